@@ -1,0 +1,1 @@
+//! Generic scalars and exact sparse derivatives of small vector functions.

@@ -1,0 +1,1 @@
+//! Gauss-Radau nodes, differentiation and interpolation matrices.

@@ -1,0 +1,2 @@
+//! The `apsides` program.
+fn main() {}

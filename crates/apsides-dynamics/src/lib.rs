@@ -1,0 +1,1 @@
+//! Equations of motion, bodies and impulsive manoeuvres for spaceflight.

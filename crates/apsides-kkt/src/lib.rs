@@ -1,0 +1,1 @@
+//! Sparse symmetric indefinite systems: analyse once, refactor, inertia, refinement.

@@ -1,0 +1,1 @@
+//! Sparse nonlinear programming by a primal-dual interior point method.

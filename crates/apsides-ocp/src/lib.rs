@@ -1,0 +1,1 @@
+//! The language of multi-phase optimal control problems.

@@ -1,0 +1,1 @@
+//! Benchmark problems of optimal control with sourced optima.

@@ -1,0 +1,1 @@
+//! hp Legendre-Gauss-Radau collocation for multi-phase optimal control.

@@ -1,0 +1,1 @@
+//! Figures, HTML reports and data files for apsides results.

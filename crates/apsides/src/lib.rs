@@ -1,0 +1,1 @@
+//! Spaceflight trajectory optimisation: missions, pipelines and verified results.
