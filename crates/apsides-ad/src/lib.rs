@@ -1,1 +1,60 @@
-//! Generic scalars and exact sparse derivatives of small vector functions.
+//! Exact derivatives of small vector functions, with their sparsity.
+//!
+//! A model is written once, generic in a [`Scalar`]:
+//!
+//! ```text
+//! dx/dt = f(t, x, u, p)
+//! ```
+//!
+//! and evaluated on `f64` for values, on [`Dual`] for Jacobians, on [`HyperDual`] for Hessians weighted by
+//! multipliers, and on [`Dependence`] for the structure of both. A [`NodeFunction`] hides the scalar and the array sizes, so
+//! that a transcription can hold models of any size.
+//!
+//! The crate does not differentiate loops over time, does not build global sparse matrices and has no tape: it is
+//! meant for functions of up to 64 inputs that are evaluated at many points.
+//!
+//! ```
+//! use apsides_ad::{Dynamics, NodeFunction, Scalar, dynamics_node};
+//!
+//! struct Pendulum { gravity: f64, length: f64 }
+//!
+//! impl Dynamics<2, 1> for Pendulum {
+//!     fn rate<S: Scalar>(&self, _t: S, x: &[S; 2], u: &[S; 1], _p: &[S; 0]) -> [S; 2] {
+//!         [x[1], u[0] - x[0].sin() * (self.gravity / self.length)]
+//!     }
+//! }
+//!
+//! let node = dynamics_node(Pendulum { gravity: 9.8, length: 2.0 });
+//! let z = [0.0, 0.5, 0.1, 0.0]; // angle, rate, torque, time
+//! let (mut rate, mut jacobian) = ([0.0; 2], [0.0; 3]);
+//! node.jacobian(&z, &mut rate, &mut jacobian);
+//! assert_eq!(rate, [0.5, 0.1]);
+//! assert_eq!(jacobian, [1.0, -4.9, 1.0]); // d(angle')/d(rate), d(rate')/d(angle), d(rate')/d(torque)
+//! ```
+//!
+//! | module | subject |
+//! | --- | --- |
+//! | [`scalar`] | the trait and its elementary functions |
+//! | [`dual`], [`hyper_dual`] | first and second derivatives in lanes |
+//! | [`pattern`] | structure of Jacobian and Hessian |
+//! | [`model`] | the traits that a user implements |
+//! | [`node`] | models with sizes and scalar erased |
+//! | [`vector`] | products and smooth norms |
+//!
+//! Reference: J. Fike and J. Alonso, The development of hyper-dual numbers for exact second-derivative calculations,
+//! AIAA 2011-886, doi 10.2514/6.2011-886.
+
+pub mod dual;
+pub mod hyper_dual;
+pub mod model;
+pub mod node;
+pub mod pattern;
+pub mod scalar;
+pub mod vector;
+
+pub use dual::Dual;
+pub use hyper_dual::HyperDual;
+pub use model::{Dynamics, PathFunction, VectorFunction};
+pub use node::{NodeFunction, NodePattern, dynamics_node, path_node, vector_node};
+pub use pattern::Dependence;
+pub use scalar::Scalar;

@@ -1,0 +1,296 @@
+//! Models behind one object-safe interface: value, Jacobian and weighted Hessian in the caller's slices.
+
+use std::sync::Arc;
+
+use crate::model::{Dynamics, PathFunction, VectorFunction};
+use crate::pattern::MAX_INPUTS;
+use crate::{Dependence, Dual, HyperDual, Scalar};
+
+/// Lanes of the hyper-dual pass: four fill the vector registers without spilling.
+const HESSIAN_LANES: usize = 4;
+
+/// Structure of a [`NodeFunction`]'s derivatives.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct NodePattern {
+    /// `outputs + 1` offsets into `columns`: the Jacobian by rows.
+    pub row_offsets: Vec<usize>,
+    /// Input index of each Jacobian entry, ascending within a row.
+    pub columns: Vec<usize>,
+    /// `(i, j)` with `i >= j`: entries of the lower triangle of the weighted Hessian, in ascending order.
+    pub hessian: Vec<(usize, usize)>,
+}
+
+impl NodePattern {
+    /// Number of Jacobian entries.
+    #[must_use]
+    pub fn jacobian_len(&self) -> usize {
+        self.columns.len()
+    }
+
+    /// Number of Hessian entries.
+    #[must_use]
+    pub fn hessian_len(&self) -> usize {
+        self.hessian.len()
+    }
+
+    /// `(row, column)` of each Jacobian entry, in the order of the values.
+    pub fn jacobian_entries(&self) -> impl Iterator<Item = (usize, usize)> + '_ {
+        (0..self.row_offsets.len() - 1).flat_map(move |r| {
+            self.columns[self.row_offsets[r]..self.row_offsets[r + 1]].iter().map(move |&c| (r, c))
+        })
+    }
+}
+
+/// A function of a few inputs with exact sparse derivatives.
+///
+/// Inputs `z` have length [`inputs`](Self::inputs). For dynamics and path functions `z = [x, u, p, t]`.
+/// All slices belong to the caller and must have the stated lengths; no method allocates.
+pub trait NodeFunction: Send + Sync {
+    /// Number of inputs.
+    fn inputs(&self) -> usize;
+
+    /// Number of outputs.
+    fn outputs(&self) -> usize;
+
+    /// Structure of the derivatives; the same at every point.
+    fn pattern(&self) -> &NodePattern;
+
+    /// Writes the outputs.
+    fn value(&self, z: &[f64], out: &mut [f64]);
+
+    /// Writes the outputs and the Jacobian entries in the order of [`NodePattern::jacobian_entries`].
+    fn jacobian(&self, z: &[f64], out: &mut [f64], entries: &mut [f64]);
+
+    /// Writes the entries of the Hessian of `sum_k weights[k] out[k]` in the order of [`NodePattern::hessian`].
+    fn hessian(&self, z: &[f64], weights: &[f64], entries: &mut [f64]);
+}
+
+/// Erases the equations of motion: `z = [x, u, p, t]`, outputs `dx/dt`.
+///
+/// At most 64 inputs; more do not compile.
+pub fn dynamics_node<D, const NX: usize, const NU: usize, const NP: usize>(model: D) -> Arc<dyn NodeFunction>
+where
+    D: Dynamics<NX, NU, NP> + 'static,
+{
+    Arc::new(Node::new(DynamicsNode::<D, NX, NU, NP>(model)))
+}
+
+/// Erases a path function: `z = [x, u, p, t]`.
+///
+/// At most 64 inputs; more do not compile.
+pub fn path_node<F, const NX: usize, const NU: usize, const NF: usize, const NP: usize>(
+    function: F,
+) -> Arc<dyn NodeFunction>
+where
+    F: PathFunction<NX, NU, NF, NP> + 'static,
+{
+    Arc::new(Node::new(PathNode::<F, NX, NU, NF, NP>(function)))
+}
+
+/// Erases a vector function.
+///
+/// At most 64 inputs; more do not compile.
+pub fn vector_node<F, const N: usize, const M: usize>(function: F) -> Arc<dyn NodeFunction>
+where
+    F: VectorFunction<N, M> + 'static,
+{
+    Arc::new(Node::new(VectorNode::<F, N, M>(function)))
+}
+
+/// A model that takes its inputs one by one from a closure, so that no array of all inputs is needed.
+trait Seeded: Send + Sync {
+    const INPUTS: usize;
+    const OUTPUTS: usize;
+    fn run<S: Scalar>(&self, input: impl Fn(usize) -> S, output: impl FnMut(usize, S));
+}
+
+struct DynamicsNode<D, const NX: usize, const NU: usize, const NP: usize>(D);
+
+impl<D, const NX: usize, const NU: usize, const NP: usize> Seeded for DynamicsNode<D, NX, NU, NP>
+where
+    D: Dynamics<NX, NU, NP>,
+{
+    const INPUTS: usize = NX + NU + NP + 1;
+    const OUTPUTS: usize = NX;
+
+    #[inline]
+    fn run<S: Scalar>(&self, input: impl Fn(usize) -> S, output: impl FnMut(usize, S)) {
+        let x: [S; NX] = std::array::from_fn(&input);
+        let u: [S; NU] = std::array::from_fn(|k| input(NX + k));
+        let p: [S; NP] = std::array::from_fn(|k| input(NX + NU + k));
+        emit(self.0.rate(input(NX + NU + NP), &x, &u, &p), output);
+    }
+}
+
+struct PathNode<F, const NX: usize, const NU: usize, const NF: usize, const NP: usize>(F);
+
+impl<F, const NX: usize, const NU: usize, const NF: usize, const NP: usize> Seeded
+    for PathNode<F, NX, NU, NF, NP>
+where
+    F: PathFunction<NX, NU, NF, NP>,
+{
+    const INPUTS: usize = NX + NU + NP + 1;
+    const OUTPUTS: usize = NF;
+
+    #[inline]
+    fn run<S: Scalar>(&self, input: impl Fn(usize) -> S, output: impl FnMut(usize, S)) {
+        let x: [S; NX] = std::array::from_fn(&input);
+        let u: [S; NU] = std::array::from_fn(|k| input(NX + k));
+        let p: [S; NP] = std::array::from_fn(|k| input(NX + NU + k));
+        emit(self.0.evaluate(input(NX + NU + NP), &x, &u, &p), output);
+    }
+}
+
+struct VectorNode<F, const N: usize, const M: usize>(F);
+
+impl<F, const N: usize, const M: usize> Seeded for VectorNode<F, N, M>
+where
+    F: VectorFunction<N, M>,
+{
+    const INPUTS: usize = N;
+    const OUTPUTS: usize = M;
+
+    #[inline]
+    fn run<S: Scalar>(&self, input: impl Fn(usize) -> S, output: impl FnMut(usize, S)) {
+        let z: [S; N] = std::array::from_fn(input);
+        emit(self.0.evaluate(&z), output);
+    }
+}
+
+#[inline]
+fn emit<S: Scalar, const N: usize>(values: [S; N], mut output: impl FnMut(usize, S)) {
+    for (k, v) in values.into_iter().enumerate() {
+        output(k, v);
+    }
+}
+
+/// An erased model with its structure and the plan of its derivative passes.
+struct Node<E> {
+    model: E,
+    pattern: NodePattern,
+    /// Per Jacobian pass, the inputs of its lanes; only inputs that reach an output take part.
+    active: Vec<usize>,
+    /// Lane of each Jacobian entry within its pass, and the pass.
+    entry_lane: Vec<(usize, usize)>,
+}
+
+/// Lane that no input has: seeds a constant.
+const NO_LANE: usize = usize::MAX;
+
+impl<E: Seeded> Node<E> {
+    fn new(model: E) -> Self {
+        const { assert!(E::INPUTS <= MAX_INPUTS, "a node function has at most 64 inputs") };
+        let mut pattern = NodePattern { row_offsets: vec![0], columns: Vec::new(), hessian: Vec::new() };
+        let mut rows = vec![Dependence::from(0.0); E::OUTPUTS];
+        model.run(Dependence::input, |k, v| rows[k] = v);
+        for row in &rows {
+            pattern.columns.extend((0..E::INPUTS).filter(|&c| row.depends_on(c)));
+            pattern.row_offsets.push(pattern.columns.len());
+        }
+        for i in 0..E::INPUTS {
+            pattern
+                .hessian
+                .extend((0..=i).filter(|&j| rows.iter().any(|r| r.is_nonlinear_in(i, j))).map(|j| (i, j)));
+        }
+        let active: Vec<usize> = (0..E::INPUTS).filter(|&c| rows.iter().any(|r| r.depends_on(c))).collect();
+        let lanes = const { jacobian_lanes(E::INPUTS) };
+        let entry_lane = pattern
+            .columns
+            .iter()
+            .filter_map(|c| active.iter().position(|a| a == c))
+            .map(|k| (k / lanes, k % lanes))
+            .collect();
+        Self { model, pattern, active, entry_lane }
+    }
+
+    fn jacobian_in<const N: usize>(&self, z: &[f64], out: &mut [f64], entries: &mut [f64]) {
+        if self.active.is_empty() {
+            self.value(z, out);
+        }
+        for (pass, chunk) in self.active.chunks(N).enumerate() {
+            let mut lane_of = [NO_LANE; MAX_INPUTS];
+            for (lane, &input) in chunk.iter().enumerate() {
+                lane_of[input] = lane;
+            }
+            self.model.run(
+                |i| Dual::<N>::variable(z[i], lane_of[i]),
+                |r, v| {
+                    out[r] = v.re;
+                    for k in self.pattern.row_offsets[r]..self.pattern.row_offsets[r + 1] {
+                        let (p, lane) = self.entry_lane[k];
+                        if p == pass {
+                            entries[k] = v.eps[lane];
+                        }
+                    }
+                },
+            );
+        }
+    }
+}
+
+/// Lanes of the Jacobian pass for a number of inputs.
+const fn jacobian_lanes(inputs: usize) -> usize {
+    match inputs {
+        0..=4 => 4,
+        5..=8 => 8,
+        9..=12 => 12,
+        13..=16 => 16,
+        17..=24 => 12,
+        _ => 16,
+    }
+}
+
+impl<E: Seeded> NodeFunction for Node<E> {
+    fn inputs(&self) -> usize {
+        E::INPUTS
+    }
+
+    fn outputs(&self) -> usize {
+        E::OUTPUTS
+    }
+
+    fn pattern(&self) -> &NodePattern {
+        &self.pattern
+    }
+
+    fn value(&self, z: &[f64], out: &mut [f64]) {
+        self.model.run(|i| z[i], |k, v| out[k] = v);
+    }
+
+    fn jacobian(&self, z: &[f64], out: &mut [f64], entries: &mut [f64]) {
+        // Constant conditions: one instance per model is compiled.
+        match const { jacobian_lanes(E::INPUTS) } {
+            4 => self.jacobian_in::<4>(z, out, entries),
+            8 => self.jacobian_in::<8>(z, out, entries),
+            12 => self.jacobian_in::<12>(z, out, entries),
+            _ => self.jacobian_in::<16>(z, out, entries),
+        }
+    }
+
+    fn hessian(&self, z: &[f64], weights: &[f64], entries: &mut [f64]) {
+        for (pairs, values) in
+            self.pattern.hessian.chunks(HESSIAN_LANES).zip(entries.chunks_mut(HESSIAN_LANES))
+        {
+            let mut sum = [0.0; HESSIAN_LANES];
+            self.model.run(
+                |input| {
+                    let mut h = HyperDual::<HESSIAN_LANES>::constant(z[input]);
+                    for (lane, &(i, j)) in pairs.iter().enumerate() {
+                        h.e1[lane] = f64::from(u8::from(i == input));
+                        h.e2[lane] = f64::from(u8::from(j == input));
+                    }
+                    h
+                },
+                |k, v| {
+                    for (s, e) in sum.iter_mut().zip(&v.e12) {
+                        *s += weights[k] * e;
+                    }
+                },
+            );
+            values.copy_from_slice(&sum[..pairs.len()]);
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests;

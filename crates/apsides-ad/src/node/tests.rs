@@ -1,0 +1,173 @@
+use super::*;
+use crate::vector;
+use nalgebra::{SMatrix, SVector};
+use num_dual::DualNum;
+
+/// Every operator and elementary function once, with different dependence per output.
+struct Everything;
+
+impl VectorFunction<5, 6> for Everything {
+    fn evaluate<S: Scalar>(&self, z: &[S; 5]) -> [S; 6] {
+        let [a, b, c, d, _] = *z;
+        let (s, k) = (a * b).sin_cos();
+        [
+            a * 2.0 - b / 4.0 + 1.0,
+            s * c.exp() + k / (c.square() + 2.0),
+            (a + 3.0).ln() * (b - 0.5).atan() - d.tanh(),
+            d.atan2(c + 2.0) + (a * 0.1).asin() - (b * 0.1).acos(),
+            (c + 4.0).sqrt().powi(3) + (d + 5.0).powf(1.7) + (a.sinh() - b.cosh()) * c.tan(),
+            vector::norm(&[a, b, c], 1e-3) + vector::dot(&[a, b], &[c, d]) - (d + 3.0).recip(),
+        ]
+    }
+}
+
+/// The same formulas on the oracle's numbers, written with its own trait.
+fn oracle<D: DualNum<Primitive = f64>>(z: [D; 5]) -> [D; 6] {
+    let [a, b, c, d, _] = z;
+    let ab = a.clone() * &b;
+    [
+        a.clone() * 2.0 - b.clone() / 4.0 + 1.0,
+        ab.sin() * c.exp() + ab.cos() / (c.clone() * &c + 2.0),
+        (a.clone() + 3.0).ln() * (b.clone() - 0.5).atan() - d.tanh(),
+        d.atan2(c.clone() + 2.0) + (a.clone() * 0.1).asin() - (b.clone() * 0.1).acos(),
+        (c.clone() + 4.0).sqrt().powi(3) + (d.clone() + 5.0).powf(1.7) + (a.sinh() - b.cosh()) * c.tan(),
+        (a.clone() * &a + b.clone() * &b + c.clone() * &c + 1e-6).sqrt() + a * c + b * &d - (d + 3.0).recip(),
+    ]
+}
+
+const POINT: [f64; 5] = [0.7, -0.4, 0.9, 1.3, 2.0];
+
+#[test]
+fn jacobian_agrees_with_num_dual() {
+    let node = vector_node(Everything);
+    let (_, expected) = num_dual::jacobian(
+        |z: SVector<_, 5>| SVector::from(oracle(std::array::from_fn(|k| z[k]))),
+        &SVector::from(POINT),
+    );
+    let expected: SMatrix<f64, 6, 5> = expected;
+    let mut out = [0.0; 6];
+    let mut entries = vec![f64::NAN; node.pattern().jacobian_len()];
+    node.jacobian(&POINT, &mut out, &mut entries);
+    let mut dense = SMatrix::<f64, 6, 5>::zeros();
+    for ((r, c), v) in node.pattern().jacobian_entries().zip(&entries) {
+        dense[(r, c)] = *v;
+    }
+    assert!((dense - expected).abs().max() < 1e-14, "{dense} {expected}");
+    let mut values = [0.0; 6];
+    node.value(&POINT, &mut values);
+    assert_eq!(values, out);
+}
+
+#[test]
+fn weighted_hessian_agrees_with_num_dual() {
+    let node = vector_node(Everything);
+    let weights = [3.0, -1.0, 0.5, 2.0, 1.5, -0.7];
+    let (_, _, expected) = num_dual::hessian(
+        |z: SVector<_, 5>| {
+            oracle(std::array::from_fn(|k| z[k]))
+                .into_iter()
+                .zip(weights)
+                .map(|(v, w)| v * w)
+                .reduce(|a, b| a + b)
+                .unwrap()
+        },
+        &SVector::from(POINT),
+    );
+    let expected: SMatrix<f64, 5, 5> = expected;
+    let mut entries = vec![f64::NAN; node.pattern().hessian_len()];
+    node.hessian(&POINT, &weights, &mut entries);
+    let mut dense = SMatrix::<f64, 5, 5>::zeros();
+    for (&(i, j), v) in node.pattern().hessian.iter().zip(&entries) {
+        dense[(i, j)] = *v;
+        dense[(j, i)] = *v;
+    }
+    assert!((dense - expected).abs().max() < 1e-13, "{dense} {expected}");
+}
+
+#[test]
+fn pattern_holds_only_what_can_be_non_zero() {
+    let node = vector_node(Everything);
+    let pattern = node.pattern();
+    let row = |r: usize| pattern.columns[pattern.row_offsets[r]..pattern.row_offsets[r + 1]].to_vec();
+    assert_eq!(row(0), [0, 1]);
+    assert_eq!(row(1), [0, 1, 2]);
+    assert_eq!(row(2), [0, 1, 3]);
+    assert!(pattern.hessian.iter().all(|&(i, j)| i < 4 && j <= i), "the unused input stays out");
+}
+
+struct Linear;
+impl VectorFunction<3, 2> for Linear {
+    fn evaluate<S: Scalar>(&self, z: &[S; 3]) -> [S; 2] {
+        [z[0] * 3.0 - z[2], S::from(4.0)]
+    }
+}
+
+#[test]
+fn linear_and_constant_outputs_have_no_hessian() {
+    let node = vector_node(Linear);
+    assert!(node.pattern().hessian.is_empty());
+    assert_eq!(node.pattern().columns, [0, 2]);
+    let (mut out, mut entries) = ([0.0; 2], [0.0; 2]);
+    node.jacobian(&[1.0, 2.0, 3.0], &mut out, &mut entries);
+    assert_eq!((out, entries), ([0.0, 4.0], [3.0, -1.0]));
+    node.hessian(&[1.0, 2.0, 3.0], &[1.0, 1.0], &mut []);
+}
+
+/// More inputs than lanes: the Jacobian takes several passes.
+struct Wide;
+impl VectorFunction<40, 2> for Wide {
+    fn evaluate<S: Scalar>(&self, z: &[S; 40]) -> [S; 2] {
+        let mut sum = S::from(0.0);
+        for (k, &v) in z.iter().enumerate() {
+            sum += v.square() * k as f64;
+        }
+        [sum, z[39] * z[0]]
+    }
+}
+
+#[test]
+fn jacobian_in_several_passes() {
+    let node = vector_node(Wide);
+    let z: Vec<f64> = (0..40).map(|k| 1.0 + f64::from(k)).collect();
+    let (mut out, mut entries) = ([0.0; 2], vec![0.0; node.pattern().jacobian_len()]);
+    node.jacobian(&z, &mut out, &mut entries);
+    for ((r, c), v) in node.pattern().jacobian_entries().zip(&entries) {
+        let expected = match (r, c) {
+            (0, c) => 2.0 * c as f64 * z[c],
+            (_, 0) => z[39],
+            _ => z[0],
+        };
+        assert_eq!(*v, expected, "entry {r}, {c}");
+    }
+}
+
+struct Rotor;
+impl Dynamics<2, 1, 1> for Rotor {
+    fn rate<S: Scalar>(&self, t: S, x: &[S; 2], u: &[S; 1], p: &[S; 1]) -> [S; 2] {
+        [x[1] * p[0], u[0] * t]
+    }
+}
+impl PathFunction<2, 1, 1, 1> for Rotor {
+    fn evaluate<S: Scalar>(&self, t: S, x: &[S; 2], _u: &[S; 1], _p: &[S; 1]) -> [S; 1] {
+        [x[0] + t]
+    }
+}
+
+#[test]
+fn inputs_are_states_controls_parameters_time() {
+    let node = dynamics_node(Rotor);
+    assert_eq!((node.inputs(), node.outputs()), (5, 2));
+    let entries: Vec<_> = node.pattern().jacobian_entries().collect();
+    assert_eq!(entries, [(0, 1), (0, 3), (1, 2), (1, 4)]);
+    assert_eq!(node.pattern().hessian, [(3, 1), (4, 2)]);
+    let path = path_node::<_, 2, 1, 1, 1>(Rotor);
+    assert_eq!(path.pattern().columns, [0, 4]);
+}
+
+#[test]
+fn nan_stays_visible() {
+    let node = vector_node(Everything);
+    let mut out = [0.0; 6];
+    node.value(&[f64::NAN, 0.0, 0.0, 0.0, 0.0], &mut out);
+    assert!(out[0].is_nan());
+}

@@ -1,0 +1,249 @@
+//! The scalar trait that models are generic in, and its implementation for `f64`.
+
+use std::fmt::Debug;
+use std::ops::{Add, AddAssign, Div, DivAssign, Mul, MulAssign, Neg, Sub, SubAssign};
+
+/// A number that a model can be evaluated on.
+///
+/// Everything follows from the arithmetic operators and the two composition rules [`Scalar::map`] and
+/// [`Scalar::map2`]. There is no way to read the value of a scalar: a model must not branch on it, so that
+/// derivatives and sparsity patterns hold everywhere.
+pub trait Scalar:
+    Copy
+    + Debug
+    + Send
+    + Sync
+    + 'static
+    + From<f64>
+    + Neg<Output = Self>
+    + Add<Output = Self>
+    + Sub<Output = Self>
+    + Mul<Output = Self>
+    + Div<Output = Self>
+    + Add<f64, Output = Self>
+    + Sub<f64, Output = Self>
+    + Mul<f64, Output = Self>
+    + Div<f64, Output = Self>
+    + AddAssign
+    + SubAssign
+    + MulAssign
+    + DivAssign
+{
+    /// Composition with a function of one variable; `g` returns `[g(x), g'(x), g''(x)]`.
+    fn map(self, g: impl Fn(f64) -> [f64; 3]) -> Self;
+
+    /// Composition with a function of two variables; `g` returns `[g, g_x, g_y, g_xx, g_xy, g_yy]`.
+    fn map2(self, other: Self, g: impl Fn(f64, f64) -> [f64; 6]) -> Self;
+
+    /// Sine (argument in rad).
+    #[inline]
+    fn sin(self) -> Self {
+        self.map(|x| {
+            let (s, c) = x.sin_cos();
+            [s, c, -s]
+        })
+    }
+
+    /// Cosine (argument in rad).
+    #[inline]
+    fn cos(self) -> Self {
+        self.map(|x| {
+            let (s, c) = x.sin_cos();
+            [c, -s, -c]
+        })
+    }
+
+    /// Sine and cosine (argument in rad).
+    #[inline]
+    fn sin_cos(self) -> (Self, Self) {
+        (self.sin(), self.cos())
+    }
+
+    /// Tangent (argument in rad).
+    #[inline]
+    fn tan(self) -> Self {
+        self.map(|x| {
+            let t = x.tan();
+            let d = 1.0 + t * t;
+            [t, d, 2.0 * t * d]
+        })
+    }
+
+    /// Arc sine, in rad.
+    #[inline]
+    fn asin(self) -> Self {
+        self.map(|x| {
+            let d = 1.0 / (1.0 - x * x).sqrt();
+            [x.asin(), d, x * d * d * d]
+        })
+    }
+
+    /// Arc cosine, in rad.
+    #[inline]
+    fn acos(self) -> Self {
+        self.map(|x| {
+            let d = -1.0 / (1.0 - x * x).sqrt();
+            [x.acos(), d, x * d * d * d]
+        })
+    }
+
+    /// Arc tangent, in rad.
+    #[inline]
+    fn atan(self) -> Self {
+        self.map(|x| {
+            let d = 1.0 / (1.0 + x * x);
+            [x.atan(), d, -2.0 * x * d * d]
+        })
+    }
+
+    /// Angle of the point (`x`, `self`) in (-pi, pi]; `self` is the ordinate as in `f64::atan2`.
+    #[inline]
+    fn atan2(self, x: Self) -> Self {
+        self.map2(x, |y, x| {
+            let r2 = x * x + y * y;
+            let r4 = r2 * r2;
+            [y.atan2(x), x / r2, -y / r2, -2.0 * x * y / r4, (y * y - x * x) / r4, 2.0 * x * y / r4]
+        })
+    }
+
+    /// Square root; its derivatives are infinite at zero (see [`crate::vector::norm`] for norms).
+    #[inline]
+    fn sqrt(self) -> Self {
+        self.map(|x| {
+            let s = x.sqrt();
+            [s, 0.5 / s, -0.25 / (s * x)]
+        })
+    }
+
+    /// Exponential.
+    #[inline]
+    fn exp(self) -> Self {
+        self.map(|x| {
+            let e = x.exp();
+            [e, e, e]
+        })
+    }
+
+    /// Natural logarithm.
+    #[inline]
+    fn ln(self) -> Self {
+        self.map(|x| [x.ln(), 1.0 / x, -1.0 / (x * x)])
+    }
+
+    /// Hyperbolic sine.
+    #[inline]
+    fn sinh(self) -> Self {
+        self.map(|x| {
+            let (s, c) = (x.sinh(), x.cosh());
+            [s, c, s]
+        })
+    }
+
+    /// Hyperbolic cosine.
+    #[inline]
+    fn cosh(self) -> Self {
+        self.map(|x| {
+            let (s, c) = (x.sinh(), x.cosh());
+            [c, s, c]
+        })
+    }
+
+    /// Hyperbolic tangent.
+    #[inline]
+    fn tanh(self) -> Self {
+        self.map(|x| {
+            let t = x.tanh();
+            let d = 1.0 - t * t;
+            [t, d, -2.0 * t * d]
+        })
+    }
+
+    /// Reciprocal.
+    #[inline]
+    fn recip(self) -> Self {
+        self.map(|x| {
+            let r = 1.0 / x;
+            [r, -r * r, 2.0 * r * r * r]
+        })
+    }
+
+    /// Square.
+    #[inline]
+    fn square(self) -> Self {
+        self * self
+    }
+
+    /// Integer power.
+    #[inline]
+    fn powi(self, n: i32) -> Self {
+        match n {
+            0 => Self::from(1.0),
+            1 => self,
+            _ => {
+                let k = f64::from(n);
+                self.map(|x| [x.powi(n), k * x.powi(n - 1), k * (k - 1.0) * x.powi(n - 2)])
+            }
+        }
+    }
+
+    /// Power with a constant real exponent.
+    #[inline]
+    fn powf(self, n: f64) -> Self {
+        self.map(|x| [x.powf(n), n * x.powf(n - 1.0), n * (n - 1.0) * x.powf(n - 2.0)])
+    }
+}
+
+impl Scalar for f64 {
+    #[inline]
+    fn map(self, g: impl Fn(f64) -> [f64; 3]) -> Self {
+        g(self)[0]
+    }
+
+    #[inline]
+    fn map2(self, other: Self, g: impl Fn(f64, f64) -> [f64; 6]) -> Self {
+        g(self, other)[0]
+    }
+
+    #[inline]
+    fn sin_cos(self) -> (Self, Self) {
+        f64::sin_cos(self)
+    }
+}
+
+/// Writes the operators that follow from `Add`, `Sub`, `Mul`, `Div` between scalars of one type.
+macro_rules! derived_operators {
+    ([$($generics:tt)*] $type:ty) => {
+        impl<$($generics)*> std::ops::AddAssign for $type {
+            #[inline]
+            fn add_assign(&mut self, rhs: Self) {
+                *self = *self + rhs;
+            }
+        }
+        impl<$($generics)*> std::ops::SubAssign for $type {
+            #[inline]
+            fn sub_assign(&mut self, rhs: Self) {
+                *self = *self - rhs;
+            }
+        }
+        impl<$($generics)*> std::ops::MulAssign for $type {
+            #[inline]
+            fn mul_assign(&mut self, rhs: Self) {
+                *self = *self * rhs;
+            }
+        }
+        impl<$($generics)*> std::ops::DivAssign for $type {
+            #[inline]
+            fn div_assign(&mut self, rhs: Self) {
+                *self = *self / rhs;
+            }
+        }
+        impl<$($generics)*> std::ops::Sub<f64> for $type {
+            type Output = Self;
+            #[inline]
+            fn sub(self, rhs: f64) -> Self {
+                self + (-rhs)
+            }
+        }
+    };
+}
+pub(crate) use derived_operators;
