@@ -1,1 +1,73 @@
 //! The language of multi-phase optimal control problems.
+//!
+//! ```text
+//! minimise   Phi(ends, p) + sum over phases of the integral of g(t, x, u, p)
+//! subject to dx/dt = f(t, x, u, p),  path bounds,  bounds at the ends,  constraints between ends
+//! ```
+//!
+//! A problem is written once and handed to any method. This crate holds no method and no solver: it defines
+//! [`Ocp`], what a method starts from ([`Guess`], [`Mesh`], [`Scaling`]) and what it returns ([`Trajectory`]).
+//! A problem that is ill-posed is refused by [`OcpBuilder::build`] with the name and the reason.
+//!
+//! ```
+//! use apsides_ad::{Dynamics, Scalar};
+//! use apsides_ocp::{At, Bounds, Ocp, Phase, State, Variable};
+//!
+//! struct Brachistochrone { gravity: f64 }
+//! impl Dynamics<3, 1> for Brachistochrone {
+//!     fn rate<S: Scalar>(&self, _t: S, x: &[S; 3], u: &[S; 1], _p: &[S; 0]) -> [S; 3] {
+//!         let (sin, cos) = u[0].sin_cos();
+//!         [x[2] * sin, x[2] * cos, cos * self.gravity] // x, depth, speed
+//!     }
+//! }
+//!
+//! let slide = Phase::new("slide", Brachistochrone { gravity: 9.80665 })
+//!     .states([
+//!         State::new("x", "m").within(0.0, 20.0).starts_at(0.0).ends_at(10.0),
+//!         State::new("depth", "m").within(0.0, 20.0).starts_at(0.0).ends_at(5.0),
+//!         State::new("speed", "m/s").within(0.0, 30.0).starts_at(0.0),
+//!     ])
+//!     .controls([Variable::new("angle", "rad").within(0.0, 3.2)])
+//!     .final_time(Bounds::new(0.1, 10.0));
+//! let ocp = Ocp::builder("brachistochrone")
+//!     .phase(slide)
+//!     .minimize("time", "s", At::FinalTime("slide"))
+//!     .build()?;
+//! assert_eq!(ocp.phases[0].state_index("speed"), Some(2));
+//! # Ok::<(), apsides_ocp::OcpError>(())
+//! ```
+//!
+//! | module | subject |
+//! | --- | --- |
+//! | [`variable`] | bounds, named quantities |
+//! | [`phase`] | one phase |
+//! | [`endpoint`] | boundary conditions, linkages |
+//! | [`problem`] | the whole, its builder and checks |
+//! | [`scaling`] | typical sizes |
+//! | [`guess`], [`mesh`] | what a method starts from |
+//! | [`piecewise`], [`trajectory`] | what a method returns |
+//!
+//! Reference: J. T. Betts, Practical Methods for Optimal Control and Estimation Using Nonlinear Programming, SIAM
+//! 2010, doi 10.1137/1.9780898718577.
+
+pub mod endpoint;
+pub mod error;
+pub mod guess;
+pub mod mesh;
+pub mod phase;
+pub mod piecewise;
+pub mod problem;
+pub mod scaling;
+pub mod trajectory;
+pub mod variable;
+
+pub use endpoint::{At, EndpointConstraint, EndpointInput};
+pub use error::OcpError;
+pub use guess::{Guess, PhaseGuess};
+pub use mesh::{Mesh, PhaseMesh};
+pub use phase::{Integral, PathConstraint, Phase};
+pub use piecewise::{PiecewisePolynomial, Segment};
+pub use problem::{Objective, Ocp, OcpBuilder, Sense, Term};
+pub use scaling::{PhaseScaling, Scaling};
+pub use trajectory::{PhaseTrajectory, Trajectory};
+pub use variable::{Bounds, State, Variable};

@@ -1,1 +1,5 @@
 //! Independent verification of optimal control solutions.
+
+pub mod certificate;
+
+pub use certificate::{Certificate, Check, CheckKind, Verdict};

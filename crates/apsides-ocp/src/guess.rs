@@ -1,0 +1,209 @@
+//! Starting points: straight lines, samples, or an earlier trajectory.
+
+use crate::{Bounds, Ocp, OcpError, Phase, PhaseTrajectory, Trajectory};
+
+/// Guess of one phase on its normalised time from 0 to 1.
+#[derive(Clone, Debug)]
+pub struct PhaseGuess {
+    /// Start time.
+    pub initial_time: f64,
+    /// End time.
+    pub final_time: f64,
+    profile: Profile,
+}
+
+#[derive(Clone, Debug)]
+enum Profile {
+    Samples { fractions: Vec<f64>, states: Vec<Vec<f64>>, controls: Vec<Vec<f64>> },
+    Earlier(Box<PhaseTrajectory>),
+}
+
+impl PhaseGuess {
+    /// Samples joined by straight lines: increasing times, one row of states and of controls per time.
+    ///
+    /// # Errors
+    /// [`OcpError::Guess`] when times do not increase, rows differ in number or length, or a value is not finite.
+    pub fn samples(times: &[f64], states: Vec<Vec<f64>>, controls: Vec<Vec<f64>>) -> Result<Self, OcpError> {
+        let fail = |reason: &str| Err(OcpError::Guess { place: "a phase".into(), reason: reason.into() });
+        let n = times.len();
+        if n < 2 || states.len() != n || controls.len() != n {
+            return fail("needs at least two times and one row of states and of controls per time");
+        }
+        if times.windows(2).any(|w| w[0] >= w[1]) {
+            return fail("the times must increase");
+        }
+        let mut values = times.iter().chain(states.iter().flatten()).chain(controls.iter().flatten());
+        if !values.all(|v| v.is_finite()) {
+            return fail("every value must be finite");
+        }
+        let same_length = |rows: &[Vec<f64>]| rows.iter().all(|r| r.len() == rows[0].len());
+        if !same_length(&states) || !same_length(&controls) {
+            return fail("every row must have the same length");
+        }
+        let (first, last) = (times[0], times[n - 1]);
+        let fractions = times.iter().map(|t| (t - first) / (last - first)).collect();
+        Ok(Self {
+            initial_time: first,
+            final_time: last,
+            profile: Profile::Samples { fractions, states, controls },
+        })
+    }
+
+    /// Straight lines between what the bounds allow at both ends.
+    #[must_use]
+    pub fn linear(phase: &Phase) -> Self {
+        let initial_time = phase.initial_time.representative();
+        let final_time = {
+            let reach = Bounds::new(
+                phase.final_time.lower.max(initial_time + phase.duration.lower),
+                phase.final_time.upper.min(initial_time + phase.duration.upper),
+            );
+            let middle = reach.representative();
+            if middle > initial_time { middle } else { initial_time + 1.0 }
+        };
+        let end = |bounds: fn(&crate::State) -> Bounds| -> Vec<f64> {
+            let pick = |s: &crate::State| bounds(s).intersect(&s.variable.bounds).representative();
+            phase.states.iter().map(pick).collect()
+        };
+        let controls: Vec<f64> = phase.controls.iter().map(|c| c.bounds.representative()).collect();
+        let mut ends = [end(|s| s.initial), end(|s| s.terminal)];
+        // An end without a bound of its own takes the other end's value.
+        for (k, s) in phase.states.iter().enumerate() {
+            if s.terminal == Bounds::FREE && s.initial != Bounds::FREE {
+                ends[1][k] = ends[0][k];
+            }
+            if s.initial == Bounds::FREE && s.terminal != Bounds::FREE {
+                ends[0][k] = ends[1][k];
+            }
+        }
+        Self {
+            initial_time,
+            final_time,
+            profile: Profile::Samples {
+                fractions: vec![0.0, 1.0],
+                states: ends.into(),
+                controls: vec![controls.clone(), controls],
+            },
+        }
+    }
+
+    /// An earlier trajectory of the same phase.
+    #[must_use]
+    pub fn earlier(trajectory: PhaseTrajectory) -> Self {
+        Self {
+            initial_time: trajectory.initial_time,
+            final_time: trajectory.final_time,
+            profile: Profile::Earlier(Box::new(trajectory)),
+        }
+    }
+
+    /// The earlier trajectory that this guess stands on, if it does.
+    #[must_use]
+    pub fn as_trajectory(&self) -> Option<&PhaseTrajectory> {
+        match &self.profile {
+            Profile::Earlier(t) => Some(t),
+            Profile::Samples { .. } => None,
+        }
+    }
+
+    /// State at a fraction of the phase.
+    pub fn state(&self, fraction: f64, out: &mut [f64]) {
+        match &self.profile {
+            Profile::Samples { fractions, states, .. } => interpolate(fractions, states, fraction, out),
+            Profile::Earlier(t) => t.state.evaluate(t.time_at(fraction), out),
+        }
+    }
+
+    /// Control at a fraction of the phase.
+    pub fn control(&self, fraction: f64, out: &mut [f64]) {
+        match &self.profile {
+            Profile::Samples { fractions, controls, .. } => interpolate(fractions, controls, fraction, out),
+            Profile::Earlier(t) => t.control.evaluate(t.time_at(fraction), out),
+        }
+    }
+
+    fn widths(&self) -> (usize, usize) {
+        match &self.profile {
+            Profile::Samples { states, controls, .. } => (states[0].len(), controls[0].len()),
+            Profile::Earlier(t) => (t.state.dimension(), t.control.dimension()),
+        }
+    }
+}
+
+fn interpolate(fractions: &[f64], rows: &[Vec<f64>], x: f64, out: &mut [f64]) {
+    let k = fractions.partition_point(|f| *f <= x).clamp(1, fractions.len() - 1);
+    let w = (x - fractions[k - 1]) / (fractions[k] - fractions[k - 1]);
+    for (o, (a, b)) in out.iter_mut().zip(rows[k - 1].iter().zip(&rows[k])) {
+        *o = a + w * (b - a);
+    }
+}
+
+/// Guess of a whole problem.
+#[derive(Clone, Debug)]
+pub struct Guess {
+    /// One guess per phase.
+    pub phases: Vec<PhaseGuess>,
+    /// Static parameters.
+    pub parameters: Vec<f64>,
+    /// Multipliers of the endpoint constraints, when the guess stands on an earlier solution.
+    pub constraint_multipliers: Option<Vec<Vec<f64>>>,
+}
+
+impl Guess {
+    /// Straight lines between what the bounds allow.
+    #[must_use]
+    pub fn linear(ocp: &Ocp) -> Self {
+        Self::from_phases(ocp, ocp.phases.iter().map(PhaseGuess::linear).collect())
+    }
+
+    /// Given phases, parameters from the middle of their bounds.
+    #[must_use]
+    pub fn from_phases(ocp: &Ocp, phases: Vec<PhaseGuess>) -> Self {
+        let parameters = ocp.parameters.iter().map(|p| p.bounds.representative()).collect();
+        Self { phases, parameters, constraint_multipliers: None }
+    }
+
+    /// An earlier trajectory.
+    #[must_use]
+    pub fn earlier(trajectory: &Trajectory) -> Self {
+        Self {
+            phases: trajectory.phases.iter().cloned().map(PhaseGuess::earlier).collect(),
+            parameters: trajectory.parameters.clone(),
+            constraint_multipliers: trajectory.constraint_multipliers.clone(),
+        }
+    }
+
+    /// Checks that the guess has the problem's sizes and positive durations.
+    ///
+    /// # Errors
+    /// [`OcpError::Guess`] naming the phase.
+    pub fn check(&self, ocp: &Ocp) -> Result<(), OcpError> {
+        let fail = |place: &str, reason: String| Err(OcpError::Guess { place: place.into(), reason });
+        if self.phases.len() != ocp.phases.len() || self.parameters.len() != ocp.parameters.len() {
+            return fail(
+                &ocp.name,
+                format!(
+                    "expected {} phases and {} parameters, found {} and {}",
+                    ocp.phases.len(),
+                    ocp.parameters.len(),
+                    self.phases.len(),
+                    self.parameters.len()
+                ),
+            );
+        }
+        for (g, p) in self.phases.iter().zip(&ocp.phases) {
+            let (found, expected) = (g.widths(), (p.states.len(), p.controls.len()));
+            if found != expected {
+                return fail(
+                    &p.name,
+                    format!("expected (states, controls) = {expected:?} per row, found {found:?}"),
+                );
+            }
+            let duration = g.final_time - g.initial_time;
+            if !(duration > 0.0 && duration.is_finite()) {
+                return fail(&p.name, format!("its duration {duration} {} must be positive", p.time_unit));
+            }
+        }
+        Ok(())
+    }
+}

@@ -1,0 +1,109 @@
+//! Vector-valued piecewise polynomials of time: the common form of states, controls and costates of every method.
+
+use std::sync::Arc;
+
+use apsides_basis::Barycentric;
+
+use crate::OcpError;
+
+/// One polynomial piece, by its values at the nodes of a basis on [-1, 1].
+#[derive(Clone, Debug)]
+pub struct Segment {
+    /// Nodes on [-1, 1], which is mapped onto the segment's times.
+    pub basis: Arc<Barycentric>,
+    /// Values at the nodes, row-major `nodes x dimension`.
+    pub values: Vec<f64>,
+}
+
+/// A piecewise polynomial of time; it may jump at its breaks.
+#[derive(Clone, Debug)]
+pub struct PiecewisePolynomial {
+    dimension: usize,
+    breaks: Vec<f64>,
+    segments: Vec<Segment>,
+}
+
+impl PiecewisePolynomial {
+    /// Pieces between consecutive `breaks`.
+    ///
+    /// # Errors
+    /// [`OcpError::Mesh`] when the breaks are not finite and increasing, or a count does not fit.
+    pub fn new(dimension: usize, breaks: Vec<f64>, segments: Vec<Segment>) -> Result<Self, OcpError> {
+        let fail = |reason: String| Err(OcpError::Mesh { place: "piecewise polynomial".into(), reason });
+        if segments.is_empty() || breaks.len() != segments.len() + 1 {
+            return fail(format!("{} segments need one break more, got {}", segments.len(), breaks.len()));
+        }
+        if !breaks.iter().all(|b| b.is_finite()) || breaks.windows(2).any(|w| w[0] >= w[1]) {
+            return fail("the breaks must be finite and increasing".into());
+        }
+        for (k, s) in segments.iter().enumerate() {
+            let expected = s.basis.nodes().len() * dimension;
+            if s.values.len() != expected {
+                return fail(format!("segment {k} has {} values, expected {expected}", s.values.len()));
+            }
+        }
+        Ok(Self { dimension, breaks, segments })
+    }
+
+    /// Number of components.
+    #[must_use]
+    pub fn dimension(&self) -> usize {
+        self.dimension
+    }
+
+    /// Times between which the pieces live, `segments + 1` of them.
+    #[must_use]
+    pub fn breaks(&self) -> &[f64] {
+        &self.breaks
+    }
+
+    /// The pieces.
+    #[must_use]
+    pub fn segments(&self) -> &[Segment] {
+        &self.segments
+    }
+
+    /// Index of the piece that holds `t`; the later one at a break, the nearest one outside.
+    #[must_use]
+    pub fn segment_at(&self, t: f64) -> usize {
+        self.breaks.partition_point(|b| *b <= t).saturating_sub(1).min(self.segments.len() - 1)
+    }
+
+    /// Times of the nodes of a piece.
+    pub fn node_times(&self, segment: usize) -> impl Iterator<Item = f64> + '_ {
+        let (a, b) = (self.breaks[segment], self.breaks[segment + 1]);
+        self.segments[segment].basis.nodes().iter().map(move |x| a + 0.5 * (b - a) * (x + 1.0))
+    }
+
+    /// Value at `t` (length `dimension`); extrapolates outside.
+    pub fn evaluate(&self, t: f64, out: &mut [f64]) {
+        self.evaluate_in(self.segment_at(t), t, out);
+    }
+
+    /// Value at `t` of one piece, which matters at breaks.
+    pub fn evaluate_in(&self, segment: usize, t: f64, out: &mut [f64]) {
+        let s = &self.segments[segment];
+        s.basis.evaluate_all(&s.values, self.local(segment, t), out);
+    }
+
+    /// Time derivative at `t` of one piece.
+    pub fn derivative_in(&self, segment: usize, t: f64, out: &mut [f64]) {
+        let s = &self.segments[segment];
+        s.basis.derivative_all(&s.values, self.local(segment, t), out);
+        let rate = 2.0 / (self.breaks[segment + 1] - self.breaks[segment]);
+        out.iter_mut().for_each(|v| *v *= rate);
+    }
+
+    /// One component at `t`.
+    #[must_use]
+    pub fn component(&self, t: f64, index: usize) -> f64 {
+        let k = self.segment_at(t);
+        let s = &self.segments[k];
+        s.basis.evaluate(&s.values, self.dimension, index, self.local(k, t))
+    }
+
+    fn local(&self, segment: usize, t: f64) -> f64 {
+        let (a, b) = (self.breaks[segment], self.breaks[segment + 1]);
+        ((t - a) - (b - t)) / (b - a)
+    }
+}

@@ -1,0 +1,79 @@
+//! What a solve returns, and its summary for files and scripts.
+
+use std::collections::BTreeMap;
+
+use apsides_ocp::{Ocp, Trajectory};
+use apsides_verify::Certificate;
+use serde::{Deserialize, Serialize};
+
+/// Name, value and unit of the objective.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct ObjectiveValue {
+    /// Name, for instance `flight_time`.
+    pub name: String,
+    /// Value in `unit`.
+    pub value: f64,
+    /// Unit.
+    pub unit: String,
+}
+
+/// Work that a solve took.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+pub struct Counters {
+    /// Interior-point iterations over all meshes.
+    pub iterations: usize,
+    /// Factorisations over all meshes.
+    pub factorisations: usize,
+    /// Variables of the last discretised problem.
+    pub variables: usize,
+    /// Constraints of the last discretised problem.
+    pub constraints: usize,
+    /// Meshes solved.
+    pub mesh_iterations: usize,
+}
+
+/// Wall-clock times in ms.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct Timing {
+    /// Mission to problem, guess and first mesh.
+    pub build: f64,
+    /// All solves.
+    pub solve: f64,
+    /// Verification.
+    pub verify: f64,
+}
+
+/// The stable summary of a solve: its JSON form is what scripts read.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Summary {
+    /// Mission name.
+    pub mission: String,
+    /// Method name.
+    pub method: String,
+    /// `optimal`, `acceptable`, `infeasible`, ...
+    pub status: String,
+    /// The objective.
+    pub objective: ObjectiveValue,
+    /// Mission scalars; the unit ends the key.
+    pub results: BTreeMap<String, f64>,
+    /// Work.
+    pub counters: Counters,
+    /// Times.
+    pub timing_ms: Timing,
+    /// Verdict and checks.
+    pub certificate: Certificate,
+}
+
+/// Everything that a solve of a mission returns.
+pub struct Outcome {
+    /// The problem that was solved.
+    pub ocp: Ocp,
+    /// Its solution, or the best approximation reached.
+    pub trajectory: Trajectory,
+    /// The numbers.
+    pub summary: Summary,
+    /// The mission file that gives this result again, with every value written out.
+    pub mission_file: String,
+    /// One sentence for the reader when the status is not `optimal`.
+    pub explanation: Option<String>,
+}
