@@ -1,0 +1,205 @@
+//! Structure of the permuted matrix: upper triangle by columns, with the position of every triplet.
+
+use crate::KktError;
+
+/// Marks a root of the elimination forest.
+const ROOT: u32 = u32::MAX;
+
+/// Upper triangle of a symmetric `n` x `n` matrix by columns; rows ascend in each column, the diagonal entry is always
+/// present and last.
+#[derive(Debug, Clone)]
+pub(crate) struct Pattern {
+    pub(crate) n: usize,
+    /// Length `n + 1`.
+    pub(crate) col_ptr: Vec<u32>,
+    /// Length `col_ptr[n]`.
+    pub(crate) row_idx: Vec<u32>,
+    /// Position in `row_idx` of each triplet.
+    pub(crate) triplet_position: Vec<u32>,
+}
+
+impl Pattern {
+    /// Structure of the triplets with row `i` moved to `position[i]`. Duplicates share one position.
+    ///
+    /// The caller has checked that every index is below `n` and that `rows` and `cols` have equal length.
+    pub(crate) fn new(n: usize, rows: &[usize], cols: &[usize], position: &[u32]) -> Result<Self, KktError> {
+        let triplets = rows.len();
+        let entries = triplets + n;
+        if entries > i32::MAX as usize {
+            return Err(KktError::TooLarge { n });
+        }
+        // Entry e < triplets is a triplet; the others are the diagonal.
+        let endpoints = |e: usize| {
+            let (a, b) = if e < triplets {
+                (position[rows[e]], position[cols[e]])
+            } else {
+                ((e - triplets) as u32, (e - triplets) as u32)
+            };
+            (a.min(b), a.max(b))
+        };
+        // Two stable counting sorts: by row, then by column.
+        let by_row = counting_sort(n, 0..entries as u32, entries, |e| endpoints(e).0);
+        let by_col = counting_sort(n, by_row.iter().copied(), entries, |e| endpoints(e).1);
+
+        let mut col_ptr = vec![0u32; n + 1];
+        let mut row_idx = Vec::with_capacity(entries);
+        let mut triplet_position = vec![0u32; triplets];
+        let mut previous = None;
+        for &e in &by_col {
+            let (row, col) = endpoints(e as usize);
+            if previous != Some((row, col)) {
+                row_idx.push(row);
+                col_ptr[col as usize + 1] += 1;
+                previous = Some((row, col));
+            }
+            if let Some(p) = triplet_position.get_mut(e as usize) {
+                *p = (row_idx.len() - 1) as u32;
+            }
+        }
+        for j in 0..n {
+            col_ptr[j + 1] += col_ptr[j];
+        }
+        Ok(Self { n, col_ptr, row_idx, triplet_position })
+    }
+
+    pub(crate) fn nonzeros(&self) -> usize {
+        self.row_idx.len()
+    }
+
+    /// Position of the diagonal entry of column `j`.
+    pub(crate) fn diagonal(&self, j: usize) -> usize {
+        self.col_ptr[j + 1] as usize - 1
+    }
+
+    /// Positions of the entries of column `j`.
+    pub(crate) fn column(&self, j: usize) -> std::ops::Range<usize> {
+        self.col_ptr[j] as usize..self.col_ptr[j + 1] as usize
+    }
+
+    /// `out -= A x` for the symmetric matrix with these values.
+    pub(crate) fn subtract_product(&self, values: &[f64], x: &[f64], out: &mut [f64]) {
+        for j in 0..self.n {
+            let column = self.column(j);
+            let last = column.end - 1;
+            let xj = x[j];
+            let mut sum = values[last] * xj;
+            for (&i, &a) in self.row_idx[column.start..last].iter().zip(&values[column.start..last]) {
+                let i = i as usize;
+                out[i] -= a * xj;
+                sum += a * x[i];
+            }
+            out[j] -= sum;
+        }
+    }
+
+    /// Elimination order that is a postorder of the elimination tree: `order[k]` is the column for place `k`.
+    /// `None` if the columns are in postorder already.
+    pub(crate) fn postorder(&self) -> Option<Vec<u32>> {
+        let parent = self.elimination_tree();
+        let n = self.n;
+        let mut first_child = vec![ROOT; n];
+        let mut next_sibling = vec![ROOT; n];
+        let mut roots = ROOT;
+        for j in (0..n).rev() {
+            let head = match parent[j] {
+                ROOT => &mut roots,
+                p => &mut first_child[p as usize],
+            };
+            next_sibling[j] = *head;
+            *head = j as u32;
+        }
+        let mut order = Vec::with_capacity(n);
+        let mut stack = Vec::new();
+        let mut root = roots;
+        while root != ROOT {
+            stack.push(root);
+            while let Some(&node) = stack.last() {
+                let child = first_child[node as usize];
+                if child == ROOT {
+                    order.push(node);
+                    stack.pop();
+                } else {
+                    first_child[node as usize] = next_sibling[child as usize];
+                    stack.push(child);
+                }
+            }
+            root = next_sibling[root as usize];
+        }
+        let sorted = order.iter().enumerate().all(|(k, &j)| k == j as usize);
+        (!sorted).then_some(order)
+    }
+
+    /// Parent of each column in the elimination tree (Liu, doi:10.1137/0611010), by path compression.
+    fn elimination_tree(&self) -> Vec<u32> {
+        let mut parent = vec![ROOT; self.n];
+        let mut ancestor = vec![ROOT; self.n];
+        for j in 0..self.n {
+            for p in self.column(j) {
+                let mut i = self.row_idx[p];
+                while i != ROOT && (i as usize) < j {
+                    let next = ancestor[i as usize];
+                    ancestor[i as usize] = j as u32;
+                    if next == ROOT {
+                        parent[i as usize] = j as u32;
+                    }
+                    i = next;
+                }
+            }
+        }
+        parent
+    }
+}
+
+/// Stable counting sort of `items` by `key(item) < n`.
+fn counting_sort(
+    n: usize,
+    items: impl Iterator<Item = u32> + Clone,
+    len: usize,
+    key: impl Fn(usize) -> u32,
+) -> Vec<u32> {
+    let mut next = vec![0u32; n + 1];
+    for e in items.clone() {
+        next[key(e as usize) as usize + 1] += 1;
+    }
+    for k in 0..n {
+        next[k + 1] += next[k];
+    }
+    let mut sorted = vec![0u32; len];
+    for e in items {
+        let slot = &mut next[key(e as usize) as usize];
+        sorted[*slot as usize] = e;
+        *slot += 1;
+    }
+    sorted
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn duplicates_and_both_triangles_share_positions() {
+        let pattern = Pattern::new(3, &[0, 2, 0, 1], &[2, 0, 2, 1], &[0, 1, 2]).expect("small");
+        assert_eq!(pattern.col_ptr, [0, 1, 2, 4]);
+        assert_eq!(pattern.row_idx, [0, 1, 0, 2]);
+        assert_eq!(pattern.triplet_position, [2, 2, 2, 1]);
+    }
+
+    #[test]
+    fn product_with_a_small_matrix() {
+        // [2 1; 1 -3] x = b with x = (1, 2): A x = (4, -5).
+        let pattern = Pattern::new(2, &[0, 0, 1], &[0, 1, 1], &[0, 1]).expect("small");
+        let mut out = [5.0, -5.0];
+        pattern.subtract_product(&[2.0, 1.0, -3.0], &[1.0, 2.0], &mut out);
+        assert_eq!(out, [1.0, 0.0]);
+    }
+
+    #[test]
+    fn postorder_gathers_subtrees() {
+        // Arrow of two chains 0-2-4 and 1-3-4: the tree order 0 2 1 3 4 is a postorder, 0 1 2 3 4 is not.
+        let pattern = Pattern::new(5, &[0, 2, 1, 3], &[2, 4, 3, 4], &[0, 1, 2, 3, 4]).expect("small");
+        assert_eq!(pattern.postorder(), Some(vec![0, 2, 1, 3, 4]));
+        let chain = Pattern::new(3, &[0, 1], &[1, 2], &[0, 1, 2]).expect("small");
+        assert_eq!(chain.postorder(), None);
+    }
+}

@@ -1,0 +1,301 @@
+//! [`KktSystem`]: the data flow from triplets to a refined solution.
+
+use crate::elimination;
+use crate::factor::{Factor, Kernel, SUPERNODAL_WORK_PER_ENTRY};
+use crate::pattern::Pattern;
+use crate::refine::{Refiner, System, maximum};
+use crate::scaling::{equilibrate, smallest_row};
+use crate::settings::check_nonnegative;
+use crate::{Factorisation, KktError, KktSettings};
+
+/// Signs of the eigenvalues, as counted from the factor (Sylvester's law of inertia).
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
+pub struct Inertia {
+    /// Positive pivots.
+    pub positive: usize,
+    /// Negative pivots.
+    pub negative: usize,
+    /// Pivots that are zero to rounding. All rows, if the factorisation overflowed.
+    pub zero: usize,
+}
+
+/// How well a system was solved.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct SolveQuality {
+    /// `|b - A x| / |b|` in the maximum norm, for the system without static shift in its equilibrated rows and
+    /// columns. Above the tolerance of the settings: either no better solution was found (singular or extremely
+    /// ill-conditioned), or `|x|` is so much larger than `|b|` that the product `A x` rounds to no less.
+    pub residual: f64,
+    /// Solves with a factor after the first one.
+    pub refinements: usize,
+    /// The pivoted LBL^T factorisation was used.
+    pub fallback: bool,
+}
+
+/// Work done since [`KktSystem::analyse`].
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
+pub struct KktCounters {
+    /// LDL^T factorisations.
+    pub factorisations: usize,
+    /// Calls of [`KktSystem::solve`].
+    pub solves: usize,
+    /// Solves with a factor after the first of each call.
+    pub refinements: usize,
+    /// Factorisations by pivoted LBL^T.
+    pub fallbacks: usize,
+}
+
+/// A symmetric indefinite system whose structure is analysed once and whose values change.
+///
+/// After `analyse` and the first fallback (whose memory is set up when it is first needed) nothing is allocated.
+pub struct KktSystem {
+    settings: KktSettings,
+    /// Elimination order: place `k` holds row `order[k]`.
+    order: Vec<u32>,
+    primal: usize,
+    pattern: Pattern,
+    /// Equilibrated upper triangle, without the static shift.
+    values: Vec<f64>,
+    /// Scale of each place.
+    scale: Vec<f64>,
+    factor: Factor,
+    fallback: Option<Factor>,
+    /// The fallback holds the factor of the present values.
+    fallback_current: bool,
+    factored: bool,
+    /// Size of a row of the matrix: 1 after equilibration, else that of the smallest row.
+    unit: f64,
+    refiner: Refiner,
+    rhs: Vec<f64>,
+    solution: Vec<f64>,
+    counters: KktCounters,
+}
+
+impl std::fmt::Debug for KktSystem {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        f.debug_struct("KktSystem")
+            .field("n", &self.pattern.n)
+            .field("primal", &self.primal)
+            .field("nonzeros", &self.pattern.nonzeros())
+            .field("factor_nonzeros", &self.factor_nonzeros())
+            .field("counters", &self.counters)
+            .finish_non_exhaustive()
+    }
+}
+
+impl KktSystem {
+    /// Analyses the structure of an `n` x `n` system whose first `primal` rows are primal (expected positive), the
+    /// others dual (expected negative).
+    ///
+    /// Entry `t` of the triplets stands for the pair `(rows[t], cols[t])` and its mirror image: give one triangle,
+    /// either one, even mixed. Duplicates are summed. The diagonal needs no triplets.
+    ///
+    /// # Errors
+    /// Slices of unequal length, indices out of range, an order that is no permutation, negative or non-finite
+    /// settings, a system too large for 32-bit indices.
+    pub fn analyse(
+        n: usize,
+        primal: usize,
+        rows: &[usize],
+        cols: &[usize],
+        settings: KktSettings,
+    ) -> Result<Self, KktError> {
+        settings.check()?;
+        if primal > n {
+            return Err(KktError::PrimalRows { primal, n });
+        }
+        if rows.len() != cols.len() {
+            return Err(KktError::Dimension { what: "cols", found: cols.len(), expected: rows.len() });
+        }
+        if n > i32::MAX as usize {
+            return Err(KktError::TooLarge { n });
+        }
+        if let Some(index) = rows.iter().zip(cols).position(|(&i, &j)| i >= n || j >= n) {
+            return Err(KktError::OutOfBounds { index, row: rows[index], col: cols[index], n });
+        }
+        let mut order = elimination::order(n, rows, cols, &settings.ordering)?;
+        let mut pattern = Pattern::new(n, rows, cols, &elimination::inverse(&order))?;
+        if let Some(postorder) = pattern.postorder() {
+            order = postorder.iter().map(|&k| order[k as usize]).collect();
+            pattern = Pattern::new(n, rows, cols, &elimination::inverse(&order))?;
+        }
+        let factor = match settings.factorisation {
+            Factorisation::Simplicial => Factor::new(&pattern, Kernel::SimplicialLdlt)?,
+            Factorisation::Supernodal => Factor::new(&pattern, Kernel::SupernodalLdlt)?,
+            Factorisation::Auto => {
+                let simplicial = Factor::new(&pattern, Kernel::SimplicialLdlt)?;
+                if simplicial.work_per_entry().is_some_and(|w| w >= SUPERNODAL_WORK_PER_ENTRY) {
+                    Factor::new(&pattern, Kernel::SupernodalLdlt)?
+                } else {
+                    simplicial
+                }
+            }
+        };
+        Ok(Self {
+            refiner: Refiner::new(n, settings.max_refinements),
+            settings,
+            order,
+            primal,
+            values: vec![0.0; pattern.nonzeros()],
+            scale: vec![1.0; n],
+            factor,
+            fallback: None,
+            fallback_current: false,
+            factored: false,
+            unit: 0.0,
+            rhs: vec![0.0; n],
+            solution: vec![0.0; n],
+            counters: KktCounters::default(),
+            pattern,
+        })
+    }
+
+    /// Factors the matrix with `values` in the order of the triplets given to [`analyse`](Self::analyse), after adding
+    /// `primal_shift` to the diagonal of the primal rows and subtracting `dual_shift` from that of the dual rows.
+    /// Both shifts belong to the system that [`solve`](Self::solve) solves.
+    ///
+    /// The inertia is that of the factor, which also carries the static shift. A singular matrix is no error: look
+    /// at [`Inertia::zero`], and at the [`SolveQuality`] of the solutions.
+    ///
+    /// # Errors
+    /// Wrong length, values that are not finite, a negative or non-finite shift. No factor is held afterwards.
+    pub fn factor(
+        &mut self,
+        values: &[f64],
+        primal_shift: f64,
+        dual_shift: f64,
+    ) -> Result<Inertia, KktError> {
+        self.factored = false;
+        self.fallback_current = false;
+        let expected = self.pattern.triplet_position.len();
+        if values.len() != expected {
+            return Err(KktError::Dimension { what: "values", found: values.len(), expected });
+        }
+        check_nonnegative("primal_shift", primal_shift)?;
+        check_nonnegative("dual_shift", dual_shift)?;
+
+        self.values.fill(0.0);
+        for (&p, &v) in self.pattern.triplet_position.iter().zip(values) {
+            self.values[p as usize] += v;
+        }
+        for (j, &row) in self.order.iter().enumerate() {
+            let shift = if (row as usize) < self.primal { primal_shift } else { -dual_shift };
+            self.values[self.pattern.diagonal(j)] += shift;
+        }
+        if !self.values.iter().all(|v| v.is_finite()) {
+            let index = values.iter().position(|v| !v.is_finite()).unwrap_or(0);
+            return Err(KktError::NotFinite { what: "values", index });
+        }
+        if self.settings.equilibrate {
+            equilibrate(&self.pattern, &mut self.values, &mut self.scale, &mut self.rhs);
+            self.unit = 1.0;
+        } else {
+            self.unit = smallest_row(&self.pattern, &self.values, &self.scale, &mut self.rhs);
+        }
+        self.counters.factorisations += 1;
+        self.factored = true;
+        let (order, primal, shift) = (&self.order, self.primal, self.settings.static_shift);
+        Ok(self
+            .factor
+            .factor(&self.values, self.unit, |j| if (order[j] as usize) < primal { shift } else { -shift }))
+    }
+
+    /// Solves with the matrix last given to [`factor`](Self::factor), without the static shift. If refinement with
+    /// the LDL^T factor misses the tolerance, the pivoted LBL^T factorisation continues from its best solution; the
+    /// best solution met is returned with its true residual.
+    ///
+    /// # Errors
+    /// No factor, slices not of length `n`, a right-hand side that is not finite.
+    pub fn solve(&mut self, rhs: &[f64], solution: &mut [f64]) -> Result<SolveQuality, KktError> {
+        let n = self.pattern.n;
+        if !self.factored {
+            return Err(KktError::NotFactored);
+        }
+        if rhs.len() != n {
+            return Err(KktError::Dimension { what: "rhs", found: rhs.len(), expected: n });
+        }
+        if solution.len() != n {
+            return Err(KktError::Dimension { what: "solution", found: solution.len(), expected: n });
+        }
+        if let Some(index) = rhs.iter().position(|v| !v.is_finite()) {
+            return Err(KktError::NotFinite { what: "rhs", index });
+        }
+        self.counters.solves += 1;
+        for ((b, &row), &s) in self.rhs.iter_mut().zip(&self.order).zip(&self.scale) {
+            *b = rhs[row as usize] * s;
+        }
+        self.solution.fill(0.0);
+        let quality = self.solve_scaled()?;
+        self.counters.refinements += quality.refinements;
+        for ((&x, &row), &s) in self.solution.iter().zip(&self.order).zip(&self.scale) {
+            solution[row as usize] = x * s;
+        }
+        Ok(quality)
+    }
+
+    /// `self.solution` from `self.rhs`, both scaled and in elimination order.
+    fn solve_scaled(&mut self) -> Result<SolveQuality, KktError> {
+        let rhs_norm = maximum(&self.rhs);
+        if rhs_norm == 0.0 {
+            return Ok(SolveQuality { residual: 0.0, refinements: 0, fallback: false });
+        }
+        let system = System {
+            pattern: &self.pattern,
+            values: &self.values,
+            rhs: &self.rhs,
+            rhs_norm,
+            unit: self.unit,
+        };
+        let tolerance = self.settings.residual_tolerance;
+        let limit = self.settings.max_refinements;
+        let direct = self.refiner.solve(system, &mut self.factor, &mut self.solution, tolerance, limit + 1);
+        let mut quality = SolveQuality {
+            residual: direct.residual,
+            refinements: direct.solves.saturating_sub(1),
+            fallback: false,
+        };
+        if direct.converged {
+            return Ok(quality);
+        }
+        let fallback = match &mut self.fallback {
+            Some(fallback) => fallback,
+            none => none.insert(Factor::new(&self.pattern, Kernel::SupernodalLblt)?),
+        };
+        if !self.fallback_current {
+            let (order, primal, shift) = (&self.order, self.primal, self.settings.static_shift);
+            let _ = fallback.factor(&self.values, self.unit, |j| {
+                if (order[j] as usize) < primal { shift } else { -shift }
+            });
+            self.fallback_current = true;
+            self.counters.fallbacks += 1;
+        }
+        let pivoted = self.refiner.solve(system, fallback, &mut self.solution, tolerance, limit + 1);
+        quality.residual = pivoted.residual;
+        quality.refinements += pivoted.solves;
+        quality.fallback = true;
+        Ok(quality)
+    }
+
+    /// Rows of the system.
+    pub fn dimension(&self) -> usize {
+        self.pattern.n
+    }
+
+    /// Entries stored for the LDL^T factor.
+    pub fn factor_nonzeros(&self) -> usize {
+        self.factor.nonzeros()
+    }
+
+    /// The kernel in use: never [`Factorisation::Auto`].
+    pub fn factorisation(&self) -> Factorisation {
+        match self.factor.work_per_entry() {
+            Some(_) => Factorisation::Simplicial,
+            None => Factorisation::Supernodal,
+        }
+    }
+
+    /// Work done so far.
+    pub fn counters(&self) -> KktCounters {
+        self.counters
+    }
+}

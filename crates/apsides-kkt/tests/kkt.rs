@@ -1,0 +1,548 @@
+//! The public interface against dense elimination and known inertia.
+
+use apsides_kkt::{Factorisation, Inertia, KktError, KktSettings, KktSystem, Ordering, SolveQuality};
+use proptest::prelude::*;
+
+/// Residual every well-posed test system must reach.
+const TOLERANCE: f64 = 1e-10;
+
+/// Reproducible numbers in [-1, 1) (splitmix64).
+struct Random(u64);
+
+impl Random {
+    fn next(&mut self) -> f64 {
+        self.0 = self.0.wrapping_add(0x9e37_79b9_7f4a_7c15);
+        let mut z = self.0;
+        z = (z ^ (z >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
+        z = (z ^ (z >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
+        ((z ^ (z >> 31)) >> 11) as f64 / (1u64 << 52) as f64 - 1.0
+    }
+    fn vector(&mut self, n: usize) -> Vec<f64> {
+        (0..n).map(|_| self.next()).collect()
+    }
+    fn below(&mut self, n: usize) -> usize {
+        (((self.next() + 1.0) * 0.5 * n as f64) as usize).min(n - 1)
+    }
+}
+
+/// One triangle of a symmetric matrix as triplets.
+#[derive(Clone, Default)]
+struct Triplets {
+    n: usize,
+    primal: usize,
+    rows: Vec<usize>,
+    cols: Vec<usize>,
+    values: Vec<f64>,
+}
+
+impl Triplets {
+    fn new(n: usize, primal: usize) -> Self {
+        Self { n, primal, ..Self::default() }
+    }
+    fn push(&mut self, i: usize, j: usize, v: f64) {
+        self.rows.push(i);
+        self.cols.push(j);
+        self.values.push(v);
+    }
+    fn dense(&self) -> Vec<Vec<f64>> {
+        let mut a = vec![vec![0.0; self.n]; self.n];
+        for ((&i, &j), &v) in self.rows.iter().zip(&self.cols).zip(&self.values) {
+            a[i][j] += v;
+            if i != j {
+                a[j][i] += v;
+            }
+        }
+        a
+    }
+    fn analyse(&self, settings: KktSettings) -> KktSystem {
+        KktSystem::analyse(self.n, self.primal, &self.rows, &self.cols, settings).expect("well-posed")
+    }
+    /// `|b - A x| / |b|` row by row in the original, unscaled system, in the maximum norm.
+    fn plain_residual(&self, x: &[f64], b: &[f64]) -> f64 {
+        let product = multiply(&self.dense(), x);
+        let r = product.iter().zip(b).map(|(p, b)| (p - b).abs()).fold(0.0, f64::max);
+        r / b.iter().fold(0.0f64, |m, v| m.max(v.abs()))
+    }
+}
+
+fn multiply(a: &[Vec<f64>], x: &[f64]) -> Vec<f64> {
+    a.iter().map(|row| row.iter().zip(x).map(|(a, x)| a * x).sum()).collect()
+}
+
+/// Gaussian elimination with partial pivoting.
+fn dense_solve(mut a: Vec<Vec<f64>>, b: &[f64]) -> Vec<f64> {
+    let n = b.len();
+    let mut x = b.to_vec();
+    for k in 0..n {
+        let p = (k..n).max_by(|&i, &j| a[i][k].abs().total_cmp(&a[j][k].abs())).expect("k < n");
+        a.swap(k, p);
+        x.swap(k, p);
+        for i in k + 1..n {
+            let f = a[i][k] / a[k][k];
+            for j in k..n {
+                let u = a[k][j];
+                a[i][j] -= f * u;
+            }
+            x[i] -= f * x[k];
+        }
+    }
+    for k in (0..n).rev() {
+        let sum: f64 = (k + 1..n).map(|j| a[k][j] * x[j]).sum();
+        x[k] = (x[k] - sum) / a[k][k];
+    }
+    x
+}
+
+/// H = tridiagonal, diagonally dominant; J = identity part plus random entries: full row rank, inertia (nx, m, 0).
+fn convex_kkt(random: &mut Random, nx: usize, m: usize) -> Triplets {
+    let mut t = Triplets::new(nx + m, nx);
+    for i in 0..nx {
+        t.push(i, i, 3.0 + random.next());
+        if i + 1 < nx {
+            t.push(i + 1, i, random.next());
+        }
+    }
+    for k in 0..m {
+        t.push(nx + k, k, 2.0 + random.next());
+        for j in m..nx {
+            if random.next() > 0.6 {
+                t.push(nx + k, j, random.next());
+            }
+        }
+    }
+    t
+}
+
+fn kernels() -> [Factorisation; 3] {
+    [Factorisation::Auto, Factorisation::Simplicial, Factorisation::Supernodal]
+}
+
+fn assert_close(x: &[f64], y: &[f64], tolerance: f64) {
+    let scale = y.iter().fold(1.0f64, |m, v| m.max(v.abs()));
+    for (i, (x, y)) in x.iter().zip(y).enumerate() {
+        assert!((x - y).abs() <= tolerance * scale, "entry {i}: {x} against {y}");
+    }
+}
+
+fn solve(system: &mut KktSystem, b: &[f64]) -> (Vec<f64>, SolveQuality) {
+    let mut x = vec![f64::NAN; b.len()];
+    let quality = system.solve(b, &mut x).expect("factored");
+    (x, quality)
+}
+
+#[test]
+fn agrees_with_dense_elimination_for_every_kernel_and_order() {
+    let mut random = Random(1);
+    for (nx, m) in [(1, 0), (1, 1), (5, 2), (20, 8), (60, 30), (90, 20)] {
+        let t = convex_kkt(&mut random, nx, m);
+        let n = nx + m;
+        let b = random.vector(n);
+        let reference = dense_solve(t.dense(), &b);
+        let stages = (0..n).map(|i| if i < nx { i as u32 } else { (i - nx) as u32 }).collect();
+        for ordering in [Ordering::Amd, Ordering::Stages(stages), Ordering::Custom((0..n).rev().collect())] {
+            for factorisation in kernels() {
+                for equilibrate in [false, true] {
+                    let settings = KktSettings {
+                        ordering: ordering.clone(),
+                        factorisation,
+                        equilibrate,
+                        ..KktSettings::default()
+                    };
+                    let mut system = t.analyse(settings);
+                    let inertia = system.factor(&t.values, 0.0, 0.0).expect("finite");
+                    assert_eq!(inertia, Inertia { positive: nx, negative: m, zero: 0 });
+                    let (x, quality) = solve(&mut system, &b);
+                    assert!(quality.residual <= TOLERANCE && !quality.fallback, "{quality:?}");
+                    assert_close(&x, &reference, 1e-9);
+                }
+            }
+        }
+    }
+}
+
+#[test]
+fn shifts_belong_to_the_system() {
+    let mut random = Random(2);
+    let t = convex_kkt(&mut random, 12, 5);
+    let b = random.vector(17);
+    let mut dense = t.dense();
+    for (i, row) in dense.iter_mut().enumerate() {
+        row[i] += if i < 12 { 0.5 } else { -0.25 };
+    }
+    let mut system = t.analyse(KktSettings::default());
+    system.factor(&t.values, 0.5, 0.25).expect("finite");
+    let (x, _) = solve(&mut system, &b);
+    assert_close(&x, &dense_solve(dense, &b), 1e-9);
+}
+
+#[test]
+fn triangles_and_duplicates_are_one_matrix() {
+    let mut random = Random(3);
+    let t = convex_kkt(&mut random, 10, 4);
+    let b = random.vector(14);
+    let mut split = Triplets::new(14, 10);
+    for (k, ((&i, &j), &v)) in t.rows.iter().zip(&t.cols).zip(&t.values).enumerate() {
+        match k % 3 {
+            0 => split.push(j, i, v),
+            1 => {
+                split.push(i, j, 0.25 * v);
+                split.push(j, i, 0.75 * v);
+            }
+            _ => split.push(i, j, v),
+        }
+    }
+    let (mut one, mut two) = (t.analyse(KktSettings::default()), split.analyse(KktSettings::default()));
+    assert_eq!(one.factor_nonzeros(), two.factor_nonzeros());
+    assert_eq!(one.factor(&t.values, 0.0, 0.0), two.factor(&split.values, 0.0, 0.0));
+    assert_close(&solve(&mut one, &b).0, &solve(&mut two, &b).0, 1e-12);
+}
+
+#[test]
+fn indefinite_hessian_is_counted_and_repaired_by_the_primal_shift() {
+    // H = diag(1, -2, 3), J = (1 0 0): on the null space of J, H has the eigenvalues -2 and 3.
+    let mut t = Triplets::new(4, 3);
+    for (i, h) in [1.0, -2.0, 3.0].into_iter().enumerate() {
+        t.push(i, i, h);
+    }
+    t.push(3, 0, 1.0);
+    for factorisation in kernels() {
+        let mut system = t.analyse(KktSettings { factorisation, ..KktSettings::default() });
+        let inertia = system.factor(&t.values, 0.0, 0.0).expect("finite");
+        assert_eq!(inertia, Inertia { positive: 2, negative: 2, zero: 0 });
+        let inertia = system.factor(&t.values, 2.5, 0.0).expect("finite");
+        assert_eq!(inertia, Inertia { positive: 3, negative: 1, zero: 0 });
+    }
+}
+
+#[test]
+fn zero_pivots_are_reported_without_static_shift() {
+    // Two equal constraints.
+    let mut t = Triplets::new(4, 2);
+    for (i, j, v) in [(0, 0, 1.0), (1, 1, 1.0), (2, 0, 1.0), (2, 1, 1.0), (3, 0, 1.0), (3, 1, 1.0)] {
+        t.push(i, j, v);
+    }
+    for factorisation in kernels() {
+        let settings = KktSettings {
+            factorisation,
+            static_shift: 0.0,
+            ordering: Ordering::Custom(vec![0, 1, 2, 3]),
+            ..KktSettings::default()
+        };
+        let mut system = t.analyse(settings);
+        let inertia = system.factor(&t.values, 0.0, 0.0).expect("finite");
+        assert_eq!(inertia, Inertia { positive: 2, negative: 1, zero: 1 });
+        // No solution exists: the residual says so.
+        let (x, quality) = solve(&mut system, &[0.0, 0.0, 1.0, 2.0]);
+        assert!(x.iter().all(|v| v.is_finite()));
+        assert!(quality.residual > 1e-8, "{quality:?}");
+        // A consistent right-hand side has solutions.
+        let (x, _) = solve(&mut system, &[0.0, 0.0, 1.0, 1.0]);
+        assert!(t.plain_residual(&x, &[0.0, 0.0, 1.0, 1.0]) < 1e-9);
+        // The dual shift makes the system regular.
+        let inertia = system.factor(&t.values, 0.0, 1e-6).expect("finite");
+        assert_eq!(inertia, Inertia { positive: 2, negative: 2, zero: 0 });
+        let (_, quality) = solve(&mut system, &[0.0, 0.0, 1.0, 2.0]);
+        assert!(quality.residual <= TOLERANCE);
+    }
+}
+
+#[test]
+fn inconsistent_singular_system_is_not_called_solved() {
+    let mut t = Triplets::new(4, 2);
+    for (i, j, v) in [(0, 0, 1.0), (1, 1, 1.0), (2, 0, 1.0), (2, 1, 1.0), (3, 0, 1.0), (3, 1, 1.0)] {
+        t.push(i, j, v);
+    }
+    for factorisation in kernels() {
+        let mut system = t.analyse(KktSettings { factorisation, ..KktSettings::default() });
+        system.factor(&t.values, 0.0, 0.0).expect("finite");
+        let (_, quality) = solve(&mut system, &[0.0, 0.0, 1.0, 2.0]);
+        assert!(quality.residual > 1e-8 && quality.fallback, "{quality:?}");
+    }
+}
+
+#[test]
+fn zero_matrix_is_all_zero_inertia_without_shift() {
+    let t = Triplets::new(3, 2);
+    let mut system = t.analyse(KktSettings { static_shift: 0.0, ..KktSettings::default() });
+    assert_eq!(system.factor(&[], 0.0, 0.0).expect("finite").zero, 3);
+    let (x, quality) = solve(&mut system, &[1.0, 2.0, 3.0]);
+    assert!(quality.residual > 0.1 && x.iter().all(|v| v.is_finite()));
+    let inertia = system.factor(&[], 1.0, 1.0).expect("finite");
+    assert_eq!(inertia, Inertia { positive: 2, negative: 1, zero: 0 });
+}
+
+#[test]
+fn empty_and_scalar_systems() {
+    let mut empty = KktSystem::analyse(0, 0, &[], &[], KktSettings::default()).expect("empty");
+    for factorisation in kernels() {
+        let settings = KktSettings { factorisation, ..KktSettings::default() };
+        let mut empty = KktSystem::analyse(0, 0, &[], &[], settings.clone()).expect("empty");
+        assert_eq!(empty.factor(&[], 0.0, 0.0), Ok(Inertia::default()));
+        assert_eq!(empty.solve(&[], &mut []).expect("empty").residual, 0.0);
+        let mut scalar = KktSystem::analyse(1, 1, &[0], &[0], settings).expect("scalar");
+        assert_eq!(scalar.factor(&[4.0], 0.0, 0.0).expect("finite").positive, 1);
+        let (x, _) = solve(&mut scalar, &[2.0]);
+        assert!((x[0] - 0.5).abs() < 1e-10);
+    }
+    assert_eq!(empty.solve(&[], &mut []), Err(KktError::NotFactored));
+}
+
+#[test]
+fn malformed_requests_are_errors() {
+    let analyse = |n, primal, rows: &[usize], cols: &[usize], ordering| {
+        KktSystem::analyse(n, primal, rows, cols, KktSettings { ordering, ..KktSettings::default() }).err()
+    };
+    assert_eq!(analyse(1, 2, &[], &[], Ordering::Amd), Some(KktError::PrimalRows { primal: 2, n: 1 }));
+    let dimension = |what, found, expected| Some(KktError::Dimension { what, found, expected });
+    assert_eq!(analyse(1, 1, &[0], &[], Ordering::Amd), dimension("cols", 0, 1));
+    assert_eq!(
+        analyse(2, 1, &[0, 2], &[0, 1], Ordering::Amd),
+        Some(KktError::OutOfBounds { index: 1, row: 2, col: 1, n: 2 })
+    );
+    assert_eq!(analyse(2, 1, &[], &[], Ordering::Stages(vec![0])), dimension("stages", 1, 2));
+    assert_eq!(analyse(2, 1, &[], &[], Ordering::Custom(vec![0])), dimension("elimination order", 1, 2));
+    assert_eq!(
+        analyse(2, 1, &[], &[], Ordering::Custom(vec![1, 1])),
+        Some(KktError::Permutation { position: 1, row: 1, n: 2 })
+    );
+    for shift in [f64::NAN, -1.0, f64::INFINITY] {
+        let settings = KktSettings { static_shift: shift, ..KktSettings::default() };
+        assert!(matches!(KktSystem::analyse(1, 1, &[], &[], settings), Err(KktError::Negative { .. })));
+    }
+    let mut system = KktSystem::analyse(2, 1, &[0], &[1], KktSettings::default()).expect("well-posed");
+    assert!(matches!(system.factor(&[], 0.0, 0.0), Err(KktError::Dimension { .. })));
+    assert_eq!(system.factor(&[f64::NAN], 0.0, 0.0), Err(KktError::NotFinite { what: "values", index: 0 }));
+    assert!(matches!(system.factor(&[1.0], -1.0, 0.0), Err(KktError::Negative { .. })));
+    assert!(matches!(system.factor(&[1.0], 0.0, f64::NAN), Err(KktError::Negative { .. })));
+    let mut x = [0.0; 2];
+    assert_eq!(system.solve(&[1.0, 1.0], &mut x), Err(KktError::NotFactored));
+    system.factor(&[1.0], 0.0, 0.0).expect("finite");
+    assert!(matches!(system.solve(&[1.0], &mut x), Err(KktError::Dimension { .. })));
+    assert!(matches!(system.solve(&[1.0, 1.0], &mut x[..1]), Err(KktError::Dimension { .. })));
+    let nan = system.solve(&[1.0, f64::NAN], &mut x);
+    assert_eq!(nan, Err(KktError::NotFinite { what: "rhs", index: 1 }));
+    // A failed factorisation leaves no factor of earlier values behind.
+    assert!(system.factor(&[f64::INFINITY], 0.0, 0.0).is_err());
+    assert_eq!(system.solve(&[1.0, 1.0], &mut x), Err(KktError::NotFactored));
+}
+
+/// Chain of `stages` nodes of `nx` states and one control: x[k+1] - x[k] - B u[k] - C x[k] = 0, x[0] given, Hessian
+/// zero except, if `barrier`, on the controls.
+fn linear_chain(random: &mut Random, stages: usize, nx: usize, barrier: bool) -> (Triplets, Vec<u32>) {
+    let (width, primal) = (nx + 1, stages * (nx + 1));
+    let n = primal + stages * nx;
+    let mut t = Triplets::new(n, primal);
+    let mut stage = vec![0u32; n];
+    for k in 0..stages {
+        for i in 0..width {
+            stage[k * width + i] = k as u32;
+        }
+        if barrier {
+            t.push(k * width + nx, k * width + nx, 1.0 + random.next().abs());
+        }
+        for i in 0..nx {
+            let dual = primal + k * nx + i;
+            stage[dual] = k as u32;
+            t.push(dual, k * width + i, 1.0);
+            t.push(dual, k * width + nx, random.next());
+            if k > 0 {
+                for j in 0..nx {
+                    let v = 0.1 * random.next() - if i == j { 0.9 } else { 0.0 };
+                    t.push(dual, (k - 1) * width + j, v);
+                }
+            }
+        }
+    }
+    (t, stage)
+}
+
+#[test]
+fn free_linear_variables_with_equality_constraints() {
+    // min c^T x, A x = b with A square and regular: the Hessian is zero, the KKT matrix regular.
+    let mut random = Random(5);
+    let m = 30;
+    let mut t = Triplets::new(2 * m, m);
+    for i in 0..m {
+        t.push(m + i, i, 2.0 + random.next());
+        for _ in 0..3 {
+            t.push(m + i, random.below(m), 0.4 * random.next());
+        }
+    }
+    let b = random.vector(2 * m);
+    for factorisation in kernels() {
+        for ordering in [Ordering::Amd, Ordering::Custom((0..2 * m).collect())] {
+            let mut system = t.analyse(KktSettings { factorisation, ordering, ..KktSettings::default() });
+            system.factor(&t.values, 0.0, 0.0).expect("finite");
+            let (x, quality) = solve(&mut system, &b);
+            assert!(quality.residual <= TOLERANCE, "{quality:?}");
+            assert!(t.plain_residual(&x, &b) <= TOLERANCE);
+        }
+    }
+}
+
+#[test]
+fn chain_with_zero_hessian_diagonals() {
+    let mut random = Random(6);
+    for (stages, nx) in [(5, 3), (40, 5), (100, 4)] {
+        let (t, stage) = linear_chain(&mut random, stages, nx, true);
+        let b = random.vector(t.n);
+        for factorisation in kernels() {
+            for ordering in [Ordering::Amd, Ordering::Stages(stage.clone())] {
+                for equilibrate in [false, true] {
+                    let settings = KktSettings {
+                        factorisation,
+                        ordering: ordering.clone(),
+                        equilibrate,
+                        ..KktSettings::default()
+                    };
+                    let mut system = t.analyse(settings);
+                    let inertia = system.factor(&t.values, 0.0, 0.0).expect("finite");
+                    let (x, quality) = solve(&mut system, &b);
+                    assert_eq!(inertia, Inertia { positive: t.primal, negative: t.n - t.primal, zero: 0 });
+                    assert!(quality.residual <= TOLERANCE, "{quality:?}");
+                    assert!(!quality.fallback);
+                    assert!(t.plain_residual(&x, &b) <= TOLERANCE);
+                }
+            }
+        }
+    }
+}
+
+#[test]
+fn scales_from_1e_minus_12_to_1e12() {
+    let mut random = Random(7);
+    let t = convex_kkt(&mut random, 40, 15);
+    // The same system in other units of every row and column.
+    let units: Vec<f64> = (0..t.n).map(|_| 10f64.powf(6.0 * random.next())).collect();
+    let mut scaled = t.clone();
+    for (v, (&i, &j)) in scaled.values.iter_mut().zip(t.rows.iter().zip(&t.cols)) {
+        *v *= units[i] * units[j];
+    }
+    let b = random.vector(t.n);
+    let scaled_b: Vec<f64> = b.iter().zip(&units).map(|(b, u)| b * u).collect();
+    let reference = dense_solve(t.dense(), &b);
+    for factorisation in kernels() {
+        let mut system = scaled.analyse(KktSettings { factorisation, ..KktSettings::default() });
+        let inertia = system.factor(&scaled.values, 0.0, 0.0).expect("finite");
+        assert_eq!(inertia, Inertia { positive: 40, negative: 15, zero: 0 });
+        let (x, quality) = solve(&mut system, &scaled_b);
+        assert!(quality.residual <= TOLERANCE && !quality.fallback, "{quality:?}");
+        let unscaled: Vec<f64> = x.iter().zip(&units).map(|(x, u)| x * u).collect();
+        assert_close(&unscaled, &reference, 1e-7);
+    }
+    // All entries tiny or huge.
+    for unit in [1e-12, 1e12, 1e-150, 1e150] {
+        let values: Vec<f64> = t.values.iter().map(|v| v * unit).collect();
+        let mut system = t.analyse(KktSettings::default());
+        system.factor(&values, 0.0, 0.0).expect("finite");
+        let (x, quality) = solve(&mut system, &b);
+        assert!(quality.residual <= TOLERANCE);
+        let x: Vec<f64> = x.iter().map(|v| v * unit).collect();
+        assert_close(&x, &reference, 1e-8);
+    }
+}
+
+#[test]
+fn barrier_terms_of_a_late_interior_point_iteration() {
+    // Diagonal from 1e-10 (inactive) to 1e12 (active bound).
+    let mut random = Random(8);
+    let mut t = convex_kkt(&mut random, 50, 20);
+    for i in 0..50 {
+        t.push(i, i, 10f64.powf(1.0 + 11.0 * random.next()));
+    }
+    let b = random.vector(t.n);
+    for equilibrate in [false, true] {
+        let mut system = t.analyse(KktSettings { equilibrate, ..KktSettings::default() });
+        let inertia = system.factor(&t.values, 0.0, 0.0).expect("finite");
+        assert_eq!(inertia, Inertia { positive: 50, negative: 20, zero: 0 });
+        let (_, quality) = solve(&mut system, &b);
+        assert!(quality.residual <= TOLERANCE && !quality.fallback, "{equilibrate} {quality:?}");
+    }
+}
+
+#[test]
+fn counters_count() {
+    let t = convex_kkt(&mut Random(9), 6, 2);
+    let mut system = t.analyse(KktSettings::default());
+    for _ in 0..3 {
+        system.factor(&t.values, 0.0, 0.0).expect("finite");
+        solve(&mut system, &[1.0; 8]);
+        solve(&mut system, &[2.0; 8]);
+    }
+    let counters = system.counters();
+    assert_eq!((counters.factorisations, counters.solves, counters.fallbacks), (3, 6, 0));
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig { cases: 48, failure_persistence: None, ..ProptestConfig::default() })]
+
+    /// A = P^T L D L^T P with known signs of D: the inertia is known, and the solution by dense elimination.
+    #[test]
+    fn inertia_of_a_known_factorisation(
+        seed in any::<u64>(),
+        n in 1usize..30,
+        supernodal in any::<bool>(),
+        equilibrate in any::<bool>(),
+    ) {
+        let mut random = Random(seed);
+        let d: Vec<f64> = (0..n).map(|_| { let v = random.next(); v.signum() * (0.5 + v.abs()) }).collect();
+        let mut l = vec![vec![0.0; n]; n];
+        for i in 0..n {
+            l[i][i] = 1.0;
+            for j in 0..i {
+                if random.next() > 0.5 {
+                    l[i][j] = 0.5 * random.next();
+                }
+            }
+        }
+        let mut t = Triplets::new(n, random.below(n + 1));
+        for i in 0..n {
+            for j in 0..=i {
+                let v: f64 = (0..=j).map(|k| l[i][k] * d[k] * l[j][k]).sum();
+                if v != 0.0 {
+                    t.push(i, j, v);
+                }
+            }
+        }
+        let settings = KktSettings {
+            factorisation: if supernodal { Factorisation::Supernodal } else { Factorisation::Simplicial },
+            equilibrate,
+            ..KktSettings::default()
+        };
+        let mut system = t.analyse(settings);
+        let inertia = system.factor(&t.values, 0.0, 0.0).expect("finite");
+        let positive = d.iter().filter(|&&v| v > 0.0).count();
+        prop_assert_eq!(inertia, Inertia { positive, negative: n - positive, zero: 0 });
+        let b = random.vector(n);
+        let (x, quality) = solve(&mut system, &b);
+        prop_assert!(quality.residual <= TOLERANCE, "{:?}", quality);
+        let reference = dense_solve(t.dense(), &b);
+        let size = reference.iter().fold(1.0f64, |m, v| m.max(v.abs()));
+        for (x, y) in x.iter().zip(&reference) {
+            prop_assert!((x - y).abs() <= 1e-6 * size);
+        }
+    }
+
+    /// Any elimination order solves the same system.
+    #[test]
+    fn order_does_not_change_the_solution(seed in any::<u64>(), nx in 1usize..25, m in 0usize..12) {
+        let mut random = Random(seed);
+        let m = m.min(nx);
+        let t = convex_kkt(&mut random, nx, m);
+        let n = nx + m;
+        let mut order: Vec<usize> = (0..n).collect();
+        for i in (1..n).rev() {
+            order.swap(i, random.below(i + 1));
+        }
+        let b = random.vector(n);
+        let mut amd = t.analyse(KktSettings::default());
+        let mut custom = t.analyse(KktSettings { ordering: Ordering::Custom(order), ..KktSettings::default() });
+        let one = amd.factor(&t.values, 0.0, 0.0);
+        prop_assert_eq!(one, custom.factor(&t.values, 0.0, 0.0));
+        let (x, y) = (solve(&mut amd, &b), solve(&mut custom, &b));
+        prop_assert!(x.1.residual <= TOLERANCE && y.1.residual <= TOLERANCE);
+        for (x, y) in x.0.iter().zip(&y.0) {
+            prop_assert!((x - y).abs() <= 1e-7);
+        }
+    }
+}
