@@ -1,1 +1,46 @@
 //! Equations of motion, bodies and impulsive manoeuvres for spaceflight.
+//!
+//! ```text
+//! dx/dt = f(t, x, u)
+//! ```
+//!
+//! for the vehicles and bodies of the missions, each written once, generic in the scalar of `apsides-ad`, in SI units. The crate knows
+//! no phases, meshes or solvers: use it for a simulation as well as for an optimisation.
+//!
+//! ```
+//! use apsides_ad::Dynamics;
+//! use apsides_dynamics::{Body, Engine, planar::{ConstantThrust, PlanarFlight}};
+//!
+//! let moon = Body::MOON;
+//! let engine = Engine::new(440.0, 310.0)?;
+//! let lander = ConstantThrust(PlanarFlight::new(moon, engine));
+//! let speed = moon.circular_speed(100e3)?;
+//! let state = [moon.radius + 100e3, 0.0, speed, 0.0, 300.0]; // radius, angle, horizontal, radial speed, mass
+//! let thrust_angle = [std::f64::consts::PI]; // against the motion
+//! let rate = lander.rate(0.0, &state, &thrust_angle, &[]);
+//! assert!((rate[2] + 440.0 / 300.0).abs() < 1e-12); // horizontal deceleration, m/s2
+//! # Ok::<(), apsides_dynamics::DynamicsError>(())
+//! ```
+//!
+//! | module | subject |
+//! | --- | --- |
+//! | [`body`] | central bodies, circular and elliptic speeds |
+//! | [`engine`] | thrust, exhaust velocity, rocket equation |
+//! | [`transfer`] | Hohmann transfers |
+//! | [`planar`] | planar polar flight with constant or throttled thrust, vertical flight |
+//! | [`quantity`] | names and units of states and controls |
+//!
+//! Reference: D. A. Vallado, Fundamentals of Astrodynamics and Applications, 4th ed., 2013, ISBN 978-1881883189.
+
+pub mod body;
+pub mod engine;
+pub mod error;
+pub mod planar;
+pub mod quantity;
+pub mod transfer;
+
+pub use body::Body;
+pub use engine::Engine;
+pub use error::DynamicsError;
+pub use quantity::Quantity;
+pub use transfer::Hohmann;

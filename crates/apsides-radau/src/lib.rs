@@ -1,1 +1,65 @@
 //! hp Legendre-Gauss-Radau collocation for multi-phase optimal control.
+//!
+//! In each interval of a phase the state is a polynomial through `N` Radau points and the interval's end, and meets
+//! the equations of motion at the `N` points:
+//!
+//! ```text
+//! sum_j D_ij x_j = (h / 2) (tf - t0) f(x_i, u_i, p, t_i),     i = 1 .. N
+//! ```
+//!
+//! The resulting sparse nonlinear program has exact first and second derivatives. After each solve the error between the points is
+//! estimated and the mesh refined until the estimate meets the tolerance; costates follow from the multipliers.
+//!
+//! The crate does not integrate a trajectory again: that is what `apsides-verify` does, with code of its own.
+//!
+//! ```
+//! use apsides_ad::{Dynamics, PathFunction, Scalar};
+//! use apsides_ocp::{Bounds, Guess, Ocp, Phase, State, Variable};
+//! use apsides_radau::Radau;
+//!
+//! struct Cart;
+//! impl Dynamics<2, 1> for Cart {
+//!     fn rate<S: Scalar>(&self, _t: S, x: &[S; 2], u: &[S; 1], _p: &[S; 0]) -> [S; 2] {
+//!         [x[1], u[0]]
+//!     }
+//! }
+//! struct Effort;
+//! impl PathFunction<2, 1, 1> for Effort {
+//!     fn evaluate<S: Scalar>(&self, _t: S, _x: &[S; 2], u: &[S; 1], _p: &[S; 0]) -> [S; 1] {
+//!         [u[0].square() * 0.5]
+//!     }
+//! }
+//!
+//! let phase = Phase::new("move", Cart)
+//!     .states([State::new("x", "m").starts_at(0.0).ends_at(1.0), State::new("v", "m/s").starts_at(0.0).ends_at(0.0)])
+//!     .controls([Variable::new("a", "m/s2")])
+//!     .final_time(Bounds::fixed(1.0))
+//!     .integral(Variable::new("effort", "m2/s3"), Effort);
+//! let ocp = Ocp::builder("rest to rest").phase(phase).minimize_integral("move", "effort").build()?;
+//! let solution = Radau::default().solve(&ocp, &Guess::linear(&ocp))?;
+//! assert!((solution.trajectory.objective - 6.0).abs() < 1e-9); // closed form
+//! # Ok::<(), Box<dyn std::error::Error>>(())
+//! ```
+//!
+//! | module | subject |
+//! | --- | --- |
+//! | [`transcription`] | the nonlinear program |
+//! | [`solver`] | the method: settings, refinement loop, solution |
+//!
+//! References: D. Garg et al., A unified framework for the numerical solution of optimal control problems using
+//! pseudospectral methods, Automatica 46 (2010), doi 10.1016/j.automatica.2010.06.048. M. Patterson, W. Hager, A. Rao, A ph mesh refinement method for
+//! optimal control, Optim. Control Appl. Methods 36 (2015), doi 10.1002/oca.2114.
+
+mod endpoint_term;
+pub mod error;
+mod error_estimate;
+mod extraction;
+mod layout;
+mod node_term;
+mod refinement;
+pub mod solver;
+pub mod transcription;
+
+pub use error::RadauError;
+pub use solver::{MeshRecord, Radau, RadauSettings, RadauSolution, Unmet};
+pub use transcription::{RowOrigin, Transcription};

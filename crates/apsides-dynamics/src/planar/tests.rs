@@ -1,0 +1,73 @@
+use super::*;
+use crate::Hohmann;
+
+/// Constants of the paper (Table 1).
+fn paper() -> PlanarFlight {
+    let body = Body::new(4904.8695e9, 1737.1e3).unwrap();
+    PlanarFlight::new(body, Engine::with_exhaust_velocity(440.0, 310.0 * 9.807).unwrap())
+}
+
+#[test]
+fn circular_orbit_stays_circular() {
+    let f = paper();
+    let speed = f.body.circular_speed(100e3).unwrap();
+    assert!((speed - 1633.98).abs() < 5e-3, "eq. 11 of the paper gives 1633.98 m/s");
+    let r = f.body.radius + 100e3;
+    let rate = ThrottledThrust(f).rate(0.0, &[r, 0.3, speed, 0.0, 300.0], &[1.0, 0.0], &[]);
+    assert!(rate[2].abs() < 1e-14 && rate[3].abs() < 1e-14);
+    assert!((rate[1] - speed / r).abs() < 1e-18);
+    assert_eq!(rate[4], 0.0);
+}
+
+#[test]
+fn full_throttle_is_constant_thrust() {
+    let x = [1.75e6, 0.1, 1500.0, -20.0, 250.0];
+    let a = ConstantThrust(paper()).rate(0.0, &x, &[2.1], &[]);
+    let b = ThrottledThrust(paper()).rate(0.0, &x, &[2.1, 1.0], &[]);
+    assert_eq!(a, b);
+    assert!((a[4] + 0.144_728_748_721_288_6).abs() < 1e-15, "mass flow of the reference");
+}
+
+#[test]
+fn vertical_flight_is_planar_flight_without_horizontal_speed() {
+    let planar = ConstantThrust(paper()).rate(
+        0.0,
+        &[1.738e6, 0.0, 0.0, -50.0, 160.0],
+        &[std::f64::consts::FRAC_PI_2],
+        &[],
+    );
+    let vertical = VerticalThrust(paper()).rate(0.0, &[1.738e6, -50.0, 160.0], &[], &[]);
+    assert_eq!([planar[0], planar[3], planar[4]], vertical);
+}
+
+#[test]
+fn hohmann_to_the_perilune_of_the_reference() {
+    // 100 km circular to 15 km perilune: speed 1692.8436568 m/s, mass 298.0854492 kg (truth of case S2_15km).
+    let f = paper();
+    let t = Hohmann::new(&f.body, 1837.1e3, 1752.1e3).unwrap();
+    assert!((t.arrival_speed - 1_692.843_656_804_368_7).abs() < 1e-9);
+    let mass = f.engine.mass_after(300.0, t.departure_impulse);
+    assert!((mass - 298.085_449_232_581_54).abs() < 1e-9);
+    assert!((f.engine.velocity_change(300.0, mass) - t.departure_impulse).abs() < 1e-9);
+}
+
+#[test]
+fn hohmann_conserves_angular_momentum_and_energy() {
+    let t = Hohmann::new(&Body::MOON, 2.0e6, 3.5e6).unwrap();
+    assert!((t.departure_speed * 2.0e6 - t.arrival_speed * 3.5e6).abs() < 1e-3);
+    let energy = |v: f64, r: f64| 0.5 * v * v - Body::MOON.gravitational_parameter / r;
+    assert!((energy(t.departure_speed, 2.0e6) - energy(t.arrival_speed, 3.5e6)).abs() < 1e-6);
+}
+
+#[test]
+fn impossible_parameters_are_refused() {
+    for bad in [0.0, -1.0, f64::NAN, f64::INFINITY] {
+        assert!(Engine::new(bad, 310.0).is_err());
+        assert!(Engine::new(440.0, bad).is_err());
+        assert!(Body::new(bad, 1.0).is_err());
+        assert!(Hohmann::new(&Body::MOON, bad, 2e6).is_err());
+    }
+    let e = Engine::new(-5.0, 310.0).unwrap_err();
+    assert_eq!(e.to_string(), "thrust is -5 N, allowed is a positive finite number");
+    assert!(Body::MOON.circular_speed(-2e6).is_err());
+}

@@ -1,0 +1,105 @@
+//! From the decision vector and its multipliers to a trajectory with costates.
+
+use std::sync::Arc;
+
+use apsides_basis::Barycentric;
+use apsides_nlp::SolveReport;
+use apsides_ocp::{Ocp, PhaseTrajectory, PiecewisePolynomial, Segment, Trajectory};
+
+use crate::RadauError;
+use crate::layout::PhaseLayout;
+use crate::transcription::Transcription;
+
+impl Transcription {
+    /// The trajectory of a point and its multipliers.
+    ///
+    /// Costates follow from the covector mapping of the Radau scheme (Garg et al. 2010, section 5): with `y` the
+    /// multiplier of a defect and `w` the weight of its point, `lambda = -y / w`; at the end of an interval
+    /// `lambda = -D_end^T y`.
+    ///
+    /// # Errors
+    /// When the times of the point do not give increasing intervals.
+    pub fn trajectory(&self, ocp: &Ocp, report: &SolveReport) -> Result<Trajectory, RadauError> {
+        let phases = ocp
+            .phases
+            .iter()
+            .zip(&self.layout.phases)
+            .map(|(phase, p)| phase_trajectory(&phase.name, p, report))
+            .collect::<Result<_, _>>()?;
+        let multipliers = ocp.constraints.iter().zip(&self.layout.endpoint_rows).map(|(c, &first)| {
+            report.constraint_multipliers[first..first + c.rows.len()].to_vec()
+        });
+        Ok(Trajectory {
+            phases,
+            parameters: report.x[self.layout.first_parameter..].to_vec(),
+            objective: self.sign * report.objective,
+            constraint_multipliers: Some(multipliers.collect()),
+        })
+    }
+}
+
+fn phase_trajectory(
+    name: &str,
+    p: &PhaseLayout,
+    report: &SolveReport,
+) -> Result<PhaseTrajectory, RadauError> {
+    let (x, y) = (&report.x, &report.constraint_multipliers);
+    let (t0, tf) = (x[p.initial_time], x[p.final_time]);
+    let breaks: Vec<f64> = p.mesh.fractions().iter().map(|f| (1.0 - f) * t0 + f * tf).collect();
+    let path_rows = p.rows_per_node - p.states;
+    let mut bases = std::collections::BTreeMap::new();
+    let (mut state, mut control, mut costate, mut path) = (vec![], vec![], vec![], vec![]);
+    for (k, rule) in p.rules.iter().enumerate() {
+        let n = rule.points();
+        if let std::collections::btree_map::Entry::Vacant(e) = bases.entry(n) {
+            e.insert((Arc::new(rule.support_basis().clone()), Arc::new(Barycentric::new(rule.nodes())?)));
+        }
+        let (support, nodes) = &bases[&n];
+        let first = p.interval_start(k);
+        let mut segment = SegmentValues::default();
+        for j in 0..=n {
+            let column = p.state_column(first + j);
+            segment.state.extend_from_slice(&x[column..column + p.states]);
+        }
+        for j in 0..n {
+            let column = p.control_column(first + j);
+            segment.control.extend_from_slice(&x[column..column + p.controls]);
+            let w = rule.weights()[j];
+            let row = p.defect_row(first + j);
+            segment.costate.extend(y[row..row + p.states].iter().map(|y| -y / w));
+            // Per unit of time, as in the Hamiltonian.
+            let seconds = p.nodes[first + j].weight * (tf - t0);
+            let row = p.path_row(first + j);
+            segment.path.extend(y[row..row + path_rows].iter().map(|y| y / seconds));
+        }
+        let d = rule.differentiation();
+        for s in 0..p.states {
+            let end = (0..n).map(|i| -y[p.defect_row(first + i) + s] * d[i * (n + 1) + n]).sum();
+            segment.costate.push(end);
+        }
+        state.push(Segment { basis: Arc::clone(support), values: segment.state });
+        control.push(Segment { basis: Arc::clone(nodes), values: segment.control });
+        costate.push(Segment { basis: Arc::clone(support), values: segment.costate });
+        path.push(Segment { basis: Arc::clone(nodes), values: segment.path });
+    }
+    let polynomial = |dimension, segments| PiecewisePolynomial::new(dimension, breaks.clone(), segments);
+    Ok(PhaseTrajectory {
+        name: name.into(),
+        initial_time: t0,
+        final_time: tf,
+        mesh: p.mesh.clone(),
+        state: polynomial(p.states, state)?,
+        control: polynomial(p.controls, control)?,
+        costate: Some(polynomial(p.states, costate)?),
+        path_multipliers: if path_rows > 0 { Some(polynomial(path_rows, path)?) } else { None },
+        interval_errors: vec![f64::NAN; p.mesh.intervals()],
+    })
+}
+
+#[derive(Default)]
+struct SegmentValues {
+    state: Vec<f64>,
+    control: Vec<f64>,
+    costate: Vec<f64>,
+    path: Vec<f64>,
+}

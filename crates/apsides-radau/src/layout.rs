@@ -1,0 +1,204 @@
+//! Where everything stands in the decision vector and in the constraint vector.
+//!
+//! Variables: per phase, node after node `[x, u]`, the end node with `[x]` alone, then start and end time; the static
+//! parameters come last. Constraints: per phase, node after node `[defects, path rows]`, then the integrals with
+//! bounds, then the duration; the endpoint constraints come last.
+
+use apsides_basis::Lgr;
+use apsides_ocp::{Bounds, EndpointInput, Mesh, Ocp, Phase, PhaseMesh};
+
+use crate::RadauError;
+
+/// One collocation point.
+pub(crate) struct Node {
+    /// Interval that it belongs to.
+    pub(crate) interval: usize,
+    /// Index within the interval.
+    pub(crate) local: usize,
+    /// Normalised time from 0 to 1.
+    pub(crate) fraction: f64,
+    /// Quadrature weight on the normalised time; the weights of a phase sum to 1.
+    pub(crate) weight: f64,
+}
+
+/// Placement of one phase.
+pub(crate) struct PhaseLayout {
+    pub(crate) states: usize,
+    pub(crate) controls: usize,
+    pub(crate) mesh: PhaseMesh,
+    /// One rule per interval, shared by intervals with the same number of points.
+    pub(crate) rules: Vec<std::sync::Arc<Lgr>>,
+    /// Collocation points; the end node is not among them.
+    pub(crate) nodes: Vec<Node>,
+    /// First variable.
+    pub(crate) first_variable: usize,
+    /// Column of the start time.
+    pub(crate) initial_time: usize,
+    /// Column of the end time.
+    pub(crate) final_time: usize,
+    /// First constraint row.
+    pub(crate) first_row: usize,
+    /// Rows per node: defects and path constraints.
+    pub(crate) rows_per_node: usize,
+    /// Row of each integral that has bounds.
+    pub(crate) integral_rows: Vec<Option<usize>>,
+    /// Row of the duration, when it has bounds that those on the times do not imply.
+    pub(crate) duration_row: Option<usize>,
+    /// Stage of the first node in the elimination order.
+    pub(crate) first_stage: u32,
+}
+
+impl PhaseLayout {
+    /// First state column of a node; `nodes.len()` is the end node.
+    pub(crate) fn state_column(&self, node: usize) -> usize {
+        self.first_variable + node * (self.states + self.controls)
+    }
+
+    /// First control column of a collocation point.
+    pub(crate) fn control_column(&self, node: usize) -> usize {
+        self.state_column(node) + self.states
+    }
+
+    /// First defect row of a collocation point.
+    pub(crate) fn defect_row(&self, node: usize) -> usize {
+        self.first_row + node * self.rows_per_node
+    }
+
+    /// First path row of a collocation point.
+    pub(crate) fn path_row(&self, node: usize) -> usize {
+        self.defect_row(node) + self.states
+    }
+
+    /// Index of the first node of an interval; for `intervals` the end node.
+    pub(crate) fn interval_start(&self, interval: usize) -> usize {
+        self.mesh.points()[..interval].iter().sum()
+    }
+
+    /// Width of an interval on the normalised time.
+    pub(crate) fn width(&self, interval: usize) -> f64 {
+        self.mesh.fractions()[interval + 1] - self.mesh.fractions()[interval]
+    }
+}
+
+/// Placement of a whole problem on a mesh.
+pub(crate) struct Layout {
+    pub(crate) phases: Vec<PhaseLayout>,
+    pub(crate) first_parameter: usize,
+    pub(crate) variables: usize,
+    /// First row of each endpoint constraint.
+    pub(crate) endpoint_rows: Vec<usize>,
+    pub(crate) constraints: usize,
+    /// Stage after all nodes: times, parameters and everything that joins distant nodes.
+    pub(crate) last_stage: u32,
+}
+
+impl Layout {
+    pub(crate) fn new(ocp: &Ocp, mesh: &Mesh) -> Result<Self, RadauError> {
+        let mut rules = std::collections::BTreeMap::new();
+        let (mut variables, mut constraints, mut stage) = (0, 0, 0);
+        let mut phases = Vec::with_capacity(ocp.phases.len());
+        for (phase, mesh) in ocp.phases.iter().zip(&mesh.phases) {
+            let mut interval_rules = Vec::with_capacity(mesh.intervals());
+            for &n in mesh.points() {
+                if let std::collections::btree_map::Entry::Vacant(e) = rules.entry(n) {
+                    e.insert(std::sync::Arc::new(Lgr::new(n)?));
+                }
+                interval_rules.push(std::sync::Arc::clone(&rules[&n]));
+            }
+            let nodes = collocation_points(mesh, &interval_rules);
+            let (nx, nu) = (phase.states.len(), phase.controls.len());
+            let rows_per_node = nx + phase.path_rows();
+            let first_variable = variables;
+            let initial_time = first_variable + nodes.len() * (nx + nu) + nx;
+            variables = initial_time + 2;
+            let first_row = constraints;
+            constraints += nodes.len() * rows_per_node;
+            let mut next_row = || {
+                constraints += 1;
+                constraints - 1
+            };
+            let integral_rows = phase
+                .integrals
+                .iter()
+                .map(|q| (q.variable.bounds != Bounds::FREE).then(&mut next_row))
+                .collect();
+            let duration_row = needs_duration_row(phase).then(&mut next_row);
+            let first_stage = stage;
+            stage += nodes.len() as u32 + 1;
+            phases.push(PhaseLayout {
+                states: nx,
+                controls: nu,
+                mesh: mesh.clone(),
+                rules: interval_rules,
+                nodes,
+                first_variable,
+                initial_time,
+                final_time: initial_time + 1,
+                first_row,
+                rows_per_node,
+                integral_rows,
+                duration_row,
+                first_stage,
+            });
+        }
+        let first_parameter = variables;
+        variables += ocp.parameters.len();
+        let mut endpoint_rows = Vec::with_capacity(ocp.constraints.len());
+        for c in &ocp.constraints {
+            endpoint_rows.push(constraints);
+            constraints += c.rows.len();
+        }
+        Ok(Self { phases, first_parameter, variables, endpoint_rows, constraints, last_stage: stage })
+    }
+
+    /// Column of an end quantity.
+    pub(crate) fn endpoint_column(&self, input: EndpointInput) -> usize {
+        match input {
+            EndpointInput::InitialTime { phase } => self.phases[phase].initial_time,
+            EndpointInput::FinalTime { phase } => self.phases[phase].final_time,
+            EndpointInput::InitialState { phase, state } => self.phases[phase].state_column(0) + state,
+            EndpointInput::FinalState { phase, state } => {
+                let p = &self.phases[phase];
+                p.state_column(p.nodes.len()) + state
+            }
+            EndpointInput::Parameter { index } => self.first_parameter + index,
+        }
+    }
+}
+
+fn collocation_points(mesh: &PhaseMesh, rules: &[std::sync::Arc<Lgr>]) -> Vec<Node> {
+    let mut nodes = Vec::with_capacity(mesh.total_points());
+    for (interval, rule) in rules.iter().enumerate() {
+        let (start, end) = (mesh.fractions()[interval], mesh.fractions()[interval + 1]);
+        for (local, (tau, w)) in rule.nodes().iter().zip(rule.weights()).enumerate() {
+            nodes.push(Node {
+                interval,
+                local,
+                fraction: start + 0.5 * (end - start) * (tau + 1.0),
+                weight: 0.5 * (end - start) * w,
+            });
+        }
+    }
+    nodes
+}
+
+/// With a fixed time at one end the bounds on the duration are bounds on the other time.
+fn needs_duration_row(phase: &Phase) -> bool {
+    let fixed_end = phase.initial_time.is_fixed() || phase.final_time.is_fixed();
+    let implied = phase.duration.lower <= phase.final_time.lower - phase.initial_time.upper
+        && phase.duration.upper >= phase.final_time.upper - phase.initial_time.lower;
+    !fixed_end && !implied
+}
+
+/// Bounds on start and end time, with those on the duration where one of the times is fixed.
+pub(crate) fn time_bounds(phase: &Phase) -> (Bounds, Bounds) {
+    let (mut start, mut end) = (phase.initial_time, phase.final_time);
+    if start.is_fixed() {
+        let t = start.lower;
+        end = end.intersect(&Bounds::new(t + phase.duration.lower, t + phase.duration.upper));
+    } else if end.is_fixed() {
+        let t = end.lower;
+        start = start.intersect(&Bounds::new(t - phase.duration.upper, t - phase.duration.lower));
+    }
+    (start, end)
+}

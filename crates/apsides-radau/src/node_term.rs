@@ -1,0 +1,314 @@
+//! A node function at every collocation point of a phase: defects, path constraints, integrands.
+//!
+//! A rate (dynamics, integrand) enters a row or the cost as `factor * (tf - t0) * f(x, u, p, t)` and a path function as
+//! `factor * f(x, u, p, t)`, both at `t = (1 - s) t0 + s tf` with the normalised time `s` of the point. The chain rule
+//! to `t0` and `tf` is applied here, once, for every method of differentiation above it.
+
+use std::sync::Arc;
+
+use apsides_ad::NodeFunction;
+
+use crate::layout::PhaseLayout;
+
+/// Where the outputs of a term go.
+#[derive(Clone, Copy)]
+pub(crate) enum Target {
+    /// Output `k` at node `i` goes to row `first + i * stride + k`.
+    Rows { first: usize, stride: usize },
+    /// The sum over the nodes goes to a row, if there is one, and to the cost with a weight.
+    Sum { row: Option<usize>, cost: f64 },
+}
+
+
+/// A node function with the places of its inputs and outputs.
+pub(crate) struct NodeTerm {
+    function: Arc<dyn NodeFunction>,
+    is_rate: bool,
+    target: Target,
+    /// Per node: first column of `[x, u]`, normalised time, factor.
+    points: Vec<Point>,
+    first_parameter: usize,
+    initial_time: usize,
+    final_time: usize,
+    time_fixed: (bool, bool),
+    /// Inputs `x` and `u` come from the node, then parameters, then time.
+    node_inputs: usize,
+    time_input: usize,
+    /// Inputs, among those of the node and the parameters, that reach an output.
+    active: Vec<usize>,
+    /// Values and Jacobian entries at all nodes, for the point of [`Self::refresh`].
+    values: Vec<f64>,
+    entries: Vec<f64>,
+    scratch: Scratch,
+}
+
+#[derive(Clone, Copy)]
+pub(crate) struct Point {
+    pub(crate) column: usize,
+    pub(crate) fraction: f64,
+    pub(crate) factor: f64,
+}
+
+struct Scratch {
+    inputs: Vec<f64>,
+    outputs: Vec<f64>,
+    weights: Vec<f64>,
+    hessian: Vec<f64>,
+    /// Gradient of the weighted sum of outputs with respect to the inputs.
+    slope: Vec<f64>,
+}
+
+impl NodeTerm {
+    pub(crate) fn new(
+        function: Arc<dyn NodeFunction>,
+        is_rate: bool,
+        target: Target,
+        phase: &PhaseLayout,
+        first_parameter: usize,
+        time_fixed: (bool, bool),
+        factor: impl Fn(usize) -> f64,
+    ) -> Self {
+        let node_inputs = phase.states + phase.controls;
+        let time_input = function.inputs() - 1;
+        let mut active: Vec<usize> =
+            function.pattern().columns.iter().copied().filter(|&c| c != time_input).collect();
+        active.sort_unstable();
+        active.dedup();
+        let points: Vec<Point> = phase
+            .nodes
+            .iter()
+            .enumerate()
+            .map(|(i, n)| Point { column: phase.state_column(i), fraction: n.fraction, factor: factor(i) })
+            .collect();
+        let (outputs, entries) = (function.outputs(), function.pattern().jacobian_len());
+        Self {
+            values: vec![0.0; points.len() * outputs],
+            entries: vec![0.0; points.len() * entries],
+            scratch: Scratch {
+                inputs: vec![0.0; function.inputs()],
+                outputs: vec![0.0; outputs],
+                weights: vec![0.0; outputs],
+                hessian: vec![0.0; function.pattern().hessian_len()],
+                slope: vec![0.0; function.inputs()],
+            },
+            function,
+            is_rate,
+            target,
+            points,
+            first_parameter,
+            initial_time: phase.initial_time,
+            final_time: phase.final_time,
+            time_fixed,
+            node_inputs,
+            time_input,
+            active,
+        }
+    }
+
+    fn column(&self, point: &Point, input: usize) -> usize {
+        if input < self.node_inputs {
+            point.column + input
+        } else {
+            self.first_parameter + input - self.node_inputs
+        }
+    }
+
+    fn row(&self, node: usize, output: usize) -> Option<usize> {
+        match self.target {
+            Target::Rows { first, stride } => Some(first + node * stride + output),
+            Target::Sum { row, .. } => row,
+        }
+    }
+
+    fn depends_on_time(&self, output: usize) -> Option<usize> {
+        let p = self.function.pattern();
+        let (a, b) = (p.row_offsets[output], p.row_offsets[output + 1]);
+        // Time is the last input, so its entry is the last of a row.
+        (b > a && p.columns[b - 1] == self.time_input).then(|| b - 1)
+    }
+
+    fn fill_inputs(&mut self, node: usize, x: &[f64]) {
+        let p = self.points[node];
+        let inputs = &mut self.scratch.inputs;
+        inputs[..self.node_inputs].copy_from_slice(&x[p.column..p.column + self.node_inputs]);
+        let parameters = self.time_input - self.node_inputs;
+        inputs[self.node_inputs..self.time_input]
+            .copy_from_slice(&x[self.first_parameter..self.first_parameter + parameters]);
+        inputs[self.time_input] = (1.0 - p.fraction) * x[self.initial_time] + p.fraction * x[self.final_time];
+    }
+
+    fn duration(&self, x: &[f64]) -> f64 {
+        if self.is_rate { x[self.final_time] - x[self.initial_time] } else { 1.0 }
+    }
+
+    /// Adds the outputs to the rows and returns the share of the cost.
+    pub(crate) fn add_values(&mut self, x: &[f64], rows: &mut [f64]) -> f64 {
+        let duration = self.duration(x);
+        let mut cost = 0.0;
+        for node in 0..self.points.len() {
+            self.fill_inputs(node, x);
+            self.function.value(&self.scratch.inputs, &mut self.scratch.outputs);
+            let factor = self.points[node].factor * duration;
+            for (k, v) in self.scratch.outputs.iter().enumerate() {
+                if let Some(r) = self.row(node, k)
+                    && !rows.is_empty()
+                {
+                    rows[r] += factor * v;
+                }
+                if let Target::Sum { cost: weight, .. } = self.target {
+                    cost += weight * factor * v;
+                }
+            }
+        }
+        cost
+    }
+
+    /// Whether the term takes part in the cost.
+    pub(crate) fn has_cost(&self) -> bool {
+        matches!(self.target, Target::Sum { cost, .. } if cost != 0.0)
+    }
+
+    /// Evaluates values and Jacobians at all nodes.
+    pub(crate) fn refresh(&mut self, x: &[f64]) {
+        let (m, e) = (self.function.outputs(), self.function.pattern().jacobian_len());
+        for node in 0..self.points.len() {
+            self.fill_inputs(node, x);
+            self.function.jacobian(
+                &self.scratch.inputs,
+                &mut self.values[node * m..(node + 1) * m],
+                &mut self.entries[node * e..(node + 1) * e],
+            );
+        }
+    }
+
+    /// Calls `emit(row, column, value)` for each Jacobian entry of the rows; the order is the same at every call.
+    pub(crate) fn each_jacobian(&self, x: &[f64], mut emit: impl FnMut(usize, usize, f64)) {
+        let duration = self.duration(x);
+        for node in 0..self.points.len() {
+            self.each_derivative(node, duration, |output, column, value| {
+                if let Some(r) = self.row(node, output) {
+                    emit(r, column, value);
+                }
+            });
+        }
+    }
+
+    /// Adds the gradient of the share of the cost.
+    pub(crate) fn add_gradient(&self, x: &[f64], gradient: &mut [f64]) {
+        let Target::Sum { cost, .. } = self.target else { return };
+        let duration = self.duration(x);
+        for node in 0..self.points.len() {
+            self.each_derivative(node, duration, |_, column, value| gradient[column] += cost * value);
+        }
+    }
+
+    /// `emit(output, column, value)` for the derivatives of `factor * duration * f` at one node.
+    fn each_derivative(&self, node: usize, duration: f64, mut emit: impl FnMut(usize, usize, f64)) {
+        let pattern = self.function.pattern();
+        let p = self.points[node];
+        let (m, e) = (self.function.outputs(), pattern.jacobian_len());
+        let values = &self.values[node * m..(node + 1) * m];
+        let entries = &self.entries[node * e..(node + 1) * e];
+        for output in 0..m {
+            let time_entry = self.depends_on_time(output);
+            let end = time_entry.unwrap_or(pattern.row_offsets[output + 1]);
+            for k in pattern.row_offsets[output]..end {
+                let column = self.column(&p, pattern.columns[k]);
+                emit(output, column, p.factor * duration * entries[k]);
+            }
+            let by_time = time_entry.map_or(0.0, |k| duration * entries[k]);
+            let direct = if self.is_rate { values[output] } else { 0.0 };
+            if self.is_rate || time_entry.is_some() {
+                if !self.time_fixed.0 {
+                    emit(output, self.initial_time, p.factor * ((1.0 - p.fraction) * by_time - direct));
+                }
+                if !self.time_fixed.1 {
+                    emit(output, self.final_time, p.factor * (p.fraction * by_time + direct));
+                }
+            }
+        }
+    }
+
+    /// Calls `emit(row, column, value)` for each entry of the lower triangle of the weighted Hessian, after
+    /// [`refresh`](Self::refresh) at the same point; the order is the same at every call.
+    ///
+    /// `multipliers` weights the rows and `cost` the cost.
+    pub(crate) fn each_hessian(
+        &mut self,
+        x: &[f64],
+        cost: f64,
+        multipliers: &[f64],
+        mut emit: impl FnMut(usize, usize, f64),
+    ) {
+        let duration = self.duration(x);
+        let (m, e) = (self.function.outputs(), self.function.pattern().jacobian_len());
+        for node in 0..self.points.len() {
+            self.fill_inputs(node, x);
+            let p = self.points[node];
+            for k in 0..m {
+                let mut w = self.row(node, k).map_or(0.0, |r| multipliers[r]);
+                if let Target::Sum { cost: share, .. } = self.target {
+                    w += cost * share;
+                }
+                self.scratch.weights[k] = w * p.factor;
+            }
+            let Scratch { inputs, weights, hessian, slope, .. } = &mut self.scratch;
+            self.function.hessian(inputs, weights, hessian);
+            let pattern = self.function.pattern();
+            // Gradient and value of the weighted sum, for the products with the duration.
+            slope.fill(0.0);
+            let entries = &self.entries[node * e..(node + 1) * e];
+            for ((r, c), v) in pattern.jacobian_entries().zip(entries) {
+                slope[c] += weights[r] * v;
+            }
+            let scratch = &self.scratch;
+            let (from_start, from_end) = (1.0 - p.fraction, p.fraction);
+            let time = self.time_input;
+            let mut by_time_twice = 0.0;
+            for (&(i, j), &h) in pattern.hessian.iter().zip(&scratch.hessian) {
+                let h = duration * h;
+                if i != time {
+                    emit_lower(self.column(&p, i), self.column(&p, j), h, &mut emit);
+                } else if j != time {
+                    let column = self.column(&p, j);
+                    self.each_time(from_start * h, from_end * h, |t, v| emit_lower(t, column, v, &mut emit));
+                } else {
+                    by_time_twice = h;
+                }
+            }
+            if self.is_rate {
+                for &i in &self.active {
+                    let (column, s) = (self.column(&p, i), scratch.slope[i]);
+                    self.each_time(-s, s, |t, v| emit_lower(t, column, v, &mut emit));
+                }
+            }
+            if pattern.columns.contains(&time) {
+                let s = if self.is_rate { scratch.slope[time] } else { 0.0 };
+                let (a, b) = (from_start, from_end);
+                if !self.time_fixed.0 {
+                    emit(self.initial_time, self.initial_time, a * a * by_time_twice - 2.0 * a * s);
+                }
+                if !self.time_fixed.1 {
+                    emit(self.final_time, self.final_time, b * b * by_time_twice + 2.0 * b * s);
+                }
+                if !self.time_fixed.0 && !self.time_fixed.1 {
+                    emit(self.final_time, self.initial_time, a * b * by_time_twice + (a - b) * s);
+                }
+            }
+        }
+    }
+
+    fn each_time(&self, at_start: f64, at_end: f64, mut emit: impl FnMut(usize, f64)) {
+        if !self.time_fixed.0 {
+            emit(self.initial_time, at_start);
+        }
+        if !self.time_fixed.1 {
+            emit(self.final_time, at_end);
+        }
+    }
+}
+
+#[inline]
+fn emit_lower(i: usize, j: usize, value: f64, emit: &mut impl FnMut(usize, usize, f64)) {
+    emit(i.max(j), i.min(j), value);
+}

@@ -1,0 +1,50 @@
+//! A better mesh from the error estimate: more points where the solution is smooth, more intervals where it is not.
+//!
+//! Patterson, Hager, Rao 2015 (doi 10.1002/oca.2114), with the number of points bounded so that an interval is divided when it would need
+//! more than the largest number.
+
+use apsides_ocp::{Mesh, PhaseMesh, Trajectory};
+
+use crate::{RadauError, RadauSettings};
+
+/// The next mesh; equal to the last one when every interval meets the tolerance.
+pub(crate) fn refine(trajectory: &Trajectory, settings: &RadauSettings) -> Result<Mesh, RadauError> {
+    let phases = trajectory
+        .phases
+        .iter()
+        .map(|p| refine_phase(&p.mesh, &p.interval_errors, settings))
+        .collect::<Result<_, _>>()?;
+    Ok(Mesh { phases })
+}
+
+fn refine_phase(
+    mesh: &PhaseMesh,
+    errors: &[f64],
+    settings: &RadauSettings,
+) -> Result<PhaseMesh, RadauError> {
+    let mut fractions = vec![0.0];
+    let mut points = Vec::new();
+    for (k, (&n, &error)) in mesh.points().iter().zip(errors).enumerate() {
+        let (start, end) = (mesh.fractions()[k], mesh.fractions()[k + 1]);
+        if error <= settings.mesh_tolerance {
+            fractions.push(end);
+            points.push(n);
+            continue;
+        }
+        // An interval of n points has an error of order n^-q for q more points (eq. 29); NaN asks for a division.
+        let wanted = (error / settings.mesh_tolerance).ln() / (n.max(2) as f64).ln();
+        let wanted = if wanted.is_finite() { n + (wanted.ceil() as usize).max(1) } else { usize::MAX };
+        if wanted <= settings.max_points {
+            fractions.push(end);
+            points.push(wanted);
+        } else {
+            let parts = (wanted / settings.min_points).clamp(2, settings.max_parts);
+            for j in 1..=parts {
+                let f = j as f64 / parts as f64;
+                fractions.push(if j == parts { end } else { start + f * (end - start) });
+                points.push(settings.min_points);
+            }
+        }
+    }
+    Ok(PhaseMesh::new(fractions, points)?)
+}

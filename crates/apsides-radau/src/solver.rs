@@ -1,0 +1,217 @@
+//! Solve, estimate, refine, until the error between the points meets the tolerance.
+
+use std::time::{Duration, Instant};
+
+use apsides_basis::MAX_POINTS;
+use apsides_nlp::{
+    BarrierStrategy, InteriorPoint, NlpSettings, Observer, ScalingMethod, SolveReport, Status, WarmStart,
+};
+use apsides_ocp::{Guess, Mesh, Ocp, Scaling, Trajectory};
+
+use crate::error_estimate::estimate;
+use crate::refinement::refine;
+use crate::transcription::{RowOrigin, Transcription};
+use crate::RadauError;
+
+/// Settings of the method.
+#[derive(Clone, Debug)]
+pub struct RadauSettings {
+    /// Intervals per phase of the first mesh; 10.
+    pub intervals: usize,
+    /// Collocation points per interval of the first mesh; 4.
+    pub points: usize,
+    /// Largest relative error between the points; 1e-8.
+    pub mesh_tolerance: f64,
+    /// Most meshes solved; 1 switches refinement off; 20.
+    pub max_meshes: usize,
+    /// Points of an interval that comes from a division; 3.
+    pub min_points: usize,
+    /// Most points per interval before it is divided; 14.
+    pub max_points: usize,
+    /// Most parts an interval is divided into at once; 4.
+    pub max_parts: usize,
+    /// Most collocation points of all phases; refinement stops there; 200000.
+    pub max_total_points: usize,
+    /// Settings of the interior-point method; problem scaling, tolerance 1e-9.
+    pub nlp: NlpSettings,
+}
+
+impl Default for RadauSettings {
+    fn default() -> Self {
+        Self {
+            intervals: 10,
+            points: 4,
+            mesh_tolerance: 1e-8,
+            max_meshes: 20,
+            min_points: 3,
+            max_points: 14,
+            max_parts: 4,
+            max_total_points: 200_000,
+            nlp: NlpSettings {
+                tolerance: 1e-9,
+                scaling: ScalingMethod::UserThenGradient { max: 100.0 },
+                barrier: BarrierStrategy::Monotone,
+                ..NlpSettings::default()
+            },
+        }
+    }
+}
+
+impl RadauSettings {
+    fn check(&self) -> Result<(), RadauError> {
+        let counts = [
+            ("intervals", self.intervals, 1, 1_000_000),
+            ("points", self.points, 1, MAX_POINTS),
+            ("max_meshes", self.max_meshes, 1, 1000),
+            ("min_points", self.min_points, 1, self.max_points.min(MAX_POINTS)),
+            ("max_points", self.max_points, 1, MAX_POINTS),
+            ("max_parts", self.max_parts, 2, 1000),
+        ];
+        for (name, value, least, most) in counts {
+            if value < least || value > most {
+                let allowed = "a whole number from 1 (parts: 2) to 60 points, 1000 meshes, parts or 1000000 intervals";
+                return Err(RadauError::Setting { name, value: value as f64, allowed });
+            }
+        }
+        if !(self.mesh_tolerance > 0.0 && self.mesh_tolerance.is_finite()) {
+            let allowed = "a positive number";
+            return Err(RadauError::Setting { name: "mesh_tolerance", value: self.mesh_tolerance, allowed });
+        }
+        Ok(())
+    }
+}
+
+/// The method: hp Legendre-Gauss-Radau collocation.
+#[derive(Clone, Debug, Default)]
+pub struct Radau {
+    /// Settings.
+    pub settings: RadauSettings,
+}
+
+/// One mesh of a solve.
+#[derive(Clone, Debug)]
+pub struct MeshRecord {
+    /// Intervals of all phases.
+    pub intervals: usize,
+    /// Collocation points of all phases.
+    pub points: usize,
+    /// Largest estimated relative error.
+    pub error: f64,
+    /// Variables of the discretised problem.
+    pub variables: usize,
+    /// Constraints of the discretised problem.
+    pub constraints: usize,
+    /// Interior-point iterations.
+    pub iterations: usize,
+    /// Factorisations.
+    pub factorisations: usize,
+    /// Wall-clock time of the mesh: transcription, solve, estimate.
+    pub time: Duration,
+}
+
+/// The constraint that is violated most, relative to its scale, when no feasible point was found.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Unmet {
+    /// Which constraint, where.
+    pub origin: RowOrigin,
+    /// By how much it is violated, in its unit; negative below a lower bound.
+    pub amount: f64,
+}
+
+/// The result of a solve.
+#[derive(Clone, Debug)]
+pub struct RadauSolution {
+    /// The trajectory on the last mesh, with its error estimate.
+    pub trajectory: Trajectory,
+    /// How the last solve ended.
+    pub status: Status,
+    /// Whether the error estimate meets the tolerance.
+    pub accurate: bool,
+    /// Every mesh.
+    pub meshes: Vec<MeshRecord>,
+    /// The constraint that could not be met, when the last solve did not succeed.
+    pub unmet: Option<Unmet>,
+    /// Report of the last solve.
+    pub report: SolveReport,
+}
+
+impl Radau {
+    /// Solves from the mesh of the settings.
+    ///
+    /// # Errors
+    /// When the request is ill-posed. Not converging is a status of the solution.
+    pub fn solve(&self, ocp: &Ocp, guess: &Guess) -> Result<RadauSolution, RadauError> {
+        self.settings.check()?;
+        let mesh = Mesh::uniform(ocp, self.settings.intervals, self.settings.points)?;
+        self.solve_on(ocp, guess, mesh, &mut ())
+    }
+
+    /// Solves from a given mesh; the observer sees every iteration and can stop the solve.
+    ///
+    /// A guess made of an earlier trajectory with costates starts the interior-point method close to its multipliers.
+    ///
+    /// # Errors
+    /// When the request is ill-posed.
+    pub fn solve_on(
+        &self,
+        ocp: &Ocp,
+        guess: &Guess,
+        mesh: Mesh,
+        observer: &mut dyn Observer,
+    ) -> Result<RadauSolution, RadauError> {
+        self.settings.check()?;
+        let mut guess = guess.clone();
+        let mut mesh = mesh;
+        let mut meshes: Vec<MeshRecord> = Vec::new();
+        loop {
+            let begin = Instant::now();
+            let mut nlp = Transcription::new(ocp, &mesh, &guess)?;
+            let solver = InteriorPoint { settings: self.settings.nlp.clone() };
+            let report = match nlp.warm_start(&guess) {
+                Some(warm) => solver.solve_from(&mut nlp, &warm, observer)?,
+                None => solver.solve_observed(&mut nlp, observer)?,
+            };
+            let mut trajectory = nlp.trajectory(ocp, &report)?;
+            let scaling = Scaling::new(ocp, &guess);
+            let error = estimate(ocp, &scaling, &mut trajectory)?;
+            meshes.push(MeshRecord {
+                intervals: mesh.phases.iter().map(apsides_ocp::PhaseMesh::intervals).sum(),
+                points: mesh.phases.iter().map(apsides_ocp::PhaseMesh::total_points).sum(),
+                error,
+                variables: nlp.layout.variables,
+                constraints: nlp.layout.constraints,
+                iterations: report.counters.iterations,
+                factorisations: report.counters.factorisations,
+                time: begin.elapsed(),
+            });
+            let accurate = error <= self.settings.mesh_tolerance;
+            let next = refine(&trajectory, &self.settings)?;
+            let size: usize = next.phases.iter().map(apsides_ocp::PhaseMesh::total_points).sum();
+            let done = !report.status.is_success()
+                || accurate
+                || meshes.len() >= self.settings.max_meshes
+                || size > self.settings.max_total_points;
+            if done {
+                let unmet = if report.status.is_success() { None } else { unmet(ocp, &nlp, &report) };
+                let status = report.status;
+                return Ok(RadauSolution { trajectory, status, accurate, meshes, unmet, report });
+            }
+            guess = Guess::earlier(&trajectory);
+            mesh = next;
+        }
+    }
+}
+
+fn unmet(ocp: &Ocp, nlp: &Transcription, report: &SolveReport) -> Option<Unmet> {
+    let worst = report.worst_constraint?;
+    let origin = nlp.row_origin(ocp, worst.constraint, &report.x)?;
+    Some(Unmet { origin, amount: worst.amount })
+}
+
+impl Transcription {
+    /// Multipliers from the costates of an earlier trajectory, if the guess stands on one.
+    fn warm_start(&self, guess: &Guess) -> Option<WarmStart> {
+        let _ = guess;
+        None
+    }
+}

@@ -1,0 +1,509 @@
+//! The discretised problem: a sparse nonlinear program.
+//!
+//! Defects in differential form (Garg et al. 2010, eq. 8): at collocation point `i` of an interval of normalised width `h`
+//!
+//! ```text
+//! sum_j D_ij x_j - (h / 2) (tf - t0) f(x_i, u_i, p, t_i) = 0
+//! ```
+
+use apsides_nlp::{Nlp, Pattern, Scaling as NlpScaling, Stages};
+use apsides_ocp::{Bounds, Guess, Mesh, Ocp, Scaling, Sense};
+
+use crate::RadauError;
+use crate::endpoint_term::EndpointTerm;
+use crate::layout::{Layout, PhaseLayout, time_bounds};
+use crate::node_term::{NodeTerm, Target};
+
+/// A problem on a mesh, as a nonlinear program that [`apsides_nlp::InteriorPoint`] or any other solver can take.
+///
+/// The structure is found once; evaluations write into the caller's slices and allocate nothing.
+pub struct Transcription {
+    pub(crate) layout: Layout,
+    pub(crate) sign: f64,
+    node_terms: Vec<NodeTerm>,
+    endpoint_terms: Vec<EndpointTerm>,
+    /// Columns and weights of the linear part of the cost, sign included.
+    linear_cost: Vec<(usize, f64)>,
+    /// Constant Jacobian entries: differentiation matrices and durations.
+    constant: Vec<(usize, usize, f64)>,
+    lower: Vec<f64>,
+    upper: Vec<f64>,
+    row_lower: Vec<f64>,
+    row_upper: Vec<f64>,
+    start: Vec<f64>,
+    scaling: NlpScaling,
+    jacobian_pattern: Pattern,
+    hessian_pattern: Pattern,
+    /// Point of the last refresh of values and Jacobians at the nodes.
+    refreshed_at: Vec<f64>,
+}
+
+impl Transcription {
+    /// Discretises a problem.
+    ///
+    /// # Errors
+    /// When mesh or guess do not fit the problem.
+    pub fn new(ocp: &Ocp, mesh: &Mesh, guess: &Guess) -> Result<Self, RadauError> {
+        guess.check(ocp)?;
+        if mesh.phases.len() != ocp.phases.len() {
+            return Err(apsides_ocp::OcpError::Dimension {
+                place: format!("mesh of problem `{}`", ocp.name),
+                what: "phases",
+                expected: ocp.phases.len(),
+                found: mesh.phases.len(),
+            }
+            .into());
+        }
+        let layout = Layout::new(ocp, mesh)?;
+        let sign = match ocp.objective.sense {
+            Sense::Minimize => 1.0,
+            Sense::Maximize => -1.0,
+        };
+        let scaling = Scaling::new(ocp, guess);
+        let (lower, upper) = variable_bounds(ocp, &layout);
+        let (row_lower, row_upper) = row_bounds(ocp, &layout);
+        let mut transcription = Self {
+            sign,
+            node_terms: node_terms(ocp, &layout, sign),
+            endpoint_terms: endpoint_terms(ocp, &layout, sign),
+            linear_cost: (ocp.objective.linear.iter())
+                .map(|&(input, w)| (layout.endpoint_column(input), sign * w))
+                .collect(),
+            constant: constant_entries(&layout),
+            start: starting_point(&layout, guess, &lower, &upper),
+            scaling: nlp_scaling(ocp, &layout, &scaling),
+            lower,
+            upper,
+            row_lower,
+            row_upper,
+            jacobian_pattern: Pattern::default(),
+            hessian_pattern: Pattern::default(),
+            refreshed_at: vec![f64::NAN; layout.variables],
+            layout,
+        };
+        transcription.find_patterns();
+        transcription.complete_row_scales();
+        Ok(transcription)
+    }
+
+    /// Rows without a scale of their own: their change when every variable moves by its scale, at the start.
+    fn complete_row_scales(&mut self) {
+        let mut entries = vec![0.0; self.jacobian_pattern.len()];
+        let start = self.start.clone();
+        self.jacobian(&start, &mut entries);
+        let mut change = vec![0.0_f64; self.layout.constraints];
+        let Pattern { rows, cols } = &self.jacobian_pattern;
+        for ((&r, &c), v) in rows.iter().zip(cols).zip(&entries) {
+            change[r] = change[r].max(v.abs() * self.scaling.variables[c]);
+        }
+        for (scale, change) in self.scaling.constraints.iter_mut().zip(change) {
+            if scale.is_nan() {
+                *scale = if change > 0.0 && change.is_finite() { change } else { 1.0 };
+            }
+        }
+    }
+
+    fn find_patterns(&mut self) {
+        let x = vec![1.0; self.layout.variables];
+        let y = vec![0.0; self.layout.constraints];
+        let mut jacobian: Vec<(usize, usize)> = self.constant.iter().map(|&(r, c, _)| (r, c)).collect();
+        let mut hessian = Vec::new();
+        for t in &mut self.node_terms {
+            t.each_jacobian(&x, |r, c, _| jacobian.push((r, c)));
+            t.each_hessian(&x, 1.0, &y, |i, j, _| hessian.push((i, j)));
+        }
+        for t in &mut self.endpoint_terms {
+            t.each_jacobian(|r, c, _| jacobian.push((r, c)));
+            t.each_hessian(1.0, &y, |i, j, _| hessian.push((i, j)));
+        }
+        self.jacobian_pattern = Pattern::from_pairs(jacobian);
+        self.hessian_pattern = Pattern::from_pairs(hessian);
+    }
+
+    /// Values and Jacobians at the nodes, unless they are those of `x` already.
+    fn refresh(&mut self, x: &[f64]) {
+        if self.refreshed_at == x {
+            return;
+        }
+        for t in &mut self.node_terms {
+            t.refresh(x);
+        }
+        for t in &mut self.endpoint_terms {
+            t.refresh(x);
+        }
+        self.refreshed_at.copy_from_slice(x);
+    }
+}
+
+impl Nlp for Transcription {
+    fn variables(&self) -> usize {
+        self.layout.variables
+    }
+
+    fn constraints(&self) -> usize {
+        self.layout.constraints
+    }
+
+    fn variable_bounds(&self, lower: &mut [f64], upper: &mut [f64]) {
+        lower.copy_from_slice(&self.lower);
+        upper.copy_from_slice(&self.upper);
+    }
+
+    fn constraint_bounds(&self, lower: &mut [f64], upper: &mut [f64]) {
+        lower.copy_from_slice(&self.row_lower);
+        upper.copy_from_slice(&self.row_upper);
+    }
+
+    fn initial_point(&self, x: &mut [f64]) {
+        x.copy_from_slice(&self.start);
+    }
+
+    fn jacobian_pattern(&self) -> Pattern {
+        self.jacobian_pattern.clone()
+    }
+
+    fn hessian_pattern(&self) -> Pattern {
+        self.hessian_pattern.clone()
+    }
+
+    fn objective(&mut self, x: &[f64]) -> f64 {
+        let linear: f64 = self.linear_cost.iter().map(|&(c, w)| w * x[c]).sum();
+        let nodes: f64 =
+            self.node_terms.iter_mut().filter(|t| t.has_cost()).map(|t| t.add_values(x, &mut [])).sum();
+        let ends: f64 =
+            self.endpoint_terms.iter_mut().filter(|t| t.has_cost()).map(|t| t.add_values(x, &mut [])).sum();
+        linear + nodes + ends
+    }
+
+    fn gradient(&mut self, x: &[f64], gradient: &mut [f64]) {
+        self.refresh(x);
+        gradient.fill(0.0);
+        for &(c, w) in &self.linear_cost {
+            gradient[c] += w;
+        }
+        for t in self.node_terms.iter().filter(|t| t.has_cost()) {
+            t.add_gradient(x, gradient);
+        }
+        for t in &self.endpoint_terms {
+            t.add_gradient(gradient);
+        }
+    }
+
+    fn constraint_values(&mut self, x: &[f64], values: &mut [f64]) {
+        values.fill(0.0);
+        for &(r, c, v) in &self.constant {
+            values[r] += v * x[c];
+        }
+        for t in &mut self.node_terms {
+            t.add_values(x, values);
+        }
+        for t in self.endpoint_terms.iter_mut().filter(|t| !t.has_cost()) {
+            t.add_values(x, values);
+        }
+    }
+
+    fn jacobian(&mut self, x: &[f64], values: &mut [f64]) {
+        self.refresh(x);
+        let mut next = 0;
+        let mut push = |v| {
+            values[next] = v;
+            next += 1;
+        };
+        for &(_, _, v) in &self.constant {
+            push(v);
+        }
+        for t in &self.node_terms {
+            t.each_jacobian(x, |_, _, v| push(v));
+        }
+        for t in &self.endpoint_terms {
+            t.each_jacobian(|_, _, v| push(v));
+        }
+    }
+
+    fn hessian(&mut self, x: &[f64], objective_factor: f64, multipliers: &[f64], values: &mut [f64]) {
+        self.refresh(x);
+        let mut next = 0;
+        let mut push = |v| {
+            values[next] = v;
+            next += 1;
+        };
+        for t in &mut self.node_terms {
+            t.each_hessian(x, objective_factor, multipliers, |_, _, v| push(v));
+        }
+        for t in &mut self.endpoint_terms {
+            t.each_hessian(objective_factor, multipliers, |_, _, v| push(v));
+        }
+    }
+
+    fn scaling(&self) -> Option<NlpScaling> {
+        Some(self.scaling.clone())
+    }
+
+    fn stages(&self) -> Option<Stages> {
+        let mut variables = vec![self.layout.last_stage; self.layout.variables];
+        let mut constraints = vec![self.layout.last_stage; self.layout.constraints];
+        for p in &self.layout.phases {
+            for node in 0..=p.nodes.len() {
+                let stage = p.first_stage + node as u32;
+                let end = if node == p.nodes.len() { p.states } else { p.states + p.controls };
+                variables[p.state_column(node)..][..end].fill(stage);
+                if node < p.nodes.len() {
+                    constraints[p.defect_row(node)..][..p.rows_per_node].fill(stage);
+                }
+            }
+        }
+        Some(Stages { variables, constraints })
+    }
+}
+
+fn node_terms(ocp: &Ocp, layout: &Layout, sign: f64) -> Vec<NodeTerm> {
+    let mut terms = Vec::new();
+    for (k, (phase, p)) in ocp.phases.iter().zip(&layout.phases).enumerate() {
+        let (start, end) = time_bounds(phase);
+        let fixed = (start.is_fixed(), end.is_fixed());
+        let mut add = |function: &std::sync::Arc<dyn apsides_ad::NodeFunction>,
+                       is_rate,
+                       target,
+                       factor: &dyn Fn(usize) -> f64| {
+            let function = std::sync::Arc::clone(function);
+            terms.push(NodeTerm::new(function, is_rate, target, p, layout.first_parameter, fixed, factor));
+        };
+        let stride = p.rows_per_node;
+        add(&phase.dynamics, true, Target::Rows { first: p.first_row, stride }, &|i| {
+            -0.5 * p.width(p.nodes[i].interval)
+        });
+        let mut first = p.first_row + p.states;
+        for c in &phase.path {
+            add(&c.function, false, Target::Rows { first, stride }, &|_| 1.0);
+            first += c.rows.len();
+        }
+        for (index, q) in phase.integrals.iter().enumerate() {
+            let weights = ocp.objective.integrals.iter().filter(|w| (w.0, w.1) == (k, index));
+            let cost = sign * weights.map(|w| w.2).sum::<f64>();
+            let row = p.integral_rows[index];
+            if row.is_some() || cost != 0.0 {
+                add(&q.function, true, Target::Sum { row, cost }, &|i| p.nodes[i].weight);
+            }
+        }
+    }
+    terms
+}
+
+fn endpoint_terms(ocp: &Ocp, layout: &Layout, sign: f64) -> Vec<EndpointTerm> {
+    let columns = |inputs: &[apsides_ocp::EndpointInput]| {
+        inputs.iter().map(|&i| layout.endpoint_column(i)).collect::<Vec<_>>()
+    };
+    let constraints = ocp.constraints.iter().zip(&layout.endpoint_rows).map(|(c, &row)| {
+        EndpointTerm::new(std::sync::Arc::clone(&c.function), columns(&c.inputs), Some(row), 0.0)
+    });
+    let costs = ocp.objective.functions.iter().map(|(inputs, f)| {
+        EndpointTerm::new(std::sync::Arc::clone(f), columns(inputs), None, sign)
+    });
+    constraints.chain(costs).collect()
+}
+
+fn constant_entries(layout: &Layout) -> Vec<(usize, usize, f64)> {
+    let mut entries = Vec::new();
+    for p in &layout.phases {
+        for (i, node) in p.nodes.iter().enumerate() {
+            let n = p.mesh.points()[node.interval];
+            let start = i - node.local;
+            let row = &p.rules[node.interval].differentiation()[node.local * (n + 1)..][..n + 1];
+            for s in 0..p.states {
+                for (j, &d) in row.iter().enumerate() {
+                    entries.push((p.defect_row(i) + s, p.state_column(start + j) + s, d));
+                }
+            }
+        }
+        if let Some(r) = p.duration_row {
+            entries.push((r, p.initial_time, -1.0));
+            entries.push((r, p.final_time, 1.0));
+        }
+    }
+    entries
+}
+
+fn variable_bounds(ocp: &Ocp, layout: &Layout) -> (Vec<f64>, Vec<f64>) {
+    let mut lower = vec![f64::NEG_INFINITY; layout.variables];
+    let mut upper = vec![f64::INFINITY; layout.variables];
+    let mut set = |column: usize, b: Bounds| {
+        lower[column] = b.lower;
+        upper[column] = b.upper;
+    };
+    for (phase, p) in ocp.phases.iter().zip(&layout.phases) {
+        let last = p.nodes.len();
+        for node in 0..=last {
+            for (s, state) in phase.states.iter().enumerate() {
+                let along = state.variable.bounds;
+                let bounds = match node {
+                    0 => along.intersect(&state.initial),
+                    n if n == last => along.intersect(&state.terminal),
+                    _ => along,
+                };
+                set(p.state_column(node) + s, bounds);
+            }
+            if node < last {
+                for (c, control) in phase.controls.iter().enumerate() {
+                    set(p.control_column(node) + c, control.bounds);
+                }
+            }
+        }
+        let (start, end) = time_bounds(phase);
+        set(p.initial_time, start);
+        set(p.final_time, end);
+    }
+    for (k, v) in ocp.parameters.iter().enumerate() {
+        set(layout.first_parameter + k, v.bounds);
+    }
+    (lower, upper)
+}
+
+fn row_bounds(ocp: &Ocp, layout: &Layout) -> (Vec<f64>, Vec<f64>) {
+    let mut lower = vec![0.0; layout.constraints];
+    let mut upper = vec![0.0; layout.constraints];
+    let mut set = |row: usize, b: Bounds| {
+        lower[row] = b.lower;
+        upper[row] = b.upper;
+    };
+    for (phase, p) in ocp.phases.iter().zip(&layout.phases) {
+        for node in 0..p.nodes.len() {
+            for (k, row) in phase.path.iter().flat_map(|c| &c.rows).enumerate() {
+                set(p.path_row(node) + k, row.bounds);
+            }
+        }
+        for (q, row) in phase.integrals.iter().zip(&p.integral_rows) {
+            if let Some(r) = row {
+                set(*r, q.variable.bounds);
+            }
+        }
+        if let Some(r) = p.duration_row {
+            set(r, phase.duration);
+        }
+    }
+    for (c, &first) in ocp.constraints.iter().zip(&layout.endpoint_rows) {
+        for (k, row) in c.rows.iter().enumerate() {
+            set(first + k, row.bounds);
+        }
+    }
+    (lower, upper)
+}
+
+fn starting_point(layout: &Layout, guess: &Guess, lower: &[f64], upper: &[f64]) -> Vec<f64> {
+    let mut x = vec![0.0; layout.variables];
+    for (p, g) in layout.phases.iter().zip(&guess.phases) {
+        for node in 0..=p.nodes.len() {
+            let fraction = p.nodes.get(node).map_or(1.0, |n| n.fraction);
+            let (a, b) = (p.state_column(node), p.control_column(node));
+            g.state(fraction, &mut x[a..b]);
+            if node < p.nodes.len() {
+                g.control(fraction, &mut x[b..b + p.controls]);
+            }
+        }
+        x[p.initial_time] = g.initial_time;
+        x[p.final_time] = g.final_time;
+    }
+    x[layout.first_parameter..].copy_from_slice(&guess.parameters);
+    for ((v, l), u) in x.iter_mut().zip(lower).zip(upper) {
+        *v = v.max(*l).min(*u);
+    }
+    x
+}
+
+fn nlp_scaling(ocp: &Ocp, layout: &Layout, scaling: &Scaling) -> NlpScaling {
+    let mut variables = vec![1.0; layout.variables];
+    let mut constraints = vec![1.0; layout.constraints];
+    for ((phase, p), s) in ocp.phases.iter().zip(&layout.phases).zip(&scaling.phases) {
+        for node in 0..=p.nodes.len() {
+            variables[p.state_column(node)..][..p.states].copy_from_slice(&s.states);
+            if node < p.nodes.len() {
+                variables[p.control_column(node)..][..p.controls].copy_from_slice(&s.controls);
+                constraints[p.defect_row(node)..][..p.states].copy_from_slice(&s.states);
+                for (k, row) in phase.path.iter().flat_map(|c| &c.rows).enumerate() {
+                    constraints[p.path_row(node) + k] = row_scale(row);
+                }
+            }
+        }
+        variables[p.initial_time] = s.time;
+        variables[p.final_time] = s.time;
+        for (q, row) in phase.integrals.iter().zip(&p.integral_rows) {
+            if let Some(r) = row {
+                constraints[*r] = row_scale(&q.variable);
+            }
+        }
+        if let Some(r) = p.duration_row {
+            constraints[r] = s.time;
+        }
+    }
+    variables[layout.first_parameter..].copy_from_slice(&scaling.parameters);
+    for (c, &first) in ocp.constraints.iter().zip(&layout.endpoint_rows) {
+        for (k, row) in c.rows.iter().enumerate() {
+            constraints[first + k] = row_scale(row);
+        }
+    }
+    NlpScaling { objective: scaling.objective, variables, constraints }
+}
+
+/// Stated scale, else the largest finite bound; NaN when neither is there.
+fn row_scale(row: &apsides_ocp::Variable) -> f64 {
+    let bounds = [row.bounds.lower, row.bounds.upper].map(f64::abs);
+    let largest = bounds.into_iter().filter(|b| b.is_finite() && *b > 0.0).reduce(f64::max);
+    row.scale.or(largest).unwrap_or(f64::NAN)
+}
+
+/// Where a constraint row of the discretised problem comes from.
+#[derive(Clone, Debug, PartialEq)]
+pub struct RowOrigin {
+    /// Phase, unless the row joins ends of phases.
+    pub phase: Option<String>,
+    /// Name of the constraint: `equation of motion of speed`, `heat rate`, `link braking-descent: radius`.
+    pub name: String,
+    /// Unit of the row.
+    pub unit: String,
+    /// Time of the row in the phase, where it has one.
+    pub time: Option<f64>,
+}
+
+impl Transcription {
+    /// Where row `row` comes from; `x` gives the times.
+    #[must_use]
+    pub fn row_origin(&self, ocp: &Ocp, row: usize, x: &[f64]) -> Option<RowOrigin> {
+        for (phase, p) in ocp.phases.iter().zip(&self.layout.phases) {
+            let end = p.first_row + p.nodes.len() * p.rows_per_node;
+            if (p.first_row..end).contains(&row) {
+                return Some(node_row_origin(phase, p, row - p.first_row, x));
+            }
+            let whole = |name: String, unit: &str| RowOrigin {
+                phase: Some(phase.name.clone()),
+                name,
+                unit: unit.into(),
+                time: None,
+            };
+            if p.duration_row == Some(row) {
+                return Some(whole("duration".into(), &phase.time_unit));
+            }
+            if let Some(k) = p.integral_rows.iter().position(|r| *r == Some(row)) {
+                let v = &phase.integrals[k].variable;
+                return Some(whole(v.name.clone(), &v.unit));
+            }
+        }
+        ocp.constraints.iter().zip(&self.layout.endpoint_rows).find_map(|(c, &first)| {
+            let v = c.rows.get(row.checked_sub(first)?)?;
+            let name = format!("{}: {}", c.name, v.name);
+            Some(RowOrigin { phase: None, name, unit: v.unit.clone(), time: None })
+        })
+    }
+}
+
+fn node_row_origin(phase: &apsides_ocp::Phase, p: &PhaseLayout, offset: usize, x: &[f64]) -> RowOrigin {
+    let (node, k) = (offset / p.rows_per_node, offset % p.rows_per_node);
+    let s = p.nodes[node].fraction;
+    let time = (1.0 - s) * x[p.initial_time] + s * x[p.final_time];
+    let (name, unit) = if k < p.states {
+        let v = &phase.states[k].variable;
+        (format!("equation of motion of {}", v.name), v.unit.clone())
+    } else {
+        let row = phase.path.iter().flat_map(|c| &c.rows).nth(k - p.states);
+        row.map_or_else(Default::default, |v| (v.name.clone(), v.unit.clone()))
+    };
+    RowOrigin { phase: Some(phase.name.clone()), name, unit, time: Some(time) }
+}
