@@ -91,7 +91,10 @@ impl EndpointTerm {
         mut emit: impl FnMut(usize, usize, f64),
     ) {
         match self.first_row {
-            Some(first) => self.weights.copy_from_slice(&multipliers[first..first + self.weights.len()]),
+            Some(first) => {
+                let rows = first..first + self.weights.len();
+                self.weights.copy_from_slice(&multipliers[rows]);
+            }
             None => self.weights[0] = cost * self.cost,
         }
         self.function.hessian(&self.inputs, &self.weights, &mut self.hessian);

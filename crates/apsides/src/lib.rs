@@ -1,5 +1,48 @@
 //! Spaceflight trajectory optimisation: missions, pipelines and verified results.
+//!
+//! ```text
+//! mission file -> problem and guess -> method -> trajectory -> independent verification -> outcome
+//! ```
+//!
+//! This crate joins the layers below and re-exports them. It reads mission files, but prints nothing; the program is
+//! `apsides-cli`, figures and result files are `apsides-report`.
+//!
+//! ```
+//! use apsides::Mission;
+//!
+//! let mission = Mission::load("lunar-perilune", &["perilune_altitude_km=20".into()])?;
+//! let outcome = mission.solve(None, &mut ())?;
+//! assert!(outcome.summary.certificate.is_verified());
+//! assert!((outcome.summary.results["flight_time_s"] - 999.356984).abs() < 1e-5);
+//! # Ok::<(), apsides::Error>(())
+//! ```
+//!
+//! | module | subject |
+//! | --- | --- |
+//! | [`mission_file`], [`key`] | mission files and their keys |
+//! | [`missions`] | the missions that come with the crate |
+//! | [`pipeline`] | solve and verify |
+//! | [`sweep`] | parameter sweeps |
+//! | [`outcome`] | results |
 
+pub mod error;
+pub mod key;
+pub mod mission_file;
+pub mod missions;
 pub mod outcome;
+pub mod pipeline;
+pub mod sweep;
 
+pub use apsides_ad as ad;
+pub use apsides_basis as basis;
+pub use apsides_dynamics as dynamics;
+pub use apsides_nlp as nlp;
+pub use apsides_ocp as ocp;
+pub use apsides_ode as ode;
+pub use apsides_radau as radau;
+pub use apsides_verify as verify;
+
+pub use error::Error;
+pub use mission_file::Mission;
+pub use missions::Posed;
 pub use outcome::{Counters, ObjectiveValue, Outcome, Summary, Timing};

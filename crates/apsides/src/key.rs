@@ -1,0 +1,198 @@
+//! Keys of mission files: name with unit, meaning, default, allowed values.
+
+use std::collections::BTreeMap;
+
+use crate::Error;
+
+/// Ends of an interval of numbers.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Range {
+    /// Smallest value, and whether it is allowed itself.
+    pub least: (f64, bool),
+    /// Largest value, and whether it is allowed itself.
+    pub most: (f64, bool),
+}
+
+impl Range {
+    /// Above zero.
+    pub const POSITIVE: Self = Self::open(0.0, f64::INFINITY);
+
+    /// Between two values that are allowed themselves.
+    #[must_use]
+    pub const fn closed(least: f64, most: f64) -> Self {
+        Self { least: (least, true), most: (most, true) }
+    }
+
+    /// Between two values that are not allowed themselves.
+    #[must_use]
+    pub const fn open(least: f64, most: f64) -> Self {
+        Self { least: (least, false), most: (most, false) }
+    }
+
+    /// From a value, which is allowed, up.
+    #[must_use]
+    pub const fn from(least: f64) -> Self {
+        Self { least: (least, true), most: (f64::INFINITY, false) }
+    }
+
+    fn contains(&self, v: f64) -> bool {
+        let above = v > self.least.0 || (self.least.1 && v == self.least.0);
+        let below = v < self.most.0 || (self.most.1 && v == self.most.0);
+        v.is_finite() && above && below
+    }
+
+    fn describe(&self) -> String {
+        let bound = |(v, included): (f64, bool), least: bool| match (v.is_finite(), included, least) {
+            (false, ..) => None,
+            (_, true, true) => Some(format!("at least {v}")),
+            (_, false, true) => Some(format!("above {v}")),
+            (_, true, false) => Some(format!("at most {v}")),
+            (_, false, false) => Some(format!("below {v}")),
+        };
+        let parts: Vec<_> =
+            [bound(self.least, true), bound(self.most, false)].into_iter().flatten().collect();
+        if parts.is_empty() { "a finite number".into() } else { format!("a number {}", parts.join(" and ")) }
+    }
+}
+
+/// What a key takes.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum KeyKind {
+    /// A number with its default and range.
+    Number(f64, Range),
+    /// A whole number with its default, smallest and largest value.
+    Count(u32, u32, u32),
+    /// One of several words, the first being the default.
+    Choice(&'static [&'static str]),
+}
+
+/// One key of a mission file.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Key {
+    /// Path with the unit at its end: `perilune_altitude_km`, `radau.points`.
+    pub path: &'static str,
+    /// Meaning, in one line.
+    pub meaning: &'static str,
+    /// Type, default, allowed values.
+    pub kind: KeyKind,
+}
+
+impl Key {
+    /// A number.
+    #[must_use]
+    pub const fn number(path: &'static str, default: f64, range: Range, meaning: &'static str) -> Self {
+        Self { path, meaning, kind: KeyKind::Number(default, range) }
+    }
+
+    /// A whole number.
+    #[must_use]
+    pub const fn count(
+        path: &'static str,
+        default: u32,
+        least: u32,
+        most: u32,
+        meaning: &'static str,
+    ) -> Self {
+        Self { path, meaning, kind: KeyKind::Count(default, least, most) }
+    }
+
+    /// One of several words, the first being the default.
+    #[must_use]
+    pub const fn choice(path: &'static str, words: &'static [&'static str], meaning: &'static str) -> Self {
+        Self { path, meaning, kind: KeyKind::Choice(words) }
+    }
+
+    /// Allowed values in words.
+    #[must_use]
+    pub fn allowed(&self) -> String {
+        match self.kind {
+            KeyKind::Number(_, range) => range.describe(),
+            KeyKind::Count(_, least, most) => format!("a whole number from {least} to {most}"),
+            KeyKind::Choice(words) => {
+                words.iter().map(|w| format!("\"{w}\"")).collect::<Vec<_>>().join(" or ")
+            }
+        }
+    }
+
+    pub(crate) fn default(&self) -> Value {
+        match self.kind {
+            KeyKind::Number(v, _) => Value::Number(v),
+            KeyKind::Count(v, ..) => Value::Number(f64::from(v)),
+            KeyKind::Choice(words) => Value::Word(words[0].to_owned()),
+        }
+    }
+
+    pub(crate) fn accept(&self, value: &Value, place: &str) -> Result<(), Error> {
+        let fits = match (&self.kind, value) {
+            (KeyKind::Number(_, range), Value::Number(v)) => range.contains(*v),
+            (KeyKind::Count(_, least, most), Value::Number(v)) => {
+                v.fract() == 0.0 && Range::closed(f64::from(*least), f64::from(*most)).contains(*v)
+            }
+            (KeyKind::Choice(words), Value::Word(w)) => words.contains(&w.as_str()),
+            _ => false,
+        };
+        if fits {
+            return Ok(());
+        }
+        Err(Error::Value {
+            place: place.into(),
+            key: self.path.into(),
+            found: value.to_string(),
+            allowed: self.allowed(),
+        })
+    }
+}
+
+/// A value in a mission file.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Value {
+    /// A number.
+    Number(f64),
+    /// A word.
+    Word(String),
+    /// Anything that no key takes, described in words.
+    Other(String),
+}
+
+impl std::fmt::Display for Value {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        match self {
+            Self::Number(v) => write!(f, "{v}"),
+            Self::Word(w) => write!(f, "\"{w}\""),
+            Self::Other(what) => f.write_str(what),
+        }
+    }
+}
+
+/// Values of all keys of a mission, defaults included.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Values(pub(crate) BTreeMap<&'static str, Value>);
+
+impl Values {
+    /// The number of a key that the mission declares as a number.
+    pub(crate) fn number(&self, path: &str) -> f64 {
+        match self.0.get(path) {
+            Some(Value::Number(v)) => *v,
+            // A key that the mission does not declare shows up as NaN in every check that follows.
+            _ => f64::NAN,
+        }
+    }
+
+    /// The whole number of a key that the mission declares as one.
+    pub(crate) fn count(&self, path: &str) -> usize {
+        self.number(path) as usize
+    }
+
+    /// The word of a key that the mission declares as a choice.
+    pub(crate) fn word(&self, path: &str) -> &str {
+        match self.0.get(path) {
+            Some(Value::Word(w)) => w,
+            _ => "",
+        }
+    }
+
+    /// Every key and its value, by key.
+    pub fn iter(&self) -> impl Iterator<Item = (&'static str, &Value)> {
+        self.0.iter().map(|(k, v)| (*k, v))
+    }
+}

@@ -1,0 +1,237 @@
+//! Reading mission files: every mistake is reported with file, line and key, and the nearest key is suggested.
+
+use std::collections::BTreeMap;
+use std::fmt::Write as _;
+use std::path::Path;
+
+use toml::Spanned;
+use toml::de::{DeTable, DeValue};
+
+use crate::key::{Key, Value, Values};
+use crate::{Error, missions};
+
+/// Largest mission file: a few kB is usual, so anything above is a mistake.
+pub const MAX_FILE_BYTES: u64 = 1 << 20;
+
+/// A mission with all its values, checked.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Mission {
+    /// The kind of mission.
+    pub(crate) kind: &'static missions::Kind,
+    /// All values.
+    pub values: Values,
+}
+
+/// One value with its place, before it is matched with a key.
+struct Entry {
+    path: String,
+    value: Value,
+    place: String,
+}
+
+impl Mission {
+    /// Reads a mission from a file, or by its name from those that come with the program.
+    ///
+    /// `overrides` are `key=value` texts that replace values of the file.
+    ///
+    /// # Errors
+    /// The first mistake, with its place.
+    pub fn load(file_or_name: &str, overrides: &[String]) -> Result<Self, Error> {
+        let path = Path::new(file_or_name);
+        if let Some(text) = missions::file(file_or_name)
+            && !path.is_file()
+        {
+            return Self::parse(text, &format!("mission `{file_or_name}`"), overrides);
+        }
+        let text = read(path)?;
+        Self::parse(&text, &format!("file `{file_or_name}`"), overrides)
+    }
+
+    /// Reads a mission from the text of a file; `source` names it in messages.
+    ///
+    /// # Errors
+    /// The first mistake, with its place.
+    pub fn parse(text: &str, source: &str, overrides: &[String]) -> Result<Self, Error> {
+        let mut entries = entries(text, |offset| format!("{source}, line {}", line(text, offset)))?;
+        let Some(position) = entries.iter().position(|e| e.path == "mission") else {
+            return Err(Error::Value {
+                place: source.into(),
+                key: "mission".into(),
+                found: "missing".into(),
+                allowed: format!("one of {}", missions::names()),
+            });
+        };
+        let header = entries.remove(position);
+        let kind = match &header.value {
+            Value::Word(name) => missions::kind(name).ok_or_else(|| Error::UnknownMission {
+                place: header.place.clone(),
+                name: name.clone(),
+                known: missions::names(),
+            })?,
+            other => {
+                return Err(Error::Value {
+                    place: header.place,
+                    key: "mission".into(),
+                    found: other.to_string(),
+                    allowed: format!("one of {}", missions::names()),
+                });
+            }
+        };
+        for o in overrides {
+            entries.push(parse_override(o)?);
+        }
+        let keys: Vec<&Key> = kind.keys().collect();
+        let mut values: BTreeMap<_, _> = keys.iter().map(|k| (k.path, k.default())).collect();
+        for e in entries {
+            let Some(key) = keys.iter().find(|k| k.path == e.path) else {
+                return Err(Error::UnknownKey {
+                    suggestion: suggestion(&e.path, &keys),
+                    place: e.place,
+                    mission: kind.name.into(),
+                    key: e.path,
+                });
+            };
+            key.accept(&e.value, &e.place)?;
+            values.insert(key.path, e.value);
+        }
+        let mission = Self { kind, values: Values(values) };
+        (kind.check)(&mission.values)
+            .map_err(|reason| Error::Conflict { place: format!("{source} (mission `{}`)", kind.name), reason })?;
+        Ok(mission)
+    }
+
+    /// Name of the mission.
+    #[must_use]
+    pub fn name(&self) -> &'static str {
+        self.kind.name
+    }
+
+    /// One line on what the mission does.
+    #[must_use]
+    pub fn title(&self) -> &'static str {
+        self.kind.title
+    }
+
+    /// Keys of the mission.
+    pub fn keys(&self) -> impl Iterator<Item = &'static Key> {
+        self.kind.keys()
+    }
+
+    /// The mission file with every value written out.
+    #[must_use]
+    pub fn to_file(&self) -> String {
+        let mut text = format!("# {}\nmission = \"{}\"\n", self.title(), self.name());
+        let mut tables: BTreeMap<&str, String> = BTreeMap::new();
+        for key in self.keys() {
+            let value = match &self.values.0[key.path] {
+                // TOML tells whole numbers and fractions apart; a mission file does not.
+                Value::Number(v) => format!("{v:?}"),
+                other => other.to_string(),
+            };
+            match key.path.split_once('.') {
+                None => drop(writeln!(text, "{} = {value} # {}", key.path, key.meaning)),
+                Some((table, name)) => {
+                    drop(writeln!(tables.entry(table).or_default(), "{name} = {value} # {}", key.meaning));
+                }
+            }
+        }
+        for (name, body) in tables {
+            drop(write!(text, "\n[{name}]\n{body}"));
+        }
+        text
+    }
+}
+
+fn read(path: &Path) -> Result<String, Error> {
+    let fail = |reason: String| Err(Error::File { path: path.into(), reason });
+    let metadata = match std::fs::metadata(path) {
+        Ok(m) => m,
+        Err(e) if e.kind() == std::io::ErrorKind::NotFound => {
+            return fail(format!("no such file, and no mission of this name; missions: {}", missions::names()));
+        }
+        Err(e) => return fail(e.to_string()),
+    };
+    if !metadata.is_file() {
+        return fail("not a file; give a mission file or the name of a mission".into());
+    }
+    if metadata.len() > MAX_FILE_BYTES {
+        return fail(format!("has {} bytes; a mission file has at most {MAX_FILE_BYTES}", metadata.len()));
+    }
+    match std::fs::read(path).map(String::from_utf8) {
+        Ok(Ok(text)) => Ok(text),
+        Ok(Err(_)) => fail("is not UTF-8 text".into()),
+        Err(e) => fail(e.to_string()),
+    }
+}
+
+fn line(text: &str, offset: usize) -> usize {
+    text.as_bytes()[..offset.min(text.len())].iter().filter(|b| **b == b'\n').count() + 1
+}
+
+fn entries(text: &str, place: impl Fn(usize) -> String) -> Result<Vec<Entry>, Error> {
+    let table = DeTable::parse(text).map_err(|e| Error::Syntax {
+        place: place(e.span().map_or(0, |s| s.start)),
+        reason: e.message().to_owned(),
+    })?;
+    let mut entries = Vec::new();
+    flatten(table.get_ref(), "", &place, &mut entries);
+    Ok(entries)
+}
+
+fn flatten(table: &DeTable<'_>, prefix: &str, place: &impl Fn(usize) -> String, entries: &mut Vec<Entry>) {
+    for (key, value) in table {
+        let path =
+            if prefix.is_empty() { key.get_ref().to_string() } else { format!("{prefix}.{}", key.get_ref()) };
+        match value.get_ref() {
+            DeValue::Table(inner) => flatten(inner, &path, place, entries),
+            _ => entries.push(Entry { path, value: scalar(value), place: place(key.span().start) }),
+        }
+    }
+}
+
+fn scalar(value: &Spanned<DeValue<'_>>) -> Value {
+    let number = |text: &str| text.replace('_', "").parse().map(Value::Number);
+    match value.get_ref() {
+        DeValue::Float(f) => number(f.as_str()).unwrap_or_else(|_| Value::Other(f.as_str().into())),
+        DeValue::Integer(i) if i.radix() == 10 => {
+            number(i.as_str()).unwrap_or_else(|_| Value::Other(i.as_str().into()))
+        }
+        DeValue::String(s) => Value::Word(s.to_string()),
+        other => Value::Other(format!("a value of type {}", other.type_str())),
+    }
+}
+
+fn parse_override(text: &str) -> Result<Entry, Error> {
+    let place = format!("--set {text}");
+    let Some((key, value)) = text.split_once('=') else {
+        return Err(Error::Syntax { place, reason: "expected key=value".into() });
+    };
+    let (path, value) = (key.trim().to_owned(), value.trim());
+    // A bare word needs no quotes on a command line.
+    let parsed = entries(&format!("v = {value}"), |_| String::new()).ok().and_then(|mut e| e.pop());
+    let value = match parsed {
+        Some(e) => e.value,
+        None => Value::Word(value.to_owned()),
+    };
+    Ok(Entry { path, value, place })
+}
+
+/// End of the sentence that refuses a key: the nearest one, and a word on units where only they are wrong.
+fn suggestion(key: &str, keys: &[&Key]) -> String {
+    let stem = |s: &str| s.rsplit_once('_').map_or(s.to_owned(), |(a, _)| a.to_owned());
+    if let Some(k) = keys.iter().find(|k| stem(k.path) == key) {
+        return format!("; its unit is missing: `{}`", k.path);
+    }
+    if let Some(k) = keys.iter().find(|k| stem(k.path) == stem(key) && k.path.contains('_')) {
+        return format!("; in its unit it is `{}`", k.path);
+    }
+    let nearest = keys
+        .iter()
+        .map(|k| (strsim::damerau_levenshtein(key, k.path), k.path))
+        .min()
+        .filter(|(distance, path)| *distance <= path.len() / 2);
+    match nearest {
+        Some((_, path)) => format!("; the nearest is `{path}`"),
+        None => format!("; keys: {}", keys.iter().map(|k| k.path).collect::<Vec<_>>().join(", ")),
+    }
+}

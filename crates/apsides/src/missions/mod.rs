@@ -1,0 +1,84 @@
+//! The missions that come with the program.
+
+use std::collections::BTreeMap;
+
+use apsides_ocp::{Guess, Ocp, Trajectory};
+
+use crate::key::{Key, Range, Values};
+use crate::Error;
+
+mod lunar;
+
+/// A problem with a start.
+pub struct Posed {
+    /// The problem.
+    pub ocp: Ocp,
+    /// Where a method starts.
+    pub guess: Guess,
+}
+
+/// A kind of mission: its keys, how they make a problem, and what its results are.
+pub(crate) struct Kind {
+    pub(crate) name: &'static str,
+    pub(crate) title: &'static str,
+    /// Keys of the vehicle and the flight.
+    pub(crate) flight_keys: &'static [&'static [Key]],
+    /// Values that do not go together, in words.
+    pub(crate) check: fn(&Values) -> Result<(), String>,
+    pub(crate) pose: fn(&Values) -> Result<Posed, Error>,
+    /// Scalars for the summary; the unit ends the key.
+    pub(crate) results: fn(&Values, &Trajectory) -> BTreeMap<String, f64>,
+}
+
+impl std::fmt::Debug for Kind {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        f.write_str(self.name)
+    }
+}
+
+impl PartialEq for Kind {
+    fn eq(&self, other: &Self) -> bool {
+        self.name == other.name
+    }
+}
+
+impl Kind {
+    pub(crate) fn keys(&self) -> impl Iterator<Item = &'static Key> + use<> {
+        self.flight_keys.iter().copied().flatten().chain(METHOD_KEYS)
+    }
+}
+
+/// Keys of the methods, the same for all missions.
+const METHOD_KEYS: &[Key] = &[
+    Key::choice("method", &["radau"], "how the problem is solved"),
+    Key::count("radau.intervals", 10, 1, 100_000, "mesh intervals per phase of the first mesh"),
+    Key::count("radau.points", 5, 1, 60, "collocation points per interval of the first mesh"),
+    Key::number("radau.mesh_tolerance", 1e-10, Range::open(0.0, 1.0), "largest relative error between points"),
+    Key::count("radau.max_meshes", 20, 1, 1000, "most meshes solved; 1 switches refinement off"),
+    Key::number("radau.nlp_tolerance", 1e-10, Range::open(0.0, 1.0), "scaled optimality error of each solve"),
+];
+
+const KINDS: &[Kind] = &[lunar::DIRECT, lunar::PERILUNE, lunar::TWO_PHASE];
+
+const FILES: &[(&str, &str)] = &[
+    ("lunar-direct", include_str!("../../missions/lunar-direct.toml")),
+    ("lunar-perilune", include_str!("../../missions/lunar-perilune.toml")),
+    ("lunar-two-phase", include_str!("../../missions/lunar-two-phase.toml")),
+];
+
+pub(crate) fn kind(name: &str) -> Option<&'static Kind> {
+    KINDS.iter().find(|k| k.name == name)
+}
+
+pub(crate) fn file(name: &str) -> Option<&'static str> {
+    FILES.iter().find(|f| f.0 == name).map(|f| f.1)
+}
+
+pub(crate) fn names() -> String {
+    KINDS.iter().map(|k| format!("`{}`", k.name)).collect::<Vec<_>>().join(", ")
+}
+
+/// Name and title of every mission.
+pub fn list() -> impl Iterator<Item = (&'static str, &'static str)> {
+    KINDS.iter().map(|k| (k.name, k.title))
+}
