@@ -31,7 +31,9 @@ impl System<'_> {
     /// Writes `b - A x` and returns `|b - A x| / |b|`, maximum norms.
     fn residual(&self, x: &[f64], out: &mut [f64]) -> f64 {
         out.copy_from_slice(self.rhs);
-        self.pattern.subtract_product(self.values, x, out);
+        if maximum(x) > 0.0 {
+            self.pattern.subtract_product(self.values, x, out);
+        }
         maximum(out) / self.rhs_norm
     }
 
