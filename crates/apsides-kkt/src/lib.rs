@@ -49,13 +49,14 @@
 //! | node by node (use this) | `3 i` | `3 i + 1` | `3 i + 2` |
 //! | interval by interval, node `i` in interval `k` | `3 k` | `3 k + 1` | `3 k + 2` |
 //!
-//! The interval rule has 15 % fewer entries in the factor and is 10 to 20 % faster to factor. The node rule keeps the
-//! growth of the factor in bounds: on 54 landing systems of 20 to 1000 intervals with zero to regular Hessians and
-//! barrier terms over 16 decades, in both kernels, it never needed the fallback and took a quarter fewer refinements,
-//! where the interval rule needed the fallback in 6 of 108 runs. Minimum degree has as many entries as the interval
-//! rule and costs two to four times as much to analyse; it also eliminates multipliers before their variables, for
-//! which 20 of 108 runs needed the fallback and 10 lost the inertia. Controls before states is worth 5 to 15 % in
-//! either rule. `cargo bench` repeats the timings. Without equilibration more than half of these runs fell back.
+//! The interval rule has 15 to 18 % fewer entries in the factor and is up to 20 % faster to factor. The node rule keeps
+//! the growth of the factor in bounds: on 54 landing systems of 20 to 1000 intervals, with zero to regular Hessians
+//! and barrier terms over 16 decades, in both kernels, it never needed the fallback; the interval rule needed it in
+//! 6 of 108 runs, and a third more refinements in the hard ones. Minimum degree has as many entries as the interval
+//! rule and costs two to four times as much to analyse; it also eliminates multipliers before their variables: 20 of
+//! 108 runs needed the fallback and 10 lost the inertia. Controls before states saves 10 to 18 % of the time in the
+//! interval rule, up to 10 % in the node rule. Without equilibration more than half of the runs fell back. `cargo
+//! bench` repeats the timings.
 //!
 //! # Modules
 //!

@@ -430,6 +430,14 @@ fn scales_from_1e_minus_12_to_1e12() {
         let unscaled: Vec<f64> = x.iter().zip(&units).map(|(x, u)| x * u).collect();
         assert_close(&unscaled, &reference, 1e-7);
     }
+    // Right-hand sides tiny or huge.
+    for unit in [1e-300, 1e-200, 1e200] {
+        let mut system = t.analyse(KktSettings::default());
+        system.factor(&t.values, 0.0, 0.0).expect("finite");
+        let (x, quality) = solve(&mut system, &b.iter().map(|v| v * unit).collect::<Vec<_>>());
+        assert!(quality.residual <= TOLERANCE && !quality.fallback);
+        assert_close(&x.iter().map(|v| v / unit).collect::<Vec<_>>(), &reference, 1e-8);
+    }
     // All entries tiny or huge.
     for unit in [1e-12, 1e12, 1e-150, 1e150] {
         let values: Vec<f64> = t.values.iter().map(|v| v * unit).collect();
@@ -545,16 +553,44 @@ fn radau_interval_with_zero_hessian() {
         t.push(primal + nodes * nx + i, i, 1.0);
     }
     let b = random.vector(t.n);
+    let expected = Inertia { positive: primal, negative: t.n - primal, zero: 0 };
     for factorisation in kernels() {
         for ordering in [Ordering::Amd, Ordering::Stages(stage.clone())] {
             let mut system = t.analyse(KktSettings { factorisation, ordering, ..KktSettings::default() });
-            let inertia = system.factor(&t.values, 0.0, 0.0).expect("finite");
-            assert_eq!(inertia, Inertia { positive: primal, negative: t.n - primal, zero: 0 });
+            assert_eq!(system.factor(&t.values, 0.0, 0.0), Ok(expected));
             let (x, quality) = solve(&mut system, &b);
             assert!(quality.residual <= TOLERANCE && !quality.fallback, "{quality:?}");
             assert!(t.plain_residual(&x, &b) <= TOLERANCE);
         }
     }
+    // Barrier terms from 1e-8 to 1e8, in the order that the crate documentation advises.
+    for i in 0..primal {
+        t.push(i, i, 10f64.powf(8.0 * random.next()));
+    }
+    for factorisation in kernels() {
+        let ordering = Ordering::Stages(stage.clone());
+        let mut system = t.analyse(KktSettings { factorisation, ordering, ..KktSettings::default() });
+        assert_eq!(system.factor(&t.values, 0.0, 0.0), Ok(expected));
+        let (_, quality) = solve(&mut system, &b);
+        assert!(quality.residual <= TOLERANCE && !quality.fallback, "{quality:?}");
+    }
+}
+
+#[test]
+fn unlimited_refinement_terminates() {
+    let t = convex_kkt(&mut Random(12), 30, 10);
+    let settings =
+        KktSettings { max_refinements: usize::MAX, residual_tolerance: 0.0, ..KktSettings::default() };
+    let mut system = t.analyse(settings);
+    system.factor(&t.values, 0.0, 0.0).expect("finite");
+    let (_, quality) = solve(&mut system, &[1.0; 40]);
+    assert!(quality.residual < 1e-14 && quality.refinements < 100, "{quality:?}");
+}
+
+#[test]
+fn systems_move_between_threads() {
+    fn movable<T: Send + Sync>() {}
+    movable::<KktSystem>();
 }
 
 #[test]
