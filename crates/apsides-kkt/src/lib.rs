@@ -53,7 +53,7 @@
 //! the growth of the factor in bounds: on 54 landing systems of 20 to 1000 intervals, with zero to regular Hessians
 //! and barrier terms over 16 decades, in both kernels, it never needed the fallback; the interval rule needed it in
 //! 6 of 108 runs, and a third more refinements in the hard ones. Minimum degree has as many entries as the interval
-//! rule and costs two to four times as much to analyse; it also eliminates multipliers before their variables: 20 of
+//! rule and costs 1.5 to 4 times as much to analyse; it also eliminates multipliers before their variables: 20 of
 //! 108 runs needed the fallback and 10 lost the inertia. Controls before states saves 10 to 18 % of the time in the
 //! interval rule, up to 10 % in the node rule. Without equilibration more than half of the runs fell back. `cargo
 //! bench` repeats the timings.
