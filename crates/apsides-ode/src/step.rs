@@ -1,0 +1,96 @@
+use std::ops::ControlFlow;
+
+/// An accepted step with its dense output.
+///
+/// With `s = (t - t_0) / h` the interpolant is `r_0 + s (r_1 + (1 - s) (r_2 + s (r_3 + (1 - s) (r_4 + ...))))`, where
+/// the rows `r` are vectors of the dimension of the system; 8 rows for DOP853 (order 7), 5 for DOPRI5 (order 4).
+#[derive(Debug, Clone, Copy)]
+pub struct Step<'a> {
+    pub(crate) start: f64,
+    pub(crate) end: f64,
+    pub(crate) size: f64,
+    pub(crate) dimension: usize,
+    pub(crate) rows: &'a [f64],
+}
+
+impl<'a> Step<'a> {
+    /// Time at the start of the step.
+    pub fn start(&self) -> f64 {
+        self.start
+    }
+
+    /// Time at the end of the step, before `start` when integrating backward. A step cut short by a terminal event
+    /// ends at the event.
+    pub fn end(&self) -> f64 {
+        self.end
+    }
+
+    /// State at the start of the step.
+    pub fn start_state(&self) -> &'a [f64] {
+        &self.rows[..self.dimension]
+    }
+
+    /// Whether `t` lies in the step, ends included.
+    pub fn contains(&self, t: f64) -> bool {
+        (self.start.min(self.end)..=self.start.max(self.end)).contains(&t)
+    }
+
+    /// Writes the state at `t` to `out`; accurate inside the step, an extrapolation outside.
+    pub fn evaluate(&self, t: f64, out: &mut [f64]) {
+        evaluate_rows(self.rows, self.dimension, (t - self.start) / self.size, out);
+    }
+}
+
+/// The interpolant of [`Step`] at the relative time `s`.
+pub(crate) fn evaluate_rows(rows: &[f64], n: usize, s: f64, out: &mut [f64]) {
+    let count = rows.len() / n;
+    let out = &mut out[..n];
+    out.copy_from_slice(&rows[(count - 1) * n..]);
+    for row in (0..count - 1).rev() {
+        let factor = if row % 2 == 0 { s } else { 1.0 - s };
+        for (o, r) in out.iter_mut().zip(&rows[row * n..(row + 1) * n]) {
+            *o = r + factor * *o;
+        }
+    }
+}
+
+/// An event found inside a step.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Occurrence<'a> {
+    /// Position of the event in the list given to the integrator.
+    pub event: usize,
+    /// Time of the event.
+    pub time: f64,
+    /// State at that time, from the dense output.
+    pub state: &'a [f64],
+    /// Whether the event function rises through zero (in the direction of integration).
+    pub rising: bool,
+}
+
+/// Sees the steps and events of an integration, in time order; the events of a step come before the step.
+///
+/// A closure `FnMut(&Step) -> ControlFlow<()>` is an observer of steps, `()` one of nothing.
+pub trait Observer {
+    /// Whether [`step`](Self::step) is to be called; if not, the dense output is computed for events only.
+    const OBSERVES_STEPS: bool = true;
+
+    /// Called after each accepted step; `Break` ends the integration at the end of the step.
+    fn step(&mut self, _step: &Step<'_>) -> ControlFlow<()> {
+        ControlFlow::Continue(())
+    }
+
+    /// Called for each event; `Break` ends the integration there, as a terminal event does.
+    fn event(&mut self, _occurrence: &Occurrence<'_>) -> ControlFlow<()> {
+        ControlFlow::Continue(())
+    }
+}
+
+impl Observer for () {
+    const OBSERVES_STEPS: bool = false;
+}
+
+impl<F: FnMut(&Step<'_>) -> ControlFlow<()>> Observer for F {
+    fn step(&mut self, step: &Step<'_>) -> ControlFlow<()> {
+        self(step)
+    }
+}

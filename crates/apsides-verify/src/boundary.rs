@@ -1,0 +1,193 @@
+//! Feasibility at the ends: misses of the re-simulation, bounds, endpoint constraints, objective.
+
+use apsides_ocp::{Bounds, EndpointInput, Ocp, Scaling, Trajectory, Variable};
+
+use crate::ends::{EndScales, Ends, PhaseEnds, largest_bound};
+use crate::place::place;
+use crate::simulation::Flight;
+use crate::worst::Worst;
+use crate::{Check, CheckKind, VerifySettings, linkage};
+
+const KIND: CheckKind = CheckKind::Feasibility;
+
+/// Everything that is compared at the ends of phases.
+pub(crate) struct Boundary<'a> {
+    pub(crate) ocp: &'a Ocp,
+    pub(crate) trajectory: &'a Trajectory,
+    pub(crate) flights: &'a [Flight],
+    pub(crate) scaling: &'a Scaling,
+    pub(crate) settings: &'a VerifySettings,
+}
+
+impl Boundary<'_> {
+    pub(crate) fn checks(&self) -> Vec<Check> {
+        let scales = EndScales::new(self.ocp, self.scaling, self.settings);
+        let mut checks = Vec::new();
+        for k in 0..self.ocp.phases.len() {
+            match self.failed_flight(k) {
+                Some(check) => checks.push(check),
+                None => {
+                    checks.extend(self.misses(k, &scales));
+                    checks.extend(self.state_bounds(k, &scales));
+                    checks.extend(self.integral_bounds(k));
+                }
+            }
+            checks.extend(self.times(k));
+        }
+        checks.extend(self.parameters());
+        checks.extend(self.constraints(&scales));
+        checks.push(self.objective());
+        checks
+    }
+
+    fn failed_flight(&self, k: usize) -> Option<Check> {
+        let failure = self.flights[k].failure.as_ref()?;
+        let phase = &self.ocp.phases[k];
+        let missing = self.trajectory.phases[k].final_time - failure.time;
+        let name = format!("time of {} left when its re-simulation stopped", phase.name);
+        let at = format!("{}: {}", place(phase, failure.time), failure.reason);
+        // Stopping at the last instant is a failure too.
+        let missing = missing.max(f64::MIN_POSITIVE);
+        Some(Check::new(name, KIND, missing, 0.0, phase.time_unit.clone(), at))
+    }
+
+    /// One check per state: the re-simulation against the trajectory at the end of the phase.
+    fn misses(&self, k: usize, scales: &EndScales<'_>) -> Vec<Check> {
+        let (phase, found) = (&self.ocp.phases[k], &self.trajectory.phases[k]);
+        let expected = found.final_state();
+        let miss = |(i, state): (usize, &apsides_ocp::State)| {
+            let Variable { name, unit, .. } = &state.variable;
+            let limit = scales.tolerance(EndpointInput::FinalState { phase: k, state: i });
+            Check::new(
+                format!("re-simulated {name} at the end of {}", phase.name),
+                KIND,
+                (self.flights[k].final_state[i] - expected[i]).abs(),
+                limit,
+                unit.clone(),
+                place(phase, found.final_time),
+            )
+        };
+        phase.states.iter().enumerate().map(miss).collect()
+    }
+
+    fn state_bounds(&self, k: usize, scales: &EndScales<'_>) -> Option<Check> {
+        let (phase, found, flight) = (&self.ocp.phases[k], &self.trajectory.phases[k], &self.flights[k]);
+        let mut worst = Worst::default();
+        for (i, state) in phase.states.iter().enumerate() {
+            let limit = scales.tolerance(EndpointInput::FinalState { phase: k, state: i });
+            let ends = [
+                ("initial", &state.initial, flight.initial_state[i], found.initial_time),
+                ("final", &state.terminal, flight.final_state[i], found.final_time),
+            ];
+            for (which, bounds, value, t) in ends {
+                if *bounds != Bounds::FREE {
+                    let at = || format!("{which} {}, {}", state.variable.name, place(phase, t));
+                    worst.consider(bounds.excess(value), limit, &state.variable.unit, at);
+                }
+            }
+        }
+        worst.into_check(format!("boundary conditions of {}", phase.name), KIND)
+    }
+
+    fn integral_bounds(&self, k: usize) -> Option<Check> {
+        let phase = &self.ocp.phases[k];
+        let mut worst = Worst::default();
+        for (q, value) in phase.integrals.iter().zip(&self.flights[k].integrals) {
+            let limit = self.settings.end_tolerance * row_scale(&q.variable, *value);
+            if q.variable.bounds != Bounds::FREE {
+                let at = || format!("{}, phase `{}`", q.variable.name, phase.name);
+                worst.consider(q.variable.bounds.excess(*value), limit, &q.variable.unit, at);
+            }
+        }
+        worst.into_check(format!("bounds on the integrals of {}", phase.name), KIND)
+    }
+
+    fn times(&self, k: usize) -> Option<Check> {
+        let (phase, found) = (&self.ocp.phases[k], &self.trajectory.phases[k]);
+        let limit = self.settings.end_tolerance * self.scaling.phases[k].time;
+        let mut worst = Worst::default();
+        for (which, bounds, value) in [
+            ("initial time", phase.initial_time, found.initial_time),
+            ("final time", phase.final_time, found.final_time),
+            ("duration", phase.duration, found.final_time - found.initial_time),
+        ] {
+            let at = || format!("{which}, {}", place(phase, value));
+            worst.consider(bounds.excess(value), limit, &phase.time_unit, at);
+        }
+        worst.into_check(format!("times of {}", phase.name), KIND)
+    }
+
+    fn parameters(&self) -> Option<Check> {
+        let mut worst = Worst::default();
+        for (i, (p, value)) in self.ocp.parameters.iter().zip(&self.trajectory.parameters).enumerate() {
+            let limit = self.settings.end_tolerance * self.scaling.parameters[i];
+            worst.consider(p.bounds.excess(*value), limit, &p.unit, || p.name.clone());
+        }
+        worst.into_check("bounds on the static parameters", KIND)
+    }
+
+    /// One check per name. Initial states are the trajectory's own, or linkages would hold by construction.
+    fn constraints(&self, scales: &EndScales<'_>) -> Vec<Check> {
+        let mut ends = Ends::of(self.trajectory);
+        for (end, flight) in ends.phases.iter_mut().zip(self.flights) {
+            end.final_state.copy_from_slice(&flight.final_state);
+        }
+        let mut groups: Vec<(&str, Worst)> = Vec::new();
+        for (k, c) in self.ocp.constraints.iter().enumerate() {
+            let values = ends.evaluate(c.function.as_ref(), &c.inputs);
+            let tolerances = scales.row_tolerances(k, &ends);
+            let linked = linkage::linked_rows(c);
+            let known = groups.iter().position(|(name, _)| *name == c.name);
+            let group = known.unwrap_or(groups.len());
+            if known.is_none() {
+                groups.push((&c.name, Worst::default()));
+            }
+            for (row, variable) in c.rows.iter().enumerate() {
+                let limit = match linked[row] {
+                    Some((phase, state)) => scales.tolerance(EndpointInput::InitialState { phase, state }),
+                    None => tolerances[row],
+                };
+                let at = || variable.name.clone();
+                groups[group].1.consider(variable.bounds.excess(values[row]), limit, &variable.unit, at);
+            }
+        }
+        groups.into_iter().filter_map(|(name, worst)| worst.into_check(format!("constraint {name}"), KIND)).collect()
+    }
+
+    fn objective(&self) -> Check {
+        let ends = Ends {
+            phases: (self.trajectory.phases.iter())
+                .zip(self.flights)
+                .map(|(found, flight)| PhaseEnds {
+                    initial_time: found.initial_time,
+                    final_time: found.final_time,
+                    initial_state: flight.initial_state.clone(),
+                    final_state: flight.final_state.clone(),
+                })
+                .collect(),
+            parameters: self.trajectory.parameters.clone(),
+        };
+        let integrals: Vec<_> = self.flights.iter().map(|f| f.integrals.clone()).collect();
+        let stated = self.trajectory.objective;
+        let value = ends.objective(self.ocp, &integrals);
+        let o = &self.ocp.objective;
+        let size = stated.abs().max(o.scale.unwrap_or(0.0));
+        let size = if size > 0.0 && size.is_finite() { size } else { 1.0 };
+        let at = format!("recomputed {value}, stated {stated}");
+        let limit = self.settings.objective_tolerance * size;
+        Check::new(format!("objective {}", o.name), KIND, (value - stated).abs(), limit, o.unit.clone(), at)
+    }
+}
+
+/// Typical size of a bounded quantity: as stated, else the width of its bounds, else the larger finite bound, else the
+/// largest value met, else one.
+pub(crate) fn row_scale(variable: &Variable, largest_value: f64) -> f64 {
+    let usable = |s: &f64| *s > 0.0 && s.is_finite();
+    let width = variable.bounds.upper - variable.bounds.lower;
+    variable
+        .scale
+        .or(Some(width).filter(usable))
+        .or(Some(largest_bound(variable)).filter(usable))
+        .or(Some(largest_value.abs()).filter(usable))
+        .unwrap_or(1.0)
+}

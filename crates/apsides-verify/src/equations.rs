@@ -1,0 +1,154 @@
+//! The functions of one phase at one point, and the gradient of its Lagrangian.
+
+use apsides_ad::NodeFunction;
+use apsides_ocp::{Ocp, Phase, Sense};
+
+/// `+1` for a minimised objective, `-1` for a maximised one, which is minimised negated.
+pub(crate) fn sign(ocp: &Ocp) -> f64 {
+    match ocp.objective.sense {
+        Sense::Minimize => 1.0,
+        Sense::Maximize => -1.0,
+    }
+}
+
+/// Dynamics, integrands and path functions of one phase with their arrays.
+pub(crate) struct Equations<'a> {
+    pub(crate) phase: &'a Phase,
+    /// Number of states, controls, static parameters.
+    pub(crate) nx: usize,
+    pub(crate) nu: usize,
+    pub(crate) np: usize,
+    /// Weight of each integral in the minimised objective.
+    weights: Vec<f64>,
+    /// `[x, u, p, t]` and `[x, u, t]`.
+    full: Vec<f64>,
+    bare: Vec<f64>,
+    values: Vec<f64>,
+    entries: Vec<f64>,
+}
+
+/// `H = lambda . f + weighted integrands` at one point.
+#[derive(Clone, Copy, Debug, Default)]
+pub(crate) struct Hamiltonian {
+    pub(crate) value: f64,
+    /// Largest magnitude among its terms.
+    pub(crate) largest_term: f64,
+}
+
+impl<'a> Equations<'a> {
+    pub(crate) fn new(ocp: &'a Ocp, phase_index: usize, parameters: &[f64]) -> Self {
+        let phase = &ocp.phases[phase_index];
+        let (nx, nu, np) = (phase.states.len(), phase.controls.len(), parameters.len());
+        let mut weights = vec![0.0; phase.integrals.len()];
+        for &(p, q, w) in &ocp.objective.integrals {
+            if p == phase_index {
+                weights[q] += sign(ocp) * w;
+            }
+        }
+        let mut full = vec![0.0; nx + nu + np + 1];
+        full[nx + nu..nx + nu + np].copy_from_slice(parameters);
+        let functions = || {
+            std::iter::once(&phase.dynamics)
+                .chain(phase.path.iter().map(|p| &p.function))
+                .chain(phase.integrals.iter().map(|q| &q.function))
+        };
+        let values = vec![0.0; functions().map(|f| f.outputs()).max().unwrap_or(0)];
+        let entries = vec![0.0; functions().map(|f| f.pattern().jacobian_len()).max().unwrap_or(0)];
+        Self { phase, nx, nu, np, weights, full, bare: vec![0.0; nx + nu + 1], values, entries }
+    }
+
+    /// Goes to a point.
+    pub(crate) fn set(&mut self, t: f64, x: &[f64], u: &[f64]) {
+        let (nx, nu) = (self.nx, self.nu);
+        for z in [&mut self.full, &mut self.bare] {
+            z[..nx].copy_from_slice(x);
+            z[nx..nx + nu].copy_from_slice(u);
+            if let Some(last) = z.last_mut() {
+                *last = t;
+            }
+        }
+    }
+
+    fn point(&self, function: &dyn NodeFunction) -> &[f64] {
+        if self.phase.takes_parameters(function) { &self.full } else { &self.bare }
+    }
+
+    /// Rates of the states, then the integrands.
+    pub(crate) fn rates(&self, out: &mut [f64]) {
+        let (rates, integrands) = out.split_at_mut(self.nx);
+        let dynamics = self.phase.dynamics.as_ref();
+        dynamics.value(self.point(dynamics), rates);
+        for (q, out) in self.phase.integrals.iter().zip(integrands.chunks_mut(1)) {
+            q.function.value(self.point(q.function.as_ref()), out);
+        }
+    }
+
+    /// All path constraint rows.
+    pub(crate) fn path(&self, out: &mut [f64]) {
+        let mut rest = out;
+        for p in &self.phase.path {
+            let (rows, others) = rest.split_at_mut(p.rows.len());
+            p.function.value(self.point(p.function.as_ref()), rows);
+            rest = others;
+        }
+    }
+
+    /// Hamiltonian, and the gradient of `H + mu . c` with respect to `[x, u, p, t]`.
+    pub(crate) fn lagrangian(&mut self, costate: &[f64], multipliers: &[f64], gradient: &mut [f64]) -> Hamiltonian {
+        gradient.fill(0.0);
+        let mut h = Hamiltonian::default();
+        let phase = self.phase;
+        self.add(phase.dynamics.as_ref(), costate, gradient, Some(&mut h));
+        for (k, q) in phase.integrals.iter().enumerate() {
+            let weight = self.weights[k];
+            if weight != 0.0 {
+                self.add(q.function.as_ref(), &[weight], gradient, Some(&mut h));
+            }
+        }
+        let mut rest = multipliers;
+        for p in &phase.path {
+            let (rows, others) = rest.split_at(p.rows.len());
+            if rows.iter().any(|m| *m != 0.0) {
+                self.add(p.function.as_ref(), rows, gradient, None);
+            }
+            rest = others;
+        }
+        h
+    }
+
+    fn add(
+        &mut self,
+        function: &dyn NodeFunction,
+        weights: &[f64],
+        gradient: &mut [f64],
+        hamiltonian: Option<&mut Hamiltonian>,
+    ) {
+        let full = self.phase.takes_parameters(function);
+        let z = if full { &self.full } else { &self.bare };
+        let pattern = function.pattern();
+        let (values, entries) =
+            (&mut self.values[..function.outputs()], &mut self.entries[..pattern.jacobian_len()]);
+        function.jacobian(z, values, entries);
+        let time = z.len() - 1;
+        for ((row, column), entry) in pattern.jacobian_entries().zip(&*entries) {
+            let column = if column == time { gradient.len() - 1 } else { column };
+            gradient[column] += weights[row] * entry;
+        }
+        if let Some(h) = hamiltonian {
+            for (w, v) in weights.iter().zip(&*values) {
+                h.value += w * v;
+                h.largest_term = h.largest_term.max((w * v).abs());
+            }
+        }
+    }
+
+    /// Whether no function that enters the Lagrangian depends on time explicitly.
+    pub(crate) fn is_autonomous(&self) -> bool {
+        let integrands =
+            self.phase.integrals.iter().zip(&self.weights).filter(|(_, w)| **w != 0.0).map(|(q, _)| &q.function);
+        std::iter::once(&self.phase.dynamics)
+            .chain(self.phase.path.iter().map(|p| &p.function))
+            .chain(integrands)
+            .all(|f| !f.pattern().columns.contains(&(f.inputs() - 1)))
+    }
+}

@@ -1,0 +1,196 @@
+//! First-order conditions of a local minimum (Pontryagin), from the costates of the trajectory.
+//!
+//! ```text
+//! H = lambda . f + sum_q w_q g_q          L = H + mu . c          of the minimised objective
+//! lambda' = -dL/dx,   dL/du = 0 (or pushing against a bound),   lambda(tf) = dB/dx_f,   lambda(t0) = -dB/dx_0,
+//! H(tf) = -dB/dt_f,   H(t0) = dB/dt_0,                          B = Phi + nu . b
+//! ```
+//!
+//! A. E. Bryson and Y.-C. Ho, Applied Optimal Control, Taylor and Francis 1975, sections 2.7, 3.5 and 3.8. A condition
+//! `slope = 0` on a bounded quantity is measured by the natural residual `min(|slope|, room)`, where `room` is the
+//! distance to the bound that the slope pushes towards, each divided by its scale: zero exactly where the first-order
+//! condition holds, and free of a threshold for "at the bound" (F. Facchinei and J.-S. Pang, Finite-Dimensional
+//! Variational Inequalities, Springer 2003, section 1.5, doi 10.1007/b97543).
+//!
+//! Not part of a trajectory, so not known here: multipliers of state bounds along a phase (the costate equation is
+//! skipped where one is active), of integral bounds and of duration bounds.
+
+mod costate;
+mod stationarity;
+mod transversality;
+
+use apsides_ocp::{Bounds, Ocp, PhaseScaling, PhaseTrajectory, PiecewisePolynomial, Scaling, Trajectory};
+
+use crate::equations::{Equations, Hamiltonian};
+use crate::{Check, CheckKind, VerifySettings};
+
+const KIND: CheckKind = CheckKind::Optimality;
+
+/// All checks; none unless every phase has costates, because part of the conditions says nothing.
+pub(crate) fn checks(
+    ocp: &Ocp,
+    trajectory: &Trajectory,
+    scaling: &Scaling,
+    settings: &VerifySettings,
+) -> Vec<Check> {
+    let conditions: Option<Vec<_>> = (0..ocp.phases.len())
+        .map(|k| PhaseConditions::new(ocp, trajectory, k, &scaling.phases[k]))
+        .collect();
+    let Some(mut conditions) = conditions else { return Vec::new() };
+    let mut checks = Vec::new();
+    for phase in &mut conditions {
+        checks.extend(phase.costate_equation(settings));
+        checks.extend(phase.stationarity(settings));
+        checks.extend(phase.path_multipliers(settings));
+        checks.extend(phase.hamiltonian(settings));
+    }
+    checks.extend(transversality::checks(ocp, trajectory, scaling, settings, &mut conditions));
+    checks
+}
+
+/// One phase with its costates, looked at in the nodes of its control.
+struct PhaseConditions<'a> {
+    equations: Equations<'a>,
+    found: &'a PhaseTrajectory,
+    costate: &'a PiecewisePolynomial,
+    scaling: &'a PhaseScaling,
+    nodes: Vec<Node>,
+    /// Largest term of the Hamiltonian over the nodes.
+    hamiltonian_size: f64,
+    /// Largest costate times the scale of its state over the nodes.
+    costate_size: f64,
+    point: Point,
+}
+
+/// State, control, costate, path multipliers at one time, and the gradient of the Lagrangian there.
+struct Point {
+    x: Vec<f64>,
+    u: Vec<f64>,
+    costate: Vec<f64>,
+    multipliers: Vec<f64>,
+    /// With respect to `[x, u, p, t]`.
+    gradient: Vec<f64>,
+}
+
+struct Node {
+    time: f64,
+    control: Vec<f64>,
+    /// Gradient of the Lagrangian with respect to the controls.
+    slope: Vec<f64>,
+    hamiltonian: f64,
+    path: Vec<f64>,
+    multipliers: Vec<f64>,
+}
+
+impl<'a> PhaseConditions<'a> {
+    fn new(ocp: &'a Ocp, trajectory: &'a Trajectory, k: usize, scaling: &'a PhaseScaling) -> Option<Self> {
+        let found = &trajectory.phases[k];
+        let equations = Equations::new(ocp, k, &trajectory.parameters);
+        let (nx, nu, rows) = (equations.nx, equations.nu, equations.phase.path_rows());
+        let point = Point {
+            x: vec![0.0; nx],
+            u: vec![0.0; nu],
+            costate: vec![0.0; nx],
+            multipliers: vec![0.0; rows],
+            gradient: vec![0.0; nx + nu + equations.np + 1],
+        };
+        let costate = found.costate.as_ref()?;
+        let mut conditions = Self {
+            equations,
+            found,
+            costate,
+            scaling,
+            nodes: Vec::new(),
+            hamiltonian_size: 0.0,
+            costate_size: 0.0,
+            point,
+        };
+        for segment in 0..found.control.segments().len() {
+            for time in found.control.node_times(segment) {
+                conditions.add_node(segment, time);
+            }
+        }
+        Some(conditions)
+    }
+
+    fn add_node(&mut self, segment: usize, time: f64) {
+        let h = self.evaluate(segment, time);
+        let (nx, nu) = (self.equations.nx, self.equations.nu);
+        let mut path = vec![0.0; self.point.multipliers.len()];
+        self.equations.path(&mut path);
+        self.hamiltonian_size = self.hamiltonian_size.max(h.largest_term);
+        for (lambda, scale) in self.point.costate.iter().zip(&self.scaling.states) {
+            self.costate_size = self.costate_size.max((lambda * scale).abs());
+        }
+        self.nodes.push(Node {
+            time,
+            control: self.point.u.clone(),
+            slope: self.point.gradient[nx..nx + nu].to_vec(),
+            hamiltonian: h.value,
+            path,
+            multipliers: self.point.multipliers.clone(),
+        });
+    }
+
+    /// Fills the point at a time of a control interval and gives the Hamiltonian.
+    fn evaluate(&mut self, segment: usize, t: f64) -> Hamiltonian {
+        let control = &self.found.control;
+        control.evaluate_in(segment, t, &mut self.point.u);
+        self.evaluate_with_control(segment, t)
+    }
+
+    fn evaluate_with_control(&mut self, segment: usize, t: f64) -> Hamiltonian {
+        let Self { equations, found, costate, point, .. } = self;
+        let pieces = found.control.segments().len();
+        evaluate_piece(&found.state, pieces, segment, t, &mut point.x);
+        evaluate_piece(costate, pieces, segment, t, &mut point.costate);
+        if let Some(mu) = &found.path_multipliers {
+            evaluate_piece(mu, pieces, segment, t, &mut point.multipliers);
+        }
+        equations.set(t, &point.x, &point.u);
+        equations.lagrangian(&point.costate, &point.multipliers, &mut point.gradient)
+    }
+}
+
+/// Value in the piece of the control interval where both have the same intervals, else wherever `t` is.
+fn evaluate_piece(p: &PiecewisePolynomial, pieces: usize, segment: usize, t: f64, out: &mut [f64]) {
+    if p.segments().len() == pieces {
+        p.evaluate_in(segment, t, out);
+    } else {
+        p.evaluate(t, out);
+    }
+}
+
+/// `min(|slope|, room)`: see the head of this module; `slope` is already relative.
+fn natural_residual(slope: f64, value: f64, bounds: &Bounds, scale: f64) -> f64 {
+    let room = if slope > 0.0 { value - bounds.lower } else { bounds.upper - value };
+    let room = if room <= 0.0 { 0.0 } else { room / scale };
+    if slope.is_nan() || room.is_nan() { f64::NAN } else { slope.abs().min(room) }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn natural_residual_by_case() {
+        let b = Bounds::new(-1.0, 1.0);
+        let cases = [
+            (0.0, 0.5, 0.0),
+            (0.3, 0.0, 0.3),
+            (0.3, -1.0, 0.0),  // pushes down against the lower bound
+            (-0.3, -1.0, 0.3), // pushes away from it
+            (-0.3, 1.0, 0.0),
+            (0.3, 1.0, 0.3),
+            (0.3, -1.0 + 1e-9, 1e-9),
+            (5.0, -2.0, 0.0), // the violation is another check's subject
+        ];
+        for (slope, value, expected) in cases {
+            assert!((natural_residual(slope, value, &b, 1.0) - expected).abs() < 1e-15, "{slope} {value}");
+        }
+        assert!(natural_residual(f64::NAN, 0.0, &b, 1.0).is_nan());
+        assert!(natural_residual(1.0, f64::NAN, &b, 1.0).is_nan());
+        assert_eq!(natural_residual(-2.0, 0.0, &Bounds::FREE, 1.0), 2.0);
+        assert_eq!(natural_residual(-2.0, 3.0, &Bounds::fixed(3.0), 1.0), 0.0);
+    }
+}

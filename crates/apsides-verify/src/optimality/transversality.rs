@@ -1,0 +1,213 @@
+//! Conditions at the ends of phases and in the static parameters, and signs of the endpoint multipliers.
+
+use apsides_ocp::{Bounds, EndpointInput, Ocp, Phase, Scaling, Trajectory};
+
+use super::{KIND, PhaseConditions, natural_residual};
+use crate::ends::{EndGradient, EndScales, Ends};
+use crate::worst::{Worst, relative};
+use crate::{Check, VerifySettings};
+
+/// Abscissae on [0, 1] and weights of the five-point Gauss rule.
+const GAUSS: [(f64, f64); 5] = [
+    (0.046_910_077_030_668_0, 0.118_463_442_528_094_54),
+    (0.230_765_344_947_158_45, 0.239_314_335_249_683_23),
+    (0.5, 0.284_444_444_444_444_44),
+    (0.769_234_655_052_841_55, 0.239_314_335_249_683_23),
+    (0.953_089_922_969_332_0, 0.118_463_442_528_094_54),
+];
+/// Gauss rules per control interval.
+const PANELS: usize = 4;
+
+pub(super) fn checks(
+    ocp: &Ocp,
+    trajectory: &Trajectory,
+    scaling: &Scaling,
+    settings: &VerifySettings,
+    conditions: &mut [PhaseConditions<'_>],
+) -> Vec<Check> {
+    let ends = Ends::of(trajectory);
+    let scales = EndScales::new(ocp, scaling, settings);
+    let cost = EndGradient::of_cost(ocp, &ends);
+    let mut gradient = cost.clone();
+    gradient.add_constraints(ocp, &ends, trajectory.constraint_multipliers.as_ref());
+    let costate_size = conditions.iter().fold(0.0, |m: f64, c| m.max(c.costate_size));
+    let end_conditions =
+        EndConditions { ocp, trajectory, settings, ends: &ends, scales: &scales, cost, gradient, costate_size };
+    let mut checks = Vec::new();
+    for (k, phase) in conditions.iter_mut().enumerate() {
+        checks.extend(end_conditions.phase(k, phase));
+    }
+    checks.extend(end_conditions.parameters(conditions));
+    checks.extend(end_conditions.multipliers());
+    checks
+}
+
+struct EndConditions<'a> {
+    ocp: &'a Ocp,
+    trajectory: &'a Trajectory,
+    settings: &'a VerifySettings,
+    ends: &'a Ends,
+    scales: &'a EndScales<'a>,
+    /// Gradient of the end cost, and of the end cost with the endpoint constraints.
+    cost: EndGradient,
+    gradient: EndGradient,
+    /// Largest costate times scale over all phases.
+    costate_size: f64,
+}
+
+/// One condition `slope = 0`, or pushing against a bound.
+struct Condition {
+    name: String,
+    input: EndpointInput,
+    /// What the phase adds to the gradient of cost and constraints.
+    inner: f64,
+    bounds: Bounds,
+    /// The slope times the scale of the quantity is compared with this.
+    size: f64,
+}
+
+impl EndConditions<'_> {
+    /// The worst condition at both ends of a phase.
+    fn phase(&self, k: usize, conditions: &mut PhaseConditions<'_>) -> Option<Check> {
+        let phase = &self.ocp.phases[k];
+        let mut all = self.state_conditions(k, phase, conditions);
+        all.extend(self.time_conditions(k, phase, conditions));
+        let mut worst = Worst::default();
+        let mut unknown = 0;
+        for c in all {
+            let Some(outer) = self.gradient.value(c.input) else {
+                unknown += usize::from(!c.bounds.is_fixed());
+                continue;
+            };
+            let scale = self.scales.scale(c.input);
+            let slope = relative((c.inner + outer) * scale, c.size);
+            let residual = natural_residual(slope, self.ends.value(c.input), &c.bounds, scale);
+            let at = || format!("{}, phase `{}`", c.name, phase.name);
+            worst.consider(residual, self.settings.transversality_tolerance, "-", at);
+        }
+        let remark = (unknown > 0)
+            .then(|| format!("{unknown} conditions left out for want of endpoint constraint multipliers"));
+        worst.into_check_with(format!("transversality at the ends of {}", phase.name), KIND, remark)
+    }
+
+    fn state_conditions(&self, k: usize, phase: &Phase, conditions: &PhaseConditions<'_>) -> Vec<Condition> {
+        let found = conditions.found;
+        let (mut first, mut last) = (vec![0.0; phase.states.len()], vec![0.0; phase.states.len()]);
+        conditions.costate.evaluate(found.initial_time, &mut first);
+        conditions.costate.evaluate(found.final_time, &mut last);
+        let mut all = Vec::new();
+        for (i, state) in phase.states.iter().enumerate() {
+            let ends = [
+                (EndpointInput::InitialState { phase: k, state: i }, "initial", first[i], state.initial),
+                (EndpointInput::FinalState { phase: k, state: i }, "final", -last[i], state.terminal),
+            ];
+            for (input, which, inner, bounds) in ends {
+                let cost = self.cost.value(input).unwrap_or(0.0) * self.scales.scale(input);
+                all.push(Condition {
+                    name: format!("{which} {}", state.variable.name),
+                    input,
+                    inner,
+                    bounds: bounds.intersect(&state.variable.bounds),
+                    size: self.costate_size.max(cost.abs()),
+                });
+            }
+        }
+        all
+    }
+
+    /// Conditions on the times, none where an active bound on the duration has an unknown part in them.
+    fn time_conditions(&self, k: usize, phase: &Phase, conditions: &mut PhaseConditions<'_>) -> Vec<Condition> {
+        let (t0, tf) = (self.ends.phases[k].initial_time, self.ends.phases[k].final_time);
+        let initial = EndpointInput::InitialTime { phase: k };
+        let scale = self.scales.scale(initial);
+        if phase.duration.excess(tf - t0) >= -self.settings.activity_tolerance * scale {
+            return Vec::new();
+        }
+        let [first, last] = conditions.end_hamiltonians();
+        let ends = [
+            (initial, "initial time", -first, phase.initial_time),
+            (EndpointInput::FinalTime { phase: k }, "final time", last, phase.final_time),
+        ];
+        let condition = |(input, which, inner, bounds): (EndpointInput, &str, f64, Bounds)| {
+            let cost = self.cost.value(input).unwrap_or(0.0);
+            let size = scale * conditions.hamiltonian_size.max(cost.abs());
+            Condition { name: which.into(), input, inner, bounds, size }
+        };
+        ends.into_iter().map(condition).collect()
+    }
+
+    /// `integral of dL/dp + dB/dp = 0` over all phases.
+    fn parameters(&self, conditions: &mut [PhaseConditions<'_>]) -> Option<Check> {
+        let n = self.ocp.parameters.len();
+        let (mut slopes, mut sizes) = (vec![0.0; n], vec![0.0; n]);
+        for phase in conditions.iter_mut().filter(|_| n > 0) {
+            phase.add_parameter_slopes(&mut slopes, &mut sizes);
+        }
+        let mut worst = Worst::default();
+        for (i, p) in self.ocp.parameters.iter().enumerate() {
+            let input = EndpointInput::Parameter { index: i };
+            let Some(outer) = self.gradient.value(input) else { continue };
+            let (scale, cost) = (self.scales.scale(input), self.cost.value(input).unwrap_or(0.0));
+            let size = (scale * sizes[i].max(cost.abs())).max(self.costate_size);
+            let slope = relative((slopes[i] + outer) * scale, size);
+            let residual = natural_residual(slope, self.ends.value(input), &p.bounds, scale);
+            worst.consider(residual, self.settings.stationarity_tolerance, "-", || p.name.clone());
+        }
+        worst.into_check("stationarity in the static parameters", KIND)
+    }
+
+    /// A multiplier is zero inside the bounds, positive at the upper, negative at the lower one.
+    fn multipliers(&self) -> Option<Check> {
+        let multipliers = self.trajectory.constraint_multipliers.as_ref()?;
+        let mut worst = Worst::default();
+        for (k, c) in self.ocp.constraints.iter().enumerate() {
+            let values = self.ends.evaluate(c.function.as_ref(), &c.inputs);
+            let scales = self.scales.row_scales(k, self.ends);
+            for (r, row) in c.rows.iter().enumerate() {
+                let slope = relative(-multipliers[k][r] * scales[r], self.costate_size);
+                let residual = natural_residual(slope, values[r], &row.bounds, scales[r]);
+                let at = || format!("{}, constraint `{}`", row.name, c.name);
+                worst.consider(residual, self.settings.transversality_tolerance, "-", at);
+            }
+        }
+        worst.into_check("signs of the endpoint constraint multipliers", KIND)
+    }
+}
+
+impl PhaseConditions<'_> {
+    /// Hamiltonian at both ends: its mean where it is constant, else with the control held within its bounds, because
+    /// an end that is not a node is an extrapolation.
+    fn end_hamiltonians(&mut self) -> [f64; 2] {
+        if self.equations.is_autonomous() {
+            return [self.mean_hamiltonian(); 2];
+        }
+        let last = self.found.control.segments().len() - 1;
+        [(0, self.found.initial_time), (last, self.found.final_time)].map(|(segment, t)| {
+            self.found.control.evaluate_in(segment, t, &mut self.point.u);
+            for (u, c) in self.point.u.iter_mut().zip(&self.equations.phase.controls) {
+                // `clamp` of the bounds would turn a NaN into a bound.
+                *u = if u.is_nan() { *u } else { c.bounds.clamp(*u) };
+            }
+            self.evaluate_with_control(segment, t).value
+        })
+    }
+
+    /// Adds the integrals of `dL/dp` and of its magnitude.
+    fn add_parameter_slopes(&mut self, slopes: &mut [f64], sizes: &mut [f64]) {
+        let first = self.equations.nx + self.equations.nu;
+        let breaks = self.found.control.breaks();
+        for segment in 0..breaks.len() - 1 {
+            let panel = (breaks[segment + 1] - breaks[segment]) / PANELS as f64;
+            for k in 0..PANELS {
+                for (abscissa, weight) in GAUSS {
+                    self.evaluate(segment, breaks[segment] + (k as f64 + abscissa) * panel);
+                    for i in 0..slopes.len() {
+                        let part = weight * panel * self.point.gradient[first + i];
+                        slopes[i] += part;
+                        sizes[i] += part.abs();
+                    }
+                }
+            }
+        }
+    }
+}

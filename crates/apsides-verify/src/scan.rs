@@ -1,0 +1,151 @@
+//! Bounds and path constraints along the re-simulated path, between the nodes of the solution too.
+//!
+//! Every interval of the control polynomial is looked at in equally spaced points; around the worst one a golden
+//! section search (J. Kiefer, Proc. AMS 4 (1953) 502, doi 10.2307/2032161) finds the worst time.
+
+use apsides_ocp::{PhaseTrajectory, PhaseScaling, Variable};
+
+use crate::boundary::row_scale;
+use crate::equations::Equations;
+use crate::place::place;
+use crate::simulation::{Flight, sample_times};
+use crate::worst::{Worst, is_worse};
+use crate::{Check, CheckKind, VerifySettings};
+
+/// Each step of the search shrinks the bracket to this part.
+const GOLDEN: f64 = 0.618_033_988_749_894_9;
+/// Steps of the search: the bracket ends at 1e-8 of its length.
+const SEARCH_STEPS: usize = 40;
+
+/// What is watched, in the row `[x, u, path rows]`.
+struct Watched<'a> {
+    row: usize,
+    variable: &'a Variable,
+    /// Smallest limit, whatever the scale.
+    floor: f64,
+    excess: f64,
+    largest: f64,
+    leg: usize,
+    time: f64,
+}
+
+/// Checks of one phase: all state bounds, all control bounds, each path constraint row.
+pub(crate) fn checks(
+    mut equations: Equations<'_>,
+    found: &PhaseTrajectory,
+    flight: &Flight,
+    scaling: &PhaseScaling,
+    settings: &VerifySettings,
+) -> Vec<Check> {
+    let phase = equations.phase;
+    let (nx, nu) = (equations.nx, equations.nu);
+    let mut row = vec![0.0; nx + nu + phase.path_rows()];
+    let mut scratch = vec![0.0; flight.dimension()];
+    let mut evaluate = |leg: usize, t: f64, row: &mut [f64]| {
+        let (x, rest) = row.split_at_mut(nx);
+        let (u, path) = rest.split_at_mut(nu);
+        flight.state(leg, t, &mut scratch, x);
+        found.control.evaluate_in(leg, t, u);
+        equations.set(t, x, u);
+        equations.path(path);
+    };
+    let mut watched = watched(phase, scaling, settings);
+    for leg in 0..flight.legs() {
+        for t in sample_times(flight.leg_times(leg), settings.scan_points) {
+            evaluate(leg, t, &mut row);
+            for w in &mut watched {
+                let value = row[w.row];
+                w.largest = w.largest.max(value.abs());
+                let excess = w.variable.bounds.excess(value);
+                if is_worse(excess, w.excess) {
+                    (w.excess, w.leg, w.time) = (excess, leg, t);
+                }
+            }
+        }
+    }
+    for w in &mut watched {
+        let (start, end) = flight.leg_times(w.leg);
+        let spacing = (end - start) / (settings.scan_points - 1) as f64;
+        let (mut a, mut b) = ((w.time - spacing).max(start), (w.time + spacing).min(end));
+        let mut excess_at = |t: f64| {
+            evaluate(w.leg, t, &mut row);
+            w.variable.bounds.excess(row[w.row])
+        };
+        let mut left = (b - GOLDEN * (b - a), 0.0);
+        let mut right = (a + GOLDEN * (b - a), 0.0);
+        left.1 = excess_at(left.0);
+        right.1 = excess_at(right.0);
+        for _ in 0..SEARCH_STEPS {
+            for (t, excess) in [left, right] {
+                if is_worse(excess, w.excess) {
+                    (w.excess, w.time) = (excess, t);
+                }
+            }
+            if left.1 > right.1 {
+                (b, right) = (right.0, left);
+                left = (b - GOLDEN * (b - a), 0.0);
+                left.1 = excess_at(left.0);
+            } else {
+                (a, left) = (left.0, right);
+                right = (a + GOLDEN * (b - a), 0.0);
+                right.1 = excess_at(right.0);
+            }
+        }
+    }
+    report(phase, nx, nu, watched, settings)
+}
+
+fn watched<'a>(
+    phase: &'a apsides_ocp::Phase,
+    scaling: &PhaseScaling,
+    settings: &VerifySettings,
+) -> Vec<Watched<'a>> {
+    let watch = |row, variable, floor| Watched {
+        row,
+        variable,
+        floor,
+        excess: f64::NEG_INFINITY,
+        largest: 0.0,
+        leg: 0,
+        time: 0.0,
+    };
+    let (nx, nu) = (phase.states.len(), phase.controls.len());
+    let states = phase.states.iter().enumerate().map(|(i, s)| {
+        // The path may leave its bounds by as much as its end may miss.
+        let floor = s.tolerance.unwrap_or(settings.end_tolerance * scaling.states[i]);
+        watch(i, &s.variable, floor)
+    });
+    let controls = phase.controls.iter().enumerate().map(|(i, c)| watch(nx + i, c, 0.0));
+    let path = phase.path.iter().flat_map(|p| &p.rows).enumerate().map(|(i, r)| watch(nx + nu + i, r, 0.0));
+    let bounded = |w: &Watched<'_>| w.variable.bounds != apsides_ocp::Bounds::FREE;
+    states.chain(controls).chain(path).filter(bounded).collect()
+}
+
+fn report(
+    phase: &apsides_ocp::Phase,
+    nx: usize,
+    nu: usize,
+    watched: Vec<Watched<'_>>,
+    settings: &VerifySettings,
+) -> Vec<Check> {
+    let kind = CheckKind::Feasibility;
+    let (mut states, mut controls) = (Worst::default(), Worst::default());
+    let mut rows = Vec::new();
+    for w in &watched {
+        let variable = w.variable;
+        let limit = (settings.path_tolerance * row_scale(variable, w.largest)).max(w.floor);
+        let named = || format!("{}, {}", variable.name, place(phase, w.time));
+        if w.row < nx {
+            states.consider(w.excess, limit, &variable.unit, named);
+        } else if w.row < nx + nu {
+            controls.consider(w.excess, limit, &variable.unit, named);
+        } else {
+            let mut worst = Worst::default();
+            worst.consider(w.excess, limit, &variable.unit, || place(phase, w.time));
+            rows.extend(worst.into_check(format!("{} along {}", variable.name, phase.name), kind));
+        }
+    }
+    let states = states.into_check(format!("state bounds along {}", phase.name), kind);
+    let controls = controls.into_check(format!("control bounds along {}", phase.name), kind);
+    states.into_iter().chain(controls).chain(rows).collect()
+}

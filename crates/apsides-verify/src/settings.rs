@@ -1,0 +1,91 @@
+//! Tolerances and effort of a verification.
+
+use crate::VerifyError;
+
+/// Tolerances and effort of a verification. Every number must be positive and finite.
+#[derive(Clone, Debug, PartialEq)]
+pub struct VerifySettings {
+    /// Relative local error per step of the re-simulation; default 1e-12. The absolute one is this times the scale of
+    /// each state.
+    pub integration_tolerance: f64,
+    /// Steps allowed in each interval of the control polynomial; default 100 000. More end the re-simulation as failed.
+    pub max_steps: usize,
+    /// Allowed miss at the ends of phases, relative to the scale of the quantity; default 1e-7. A state that states its
+    /// own tolerance keeps it.
+    pub end_tolerance: f64,
+    /// Allowed violation of bounds and path constraints along a phase, relative to the stated scale of the row, else
+    /// the width of its bounds, else the larger finite bound, else the largest value met; default 1e-6.
+    pub path_tolerance: f64,
+    /// Points per interval of the control polynomial at which bounds and path constraints are looked at, at least 2;
+    /// default 16. The surroundings of the worst one are then searched by golden section.
+    pub scan_points: usize,
+    /// Allowed difference of the recomputed objective, relative to the larger of its value and its scale; default 1e-7.
+    pub objective_tolerance: f64,
+    /// Allowed residual of the costate equation over one interval, relative to the largest costate of the phase, each
+    /// costate times the scale of its state; default 1e-5.
+    pub costate_tolerance: f64,
+    /// Allowed slope of the Hamiltonian in a control (or in a static parameter), relative to its largest term divided by
+    /// the scale of the control; default 1e-5. Where the slope pushes against a bound, the smaller of slope and relative
+    /// distance to that bound counts. Multipliers of path constraints are held to the same limit.
+    pub stationarity_tolerance: f64,
+    /// Allowed variation of the Hamiltonian along a phase without explicit time, relative to its largest term; default
+    /// 1e-5.
+    pub hamiltonian_tolerance: f64,
+    /// Allowed residual of the transversality conditions, relative to the largest costate times the scale of its state
+    /// (for times: to the largest term of the Hamiltonian); default 1e-5.
+    pub transversality_tolerance: f64,
+    /// A state bound along a phase, or a bound on a duration, counts as active within this times the scale; default
+    /// 1e-6. Costate checks are left out where one is, since its multiplier is not part of a trajectory.
+    pub activity_tolerance: f64,
+}
+
+impl Default for VerifySettings {
+    fn default() -> Self {
+        Self {
+            integration_tolerance: 1e-12,
+            max_steps: 100_000,
+            end_tolerance: 1e-7,
+            path_tolerance: 1e-6,
+            scan_points: 16,
+            objective_tolerance: 1e-7,
+            costate_tolerance: 1e-5,
+            stationarity_tolerance: 1e-5,
+            hamiltonian_tolerance: 1e-5,
+            transversality_tolerance: 1e-5,
+            activity_tolerance: 1e-6,
+        }
+    }
+}
+
+impl VerifySettings {
+    /// Checks every number.
+    ///
+    /// # Errors
+    /// [`VerifyError::Setting`] naming the first that is not allowed.
+    pub fn check(&self) -> Result<(), VerifyError> {
+        let positive = [
+            ("integration_tolerance", self.integration_tolerance),
+            ("end_tolerance", self.end_tolerance),
+            ("path_tolerance", self.path_tolerance),
+            ("objective_tolerance", self.objective_tolerance),
+            ("costate_tolerance", self.costate_tolerance),
+            ("stationarity_tolerance", self.stationarity_tolerance),
+            ("hamiltonian_tolerance", self.hamiltonian_tolerance),
+            ("transversality_tolerance", self.transversality_tolerance),
+            ("activity_tolerance", self.activity_tolerance),
+        ];
+        for (name, value) in positive {
+            if !(value > 0.0 && value.is_finite()) {
+                return Err(VerifyError::Setting { name, value, allowed: "a positive finite number" });
+            }
+        }
+        if self.max_steps == 0 {
+            return Err(VerifyError::Setting { name: "max_steps", value: 0.0, allowed: "at least 1" });
+        }
+        if self.scan_points < 2 {
+            let value = self.scan_points as f64;
+            return Err(VerifyError::Setting { name: "scan_points", value, allowed: "at least 2" });
+        }
+        Ok(())
+    }
+}

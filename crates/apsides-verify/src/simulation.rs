@@ -1,0 +1,206 @@
+//! Re-integration of the equations of motion from initial state, controls, static parameters and times alone.
+//!
+//! DOP853 with step control of its own, started anew at every break of the control polynomial. A linked phase starts
+//! where the re-simulation of the earlier one ended.
+
+use std::cell::RefCell;
+
+use apsides_ocp::{Ocp, PhaseTrajectory, Scaling, Trajectory};
+use apsides_ode::{DenseSolution, FnSystem, Integrator, OdeSettings, Status, Tolerance};
+
+use crate::VerifySettings;
+use crate::equations::Equations;
+use crate::linkage::{self, Source};
+
+/// One phase as re-simulated, sampled for figures: [`VerifySettings::scan_points`] times per interval of the control
+/// polynomial, both ends of each included, so that inner ends appear twice, with the control before and after.
+#[derive(Clone, Debug, PartialEq)]
+pub struct SimulatedPhase {
+    /// Name of the phase.
+    pub name: String,
+    /// Times, ascending.
+    pub times: Vec<f64>,
+    /// States, row-major `times x states`.
+    pub states: Vec<f64>,
+    /// Controls flown, row-major `times x controls`.
+    pub controls: Vec<f64>,
+    /// Integrals over the phase; NaN if its end was not reached.
+    pub integrals: Vec<f64>,
+}
+
+/// The re-simulated path of one phase with dense output.
+pub(crate) struct Flight {
+    /// One solution per interval of the control polynomial that was flown.
+    legs: Vec<DenseSolution>,
+    pub(crate) initial_state: Vec<f64>,
+    /// NaN if the end was not reached.
+    pub(crate) final_state: Vec<f64>,
+    /// NaN if the end was not reached.
+    pub(crate) integrals: Vec<f64>,
+    pub(crate) failure: Option<Failure>,
+}
+
+/// Where and why a re-simulation stopped early.
+pub(crate) struct Failure {
+    pub(crate) time: f64,
+    pub(crate) reason: &'static str,
+}
+
+impl Flight {
+    /// Number of intervals flown.
+    pub(crate) fn legs(&self) -> usize {
+        self.legs.len()
+    }
+
+    /// Times at both ends of an interval.
+    pub(crate) fn leg_times(&self, leg: usize) -> (f64, f64) {
+        (self.legs[leg].start(), self.legs[leg].end())
+    }
+
+    /// State at a time of an interval; `scratch` has room for states and integrals.
+    pub(crate) fn state(&self, leg: usize, t: f64, scratch: &mut [f64], out: &mut [f64]) {
+        let solution = &self.legs[leg];
+        let t = t.max(solution.start()).min(solution.end());
+        match solution.evaluate(t, scratch) {
+            Ok(()) => out.copy_from_slice(&scratch[..out.len()]),
+            Err(_) => out.fill(f64::NAN),
+        }
+    }
+
+    /// Components of the integrated system.
+    pub(crate) fn dimension(&self) -> usize {
+        system_dimension(self.final_state.len(), self.integrals.len())
+    }
+}
+
+/// States and integrals; the integrator wants at least one component.
+fn system_dimension(states: usize, integrals: usize) -> usize {
+    (states + integrals).max(1)
+}
+
+/// Flies every phase.
+pub(crate) fn fly(
+    ocp: &Ocp,
+    trajectory: &Trajectory,
+    scaling: &Scaling,
+    settings: &VerifySettings,
+) -> Vec<Flight> {
+    let mut flights: Vec<Flight> = Vec::with_capacity(ocp.phases.len());
+    for (k, sources) in linkage::sources(ocp).iter().enumerate() {
+        let found = &trajectory.phases[k];
+        let mut initial_state = found.state_at(found.initial_time);
+        for (x, source) in initial_state.iter_mut().zip(sources) {
+            if let Some(Source { phase, state, offset }) = *source {
+                *x = flights[phase].final_state[state] + offset;
+            }
+        }
+        let equations = Equations::new(ocp, k, &trajectory.parameters);
+        flights.push(fly_phase(equations, found, initial_state, &scaling.phases[k].states, settings));
+    }
+    flights
+}
+
+fn fly_phase(
+    equations: Equations<'_>,
+    found: &PhaseTrajectory,
+    initial_state: Vec<f64>,
+    scales: &[f64],
+    settings: &VerifySettings,
+) -> Flight {
+    let (nx, nq) = (equations.nx, equations.phase.integrals.len());
+    let n = system_dimension(nx, nq);
+    let tolerance = settings.integration_tolerance;
+    let mut absolute: Vec<f64> = scales.iter().map(|s| tolerance * s).collect();
+    absolute.extend(equations.phase.integrals.iter().map(|q| tolerance * q.variable.scale.unwrap_or(1.0)));
+    absolute.resize(n, tolerance);
+    let ode = OdeSettings {
+        relative_tolerance: tolerance,
+        absolute_tolerance: Tolerance::PerComponent(absolute),
+        max_steps: settings.max_steps,
+        // A stiff phase is flown with many steps rather than given up.
+        stiffness_interval: None,
+        ..OdeSettings::default()
+    };
+    let mut flight = Flight {
+        legs: Vec::with_capacity(found.control.segments().len()),
+        final_state: vec![f64::NAN; nx],
+        integrals: vec![f64::NAN; nq],
+        failure: None,
+        initial_state,
+    };
+    let failed = |mut flight: Flight, time, reason| {
+        flight.failure = Some(Failure { time, reason });
+        flight
+    };
+    let breaks = found.control.breaks();
+    let Ok(mut integrator) = Integrator::new(n, ode) else {
+        return failed(flight, breaks[0], "the scales or tolerances are not usable");
+    };
+    let mut y = vec![0.0; n];
+    y[..nx].copy_from_slice(&flight.initial_state);
+    let mut end = y.clone();
+    let scratch = RefCell::new((vec![0.0; equations.nu], equations));
+    for leg in 0..found.control.segments().len() {
+        let system = FnSystem::new(n, |t: f64, y: &[f64], rates: &mut [f64]| {
+            let (u, equations) = &mut *scratch.borrow_mut();
+            found.control.evaluate_in(leg, t, u);
+            equations.set(t, &y[..nx], u);
+            rates.fill(0.0);
+            equations.rates(&mut rates[..nx + nq]);
+        });
+        let (start, stop) = (breaks[leg], breaks[leg + 1]);
+        let mut solution = DenseSolution::new(start, &y);
+        let flown = integrator.integrate_observed(&system, start, &y, stop, &mut end, &[], &mut solution);
+        match flown.map(|summary| (summary.status, summary.time)) {
+            Ok((Status::Completed, _)) => {
+                flight.legs.push(solution);
+                y.copy_from_slice(&end);
+            }
+            Ok((status, time)) => return failed(flight, time, reason(status)),
+            Err(_) => return failed(flight, start, "the state it starts from is not finite"),
+        }
+    }
+    flight.final_state.copy_from_slice(&y[..nx]);
+    flight.integrals.copy_from_slice(&y[nx..nx + nq]);
+    flight
+}
+
+fn reason(status: Status) -> &'static str {
+    match status {
+        Status::TooManySteps => "too many steps",
+        Status::StepTooSmall => "the step became too small: a singularity",
+        Status::NotFinite => "the rates are not finite",
+        _ => "stopped early",
+    }
+}
+
+/// Times at which an interval is looked at, both ends included.
+pub(crate) fn sample_times((start, end): (f64, f64), points: usize) -> impl Iterator<Item = f64> {
+    (0..points).map(move |k| {
+        let fraction = k as f64 / (points - 1) as f64;
+        if k + 1 == points { end } else { start + fraction * (end - start) }
+    })
+}
+
+/// Samples a flight for figures.
+pub(crate) fn sample(found: &PhaseTrajectory, flight: &Flight, points: usize) -> SimulatedPhase {
+    let (nx, nu) = (found.state.dimension(), found.control.dimension());
+    let rows = flight.legs() * points;
+    let mut simulated = SimulatedPhase {
+        name: found.name.clone(),
+        times: Vec::with_capacity(rows),
+        states: vec![0.0; rows * nx],
+        controls: vec![0.0; rows * nu],
+        integrals: flight.integrals.clone(),
+    };
+    let mut scratch = vec![0.0; flight.dimension()];
+    for leg in 0..flight.legs() {
+        for t in sample_times(flight.leg_times(leg), points) {
+            let row = simulated.times.len();
+            flight.state(leg, t, &mut scratch, &mut simulated.states[row * nx..(row + 1) * nx]);
+            found.control.evaluate_in(leg, t, &mut simulated.controls[row * nu..(row + 1) * nu]);
+            simulated.times.push(t);
+        }
+    }
+    simulated
+}

@@ -1,0 +1,50 @@
+//! The verification of a trajectory: all checks in order.
+
+use apsides_ocp::{Guess, Ocp, Scaling, Trajectory};
+
+use crate::boundary::Boundary;
+use crate::equations::Equations;
+use crate::simulation::{self, SimulatedPhase};
+use crate::{Certificate, VerifyError, VerifySettings, optimality, scan, shape};
+
+/// A certificate and the re-simulated path it stands on.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Verification {
+    /// Verdict and checks.
+    pub certificate: Certificate,
+    /// One per phase; of a phase whose re-simulation failed, the intervals that were flown.
+    pub simulation: Vec<SimulatedPhase>,
+}
+
+/// Flies a trajectory again and checks everything that the problem asks for, and the first-order conditions of a
+/// local optimum if every phase has costates.
+///
+/// Used of the trajectory: initial states, controls, static parameters and times; its states only to be compared with
+/// and, together with costates and multipliers, in the optimality conditions. A wrong trajectory, a NaN in it, or a
+/// re-simulation that cannot be continued gives failing checks.
+///
+/// # Errors
+/// [`VerifyError`] when the trajectory does not have the sizes of the problem or a setting is not allowed.
+pub fn verify(
+    ocp: &Ocp,
+    trajectory: &Trajectory,
+    settings: &VerifySettings,
+) -> Result<Verification, VerifyError> {
+    settings.check()?;
+    let guess = Guess::earlier(trajectory);
+    shape::check(ocp, trajectory, &guess)?;
+    let scaling = Scaling::new(ocp, &guess);
+    let flights = simulation::fly(ocp, trajectory, &scaling, settings);
+    let mut checks = Boundary { ocp, trajectory, flights: &flights, scaling: &scaling, settings }.checks();
+    for (k, (found, flight)) in trajectory.phases.iter().zip(&flights).enumerate() {
+        if flight.failure.is_none() {
+            let equations = Equations::new(ocp, k, &trajectory.parameters);
+            checks.extend(scan::checks(equations, found, flight, &scaling.phases[k], settings));
+        }
+    }
+    checks.extend(optimality::checks(ocp, trajectory, &scaling, settings));
+    let simulation = (trajectory.phases.iter().zip(&flights))
+        .map(|(found, flight)| simulation::sample(found, flight, settings.scan_points))
+        .collect();
+    Ok(Verification { certificate: Certificate::new(checks), simulation })
+}
