@@ -12,11 +12,7 @@ use crate::RadauError;
 /// Writes the estimated relative error of every interval into the trajectory and returns the largest.
 ///
 /// Differences are relative to the largest value of each state in its phase, where that is above its scale.
-pub(crate) fn estimate(
-    ocp: &Ocp,
-    scaling: &Scaling,
-    trajectory: &mut Trajectory,
-) -> Result<f64, RadauError> {
+pub(crate) fn estimate(ocp: &Ocp, scaling: &Scaling, trajectory: &mut Trajectory) -> Result<f64, RadauError> {
     let mut largest = 0.0_f64;
     for (k, phase) in ocp.phases.iter().enumerate() {
         let scales = &scaling.phases[k].states;

@@ -26,9 +26,11 @@ impl Transcription {
             .zip(&self.layout.phases)
             .map(|(phase, p)| phase_trajectory(&phase.name, p, report))
             .collect::<Result<_, _>>()?;
-        let multipliers = ocp.constraints.iter().zip(&self.layout.endpoint_rows).map(|(c, &first)| {
-            report.constraint_multipliers[first..first + c.rows.len()].to_vec()
-        });
+        let multipliers = ocp
+            .constraints
+            .iter()
+            .zip(&self.layout.endpoint_rows)
+            .map(|(c, &first)| report.constraint_multipliers[first..first + c.rows.len()].to_vec());
         Ok(Trajectory {
             phases,
             parameters: report.x[self.layout.first_parameter..].to_vec(),

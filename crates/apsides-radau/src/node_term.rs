@@ -19,7 +19,6 @@ pub(crate) enum Target {
     Sum { row: Option<usize>, cost: f64 },
 }
 
-
 /// A node function with the places of its inputs and outputs.
 pub(crate) struct NodeTerm {
     function: Arc<dyn NodeFunction>,

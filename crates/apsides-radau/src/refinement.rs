@@ -17,11 +17,7 @@ pub(crate) fn refine(trajectory: &Trajectory, settings: &RadauSettings) -> Resul
     Ok(Mesh { phases })
 }
 
-fn refine_phase(
-    mesh: &PhaseMesh,
-    errors: &[f64],
-    settings: &RadauSettings,
-) -> Result<PhaseMesh, RadauError> {
+fn refine_phase(mesh: &PhaseMesh, errors: &[f64], settings: &RadauSettings) -> Result<PhaseMesh, RadauError> {
     let mut fractions = vec![0.0];
     let mut points = Vec::new();
     for (k, (&n, &error)) in mesh.points().iter().zip(errors).enumerate() {

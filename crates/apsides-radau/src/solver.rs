@@ -8,10 +8,10 @@ use apsides_nlp::{
 };
 use apsides_ocp::{Guess, Mesh, Ocp, Scaling, Trajectory};
 
+use crate::RadauError;
 use crate::error_estimate::estimate;
 use crate::refinement::refine;
 use crate::transcription::{RowOrigin, Transcription};
-use crate::RadauError;
 
 /// Settings of the method.
 #[derive(Clone, Debug)]
@@ -69,7 +69,8 @@ impl RadauSettings {
         ];
         for (name, value, least, most) in counts {
             if value < least || value > most {
-                let allowed = "a whole number from 1 (parts: 2) to 60 points, 1000 meshes, parts or 1000000 intervals";
+                let allowed =
+                    "a whole number from 1 (parts: 2) to 60 points, 1000 meshes, parts or 1000000 intervals";
                 return Err(RadauError::Setting { name, value: value as f64, allowed });
             }
         }

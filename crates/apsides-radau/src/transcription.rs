@@ -240,15 +240,17 @@ impl Nlp for Transcription {
     }
 
     fn stages(&self) -> Option<Stages> {
-        let mut variables = vec![self.layout.last_stage; self.layout.variables];
-        let mut constraints = vec![self.layout.last_stage; self.layout.constraints];
+        // Node by node: controls, states, defects. Controls first keep the pivots of a free state away from zero.
+        let last = 3 * self.layout.last_stage;
+        let mut variables = vec![last; self.layout.variables];
+        let mut constraints = vec![last; self.layout.constraints];
         for p in &self.layout.phases {
             for node in 0..=p.nodes.len() {
-                let stage = p.first_stage + node as u32;
-                let end = if node == p.nodes.len() { p.states } else { p.states + p.controls };
-                variables[p.state_column(node)..][..end].fill(stage);
+                let stage = 3 * (p.first_stage + node as u32);
+                variables[p.state_column(node)..][..p.states].fill(stage + 1);
                 if node < p.nodes.len() {
-                    constraints[p.defect_row(node)..][..p.rows_per_node].fill(stage);
+                    variables[p.control_column(node)..][..p.controls].fill(stage);
+                    constraints[p.defect_row(node)..][..p.rows_per_node].fill(stage + 2);
                 }
             }
         }
@@ -296,9 +298,11 @@ fn endpoint_terms(ocp: &Ocp, layout: &Layout, sign: f64) -> Vec<EndpointTerm> {
     let constraints = ocp.constraints.iter().zip(&layout.endpoint_rows).map(|(c, &row)| {
         EndpointTerm::new(std::sync::Arc::clone(&c.function), columns(&c.inputs), Some(row), 0.0)
     });
-    let costs = ocp.objective.functions.iter().map(|(inputs, f)| {
-        EndpointTerm::new(std::sync::Arc::clone(f), columns(inputs), None, sign)
-    });
+    let costs = ocp
+        .objective
+        .functions
+        .iter()
+        .map(|(inputs, f)| EndpointTerm::new(std::sync::Arc::clone(f), columns(inputs), None, sign));
     constraints.chain(costs).collect()
 }
 

@@ -54,8 +54,7 @@ fn two_linked_phases_make_one() {
     let mut first = cart("first").final_time(Bounds::fixed(0.4));
     first.states[0] = State::new("x", "m").starts_at(0.0);
     first.states[1] = State::new("v", "m/s").starts_at(0.0);
-    let mut second =
-        cart("second").initial_time(Bounds::new(0.1, 0.9)).final_time(Bounds::fixed(1.0));
+    let mut second = cart("second").initial_time(Bounds::new(0.1, 0.9)).final_time(Bounds::fixed(1.0));
     second.states[0] = State::new("x", "m").ends_at(1.0);
     second.states[1] = State::new("v", "m/s").ends_at(0.0);
     let ocp = Ocp::builder("cart in two")
@@ -155,7 +154,8 @@ fn derivatives_of_the_transcription_agree_with_differences() {
             Everything,
         )
         .integral(Variable::new("q", "-").at_most(50.0), Everything);
-    let at = || [At::InitialTime("all"), At::FinalTime("all"), At::FinalState("all", "a"), At::Parameter("p")];
+    let at =
+        || [At::InitialTime("all"), At::FinalTime("all"), At::FinalState("all", "a"), At::Parameter("p")];
     let ocp = Ocp::builder("everything")
         .parameter(Variable::new("p", "-").within(0.1, 2.0))
         .phase(phase)

@@ -33,9 +33,8 @@ pub(crate) fn checks(
     scaling: &Scaling,
     settings: &VerifySettings,
 ) -> Vec<Check> {
-    let conditions: Option<Vec<_>> = (0..ocp.phases.len())
-        .map(|k| PhaseConditions::new(ocp, trajectory, k, &scaling.phases[k]))
-        .collect();
+    let conditions: Option<Vec<_>> =
+        (0..ocp.phases.len()).map(|k| PhaseConditions::new(ocp, trajectory, k, &scaling.phases[k])).collect();
     let Some(mut conditions) = conditions else { return Vec::new() };
     let mut checks = Vec::new();
     for phase in &mut conditions {

@@ -3,7 +3,7 @@
 //! Every interval of the control polynomial is looked at in equally spaced points; around the worst one a golden
 //! section search (J. Kiefer, Proc. AMS 4 (1953) 502, doi 10.2307/2032161) finds the worst time.
 
-use apsides_ocp::{PhaseTrajectory, PhaseScaling, Variable};
+use apsides_ocp::{PhaseScaling, PhaseTrajectory, Variable};
 
 use crate::boundary::row_scale;
 use crate::equations::Equations;

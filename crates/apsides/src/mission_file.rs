@@ -1,13 +1,12 @@
 //! Reading mission files: every mistake is reported with file, line and key, and the nearest key is suggested.
 
 use std::collections::BTreeMap;
-use std::fmt::Write as _;
 use std::path::Path;
 
 use toml::Spanned;
 use toml::de::{DeTable, DeValue};
 
-use crate::key::{Key, Value, Values};
+use crate::key::{Key, KeyKind, Value, Values};
 use crate::{Error, missions};
 
 /// Largest mission file: a few kB is usual, so anything above is a mistake.
@@ -95,8 +94,10 @@ impl Mission {
             values.insert(key.path, e.value);
         }
         let mission = Self { kind, values: Values(values) };
-        (kind.check)(&mission.values)
-            .map_err(|reason| Error::Conflict { place: format!("{source} (mission `{}`)", kind.name), reason })?;
+        (kind.check)(&mission.values).map_err(|reason| Error::Conflict {
+            place: format!("{source} (mission `{}`)", kind.name),
+            reason,
+        })?;
         Ok(mission)
     }
 
@@ -123,20 +124,20 @@ impl Mission {
         let mut text = format!("# {}\nmission = \"{}\"\n", self.title(), self.name());
         let mut tables: BTreeMap<&str, String> = BTreeMap::new();
         for key in self.keys() {
-            let value = match &self.values.0[key.path] {
-                // TOML tells whole numbers and fractions apart; a mission file does not.
-                Value::Number(v) => format!("{v:?}"),
-                other => other.to_string(),
+            let value = match (&self.values.0[key.path], key.kind) {
+                // TOML tells whole numbers and fractions apart.
+                (Value::Number(v), KeyKind::Number(..)) => format!("{v:?}"),
+                (other, _) => other.to_string(),
             };
             match key.path.split_once('.') {
-                None => drop(writeln!(text, "{} = {value} # {}", key.path, key.meaning)),
+                None => text += &format!("{} = {value} # {}\n", key.path, key.meaning),
                 Some((table, name)) => {
-                    drop(writeln!(tables.entry(table).or_default(), "{name} = {value} # {}", key.meaning));
+                    *tables.entry(table).or_default() += &format!("{name} = {value} # {}\n", key.meaning);
                 }
             }
         }
         for (name, body) in tables {
-            drop(write!(text, "\n[{name}]\n{body}"));
+            text += &format!("\n[{name}]\n{body}");
         }
         text
     }
@@ -147,7 +148,10 @@ fn read(path: &Path) -> Result<String, Error> {
     let metadata = match std::fs::metadata(path) {
         Ok(m) => m,
         Err(e) if e.kind() == std::io::ErrorKind::NotFound => {
-            return fail(format!("no such file, and no mission of this name; missions: {}", missions::names()));
+            return fail(format!(
+                "no such file, and no mission of this name; missions: {}",
+                missions::names()
+            ));
         }
         Err(e) => return fail(e.to_string()),
     };

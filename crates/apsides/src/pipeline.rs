@@ -33,11 +33,7 @@ impl Mission {
     ///
     /// # Errors
     /// When the request is ill-posed. A mission that cannot be flown ends with a status and an explanation.
-    pub fn solve(
-        &self,
-        start: Option<&Trajectory>,
-        observer: &mut dyn Observer,
-    ) -> Result<Outcome, Error> {
+    pub fn solve(&self, start: Option<&Trajectory>, observer: &mut dyn Observer) -> Result<Outcome, Error> {
         let begin = Instant::now();
         let Posed { ocp, guess } = self.pose()?;
         let (guess, mesh) = match start {
@@ -60,7 +56,8 @@ impl Mission {
         let solution = method.solve_on(&ocp, &guess, mesh, observer)?;
         let solve = milliseconds(begin);
         let begin = Instant::now();
-        let Verification { certificate, .. } = verify(&ocp, &solution.trajectory, &VerifySettings::default())?;
+        let Verification { certificate, .. } =
+            verify(&ocp, &solution.trajectory, &VerifySettings::default())?;
         let timing_ms = Timing { build, solve, verify: milliseconds(begin) };
         Ok(self.outcome(ocp, solution, certificate, timing_ms))
     }
@@ -106,13 +103,7 @@ impl Mission {
             timing_ms,
             certificate,
         };
-        Outcome {
-            ocp,
-            trajectory: solution.trajectory,
-            summary,
-            mission_file: self.to_file(),
-            explanation,
-        }
+        Outcome { ocp, trajectory: solution.trajectory, summary, mission_file: self.to_file(), explanation }
     }
 }
 

@@ -55,7 +55,11 @@ pub fn cases(file_or_name: &str, axes: &[Axis]) -> Result<Vec<Case>, Error> {
                 longer.push(format!("{}={v}", axis.key));
                 next.push(longer);
             };
-            if k % 2 == 0 { axis.values.iter().for_each(&mut add) } else { axis.values.iter().rev().for_each(&mut add) }
+            if k % 2 == 0 {
+                axis.values.iter().for_each(&mut add)
+            } else {
+                axis.values.iter().rev().for_each(&mut add)
+            }
         }
         combinations = next;
     }

@@ -51,8 +51,18 @@ const COMMON: &[Key] = &[
     Key::number("dry_mass_kg", 60.0, Range::POSITIVE, "mass without propellant"),
     Key::number("thrust_n", 440.0, Range::POSITIVE, "thrust, constant"),
     Key::number("isp_s", 310.0, Range::POSITIVE, "specific impulse"),
-    Key::number("orbit_altitude_km", 100.0, Range::closed(0.1, 10_000.0), "altitude of the circular parking orbit"),
-    Key::number("touchdown_radial_velocity_m_s", -5.0, Range::closed(-100.0, 0.0), "radial speed at touchdown"),
+    Key::number(
+        "orbit_altitude_km",
+        100.0,
+        Range::closed(0.1, 10_000.0),
+        "altitude of the circular parking orbit",
+    ),
+    Key::number(
+        "touchdown_radial_velocity_m_s",
+        -5.0,
+        Range::closed(-100.0, 0.0),
+        "radial speed at touchdown",
+    ),
     Key::number(
         "gravitational_parameter_km3_s2",
         4904.8695,
@@ -60,7 +70,12 @@ const COMMON: &[Key] = &[
         "of the Moon, as printed in the paper (GRAIL: 4902.8001)",
     ),
     Key::number("moon_radius_km", 1737.1, Range::POSITIVE, "radius of the Moon"),
-    Key::number("standard_gravity_m_s2", 9.807, Range::closed(9.8, 9.81), "unit of the specific impulse, as in the paper"),
+    Key::number(
+        "standard_gravity_m_s2",
+        9.807,
+        Range::closed(9.8, 9.81),
+        "unit of the specific impulse, as in the paper",
+    ),
 ];
 
 const PERILUNE_KEYS: &[Key] = &[Key::number(
@@ -96,14 +111,11 @@ impl Start {
     /// Ignition on the parking orbit.
     fn direct(v: &Values) -> Result<Self, String> {
         let text = |e: apsides_dynamics::DynamicsError| e.to_string();
-        let body = Body::new(
-            v.number("gravitational_parameter_km3_s2") * 1e9,
-            v.number("moon_radius_km") * 1e3,
-        )
-        .map_err(text)?;
+        let body =
+            Body::new(v.number("gravitational_parameter_km3_s2") * 1e9, v.number("moon_radius_km") * 1e3)
+                .map_err(text)?;
         let exhaust_velocity = v.number("isp_s") * v.number("standard_gravity_m_s2");
-        let engine =
-            Engine::with_exhaust_velocity(v.number("thrust_n"), exhaust_velocity).map_err(text)?;
+        let engine = Engine::with_exhaust_velocity(v.number("thrust_n"), exhaust_velocity).map_err(text)?;
         let altitude = v.number("orbit_altitude_km") * 1e3;
         let start = Self {
             flight: PlanarFlight::new(body, engine),
@@ -130,7 +142,8 @@ impl Start {
                 orbit / 1e3
             ));
         }
-        let transfer = Hohmann::new(&body, parking.radius, body.radius + perilune).map_err(|e| e.to_string())?;
+        let transfer =
+            Hohmann::new(&body, parking.radius, body.radius + perilune).map_err(|e| e.to_string())?;
         let start = Self {
             radius: body.radius + perilune,
             horizontal_speed: transfer.arrival_speed,

@@ -4,8 +4,8 @@ use std::collections::BTreeMap;
 
 use apsides_ocp::{Guess, Ocp, Trajectory};
 
-use crate::key::{Key, Range, Values};
 use crate::Error;
+use crate::key::{Key, Range, Values};
 
 mod lunar;
 
@@ -53,7 +53,12 @@ const METHOD_KEYS: &[Key] = &[
     Key::choice("method", &["radau"], "how the problem is solved"),
     Key::count("radau.intervals", 10, 1, 100_000, "mesh intervals per phase of the first mesh"),
     Key::count("radau.points", 5, 1, 60, "collocation points per interval of the first mesh"),
-    Key::number("radau.mesh_tolerance", 1e-10, Range::open(0.0, 1.0), "largest relative error between points"),
+    Key::number(
+        "radau.mesh_tolerance",
+        1e-10,
+        Range::open(0.0, 1.0),
+        "largest relative error between points",
+    ),
     Key::count("radau.max_meshes", 20, 1, 1000, "most meshes solved; 1 switches refinement off"),
     Key::number("radau.nlp_tolerance", 1e-10, Range::open(0.0, 1.0), "scaled optimality error of each solve"),
 ];
