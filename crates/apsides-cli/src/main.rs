@@ -1,2 +1,30 @@
 //! The `apsides` program.
-fn main() {}
+
+mod arguments;
+mod commands;
+mod figures;
+mod output;
+mod progress;
+
+use std::process::ExitCode;
+
+use clap::Parser;
+
+use arguments::{Arguments, Command};
+use output::Exit;
+
+fn main() -> ExitCode {
+    let result = match Arguments::parse().command {
+        Command::Solve(a) => commands::solve(&a),
+        Command::Sweep(a) => commands::run_sweep(&a),
+        Command::Missions { name } => commands::missions(name.as_deref()),
+        Command::Check(a) => commands::check(&a),
+        Command::Verify { directory, json } => commands::verify(&directory, json),
+    };
+    let exit = result.unwrap_or_else(|sentence| {
+        use std::io::Write as _;
+        let _ = writeln!(std::io::stderr().lock(), "apsides: {sentence}");
+        Exit::BadInput
+    });
+    ExitCode::from(exit as u8)
+}

@@ -45,4 +45,4 @@ pub use apsides_verify as verify;
 pub use error::Error;
 pub use mission_file::Mission;
 pub use missions::Posed;
-pub use outcome::{Counters, ObjectiveValue, Outcome, Summary, Timing};
+pub use outcome::{Counters, Curve, ObjectiveValue, Outcome, Summary, Timing};

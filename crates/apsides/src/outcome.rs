@@ -64,6 +64,19 @@ pub struct Summary {
     pub certificate: Certificate,
 }
 
+/// A curve that a mission wants drawn besides the standard ones.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Curve {
+    /// Title of the figure.
+    pub title: String,
+    /// Name and unit of the abscissa.
+    pub x: (String, String),
+    /// Name and unit of the ordinate.
+    pub y: (String, String),
+    /// Name and points of each line.
+    pub series: Vec<(String, Vec<[f64; 2]>)>,
+}
+
 /// Everything that a solve of a mission returns.
 pub struct Outcome {
     /// The problem that was solved.
@@ -72,6 +85,10 @@ pub struct Outcome {
     pub trajectory: Trajectory,
     /// The numbers.
     pub summary: Summary,
+    /// Keys of the results that name a case in a table, in order.
+    pub headline: &'static [&'static str],
+    /// The mission's own figures.
+    pub curves: Vec<Curve>,
     /// The mission file that gives this result again, with every value written out.
     pub mission_file: String,
     /// One sentence for the reader when the status is not `optimal`.

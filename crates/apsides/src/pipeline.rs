@@ -103,7 +103,15 @@ impl Mission {
             timing_ms,
             certificate,
         };
-        Outcome { ocp, trajectory: solution.trajectory, summary, mission_file: self.to_file(), explanation }
+        Outcome {
+            headline: self.kind.headline,
+            curves: (self.kind.curves)(&self.values, &solution.trajectory),
+            ocp,
+            trajectory: solution.trajectory,
+            summary,
+            mission_file: self.to_file(),
+            explanation,
+        }
     }
 }
 

@@ -12,11 +12,12 @@ use apsides_dynamics::planar::{
 };
 use apsides_dynamics::{Body, Engine, Hohmann, Quantity};
 use apsides_ocp::{
-    At, Bounds, Guess, Ocp, OcpError, Phase, PhaseGuess, Sense, State, Term, Trajectory, Variable,
+    At, Bounds, Guess, Ocp, OcpError, Phase, PhaseGuess, PhaseTrajectory, Sense, State, Term, Trajectory,
+    Variable,
 };
 
 use super::{Kind, Posed};
-use crate::Error;
+use crate::{Curve, Error};
 use crate::key::{Key, Range, Values};
 
 pub(super) const DIRECT: Kind = Kind {
@@ -25,7 +26,9 @@ pub(super) const DIRECT: Kind = Kind {
     flight_keys: &[COMMON],
     check: |v| Start::direct(v).map(|_| ()),
     pose: |v| single_phase(v, Start::direct(v)),
-    results: |v, t| common_results(v, t),
+    results: common_results,
+    headline: HEADLINE,
+    curves,
 };
 
 pub(super) const PERILUNE: Kind = Kind {
@@ -34,7 +37,9 @@ pub(super) const PERILUNE: Kind = Kind {
     flight_keys: &[COMMON, PERILUNE_KEYS],
     check: |v| Start::perilune(v).map(|_| ()),
     pose: |v| single_phase(v, Start::perilune(v)),
-    results: |v, t| common_results(v, t),
+    results: common_results,
+    headline: HEADLINE,
+    curves,
 };
 
 pub(super) const TWO_PHASE: Kind = Kind {
@@ -42,9 +47,13 @@ pub(super) const TWO_PHASE: Kind = Kind {
     title: "Horizontal braking from perilune to a gate, then vertical descent, constant thrust, minimum time",
     flight_keys: &[COMMON, PERILUNE_KEYS, GATE_KEYS],
     check: |v| gate(v).map(|_| ()),
-    pose: |v| two_phase(v),
-    results: |v, t| two_phase_results(v, t),
+    pose: two_phase,
+    results: two_phase_results,
+    headline: &["flight_time_s", "braking_time_s", "descent_time_s", "gate_radial_velocity_m_s", "final_mass_kg"],
+    curves,
 };
+
+const HEADLINE: &[&str] = &["flight_time_s", "final_mass_kg", "final_thrust_angle_deg"];
 
 const COMMON: &[Key] = &[
     Key::number("initial_mass_kg", 300.0, Range::POSITIVE, "mass in the parking orbit"),
@@ -348,15 +357,38 @@ fn common_results(v: &Values, t: &Trajectory) -> BTreeMap<String, f64> {
     .collect()
 }
 
-/// Samples per interval for the highest point.
-const ALTITUDE_SAMPLES: usize = 50;
+/// Samples per interval for figures and the highest point.
+const SAMPLES: usize = 50;
 
-fn highest_altitude(p: &apsides_ocp::PhaseTrajectory, body_radius: f64) -> f64 {
-    let breaks = p.state.breaks();
-    let times = breaks.windows(2).flat_map(|w| {
-        (0..=ALTITUDE_SAMPLES).map(move |k| w[0] + (w[1] - w[0]) * k as f64 / ALTITUDE_SAMPLES as f64)
-    });
-    times.map(|t| p.state.component(t, 0) - body_radius).fold(f64::NEG_INFINITY, f64::max)
+fn sample_times(p: &PhaseTrajectory) -> impl Iterator<Item = f64> + '_ {
+    let instants = |w: &[f64]| {
+        let (a, b) = (w[0], w[1]);
+        (0..=SAMPLES).map(move |k| a + (b - a) * k as f64 / SAMPLES as f64)
+    };
+    p.state.breaks().windows(2).flat_map(instants)
+}
+
+fn highest_altitude(p: &PhaseTrajectory, body_radius: f64) -> f64 {
+    sample_times(p).map(|t| p.state.component(t, 0) - body_radius).fold(f64::NEG_INFINITY, f64::max)
+}
+
+/// Altitude and speed over the downrange distance; the vertical descent stays at its place.
+fn curves(v: &Values, t: &Trajectory) -> Vec<Curve> {
+    let body_radius = v.number("moon_radius_km") * 1e3;
+    let place = |p: &PhaseTrajectory, time: f64| match p.state.dimension() {
+        5 => p.state.component(time, 1) * body_radius,
+        _ => t.phases[0].final_state()[1] * body_radius,
+    };
+    let line = |p: &PhaseTrajectory| {
+        let points = sample_times(p).map(|s| [place(p, s), p.state.component(s, 0) - body_radius]);
+        (p.name.clone(), points.collect())
+    };
+    vec![Curve {
+        title: "Altitude over downrange distance".into(),
+        x: ("downrange distance".into(), "m".into()),
+        y: ("altitude".into(), "m".into()),
+        series: t.phases.iter().map(line).collect(),
+    }]
 }
 
 fn two_phase_results(v: &Values, t: &Trajectory) -> BTreeMap<String, f64> {

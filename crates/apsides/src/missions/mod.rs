@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 
 use apsides_ocp::{Guess, Ocp, Trajectory};
 
-use crate::Error;
+use crate::{Curve, Error};
 use crate::key::{Key, Range, Values};
 
 mod lunar;
@@ -28,6 +28,10 @@ pub(crate) struct Kind {
     pub(crate) pose: fn(&Values) -> Result<Posed, Error>,
     /// Scalars for the summary; the unit ends the key.
     pub(crate) results: fn(&Values, &Trajectory) -> BTreeMap<String, f64>,
+    /// Results that name a case in a table.
+    pub(crate) headline: &'static [&'static str],
+    /// Figures besides the standard ones.
+    pub(crate) curves: fn(&Values, &Trajectory) -> Vec<Curve>,
 }
 
 impl std::fmt::Debug for Kind {

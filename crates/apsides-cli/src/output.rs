@@ -1,0 +1,81 @@
+//! Readable results on stdout.
+
+use std::fmt::Write as _;
+
+use apsides::{Outcome, Summary};
+use apsides_verify::Certificate;
+
+/// How a command ended; the number is the exit status.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Exit {
+    /// Optimal and verified.
+    Verified = 0,
+    /// Bad input.
+    BadInput = 2,
+    /// Not converged or infeasible.
+    NotSolved = 3,
+    /// Solved but not verified.
+    NotVerified = 4,
+}
+
+impl Exit {
+    pub(crate) fn of(summary: &Summary) -> Self {
+        match (summary.status.as_str(), summary.certificate.is_verified()) {
+            ("optimal" | "acceptable", true) => Self::Verified,
+            ("optimal" | "acceptable", false) => Self::NotVerified,
+            _ => Self::NotSolved,
+        }
+    }
+}
+
+/// Prints text; a reader that went away is not an error of the solve.
+pub(crate) fn print(text: &str) {
+    use std::io::Write as _;
+    let _ = std::io::stdout().lock().write_all(text.as_bytes());
+}
+
+/// The outcome as text.
+pub(crate) fn outcome(o: &Outcome) -> String {
+    let s = &o.summary;
+    let mut text = format!("mission {} by {}: {}\n", s.mission, s.method, s.status);
+    if let Some(why) = &o.explanation {
+        text += &format!("{why}\n");
+    }
+    text += &format!("\n{} = {} {}\n", s.objective.name, s.objective.value, s.objective.unit);
+    let width = s.results.keys().map(String::len).max().unwrap_or(0);
+    for (key, value) in &s.results {
+        let _ = writeln!(text, "  {key:<width$}  {value:>16.6}");
+    }
+    let c = &s.counters;
+    let _ = writeln!(
+        text,
+        "\n{} iterations, {} factorisations, {} mesh{}, {} variables, {} constraints; \
+         build {:.1} ms, solve {:.1} ms, verify {:.1} ms\n",
+        c.iterations,
+        c.factorisations,
+        c.mesh_iterations,
+        if c.mesh_iterations == 1 { "" } else { "es" },
+        c.variables,
+        c.constraints,
+        s.timing_ms.build,
+        s.timing_ms.solve,
+        s.timing_ms.verify
+    );
+    text + &certificate(&s.certificate)
+}
+
+/// The certificate as a table.
+pub(crate) fn certificate(c: &Certificate) -> String {
+    let mut text = format!("certificate: {}\n", c.verdict);
+    let width = c.checks.iter().map(|c| c.name.chars().count()).max().unwrap_or(0);
+    let _ = writeln!(text, "  {:<width$}  {:>9}  {:>9}  {:<5}       where", "check", "value", "limit", "unit");
+    for c in &c.checks {
+        let verdict = if c.passed { "ok  " } else { "FAIL" };
+        let _ = writeln!(
+            text,
+            "  {:<width$}  {:>9.2e}  {:>9.2e}  {:<5} {verdict}  {}",
+            c.name, c.value, c.limit, c.unit, c.at
+        );
+    }
+    text
+}

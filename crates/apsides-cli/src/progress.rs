@@ -1,0 +1,111 @@
+//! Progress on stderr, and stopping at Ctrl-C without losing the best iterate.
+
+use std::io::{IsTerminal, Write};
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering};
+
+use apsides_nlp::{Flow, IterationRecord, Observer};
+use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
+
+/// Set once the user asks to stop.
+#[derive(Clone)]
+pub(crate) struct StopFlag(Arc<AtomicBool>);
+
+impl StopFlag {
+    /// Catches Ctrl-C: the first asks to stop, the second ends the program.
+    pub(crate) fn install() -> Self {
+        let flag = Arc::new(AtomicBool::new(false));
+        let set = Arc::clone(&flag);
+        // Without a handler Ctrl-C ends the program at once, which is the fallback.
+        let _ = ctrlc::set_handler(move || {
+            if set.swap(true, Ordering::SeqCst) {
+                std::process::exit(130);
+            }
+        });
+        Self(flag)
+    }
+
+    pub(crate) fn is_set(&self) -> bool {
+        self.0.load(Ordering::SeqCst)
+    }
+
+    fn flow(&self) -> Flow {
+        if self.is_set() { Flow::Stop } else { Flow::Continue }
+    }
+}
+
+/// What a solve shows while it runs.
+pub(crate) enum Progress {
+    Quiet(StopFlag),
+    /// One line per iteration, in Ipopt's ten columns.
+    Table(StopFlag),
+    /// One line that changes.
+    Line(StopFlag, ProgressBar),
+}
+
+impl Progress {
+    pub(crate) fn table(quiet: bool, stop: StopFlag) -> Self {
+        if quiet { Self::Quiet(stop) } else { Self::Table(stop) }
+    }
+
+    pub(crate) fn line(quiet: bool, stop: StopFlag, steps: u64) -> Self {
+        if quiet || !std::io::stderr().is_terminal() {
+            return Self::Quiet(stop);
+        }
+        let bar = ProgressBar::with_draw_target(Some(steps), ProgressDrawTarget::stderr());
+        if let Ok(style) = ProgressStyle::with_template("{pos}/{len} cases {wide_bar} {elapsed} {msg}") {
+            bar.set_style(style);
+        }
+        Self::Line(stop, bar)
+    }
+
+    /// One case of a sweep is done.
+    pub(crate) fn step(&self) {
+        if let Self::Line(_, bar) = self {
+            bar.inc(1);
+        }
+    }
+}
+
+const HEADER: &str = "iter    objective     inf_pr   inf_du lg(mu)    ||d||  lg(rg)  alpha_du  alpha_pr  ls";
+
+impl Observer for Progress {
+    fn iteration(&mut self, r: &IterationRecord) -> Flow {
+        match self {
+            Self::Quiet(stop) => stop.flow(),
+            Self::Line(stop, bar) => {
+                bar.set_message(format!("iteration {} infeasibility {:.1e}", r.iteration, r.primal_infeasibility));
+                stop.flow()
+            }
+            Self::Table(stop) => {
+                let mut err = std::io::stderr().lock();
+                // A closed stderr must not end the solve.
+                if r.iteration == 0 {
+                    let _ = writeln!(err, "{HEADER}");
+                }
+                let regularisation = if r.regularisation > 0.0 {
+                    format!("{:5.1}", r.regularisation.log10())
+                } else {
+                    "    -".into()
+                };
+                let _ = writeln!(
+                    err,
+                    "{:4}{} {:14.7e} {:8.2e} {:8.2e}  {:5.1} {:8.2e}   {} {:8.2e}{} {:8.2e}  {:2}",
+                    r.iteration,
+                    if r.restoration { 'r' } else { ' ' },
+                    r.objective,
+                    r.primal_infeasibility,
+                    r.dual_infeasibility,
+                    r.barrier.log10(),
+                    r.step_norm,
+                    regularisation,
+                    r.dual_step,
+                    r.step_kind,
+                    r.primal_step,
+                    r.line_search_trials
+                );
+                stop.flow()
+            }
+        }
+    }
+}
