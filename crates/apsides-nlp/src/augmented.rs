@@ -1,0 +1,164 @@
+//! The linear system of the search direction (Waechter and Biegler, eq. 13),
+//!
+//! ```text
+//! [ H + Sigma + dw I   J^T   ] [dv]     [rp]
+//! [ J                 -dc I  ] [dy] = - [rd]
+//! ```
+//!
+//! with the unit variables eliminated: a unit variable `k` of row `i` with `s_k = Sigma_k + dw` adds `-1/s_k` to the diagonal of
+//! row `i`. So slacks and elastic variables cost nothing, and the restoration phase uses the same analysis.
+
+use std::time::{Duration, Instant};
+
+use apsides_kkt::{Inertia, KktSettings, KktSystem};
+
+use crate::error::NlpError;
+use crate::model::Structure;
+
+/// The matrix, its factor and the work vectors; allocated once.
+pub(crate) struct AugmentedSystem {
+    system: KktSystem,
+    /// Hessian, primal diagonal, Jacobian, dual diagonal.
+    values: Vec<f64>,
+    jacobian_at: usize,
+    dual_at: usize,
+    primal_at: usize,
+    rhs: Vec<f64>,
+    solution: Vec<f64>,
+    /// `1 / (Sigma_k + dw)` of each unit variable.
+    unit_inverse: Vec<f64>,
+    row_sum: Vec<f64>,
+    dual_shift: f64,
+    pub(crate) factorisations: usize,
+    pub(crate) solves: usize,
+    pub(crate) time: Duration,
+}
+
+impl AugmentedSystem {
+    pub(crate) fn new(structure: &Structure, settings: KktSettings) -> Result<Self, NlpError> {
+        let start = Instant::now();
+        let (n, m) = (structure.variables, structure.constraints);
+        let primal_at = structure.hessian.len();
+        let jacobian_at = primal_at + n;
+        let dual_at = jacobian_at + structure.jacobian.len();
+        let mut rows = structure.hessian.rows.clone();
+        let mut cols = structure.hessian.cols.clone();
+        rows.extend(0..n);
+        cols.extend(0..n);
+        rows.extend(structure.jacobian.rows.iter().map(|row| n + row));
+        cols.extend_from_slice(&structure.jacobian.cols);
+        rows.extend(n..n + m);
+        cols.extend(n..n + m);
+        let values = vec![0.0; rows.len()];
+        let system = KktSystem::analyse(n + m, n, &rows, &cols, settings)?;
+        Ok(Self {
+            system,
+            values,
+            jacobian_at,
+            dual_at,
+            primal_at,
+            rhs: vec![0.0; n + m],
+            solution: vec![0.0; n + m],
+            // Room for slacks and elastic variables, so that the restoration phase does not allocate here.
+            unit_inverse: vec![0.0; structure.units.len() + 2 * m],
+            row_sum: vec![0.0; m],
+            dual_shift: 0.0,
+            factorisations: 0,
+            solves: 0,
+            time: start.elapsed(),
+        })
+    }
+
+    /// Sets the matrix. `diagonal` has an entry for every primal variable: `Sigma` and diagonal parts of the Hessian.
+    pub(crate) fn load(&mut self, hessian: Option<&[f64]>, diagonal: &[f64], jacobian: &[f64]) {
+        let n = self.jacobian_at - self.primal_at;
+        match hessian {
+            Some(hessian) => self.values[..self.primal_at].copy_from_slice(hessian),
+            None => self.values[..self.primal_at].fill(0.0),
+        }
+        self.values[self.primal_at..self.jacobian_at].copy_from_slice(&diagonal[..n]);
+        self.values[self.jacobian_at..self.dual_at].copy_from_slice(jacobian);
+    }
+
+    /// Factorises the loaded matrix with the given regularisation. `None` if it is numerically unusable.
+    pub(crate) fn factor(
+        &mut self,
+        structure: &Structure,
+        diagonal: &[f64],
+        primal_shift: f64,
+        dual_shift: f64,
+    ) -> Option<Inertia> {
+        let start = Instant::now();
+        self.dual_shift = dual_shift;
+        let dual = &mut self.values[self.dual_at..];
+        dual.fill(0.0);
+        let diagonal = &diagonal[structure.variables..];
+        for ((unit, sigma), inverse) in structure.units.iter().zip(diagonal).zip(&mut self.unit_inverse) {
+            *inverse = 1.0 / (sigma + primal_shift);
+            dual[unit.row] -= *inverse;
+        }
+        let inertia = self.system.factor(&self.values, primal_shift, dual_shift);
+        self.factorisations += 1;
+        self.time += start.elapsed();
+        inertia.ok()
+    }
+
+    /// Solves for `(dv, dy)`; answers the relative residual, infinite if the solve failed.
+    pub(crate) fn solve(
+        &mut self,
+        structure: &Structure,
+        jacobian: &[f64],
+        primal: &[f64],
+        dual: &[f64],
+        dv: &mut [f64],
+        dy: &mut [f64],
+    ) -> f64 {
+        let start = Instant::now();
+        let n = structure.variables;
+        for (rhs, value) in self.rhs.iter_mut().zip(primal[..n].iter().chain(dual)) {
+            *rhs = -value;
+        }
+        for ((unit, value), inverse) in structure.units.iter().zip(&primal[n..]).zip(&self.unit_inverse) {
+            self.rhs[n + unit.row] += unit.sign * value * inverse;
+        }
+        let quality = self.system.solve(&self.rhs, &mut self.solution);
+        dv[..n].copy_from_slice(&self.solution[..n]);
+        dy.copy_from_slice(&self.solution[n..]);
+        self.recover_units(structure, jacobian, primal, dual, dv, dy);
+        self.solves += 1;
+        self.time += start.elapsed();
+        match quality {
+            Ok(quality) if dv.iter().chain(dy.iter()).all(|value| value.is_finite()) => quality.residual,
+            _ => f64::INFINITY,
+        }
+    }
+
+    /// The eliminated variables. A slack with a small `Sigma` comes from its constraint, because there its own
+    /// equation would divide a cancellation by `Sigma`.
+    fn recover_units(
+        &mut self,
+        structure: &Structure,
+        jacobian: &[f64],
+        primal: &[f64],
+        dual: &[f64],
+        dv: &mut [f64],
+        dy: &[f64],
+    ) {
+        let (x, units) = dv.split_at_mut(structure.variables);
+        let residual = &primal[structure.variables..];
+        for ((sum, dual), dy) in self.row_sum.iter_mut().zip(dual).zip(dy) {
+            *sum = dual - self.dual_shift * dy;
+        }
+        structure.add_product(jacobian, x, &mut self.row_sum);
+        for k in (0..units.len()).rev() {
+            let unit = structure.units[k];
+            let inverse = self.unit_inverse[k];
+            units[k] = if k < structure.slacks && inverse > 1.0 {
+                -unit.sign * self.row_sum[unit.row]
+            } else {
+                -(residual[k] + unit.sign * dy[unit.row]) * inverse
+            };
+            self.row_sum[unit.row] += unit.sign * units[k];
+        }
+    }
+}

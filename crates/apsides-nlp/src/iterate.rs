@@ -1,0 +1,231 @@
+//! Points, directions and the bounds they respect. All vectors are allocated once.
+
+use crate::model::BarrierModel;
+
+/// A primal-dual point with the values that the line search needs there.
+#[derive(Debug, Clone)]
+pub(crate) struct Point {
+    pub v: Vec<f64>,
+    pub y: Vec<f64>,
+    pub zl: Vec<f64>,
+    pub zu: Vec<f64>,
+    /// Distance to the bounds; infinite where there is none.
+    pub lower_slack: Vec<f64>,
+    pub upper_slack: Vec<f64>,
+    pub objective: f64,
+    pub constraints: Vec<f64>,
+    /// 1-norm of the constraints.
+    pub violation: f64,
+}
+
+impl Point {
+    pub(crate) fn new(n: usize, m: usize) -> Self {
+        Self {
+            v: vec![0.0; n],
+            y: vec![0.0; m],
+            zl: vec![0.0; n],
+            zu: vec![0.0; n],
+            lower_slack: vec![f64::INFINITY; n],
+            upper_slack: vec![f64::INFINITY; n],
+            objective: 0.0,
+            constraints: vec![0.0; m],
+            violation: 0.0,
+        }
+    }
+
+    pub(crate) fn copy_from(&mut self, other: &Self) {
+        self.v.copy_from_slice(&other.v);
+        self.y.copy_from_slice(&other.y);
+        self.zl.copy_from_slice(&other.zl);
+        self.zu.copy_from_slice(&other.zu);
+        self.lower_slack.copy_from_slice(&other.lower_slack);
+        self.upper_slack.copy_from_slice(&other.upper_slack);
+        self.constraints.copy_from_slice(&other.constraints);
+        self.objective = other.objective;
+        self.violation = other.violation;
+    }
+
+    /// Evaluates objective and constraints; false if something is not finite.
+    pub(crate) fn evaluate(&mut self, model: &mut impl BarrierModel) -> bool {
+        self.objective = model.objective(&self.v);
+        if !self.objective.is_finite() {
+            return false;
+        }
+        model.constraints(&self.v, &mut self.constraints);
+        self.violation = self.constraints.iter().map(|c| c.abs()).sum();
+        self.violation.is_finite()
+    }
+}
+
+/// A search direction.
+#[derive(Debug, Clone)]
+pub(crate) struct Direction {
+    pub v: Vec<f64>,
+    pub y: Vec<f64>,
+    pub zl: Vec<f64>,
+    pub zu: Vec<f64>,
+}
+
+impl Direction {
+    pub(crate) fn new(n: usize, m: usize) -> Self {
+        Self { v: vec![0.0; n], y: vec![0.0; m], zl: vec![0.0; n], zu: vec![0.0; n] }
+    }
+
+    pub(crate) fn copy_from(&mut self, other: &Self) {
+        self.v.copy_from_slice(&other.v);
+        self.y.copy_from_slice(&other.y);
+        self.zl.copy_from_slice(&other.zl);
+        self.zu.copy_from_slice(&other.zu);
+    }
+}
+
+/// Bounds on the variables, with the lists of those that exist.
+#[derive(Debug, Clone)]
+pub(crate) struct Bounds {
+    pub lower: Vec<f64>,
+    pub upper: Vec<f64>,
+    pub lower_set: Vec<usize>,
+    pub upper_set: Vec<usize>,
+    /// +1 with a lower bound only, -1 with an upper bound only, else 0.
+    pub single: Vec<f64>,
+}
+
+impl Bounds {
+    pub(crate) fn new(lower: &[f64], upper: &[f64]) -> Self {
+        let n = lower.len();
+        Self {
+            lower: lower.to_vec(),
+            upper: upper.to_vec(),
+            lower_set: (0..n).filter(|&i| lower[i].is_finite()).collect(),
+            upper_set: (0..n).filter(|&i| upper[i].is_finite()).collect(),
+            single: (0..n)
+                .map(|i| {
+                    f64::from(u8::from(lower[i].is_finite())) - f64::from(u8::from(upper[i].is_finite()))
+                })
+                .collect(),
+        }
+    }
+
+    /// Number of bounds.
+    pub(crate) fn len(&self) -> usize {
+        self.lower_set.len() + self.upper_set.len()
+    }
+
+    /// Distances of `point` to its bounds. A bound that the point has reached in floating point is moved outwards by a
+    /// rounding error (Waechter and Biegler, section 3.5).
+    pub(crate) fn measure(&mut self, point: &mut Point, barrier: f64) {
+        let least = f64::EPSILON * barrier.min(1.0);
+        let shift = f64::EPSILON.powf(0.75);
+        for &i in &self.lower_set {
+            let mut slack = point.v[i] - self.lower[i];
+            if slack < least {
+                self.lower[i] = self.lower[i].min(point.v[i]) - shift * self.lower[i].abs().max(1.0);
+                slack = point.v[i] - self.lower[i];
+            }
+            point.lower_slack[i] = slack;
+        }
+        for &i in &self.upper_set {
+            let mut slack = self.upper[i] - point.v[i];
+            if slack < least {
+                self.upper[i] = self.upper[i].max(point.v[i]) + shift * self.upper[i].abs().max(1.0);
+                slack = self.upper[i] - point.v[i];
+            }
+            point.upper_slack[i] = slack;
+        }
+    }
+
+    /// `-sum ln slack`, plus the damping term.
+    pub(crate) fn barrier_term(&self, point: &Point, damping: f64) -> f64 {
+        let mut term = 0.0;
+        for &i in &self.lower_set {
+            term -= point.lower_slack[i].ln();
+            if self.single[i] > 0.0 {
+                term += damping * point.lower_slack[i];
+            }
+        }
+        for &i in &self.upper_set {
+            term -= point.upper_slack[i].ln();
+            if self.single[i] < 0.0 {
+                term += damping * point.upper_slack[i];
+            }
+        }
+        term
+    }
+
+    /// Longest step along `dv` that keeps the fraction `1 - tau` of every slack.
+    pub(crate) fn longest_primal(&self, point: &Point, dv: &[f64], tau: f64) -> f64 {
+        let mut alpha = 1.0_f64;
+        for &i in &self.lower_set {
+            if dv[i] < 0.0 {
+                alpha = alpha.min(-tau * point.lower_slack[i] / dv[i]);
+            }
+        }
+        for &i in &self.upper_set {
+            if dv[i] > 0.0 {
+                alpha = alpha.min(tau * point.upper_slack[i] / dv[i]);
+            }
+        }
+        alpha
+    }
+
+    /// The same for the bound multipliers.
+    pub(crate) fn longest_dual(&self, point: &Point, dzl: &[f64], dzu: &[f64], tau: f64) -> f64 {
+        let mut alpha = 1.0_f64;
+        for &i in &self.lower_set {
+            if dzl[i] < 0.0 {
+                alpha = alpha.min(-tau * point.zl[i] / dzl[i]);
+            }
+        }
+        for &i in &self.upper_set {
+            if dzu[i] < 0.0 {
+                alpha = alpha.min(-tau * point.zu[i] / dzu[i]);
+            }
+        }
+        alpha
+    }
+
+    /// Average of slack times multiplier; zero without bounds.
+    pub(crate) fn average_complementarity(&self, point: &Point) -> f64 {
+        if self.len() == 0 {
+            return 0.0;
+        }
+        let lower: f64 = self.lower_set.iter().map(|&i| point.lower_slack[i] * point.zl[i]).sum();
+        let upper: f64 = self.upper_set.iter().map(|&i| point.upper_slack[i] * point.zu[i]).sum();
+        (lower + upper) / self.len() as f64
+    }
+
+    /// Largest `|slack * multiplier - barrier|`.
+    pub(crate) fn complementarity_error(&self, point: &Point, barrier: f64) -> f64 {
+        let lower = self.lower_set.iter().map(|&i| (point.lower_slack[i] * point.zl[i] - barrier).abs());
+        let upper = self.upper_set.iter().map(|&i| (point.upper_slack[i] * point.zu[i] - barrier).abs());
+        lower.chain(upper).fold(0.0, f64::max)
+    }
+
+    /// Keeps the multipliers within a factor of `barrier / slack` (Waechter and Biegler, eq. 16).
+    pub(crate) fn safeguard_multipliers(&self, point: &mut Point, barrier: f64, factor: f64) {
+        for &i in &self.lower_set {
+            let central = barrier / point.lower_slack[i];
+            point.zl[i] = point.zl[i].min(factor * central).max(central / factor);
+        }
+        for &i in &self.upper_set {
+            let central = barrier / point.upper_slack[i];
+            point.zu[i] = point.zu[i].min(factor * central).max(central / factor);
+        }
+    }
+
+    /// Moves `v` inside its bounds by `push` relative to max(1, |bound|), at most `fraction` of the interval.
+    pub(crate) fn push_inside(&self, v: &mut [f64], push: f64, fraction: f64) {
+        for (i, value) in v.iter_mut().enumerate() {
+            let (low, high) = (self.lower[i], self.upper[i]);
+            let width = high - low;
+            let from_low = (push * low.abs().max(1.0)).min(fraction * width);
+            let from_high = (push * high.abs().max(1.0)).min(fraction * width);
+            if low.is_finite() {
+                *value = value.max(low + from_low);
+            }
+            if high.is_finite() {
+                *value = value.min(high - from_high);
+            }
+        }
+    }
+}

@@ -1,0 +1,93 @@
+//! What the interior point engine needs of a problem: minimise `f(v)` subject to `c(v) = 0`, `l <= v <= u`.
+//!
+//! The variables `v` are `x` followed by *unit variables*, each of which enters one constraint with the coefficient
+//! +1 or -1 and nothing else that is coupled: the slacks of the inequality constraints and, in the restoration phase, the elastic
+//! variables. The linear system never sees them: they are eliminated by hand.
+
+use crate::problem::Pattern;
+
+/// A variable whose Jacobian column has the single entry `sign` in `row`.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct UnitVariable {
+    pub row: usize,
+    pub sign: f64,
+}
+
+/// Sizes and patterns, fixed for a solve.
+#[derive(Debug, Clone)]
+pub(crate) struct Structure {
+    /// Length of the `x` part of the variables.
+    pub variables: usize,
+    /// The first `slacks` unit variables are slacks.
+    pub slacks: usize,
+    pub units: Vec<UnitVariable>,
+    pub constraints: usize,
+    /// Jacobian with respect to `x`.
+    pub jacobian: Pattern,
+    /// Hessian with respect to `x`, lower triangle.
+    pub hessian: Pattern,
+}
+
+impl Structure {
+    /// Number of variables, unit variables included.
+    pub(crate) fn primal(&self) -> usize {
+        self.variables + self.units.len()
+    }
+
+    /// `out += J^T y`.
+    pub(crate) fn add_transpose_product(&self, jacobian: &[f64], y: &[f64], out: &mut [f64]) {
+        let (x, units) = out.split_at_mut(self.variables);
+        for ((&row, &col), value) in self.jacobian.rows.iter().zip(&self.jacobian.cols).zip(jacobian) {
+            x[col] += value * y[row];
+        }
+        for (unit, out) in self.units.iter().zip(units) {
+            *out += unit.sign * y[unit.row];
+        }
+    }
+
+    /// `out += J v`, for the `x` part of the Jacobian only.
+    pub(crate) fn add_product(&self, jacobian: &[f64], x: &[f64], out: &mut [f64]) {
+        for ((&row, &col), value) in self.jacobian.rows.iter().zip(&self.jacobian.cols).zip(jacobian) {
+            out[row] += value * x[col];
+        }
+    }
+}
+
+/// Factors from scaled to the user's residuals.
+#[derive(Debug, Clone)]
+pub(crate) struct ResidualUnits {
+    /// For each entry of the gradient of the Lagrangian.
+    pub dual: Vec<f64>,
+    /// For each constraint.
+    pub primal: Vec<f64>,
+    /// For the complementarity and the objective.
+    pub objective: f64,
+}
+
+/// A problem in the form above. Evaluations that fail answer non-finite numbers.
+pub(crate) trait BarrierModel {
+    fn structure(&self) -> &Structure;
+    fn lower(&self) -> &[f64];
+    fn upper(&self) -> &[f64];
+    fn objective(&mut self, v: &[f64]) -> f64;
+    fn gradient(&mut self, v: &[f64], gradient: &mut [f64]);
+    fn constraints(&mut self, v: &[f64], values: &mut [f64]);
+    fn jacobian(&mut self, v: &[f64], values: &mut [f64]);
+    /// Hessian of the Lagrangian: `values` on the pattern, plus `diagonal` (length [`Structure::primal`]).
+    fn hessian(&mut self, v: &[f64], y: &[f64], values: &mut [f64], diagonal: &mut [f64]);
+    fn residual_units(&self) -> Option<&ResidualUnits> {
+        None
+    }
+    /// The barrier parameter has changed; answers whether the objective depends on it.
+    fn barrier_changed(&mut self, _barrier: f64) -> bool {
+        false
+    }
+    /// Whether to leave the solve at this iterate although it is not optimal.
+    fn leaves(&mut self, _v: &[f64]) -> bool {
+        false
+    }
+    /// Whether this is the restoration problem.
+    fn is_restoration(&self) -> bool {
+        false
+    }
+}

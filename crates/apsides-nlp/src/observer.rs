@@ -1,0 +1,58 @@
+//! Watching and interrupting a solve.
+
+/// One line of the iteration log.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct IterationRecord {
+    /// Iteration number from zero, those of the restoration phase included.
+    pub iteration: usize,
+    /// Whether this is an iteration of the restoration phase.
+    pub restoration: bool,
+    /// Objective in the user's units; in the restoration phase that of the restoration problem.
+    pub objective: f64,
+    /// Largest constraint violation, scaled.
+    pub primal_infeasibility: f64,
+    /// Largest entry of the gradient of the Lagrangian, scaled.
+    pub dual_infeasibility: f64,
+    /// Barrier parameter.
+    pub barrier: f64,
+    /// Largest entry of the last search direction, scaled.
+    pub step_norm: f64,
+    /// Primal regularisation of the last linear system; zero if none was needed.
+    pub regularisation: f64,
+    /// Step length of the bound multipliers.
+    pub dual_step: f64,
+    /// Step length of the variables.
+    pub primal_step: f64,
+    /// Trial points of the last line search.
+    pub line_search_trials: usize,
+    /// Kind of the last step: `f` objective, `h` constraint violation, capitals after a second-order correction, `w`
+    /// watchdog, `t` tiny, `s` soft restoration, `R` restoration, `-` none.
+    pub step_kind: char,
+}
+
+/// Whether to go on.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Flow {
+    /// Go on.
+    Continue,
+    /// Stop; the status becomes [`Status::Interrupted`](crate::Status::Interrupted).
+    Stop,
+}
+
+/// Gets a record at every iteration, the starting point included. `()` ignores them.
+pub trait Observer {
+    /// Called once per iteration.
+    fn iteration(&mut self, record: &IterationRecord) -> Flow;
+}
+
+impl Observer for () {
+    fn iteration(&mut self, _record: &IterationRecord) -> Flow {
+        Flow::Continue
+    }
+}
+
+impl<F: FnMut(&IterationRecord) -> Flow> Observer for F {
+    fn iteration(&mut self, record: &IterationRecord) -> Flow {
+        self(record)
+    }
+}

@@ -1,0 +1,307 @@
+//! The feasibility restoration phase (Waechter and Biegler, section 3.3): from a reference point `v_R`
+//!
+//! ```text
+//! minimise rho sum(p + n) + zeta/2 |D (v - v_R)|^2   subject to   c(v) - p + n = 0,  l <= v <= u,  p, n >= 0,
+//! ```
+//!
+//! by the same engine. The elastic variables `p`, `n` are unit variables, so its linear systems have the size and
+//! pattern of the original ones.
+
+use crate::augmented::AugmentedSystem;
+use crate::engine::{Engine, Exit, Session, max_abs};
+use crate::model::{BarrierModel, Structure, UnitVariable};
+use crate::report::Status;
+use crate::scaled::ScaledProblem;
+use crate::settings::{BarrierStrategy, NlpSettings};
+
+/// A restoration that converges with a violation below this multiple of the tolerance has found a feasible point.
+const FEASIBLE: f64 = 1e2;
+/// Bound multipliers above this after a restoration are reset to one.
+const LARGEST_MULTIPLIER: f64 = 1e3;
+/// Times that the elastic variables are set anew when the restoration phase itself finds no step.
+const MAX_RESETS: usize = 3;
+
+/// How a restoration phase ended.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(crate) enum Recovery {
+    /// The outer engine stands at a point that its filter accepts.
+    Recovered,
+    /// As before, but a feasible point that the filter did not accept: the filter was cleared.
+    RecoveredFeasible,
+    /// The solve ends with this status; the outer engine stands at the least violation found.
+    Ended(Status),
+}
+
+/// The restoration problem's own data; allocated at the first restoration of a solve.
+pub(crate) struct RestorationPhase {
+    engine: Engine,
+    structure: Structure,
+    lower: Vec<f64>,
+    upper: Vec<f64>,
+    reference: Vec<f64>,
+    /// Diagonal of `D^2`.
+    weights: Vec<f64>,
+}
+
+/// The restoration problem as the engine sees it.
+struct Feasibility<'a, 'n> {
+    problem: &'a mut ScaledProblem<'n>,
+    outer: &'a mut Engine,
+    structure: &'a Structure,
+    lower: &'a [f64],
+    upper: &'a [f64],
+    reference: &'a [f64],
+    weights: &'a [f64],
+    penalty: f64,
+    proximity: f64,
+    /// A point with at most this violation may be good enough.
+    target: f64,
+}
+
+impl RestorationPhase {
+    pub(crate) fn new(problem: &ScaledProblem<'_>, settings: &NlpSettings) -> Self {
+        let (n, m) = (problem.structure().primal(), problem.structure().constraints);
+        let mut structure = problem.structure().clone();
+        structure.units.extend((0..m).map(|row| UnitVariable { row, sign: -1.0 }));
+        structure.units.extend((0..m).map(|row| UnitVariable { row, sign: 1.0 }));
+        let mut lower = problem.lower().to_vec();
+        let mut upper = problem.upper().to_vec();
+        lower.resize(n + 2 * m, 0.0);
+        upper.resize(n + 2 * m, f64::INFINITY);
+        let settings = NlpSettings { barrier: BarrierStrategy::Monotone, ..settings.clone() };
+        Self {
+            engine: Engine::new(&structure, &lower, &upper, &settings),
+            structure,
+            lower,
+            upper,
+            reference: vec![0.0; n],
+            weights: vec![0.0; n],
+        }
+    }
+
+    /// Runs the phase from the current point of `outer` and moves it.
+    pub(crate) fn run(
+        &mut self,
+        outer: &mut Engine,
+        problem: &mut ScaledProblem<'_>,
+        system: &mut AugmentedSystem,
+        session: &mut Session<'_>,
+    ) -> Recovery {
+        let n = self.reference.len();
+        outer.filter.add(outer.current.violation, outer.barrier_value(&outer.current));
+        self.reference.copy_from_slice(&outer.current.v);
+        for (weight, v) in self.weights.iter_mut().zip(&self.reference) {
+            *weight = (1.0 / v.abs().max(1.0)).powi(2);
+        }
+        self.lower[..n].copy_from_slice(&outer.bounds.lower);
+        self.upper[..n].copy_from_slice(&outer.bounds.upper);
+        let engine = &mut self.engine;
+        engine.bounds.lower.copy_from_slice(&self.lower);
+        engine.bounds.upper.copy_from_slice(&self.upper);
+        let penalty = engine.settings.restoration_penalty;
+        engine.barrier = outer.barrier.max(max_abs(&outer.current.constraints));
+        engine.tau = engine.settings.boundary_fraction.max(1.0 - engine.barrier);
+        engine.forget_best();
+        engine.current.v[..n].copy_from_slice(&outer.current.v);
+        engine.current.y.fill(0.0);
+        for i in 0..n {
+            engine.current.zl[i] = outer.current.zl[i].min(penalty);
+            engine.current.zu[i] = outer.current.zu[i].min(penalty);
+        }
+        let target = engine.settings.restoration_reduction * outer.current.violation;
+        let feasible = FEASIBLE * engine.settings.tolerance;
+        let mut model = Feasibility {
+            problem,
+            outer,
+            structure: &self.structure,
+            lower: &self.lower,
+            upper: &self.upper,
+            reference: &self.reference,
+            weights: &self.weights,
+            penalty,
+            proximity: engine.barrier.sqrt(),
+            target,
+        };
+        let mut resets = 0;
+        let exit = loop {
+            set_elastic(engine, &mut model);
+            if engine.evaluate_start(&mut model).is_err() {
+                break Exit::Finished(Status::RestorationFailed);
+            }
+            match engine.run(&mut model, system, session) {
+                Exit::NeedsRestoration | Exit::Finished(Status::StepTooSmall) if resets < MAX_RESETS => {
+                    resets += 1;
+                }
+                exit => break exit,
+            }
+        };
+        let violation = model.place_outer(&engine.current.v);
+        let recovery = match exit {
+            Exit::Left => Recovery::Recovered,
+            Exit::Finished(Status::Optimal | Status::Acceptable) if violation <= feasible => {
+                outer.filter.clear();
+                Recovery::RecoveredFeasible
+            }
+            Exit::Finished(Status::Optimal | Status::Acceptable) => Recovery::Ended(Status::Infeasible),
+            Exit::Finished(Status::StepTooSmall) | Exit::NeedsRestoration => {
+                Recovery::Ended(Status::RestorationFailed)
+            }
+            Exit::Finished(status) => Recovery::Ended(status),
+        };
+        if let Recovery::Ended(_) = recovery {
+            for (y, restoration) in outer.trial.y.iter_mut().zip(&engine.current.y) {
+                *y = restoration / penalty;
+            }
+        }
+        match outer.adopt_restored(problem, system, recovery) {
+            true => recovery,
+            false => Recovery::Ended(Status::RestorationFailed),
+        }
+    }
+}
+
+/// The elastic variables that are optimal for the barrier problem at this `v` (eq. 32 and 33).
+fn set_elastic(engine: &mut Engine, model: &mut Feasibility<'_, '_>) {
+    let n = model.reference.len();
+    let m = model.structure.constraints;
+    let (barrier, penalty) = (engine.barrier, model.penalty);
+    model.problem.constraints(&engine.current.v[..n], &mut engine.trial.constraints);
+    for row in 0..m {
+        let c = engine.trial.constraints[row];
+        let half = (barrier - penalty * c) / (2.0 * penalty);
+        let root = (half * half + barrier * c / (2.0 * penalty)).max(0.0).sqrt();
+        // The product of the two roots is -barrier c / (2 penalty): no cancellation for a negative half.
+        let negative = if half >= 0.0 { half + root } else { barrier * c / (2.0 * penalty) / (root - half) };
+        let negative = negative.max(f64::MIN_POSITIVE.sqrt());
+        let positive = (c + negative).max(f64::MIN_POSITIVE.sqrt());
+        for (i, value) in [(n + row, positive), (n + m + row, negative)] {
+            engine.current.v[i] = value;
+            engine.current.zl[i] = barrier / value;
+            engine.current.zu[i] = 0.0;
+        }
+    }
+}
+
+impl Feasibility<'_, '_> {
+    fn len(&self) -> usize {
+        self.reference.len()
+    }
+
+    /// Puts the point into the trial point of the outer engine; answers its largest violation.
+    fn place_outer(&mut self, v: &[f64]) -> f64 {
+        let trial = &mut self.outer.trial;
+        trial.v.copy_from_slice(&v[..self.reference.len()]);
+        self.outer.bounds.measure(trial, self.outer.barrier);
+        if trial.evaluate(self.problem) { max_abs(&trial.constraints) } else { f64::INFINITY }
+    }
+}
+
+impl BarrierModel for Feasibility<'_, '_> {
+    fn structure(&self) -> &Structure {
+        self.structure
+    }
+
+    fn lower(&self) -> &[f64] {
+        self.lower
+    }
+
+    fn upper(&self) -> &[f64] {
+        self.upper
+    }
+
+    fn objective(&mut self, v: &[f64]) -> f64 {
+        let (v, elastic) = v.split_at(self.len());
+        let mut distance = 0.0;
+        for ((v, reference), weight) in v.iter().zip(self.reference).zip(self.weights) {
+            distance += weight * (v - reference).powi(2);
+        }
+        self.penalty * elastic.iter().sum::<f64>() + 0.5 * self.proximity * distance
+    }
+
+    fn gradient(&mut self, v: &[f64], gradient: &mut [f64]) {
+        let (x, elastic) = gradient.split_at_mut(self.len());
+        for (i, value) in x.iter_mut().enumerate() {
+            *value = self.proximity * self.weights[i] * (v[i] - self.reference[i]);
+        }
+        elastic.fill(self.penalty);
+    }
+
+    fn constraints(&mut self, v: &[f64], values: &mut [f64]) {
+        let (v, elastic) = v.split_at(self.len());
+        self.problem.constraints(v, values);
+        let (positive, negative) = elastic.split_at(values.len());
+        for ((value, p), n) in values.iter_mut().zip(positive).zip(negative) {
+            *value += n - p;
+        }
+    }
+
+    fn jacobian(&mut self, v: &[f64], values: &mut [f64]) {
+        self.problem.jacobian(&v[..self.reference.len()], values);
+    }
+
+    fn hessian(&mut self, v: &[f64], y: &[f64], values: &mut [f64], diagonal: &mut [f64]) {
+        self.problem.constraint_hessian(&v[..self.reference.len()], y, values);
+        let (x, elastic) = diagonal.split_at_mut(self.reference.len());
+        for (value, weight) in x.iter_mut().zip(self.weights) {
+            *value = self.proximity * weight;
+        }
+        elastic.fill(0.0);
+    }
+
+    fn barrier_changed(&mut self, barrier: f64) -> bool {
+        self.proximity = barrier.sqrt();
+        true
+    }
+
+    fn leaves(&mut self, v: &[f64]) -> bool {
+        self.place_outer(v);
+        let trial = &self.outer.trial;
+        if !(trial.violation <= self.target && trial.objective.is_finite()) {
+            return false;
+        }
+        let barrier = self.outer.barrier_value(trial);
+        barrier.is_finite() && self.outer.filter.accepts(trial.violation, barrier)
+    }
+
+    fn is_restoration(&self) -> bool {
+        true
+    }
+}
+
+impl Engine {
+    /// Takes over the trial point that a restoration phase has left, with new multipliers; false if it cannot be
+    /// differentiated.
+    fn adopt_restored(
+        &mut self,
+        problem: &mut ScaledProblem<'_>,
+        system: &mut AugmentedSystem,
+        recovery: Recovery,
+    ) -> bool {
+        for (step, (trial, current)) in self.step.v.iter_mut().zip(self.trial.v.iter().zip(&self.current.v)) {
+            *step = trial - current;
+        }
+        crate::step::complete_bound_multipliers(&self.bounds, &self.current, &mut self.step, self.barrier);
+        let dual = self.bounds.longest_dual(&self.current, &self.step.zl, &self.step.zu, self.tau);
+        let mut largest = 0.0_f64;
+        for (i, (zl, zu)) in self.trial.zl.iter_mut().zip(&mut self.trial.zu).enumerate() {
+            *zl = self.current.zl[i] + dual * self.step.zl[i];
+            *zu = self.current.zu[i] + dual * self.step.zu[i];
+            largest = largest.max(*zl).max(*zu);
+        }
+        if largest > LARGEST_MULTIPLIER || largest.is_nan() {
+            self.bounds.lower_set.iter().for_each(|&i| self.trial.zl[i] = 1.0);
+            self.bounds.upper_set.iter().for_each(|&i| self.trial.zu[i] = 1.0);
+        }
+        std::mem::swap(&mut self.current, &mut self.trial);
+        self.search.restart();
+        self.search.kind = 'R';
+        if self.differentiate(problem).is_err() {
+            return false;
+        }
+        if !matches!(recovery, Recovery::Ended(_)) {
+            self.estimate_multipliers(problem.structure(), system);
+        }
+        self.update_dual_residual(problem);
+        true
+    }
+}

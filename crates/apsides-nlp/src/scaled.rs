@@ -1,0 +1,420 @@
+//! The user's problem in the form of the engine: fixed variables and free constraints removed, slacks added,
+//! everything scaled. This is the only place that knows the user's units.
+
+use std::time::{Duration, Instant};
+
+use crate::error::NlpError;
+use crate::model::{BarrierModel, ResidualUnits, Structure, UnitVariable};
+use crate::problem::{Nlp, Pattern, Stages};
+use crate::report::{Counters, ScalingFactors};
+use crate::scaling::{choose_units, gradient_factors};
+use crate::settings::{NlpSettings, ScalingMethod};
+
+/// Scaled problem over the free variables and the slacks.
+pub(crate) struct ScaledProblem<'a> {
+    nlp: &'a mut dyn Nlp,
+    structure: Structure,
+    lower: Vec<f64>,
+    upper: Vec<f64>,
+    /// Index of each free variable in the user's vector.
+    free: Vec<usize>,
+    /// Index of each kept constraint in the user's vector.
+    kept: Vec<usize>,
+    /// Equality value of each kept constraint, scaled; zero for inequalities.
+    target: Vec<f64>,
+    /// Position of each structural Jacobian and Hessian value in the user's arrays, and its scaling factor.
+    jacobian_source: Vec<(usize, f64)>,
+    hessian_source: Vec<(usize, f64)>,
+    units: ResidualUnits,
+    factors: ScalingFactors,
+    variable_bounds: (Vec<f64>, Vec<f64>),
+    constraint_bounds: (Vec<f64>, Vec<f64>),
+    /// Work vectors in the user's units.
+    x: Vec<f64>,
+    gradient: Vec<f64>,
+    constraints: Vec<f64>,
+    multipliers: Vec<f64>,
+    jacobian: Vec<f64>,
+    hessian: Vec<f64>,
+    pub(crate) counters: Counters,
+    pub(crate) time: Duration,
+}
+
+fn check_pattern(matrix: &'static str, pattern: &Pattern, rows: usize, cols: usize) -> Result<(), NlpError> {
+    if pattern.rows.len() != pattern.cols.len() {
+        let what = if matrix == "Jacobian" { "Jacobian pattern cols" } else { "Hessian pattern cols" };
+        return Err(NlpError::Length { what, found: pattern.cols.len(), expected: pattern.rows.len() });
+    }
+    for (entry, (&row, &col)) in pattern.rows.iter().zip(&pattern.cols).enumerate() {
+        if row >= rows || col >= cols {
+            return Err(NlpError::PatternRange { matrix, entry, row, col, rows, cols });
+        }
+    }
+    Ok(())
+}
+
+fn check_bounds(
+    kind: &'static str,
+    lower: &mut [f64],
+    upper: &mut [f64],
+    infinite: f64,
+) -> Result<(), NlpError> {
+    for (index, (low, high)) in lower.iter_mut().zip(upper).enumerate() {
+        if !(*low <= *high) || *low == f64::INFINITY || *high == f64::NEG_INFINITY {
+            return Err(NlpError::Bounds { kind, index, lower: *low, upper: *high });
+        }
+        if *low <= -infinite {
+            *low = f64::NEG_INFINITY;
+        }
+        if *high >= infinite {
+            *high = f64::INFINITY;
+        }
+    }
+    Ok(())
+}
+
+/// The pattern of the part of the matrix that is kept, and where its values come from.
+fn restrict(
+    pattern: &Pattern,
+    row_index: &[usize],
+    col_index: &[usize],
+    factor: impl Fn(usize, usize) -> f64,
+) -> (Pattern, Vec<(usize, f64)>) {
+    let mut kept = Pattern::default();
+    let mut source = Vec::new();
+    for (entry, (&row, &col)) in pattern.rows.iter().zip(&pattern.cols).enumerate() {
+        if row_index[row] != usize::MAX && col_index[col] != usize::MAX {
+            kept.rows.push(row_index[row]);
+            kept.cols.push(col_index[col]);
+            source.push((entry, factor(row, col)));
+        }
+    }
+    (kept, source)
+}
+
+/// Position of each of `total` indices in the sorted list `kept`; `usize::MAX` where it is not in the list.
+fn inverse_index(kept: &[usize], total: usize) -> Vec<usize> {
+    let mut inverse = vec![usize::MAX; total];
+    for (position, &index) in kept.iter().enumerate() {
+        inverse[index] = position;
+    }
+    inverse
+}
+
+impl<'a> ScaledProblem<'a> {
+    /// Reads and checks the structure, chooses the scaling at the starting point `start` (the problem's own if none).
+    pub(crate) fn new(
+        nlp: &'a mut dyn Nlp,
+        settings: &NlpSettings,
+        start: Option<&[f64]>,
+    ) -> Result<Self, NlpError> {
+        let (n, m) = (nlp.variables(), nlp.constraints());
+        let (mut xl, mut xu) = (vec![f64::NAN; n], vec![f64::NAN; n]);
+        nlp.variable_bounds(&mut xl, &mut xu);
+        check_bounds("variable", &mut xl, &mut xu, settings.infinite_bound)?;
+        let (mut cl, mut cu) = (vec![f64::NAN; m], vec![f64::NAN; m]);
+        nlp.constraint_bounds(&mut cl, &mut cu);
+        check_bounds("constraint", &mut cl, &mut cu, settings.infinite_bound)?;
+        let jacobian_pattern = nlp.jacobian_pattern();
+        check_pattern("Jacobian", &jacobian_pattern, m, n)?;
+        let hessian_pattern = nlp.hessian_pattern();
+        check_pattern("Hessian", &hessian_pattern, n, n)?;
+        for (entry, (&row, &col)) in hessian_pattern.rows.iter().zip(&hessian_pattern.cols).enumerate() {
+            if row < col {
+                return Err(NlpError::UpperTriangle { entry, row, col });
+            }
+        }
+        let mut x = vec![f64::NAN; n];
+        match start {
+            Some(start) if start.len() != n => {
+                return Err(NlpError::Length { what: "warm start x", found: start.len(), expected: n });
+            }
+            Some(start) => x.copy_from_slice(start),
+            None => nlp.initial_point(&mut x),
+        }
+        for (index, value) in x.iter_mut().enumerate() {
+            if !value.is_finite() {
+                return Err(NlpError::Start { what: "initial point", index, value: *value });
+            }
+            if xl[index] == xu[index] {
+                *value = xl[index];
+            }
+        }
+        let free: Vec<usize> = (0..n).filter(|&i| xl[i] != xu[i]).collect();
+        let kept: Vec<usize> = (0..m).filter(|&i| cl[i].is_finite() || cu[i].is_finite()).collect();
+
+        let user_scaling = match settings.scaling {
+            ScalingMethod::User | ScalingMethod::UserThenGradient { .. } => nlp.scaling(),
+            _ => None,
+        };
+        let mut factors = choose_units(user_scaling, n, m)?;
+        let (mut counters, mut time) = (Counters::default(), Duration::ZERO);
+        if let ScalingMethod::Gradient { max } | ScalingMethod::UserThenGradient { max } = settings.scaling {
+            let clock = Instant::now();
+            gradient_factors(nlp, &x, &free, &jacobian_pattern, max, &mut factors);
+            counters.gradient += 1;
+            counters.jacobian += 1;
+            time += clock.elapsed();
+        }
+
+        let free_index = inverse_index(&free, n);
+        let kept_index = inverse_index(&kept, m);
+        // The units of the variables divide: d/d(scaled x) = (1 / factor) d/dx.
+        let step = |i: usize| 1.0 / factors.variables[i];
+        let (jacobian, jacobian_source) =
+            restrict(&jacobian_pattern, &kept_index, &free_index, |row, col| {
+                factors.constraints[row] * step(col)
+            });
+        let (hessian, hessian_source) =
+            restrict(&hessian_pattern, &free_index, &free_index, |row, col| step(row) * step(col));
+
+        let mut lower: Vec<f64> = free.iter().map(|&i| xl[i] * factors.variables[i]).collect();
+        let mut upper: Vec<f64> = free.iter().map(|&i| xu[i] * factors.variables[i]).collect();
+        let mut dual_units: Vec<f64> =
+            free.iter().map(|&i| factors.variables[i] / factors.objective).collect();
+        let mut primal_units = Vec::with_capacity(kept.len());
+        let mut target = vec![0.0; kept.len()];
+        let mut slack_of_row = Vec::new();
+        for (row, &i) in kept.iter().enumerate() {
+            let factor = factors.constraints[i];
+            primal_units.push(1.0 / factor);
+            if cl[i] == cu[i] {
+                target[row] = cl[i] * factor;
+            } else {
+                slack_of_row.push(UnitVariable { row, sign: -1.0 });
+                lower.push(cl[i] * factor);
+                upper.push(cu[i] * factor);
+                dual_units.push(factor / factors.objective);
+            }
+        }
+        let relax = settings.bound_relaxation;
+        lower.iter_mut().for_each(|bound| *bound -= relax * bound.abs().max(1.0));
+        upper.iter_mut().for_each(|bound| *bound += relax * bound.abs().max(1.0));
+
+        Ok(Self {
+            structure: Structure {
+                variables: free.len(),
+                slacks: slack_of_row.len(),
+                units: slack_of_row,
+                constraints: kept.len(),
+                jacobian,
+                hessian,
+            },
+            lower,
+            upper,
+            target,
+            jacobian_source,
+            hessian_source,
+            units: ResidualUnits {
+                dual: dual_units,
+                primal: primal_units,
+                objective: 1.0 / factors.objective,
+            },
+            x,
+            gradient: vec![0.0; n],
+            constraints: vec![0.0; m],
+            multipliers: vec![0.0; m],
+            jacobian: vec![0.0; jacobian_pattern.len()],
+            hessian: vec![0.0; hessian_pattern.len()],
+            nlp,
+            free,
+            kept,
+            factors,
+            variable_bounds: (xl, xu),
+            constraint_bounds: (cl, cu),
+            counters,
+            time,
+        })
+    }
+
+    pub(crate) fn scaling_factors(&self) -> &ScalingFactors {
+        &self.factors
+    }
+
+    /// The user's indices of the free variables.
+    pub(crate) fn free(&self) -> &[usize] {
+        &self.free
+    }
+
+    /// The user's indices of the kept constraints.
+    pub(crate) fn kept(&self) -> &[usize] {
+        &self.kept
+    }
+
+    /// The user's bounds on the variables.
+    pub(crate) fn variable_bounds(&self) -> (&[f64], &[f64]) {
+        (&self.variable_bounds.0, &self.variable_bounds.1)
+    }
+
+    /// The user's bounds on the constraints.
+    pub(crate) fn constraint_bounds(&self) -> (&[f64], &[f64]) {
+        (&self.constraint_bounds.0, &self.constraint_bounds.1)
+    }
+
+    /// The starting point, scaled, free variables only.
+    pub(crate) fn scaled_start(&self, v: &mut [f64]) {
+        for (value, &i) in v.iter_mut().zip(&self.free) {
+            *value = self.x[i] * self.factors.variables[i];
+        }
+    }
+
+    /// `c(x)` of the kept constraints, scaled, without subtracting slack or target.
+    pub(crate) fn scaled_constraints(&mut self, v: &[f64], values: &mut [f64]) {
+        self.set_point(v);
+        let clock = Instant::now();
+        self.nlp.constraint_values(&self.x, &mut self.constraints);
+        self.time += clock.elapsed();
+        self.counters.constraints += 1;
+        for (value, &i) in values.iter_mut().zip(&self.kept) {
+            *value = self.constraints[i] * self.factors.constraints[i];
+        }
+    }
+
+    /// Stages of the rows of the linear system, if the problem has them.
+    pub(crate) fn stages(&self) -> Result<Option<Vec<u32>>, NlpError> {
+        let Some(Stages { variables, constraints }) = self.nlp.stages() else { return Ok(None) };
+        let (n, m) = (self.gradient.len(), self.constraints.len());
+        if variables.len() != n {
+            return Err(NlpError::Length {
+                what: "stages of the variables",
+                found: variables.len(),
+                expected: n,
+            });
+        }
+        if constraints.len() != m {
+            let found = constraints.len();
+            return Err(NlpError::Length { what: "stages of the constraints", found, expected: m });
+        }
+        let free = self.free.iter().map(|&i| variables[i]);
+        Ok(Some(free.chain(self.kept.iter().map(|&i| constraints[i])).collect()))
+    }
+
+    /// The user's point of a scaled one, put back between the user's bounds.
+    pub(crate) fn user_point(&mut self, v: &[f64]) -> Vec<f64> {
+        self.set_point(v);
+        let mut x = self.x.clone();
+        let (lower, upper) = &self.variable_bounds;
+        for (i, value) in x.iter_mut().enumerate() {
+            *value = value.max(lower[i]).min(upper[i]);
+        }
+        x
+    }
+
+    /// Objective and constraints at a point in the user's units.
+    pub(crate) fn user_values(&mut self, x: &[f64]) -> (f64, Vec<f64>) {
+        let clock = Instant::now();
+        let objective = self.nlp.objective(x);
+        self.nlp.constraint_values(x, &mut self.constraints);
+        self.time += clock.elapsed();
+        self.counters.objective += 1;
+        self.counters.constraints += 1;
+        (objective, self.constraints.clone())
+    }
+
+    /// `grad f + J^T y` at a point in the user's units: the multipliers of the fixed variables.
+    pub(crate) fn user_dual_residual(&mut self, x: &[f64], y: &[f64]) -> Vec<f64> {
+        let clock = Instant::now();
+        self.nlp.gradient(x, &mut self.gradient);
+        self.nlp.jacobian(x, &mut self.jacobian);
+        let mut residual = self.gradient.clone();
+        let pattern = self.nlp.jacobian_pattern();
+        for ((&row, &col), value) in pattern.rows.iter().zip(&pattern.cols).zip(&self.jacobian) {
+            residual[col] += value * y[row];
+        }
+        self.time += clock.elapsed();
+        self.counters.gradient += 1;
+        self.counters.jacobian += 1;
+        residual
+    }
+
+    /// The Hessian without the objective, for the restoration phase.
+    pub(crate) fn constraint_hessian(&mut self, v: &[f64], y: &[f64], values: &mut [f64]) {
+        self.lagrangian_hessian(v, 0.0, y, values);
+    }
+
+    fn lagrangian_hessian(&mut self, v: &[f64], objective_factor: f64, y: &[f64], values: &mut [f64]) {
+        self.set_point(v);
+        for (y, &i) in y.iter().zip(&self.kept) {
+            self.multipliers[i] = y * self.factors.constraints[i];
+        }
+        let clock = Instant::now();
+        self.nlp.hessian(&self.x, objective_factor, &self.multipliers, &mut self.hessian);
+        self.time += clock.elapsed();
+        self.counters.hessian += 1;
+        for (value, &(source, factor)) in values.iter_mut().zip(&self.hessian_source) {
+            *value = self.hessian[source] * factor;
+        }
+    }
+
+    fn set_point(&mut self, v: &[f64]) {
+        for (value, &i) in v.iter().zip(&self.free) {
+            self.x[i] = value / self.factors.variables[i];
+        }
+    }
+}
+
+impl BarrierModel for ScaledProblem<'_> {
+    fn structure(&self) -> &Structure {
+        &self.structure
+    }
+
+    fn lower(&self) -> &[f64] {
+        &self.lower
+    }
+
+    fn upper(&self) -> &[f64] {
+        &self.upper
+    }
+
+    fn objective(&mut self, v: &[f64]) -> f64 {
+        self.set_point(v);
+        let clock = Instant::now();
+        let value = self.nlp.objective(&self.x);
+        self.time += clock.elapsed();
+        self.counters.objective += 1;
+        value * self.factors.objective
+    }
+
+    fn gradient(&mut self, v: &[f64], gradient: &mut [f64]) {
+        self.set_point(v);
+        let clock = Instant::now();
+        self.nlp.gradient(&self.x, &mut self.gradient);
+        self.time += clock.elapsed();
+        self.counters.gradient += 1;
+        let (x, slacks) = gradient.split_at_mut(self.free.len());
+        for (value, &i) in x.iter_mut().zip(&self.free) {
+            *value = self.gradient[i] * self.factors.objective / self.factors.variables[i];
+        }
+        slacks.fill(0.0);
+    }
+
+    fn constraints(&mut self, v: &[f64], values: &mut [f64]) {
+        self.scaled_constraints(v, values);
+        for (value, target) in values.iter_mut().zip(&self.target) {
+            *value -= target;
+        }
+        for (unit, slack) in self.structure.units.iter().zip(&v[self.free.len()..]) {
+            values[unit.row] -= slack;
+        }
+    }
+
+    fn jacobian(&mut self, v: &[f64], values: &mut [f64]) {
+        self.set_point(v);
+        let clock = Instant::now();
+        self.nlp.jacobian(&self.x, &mut self.jacobian);
+        self.time += clock.elapsed();
+        self.counters.jacobian += 1;
+        for (value, &(source, factor)) in values.iter_mut().zip(&self.jacobian_source) {
+            *value = self.jacobian[source] * factor;
+        }
+    }
+
+    fn hessian(&mut self, v: &[f64], y: &[f64], values: &mut [f64], diagonal: &mut [f64]) {
+        self.lagrangian_hessian(v, self.factors.objective, y, values);
+        diagonal.fill(0.0);
+    }
+
+    fn residual_units(&self) -> Option<&ResidualUnits> {
+        Some(&self.units)
+    }
+}

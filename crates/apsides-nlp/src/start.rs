@@ -1,0 +1,153 @@
+//! Starting points (Waechter and Biegler, section 3.6) and warm starts.
+
+use crate::augmented::AugmentedSystem;
+use crate::engine::Engine;
+use crate::error::NlpError;
+use crate::model::BarrierModel;
+use crate::report::{Evaluation, WarmStart};
+use crate::scaled::ScaledProblem;
+
+/// Limits of the violation, relative to the starting point's (at least 1).
+const MAX_VIOLATION: f64 = 1e4;
+const MIN_VIOLATION: f64 = 1e-4;
+/// Warm-started multipliers stay within this factor of their central values.
+const WARM_SAFEGUARD: f64 = 10.0;
+
+impl Engine {
+    /// The problem's starting point, moved inside the bounds, with estimated multipliers.
+    pub(crate) fn start_cold(
+        &mut self,
+        problem: &mut ScaledProblem<'_>,
+        system: &mut AugmentedSystem,
+    ) -> Result<(), Evaluation> {
+        problem.scaled_start(&mut self.current.v);
+        let (push, fraction) = (self.settings.bound_push, self.settings.bound_fraction);
+        self.bounds.push_inside(&mut self.current.v, push, fraction);
+        self.set_slacks(problem);
+        self.bounds.push_inside(&mut self.current.v, push, fraction);
+        for &i in &self.bounds.lower_set {
+            self.current.zl[i] = self.settings.initial_bound_multiplier;
+        }
+        for &i in &self.bounds.upper_set {
+            self.current.zu[i] = self.settings.initial_bound_multiplier;
+        }
+        self.evaluate_start(problem)?;
+        self.estimate_multipliers(problem.structure(), system);
+        self.update_dual_residual(problem);
+        Ok(())
+    }
+
+    /// The given point and multipliers, moved close to the central path of a small barrier parameter.
+    pub(crate) fn start_warm(
+        &mut self,
+        problem: &mut ScaledProblem<'_>,
+        warm: &WarmStart,
+    ) -> Result<(), Evaluation> {
+        problem.scaled_start(&mut self.current.v);
+        let factors = problem.scaling_factors();
+        for (k, &i) in problem.free().iter().enumerate() {
+            let factor = factors.objective / factors.variables[i];
+            self.current.zl[k] = (warm.lower_multipliers[i] * factor).max(0.0);
+            self.current.zu[k] = (warm.upper_multipliers[i] * factor).max(0.0);
+        }
+        for (row, &i) in problem.kept().iter().enumerate() {
+            self.current.y[row] = warm.constraint_multipliers[i] * factors.objective / factors.constraints[i];
+        }
+        let n = problem.structure().variables;
+        for (k, unit) in problem.structure().units.iter().enumerate() {
+            let y = self.current.y[unit.row];
+            self.current.zl[n + k] = (-y).max(0.0);
+            self.current.zu[n + k] = y.max(0.0);
+        }
+        for (i, (zl, zu)) in self.current.zl.iter_mut().zip(&mut self.current.zu).enumerate() {
+            *zl = if self.bounds.lower[i].is_finite() { *zl } else { 0.0 };
+            *zu = if self.bounds.upper[i].is_finite() { *zu } else { 0.0 };
+        }
+        self.set_slacks(problem);
+        self.bounds.measure(&mut self.current, 1.0);
+        let average = self.bounds.average_complementarity(&self.current).abs();
+        let barrier = warm.barrier.unwrap_or_else(|| {
+            average.min(self.settings.initial_barrier).max(self.settings.warm_start_barrier)
+        });
+        self.barrier = barrier.max(self.settings.final_barrier());
+        self.tau = self.settings.boundary_fraction.max(1.0 - self.barrier);
+        self.push_to_central_path();
+        self.set_slacks(problem);
+        self.push_to_central_path();
+        self.bounds.measure(&mut self.current, self.barrier);
+        self.bounds.safeguard_multipliers(&mut self.current, self.barrier, WARM_SAFEGUARD);
+        self.evaluate_start(problem)
+    }
+
+    /// Slacks from the constraint functions at the current `x`.
+    fn set_slacks(&mut self, problem: &mut ScaledProblem<'_>) {
+        if problem.structure().slacks == 0 {
+            return;
+        }
+        problem.scaled_constraints(&self.current.v, &mut self.current.constraints);
+        let structure = problem.structure();
+        for (unit, slack) in structure.units.iter().zip(&mut self.current.v[structure.variables..]) {
+            let value = self.current.constraints[unit.row];
+            *slack = if value.is_finite() { value } else { 0.0 };
+        }
+    }
+
+    /// Moves every variable at least as far from its bound as its multiplier says for this barrier parameter.
+    fn push_to_central_path(&mut self) {
+        let (barrier, least) = (self.barrier, self.settings.warm_start_push);
+        let fraction = self.settings.bound_fraction;
+        let distance = |bound: f64, multiplier: f64, width: f64| {
+            let central = (barrier / multiplier.max(f64::MIN_POSITIVE)).min(barrier.sqrt());
+            (central.max(least) * bound.abs().max(1.0)).min(fraction * width)
+        };
+        for (i, value) in self.current.v.iter_mut().enumerate() {
+            let (low, high) = (self.bounds.lower[i], self.bounds.upper[i]);
+            if low.is_finite() {
+                *value = value.max(low + distance(low, self.current.zl[i], high - low));
+            }
+            if high.is_finite() {
+                *value = value.min(high - distance(high, self.current.zu[i], high - low));
+            }
+        }
+    }
+
+    /// Values and derivatives at the starting point, and the limits that the filter takes from it.
+    pub(crate) fn evaluate_start(&mut self, model: &mut impl BarrierModel) -> Result<(), Evaluation> {
+        self.bounds.measure(&mut self.current, self.barrier);
+        if !self.current.evaluate(model) {
+            let failed_objective = !self.current.objective.is_finite();
+            return Err(if failed_objective { Evaluation::Objective } else { Evaluation::Constraints });
+        }
+        self.filter.clear();
+        self.filter.max_violation = MAX_VIOLATION * self.current.violation.max(1.0);
+        self.search.min_violation = MIN_VIOLATION * self.current.violation.max(1.0);
+        self.search.restart();
+        self.control.restart();
+        self.differentiate(model)
+    }
+}
+
+/// # Errors
+/// The first vector of the wrong length or with an entry that is not finite.
+pub(crate) fn check_warm_start(warm: &WarmStart, n: usize, m: usize) -> Result<(), NlpError> {
+    let vectors = [
+        ("warm start x", &warm.x, n),
+        ("warm start constraint_multipliers", &warm.constraint_multipliers, m),
+        ("warm start lower_multipliers", &warm.lower_multipliers, n),
+        ("warm start upper_multipliers", &warm.upper_multipliers, n),
+    ];
+    for (what, values, expected) in vectors {
+        if values.len() != expected {
+            return Err(NlpError::Length { what, found: values.len(), expected });
+        }
+        if let Some(index) = values.iter().position(|value| !value.is_finite()) {
+            return Err(NlpError::Start { what, index, value: values[index] });
+        }
+    }
+    if let Some(value) = warm.barrier
+        && !(value > 0.0 && value.is_finite())
+    {
+        return Err(NlpError::Start { what: "warm start barrier", index: 0, value });
+    }
+    Ok(())
+}

@@ -1,0 +1,212 @@
+//! The search direction: regularised factorisation and solves (Waechter and Biegler, eq. 11-13 and algorithm IC).
+
+use crate::augmented::AugmentedSystem;
+use crate::engine::Engine;
+use crate::iterate::{Bounds, Direction, Point};
+use crate::model::{BarrierModel, Structure};
+
+/// Growth of the primal regularisation when nothing is known of its size.
+const FIRST_GROWTH: f64 = 100.0;
+/// Growth when an earlier iteration needed one.
+const GROWTH: f64 = 8.0;
+/// Decrease from one iteration to the next.
+const DECREASE: f64 = 1.0 / 3.0;
+/// Least primal regularisation.
+const LEAST: f64 = 1e-20;
+/// A linear system with a larger relative residual counts as singular.
+const SINGULAR_RESIDUAL: f64 = 1e-5;
+
+/// Memory of algorithm IC.
+#[derive(Debug, Clone, Default)]
+pub(crate) struct Regularisation {
+    /// The last primal regularisation that was not zero.
+    last: f64,
+    /// The primal regularisation of the current factor.
+    pub used: f64,
+}
+
+impl Engine {
+    /// Factorises the system at the current point and finds the search direction, with the barrier parameter chosen
+    /// on the way in the adaptive strategy. False if no regularisation helps.
+    pub(crate) fn find_direction(
+        &mut self,
+        model: &mut impl BarrierModel,
+        system: &mut AugmentedSystem,
+    ) -> bool {
+        for &i in &self.bounds.lower_set {
+            self.diagonal[i] += self.current.zl[i] / self.current.lower_slack[i];
+        }
+        for &i in &self.bounds.upper_set {
+            self.diagonal[i] += self.current.zu[i] / self.current.upper_slack[i];
+        }
+        system.load(Some(&self.hessian), &self.diagonal, &self.jacobian);
+        let free = self.enters_free_mode(model);
+        let first_barrier = if free { 0.0 } else { self.barrier };
+        if !self.factor_and_solve(model.structure(), system, first_barrier) {
+            return false;
+        }
+        if free {
+            self.find_centring(model.structure(), system);
+            let barrier = self.choose_barrier();
+            self.set_barrier(model, barrier);
+            add_scaled(&mut self.step, &self.corrected, barrier);
+        }
+        self.fill_barrier_gradient();
+        true
+    }
+
+    /// Algorithm IC: the least regularisation for which the system has as many positive eigenvalues as there are
+    /// variables, and is solved accurately.
+    fn factor_and_solve(
+        &mut self,
+        structure: &Structure,
+        system: &mut AugmentedSystem,
+        barrier: f64,
+    ) -> bool {
+        let (mut primal, mut dual) = (0.0, 0.0);
+        loop {
+            let inertia = system.factor(structure, &self.diagonal, primal, dual);
+            let mut singular = inertia.is_none_or(|inertia| inertia.zero > 0);
+            let correct = inertia.is_some_and(|inertia| inertia.negative == structure.constraints);
+            if correct && !singular {
+                let residual = self.solve_for_barrier(structure, system, barrier);
+                if residual <= SINGULAR_RESIDUAL {
+                    break;
+                }
+                singular = true;
+            }
+            if singular && dual == 0.0 && structure.constraints > 0 {
+                dual = self.settings.dual_regularisation * self.barrier.powf(0.25);
+                continue;
+            }
+            let last = self.regularisation.last;
+            primal = match (primal == 0.0, last == 0.0) {
+                (true, true) => self.settings.first_regularisation,
+                (true, false) => (DECREASE * last).max(LEAST),
+                (false, true) => FIRST_GROWTH * primal,
+                (false, false) => GROWTH * primal,
+            };
+            if primal > self.settings.max_regularisation {
+                self.regularisation.used = primal;
+                return false;
+            }
+        }
+        self.regularisation.used = primal;
+        if primal > 0.0 {
+            self.regularisation.last = primal;
+        }
+        true
+    }
+
+    /// The direction of the barrier problem with parameter `barrier`, into `step`.
+    fn solve_for_barrier(
+        &mut self,
+        structure: &Structure,
+        system: &mut AugmentedSystem,
+        barrier: f64,
+    ) -> f64 {
+        let (point, rhs) = (&self.current, &mut self.work);
+        let damping = barrier * self.settings.damping;
+        for (i, rhs) in rhs.iter_mut().enumerate() {
+            *rhs = self.dual_residual[i] + point.zl[i] - point.zu[i] - barrier / point.lower_slack[i]
+                + barrier / point.upper_slack[i]
+                + damping * self.bounds.single[i];
+        }
+        let step = &mut self.step;
+        let residual =
+            system.solve(structure, &self.jacobian, rhs, &point.constraints, &mut step.v, &mut step.y);
+        complete_bound_multipliers(&self.bounds, point, step, barrier);
+        residual
+    }
+
+    /// Derivative of the direction with respect to the barrier parameter, into `corrected`.
+    fn find_centring(&mut self, structure: &Structure, system: &mut AugmentedSystem) {
+        let (point, rhs) = (&self.current, &mut self.work);
+        for (i, rhs) in rhs.iter_mut().enumerate() {
+            *rhs = 1.0 / point.upper_slack[i] - 1.0 / point.lower_slack[i]
+                + self.settings.damping * self.bounds.single[i];
+        }
+        let step = &mut self.corrected;
+        // The dual right-hand side is zero; the trial's constraints are free to hold it here.
+        self.trial.constraints.fill(0.0);
+        system.solve(structure, &self.jacobian, rhs, &self.trial.constraints, &mut step.v, &mut step.y);
+        for &i in &self.bounds.lower_set {
+            step.zl[i] = (1.0 - point.zl[i] * step.v[i]) / point.lower_slack[i];
+        }
+        for &i in &self.bounds.upper_set {
+            step.zu[i] = (1.0 + point.zu[i] * step.v[i]) / point.upper_slack[i];
+        }
+    }
+
+    /// The direction of a second-order correction, into `corrected`: the constraints of the line search instead of those of the
+    /// current point.
+    pub(crate) fn find_correction(&mut self, structure: &Structure, system: &mut AugmentedSystem) -> bool {
+        let (point, rhs) = (&self.current, &mut self.work);
+        for (i, rhs) in rhs.iter_mut().enumerate() {
+            *rhs = self.barrier_gradient[i] + self.dual_residual[i] - self.gradient[i] + point.zl[i]
+                - point.zu[i];
+        }
+        let step = &mut self.corrected;
+        let constraints = &self.search.corrected_constraints;
+        let residual = system.solve(structure, &self.jacobian, rhs, constraints, &mut step.v, &mut step.y);
+        complete_bound_multipliers(&self.bounds, point, step, self.barrier);
+        residual <= SINGULAR_RESIDUAL
+    }
+
+    /// Gradient of the barrier function.
+    fn fill_barrier_gradient(&mut self) {
+        let point = &self.current;
+        let damping = self.barrier * self.settings.damping;
+        for (i, value) in self.barrier_gradient.iter_mut().enumerate() {
+            *value = self.gradient[i] - self.barrier / point.lower_slack[i]
+                + self.barrier / point.upper_slack[i]
+                + damping * self.bounds.single[i];
+        }
+    }
+
+    /// Least-squares constraint multipliers at the current point (Waechter and Biegler, eq. 36), zero if they are large.
+    pub(crate) fn estimate_multipliers(&mut self, structure: &Structure, system: &mut AugmentedSystem) {
+        self.diagonal.fill(1.0);
+        system.load(None, &self.diagonal, &self.jacobian);
+        let point = &mut self.current;
+        point.y.fill(0.0);
+        for (i, rhs) in self.work.iter_mut().enumerate() {
+            *rhs = self.gradient[i] - point.zl[i] + point.zu[i];
+        }
+        self.trial.constraints.fill(0.0);
+        let factored = system.factor(structure, &self.diagonal, 0.0, 0.0).is_some();
+        let step = &mut self.step;
+        let residual = if factored {
+            let zero = &self.trial.constraints;
+            system.solve(structure, &self.jacobian, &self.work, zero, &mut step.v, &mut step.y)
+        } else {
+            f64::INFINITY
+        };
+        let largest = step.y.iter().fold(0.0_f64, |largest, y| largest.max(y.abs()));
+        if residual <= SINGULAR_RESIDUAL && largest <= self.settings.multiplier_limit {
+            point.y.copy_from_slice(&step.y);
+        }
+    }
+}
+
+/// The steps of the bound multipliers that belong to `step.v` (Waechter and Biegler, eq. 12).
+pub(crate) fn complete_bound_multipliers(bounds: &Bounds, point: &Point, step: &mut Direction, barrier: f64) {
+    for &i in &bounds.lower_set {
+        step.zl[i] = (barrier - point.zl[i] * step.v[i]) / point.lower_slack[i] - point.zl[i];
+    }
+    for &i in &bounds.upper_set {
+        step.zu[i] = (barrier + point.zu[i] * step.v[i]) / point.upper_slack[i] - point.zu[i];
+    }
+}
+
+fn add_scaled(step: &mut Direction, other: &Direction, factor: f64) {
+    let add = |out: &mut [f64], values: &[f64]| {
+        for (out, value) in out.iter_mut().zip(values) {
+            *out += factor * value;
+        }
+    };
+    add(&mut step.v, &other.v);
+    add(&mut step.y, &other.y);
+    add(&mut step.zl, &other.zl);
+    add(&mut step.zu, &other.zu);
+}
