@@ -15,12 +15,13 @@ use faer::{Conj, MatMut, Par, Side};
 use crate::pattern::Pattern;
 use crate::{Inertia, KktError};
 
-/// Multiples of the size of a row: a pivot up to the first counts as zero and is replaced by the second.
+/// Multiples of the size of a row: a pivot up to the first counts as zero and is replaced by the second, whose digits
+/// mark it (no static shift equals it by accident).
 const ZERO_PIVOT: f64 = f64::EPSILON;
-const REPLACED_PIVOT: f64 = 1.0e-8;
+const REPLACED_PIVOT: f64 = 1.048_317_592_648_13e-8;
 
 /// Work (entries of the factor's columns squared) per entry of the factor from which `Auto` takes the supernodal kernel.
-pub(crate) const SUPERNODAL_WORK_PER_ENTRY: f64 = 40.0;
+pub(crate) const SUPERNODAL_WORK_PER_ENTRY: f64 = 20.0;
 
 /// Which factorisation a [`Factor`] holds.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]

@@ -1,4 +1,84 @@
-//! Sparse symmetric indefinite (KKT) systems: analyse once, refactor, inertia, refinement.
+//! Sparse symmetric indefinite systems: analyse once, refactor, inertia, refinement.
+//!
+//! ```text
+//! [ H + delta_w I      J^T      ] [ dx ]   [ r_x ]
+//! [       J       C - delta_c I ] [ dl ] = [ r_l ]
+//! ```
+//!
+//! The Karush-Kuhn-Tucker systems of an interior-point method keep their structure and change their values.
+//! [`KktSystem::analyse`] does the symbolic work once; [`KktSystem::factor`] computes an LDL^T factorisation and counts
+//! the inertia, by which the caller chooses `delta_w` and `delta_c`; [`KktSystem::solve`] refines the solution and
+//! tells the residual it reached. After the first call nothing is allocated, and results repeat bit by bit.
+//!
+//! The crate chooses no regularisation and estimates no condition number. A matrix that neither static
+//! shifts nor pivots inside supernodes make stable is not solved, and the residual says so.
+//!
+//! ```
+//! use apsides_kkt::{Inertia, KktSettings, KktSystem};
+//!
+//! // min x0^2 + x1^2 subject to x0 + x1 = 1: Hessian diag(2, 2), Jacobian (1 1).
+//! let (rows, cols) = ([0, 1, 2, 2], [0, 1, 0, 1]);
+//! let mut system = KktSystem::analyse(3, 2, &rows, &cols, KktSettings::default())?;
+//! let inertia = system.factor(&[2.0, 2.0, 1.0, 1.0], 0.0, 0.0)?;
+//! assert_eq!(inertia, Inertia { positive: 2, negative: 1, zero: 0 });
+//! let mut x = [0.0; 3];
+//! let quality = system.solve(&[0.0, 0.0, 1.0], &mut x)?;
+//! assert!(quality.residual <= 1e-10);
+//! assert!((x[0] - 0.5).abs() < 1e-9 && (x[2] + 1.0).abs() < 1e-9);
+//! # Ok::<(), apsides_kkt::KktError>(())
+//! ```
+//!
+//! # Method
+//!
+//! 1. The triplets are placed once into the upper triangle by columns, permuted by the elimination order.
+//! 2. `factor` scales rows and columns by powers of two (Ruiz), adds the static shift to a copy, and runs the
+//!    simplicial or the supernodal LDL^T of faer without pivoting. Expected signs are never imposed. A pivot that is
+//!    zero to rounding counts in [`Inertia::zero`] and is replaced by a small one.
+//! 3. `solve` refines against the matrix without the static shift: classical steps while they contract by ten, then
+//!    GMRES with the factor as preconditioner. A factor of tiny pivots (zero Hessian diagonals) still serves.
+//! 4. If that misses the tolerance, LBL^T with pivoting inside supernodes takes over.
+//!
+//! # Stages
+//!
+//! [`Ordering::Stages`] takes any numbers that ascend in time, with variables before the multipliers of the equations
+//! they enter. For a Radau transcription (node `i` of all nodes in time, `x_i` states, `u_i` controls, `l_i` the
+//! multipliers of the defects collocated at node `i`) two rules are best; parameters and the final time come last:
+//!
+//! | rule | stage of `u_i` | of `x_i` | of `l_i` |
+//! | --- | --- | --- | --- |
+//! | node by node (use this) | `3 i` | `3 i + 1` | `3 i + 2` |
+//! | interval by interval, node `i` in interval `k` | `3 k` | `3 k + 1` | `3 k + 2` |
+//!
+//! The interval rule has 15 to 18 % fewer entries in the factor and is up to 20 % faster to factor. The node rule keeps
+//! the growth of the factor in bounds: on 54 landing systems of 20 to 1000 intervals, with zero to regular Hessians
+//! and barrier terms over 16 decades, in both kernels, it never needed the fallback; the interval rule needed it in
+//! 6 of 108 runs, and a third more refinements in the hard ones. Minimum degree has as many entries as the interval
+//! rule and costs 1.5 to 4 times as much to analyse; it also eliminates multipliers before their variables: 20 of
+//! 108 runs needed the fallback and 10 lost the inertia. Controls before states saves 10 to 18 % of the time in the
+//! interval rule, up to 10 % in the node rule. Without equilibration more than half of the runs fell back. `cargo
+//! bench` repeats the timings.
+//!
+//! # Modules
+//!
+//! | module | subject |
+//! | --- | --- |
+//! | `system` | [`KktSystem`], the flow from triplets to a refined solution |
+//! | `settings`, `error` | [`KktSettings`], [`KktError`] |
+//! | `elimination` | elimination order: minimum degree, stages, custom |
+//! | `pattern` | structure of the permuted upper triangle, product, postorder |
+//! | `scaling` | equilibration |
+//! | `factor` | LDL^T and LBL^T kernels, inertia |
+//! | `refine` | refinement and GMRES |
+//!
+//! # References
+//!
+//! * Waechter and Biegler, Math. Program. 106 (2006) 25-57, [doi:10.1007/s10107-004-0559-y](https://doi.org/10.1007/s10107-004-0559-y):
+//!   inertia and the shifts `delta_w`, `delta_c`.
+//! * Vanderbei, SIAM J. Optim. 5 (1995) 100-113, [doi:10.1137/0805005](https://doi.org/10.1137/0805005): a quasi-definite
+//!   matrix has an LDL^T factorisation in every order, which the static shift provides.
+//! * Arioli, Duff, Gratton and Pralet, SIAM J. Sci. Comput. 29 (2007) 2024-2044,
+//!   [doi:10.1137/060661545](https://doi.org/10.1137/060661545): GMRES preconditioned by a perturbed LDL^T.
+//! * Ruiz, RAL-TR-2001-034 (2001): equilibration.
 
 mod elimination;
 mod error;

@@ -12,6 +12,8 @@ use crate::pattern::Pattern;
 const CONTRACTION: f64 = 0.1;
 /// A GMRES cycle that leaves more than this part of the residual is the last.
 const STAGNATION: f64 = 0.5;
+/// Most steps of a GMRES cycle: bounds the memory, one vector of length `n` each.
+const CYCLE: usize = 20;
 /// A residual of this many units of rounding of `|x|` cannot be improved in working precision.
 const ROUNDING: f64 = 10.0 * f64::EPSILON;
 
@@ -31,7 +33,9 @@ impl System<'_> {
     /// Writes `b - A x` and returns `|b - A x| / |b|`, maximum norms.
     fn residual(&self, x: &[f64], out: &mut [f64]) -> f64 {
         out.copy_from_slice(self.rhs);
-        self.pattern.subtract_product(self.values, x, out);
+        if maximum(x) > 0.0 {
+            self.pattern.subtract_product(self.values, x, out);
+        }
         maximum(out) / self.rhs_norm
     }
 
@@ -78,7 +82,7 @@ struct Krylov {
 impl Refiner {
     /// Work space for systems of `n` rows and `limit` refinements.
     pub(crate) fn new(n: usize, limit: usize) -> Self {
-        let steps = limit.saturating_sub(1).min(n);
+        let steps = limit.saturating_sub(1).min(n).min(CYCLE);
         Self {
             residual: vec![0.0; n],
             trial: vec![0.0; n],

@@ -60,9 +60,9 @@ fn row_maxima(pattern: &Pattern, values: &[f64], scale: &[f64], largest: &mut [f
     }
 }
 
-/// Largest power of two not above a positive normal `x`.
-fn power_of_two(x: f64) -> f64 {
-    f64::from_bits(x.to_bits() & 0x7ff0_0000_0000_0000)
+/// Largest power of two not above a positive `x`; at least the smallest normal number.
+pub(crate) fn power_of_two(x: f64) -> f64 {
+    f64::from_bits(x.max(f64::MIN_POSITIVE).to_bits() & 0x7ff0_0000_0000_0000)
 }
 
 #[cfg(test)]

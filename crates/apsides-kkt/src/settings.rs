@@ -42,7 +42,8 @@ pub struct KktSettings {
     pub static_shift: f64,
     /// Refinement stops when [`SolveQuality::residual`](crate::SolveQuality::residual) is at most this. Default 1e-10.
     pub residual_tolerance: f64,
-    /// Refinement steps (solves with the factor after the first) for each of the two factorisations. Default 10.
+    /// Refinement steps (solves with the factor after the first) for each of the two factorisations. Each of the first
+    /// twenty costs the memory of one more vector. Default 10.
     pub max_refinements: usize,
     /// Scale rows and columns symmetrically to unit largest entries before each factorisation. Default true.
     pub equilibrate: bool,

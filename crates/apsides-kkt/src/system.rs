@@ -4,7 +4,7 @@ use crate::elimination;
 use crate::factor::{Factor, Kernel, SUPERNODAL_WORK_PER_ENTRY};
 use crate::pattern::Pattern;
 use crate::refine::{Refiner, System, maximum};
-use crate::scaling::{equilibrate, smallest_row};
+use crate::scaling::{equilibrate, power_of_two, smallest_row};
 use crate::settings::check_nonnegative;
 use crate::{Factorisation, KktError, KktSettings};
 
@@ -24,7 +24,8 @@ pub struct Inertia {
 pub struct SolveQuality {
     /// `|b - A x| / |b|` in the maximum norm, for the system without static shift in its equilibrated rows and
     /// columns. Above the tolerance of the settings: either no better solution was found (singular or extremely
-    /// ill-conditioned), or `|x|` is so much larger than `|b|` that the product `A x` rounds to no less.
+    /// ill-conditioned), or `|x|` is so much larger than `|b|` that the product `A x` rounds to no less. Infinite if the solution
+    /// overflows.
     pub residual: f64,
     /// Solves with a factor after the first one.
     pub refinements: usize,
@@ -224,21 +225,29 @@ impl KktSystem {
         for ((b, &row), &s) in self.rhs.iter_mut().zip(&self.order).zip(&self.scale) {
             *b = rhs[row as usize] * s;
         }
+        // A right-hand side of about one keeps every norm in range; a power of two is free of rounding.
+        let size = maximum(&self.rhs);
+        if size == 0.0 {
+            solution.fill(0.0);
+            return Ok(SolveQuality { residual: 0.0, refinements: 0, fallback: false });
+        }
+        let unit = power_of_two(size);
+        self.rhs.iter_mut().for_each(|b| *b /= unit);
         self.solution.fill(0.0);
-        let quality = self.solve_scaled()?;
+        let mut quality = self.solve_scaled()?;
         self.counters.refinements += quality.refinements;
         for ((&x, &row), &s) in self.solution.iter().zip(&self.order).zip(&self.scale) {
-            solution[row as usize] = x * s;
+            solution[row as usize] = x * s * unit;
+        }
+        if quality.residual.is_nan() || !solution.iter().all(|v| v.is_finite()) {
+            quality.residual = f64::INFINITY;
         }
         Ok(quality)
     }
 
-    /// `self.solution` from `self.rhs`, both scaled and in elimination order.
+    /// `self.solution` from `self.rhs`, which is not zero, both scaled and in elimination order.
     fn solve_scaled(&mut self) -> Result<SolveQuality, KktError> {
         let rhs_norm = maximum(&self.rhs);
-        if rhs_norm == 0.0 {
-            return Ok(SolveQuality { residual: 0.0, refinements: 0, fallback: false });
-        }
         let system = System {
             pattern: &self.pattern,
             values: &self.values,
@@ -247,8 +256,8 @@ impl KktSystem {
             unit: self.unit,
         };
         let tolerance = self.settings.residual_tolerance;
-        let limit = self.settings.max_refinements;
-        let direct = self.refiner.solve(system, &mut self.factor, &mut self.solution, tolerance, limit + 1);
+        let limit = self.settings.max_refinements.saturating_add(1);
+        let direct = self.refiner.solve(system, &mut self.factor, &mut self.solution, tolerance, limit);
         let mut quality = SolveQuality {
             residual: direct.residual,
             refinements: direct.solves.saturating_sub(1),
@@ -269,7 +278,7 @@ impl KktSystem {
             self.fallback_current = true;
             self.counters.fallbacks += 1;
         }
-        let pivoted = self.refiner.solve(system, fallback, &mut self.solution, tolerance, limit + 1);
+        let pivoted = self.refiner.solve(system, fallback, &mut self.solution, tolerance, limit);
         quality.residual = pivoted.residual;
         quality.refinements += pivoted.solves;
         quality.fallback = true;

@@ -430,6 +430,14 @@ fn scales_from_1e_minus_12_to_1e12() {
         let unscaled: Vec<f64> = x.iter().zip(&units).map(|(x, u)| x * u).collect();
         assert_close(&unscaled, &reference, 1e-7);
     }
+    // Right-hand sides tiny or huge.
+    for unit in [1e-300, 1e-200, 1e200] {
+        let mut system = t.analyse(KktSettings::default());
+        system.factor(&t.values, 0.0, 0.0).expect("finite");
+        let (x, quality) = solve(&mut system, &b.iter().map(|v| v * unit).collect::<Vec<_>>());
+        assert!(quality.residual <= TOLERANCE && !quality.fallback);
+        assert_close(&x.iter().map(|v| v / unit).collect::<Vec<_>>(), &reference, 1e-8);
+    }
     // All entries tiny or huge.
     for unit in [1e-12, 1e12, 1e-150, 1e150] {
         let values: Vec<f64> = t.values.iter().map(|v| v * unit).collect();
@@ -458,6 +466,131 @@ fn barrier_terms_of_a_late_interior_point_iteration() {
         let (_, quality) = solve(&mut system, &b);
         assert!(quality.residual <= TOLERANCE && !quality.fallback, "{equilibrate} {quality:?}");
     }
+}
+
+#[test]
+fn pivoted_fallback_takes_over_when_refinement_cannot() {
+    // Dense with a diagonal of 1e-13: without shift and pivoting, LDL^T loses all digits.
+    let mut random = Random(10);
+    let n = 12;
+    let mut t = Triplets::new(n, n / 2);
+    for i in 0..n {
+        t.push(i, i, 1e-13);
+        for j in 0..i {
+            t.push(i, j, random.next());
+        }
+    }
+    let b = random.vector(n);
+    let reference = dense_solve(t.dense(), &b);
+    for factorisation in kernels() {
+        let settings =
+            KktSettings { factorisation, static_shift: 0.0, max_refinements: 1, ..KktSettings::default() };
+        let mut system = t.analyse(settings);
+        for _ in 0..2 {
+            system.factor(&t.values, 0.0, 0.0).expect("finite");
+            let (x, quality) = solve(&mut system, &b);
+            assert!(quality.fallback && quality.residual <= TOLERANCE, "{quality:?}");
+            assert_close(&x, &reference, 1e-8);
+            solve(&mut system, &b);
+        }
+        // One pivoted factorisation for each set of values, however many right-hand sides.
+        assert_eq!(system.counters().fallbacks, 2);
+    }
+}
+
+#[test]
+fn overflow_gives_finite_solutions_and_an_honest_residual() {
+    let mut t = Triplets::new(2, 2);
+    t.push(0, 0, 1e-200);
+    t.push(1, 0, 1e200);
+    t.push(1, 1, 1e-200);
+    for factorisation in kernels() {
+        let settings = KktSettings {
+            factorisation,
+            equilibrate: false,
+            static_shift: 0.0,
+            ordering: Ordering::Custom(vec![0, 1]),
+            ..KktSettings::default()
+        };
+        let mut system = t.analyse(settings);
+        let inertia = system.factor(&t.values, 0.0, 0.0).expect("finite values");
+        assert_eq!(inertia.positive + inertia.negative + inertia.zero, 2);
+        let (x, quality) = solve(&mut system, &[1.0, 1.0]);
+        assert!(x.iter().all(|v| v.is_finite()) && quality.residual.is_finite(), "{quality:?}");
+        assert!(quality.residual <= TOLERANCE || t.plain_residual(&x, &[1.0, 1.0]) > TOLERANCE);
+    }
+}
+
+#[test]
+fn radau_interval_with_zero_hessian() {
+    // 30 intervals of 2 points: D x - h (A x + B u) = 0 with D of the Radau points -1, 1/3 and the end point 1;
+    // no Hessian but on the controls.
+    let (intervals, nx) = (30, 3);
+    let mut random = Random(11);
+    let d = [[-2.0, 1.5, 0.5], [2.0, -4.5, 2.5]];
+    let (nodes, width) = (2 * intervals, nx + 1);
+    let primal = nodes * width + nx;
+    let mut t = Triplets::new(primal + (nodes + 1) * nx, primal);
+    let mut stage = vec![3 * nodes as u32; t.n];
+    for node in 0..nodes {
+        t.push(node * width + nx, node * width + nx, 0.1);
+        for i in 0..=nx {
+            stage[node * width + i] = 3 * node as u32 + u32::from(i < nx);
+        }
+        for i in 0..nx {
+            let dual = primal + node * nx + i;
+            stage[dual] = 3 * node as u32 + 2;
+            for (m, &entry) in d[node % 2].iter().enumerate() {
+                t.push(dual, (node - node % 2 + m) * width + i, entry);
+            }
+            for a in 0..width {
+                t.push(dual, node * width + a, 0.02 * random.next());
+            }
+        }
+    }
+    for i in 0..nx {
+        // Initial state given.
+        t.push(primal + nodes * nx + i, i, 1.0);
+    }
+    let b = random.vector(t.n);
+    let expected = Inertia { positive: primal, negative: t.n - primal, zero: 0 };
+    for factorisation in kernels() {
+        for ordering in [Ordering::Amd, Ordering::Stages(stage.clone())] {
+            let mut system = t.analyse(KktSettings { factorisation, ordering, ..KktSettings::default() });
+            assert_eq!(system.factor(&t.values, 0.0, 0.0), Ok(expected));
+            let (x, quality) = solve(&mut system, &b);
+            assert!(quality.residual <= TOLERANCE && !quality.fallback, "{quality:?}");
+            assert!(t.plain_residual(&x, &b) <= TOLERANCE);
+        }
+    }
+    // Barrier terms from 1e-8 to 1e8, in the order that the crate documentation advises.
+    for i in 0..primal {
+        t.push(i, i, 10f64.powf(8.0 * random.next()));
+    }
+    for factorisation in kernels() {
+        let ordering = Ordering::Stages(stage.clone());
+        let mut system = t.analyse(KktSettings { factorisation, ordering, ..KktSettings::default() });
+        assert_eq!(system.factor(&t.values, 0.0, 0.0), Ok(expected));
+        let (_, quality) = solve(&mut system, &b);
+        assert!(quality.residual <= TOLERANCE && !quality.fallback, "{quality:?}");
+    }
+}
+
+#[test]
+fn unlimited_refinement_terminates() {
+    let t = convex_kkt(&mut Random(12), 30, 10);
+    let settings =
+        KktSettings { max_refinements: usize::MAX, residual_tolerance: 0.0, ..KktSettings::default() };
+    let mut system = t.analyse(settings);
+    system.factor(&t.values, 0.0, 0.0).expect("finite");
+    let (_, quality) = solve(&mut system, &[1.0; 40]);
+    assert!(quality.residual < 1e-14 && quality.refinements < 100, "{quality:?}");
+}
+
+#[test]
+fn systems_move_between_threads() {
+    fn movable<T: Send + Sync>() {}
+    movable::<KktSystem>();
 }
 
 #[test]

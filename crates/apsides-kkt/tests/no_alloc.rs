@@ -22,16 +22,17 @@ fn chain(n: usize, linear: bool) -> (Vec<usize>, Vec<usize>, Vec<f64>) {
 
 #[test]
 fn factor_and_solve_allocate_nothing() {
-    for factorisation in [Factorisation::Simplicial, Factorisation::Supernodal] {
-        for linear in [false, true] {
-            // A tolerance of zero forces every refinement path, the fallback included.
-            for residual_tolerance in [1e-10, 0.0] {
+    // Classical refinement; the pivoted fallback (no refinement allowed); GMRES (a shift that slows refinement).
+    for (static_shift, max_refinements) in [(1e-9, 10), (1e-9, 0), (0.5, 10)] {
+        for factorisation in [Factorisation::Simplicial, Factorisation::Supernodal] {
+            for linear in [false, true] {
                 let n = 60;
                 let (rows, cols, values) = chain(n, linear);
                 let stages = (0..n as u32).chain(0..n as u32 - 1).collect();
                 let settings = KktSettings {
                     factorisation,
-                    residual_tolerance,
+                    static_shift,
+                    max_refinements,
                     ordering: Ordering::Stages(stages),
                     ..KktSettings::default()
                 };
@@ -49,10 +50,10 @@ fn factor_and_solve_allocate_nothing() {
                         round(&mut system, 1e-3 * f64::from(k));
                     }
                 });
-                assert_eq!(
-                    count.count_total, 0,
-                    "{factorisation:?} linear {linear} tolerance {residual_tolerance}"
-                );
+                assert_eq!(count.count_total, 0, "{factorisation:?} linear {linear} shift {static_shift}");
+                let counters = system.counters();
+                assert!(counters.fallbacks > 0 || max_refinements > 0);
+                assert!(counters.refinements > 3 * counters.solves || static_shift < 0.5);
             }
         }
     }
