@@ -1,0 +1,279 @@
+//! Test problems written as plain formulas: a small dense second-order forward differentiation.
+#![allow(dead_code, unreachable_pub)]
+
+use std::ops::{Add, Div, Mul, Neg, Sub};
+
+use apsides_nlp::{Nlp, Pattern};
+
+pub const INF: f64 = f64::INFINITY;
+
+/// A value with gradient and Hessian with respect to `N` variables.
+#[derive(Debug, Clone, Copy)]
+pub struct Jet<const N: usize> {
+    pub value: f64,
+    pub gradient: [f64; N],
+    pub hessian: [[f64; N]; N],
+}
+
+impl<const N: usize> Jet<N> {
+    pub fn constant(value: f64) -> Self {
+        Self { value, gradient: [0.0; N], hessian: [[0.0; N]; N] }
+    }
+
+    pub fn variables(x: &[f64]) -> [Self; N] {
+        std::array::from_fn(|i| {
+            let mut jet = Self::constant(x[i]);
+            jet.gradient[i] = 1.0;
+            jet
+        })
+    }
+
+    /// `f(self)` from the value and the first two derivatives of `f`.
+    fn chain(self, value: f64, first: f64, second: f64) -> Self {
+        let mut out = Self::constant(value);
+        for i in 0..N {
+            out.gradient[i] = first * self.gradient[i];
+            for j in 0..N {
+                out.hessian[i][j] = first * self.hessian[i][j] + second * self.gradient[i] * self.gradient[j];
+            }
+        }
+        out
+    }
+
+    pub fn powi(self, n: i32) -> Self {
+        let k = f64::from(n);
+        let x = self.value;
+        let second = if n == 0 || n == 1 { 0.0 } else { k * (k - 1.0) * x.powi(n - 2) };
+        self.chain(x.powi(n), if n == 0 { 0.0 } else { k * x.powi(n - 1) }, second)
+    }
+
+    pub fn powf(self, k: f64) -> Self {
+        let x = self.value;
+        self.chain(x.powf(k), k * x.powf(k - 1.0), k * (k - 1.0) * x.powf(k - 2.0))
+    }
+
+    pub fn exp(self) -> Self {
+        let e = self.value.exp();
+        self.chain(e, e, e)
+    }
+
+    pub fn ln(self) -> Self {
+        let x = self.value;
+        self.chain(x.ln(), 1.0 / x, -1.0 / (x * x))
+    }
+
+    pub fn sqrt(self) -> Self {
+        self.powf(0.5)
+    }
+
+    pub fn sin(self) -> Self {
+        let (s, c) = self.value.sin_cos();
+        self.chain(s, c, -s)
+    }
+
+    pub fn cos(self) -> Self {
+        let (s, c) = self.value.sin_cos();
+        self.chain(c, -s, -c)
+    }
+}
+
+impl<const N: usize> Add for Jet<N> {
+    type Output = Self;
+    fn add(mut self, other: Self) -> Self {
+        self.value += other.value;
+        for i in 0..N {
+            self.gradient[i] += other.gradient[i];
+            for j in 0..N {
+                self.hessian[i][j] += other.hessian[i][j];
+            }
+        }
+        self
+    }
+}
+
+impl<const N: usize> Mul for Jet<N> {
+    type Output = Self;
+    fn mul(self, other: Self) -> Self {
+        let mut out = Self::constant(self.value * other.value);
+        for i in 0..N {
+            out.gradient[i] = self.value * other.gradient[i] + self.gradient[i] * other.value;
+            for j in 0..N {
+                out.hessian[i][j] = self.value * other.hessian[i][j]
+                    + self.hessian[i][j] * other.value
+                    + self.gradient[i] * other.gradient[j]
+                    + self.gradient[j] * other.gradient[i];
+            }
+        }
+        out
+    }
+}
+
+impl<const N: usize> Neg for Jet<N> {
+    type Output = Self;
+    fn neg(self) -> Self {
+        self * -1.0
+    }
+}
+
+impl<const N: usize> Sub for Jet<N> {
+    type Output = Self;
+    fn sub(self, other: Self) -> Self {
+        self + other * -1.0
+    }
+}
+
+impl<const N: usize> Div for Jet<N> {
+    type Output = Self;
+    fn div(self, other: Self) -> Self {
+        self * other.powi(-1)
+    }
+}
+
+impl<const N: usize> Add<f64> for Jet<N> {
+    type Output = Self;
+    fn add(mut self, other: f64) -> Self {
+        self.value += other;
+        self
+    }
+}
+
+impl<const N: usize> Sub<f64> for Jet<N> {
+    type Output = Self;
+    fn sub(self, other: f64) -> Self {
+        self + -other
+    }
+}
+
+impl<const N: usize> Mul<f64> for Jet<N> {
+    type Output = Self;
+    fn mul(mut self, other: f64) -> Self {
+        self.value *= other;
+        for i in 0..N {
+            self.gradient[i] *= other;
+            for j in 0..N {
+                self.hessian[i][j] *= other;
+            }
+        }
+        self
+    }
+}
+
+impl<const N: usize> Div<f64> for Jet<N> {
+    type Output = Self;
+    fn div(self, other: f64) -> Self {
+        self * (1.0 / other)
+    }
+}
+
+impl<const N: usize> Add<Jet<N>> for f64 {
+    type Output = Jet<N>;
+    fn add(self, other: Jet<N>) -> Jet<N> {
+        other + self
+    }
+}
+
+impl<const N: usize> Sub<Jet<N>> for f64 {
+    type Output = Jet<N>;
+    fn sub(self, other: Jet<N>) -> Jet<N> {
+        -other + self
+    }
+}
+
+impl<const N: usize> Mul<Jet<N>> for f64 {
+    type Output = Jet<N>;
+    fn mul(self, other: Jet<N>) -> Jet<N> {
+        other * self
+    }
+}
+
+impl<const N: usize> Div<Jet<N>> for f64 {
+    type Output = Jet<N>;
+    fn div(self, other: Jet<N>) -> Jet<N> {
+        other.powi(-1) * self
+    }
+}
+
+/// A dense problem of `N` variables and `M` constraints.
+#[derive(Clone)]
+pub struct Dense<const N: usize, const M: usize> {
+    pub start: [f64; N],
+    pub lower: [f64; N],
+    pub upper: [f64; N],
+    pub constraint_lower: [f64; M],
+    pub constraint_upper: [f64; M],
+    pub objective: fn(&[Jet<N>; N]) -> Jet<N>,
+    pub constraints: fn(&[Jet<N>; N]) -> [Jet<N>; M],
+}
+
+impl<const N: usize> Dense<N, 0> {
+    /// No constraints, no bounds.
+    pub fn unconstrained(start: [f64; N], objective: fn(&[Jet<N>; N]) -> Jet<N>) -> Self {
+        Self {
+            start,
+            lower: [-INF; N],
+            upper: [INF; N],
+            constraint_lower: [],
+            constraint_upper: [],
+            objective,
+            constraints: |_| [],
+        }
+    }
+}
+
+impl<const N: usize, const M: usize> Nlp for Dense<N, M> {
+    fn variables(&self) -> usize {
+        N
+    }
+    fn constraints(&self) -> usize {
+        M
+    }
+    fn variable_bounds(&self, lower: &mut [f64], upper: &mut [f64]) {
+        lower.copy_from_slice(&self.lower);
+        upper.copy_from_slice(&self.upper);
+    }
+    fn constraint_bounds(&self, lower: &mut [f64], upper: &mut [f64]) {
+        lower.copy_from_slice(&self.constraint_lower);
+        upper.copy_from_slice(&self.constraint_upper);
+    }
+    fn initial_point(&self, x: &mut [f64]) {
+        x.copy_from_slice(&self.start);
+    }
+    fn jacobian_pattern(&self) -> Pattern {
+        Pattern::dense(M, N)
+    }
+    fn hessian_pattern(&self) -> Pattern {
+        Pattern::lower_triangle(N)
+    }
+    fn objective(&mut self, x: &[f64]) -> f64 {
+        (self.objective)(&Jet::variables(x)).value
+    }
+    fn gradient(&mut self, x: &[f64], gradient: &mut [f64]) {
+        gradient.copy_from_slice(&(self.objective)(&Jet::variables(x)).gradient);
+    }
+    fn constraint_values(&mut self, x: &[f64], values: &mut [f64]) {
+        let jets = (self.constraints)(&Jet::variables(x));
+        for (value, jet) in values.iter_mut().zip(&jets) {
+            *value = jet.value;
+        }
+    }
+    fn jacobian(&mut self, x: &[f64], values: &mut [f64]) {
+        let jets = (self.constraints)(&Jet::variables(x));
+        for (row, jet) in values.chunks_mut(N).zip(&jets) {
+            row.copy_from_slice(&jet.gradient);
+        }
+    }
+    fn hessian(&mut self, x: &[f64], objective_factor: f64, multipliers: &[f64], values: &mut [f64]) {
+        let variables = Jet::variables(x);
+        let mut sum = (self.objective)(&variables) * objective_factor;
+        for (jet, multiplier) in (self.constraints)(&variables).into_iter().zip(multipliers) {
+            sum = sum + jet * *multiplier;
+        }
+        let mut entry = 0;
+        for i in 0..N {
+            for j in 0..=i {
+                values[entry] = sum.hessian[i][j];
+                entry += 1;
+            }
+        }
+    }
+}
