@@ -151,7 +151,10 @@ impl Boundary<'_> {
                 groups[group].1.consider(variable.bounds.excess(values[row]), limit, &variable.unit, at);
             }
         }
-        groups.into_iter().filter_map(|(name, worst)| worst.into_check(format!("constraint {name}"), KIND)).collect()
+        groups
+            .into_iter()
+            .filter_map(|(name, worst)| worst.into_check(format!("constraint {name}"), KIND))
+            .collect()
     }
 
     fn objective(&self) -> Check {

@@ -204,7 +204,13 @@ impl<'a> EndScales<'a> {
         self.rows(constraint, ends, self.end_tolerance, |input| self.tolerance(input))
     }
 
-    fn rows(&self, constraint: usize, ends: &Ends, factor: f64, size: impl Fn(EndpointInput) -> f64) -> Vec<f64> {
+    fn rows(
+        &self,
+        constraint: usize,
+        ends: &Ends,
+        factor: f64,
+        size: impl Fn(EndpointInput) -> f64,
+    ) -> Vec<f64> {
         let c = &self.ocp.constraints[constraint];
         let mut sizes = vec![0.0; c.rows.len()];
         for (row, input, v) in ends.jacobian(c.function.as_ref(), &c.inputs) {

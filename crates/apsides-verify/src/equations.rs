@@ -94,7 +94,12 @@ impl<'a> Equations<'a> {
     }
 
     /// Hamiltonian, and the gradient of `H + mu . c` with respect to `[x, u, p, t]`.
-    pub(crate) fn lagrangian(&mut self, costate: &[f64], multipliers: &[f64], gradient: &mut [f64]) -> Hamiltonian {
+    pub(crate) fn lagrangian(
+        &mut self,
+        costate: &[f64],
+        multipliers: &[f64],
+        gradient: &mut [f64],
+    ) -> Hamiltonian {
         gradient.fill(0.0);
         let mut h = Hamiltonian::default();
         let phase = self.phase;
@@ -144,8 +149,13 @@ impl<'a> Equations<'a> {
 
     /// Whether no function that enters the Lagrangian depends on time explicitly.
     pub(crate) fn is_autonomous(&self) -> bool {
-        let integrands =
-            self.phase.integrals.iter().zip(&self.weights).filter(|(_, w)| **w != 0.0).map(|(q, _)| &q.function);
+        let integrands = self
+            .phase
+            .integrals
+            .iter()
+            .zip(&self.weights)
+            .filter(|(_, w)| **w != 0.0)
+            .map(|(q, _)| &q.function);
         std::iter::once(&self.phase.dynamics)
             .chain(self.phase.path.iter().map(|p| &p.function))
             .chain(integrands)

@@ -19,7 +19,8 @@ struct Link {
 
 /// The source of each initial state, per phase and state, if it has one in a phase with a smaller index.
 pub(crate) fn sources(ocp: &Ocp) -> Vec<Vec<Option<Source>>> {
-    let mut sources: Vec<Vec<Option<Source>>> = ocp.phases.iter().map(|p| vec![None; p.states.len()]).collect();
+    let mut sources: Vec<Vec<Option<Source>>> =
+        ocp.phases.iter().map(|p| vec![None; p.states.len()]).collect();
     for link in ocp.constraints.iter().flat_map(links) {
         let place = &mut sources[link.to.0][link.to.1];
         if link.from.phase < link.to.0 {
@@ -56,12 +57,14 @@ fn links(constraint: &EndpointConstraint) -> Vec<Link> {
             continue;
         }
         let (from, to, slope) = match (constraint.inputs[a], constraint.inputs[b]) {
-            (EndpointInput::FinalState { phase, state }, EndpointInput::InitialState { phase: p, state: s }) => {
-                ((phase, state), (p, s), slope_a)
-            }
-            (EndpointInput::InitialState { phase: p, state: s }, EndpointInput::FinalState { phase, state }) => {
-                ((phase, state), (p, s), slope_b)
-            }
+            (
+                EndpointInput::FinalState { phase, state },
+                EndpointInput::InitialState { phase: p, state: s },
+            ) => ((phase, state), (p, s), slope_a),
+            (
+                EndpointInput::InitialState { phase: p, state: s },
+                EndpointInput::FinalState { phase, state },
+            ) => ((phase, state), (p, s), slope_b),
             _ => continue,
         };
         // slope * (from - to) + constant = bound

@@ -20,7 +20,8 @@ impl PhaseConditions<'_> {
         let breaks = self.found.control.breaks();
         let tolerance = settings.costate_tolerance * ACCURACY;
         // Costates are compared in units of the largest one times its state's scale.
-        let absolute = self.scaling.states.iter().map(|s| (tolerance * self.costate_size / s).max(f64::MIN_POSITIVE));
+        let absolute =
+            self.scaling.states.iter().map(|s| (tolerance * self.costate_size / s).max(f64::MIN_POSITIVE));
         let ode = OdeSettings {
             relative_tolerance: tolerance.max(1e-14),
             absolute_tolerance: Tolerance::PerComponent(absolute.collect()),
@@ -98,9 +99,9 @@ impl PhaseConditions<'_> {
             }
             evaluate_piece(&self.found.state, pieces, segment, t, x);
             let states = self.equations.phase.states.iter().zip(&*x).zip(&self.scaling.states);
-            states.into_iter().any(|((s, x), scale)| {
-                s.variable.bounds.excess(*x) >= -settings.activity_tolerance * scale
-            })
+            states
+                .into_iter()
+                .any(|((s, x), scale)| s.variable.bounds.excess(*x) >= -settings.activity_tolerance * scale)
         })
     }
 }

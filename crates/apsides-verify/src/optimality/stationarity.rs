@@ -22,7 +22,11 @@ impl PhaseConditions<'_> {
         }
         let without = phase.path_rows() > 0 && self.found.path_multipliers.is_none();
         let remark = without.then(|| "path multipliers taken as zero, the trajectory has none".to_owned());
-        worst.into_check_with(format!("stationarity of the Hamiltonian in the controls of {}", phase.name), KIND, remark)
+        worst.into_check_with(
+            format!("stationarity of the Hamiltonian in the controls of {}", phase.name),
+            KIND,
+            remark,
+        )
     }
 
     /// A path multiplier is zero inside the bounds, positive at the upper, negative at the lower one.

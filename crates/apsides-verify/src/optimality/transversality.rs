@@ -31,8 +31,16 @@ pub(super) fn checks(
     let mut gradient = cost.clone();
     gradient.add_constraints(ocp, &ends, trajectory.constraint_multipliers.as_ref());
     let costate_size = conditions.iter().fold(0.0, |m: f64, c| m.max(c.costate_size));
-    let end_conditions =
-        EndConditions { ocp, trajectory, settings, ends: &ends, scales: &scales, cost, gradient, costate_size };
+    let end_conditions = EndConditions {
+        ocp,
+        trajectory,
+        settings,
+        ends: &ends,
+        scales: &scales,
+        cost,
+        gradient,
+        costate_size,
+    };
     let mut checks = Vec::new();
     for (k, phase) in conditions.iter_mut().enumerate() {
         checks.extend(end_conditions.phase(k, phase));
@@ -116,7 +124,12 @@ impl EndConditions<'_> {
     }
 
     /// Conditions on the times, none where an active bound on the duration has an unknown part in them.
-    fn time_conditions(&self, k: usize, phase: &Phase, conditions: &mut PhaseConditions<'_>) -> Vec<Condition> {
+    fn time_conditions(
+        &self,
+        k: usize,
+        phase: &Phase,
+        conditions: &mut PhaseConditions<'_>,
+    ) -> Vec<Condition> {
         let (t0, tf) = (self.ends.phases[k].initial_time, self.ends.phases[k].final_time);
         let initial = EndpointInput::InitialTime { phase: k };
         let scale = self.scales.scale(initial);
