@@ -162,9 +162,13 @@ fn evaluate_piece(p: &PiecewisePolynomial, pieces: usize, segment: usize, t: f64
 
 /// `min(|slope|, room)`: see the head of this module; `slope` is already relative.
 fn natural_residual(slope: f64, value: f64, bounds: &Bounds, scale: f64) -> f64 {
+    if slope.is_nan() || value.is_nan() {
+        return f64::NAN;
+    }
+    // A violated bound is the subject of other checks.
+    let value = bounds.clamp(value);
     let room = if slope > 0.0 { value - bounds.lower } else { bounds.upper - value };
-    let room = if room <= 0.0 { 0.0 } else { room / scale };
-    if slope.is_nan() || room.is_nan() { f64::NAN } else { slope.abs().min(room) }
+    slope.abs().min(room / scale)
 }
 
 #[cfg(test)]
@@ -182,7 +186,8 @@ mod tests {
             (-0.3, 1.0, 0.0),
             (0.3, 1.0, 0.3),
             (0.3, -1.0 + 1e-9, 1e-9),
-            (5.0, -2.0, 0.0), // the violation is another check's subject
+            (5.0, -2.0, 0.0),
+            (-5.0, -2.0, 2.0),
         ];
         for (slope, value, expected) in cases {
             assert!((natural_residual(slope, value, &b, 1.0) - expected).abs() < 1e-15, "{slope} {value}");
@@ -190,6 +195,8 @@ mod tests {
         assert!(natural_residual(f64::NAN, 0.0, &b, 1.0).is_nan());
         assert!(natural_residual(1.0, f64::NAN, &b, 1.0).is_nan());
         assert_eq!(natural_residual(-2.0, 0.0, &Bounds::FREE, 1.0), 2.0);
-        assert_eq!(natural_residual(-2.0, 3.0, &Bounds::fixed(3.0), 1.0), 0.0);
+        for value in [2.9, 3.0, 3.1] {
+            assert_eq!(natural_residual(-2.0, value, &Bounds::fixed(3.0), 1.0), 0.0);
+        }
     }
 }

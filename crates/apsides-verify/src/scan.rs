@@ -3,7 +3,7 @@
 //! Every interval of the control polynomial is looked at in equally spaced points; around the worst one a golden
 //! section search (J. Kiefer, Proc. AMS 4 (1953) 502, doi 10.2307/2032161) finds the worst time.
 
-use apsides_ocp::{PhaseScaling, PhaseTrajectory, Variable};
+use apsides_ocp::{Bounds, Phase, PhaseScaling, PhaseTrajectory, Variable};
 
 use crate::boundary::row_scale;
 use crate::equations::Equations;
@@ -27,6 +27,32 @@ struct Watched<'a> {
     largest: f64,
     leg: usize,
     time: f64,
+}
+
+/// The trajectory's states at their own nodes against the re-simulated path.
+pub(crate) fn deviation(
+    phase: &Phase,
+    found: &PhaseTrajectory,
+    flight: &Flight,
+    scaling: &PhaseScaling,
+    settings: &VerifySettings,
+) -> Option<Check> {
+    let nx = phase.states.len();
+    let (mut flown, mut stated) = (vec![0.0; nx], vec![0.0; nx]);
+    let mut scratch = vec![0.0; flight.dimension()];
+    let mut worst = Worst::default();
+    for segment in 0..found.state.segments().len() {
+        for t in found.state.node_times(segment) {
+            flight.state(found.control.segment_at(t), t, &mut scratch, &mut flown);
+            found.state.evaluate_in(segment, t, &mut stated);
+            for (i, state) in phase.states.iter().enumerate() {
+                let limit = (settings.path_tolerance * scaling.states[i]).max(state.tolerance.unwrap_or(0.0));
+                let at = || format!("{}, {}", state.variable.name, place(phase, t));
+                worst.consider((flown[i] - stated[i]).abs(), limit, &state.variable.unit, at);
+            }
+        }
+    }
+    worst.into_check(format!("states along {} against the re-simulation", phase.name), CheckKind::Feasibility)
 }
 
 /// Checks of one phase: all state bounds, all control bounds, each path constraint row.
@@ -95,11 +121,7 @@ pub(crate) fn checks(
     report(phase, nx, nu, watched, settings)
 }
 
-fn watched<'a>(
-    phase: &'a apsides_ocp::Phase,
-    scaling: &PhaseScaling,
-    settings: &VerifySettings,
-) -> Vec<Watched<'a>> {
+fn watched<'a>(phase: &'a Phase, scaling: &PhaseScaling, settings: &VerifySettings) -> Vec<Watched<'a>> {
     let watch = |row, variable, floor| Watched {
         row,
         variable,
@@ -117,12 +139,12 @@ fn watched<'a>(
     });
     let controls = phase.controls.iter().enumerate().map(|(i, c)| watch(nx + i, c, 0.0));
     let path = phase.path.iter().flat_map(|p| &p.rows).enumerate().map(|(i, r)| watch(nx + nu + i, r, 0.0));
-    let bounded = |w: &Watched<'_>| w.variable.bounds != apsides_ocp::Bounds::FREE;
+    let bounded = |w: &Watched<'_>| w.variable.bounds != Bounds::FREE;
     states.chain(controls).chain(path).filter(bounded).collect()
 }
 
 fn report(
-    phase: &apsides_ocp::Phase,
+    phase: &Phase,
     nx: usize,
     nu: usize,
     watched: Vec<Watched<'_>>,

@@ -14,7 +14,8 @@ pub struct VerifySettings {
     /// own tolerance keeps it.
     pub end_tolerance: f64,
     /// Allowed violation of bounds and path constraints along a phase, relative to the stated scale of the row, else
-    /// the width of its bounds, else the larger finite bound, else the largest value met; default 1e-6.
+    /// the width of its bounds, else the larger finite bound, else the largest value met; default 1e-6. Allowed too,
+    /// times the scale of the state, between the states of the trajectory at their nodes and the re-simulated path.
     pub path_tolerance: f64,
     /// Points per interval of the control polynomial at which bounds and path constraints are looked at, at least 2;
     /// default 16. The surroundings of the worst one are then searched by golden section.

@@ -1,1 +1,49 @@
+//! Problems with closed-form solutions, exact and perturbed.
 
+mod end_conditions;
+mod linked;
+mod malformed;
+mod minimum_energy;
+mod minimum_time;
+mod parts;
+mod path;
+
+use crate::{Certificate, Check, CheckKind, Verdict, VerifySettings, verify};
+use apsides_ocp::{Ocp, Trajectory};
+
+fn certify(ocp: &Ocp, trajectory: &Trajectory) -> Certificate {
+    verify(ocp, trajectory, &VerifySettings::default()).expect("the trajectory fits").certificate
+}
+
+/// The only check whose name contains `part`.
+fn find<'a>(certificate: &'a Certificate, part: &str) -> &'a Check {
+    let found: Vec<_> = certificate.checks.iter().filter(|c| c.name.contains(part)).collect();
+    assert_eq!(found.len(), 1, "`{part}` in {:#?}", certificate.checks);
+    found[0]
+}
+
+/// Names of the failed checks.
+fn failed(certificate: &Certificate) -> Vec<&str> {
+    certificate.checks.iter().filter(|c| !c.passed).map(|c| c.name.as_str()).collect()
+}
+
+/// Asserts a verified local optimum with every value far below its limit.
+fn assert_exact(certificate: &Certificate) {
+    assert_eq!(certificate.verdict, Verdict::LocalOptimum, "{:#?}", certificate.checks);
+    for c in &certificate.checks {
+        assert!(c.value <= 1e-3 * c.limit, "{c:#?}");
+        assert_eq!(c.margin, c.limit - c.value);
+    }
+}
+
+/// Asserts that the checks whose names contain these parts fail and no others.
+fn assert_failed(certificate: &Certificate, parts: &[&str]) {
+    let names = failed(certificate);
+    assert_eq!(names.len(), parts.len(), "{names:?}");
+    for part in parts {
+        assert!(names.iter().any(|n| n.contains(part)), "`{part}` in {names:?}");
+    }
+    let rejected = certificate.checks.iter().any(|c| !c.passed && c.kind == CheckKind::Feasibility);
+    let expected = if rejected { Verdict::Rejected } else { Verdict::Feasible };
+    assert_eq!(certificate.verdict, if parts.is_empty() { Verdict::LocalOptimum } else { expected });
+}

@@ -39,6 +39,7 @@ pub fn verify(
     for (k, (found, flight)) in trajectory.phases.iter().zip(&flights).enumerate() {
         if flight.failure.is_none() {
             let equations = Equations::new(ocp, k, &trajectory.parameters);
+            checks.extend(scan::deviation(&ocp.phases[k], found, flight, &scaling.phases[k], settings));
             checks.extend(scan::checks(equations, found, flight, &scaling.phases[k], settings));
         }
     }
