@@ -40,7 +40,7 @@ impl Barycentric {
         &self.nodes
     }
 
-    /// The barycentric weights up to a common factor, the largest magnitude between 1/2 and 2 or so.
+    /// The barycentric weights up to a common factor, the largest magnitude between 1/2 and 1.
     pub fn weights(&self) -> &[f64] {
         &self.weights
     }

@@ -59,8 +59,11 @@ fn orbits(c: &mut Criterion) {
             b.iter(|| integrator.integrate(black_box(&Kepler), 0.0, &x0, end, &mut x1))
         });
     }
+    group.finish();
+
+    let mut group = c.benchmark_group("ten_lunar_orbits_with");
     let mut integrator = Integrator::new(6, settings(Method::Dop853)).expect("valid settings");
-    group.bench_function("Dop853 dense", |b| {
+    group.bench_function("dense_output", |b| {
         b.iter(|| {
             let mut see = |step: &Step<'_>| {
                 black_box(step);
@@ -70,7 +73,7 @@ fn orbits(c: &mut Criterion) {
         })
     });
     let height = |_: f64, x: &[f64]| x[1];
-    group.bench_function("Dop853 event", |b| {
+    group.bench_function("events", |b| {
         b.iter(|| {
             let mut log = EventLog::default();
             let events = [Event::new(&height)];
@@ -78,8 +81,7 @@ fn orbits(c: &mut Criterion) {
         })
     });
     let mut propagator = StmPropagator::new(6, 0, settings(Method::Dop853)).expect("valid settings");
-    group
-        .bench_function("Dop853 STM", |b| b.iter(|| propagator.propagate(black_box(&Kepler), 0.0, &x0, end)));
+    group.bench_function("stm", |b| b.iter(|| propagator.propagate(black_box(&Kepler), 0.0, &x0, end)));
     group.finish();
 }
 

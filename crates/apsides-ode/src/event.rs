@@ -96,13 +96,16 @@ pub(crate) struct Terminal {
 }
 
 impl EventTracker {
+    pub(crate) fn new(dimension: usize) -> Self {
+        Self { state: vec![0.0; dimension], ..Self::default() }
+    }
+
     pub(crate) fn start(&mut self, events: &[Event<'_>], t: f64, x: &[f64]) {
         self.signs.clear();
         self.signs.extend(events.iter().map(|e| sign((e.function)(t, x))));
         self.values.resize(events.len(), [0.0; SAMPLES.len()]);
         self.crossings.clear();
         self.crossings.reserve(MAX_POINTS * events.len());
-        self.state.resize(x.len(), 0.0);
         self.guard = None;
     }
 

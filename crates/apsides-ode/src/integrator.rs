@@ -12,6 +12,8 @@ use crate::{Method, OdeError, OdeSettings, OdeSystem, Statistics, Status, Summar
 
 /// Shortest step relative to the time, below which time no longer resolves it.
 const RESOLUTION: f64 = 10.0 * f64::EPSILON;
+/// Stands in for the time near zero, so that steps shrink no further than the range of `f64`.
+const SMALLEST_TIME: f64 = 1e-280;
 /// A step may be stretched by this factor to reach the end, rather than leave a tiny remainder.
 const STRETCH: f64 = 1.01;
 
@@ -46,7 +48,7 @@ impl Integrator {
             settings,
             weights,
             stages,
-            events: EventTracker::default(),
+            events: EventTracker::new(dimension),
             end: vec![0.0; dimension],
         })
     }
@@ -219,8 +221,7 @@ impl Integrator {
             let reach =
                 if settings.fixed_step.is_some() { STRETCH * size } else { (STRETCH * size).min(limit) };
             let last = remaining.abs() <= reach;
-            // At time zero the span sets the resolution, far below any sensible step.
-            if !last && size <= RESOLUTION * t.abs().max(1e-20 * span) {
+            if !last && size <= RESOLUTION * t.abs().max(SMALLEST_TIME) {
                 let status = if finite { Status::StepTooSmall } else { Status::NotFinite };
                 return ended(status, t, size, statistics);
             }

@@ -1,0 +1,69 @@
+//! Nothing is allocated after construction, and with events after the first run with as many.
+
+use std::ops::ControlFlow;
+
+use apsides_ode::{
+    Event, FnSystem, Integrator, Linearised, Method, OdeSettings, OdeSystem, Step, StmPropagator,
+};
+
+struct Oscillator;
+
+impl OdeSystem for Oscillator {
+    fn dimension(&self) -> usize {
+        2
+    }
+
+    fn rate(&self, _t: f64, x: &[f64], dx: &mut [f64]) {
+        dx[0] = x[1];
+        dx[1] = -x[0];
+    }
+}
+
+impl Linearised for Oscillator {
+    fn jacobian(&self, _t: f64, _x: &[f64], jac: &mut [f64]) {
+        jac.copy_from_slice(&[0.0, 1.0, -1.0, 0.0]);
+    }
+}
+
+fn allocations(run: impl FnOnce()) -> u64 {
+    allocation_counter::measure(run).count_total
+}
+
+#[test]
+fn integration_allocates_nothing() {
+    let x0 = [1.0, 0.0];
+    let mut x1 = [0.0; 2];
+    let mut states = [0.0; 8];
+    for method in [Method::Dop853, Method::Dopri5] {
+        let settings = OdeSettings { method, ..OdeSettings::with_tolerance(1e-10) };
+        let mut integrator = Integrator::new(2, settings.clone()).unwrap();
+        let closure = FnSystem::new(2, |_t, x: &[f64], dx: &mut [f64]| (dx[0], dx[1]) = (x[1], -x[0]));
+        let plain = allocations(|| {
+            integrator.integrate(&closure, 0.0, &x0, 50.0, &mut x1).unwrap();
+        });
+        let sampled = allocations(|| {
+            integrator.sample(&Oscillator, 0.0, &x0, &[1.0, 2.0, 30.0, 40.0], &mut states).unwrap();
+        });
+        let zero = |_: f64, x: &[f64]| x[0];
+        let speed = |_: f64, x: &[f64]| x[1] - 0.5;
+        let events = [Event::new(&zero), Event::new(&speed)];
+        let mut steps = 0;
+        let mut run = || {
+            let mut observer = |_: &Step<'_>| {
+                steps += 1;
+                ControlFlow::Continue(())
+            };
+            integrator
+                .integrate_observed(&Oscillator, 0.0, &x0, 50.0, &mut x1, &events, &mut observer)
+                .unwrap();
+        };
+        run();
+        let observed = allocations(run);
+        let mut propagator = StmPropagator::new(2, 0, settings).unwrap();
+        let stm = allocations(|| {
+            propagator.propagate(&Oscillator, 0.0, &x0, 50.0).unwrap();
+        });
+        assert_eq!((plain, sampled, observed, stm), (0, 0, 0, 0), "{method:?}");
+        assert!(steps > 0);
+    }
+}
