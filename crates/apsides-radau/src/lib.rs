@@ -59,6 +59,7 @@ mod node_term;
 mod refinement;
 pub mod solver;
 pub mod transcription;
+mod warm_start;
 
 pub use error::RadauError;
 pub use solver::{MeshRecord, Radau, RadauSettings, RadauSolution, Unmet};

@@ -4,7 +4,7 @@ use std::time::{Duration, Instant};
 
 use apsides_basis::MAX_POINTS;
 use apsides_nlp::{
-    BarrierStrategy, InteriorPoint, NlpSettings, Observer, ScalingMethod, SolveReport, Status, WarmStart,
+    BarrierStrategy, InteriorPoint, NlpSettings, Observer, ScalingMethod, SolveReport, Status,
 };
 use apsides_ocp::{Guess, Mesh, Ocp, Scaling, Trajectory};
 
@@ -168,7 +168,7 @@ impl Radau {
             let begin = Instant::now();
             let mut nlp = Transcription::new(ocp, &mesh, &guess)?;
             let solver = InteriorPoint { settings: self.settings.nlp.clone() };
-            let report = match nlp.warm_start(&guess) {
+            let report = match nlp.warm_start(ocp, &guess) {
                 Some(warm) => solver.solve_from(&mut nlp, &warm, observer)?,
                 None => solver.solve_observed(&mut nlp, observer)?,
             };
@@ -207,12 +207,4 @@ fn unmet(ocp: &Ocp, nlp: &Transcription, report: &SolveReport) -> Option<Unmet> 
     let worst = report.worst_constraint?;
     let origin = nlp.row_origin(ocp, worst.constraint, &report.x)?;
     Some(Unmet { origin, amount: worst.amount })
-}
-
-impl Transcription {
-    /// Multipliers from the costates of an earlier trajectory, if the guess stands on one.
-    fn warm_start(&self, guess: &Guess) -> Option<WarmStart> {
-        let _ = guess;
-        None
-    }
 }

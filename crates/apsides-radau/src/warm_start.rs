@@ -1,0 +1,74 @@
+//! Multipliers for a new mesh from the costates of an earlier trajectory: the covector mapping backwards.
+
+use apsides_nlp::{Nlp, WarmStart};
+use apsides_ocp::{Guess, Ocp, PhaseTrajectory};
+
+use crate::layout::PhaseLayout;
+use crate::transcription::Transcription;
+
+impl Transcription {
+    /// A start close to the solution, if every phase of the guess is an earlier trajectory with costates.
+    ///
+    /// The multipliers of the bounds are what the gradient of the Lagrangian leaves at the start.
+    pub(crate) fn warm_start(&mut self, ocp: &Ocp, guess: &Guess) -> Option<WarmStart> {
+        let earlier: Option<Vec<&PhaseTrajectory>> = guess.phases.iter().map(|g| g.as_trajectory()).collect();
+        let earlier = earlier?;
+        if earlier.iter().any(|t| t.costate.is_none()) {
+            return None;
+        }
+        let mut x = vec![0.0; self.layout.variables];
+        self.initial_point(&mut x);
+        let mut y = vec![0.0; self.layout.constraints];
+        for (p, t) in self.layout.phases.iter().zip(earlier) {
+            set_phase_multipliers(p, t, x[p.final_time] - x[p.initial_time], &mut y);
+        }
+        for ((c, &first), values) in
+            ocp.constraints.iter().zip(&self.layout.endpoint_rows).zip(guess.constraint_multipliers.iter().flatten())
+        {
+            if values.len() == c.rows.len() {
+                y[first..first + values.len()].copy_from_slice(values);
+            }
+        }
+        let slope = self.lagrangian_gradient(&x, &y);
+        let finite = |v: &[f64]| v.iter().all(|v| v.is_finite());
+        (finite(&slope) && finite(&y)).then(|| WarmStart {
+            x,
+            constraint_multipliers: y,
+            lower_multipliers: slope.iter().map(|s| s.max(0.0)).collect(),
+            upper_multipliers: slope.iter().map(|s| (-s).max(0.0)).collect(),
+            barrier: None,
+        })
+    }
+
+    fn lagrangian_gradient(&mut self, x: &[f64], y: &[f64]) -> Vec<f64> {
+        let mut slope = vec![0.0; x.len()];
+        self.gradient(x, &mut slope);
+        let pattern = self.jacobian_pattern();
+        let mut entries = vec![0.0; pattern.len()];
+        self.jacobian(x, &mut entries);
+        for ((&r, &c), v) in pattern.rows.iter().zip(&pattern.cols).zip(&entries) {
+            slope[c] += v * y[r];
+        }
+        slope
+    }
+}
+
+fn set_phase_multipliers(p: &PhaseLayout, t: &PhaseTrajectory, duration: f64, y: &mut [f64]) {
+    let Some(costate) = &t.costate else { return };
+    let path_rows = p.rows_per_node - p.states;
+    for (i, node) in p.nodes.iter().enumerate() {
+        let time = t.time_at(node.fraction);
+        let row = p.defect_row(i);
+        // The weight of the rule on [-1, 1], as in the extraction.
+        let w = p.rules[node.interval].weights()[node.local];
+        let defects = &mut y[row..row + p.states];
+        costate.evaluate(time, defects);
+        defects.iter_mut().for_each(|v| *v *= -w);
+        if let Some(m) = t.path_multipliers.as_ref().filter(|m| m.dimension() == path_rows) {
+            let row = p.path_row(i);
+            let rows = &mut y[row..row + path_rows];
+            m.evaluate(time, rows);
+            rows.iter_mut().for_each(|v| *v *= node.weight * duration);
+        }
+    }
+}
