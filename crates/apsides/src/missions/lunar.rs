@@ -297,8 +297,7 @@ fn two_phase(v: &Values) -> Result<Posed, Error> {
     let descent = Phase::new("descent", VerticalThrust(start.flight))
         .states([
             state(RADIUS, POSITION_MISS_M)
-                .within(surface, surface + gate)
-                .starts_at(surface + gate)
+                .within(surface, start.radius)
                 .ends_at(surface),
             state(RADIAL_SPEED, SPEED_MISS_M_S)
                 .within(-0.5 * start.horizontal_speed, 0.0)
@@ -306,8 +305,7 @@ fn two_phase(v: &Values) -> Result<Posed, Error> {
             state(MASS, MASS_MISS_KG).within(start.dry_mass, start.mass),
         ])
         .initial_time(Bounds::new(1.0, burn_time))
-        .final_time(Bounds::new(1.0, burn_time))
-        .duration(Bounds::new(0.01, burn_time));
+        .final_time(Bounds::new(1.0, burn_time));
     let ocp = Ocp::builder("lunar landing in two phases")
         .phase(start.braking("braking", surface + gate, None))
         .phase(descent)
