@@ -92,9 +92,10 @@ impl Columns {
             known: HashMap::new(),
         };
         naming.all.extend([PHASE, INTERVAL].map(str::to_owned));
-        let mut of_phases = |headers: &mut dyn FnMut(&mut Naming, &Phase) -> Vec<String>| -> Vec<Vec<String>> {
-            ocp.phases.iter().map(|p| headers(&mut naming, p)).collect()
-        };
+        let mut of_phases =
+            |headers: &mut dyn FnMut(&mut Naming, &Phase) -> Vec<String>| -> Vec<Vec<String>> {
+                ocp.phases.iter().map(|p| headers(&mut naming, p)).collect()
+            };
         let times = of_phases(&mut |n, p| vec![n.header(Kind::Time, "time", &p.time_unit)]);
         let states = of_phases(&mut |n, p| {
             let states = p.states.iter().map(|s| &s.variable);

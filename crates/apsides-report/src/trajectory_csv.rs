@@ -34,13 +34,18 @@ pub fn write_trajectory<W: Write>(out: W, ocp: &Ocp, trajectory: &Trajectory) ->
     writer.write_record(&columns.all).map_err(failed(line))?;
     for (phase, headers) in trajectory.phases.iter().zip(&columns.phases) {
         let end = phase.mesh.total_points();
+        let (mut current, mut first) = (0, 0); // Interval and its first node.
         for (node, (time, interval)) in phase.nodes().enumerate() {
             let mut row = vec![String::new(); columns.all.len()];
             let mut put = |header: &str, text: String| row[position[header]] = text;
             put(PHASE, phase.name.clone());
             put(INTERVAL, interval.to_string());
             put(COLLOCATED, u8::from(node < end).to_string());
-            put_values(&mut put, phase, headers, interval, time);
+            put(&headers.time, shortest(time));
+            if interval != current {
+                (current, first) = (interval, node);
+            }
+            put_values(&mut put, phase, headers, Place { interval, node: node - first, time });
             for (header, value) in columns.parameters.iter().zip(&trajectory.parameters) {
                 put(header, shortest(*value));
             }
@@ -55,17 +60,25 @@ pub fn write_trajectory<W: Write>(out: W, ocp: &Ocp, trajectory: &Trajectory) ->
     writer.flush().map_err(|e| ReportError::Trajectory { line, reason: e.to_string() })
 }
 
+/// A node of an interval.
+#[derive(Clone, Copy)]
+struct Place {
+    interval: usize,
+    node: usize,
+    time: f64,
+}
+
 fn put_values(
     put: &mut impl FnMut(&str, String),
     phase: &PhaseTrajectory,
     headers: &PhaseColumns,
-    interval: usize,
-    time: f64,
+    place: Place,
 ) {
-    put(&headers.time, shortest(time));
+    // Coordinate of the node on [-1, 1]; the end of a phase comes after the collocation points.
+    let of_control = phase.control.segments()[place.interval].basis.nodes();
+    let coordinate = of_control.get(place.node).copied().unwrap_or(1.0);
     let mut put_all = |headers: &[String], polynomial: &PiecewisePolynomial| {
-        let mut values = vec![0.0; polynomial.dimension()];
-        polynomial.evaluate_in(interval, time, &mut values);
+        let values = node_values(polynomial, coordinate, place);
         for (header, value) in headers.iter().zip(values) {
             put(header, shortest(value));
         }
@@ -75,6 +88,18 @@ fn put_values(
     if let Some(costate) = &phase.costate {
         put_all(&headers.costates, costate);
     }
+}
+
+/// The stored values where the polynomial has this node, which evaluation at the rounded time would round again.
+fn node_values(polynomial: &PiecewisePolynomial, coordinate: f64, place: Place) -> Vec<f64> {
+    let segment = &polynomial.segments()[place.interval];
+    let size = polynomial.dimension();
+    if segment.basis.nodes().get(place.node) == Some(&coordinate) {
+        return segment.values[place.node * size..(place.node + 1) * size].to_vec();
+    }
+    let mut values = vec![0.0; size];
+    polynomial.evaluate_in(place.interval, place.time, &mut values);
+    values
 }
 
 /// Fewest digits that give the same number again, with an exponent for very large and very small ones.

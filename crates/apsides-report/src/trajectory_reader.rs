@@ -103,9 +103,7 @@ impl<R: Read> Table<R> {
         }
         match columns.all.iter().find(|header| !positions.contains_key(*header)) {
             Some(missing) => refuse(1, format!("column `{missing}` is missing")),
-            None => {
-                Ok(Self { reader, columns, positions, constants: None, last_line: 1 })
-            }
+            None => Ok(Self { reader, columns, positions, constants: None, last_line: 1 }),
         }
     }
 
@@ -248,7 +246,10 @@ fn check_order(previous: Option<&Node>, node: &Node, ocp: &Ocp) -> Result<(), Re
         return refuse(node.line, format!("interval {} follows interval {}", node.interval, before.interval));
     }
     if node.time <= before.time {
-        return refuse(node.line, format!("time {} does not exceed the time before, {}", node.time, before.time));
+        return refuse(
+            node.line,
+            format!("time {} does not exceed the time before, {}", node.time, before.time),
+        );
     }
     if node.costate.is_some() != before.costate.is_some() {
         return refuse(node.line, "the costates must be given in every row of a phase, or in none");
@@ -284,7 +285,8 @@ fn rebuild_phase(name: &str, nodes: &[&Node], bases: &mut Bases) -> Result<Phase
         control.push(Segment { basis: of_control, values: values(&|n| &n.control, interval) });
     }
 
-    let unfit = |e: apsides_ocp::OcpError| ReportError::Trajectory { line: start.line, reason: e.to_string() };
+    let unfit =
+        |e: apsides_ocp::OcpError| ReportError::Trajectory { line: start.line, reason: e.to_string() };
     let duration = end.time - start.time;
     let mut fractions: Vec<f64> = breaks.iter().map(|b| (b - start.time) / duration).collect();
     fractions[intervals.len()] = 1.0;
@@ -334,7 +336,9 @@ impl Bases {
         // What the rounding of the times does to a point on [-1, 1].
         let rounding = 8.0 * f64::EPSILON * (1.0 + start.abs().max(end.abs()) / (end - start));
         match rule {
-            Some((rule, bases)) if rule.support().iter().zip(&local).all(|(a, b)| (a - b).abs() <= rounding) => {
+            Some((rule, bases))
+                if rule.support().iter().zip(&local).all(|(a, b)| (a - b).abs() <= rounding) =>
+            {
                 Ok(bases.clone())
             }
             _ => bases_through(&local),

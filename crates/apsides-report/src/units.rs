@@ -137,8 +137,8 @@ pub(crate) fn split_key(key: &str) -> (String, String) {
 fn symbol(token: &str) -> Option<String> {
     let base = token.trim_end_matches(['2', '3']);
     let known = match base {
-        "s" | "ms" | "min" | "h" | "d" | "m" | "mm" | "cm" | "km" | "kg" | "g" | "t" | "rad" | "deg" | "mrad"
-        | "mol" | "bar" => base,
+        "s" | "ms" | "min" | "h" | "d" | "m" | "mm" | "cm" | "km" | "kg" | "g" | "t" | "rad" | "deg"
+        | "mrad" | "mol" | "bar" => base,
         "days" | "day" => "d",
         "n" | "N" => "N",
         "kn" | "kN" => "kN",
