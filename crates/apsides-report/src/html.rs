@@ -106,7 +106,7 @@ fn header(page: &mut String, summary: &Summary, explanation: Option<&str>) {
         (escape(&summary.objective.name.replace('_', " ")), "", objective),
         ("status".to_owned(), status_class, escape(&summary.status)),
         ("verified as".to_owned(), class, verdict.to_owned()),
-        ("time in all".to_owned(), "", milliseconds(time)),
+        ("total time".to_owned(), "", milliseconds(time)),
     ] {
         let _ = writeln!(page, "<div><dt>{name}</dt><dd class=\"{class}\">{value}</dd></div>");
     }
@@ -180,14 +180,14 @@ fn certificate(page: &mut String, certificate: &Certificate) {
         return;
     }
     page.push_str(
-        "<div class=\"card\"><table>\n<thead><tr><th>Check</th><th class=\"number\">Value</th>\
+        "<div class=\"card\"><table>\n<thead><tr><th>Check, and where it is largest</th><th class=\"number\">Value</th>\
          <th class=\"number\">Limit</th><th class=\"number\">Margin</th><th>Unit</th><th>Used</th><th>Result</th>\
-         <th>Where</th></tr></thead>\n<tbody>\n",
+         </tr></thead>\n<tbody>\n",
     );
     for (kind, name) in [(CheckKind::Feasibility, "Feasibility"), (CheckKind::Optimality, "Optimality")] {
         let mut of_kind = certificate.checks.iter().filter(|c| c.kind == kind).peekable();
         if of_kind.peek().is_some() {
-            let _ = writeln!(page, "<tr class=\"group\"><th colspan=\"8\">{name}</th></tr>");
+            let _ = writeln!(page, "<tr class=\"group\"><th colspan=\"7\">{name}</th></tr>");
         }
         of_kind.for_each(|c| check(page, c));
     }
@@ -213,14 +213,14 @@ fn check(page: &mut String, check: &Check) {
     let (class, word) = if check.passed { ("good", "passed") } else { ("bad", "failed") };
     let _ = writeln!(
         page,
-        "<tr><td>{}</td><td class=\"number\">{}</td><td class=\"number\">{}</td><td class=\"number\">{}</td>\
-         <td>{}</td><td>{used}</td><td class=\"{class}\">{word}</td><td>{}</td></tr>",
+        "<tr><td>{}<small>{}</small></td><td class=\"number\">{}</td><td class=\"number\">{}</td>\
+         <td class=\"number\">{}</td><td>{}</td><td>{used}</td><td class=\"{class}\">{word}</td></tr>",
         escape(&check.name),
+        escape(&check.at),
         readable(check.value, 3),
         readable(check.limit, 3),
         readable(check.margin, 3),
-        escape(&pretty(&check.unit)),
-        escape(&check.at)
+        escape(&pretty(&check.unit))
     );
 }
 
@@ -230,7 +230,7 @@ fn phases(page: &mut String, outcome: &Outcome) {
         "<h2>Phases</h2>\n<div class=\"card\"><table>\n<thead><tr><th class=\"number\">No.</th><th>Phase</th>\
          <th class=\"number\">Start</th><th class=\"number\">End</th><th class=\"number\">Duration</th><th>Unit</th>\
          <th class=\"number\">Intervals</th><th class=\"number\">Points</th>\
-         <th class=\"number\">Largest error estimate</th></tr></thead>\n<tbody>\n",
+         <th class=\"number\">Largest error</th></tr></thead>\n<tbody>\n",
     );
     for (k, (phase, t)) in ocp.phases.iter().zip(&trajectory.phases).enumerate() {
         let error = match t.interval_errors.as_slice() {

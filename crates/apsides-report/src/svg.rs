@@ -127,9 +127,9 @@ impl Canvas<'_> {
         self.backend.draw_circle(enlarged(at), radius, &style, true).map_err(|e| e.to_string())
     }
 
-    fn rectangle(&mut self, from: Point, to: Point, color: RGBColor, fill: bool) -> Result<(), String> {
-        let style = shape(color, 1.0, fill);
-        self.backend.draw_rect(enlarged(from), enlarged(to), &style, fill).map_err(|e| e.to_string())
+    fn fill(&mut self, from: Point, to: Point, color: RGBColor) -> Result<(), String> {
+        let style = shape(color, 0.0, true);
+        self.backend.draw_rect(enlarged(from), enlarged(to), &style, true).map_err(|e| e.to_string())
     }
 
     fn text(&mut self, text: &str, at: Point, h: HPos, v: VPos) -> Result<(), String> {
@@ -156,9 +156,10 @@ struct Drawing {
 
 impl Drawing {
     fn new(figure: &Figure) -> Self {
-        let [x_values, y_values] = [0, 1].map(|k| axis_values(figure, k));
+        let [mut x_values, y_values] = [0, 1].map(|k| axis_values(figure, k));
+        x_values.extend(figure.spans.iter().flat_map(|s| [s.range.start, s.range.end]));
         let x = AxisLayout::new(&figure.x, x_values.into_iter(), 0.0, 7);
-        let y = AxisLayout::new(&figure.y, y_values.into_iter(), 0.05, 5);
+        let y = AxisLayout::new(&figure.y, y_values.into_iter(), 0.05, 6);
         let widest = y.ticks.iter().map(|t| t.label.chars().count()).max().unwrap_or(0);
         let named_spans = figure.spans.iter().any(|s| !s.label.is_empty());
         Self {
@@ -190,7 +191,7 @@ impl Drawing {
     fn draw(&self, figure: &Figure, canvas: &mut Canvas<'_>) -> Result<(), String> {
         let spans = self.spans(figure);
         for (from, to, _) in spans.iter().skip(1).step_by(2) {
-            canvas.rectangle((*from, self.top), (*to, self.bottom), SHADE, true)?;
+            canvas.fill((*from, self.top), (*to, self.bottom), SHADE)?;
         }
         self.grid(canvas)?;
         for (from, to, _) in &spans {
@@ -200,7 +201,10 @@ impl Drawing {
                 }
             }
         }
-        canvas.rectangle((self.left, self.top), (self.right, self.bottom), FRAME, false)?;
+        // The backend draws rectangles with hairlines only.
+        let (left, right, top, bottom) = (self.left, self.right, self.top, self.bottom);
+        let frame = [(left, top), (right, top), (right, bottom), (left, bottom), (left, top)];
+        canvas.line(&frame, FRAME, 1.0)?;
         self.references(figure, canvas)?;
         for (series, color) in figure.series.iter().zip(figure.colors()) {
             self.series(series, series_color(color), canvas)?;
