@@ -1,1 +1,57 @@
-//! Figures, HTML reports and data files for apsides results.
+//! Result directories: data files, figures and a report of what a solve returned.
+//!
+//! ```text
+//! Outcome -> summary.json  certificate.json  trajectory.csv  multipliers.json  mission.toml  report.html
+//! trajectory.csv, multipliers.json -> Trajectory     (the same polynomials, from the values at the nodes)
+//! ```
+//!
+//! [`write_outcome`] replaces all files of a directory together, [`read_outcome_trajectory`] reads the trajectory back
+//! for another verification. The crate solves and verifies nothing. `report.html` is one file without scripts or
+//! references; missions add figures of their own to the standard ones:
+//!
+//! ```
+//! use apsides_report::{Axis, Figure, Series};
+//!
+//! let descent = (0..=50).map(|k| f64::from(k) / 50.0).map(|s| [420e3 * s, 15e3 * (1.0 - s * s)]);
+//! let svg = Figure::new("descent", Axis::new("downrange", "m"), Axis::new("altitude", "m"))
+//!     .with(Series::line("flight path", descent.collect()))
+//!     .horizontal("gate", 2000.0)
+//!     .to_svg()?;
+//! assert!(svg.contains("altitude (km)")); // 15000 m are shown as 15 km
+//! # Ok::<(), apsides_report::ReportError>(())
+//! ```
+//!
+//! | module | subject |
+//! | --- | --- |
+//! | `directory` | the files of a result, written together |
+//! | `trajectory_csv`, `trajectory_reader`, `columns` | `trajectory.csv`: writing, reading, headers |
+//! | `multipliers` | `multipliers.json` |
+//! | `html`, `page.css` | `report.html` |
+//! | `figure`, `axis_layout`, `svg` | what a figure shows, where its ticks stand, how it is drawn |
+//! | `standard_figures` | figures of every result |
+//! | `units`, `number` | units and numbers for readers |
+//!
+//! Reference: M. Okabe and K. Ito, Color Universal Design, 2008, <https://jfly.uni-koeln.de/color/> (the palette).
+
+mod axis_layout;
+mod columns;
+mod directory;
+mod error;
+mod figure;
+mod html;
+mod multipliers;
+mod number;
+mod standard_figures;
+mod svg;
+mod trajectory_csv;
+mod trajectory_reader;
+mod units;
+
+pub use directory::{read_outcome_trajectory, write_outcome};
+pub use error::ReportError;
+pub use figure::{Axis, AxisScale, Figure, ReferenceLine, Series, SeriesStyle, Span};
+pub use html::render_html;
+pub use multipliers::{ConstraintMultipliers, Multipliers, PathMultipliers};
+pub use standard_figures::StandardFigures;
+pub use trajectory_csv::write_trajectory;
+pub use trajectory_reader::read_trajectory;

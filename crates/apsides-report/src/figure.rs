@@ -1,0 +1,188 @@
+//! What a figure shows: axes, series, reference lines and labelled spans, in the units of the data.
+
+use std::ops::Range;
+
+/// How values are spread along an axis.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum AxisScale {
+    /// Equal steps.
+    #[default]
+    Linear,
+    /// Equal ratios; values that are not positive are gaps.
+    Logarithmic,
+}
+
+/// Name, unit and scale of an axis.
+///
+/// The page shows the unit that is easiest to read: 15000 m as 15 km, rad as deg.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Axis {
+    /// Name of the quantity.
+    pub label: String,
+    /// Unit of the data, `-` for none.
+    pub unit: String,
+    /// Linear unless stated.
+    pub scale: AxisScale,
+}
+
+impl Axis {
+    /// A linear axis.
+    #[must_use]
+    pub fn new(label: impl Into<String>, unit: impl Into<String>) -> Self {
+        Self { label: label.into(), unit: unit.into(), scale: AxisScale::Linear }
+    }
+
+    /// The same axis, logarithmic.
+    #[must_use]
+    pub fn logarithmic(self) -> Self {
+        Self { scale: AxisScale::Logarithmic, ..self }
+    }
+}
+
+/// How the points of a series are drawn.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum SeriesStyle {
+    /// A line through the points.
+    #[default]
+    Line,
+    /// A dot at each point.
+    Dots,
+    /// A dashed grey line that does not widen the axes much: bounds.
+    Bound,
+}
+
+/// Points with a name.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Series {
+    /// Name in the legend; no entry when empty.
+    pub label: String,
+    /// `[x, y]` in the units of the axes; a point that is not finite is a gap.
+    pub points: Vec<[f64; 2]>,
+    /// Line unless stated.
+    pub style: SeriesStyle,
+    /// Which colour of the palette; the next free one when absent.
+    pub color: Option<usize>,
+}
+
+impl Series {
+    /// A line.
+    #[must_use]
+    pub fn line(label: impl Into<String>, points: Vec<[f64; 2]>) -> Self {
+        Self { label: label.into(), points, style: SeriesStyle::Line, color: None }
+    }
+
+    /// Dots.
+    #[must_use]
+    pub fn dots(label: impl Into<String>, points: Vec<[f64; 2]>) -> Self {
+        Self { style: SeriesStyle::Dots, ..Self::line(label, points) }
+    }
+
+    /// A bound.
+    #[must_use]
+    pub fn bound(label: impl Into<String>, points: Vec<[f64; 2]>) -> Self {
+        Self { style: SeriesStyle::Bound, ..Self::line(label, points) }
+    }
+
+    /// The same series in a colour of the palette, to pair it with another one.
+    #[must_use]
+    pub fn colored(self, color: usize) -> Self {
+        Self { color: Some(color), ..self }
+    }
+}
+
+/// A straight line across the figure.
+#[derive(Clone, Debug, PartialEq)]
+pub enum ReferenceLine {
+    /// At a value of the vertical axis.
+    Horizontal {
+        /// Value in the unit of the vertical axis.
+        value: f64,
+        /// Name in the legend.
+        label: String,
+    },
+    /// At a value of the horizontal axis.
+    Vertical {
+        /// Value in the unit of the horizontal axis.
+        value: f64,
+        /// Name in the legend.
+        label: String,
+    },
+}
+
+impl ReferenceLine {
+    /// Name in the legend.
+    #[must_use]
+    pub fn label(&self) -> &str {
+        let (Self::Horizontal { label, .. } | Self::Vertical { label, .. }) = self;
+        label
+    }
+}
+
+/// A named part of the horizontal axis, such as a phase: its ends are marked, its name stands above.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Span {
+    /// Name; left out where it does not fit.
+    pub label: String,
+    /// Ends in the unit of the horizontal axis.
+    pub range: Range<f64>,
+}
+
+/// A figure.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Figure {
+    /// Title.
+    pub title: String,
+    /// Horizontal axis.
+    pub x: Axis,
+    /// Vertical axis.
+    pub y: Axis,
+    /// Lines and dots, later ones above earlier ones.
+    pub series: Vec<Series>,
+    /// Reference lines.
+    pub references: Vec<ReferenceLine>,
+    /// Named parts of the horizontal axis.
+    pub spans: Vec<Span>,
+}
+
+impl Figure {
+    /// A figure with axes and no data.
+    #[must_use]
+    pub fn new(title: impl Into<String>, x: Axis, y: Axis) -> Self {
+        Self { title: title.into(), x, y, series: Vec::new(), references: Vec::new(), spans: Vec::new() }
+    }
+
+    /// Adds a series.
+    #[must_use]
+    pub fn with(mut self, series: Series) -> Self {
+        self.series.push(series);
+        self
+    }
+
+    /// Adds a horizontal reference line at `value`, in the unit of the vertical axis.
+    #[must_use]
+    pub fn horizontal(mut self, label: impl Into<String>, value: f64) -> Self {
+        self.references.push(ReferenceLine::Horizontal { value, label: label.into() });
+        self
+    }
+
+    /// Adds a vertical reference line at `value`, in the unit of the horizontal axis.
+    #[must_use]
+    pub fn vertical(mut self, label: impl Into<String>, value: f64) -> Self {
+        self.references.push(ReferenceLine::Vertical { value, label: label.into() });
+        self
+    }
+
+    /// Index into the palette for each series; bounds have none.
+    pub(crate) fn colors(&self) -> Vec<Option<usize>> {
+        let mut next = 0;
+        let color = |s: &Series| match (s.style, s.color) {
+            (SeriesStyle::Bound, _) => None,
+            (_, Some(color)) => Some(color),
+            (_, None) => {
+                next += 1;
+                Some(next - 1)
+            }
+        };
+        self.series.iter().map(color).collect()
+    }
+}

@@ -1,0 +1,154 @@
+//! `multipliers.json`: the multipliers of endpoint and path constraints, which the trajectory file does not hold.
+
+use std::sync::Arc;
+
+use apsides_ocp::{Ocp, PhaseTrajectory, PiecewisePolynomial, Segment, Trajectory};
+use serde::{Deserialize, Serialize};
+
+use crate::ReportError;
+
+/// Multipliers of the minimised objective, with the names that they belong to.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Multipliers {
+    /// Per endpoint constraint of the problem; absent when the method gives none.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub constraints: Option<Vec<ConstraintMultipliers>>,
+    /// Per phase whose path constraints have multipliers.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub path: Vec<PathMultipliers>,
+}
+
+/// Multipliers of one endpoint constraint, in objective unit per unit of the row.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct ConstraintMultipliers {
+    /// Name of the constraint.
+    pub constraint: String,
+    /// Names of its rows.
+    pub rows: Vec<String>,
+    /// One multiplier per row.
+    pub values: Vec<f64>,
+}
+
+/// Multipliers of the path constraints of one phase, per unit time.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct PathMultipliers {
+    /// Name of the phase.
+    pub phase: String,
+    /// Names of the path constraint rows.
+    pub rows: Vec<String>,
+    /// Per collocation point of the phase: one multiplier per row.
+    pub values: Vec<Vec<f64>>,
+}
+
+impl Multipliers {
+    /// The multipliers of a trajectory; none when it has none.
+    #[must_use]
+    pub fn of(ocp: &Ocp, trajectory: &Trajectory) -> Option<Self> {
+        let constraints = trajectory.constraint_multipliers.as_ref().map(|multipliers| {
+            let named = ocp.constraints.iter().zip(multipliers);
+            named
+                .map(|(c, values)| ConstraintMultipliers {
+                    constraint: c.name.clone(),
+                    rows: c.rows.iter().map(|r| r.name.clone()).collect(),
+                    values: values.clone(),
+                })
+                .collect()
+        });
+        let path: Vec<_> = ocp
+            .phases
+            .iter()
+            .zip(&trajectory.phases)
+            .filter_map(|(phase, t)| {
+                let multipliers = t.path_multipliers.as_ref()?;
+                let rows = phase.path.iter().flat_map(|p| &p.rows).map(|r| r.name.clone()).collect();
+                let values = (0..t.control.segments().len())
+                    .flat_map(|k| t.control.node_times(k).map(move |time| (k, time)))
+                    .map(|(k, time)| {
+                        let mut row = vec![0.0; multipliers.dimension()];
+                        multipliers.evaluate_in(k, time, &mut row);
+                        row
+                    })
+                    .collect();
+                Some(PathMultipliers { phase: phase.name.clone(), rows, values })
+            })
+            .collect();
+        (constraints.is_some() || !path.is_empty()).then_some(Self { constraints, path })
+    }
+
+    /// Puts the multipliers into a trajectory of the same problem and nodes.
+    ///
+    /// # Errors
+    /// [`ReportError::Multipliers`] when a name or a count does not fit.
+    pub(crate) fn give_to(&self, ocp: &Ocp, trajectory: &mut Trajectory) -> Result<(), ReportError> {
+        if let Some(constraints) = &self.constraints {
+            trajectory.constraint_multipliers = Some(endpoint_values(ocp, constraints)?);
+        }
+        for path in &self.path {
+            let Some(index) = ocp.phase_index(&path.phase) else {
+                return refuse(&path.phase, "the problem has no such phase".into());
+            };
+            let rows = ocp.phases[index].path_rows();
+            let phase = &mut trajectory.phases[index];
+            phase.path_multipliers = Some(path_polynomial(path, rows, phase)?);
+        }
+        Ok(())
+    }
+}
+
+fn refuse<T>(place: &str, reason: String) -> Result<T, ReportError> {
+    Err(ReportError::Multipliers { place: format!("`{place}`"), reason })
+}
+
+fn endpoint_values(ocp: &Ocp, constraints: &[ConstraintMultipliers]) -> Result<Vec<Vec<f64>>, ReportError> {
+    if constraints.len() != ocp.constraints.len() {
+        let (expected, found) = (ocp.constraints.len(), constraints.len());
+        return refuse(&ocp.name, format!("expected {expected} endpoint constraints, found {found}"));
+    }
+    let pairs = constraints.iter().zip(&ocp.constraints);
+    pairs
+        .map(|(found, expected)| {
+            let names = expected.rows.iter().map(|r| &r.name);
+            if found.constraint != expected.name || !found.rows.iter().eq(names) {
+                let place = &found.constraint;
+                refuse(place, format!("expected constraint `{}` and its rows here", expected.name))
+            } else if found.values.len() != expected.rows.len() {
+                let (expected, found_count) = (expected.rows.len(), found.values.len());
+                refuse(&found.constraint, format!("expected {expected} values, found {found_count}"))
+            } else {
+                Ok(found.values.clone())
+            }
+        })
+        .collect()
+}
+
+fn path_polynomial(
+    path: &PathMultipliers,
+    rows: usize,
+    phase: &PhaseTrajectory,
+) -> Result<PiecewisePolynomial, ReportError> {
+    let points = phase.mesh.total_points();
+    if path.values.len() != points {
+        let found = path.values.len();
+        return refuse(&path.phase, format!("expected {points} collocation points, found {found}"));
+    }
+    if let Some(k) = path.values.iter().position(|v| v.len() != rows) {
+        let found = path.values[k].len();
+        return refuse(&path.phase, format!("expected {rows} values at point {k}, found {found}"));
+    }
+    let mut remaining = path.values.as_slice();
+    let segments = phase
+        .control
+        .segments()
+        .iter()
+        .map(|s| {
+            let (here, rest) = remaining.split_at(s.basis.nodes().len());
+            remaining = rest;
+            Segment { basis: Arc::clone(&s.basis), values: here.concat() }
+        })
+        .collect();
+    PiecewisePolynomial::new(rows, phase.control.breaks().to_vec(), segments)
+        .or_else(|e| refuse(&path.phase, e.to_string()))
+}

@@ -1,0 +1,381 @@
+//! Draws a figure as SVG.
+//!
+//! The SVG backend of plotters rounds coordinates to integers: figures are drawn enlarged and their view box scales
+//! them back. Text is positioned by anchors, so that no font is needed here.
+
+use plotters::backend::{DrawingBackend, SVGBackend};
+use plotters::style::text_anchor::{HPos, Pos, VPos};
+use plotters::style::{Color, FontFamily, FontStyle, RGBColor, ShapeStyle, TextStyle};
+
+use crate::ReportError;
+use crate::axis_layout::AxisLayout;
+use crate::figure::{AxisScale, Figure, ReferenceLine, Series, SeriesStyle};
+use crate::html::escape;
+
+/// Size of a figure in CSS pixels.
+pub(crate) const WIDTH: f64 = 560.0;
+pub(crate) const HEIGHT: f64 = 300.0;
+/// Drawing units per CSS pixel.
+const ENLARGEMENT: f64 = 10.0;
+const FONT_SIZE: f64 = 12.0;
+/// Average width of a digit in this size; generous, no font is measured.
+const DIGIT_WIDTH: f64 = 7.0;
+
+const INK: RGBColor = RGBColor(0x1f, 0x29, 0x33);
+const FRAME: RGBColor = RGBColor(0x8a, 0x94, 0x9e);
+const GRID: RGBColor = RGBColor(0xe3, 0xe7, 0xeb);
+const MINOR_GRID: RGBColor = RGBColor(0xf1, 0xf3, 0xf5);
+const SHADE: RGBColor = RGBColor(0xf6, 0xf8, 0xfa);
+/// Colour of bounds.
+pub(crate) const BOUND: RGBColor = RGBColor(0x6b, 0x75, 0x80);
+
+/// Colours that readers with colour vision deficiency tell apart, without the yellow that white paper hides.
+/// Okabe and Ito, Color Universal Design (2008), <https://jfly.uni-koeln.de/color/>.
+const PALETTE: [RGBColor; 7] = [
+    RGBColor(0x00, 0x72, 0xb2),
+    RGBColor(0xd5, 0x5e, 0x00),
+    RGBColor(0x00, 0x9e, 0x73),
+    RGBColor(0xcc, 0x79, 0xa7),
+    RGBColor(0xe6, 0x9f, 0x00),
+    RGBColor(0x56, 0xb4, 0xe9),
+    RGBColor(0x00, 0x00, 0x00),
+];
+
+/// Colour of a series.
+pub(crate) fn series_color(index: Option<usize>) -> RGBColor {
+    index.map_or(BOUND, |k| PALETTE[k % PALETTE.len()])
+}
+
+/// Colour of a reference line: from the end of the palette, which few figures reach.
+pub(crate) fn reference_color(index: usize) -> RGBColor {
+    PALETTE[(PALETTE.len() - 1) - index % PALETTE.len()]
+}
+
+impl Figure {
+    /// The figure as an SVG element, without legend; it holds no script and refers to nothing outside.
+    ///
+    /// # Errors
+    /// [`ReportError::Figure`] when the drawing library fails.
+    pub fn to_svg(&self) -> Result<String, ReportError> {
+        let mut drawn = String::new();
+        let size = ((WIDTH * ENLARGEMENT) as u32, (HEIGHT * ENLARGEMENT) as u32);
+        let result = {
+            let mut canvas = Canvas { backend: SVGBackend::with_string(&mut drawn, size) };
+            Drawing::new(self)
+                .draw(self, &mut canvas)
+                .and_then(|()| canvas.backend.present().map_err(|e| e.to_string()))
+        };
+        result.map_err(|reason| ReportError::Figure { title: self.title.clone(), reason })?;
+        // The element of the library has a fixed size and no description.
+        let body = drawn.find('>').map_or("", |k| &drawn[k + 1..]);
+        Ok(format!(
+            "<svg xmlns=\"http://www.w3.org/2000/svg\" viewBox=\"0 0 {} {}\" role=\"img\" \
+             stroke-linejoin=\"round\" stroke-linecap=\"round\">\n<title>{}</title>{body}",
+            size.0,
+            size.1,
+            escape(&self.title)
+        ))
+    }
+}
+
+/// A point in CSS pixels.
+type Point = (f64, f64);
+
+/// The backend, in CSS pixels.
+struct Canvas<'a> {
+    backend: SVGBackend<'a>,
+}
+
+fn enlarged((x, y): Point) -> (i32, i32) {
+    ((x * ENLARGEMENT).round() as i32, (y * ENLARGEMENT).round() as i32)
+}
+
+fn shape(color: RGBColor, width: f64, filled: bool) -> ShapeStyle {
+    ShapeStyle { color: color.to_rgba(), filled, stroke_width: (width * ENLARGEMENT).round() as u32 }
+}
+
+impl Canvas<'_> {
+    fn line(&mut self, points: &[Point], color: RGBColor, width: f64) -> Result<(), String> {
+        let mut path: Vec<_> = points.iter().map(|p| enlarged(*p)).collect();
+        path.dedup();
+        if path.len() < 2 {
+            return Ok(());
+        }
+        let style = shape(color, width, false);
+        self.backend.draw_path(path, &style).map_err(|e| e.to_string())
+    }
+
+    /// A straight line of dashes.
+    fn dashes(&mut self, from: Point, to: Point, color: RGBColor) -> Result<(), String> {
+        const DASH: f64 = 6.0;
+        const GAP: f64 = 4.0;
+        let (dx, dy) = (to.0 - from.0, to.1 - from.1);
+        let length = dx.hypot(dy);
+        let mut start = 0.0;
+        while start < length {
+            let end = (start + DASH).min(length);
+            let at = |s: f64| (from.0 + dx * s / length, from.1 + dy * s / length);
+            self.line(&[at(start), at(end)], color, 1.4)?;
+            start += DASH + GAP;
+        }
+        Ok(())
+    }
+
+    fn dot(&mut self, at: Point, color: RGBColor) -> Result<(), String> {
+        let style = shape(color, 0.0, true);
+        let radius = (2.2 * ENLARGEMENT) as u32;
+        self.backend.draw_circle(enlarged(at), radius, &style, true).map_err(|e| e.to_string())
+    }
+
+    fn fill(&mut self, from: Point, to: Point, color: RGBColor) -> Result<(), String> {
+        let style = shape(color, 0.0, true);
+        self.backend.draw_rect(enlarged(from), enlarged(to), &style, true).map_err(|e| e.to_string())
+    }
+
+    fn text(&mut self, text: &str, at: Point, h: HPos, v: VPos) -> Result<(), String> {
+        // The backend divides the size by 1.24.
+        let size = FONT_SIZE * ENLARGEMENT * 1.24;
+        let style = TextStyle {
+            font: (FontFamily::SansSerif, size, FontStyle::Normal).into(),
+            color: INK.to_backend_color(),
+            pos: Pos::new(h, v),
+        };
+        self.backend.draw_text(text, &style, enlarged(at)).map_err(|e| e.to_string())
+    }
+}
+
+/// A figure with its axes and its plot area decided.
+struct Drawing {
+    x: AxisLayout,
+    y: AxisLayout,
+    left: f64,
+    right: f64,
+    top: f64,
+    bottom: f64,
+}
+
+impl Drawing {
+    fn new(figure: &Figure) -> Self {
+        let [mut x_values, y_values] = [0, 1].map(|k| axis_values(figure, k));
+        x_values.extend(figure.spans.iter().flat_map(|s| [s.range.start, s.range.end]));
+        let x = AxisLayout::new(&figure.x, x_values.into_iter(), 0.0, 7);
+        let y = AxisLayout::new(&figure.y, y_values.into_iter(), 0.05, 6);
+        let widest = y.ticks.iter().map(|t| t.label.chars().count()).max().unwrap_or(0);
+        let named_spans = figure.spans.iter().any(|s| !s.label.is_empty());
+        Self {
+            x,
+            y,
+            left: (14.0 + DIGIT_WIDTH * widest as f64).clamp(40.0, 0.4 * WIDTH),
+            right: WIDTH - 18.0,
+            top: if named_spans { 46.0 } else { 28.0 },
+            bottom: HEIGHT - 44.0,
+        }
+    }
+
+    fn horizontal(&self, position: f64) -> f64 {
+        self.left + position * (self.right - self.left)
+    }
+
+    fn vertical(&self, position: f64) -> f64 {
+        self.bottom - position * (self.bottom - self.top)
+    }
+
+    /// Place of a point of the data; none for gaps and for what lies outside.
+    fn place(&self, [x, y]: [f64; 2]) -> Option<Point> {
+        let inside = |p: &f64| (-1e-9..=1.0 + 1e-9).contains(p);
+        let x = self.x.position(x).filter(inside)?;
+        let y = self.y.position(y).filter(inside)?;
+        Some((self.horizontal(x), self.vertical(y)))
+    }
+
+    fn draw(&self, figure: &Figure, canvas: &mut Canvas<'_>) -> Result<(), String> {
+        let spans = self.spans(figure);
+        for (from, to, _) in spans.iter().skip(1).step_by(2) {
+            canvas.fill((*from, self.top), (*to, self.bottom), SHADE)?;
+        }
+        self.grid(canvas)?;
+        for (from, to, _) in &spans {
+            for x in [*from, *to] {
+                if x > self.left + 0.5 && x < self.right - 0.5 {
+                    canvas.line(&[(x, self.top), (x, self.bottom)], FRAME, 1.0)?;
+                }
+            }
+        }
+        // The backend draws rectangles with hairlines only.
+        let (left, right, top, bottom) = (self.left, self.right, self.top, self.bottom);
+        let frame = [(left, top), (right, top), (right, bottom), (left, bottom), (left, top)];
+        canvas.line(&frame, FRAME, 1.0)?;
+        self.references(figure, canvas)?;
+        for (series, color) in figure.series.iter().zip(figure.colors()) {
+            self.series(series, series_color(color), canvas)?;
+        }
+        self.labels(&spans, canvas)
+    }
+
+    /// Left end, right end and label of each span in the plot area.
+    fn spans<'f>(&self, figure: &'f Figure) -> Vec<(f64, f64, &'f str)> {
+        let end = |v: f64| self.x.position(v).map(|p| self.horizontal(p.clamp(0.0, 1.0)));
+        let placed = |s: &'f crate::figure::Span| {
+            let (from, to) = (end(s.range.start)?, end(s.range.end)?);
+            (from < to).then_some((from, to, s.label.as_str()))
+        };
+        figure.spans.iter().filter_map(placed).collect()
+    }
+
+    fn grid(&self, canvas: &mut Canvas<'_>) -> Result<(), String> {
+        let across = |d: &Self, p: f64| [(d.left, d.vertical(p)), (d.right, d.vertical(p))];
+        let along = |d: &Self, p: f64| [(d.horizontal(p), d.top), (d.horizontal(p), d.bottom)];
+        for p in &self.y.minor {
+            canvas.line(&across(self, *p), MINOR_GRID, 1.0)?;
+        }
+        for p in &self.x.minor {
+            canvas.line(&along(self, *p), MINOR_GRID, 1.0)?;
+        }
+        for tick in &self.y.ticks {
+            canvas.line(&across(self, tick.position), GRID, 1.0)?;
+        }
+        for tick in &self.x.ticks {
+            canvas.line(&along(self, tick.position), GRID, 1.0)?;
+        }
+        Ok(())
+    }
+
+    fn references(&self, figure: &Figure, canvas: &mut Canvas<'_>) -> Result<(), String> {
+        let inside = |p: &f64| (0.0..=1.0).contains(p);
+        for (index, reference) in figure.references.iter().enumerate() {
+            let ends = match reference {
+                ReferenceLine::Horizontal { value, .. } => self.y.position(*value).filter(inside).map(|p| {
+                    let y = self.vertical(p);
+                    [(self.left, y), (self.right, y)]
+                }),
+                ReferenceLine::Vertical { value, .. } => self.x.position(*value).filter(inside).map(|p| {
+                    let x = self.horizontal(p);
+                    [(x, self.bottom), (x, self.top)]
+                }),
+            };
+            if let Some([from, to]) = ends {
+                canvas.dashes(from, to, reference_color(index))?;
+            }
+        }
+        Ok(())
+    }
+
+    fn series(&self, series: &Series, color: RGBColor, canvas: &mut Canvas<'_>) -> Result<(), String> {
+        let places: Vec<Option<Point>> = series.points.iter().map(|p| self.place(*p)).collect();
+        match series.style {
+            SeriesStyle::Dots => places.into_iter().flatten().try_for_each(|p| canvas.dot(p, color)),
+            SeriesStyle::Bound => places.windows(2).try_for_each(|pair| match pair {
+                [Some(from), Some(to)] => canvas.dashes(*from, *to, color),
+                _ => Ok(()),
+            }),
+            SeriesStyle::Line => places.split(Option::is_none).try_for_each(|run| {
+                let run: Vec<Point> = run.iter().flatten().copied().collect();
+                match run.as_slice() {
+                    [alone] => canvas.dot(*alone, color),
+                    points => canvas.line(points, color, 1.8),
+                }
+            }),
+        }
+    }
+
+    fn labels(&self, spans: &[(f64, f64, &str)], canvas: &mut Canvas<'_>) -> Result<(), String> {
+        for tick in &self.y.ticks {
+            let at = (self.left - 6.0, self.vertical(tick.position));
+            canvas.text(&tick.label, at, HPos::Right, VPos::Center)?;
+        }
+        for tick in &self.x.ticks {
+            let at = (self.horizontal(tick.position), self.bottom + 6.0);
+            canvas.text(&tick.label, at, HPos::Center, VPos::Top)?;
+        }
+        for (k, (from, to, label)) in spans.iter().enumerate() {
+            let number = (k + 1).to_string();
+            let fits = |text: &&str| text.chars().count() as f64 * DIGIT_WIDTH + 4.0 <= to - from;
+            let text = [*label, number.as_str()].into_iter().find(fits);
+            if let Some(text) = text.filter(|_| !label.is_empty()) {
+                canvas.text(text, (0.5 * (from + to), self.top - 4.0), HPos::Center, VPos::Bottom)?;
+            }
+        }
+        canvas.text(&self.y.title, (6.0, 6.0), HPos::Left, VPos::Top)?;
+        let middle = 0.5 * (self.left + self.right);
+        canvas.text(&self.x.title, (middle, HEIGHT - 6.0), HPos::Center, VPos::Bottom)
+    }
+}
+
+/// Values that an axis must show: all data, and those bounds and references that leave the data room.
+fn axis_values(figure: &Figure, axis: usize) -> Vec<f64> {
+    let scale = if axis == 0 { figure.x.scale } else { figure.y.scale };
+    let of = |bound: bool| {
+        figure
+            .series
+            .iter()
+            .filter(move |s| (s.style == SeriesStyle::Bound) == bound)
+            .flat_map(move |s| s.points.iter().map(move |p| p[axis]))
+    };
+    let mut values: Vec<f64> = of(false).filter(|v| v.is_finite()).collect();
+    let references = figure.references.iter().filter_map(|r| match (r, axis) {
+        (ReferenceLine::Vertical { value, .. }, 0) | (ReferenceLine::Horizontal { value, .. }, 1) => {
+            Some(*value)
+        }
+        _ => None,
+    });
+    let low = values.iter().copied().fold(f64::INFINITY, f64::min);
+    let high = values.iter().copied().fold(f64::NEG_INFINITY, f64::max);
+    let magnitude = low.abs().max(high.abs());
+    let spread = high - low;
+    // Beyond this distance from the data an axis would flatten them.
+    let distance = if spread > 1e-9 * magnitude { 2.0 * spread } else { 10.0 * magnitude };
+    let near = |v: &f64| {
+        let distant = *v < low - distance || *v > high + distance;
+        v.is_finite()
+            && (values.is_empty() || scale == AxisScale::Logarithmic || magnitude == 0.0 || !distant)
+    };
+    let extra: Vec<f64> = of(true).chain(references).filter(near).collect();
+    values.extend(extra);
+    values
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::figure::Axis;
+
+    fn axes() -> Figure {
+        Figure::new("test", Axis::new("time", "s"), Axis::new("thrust", "N"))
+    }
+
+    #[test]
+    fn gaps_split_lines() {
+        let points = vec![[0.0, 1.0], [1.0, 2.0], [2.0, f64::NAN], [3.0, 2.0], [4.0, 1.0]];
+        let svg = axes().with(Series::line("a", points)).to_svg().expect("drawn");
+        assert_eq!(svg.matches("stroke=\"#0072B2\"").count(), 2);
+        assert!(!svg.contains("NaN"));
+    }
+
+    #[test]
+    fn near_bounds_widen_the_axis_and_distant_ones_do_not() {
+        let data = Series::line("a", vec![[0.0, 1.0], [1.0, 2.0]]);
+        let bound = |y| Series::bound("b", vec![[0.0, y], [1.0, y]]);
+        let near = axes().with(data.clone()).with(bound(3.0));
+        assert!(near.to_svg().expect("drawn").contains("#6B7580"));
+        let distant = axes().with(data).with(bound(1e6));
+        assert!(!distant.to_svg().expect("drawn").contains("#6B7580"));
+    }
+
+    #[test]
+    fn texts_are_escaped() {
+        let figure = Figure::new("<b>&", Axis::new("<x>", "-"), Axis::new("y", "\"<&"));
+        let svg = figure.to_svg().expect("drawn");
+        assert!(svg.contains("<title>&lt;b&gt;&amp;</title>"));
+        assert!(!svg.contains("<x>") && !svg.contains("<b>"));
+    }
+
+    #[test]
+    fn extreme_data_are_drawn() {
+        for scale in [f64::NAN, f64::INFINITY, 0.0, 1e-320, 1e300, f64::MAX] {
+            let points = vec![[0.0, -scale], [scale, scale], [1.0, 1.0]];
+            let figure = axes().with(Series::line("a", points)).horizontal("r", scale).vertical("s", -scale);
+            let svg = figure.to_svg().expect("drawn");
+            assert!(!svg.contains("NaN") && !svg.contains("inf"), "{scale}");
+        }
+    }
+}
