@@ -38,7 +38,7 @@ pub(crate) struct AxisLayout {
 impl AxisLayout {
     /// An axis for `values`; `padding` is free space at both ends as a part of the range, `ticks` the wanted number.
     pub(crate) fn new(axis: &Axis, values: impl Iterator<Item = f64>, padding: f64, ticks: usize) -> Self {
-        let (low, high) = range(axis.scale, values);
+        let (low, high) = range(axis.scale, values.chain(axis.including));
         match axis.scale {
             AxisScale::Linear => Self::linear(axis, low, high, padding, ticks),
             AxisScale::Logarithmic => Self::logarithmic(axis, low, high, ticks),
@@ -90,8 +90,10 @@ impl AxisLayout {
         let minor = if last - first <= 4 {
             let parts = |e| (2..10).map(move |k| f64::from(e) + f64::from(k).log10());
             (first..last).flat_map(parts).map(position).collect()
-        } else {
+        } else if last - first <= 40 {
             (first..=last).map(|e| position(f64::from(e))).collect()
+        } else {
+            Vec::new()
         };
         let unit = crate::units::pretty(&axis.unit);
         Self {

@@ -23,19 +23,27 @@ pub struct Axis {
     pub unit: String,
     /// Linear unless stated.
     pub scale: AxisScale,
+    /// A value that the axis must reach, such as zero for a count.
+    pub including: Option<f64>,
 }
 
 impl Axis {
     /// A linear axis.
     #[must_use]
     pub fn new(label: impl Into<String>, unit: impl Into<String>) -> Self {
-        Self { label: label.into(), unit: unit.into(), scale: AxisScale::Linear }
+        Self { label: label.into(), unit: unit.into(), scale: AxisScale::Linear, including: None }
     }
 
     /// The same axis, logarithmic.
     #[must_use]
     pub fn logarithmic(self) -> Self {
         Self { scale: AxisScale::Logarithmic, ..self }
+    }
+
+    /// The same axis, reaching `value`.
+    #[must_use]
+    pub fn including(self, value: f64) -> Self {
+        Self { including: Some(value), ..self }
     }
 }
 

@@ -60,15 +60,19 @@ pub fn render_html(outcome: &Outcome, figures: &[Figure]) -> Result<String, Repo
     page.push_str("</section>\n</div>\n");
     certificate(&mut page, &summary.certificate);
     phases(&mut page, outcome);
-    let curves =
-        "Lines are the polynomials of the solution, dots its nodes, dashed grey lines bounds near the data.";
+    let curves = "Lines are the polynomials of the solution, dots its nodes (left out on fine meshes), dashed grey lines bounds near the data.";
     section(&mut page, "Mission", None, figures)?;
     section(&mut page, "States", Some(curves), &standard.states)?;
     section(&mut page, "Controls", Some(curves), &standard.controls)?;
     let costates =
         "Derivatives of the minimised objective with respect to the state, in objective unit per state unit.";
     section(&mut page, "Costates", Some(costates), &standard.costates)?;
-    section(&mut page, "Mesh", None, &standard.mesh)?;
+    section(
+        &mut page,
+        "Mesh",
+        Some("Each dot starts an interval; fine meshes are drawn without dots."),
+        &standard.mesh,
+    )?;
     let mission_file = escape(&outcome.mission_file);
     let _ = write!(
         page,

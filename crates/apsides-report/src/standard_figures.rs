@@ -11,8 +11,11 @@ use crate::units::{display_unit, quotient};
 /// More nodes than this are not drawn one by one.
 const MOST_DOTS: usize = 240;
 
-/// Points at which all curves together are drawn, about.
-const SAMPLES: usize = 1200;
+/// Points at which a curve is drawn over all phases, about: two per pixel of a figure.
+const SAMPLES: f64 = 1200.0;
+
+/// Limits of the steps of one interval: a short one may be steep, a long one is smooth.
+const STEPS: (usize, usize) = (3, 100);
 
 /// Figures by subject.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -34,8 +37,8 @@ impl StandardFigures {
     /// [`ReportError::Shape`] when the trajectory does not have the sizes of the problem.
     pub fn new(ocp: &Ocp, trajectory: &Trajectory) -> Result<Self, ReportError> {
         check_sizes(ocp, trajectory)?;
-        let intervals = trajectory.phases.iter().map(|p| p.mesh.intervals()).sum::<usize>().max(1);
-        let view = View { ocp, trajectory, per_interval: (SAMPLES / intervals).clamp(2, 40) };
+        let duration: f64 = trajectory.phases.iter().map(|p| p.final_time - p.initial_time).sum();
+        let view = View { ocp, trajectory, density: SAMPLES / duration };
         Ok(Self {
             states: view.figures(
                 |p| ocp.phases[p].states.iter().map(|s| (&s.variable, s.variable.unit.clone())).collect(),
@@ -69,7 +72,8 @@ struct Quantity {
 struct View<'a> {
     ocp: &'a Ocp,
     trajectory: &'a Trajectory,
-    per_interval: usize,
+    /// Samples per unit time.
+    density: f64,
 }
 
 impl View<'_> {
@@ -99,7 +103,7 @@ impl View<'_> {
         let total: usize = self.trajectory.phases.iter().map(|p| p.mesh.total_points() + 1).sum();
         for (index, phase) in self.trajectory.phases.iter().enumerate() {
             let Some(polynomial) = polynomial(phase) else { continue };
-            let curves = Curves::new(phase, polynomial, self.per_interval);
+            let curves = Curves::new(phase, polynomial, self.density);
             for (component, (variable, unit)) in variables(index).into_iter().enumerate() {
                 let key = (variable.name.clone(), unit);
                 let slot = keys.iter().position(|k| *k == key).unwrap_or_else(|| {
@@ -131,32 +135,32 @@ impl View<'_> {
         keys.into_iter().zip(parts).map(draw).collect()
     }
 
+    /// Steps over the intervals, with a dot at the start of each.
+    fn steps(&self, figure: Figure, value: &dyn Fn(&PhaseTrajectory, usize) -> f64) -> Figure {
+        let (mut line, mut dots) = (Vec::new(), Vec::new());
+        for phase in &self.trajectory.phases {
+            for (k, ends) in phase.control.breaks().windows(2).enumerate() {
+                let y = value(phase, k);
+                line.extend([[ends[0], y], [ends[1], y]]);
+                dots.push([ends[0], y]);
+            }
+            line.push([f64::NAN; 2]);
+        }
+        dots.truncate(if dots.len() <= MOST_DOTS { dots.len() } else { 0 });
+        figure.with(Series::line("", line).colored(0)).with(Series::dots("", dots).colored(0))
+    }
+
     fn mesh(&self) -> Vec<Figure> {
-        let steps = |value: &dyn Fn(&PhaseTrajectory, usize) -> f64| -> Vec<[f64; 2]> {
-            let of_phase = |p: &PhaseTrajectory| {
-                let mut points: Vec<[f64; 2]> = p
-                    .control
-                    .breaks()
-                    .windows(2)
-                    .enumerate()
-                    .flat_map(|(k, ends)| [[ends[0], value(p, k)], [ends[1], value(p, k)]])
-                    .collect();
-                points.push([f64::NAN; 2]);
-                points
-            };
-            self.trajectory.phases.iter().flat_map(of_phase).collect()
-        };
-        let points = steps(&|p, k| p.mesh.points()[k] as f64);
-        let mut figures = vec![
-            self.axes("collocation points of each interval".into(), Axis::new("points", "-"))
-                .with(Series::line("", points)),
-        ];
+        let mut figures = Vec::new();
         if self.trajectory.phases.iter().any(|p| !p.interval_errors.is_empty()) {
-            let errors = steps(&|p, k| p.interval_errors.get(k).copied().unwrap_or(f64::NAN));
             let axis = Axis::new("estimated relative error", "-").logarithmic();
             let figure = self.axes("error estimate of each interval".into(), axis);
-            figures.insert(0, figure.with(Series::line("", errors)));
+            let error = |p: &PhaseTrajectory, k: usize| p.interval_errors.get(k).copied().unwrap_or(f64::NAN);
+            figures.push(self.steps(figure, &error));
         }
+        let axis = Axis::new("points", "-").including(0.0);
+        let figure = self.axes("collocation points of each interval".into(), axis);
+        figures.push(self.steps(figure, &|p, k| p.mesh.points()[k] as f64));
         figures
     }
 }
@@ -206,7 +210,7 @@ struct Curves {
 }
 
 impl Curves {
-    fn new(phase: &PhaseTrajectory, polynomial: &PiecewisePolynomial, per_interval: usize) -> Self {
+    fn new(phase: &PhaseTrajectory, polynomial: &PiecewisePolynomial, density: f64) -> Self {
         let value = |interval: usize, time: f64| {
             let mut x = vec![0.0; polynomial.dimension()];
             polynomial.evaluate_in(interval, time, &mut x);
@@ -218,7 +222,9 @@ impl Curves {
             .enumerate()
             .flat_map(|(k, ends)| {
                 let (start, width) = (ends[0], ends[1] - ends[0]);
-                (0..=per_interval).map(move |j| (k, start + width * j as f64 / per_interval as f64))
+                // A width that is not a number gives zero steps, hence the fewest.
+                let steps = ((density * width) as usize).clamp(STEPS.0, STEPS.1);
+                (0..=steps).map(move |j| (k, start + width * j as f64 / steps as f64))
             })
             .map(|(k, time)| value(k, time))
             .collect();

@@ -14,8 +14,10 @@ use apsides_ocp::{Ocp, Phase, PhaseTrajectory, PiecewisePolynomial, Trajectory};
 use crate::ReportError;
 use crate::columns::{COLLOCATED, Columns, INTERVAL, INTERVAL_ERROR, PHASE, PhaseColumns};
 
-/// Writes the nodes of a trajectory of `ocp` as CSV (columns: see the [module](self)).
+/// Writes the nodes of a trajectory of `ocp` as CSV: one row per node, columns `phase`, `interval`, time, states,
+/// controls, costates (if any), parameters, objective, error estimate of the interval, `collocated`.
 ///
+/// Headers carry the unit, as `horizontal_speed_m_per_s`; cells of quantities that a phase does not have are empty.
 /// The control at the end of a phase is the extrapolated polynomial of the last interval: no method collocates there.
 ///
 /// # Errors

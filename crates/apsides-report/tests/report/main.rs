@@ -137,3 +137,14 @@ fn a_trajectory_with_gaps_is_drawn() {
         assert!(!svg.contains("NaN"));
     }
 }
+
+#[test]
+fn a_fine_mesh_gives_a_page_of_moderate_size() {
+    let mut outcome = lander::outcome();
+    let breaks: Vec<f64> = (0..=1000).map(|k| 0.8 * f64::from(k)).collect();
+    let curve = |t: f64, c: usize| (t / 40.0 + c as f64).sin();
+    outcome.trajectory.phases[0] = lander::phase("braking", &breaks, &[4; 1000], (5, &curve), (1, &curve));
+    let page = apsides_report::render_html(&outcome, &[]).unwrap();
+    assert!(page.len() < 1_500_000, "{} bytes", page.len());
+    fs::write(Path::new(env!("CARGO_TARGET_TMPDIR")).join("fine.html"), page).unwrap();
+}

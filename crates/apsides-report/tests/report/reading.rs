@@ -8,8 +8,8 @@ use crate::lander;
 
 fn csv(trajectory: &Trajectory) -> String {
     let mut out = Vec::new();
-    write_trajectory(&mut out, &lander::ocp(), trajectory).unwrap();
-    String::from_utf8(out).unwrap()
+    write_trajectory(&mut out, &lander::ocp(), trajectory).expect("fits");
+    String::from_utf8(out).expect("text")
 }
 
 fn read(text: &str) -> Result<Trajectory, ReportError> {
