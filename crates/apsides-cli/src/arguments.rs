@@ -44,7 +44,9 @@ pub(crate) enum Command {
         name: Option<String>,
     },
     /// Read a mission and say whether it is well-posed, without solving it.
-    #[command(after_help = "Examples:\n  apsides check my-mission.toml\n  apsides check lunar-direct --set thrust_n=500")]
+    #[command(
+        after_help = "Examples:\n  apsides check my-mission.toml\n  apsides check lunar-direct --set thrust_n=500"
+    )]
     Check(MissionArguments),
     /// Verify the results in a directory again: trajectory.csv against the equations of mission.toml.
     #[command(after_help = "Example:\n  apsides verify results")]

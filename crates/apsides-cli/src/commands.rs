@@ -120,7 +120,7 @@ fn sweep_header(axes: &[Axis], solved: &Outcome) -> String {
     for axis in axes {
         text += &format!("{:>22} ", axis.key);
     }
-    for key in &solved.headline {
+    for key in solved.headline {
         text += &format!("{key:>24} ");
     }
     text + "iterations  ms      status, certificate\n"
@@ -132,7 +132,7 @@ fn sweep_row(case: &Case, solved: &Outcome) -> String {
         text += &format!("{:>22} ", o.split_once('=').map_or("", |(_, v)| v));
     }
     let s = &solved.summary;
-    for key in &solved.headline {
+    for key in solved.headline {
         text += &format!("{:>24.8} ", s.results.get(*key).copied().unwrap_or(f64::NAN));
     }
     let why = solved.explanation.as_ref().map_or(String::new(), |e| format!("; {e}"));
@@ -190,8 +190,9 @@ impl SweepFile {
 
     fn finish(mut self) -> Result<String, Refusal> {
         self.writer.flush().map_err(refusal)?;
-        std::fs::rename(&self.partial, &self.path)
-            .map_err(|e| format!("--out {}: {e}; the rows are in {}", self.path.display(), self.partial.display()))?;
+        std::fs::rename(&self.partial, &self.path).map_err(|e| {
+            format!("--out {}: {e}; the rows are in {}", self.path.display(), self.partial.display())
+        })?;
         Ok(self.path.display().to_string())
     }
 }

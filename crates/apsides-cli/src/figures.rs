@@ -10,10 +10,11 @@ pub(crate) fn figures(outcome: &Outcome) -> Vec<Figure> {
         .iter()
         .map(|c| {
             let axis = |(name, unit): &(String, String)| Axis::new(name.clone(), unit.clone());
-            c.series.iter().fold(
-                Figure::new(c.title.clone(), axis(&c.x), axis(&c.y)),
-                |figure, (name, points)| figure.with(Series::line(name.clone(), points.clone())),
-            )
+            c.series
+                .iter()
+                .fold(Figure::new(c.title.clone(), axis(&c.x), axis(&c.y)), |figure, (name, points)| {
+                    figure.with(Series::line(name.clone(), points.clone()))
+                })
         })
         .collect()
 }

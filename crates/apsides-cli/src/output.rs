@@ -68,14 +68,44 @@ pub(crate) fn outcome(o: &Outcome) -> String {
 pub(crate) fn certificate(c: &Certificate) -> String {
     let mut text = format!("certificate: {}\n", c.verdict);
     let width = c.checks.iter().map(|c| c.name.chars().count()).max().unwrap_or(0);
-    let _ = writeln!(text, "  {:<width$}  {:>9}  {:>9}  {:<5}       where", "check", "value", "limit", "unit");
+    let _ =
+        writeln!(text, "  {:<width$}  {:>9}  {:>9}  {:<5}       where", "check", "value", "limit", "unit");
     for c in &c.checks {
         let verdict = if c.passed { "ok  " } else { "FAIL" };
         let _ = writeln!(
             text,
-            "  {:<width$}  {:>9.2e}  {:>9.2e}  {:<5} {verdict}  {}",
-            c.name, c.value, c.limit, c.unit, c.at
+            "  {:<width$}  {:>9}  {:>9}  {:<5} {verdict}  {}",
+            c.name,
+            scientific(c.value),
+            scientific(c.limit),
+            c.unit,
+            c.at
         );
     }
     text
+}
+
+/// Three significant digits with a two-digit exponent, so that columns line up.
+pub(crate) fn scientific(v: f64) -> String {
+    let text = format!("{v:.2e}");
+    match text.split_once('e') {
+        Some((digits, exponent)) => {
+            let (sign, size) = exponent.strip_prefix('-').map_or(('+', exponent), |size| ('-', size));
+            format!("{digits}e{sign}{size:0>2}")
+        }
+        None => text,
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::scientific;
+
+    #[test]
+    fn exponents_have_a_sign_and_two_digits() {
+        assert_eq!(scientific(0.0), "0.00e+00");
+        assert_eq!(scientific(-1.234e-5), "-1.23e-05");
+        assert_eq!(scientific(6.5e120), "6.50e+120");
+        assert_eq!(scientific(f64::NAN), "NaN");
+    }
 }

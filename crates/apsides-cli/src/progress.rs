@@ -4,6 +4,7 @@ use std::io::{IsTerminal, Write};
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 
+use crate::output::scientific;
 use apsides_nlp::{Flow, IterationRecord, Observer};
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
 
@@ -67,14 +68,17 @@ impl Progress {
     }
 }
 
-const HEADER: &str = "iter    objective     inf_pr   inf_du lg(mu)    ||d||  lg(rg)  alpha_du  alpha_pr  ls";
+const HEADER: &str = "iter        objective   inf_pr   inf_du lg(mu)    ||d||  lg(rg) alpha_du alpha_pr   ls";
 
 impl Observer for Progress {
     fn iteration(&mut self, r: &IterationRecord) -> Flow {
         match self {
             Self::Quiet(stop) => stop.flow(),
             Self::Line(stop, bar) => {
-                bar.set_message(format!("iteration {} infeasibility {:.1e}", r.iteration, r.primal_infeasibility));
+                bar.set_message(format!(
+                    "iteration {} infeasibility {:.1e}",
+                    r.iteration, r.primal_infeasibility
+                ));
                 stop.flow()
             }
             Self::Table(stop) => {
@@ -90,18 +94,18 @@ impl Observer for Progress {
                 };
                 let _ = writeln!(
                     err,
-                    "{:4}{} {:14.7e} {:8.2e} {:8.2e}  {:5.1} {:8.2e}   {} {:8.2e}{} {:8.2e}  {:2}",
+                    "{:4}{} {:15.8} {} {}  {:5.1} {}   {} {} {}{}  {:2}",
                     r.iteration,
                     if r.restoration { 'r' } else { ' ' },
                     r.objective,
-                    r.primal_infeasibility,
-                    r.dual_infeasibility,
+                    scientific(r.primal_infeasibility),
+                    scientific(r.dual_infeasibility),
                     r.barrier.log10(),
-                    r.step_norm,
+                    scientific(r.step_norm),
                     regularisation,
-                    r.dual_step,
+                    scientific(r.dual_step),
+                    scientific(r.primal_step),
                     r.step_kind,
-                    r.primal_step,
                     r.line_search_trials
                 );
                 stop.flow()

@@ -4,7 +4,7 @@ use std::time::{Duration, Instant};
 
 use apsides_basis::MAX_POINTS;
 use apsides_nlp::{
-    BarrierStrategy, InteriorPoint, NlpSettings, Observer, ScalingMethod, SolveReport, Status,
+    BarrierOracle, BarrierStrategy, InteriorPoint, NlpSettings, Observer, ScalingMethod, SolveReport, Status,
 };
 use apsides_ocp::{Guess, Mesh, Ocp, Scaling, Trajectory};
 
@@ -32,7 +32,8 @@ pub struct RadauSettings {
     pub max_parts: usize,
     /// Most collocation points of all phases; refinement stops there; 200000.
     pub max_total_points: usize,
-    /// Settings of the interior-point method; problem scaling, tolerance 1e-9.
+    /// Settings of the interior-point method; problem scaling, tolerance 1e-9, adaptive barrier from 1e-3: a guess of a
+    /// trajectory is seldom so bad that a larger one pays.
     pub nlp: NlpSettings,
 }
 
@@ -50,7 +51,10 @@ impl Default for RadauSettings {
             nlp: NlpSettings {
                 tolerance: 1e-9,
                 scaling: ScalingMethod::UserThenGradient { max: 100.0 },
-                barrier: BarrierStrategy::Monotone,
+                barrier: BarrierStrategy::Adaptive,
+                barrier_oracle: BarrierOracle::Probing,
+                initial_barrier: 1e-3,
+                initial_bound_multiplier: 1e-3,
                 ..NlpSettings::default()
             },
         }

@@ -22,8 +22,11 @@ impl Transcription {
         for (p, t) in self.layout.phases.iter().zip(earlier) {
             set_phase_multipliers(p, t, x[p.final_time] - x[p.initial_time], &mut y);
         }
-        for ((c, &first), values) in
-            ocp.constraints.iter().zip(&self.layout.endpoint_rows).zip(guess.constraint_multipliers.iter().flatten())
+        for ((c, &first), values) in ocp
+            .constraints
+            .iter()
+            .zip(&self.layout.endpoint_rows)
+            .zip(guess.constraint_multipliers.iter().flatten())
         {
             if values.len() == c.rows.len() {
                 y[first..first + values.len()].copy_from_slice(values);

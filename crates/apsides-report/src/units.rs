@@ -112,25 +112,30 @@ pub(crate) fn superscript(c: char) -> char {
     }
 }
 
-/// Splits a key such as `touchdown_speed_m_per_s` into `touchdown speed` and `m/s`; unknown endings stay in the name.
+/// Splits a key such as `touchdown_speed_m_s` or `touchdown_speed_m_per_s` into `touchdown speed` and `m/s`; unknown endings
+/// stay in the name.
+fn split_tokens<'a>(tokens: &'a [&'a str]) -> Option<(&'a [&'a str], String)> {
+    let (last, name) = tokens.split_last()?;
+    let unit = symbol(last)?;
+    let (before, per) = match name.split_last() {
+        Some((&"per", before)) => (before, true),
+        _ => (name, false),
+    };
+    match before.split_last().and_then(|(top, rest)| Some((rest, symbol(top)?))) {
+        Some((rest, top)) if !rest.is_empty() => Some((rest, format!("{top}/{unit}"))),
+        // `.._per_s` of something that is no unit: the whole is a name.
+        _ if per || name.is_empty() => None,
+        _ => Some((name, unit)),
+    }
+}
+
+/// Name and unit of a key of the results.
 pub(crate) fn split_key(key: &str) -> (String, String) {
     let tokens: Vec<&str> = key.split('_').collect();
-    let mut start = tokens.len();
-    let mut unit = String::new();
-    while let Some(symbol) = start.checked_sub(1).and_then(|k| symbol(tokens[k])) {
-        unit = if unit.is_empty() { symbol } else { format!("{symbol}/{unit}") };
-        start -= 1;
-        if start >= 2 && tokens[start - 1] == "per" {
-            start -= 1;
-        } else {
-            break;
-        }
+    match split_tokens(&tokens) {
+        Some((name, unit)) => (name.join(" "), unit),
+        None => (key.replace('_', " "), String::new()),
     }
-    // A key that is a unit only, or ends in `.._per_unit` of an unknown unit, keeps its name whole.
-    if start == 0 || unit.is_empty() || tokens[start..].first() == Some(&"per") {
-        return (key.replace('_', " "), String::new());
-    }
-    (tokens[..start].join(" "), unit)
 }
 
 /// The symbol of a unit as it ends a key, with an optional exponent.
@@ -196,6 +201,8 @@ mod tests {
             format!("{name}|{unit}")
         };
         assert_eq!(split("flight_time_s"), "flight time|s");
+        assert_eq!(split("gate_radial_velocity_m_s"), "gate radial velocity|m/s");
+        assert_eq!(split("gravitational_parameter_km3_s2"), "gravitational parameter|km3/s2");
         assert_eq!(split("touchdown_speed_m_per_s"), "touchdown speed|m/s");
         assert_eq!(split("peak_load_m_per_s2"), "peak load|m/s2");
         assert_eq!(split("heat_flux_w_per_m2"), "heat flux|W/m2");

@@ -17,8 +17,8 @@ use apsides_ocp::{
 };
 
 use super::{Kind, Posed};
-use crate::{Curve, Error};
 use crate::key::{Key, Range, Values};
+use crate::{Curve, Error};
 
 pub(super) const DIRECT: Kind = Kind {
     name: "lunar-direct",
@@ -49,7 +49,13 @@ pub(super) const TWO_PHASE: Kind = Kind {
     check: |v| gate(v).map(|_| ()),
     pose: two_phase,
     results: two_phase_results,
-    headline: &["flight_time_s", "braking_time_s", "descent_time_s", "gate_radial_velocity_m_s", "final_mass_kg"],
+    headline: &[
+        "flight_time_s",
+        "braking_time_s",
+        "descent_time_s",
+        "gate_radial_velocity_m_s",
+        "final_mass_kg",
+    ],
     curves,
 };
 
@@ -296,9 +302,7 @@ fn two_phase(v: &Values) -> Result<Posed, Error> {
     let burn_time = start.burn_time();
     let descent = Phase::new("descent", VerticalThrust(start.flight))
         .states([
-            state(RADIUS, POSITION_MISS_M)
-                .within(surface, start.radius)
-                .ends_at(surface),
+            state(RADIUS, POSITION_MISS_M).within(surface, start.radius).ends_at(surface),
             state(RADIAL_SPEED, SPEED_MISS_M_S)
                 .within(-0.5 * start.horizontal_speed, 0.0)
                 .ends_at(start.touchdown_speed),

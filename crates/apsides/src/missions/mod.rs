@@ -4,8 +4,8 @@ use std::collections::BTreeMap;
 
 use apsides_ocp::{Guess, Ocp, Trajectory};
 
-use crate::{Curve, Error};
 use crate::key::{Key, Range, Values};
+use crate::{Curve, Error};
 
 mod lunar;
 
