@@ -47,7 +47,8 @@ fn check_bounds(
     infinite: f64,
 ) -> Result<(), NlpError> {
     for (index, (low, high)) in lower.iter_mut().zip(upper).enumerate() {
-        if !(*low <= *high) || *low == f64::INFINITY || *high == f64::NEG_INFINITY {
+        let ordered = *low <= *high && *low < f64::INFINITY && *high > f64::NEG_INFINITY;
+        if !ordered {
             return Err(NlpError::Bounds { kind, index, lower: *low, upper: *high });
         }
         if *low <= -infinite {

@@ -64,7 +64,7 @@ fn maratos_effect() {
     let mut shortened = 0;
     let mut corrected = 0;
     let mut observer = |record: &IterationRecord| {
-        shortened += usize::from(record.iteration > 0 && record.primal_step < 1.0);
+        shortened += usize::from(record.iteration > 1 && record.primal_step < 1.0);
         corrected += usize::from(record.step_kind.is_ascii_uppercase());
         Flow::Continue
     };

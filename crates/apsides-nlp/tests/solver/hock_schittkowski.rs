@@ -29,12 +29,6 @@ fn assert_optimum<const N: usize, const M: usize>(
     for settings in strategies() {
         let report = solve_with(problem, &settings);
         let strategy = (settings.barrier, settings.barrier_oracle);
-        if std::env::var_os("NLP_LOG").is_some() {
-            eprintln!(
-                "{strategy:?}: {} {} iterations {}",
-                report.status, report.objective, report.counters.iterations
-            );
-        }
         assert_eq!(report.status, Status::Optimal, "{strategy:?}: f = {}", report.objective);
         let error = (report.objective - optimum).abs();
         assert!(error <= tolerance * optimum.abs().max(1.0), "{strategy:?}: f = {}", report.objective);

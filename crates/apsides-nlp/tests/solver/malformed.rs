@@ -22,7 +22,7 @@ impl Broken {
     }
     fn error(mut self) -> NlpError {
         let settings = NlpSettings { scaling: ScalingMethod::User, ..NlpSettings::default() };
-        InteriorPoint::new(settings).solve(&mut self).unwrap_err()
+        InteriorPoint::new(settings).solve(&mut self).expect_err("the problem is ill-posed")
     }
 }
 

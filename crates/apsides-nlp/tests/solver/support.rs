@@ -1,5 +1,6 @@
 //! Test problems written as plain formulas: a small dense second-order forward differentiation.
-#![allow(dead_code, unreachable_pub)]
+// Shared with the benches, each of which uses a part.
+#![allow(dead_code, unreachable_pub, clippy::print_stderr, clippy::unwrap_used)]
 
 use std::ops::{Add, Div, Mul, Neg, Sub};
 
