@@ -298,10 +298,11 @@ impl Engine {
         if self.is_acceptable() { Status::Acceptable } else { Status::StepTooSmall }
     }
 
-    /// Forgets the best iterate of an earlier run.
-    pub(crate) fn forget_best(&mut self) {
+    /// Forgets the best iterate and the regularisation of an earlier run.
+    pub(crate) fn forget_past(&mut self) {
         self.best_error = f64::INFINITY;
         self.acceptable_in_a_row = 0;
+        self.regularisation = Regularisation::default();
     }
 
     /// Goes back to the iterate with the least optimality error.

@@ -13,7 +13,7 @@ use crate::problem::Nlp;
 use crate::report::{
     Counters, OptimalityError, Residuals, SolveReport, Status, Timing, Violation, WarmStart,
 };
-use crate::restoration::{Recovery, RestorationPhase};
+use crate::restoration::{Recovery, Restoration};
 use crate::scaled::ScaledProblem;
 use crate::settings::NlpSettings;
 use crate::start::check_warm_start;
@@ -168,7 +168,7 @@ fn iterate(
     session: &mut Session<'_>,
     restorations: &mut usize,
 ) -> Status {
-    let mut phase: Option<RestorationPhase> = None;
+    let mut restoration = Restoration::default();
     let mut overrides = 0;
     loop {
         match engine.run(problem, system, session) {
@@ -176,8 +176,7 @@ fn iterate(
             Exit::NeedsRestoration | Exit::Left => {}
         }
         *restorations += 1;
-        let phase = phase.get_or_insert_with(|| RestorationPhase::new(problem, &engine.settings));
-        match phase.run(engine, problem, system, session) {
+        match restoration.run(engine, problem, system, session) {
             Recovery::Recovered => {}
             Recovery::RecoveredFeasible => {
                 overrides += 1;

@@ -240,7 +240,7 @@ impl Engine {
                 }
             }
             alpha *= 0.5;
-            if alpha < least || !(alpha * self.search.step_norm > 0.0) {
+            if alpha < least || alpha * self.search.step_norm == 0.0 {
                 return false;
             }
         }

@@ -1,5 +1,7 @@
 //! The nonlinear program as a user states it.
 
+use crate::error::NlpError;
+
 /// Positions of the structural non-zeros of a sparse matrix, as coordinate pairs.
 ///
 /// A pair may occur more than once; the values of equal pairs are summed.
@@ -36,6 +38,21 @@ impl Pattern {
     /// Whether there is no entry.
     pub fn is_empty(&self) -> bool {
         self.rows.is_empty()
+    }
+
+    /// # Errors
+    /// Lists of unequal length, or the first position outside a `rows` by `cols` matrix.
+    pub(crate) fn check(&self, matrix: &'static str, rows: usize, cols: usize) -> Result<(), NlpError> {
+        if self.rows.len() != self.cols.len() {
+            let what = if matrix == "Jacobian" { "Jacobian pattern cols" } else { "Hessian pattern cols" };
+            return Err(NlpError::Length { what, found: self.cols.len(), expected: self.rows.len() });
+        }
+        for (entry, (&row, &col)) in self.rows.iter().zip(&self.cols).enumerate() {
+            if row >= rows || col >= cols {
+                return Err(NlpError::PatternRange { matrix, entry, row, col, rows, cols });
+            }
+        }
+        Ok(())
     }
 }
 

@@ -6,9 +6,12 @@
 //!
 //! by the same engine. The elastic variables `p`, `n` are unit variables, so its linear systems have the size and
 //! pattern of the original ones.
+//!
+//! A stationary point of the 1-norm at a kink need not be one of the sum of squares. So before a problem is called
+//! infeasible the same is tried from `v_R` with `rho/2 |e|^2`, `c(v) - e = 0` and free `e`.
 
 use crate::augmented::AugmentedSystem;
-use crate::engine::{Engine, Exit, Session, max_abs};
+use crate::engine::{Engine, Exit, Session, dot, max_abs};
 use crate::model::{BarrierModel, Structure, UnitVariable};
 use crate::report::Status;
 use crate::scaled::ScaledProblem;
@@ -20,6 +23,8 @@ const FEASIBLE: f64 = 1e2;
 const LARGEST_MULTIPLIER: f64 = 1e3;
 /// Times that the elastic variables are set anew when the restoration phase itself finds no step.
 const MAX_RESETS: usize = 3;
+/// Second attempts by least squares per solve.
+const MAX_SECOND_ATTEMPTS: usize = 5;
 
 /// How a restoration phase ended.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -32,8 +37,58 @@ pub(crate) enum Recovery {
     Ended(Status),
 }
 
-/// The restoration problem's own data; allocated at the first restoration of a solve.
-pub(crate) struct RestorationPhase {
+/// What the restoration phase minimises.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+enum Measure {
+    OneNorm,
+    LeastSquares,
+}
+
+/// Both restoration phases of a solve, allocated when they are first needed.
+#[derive(Default)]
+pub(crate) struct Restoration {
+    one_norm: Option<Phase>,
+    least_squares: Option<Phase>,
+    second_attempts: usize,
+}
+
+impl Restoration {
+    /// Moves the current point of `outer` to one with less violation.
+    pub(crate) fn run(
+        &mut self,
+        outer: &mut Engine,
+        problem: &mut ScaledProblem<'_>,
+        system: &mut AugmentedSystem,
+        session: &mut Session<'_>,
+    ) -> Recovery {
+        outer.filter.add(outer.current.violation, outer.barrier_value(&outer.current));
+        let phase = self.one_norm.get_or_insert_with(|| Phase::new(problem, outer, Measure::OneNorm));
+        let mut recovery = phase.search(outer, problem, system, session);
+        if recovery == Recovery::Ended(Status::Infeasible) && self.second_attempts < MAX_SECOND_ATTEMPTS {
+            self.second_attempts += 1;
+            let second =
+                self.least_squares.get_or_insert_with(|| Phase::new(problem, outer, Measure::LeastSquares));
+            recovery = match second.search(outer, problem, system, session) {
+                Recovery::Ended(status) => {
+                    phase.place(outer, problem);
+                    let is_limit =
+                        matches!(status, Status::IterationLimit | Status::TimeLimit | Status::Interrupted);
+                    Recovery::Ended(if is_limit { status } else { Status::Infeasible })
+                }
+                recovered => recovered,
+            };
+        }
+        if outer.adopt_restored(problem, system, recovery) {
+            recovery
+        } else {
+            Recovery::Ended(Status::RestorationFailed)
+        }
+    }
+}
+
+/// The data of one restoration problem.
+struct Phase {
+    measure: Measure,
     engine: Engine,
     structure: Structure,
     lower: Vec<f64>,
@@ -45,6 +100,7 @@ pub(crate) struct RestorationPhase {
 
 /// The restoration problem as the engine sees it.
 struct Feasibility<'a, 'n> {
+    measure: Measure,
     problem: &'a mut ScaledProblem<'n>,
     outer: &'a mut Engine,
     structure: &'a Structure,
@@ -58,18 +114,25 @@ struct Feasibility<'a, 'n> {
     target: f64,
 }
 
-impl RestorationPhase {
-    pub(crate) fn new(problem: &ScaledProblem<'_>, settings: &NlpSettings) -> Self {
+impl Phase {
+    fn new(problem: &ScaledProblem<'_>, outer: &Engine, measure: Measure) -> Self {
         let (n, m) = (problem.structure().primal(), problem.structure().constraints);
         let mut structure = problem.structure().clone();
-        structure.units.extend((0..m).map(|row| UnitVariable { row, sign: -1.0 }));
-        structure.units.extend((0..m).map(|row| UnitVariable { row, sign: 1.0 }));
         let mut lower = problem.lower().to_vec();
         let mut upper = problem.upper().to_vec();
-        lower.resize(n + 2 * m, 0.0);
-        upper.resize(n + 2 * m, f64::INFINITY);
-        let settings = NlpSettings { barrier: BarrierStrategy::Monotone, ..settings.clone() };
+        structure.units.extend((0..m).map(|row| UnitVariable { row, sign: -1.0 }));
+        let elastic_lower = match measure {
+            Measure::OneNorm => {
+                structure.units.extend((0..m).map(|row| UnitVariable { row, sign: 1.0 }));
+                0.0
+            }
+            Measure::LeastSquares => f64::NEG_INFINITY,
+        };
+        lower.resize(structure.primal(), elastic_lower);
+        upper.resize(structure.primal(), f64::INFINITY);
+        let settings = NlpSettings { barrier: BarrierStrategy::Monotone, ..outer.settings.clone() };
         Self {
+            measure,
             engine: Engine::new(&structure, &lower, &upper, &settings),
             structure,
             lower,
@@ -79,8 +142,8 @@ impl RestorationPhase {
         }
     }
 
-    /// Runs the phase from the current point of `outer` and moves it.
-    pub(crate) fn run(
+    /// Runs the phase from the current point of `outer`; the result is left in its trial point.
+    fn search(
         &mut self,
         outer: &mut Engine,
         problem: &mut ScaledProblem<'_>,
@@ -88,7 +151,6 @@ impl RestorationPhase {
         session: &mut Session<'_>,
     ) -> Recovery {
         let n = self.reference.len();
-        outer.filter.add(outer.current.violation, outer.barrier_value(&outer.current));
         self.reference.copy_from_slice(&outer.current.v);
         for (weight, v) in self.weights.iter_mut().zip(&self.reference) {
             *weight = (1.0 / v.abs().max(1.0)).powi(2);
@@ -101,17 +163,18 @@ impl RestorationPhase {
         let penalty = engine.settings.restoration_penalty;
         engine.barrier = outer.barrier.max(max_abs(&outer.current.constraints));
         engine.tau = engine.settings.boundary_fraction.max(1.0 - engine.barrier);
-        engine.forget_best();
+        engine.forget_past();
         engine.current.v[..n].copy_from_slice(&outer.current.v);
         engine.current.y.fill(0.0);
         for i in 0..n {
             engine.current.zl[i] = outer.current.zl[i].min(penalty);
             engine.current.zu[i] = outer.current.zu[i].min(penalty);
         }
-        let target = engine.settings.restoration_reduction * outer.current.violation;
         let feasible = FEASIBLE * engine.settings.tolerance;
         let mut model = Feasibility {
+            measure: self.measure,
             problem,
+            target: engine.settings.restoration_reduction * outer.current.violation,
             outer,
             structure: &self.structure,
             lower: &self.lower,
@@ -120,11 +183,10 @@ impl RestorationPhase {
             weights: &self.weights,
             penalty,
             proximity: engine.barrier.sqrt(),
-            target,
         };
         let mut resets = 0;
         let exit = loop {
-            set_elastic(engine, &mut model);
+            model.set_elastic(engine);
             if engine.evaluate_start(&mut model).is_err() {
                 break Exit::Finished(Status::RestorationFailed);
             }
@@ -135,8 +197,8 @@ impl RestorationPhase {
                 exit => break exit,
             }
         };
-        let violation = model.place_outer(&engine.current.v);
-        let recovery = match exit {
+        let violation = self.place(outer, problem);
+        match exit {
             Exit::Left => Recovery::Recovered,
             Exit::Finished(Status::Optimal | Status::Acceptable) if violation <= feasible => {
                 outer.filter.clear();
@@ -147,39 +209,27 @@ impl RestorationPhase {
                 Recovery::Ended(Status::RestorationFailed)
             }
             Exit::Finished(status) => Recovery::Ended(status),
-        };
-        if let Recovery::Ended(_) = recovery {
-            for (y, restoration) in outer.trial.y.iter_mut().zip(&engine.current.y) {
-                *y = restoration / penalty;
-            }
         }
-        match outer.adopt_restored(problem, system, recovery) {
-            true => recovery,
-            false => Recovery::Ended(Status::RestorationFailed),
+    }
+
+    /// Puts the result into the trial point of the outer engine, with the multipliers of the violation; answers the largest
+    /// violation.
+    fn place(&self, outer: &mut Engine, problem: &mut ScaledProblem<'_>) -> f64 {
+        let penalty = outer.settings.restoration_penalty;
+        for (y, restoration) in outer.trial.y.iter_mut().zip(&self.engine.current.y) {
+            *y = restoration / penalty;
         }
+        place_trial(outer, problem, &self.engine.current.v)
     }
 }
 
-/// The elastic variables that are optimal for the barrier problem at this `v` (eq. 32 and 33).
-fn set_elastic(engine: &mut Engine, model: &mut Feasibility<'_, '_>) {
-    let n = model.reference.len();
-    let m = model.structure.constraints;
-    let (barrier, penalty) = (engine.barrier, model.penalty);
-    model.problem.constraints(&engine.current.v[..n], &mut engine.trial.constraints);
-    for row in 0..m {
-        let c = engine.trial.constraints[row];
-        let half = (barrier - penalty * c) / (2.0 * penalty);
-        let root = (half * half + barrier * c / (2.0 * penalty)).max(0.0).sqrt();
-        // The product of the two roots is -barrier c / (2 penalty): no cancellation for a negative half.
-        let negative = if half >= 0.0 { half + root } else { barrier * c / (2.0 * penalty) / (root - half) };
-        let negative = negative.max(f64::MIN_POSITIVE.sqrt());
-        let positive = (c + negative).max(f64::MIN_POSITIVE.sqrt());
-        for (i, value) in [(n + row, positive), (n + m + row, negative)] {
-            engine.current.v[i] = value;
-            engine.current.zl[i] = barrier / value;
-            engine.current.zu[i] = 0.0;
-        }
-    }
+/// Puts a point into the trial point of the outer engine; answers its largest violation.
+fn place_trial(outer: &mut Engine, problem: &mut ScaledProblem<'_>, v: &[f64]) -> f64 {
+    let trial = &mut outer.trial;
+    let n = trial.v.len();
+    trial.v.copy_from_slice(&v[..n]);
+    outer.bounds.measure(trial, outer.barrier);
+    if trial.evaluate(problem) { max_abs(&trial.constraints) } else { f64::INFINITY }
 }
 
 impl Feasibility<'_, '_> {
@@ -187,12 +237,30 @@ impl Feasibility<'_, '_> {
         self.reference.len()
     }
 
-    /// Puts the point into the trial point of the outer engine; answers its largest violation.
-    fn place_outer(&mut self, v: &[f64]) -> f64 {
-        let trial = &mut self.outer.trial;
-        trial.v.copy_from_slice(&v[..self.reference.len()]);
-        self.outer.bounds.measure(trial, self.outer.barrier);
-        if trial.evaluate(self.problem) { max_abs(&trial.constraints) } else { f64::INFINITY }
+    /// The elastic variables that are optimal for the barrier problem at this `v` (eq. 32 and 33).
+    fn set_elastic(&mut self, engine: &mut Engine) {
+        let (n, m) = (self.len(), self.structure.constraints);
+        let (barrier, penalty) = (engine.barrier, self.penalty);
+        self.problem.constraints(&engine.current.v[..n], &mut engine.trial.constraints);
+        for row in 0..m {
+            let c = engine.trial.constraints[row];
+            if self.measure == Measure::LeastSquares {
+                engine.current.v[n + row] = c;
+                engine.current.y[row] = penalty * c;
+                continue;
+            }
+            let half = (barrier - penalty * c) / (2.0 * penalty);
+            let product = barrier * c / (2.0 * penalty);
+            let root = (half * half + product).max(0.0).sqrt();
+            // The product of the two roots is known: no cancellation for a negative half.
+            let negative = if half >= 0.0 { half + root } else { product / (root - half) };
+            let negative = negative.max(f64::MIN_POSITIVE.sqrt());
+            let positive = (c + negative).max(f64::MIN_POSITIVE.sqrt());
+            for (i, value) in [(n + row, positive), (n + m + row, negative)] {
+                engine.current.v[i] = value;
+                engine.current.zl[i] = barrier / value;
+            }
+        }
     }
 }
 
@@ -215,7 +283,11 @@ impl BarrierModel for Feasibility<'_, '_> {
         for ((v, reference), weight) in v.iter().zip(self.reference).zip(self.weights) {
             distance += weight * (v - reference).powi(2);
         }
-        self.penalty * elastic.iter().sum::<f64>() + 0.5 * self.proximity * distance
+        let violation = match self.measure {
+            Measure::OneNorm => elastic.iter().sum::<f64>(),
+            Measure::LeastSquares => 0.5 * dot(elastic, elastic),
+        };
+        self.penalty * violation + 0.5 * self.proximity * distance
     }
 
     fn gradient(&mut self, v: &[f64], gradient: &mut [f64]) {
@@ -223,20 +295,30 @@ impl BarrierModel for Feasibility<'_, '_> {
         for (i, value) in x.iter_mut().enumerate() {
             *value = self.proximity * self.weights[i] * (v[i] - self.reference[i]);
         }
-        elastic.fill(self.penalty);
+        match self.measure {
+            Measure::OneNorm => elastic.fill(self.penalty),
+            Measure::LeastSquares => {
+                for (value, e) in elastic.iter_mut().zip(&v[self.reference.len()..]) {
+                    *value = self.penalty * e;
+                }
+            }
+        }
     }
 
     fn constraints(&mut self, v: &[f64], values: &mut [f64]) {
         let (v, elastic) = v.split_at(self.len());
         self.problem.constraints(v, values);
         let (positive, negative) = elastic.split_at(values.len());
-        for ((value, p), n) in values.iter_mut().zip(positive).zip(negative) {
-            *value += n - p;
+        for (value, p) in values.iter_mut().zip(positive) {
+            *value -= p;
+        }
+        for (value, n) in values.iter_mut().zip(negative) {
+            *value += n;
         }
     }
 
     fn jacobian(&mut self, v: &[f64], values: &mut [f64]) {
-        self.problem.jacobian(&v[..self.reference.len()], values);
+        self.problem.jacobian(&v[..self.len()], values);
     }
 
     fn hessian(&mut self, v: &[f64], y: &[f64], values: &mut [f64], diagonal: &mut [f64]) {
@@ -245,7 +327,7 @@ impl BarrierModel for Feasibility<'_, '_> {
         for (value, weight) in x.iter_mut().zip(self.weights) {
             *value = self.proximity * weight;
         }
-        elastic.fill(0.0);
+        elastic.fill(if self.measure == Measure::LeastSquares { self.penalty } else { 0.0 });
     }
 
     fn barrier_changed(&mut self, barrier: f64) -> bool {
@@ -254,7 +336,7 @@ impl BarrierModel for Feasibility<'_, '_> {
     }
 
     fn leaves(&mut self, v: &[f64]) -> bool {
-        self.place_outer(v);
+        place_trial(self.outer, self.problem, v);
         let trial = &self.outer.trial;
         if !(trial.violation <= self.target && trial.objective.is_finite()) {
             return false;

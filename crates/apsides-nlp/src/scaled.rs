@@ -40,19 +40,6 @@ pub(crate) struct ScaledProblem<'a> {
     pub(crate) time: Duration,
 }
 
-fn check_pattern(matrix: &'static str, pattern: &Pattern, rows: usize, cols: usize) -> Result<(), NlpError> {
-    if pattern.rows.len() != pattern.cols.len() {
-        let what = if matrix == "Jacobian" { "Jacobian pattern cols" } else { "Hessian pattern cols" };
-        return Err(NlpError::Length { what, found: pattern.cols.len(), expected: pattern.rows.len() });
-    }
-    for (entry, (&row, &col)) in pattern.rows.iter().zip(&pattern.cols).enumerate() {
-        if row >= rows || col >= cols {
-            return Err(NlpError::PatternRange { matrix, entry, row, col, rows, cols });
-        }
-    }
-    Ok(())
-}
-
 fn check_bounds(
     kind: &'static str,
     lower: &mut [f64],
@@ -60,7 +47,8 @@ fn check_bounds(
     infinite: f64,
 ) -> Result<(), NlpError> {
     for (index, (low, high)) in lower.iter_mut().zip(upper).enumerate() {
-        if !(*low <= *high) || *low == f64::INFINITY || *high == f64::NEG_INFINITY {
+        let ordered = *low <= *high && *low < f64::INFINITY && *high > f64::NEG_INFINITY;
+        if !ordered {
             return Err(NlpError::Bounds { kind, index, lower: *low, upper: *high });
         }
         if *low <= -infinite {
@@ -116,9 +104,9 @@ impl<'a> ScaledProblem<'a> {
         nlp.constraint_bounds(&mut cl, &mut cu);
         check_bounds("constraint", &mut cl, &mut cu, settings.infinite_bound)?;
         let jacobian_pattern = nlp.jacobian_pattern();
-        check_pattern("Jacobian", &jacobian_pattern, m, n)?;
+        jacobian_pattern.check("Jacobian", m, n)?;
         let hessian_pattern = nlp.hessian_pattern();
-        check_pattern("Hessian", &hessian_pattern, n, n)?;
+        hessian_pattern.check("Hessian", n, n)?;
         for (entry, (&row, &col)) in hessian_pattern.rows.iter().zip(&hessian_pattern.cols).enumerate() {
             if row < col {
                 return Err(NlpError::UpperTriangle { entry, row, col });

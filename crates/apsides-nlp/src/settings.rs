@@ -125,7 +125,7 @@ pub struct NlpSettings {
     pub restoration_reduction: f64,
     /// First trial of the primal regularisation; 1e-4.
     pub first_regularisation: f64,
-    /// Largest primal regularisation; 1e20.
+    /// Largest primal regularisation; 1e40.
     pub max_regularisation: f64,
     /// Dual regularisation for singular systems, times the fourth root of the barrier parameter; 1e-8.
     pub dual_regularisation: f64,
@@ -176,7 +176,7 @@ impl Default for NlpSettings {
             restoration_penalty: 1e3,
             restoration_reduction: 0.9,
             first_regularisation: 1e-4,
-            max_regularisation: 1e20,
+            max_regularisation: 1e40,
             dual_regularisation: 1e-8,
             warm_start_push: 1e-9,
             warm_start_barrier: 1e-6,
@@ -214,7 +214,7 @@ impl NlpSettings {
             ("warm_start_barrier", self.warm_start_barrier),
         ];
         for (name, value) in positive {
-            if !(value > 0.0) {
+            if value <= 0.0 || value.is_nan() {
                 return Err(NlpError::Setting { name, value, allowed: "a positive number" });
             }
         }
@@ -245,12 +245,12 @@ impl NlpSettings {
             ("multiplier_limit", self.multiplier_limit),
         ];
         for (name, value) in not_negative {
-            if !(value >= 0.0) {
+            if value < 0.0 || value.is_nan() {
                 return Err(NlpError::Setting { name, value, allowed: "a number that is not negative" });
             }
         }
         if let ScalingMethod::Gradient { max } | ScalingMethod::UserThenGradient { max } = self.scaling
-            && !(max > 0.0)
+            && (max <= 0.0 || max.is_nan())
         {
             return Err(NlpError::Setting {
                 name: "scaling",

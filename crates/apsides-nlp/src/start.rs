@@ -64,8 +64,7 @@ impl Engine {
             *zu = if self.bounds.upper[i].is_finite() { *zu } else { 0.0 };
         }
         self.set_slacks(problem);
-        self.bounds.measure(&mut self.current, 1.0);
-        let average = self.bounds.average_complementarity(&self.current).abs();
+        let average = self.complementarity_of_start();
         let barrier = warm.barrier.unwrap_or_else(|| {
             average.min(self.settings.initial_barrier).max(self.settings.warm_start_barrier)
         });
@@ -90,6 +89,14 @@ impl Engine {
             let value = self.current.constraints[unit.row];
             *slack = if value.is_finite() { value } else { 0.0 };
         }
+    }
+
+    /// Average complementarity of a point that may violate its bounds.
+    fn complementarity_of_start(&self) -> f64 {
+        let (point, bounds) = (&self.current, &self.bounds);
+        let lower = bounds.lower_set.iter().map(|&i| (point.v[i] - bounds.lower[i]).max(0.0) * point.zl[i]);
+        let upper = bounds.upper_set.iter().map(|&i| (bounds.upper[i] - point.v[i]).max(0.0) * point.zu[i]);
+        lower.chain(upper).sum::<f64>() / bounds.len().max(1) as f64
     }
 
     /// Moves every variable at least as far from its bound as its multiplier says for this barrier parameter.

@@ -1,9 +1,10 @@
 //! Test problems written as plain formulas: a small dense second-order forward differentiation.
-#![allow(dead_code, unreachable_pub)]
+// Shared with the benches, each of which uses a part.
+#![allow(dead_code, unreachable_pub, clippy::print_stderr, clippy::unwrap_used)]
 
 use std::ops::{Add, Div, Mul, Neg, Sub};
 
-use apsides_nlp::{Nlp, Pattern};
+use apsides_nlp::{Flow, InteriorPoint, IterationRecord, Nlp, NlpSettings, Pattern, SolveReport};
 
 pub const INF: f64 = f64::INFINITY;
 
@@ -276,4 +277,37 @@ impl<const N: usize, const M: usize> Nlp for Dense<N, M> {
             }
         }
     }
+}
+
+/// Ipopt's table on the standard error output when `NLP_LOG` is set.
+pub fn log(record: &IterationRecord) -> Flow {
+    if std::env::var_os("NLP_LOG").is_some() {
+        eprintln!(
+            "{:4}{} {:15.8e} {:9.2e} {:9.2e} {:5.1} {:9.2e} {:9.2e} {:8.2e} {:8.2e}{} {}",
+            record.iteration,
+            if record.restoration { 'r' } else { ' ' },
+            record.objective,
+            record.primal_infeasibility,
+            record.dual_infeasibility,
+            record.barrier.log10(),
+            record.step_norm,
+            record.regularisation,
+            record.dual_step,
+            record.primal_step,
+            record.step_kind,
+            record.line_search_trials
+        );
+    }
+    Flow::Continue
+}
+
+pub fn solve_with<const N: usize, const M: usize>(
+    problem: &Dense<N, M>,
+    settings: &NlpSettings,
+) -> SolveReport {
+    InteriorPoint::new(settings.clone()).solve_observed(&mut problem.clone(), &mut log).unwrap()
+}
+
+pub fn solve<const N: usize, const M: usize>(problem: &Dense<N, M>) -> SolveReport {
+    solve_with(problem, &NlpSettings::default())
 }

@@ -1,0 +1,9 @@
+//! Whole solves: problems of the literature, behaviour on hard and malformed problems, units and warm starts.
+
+mod behaviour;
+mod chain;
+mod hock_schittkowski;
+mod malformed;
+mod optimal_control;
+mod scaling_and_warm_start;
+mod support;

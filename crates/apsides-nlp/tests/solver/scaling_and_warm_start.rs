@@ -1,0 +1,175 @@
+//! Units of the user, and starting from an earlier solution.
+
+use apsides_nlp::{InteriorPoint, Nlp, NlpSettings, Pattern, Scaling, ScalingMethod, Status, WarmStart};
+
+use crate::hock_schittkowski::hs71;
+use crate::support::solve;
+
+/// A problem in other units: `x = x' * variables`, and so on.
+struct Units<P> {
+    problem: P,
+    scaling: Scaling,
+}
+
+impl<P: Nlp> Units<P> {
+    fn inner(&self, x: &[f64]) -> Vec<f64> {
+        x.iter().zip(&self.scaling.variables).map(|(x, unit)| x / unit).collect()
+    }
+}
+
+impl<P: Nlp> Nlp for Units<P> {
+    fn variables(&self) -> usize {
+        self.problem.variables()
+    }
+    fn constraints(&self) -> usize {
+        self.problem.constraints()
+    }
+    fn variable_bounds(&self, lower: &mut [f64], upper: &mut [f64]) {
+        self.problem.variable_bounds(lower, upper);
+        for (i, unit) in self.scaling.variables.iter().enumerate() {
+            lower[i] *= unit;
+            upper[i] *= unit;
+        }
+    }
+    fn constraint_bounds(&self, lower: &mut [f64], upper: &mut [f64]) {
+        self.problem.constraint_bounds(lower, upper);
+        for (i, unit) in self.scaling.constraints.iter().enumerate() {
+            lower[i] *= unit;
+            upper[i] *= unit;
+        }
+    }
+    fn initial_point(&self, x: &mut [f64]) {
+        self.problem.initial_point(x);
+        x.iter_mut().zip(&self.scaling.variables).for_each(|(x, unit)| *x *= unit);
+    }
+    fn jacobian_pattern(&self) -> Pattern {
+        self.problem.jacobian_pattern()
+    }
+    fn hessian_pattern(&self) -> Pattern {
+        self.problem.hessian_pattern()
+    }
+    fn objective(&mut self, x: &[f64]) -> f64 {
+        let x = self.inner(x);
+        self.problem.objective(&x) * self.scaling.objective
+    }
+    fn gradient(&mut self, x: &[f64], gradient: &mut [f64]) {
+        let x = self.inner(x);
+        self.problem.gradient(&x, gradient);
+        for (value, unit) in gradient.iter_mut().zip(&self.scaling.variables) {
+            *value *= self.scaling.objective / unit;
+        }
+    }
+    fn constraint_values(&mut self, x: &[f64], values: &mut [f64]) {
+        let x = self.inner(x);
+        self.problem.constraint_values(&x, values);
+        values.iter_mut().zip(&self.scaling.constraints).for_each(|(value, unit)| *value *= unit);
+    }
+    fn jacobian(&mut self, x: &[f64], values: &mut [f64]) {
+        let x = self.inner(x);
+        self.problem.jacobian(&x, values);
+        let pattern = self.jacobian_pattern();
+        for ((value, &row), &col) in values.iter_mut().zip(&pattern.rows).zip(&pattern.cols) {
+            *value *= self.scaling.constraints[row] / self.scaling.variables[col];
+        }
+    }
+    fn hessian(&mut self, x: &[f64], factor: f64, multipliers: &[f64], values: &mut [f64]) {
+        let x = self.inner(x);
+        let inner: Vec<f64> = multipliers.iter().zip(&self.scaling.constraints).map(|(y, u)| y * u).collect();
+        self.problem.hessian(&x, factor * self.scaling.objective, &inner, values);
+        let pattern = self.hessian_pattern();
+        for ((value, &row), &col) in values.iter_mut().zip(&pattern.rows).zip(&pattern.cols) {
+            *value /= self.scaling.variables[row] * self.scaling.variables[col];
+        }
+    }
+    fn scaling(&self) -> Option<Scaling> {
+        Some(self.scaling.clone())
+    }
+}
+
+/// Powers of two, so that the scaled problem is the same to the last bit.
+fn other_units() -> Units<impl Nlp> {
+    let scaling = Scaling {
+        objective: 2.0_f64.powi(-9),
+        variables: vec![1024.0, 0.125, 2.0_f64.powi(20), 1.0],
+        constraints: vec![2.0_f64.powi(-12), 4096.0],
+    };
+    Units { problem: hs71(), scaling }
+}
+
+#[test]
+fn user_scaling_makes_the_solve_independent_of_units() {
+    let settings = NlpSettings { scaling: ScalingMethod::User, ..NlpSettings::default() };
+    let reference = InteriorPoint::new(NlpSettings { scaling: ScalingMethod::None, ..settings.clone() })
+        .solve(&mut hs71())
+        .unwrap();
+    let mut problem = other_units();
+    let units = problem.scaling.clone();
+    let report = InteriorPoint::new(settings).solve(&mut problem).unwrap();
+    assert_eq!(report.status, Status::Optimal);
+    assert_eq!(report.counters, reference.counters);
+    assert_eq!(report.objective, reference.objective * units.objective);
+    for i in 0..4 {
+        assert_eq!(report.x[i], reference.x[i] * units.variables[i]);
+        let multiplier = reference.lower_multipliers[i] * units.objective / units.variables[i];
+        assert_eq!(report.lower_multipliers[i], multiplier);
+    }
+    for i in 0..2 {
+        let multiplier = reference.constraint_multipliers[i] * units.objective / units.constraints[i];
+        assert_eq!(report.constraint_multipliers[i], multiplier);
+    }
+}
+
+#[test]
+fn every_scaling_finds_the_optimum_in_bad_units() {
+    for scaling in [
+        ScalingMethod::User,
+        ScalingMethod::UserThenGradient { max: 100.0 },
+        ScalingMethod::Gradient { max: 100.0 },
+    ] {
+        let settings = NlpSettings { scaling, ..NlpSettings::default() };
+        let mut problem = other_units();
+        let report = InteriorPoint::new(settings).solve(&mut problem).unwrap();
+        assert!(report.status.is_success(), "{scaling:?}: {}", report.status);
+        let objective = report.objective / problem.scaling.objective;
+        assert!((objective - 17.0140173).abs() < 1e-3, "{scaling:?}: {objective}");
+    }
+}
+
+#[test]
+fn the_lagrangian_is_stationary_in_the_users_units() {
+    let report = solve(&hs71());
+    let mut problem = hs71();
+    let mut gradient = [0.0; 4];
+    problem.gradient(&report.x, &mut gradient);
+    let mut jacobian = [0.0; 8];
+    problem.jacobian(&report.x, &mut jacobian);
+    for i in 0..4 {
+        let y = &report.constraint_multipliers;
+        let residual = gradient[i] + y[0] * jacobian[i] + y[1] * jacobian[4 + i]
+            - report.lower_multipliers[i]
+            + report.upper_multipliers[i];
+        assert!(residual.abs() < 1e-7, "{residual}");
+    }
+}
+
+#[test]
+fn warm_start_saves_iterations() {
+    let cold = solve(&hs71());
+    let mut near = hs71();
+    near.constraint_lower[0] = 25.1;
+    near.constraint_lower[1] = 40.2;
+    near.constraint_upper[1] = 40.2;
+    let from_cold = solve(&near);
+    let warm = InteriorPoint::default()
+        .solve_from(&mut near.clone(), &WarmStart::from(&cold), &mut crate::support::log)
+        .unwrap();
+    assert_eq!(warm.status, Status::Optimal);
+    assert!((warm.objective - from_cold.objective).abs() < 1e-7);
+    let (warm_iterations, cold_iterations) = (warm.counters.iterations, from_cold.counters.iterations);
+    assert!(
+        warm_iterations <= 5 && warm_iterations < cold_iterations,
+        "{warm_iterations} of {cold_iterations}"
+    );
+    let again = InteriorPoint::default().solve_from(&mut hs71(), &WarmStart::from(&cold), &mut ()).unwrap();
+    assert!(again.counters.iterations <= 4, "{}", again.counters.iterations);
+}
