@@ -42,7 +42,7 @@ Tasks:
   tidy               file length, module names and docs, leftovers, whitespace, links, machine paths
   doc                documentation of the workspace; warnings are errors
   mission NAME ...   solves a mission with the release build; further arguments go to `apsides solve`
-  table [--check]    writes docs/gallery.md; --check fails if it is out of date (times are not compared)
+  table [--check]    writes docs/gallery.md; --check fails if it is out of date (times and rounding aside)
   bless              accepts the present counters of the workspace tests as the golden ones
   bench [--peers] .. criterion benches of kkt, nlp and radau; --peers also runs benches/peers/*.py;
                      further arguments go to criterion
