@@ -1,2 +1,138 @@
-//! Developer tasks.
-fn main() {}
+//! Developer tasks of the workspace, run as `cargo xtask TASK`.
+//!
+//! The program shells out to cargo and the `apsides` program and links none of our crates, so that it builds in seconds.
+//!
+//! | module | subject |
+//! | --- | --- |
+//! | `ci` | everything a change must pass |
+//! | `layers`, `signatures` | which crate depends on which, and what its interface may name |
+//! | `tidy` | rules of style that rustfmt and clippy do not know |
+//! | `table` | generated documents |
+//! | `bench` | benchmarks, and the same problems in other programs |
+//! | `readme` | the commands of README.md |
+//! | `source`, `workspace`, `command` | Rust text without comments, packages, processes |
+
+#![allow(clippy::print_stdout, clippy::print_stderr, reason = "a program for the terminal")]
+
+use std::process::ExitCode;
+
+mod bench;
+mod ci;
+mod command;
+mod finding;
+mod layers;
+mod readme;
+mod signatures;
+mod source;
+mod table;
+mod tidy;
+mod workspace;
+
+use command::{cargo, run};
+use workspace::Workspace;
+
+const HELP: &str = "\
+Developer tasks of the apsides workspace.
+
+Usage: cargo xtask TASK [ARGS]
+
+Tasks:
+  ci                 all checks and tests in order, each with its time; stops at the first failure
+  layers             dependencies between our crates, owners of heavy dependencies, public signatures
+  tidy               file length, module names and docs, leftovers, whitespace, links, machine paths
+  doc                documentation of the workspace; warnings are errors
+  mission NAME ...   solves a mission with the release build; further arguments go to `apsides solve`
+  table [--check]    writes docs/gallery.md; --check fails if it is out of date (times and rounding aside)
+  bless              accepts the present counters of the workspace tests as the golden ones
+  bench [--peers] .. criterion benches of kkt, nlp and radau; --peers also runs benches/peers/*.py;
+                     further arguments go to criterion
+  help               this text";
+
+fn main() -> ExitCode {
+    let arguments: Vec<String> = std::env::args().skip(1).collect();
+    match perform(&arguments) {
+        Ok(()) => ExitCode::SUCCESS,
+        Err(message) => {
+            eprintln!("xtask: {message}");
+            ExitCode::FAILURE
+        }
+    }
+}
+
+/// Runs the task that the arguments name.
+fn perform(arguments: &[String]) -> Result<(), String> {
+    let (task, rest) = match arguments {
+        [] => ("help", &[][..]),
+        [task, rest @ ..] => (task.as_str(), rest),
+    };
+    if matches!(task, "help" | "--help" | "-h") || rest.iter().any(|a| a == "--help" && task != "mission") {
+        println!("{HELP}");
+        return Ok(());
+    }
+    match task {
+        "ci" => no_arguments(task, rest).and_then(|()| ci::run(&Workspace::load()?)),
+        "layers" => no_arguments(task, rest).and_then(|()| layers::run(&Workspace::load()?)),
+        "tidy" => no_arguments(task, rest).and_then(|()| tidy::run(&Workspace::load()?)),
+        "doc" => no_arguments(task, rest).and_then(|()| doc(&Workspace::load()?)),
+        "mission" => mission(&Workspace::load()?, rest),
+        "table" => match rest {
+            [] => table::write(&Workspace::load()?),
+            [check] if check == "--check" => table::check(&Workspace::load()?),
+            _ => Err(format!("`table` takes `--check` or nothing, not `{}`", rest.join(" "))),
+        },
+        "bless" => no_arguments(task, rest).and_then(|()| bless(&Workspace::load()?)),
+        "bench" => bench::run_benches(&Workspace::load()?, rest),
+        _ => Err(format!("no task `{task}`; `cargo xtask help` lists them")),
+    }
+}
+
+fn no_arguments(task: &str, rest: &[String]) -> Result<(), String> {
+    if rest.is_empty() {
+        return Ok(());
+    }
+    Err(format!("`{task}` takes no arguments, not `{}`", rest.join(" ")))
+}
+
+/// Documentation of our crates; a warning is an error.
+fn doc(workspace: &Workspace) -> Result<(), String> {
+    let mut doc = cargo(workspace, ["doc", "--no-deps", "--workspace", "--locked"]);
+    run(doc.env("RUSTDOCFLAGS", "-D warnings"))
+}
+
+fn mission(workspace: &Workspace, arguments: &[String]) -> Result<(), String> {
+    if arguments.is_empty() {
+        return Err("`mission` takes the name of a mission or a mission file".into());
+    }
+    let mut solve = cargo(workspace, ["run", "--release", "-p", "apsides-cli", "--", "solve"]);
+    run(solve.args(arguments))
+}
+
+fn bless(workspace: &Workspace) -> Result<(), String> {
+    run(cargo(workspace, ["test", "-p", "apsides-tests"]).env("APSIDES_BLESS", "1"))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn words(text: &str) -> Vec<String> {
+        text.split_whitespace().map(str::to_owned).collect()
+    }
+
+    #[test]
+    fn help_and_refusals() {
+        assert_eq!(perform(&[]), Ok(()));
+        assert_eq!(perform(&words("tidy --help")), Ok(()));
+        assert!(perform(&words("tidi")).unwrap_err().contains("no task `tidi`"));
+        assert!(perform(&words("tidy all")).unwrap_err().contains("takes no arguments"));
+        assert!(perform(&words("mission")).unwrap_err().contains("name of a mission"));
+        assert!(perform(&words("table --chek")).unwrap_err().contains("--check"));
+    }
+
+    #[test]
+    fn every_task_is_in_the_help() {
+        for task in ["ci", "layers", "tidy", "doc", "mission", "table", "bless", "bench"] {
+            assert!(HELP.lines().any(|l| l.split_whitespace().next() == Some(task)), "{task}");
+        }
+    }
+}

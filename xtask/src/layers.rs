@@ -1,0 +1,255 @@
+//! Who may depend on whom: the layers of the workspace as a table.
+//!
+//! A dependency of the library or program itself is checked; tests, examples and benches depend on what they need.
+
+use crate::finding::{Finding, report};
+use crate::signatures;
+use crate::workspace::{Package, Purpose, Workspace};
+
+/// Dependencies that a crate of ours may have on others of ours.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Arrows {
+    /// On these, without the prefix `apsides-`; `apsides` is the facade.
+    To(&'static [&'static str]),
+    /// On any.
+    ToAny,
+}
+
+use Arrows::{To, ToAny};
+
+/// Every crate of the workspace, lower layers first. A new crate gets a line here.
+const ARROWS: &[(&str, Arrows)] = &[
+    // Kernel: nothing of ours.
+    ("ad", To(&[])),
+    ("basis", To(&[])),
+    ("kkt", To(&[])),
+    // Engines.
+    ("conic", To(&[])),
+    ("metaheuristics", To(&[])),
+    ("nlp", To(&["kkt"])),
+    ("ode", To(&["ad"])),
+    // Domain.
+    ("dynamics", To(&["ad"])),
+    ("terrain", To(&["ad"])),
+    ("ocp", To(&["ad", "basis"])),
+    // Methods.
+    ("radau", To(&["ad", "ocp", "basis", "nlp"])),
+    ("flatness", To(&["ad", "ocp", "basis", "nlp"])),
+    ("shooting", To(&["ad", "ocp", "ode", "nlp"])),
+    ("piecewise", To(&["ad", "ocp", "ode", "nlp"])),
+    ("convex", To(&["ocp", "ode", "conic"])),
+    // What follows a solution: no solver and no method.
+    ("control", To(&["dynamics", "ode"])),
+    ("verify", To(&["ad", "ocp", "ode", "terrain"])),
+    // Facade, output, program.
+    (
+        "apsides",
+        To(&[
+            "ad",
+            "basis",
+            "kkt",
+            "conic",
+            "metaheuristics",
+            "nlp",
+            "ode",
+            "dynamics",
+            "terrain",
+            "ocp",
+            "radau",
+            "flatness",
+            "shooting",
+            "piecewise",
+            "convex",
+            "control",
+            "verify",
+        ]),
+    ),
+    ("report", To(&["apsides", "ocp", "basis", "verify"])),
+    ("cli", ToAny),
+    // Development.
+    ("problems", To(&["ad", "dynamics", "ocp"])),
+    ("tests", ToAny),
+    ("benches", ToAny),
+    ("xtask", To(&[])),
+];
+
+/// Heavy dependencies and the one crate that may use each.
+const OWNERS: &[(&str, &str)] = &[
+    ("faer", "kkt"),
+    ("clarabel", "conic"),
+    ("parry3d-f64", "terrain"),
+    ("tiff", "terrain"),
+    ("rand", "metaheuristics"),
+    ("plotters", "report"),
+    ("clap", "cli"),
+    ("indicatif", "cli"),
+    ("nalgebra", "basis"),
+];
+
+/// Packages for development alone: heavy dependencies are free there.
+const DEVELOPMENT: &[&str] = &["problems", "tests", "benches", "xtask"];
+
+/// Crates whose types no public signature names.
+const HIDDEN: &[&str] = &["faer", "clarabel", "parry3d_f64", "parry3d", "glam"];
+
+/// Checks the whole workspace.
+pub(crate) fn run(workspace: &Workspace) -> Result<(), String> {
+    let mut findings = check(&workspace.packages, ARROWS, OWNERS);
+    for package in &workspace.packages {
+        findings.extend(lints(workspace, package)?);
+    }
+    for path in workspace.files()?.iter().filter(|p| p.starts_with("crates/") && p.ends_with(".rs")) {
+        if path.contains("/src/") {
+            let text = read(workspace, path)?;
+            findings.extend(signatures::check(path, &text, HIDDEN));
+        }
+    }
+    report("layers", &findings)
+}
+
+fn read(workspace: &Workspace, path: &str) -> Result<String, String> {
+    std::fs::read_to_string(workspace.root.join(path)).map_err(|e| format!("{path}: {e}"))
+}
+
+/// Lints that forbid `unsafe` and printing hold only where a member takes them over.
+fn lints(workspace: &Workspace, package: &Package) -> Result<Option<Finding>, String> {
+    let path = manifest(package);
+    let text = read(workspace, &path)?;
+    let mut lines = text.lines().map(str::trim).skip_while(|l| *l != "[lints]").skip(1);
+    let inherits = lines.next() == Some("workspace = true");
+    Ok((!inherits).then(|| {
+        Finding::of(&path, "does not take over the lints of the workspace: add `[lints] workspace = true`")
+    }))
+}
+
+fn manifest(package: &Package) -> String {
+    format!("{}/Cargo.toml", package.folder.to_string_lossy().replace('\\', "/"))
+}
+
+/// Name in the tables.
+fn short(name: &str) -> &str {
+    name.strip_prefix("apsides-").unwrap_or(name)
+}
+
+/// Checks declared dependencies against tables.
+fn check(packages: &[Package], arrows: &[(&str, Arrows)], owners: &[(&str, &str)]) -> Vec<Finding> {
+    let mut findings = Vec::new();
+    for package in packages {
+        let path = manifest(package);
+        let name = short(&package.name);
+        let Some((_, allowed)) = arrows.iter().find(|(n, _)| *n == name) else {
+            findings.push(Finding::of(
+                &path,
+                format!(
+                    "`{}` is not in the table of layers: add it to ARROWS in xtask/src/layers.rs",
+                    package.name
+                ),
+            ));
+            continue;
+        };
+        for dependency in package.dependencies.iter().filter(|d| d.purpose != Purpose::Development) {
+            if packages.iter().any(|p| p.name == dependency.name) {
+                findings.extend(arrow(&path, &package.name, &dependency.name, *allowed));
+            }
+            let owner = owners.iter().find(|(heavy, _)| *heavy == dependency.name).map(|(_, owner)| *owner);
+            if let Some(owner) = owner.filter(|o| *o != name && !DEVELOPMENT.contains(&name)) {
+                findings.push(Finding::of(
+                    &path,
+                    format!("depends on `{}`, which only `apsides-{owner}` may use", dependency.name),
+                ));
+            }
+        }
+    }
+    findings
+}
+
+/// A dependency on a crate of ours.
+fn arrow(path: &str, from: &str, to: &str, allowed: Arrows) -> Option<Finding> {
+    let To(targets) = allowed else { return None };
+    if targets.contains(&short(to)) {
+        return None;
+    }
+    let allowed = match targets {
+        [] => "no crate of ours".to_owned(),
+        _ => targets.join(", "),
+    };
+    Some(Finding::of(path, format!("`{from}` depends on `{to}`; allowed: {allowed}")))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::workspace::Dependency;
+
+    fn package(name: &str, dependencies: &[(&str, Purpose)]) -> Package {
+        Package {
+            name: name.into(),
+            folder: format!("crates/{name}").into(),
+            dependencies: dependencies
+                .iter()
+                .map(|(n, purpose)| Dependency { name: (*n).into(), purpose: *purpose })
+                .collect(),
+            benches: vec![],
+            examples: vec![],
+        }
+    }
+
+    fn messages(packages: &[Package]) -> Vec<String> {
+        check(packages, ARROWS, OWNERS).into_iter().map(|f| f.message).collect()
+    }
+
+    #[test]
+    fn allowed_arrows_pass() {
+        let packages = [
+            package("apsides-kkt", &[("faer", Purpose::Normal), ("nalgebra", Purpose::Development)]),
+            package("apsides-nlp", &[("apsides-kkt", Purpose::Normal), ("thiserror", Purpose::Normal)]),
+            package("apsides-cli", &[("apsides-nlp", Purpose::Normal), ("clap", Purpose::Normal)]),
+            package("apsides-tests", &[("apsides-cli", Purpose::Normal), ("nalgebra", Purpose::Normal)]),
+        ];
+        assert_eq!(messages(&packages), Vec::<String>::new());
+    }
+
+    #[test]
+    fn upward_arrows_fail_and_development_ones_do_not() {
+        let kkt = package("apsides-kkt", &[("apsides-nlp", Purpose::Development)]);
+        let nlp = package("apsides-nlp", &[]);
+        assert!(messages(&[kkt, nlp.clone()]).is_empty());
+        for purpose in [Purpose::Normal, Purpose::Build] {
+            let verify = package("apsides-verify", &[("apsides-nlp", purpose)]);
+            assert_eq!(
+                messages(&[verify, nlp.clone()]),
+                ["`apsides-verify` depends on `apsides-nlp`; allowed: ad, ocp, ode, terrain"]
+            );
+        }
+    }
+
+    #[test]
+    fn heavy_dependencies_have_one_owner() {
+        let ocp = package("apsides-ocp", &[("faer", Purpose::Normal)]);
+        assert_eq!(messages(&[ocp]), ["depends on `faer`, which only `apsides-kkt` may use"]);
+    }
+
+    #[test]
+    fn unknown_crates_are_told_where_to_go() {
+        let message = &messages(&[package("apsides-warp", &[])])[0];
+        assert!(message.contains("`apsides-warp`") && message.contains("ARROWS"), "{message}");
+    }
+
+    #[test]
+    fn the_table_descends() {
+        // Each crate depends on lines above its own, so that no circle can be written down.
+        for (k, (name, arrows)) in ARROWS.iter().enumerate() {
+            let To(targets) = arrows else { continue };
+            for target in *targets {
+                assert!(ARROWS[..k].iter().any(|(n, _)| n == target), "{name} -> {target}");
+            }
+        }
+    }
+
+    #[test]
+    fn owners_are_in_the_table() {
+        for (heavy, owner) in OWNERS {
+            assert!(ARROWS.iter().any(|(n, _)| n == owner), "{heavy}: {owner}");
+        }
+    }
+}
