@@ -1,0 +1,232 @@
+"""The landing from perilune, discretised as by apsides, solved by CasADi + Ipopt (MUMPS): times in turns with apsides.
+
+The program `landing` of this package writes the discretised problem (start, bounds, units); this file writes the same
+equations down once more, checks that they agree at the start, and lets both solvers run in turns. See README.md.
+"""
+
+import argparse
+import json
+import os
+import statistics
+import subprocess
+import sys
+import tempfile
+import time
+import tomllib
+
+# One thread each: set before any library reads it.
+for variable in ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS"):
+    os.environ[variable] = "1"
+
+try:
+    import casadi
+    import numpy
+except ImportError as error:
+    print(f"skipped: {error.name} is not installed (pip install casadi)")
+    sys.exit(0)
+
+ROOT = os.path.dirname(os.path.dirname(os.path.dirname(os.path.abspath(__file__))))
+STATES = 5
+NODE = STATES + 1
+
+# What differs from Ipopt's defaults, and why; everything else is default, as in apsides' settings.
+IPOPT = {
+    "tol": 1e-8,
+    # MUMPS is the free linear solver that comes with CasADi; HSL is not free.
+    "linear_solver": "mumps",
+    # As apsides: wider bounds than needed move the optimum by more than 1e-8.
+    "bound_relax_factor": 1e-10,
+    "max_iter": 3000,
+    "print_level": 0,
+    "sb": "yes",
+}
+BARRIERS = ("monotone", "adaptive")
+
+
+def radau(points):
+    """Legendre-Gauss-Radau nodes with -1 and the differentiation matrix on nodes and 1: points x (points + 1)."""
+    legendre = numpy.polynomial.legendre
+    nodes = numpy.sort(legendre.legroots([0.0] * (points - 1) + [1.0, 1.0]).real)
+    nodes[0] = -1.0
+    support = numpy.append(nodes, 1.0)
+    gaps = support[:, None] - support[None, :]
+    numpy.fill_diagonal(gaps, 1.0)
+    weights = 1.0 / gaps.prod(axis=1)
+    matrix = weights[None, :] / weights[:, None] / gaps
+    numpy.fill_diagonal(matrix, 0.0)
+    numpy.fill_diagonal(matrix, -matrix.sum(axis=1))
+    return nodes, matrix[:points]
+
+
+def rate(mission):
+    """Equations of motion in polar coordinates, one node."""
+    mu = mission["gravitational_parameter_km3_s2"] * 1e9
+    thrust = mission["thrust_n"]
+    exhaust = mission["isp_s"] * mission["standard_gravity_m_s2"]
+    z = casadi.SX.sym("z", NODE)
+    r, _, u, v, m, beta = casadi.vertsplit(z)
+    f = casadi.vertcat(
+        v,
+        u / r,
+        thrust / m * casadi.cos(beta) - u * v / r,
+        thrust / m * casadi.sin(beta) + u * u / r - mu / (r * r),
+        -thrust / exhaust,
+    )
+    return casadi.Function("rate", [z], [f])
+
+
+class Problem:
+    """The nonlinear program in the units of the dump, with one solver per barrier strategy."""
+
+    def __init__(self, dump):
+        clock = time.process_time()
+        array = {key: numpy.array(value) for key, value in dump.items() if isinstance(value, list)}
+        intervals, points = dump["intervals"], dump["points"]
+        nodes = intervals * points
+        self.units, self.row_units = array["variable_units"], array["row_units"]
+        self.objective_unit = dump["objective_unit"]
+        scaled = casadi.MX.sym("x", len(self.units))
+        x = scaled * casadi.DM(self.units)
+        grid = casadi.reshape(x[: nodes * NODE], NODE, nodes)
+        start_time, end_time = x[nodes * NODE + STATES], x[nodes * NODE + STATES + 1]
+        rates = rate(tomllib.loads(dump["mission_file"])).map(nodes)(grid)
+        states = casadi.horzcat(grid[:STATES, :], x[nodes * NODE : nodes * NODE + STATES])
+        # states (5 x nodes + 1) times D' of every interval.
+        _, matrix = radau(points)
+        row, column, value = [], [], []
+        for k in range(intervals):
+            for i in range(points):
+                for j in range(points + 1):
+                    row.append(k * points + j)
+                    column.append(k * points + i)
+                    value.append(matrix[i, j])
+        derivative = casadi.DM.triplet(row, column, casadi.DM(value), nodes + 1, nodes)
+        defects = casadi.mtimes(states, derivative) - 0.5 / intervals * (end_time - start_time) * rates
+        rows = casadi.vec(defects) / casadi.DM(self.row_units)
+        nlp = {"x": scaled, "f": end_time / self.objective_unit, "g": rows}
+        self.check(nlp, array, dump)
+        self.pose_ms = (time.process_time() - clock) * 1e3
+        self.arguments = {
+            "x0": array["start"] / self.units,
+            "lbx": array["lower"] / self.units,
+            "ubx": array["upper"] / self.units,
+            "lbg": array["row_lower"] / self.row_units,
+            "ubg": array["row_upper"] / self.row_units,
+        }
+        self.solvers, self.build_ms = {}, {}
+        for barrier in BARRIERS:
+            clock = time.process_time()
+            options = {f"ipopt.{key}": v for key, v in IPOPT.items()}
+            options |= {"ipopt.mu_strategy": barrier, "expand": True, "print_time": False}
+            self.solvers[barrier] = casadi.nlpsol("landing", "ipopt", nlp, options)
+            self.build_ms[barrier] = self.pose_ms + (time.process_time() - clock) * 1e3
+
+    def check(self, nlp, array, dump):
+        """Both sides must have written down the same equations."""
+        values = casadi.Function("values", [nlp["x"]], [nlp["f"], nlp["g"]])
+        f, g = values(array["start"] / self.units)
+        expected = array["row_values"] / self.row_units
+        assert abs(float(f) * self.objective_unit - dump["objective"]) < 1e-9, "objectives differ"
+        difference = numpy.max(numpy.abs(numpy.array(g).ravel() - expected))
+        assert difference < 1e-12, f"constraints differ by {difference:.1e} at the start"
+
+    def solve(self, barrier):
+        """CPU time in ms, iterations, objective, status."""
+        solver = self.solvers[barrier]
+        clock = time.process_time()
+        solution = solver(**self.arguments)
+        elapsed = (time.process_time() - clock) * 1e3
+        statistics_ = solver.stats()
+        return {
+            "solve_ms": elapsed,
+            "iterations": statistics_["iter_count"],
+            "objective": float(solution["f"]) * self.objective_unit,
+            "status": statistics_["return_status"],
+            "evaluation_ms": 1e3 * sum(v for k, v in statistics_.items() if k.startswith("t_proc_nlp_")),
+        }
+
+
+def run_apsides(program, intervals, points, repeat, dump=None):
+    command = [program, "--json", "--intervals", str(intervals), "--points", str(points), "--repeat", str(repeat)]
+    if dump:
+        command += ["--dump", dump]
+    return json.loads(subprocess.run(command, check=True, capture_output=True, text=True).stdout)
+
+
+def compare(program, intervals, points, turns, own_repeat):
+    """Both solvers in turns on one mesh."""
+    with tempfile.TemporaryDirectory() as folder:
+        path = os.path.join(folder, "problem.json")
+        run_apsides(program, intervals, points, 1, path)
+        with open(path, encoding="ascii") as file:
+            problem = Problem(json.load(file))
+    ours, peers = [], {barrier: [] for barrier in BARRIERS}
+    for _ in range(turns):
+        ours.append(run_apsides(program, intervals, points, own_repeat))
+        for barrier in BARRIERS:
+            peers[barrier].append(problem.solve(barrier))
+    return problem, ours, peers
+
+
+HEADER = (
+    f"{'intervals':>9} {'variables':>9} {'solver':<16} {'status':<24} {'iterations':>10} {'solve ms: min':>13} {'median':>9} "
+    f"{'ms/iteration':>12} {'build ms':>9} {'objective s':>16} {'difference':>10} {'ratio':>7}"
+)
+
+
+def line(intervals, variables, name, status, iterations, times, build, objective, reference, ratio):
+    least, median = min(times), statistics.median(times)
+    per_iteration = least / max(iterations, 1)
+    difference = "" if reference is None else f"{objective / reference - 1.0:.1e}"
+    return (
+        f"{intervals:>9} {variables:>9} {name:<16} {status:<24.24} {iterations:>10} {least:>13.2f} {median:>9.2f} "
+        f"{per_iteration:>12.3f} {build:>9.2f} {objective:>16.9f} {difference:>10} {ratio:>7}"
+    )
+
+
+def report(problem, ours, peers):
+    """Lines of the table; the rival is the faster of Ipopt's two barrier strategies."""
+    own_times = [t for run in ours for t in run["solve_ms"]]
+    own_build = min(t for run in ours for t in run["setup_ms"])
+    last = ours[-1]
+    least = min(own_times)
+    rival = min(BARRIERS, key=lambda b: min(r["solve_ms"] for r in peers[b]))
+    print(
+        line(last["intervals"], last["variables"], "apsides", last["status"], last["iterations"], own_times, own_build,
+             last["objective"], None, "")
+    )
+    for barrier in BARRIERS:
+        runs = peers[barrier]
+        times = [r["solve_ms"] for r in runs]
+        ratio = f"{min(times) / least:.2f}" + ("*" if barrier == rival else " ")
+        end = runs[-1]
+        print(
+            line(last["intervals"], last["variables"], f"Ipopt {barrier}", end["status"], end["iterations"], times,
+                 problem.build_ms[barrier], end["objective"], last["objective"], ratio)
+        )
+    sys.stdout.flush()
+
+
+def main():
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser.add_argument("--intervals", type=int, nargs="+", default=[20, 100, 1000, 5000])
+    parser.add_argument("--points", type=int, default=3)
+    parser.add_argument("--turns", type=int, default=5, help="turns of each solver")
+    parser.add_argument("--repeat", type=int, default=3, help="solves of apsides per turn")
+    parser.add_argument("--program", default=None, help="the built program `landing`")
+    arguments = parser.parse_args()
+    program = arguments.program
+    if program is None:
+        subprocess.run(
+            ["cargo", "build", "--release", "-p", "apsides-benches", "--bin", "landing"], cwd=ROOT, check=True
+        )
+        target = os.environ.get("CARGO_TARGET_DIR", os.path.join(ROOT, "target"))
+        program = os.path.join(target, "release", "landing")
+    print(f"CasADi {casadi.__version__}; CPU time of one thread; ratio: Ipopt / apsides by minima, * the rival")
+    print(HEADER)
+    for intervals in arguments.intervals:
+        report(*compare(program, intervals, arguments.points, arguments.turns, arguments.repeat))
+
+
+if __name__ == "__main__":
+    main()
