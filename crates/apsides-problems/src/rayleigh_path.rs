@@ -1,0 +1,65 @@
+//! Rayleigh oscillator with a constraint on state and control together.
+//!
+//! ```text
+//! minimise int u^2 + x1^2 dt,   x1' = x2,   x2' = -x1 + x2 (1.4 - 0.14 x2^2) + 4 u,   u + x1/6 <= 0
+//! x(0) = (-5, -5),   t in [0, 4.5]
+//! ```
+//!
+//! Two programs agree on the value (statement: J. T. Betts, Practical Methods for Optimal Control, 2010, section 4.11).
+//! Guess: straight lines from the start to the origin, `u = 0`.
+
+use apsides_ad::{Dynamics, PathFunction, Scalar};
+use apsides_ocp::{Bounds, Ocp, OcpError, Phase, State, Variable};
+
+use crate::{Case, Evidence, Optimum, Problem, Structure};
+
+/// The problem.
+pub const PROBLEM: Problem = Problem {
+    name: "rayleigh_path",
+    title: "oscillator with a constraint on state and control",
+    structure: Structure::Constrained,
+    optimum: Optimum {
+        value: 44.776_25,
+        unit: "-",
+        relative_tolerance: 1e-5,
+        evidence: Evidence::SeveralPrograms,
+        source: "PSOPT, rayleigh.cxx (IPOPT and SQP runs)",
+    },
+    pose,
+};
+
+struct Oscillator;
+
+impl Dynamics<2, 1> for Oscillator {
+    fn rate<S: Scalar>(&self, _t: S, x: &[S; 2], u: &[S; 1], _p: &[S; 0]) -> [S; 2] {
+        [x[1], x[1] * (-x[1].square() * 0.14 + 1.4) - x[0] + u[0] * 4.0]
+    }
+}
+
+struct Cost;
+
+impl PathFunction<2, 1, 1> for Cost {
+    fn evaluate<S: Scalar>(&self, _t: S, x: &[S; 2], u: &[S; 1], _p: &[S; 0]) -> [S; 1] {
+        [u[0].square() + x[0].square()]
+    }
+}
+
+struct Mixed;
+
+impl PathFunction<2, 1, 1> for Mixed {
+    fn evaluate<S: Scalar>(&self, _t: S, x: &[S; 2], u: &[S; 1], _p: &[S; 0]) -> [S; 1] {
+        [u[0] + x[0] / 6.0]
+    }
+}
+
+fn pose() -> Result<Case, OcpError> {
+    let phase = Phase::new("damp", Oscillator)
+        .states([State::new("x1", "-").starts_at(-5.0), State::new("x2", "-").starts_at(-5.0)])
+        .controls([Variable::new("u", "-")])
+        .final_time(Bounds::fixed(4.5))
+        .time_unit("-")
+        .path([Variable::new("mixed", "-").at_most(0.0).scaled_by(1.0)], Mixed)
+        .integral(Variable::new("cost", "-"), Cost);
+    let ocp = Ocp::builder(PROBLEM.name).phase(phase).minimize_integral("damp", "cost").build()?;
+    Case::from_ends(ocp, (0.0, &[-5.0, -5.0], &[0.0]), (4.5, &[0.0, 0.0], &[0.0]))
+}
