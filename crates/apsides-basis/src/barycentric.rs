@@ -1,3 +1,5 @@
+//! Polynomial interpolation through arbitrary nodes, barycentric form.
+
 use crate::BasisError;
 
 /// Polynomial interpolation through arbitrary distinct nodes by the second (true) barycentric formula

@@ -1,3 +1,5 @@
+//! Chebyshev points and Clenshaw-Curtis quadrature.
+
 use std::f64::consts::PI;
 
 use crate::BasisError;

@@ -1,3 +1,5 @@
+//! Reasons to refuse a request.
+
 use thiserror::Error;
 
 /// What can be wrong with a request for nodes or an interpolant.

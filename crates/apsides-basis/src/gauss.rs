@@ -1,3 +1,5 @@
+//! Legendre-Gauss rules.
+
 use crate::legendre::{legendre, legendre_double};
 use crate::quadrature::{Root, check_points, differentiation_rows, integration_matrix, newton};
 use crate::{Barycentric, BasisError};

@@ -1,3 +1,5 @@
+//! Legendre polynomials and their derivatives.
+
 use crate::double::Double;
 
 /// Legendre polynomial of degree `n` at `x`: `(P_n(x), P_n'(x))`.

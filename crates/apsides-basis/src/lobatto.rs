@@ -1,3 +1,5 @@
+//! Legendre-Gauss-Lobatto rules.
+
 use crate::legendre::legendre_double;
 use crate::quadrature::{Root, check_points, integration_matrix, newton};
 use crate::{Barycentric, BasisError};

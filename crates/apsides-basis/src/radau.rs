@@ -1,3 +1,5 @@
+//! Legendre-Gauss-Radau rules.
+
 use crate::legendre::{legendre, legendre_double, legendre_pair};
 use crate::quadrature::{check_points, differentiation_rows, integration_matrix, newton};
 use crate::{Barycentric, BasisError};

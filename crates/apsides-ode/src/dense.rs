@@ -1,3 +1,5 @@
+//! Solutions that can be evaluated at any time.
+
 use std::ops::ControlFlow;
 
 use crate::step::{Observer, Step, evaluate_rows};

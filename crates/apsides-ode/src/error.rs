@@ -1,3 +1,5 @@
+//! Reasons to refuse a request.
+
 use thiserror::Error;
 
 /// An ill-posed request. A solution that cannot be continued is a [`Status`](crate::Status), not an error.

@@ -1,3 +1,5 @@
+//! Record of located events.
+
 use std::ops::ControlFlow;
 
 use crate::step::{Observer, Occurrence};

@@ -1,3 +1,5 @@
+//! The integrator: step control, observers, events.
+
 use std::ops::ControlFlow;
 
 use crate::dense::DenseSolution;

@@ -1,3 +1,5 @@
+//! How an integration ended and what it took.
+
 /// Why an integration ended.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 #[non_exhaustive]

@@ -1,3 +1,5 @@
+//! Methods, tolerances and limits.
+
 use crate::OdeError;
 
 /// The Runge-Kutta pair.

@@ -1,3 +1,5 @@
+//! One accepted step with its dense output.
+
 use std::ops::ControlFlow;
 
 /// An accepted step with its dense output.

@@ -184,6 +184,8 @@ pub(crate) fn outcome() -> Outcome {
         ("undefined_deg", f64::NAN),
     ];
     Outcome {
+        headline: &[],
+        curves: Vec::new(),
         ocp: ocp(),
         trajectory: trajectory(),
         summary: Summary {
