@@ -1,0 +1,171 @@
+//! The program as a user meets it: output, files, exit status.
+
+use std::path::Path;
+use std::process::{Command, Output};
+
+fn apsides(arguments: &[&str]) -> Output {
+    Command::new(env!("CARGO_BIN_EXE_apsides")).args(arguments).output().unwrap()
+}
+
+fn stderr(o: &Output) -> String {
+    String::from_utf8_lossy(&o.stderr).into_owned()
+}
+
+fn stdout(o: &Output) -> String {
+    String::from_utf8_lossy(&o.stdout).into_owned()
+}
+
+fn path(p: &Path) -> String {
+    p.to_string_lossy().into_owned()
+}
+
+#[test]
+fn solve_prints_one_json_object_with_stable_keys() {
+    let o = apsides(&["solve", "lunar-perilune", "--json", "--quiet"]);
+    assert_eq!(o.status.code(), Some(0), "{}", stderr(&o));
+    assert!(o.stderr.is_empty());
+    let v: serde_json::Value = serde_json::from_slice(&o.stdout).unwrap();
+    assert_eq!(v["mission"], "lunar-perilune");
+    assert_eq!((&v["method"], &v["status"]), (&"radau".into(), &"optimal".into()));
+    assert_eq!((&v["objective"]["name"], &v["objective"]["unit"]), (&"flight_time".into(), &"s".into()));
+    // 997.3758488117479 s by indirect shooting (lunar landing reference, case S2_15km).
+    assert!((v["results"]["flight_time_s"].as_f64().unwrap() - 997.375_848_811_747_9).abs() < 1e-5);
+    for key in ["final_mass_kg", "final_thrust_angle_deg", "downrange_angle_deg"] {
+        assert!(v["results"][key].is_f64(), "{key}");
+    }
+    for key in ["iterations", "factorisations", "variables", "constraints", "mesh_iterations"] {
+        assert!(v["counters"][key].is_u64(), "{key}");
+    }
+    for key in ["build", "solve", "verify"] {
+        assert!(v["timing_ms"][key].is_f64(), "{key}");
+    }
+    assert_eq!(v["certificate"]["verdict"], "local-optimum");
+    let check = &v["certificate"]["checks"][0];
+    for key in ["name", "value", "limit", "margin", "unit", "at", "passed"] {
+        assert!(!check[key].is_null(), "{key}");
+    }
+}
+
+/// Adds to one column of some rows.
+fn tamper(csv: &str, column: &str, rows: std::ops::Range<usize>, change: f64) -> String {
+    let index = csv.lines().next().unwrap().split(',').position(|h| h == column).unwrap();
+    let line = |(k, line): (usize, &str)| {
+        let mut cells: Vec<String> = line.split(',').map(str::to_owned).collect();
+        if rows.contains(&k) {
+            cells[index] = (cells[index].parse::<f64>().unwrap() + change).to_string();
+        }
+        cells.join(",") + "\n"
+    };
+    csv.lines().enumerate().map(line).collect()
+}
+
+#[test]
+fn results_are_written_and_verified_again() {
+    let dir = tempfile::tempdir().unwrap();
+    let out = dir.path().join("results");
+    let o = apsides(&["solve", "lunar-two-phase", "--quiet", "--out", &path(&out)]);
+    assert_eq!(o.status.code(), Some(0), "{}", stderr(&o));
+    assert!(stdout(&o).contains("certificate: verified local optimum"));
+    assert!(stdout(&o).contains("report.html"));
+    for file in ["summary.json", "trajectory.csv", "certificate.json", "mission.toml", "report.html"] {
+        assert!(out.join(file).is_file(), "{file}");
+    }
+    let again = apsides(&["verify", &path(&out)]);
+    assert_eq!(again.status.code(), Some(0), "{}{}", stdout(&again), stderr(&again));
+
+    let csv = out.join("trajectory.csv");
+    let text = std::fs::read_to_string(&csv).unwrap();
+    std::fs::write(&csv, tamper(&text, "thrust_angle_rad", 10..20, 1e-4)).unwrap();
+    let again = apsides(&["verify", &path(&out)]);
+    assert_eq!(again.status.code(), Some(4), "{}", stdout(&again));
+    assert!(stdout(&again).contains("certificate: rejected"));
+    std::fs::write(&csv, "phase,interval\n").unwrap();
+    assert_eq!(apsides(&["verify", &path(&out)]).status.code(), Some(2));
+}
+
+#[test]
+fn bad_input_is_one_sentence_and_leaves_results_alone() {
+    let dir = tempfile::tempdir().unwrap();
+    let out = dir.path().join("results");
+    std::fs::create_dir(&out).unwrap();
+    std::fs::write(out.join("summary.json"), "earlier").unwrap();
+    let mission = dir.path().join("m.toml");
+    std::fs::write(&mission, "mission = \"lunar-direct\"\nthrust_kn = 0.44\n").unwrap();
+    let o = apsides(&["solve", &path(&mission), "--out", &path(&out)]);
+    assert_eq!(o.status.code(), Some(2));
+    let text = stderr(&o);
+    assert_eq!(text.lines().count(), 1, "{text}");
+    assert!(text.contains("m.toml`, line 2") && text.contains("in its unit it is `thrust_n`"), "{text}");
+    assert!(o.stdout.is_empty());
+    assert_eq!(std::fs::read_to_string(out.join("summary.json")).unwrap(), "earlier");
+
+    for bad in [
+        vec!["solve", "no-such-mission"],
+        vec!["solve", "lunar-direct", "--set", "isp_s=0"],
+        vec!["solve", "lunar-direct", "--threads", "0"],
+        vec!["solve"],
+        vec!["fly", "lunar-direct"],
+        vec!["sweep", "lunar-direct", "--set", "thrust_n="],
+        vec!["check", "lunar-direct", "--set", "thrust_n=20"],
+        vec!["verify", "no-such-directory"],
+        vec!["missions", "mars"],
+    ] {
+        assert_eq!(apsides(&bad).status.code(), Some(2), "{bad:?}");
+    }
+    // A file in the place of the directory, and a directory that cannot be made.
+    for bad in [path(&mission), path(&mission.join("below"))] {
+        let o = apsides(&["solve", "lunar-direct", "--quiet", "--out", &bad]);
+        assert_eq!(o.status.code(), Some(2));
+        assert!(stderr(&o).contains(&bad), "{}", stderr(&o));
+        assert!(o.stdout.is_empty(), "nothing is solved in vain");
+    }
+}
+
+#[test]
+fn a_mission_that_cannot_be_flown_says_what_is_missing() {
+    let o = apsides(&["solve", "lunar-perilune", "--quiet", "--set", "thrust_n=200", "--set", "dry_mass_kg=100"]);
+    assert_eq!(o.status.code(), Some(3), "{}", stdout(&o));
+    let text = stdout(&o);
+    assert!(text.contains("cannot be met, violated by"), "{text}");
+}
+
+#[test]
+fn sweep_writes_a_row_per_case() {
+    let dir = tempfile::tempdir().unwrap();
+    let csv = dir.path().join("sweep.csv");
+    let o = apsides(&["sweep", "lunar-perilune", "--set", "perilune_altitude_km=20,15", "--out", &path(&csv)]);
+    assert_eq!(o.status.code(), Some(0), "{}", stderr(&o));
+    let text = std::fs::read_to_string(&csv).unwrap();
+    let rows: Vec<&str> = text.lines().collect();
+    assert_eq!(rows.len(), 3, "{text}");
+    assert!(rows[0].starts_with("perilune_altitude_km,"));
+    assert!(rows[1].starts_with("20,") && rows[2].starts_with("15,"));
+    assert!(!dir.path().join("sweep.csv.partial").exists());
+}
+
+#[test]
+fn missions_and_check_print_what_there_is() {
+    let o = apsides(&["missions"]);
+    assert_eq!(o.status.code(), Some(0));
+    assert_eq!(stdout(&o).lines().count(), 3);
+    let keys = stdout(&apsides(&["missions", "lunar-two-phase"]));
+    assert!(keys.contains("gate_altitude_km") && keys.contains("radau.points"), "{keys}");
+    let o = apsides(&["check", "lunar-direct", "--set", "thrust_n=500"]);
+    assert_eq!(o.status.code(), Some(0));
+    assert!(stdout(&o).contains("thrust_n = 500.0"));
+    for help in [vec!["--help"], vec!["solve", "--help"], vec!["sweep", "--help"], vec!["verify", "--help"]] {
+        let o = apsides(&help);
+        assert!(o.status.success() && stdout(&o).contains("Example"), "{help:?}");
+    }
+}
+
+#[test]
+fn the_same_mission_gives_the_same_bytes() {
+    let run = |threads| {
+        let o = apsides(&["solve", "lunar-direct", "--json", "--quiet", "--threads", threads]);
+        let mut v: serde_json::Value = serde_json::from_slice(&o.stdout).unwrap();
+        v["timing_ms"] = serde_json::Value::Null;
+        v.to_string()
+    };
+    assert_eq!(run("1"), run("2"));
+}

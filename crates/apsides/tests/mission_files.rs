@@ -1,0 +1,122 @@
+//! Mission files: what is read, what is refused, and how it is said.
+
+use apsides::{Error, Mission, sweep};
+
+const PERILUNE: &str = "mission = \"lunar-perilune\"\n";
+
+fn refused(text: &str) -> String {
+    match Mission::parse(text, "file `x.toml`", &[]) {
+        Err(e) => e.to_string(),
+        Ok(m) => panic!("accepted: {m:?}"),
+    }
+}
+
+#[test]
+fn every_mission_of_the_program_is_well_posed() {
+    for (name, _) in apsides::missions::list() {
+        let mission = Mission::load(name, &[]).unwrap();
+        mission.pose().unwrap();
+        // Written out and read again it is the same mission.
+        assert_eq!(Mission::parse(&mission.to_file(), "written", &[]).unwrap(), mission);
+    }
+}
+
+#[test]
+fn mistakes_name_line_key_and_remedy() {
+    let line2 = |text: &str| refused(&format!("{PERILUNE}{text}\n"));
+    let cases = [
+        (
+            "perilune_altitude_kn = 15.0",
+            "file `x.toml`, line 2: mission `lunar-perilune` has no key `perilune_altitude_kn`; in its unit it is `perilune_altitude_km`",
+        ),
+        (
+            "perilune_altitude = 15.0",
+            "file `x.toml`, line 2: mission `lunar-perilune` has no key `perilune_altitude`; its unit is missing: `perilune_altitude_km`",
+        ),
+        (
+            "thurst_n = 440.0",
+            "file `x.toml`, line 2: mission `lunar-perilune` has no key `thurst_n`; the nearest is `thrust_n`",
+        ),
+        ("thrust_n = \"high\"", "file `x.toml`, line 2: `thrust_n` is \"high\", allowed is a number above 0"),
+        ("initial_mass_kg = -300.0", "file `x.toml`, line 2: `initial_mass_kg` is -300, allowed is a number above 0"),
+        ("isp_s = 0", "file `x.toml`, line 2: `isp_s` is 0, allowed is a number above 0"),
+        ("isp_s = nan", "file `x.toml`, line 2: `isp_s` is NaN, allowed is a number above 0"),
+        ("isp_s = inf", "file `x.toml`, line 2: `isp_s` is inf, allowed is a number above 0"),
+        ("isp_s = [310.0]", "file `x.toml`, line 2: `isp_s` is a value of type array, allowed is a number above 0"),
+        (
+            "perilune_altitude_km = -3.0",
+            "file `x.toml`, line 2: `perilune_altitude_km` is -3, allowed is a number at least 0",
+        ),
+        ("\n[radau]\npoints = 4.5", "file `x.toml`, line 4: `radau.points` is 4.5, allowed is a whole number from 1 to 60"),
+        ("[radau]\npionts = 4", "file `x.toml`, line 3: mission `lunar-perilune` has no key `radau.pionts`; the nearest is `radau.points`"),
+        ("method = \"newton\"", "file `x.toml`, line 2: `method` is \"newton\", allowed is \"radau\""),
+    ];
+    for (text, message) in cases {
+        assert_eq!(line2(text), message);
+    }
+}
+
+#[test]
+fn what_no_flight_can_mend_is_a_conflict() {
+    let says = |text: &str, part: &str| {
+        let message = refused(&format!("{PERILUNE}{text}\n"));
+        assert!(message.contains(part), "{message}");
+    };
+    says("thrust_n = 90.0", "cannot stop the vehicle: even empty (`dry_mass_kg` = 60) it weighs 97.5 N");
+    says("dry_mass_kg = 299.0\nthrust_n = 900.0", "must be below the mass at ignition, 298.085 kg");
+    says("dry_mass_kg = 250.0", "1692.8 m/s must be braked");
+    says("perilune_altitude_km = 120.0", "must be below the parking orbit");
+    let gate = "mission = \"lunar-two-phase\"\ngate_altitude_km = 20.0\n";
+    assert!(refused(gate).contains("must be below the perilune"));
+}
+
+#[test]
+fn files_that_are_no_missions() {
+    assert_eq!(
+        refused(""),
+        "file `x.toml`: `mission` is missing, allowed is one of `lunar-direct`, `lunar-perilune`, `lunar-two-phase`"
+    );
+    assert!(refused("mission = 3").contains("line 1: `mission` is 3"));
+    assert!(refused("mission = \"mars\"").contains("no mission is named `mars`; known: `lunar-direct`"));
+    assert!(refused("mission = \"lunar-dir").contains("line 1"), "truncated");
+    assert!(refused("mission = \"lunar-direct\"\nthrust_n = 4 4").contains("line 2"));
+    let duplicate = refused("mission = \"lunar-direct\"\nthrust_n = 440\nthrust_n = 450");
+    assert!(duplicate.contains("line 3"), "{duplicate}");
+
+    let dir = tempfile::tempdir().unwrap();
+    let load = |path: &std::path::Path| Mission::load(&path.to_string_lossy(), &[]).unwrap_err().to_string();
+    assert!(load(dir.path()).contains("not a file"));
+    assert!(load(&dir.path().join("absent.toml")).contains("no such file, and no mission of this name"));
+    let big = dir.path().join("big.toml");
+    std::fs::File::create(&big).unwrap().set_len(100 << 20).unwrap();
+    assert!(load(&big).contains("has 104857600 bytes; a mission file has at most 1048576"));
+    let binary = dir.path().join("binary.toml");
+    std::fs::write(&binary, [0xff, 0xfe, 0x00]).unwrap();
+    assert!(load(&binary).contains("is not UTF-8 text"));
+}
+
+#[test]
+fn overrides_replace_values_and_are_checked_alike() {
+    let load = |set: &str| Mission::load("lunar-perilune", &[set.to_owned()]);
+    assert_ne!(load("thrust_n=450").unwrap(), load("thrust_n=440").unwrap());
+    assert!(load("method=radau").is_ok(), "a word needs no quotes");
+    assert!(matches!(load("thrust_n"), Err(Error::Syntax { .. })));
+    assert!(matches!(load("thrust=1"), Err(Error::UnknownKey { .. })));
+    let message = load("thrust_n=-1").unwrap_err().to_string();
+    assert_eq!(message, "--set thrust_n=-1: `thrust_n` is -1, allowed is a number above 0");
+}
+
+#[test]
+fn sweeps_run_through_neighbours_and_refuse_before_solving() {
+    let axes = [
+        sweep::Axis::parse("thrust_n=440,450").unwrap(),
+        sweep::Axis::parse("isp_s=300,310,320").unwrap(),
+    ];
+    let cases = sweep::cases("lunar-perilune", &axes).unwrap();
+    let order: Vec<_> = cases.iter().map(|c| c.overrides.join(" ")).collect();
+    assert_eq!(order[2], "thrust_n=440 isp_s=320");
+    assert_eq!(order[3], "thrust_n=450 isp_s=320");
+    assert_eq!(order.len(), 6);
+    assert!(sweep::Axis::parse("thrust_n=440,,450").is_err());
+    assert!(sweep::cases("lunar-perilune", &[sweep::Axis::parse("thrust_n=440,-1").unwrap()]).is_err());
+}
