@@ -226,7 +226,8 @@ impl Phase {
         }
     }
 
-    /// Puts the result into the trial point of the outer engine, with the multipliers of the violation; answers the largest
+    /// Puts the result into the trial point of the outer engine, with the multipliers of the violation; answers the
+    /// largest
     /// violation.
     fn place(&self, outer: &mut Engine, problem: &mut ScaledProblem<'_>) -> f64 {
         let penalty = outer.settings.restoration_penalty;

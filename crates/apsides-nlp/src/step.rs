@@ -149,7 +149,8 @@ impl Engine {
         }
     }
 
-    /// The direction of a second-order correction, into `corrected`: the constraints of the line search instead of those of the
+    /// The direction of a second-order correction, into `corrected`: the constraints of the line search instead of
+    /// those of the
     /// current point.
     pub(crate) fn find_correction(&mut self, structure: &Structure, system: &mut AugmentedSystem) -> bool {
         let (point, rhs) = (&self.current, &mut self.work);
@@ -175,7 +176,8 @@ impl Engine {
         }
     }
 
-    /// Least-squares constraint multipliers at the current point (Waechter and Biegler, eq. 36), zero if they are large.
+    /// Least-squares constraint multipliers at the current point (Waechter and Biegler, eq. 36), zero if they are
+    /// large.
     pub(crate) fn estimate_multipliers(&mut self, structure: &Structure, system: &mut AugmentedSystem) {
         self.diagonal.fill(1.0);
         system.load(None, &self.diagonal, &self.jacobian);
