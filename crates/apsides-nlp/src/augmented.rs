@@ -5,7 +5,8 @@
 //! [ J                 -dc I  ] [dy] = - [rd]
 //! ```
 //!
-//! with the unit variables eliminated: a unit variable `k` of row `i` with `s_k = Sigma_k + dw` adds `-1/s_k` to the diagonal of
+//! with the unit variables eliminated: a unit variable `k` of row `i` with `s_k = Sigma_k + dw` adds `-1/s_k` to the
+//! diagonal of
 //! row `i`. So slacks and elastic variables cost nothing, and the restoration phase uses the same analysis.
 
 use std::time::{Duration, Instant};

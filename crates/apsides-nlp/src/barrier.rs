@@ -88,7 +88,8 @@ impl Engine {
         }
     }
 
-    /// Adaptive strategy: switches between free and fixed mode by the progress of the optimality error; answers whether the
+    /// Adaptive strategy: switches between free and fixed mode by the progress of the optimality error; answers
+    /// whether the
     /// parameter is to be chosen at this iteration.
     pub(crate) fn enters_free_mode(&mut self, model: &mut impl BarrierModel) -> bool {
         if !self.control.adaptive {

@@ -51,7 +51,8 @@ impl DerivativeEntry {
     }
 }
 
-/// Compares gradient, Jacobian and Hessian of `nlp` at `x` with central differences, at the cost of `2 n` evaluations of the
+/// Compares gradient, Jacobian and Hessian of `nlp` at `x` with central differences, at the cost of `2 n` evaluations
+/// of the
 /// functions and of the first derivatives.
 ///
 /// # Errors

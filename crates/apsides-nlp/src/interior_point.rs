@@ -1,4 +1,5 @@
-//! The solver: sets a solve up, alternates between the engine and the restoration phase, and reports in the user's units.
+//! The solver: sets a solve up, alternates between the engine and the restoration phase, and reports in the user's
+//! units.
 
 use std::time::Instant;
 

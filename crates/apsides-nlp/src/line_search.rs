@@ -411,7 +411,8 @@ impl Engine {
                 .all(|(step, v)| step.abs() <= TINY_STEP * (1.0 + v.abs()))
     }
 
-    /// A step of the size of rounding errors is taken without a test, since none could tell anything. After two in a row
+    /// A step of the size of rounding errors is taken without a test, since none could tell anything. After two in a
+    /// row
     /// the barrier parameter is reduced; at its least value the method has stalled.
     fn take_tiny_step(&mut self, model: &mut impl BarrierModel, primal: f64, dual: f64) -> Search {
         if self.search.tiny_before {

@@ -1,7 +1,8 @@
 //! What the interior point engine needs of a problem: minimise `f(v)` subject to `c(v) = 0`, `l <= v <= u`.
 //!
 //! The variables `v` are `x` followed by *unit variables*, each of which enters one constraint with the coefficient
-//! +1 or -1 and nothing else that is coupled: the slacks of the inequality constraints and, in the restoration phase, the elastic
+//! +1 or -1 and nothing else that is coupled: the slacks of the inequality constraints and, in the restoration phase,
+//! the elastic
 //! variables. The linear system never sees them: they are eliminated by hand.
 
 use crate::problem::Pattern;

@@ -23,6 +23,9 @@ const FEASIBLE: f64 = 1e2;
 const LARGEST_MULTIPLIER: f64 = 1e3;
 /// Times that the elastic variables are set anew when the restoration phase itself finds no step.
 const MAX_RESETS: usize = 3;
+/// Calls with the reduction of the settings, and the factor on it for each further call.
+const PATIENT_CALLS: usize = 2;
+const CALL_REDUCTION: f64 = 0.5;
 /// Second attempts by least squares per solve.
 const MAX_SECOND_ATTEMPTS: usize = 5;
 
@@ -50,9 +53,18 @@ pub(crate) struct Restoration {
     one_norm: Option<Phase>,
     least_squares: Option<Phase>,
     second_attempts: usize,
+    calls: usize,
 }
 
 impl Restoration {
+    /// The reduction of the violation asked for: more with each call, since a search that keeps coming back needs
+    /// more than the last bit.
+    fn next_reduction(&mut self, outer: &Engine) -> f64 {
+        self.calls += 1;
+        let repeats = self.calls.saturating_sub(PATIENT_CALLS).min(30) as i32;
+        outer.settings.restoration_reduction * CALL_REDUCTION.powi(repeats)
+    }
+
     /// Moves the current point of `outer` to one with less violation.
     pub(crate) fn run(
         &mut self,
@@ -62,13 +74,14 @@ impl Restoration {
         session: &mut Session<'_>,
     ) -> Recovery {
         outer.filter.add(outer.current.violation, outer.barrier_value(&outer.current));
+        let target = outer.current.violation * self.next_reduction(outer);
         let phase = self.one_norm.get_or_insert_with(|| Phase::new(problem, outer, Measure::OneNorm));
-        let mut recovery = phase.search(outer, problem, system, session);
+        let mut recovery = phase.search(outer, problem, system, session, target);
         if recovery == Recovery::Ended(Status::Infeasible) && self.second_attempts < MAX_SECOND_ATTEMPTS {
             self.second_attempts += 1;
             let second =
                 self.least_squares.get_or_insert_with(|| Phase::new(problem, outer, Measure::LeastSquares));
-            recovery = match second.search(outer, problem, system, session) {
+            recovery = match second.search(outer, problem, system, session, target) {
                 Recovery::Ended(status) => {
                     phase.place(outer, problem);
                     let is_limit =
@@ -149,6 +162,7 @@ impl Phase {
         problem: &mut ScaledProblem<'_>,
         system: &mut AugmentedSystem,
         session: &mut Session<'_>,
+        target: f64,
     ) -> Recovery {
         let n = self.reference.len();
         self.reference.copy_from_slice(&outer.current.v);
@@ -174,7 +188,7 @@ impl Phase {
         let mut model = Feasibility {
             measure: self.measure,
             problem,
-            target: engine.settings.restoration_reduction * outer.current.violation,
+            target,
             outer,
             structure: &self.structure,
             lower: &self.lower,
@@ -212,7 +226,8 @@ impl Phase {
         }
     }
 
-    /// Puts the result into the trial point of the outer engine, with the multipliers of the violation; answers the largest
+    /// Puts the result into the trial point of the outer engine, with the multipliers of the violation; answers the
+    /// largest
     /// violation.
     fn place(&self, outer: &mut Engine, problem: &mut ScaledProblem<'_>) -> f64 {
         let penalty = outer.settings.restoration_penalty;

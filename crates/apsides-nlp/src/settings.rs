@@ -50,7 +50,8 @@ pub enum BarrierStrategy {
     Adaptive,
 }
 
-/// Settings of [`InteriorPoint`](crate::InteriorPoint). All numbers are dimensionless unless said otherwise; "scaled" refers to the
+/// Settings of [`InteriorPoint`](crate::InteriorPoint). All numbers are dimensionless unless said otherwise; "scaled"
+/// refers to the
 /// problem after [`scaling`](Self::scaling).
 #[derive(Debug, Clone)]
 pub struct NlpSettings {

@@ -16,6 +16,9 @@ const LEAST: f64 = 1e-20;
 /// A linear system with a larger relative residual counts as singular.
 const SINGULAR_RESIDUAL: f64 = 1e-5;
 
+/// A step that leaves more than this part of the linearised violation is of no use.
+const LINEARISED_REDUCTION: f64 = 0.5;
+
 /// Memory of algorithm IC.
 #[derive(Debug, Clone, Default)]
 pub(crate) struct Regularisation {
@@ -27,7 +30,7 @@ pub(crate) struct Regularisation {
 
 impl Engine {
     /// Factorises the system at the current point and finds the search direction, with the barrier parameter chosen
-    /// on the way in the adaptive strategy. False if no regularisation helps.
+    /// on the way in the adaptive strategy. False if no regularisation gives a useful one.
     pub(crate) fn find_direction(
         &mut self,
         model: &mut impl BarrierModel,
@@ -95,7 +98,15 @@ impl Engine {
         if primal > 0.0 {
             self.regularisation.last = primal;
         }
-        true
+        self.reduces_violation(dual)
+    }
+
+    /// Whether the step reduces the linearised constraints. With dual regularisation it leaves `dual_shift * dy` of
+    /// them, which is all where a Jacobian row vanishes: many such steps lead nowhere.
+    fn reduces_violation(&self, dual_shift: f64) -> bool {
+        let left: f64 = dual_shift * self.step.y.iter().map(|y| y.abs()).sum::<f64>();
+        left <= LINEARISED_REDUCTION * self.current.violation
+            || self.errors.scaled.primal_infeasibility <= self.settings.tolerance
     }
 
     /// The direction of the barrier problem with parameter `barrier`, into `step`.
@@ -138,7 +149,8 @@ impl Engine {
         }
     }
 
-    /// The direction of a second-order correction, into `corrected`: the constraints of the line search instead of those of the
+    /// The direction of a second-order correction, into `corrected`: the constraints of the line search instead of
+    /// those of the
     /// current point.
     pub(crate) fn find_correction(&mut self, structure: &Structure, system: &mut AugmentedSystem) -> bool {
         let (point, rhs) = (&self.current, &mut self.work);
@@ -164,7 +176,8 @@ impl Engine {
         }
     }
 
-    /// Least-squares constraint multipliers at the current point (Waechter and Biegler, eq. 36), zero if they are large.
+    /// Least-squares constraint multipliers at the current point (Waechter and Biegler, eq. 36), zero if they are
+    /// large.
     pub(crate) fn estimate_multipliers(&mut self, structure: &Structure, system: &mut AugmentedSystem) {
         self.diagonal.fill(1.0);
         system.load(None, &self.diagonal, &self.jacobian);

@@ -1,6 +1,8 @@
 //! Hard, degenerate, infeasible and unbounded problems.
 
-use apsides_nlp::{BarrierStrategy, Evaluation, Flow, InteriorPoint, IterationRecord, NlpSettings, Status};
+use apsides_nlp::{
+    BarrierStrategy, Evaluation, Flow, InteriorPoint, IterationRecord, Nlp, NlpSettings, Status,
+};
 use std::time::Duration;
 
 use crate::hock_schittkowski::hs71;
@@ -189,7 +191,7 @@ fn inconsistent_redundant_equalities() {
 
 #[test]
 fn square_system() {
-    // Powell's badly scaled pair has the root (1.098e-5, 9.106); a friendlier one: circle and parabola.
+    // Circle and parabola.
     let problem = Dense {
         start: [3.0, 3.0],
         lower: [-INF; 2],
@@ -372,6 +374,13 @@ fn limits_and_interruption_return_the_best_point() {
     let mut stop = |record: &IterationRecord| if record.iteration >= 3 { Flow::Stop } else { Flow::Continue };
     let report = InteriorPoint::default().solve_observed(&mut hs71(), &mut stop).unwrap();
     assert_eq!((report.status, report.counters.iterations), (Status::Interrupted, 3));
+}
+
+#[test]
+fn trait_objects_are_solved() {
+    let mut problem: Box<dyn Nlp> = Box::new(hs71());
+    let report = InteriorPoint::default().solve(problem.as_mut()).unwrap();
+    assert_eq!(report.status, Status::Optimal);
 }
 
 #[test]

@@ -5,5 +5,6 @@ mod chain;
 mod hock_schittkowski;
 mod malformed;
 mod optimal_control;
+mod random_problems;
 mod scaling_and_warm_start;
 mod support;
