@@ -23,8 +23,7 @@
 //! | [`delta_iii`] | four phases with dropped masses, orbital elements at the end |
 //! | [`van_der_pol`], [`rayleigh_path`] | arcs at a control bound, at a mixed constraint |
 //! | [`brachistochrone_wall`], [`bryson_denham`] | state constraints of first and second order |
-//! | [`di_bang_bang`], [`moon_lander_soft`], [`free_flying_robot`] | jumps of the control |
-//! | [`powered_descent`], [`powered_descent_glide`] | jumps of the thrust, free direction, a cone |
+//! | [`di_bang_bang`], [`moon_lander_soft`], [`free_flying_robot`], [`powered_descent`] | jumps of the control |
 //! | [`di_singular_arc`], [`catmix`], [`goddard_cops`] | singular arcs |
 //!
 //! Values of collections that are those of a coarse discretisation, or of a statement with a misprint, are not used;
@@ -51,7 +50,6 @@ pub mod lqr_scalar;
 pub mod moon_lander_soft;
 pub mod orbit_raising;
 pub mod powered_descent;
-pub mod powered_descent_glide;
 pub mod problem;
 pub mod rayleigh_path;
 pub mod shuttle_reentry;
@@ -81,7 +79,6 @@ pub const GALLERY: &[Problem] = &[
     moon_lander_soft::PROBLEM,
     free_flying_robot::PROBLEM,
     powered_descent::PROBLEM,
-    powered_descent_glide::PROBLEM,
     di_singular_arc::PROBLEM,
     catmix::PROBLEM,
     goddard_cops::PROBLEM,

@@ -53,11 +53,11 @@ impl Dynamics<5, 2> for Lander {
     }
 }
 
-/// The phase `descent`.
-pub(crate) fn descent() -> Phase {
+fn pose() -> Result<Case, OcpError> {
     let cant = CANT_DEG.to_radians().cos();
     let thrust = |throttle: f64| throttle * ENGINES_N * cant;
-    Phase::new("descent", Lander { flow_per_thrust: 1.0 / (ISP_S * STANDARD_GRAVITY_M_S2 * cant) })
+    let flow_per_thrust = 1.0 / (ISP_S * STANDARD_GRAVITY_M_S2 * cant);
+    let phase = Phase::new("descent", Lander { flow_per_thrust })
         .states([
             State::new("x", "m").within(-2000.0, 4000.0).starts_at(1500.0).ends_at(0.0),
             State::new("z", "m").within(-2000.0, 6000.0).starts_at(2000.0).ends_at(0.0),
@@ -69,32 +69,17 @@ pub(crate) fn descent() -> Phase {
             Variable::new("thrust", "N").within(thrust(0.3), thrust(0.8)),
             Variable::new("angle from vertical", "rad").within(-3.2, 3.2),
         ])
-        .final_time(Bounds::new(20.0, 150.0))
-}
-
-/// Least propellant of `descent`, from the guess of the module head.
-pub(crate) fn least_propellant(name: &str, descent: Phase) -> Result<Case, OcpError> {
-    let ocp = Ocp::builder(name)
-        .phase(descent)
-        .objective(
-            Sense::Minimize,
-            "propellant",
-            "kg",
-            [
-                Term::End(At::InitialState("descent", "mass"), 1.0),
-                Term::End(At::FinalState("descent", "mass"), -1.0),
-            ],
-        )
+        .final_time(Bounds::new(20.0, 150.0));
+    let propellant = [
+        Term::End(At::InitialState("descent", "mass"), 1.0),
+        Term::End(At::FinalState("descent", "mass"), -1.0),
+    ];
+    let ocp = Ocp::builder(PROBLEM.name)
+        .phase(phase)
+        .objective(Sense::Minimize, "propellant", "kg", propellant)
         .objective_scale(100.0)
         .build()?;
-    let thrust = 0.5 * ocp.phases[0].controls[0].bounds.upper;
-    Case::from_ends(
-        ocp,
-        (0.0, &[1500.0, 2000.0, -75.0, 100.0, WET_MASS_KG], &[thrust, 0.0]),
-        (75.0, &[0.0, 0.0, 0.0, 0.0, 1520.0], &[thrust, 0.0]),
-    )
-}
-
-fn pose() -> Result<Case, OcpError> {
-    least_propellant(PROBLEM.name, descent())
+    let control = [thrust(0.4), 0.0];
+    let (start, end) = ([1500.0, 2000.0, -75.0, 100.0, WET_MASS_KG], [0.0, 0.0, 0.0, 0.0, 1520.0]);
+    Case::from_ends(ocp, (0.0, &start, &control), (75.0, &end, &control))
 }

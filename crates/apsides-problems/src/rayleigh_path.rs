@@ -5,8 +5,9 @@
 //! x(0) = (-5, -5),   t in [0, 4.5]
 //! ```
 //!
-//! Two programs agree on the value (statement: J. T. Betts, Practical Methods for Optimal Control, 2010, section 4.11).
-//! Guess: straight lines from the start to the origin, `u = 0`.
+//! Value of J. T. Betts, Practical Methods for Optimal Control Using Nonlinear Programming, 3rd edition, example 10.113. The
+//! example of PSOPT ends with 44.77625, the value of its coarse mesh. Guess: straight lines from the start to the origin,
+//! `u = 0`.
 
 use apsides_ad::{Dynamics, PathFunction, Scalar};
 use apsides_ocp::{Bounds, Ocp, OcpError, Phase, State, Variable};
@@ -19,11 +20,11 @@ pub const PROBLEM: Problem = Problem {
     title: "oscillator with a constraint on state and control",
     structure: Structure::Constrained,
     optimum: Optimum {
-        value: 44.776_25,
+        value: 44.804_443_3,
         unit: "-",
-        relative_tolerance: 1e-5,
-        evidence: Evidence::SeveralPrograms,
-        source: "PSOPT, rayleigh.cxx (IPOPT and SQP runs)",
+        relative_tolerance: 1e-6,
+        evidence: Evidence::Published,
+        source: "Betts, 3rd edition, example 10.113; statement: PSOPT, rayleigh.cxx",
     },
     pose,
 };

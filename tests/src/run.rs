@@ -1,0 +1,101 @@
+//! A problem of the gallery, solved by Radau collocation and verified.
+
+use std::time::{Duration, Instant};
+
+use apsides::radau::{Radau, RadauSettings, RadauSolution};
+use apsides::verify::{Certificate, Check, CheckKind, Verification, VerifySettings, verify};
+use apsides_problems::Problem;
+
+/// Any error of the crates under test.
+pub type Failure = Box<dyn std::error::Error>;
+
+/// A problem of the gallery, solved and verified.
+pub struct Run {
+    /// What was solved.
+    pub problem: &'static Problem,
+    /// The solution.
+    pub solution: RadauSolution,
+    /// The verification.
+    pub certificate: Certificate,
+    /// Wall-clock time of the solve.
+    pub time: Duration,
+}
+
+/// The method with the settings that suit a problem; the default ones unless listed.
+#[must_use]
+pub fn radau(problem: &Problem) -> Radau {
+    let mut settings = RadauSettings::default();
+    match problem.name {
+        // Tight references, or a certificate of optimality that needs accurate costates.
+        "brachistochrone_free_y"
+        | "brachistochrone_dymos"
+        | "bryson_denham"
+        | "delta_iii"
+        | "di_bang_bang"
+        | "hypersensitive" => {
+            settings.mesh_tolerance = 1e-10;
+            settings.nlp.tolerance = 1e-10;
+            settings.max_meshes = 30;
+        }
+        // With ten intervals the first solve ends in a point of local infeasibility.
+        "powered_descent" => settings.intervals = 5,
+        // Sixteen jumps: every digit of the mesh tolerance costs several meshes.
+        "free_flying_robot" => settings.mesh_tolerance = 1e-6,
+        // Refinement follows the chattering of the control along the singular arc without end.
+        "catmix" => (settings.intervals, settings.points, settings.max_meshes) = (40, 8, 1),
+        _ => {}
+    }
+    Radau { settings }
+}
+
+/// Solves and verifies a problem.
+///
+/// # Errors
+/// When a crate refuses the request.
+pub fn solve(problem: &'static Problem, method: &Radau) -> Result<Run, Failure> {
+    let case = problem.pose()?;
+    let begin = Instant::now();
+    let solution = method.solve(&case.ocp, &case.guess)?;
+    let time = begin.elapsed();
+    let Verification { certificate, .. } =
+        verify(&case.ocp, &solution.trajectory, &VerifySettings::default())?;
+    Ok(Run { problem, solution, certificate, time })
+}
+
+impl Run {
+    /// Relative difference of the objective from the optimum.
+    #[must_use]
+    pub fn difference(&self) -> f64 {
+        self.problem.optimum.relative_difference(self.solution.trajectory.objective)
+    }
+
+    /// Interior-point iterations over all meshes.
+    #[must_use]
+    pub fn iterations(&self) -> usize {
+        self.solution.meshes.iter().map(|m| m.iterations).sum()
+    }
+
+    /// Failed checks of feasibility, those of bounds along a phase apart from the others.
+    #[must_use]
+    pub fn infeasibilities(&self) -> (Vec<&Check>, Vec<&Check>) {
+        let failed = |c: &&Check| c.kind == CheckKind::Feasibility && !c.passed;
+        self.certificate.checks.iter().filter(failed).partition(|c| c.name.contains(" along "))
+    }
+
+    /// One row of the table of the gallery, in Markdown.
+    #[must_use]
+    pub fn table_row(&self) -> String {
+        format!(
+            "| {} | {} | {:.10} | {:.1e} | {} | {} | {} | {} | {:.1} |",
+            self.problem.name,
+            self.problem.optimum.value,
+            self.solution.trajectory.objective,
+            self.difference(),
+            self.certificate.verdict,
+            self.solution.meshes.len(),
+            self.solution.meshes.last().map_or(0, |m| m.points),
+            self.iterations(),
+            self.time.as_secs_f64() * 1e3
+        )
+    }
+}

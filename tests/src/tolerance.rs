@@ -1,0 +1,22 @@
+//! Named tolerances by class. Tolerances of single optima stand in the gallery, beside their sources.
+
+/// Flight times against an independent indirect solution, s.
+pub const FLIGHT_TIME_S: f64 = 1e-5;
+
+/// Final masses against an independent indirect solution, kg.
+pub const FINAL_MASS_KG: f64 = 1e-5;
+
+/// Total times of two phases, s: the time of the switch between them is flat at the optimum.
+pub const TWO_PHASE_TIME_S: f64 = 1e-4;
+
+/// Speed at the gate between two phases, m/s.
+pub const GATE_SPEED_M_S: f64 = 1e-4;
+
+/// Miss of a re-simulated landing, m.
+pub const POSITION_MISS_M: f64 = 1e-3;
+
+/// Miss of the speed of a re-simulated landing, m/s.
+pub const SPEED_MISS_M_S: f64 = 1e-6;
+
+/// Relative error of the objective where the control chatters along a singular arc, with a few hundred nodes.
+pub const CHATTERING: f64 = 1e-3;
