@@ -13,8 +13,12 @@ use std::time::{Duration, Instant};
 
 use apsides_kkt::{Inertia, KktSettings, KktSystem};
 
+use crate::engine::max_abs;
 use crate::error::NlpError;
 use crate::model::Structure;
+
+/// A residual of this size is rounding of the scaled functions, however small the right-hand side.
+const ROUNDING: f64 = 1e-13;
 
 /// The matrix, its factor and the work vectors; allocated once.
 pub(crate) struct AugmentedSystem {
@@ -129,7 +133,10 @@ impl AugmentedSystem {
         self.solves += 1;
         self.time += start.elapsed();
         match quality {
-            Ok(quality) if dv.iter().chain(dy.iter()).all(|value| value.is_finite()) => quality.residual,
+            Ok(quality) if dv.iter().chain(dy.iter()).all(|value| value.is_finite()) => {
+                let absolute = quality.residual * max_abs(&self.rhs);
+                if absolute <= ROUNDING { 0.0 } else { quality.residual }
+            }
             _ => f64::INFINITY,
         }
     }
