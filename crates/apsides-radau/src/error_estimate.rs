@@ -2,8 +2,9 @@
 //!
 //! In each interval of `N` points the state and control are interpolated to a Radau rule of `N + 1` points, the rates
 //! there are integrated, and the result is compared with the interpolated state (Patterson, Hager, Rao 2015, eqs. 24 to 27,
-//! doi 10.1002/oca.2114).
+//! doi 10.1002/oca.2114). Integrals are compared the same way: by the finer rule and by that of the collocation.
 
+use apsides_ad::NodeFunction;
 use apsides_basis::Lgr;
 use apsides_ocp::{Ocp, Phase, PhaseTrajectory, Scaling, Trajectory};
 
@@ -25,49 +26,114 @@ pub(crate) fn estimate(ocp: &Ocp, scaling: &Scaling, trajectory: &mut Trajectory
     Ok(largest)
 }
 
+/// The functions of one phase along its polynomials.
+struct Along<'a> {
+    phase: &'a Phase,
+    trajectory: &'a PhaseTrajectory,
+    parameters: &'a [f64],
+    inputs: Vec<f64>,
+}
+
+impl<'a> Along<'a> {
+    fn new(phase: &'a Phase, trajectory: &'a PhaseTrajectory, parameters: &'a [f64]) -> Self {
+        let inputs = vec![0.0; phase.states.len() + phase.controls.len() + parameters.len() + 1];
+        Self { phase, trajectory, parameters, inputs }
+    }
+
+    /// Value of a function at time `t` of interval `k`.
+    fn value(&mut self, function: &dyn NodeFunction, k: usize, t: f64, out: &mut [f64]) {
+        let inputs = &mut self.inputs[..function.inputs()];
+        let (x, rest) = inputs.split_at_mut(self.phase.states.len());
+        let (u, rest) = rest.split_at_mut(self.phase.controls.len());
+        self.trajectory.state.evaluate_in(k, t, x);
+        self.trajectory.control.evaluate_in(k, t, u);
+        // What is left are all parameters or none, then the time.
+        let count = rest.len() - 1;
+        rest[..count].copy_from_slice(&self.parameters[..count]);
+        rest[count] = t;
+        function.value(inputs, out);
+    }
+}
+
 fn phase_errors(
     phase: &Phase,
     scales: &[f64],
     parameters: &[f64],
     p: &PhaseTrajectory,
 ) -> Result<Vec<f64>, RadauError> {
-    let (nx, nu) = (phase.states.len(), phase.controls.len());
-    let mut inputs = vec![0.0; phase.dynamics.inputs()];
-    let time_input = inputs.len() - 1;
-    if phase.takes_parameters(phase.dynamics.as_ref()) {
-        inputs[nx + nu..time_input].copy_from_slice(parameters);
-    }
+    let mut along = Along::new(phase, p, parameters);
     let size = state_sizes(scales, p);
-    let mut errors = Vec::with_capacity(p.mesh.intervals());
-    for (k, &n) in p.mesh.points().iter().enumerate() {
-        let m = (n + 1).min(apsides_basis::MAX_POINTS);
-        let rule = Lgr::new(m)?;
-        let (start, end) = (p.state.breaks()[k], p.state.breaks()[k + 1]);
-        let half = 0.5 * (end - start);
-        let time = |tau: f64| start + half * (tau + 1.0);
-        let mut rates = vec![0.0; m * nx];
-        for (i, &tau) in rule.nodes().iter().enumerate() {
-            let t = time(tau);
-            p.state.evaluate_in(k, t, &mut inputs[..nx]);
-            p.control.evaluate_in(k, t, &mut inputs[nx..nx + nu]);
-            inputs[time_input] = t;
-            phase.dynamics.value(&inputs, &mut rates[i * nx..(i + 1) * nx]);
+    let mut errors = vec![0.0_f64; p.mesh.intervals()];
+    let raise = |e: &mut f64, found: f64| *e = if found <= *e { *e } else { found };
+    for (k, error) in errors.iter_mut().enumerate() {
+        raise(error, state_error(&mut along, &size, k)?);
+    }
+    for q in &phase.integrals {
+        let (fine, coarse) = quadratures(&mut along, q.function.as_ref())?;
+        let total = fine.iter().map(|v| v.abs()).sum::<f64>().max(q.variable.scale.unwrap_or(0.0));
+        for ((error, a), b) in errors.iter_mut().zip(&fine).zip(&coarse) {
+            raise(error, if total > 0.0 { (a - b).abs() / total } else { 0.0 });
         }
-        let (mut x0, mut x) = (vec![0.0; nx], vec![0.0; nx]);
-        p.state.evaluate_in(k, start, &mut x0);
-        let mut worst = 0.0_f64;
-        for (j, &tau) in rule.support()[1..].iter().enumerate() {
-            p.state.evaluate_in(k, time(tau), &mut x);
-            let row = &rule.integration()[j * m..(j + 1) * m];
-            for s in 0..nx {
-                let sum: f64 = row.iter().enumerate().map(|(l, a)| a * rates[l * nx + s]).sum();
-                let e = (x0[s] + half * sum - x[s]).abs() / size[s];
-                worst = if e <= worst { worst } else { e };
-            }
-        }
-        errors.push(worst);
     }
     Ok(errors)
+}
+
+/// A rule with one point more than the collocation of interval `k`.
+fn finer_rule(p: &PhaseTrajectory, k: usize) -> Result<Lgr, RadauError> {
+    Ok(Lgr::new((p.mesh.points()[k] + 1).min(apsides_basis::MAX_POINTS))?)
+}
+
+fn state_error(along: &mut Along<'_>, size: &[f64], k: usize) -> Result<f64, RadauError> {
+    let p = along.trajectory;
+    let nx = size.len();
+    let rule = finer_rule(p, k)?;
+    let m = rule.points();
+    let (start, end) = (p.state.breaks()[k], p.state.breaks()[k + 1]);
+    let half = 0.5 * (end - start);
+    let time = |tau: f64| start + half * (tau + 1.0);
+    let mut f = vec![0.0; m * nx];
+    let dynamics = std::sync::Arc::clone(&along.phase.dynamics);
+    for (&tau, row) in rule.nodes().iter().zip(f.chunks_mut(nx)) {
+        along.value(dynamics.as_ref(), k, time(tau), row);
+    }
+    let (mut x0, mut x) = (vec![0.0; nx], vec![0.0; nx]);
+    p.state.evaluate_in(k, start, &mut x0);
+    let mut worst = 0.0_f64;
+    for (j, &tau) in rule.support()[1..].iter().enumerate() {
+        p.state.evaluate_in(k, time(tau), &mut x);
+        let row = &rule.integration()[j * m..(j + 1) * m];
+        for s in 0..nx {
+            let sum: f64 = row.iter().enumerate().map(|(l, a)| a * f[l * nx + s]).sum();
+            let e = (x0[s] + half * sum - x[s]).abs() / size[s];
+            worst = if e <= worst { worst } else { e };
+        }
+    }
+    Ok(worst)
+}
+
+/// The integral of each interval by a finer rule and by the rule of the collocation.
+fn quadratures(
+    along: &mut Along<'_>,
+    function: &dyn NodeFunction,
+) -> Result<(Vec<f64>, Vec<f64>), RadauError> {
+    let p = along.trajectory;
+    let mut integrate = |rule: &Lgr, k: usize| {
+        let (start, end) = (p.state.breaks()[k], p.state.breaks()[k + 1]);
+        let half = 0.5 * (end - start);
+        let mut g = [0.0];
+        let mut sum = 0.0;
+        for (tau, w) in rule.nodes().iter().zip(rule.weights()) {
+            along.value(function, k, start + half * (tau + 1.0), &mut g);
+            sum += half * w * g[0];
+        }
+        sum
+    };
+    let (mut fine, mut coarse) = (Vec::new(), Vec::new());
+    for (k, &n) in p.mesh.points().iter().enumerate() {
+        fine.push(integrate(&finer_rule(p, k)?, k));
+        coarse.push(integrate(&Lgr::new(n)?, k));
+    }
+    Ok((fine, coarse))
 }
 
 fn state_sizes(scales: &[f64], p: &PhaseTrajectory) -> Vec<f64> {
