@@ -6,9 +6,10 @@
 //! g = 3.7114,   T1, T2 = 0.3, 0.8 of 6 x 3100 N cos 27 deg,   alpha = 1 / (225 s g0 cos 27 deg)
 //! ```
 //!
-//! Case a of B. Acikmese and S. Ploen, J. Guid. Control Dyn. 30 (2007) 1353, doi 10.2514/1.27553: altitude `x` may become
-//! negative. The motion stays in a plane. Their flight time of 72 s is the best on a grid of whole seconds. That the
-//! last thrust be vertical binds one instant only and is left out. Guess: straight lines, 75 s, half of `T2` upwards.
+//! Case a of B. Acikmese and S. Ploen, J. Guid. Control Dyn. 30 (2007) 1353, doi 10.2514/1.27553: altitude `x` may
+//! become negative. The motion stays in a plane. Their flight time of 72 s is the best on a grid of whole seconds. That
+//! the last thrust be vertical binds one instant only and is left out. Guess: straight lines, 75 s, half of `T2`
+//! upwards.
 
 use apsides_ad::vector::norm;
 use apsides_ad::{Dynamics, PathFunction, Scalar};
