@@ -8,6 +8,11 @@ use apsides_tests::{radau, solve};
 
 fn main() {
     let wanted: Vec<String> = std::env::args().skip(1).collect();
+    println!("# Gallery of benchmark problems\n");
+    println!(
+        "Radau collocation with mesh refinement. Statements, sources and evidence of the optima are in \
+         `apsides-problems`, the settings in `apsides-tests`.\n"
+    );
     println!(
         "| problem | optimum | found | relative difference | verdict | meshes | points | iterations | ms |"
     );

@@ -1,7 +1,7 @@
 //! Stored counters that a change must not exceed: slow-downs show without timing.
 //!
-//! `tests/golden/counters.json` holds meshes and iterations by name. With `APSIDES_BLESS=1` in the environment the test that compares
-//! them writes the file anew.
+//! `tests/golden/counters.json` holds meshes and iterations by name. With `APSIDES_BLESS=1` in the environment the test
+//! that compares them writes the file anew.
 
 use std::collections::BTreeMap;
 use std::path::PathBuf;

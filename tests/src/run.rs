@@ -37,8 +37,6 @@ pub fn radau(problem: &Problem) -> Radau {
             settings.nlp.tolerance = 1e-10;
             settings.max_meshes = 30;
         }
-        // With ten intervals the first solve ends in a point of local infeasibility.
-        "powered_descent" => settings.intervals = 5,
         // Sixteen jumps: every digit of the mesh tolerance costs several meshes.
         "free_flying_robot" => settings.mesh_tolerance = 1e-6,
         // Refinement follows the chattering of the control along the singular arc without end.

@@ -1,4 +1,5 @@
 //! Meshes and iterations of a few solves do not exceed the stored ones.
+#![allow(clippy::unwrap_used)]
 
 use apsides::Mission;
 use apsides_tests::golden::{Counters, Work, blessing, load, store};

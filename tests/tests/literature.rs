@@ -1,4 +1,5 @@
 //! Every problem of the gallery by Radau collocation with mesh refinement, against its sourced optimum.
+#![allow(clippy::unwrap_used)]
 
 use apsides::nlp::Status;
 use apsides::verify::Verdict;
@@ -76,8 +77,8 @@ fn hanging_chain() {
     check("hanging_chain", Quality::Feasible);
 }
 
-/// Along the singular arc the discrete control chatters and gains from the error of the quadrature: the objective converges with
-/// the first power of the number of nodes.
+/// Along the singular arc the discrete control chatters and gains from the error of the quadrature: the objective
+/// converges with the first power of the number of nodes.
 #[test]
 fn catmix() {
     let run = solved("catmix");

@@ -1,7 +1,8 @@
 //! The lunar missions through the facade, against an independent solution.
 //!
-//! Reference numbers: indirect shooting (DOP853, 1e-13) of the same equations and constants, which an independent collocation with
-//! 10 x 5 Radau points meets to 1e-9 s (one phase) and 2e-8 s (two phases).
+//! Reference numbers: indirect shooting (DOP853, 1e-13) of the same equations and constants, which an independent
+//! collocation with 10 x 5 Radau points meets to 1e-9 s (one phase) and 2e-8 s (two phases).
+#![allow(clippy::unwrap_used)]
 
 use apsides::verify::Check;
 use apsides::{Error, Mission, Outcome};

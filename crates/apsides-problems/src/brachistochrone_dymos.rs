@@ -5,8 +5,8 @@
 //! x(0) = 0, y(0) = 10, v(0) = 0,   x(tf) = 10, y(tf) = 5
 //! ```
 //!
-//! Optimum: the cycloid through both points, `tf = phi sqrt(R / g)` with `R (phi - sin phi) = 10`, `R (1 - cos phi) = 5`.
-//! Guess: straight lines, angle from 0 to 100 deg, 2 s.
+//! Optimum: the cycloid through both points, `tf = phi sqrt(R / g)` with `R (phi - sin phi) = 10`, `R (1 - cos phi) =
+//! 5`. Guess: straight lines, angle from 0 to 100 deg, 2 s.
 
 use std::f64::consts::PI;
 

@@ -6,7 +6,7 @@
 //! ```
 //!
 //! Optimum `tf = sqrt(pi / g)`: the cycloid that meets the line at a right angle (A. E. Bryson and Y.-C. Ho, Applied
-//! Optimal Control, 1975, section 2.7). Guess: slope of 45 deg down to `(1, 1)` in 0.4 s.
+//! Optimal Control, 1975). Guess: slope of 45 deg down to `(1, 1)` in 0.4 s.
 
 use std::f64::consts::{FRAC_PI_2, FRAC_PI_4};
 

@@ -4,7 +4,7 @@
 //! y <= x / 2 + 0.1
 //! ```
 //!
-//! The path touches the wall along an arc (A. E. Bryson and Y.-C. Ho, Applied Optimal Control, 1975, section 3.11). The
+//! The path touches the wall along an arc (A. E. Bryson and Y.-C. Ho, Applied Optimal Control, 1975). The
 //! value is asserted by the tests of yapss. Guess: as without the wall.
 
 use apsides_ad::{PathFunction, Scalar};

@@ -5,8 +5,8 @@
 //! x(0) = x(1) = 0,   v(0) = 1,   v(1) = -1
 //! ```
 //!
-//! Optimum `4 / (9 l)` with the ceiling `l = 1/9 <= 1/6`: 4 (A. E. Bryson, W. Denham, S. Dreyfus, AIAA Journal 1 (1963) 2544,
-//! doi 10.2514/3.2107). The ceiling is touched along `[3l, 1 - 3l]`, where `u = 0`. Guess: straight lines.
+//! Optimum `4 / (9 l)` with the ceiling `l = 1/9 <= 1/6`: 4 (A. E. Bryson, W. Denham, S. Dreyfus, AIAA Journal 1 (1963)
+//! 2544, doi 10.2514/3.2107). The ceiling is touched along `[3l, 1 - 3l]`, where `u = 0`. Guess: straight lines.
 
 use apsides_ocp::{Bounds, Ocp, OcpError, State, Variable};
 

@@ -1,13 +1,13 @@
 //! Swing-up of a pole on a cart with least effort.
 //!
 //! ```text
-//! minimise int F^2 dt,   t in [0, 2],   |x| <= 2,   |F| <= 20,   (x, theta, x', theta')(0) = 0,   ... (2) = (1, pi, 0, 0)
+//! minimise int F^2 dt,   t in [0, 2],   |x| <= 2,   |F| <= 20,   (x, th, x', th') : (0, 0, 0, 0) -> (1, pi, 0, 0)
 //! (M + m sin^2 th) x''     = F + m sin th (l th'^2 + g cos th)
 //! (M + m sin^2 th) l th''  = -F cos th - m l th'^2 sin th cos th - (M + m) g sin th
 //! M = 1, m = 0.3, l = 0.5, g = 9.81
 //! ```
 //!
-//! M. Kelly, SIAM Review 59 (2017) 849, doi 10.1137/16M1062569, section 6. Programs agree on the value to 1e-3 only.
+//! M. Kelly, SIAM Review 59 (2017) 849, doi 10.1137/16M1062569. Programs agree on the value to 1e-3 only.
 //! Guess: straight lines, no force.
 
 use std::f64::consts::PI;

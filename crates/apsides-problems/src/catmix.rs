@@ -1,10 +1,12 @@
 //! Catalyst mixing: share of a catalyst along a tubular reactor, bang, singular, bang.
 //!
 //! ```text
-//! minimise x1(1) + x2(1) - 1,   x1' = u (10 x2 - x1),   x2' = u (x1 - 10 x2) - (1 - u) x2,   0 <= u <= 1,   x(0) = (1, 0)
+//! minimise x1(1) + x2(1) - 1,   x1' = u (10 x2 - x1),   x2' = u (x1 - 10 x2) - (1 - u) x2
+//! 0 <= u <= 1,   x(0) = (1, 0)
 //! ```
 //!
-//! Value of COPS 3.0 (E. Dolan, J. More, T. Munson, ANL/MCS-TM-273, 2004), which another program confirms. Guess: the start, `u = 1/2`.
+//! Value of COPS 3.0 (E. Dolan, J. More, T. Munson, ANL/MCS-TM-273, 2004), which another program confirms. Guess: the
+//! start, `u = 1/2`.
 
 use apsides_ad::{Dynamics, Scalar, VectorFunction};
 use apsides_ocp::{At, Bounds, Ocp, OcpError, Phase, Sense, State, Term, Variable};

@@ -6,10 +6,10 @@
 //! end: a = 24361.14 km, e = 0.7308, i = 28.5 deg, node 269.8 deg, argument of perigee 130.5 deg
 //! ```
 //!
-//! D. Benson, thesis MIT 2005; J. T. Betts, Practical Methods for Optimal Control, 2010, section 6.15. The orbit is stated by
-//! its angular momentum and the two components of its eccentricity vector in the orbital plane, which are smooth. The
-//! constraint `|r| >= Re` is never active and is left out. Guess: arc from the launch site to the perigee of the orbit,
-//! velocity in a straight line, thrust along the inertial `y`.
+//! D. Benson, thesis MIT 2005; J. T. Betts, Practical Methods for Optimal Control, 2010. The orbit is
+//! stated by its angular momentum and the two components of its eccentricity vector in the orbital plane, which are
+//! smooth. The constraint `|r| >= Re` is never active and is left out. Guess: arc from the launch site to the perigee
+//! of the orbit, velocity in a straight line, thrust along the inertial `y`.
 
 use std::f64::consts::PI;
 

@@ -4,8 +4,8 @@
 //! minimise int (1 + v^2)/2 dt,   x' = v,   v' = u,   |u| <= 1,   tf free,   (x, v): (2, 0) -> (5, 0)
 //! ```
 //!
-//! Optimum 10/3: `u = 1` until 1, `u = 0` with `v = 1` until 3, `u = -1` until `tf = 4` (A. Locatelli, Optimal Control of a
-//! Double Integrator, Springer 2017, problem 11.2-1a). Guess: straight lines, 5 s.
+//! Optimum 10/3: `u = 1` until 1, `u = 0` with `v = 1` until 3, `u = -1` until `tf = 4` (A. Locatelli, Optimal Control
+//! of a Double Integrator, Springer 2017, problem 11.2-1a). Guess: straight lines, 5 s.
 
 use apsides_ad::{PathFunction, Scalar};
 use apsides_ocp::{Bounds, Ocp, OcpError, State, Variable};

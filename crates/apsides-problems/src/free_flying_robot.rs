@@ -6,8 +6,8 @@
 //! (x, y, th) : (-10, -10, pi/2) -> (0, 0, 0), at rest at both ends
 //! ```
 //!
-//! Y. Sakawa, Optim. Control Appl. Methods 20 (1999) 235, doi 10.1002/(SICI)1099-1514(199909/10)20:5<235::AID-OCA658>3.0.CO;2-I. The value
-//! is asserted to 0.01 by the tests of ASSET. Guess: straight lines, no thrust.
+//! Y. Sakawa, Optim. Control Appl. Methods 20 (1999) 235. The value is asserted to 0.01 by the tests
+//! of ASSET. Guess: straight lines, no thrust.
 
 use std::f64::consts::FRAC_PI_2;
 

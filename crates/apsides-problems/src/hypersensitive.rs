@@ -4,8 +4,9 @@
 //! minimise int (x^2 + u^2)/2 dt,   x' = -x^3 + u,   x(0) = 1.5,   x(50) = 1
 //! ```
 //!
-//! Optimum: the sum of the costs along the stable and the unstable manifold of the origin, by quadrature; the error is of
-//! the order of `exp(-50)` (A. Rao and K. Mease, Automatica 35 (1999) 633, doi 10.1016/S0005-1098(98)00161-7). Guess: straight line.
+//! Optimum: the sum of the costs along the stable and the unstable manifold of the origin, by quadrature; the error is
+//! of the order of `exp(-50)` (A. Rao and K. Mease, Automatica 35 (1999) 633).
+//! Guess: straight line.
 
 use apsides_ad::{Dynamics, PathFunction, Scalar};
 use apsides_ocp::{Bounds, Ocp, OcpError, Phase, State, Variable};

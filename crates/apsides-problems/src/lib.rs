@@ -1,8 +1,8 @@
 //! A gallery of benchmark problems of optimal control, each with an optimum from the literature or a closed form.
 //!
 //! Every module is one page: statement, source, evidence for the optimum, and the problem in the language of
-//! [`apsides_ocp`]. The crate holds no method: any method that takes an [`Ocp`](apsides_ocp::Ocp) and a [`Guess`](apsides_ocp::Guess) can run the
-//! whole gallery.
+//! [`apsides_ocp`]. The crate holds no method: any method that takes an [`Ocp`](apsides_ocp::Ocp) and a
+//! [`Guess`](apsides_ocp::Guess) can run the whole gallery.
 //!
 //! ```
 //! let problem = apsides_problems::find("moon_lander_soft").expect("in the gallery");

@@ -5,7 +5,7 @@
 //! x(0) = 0,   x2(tf) = 45,   x3(tf) = 5,   x4(tf) = 0
 //! ```
 //!
-//! Optimum: `tan u` is linear in time (A. E. Bryson and Y.-C. Ho, Applied Optimal Control, 1975, section 2.4), the end
+//! Optimum: `tan u` is linear in time (A. E. Bryson and Y.-C. Ho, Applied Optimal Control, 1975), the end
 //! conditions solved to double precision. The COPS value 0.554577 is that of a discretisation. Guess: straight lines,
 //! 0.6 s, `u = 0`.
 

@@ -4,8 +4,8 @@
 //! minimise int (5/8) x^2 + x u / 2 + u^2 / 2 dt,   x' = x/2 + u,   x(0) = 1,   t in [0, 1]
 //! ```
 //!
-//! Optimum `tanh(1) / 2` (W. Hager, H. Hou, A. Rao, J. Optim. Theory Appl. 169 (2016) 801, doi 10.1007/s10957-016-0929-7). Guess:
-//! `x = 1`, `u = 0`.
+//! Optimum `tanh(1) / 2` (W. Hager, H. Hou, A. Rao, J. Optim. Theory Appl. 169 (2016) 801, doi
+//! 10.1007/s10957-016-0929-7). Guess: `x = 1`, `u = 0`.
 
 use apsides_ad::{Dynamics, PathFunction, Scalar};
 use apsides_ocp::{Bounds, Ocp, OcpError, Phase, State, Variable};

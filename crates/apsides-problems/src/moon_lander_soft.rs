@@ -5,8 +5,8 @@
 //! h(0) = 1,   v(0) = -0.783,   m(0) = 1,   h(tf) = v(tf) = 0
 //! ```
 //!
-//! Optimum: switch at 0.239259, landing at 1.396808 (J. Meditch, IEEE Trans. Autom. Control 9 (1964) 477,
-//! doi 10.1109/TAC.1964.1105758), the two end conditions solved to double precision. Guess: straight lines, half thrust.
+//! Optimum: switch at 0.239259, landing at 1.396808 (theory: J. Meditch, IEEE Trans. Autom. Control 9 (1964) 477, doi
+//! 10.1109/TAC.1964.1105758), the two end conditions solved to double precision. Guess: straight lines, half thrust.
 
 use apsides_ad::{Dynamics, PathFunction, Scalar};
 use apsides_ocp::{Bounds, Ocp, OcpError, Phase, State, Variable};

@@ -6,7 +6,7 @@
 //! (r, theta, vr, vt)(0) = (1, 0, 0, 1),   vr(tf) = 0,   vt(tf) = 1 / sqrt(r(tf))
 //! ```
 //!
-//! A. E. Bryson and Y.-C. Ho, Applied Optimal Control, 1975, section 2.5; the value is asserted by the tests of yapss.
+//! A. E. Bryson and Y.-C. Ho, Applied Optimal Control, 1975; the value is asserted by the tests of yapss.
 //! Guess: straight lines to the circular orbit of radius 1.5, thrust along the track.
 
 use apsides_ad::{Dynamics, PathFunction, Scalar, VectorFunction};

@@ -5,9 +5,9 @@
 //! x(0) = (-5, -5),   t in [0, 4.5]
 //! ```
 //!
-//! Value of J. T. Betts, Practical Methods for Optimal Control Using Nonlinear Programming, 3rd edition, example 10.113. The
-//! example of PSOPT ends with 44.77625, the value of its coarse mesh. Guess: straight lines from the start to the origin,
-//! `u = 0`.
+//! Value of J. T. Betts, Practical Methods for Optimal Control Using Nonlinear Programming, 3rd edition, example
+//! 10.113. The example of PSOPT ends with 44.77625, the value of its coarse mesh. Guess: straight lines from the start
+//! to the origin, `u = 0`.
 
 use apsides_ad::{Dynamics, PathFunction, Scalar};
 use apsides_ocp::{Bounds, Ocp, OcpError, Phase, State, Variable};

@@ -8,8 +8,8 @@
 //! -90 <= alpha <= 90 deg,   -90 <= b <= 1 deg,   h, v, g: (260000 ft, 25600 ft/s, -1 deg) -> (80000, 2500, -5)
 //! ```
 //!
-//! J. T. Betts, Practical Methods for Optimal Control, 2010, section 6.1; feet, slugs, seconds. Several programs agree on
-//! 34.141 deg. Guess: straight lines, 2000 s, angle of attack 17 deg, bank from -75 to 0 deg.
+//! J. T. Betts, Practical Methods for Optimal Control, 2010; feet, slugs, seconds. Several programs agree
+//! on 34.141 deg. Guess: straight lines, 2000 s, angle of attack 17 deg, bank from -75 to 0 deg.
 
 use apsides_ad::{Dynamics, Scalar};
 use apsides_ocp::{At, Bounds, Ocp, OcpError, Phase, Sense, State, Term, Variable};
