@@ -91,7 +91,7 @@ fn evaluations(c: &mut Criterion) {
         });
         // A moved point each time: derivatives at the same point are kept.
         let end = x.len() - 1;
-        let mut moved = |x: &mut [f64]| x[end] += 1e-6;
+        let moved = |x: &mut [f64]| x[end] += 1e-6;
         group.bench_function(id("jacobian"), |b| {
             b.iter(|| {
                 moved(&mut x);
