@@ -165,7 +165,7 @@ fn print_iteration(r: &IterationRecord) -> std::io::Result<()> {
 }
 
 fn print_summary(s: &Summary) -> std::io::Result<()> {
-    let mut out = stdout()?;
+    let mut out = stdout();
     writeln!(
         out,
         "{} intervals x {} points: {} variables, {} constraints",
