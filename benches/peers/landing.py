@@ -40,6 +40,7 @@ IPOPT = {
     "print_level": 0,
     "sb": "yes",
 }
+SOLVERS = ("apsides", "Ipopt")
 BARRIERS = ("monotone", "adaptive")
 
 
@@ -78,7 +79,7 @@ def rate(mission):
 class Problem:
     """The nonlinear program in the units of the dump, with one solver per barrier strategy."""
 
-    def __init__(self, dump):
+    def __init__(self, dump, initial_barrier, expand):
         clock = time.process_time()
         array = {key: numpy.array(value) for key, value in dump.items() if isinstance(value, list)}
         intervals, points = dump["intervals"], dump["points"]
@@ -117,7 +118,8 @@ class Problem:
         for barrier in BARRIERS:
             clock = time.process_time()
             options = {f"ipopt.{key}": v for key, v in IPOPT.items()}
-            options |= {"ipopt.mu_strategy": barrier, "expand": True, "print_time": False}
+            options |= {"ipopt.mu_strategy": barrier, "ipopt.mu_init": initial_barrier}
+            options |= {"expand": expand, "print_time": False}
             self.solvers[barrier] = casadi.nlpsol("landing", "ipopt", nlp, options)
             self.build_ms[barrier] = self.pose_ms + (time.process_time() - clock) * 1e3
 
@@ -138,71 +140,86 @@ class Problem:
         elapsed = (time.process_time() - clock) * 1e3
         statistics_ = solver.stats()
         return {
-            "solve_ms": elapsed,
+            "solve_ms": [elapsed],
+            "build_ms": self.build_ms[barrier],
             "iterations": statistics_["iter_count"],
             "objective": float(solution["f"]) * self.objective_unit,
             "status": statistics_["return_status"],
+            "success": statistics_["success"],
             "evaluation_ms": 1e3 * sum(v for k, v in statistics_.items() if k.startswith("t_proc_nlp_")),
         }
 
 
-def run_apsides(program, intervals, points, repeat, dump=None):
-    command = [program, "--json", "--intervals", str(intervals), "--points", str(points), "--repeat", str(repeat)]
-    if dump:
-        command += ["--dump", dump]
+def run_apsides(program, common, *more):
+    command = [program, "--json", *common, *more]
     return json.loads(subprocess.run(command, check=True, capture_output=True, text=True).stdout)
 
 
-def compare(program, intervals, points, turns, own_repeat):
-    """Both solvers in turns on one mesh."""
+def compare(program, intervals, arguments):
+    """Both solvers in turns on one mesh, from the same start."""
+    common = ["--intervals", str(intervals), "--points", str(arguments.points)]
+    common += ["--start", arguments.start, "--initial-barrier", str(arguments.initial_barrier)]
     with tempfile.TemporaryDirectory() as folder:
         path = os.path.join(folder, "problem.json")
-        run_apsides(program, intervals, points, 1, path)
+        run_apsides(program, common, "--dump", path)
         with open(path, encoding="ascii") as file:
-            problem = Problem(json.load(file))
-    ours, peers = [], {barrier: [] for barrier in BARRIERS}
-    for _ in range(turns):
-        ours.append(run_apsides(program, intervals, points, own_repeat))
+            problem = Problem(json.load(file), arguments.initial_barrier, not arguments.no_expand)
+    runs = {(solver, barrier): [] for solver in SOLVERS for barrier in BARRIERS}
+    for _ in range(arguments.turns):
         for barrier in BARRIERS:
-            peers[barrier].append(problem.solve(barrier))
-    return problem, ours, peers
+            flag = ["--adaptive"] if barrier == "adaptive" else []
+            run = run_apsides(program, common, "--repeat", str(arguments.repeat), *flag)
+            run["build_ms"] = min(run["setup_ms"])
+            runs["apsides", barrier].append(run)
+            runs["Ipopt", barrier].append(problem.solve(barrier))
+    return {key: Entry(*key, value) for key, value in runs.items()}
 
 
-HEADER = (
-    f"{'intervals':>9} {'variables':>9} {'solver':<16} {'status':<24} {'iterations':>10} {'solve ms: min':>13} {'median':>9} "
-    f"{'ms/iteration':>12} {'build ms':>9} {'objective s':>16} {'difference':>10} {'ratio':>7}"
+class Entry:
+    """All runs of one solver with one barrier strategy."""
+
+    def __init__(self, solver, barrier, runs):
+        self.solver, self.barrier, self.last = solver, barrier, runs[-1]
+        times = [t for run in runs for t in run["solve_ms"]]
+        self.least, self.median = min(times), statistics.median(times)
+        self.build = min(run["build_ms"] for run in runs)
+
+    def reaches(self, optimum):
+        """Whether it ends at this optimum to 1e-8."""
+        return self.last["success"] and abs(self.last["objective"] / optimum - 1.0) < 1e-8
+
+
+COLUMNS = (
+    ("intervals", 9), ("variables", 9), ("solver", 16), ("iterations", 10), ("solve ms", 9), ("median", 9),
+    ("ms/iteration", 12), ("evaluation ms", 13), ("build ms", 9), ("objective s", 14), ("difference", 10),
+    ("ratio", 6), ("status", 0),
 )
 
 
-def line(intervals, variables, name, status, iterations, times, build, objective, reference, ratio):
-    least, median = min(times), statistics.median(times)
-    per_iteration = least / max(iterations, 1)
-    difference = "" if reference is None else f"{objective / reference - 1.0:.1e}"
-    return (
-        f"{intervals:>9} {variables:>9} {name:<16} {status:<24.24} {iterations:>10} {least:>13.2f} {median:>9.2f} "
-        f"{per_iteration:>12.3f} {build:>9.2f} {objective:>16.9f} {difference:>10} {ratio:>7}"
-    )
+def line(*cells):
+    return " ".join(f"{cell:>{width}}" for cell, (_, width) in zip(cells, COLUMNS))
 
 
-def report(problem, ours, peers):
-    """Lines of the table; the rival is the faster of Ipopt's two barrier strategies."""
-    own_times = [t for run in ours for t in run["solve_ms"]]
-    own_build = min(t for run in ours for t in run["setup_ms"])
-    last = ours[-1]
-    least = min(own_times)
-    rival = min(BARRIERS, key=lambda b: min(r["solve_ms"] for r in peers[b]))
-    print(
-        line(last["intervals"], last["variables"], "apsides", last["status"], last["iterations"], own_times, own_build,
-             last["objective"], None, "")
-    )
-    for barrier in BARRIERS:
-        runs = peers[barrier]
-        times = [r["solve_ms"] for r in runs]
-        ratio = f"{min(times) / least:.2f}" + ("*" if barrier == rival else " ")
-        end = runs[-1]
+def report(intervals, entries):
+    """Lines of the table; a ratio stands where the optimum is the best one."""
+    optimum = min(e.last["objective"] for e in entries.values() if e.last["success"])
+    rivals = [e for e in entries.values() if e.solver == "Ipopt" and e.reaches(optimum)]
+    rival = min(rivals, key=lambda e: e.least, default=None)
+    variables = entries["apsides", BARRIERS[0]].last["variables"]
+    for entry in entries.values():
+        last = entry.last
+        ratio = ""
+        if rival is not None and entry.solver == "apsides" and entry.reaches(optimum):
+            ratio = f"{rival.least / entry.least:.2f}"
+        elif entry is rival:
+            ratio = "rival"
         print(
-            line(last["intervals"], last["variables"], f"Ipopt {barrier}", end["status"], end["iterations"], times,
-                 problem.build_ms[barrier], end["objective"], last["objective"], ratio)
+            line(
+                intervals, variables, f"{entry.solver} {entry.barrier}", last["iterations"], f"{entry.least:.2f}",
+                f"{entry.median:.2f}", f"{entry.least / max(last['iterations'], 1):.3f}",
+                f"{last['evaluation_ms']:.2f}", f"{entry.build:.2f}", f"{last['objective']:.8f}",
+                f"{last['objective'] / optimum - 1.0:.1e}", ratio, last["status"],
+            )
         )
     sys.stdout.flush()
 
@@ -211,6 +228,9 @@ def main():
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("--intervals", type=int, nargs="+", default=[20, 100, 1000, 5000])
     parser.add_argument("--points", type=int, default=3)
+    parser.add_argument("--start", default="auto", help="auto, line or coarse, see the program")
+    parser.add_argument("--initial-barrier", type=float, default=0.1, help="barrier parameter at the start, both")
+    parser.add_argument("--no-expand", action="store_true", help="keep CasADi's MX graph")
     parser.add_argument("--turns", type=int, default=5, help="turns of each solver")
     parser.add_argument("--repeat", type=int, default=3, help="solves of apsides per turn")
     parser.add_argument("--program", default=None, help="the built program `landing`")
@@ -222,10 +242,11 @@ def main():
         )
         target = os.environ.get("CARGO_TARGET_DIR", os.path.join(ROOT, "target"))
         program = os.path.join(target, "release", "landing")
-    print(f"CasADi {casadi.__version__}; CPU time of one thread; ratio: Ipopt / apsides by minima, * the rival")
-    print(HEADER)
+    print(f"CasADi {casadi.__version__}. Times in ms of CPU time of one thread, solve: minimum and median.")
+    print("Difference: to the best optimum, relative. Ratio: fastest Ipopt at that optimum / apsides, by minima.")
+    print(line(*(name for name, _ in COLUMNS)))
     for intervals in arguments.intervals:
-        report(*compare(program, intervals, arguments.points, arguments.turns, arguments.repeat))
+        report(intervals, compare(program, intervals, arguments))
 
 
 if __name__ == "__main__":

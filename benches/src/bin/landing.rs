@@ -1,12 +1,11 @@
 //! Times the landing from perilune on a uniform mesh: set-up and solve, in CPU time of one thread.
-#![allow(clippy::print_stdout)]
 
 use std::fs::File;
-use std::io::BufWriter;
+use std::io::{BufWriter, Write, stdout};
 use std::path::PathBuf;
 use std::time::Duration;
 
-use apsides::nlp::{BarrierStrategy, InteriorPoint, IterationRecord, SolveReport};
+use apsides::nlp::{BarrierStrategy, Flow, InteriorPoint, IterationRecord, NlpSettings, SolveReport};
 use apsides_benches::landing::{Dump, Failure, settings};
 use apsides_benches::{CpuTime, Landing, Start};
 use clap::Parser;
@@ -31,6 +30,9 @@ struct Arguments {
     /// Choose the barrier parameter anew at each iteration.
     #[arg(long)]
     adaptive: bool,
+    /// Barrier parameter at the start.
+    #[arg(long, default_value_t = 0.1)]
+    initial_barrier: f64,
     /// Print one JSON object.
     #[arg(long)]
     json: bool,
@@ -84,12 +86,13 @@ fn main() -> Result<(), Failure> {
         serde_json::to_writer(BufWriter::new(File::create(path)?), &dump)?;
     }
     let barrier = if arguments.adaptive { BarrierStrategy::Adaptive } else { BarrierStrategy::Monotone };
-    let solver = InteriorPoint::new(settings(barrier));
+    let solver =
+        InteriorPoint::new(NlpSettings { initial_barrier: arguments.initial_barrier, ..settings(barrier) });
     if arguments.log {
         let mut nlp = landing.transcription(&guess, intervals, points)?;
-        solver.solve_observed(&mut nlp, &mut |r: &IterationRecord| {
-            print_iteration(r);
-            apsides::nlp::Flow::Continue
+        solver.solve_observed(&mut nlp, &mut |r: &IterationRecord| match print_iteration(r) {
+            Ok(()) => Flow::Continue,
+            Err(_) => Flow::Stop,
         })?;
     }
     let (mut setup_ms, mut solve_ms) = (Vec::new(), Vec::new());
@@ -106,9 +109,9 @@ fn main() -> Result<(), Failure> {
     let report = last.ok_or("no repetition")?;
     let summary = summary(&arguments, &report, setup_ms, solve_ms);
     if arguments.json {
-        println!("{}", serde_json::to_string(&summary)?);
+        writeln!(stdout(), "{}", serde_json::to_string(&summary)?)?;
     } else {
-        print_summary(&summary);
+        print_summary(&summary)?;
     }
     Ok(())
 }
@@ -142,8 +145,9 @@ fn summary(arguments: &Arguments, report: &SolveReport, setup_ms: Vec<f64>, solv
     }
 }
 
-fn print_iteration(r: &IterationRecord) {
-    println!(
+fn print_iteration(r: &IterationRecord) -> std::io::Result<()> {
+    writeln!(
+        stdout(),
         "{:4}{} {:16.9} {:8.1e} {:8.1e} {:8.1e} {:8.1e} {:8.1e} {:7.1e} {:7.1e} {} {}",
         r.iteration,
         if r.restoration { 'r' } else { ' ' },
@@ -157,27 +161,31 @@ fn print_iteration(r: &IterationRecord) {
         r.primal_step,
         r.line_search_trials,
         r.step_kind
-    );
+    )
 }
 
-fn print_summary(s: &Summary) {
-    println!(
+fn print_summary(s: &Summary) -> std::io::Result<()> {
+    let mut out = stdout();
+    writeln!(
+        out,
         "{} intervals x {} points: {} variables, {} constraints",
         s.intervals, s.points, s.variables, s.constraints
-    );
-    println!("{}, flight time {:.9} s", s.status, s.objective);
-    println!("{} iterations, {} factorisations, {} solves", s.iterations, s.factorisations, s.solves);
+    )?;
+    writeln!(out, "{}, flight time {:.9} s", s.status, s.objective)?;
+    writeln!(out, "{} iterations, {} factorisations, {} solves", s.iterations, s.factorisations, s.solves)?;
     let e = &s.evaluations;
-    println!(
+    writeln!(
+        out,
         "evaluations: {} objective, {} gradient, {} constraints, {} Jacobian, {} Hessian",
         e.objective, e.gradient, e.constraints, e.jacobian, e.hessian
-    );
-    println!("set-up: {}", spread(&s.setup_ms));
-    println!("solve:  {}", spread(&s.solve_ms));
-    println!(
+    )?;
+    writeln!(out, "set-up: {}", spread(&s.setup_ms))?;
+    writeln!(out, "solve:  {}", spread(&s.solve_ms))?;
+    writeln!(
+        out,
         "last solve: {:.3} ms, of which evaluation {:.3} and linear systems {:.3} (wall clock)",
         s.total_ms, s.evaluation_ms, s.linear_systems_ms
-    );
+    )
 }
 
 /// Minimum and median.
