@@ -7,6 +7,9 @@ use apsides_ocp::{Mesh, PhaseMesh, Trajectory};
 
 use crate::{RadauError, RadauSettings};
 
+/// Fewest points added to an interval: one at a time costs a mesh for little.
+const LEAST_INCREASE: usize = 2;
+
 /// The next mesh; equal to the last one when every interval meets the tolerance.
 pub(crate) fn refine(trajectory: &Trajectory, settings: &RadauSettings) -> Result<Mesh, RadauError> {
     let phases = trajectory
@@ -29,7 +32,7 @@ fn refine_phase(mesh: &PhaseMesh, errors: &[f64], settings: &RadauSettings) -> R
         }
         // An interval of n points has an error of order n^-q for q more points (eq. 29); NaN asks for a division.
         let wanted = (error / settings.mesh_tolerance).ln() / (n.max(2) as f64).ln();
-        let wanted = if wanted.is_finite() { n + (wanted.ceil() as usize).max(1) } else { usize::MAX };
+        let wanted = if wanted.is_finite() { n + (wanted.ceil() as usize).max(LEAST_INCREASE) } else { usize::MAX };
         if wanted <= settings.max_points {
             fractions.push(end);
             points.push(wanted);
