@@ -1,6 +1,6 @@
 //! The certificate: named checks with value, limit, margin, unit and place.
 
-use serde::{Deserialize, Serialize};
+use serde::{Deserialize, Deserializer, Serialize};
 
 /// What a check speaks of.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
@@ -20,10 +20,13 @@ pub struct Check {
     /// Feasibility or optimality.
     pub kind: CheckKind,
     /// The measured violation or residual, not negative; a NaN fails.
+    #[serde(deserialize_with = "number")]
     pub value: f64,
     /// Largest value allowed.
+    #[serde(deserialize_with = "number")]
     pub limit: f64,
     /// `limit - value`.
+    #[serde(deserialize_with = "number")]
     pub margin: f64,
     /// Unit of value, limit and margin.
     pub unit: String,
@@ -31,6 +34,11 @@ pub struct Check {
     pub at: String,
     /// Whether the value is within the limit.
     pub passed: bool,
+}
+
+/// A number; JSON writes NaN and infinity as `null`, which is read as NaN.
+fn number<'de, D: Deserializer<'de>>(deserializer: D) -> Result<f64, D::Error> {
+    Ok(Option::deserialize(deserializer)?.unwrap_or(f64::NAN))
 }
 
 impl Check {
@@ -104,9 +112,52 @@ impl Certificate {
         Self { verdict, checks }
     }
 
+    /// The checks that failed.
+    pub fn failures(&self) -> impl Iterator<Item = &Check> {
+        self.checks.iter().filter(|c| !c.passed)
+    }
+
     /// Whether feasibility and local optimality are verified.
     #[must_use]
     pub fn is_verified(&self) -> bool {
         self.verdict == Verdict::LocalOptimum
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn check(kind: CheckKind, value: f64) -> Check {
+        Check::new("name", kind, value, 1.0, "m", "here")
+    }
+
+    #[test]
+    fn the_verdict_follows_from_the_checks() {
+        let (feasible, optimal) = (CheckKind::Feasibility, CheckKind::Optimality);
+        let cases = [
+            (vec![], Verdict::Rejected),
+            (vec![check(optimal, 0.0)], Verdict::Rejected),
+            (vec![check(feasible, 1.0)], Verdict::Feasible),
+            (vec![check(feasible, 1.0), check(optimal, 1.0)], Verdict::LocalOptimum),
+            (vec![check(feasible, 1.0), check(optimal, 1.1)], Verdict::Feasible),
+            (vec![check(feasible, f64::NAN), check(optimal, 0.0)], Verdict::Rejected),
+            (vec![check(feasible, 0.0), check(optimal, f64::NAN)], Verdict::Feasible),
+        ];
+        for (checks, verdict) in cases {
+            let certificate = Certificate::new(checks);
+            assert_eq!(certificate.verdict, verdict, "{certificate:?}");
+            assert_eq!(certificate.is_verified(), verdict == Verdict::LocalOptimum);
+        }
+    }
+
+    #[test]
+    fn json_keeps_a_failed_nan() {
+        let certificate = Certificate::new(vec![check(CheckKind::Feasibility, f64::NAN)]);
+        let text = serde_json::to_string(&certificate).expect("serialisable");
+        assert!(text.contains(r#""verdict":"rejected""#) && text.contains(r#""value":null"#), "{text}");
+        let read: Certificate = serde_json::from_str(&text).expect("readable");
+        assert!(read.checks[0].value.is_nan() && !read.checks[0].passed);
+        assert_eq!(read.failures().count(), 1);
     }
 }

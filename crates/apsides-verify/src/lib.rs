@@ -5,7 +5,7 @@
 //! J,  and with costates:  lambda' + dL/dx,  dL/du,  H,  transversality
 //! ```
 //!
-//! [`verify`] takes initial states, controls, static parameters and times from a trajectory, integrates the equations
+//! [`verify()`] takes initial states, controls, static parameters and times from a trajectory, integrates the equations
 //! of motion again by DOP853 with step control of its own, and compares. Nothing here knows how the trajectory was
 //! found, and no solver or method is used. The outcome is a [`Certificate`]: named checks `value <= limit` with unit
 //! and place. It speaks of a local optimum at most: the first-order conditions, neither second-order ones nor a

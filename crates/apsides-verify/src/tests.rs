@@ -1,5 +1,6 @@
 //! Problems with closed-form solutions, exact and perturbed.
 
+mod brachistochrone;
 mod end_conditions;
 mod linked;
 mod malformed;

@@ -20,8 +20,8 @@ impl PhaseConditions<'_> {
         let breaks = self.found.control.breaks();
         let tolerance = settings.costate_tolerance * ACCURACY;
         // Costates are compared in units of the largest one times its state's scale.
-        let absolute =
-            self.scaling.states.iter().map(|s| (tolerance * self.costate_size / s).max(f64::MIN_POSITIVE));
+        let size = if self.costate_size > 0.0 { self.costate_size } else { 1.0 };
+        let absolute = self.scaling.states.iter().map(|s| tolerance * size / s);
         let ode = OdeSettings {
             relative_tolerance: tolerance.max(1e-14),
             absolute_tolerance: Tolerance::PerComponent(absolute.collect()),
