@@ -21,6 +21,9 @@ pub struct PhaseTrajectory {
     pub costate: Option<PiecewisePolynomial>,
     /// Multipliers of the path constraint rows per unit time, at the nodes of the control.
     pub path_multipliers: Option<PiecewisePolynomial>,
+    /// Multipliers of the bounds on the integrals, one per integral and zero where it has none, in objective unit per
+    /// integral unit.
+    pub integral_multipliers: Option<Vec<f64>>,
     /// Estimated relative error of each interval.
     pub interval_errors: Vec<f64>,
 }

@@ -94,6 +94,7 @@ fn phase_trajectory(
         control: polynomial(p.controls, control)?,
         costate: Some(polynomial(p.states, costate)?),
         path_multipliers: if path_rows > 0 { Some(polynomial(path_rows, path)?) } else { None },
+        integral_multipliers: Some(p.integral_rows.iter().map(|row| row.map_or(0.0, |r| y[r])).collect()),
         interval_errors: vec![f64::NAN; p.mesh.intervals()],
     })
 }

@@ -58,6 +58,11 @@ impl Transcription {
 
 fn set_phase_multipliers(p: &PhaseLayout, t: &PhaseTrajectory, duration: f64, y: &mut [f64]) {
     let Some(costate) = &t.costate else { return };
+    for (row, &multiplier) in p.integral_rows.iter().zip(t.integral_multipliers.iter().flatten()) {
+        if let Some(r) = row {
+            y[*r] = multiplier;
+        }
+    }
     let path_rows = p.rows_per_node - p.states;
     for (i, node) in p.nodes.iter().enumerate() {
         let time = t.time_at(node.fraction);

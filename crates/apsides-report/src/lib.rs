@@ -51,7 +51,7 @@ pub use directory::{read_outcome_trajectory, write_outcome};
 pub use error::ReportError;
 pub use figure::{Axis, AxisScale, Figure, ReferenceLine, Series, SeriesStyle, Span};
 pub use html::render_html;
-pub use multipliers::{ConstraintMultipliers, Multipliers, PathMultipliers};
+pub use multipliers::{ConstraintMultipliers, IntegralMultipliers, Multipliers, PathMultipliers};
 pub use standard_figures::StandardFigures;
 pub use trajectory_csv::write_trajectory;
 pub use trajectory_reader::read_trajectory;

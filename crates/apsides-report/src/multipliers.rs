@@ -17,6 +17,21 @@ pub struct Multipliers {
     /// Per phase whose path constraints have multipliers.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub path: Vec<PathMultipliers>,
+    /// Per phase with integrals.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub integrals: Vec<IntegralMultipliers>,
+}
+
+/// Multipliers of the bounds on the integrals of one phase, in objective unit per unit of the integral.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct IntegralMultipliers {
+    /// Name of the phase.
+    pub phase: String,
+    /// Names of the integrals.
+    pub integrals: Vec<String>,
+    /// One multiplier per integral.
+    pub values: Vec<f64>,
 }
 
 /// Multipliers of one endpoint constraint, in objective unit per unit of the row.
@@ -75,7 +90,18 @@ impl Multipliers {
                 Some(PathMultipliers { phase: phase.name.clone(), rows, values })
             })
             .collect();
-        (constraints.is_some() || !path.is_empty()).then_some(Self { constraints, path })
+        let integrals: Vec<_> = (ocp.phases.iter().zip(&trajectory.phases))
+            .filter(|(phase, _)| !phase.integrals.is_empty())
+            .filter_map(|(phase, t)| {
+                Some(IntegralMultipliers {
+                    phase: phase.name.clone(),
+                    integrals: phase.integrals.iter().map(|q| q.variable.name.clone()).collect(),
+                    values: t.integral_multipliers.clone()?,
+                })
+            })
+            .collect();
+        let any = constraints.is_some() || !path.is_empty() || !integrals.is_empty();
+        any.then_some(Self { constraints, path, integrals })
     }
 
     /// Puts the multipliers into a trajectory of the same problem and nodes.
@@ -93,6 +119,16 @@ impl Multipliers {
             let rows = ocp.phases[index].path_rows();
             let phase = &mut trajectory.phases[index];
             phase.path_multipliers = Some(path_polynomial(path, rows, phase)?);
+        }
+        for found in &self.integrals {
+            let Some(index) = ocp.phase_index(&found.phase) else {
+                return refuse(&found.phase, "the problem has no such phase".into());
+            };
+            let names = ocp.phases[index].integrals.iter().map(|q| &q.variable.name);
+            if !found.integrals.iter().eq(names) || found.values.len() != found.integrals.len() {
+                return refuse(&found.phase, "its integrals do not fit the problem".into());
+            }
+            trajectory.phases[index].integral_multipliers = Some(found.values.clone());
         }
         Ok(())
     }

@@ -18,7 +18,7 @@ pub(crate) struct Equations<'a> {
     pub(crate) nx: usize,
     pub(crate) nu: usize,
     pub(crate) np: usize,
-    /// Weight of each integral in the minimised objective.
+    /// Weight of each integral in the minimised objective, plus the multiplier of its bounds.
     weights: Vec<f64>,
     /// `[x, u, p, t]` and `[x, u, t]`.
     full: Vec<f64>,
@@ -55,6 +55,14 @@ impl<'a> Equations<'a> {
         let values = vec![0.0; functions().map(|f| f.outputs()).max().unwrap_or(0)];
         let entries = vec![0.0; functions().map(|f| f.pattern().jacobian_len()).max().unwrap_or(0)];
         Self { phase, nx, nu, np, weights, full, bare: vec![0.0; nx + nu + 1], values, entries }
+    }
+
+    /// Adds the multipliers of the bounds on the integrals to their weights in the Hamiltonian.
+    pub(crate) fn with_integral_multipliers(mut self, multipliers: Option<&Vec<f64>>) -> Self {
+        for (weight, multiplier) in self.weights.iter_mut().zip(multipliers.into_iter().flatten()) {
+            *weight += multiplier;
+        }
+        self
     }
 
     /// Goes to a point.

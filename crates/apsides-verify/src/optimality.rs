@@ -13,7 +13,7 @@
 //! Variational Inequalities, Springer 2003, section 1.5, doi 10.1007/b97543).
 //!
 //! Not part of a trajectory, so not known here: multipliers of state bounds along a phase (the costate equation is
-//! skipped where one is active), of integral bounds and of duration bounds.
+//! skipped where one is active), of duration bounds.
 
 mod costate;
 mod stationarity;
@@ -84,7 +84,8 @@ struct Node {
 impl<'a> PhaseConditions<'a> {
     fn new(ocp: &'a Ocp, trajectory: &'a Trajectory, k: usize, scaling: &'a PhaseScaling) -> Option<Self> {
         let found = &trajectory.phases[k];
-        let equations = Equations::new(ocp, k, &trajectory.parameters);
+        let equations = Equations::new(ocp, k, &trajectory.parameters)
+            .with_integral_multipliers(found.integral_multipliers.as_ref());
         let (nx, nu, rows) = (equations.nx, equations.nu, equations.phase.path_rows());
         let point = Point {
             x: vec![0.0; nx],

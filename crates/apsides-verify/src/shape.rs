@@ -30,6 +30,13 @@ pub(crate) fn check(ocp: &Ocp, trajectory: &Trajectory, guess: &Guess) -> Result
             span(&phase.name, what, polynomial, found)?;
         }
     }
+    for (phase, found) in ocp.phases.iter().zip(&trajectory.phases) {
+        let expected = phase.integrals.len();
+        if let Some(found) = found.integral_multipliers.as_ref().map(Vec::len).filter(|n| *n != expected) {
+            let place = format!("phase `{}`, integral multipliers", phase.name);
+            return Err(VerifyError::Dimension { place, what: "integrals", expected, found });
+        }
+    }
     let Some(multipliers) = &trajectory.constraint_multipliers else { return Ok(()) };
     let (expected, found) = (ocp.constraints.len(), multipliers.len());
     if expected != found {
