@@ -41,7 +41,16 @@ IPOPT = {
     "sb": "yes",
 }
 SOLVERS = ("apsides", "Ipopt")
-BARRIERS = ("monotone", "adaptive")
+# "trajectory" is what apsides-radau uses by default: adaptive with probing, from a small barrier parameter and
+# multipliers of its size. Ipopt gets the same.
+BARRIERS = ("monotone", "adaptive", "trajectory")
+STOCK = ("monotone", "adaptive")
+TRAJECTORY = {
+    "mu_strategy": "adaptive",
+    "mu_oracle": "probing",
+    "mu_init": 1e-3,
+    "bound_mult_init_val": 1e-3,
+}
 
 
 def radau(points):
@@ -118,7 +127,9 @@ class Problem:
         for barrier in BARRIERS:
             clock = time.process_time()
             options = {f"ipopt.{key}": v for key, v in IPOPT.items()}
-            options |= {"ipopt.mu_strategy": barrier, "ipopt.mu_init": initial_barrier}
+            stock = {"mu_strategy": barrier, "mu_init": initial_barrier}
+            settings = TRAJECTORY if barrier == "trajectory" else stock
+            options |= {f"ipopt.{key}": v for key, v in settings.items()}
             options |= {"expand": expand, "print_time": False}
             self.solvers[barrier] = casadi.nlpsol("landing", "ipopt", nlp, options)
             self.build_ms[barrier] = self.pose_ms + (time.process_time() - clock) * 1e3
@@ -158,7 +169,12 @@ def run_apsides(program, common, *more):
 def compare(program, intervals, arguments):
     """Both solvers in turns on one mesh, from the same start."""
     common = ["--intervals", str(intervals), "--points", str(arguments.points)]
-    common += ["--start", arguments.start, "--initial-barrier", str(arguments.initial_barrier)]
+    common += ["--start", arguments.start]
+    flags = {
+        "monotone": ["--initial-barrier", str(arguments.initial_barrier)],
+        "adaptive": ["--adaptive", "--initial-barrier", str(arguments.initial_barrier)],
+        "trajectory": ["--method-settings"],
+    }
     with tempfile.TemporaryDirectory() as folder:
         path = os.path.join(folder, "problem.json")
         run_apsides(program, common, "--dump", path)
@@ -167,8 +183,7 @@ def compare(program, intervals, arguments):
     runs = {(solver, barrier): [] for solver in SOLVERS for barrier in BARRIERS}
     for _ in range(arguments.turns):
         for barrier in BARRIERS:
-            flag = ["--adaptive"] if barrier == "adaptive" else []
-            run = run_apsides(program, common, "--repeat", str(arguments.repeat), *flag)
+            run = run_apsides(program, common, "--repeat", str(arguments.repeat), *flags[barrier])
             run["build_ms"] = min(run["setup_ms"])
             runs["apsides", barrier].append(run)
             runs["Ipopt", barrier].append(problem.solve(barrier))
@@ -190,9 +205,9 @@ class Entry:
 
 
 COLUMNS = (
-    ("intervals", 9), ("variables", 9), ("solver", 16), ("iterations", 10), ("solve ms", 9), ("median", 9),
+    ("intervals", 9), ("variables", 9), ("solver", 18), ("iterations", 10), ("solve ms", 9), ("median", 9),
     ("ms/iteration", 12), ("evaluation ms", 13), ("build ms", 9), ("objective s", 14), ("difference", 10),
-    ("ratio", 6), ("status", 0),
+    ("stock", 6), ("same", 6), ("status", 0),
 )
 
 
@@ -203,12 +218,15 @@ def line(*cells):
 def report(intervals, entries):
     """Lines of the table; a ratio stands where the optimum is the best one."""
     optimum = min(e.last["objective"] for e in entries.values() if e.last["success"])
-    rivals = [e for e in entries.values() if e.solver == "Ipopt" and e.reaches(optimum)]
+    rivals = [e for (s, b), e in entries.items() if s == "Ipopt" and b in STOCK and e.reaches(optimum)]
     rival = min(rivals, key=lambda e: e.least, default=None)
     variables = entries["apsides", BARRIERS[0]].last["variables"]
     for entry in entries.values():
         last = entry.last
-        ratio = ""
+        ratio = same = ""
+        equal = entries["Ipopt", entry.barrier]
+        if entry.solver == "apsides" and equal.reaches(optimum) and entry.reaches(optimum):
+            same = f"{equal.least / entry.least:.2f}"
         if rival is not None and entry.solver == "apsides" and entry.reaches(optimum):
             ratio = f"{rival.least / entry.least:.2f}"
         elif entry is rival:
@@ -218,7 +236,7 @@ def report(intervals, entries):
                 intervals, variables, f"{entry.solver} {entry.barrier}", last["iterations"], f"{entry.least:.2f}",
                 f"{entry.median:.2f}", f"{entry.least / max(last['iterations'], 1):.3f}",
                 f"{last['evaluation_ms']:.2f}", f"{entry.build:.2f}", f"{last['objective']:.8f}",
-                f"{last['objective'] / optimum - 1.0:.1e}", ratio, last["status"],
+                f"{last['objective'] / optimum - 1.0:.1e}", ratio, same, last["status"],
             )
         )
     sys.stdout.flush()
@@ -243,7 +261,8 @@ def main():
         target = os.environ.get("CARGO_TARGET_DIR", os.path.join(ROOT, "target"))
         program = os.path.join(target, "release", "landing")
     print(f"CasADi {casadi.__version__}. Times in ms of CPU time of one thread, solve: minimum and median.")
-    print("Difference: to the best optimum, relative. Ratio: fastest Ipopt at that optimum / apsides, by minima.")
+    print("Difference: to the best optimum, relative. Ratios Ipopt / apsides, by minima, at that optimum:")
+    print("stock: the faster of Ipopt's monotone and adaptive strategy; same: Ipopt with the settings of the row.")
     print(line(*(name for name, _ in COLUMNS)))
     for intervals in arguments.intervals:
         report(intervals, compare(program, intervals, arguments))

@@ -2,7 +2,7 @@
 
 use apsides::nlp::{BarrierStrategy, InteriorPoint, Nlp, NlpSettings, Scaling, ScalingMethod};
 use apsides::ocp::{Guess, Mesh, Ocp};
-use apsides::radau::Transcription;
+use apsides::radau::{RadauSettings, Transcription};
 use apsides::{Mission, Posed};
 use serde::Serialize;
 
@@ -96,6 +96,12 @@ pub fn settings(barrier: BarrierStrategy) -> NlpSettings {
         barrier,
         ..NlpSettings::default()
     }
+}
+
+/// Settings that the method itself uses, at the tolerance of the comparison.
+#[must_use]
+pub fn method_settings() -> NlpSettings {
+    NlpSettings { tolerance: 1e-8, ..RadauSettings::default().nlp }
 }
 
 /// The discretised problem for a peer: what it starts from and is bounded and scaled by. Bounds of 1e20 stand for none.

@@ -6,7 +6,7 @@ use std::path::PathBuf;
 use std::time::Duration;
 
 use apsides::nlp::{BarrierStrategy, Flow, InteriorPoint, IterationRecord, NlpSettings, SolveReport};
-use apsides_benches::landing::{Dump, Failure, settings};
+use apsides_benches::landing::{Dump, Failure, method_settings, settings};
 use apsides_benches::{CpuTime, Landing, Start};
 use clap::Parser;
 use serde::Serialize;
@@ -27,6 +27,9 @@ struct Arguments {
     /// Where the solve starts.
     #[arg(long, value_enum, default_value = "auto")]
     start: Start,
+    /// Settings of the Radau method instead of Ipopt's defaults.
+    #[arg(long, conflicts_with_all = ["adaptive", "initial_barrier"])]
+    method_settings: bool,
     /// Choose the barrier parameter anew at each iteration.
     #[arg(long)]
     adaptive: bool,
@@ -86,8 +89,11 @@ fn main() -> Result<(), Failure> {
         serde_json::to_writer(BufWriter::new(File::create(path)?), &dump)?;
     }
     let barrier = if arguments.adaptive { BarrierStrategy::Adaptive } else { BarrierStrategy::Monotone };
-    let solver =
-        InteriorPoint::new(NlpSettings { initial_barrier: arguments.initial_barrier, ..settings(barrier) });
+    let solver = InteriorPoint::new(if arguments.method_settings {
+        method_settings()
+    } else {
+        NlpSettings { initial_barrier: arguments.initial_barrier, ..settings(barrier) }
+    });
     if arguments.log {
         let mut nlp = landing.transcription(&guess, intervals, points)?;
         solver.solve_observed(&mut nlp, &mut |r: &IterationRecord| match print_iteration(r) {

@@ -1,4 +1,5 @@
 //! The program as a user meets it: output, files, exit status.
+#![allow(clippy::unwrap_used)]
 
 use std::path::Path;
 use std::process::{Command, Output};
@@ -123,7 +124,8 @@ fn bad_input_is_one_sentence_and_leaves_results_alone() {
 
 #[test]
 fn a_mission_that_cannot_be_flown_says_what_is_missing() {
-    let o = apsides(&["solve", "lunar-perilune", "--quiet", "--set", "thrust_n=200", "--set", "dry_mass_kg=100"]);
+    let o =
+        apsides(&["solve", "lunar-perilune", "--quiet", "--set", "thrust_n=200", "--set", "dry_mass_kg=100"]);
     assert_eq!(o.status.code(), Some(3), "{}", stdout(&o));
     let text = stdout(&o);
     assert!(text.contains("cannot be met, violated by"), "{text}");
@@ -133,7 +135,8 @@ fn a_mission_that_cannot_be_flown_says_what_is_missing() {
 fn sweep_writes_a_row_per_case() {
     let dir = tempfile::tempdir().unwrap();
     let csv = dir.path().join("sweep.csv");
-    let o = apsides(&["sweep", "lunar-perilune", "--set", "perilune_altitude_km=20,15", "--out", &path(&csv)]);
+    let o =
+        apsides(&["sweep", "lunar-perilune", "--set", "perilune_altitude_km=20,15", "--out", &path(&csv)]);
     assert_eq!(o.status.code(), Some(0), "{}", stderr(&o));
     let text = std::fs::read_to_string(&csv).unwrap();
     let rows: Vec<&str> = text.lines().collect();

@@ -107,9 +107,24 @@ impl Refiner {
         tolerance: f64,
         limit: usize,
     ) -> Outcome {
+        let mut solves = 0;
+        if limit > 0 && maximum(x) == 0.0 {
+            // Nothing to improve yet: the solution of the factor itself.
+            x.copy_from_slice(system.rhs);
+            solves = 1;
+            if !factor.solve(x) {
+                x.fill(0.0);
+            }
+        }
         let residual = system.residual(x, &mut self.residual);
         let mut goal = system.goal(x, tolerance);
-        let mut outcome = Outcome { residual, converged: residual <= goal, solves: 0 };
+        let mut outcome = Outcome { residual, converged: residual <= goal, solves };
+        if outcome.residual.is_nan() || outcome.residual > 1.0 {
+            // Worse than nothing: start from zero.
+            x.fill(0.0);
+            outcome.residual = system.residual(x, &mut self.residual);
+            goal = system.goal(x, tolerance);
+        }
         let mut classical = true;
         while !outcome.converged && outcome.solves < limit {
             let before = outcome.residual;
@@ -237,7 +252,18 @@ impl Krylov {
 
 /// Largest magnitude; NaN if any entry is.
 pub(crate) fn maximum(v: &[f64]) -> f64 {
-    v.iter().fold(0.0, |m, &v| if v.abs() <= m { m } else { v.abs() })
+    const LANES: usize = 8;
+    let larger = |m: f64, v: f64| if v.abs() <= m { m } else { v.abs() };
+    let chunks = v.chunks_exact(LANES);
+    let rest = chunks.remainder().iter().fold(0.0, |m, &v| larger(m, v));
+    // Independent lanes, so that the comparisons need not wait for each other.
+    let mut lanes = [0.0; LANES];
+    for chunk in chunks {
+        for (m, &v) in lanes.iter_mut().zip(chunk) {
+            *m = larger(*m, v);
+        }
+    }
+    lanes.into_iter().fold(rest, larger)
 }
 
 fn euclidean(v: &[f64]) -> f64 {

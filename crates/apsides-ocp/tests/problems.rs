@@ -1,4 +1,5 @@
 //! Ill-posed problems are refused by name; guesses, meshes, scales and polynomials do what they say.
+#![allow(clippy::unwrap_used)]
 
 use std::sync::Arc;
 
@@ -57,10 +58,11 @@ fn missing_parts() {
 #[test]
 fn names_must_exist_and_differ() {
     assert_eq!(
-        refusal(problem(cart("go").controls([Variable::new("a", "m/s2")]).states([
-            State::new("x", "m"),
-            State::new("x", "m")
-        ]))),
+        refusal(problem(
+            cart("go")
+                .controls([Variable::new("a", "m/s2")])
+                .states([State::new("x", "m"), State::new("x", "m")])
+        )),
         "phase `go`: the state name `x` is used twice"
     );
     assert_eq!(
@@ -92,11 +94,20 @@ fn bounds_must_be_intervals() {
     let scale = refusal(with_x(State::new("x", "m").scaled_by(0.0)));
     assert_eq!(scale, "phase `go`, state `x`: scale 0 must be positive and finite");
     assert!(refusal(with_x(State::new("x", "m").miss_below(-1.0))).contains("tolerance -1"));
-    assert!(refusal(problem(cart("go").final_time(Bounds::new(-3.0, -1.0)))).contains("no solution of positive length"));
-    assert!(refusal(problem(cart("go").duration(Bounds::at_least(20.0)))).contains("no solution of positive length"));
+    assert!(
+        refusal(problem(cart("go").final_time(Bounds::new(-3.0, -1.0))))
+            .contains("no solution of positive length")
+    );
+    assert!(
+        refusal(problem(cart("go").duration(Bounds::at_least(20.0))))
+            .contains("no solution of positive length")
+    );
     let row = [Variable::new("sum", "m").within(1.0, 0.0)];
     let ends = [At::InitialState("go", "x"), At::FinalState("go", "x")];
-    assert!(refusal(problem(cart("go")).constrain("ends", row, ends, Sum)).contains("constraint `ends`, row `sum`"));
+    assert!(
+        refusal(problem(cart("go")).constrain("ends", row, ends, Sum))
+            .contains("constraint `ends`, row `sum`")
+    );
     assert!(refusal(problem(cart("go")).objective_scale(f64::NAN)).contains("objective `time`: scale NaN"));
 }
 
@@ -112,7 +123,10 @@ fn links_join_time_and_states_of_the_same_name() {
     assert_eq!(ocp.constraints.len(), 3);
     assert_eq!(
         ocp.constraints[2].inputs,
-        [EndpointInput::FinalState { phase: 0, state: 1 }, EndpointInput::InitialState { phase: 1, state: 1 }]
+        [
+            EndpointInput::FinalState { phase: 0, state: 1 },
+            EndpointInput::InitialState { phase: 1, state: 1 }
+        ]
     );
 }
 
@@ -167,10 +181,11 @@ fn piecewise_polynomials_check_their_shape() {
     assert!(PiecewisePolynomial::new(1, vec![0.0, 1.0], vec![]).is_err());
     assert!(PiecewisePolynomial::new(1, vec![1.0, 0.0], vec![segment(vec![0.0, 1.0])]).is_err());
     assert!(PiecewisePolynomial::new(1, vec![0.0, 1.0], vec![segment(vec![0.0])]).is_err());
-    let p = PiecewisePolynomial::new(1, vec![0.0, 1.0, 3.0], vec![
-        segment(vec![0.0, 1.0]),
-        segment(vec![5.0, 9.0]),
-    ])
+    let p = PiecewisePolynomial::new(
+        1,
+        vec![0.0, 1.0, 3.0],
+        vec![segment(vec![0.0, 1.0]), segment(vec![5.0, 9.0])],
+    )
     .unwrap();
     let mut v = [0.0];
     p.evaluate(1.0, &mut v);

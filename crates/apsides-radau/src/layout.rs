@@ -44,7 +44,7 @@ pub(crate) struct PhaseLayout {
     pub(crate) integral_rows: Vec<Option<usize>>,
     /// Row of the duration, when it has bounds that those on the times do not imply.
     pub(crate) duration_row: Option<usize>,
-    /// Stage of the first node in the elimination order.
+    /// Stage of the first interval in the elimination order.
     pub(crate) first_stage: u32,
 }
 
@@ -88,7 +88,7 @@ pub(crate) struct Layout {
     /// First row of each endpoint constraint.
     pub(crate) endpoint_rows: Vec<usize>,
     pub(crate) constraints: usize,
-    /// Stage after all nodes: times, parameters and everything that joins distant nodes.
+    /// Stage after all intervals: times, parameters and everything that joins distant nodes.
     pub(crate) last_stage: u32,
 }
 
@@ -124,7 +124,7 @@ impl Layout {
                 .collect();
             let duration_row = needs_duration_row(phase).then(&mut next_row);
             let first_stage = stage;
-            stage += nodes.len() as u32 + 1;
+            stage += mesh.intervals() as u32 + 1;
             phases.push(PhaseLayout {
                 states: nx,
                 controls: nu,

@@ -32,7 +32,8 @@ fn refine_phase(mesh: &PhaseMesh, errors: &[f64], settings: &RadauSettings) -> R
         }
         // An interval of n points has an error of order n^-q for q more points (eq. 29); NaN asks for a division.
         let wanted = (error / settings.mesh_tolerance).ln() / (n.max(2) as f64).ln();
-        let wanted = if wanted.is_finite() { n + (wanted.ceil() as usize).max(LEAST_INCREASE) } else { usize::MAX };
+        let wanted =
+            if wanted.is_finite() { n + (wanted.ceil() as usize).max(LEAST_INCREASE) } else { usize::MAX };
         if wanted <= settings.max_points {
             fractions.push(end);
             points.push(wanted);

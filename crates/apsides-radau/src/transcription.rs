@@ -240,17 +240,20 @@ impl Nlp for Transcription {
     }
 
     fn stages(&self) -> Option<Stages> {
-        // Node by node: controls, states, defects. Controls first keep the pivots of a free state away from zero.
-        let last = 3 * self.layout.last_stage;
+        // Interval by interval: controls, inner states, the first state, defects. What couples all points of an interval is
+        // eliminated together, with fewer entries in the factor than node by node.
+        let last = 4 * self.layout.last_stage;
         let mut variables = vec![last; self.layout.variables];
         let mut constraints = vec![last; self.layout.constraints];
         for p in &self.layout.phases {
             for node in 0..=p.nodes.len() {
-                let stage = 3 * (p.first_stage + node as u32);
-                variables[p.state_column(node)..][..p.states].fill(stage + 1);
+                let (interval, local) =
+                    p.nodes.get(node).map_or((p.mesh.intervals(), 0), |n| (n.interval, n.local));
+                let stage = 4 * (p.first_stage + interval as u32);
+                variables[p.state_column(node)..][..p.states].fill(stage + if local == 0 { 2 } else { 1 });
                 if node < p.nodes.len() {
                     variables[p.control_column(node)..][..p.controls].fill(stage);
-                    constraints[p.defect_row(node)..][..p.rows_per_node].fill(stage + 2);
+                    constraints[p.defect_row(node)..][..p.rows_per_node].fill(stage + 3);
                 }
             }
         }

@@ -1,4 +1,5 @@
 //! Problems with a closed-form optimum: objective, costates, multi-phase links, free times, parameters.
+#![allow(clippy::unwrap_used)]
 
 use apsides_ad::{Dynamics, PathFunction, Scalar, VectorFunction};
 use apsides_nlp::Status;

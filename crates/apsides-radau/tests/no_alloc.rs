@@ -1,4 +1,5 @@
 //! Evaluations of the discretised problem allocate nothing.
+#![allow(clippy::unwrap_used)]
 
 use allocation_counter::measure;
 use apsides_ad::{Dynamics, PathFunction, Scalar};

@@ -5,11 +5,8 @@ use apsides::Mission;
 use apsides_report::{Axis, Figure, Series};
 
 fn main() -> Result<(), Box<dyn std::error::Error>> {
-    let mut figure = Figure::new(
-        "Lunar landings",
-        Axis::new("downrange distance", "m"),
-        Axis::new("altitude", "m"),
-    );
+    let mut figure =
+        Figure::new("Lunar landings", Axis::new("downrange distance", "m"), Axis::new("altitude", "m"));
     for name in ["lunar-direct", "lunar-perilune", "lunar-two-phase"] {
         let outcome = Mission::load(name, &[])?.solve(None, &mut ())?;
         let points = outcome.curves.iter().flat_map(|c| &c.series).flat_map(|(_, points)| points.clone());

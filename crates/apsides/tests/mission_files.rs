@@ -1,4 +1,5 @@
 //! Mission files: what is read, what is refused, and how it is said.
+#![allow(clippy::unwrap_used)]
 
 use apsides::{Error, Mission, sweep};
 
@@ -38,17 +39,29 @@ fn mistakes_name_line_key_and_remedy() {
             "file `x.toml`, line 2: mission `lunar-perilune` has no key `thurst_n`; the nearest is `thrust_n`",
         ),
         ("thrust_n = \"high\"", "file `x.toml`, line 2: `thrust_n` is \"high\", allowed is a number above 0"),
-        ("initial_mass_kg = -300.0", "file `x.toml`, line 2: `initial_mass_kg` is -300, allowed is a number above 0"),
+        (
+            "initial_mass_kg = -300.0",
+            "file `x.toml`, line 2: `initial_mass_kg` is -300, allowed is a number above 0",
+        ),
         ("isp_s = 0", "file `x.toml`, line 2: `isp_s` is 0, allowed is a number above 0"),
         ("isp_s = nan", "file `x.toml`, line 2: `isp_s` is NaN, allowed is a number above 0"),
         ("isp_s = inf", "file `x.toml`, line 2: `isp_s` is inf, allowed is a number above 0"),
-        ("isp_s = [310.0]", "file `x.toml`, line 2: `isp_s` is a value of type array, allowed is a number above 0"),
+        (
+            "isp_s = [310.0]",
+            "file `x.toml`, line 2: `isp_s` is a value of type array, allowed is a number above 0",
+        ),
         (
             "perilune_altitude_km = -3.0",
             "file `x.toml`, line 2: `perilune_altitude_km` is -3, allowed is a number at least 0",
         ),
-        ("\n[radau]\npoints = 4.5", "file `x.toml`, line 4: `radau.points` is 4.5, allowed is a whole number from 1 to 60"),
-        ("[radau]\npionts = 4", "file `x.toml`, line 3: mission `lunar-perilune` has no key `radau.pionts`; the nearest is `radau.points`"),
+        (
+            "\n[radau]\npoints = 4.5",
+            "file `x.toml`, line 4: `radau.points` is 4.5, allowed is a whole number from 1 to 60",
+        ),
+        (
+            "[radau]\npionts = 4",
+            "file `x.toml`, line 3: mission `lunar-perilune` has no key `radau.pionts`; the nearest is `radau.points`",
+        ),
         ("method = \"newton\"", "file `x.toml`, line 2: `method` is \"newton\", allowed is \"radau\""),
     ];
     for (text, message) in cases {
@@ -108,10 +121,8 @@ fn overrides_replace_values_and_are_checked_alike() {
 
 #[test]
 fn sweeps_run_through_neighbours_and_refuse_before_solving() {
-    let axes = [
-        sweep::Axis::parse("thrust_n=440,450").unwrap(),
-        sweep::Axis::parse("isp_s=300,310,320").unwrap(),
-    ];
+    let axes =
+        [sweep::Axis::parse("thrust_n=440,450").unwrap(), sweep::Axis::parse("isp_s=300,310,320").unwrap()];
     let cases = sweep::cases("lunar-perilune", &axes).unwrap();
     let order: Vec<_> = cases.iter().map(|c| c.overrides.join(" ")).collect();
     assert_eq!(order[2], "thrust_n=440 isp_s=320");
