@@ -17,14 +17,20 @@ impl Transcription {
     /// multiplier of a defect and `w` the weight of its point, `lambda = -y / w`; at the end of an interval
     /// `lambda = -D_end^T y`.
     ///
+    /// A point that is no trajectory, because a phase does not last or a number is not finite, can come from a solve that
+    /// failed; the start of the solve takes its place then.
+    ///
     /// # Errors
-    /// When the times of the point do not give increasing intervals.
+    /// When the times of the start do not give increasing intervals either.
     pub fn trajectory(&self, ocp: &Ocp, report: &SolveReport) -> Result<Trajectory, RadauError> {
+        let lasts = |p: &PhaseLayout| report.x[p.final_time] > report.x[p.initial_time];
+        let usable = report.x.iter().all(|v| v.is_finite()) && self.layout.phases.iter().all(lasts);
+        let x = if usable { &report.x } else { &self.start };
         let phases = ocp
             .phases
             .iter()
             .zip(&self.layout.phases)
-            .map(|(phase, p)| phase_trajectory(&phase.name, p, report))
+            .map(|(phase, p)| phase_trajectory(&phase.name, p, x, &report.constraint_multipliers))
             .collect::<Result<_, _>>()?;
         let multipliers = ocp
             .constraints
@@ -33,7 +39,7 @@ impl Transcription {
             .map(|(c, &first)| report.constraint_multipliers[first..first + c.rows.len()].to_vec());
         Ok(Trajectory {
             phases,
-            parameters: report.x[self.layout.first_parameter..].to_vec(),
+            parameters: x[self.layout.first_parameter..].to_vec(),
             objective: self.sign * report.objective,
             constraint_multipliers: Some(multipliers.collect()),
         })
@@ -43,9 +49,9 @@ impl Transcription {
 fn phase_trajectory(
     name: &str,
     p: &PhaseLayout,
-    report: &SolveReport,
+    x: &[f64],
+    y: &[f64],
 ) -> Result<PhaseTrajectory, RadauError> {
-    let (x, y) = (&report.x, &report.constraint_multipliers);
     let (t0, tf) = (x[p.initial_time], x[p.final_time]);
     let breaks: Vec<f64> = p.mesh.fractions().iter().map(|f| (1.0 - f) * t0 + f * tf).collect();
     let path_rows = p.rows_per_node - p.states;

@@ -30,7 +30,7 @@ pub struct Transcription {
     upper: Vec<f64>,
     row_lower: Vec<f64>,
     row_upper: Vec<f64>,
-    start: Vec<f64>,
+    pub(crate) start: Vec<f64>,
     scaling: NlpScaling,
     jacobian_pattern: Pattern,
     hessian_pattern: Pattern,

@@ -196,3 +196,19 @@ fn ill_posed_settings_are_refused() {
         assert!(Radau { settings }.solve(&ocp, &Guess::linear(&ocp)).is_err());
     }
 }
+
+/// A solve that failed early may end where a phase does not last: the trajectory is then that of the start.
+#[test]
+fn a_point_without_duration_is_replaced_by_the_start() {
+    let phase = cart("move").final_time(Bounds::new(0.5, 10.0));
+    let ocp = Ocp::builder("c").phase(phase).minimize("time", "s", At::FinalTime("move")).build().unwrap();
+    let guess = Guess::linear(&ocp);
+    let mesh = apsides_ocp::Mesh::uniform(&ocp, 2, 3).unwrap();
+    let mut nlp = Transcription::new(&ocp, &mesh, &guess).unwrap();
+    let mut report = apsides_nlp::InteriorPoint::default().solve(&mut nlp).unwrap();
+    for broken in [0.0, f64::NAN] {
+        report.x.fill(broken);
+        let t = nlp.trajectory(&ocp, &report).unwrap();
+        assert_eq!(t.phases[0].final_time, guess.phases[0].final_time);
+    }
+}
