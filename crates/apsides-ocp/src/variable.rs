@@ -142,6 +142,13 @@ impl Variable {
         Self { scale: Some(scale), ..self }
     }
 
+    /// Stated scale, else the largest finite bound that is not zero.
+    #[must_use]
+    pub fn size(&self) -> Option<f64> {
+        let bounds = [self.bounds.lower, self.bounds.upper].map(f64::abs);
+        self.scale.or(bounds.into_iter().filter(|b| b.is_finite() && *b > 0.0).reduce(f64::max))
+    }
+
     pub(crate) fn check(&self, place: &str, kind: &'static str) -> Result<(), OcpError> {
         let here = || format!("{place}, {kind} `{}`", self.name);
         self.bounds.check(here, &self.unit)?;

@@ -8,17 +8,28 @@ use apsides_ad::NodeFunction;
 use apsides_basis::Lgr;
 use apsides_ocp::{Ocp, Phase, PhaseTrajectory, Scaling, Trajectory};
 
-use crate::RadauError;
+use crate::{RadauError, RadauSettings};
 
 /// Writes the estimated relative error of every interval into the trajectory and returns the largest.
 ///
 /// Differences are relative to the largest value of each state in its phase, where that is above its scale.
-pub(crate) fn estimate(ocp: &Ocp, scaling: &Scaling, trajectory: &mut Trajectory) -> Result<f64, RadauError> {
+pub(crate) fn estimate(
+    ocp: &Ocp,
+    scaling: &Scaling,
+    settings: &RadauSettings,
+    trajectory: &mut Trajectory,
+) -> Result<f64, RadauError> {
     let mut largest = 0.0_f64;
     for (k, phase) in ocp.phases.iter().enumerate() {
         let scales = &scaling.phases[k].states;
         let parameters = &trajectory.parameters;
-        let errors = phase_errors(phase, scales, parameters, &trajectory.phases[k])?;
+        let mut errors = phase_errors(phase, scales, parameters, &trajectory.phases[k])?;
+        // One number per interval: an excess at its tolerance counts as much as an error at its own.
+        let weight = settings.mesh_tolerance / settings.path_tolerance;
+        let excesses = excesses(phase, scales, parameters, &trajectory.phases[k]);
+        for (error, excess) in errors.iter_mut().zip(excesses) {
+            raise(error, weight * excess);
+        }
         // A NaN must not hide behind `max`.
         largest = errors.iter().fold(largest, |a, &e| if e <= a { a } else { e });
         trajectory.phases[k].interval_errors = errors;
@@ -64,7 +75,6 @@ fn phase_errors(
     let mut along = Along::new(phase, p, parameters);
     let size = state_sizes(scales, p);
     let mut errors = vec![0.0_f64; p.mesh.intervals()];
-    let raise = |e: &mut f64, found: f64| *e = if found <= *e { *e } else { found };
     for (k, error) in errors.iter_mut().enumerate() {
         raise(error, state_error(&mut along, &size, k)?);
     }
@@ -76,6 +86,42 @@ fn phase_errors(
         }
     }
     Ok(errors)
+}
+
+/// The larger of two errors; a NaN counts as largest.
+fn raise(error: &mut f64, found: f64) {
+    *error = if found <= *error { *error } else { found };
+}
+
+/// Largest excess of bounds on states and of path rows without controls in each interval, relative to their scales, half
+/// way between neighbouring nodes: there a polynomial strays farthest.
+fn excesses(phase: &Phase, scales: &[f64], parameters: &[f64], p: &PhaseTrajectory) -> Vec<f64> {
+    let (nx, nu) = (phase.states.len(), phase.controls.len());
+    let mut along = Along::new(phase, p, parameters);
+    let mut x = vec![0.0; nx];
+    let mut rows = vec![0.0; phase.path.iter().map(|c| c.rows.len()).max().unwrap_or(0)];
+    let without_controls: Vec<_> = phase
+        .path
+        .iter()
+        .filter(|c| !c.function.pattern().columns.iter().any(|i| (nx..nx + nu).contains(i)))
+        .collect();
+    let mut excesses = vec![0.0; p.mesh.intervals()];
+    for (k, excess) in excesses.iter_mut().enumerate() {
+        let nodes: Vec<f64> = p.state.node_times(k).collect();
+        for t in nodes.windows(2).map(|w| 0.5 * (w[0] + w[1])) {
+            p.state.evaluate_in(k, t, &mut x);
+            for ((state, v), scale) in phase.states.iter().zip(&x).zip(scales) {
+                raise(excess, state.variable.bounds.excess(*v) / scale);
+            }
+            for c in &without_controls {
+                along.value(c.function.as_ref(), k, t, &mut rows[..c.rows.len()]);
+                for (row, v) in c.rows.iter().zip(&rows) {
+                    raise(excess, row.bounds.excess(*v) / row.size().unwrap_or(1.0));
+                }
+            }
+        }
+    }
+    excesses
 }
 
 /// A rule with one point more than the collocation of interval `k`.

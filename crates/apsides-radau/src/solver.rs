@@ -22,6 +22,9 @@ pub struct RadauSettings {
     pub points: usize,
     /// Largest relative error between the points; 1e-8.
     pub mesh_tolerance: f64,
+    /// Largest excess between the points of a bound on a state or of a path constraint without controls, relative to its
+    /// scale; 5e-7. Bounds on controls are not looked at: next to a jump a polynomial oversteps them on any mesh.
+    pub path_tolerance: f64,
     /// Most meshes solved; 1 switches refinement off; 20.
     pub max_meshes: usize,
     /// Points of an interval that comes from a division; 3.
@@ -30,7 +33,7 @@ pub struct RadauSettings {
     pub max_points: usize,
     /// Most parts an interval is divided into at once; 4.
     pub max_parts: usize,
-    /// Most collocation points of all phases; refinement stops there; 200000.
+    /// Most collocation points of all phases; refinement stops there; 20000.
     pub max_total_points: usize,
     /// Settings of the interior-point method; problem scaling, tolerance 1e-9, adaptive barrier from 1e-3: a guess of a
     /// trajectory is seldom so bad that a larger one pays.
@@ -43,11 +46,12 @@ impl Default for RadauSettings {
             intervals: 10,
             points: 4,
             mesh_tolerance: 1e-8,
+            path_tolerance: 5e-7,
             max_meshes: 20,
             min_points: 3,
             max_points: 14,
             max_parts: 4,
-            max_total_points: 200_000,
+            max_total_points: 20_000,
             nlp: NlpSettings {
                 tolerance: 1e-9,
                 scaling: ScalingMethod::UserThenGradient { max: 100.0 },
@@ -78,9 +82,12 @@ impl RadauSettings {
                 return Err(RadauError::Setting { name, value: value as f64, allowed });
             }
         }
-        if !(self.mesh_tolerance > 0.0 && self.mesh_tolerance.is_finite()) {
-            let allowed = "a positive number";
-            return Err(RadauError::Setting { name: "mesh_tolerance", value: self.mesh_tolerance, allowed });
+        for (name, value) in
+            [("mesh_tolerance", self.mesh_tolerance), ("path_tolerance", self.path_tolerance)]
+        {
+            if !(value > 0.0 && value.is_finite()) {
+                return Err(RadauError::Setting { name, value, allowed: "a positive number" });
+            }
         }
         Ok(())
     }
@@ -178,7 +185,7 @@ impl Radau {
             };
             let mut trajectory = nlp.trajectory(ocp, &report)?;
             let scaling = Scaling::new(ocp, &guess);
-            let error = estimate(ocp, &scaling, &mut trajectory)?;
+            let error = estimate(ocp, &scaling, &self.settings, &mut trajectory)?;
             meshes.push(MeshRecord {
                 intervals: mesh.phases.iter().map(apsides_ocp::PhaseMesh::intervals).sum(),
                 points: mesh.phases.iter().map(apsides_ocp::PhaseMesh::total_points).sum(),

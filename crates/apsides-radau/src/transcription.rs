@@ -416,6 +416,7 @@ fn starting_point(layout: &Layout, guess: &Guess, lower: &[f64], upper: &[f64]) 
     x
 }
 
+/// Scales of the rows that have none of their own are NaN here, to be completed from the Jacobian.
 fn nlp_scaling(ocp: &Ocp, layout: &Layout, scaling: &Scaling) -> NlpScaling {
     let mut variables = vec![1.0; layout.variables];
     let mut constraints = vec![1.0; layout.constraints];
@@ -426,7 +427,7 @@ fn nlp_scaling(ocp: &Ocp, layout: &Layout, scaling: &Scaling) -> NlpScaling {
                 variables[p.control_column(node)..][..p.controls].copy_from_slice(&s.controls);
                 constraints[p.defect_row(node)..][..p.states].copy_from_slice(&s.states);
                 for (k, row) in phase.path.iter().flat_map(|c| &c.rows).enumerate() {
-                    constraints[p.path_row(node) + k] = row_scale(row);
+                    constraints[p.path_row(node) + k] = row.size().unwrap_or(f64::NAN);
                 }
             }
         }
@@ -434,7 +435,7 @@ fn nlp_scaling(ocp: &Ocp, layout: &Layout, scaling: &Scaling) -> NlpScaling {
         variables[p.final_time] = s.time;
         for (q, row) in phase.integrals.iter().zip(&p.integral_rows) {
             if let Some(r) = row {
-                constraints[*r] = row_scale(&q.variable);
+                constraints[*r] = q.variable.size().unwrap_or(f64::NAN);
             }
         }
         if let Some(r) = p.duration_row {
@@ -444,17 +445,10 @@ fn nlp_scaling(ocp: &Ocp, layout: &Layout, scaling: &Scaling) -> NlpScaling {
     variables[layout.first_parameter..].copy_from_slice(&scaling.parameters);
     for (c, &first) in ocp.constraints.iter().zip(&layout.endpoint_rows) {
         for (k, row) in c.rows.iter().enumerate() {
-            constraints[first + k] = row_scale(row);
+            constraints[first + k] = row.size().unwrap_or(f64::NAN);
         }
     }
     NlpScaling { objective: scaling.objective, variables, constraints }
-}
-
-/// Stated scale, else the largest finite bound; NaN when neither is there.
-fn row_scale(row: &apsides_ocp::Variable) -> f64 {
-    let bounds = [row.bounds.lower, row.bounds.upper].map(f64::abs);
-    let largest = bounds.into_iter().filter(|b| b.is_finite() && *b > 0.0).reduce(f64::max);
-    row.scale.or(largest).unwrap_or(f64::NAN)
 }
 
 /// Where a constraint row of the discretised problem comes from.
