@@ -2,7 +2,8 @@
 
 use std::fmt::Write as _;
 
-use apsides::{Outcome, Summary};
+use apsides::key::{name_of, unit_of};
+use apsides::{Outcome, Price, Summary};
 use apsides_verify::Certificate;
 
 /// How a command ended; the number is the exit status.
@@ -62,6 +63,37 @@ pub(crate) fn outcome(o: &Outcome) -> String {
         s.timing_ms.verify
     );
     text + &certificate(&s.certificate)
+}
+
+/// What one more unit of each key is worth; nothing if it was not asked for.
+pub(crate) fn prices(o: &Outcome) -> String {
+    let Some(prices) = &o.summary.sensitivity else { return String::new() };
+    let objective = &o.summary.objective;
+    let mut text = String::from("\nsensitivity: one more unit of a key changes\n");
+    let head = |p: &Price| {
+        if p.unit.is_empty() { format!("+1 {}", p.key) } else { format!("+1 {} of {}", p.unit, p.key) }
+    };
+    let width = prices.iter().map(|p| head(p).len() + 1).max().unwrap_or(0);
+    for p in prices {
+        let _ = write!(
+            text,
+            "  {:<width$} {:+.4e} {} {}",
+            head(p) + ":",
+            p.objective,
+            objective.unit,
+            objective.name
+        );
+        for key in o.headline {
+            // The objective is often among them.
+            if name_of(key) != objective.name
+                && let Some(change) = p.results.get(*key)
+            {
+                let _ = write!(text, ", {change:+.4e} {} {}", unit_of(key), name_of(key));
+            }
+        }
+        text.push('\n');
+    }
+    text
 }
 
 /// The certificate as a table.
