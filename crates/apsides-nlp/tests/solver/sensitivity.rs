@@ -131,6 +131,20 @@ fn hs71_follows_right_hand_sides_and_bounds() {
 }
 
 #[test]
+fn scaling_by_the_method_does_not_show() {
+    // Gradients above 100, so that objective and constraints are scaled.
+    check_against_solutions(|p| Dense {
+        objective: |x| (x[0] * x[3] * (x[0] + x[1] + x[2]) + x[2]) * 1e4,
+        constraints: |x| {
+            let squares = x[0].powi(2) + x[1].powi(2) + x[2].powi(2) + x[3].powi(2);
+            [x[0] * x[1] * x[2] * x[3] * 1e2, squares]
+        },
+        constraint_lower: [2500.0 + 100.0 * p, 40.0],
+        ..hs71()
+    });
+}
+
+#[test]
 fn a_fixed_variable_moves_functions_and_solution() {
     check_against_solutions(|p| {
         let mut problem = hs71();
