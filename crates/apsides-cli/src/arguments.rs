@@ -30,6 +30,7 @@ pub(crate) enum Command {
     #[command(after_help = "Examples:\n  \
         apsides solve lunar-perilune --out results\n  \
         apsides solve my-mission.toml --set perilune_altitude_km=20 --set radau.points=6\n  \
+        apsides solve lunar-perilune --sensitivity\n  \
         apsides solve lunar-two-phase --json --quiet")]
     Solve(SolveArguments),
     /// Solve a mission for every combination of values, each case started from its neighbour.
@@ -97,6 +98,9 @@ pub(crate) struct SolveArguments {
     /// Print one JSON object on stdout and nothing else.
     #[arg(long)]
     pub(crate) json: bool,
+    /// Say what one more unit of each number of vehicle and flight is worth; with --out also as sensitivity.json.
+    #[arg(long)]
+    pub(crate) sensitivity: bool,
     #[command(flatten)]
     pub(crate) run: RunArguments,
 }

@@ -10,7 +10,7 @@ use apsides_verify::{VerifySettings, verify as verify_trajectory};
 
 use crate::arguments::{MissionArguments, SolveArguments, SweepArguments};
 use crate::figures::figures;
-use crate::output::{Exit, certificate, outcome, print};
+use crate::output::{Exit, certificate, outcome, prices, print};
 use crate::progress::{Progress, StopFlag};
 
 /// One sentence for the reader; exit status 2.
@@ -35,13 +35,18 @@ pub(crate) fn solve(a: &SolveArguments) -> Result<Exit, Refusal> {
         probe_directory(dir)?;
     }
     let mut progress = Progress::table(a.run.quiet, StopFlag::install());
-    let solved = mission.solve(None, &mut progress).map_err(refusal)?;
+    let mut solved = mission.solve(None, &mut progress).map_err(refusal)?;
+    if a.sensitivity && solved.report.as_ref().is_some_and(|report| report.status.is_success()) {
+        let keys: Vec<&str> = mission.priced_keys().map(|k| k.path).collect();
+        solved.summary.sensitivity = Some(mission.sensitivities(&solved, &keys).map_err(refusal)?);
+    }
     let exit = Exit::of(&solved.summary);
     if a.json {
         let text = serde_json::to_string_pretty(&solved.summary).map_err(refusal)?;
         print(&format!("{text}\n"));
     } else {
         print(&outcome(&solved));
+        print(&prices(&solved));
     }
     if let Some(dir) = &a.out {
         let files = write_outcome(dir, &solved, &figures(&solved)).map_err(refusal)?;

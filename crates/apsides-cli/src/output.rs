@@ -2,7 +2,8 @@
 
 use std::fmt::Write as _;
 
-use apsides::{Outcome, Summary};
+use apsides::key::{name_of, unit_of};
+use apsides::{Outcome, Price, Summary};
 use apsides_verify::Certificate;
 
 /// How a command ended; the number is the exit status.
@@ -64,6 +65,43 @@ pub(crate) fn outcome(o: &Outcome) -> String {
     text + &certificate(&s.certificate)
 }
 
+/// What one more unit of each key is worth; nothing if it was not asked for.
+pub(crate) fn prices(o: &Outcome) -> String {
+    let Some(prices) = &o.summary.sensitivity else { return String::new() };
+    let objective = &o.summary.objective;
+    let mut text = String::from("\nsensitivity: one more unit of a key changes\n");
+    let head = |p: &Price| {
+        if p.unit.is_empty() { format!("+1 {}", p.key) } else { format!("+1 {} of {}", p.unit, p.key) }
+    };
+    let width = prices.iter().map(|p| head(p).len() + 1).max().unwrap_or(0);
+    for p in prices {
+        let change = significant(p.objective);
+        let _ = write!(text, "  {:<width$} {change} {} {}", head(p) + ":", objective.unit, objective.name);
+        for key in o.headline {
+            // The objective is often among them.
+            if name_of(key) != objective.name
+                && let Some(change) = p.results.get(*key)
+            {
+                let _ = write!(text, ", {} {} {}", significant(*change), unit_of(key), name_of(key));
+            }
+        }
+        text.push('\n');
+    }
+    text
+}
+
+/// A change with its sign and four significant digits.
+fn significant(v: f64) -> String {
+    match v.abs() {
+        size if size >= 1e6 || (size < 1e-4 && size > 0.0) => format!("{v:+.3e}"),
+        size if size > 0.0 => {
+            let decimals = (3.0 - size.log10().floor()).clamp(0.0, 8.0) as usize;
+            format!("{v:+.decimals$}")
+        }
+        _ => format!("{v:+}"),
+    }
+}
+
 /// The certificate as a table.
 pub(crate) fn certificate(c: &Certificate) -> String {
     let mut text = format!("certificate: {}\n", c.verdict);
@@ -99,7 +137,23 @@ pub(crate) fn scientific(v: f64) -> String {
 
 #[cfg(test)]
 mod tests {
-    use super::scientific;
+    use super::{scientific, significant};
+
+    #[test]
+    fn changes_have_four_digits() {
+        let cases = [
+            (-2.844_72, "-2.845"),
+            (0.005_912_34, "+0.005912"),
+            (42.4834, "+42.48"),
+            (123_456.0, "+123456"),
+            (2.976_1e-9, "+2.976e-9"),
+            (0.0, "+0"),
+        ];
+        for (v, text) in cases {
+            assert_eq!(significant(v), text);
+        }
+        assert_eq!(significant(f64::NAN), "NaN");
+    }
 
     #[test]
     fn exponents_have_a_sign_and_two_digits() {

@@ -47,6 +47,37 @@ fn solve_prints_one_json_object_with_stable_keys() {
     }
 }
 
+#[test]
+fn prices_are_given_when_asked_for() {
+    let dir = tempfile::tempdir().unwrap();
+    let out = path(dir.path());
+    let o = apsides(&["solve", "lunar-perilune", "--quiet", "--sensitivity", "--out", &out]);
+    assert_eq!(o.status.code(), Some(0), "{}", stderr(&o));
+    let text = stdout(&o);
+    let line = text.lines().find(|l| l.contains("+1 N of thrust_n:")).unwrap();
+    // Half the difference of missions with 441 and 439 N: -2.844744 s, 0.0836475 kg, 0.0900799 deg.
+    assert!(
+        line.ends_with(" -2.845 s flight_time, +0.08365 kg final_mass, +0.09008 deg final_thrust_angle"),
+        "{line}"
+    );
+    let file = std::fs::read(dir.path().join("sensitivity.json")).unwrap();
+    let prices: serde_json::Value = serde_json::from_slice(&file).unwrap();
+
+    let o = apsides(&["solve", "lunar-perilune", "--quiet", "--sensitivity", "--json"]);
+    let v: serde_json::Value = serde_json::from_slice(&o.stdout).unwrap();
+    assert_eq!(v["sensitivity"], prices);
+    let thrust = prices.as_array().unwrap().iter().find(|p| p["key"] == "thrust_n").unwrap();
+    assert_eq!(thrust["unit"], "N");
+    // Less time with more thrust, and the landed mass follows from the flow of propellant.
+    assert!(thrust["objective"].as_f64().unwrap() < 0.0);
+    assert!(thrust["results"]["final_mass_kg"].is_f64());
+
+    let o = apsides(&["solve", "lunar-perilune", "--quiet", "--json", "--out", &out]);
+    let v: serde_json::Value = serde_json::from_slice(&o.stdout).unwrap();
+    assert!(v.get("sensitivity").is_none());
+    assert!(!dir.path().join("sensitivity.json").exists());
+}
+
 /// Adds to one column of some rows.
 fn tamper(csv: &str, column: &str, rows: std::ops::Range<usize>, change: f64) -> String {
     let index = csv.lines().next().unwrap().split(',').position(|h| h == column).unwrap();

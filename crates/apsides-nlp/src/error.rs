@@ -90,6 +90,22 @@ pub enum NlpError {
         /// What is allowed.
         allowed: &'static str,
     },
+    /// A perturbation does not fit the problem or its solution.
+    #[error("perturbation, {what} {index}: {reason}")]
+    Perturbation {
+        /// Which part of it.
+        what: &'static str,
+        /// Index of the variable or constraint; zero for the objective.
+        index: usize,
+        /// What is wrong or allowed.
+        reason: &'static str,
+    },
+    /// A point has no derivative with respect to a parameter.
+    #[error("the solution has no derivative with respect to a parameter: {reason}")]
+    NoDerivative {
+        /// Why.
+        reason: &'static str,
+    },
     /// The linear system could not be analysed.
     #[error("linear system: {0}")]
     Kkt(#[from] KktError),

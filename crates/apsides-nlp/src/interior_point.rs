@@ -16,6 +16,7 @@ use crate::report::{
 };
 use crate::restoration::{Recovery, Restoration};
 use crate::scaled::ScaledProblem;
+use crate::sensitivity::Sensitivity;
 use crate::settings::NlpSettings;
 use crate::start::check_warm_start;
 
@@ -68,6 +69,20 @@ impl InteriorPoint {
         self.run(&mut { nlp }, Some(warm), observer)
     }
 
+    /// Factorises the optimality conditions at the solution in `report`, for derivatives of the solution with respect
+    /// to parameters. The settings are those of the solve.
+    ///
+    /// # Errors
+    /// A report of another problem, or of a point that is not an isolated local minimum
+    /// ([`NlpError::NoDerivative`]).
+    pub fn sensitivity<N: Nlp + ?Sized>(
+        &self,
+        nlp: &mut N,
+        report: &SolveReport,
+    ) -> Result<Sensitivity, NlpError> {
+        Sensitivity::new(&mut { nlp }, &self.settings, report)
+    }
+
     fn run(
         &self,
         nlp: &mut dyn Nlp,
@@ -79,7 +94,7 @@ impl InteriorPoint {
         if let Some(warm) = warm {
             check_warm_start(warm, nlp.variables(), nlp.constraints())?;
         }
-        let mut problem = ScaledProblem::new(nlp, &self.settings, warm.map(|warm| &warm.x[..]))?;
+        let mut problem = ScaledProblem::new(nlp, &self.settings, warm.map(|warm| &warm.x[..]), None)?;
         if problem.structure().variables == 0 {
             return Ok(self.report_fixed(&mut problem, start));
         }

@@ -75,6 +75,7 @@
 //! | `engine`, `start`, `step`, `line_search`, `filter`, `barrier`, `iterate` | the iteration |
 //! | `augmented` | the linear system without slacks and elastic variables |
 //! | `restoration` | the same engine on the constraint violation |
+//! | `sensitivity` | [`Sensitivity`]: derivatives of a solution with respect to parameters |
 //! | `derivative_check` | [`check_derivatives`] |
 //!
 //! # References
@@ -82,6 +83,8 @@
 //!   large-scale nonlinear programming, Math. Program. 106 (2006), doi 10.1007/s10107-004-0559-y
 //! - J. Nocedal, A. Waechter, R. A. Waltz, Adaptive barrier update strategies for nonlinear interior methods, SIAM J.
 //!   Optim. 19 (2009), doi 10.1137/060649513
+//! - H. Pirnay, R. Lopez-Negrete, L. T. Biegler, Optimal sensitivity based on IPOPT, Math. Program. Comput. 4 (2012),
+//!   doi 10.1007/s12532-012-0043-2
 
 mod augmented;
 mod barrier;
@@ -99,6 +102,7 @@ mod report;
 mod restoration;
 mod scaled;
 mod scaling;
+mod sensitivity;
 mod settings;
 mod start;
 mod step;
@@ -113,4 +117,5 @@ pub use report::{
     Counters, Evaluation, OptimalityError, Residuals, ScalingFactors, SolveReport, Status, Timing, Violation,
     WarmStart,
 };
+pub use sensitivity::{Perturbation, Sensitivity, SolutionDerivative};
 pub use settings::{BarrierOracle, BarrierStrategy, NlpSettings, ScalingMethod};

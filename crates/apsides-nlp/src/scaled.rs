@@ -90,11 +90,13 @@ fn inverse_index(kept: &[usize], total: usize) -> Vec<usize> {
 }
 
 impl<'a> ScaledProblem<'a> {
-    /// Reads and checks the structure, chooses the scaling at the starting point `start` (the problem's own if none).
+    /// Reads and checks the structure, chooses the scaling at the starting point `start` (the problem's own if none)
+    /// unless its `factors` are given.
     pub(crate) fn new(
         nlp: &'a mut dyn Nlp,
         settings: &NlpSettings,
         start: Option<&[f64]>,
+        factors: Option<&ScalingFactors>,
     ) -> Result<Self, NlpError> {
         let (n, m) = (nlp.variables(), nlp.constraints());
         let (mut xl, mut xu) = (vec![f64::NAN; n], vec![f64::NAN; n]);
@@ -131,19 +133,27 @@ impl<'a> ScaledProblem<'a> {
         let free: Vec<usize> = (0..n).filter(|&i| xl[i] != xu[i]).collect();
         let kept: Vec<usize> = (0..m).filter(|&i| cl[i].is_finite() || cu[i].is_finite()).collect();
 
-        let user_scaling = match settings.scaling {
-            ScalingMethod::User | ScalingMethod::UserThenGradient { .. } => nlp.scaling(),
-            _ => None,
-        };
-        let mut factors = choose_units(user_scaling, n, m)?;
         let (mut counters, mut time) = (Counters::default(), Duration::ZERO);
-        if let ScalingMethod::Gradient { max } | ScalingMethod::UserThenGradient { max } = settings.scaling {
-            let clock = Instant::now();
-            gradient_factors(nlp, &x, &free, &jacobian_pattern, max, &mut factors);
-            counters.gradient += 1;
-            counters.jacobian += 1;
-            time += clock.elapsed();
-        }
+        let factors = match factors {
+            Some(factors) => factors.clone(),
+            None => {
+                let user_scaling = match settings.scaling {
+                    ScalingMethod::User | ScalingMethod::UserThenGradient { .. } => nlp.scaling(),
+                    _ => None,
+                };
+                let mut factors = choose_units(user_scaling, n, m)?;
+                if let ScalingMethod::Gradient { max } | ScalingMethod::UserThenGradient { max } =
+                    settings.scaling
+                {
+                    let clock = Instant::now();
+                    gradient_factors(nlp, &x, &free, &jacobian_pattern, max, &mut factors);
+                    counters.gradient += 1;
+                    counters.jacobian += 1;
+                    time += clock.elapsed();
+                }
+                factors
+            }
+        };
 
         let free_index = inverse_index(&free, n);
         let kept_index = inverse_index(&kept, m);

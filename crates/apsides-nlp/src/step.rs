@@ -14,7 +14,7 @@ const DECREASE: f64 = 1.0 / 3.0;
 /// Least primal regularisation.
 const LEAST: f64 = 1e-20;
 /// A linear system with a larger relative residual counts as singular.
-const SINGULAR_RESIDUAL: f64 = 1e-5;
+pub(crate) const SINGULAR_RESIDUAL: f64 = 1e-5;
 
 /// A step that leaves more than this part of the linearised violation is of no use.
 const LINEARISED_REDUCTION: f64 = 0.5;

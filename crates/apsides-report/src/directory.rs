@@ -18,6 +18,7 @@ use crate::{Figure, Multipliers, ReportError, read_trajectory, render_html, writ
 
 const SUMMARY: &str = "summary.json";
 const CERTIFICATE: &str = "certificate.json";
+const SENSITIVITY: &str = "sensitivity.json";
 const TRAJECTORY: &str = "trajectory.csv";
 const MULTIPLIERS: &str = "multipliers.json";
 const MISSION: &str = "mission.toml";
@@ -27,7 +28,7 @@ const REPORT: &str = "report.html";
 type Item = (&'static str, Option<Vec<u8>>);
 
 /// Writes the result directory of an outcome and returns the paths written: `summary.json`, `certificate.json`,
-/// `trajectory.csv`, `multipliers.json` (when there are any), `mission.toml`, `report.html` with the mission's own
+/// `sensitivity.json` (when it was asked for), `trajectory.csv`, `multipliers.json` (when there are any), `mission.toml`, `report.html` with the mission's own
 /// `figures` before the standard ones.
 ///
 /// The directory and its parents are made when missing. Numbers that are not finite are `null` in JSON.
@@ -60,10 +61,12 @@ pub fn read_outcome_trajectory(dir: &Path, ocp: &Ocp) -> Result<Trajectory, Repo
 fn render(outcome: &Outcome, figures: &[Figure]) -> Result<Vec<Item>, ReportError> {
     let mut trajectory = Vec::new();
     write_trajectory(&mut trajectory, &outcome.ocp, &outcome.trajectory)?;
+    let sensitivity = outcome.summary.sensitivity.as_ref();
     let multipliers = Multipliers::of(&outcome.ocp, &outcome.trajectory);
     Ok(vec![
         (SUMMARY, Some(json(SUMMARY, &outcome.summary)?)),
         (CERTIFICATE, Some(json(CERTIFICATE, &outcome.summary.certificate)?)),
+        (SENSITIVITY, sensitivity.map(|s| json(SENSITIVITY, s)).transpose()?),
         (TRAJECTORY, Some(trajectory)),
         (MULTIPLIERS, multipliers.map(|m| json(MULTIPLIERS, &m)).transpose()?),
         (MISSION, Some(outcome.mission_file.clone().into_bytes())),

@@ -196,3 +196,56 @@ impl Values {
         self.0.iter().map(|(k, v)| (*k, v))
     }
 }
+
+/// Ends of keys and the units they stand for, longer ones first.
+const UNITS: &[(&str, &str)] = &[
+    ("_km3_s2", "km3/s2"),
+    ("_m_s2", "m/s2"),
+    ("_deg_s", "deg/s"),
+    ("_kg_s", "kg/s"),
+    ("_km_s", "km/s"),
+    ("_m_s", "m/s"),
+    ("_deg", "deg"),
+    ("_kg", "kg"),
+    ("_km", "km"),
+    ("_kn", "kN"),
+    ("_pa", "Pa"),
+    ("_w", "W"),
+    ("_k", "K"),
+    ("_m", "m"),
+    ("_n", "N"),
+    ("_s", "s"),
+    ("_h", "h"),
+];
+
+/// The unit that ends the path of a key or result: `N` of `thrust_n`; empty without one.
+#[must_use]
+pub fn unit_of(path: &str) -> &'static str {
+    UNITS.iter().find(|(end, _)| path.ends_with(end)).map_or("", |(_, unit)| unit)
+}
+
+/// The path of a key or result without its unit: `thrust` of `thrust_n`.
+#[must_use]
+pub fn name_of(path: &str) -> &str {
+    UNITS.iter().find_map(|(end, _)| path.strip_suffix(end)).unwrap_or(path)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::{name_of, unit_of};
+
+    #[test]
+    fn units_end_keys() {
+        let keys = [
+            ("thrust_n", "thrust", "N"),
+            ("gravitational_parameter_km3_s2", "gravitational_parameter", "km3/s2"),
+            ("touchdown_radial_velocity_m_s", "touchdown_radial_velocity", "m/s"),
+            ("standard_gravity_m_s2", "standard_gravity", "m/s2"),
+            ("flight_time_s", "flight_time", "s"),
+            ("eccentricity", "eccentricity", ""),
+        ];
+        for (key, name, unit) in keys {
+            assert_eq!((name_of(key), unit_of(key)), (name, unit));
+        }
+    }
+}

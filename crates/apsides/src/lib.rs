@@ -23,6 +23,7 @@
 //! | [`missions`] | the missions that come with the crate |
 //! | [`pipeline`] | solve and verify |
 //! | [`sweep`] | parameter sweeps |
+//! | [`sensitivity`] | what one more unit of a key is worth |
 //! | [`outcome`] | results |
 
 pub mod error;
@@ -31,6 +32,7 @@ pub mod mission_file;
 pub mod missions;
 pub mod outcome;
 pub mod pipeline;
+pub mod sensitivity;
 pub mod sweep;
 
 pub use apsides_ad as ad;
@@ -46,3 +48,4 @@ pub use error::Error;
 pub use mission_file::Mission;
 pub use missions::Posed;
 pub use outcome::{Counters, Curve, ObjectiveValue, Outcome, Summary, Timing};
+pub use sensitivity::Price;

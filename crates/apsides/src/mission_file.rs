@@ -221,7 +221,7 @@ fn parse_override(text: &str) -> Result<Entry, Error> {
 }
 
 /// End of the sentence that refuses a key: the nearest one, and a word on units where only they are wrong.
-fn suggestion(key: &str, keys: &[&Key]) -> String {
+pub(crate) fn suggestion(key: &str, keys: &[&Key]) -> String {
     let stem = |s: &str| s.rsplit_once('_').map_or(s.to_owned(), |(a, _)| a.to_owned());
     if let Some(k) = keys.iter().find(|k| stem(k.path) == key) {
         return format!("; its unit is missing: `{}`", k.path);

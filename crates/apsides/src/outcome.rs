@@ -2,9 +2,12 @@
 
 use std::collections::BTreeMap;
 
+use apsides_nlp::SolveReport;
 use apsides_ocp::{Ocp, Trajectory};
 use apsides_verify::Certificate;
 use serde::{Deserialize, Serialize};
+
+use crate::Price;
 
 /// Name, value and unit of the objective.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -62,6 +65,9 @@ pub struct Summary {
     pub timing_ms: Timing,
     /// Verdict and checks.
     pub certificate: Certificate,
+    /// Prices of the keys, when they were asked for.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub sensitivity: Option<Vec<Price>>,
 }
 
 /// A curve that a mission wants drawn besides the standard ones.
@@ -83,6 +89,8 @@ pub struct Outcome {
     pub ocp: Ocp,
     /// Its solution, or the best approximation reached.
     pub trajectory: Trajectory,
+    /// Report of the last discretised problem, if the method solves one.
+    pub report: Option<SolveReport>,
     /// The numbers.
     pub summary: Summary,
     /// Keys of the results that name a case in a table, in order.

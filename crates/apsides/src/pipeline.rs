@@ -62,7 +62,7 @@ impl Mission {
         Ok(self.outcome(ocp, solution, certificate, timing_ms))
     }
 
-    fn radau_settings(&self) -> RadauSettings {
+    pub(crate) fn radau_settings(&self) -> RadauSettings {
         let mut settings = RadauSettings {
             mesh_tolerance: self.values.number("radau.mesh_tolerance"),
             max_meshes: self.values.count("radau.max_meshes"),
@@ -102,12 +102,14 @@ impl Mission {
             counters,
             timing_ms,
             certificate,
+            sensitivity: None,
         };
         Outcome {
             headline: self.kind.headline,
             curves: (self.kind.curves)(&self.values, &solution.trajectory),
             ocp,
             trajectory: solution.trajectory,
+            report: Some(solution.report),
             summary,
             mission_file: self.to_file(),
             explanation,

@@ -7,4 +7,5 @@ mod malformed;
 mod optimal_control;
 mod random_problems;
 mod scaling_and_warm_start;
+mod sensitivity;
 mod support;

@@ -1,0 +1,182 @@
+//! Prices: what one more unit of a key is worth at the solution of a mission.
+//!
+//! The data of the discretised problem (functions, gradient of the Lagrangian, bounds) are differenced between two
+//! missions whose key differs a little, at the same point; nothing is solved again. The derivative of the objective then
+//! follows from the multipliers (envelope theorem), that of the solution from one solve with the factorised optimality
+//! conditions ([`apsides_nlp::Sensitivity`]), and that of the results from the trajectory moved along it.
+//!
+//! A price holds as long as the solution keeps its active bounds, and on the mesh of the solution.
+
+use std::collections::BTreeMap;
+
+use apsides_nlp::{InteriorPoint, NlpError, Perturbation, Sensitivity, SolutionDerivative, SolveReport};
+use apsides_ocp::{Guess, Mesh, Ocp, Sense, Trajectory};
+use apsides_radau::{RadauError, Transcription};
+use serde::{Deserialize, Serialize};
+
+use crate::key::{Key, KeyKind, Value, unit_of};
+use crate::mission_file::suggestion;
+use crate::{Error, Mission, Outcome};
+
+/// Half the width of a difference relative to the value, near the cube root of the rounding error.
+const RELATIVE_STEP: f64 = 1e-5;
+
+/// Derivatives with respect to one key, all per unit of the key.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Price {
+    /// Path of the key.
+    pub key: String,
+    /// Its value.
+    pub value: f64,
+    /// Its unit; empty without one.
+    pub unit: String,
+    /// Of the objective, in the objective's unit.
+    pub objective: f64,
+    /// Of the mission's scalars, in the unit that ends each key. Empty where the solution is not an isolated optimum,
+    /// so that only the objective has a derivative.
+    pub results: BTreeMap<String, f64>,
+}
+
+impl Mission {
+    /// The keys with a price: the numbers of vehicle and flight.
+    pub fn priced_keys(&self) -> impl Iterator<Item = &'static Key> + use<> {
+        let numbers = |k: &&Key| matches!(k.kind, KeyKind::Number(..));
+        self.kind.flight_keys.iter().copied().flatten().filter(numbers)
+    }
+
+    /// Derivatives of the objective and of the results of this mission's solution with respect to `keys`, in their
+    /// order.
+    ///
+    /// At an end of its range a key is differenced to the other side only, to first order.
+    ///
+    /// # Errors
+    /// An outcome that is not a solution of this mission's kind, a key without a price.
+    pub fn sensitivities(&self, outcome: &Outcome, keys: &[&str]) -> Result<Vec<Price>, Error> {
+        let keys = keys.iter().map(|path| self.priced_key(path)).collect::<Result<Vec<_>, _>>()?;
+        let Some(report) = outcome.report.as_ref().filter(|report| report.status.is_success()) else {
+            return Err(conflict(format!("the mission is not solved ({})", outcome.summary.status)));
+        };
+        let mut solution = Solution::new(self, outcome, report)?;
+        keys.into_iter().map(|key| solution.price(key)).collect()
+    }
+
+    fn priced_key(&self, path: &str) -> Result<&'static Key, Error> {
+        let keys: Vec<_> = self.priced_keys().collect();
+        keys.iter().copied().find(|k| k.path == path).ok_or_else(|| Error::UnknownKey {
+            place: PLACE.into(),
+            mission: self.name().into(),
+            key: path.into(),
+            suggestion: suggestion(path, &keys),
+        })
+    }
+
+    /// The mission with another value of a number, if it can be posed.
+    fn with(&self, key: &'static Key, value: f64) -> Result<(Self, Ocp), Error> {
+        let mut changed = self.clone();
+        let number = Value::Number(value);
+        key.accept(&number, PLACE)?;
+        changed.values.0.insert(key.path, number);
+        let ocp = changed.pose()?.ocp;
+        Ok((changed, ocp))
+    }
+}
+
+const PLACE: &str = "sensitivity";
+
+fn conflict(reason: String) -> Error {
+    Error::Conflict { place: PLACE.into(), reason }
+}
+
+fn method(e: NlpError) -> Error {
+    Error::Method(RadauError::from(e))
+}
+
+/// What all prices of a solution share.
+struct Solution<'a> {
+    mission: &'a Mission,
+    ocp: &'a Ocp,
+    report: &'a SolveReport,
+    mesh: Mesh,
+    guess: Guess,
+    transcription: Transcription,
+    /// None when the solution is not an isolated optimum.
+    sensitivity: Option<Sensitivity>,
+}
+
+impl<'a> Solution<'a> {
+    fn new(mission: &'a Mission, outcome: &'a Outcome, report: &'a SolveReport) -> Result<Self, Error> {
+        let trajectory = &outcome.trajectory;
+        let mesh = Mesh { phases: trajectory.phases.iter().map(|p| p.mesh.clone()).collect() };
+        let guess = Guess::earlier(trajectory);
+        let ocp = &outcome.ocp;
+        let mut transcription = Transcription::new(ocp, &mesh, &guess)?;
+        let solver = InteriorPoint::new(mission.radau_settings().nlp);
+        let sensitivity = match solver.sensitivity(&mut transcription, report) {
+            Ok(sensitivity) => Some(sensitivity),
+            Err(NlpError::NoDerivative { .. }) => None,
+            Err(e) => return Err(method(e)),
+        };
+        Ok(Self { mission, ocp, report, mesh, guess, transcription, sensitivity })
+    }
+
+    fn price(&mut self, key: &'static Key) -> Result<Price, Error> {
+        let value = self.mission.values.number(key.path);
+        let default = match key.kind {
+            KeyKind::Number(default, _) => default.abs(),
+            _ => 0.0,
+        };
+        let size = value.abs().max(default);
+        let step = RELATIVE_STEP * if size > 0.0 { size } else { 1.0 };
+        let side = |value| self.mission.with(key, value).map(|(mission, ocp)| (mission, ocp, value));
+        let middle = || side(value);
+        let (below, above) = match (side(value - step), side(value + step)) {
+            (Ok(below), Ok(above)) => (below, above),
+            (Ok(below), Err(_)) => (below, middle()?),
+            (Err(_), Ok(above)) => (middle()?, above),
+            (Err(refused), Err(_)) => return Err(refused),
+        };
+        let width = above.2 - below.2;
+        let transcribe = |ocp| Transcription::new(ocp, &self.mesh, &self.guess);
+        let (mut a, mut b) = (transcribe(&below.1)?, transcribe(&above.1)?);
+        let perturbation = Perturbation::between(&mut a, &mut b, self.report, width).map_err(method)?;
+        let objective = perturbation.objective_derivative(self.report).map_err(method)?;
+        let derivative = match &mut self.sensitivity {
+            None => None,
+            Some(sensitivity) => match sensitivity.solve(&perturbation) {
+                Ok(derivative) => Some(derivative),
+                Err(NlpError::NoDerivative { .. }) => None,
+                Err(e) => return Err(method(e)),
+            },
+        };
+        let mut results = BTreeMap::new();
+        if let Some(derivative) = derivative {
+            let low = below.0.results(&self.moved(&derivative, below.2 - value)?);
+            let high = above.0.results(&self.moved(&derivative, above.2 - value)?);
+            results = low
+                .into_iter()
+                .filter_map(|(name, low)| high.get(&name).map(|high| (name, (high - low) / width)))
+                .collect();
+        }
+        let sign = match self.ocp.objective.sense {
+            Sense::Minimize => 1.0,
+            Sense::Maximize => -1.0,
+        };
+        Ok(Price {
+            key: key.path.into(),
+            value,
+            unit: unit_of(key.path).into(),
+            objective: sign * objective,
+            results,
+        })
+    }
+
+    /// The trajectory moved along its derivative.
+    fn moved(&self, derivative: &SolutionDerivative, change: f64) -> Result<Trajectory, Error> {
+        let mut report = self.report.clone();
+        report.objective += change * derivative.objective;
+        for (x, dx) in report.x.iter_mut().zip(&derivative.x) {
+            *x += change * dx;
+        }
+        Ok(self.transcription.trajectory(self.ocp, &report)?)
+    }
+}
