@@ -97,6 +97,9 @@ pub(crate) struct SolveArguments {
     /// Print one JSON object on stdout and nothing else.
     #[arg(long)]
     pub(crate) json: bool,
+    /// Say on stderr, before the first iteration, which constraints the guess violates most.
+    #[arg(long)]
+    pub(crate) explain: bool,
     #[command(flatten)]
     pub(crate) run: RunArguments,
 }

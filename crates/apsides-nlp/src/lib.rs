@@ -76,6 +76,7 @@
 //! | `augmented` | the linear system without slacks and elastic variables |
 //! | `restoration` | the same engine on the constraint violation |
 //! | `derivative_check` | [`check_derivatives`] |
+//! | `diagnosis`, `elastic` | [`diagnose`]: which requirements conflict, and the least relaxation that helps |
 //!
 //! # References
 //! - A. Waechter, L. T. Biegler, On the implementation of an interior-point filter line-search algorithm for
@@ -86,6 +87,8 @@
 mod augmented;
 mod barrier;
 mod derivative_check;
+mod diagnosis;
+mod elastic;
 mod engine;
 mod error;
 mod filter;
@@ -105,6 +108,9 @@ mod step;
 
 pub use apsides_kkt::{Factorisation, KktSettings, Ordering};
 pub use derivative_check::{DerivativeEntry, DerivativeReport, check_derivatives};
+pub use diagnosis::{
+    Diagnosis, Limit, Place, Relaxation, Requirement, Side, diagnose, relax, requirements_of,
+};
 pub use error::NlpError;
 pub use interior_point::InteriorPoint;
 pub use observer::{Flow, IterationRecord, Observer};
