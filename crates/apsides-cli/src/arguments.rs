@@ -101,6 +101,9 @@ pub(crate) struct SolveArguments {
     /// Say what one more unit of each number of vehicle and flight is worth; with --out also as sensitivity.json.
     #[arg(long)]
     pub(crate) sensitivity: bool,
+    /// Say on stderr, before the first iteration, which constraints the guess violates most.
+    #[arg(long)]
+    pub(crate) explain: bool,
     #[command(flatten)]
     pub(crate) run: RunArguments,
 }

@@ -34,6 +34,9 @@ pub(crate) fn solve(a: &SolveArguments) -> Result<Exit, Refusal> {
         // Before the work, not after it.
         probe_directory(dir)?;
     }
+    if a.explain {
+        explain_guess(&mission)?;
+    }
     let mut progress = Progress::table(a.run.quiet, StopFlag::install());
     let mut solved = mission.solve(None, &mut progress).map_err(refusal)?;
     if a.sensitivity && solved.report.as_ref().is_some_and(|report| report.status.is_success()) {
@@ -58,6 +61,21 @@ pub(crate) fn solve(a: &SolveArguments) -> Result<Exit, Refusal> {
         }
     }
     Ok(exit)
+}
+
+/// Constraints named by `--explain`.
+const WORST_RESIDUALS: usize = 8;
+
+fn explain_guess(mission: &Mission) -> Result<(), Refusal> {
+    let worst = mission.guess_residuals(WORST_RESIDUALS).map_err(refusal)?;
+    let mut err = std::io::stderr().lock();
+    // A closed stderr must not end the solve.
+    let _ = writeln!(err, "largest residuals of the initial guess, relative to their scale:");
+    for unmet in worst {
+        let _ = writeln!(err, "  {unmet}");
+    }
+    let _ = writeln!(err);
+    Ok(())
 }
 
 /// Refuses a directory that cannot be written.

@@ -159,7 +159,17 @@ fn a_mission_that_cannot_be_flown_says_what_is_missing() {
         apsides(&["solve", "lunar-perilune", "--quiet", "--set", "thrust_n=200", "--set", "dry_mass_kg=100"]);
     assert_eq!(o.status.code(), Some(3), "{}", stdout(&o));
     let text = stdout(&o);
-    assert!(text.contains("cannot be met, violated by"), "{text}");
+    assert!(text.contains("phase `braking`: mass at least 100 kg: short by"), "{text}");
+    assert!(text.contains("feasible if phase `braking`: mass is lowered from 100 to"), "{text}");
+}
+
+#[test]
+fn the_residuals_of_the_guess_are_named_before_the_first_iteration() {
+    let o = apsides(&["solve", "lunar-perilune", "--quiet", "--explain"]);
+    assert_eq!(o.status.code(), Some(0), "{}", stderr(&o));
+    let text = stderr(&o);
+    assert!(text.starts_with("largest residuals of the initial guess"), "{text}");
+    assert!(text.contains("phase `braking`, constraint `equation of motion of"), "{text}");
 }
 
 #[test]

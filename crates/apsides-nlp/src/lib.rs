@@ -77,6 +77,7 @@
 //! | `restoration` | the same engine on the constraint violation |
 //! | `sensitivity` | [`Sensitivity`]: derivatives of a solution with respect to parameters |
 //! | `derivative_check` | [`check_derivatives`] |
+//! | `diagnosis`, `elastic` | [`diagnose`]: which requirements conflict, and the least relaxation that helps |
 //!
 //! # References
 //! - A. Waechter, L. T. Biegler, On the implementation of an interior-point filter line-search algorithm for
@@ -89,6 +90,8 @@
 mod augmented;
 mod barrier;
 mod derivative_check;
+mod diagnosis;
+mod elastic;
 mod engine;
 mod error;
 mod filter;
@@ -109,6 +112,9 @@ mod step;
 
 pub use apsides_kkt::{Factorisation, KktSettings, Ordering};
 pub use derivative_check::{DerivativeEntry, DerivativeReport, check_derivatives};
+pub use diagnosis::{
+    Diagnosis, Limit, Place, Relaxation, Requirement, Side, diagnose, relax, requirements_of,
+};
 pub use error::NlpError;
 pub use interior_point::InteriorPoint;
 pub use observer::{Flow, IterationRecord, Observer};

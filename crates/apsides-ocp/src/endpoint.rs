@@ -83,6 +83,21 @@ impl EndpointConstraint {
         Self { name, rows: vec![row], inputs: vec![from, to], function: vector_node(Difference) }
     }
 
+    /// Whether it makes phases one flight: equalities between quantities of different phases.
+    #[must_use]
+    pub fn joins_phases(&self) -> bool {
+        let phase = |i: &EndpointInput| match *i {
+            EndpointInput::InitialTime { phase }
+            | EndpointInput::FinalTime { phase }
+            | EndpointInput::InitialState { phase, .. }
+            | EndpointInput::FinalState { phase, .. } => Some(phase),
+            EndpointInput::Parameter { .. } => None,
+        };
+        let mut phases = self.inputs.iter().filter_map(phase);
+        let first = phases.next();
+        phases.any(|p| Some(p) != first) && self.rows.iter().all(|r| r.bounds.is_fixed())
+    }
+
     pub(crate) fn check(&self) -> Result<(), OcpError> {
         let place = format!("constraint `{}`", self.name);
         for (what, expected, found) in [

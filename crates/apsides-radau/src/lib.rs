@@ -45,6 +45,7 @@
 //! | --- | --- |
 //! | [`transcription`] | the nonlinear program |
 //! | [`solver`] | the method: settings, refinement loop, solution |
+//! | [`explanation`], [`relaxation`] | why a problem is infeasible: what conflicts, and what to relax by how much |
 //!
 //! References: D. Garg et al., A unified framework for the numerical solution of optimal control problems using
 //! pseudospectral methods, Automatica 46 (2010), doi 10.1016/j.automatica.2010.06.048. M. Patterson, W. Hager, A. Rao, A ph mesh refinement method for
@@ -53,14 +54,19 @@
 mod endpoint_term;
 pub mod error;
 mod error_estimate;
+pub mod explanation;
 mod extraction;
 mod layout;
 mod node_term;
 mod refinement;
+pub mod relaxation;
 pub mod solver;
 pub mod transcription;
 mod warm_start;
 
+pub use apsides_nlp::Side;
 pub use error::RadauError;
+pub use explanation::{Conflict, Explanation, Remedy};
+pub use relaxation::{Requirement, RequirementKind};
 pub use solver::{MeshRecord, Radau, RadauSettings, RadauSolution, Unmet};
 pub use transcription::{RowOrigin, Transcription};

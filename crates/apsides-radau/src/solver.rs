@@ -66,7 +66,7 @@ impl Default for RadauSettings {
 }
 
 impl RadauSettings {
-    fn check(&self) -> Result<(), RadauError> {
+    pub(crate) fn check(&self) -> Result<(), RadauError> {
         let counts = [
             ("intervals", self.intervals, 1, 1_000_000),
             ("points", self.points, 1, MAX_POINTS),
@@ -145,6 +145,20 @@ pub struct RadauSolution {
     pub unmet: Option<Unmet>,
     /// Report of the last solve.
     pub report: SolveReport,
+}
+
+impl std::fmt::Display for Unmet {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        let RowOrigin { phase, name, unit, time } = &self.origin;
+        if let Some(p) = phase {
+            write!(f, "phase `{p}`, ")?;
+        }
+        write!(f, "constraint `{name}`")?;
+        if let Some(t) = time {
+            write!(f, ", t = {t:.3} s")?;
+        }
+        write!(f, ": violated by {:.6} {unit}", self.amount.abs())
+    }
 }
 
 impl Radau {

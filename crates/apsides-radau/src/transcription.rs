@@ -44,6 +44,16 @@ impl Transcription {
     /// # Errors
     /// When mesh or guess do not fit the problem.
     pub fn new(ocp: &Ocp, mesh: &Mesh, guess: &Guess) -> Result<Self, RadauError> {
+        Self::build(ocp, mesh, guess, false)
+    }
+
+    /// The same for a relaxation of the bounds: end times have derivatives even where they are fixed, and the start is not
+    /// put between the bounds.
+    pub(crate) fn with_movable_bounds(ocp: &Ocp, mesh: &Mesh, guess: &Guess) -> Result<Self, RadauError> {
+        Self::build(ocp, mesh, guess, true)
+    }
+
+    fn build(ocp: &Ocp, mesh: &Mesh, guess: &Guess, movable: bool) -> Result<Self, RadauError> {
         guess.check(ocp)?;
         if mesh.phases.len() != ocp.phases.len() {
             return Err(apsides_ocp::OcpError::Dimension {
@@ -62,15 +72,16 @@ impl Transcription {
         let scaling = Scaling::new(ocp, guess);
         let (lower, upper) = variable_bounds(ocp, &layout);
         let (row_lower, row_upper) = row_bounds(ocp, &layout);
+        let start = starting_point(&layout, guess);
         let mut transcription = Self {
             sign,
-            node_terms: node_terms(ocp, &layout, sign),
+            node_terms: node_terms(ocp, &layout, sign, movable),
             endpoint_terms: endpoint_terms(ocp, &layout, sign),
             linear_cost: (ocp.objective.linear.iter())
                 .map(|&(input, w)| (layout.endpoint_column(input), sign * w))
                 .collect(),
             constant: constant_entries(&layout),
-            start: starting_point(&layout, guess, &lower, &upper),
+            start: if movable { start } else { clamped(start, &lower, &upper) },
             scaling: nlp_scaling(ocp, &layout, &scaling),
             lower,
             upper,
@@ -261,11 +272,11 @@ impl Nlp for Transcription {
     }
 }
 
-fn node_terms(ocp: &Ocp, layout: &Layout, sign: f64) -> Vec<NodeTerm> {
+fn node_terms(ocp: &Ocp, layout: &Layout, sign: f64, movable: bool) -> Vec<NodeTerm> {
     let mut terms = Vec::new();
     for (k, (phase, p)) in ocp.phases.iter().zip(&layout.phases).enumerate() {
         let (start, end) = time_bounds(phase);
-        let fixed = (start.is_fixed(), end.is_fixed());
+        let fixed = (start.is_fixed(), end.is_fixed() && !movable);
         let mut add = |function: &std::sync::Arc<dyn apsides_ad::NodeFunction>,
                        is_rate,
                        target,
@@ -395,7 +406,7 @@ fn row_bounds(ocp: &Ocp, layout: &Layout) -> (Vec<f64>, Vec<f64>) {
     (lower, upper)
 }
 
-fn starting_point(layout: &Layout, guess: &Guess, lower: &[f64], upper: &[f64]) -> Vec<f64> {
+fn starting_point(layout: &Layout, guess: &Guess) -> Vec<f64> {
     let mut x = vec![0.0; layout.variables];
     for (p, g) in layout.phases.iter().zip(&guess.phases) {
         for node in 0..=p.nodes.len() {
@@ -410,6 +421,10 @@ fn starting_point(layout: &Layout, guess: &Guess, lower: &[f64], upper: &[f64]) 
         x[p.final_time] = g.final_time;
     }
     x[layout.first_parameter..].copy_from_slice(&guess.parameters);
+    x
+}
+
+fn clamped(mut x: Vec<f64>, lower: &[f64], upper: &[f64]) -> Vec<f64> {
     for ((v, l), u) in x.iter_mut().zip(lower).zip(upper) {
         *v = v.max(*l).min(*u);
     }

@@ -5,7 +5,7 @@ use std::time::Instant;
 
 use apsides_nlp::{Observer, Status};
 use apsides_ocp::{Guess, Mesh, Ocp, Trajectory};
-use apsides_radau::{Radau, RadauSettings, RadauSolution};
+use apsides_radau::{Explanation, Radau, RadauSettings, RadauSolution, Unmet};
 use apsides_verify::{Certificate, Verification, VerifySettings, verify};
 
 use crate::missions::Posed;
@@ -42,24 +42,42 @@ impl Mission {
                 (Guess::earlier(t), mesh)
             }
             None => {
-                let mesh = Mesh::uniform(
-                    &ocp,
-                    self.values.count("radau.intervals"),
-                    self.values.count("radau.points"),
-                )?;
+                let mesh = self.first_mesh(&ocp)?;
                 (guess, mesh)
             }
         };
         let method = Radau { settings: self.radau_settings() };
         let build = milliseconds(begin);
         let begin = Instant::now();
+        let first_mesh = mesh.clone();
         let solution = method.solve_on(&ocp, &guess, mesh, observer)?;
         let solve = milliseconds(begin);
         let begin = Instant::now();
         let Verification { certificate, .. } =
             verify(&ocp, &solution.trajectory, &VerifySettings::default())?;
         let timing_ms = Timing { build, solve, verify: milliseconds(begin) };
-        Ok(self.outcome(ocp, solution, certificate, timing_ms))
+        let conflict = match solution.status {
+            Status::Infeasible | Status::RestorationFailed => {
+                Some(conflict(&method, &ocp, &solution, &guess, &first_mesh)?)
+            }
+            _ => None,
+        };
+        Ok(self.outcome(ocp, solution, conflict.as_ref(), certificate, timing_ms))
+    }
+
+    /// The largest residuals of the mission's own guess before the first iteration, by name, at most `most`.
+    ///
+    /// # Errors
+    /// When the values do not make a problem.
+    pub fn guess_residuals(&self, most: usize) -> Result<Vec<Unmet>, Error> {
+        let Posed { ocp, guess } = self.pose()?;
+        let method = Radau { settings: self.radau_settings() };
+        Ok(method.guess_residuals(&ocp, &guess, &self.first_mesh(&ocp)?, most)?)
+    }
+
+    fn first_mesh(&self, ocp: &Ocp) -> Result<Mesh, Error> {
+        let (intervals, points) = (self.values.count("radau.intervals"), self.values.count("radau.points"));
+        Ok(Mesh::uniform(ocp, intervals, points)?)
     }
 
     pub(crate) fn radau_settings(&self) -> RadauSettings {
@@ -76,6 +94,7 @@ impl Mission {
         &self,
         ocp: Ocp,
         solution: RadauSolution,
+        conflict: Option<&Explanation>,
         certificate: Certificate,
         timing_ms: Timing,
     ) -> Outcome {
@@ -92,7 +111,7 @@ impl Mission {
             value: solution.trajectory.objective,
             unit: ocp.objective.unit.clone(),
         };
-        let explanation = explain(&solution, self);
+        let explanation = explain(&solution, conflict, self);
         let summary = Summary {
             mission: self.name().into(),
             method: self.values.word("method").into(),
@@ -138,8 +157,24 @@ fn status_word(solution: &RadauSolution) -> &'static str {
     }
 }
 
-/// One sentence on what is missing, in the user's units.
-fn explain(solution: &RadauSolution, mission: &Mission) -> Option<String> {
+/// What conflicts and what to relax: from the best trajectory reached, else from the guess.
+fn conflict(
+    method: &Radau,
+    ocp: &Ocp,
+    solution: &RadauSolution,
+    guess: &Guess,
+    mesh: &Mesh,
+) -> Result<Explanation, Error> {
+    let reached = Mesh { phases: solution.trajectory.phases.iter().map(|p| p.mesh.clone()).collect() };
+    let found = method.explain(ocp, &Guess::earlier(&solution.trajectory), &reached)?;
+    if found.status.is_success() {
+        return Ok(found);
+    }
+    Ok(method.explain(ocp, guess, mesh)?)
+}
+
+/// What is missing, in the user's units.
+fn explain(solution: &RadauSolution, conflict: Option<&Explanation>, mission: &Mission) -> Option<String> {
     if solution.status.is_success() {
         if solution.accurate {
             return None;
@@ -151,15 +186,10 @@ fn explain(solution: &RadauSolution, mission: &Mission) -> Option<String> {
         ));
     }
     let mut text = format!("{}", solution.status);
-    if let Some(u) = &solution.unmet {
-        let phase = u.origin.phase.as_ref().map_or(String::new(), |p| format!("phase `{p}`, "));
-        let time = u.origin.time.map_or(String::new(), |t| format!(", t = {t:.3} s"));
-        text += &format!(
-            ": {phase}constraint `{}`{time}: cannot be met, violated by {:.6} {}",
-            u.origin.name,
-            u.amount.abs(),
-            u.origin.unit
-        );
+    match (conflict.filter(|c| c.status.is_success()), &solution.unmet) {
+        (Some(found), _) => text += &format!(": {found}"),
+        (None, Some(unmet)) => text += &format!(": {unmet}: cannot be met"),
+        (None, None) => {}
     }
     Some(text)
 }

@@ -2,6 +2,7 @@
 
 mod behaviour;
 mod chain;
+mod diagnosis;
 mod hock_schittkowski;
 mod malformed;
 mod optimal_control;

@@ -202,6 +202,11 @@ impl Start {
         (self.mass - self.dry_mass) / self.flight.engine.mass_flow()
     }
 
+    /// Time to burn the whole mass, s: above any flight, so that the dry mass alone limits the propellant.
+    fn longest_time(&self) -> f64 {
+        self.mass / self.flight.engine.mass_flow()
+    }
+
     /// Expected time of flight: the rocket equation with a tenth of losses, at most nine tenths of the burn time.
     fn expected_time(&self) -> f64 {
         let engine = self.flight.engine;
@@ -236,7 +241,7 @@ impl Start {
                 state(MASS, MASS_MISS_KG).within(self.dry_mass, self.mass).starts_at(self.mass),
             ])
             .controls([control(THRUST_ANGLE).within(-0.5 * PI, 1.5 * PI)])
-            .final_time(Bounds::new(1.0, self.burn_time()))
+            .final_time(Bounds::new(1.0, self.longest_time()))
     }
 
     fn braking_guess(&self, final_radius: f64, final_speed: f64) -> Result<PhaseGuess, OcpError> {
@@ -299,7 +304,7 @@ fn gate(v: &Values) -> Result<(Start, f64), String> {
 fn two_phase(v: &Values) -> Result<Posed, Error> {
     let (start, gate) = gate(v).map_err(conflict)?;
     let surface = start.body_radius();
-    let burn_time = start.burn_time();
+    let longest = start.longest_time();
     let descent = Phase::new("descent", VerticalThrust(start.flight))
         .states([
             state(RADIUS, POSITION_MISS_M).within(surface, start.radius).ends_at(surface),
@@ -308,8 +313,8 @@ fn two_phase(v: &Values) -> Result<Posed, Error> {
                 .ends_at(start.touchdown_speed),
             state(MASS, MASS_MISS_KG).within(start.dry_mass, start.mass),
         ])
-        .initial_time(Bounds::new(1.0, burn_time))
-        .final_time(Bounds::new(1.0, burn_time));
+        .initial_time(Bounds::new(1.0, longest))
+        .final_time(Bounds::new(1.0, longest));
     let ocp = Ocp::builder("lunar landing in two phases")
         .phase(start.braking("braking", surface + gate, None))
         .phase(descent)

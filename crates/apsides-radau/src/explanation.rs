@@ -1,0 +1,282 @@
+//! Why a problem has no feasible trajectory, in the words and units of its statement.
+//!
+//! The equations of motion stay hard; the requirements (see [`Requirement`]) are relaxed as little as possible, first all
+//! together, which names the few that conflict, then those that take part one at a time, which says what each must become.
+
+use std::fmt;
+
+use apsides_nlp::{Nlp, NlpError, Requirement as NlpRequirement, Side, Status, relax};
+use apsides_ocp::{Guess, Mesh, Ocp, Scaling};
+
+use crate::RadauError;
+use crate::error_estimate::estimate;
+use crate::refinement::refine;
+use crate::relaxation::{Item, Requirement, items};
+use crate::solver::{Radau, RadauSettings, Unmet};
+use crate::transcription::Transcription;
+
+/// A requirement that cannot be met together with the others.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Conflict {
+    /// Which one.
+    pub requirement: Requirement,
+    /// By how much it is violated where all requirements give way as little as possible, in its unit; positive.
+    pub amount: f64,
+    /// When it is violated most, for one that holds along a phase, in the phase's unit of time.
+    pub at: Option<f64>,
+    /// Unit of `at`.
+    pub time_unit: String,
+}
+
+/// A requirement whose relaxation alone restores feasibility.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Remedy {
+    /// Which one; its bound now is `requirement.limit`.
+    pub requirement: Requirement,
+    /// The bound nearest to that with which the problem is feasible, in its unit.
+    pub to: f64,
+}
+
+/// Which requirements conflict and what helps.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Explanation {
+    /// How the relaxation of all requirements together ended; without success the lists are empty.
+    pub status: Status,
+    /// The conflict, largest relative amount first. Relaxing all of them by their amounts restores feasibility. None: a
+    /// feasible trajectory exists.
+    pub conflicts: Vec<Conflict>,
+    /// Each of these relaxations alone restores feasibility; smallest relative change first.
+    pub remedies: Vec<Remedy>,
+}
+
+/// Iterations of each of the solves.
+const MAX_ITERATIONS: usize = 300;
+/// Meshes of each of the solves.
+const MAX_MESHES: usize = 3;
+/// Error between the points at which amounts are exact enough.
+const MESH_TOLERANCE: f64 = 1e-6;
+/// Requirements tried alone besides those that conflict.
+const MOST_OTHERS: usize = 5;
+
+impl Radau {
+    /// Explains why no feasible trajectory was found, beginning from a guess, such as the best trajectory reached.
+    ///
+    /// # Errors
+    /// When the request is ill-posed.
+    pub fn explain(&self, ocp: &Ocp, guess: &Guess, mesh: &Mesh) -> Result<Explanation, RadauError> {
+        self.settings.check()?;
+        let mut settings = RadauSettings {
+            mesh_tolerance: MESH_TOLERANCE.max(self.settings.mesh_tolerance),
+            ..self.settings.clone()
+        };
+        settings.nlp.max_iterations = settings.nlp.max_iterations.min(MAX_ITERATIONS);
+        let relaxer = Relaxer { ocp, settings };
+        let all = relaxer.relax(guess, mesh, None)?;
+        let mut explanation =
+            Explanation { status: all.result.report.status, conflicts: Vec::new(), remedies: Vec::new() };
+        if !all.result.is_success() {
+            return Ok(explanation);
+        }
+        for g in all.result.conflicts(&all.limits()) {
+            explanation.conflicts.extend(all.conflict(ocp, g));
+        }
+        if explanation.conflicts.is_empty() {
+            return Ok(explanation);
+        }
+        let mut remedies = Vec::new();
+        for g in all.result.candidates(&all.limits(), MOST_OTHERS) {
+            let Some(requirement) = &all.items[g].requirement else { continue };
+            let alone = match relaxer.relax(&all.guess, &all.mesh, Some(g)) {
+                Ok(alone) => alone,
+                // Another requirement contradicts this one as bounds on the same quantity.
+                Err(RadauError::Nlp(NlpError::Bounds { .. })) => continue,
+                Err(e) => return Err(e),
+            };
+            if alone.result.is_success() {
+                let amount = alone.result.amounts[g];
+                let to = requirement.relaxed(amount);
+                remedies.push((
+                    amount / all.items[g].limits.unit,
+                    Remedy { requirement: requirement.clone(), to },
+                ));
+            }
+        }
+        remedies.sort_by(|a, b| a.0.total_cmp(&b.0));
+        explanation.remedies = remedies.into_iter().map(|(_, r)| r).collect();
+        Ok(explanation)
+    }
+
+    /// The largest residuals of a guess on a mesh before the first iteration: one per constraint, relative to its scale
+    /// the largest first, at most `most`.
+    ///
+    /// # Errors
+    /// When guess or mesh do not fit the problem.
+    pub fn guess_residuals(
+        &self,
+        ocp: &Ocp,
+        guess: &Guess,
+        mesh: &Mesh,
+        most: usize,
+    ) -> Result<Vec<Unmet>, RadauError> {
+        let mut nlp = Transcription::new(ocp, mesh, guess)?;
+        let (mut x, m) = (vec![0.0; nlp.variables()], nlp.constraints());
+        nlp.initial_point(&mut x);
+        let (mut values, mut lower, mut upper) = (vec![0.0; m], vec![0.0; m], vec![0.0; m]);
+        nlp.constraint_values(&x, &mut values);
+        nlp.constraint_bounds(&mut lower, &mut upper);
+        let units = nlp.scaling().map_or_else(|| vec![1.0; m], |s| s.constraints);
+        let mut rows: Vec<(f64, usize, f64)> = (0..m)
+            .map(|r| {
+                let amount = (values[r] - upper[r]).max(0.0) - (lower[r] - values[r]).max(0.0);
+                // What cannot be evaluated comes first.
+                let amount = if values[r].is_finite() { amount } else { f64::NAN };
+                let size = if amount.is_nan() { f64::INFINITY } else { amount.abs() / units[r] };
+                (size, r, amount)
+            })
+            .filter(|(size, ..)| *size > 0.0)
+            .collect();
+        rows.sort_by(|a, b| b.0.total_cmp(&a.0));
+        let mut worst: Vec<Unmet> = Vec::new();
+        for (_, r, amount) in rows {
+            if worst.len() >= most {
+                break;
+            }
+            let Some(origin) = nlp.row_origin(ocp, r, &x) else { continue };
+            if !worst.iter().any(|u| u.origin.phase == origin.phase && u.origin.name == origin.name) {
+                worst.push(Unmet { origin, amount });
+            }
+        }
+        Ok(worst)
+    }
+}
+
+struct Relaxer<'a> {
+    ocp: &'a Ocp,
+    settings: RadauSettings,
+}
+
+/// A relaxation on the mesh that it needed.
+struct Relaxed {
+    nlp: Transcription,
+    items: Vec<Item>,
+    result: apsides_nlp::Relaxation,
+    guess: Guess,
+    mesh: Mesh,
+}
+
+impl Relaxer<'_> {
+    /// Relaxes one item, or all that can be.
+    fn relax(&self, guess: &Guess, mesh: &Mesh, only: Option<usize>) -> Result<Relaxed, RadauError> {
+        let (mut guess, mut mesh) = (guess.clone(), mesh.clone());
+        let mut rounds = 0;
+        loop {
+            rounds += 1;
+            let mut nlp = Transcription::with_movable_bounds(self.ocp, &mesh, &guess)?;
+            let items = items(self.ocp, &nlp);
+            let limits: Vec<NlpRequirement> = items.iter().map(|i| i.limits.clone()).collect();
+            let elastic: Vec<usize> = match only {
+                Some(g) => vec![g],
+                None => (0..items.len()).filter(|&g| items[g].requirement.is_some()).collect(),
+            };
+            let mut start = vec![0.0; nlp.variables()];
+            nlp.initial_point(&mut start);
+            let result = relax(&mut nlp, &limits, &elastic, &start, &self.settings.nlp)?;
+            if !result.is_success() {
+                return Ok(Relaxed { nlp, items, result, guess, mesh });
+            }
+            let mut trajectory = nlp.trajectory(self.ocp, &result.report)?;
+            let scaling = Scaling::new(self.ocp, &guess);
+            let error = estimate(self.ocp, &scaling, &self.settings, &mut trajectory)?;
+            let next = refine(&trajectory, &self.settings)?;
+            guess = Guess::earlier(&trajectory);
+            if error <= self.settings.mesh_tolerance || rounds >= MAX_MESHES {
+                return Ok(Relaxed { nlp, items, result, guess, mesh });
+            }
+            mesh = next;
+        }
+    }
+}
+
+impl Relaxed {
+    fn limits(&self) -> Vec<NlpRequirement> {
+        self.items.iter().map(|i| i.limits.clone()).collect()
+    }
+
+    fn conflict(&self, ocp: &Ocp, g: usize) -> Option<Conflict> {
+        let item = &self.items[g];
+        let requirement = item.requirement.clone()?;
+        let report = &self.result.report;
+        let phase = item.instants.first().and_then(|&(k, _)| ocp.phases.get(k));
+        Some(Conflict {
+            requirement,
+            amount: self.result.amounts[g],
+            at: item.worst_instant(&self.nlp, &report.x, &report.constraint_values),
+            time_unit: phase.map_or_else(String::new, |p| p.time_unit.clone()),
+        })
+    }
+}
+
+/// Six significant digits.
+fn short(v: f64) -> f64 {
+    round(v, f64::round)
+}
+
+/// Six significant digits, rounded so that the relaxation does not become smaller by more than a hundredth of the last.
+fn outward(v: f64, side: Side) -> f64 {
+    match side {
+        Side::Lower => round(v, |v| (v + 0.01).floor()),
+        Side::Upper => round(v, |v| (v - 0.01).ceil()),
+    }
+}
+
+fn round(v: f64, to_whole: fn(f64) -> f64) -> f64 {
+    if v == 0.0 || !v.is_finite() {
+        return v;
+    }
+    let digits = 5 - v.abs().log10().floor() as i32;
+    // Dividing by a power of ten gives the nearest decimal, multiplying by its inverse does not.
+    let unit = 10f64.powi(digits.abs());
+    if digits >= 0 { to_whole(v * unit) / unit } else { to_whole(v / unit) * unit }
+}
+
+impl fmt::Display for Conflict {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let r = &self.requirement;
+        let verb = match (r.fixed, r.side) {
+            (true, _) => "missed by",
+            (_, Side::Lower) => "short by",
+            (_, Side::Upper) => "exceeded by",
+        };
+        write!(f, "{r}: {verb} {} {}", short(self.amount), r.unit)?;
+        match self.at {
+            Some(t) => write!(f, " at t = {t:.3} {}", self.time_unit),
+            None => Ok(()),
+        }
+    }
+}
+
+impl fmt::Display for Remedy {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let r = &self.requirement;
+        let change = if r.side == Side::Lower { "lowered" } else { "raised" };
+        write!(f, "{} is {change} from {} to {} {}", r.quantity(), r.limit, outward(self.to, r.side), r.unit)
+    }
+}
+
+impl fmt::Display for Explanation {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        if !self.status.is_success() {
+            return write!(f, "the conflict could not be isolated: {}", self.status);
+        }
+        if self.conflicts.is_empty() {
+            return f.write_str("a feasible trajectory exists; a better guess may find it");
+        }
+        let list = |items: Vec<String>, joint: &str| items.join(joint);
+        f.write_str(&list(self.conflicts.iter().map(Conflict::to_string).collect(), "; "))?;
+        if self.remedies.is_empty() {
+            return f.write_str("; no single relaxation restores feasibility, these together do");
+        }
+        let remedies = list(self.remedies.iter().map(Remedy::to_string).collect(), ", or if ");
+        write!(f, "; feasible if {remedies}")
+    }
+}

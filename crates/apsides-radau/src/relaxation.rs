@@ -1,0 +1,285 @@
+//! What a problem requires, item by item: every bound that a user states, as limits of the discretised problem.
+//!
+//! The equations of motion, the links between phases, a fixed start time and the least duration are no requirements: they
+//! hold in every relaxation.
+
+use std::fmt;
+
+use apsides_nlp::{Limit, Nlp, Place, Requirement as NlpRequirement, Side};
+use apsides_ocp::{Bounds, Ocp, Phase, Variable};
+
+use crate::layout::PhaseLayout;
+use crate::transcription::Transcription;
+
+/// What a requirement bounds.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[non_exhaustive]
+pub enum RequirementKind {
+    /// A state at the start of its phase.
+    InitialState,
+    /// A state at the end of its phase.
+    FinalState,
+    /// A state along its phase.
+    State,
+    /// A control.
+    Control,
+    /// A path constraint, at every instant.
+    Path,
+    /// The integral over a phase.
+    Integral,
+    /// A start time.
+    InitialTime,
+    /// An end time.
+    FinalTime,
+    /// The duration of a phase.
+    Duration,
+    /// A condition on end quantities.
+    Endpoint,
+    /// A static parameter.
+    Parameter,
+}
+
+/// One side of a bound that the problem states.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Requirement {
+    /// Phase, where the bound belongs to one.
+    pub phase: Option<String>,
+    /// Name of the bounded quantity.
+    pub name: String,
+    /// What kind of quantity it is.
+    pub kind: RequirementKind,
+    /// Lower: relaxed by lowering; upper: relaxed by raising.
+    pub side: Side,
+    /// The bound, in `unit`.
+    pub limit: f64,
+    /// Whether the quantity is fixed at this value.
+    pub fixed: bool,
+    /// Unit of the quantity.
+    pub unit: String,
+}
+
+impl Requirement {
+    /// The bounded quantity in words: "phase `braking`: final radial speed".
+    #[must_use]
+    pub fn quantity(&self) -> String {
+        let phase = self.phase.as_ref().map_or(String::new(), |p| format!("phase `{p}`: "));
+        let end = match self.kind {
+            RequirementKind::InitialState => "initial ",
+            RequirementKind::FinalState => "final ",
+            _ => "",
+        };
+        format!("{phase}{end}{}", self.name)
+    }
+
+    /// The bound after a relaxation by `amount`.
+    #[must_use]
+    pub fn relaxed(&self, amount: f64) -> f64 {
+        match self.side {
+            Side::Lower => self.limit - amount,
+            Side::Upper => self.limit + amount,
+        }
+    }
+}
+
+impl fmt::Display for Requirement {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let relation = match (self.fixed, self.side) {
+            (true, _) => "=",
+            (_, Side::Lower) => "at least",
+            (_, Side::Upper) => "at most",
+        };
+        write!(f, "{} {relation} {} {}", self.quantity(), self.limit, self.unit)
+    }
+}
+
+/// A requirement with its limits.
+pub(crate) struct Item {
+    /// Description; none for what holds in every relaxation.
+    pub(crate) requirement: Option<Requirement>,
+    pub(crate) limits: NlpRequirement,
+    /// Phase and normalised time of each limit, where the requirement stands along a phase.
+    pub(crate) instants: Vec<(usize, f64)>,
+}
+
+/// Fixed end values are usually meant as stated, so that limits are named before them.
+const WEIGHT_OF_FIXED_END: f64 = 10.0;
+const WEIGHT_OF_FIXED_START: f64 = 20.0;
+/// A positive lower bound along a phase keeps at least this part of its value: most such quantities have no meaning at zero.
+const LEAST_PART: f64 = 1e-3;
+
+/// Collects the items of a problem.
+struct Items {
+    units: apsides_nlp::Scaling,
+    items: Vec<Item>,
+    phase: Option<(usize, String)>,
+}
+
+/// Every requirement of a discretised problem.
+pub(crate) fn items(ocp: &Ocp, nlp: &Transcription) -> Vec<Item> {
+    let Some(units) = nlp.scaling() else { return Vec::new() };
+    let mut items = Items { units, items: Vec::new(), phase: None };
+    for (k, (phase, p)) in ocp.phases.iter().zip(&nlp.layout.phases).enumerate() {
+        items.phase = Some((k, phase.name.clone()));
+        items.phase_bounds(phase, p);
+        items.times(phase, p);
+    }
+    items.phase = None;
+    for (k, v) in ocp.parameters.iter().enumerate() {
+        let place = Place::Variable(nlp.layout.first_parameter + k);
+        items.add(RequirementKind::Parameter, v, v.bounds, &[place], &[]);
+    }
+    for (c, &first) in ocp.constraints.iter().zip(&nlp.layout.endpoint_rows) {
+        if c.joins_phases() {
+            continue;
+        }
+        for (k, row) in c.rows.iter().enumerate() {
+            let named = Variable { name: format!("{}: {}", c.name, row.name), ..row.clone() };
+            items.add(RequirementKind::Endpoint, &named, row.bounds, &[Place::Constraint(first + k)], &[]);
+        }
+    }
+    items.items
+}
+
+impl Items {
+    fn phase_bounds(&mut self, phase: &Phase, p: &PhaseLayout) {
+        let last = p.nodes.len();
+        let fractions: Vec<f64> = p.nodes.iter().map(|n| n.fraction).chain([1.0]).collect();
+        for (s, state) in phase.states.iter().enumerate() {
+            let column = |node: usize| Place::Variable(p.state_column(node) + s);
+            let along: Vec<Place> = (0..=last).map(column).collect();
+            let v = &state.variable;
+            self.add(RequirementKind::State, v, v.bounds, &along, &fractions);
+            self.add(RequirementKind::InitialState, v, state.initial, &[column(0)], &[]);
+            self.add(RequirementKind::FinalState, v, state.terminal, &[column(last)], &[]);
+        }
+        for (c, v) in phase.controls.iter().enumerate() {
+            let along: Vec<Place> = (0..last).map(|i| Place::Variable(p.control_column(i) + c)).collect();
+            self.add(RequirementKind::Control, v, v.bounds, &along, &fractions);
+        }
+        for (k, v) in phase.path.iter().flat_map(|c| &c.rows).enumerate() {
+            let along: Vec<Place> = (0..last).map(|i| Place::Constraint(p.path_row(i) + k)).collect();
+            self.add(RequirementKind::Path, v, v.bounds, &along, &fractions);
+        }
+        for (q, row) in phase.integrals.iter().zip(&p.integral_rows) {
+            if let Some(r) = row {
+                let v = &q.variable;
+                self.add(RequirementKind::Integral, v, v.bounds, &[Place::Constraint(*r)], &[]);
+            }
+        }
+    }
+
+    fn times(&mut self, phase: &Phase, p: &PhaseLayout) {
+        let time = |name: &str| Variable::new(name, phase.time_unit.clone());
+        let (start, end) = (Place::Variable(p.initial_time), Place::Variable(p.final_time));
+        if !phase.initial_time.is_fixed() {
+            self.add(RequirementKind::InitialTime, &time("start time"), phase.initial_time, &[start], &[]);
+        }
+        self.add(RequirementKind::FinalTime, &time("final time"), phase.final_time, &[end], &[]);
+        // The duration: as a row, or as the bounds on one time that the other, fixed time makes of it.
+        let (lower, upper) = match p.duration_row {
+            Some(r) => {
+                let limit = |side, value| Limit { place: Place::Constraint(r), side, value };
+                (limit(Side::Lower, phase.duration.lower), limit(Side::Upper, phase.duration.upper))
+            }
+            None if phase.initial_time.is_fixed() => {
+                let t = phase.initial_time.lower;
+                let limit = |side, value| Limit { place: end, side, value: t + value };
+                (limit(Side::Lower, phase.duration.lower), limit(Side::Upper, phase.duration.upper))
+            }
+            None if phase.final_time.is_fixed() => {
+                let t = phase.final_time.lower;
+                let limit = |side, value| Limit { place: start, side, value: t - value };
+                (limit(Side::Upper, phase.duration.lower), limit(Side::Lower, phase.duration.upper))
+            }
+            None => return,
+        };
+        for (limit, side, value) in
+            [(lower, Side::Lower, phase.duration.lower), (upper, Side::Upper, phase.duration.upper)]
+        {
+            // A duration that is not negative is no statement of the user.
+            let stated = side == Side::Upper || value > 0.0;
+            let fixed = phase.duration.is_fixed();
+            let requirement = stated
+                .then(|| self.describe(RequirementKind::Duration, &time("duration"), side, value, fixed));
+            self.push(requirement, vec![limit], vec![], f64::INFINITY);
+        }
+    }
+
+    /// Both sides of the bounds on one quantity, which stands at one or more places.
+    fn add(
+        &mut self,
+        kind: RequirementKind,
+        variable: &Variable,
+        bounds: Bounds,
+        places: &[Place],
+        fractions: &[f64],
+    ) {
+        let phase = self.phase.as_ref().map_or(0, |(k, _)| *k);
+        for (side, value) in [(Side::Lower, bounds.lower), (Side::Upper, bounds.upper)] {
+            let limits = places.iter().map(|&place| Limit { place, side, value }).collect();
+            let instants = places.iter().zip(fractions).map(|(_, &s)| (phase, s)).collect();
+            let inward = if side == Side::Lower { value } else { -value };
+            let most = if kind == RequirementKind::State && inward > 0.0 {
+                (1.0 - LEAST_PART) * inward
+            } else {
+                f64::INFINITY
+            };
+            let described = self.describe(kind, variable, side, value, bounds.is_fixed());
+            self.push(Some(described), limits, instants, most);
+        }
+    }
+
+    fn describe(
+        &self,
+        kind: RequirementKind,
+        v: &Variable,
+        side: Side,
+        limit: f64,
+        fixed: bool,
+    ) -> Requirement {
+        let phase = self.phase.as_ref().map(|(_, name)| name.clone());
+        Requirement { phase, name: v.name.clone(), kind, side, limit, fixed, unit: v.unit.clone() }
+    }
+
+    fn push(
+        &mut self,
+        requirement: Option<Requirement>,
+        limits: Vec<Limit>,
+        instants: Vec<(usize, f64)>,
+        most: f64,
+    ) {
+        let Some(first) = limits.first().filter(|l| l.value.is_finite()) else { return };
+        let unit = match first.place {
+            Place::Variable(i) => self.units.variables[i],
+            Place::Constraint(i) => self.units.constraints[i],
+        };
+        let weight = match &requirement {
+            Some(r) if r.fixed && r.kind == RequirementKind::InitialState => WEIGHT_OF_FIXED_START,
+            Some(r) if r.fixed && r.kind == RequirementKind::FinalState => WEIGHT_OF_FIXED_END,
+            _ => 1.0,
+        };
+        let limits = NlpRequirement { limits, unit, weight, most };
+        self.items.push(Item { requirement, limits, instants });
+    }
+}
+
+impl Item {
+    /// Time of the largest violation at the point `x` with the row values `c`.
+    pub(crate) fn worst_instant(&self, nlp: &Transcription, x: &[f64], c: &[f64]) -> Option<f64> {
+        let value = |l: &Limit| match l.place {
+            Place::Variable(i) => x[i],
+            Place::Constraint(i) => c[i],
+        };
+        let mut worst: Option<(f64, f64)> = None;
+        for (limit, &(phase, s)) in self.limits.limits.iter().zip(&self.instants) {
+            let excess = limit.excess(value(limit));
+            // The first of equal ones: a relaxed limit is often met at many instants.
+            let margin = 1e-6 * self.limits.unit;
+            if worst.is_none_or(|(largest, _)| excess > largest + margin) {
+                let p = &nlp.layout.phases[phase];
+                worst = Some((excess, (1.0 - s) * x[p.initial_time] + s * x[p.final_time]));
+            }
+        }
+        worst.map(|(_, t)| t)
+    }
+}

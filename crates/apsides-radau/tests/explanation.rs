@@ -1,0 +1,168 @@
+//! Explanations of infeasible problems, with amounts in closed form.
+#![allow(clippy::unwrap_used)]
+
+use apsides_ad::{Dynamics, PathFunction, Scalar};
+use apsides_ocp::{At, Bounds, Guess, Mesh, Ocp, OcpError, Phase, State, Variable};
+use apsides_radau::{Explanation, Radau, Requirement, RequirementKind, Side};
+
+struct Cart;
+impl Dynamics<2, 1> for Cart {
+    fn rate<S: Scalar>(&self, _t: S, x: &[S; 2], u: &[S; 1], _p: &[S; 0]) -> [S; 2] {
+        [x[1], u[0]]
+    }
+}
+
+/// The square of the acceleration.
+struct Load;
+impl PathFunction<2, 1, 1> for Load {
+    fn evaluate<S: Scalar>(&self, _t: S, _x: &[S; 2], u: &[S; 1], _p: &[S; 0]) -> [S; 1] {
+        [u[0].square()]
+    }
+}
+
+struct Walk;
+impl Dynamics<1, 1> for Walk {
+    fn rate<S: Scalar>(&self, _t: S, _x: &[S; 1], u: &[S; 1], _p: &[S; 0]) -> [S; 1] {
+        [u[0]]
+    }
+}
+
+/// From rest to rest over 1 m.
+fn cart(time: Bounds) -> Phase {
+    Phase::new("move", Cart)
+        .states([
+            State::new("x", "m").starts_at(0.0).ends_at(1.0),
+            State::new("v", "m/s").starts_at(0.0).ends_at(0.0),
+        ])
+        .controls([Variable::new("a", "m/s2")])
+        .final_time(time)
+}
+
+fn fast(phase: Phase) -> Result<Ocp, OcpError> {
+    let name = phase.name.clone();
+    Ocp::builder("fast").phase(phase).minimize("time", "s", At::FinalTime(&name)).build()
+}
+
+fn explained(ocp: &Ocp) -> Explanation {
+    let method = Radau::default();
+    let guess = Guess::linear(ocp);
+    let failed = method.solve(ocp, &guess).unwrap();
+    assert!(!failed.status.is_success());
+    let mesh = Mesh { phases: failed.trajectory.phases.iter().map(|p| p.mesh.clone()).collect() };
+    let found = method.explain(ocp, &Guess::earlier(&failed.trajectory), &mesh).unwrap();
+    assert!(found.status.is_success(), "{found}");
+    assert!(!found.conflicts.is_empty());
+    found
+}
+
+/// The bound that a remedy asks for.
+#[track_caller]
+fn remedy(e: &Explanation, kind: RequirementKind, name: &str, side: Side) -> f64 {
+    let fits = |r: &Requirement| (r.kind, r.name.as_str(), r.side) == (kind, name, side);
+    let found = e.remedies.iter().find(|r| fits(&r.requirement));
+    found.unwrap_or_else(|| panic!("no remedy {kind:?} {name}: {e}")).to
+}
+
+#[track_caller]
+fn near(found: f64, expected: f64) {
+    assert!((found - expected).abs() < 1e-3 * expected.abs().max(1.0), "{found} instead of {expected}");
+}
+
+/// 1 m in 1 s at no more than 0.5 m/s.
+#[test]
+fn contradictory_ends_and_a_speed_limit() {
+    let phase = Phase::new("walk", Walk)
+        .states([State::new("x", "m").starts_at(0.0).ends_at(1.0)])
+        .controls([Variable::new("v", "m/s").within(-0.5, 0.5)])
+        .final_time(Bounds::fixed(1.0));
+    let e = explained(&fast(phase).unwrap());
+    assert_eq!(e.conflicts.len(), 1, "{e}");
+    near(remedy(&e, RequirementKind::Control, "v", Side::Upper), 1.0);
+    near(remedy(&e, RequirementKind::FinalTime, "final time", Side::Upper), 2.0);
+    near(remedy(&e, RequirementKind::FinalState, "x", Side::Lower), 0.5);
+    near(remedy(&e, RequirementKind::InitialState, "x", Side::Upper), 0.5);
+    let text = e.to_string();
+    assert!(text.contains("phase `walk`: v is raised from 0.5 to 1 m/s"), "{text}");
+}
+
+/// Rest to rest over 1 m in 1 s takes 4 m/s2 at least.
+#[test]
+fn a_path_limit_that_is_too_low() {
+    let phase =
+        cart(Bounds::fixed(1.0)).path([Variable::new("load", "m2/s4").within(0.0, 9.0).scaled_by(9.0)], Load);
+    let e = explained(&fast(phase).unwrap());
+    near(remedy(&e, RequirementKind::Path, "load", Side::Upper), 16.0);
+    // Rest to rest with 3 m/s2 takes 2 sqrt(1/3) s, and leads 0.75 m far in 1 s.
+    near(remedy(&e, RequirementKind::FinalTime, "final time", Side::Upper), 2.0 / 3f64.sqrt());
+    near(remedy(&e, RequirementKind::FinalState, "x", Side::Lower), 0.75);
+}
+
+/// Rest to rest over 1 m at 1 m/s2 takes 2 s.
+#[test]
+fn a_flight_time_that_is_too_short() {
+    let mut phase = cart(Bounds::new(0.1, 1.5));
+    phase.controls[0] = Variable::new("a", "m/s2").within(-1.0, 1.0);
+    let e = explained(&fast(phase).unwrap());
+    near(remedy(&e, RequirementKind::FinalTime, "final time", Side::Upper), 2.0);
+    near(remedy(&e, RequirementKind::FinalState, "x", Side::Lower), 1.5 * 1.5 / 4.0);
+}
+
+/// The same limit as bounds on the duration of a phase that may start when it wants.
+#[test]
+fn a_duration_that_is_too_short() {
+    let mut phase = cart(Bounds::new(1.0, 9.0)).initial_time(Bounds::new(0.0, 3.0));
+    phase = phase.duration(Bounds::new(0.1, 1.5));
+    phase.controls[0] = Variable::new("a", "m/s2").within(-1.0, 1.0);
+    let e = explained(&fast(phase).unwrap());
+    near(remedy(&e, RequirementKind::Duration, "duration", Side::Upper), 2.0);
+}
+
+/// Two phases with limits of their own that are too low: both are named, and none helps alone.
+#[test]
+fn independent_conflicts_have_no_single_remedy() {
+    let walk = |name: &str, limit: f64| {
+        Phase::new(name, Walk)
+            .states([State::new(format!("x {name}"), "m").starts_at(0.0).ends_at(1.0)])
+            .controls([Variable::new("v", "m/s").within(-limit, limit)])
+            .final_time(Bounds::fixed(1.0))
+    };
+    let ocp = Ocp::builder("two")
+        .phase(walk("one", 0.6))
+        .phase(walk("two", 0.8))
+        .minimize("time", "s", At::FinalTime("one"))
+        .build()
+        .unwrap();
+    let e = explained(&ocp);
+    assert!(e.remedies.is_empty(), "{e}");
+    let mut amounts: Vec<(&str, f64)> = Vec::new();
+    for c in &e.conflicts {
+        assert_eq!(c.requirement.kind, RequirementKind::Control, "{e}");
+        amounts.push((c.requirement.phase.as_deref().unwrap(), c.amount));
+    }
+    amounts.sort_by(|a, b| a.0.cmp(b.0));
+    assert_eq!(amounts.len(), 2, "{e}");
+    near(amounts[0].1, 0.4);
+    near(amounts[1].1, 0.2);
+    assert!(e.to_string().contains("no single relaxation"), "{e}");
+}
+
+/// A feasible problem has no conflict.
+#[test]
+fn nothing_to_explain() {
+    let ocp = fast(cart(Bounds::fixed(1.0))).unwrap();
+    let method = Radau::default();
+    let e = method.explain(&ocp, &Guess::linear(&ocp), &Mesh::uniform(&ocp, 4, 3).unwrap()).unwrap();
+    assert!(e.conflicts.is_empty() && e.remedies.is_empty(), "{e}");
+}
+
+/// The straight line from 0 to 1 m with v = 0 misses the first equation of motion by the speed it lacks.
+#[test]
+fn residuals_of_a_guess_by_name() {
+    let ocp = fast(cart(Bounds::fixed(1.0))).unwrap();
+    let mesh = Mesh::uniform(&ocp, 4, 3).unwrap();
+    let worst = Radau::default().guess_residuals(&ocp, &Guess::linear(&ocp), &mesh, 8).unwrap();
+    assert_eq!(worst.len(), 1, "{worst:?}");
+    assert_eq!(worst[0].origin.name, "equation of motion of x");
+    // On an interval of a quarter: dx/dtau = 1/8.
+    assert!((worst[0].amount - 0.125).abs() < 1e-12, "{worst:?}");
+}
