@@ -1,0 +1,85 @@
+//! Problems of Hock and Schittkowski, Test Examples for Nonlinear Programming Codes (1981, doi
+//! 10.1007/978-3-642-48320-2), with exact derivatives; those of `tests/solver` are not repeated here.
+#![allow(clippy::print_stdout, clippy::unwrap_used)]
+
+mod case;
+mod up_to_119;
+mod up_to_99;
+
+use apsides_nlp::{BarrierOracle, BarrierStrategy, InteriorPoint, NlpSettings, SolveReport, Status};
+use case::Case;
+
+/// Problems, with the strategy, that are not solved to the tolerance from the published start. 99 ends at the optimum of
+/// the collection, but only to the acceptable tolerance: its objective is of size 1e9.
+const UNSOLVED: &[(u32, &str)] = &[(99, "monotone"), (99, "quality"), (99, "probing")];
+
+fn cases() -> Vec<Case> {
+    up_to_99::cases().into_iter().chain(up_to_119::cases()).collect()
+}
+
+fn strategies() -> [(&'static str, NlpSettings); 3] {
+    let adaptive = |barrier_oracle| NlpSettings {
+        barrier: BarrierStrategy::Adaptive,
+        barrier_oracle,
+        ..NlpSettings::default()
+    };
+    [
+        ("monotone", NlpSettings::default()),
+        ("quality", adaptive(BarrierOracle::QualityFunction)),
+        ("probing", adaptive(BarrierOracle::Probing)),
+    ]
+}
+
+fn print(case: &Case, report: &SolveReport) {
+    println!(
+        "{:4} {:5} {:5} {:8.2} ms {:15.8e} {:9.1e} {}",
+        case.number,
+        report.counters.iterations,
+        report.counters.objective,
+        report.timing.total.as_secs_f64() * 1e3,
+        report.objective,
+        report.objective - case.optimum,
+        report.status
+    );
+}
+
+#[test]
+fn published_starts() {
+    for (name, settings) in strategies() {
+        println!("published starts, {name}");
+        let (mut unsolved, mut total) = (Vec::new(), 0);
+        for mut case in cases() {
+            let report = InteriorPoint::new(settings.clone()).solve(&mut case).unwrap();
+            print(&case, &report);
+            total += 1;
+            let error = (report.objective - case.optimum).abs() / case.optimum.abs().max(1.0);
+            if report.status != Status::Optimal || error > case.tolerance {
+                unsolved.push(case.number);
+            }
+        }
+        println!("{name}: {} of {total} solved", total - unsolved.len());
+        let expected: Vec<u32> =
+            UNSOLVED.iter().filter(|entry| entry.1 == name).map(|entry| entry.0).collect();
+        assert_eq!(unsolved, expected, "{name}");
+    }
+}
+
+/// Ten times the published start, clipped into the bounds: an optimal point satisfies the optimality conditions.
+#[test]
+fn far_starts() {
+    for (name, settings) in strategies() {
+        println!("far starts, {name}");
+        let (mut solved, mut total) = (0, 0);
+        for mut case in cases() {
+            case.move_away();
+            let report = InteriorPoint::new(settings.clone()).solve(&mut case).unwrap();
+            print(&case, &report);
+            total += 1;
+            solved += usize::from(report.status == Status::Optimal);
+            if report.status == Status::Optimal {
+                assert!(report.errors.scaled.max() <= 1e-8, "{name}, problem {}", case.number);
+            }
+        }
+        println!("{name}: {solved} of {total} optimal");
+    }
+}
