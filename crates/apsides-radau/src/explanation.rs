@@ -45,7 +45,7 @@ pub struct Explanation {
     /// The conflict, largest relative amount first. Relaxing all of them by their amounts restores feasibility. None: a
     /// feasible trajectory exists.
     pub conflicts: Vec<Conflict>,
-    /// Each of these relaxations alone restores feasibility; smallest relative change first.
+    /// Each of these relaxations alone restores feasibility; smallest relative change first, fixed end values last.
     pub remedies: Vec<Remedy>,
 }
 
@@ -55,6 +55,8 @@ const MAX_ITERATIONS: usize = 300;
 const MAX_MESHES: usize = 3;
 /// Error between the points at which amounts are exact enough.
 const MESH_TOLERANCE: f64 = 1e-6;
+/// A residual below this part of its scale is rounding.
+const ROUNDING: f64 = 1e-12;
 /// Requirements tried alone besides those that conflict.
 const MOST_OTHERS: usize = 5;
 
@@ -95,8 +97,9 @@ impl Radau {
             if alone.result.is_success() {
                 let amount = alone.result.amounts[g];
                 let to = requirement.relaxed(amount);
+                let limits = &all.items[g].limits;
                 remedies.push((
-                    amount / all.items[g].limits.unit,
+                    amount * limits.weight / limits.unit,
                     Remedy { requirement: requirement.clone(), to },
                 ));
             }
@@ -133,7 +136,7 @@ impl Radau {
                 let size = if amount.is_nan() { f64::INFINITY } else { amount.abs() / units[r] };
                 (size, r, amount)
             })
-            .filter(|(size, ..)| *size > 0.0)
+            .filter(|(size, ..)| *size > ROUNDING)
             .collect();
         rows.sort_by(|a, b| b.0.total_cmp(&a.0));
         let mut worst: Vec<Unmet> = Vec::new();
