@@ -88,7 +88,7 @@ fn too_little_thrust_is_explained() {
     let outcome = solve("lunar-direct", &["thrust_n=100", "dry_mass_kg=60"]);
     assert_ne!(outcome.summary.status, "optimal");
     let explanation = outcome.explanation.unwrap();
-    assert!(explanation.contains("constraint `"), "{explanation}");
+    assert!(explanation.contains("phase `braking`: mass at least 60 kg: short by"), "{explanation}");
     assert!(!outcome.summary.certificate.is_verified());
 }
 
