@@ -252,7 +252,8 @@ impl Nlp for Transcription {
 
     fn stages(&self) -> Option<Stages> {
         // Interval by interval: controls, inner states, the first state, defects. What couples all points of an interval is
-        // eliminated together, with fewer entries in the factor than node by node.
+        // eliminated together, with fewer entries in the factor than node by node (the safer rule of `apsides-kkt` for
+        // systems close to singular); the landings take the same iterations with both.
         let last = 4 * self.layout.last_stage;
         let mut variables = vec![last; self.layout.variables];
         let mut constraints = vec![last; self.layout.constraints];
