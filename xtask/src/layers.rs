@@ -67,7 +67,7 @@ const ARROWS: &[(&str, Arrows)] = &[
     ("report", To(&["apsides", "ocp", "basis", "verify"])),
     ("cli", ToAny),
     // Development.
-    ("problems", To(&["ad", "dynamics", "ocp"])),
+    ("problems", To(&["ad", "dynamics", "nlp", "ocp"])),
     ("tests", ToAny),
     ("benches", ToAny),
     ("xtask", To(&[])),

@@ -48,6 +48,7 @@ pub mod hypersensitive;
 pub mod linear_tangent;
 pub mod lqr_scalar;
 pub mod moon_lander_soft;
+pub mod nlp;
 pub mod orbit_raising;
 pub mod powered_descent;
 pub mod problem;

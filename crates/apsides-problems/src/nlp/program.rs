@@ -1,4 +1,4 @@
-//! One problem of the collection as an [`Nlp`] by exact differentiation.
+//! One program of a collection as an [`Nlp`] by exact differentiation.
 
 use std::sync::Arc;
 
@@ -7,23 +7,33 @@ use apsides_nlp::{Nlp, Pattern};
 
 pub(crate) const INF: f64 = f64::INFINITY;
 
-/// Output 0 of the function is the objective, the others are the constraints.
-pub(crate) struct Case {
+/// A nonlinear program with its published start and optimum.
+#[derive(Clone)]
+pub struct Program {
+    /// Number in its collection.
     pub number: u32,
+    /// Start as published.
     pub start: Vec<f64>,
+    /// Lower bounds of the variables.
     pub lower: Vec<f64>,
+    /// Upper bounds of the variables.
     pub upper: Vec<f64>,
+    /// Lower bounds of the constraints.
     pub constraint_lower: Vec<f64>,
+    /// Upper bounds of the constraints.
     pub constraint_upper: Vec<f64>,
-    /// Of the collection of 1981.
+    /// Best known value of the objective.
     pub optimum: f64,
-    /// Relative, as the digits of the collection allow.
+    /// Largest difference from the optimum that its digits support, relative to its magnitude or 1.
     pub tolerance: f64,
+    /// Output 0 is the objective, the others are the constraints.
     pub function: Arc<dyn NodeFunction>,
 }
 
-/// `problem!(number, variables, 1 + constraints, start, (lower, upper), (constraint bounds), optimum, tolerance, |x| outputs)`
-macro_rules! problem {
+/// `program!(number, variables, 1 + constraints, start, (lower, upper), (constraint bounds), optimum, tolerance, |x| outputs)`
+///
+/// The body is generic in the scalar `S`; output 0 is the objective.
+macro_rules! program {
     ($number:literal, $n:literal, $m:literal, $start:expr, ($lower:expr, $upper:expr), ($cl:expr, $cu:expr),
      $optimum:expr, $tolerance:expr, |$x:ident| $body:expr) => {{
         struct Function;
@@ -34,7 +44,7 @@ macro_rules! problem {
         }
         let (start, lower, upper): ([f64; $n], [f64; $n], [f64; $n]) = ($start, $lower, $upper);
         let (constraint_lower, constraint_upper): ([f64; $m - 1], [f64; $m - 1]) = ($cl, $cu);
-        $crate::case::Case {
+        $crate::nlp::Program {
             number: $number,
             start: start.to_vec(),
             lower: lower.to_vec(),
@@ -47,14 +57,22 @@ macro_rules! problem {
         }
     }};
 }
-pub(crate) use problem;
+pub(crate) use program;
 
-impl Case {
-    /// Ten times the start, clipped into the bounds.
-    pub(crate) fn move_away(&mut self) {
+impl Program {
+    /// Whether an objective agrees with the optimum to the tolerance.
+    #[must_use]
+    pub fn agrees_with(&self, objective: f64) -> bool {
+        (objective - self.optimum).abs() <= self.tolerance * self.optimum.abs().max(1.0)
+    }
+
+    /// The same program from ten times its start, clipped into the bounds.
+    #[must_use]
+    pub fn from_far(mut self) -> Self {
         for (x, (lower, upper)) in self.start.iter_mut().zip(self.lower.iter().zip(&self.upper)) {
             *x = (10.0 * *x).clamp(*lower, *upper);
         }
+        self
     }
 
     fn values(&self, x: &[f64]) -> Vec<f64> {
@@ -71,7 +89,7 @@ impl Case {
     }
 }
 
-impl Nlp for Case {
+impl Nlp for Program {
     fn variables(&self) -> usize {
         self.start.len()
     }

@@ -1,37 +1,11 @@
-//! Problems 1 to 99.
+//! Problems 81 to 100.
 
-use crate::case::{Case, INF, problem};
+use crate::nlp::Program;
+use crate::nlp::program::program;
 
-pub(crate) fn cases() -> Vec<Case> {
+pub(super) fn programs() -> Vec<Program> {
     vec![
-        problem!(35, 3, 2, [0.5; 3], ([0.0; 3], [INF; 3]), ([-INF], [3.0]), 1.0 / 9.0, 1e-6, |x| [
-            x[0] * x[0] * 2.0 + x[1] * x[1] * 2.0 + x[2] * x[2] + x[0] * x[1] * 2.0 + x[0] * x[2] * 2.0
-                - x[0] * 8.0
-                - x[1] * 6.0
-                - x[2] * 4.0
-                + 9.0,
-            x[0] + x[1] + x[2] * 2.0,
-        ]),
-        problem!(
-            43,
-            4,
-            4,
-            [0.0; 4],
-            ([-INF; 4], [INF; 4]),
-            ([-INF; 3], [8.0, 10.0, 5.0]),
-            -44.0,
-            1e-6,
-            |x| {
-                let q = x.map(|x| x * x);
-                [
-                    q[0] + q[1] + q[2] * 2.0 + q[3] - x[0] * 5.0 - x[1] * 5.0 - x[2] * 21.0 + x[3] * 7.0,
-                    q[0] + q[1] + q[2] + q[3] + x[0] - x[1] + x[2] - x[3],
-                    q[0] + q[1] * 2.0 + q[2] + q[3] * 2.0 - x[0] - x[3],
-                    q[0] * 2.0 + q[1] + q[2] + x[0] * 2.0 - x[1] - x[3],
-                ]
-            }
-        ),
-        problem!(
+        program!(
             83,
             5,
             4,
@@ -47,7 +21,7 @@ pub(crate) fn cases() -> Vec<Case> {
                 x[2] * x[4] * 0.0047026 + x[0] * x[2] * 0.0012547 + x[2] * x[3] * 0.0019085 + 9.300961,
             ]
         ),
-        problem!(
+        program!(
             99,
             7,
             3,

@@ -1,8 +1,9 @@
-//! Problems 100 to 119.
+//! Problems 101 to 119.
 
 use apsides_ad::Scalar;
 
-use crate::case::{Case, INF, problem};
+use crate::nlp::Program;
+use crate::nlp::program::{INF, program};
 
 /// Objective and constraints of 101 to 103, which differ in one exponent.
 fn geometric<S: Scalar>(x: &[S; 7], a: f64) -> [S; 6] {
@@ -38,18 +39,18 @@ const LOWER: [f64; 7] = [0.1, 0.1, 0.1, 0.1, 0.1, 0.1, 0.01];
 const LOW: [f64; 5] = [-INF, -INF, -INF, -INF, 100.0];
 const HIGH: [f64; 5] = [1.0, 1.0, 1.0, 1.0, 3000.0];
 
-pub(crate) fn cases() -> Vec<Case> {
+pub(super) fn programs() -> Vec<Program> {
     vec![
-        problem!(101, 7, 6, [6.0; 7], (LOWER, [10.0; 7]), (LOW, HIGH), 1809.76476, 1e-6, |x| geometric(
+        program!(101, 7, 6, [6.0; 7], (LOWER, [10.0; 7]), (LOW, HIGH), 1809.76476, 1e-6, |x| geometric(
             x, -0.25
         )),
-        problem!(102, 7, 6, [6.0; 7], (LOWER, [10.0; 7]), (LOW, HIGH), 911.880571, 1e-6, |x| geometric(
+        program!(102, 7, 6, [6.0; 7], (LOWER, [10.0; 7]), (LOW, HIGH), 911.880571, 1e-6, |x| geometric(
             x, 0.125
         )),
-        problem!(103, 7, 6, [6.0; 7], (LOWER, [10.0; 7]), (LOW, HIGH), 543.667958, 1e-6, |x| geometric(
+        program!(103, 7, 6, [6.0; 7], (LOWER, [10.0; 7]), (LOW, HIGH), 543.667958, 1e-6, |x| geometric(
             x, 0.5
         )),
-        problem!(
+        program!(
             104,
             8,
             6,
@@ -75,7 +76,7 @@ pub(crate) fn cases() -> Vec<Case> {
                 ]
             }
         ),
-        problem!(
+        program!(
             107,
             9,
             7,
@@ -103,7 +104,7 @@ pub(crate) fn cases() -> Vec<Case> {
                 ]
             }
         ),
-        problem!(
+        program!(
             113,
             10,
             9,
