@@ -42,6 +42,9 @@ pub(crate) fn outcome(o: &Outcome) -> String {
     if let Some(why) = &o.explanation {
         text += &format!("{why}\n");
     }
+    for warning in &s.warnings {
+        text += &format!("warning: {warning}\n");
+    }
     text += &format!("\n{} = {} {}\n", s.objective.name, s.objective.value, s.objective.unit);
     let width = s.results.keys().map(String::len).max().unwrap_or(0);
     for (key, value) in &s.results {

@@ -214,7 +214,7 @@ impl Engine {
             Some(units) => Residuals {
                 dual_infeasibility: max_product(&self.dual_residual, &units.dual),
                 primal_infeasibility: max_product(&self.current.constraints, &units.primal),
-                complementarity: raw.complementarity * units.objective,
+                complementarity: raw.complementarity * units.complementarity,
             },
             None => raw,
         };

@@ -54,14 +54,16 @@ impl Structure {
     }
 }
 
-/// Factors from scaled to the user's residuals.
+/// Factors from scaled residuals to those of [`OptimalityError::unscaled`](crate::OptimalityError::unscaled).
 #[derive(Debug, Clone)]
 pub(crate) struct ResidualUnits {
     /// For each entry of the gradient of the Lagrangian.
     pub dual: Vec<f64>,
     /// For each constraint.
     pub primal: Vec<f64>,
-    /// For the complementarity and the objective.
+    /// For the complementarity.
+    pub complementarity: f64,
+    /// From the scaled objective to the user's.
     pub objective: f64,
 }
 

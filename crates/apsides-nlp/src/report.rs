@@ -105,7 +105,8 @@ impl Residuals {
 pub struct OptimalityError {
     /// Of the scaled problem; dual parts divided by the size of the multipliers (Waechter and Biegler, eq. 5).
     pub scaled: Residuals,
-    /// In the user's units, not divided.
+    /// Not divided; in the user's units, or in those of [`Nlp::scaling`](crate::Nlp::scaling) where the solve uses them: then
+    /// the stopping tests do not depend on the user's units.
     pub unscaled: Residuals,
 }
 

@@ -134,14 +134,15 @@ impl<'a> ScaledProblem<'a> {
         let kept: Vec<usize> = (0..m).filter(|&i| cl[i].is_finite() || cu[i].is_finite()).collect();
 
         let (mut counters, mut time) = (Counters::default(), Duration::ZERO);
+        let user_scaling = match settings.scaling {
+            ScalingMethod::User | ScalingMethod::UserThenGradient { .. } => nlp.scaling(),
+            _ => None,
+        };
+        let sizes = choose_units(user_scaling, n, m)?;
         let factors = match factors {
             Some(factors) => factors.clone(),
             None => {
-                let user_scaling = match settings.scaling {
-                    ScalingMethod::User | ScalingMethod::UserThenGradient { .. } => nlp.scaling(),
-                    _ => None,
-                };
-                let mut factors = choose_units(user_scaling, n, m)?;
+                let mut factors = sizes.clone();
                 if let ScalingMethod::Gradient { max } | ScalingMethod::UserThenGradient { max } =
                     settings.scaling
                 {
@@ -168,21 +169,23 @@ impl<'a> ScaledProblem<'a> {
 
         let mut lower: Vec<f64> = free.iter().map(|&i| xl[i] * factors.variables[i]).collect();
         let mut upper: Vec<f64> = free.iter().map(|&i| xu[i] * factors.variables[i]).collect();
+        // Residuals relative to the problem's own sizes: what is left are the reductions by the gradients.
+        let reduction = factors.objective / sizes.objective;
         let mut dual_units: Vec<f64> =
-            free.iter().map(|&i| factors.variables[i] / factors.objective).collect();
+            free.iter().map(|&i| factors.variables[i] / sizes.variables[i] / reduction).collect();
         let mut primal_units = Vec::with_capacity(kept.len());
         let mut target = vec![0.0; kept.len()];
         let mut slack_of_row = Vec::new();
         for (row, &i) in kept.iter().enumerate() {
             let factor = factors.constraints[i];
-            primal_units.push(1.0 / factor);
+            primal_units.push(sizes.constraints[i] / factor);
             if cl[i] == cu[i] {
                 target[row] = cl[i] * factor;
             } else {
                 slack_of_row.push(UnitVariable { row, sign: -1.0 });
                 lower.push(cl[i] * factor);
                 upper.push(cu[i] * factor);
-                dual_units.push(factor / factors.objective);
+                dual_units.push(factor / sizes.constraints[i] / reduction);
             }
         }
         let relax = settings.bound_relaxation;
@@ -206,6 +209,7 @@ impl<'a> ScaledProblem<'a> {
             units: ResidualUnits {
                 dual: dual_units,
                 primal: primal_units,
+                complementarity: 1.0 / reduction,
                 objective: 1.0 / factors.objective,
             },
             x,

@@ -57,21 +57,21 @@ pub enum BarrierStrategy {
 pub struct NlpSettings {
     /// Largest scaled optimality error of an optimal point; 1e-8.
     pub tolerance: f64,
-    /// Largest dual infeasibility in the user's units; 1.
+    /// Largest dual infeasibility, [unscaled](crate::OptimalityError::unscaled); 1.
     pub dual_tolerance: f64,
-    /// Largest constraint violation in the user's units; 1e-4.
+    /// Largest constraint violation, unscaled; 1e-4.
     pub constraint_tolerance: f64,
-    /// Largest complementarity in the user's units; 1e-4.
+    /// Largest complementarity, unscaled; 1e-4.
     pub complementarity_tolerance: f64,
     /// Scaled optimality error of an acceptable point; 1e-6.
     pub acceptable_tolerance: f64,
     /// Stop after so many acceptable iterates in a row; 0 switches this off; 15.
     pub acceptable_iterations: usize,
-    /// Largest dual infeasibility of an acceptable point, user's units; 1e10.
+    /// Largest dual infeasibility of an acceptable point, unscaled; 1e10.
     pub acceptable_dual_tolerance: f64,
-    /// Largest constraint violation of an acceptable point, user's units; 1e-2.
+    /// Largest constraint violation of an acceptable point, unscaled; 1e-2.
     pub acceptable_constraint_tolerance: f64,
-    /// Largest complementarity of an acceptable point, user's units; 1e-2.
+    /// Largest complementarity of an acceptable point, unscaled; 1e-2.
     pub acceptable_complementarity_tolerance: f64,
     /// Stop after so many iterations, those of the restoration phase included; 3000.
     pub max_iterations: usize,

@@ -20,8 +20,8 @@ pub struct Scaling {
     pub phases: Vec<PhaseScaling>,
     /// Per static parameter.
     pub parameters: Vec<f64>,
-    /// Objective.
-    pub objective: f64,
+    /// Objective, where its scale is stated.
+    pub objective: Option<f64>,
 }
 
 /// Points at which the guess is looked at for quantities without bounds.
@@ -56,7 +56,7 @@ impl Scaling {
             })
             .collect();
         let parameters = ocp.parameters.iter().zip(&guess.parameters).map(|(v, &g)| size(v, g.abs()));
-        Self { phases, parameters: parameters.collect(), objective: ocp.objective.scale.unwrap_or(1.0) }
+        Self { phases, parameters: parameters.collect(), objective: ocp.objective.scale }
     }
 }
 
@@ -73,7 +73,8 @@ fn size(variable: &Variable, guess: f64) -> f64 {
     variable.scale.or(Some(width).filter(usable)).or(Some(guess).filter(usable)).unwrap_or(1.0)
 }
 
+/// The guess, or what the bounds allow where that is less.
 fn time_size(phase: &Phase, guess: f64) -> f64 {
     let longest = (phase.final_time.upper - phase.initial_time.lower).min(phase.duration.upper);
-    if longest.is_finite() && longest > 0.0 { longest.min(10.0 * guess) } else { guess }
+    if longest > 0.0 { longest.min(guess) } else { guess }
 }

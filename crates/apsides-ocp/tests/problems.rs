@@ -145,7 +145,7 @@ fn linear_guess_keeps_to_what_the_ends_allow() {
     guess.check(&ocp).unwrap();
     let scaling = Scaling::new(&ocp, &guess);
     assert_eq!(scaling.phases[0].states, [6.0, 2.0], "width of the bounds, else the guess");
-    assert_eq!(scaling.phases[0].time, 9.0);
+    assert_eq!(scaling.phases[0].time, 5.0);
 }
 
 #[test]

@@ -45,6 +45,7 @@
 //! | --- | --- |
 //! | [`transcription`] | the nonlinear program |
 //! | [`solver`] | the method: settings, refinement loop, solution |
+//! | [`scales`] | scales, and warnings where they do not fit |
 //! | [`explanation`], [`relaxation`] | why a problem is infeasible: what conflicts, and what to relax by how much |
 //!
 //! References: D. Garg et al., A unified framework for the numerical solution of optimal control problems using
@@ -60,6 +61,8 @@ mod layout;
 mod node_term;
 mod refinement;
 pub mod relaxation;
+mod row_origin;
+pub mod scales;
 pub mod solver;
 pub mod transcription;
 mod warm_start;
@@ -68,5 +71,7 @@ pub use apsides_nlp::Side;
 pub use error::RadauError;
 pub use explanation::{Conflict, Explanation, Remedy};
 pub use relaxation::{Requirement, RequirementKind};
+pub use row_origin::RowOrigin;
+pub use scales::ScaleWarning;
 pub use solver::{MeshRecord, Radau, RadauSettings, RadauSolution, Unmet};
-pub use transcription::{RowOrigin, Transcription};
+pub use transcription::Transcription;

@@ -11,7 +11,9 @@ use apsides_ocp::{Guess, Mesh, Ocp, Scaling, Trajectory};
 use crate::RadauError;
 use crate::error_estimate::estimate;
 use crate::refinement::refine;
-use crate::transcription::{RowOrigin, Transcription};
+use crate::row_origin::RowOrigin;
+use crate::scales::ScaleWarning;
+use crate::transcription::Transcription;
 
 /// Settings of the method.
 #[derive(Clone, Debug)]
@@ -143,6 +145,8 @@ pub struct RadauSolution {
     pub meshes: Vec<MeshRecord>,
     /// The constraint that could not be met, when the last solve did not succeed.
     pub unmet: Option<Unmet>,
+    /// Scales that do not fit, on the first mesh.
+    pub warnings: Vec<ScaleWarning>,
     /// Report of the last solve.
     pub report: SolveReport,
 }
@@ -189,9 +193,13 @@ impl Radau {
         let mut guess = guess.clone();
         let mut mesh = mesh;
         let mut meshes: Vec<MeshRecord> = Vec::new();
+        let mut warnings = Vec::new();
         loop {
             let begin = Instant::now();
             let mut nlp = Transcription::new(ocp, &mesh, &guess)?;
+            if meshes.is_empty() {
+                warnings = nlp.scale_warnings(ocp);
+            }
             let solver = InteriorPoint { settings: self.settings.nlp.clone() };
             let report = match nlp.warm_start(ocp, &guess) {
                 Some(warm) => solver.solve_from(&mut nlp, &warm, observer)?,
@@ -220,7 +228,7 @@ impl Radau {
             if done {
                 let unmet = if report.status.is_success() { None } else { unmet(ocp, &nlp, &report) };
                 let status = report.status;
-                return Ok(RadauSolution { trajectory, status, accurate, meshes, unmet, report });
+                return Ok(RadauSolution { trajectory, status, accurate, meshes, unmet, warnings, report });
             }
             guess = Guess::earlier(&trajectory);
             mesh = next;

@@ -11,8 +11,9 @@ use apsides_ocp::{Bounds, Guess, Mesh, Ocp, Scaling, Sense};
 
 use crate::RadauError;
 use crate::endpoint_term::EndpointTerm;
-use crate::layout::{Layout, PhaseLayout, time_bounds};
+use crate::layout::{Layout, time_bounds};
 use crate::node_term::{NodeTerm, Target};
+use crate::scales::nlp_scaling;
 
 /// A problem on a mesh, as a nonlinear program that [`apsides_nlp::InteriorPoint`] or any other solver can take.
 ///
@@ -28,10 +29,10 @@ pub struct Transcription {
     constant: Vec<(usize, usize, f64)>,
     lower: Vec<f64>,
     upper: Vec<f64>,
-    row_lower: Vec<f64>,
-    row_upper: Vec<f64>,
+    pub(crate) row_lower: Vec<f64>,
+    pub(crate) row_upper: Vec<f64>,
     pub(crate) start: Vec<f64>,
-    scaling: NlpScaling,
+    pub(crate) scaling: NlpScaling,
     jacobian_pattern: Pattern,
     hessian_pattern: Pattern,
     /// Point of the last refresh of values and Jacobians at the nodes.
@@ -93,25 +94,8 @@ impl Transcription {
             layout,
         };
         transcription.find_patterns();
-        transcription.complete_row_scales();
+        transcription.complete_scales();
         Ok(transcription)
-    }
-
-    /// Rows without a scale of their own: their change when every variable moves by its scale, at the start.
-    fn complete_row_scales(&mut self) {
-        let mut entries = vec![0.0; self.jacobian_pattern.len()];
-        let start = self.start.clone();
-        self.jacobian(&start, &mut entries);
-        let mut change = vec![0.0_f64; self.layout.constraints];
-        let Pattern { rows, cols } = &self.jacobian_pattern;
-        for ((&r, &c), v) in rows.iter().zip(cols).zip(&entries) {
-            change[r] = change[r].max(v.abs() * self.scaling.variables[c]);
-        }
-        for (scale, change) in self.scaling.constraints.iter_mut().zip(change) {
-            if scale.is_nan() {
-                *scale = if change > 0.0 && change.is_finite() { change } else { 1.0 };
-            }
-        }
     }
 
     fn find_patterns(&mut self) {
@@ -430,97 +414,4 @@ fn clamped(mut x: Vec<f64>, lower: &[f64], upper: &[f64]) -> Vec<f64> {
         *v = v.max(*l).min(*u);
     }
     x
-}
-
-/// Scales of the rows that have none of their own are NaN here, to be completed from the Jacobian.
-fn nlp_scaling(ocp: &Ocp, layout: &Layout, scaling: &Scaling) -> NlpScaling {
-    let mut variables = vec![1.0; layout.variables];
-    let mut constraints = vec![1.0; layout.constraints];
-    for ((phase, p), s) in ocp.phases.iter().zip(&layout.phases).zip(&scaling.phases) {
-        for node in 0..=p.nodes.len() {
-            variables[p.state_column(node)..][..p.states].copy_from_slice(&s.states);
-            if node < p.nodes.len() {
-                variables[p.control_column(node)..][..p.controls].copy_from_slice(&s.controls);
-                constraints[p.defect_row(node)..][..p.states].copy_from_slice(&s.states);
-                for (k, row) in phase.path.iter().flat_map(|c| &c.rows).enumerate() {
-                    constraints[p.path_row(node) + k] = row.size().unwrap_or(f64::NAN);
-                }
-            }
-        }
-        variables[p.initial_time] = s.time;
-        variables[p.final_time] = s.time;
-        for (q, row) in phase.integrals.iter().zip(&p.integral_rows) {
-            if let Some(r) = row {
-                constraints[*r] = q.variable.size().unwrap_or(f64::NAN);
-            }
-        }
-        if let Some(r) = p.duration_row {
-            constraints[r] = s.time;
-        }
-    }
-    variables[layout.first_parameter..].copy_from_slice(&scaling.parameters);
-    for (c, &first) in ocp.constraints.iter().zip(&layout.endpoint_rows) {
-        for (k, row) in c.rows.iter().enumerate() {
-            constraints[first + k] = row.size().unwrap_or(f64::NAN);
-        }
-    }
-    NlpScaling { objective: scaling.objective, variables, constraints }
-}
-
-/// Where a constraint row of the discretised problem comes from.
-#[derive(Clone, Debug, PartialEq)]
-pub struct RowOrigin {
-    /// Phase, unless the row joins ends of phases.
-    pub phase: Option<String>,
-    /// Name of the constraint: `equation of motion of speed`, `heat rate`, `link braking-descent: radius`.
-    pub name: String,
-    /// Unit of the row.
-    pub unit: String,
-    /// Time of the row in the phase, where it has one.
-    pub time: Option<f64>,
-}
-
-impl Transcription {
-    /// Where row `row` comes from; `x` gives the times.
-    #[must_use]
-    pub fn row_origin(&self, ocp: &Ocp, row: usize, x: &[f64]) -> Option<RowOrigin> {
-        for (phase, p) in ocp.phases.iter().zip(&self.layout.phases) {
-            let end = p.first_row + p.nodes.len() * p.rows_per_node;
-            if (p.first_row..end).contains(&row) {
-                return Some(node_row_origin(phase, p, row - p.first_row, x));
-            }
-            let whole = |name: String, unit: &str| RowOrigin {
-                phase: Some(phase.name.clone()),
-                name,
-                unit: unit.into(),
-                time: None,
-            };
-            if p.duration_row == Some(row) {
-                return Some(whole("duration".into(), &phase.time_unit));
-            }
-            if let Some(k) = p.integral_rows.iter().position(|r| *r == Some(row)) {
-                let v = &phase.integrals[k].variable;
-                return Some(whole(v.name.clone(), &v.unit));
-            }
-        }
-        ocp.constraints.iter().zip(&self.layout.endpoint_rows).find_map(|(c, &first)| {
-            let v = c.rows.get(row.checked_sub(first)?)?;
-            let name = format!("{}: {}", c.name, v.name);
-            Some(RowOrigin { phase: None, name, unit: v.unit.clone(), time: None })
-        })
-    }
-}
-
-fn node_row_origin(phase: &apsides_ocp::Phase, p: &PhaseLayout, offset: usize, x: &[f64]) -> RowOrigin {
-    let (node, k) = (offset / p.rows_per_node, offset % p.rows_per_node);
-    let s = p.nodes[node].fraction;
-    let time = (1.0 - s) * x[p.initial_time] + s * x[p.final_time];
-    let (name, unit) = if k < p.states {
-        let v = &phase.states[k].variable;
-        (format!("equation of motion of {}", v.name), v.unit.clone())
-    } else {
-        let row = phase.path.iter().flat_map(|c| &c.rows).nth(k - p.states);
-        row.map_or_else(Default::default, |v| (v.name.clone(), v.unit.clone()))
-    };
-    RowOrigin { phase: Some(phase.name.clone()), name, unit, time: Some(time) }
 }

@@ -96,6 +96,9 @@ fn header(page: &mut String, summary: &Summary, explanation: Option<&str>) {
     if let Some(explanation) = explanation {
         let _ = writeln!(page, "<p class=\"explanation\">{}</p>", escape(explanation));
     }
+    for warning in &summary.warnings {
+        let _ = writeln!(page, "<p class=\"explanation\">Warning: {}</p>", escape(warning));
+    }
     let objective =
         format!("{} {}", readable(summary.objective.value, DIGITS), escape(&pretty(&summary.objective.unit)));
     let (verdict, class) = match summary.certificate.verdict {

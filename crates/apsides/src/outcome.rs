@@ -65,6 +65,9 @@ pub struct Summary {
     pub timing_ms: Timing,
     /// Verdict and checks.
     pub certificate: Certificate,
+    /// Scales of the statement that do not fit, one sentence each.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub warnings: Vec<String>,
     /// Prices of the keys, when they were asked for.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub sensitivity: Option<Vec<Price>>,

@@ -121,6 +121,7 @@ impl Mission {
             counters,
             timing_ms,
             certificate,
+            warnings: solution.warnings.iter().map(ToString::to_string).collect(),
             sensitivity: None,
         };
         Outcome {
