@@ -109,7 +109,7 @@ fn divisor(multipliers: impl Iterator<Item = f64>) -> f64 {
 
 /// One bound of a constraint or variable, scaled.
 struct Side {
-    /// Distance of the point from the bound: zero within the relaxation, negative beyond, infinite without a bound.
+    /// Distance of the point from the bound: zero within the allowances, negative beyond, infinite without a bound.
     distance: f64,
     /// Its multiplier: negative if of the wrong sign.
     multiplier: f64,
@@ -118,10 +118,11 @@ struct Side {
 }
 
 impl Side {
-    /// A violation up to `play` does not count.
-    fn new(distance: f64, multiplier: f64, equality: bool, play: f64) -> Self {
-        let distance = if distance >= 0.0 { distance } else { (distance + play).min(0.0) };
-        Self { distance, multiplier, equality }
+    /// Distances up to `inside`, and up to `outside` beyond the bound, do not count.
+    fn new(distance: f64, multiplier: f64, equality: bool, inside: f64, outside: f64) -> Self {
+        let counted =
+            if distance >= 0.0 { (distance - inside).max(0.0) } else { (distance + outside).min(0.0) };
+        Self { distance: counted, multiplier, equality }
     }
 
     fn is_inequality(&self) -> bool {
@@ -138,7 +139,8 @@ impl Side {
 /// A solver may widen the bounds of inequalities and variables by `relaxation`, relative to max(1, |bound|), scaled, and
 /// put its point back between the bounds on the variables. So a constraint beyond its bound by that much counts as on
 /// the bound, and what a variable on its bound changes by that move, to first order, is no error. With zero there are
-/// no such allowances.
+/// no such allowances. The slack of a constraint, which is complementary to its multiplier, may differ from its value by the
+/// violation that the report states.
 ///
 /// # Panics
 /// If lengths in `report` or `scaling` are not those of the problem.
@@ -167,8 +169,9 @@ pub fn kkt_error(
         let equality = lower == upper;
         let mut side = |distance: f64, bound: f64, multiplier: f64| {
             let width = if equality { 0.0 } else { play.width(factor * bound) };
-            let play = width + factor * at.constraint_play[i];
-            sides.push(Side::new(factor * distance, multiplier, equality, play));
+            let play = factor * at.constraint_play[i];
+            let inside = play + report.errors.scaled.primal_infeasibility;
+            sides.push(Side::new(factor * distance, multiplier, equality, inside, play + width));
         };
         side(value - lower, lower, at_lower);
         side(upper - value, upper, at_upper);
@@ -182,8 +185,8 @@ pub fn kkt_error(
         let equality = lower == upper;
         let residual = (at.gradient[i] - zl + zu).abs() - at.gradient_play[i];
         stationarity = stationarity.max(dual * residual);
-        sides.push(Side::new(factor * (x - lower), dual * zl, equality, 0.0));
-        sides.push(Side::new(factor * (upper - x), dual * zu, equality, 0.0));
+        sides.push(Side::new(factor * (x - lower), dual * zl, equality, 0.0, 0.0));
+        sides.push(Side::new(factor * (upper - x), dual * zu, equality, 0.0, 0.0));
     }
     // Largest entries do not see what is not a number.
     let numbers = [&report.x, &report.lower_multipliers, &report.upper_multipliers, &constraint_multipliers];
@@ -195,10 +198,10 @@ pub fn kkt_error(
     let dual_divisor = divisor(constraint_multipliers.iter().copied().chain(one_sided()));
     let largest = |size: fn(&Side) -> f64| sides.iter().map(size).fold(0.0, f64::max);
     let complementarity = largest(|side| match side.is_inequality() {
-        true => (side.distance.max(0.0) * side.multiplier).abs(),
+        true => side.distance.max(0.0) * side.multiplier.max(0.0),
         false => 0.0,
     });
-    // The multiplier of a bound that is not there must vanish.
+    // A multiplier of the wrong sign counts here, however far its bound; that of a bound that is not there must vanish.
     let sign = largest(|side| match (side.equality, side.distance.is_finite()) {
         (true, _) => 0.0,
         (false, true) => -side.multiplier,

@@ -5,8 +5,7 @@ use apsides_nlp::{
 };
 use std::time::Duration;
 
-use crate::hock_schittkowski::hs71;
-use crate::support::{Dense, INF, Jet, solve, solve_with};
+use crate::support::{Dense, INF, Jet, hs71, solve, solve_with};
 
 fn assert_near(found: &[f64], expected: &[f64], tolerance: f64) {
     assert_eq!(found.len(), expected.len());

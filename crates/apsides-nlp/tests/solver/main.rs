@@ -3,7 +3,6 @@
 mod behaviour;
 mod chain;
 mod diagnosis;
-mod hock_schittkowski;
 mod malformed;
 mod optimal_control;
 mod random_problems;

@@ -2,8 +2,7 @@
 
 use apsides_nlp::{InteriorPoint, Nlp, NlpSettings, Pattern, Scaling, ScalingMethod, Status, WarmStart};
 
-use crate::hock_schittkowski::hs71;
-use crate::support::solve;
+use crate::support::{hs71, solve};
 
 /// A problem in other units: `x = x' * variables`, and so on.
 struct Units<P> {

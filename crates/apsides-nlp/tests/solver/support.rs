@@ -53,11 +53,6 @@ impl<const N: usize> Jet<N> {
         self.chain(x.powf(k), k * x.powf(k - 1.0), k * (k - 1.0) * x.powf(k - 2.0))
     }
 
-    pub fn exp(self) -> Self {
-        let e = self.value.exp();
-        self.chain(e, e, e)
-    }
-
     pub fn ln(self) -> Self {
         let x = self.value;
         self.chain(x.ln(), 1.0 / x, -1.0 / (x * x))
@@ -310,4 +305,17 @@ pub fn solve_with<const N: usize, const M: usize>(
 
 pub fn solve<const N: usize, const M: usize>(problem: &Dense<N, M>) -> SolveReport {
     solve_with(problem, &NlpSettings::default())
+}
+
+/// Problem 71 of Hock and Schittkowski (1981): f = 17.01401729.
+pub fn hs71() -> Dense<4, 2> {
+    Dense {
+        start: [1.0, 5.0, 5.0, 1.0],
+        lower: [1.0; 4],
+        upper: [5.0; 4],
+        constraint_lower: [25.0, 40.0],
+        constraint_upper: [INF, 40.0],
+        objective: |x| x[0] * x[3] * (x[0] + x[1] + x[2]) + x[2],
+        constraints: |x| [x[0] * x[1] * x[2] * x[3], x[0] * x[0] + x[1] * x[1] + x[2] * x[2] + x[3] * x[3]],
+    }
 }
