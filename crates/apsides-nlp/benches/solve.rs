@@ -11,19 +11,10 @@ mod support;
 use apsides_nlp::{InteriorPoint, SolveReport};
 use chain::VanDerPol;
 use criterion::{BenchmarkId, Criterion, criterion_group, criterion_main};
-use support::Dense;
 
 fn hs71(c: &mut Criterion) {
     let solver = InteriorPoint::default();
-    let mut problem = Dense {
-        start: [1.0, 5.0, 5.0, 1.0],
-        lower: [1.0; 4],
-        upper: [5.0; 4],
-        constraint_lower: [25.0, 40.0],
-        constraint_upper: [f64::INFINITY, 40.0],
-        objective: |x| x[0] * x[3] * (x[0] + x[1] + x[2]) + x[2],
-        constraints: |x| [x[0] * x[1] * x[2] * x[3], x[0] * x[0] + x[1] * x[1] + x[2] * x[2] + x[3] * x[3]],
-    };
+    let mut problem = support::hs71();
     c.bench_function("hs71", |b| b.iter(|| solver.solve(&mut problem).map(|report| report.objective)));
 }
 

@@ -2,11 +2,15 @@
 
 mod behaviour;
 mod chain;
+mod complementarity;
+mod degenerate;
 mod diagnosis;
 mod hock_schittkowski;
 mod malformed;
+mod no_solution;
 mod optimal_control;
-mod random_problems;
+mod optimality;
+mod random;
 mod scaling_and_warm_start;
 mod sensitivity;
 mod support;

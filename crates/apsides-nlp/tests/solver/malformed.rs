@@ -4,8 +4,7 @@ use apsides_nlp::{
     InteriorPoint, Nlp, NlpError, NlpSettings, Pattern, Scaling, ScalingMethod, Stages, WarmStart,
 };
 
-use crate::hock_schittkowski::hs71;
-use crate::support::{Dense, INF};
+use crate::support::{Dense, INF, hs71};
 
 /// Problem 71 with one answer replaced.
 struct Broken {

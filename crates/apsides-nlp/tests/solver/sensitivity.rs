@@ -5,8 +5,7 @@ use apsides_nlp::{
     InteriorPoint, NlpError, NlpSettings, Perturbation, SolutionDerivative, SolveReport, Status,
 };
 
-use crate::hock_schittkowski::hs71;
-use crate::support::{Dense, INF, solve_with};
+use crate::support::{Dense, INF, hs71, solve_with};
 
 /// Of a difference quotient of solutions, from their tolerance over the width.
 const RESOLVED: f64 = 2e-6;
