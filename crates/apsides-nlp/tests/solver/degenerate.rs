@@ -185,3 +185,51 @@ fn no_interior() {
         assert_near(&report.x, &[0.0, 0.0], 1e-7);
     }
 }
+
+/// The gradient at the start scales the objective by 1e-8, the complementarity in the user's units by 1e8.
+#[test]
+#[ignore = "the least barrier parameter does not follow the scaling of the objective"]
+fn start_with_a_huge_gradient() {
+    let problem = Dense {
+        start: [1e10],
+        lower: [2.0],
+        upper: [INF],
+        constraint_lower: [],
+        constraint_upper: [],
+        objective: |x| (x[0] - 1.0).powi(2),
+        constraints: |_| [],
+    };
+    solve_by_all(&problem, Status::Optimal, |report| assert_near(&report.x, &[2.0], 1e-3));
+}
+
+#[test]
+fn bounds_far_away() {
+    let problem = Dense {
+        start: [3.0, 5.0],
+        lower: [-1e18, 0.0],
+        upper: [1e18, 1e10],
+        constraint_lower: [-1e15],
+        constraint_upper: [2.0],
+        objective: |x| (x[0] - 1.0).powi(2) + (x[1] - 4.0).powi(2),
+        constraints: |x| [x[0] + x[1]],
+    };
+    // Projection of (1, 4) on the half plane.
+    solve_by_all(&problem, Status::Optimal, |report| assert_near(&report.x, &[-0.5, 2.5], 1e-6));
+}
+
+#[test]
+fn nearly_equal_bounds() {
+    let problem = Dense {
+        start: [3.0, 5.0, 0.0],
+        lower: [1.0, -10.0, -INF],
+        upper: [1.0 + 1e-9, 10.0, INF],
+        constraint_lower: [2.0, 3.0],
+        constraint_upper: [2.0 + 1e-9, 3.0],
+        objective: |x| (x[0] - 7.0).powi(2) + (x[1] - 4.0).powi(2) + x[2].powi(2),
+        constraints: |x| [x[0] + 0.1 * x[1] + x[2], x[0] + x[1] + x[2]],
+    };
+    // The rows fix x1 and x0 + x2.
+    solve_by_all(&problem, Status::Optimal, |report| {
+        assert_near(&report.x, &[1.0, 1.0 / 0.9, 1.0 - 0.1 / 0.9], 1e-6);
+    });
+}
