@@ -2,10 +2,14 @@
 
 mod behaviour;
 mod chain;
+mod complementarity;
+mod degenerate;
 mod diagnosis;
 mod malformed;
+mod no_solution;
 mod optimal_control;
-mod random_problems;
+mod optimality;
+mod random;
 mod scaling_and_warm_start;
 mod sensitivity;
 mod support;

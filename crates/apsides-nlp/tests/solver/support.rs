@@ -4,7 +4,10 @@
 
 use std::ops::{Add, Div, Mul, Neg, Sub};
 
-use apsides_nlp::{Flow, InteriorPoint, IterationRecord, Nlp, NlpSettings, Pattern, SolveReport};
+use apsides_nlp::{
+    BarrierOracle, BarrierStrategy, Flow, InteriorPoint, IterationRecord, Nlp, NlpSettings, Pattern, Scaling,
+    SolveReport, Status,
+};
 
 pub const INF: f64 = f64::INFINITY;
 
@@ -51,6 +54,11 @@ impl<const N: usize> Jet<N> {
     pub fn powf(self, k: f64) -> Self {
         let x = self.value;
         self.chain(x.powf(k), k * x.powf(k - 1.0), k * (k - 1.0) * x.powf(k - 2.0))
+    }
+
+    pub fn exp(self) -> Self {
+        let e = self.value.exp();
+        self.chain(e, e, e)
     }
 
     pub fn ln(self) -> Self {
@@ -274,6 +282,115 @@ impl<const N: usize, const M: usize> Nlp for Dense<N, M> {
     }
 }
 
+/// A problem in other units: `x = x' * variables`, and so on.
+pub struct Units<P> {
+    pub problem: P,
+    pub scaling: Scaling,
+}
+
+impl<P: Nlp> Units<P> {
+    fn inner(&self, x: &[f64]) -> Vec<f64> {
+        x.iter().zip(&self.scaling.variables).map(|(x, unit)| x / unit).collect()
+    }
+}
+
+impl<P: Nlp> Nlp for Units<P> {
+    fn variables(&self) -> usize {
+        self.problem.variables()
+    }
+    fn constraints(&self) -> usize {
+        self.problem.constraints()
+    }
+    fn variable_bounds(&self, lower: &mut [f64], upper: &mut [f64]) {
+        self.problem.variable_bounds(lower, upper);
+        for (i, unit) in self.scaling.variables.iter().enumerate() {
+            lower[i] *= unit;
+            upper[i] *= unit;
+        }
+    }
+    fn constraint_bounds(&self, lower: &mut [f64], upper: &mut [f64]) {
+        self.problem.constraint_bounds(lower, upper);
+        for (i, unit) in self.scaling.constraints.iter().enumerate() {
+            lower[i] *= unit;
+            upper[i] *= unit;
+        }
+    }
+    fn initial_point(&self, x: &mut [f64]) {
+        self.problem.initial_point(x);
+        x.iter_mut().zip(&self.scaling.variables).for_each(|(x, unit)| *x *= unit);
+    }
+    fn jacobian_pattern(&self) -> Pattern {
+        self.problem.jacobian_pattern()
+    }
+    fn hessian_pattern(&self) -> Pattern {
+        self.problem.hessian_pattern()
+    }
+    fn objective(&mut self, x: &[f64]) -> f64 {
+        let x = self.inner(x);
+        self.problem.objective(&x) * self.scaling.objective
+    }
+    fn gradient(&mut self, x: &[f64], gradient: &mut [f64]) {
+        let x = self.inner(x);
+        self.problem.gradient(&x, gradient);
+        for (value, unit) in gradient.iter_mut().zip(&self.scaling.variables) {
+            *value *= self.scaling.objective / unit;
+        }
+    }
+    fn constraint_values(&mut self, x: &[f64], values: &mut [f64]) {
+        let x = self.inner(x);
+        self.problem.constraint_values(&x, values);
+        values.iter_mut().zip(&self.scaling.constraints).for_each(|(value, unit)| *value *= unit);
+    }
+    fn jacobian(&mut self, x: &[f64], values: &mut [f64]) {
+        let x = self.inner(x);
+        self.problem.jacobian(&x, values);
+        let pattern = self.jacobian_pattern();
+        for ((value, &row), &col) in values.iter_mut().zip(&pattern.rows).zip(&pattern.cols) {
+            *value *= self.scaling.constraints[row] / self.scaling.variables[col];
+        }
+    }
+    fn hessian(&mut self, x: &[f64], factor: f64, multipliers: &[f64], values: &mut [f64]) {
+        let x = self.inner(x);
+        let inner: Vec<f64> = multipliers.iter().zip(&self.scaling.constraints).map(|(y, u)| y * u).collect();
+        self.problem.hessian(&x, factor * self.scaling.objective, &inner, values);
+        let pattern = self.hessian_pattern();
+        for ((value, &row), &col) in values.iter_mut().zip(&pattern.rows).zip(&pattern.cols) {
+            *value /= self.scaling.variables[row] * self.scaling.variables[col];
+        }
+    }
+    fn scaling(&self) -> Option<Scaling> {
+        Some(self.scaling.clone())
+    }
+}
+
+/// Problem 71 of Hock and Schittkowski: optimum 17.0140173 at (1, 4.743, 3.8211, 1.3794).
+pub fn hs71() -> Dense<4, 2> {
+    Dense {
+        start: [1.0, 5.0, 5.0, 1.0],
+        lower: [1.0; 4],
+        upper: [5.0; 4],
+        constraint_lower: [25.0, 40.0],
+        constraint_upper: [INF, 40.0],
+        objective: |x| x[0] * x[3] * (x[0] + x[1] + x[2]) + x[2],
+        constraints: |x| [x[0] * x[1] * x[2] * x[3], x[0] * x[0] + x[1] * x[1] + x[2] * x[2] + x[3] * x[3]],
+    }
+}
+
+/// Every strategy for the barrier parameter.
+pub fn strategies() -> [NlpSettings; 4] {
+    let adaptive = |barrier_oracle| NlpSettings {
+        barrier: BarrierStrategy::Adaptive,
+        barrier_oracle,
+        ..NlpSettings::default()
+    };
+    [
+        NlpSettings::default(),
+        adaptive(BarrierOracle::QualityFunction),
+        adaptive(BarrierOracle::Probing),
+        adaptive(BarrierOracle::Loqo),
+    ]
+}
+
 /// Ipopt's table on the standard error output when `NLP_LOG` is set.
 pub fn log(record: &IterationRecord) -> Flow {
     if std::env::var_os("NLP_LOG").is_some() {
@@ -307,15 +424,35 @@ pub fn solve<const N: usize, const M: usize>(problem: &Dense<N, M>) -> SolveRepo
     solve_with(problem, &NlpSettings::default())
 }
 
-/// Problem 71 of Hock and Schittkowski (1981): f = 17.01401729.
-pub fn hs71() -> Dense<4, 2> {
-    Dense {
-        start: [1.0, 5.0, 5.0, 1.0],
-        lower: [1.0; 4],
-        upper: [5.0; 4],
-        constraint_lower: [25.0, 40.0],
-        constraint_upper: [INF, 40.0],
-        objective: |x| x[0] * x[3] * (x[0] + x[1] + x[2]) + x[2],
-        constraints: |x| [x[0] * x[1] * x[2] * x[3], x[0] * x[0] + x[1] * x[1] + x[2] * x[2] + x[3] * x[3]],
+pub fn assert_near(found: &[f64], expected: &[f64], tolerance: f64) {
+    assert_eq!(found.len(), expected.len());
+    let near = found.iter().zip(expected).all(|(a, b)| (a - b).abs() <= tolerance);
+    assert!(near, "{found:?} instead of {expected:?}");
+}
+
+fn assert_by_all<const N: usize, const M: usize>(
+    problem: &Dense<N, M>,
+    is_right: impl Fn(Status) -> bool,
+    check: impl Fn(&SolveReport),
+) {
+    for settings in strategies() {
+        let report = solve_with(problem, &settings);
+        let strategy = (settings.barrier, settings.barrier_oracle);
+        assert!(is_right(report.status), "{strategy:?}: {} at {:?}", report.status, report.x);
+        check(&report);
     }
+}
+
+/// Solves by every strategy; checks the status, and by `check` what was found.
+pub fn solve_by_all<const N: usize, const M: usize>(
+    problem: &Dense<N, M>,
+    status: Status,
+    check: impl Fn(&SolveReport),
+) {
+    assert_by_all(problem, |found| found == status, check);
+}
+
+/// The same with any status that calls the point a solution.
+pub fn assert_success<const N: usize, const M: usize>(problem: &Dense<N, M>, check: impl Fn(&SolveReport)) {
+    assert_by_all(problem, Status::is_success, check);
 }
