@@ -34,11 +34,6 @@ const UNSOLVED: &[(u32, &str)] = &[
     (97, "probing"),
     // As 97.
     (98, "probing"),
-    // At the optimum of the collection, but the least barrier parameter, 9.1e-10 scaled, is a complementarity of 2.2e-3 in
-    // the units of the problem (its objective is scaled by 4.2e-7), above the tolerance 1e-4 for it: acceptable only.
-    (99, "monotone"),
-    (99, "probing"),
-    (99, "quality"),
     // Other points that satisfy the optimality conditions: a local minimum, f = -0.67498143 (monotone), and one of a
     // continuum of degenerate points, f = -0.5 (quality, probing).
     (108, "monotone"),

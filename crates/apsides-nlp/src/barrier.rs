@@ -71,7 +71,7 @@ impl Engine {
         if self.control.free {
             return;
         }
-        let floor = self.settings.final_barrier();
+        let floor = self.final_barrier;
         loop {
             let solved =
                 self.barrier_error(self.barrier) <= self.settings.barrier_tolerance_factor * self.barrier;
@@ -114,14 +114,14 @@ impl Engine {
     }
 
     fn bounded_barrier(&self, barrier: f64) -> f64 {
-        barrier.min(self.control.largest).max(self.settings.final_barrier())
+        barrier.min(self.control.largest).max(self.final_barrier)
     }
 
     /// The parameter for this iteration, from the affine direction in `step` and the centring direction in `corrected`.
     pub(crate) fn choose_barrier(&self) -> f64 {
         let average = self.bounds.average_complementarity(&self.current);
         if self.bounds.len() == 0 {
-            return self.settings.final_barrier();
+            return self.final_barrier;
         }
         let centring = match self.control.oracle {
             BarrierOracle::QualityFunction => self.best_centring(average),
@@ -153,7 +153,7 @@ impl Engine {
         let constraints = &self.current.constraints;
         let primal = dot(constraints, constraints) / constraints.len().max(1) as f64;
         let quality = |log_centring: f64| self.quality(log_centring.exp() * average, dual, primal);
-        let least = LEAST_CENTRING.max((self.settings.final_barrier() / average).min(1.0)).ln();
+        let least = LEAST_CENTRING.max((self.final_barrier / average).min(1.0)).ln();
         let (mut low, mut high) = if quality(0.0) <= quality(0.99_f64.ln()) {
             (0.0, LARGEST_CENTRING.min(self.control.largest / average).max(1.0).ln())
         } else {

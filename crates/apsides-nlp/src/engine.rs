@@ -10,6 +10,7 @@ use crate::line_search::{LineSearch, Search};
 use crate::model::{BarrierModel, Structure};
 use crate::observer::{Flow, IterationRecord, Observer};
 use crate::report::{Evaluation, OptimalityError, Residuals, Status};
+use crate::scaled::ScaledProblem;
 use crate::settings::NlpSettings;
 use crate::step::Regularisation;
 
@@ -58,6 +59,8 @@ pub(crate) struct Engine {
     pub(crate) step: Direction,
     pub(crate) corrected: Direction,
     pub(crate) barrier: f64,
+    /// The least barrier parameter.
+    pub(crate) final_barrier: f64,
     pub(crate) tau: f64,
     pub(crate) filter: Filter,
     pub(crate) control: BarrierControl,
@@ -69,6 +72,13 @@ pub(crate) struct Engine {
 }
 
 impl Engine {
+    /// An engine for a model; its least barrier parameter is one that meets the tolerances of the unscaled problem.
+    pub(crate) fn for_model(model: &impl BarrierModel, settings: &NlpSettings) -> Self {
+        let unit = model.residual_units().map_or(1.0, |units| units.complementarity);
+        let final_barrier = settings.final_barrier(unit);
+        Self { final_barrier, ..Self::new(model.structure(), model.lower(), model.upper(), settings) }
+    }
+
     pub(crate) fn new(structure: &Structure, lower: &[f64], upper: &[f64], settings: &NlpSettings) -> Self {
         let (n, m) = (structure.primal(), structure.constraints);
         Self {
@@ -90,6 +100,7 @@ impl Engine {
             step: Direction::new(n, m),
             corrected: Direction::new(n, m),
             barrier: settings.initial_barrier,
+            final_barrier: settings.final_barrier(1.0),
             tau: settings.boundary_fraction,
             filter: Filter::new(),
             control: BarrierControl::new(settings),
@@ -244,15 +255,10 @@ impl Engine {
     }
 
     fn verdict(&mut self, session: &Session<'_>) -> Option<Status> {
-        let settings = &self.settings;
-        let unscaled = &self.errors.unscaled;
-        if self.errors.scaled.max() <= settings.tolerance
-            && unscaled.dual_infeasibility <= settings.dual_tolerance
-            && unscaled.primal_infeasibility <= settings.constraint_tolerance
-            && unscaled.complementarity <= settings.complementarity_tolerance
-        {
+        if self.is_optimal() {
             return Some(Status::Optimal);
         }
+        let settings = &self.settings;
         if self.is_acceptable() {
             self.acceptable_in_a_row += 1;
             if settings.acceptable_iterations > 0
@@ -263,7 +269,7 @@ impl Engine {
         } else {
             self.acceptable_in_a_row = 0;
         }
-        if max_abs(&self.current.v) > settings.diverging_threshold {
+        if self.diverges() {
             return Some(Status::Diverging);
         }
         if session.iteration >= settings.max_iterations {
@@ -273,6 +279,22 @@ impl Engine {
             return Some(Status::TimeLimit);
         }
         None
+    }
+
+    /// Whether the point is too far away, or the objective too low at a point that is feasible but for rounding.
+    fn diverges(&self) -> bool {
+        let (settings, largest) = (&self.settings, max_abs(&self.current.v));
+        let feasible = self.errors.scaled.primal_infeasibility <= settings.tolerance * largest.max(1.0);
+        largest > settings.diverging_threshold
+            || (feasible && self.current.objective < -settings.unbounded_objective)
+    }
+
+    fn is_optimal(&self) -> bool {
+        let (settings, unscaled) = (&self.settings, &self.errors.unscaled);
+        self.errors.scaled.max() <= settings.tolerance
+            && unscaled.dual_infeasibility <= settings.dual_tolerance
+            && unscaled.primal_infeasibility <= settings.constraint_tolerance
+            && unscaled.complementarity <= settings.complementarity_tolerance
     }
 
     fn is_acceptable(&self) -> bool {
@@ -303,6 +325,24 @@ impl Engine {
         self.best_error = f64::INFINITY;
         self.acceptable_in_a_row = 0;
         self.regularisation = Regularisation::default();
+    }
+
+    /// Puts the variables of an optimal point between the user's bounds, with the errors measured there; false, and the
+    /// point as it was, if it is not optimal there.
+    pub(crate) fn ends_inside(&mut self, problem: &mut ScaledProblem<'_>) -> bool {
+        let (before, errors) = (self.current.clone(), self.errors);
+        if !problem.move_inside(&mut self.current.v) {
+            return true;
+        }
+        if self.current.evaluate(problem) && self.differentiate(problem).is_ok() {
+            self.measure_errors(problem);
+            if self.is_optimal() {
+                return true;
+            }
+        }
+        self.current = before;
+        self.errors = errors;
+        false
     }
 
     /// Goes back to the iterate with the least optimality error.

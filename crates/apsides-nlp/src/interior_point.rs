@@ -105,7 +105,7 @@ impl InteriorPoint {
             kkt.ordering = Ordering::Stages(stages);
         }
         let mut system = AugmentedSystem::new(problem.structure(), kkt)?;
-        let mut engine = Engine::new(problem.structure(), problem.lower(), problem.upper(), &self.settings);
+        let mut engine = Engine::for_model(&problem, &self.settings);
         let mut session = Session {
             observer,
             deadline: self.settings.time_limit.map(|limit| start + limit),
@@ -128,6 +128,7 @@ impl InteriorPoint {
         if !keeps_point {
             engine.recall_best(&mut problem);
         }
+        let inside = status != Status::Optimal || engine.ends_inside(&mut problem);
         let counters = Counters {
             iterations: session.iteration,
             restoration_iterations: session.restoration_iterations,
@@ -136,7 +137,7 @@ impl InteriorPoint {
             solves: system.solves,
             ..Counters::default()
         };
-        let mut report = report_point(&engine, &mut problem, status, counters);
+        let mut report = report_point(&engine, &mut problem, status, counters, inside);
         report.timing.linear_systems = system.time;
         report.timing.total = start.elapsed();
         Ok(report)
@@ -211,8 +212,10 @@ fn report_point(
     problem: &mut ScaledProblem<'_>,
     status: Status,
     counters: Counters,
+    inside: bool,
 ) -> SolveReport {
-    let x = problem.user_point(&engine.current.v);
+    let v = &engine.current.v;
+    let x = if inside { problem.user_point_inside(v) } else { problem.user_point(v) };
     let (objective, constraint_values) = problem.user_values(&x);
     let scaling = problem.scaling_factors().clone();
     let mut constraint_multipliers = vec![0.0; constraint_values.len()];

@@ -23,6 +23,9 @@ const MULTIPLIER_SAFEGUARD: f64 = 1e10;
 const LARGEST_RISE: f64 = 5.0;
 /// Relative size of a tiny step.
 const TINY_STEP: f64 = 10.0 * f64::EPSILON;
+/// Relative size of a step of the multipliers that does not count, and tiny steps in a row that may move them more.
+const DUAL_TINY_STEP: f64 = 1e-8;
+const MAX_TINY_STEPS: usize = 20;
 /// Required reduction of the optimality error by a soft restoration step.
 const SOFT_REDUCTION: f64 = 1.0 - 1e-4;
 /// Iterations in a row with a first trial rejected by the filter that clear it, and how often this may happen.
@@ -113,7 +116,8 @@ pub(crate) struct LineSearch {
     pub corrected_constraints: Vec<f64>,
     /// Violations below this call for the Armijo condition.
     pub min_violation: f64,
-    tiny_before: bool,
+    /// Tiny steps in a row.
+    tiny_steps: usize,
     soft_steps: usize,
     shortened_in_a_row: usize,
     filter_rejections: usize,
@@ -131,7 +135,7 @@ impl LineSearch {
             kind: '-',
             corrected_constraints: vec![0.0; m],
             min_violation: 0.0,
-            tiny_before: false,
+            tiny_steps: 0,
             soft_steps: 0,
             shortened_in_a_row: 0,
             filter_rejections: 0,
@@ -158,7 +162,7 @@ impl LineSearch {
     /// Forgets everything but the log.
     pub(crate) fn restart(&mut self) {
         self.barrier_changed();
-        self.tiny_before = false;
+        self.tiny_steps = 0;
         self.soft_steps = 0;
         self.filter_resets = 0;
     }
@@ -178,7 +182,7 @@ impl Engine {
         if self.is_tiny() {
             return self.take_tiny_step(model, primal, dual);
         }
-        self.search.tiny_before = false;
+        self.search.tiny_steps = 0;
         let mut reference = Reference {
             violation: self.current.violation,
             barrier: self.barrier_value(&self.current),
@@ -411,17 +415,27 @@ impl Engine {
                 .all(|(step, v)| step.abs() <= TINY_STEP * (1.0 + v.abs()))
     }
 
+    /// Whether the step changes a multiplier by more than rounding.
+    fn moves_multipliers(&self) -> bool {
+        let moves = |steps: &[f64], values: &[f64]| {
+            steps.iter().zip(values).any(|(step, value)| step.abs() > DUAL_TINY_STEP * (1.0 + value.abs()))
+        };
+        let (step, point) = (&self.step, &self.current);
+        moves(&step.y, &point.y) || moves(&step.zl, &point.zl) || moves(&step.zu, &point.zu)
+    }
+
     /// A step of the size of rounding errors is taken without a test, since none could tell anything. After two in a
-    /// row
-    /// the barrier parameter is reduced; at its least value the method has stalled.
+    /// row that do not move the multipliers either, or many that do, the barrier parameter is reduced; at its least value
+    /// the method has stalled.
     fn take_tiny_step(&mut self, model: &mut impl BarrierModel, primal: f64, dual: f64) -> Search {
-        if self.search.tiny_before {
-            if self.barrier <= self.settings.final_barrier() {
+        let patience = if self.moves_multipliers() { MAX_TINY_STEPS } else { 1 };
+        if self.search.tiny_steps >= patience {
+            if self.barrier <= self.final_barrier {
                 return Search::Stalled;
             }
             self.control.force = true;
         }
-        self.search.tiny_before = true;
+        self.search.tiny_steps += 1;
         self.search.trials = 1;
         if !self.try_step(model, primal, false) || !self.differentiate_trial(model) {
             return Search::Stalled;

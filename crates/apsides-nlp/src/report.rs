@@ -172,7 +172,9 @@ pub struct Violation {
 pub struct SolveReport {
     /// How the solve ended.
     pub status: Status,
-    /// The point, length `n`: the last one if optimal, else the best one met.
+    /// The point, length `n`: the last one if optimal, else the best one met. It is put back between the bounds unless an
+    /// optimal point would lose its tolerance by that; then it is outside by rounding, 2e-12 relative to max(1, |bound|)
+    /// (scaled).
     pub x: Vec<f64>,
     /// Objective there.
     pub objective: f64,

@@ -10,6 +10,9 @@ use crate::report::{Counters, ScalingFactors};
 use crate::scaling::{choose_units, gradient_factors};
 use crate::settings::{NlpSettings, ScalingMethod};
 
+/// Part of the tolerance for constraints that the relaxation of their bounds may take.
+const RELAXED_PART: f64 = 0.1;
+
 /// Scaled problem over the free variables and the slacks.
 pub(crate) struct ScaledProblem<'a> {
     nlp: &'a mut dyn Nlp,
@@ -183,14 +186,15 @@ impl<'a> ScaledProblem<'a> {
                 target[row] = cl[i] * factor;
             } else {
                 slack_of_row.push(UnitVariable { row, sign: -1.0 });
-                lower.push(cl[i] * factor);
-                upper.push(cu[i] * factor);
+                // No wider than the tolerance of the unscaled problem.
+                let most = RELAXED_PART * settings.constraint_tolerance * factor / sizes.constraints[i];
+                let relax = |bound: f64| (settings.bound_relaxation * bound.abs().max(1.0)).min(most);
+                let (low, high) = (cl[i] * factor, cu[i] * factor);
+                lower.push(low - relax(low));
+                upper.push(high + relax(high));
                 dual_units.push(factor / sizes.constraints[i] / reduction);
             }
         }
-        let relax = settings.bound_relaxation;
-        lower.iter_mut().for_each(|bound| *bound -= relax * bound.abs().max(1.0));
-        upper.iter_mut().for_each(|bound| *bound += relax * bound.abs().max(1.0));
 
         Ok(Self {
             structure: Structure {
@@ -291,15 +295,33 @@ impl<'a> ScaledProblem<'a> {
         Ok(Some(free.chain(self.kept.iter().map(|&i| constraints[i])).collect()))
     }
 
-    /// The user's point of a scaled one, put back between the user's bounds.
+    /// The user's point of a scaled one.
     pub(crate) fn user_point(&mut self, v: &[f64]) -> Vec<f64> {
         self.set_point(v);
-        let mut x = self.x.clone();
+        self.x.clone()
+    }
+
+    /// The same, put back between the user's bounds.
+    pub(crate) fn user_point_inside(&mut self, v: &[f64]) -> Vec<f64> {
+        let mut x = self.user_point(v);
         let (lower, upper) = &self.variable_bounds;
         for (i, value) in x.iter_mut().enumerate() {
             *value = value.max(lower[i]).min(upper[i]);
         }
         x
+    }
+
+    /// Puts the variables of a scaled point back between the user's bounds; answers whether any has moved.
+    pub(crate) fn move_inside(&self, v: &mut [f64]) -> bool {
+        let (lower, upper) = &self.variable_bounds;
+        let mut moved = false;
+        for (value, &i) in v.iter_mut().zip(&self.free) {
+            let factor = self.factors.variables[i];
+            let inside = value.max(lower[i] * factor).min(upper[i] * factor);
+            moved |= inside != *value;
+            *value = inside;
+        }
+        moved
     }
 
     /// Objective and constraints at a point in the user's units.

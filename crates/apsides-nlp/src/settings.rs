@@ -79,6 +79,8 @@ pub struct NlpSettings {
     pub time_limit: Option<Duration>,
     /// An iterate with an entry above this (scaled) is called diverging; 1e20.
     pub diverging_threshold: f64,
+    /// A feasible iterate with the objective below minus this (scaled) is called diverging; 1e15.
+    pub unbounded_objective: f64,
     /// A bound of at least this magnitude counts as absent; 1e19.
     pub infinite_bound: f64,
     /// Scaling of the problem; gradients up to 100.
@@ -89,7 +91,8 @@ pub struct NlpSettings {
     pub barrier_oracle: BarrierOracle,
     /// Barrier parameter at the start; 0.1. With a good guess a smaller one saves iterations.
     pub initial_barrier: f64,
-    /// The barrier parameter goes no lower than this fraction of `tolerance`; 1/11.
+    /// The barrier parameter goes no lower than this fraction of `tolerance`, or of `complementarity_tolerance` where
+    /// that is less in scaled terms; 1/11.
     pub final_barrier_fraction: f64,
     /// A barrier problem counts as solved at this multiple of the barrier parameter; 10.
     pub barrier_tolerance_factor: f64,
@@ -103,8 +106,8 @@ pub struct NlpSettings {
     pub bound_push: f64,
     /// Start at least this fraction of the interval inside a bound; 1e-2.
     pub bound_fraction: f64,
-    /// Bounds are widened by this, relative to max(1, |bound|), so that an interior exists; 1e-10. The result is put
-    /// back between the bounds on the variables.
+    /// Bounds of constraints are widened by this, relative to max(1, |bound|), so that an interior exists; 1e-10. Those of
+    /// variables are not.
     pub bound_relaxation: f64,
     /// Weight of the linear term that keeps variables with one bound from drifting away; 1e-5.
     pub damping: f64,
@@ -154,6 +157,7 @@ impl Default for NlpSettings {
             max_iterations: 3000,
             time_limit: None,
             diverging_threshold: 1e20,
+            unbounded_objective: 1e15,
             infinite_bound: 1e19,
             scaling: ScalingMethod::Gradient { max: 100.0 },
             barrier: BarrierStrategy::Monotone,
@@ -187,20 +191,21 @@ impl Default for NlpSettings {
 }
 
 impl NlpSettings {
-    /// The least barrier parameter.
-    pub(crate) fn final_barrier(&self) -> f64 {
-        self.tolerance.min(self.complementarity_tolerance) * self.final_barrier_fraction
+    /// The least barrier parameter, for a complementarity of `unit` per scaled one.
+    pub(crate) fn final_barrier(&self, unit: f64) -> f64 {
+        self.tolerance.min(self.complementarity_tolerance / unit) * self.final_barrier_fraction
     }
 
     /// # Errors
     /// The first field outside its range.
     pub(crate) fn validate(&self) -> Result<(), NlpError> {
-        let positive: [(&'static str, f64); 17] = [
+        let positive: [(&'static str, f64); 18] = [
             ("tolerance", self.tolerance),
             ("dual_tolerance", self.dual_tolerance),
             ("constraint_tolerance", self.constraint_tolerance),
             ("complementarity_tolerance", self.complementarity_tolerance),
             ("diverging_threshold", self.diverging_threshold),
+            ("unbounded_objective", self.unbounded_objective),
             ("infinite_bound", self.infinite_bound),
             ("initial_barrier", self.initial_barrier),
             ("final_barrier_fraction", self.final_barrier_fraction),

@@ -10,6 +10,8 @@ use crate::scaled::ScaledProblem;
 /// Limits of the violation, relative to the starting point's (at least 1).
 const MAX_VIOLATION: f64 = 1e4;
 const MIN_VIOLATION: f64 = 1e-4;
+/// Bounds farther than this from the start get a smaller multiplier.
+const FAR_BOUND: f64 = 1e4;
 /// Warm-started multipliers stay within this factor of their central values.
 const WARM_SAFEGUARD: f64 = 10.0;
 
@@ -25,13 +27,16 @@ impl Engine {
         self.bounds.push_inside(&mut self.current.v, push, fraction);
         self.set_slacks(problem);
         self.bounds.push_inside(&mut self.current.v, push, fraction);
-        for &i in &self.bounds.lower_set {
-            self.current.zl[i] = self.settings.initial_bound_multiplier;
-        }
-        for &i in &self.bounds.upper_set {
-            self.current.zu[i] = self.settings.initial_bound_multiplier;
-        }
         self.evaluate_start(problem)?;
+        // Bounds as far away as a huge number would make the average complementarity meaningless.
+        let multiplier = |slack: f64| self.settings.initial_bound_multiplier * (FAR_BOUND / slack).min(1.0);
+        let (lower_set, upper_set) = (&self.bounds.lower_set, &self.bounds.upper_set);
+        for &i in lower_set {
+            self.current.zl[i] = multiplier(self.current.lower_slack[i]);
+        }
+        for &i in upper_set {
+            self.current.zu[i] = multiplier(self.current.upper_slack[i]);
+        }
         self.estimate_multipliers(problem.structure(), system);
         self.update_dual_residual(problem);
         Ok(())
@@ -68,7 +73,7 @@ impl Engine {
         let barrier = warm.barrier.unwrap_or_else(|| {
             average.min(self.settings.initial_barrier).max(self.settings.warm_start_barrier)
         });
-        self.barrier = barrier.max(self.settings.final_barrier());
+        self.barrier = barrier.max(self.final_barrier);
         self.tau = self.settings.boundary_fraction.max(1.0 - self.barrier);
         self.push_to_central_path();
         self.set_slacks(problem);

@@ -1,7 +1,7 @@
 //! The search direction: regularised factorisation and solves (Waechter and Biegler, eq. 11-13 and algorithm IC).
 
 use crate::augmented::AugmentedSystem;
-use crate::engine::Engine;
+use crate::engine::{Engine, max_abs};
 use crate::iterate::{Bounds, Direction, Point};
 use crate::model::{BarrierModel, Structure};
 
@@ -85,7 +85,7 @@ impl Engine {
             let last = self.regularisation.last;
             primal = match (primal == 0.0, last == 0.0) {
                 (true, true) => self.settings.first_regularisation,
-                (true, false) => (DECREASE * last).max(LEAST),
+                (true, false) => (DECREASE * last).min(self.largest_useful_regularisation()).max(LEAST),
                 (false, true) => FIRST_GROWTH * primal,
                 (false, false) => GROWTH * primal,
             };
@@ -99,6 +99,11 @@ impl Engine {
             self.regularisation.last = primal;
         }
         self.reduces_violation(dual)
+    }
+
+    /// The size of the Hessian: a larger first trial only comes from an earlier point with a larger one.
+    fn largest_useful_regularisation(&self) -> f64 {
+        max_abs(&self.hessian).max(self.settings.first_regularisation)
     }
 
     /// Whether the step reduces the linearised constraints. With dual regularisation it leaves `dual_shift * dy` of
