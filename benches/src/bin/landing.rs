@@ -7,7 +7,7 @@ use std::time::Duration;
 
 use apsides::nlp::{BarrierStrategy, Flow, InteriorPoint, IterationRecord, NlpSettings, SolveReport};
 use apsides_benches::landing::{Dump, Failure, method_settings, settings};
-use apsides_benches::{CpuTime, Landing, Start};
+use apsides_benches::{CpuTime, Landing, Numbers, Start};
 use clap::Parser;
 use serde::Serialize;
 
@@ -85,7 +85,12 @@ fn main() -> Result<(), Failure> {
     let guess = landing.start(arguments.start, intervals, points)?;
     if let Some(path) = &arguments.dump {
         let mut nlp = landing.transcription(&guess, intervals, points)?;
-        let dump = Dump::new(&landing, &mut nlp, intervals, points)?;
+        let dump = Dump {
+            mission_file: landing.mission_file.clone(),
+            intervals,
+            points,
+            numbers: Numbers::new(&mut nlp),
+        };
         serde_json::to_writer(BufWriter::new(File::create(path)?), &dump)?;
     }
     let barrier = if arguments.adaptive { BarrierStrategy::Adaptive } else { BarrierStrategy::Monotone };
