@@ -25,6 +25,8 @@ pub struct Timed {
     pub setup_ms: Vec<f64>,
     /// Solve, analysis of the linear systems included.
     pub solve_ms: Vec<f64>,
+    /// Part of the last solve that functions and derivatives took, wall clock.
+    pub evaluation_ms: f64,
 }
 
 impl Timed {
@@ -55,13 +57,16 @@ impl Timed {
                     factorisations: report.counters.factorisations,
                     setup_ms,
                     solve_ms,
+                    evaluation_ms: report.timing.evaluation.as_secs_f64() * 1e3,
                 });
             }
         }
     }
 }
 
-fn status(report: &SolveReport) -> String {
+/// `optimal`, `acceptable`, or what went wrong.
+#[must_use]
+pub fn status(report: &SolveReport) -> String {
     match report.status {
         Status::Optimal => "optimal".into(),
         Status::Acceptable => "acceptable".into(),

@@ -80,8 +80,9 @@ impl Strategy {
 #[derive(Serialize)]
 struct Entry<T> {
     name: String,
-    /// Published optimum and the largest relative difference from it.
-    optimum: f64,
+    /// Published optimum; none for the landing.
+    optimum: Option<f64>,
+    /// Largest difference from it, relative.
     tolerance: f64,
     #[serde(flatten)]
     content: T,
@@ -97,11 +98,12 @@ fn main() -> Result<(), Failure> {
     Ok(())
 }
 
+/// All programs of the collection, solved or as formulas.
 fn collection_entries(arguments: &Arguments) -> Result<Value, Failure> {
     let solver = arguments.strategy.apply(NlpSettings::default());
     let entries = collection().into_iter().map(|program| {
         let name = program.number.to_string();
-        let (optimum, tolerance) = (program.optimum, program.tolerance);
+        let (optimum, tolerance) = (Some(program.optimum), program.tolerance);
         let content = if arguments.formulas {
             json!(Formulas::of_program(&program).map_err(|e| format!("program {name}: {e}"))?)
         } else {
@@ -130,13 +132,13 @@ fn problem_entry(
     Ok(json!(Entry { name: name.into(), optimum, tolerance, content }))
 }
 
-/// Problem, guess, optimum and its tolerance; the landing has no published optimum.
-fn pose(name: &str) -> Result<(Ocp, Guess, f64, f64), Failure> {
+/// Problem, guess, optimum and its tolerance.
+fn pose(name: &str) -> Result<(Ocp, Guess, Option<f64>, f64), Failure> {
     if name == landing::MISSION {
         let Landing { ocp, guess, .. } = Landing::pose()?;
-        return Ok((ocp, guess, f64::NAN, 0.0));
+        return Ok((ocp, guess, None, 0.0));
     }
     let problem = find(name).ok_or_else(|| format!("no problem `{name}` in the gallery"))?;
     let Case { ocp, guess } = problem.pose()?;
-    Ok((ocp, guess, problem.optimum.value, problem.optimum.relative_tolerance))
+    Ok((ocp, guess, Some(problem.optimum.value), problem.optimum.relative_tolerance))
 }
