@@ -6,7 +6,7 @@ The program `program` of this package writes each transcribed problem as formula
 import argparse
 import statistics
 
-from common import STRATEGIES, TRAJECTORY_BOUNDS, Problem, assembled, built, casadi, output, trajectories
+from common import STRATEGIES, Problem, assembled, built, casadi, output, trajectories
 
 # Intervals and points: the optimum of the mesh is close to that of the problem.
 MESHES = {
@@ -28,7 +28,7 @@ def compare(path, name, arguments):
     description = output(*command, "--formulas")
     problem = Problem(description, assembled(description), 1e-9)
     for strategy in trajectories.STRATEGIES:
-        problem.build(strategy, TRAJECTORY_BOUNDS | STRATEGIES[strategy])
+        problem.build(strategy, STRATEGIES[strategy])
     command += ["--milliseconds", arguments.milliseconds]
     flags = {strategy: ["--strategy", strategy] for strategy in trajectories.STRATEGIES}
     entries = trajectories.in_turns(command, flags, problem, arguments.turns, arguments.milliseconds)

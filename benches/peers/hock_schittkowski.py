@@ -44,6 +44,11 @@ def solve_all(arguments):
     """Programs, and by solver and strategy the runs of all."""
     path = arguments.program or built("program")
     programs = output(path, "hock-schittkowski", "--formulas")
+    for program in programs:
+        if "no_formula" in program:
+            print(f"not compared, {program['name']}: {program['no_formula']}")
+    programs = [p for p in programs if "no_formula" not in p]
+    names = {p["name"] for p in programs}
     problems = []
     for program in programs:
         problem = Problem(program, assembled(program), 1e-9)
@@ -55,6 +60,7 @@ def solve_all(arguments):
     for _ in range(arguments.turns):
         for strategy in COMPARED:
             ours = output(path, "hock-schittkowski", "--strategy", strategy, "--milliseconds", spend)
+            ours = [run for run in ours if run["name"] in names]
             for k, (run, problem) in enumerate(zip(ours, problems)):
                 runs["apsides", strategy][k].append(run)
                 runs["Ipopt", strategy][k].append(problem.solve(strategy, spend))
@@ -72,12 +78,17 @@ def summary(title, pairs):
     times = [(theirs["ms"] / ours["ms"], number) for number, ours, theirs in pairs]
     counts = [ours["iterations"] / max(theirs["iterations"], 1) for _, ours, theirs in pairs]
     total = [sum(run[k]["iterations"] for run in pairs) for k in (1, 2)]
-    slower = [number for (number, ours, theirs), c in zip(pairs, counts) if c > 1.1]
+    slower = [
+        f"{number} ({ours['iterations']}/{theirs['iterations']})"
+        for (number, ours, theirs), ratio in zip(pairs, counts)
+        if ratio > 1.1
+    ]
     print(f"{title}, {len(pairs)} solved by both:")
     print(f"  iterations apsides / Ipopt: median {statistics.median(counts):.2f}, sums {total[0]} / {total[1]}")
     print(f"  over 10 % more than Ipopt in {len(slower)}: {', '.join(slower) or 'none'}")
     (least, at), median = min(times), statistics.median(t for t, _ in times)
-    print(f"  time Ipopt / apsides: median {median:.1f}, least {least:.1f} (program {at})")
+    close = [f"{number} ({ratio:.1f})" for ratio, number in sorted(times) if ratio < 5.0]
+    print(f"  time Ipopt / apsides: median {median:.1f}, least {least:.1f} (program {at}); below 5: {', '.join(close) or 'none'}")
 
 
 def main():

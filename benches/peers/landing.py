@@ -10,7 +10,7 @@ import os
 import tempfile
 import tomllib
 
-from common import STRATEGIES, TRAJECTORY_BOUNDS, Problem, built, casadi, numpy, output, trajectories
+from common import STRATEGIES, Problem, built, casadi, numpy, output, trajectories
 
 STATES = 5
 NODE = STATES + 1
@@ -88,7 +88,7 @@ def compare(program, intervals, arguments):
     problem = Problem(dump, posed(dump), 1e-12, expand=not arguments.no_expand)
     for strategy in trajectories.STRATEGIES:
         start = {"mu_init": arguments.initial_barrier}
-        problem.build(strategy, TRAJECTORY_BOUNDS | start | STRATEGIES[strategy])
+        problem.build(strategy, start | STRATEGIES[strategy])
     command = [*common, "--repeat", arguments.repeat]
     return trajectories.in_turns(command, flags, problem, arguments.turns, 0.0)
 

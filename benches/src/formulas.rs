@@ -7,13 +7,14 @@
 //!
 //! A term is one formula at many points. At point `i` its inputs are the listed columns of `x`, then, where it has
 //! times, `(1 - s_i) x[initial] + s_i x[final]`. The outputs are multiplied by the factor of the point and, for rates,
-//! by the duration `x[final] - x[initial]`; they are added to the listed rows, and with a weight to the objective.
+//! by the duration `x[final] - x[initial]`; they are added to the listed rows, and with their weights to the objective.
 
+use apsides::ad::{Formula, NodeFunction};
 use apsides::basis::Lgr;
 use apsides::ocp::{Bounds, EndpointInput, Mesh, Ocp, PhaseMesh, Sense};
 use apsides::radau::Transcription;
 use apsides_problems::nlp::Program;
-use serde::Serialize;
+use serde::{Serialize, Serializer};
 use serde_json::Value;
 
 use crate::landing::Failure;
@@ -38,8 +39,9 @@ pub struct Formulas {
 /// One formula at many points.
 #[derive(Debug, Serialize)]
 pub struct Term {
-    /// As [`apsides::ad::Formula::to_json`].
-    pub formula: Value,
+    /// As [`Formula::to_json`].
+    #[serde(serialize_with = "as_json")]
+    pub formula: Formula,
     /// Per point, the columns of the inputs.
     pub columns: Vec<Vec<usize>>,
     /// Columns of start and end time, when time is the last input.
@@ -50,10 +52,10 @@ pub struct Term {
     pub factors: Vec<f64>,
     /// Whether the outputs are rates.
     pub rate: bool,
-    /// Per point and output, the row; empty for none.
-    pub rows: Vec<Vec<usize>>,
-    /// Weight of the outputs in the objective.
-    pub cost: f64,
+    /// Per point and output, the row.
+    pub rows: Vec<Vec<Option<usize>>>,
+    /// Weight of each output in the objective.
+    pub costs: Vec<f64>,
 }
 
 impl Formulas {
@@ -62,29 +64,16 @@ impl Formulas {
     /// # Errors
     /// When its function has no formula.
     pub fn of_program(program: &Program) -> Result<Self, Failure> {
-        let formula = program.function.formula()?;
-        let columns = vec![(0..formula.inputs()).collect::<Vec<_>>()];
-        let mut cost: Value = serde_json::from_str(&formula.to_json())?;
-        let mut rows = cost.clone();
-        let (first, others) = formula.outputs().split_first().ok_or("no objective")?;
-        cost["outputs"] = vec![*first].into();
-        rows["outputs"] = others.to_vec().into();
-        let term = |formula, rows, cost| Term {
-            formula,
-            columns: columns.clone(),
-            times: None,
-            fractions: vec![0.0],
-            factors: vec![1.0],
-            rate: false,
-            rows,
-            cost,
-        };
+        let inputs = (0..program.function.inputs()).collect();
+        let constraints = program.function.outputs() - 1;
+        let rows = std::iter::once(None).chain((0..constraints).map(Some)).collect();
+        let costs = std::iter::once(1.0).chain(vec![0.0; constraints]).collect();
         Ok(Self {
             numbers: Numbers::new(&mut program.clone()),
             sign: 1.0,
             linear_cost: Vec::new(),
             linear_rows: Vec::new(),
-            terms: vec![term(cost, vec![], 1.0), term(rows, vec![(0..others.len()).collect()], 0.0)],
+            terms: vec![Term::at_once(&*program.function, inputs, rows, costs)?],
         })
     }
 
@@ -113,14 +102,14 @@ impl Formulas {
             all.add_phase(ocp, k, &mesh.phases[k], &places)?;
         }
         let mut row = places.first_endpoint_row;
-        let ends = |inputs: &[EndpointInput]| vec![inputs.iter().map(|&e| places.end(e)).collect()];
+        let ends = |inputs: &[EndpointInput]| inputs.iter().map(|&e| places.end(e)).collect();
         for c in &ocp.constraints {
-            let rows = vec![(row..row + c.rows.len()).collect()];
+            let rows = (row..row + c.rows.len()).map(Some).collect();
             row += c.rows.len();
-            all.terms.push(Term::at_ends(&c.function, ends(&c.inputs), rows, 0.0)?);
+            all.terms.push(Term::at_once(&*c.function, ends(&c.inputs), rows, vec![0.0; c.rows.len()])?);
         }
         for (inputs, function) in &ocp.objective.functions {
-            all.terms.push(Term::at_ends(function, ends(inputs), vec![], sign)?);
+            all.terms.push(Term::at_once(&**function, ends(inputs), vec![None], vec![sign])?);
         }
         Ok(all)
     }
@@ -150,23 +139,22 @@ impl Formulas {
             }
         }
         let nodes = columns.len();
-        let mut add =
-            |function: &dyn apsides::ad::NodeFunction, factors, rate, rows: Vec<Vec<usize>>, cost| {
-                self.terms.push(Term {
-                    formula: serde_json::from_str(&function.formula()?.to_json())?,
-                    columns: columns.clone(),
-                    times: Some((place.initial_time, place.initial_time + 1)),
-                    fractions: fractions.clone(),
-                    factors,
-                    rate,
-                    rows,
-                    cost,
-                });
-                Ok::<(), Failure>(())
-            };
+        let mut add = |function: &dyn NodeFunction, factors, rate, rows: Vec<Vec<Option<usize>>>, cost| {
+            self.terms.push(Term {
+                formula: function.formula()?,
+                costs: vec![cost; function.outputs()],
+                columns: columns.clone(),
+                times: Some((place.initial_time, place.initial_time + 1)),
+                fractions: fractions.clone(),
+                factors,
+                rate,
+                rows,
+            });
+            Ok::<(), Failure>(())
+        };
         let rows_from = |offset: usize, count: usize| {
             let first = |i: usize| place.first_row + i * place.rows_per_node + offset;
-            (0..nodes).map(|i| (first(i)..first(i) + count).collect()).collect::<Vec<Vec<usize>>>()
+            (0..nodes).map(|i| (first(i)..first(i) + count).map(Some).collect()).collect::<Vec<_>>()
         };
         add(&*phase.dynamics, half_widths.iter().map(|h| -h).collect(), true, rows_from(0, states), 0.0)?;
         let mut offset = states;
@@ -177,7 +165,7 @@ impl Formulas {
         for (index, integral) in phase.integrals.iter().enumerate() {
             let in_cost = ocp.objective.integrals.iter().filter(|w| (w.0, w.1) == (k, index));
             let cost = self.sign * in_cost.map(|w| w.2).sum::<f64>();
-            let rows = place.integral_rows[index].map_or(vec![], |row| vec![vec![row]; nodes]);
+            let rows = vec![vec![place.integral_rows[index]]; nodes];
             add(&*integral.function, weights.clone(), true, rows, cost)?;
         }
         if let Some(row) = place.duration_row {
@@ -189,23 +177,29 @@ impl Formulas {
 }
 
 impl Term {
-    fn at_ends(
-        function: &std::sync::Arc<dyn apsides::ad::NodeFunction>,
-        columns: Vec<Vec<usize>>,
-        rows: Vec<Vec<usize>>,
-        cost: f64,
+    /// A function of the listed columns, once.
+    fn at_once(
+        function: &dyn NodeFunction,
+        columns: Vec<usize>,
+        rows: Vec<Option<usize>>,
+        costs: Vec<f64>,
     ) -> Result<Self, Failure> {
         Ok(Self {
-            formula: serde_json::from_str(&function.formula()?.to_json())?,
-            columns,
+            formula: function.formula()?,
+            columns: vec![columns],
             times: None,
             fractions: vec![0.0],
             factors: vec![1.0],
             rate: false,
-            rows,
-            cost,
+            rows: vec![rows],
+            costs,
         })
     }
+}
+
+fn as_json<S: Serializer>(formula: &Formula, serializer: S) -> Result<S::Ok, S::Error> {
+    let value: Value = serde_json::from_str(&formula.to_json()).map_err(serde::ser::Error::custom)?;
+    value.serialize(serializer)
 }
 
 /// Where the transcription puts variables and constraints. Variables: per phase, node after node `[x, u]`, the end
@@ -289,5 +283,76 @@ impl Places {
             EndpointInput::FinalState { phase, state } => self.phases[phase].end_node + state,
             EndpointInput::Parameter { index } => self.first_parameter + index,
         }
+    }
+}
+
+#[cfg(test)]
+#[allow(clippy::unwrap_used)]
+mod tests {
+    use apsides_problems::GALLERY;
+    use apsides_problems::nlp::hock_schittkowski::collection;
+
+    use super::*;
+
+    /// Rows and objective at `x`.
+    fn values(all: &Formulas, x: &[f64]) -> (Vec<f64>, f64) {
+        let mut rows = vec![0.0; all.numbers.row_units.len()];
+        let mut objective: f64 = all.linear_cost.iter().map(|&(c, w)| w * x[c]).sum();
+        for &(r, c, v) in &all.linear_rows {
+            rows[r] += v * x[c];
+        }
+        for term in &all.terms {
+            for (i, columns) in term.columns.iter().enumerate() {
+                let mut z: Vec<f64> = columns.iter().map(|&c| x[c]).collect();
+                let (start, end) = term.times.map_or((0.0, 1.0), |(a, b)| (x[a], x[b]));
+                if term.times.is_some() {
+                    z.push((1.0 - term.fractions[i]) * start + term.fractions[i] * end);
+                }
+                let factor = term.factors[i] * if term.rate { end - start } else { 1.0 };
+                for (k, v) in term.formula.evaluate(&z).into_iter().enumerate() {
+                    objective += term.costs[k] * factor * v;
+                    if let Some(r) = term.rows[i][k] {
+                        rows[r] += factor * v;
+                    }
+                }
+            }
+        }
+        (rows, objective)
+    }
+
+    fn assert_sampled(name: &str, all: &Formulas) {
+        for sample in &all.numbers.samples {
+            let (rows, objective) = values(all, &sample.point);
+            let close = |a: f64, b: f64, unit: f64| (a - b).abs() <= 1e-11 * (unit + b.abs());
+            assert!(close(objective, sample.objective, all.numbers.objective_unit), "{name}: objective");
+            for (k, (a, b)) in rows.iter().zip(&sample.rows).enumerate() {
+                assert!(close(*a, *b, all.numbers.row_units[k]), "{name}: row {k}, {a} for {b}");
+            }
+        }
+    }
+
+    #[test]
+    fn the_gallery_has_the_values_of_its_transcription() {
+        for problem in GALLERY {
+            let case = problem.pose().unwrap();
+            let mesh = Mesh::uniform(&case.ocp, 3, 4).unwrap();
+            let mut nlp = Transcription::new(&case.ocp, &mesh, &case.guess).unwrap();
+            assert_sampled(problem.name, &Formulas::of_problem(&case.ocp, &mesh, &mut nlp).unwrap());
+        }
+    }
+
+    #[test]
+    fn the_collection_has_the_values_of_its_programs() {
+        let all: Vec<_> = collection();
+        let described = all.iter().filter_map(|program| {
+            Formulas::of_program(program).ok().map(|formulas| (program.number.to_string(), formulas))
+        });
+        let mut count = 0;
+        for (name, formulas) in described {
+            assert_sampled(&name, &formulas);
+            count += 1;
+        }
+        // Functions without a formula, as the normal distribution, are few.
+        assert!(count * 10 > all.len() * 9, "{count} of {}", all.len());
     }
 }

@@ -24,12 +24,12 @@ STOCK = {
     "tol": 1e-8,
     # MUMPS is the free linear solver that comes with CasADi; HSL is not free.
     "linear_solver": "mumps",
+    # As apsides: bounds widened by Ipopt's 1e-8 move optima by more than their digits.
+    "bound_relax_factor": 1e-10,
     "max_iter": 3000,
     "print_level": 0,
     "sb": "yes",
 }
-# As apsides: wider bounds than needed move the optimum of a trajectory by more than 1e-8.
-TRAJECTORY_BOUNDS = {"bound_relax_factor": 1e-10}
 # Strategies of the barrier parameter, by the names of the programs. "trajectory" is what apsides-radau uses by default:
 # adaptive with probing, from a small barrier parameter and multipliers of its size.
 STRATEGIES = {
@@ -110,13 +110,14 @@ def assembled(description):
                 z.append((1 - fraction) * initial + fraction * final)
             factor = term["factors"][i] * ((final - initial) if term["rate"] else 1)
             values = [factor * v for v in casadi.vertsplit(function(casadi.vertcat(*z)))]
-            if term["rows"]:
-                for row, value in zip(term["rows"][i], values):
+            for row, weight, value in zip(term["rows"][i], term["costs"], values):
+                if row is not None:
                     rows[row] += value
-            if term["cost"]:
-                cost += term["cost"] * sum(values)
-    g = casadi.vertcat(*(row / unit for row, unit in zip(rows, description["row_units"])))
-    return {"x": scaled, "f": cost / description["objective_unit"], "g": g if rows else casadi.SX(0, 1)}
+                if weight:
+                    cost += weight * value
+    g = casadi.vertcat(*(row / unit for row, unit in zip(rows, description["row_units"])), casadi.SX(0, 1))
+    f, g = casadi.cse([cost / description["objective_unit"], g])
+    return {"x": scaled, "f": f, "g": g}
 
 
 class Problem:
