@@ -7,50 +7,13 @@ equations down once more, checks that they agree at the start, and lets both sol
 import argparse
 import json
 import os
-import statistics
-import subprocess
-import sys
 import tempfile
-import time
 import tomllib
 
-# One thread each: set before any library reads it.
-for variable in ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS"):
-    os.environ[variable] = "1"
+from common import STRATEGIES, Problem, built, casadi, numpy, output, trajectories
 
-try:
-    import casadi
-    import numpy
-except ImportError as error:
-    print(f"skipped: {error.name} is not installed (pip install casadi)")
-    sys.exit(0)
-
-ROOT = os.path.dirname(os.path.dirname(os.path.dirname(os.path.abspath(__file__))))
 STATES = 5
 NODE = STATES + 1
-
-# What differs from Ipopt's defaults, and why; everything else is default, as in apsides' settings.
-IPOPT = {
-    "tol": 1e-8,
-    # MUMPS is the free linear solver that comes with CasADi; HSL is not free.
-    "linear_solver": "mumps",
-    # As apsides: wider bounds than needed move the optimum by more than 1e-8.
-    "bound_relax_factor": 1e-10,
-    "max_iter": 3000,
-    "print_level": 0,
-    "sb": "yes",
-}
-SOLVERS = ("apsides", "Ipopt")
-# "trajectory" is what apsides-radau uses by default: adaptive with probing, from a small barrier parameter and
-# multipliers of its size. Ipopt gets the same.
-BARRIERS = ("monotone", "adaptive", "trajectory")
-STOCK = ("monotone", "adaptive")
-TRAJECTORY = {
-    "mu_strategy": "adaptive",
-    "mu_oracle": "probing",
-    "mu_init": 1e-3,
-    "bound_mult_init_val": 1e-3,
-}
 
 
 def radau(points):
@@ -85,161 +48,49 @@ def rate(mission):
     return casadi.Function("rate", [z], [f])
 
 
-class Problem:
-    """The nonlinear program in the units of the dump, with one solver per barrier strategy."""
-
-    def __init__(self, dump, initial_barrier, expand):
-        clock = time.process_time()
-        array = {key: numpy.array(value) for key, value in dump.items() if isinstance(value, list)}
-        intervals, points = dump["intervals"], dump["points"]
-        nodes = intervals * points
-        self.units, self.row_units = array["variable_units"], array["row_units"]
-        self.objective_unit = dump["objective_unit"]
-        scaled = casadi.MX.sym("x", len(self.units))
-        x = scaled * casadi.DM(self.units)
-        grid = casadi.reshape(x[: nodes * NODE], NODE, nodes)
-        start_time, end_time = x[nodes * NODE + STATES], x[nodes * NODE + STATES + 1]
-        rates = rate(tomllib.loads(dump["mission_file"])).map(nodes)(grid)
-        states = casadi.horzcat(grid[:STATES, :], x[nodes * NODE : nodes * NODE + STATES])
-        # states (5 x nodes + 1) times D' of every interval.
-        _, matrix = radau(points)
-        row, column, value = [], [], []
-        for k in range(intervals):
-            for i in range(points):
-                for j in range(points + 1):
-                    row.append(k * points + j)
-                    column.append(k * points + i)
-                    value.append(matrix[i, j])
-        derivative = casadi.DM.triplet(row, column, casadi.DM(value), nodes + 1, nodes)
-        defects = casadi.mtimes(states, derivative) - 0.5 / intervals * (end_time - start_time) * rates
-        rows = casadi.vec(defects) / casadi.DM(self.row_units)
-        nlp = {"x": scaled, "f": end_time / self.objective_unit, "g": rows}
-        self.check(nlp, array, dump)
-        self.pose_ms = (time.process_time() - clock) * 1e3
-        self.arguments = {
-            "x0": array["start"] / self.units,
-            "lbx": array["lower"] / self.units,
-            "ubx": array["upper"] / self.units,
-            "lbg": array["row_lower"] / self.row_units,
-            "ubg": array["row_upper"] / self.row_units,
-        }
-        self.solvers, self.build_ms = {}, {}
-        for barrier in BARRIERS:
-            clock = time.process_time()
-            options = {f"ipopt.{key}": v for key, v in IPOPT.items()}
-            stock = {"mu_strategy": barrier, "mu_init": initial_barrier}
-            settings = TRAJECTORY if barrier == "trajectory" else stock
-            options |= {f"ipopt.{key}": v for key, v in settings.items()}
-            options |= {"expand": expand, "print_time": False}
-            self.solvers[barrier] = casadi.nlpsol("landing", "ipopt", nlp, options)
-            self.build_ms[barrier] = self.pose_ms + (time.process_time() - clock) * 1e3
-
-    def check(self, nlp, array, dump):
-        """Both sides must have written down the same equations."""
-        values = casadi.Function("values", [nlp["x"]], [nlp["f"], nlp["g"]])
-        f, g = values(array["start"] / self.units)
-        expected = array["row_values"] / self.row_units
-        assert abs(float(f) * self.objective_unit - dump["objective"]) < 1e-9, "objectives differ"
-        difference = numpy.max(numpy.abs(numpy.array(g).ravel() - expected))
-        assert difference < 1e-12, f"constraints differ by {difference:.1e} at the start"
-
-    def solve(self, barrier):
-        """CPU time in ms, iterations, objective, status."""
-        solver = self.solvers[barrier]
-        clock = time.process_time()
-        solution = solver(**self.arguments)
-        elapsed = (time.process_time() - clock) * 1e3
-        statistics_ = solver.stats()
-        return {
-            "solve_ms": [elapsed],
-            "build_ms": self.build_ms[barrier],
-            "iterations": statistics_["iter_count"],
-            "objective": float(solution["f"]) * self.objective_unit,
-            "status": statistics_["return_status"],
-            "success": statistics_["success"],
-            "evaluation_ms": 1e3 * sum(v for k, v in statistics_.items() if k.startswith("t_proc_nlp_")),
-        }
-
-
-def run_apsides(program, common, *more):
-    command = [program, "--json", *common, *more]
-    return json.loads(subprocess.run(command, check=True, capture_output=True, text=True).stdout)
+def posed(dump):
+    """The nonlinear program in the units of the dump."""
+    units, row_units = numpy.array(dump["variable_units"]), numpy.array(dump["row_units"])
+    intervals, points = dump["intervals"], dump["points"]
+    nodes = intervals * points
+    scaled = casadi.MX.sym("x", len(units))
+    x = scaled * casadi.DM(units)
+    grid = casadi.reshape(x[: nodes * NODE], NODE, nodes)
+    start_time, end_time = x[nodes * NODE + STATES], x[nodes * NODE + STATES + 1]
+    rates = rate(tomllib.loads(dump["mission_file"])).map(nodes)(grid)
+    states = casadi.horzcat(grid[:STATES, :], x[nodes * NODE : nodes * NODE + STATES])
+    # states (5 x nodes + 1) times D' of every interval.
+    _, matrix = radau(points)
+    row, column, value = [], [], []
+    for k in range(intervals):
+        for i in range(points):
+            for j in range(points + 1):
+                row.append(k * points + j)
+                column.append(k * points + i)
+                value.append(matrix[i, j])
+    derivative = casadi.DM.triplet(row, column, casadi.DM(value), nodes + 1, nodes)
+    defects = casadi.mtimes(states, derivative) - 0.5 / intervals * (end_time - start_time) * rates
+    rows = casadi.vec(defects) / casadi.DM(row_units)
+    return {"x": scaled, "f": end_time / dump["objective_unit"], "g": rows}
 
 
 def compare(program, intervals, arguments):
     """Both solvers in turns on one mesh, from the same start."""
-    common = ["--intervals", str(intervals), "--points", str(arguments.points)]
+    common = [program, "--json", "--intervals", intervals, "--points", arguments.points]
     common += ["--start", arguments.start]
-    flags = {
-        "monotone": ["--initial-barrier", str(arguments.initial_barrier)],
-        "adaptive": ["--adaptive", "--initial-barrier", str(arguments.initial_barrier)],
-        "trajectory": ["--method-settings"],
-    }
+    barrier = ["--initial-barrier", arguments.initial_barrier]
+    flags = {"monotone": barrier, "quality": ["--adaptive", *barrier], "trajectory": ["--method-settings"]}
     with tempfile.TemporaryDirectory() as folder:
         path = os.path.join(folder, "problem.json")
-        run_apsides(program, common, "--dump", path)
+        output(*common, "--dump", path)
         with open(path, encoding="ascii") as file:
-            problem = Problem(json.load(file), arguments.initial_barrier, not arguments.no_expand)
-    runs = {(solver, barrier): [] for solver in SOLVERS for barrier in BARRIERS}
-    for _ in range(arguments.turns):
-        for barrier in BARRIERS:
-            run = run_apsides(program, common, "--repeat", str(arguments.repeat), *flags[barrier])
-            run["build_ms"] = min(run["setup_ms"])
-            runs["apsides", barrier].append(run)
-            runs["Ipopt", barrier].append(problem.solve(barrier))
-    return {key: Entry(*key, value) for key, value in runs.items()}
-
-
-class Entry:
-    """All runs of one solver with one barrier strategy."""
-
-    def __init__(self, solver, barrier, runs):
-        self.solver, self.barrier, self.last = solver, barrier, runs[-1]
-        times = [t for run in runs for t in run["solve_ms"]]
-        self.least, self.median = min(times), statistics.median(times)
-        self.build = min(run["build_ms"] for run in runs)
-
-    def reaches(self, optimum):
-        """Whether it ends at this optimum to 1e-8."""
-        return self.last["success"] and abs(self.last["objective"] / optimum - 1.0) < 1e-8
-
-
-COLUMNS = (
-    ("intervals", 9), ("variables", 9), ("solver", 18), ("iterations", 10), ("solve ms", 9), ("median", 9),
-    ("ms/iteration", 12), ("evaluation ms", 13), ("build ms", 9), ("objective s", 14), ("difference", 10),
-    ("stock", 6), ("same", 6), ("status", 0),
-)
-
-
-def line(*cells):
-    return " ".join(f"{cell:>{width}}" for cell, (_, width) in zip(cells, COLUMNS))
-
-
-def report(intervals, entries):
-    """Lines of the table; a ratio stands where the optimum is the best one."""
-    optimum = min(e.last["objective"] for e in entries.values() if e.last["success"])
-    rivals = [e for (s, b), e in entries.items() if s == "Ipopt" and b in STOCK and e.reaches(optimum)]
-    rival = min(rivals, key=lambda e: e.least, default=None)
-    variables = entries["apsides", BARRIERS[0]].last["variables"]
-    for entry in entries.values():
-        last = entry.last
-        ratio = same = ""
-        equal = entries["Ipopt", entry.barrier]
-        if entry.solver == "apsides" and equal.reaches(optimum) and entry.reaches(optimum):
-            same = f"{equal.least / entry.least:.2f}"
-        if rival is not None and entry.solver == "apsides" and entry.reaches(optimum):
-            ratio = f"{rival.least / entry.least:.2f}"
-        elif entry is rival:
-            ratio = "rival"
-        print(
-            line(
-                intervals, variables, f"{entry.solver} {entry.barrier}", last["iterations"], f"{entry.least:.2f}",
-                f"{entry.median:.2f}", f"{entry.least / max(last['iterations'], 1):.3f}",
-                f"{last['evaluation_ms']:.2f}", f"{entry.build:.2f}", f"{last['objective']:.8f}",
-                f"{last['objective'] / optimum - 1.0:.1e}", ratio, same, last["status"],
-            )
-        )
-    sys.stdout.flush()
+            dump = json.load(file)
+    problem = Problem(dump, posed(dump), 1e-12, expand=not arguments.no_expand)
+    for strategy in trajectories.STRATEGIES:
+        start = {"mu_init": arguments.initial_barrier}
+        problem.build(strategy, start | STRATEGIES[strategy])
+    command = [*common, "--repeat", arguments.repeat]
+    return trajectories.in_turns(command, flags, problem, arguments.turns, 0.0)
 
 
 def main():
@@ -253,19 +104,11 @@ def main():
     parser.add_argument("--repeat", type=int, default=3, help="solves of apsides per turn")
     parser.add_argument("--program", default=None, help="the built program `landing`")
     arguments = parser.parse_args()
-    program = arguments.program
-    if program is None:
-        subprocess.run(
-            ["cargo", "build", "--release", "-p", "apsides-benches", "--bin", "landing"], cwd=ROOT, check=True
-        )
-        target = os.environ.get("CARGO_TARGET_DIR", os.path.join(ROOT, "target"))
-        program = os.path.join(target, "release", "landing")
-    print(f"CasADi {casadi.__version__}. Times in ms of CPU time of one thread, solve: minimum and median.")
-    print("Difference: to the best optimum, relative. Ratios Ipopt / apsides, by minima, at that optimum:")
-    print("stock: the faster of Ipopt's monotone and adaptive strategy; same: Ipopt with the settings of the row.")
-    print(line(*(name for name, _ in COLUMNS)))
+    program = arguments.program or built("landing")
+    print(f"CasADi {casadi.__version__}.")
+    trajectories.heading()
     for intervals in arguments.intervals:
-        report(intervals, compare(program, intervals, arguments))
+        trajectories.report(f"{intervals} intervals", 1.0, compare(program, intervals, arguments), 1e-8)
 
 
 if __name__ == "__main__":

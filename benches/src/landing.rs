@@ -1,10 +1,12 @@
 //! The landing from perilune on a uniform mesh: one nonlinear program, its start and its settings.
 
-use apsides::nlp::{BarrierStrategy, InteriorPoint, Nlp, NlpSettings, Scaling, ScalingMethod};
+use apsides::nlp::{BarrierStrategy, InteriorPoint, NlpSettings, ScalingMethod};
 use apsides::ocp::{Guess, Mesh, Ocp};
 use apsides::radau::{RadauSettings, Transcription};
 use apsides::{Mission, Posed};
 use serde::Serialize;
+
+use crate::numbers::Numbers;
 
 /// Name of the mission.
 pub const MISSION: &str = "lunar-perilune";
@@ -104,7 +106,7 @@ pub fn method_settings() -> NlpSettings {
     NlpSettings { tolerance: 1e-8, ..RadauSettings::default().nlp }
 }
 
-/// The discretised problem for a peer: what it starts from and is bounded and scaled by. Bounds of 1e20 stand for none.
+/// The discretised problem for a peer that writes the equations down itself.
 #[derive(Debug, Serialize)]
 pub struct Dump {
     /// The mission file: physical constants.
@@ -113,67 +115,7 @@ pub struct Dump {
     pub intervals: usize,
     /// Points per interval.
     pub points: usize,
-    /// Starting point.
-    pub start: Vec<f64>,
-    /// Bounds on the variables.
-    pub lower: Vec<f64>,
-    /// The same.
-    pub upper: Vec<f64>,
-    /// Bounds on the constraints.
-    pub row_lower: Vec<f64>,
-    /// The same.
-    pub row_upper: Vec<f64>,
-    /// Units of the variables.
-    pub variable_units: Vec<f64>,
-    /// Units of the constraints.
-    pub row_units: Vec<f64>,
-    /// Unit of the objective.
-    pub objective_unit: f64,
-    /// Constraints at the starting point: the peer's must be equal.
-    pub row_values: Vec<f64>,
-    /// Objective at the starting point.
-    pub objective: f64,
-}
-
-impl Dump {
-    /// Reads everything from the nonlinear program.
-    ///
-    /// # Errors
-    /// When the program states no units.
-    pub fn new(
-        landing: &Landing,
-        nlp: &mut Transcription,
-        intervals: usize,
-        points: usize,
-    ) -> Result<Self, Failure> {
-        let (n, m) = (nlp.variables(), nlp.constraints());
-        let (mut start, mut lower, mut upper) = (vec![0.0; n], vec![0.0; n], vec![0.0; n]);
-        let (mut row_lower, mut row_upper, mut row_values) = (vec![0.0; m], vec![0.0; m], vec![0.0; m]);
-        nlp.initial_point(&mut start);
-        nlp.variable_bounds(&mut lower, &mut upper);
-        nlp.constraint_bounds(&mut row_lower, &mut row_upper);
-        // JSON has no infinity.
-        for bound in [&mut lower, &mut upper, &mut row_lower, &mut row_upper].into_iter().flatten() {
-            *bound = bound.clamp(-1e20, 1e20);
-        }
-        nlp.constraint_values(&start, &mut row_values);
-        let objective = nlp.objective(&start);
-        let Scaling { objective: objective_unit, variables: variable_units, constraints: row_units } =
-            nlp.scaling().ok_or("the transcription states no units")?;
-        Ok(Self {
-            mission_file: landing.mission_file.clone(),
-            intervals,
-            points,
-            start,
-            lower,
-            upper,
-            row_lower,
-            row_upper,
-            variable_units,
-            row_units,
-            objective_unit,
-            row_values,
-            objective,
-        })
-    }
+    /// Start, bounds, units.
+    #[serde(flatten)]
+    pub numbers: Numbers,
 }

@@ -1,14 +1,22 @@
-//! End-to-end benchmarks, and the discretised landing that `peers/` hands to other solvers.
+//! End-to-end benchmarks, and the nonlinear programs that `peers/` hands to other solvers.
 //!
 //! | where | what is measured |
 //! | --- | --- |
 //! | `benches/missions.rs` | mission file to certificate, every mission |
 //! | `benches/nodes.rs` | one solve of the landing over the number of nodes |
 //! | `src/bin/landing.rs` | the same in detail, as text or JSON; writes the problem for a peer |
-//! | `peers/landing.py` | the same problem by CasADi and Ipopt, in turns with the program above |
+//! | `src/bin/program.rs` | programs of the gallery and of Hock and Schittkowski: solved, or written for a peer |
+//! | `peers/landing.py` | the landing by CasADi and Ipopt, in turns with `landing` |
+//! | `peers/gallery.py`, `peers/hock_schittkowski.py` | those of `program` by CasADi and Ipopt |
 
 pub mod cpu_time;
+pub mod formulas;
 pub mod landing;
+pub mod numbers;
+pub mod timed;
 
 pub use cpu_time::CpuTime;
+pub use formulas::Formulas;
 pub use landing::{Landing, Start};
+pub use numbers::Numbers;
+pub use timed::Timed;

@@ -7,7 +7,8 @@ use std::time::Duration;
 
 use apsides::nlp::{BarrierStrategy, Flow, InteriorPoint, IterationRecord, NlpSettings, SolveReport};
 use apsides_benches::landing::{Dump, Failure, method_settings, settings};
-use apsides_benches::{CpuTime, Landing, Start};
+use apsides_benches::timed::status;
+use apsides_benches::{CpuTime, Landing, Numbers, Start};
 use clap::Parser;
 use serde::Serialize;
 
@@ -55,7 +56,6 @@ struct Summary {
     variables: usize,
     constraints: usize,
     status: String,
-    success: bool,
     objective: f64,
     iterations: usize,
     factorisations: usize,
@@ -85,7 +85,12 @@ fn main() -> Result<(), Failure> {
     let guess = landing.start(arguments.start, intervals, points)?;
     if let Some(path) = &arguments.dump {
         let mut nlp = landing.transcription(&guess, intervals, points)?;
-        let dump = Dump::new(&landing, &mut nlp, intervals, points)?;
+        let dump = Dump {
+            mission_file: landing.mission_file.clone(),
+            intervals,
+            points,
+            numbers: Numbers::new(&mut nlp),
+        };
         serde_json::to_writer(BufWriter::new(File::create(path)?), &dump)?;
     }
     let barrier = if arguments.adaptive { BarrierStrategy::Adaptive } else { BarrierStrategy::Monotone };
@@ -130,8 +135,7 @@ fn summary(arguments: &Arguments, report: &SolveReport, setup_ms: Vec<f64>, solv
         points: arguments.points,
         variables: report.x.len(),
         constraints: report.constraint_values.len(),
-        status: report.status.to_string(),
-        success: report.status.is_success(),
+        status: status(report),
         objective: report.objective,
         iterations: c.iterations,
         factorisations: c.factorisations,

@@ -10,8 +10,8 @@
 //! multipliers, and on [`Dependence`] for the structure of both. A [`NodeFunction`] hides the scalar and the array sizes, so
 //! that a transcription can hold models of any size.
 //!
-//! The crate does not differentiate loops over time, does not build global sparse matrices and has no tape: it is
-//! meant for functions of up to 64 inputs that are evaluated at many points.
+//! The crate does not differentiate loops over time, does not build global sparse matrices and does not
+//! differentiate on a tape: it is meant for functions of up to 64 inputs that are evaluated at many points.
 //!
 //! ```
 //! use apsides_ad::{Dynamics, NodeFunction, Scalar, dynamics_node};
@@ -39,6 +39,7 @@
 //! | [`pattern`] | structure of Jacobian and Hessian |
 //! | [`model`] | the traits that a user implements |
 //! | [`node`] | models with sizes and scalar erased |
+//! | [`trace`] | models as formulas that other tools can read |
 //! | [`vector`] | products and smooth norms |
 //!
 //! Reference: J. Fike and J. Alonso, The development of hyper-dual numbers for exact second-derivative calculations,
@@ -50,6 +51,7 @@ pub mod model;
 pub mod node;
 pub mod pattern;
 pub mod scalar;
+pub mod trace;
 pub mod vector;
 
 pub use dual::Dual;
@@ -58,3 +60,4 @@ pub use model::{Dynamics, PathFunction, VectorFunction};
 pub use node::{NodeFunction, NodePattern, dynamics_node, path_node, vector_node};
 pub use pattern::Dependence;
 pub use scalar::Scalar;
+pub use trace::Formula;

@@ -4,6 +4,7 @@ use std::sync::Arc;
 
 use crate::model::{Dynamics, PathFunction, VectorFunction};
 use crate::pattern::MAX_INPUTS;
+use crate::trace::{self, Formula, OpaqueFunction, Trace};
 use crate::{Dependence, Dual, HyperDual, Scalar};
 
 /// Lanes of the hyper-dual pass: four fill the vector registers without spilling.
@@ -44,7 +45,7 @@ impl NodePattern {
 /// A function of a few inputs with exact sparse derivatives.
 ///
 /// Inputs `z` have length [`inputs`](Self::inputs). For dynamics and path functions `z = [x, u, p, t]`.
-/// All slices belong to the caller and must have the stated lengths; no method allocates.
+/// All slices belong to the caller and must have the stated lengths; no method but [`formula`](Self::formula) allocates.
 pub trait NodeFunction: Send + Sync {
     /// Number of inputs.
     fn inputs(&self) -> usize;
@@ -63,6 +64,12 @@ pub trait NodeFunction: Send + Sync {
 
     /// Writes the entries of the Hessian of `sum_k weights[k] out[k]` in the order of [`NodePattern::hessian`].
     fn hessian(&self, z: &[f64], weights: &[f64], entries: &mut [f64]);
+
+    /// The function as a straight-line program, for other tools.
+    ///
+    /// # Errors
+    /// When it contains a function that is known by its values alone ([`Scalar::map`], [`Scalar::map2`]).
+    fn formula(&self) -> Result<Formula, OpaqueFunction>;
 }
 
 /// Erases the equations of motion: `z = [x, u, p, t]`, outputs `dx/dt`.
@@ -289,6 +296,14 @@ impl<E: Seeded> NodeFunction for Node<E> {
             );
             values.copy_from_slice(&sum[..pairs.len()]);
         }
+    }
+
+    fn formula(&self) -> Result<Formula, OpaqueFunction> {
+        trace::record(E::INPUTS, |input| {
+            let mut outputs = Vec::<Trace>::with_capacity(E::OUTPUTS);
+            self.model.run(input, |_, v| outputs.push(v));
+            outputs
+        })
     }
 }
 

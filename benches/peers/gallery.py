@@ -1,0 +1,84 @@
+"""Problems of the gallery on fixed meshes by apsides and by CasADi + Ipopt (MUMPS), in turns.
+
+The program `program` of this package writes each transcribed problem as formulas and index lists. See README.md.
+"""
+
+import argparse
+import statistics
+
+from common import STRATEGIES, Problem, assembled, built, casadi, output, trajectories
+
+# Intervals and points: the optimum of the mesh is close to that of the problem.
+MESHES = {
+    "lunar-perilune": (40, 4),
+    "brachistochrone_dymos": (30, 4),
+    "goddard_cops": (60, 4),
+    "moon_lander_soft": (60, 4),
+    "hypersensitive": (200, 4),
+    "shuttle_reentry": (40, 4),
+    "free_flying_robot": (60, 4),
+    "orbit_raising": (50, 4),
+}
+
+
+def compare(path, name, arguments):
+    """Description and entries of one problem."""
+    intervals, points = MESHES[name]
+    command = [path, "problem", name, "--intervals", intervals, "--points", points]
+    description = output(*command, "--formulas")
+    problem = Problem(description, assembled(description), 1e-9)
+    for strategy in trajectories.STRATEGIES:
+        problem.build(strategy, STRATEGIES[strategy])
+    command += ["--milliseconds", arguments.milliseconds]
+    flags = {strategy: ["--strategy", strategy] for strategy in trajectories.STRATEGIES}
+    entries = trajectories.in_turns(command, flags, problem, arguments.turns, arguments.milliseconds)
+    return description, entries
+
+
+def main():
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser.add_argument("--problems", nargs="+", default=list(MESHES), choices=list(MESHES))
+    parser.add_argument("--milliseconds", type=float, default=20.0, help="CPU time spent on each solve and turn")
+    parser.add_argument("--turns", type=int, default=3, help="turns of each solver")
+    parser.add_argument("--program", default=None, help="the built program `program`")
+    arguments = parser.parse_args()
+    path = arguments.program or built("program")
+    print(f"CasADi {casadi.__version__}.")
+    trajectories.heading()
+    notes, ratios, counts = [], {}, []
+    for name in arguments.problems:
+        description, entries = compare(path, name, arguments)
+        sign = description["sign"]
+        ratios[name] = trajectories.report(name, sign, entries, 1e-6)
+        best = min((e.last["objective"] for e in entries.values() if e.success), default=float("nan"))
+        published = description["optimum"]
+        mesh = "{} intervals of {} points".format(*MESHES[name])
+        note = f"{name}: {mesh}, {len(description['row_units'])} constraints, optimum of the mesh {sign * best:.9g}"
+        if published is not None:
+            note += f", published {published:.9g}, difference {sign * best / published - 1.0:.1e}"
+        notes.append(note)
+        for strategy in trajectories.STRATEGIES:
+            pair = [entries[solver, strategy] for solver in trajectories.SOLVERS]
+            if all(e.reaches(best, 1e-6) for e in pair):
+                counts.append((name, strategy, *(e.last["iterations"] for e in pair)))
+    print()
+    print("\n".join(notes))
+    print()
+    for strategy in trajectories.STRATEGIES:
+        found = {name: r[strategy] for name, r in ratios.items() if strategy in r}
+        closing(f"apsides {strategy} against the faster of Ipopt's own strategies", found, len(ratios))
+    fastest = {name: max(r.values()) for name, r in ratios.items() if r}
+    closing("the fastest of apsides against the faster of Ipopt's own strategies", fastest, len(ratios))
+    more = [f"{name} {strategy} {ours}/{theirs}" for name, strategy, ours, theirs in counts if ours > 1.1 * theirs]
+    print(f"over 10 % more iterations than Ipopt with equal settings: {', '.join(more) or 'none'}")
+
+
+def closing(title, ratios, problems):
+    if ratios:
+        least = min(ratios, key=ratios.get)
+        median = statistics.median(ratios.values())
+        print(f"{title}: median {median:.1f}, least {ratios[least]:.1f} ({least}), {len(ratios)} of {problems}")
+
+
+if __name__ == "__main__":
+    main()
