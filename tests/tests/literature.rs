@@ -61,6 +61,7 @@ literature! {
     cart_pole: LocalOptimum,
     shuttle_reentry: LocalOptimum,
     shuttle_heat_limit: FeasibleAtNodes,
+    min_time_climb: Feasible,
     delta_iii: LocalOptimum,
     van_der_pol: FeasibleAtNodes,
     rayleigh_path: FeasibleAtNodes,

@@ -39,6 +39,7 @@
 //! | [`pattern`] | structure of Jacobian and Hessian |
 //! | [`model`] | the traits that a user implements |
 //! | [`node`] | models with sizes and scalar erased |
+//! | [`spline`] | tables in one and two variables as functions of scalars |
 //! | [`vector`] | products and smooth norms |
 //!
 //! Reference: J. Fike and J. Alonso, The development of hyper-dual numbers for exact second-derivative calculations,
@@ -50,6 +51,7 @@ pub mod model;
 pub mod node;
 pub mod pattern;
 pub mod scalar;
+pub mod spline;
 pub mod vector;
 
 pub use dual::Dual;
@@ -58,3 +60,4 @@ pub use model::{Dynamics, PathFunction, VectorFunction};
 pub use node::{NodeFunction, NodePattern, dynamics_node, path_node, vector_node};
 pub use pattern::Dependence;
 pub use scalar::Scalar;
+pub use spline::{BicubicSpline, CubicSpline, SplineError};

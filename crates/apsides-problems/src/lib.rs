@@ -20,6 +20,7 @@
 //! | [`hypersensitive`] | boundary layers at both ends, of a long phase and of a very long one |
 //! | [`orbit_raising`] | a nonlinear end condition, an equality along the path |
 //! | [`cart_pole`], [`shuttle_reentry`] | strongly nonlinear equations |
+//! | [`min_time_climb`] | tables of thrust, aerodynamics and atmosphere |
 //! | [`delta_iii`] | four phases with dropped masses, orbital elements at the end |
 //! | [`van_der_pol`], [`rayleigh_path`], [`shuttle_heat_limit`] | arcs at a control bound, at a mixed constraint |
 //! | [`brachistochrone_wall`], [`bryson_denham`] | state constraints of first and second order |
@@ -47,6 +48,7 @@ pub mod hanging_chain;
 pub mod hypersensitive;
 pub mod linear_tangent;
 pub mod lqr_scalar;
+pub mod min_time_climb;
 pub mod moon_lander_soft;
 pub mod nlp;
 pub mod orbit_raising;
@@ -74,6 +76,7 @@ pub const GALLERY: &[Problem] = &[
     cart_pole::PROBLEM,
     shuttle_reentry::PROBLEM,
     shuttle_heat_limit::PROBLEM,
+    min_time_climb::PROBLEM,
     delta_iii::PROBLEM,
     van_der_pol::PROBLEM,
     rayleigh_path::PROBLEM,
