@@ -32,7 +32,8 @@ pub fn radau(problem: &Problem) -> Radau {
         | "bryson_denham"
         | "delta_iii"
         | "di_bang_bang"
-        | "hypersensitive" => {
+        | "hypersensitive"
+        | "hypersensitive_long" => {
             settings.mesh_tolerance = 1e-10;
             settings.nlp.tolerance = 1e-10;
             settings.max_meshes = 30;

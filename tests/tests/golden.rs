@@ -10,6 +10,7 @@ const PROBLEMS: &[&str] = &[
     "brachistochrone_dymos",
     "linear_tangent",
     "hypersensitive",
+    "hypersensitive_long",
     "cart_pole",
     "moon_lander_soft",
 ];

@@ -40,6 +40,7 @@
 //! | [`model`] | the traits that a user implements |
 //! | [`node`] | models with sizes and scalar erased |
 //! | [`trace`] | models as formulas that other tools can read |
+//! | [`spline`] | tables in one and two variables as functions of scalars |
 //! | [`vector`] | products and smooth norms |
 //!
 //! Reference: J. Fike and J. Alonso, The development of hyper-dual numbers for exact second-derivative calculations,
@@ -51,6 +52,7 @@ pub mod model;
 pub mod node;
 pub mod pattern;
 pub mod scalar;
+pub mod spline;
 pub mod trace;
 pub mod vector;
 
@@ -60,4 +62,5 @@ pub use model::{Dynamics, PathFunction, VectorFunction};
 pub use node::{NodeFunction, NodePattern, dynamics_node, path_node, vector_node};
 pub use pattern::Dependence;
 pub use scalar::Scalar;
+pub use spline::{BicubicSpline, CubicSpline, SplineError};
 pub use trace::Formula;

@@ -7,6 +7,10 @@
 //!
 //! Value of COPS 3.0 (E. Dolan, J. More, T. Munson, ANL/MCS-TM-273, 2004), which another program confirms. Guess: the
 //! start, `u = 1/2`.
+//!
+//! The Radau rule gains from a control that chatters along the singular arc, where the optimum does not fix it: -0.0480936
+//! with 40 intervals of 8 points, -0.0480840 with 200 of 3. The gain shrinks only with the first power of the number of
+//! points. COPS uses three Gauss points per interval instead.
 
 use apsides_ad::{Dynamics, Scalar, VectorFunction};
 use apsides_ocp::{At, Bounds, Ocp, OcpError, Phase, Sense, State, Term, Variable};

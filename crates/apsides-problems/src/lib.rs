@@ -17,11 +17,12 @@
 //! | [`lqr_scalar`], [`di_min_energy`], [`di_min_energy_free_speed`] | nothing: linear equations, quadratic cost |
 //! | [`brachistochrone_free_y`], [`brachistochrone_dymos`], [`linear_tangent`] | free final time |
 //! | [`hanging_chain`] | an integral with a given value |
-//! | [`hypersensitive`] | boundary layers at both ends |
+//! | [`hypersensitive`] | boundary layers at both ends, of a long phase and of a very long one |
 //! | [`orbit_raising`] | a nonlinear end condition, an equality along the path |
 //! | [`cart_pole`], [`shuttle_reentry`] | strongly nonlinear equations |
+//! | [`min_time_climb`] | tables of thrust, aerodynamics and atmosphere |
 //! | [`delta_iii`] | four phases with dropped masses, orbital elements at the end |
-//! | [`van_der_pol`], [`rayleigh_path`] | arcs at a control bound, at a mixed constraint |
+//! | [`van_der_pol`], [`rayleigh_path`], [`shuttle_heat_limit`] | arcs at a control bound, at a mixed constraint |
 //! | [`brachistochrone_wall`], [`bryson_denham`] | state constraints of first and second order |
 //! | [`di_bang_bang`], [`moon_lander_soft`], [`free_flying_robot`], [`powered_descent`] | jumps of the control |
 //! | [`di_singular_arc`], [`catmix`], [`goddard_cops`] | singular arcs |
@@ -47,12 +48,14 @@ pub mod hanging_chain;
 pub mod hypersensitive;
 pub mod linear_tangent;
 pub mod lqr_scalar;
+pub mod min_time_climb;
 pub mod moon_lander_soft;
 pub mod nlp;
 pub mod orbit_raising;
 pub mod powered_descent;
 pub mod problem;
 pub mod rayleigh_path;
+pub mod shuttle_heat_limit;
 pub mod shuttle_reentry;
 pub mod van_der_pol;
 
@@ -68,9 +71,12 @@ pub const GALLERY: &[Problem] = &[
     linear_tangent::PROBLEM,
     hanging_chain::PROBLEM,
     hypersensitive::PROBLEM,
+    hypersensitive::LONG,
     orbit_raising::PROBLEM,
     cart_pole::PROBLEM,
     shuttle_reentry::PROBLEM,
+    shuttle_heat_limit::PROBLEM,
+    min_time_climb::PROBLEM,
     delta_iii::PROBLEM,
     van_der_pol::PROBLEM,
     rayleigh_path::PROBLEM,

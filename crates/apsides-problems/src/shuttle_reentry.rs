@@ -38,6 +38,11 @@ const SEA_LEVEL_DENSITY: f64 = 0.002_378;
 const SCALE_HEIGHT_FT: f64 = 23_800.0;
 const WING_AREA_FT2: f64 = 2690.0;
 
+/// Density at an altitude in ft, slug/ft3.
+pub(crate) fn density<S: Scalar>(altitude: S) -> S {
+    (altitude / -SCALE_HEIGHT_FT).exp() * SEA_LEVEL_DENSITY
+}
+
 struct Glider;
 
 impl Dynamics<6, 2> for Glider {
@@ -46,8 +51,7 @@ impl Dynamics<6, 2> for Glider {
         let attack = u[0] * 1.0_f64.to_degrees();
         let lift_coefficient = attack * 0.029_244 - 0.207_04;
         let drag_coefficient = attack.square() * 6.214_08e-4 - attack * 6.1592e-3 + 0.078_54;
-        let density = (h / -SCALE_HEIGHT_FT).exp() * SEA_LEVEL_DENSITY;
-        let pressure_area = density * v.square() * (0.5 * WING_AREA_FT2 / MASS_SLUG);
+        let pressure_area = density(h) * v.square() * (0.5 * WING_AREA_FT2 / MASS_SLUG);
         let (lift, drag) = (pressure_area * lift_coefficient, pressure_area * drag_coefficient);
         let r = h + EARTH_RADIUS_FT;
         let gravity = r.powi(-2) * MU_FT3_S2;
@@ -65,10 +69,14 @@ impl Dynamics<6, 2> for Glider {
     }
 }
 
-fn pose() -> Result<Case, OcpError> {
+/// Name of the phase.
+pub(crate) const PHASE: &str = "entry";
+
+/// The entry without limits on its heating.
+pub(crate) fn phase() -> Phase {
     let rad = f64::to_radians;
     let steep = rad(89.0);
-    let phase = Phase::new("entry", Glider)
+    Phase::new(PHASE, Glider)
         .states([
             State::new("altitude", "ft").within(0.0, 300_000.0).starts_at(260_000.0).ends_at(80_000.0),
             State::new("longitude", "rad").within(-steep, steep).starts_at(0.0),
@@ -81,14 +89,28 @@ fn pose() -> Result<Case, OcpError> {
             Variable::new("angle of attack", "rad").within(rad(-90.0), rad(90.0)),
             Variable::new("bank", "rad").within(rad(-90.0), rad(1.0)),
         ])
-        .final_time(Bounds::new(500.0, 4000.0));
-    let latitude = Term::End(At::FinalState("entry", "latitude"), 1.0_f64.to_degrees());
-    let ocp = Ocp::builder(PROBLEM.name)
+        .final_time(Bounds::new(500.0, 4000.0))
+}
+
+/// The problem of one entry phase: largest cross-range.
+pub(crate) fn largest_cross_range(name: &str, phase: Phase) -> Result<Case, OcpError> {
+    let latitude = Term::End(At::FinalState(PHASE, "latitude"), 1.0_f64.to_degrees());
+    let ocp = Ocp::builder(name)
         .phase(phase)
         .objective(Sense::Maximize, "cross-range", "deg", [latitude])
         .objective_scale(10.0)
         .build()?;
+    from_straight_lines(ocp)
+}
+
+/// The guess of this module for a problem with one entry phase.
+pub(crate) fn from_straight_lines(ocp: Ocp) -> Result<Case, OcpError> {
+    let rad = f64::to_radians;
     let start = [260_000.0, 0.0, 0.0, 25_600.0, rad(-1.0), rad(90.0)];
     let end = [80_000.0, rad(60.0), rad(30.0), 2500.0, rad(-5.0), rad(10.0)];
     Case::from_ends(ocp, (0.0, &start, &[rad(17.0), rad(-75.0)]), (2000.0, &end, &[rad(17.0), 0.0]))
+}
+
+fn pose() -> Result<Case, OcpError> {
+    largest_cross_range(PROBLEM.name, phase())
 }

@@ -6,7 +6,7 @@
 use std::fmt;
 
 use apsides_nlp::{Nlp, NlpError, Requirement as NlpRequirement, Side, Status, relax};
-use apsides_ocp::{Guess, Mesh, Ocp, Scaling};
+use apsides_ocp::{Guess, Mesh, Ocp, PhaseMesh, Scaling};
 
 use crate::RadauError;
 use crate::error_estimate::estimate;
@@ -51,10 +51,17 @@ pub struct Explanation {
 
 /// Iterations of each of the solves.
 const MAX_ITERATIONS: usize = 300;
-/// Meshes of each of the solves.
-const MAX_MESHES: usize = 3;
+/// Most meshes of each of the solves.
+const MAX_MESHES: usize = 8;
+/// Most collocation points of each of the solves: an explanation is worth seconds.
+const MAX_TOTAL_POINTS: usize = 2000;
 /// Error between the points at which amounts are exact enough.
 const MESH_TOLERANCE: f64 = 1e-6;
+/// The meshes also end when the weighted amounts have settled to `SETTLED`, relative, over two meshes, or over three where
+/// the error between the points is above `COARSE_MESH_TOLERANCE`: what a relaxation leaves open, such as a control far
+/// from the conflict, may stay rough on every mesh.
+const COARSE_MESH_TOLERANCE: f64 = 1e-2;
+const SETTLED: f64 = 5e-5;
 /// A residual below this part of its scale is rounding.
 const ROUNDING: f64 = 1e-12;
 /// Requirements tried alone besides those that conflict.
@@ -172,6 +179,7 @@ impl Relaxer<'_> {
     fn relax(&self, guess: &Guess, mesh: &Mesh, only: Option<usize>) -> Result<Relaxed, RadauError> {
         let (mut guess, mut mesh) = (guess.clone(), mesh.clone());
         let mut rounds = 0;
+        let (mut earlier, mut agreements) = (f64::INFINITY, 0);
         loop {
             rounds += 1;
             let mut nlp = Transcription::with_movable_bounds(self.ocp, &mesh, &guess)?;
@@ -192,7 +200,13 @@ impl Relaxer<'_> {
             let error = estimate(self.ocp, &scaling, &self.settings, &mut trajectory)?;
             let next = refine(&trajectory, &self.settings)?;
             guess = Guess::earlier(&trajectory);
-            if error <= self.settings.mesh_tolerance || rounds >= MAX_MESHES {
+            let found = result.report.objective;
+            agreements = if (found - earlier).abs() <= SETTLED * found.abs() { agreements + 1 } else { 0 };
+            earlier = found;
+            let settled = agreements >= if error <= COARSE_MESH_TOLERANCE { 1 } else { 2 };
+            let points: usize = next.phases.iter().map(PhaseMesh::total_points).sum();
+            let last = rounds >= MAX_MESHES || points > MAX_TOTAL_POINTS.min(self.settings.max_total_points);
+            if error <= self.settings.mesh_tolerance || settled || last {
                 return Ok(Relaxed { nlp, items, result, guess, mesh });
             }
             mesh = next;

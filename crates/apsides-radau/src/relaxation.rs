@@ -101,7 +101,10 @@ pub(crate) struct Item {
     pub(crate) instants: Vec<(usize, f64)>,
 }
 
-/// Fixed end values are usually meant as stated, so that limits are named before them.
+/// Fixed end values and times are usually meant as stated, and bounds on a control describe the vehicle and where its model
+/// holds, so that other limits are named before them.
+const WEIGHT_OF_CONTROL: f64 = 10.0;
+const WEIGHT_OF_FIXED_TIME: f64 = 10.0;
 const WEIGHT_OF_FIXED_END: f64 = 10.0;
 const WEIGHT_OF_FIXED_START: f64 = 20.0;
 /// A positive lower bound along a phase keeps at least this part of its value: most such quantities have no meaning at zero.
@@ -256,6 +259,8 @@ impl Items {
         let weight = match &requirement {
             Some(r) if r.fixed && r.kind == RequirementKind::InitialState => WEIGHT_OF_FIXED_START,
             Some(r) if r.fixed && r.kind == RequirementKind::FinalState => WEIGHT_OF_FIXED_END,
+            Some(r) if r.kind == RequirementKind::Control => WEIGHT_OF_CONTROL,
+            Some(r) if r.fixed && r.kind == RequirementKind::FinalTime => WEIGHT_OF_FIXED_TIME,
             _ => 1.0,
         };
         let limits = NlpRequirement { limits, unit, weight, most };
