@@ -1,8 +1,6 @@
 //! Problems that cannot be solved: what the explanation asks for is right, by an independent computation.
 #![allow(clippy::unwrap_used)]
 
-use std::time::{Duration, Instant};
-
 use apsides::ad::{Dynamics, PathFunction, Scalar};
 use apsides::ocp::{At, Bounds, Guess, Mesh, Ocp, Phase, State, Variable};
 use apsides::radau::{Explanation, Radau, RadauSettings, RadauSolution};
@@ -10,7 +8,6 @@ use apsides_problems::{Case, shuttle_heat_limit};
 
 /// Relative agreement of a limit with the independent value.
 const AGREEMENT: f64 = 1e-3;
-const EXPLAINED_WITHIN: Duration = Duration::from_secs(30);
 
 fn near(found: f64, expected: f64) {
     assert!((found - expected).abs() <= AGREEMENT * expected.abs(), "{found}, expected {expected}");
@@ -65,9 +62,7 @@ fn a_heating_limit_that_no_entry_keeps() {
     let radau = Radau::default();
     let solution = radau.solve(&case.ocp, &case.guess).unwrap();
     assert!(!solution.status.is_success());
-    let begin = Instant::now();
     let why = explained(&case.ocp, &solution, &radau);
-    assert!(begin.elapsed() < EXPLAINED_WITHIN, "{:?}", begin.elapsed());
     assert_eq!(why.conflicts[0].requirement.name, "heating rate", "{why}");
     let remedy = why.remedies.iter().find(|r| r.requirement.name == "heating rate").unwrap();
     let peak = peak_with_full_lift(&case);

@@ -52,7 +52,7 @@ pub struct Explanation {
 /// Iterations of each of the solves.
 const MAX_ITERATIONS: usize = 300;
 /// Most meshes of each of the solves.
-const MAX_MESHES: usize = 8;
+const MAX_MESHES: usize = 5;
 /// Most collocation points of each of the solves: an explanation is worth seconds.
 const MAX_TOTAL_POINTS: usize = 2000;
 /// Error between the points at which amounts are exact enough.
@@ -205,7 +205,8 @@ impl Relaxer<'_> {
             earlier = found;
             let settled = agreements >= if error <= COARSE_MESH_TOLERANCE { 1 } else { 2 };
             let points: usize = next.phases.iter().map(PhaseMesh::total_points).sum();
-            let last = rounds >= MAX_MESHES || points > MAX_TOTAL_POINTS.min(self.settings.max_total_points);
+            let last = rounds >= MAX_MESHES.min(self.settings.max_meshes)
+                || points > MAX_TOTAL_POINTS.min(self.settings.max_total_points);
             if error <= self.settings.mesh_tolerance || settled || last {
                 return Ok(Relaxed { nlp, items, result, guess, mesh });
             }
