@@ -86,8 +86,11 @@ pub const GALLERY: &[Problem] = &[
     moon_lander_soft::PROBLEM,
     free_flying_robot::PROBLEM,
     powered_descent::PROBLEM,
+    powered_descent::GLIDE_SLOPE,
     di_singular_arc::PROBLEM,
     catmix::PROBLEM,
+    catmix::REVERSED,
+    catmix::ARCS,
     goddard_cops::PROBLEM,
 ];
 

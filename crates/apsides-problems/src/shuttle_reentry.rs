@@ -79,7 +79,10 @@ pub(crate) fn phase() -> Phase {
     Phase::new(PHASE, Glider)
         .states([
             State::new("altitude", "ft").within(0.0, 300_000.0).starts_at(260_000.0).ends_at(80_000.0),
-            State::new("longitude", "rad").within(-steep, steep).starts_at(0.0),
+            State::new("longitude", "rad")
+                .within(rad(-180.0), rad(180.0))
+                .scaled_by(rad(180.0))
+                .starts_at(0.0),
             State::new("latitude", "rad").within(-steep, steep).starts_at(0.0),
             State::new("speed", "ft/s").within(100.0, 30_000.0).starts_at(25_600.0).ends_at(2500.0),
             State::new("path angle", "rad").within(-steep, steep).starts_at(rad(-1.0)).ends_at(rad(-5.0)),
