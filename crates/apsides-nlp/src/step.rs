@@ -11,6 +11,8 @@ const FIRST_GROWTH: f64 = 100.0;
 const GROWTH: f64 = 8.0;
 /// Decrease from one iteration to the next.
 const DECREASE: f64 = 1.0 / 3.0;
+/// Largest first trial relative to the Hessian.
+const LARGEST_TRIAL: f64 = 1e6;
 /// Least primal regularisation.
 const LEAST: f64 = 1e-20;
 /// A linear system with a larger relative residual counts as singular.
@@ -101,9 +103,9 @@ impl Engine {
         self.reduces_violation(dual)
     }
 
-    /// The size of the Hessian: a larger first trial only comes from an earlier point with a larger one.
+    /// Far above the size of the Hessian: a larger first trial only comes from an earlier point with a larger one.
     fn largest_useful_regularisation(&self) -> f64 {
-        max_abs(&self.hessian).max(self.settings.first_regularisation)
+        LARGEST_TRIAL * max_abs(&self.hessian).max(self.settings.first_regularisation)
     }
 
     /// Whether the step reduces the linearised constraints. With dual regularisation it leaves `dual_shift * dy` of
