@@ -211,11 +211,11 @@ impl NodeTerm {
         jacobian: &mut Vec<(usize, usize)>,
         hessian: &mut Vec<(usize, usize)>,
     ) {
-        let mut scratch = self.scratch[0].clone();
+        let scratch = &self.scratch[0];
         let before = (jacobian.len(), hessian.len());
         for node in 0..self.points.len() {
             self.node_jacobian(node, 1.0, |r, c, _| jacobian.push((r, c)));
-            self.node_hessian(node, 1.0, &mut scratch, |i, j, _| hessian.push((i, j)));
+            self.node_hessian(node, 1.0, scratch, |i, j, _| hessian.push((i, j)));
         }
         let nodes = self.points.len().max(1);
         self.emitted = ((jacobian.len() - before.0) / nodes, (hessian.len() - before.1) / nodes);
