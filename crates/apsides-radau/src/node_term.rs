@@ -158,7 +158,8 @@ impl NodeTerm {
         let m = self.function.outputs();
         let (mut outputs, mut scratch) =
             (std::mem::take(&mut self.outputs), std::mem::take(&mut self.scratch));
-        in_pieces(&mut scratch, self.points.len(), [(&mut outputs, m)], |nodes, scratch, [outputs]| {
+        // Values are cheap: more threads did not pay at 15,000 nodes.
+        in_pieces(&mut scratch[..1], self.points.len(), [(&mut outputs, m)], |nodes, scratch, [outputs]| {
             for (node, k) in nodes.zip(0..) {
                 self.fill_inputs(node, x, &mut scratch.inputs);
                 self.function.value(&scratch.inputs, &mut outputs[k * m..(k + 1) * m]);

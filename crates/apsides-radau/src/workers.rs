@@ -6,7 +6,7 @@ use std::sync::Arc;
 use rayon::{ThreadPool, ThreadPoolBuilder};
 
 /// A function is shared between threads from so many nodes on: below, waking a thread costs what it saves.
-pub(crate) const SHARED_NODES: usize = 1000;
+pub(crate) const SHARED_NODES: usize = 3000;
 /// More than one, so that a thread that is held up leaves its pieces to others.
 const PIECES_PER_THREAD: usize = 4;
 

@@ -9,7 +9,7 @@ use apsides_radau::{Radau, RadauSettings, Transcription};
 /// Equations of motion alone; with an integral as the cost; with a path constraint.
 const PROBLEMS: [&str; 3] = ["shuttle_reentry", "bryson_denham", "brachistochrone_wall"];
 /// Times 4 points: above the least number of nodes that is shared.
-const INTERVALS: usize = 300;
+const INTERVALS: usize = 800;
 
 fn bits(values: &[f64]) -> Vec<u64> {
     values.iter().map(|v| v.to_bits()).collect()
