@@ -7,11 +7,11 @@
 //! ```
 //!
 //! and evaluated on `f64` for values, on [`Dual`] for Jacobians, on [`HyperDual`] for Hessians weighted by
-//! multipliers, and on [`Dependence`] for the structure of both. A [`NodeFunction`] hides the scalar and the array sizes, so
+//! multipliers, and on [`Dependence`] for the structure of both. Where the model is made of elementary functions alone, the
+//! Hessian comes from its formula by second-order adjoints instead, which is several times as fast. A [`NodeFunction`] hides the scalar and the array sizes, so
 //! that a transcription can hold models of any size.
 //!
-//! The crate does not differentiate loops over time, does not build global sparse matrices and does not
-//! differentiate on a tape: it is meant for functions of up to 64 inputs that are evaluated at many points.
+//! The crate does not differentiate loops over time and does not build global sparse matrices: it is meant for functions of up to 64 inputs that are evaluated at many points.
 //!
 //! ```
 //! use apsides_ad::{Dynamics, NodeFunction, Scalar, dynamics_node};
@@ -43,9 +43,11 @@
 //! | [`spline`] | tables in one and two variables as functions of scalars |
 //! | [`vector`] | products and smooth norms |
 //!
-//! Reference: J. Fike and J. Alonso, The development of hyper-dual numbers for exact second-derivative calculations,
-//! AIAA 2011-886, doi 10.2514/6.2011-886.
+//! References: J. Fike and J. Alonso, The development of hyper-dual numbers for exact second-derivative calculations,
+//! AIAA 2011-886, doi 10.2514/6.2011-886. R. Gower and M. Mello, A new framework for the computation of Hessians,
+//! Optim. Methods Softw. 27 (2012), doi 10.1080/10556788.2011.580098.
 
+mod adjoint;
 pub mod dual;
 pub mod hyper_dual;
 pub mod model;

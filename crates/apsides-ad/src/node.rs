@@ -2,6 +2,7 @@
 
 use std::sync::Arc;
 
+use crate::adjoint::AdjointPlan;
 use crate::model::{Dynamics, PathFunction, VectorFunction};
 use crate::pattern::MAX_INPUTS;
 use crate::trace::{self, Formula, OpaqueFunction, Trace};
@@ -179,6 +180,8 @@ struct Node<E> {
     active: Vec<usize>,
     /// Lane of each Jacobian entry within its pass, and the pass.
     entry_lane: Vec<(usize, usize)>,
+    /// None where the Hessian comes from passes of hyper-dual numbers.
+    adjoint: Option<AdjointPlan>,
 }
 
 /// Lane that no input has: seeds a constant.
@@ -200,14 +203,17 @@ impl<E: Seeded> Node<E> {
                 .extend((0..=i).filter(|&j| rows.iter().any(|r| r.is_nonlinear_in(i, j))).map(|j| (i, j)));
         }
         let active: Vec<usize> = (0..E::INPUTS).filter(|&c| rows.iter().any(|r| r.depends_on(c))).collect();
-        let lanes = const { jacobian_lanes(E::INPUTS) };
+        let lanes = jacobian_lanes(E::INPUTS - usize::from(active.len() < E::INPUTS));
         let entry_lane = pattern
             .columns
             .iter()
             .filter_map(|c| active.iter().position(|a| a == c))
             .map(|k| (k / lanes, k % lanes))
             .collect();
-        Self { model, pattern, active, entry_lane }
+        let mut node = Self { model, pattern, active, entry_lane, adjoint: None };
+        let formula = node.formula().ok();
+        node.adjoint = formula.and_then(|f| AdjointPlan::new(&f, &node.pattern, HESSIAN_LANES));
+        node
     }
 
     fn jacobian_in<const N: usize>(&self, z: &[f64], out: &mut [f64], entries: &mut [f64]) {
@@ -233,48 +239,9 @@ impl<E: Seeded> Node<E> {
             );
         }
     }
-}
 
-/// Lanes of the Jacobian pass for a number of inputs.
-const fn jacobian_lanes(inputs: usize) -> usize {
-    match inputs {
-        0..=4 => 4,
-        5..=8 => 8,
-        9..=12 => 12,
-        13..=16 => 16,
-        17..=24 => 12,
-        _ => 16,
-    }
-}
-
-impl<E: Seeded> NodeFunction for Node<E> {
-    fn inputs(&self) -> usize {
-        E::INPUTS
-    }
-
-    fn outputs(&self) -> usize {
-        E::OUTPUTS
-    }
-
-    fn pattern(&self) -> &NodePattern {
-        &self.pattern
-    }
-
-    fn value(&self, z: &[f64], out: &mut [f64]) {
-        self.model.run(|i| z[i], |k, v| out[k] = v);
-    }
-
-    fn jacobian(&self, z: &[f64], out: &mut [f64], entries: &mut [f64]) {
-        // Constant conditions: one instance per model is compiled.
-        match const { jacobian_lanes(E::INPUTS) } {
-            4 => self.jacobian_in::<4>(z, out, entries),
-            8 => self.jacobian_in::<8>(z, out, entries),
-            12 => self.jacobian_in::<12>(z, out, entries),
-            _ => self.jacobian_in::<16>(z, out, entries),
-        }
-    }
-
-    fn hessian(&self, z: &[f64], weights: &[f64], entries: &mut [f64]) {
+    /// By hyper-dual numbers, a few entries per pass.
+    fn hessian_in_lanes(&self, z: &[f64], weights: &[f64], entries: &mut [f64]) {
         for (pairs, values) in
             self.pattern.hessian.chunks(HESSIAN_LANES).zip(entries.chunks_mut(HESSIAN_LANES))
         {
@@ -295,6 +262,59 @@ impl<E: Seeded> NodeFunction for Node<E> {
                 },
             );
             values.copy_from_slice(&sum[..pairs.len()]);
+        }
+    }
+}
+
+/// Lanes of the Jacobian pass for a number of inputs: whole vector registers, and even passes where one would spill.
+const fn jacobian_lanes(inputs: usize) -> usize {
+    match inputs {
+        0..=16 => inputs.next_multiple_of(2),
+        17..=24 => 12,
+        _ => 16,
+    }
+}
+
+/// Calls the Jacobian with a constant number of lanes; one instance per model and constant is compiled.
+macro_rules! jacobian_in_lanes {
+    ($lanes:expr, $node:expr, $z:expr, $out:expr, $entries:expr, $($n:literal)*) => {
+        match const { $lanes } {
+            $($n => $node.jacobian_in::<$n>($z, $out, $entries),)*
+            _ => $node.jacobian_in::<16>($z, $out, $entries),
+        }
+    };
+}
+
+impl<E: Seeded> NodeFunction for Node<E> {
+    fn inputs(&self) -> usize {
+        E::INPUTS
+    }
+
+    fn outputs(&self) -> usize {
+        E::OUTPUTS
+    }
+
+    fn pattern(&self) -> &NodePattern {
+        &self.pattern
+    }
+
+    fn value(&self, z: &[f64], out: &mut [f64]) {
+        self.model.run(|i| z[i], |k, v| out[k] = v);
+    }
+
+    fn jacobian(&self, z: &[f64], out: &mut [f64], entries: &mut [f64]) {
+        // Most models do not depend on time.
+        if self.active.len() < E::INPUTS {
+            jacobian_in_lanes!(jacobian_lanes(E::INPUTS.saturating_sub(1)), self, z, out, entries, 2 4 6 8 10 12 14);
+        } else {
+            jacobian_in_lanes!(jacobian_lanes(E::INPUTS), self, z, out, entries, 2 4 6 8 10 12 14);
+        }
+    }
+
+    fn hessian(&self, z: &[f64], weights: &[f64], entries: &mut [f64]) {
+        match &self.adjoint {
+            Some(plan) => plan.hessian(z, weights, entries),
+            None => self.hessian_in_lanes(z, weights, entries),
         }
     }
 

@@ -181,7 +181,10 @@ pub trait Scalar:
             1 => self,
             _ => {
                 let k = f64::from(n);
-                self.map(|x| [x.powi(n), k * x.powi(n - 1), k * (k - 1.0) * x.powi(n - 2)])
+                self.map(|x| {
+                    let p2 = x.powi(n - 2);
+                    [x.powi(n), k * (p2 * x), k * (k - 1.0) * p2]
+                })
             }
         }
     }
@@ -189,7 +192,13 @@ pub trait Scalar:
     /// Power with a constant real exponent.
     #[inline]
     fn powf(self, n: f64) -> Self {
-        self.map(|x| [x.powf(n), n * x.powf(n - 1.0), n * (n - 1.0) * x.powf(n - 2.0)])
+        self.map(|x| {
+            let p = x.powf(n);
+            // One power where the others follow from it to rounding.
+            let (p1, p2) =
+                if p.is_normal() { (p / x, p / x / x) } else { (x.powf(n - 1.0), x.powf(n - 2.0)) };
+            [p, n * p1, n * (n - 1.0) * p2]
+        })
     }
 }
 

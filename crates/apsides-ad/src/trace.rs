@@ -136,7 +136,8 @@ impl Unary {
         }
     }
 
-    fn apply(self, x: f64) -> f64 {
+    /// The function at `x`.
+    pub(crate) fn apply<S: Scalar>(self, x: S) -> S {
         match self {
             Self::Neg => -x,
             Self::Sin => x.sin(),
@@ -151,7 +152,7 @@ impl Unary {
             Self::Sinh => x.sinh(),
             Self::Cosh => x.cosh(),
             Self::Tanh => x.tanh(),
-            Self::Recip => 1.0 / x,
+            Self::Recip => x.recip(),
         }
     }
 }
@@ -169,7 +170,8 @@ impl Binary {
         }
     }
 
-    fn apply(self, x: f64, y: f64) -> f64 {
+    /// The function at the operands.
+    pub(crate) fn apply(self, x: f64, y: f64) -> f64 {
         match self {
             Self::Add => x + y,
             Self::Sub => x - y,

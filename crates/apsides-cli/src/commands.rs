@@ -29,7 +29,7 @@ impl MissionArguments {
 }
 
 pub(crate) fn solve(a: &SolveArguments) -> Result<Exit, Refusal> {
-    let mission = a.mission.load()?;
+    let mission = a.mission.load()?.with_threads(a.run.threads as usize);
     if let Some(dir) = &a.out {
         // Before the work, not after it.
         probe_directory(dir)?;
@@ -95,7 +95,10 @@ pub(crate) fn run_sweep(a: &SweepArguments) -> Result<Exit, Refusal> {
     if let Some(m) = &a.method {
         axes.push(Axis { key: "method".into(), values: vec![m.clone()] });
     }
-    let cases = cases(&a.mission, &axes).map_err(refusal)?;
+    let mut cases = cases(&a.mission, &axes).map_err(refusal)?;
+    for case in &mut cases {
+        case.mission = case.mission.clone().with_threads(a.run.threads as usize);
+    }
     let mut csv = a.out.as_deref().map(SweepFile::create).transpose()?;
     let stop = StopFlag::install();
     let mut progress = Progress::line(a.run.quiet, stop.clone(), cases.len() as u64);

@@ -1,6 +1,7 @@
 //! The planar landing from a perilune of 15 km on uniform meshes of 3 points per interval.
 //!
-//! Groups: `transcribe` (structure), `constraints`, `jacobian`, `hessian` (one call each), `solve` (whole solve from the
+//! Groups: `transcribe` (structure), `constraints`, `jacobian`, `hessian` (one call each, with one thread and with more where the
+//! meshes are fine enough), `solve` (whole solve from the
 //! solution on 20 intervals; iterations and time per iteration are printed).
 #![allow(clippy::print_stdout)]
 
@@ -17,6 +18,9 @@ use criterion::{BatchSize, BenchmarkId, Criterion, criterion_group, criterion_ma
 
 const INTERVALS: [usize; 4] = [20, 100, 1000, 5000];
 const POINTS: usize = 3;
+const THREADS: [usize; 2] = [1, 2];
+/// Meshes that are evaluated with more than one thread.
+const SHARED_INTERVALS: usize = 1000;
 
 /// Ignition at the perilune: radius m, speed m/s, mass kg.
 const IGNITION: [f64; 3] = [1_752_100.0, 1692.4, 298.1];
@@ -75,38 +79,47 @@ fn solver() -> InteriorPoint {
 fn evaluations(c: &mut Criterion) {
     let (ocp, guess) = landing();
     for intervals in INTERVALS {
-        let mut nlp = transcribe(&ocp, &guess, intervals);
-        let mut x = vec![0.0; nlp.variables()];
-        nlp.initial_point(&mut x);
-        let mut rows = vec![0.0; nlp.constraints()];
-        let multipliers = vec![1.0; nlp.constraints()];
-        let mut jacobian = vec![0.0; nlp.jacobian_pattern().len()];
-        let mut hessian = vec![0.0; nlp.hessian_pattern().len()];
-        let id = |function: &str| BenchmarkId::new(function, intervals);
         let mut group = c.benchmark_group("evaluate");
         group
             .sample_size(10)
             .warm_up_time(Duration::from_millis(200))
             .measurement_time(Duration::from_millis(800));
-        group.bench_function(id("transcribe"), |b| b.iter(|| transcribe(&ocp, &guess, intervals)));
-        group.bench_function(id("constraints"), |b| {
-            b.iter(|| nlp.constraint_values(black_box(&x), &mut rows))
-        });
-        // A moved point each time: derivatives at the same point are kept.
-        let end = x.len() - 1;
-        let moved = |x: &mut [f64]| x[end] += 1e-6;
-        group.bench_function(id("jacobian"), |b| {
-            b.iter(|| {
-                moved(&mut x);
-                nlp.jacobian(black_box(&x), &mut jacobian);
-            });
-        });
-        // As in a solve, at a point whose Jacobian is known.
-        group.bench_function(id("hessian"), |b| {
-            b.iter(|| nlp.hessian(black_box(&x), 1.0, black_box(&multipliers), &mut hessian));
-        });
+        let id = BenchmarkId::new("transcribe", intervals);
+        group.bench_function(id, |b| b.iter(|| transcribe(&ocp, &guess, intervals)));
         group.finish();
+        for threads in THREADS.into_iter().filter(|&t| t == 1 || intervals >= SHARED_INTERVALS) {
+            evaluation(c, transcribe(&ocp, &guess, intervals).with_threads(threads), threads, intervals);
+        }
     }
+}
+
+fn evaluation(c: &mut Criterion, mut nlp: Transcription, threads: usize, intervals: usize) {
+    let mut x = vec![0.0; nlp.variables()];
+    nlp.initial_point(&mut x);
+    let mut rows = vec![0.0; nlp.constraints()];
+    let multipliers = vec![1.0; nlp.constraints()];
+    let mut jacobian = vec![0.0; nlp.jacobian_pattern().len()];
+    let mut hessian = vec![0.0; nlp.hessian_pattern().len()];
+    let id = |function: &str| BenchmarkId::new(format!("{function}, {threads} threads"), intervals);
+    let mut group = c.benchmark_group("evaluate");
+    group
+        .sample_size(20)
+        .warm_up_time(Duration::from_millis(200))
+        .measurement_time(Duration::from_millis(800));
+    group.bench_function(id("constraints"), |b| b.iter(|| nlp.constraint_values(black_box(&x), &mut rows)));
+    // A moved point each time: derivatives at the same point are kept.
+    let end = x.len() - 1;
+    group.bench_function(id("jacobian"), |b| {
+        b.iter(|| {
+            x[end] += 1e-6;
+            nlp.jacobian(black_box(&x), &mut jacobian);
+        });
+    });
+    // As in a solve, at a point whose Jacobian is known.
+    group.bench_function(id("hessian"), |b| {
+        b.iter(|| nlp.hessian(black_box(&x), 1.0, black_box(&multipliers), &mut hessian));
+    });
+    group.finish();
 }
 
 fn solves(c: &mut Criterion) {

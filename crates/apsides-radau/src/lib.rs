@@ -66,6 +66,7 @@ pub mod scales;
 pub mod solver;
 pub mod transcription;
 mod warm_start;
+mod workers;
 
 pub use apsides_nlp::Side;
 pub use error::RadauError;

@@ -9,6 +9,7 @@ use std::sync::Arc;
 use apsides_ad::NodeFunction;
 
 use crate::layout::PhaseLayout;
+use crate::workers::{in_pieces, pieces};
 
 /// Where the outputs of a term go.
 #[derive(Clone, Copy)]
@@ -38,7 +39,12 @@ pub(crate) struct NodeTerm {
     /// Values and Jacobian entries at all nodes, for the point of [`Self::refresh`].
     values: Vec<f64>,
     entries: Vec<f64>,
-    scratch: Scratch,
+    /// Values at all nodes, for any point.
+    outputs: Vec<f64>,
+    /// One per piece of the nodes that a thread works on at a time.
+    scratch: Vec<Scratch>,
+    /// Entries per node of the Jacobian and of the Hessian.
+    emitted: (usize, usize),
 }
 
 #[derive(Clone, Copy)]
@@ -48,9 +54,9 @@ pub(crate) struct Point {
     pub(crate) factor: f64,
 }
 
+#[derive(Clone)]
 struct Scratch {
     inputs: Vec<f64>,
-    outputs: Vec<f64>,
     weights: Vec<f64>,
     hessian: Vec<f64>,
     /// Gradient of the weighted sum of outputs with respect to the inputs.
@@ -83,13 +89,14 @@ impl NodeTerm {
         Self {
             values: vec![0.0; points.len() * outputs],
             entries: vec![0.0; points.len() * entries],
-            scratch: Scratch {
+            outputs: vec![0.0; points.len() * outputs],
+            scratch: vec![Scratch {
                 inputs: vec![0.0; function.inputs()],
-                outputs: vec![0.0; outputs],
                 weights: vec![0.0; outputs],
                 hessian: vec![0.0; function.pattern().hessian_len()],
                 slope: vec![0.0; function.inputs()],
-            },
+            }],
+            emitted: (0, 0),
             function,
             is_rate,
             target,
@@ -126,9 +133,8 @@ impl NodeTerm {
         (b > a && p.columns[b - 1] == self.time_input).then(|| b - 1)
     }
 
-    fn fill_inputs(&mut self, node: usize, x: &[f64]) {
+    fn fill_inputs(&self, node: usize, x: &[f64], inputs: &mut [f64]) {
         let p = self.points[node];
-        let inputs = &mut self.scratch.inputs;
         inputs[..self.node_inputs].copy_from_slice(&x[p.column..p.column + self.node_inputs]);
         let parameters = self.time_input - self.node_inputs;
         inputs[self.node_inputs..self.time_input]
@@ -136,19 +142,35 @@ impl NodeTerm {
         inputs[self.time_input] = (1.0 - p.fraction) * x[self.initial_time] + p.fraction * x[self.final_time];
     }
 
+    /// Lets so many threads work on the nodes at a time, where there are enough of them.
+    pub(crate) fn share(&mut self, threads: usize) -> bool {
+        let scratch = self.scratch[0].clone();
+        self.scratch.resize(pieces(self.points.len(), threads), scratch);
+        self.scratch.len() > 1
+    }
+
     fn duration(&self, x: &[f64]) -> f64 {
         if self.is_rate { x[self.final_time] - x[self.initial_time] } else { 1.0 }
     }
 
-    /// Adds the outputs to the rows and returns the share of the cost.
+    /// Adds the outputs to the rows and returns the share of the cost, summed node after node.
     pub(crate) fn add_values(&mut self, x: &[f64], rows: &mut [f64]) -> f64 {
+        let m = self.function.outputs();
+        let (mut outputs, mut scratch) =
+            (std::mem::take(&mut self.outputs), std::mem::take(&mut self.scratch));
+        // Values are cheap: more threads did not pay at 15,000 nodes.
+        in_pieces(&mut scratch[..1], self.points.len(), [(&mut outputs, m)], |nodes, scratch, [outputs]| {
+            for (node, k) in nodes.zip(0..) {
+                self.fill_inputs(node, x, &mut scratch.inputs);
+                self.function.value(&scratch.inputs, &mut outputs[k * m..(k + 1) * m]);
+            }
+        });
+        (self.outputs, self.scratch) = (outputs, scratch);
         let duration = self.duration(x);
         let mut cost = 0.0;
-        for node in 0..self.points.len() {
-            self.fill_inputs(node, x);
-            self.function.value(&self.scratch.inputs, &mut self.scratch.outputs);
-            let factor = self.points[node].factor * duration;
-            for (k, v) in self.scratch.outputs.iter().enumerate() {
+        for (node, p) in self.points.iter().enumerate() {
+            let factor = p.factor * duration;
+            for (k, v) in self.outputs[node * m..(node + 1) * m].iter().enumerate() {
                 if let Some(r) = self.row(node, k)
                     && !rows.is_empty()
                 {
@@ -170,26 +192,58 @@ impl NodeTerm {
     /// Evaluates values and Jacobians at all nodes.
     pub(crate) fn refresh(&mut self, x: &[f64]) {
         let (m, e) = (self.function.outputs(), self.function.pattern().jacobian_len());
-        for node in 0..self.points.len() {
-            self.fill_inputs(node, x);
-            self.function.jacobian(
-                &self.scratch.inputs,
-                &mut self.values[node * m..(node + 1) * m],
-                &mut self.entries[node * e..(node + 1) * e],
-            );
-        }
+        let mut scratch = std::mem::take(&mut self.scratch);
+        let (mut values, mut entries) = (std::mem::take(&mut self.values), std::mem::take(&mut self.entries));
+        let targets = [(&mut values[..], m), (&mut entries[..], e)];
+        in_pieces(&mut scratch, self.points.len(), targets, |nodes, scratch, [values, entries]| {
+            for (node, k) in nodes.zip(0..) {
+                self.fill_inputs(node, x, &mut scratch.inputs);
+                let (values, entries) = (&mut values[k * m..(k + 1) * m], &mut entries[k * e..(k + 1) * e]);
+                self.function.jacobian(&scratch.inputs, values, entries);
+            }
+        });
+        (self.values, self.entries, self.scratch) = (values, entries, scratch);
     }
 
-    /// Calls `emit(row, column, value)` for each Jacobian entry of the rows; the order is the same at every call.
-    pub(crate) fn each_jacobian(&self, x: &[f64], mut emit: impl FnMut(usize, usize, f64)) {
-        let duration = self.duration(x);
+    /// Adds `(row, column)` of the entries that [`fill_jacobian`](Self::fill_jacobian) and
+    /// [`fill_hessian`](Self::fill_hessian) write, in their order.
+    pub(crate) fn add_patterns(
+        &mut self,
+        jacobian: &mut Vec<(usize, usize)>,
+        hessian: &mut Vec<(usize, usize)>,
+    ) {
+        let scratch = &self.scratch[0];
+        let before = (jacobian.len(), hessian.len());
         for node in 0..self.points.len() {
-            self.each_derivative(node, duration, |output, column, value| {
-                if let Some(r) = self.row(node, output) {
-                    emit(r, column, value);
-                }
-            });
+            self.node_jacobian(node, 1.0, |r, c, _| jacobian.push((r, c)));
+            self.node_hessian(node, 1.0, scratch, |i, j, _| hessian.push((i, j)));
         }
+        let nodes = self.points.len().max(1);
+        self.emitted = ((jacobian.len() - before.0) / nodes, (hessian.len() - before.1) / nodes);
+    }
+
+    /// Writes the Jacobian entries of the rows into the head of `entries` and returns the rest.
+    pub(crate) fn fill_jacobian<'a>(&mut self, x: &[f64], entries: &'a mut [f64]) -> &'a mut [f64] {
+        let duration = self.duration(x);
+        let width = self.emitted.0;
+        let (own, rest) = entries.split_at_mut(self.points.len() * width);
+        let mut scratch = std::mem::take(&mut self.scratch);
+        in_pieces(&mut scratch, self.points.len(), [(own, width)], |nodes, _, [own]| {
+            let mut next = own.iter_mut();
+            for node in nodes {
+                self.node_jacobian(node, duration, |_, _, v| write_next(&mut next, v));
+            }
+        });
+        self.scratch = scratch;
+        rest
+    }
+
+    fn node_jacobian(&self, node: usize, duration: f64, mut emit: impl FnMut(usize, usize, f64)) {
+        self.each_derivative(node, duration, |output, column, value| {
+            if let Some(r) = self.row(node, output) {
+                emit(r, column, value);
+            }
+        });
     }
 
     /// Adds the gradient of the share of the cost.
@@ -228,71 +282,92 @@ impl NodeTerm {
         }
     }
 
-    /// Calls `emit(row, column, value)` for each entry of the lower triangle of the weighted Hessian, after
-    /// [`refresh`](Self::refresh) at the same point; the order is the same at every call.
+    /// Writes the entries of the lower triangle of the weighted Hessian into the head of `values`, after
+    /// [`refresh`](Self::refresh) at the same point, and returns the rest.
     ///
     /// `multipliers` weights the rows and `cost` the cost.
-    pub(crate) fn each_hessian(
+    pub(crate) fn fill_hessian<'a>(
         &mut self,
         x: &[f64],
         cost: f64,
         multipliers: &[f64],
+        values: &'a mut [f64],
+    ) -> &'a mut [f64] {
+        let duration = self.duration(x);
+        let width = self.emitted.1;
+        let (own, rest) = values.split_at_mut(self.points.len() * width);
+        let mut scratch = std::mem::take(&mut self.scratch);
+        in_pieces(&mut scratch, self.points.len(), [(own, width)], |nodes, scratch, [own]| {
+            let mut next = own.iter_mut();
+            for node in nodes {
+                self.weigh(node, x, cost, multipliers, scratch);
+                self.node_hessian(node, duration, scratch, |_, _, v| write_next(&mut next, v));
+            }
+        });
+        self.scratch = scratch;
+        rest
+    }
+
+    /// Hessian, and gradient for the products with the duration, of the weighted sum of outputs at one node.
+    fn weigh(&self, node: usize, x: &[f64], cost: f64, multipliers: &[f64], scratch: &mut Scratch) {
+        let Scratch { inputs, weights, hessian, slope } = scratch;
+        self.fill_inputs(node, x, inputs);
+        for (k, weight) in weights.iter_mut().enumerate() {
+            let mut w = self.row(node, k).map_or(0.0, |r| multipliers[r]);
+            if let Target::Sum { cost: share, .. } = self.target {
+                w += cost * share;
+            }
+            *weight = w * self.points[node].factor;
+        }
+        self.function.hessian(inputs, weights, hessian);
+        let pattern = self.function.pattern();
+        let e = pattern.jacobian_len();
+        slope.fill(0.0);
+        for ((r, c), v) in pattern.jacobian_entries().zip(&self.entries[node * e..(node + 1) * e]) {
+            slope[c] += weights[r] * v;
+        }
+    }
+
+    fn node_hessian(
+        &self,
+        node: usize,
+        duration: f64,
+        scratch: &Scratch,
         mut emit: impl FnMut(usize, usize, f64),
     ) {
-        let duration = self.duration(x);
-        let (m, e) = (self.function.outputs(), self.function.pattern().jacobian_len());
-        for node in 0..self.points.len() {
-            self.fill_inputs(node, x);
-            let p = self.points[node];
-            for k in 0..m {
-                let mut w = self.row(node, k).map_or(0.0, |r| multipliers[r]);
-                if let Target::Sum { cost: share, .. } = self.target {
-                    w += cost * share;
-                }
-                self.scratch.weights[k] = w * p.factor;
+        let p = self.points[node];
+        let pattern = self.function.pattern();
+        let (from_start, from_end) = (1.0 - p.fraction, p.fraction);
+        let time = self.time_input;
+        let mut by_time_twice = 0.0;
+        for (&(i, j), &h) in pattern.hessian.iter().zip(&scratch.hessian) {
+            let h = duration * h;
+            if i != time {
+                emit_lower(self.column(&p, i), self.column(&p, j), h, &mut emit);
+            } else if j != time {
+                let column = self.column(&p, j);
+                self.each_time(from_start * h, from_end * h, |t, v| emit_lower(t, column, v, &mut emit));
+            } else {
+                by_time_twice = h;
             }
-            let Scratch { inputs, weights, hessian, slope, .. } = &mut self.scratch;
-            self.function.hessian(inputs, weights, hessian);
-            let pattern = self.function.pattern();
-            // Gradient and value of the weighted sum, for the products with the duration.
-            slope.fill(0.0);
-            let entries = &self.entries[node * e..(node + 1) * e];
-            for ((r, c), v) in pattern.jacobian_entries().zip(entries) {
-                slope[c] += weights[r] * v;
+        }
+        if self.is_rate {
+            for &i in &self.active {
+                let (column, s) = (self.column(&p, i), scratch.slope[i]);
+                self.each_time(-s, s, |t, v| emit_lower(t, column, v, &mut emit));
             }
-            let scratch = &self.scratch;
-            let (from_start, from_end) = (1.0 - p.fraction, p.fraction);
-            let time = self.time_input;
-            let mut by_time_twice = 0.0;
-            for (&(i, j), &h) in pattern.hessian.iter().zip(&scratch.hessian) {
-                let h = duration * h;
-                if i != time {
-                    emit_lower(self.column(&p, i), self.column(&p, j), h, &mut emit);
-                } else if j != time {
-                    let column = self.column(&p, j);
-                    self.each_time(from_start * h, from_end * h, |t, v| emit_lower(t, column, v, &mut emit));
-                } else {
-                    by_time_twice = h;
-                }
+        }
+        if pattern.columns.contains(&time) {
+            let s = if self.is_rate { scratch.slope[time] } else { 0.0 };
+            let (a, b) = (from_start, from_end);
+            if !self.time_fixed.0 {
+                emit(self.initial_time, self.initial_time, a * a * by_time_twice - 2.0 * a * s);
             }
-            if self.is_rate {
-                for &i in &self.active {
-                    let (column, s) = (self.column(&p, i), scratch.slope[i]);
-                    self.each_time(-s, s, |t, v| emit_lower(t, column, v, &mut emit));
-                }
+            if !self.time_fixed.1 {
+                emit(self.final_time, self.final_time, b * b * by_time_twice + 2.0 * b * s);
             }
-            if pattern.columns.contains(&time) {
-                let s = if self.is_rate { scratch.slope[time] } else { 0.0 };
-                let (a, b) = (from_start, from_end);
-                if !self.time_fixed.0 {
-                    emit(self.initial_time, self.initial_time, a * a * by_time_twice - 2.0 * a * s);
-                }
-                if !self.time_fixed.1 {
-                    emit(self.final_time, self.final_time, b * b * by_time_twice + 2.0 * b * s);
-                }
-                if !self.time_fixed.0 && !self.time_fixed.1 {
-                    emit(self.final_time, self.initial_time, a * b * by_time_twice + (a - b) * s);
-                }
+            if !self.time_fixed.0 && !self.time_fixed.1 {
+                emit(self.final_time, self.initial_time, a * b * by_time_twice + (a - b) * s);
             }
         }
     }
@@ -304,6 +379,14 @@ impl NodeTerm {
         if !self.time_fixed.1 {
             emit(self.final_time, at_end);
         }
+    }
+}
+
+/// The entries of a piece are as many as the pattern says, so that there is a next one.
+#[inline]
+fn write_next(next: &mut std::slice::IterMut<'_, f64>, value: f64) {
+    if let Some(entry) = next.next() {
+        *entry = value;
     }
 }
 

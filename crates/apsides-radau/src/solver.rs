@@ -14,6 +14,7 @@ use crate::refinement::refine;
 use crate::row_origin::RowOrigin;
 use crate::scales::ScaleWarning;
 use crate::transcription::Transcription;
+use crate::workers::pool;
 
 /// Settings of the method.
 #[derive(Clone, Debug)]
@@ -37,6 +38,8 @@ pub struct RadauSettings {
     pub max_parts: usize,
     /// Most collocation points of all phases; refinement stops there; 20000.
     pub max_total_points: usize,
+    /// Threads that evaluate the nodes of long phases, 1 to 1024; the results do not depend on it; 1.
+    pub threads: usize,
     /// Settings of the interior-point method; problem scaling, tolerance 1e-9, adaptive barrier from 1e-3: a guess of a
     /// trajectory is seldom so bad that a larger one pays.
     pub nlp: NlpSettings,
@@ -54,6 +57,7 @@ impl Default for RadauSettings {
             max_points: 14,
             max_parts: 4,
             max_total_points: 20_000,
+            threads: 1,
             nlp: NlpSettings {
                 tolerance: 1e-9,
                 scaling: ScalingMethod::UserThenGradient { max: 100.0 },
@@ -76,11 +80,11 @@ impl RadauSettings {
             ("min_points", self.min_points, 1, self.max_points.min(MAX_POINTS)),
             ("max_points", self.max_points, 1, MAX_POINTS),
             ("max_parts", self.max_parts, 2, 1000),
+            ("threads", self.threads, 1, 1024),
         ];
         for (name, value, least, most) in counts {
             if value < least || value > most {
-                let allowed =
-                    "a whole number from 1 (parts: 2) to 60 points, 1000 meshes, parts or 1000000 intervals";
+                let allowed = "a whole number from 1 (parts: 2) to 60 points, 1000 meshes or parts, 1024 threads or 1000000 intervals";
                 return Err(RadauError::Setting { name, value: value as f64, allowed });
             }
         }
@@ -194,9 +198,11 @@ impl Radau {
         let mut mesh = mesh;
         let mut meshes: Vec<MeshRecord> = Vec::new();
         let mut warnings = Vec::new();
+        let pool = pool(self.settings.threads);
         loop {
             let begin = Instant::now();
-            let mut nlp = Transcription::new(ocp, &mesh, &guess)?;
+            let mut nlp =
+                Transcription::new(ocp, &mesh, &guess)?.with_pool(self.settings.threads, pool.clone());
             if meshes.is_empty() {
                 warnings = nlp.scale_warnings(ocp);
             }

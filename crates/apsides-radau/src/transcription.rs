@@ -6,6 +6,8 @@
 //! sum_j D_ij x_j - (h / 2) (tf - t0) f(x_i, u_i, p, t_i) = 0
 //! ```
 
+use std::sync::Arc;
+
 use apsides_nlp::{Nlp, Pattern, Scaling as NlpScaling, Stages};
 use apsides_ocp::{Bounds, Guess, Mesh, Ocp, Scaling, Sense};
 
@@ -14,6 +16,7 @@ use crate::endpoint_term::EndpointTerm;
 use crate::layout::{Layout, time_bounds};
 use crate::node_term::{NodeTerm, Target};
 use crate::scales::nlp_scaling;
+use crate::workers::{pool, within};
 
 /// A problem on a mesh, as a nonlinear program that [`apsides_nlp::InteriorPoint`] or any other solver can take.
 ///
@@ -25,8 +28,9 @@ pub struct Transcription {
     endpoint_terms: Vec<EndpointTerm>,
     /// Columns and weights of the linear part of the cost, sign included.
     linear_cost: Vec<(usize, f64)>,
-    /// Constant Jacobian entries: differentiation matrices and durations.
-    constant: Vec<(usize, usize, f64)>,
+    /// Constant Jacobian entries, rows and columns first: differentiation matrices and durations.
+    constant: Vec<(usize, usize)>,
+    constant_values: Vec<f64>,
     lower: Vec<f64>,
     upper: Vec<f64>,
     pub(crate) row_lower: Vec<f64>,
@@ -37,6 +41,8 @@ pub struct Transcription {
     hessian_pattern: Pattern,
     /// Point of the last refresh of values and Jacobians at the nodes.
     refreshed_at: Vec<f64>,
+    /// Threads for the nodes; none where the caller's does all.
+    pool: Option<Arc<rayon::ThreadPool>>,
 }
 
 impl Transcription {
@@ -74,6 +80,7 @@ impl Transcription {
         let (lower, upper) = variable_bounds(ocp, &layout);
         let (row_lower, row_upper) = row_bounds(ocp, &layout);
         let start = starting_point(&layout, guess);
+        let (constant, constant_values) = constant_entries(&layout).into_iter().unzip();
         let mut transcription = Self {
             sign,
             node_terms: node_terms(ocp, &layout, sign, movable),
@@ -81,7 +88,9 @@ impl Transcription {
             linear_cost: (ocp.objective.linear.iter())
                 .map(|&(input, w)| (layout.endpoint_column(input), sign * w))
                 .collect(),
-            constant: constant_entries(&layout),
+            constant,
+            constant_values,
+            pool: None,
             start: if movable { start } else { clamped(start, &lower, &upper) },
             scaling: nlp_scaling(ocp, &layout, &scaling),
             lower,
@@ -98,14 +107,31 @@ impl Transcription {
         Ok(transcription)
     }
 
+    /// Lets so many threads evaluate the nodes of long phases; the numbers are the same for any number of them.
+    ///
+    /// Where the system gives no threads, and on short phases, the caller's thread does all.
+    #[must_use]
+    pub fn with_threads(self, threads: usize) -> Self {
+        let pool = pool(threads);
+        self.with_pool(threads, pool)
+    }
+
+    pub(crate) fn with_pool(mut self, threads: usize, pool: Option<Arc<rayon::ThreadPool>>) -> Self {
+        let threads = if pool.is_some() { threads } else { 1 };
+        let mut shared = false;
+        for t in &mut self.node_terms {
+            shared |= t.share(threads);
+        }
+        self.pool = pool.filter(|_| shared);
+        self
+    }
+
     fn find_patterns(&mut self) {
-        let x = vec![1.0; self.layout.variables];
         let y = vec![0.0; self.layout.constraints];
-        let mut jacobian: Vec<(usize, usize)> = self.constant.iter().map(|&(r, c, _)| (r, c)).collect();
+        let mut jacobian = self.constant.clone();
         let mut hessian = Vec::new();
         for t in &mut self.node_terms {
-            t.each_jacobian(&x, |r, c, _| jacobian.push((r, c)));
-            t.each_hessian(&x, 1.0, &y, |i, j, _| hessian.push((i, j)));
+            t.add_patterns(&mut jacobian, &mut hessian);
         }
         for t in &mut self.endpoint_terms {
             t.each_jacobian(|r, c, _| jacobian.push((r, c)));
@@ -120,9 +146,8 @@ impl Transcription {
         if self.refreshed_at == x {
             return;
         }
-        for t in &mut self.node_terms {
-            t.refresh(x);
-        }
+        let terms = &mut self.node_terms;
+        within(self.pool.as_deref(), || terms.iter_mut().for_each(|t| t.refresh(x)));
         for t in &mut self.endpoint_terms {
             t.refresh(x);
         }
@@ -163,8 +188,8 @@ impl Nlp for Transcription {
 
     fn objective(&mut self, x: &[f64]) -> f64 {
         let linear: f64 = self.linear_cost.iter().map(|&(c, w)| w * x[c]).sum();
-        let nodes: f64 =
-            self.node_terms.iter_mut().filter(|t| t.has_cost()).map(|t| t.add_values(x, &mut [])).sum();
+        let costs = self.node_terms.iter_mut().filter(|t| t.has_cost());
+        let nodes: f64 = within(self.pool.as_deref(), || costs.map(|t| t.add_values(x, &mut [])).sum());
         let ends: f64 =
             self.endpoint_terms.iter_mut().filter(|t| t.has_cost()).map(|t| t.add_values(x, &mut [])).sum();
         linear + nodes + ends
@@ -186,12 +211,15 @@ impl Nlp for Transcription {
 
     fn constraint_values(&mut self, x: &[f64], values: &mut [f64]) {
         values.fill(0.0);
-        for &(r, c, v) in &self.constant {
+        for (&(r, c), v) in self.constant.iter().zip(&self.constant_values) {
             values[r] += v * x[c];
         }
-        for t in &mut self.node_terms {
-            t.add_values(x, values);
-        }
+        let terms = &mut self.node_terms;
+        within(self.pool.as_deref(), || {
+            for t in terms {
+                t.add_values(x, values);
+            }
+        });
         for t in self.endpoint_terms.iter_mut().filter(|t| !t.has_cost()) {
             t.add_values(x, values);
         }
@@ -199,17 +227,17 @@ impl Nlp for Transcription {
 
     fn jacobian(&mut self, x: &[f64], values: &mut [f64]) {
         self.refresh(x);
+        let (constant, rest) = values.split_at_mut(self.constant_values.len());
+        constant.copy_from_slice(&self.constant_values);
+        let terms = &mut self.node_terms;
+        let values = within(self.pool.as_deref(), || {
+            terms.iter_mut().fold(rest, |entries, t| t.fill_jacobian(x, entries))
+        });
         let mut next = 0;
         let mut push = |v| {
             values[next] = v;
             next += 1;
         };
-        for &(_, _, v) in &self.constant {
-            push(v);
-        }
-        for t in &self.node_terms {
-            t.each_jacobian(x, |_, _, v| push(v));
-        }
         for t in &self.endpoint_terms {
             t.each_jacobian(|_, _, v| push(v));
         }
@@ -217,14 +245,17 @@ impl Nlp for Transcription {
 
     fn hessian(&mut self, x: &[f64], objective_factor: f64, multipliers: &[f64], values: &mut [f64]) {
         self.refresh(x);
+        let terms = &mut self.node_terms;
+        let values = within(self.pool.as_deref(), || {
+            terms
+                .iter_mut()
+                .fold(values, |entries, t| t.fill_hessian(x, objective_factor, multipliers, entries))
+        });
         let mut next = 0;
         let mut push = |v| {
             values[next] = v;
             next += 1;
         };
-        for t in &mut self.node_terms {
-            t.each_hessian(x, objective_factor, multipliers, |_, _, v| push(v));
-        }
         for t in &mut self.endpoint_terms {
             t.each_hessian(objective_factor, multipliers, |_, _, v| push(v));
         }
@@ -305,7 +336,7 @@ fn endpoint_terms(ocp: &Ocp, layout: &Layout, sign: f64) -> Vec<EndpointTerm> {
     constraints.chain(costs).collect()
 }
 
-fn constant_entries(layout: &Layout) -> Vec<(usize, usize, f64)> {
+fn constant_entries(layout: &Layout) -> Vec<((usize, usize), f64)> {
     let mut entries = Vec::new();
     for p in &layout.phases {
         for (i, node) in p.nodes.iter().enumerate() {
@@ -314,13 +345,13 @@ fn constant_entries(layout: &Layout) -> Vec<(usize, usize, f64)> {
             let row = &p.rules[node.interval].differentiation()[node.local * (n + 1)..][..n + 1];
             for s in 0..p.states {
                 for (j, &d) in row.iter().enumerate() {
-                    entries.push((p.defect_row(i) + s, p.state_column(start + j) + s, d));
+                    entries.push(((p.defect_row(i) + s, p.state_column(start + j) + s), d));
                 }
             }
         }
         if let Some(r) = p.duration_row {
-            entries.push((r, p.initial_time, -1.0));
-            entries.push((r, p.final_time, 1.0));
+            entries.push(((r, p.initial_time), -1.0));
+            entries.push(((r, p.final_time), 1.0));
         }
     }
     entries

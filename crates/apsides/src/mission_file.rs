@@ -19,6 +19,8 @@ pub struct Mission {
     pub(crate) kind: &'static missions::Kind,
     /// All values.
     pub values: Values,
+    /// Threads of a solve; no value of the mission, since no result depends on it.
+    pub(crate) threads: usize,
 }
 
 /// One value with its place, before it is matched with a key.
@@ -93,12 +95,18 @@ impl Mission {
             key.accept(&e.value, &e.place)?;
             values.insert(key.path, e.value);
         }
-        let mission = Self { kind, values: Values(values) };
+        let mission = Self { kind, values: Values(values), threads: 1 };
         (kind.check)(&mission.values).map_err(|reason| Error::Conflict {
             place: format!("{source} (mission `{}`)", kind.name),
             reason,
         })?;
         Ok(mission)
+    }
+
+    /// The mission, to be solved with so many threads, 1 to 1024; no result depends on it.
+    #[must_use]
+    pub fn with_threads(self, threads: usize) -> Self {
+        Self { threads, ..self }
     }
 
     /// Name of the mission.

@@ -84,6 +84,7 @@ impl Mission {
         let mut settings = RadauSettings {
             mesh_tolerance: self.values.number("radau.mesh_tolerance"),
             max_meshes: self.values.count("radau.max_meshes"),
+            threads: self.threads,
             ..RadauSettings::default()
         };
         settings.nlp.tolerance = self.values.number("radau.nlp_tolerance");

@@ -171,3 +171,60 @@ fn nan_stays_visible() {
     node.value(&[f64::NAN, 0.0, 0.0, 0.0, 0.0], &mut out);
     assert!(out[0].is_nan());
 }
+
+/// What the formulas of models are made of beyond [`Everything`]: shifts, powers, quotients and angles of one variable.
+struct Compositions;
+
+impl VectorFunction<4, 4> for Compositions {
+    fn evaluate<S: Scalar>(&self, z: &[S; 4]) -> [S; 4] {
+        let [a, b, c, d] = *z;
+        let shifted = a + 2.0;
+        [
+            shifted * (a - 1.0) * c / (shifted + 0.5) - (-b).exp() * 3.0,
+            a.atan2(a + 1.0) + S::from(2.0).atan2(b) + c.atan2(S::from(3.0)) * (S::from(2.0).sqrt() - d),
+            (b * c).powi(2).powi(-3) * d.powf(0.0) + (a * b + 4.0).powf(2.5),
+            S::from(1.5),
+        ]
+    }
+}
+
+/// Second-order adjoints and hyper-dual numbers agree to rounding.
+fn assert_both_agree<E: Seeded>(node: &Node<E>, z: &[f64]) {
+    let plan = node.adjoint.as_ref().expect("a plan");
+    let weights: Vec<f64> = (0..E::OUTPUTS).map(|k| 1.5 - 0.7 * k as f64).collect();
+    let mut expected = vec![f64::NAN; node.pattern.hessian_len()];
+    let mut found = expected.clone();
+    node.hessian_in_lanes(z, &weights, &mut expected);
+    plan.hessian(z, &weights, &mut found);
+    let largest = expected.iter().fold(1.0_f64, |m, h| m.max(h.abs()));
+    for ((a, b), pair) in found.iter().zip(&expected).zip(&node.pattern.hessian) {
+        assert!((a - b).abs() < 1e-13 * largest, "{pair:?}: {a} and {b} at {z:?}");
+    }
+}
+
+#[test]
+fn adjoints_agree_with_hyper_dual_numbers() {
+    let (everything, compositions) =
+        (Node::new(VectorNode::<_, 5, 6>(Everything)), Node::new(VectorNode::<_, 4, 4>(Compositions)));
+    for k in 0..20 {
+        let s = f64::from(k) / 20.0;
+        assert_both_agree(&everything, &[0.7 - s, 0.4 * s - 0.6, 0.9 + s, 1.3 - 2.0 * s, 2.0]);
+        assert_both_agree(&compositions, &[0.3 + s, 0.8 - 0.5 * s, 1.1 + s, 0.6 + s]);
+    }
+}
+
+/// Known by its values: passes of hyper-dual numbers remain.
+#[test]
+fn a_closure_has_no_adjoint_plan() {
+    struct Opaque;
+    impl VectorFunction<1, 1> for Opaque {
+        fn evaluate<S: Scalar>(&self, z: &[S; 1]) -> [S; 1] {
+            [z[0].map(|x| [x * x * x, 3.0 * x * x, 6.0 * x])]
+        }
+    }
+    let node = Node::new(VectorNode::<_, 1, 1>(Opaque));
+    assert!(node.adjoint.is_none());
+    let mut h = [0.0];
+    node.hessian(&[2.0], &[0.5], &mut h);
+    assert_eq!(h, [6.0]);
+}

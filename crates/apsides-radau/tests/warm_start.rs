@@ -1,0 +1,85 @@
+//! Solution, multipliers and barrier parameter of one solve start the next: fewer interior-point iterations than from
+//! the problem's own guess, on a refined mesh and with a changed bound.
+#![allow(clippy::unwrap_used, clippy::print_stdout)]
+
+use apsides_nlp::Status;
+use apsides_ocp::{Bounds, Guess, Mesh, Ocp, Trajectory};
+use apsides_problems::{Case, find};
+use apsides_radau::{Radau, RadauSettings, RadauSolution};
+
+/// One of each kind: landing with one switch, bang-bang, ceiling on a state, path constraint, smooth re-entry.
+const PROBLEMS: [&str; 6] = [
+    "moon_lander_soft",
+    "di_bang_bang",
+    "bryson_denham",
+    "brachistochrone_wall",
+    "shuttle_reentry",
+    "linear_tangent",
+];
+
+fn pose(name: &str) -> Case {
+    find(name).unwrap().pose().unwrap()
+}
+
+/// One mesh, no refinement.
+fn solve(ocp: &Ocp, guess: &Guess, mesh: &Mesh) -> RadauSolution {
+    let method = Radau { settings: RadauSettings { max_meshes: 1, ..RadauSettings::default() } };
+    let mut method = method;
+    if let Ok(b) = std::env::var("B") {
+        method.settings.nlp.warm_start_barrier = b.parse().unwrap();
+    }
+    let solution = method.solve_on(ocp, guess, mesh.clone(), &mut ()).unwrap();
+    assert_eq!(solution.status, Status::Optimal, "{}", ocp.name);
+    solution
+}
+
+/// Iterations from the problem's own guess, from the earlier states and controls alone, and with its multipliers.
+fn compare(what: &str, ocp: &Ocp, own: &Guess, earlier: &Trajectory, mesh: &Mesh) {
+    let mut states = earlier.clone();
+    states.phases.iter_mut().for_each(|p| p.costate = None);
+    let cold = solve(ocp, own, mesh);
+    let primal = solve(ocp, &Guess::earlier(&states), mesh);
+    let warm = solve(ocp, &Guess::earlier(earlier), mesh);
+    let iterations = |s: &RadauSolution| s.report.counters.iterations;
+    let counts = [&cold, &primal, &warm].map(iterations);
+    println!(
+        "{what:<14} {:<22} cold {:>3}, states alone {:>3}, warm {:>3}",
+        ocp.name, counts[0], counts[1], counts[2]
+    );
+    if std::env::var_os("X").is_none() {
+        assert!(counts[2] < counts[0], "{what}, {}: warm {}, cold {}", ocp.name, counts[2], counts[0]);
+    }
+    let (a, b) = (cold.trajectory.objective, warm.trajectory.objective);
+    assert!((a - b).abs() <= 1e-6 * a.abs().max(1e-3), "{what}, {}: cold {a}, warm {b}", ocp.name);
+}
+
+#[test]
+fn refined_meshes() {
+    for name in PROBLEMS {
+        let Case { ocp, guess } = pose(name);
+        let coarse = solve(&ocp, &guess, &Mesh::uniform(&ocp, 10, 4).unwrap());
+        let fine = Mesh::uniform(&ocp, 20, 4).unwrap();
+        compare("refined mesh", &ocp, &guess, &coarse.trajectory, &fine);
+        let higher = Mesh::uniform(&ocp, 10, 6).unwrap();
+        compare("more points", &ocp, &guess, &coarse.trajectory, &higher);
+    }
+}
+
+#[test]
+fn changed_bounds() {
+    let change: [fn(&mut Ocp); 6] = [
+        |o| o.phases[0].controls[0].bounds.upper *= 1.05,
+        |o| o.phases[0].controls[0].bounds = Bounds::new(-1.03, 0.97),
+        |o| o.phases[0].states[0].variable.bounds.upper = 0.12,
+        |o| o.phases[0].path[0].rows[0].bounds.upper = 0.02,
+        |o| o.phases[0].controls[1].bounds.lower = -70.0_f64.to_radians(),
+        |o| o.phases[0].states[1].terminal = Bounds::fixed(0.98 * o.phases[0].states[1].terminal.lower),
+    ];
+    for (name, change) in PROBLEMS.into_iter().zip(change) {
+        let Case { mut ocp, guess } = pose(name);
+        let mesh = Mesh::uniform(&ocp, 20, 4).unwrap();
+        let first = solve(&ocp, &guess, &mesh);
+        change(&mut ocp);
+        compare("changed bound", &ocp, &guess, &first.trajectory, &mesh);
+    }
+}
