@@ -337,7 +337,11 @@ mod tests {
             let case = problem.pose().unwrap();
             let mesh = Mesh::uniform(&case.ocp, 3, 4).unwrap();
             let mut nlp = Transcription::new(&case.ocp, &mesh, &case.guess).unwrap();
-            assert_sampled(problem.name, &Formulas::of_problem(&case.ocp, &mesh, &mut nlp).unwrap());
+            match Formulas::of_problem(&case.ocp, &mesh, &mut nlp) {
+                Ok(formulas) => assert_sampled(problem.name, &formulas),
+                // Its tables are functions without a formula.
+                Err(e) => assert_eq!(problem.name, "min_time_climb", "{e}"),
+            }
         }
     }
 
