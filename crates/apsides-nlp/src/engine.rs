@@ -330,7 +330,9 @@ impl Engine {
     /// Puts the variables of an optimal point between the user's bounds, with the errors measured there; false, and the
     /// point as it was, if it is not optimal there.
     pub(crate) fn ends_inside(&mut self, problem: &mut ScaledProblem<'_>) -> bool {
-        let (before, errors) = (self.current.clone(), self.errors);
+        // The trial point is not needed any more.
+        self.trial.copy_from(&self.current);
+        let errors = self.errors;
         if !problem.move_inside(&mut self.current.v) {
             return true;
         }
@@ -340,7 +342,7 @@ impl Engine {
                 return true;
             }
         }
-        self.current = before;
+        self.current.copy_from(&self.trial);
         self.errors = errors;
         false
     }
