@@ -76,6 +76,7 @@ const ARROWS: &[(&str, Arrows)] = &[
 /// Heavy dependencies and the one crate that may use each.
 const OWNERS: &[(&str, &str)] = &[
     ("faer", "kkt"),
+    ("pulp", "kkt"),
     ("clarabel", "conic"),
     ("parry3d-f64", "terrain"),
     ("tiff", "terrain"),
@@ -90,7 +91,7 @@ const OWNERS: &[(&str, &str)] = &[
 const DEVELOPMENT: &[&str] = &["problems", "tests", "benches", "xtask"];
 
 /// Crates whose types no public signature names.
-const HIDDEN: &[&str] = &["faer", "clarabel", "parry3d_f64", "parry3d", "glam"];
+const HIDDEN: &[&str] = &["faer", "pulp", "clarabel", "parry3d_f64", "parry3d", "glam"];
 
 /// Checks the whole workspace.
 pub(crate) fn run(workspace: &Workspace) -> Result<(), String> {

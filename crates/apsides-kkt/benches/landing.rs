@@ -1,13 +1,22 @@
 //! KKT systems with the structure of a planar landing: Legendre-Gauss-Radau transcription, 3 points an interval.
 //!
-//! Groups: `analyse`, `factor`, `solve` by kernel and number of intervals; `order` compares elimination orders;
-//! `width` compares the kernels over the number of states.
+//! Groups: `analyse`, `factor`, `solve` by number of intervals; `order` compares elimination orders; `width` goes over the
+//! number of states, with the two LDL^T kernels of faer beside our factorisation.
 
 use std::hint::black_box;
 use std::time::Duration;
 
-use apsides_kkt::{Factorisation, KktSettings, KktSystem, Ordering};
+use apsides_kkt::{KktSettings, KktSystem, Ordering};
 use criterion::{Criterion, criterion_group, criterion_main};
+use faer::dyn_stack::{MemBuffer, MemStack};
+use faer::linalg::cholesky::ldlt::factor::LdltRegularization;
+use faer::perm::Perm;
+use faer::sparse::linalg::SupernodalThreshold;
+use faer::sparse::linalg::cholesky::{
+    CholeskySymbolicParams, SymmetricOrdering, factorize_symbolic_cholesky,
+};
+use faer::sparse::{SparseColMat, Triplet};
+use faer::{Par, Side, Spec};
 
 /// Collocation points of an interval.
 const POINTS: usize = 3;
@@ -143,32 +152,50 @@ impl Landing {
         }
     }
 
-    fn analyse(&self, rule: Rule, factorisation: Factorisation) -> KktSystem {
-        let settings = KktSettings { ordering: self.ordering(rule), factorisation, ..KktSettings::default() };
+    fn analyse(&self, rule: Rule) -> KktSystem {
+        let settings = KktSettings { ordering: self.ordering(rule), ..KktSettings::default() };
         KktSystem::analyse(self.n, self.primal, &self.rows, &self.cols, settings).expect("well-posed")
     }
-}
 
-const KERNELS: [Factorisation; 2] = [Factorisation::Simplicial, Factorisation::Supernodal];
+    /// The matrix with a small shift, lower triangle, and the elimination order of a rule.
+    fn matrix(&self, rule: Rule) -> (SparseColMat<u32, f64>, Perm<u32>) {
+        let shift =
+            (0..self.n).map(|i| Triplet::new(i as u32, i as u32, if i < self.primal { 1e-9 } else { -1e-9 }));
+        let triplets: Vec<_> = (0..self.rows.len())
+            .map(|t| (self.rows[t].max(self.cols[t]), self.rows[t].min(self.cols[t]), self.values[t]))
+            .map(|(row, col, value)| Triplet::new(row as u32, col as u32, value))
+            .chain(shift)
+            .collect();
+        let matrix = SparseColMat::try_new_from_triplets(self.n, self.n, &triplets).expect("in range");
+        let Ordering::Stages(stages) = self.ordering(rule) else {
+            unreachable!("invariant: a rule by stages")
+        };
+        let mut forward: Vec<u32> = (0..self.n as u32).collect();
+        forward.sort_by_key(|&i| stages[i as usize]);
+        let mut inverse = vec![0u32; self.n];
+        for (k, &i) in forward.iter().enumerate() {
+            inverse[i as usize] = k as u32;
+        }
+        (matrix, Perm::new_checked(forward.into(), inverse.into(), self.n))
+    }
+}
 
 fn scaling(c: &mut Criterion) {
     for intervals in [20, 100, 1000, 5000] {
         let landing = Landing::new(intervals, 5, 1);
-        for kernel in KERNELS {
-            let id = |name: &str| format!("{name}/{kernel:?}/{intervals}");
-            c.bench_function(&id("analyse"), |b| {
-                b.iter(|| landing.analyse(Rule::NodeControlsFirst, kernel));
-            });
-            let mut system = landing.analyse(Rule::NodeControlsFirst, kernel);
-            c.bench_function(&id("factor"), |b| {
-                b.iter(|| system.factor(black_box(&landing.values), 0.0, 0.0).expect("finite"));
-            });
-            let rhs: Vec<f64> = (0..landing.n).map(|i| (i as f64).sin()).collect();
-            let mut x = vec![0.0; landing.n];
-            c.bench_function(&id("solve"), |b| {
-                b.iter(|| system.solve(black_box(&rhs), &mut x).expect("factored"));
-            });
-        }
+        let id = |name: &str| format!("{name}/{intervals}");
+        c.bench_function(&id("analyse"), |b| {
+            b.iter(|| landing.analyse(Rule::NodeControlsFirst));
+        });
+        let mut system = landing.analyse(Rule::NodeControlsFirst);
+        c.bench_function(&id("factor"), |b| {
+            b.iter(|| system.factor(black_box(&landing.values), 0.0, 0.0).expect("finite"));
+        });
+        let rhs: Vec<f64> = (0..landing.n).map(|i| (i as f64).sin()).collect();
+        let mut x = vec![0.0; landing.n];
+        c.bench_function(&id("solve"), |b| {
+            b.iter(|| system.solve(black_box(&rhs), &mut x).expect("factored"));
+        });
     }
 }
 
@@ -184,25 +211,60 @@ fn order(c: &mut Criterion) {
         Rule::InteriorFirst,
     ];
     for rule in rules {
-        for kernel in KERNELS {
-            let mut system = landing.analyse(rule, kernel);
-            c.bench_function(&format!("order/{kernel:?}/{rule:?}"), |b| {
-                b.iter(|| system.factor(black_box(&landing.values), 0.0, 0.0).expect("finite"));
-            });
-        }
+        let mut system = landing.analyse(rule);
+        c.bench_function(&format!("order/{rule:?}"), |b| {
+            b.iter(|| system.factor(black_box(&landing.values), 0.0, 0.0).expect("finite"));
+        });
     }
 }
 
 fn width(c: &mut Criterion) {
     for nx in [2, 4, 6, 8, 10, 12, 16] {
         let landing = Landing::new(300, nx, 3);
-        for kernel in KERNELS {
-            let mut system = landing.analyse(Rule::NodeControlsFirst, kernel);
-            c.bench_function(&format!("width/{kernel:?}/{nx}"), |b| {
-                b.iter(|| system.factor(black_box(&landing.values), 0.0, 0.0).expect("finite"));
-            });
+        let mut system = landing.analyse(Rule::NodeControlsFirst);
+        c.bench_function(&format!("width/{nx}"), |b| {
+            b.iter(|| system.factor(black_box(&landing.values), 0.0, 0.0).expect("finite"));
+        });
+        for (kernel, threshold) in [
+            ("simplicial", SupernodalThreshold::FORCE_SIMPLICIAL),
+            ("supernodal", SupernodalThreshold::FORCE_SUPERNODAL),
+        ] {
+            faer_kernel(c, &landing, &format!("width/faer_{kernel}/{nx}"), threshold);
         }
     }
+}
+
+/// LDL^T of faer alone, without equilibration and checks.
+fn faer_kernel(c: &mut Criterion, landing: &Landing, name: &str, threshold: SupernodalThreshold) {
+    let (matrix, order) = landing.matrix(Rule::NodeControlsFirst);
+    let params = CholeskySymbolicParams {
+        supernodal_flop_ratio_threshold: threshold,
+        ..CholeskySymbolicParams::default()
+    };
+    let ordering = SymmetricOrdering::Custom(order.as_ref());
+    let symbolic =
+        factorize_symbolic_cholesky(matrix.symbolic(), Side::Lower, ordering, params).expect("enough memory");
+    let mut values = vec![0.0; symbolic.len_val()];
+    let scratch = symbolic.factorize_numeric_ldlt_scratch::<f64>(Par::Seq, Spec::default());
+    let mut memory = MemBuffer::new(scratch);
+    c.bench_function(name, |b| {
+        b.iter(|| {
+            let stack = MemStack::new(&mut memory);
+            let regularization = LdltRegularization::default();
+            symbolic
+                .factorize_numeric_ldlt(
+                    &mut values,
+                    black_box(matrix.as_ref()),
+                    Side::Lower,
+                    regularization,
+                    Par::Seq,
+                    stack,
+                    Spec::default(),
+                )
+                .map(|_| ())
+                .expect("regular")
+        });
+    });
 }
 
 criterion_group! {

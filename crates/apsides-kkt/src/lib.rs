@@ -31,12 +31,13 @@
 //! # Method
 //!
 //! 1. The triplets are placed once into the upper triangle by columns, permuted by the elimination order.
-//! 2. `factor` scales rows and columns by powers of two (Ruiz), adds the static shift to a copy, and runs the
-//!    simplicial or the supernodal LDL^T of faer without pivoting. Expected signs are never imposed. A pivot that is
-//!    zero to rounding counts in [`Inertia::zero`] and is replaced by a small one.
+//! 2. `factor` scales rows and columns by powers of two (Ruiz), adds the static shift to a copy, and runs a
+//!    multifrontal LDL^T without pivoting. Expected signs are never imposed. A pivot that is zero to rounding counts
+//!    in [`Inertia::zero`] and is replaced by a small one.
+//!    Dense blocks are eliminated with the vector instructions that the processor has.
 //! 3. `solve` refines against the matrix without the static shift: classical steps while they contract by ten, then
 //!    GMRES with the factor as preconditioner. A factor of tiny pivots (zero Hessian diagonals) still serves.
-//! 4. If that misses the tolerance, LBL^T with pivoting inside supernodes takes over.
+//! 4. If that misses the tolerance, the LBL^T of faer with pivoting inside supernodes takes over.
 //!
 //! # Stages
 //!
@@ -51,7 +52,7 @@
 //!
 //! The interval rule has 15 to 18 % fewer entries in the factor and is up to 20 % faster to factor. The node rule keeps
 //! the growth of the factor in bounds: on 54 landing systems of 20 to 1000 intervals, with zero to regular Hessians
-//! and barrier terms over 16 decades, in both kernels, it never needed the fallback; the interval rule needed it in
+//! and barrier terms over 16 decades, with both kernels of faer, it never needed the fallback; the interval rule needed it in
 //! 6 of 108 runs, and a third more refinements in the hard ones. Minimum degree has as many entries as the interval
 //! rule and costs 1.5 to 4 times as much to analyse; it also eliminates multipliers before their variables: 20 of
 //! 108 runs needed the fallback and 10 lost the inertia. Controls before states saves 10 to 18 % of the time in the
@@ -67,7 +68,9 @@
 //! | `elimination` | elimination order: minimum degree, stages, custom |
 //! | `pattern` | structure of the permuted upper triangle, product, postorder |
 //! | `scaling` | equilibration |
-//! | `factor` | LDL^T and LBL^T kernels, inertia |
+//! | `supernodes` | structure of the factor |
+//! | `multifrontal`, `dense` | LDL^T, inertia; kernels on dense blocks |
+//! | `pivoted` | LBL^T, the fallback |
 //! | `refine` | refinement and GMRES |
 //!
 //! # References
@@ -80,15 +83,18 @@
 //!   [doi:10.1137/060661545](https://doi.org/10.1137/060661545): GMRES preconditioned by a perturbed LDL^T.
 //! * Ruiz, RAL-TR-2001-034 (2001): equilibration.
 
+mod dense;
 mod elimination;
 mod error;
-mod factor;
+mod multifrontal;
 mod pattern;
+mod pivoted;
 mod refine;
 mod scaling;
 mod settings;
+mod supernodes;
 mod system;
 
 pub use error::KktError;
-pub use settings::{Factorisation, KktSettings, Ordering};
+pub use settings::{KktSettings, Ordering};
 pub use system::{Inertia, KktCounters, KktSystem, SolveQuality};

@@ -130,7 +130,7 @@ impl Pattern {
     }
 
     /// Parent of each column in the elimination tree (Liu, doi:10.1137/0611010), by path compression.
-    fn elimination_tree(&self) -> Vec<u32> {
+    pub(crate) fn elimination_tree(&self) -> Vec<u32> {
         let mut parent = vec![ROOT; self.n];
         let mut ancestor = vec![ROOT; self.n];
         for j in 0..self.n {

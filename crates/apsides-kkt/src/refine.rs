@@ -5,7 +5,6 @@
 //! classical refinement stalls: Arioli, Duff, Gratton and Pralet, SIAM J. Sci. Comput. 29 (2007) 2024-2044,
 //! doi:10.1137/060661545.
 
-use crate::factor::Factor;
 use crate::pattern::Pattern;
 
 /// A classical step that leaves more than this part of the residual hands over to GMRES.
@@ -44,6 +43,12 @@ impl System<'_> {
     fn goal(&self, x: &[f64], tolerance: f64) -> f64 {
         tolerance.max(ROUNDING * self.unit * maximum(x) / self.rhs_norm)
     }
+}
+
+/// A factorisation, exact or not.
+pub(crate) trait Substitution {
+    /// Solves in place. False, with `x` of no use, if there is no complete factor or the result is not finite.
+    fn solve(&mut self, x: &mut [f64]) -> bool;
 }
 
 /// What refinement reached.
@@ -102,7 +107,7 @@ impl Refiner {
     pub(crate) fn solve(
         &mut self,
         system: System<'_>,
-        factor: &mut Factor,
+        factor: &mut impl Substitution,
         x: &mut [f64],
         tolerance: f64,
         limit: usize,
@@ -151,17 +156,20 @@ impl Refiner {
                     std::mem::swap(&mut self.residual, &mut self.trial_residual);
                     outcome.residual = measure;
                     goal = system.goal(x, tolerance);
-                    outcome.converged = measure <= goal;
                 }
             } else if classical {
                 break;
             }
+            // A residual that still halves is more than rounding.
+            let stagnates = outcome.residual > STAGNATION * before;
+            outcome.converged = outcome.residual <= if stagnates { goal } else { tolerance };
             if classical {
                 classical = outcome.residual <= CONTRACTION * before;
-            } else if outcome.residual > STAGNATION * before {
+            } else if stagnates {
                 break;
             }
         }
+        outcome.converged = outcome.residual <= goal;
         outcome
     }
 }
@@ -172,7 +180,7 @@ impl Krylov {
     fn solve(
         &mut self,
         system: System<'_>,
-        factor: &mut Factor,
+        factor: &mut impl Substitution,
         residual: &[f64],
         correction: &mut [f64],
         target: f64,

@@ -18,25 +18,11 @@ pub enum Ordering {
     Custom(Vec<usize>),
 }
 
-/// Kernel of the LDL^T factorisation.
-#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
-pub enum Factorisation {
-    /// Chosen from the work per entry of the factor: a rule, not a timing, so that runs repeat bit by bit.
-    #[default]
-    Auto,
-    /// Column by column: best for narrow blocks.
-    Simplicial,
-    /// Dense blocks of columns with equal structure: best for wide blocks.
-    Supernodal,
-}
-
 /// Settings of a [`KktSystem`](crate::KktSystem).
 #[derive(Debug, Clone, PartialEq)]
 pub struct KktSettings {
     /// Elimination order. Default: [`Ordering::Amd`].
     pub ordering: Ordering,
-    /// Factorisation kernel. Default: [`Factorisation::Auto`].
-    pub factorisation: Factorisation,
     /// Added to the diagonal of the primal rows and subtracted from the dual rows, in the factor only, after
     /// equilibration (so relative to rows of unit size); refinement removes its effect. Default 1e-9.
     pub static_shift: f64,
@@ -53,7 +39,6 @@ impl Default for KktSettings {
     fn default() -> Self {
         Self {
             ordering: Ordering::Amd,
-            factorisation: Factorisation::Auto,
             static_shift: 1e-9,
             residual_tolerance: 1e-10,
             max_refinements: 10,

@@ -1,12 +1,13 @@
 //! [`KktSystem`]: the data flow from triplets to a refined solution.
 
 use crate::elimination;
-use crate::factor::{Factor, Kernel, SUPERNODAL_WORK_PER_ENTRY};
+use crate::multifrontal::Multifrontal;
 use crate::pattern::Pattern;
+use crate::pivoted::Pivoted;
 use crate::refine::{Refiner, System, maximum};
 use crate::scaling::{equilibrate, power_of_two, smallest_row};
 use crate::settings::check_nonnegative;
-use crate::{Factorisation, KktError, KktSettings};
+use crate::{KktError, KktSettings};
 
 /// Signs of the eigenvalues, as counted from the factor (Sylvester's law of inertia).
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
@@ -57,10 +58,12 @@ pub struct KktSystem {
     pattern: Pattern,
     /// Equilibrated upper triangle, without the static shift.
     values: Vec<f64>,
+    /// Static shift of each place: positive in primal rows, negative (zero too) in dual ones.
+    static_shifts: Vec<f64>,
     /// Scale of each place.
     scale: Vec<f64>,
-    factor: Factor,
-    fallback: Option<Factor>,
+    factor: Multifrontal,
+    fallback: Option<Pivoted>,
     /// The fallback holds the factor of the present values.
     fallback_current: bool,
     factored: bool,
@@ -120,26 +123,22 @@ impl KktSystem {
             order = postorder.iter().map(|&k| order[k as usize]).collect();
             pattern = Pattern::new(n, rows, cols, &elimination::inverse(&order))?;
         }
-        let factor = match settings.factorisation {
-            Factorisation::Simplicial => Factor::new(&pattern, Kernel::SimplicialLdlt)?,
-            Factorisation::Supernodal => Factor::new(&pattern, Kernel::SupernodalLdlt)?,
-            Factorisation::Auto => {
-                let simplicial = Factor::new(&pattern, Kernel::SimplicialLdlt)?;
-                if simplicial.work_per_entry().is_some_and(|w| w >= SUPERNODAL_WORK_PER_ENTRY) {
-                    Factor::new(&pattern, Kernel::SupernodalLdlt)?
-                } else {
-                    simplicial
-                }
-            }
-        };
         Ok(Self {
             refiner: Refiner::new(n, settings.max_refinements),
+            static_shifts: order
+                .iter()
+                .map(
+                    |&row| {
+                        if (row as usize) < primal { settings.static_shift } else { -settings.static_shift }
+                    },
+                )
+                .collect(),
             settings,
             order,
             primal,
             values: vec![0.0; pattern.nonzeros()],
             scale: vec![1.0; n],
-            factor,
+            factor: Multifrontal::new(&pattern)?,
             fallback: None,
             fallback_current: false,
             factored: false,
@@ -179,9 +178,10 @@ impl KktSystem {
         for (&p, &v) in self.pattern.triplet_position.iter().zip(values) {
             self.values[p as usize] += v;
         }
-        for (j, &row) in self.order.iter().enumerate() {
-            let shift = if (row as usize) < self.primal { primal_shift } else { -dual_shift };
-            self.values[self.pattern.diagonal(j)] += shift;
+        for (j, &shift) in self.static_shifts.iter().enumerate() {
+            // The sign tells primal from dual rows.
+            self.values[self.pattern.diagonal(j)] +=
+                if shift.is_sign_positive() { primal_shift } else { -dual_shift };
         }
         if !self.values.iter().all(|v| v.is_finite()) {
             let index = values.iter().position(|v| !v.is_finite()).unwrap_or(0);
@@ -195,10 +195,7 @@ impl KktSystem {
         }
         self.counters.factorisations += 1;
         self.factored = true;
-        let (order, primal, shift) = (&self.order, self.primal, self.settings.static_shift);
-        Ok(self
-            .factor
-            .factor(&self.values, self.unit, |j| if (order[j] as usize) < primal { shift } else { -shift }))
+        Ok(self.factor.factor(&self.values, &self.static_shifts, self.unit))
     }
 
     /// Solves with the matrix last given to [`factor`](Self::factor), without the static shift. If refinement with
@@ -268,13 +265,10 @@ impl KktSystem {
         }
         let fallback = match &mut self.fallback {
             Some(fallback) => fallback,
-            none => none.insert(Factor::new(&self.pattern, Kernel::SupernodalLblt)?),
+            none => none.insert(Pivoted::new(&self.pattern)?),
         };
         if !self.fallback_current {
-            let (order, primal, shift) = (&self.order, self.primal, self.settings.static_shift);
-            let _ = fallback.factor(&self.values, self.unit, |j| {
-                if (order[j] as usize) < primal { shift } else { -shift }
-            });
+            fallback.factor(&self.pattern, &self.values, &self.static_shifts);
             self.fallback_current = true;
             self.counters.fallbacks += 1;
         }
@@ -293,14 +287,6 @@ impl KktSystem {
     /// Entries stored for the LDL^T factor.
     pub fn factor_nonzeros(&self) -> usize {
         self.factor.nonzeros()
-    }
-
-    /// The kernel in use: never [`Factorisation::Auto`].
-    pub fn factorisation(&self) -> Factorisation {
-        match self.factor.work_per_entry() {
-            Some(_) => Factorisation::Simplicial,
-            None => Factorisation::Supernodal,
-        }
     }
 
     /// Work done so far.

@@ -110,7 +110,7 @@ mod settings;
 mod start;
 mod step;
 
-pub use apsides_kkt::{Factorisation, KktSettings, Ordering};
+pub use apsides_kkt::{KktSettings, Ordering};
 pub use derivative_check::{DerivativeEntry, DerivativeReport, check_derivatives};
 pub use diagnosis::{
     Diagnosis, Limit, Place, Relaxation, Requirement, Side, diagnose, relax, requirements_of,

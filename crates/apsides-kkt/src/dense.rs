@@ -1,0 +1,160 @@
+//! Kernels on dense blocks of columns, in the vector instructions of the machine.
+//!
+//! A block is a slice of columns, each `stride` values after the one before. Columns are treated in groups of
+//! [`GROUP`]; rows begin and strides end at multiples of it, so that vectors of this length leave no rest.
+
+use pulp::Simd;
+
+/// Columns that are treated together, and the unit of lengths.
+pub(crate) const GROUP: usize = 4;
+
+/// The least multiple of [`GROUP`] that is not below `n`.
+pub(crate) fn padded(n: usize) -> usize {
+    n.next_multiple_of(GROUP)
+}
+
+/// Sets all values to zero; short slices do not pay for a call.
+#[inline(always)]
+pub(crate) fn clear<S: Simd>(simd: S, values: &mut [f64]) {
+    let (vectors, rest) = S::as_mut_simd_f64s(values);
+    for vector in vectors {
+        *vector = simd.splat_f64s(0.0);
+    }
+    for value in rest {
+        *value = 0.0;
+    }
+}
+
+/// `target_c[i] -= sum over q of factors[q][c] * source_q[i]` for `C` columns and the first `rows` rows.
+#[inline(always)]
+pub(crate) fn subtract_products<S: Simd, const C: usize>(
+    simd: S,
+    target: &mut [f64],
+    target_stride: usize,
+    rows: usize,
+    source: &[f64],
+    source_stride: usize,
+    factors: &[[f64; GROUP]],
+) {
+    let lanes = S::F64_LANES;
+    let mut at = 0;
+    while at + 3 * lanes <= rows {
+        subtract_tile::<S, C, 3>(simd, target, target_stride, at, source, source_stride, factors);
+        at += 3 * lanes;
+    }
+    while at + lanes <= rows {
+        subtract_tile::<S, C, 1>(simd, target, target_stride, at, source, source_stride, factors);
+        at += lanes;
+    }
+    for row in at..rows {
+        for c in 0..C {
+            let products = factors.iter().enumerate().map(|(q, f)| f[c] * source[q * source_stride + row]);
+            target[c * target_stride + row] -= products.sum::<f64>();
+        }
+    }
+}
+
+/// `V` vectors of rows, with the sums in registers.
+#[inline(always)]
+fn subtract_tile<S: Simd, const C: usize, const V: usize>(
+    simd: S,
+    target: &mut [f64],
+    target_stride: usize,
+    at: usize,
+    source: &[f64],
+    source_stride: usize,
+    factors: &[[f64; GROUP]],
+) {
+    let height = V * S::F64_LANES;
+    let mut sums = [[simd.splat_f64s(0.0); V]; C];
+    for (column, factors) in source.chunks(source_stride).zip(factors) {
+        let (values, _) = S::as_simd_f64s(&column[at..at + height]);
+        for (sums, &factor) in sums.iter_mut().zip(factors) {
+            let factor = simd.splat_f64s(factor);
+            for (sum, &value) in sums.iter_mut().zip(values) {
+                *sum = simd.mul_add_e_f64s(factor, value, *sum);
+            }
+        }
+    }
+    for (c, sums) in sums.into_iter().enumerate() {
+        let (values, _) = S::as_mut_simd_f64s(&mut target[c * target_stride + at..][..height]);
+        for (value, sum) in values.iter_mut().zip(sums) {
+            *value = simd.sub_f64s(*value, sum);
+        }
+    }
+}
+
+/// The pivots of a group of columns and what stands below them in the group, times the pivot of its column.
+#[derive(Clone, Copy)]
+pub(crate) struct Triangle<const C: usize> {
+    pub(crate) inverse_pivots: [f64; C],
+    /// `factors[c][k]`, `k > c`: `d_c L_kc`.
+    pub(crate) factors: [[f64; C]; C],
+}
+
+/// Turns rows `from..stride` of `C` columns into those of L: from the left, each column is divided by its pivot and
+/// taken off the columns to its right.
+#[inline(always)]
+pub(crate) fn eliminate_below<S: Simd, const C: usize>(
+    simd: S,
+    block: &mut [f64],
+    stride: usize,
+    from: usize,
+    triangle: Triangle<C>,
+) {
+    let lanes = S::F64_LANES;
+    let Triangle { inverse_pivots, factors } = triangle;
+    let mut at = from;
+    while at + lanes <= stride {
+        let mut values = [simd.splat_f64s(0.0); C];
+        for (c, value) in values.iter_mut().enumerate() {
+            *value = S::as_simd_f64s(&block[c * stride + at..][..lanes]).0[0];
+        }
+        for c in 0..C {
+            let value = simd.mul_f64s(values[c], simd.splat_f64s(inverse_pivots[c]));
+            for k in c + 1..C {
+                values[k] = simd.negate_mul_add_e_f64s(simd.splat_f64s(factors[c][k]), value, values[k]);
+            }
+            S::as_mut_simd_f64s(&mut block[c * stride + at..][..lanes]).0[0] = value;
+        }
+        at += lanes;
+    }
+    for row in at..stride {
+        for c in 0..C {
+            block[c * stride + row] *= inverse_pivots[c];
+            let value = block[c * stride + row];
+            for k in c + 1..C {
+                block[k * stride + row] -= factors[c][k] * value;
+            }
+        }
+    }
+}
+
+/// Inner products of rows `from..stride` of `C` columns with `x`.
+#[inline(always)]
+pub(crate) fn products<S: Simd, const C: usize>(
+    simd: S,
+    block: &[f64],
+    stride: usize,
+    from: usize,
+    x: &[f64],
+) -> [f64; C] {
+    let lanes = S::F64_LANES;
+    let mut sums = [simd.splat_f64s(0.0); C];
+    let mut at = from;
+    while at + lanes <= stride {
+        let x = S::as_simd_f64s(&x[at..at + lanes]).0[0];
+        for (c, sum) in sums.iter_mut().enumerate() {
+            let value = S::as_simd_f64s(&block[c * stride + at..][..lanes]).0[0];
+            *sum = simd.mul_add_e_f64s(value, x, *sum);
+        }
+        at += lanes;
+    }
+    let mut results = sums.map(|sum| simd.reduce_sum_f64s(sum));
+    for (c, result) in results.iter_mut().enumerate() {
+        for row in at..stride {
+            *result += block[c * stride + row] * x[row];
+        }
+    }
+    results
+}

@@ -1,0 +1,562 @@
+//! Multifrontal LDL^T without pivoting (Duff and Reid, ACM TOMS 9 (1983) 302, doi 10.1145/356044.356047): each supernode
+//! gathers its columns and the contributions of its children in dense blocks, eliminates its columns and leaves a
+//! contribution to its parent.
+
+use pulp::{Arch, Simd, WithSimd};
+
+use crate::dense::{GROUP, Triangle, clear, eliminate_below, padded, products, subtract_products};
+use crate::pattern::Pattern;
+use crate::refine::Substitution;
+use crate::supernodes::Supernodes;
+use crate::{Inertia, KktError};
+
+/// Multiples of the size of a row: a pivot up to the first counts as zero and is replaced by the second.
+const ZERO_PIVOT: f64 = f64::EPSILON;
+const REPLACED_PIVOT: f64 = 1e-8;
+
+/// Structure, factor and work space. Nothing is allocated after construction.
+///
+/// The block of a supernode has a row for each of its columns, then those below; both parts are filled up with zeros
+/// to a multiple of [`GROUP`]. A contribution has the rows below on both sides.
+pub(crate) struct Multifrontal {
+    supernodes: Supernodes,
+    extents: Vec<Extent>,
+    /// Start of each block in `entries`, and the end.
+    block_start: Vec<usize>,
+    /// Entries of the pattern by supernode: index, and place in the block.
+    loads: Vec<(u32, u32)>,
+    /// Start of each supernode in `loads`, and the end.
+    load_start: Vec<u32>,
+    /// Row in the parent's block of each row below, laid out as `supernodes.rows`.
+    relative: Vec<u32>,
+    /// Children of supernode `s` are `children[child_start[s]..child_start[s + 1]]`.
+    children: Vec<u32>,
+    child_start: Vec<u32>,
+    /// Place of each contribution in `contributions`; a place is used again after the parent has taken it in.
+    contribution_start: Vec<usize>,
+    /// Blocks of L, with D in place of its unit diagonal.
+    entries: Vec<f64>,
+    contributions: Vec<f64>,
+    /// Rows of `D L^T` for one group of columns.
+    factors: Vec<[f64; GROUP]>,
+    /// The rows of a block in a right-hand side.
+    gathered: Vec<f64>,
+    arch: Arch,
+    complete: bool,
+}
+
+/// Sizes of a block.
+#[derive(Clone, Copy)]
+struct Extent {
+    /// Columns.
+    width: usize,
+    /// Row of the first row below.
+    top: usize,
+    /// Rows, and values from one column to the next.
+    stride: usize,
+    /// A single column without children: its rows are not filled up, and its parent takes it in without a stored
+    /// contribution.
+    single_leaf: bool,
+}
+
+impl Extent {
+    fn of(supernodes: &Supernodes, s: usize, is_leaf: bool) -> Self {
+        let (width, below) = (supernodes.width(s), supernodes.below(s).len());
+        if width == 1 && is_leaf {
+            return Self { width, top: 1, stride: 1 + below, single_leaf: true };
+        }
+        let top = padded(width);
+        Self { width, top, stride: top + padded(below), single_leaf: false }
+    }
+
+    /// Rows, columns and stride of the contribution.
+    fn order(self) -> usize {
+        self.stride - self.top
+    }
+
+    /// The column of a row, in the block or in the contribution, and the row with which it begins.
+    fn column<'a>(
+        self,
+        row: u32,
+        block: &'a mut [f64],
+        contribution: &'a mut [f64],
+    ) -> (&'a mut [f64], usize) {
+        let column = row as usize;
+        if column < self.width {
+            (&mut block[column * self.stride..][..self.stride], 0)
+        } else {
+            (&mut contribution[(column - self.top) * self.order()..][..self.order()], self.top)
+        }
+    }
+
+    /// The same of the contribution that is stored.
+    fn stored_order(self) -> usize {
+        if self.single_leaf { 0 } else { self.order() }
+    }
+}
+
+impl Multifrontal {
+    pub(crate) fn new(pattern: &Pattern) -> Result<Self, KktError> {
+        let supernodes = Supernodes::new(pattern);
+        let count = supernodes.count();
+        let (child_start, children) = supernodes.children();
+        let extents: Vec<_> =
+            (0..count).map(|s| Extent::of(&supernodes, s, child_start[s] == child_start[s + 1])).collect();
+        let mut block_start = vec![0; count + 1];
+        for s in 0..count {
+            block_start[s + 1] = block_start[s] + extents[s].width * extents[s].stride;
+        }
+        if (0..count).any(|s| block_start[s + 1] - block_start[s] > u32::MAX as usize) {
+            return Err(KktError::TooLarge { n: pattern.n });
+        }
+        let (load_start, loads) = place_entries(pattern, &supernodes, &extents);
+        let (contribution_start, contributions) = place_contributions(&extents, &children, &child_start);
+        let widest = extents.iter().map(|extent| extent.width).max().unwrap_or(0);
+        let highest = extents.iter().map(|extent| extent.stride).max().unwrap_or(0);
+        Ok(Self {
+            relative: relative_rows(&supernodes, &extents),
+            entries: vec![0.0; block_start[count]],
+            contributions: vec![0.0; contributions],
+            factors: vec![[0.0; GROUP]; widest],
+            gathered: vec![0.0; highest],
+            supernodes,
+            extents,
+            block_start,
+            loads,
+            load_start,
+            children,
+            child_start,
+            contribution_start,
+            arch: Arch::new(),
+            complete: false,
+        })
+    }
+
+    /// Values stored for L and D.
+    pub(crate) fn nonzeros(&self) -> usize {
+        self.entries.len()
+    }
+
+    /// Factors the matrix with these values of the pattern and the shifts added to its diagonal. Signs of D are counted;
+    /// pivots that are zero to rounding in rows of size `unit` count as zero. After an overflow all do.
+    pub(crate) fn factor(&mut self, values: &[f64], shifts: &[f64], unit: f64) -> Inertia {
+        let inertia = self.arch.dispatch(Factorise { factor: self, values, shifts, unit });
+        self.complete = inertia.is_some();
+        inertia.unwrap_or(Inertia { zero: self.supernodes.of_column.len(), ..Inertia::default() })
+    }
+}
+
+impl Substitution for Multifrontal {
+    fn solve(&mut self, x: &mut [f64]) -> bool {
+        if !self.complete {
+            return false;
+        }
+        self.arch.dispatch(Substitute { factor: self, x: &mut *x });
+        x.iter().all(|v| v.is_finite())
+    }
+}
+
+/// Entries of the pattern by supernode, with their place in the block.
+fn place_entries(
+    pattern: &Pattern,
+    supernodes: &Supernodes,
+    extents: &[Extent],
+) -> (Vec<u32>, Vec<(u32, u32)>) {
+    let count = supernodes.count();
+    let mut start = vec![0u32; count + 1];
+    for &column in &pattern.row_idx {
+        start[supernodes.of_column[column as usize] as usize + 1] += 1;
+    }
+    for s in 0..count {
+        start[s + 1] += start[s];
+    }
+    let mut next = start.clone();
+    let mut loads = vec![(0, 0); pattern.nonzeros()];
+    // Rows ascend, so the row below of a supernode that is wanted next is never before the last one.
+    let mut at = vec![0; count];
+    for row in 0..pattern.n {
+        for p in pattern.column(row) {
+            let column = pattern.row_idx[p];
+            let s = supernodes.of_column[column as usize] as usize;
+            let extent = extents[s];
+            let (first, end) = (supernodes.first[s], supernodes.first[s + 1]);
+            let place = if row < end as usize {
+                row - first as usize
+            } else {
+                let below = supernodes.below(s);
+                while (below[at[s]] as usize) < row {
+                    at[s] += 1;
+                }
+                extent.top + at[s]
+            };
+            let load = &mut next[s];
+            loads[*load as usize] = (p as u32, ((column - first) as usize * extent.stride + place) as u32);
+            *load += 1;
+        }
+    }
+    (start, loads)
+}
+
+/// Row in the parent's block of each row below.
+fn relative_rows(supernodes: &Supernodes, extents: &[Extent]) -> Vec<u32> {
+    let mut relative = vec![0u32; supernodes.rows.len()];
+    for s in 0..supernodes.count() {
+        let Some(parent) = supernodes.parent(s) else { continue };
+        let (first, end) = (supernodes.first[parent], supernodes.first[parent + 1]);
+        let (below, top) = (supernodes.below(parent), extents[parent].top);
+        let mut at = 0;
+        for k in supernodes.row_range(s) {
+            let row = supernodes.rows[k];
+            relative[k] = if row < end {
+                row - first
+            } else {
+                while below[at] < row {
+                    at += 1;
+                }
+                (top + at) as u32
+            };
+        }
+    }
+    relative
+}
+
+/// Start of each contribution in one array, and its length: first fit among the places that are free again.
+fn place_contributions(extents: &[Extent], children: &[u32], child_start: &[u32]) -> (Vec<usize>, usize) {
+    let size = |s: usize| extents[s].stored_order().pow(2);
+    let mut start = vec![0; extents.len()];
+    let mut length = 0;
+    // Free places (start, end), ascending and apart from each other.
+    let mut free: Vec<(usize, usize)> = Vec::new();
+    for s in 0..extents.len() {
+        let needed = size(s);
+        match free.iter().position(|&(begin, end)| end - begin >= needed) {
+            Some(k) => {
+                start[s] = free[k].0;
+                free[k].0 += needed;
+                if free[k].0 == free[k].1 {
+                    free.remove(k);
+                }
+            }
+            None => {
+                // The free place at the end grows.
+                let begin = free.pop_if(|place| place.1 == length).map_or(length, |place| place.0);
+                start[s] = begin;
+                length = begin + needed;
+            }
+        }
+        for &child in &children[child_start[s] as usize..child_start[s + 1] as usize] {
+            let begin = start[child as usize];
+            release(&mut free, begin, begin + size(child as usize));
+        }
+    }
+    (start, length)
+}
+
+/// Adds a place and joins it with its neighbours.
+fn release(free: &mut Vec<(usize, usize)>, mut begin: usize, mut end: usize) {
+    if begin == end {
+        return;
+    }
+    let mut k = free.partition_point(|place| place.0 < begin);
+    if k < free.len() && free[k].0 == end {
+        end = free.remove(k).1;
+    }
+    if k > 0 && free[k - 1].1 == begin {
+        k -= 1;
+        begin = free.remove(k).0;
+    }
+    free.insert(k, (begin, end));
+}
+
+/// Answers the signs of D; `None` after an overflow.
+struct Factorise<'a> {
+    factor: &'a mut Multifrontal,
+    values: &'a [f64],
+    shifts: &'a [f64],
+    /// Size of a row.
+    unit: f64,
+}
+
+impl WithSimd for Factorise<'_> {
+    type Output = Option<Inertia>;
+
+    #[inline(always)]
+    fn with_simd<S: Simd>(self, simd: S) -> Option<Inertia> {
+        let Multifrontal {
+            supernodes,
+            extents,
+            block_start,
+            loads,
+            load_start,
+            relative,
+            children,
+            child_start,
+            contribution_start,
+            entries,
+            contributions,
+            factors,
+            ..
+        } = self.factor;
+        let mut inertia = Inertia::default();
+        for s in 0..supernodes.count() {
+            let extent = extents[s];
+            let (earlier, block) = entries[..block_start[s + 1]].split_at_mut(block_start[s]);
+            clear(simd, block);
+            for &(p, place) in &loads[load_start[s] as usize..load_start[s + 1] as usize] {
+                block[place as usize] = self.values[p as usize];
+            }
+            let columns = supernodes.first[s] as usize..supernodes.first[s + 1] as usize;
+            for (shift, pivot) in self.shifts[columns].iter().zip(block.iter_mut().step_by(extent.stride + 1))
+            {
+                *pivot += shift;
+            }
+            if extent.single_leaf {
+                let inverse = 1.0 / pivot(&mut block[0], self.unit, &mut inertia)?;
+                block[extent.top..].iter_mut().for_each(|value| *value *= inverse);
+                continue;
+            }
+            let order = extent.order();
+            let place = contribution_start[s]..contribution_start[s] + order * order;
+            clear(simd, &mut contributions[place.clone()]);
+            for &child in &children[child_start[s] as usize..child_start[s + 1] as usize] {
+                let child = child as usize;
+                let (rows, child_extent) = (&relative[supernodes.row_range(child)], extents[child]);
+                if child_extent.single_leaf {
+                    let column = &earlier[block_start[child]..block_start[child + 1]];
+                    take_in_column(
+                        column,
+                        child_extent.top,
+                        rows,
+                        block,
+                        extent,
+                        &mut contributions[place.clone()],
+                    );
+                    continue;
+                }
+                let child_order = child_extent.order();
+                let taken = contribution_start[child]..contribution_start[child] + child_order * child_order;
+                let [from, to] = contributions
+                    .get_disjoint_mut([taken, place.clone()])
+                    .expect("invariant: a child's place is in use until its parent has one");
+                take_in(from, child_order, rows, block, extent, to);
+            }
+            let mut first = 0;
+            while first < extent.width {
+                match extent.width - first {
+                    1 => eliminate::<S, 1>(simd, block, extent, first, self.unit, factors, &mut inertia)?,
+                    2 => eliminate::<S, 2>(simd, block, extent, first, self.unit, factors, &mut inertia)?,
+                    3 => eliminate::<S, 3>(simd, block, extent, first, self.unit, factors, &mut inertia)?,
+                    _ => eliminate::<S, GROUP>(simd, block, extent, first, self.unit, factors, &mut inertia)?,
+                }
+                first += GROUP;
+            }
+            let contribution = &mut contributions[place];
+            for column in (0..order).step_by(GROUP) {
+                let row = extent.top + column;
+                let factors = &mut factors[..extent.width];
+                fill_factors::<GROUP>(block, extent.stride, row, factors);
+                subtract_products::<S, GROUP>(
+                    simd,
+                    &mut contribution[column * order + column..],
+                    order,
+                    order - column,
+                    &block[row..],
+                    extent.stride,
+                    factors,
+                );
+            }
+        }
+        Some(inertia)
+    }
+}
+
+/// Adds a child's contribution to the block and the contribution of its parent.
+#[inline(always)]
+fn take_in(from: &[f64], order: usize, rows: &[u32], block: &mut [f64], extent: Extent, to: &mut [f64]) {
+    for (j, &row) in rows.iter().enumerate() {
+        let values = &from[j * order + j..][..rows.len() - j];
+        let (target, first) = extent.column(row, block, to);
+        for (&row, value) in rows[j..].iter().zip(values) {
+            target[row as usize - first] += value;
+        }
+    }
+}
+
+/// Adds what a single column of L leaves to the block and the contribution of its parent.
+#[inline(always)]
+fn take_in_column(
+    column: &[f64],
+    top: usize,
+    rows: &[u32],
+    block: &mut [f64],
+    extent: Extent,
+    to: &mut [f64],
+) {
+    let (pivot, values) = (column[0], &column[top..top + rows.len()]);
+    for (j, &row) in rows.iter().enumerate() {
+        let factor = pivot * values[j];
+        let (target, first) = extent.column(row, block, to);
+        for (&row, value) in rows[j..].iter().zip(&values[j..]) {
+            target[row as usize - first] -= factor * value;
+        }
+    }
+}
+
+/// `factors[q][c] = d_q L[row + c][q]`.
+#[inline(always)]
+fn fill_factors<const C: usize>(block: &[f64], stride: usize, row: usize, factors: &mut [[f64; GROUP]]) {
+    for ((q, factors), column) in factors.iter_mut().enumerate().zip(block.chunks(stride)) {
+        let pivot = column[q];
+        for (factor, value) in factors.iter_mut().zip(&column[row..row + C]) {
+            *factor = pivot * value;
+        }
+    }
+}
+
+/// Counts a pivot, or replaces it if it is zero to rounding. `None` after an overflow.
+#[inline(always)]
+fn pivot(value: &mut f64, unit: f64, inertia: &mut Inertia) -> Option<f64> {
+    if value.abs() <= ZERO_PIVOT * unit {
+        *value = REPLACED_PIVOT * unit;
+        inertia.zero += 1;
+    } else if *value > 0.0 {
+        inertia.positive += 1;
+    } else {
+        inertia.negative += 1;
+    }
+    (value.is_finite() && (1.0 / *value).is_finite()).then_some(*value)
+}
+
+/// Eliminates the `C` columns from `first`, the last ones of their group. `None` after an overflow.
+#[inline(always)]
+fn eliminate<S: Simd, const C: usize>(
+    simd: S,
+    block: &mut [f64],
+    extent: Extent,
+    first: usize,
+    unit: f64,
+    factors: &mut [[f64; GROUP]],
+    inertia: &mut Inertia,
+) -> Option<()> {
+    let stride = extent.stride;
+    let (done, group) = block.split_at_mut(first * stride);
+    let factors = &mut factors[..first];
+    fill_factors::<C>(done, stride, first, factors);
+    if first > 0 {
+        let target = &mut group[first..];
+        subtract_products::<S, C>(simd, target, stride, stride - first, &done[first..], stride, factors);
+    }
+    let mut triangle = Triangle { inverse_pivots: [0.0; C], factors: [[0.0; C]; C] };
+    for c in 0..C {
+        let inverse = 1.0 / pivot(&mut group[c * stride + first + c], unit, inertia)?;
+        triangle.inverse_pivots[c] = inverse;
+        for k in c + 1..C {
+            let factor = group[c * stride + first + k];
+            triangle.factors[c][k] = factor;
+            group[c * stride + first + k] = factor * inverse;
+            for column in c + 1..=k {
+                group[column * stride + first + k] -= triangle.factors[c][column] * factor * inverse;
+            }
+        }
+    }
+    eliminate_below(simd, group, stride, first + GROUP, triangle);
+    Some(())
+}
+
+/// Solves with L, D and L^T.
+struct Substitute<'a> {
+    factor: &'a mut Multifrontal,
+    x: &'a mut [f64],
+}
+
+impl WithSimd for Substitute<'_> {
+    type Output = ();
+
+    #[inline(always)]
+    fn with_simd<S: Simd>(self, simd: S) {
+        let Multifrontal { supernodes, extents, block_start, entries, gathered, .. } = self.factor;
+        let x = self.x;
+        for s in 0..supernodes.count() {
+            let extent = extents[s];
+            let (start, rows) = (supernodes.first[s] as usize, supernodes.below(s));
+            let block = &entries[block_start[s]..block_start[s + 1]];
+            if extent.width == 1 {
+                let value = x[start];
+                for (&row, l) in rows.iter().zip(&block[extent.top..]) {
+                    x[row as usize] -= l * value;
+                }
+                continue;
+            }
+            let gathered = &mut gathered[..extent.stride];
+            clear(simd, gathered);
+            gathered[..extent.width].copy_from_slice(&x[start..start + extent.width]);
+            for first in (0..extent.width).step_by(GROUP) {
+                match extent.width - first {
+                    1 => forward::<S, 1>(simd, block, extent.stride, first, gathered),
+                    2 => forward::<S, 2>(simd, block, extent.stride, first, gathered),
+                    3 => forward::<S, 3>(simd, block, extent.stride, first, gathered),
+                    _ => forward::<S, GROUP>(simd, block, extent.stride, first, gathered),
+                }
+            }
+            x[start..start + extent.width].copy_from_slice(&gathered[..extent.width]);
+            for (&row, value) in rows.iter().zip(&gathered[extent.top..]) {
+                x[row as usize] += value;
+            }
+        }
+        for s in (0..supernodes.count()).rev() {
+            let extent = extents[s];
+            let (start, rows) = (supernodes.first[s] as usize, supernodes.below(s));
+            let block = &entries[block_start[s]..block_start[s + 1]];
+            if extent.width == 1 {
+                let products = rows.iter().zip(&block[extent.top..]).map(|(&row, l)| l * x[row as usize]);
+                x[start] = x[start] / block[0] - products.sum::<f64>();
+                continue;
+            }
+            let gathered = &mut gathered[..extent.stride];
+            clear(simd, gathered);
+            gathered[..extent.width].copy_from_slice(&x[start..start + extent.width]);
+            for (value, &row) in gathered[extent.top..].iter_mut().zip(rows) {
+                *value = x[row as usize];
+            }
+            for first in (0..extent.width).step_by(GROUP).rev() {
+                match extent.width - first {
+                    1 => backward::<S, 1>(simd, block, extent.stride, first, gathered),
+                    2 => backward::<S, 2>(simd, block, extent.stride, first, gathered),
+                    3 => backward::<S, 3>(simd, block, extent.stride, first, gathered),
+                    _ => backward::<S, GROUP>(simd, block, extent.stride, first, gathered),
+                }
+            }
+            x[start..start + extent.width].copy_from_slice(&gathered[..extent.width]);
+        }
+    }
+}
+
+/// Solves with the triangle of `C` columns from `first` and takes them off the rows below.
+#[inline(always)]
+fn forward<S: Simd, const C: usize>(simd: S, block: &[f64], stride: usize, first: usize, x: &mut [f64]) {
+    let group = &block[first * stride..];
+    let mut factors = [[0.0; GROUP]; C];
+    for c in 0..C {
+        let value = x[first + c];
+        factors[c][0] = value;
+        for k in c + 1..C {
+            x[first + k] -= group[c * stride + first + k] * value;
+        }
+    }
+    let next = first + GROUP;
+    if next < stride {
+        subtract_products::<S, 1>(simd, &mut x[next..], 0, stride - next, &group[next..], stride, &factors);
+    }
+}
+
+/// Divides `C` rows from `first` by their pivots and solves with the transpose of their columns.
+#[inline(always)]
+fn backward<S: Simd, const C: usize>(simd: S, block: &[f64], stride: usize, first: usize, x: &mut [f64]) {
+    let group = &block[first * stride..];
+    let sums: [f64; C] = products(simd, group, stride, first + GROUP, x);
+    for c in (0..C).rev() {
+        let column = &group[c * stride + first..];
+        let later: f64 = (c + 1..C).map(|k| column[k] * x[first + k]).sum();
+        x[first + c] = x[first + c] / column[c] - sums[c] - later;
+    }
+}

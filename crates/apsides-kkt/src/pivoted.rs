@@ -1,0 +1,150 @@
+//! LBL^T factorisation with Bunch-Kaufman pivoting inside each supernode, by faer: the fallback of the LDL^T. Nothing is
+//! allocated after construction.
+
+use faer::dyn_stack::{MemBuffer, MemStack, StackReq};
+use faer::perm::PermRef;
+use faer::sparse::linalg::SupernodalThreshold;
+use faer::sparse::linalg::cholesky::{
+    CholeskySymbolicParams, SymbolicCholesky, SymbolicCholeskyRaw, SymmetricOrdering,
+    factorize_symbolic_cholesky, supernodal,
+};
+use faer::sparse::{SparseColMat, SymbolicSparseColMat, SymbolicSparseColMatRef};
+use faer::{Conj, MatMut, Par, Side};
+
+use crate::KktError;
+use crate::pattern::Pattern;
+use crate::refine::Substitution;
+
+/// A matrix and its factor.
+pub(crate) struct Pivoted {
+    symbolic: SymbolicCholesky<u32>,
+    /// Lower triangle by columns.
+    matrix: SparseColMat<u32, f64>,
+    /// Position in `matrix` of each entry of the pattern.
+    position: Vec<u32>,
+    /// Blocks of L, with the diagonal of B.
+    entries: Vec<f64>,
+    subdiagonal: Vec<f64>,
+    forward: Vec<u32>,
+    inverse: Vec<u32>,
+    permuted: Vec<f64>,
+    scratch: MemBuffer,
+}
+
+impl Pivoted {
+    /// Symbolic factorisation and memory.
+    pub(crate) fn new(pattern: &Pattern) -> Result<Self, KktError> {
+        let n = pattern.n;
+        let upper = SymbolicSparseColMatRef::new_checked(n, n, &pattern.col_ptr, None, &pattern.row_idx);
+        // A simplicial structure would silently be factored without pivoting.
+        let params = CholeskySymbolicParams {
+            supernodal_flop_ratio_threshold: SupernodalThreshold::FORCE_SUPERNODAL,
+            ..Default::default()
+        };
+        let symbolic = factorize_symbolic_cholesky(upper, Side::Upper, SymmetricOrdering::Identity, params)
+            .map_err(|_| KktError::TooLarge { n })?;
+        let supernodes = supernodes(&symbolic);
+        let scratch = StackReq::or(
+            supernodal::factorize_supernodal_numeric_intranode_lblt_scratch::<u32, f64>(
+                supernodes,
+                Par::Seq,
+                Default::default(),
+            ),
+            supernodes.solve_in_place_scratch::<f64>(1, Par::Seq),
+        );
+        let (col_ptr, row_idx, position) = transpose(pattern);
+        let matrix = SparseColMat::new(
+            SymbolicSparseColMat::new_checked(n, n, col_ptr, None, row_idx),
+            vec![0.0; pattern.nonzeros()],
+        );
+        Ok(Self {
+            entries: vec![0.0; symbolic.len_val()],
+            scratch: MemBuffer::try_new(scratch).map_err(|_| KktError::TooLarge { n })?,
+            symbolic,
+            matrix,
+            position,
+            subdiagonal: vec![0.0; n],
+            forward: vec![0; n],
+            inverse: vec![0; n],
+            permuted: vec![0.0; n],
+        })
+    }
+
+    /// Factors the matrix with these values of the pattern and the shifts added to its diagonal.
+    pub(crate) fn factor(&mut self, pattern: &Pattern, values: &[f64], shifts: &[f64]) {
+        let target = self.matrix.val_mut();
+        for (&p, &v) in self.position.iter().zip(values) {
+            target[p as usize] = v;
+        }
+        for (j, shift) in shifts.iter().enumerate() {
+            target[self.position[pattern.diagonal(j)] as usize] += shift;
+        }
+        supernodal::factorize_supernodal_numeric_intranode_lblt(
+            &mut self.entries,
+            &mut self.subdiagonal,
+            &mut self.forward,
+            &mut self.inverse,
+            self.matrix.as_ref(),
+            supernodes(&self.symbolic),
+            Par::Seq,
+            MemStack::new(&mut self.scratch),
+            Default::default(),
+        );
+    }
+}
+
+impl Substitution for Pivoted {
+    fn solve(&mut self, x: &mut [f64]) -> bool {
+        let n = x.len();
+        for (p, &f) in self.permuted.iter_mut().zip(&self.forward) {
+            *p = x[f as usize];
+        }
+        supernodal::SupernodalIntranodeLbltRef::new(
+            supernodes(&self.symbolic),
+            &self.entries,
+            &self.subdiagonal,
+            PermRef::new_checked(&self.forward, &self.inverse, n),
+        )
+        .solve_in_place_no_numeric_permute_with_conj(
+            Conj::No,
+            MatMut::from_column_major_slice_mut(&mut self.permuted, n, 1),
+            Par::Seq,
+            MemStack::new(&mut self.scratch),
+        );
+        for (x, &i) in x.iter_mut().zip(&self.inverse) {
+            *x = self.permuted[i as usize];
+        }
+        x.iter().all(|v| v.is_finite())
+    }
+}
+
+fn supernodes(symbolic: &SymbolicCholesky<u32>) -> &supernodal::SymbolicSupernodalCholesky<u32> {
+    match symbolic.raw() {
+        SymbolicCholeskyRaw::Supernodal(supernodes) => supernodes,
+        SymbolicCholeskyRaw::Simplicial(_) => unreachable!("invariant: a supernodal structure was asked for"),
+    }
+}
+
+/// Lower triangle by columns of the same matrix: column pointers, row indices, and the place of each upper entry.
+fn transpose(pattern: &Pattern) -> (Vec<u32>, Vec<u32>, Vec<u32>) {
+    let n = pattern.n;
+    let mut col_ptr = vec![0u32; n + 1];
+    for &i in &pattern.row_idx {
+        col_ptr[i as usize + 1] += 1;
+    }
+    for j in 0..n {
+        col_ptr[j + 1] += col_ptr[j];
+    }
+    let mut next = col_ptr.clone();
+    let mut row_idx = vec![0u32; pattern.nonzeros()];
+    let mut position = vec![0u32; pattern.nonzeros()];
+    for j in 0..n {
+        for p in pattern.column(j) {
+            let slot = &mut next[pattern.row_idx[p] as usize];
+            row_idx[*slot as usize] = j as u32;
+            position[p] = *slot;
+            *slot += 1;
+        }
+    }
+    (col_ptr, row_idx, position)
+}
