@@ -64,8 +64,8 @@ impl Formulas {
     /// # Errors
     /// When its function has no formula.
     pub fn of_program(program: &Program) -> Result<Self, Failure> {
-        let inputs = (0..program.function.inputs()).collect();
-        let constraints = program.function.outputs() - 1;
+        let inputs = (0..program.function().inputs()).collect();
+        let constraints = program.function().outputs() - 1;
         let rows = std::iter::once(None).chain((0..constraints).map(Some)).collect();
         let costs = std::iter::once(1.0).chain(vec![0.0; constraints]).collect();
         Ok(Self {
@@ -73,7 +73,7 @@ impl Formulas {
             sign: 1.0,
             linear_cost: Vec::new(),
             linear_rows: Vec::new(),
-            terms: vec![Term::at_once(&*program.function, inputs, rows, costs)?],
+            terms: vec![Term::at_once(program.function(), inputs, rows, costs)?],
         })
     }
 

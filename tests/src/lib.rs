@@ -5,10 +5,8 @@
 //! | [`tolerance`] | named tolerances |
 //! | [`run`] | a problem of the gallery, solved and verified |
 //! | [`golden`] | stored counters |
-//! | [`kkt`] | optimality conditions of a nonlinear program, checked without the solver |
 
 pub mod golden;
-pub mod kkt;
 pub mod run;
 pub mod tolerance;
 

@@ -67,6 +67,7 @@ const ARROWS: &[(&str, Arrows)] = &[
     ("report", To(&["apsides", "ocp", "basis", "verify"])),
     ("cli", ToAny),
     // Development.
+    ("optimality", To(&["nlp"])),
     ("problems", To(&["ad", "dynamics", "nlp", "ocp"])),
     ("tests", ToAny),
     ("benches", ToAny),
@@ -88,7 +89,7 @@ const OWNERS: &[(&str, &str)] = &[
 ];
 
 /// Packages for development alone: heavy dependencies are free there.
-const DEVELOPMENT: &[&str] = &["problems", "tests", "benches", "xtask"];
+const DEVELOPMENT: &[&str] = &["optimality", "problems", "tests", "benches", "xtask"];
 
 /// Crates whose types no public signature names.
 const HIDDEN: &[&str] = &["faer", "pulp", "clarabel", "parry3d_f64", "parry3d", "glam"];

@@ -49,6 +49,11 @@ pub struct Explanation {
     pub remedies: Vec<Remedy>,
 }
 
+/// Tolerance of the solves. A relaxation leaves most of a trajectory open: to a smaller one the method moves along what is
+/// open for a hundred iterations, with the amounts unchanged to nine digits.
+const TOLERANCE: f64 = 1e-6;
+/// Largest product of a distance and its multiplier: amounts give way by the sum over all limits.
+const COMPLEMENTARITY: f64 = 1e-8;
 /// Iterations of each of the solves.
 const MAX_ITERATIONS: usize = 300;
 /// Most meshes of each of the solves.
@@ -78,6 +83,8 @@ impl Radau {
             mesh_tolerance: MESH_TOLERANCE.max(self.settings.mesh_tolerance),
             ..self.settings.clone()
         };
+        settings.nlp.tolerance = settings.nlp.tolerance.max(TOLERANCE);
+        settings.nlp.complementarity_tolerance = settings.nlp.complementarity_tolerance.min(COMPLEMENTARITY);
         settings.nlp.max_iterations = settings.nlp.max_iterations.min(MAX_ITERATIONS);
         let relaxer = Relaxer { ocp, settings };
         let all = relaxer.relax(guess, mesh, None)?;

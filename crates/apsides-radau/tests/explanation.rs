@@ -20,6 +20,14 @@ impl PathFunction<2, 1, 1> for Load {
     }
 }
 
+/// The acceleration.
+struct Push;
+impl PathFunction<2, 1, 1> for Push {
+    fn evaluate<S: Scalar>(&self, _t: S, _x: &[S; 2], u: &[S; 1], _p: &[S; 0]) -> [S; 1] {
+        *u
+    }
+}
+
 struct Walk;
 impl Dynamics<1, 1> for Walk {
     fn rate<S: Scalar>(&self, _t: S, _x: &[S; 1], u: &[S; 1], _p: &[S; 0]) -> [S; 1] {
@@ -144,6 +152,55 @@ fn independent_conflicts_have_no_single_remedy() {
     near(amounts[0].1, 0.4);
     near(amounts[1].1, 0.2);
     assert!(e.to_string().contains("no single relaxation"), "{e}");
+}
+
+/// Rest to rest over 1 m in 1 s takes 1 / V + V / A = 1.0115 s with the limits V = 1.5 m/s and A = 4.35 m/s2.
+///
+/// Relative to the scales below, what is missing is 0.083 of the speed (to V^2 - A V + A = 0), 0.069 of the acceleration,
+/// half of it forwards and half backwards (to A = 4.5 m/s2), or 0.011 of the time.
+fn too_slow(time: Bounds) -> Phase {
+    let mut phase = cart(time);
+    phase.states[1] = State::new("v", "m/s").within(-1.5, 1.5).scaled_by(0.7).starts_at(0.0).ends_at(0.0);
+    phase
+}
+
+fn acceleration() -> Variable {
+    Variable::new("a", "m/s2").within(-4.35, 4.35).scaled_by(4.35)
+}
+
+fn conflicting(phase: Phase) -> (Explanation, Vec<RequirementKind>) {
+    let e = explained(&fast(phase).unwrap());
+    let kinds = e.conflicts.iter().map(|c| c.requirement.kind).collect();
+    (e, kinds)
+}
+
+/// Bounds on a control and a fixed time give way last, though less of them is missing.
+#[test]
+fn a_limit_is_named_before_a_control_and_a_fixed_time() {
+    let mut phase = too_slow(Bounds::fixed(1.0));
+    phase.controls[0] = acceleration();
+    let (e, kinds) = conflicting(phase);
+    assert_eq!(kinds, [RequirementKind::State], "{e}");
+    near(e.conflicts[0].amount, 0.5 * (4.35 - (4.35_f64 * 0.35).sqrt()) - 1.5);
+}
+
+/// The same limit on the acceleration as a path constraint, which is no bound on a control.
+#[test]
+fn a_limit_that_is_no_bound_on_a_control_is_named_first() {
+    let phase = too_slow(Bounds::fixed(1.0)).path([acceleration()], Push);
+    let (e, kinds) = conflicting(phase);
+    assert_eq!(kinds, [RequirementKind::Path; 2], "{e}");
+    near(e.conflicts.iter().map(|c| c.amount).sum(), 0.3);
+}
+
+/// The same time as an upper bound, which is not meant as exactly.
+#[test]
+fn a_time_that_is_not_fixed_is_named_first() {
+    let mut phase = too_slow(Bounds::new(0.1, 1.0));
+    phase.controls[0] = acceleration();
+    let (e, kinds) = conflicting(phase);
+    assert_eq!(kinds, [RequirementKind::FinalTime], "{e}");
+    near(e.conflicts[0].amount, 1.0 / 1.5 + 1.5 / 4.35 - 1.0);
 }
 
 /// A feasible problem has no conflict.

@@ -1,9 +1,10 @@
-//! Test problems written as plain formulas: a small dense second-order forward differentiation.
+//! Test problems written as plain formulas, with dense derivatives.
 // Shared with the benches, each of which uses a part.
 #![allow(dead_code, unreachable_pub, clippy::print_stderr, clippy::unwrap_used)]
 
 use std::ops::{Add, Div, Mul, Neg, Sub};
 
+use apsides_ad::{HyperDual, Scalar};
 use apsides_nlp::{
     BarrierOracle, BarrierStrategy, Flow, InteriorPoint, IterationRecord, Nlp, NlpSettings, Pattern, Scaling,
     SolveReport, Status,
@@ -11,189 +12,75 @@ use apsides_nlp::{
 
 pub const INF: f64 = f64::INFINITY;
 
-/// A value with gradient and Hessian with respect to `N` variables.
+/// A value with first and second derivatives with respect to `N` variables, for formulas with numbers on either side.
 #[derive(Debug, Clone, Copy)]
-pub struct Jet<const N: usize> {
-    pub value: f64,
-    pub gradient: [f64; N],
-    pub hessian: [[f64; N]; N],
-}
+pub struct Jet<const N: usize>(HyperDual<N>);
 
 impl<const N: usize> Jet<N> {
     pub fn constant(value: f64) -> Self {
-        Self { value, gradient: [0.0; N], hessian: [[0.0; N]; N] }
+        Self(HyperDual::constant(value))
     }
 
-    pub fn variables(x: &[f64]) -> [Self; N] {
+    /// The variables, with the second derivatives by `first` and each other one.
+    fn seeded(x: &[f64], first: usize) -> [Self; N] {
         std::array::from_fn(|i| {
-            let mut jet = Self::constant(x[i]);
-            jet.gradient[i] = 1.0;
-            jet
+            let mut jet = HyperDual::constant(x[i]);
+            jet.e1 = [f64::from(u8::from(i == first)); N];
+            jet.e2[i] = 1.0;
+            Self(jet)
         })
     }
 
-    /// `f(self)` from the value and the first two derivatives of `f`.
-    fn chain(self, value: f64, first: f64, second: f64) -> Self {
-        let mut out = Self::constant(value);
-        for i in 0..N {
-            out.gradient[i] = first * self.gradient[i];
-            for j in 0..N {
-                out.hessian[i][j] = first * self.hessian[i][j] + second * self.gradient[i] * self.gradient[j];
-            }
-        }
-        out
-    }
-
     pub fn powi(self, n: i32) -> Self {
-        let k = f64::from(n);
-        let x = self.value;
-        let second = if n == 0 || n == 1 { 0.0 } else { k * (k - 1.0) * x.powi(n - 2) };
-        self.chain(x.powi(n), if n == 0 { 0.0 } else { k * x.powi(n - 1) }, second)
+        Self(self.0.powi(n))
     }
 
     pub fn powf(self, k: f64) -> Self {
-        let x = self.value;
-        self.chain(x.powf(k), k * x.powf(k - 1.0), k * (k - 1.0) * x.powf(k - 2.0))
-    }
-
-    pub fn exp(self) -> Self {
-        let e = self.value.exp();
-        self.chain(e, e, e)
-    }
-
-    pub fn ln(self) -> Self {
-        let x = self.value;
-        self.chain(x.ln(), 1.0 / x, -1.0 / (x * x))
-    }
-
-    pub fn sqrt(self) -> Self {
-        self.powf(0.5)
-    }
-
-    pub fn sin(self) -> Self {
-        let (s, c) = self.value.sin_cos();
-        self.chain(s, c, -s)
-    }
-
-    pub fn cos(self) -> Self {
-        let (s, c) = self.value.sin_cos();
-        self.chain(c, -s, -c)
+        Self(self.0.powf(k))
     }
 }
 
-impl<const N: usize> Add for Jet<N> {
-    type Output = Self;
-    fn add(mut self, other: Self) -> Self {
-        self.value += other.value;
-        for i in 0..N {
-            self.gradient[i] += other.gradient[i];
-            for j in 0..N {
-                self.hessian[i][j] += other.hessian[i][j];
+macro_rules! functions {
+    ($($name:ident)*) => {
+        impl<const N: usize> Jet<N> {
+            $(pub fn $name(self) -> Self {
+                Self(self.0.$name())
+            })*
+        }
+    };
+}
+
+functions!(exp ln sqrt sin cos);
+
+macro_rules! operators {
+    ($($operator:ident $method:ident)*) => {$(
+        impl<const N: usize> $operator for Jet<N> {
+            type Output = Self;
+            fn $method(self, other: Self) -> Self {
+                Self(self.0.$method(other.0))
             }
         }
-        self
-    }
-}
-
-impl<const N: usize> Mul for Jet<N> {
-    type Output = Self;
-    fn mul(self, other: Self) -> Self {
-        let mut out = Self::constant(self.value * other.value);
-        for i in 0..N {
-            out.gradient[i] = self.value * other.gradient[i] + self.gradient[i] * other.value;
-            for j in 0..N {
-                out.hessian[i][j] = self.value * other.hessian[i][j]
-                    + self.hessian[i][j] * other.value
-                    + self.gradient[i] * other.gradient[j]
-                    + self.gradient[j] * other.gradient[i];
+        impl<const N: usize> $operator<f64> for Jet<N> {
+            type Output = Self;
+            fn $method(self, other: f64) -> Self {
+                Self(self.0.$method(other))
             }
         }
-        out
-    }
+        impl<const N: usize> $operator<Jet<N>> for f64 {
+            type Output = Jet<N>;
+            fn $method(self, other: Jet<N>) -> Jet<N> {
+                Jet::constant(self).$method(other)
+            }
+        }
+    )*};
 }
+
+operators!(Add add Sub sub Mul mul Div div);
 
 impl<const N: usize> Neg for Jet<N> {
     type Output = Self;
     fn neg(self) -> Self {
-        self * -1.0
-    }
-}
-
-impl<const N: usize> Sub for Jet<N> {
-    type Output = Self;
-    fn sub(self, other: Self) -> Self {
-        self + other * -1.0
-    }
-}
-
-impl<const N: usize> Div for Jet<N> {
-    type Output = Self;
-    fn div(self, other: Self) -> Self {
-        self * other.powi(-1)
-    }
-}
-
-impl<const N: usize> Add<f64> for Jet<N> {
-    type Output = Self;
-    fn add(mut self, other: f64) -> Self {
-        self.value += other;
-        self
-    }
-}
-
-impl<const N: usize> Sub<f64> for Jet<N> {
-    type Output = Self;
-    fn sub(self, other: f64) -> Self {
-        self + -other
-    }
-}
-
-impl<const N: usize> Mul<f64> for Jet<N> {
-    type Output = Self;
-    fn mul(mut self, other: f64) -> Self {
-        self.value *= other;
-        for i in 0..N {
-            self.gradient[i] *= other;
-            for j in 0..N {
-                self.hessian[i][j] *= other;
-            }
-        }
-        self
-    }
-}
-
-impl<const N: usize> Div<f64> for Jet<N> {
-    type Output = Self;
-    fn div(self, other: f64) -> Self {
-        self * (1.0 / other)
-    }
-}
-
-impl<const N: usize> Add<Jet<N>> for f64 {
-    type Output = Jet<N>;
-    fn add(self, other: Jet<N>) -> Jet<N> {
-        other + self
-    }
-}
-
-impl<const N: usize> Sub<Jet<N>> for f64 {
-    type Output = Jet<N>;
-    fn sub(self, other: Jet<N>) -> Jet<N> {
-        -other + self
-    }
-}
-
-impl<const N: usize> Mul<Jet<N>> for f64 {
-    type Output = Jet<N>;
-    fn mul(self, other: Jet<N>) -> Jet<N> {
-        other * self
-    }
-}
-
-impl<const N: usize> Div<Jet<N>> for f64 {
-    type Output = Jet<N>;
-    fn div(self, other: Jet<N>) -> Jet<N> {
-        other.powi(-1) * self
+        Self(-self.0)
     }
 }
 
@@ -249,35 +136,32 @@ impl<const N: usize, const M: usize> Nlp for Dense<N, M> {
         Pattern::lower_triangle(N)
     }
     fn objective(&mut self, x: &[f64]) -> f64 {
-        (self.objective)(&Jet::variables(x)).value
+        (self.objective)(&Jet::seeded(x, 0)).0.re
     }
     fn gradient(&mut self, x: &[f64], gradient: &mut [f64]) {
-        gradient.copy_from_slice(&(self.objective)(&Jet::variables(x)).gradient);
+        gradient.copy_from_slice(&(self.objective)(&Jet::seeded(x, 0)).0.e2);
     }
     fn constraint_values(&mut self, x: &[f64], values: &mut [f64]) {
-        let jets = (self.constraints)(&Jet::variables(x));
+        let jets = (self.constraints)(&Jet::seeded(x, 0));
         for (value, jet) in values.iter_mut().zip(&jets) {
-            *value = jet.value;
+            *value = jet.0.re;
         }
     }
     fn jacobian(&mut self, x: &[f64], values: &mut [f64]) {
-        let jets = (self.constraints)(&Jet::variables(x));
+        let jets = (self.constraints)(&Jet::seeded(x, 0));
         for (row, jet) in values.chunks_mut(N).zip(&jets) {
-            row.copy_from_slice(&jet.gradient);
+            row.copy_from_slice(&jet.0.e2);
         }
     }
     fn hessian(&mut self, x: &[f64], objective_factor: f64, multipliers: &[f64], values: &mut [f64]) {
-        let variables = Jet::variables(x);
-        let mut sum = (self.objective)(&variables) * objective_factor;
-        for (jet, multiplier) in (self.constraints)(&variables).into_iter().zip(multipliers) {
-            sum = sum + jet * *multiplier;
-        }
-        let mut entry = 0;
+        let mut entries = values.iter_mut();
         for i in 0..N {
-            for j in 0..=i {
-                values[entry] = sum.hessian[i][j];
-                entry += 1;
+            let variables = Jet::seeded(x, i);
+            let mut sum = (self.objective)(&variables) * objective_factor;
+            for (jet, multiplier) in (self.constraints)(&variables).into_iter().zip(multipliers) {
+                sum = sum + jet * *multiplier;
             }
+            entries.by_ref().zip(&sum.0.e12[..=i]).for_each(|(entry, second)| *entry = *second);
         }
     }
 }

@@ -27,7 +27,43 @@ pub struct Program {
     /// Largest difference from the optimum that its digits support, relative to its magnitude or 1.
     pub tolerance: f64,
     /// Output 0 is the objective, the others are the constraints.
-    pub function: Arc<dyn NodeFunction>,
+    pub(crate) function: Arc<dyn NodeFunction>,
+    pub(crate) last: Last,
+}
+
+/// Outputs and first derivatives at the last point of each: one evaluation serves objective and constraints, or gradient
+/// and Jacobian, and memory is kept.
+#[derive(Clone, Default)]
+pub(crate) struct Last {
+    values: Evaluated,
+    /// Outputs, then the entries of their Jacobian.
+    derivatives: Evaluated,
+    /// Of the outputs in the Hessian.
+    weights: Vec<f64>,
+}
+
+/// Numbers computed at a point.
+#[derive(Clone, Default)]
+struct Evaluated {
+    /// None before the first evaluation.
+    at: Option<Vec<f64>>,
+    numbers: Vec<f64>,
+}
+
+impl Evaluated {
+    /// The numbers at `x`, from `evaluate` unless it is the last point.
+    fn at(&mut self, x: &[f64], length: usize, evaluate: impl FnOnce(&mut [f64])) -> &[f64] {
+        // By bits: functions may differ at 0 and -0, and a point that is not a number is the same again.
+        let is_last = |last: &Vec<f64>| last.iter().zip(x).all(|(a, b)| a.to_bits() == b.to_bits());
+        if !self.at.as_ref().is_some_and(is_last) {
+            let at = self.at.get_or_insert_default();
+            at.clear();
+            at.extend_from_slice(x);
+            self.numbers.resize(length, 0.0);
+            evaluate(&mut self.numbers);
+        }
+        &self.numbers
+    }
 }
 
 /// `program!(number, variables, 1 + constraints, start, (lower, upper), (constraint bounds), optimum, tolerance, |x| outputs)`
@@ -54,6 +90,7 @@ macro_rules! program {
             optimum: $optimum,
             tolerance: $tolerance,
             function: apsides_ad::vector_node(Function),
+            last: Default::default(),
         }
     }};
 }
@@ -75,17 +112,26 @@ impl Program {
         self
     }
 
-    fn values(&self, x: &[f64]) -> Vec<f64> {
-        let mut out = vec![0.0; self.function.outputs()];
-        self.function.value(x, &mut out);
-        out
+    /// Output 0 is the objective, the others are the constraints.
+    #[must_use]
+    pub fn function(&self) -> &dyn NodeFunction {
+        &*self.function
     }
 
-    fn entries(&self, x: &[f64]) -> Vec<f64> {
-        let mut out = vec![0.0; self.function.outputs()];
-        let mut entries = vec![0.0; self.function.pattern().jacobian_len()];
-        self.function.jacobian(x, &mut out, &mut entries);
-        entries
+    fn values(&mut self, x: &[f64]) -> &[f64] {
+        let function = &self.function;
+        self.last.values.at(x, function.outputs(), |out| function.value(x, out))
+    }
+
+    /// Entries of the Jacobian of all outputs.
+    fn entries(&mut self, x: &[f64]) -> &[f64] {
+        let function = &self.function;
+        let outputs = function.outputs();
+        let numbers = self.last.derivatives.at(x, outputs + function.pattern().jacobian_len(), |numbers| {
+            let (out, entries) = numbers.split_at_mut(outputs);
+            function.jacobian(x, out, entries);
+        });
+        &numbers[outputs..]
     }
 }
 
@@ -118,11 +164,11 @@ impl Nlp for Program {
         self.values(x)[0]
     }
     fn gradient(&mut self, x: &[f64], gradient: &mut [f64]) {
+        let function = Arc::clone(&self.function);
         gradient.fill(0.0);
-        let entries = self.entries(x);
-        for ((_, col), value) in
-            self.function.pattern().jacobian_entries().zip(entries).filter(|e| e.0.0 == 0)
-        {
+        // The entries of output 0 come first.
+        let pattern = function.pattern();
+        for (&col, &value) in pattern.columns[..pattern.row_offsets[1]].iter().zip(self.entries(x)) {
             gradient[col] = value;
         }
     }
@@ -130,11 +176,87 @@ impl Nlp for Program {
         values.copy_from_slice(&self.values(x)[1..]);
     }
     fn jacobian(&mut self, x: &[f64], values: &mut [f64]) {
-        values.copy_from_slice(&self.entries(x)[self.function.pattern().row_offsets[1]..]);
+        let first = self.function.pattern().row_offsets[1];
+        values.copy_from_slice(&self.entries(x)[first..]);
     }
     fn hessian(&mut self, x: &[f64], objective_factor: f64, multipliers: &[f64], values: &mut [f64]) {
-        let weights: Vec<f64> =
-            std::iter::once(objective_factor).chain(multipliers.iter().copied()).collect();
-        self.function.hessian(x, &weights, values);
+        let weights = &mut self.last.weights;
+        weights.clear();
+        weights.push(objective_factor);
+        weights.extend_from_slice(multipliers);
+        self.function.hessian(x, weights, values);
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use std::sync::atomic::{AtomicUsize, Ordering};
+
+    use apsides_ad::NodePattern;
+    use apsides_ad::trace::{Formula, OpaqueFunction};
+
+    use super::*;
+    use crate::nlp::hock_schittkowski::collection;
+
+    /// Counts evaluations.
+    struct Counted {
+        function: Arc<dyn NodeFunction>,
+        values: AtomicUsize,
+        jacobians: AtomicUsize,
+    }
+
+    impl NodeFunction for Counted {
+        fn inputs(&self) -> usize {
+            self.function.inputs()
+        }
+        fn outputs(&self) -> usize {
+            self.function.outputs()
+        }
+        fn pattern(&self) -> &NodePattern {
+            self.function.pattern()
+        }
+        fn value(&self, z: &[f64], out: &mut [f64]) {
+            self.values.fetch_add(1, Ordering::Relaxed);
+            self.function.value(z, out);
+        }
+        fn jacobian(&self, z: &[f64], out: &mut [f64], entries: &mut [f64]) {
+            self.jacobians.fetch_add(1, Ordering::Relaxed);
+            self.function.jacobian(z, out, entries);
+        }
+        fn hessian(&self, z: &[f64], weights: &[f64], entries: &mut [f64]) {
+            self.function.hessian(z, weights, entries);
+        }
+        fn formula(&self) -> Result<Formula, OpaqueFunction> {
+            self.function.formula()
+        }
+    }
+
+    #[test]
+    fn a_point_is_evaluated_once() {
+        let mut program = collection().into_iter().find(|p| p.number == 71).expect("in the collection");
+        let counted = Arc::new(Counted { function: program.function, values: 0.into(), jacobians: 0.into() });
+        program.function = Arc::clone(&counted) as Arc<dyn NodeFunction>;
+        let counts = || (counted.values.load(Ordering::Relaxed), counted.jacobians.load(Ordering::Relaxed));
+        let (mut c, mut g, mut j) = ([0.0; 2], [0.0; 4], [0.0; 8]);
+        let x = [1.0, 5.0, 5.0, 1.0];
+        // x0 x3 (x0 + x1 + x2) + x2, the product and the sum of squares.
+        assert_eq!(program.objective(&x), 16.0);
+        program.constraint_values(&x, &mut c);
+        assert_eq!(c, [25.0, 52.0]);
+        program.gradient(&x, &mut g);
+        assert_eq!(g, [12.0, 1.0, 2.0, 11.0]);
+        program.jacobian(&x, &mut j);
+        assert_eq!(j, [25.0, 5.0, 5.0, 25.0, 2.0, 10.0, 10.0, 2.0]);
+        assert_eq!(counts(), (1, 1));
+        let next = [1.0, 5.0, 5.0, 2.0];
+        assert_eq!(program.objective(&next), 27.0);
+        program.gradient(&x, &mut g);
+        assert_eq!(counts(), (2, 1));
+        program.gradient(&next, &mut g);
+        assert_eq!(g, [24.0, 2.0, 3.0, 11.0]);
+        // Zeros of either sign are two points.
+        program.objective(&[0.0, 5.0, 5.0, 2.0]);
+        program.objective(&[-0.0, 5.0, 5.0, 2.0]);
+        assert_eq!(counts(), (4, 2));
     }
 }

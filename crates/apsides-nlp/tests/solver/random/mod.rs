@@ -8,7 +8,6 @@ use std::time::{Duration, Instant};
 
 use apsides_nlp::{InteriorPoint, Nlp, NlpSettings, Status};
 
-use crate::optimality::violated_condition;
 use crate::support::{Units, strategies};
 use families::Case;
 use program::Random;
@@ -115,7 +114,7 @@ fn solve(family: &Family, case: usize) -> Outcome {
     if !report.x.iter().all(|x| x.is_finite()) {
         wrong = Some("x is not finite".to_owned());
     } else if report.status == Status::Optimal {
-        wrong = violated_condition(nlp.as_mut(), &report, &settings);
+        wrong = apsides_optimality::violated(nlp.as_mut(), &report, &settings).map(|e| e.to_string());
     }
     Outcome { status: report.status, iterations: report.counters.iterations, time, wrong }
 }

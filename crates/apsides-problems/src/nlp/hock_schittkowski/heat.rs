@@ -1,5 +1,7 @@
 //! Problems 88 to 92: time-optimal heat conduction, which differ in the number of variables.
 
+use std::sync::LazyLock;
+
 use apsides_ad::Scalar;
 
 use super::sum;
@@ -44,6 +46,35 @@ fn sign(i: usize) -> f64 {
     if i.is_multiple_of(2) { 1.0 } else { -1.0 }
 }
 
+/// The numbers of the statement for one root mu.
+struct Mode {
+    /// -mu^2.
+    rate: f64,
+    /// A of the book.
+    factor: f64,
+    /// Of z^2 and of z in the distance.
+    square: f64,
+    linear: f64,
+    /// Of z times that of each later root.
+    products: Vec<f64>,
+}
+
+/// Computed once: sines cost more than the rest of an evaluation.
+static MODES: LazyLock<[Mode; 30]> = LazyLock::new(|| {
+    std::array::from_fn(|i| {
+        let mu = MU[i];
+        let (sin, cos) = mu.sin_cos();
+        let product = |nu: &f64| (mu + nu).sin() / (mu + nu) + (mu - nu).sin() / (mu - nu);
+        Mode {
+            rate: -mu * mu,
+            factor: 2.0 * sin / (mu + sin * cos),
+            square: 0.5 * ((2.0 * mu).sin() / (2.0 * mu) + 1.0),
+            linear: 2.0 * (sin / mu.powi(3) - cos / mu.powi(2)),
+            products: MU[i + 1..].iter().map(product).collect(),
+        }
+    })
+});
+
 /// Sum of squares, and the squared distance from the wanted temperature. With z the negative of the book's mu^2 A rho,
 /// the distance is a quadratic form in z; its double sum is taken over pairs.
 fn distance<S: Scalar, const N: usize>(x: &[S; N]) -> [S; 2] {
@@ -53,24 +84,20 @@ fn distance<S: Scalar, const N: usize>(x: &[S; N]) -> [S; 2] {
         let next = tails[i + 1];
         tails[i] += next;
     }
+    let modes = &*MODES;
     let z: [S; 30] = std::array::from_fn(|j| {
-        let mu = MU[j];
-        let (sin, cos) = mu.sin_cos();
-        let a = 2.0 * sin / (mu + sin * cos);
         let pulses = sum(tails
             .iter()
             .enumerate()
-            .map(|(i, tail)| (*tail * (-mu * mu)).exp() * (if i == 0 { 1.0 } else { 2.0 * sign(i) })));
-        (pulses + sign(N)) * a
+            .map(|(i, tail)| (*tail * modes[j].rate).exp() * (if i == 0 { 1.0 } else { 2.0 * sign(i) })));
+        (pulses + sign(N)) * modes[j].factor
     });
     let mut total = S::from(2.0 / 15.0);
-    for (i, mu) in MU.iter().enumerate() {
-        let (sin, cos) = mu.sin_cos();
-        total += z[i] * z[i] * (0.5 * ((2.0 * mu).sin() / (2.0 * mu) + 1.0));
-        total += z[i] * (2.0 * (sin / mu.powi(3) - cos / mu.powi(2)));
-        for (j, nu) in MU.iter().enumerate().skip(i + 1) {
-            let weight = (mu + nu).sin() / (mu + nu) + (mu - nu).sin() / (mu - nu);
-            total += z[i] * z[j] * weight;
+    for (i, mode) in modes.iter().enumerate() {
+        total += z[i] * z[i] * mode.square;
+        total += z[i] * mode.linear;
+        for (later, weight) in z[i + 1..].iter().zip(&mode.products) {
+            total += z[i] * *later * *weight;
         }
     }
     [tails[0], total]
