@@ -54,8 +54,8 @@ impl fmt::Display for ScaleWarning {
 }
 
 impl Transcription {
-    /// Scales that the statement leaves open: of a constraint its largest change, of the objective its sum of changes,
-    /// when every variable moves by its scale from the start.
+    /// Scales that the statement leaves open: of a constraint its largest change when a variable moves by its scale from the
+    /// start, of the objective its change when all variables of one quantity do, the largest of all quantities.
     pub(crate) fn complete_scales(&mut self) {
         let (rows, objective) = self.changes();
         let usable = |change: f64| change > 0.0 && change.is_finite();
@@ -82,8 +82,19 @@ impl Transcription {
         }
         let mut gradient = vec![0.0; self.layout.variables];
         self.gradient(&start, &mut gradient);
-        let objective = gradient.iter().zip(&self.scaling.variables).map(|(g, s)| g.abs() * s).sum();
-        (rows, objective)
+        let change = |column: usize| gradient[column].abs() * self.scaling.variables[column];
+        let mut objective = 0.0_f64;
+        for p in &self.layout.phases {
+            let nodes = p.nodes.len();
+            for state in 0..p.states {
+                objective = objective.max((0..=nodes).map(|k| change(p.state_column(k) + state)).sum());
+            }
+            for control in 0..p.controls {
+                objective = objective.max((0..nodes).map(|k| change(p.control_column(k) + control)).sum());
+            }
+            objective = objective.max(change(p.initial_time)).max(change(p.final_time));
+        }
+        (rows, (self.layout.first_parameter..self.layout.variables).map(change).fold(objective, f64::max))
     }
 
     /// Scales that are extreme at the start, the worst row of each constraint.

@@ -64,7 +64,7 @@ const FAMILIES: [Family; 25] = [
     family("fixed variables", Answer::Optimal, 100, families::fixed_variables),
     family("huge bounds", Answer::Optimal, 100, families::huge_bounds),
     family("far start", Answer::Optimal, 99, families::far_start),
-    family("bad units", Answer::Success, 100, families::bad_units),
+    family("bad units", Answer::Success, 99, families::bad_units),
     family("logarithms", Answer::Optimal, 100, families::logarithms),
     family("square system", Answer::Optimal, 100, families::square_system),
     family("quartic", Answer::Optimal, 100, families::quartic),
