@@ -20,6 +20,10 @@ const SPEED_MISS_M_S: f64 = 1e-6;
 const MASS_MISS_KG: f64 = 1e-6;
 const ANGLE_MISS_RAD: f64 = 1e-8;
 
+/// Full turns in the expected time of the braking that the thrust may make before it turns upright: about a hundred times what
+/// optimal steering takes.
+const STEERING_TURNS: f64 = 10.0;
+
 /// Names of phases.
 pub(super) const DEORBIT: &str = "deorbit";
 pub(super) const COAST: &str = "coast";
@@ -196,6 +200,10 @@ impl Start {
             |name: &str| self.powered(name, steering, longest_angle).initial_time(times).final_time(times);
         let mut phases = vec![phase(BRAKING)];
         if steering.turns_in_a_phase() {
+            // Steering before the turn is slow. With the rate of the turn a polynomial could jump at the end of its phase, where
+            // no point sees it.
+            let slow = steering.pitch_rate.min(STEERING_TURNS * TAU / self.expected_time());
+            phases[0].controls[0].bounds = Bounds::new(-slow, slow);
             let mut turn = phase(PITCH_UP);
             turn.controls[0] = control(PITCH_RATE).equal_to(-steering.pitch_rate);
             phases.push(turn);
