@@ -6,6 +6,12 @@ pub const FLIGHT_TIME_S: f64 = 1e-5;
 /// Final masses against an independent indirect solution, kg.
 pub const FINAL_MASS_KG: f64 = 1e-5;
 
+/// Final masses that a reference prints to a tenth of a gram, kg.
+pub const PRINTED_MASS_KG: f64 = 1e-4;
+
+/// Final masses where the structure of the thrust is left open or differs from that of the reference, kg.
+pub const OPEN_STRUCTURE_MASS_KG: f64 = 1e-3;
+
 /// Total times of two phases, s: the time of the switch between them is flat at the optimum.
 pub const TWO_PHASE_TIME_S: f64 = 1e-4;
 

@@ -191,7 +191,8 @@ fn sweep_writes_a_row_per_case() {
 fn missions_and_check_print_what_there_is() {
     let o = apsides(&["missions"]);
     assert_eq!(o.status.code(), Some(0));
-    assert_eq!(stdout(&o).lines().count(), 3);
+    assert_eq!(stdout(&o).lines().count(), 7);
+    assert!(stdout(&o).contains("lunar-vertical"));
     let keys = stdout(&apsides(&["missions", "lunar-two-phase"]));
     assert!(keys.contains("gate_altitude_km") && keys.contains("radau.points"), "{keys}");
     let o = apsides(&["check", "lunar-direct", "--set", "thrust_n=500"]);

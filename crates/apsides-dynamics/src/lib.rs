@@ -27,7 +27,7 @@
 //! | [`body`] | central bodies, circular and elliptic speeds |
 //! | [`engine`] | thrust, exhaust velocity, rocket equation |
 //! | [`transfer`] | Hohmann transfers |
-//! | [`planar`] | planar polar flight with constant or throttled thrust, vertical flight |
+//! | [`planar`] | planar polar flight: coasting, constant or throttled thrust, limited pitch rate, vertical flight |
 //! | [`quantity`] | names and units of states and controls |
 //!
 //! Reference: D. A. Vallado, Fundamentals of Astrodynamics and Applications, 4th ed., 2013, ISBN 978-1881883189.
@@ -43,4 +43,4 @@ pub use body::Body;
 pub use engine::Engine;
 pub use error::DynamicsError;
 pub use quantity::Quantity;
-pub use transfer::Hohmann;
+pub use transfer::{Hohmann, TransferPoint};

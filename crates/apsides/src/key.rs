@@ -17,6 +17,9 @@ impl Range {
     /// Above zero.
     pub const POSITIVE: Self = Self::open(0.0, f64::INFINITY);
 
+    /// Above zero, or infinite for what is not limited.
+    pub const POSITIVE_OR_UNLIMITED: Self = Self { least: (0.0, false), most: (f64::INFINITY, true) };
+
     /// Between two values that are allowed themselves.
     #[must_use]
     pub const fn closed(least: f64, most: f64) -> Self {
@@ -38,7 +41,12 @@ impl Range {
     fn contains(&self, v: f64) -> bool {
         let above = v > self.least.0 || (self.least.1 && v == self.least.0);
         let below = v < self.most.0 || (self.most.1 && v == self.most.0);
-        v.is_finite() && above && below
+        (v.is_finite() || self.takes(v)) && above && below
+    }
+
+    /// Whether `v` is an infinite end that is allowed itself.
+    fn takes(&self, v: f64) -> bool {
+        [self.least, self.most].contains(&(v, true)) && v.is_infinite()
     }
 
     fn describe(&self) -> String {
@@ -51,7 +59,12 @@ impl Range {
         };
         let parts: Vec<_> =
             [bound(self.least, true), bound(self.most, false)].into_iter().flatten().collect();
-        if parts.is_empty() { "a finite number".into() } else { format!("a number {}", parts.join(" and ")) }
+        let unlimited = if self.takes(f64::INFINITY) { ", or inf" } else { "" };
+        if parts.is_empty() {
+            format!("a finite number{unlimited}")
+        } else {
+            format!("a number {}{unlimited}", parts.join(" and "))
+        }
     }
 }
 

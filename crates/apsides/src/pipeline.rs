@@ -20,6 +20,17 @@ impl Mission {
         (self.kind.pose)(&self.values)
     }
 
+    /// Whether a trajectory has the phases of this mission, so that a solve can start from it.
+    ///
+    /// # Errors
+    /// When the values do not make a problem.
+    pub fn has_phases_of(&self, trajectory: &Trajectory) -> Result<bool, Error> {
+        let ocp = self.pose()?.ocp;
+        let names = ocp.phases.iter().map(|p| &p.name);
+        let same_names = names.eq(trajectory.phases.iter().map(|p| &p.name));
+        Ok(same_names && Guess::earlier(trajectory).check(&ocp).is_ok())
+    }
+
     /// Scalars of a solution; the unit ends the key.
     #[must_use]
     pub fn results(&self, trajectory: &Trajectory) -> BTreeMap<String, f64> {

@@ -38,9 +38,10 @@ pub struct Price {
 }
 
 impl Mission {
-    /// The keys with a price: the numbers of vehicle and flight.
-    pub fn priced_keys(&self) -> impl Iterator<Item = &'static Key> + use<> {
-        let numbers = |k: &&Key| matches!(k.kind, KeyKind::Number(..));
+    /// The keys with a price: the numbers of vehicle and flight, but not a limit that is infinite.
+    pub fn priced_keys(&self) -> impl Iterator<Item = &'static Key> + use<'_> {
+        let numbers =
+            |k: &&Key| matches!(k.kind, KeyKind::Number(..)) && self.values.number(k.path).is_finite();
         self.kind.flight_keys.iter().copied().flatten().filter(numbers)
     }
 
@@ -122,7 +123,7 @@ impl<'a> Solution<'a> {
     fn price(&mut self, key: &'static Key) -> Result<Price, Error> {
         let value = self.mission.values.number(key.path);
         let default = match key.kind {
-            KeyKind::Number(default, _) => default.abs(),
+            KeyKind::Number(default, _) if default.is_finite() => default.abs(),
             _ => 0.0,
         };
         let size = value.abs().max(default);

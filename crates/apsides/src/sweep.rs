@@ -1,6 +1,7 @@
 //! Parameter sweeps: one case per combination of values, each started from its neighbour.
 
 use apsides_nlp::Observer;
+use apsides_ocp::Trajectory;
 
 use crate::{Error, Mission, Outcome};
 
@@ -79,10 +80,15 @@ pub fn sweep(
     observer: &mut dyn Observer,
     mut report: impl FnMut(&Case, &Outcome) -> bool,
 ) -> Result<(), Error> {
-    let mut neighbour = None;
+    let mut neighbour: Option<Trajectory> = None;
     for case in cases {
-        let mut outcome = case.mission.solve(neighbour.as_ref(), observer)?;
-        if neighbour.is_some() && outcome.explanation.is_some() {
+        // A word may change the phases; the neighbour is of no use then.
+        let start = match &neighbour {
+            Some(trajectory) if case.mission.has_phases_of(trajectory)? => Some(trajectory),
+            _ => None,
+        };
+        let mut outcome = case.mission.solve(start, observer)?;
+        if start.is_some() && outcome.explanation.is_some() {
             // A neighbour too far away may mislead; the mission's own guess decides.
             outcome = case.mission.solve(None, observer)?;
         }

@@ -62,6 +62,26 @@ fn mistakes_name_line_key_and_remedy() {
             "[radau]\npionts = 4",
             "file `x.toml`, line 3: mission `lunar-perilune` has no key `radau.pionts`; the nearest is `radau.points`",
         ),
+        (
+            "max_pitch_rate_deg_s = 0.0",
+            "file `x.toml`, line 2: `max_pitch_rate_deg_s` is 0, allowed is a number above 0, or inf",
+        ),
+        (
+            "max_pitch_rate_deg_s = -2.0",
+            "file `x.toml`, line 2: `max_pitch_rate_deg_s` is -2, allowed is a number above 0, or inf",
+        ),
+        (
+            "max_pitch_rate_deg_s = -inf",
+            "file `x.toml`, line 2: `max_pitch_rate_deg_s` is -inf, allowed is a number above 0, or inf",
+        ),
+        (
+            "throttle = \"half\"",
+            "file `x.toml`, line 2: `throttle` is \"half\", allowed is \"full\" or \"coast\" or \"free\"",
+        ),
+        (
+            "touchdown_thrust = 90",
+            "file `x.toml`, line 2: `touchdown_thrust` is 90, allowed is \"free\" or \"vertical\"",
+        ),
         ("method = \"newton\"", "file `x.toml`, line 2: `method` is \"newton\", allowed is \"radau\""),
     ];
     for (text, message) in cases {
@@ -79,6 +99,16 @@ fn what_no_flight_can_mend_is_a_conflict() {
     says("initial_mass_kg = 50.0", "must be below the mass at ignition, 50.000 kg");
     says("dry_mass_kg = 250.0", "1634.0 m/s must be braked");
     says("perilune_altitude_km = 120.0", "must be below the parking orbit");
+    says("touchdown_thrust = \"vertical\"", "`max_pitch_rate_deg_s` is inf");
+    let transfer =
+        |floor: &str| refused(&format!("mission = \"lunar-transfer\"\nperilune_floor_km = {floor}\n"));
+    assert!(transfer("100.0").contains("`perilune_floor_km` is 100, it must be below the parking orbit"));
+    assert_eq!(
+        transfer("-1.0"),
+        "file `x.toml`, line 2: `perilune_floor_km` is -1, allowed is a number at least 0"
+    );
+    let direct = refused("mission = \"lunar-direct\"\nthrottle = \"coast\"\n");
+    assert!(direct.contains("allowed is \"full\" or \"free\""), "{direct}");
     let gate = "mission = \"lunar-two-phase\"\ngate_altitude_km = 20.0\n";
     assert!(refused(gate).contains("must be below the perilune"));
 }
@@ -87,7 +117,7 @@ fn what_no_flight_can_mend_is_a_conflict() {
 fn files_that_are_no_missions() {
     assert_eq!(
         refused(""),
-        "file `x.toml`: `mission` is missing, allowed is one of `lunar-direct`, `lunar-perilune`, `lunar-two-phase`"
+        "file `x.toml`: `mission` is missing, allowed is one of `lunar-direct`, `lunar-perilune`, `lunar-two-phase`, `lunar-transfer`"
     );
     assert!(refused("mission = 3").contains("line 1: `mission` is 3"));
     assert!(refused("mission = \"mars\"").contains("no mission is named `mars`; known: `lunar-direct`"));

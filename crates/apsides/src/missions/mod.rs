@@ -67,12 +67,17 @@ const METHOD_KEYS: &[Key] = &[
     Key::number("radau.nlp_tolerance", 1e-10, Range::open(0.0, 1.0), "scaled optimality error of each solve"),
 ];
 
-const KINDS: &[Kind] = &[lunar::DIRECT, lunar::PERILUNE, lunar::TWO_PHASE];
+const KINDS: &[Kind] = &[lunar::DIRECT, lunar::PERILUNE, lunar::TWO_PHASE, lunar::TRANSFER];
 
+/// Files by their names; one that is not named like its kind says what is special about it.
 const FILES: &[(&str, &str)] = &[
     ("lunar-direct", include_str!("../../missions/lunar-direct.toml")),
     ("lunar-perilune", include_str!("../../missions/lunar-perilune.toml")),
     ("lunar-two-phase", include_str!("../../missions/lunar-two-phase.toml")),
+    ("lunar-transfer", include_str!("../../missions/lunar-transfer.toml")),
+    ("lunar-coast", include_str!("../../missions/lunar-coast.toml")),
+    ("lunar-throttled", include_str!("../../missions/lunar-throttled.toml")),
+    ("lunar-vertical", include_str!("../../missions/lunar-vertical.toml")),
 ];
 
 pub(crate) fn kind(name: &str) -> Option<&'static Kind> {
@@ -87,7 +92,9 @@ pub(crate) fn names() -> String {
     KINDS.iter().map(|k| format!("`{}`", k.name)).collect::<Vec<_>>().join(", ")
 }
 
-/// Name and title of every mission.
+/// Name and title of every mission file; the title is its first line.
 pub fn list() -> impl Iterator<Item = (&'static str, &'static str)> {
-    KINDS.iter().map(|k| (k.name, k.title))
+    FILES
+        .iter()
+        .map(|(name, text)| (*name, text.lines().next().map_or("", |line| line.trim_start_matches("# "))))
 }
