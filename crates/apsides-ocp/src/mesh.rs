@@ -1,12 +1,46 @@
-//! Meshes: intervals of a phase and the number of collocation points in each.
+//! Meshes: intervals of a phase, the number of collocation points in each, and arcs between switches of a control.
 
-use crate::{Ocp, OcpError};
+use crate::{Bounds, Ocp, OcpError};
+
+/// Bound that a control or a path constraint row is held at along an arc.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Hold {
+    /// The lower one.
+    Lower,
+    /// The upper one.
+    Upper,
+}
+
+impl Hold {
+    /// The value held, of a quantity with these bounds.
+    #[must_use]
+    pub fn value(self, bounds: &Bounds) -> f64 {
+        match self {
+            Self::Lower => bounds.lower,
+            Self::Upper => bounds.upper,
+        }
+    }
+}
+
+/// What is held along one arc of a phase.
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+pub struct PhaseArc {
+    /// Per control, in the phase's order; empty when none is held.
+    pub controls: Vec<Option<Hold>>,
+    /// Per path constraint row, in the phase's order; empty when none is held.
+    pub rows: Vec<Option<Hold>>,
+}
 
 /// Mesh of one phase on the normalised time from 0 to 1.
+///
+/// Some interval ends may be breaks: a method that knows them takes their times as unknowns. They divide the phase into
+/// arcs, along which controls and path constraint rows may be held at a bound.
 #[derive(Clone, Debug, PartialEq)]
 pub struct PhaseMesh {
     fractions: Vec<f64>,
     points: Vec<usize>,
+    breaks: Vec<usize>,
+    arcs: Vec<PhaseArc>,
 }
 
 impl PhaseMesh {
@@ -35,7 +69,52 @@ impl PhaseMesh {
         if !ends || fractions.iter().any(|f| f.is_nan()) || fractions.windows(2).any(|w| w[0] >= w[1]) {
             return fail("the interval ends must increase from 0 to 1");
         }
-        Ok(Self { fractions, points })
+        Ok(Self { fractions, points, breaks: Vec::new(), arcs: vec![PhaseArc::default()] })
+    }
+
+    /// The same intervals with breaks at the listed interval ends (1 to `intervals - 1`, increasing) and one arc more than
+    /// breaks.
+    ///
+    /// # Errors
+    /// [`OcpError::Mesh`] when a break is no inner interval end, or a number does not fit.
+    pub fn with_arcs(self, breaks: Vec<usize>, arcs: Vec<PhaseArc>) -> Result<Self, OcpError> {
+        let inner = breaks.iter().all(|b| (1..self.intervals()).contains(b));
+        if !inner || breaks.windows(2).any(|w| w[0] >= w[1]) || arcs.len() != breaks.len() + 1 {
+            let reason = "breaks must be increasing inner interval ends, with one arc more than breaks".into();
+            return Err(OcpError::Mesh { place: "a phase".into(), reason });
+        }
+        Ok(Self { breaks, arcs, ..self })
+    }
+
+    /// The same intervals without breaks.
+    #[must_use]
+    pub fn without_arcs(self) -> Self {
+        Self { breaks: Vec::new(), arcs: vec![PhaseArc::default()], ..self }
+    }
+
+    /// Interval ends whose times are unknowns, by their index in [`fractions`](Self::fractions).
+    #[must_use]
+    pub fn breaks(&self) -> &[usize] {
+        &self.breaks
+    }
+
+    /// The arcs between the breaks, one more than breaks.
+    #[must_use]
+    pub fn arcs(&self) -> &[PhaseArc] {
+        &self.arcs
+    }
+
+    /// Intervals of an arc.
+    #[must_use]
+    pub fn arc_intervals(&self, arc: usize) -> std::ops::Range<usize> {
+        let start = if arc == 0 { 0 } else { self.breaks[arc - 1] };
+        start..self.breaks.get(arc).copied().unwrap_or(self.intervals())
+    }
+
+    /// Whether there is more than one arc, or something is held.
+    #[must_use]
+    pub fn has_arcs(&self) -> bool {
+        !self.breaks.is_empty() || self.arcs[0] != PhaseArc::default()
     }
 
     /// Interval ends from 0 to 1.

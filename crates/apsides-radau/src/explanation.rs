@@ -80,6 +80,8 @@ impl Radau {
         };
         settings.nlp.max_iterations = settings.nlp.max_iterations.min(MAX_ITERATIONS);
         let relaxer = Relaxer { ocp, settings };
+        // What is held along an arc says nothing about a relaxed problem.
+        let mesh = &Mesh { phases: mesh.phases.iter().cloned().map(PhaseMesh::without_arcs).collect() };
         let all = relaxer.relax(guess, mesh, None)?;
         let mut explanation =
             Explanation { status: all.result.report.status, conflicts: Vec::new(), remedies: Vec::new() };

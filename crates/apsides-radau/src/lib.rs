@@ -45,6 +45,7 @@
 //! | --- | --- |
 //! | [`transcription`] | the nonlinear program |
 //! | [`solver`] | the method: settings, refinement loop, solution |
+//! | [`switches`] | where controls switch between their bounds |
 //! | [`scales`] | scales, and warnings where they do not fit |
 //! | [`explanation`], [`relaxation`] | why a problem is infeasible: what conflicts, and what to relax by how much |
 //!
@@ -64,6 +65,7 @@ pub mod relaxation;
 mod row_origin;
 pub mod scales;
 pub mod solver;
+pub mod switches;
 pub mod transcription;
 mod warm_start;
 mod workers;
@@ -75,4 +77,5 @@ pub use relaxation::{Requirement, RequirementKind};
 pub use row_origin::RowOrigin;
 pub use scales::ScaleWarning;
 pub use solver::{MeshRecord, Radau, RadauSettings, RadauSolution, Unmet};
+pub use switches::{Level, Switch};
 pub use transcription::Transcription;

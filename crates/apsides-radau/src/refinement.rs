@@ -23,8 +23,12 @@ pub(crate) fn refine(trajectory: &Trajectory, settings: &RadauSettings) -> Resul
 fn refine_phase(mesh: &PhaseMesh, errors: &[f64], settings: &RadauSettings) -> Result<PhaseMesh, RadauError> {
     let mut fractions = vec![0.0];
     let mut points = Vec::new();
+    let mut breaks = Vec::new();
     for (k, (&n, &error)) in mesh.points().iter().zip(errors).enumerate() {
         let (start, end) = (mesh.fractions()[k], mesh.fractions()[k + 1]);
+        if mesh.breaks().contains(&k) {
+            breaks.push(points.len());
+        }
         if error <= settings.mesh_tolerance {
             fractions.push(end);
             points.push(n);
@@ -46,5 +50,5 @@ fn refine_phase(mesh: &PhaseMesh, errors: &[f64], settings: &RadauSettings) -> R
             }
         }
     }
-    Ok(PhaseMesh::new(fractions, points)?)
+    Ok(PhaseMesh::new(fractions, points)?.with_arcs(breaks, mesh.arcs().to_vec())?)
 }

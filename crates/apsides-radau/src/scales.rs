@@ -186,8 +186,7 @@ pub(crate) fn nlp_scaling(ocp: &Ocp, layout: &Layout, scaling: &Scaling) -> NlpS
                 }
             }
         }
-        variables[p.initial_time] = s.time;
-        variables[p.final_time] = s.time;
+        variables[p.initial_time..=p.final_time].fill(s.time);
         for (q, row) in phase.integrals.iter().zip(&p.integral_rows) {
             if let Some(r) = row {
                 constraints[*r] = q.variable.size().unwrap_or(f64::NAN);
@@ -195,6 +194,9 @@ pub(crate) fn nlp_scaling(ocp: &Ocp, layout: &Layout, scaling: &Scaling) -> NlpS
         }
         if let Some(r) = p.duration_row {
             constraints[r] = s.time;
+        }
+        if let Some(r) = p.first_arc_row {
+            constraints[r..r + p.arcs.len()].fill(s.time);
         }
     }
     variables[layout.first_parameter..].copy_from_slice(&scaling.parameters);

@@ -5,11 +5,13 @@
 //! ```text
 //! sum_j D_ij x_j - (h / 2) (tf - t0) f(x_i, u_i, p, t_i) = 0
 //! ```
+//!
+//! Where the mesh has breaks, `t0` and `tf` are the times of the breaks around the interval, which are variables.
 
 use std::sync::Arc;
 
 use apsides_nlp::{Nlp, Pattern, Scaling as NlpScaling, Stages};
-use apsides_ocp::{Bounds, Guess, Mesh, Ocp, Scaling, Sense};
+use apsides_ocp::{Bounds, Guess, Hold, Mesh, Ocp, Scaling, Sense};
 
 use crate::RadauError;
 use crate::endpoint_term::EndpointTerm;
@@ -17,6 +19,9 @@ use crate::layout::{Layout, time_bounds};
 use crate::node_term::{NodeTerm, Target};
 use crate::scales::nlp_scaling;
 use crate::workers::{pool, within};
+
+/// Least duration of an arc between breaks, as a part of the phase's in the guess.
+pub(crate) const LEAST_ARC: f64 = 1e-6;
 
 /// A problem on a mesh, as a nonlinear program that [`apsides_nlp::InteriorPoint`] or any other solver can take.
 ///
@@ -78,7 +83,7 @@ impl Transcription {
         };
         let scaling = Scaling::new(ocp, guess);
         let (lower, upper) = variable_bounds(ocp, &layout);
-        let (row_lower, row_upper) = row_bounds(ocp, &layout);
+        let (row_lower, row_upper) = row_bounds(ocp, &layout, guess);
         let start = starting_point(&layout, guess);
         let (constant, constant_values) = constant_entries(&layout).into_iter().unzip();
         let mut transcription = Self {
@@ -292,29 +297,44 @@ fn node_terms(ocp: &Ocp, layout: &Layout, sign: f64, movable: bool) -> Vec<NodeT
     let mut terms = Vec::new();
     for (k, (phase, p)) in ocp.phases.iter().zip(&layout.phases).enumerate() {
         let (start, end) = time_bounds(phase);
-        let fixed = (start.is_fixed(), end.is_fixed() && !movable);
         let mut add = |function: &std::sync::Arc<dyn apsides_ad::NodeFunction>,
                        is_rate,
-                       target,
+                       target: &dyn Fn(usize) -> Target,
                        factor: &dyn Fn(usize) -> f64| {
-            let function = std::sync::Arc::clone(function);
-            terms.push(NodeTerm::new(function, is_rate, target, p, layout.first_parameter, fixed, factor));
+            for (index, arc) in p.arcs.iter().enumerate() {
+                // The times of breaks are free.
+                let fixed = (
+                    index == 0 && start.is_fixed(),
+                    index + 1 == p.arcs.len() && end.is_fixed() && !movable,
+                );
+                let function = std::sync::Arc::clone(function);
+                let target = target(arc.nodes.start);
+                terms.push(NodeTerm::new(
+                    function,
+                    is_rate,
+                    target,
+                    p,
+                    arc,
+                    layout.first_parameter,
+                    fixed,
+                    factor,
+                ));
+            }
         };
         let stride = p.rows_per_node;
-        add(&phase.dynamics, true, Target::Rows { first: p.first_row, stride }, &|i| {
-            -0.5 * p.width(p.nodes[i].interval)
-        });
-        let mut first = p.first_row + p.states;
+        let rows = |offset: usize| move |node| Target::Rows { first: p.defect_row(node) + offset, stride };
+        add(&phase.dynamics, true, &rows(0), &|i| -0.5 * p.nodes[i].width);
+        let mut offset = p.states;
         for c in &phase.path {
-            add(&c.function, false, Target::Rows { first, stride }, &|_| 1.0);
-            first += c.rows.len();
+            add(&c.function, false, &rows(offset), &|_| 1.0);
+            offset += c.rows.len();
         }
         for (index, q) in phase.integrals.iter().enumerate() {
             let weights = ocp.objective.integrals.iter().filter(|w| (w.0, w.1) == (k, index));
             let cost = sign * weights.map(|w| w.2).sum::<f64>();
             let row = p.integral_rows[index];
             if row.is_some() || cost != 0.0 {
-                add(&q.function, true, Target::Sum { row, cost }, &|i| p.nodes[i].weight);
+                add(&q.function, true, &|_| Target::Sum { row, cost }, &|i| p.nodes[i].weight);
             }
         }
     }
@@ -353,6 +373,10 @@ fn constant_entries(layout: &Layout) -> Vec<((usize, usize), f64)> {
             entries.push(((r, p.initial_time), -1.0));
             entries.push(((r, p.final_time), 1.0));
         }
+        for (r, arc) in p.first_arc_row.map_or(0..0, |r| r..r + p.arcs.len()).zip(&p.arcs) {
+            entries.push(((r, arc.start_time), -1.0));
+            entries.push(((r, arc.end_time), 1.0));
+        }
     }
     entries
 }
@@ -377,8 +401,9 @@ fn variable_bounds(ocp: &Ocp, layout: &Layout) -> (Vec<f64>, Vec<f64>) {
                 set(p.state_column(node) + s, bounds);
             }
             if node < last {
+                let held = &p.mesh.arcs()[p.arc_of(node)].controls;
                 for (c, control) in phase.controls.iter().enumerate() {
-                    set(p.control_column(node) + c, control.bounds);
+                    set(p.control_column(node) + c, held_bounds(control.bounds, held, c));
                 }
             }
         }
@@ -392,17 +417,26 @@ fn variable_bounds(ocp: &Ocp, layout: &Layout) -> (Vec<f64>, Vec<f64>) {
     (lower, upper)
 }
 
-fn row_bounds(ocp: &Ocp, layout: &Layout) -> (Vec<f64>, Vec<f64>) {
+/// The bounds, or the one that the quantity of this index is held at.
+fn held_bounds(bounds: Bounds, held: &[Option<Hold>], index: usize) -> Bounds {
+    match held.get(index) {
+        Some(Some(hold)) => Bounds::fixed(hold.value(&bounds)),
+        _ => bounds,
+    }
+}
+
+fn row_bounds(ocp: &Ocp, layout: &Layout, guess: &Guess) -> (Vec<f64>, Vec<f64>) {
     let mut lower = vec![0.0; layout.constraints];
     let mut upper = vec![0.0; layout.constraints];
     let mut set = |row: usize, b: Bounds| {
         lower[row] = b.lower;
         upper[row] = b.upper;
     };
-    for (phase, p) in ocp.phases.iter().zip(&layout.phases) {
+    for ((phase, p), guess) in ocp.phases.iter().zip(&layout.phases).zip(&guess.phases) {
         for node in 0..p.nodes.len() {
+            let held = &p.mesh.arcs()[p.arc_of(node)].rows;
             for (k, row) in phase.path.iter().flat_map(|c| &c.rows).enumerate() {
-                set(p.path_row(node) + k, row.bounds);
+                set(p.path_row(node) + k, held_bounds(row.bounds, held, k));
             }
         }
         for (q, row) in phase.integrals.iter().zip(&p.integral_rows) {
@@ -412,6 +446,10 @@ fn row_bounds(ocp: &Ocp, layout: &Layout) -> (Vec<f64>, Vec<f64>) {
         }
         if let Some(r) = p.duration_row {
             set(r, phase.duration);
+        }
+        let least = LEAST_ARC * (guess.final_time - guess.initial_time);
+        for r in p.first_arc_row.map_or(0..0, |r| r..r + p.arcs.len()) {
+            set(r, Bounds::at_least(least));
         }
     }
     for (c, &first) in ocp.constraints.iter().zip(&layout.endpoint_rows) {
@@ -434,6 +472,10 @@ fn starting_point(layout: &Layout, guess: &Guess) -> Vec<f64> {
             }
         }
         x[p.initial_time] = g.initial_time;
+        for (arc, &interval) in p.arcs.iter().zip(p.mesh.breaks()) {
+            let f = p.mesh.fractions()[interval];
+            x[arc.end_time] = (1.0 - f) * g.initial_time + f * g.final_time;
+        }
         x[p.final_time] = g.final_time;
     }
     x[layout.first_parameter..].copy_from_slice(&guess.parameters);

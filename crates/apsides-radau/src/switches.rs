@@ -1,0 +1,534 @@
+//! Where controls and path constraints change between their bounds, and a mesh with breaks there.
+//!
+//! At a node a bound is active when its multiplier, relative to the largest along the phase, exceeds the relative distance
+//! to it: at a solution of the interior-point method one of the two is small. The multiplier of a control's bound per unit
+//! of time is the switching function `dH/du`, so that its sign confirms the bound and its zero between two nodes is the
+//! estimate of a switching time. A break there makes the time an unknown of the next mesh, and what is active along a whole
+//! arc is held at its bound; where a multiplier of the wrong sign shows up then, the arc is divided.
+
+use std::fmt;
+
+use apsides_nlp::SolveReport;
+use apsides_ocp::{Bounds, Hold, Mesh, Ocp, Phase, PhaseArc, PhaseMesh, PhaseTrajectory, Trajectory};
+
+use crate::RadauError;
+use crate::layout::PhaseLayout;
+use crate::transcription::{LEAST_ARC, Transcription};
+
+/// Part of the range of a quantity within which a bound can be active.
+const NEAR: f64 = 1e-2;
+/// Relative multipliers below are rounding: no evidence of a bound, nor against one that is held.
+const NO_EVIDENCE: f64 = 1e-5;
+/// Relative multipliers below are that of the average over the phase of this part of the objective's scale.
+const LEAST_SLOPE: f64 = 1e-6;
+/// Most nodes between opposite bounds that are one switch and no arc of its own.
+const CROSSING: usize = 2;
+/// Breaks of different quantities closer than this part of the phase are one.
+const SAME: f64 = 1e-4;
+/// An interval beside a new break shorter than this part of its neighbour becomes part of it.
+const SHORT: f64 = 0.25;
+
+/// What a control or path constraint does along an arc.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Level {
+    /// At its lower bound, of this value.
+    Lower(f64),
+    /// Between its bounds.
+    Between,
+    /// At its upper bound, of this value.
+    Upper(f64),
+}
+
+/// A jump of a control or path constraint between a bound and another value.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Switch {
+    /// Name of the phase.
+    pub phase: String,
+    /// Name of the control or path constraint row.
+    pub name: String,
+    /// Its unit.
+    pub unit: String,
+    /// When, in the phase's unit of time.
+    pub time: f64,
+    /// Unit of `time`.
+    pub time_unit: String,
+    /// Whether the time was an unknown of the last mesh: it is then as exact as the solution, else an estimate between two
+    /// nodes.
+    pub located: bool,
+    /// Before.
+    pub from: Level,
+    /// After.
+    pub to: Level,
+}
+
+impl fmt::Display for Level {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Lower(v) | Self::Upper(v) => write!(f, "{v}"),
+            Self::Between => f.write_str("between"),
+        }
+    }
+}
+
+impl fmt::Display for Switch {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let Self { phase, name, unit, time, time_unit, from, to, .. } = self;
+        write!(f, "phase `{phase}`, {name}: {from} -> {to} {unit} at t = {time:.6} {time_unit}")
+    }
+}
+
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Class {
+    Lower,
+    Between,
+    Upper,
+}
+
+impl Class {
+    fn hold(self) -> Option<Hold> {
+        match self {
+            Self::Lower => Some(Hold::Lower),
+            Self::Between => None,
+            Self::Upper => Some(Hold::Upper),
+        }
+    }
+
+    fn opposite(self, other: Self) -> bool {
+        matches!((self, other), (Self::Lower, Self::Upper) | (Self::Upper, Self::Lower))
+    }
+
+    fn level(self, bounds: &Bounds) -> Level {
+        match self {
+            Self::Lower => Level::Lower(bounds.lower),
+            Self::Between => Level::Between,
+            Self::Upper => Level::Upper(bounds.upper),
+        }
+    }
+}
+
+#[derive(Clone, Copy, PartialEq)]
+enum Kind {
+    Control(usize),
+    Row(usize),
+}
+
+/// A control or path constraint row with bounds between which it can move.
+struct Quantity<'a> {
+    kind: Kind,
+    variable: &'a apsides_ocp::Variable,
+    range: f64,
+}
+
+#[derive(Clone, Copy)]
+struct Sample {
+    fraction: f64,
+    /// Relative to the range, above the lower bound.
+    above_lower: f64,
+    /// Relative to the range, below the upper bound.
+    below_upper: f64,
+    /// Relative multiplier: positive where the lower bound would be active.
+    slope: f64,
+    class: Class,
+}
+
+/// Consecutive nodes of one class, by index into the samples.
+#[derive(Clone)]
+struct Run {
+    class: Class,
+    first: usize,
+    last: usize,
+}
+
+/// A change of class.
+struct Change {
+    quantity: usize,
+    /// Normalised times of the last node before and of the first one after.
+    gap: (f64, f64),
+    /// Estimate, later the break.
+    at: f64,
+    from: Class,
+    to: Class,
+    /// Break of the mesh that it belongs to already.
+    known: Option<usize>,
+}
+
+/// The structure of one phase.
+struct PhaseStructure<'a> {
+    quantities: Vec<Quantity<'a>>,
+    /// Per quantity, what it does first.
+    first: Vec<Class>,
+    changes: Vec<Change>,
+}
+
+/// What was found on a mesh.
+pub(crate) struct Structure<'a> {
+    phases: Vec<PhaseStructure<'a>>,
+}
+
+impl<'a> Structure<'a> {
+    /// Finds the switches of a solution.
+    pub(crate) fn of(
+        ocp: &'a Ocp,
+        nlp: &Transcription,
+        report: &SolveReport,
+        trajectory: &Trajectory,
+    ) -> Self {
+        let phases = ocp.phases.iter().zip(&nlp.layout.phases).zip(&trajectory.phases);
+        let objective = nlp.scaling.objective.abs();
+        Self { phases: phases.map(|((phase, p), t)| phase_structure(phase, p, t, report, objective)).collect() }
+    }
+
+    /// Every switch, in the order of the phases and of time.
+    pub(crate) fn switches(&self, ocp: &Ocp, trajectory: &Trajectory) -> Vec<Switch> {
+        let mut switches = Vec::new();
+        for ((found, phase), t) in self.phases.iter().zip(&ocp.phases).zip(&trajectory.phases) {
+            for c in &found.changes {
+                let v = found.quantities[c.quantity].variable;
+                switches.push(Switch {
+                    phase: phase.name.clone(),
+                    name: v.name.clone(),
+                    unit: v.unit.clone(),
+                    time: t.time_at(c.at),
+                    time_unit: phase.time_unit.clone(),
+                    located: c.known.is_some(),
+                    from: c.from.level(&v.bounds),
+                    to: c.to.level(&v.bounds),
+                });
+            }
+        }
+        switches
+    }
+
+    /// Whether the mesh of the trajectory has exactly the breaks and arcs that were found.
+    pub(crate) fn is_that_of(&self, trajectory: &Trajectory) -> bool {
+        self.phases.iter().zip(&trajectory.phases).all(|(found, t)| {
+            let breaks = found.breaks();
+            breaks.iter().all(|b| b.1.is_some())
+                && breaks.len() == t.mesh.breaks().len()
+                && found.arcs(&breaks) == t.mesh.arcs()
+        })
+    }
+
+    /// The trajectory without the errors of intervals that hold a switch which is no break yet: refining them says nothing.
+    pub(crate) fn spared(&self, trajectory: &Trajectory) -> Trajectory {
+        let mut trajectory = trajectory.clone();
+        for (found, t) in self.phases.iter().zip(&mut trajectory.phases) {
+            let new = found.changes.iter().filter(|c| c.known.is_none());
+            for (c, k) in new.flat_map(|c| (0..t.mesh.intervals()).map(move |k| (c, k))) {
+                let (start, end) = (t.mesh.fractions()[k], t.mesh.fractions()[k + 1]);
+                if c.gap.0 < end && c.gap.1 > start {
+                    t.interval_errors[k] = 0.0;
+                }
+            }
+        }
+        trajectory
+    }
+
+    /// The refined mesh with the breaks and arcs that were found.
+    pub(crate) fn mesh(&self, refined: &Mesh) -> Result<Mesh, RadauError> {
+        let phases = self.phases.iter().zip(&refined.phases).map(|(found, mesh)| {
+            let breaks = found.breaks();
+            let arcs = found.arcs(&breaks);
+            with_breaks(mesh, &breaks.iter().map(|b| b.0).collect::<Vec<_>>(), arcs)
+        });
+        Ok(Mesh { phases: phases.collect::<Result<_, _>>()? })
+    }
+}
+
+impl PhaseStructure<'_> {
+    /// Breaks in order: normalised time, and index among those of the mesh, if it is one of them.
+    fn breaks(&self) -> Vec<(f64, Option<usize>)> {
+        let mut breaks: Vec<(f64, Option<usize>)> = Vec::new();
+        for c in &self.changes {
+            if breaks.last().is_none_or(|b| c.at > b.0) {
+                breaks.push((c.at, c.known));
+            }
+        }
+        breaks
+    }
+
+    /// What is held between the breaks.
+    fn arcs(&self, breaks: &[(f64, Option<usize>)]) -> Vec<PhaseArc> {
+        let count = |controls: bool| {
+            let index = |q: &Quantity<'_>| match q.kind {
+                Kind::Control(c) if controls => c + 1,
+                Kind::Row(r) if !controls => r + 1,
+                _ => 0,
+            };
+            self.quantities.iter().map(index).max().unwrap_or(0)
+        };
+        let mut class = self.first.clone();
+        let mut arcs = Vec::new();
+        for k in 0..=breaks.len() {
+            if k > 0 {
+                for c in self.changes.iter().filter(|c| c.at == breaks[k - 1].0) {
+                    class[c.quantity] = c.to;
+                }
+            }
+            let mut arc = PhaseArc { controls: vec![None; count(true)], rows: vec![None; count(false)] };
+            for (q, class) in self.quantities.iter().zip(&class) {
+                match q.kind {
+                    Kind::Control(c) => arc.controls[c] = class.hold(),
+                    Kind::Row(r) => arc.rows[r] = class.hold(),
+                }
+            }
+            if arc.controls.iter().chain(&arc.rows).all(Option::is_none) {
+                arc = PhaseArc::default();
+            }
+            arcs.push(arc);
+        }
+        if breaks.is_empty() {
+            // A bound active all along needs no holding.
+            arcs = vec![PhaseArc::default()];
+        }
+        arcs
+    }
+}
+
+fn quantities<'a>(phase: &'a Phase) -> Vec<Quantity<'a>> {
+    let (nx, nu) = (phase.states.len(), phase.controls.len());
+    let usable = |v: &apsides_ocp::Variable| v.bounds != Bounds::FREE && !v.bounds.is_fixed();
+    let range = |v: &apsides_ocp::Variable| {
+        let width = v.bounds.upper - v.bounds.lower;
+        if width.is_finite() { width } else { v.size().unwrap_or(1.0) }
+    };
+    let mut all = Vec::new();
+    for (c, v) in phase.controls.iter().enumerate().filter(|(_, v)| usable(v)) {
+        all.push(Quantity { kind: Kind::Control(c), variable: v, range: range(v) });
+    }
+    let mut index = 0;
+    for path in &phase.path {
+        let pattern = path.function.pattern();
+        for (k, v) in path.rows.iter().enumerate() {
+            let columns = &pattern.columns[pattern.row_offsets[k]..pattern.row_offsets[k + 1]];
+            // Without a control in it a row cannot jump.
+            if usable(v) && columns.iter().any(|c| (nx..nx + nu).contains(c)) {
+                all.push(Quantity { kind: Kind::Row(index), variable: v, range: range(v) });
+            }
+            index += 1;
+        }
+    }
+    all
+}
+
+fn phase_structure<'a>(
+    phase: &'a Phase,
+    p: &PhaseLayout,
+    t: &PhaseTrajectory,
+    report: &SolveReport,
+    objective: f64,
+) -> PhaseStructure<'a> {
+    let quantities = quantities(phase);
+    let duration = t.final_time - t.initial_time;
+    let mut found = PhaseStructure { quantities: Vec::new(), first: Vec::new(), changes: Vec::new() };
+    for (k, q) in quantities.iter().enumerate() {
+        let samples = samples(q, p, t, report, objective / duration);
+        let runs = runs(&samples);
+        found.first.push(runs.first().map_or(Class::Between, |r| r.class));
+        for pair in runs.windows(2) {
+            let (a, b) = (&samples[pair[0].last], &samples[pair[1].first]);
+            if pair[0].class.opposite(pair[1].class) || jumps(&samples, &pair[0], &pair[1]) {
+                found.changes.push(Change {
+                    quantity: k,
+                    gap: (a.fraction, b.fraction),
+                    at: crossing(a, b),
+                    from: pair[0].class,
+                    to: pair[1].class,
+                    known: None,
+                });
+            }
+        }
+    }
+    found.quantities = quantities;
+    found.changes.sort_by(|a, b| a.at.total_cmp(&b.at));
+    settle(&mut found.changes, &t.mesh);
+    found
+}
+
+/// Gives every change the break that it belongs to, or joins it with others close by.
+fn settle(changes: &mut [Change], mesh: &PhaseMesh) {
+    let times: Vec<f64> = mesh.breaks().iter().map(|&b| mesh.fractions()[b]).collect();
+    for c in changes.iter_mut() {
+        // Nearest to the estimate of those between the two nodes.
+        let inside = times.iter().enumerate().filter(|(_, f)| (c.gap.0..=c.gap.1).contains(*f));
+        let nearest = inside.min_by(|a, b| (a.1 - c.at).abs().total_cmp(&(b.1 - c.at).abs()));
+        if let Some((index, &f)) = nearest {
+            (c.known, c.at) = (Some(index), f);
+        }
+    }
+    changes.sort_by(|a, b| a.at.total_cmp(&b.at));
+    for i in 1..changes.len() {
+        let (before, rest) = changes.split_at_mut(i);
+        let (last, c) = (&before[i - 1], &mut rest[0]);
+        let same_quantity = before.iter().any(|b| b.quantity == c.quantity && b.at == last.at);
+        let distinct = last.known.is_some() && c.known.is_some() && last.known != c.known;
+        if c.at - last.at < SAME && !same_quantity && !distinct && c.known.is_none() {
+            (c.at, c.known) = (last.at, last.known);
+        }
+    }
+}
+
+fn samples(
+    q: &Quantity<'_>,
+    p: &PhaseLayout,
+    t: &PhaseTrajectory,
+    report: &SolveReport,
+    objective_rate: f64,
+) -> Vec<Sample> {
+    let Bounds { lower, upper } = q.variable.bounds;
+    let mut samples = Vec::new();
+    let mut held = Vec::new();
+    let collapsed: Vec<bool> =
+        (0..p.arcs.len()).map(|k| is_collapsed(p.arc_duration(k, &report.x), t)).collect();
+    for (node, n) in p.nodes.iter().enumerate() {
+        let arc = p.arc_of(node);
+        if collapsed[arc] {
+            continue;
+        }
+        let seconds = n.weight * p.arc_duration(arc, &report.x);
+        let holds = &p.mesh.arcs()[arc];
+        let (value, multiplier, hold) = match q.kind {
+            Kind::Control(c) => {
+                let column = p.control_column(node) + c;
+                let multiplier = report.lower_multipliers[column] - report.upper_multipliers[column];
+                (report.x[column], multiplier, holds.controls.get(c))
+            }
+            Kind::Row(r) => {
+                let row = p.path_row(node) + r;
+                (report.constraint_values[row], -report.constraint_multipliers[row], holds.rows.get(r))
+            }
+        };
+        held.push(hold.copied().flatten());
+        samples.push(Sample {
+            fraction: (p.time(node, &report.x) - t.initial_time) / (t.final_time - t.initial_time),
+            above_lower: (value - lower) / q.range,
+            below_upper: (upper - value) / q.range,
+            slope: multiplier * q.range / seconds,
+            class: Class::Between,
+        });
+    }
+    let largest = samples.iter().fold(LEAST_SLOPE * objective_rate, |m, s| m.max(s.slope.abs()));
+    for (s, held) in samples.iter_mut().zip(held) {
+        s.slope = if largest > 0.0 { s.slope / largest } else { 0.0 };
+        s.class = class(s, held);
+    }
+    samples
+}
+
+/// An arc that has come to nothing.
+fn is_collapsed(arc: f64, t: &PhaseTrajectory) -> bool {
+    arc <= 10.0 * LEAST_ARC * (t.final_time - t.initial_time)
+}
+
+fn class(s: &Sample, held: Option<Hold>) -> Class {
+    match held {
+        Some(Hold::Lower) if s.slope >= -NO_EVIDENCE => Class::Lower,
+        Some(Hold::Upper) if s.slope <= NO_EVIDENCE => Class::Upper,
+        // Pushed away from the bound: the other one, if there is one.
+        Some(Hold::Lower) if s.below_upper.is_finite() => Class::Upper,
+        Some(Hold::Upper) if s.above_lower.is_finite() => Class::Lower,
+        Some(_) => Class::Between,
+        None if s.above_lower < NEAR && s.slope > s.above_lower => Class::Lower,
+        None if s.below_upper < NEAR && -s.slope > s.below_upper => Class::Upper,
+        None => Class::Between,
+    }
+}
+
+fn runs(samples: &[Sample]) -> Vec<Run> {
+    let mut runs: Vec<Run> = Vec::new();
+    for (i, s) in samples.iter().enumerate() {
+        match runs.last_mut() {
+            Some(r) if r.class == s.class => r.last = i,
+            _ => runs.push(Run { class: s.class, first: i, last: i }),
+        }
+    }
+    // Bounds without evidence are none.
+    for r in &mut runs {
+        let evidence = samples[r.first..=r.last].iter().fold(0.0_f64, |m, s| m.max(s.slope.abs()));
+        if evidence < NO_EVIDENCE {
+            r.class = Class::Between;
+        }
+    }
+    joined(&mut runs);
+    // The few nodes of a crossing belong to neither side.
+    let mut k = 1;
+    while k + 1 < runs.len() {
+        let (a, b) = (runs[k - 1].class, runs[k + 1].class);
+        if runs[k].class == Class::Between && a.opposite(b) && runs[k].last - runs[k].first < CROSSING {
+            runs.remove(k);
+        } else {
+            k += 1;
+        }
+    }
+    runs
+}
+
+fn joined(runs: &mut Vec<Run>) {
+    runs.dedup_by(|b, a| {
+        let same = a.class == b.class;
+        if same {
+            a.last = b.last;
+        }
+        same
+    });
+}
+
+/// Whether a quantity between its bounds in one of two runs meets the bound of the other with a jump: its course on, from the
+/// two nodes before the last, misses the bound.
+fn jumps(samples: &[Sample], a: &Run, b: &Run) -> bool {
+    let (between, bound, near, step) = if a.class == Class::Between {
+        (a, b, a.last, usize::wrapping_sub as fn(usize, usize) -> usize)
+    } else {
+        (b, a, b.first, usize::wrapping_add as fn(usize, usize) -> usize)
+    };
+    if between.last - between.first < CROSSING + 1 {
+        return false;
+    }
+    let distance = |i: usize| {
+        let s = &samples[i];
+        if bound.class == Class::Lower { s.above_lower } else { s.below_upper }
+    };
+    let (i, j) = (step(near, 1), step(near, 2));
+    let edge = 0.5 * (samples[a.last].fraction + samples[b.first].fraction);
+    let (fi, fj) = (samples[i].fraction, samples[j].fraction);
+    let ahead = distance(i) + (distance(i) - distance(j)) * (edge - fi) / (fi - fj);
+    distance(i) > 2.0 * NEAR && ahead > 0.5 * distance(i)
+}
+
+/// Zero of the switching function between two nodes, or their middle where it does not change its sign.
+fn crossing(a: &Sample, b: &Sample) -> f64 {
+    let share = if a.slope * b.slope < 0.0 { a.slope / (a.slope - b.slope) } else { 0.5 };
+    a.fraction + share.clamp(0.01, 0.99) * (b.fraction - a.fraction)
+}
+
+/// The mesh with these breaks. Intervals that a break leaves too short become part of their neighbours.
+fn with_breaks(mesh: &PhaseMesh, breaks: &[f64], arcs: Vec<PhaseArc>) -> Result<PhaseMesh, RadauError> {
+    let mut ends = mesh.fractions().to_vec();
+    let mut points = mesh.points().to_vec();
+    for &f in breaks {
+        if ends.contains(&f) {
+            continue;
+        }
+        let k = ends.partition_point(|e| *e < f);
+        ends.insert(k, f);
+        points.insert(k, points[k - 1]);
+    }
+    let old: Vec<f64> = mesh.breaks().iter().map(|&b| mesh.fractions()[b]).collect();
+    let is_break = |f: f64| breaks.contains(&f) || f == 0.0 || f == 1.0;
+    let mut k = 1;
+    while k + 1 < ends.len() {
+        let (left, right) = (ends[k] - ends[k - 1], ends[k + 1] - ends[k]);
+        let new = |f: f64| breaks.contains(&f) && !old.contains(&f);
+        let beside_new = (new(ends[k - 1]) && left < SHORT * right) || (new(ends[k + 1]) && right < SHORT * left);
+        let collapsed = left.min(right) <= 10.0 * LEAST_ARC;
+        if !is_break(ends[k]) && (beside_new || collapsed) {
+            ends.remove(k);
+            let n = points.remove(k);
+            points[k - 1] = points[k - 1].max(n);
+        } else {
+            k += 1;
+        }
+    }
+    let at = ends.iter().enumerate().filter(|(_, e)| breaks.contains(e)).map(|(k, _)| k).collect();
+    Ok(PhaseMesh::new(ends, points)?.with_arcs(at, arcs)?)
+}
