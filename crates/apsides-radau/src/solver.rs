@@ -264,7 +264,7 @@ impl Radau {
                 };
                 return Ok(solved.into_solution(status, unmet, meshes, warnings));
             }
-            let found = Structure::of(ocp, &nlp, &report, &trajectory);
+            let found = Structure::of(ocp, &mut nlp, &report, &trajectory);
             let settled = revisions == 0 || found.is_that_of(&trajectory);
             let accurate = error <= self.settings.mesh_tolerance;
             let plain = refine(&trajectory, &self.settings)?;

@@ -8,7 +8,7 @@
 
 use std::fmt;
 
-use apsides_nlp::SolveReport;
+use apsides_nlp::{Nlp, SolveReport};
 use apsides_ocp::{Bounds, Hold, Mesh, Ocp, Phase, PhaseArc, PhaseMesh, PhaseTrajectory, Trajectory};
 
 use crate::RadauError;
@@ -21,6 +21,11 @@ const NEAR: f64 = 1e-2;
 const NO_EVIDENCE: f64 = 1e-5;
 /// Relative multipliers below are that of the average over the phase of this part of the objective's scale.
 const LEAST_SLOPE: f64 = 1e-6;
+/// A control whose second derivative of the Hamiltonian, times its range, is below this part of its largest first one jumps;
+/// others meet their bounds continuously.
+const AFFINE: f64 = 1e-6;
+/// Relative multipliers of a bound that is active at so few nodes that it may be an oscillation along a singular arc.
+const OSCILLATION: f64 = 1e-2;
 /// Most nodes between opposite bounds that are one switch and no arc of its own.
 const CROSSING: usize = 2;
 /// Breaks of different quantities closer than this part of the phase are one.
@@ -148,6 +153,8 @@ struct Change {
     at: f64,
     from: Class,
     to: Class,
+    /// Whether the quantity jumps there; else it meets its bound continuously.
+    jump: bool,
     /// Break of the mesh that it belongs to already.
     known: Option<usize>,
 }
@@ -160,6 +167,15 @@ struct PhaseStructure<'a> {
     changes: Vec<Change>,
 }
 
+/// A solved program.
+struct Solution<'a> {
+    report: &'a SolveReport,
+    /// Diagonal of the Hessian of the Lagrangian.
+    curvatures: &'a [f64],
+    /// Scale of the objective.
+    objective: f64,
+}
+
 /// What was found on a mesh.
 pub(crate) struct Structure<'a> {
     phases: Vec<PhaseStructure<'a>>,
@@ -169,20 +185,21 @@ impl<'a> Structure<'a> {
     /// Finds the switches of a solution.
     pub(crate) fn of(
         ocp: &'a Ocp,
-        nlp: &Transcription,
+        nlp: &mut Transcription,
         report: &SolveReport,
         trajectory: &Trajectory,
     ) -> Self {
+        let curvatures = curvatures(nlp, report);
+        let solution = Solution { report, curvatures: &curvatures, objective: nlp.scaling.objective.abs() };
         let phases = ocp.phases.iter().zip(&nlp.layout.phases).zip(&trajectory.phases);
-        let objective = nlp.scaling.objective.abs();
-        Self { phases: phases.map(|((phase, p), t)| phase_structure(phase, p, t, report, objective)).collect() }
+        Self { phases: phases.map(|((phase, p), t)| phase_structure(phase, p, t, &solution)).collect() }
     }
 
     /// Every switch, in the order of the phases and of time.
     pub(crate) fn switches(&self, ocp: &Ocp, trajectory: &Trajectory) -> Vec<Switch> {
         let mut switches = Vec::new();
         for ((found, phase), t) in self.phases.iter().zip(&ocp.phases).zip(&trajectory.phases) {
-            for c in &found.changes {
+            for c in found.jumps() {
                 let v = found.quantities[c.quantity].variable;
                 switches.push(Switch {
                     phase: phase.name.clone(),
@@ -213,7 +230,7 @@ impl<'a> Structure<'a> {
     pub(crate) fn spared(&self, trajectory: &Trajectory) -> Trajectory {
         let mut trajectory = trajectory.clone();
         for (found, t) in self.phases.iter().zip(&mut trajectory.phases) {
-            let new = found.changes.iter().filter(|c| c.known.is_none());
+            let new = found.jumps().filter(|c| c.known.is_none());
             for (c, k) in new.flat_map(|c| (0..t.mesh.intervals()).map(move |k| (c, k))) {
                 let (start, end) = (t.mesh.fractions()[k], t.mesh.fractions()[k + 1]);
                 if c.gap.0 < end && c.gap.1 > start {
@@ -236,10 +253,14 @@ impl<'a> Structure<'a> {
 }
 
 impl PhaseStructure<'_> {
+    fn jumps(&self) -> impl Iterator<Item = &Change> {
+        self.changes.iter().filter(|c| c.jump)
+    }
+
     /// Breaks in order: normalised time, and index among those of the mesh, if it is one of them.
     fn breaks(&self) -> Vec<(f64, Option<usize>)> {
         let mut breaks: Vec<(f64, Option<usize>)> = Vec::new();
-        for c in &self.changes {
+        for c in self.jumps() {
             if breaks.last().is_none_or(|b| c.at > b.0) {
                 breaks.push((c.at, c.known));
             }
@@ -261,15 +282,23 @@ impl PhaseStructure<'_> {
         let mut arcs = Vec::new();
         for k in 0..=breaks.len() {
             if k > 0 {
-                for c in self.changes.iter().filter(|c| c.at == breaks[k - 1].0) {
+                for c in self.jumps().filter(|c| c.at == breaks[k - 1].0) {
                     class[c.quantity] = c.to;
                 }
             }
             let mut arc = PhaseArc { controls: vec![None; count(true)], rows: vec![None; count(false)] };
-            for (q, class) in self.quantities.iter().zip(&class) {
+            let end = breaks.get(k).map_or(f64::INFINITY, |b| b.0);
+            let mut whole = vec![true; class.len()];
+            for c in self.changes.iter().filter(|c| !c.jump && c.at < end) {
+                if k == 0 || c.at > breaks[k - 1].0 {
+                    (whole[c.quantity], class[c.quantity]) = (false, c.to);
+                }
+            }
+            for ((q, class), whole) in self.quantities.iter().zip(&class).zip(whole) {
+                let hold = class.hold().filter(|_| whole);
                 match q.kind {
-                    Kind::Control(c) => arc.controls[c] = class.hold(),
-                    Kind::Row(r) => arc.rows[r] = class.hold(),
+                    Kind::Control(c) => arc.controls[c] = hold,
+                    Kind::Row(r) => arc.rows[r] = hold,
                 }
             }
             if arc.controls.iter().chain(&arc.rows).all(Option::is_none) {
@@ -311,33 +340,60 @@ fn quantities<'a>(phase: &'a Phase) -> Vec<Quantity<'a>> {
     all
 }
 
+/// Diagonal of the Hessian of the Lagrangian.
+fn curvatures(nlp: &mut Transcription, report: &SolveReport) -> Vec<f64> {
+    let pattern = nlp.hessian_pattern();
+    let mut entries = vec![0.0; pattern.len()];
+    nlp.hessian(&report.x, 1.0, &report.constraint_multipliers, &mut entries);
+    let mut diagonal = vec![0.0; report.x.len()];
+    for ((&r, &c), v) in pattern.rows.iter().zip(&pattern.cols).zip(&entries) {
+        if r == c {
+            diagonal[c] += v;
+        }
+    }
+    diagonal
+}
+
 fn phase_structure<'a>(
     phase: &'a Phase,
     p: &PhaseLayout,
     t: &PhaseTrajectory,
-    report: &SolveReport,
-    objective: f64,
+    solution: &Solution<'_>,
 ) -> PhaseStructure<'a> {
     let quantities = quantities(phase);
-    let duration = t.final_time - t.initial_time;
     let mut found = PhaseStructure { quantities: Vec::new(), first: Vec::new(), changes: Vec::new() };
     for (k, q) in quantities.iter().enumerate() {
-        let samples = samples(q, p, t, report, objective / duration);
+        let (samples, affine) = samples(q, p, t, solution);
         let runs = runs(&samples);
         found.first.push(runs.first().map_or(Class::Between, |r| r.class));
         for pair in runs.windows(2) {
             let (a, b) = (&samples[pair[0].last], &samples[pair[1].first]);
-            if pair[0].class.opposite(pair[1].class) || jumps(&samples, &pair[0], &pair[1]) {
-                found.changes.push(Change {
-                    quantity: k,
-                    gap: (a.fraction, b.fraction),
-                    at: crossing(a, b),
-                    from: pair[0].class,
-                    to: pair[1].class,
-                    known: None,
-                });
-            }
+            let crosses = pair[0].class.opposite(pair[1].class);
+            let jump = match q.kind {
+                Kind::Control(_) => affine,
+                Kind::Row(_) => crosses || jumps(&samples, &pair[0], &pair[1]),
+            };
+            found.changes.push(Change {
+                quantity: k,
+                gap: (a.fraction, b.fraction),
+                at: if crosses { crossing(a, b) } else { 0.5 * (a.fraction + b.fraction) },
+                from: pair[0].class,
+                to: pair[1].class,
+                jump,
+                known: None,
+            });
         }
+    }
+    if std::env::var("DBG").is_ok() {
+        let times: Vec<f64> = t.mesh.breaks().iter().map(|&b| t.mesh.fractions()[b]).collect();
+        eprintln!("breaks {times:?} arcs {:?}", t.mesh.arcs());
+        for q in quantities.iter() {
+            let (s, affine) = samples(q, p, t, solution); eprintln!("affine {affine}");
+            let r = runs(&s);
+            eprintln!("  {} runs {:?}", q.variable.name, r.iter().map(|r| (r.class, s[r.first].fraction, s[r.last].fraction)).collect::<Vec<_>>());
+            if std::env::var("DBG").unwrap() == "2" { for s in &s { eprintln!("     {:.6} lo {:.3e} up {:.3e} s {:.3e} {:?}", s.fraction, s.above_lower, s.below_upper, s.slope, s.class); } }
+        }
+        for c in &found.changes { eprintln!("  change {} gap {:?} at {} {:?}->{:?}", c.quantity, c.gap, c.at, c.from, c.to); }
     }
     found.quantities = quantities;
     found.changes.sort_by(|a, b| a.at.total_cmp(&b.at));
@@ -348,7 +404,7 @@ fn phase_structure<'a>(
 /// Gives every change the break that it belongs to, or joins it with others close by.
 fn settle(changes: &mut [Change], mesh: &PhaseMesh) {
     let times: Vec<f64> = mesh.breaks().iter().map(|&b| mesh.fractions()[b]).collect();
-    for c in changes.iter_mut() {
+    for c in changes.iter_mut().filter(|c| c.jump) {
         // Nearest to the estimate of those between the two nodes.
         let inside = times.iter().enumerate().filter(|(_, f)| (c.gap.0..=c.gap.1).contains(*f));
         let nearest = inside.min_by(|a, b| (a.1 - c.at).abs().total_cmp(&(b.1 - c.at).abs()));
@@ -359,8 +415,9 @@ fn settle(changes: &mut [Change], mesh: &PhaseMesh) {
     changes.sort_by(|a, b| a.at.total_cmp(&b.at));
     for i in 1..changes.len() {
         let (before, rest) = changes.split_at_mut(i);
-        let (last, c) = (&before[i - 1], &mut rest[0]);
-        let same_quantity = before.iter().any(|b| b.quantity == c.quantity && b.at == last.at);
+        let c = &mut rest[0];
+        let Some(last) = before.iter().rev().find(|b| b.jump).filter(|_| c.jump) else { continue };
+        let same_quantity = before.iter().any(|b| b.jump && b.quantity == c.quantity && b.at == last.at);
         let distinct = last.known.is_some() && c.known.is_some() && last.known != c.known;
         if c.at - last.at < SAME && !same_quantity && !distinct && c.known.is_none() {
             (c.at, c.known) = (last.at, last.known);
@@ -372,12 +429,14 @@ fn samples(
     q: &Quantity<'_>,
     p: &PhaseLayout,
     t: &PhaseTrajectory,
-    report: &SolveReport,
-    objective_rate: f64,
-) -> Vec<Sample> {
+    solution: &Solution<'_>,
+) -> (Vec<Sample>, bool) {
+    let report = solution.report;
+    let duration = t.final_time - t.initial_time;
     let Bounds { lower, upper } = q.variable.bounds;
-    let mut samples = Vec::new();
+    let mut samples: Vec<Sample> = Vec::new();
     let mut held = Vec::new();
+    let mut curvature = 0.0_f64;
     let collapsed: Vec<bool> =
         (0..p.arcs.len()).map(|k| is_collapsed(p.arc_duration(k, &report.x), t)).collect();
     for (node, n) in p.nodes.iter().enumerate() {
@@ -391,6 +450,7 @@ fn samples(
             Kind::Control(c) => {
                 let column = p.control_column(node) + c;
                 let multiplier = report.lower_multipliers[column] - report.upper_multipliers[column];
+                curvature = curvature.max(solution.curvatures[column].abs() * q.range.powi(2) / seconds);
                 (report.x[column], multiplier, holds.controls.get(c))
             }
             Kind::Row(r) => {
@@ -407,12 +467,36 @@ fn samples(
             class: Class::Between,
         });
     }
-    let largest = samples.iter().fold(LEAST_SLOPE * objective_rate, |m, s| m.max(s.slope.abs()));
-    for (s, held) in samples.iter_mut().zip(held) {
+    let least = LEAST_SLOPE * solution.objective / duration;
+    let largest = samples.iter().fold(least, |m, s| m.max(s.slope.abs()));
+    for (s, held) in samples.iter_mut().zip(&held) {
         s.slope = if largest > 0.0 { s.slope / largest } else { 0.0 };
-        s.class = class(s, held);
+        s.class = class(s, *held);
     }
-    samples
+    keep_ends(&mut samples, &held);
+    (samples, curvature <= AFFINE * largest)
+}
+
+/// A multiplier of the wrong sign at the very ends of what is held says that it is not yet exact, since the break stands at
+/// the best place.
+fn keep_ends(samples: &mut [Sample], held: &[Option<Hold>]) {
+    let held_class = |h: Hold| if h == Hold::Lower { Class::Lower } else { Class::Upper };
+    let mut start = 0;
+    while start < samples.len() {
+        let end = (start..samples.len()).find(|&i| held[i] != held[start]).unwrap_or(samples.len());
+        if let Some(own) = held[start].map(held_class) {
+            let wrong = |s: &&Sample| s.class != own;
+            let tail = samples[start..end].iter().rev().take_while(wrong).count();
+            let head = samples[start..end].iter().take_while(wrong).count();
+            if tail <= CROSSING {
+                samples[end - tail..end].iter_mut().for_each(|s| s.class = own);
+            }
+            if head <= CROSSING {
+                samples[start..start + head].iter_mut().for_each(|s| s.class = own);
+            }
+        }
+        start = end;
+    }
 }
 
 /// An arc that has come to nothing.
@@ -445,7 +529,8 @@ fn runs(samples: &[Sample]) -> Vec<Run> {
     // Bounds without evidence are none.
     for r in &mut runs {
         let evidence = samples[r.first..=r.last].iter().fold(0.0_f64, |m, s| m.max(s.slope.abs()));
-        if evidence < NO_EVIDENCE {
+        let few = r.last - r.first < CROSSING;
+        if evidence < if few { OSCILLATION } else { NO_EVIDENCE } {
             r.class = Class::Between;
         }
     }
@@ -495,7 +580,7 @@ fn jumps(samples: &[Sample], a: &Run, b: &Run) -> bool {
     distance(i) > 2.0 * NEAR && ahead > 0.5 * distance(i)
 }
 
-/// Zero of the switching function between two nodes, or their middle where it does not change its sign.
+/// Zero of the switching function between two nodes.
 fn crossing(a: &Sample, b: &Sample) -> f64 {
     let share = if a.slope * b.slope < 0.0 { a.slope / (a.slope - b.slope) } else { 0.5 };
     a.fraction + share.clamp(0.01, 0.99) * (b.fraction - a.fraction)

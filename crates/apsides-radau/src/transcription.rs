@@ -15,7 +15,7 @@ use apsides_ocp::{Bounds, Guess, Hold, Mesh, Ocp, Scaling, Sense};
 
 use crate::RadauError;
 use crate::endpoint_term::EndpointTerm;
-use crate::layout::{Layout, time_bounds};
+use crate::layout::{Layout, PhaseLayout, time_bounds};
 use crate::node_term::{NodeTerm, Target};
 use crate::scales::nlp_scaling;
 use crate::workers::{pool, within};
@@ -82,9 +82,9 @@ impl Transcription {
             Sense::Maximize => -1.0,
         };
         let scaling = Scaling::new(ocp, guess);
-        let (lower, upper) = variable_bounds(ocp, &layout);
-        let (row_lower, row_upper) = row_bounds(ocp, &layout, guess);
         let start = starting_point(&layout, guess);
+        let (lower, upper) = variable_bounds(ocp, &layout, &start);
+        let (row_lower, row_upper) = row_bounds(ocp, &layout, guess);
         let (constant, constant_values) = constant_entries(&layout).into_iter().unzip();
         let mut transcription = Self {
             sign,
@@ -381,7 +381,7 @@ fn constant_entries(layout: &Layout) -> Vec<((usize, usize), f64)> {
     entries
 }
 
-fn variable_bounds(ocp: &Ocp, layout: &Layout) -> (Vec<f64>, Vec<f64>) {
+fn variable_bounds(ocp: &Ocp, layout: &Layout, start: &[f64]) -> (Vec<f64>, Vec<f64>) {
     let mut lower = vec![f64::NEG_INFINITY; layout.variables];
     let mut upper = vec![f64::INFINITY; layout.variables];
     let mut set = |column: usize, b: Bounds| {
@@ -390,12 +390,14 @@ fn variable_bounds(ocp: &Ocp, layout: &Layout) -> (Vec<f64>, Vec<f64>) {
     };
     for (phase, p) in ocp.phases.iter().zip(&layout.phases) {
         let last = p.nodes.len();
+        let implied = implied_bounds(phase, p, layout.first_parameter, start);
         for node in 0..=last {
             for (s, state) in phase.states.iter().enumerate() {
                 let along = state.variable.bounds;
                 let bounds = match node {
                     0 => along.intersect(&state.initial),
                     n if n == last => along.intersect(&state.terminal),
+                    n if implied[n * p.states + s] => Bounds::FREE,
                     _ => along,
                 };
                 set(p.state_column(node) + s, bounds);
@@ -415,6 +417,70 @@ fn variable_bounds(ocp: &Ocp, layout: &Layout) -> (Vec<f64>, Vec<f64>) {
         set(layout.first_parameter + k, v.bounds);
     }
     (lower, upper)
+}
+
+/// Nodes and states, node after node, whose bounds along the phase say nothing new: what cannot change along an arc is bounded
+/// at its start, or fixed at the end of the phase. Stated again such a bound would leave no inside where it is active.
+fn implied_bounds(
+    phase: &apsides_ocp::Phase,
+    p: &PhaseLayout,
+    first_parameter: usize,
+    start: &[f64],
+) -> Vec<bool> {
+    let mut implied = vec![false; (p.nodes.len() + 1) * p.states];
+    let mut fixed_later: Vec<bool> = phase.states.iter().map(|s| s.terminal.is_fixed()).collect();
+    for (k, arc) in p.arcs.iter().enumerate().rev() {
+        let constant = constant_states(phase, p, k, first_parameter, start);
+        for (s, constant) in constant.into_iter().enumerate() {
+            fixed_later[s] &= constant;
+            let first = arc.nodes.start + usize::from(!fixed_later[s]);
+            for node in first..=arc.nodes.end {
+                implied[node * p.states + s] |= constant;
+            }
+        }
+    }
+    implied
+}
+
+/// Which states have no rate along an arc because of the controls that are held there: neither the rate nor any of its
+/// derivatives by what is free differs from zero at the start of the solve.
+fn constant_states(
+    phase: &apsides_ocp::Phase,
+    p: &PhaseLayout,
+    arc: usize,
+    first_parameter: usize,
+    start: &[f64],
+) -> Vec<bool> {
+    let held = &p.mesh.arcs()[arc].controls;
+    let is_held = |control: usize| matches!(held.get(control), Some(Some(_)));
+    let mut constant = vec![(0..p.controls).any(is_held); p.states];
+    if !constant.contains(&true) {
+        return constant;
+    }
+    let pattern = phase.dynamics.pattern();
+    let mut z = vec![0.0; phase.dynamics.inputs()];
+    let (mut rates, mut entries) = (vec![0.0; p.states], vec![0.0; pattern.jacobian_len()]);
+    let width = p.states + p.controls;
+    for node in p.arcs[arc].nodes.clone() {
+        z[..width].copy_from_slice(&start[p.state_column(node)..][..width]);
+        for (c, control) in phase.controls.iter().enumerate() {
+            if let Some(Some(hold)) = held.get(c) {
+                z[p.states + c] = hold.value(&control.bounds);
+            }
+        }
+        let time = z.len() - 1;
+        z[width..time].copy_from_slice(&start[first_parameter..][..time - width]);
+        z[time] = p.time(node, start);
+        phase.dynamics.jacobian(&z, &mut rates, &mut entries);
+        for (c, rate) in constant.iter_mut().zip(&rates) {
+            *c &= *rate == 0.0;
+        }
+        for ((r, c), v) in pattern.jacobian_entries().zip(&entries) {
+            let free = c < p.states || c >= width || !is_held(c - p.states);
+            constant[r] &= !(free && *v != 0.0);
+        }
+    }
+    constant
 }
 
 /// The bounds, or the one that the quantity of this index is held at.
