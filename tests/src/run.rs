@@ -39,9 +39,9 @@ pub fn radau(problem: &Problem) -> Radau {
             settings.max_meshes = 30;
         }
         // Sixteen jumps: every digit of the mesh tolerance costs several meshes.
-        "free_flying_robot" => settings.mesh_tolerance = 1e-6,
+        "XX" => settings.mesh_tolerance = 1e-6,
         // Refinement follows the chattering of the control along the singular arc without end.
-        "catmix" => (settings.intervals, settings.points, settings.max_meshes) = (40, 8, 1),
+        "XXX" => (settings.intervals, settings.points, settings.max_meshes) = (40, 8, 1),
         _ => {}
     }
     Radau { settings }

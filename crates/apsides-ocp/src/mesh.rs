@@ -2,33 +2,37 @@
 
 use crate::{Bounds, Ocp, OcpError};
 
-/// Bound that a control or a path constraint row is held at along an arc.
+/// What a control or a path constraint row does along an arc.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Hold {
-    /// The lower one.
+pub enum Course {
+    /// It is held at its lower bound.
     Lower,
-    /// The upper one.
+    /// It is held at its upper bound.
     Upper,
+    /// A control between its bounds that the Hamiltonian is linear in: of one degree less than its points would allow, since
+    /// along a singular arc the highest one is an oscillation that gains from the error of the rule.
+    Singular,
 }
 
-impl Hold {
-    /// The value held, of a quantity with these bounds.
+impl Course {
+    /// The value that a quantity with these bounds is held at.
     #[must_use]
-    pub fn value(self, bounds: &Bounds) -> f64 {
+    pub fn held(self, bounds: &Bounds) -> Option<f64> {
         match self {
-            Self::Lower => bounds.lower,
-            Self::Upper => bounds.upper,
+            Self::Lower => Some(bounds.lower),
+            Self::Upper => Some(bounds.upper),
+            Self::Singular => None,
         }
     }
 }
 
-/// What is held along one arc of a phase.
+/// What is known of one arc of a phase.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct PhaseArc {
-    /// Per control, in the phase's order; empty when none is held.
-    pub controls: Vec<Option<Hold>>,
-    /// Per path constraint row, in the phase's order; empty when none is held.
-    pub rows: Vec<Option<Hold>>,
+    /// Per control, in the phase's order; empty when nothing is known.
+    pub controls: Vec<Option<Course>>,
+    /// Per path constraint row, in the phase's order; empty when nothing is known.
+    pub rows: Vec<Option<Course>>,
 }
 
 /// Mesh of one phase on the normalised time from 0 to 1.
@@ -111,7 +115,7 @@ impl PhaseMesh {
         start..self.breaks.get(arc).copied().unwrap_or(self.intervals())
     }
 
-    /// Whether there is more than one arc, or something is held.
+    /// Whether there is more than one arc, or something is known of the only one.
     #[must_use]
     pub fn has_arcs(&self) -> bool {
         !self.breaks.is_empty() || self.arcs[0] != PhaseArc::default()

@@ -6,7 +6,7 @@
 
 use apsides_ad::NodeFunction;
 use apsides_basis::Lgr;
-use apsides_ocp::{Ocp, Phase, PhaseTrajectory, Scaling, Trajectory};
+use apsides_ocp::{Ocp, PathConstraint, Phase, PhaseScaling, PhaseTrajectory, Scaling, Trajectory};
 
 use crate::{RadauError, RadauSettings};
 
@@ -26,7 +26,7 @@ pub(crate) fn estimate(
         let mut errors = phase_errors(phase, scales, parameters, &trajectory.phases[k])?;
         // One number per interval: an excess at its tolerance counts as much as an error at its own.
         let weight = settings.mesh_tolerance / settings.path_tolerance;
-        let excesses = excesses(phase, scales, parameters, &trajectory.phases[k]);
+        let excesses = excesses(phase, &scaling.phases[k], parameters, &trajectory.phases[k], settings.switches);
         for (error, excess) in errors.iter_mut().zip(excesses) {
             raise(error, weight * excess);
         }
@@ -93,31 +93,49 @@ fn raise(error: &mut f64, found: f64) {
     *error = if found <= *error { *error } else { found };
 }
 
-/// Largest excess of bounds on states and of path rows without controls in each interval, relative to their scales, half
-/// way between neighbouring nodes: there a polynomial strays farthest.
-fn excesses(phase: &Phase, scales: &[f64], parameters: &[f64], p: &PhaseTrajectory) -> Vec<f64> {
+/// Largest excess of bounds and path rows in each interval, relative to their scales, half way between neighbouring nodes:
+/// there a polynomial strays farthest. Bounds on controls, and path rows with controls, are looked at where switches are
+/// located, and at the end of the interval too, since the control has no node there.
+fn excesses(
+    phase: &Phase,
+    scales: &PhaseScaling,
+    parameters: &[f64],
+    p: &PhaseTrajectory,
+    with_controls: bool,
+) -> Vec<f64> {
     let (nx, nu) = (phase.states.len(), phase.controls.len());
     let mut along = Along::new(phase, p, parameters);
-    let mut x = vec![0.0; nx];
+    let (mut x, mut u) = (vec![0.0; nx], vec![0.0; nu]);
     let mut rows = vec![0.0; phase.path.iter().map(|c| c.rows.len()).max().unwrap_or(0)];
-    let without_controls: Vec<_> = phase
-        .path
-        .iter()
-        .filter(|c| !c.function.pattern().columns.iter().any(|i| (nx..nx + nu).contains(i)))
-        .collect();
+    let has_control =
+        |c: &&PathConstraint| c.function.pattern().columns.iter().any(|i| (nx..nx + nu).contains(i));
+    let (with, without): (Vec<_>, Vec<_>) = phase.path.iter().partition(has_control);
     let mut excesses = vec![0.0; p.mesh.intervals()];
     for (k, excess) in excesses.iter_mut().enumerate() {
-        let nodes: Vec<f64> = p.state.node_times(k).collect();
-        for t in nodes.windows(2).map(|w| 0.5 * (w[0] + w[1])) {
-            p.state.evaluate_in(k, t, &mut x);
-            for ((state, v), scale) in phase.states.iter().zip(&x).zip(scales) {
-                raise(excess, state.variable.bounds.excess(*v) / scale);
-            }
-            for c in &without_controls {
+        let mut of_rows = |excess: &mut f64, constraints: &[&PathConstraint], t: f64| {
+            for c in constraints {
                 along.value(c.function.as_ref(), k, t, &mut rows[..c.rows.len()]);
                 for (row, v) in c.rows.iter().zip(&rows) {
                     raise(excess, row.bounds.excess(*v) / row.size().unwrap_or(1.0));
                 }
+            }
+        };
+        let nodes: Vec<f64> = p.state.node_times(k).collect();
+        let middles: Vec<f64> = nodes.windows(2).map(|w| 0.5 * (w[0] + w[1])).collect();
+        for &t in &middles {
+            p.state.evaluate_in(k, t, &mut x);
+            for ((state, v), scale) in phase.states.iter().zip(&x).zip(&scales.states) {
+                raise(excess, state.variable.bounds.excess(*v) / scale);
+            }
+            of_rows(excess, &without, t);
+        }
+        if with_controls {
+            for t in middles.into_iter().chain(nodes.last().copied()) {
+                p.control.evaluate_in(k, t, &mut u);
+                for ((control, v), scale) in phase.controls.iter().zip(&u).zip(&scales.controls) {
+                    raise(excess, control.bounds.excess(*v) / scale);
+                }
+                of_rows(excess, &with, t);
             }
         }
     }

@@ -2,13 +2,13 @@
 //!
 //! Variables: per phase, node after node `[x, u]`, the end node with `[x]` alone, then the start time, the times of the
 //! breaks and the end time; the static parameters come last. Constraints: per phase, node after node `[defects, path
-//! rows]`, then the integrals with bounds, the duration, the durations of the arcs if there are several; the endpoint
-//! constraints come last.
+//! rows]`, then the integrals with bounds, the duration, the durations of the arcs if there are several, the degrees of
+//! singular controls; the endpoint constraints come last.
 
 use std::ops::Range;
 
 use apsides_basis::Lgr;
-use apsides_ocp::{Bounds, EndpointInput, Mesh, Ocp, Phase, PhaseMesh};
+use apsides_ocp::{Bounds, Course, EndpointInput, Mesh, Ocp, Phase, PhaseMesh};
 
 use crate::RadauError;
 
@@ -64,6 +64,8 @@ pub(crate) struct PhaseLayout {
     pub(crate) duration_row: Option<usize>,
     /// Row of the duration of the first of several arcs; those of the others follow.
     pub(crate) first_arc_row: Option<usize>,
+    /// Row, interval and control of each condition that the highest degree of a control vanishes.
+    pub(crate) degree_rows: Vec<(usize, usize, usize)>,
     /// Stage of the first interval in the elimination order.
     pub(crate) first_stage: u32,
 }
@@ -158,6 +160,9 @@ impl Layout {
             let duration_row = needs_duration_row(phase).then(&mut next_row);
             let first_arc_row = (arcs.len() > 1).then(&mut next_row);
             constraints += if arcs.len() > 1 { arcs.len() - 1 } else { 0 };
+            let degree_rows: Vec<_> =
+                singular(mesh).zip(constraints..).map(|((interval, c), row)| (row, interval, c)).collect();
+            constraints += degree_rows.len();
             let first_stage = stage;
             stage += mesh.intervals() as u32 + 1;
             phases.push(PhaseLayout {
@@ -175,6 +180,7 @@ impl Layout {
                 integral_rows,
                 duration_row,
                 first_arc_row,
+                degree_rows,
                 first_stage,
             });
         }
@@ -240,6 +246,17 @@ fn arcs(mesh: &PhaseMesh, first_time: usize) -> Vec<ArcLayout> {
             }
         })
         .collect()
+}
+
+/// Intervals and controls along singular arcs.
+fn singular(mesh: &PhaseMesh) -> impl Iterator<Item = (usize, usize)> + '_ {
+    mesh.arcs().iter().enumerate().flat_map(move |(k, arc)| {
+        let controls = arc.controls.iter().enumerate();
+        controls.filter(|(_, course)| **course == Some(Course::Singular)).flat_map(move |(c, _)| {
+            let several = move |interval: &usize| mesh.points()[*interval] > 1;
+            mesh.arc_intervals(k).filter(several).map(move |interval| (interval, c))
+        })
+    })
 }
 
 /// With a fixed time at one end the bounds on the duration are bounds on the other time.

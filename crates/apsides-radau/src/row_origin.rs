@@ -38,6 +38,10 @@ impl Transcription {
             if p.first_arc_row.is_some_and(|r| (r..r + p.arcs.len()).contains(&row)) {
                 return Some(whole("duration between switches".into(), &phase.time_unit));
             }
+            if let Some((_, _, c)) = p.degree_rows.iter().find(|r| r.0 == row) {
+                let v = &phase.controls[*c];
+                return Some(whole(format!("degree of {}", v.name), &v.unit));
+            }
             if let Some(k) = p.integral_rows.iter().position(|r| *r == Some(row)) {
                 let v = &phase.integrals[k].variable;
                 return Some(whole(v.name.clone(), &v.unit));

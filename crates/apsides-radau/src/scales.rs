@@ -198,6 +198,9 @@ pub(crate) fn nlp_scaling(ocp: &Ocp, layout: &Layout, scaling: &Scaling) -> NlpS
         if let Some(r) = p.first_arc_row {
             constraints[r..r + p.arcs.len()].fill(s.time);
         }
+        for &(row, _, c) in &p.degree_rows {
+            constraints[row] = s.controls[c];
+        }
     }
     variables[layout.first_parameter..].copy_from_slice(&scaling.parameters);
     for (c, &first) in ocp.constraints.iter().zip(&layout.endpoint_rows) {

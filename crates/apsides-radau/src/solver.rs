@@ -268,10 +268,10 @@ impl Radau {
             let settled = revisions == 0 || found.is_that_of(&trajectory);
             let accurate = error <= self.settings.mesh_tolerance;
             let plain = refine(&trajectory, &self.settings)?;
-            let next = if settled {
+            let next = if revisions == 0 {
                 plain.clone()
             } else {
-                revisions -= 1;
+                revisions -= usize::from(!settled);
                 found.mesh(&refine(&found.spared(&trajectory), &self.settings)?)?
             };
             let size: usize = next.phases.iter().map(PhaseMesh::total_points).sum();

@@ -9,7 +9,7 @@
 use std::fmt;
 
 use apsides_nlp::{Nlp, SolveReport};
-use apsides_ocp::{Bounds, Hold, Mesh, Ocp, Phase, PhaseArc, PhaseMesh, PhaseTrajectory, Trajectory};
+use apsides_ocp::{Bounds, Course, Mesh, Ocp, Phase, PhaseArc, PhaseMesh, PhaseTrajectory, Trajectory};
 
 use crate::RadauError;
 use crate::layout::PhaseLayout;
@@ -26,10 +26,17 @@ const LEAST_SLOPE: f64 = 1e-6;
 const AFFINE: f64 = 1e-6;
 /// Relative multipliers of a bound that is active at so few nodes that it may be an oscillation along a singular arc.
 const OSCILLATION: f64 = 1e-2;
+/// So many runs in a row, each of at most so many nodes, are an oscillation.
+const OSCILLATING: usize = 4;
+const SHORT_RUN: usize = 4;
 /// Most nodes between opposite bounds that are one switch and no arc of its own.
 const CROSSING: usize = 2;
 /// Breaks of different quantities closer than this part of the phase are one.
 const SAME: f64 = 1e-4;
+/// Arcs and intervals shorter than this part of the phase have come to nothing.
+const COLLAPSED: f64 = 10.0 * LEAST_ARC;
+/// A kink closer than this part of the phase to an interval end is there.
+const KINK_SETTLED: f64 = 1e-8;
 /// An interval beside a new break shorter than this part of its neighbour becomes part of it.
 const SHORT: f64 = 0.25;
 
@@ -90,11 +97,11 @@ enum Class {
 }
 
 impl Class {
-    fn hold(self) -> Option<Hold> {
+    fn course(self) -> Option<Course> {
         match self {
-            Self::Lower => Some(Hold::Lower),
+            Self::Lower => Some(Course::Lower),
             Self::Between => None,
-            Self::Upper => Some(Hold::Upper),
+            Self::Upper => Some(Course::Upper),
         }
     }
 
@@ -122,11 +129,14 @@ struct Quantity<'a> {
     kind: Kind,
     variable: &'a apsides_ocp::Variable,
     range: f64,
+    /// Whether it is a control that the Hamiltonian is linear in.
+    affine: bool,
 }
 
 #[derive(Clone, Copy)]
 struct Sample {
     fraction: f64,
+    interval: usize,
     /// Relative to the range, above the lower bound.
     above_lower: f64,
     /// Relative to the range, below the upper bound.
@@ -226,13 +236,16 @@ impl<'a> Structure<'a> {
         })
     }
 
-    /// The trajectory without the errors of intervals that hold a switch which is no break yet: refining them says nothing.
+    /// The trajectory without the errors of intervals that hold a switch which is no break yet, or a kink away from an interval
+    /// end: refining them says nothing.
     pub(crate) fn spared(&self, trajectory: &Trajectory) -> Trajectory {
         let mut trajectory = trajectory.clone();
         for (found, t) in self.phases.iter().zip(&mut trajectory.phases) {
-            let new = found.jumps().filter(|c| c.known.is_none());
+            let ends = t.mesh.fractions();
+            let at_end = |f: f64| ends.iter().any(|e| (e - f).abs() < KINK_SETTLED);
+            let new = found.changes.iter().filter(|c| if c.jump { c.known.is_none() } else { !at_end(c.at) });
             for (c, k) in new.flat_map(|c| (0..t.mesh.intervals()).map(move |k| (c, k))) {
-                let (start, end) = (t.mesh.fractions()[k], t.mesh.fractions()[k + 1]);
+                let (start, end) = (ends[k], ends[k + 1]);
                 if c.gap.0 < end && c.gap.1 > start {
                     t.interval_errors[k] = 0.0;
                 }
@@ -246,7 +259,8 @@ impl<'a> Structure<'a> {
         let phases = self.phases.iter().zip(&refined.phases).map(|(found, mesh)| {
             let breaks = found.breaks();
             let arcs = found.arcs(&breaks);
-            with_breaks(mesh, &breaks.iter().map(|b| b.0).collect::<Vec<_>>(), arcs)
+            let mesh = with_breaks(mesh, &breaks.iter().map(|b| b.0).collect::<Vec<_>>(), arcs)?;
+            found.kinks().try_fold(mesh, |mesh, f| with_end(&mesh, f))
         });
         Ok(Mesh { phases: phases.collect::<Result<_, _>>()? })
     }
@@ -255,6 +269,11 @@ impl<'a> Structure<'a> {
 impl PhaseStructure<'_> {
     fn jumps(&self) -> impl Iterator<Item = &Change> {
         self.changes.iter().filter(|c| c.jump)
+    }
+
+    /// Normalised times where a quantity meets its bound continuously.
+    fn kinks(&self) -> impl Iterator<Item = f64> + '_ {
+        self.changes.iter().filter(|c| !c.jump && !c.from.opposite(c.to)).map(|c| c.at)
     }
 
     /// Breaks in order: normalised time, and index among those of the mesh, if it is one of them.
@@ -295,10 +314,11 @@ impl PhaseStructure<'_> {
                 }
             }
             for ((q, class), whole) in self.quantities.iter().zip(&class).zip(whole) {
-                let hold = class.hold().filter(|_| whole);
+                let singular = q.affine.then_some(Course::Singular);
+                let course = class.course().or(singular).filter(|_| whole);
                 match q.kind {
-                    Kind::Control(c) => arc.controls[c] = hold,
-                    Kind::Row(r) => arc.rows[r] = hold,
+                    Kind::Control(c) => arc.controls[c] = course,
+                    Kind::Row(r) => arc.rows[r] = course,
                 }
             }
             if arc.controls.iter().chain(&arc.rows).all(Option::is_none) {
@@ -323,7 +343,7 @@ fn quantities<'a>(phase: &'a Phase) -> Vec<Quantity<'a>> {
     };
     let mut all = Vec::new();
     for (c, v) in phase.controls.iter().enumerate().filter(|(_, v)| usable(v)) {
-        all.push(Quantity { kind: Kind::Control(c), variable: v, range: range(v) });
+        all.push(Quantity { kind: Kind::Control(c), variable: v, range: range(v), affine: false });
     }
     let mut index = 0;
     for path in &phase.path {
@@ -332,7 +352,7 @@ fn quantities<'a>(phase: &'a Phase) -> Vec<Quantity<'a>> {
             let columns = &pattern.columns[pattern.row_offsets[k]..pattern.row_offsets[k + 1]];
             // Without a control in it a row cannot jump.
             if usable(v) && columns.iter().any(|c| (nx..nx + nu).contains(c)) {
-                all.push(Quantity { kind: Kind::Row(index), variable: v, range: range(v) });
+                all.push(Quantity { kind: Kind::Row(index), variable: v, range: range(v), affine: false });
             }
             index += 1;
         }
@@ -360,11 +380,12 @@ fn phase_structure<'a>(
     t: &PhaseTrajectory,
     solution: &Solution<'_>,
 ) -> PhaseStructure<'a> {
-    let quantities = quantities(phase);
+    let mut quantities = quantities(phase);
     let mut found = PhaseStructure { quantities: Vec::new(), first: Vec::new(), changes: Vec::new() };
-    for (k, q) in quantities.iter().enumerate() {
+    for (k, q) in quantities.iter_mut().enumerate() {
         let (samples, affine) = samples(q, p, t, solution);
         let runs = runs(&samples);
+        q.affine = affine && matches!(q.kind, Kind::Control(_));
         found.first.push(runs.first().map_or(Class::Between, |r| r.class));
         for pair in runs.windows(2) {
             let (a, b) = (&samples[pair[0].last], &samples[pair[1].first]);
@@ -376,7 +397,11 @@ fn phase_structure<'a>(
             found.changes.push(Change {
                 quantity: k,
                 gap: (a.fraction, b.fraction),
-                at: if crosses { crossing(a, b) } else { 0.5 * (a.fraction + b.fraction) },
+                at: match (crosses, jump) {
+                    (true, _) => crossing(a, b),
+                    (false, true) => 0.5 * (a.fraction + b.fraction),
+                    (false, false) => meeting(&samples, &pair[0], &pair[1]),
+                },
                 from: pair[0].class,
                 to: pair[1].class,
                 jump,
@@ -393,6 +418,7 @@ fn phase_structure<'a>(
             eprintln!("  {} runs {:?}", q.variable.name, r.iter().map(|r| (r.class, s[r.first].fraction, s[r.last].fraction)).collect::<Vec<_>>());
             if std::env::var("DBG").unwrap() == "2" { for s in &s { eprintln!("     {:.6} lo {:.3e} up {:.3e} s {:.3e} {:?}", s.fraction, s.above_lower, s.below_upper, s.slope, s.class); } }
         }
+        for k in 0..t.mesh.intervals() { if t.interval_errors[k] > 1e-8 { eprintln!("  bad interval {:.6} {:.6} n {} err {:.2e}", t.mesh.fractions()[k], t.mesh.fractions()[k+1], t.mesh.points()[k], t.interval_errors[k]); } }
         for c in &found.changes { eprintln!("  change {} gap {:?} at {} {:?}->{:?}", c.quantity, c.gap, c.at, c.from, c.to); }
     }
     found.quantities = quantities;
@@ -461,6 +487,7 @@ fn samples(
         held.push(hold.copied().flatten());
         samples.push(Sample {
             fraction: (p.time(node, &report.x) - t.initial_time) / (t.final_time - t.initial_time),
+            interval: n.interval,
             above_lower: (value - lower) / q.range,
             below_upper: (upper - value) / q.range,
             slope: multiplier * q.range / seconds,
@@ -479,12 +506,16 @@ fn samples(
 
 /// A multiplier of the wrong sign at the very ends of what is held says that it is not yet exact, since the break stands at
 /// the best place.
-fn keep_ends(samples: &mut [Sample], held: &[Option<Hold>]) {
-    let held_class = |h: Hold| if h == Hold::Lower { Class::Lower } else { Class::Upper };
+fn keep_ends(samples: &mut [Sample], held: &[Option<Course>]) {
+    let held_class = |course: Course| match course {
+        Course::Lower => Some(Class::Lower),
+        Course::Upper => Some(Class::Upper),
+        Course::Singular => None,
+    };
     let mut start = 0;
     while start < samples.len() {
         let end = (start..samples.len()).find(|&i| held[i] != held[start]).unwrap_or(samples.len());
-        if let Some(own) = held[start].map(held_class) {
+        if let Some(own) = held[start].and_then(held_class) {
             let wrong = |s: &&Sample| s.class != own;
             let tail = samples[start..end].iter().rev().take_while(wrong).count();
             let head = samples[start..end].iter().take_while(wrong).count();
@@ -501,20 +532,20 @@ fn keep_ends(samples: &mut [Sample], held: &[Option<Hold>]) {
 
 /// An arc that has come to nothing.
 fn is_collapsed(arc: f64, t: &PhaseTrajectory) -> bool {
-    arc <= 10.0 * LEAST_ARC * (t.final_time - t.initial_time)
+    arc <= COLLAPSED * (t.final_time - t.initial_time)
 }
 
-fn class(s: &Sample, held: Option<Hold>) -> Class {
+fn class(s: &Sample, held: Option<Course>) -> Class {
     match held {
-        Some(Hold::Lower) if s.slope >= -NO_EVIDENCE => Class::Lower,
-        Some(Hold::Upper) if s.slope <= NO_EVIDENCE => Class::Upper,
+        Some(Course::Lower) if s.slope >= -NO_EVIDENCE => Class::Lower,
+        Some(Course::Upper) if s.slope <= NO_EVIDENCE => Class::Upper,
         // Pushed away from the bound: the other one, if there is one.
-        Some(Hold::Lower) if s.below_upper.is_finite() => Class::Upper,
-        Some(Hold::Upper) if s.above_lower.is_finite() => Class::Lower,
-        Some(_) => Class::Between,
-        None if s.above_lower < NEAR && s.slope > s.above_lower => Class::Lower,
-        None if s.below_upper < NEAR && -s.slope > s.below_upper => Class::Upper,
-        None => Class::Between,
+        Some(Course::Lower) if s.below_upper.is_finite() => Class::Upper,
+        Some(Course::Upper) if s.above_lower.is_finite() => Class::Lower,
+        Some(Course::Lower | Course::Upper) => Class::Between,
+        _ if s.above_lower < NEAR && s.slope > s.above_lower => Class::Lower,
+        _ if s.below_upper < NEAR && -s.slope > s.below_upper => Class::Upper,
+        _ => Class::Between,
     }
 }
 
@@ -535,6 +566,7 @@ fn runs(samples: &[Sample]) -> Vec<Run> {
         }
     }
     joined(&mut runs);
+    oscillations(&mut runs);
     // The few nodes of a crossing belong to neither side.
     let mut k = 1;
     while k + 1 < runs.len() {
@@ -546,6 +578,20 @@ fn runs(samples: &[Sample]) -> Vec<Run> {
         }
     }
     runs
+}
+
+/// Several short runs in a row are a singular arc where the control oscillates.
+fn oscillations(runs: &mut Vec<Run>) {
+    let short = |r: &Run| r.last - r.first < SHORT_RUN;
+    let mut k = 0;
+    while k < runs.len() {
+        let count = runs[k..].iter().take_while(|r| short(r)).count();
+        if count >= OSCILLATING {
+            runs[k..k + count].iter_mut().for_each(|r| r.class = Class::Between);
+        }
+        k += count.max(1);
+    }
+    joined(runs);
 }
 
 fn joined(runs: &mut Vec<Run>) {
@@ -580,40 +626,108 @@ fn jumps(samples: &[Sample], a: &Run, b: &Run) -> bool {
     distance(i) > 2.0 * NEAR && ahead > 0.5 * distance(i)
 }
 
+/// Where the distance to the bound of one of two runs vanishes, from its polynomial in the other: through the nodes of the
+/// nearest interval if none of them is at the bound, else through the nearest nodes.
+fn meeting(samples: &[Sample], a: &Run, b: &Run) -> f64 {
+    let (before, after) = (&samples[a.last], &samples[b.first]);
+    let (bound, near, far) = if a.class == Class::Between { (b, before, after) } else { (a, after, before) };
+    let distance = |s: &Sample| if bound.class == Class::Lower { s.above_lower } else { s.below_upper };
+    let between = if a.class == Class::Between { a } else { b };
+    let free = &samples[between.first..=between.last];
+    let whole: Vec<&Sample> = free.iter().filter(|s| s.interval == near.interval).collect();
+    let all = samples.iter().filter(|s| s.interval == near.interval).count();
+    let nodes: Vec<&Sample> = if whole.len() == all && all > 2 {
+        whole
+    } else if a.class == Class::Between {
+        free.iter().rev().take(3).collect()
+    } else {
+        free.iter().take(3).collect()
+    };
+    let value = |f: f64| -> f64 {
+        let basis = |i: usize| -> f64 {
+            let others = nodes.iter().enumerate().filter(|(j, _)| *j != i);
+            others.map(|(_, s)| (f - s.fraction) / (nodes[i].fraction - s.fraction)).product()
+        };
+        nodes.iter().enumerate().map(|(i, s)| distance(s) * basis(i)).sum()
+    };
+    // The bound is met between the two nodes, or a little beyond the second.
+    let (mut inside, mut outside) = (near.fraction, far.fraction + 0.5 * (far.fraction - near.fraction));
+    if !(value(inside) > 0.0 && value(outside) < 0.0) {
+        return 0.5 * (near.fraction + far.fraction);
+    }
+    for _ in 0..60 {
+        let middle = 0.5 * (inside + outside);
+        if value(middle) > 0.0 { inside = middle } else { outside = middle }
+    }
+    outside
+}
+
 /// Zero of the switching function between two nodes.
 fn crossing(a: &Sample, b: &Sample) -> f64 {
     let share = if a.slope * b.slope < 0.0 { a.slope / (a.slope - b.slope) } else { 0.5 };
     a.fraction + share.clamp(0.01, 0.99) * (b.fraction - a.fraction)
 }
 
-/// The mesh with these breaks. Intervals that a break leaves too short become part of their neighbours.
+/// The mesh with these breaks. Intervals that a new break leaves too short become part of their neighbours.
 fn with_breaks(mesh: &PhaseMesh, breaks: &[f64], arcs: Vec<PhaseArc>) -> Result<PhaseMesh, RadauError> {
     let mut ends = mesh.fractions().to_vec();
     let mut points = mesh.points().to_vec();
     for &f in breaks {
-        if ends.contains(&f) {
-            continue;
-        }
-        let k = ends.partition_point(|e| *e < f);
-        ends.insert(k, f);
-        points.insert(k, points[k - 1]);
+        insert(&mut ends, &mut points, f);
     }
     let old: Vec<f64> = mesh.breaks().iter().map(|&b| mesh.fractions()[b]).collect();
-    let is_break = |f: f64| breaks.contains(&f) || f == 0.0 || f == 1.0;
+    let new = |f: f64| breaks.contains(&f) && !old.contains(&f);
     let mut k = 1;
     while k + 1 < ends.len() {
         let (left, right) = (ends[k] - ends[k - 1], ends[k + 1] - ends[k]);
-        let new = |f: f64| breaks.contains(&f) && !old.contains(&f);
         let beside_new = (new(ends[k - 1]) && left < SHORT * right) || (new(ends[k + 1]) && right < SHORT * left);
-        let collapsed = left.min(right) <= 10.0 * LEAST_ARC;
-        if !is_break(ends[k]) && (beside_new || collapsed) {
-            ends.remove(k);
-            let n = points.remove(k);
-            points[k - 1] = points[k - 1].max(n);
+        let collapsed = old.contains(&ends[k]) && left.min(right) <= COLLAPSED;
+        if !breaks.contains(&ends[k]) && (beside_new || collapsed) {
+            remove(&mut ends, &mut points, k);
         } else {
             k += 1;
         }
     }
     let at = ends.iter().enumerate().filter(|(_, e)| breaks.contains(e)).map(|(k, _)| k).collect();
     Ok(PhaseMesh::new(ends, points)?.with_arcs(at, arcs)?)
+}
+
+/// The mesh with an interval end at `f`: a new one, or one close by that is moved there.
+fn with_end(mesh: &PhaseMesh, f: f64) -> Result<PhaseMesh, RadauError> {
+    if !(f > 0.0 && f < 1.0) || mesh.fractions().contains(&f) {
+        return Ok(mesh.clone());
+    }
+    let breaks: Vec<f64> = mesh.breaks().iter().map(|&b| mesh.fractions()[b]).collect();
+    let mut ends = mesh.fractions().to_vec();
+    let mut points = mesh.points().to_vec();
+    let k = insert(&mut ends, &mut points, f);
+    let fixed = |e: f64| e == 0.0 || e == 1.0 || breaks.contains(&e);
+    // Either neighbour that it leaves too short an interval gives way, unless it is a break.
+    let (left, right) = (f - ends[k - 1], ends[k + 1] - f);
+    if right < SHORT * left && !fixed(ends[k + 1]) {
+        remove(&mut ends, &mut points, k + 1);
+    } else if left < SHORT * right && !fixed(ends[k - 1]) {
+        remove(&mut ends, &mut points, k - 1);
+    } else if left.min(right) <= COLLAPSED {
+        return Ok(mesh.clone());
+    }
+    let at = ends.iter().enumerate().filter(|(_, e)| breaks.contains(e)).map(|(k, _)| k).collect();
+    Ok(PhaseMesh::new(ends, points)?.with_arcs(at, mesh.arcs().to_vec())?)
+}
+
+/// Divides an interval at `f`, unless it is an end, and returns the index of the end.
+fn insert(ends: &mut Vec<f64>, points: &mut Vec<usize>, f: f64) -> usize {
+    let k = ends.partition_point(|e| *e < f);
+    if ends[k] != f {
+        ends.insert(k, f);
+        points.insert(k, points[k - 1]);
+    }
+    k
+}
+
+/// Makes the intervals on both sides of an end one.
+fn remove(ends: &mut Vec<f64>, points: &mut Vec<usize>, k: usize) {
+    ends.remove(k);
+    let n = points.remove(k);
+    points[k - 1] = points[k - 1].max(n);
 }

@@ -11,7 +11,7 @@
 use std::sync::Arc;
 
 use apsides_nlp::{Nlp, Pattern, Scaling as NlpScaling, Stages};
-use apsides_ocp::{Bounds, Guess, Hold, Mesh, Ocp, Scaling, Sense};
+use apsides_ocp::{Bounds, Course, Guess, Mesh, Ocp, Scaling, Sense};
 
 use crate::RadauError;
 use crate::endpoint_term::EndpointTerm;
@@ -288,6 +288,9 @@ impl Nlp for Transcription {
                     constraints[p.defect_row(node)..][..p.rows_per_node].fill(stage + 3);
                 }
             }
+            for &(row, interval, _) in &p.degree_rows {
+                constraints[row] = 4 * (p.first_stage + interval as u32) + 3;
+            }
         }
         Some(Stages { variables, constraints })
     }
@@ -377,8 +380,24 @@ fn constant_entries(layout: &Layout) -> Vec<((usize, usize), f64)> {
             entries.push(((r, arc.start_time), -1.0));
             entries.push(((r, arc.end_time), 1.0));
         }
+        for &(r, interval, c) in &p.degree_rows {
+            let (rule, first) = (&p.rules[interval], p.interval_start(interval));
+            for (j, (&tau, w)) in rule.nodes().iter().zip(rule.weights()).enumerate() {
+                entries.push(((r, p.control_column(first + j) + c), w * legendre(rule.points() - 1, tau)));
+            }
+        }
     }
     entries
+}
+
+/// Legendre polynomial of a degree.
+fn legendre(degree: usize, x: f64) -> f64 {
+    let (mut before, mut value) = (0.0, 1.0);
+    for k in 0..degree {
+        let k = k as f64;
+        (before, value) = (value, ((2.0 * k + 1.0) * x * value - k * before) / (k + 1.0));
+    }
+    value
 }
 
 fn variable_bounds(ocp: &Ocp, layout: &Layout, start: &[f64]) -> (Vec<f64>, Vec<f64>) {
@@ -451,8 +470,9 @@ fn constant_states(
     first_parameter: usize,
     start: &[f64],
 ) -> Vec<bool> {
-    let held = &p.mesh.arcs()[arc].controls;
-    let is_held = |control: usize| matches!(held.get(control), Some(Some(_)));
+    let courses = &p.mesh.arcs()[arc].controls;
+    let held = |control: usize| held(courses, control, &phase.controls[control].bounds);
+    let is_held = |control: usize| held(control).is_some();
     let mut constant = vec![(0..p.controls).any(is_held); p.states];
     if !constant.contains(&true) {
         return constant;
@@ -463,10 +483,8 @@ fn constant_states(
     let width = p.states + p.controls;
     for node in p.arcs[arc].nodes.clone() {
         z[..width].copy_from_slice(&start[p.state_column(node)..][..width]);
-        for (c, control) in phase.controls.iter().enumerate() {
-            if let Some(Some(hold)) = held.get(c) {
-                z[p.states + c] = hold.value(&control.bounds);
-            }
+        for c in 0..p.controls {
+            z[p.states + c] = held(c).unwrap_or(z[p.states + c]);
         }
         let time = z.len() - 1;
         z[width..time].copy_from_slice(&start[first_parameter..][..time - width]);
@@ -484,11 +502,12 @@ fn constant_states(
 }
 
 /// The bounds, or the one that the quantity of this index is held at.
-fn held_bounds(bounds: Bounds, held: &[Option<Hold>], index: usize) -> Bounds {
-    match held.get(index) {
-        Some(Some(hold)) => Bounds::fixed(hold.value(&bounds)),
-        _ => bounds,
-    }
+fn held_bounds(bounds: Bounds, courses: &[Option<Course>], index: usize) -> Bounds {
+    held(courses, index, &bounds).map_or(bounds, Bounds::fixed)
+}
+
+fn held(courses: &[Option<Course>], index: usize, bounds: &Bounds) -> Option<f64> {
+    courses.get(index).copied().flatten().and_then(|course| course.held(bounds))
 }
 
 fn row_bounds(ocp: &Ocp, layout: &Layout, guess: &Guess) -> (Vec<f64>, Vec<f64>) {
