@@ -76,6 +76,7 @@ impl Radau {
         self.settings.check()?;
         let mut settings = RadauSettings {
             mesh_tolerance: MESH_TOLERANCE.max(self.settings.mesh_tolerance),
+            switches: false,
             ..self.settings.clone()
         };
         settings.nlp.max_iterations = settings.nlp.max_iterations.min(MAX_ITERATIONS);
@@ -199,7 +200,7 @@ impl Relaxer<'_> {
             }
             let mut trajectory = nlp.trajectory(self.ocp, &result.report)?;
             let scaling = Scaling::new(self.ocp, &guess);
-            let error = estimate(self.ocp, &scaling, &self.settings, &mut trajectory)?;
+            let error = estimate(self.ocp, &scaling, &self.settings, &mut trajectory)?.error;
             let next = refine(&trajectory, &self.settings)?;
             guess = Guess::earlier(&trajectory);
             let found = result.report.objective;

@@ -9,7 +9,7 @@ use apsides_nlp::{
 use apsides_ocp::{Guess, Mesh, Ocp, PhaseMesh, Scaling, Trajectory};
 
 use crate::RadauError;
-use crate::error_estimate::estimate;
+use crate::error_estimate::{Estimate, estimate};
 use crate::refinement::refine;
 use crate::row_origin::RowOrigin;
 use crate::scales::ScaleWarning;
@@ -19,6 +19,9 @@ use crate::workers::pool;
 
 /// Most changes of the structure of switches in a solve: what has not settled then is left to refinement.
 const MOST_REVISIONS: usize = 8;
+
+/// A mesh for the sake of the bounds on controls alone must bring their excess below this part of what it was.
+const LEAST_GAIN: f64 = 0.2;
 
 /// Settings of the method.
 #[derive(Clone, Debug)]
@@ -220,6 +223,7 @@ impl Radau {
         let mut meshes: Vec<MeshRecord> = Vec::new();
         let mut warnings = Vec::new();
         let mut last: Option<Solved> = None;
+        let mut excess = f64::INFINITY;
         let mut revisions = if self.settings.switches { MOST_REVISIONS } else { 0 };
         let pool = pool(self.settings.threads);
         loop {
@@ -236,7 +240,7 @@ impl Radau {
             };
             let mut trajectory = nlp.trajectory(ocp, &report)?;
             let scaling = Scaling::new(ocp, &guess);
-            let error = estimate(ocp, &scaling, &self.settings, &mut trajectory)?;
+            let Estimate { error, controls } = estimate(ocp, &scaling, &self.settings, &mut trajectory)?;
             meshes.push(MeshRecord {
                 intervals: mesh.phases.iter().map(PhaseMesh::intervals).sum(),
                 points: mesh.phases.iter().map(PhaseMesh::total_points).sum(),
@@ -267,6 +271,11 @@ impl Radau {
             let found = Structure::of(ocp, &mut nlp, &report, &trajectory);
             let settled = revisions == 0 || found.is_that_of(&trajectory);
             let accurate = error <= self.settings.mesh_tolerance;
+            // Worth meshes of their own as long as they help.
+            let within = controls <= self.settings.mesh_tolerance || controls > LEAST_GAIN * excess;
+            if accurate && settled {
+                excess = controls;
+            }
             let plain = refine(&trajectory, &self.settings)?;
             let next = if revisions == 0 {
                 plain.clone()
@@ -279,7 +288,7 @@ impl Radau {
             let switches = found.switches(ocp, &trajectory);
             let plain = Mesh { phases: plain.phases.into_iter().map(PhaseMesh::without_arcs).collect() };
             let solved = Solved { trajectory, report, switches, accurate, plain };
-            if (accurate && settled) || out_of_meshes || size > self.settings.max_total_points {
+            if (accurate && settled && within) || out_of_meshes || size > self.settings.max_total_points {
                 return Ok(solved.into_solution(status, None, meshes, warnings));
             }
             last = Some(solved);
