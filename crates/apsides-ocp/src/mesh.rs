@@ -12,6 +12,8 @@ pub enum Course {
     /// A control between its bounds that the Hamiltonian is linear in: of one degree less than its points would allow, since
     /// along a singular arc the highest one is an oscillation that gains from the error of the rule.
     Singular,
+    /// It is clear of its bounds, which are left out.
+    Free,
 }
 
 impl Course {
@@ -21,9 +23,18 @@ impl Course {
         match self {
             Self::Lower => Some(bounds.lower),
             Self::Upper => Some(bounds.upper),
-            Self::Singular => None,
+            Self::Singular | Self::Free => None,
         }
     }
+}
+
+/// An inner interval end that divides a phase into arcs.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Break {
+    /// Index of the end among [`PhaseMesh::fractions`].
+    pub end: usize,
+    /// Whether its time is an unknown; else it stays at its fraction of the phase.
+    pub free: bool,
 }
 
 /// What is known of one arc of a phase.
@@ -37,13 +48,13 @@ pub struct PhaseArc {
 
 /// Mesh of one phase on the normalised time from 0 to 1.
 ///
-/// Some interval ends may be breaks: a method that knows them takes their times as unknowns. They divide the phase into
-/// arcs, along which controls and path constraint rows may be held at a bound.
+/// Some interval ends may be breaks: a method that knows them takes the times of free ones as unknowns. They divide the phase
+/// into arcs, along which controls and path constraint rows may be held at a bound.
 #[derive(Clone, Debug, PartialEq)]
 pub struct PhaseMesh {
     fractions: Vec<f64>,
     points: Vec<usize>,
-    breaks: Vec<usize>,
+    breaks: Vec<Break>,
     arcs: Vec<PhaseArc>,
 }
 
@@ -81,9 +92,9 @@ impl PhaseMesh {
     ///
     /// # Errors
     /// [`OcpError::Mesh`] when a break is no inner interval end, or a number does not fit.
-    pub fn with_arcs(self, breaks: Vec<usize>, arcs: Vec<PhaseArc>) -> Result<Self, OcpError> {
-        let inner = breaks.iter().all(|b| (1..self.intervals()).contains(b));
-        if !inner || breaks.windows(2).any(|w| w[0] >= w[1]) || arcs.len() != breaks.len() + 1 {
+    pub fn with_arcs(self, breaks: Vec<Break>, arcs: Vec<PhaseArc>) -> Result<Self, OcpError> {
+        let inner = breaks.iter().all(|b| (1..self.intervals()).contains(&b.end));
+        if !inner || breaks.windows(2).any(|w| w[0].end >= w[1].end) || arcs.len() != breaks.len() + 1 {
             let reason = "breaks must be increasing inner interval ends, with one arc more than breaks".into();
             return Err(OcpError::Mesh { place: "a phase".into(), reason });
         }
@@ -96,9 +107,9 @@ impl PhaseMesh {
         Self { breaks: Vec::new(), arcs: vec![PhaseArc::default()], ..self }
     }
 
-    /// Interval ends whose times are unknowns, by their index in [`fractions`](Self::fractions).
+    /// Interval ends that divide the phase into arcs.
     #[must_use]
-    pub fn breaks(&self) -> &[usize] {
+    pub fn breaks(&self) -> &[Break] {
         &self.breaks
     }
 
@@ -111,8 +122,8 @@ impl PhaseMesh {
     /// Intervals of an arc.
     #[must_use]
     pub fn arc_intervals(&self, arc: usize) -> std::ops::Range<usize> {
-        let start = if arc == 0 { 0 } else { self.breaks[arc - 1] };
-        start..self.breaks.get(arc).copied().unwrap_or(self.intervals())
+        let start = if arc == 0 { 0 } else { self.breaks[arc - 1].end };
+        start..self.breaks.get(arc).map_or(self.intervals(), |b| b.end)
     }
 
     /// Whether there is more than one arc, or something is known of the only one.

@@ -2,8 +2,8 @@
 //!
 //! Variables: per phase, node after node `[x, u]`, the end node with `[x]` alone, then the start time, the times of the
 //! breaks and the end time; the static parameters come last. Constraints: per phase, node after node `[defects, path
-//! rows]`, then the integrals with bounds, the duration, the durations of the arcs if there are several, the degrees of
-//! singular controls; the endpoint constraints come last.
+//! rows]`, then the integrals with bounds, the duration, the durations of the arcs if there are several, the times of breaks
+//! that are not free, the degrees of singular controls; the endpoint constraints come last.
 
 use std::ops::Range;
 
@@ -64,6 +64,8 @@ pub(crate) struct PhaseLayout {
     pub(crate) duration_row: Option<usize>,
     /// Row of the duration of the first of several arcs; those of the others follow.
     pub(crate) first_arc_row: Option<usize>,
+    /// Row, column and fraction of the phase of the time of each break that is not free.
+    pub(crate) pinned_rows: Vec<(usize, usize, f64)>,
     /// Row, interval and control of each condition that the highest degree of a control vanishes.
     pub(crate) degree_rows: Vec<(usize, usize, usize)>,
     /// Stage of the first interval in the elimination order.
@@ -160,6 +162,12 @@ impl Layout {
             let duration_row = needs_duration_row(phase).then(&mut next_row);
             let first_arc_row = (arcs.len() > 1).then(&mut next_row);
             constraints += if arcs.len() > 1 { arcs.len() - 1 } else { 0 };
+            let columns = mesh.breaks().iter().zip(initial_time + 1..).filter(|(b, _)| !b.free);
+            let pinned_rows: Vec<_> = columns
+                .zip(constraints..)
+                .map(|((b, column), row)| (row, column, mesh.fractions()[b.end]))
+                .collect();
+            constraints += pinned_rows.len();
             let degree_rows: Vec<_> =
                 singular(mesh).zip(constraints..).map(|((interval, c), row)| (row, interval, c)).collect();
             constraints += degree_rows.len();
@@ -180,6 +188,7 @@ impl Layout {
                 integral_rows,
                 duration_row,
                 first_arc_row,
+                pinned_rows,
                 degree_rows,
                 first_stage,
             });

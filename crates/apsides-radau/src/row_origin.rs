@@ -38,6 +38,9 @@ impl Transcription {
             if p.first_arc_row.is_some_and(|r| (r..r + p.arcs.len()).contains(&row)) {
                 return Some(whole("duration between switches".into(), &phase.time_unit));
             }
+            if p.pinned_rows.iter().any(|r| r.0 == row) {
+                return Some(whole("start of an arc".into(), &phase.time_unit));
+            }
             if let Some((_, _, c)) = p.degree_rows.iter().find(|r| r.0 == row) {
                 let v = &phase.controls[*c];
                 return Some(whole(format!("degree of {}", v.name), &v.unit));

@@ -198,6 +198,9 @@ pub(crate) fn nlp_scaling(ocp: &Ocp, layout: &Layout, scaling: &Scaling) -> NlpS
         if let Some(r) = p.first_arc_row {
             constraints[r..r + p.arcs.len()].fill(s.time);
         }
+        for &(row, ..) in &p.pinned_rows {
+            constraints[row] = s.time;
+        }
         for &(row, _, c) in &p.degree_rows {
             constraints[row] = s.controls[c];
         }

@@ -269,10 +269,11 @@ impl Radau {
                 return Ok(solved.into_solution(status, unmet, meshes, warnings));
             }
             let found = Structure::of(ocp, &mut nlp, &report, &trajectory);
-            let settled = revisions == 0 || found.is_that_of(&trajectory);
+            let in_bounds = controls <= self.settings.mesh_tolerance;
+            let settled = revisions == 0 || found.is_that_of(&trajectory, in_bounds);
             let accurate = error <= self.settings.mesh_tolerance;
             // Worth meshes of their own as long as they help.
-            let within = controls <= self.settings.mesh_tolerance || controls > LEAST_GAIN * excess;
+            let within = in_bounds || controls > LEAST_GAIN * excess;
             if accurate && settled {
                 excess = controls;
             }

@@ -9,7 +9,7 @@
 use std::fmt;
 
 use apsides_nlp::{Nlp, SolveReport};
-use apsides_ocp::{Bounds, Course, Mesh, Ocp, Phase, PhaseArc, PhaseMesh, PhaseTrajectory, Trajectory};
+use apsides_ocp::{Bounds, Break, Course, Mesh, Ocp, Phase, PhaseArc, PhaseMesh, PhaseTrajectory, Trajectory};
 
 use crate::RadauError;
 use crate::layout::PhaseLayout;
@@ -35,8 +35,14 @@ const CROSSING: usize = 2;
 const SAME: f64 = 1e-4;
 /// Arcs and intervals shorter than this part of the phase have come to nothing.
 const COLLAPSED: f64 = 10.0 * LEAST_ARC;
-/// A kink closer than this part of the phase to an interval end is there.
-const KINK_SETTLED: f64 = 1e-8;
+/// A kink closer than this part of the phase to a break of the mesh is there.
+const KINK_SETTLED: f64 = 1e-9;
+/// A kink within this part of the phase of a break that is not free is the same one, moved.
+const KINK_NEAR: f64 = 0.02;
+/// Excess of a bound that was left out, relative to the range, from which on it is not clear of it.
+const VIOLATION: f64 = 1e-8;
+/// Distances beyond a node, in halves of that to the node before, within which a kink is looked for.
+const REACH: usize = 8;
 /// An interval beside a new break shorter than this part of its neighbour becomes part of it.
 const SHORT: f64 = 0.25;
 
@@ -144,6 +150,7 @@ struct Sample {
     /// Relative multiplier: positive where the lower bound would be active.
     slope: f64,
     class: Class,
+    course: Option<Course>,
 }
 
 /// Consecutive nodes of one class, by index into the samples.
@@ -163,10 +170,28 @@ struct Change {
     at: f64,
     from: Class,
     to: Class,
-    /// Whether the quantity jumps there; else it meets its bound continuously.
-    jump: bool,
-    /// Break of the mesh that it belongs to already.
-    known: Option<usize>,
+    kind: ChangeKind,
+    /// Normalised time of the break of the mesh that it belongs to already.
+    known: Option<f64>,
+}
+
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum ChangeKind {
+    /// The quantity jumps: the time can be an unknown.
+    Jump,
+    /// It meets its bound continuously: to first and second order the time does not matter, so that it follows from where the
+    /// free side meets the bound.
+    Kink,
+    /// What happens there is not clear yet.
+    Unclear,
+}
+
+/// A break of a structure.
+struct Found {
+    at: f64,
+    free: bool,
+    /// Time of the break of the mesh that it belongs to already.
+    known: Option<f64>,
 }
 
 /// The structure of one phase.
@@ -209,7 +234,7 @@ impl<'a> Structure<'a> {
     pub(crate) fn switches(&self, ocp: &Ocp, trajectory: &Trajectory) -> Vec<Switch> {
         let mut switches = Vec::new();
         for ((found, phase), t) in self.phases.iter().zip(&ocp.phases).zip(&trajectory.phases) {
-            for c in found.jumps() {
+            for c in found.of_kind(ChangeKind::Jump) {
                 let v = found.quantities[c.quantity].variable;
                 switches.push(Switch {
                     phase: phase.name.clone(),
@@ -226,12 +251,14 @@ impl<'a> Structure<'a> {
         switches
     }
 
-    /// Whether the mesh of the trajectory has exactly the breaks and arcs that were found.
-    pub(crate) fn is_that_of(&self, trajectory: &Trajectory) -> bool {
+    /// Whether the mesh of the trajectory has exactly the breaks and arcs that were found; kinks may stand beside their breaks
+    /// if the polynomials are `within` their bounds.
+    pub(crate) fn is_that_of(&self, trajectory: &Trajectory, within: bool) -> bool {
         self.phases.iter().zip(&trajectory.phases).all(|(found, t)| {
             let breaks = found.breaks();
-            breaks.iter().all(|b| b.1.is_some())
+            breaks.iter().all(|b| b.known.is_some_and(|f| f == b.at || within))
                 && breaks.len() == t.mesh.breaks().len()
+                && breaks.iter().zip(t.mesh.breaks()).all(|(a, b)| a.free == b.free)
                 && found.arcs(&breaks) == t.mesh.arcs()
         })
     }
@@ -242,8 +269,8 @@ impl<'a> Structure<'a> {
         let mut trajectory = trajectory.clone();
         for (found, t) in self.phases.iter().zip(&mut trajectory.phases) {
             let ends = t.mesh.fractions();
-            let at_end = |f: f64| ends.iter().any(|e| (e - f).abs() < KINK_SETTLED);
-            let new = found.changes.iter().filter(|c| if c.jump { c.known.is_none() } else { !at_end(c.at) });
+            let is_new = |c: &&Change| c.kind != ChangeKind::Unclear && c.known != Some(c.at);
+            let new = found.changes.iter().filter(is_new);
             for (c, k) in new.flat_map(|c| (0..t.mesh.intervals()).map(move |k| (c, k))) {
                 let (start, end) = (ends[k], ends[k + 1]);
                 if c.gap.0 < end && c.gap.1 > start {
@@ -259,36 +286,32 @@ impl<'a> Structure<'a> {
         let phases = self.phases.iter().zip(&refined.phases).map(|(found, mesh)| {
             let breaks = found.breaks();
             let arcs = found.arcs(&breaks);
-            let mesh = with_breaks(mesh, &breaks.iter().map(|b| b.0).collect::<Vec<_>>(), arcs)?;
-            found.kinks().try_fold(mesh, |mesh, f| with_end(&mesh, f))
+            with_breaks(mesh, &breaks, arcs)
         });
         Ok(Mesh { phases: phases.collect::<Result<_, _>>()? })
     }
 }
 
 impl PhaseStructure<'_> {
-    fn jumps(&self) -> impl Iterator<Item = &Change> {
-        self.changes.iter().filter(|c| c.jump)
+    fn of_kind(&self, kind: ChangeKind) -> impl Iterator<Item = &Change> {
+        self.changes.iter().filter(move |c| c.kind == kind)
     }
 
-    /// Normalised times where a quantity meets its bound continuously.
-    fn kinks(&self) -> impl Iterator<Item = f64> + '_ {
-        self.changes.iter().filter(|c| !c.jump && !c.from.opposite(c.to)).map(|c| c.at)
-    }
-
-    /// Breaks in order: normalised time, and index among those of the mesh, if it is one of them.
-    fn breaks(&self) -> Vec<(f64, Option<usize>)> {
-        let mut breaks: Vec<(f64, Option<usize>)> = Vec::new();
-        for c in self.jumps() {
-            if breaks.last().is_none_or(|b| c.at > b.0) {
-                breaks.push((c.at, c.known));
+    /// Breaks in order.
+    fn breaks(&self) -> Vec<Found> {
+        let mut breaks: Vec<Found> = Vec::new();
+        for c in self.changes.iter().filter(|c| c.kind != ChangeKind::Unclear) {
+            let free = c.kind == ChangeKind::Jump;
+            match breaks.last_mut().filter(|b| c.at <= b.at) {
+                Some(b) => b.free |= free,
+                None => breaks.push(Found { at: c.at, free, known: c.known }),
             }
         }
         breaks
     }
 
     /// What is held between the breaks.
-    fn arcs(&self, breaks: &[(f64, Option<usize>)]) -> Vec<PhaseArc> {
+    fn arcs(&self, breaks: &[Found]) -> Vec<PhaseArc> {
         let count = |controls: bool| {
             let index = |q: &Quantity<'_>| match q.kind {
                 Kind::Control(c) if controls => c + 1,
@@ -301,21 +324,27 @@ impl PhaseStructure<'_> {
         let mut arcs = Vec::new();
         for k in 0..=breaks.len() {
             if k > 0 {
-                for c in self.jumps().filter(|c| c.at == breaks[k - 1].0) {
+                let here = |c: &&Change| c.kind != ChangeKind::Unclear && c.at == breaks[k - 1].at;
+                for c in self.changes.iter().filter(here) {
                     class[c.quantity] = c.to;
                 }
             }
             let mut arc = PhaseArc { controls: vec![None; count(true)], rows: vec![None; count(false)] };
-            let end = breaks.get(k).map_or(f64::INFINITY, |b| b.0);
+            let end = breaks.get(k).map_or(f64::INFINITY, |b| b.at);
             let mut whole = vec![true; class.len()];
-            for c in self.changes.iter().filter(|c| !c.jump && c.at < end) {
-                if k == 0 || c.at > breaks[k - 1].0 {
+            for c in self.of_kind(ChangeKind::Unclear).filter(|c| c.at < end) {
+                if k == 0 || c.at > breaks[k - 1].at {
                     (whole[c.quantity], class[c.quantity]) = (false, c.to);
                 }
             }
-            for ((q, class), whole) in self.quantities.iter().zip(&class).zip(whole) {
-                let singular = q.affine.then_some(Course::Singular);
-                let course = class.course().or(singular).filter(|_| whole);
+            for (index, ((q, class), whole)) in self.quantities.iter().zip(&class).zip(whole).enumerate() {
+                let has_kink = self.of_kind(ChangeKind::Kink).any(|c| c.quantity == index);
+                let between = match (q.affine, has_kink) {
+                    (true, _) => Some(Course::Singular),
+                    (false, true) => Some(Course::Free),
+                    (false, false) => None,
+                };
+                let course = class.course().or(between).filter(|_| whole);
                 match q.kind {
                     Kind::Control(c) => arc.controls[c] = course,
                     Kind::Row(r) => arc.rows[r] = course,
@@ -390,27 +419,41 @@ fn phase_structure<'a>(
         for pair in runs.windows(2) {
             let (a, b) = (&samples[pair[0].last], &samples[pair[1].first]);
             let crosses = pair[0].class.opposite(pair[1].class);
-            let jump = match q.kind {
-                Kind::Control(_) => affine,
-                Kind::Row(_) => crosses || jumps(&samples, &pair[0], &pair[1]),
+            let kind = match q.kind {
+                _ if !crosses && is_kink(&pair[0], &pair[1]) && !q.affine && !jumps(&samples, &pair[0], &pair[1]) => {
+                    ChangeKind::Kink
+                }
+                Kind::Control(_) if affine => ChangeKind::Jump,
+                Kind::Row(_) if crosses || jumps(&samples, &pair[0], &pair[1]) => ChangeKind::Jump,
+                _ => ChangeKind::Unclear,
             };
             found.changes.push(Change {
                 quantity: k,
                 gap: (a.fraction, b.fraction),
-                at: match (crosses, jump) {
+                at: match (crosses, kind) {
                     (true, _) => crossing(a, b),
-                    (false, true) => 0.5 * (a.fraction + b.fraction),
-                    (false, false) => meeting(&samples, &pair[0], &pair[1]),
+                    (false, ChangeKind::Kink) => meeting(&samples, &pair[0], &pair[1]),
+                    (false, _) => 0.5 * (a.fraction + b.fraction),
                 },
                 from: pair[0].class,
                 to: pair[1].class,
-                jump,
+                kind,
                 known: None,
             });
         }
+        // Kinks in another order than their nodes, or beyond the ends of the phase, are not clear yet.
+        let own = found.changes.len() + 1 - runs.len().max(1);
+        let times: Vec<f64> = found.changes[own..].iter().map(|c| c.at).collect();
+        for (i, c) in found.changes[own..].iter_mut().enumerate() {
+            let low = if i == 0 { 0.0 } else { times[i - 1] } + COLLAPSED;
+            let high = times.get(i + 1).copied().unwrap_or(1.0) - COLLAPSED;
+            if c.kind == ChangeKind::Kink && !(low < c.at && c.at < high) {
+                c.kind = ChangeKind::Unclear;
+            }
+        }
     }
     if std::env::var("DBG").is_ok() {
-        let times: Vec<f64> = t.mesh.breaks().iter().map(|&b| t.mesh.fractions()[b]).collect();
+        let times: Vec<f64> = t.mesh.breaks().iter().map(|b| t.mesh.fractions()[b.end]).collect();
         eprintln!("breaks {times:?} arcs {:?}", t.mesh.arcs());
         for q in quantities.iter() {
             let (s, affine) = samples(q, p, t, solution); eprintln!("affine {affine}");
@@ -419,7 +462,7 @@ fn phase_structure<'a>(
             if std::env::var("DBG").unwrap() == "2" { for s in &s { eprintln!("     {:.6} lo {:.3e} up {:.3e} s {:.3e} {:?}", s.fraction, s.above_lower, s.below_upper, s.slope, s.class); } }
         }
         for k in 0..t.mesh.intervals() { if t.interval_errors[k] > 1e-8 { eprintln!("  bad interval {:.6} {:.6} n {} err {:.2e}", t.mesh.fractions()[k], t.mesh.fractions()[k+1], t.mesh.points()[k], t.interval_errors[k]); } }
-        for c in &found.changes { eprintln!("  change {} gap {:?} at {} {:?}->{:?}", c.quantity, c.gap, c.at, c.from, c.to); }
+        for c in &found.changes { eprintln!("  change {} gap {:?} at {} {:?}->{:?} {:?} {:?}", c.quantity, c.gap, c.at, c.from, c.to, c.kind, c.known); }
     }
     found.quantities = quantities;
     found.changes.sort_by(|a, b| a.at.total_cmp(&b.at));
@@ -427,25 +470,44 @@ fn phase_structure<'a>(
     found
 }
 
+/// Whether there are nodes enough on both sides of a change for a kink.
+fn is_kink(a: &Run, b: &Run) -> bool {
+    let (between, bound) = if a.class == Class::Between { (a, b) } else { (b, a) };
+    bound.last - bound.first >= CROSSING && between.last - between.first > CROSSING
+}
+
 /// Gives every change the break that it belongs to, or joins it with others close by.
 fn settle(changes: &mut [Change], mesh: &PhaseMesh) {
-    let times: Vec<f64> = mesh.breaks().iter().map(|&b| mesh.fractions()[b]).collect();
-    for c in changes.iter_mut().filter(|c| c.jump) {
-        // Nearest to the estimate of those between the two nodes.
-        let inside = times.iter().enumerate().filter(|(_, f)| (c.gap.0..=c.gap.1).contains(*f));
-        let nearest = inside.min_by(|a, b| (a.1 - c.at).abs().total_cmp(&(b.1 - c.at).abs()));
-        if let Some((index, &f)) = nearest {
-            (c.known, c.at) = (Some(index), f);
+    let times = |free: bool| -> Vec<f64> {
+        mesh.breaks().iter().filter(|b| b.free == free).map(|b| mesh.fractions()[b.end]).collect()
+    };
+    let nearest = |times: &[f64], c: &Change, low: f64, high: f64| -> Option<f64> {
+        let inside = times.iter().copied().filter(|f| (low..=high).contains(f));
+        inside.min_by(|a, b| (a - c.at).abs().total_cmp(&(b - c.at).abs()))
+    };
+    let (free, pinned) = (times(true), times(false));
+    for c in changes.iter_mut() {
+        match c.kind {
+            // Nearest to the estimate of those between the two nodes.
+            ChangeKind::Jump => {
+                c.known = nearest(&free, c, c.gap.0, c.gap.1);
+                c.at = c.known.unwrap_or(c.at);
+            }
+            ChangeKind::Kink => {
+                c.known = nearest(&pinned, c, c.at - KINK_NEAR, c.at + KINK_NEAR);
+                c.at = c.known.filter(|f| (f - c.at).abs() < KINK_SETTLED).unwrap_or(c.at);
+            }
+            ChangeKind::Unclear => {}
         }
     }
     changes.sort_by(|a, b| a.at.total_cmp(&b.at));
     for i in 1..changes.len() {
         let (before, rest) = changes.split_at_mut(i);
         let c = &mut rest[0];
-        let Some(last) = before.iter().rev().find(|b| b.jump).filter(|_| c.jump) else { continue };
-        let same_quantity = before.iter().any(|b| b.jump && b.quantity == c.quantity && b.at == last.at);
-        let distinct = last.known.is_some() && c.known.is_some() && last.known != c.known;
-        if c.at - last.at < SAME && !same_quantity && !distinct && c.known.is_none() {
+        let jump = |c: &Change| c.kind == ChangeKind::Jump;
+        let Some(last) = before.iter().rev().find(|b| jump(b)).filter(|_| jump(c)) else { continue };
+        let same_quantity = before.iter().any(|b| jump(b) && b.quantity == c.quantity && b.at == last.at);
+        if c.at - last.at < SAME && !same_quantity && c.known.is_none() {
             (c.at, c.known) = (last.at, last.known);
         }
     }
@@ -461,7 +523,6 @@ fn samples(
     let duration = t.final_time - t.initial_time;
     let Bounds { lower, upper } = q.variable.bounds;
     let mut samples: Vec<Sample> = Vec::new();
-    let mut held = Vec::new();
     let mut curvature = 0.0_f64;
     let collapsed: Vec<bool> =
         (0..p.arcs.len()).map(|k| is_collapsed(p.arc_duration(k, &report.x), t)).collect();
@@ -484,7 +545,6 @@ fn samples(
                 (report.constraint_values[row], -report.constraint_multipliers[row], holds.rows.get(r))
             }
         };
-        held.push(hold.copied().flatten());
         samples.push(Sample {
             fraction: (p.time(node, &report.x) - t.initial_time) / (t.final_time - t.initial_time),
             interval: n.interval,
@@ -492,30 +552,34 @@ fn samples(
             below_upper: (upper - value) / q.range,
             slope: multiplier * q.range / seconds,
             class: Class::Between,
+            course: hold.copied().flatten(),
         });
     }
     let least = LEAST_SLOPE * solution.objective / duration;
     let largest = samples.iter().fold(least, |m, s| m.max(s.slope.abs()));
-    for (s, held) in samples.iter_mut().zip(&held) {
+    let affine = curvature <= AFFINE * largest;
+    let is_regular = matches!(q.kind, Kind::Control(_)) && !affine;
+    for s in &mut samples {
         s.slope = if largest > 0.0 { s.slope / largest } else { 0.0 };
-        s.class = class(s, *held);
+        s.class = class(s, is_regular);
     }
-    keep_ends(&mut samples, &held);
-    (samples, curvature <= AFFINE * largest)
+    keep_ends(&mut samples);
+    (samples, affine)
 }
 
 /// A multiplier of the wrong sign at the very ends of what is held says that it is not yet exact, since the break stands at
 /// the best place.
-fn keep_ends(samples: &mut [Sample], held: &[Option<Course>]) {
+fn keep_ends(samples: &mut [Sample]) {
     let held_class = |course: Course| match course {
         Course::Lower => Some(Class::Lower),
         Course::Upper => Some(Class::Upper),
-        Course::Singular => None,
+        Course::Singular | Course::Free => None,
     };
     let mut start = 0;
     while start < samples.len() {
-        let end = (start..samples.len()).find(|&i| held[i] != held[start]).unwrap_or(samples.len());
-        if let Some(own) = held[start].and_then(held_class) {
+        let course = samples[start].course;
+        let end = (start..samples.len()).find(|&i| samples[i].course != course).unwrap_or(samples.len());
+        if let Some(own) = course.and_then(held_class) {
             let wrong = |s: &&Sample| s.class != own;
             let tail = samples[start..end].iter().rev().take_while(wrong).count();
             let head = samples[start..end].iter().take_while(wrong).count();
@@ -535,14 +599,18 @@ fn is_collapsed(arc: f64, t: &PhaseTrajectory) -> bool {
     arc <= COLLAPSED * (t.final_time - t.initial_time)
 }
 
-fn class(s: &Sample, held: Option<Course>) -> Class {
-    match held {
+/// What a sample says; a control that meets its bounds continuously does not change over to the other one.
+fn class(s: &Sample, is_regular: bool) -> Class {
+    match s.course {
         Some(Course::Lower) if s.slope >= -NO_EVIDENCE => Class::Lower,
         Some(Course::Upper) if s.slope <= NO_EVIDENCE => Class::Upper,
         // Pushed away from the bound: the other one, if there is one.
-        Some(Course::Lower) if s.below_upper.is_finite() => Class::Upper,
-        Some(Course::Upper) if s.above_lower.is_finite() => Class::Lower,
+        Some(Course::Lower) if s.below_upper.is_finite() && !is_regular => Class::Upper,
+        Some(Course::Upper) if s.above_lower.is_finite() && !is_regular => Class::Lower,
         Some(Course::Lower | Course::Upper) => Class::Between,
+        Some(Course::Free) if s.above_lower < -VIOLATION => Class::Lower,
+        Some(Course::Free) if s.below_upper < -VIOLATION => Class::Upper,
+        Some(Course::Free) => Class::Between,
         _ if s.above_lower < NEAR && s.slope > s.above_lower => Class::Lower,
         _ if s.below_upper < NEAR && -s.slope > s.below_upper => Class::Upper,
         _ => Class::Between,
@@ -559,7 +627,9 @@ fn runs(samples: &[Sample]) -> Vec<Run> {
     }
     // Bounds without evidence are none.
     for r in &mut runs {
-        let evidence = samples[r.first..=r.last].iter().fold(0.0_f64, |m, s| m.max(s.slope.abs()));
+        let seen = &samples[r.first..=r.last];
+        let violated = seen.iter().any(|s| s.course == Some(Course::Free));
+        let evidence = seen.iter().fold(if violated { 1.0 } else { 0.0_f64 }, |m, s| m.max(s.slope.abs()));
         let few = r.last - r.first < CROSSING;
         if evidence < if few { OSCILLATION } else { NO_EVIDENCE } {
             r.class = Class::Between;
@@ -626,22 +696,22 @@ fn jumps(samples: &[Sample], a: &Run, b: &Run) -> bool {
     distance(i) > 2.0 * NEAR && ahead > 0.5 * distance(i)
 }
 
-/// Where the distance to the bound of one of two runs vanishes, from its polynomial in the other: through the nodes of the
-/// nearest interval if none of them is at the bound, else through the nearest nodes.
+/// Where the distance to the bound of one of two runs vanishes, from its polynomial beside the change: through the nodes of the
+/// nearest interval where none of them is at the bound, or all have left their bounds out, else through the nearest nodes.
 fn meeting(samples: &[Sample], a: &Run, b: &Run) -> f64 {
-    let (before, after) = (&samples[a.last], &samples[b.first]);
-    let (bound, near, far) = if a.class == Class::Between { (b, before, after) } else { (a, after, before) };
-    let distance = |s: &Sample| if bound.class == Class::Lower { s.above_lower } else { s.below_upper };
-    let between = if a.class == Class::Between { a } else { b };
-    let free = &samples[between.first..=between.last];
-    let whole: Vec<&Sample> = free.iter().filter(|s| s.interval == near.interval).collect();
-    let all = samples.iter().filter(|s| s.interval == near.interval).count();
-    let nodes: Vec<&Sample> = if whole.len() == all && all > 2 {
-        whole
-    } else if a.class == Class::Between {
-        free.iter().rev().take(3).collect()
+    let between_first = a.class == Class::Between;
+    let bound = if between_first { b.class } else { a.class };
+    let distance = |s: &Sample| if bound == Class::Lower { s.above_lower } else { s.below_upper };
+    let (near, far) = if between_first { (a.last, b.first) } else { (b.first, a.last) };
+    let all: Vec<&Sample> = samples.iter().filter(|s| s.interval == samples[near].interval).collect();
+    let clean = |s: &&Sample| s.course == Some(Course::Free) || (s.course.is_none() && s.class == Class::Between);
+    let nodes: Vec<&Sample> = if all.len() > 2 && all.iter().all(clean) {
+        all
     } else {
-        free.iter().take(3).collect()
+        let run = if between_first { a } else { b };
+        let free = samples[run.first..=run.last].iter();
+        let free = free.filter(|s| !matches!(s.course, Some(Course::Lower | Course::Upper)));
+        if between_first { free.rev().take(3).collect() } else { free.take(3).collect() }
     };
     let value = |f: f64| -> f64 {
         let basis = |i: usize| -> f64 {
@@ -650,10 +720,18 @@ fn meeting(samples: &[Sample], a: &Run, b: &Run) -> f64 {
         };
         nodes.iter().enumerate().map(|(i, s)| distance(s) * basis(i)).sum()
     };
-    // The bound is met between the two nodes, or a little beyond the second.
-    let (mut inside, mut outside) = (near.fraction, far.fraction + 0.5 * (far.fraction - near.fraction));
-    if !(value(inside) > 0.0 && value(outside) < 0.0) {
-        return 0.5 * (near.fraction + far.fraction);
+    let (mut inside, far) = (samples[near].fraction, samples[far].fraction);
+    let mut outside = inside;
+    // The bound is met between the two nodes, or a little beyond.
+    for k in 0..REACH {
+        outside = far + 0.5 * k as f64 * (far - samples[near].fraction);
+        if value(outside) < 0.0 {
+            break;
+        }
+        inside = outside;
+    }
+    if !(value(inside) >= 0.0 && value(outside) < 0.0) {
+        return 0.5 * (samples[near].fraction + far);
     }
     for _ in 0..60 {
         let middle = 0.5 * (inside + outside);
@@ -669,65 +747,34 @@ fn crossing(a: &Sample, b: &Sample) -> f64 {
 }
 
 /// The mesh with these breaks. Intervals that a new break leaves too short become part of their neighbours.
-fn with_breaks(mesh: &PhaseMesh, breaks: &[f64], arcs: Vec<PhaseArc>) -> Result<PhaseMesh, RadauError> {
+fn with_breaks(mesh: &PhaseMesh, found: &[Found], arcs: Vec<PhaseArc>) -> Result<PhaseMesh, RadauError> {
+    let breaks: Vec<f64> = found.iter().map(|b| b.at).collect();
     let mut ends = mesh.fractions().to_vec();
     let mut points = mesh.points().to_vec();
-    for &f in breaks {
-        insert(&mut ends, &mut points, f);
+    for &f in &breaks {
+        let k = ends.partition_point(|e| *e < f);
+        if ends[k] != f {
+            ends.insert(k, f);
+            points.insert(k, points[k - 1]);
+        }
     }
-    let old: Vec<f64> = mesh.breaks().iter().map(|&b| mesh.fractions()[b]).collect();
+    let old: Vec<f64> = mesh.breaks().iter().map(|b| mesh.fractions()[b.end]).collect();
     let new = |f: f64| breaks.contains(&f) && !old.contains(&f);
     let mut k = 1;
     while k + 1 < ends.len() {
         let (left, right) = (ends[k] - ends[k - 1], ends[k + 1] - ends[k]);
-        let beside_new = (new(ends[k - 1]) && left < SHORT * right) || (new(ends[k + 1]) && right < SHORT * left);
+        let beside_new =
+            (new(ends[k - 1]) && left < SHORT * right) || (new(ends[k + 1]) && right < SHORT * left);
         let collapsed = old.contains(&ends[k]) && left.min(right) <= COLLAPSED;
         if !breaks.contains(&ends[k]) && (beside_new || collapsed) {
-            remove(&mut ends, &mut points, k);
+            ends.remove(k);
+            let n = points.remove(k);
+            points[k - 1] = points[k - 1].max(n);
         } else {
             k += 1;
         }
     }
-    let at = ends.iter().enumerate().filter(|(_, e)| breaks.contains(e)).map(|(k, _)| k).collect();
+    let index = |f: f64| ends.partition_point(|e| *e < f);
+    let at = found.iter().map(|b| Break { end: index(b.at), free: b.free }).collect();
     Ok(PhaseMesh::new(ends, points)?.with_arcs(at, arcs)?)
-}
-
-/// The mesh with an interval end at `f`: a new one, or one close by that is moved there.
-fn with_end(mesh: &PhaseMesh, f: f64) -> Result<PhaseMesh, RadauError> {
-    if !(f > 0.0 && f < 1.0) || mesh.fractions().contains(&f) {
-        return Ok(mesh.clone());
-    }
-    let breaks: Vec<f64> = mesh.breaks().iter().map(|&b| mesh.fractions()[b]).collect();
-    let mut ends = mesh.fractions().to_vec();
-    let mut points = mesh.points().to_vec();
-    let k = insert(&mut ends, &mut points, f);
-    let fixed = |e: f64| e == 0.0 || e == 1.0 || breaks.contains(&e);
-    // Either neighbour that it leaves too short an interval gives way, unless it is a break.
-    let (left, right) = (f - ends[k - 1], ends[k + 1] - f);
-    if right < SHORT * left && !fixed(ends[k + 1]) {
-        remove(&mut ends, &mut points, k + 1);
-    } else if left < SHORT * right && !fixed(ends[k - 1]) {
-        remove(&mut ends, &mut points, k - 1);
-    } else if left.min(right) <= COLLAPSED {
-        return Ok(mesh.clone());
-    }
-    let at = ends.iter().enumerate().filter(|(_, e)| breaks.contains(e)).map(|(k, _)| k).collect();
-    Ok(PhaseMesh::new(ends, points)?.with_arcs(at, mesh.arcs().to_vec())?)
-}
-
-/// Divides an interval at `f`, unless it is an end, and returns the index of the end.
-fn insert(ends: &mut Vec<f64>, points: &mut Vec<usize>, f: f64) -> usize {
-    let k = ends.partition_point(|e| *e < f);
-    if ends[k] != f {
-        ends.insert(k, f);
-        points.insert(k, points[k - 1]);
-    }
-    k
-}
-
-/// Makes the intervals on both sides of an end one.
-fn remove(ends: &mut Vec<f64>, points: &mut Vec<usize>, k: usize) {
-    ends.remove(k);
-    let n = points.remove(k);
-    points[k - 1] = points[k - 1].max(n);
 }

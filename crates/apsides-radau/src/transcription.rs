@@ -380,6 +380,13 @@ fn constant_entries(layout: &Layout) -> Vec<((usize, usize), f64)> {
             entries.push(((r, arc.start_time), -1.0));
             entries.push(((r, arc.end_time), 1.0));
         }
+        for &(r, column, f) in &p.pinned_rows {
+            entries.extend([
+                ((r, column), 1.0),
+                ((r, p.initial_time), f - 1.0),
+                ((r, p.final_time), -f),
+            ]);
+        }
         for &(r, interval, c) in &p.degree_rows {
             let (rule, first) = (&p.rules[interval], p.interval_start(interval));
             for (j, (&tau, w)) in rule.nodes().iter().zip(rule.weights()).enumerate() {
@@ -424,7 +431,7 @@ fn variable_bounds(ocp: &Ocp, layout: &Layout, start: &[f64]) -> (Vec<f64>, Vec<
             if node < last {
                 let held = &p.mesh.arcs()[p.arc_of(node)].controls;
                 for (c, control) in phase.controls.iter().enumerate() {
-                    set(p.control_column(node) + c, held_bounds(control.bounds, held, c));
+                    set(p.control_column(node) + c, bounds_along(control.bounds, held, c));
                 }
             }
         }
@@ -501,9 +508,12 @@ fn constant_states(
     constant
 }
 
-/// The bounds, or the one that the quantity of this index is held at.
-fn held_bounds(bounds: Bounds, courses: &[Option<Course>], index: usize) -> Bounds {
-    held(courses, index, &bounds).map_or(bounds, Bounds::fixed)
+/// The bounds that the quantity of this index has along an arc.
+fn bounds_along(bounds: Bounds, courses: &[Option<Course>], index: usize) -> Bounds {
+    match courses.get(index) {
+        Some(Some(Course::Free)) => Bounds::FREE,
+        _ => held(courses, index, &bounds).map_or(bounds, Bounds::fixed),
+    }
 }
 
 fn held(courses: &[Option<Course>], index: usize, bounds: &Bounds) -> Option<f64> {
@@ -521,7 +531,7 @@ fn row_bounds(ocp: &Ocp, layout: &Layout, guess: &Guess) -> (Vec<f64>, Vec<f64>)
         for node in 0..p.nodes.len() {
             let held = &p.mesh.arcs()[p.arc_of(node)].rows;
             for (k, row) in phase.path.iter().flat_map(|c| &c.rows).enumerate() {
-                set(p.path_row(node) + k, held_bounds(row.bounds, held, k));
+                set(p.path_row(node) + k, bounds_along(row.bounds, held, k));
             }
         }
         for (q, row) in phase.integrals.iter().zip(&p.integral_rows) {
@@ -557,8 +567,8 @@ fn starting_point(layout: &Layout, guess: &Guess) -> Vec<f64> {
             }
         }
         x[p.initial_time] = g.initial_time;
-        for (arc, &interval) in p.arcs.iter().zip(p.mesh.breaks()) {
-            let f = p.mesh.fractions()[interval];
+        for (arc, at) in p.arcs.iter().zip(p.mesh.breaks()) {
+            let f = p.mesh.fractions()[at.end];
             x[arc.end_time] = (1.0 - f) * g.initial_time + f * g.final_time;
         }
         x[p.final_time] = g.final_time;
