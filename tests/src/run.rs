@@ -38,10 +38,6 @@ pub fn radau(problem: &Problem) -> Radau {
             settings.nlp.tolerance = 1e-10;
             settings.max_meshes = 30;
         }
-        // Sixteen jumps: every digit of the mesh tolerance costs several meshes.
-        "XX" => settings.mesh_tolerance = 1e-6,
-        // Refinement follows the chattering of the control along the singular arc without end.
-        "XXX" => (settings.intervals, settings.points, settings.max_meshes) = (40, 8, 1),
         _ => {}
     }
     Radau { settings }

@@ -20,7 +20,7 @@ const NEAR: f64 = 1e-2;
 /// Relative multipliers below are rounding: no evidence of a bound, nor against one that is held.
 const NO_EVIDENCE: f64 = 1e-5;
 /// Relative multipliers below are that of the average over the phase of this part of the objective's scale.
-const LEAST_SLOPE: f64 = 1e-6;
+const LEAST_SLOPE: f64 = 1e-2;
 /// A control whose second derivative of the Hamiltonian, times its range, is below this part of its largest first one jumps;
 /// others meet their bounds continuously.
 const AFFINE: f64 = 1e-6;
@@ -458,6 +458,7 @@ fn phase_structure<'a>(
         for q in quantities.iter() {
             let (s, affine) = samples(q, p, t, solution); eprintln!("affine {affine}");
             let r = runs(&s);
+            eprintln!("  largest {:e} least {:e}", 0.0, LEAST_SLOPE * solution.objective / (t.final_time-t.initial_time));
             eprintln!("  {} runs {:?}", q.variable.name, r.iter().map(|r| (r.class, s[r.first].fraction, s[r.last].fraction)).collect::<Vec<_>>());
             if std::env::var("DBG").unwrap() == "2" { for s in &s { eprintln!("     {:.6} lo {:.3e} up {:.3e} s {:.3e} {:?}", s.fraction, s.above_lower, s.below_upper, s.slope, s.class); } }
         }
@@ -558,6 +559,7 @@ fn samples(
     let least = LEAST_SLOPE * solution.objective / duration;
     let largest = samples.iter().fold(least, |m, s| m.max(s.slope.abs()));
     let affine = curvature <= AFFINE * largest;
+    if std::env::var("DBG").is_ok() { eprintln!("largest {largest:e} least {least:e}"); }
     let is_regular = matches!(q.kind, Kind::Control(_)) && !affine;
     for s in &mut samples {
         s.slope = if largest > 0.0 { s.slope / largest } else { 0.0 };
