@@ -142,6 +142,8 @@ struct Quantity<'a> {
 #[derive(Clone, Copy)]
 struct Sample {
     fraction: f64,
+    /// Part of the phase that the node stands for.
+    width: f64,
     interval: usize,
     /// Relative to the range, above the lower bound.
     above_lower: f64,
@@ -159,6 +161,8 @@ struct Run {
     class: Class,
     first: usize,
     last: usize,
+    /// Too short for nodes at the bound: those in it stand between.
+    is_pulse: bool,
 }
 
 /// A change of class.
@@ -413,8 +417,11 @@ fn phase_structure<'a>(
     let mut found = PhaseStructure { quantities: Vec::new(), first: Vec::new(), changes: Vec::new() };
     for (k, q) in quantities.iter_mut().enumerate() {
         let (samples, affine) = samples(q, p, t, solution);
-        let runs = runs(&samples);
         q.affine = affine && matches!(q.kind, Kind::Control(_));
+        let mut runs = runs(&samples);
+        if q.affine {
+            pulses(&samples, &mut runs);
+        }
         found.first.push(runs.first().map_or(Class::Between, |r| r.class));
         for pair in runs.windows(2) {
             let (a, b) = (&samples[pair[0].last], &samples[pair[1].first]);
@@ -431,6 +438,7 @@ fn phase_structure<'a>(
                 quantity: k,
                 gap: (a.fraction, b.fraction),
                 at: match (crosses, kind) {
+                    (true, _) if pair[1].is_pulse || pair[0].is_pulse => pulse_end(&samples, &pair[0], &pair[1]),
                     (true, _) => crossing(a, b),
                     (false, ChangeKind::Kink) => meeting(&samples, &pair[0], &pair[1]),
                     (false, _) => 0.5 * (a.fraction + b.fraction),
@@ -548,6 +556,7 @@ fn samples(
         };
         samples.push(Sample {
             fraction: (p.time(node, &report.x) - t.initial_time) / (t.final_time - t.initial_time),
+            width: seconds / duration,
             interval: n.interval,
             above_lower: (value - lower) / q.range,
             below_upper: (upper - value) / q.range,
@@ -624,16 +633,16 @@ fn runs(samples: &[Sample]) -> Vec<Run> {
     for (i, s) in samples.iter().enumerate() {
         match runs.last_mut() {
             Some(r) if r.class == s.class => r.last = i,
-            _ => runs.push(Run { class: s.class, first: i, last: i }),
+            _ => runs.push(Run { class: s.class, first: i, last: i, is_pulse: false }),
         }
     }
-    // Bounds without evidence are none.
+    // Bounds without evidence are none, unless held or met by what had left them out.
     for r in &mut runs {
         let seen = &samples[r.first..=r.last];
-        let violated = seen.iter().any(|s| s.course == Some(Course::Free));
-        let evidence = seen.iter().fold(if violated { 1.0 } else { 0.0_f64 }, |m, s| m.max(s.slope.abs()));
+        let evidence = seen.iter().fold(0.0_f64, |m, s| m.max(s.slope.abs()));
         let few = r.last - r.first < CROSSING;
-        if evidence < if few { OSCILLATION } else { NO_EVIDENCE } {
+        let known = seen.iter().any(|s| s.course.is_some_and(|course| course != Course::Singular));
+        if !known && evidence < if few { OSCILLATION } else { NO_EVIDENCE } {
             r.class = Class::Between;
         }
     }
@@ -650,6 +659,43 @@ fn runs(samples: &[Sample]) -> Vec<Run> {
         }
     }
     runs
+}
+
+/// A few nodes between the bounds, before or after what stands at one, are a pulse to the other one that no node resolves.
+fn pulses(samples: &[Sample], runs: &mut [Run]) {
+    for k in 0..runs.len() {
+        let neighbours = [k.checked_sub(1), Some(k + 1)].map(|i| i.and_then(|i| runs.get(i)).map(|r| r.class));
+        let other = match neighbours {
+            [Some(Class::Lower), Some(Class::Lower)] | [Some(Class::Lower), None] | [None, Some(Class::Lower)] => Class::Upper,
+            [Some(Class::Upper), Some(Class::Upper)] | [Some(Class::Upper), None] | [None, Some(Class::Upper)] => Class::Lower,
+            _ => continue,
+        };
+        let r = &mut runs[k];
+        let bounded = samples[r.first].above_lower.is_finite() && samples[r.first].below_upper.is_finite();
+        if r.class == Class::Between && r.last - r.first < CROSSING && bounded {
+            (r.class, r.is_pulse) = (other, true);
+        }
+    }
+}
+
+/// End of a pulse that has the same area as the nodes in it.
+fn pulse_end(samples: &[Sample], a: &Run, b: &Run) -> f64 {
+    let pulse = if a.is_pulse { a } else { b };
+    let nodes = &samples[pulse.first..=pulse.last];
+    let height = |s: &Sample| if pulse.class == Class::Upper { s.above_lower } else { s.below_upper };
+    let area: f64 = nodes.iter().map(|s| s.width * height(s)).sum();
+    let total: f64 = nodes.iter().map(|s| s.width).sum();
+    let (start, end) = match (pulse.first, pulse.last + 1 == samples.len()) {
+        // At an end of the phase the pulse stands there.
+        (0, _) => (0.0, area),
+        (_, true) => (1.0 - area, 1.0),
+        _ => {
+            let middle = 0.5 * (nodes[0].fraction - 0.5 * nodes[0].width + nodes[nodes.len() - 1].fraction)
+                + 0.25 * nodes[nodes.len() - 1].width;
+            (middle - 0.5 * area.min(total), middle + 0.5 * area.min(total))
+        }
+    };
+    if a.is_pulse { end } else { start }
 }
 
 /// Several short runs in a row are a singular arc where the control oscillates.
