@@ -32,8 +32,10 @@ pub fn radau(problem: &Problem) -> Radau {
         | "bryson_denham"
         | "delta_iii"
         | "di_bang_bang"
+        | "free_flying_robot"
         | "hypersensitive"
-        | "hypersensitive_long" => {
+        | "hypersensitive_long"
+        | "moon_lander_soft" => {
             settings.mesh_tolerance = 1e-10;
             settings.nlp.tolerance = 1e-10;
             settings.max_meshes = 30;

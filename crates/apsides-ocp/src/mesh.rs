@@ -95,7 +95,8 @@ impl PhaseMesh {
     pub fn with_arcs(self, breaks: Vec<Break>, arcs: Vec<PhaseArc>) -> Result<Self, OcpError> {
         let inner = breaks.iter().all(|b| (1..self.intervals()).contains(&b.end));
         if !inner || breaks.windows(2).any(|w| w[0].end >= w[1].end) || arcs.len() != breaks.len() + 1 {
-            let reason = "breaks must be increasing inner interval ends, with one arc more than breaks".into();
+            let reason =
+                "breaks must be increasing inner interval ends, with one arc more than breaks".into();
             return Err(OcpError::Mesh { place: "a phase".into(), reason });
         }
         Ok(Self { breaks, arcs, ..self })

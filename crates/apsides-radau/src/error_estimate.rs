@@ -34,7 +34,8 @@ pub(crate) fn estimate(
         let mut errors = phase_errors(phase, scales, parameters, &trajectory.phases[k])?;
         // One number per interval: an excess at its tolerance counts as much as an error at its own.
         let weight = settings.mesh_tolerance / settings.path_tolerance;
-        let excesses = excesses(phase, &scaling.phases[k], parameters, &trajectory.phases[k], settings.switches);
+        let excesses =
+            excesses(phase, &scaling.phases[k], parameters, &trajectory.phases[k], settings.switches);
         for (error, (of_states, of_controls)) in errors.iter_mut().zip(excesses) {
             raise(error, weight * of_states);
             raise(&mut largest.error, *error);
@@ -121,15 +122,16 @@ fn excesses(
     let (with, without): (Vec<_>, Vec<_>) = phase.path.iter().partition(has_control);
     let mut excesses = vec![(0.0, 0.0); p.mesh.intervals()];
     for (k, (excess, of_controls)) in excesses.iter_mut().enumerate() {
-        let mut of_rows = |excess: &mut f64, constraints: &[&PathConstraint], t: f64, inequalities_only: bool| {
-            for c in constraints {
-                along.value(c.function.as_ref(), k, t, &mut rows[..c.rows.len()]);
-                let bounded = |row: &&Variable| !(inequalities_only && row.bounds.is_fixed());
-                for (row, v) in c.rows.iter().zip(&rows).filter(|(row, _)| bounded(row)) {
-                    raise(excess, row.bounds.excess(*v) / row.size().unwrap_or(1.0));
+        let mut of_rows =
+            |excess: &mut f64, constraints: &[&PathConstraint], t: f64, inequalities_only: bool| {
+                for c in constraints {
+                    along.value(c.function.as_ref(), k, t, &mut rows[..c.rows.len()]);
+                    let bounded = |row: &&Variable| !(inequalities_only && row.bounds.is_fixed());
+                    for (row, v) in c.rows.iter().zip(&rows).filter(|(row, _)| bounded(row)) {
+                        raise(excess, row.bounds.excess(*v) / row.size().unwrap_or(1.0));
+                    }
                 }
-            }
-        };
+            };
         let nodes: Vec<f64> = p.state.node_times(k).collect();
         let middles: Vec<f64> = nodes.windows(2).map(|w| 0.5 * (w[0] + w[1])).collect();
         for &t in &middles {

@@ -53,6 +53,8 @@
 //! pseudospectral methods, Automatica 46 (2010), doi 10.1016/j.automatica.2010.06.048. M. Patterson, W. Hager, A. Rao, A ph mesh refinement method for
 //! optimal control, Optim. Control Appl. Methods 36 (2015), doi 10.1002/oca.2114.
 
+mod activity;
+mod change;
 mod endpoint_term;
 pub mod error;
 mod error_estimate;

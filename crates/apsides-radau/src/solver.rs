@@ -282,7 +282,9 @@ impl Radau {
                 plain.clone()
             } else {
                 revisions -= usize::from(!settled);
-                found.mesh(&refine(&found.spared(&trajectory), &self.settings)?)?
+                // Breaks that make no mesh are left out.
+                let refined = refine(&found.spared(&trajectory), &self.settings)?;
+                found.mesh(&refined).unwrap_or_else(|_| plain.clone())
             };
             let size: usize = next.phases.iter().map(PhaseMesh::total_points).sum();
             guess = Guess::earlier(&trajectory);

@@ -306,10 +306,8 @@ fn node_terms(ocp: &Ocp, layout: &Layout, sign: f64, movable: bool) -> Vec<NodeT
                        factor: &dyn Fn(usize) -> f64| {
             for (index, arc) in p.arcs.iter().enumerate() {
                 // The times of breaks are free.
-                let fixed = (
-                    index == 0 && start.is_fixed(),
-                    index + 1 == p.arcs.len() && end.is_fixed() && !movable,
-                );
+                let fixed =
+                    (index == 0 && start.is_fixed(), index + 1 == p.arcs.len() && end.is_fixed() && !movable);
                 let function = std::sync::Arc::clone(function);
                 let target = target(arc.nodes.start);
                 terms.push(NodeTerm::new(
@@ -381,11 +379,7 @@ fn constant_entries(layout: &Layout) -> Vec<((usize, usize), f64)> {
             entries.push(((r, arc.end_time), 1.0));
         }
         for &(r, column, f) in &p.pinned_rows {
-            entries.extend([
-                ((r, column), 1.0),
-                ((r, p.initial_time), f - 1.0),
-                ((r, p.final_time), -f),
-            ]);
+            entries.extend([((r, column), 1.0), ((r, p.initial_time), f - 1.0), ((r, p.final_time), -f)]);
         }
         for &(r, interval, c) in &p.degree_rows {
             let (rule, first) = (&p.rules[interval], p.interval_start(interval));

@@ -32,9 +32,10 @@ fn speed(r: f64, a: f64, b: f64) -> f64 {
 }
 
 fn phase(name: &str, states: [State; 5]) -> Phase {
-    Phase::new(name, ThrottledThrust(PlanarFlight::new(body(), engine())))
-        .states(states)
-        .controls([Variable::new("beta", "rad").within(-0.5 * PI, 1.5 * PI), Variable::new("throttle", "-").within(0.0, 1.0)])
+    Phase::new(name, ThrottledThrust(PlanarFlight::new(body(), engine()))).states(states).controls([
+        Variable::new("beta", "rad").within(-0.5 * PI, 1.5 * PI),
+        Variable::new("throttle", "-").within(0.0, 1.0),
+    ])
 }
 
 fn states() -> [State; 5] {
@@ -64,7 +65,8 @@ fn from_perilune(h: f64) -> RadauSolution {
     let mass = engine().mass_after(MASS_KG, burn);
     let fast = speed(low, low, high);
     let [r, phi, u, v, m] = landed(states());
-    let states = [r.starts_at(low), phi.starts_at(0.0), u.starts_at(fast), v.starts_at(0.0), m.starts_at(mass)];
+    let states =
+        [r.starts_at(low), phi.starts_at(0.0), u.starts_at(fast), v.starts_at(0.0), m.starts_at(mass)];
     let ocp = Ocp::builder("landing from perilune")
         .phase(phase("landing", states).final_time(Bounds::new(500.0, 1300.0)))
         .maximize("final mass", "kg", At::FinalState("landing", "m"))
@@ -86,7 +88,10 @@ fn from_the_perilune() {
         assert!(s.accurate);
         assert!((s.trajectory.objective - mass).abs() < 1e-4, "{h}: {}", describe(&s));
         let [switch] = &s.switches[..] else { panic!("{}", describe(&s)) };
-        assert_eq!((switch.name.as_str(), switch.from, switch.to), ("throttle", Level::Lower(0.0), Level::Upper(1.0)));
+        assert_eq!(
+            (switch.name.as_str(), switch.from, switch.to),
+            ("throttle", Level::Lower(0.0), Level::Upper(1.0))
+        );
         assert!(switch.located && (switch.time - coast).abs() < 0.1, "{switch}");
     }
 }
