@@ -32,7 +32,6 @@ pub fn radau(problem: &Problem) -> Radau {
         | "bryson_denham"
         | "delta_iii"
         | "di_bang_bang"
-        | "free_flying_robot"
         | "hypersensitive"
         | "hypersensitive_long"
         | "moon_lander_soft" => {

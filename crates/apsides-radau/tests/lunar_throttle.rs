@@ -83,7 +83,6 @@ fn from_perilune(h: f64) -> RadauSolution {
 fn from_the_perilune() {
     for (h, coast, mass) in [(5e3, 194.6, 154.0857), (10e3, 167.2, 153.9216), (15e3, 140.8, 153.7513)] {
         let s = from_perilune(h);
-        eprintln!("{h} {}", describe(&s));
         assert_eq!(s.status, Status::Optimal);
         assert!(s.accurate);
         assert!((s.trajectory.objective - mass).abs() < 1e-4, "{h}: {}", describe(&s));
@@ -133,8 +132,14 @@ fn from_the_circular_orbit() {
     );
     let guess = Guess::from_phases(&ocp, vec![first.unwrap(), second.unwrap()]);
     let s = Radau::default().solve(&ocp, &guess).unwrap();
-    eprintln!("{}", describe(&s));
     assert_eq!(s.status, Status::Optimal);
     assert!(s.accurate);
     assert!((s.trajectory.objective - 153.7513).abs() < 1e-4, "{}", describe(&s));
+    let [cutoff, ignition] = &s.switches[..] else { panic!("{}", describe(&s)) };
+    assert_eq!((cutoff.from, cutoff.to), (Level::Upper(1.0), Level::Lower(0.0)));
+    assert_eq!((ignition.from, ignition.to), (Level::Lower(0.0), Level::Upper(1.0)));
+    let burn = s.trajectory.phases[1].final_time - ignition.time;
+    assert!((cutoff.time - 13.2).abs() < 0.1, "{cutoff}");
+    assert!((ignition.time - cutoff.time - 3544.0).abs() < 1.0, "{ignition}");
+    assert!((burn - 997.3).abs() < 0.1, "{burn}");
 }
