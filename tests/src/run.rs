@@ -33,15 +33,12 @@ pub fn radau(problem: &Problem) -> Radau {
         | "delta_iii"
         | "di_bang_bang"
         | "hypersensitive"
-        | "hypersensitive_long" => {
+        | "hypersensitive_long"
+        | "moon_lander_soft" => {
             settings.mesh_tolerance = 1e-10;
             settings.nlp.tolerance = 1e-10;
             settings.max_meshes = 30;
         }
-        // Sixteen jumps: every digit of the mesh tolerance costs several meshes.
-        "free_flying_robot" => settings.mesh_tolerance = 1e-6,
-        // Refinement follows the chattering of the control along the singular arc without end.
-        "catmix" => (settings.intervals, settings.points, settings.max_meshes) = (40, 8, 1),
         _ => {}
     }
     Radau { settings }

@@ -23,6 +23,3 @@ pub const POSITION_MISS_M: f64 = 1e-3;
 
 /// Miss of the speed of a re-simulated landing, m/s.
 pub const SPEED_MISS_M_S: f64 = 1e-6;
-
-/// Relative error of the objective where the control chatters along a singular arc, with a few hundred nodes.
-pub const CHATTERING: f64 = 1e-3;

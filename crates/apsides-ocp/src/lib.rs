@@ -64,7 +64,7 @@ pub mod variable;
 pub use endpoint::{At, EndpointConstraint, EndpointInput};
 pub use error::OcpError;
 pub use guess::{Guess, PhaseGuess};
-pub use mesh::{Mesh, PhaseMesh};
+pub use mesh::{Break, Course, Mesh, PhaseArc, PhaseMesh};
 pub use phase::{Integral, PathConstraint, Phase};
 pub use piecewise::{PiecewisePolynomial, Segment};
 pub use problem::{Objective, Ocp, OcpBuilder, Sense, Term};

@@ -1,12 +1,61 @@
-//! Meshes: intervals of a phase and the number of collocation points in each.
+//! Meshes: intervals of a phase, the number of collocation points in each, and arcs between switches of a control.
 
-use crate::{Ocp, OcpError};
+use crate::{Bounds, Ocp, OcpError};
+
+/// What a control or a path constraint row does along an arc.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Course {
+    /// It is held at its lower bound.
+    Lower,
+    /// It is held at its upper bound.
+    Upper,
+    /// A control between its bounds that the Hamiltonian is linear in: of one degree less than its points would allow, since
+    /// along a singular arc the highest one is an oscillation that gains from the error of the rule.
+    Singular,
+    /// It is clear of its bounds, which are left out.
+    Free,
+}
+
+impl Course {
+    /// The value that a quantity with these bounds is held at.
+    #[must_use]
+    pub fn held(self, bounds: &Bounds) -> Option<f64> {
+        match self {
+            Self::Lower => Some(bounds.lower),
+            Self::Upper => Some(bounds.upper),
+            Self::Singular | Self::Free => None,
+        }
+    }
+}
+
+/// An inner interval end that divides a phase into arcs.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Break {
+    /// Index of the end among [`PhaseMesh::fractions`].
+    pub end: usize,
+    /// Whether its time is an unknown; else it stays at its fraction of the phase.
+    pub free: bool,
+}
+
+/// What is known of one arc of a phase.
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+pub struct PhaseArc {
+    /// Per control, in the phase's order; empty when nothing is known.
+    pub controls: Vec<Option<Course>>,
+    /// Per path constraint row, in the phase's order; empty when nothing is known.
+    pub rows: Vec<Option<Course>>,
+}
 
 /// Mesh of one phase on the normalised time from 0 to 1.
+///
+/// Some interval ends may be breaks: a method that knows them takes the times of free ones as unknowns. They divide the phase
+/// into arcs, along which controls and path constraint rows may be held at a bound.
 #[derive(Clone, Debug, PartialEq)]
 pub struct PhaseMesh {
     fractions: Vec<f64>,
     points: Vec<usize>,
+    breaks: Vec<Break>,
+    arcs: Vec<PhaseArc>,
 }
 
 impl PhaseMesh {
@@ -35,7 +84,53 @@ impl PhaseMesh {
         if !ends || fractions.iter().any(|f| f.is_nan()) || fractions.windows(2).any(|w| w[0] >= w[1]) {
             return fail("the interval ends must increase from 0 to 1");
         }
-        Ok(Self { fractions, points })
+        Ok(Self { fractions, points, breaks: Vec::new(), arcs: vec![PhaseArc::default()] })
+    }
+
+    /// The same intervals with breaks at the listed interval ends (1 to `intervals - 1`, increasing) and one arc more than
+    /// breaks.
+    ///
+    /// # Errors
+    /// [`OcpError::Mesh`] when a break is no inner interval end, or a number does not fit.
+    pub fn with_arcs(self, breaks: Vec<Break>, arcs: Vec<PhaseArc>) -> Result<Self, OcpError> {
+        let inner = breaks.iter().all(|b| (1..self.intervals()).contains(&b.end));
+        if !inner || breaks.windows(2).any(|w| w[0].end >= w[1].end) || arcs.len() != breaks.len() + 1 {
+            let reason =
+                "breaks must be increasing inner interval ends, with one arc more than breaks".into();
+            return Err(OcpError::Mesh { place: "a phase".into(), reason });
+        }
+        Ok(Self { breaks, arcs, ..self })
+    }
+
+    /// The same intervals without breaks.
+    #[must_use]
+    pub fn without_arcs(self) -> Self {
+        Self { breaks: Vec::new(), arcs: vec![PhaseArc::default()], ..self }
+    }
+
+    /// Interval ends that divide the phase into arcs.
+    #[must_use]
+    pub fn breaks(&self) -> &[Break] {
+        &self.breaks
+    }
+
+    /// The arcs between the breaks, one more than breaks.
+    #[must_use]
+    pub fn arcs(&self) -> &[PhaseArc] {
+        &self.arcs
+    }
+
+    /// Intervals of an arc.
+    #[must_use]
+    pub fn arc_intervals(&self, arc: usize) -> std::ops::Range<usize> {
+        let start = if arc == 0 { 0 } else { self.breaks[arc - 1].end };
+        start..self.breaks.get(arc).map_or(self.intervals(), |b| b.end)
+    }
+
+    /// Whether there is more than one arc, or something is known of the only one.
+    #[must_use]
+    pub fn has_arcs(&self) -> bool {
+        !self.breaks.is_empty() || self.arcs[0] != PhaseArc::default()
     }
 
     /// Interval ends from 0 to 1.

@@ -6,9 +6,17 @@
 
 use apsides_ad::NodeFunction;
 use apsides_basis::Lgr;
-use apsides_ocp::{Ocp, Phase, PhaseTrajectory, Scaling, Trajectory};
+use apsides_ocp::{Ocp, PathConstraint, Phase, PhaseScaling, PhaseTrajectory, Scaling, Trajectory, Variable};
 
 use crate::{RadauError, RadauSettings};
+
+/// Largest estimated errors of a trajectory, relative; both are compared with the mesh tolerance.
+pub(crate) struct Estimate {
+    /// Of states and integrals, and excess of their bounds.
+    pub(crate) error: f64,
+    /// Excess of bounds on controls and of path constraints with controls; zero where switches are not located.
+    pub(crate) controls: f64,
+}
 
 /// Writes the estimated relative error of every interval into the trajectory and returns the largest.
 ///
@@ -18,20 +26,22 @@ pub(crate) fn estimate(
     scaling: &Scaling,
     settings: &RadauSettings,
     trajectory: &mut Trajectory,
-) -> Result<f64, RadauError> {
-    let mut largest = 0.0_f64;
+) -> Result<Estimate, RadauError> {
+    let mut largest = Estimate { error: 0.0, controls: 0.0 };
     for (k, phase) in ocp.phases.iter().enumerate() {
         let scales = &scaling.phases[k].states;
         let parameters = &trajectory.parameters;
         let mut errors = phase_errors(phase, scales, parameters, &trajectory.phases[k])?;
         // One number per interval: an excess at its tolerance counts as much as an error at its own.
         let weight = settings.mesh_tolerance / settings.path_tolerance;
-        let excesses = excesses(phase, scales, parameters, &trajectory.phases[k]);
-        for (error, excess) in errors.iter_mut().zip(excesses) {
-            raise(error, weight * excess);
+        let excesses =
+            excesses(phase, &scaling.phases[k], parameters, &trajectory.phases[k], settings.switches);
+        for (error, (of_states, of_controls)) in errors.iter_mut().zip(excesses) {
+            raise(error, weight * of_states);
+            raise(&mut largest.error, *error);
+            raise(error, weight * of_controls);
+            raise(&mut largest.controls, weight * of_controls);
         }
-        // A NaN must not hide behind `max`.
-        largest = errors.iter().fold(largest, |a, &e| if e <= a { a } else { e });
         trajectory.phases[k].interval_errors = errors;
     }
     Ok(largest)
@@ -93,31 +103,51 @@ fn raise(error: &mut f64, found: f64) {
     *error = if found <= *error { *error } else { found };
 }
 
-/// Largest excess of bounds on states and of path rows without controls in each interval, relative to their scales, half
-/// way between neighbouring nodes: there a polynomial strays farthest.
-fn excesses(phase: &Phase, scales: &[f64], parameters: &[f64], p: &PhaseTrajectory) -> Vec<f64> {
+/// Largest excess of bounds and path rows in each interval, relative to their scales, half way between neighbouring nodes:
+/// there a polynomial strays farthest. The second number is that of bounds on controls and of inequalities with controls,
+/// looked at where switches are located, and at the end of the interval too, since the control has no node there.
+fn excesses(
+    phase: &Phase,
+    scales: &PhaseScaling,
+    parameters: &[f64],
+    p: &PhaseTrajectory,
+    with_controls: bool,
+) -> Vec<(f64, f64)> {
     let (nx, nu) = (phase.states.len(), phase.controls.len());
     let mut along = Along::new(phase, p, parameters);
-    let mut x = vec![0.0; nx];
+    let (mut x, mut u) = (vec![0.0; nx], vec![0.0; nu]);
     let mut rows = vec![0.0; phase.path.iter().map(|c| c.rows.len()).max().unwrap_or(0)];
-    let without_controls: Vec<_> = phase
-        .path
-        .iter()
-        .filter(|c| !c.function.pattern().columns.iter().any(|i| (nx..nx + nu).contains(i)))
-        .collect();
-    let mut excesses = vec![0.0; p.mesh.intervals()];
-    for (k, excess) in excesses.iter_mut().enumerate() {
+    let has_control =
+        |c: &&PathConstraint| c.function.pattern().columns.iter().any(|i| (nx..nx + nu).contains(i));
+    let (with, without): (Vec<_>, Vec<_>) = phase.path.iter().partition(has_control);
+    let mut excesses = vec![(0.0, 0.0); p.mesh.intervals()];
+    for (k, (excess, of_controls)) in excesses.iter_mut().enumerate() {
+        let mut of_rows =
+            |excess: &mut f64, constraints: &[&PathConstraint], t: f64, inequalities_only: bool| {
+                for c in constraints {
+                    along.value(c.function.as_ref(), k, t, &mut rows[..c.rows.len()]);
+                    let bounded = |row: &&Variable| !(inequalities_only && row.bounds.is_fixed());
+                    for (row, v) in c.rows.iter().zip(&rows).filter(|(row, _)| bounded(row)) {
+                        raise(excess, row.bounds.excess(*v) / row.size().unwrap_or(1.0));
+                    }
+                }
+            };
         let nodes: Vec<f64> = p.state.node_times(k).collect();
-        for t in nodes.windows(2).map(|w| 0.5 * (w[0] + w[1])) {
+        let middles: Vec<f64> = nodes.windows(2).map(|w| 0.5 * (w[0] + w[1])).collect();
+        for &t in &middles {
             p.state.evaluate_in(k, t, &mut x);
-            for ((state, v), scale) in phase.states.iter().zip(&x).zip(scales) {
+            for ((state, v), scale) in phase.states.iter().zip(&x).zip(&scales.states) {
                 raise(excess, state.variable.bounds.excess(*v) / scale);
             }
-            for c in &without_controls {
-                along.value(c.function.as_ref(), k, t, &mut rows[..c.rows.len()]);
-                for (row, v) in c.rows.iter().zip(&rows) {
-                    raise(excess, row.bounds.excess(*v) / row.size().unwrap_or(1.0));
+            of_rows(excess, &without, t, false);
+        }
+        if with_controls {
+            for t in middles.into_iter().chain(nodes.last().copied()) {
+                p.control.evaluate_in(k, t, &mut u);
+                for ((control, v), scale) in phase.controls.iter().zip(&u).zip(&scales.controls) {
+                    raise(of_controls, control.bounds.excess(*v) / scale);
                 }
+                of_rows(of_controls, &with, t, true);
             }
         }
     }

@@ -81,12 +81,15 @@ impl Radau {
         self.settings.check()?;
         let mut settings = RadauSettings {
             mesh_tolerance: MESH_TOLERANCE.max(self.settings.mesh_tolerance),
+            switches: false,
             ..self.settings.clone()
         };
         settings.nlp.tolerance = settings.nlp.tolerance.max(TOLERANCE);
         settings.nlp.complementarity_tolerance = settings.nlp.complementarity_tolerance.min(COMPLEMENTARITY);
         settings.nlp.max_iterations = settings.nlp.max_iterations.min(MAX_ITERATIONS);
         let relaxer = Relaxer { ocp, settings };
+        // What is held along an arc says nothing about a relaxed problem.
+        let mesh = &Mesh { phases: mesh.phases.iter().cloned().map(PhaseMesh::without_arcs).collect() };
         let all = relaxer.relax(guess, mesh, None)?;
         let mut explanation =
             Explanation { status: all.result.report.status, conflicts: Vec::new(), remedies: Vec::new() };
@@ -204,7 +207,7 @@ impl Relaxer<'_> {
             }
             let mut trajectory = nlp.trajectory(self.ocp, &result.report)?;
             let scaling = Scaling::new(self.ocp, &guess);
-            let error = estimate(self.ocp, &scaling, &self.settings, &mut trajectory)?;
+            let error = estimate(self.ocp, &scaling, &self.settings, &mut trajectory)?.error;
             let next = refine(&trajectory, &self.settings)?;
             guess = Guess::earlier(&trajectory);
             let found = result.report.objective;

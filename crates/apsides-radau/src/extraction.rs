@@ -4,7 +4,7 @@ use std::sync::Arc;
 
 use apsides_basis::Barycentric;
 use apsides_nlp::SolveReport;
-use apsides_ocp::{Ocp, PhaseTrajectory, PiecewisePolynomial, Segment, Trajectory};
+use apsides_ocp::{Ocp, PhaseMesh, PhaseTrajectory, PiecewisePolynomial, Segment, Trajectory};
 
 use crate::RadauError;
 use crate::layout::PhaseLayout;
@@ -23,7 +23,7 @@ impl Transcription {
     /// # Errors
     /// When the times of the start do not give increasing intervals either.
     pub fn trajectory(&self, ocp: &Ocp, report: &SolveReport) -> Result<Trajectory, RadauError> {
-        let lasts = |p: &PhaseLayout| report.x[p.final_time] > report.x[p.initial_time];
+        let lasts = |p: &PhaseLayout| (0..p.arcs.len()).all(|k| p.arc_duration(k, &report.x) > 0.0);
         let usable = report.x.iter().all(|v| v.is_finite()) && self.layout.phases.iter().all(lasts);
         let x = if usable { &report.x } else { &self.start };
         let phases = ocp
@@ -53,7 +53,8 @@ fn phase_trajectory(
     y: &[f64],
 ) -> Result<PhaseTrajectory, RadauError> {
     let (t0, tf) = (x[p.initial_time], x[p.final_time]);
-    let breaks: Vec<f64> = p.mesh.fractions().iter().map(|f| (1.0 - f) * t0 + f * tf).collect();
+    let mesh = moved_mesh(p, x)?;
+    let breaks: Vec<f64> = mesh.fractions().iter().map(|f| (1.0 - f) * t0 + f * tf).collect();
     let path_rows = p.rows_per_node - p.states;
     let mut bases = std::collections::BTreeMap::new();
     let (mut state, mut control, mut costate, mut path) = (vec![], vec![], vec![], vec![]);
@@ -76,7 +77,7 @@ fn phase_trajectory(
             let row = p.defect_row(first + j);
             segment.costate.extend(y[row..row + p.states].iter().map(|y| -y / w));
             // Per unit of time, as in the Hamiltonian.
-            let seconds = p.nodes[first + j].weight * (tf - t0);
+            let seconds = p.nodes[first + j].weight * p.arc_duration(p.arc_of(first + j), x);
             let row = p.path_row(first + j);
             segment.path.extend(y[row..row + path_rows].iter().map(|y| y / seconds));
         }
@@ -95,7 +96,7 @@ fn phase_trajectory(
         name: name.into(),
         initial_time: t0,
         final_time: tf,
-        mesh: p.mesh.clone(),
+        mesh,
         state: polynomial(p.states, state)?,
         control: polynomial(p.controls, control)?,
         costate: Some(polynomial(p.states, costate)?),
@@ -103,6 +104,28 @@ fn phase_trajectory(
         integral_multipliers: Some(p.integral_rows.iter().map(|row| row.map_or(0.0, |r| y[r])).collect()),
         interval_errors: vec![f64::NAN; p.mesh.intervals()],
     })
+}
+
+/// The mesh with its breaks where the point `x` has them.
+fn moved_mesh(p: &PhaseLayout, x: &[f64]) -> Result<PhaseMesh, RadauError> {
+    if p.arcs.len() == 1 {
+        return Ok(p.mesh.clone());
+    }
+    let (t0, tf) = (x[p.initial_time], x[p.final_time]);
+    let old = p.mesh.fractions();
+    let mut fractions = old.to_vec();
+    let inner = 1..p.mesh.intervals();
+    for (k, arc) in p.arcs.iter().enumerate() {
+        let intervals = p.mesh.arc_intervals(k);
+        let (first, last) = (old[intervals.start], old[intervals.end]);
+        for i in (intervals.start..=intervals.end).filter(|i| inner.contains(i)) {
+            let share = (old[i] - first) / (last - first);
+            let time = (1.0 - share) * x[arc.start_time] + share * x[arc.end_time];
+            fractions[i] = (time - t0) / (tf - t0);
+        }
+    }
+    let mesh = PhaseMesh::new(fractions, p.mesh.points().to_vec())?;
+    Ok(mesh.with_arcs(p.mesh.breaks().to_vec(), p.mesh.arcs().to_vec())?)
 }
 
 #[derive(Default)]

@@ -1,11 +1,14 @@
 //! Where everything stands in the decision vector and in the constraint vector.
 //!
-//! Variables: per phase, node after node `[x, u]`, the end node with `[x]` alone, then start and end time; the static
-//! parameters come last. Constraints: per phase, node after node `[defects, path rows]`, then the integrals with
-//! bounds, then the duration; the endpoint constraints come last.
+//! Variables: per phase, node after node `[x, u]`, the end node with `[x]` alone, then the start time, the times of the
+//! breaks and the end time; the static parameters come last. Constraints: per phase, node after node `[defects, path
+//! rows]`, then the integrals with bounds, the duration, the durations of the arcs if there are several, the times of breaks
+//! that are not free, the degrees of singular controls; the endpoint constraints come last.
+
+use std::ops::Range;
 
 use apsides_basis::Lgr;
-use apsides_ocp::{Bounds, EndpointInput, Mesh, Ocp, Phase, PhaseMesh};
+use apsides_ocp::{Bounds, Course, EndpointInput, Mesh, Ocp, Phase, PhaseMesh};
 
 use crate::RadauError;
 
@@ -15,10 +18,23 @@ pub(crate) struct Node {
     pub(crate) interval: usize,
     /// Index within the interval.
     pub(crate) local: usize,
-    /// Normalised time from 0 to 1.
+    /// Normalised time of the phase on its mesh, from 0 to 1.
     pub(crate) fraction: f64,
-    /// Quadrature weight on the normalised time; the weights of a phase sum to 1.
+    /// Normalised time of the arc, from 0 to 1.
+    pub(crate) share: f64,
+    /// Width of the interval on the normalised time of the arc.
+    pub(crate) width: f64,
+    /// Quadrature weight on the normalised time of the arc; the weights of an arc sum to 1.
     pub(crate) weight: f64,
+}
+
+/// Part of a phase between two times that are unknowns or bounded: the whole phase when its mesh has no breaks.
+pub(crate) struct ArcLayout {
+    pub(crate) nodes: Range<usize>,
+    /// Column of its start time.
+    pub(crate) start_time: usize,
+    /// Column of its end time.
+    pub(crate) end_time: usize,
 }
 
 /// Placement of one phase.
@@ -30,11 +46,13 @@ pub(crate) struct PhaseLayout {
     pub(crate) rules: Vec<std::sync::Arc<Lgr>>,
     /// Collocation points; the end node is not among them.
     pub(crate) nodes: Vec<Node>,
+    /// Parts between the breaks of the mesh.
+    pub(crate) arcs: Vec<ArcLayout>,
     /// First variable.
     pub(crate) first_variable: usize,
-    /// Column of the start time.
+    /// Column of the start time; those of the breaks follow.
     pub(crate) initial_time: usize,
-    /// Column of the end time.
+    /// Column of the end time, after the breaks.
     pub(crate) final_time: usize,
     /// First constraint row.
     pub(crate) first_row: usize,
@@ -44,6 +62,12 @@ pub(crate) struct PhaseLayout {
     pub(crate) integral_rows: Vec<Option<usize>>,
     /// Row of the duration, when it has bounds that those on the times do not imply.
     pub(crate) duration_row: Option<usize>,
+    /// Row of the duration of the first of several arcs; those of the others follow.
+    pub(crate) first_arc_row: Option<usize>,
+    /// Row, column and fraction of the phase of the time of each break that is not free.
+    pub(crate) pinned_rows: Vec<(usize, usize, f64)>,
+    /// Row, interval and control of each condition that the highest degree of a control vanishes.
+    pub(crate) degree_rows: Vec<(usize, usize, usize)>,
     /// Stage of the first interval in the elimination order.
     pub(crate) first_stage: u32,
 }
@@ -74,9 +98,21 @@ impl PhaseLayout {
         self.mesh.points()[..interval].iter().sum()
     }
 
-    /// Width of an interval on the normalised time.
-    pub(crate) fn width(&self, interval: usize) -> f64 {
-        self.mesh.fractions()[interval + 1] - self.mesh.fractions()[interval]
+    /// Index of the arc that a node belongs to.
+    pub(crate) fn arc_of(&self, node: usize) -> usize {
+        self.arcs.partition_point(|a| a.nodes.end <= node)
+    }
+
+    /// Duration of an arc at the point `x`.
+    pub(crate) fn arc_duration(&self, arc: usize, x: &[f64]) -> f64 {
+        x[self.arcs[arc].end_time] - x[self.arcs[arc].start_time]
+    }
+
+    /// Time of a node at the point `x`.
+    pub(crate) fn time(&self, node: usize, x: &[f64]) -> f64 {
+        let arc = &self.arcs[self.arc_of(node)];
+        let s = self.nodes[node].share;
+        (1.0 - s) * x[arc.start_time] + s * x[arc.end_time]
     }
 }
 
@@ -110,7 +146,8 @@ impl Layout {
             let rows_per_node = nx + phase.path_rows();
             let first_variable = variables;
             let initial_time = first_variable + nodes.len() * (nx + nu) + nx;
-            variables = initial_time + 2;
+            let arcs = arcs(mesh, initial_time);
+            variables = initial_time + arcs.len() + 1;
             let first_row = constraints;
             constraints += nodes.len() * rows_per_node;
             let mut next_row = || {
@@ -123,6 +160,17 @@ impl Layout {
                 .map(|q| (q.variable.bounds != Bounds::FREE).then(&mut next_row))
                 .collect();
             let duration_row = needs_duration_row(phase).then(&mut next_row);
+            let first_arc_row = (arcs.len() > 1).then(&mut next_row);
+            constraints += if arcs.len() > 1 { arcs.len() - 1 } else { 0 };
+            let columns = mesh.breaks().iter().zip(initial_time + 1..).filter(|(b, _)| !b.free);
+            let pinned_rows: Vec<_> = columns
+                .zip(constraints..)
+                .map(|((b, column), row)| (row, column, mesh.fractions()[b.end]))
+                .collect();
+            constraints += pinned_rows.len();
+            let degree_rows: Vec<_> =
+                singular(mesh).zip(constraints..).map(|((interval, c), row)| (row, interval, c)).collect();
+            constraints += degree_rows.len();
             let first_stage = stage;
             stage += mesh.intervals() as u32 + 1;
             phases.push(PhaseLayout {
@@ -133,11 +181,15 @@ impl Layout {
                 nodes,
                 first_variable,
                 initial_time,
-                final_time: initial_time + 1,
+                final_time: initial_time + arcs.len(),
+                arcs,
                 first_row,
                 rows_per_node,
                 integral_rows,
                 duration_row,
+                first_arc_row,
+                pinned_rows,
+                degree_rows,
                 first_stage,
             });
         }
@@ -168,18 +220,52 @@ impl Layout {
 
 fn collocation_points(mesh: &PhaseMesh, rules: &[std::sync::Arc<Lgr>]) -> Vec<Node> {
     let mut nodes = Vec::with_capacity(mesh.total_points());
-    for (interval, rule) in rules.iter().enumerate() {
-        let (start, end) = (mesh.fractions()[interval], mesh.fractions()[interval + 1]);
-        for (local, (tau, w)) in rule.nodes().iter().zip(rule.weights()).enumerate() {
-            nodes.push(Node {
-                interval,
-                local,
-                fraction: start + 0.5 * (end - start) * (tau + 1.0),
-                weight: 0.5 * (end - start) * w,
-            });
+    for arc in 0..mesh.arcs().len() {
+        let intervals = mesh.arc_intervals(arc);
+        let (first, last) = (mesh.fractions()[intervals.start], mesh.fractions()[intervals.end]);
+        let share = |fraction: f64| (fraction - first) / (last - first);
+        for interval in intervals {
+            let rule = &rules[interval];
+            let (start, end) = (mesh.fractions()[interval], mesh.fractions()[interval + 1]);
+            let (a, b) = (share(start), share(end));
+            for (local, (tau, w)) in rule.nodes().iter().zip(rule.weights()).enumerate() {
+                nodes.push(Node {
+                    interval,
+                    local,
+                    fraction: start + 0.5 * (end - start) * (tau + 1.0),
+                    share: a + 0.5 * (b - a) * (tau + 1.0),
+                    width: b - a,
+                    weight: 0.5 * (b - a) * w,
+                });
+            }
         }
     }
     nodes
+}
+
+fn arcs(mesh: &PhaseMesh, first_time: usize) -> Vec<ArcLayout> {
+    let first_node = |interval: usize| mesh.points()[..interval].iter().sum::<usize>();
+    (0..mesh.arcs().len())
+        .map(|k| {
+            let intervals = mesh.arc_intervals(k);
+            ArcLayout {
+                nodes: first_node(intervals.start)..first_node(intervals.end),
+                start_time: first_time + k,
+                end_time: first_time + k + 1,
+            }
+        })
+        .collect()
+}
+
+/// Intervals and controls along singular arcs.
+fn singular(mesh: &PhaseMesh) -> impl Iterator<Item = (usize, usize)> + '_ {
+    mesh.arcs().iter().enumerate().flat_map(move |(k, arc)| {
+        let controls = arc.controls.iter().enumerate();
+        controls.filter(|(_, course)| **course == Some(Course::Singular)).flat_map(move |(c, _)| {
+            let several = move |interval: &usize| mesh.points()[*interval] > 1;
+            mesh.arc_intervals(k).filter(several).map(move |interval| (interval, c))
+        })
+    })
 }
 
 /// With a fixed time at one end the bounds on the duration are bounds on the other time.

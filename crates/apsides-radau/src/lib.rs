@@ -45,6 +45,7 @@
 //! | --- | --- |
 //! | [`transcription`] | the nonlinear program |
 //! | [`solver`] | the method: settings, refinement loop, solution |
+//! | [`switches`] | where controls switch between their bounds |
 //! | [`scales`] | scales, and warnings where they do not fit |
 //! | [`explanation`], [`relaxation`] | why a problem is infeasible: what conflicts, and what to relax by how much |
 //!
@@ -52,6 +53,8 @@
 //! pseudospectral methods, Automatica 46 (2010), doi 10.1016/j.automatica.2010.06.048. M. Patterson, W. Hager, A. Rao, A ph mesh refinement method for
 //! optimal control, Optim. Control Appl. Methods 36 (2015), doi 10.1002/oca.2114.
 
+mod activity;
+mod change;
 mod endpoint_term;
 pub mod error;
 mod error_estimate;
@@ -64,6 +67,7 @@ pub mod relaxation;
 mod row_origin;
 pub mod scales;
 pub mod solver;
+pub mod switches;
 pub mod transcription;
 mod warm_start;
 mod workers;
@@ -75,4 +79,5 @@ pub use relaxation::{Requirement, RequirementKind};
 pub use row_origin::RowOrigin;
 pub use scales::ScaleWarning;
 pub use solver::{MeshRecord, Radau, RadauSettings, RadauSolution, Unmet};
+pub use switches::{Level, Switch};
 pub use transcription::Transcription;

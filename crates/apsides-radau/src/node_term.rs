@@ -1,26 +1,27 @@
-//! A node function at every collocation point of a phase: defects, path constraints, integrands.
+//! A node function at every collocation point of an arc of a phase: defects, path constraints, integrands.
 //!
 //! A rate (dynamics, integrand) enters a row or the cost as `factor * (tf - t0) * f(x, u, p, t)` and a path function as
-//! `factor * f(x, u, p, t)`, both at `t = (1 - s) t0 + s tf` with the normalised time `s` of the point. The chain rule
-//! to `t0` and `tf` is applied here, once, for every method of differentiation above it.
+//! `factor * f(x, u, p, t)`, both at `t = (1 - s) t0 + s tf` with the times `t0` and `tf` of the arc's ends and the
+//! normalised time `s` of the point. The chain rule to `t0` and `tf` is applied here, once, for every method of
+//! differentiation above it.
 
 use std::sync::Arc;
 
 use apsides_ad::NodeFunction;
 
-use crate::layout::PhaseLayout;
+use crate::layout::{ArcLayout, PhaseLayout};
 use crate::workers::{in_pieces, pieces};
 
 /// Where the outputs of a term go.
 #[derive(Clone, Copy)]
 pub(crate) enum Target {
-    /// Output `k` at node `i` goes to row `first + i * stride + k`.
+    /// Output `k` at node `i` of the arc goes to row `first + i * stride + k`.
     Rows { first: usize, stride: usize },
     /// The sum over the nodes goes to a row, if there is one, and to the cost with a weight.
     Sum { row: Option<usize>, cost: f64 },
 }
 
-/// A node function with the places of its inputs and outputs.
+/// A node function on one arc, with the places of its inputs and outputs.
 pub(crate) struct NodeTerm {
     function: Arc<dyn NodeFunction>,
     is_rate: bool,
@@ -69,6 +70,7 @@ impl NodeTerm {
         is_rate: bool,
         target: Target,
         phase: &PhaseLayout,
+        arc: &ArcLayout,
         first_parameter: usize,
         time_fixed: (bool, bool),
         factor: impl Fn(usize) -> f64,
@@ -79,12 +81,12 @@ impl NodeTerm {
             function.pattern().columns.iter().copied().filter(|&c| c != time_input).collect();
         active.sort_unstable();
         active.dedup();
-        let points: Vec<Point> = phase
-            .nodes
-            .iter()
-            .enumerate()
-            .map(|(i, n)| Point { column: phase.state_column(i), fraction: n.fraction, factor: factor(i) })
-            .collect();
+        let point = |i: usize| Point {
+            column: phase.state_column(i),
+            fraction: phase.nodes[i].share,
+            factor: factor(i),
+        };
+        let points: Vec<Point> = arc.nodes.clone().map(point).collect();
         let (outputs, entries) = (function.outputs(), function.pattern().jacobian_len());
         Self {
             values: vec![0.0; points.len() * outputs],
@@ -102,8 +104,8 @@ impl NodeTerm {
             target,
             points,
             first_parameter,
-            initial_time: phase.initial_time,
-            final_time: phase.final_time,
+            initial_time: arc.start_time,
+            final_time: arc.end_time,
             time_fixed,
             node_inputs,
             time_input,

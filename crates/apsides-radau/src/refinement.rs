@@ -3,7 +3,7 @@
 //! Patterson, Hager, Rao 2015 (doi 10.1002/oca.2114), with the number of points bounded so that an interval is divided when it would need
 //! more than the largest number.
 
-use apsides_ocp::{Mesh, PhaseMesh, Trajectory};
+use apsides_ocp::{Break, Mesh, PhaseMesh, Trajectory};
 
 use crate::{RadauError, RadauSettings};
 
@@ -23,8 +23,10 @@ pub(crate) fn refine(trajectory: &Trajectory, settings: &RadauSettings) -> Resul
 fn refine_phase(mesh: &PhaseMesh, errors: &[f64], settings: &RadauSettings) -> Result<PhaseMesh, RadauError> {
     let mut fractions = vec![0.0];
     let mut points = Vec::new();
+    let mut breaks = Vec::new();
     for (k, (&n, &error)) in mesh.points().iter().zip(errors).enumerate() {
         let (start, end) = (mesh.fractions()[k], mesh.fractions()[k + 1]);
+        breaks.extend(mesh.breaks().iter().filter(|b| b.end == k).map(|b| Break { end: points.len(), ..*b }));
         if error <= settings.mesh_tolerance {
             fractions.push(end);
             points.push(n);
@@ -46,5 +48,5 @@ fn refine_phase(mesh: &PhaseMesh, errors: &[f64], settings: &RadauSettings) -> R
             }
         }
     }
-    Ok(PhaseMesh::new(fractions, points)?)
+    Ok(PhaseMesh::new(fractions, points)?.with_arcs(breaks, mesh.arcs().to_vec())?)
 }

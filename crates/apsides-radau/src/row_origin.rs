@@ -35,6 +35,16 @@ impl Transcription {
             if p.duration_row == Some(row) {
                 return Some(whole("duration".into(), &phase.time_unit));
             }
+            if p.first_arc_row.is_some_and(|r| (r..r + p.arcs.len()).contains(&row)) {
+                return Some(whole("duration between switches".into(), &phase.time_unit));
+            }
+            if p.pinned_rows.iter().any(|r| r.0 == row) {
+                return Some(whole("start of an arc".into(), &phase.time_unit));
+            }
+            if let Some((_, _, c)) = p.degree_rows.iter().find(|r| r.0 == row) {
+                let v = &phase.controls[*c];
+                return Some(whole(format!("degree of {}", v.name), &v.unit));
+            }
             if let Some(k) = p.integral_rows.iter().position(|r| *r == Some(row)) {
                 let v = &phase.integrals[k].variable;
                 return Some(whole(v.name.clone(), &v.unit));
@@ -50,8 +60,7 @@ impl Transcription {
 
 fn node_row_origin(phase: &apsides_ocp::Phase, p: &PhaseLayout, offset: usize, x: &[f64]) -> RowOrigin {
     let (node, k) = (offset / p.rows_per_node, offset % p.rows_per_node);
-    let s = p.nodes[node].fraction;
-    let time = (1.0 - s) * x[p.initial_time] + s * x[p.final_time];
+    let time = p.time(node, x);
     let (name, unit) = if k < p.states {
         let v = &phase.states[k].variable;
         (format!("equation of motion of {}", v.name), v.unit.clone())

@@ -92,7 +92,7 @@ impl Transcription {
             for control in 0..p.controls {
                 objective = objective.max((0..nodes).map(|k| change(p.control_column(k) + control)).sum());
             }
-            objective = objective.max(change(p.initial_time)).max(change(p.final_time));
+            objective = (p.initial_time..=p.final_time).map(change).fold(objective, f64::max);
         }
         (rows, (self.layout.first_parameter..self.layout.variables).map(change).fold(objective, f64::max))
     }
@@ -197,8 +197,7 @@ pub(crate) fn nlp_scaling(ocp: &Ocp, layout: &Layout, scaling: &Scaling) -> NlpS
                 }
             }
         }
-        variables[p.initial_time] = s.time;
-        variables[p.final_time] = s.time;
+        variables[p.initial_time..=p.final_time].fill(s.time);
         for (q, row) in phase.integrals.iter().zip(&p.integral_rows) {
             if let Some(r) = row {
                 constraints[*r] = q.variable.size().unwrap_or(f64::NAN);
@@ -206,6 +205,15 @@ pub(crate) fn nlp_scaling(ocp: &Ocp, layout: &Layout, scaling: &Scaling) -> NlpS
         }
         if let Some(r) = p.duration_row {
             constraints[r] = s.time;
+        }
+        if let Some(r) = p.first_arc_row {
+            constraints[r..r + p.arcs.len()].fill(s.time);
+        }
+        for &(row, ..) in &p.pinned_rows {
+            constraints[row] = s.time;
+        }
+        for &(row, _, c) in &p.degree_rows {
+            constraints[row] = s.controls[c];
         }
     }
     variables[layout.first_parameter..].copy_from_slice(&scaling.parameters);

@@ -6,15 +6,22 @@ use apsides_basis::MAX_POINTS;
 use apsides_nlp::{
     BarrierOracle, BarrierStrategy, InteriorPoint, NlpSettings, Observer, ScalingMethod, SolveReport, Status,
 };
-use apsides_ocp::{Guess, Mesh, Ocp, Scaling, Trajectory};
+use apsides_ocp::{Guess, Mesh, Ocp, PhaseMesh, Scaling, Trajectory};
 
 use crate::RadauError;
-use crate::error_estimate::estimate;
+use crate::error_estimate::{Estimate, estimate};
 use crate::refinement::refine;
 use crate::row_origin::RowOrigin;
 use crate::scales::ScaleWarning;
+use crate::switches::{Structure, Switch};
 use crate::transcription::Transcription;
 use crate::workers::pool;
+
+/// Most changes of the structure of switches in a solve: what has not settled then is left to refinement.
+const MOST_REVISIONS: usize = 8;
+
+/// A mesh for the sake of the bounds on controls alone must bring their excess below this part of what it was.
+const LEAST_GAIN: f64 = 0.2;
 
 /// Settings of the method.
 #[derive(Clone, Debug)]
@@ -28,6 +35,10 @@ pub struct RadauSettings {
     /// Largest excess between the points of a bound on a state or of a path constraint without controls, relative to its
     /// scale; 5e-7. Bounds on controls are not looked at: next to a jump a polynomial oversteps them on any mesh.
     pub path_tolerance: f64,
+    /// Whether switches of controls and path constraints between their bounds are looked for after each mesh. The next one has
+    /// breaks there, whose times are unknowns, and holds along each arc what is active there, so that jumps are met
+    /// exactly; on.
+    pub switches: bool,
     /// Most meshes solved; 1 switches refinement off; 20.
     pub max_meshes: usize,
     /// Points of an interval that comes from a division; 3.
@@ -52,6 +63,7 @@ impl Default for RadauSettings {
             points: 4,
             mesh_tolerance: 1e-8,
             path_tolerance: 5e-7,
+            switches: true,
             max_meshes: 20,
             min_points: 3,
             max_points: 14,
@@ -139,9 +151,9 @@ pub struct Unmet {
 /// The result of a solve.
 #[derive(Clone, Debug)]
 pub struct RadauSolution {
-    /// The trajectory on the last mesh, with its error estimate.
+    /// The trajectory on the last mesh that was solved, with its error estimate; that of the first mesh when none was.
     pub trajectory: Trajectory,
-    /// How the last solve ended.
+    /// How the last solve ended: without success when a later mesh than that of the trajectory could not be solved.
     pub status: Status,
     /// Whether the error estimate meets the tolerance.
     pub accurate: bool,
@@ -151,8 +163,20 @@ pub struct RadauSolution {
     pub unmet: Option<Unmet>,
     /// Scales that do not fit, on the first mesh.
     pub warnings: Vec<ScaleWarning>,
-    /// Report of the last solve.
+    /// Switches along the trajectory.
+    pub switches: Vec<Switch>,
+    /// Report of the solve that gave the trajectory.
     pub report: SolveReport,
+}
+
+/// A mesh that was solved.
+struct Solved {
+    trajectory: Trajectory,
+    report: SolveReport,
+    switches: Vec<Switch>,
+    accurate: bool,
+    /// The next mesh without any breaks, should those of the next one lead nowhere.
+    plain: Mesh,
 }
 
 impl std::fmt::Display for Unmet {
@@ -198,6 +222,9 @@ impl Radau {
         let mut mesh = mesh;
         let mut meshes: Vec<MeshRecord> = Vec::new();
         let mut warnings = Vec::new();
+        let mut last: Option<Solved> = None;
+        let mut excess = f64::INFINITY;
+        let mut revisions = if self.settings.switches { MOST_REVISIONS } else { 0 };
         let pool = pool(self.settings.threads);
         loop {
             let begin = Instant::now();
@@ -213,10 +240,10 @@ impl Radau {
             };
             let mut trajectory = nlp.trajectory(ocp, &report)?;
             let scaling = Scaling::new(ocp, &guess);
-            let error = estimate(ocp, &scaling, &self.settings, &mut trajectory)?;
+            let Estimate { error, controls } = estimate(ocp, &scaling, &self.settings, &mut trajectory)?;
             meshes.push(MeshRecord {
-                intervals: mesh.phases.iter().map(apsides_ocp::PhaseMesh::intervals).sum(),
-                points: mesh.phases.iter().map(apsides_ocp::PhaseMesh::total_points).sum(),
+                intervals: mesh.phases.iter().map(PhaseMesh::intervals).sum(),
+                points: mesh.phases.iter().map(PhaseMesh::total_points).sum(),
                 error,
                 variables: nlp.layout.variables,
                 constraints: nlp.layout.constraints,
@@ -224,22 +251,75 @@ impl Radau {
                 factorisations: report.counters.factorisations,
                 time: begin.elapsed(),
             });
-            let accurate = error <= self.settings.mesh_tolerance;
-            let next = refine(&trajectory, &self.settings)?;
-            let size: usize = next.phases.iter().map(apsides_ocp::PhaseMesh::total_points).sum();
-            let done = !report.status.is_success()
-                || accurate
-                || meshes.len() >= self.settings.max_meshes
-                || size > self.settings.max_total_points;
-            if done {
-                let unmet = if report.status.is_success() { None } else { unmet(ocp, &nlp, &report) };
-                let status = report.status;
-                return Ok(RadauSolution { trajectory, status, accurate, meshes, unmet, warnings, report });
+            let status = report.status;
+            let out_of_meshes = meshes.len() >= self.settings.max_meshes;
+            if !status.is_success() {
+                let unmet = unmet(ocp, &nlp, &report);
+                let solved = match last {
+                    // Breaks in the wrong places can make a problem infeasible.
+                    Some(solved) if has_arcs(&mesh) && may_go_on(status) && !out_of_meshes => {
+                        (guess, mesh) = (Guess::earlier(&solved.trajectory), solved.plain.clone());
+                        revisions = 0;
+                        last = Some(solved);
+                        continue;
+                    }
+                    Some(solved) => solved,
+                    None => Solved { trajectory, report, switches: Vec::new(), accurate: false, plain: mesh },
+                };
+                return Ok(solved.into_solution(status, unmet, meshes, warnings));
             }
+            let found = Structure::of(ocp, &mut nlp, &report, &trajectory);
+            let in_bounds = controls <= self.settings.mesh_tolerance;
+            let settled = revisions == 0 || found.is_that_of(&trajectory, in_bounds);
+            let accurate = error <= self.settings.mesh_tolerance;
+            // Worth meshes of their own as long as they help.
+            let within = in_bounds || controls > LEAST_GAIN * excess;
+            if accurate && settled {
+                excess = controls;
+            }
+            let plain = refine(&trajectory, &self.settings)?;
+            let next = if revisions == 0 {
+                plain.clone()
+            } else {
+                revisions -= usize::from(!settled);
+                // Breaks that make no mesh are left out.
+                let refined = refine(&found.spared(&trajectory), &self.settings)?;
+                found.mesh(&refined).unwrap_or_else(|_| plain.clone())
+            };
+            let size: usize = next.phases.iter().map(PhaseMesh::total_points).sum();
             guess = Guess::earlier(&trajectory);
+            let switches = found.switches(ocp, &trajectory);
+            let plain = Mesh { phases: plain.phases.into_iter().map(PhaseMesh::without_arcs).collect() };
+            let solved = Solved { trajectory, report, switches, accurate, plain };
+            if (accurate && settled && within) || out_of_meshes || size > self.settings.max_total_points {
+                return Ok(solved.into_solution(status, None, meshes, warnings));
+            }
+            last = Some(solved);
             mesh = next;
         }
     }
+}
+
+impl Solved {
+    fn into_solution(
+        self,
+        status: Status,
+        unmet: Option<Unmet>,
+        meshes: Vec<MeshRecord>,
+        warnings: Vec<ScaleWarning>,
+    ) -> RadauSolution {
+        let Self { trajectory, report, switches, accurate, .. } = self;
+        RadauSolution { trajectory, status, accurate, meshes, unmet, warnings, switches, report }
+    }
+}
+
+fn has_arcs(mesh: &Mesh) -> bool {
+    mesh.phases.iter().any(PhaseMesh::has_arcs)
+}
+
+/// Whether the solve ended for a reason that another mesh may not have.
+fn may_go_on(status: Status) -> bool {
+    !matches!(status, Status::Interrupted | Status::TimeLimit)
 }
 
 fn unmet(ocp: &Ocp, nlp: &Transcription, report: &SolveReport) -> Option<Unmet> {

@@ -5,18 +5,23 @@
 //! ```text
 //! sum_j D_ij x_j - (h / 2) (tf - t0) f(x_i, u_i, p, t_i) = 0
 //! ```
+//!
+//! Where the mesh has breaks, `t0` and `tf` are the times of the breaks around the interval, which are variables.
 
 use std::sync::Arc;
 
 use apsides_nlp::{Nlp, Pattern, Scaling as NlpScaling, Stages};
-use apsides_ocp::{Bounds, Guess, Mesh, Ocp, Scaling, Sense};
+use apsides_ocp::{Bounds, Course, Guess, Mesh, Ocp, Scaling, Sense};
 
 use crate::RadauError;
 use crate::endpoint_term::EndpointTerm;
-use crate::layout::{Layout, time_bounds};
+use crate::layout::{Layout, PhaseLayout, time_bounds};
 use crate::node_term::{NodeTerm, Target};
 use crate::scales::nlp_scaling;
 use crate::workers::{pool, within};
+
+/// Least duration of an arc between breaks, as a part of the phase's in the guess.
+pub(crate) const LEAST_ARC: f64 = 1e-6;
 
 /// A problem on a mesh, as a nonlinear program that [`apsides_nlp::InteriorPoint`] or any other solver can take.
 ///
@@ -77,9 +82,9 @@ impl Transcription {
             Sense::Maximize => -1.0,
         };
         let scaling = Scaling::new(ocp, guess);
-        let (lower, upper) = variable_bounds(ocp, &layout);
-        let (row_lower, row_upper) = row_bounds(ocp, &layout);
         let start = starting_point(&layout, guess);
+        let (lower, upper) = variable_bounds(ocp, &layout, &start);
+        let (row_lower, row_upper) = row_bounds(ocp, &layout, guess);
         let (constant, constant_values) = constant_entries(&layout).into_iter().unzip();
         let mut transcription = Self {
             sign,
@@ -283,6 +288,9 @@ impl Nlp for Transcription {
                     constraints[p.defect_row(node)..][..p.rows_per_node].fill(stage + 3);
                 }
             }
+            for &(row, interval, _) in &p.degree_rows {
+                constraints[row] = 4 * (p.first_stage + interval as u32) + 3;
+            }
         }
         Some(Stages { variables, constraints })
     }
@@ -292,29 +300,42 @@ fn node_terms(ocp: &Ocp, layout: &Layout, sign: f64, movable: bool) -> Vec<NodeT
     let mut terms = Vec::new();
     for (k, (phase, p)) in ocp.phases.iter().zip(&layout.phases).enumerate() {
         let (start, end) = time_bounds(phase);
-        let fixed = (start.is_fixed(), end.is_fixed() && !movable);
         let mut add = |function: &std::sync::Arc<dyn apsides_ad::NodeFunction>,
                        is_rate,
-                       target,
+                       target: &dyn Fn(usize) -> Target,
                        factor: &dyn Fn(usize) -> f64| {
-            let function = std::sync::Arc::clone(function);
-            terms.push(NodeTerm::new(function, is_rate, target, p, layout.first_parameter, fixed, factor));
+            for (index, arc) in p.arcs.iter().enumerate() {
+                // The times of breaks are free.
+                let fixed =
+                    (index == 0 && start.is_fixed(), index + 1 == p.arcs.len() && end.is_fixed() && !movable);
+                let function = std::sync::Arc::clone(function);
+                let target = target(arc.nodes.start);
+                terms.push(NodeTerm::new(
+                    function,
+                    is_rate,
+                    target,
+                    p,
+                    arc,
+                    layout.first_parameter,
+                    fixed,
+                    factor,
+                ));
+            }
         };
         let stride = p.rows_per_node;
-        add(&phase.dynamics, true, Target::Rows { first: p.first_row, stride }, &|i| {
-            -0.5 * p.width(p.nodes[i].interval)
-        });
-        let mut first = p.first_row + p.states;
+        let rows = |offset: usize| move |node| Target::Rows { first: p.defect_row(node) + offset, stride };
+        add(&phase.dynamics, true, &rows(0), &|i| -0.5 * p.nodes[i].width);
+        let mut offset = p.states;
         for c in &phase.path {
-            add(&c.function, false, Target::Rows { first, stride }, &|_| 1.0);
-            first += c.rows.len();
+            add(&c.function, false, &rows(offset), &|_| 1.0);
+            offset += c.rows.len();
         }
         for (index, q) in phase.integrals.iter().enumerate() {
             let weights = ocp.objective.integrals.iter().filter(|w| (w.0, w.1) == (k, index));
             let cost = sign * weights.map(|w| w.2).sum::<f64>();
             let row = p.integral_rows[index];
             if row.is_some() || cost != 0.0 {
-                add(&q.function, true, Target::Sum { row, cost }, &|i| p.nodes[i].weight);
+                add(&q.function, true, &|_| Target::Sum { row, cost }, &|i| p.nodes[i].weight);
             }
         }
     }
@@ -353,11 +374,34 @@ fn constant_entries(layout: &Layout) -> Vec<((usize, usize), f64)> {
             entries.push(((r, p.initial_time), -1.0));
             entries.push(((r, p.final_time), 1.0));
         }
+        for (r, arc) in p.first_arc_row.map_or(0..0, |r| r..r + p.arcs.len()).zip(&p.arcs) {
+            entries.push(((r, arc.start_time), -1.0));
+            entries.push(((r, arc.end_time), 1.0));
+        }
+        for &(r, column, f) in &p.pinned_rows {
+            entries.extend([((r, column), 1.0), ((r, p.initial_time), f - 1.0), ((r, p.final_time), -f)]);
+        }
+        for &(r, interval, c) in &p.degree_rows {
+            let (rule, first) = (&p.rules[interval], p.interval_start(interval));
+            for (j, (&tau, w)) in rule.nodes().iter().zip(rule.weights()).enumerate() {
+                entries.push(((r, p.control_column(first + j) + c), w * legendre(rule.points() - 1, tau)));
+            }
+        }
     }
     entries
 }
 
-fn variable_bounds(ocp: &Ocp, layout: &Layout) -> (Vec<f64>, Vec<f64>) {
+/// Legendre polynomial of a degree.
+fn legendre(degree: usize, x: f64) -> f64 {
+    let (mut before, mut value) = (0.0, 1.0);
+    for k in 0..degree {
+        let k = k as f64;
+        (before, value) = (value, ((2.0 * k + 1.0) * x * value - k * before) / (k + 1.0));
+    }
+    value
+}
+
+fn variable_bounds(ocp: &Ocp, layout: &Layout, start: &[f64]) -> (Vec<f64>, Vec<f64>) {
     let mut lower = vec![f64::NEG_INFINITY; layout.variables];
     let mut upper = vec![f64::INFINITY; layout.variables];
     let mut set = |column: usize, b: Bounds| {
@@ -366,19 +410,22 @@ fn variable_bounds(ocp: &Ocp, layout: &Layout) -> (Vec<f64>, Vec<f64>) {
     };
     for (phase, p) in ocp.phases.iter().zip(&layout.phases) {
         let last = p.nodes.len();
+        let implied = implied_bounds(phase, p, layout.first_parameter, start);
         for node in 0..=last {
             for (s, state) in phase.states.iter().enumerate() {
                 let along = state.variable.bounds;
                 let bounds = match node {
                     0 => along.intersect(&state.initial),
                     n if n == last => along.intersect(&state.terminal),
+                    n if implied[n * p.states + s] => Bounds::FREE,
                     _ => along,
                 };
                 set(p.state_column(node) + s, bounds);
             }
             if node < last {
+                let held = &p.mesh.arcs()[p.arc_of(node)].controls;
                 for (c, control) in phase.controls.iter().enumerate() {
-                    set(p.control_column(node) + c, control.bounds);
+                    set(p.control_column(node) + c, bounds_along(control.bounds, held, c));
                 }
             }
         }
@@ -392,17 +439,93 @@ fn variable_bounds(ocp: &Ocp, layout: &Layout) -> (Vec<f64>, Vec<f64>) {
     (lower, upper)
 }
 
-fn row_bounds(ocp: &Ocp, layout: &Layout) -> (Vec<f64>, Vec<f64>) {
+/// Nodes and states, node after node, whose bounds along the phase say nothing new: what cannot change along an arc is bounded
+/// at its start, or fixed at the end of the phase. Stated again such a bound would leave no inside where it is active.
+fn implied_bounds(
+    phase: &apsides_ocp::Phase,
+    p: &PhaseLayout,
+    first_parameter: usize,
+    start: &[f64],
+) -> Vec<bool> {
+    let mut implied = vec![false; (p.nodes.len() + 1) * p.states];
+    let mut fixed_later: Vec<bool> = phase.states.iter().map(|s| s.terminal.is_fixed()).collect();
+    for (k, arc) in p.arcs.iter().enumerate().rev() {
+        let constant = constant_states(phase, p, k, first_parameter, start);
+        for (s, constant) in constant.into_iter().enumerate() {
+            fixed_later[s] &= constant;
+            let first = arc.nodes.start + usize::from(!fixed_later[s]);
+            for node in first..=arc.nodes.end {
+                implied[node * p.states + s] |= constant;
+            }
+        }
+    }
+    implied
+}
+
+/// Which states have no rate along an arc because of the controls that are held there: neither the rate nor any of its
+/// derivatives by what is free differs from zero at the start of the solve.
+fn constant_states(
+    phase: &apsides_ocp::Phase,
+    p: &PhaseLayout,
+    arc: usize,
+    first_parameter: usize,
+    start: &[f64],
+) -> Vec<bool> {
+    let courses = &p.mesh.arcs()[arc].controls;
+    let held = |control: usize| held(courses, control, &phase.controls[control].bounds);
+    let is_held = |control: usize| held(control).is_some();
+    let mut constant = vec![(0..p.controls).any(is_held); p.states];
+    if !constant.contains(&true) {
+        return constant;
+    }
+    let pattern = phase.dynamics.pattern();
+    let mut z = vec![0.0; phase.dynamics.inputs()];
+    let (mut rates, mut entries) = (vec![0.0; p.states], vec![0.0; pattern.jacobian_len()]);
+    let width = p.states + p.controls;
+    for node in p.arcs[arc].nodes.clone() {
+        z[..width].copy_from_slice(&start[p.state_column(node)..][..width]);
+        for c in 0..p.controls {
+            z[p.states + c] = held(c).unwrap_or(z[p.states + c]);
+        }
+        let time = z.len() - 1;
+        z[width..time].copy_from_slice(&start[first_parameter..][..time - width]);
+        z[time] = p.time(node, start);
+        phase.dynamics.jacobian(&z, &mut rates, &mut entries);
+        for (c, rate) in constant.iter_mut().zip(&rates) {
+            *c &= *rate == 0.0;
+        }
+        for ((r, c), v) in pattern.jacobian_entries().zip(&entries) {
+            let free = c < p.states || c >= width || !is_held(c - p.states);
+            constant[r] &= !(free && *v != 0.0);
+        }
+    }
+    constant
+}
+
+/// The bounds that the quantity of this index has along an arc.
+fn bounds_along(bounds: Bounds, courses: &[Option<Course>], index: usize) -> Bounds {
+    match courses.get(index) {
+        Some(Some(Course::Free)) => Bounds::FREE,
+        _ => held(courses, index, &bounds).map_or(bounds, Bounds::fixed),
+    }
+}
+
+fn held(courses: &[Option<Course>], index: usize, bounds: &Bounds) -> Option<f64> {
+    courses.get(index).copied().flatten().and_then(|course| course.held(bounds))
+}
+
+fn row_bounds(ocp: &Ocp, layout: &Layout, guess: &Guess) -> (Vec<f64>, Vec<f64>) {
     let mut lower = vec![0.0; layout.constraints];
     let mut upper = vec![0.0; layout.constraints];
     let mut set = |row: usize, b: Bounds| {
         lower[row] = b.lower;
         upper[row] = b.upper;
     };
-    for (phase, p) in ocp.phases.iter().zip(&layout.phases) {
+    for ((phase, p), guess) in ocp.phases.iter().zip(&layout.phases).zip(&guess.phases) {
         for node in 0..p.nodes.len() {
+            let held = &p.mesh.arcs()[p.arc_of(node)].rows;
             for (k, row) in phase.path.iter().flat_map(|c| &c.rows).enumerate() {
-                set(p.path_row(node) + k, row.bounds);
+                set(p.path_row(node) + k, bounds_along(row.bounds, held, k));
             }
         }
         for (q, row) in phase.integrals.iter().zip(&p.integral_rows) {
@@ -412,6 +535,10 @@ fn row_bounds(ocp: &Ocp, layout: &Layout) -> (Vec<f64>, Vec<f64>) {
         }
         if let Some(r) = p.duration_row {
             set(r, phase.duration);
+        }
+        let least = LEAST_ARC * (guess.final_time - guess.initial_time);
+        for r in p.first_arc_row.map_or(0..0, |r| r..r + p.arcs.len()) {
+            set(r, Bounds::at_least(least));
         }
     }
     for (c, &first) in ocp.constraints.iter().zip(&layout.endpoint_rows) {
@@ -434,6 +561,10 @@ fn starting_point(layout: &Layout, guess: &Guess) -> Vec<f64> {
             }
         }
         x[p.initial_time] = g.initial_time;
+        for (arc, at) in p.arcs.iter().zip(p.mesh.breaks()) {
+            let f = p.mesh.fractions()[at.end];
+            x[arc.end_time] = (1.0 - f) * g.initial_time + f * g.final_time;
+        }
         x[p.final_time] = g.final_time;
     }
     x[layout.first_parameter..].copy_from_slice(&guess.parameters);

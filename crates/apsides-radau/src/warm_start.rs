@@ -20,7 +20,7 @@ impl Transcription {
         self.initial_point(&mut x);
         let mut y = vec![0.0; self.layout.constraints];
         for (p, t) in self.layout.phases.iter().zip(earlier) {
-            set_phase_multipliers(p, t, x[p.final_time] - x[p.initial_time], &mut y);
+            set_phase_multipliers(p, t, &x, &mut y);
         }
         for ((c, &first), values) in ocp
             .constraints
@@ -56,7 +56,7 @@ impl Transcription {
     }
 }
 
-fn set_phase_multipliers(p: &PhaseLayout, t: &PhaseTrajectory, duration: f64, y: &mut [f64]) {
+fn set_phase_multipliers(p: &PhaseLayout, t: &PhaseTrajectory, x: &[f64], y: &mut [f64]) {
     let Some(costate) = &t.costate else { return };
     for (row, &multiplier) in p.integral_rows.iter().zip(t.integral_multipliers.iter().flatten()) {
         if let Some(r) = row {
@@ -76,7 +76,8 @@ fn set_phase_multipliers(p: &PhaseLayout, t: &PhaseTrajectory, duration: f64, y:
             let row = p.path_row(i);
             let rows = &mut y[row..row + path_rows];
             m.evaluate(time, rows);
-            rows.iter_mut().for_each(|v| *v *= node.weight * duration);
+            let seconds = node.weight * p.arc_duration(p.arc_of(i), x);
+            rows.iter_mut().for_each(|v| *v *= seconds);
         }
     }
 }

@@ -1,0 +1,353 @@
+//! Which bound a control or a path constraint row stands at, node by node.
+//!
+//! At a node a bound is active when its multiplier, relative to the largest along the phase, exceeds the relative distance
+//! to it: at a solution of the interior-point method one of the two is small. The multiplier of a control's bound per unit
+//! of time is the switching function `dH/du`, so that its sign confirms the bound.
+
+use apsides_nlp::{Nlp, SolveReport};
+use apsides_ocp::{Bounds, Course, Phase, PhaseTrajectory, Variable};
+
+use crate::layout::PhaseLayout;
+use crate::switches::Level;
+use crate::transcription::{LEAST_ARC, Transcription};
+
+/// Most nodes between opposite bounds that are one switch and no arc of its own.
+pub(crate) const CROSSING: usize = 2;
+
+/// Arcs and intervals shorter than this part of the phase have come to nothing.
+pub(crate) const COLLAPSED: f64 = 10.0 * LEAST_ARC;
+
+/// Part of the range of a quantity within which a bound can be active.
+pub(crate) const NEAR: f64 = 1e-2;
+
+/// Relative multipliers below are rounding: no evidence of a bound, nor against one that is held.
+const NO_EVIDENCE: f64 = 1e-5;
+
+/// Relative multipliers below are that of the average over the phase of this part of the objective's scale.
+const LEAST_SLOPE: f64 = 1e-2;
+
+/// A control whose second derivative of the Hamiltonian, times its range, is below this part of its largest first one jumps;
+/// others meet their bounds continuously.
+const AFFINE: f64 = 1e-6;
+
+/// Relative multipliers of a bound that is active at so few nodes that it may be an oscillation along a singular arc.
+const OSCILLATION: f64 = 1e-2;
+
+/// So many runs in a row, each of at most so many nodes, are an oscillation.
+const OSCILLATING: usize = 4;
+
+const SHORT_RUN: usize = 4;
+
+/// Excess of a bound that was left out, relative to the range, from which on it is not clear of it.
+const VIOLATION: f64 = 1e-8;
+
+/// Where a quantity stands.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Class {
+    Lower,
+    Between,
+    Upper,
+}
+
+impl Class {
+    pub(crate) fn course(self) -> Option<Course> {
+        match self {
+            Self::Lower => Some(Course::Lower),
+            Self::Between => None,
+            Self::Upper => Some(Course::Upper),
+        }
+    }
+
+    pub(crate) fn opposite(self, other: Self) -> bool {
+        matches!((self, other), (Self::Lower, Self::Upper) | (Self::Upper, Self::Lower))
+    }
+
+    pub(crate) fn level(self, bounds: &Bounds) -> Level {
+        match self {
+            Self::Lower => Level::Lower(bounds.lower),
+            Self::Between => Level::Between,
+            Self::Upper => Level::Upper(bounds.upper),
+        }
+    }
+}
+
+/// Index of a control or of a path constraint row.
+#[derive(Clone, Copy, PartialEq)]
+pub(crate) enum Kind {
+    Control(usize),
+    Row(usize),
+}
+
+/// A control or path constraint row with bounds between which it can move.
+pub(crate) struct Quantity<'a> {
+    pub(crate) kind: Kind,
+    pub(crate) variable: &'a Variable,
+    pub(crate) range: f64,
+    /// Whether it is a control that the Hamiltonian is linear in.
+    pub(crate) affine: bool,
+}
+
+/// A quantity at a node.
+#[derive(Clone, Copy)]
+pub(crate) struct Sample {
+    /// Normalised time.
+    pub(crate) fraction: f64,
+    /// Part of the phase that the node stands for.
+    pub(crate) width: f64,
+    pub(crate) interval: usize,
+    /// Relative to the range, above the lower bound.
+    pub(crate) above_lower: f64,
+    /// Relative to the range, below the upper bound.
+    pub(crate) below_upper: f64,
+    /// Relative multiplier: positive where the lower bound would be active.
+    pub(crate) slope: f64,
+    pub(crate) class: Class,
+    pub(crate) course: Option<Course>,
+}
+
+/// Consecutive nodes of one class, by index into the samples.
+#[derive(Clone)]
+pub(crate) struct Run {
+    pub(crate) class: Class,
+    pub(crate) first: usize,
+    pub(crate) last: usize,
+    /// Too short for nodes at the bound: those in it stand between.
+    pub(crate) is_pulse: bool,
+}
+
+/// A solved program.
+pub(crate) struct Solution<'a> {
+    pub(crate) report: &'a SolveReport,
+    /// Diagonal of the Hessian of the Lagrangian.
+    pub(crate) curvatures: &'a [f64],
+    /// Scale of the objective.
+    pub(crate) objective: f64,
+}
+
+/// What can switch: controls, and path constraint rows with controls, that have bounds and are not fixed.
+pub(crate) fn quantities(phase: &Phase) -> Vec<Quantity<'_>> {
+    let (nx, nu) = (phase.states.len(), phase.controls.len());
+    let usable = |v: &Variable| v.bounds != Bounds::FREE && !v.bounds.is_fixed();
+    let range = |v: &Variable| {
+        let width = v.bounds.upper - v.bounds.lower;
+        if width.is_finite() { width } else { v.size().unwrap_or(1.0) }
+    };
+    let mut all = Vec::new();
+    for (c, v) in phase.controls.iter().enumerate().filter(|(_, v)| usable(v)) {
+        all.push(Quantity { kind: Kind::Control(c), variable: v, range: range(v), affine: false });
+    }
+    let mut index = 0;
+    for path in &phase.path {
+        let pattern = path.function.pattern();
+        for (k, v) in path.rows.iter().enumerate() {
+            let columns = &pattern.columns[pattern.row_offsets[k]..pattern.row_offsets[k + 1]];
+            // Without a control in it a row cannot jump.
+            if usable(v) && columns.iter().any(|c| (nx..nx + nu).contains(c)) {
+                all.push(Quantity { kind: Kind::Row(index), variable: v, range: range(v), affine: false });
+            }
+            index += 1;
+        }
+    }
+    all
+}
+
+/// Diagonal of the Hessian of the Lagrangian.
+pub(crate) fn curvatures(nlp: &mut Transcription, report: &SolveReport) -> Vec<f64> {
+    let pattern = nlp.hessian_pattern();
+    let mut entries = vec![0.0; pattern.len()];
+    nlp.hessian(&report.x, 1.0, &report.constraint_multipliers, &mut entries);
+    let mut diagonal = vec![0.0; report.x.len()];
+    for ((&r, &c), v) in pattern.rows.iter().zip(&pattern.cols).zip(&entries) {
+        if r == c {
+            diagonal[c] += v;
+        }
+    }
+    diagonal
+}
+
+/// A quantity at the nodes of a phase, arcs that have come to nothing left out, and whether it is a control that the Hamiltonian is
+/// linear in.
+pub(crate) fn samples(
+    q: &Quantity<'_>,
+    p: &PhaseLayout,
+    t: &PhaseTrajectory,
+    solution: &Solution<'_>,
+) -> (Vec<Sample>, bool) {
+    let report = solution.report;
+    let duration = t.final_time - t.initial_time;
+    let Bounds { lower, upper } = q.variable.bounds;
+    let mut samples: Vec<Sample> = Vec::new();
+    let mut curvature = 0.0_f64;
+    let collapsed: Vec<bool> =
+        (0..p.arcs.len()).map(|k| is_collapsed(p.arc_duration(k, &report.x), t)).collect();
+    for (node, n) in p.nodes.iter().enumerate() {
+        let arc = p.arc_of(node);
+        if collapsed[arc] {
+            continue;
+        }
+        let seconds = n.weight * p.arc_duration(arc, &report.x);
+        let holds = &p.mesh.arcs()[arc];
+        let (value, multiplier, hold) = match q.kind {
+            Kind::Control(c) => {
+                let column = p.control_column(node) + c;
+                let multiplier = report.lower_multipliers[column] - report.upper_multipliers[column];
+                curvature = curvature.max(solution.curvatures[column].abs() * q.range.powi(2) / seconds);
+                (report.x[column], multiplier, holds.controls.get(c))
+            }
+            Kind::Row(r) => {
+                let row = p.path_row(node) + r;
+                (report.constraint_values[row], -report.constraint_multipliers[row], holds.rows.get(r))
+            }
+        };
+        samples.push(Sample {
+            fraction: (p.time(node, &report.x) - t.initial_time) / (t.final_time - t.initial_time),
+            width: seconds / duration,
+            interval: n.interval,
+            above_lower: (value - lower) / q.range,
+            below_upper: (upper - value) / q.range,
+            slope: multiplier * q.range / seconds,
+            class: Class::Between,
+            course: hold.copied().flatten(),
+        });
+    }
+    let least = LEAST_SLOPE * solution.objective / duration;
+    let largest = samples.iter().fold(least, |m, s| m.max(s.slope.abs()));
+    let affine = curvature <= AFFINE * largest;
+    let is_regular = matches!(q.kind, Kind::Control(_)) && !affine;
+    for s in &mut samples {
+        s.slope = if largest > 0.0 { s.slope / largest } else { 0.0 };
+        s.class = class(s, is_regular);
+    }
+    keep_ends(&mut samples);
+    (samples, affine && matches!(q.kind, Kind::Control(_)))
+}
+
+/// A multiplier of the wrong sign at the very ends of what is held says that it is not yet exact, since the break stands at
+/// the best place.
+fn keep_ends(samples: &mut [Sample]) {
+    let held_class = |course: Course| match course {
+        Course::Lower => Some(Class::Lower),
+        Course::Upper => Some(Class::Upper),
+        Course::Singular | Course::Free => None,
+    };
+    let mut start = 0;
+    while start < samples.len() {
+        let course = samples[start].course;
+        let end = (start..samples.len()).find(|&i| samples[i].course != course).unwrap_or(samples.len());
+        if let Some(own) = course.and_then(held_class) {
+            let wrong = |s: &&Sample| s.class != own;
+            let tail = samples[start..end].iter().rev().take_while(wrong).count();
+            let head = samples[start..end].iter().take_while(wrong).count();
+            if tail <= CROSSING {
+                samples[end - tail..end].iter_mut().for_each(|s| s.class = own);
+            }
+            if head <= CROSSING {
+                samples[start..start + head].iter_mut().for_each(|s| s.class = own);
+            }
+        }
+        start = end;
+    }
+}
+
+/// An arc that has come to nothing.
+fn is_collapsed(arc: f64, t: &PhaseTrajectory) -> bool {
+    arc <= COLLAPSED * (t.final_time - t.initial_time)
+}
+
+/// What a sample says; a control that meets its bounds continuously does not change over to the other one.
+fn class(s: &Sample, is_regular: bool) -> Class {
+    match s.course {
+        Some(Course::Lower) if s.slope >= -NO_EVIDENCE => Class::Lower,
+        Some(Course::Upper) if s.slope <= NO_EVIDENCE => Class::Upper,
+        // Pushed away from the bound: the other one, if there is one.
+        Some(Course::Lower) if s.below_upper.is_finite() && !is_regular => Class::Upper,
+        Some(Course::Upper) if s.above_lower.is_finite() && !is_regular => Class::Lower,
+        Some(Course::Lower | Course::Upper) => Class::Between,
+        Some(Course::Free) if s.above_lower < -VIOLATION => Class::Lower,
+        Some(Course::Free) if s.below_upper < -VIOLATION => Class::Upper,
+        Some(Course::Free) => Class::Between,
+        _ if s.above_lower < NEAR && s.slope > s.above_lower => Class::Lower,
+        _ if s.below_upper < NEAR && -s.slope > s.below_upper => Class::Upper,
+        _ => Class::Between,
+    }
+}
+
+/// Runs of a quantity, without those of too few nodes or too little evidence.
+pub(crate) fn runs(samples: &[Sample]) -> Vec<Run> {
+    let mut runs: Vec<Run> = Vec::new();
+    for (i, s) in samples.iter().enumerate() {
+        match runs.last_mut() {
+            Some(r) if r.class == s.class => r.last = i,
+            _ => runs.push(Run { class: s.class, first: i, last: i, is_pulse: false }),
+        }
+    }
+    // Bounds without evidence are none, unless held or met by what had left them out.
+    for r in &mut runs {
+        let seen = &samples[r.first..=r.last];
+        let evidence = seen.iter().fold(0.0_f64, |m, s| m.max(s.slope.abs()));
+        let few = r.last - r.first < CROSSING;
+        let known = seen.iter().any(|s| s.course.is_some_and(|course| course != Course::Singular));
+        if !known && evidence < if few { OSCILLATION } else { NO_EVIDENCE } {
+            r.class = Class::Between;
+        }
+    }
+    joined(&mut runs);
+    oscillations(&mut runs);
+    // The few nodes of a crossing belong to neither side.
+    let mut k = 1;
+    while k + 1 < runs.len() {
+        let (a, b) = (runs[k - 1].class, runs[k + 1].class);
+        if runs[k].class == Class::Between && a.opposite(b) && runs[k].last - runs[k].first < CROSSING {
+            runs.remove(k);
+        } else {
+            k += 1;
+        }
+    }
+    runs
+}
+
+/// A few nodes between the bounds, before or after what stands at one, are a pulse to the other one that no node resolves.
+pub(crate) fn pulses(samples: &[Sample], runs: &mut [Run]) {
+    for k in 0..runs.len() {
+        let neighbours =
+            [k.checked_sub(1), Some(k + 1)].map(|i| i.and_then(|i| runs.get(i)).map(|r| r.class));
+        let other = match neighbours {
+            [Some(Class::Lower), Some(Class::Lower)]
+            | [Some(Class::Lower), None]
+            | [None, Some(Class::Lower)] => Class::Upper,
+            [Some(Class::Upper), Some(Class::Upper)]
+            | [Some(Class::Upper), None]
+            | [None, Some(Class::Upper)] => Class::Lower,
+            _ => continue,
+        };
+        let r = &mut runs[k];
+        let bounded = samples[r.first].above_lower.is_finite() && samples[r.first].below_upper.is_finite();
+        if r.class == Class::Between && r.last - r.first < CROSSING && bounded {
+            (r.class, r.is_pulse) = (other, true);
+        }
+    }
+}
+
+/// Several short runs in a row are a singular arc where the control oscillates.
+fn oscillations(runs: &mut Vec<Run>) {
+    let short = |r: &Run| r.last - r.first < SHORT_RUN;
+    let mut k = 0;
+    while k < runs.len() {
+        let count = runs[k..].iter().take_while(|r| short(r)).count();
+        if count >= OSCILLATING {
+            runs[k..k + count].iter_mut().for_each(|r| r.class = Class::Between);
+        }
+        k += count.max(1);
+    }
+    joined(runs);
+}
+
+fn joined(runs: &mut Vec<Run>) {
+    runs.dedup_by(|b, a| {
+        let same = a.class == b.class;
+        if same {
+            a.last = b.last;
+        }
+        same
+    });
+}

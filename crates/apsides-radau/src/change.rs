@@ -1,0 +1,219 @@
+//! Changes between what a quantity does: jumps and kinks, and when they are.
+
+use apsides_ocp::{Course, PhaseMesh};
+
+use crate::activity::{COLLAPSED, CROSSING, Class, Kind, NEAR, Quantity, Run, Sample};
+
+/// Breaks of different quantities closer than this part of the phase are one.
+const SAME: f64 = 1e-4;
+
+/// A kink closer than this part of the phase to a break of the mesh is there.
+const KINK_SETTLED: f64 = 1e-9;
+
+/// A kink within this part of the phase of a break that is not free is the same one, moved.
+const KINK_NEAR: f64 = 0.02;
+
+/// Distances beyond a node, in halves of that to the node before, within which a kink is looked for.
+const REACH: usize = 8;
+
+/// A change of class.
+pub(crate) struct Change {
+    pub(crate) quantity: usize,
+    /// Normalised times of the last node before and of the first one after.
+    pub(crate) gap: (f64, f64),
+    /// Estimate, later the break.
+    pub(crate) at: f64,
+    pub(crate) from: Class,
+    pub(crate) to: Class,
+    pub(crate) kind: ChangeKind,
+    /// Normalised time of the break of the mesh that it belongs to already.
+    pub(crate) known: Option<f64>,
+}
+
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum ChangeKind {
+    /// The quantity jumps: the time can be an unknown.
+    Jump,
+    /// It meets its bound continuously: to first and second order the time does not matter, so that it follows from where the
+    /// free side meets the bound.
+    Kink,
+    /// What happens there is not clear yet.
+    Unclear,
+}
+
+/// The changes of a quantity between its runs, in order.
+pub(crate) fn changes(index: usize, q: &Quantity<'_>, samples: &[Sample], runs: &[Run]) -> Vec<Change> {
+    let mut changes: Vec<Change> =
+        runs.windows(2).map(|pair| change(index, q, samples, &pair[0], &pair[1])).collect();
+    // What would come before the change that it follows, or beyond the ends of the phase, is not clear yet.
+    let times: Vec<f64> = changes.iter().map(|c| c.at).collect();
+    for (i, c) in changes.iter_mut().enumerate() {
+        let low = if i == 0 { 0.0 } else { times[i - 1] } + COLLAPSED;
+        let high = times.get(i + 1).copied().unwrap_or(1.0) - COLLAPSED;
+        if !(low < c.at && c.at < high) {
+            c.kind = ChangeKind::Unclear;
+        }
+    }
+    changes
+}
+
+fn change(quantity: usize, q: &Quantity<'_>, samples: &[Sample], a: &Run, b: &Run) -> Change {
+    let (before, after) = (&samples[a.last], &samples[b.first]);
+    let crosses = a.class.opposite(b.class);
+    let is_row = matches!(q.kind, Kind::Row(_));
+    let kind = if q.affine || (is_row && (crosses || jumps(samples, a, b))) {
+        ChangeKind::Jump
+    } else if !crosses && is_kink(a, b) && !jumps(samples, a, b) {
+        ChangeKind::Kink
+    } else {
+        ChangeKind::Unclear
+    };
+    let at = match kind {
+        _ if a.is_pulse || b.is_pulse => pulse_end(samples, a, b),
+        _ if crosses => crossing(before, after),
+        ChangeKind::Kink => meeting(samples, a, b),
+        _ => 0.5 * (before.fraction + after.fraction),
+    };
+    let gap = (before.fraction, after.fraction);
+    Change { quantity, gap, at, from: a.class, to: b.class, kind, known: None }
+}
+
+/// Whether there are nodes enough on both sides of a change for a kink.
+fn is_kink(a: &Run, b: &Run) -> bool {
+    let (between, bound) = if a.class == Class::Between { (a, b) } else { (b, a) };
+    bound.last - bound.first >= CROSSING && between.last - between.first > CROSSING
+}
+
+/// Gives every change the break that it belongs to, or joins it with others close by.
+pub(crate) fn settle(changes: &mut [Change], mesh: &PhaseMesh) {
+    let times = |free: bool| -> Vec<f64> {
+        mesh.breaks().iter().filter(|b| b.free == free).map(|b| mesh.fractions()[b.end]).collect()
+    };
+    let nearest = |times: &[f64], c: &Change, low: f64, high: f64| -> Option<f64> {
+        let inside = times.iter().copied().filter(|f| (low..=high).contains(f));
+        inside.min_by(|a, b| (a - c.at).abs().total_cmp(&(b - c.at).abs()))
+    };
+    let (free, pinned) = (times(true), times(false));
+    for c in changes.iter_mut() {
+        match c.kind {
+            // Nearest to the estimate of those between the two nodes.
+            ChangeKind::Jump => {
+                c.known = nearest(&free, c, c.gap.0, c.gap.1);
+                c.at = c.known.unwrap_or(c.at);
+            }
+            ChangeKind::Kink => {
+                c.known = nearest(&pinned, c, c.at - KINK_NEAR, c.at + KINK_NEAR);
+                c.at = c.known.filter(|f| (f - c.at).abs() < KINK_SETTLED).unwrap_or(c.at);
+            }
+            ChangeKind::Unclear => {}
+        }
+    }
+    changes.sort_by(|a, b| a.at.total_cmp(&b.at));
+    for i in 1..changes.len() {
+        let (before, rest) = changes.split_at_mut(i);
+        let c = &mut rest[0];
+        let clear = |c: &Change| c.kind != ChangeKind::Unclear;
+        let Some(last) = before.iter().rev().find(|b| clear(b)).filter(|_| clear(c)) else { continue };
+        let same_quantity = before.iter().any(|b| clear(b) && b.quantity == c.quantity && b.at == last.at);
+        let jumps = c.kind == ChangeKind::Jump && last.kind == ChangeKind::Jump;
+        // Two kinks, or a jump and a kink, are kept apart as far as an arc between them can last.
+        let same =
+            if jumps { c.known.is_none() && c.at - last.at < SAME } else { c.at - last.at < COLLAPSED };
+        if same && !same_quantity {
+            (c.at, c.known) = (last.at, last.known);
+        }
+    }
+}
+
+/// End of a pulse that has the same area as the nodes in it.
+fn pulse_end(samples: &[Sample], a: &Run, b: &Run) -> f64 {
+    let pulse = if a.is_pulse { a } else { b };
+    let nodes = &samples[pulse.first..=pulse.last];
+    let height = |s: &Sample| if pulse.class == Class::Upper { s.above_lower } else { s.below_upper };
+    let area: f64 = nodes.iter().map(|s| s.width * height(s)).sum();
+    let total: f64 = nodes.iter().map(|s| s.width).sum();
+    let (start, end) = match (pulse.first, pulse.last + 1 == samples.len()) {
+        // At an end of the phase the pulse stands there.
+        (0, _) => (0.0, area),
+        (_, true) => (1.0 - area, 1.0),
+        _ => {
+            let middle = 0.5 * (nodes[0].fraction - 0.5 * nodes[0].width + nodes[nodes.len() - 1].fraction)
+                + 0.25 * nodes[nodes.len() - 1].width;
+            (middle - 0.5 * area.min(total), middle + 0.5 * area.min(total))
+        }
+    };
+    if a.is_pulse { end } else { start }
+}
+
+/// Whether a quantity between its bounds in one of two runs meets the bound of the other with a jump: its course on, from the
+/// two nodes before the last, misses the bound.
+fn jumps(samples: &[Sample], a: &Run, b: &Run) -> bool {
+    let (between, bound, near, step) = if a.class == Class::Between {
+        (a, b, a.last, usize::wrapping_sub as fn(usize, usize) -> usize)
+    } else {
+        (b, a, b.first, usize::wrapping_add as fn(usize, usize) -> usize)
+    };
+    if between.last - between.first < CROSSING + 1 {
+        return false;
+    }
+    let distance = |i: usize| {
+        let s = &samples[i];
+        if bound.class == Class::Lower { s.above_lower } else { s.below_upper }
+    };
+    let (i, j) = (step(near, 1), step(near, 2));
+    let edge = 0.5 * (samples[a.last].fraction + samples[b.first].fraction);
+    let (fi, fj) = (samples[i].fraction, samples[j].fraction);
+    let ahead = distance(i) + (distance(i) - distance(j)) * (edge - fi) / (fi - fj);
+    distance(i) > 2.0 * NEAR && ahead > 0.5 * distance(i)
+}
+
+/// Where the distance to the bound of one of two runs vanishes, from its polynomial beside the change: through the nodes of the
+/// nearest interval where none of them is at the bound, or all have left their bounds out, else through the nearest nodes.
+fn meeting(samples: &[Sample], a: &Run, b: &Run) -> f64 {
+    let between_first = a.class == Class::Between;
+    let bound = if between_first { b.class } else { a.class };
+    let distance = |s: &Sample| if bound == Class::Lower { s.above_lower } else { s.below_upper };
+    let (near, far) = if between_first { (a.last, b.first) } else { (b.first, a.last) };
+    let all: Vec<&Sample> = samples.iter().filter(|s| s.interval == samples[near].interval).collect();
+    let clean =
+        |s: &&Sample| s.course == Some(Course::Free) || (s.course.is_none() && s.class == Class::Between);
+    let nodes: Vec<&Sample> = if all.len() > 2 && all.iter().all(clean) {
+        all
+    } else {
+        let run = if between_first { a } else { b };
+        let free = samples[run.first..=run.last].iter();
+        let free = free.filter(|s| !matches!(s.course, Some(Course::Lower | Course::Upper)));
+        if between_first { free.rev().take(3).collect() } else { free.take(3).collect() }
+    };
+    let value = |f: f64| -> f64 {
+        let basis = |i: usize| -> f64 {
+            let others = nodes.iter().enumerate().filter(|(j, _)| *j != i);
+            others.map(|(_, s)| (f - s.fraction) / (nodes[i].fraction - s.fraction)).product()
+        };
+        nodes.iter().enumerate().map(|(i, s)| distance(s) * basis(i)).sum()
+    };
+    let (mut inside, far) = (samples[near].fraction, samples[far].fraction);
+    let mut outside = inside;
+    // The bound is met between the two nodes, or a little beyond.
+    for k in 0..REACH {
+        outside = far + 0.5 * k as f64 * (far - samples[near].fraction);
+        if value(outside) < 0.0 {
+            break;
+        }
+        inside = outside;
+    }
+    if !(value(inside) >= 0.0 && value(outside) < 0.0) {
+        return 0.5 * (samples[near].fraction + far);
+    }
+    for _ in 0..60 {
+        let middle = 0.5 * (inside + outside);
+        if value(middle) > 0.0 { inside = middle } else { outside = middle }
+    }
+    outside
+}
+
+/// Zero of the switching function between two nodes.
+fn crossing(a: &Sample, b: &Sample) -> f64 {
+    let share = if a.slope * b.slope < 0.0 { a.slope / (a.slope - b.slope) } else { 0.5 };
+    a.fraction + share.clamp(0.01, 0.99) * (b.fraction - a.fraction)
+}

@@ -1,0 +1,298 @@
+//! Where controls and path constraints change between their bounds, and a mesh with breaks there.
+//!
+//! A break at a jump makes its time an unknown of the next mesh; what stands at a bound along a whole arc is held there. Where
+//! a multiplier of the wrong sign shows up then, the arc is divided; arcs that come to nothing are dropped. A quantity that
+//! meets its bound continuously does so at a kink, whose time has no effect of first or second order: its break does not move
+//! by itself, the bounds are left out on the free side, and the next mesh has the break where the polynomial meets the bound.
+
+use std::fmt;
+
+use apsides_nlp::SolveReport;
+use apsides_ocp::{Break, Course, Mesh, Ocp, Phase, PhaseArc, PhaseMesh, PhaseTrajectory, Trajectory};
+
+use crate::RadauError;
+use crate::activity::{
+    COLLAPSED, Class, Kind, Quantity, Solution, curvatures, pulses, quantities, runs, samples,
+};
+use crate::change::{Change, ChangeKind, changes, settle};
+use crate::layout::PhaseLayout;
+use crate::transcription::Transcription;
+
+/// An interval beside a new break shorter than this part of its neighbour becomes part of it.
+const SHORT: f64 = 0.25;
+
+/// What a control or path constraint does along an arc.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Level {
+    /// At its lower bound, of this value.
+    Lower(f64),
+    /// Between its bounds.
+    Between,
+    /// At its upper bound, of this value.
+    Upper(f64),
+}
+
+/// A jump of a control or path constraint between a bound and another value.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Switch {
+    /// Name of the phase.
+    pub phase: String,
+    /// Name of the control or path constraint row.
+    pub name: String,
+    /// Its unit.
+    pub unit: String,
+    /// When, in the phase's unit of time.
+    pub time: f64,
+    /// Unit of `time`.
+    pub time_unit: String,
+    /// Whether the time was an unknown of the last mesh: it is then as exact as the solution, else an estimate between two
+    /// nodes.
+    pub located: bool,
+    /// Before.
+    pub from: Level,
+    /// After.
+    pub to: Level,
+}
+
+impl fmt::Display for Level {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Lower(v) | Self::Upper(v) => write!(f, "{v}"),
+            Self::Between => f.write_str("between"),
+        }
+    }
+}
+
+impl fmt::Display for Switch {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let Self { phase, name, unit, time, time_unit, from, to, .. } = self;
+        write!(f, "phase `{phase}`, {name}: {from} -> {to} {unit} at t = {time:.6} {time_unit}")
+    }
+}
+
+/// A break of a structure.
+struct Found {
+    /// Normalised time.
+    at: f64,
+    /// Whether its time can be an unknown.
+    free: bool,
+    /// Time of the break of the mesh that it belongs to already.
+    known: Option<f64>,
+}
+
+/// The structure of one phase.
+struct PhaseStructure<'a> {
+    quantities: Vec<Quantity<'a>>,
+    /// Per quantity, what it does first.
+    first: Vec<Class>,
+    changes: Vec<Change>,
+}
+
+/// What was found on a mesh.
+pub(crate) struct Structure<'a> {
+    phases: Vec<PhaseStructure<'a>>,
+}
+
+impl<'a> Structure<'a> {
+    /// Finds the switches of a solution.
+    pub(crate) fn of(
+        ocp: &'a Ocp,
+        nlp: &mut Transcription,
+        report: &SolveReport,
+        trajectory: &Trajectory,
+    ) -> Self {
+        let curvatures = curvatures(nlp, report);
+        let solution = Solution { report, curvatures: &curvatures, objective: nlp.scaling.objective.abs() };
+        let phases = ocp.phases.iter().zip(&nlp.layout.phases).zip(&trajectory.phases);
+        Self { phases: phases.map(|((phase, p), t)| phase_structure(phase, p, t, &solution)).collect() }
+    }
+
+    /// Every switch, in the order of the phases and of time.
+    pub(crate) fn switches(&self, ocp: &Ocp, trajectory: &Trajectory) -> Vec<Switch> {
+        let mut switches = Vec::new();
+        for ((found, phase), t) in self.phases.iter().zip(&ocp.phases).zip(&trajectory.phases) {
+            for c in found.of_kind(ChangeKind::Jump) {
+                let v = found.quantities[c.quantity].variable;
+                switches.push(Switch {
+                    phase: phase.name.clone(),
+                    name: v.name.clone(),
+                    unit: v.unit.clone(),
+                    time: t.time_at(c.at),
+                    time_unit: phase.time_unit.clone(),
+                    located: c.known.is_some(),
+                    from: c.from.level(&v.bounds),
+                    to: c.to.level(&v.bounds),
+                });
+            }
+        }
+        switches
+    }
+
+    /// Whether the mesh of the trajectory has exactly the breaks and arcs that were found; kinks may stand beside their breaks
+    /// if the polynomials are `within` their bounds.
+    pub(crate) fn is_that_of(&self, trajectory: &Trajectory, within: bool) -> bool {
+        self.phases.iter().zip(&trajectory.phases).all(|(found, t)| {
+            let breaks = found.breaks();
+            breaks.iter().all(|b| b.known.is_some_and(|f| f == b.at || within))
+                && breaks.len() == t.mesh.breaks().len()
+                && breaks.iter().zip(t.mesh.breaks()).all(|(a, b)| a.free == b.free)
+                && found.arcs(&breaks) == t.mesh.arcs()
+        })
+    }
+
+    /// The trajectory without the errors of intervals that hold a switch which is no break yet, or a kink away from an interval
+    /// end: refining them says nothing.
+    pub(crate) fn spared(&self, trajectory: &Trajectory) -> Trajectory {
+        let mut trajectory = trajectory.clone();
+        for (found, t) in self.phases.iter().zip(&mut trajectory.phases) {
+            let ends = t.mesh.fractions();
+            let is_new = |c: &&Change| c.kind != ChangeKind::Unclear && c.known != Some(c.at);
+            let new = found.changes.iter().filter(is_new);
+            for (c, k) in new.flat_map(|c| (0..t.mesh.intervals()).map(move |k| (c, k))) {
+                let (start, end) = (ends[k], ends[k + 1]);
+                if c.gap.0 < end && c.gap.1 > start {
+                    t.interval_errors[k] = 0.0;
+                }
+            }
+        }
+        trajectory
+    }
+
+    /// The refined mesh with the breaks and arcs that were found.
+    pub(crate) fn mesh(&self, refined: &Mesh) -> Result<Mesh, RadauError> {
+        let phases = self.phases.iter().zip(&refined.phases).map(|(found, mesh)| {
+            let breaks = found.breaks();
+            let arcs = found.arcs(&breaks);
+            with_breaks(mesh, &breaks, arcs)
+        });
+        Ok(Mesh { phases: phases.collect::<Result<_, _>>()? })
+    }
+}
+
+impl PhaseStructure<'_> {
+    fn of_kind(&self, kind: ChangeKind) -> impl Iterator<Item = &Change> {
+        self.changes.iter().filter(move |c| c.kind == kind)
+    }
+
+    /// The breaks in order of time.
+    fn breaks(&self) -> Vec<Found> {
+        let mut breaks: Vec<Found> = Vec::new();
+        for c in self.changes.iter().filter(|c| c.kind != ChangeKind::Unclear) {
+            let free = c.kind == ChangeKind::Jump;
+            match breaks.last_mut().filter(|b| c.at <= b.at) {
+                Some(b) => b.free |= free,
+                None => breaks.push(Found { at: c.at, free, known: c.known }),
+            }
+        }
+        breaks
+    }
+
+    /// What is known of the arcs between the breaks.
+    fn arcs(&self, breaks: &[Found]) -> Vec<PhaseArc> {
+        let count = |controls: bool| {
+            let index = |q: &Quantity<'_>| match q.kind {
+                Kind::Control(c) if controls => c + 1,
+                Kind::Row(r) if !controls => r + 1,
+                _ => 0,
+            };
+            self.quantities.iter().map(index).max().unwrap_or(0)
+        };
+        let mut class = self.first.clone();
+        let mut arcs = Vec::new();
+        for k in 0..=breaks.len() {
+            if k > 0 {
+                let here = |c: &&Change| c.kind != ChangeKind::Unclear && c.at == breaks[k - 1].at;
+                for c in self.changes.iter().filter(here) {
+                    class[c.quantity] = c.to;
+                }
+            }
+            let mut arc = PhaseArc { controls: vec![None; count(true)], rows: vec![None; count(false)] };
+            let end = breaks.get(k).map_or(f64::INFINITY, |b| b.at);
+            let mut whole = vec![true; class.len()];
+            for c in self.of_kind(ChangeKind::Unclear).filter(|c| c.at < end) {
+                if k == 0 || c.at > breaks[k - 1].at {
+                    (whole[c.quantity], class[c.quantity]) = (false, c.to);
+                }
+            }
+            for (index, ((q, class), whole)) in self.quantities.iter().zip(&class).zip(whole).enumerate() {
+                let has_kink = self.of_kind(ChangeKind::Kink).any(|c| c.quantity == index);
+                let between = match (q.affine, has_kink) {
+                    (true, _) => Some(Course::Singular),
+                    (false, true) => Some(Course::Free),
+                    (false, false) => None,
+                };
+                let course = class.course().or(between).filter(|_| whole);
+                match q.kind {
+                    Kind::Control(c) => arc.controls[c] = course,
+                    Kind::Row(r) => arc.rows[r] = course,
+                }
+            }
+            if arc.controls.iter().chain(&arc.rows).all(Option::is_none) {
+                arc = PhaseArc::default();
+            }
+            arcs.push(arc);
+        }
+        if breaks.is_empty() {
+            // A bound active all along needs no holding.
+            arcs = vec![PhaseArc::default()];
+        }
+        arcs
+    }
+}
+
+fn phase_structure<'a>(
+    phase: &'a Phase,
+    p: &PhaseLayout,
+    t: &PhaseTrajectory,
+    solution: &Solution<'_>,
+) -> PhaseStructure<'a> {
+    let mut quantities = quantities(phase);
+    let mut found = PhaseStructure { quantities: Vec::new(), first: Vec::new(), changes: Vec::new() };
+    for (k, q) in quantities.iter_mut().enumerate() {
+        let (samples, affine) = samples(q, p, t, solution);
+        q.affine = affine;
+        let mut runs = runs(&samples);
+        if q.affine {
+            pulses(&samples, &mut runs);
+        }
+        found.first.push(runs.first().map_or(Class::Between, |r| r.class));
+        found.changes.extend(changes(k, q, &samples, &runs));
+    }
+    found.quantities = quantities;
+    found.changes.sort_by(|a, b| a.at.total_cmp(&b.at));
+    settle(&mut found.changes, &t.mesh);
+    found
+}
+
+/// The mesh with these breaks. Intervals that a new break leaves too short become part of their neighbours.
+fn with_breaks(mesh: &PhaseMesh, found: &[Found], arcs: Vec<PhaseArc>) -> Result<PhaseMesh, RadauError> {
+    let breaks: Vec<f64> = found.iter().map(|b| b.at).collect();
+    let mut ends = mesh.fractions().to_vec();
+    let mut points = mesh.points().to_vec();
+    for &f in &breaks {
+        let k = ends.partition_point(|e| *e < f);
+        if ends[k] != f {
+            ends.insert(k, f);
+            points.insert(k, points[k - 1]);
+        }
+    }
+    let old: Vec<f64> = mesh.breaks().iter().map(|b| mesh.fractions()[b.end]).collect();
+    let new = |f: f64| breaks.contains(&f) && !old.contains(&f);
+    let mut k = 1;
+    while k + 1 < ends.len() {
+        let (left, right) = (ends[k] - ends[k - 1], ends[k + 1] - ends[k]);
+        let beside_new =
+            (new(ends[k - 1]) && left < SHORT * right) || (new(ends[k + 1]) && right < SHORT * left);
+        let collapsed = old.contains(&ends[k]) && left.min(right) <= COLLAPSED;
+        if !breaks.contains(&ends[k]) && (beside_new || collapsed) {
+            ends.remove(k);
+            let n = points.remove(k);
+            points[k - 1] = points[k - 1].max(n);
+        } else {
+            k += 1;
+        }
+    }
+    let index = |f: f64| ends.partition_point(|e| *e < f);
+    let at = found.iter().map(|b| Break { end: index(b.at), free: b.free }).collect();
+    Ok(PhaseMesh::new(ends, points)?.with_arcs(at, arcs)?)
+}
