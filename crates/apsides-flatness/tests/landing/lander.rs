@@ -1,0 +1,129 @@
+//! The landing and its flat maps.
+
+use std::f64::consts::FRAC_PI_2;
+
+use apsides_ad::{FlatMap, Scalar};
+use apsides_dynamics::planar::{ConstantThrust, PlanarFlight};
+use apsides_dynamics::{Body, Engine, Hohmann};
+use apsides_flatness::FlatSystem;
+use apsides_ocp::{At, Bounds, Guess, Ocp, Phase, PhaseGuess, State, Variable};
+
+/// Outputs radius and polar angle; the mass is a function of time. The residual is the squared thrust, as printed (eq. 38).
+#[derive(Clone, Copy)]
+pub(crate) struct Lander {
+    pub(crate) flight: PlanarFlight,
+    /// Mass at time zero.
+    pub(crate) mass: f64,
+}
+
+/// Accelerations along the horizontal and the vertical that the thrust gives.
+fn thrust_acceleration<S: Scalar>(flight: &PlanarFlight, r: &[S; 3], phi: &[S; 3]) -> [S; 2] {
+    let gravity = r[0].powi(-2) * flight.body.gravitational_parameter;
+    [r[0] * phi[2] + r[1] * phi[1] * 2.0, r[2] - r[0] * phi[1].square() + gravity]
+}
+
+/// Angle from the horizontal in (-pi/2, 3 pi/2], continuous through 180 deg.
+fn thrust_angle<S: Scalar>([horizontal, vertical]: [S; 2]) -> S {
+    (-horizontal).atan2(vertical) + FRAC_PI_2
+}
+
+impl FlatMap<2, 3, 5, 1, 1> for Lander {
+    fn evaluate<S: Scalar>(&self, t: S, y: &[[S; 3]; 2], _p: &[S; 0]) -> ([S; 5], [S; 1], [S; 1]) {
+        let [r, phi] = y;
+        let a = thrust_acceleration(&self.flight, r, phi);
+        let m = t * -self.flight.engine.mass_flow() + self.mass;
+        let thrust = self.flight.engine.thrust;
+        let residual = m.square() * (a[0].square() + a[1].square()) - thrust * thrust;
+        ([r[0], phi[0], r[0] * phi[1], r[1], m], [thrust_angle(a)], [residual])
+    }
+
+    fn outputs(&self, _t: f64, x: &[f64; 5], _u: &[f64; 1], _p: &[f64; 0]) -> [f64; 2] {
+        [x[0], x[1]]
+    }
+}
+
+/// A case of the paper.
+pub(crate) struct Landing {
+    pub(crate) flight: PlanarFlight,
+    pub(crate) radius: f64,
+    pub(crate) speed: f64,
+    pub(crate) mass: f64,
+}
+
+pub(crate) const TOUCHDOWN_SPEED: f64 = -5.0;
+
+impl Landing {
+    /// Table 1: from a circular orbit at 100 km with 300 kg.
+    pub(crate) fn from_orbit() -> Self {
+        let body = Body::new(4904.8695e9, 1737.1e3).unwrap();
+        let engine = Engine::with_exhaust_velocity(440.0, 310.0 * 9.807).unwrap();
+        let flight = PlanarFlight::new(body, engine);
+        Self { flight, radius: body.radius + 100e3, speed: body.circular_speed(100e3).unwrap(), mass: 300.0 }
+    }
+
+    /// From the perilune of a Hohmann transfer.
+    pub(crate) fn from_perilune(altitude: f64) -> Self {
+        let orbit = Self::from_orbit();
+        let body = orbit.flight.body;
+        let radius = body.radius + altitude;
+        let transfer = Hohmann::new(&body, orbit.radius, radius).unwrap();
+        let mass = orbit.flight.engine.mass_after(orbit.mass, transfer.departure_impulse);
+        Self { radius, speed: transfer.arrival_speed, mass, ..orbit }
+    }
+
+    pub(crate) fn system(&self) -> FlatSystem {
+        FlatSystem::new(Lander { flight: self.flight, mass: self.mass })
+    }
+
+    pub(crate) fn states(&self) -> [State; 5] {
+        let surface = self.flight.body.radius;
+        [
+            State::new("radius", "m").starts_at(self.radius).ends_at(surface).scaled_by(1e5).miss_below(1e-3),
+            State::new("polar angle", "rad").starts_at(0.0).scaled_by(1.0).miss_below(1e-3 / surface),
+            State::new("horizontal speed", "m/s")
+                .starts_at(self.speed)
+                .ends_at(0.0)
+                .scaled_by(2e3)
+                .miss_below(1e-6),
+            State::new("radial speed", "m/s")
+                .starts_at(0.0)
+                .ends_at(TOUCHDOWN_SPEED)
+                .scaled_by(2e3)
+                .miss_below(1e-6),
+            State::new("mass", "kg").starts_at(self.mass).scaled_by(200.0).miss_below(1e-6),
+        ]
+    }
+
+    pub(crate) fn pose(&self) -> (Ocp, Guess) {
+        let phase = Phase::new("braking", ConstantThrust(self.flight))
+            .states(self.states())
+            .controls([Variable::new("thrust angle", "rad").scaled_by(1.0)])
+            .final_time(Bounds::new(300.0, 2000.0));
+        let ocp = Ocp::builder("lunar landing")
+            .phase(phase)
+            .minimize("flight time", "s", At::FinalTime("braking"))
+            .objective_scale(1000.0)
+            .build()
+            .unwrap();
+        let guess = self.guess();
+        (ocp.clone(), Guess::from_phases(&ocp, vec![guess]))
+    }
+
+    /// Straight lines between the ends.
+    pub(crate) fn guess(&self) -> PhaseGuess {
+        let engine = self.flight.engine;
+        let time = (self.mass - engine.mass_after(self.mass, 1.1 * self.speed)) / engine.mass_flow();
+        let mass = self.mass - time * engine.mass_flow();
+        let angle = 0.5 * time * self.speed / self.radius;
+        let end = self.flight.body.radius;
+        PhaseGuess::samples(
+            &[0.0, time],
+            vec![
+                vec![self.radius, 0.0, self.speed, 0.0, self.mass],
+                vec![end, angle, 0.0, TOUCHDOWN_SPEED, mass],
+            ],
+            vec![vec![150.0_f64.to_radians()]; 2],
+        )
+        .unwrap()
+    }
+}
