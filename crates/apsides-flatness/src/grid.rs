@@ -49,14 +49,16 @@ impl Grid {
             return refuse("order", order, allowed);
         }
         let basis = match &settings.breaks {
-            Breaks::Uniform(segments) => {
+            Breaks::Uniform(segments) | Breaks::Collocation(segments) => {
                 if !(1..=100_000).contains(segments) {
                     return refuse("segments", *segments, "1 to 100000".into());
                 }
-                Bspline::clamped_uniform(order, *segments).map_err(named)?
+                let joint = if matches!(settings.breaks, Breaks::Uniform(_)) { 1 } else { order - q };
+                let fractions: Vec<f64> = (0..=*segments).map(|k| k as f64 / *segments as f64).collect();
+                Bspline::clamped(order, &fractions, &vec![joint; segments - 1]).map_err(named)?
             }
             Breaks::At { fractions, multiplicities } => {
-                let highest = (order - q).min(order);
+                let highest = order - q;
                 if let Some(m) = multiplicities.iter().find(|m| !(1..=highest).contains(*m)) {
                     let allowed = format!(
                         "1 to {highest} (order {order} less derivative {q}, so that the states are continuous)"

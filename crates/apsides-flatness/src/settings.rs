@@ -10,6 +10,9 @@ use crate::FlatnessError;
 pub enum Breaks {
     /// So many equal segments with simple knots: as smooth as the order allows.
     Uniform(usize),
+    /// So many equal segments, joined no more smoothly than the states must be: knots of multiplicity order less highest derivative
+    /// of the outputs. With as many [`Placement::GaussPerSegment`] points: orthogonal collocation.
+    Collocation(usize),
     /// Given breaks from 0 to 1, and the multiplicity of each inner one.
     At {
         /// Ends of the segments, increasing from 0 to 1.
@@ -40,13 +43,13 @@ pub enum Placement {
 /// Splines and points of one phase.
 #[derive(Clone, Debug, PartialEq)]
 pub struct SplineSettings {
-    /// Order of the splines, their degree plus one: above the highest derivative of the outputs, at most 32; 8.
+    /// Order of the splines, their degree plus one: above the highest derivative of the outputs, at most 32; 6.
     pub order: usize,
-    /// Segments; 10 equal ones.
+    /// Segments; 4 equal ones for collocation.
     pub breaks: Breaks,
-    /// Collocation points; 17.
+    /// Collocation points; 4.
     pub points: usize,
-    /// Where they are; Gauss.
+    /// Where they are; in each segment.
     pub placement: Placement,
     /// Whether the phase is refined until the error estimate meets the tolerance; true.
     pub refine: bool,
@@ -55,12 +58,20 @@ pub struct SplineSettings {
 impl Default for SplineSettings {
     fn default() -> Self {
         Self {
-            order: 8,
-            breaks: Breaks::Uniform(10),
-            points: 17,
-            placement: Placement::Gauss,
+            order: 6,
+            breaks: Breaks::Collocation(4),
+            points: 4,
+            placement: Placement::GaussPerSegment,
             refine: true,
         }
+    }
+}
+
+impl SplineSettings {
+    /// Few segments with orthogonal collocation: what converges from a poor guess.
+    pub(crate) fn coarse(highest_derivative: usize) -> Self {
+        let points = Self::default().points;
+        Self { order: (highest_derivative + points).min(MAX_ORDER), points, ..Self::default() }
     }
 }
 
@@ -81,6 +92,9 @@ pub struct FlatnessSettings {
     pub spline: SplineSettings,
     /// Bounds along the phases; everywhere.
     pub bounds: BoundRows,
+    /// Whether splines other than those of orthogonal collocation start from a solution on a few segments of it, which converges
+    /// from poorer guesses and leads to the local minimum nearest to the solution; true.
+    pub presolve: bool,
     /// Largest estimated error of a state over one segment, relative to its size; 1e-10.
     pub defect_tolerance: f64,
     /// Largest relative change of the objective by the last refinement; 1e-9.
@@ -103,6 +117,7 @@ impl Default for FlatnessSettings {
         Self {
             spline: SplineSettings::default(),
             bounds: BoundRows::Everywhere,
+            presolve: true,
             defect_tolerance: 1e-10,
             objective_tolerance: 1e-9,
             path_tolerance: 5e-7,

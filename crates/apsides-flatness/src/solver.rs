@@ -10,7 +10,7 @@ use crate::estimate::{PhaseEstimate, estimate, largest};
 use crate::extraction;
 use crate::grid::Grid;
 use crate::rows::{Active, RowOrigin};
-use crate::settings::BoundRows;
+use crate::settings::{BoundRows, Breaks, Placement};
 use crate::start::Start;
 use crate::transcription::Transcription;
 use crate::{FlatSystem, FlatnessError, FlatnessSettings, SplineSettings};
@@ -80,7 +80,9 @@ pub struct FlatnessSolution {
     pub accurate: bool,
     /// Largest estimated relative error of a state over one segment.
     pub error: f64,
-    /// Every discretised problem.
+    /// The coarse problem that the first one started from, if there was one.
+    pub presolve: Option<SolveRecord>,
+    /// Every discretised problem on the stated splines and their refinements.
     pub solves: Vec<SolveRecord>,
     /// The constraint that could not be met, when the last solve did not succeed.
     pub unmet: Option<Unmet>,
@@ -120,111 +122,124 @@ impl Flatness {
         self.settings.check()?;
         check_sizes(ocp, systems, splines)?;
         guess.check(ocp)?;
-        let scaling = Scaling::new(ocp, guess);
-        let mut grids = Vec::with_capacity(systems.len());
-        for ((phase, system), s) in ocp.phases.iter().zip(systems).zip(splines) {
-            grids.push(Grid::new(phase, system, s)?);
-        }
-        let mut start = Start::from_guess(ocp, systems, &grids, guess)?;
-        start.fit_states(ocp, systems, &grids, guess, &scaling);
-        let mut active = Active::first(ocp, self.settings.bounds);
+        let problem = Problem { ocp, systems, scaling: Scaling::new(ocp, guess) };
+        let grids = grids(&problem, splines)?;
+        let (mut stage, coarse) = self.first_stage(&problem, grids, splines, guess, observer)?;
+        let presolve = coarse.as_ref().map(|(_, record)| record.clone());
+        let mut coarse = coarse.map(|(stage, _)| stage);
+        let refinable = splines.iter().any(|s| s.refine);
         let mut solves: Vec<SolveRecord> = Vec::new();
         loop {
-            let begin = Instant::now();
-            let mut nlp = Transcription::new(ocp, systems, &grids, &start, &scaling, &active)?;
-            let solver = InteriorPoint { settings: self.settings.nlp.clone() };
-            let solve_begin = Instant::now();
-            let report = solver.solve_observed(&mut nlp, observer)?;
-            let solve_time = solve_begin.elapsed();
-            // A point that is no trajectory can come from a solve that failed; its start takes its place.
-            let found = Start::from_vector(&nlp.layout, &report.x);
-            let lasts = found.times.iter().all(|(a, b)| a < b) && report.x.iter().all(|v| v.is_finite());
-            if lasts {
-                start = found;
-            }
-            let curves: Vec<PhaseSplines> = curves(&grids, &start);
-            let estimates = self.estimates(ocp, systems, &curves, &start, &scaling)?;
-            let error = largest(estimates.iter().flat_map(|e| e.errors.iter().copied()));
-            let objective = nlp.sign * report.objective;
-            let previous = solves.last().map(|s| s.objective);
-            solves.push(SolveRecord {
-                order: grids.iter().map(Grid::order).max().unwrap_or(0),
-                segments: grids.iter().map(Grid::segments).sum(),
-                points: grids.iter().map(|g| g.points.len()).sum(),
-                error,
-                objective,
-                variables: nlp.variables(),
-                constraints: nlp.constraints(),
-                iterations: report.counters.iterations,
-                factorisations: report.counters.factorisations,
-                status: report.status,
-                solve_time,
-                time: begin.elapsed(),
+            let pass = self.pass(&problem, &mut stage, observer)?;
+            let (error, objective) = (pass.record.error, pass.record.objective);
+            let change = solves.last().map_or(f64::INFINITY, |p| {
+                (p.objective - objective).abs() / pass.nlp.scaling.objective.max(objective.abs())
             });
-            let scale = nlp.scaling.objective.max(objective.abs());
-            let change = previous.map_or(f64::INFINITY, |p| (p - objective).abs() / scale);
-            let refinable = splines.iter().any(|s| s.refine);
+            let success = pass.report.status.is_success();
+            solves.push(pass.record.clone());
             let settled = !refinable || change <= self.settings.objective_tolerance;
-            let accurate = report.status.is_success() && error <= self.settings.defect_tolerance && settled;
-            let last = !report.status.is_success() || solves.len() >= self.settings.max_solves;
-            let rows_added = !last && self.settings.bounds == BoundRows::WhereExceeded && {
-                let exceeded = active.iter_mut().zip(&estimates);
-                exceeded.fold(false, |any, (a, e)| a.extend(&e.exceeded) || any)
-            };
-            if rows_added {
-                continue;
+            let accurate = success && error <= self.settings.defect_tolerance && settled;
+            let spent = solves.len() >= self.settings.max_solves;
+            if success && !spent && self.settings.bounds == BoundRows::WhereExceeded {
+                let exceeded = stage.active.iter_mut().zip(&pass.estimates);
+                if exceeded.fold(false, |any, (a, e)| a.extend(&e.exceeded) || any) {
+                    continue;
+                }
             }
-            let refined = if last || accurate || !refinable {
-                None
-            } else {
-                self.refined(ocp, systems, splines, &grids, &start, &estimates)?
-            };
-            if let Some((finer, coefficients)) = refined {
-                grids = finer;
-                start.coefficients = coefficients;
-                continue;
+            if !spent && !accurate && refinable {
+                // What does not converge on the stated splines may on those of the collocation.
+                let from = if success { Some((stage.clone(), &pass.estimates)) } else { None };
+                let finer = match (from, coarse.take()) {
+                    (Some((s, estimates)), _) => self.refined(&problem, splines, s, estimates)?,
+                    (None, coarse) => coarse,
+                };
+                if let Some(finer) = finer {
+                    stage = finer;
+                    continue;
+                }
             }
-            let mut phases = Vec::with_capacity(systems.len());
-            for (k, phase) in ocp.phases.iter().enumerate() {
-                let (times, errors) = (start.times[k], &estimates[k].errors);
-                phases.push(extraction::trajectory(
-                    &phase.name,
-                    &systems[k],
-                    &curves[k],
-                    times,
-                    &start.parameters,
-                    errors,
-                )?);
-            }
-            let unmet = unmet(&nlp, &report);
-            let trajectory = Trajectory {
-                phases,
-                parameters: start.parameters,
-                objective,
-                constraint_multipliers: None,
-            };
-            let status = report.status;
-            return Ok(FlatnessSolution {
-                trajectory,
-                status,
-                accurate,
-                error,
-                solves,
-                unmet,
-                splines: curves,
-                report,
-            });
+            return finish(&problem, &stage, pass, accurate, solves, presolve);
         }
+    }
+
+    /// The stage of the stated splines, from a coarse solution where one is wanted and found.
+    fn first_stage(
+        &self,
+        problem: &Problem<'_>,
+        grids: Vec<Grid>,
+        splines: &[SplineSettings],
+        guess: &Guess,
+        observer: &mut dyn Observer,
+    ) -> Result<(Stage, Option<(Stage, SolveRecord)>), FlatnessError> {
+        let &Problem { ocp, systems, .. } = problem;
+        let active = Active::first(ocp, self.settings.bounds);
+        let fitted = |grids: Vec<Grid>| {
+            let mut start = Start::from_guess(ocp, systems, &grids, guess)?;
+            start.fit(ocp, systems, &grids, guess, &problem.scaling);
+            Ok::<_, FlatnessError>(Stage { grids, start, active: active.clone() })
+        };
+        let collocation = |s: &SplineSettings| {
+            matches!(s.breaks, Breaks::Collocation(_)) && s.placement == Placement::GaussPerSegment
+        };
+        if !self.settings.presolve || splines.iter().all(collocation) {
+            return Ok((fitted(grids)?, None));
+        }
+        let settings: Vec<_> =
+            systems.iter().map(|s| SplineSettings::coarse(s.highest_derivative())).collect();
+        let mut coarse = fitted(self::grids(problem, &settings)?)?;
+        let pass = self.pass(problem, &mut coarse, observer)?;
+        if !pass.report.status.is_success() {
+            return Ok((fitted(grids)?, None));
+        }
+        let start = coarse.start.on(ocp, systems, &grids, &pass.curves)?;
+        Ok((Stage { grids, start, active }, Some((coarse, pass.record))))
+    }
+
+    /// Solves one discretised problem; the stage then holds the solution.
+    fn pass(
+        &self,
+        problem: &Problem<'_>,
+        stage: &mut Stage,
+        observer: &mut dyn Observer,
+    ) -> Result<Pass, FlatnessError> {
+        let begin = Instant::now();
+        let Problem { ocp, systems, scaling } = problem;
+        let mut nlp = Transcription::new(ocp, systems, &stage.grids, &stage.start, scaling, &stage.active)?;
+        let solver = InteriorPoint { settings: self.settings.nlp.clone() };
+        let solve_begin = Instant::now();
+        let report = solver.solve_observed(&mut nlp, observer)?;
+        let solve_time = solve_begin.elapsed();
+        // A point that is no trajectory can come from a solve that failed; its start takes its place.
+        let found = Start::from_vector(&nlp.layout, &report.x);
+        if found.times.iter().all(|(a, b)| a < b) && report.x.iter().all(|v| v.is_finite()) {
+            stage.start = found;
+        }
+        let curves = curves(&stage.grids, &stage.start);
+        let estimates = self.estimates(problem, &curves, &stage.start)?;
+        let record = SolveRecord {
+            order: stage.grids.iter().map(Grid::order).max().unwrap_or(0),
+            segments: stage.grids.iter().map(Grid::segments).sum(),
+            points: stage.grids.iter().map(|g| g.points.len()).sum(),
+            error: largest(estimates.iter().flat_map(|e| e.errors.iter().copied())),
+            objective: nlp.sign * report.objective,
+            variables: nlp.variables(),
+            constraints: nlp.constraints(),
+            iterations: report.counters.iterations,
+            factorisations: report.counters.factorisations,
+            status: report.status,
+            solve_time,
+            time: begin.elapsed(),
+        };
+        Ok(Pass { nlp, report, curves, estimates, record })
     }
 
     fn estimates(
         &self,
-        ocp: &Ocp,
-        systems: &[FlatSystem],
+        problem: &Problem<'_>,
         curves: &[PhaseSplines],
         start: &Start,
-        scaling: &Scaling,
     ) -> Result<Vec<PhaseEstimate>, FlatnessError> {
+        let Problem { ocp, systems, scaling } = problem;
         let of = |k: usize| {
             let (times, scales) = (start.times[k], &scaling.phases[k]);
             estimate(ocp, k, &systems[k], &curves[k], times, &start.parameters, scales, &self.settings)
@@ -232,52 +247,106 @@ impl Flatness {
         (0..curves.len()).map(of).collect()
     }
 
-    /// Finer grids with the same curves: orthogonal collocation first, then higher order, then more segments. None where nothing
+    /// Finer splines with the same curves: orthogonal collocation first, then higher order, then more segments. None where nothing
     /// more is allowed.
-    #[allow(clippy::type_complexity)]
     fn refined(
         &self,
-        ocp: &Ocp,
-        systems: &[FlatSystem],
+        problem: &Problem<'_>,
         splines: &[SplineSettings],
-        grids: &[Grid],
-        start: &Start,
+        mut stage: Stage,
         estimates: &[PhaseEstimate],
-    ) -> Result<Option<(Vec<Grid>, Vec<Vec<Vec<f64>>>)>, FlatnessError> {
-        let tolerance = self.settings.defect_tolerance;
-        let poor = |e: &f64| !(*e <= tolerance);
+    ) -> Result<Option<Stage>, FlatnessError> {
+        let poor = |e: &f64| !(*e <= self.settings.defect_tolerance);
         // Where every phase meets the tolerance, the objective has not settled yet: all are refined.
         let all = !estimates.iter().flat_map(|e| &e.errors).any(poor);
-        let (mut finer, mut coefficients) = (Vec::new(), Vec::new());
         let mut changed = false;
-        for k in 0..grids.len() {
-            let (grid, system, c) = (&grids[k], &systems[k], &start.coefficients[k]);
+        for (k, system) in problem.systems.iter().enumerate() {
+            let (grid, c) = (&stage.grids[k], &stage.start.coefficients[k]);
             let errors = &estimates[k].errors;
-            let wanted = splines[k].refine && (all || errors.iter().any(poor));
-            let named = |source| FlatnessError::Basis {
-                place: format!("phase `{}`, refinement", ocp.phases[k].name),
-                source,
-            };
+            if !splines[k].refine || !(all || errors.iter().any(poor)) {
+                continue;
+            }
             let marked = |s: usize| all || poor(&errors[s]);
             let more = (0..grid.segments()).filter(|s| marked(*s)).count();
-            let next = if !wanted {
-                None
-            } else if grid.per_segment.is_none() {
-                Some(grid.orthogonal(system, c, 0))
+            let finer = if grid.per_segment.is_none() {
+                grid.orthogonal(system, c, 0)
             } else if grid.order() + RAISE <= self.settings.max_order {
-                Some(grid.orthogonal(system, c, RAISE))
+                grid.orthogonal(system, c, RAISE)
             } else if grid.segments() + more <= self.settings.max_segments {
-                Some(grid.halved(system, c, marked))
+                grid.halved(system, c, marked)
             } else {
-                None
+                continue;
             };
-            changed |= next.is_some();
-            let (g, c) = next.unwrap_or_else(|| Ok((grid.clone(), c.clone()))).map_err(named)?;
-            finer.push(g);
-            coefficients.push(c);
+            let named = |source| FlatnessError::Basis {
+                place: format!("phase `{}`, refinement", problem.ocp.phases[k].name),
+                source,
+            };
+            (stage.grids[k], stage.start.coefficients[k]) = finer.map_err(named)?;
+            changed = true;
         }
-        Ok(changed.then_some((finer, coefficients)))
+        Ok(changed.then_some(stage))
     }
+}
+
+/// What is solved.
+struct Problem<'a> {
+    ocp: &'a Ocp,
+    systems: &'a [FlatSystem],
+    scaling: Scaling,
+}
+
+/// Splines, values and active bounds: what a discretised problem is made of.
+#[derive(Clone)]
+struct Stage {
+    grids: Vec<Grid>,
+    start: Start,
+    active: Vec<Active>,
+}
+
+/// One discretised problem, solved.
+struct Pass {
+    nlp: Transcription,
+    report: SolveReport,
+    curves: Vec<PhaseSplines>,
+    estimates: Vec<PhaseEstimate>,
+    record: SolveRecord,
+}
+
+fn grids(problem: &Problem<'_>, splines: &[SplineSettings]) -> Result<Vec<Grid>, FlatnessError> {
+    let phases = problem.ocp.phases.iter().zip(problem.systems).zip(splines);
+    phases.map(|((phase, system), s)| Grid::new(phase, system, s)).collect()
+}
+
+fn finish(
+    problem: &Problem<'_>,
+    stage: &Stage,
+    pass: Pass,
+    accurate: bool,
+    solves: Vec<SolveRecord>,
+    presolve: Option<SolveRecord>,
+) -> Result<FlatnessSolution, FlatnessError> {
+    let parameters = &stage.start.parameters;
+    let mut phases = Vec::with_capacity(stage.grids.len());
+    for (k, (phase, system)) in problem.ocp.phases.iter().zip(problem.systems).enumerate() {
+        let (times, errors) = (stage.start.times[k], &pass.estimates[k].errors);
+        phases.push(extraction::trajectory(&phase.name, system, &pass.curves[k], times, parameters, errors)?);
+    }
+    Ok(FlatnessSolution {
+        trajectory: Trajectory {
+            phases,
+            parameters: parameters.clone(),
+            objective: pass.record.objective,
+            constraint_multipliers: None,
+        },
+        status: pass.report.status,
+        accurate,
+        error: pass.record.error,
+        presolve,
+        solves,
+        unmet: unmet(&pass.nlp, &pass.report),
+        splines: pass.curves,
+        report: pass.report,
+    })
 }
 
 fn check_sizes(ocp: &Ocp, systems: &[FlatSystem], splines: &[SplineSettings]) -> Result<(), FlatnessError> {

@@ -1,22 +1,27 @@
 //! Where a solve starts: splines, times and parameters, from a guess or from an earlier solve.
 
-use apsides_ocp::{Bounds, Guess, Ocp, Scaling};
+use apsides_ocp::{Bounds, Guess, Ocp, Phase, PhaseGuess, Scaling};
 
+use crate::curve::PhaseSplines;
 use crate::grid::Grid;
-use crate::layout::Layout;
+use crate::layout::{Layout, Time};
 use crate::station::Station;
 use crate::{FlatSystem, FlatnessError};
 
 /// Passes of the interpolation; each reduces what a spline of moderate order misses by about a half.
 const PASSES: usize = 40;
 
-/// Points of the fit to the states, per coefficient.
+/// Points of the fit, per coefficient of an output.
 const FIT_POINTS: usize = 2;
-/// Most steps of that fit.
-const FIT_STEPS: usize = 5;
-/// Weight of states that are fixed at an end.
-const END_WEIGHT: f64 = 30.0;
-/// Share of the largest diagonal entry that is added to the diagonal: coefficients that no state depends on stay.
+/// Most steps of the fit.
+const FIT_STEPS: usize = 20;
+/// Shortest step tried.
+const SHORTEST_STEP: f64 = 0.05;
+/// Weight of what is known exactly, states fixed at an end and residuals, against states of the guess.
+const EXACT_WEIGHT: f64 = 100.0;
+/// Weight of the times of the guess.
+const TIME_WEIGHT: f64 = 0.1;
+/// Share of the largest diagonal entry that is added to the diagonal: coefficients that nothing depends on stay.
 const RIDGE: f64 = 1e-12;
 
 /// Values of all unknowns.
@@ -31,62 +36,46 @@ pub(crate) struct Start {
 }
 
 impl Start {
-    /// Splines through the outputs of a guess at the Greville abscissae.
-    ///
-    /// The coefficients begin as the outputs themselves, which keeps straight lines straight, and are corrected by what the spline
-    /// misses: the collocation matrix is totally positive with eigenvalues in (0, 1], so that this converges.
+    /// Splines through the outputs of a guess.
     pub(crate) fn from_guess(
         ocp: &Ocp,
         systems: &[FlatSystem],
         grids: &[Grid],
         guess: &Guess,
     ) -> Result<Self, FlatnessError> {
-        let mut coefficients = Vec::with_capacity(grids.len());
-        for (k, (phase, grid)) in ocp.phases.iter().zip(grids).enumerate() {
-            let (system, g) = (&systems[k], &guess.phases[k]);
-            let (mut x, mut u) = (vec![0.0; phase.states.len()], vec![0.0; phase.controls.len()]);
-            let mut y = vec![0.0; system.outputs];
-            let mut curves = Vec::with_capacity(system.outputs);
-            for (i, basis) in grid.bases.iter().enumerate() {
-                let named =
-                    |source| FlatnessError::Basis { place: format!("phase `{}`", phase.name), source };
-                let abscissae = basis.greville().map_err(named)?;
-                let targets: Vec<f64> = abscissae
-                    .iter()
-                    .map(|&s| {
-                        g.state(s, &mut x);
-                        g.control(s, &mut u);
-                        let t = (1.0 - s) * g.initial_time + s * g.final_time;
-                        system.outputs_at(t, &x, &u, &guess.parameters, &mut y);
-                        y[i]
-                    })
-                    .collect();
-                let mut c = targets.clone();
-                for _ in 0..PASSES {
-                    let missed: Vec<f64> = abscissae
-                        .iter()
-                        .zip(&targets)
-                        .map(|(s, target)| {
-                            let mut value = [0.0];
-                            basis.evaluate(&c, 0, *s, &mut value);
-                            target - value[0]
-                        })
-                        .collect();
-                    c.iter_mut().zip(missed).for_each(|(c, m)| *c += m);
-                }
-                curves.push(c);
-            }
-            coefficients.push(curves);
-        }
         let times = guess.phases.iter().map(|g| (g.initial_time, g.final_time)).collect();
+        let coefficients = through(ocp, systems, grids, |k, fraction, y| {
+            let (phase, g) = (&ocp.phases[k], &guess.phases[k]);
+            let (mut x, mut u) = (vec![0.0; phase.states.len()], vec![0.0; phase.controls.len()]);
+            g.state(fraction, &mut x);
+            g.control(fraction, &mut u);
+            let t = (1.0 - fraction) * g.initial_time + fraction * g.final_time;
+            systems[k].outputs_at(t, &x, &u, &guess.parameters, y);
+        })?;
         Ok(Self { coefficients, times, parameters: guess.parameters.clone() })
     }
 
-    /// Moves the splines so that the states of the flat map, rates of the outputs among them, are close to those of the guess:
-    /// least squares, each state relative to its scale, by the method of Gauss and Newton.
+    /// The same on other splines.
+    pub(crate) fn on(
+        &self,
+        ocp: &Ocp,
+        systems: &[FlatSystem],
+        grids: &[Grid],
+        curves: &[PhaseSplines],
+    ) -> Result<Self, FlatnessError> {
+        let coefficients = through(ocp, systems, grids, |k, fraction, y| {
+            for ((basis, c), y) in curves[k].bases.iter().zip(&curves[k].coefficients).zip(y) {
+                basis.evaluate(c, 0, fraction, std::slice::from_mut(y));
+            }
+        })?;
+        Ok(Self { coefficients, times: self.times.clone(), parameters: self.parameters.clone() })
+    }
+
+    /// Moves splines and free times so that the states of the flat map, rates of the outputs among them, are close to those of the
+    /// guess, and its residuals small all along the phase: least squares, by the method of Gauss and Newton.
     ///
-    /// A guess by straight lines is no trajectory. What the outputs alone would miss are the velocities.
-    pub(crate) fn fit_states(
+    /// A guess by straight lines is no trajectory, and far from the residuals the interior-point method often loses its way.
+    pub(crate) fn fit(
         &mut self,
         ocp: &Ocp,
         systems: &[FlatSystem],
@@ -95,50 +84,26 @@ impl Start {
         scaling: &Scaling,
     ) {
         let layout = Layout::new(ocp, grids);
-        for (k, (phase, grid)) in ocp.phases.iter().zip(grids).enumerate() {
-            let count = FIT_POINTS * grid.bases.iter().map(apsides_basis::Bspline::len).max().unwrap_or(1);
+        let mut x = self.vector(&layout);
+        let sizes = self.scales(&layout, scaling);
+        for (k, grid) in grids.iter().enumerate() {
+            let p = &layout.phases[k];
+            let count = FIT_POINTS * p.lengths.iter().max().unwrap_or(&1);
             let fractions = (0..=count).map(|j| j as f64 / count as f64);
-            let mut stations: Vec<Station> =
-                fractions.map(|f| Station::new(&systems[k], grid, &layout, k, f)).collect();
-            let mut targets = Vec::with_capacity(stations.len());
-            for s in &stations {
-                let mut x = vec![0.0; phase.states.len()];
-                guess.phases[k].state(s.fraction, &mut x);
-                let mut weights: Vec<f64> = scaling.phases[k].states.iter().map(|s| s.recip()).collect();
-                for ((x, w), state) in x.iter_mut().zip(&mut weights).zip(&phase.states) {
-                    let stated = match s.fraction {
-                        0.0 => state.initial,
-                        1.0 => state.terminal,
-                        _ => Bounds::FREE,
-                    };
-                    if stated.is_fixed() {
-                        (*x, *w) = (stated.lower, *w * END_WEIGHT);
-                    }
-                }
-                targets.push((x, weights));
-            }
-            let first = layout.phases[k].outputs[0];
-            let n: usize = layout.phases[k].lengths.iter().sum();
-            let mut best = f64::INFINITY;
-            for _ in 0..FIT_STEPS {
-                let x = self.vector(&layout);
-                let (sum, matrix, gradient) = normal_equations(&mut stations, &targets, &x, first, n);
-                if !(sum < best) {
-                    break;
-                }
-                best = sum;
-                let Some(step) = cholesky_solve(matrix, gradient) else { break };
-                let before = self.coefficients[k].clone();
-                let moved = self.coefficients[k].iter_mut().flatten().zip(&step);
-                moved.for_each(|(c, d)| *c -= d);
-                let after = self.vector(&layout);
-                let (next, ..) = normal_equations(&mut stations, &targets, &after, first, n);
-                if !(next < best) {
-                    self.coefficients[k] = before;
-                    break;
-                }
-            }
+            let mut fit = Fit {
+                stations: fractions.map(|f| Station::new(&systems[k], grid, &layout, k, f)).collect(),
+                targets: Vec::new(),
+                // Coefficients and free times of a phase stand together.
+                first: p.outputs[0],
+                coefficients: p.lengths.iter().sum(),
+                times: [p.initial_time, p.final_time].into_iter().filter_map(Time::column).collect(),
+                guess: x.clone(),
+                sizes: &sizes,
+            };
+            fit.aim(&ocp.phases[k], &guess.phases[k], &scaling.phases[k].states, &x);
+            fit.solve(&mut x);
         }
+        *self = Self::from_vector(&layout, &x);
     }
 
     /// The unknowns in the order of the layout.
@@ -182,7 +147,7 @@ impl Start {
                 let scale = if range > 1e-6 * size { range } else { size };
                 scales[first..first + c.len()].fill(if scale > 0.0 && scale.is_finite() { scale } else { 1.0 });
             }
-            for c in [p.initial_time, p.final_time].into_iter().filter_map(crate::layout::Time::column) {
+            for c in [p.initial_time, p.final_time].into_iter().filter_map(Time::column) {
                 scales[c] = s.time;
             }
         }
@@ -191,32 +156,165 @@ impl Start {
     }
 }
 
-/// Sum of squares of `weight (state - target)`, its matrix `J'J` (row-major) and `J'` times the misses, for `n` columns from `first`.
-fn normal_equations(
-    stations: &mut [Station],
-    targets: &[(Vec<f64>, Vec<f64>)],
-    x: &[f64],
+/// Splines through `outputs(phase, fraction, y)` at their Greville abscissae.
+///
+/// The coefficients begin as the outputs themselves, which keeps straight lines straight, and are corrected by what the spline
+/// misses: the collocation matrix is totally positive with eigenvalues in (0, 1], so that this converges.
+fn through(
+    ocp: &Ocp,
+    systems: &[FlatSystem],
+    grids: &[Grid],
+    outputs: impl Fn(usize, f64, &mut [f64]),
+) -> Result<Vec<Vec<Vec<f64>>>, FlatnessError> {
+    let mut coefficients = Vec::with_capacity(grids.len());
+    for (k, (phase, grid)) in ocp.phases.iter().zip(grids).enumerate() {
+        let mut y = vec![0.0; systems[k].outputs];
+        let mut curves = Vec::with_capacity(y.len());
+        for (i, basis) in grid.bases.iter().enumerate() {
+            let named = |source| FlatnessError::Basis { place: format!("phase `{}`", phase.name), source };
+            let abscissae = basis.greville().map_err(named)?;
+            let mut target = |s: &f64| {
+                outputs(k, *s, &mut y);
+                y[i]
+            };
+            let targets: Vec<f64> = abscissae.iter().map(&mut target).collect();
+            let mut c = targets.clone();
+            for _ in 0..PASSES {
+                let missed = |(s, target): (&f64, &f64)| {
+                    let mut value = [0.0];
+                    basis.evaluate(&c, 0, *s, &mut value);
+                    target - value[0]
+                };
+                let missed: Vec<f64> = abscissae.iter().zip(&targets).map(missed).collect();
+                c.iter_mut().zip(missed).for_each(|(c, m)| *c += m);
+            }
+            curves.push(c);
+        }
+        coefficients.push(curves);
+    }
+    Ok(coefficients)
+}
+
+/// A least-squares problem for the unknowns of one phase.
+struct Fit<'a> {
+    stations: Vec<Station>,
+    /// Per station: wanted value and weight of each state, then of each residual.
+    targets: Vec<Vec<(usize, f64, f64)>>,
     first: usize,
-    n: usize,
-) -> (f64, Vec<f64>, Vec<f64>) {
-    let (mut sum, mut matrix, mut gradient) = (0.0, vec![0.0; n * n], vec![0.0; n]);
-    for (station, (target, weights)) in stations.iter_mut().zip(targets) {
-        station.set_derivatives(x);
-        for (q, (target, w)) in target.iter().zip(weights).enumerate() {
-            let miss = w * (station.values[q] - target);
-            sum += miss * miss;
-            let own = |(c, _): &(usize, f64)| (first..first + n).contains(c);
-            for (i, a) in station.gradient(q).filter(own) {
-                gradient[i - first] += w * a * miss;
-                for (j, b) in station.gradient(q).filter(own) {
-                    matrix[(i - first) * n + j - first] += w * w * a * b;
+    coefficients: usize,
+    times: Vec<usize>,
+    guess: Vec<f64>,
+    sizes: &'a [f64],
+}
+
+impl Fit<'_> {
+    /// Number of unknowns.
+    fn unknowns(&self) -> usize {
+        self.coefficients + self.times.len()
+    }
+
+    /// Sets the targets: states of the guess, or what is fixed at an end, and residuals of zero relative to their change.
+    fn aim(&mut self, phase: &Phase, guess: &PhaseGuess, scales: &[f64], x: &[f64]) {
+        for station in &mut self.stations {
+            station.set_derivatives(x);
+            let mut wanted = vec![0.0; phase.states.len()];
+            guess.state(station.fraction, &mut wanted);
+            let mut targets = Vec::with_capacity(wanted.len() + station.quantities.residuals);
+            for (q, (state, (value, scale))) in phase.states.iter().zip(wanted.iter().zip(scales)).enumerate() {
+                let stated = match station.fraction {
+                    0.0 => state.initial,
+                    1.0 => state.terminal,
+                    _ => Bounds::FREE,
+                };
+                let target = if stated.is_fixed() {
+                    (q, stated.lower, EXACT_WEIGHT / scale)
+                } else {
+                    (q, *value, scale.recip())
+                };
+                targets.push(target);
+            }
+            for k in 0..station.quantities.residuals {
+                let q = station.quantities.residual(k);
+                let changes = station.gradient(q).map(|(c, v)| (v * self.sizes[c]).abs());
+                let size = changes.fold(station.values[q].abs(), f64::max);
+                let usable = size > 0.0 && size.is_finite();
+                targets.push((q, 0.0, if usable { EXACT_WEIGHT / size } else { 0.0 }));
+            }
+            self.targets.push(targets);
+        }
+    }
+
+    /// Steps of Gauss and Newton, halved until the sum of squares falls.
+    fn solve(&mut self, x: &mut Vec<f64>) {
+        let mut best = self.sum(x);
+        for _ in 0..FIT_STEPS {
+            let (matrix, gradient) = self.normal_equations(x);
+            let Some(step) = cholesky_solve(matrix, gradient) else { return };
+            let mut length = 1.0;
+            let before = best;
+            while length > SHORTEST_STEP {
+                let mut trial = x.clone();
+                for (k, d) in step.iter().enumerate() {
+                    trial[self.first + k] -= length * d * self.sizes[self.first + k];
                 }
+                let sum = self.sum(&trial);
+                if sum < best {
+                    (best, *x) = (sum, trial);
+                    break;
+                }
+                length *= 0.5;
+            }
+            if !(best < 0.99 * before) {
+                return;
             }
         }
     }
-    let largest = (0..n).map(|i| matrix[i * n + i]).fold(0.0, f64::max);
-    (0..n).for_each(|i| matrix[i * n + i] += RIDGE * largest);
-    (sum, matrix, gradient)
+
+    /// Relative changes of the times, which count as a state of its scale at every point of a few.
+    fn time_changes(&self, x: &[f64]) -> impl Iterator<Item = f64> {
+        let change = |c: &usize| TIME_WEIGHT * (x[*c] - self.guess[*c]) / self.sizes[*c];
+        self.times.iter().map(change).collect::<Vec<_>>().into_iter()
+    }
+
+    fn sum(&mut self, x: &[f64]) -> f64 {
+        let mut sum: f64 = self.time_changes(x).map(|c| c * c).sum();
+        for (station, targets) in self.stations.iter_mut().zip(&self.targets) {
+            station.set_values(x);
+            sum += targets.iter().map(|(q, v, w)| (w * (station.values[*q] - v)).powi(2)).sum::<f64>();
+        }
+        sum
+    }
+
+    /// `J'J` (row-major) and `J'` times the misses, in unknowns relative to their size.
+    fn normal_equations(&mut self, x: &[f64]) -> (Vec<f64>, Vec<f64>) {
+        let n = self.unknowns();
+        let (mut matrix, mut gradient) = (vec![0.0; n * n], vec![0.0; n]);
+        for (k, change) in self.time_changes(x).enumerate() {
+            let i = self.coefficients + k;
+            gradient[i] += TIME_WEIGHT * change;
+            matrix[i * n + i] += TIME_WEIGHT * TIME_WEIGHT;
+        }
+        let own = self.first..self.first + n;
+        let mut row = Vec::new();
+        for (station, targets) in self.stations.iter_mut().zip(&self.targets) {
+            station.set_derivatives(x);
+            for &(q, value, w) in targets {
+                let miss = w * (station.values[q] - value);
+                let entries = station.gradient(q).filter(|(c, _)| own.contains(c));
+                row.clear();
+                row.extend(entries.map(|(c, v)| (c - own.start, w * v * self.sizes[c])));
+                for &(i, a) in &row {
+                    gradient[i] += a * miss;
+                    for &(j, b) in &row {
+                        matrix[i * n + j] += a * b;
+                    }
+                }
+            }
+        }
+        let largest = (0..n).map(|i| matrix[i * n + i]).fold(0.0, f64::max);
+        (0..n).for_each(|i| matrix[i * n + i] += RIDGE * largest);
+        (matrix, gradient)
+    }
 }
 
 /// Solves a symmetric system; none where the matrix is not positive definite.
