@@ -3,8 +3,9 @@
 //! On each segment the residual of every equation of motion, `d/dt X(jet) - f(X, U, p, t)`, is integrated by a Gauss rule finer than
 //! the collocation, and compared with the size of the state; what a state jumps by at the segment's start is added. So a lost sign
 //! is seen too: thrust reversed by a squared residual satisfies the flat residual and not the equations of motion.
+//! Integrals are compared with those of a finer rule.
 
-use apsides_basis::{Gauss, MAX_POINTS};
+use apsides_basis::{BasisError, Gauss, MAX_POINTS};
 use apsides_ocp::{Bounds, Ocp, Phase, PhaseScaling};
 
 use crate::curve::{Curve, PhaseSplines};
@@ -86,12 +87,64 @@ pub(crate) fn estimate(
         }
         before.copy_from_slice(&curve.quantities(k, w[1])[..nx]);
     }
+    let integrals = integral_errors(phase, &mut curve, splines, duration, parameters).map_err(named)?;
     let weight = settings.defect_tolerance / settings.path_tolerance;
+    let integral_weight = settings.defect_tolerance / settings.objective_tolerance;
     let errors = excesses.iter().enumerate().map(|(k, excess)| {
         let relative = misses[k * nx..(k + 1) * nx].iter().zip(&sizes).map(|(e, s)| e / s);
-        largest(relative.chain(std::iter::once(weight * excess)))
+        largest(relative.chain([weight * excess, integral_weight * integrals[k]]))
     });
     Ok(PhaseEstimate { errors: errors.collect(), exceeded: bounds.exceeded })
+}
+
+/// Difference of each integral on each segment between the rule of the discretised problem and two halves of it, relative to the
+/// whole integral of the absolute value; the largest per segment.
+fn integral_errors(
+    phase: &Phase,
+    curve: &mut Curve<'_>,
+    splines: &PhaseSplines,
+    duration: f64,
+    parameters: &[f64],
+) -> Result<Vec<f64>, BasisError> {
+    let order = splines.bases.iter().map(apsides_basis::Bspline::order).max().unwrap_or(1);
+    let rule = quadrature(order)?;
+    let base = phase.states.len() + phase.controls.len();
+    let mut errors = vec![0.0_f64; splines.breaks.len() - 1];
+    for integral in &phase.integrals {
+        let mut inputs = vec![0.0; integral.function.inputs()];
+        // Value and value of the absolute integrand.
+        let mut sum = |k: usize, from: f64, to: f64| {
+            let half = 0.5 * (to - from);
+            let (mut value, mut size, mut g) = (0.0, 0.0, [0.0]);
+            for (node, w) in rule.nodes().iter().zip(rule.weights()) {
+                let fraction = from + half * (node + 1.0);
+                let t = curve.time(fraction);
+                fill(&mut inputs, &curve.quantities(k, fraction)[..base], parameters, t);
+                integral.function.value(&inputs, &mut g);
+                value += half * duration * w * g[0];
+                size += half * duration * w * g[0].abs();
+            }
+            (value, size)
+        };
+        let mut total = integral.variable.scale.unwrap_or(0.0);
+        let mut differences = Vec::with_capacity(errors.len());
+        for (k, w) in splines.breaks.windows(2).enumerate() {
+            let middle = 0.5 * (w[0] + w[1]);
+            let (whole, (a, size_a), (b, size_b)) = (sum(k, w[0], w[1]), sum(k, w[0], middle), sum(k, middle, w[1]));
+            total += size_a + size_b;
+            differences.push((whole.0 - a - b).abs());
+        }
+        for (error, d) in errors.iter_mut().zip(differences) {
+            raise(error, if total > 0.0 { d / total } else { 0.0 });
+        }
+    }
+    Ok(errors)
+}
+
+/// The rule for integrals on a segment: exact where the integrand is a polynomial of four times the degree of the splines, since
+/// between the points of a coarse one an optimum hides what costs most.
+pub(crate) fn quadrature(order: usize) -> Result<Gauss, BasisError> {
+    Gauss::new((2 * order).min(MAX_POINTS))
 }
 
 /// Inputs `[x, u, p, t]` of a function of the phase, with all parameters or none.

@@ -7,7 +7,7 @@
 use apsides_basis::{BasisError, Bspline, Gauss, Lobatto, MAX_ORDER, MAX_POINTS, chebyshev_lobatto};
 use apsides_ocp::Phase;
 
-use crate::settings::{Breaks, Placement, SplineSettings};
+use crate::settings::{Breaks, Placement, SPARE_ORDERS, SplineSettings};
 use crate::{FlatSystem, FlatnessError};
 
 /// Splines and points of one phase.
@@ -40,7 +40,8 @@ impl Grid {
             Err(FlatnessError::Setting { place: place(), name, value: value as f64, allowed })
         };
         let named = |source: BasisError| FlatnessError::Basis { place: place(), source };
-        let (order, q) = (settings.order, system.highest_derivative());
+        let q = system.highest_derivative();
+        let order = settings.order.unwrap_or(q + SPARE_ORDERS);
         let lowest = (q + 1).max(2);
         if !(lowest..=MAX_ORDER).contains(&order) {
             let allowed = format!(
@@ -54,8 +55,7 @@ impl Grid {
                     return refuse("segments", *segments, "1 to 100000".into());
                 }
                 let joint = if matches!(settings.breaks, Breaks::Uniform(_)) { 1 } else { order - q };
-                let fractions: Vec<f64> = (0..=*segments).map(|k| k as f64 / *segments as f64).collect();
-                Bspline::clamped(order, &fractions, &vec![joint; segments - 1]).map_err(named)?
+                Bspline::clamped(order, &equal(*segments), &vec![joint; segments - 1]).map_err(named)?
             }
             Breaks::At { fractions, multiplicities } => {
                 let highest = order - q;
@@ -92,7 +92,18 @@ impl Grid {
             Placement::GaussPerSegment => least * (breaks.len() - 1),
             _ => least,
         };
-        Ok(Self { bases: vec![basis; system.outputs], breaks, points, least, per_segment: None })
+        let mut grid = Self { bases: vec![basis; system.outputs], breaks, points, least, per_segment: None };
+        if let Breaks::Collocation(segments) = settings.breaks {
+            let s = order - q;
+            // Outputs of lower derivatives have lower orders, so that only their states are continuous.
+            let joints = vec![s; segments - 1];
+            for (basis, highest) in grid.bases.iter_mut().zip(&system.highest) {
+                *basis = Bspline::clamped(s + highest, &grid.breaks, &joints).map_err(named)?;
+            }
+            let orthogonal = settings.placement == Placement::GaussPerSegment && settings.points == s;
+            grid.per_segment = orthogonal.then_some(s);
+        }
+        Ok(grid)
     }
 
     /// Number of segments.
@@ -196,6 +207,11 @@ fn collocation_points(
         Placement::Greville => Bspline::clamped_uniform(basis.order(), n + 1 - basis.order())?.greville()?,
         Placement::GaussPerSegment => per_segment(breaks, n)?,
     })
+}
+
+/// Ends of equal segments from 0 to 1.
+fn equal(segments: usize) -> Vec<f64> {
+    (0..=segments).map(|k| k as f64 / segments as f64).collect()
 }
 
 /// A Gauss rule of `n` points in each segment.

@@ -1,7 +1,7 @@
 //! Settings of the splines and of the method.
 
 use apsides_basis::MAX_ORDER;
-use apsides_nlp::{BarrierOracle, BarrierStrategy, NlpSettings, ScalingMethod};
+use apsides_nlp::{NlpSettings, ScalingMethod};
 
 use crate::FlatnessError;
 
@@ -10,8 +10,9 @@ use crate::FlatnessError;
 pub enum Breaks {
     /// So many equal segments with simple knots: as smooth as the order allows.
     Uniform(usize),
-    /// So many equal segments, joined no more smoothly than the states must be: knots of multiplicity order less highest derivative
-    /// of the outputs. With as many [`Placement::GaussPerSegment`] points: orthogonal collocation.
+    /// So many equal segments, joined no more smoothly than the states must be: with the order less the highest derivative of the
+    /// outputs as `s`, output `i` of highest derivative `q_i` has order `s + q_i` and knots of multiplicity `s`. With `s` points of
+    /// [`Placement::GaussPerSegment`] this is orthogonal collocation.
     Collocation(usize),
     /// Given breaks from 0 to 1, and the multiplicity of each inner one.
     At {
@@ -43,8 +44,9 @@ pub enum Placement {
 /// Splines and points of one phase.
 #[derive(Clone, Debug, PartialEq)]
 pub struct SplineSettings {
-    /// Order of the splines, their degree plus one: above the highest derivative of the outputs, at most 32; 6.
-    pub order: usize,
+    /// Order of the splines, their degree plus one: above the highest derivative of the outputs, at most 32. None: that derivative
+    /// plus 4; none.
+    pub order: Option<usize>,
     /// Segments; 4 equal ones for collocation.
     pub breaks: Breaks,
     /// Collocation points; 4.
@@ -58,7 +60,7 @@ pub struct SplineSettings {
 impl Default for SplineSettings {
     fn default() -> Self {
         Self {
-            order: 6,
+            order: None,
             breaks: Breaks::Collocation(4),
             points: 4,
             placement: Placement::GaussPerSegment,
@@ -67,13 +69,8 @@ impl Default for SplineSettings {
     }
 }
 
-impl SplineSettings {
-    /// Few segments with orthogonal collocation: what converges from a poor guess.
-    pub(crate) fn coarse(highest_derivative: usize) -> Self {
-        let points = Self::default().points;
-        Self { order: (highest_derivative + points).min(MAX_ORDER), points, ..Self::default() }
-    }
-}
+/// Orders above the highest derivative of the outputs where none is stated.
+pub(crate) const SPARE_ORDERS: usize = 4;
 
 /// Which bounds and path constraints become rows of the discretised problem.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -97,7 +94,7 @@ pub struct FlatnessSettings {
     pub presolve: bool,
     /// Largest estimated error of a state over one segment, relative to its size; 1e-10.
     pub defect_tolerance: f64,
-    /// Largest relative change of the objective by the last refinement; 1e-9.
+    /// Largest relative change of the objective by the last refinement, and of the integrals by a finer rule; 1e-8.
     pub objective_tolerance: f64,
     /// Largest excess between the points of a bound on a state or of a path constraint without controls, relative to its scale;
     /// 5e-7.
@@ -108,7 +105,8 @@ pub struct FlatnessSettings {
     pub max_segments: usize,
     /// Most discretised problems solved; 16.
     pub max_solves: usize,
-    /// Settings of the interior-point method; problem scaling, tolerance 1e-10, adaptive barrier from 1e-3.
+    /// Settings of the interior-point method; problem scaling, tolerance 1e-9, monotone barrier from 1e-3: there
+    /// are few bounds.
     pub nlp: NlpSettings,
 }
 
@@ -119,16 +117,14 @@ impl Default for FlatnessSettings {
             bounds: BoundRows::Everywhere,
             presolve: true,
             defect_tolerance: 1e-10,
-            objective_tolerance: 1e-9,
+            objective_tolerance: 1e-8,
             path_tolerance: 5e-7,
             max_order: 12,
             max_segments: 400,
             max_solves: 16,
             nlp: NlpSettings {
-                tolerance: 1e-10,
+                tolerance: 1e-9,
                 scaling: ScalingMethod::UserThenGradient { max: 100.0 },
-                barrier: BarrierStrategy::Adaptive,
-                barrier_oracle: BarrierOracle::Probing,
                 initial_barrier: 1e-3,
                 initial_bound_multiplier: 1e-3,
                 ..NlpSettings::default()

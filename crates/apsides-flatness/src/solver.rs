@@ -18,6 +18,11 @@ use crate::{FlatSystem, FlatnessError, FlatnessSettings, SplineSettings};
 /// Orders added by one refinement.
 const RAISE: usize = 2;
 
+/// Solves in a row whose error does not fall by half that end the refinement.
+const STAGNATION: usize = 4;
+/// Error below which slow progress may come from few segments that are left.
+const STAGNATION_ERROR: f64 = 1e-4;
+
 /// The method: flat outputs on B-splines.
 #[derive(Clone, Debug, Default)]
 pub struct Flatness {
@@ -146,7 +151,7 @@ impl Flatness {
                     continue;
                 }
             }
-            if !spent && !accurate && refinable {
+            if !spent && !accurate && refinable && !stagnates(&solves) {
                 // What does not converge on the stated splines may on those of the collocation.
                 let from = if success { Some((stage.clone(), &pass.estimates)) } else { None };
                 let finer = match (from, coarse.take()) {
@@ -184,8 +189,7 @@ impl Flatness {
         if !self.settings.presolve || splines.iter().all(collocation) {
             return Ok((fitted(grids)?, None));
         }
-        let settings: Vec<_> =
-            systems.iter().map(|s| SplineSettings::coarse(s.highest_derivative())).collect();
+        let settings = vec![SplineSettings::default(); systems.len()];
         let mut coarse = fitted(self::grids(problem, &settings)?)?;
         let pass = self.pass(problem, &mut coarse, observer)?;
         if !pass.report.status.is_success() {
@@ -286,6 +290,13 @@ impl Flatness {
         }
         Ok(changed.then_some(stage))
     }
+}
+
+/// Whether the last refinements did not reduce the error: then it is not the splines that are too coarse.
+fn stagnates(solves: &[SolveRecord]) -> bool {
+    let Some(recent) = solves.last_chunk::<STAGNATION>() else { return false };
+    let above = recent[0].error;
+    recent.iter().all(|s| s.status.is_success() && s.error >= 0.5 * above && s.error > STAGNATION_ERROR)
 }
 
 /// What is solved.

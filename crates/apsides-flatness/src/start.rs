@@ -13,12 +13,17 @@ const PASSES: usize = 40;
 
 /// Points of the fit, per coefficient of an output.
 const FIT_POINTS: usize = 2;
-/// Most steps of the fit.
-const FIT_STEPS: usize = 20;
-/// Shortest step tried.
-const SHORTEST_STEP: f64 = 0.05;
-/// Weight of what is known exactly, states fixed at an end and residuals, against states of the guess.
-const EXACT_WEIGHT: f64 = 100.0;
+/// Most steps of the fit, those that are refused included.
+const FIT_STEPS: usize = 40;
+/// Relative fall of the sum of squares below which the fit ends.
+const LEAST_GAIN: f64 = 1e-3;
+/// Damping of the first step, and the one at which no step is left to try.
+const FIRST_DAMPING: f64 = 1e-6;
+const LAST_DAMPING: f64 = 1e6;
+/// Weights of what is known exactly, states fixed at an end and residuals, against states of the guess, one after the other.
+const EXACT_WEIGHTS: [f64; 3] = [1.0, 10.0, 100.0];
+/// Weight of the highest derivatives on normalised time.
+const SMOOTHNESS: f64 = 1e-2;
 /// Weight of the times of the guess.
 const TIME_WEIGHT: f64 = 0.1;
 /// Share of the largest diagonal entry that is added to the diagonal: coefficients that nothing depends on stay.
@@ -72,7 +77,8 @@ impl Start {
     }
 
     /// Moves splines and free times so that the states of the flat map, rates of the outputs among them, are close to those of the
-    /// guess, and its residuals small all along the phase: least squares, by the method of Gauss and Newton.
+    /// guess, its residuals small all along the phase, and the outputs smooth: least squares, by the method of Levenberg and
+    /// Marquardt.
     ///
     /// A guess by straight lines is no trajectory, and far from the residuals the interior-point method often loses its way.
     pub(crate) fn fit(
@@ -93,15 +99,23 @@ impl Start {
             let mut fit = Fit {
                 stations: fractions.map(|f| Station::new(&systems[k], grid, &layout, k, f)).collect(),
                 targets: Vec::new(),
+                inputs: Vec::new(),
+                exact_weight: 1.0,
                 // Coefficients and free times of a phase stand together.
                 first: p.outputs[0],
+                lengths: &p.lengths,
                 coefficients: p.lengths.iter().sum(),
                 times: [p.initial_time, p.final_time].into_iter().filter_map(Time::column).collect(),
                 guess: x.clone(),
                 sizes: &sizes,
             };
             fit.aim(&ocp.phases[k], &guess.phases[k], &scaling.phases[k].states, &x);
-            fit.solve(&mut x);
+            fit.smooth(&systems[k], guess.phases[k].final_time - guess.phases[k].initial_time);
+            // What is known exactly comes into force little by little: ends may bend the outputs a long way.
+            for weight in EXACT_WEIGHTS {
+                fit.exact_weight = weight;
+                fit.solve(&mut x);
+            }
         }
         *self = Self::from_vector(&layout, &x);
     }
@@ -198,13 +212,35 @@ fn through(
 /// A least-squares problem for the unknowns of one phase.
 struct Fit<'a> {
     stations: Vec<Station>,
-    /// Per station: wanted value and weight of each state, then of each residual.
-    targets: Vec<Vec<(usize, f64, f64)>>,
+    /// Per station: wanted value of each state, then of each residual.
+    targets: Vec<Vec<Target>>,
+    /// Inputs of the flat map that shall be small, and their weights.
+    inputs: Vec<(usize, f64)>,
+    /// Weight of what is known exactly, states fixed at an end and residuals, against states of the guess.
+    exact_weight: f64,
     first: usize,
+    /// Coefficients of each output, and of all.
+    lengths: &'a [usize],
     coefficients: usize,
     times: Vec<usize>,
     guess: Vec<f64>,
     sizes: &'a [f64],
+}
+
+/// What a quantity shall be.
+struct Target {
+    quantity: usize,
+    value: f64,
+    weight: f64,
+    exact: bool,
+}
+
+impl Target {
+    /// How far it is from that, and by what its derivatives are to be multiplied.
+    fn miss(&self, station: &Station, exact_weight: f64) -> (f64, f64) {
+        let weight = if self.exact { self.weight * exact_weight } else { self.weight };
+        (weight * (station.values[self.quantity] - self.value), weight)
+    }
 }
 
 impl Fit<'_> {
@@ -226,46 +262,59 @@ impl Fit<'_> {
                     1.0 => state.terminal,
                     _ => Bounds::FREE,
                 };
-                let target = if stated.is_fixed() {
-                    (q, stated.lower, EXACT_WEIGHT / scale)
-                } else {
-                    (q, *value, scale.recip())
-                };
-                targets.push(target);
+                let exact = stated.is_fixed();
+                let value = if exact { stated.lower } else { *value };
+                targets.push(Target { quantity: q, value, weight: scale.recip(), exact });
             }
             for k in 0..station.quantities.residuals {
-                let q = station.quantities.residual(k);
-                let changes = station.gradient(q).map(|(c, v)| (v * self.sizes[c]).abs());
-                let size = changes.fold(station.values[q].abs(), f64::max);
-                let usable = size > 0.0 && size.is_finite();
-                targets.push((q, 0.0, if usable { EXACT_WEIGHT / size } else { 0.0 }));
+                let quantity = station.quantities.residual(k);
+                let changes = station.gradient(quantity).map(|(c, v)| (v * self.sizes[c]).abs());
+                let size = changes.fold(station.values[quantity].abs(), f64::max);
+                let weight = if size > 0.0 && size.is_finite() { size.recip() } else { 0.0 };
+                targets.push(Target { quantity, value: 0.0, weight, exact: true });
             }
             self.targets.push(targets);
         }
     }
 
-    /// Steps of Gauss and Newton, halved until the sum of squares falls.
+    /// Wants a small highest derivative of each output.
+    fn smooth(&mut self, system: &FlatSystem, duration: f64) {
+        let mut first = self.first;
+        for (i, &d) in system.highest.iter().enumerate() {
+            let weight = SMOOTHNESS * duration.powi(d as i32) / self.sizes[first];
+            self.inputs.push((i * system.jet_rows + d, weight));
+            first += self.lengths[i];
+        }
+    }
+
+    /// Steps of Levenberg and Marquardt (D. Marquardt, *J. SIAM* 11 (1963) 431, doi 10.1137/0111030).
     fn solve(&mut self, x: &mut Vec<f64>) {
+        let n = self.unknowns();
         let mut best = self.sum(x);
+        let mut damping = FIRST_DAMPING;
+        let mut normal = self.normal_equations(x);
         for _ in 0..FIT_STEPS {
-            let (matrix, gradient) = self.normal_equations(x);
-            let Some(step) = cholesky_solve(matrix, gradient) else { return };
-            let mut length = 1.0;
-            let before = best;
-            while length > SHORTEST_STEP {
-                let mut trial = x.clone();
-                for (k, d) in step.iter().enumerate() {
-                    trial[self.first + k] -= length * d * self.sizes[self.first + k];
-                }
-                let sum = self.sum(&trial);
-                if sum < best {
-                    (best, *x) = (sum, trial);
-                    break;
-                }
-                length *= 0.5;
+            let mut matrix = normal.0.clone();
+            (0..n).for_each(|i| matrix[i * n + i] *= 1.0 + damping);
+            let Some(step) = cholesky_solve(matrix, normal.1.clone()) else { return };
+            let mut trial = x.clone();
+            for (k, d) in step.iter().enumerate() {
+                trial[self.first + k] -= d * self.sizes[self.first + k];
             }
-            if !(best < 0.99 * before) {
-                return;
+            let sum = self.sum(&trial);
+            if sum < best {
+                let gain = (best - sum) / best;
+                (best, *x) = (sum, trial);
+                if gain < LEAST_GAIN {
+                    return;
+                }
+                normal = self.normal_equations(x);
+                damping *= 0.1;
+            } else {
+                damping *= 10.0;
+                if !(damping < LAST_DAMPING) {
+                    return;
+                }
             }
         }
     }
@@ -280,7 +329,8 @@ impl Fit<'_> {
         let mut sum: f64 = self.time_changes(x).map(|c| c * c).sum();
         for (station, targets) in self.stations.iter_mut().zip(&self.targets) {
             station.set_values(x);
-            sum += targets.iter().map(|(q, v, w)| (w * (station.values[*q] - v)).powi(2)).sum::<f64>();
+            sum += targets.iter().map(|t| t.miss(station, self.exact_weight).0.powi(2)).sum::<f64>();
+            sum += self.inputs.iter().map(|&(k, w)| (w * station.input(k).0).powi(2)).sum::<f64>();
         }
         sum
     }
@@ -298,17 +348,25 @@ impl Fit<'_> {
         let mut row = Vec::new();
         for (station, targets) in self.stations.iter_mut().zip(&self.targets) {
             station.set_derivatives(x);
-            for &(q, value, w) in targets {
-                let miss = w * (station.values[q] - value);
-                let entries = station.gradient(q).filter(|(c, _)| own.contains(c));
+            let station = &*station;
+            let mut add = |miss: f64, w: f64, entries: &mut dyn Iterator<Item = (usize, f64)>| {
                 row.clear();
-                row.extend(entries.map(|(c, v)| (c - own.start, w * v * self.sizes[c])));
+                let own = entries.filter(|(c, _)| own.contains(c));
+                row.extend(own.map(|(c, v)| (c - self.first, w * v * self.sizes[c])));
                 for &(i, a) in &row {
                     gradient[i] += a * miss;
                     for &(j, b) in &row {
                         matrix[i * n + j] += a * b;
                     }
                 }
+            };
+            for t in targets {
+                let (miss, weight) = t.miss(station, self.exact_weight);
+                add(miss, weight, &mut station.gradient(t.quantity));
+            }
+            for &(k, weight) in &self.inputs {
+                let (value, mut slopes) = station.input(k);
+                add(weight * value, weight, &mut slopes);
             }
         }
         let largest = (0..n).map(|i| matrix[i * n + i]).fold(0.0, f64::max);

@@ -239,6 +239,11 @@ impl Station {
         self.supports[quantity].iter().map(move |&l| (self.columns[l], row[l]))
     }
 
+    /// An input of the flat map: its value, columns and derivatives.
+    pub(crate) fn input(&self, index: usize) -> (f64, impl Iterator<Item = (usize, f64)> + '_) {
+        (self.z[index], self.inputs[index].slopes.iter().map(|&(l, v)| (self.columns[l], v)))
+    }
+
     /// Forgets what functions of the quantities added.
     pub(crate) fn clear(&mut self) {
         self.weights.fill(0.0);

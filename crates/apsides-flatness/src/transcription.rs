@@ -1,9 +1,9 @@
 //! The discretised problem: a nonlinear program in spline coefficients, times and parameters.
 
-use apsides_basis::Gauss;
 use apsides_nlp::{Nlp, Pattern, Scaling as NlpScaling};
 use apsides_ocp::{Bounds, EndpointInput, Ocp, Phase, Scaling, Sense};
 
+use crate::estimate::quadrature;
 use crate::grid::Grid;
 use crate::layout::{Layout, Time};
 use crate::outer::{EndQuantity, EndTerm, StationTerm};
@@ -188,7 +188,7 @@ impl Transcription {
         self.add_integrals(ocp, phase, index, system, grid)
     }
 
-    /// Integrals by a Gauss rule in each segment, exact where the integrand is a polynomial of twice the degree of the splines.
+    /// Integrals by a Gauss rule in each segment.
     fn add_integrals(
         &mut self,
         ocp: &Ocp,
@@ -214,7 +214,7 @@ impl Transcription {
             return Ok(());
         }
         let named = |source| FlatnessError::Basis { place: format!("phase `{}`", phase.name), source };
-        let rule = Gauss::new(grid.order()).map_err(named)?;
+        let rule = quadrature(grid.order()).map_err(named)?;
         for segment in grid.breaks.windows(2) {
             let half = 0.5 * (segment[1] - segment[0]);
             for (node, weight) in rule.nodes().iter().zip(rule.weights()) {
@@ -328,8 +328,8 @@ impl Transcription {
         })
     }
 
-    /// Scales that the statement leaves open: of a constraint its largest change, of the objective its sum of changes, when every
-    /// variable moves by its scale from the start.
+    /// Scales that the statement leaves open: of a constraint its largest change when every variable moves by its scale from the
+    /// start, of the objective its value there.
     fn complete_scales(&mut self) {
         let start = self.start.clone();
         let mut entries = vec![0.0; self.jacobian_pattern.len()];
@@ -343,10 +343,12 @@ impl Transcription {
         let stated = self.rows.iter().map(|r| r.scale).zip(changes);
         self.scaling.constraints = stated.map(|(s, c)| if s.is_nan() { usable(c) } else { s }).collect();
         if self.scaling.objective.is_nan() {
+            let size = self.objective(&start).abs();
             let mut gradient = vec![0.0; self.layout.variables];
             self.gradient(&start, &mut gradient);
             let change = gradient.iter().zip(&self.scaling.variables).map(|(g, s)| g.abs() * s).sum();
-            self.scaling.objective = usable(change);
+            // One coefficient alone moves the derivatives of an output far: what the objective is says more than its changes.
+            self.scaling.objective = if size > 0.0 && size.is_finite() { size } else { usable(change) };
         }
     }
 

@@ -130,7 +130,7 @@ fn transcription(settings: &SplineSettings) -> Transcription {
 #[test]
 fn derivatives_agree_with_differences() {
     let settings = SplineSettings {
-        order: 4,
+        order: Some(4),
         breaks: crate::Breaks::At { fractions: vec![0.0, 0.3, 1.0], multiplicities: vec![2] },
         points: 4,
         ..SplineSettings::default()

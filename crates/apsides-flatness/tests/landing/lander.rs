@@ -109,21 +109,44 @@ impl Landing {
         (ocp.clone(), Guess::from_phases(&ocp, vec![guess]))
     }
 
-    /// Straight lines between the ends.
+    /// Straight lines to touchdown.
     pub(crate) fn guess(&self) -> PhaseGuess {
+        self.guess_to(self.flight.body.radius, TOUCHDOWN_SPEED)
+    }
+
+    /// Straight lines to a radius and a radial speed.
+    pub(crate) fn guess_to(&self, radius: f64, speed: f64) -> PhaseGuess {
         let engine = self.flight.engine;
         let time = (self.mass - engine.mass_after(self.mass, 1.1 * self.speed)) / engine.mass_flow();
         let mass = self.mass - time * engine.mass_flow();
         let angle = 0.5 * time * self.speed / self.radius;
-        let end = self.flight.body.radius;
         PhaseGuess::samples(
             &[0.0, time],
             vec![
                 vec![self.radius, 0.0, self.speed, 0.0, self.mass],
-                vec![end, angle, 0.0, TOUCHDOWN_SPEED, mass],
+                vec![radius, angle, 0.0, speed, mass],
             ],
             vec![vec![150.0_f64.to_radians()]; 2],
         )
         .unwrap()
+    }
+}
+
+/// Outputs radius, polar angle and mass; the equation of the mass remains.
+#[derive(Clone, Copy)]
+pub(crate) struct WithMass(pub(crate) PlanarFlight);
+
+impl FlatMap<3, 3, 5, 1, 2> for WithMass {
+    fn evaluate<S: Scalar>(&self, _t: S, y: &[[S; 3]; 3], _p: &[S; 0]) -> ([S; 5], [S; 1], [S; 2]) {
+        let [r, phi, m] = y;
+        let a = thrust_acceleration(&self.0, r, phi);
+        let thrust = self.0.engine.thrust;
+        let residual = m[0].square() * (a[0].square() + a[1].square()) - thrust * thrust;
+        let flow = m[1] + self.0.engine.mass_flow();
+        ([r[0], phi[0], r[0] * phi[1], r[1], m[0]], [thrust_angle(a)], [residual, flow])
+    }
+
+    fn outputs(&self, _t: f64, x: &[f64; 5], _u: &[f64; 1], _p: &[f64; 0]) -> [f64; 3] {
+        [x[0], x[1], x[4]]
     }
 }
