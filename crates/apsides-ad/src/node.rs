@@ -196,15 +196,8 @@ struct FlatNode<
     const NP: usize,
 >(Arc<M>);
 
-impl<
-    M,
-    const NY: usize,
-    const ND: usize,
-    const NX: usize,
-    const NU: usize,
-    const NR: usize,
-    const NP: usize,
-> Seeded for FlatNode<M, NY, ND, NX, NU, NR, NP>
+impl<M, const NY: usize, const ND: usize, const NX: usize, const NU: usize, const NR: usize, const NP: usize>
+    Seeded for FlatNode<M, NY, ND, NX, NU, NR, NP>
 where
     M: FlatMap<NY, ND, NX, NU, NR, NP>,
 {

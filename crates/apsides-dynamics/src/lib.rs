@@ -28,6 +28,7 @@
 //! | [`engine`] | thrust, exhaust velocity, rocket equation |
 //! | [`transfer`] | Hohmann transfers |
 //! | [`planar`] | planar polar flight with constant or throttled thrust, vertical flight |
+//! | [`planar::flat`] | the same in flat outputs |
 //! | [`quantity`] | names and units of states and controls |
 //!
 //! Reference: D. A. Vallado, Fundamentals of Astrodynamics and Applications, 4th ed., 2013, ISBN 978-1881883189.

@@ -18,6 +18,8 @@ use apsides_ad::{Dynamics, Scalar};
 
 use crate::{Body, Engine, Quantity};
 
+pub mod flat;
+
 /// Distance from the centre of the body.
 pub const RADIUS: Quantity = Quantity::new("radius", "m");
 /// Polar angle travelled.

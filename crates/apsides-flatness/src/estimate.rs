@@ -130,7 +130,8 @@ fn integral_errors(
         let mut differences = Vec::with_capacity(errors.len());
         for (k, w) in splines.breaks.windows(2).enumerate() {
             let middle = 0.5 * (w[0] + w[1]);
-            let (whole, (a, size_a), (b, size_b)) = (sum(k, w[0], w[1]), sum(k, w[0], middle), sum(k, middle, w[1]));
+            let (whole, (a, size_a), (b, size_b)) =
+                (sum(k, w[0], w[1]), sum(k, w[0], middle), sum(k, middle, w[1]));
             total += size_a + size_b;
             differences.push((whole.0 - a - b).abs());
         }

@@ -38,8 +38,12 @@ pub(crate) fn rows(nlp: &mut Transcription) -> Result<Vec<bool>, FlatnessError> 
         return Ok(dropped);
     }
     let x = nlp.start.clone();
-    let moved: Vec<f64> =
-        x.iter().zip(&nlp.scaling.variables).enumerate().map(|(c, (v, s))| if global.contains(&c) { v + STEP * s } else { *v }).collect();
+    let moved: Vec<f64> = x
+        .iter()
+        .zip(&nlp.scaling.variables)
+        .enumerate()
+        .map(|(c, (v, s))| if global.contains(&c) { v + STEP * s } else { *v })
+        .collect();
     let mut values = vec![0.0; m];
     nlp.constraint_values(&x, &mut values);
     let gradients = dense(nlp, &x, &candidates, &global);
@@ -90,12 +94,7 @@ pub(crate) fn rows(nlp: &mut Transcription) -> Result<Vec<bool>, FlatnessError> 
 }
 
 /// Rows of the Jacobian at times and parameters, each column times the scale of its variable.
-fn dense(
-    nlp: &mut Transcription,
-    x: &[f64],
-    rows: &[usize],
-    columns: &BTreeSet<usize>,
-) -> Vec<Vec<f64>> {
+fn dense(nlp: &mut Transcription, x: &[f64], rows: &[usize], columns: &BTreeSet<usize>) -> Vec<Vec<f64>> {
     let pattern = nlp.jacobian_pattern();
     let mut entries = vec![0.0; pattern.len()];
     nlp.jacobian(x, &mut entries);

@@ -260,7 +260,7 @@ impl Flatness {
         mut stage: Stage,
         estimates: &[PhaseEstimate],
     ) -> Result<Option<Stage>, FlatnessError> {
-        let poor = |e: &f64| !(*e <= self.settings.defect_tolerance);
+        let poor = |e: &f64| e.is_nan() || *e > self.settings.defect_tolerance;
         // Where every phase meets the tolerance, the objective has not settled yet: all are refined.
         let all = !estimates.iter().flat_map(|e| &e.errors).any(poor);
         let mut changed = false;
@@ -361,10 +361,8 @@ fn finish(
 }
 
 fn check_sizes(ocp: &Ocp, systems: &[FlatSystem], splines: &[SplineSettings]) -> Result<(), FlatnessError> {
-    let counts = [
-        ("flat systems (one per phase)", systems.len()),
-        ("spline settings (one per phase)", splines.len()),
-    ];
+    let counts =
+        [("flat systems (one per phase)", systems.len()), ("spline settings (one per phase)", splines.len())];
     for (what, found) in counts {
         let expected = ocp.phases.len();
         if found != expected {

@@ -159,7 +159,11 @@ impl Start {
                 let size = least.abs().max(most.abs());
                 let range = most - least;
                 let scale = if range > 1e-6 * size { range } else { size };
-                scales[first..first + c.len()].fill(if scale > 0.0 && scale.is_finite() { scale } else { 1.0 });
+                scales[first..first + c.len()].fill(if scale > 0.0 && scale.is_finite() {
+                    scale
+                } else {
+                    1.0
+                });
             }
             for c in [p.initial_time, p.final_time].into_iter().filter_map(Time::column) {
                 scales[c] = s.time;
@@ -256,7 +260,8 @@ impl Fit<'_> {
             let mut wanted = vec![0.0; phase.states.len()];
             guess.state(station.fraction, &mut wanted);
             let mut targets = Vec::with_capacity(wanted.len() + station.quantities.residuals);
-            for (q, (state, (value, scale))) in phase.states.iter().zip(wanted.iter().zip(scales)).enumerate() {
+            for (q, (state, (value, scale))) in phase.states.iter().zip(wanted.iter().zip(scales)).enumerate()
+            {
                 let stated = match station.fraction {
                     0.0 => state.initial,
                     1.0 => state.terminal,
@@ -312,7 +317,7 @@ impl Fit<'_> {
                 damping *= 0.1;
             } else {
                 damping *= 10.0;
-                if !(damping < LAST_DAMPING) {
+                if damping > LAST_DAMPING {
                     return;
                 }
             }

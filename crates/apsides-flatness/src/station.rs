@@ -109,7 +109,13 @@ pub(crate) struct Station {
 }
 
 impl Station {
-    pub(crate) fn new(system: &FlatSystem, grid: &Grid, layout: &Layout, phase: usize, fraction: f64) -> Self {
+    pub(crate) fn new(
+        system: &FlatSystem,
+        grid: &Grid,
+        layout: &Layout,
+        phase: usize,
+        fraction: f64,
+    ) -> Self {
         let p = &layout.phases[phase];
         let parameters = layout.variables - layout.first_parameter;
         let quantities = Quantities {

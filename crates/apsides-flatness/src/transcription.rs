@@ -137,13 +137,25 @@ impl Transcription {
             let inside = fraction > 0.0 && fraction < 1.0;
             for (k, state) in phase.states.iter().enumerate().filter(|(k, _)| inside && active.states[*k]) {
                 let v = &state.variable;
-                let row =
-                    Row::new(Some(phase), v.name.clone(), &v.unit, Some(fraction), v.bounds, scales.states[k]);
+                let row = Row::new(
+                    Some(phase),
+                    v.name.clone(),
+                    &v.unit,
+                    Some(fraction),
+                    v.bounds,
+                    scales.states[k],
+                );
                 self.add_direct(s, k, row);
             }
             for (k, v) in phase.controls.iter().enumerate().filter(|(k, _)| active.controls[*k]) {
-                let row =
-                    Row::new(Some(phase), v.name.clone(), &v.unit, Some(fraction), v.bounds, scales.controls[k]);
+                let row = Row::new(
+                    Some(phase),
+                    v.name.clone(),
+                    &v.unit,
+                    Some(fraction),
+                    v.bounds,
+                    scales.controls[k],
+                );
                 self.add_direct(s, q.control(k), row);
             }
             for (c, active) in phase.path.iter().zip(&active.path) {

@@ -14,9 +14,6 @@ const MESH: f64 = 1e-7;
 const SOLVER: f64 = 1e-9;
 
 fn feasible(ocp: &Ocp, solution: &FlatnessSolution) {
-    for r in &solution.solves {
-            println!("  order {} seg {} pts {} vars {} cons {} iters {} err {:.2e} obj {:.12} {} solve {:?} all {:?}", r.order, r.segments, r.points, r.variables, r.constraints, r.iterations, r.error, r.objective, r.status, r.solve_time, r.time);
-    }
     assert!(solution.accurate, "{} {:#?}", solution.status, solution.solves);
     let certificate = verify(ocp, &solution.trajectory, &VerifySettings::default()).unwrap().certificate;
     assert_eq!(certificate.verdict, Verdict::Feasible, "{certificate:#?}");
@@ -114,7 +111,10 @@ fn pvtol_in_free_time_with_a_price_on_time() {
     let model = Pvtol { coupling: 0.3 };
     let phase = Phase::new("move", model)
         .states(pvtol_states())
-        .controls([Variable::new("thrust", "-").within(0.2, 3.0), Variable::new("moment", "-").within(-9.0, 9.0)])
+        .controls([
+            Variable::new("thrust", "-").within(0.2, 3.0),
+            Variable::new("moment", "-").within(-9.0, 9.0),
+        ])
         .final_time(Bounds::new(1.0, 20.0))
         .integral(Variable::new("effort", "-"), PvtolEffort);
     let terms = [Term::End(At::FinalTime("move"), 0.5), Term::Integral("move", "effort", 1.0)];
@@ -244,8 +244,7 @@ fn powered_descent_in_space_with_the_mass() {
     let ocp = Ocp::builder("descent").phase(phase).minimize_integral("descent", "square").build().unwrap();
     let end = vec![0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 1600.0];
     let start = START.into_iter().chain([1905.0]).collect();
-    let guess =
-        PhaseGuess::samples(&[0.0, TIME], vec![start, end], vec![vec![0.0, 0.0, 7000.0]; 2]).unwrap();
+    let guess = PhaseGuess::samples(&[0.0, TIME], vec![start, end], vec![vec![0.0, 0.0, 7000.0]; 2]).unwrap();
     let guess = Guess::from_phases(&ocp, vec![guess]);
     let system = FlatSystem::new(model);
     assert_eq!((system.residuals, &system.highest[..]), (1, &[2, 2, 2, 1][..]));

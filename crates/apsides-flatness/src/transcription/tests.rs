@@ -92,7 +92,12 @@ fn ocp() -> Ocp {
         .phase(phase("a"))
         .phase(phase("b"))
         .link("a", "b")
-        .constrain("ends", [Variable::new("one", "-").equal_to(0.4), Variable::new("two", "-").at_most(9.0)], ends, Ends)
+        .constrain(
+            "ends",
+            [Variable::new("one", "-").equal_to(0.4), Variable::new("two", "-").at_most(9.0)],
+            ends,
+            Ends,
+        )
         .objective(
             Sense::Maximize,
             "gain",
@@ -101,7 +106,10 @@ fn ocp() -> Ocp {
                 Term::End(At::FinalState("b", "v"), 2.0),
                 Term::End(At::FinalTime("b"), -1.0),
                 Term::Integral("a", "effort", 0.7),
-                Term::function([At::FinalState("b", "m"), At::InitialState("a", "v"), At::Parameter("bias")], Cost),
+                Term::function(
+                    [At::FinalState("b", "m"), At::InitialState("a", "v"), At::Parameter("bias")],
+                    Cost,
+                ),
             ],
         )
         .build()
@@ -143,4 +151,29 @@ fn derivatives_agree_with_differences() {
     }
     let report = check_derivatives(&mut nlp, &x).unwrap();
     assert!(report.is_within(DIFFERENCES), "{report:#?}");
+}
+
+#[test]
+fn evaluations_allocate_nothing() {
+    let mut nlp = transcription(&SplineSettings::default());
+    let x = nlp.start.clone();
+    let moved: Vec<f64> = x.iter().map(|v| v + 1e-3).collect();
+    let (n, m) = (nlp.variables(), nlp.constraints());
+    let (mut gradient, mut values) = (vec![0.0; n], vec![0.0; m]);
+    let mut jacobian = vec![0.0; nlp.jacobian_pattern().len()];
+    let mut hessian = vec![0.0; nlp.hessian_pattern().len()];
+    let multipliers = vec![0.7; m];
+    let mut evaluate = |x: &[f64]| {
+        let f = nlp.objective(x);
+        nlp.gradient(x, &mut gradient);
+        nlp.constraint_values(x, &mut values);
+        nlp.jacobian(x, &mut jacobian);
+        nlp.hessian(x, 1.0, &multipliers, &mut hessian);
+        f
+    };
+    evaluate(&x);
+    let counted = allocation_counter::measure(|| {
+        evaluate(&moved);
+    });
+    assert_eq!(counted.count_total, 0);
 }

@@ -1,46 +1,11 @@
-//! The landing and its flat maps.
-
-use std::f64::consts::FRAC_PI_2;
+//! The landings of the paper, and one with the mass as an output.
 
 use apsides_ad::{FlatMap, Scalar};
+use apsides_dynamics::planar::flat::{FlatConstantThrust, thrust_acceleration, thrust_angle};
 use apsides_dynamics::planar::{ConstantThrust, PlanarFlight};
 use apsides_dynamics::{Body, Engine, Hohmann};
 use apsides_flatness::FlatSystem;
 use apsides_ocp::{At, Bounds, Guess, Ocp, Phase, PhaseGuess, State, Variable};
-
-/// Outputs radius and polar angle; the mass is a function of time. The residual is the squared thrust, as printed (eq. 38).
-#[derive(Clone, Copy)]
-pub(crate) struct Lander {
-    pub(crate) flight: PlanarFlight,
-    /// Mass at time zero.
-    pub(crate) mass: f64,
-}
-
-/// Accelerations along the horizontal and the vertical that the thrust gives.
-fn thrust_acceleration<S: Scalar>(flight: &PlanarFlight, r: &[S; 3], phi: &[S; 3]) -> [S; 2] {
-    let gravity = r[0].powi(-2) * flight.body.gravitational_parameter;
-    [r[0] * phi[2] + r[1] * phi[1] * 2.0, r[2] - r[0] * phi[1].square() + gravity]
-}
-
-/// Angle from the horizontal in (-pi/2, 3 pi/2], continuous through 180 deg.
-fn thrust_angle<S: Scalar>([horizontal, vertical]: [S; 2]) -> S {
-    (-horizontal).atan2(vertical) + FRAC_PI_2
-}
-
-impl FlatMap<2, 3, 5, 1, 1> for Lander {
-    fn evaluate<S: Scalar>(&self, t: S, y: &[[S; 3]; 2], _p: &[S; 0]) -> ([S; 5], [S; 1], [S; 1]) {
-        let [r, phi] = y;
-        let a = thrust_acceleration(&self.flight, r, phi);
-        let m = t * -self.flight.engine.mass_flow() + self.mass;
-        let thrust = self.flight.engine.thrust;
-        let residual = m.square() * (a[0].square() + a[1].square()) - thrust * thrust;
-        ([r[0], phi[0], r[0] * phi[1], r[1], m], [thrust_angle(a)], [residual])
-    }
-
-    fn outputs(&self, _t: f64, x: &[f64; 5], _u: &[f64; 1], _p: &[f64; 0]) -> [f64; 2] {
-        [x[0], x[1]]
-    }
-}
 
 /// A case of the paper.
 pub(crate) struct Landing {
@@ -71,8 +36,12 @@ impl Landing {
         Self { radius, speed: transfer.arrival_speed, mass, ..orbit }
     }
 
+    pub(crate) fn flat(&self) -> FlatConstantThrust {
+        FlatConstantThrust { flight: self.flight, ignition: 0.0, mass: self.mass }
+    }
+
     pub(crate) fn system(&self) -> FlatSystem {
-        FlatSystem::new(Lander { flight: self.flight, mass: self.mass })
+        FlatSystem::new(self.flat())
     }
 
     pub(crate) fn states(&self) -> [State; 5] {
@@ -122,10 +91,7 @@ impl Landing {
         let angle = 0.5 * time * self.speed / self.radius;
         PhaseGuess::samples(
             &[0.0, time],
-            vec![
-                vec![self.radius, 0.0, self.speed, 0.0, self.mass],
-                vec![radius, angle, 0.0, speed, mass],
-            ],
+            vec![vec![self.radius, 0.0, self.speed, 0.0, self.mass], vec![radius, angle, 0.0, speed, mass]],
             vec![vec![150.0_f64.to_radians()]; 2],
         )
         .unwrap()

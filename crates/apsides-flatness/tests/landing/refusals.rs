@@ -33,7 +33,8 @@ fn multiplicity_and_breaks() {
     };
     for m in [0, 5, 7] {
         let message = with(vec![0.0, 0.5, 1.0], vec![m]);
-        let expected = format!("phase `braking`: flatness setting `multiplicity` is {m}, allowed is 1 to 4 (order 6");
+        let expected =
+            format!("phase `braking`: flatness setting `multiplicity` is {m}, allowed is 1 to 4 (order 6");
         assert!(message.starts_with(&expected), "{message}");
     }
     assert!(with(vec![0.0, 0.7, 0.5, 1.0], vec![1, 1]).contains("knot 7 is 0.5"));
@@ -71,7 +72,8 @@ fn points() {
 fn systems_and_tolerances() {
     let landing = Landing::from_perilune(15e3);
     let (ocp, guess) = landing.pose();
-    let solve = |systems: &[FlatSystem]| Flatness::default().solve(&ocp, systems, &guess).unwrap_err().to_string();
+    let solve =
+        |systems: &[FlatSystem]| Flatness::default().solve(&ocp, systems, &guess).unwrap_err().to_string();
     assert_eq!(solve(&[]), "problem `lunar landing`: expected 1 flat systems (one per phase), found 0");
     let two = [landing.system(), FlatSystem::new(WithMass(landing.flight))];
     assert!(solve(&two).contains("found 2"));

@@ -1,50 +1,24 @@
 //! Vertical flight: one output, thrust with its sign; what squaring loses; two phases.
 
 use apsides_ad::{FlatMap, Scalar};
-use apsides_dynamics::planar::{ConstantThrust, PlanarFlight, VerticalThrust};
+use apsides_dynamics::planar::flat::{FlatConstantThrust, FlatVerticalThrust};
+use apsides_dynamics::planar::{ConstantThrust, VerticalThrust};
 use apsides_flatness::{FlatSystem, Flatness};
 use apsides_ocp::{At, Bounds, Guess, Ocp, Phase, PhaseGuess, State, Variable};
 use apsides_verify::Verdict;
 
-use crate::lander::{Lander, Landing, TOUCHDOWN_SPEED};
+use crate::lander::{Landing, TOUCHDOWN_SPEED};
 use crate::{MESH_MISS_M, MESH_TIME_S, certificate, miss};
 
-/// Output radius; the residual is the thrust with its sign.
+/// The residual of the vertical flight squared, which does not tell up from down.
 #[derive(Clone, Copy)]
-struct Vertical {
-    flight: PlanarFlight,
-    /// Mass at time zero.
-    mass: f64,
-}
-
-impl Vertical {
-    /// Mass, and thrust along the vertical.
-    fn thrust<S: Scalar>(&self, t: S, r: &[S; 3]) -> (S, S) {
-        let m = t * -self.flight.engine.mass_flow() + self.mass;
-        (m, m * (r[2] + r[0].powi(-2) * self.flight.body.gravitational_parameter))
-    }
-}
-
-impl FlatMap<1, 3, 3, 0, 1> for Vertical {
-    fn evaluate<S: Scalar>(&self, t: S, y: &[[S; 3]; 1], _p: &[S; 0]) -> ([S; 3], [S; 0], [S; 1]) {
-        let (m, thrust) = self.thrust(t, &y[0]);
-        ([y[0][0], y[0][1], m], [], [thrust - self.flight.engine.thrust])
-    }
-
-    fn outputs(&self, _t: f64, x: &[f64; 3], _u: &[f64; 0], _p: &[f64; 0]) -> [f64; 1] {
-        [x[0]]
-    }
-}
-
-/// The same with the residual squared, which does not tell up from down.
-#[derive(Clone, Copy)]
-struct Squared(Vertical);
+struct Squared(FlatVerticalThrust);
 
 impl FlatMap<1, 3, 3, 0, 1> for Squared {
     fn evaluate<S: Scalar>(&self, t: S, y: &[[S; 3]; 1], p: &[S; 0]) -> ([S; 3], [S; 0], [S; 1]) {
-        let (_, thrust) = self.0.thrust(t, &y[0]);
-        let (x, u, _) = self.0.evaluate(t, y, p);
-        (x, u, [thrust.square() - self.0.flight.engine.thrust.powi(2)])
+        let thrust = self.0.0.flight.engine.thrust;
+        let (x, u, [residual]) = self.0.evaluate(t, y, p);
+        (x, u, [(residual + thrust).square() - thrust * thrust])
     }
 
     fn outputs(&self, t: f64, x: &[f64; 3], u: &[f64; 0], p: &[f64; 0]) -> [f64; 1] {
@@ -54,7 +28,7 @@ impl FlatMap<1, 3, 3, 0, 1> for Squared {
 
 /// Vertical flight in the states of the planar one, at the polar angle of a static parameter.
 #[derive(Clone, Copy)]
-struct AtAngle(Vertical);
+struct AtAngle(FlatVerticalThrust);
 
 impl FlatMap<1, 3, 5, 1, 1, 1> for AtAngle {
     fn evaluate<S: Scalar>(&self, t: S, y: &[[S; 3]; 1], p: &[S; 1]) -> ([S; 5], [S; 1], [S; 1]) {
@@ -99,10 +73,7 @@ fn two_phases(landing: &Landing, gate: f64) -> (Ocp, Guess) {
     let begin = braking.final_time;
     let end = begin + 2.0 * gate / speed.abs();
     let mass = |t: f64| landing.mass - t * landing.flight.engine.mass_flow();
-    let rows = vec![
-        vec![surface + gate, speed, mass(begin)],
-        vec![surface, TOUCHDOWN_SPEED, mass(end)],
-    ];
+    let rows = vec![vec![surface + gate, speed, mass(begin)], vec![surface, TOUCHDOWN_SPEED, mass(end)]];
     let descent = PhaseGuess::samples(&[begin, end], rows, vec![vec![]; 2]).unwrap();
     (ocp.clone(), Guess::from_phases(&ocp, vec![braking, descent]))
 }
@@ -110,10 +81,7 @@ fn two_phases(landing: &Landing, gate: f64) -> (Ocp, Guess) {
 #[test]
 fn two_phases_meet_the_optimum() {
     let landing = Landing::from_perilune(15e3);
-    let maps = [
-        landing.system(),
-        FlatSystem::new(Vertical { flight: landing.flight, mass: landing.mass }),
-    ];
+    let maps = [landing.system(), FlatSystem::new(FlatVerticalThrust(landing.flat()))];
     // Gate, total time, radial speed at the gate.
     for (gate, total, speed) in [
         (5e3, 1036.346337936439, -109.64263848880935),
@@ -126,7 +94,8 @@ fn two_phases_meet_the_optimum() {
         let solution = Flatness::default().solve(&ocp, &maps, &guess).unwrap();
         assert!(solution.accurate, "{gate}: {:?}", solution.solves);
         assert!((solution.trajectory.objective - total).abs() < MESH_TIME_S, "{gate}");
-        let gate_speed = solution.trajectory.phases[1].state_at(solution.trajectory.phases[1].initial_time)[1];
+        let gate_speed =
+            solution.trajectory.phases[1].state_at(solution.trajectory.phases[1].initial_time)[1];
         assert!((gate_speed - speed).abs() < 1e-6, "{gate}: {gate_speed}");
         let certificate = certificate(&ocp, &solution);
         assert_eq!(certificate.verdict, Verdict::Feasible, "{certificate:#?}");
@@ -139,10 +108,7 @@ fn two_phases_meet_the_optimum() {
 fn what_the_map_makes_a_function_of_time_has_no_row() {
     let landing = Landing::from_perilune(15e3);
     let (ocp, guess) = two_phases(&landing, 2e3);
-    let maps = [
-        landing.system(),
-        FlatSystem::new(Vertical { flight: landing.flight, mass: landing.mass }),
-    ];
+    let maps = [landing.system(), FlatSystem::new(FlatVerticalThrust(landing.flat()))];
     let mut method = Flatness::default();
     method.settings.spline.refine = false;
     let solution = method.solve(&ocp, &maps, &guess).unwrap();
@@ -151,12 +117,12 @@ fn what_the_map_makes_a_function_of_time_has_no_row() {
     assert_eq!(solution.solves[0].variables, 3 * 18 + 1 + 2);
     assert_eq!(solution.solves[0].constraints, 32 + 6 + 2 + 1 + 3);
     // A map with another mass cannot meet the start.
-    let wrong = [FlatSystem::new(Lander { flight: landing.flight, mass: landing.mass + 1.0 }), maps[1].clone()];
+    let heavier = FlatConstantThrust { mass: landing.mass + 1.0, ..landing.flat() };
+    let wrong = [FlatSystem::new(heavier), maps[1].clone()];
     let message = method.solve(&ocp, &wrong, &guess).unwrap_err().to_string();
     assert!(message.contains("mass at the start") && message.contains("no variable"), "{message}");
     // Nor its linkage.
-    let wrong =
-        [maps[0].clone(), FlatSystem::new(Vertical { flight: landing.flight, mass: landing.mass + 1.0 })];
+    let wrong = [maps[0].clone(), FlatSystem::new(FlatVerticalThrust(heavier))];
     let message = method.solve(&ocp, &wrong, &guess).unwrap_err().to_string();
     assert!(message.contains("link braking-descent: mass"), "{message}");
 }
@@ -173,13 +139,7 @@ fn polar_angle_as_a_parameter() {
     // The descent has no horizontal speed, and the linkage says the same of the end of braking.
     braking.states[2].terminal = Bounds::FREE;
     let descent = Phase::new("descent", ConstantThrust(landing.flight))
-        .states([
-            free(r).ends_at(surface),
-            free(phi),
-            free(u),
-            free(v).ends_at(TOUCHDOWN_SPEED),
-            free(m),
-        ])
+        .states([free(r).ends_at(surface), free(phi), free(u), free(v).ends_at(TOUCHDOWN_SPEED), free(m)])
         .controls([Variable::new("thrust angle", "rad").scaled_by(1.0)])
         .initial_time(Bounds::new(300.0, 2000.0))
         .final_time(Bounds::new(300.0, 2000.0));
@@ -201,7 +161,7 @@ fn polar_angle_as_a_parameter() {
     let rows = vec![planar(&a, times[0]), planar(&b, times[1])];
     let descent = PhaseGuess::samples(&times, rows, vec![vec![1.5]; 2]).unwrap();
     let guess = Guess::from_phases(&ocp, vec![guess.phases[0].clone(), descent]);
-    let vertical = Vertical { flight: landing.flight, mass: landing.mass };
+    let vertical = FlatVerticalThrust(landing.flat());
     let maps = [landing.system(), FlatSystem::new(AtAngle(vertical))];
     let solution = Flatness::default().solve(&ocp, &maps, &guess).unwrap();
     assert!(solution.accurate, "{:?}", solution.solves);
@@ -233,7 +193,7 @@ fn reversed_thrust_is_seen() {
         let phase = PhaseGuess::samples(&[0.0, time], rows, vec![vec![]; 2]).unwrap();
         Guess::from_phases(&ocp, vec![phase])
     };
-    let vertical = Vertical { flight: landing.flight, mass: landing.mass };
+    let vertical = FlatVerticalThrust(landing.flat());
     let with_sign = FlatSystem::new(vertical);
     let right = Flatness::default().solve(&ocp, &[with_sign], &guess(120.0, -90.0)).unwrap();
     assert!(right.accurate, "{:?}", right.solves);
@@ -278,7 +238,7 @@ fn rank_loss_at_zero_angular_rate() {
         let mut method = crate::method(6, 15, apsides_flatness::Placement::Uniform, true);
         method.settings.presolve = presolve;
         method.settings.nlp.max_iterations = 300;
-        let system = FlatSystem::new(Lander { flight: landing.flight, mass });
+        let system = FlatSystem::new(FlatConstantThrust { mass, ..landing.flat() });
         let solution = method.solve(&ocp, &[system], &guess).unwrap();
         let certified = certificate(&ocp, &solution).verdict != Verdict::Rejected;
         let claimed = solution.status.is_success() && solution.accurate;
@@ -286,6 +246,5 @@ fn rank_loss_at_zero_angular_rate() {
         if claimed {
             assert!((solution.trajectory.objective - time).abs() < 1e-3, "{}", solution.trajectory.objective);
         }
-        println!("{presolve}: {} accurate {} {}", solution.status, solution.accurate, solution.trajectory.objective);
     }
 }
