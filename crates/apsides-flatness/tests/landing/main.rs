@@ -10,11 +10,14 @@ mod lander;
 mod refusals;
 mod vertical;
 
+use std::f64::consts::FRAC_PI_2;
+
+use apsides_ad::FlatMap;
 use apsides_flatness::{
     BoundRows, Breaks, FlatSystem, Flatness, FlatnessSettings, FlatnessSolution, Placement, SplineSettings,
 };
 use apsides_nlp::Status;
-use apsides_ocp::Ocp;
+use apsides_ocp::{Bounds, Ocp};
 use apsides_verify::{Certificate, Verdict, VerifySettings, verify};
 
 use lander::{Landing, WithMass};
@@ -23,6 +26,8 @@ use lander::{Landing, WithMass};
 pub(crate) const MESH_TIME_S: f64 = 1e-6;
 /// Miss of the re-simulation of a refined landing, m.
 pub(crate) const MESH_MISS_M: f64 = 1e-3;
+/// Interpolation of states and controls, relative: 1e-12 and rounding.
+const INTERPOLATION: f64 = 1e-11;
 /// Half a unit of the last digit printed for the coarse problems, s.
 const PUBLISHED_S: f64 = 5e-5;
 
@@ -147,21 +152,56 @@ fn mass_as_an_output_with_a_residual() {
 /// Bounds that the landing does not touch need no row, and one that it touches gets its rows.
 #[test]
 fn bounds_where_exceeded() {
-    let landing = landing(15e3);
     let mut method = method(6, 15, Placement::Uniform, false);
     method.settings.bounds = BoundRows::WhereExceeded;
-    let (mut ocp, guess) = landing.pose();
-    let surface = landing.flight.body.radius;
-    ocp.phases[0].states[0].variable.bounds = apsides_ocp::Bounds::new(surface, surface + 100e3);
-    ocp.phases[0].states[4].variable.bounds = apsides_ocp::Bounds::new(60.0, 300.0);
-    let solution = method.solve(&ocp, &[landing.system()], &guess).unwrap();
-    assert_eq!((solution.solves[0].variables, solution.solves[0].constraints), (31, 22));
-    assert_eq!(solution.solves.len(), 1);
+    let surface = landing(15e3).flight.body.radius;
+    let bound = |ocp: &mut Ocp, ceiling: f64| {
+        let wide = [(surface, ceiling), (0.0, 3.2), (-300.0, 3e3), (-3e3, 3e3), (60.0, 300.0)];
+        for (state, (lower, upper)) in ocp.phases[0].states.iter_mut().zip(wide) {
+            state.variable.bounds = Bounds::new(lower, upper);
+        }
+        ocp.phases[0].controls[0].bounds = Bounds::new(-FRAC_PI_2, 3.0 * FRAC_PI_2);
+    };
+    for (altitude, ..) in CASES {
+        let landing = landing(altitude);
+        let (mut ocp, guess) = landing.pose();
+        bound(&mut ocp, surface + 150e3);
+        let solution = method.solve(&ocp, &[landing.system()], &guess).unwrap();
+        assert_eq!(solution.solves.len(), 1, "{altitude}: {:?}", solution.solves);
+        assert_eq!((solution.solves[0].variables, solution.solves[0].constraints), (31, 22));
+    }
     // The unbounded flight rises to 21.0 km.
-    ocp.phases[0].states[0].variable.bounds = apsides_ocp::Bounds::new(surface, surface + 18e3);
+    let landing = landing(15e3);
+    let (mut ocp, guess) = landing.pose();
+    bound(&mut ocp, surface + 18e3);
     let solution = method.solve(&ocp, &[landing.system()], &guess).unwrap();
     let rows: Vec<usize> = solution.solves.iter().map(|s| s.constraints).collect();
     // The 13 inner points; the ends are fixed.
     assert_eq!(rows, [22, 35]);
     assert!(solution.status.is_success());
+}
+
+/// States and controls of the trajectory are those of the splines.
+#[test]
+fn the_trajectory_follows_the_splines() {
+    let (solution, _) = solve(&landing(15e3), &method(6, 15, Placement::Uniform, false));
+    let (phase, splines) = (&solution.trajectory.phases[0], &solution.splines[0]);
+    let duration = phase.final_time - phase.initial_time;
+    for k in 0..=997 {
+        let fraction = f64::from(k) / 997.0;
+        let jet = |output: usize| {
+            [0, 1, 2].map(|d| {
+                let mut y = [0.0];
+                splines.bases[output].evaluate(&splines.coefficients[output], d, fraction, &mut y);
+                y[0] / duration.powi(d as i32)
+            })
+        };
+        let t = phase.time_at(fraction);
+        let (x, u, _) = landing(15e3).flat().evaluate(t, &[jet(0), jet(1)], &[]);
+        let sizes = [1.7e6, 0.5, 1.7e3, 100.0, 300.0];
+        for ((a, b), size) in phase.state_at(t).iter().zip(x).zip(sizes) {
+            assert!((a - b).abs() < INTERPOLATION * size, "{t}: {a} {b}");
+        }
+        assert!((phase.control_at(t)[0] - u[0]).abs() < INTERPOLATION * 3.0, "{t}");
+    }
 }
