@@ -9,7 +9,6 @@ use std::collections::BTreeSet;
 use apsides_nlp::Nlp;
 
 use crate::FlatnessError;
-use crate::layout::Time;
 use crate::transcription::Transcription;
 
 /// Relative size below which a difference is rounding.
@@ -30,7 +29,7 @@ pub(crate) fn rows(nlp: &mut Transcription) -> Result<Vec<bool>, FlatnessError> 
     }
     let mut global: BTreeSet<usize> = (nlp.layout.first_parameter..nlp.layout.variables).collect();
     for p in &nlp.layout.phases {
-        global.extend([p.initial_time, p.final_time].into_iter().filter_map(Time::column));
+        global.extend(p.own_times());
     }
     let candidates: Vec<usize> = (0..m).filter(|&r| columns[r].is_subset(&global)).collect();
     let mut dropped = vec![false; m];
@@ -60,17 +59,18 @@ pub(crate) fn rows(nlp: &mut Transcription) -> Result<Vec<bool>, FlatnessError> 
             upper: row.bounds.upper,
             unit: row.origin.unit.clone(),
         };
-        if columns[r].is_empty() {
+        let size = norm(&gradients[k]);
+        let change: Vec<f64> = gradients[k].iter().zip(&elsewhere[k]).map(|(a, b)| a - b).collect();
+        let linear = norm(&change) <= ROUNDING * size;
+        // Times that share a variable leave a difference without derivative.
+        if columns[r].is_empty() || (linear && size == 0.0) {
             if row.bounds.excess(values[r]) > ROUNDING * scale || values[r].is_nan() {
                 return Err(contradiction());
             }
             dropped[r] = true;
             continue;
         }
-        let size = norm(&gradients[k]);
-        let change: Vec<f64> = gradients[k].iter().zip(&elsewhere[k]).map(|(a, b)| a - b).collect();
-        let linear = norm(&change) <= ROUNDING * size;
-        if !row.bounds.is_fixed() || !linear || size == 0.0 {
+        if !row.bounds.is_fixed() || !linear {
             continue;
         }
         // By how much the left side must grow, per unit of the gradient.

@@ -4,7 +4,7 @@ use apsides_ocp::{Bounds, Guess, Ocp, Phase, PhaseGuess, Scaling};
 
 use crate::curve::PhaseSplines;
 use crate::grid::Grid;
-use crate::layout::{Layout, Time};
+use crate::layout::Layout;
 use crate::station::Station;
 use crate::{FlatSystem, FlatnessError};
 
@@ -101,11 +101,10 @@ impl Start {
                 targets: Vec::new(),
                 inputs: Vec::new(),
                 exact_weight: 1.0,
-                // Coefficients and free times of a phase stand together.
                 first: p.outputs[0],
                 lengths: &p.lengths,
                 coefficients: p.lengths.iter().sum(),
-                times: [p.initial_time, p.final_time].into_iter().filter_map(Time::column).collect(),
+                times: p.own_times().collect(),
                 guess: x.clone(),
                 sizes: &sizes,
             };
@@ -128,7 +127,9 @@ impl Start {
                 x[first..first + c.len()].copy_from_slice(c);
             }
             for (time, value) in [(p.initial_time, times.0), (p.final_time, times.1)] {
-                if let Some(c) = time.column() {
+                if let Some(c) = time.column()
+                    && p.own_times().any(|own| own == c)
+                {
                     x[c] = value;
                 }
             }
@@ -165,7 +166,7 @@ impl Start {
                     1.0
                 });
             }
-            for c in [p.initial_time, p.final_time].into_iter().filter_map(Time::column) {
+            for c in p.own_times() {
                 scales[c] = s.time;
             }
         }
@@ -253,6 +254,14 @@ impl Fit<'_> {
         self.coefficients + self.times.len()
     }
 
+    /// Column of an unknown: coefficients, which stand together, then the phase's own times.
+    fn column(&self, unknown: usize) -> usize {
+        match unknown.checked_sub(self.coefficients) {
+            Some(time) => self.times[time],
+            None => self.first + unknown,
+        }
+    }
+
     /// Sets the targets: states of the guess, or what is fixed at an end, and residuals of zero relative to their change.
     fn aim(&mut self, phase: &Phase, guess: &PhaseGuess, scales: &[f64], x: &[f64]) {
         for station in &mut self.stations {
@@ -304,7 +313,8 @@ impl Fit<'_> {
             let Some(step) = cholesky_solve(matrix, normal.1.clone()) else { return };
             let mut trial = x.clone();
             for (k, d) in step.iter().enumerate() {
-                trial[self.first + k] -= d * self.sizes[self.first + k];
+                let column = self.column(k);
+                trial[column] -= d * self.sizes[column];
             }
             let sum = self.sum(&trial);
             if sum < best {
@@ -349,15 +359,18 @@ impl Fit<'_> {
             gradient[i] += TIME_WEIGHT * change;
             matrix[i * n + i] += TIME_WEIGHT * TIME_WEIGHT;
         }
-        let own = self.first..self.first + n;
+        let unknown = |column: usize| match column.checked_sub(self.first) {
+            Some(k) if k < self.coefficients => Some(k),
+            _ => self.times.iter().position(|t| *t == column).map(|k| self.coefficients + k),
+        };
         let mut row = Vec::new();
         for (station, targets) in self.stations.iter_mut().zip(&self.targets) {
             station.set_derivatives(x);
             let station = &*station;
             let mut add = |miss: f64, w: f64, entries: &mut dyn Iterator<Item = (usize, f64)>| {
                 row.clear();
-                let own = entries.filter(|(c, _)| own.contains(c));
-                row.extend(own.map(|(c, v)| (c - self.first, w * v * self.sizes[c])));
+                let own = entries.filter_map(|(c, v)| unknown(c).map(|k| (k, w * v * self.sizes[c])));
+                row.extend(own);
                 for &(i, a) in &row {
                     gradient[i] += a * miss;
                     for &(j, b) in &row {

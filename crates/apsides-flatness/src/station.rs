@@ -85,7 +85,7 @@ pub(crate) struct Station {
     initial_time: Time,
     final_time: Time,
     first_parameter: usize,
-    /// Column of each local variable, ascending.
+    /// Column of each local variable.
     pub(crate) columns: Vec<usize>,
     /// Local variables of start and end time.
     local_times: (Option<usize>, Option<usize>),
@@ -266,7 +266,7 @@ impl Station {
     /// Positions of the entries of [`hessian`](Self::hessian).
     pub(crate) fn hessian_positions(&self) -> impl Iterator<Item = (usize, usize)> + '_ {
         let c = &self.columns;
-        (0..c.len()).flat_map(move |i| (0..=i).map(move |j| (c[i], c[j])))
+        (0..c.len()).flat_map(move |i| (0..=i).map(move |j| (c[i].max(c[j]), c[i].min(c[j]))))
     }
 
     /// Lower triangle, row by row, of the Hessian of what the weights and the outer second derivatives say, after

@@ -511,7 +511,11 @@ impl Nlp for Transcription {
 fn variable_bounds(ocp: &Ocp, layout: &Layout) -> (Vec<f64>, Vec<f64>) {
     let mut lower = vec![f64::NEG_INFINITY; layout.variables];
     let mut upper = vec![f64::INFINITY; layout.variables];
-    let mut set = |column: usize, b: Bounds| (lower[column], upper[column]) = (b.lower, b.upper);
+    // Both phases bound a time that they share.
+    let mut set = |column: usize, b: Bounds| {
+        lower[column] = b.lower.max(lower[column]);
+        upper[column] = b.upper.min(upper[column]);
+    };
     for (phase, p) in ocp.phases.iter().zip(&layout.phases) {
         let (start, end) = phase.time_bounds();
         for (time, bounds) in [(p.initial_time, start), (p.final_time, end)] {
