@@ -12,7 +12,8 @@
 //! their own. Everything else is read from the [`Ocp`](apsides_ocp::Ocp).
 //!
 //! On few points a solver converges to curves that are no trajectories. So the residual of all equations of motion is looked at
-//! between the points, and splines are refined until it meets a tolerance. Costates are not computed.
+//! between the points, and splines are refined until it meets a tolerance. Costates are not computed. Where a flat map is singular,
+//! as the attitude of an aircraft in free fall, bounds must keep the flight away from it: a solver jumps across what it does not see.
 //!
 //! ```
 //! use apsides_ad::{Dynamics, FlatMap, PathFunction, Scalar};

@@ -94,7 +94,7 @@ pub struct FlatnessSettings {
     pub presolve: bool,
     /// Largest estimated error of a state over one segment, relative to its size; 1e-10.
     pub defect_tolerance: f64,
-    /// Largest relative change of the objective by the last refinement, and of the integrals by a finer rule; 1e-8.
+    /// Largest relative change of the objective that a further refinement is expected to make, and of integrals by a finer rule; 1e-8.
     pub objective_tolerance: f64,
     /// Largest excess between the points of a bound on a state or of a path constraint without controls, relative to its scale;
     /// 5e-7.

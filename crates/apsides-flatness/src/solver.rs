@@ -18,6 +18,10 @@ use crate::{FlatSystem, FlatnessError, FlatnessSettings, SplineSettings};
 /// Orders added by one refinement.
 const RAISE: usize = 2;
 
+/// Barrier parameter of a solve that starts from a solution.
+const WARM_BARRIER: f64 = 1e-8;
+/// Distance to bounds at its start, as [`apsides_nlp::NlpSettings::bound_push`].
+const WARM_PUSH: f64 = 1e-6;
 /// Solves in a row whose error does not fall by half that end the refinement.
 const STAGNATION: usize = 4;
 /// Error below which slow progress may come from few segments that are left.
@@ -79,7 +83,8 @@ impl std::fmt::Display for Unmet {
 pub struct FlatnessSolution {
     /// The trajectory, without costates.
     pub trajectory: Trajectory,
-    /// How the last solve ended. A solve can succeed on points that are too few: see [`accurate`](Self::accurate).
+    /// How the solve of this trajectory ended: the last one, or the last that succeeded before a refinement failed. A solve can
+    /// succeed on points that are too few: see [`accurate`](Self::accurate).
     pub status: Status,
     /// Whether the error estimate meets the tolerance and, after a refinement, the objective has settled.
     pub accurate: bool,
@@ -93,7 +98,7 @@ pub struct FlatnessSolution {
     pub unmet: Option<Unmet>,
     /// The splines, per phase.
     pub splines: Vec<PhaseSplines>,
-    /// Report of the last solve.
+    /// Report of that solve.
     pub report: SolveReport,
 }
 
@@ -134,35 +139,42 @@ impl Flatness {
         let mut coarse = coarse.map(|(stage, _)| stage);
         let refinable = splines.iter().any(|s| s.refine);
         let mut solves: Vec<SolveRecord> = Vec::new();
+        let mut best: Option<(Stage, Pass)> = None;
         loop {
             let pass = self.pass(&problem, &mut stage, observer)?;
-            let (error, objective) = (pass.record.error, pass.record.objective);
-            let change = solves.last().map_or(f64::INFINITY, |p| {
-                (p.objective - objective).abs() / pass.nlp.scaling.objective.max(objective.abs())
-            });
+            let error = pass.record.error;
             let success = pass.report.status.is_success();
             solves.push(pass.record.clone());
-            let settled = !refinable || change <= self.settings.objective_tolerance;
+            let settled = !refinable
+                || expected_change(&solves, pass.nlp.scaling.objective) <= self.settings.objective_tolerance;
             let accurate = success && error <= self.settings.defect_tolerance && settled;
             let spent = solves.len() >= self.settings.max_solves;
             if success && !spent && self.settings.bounds == BoundRows::WhereExceeded {
                 let exceeded = stage.active.iter_mut().zip(&pass.estimates);
                 if exceeded.fold(false, |any, (a, e)| a.extend(&e.exceeded) || any) {
+                    stage.solved = false;
                     continue;
                 }
             }
             if !spent && !accurate && refinable && !stagnates(&solves) {
                 // What does not converge on the stated splines may on those of the collocation.
-                let from = if success { Some((stage.clone(), &pass.estimates)) } else { None };
-                let finer = match (from, coarse.take()) {
-                    (Some((s, estimates)), _) => self.refined(&problem, splines, s, estimates)?,
-                    (None, coarse) => coarse,
+                let finer = if success {
+                    self.refined(&problem, splines, stage.clone(), &pass.estimates)?
+                } else if best.is_none() {
+                    coarse.take()
+                } else {
+                    None
                 };
                 if let Some(finer) = finer {
-                    stage = finer;
+                    let solved = std::mem::replace(&mut stage, finer);
+                    if success {
+                        best = Some((solved, pass));
+                    }
                     continue;
                 }
             }
+            // A refinement that fails takes nothing away from the solution before it.
+            let (stage, pass) = if success { (stage, pass) } else { best.unwrap_or((stage, pass)) };
             return finish(&problem, &stage, pass, accurate, solves, presolve);
         }
     }
@@ -181,7 +193,7 @@ impl Flatness {
         let fitted = |grids: Vec<Grid>| {
             let mut start = Start::from_guess(ocp, systems, &grids, guess)?;
             start.fit(ocp, systems, &grids, guess, &problem.scaling);
-            Ok::<_, FlatnessError>(Stage { grids, start, active: active.clone() })
+            Ok::<_, FlatnessError>(Stage { grids, start, active: active.clone(), solved: false })
         };
         let collocation = |s: &SplineSettings| {
             matches!(s.breaks, Breaks::Collocation(_)) && s.placement == Placement::GaussPerSegment
@@ -196,7 +208,7 @@ impl Flatness {
             return Ok((fitted(grids)?, None));
         }
         let start = coarse.start.on(ocp, systems, &grids, &pass.curves)?;
-        Ok((Stage { grids, start, active }, Some((coarse, pass.record))))
+        Ok((Stage { grids, start, active, solved: true }, Some((coarse, pass.record))))
     }
 
     /// Solves one discretised problem; the stage then holds the solution.
@@ -209,12 +221,21 @@ impl Flatness {
         let begin = Instant::now();
         let Problem { ocp, systems, scaling } = problem;
         let mut nlp = Transcription::new(ocp, systems, &stage.grids, &stage.start, scaling, &stage.active)?;
-        let solver = InteriorPoint { settings: self.settings.nlp.clone() };
+        let mut settings = self.settings.nlp.clone();
+        if stage.solved {
+            // A larger barrier would lead away from a point that is a solution already, if on other splines.
+            settings.initial_barrier = settings.initial_barrier.min(WARM_BARRIER);
+            settings.initial_bound_multiplier = settings.initial_bound_multiplier.min(WARM_BARRIER);
+            settings.bound_push = settings.bound_push.min(WARM_PUSH);
+            settings.bound_fraction = settings.bound_fraction.min(WARM_PUSH);
+        }
+        let solver = InteriorPoint { settings };
         let solve_begin = Instant::now();
         let report = solver.solve_observed(&mut nlp, observer)?;
         let solve_time = solve_begin.elapsed();
         // A point that is no trajectory can come from a solve that failed; its start takes its place.
         let found = Start::from_vector(&nlp.layout, &report.x);
+        stage.solved |= report.status.is_success();
         if found.times.iter().all(|(a, b)| a < b) && report.x.iter().all(|v| v.is_finite()) {
             stage.start = found;
         }
@@ -292,6 +313,18 @@ impl Flatness {
     }
 }
 
+/// By how much the objective may change yet, relative to its size: what it changed by last, times the rate at which its changes fall.
+fn expected_change(solves: &[SolveRecord], scale: f64) -> f64 {
+    let change =
+        |w: &[SolveRecord]| (w[1].objective - w[0].objective).abs() / scale.max(w[1].objective.abs());
+    let mut changes = solves.windows(2).rev().map(change);
+    match (changes.next(), changes.next()) {
+        (Some(last), Some(before)) if last < before => last * (last / before),
+        (Some(last), _) => last,
+        (None, _) => f64::INFINITY,
+    }
+}
+
 /// Whether the last refinements did not reduce the error: then it is not the splines that are too coarse.
 fn stagnates(solves: &[SolveRecord]) -> bool {
     let Some(recent) = solves.last_chunk::<STAGNATION>() else { return false };
@@ -312,6 +345,8 @@ struct Stage {
     grids: Vec<Grid>,
     start: Start,
     active: Vec<Active>,
+    /// Whether the values are a solution, if on other splines.
+    solved: bool,
 }
 
 /// One discretised problem, solved.

@@ -14,9 +14,9 @@ const PASSES: usize = 40;
 /// Points of the fit, per coefficient of an output.
 const FIT_POINTS: usize = 2;
 /// Most steps of the fit, those that are refused included.
-const FIT_STEPS: usize = 40;
+const FIT_STEPS: usize = 25;
 /// Relative fall of the sum of squares below which the fit ends.
-const LEAST_GAIN: f64 = 1e-3;
+const LEAST_GAIN: f64 = 3e-3;
 /// Damping of the first step, and the one at which no step is left to try.
 const FIRST_DAMPING: f64 = 1e-6;
 const LAST_DAMPING: f64 = 1e6;
@@ -350,7 +350,7 @@ impl Fit<'_> {
         sum
     }
 
-    /// `J'J` (row-major) and `J'` times the misses, in unknowns relative to their size.
+    /// Lower triangle of `J'J` (row-major) and `J'` times the misses, in unknowns relative to their size.
     fn normal_equations(&mut self, x: &[f64]) -> (Vec<f64>, Vec<f64>) {
         let n = self.unknowns();
         let (mut matrix, mut gradient) = (vec![0.0; n * n], vec![0.0; n]);
@@ -371,10 +371,11 @@ impl Fit<'_> {
                 row.clear();
                 let own = entries.filter_map(|(c, v)| unknown(c).map(|k| (k, w * v * self.sizes[c])));
                 row.extend(own);
-                for &(i, a) in &row {
+                // The lower triangle is all that the factorisation reads.
+                for (k, &(i, a)) in row.iter().enumerate() {
                     gradient[i] += a * miss;
-                    for &(j, b) in &row {
-                        matrix[i * n + j] += a * b;
+                    for &(j, b) in &row[..=k] {
+                        matrix[i.max(j) * n + i.min(j)] += a * b;
                     }
                 }
             };

@@ -93,7 +93,11 @@ fn pvtol_from_rest_to_rest_with_least_effort() {
     let model = Pvtol { coupling: 0.3 };
     let phase = Phase::new("move", model)
         .states(pvtol_states())
-        .controls([Variable::new("thrust", "-").scaled_by(1.0), Variable::new("moment", "-").scaled_by(1.0)])
+        // The attitude follows the thrust, so that it must not vanish.
+        .controls([
+            Variable::new("thrust", "-").within(0.1, 3.0),
+            Variable::new("moment", "-").scaled_by(1.0),
+        ])
         .final_time(Bounds::fixed(5.0))
         .integral(Variable::new("effort", "-"), PvtolEffort);
     let ocp = Ocp::builder("pvtol").phase(phase).minimize_integral("move", "effort").build().unwrap();
