@@ -56,7 +56,7 @@ fn landings(c: &mut Criterion) {
     let systems = [system];
     let mut group = c.benchmark_group("landing");
     group.measurement_time(Duration::from_secs(5));
-    let paper = |placement, presolve| {
+    let paper = |placement| {
         let mut method = Flatness::default();
         method.settings.spline = SplineSettings {
             order: Some(6),
@@ -65,13 +65,11 @@ fn landings(c: &mut Criterion) {
             placement,
             refine: false,
         };
-        method.settings.presolve = presolve;
         method
     };
     let cases = [
-        ("paper", paper(Placement::Uniform, true)),
-        ("paper, from the guess", paper(Placement::Uniform, false)),
-        ("gauss", paper(Placement::Gauss, true)),
+        ("paper", paper(Placement::Uniform)),
+        ("gauss", paper(Placement::Gauss)),
         ("refined", Flatness::default()),
     ];
     for (name, method) in cases {
