@@ -60,8 +60,8 @@ pub mod vector;
 
 pub use dual::Dual;
 pub use hyper_dual::HyperDual;
-pub use model::{Dynamics, PathFunction, VectorFunction};
-pub use node::{NodeFunction, NodePattern, dynamics_node, path_node, vector_node};
+pub use model::{Dynamics, FlatMap, PathFunction, VectorFunction};
+pub use node::{NodeFunction, NodePattern, dynamics_node, flat_node, path_node, vector_node};
 pub use pattern::Dependence;
 pub use scalar::Scalar;
 pub use spline::{BicubicSpline, CubicSpline, SplineError};

@@ -3,7 +3,7 @@
 use std::sync::Arc;
 
 use crate::adjoint::AdjointPlan;
-use crate::model::{Dynamics, PathFunction, VectorFunction};
+use crate::model::{Dynamics, FlatMap, PathFunction, VectorFunction};
 use crate::pattern::MAX_INPUTS;
 use crate::trace::{self, Formula, OpaqueFunction, Trace};
 use crate::{Dependence, Dual, HyperDual, Scalar};
@@ -105,6 +105,27 @@ where
     Arc::new(Node::new(VectorNode::<F, N, M>(function)))
 }
 
+/// Erases a flat map: `z = [y, p, t]` with all derivatives of the first output, then those of the next; outputs states, controls,
+/// residuals.
+///
+/// At most 64 inputs; more do not compile.
+pub fn flat_node<
+    M,
+    const NY: usize,
+    const ND: usize,
+    const NX: usize,
+    const NU: usize,
+    const NR: usize,
+    const NP: usize,
+>(
+    map: Arc<M>,
+) -> Arc<dyn NodeFunction>
+where
+    M: FlatMap<NY, ND, NX, NU, NR, NP> + 'static,
+{
+    Arc::new(Node::new(FlatNode::<M, NY, ND, NX, NU, NR, NP>(map)))
+}
+
 /// A model that takes its inputs one by one from a closure, so that no array of all inputs is needed.
 trait Seeded: Send + Sync {
     const INPUTS: usize;
@@ -162,6 +183,35 @@ where
     fn run<S: Scalar>(&self, input: impl Fn(usize) -> S, output: impl FnMut(usize, S)) {
         let z: [S; N] = std::array::from_fn(input);
         emit(self.0.evaluate(&z), output);
+    }
+}
+
+struct FlatNode<
+    M,
+    const NY: usize,
+    const ND: usize,
+    const NX: usize,
+    const NU: usize,
+    const NR: usize,
+    const NP: usize,
+>(Arc<M>);
+
+impl<M, const NY: usize, const ND: usize, const NX: usize, const NU: usize, const NR: usize, const NP: usize>
+    Seeded for FlatNode<M, NY, ND, NX, NU, NR, NP>
+where
+    M: FlatMap<NY, ND, NX, NU, NR, NP>,
+{
+    const INPUTS: usize = NY * ND + NP + 1;
+    const OUTPUTS: usize = NX + NU + NR;
+
+    #[inline]
+    fn run<S: Scalar>(&self, input: impl Fn(usize) -> S, mut output: impl FnMut(usize, S)) {
+        let y: [[S; ND]; NY] = std::array::from_fn(|i| std::array::from_fn(|d| input(i * ND + d)));
+        let p: [S; NP] = std::array::from_fn(|k| input(NY * ND + k));
+        let (x, u, r) = self.0.evaluate(input(NY * ND + NP), &y, &p);
+        emit(x, &mut output);
+        emit(u, |k, v| output(NX + k, v));
+        emit(r, |k, v| output(NX + NU + k, v));
     }
 }
 

@@ -39,4 +39,56 @@ pub enum BasisError {
         /// The common value.
         value: f64,
     },
+    /// No splines of this order, or not for this purpose.
+    #[error("{what}: order {order} requested, {min} to {max} are allowed")]
+    SplineOrder {
+        /// What was asked for.
+        what: &'static str,
+        /// The order asked for.
+        order: usize,
+        /// Smallest allowed order.
+        min: usize,
+        /// Largest allowed order.
+        max: usize,
+    },
+    /// Too few knots.
+    #[error("B-splines of order {order}: {knots} knots, {min} are needed")]
+    KnotCount {
+        /// Order of the splines.
+        order: usize,
+        /// Number of knots.
+        knots: usize,
+        /// Smallest number, or the one that fits the breaks.
+        min: usize,
+    },
+    /// A knot is NaN, infinite, below the one before it or outside the interval.
+    #[error(
+        "B-splines: knot {index} is {value}, a finite number of at least {least} within the interval is needed"
+    )]
+    Knot {
+        /// Position in the list of knots.
+        index: usize,
+        /// The offending value.
+        value: f64,
+        /// Smallest allowed value.
+        least: f64,
+    },
+    /// A knot occurs too often, or never.
+    #[error("B-splines: knot {value} has multiplicity {multiplicity}, 1 to {max} (the order) are allowed")]
+    Multiplicity {
+        /// The knot.
+        value: f64,
+        /// Its multiplicity.
+        multiplicity: usize,
+        /// Largest allowed multiplicity.
+        max: usize,
+    },
+    /// The coefficients are not whole rows, one per basis function.
+    #[error("B-splines: {found} coefficients, a positive multiple of {rows} is needed")]
+    CoefficientCount {
+        /// Number of coefficients.
+        found: usize,
+        /// Number of basis functions.
+        rows: usize,
+    },
 }

@@ -1,4 +1,4 @@
-//! Quadrature nodes and barycentric interpolation for collocation on `[-1, 1]`.
+//! Quadrature nodes and barycentric interpolation for collocation on `[-1, 1]`, and B-splines.
 //!
 //! A state is a polynomial through `N + 1` support points, its rate is given at `N` collocation points:
 //!
@@ -35,6 +35,7 @@
 //! | [`Lobatto`] | Legendre-Gauss-Lobatto points: both ends included |
 //! | [`Barycentric`] | interpolation and differentiation through arbitrary distinct nodes |
 //! | [`chebyshev_lobatto`], [`clenshaw_curtis`] | Chebyshev extreme points and their quadrature weights |
+//! | [`Bspline`] | B-splines of any order and continuity: derivatives, knot insertion, degree elevation |
 //! | [`legendre`] | a Legendre polynomial and its derivative |
 //!
 //! References: D. Garg et al., *Automatica* 46 (2010) 1843, doi:10.1016/j.automatica.2010.06.048 (Radau
@@ -42,6 +43,7 @@
 //! doi:10.1137/S0036144502417715 (barycentric formulas).
 
 mod barycentric;
+mod bspline;
 mod chebyshev;
 mod double;
 mod error;
@@ -54,6 +56,7 @@ mod radau;
 mod tests;
 
 pub use barycentric::Barycentric;
+pub use bspline::{Bspline, MAX_ORDER};
 pub use chebyshev::{chebyshev_lobatto, clenshaw_curtis};
 pub use error::BasisError;
 pub use gauss::Gauss;

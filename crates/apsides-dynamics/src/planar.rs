@@ -21,6 +21,8 @@ use apsides_ad::{Dynamics, Scalar, vector};
 
 use crate::{Body, Engine, Quantity};
 
+pub mod flat;
+
 /// Distance from the centre of the body.
 pub const RADIUS: Quantity = Quantity::new("radius", "m");
 /// Polar angle travelled.

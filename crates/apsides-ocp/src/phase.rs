@@ -178,6 +178,29 @@ impl Phase {
         function.inputs() > self.states.len() + self.controls.len() + 1
     }
 
+    /// Bounds on start and end time, with those on the duration where one of the times is fixed.
+    #[must_use]
+    pub fn time_bounds(&self) -> (Bounds, Bounds) {
+        let (mut start, mut end) = (self.initial_time, self.final_time);
+        if start.is_fixed() {
+            let t = start.lower;
+            end = end.intersect(&Bounds::new(t + self.duration.lower, t + self.duration.upper));
+        } else if end.is_fixed() {
+            let t = end.lower;
+            start = start.intersect(&Bounds::new(t - self.duration.upper, t - self.duration.lower));
+        }
+        (start, end)
+    }
+
+    /// Whether the bounds on the duration say more than [`time_bounds`](Self::time_bounds).
+    #[must_use]
+    pub fn needs_duration_row(&self) -> bool {
+        let fixed_end = self.initial_time.is_fixed() || self.final_time.is_fixed();
+        let implied = self.duration.lower <= self.final_time.lower - self.initial_time.upper
+            && self.duration.upper >= self.final_time.upper - self.initial_time.lower;
+        !fixed_end && !implied
+    }
+
     pub(crate) fn check(&self, parameters: usize) -> Result<(), OcpError> {
         let place = format!("phase `{}`", self.name);
         let dimension = |what, expected, found| {

@@ -8,7 +8,7 @@
 use std::ops::Range;
 
 use apsides_basis::Lgr;
-use apsides_ocp::{Bounds, Course, EndpointInput, Mesh, Ocp, Phase, PhaseMesh};
+use apsides_ocp::{Bounds, Course, EndpointInput, Mesh, Ocp, PhaseMesh};
 
 use crate::RadauError;
 
@@ -159,7 +159,7 @@ impl Layout {
                 .iter()
                 .map(|q| (q.variable.bounds != Bounds::FREE).then(&mut next_row))
                 .collect();
-            let duration_row = needs_duration_row(phase).then(&mut next_row);
+            let duration_row = phase.needs_duration_row().then(&mut next_row);
             let first_arc_row = (arcs.len() > 1).then(&mut next_row);
             constraints += if arcs.len() > 1 { arcs.len() - 1 } else { 0 };
             let columns = mesh.breaks().iter().zip(initial_time + 1..).filter(|(b, _)| !b.free);
@@ -266,25 +266,4 @@ fn singular(mesh: &PhaseMesh) -> impl Iterator<Item = (usize, usize)> + '_ {
             mesh.arc_intervals(k).filter(several).map(move |interval| (interval, c))
         })
     })
-}
-
-/// With a fixed time at one end the bounds on the duration are bounds on the other time.
-fn needs_duration_row(phase: &Phase) -> bool {
-    let fixed_end = phase.initial_time.is_fixed() || phase.final_time.is_fixed();
-    let implied = phase.duration.lower <= phase.final_time.lower - phase.initial_time.upper
-        && phase.duration.upper >= phase.final_time.upper - phase.initial_time.lower;
-    !fixed_end && !implied
-}
-
-/// Bounds on start and end time, with those on the duration where one of the times is fixed.
-pub(crate) fn time_bounds(phase: &Phase) -> (Bounds, Bounds) {
-    let (mut start, mut end) = (phase.initial_time, phase.final_time);
-    if start.is_fixed() {
-        let t = start.lower;
-        end = end.intersect(&Bounds::new(t + phase.duration.lower, t + phase.duration.upper));
-    } else if end.is_fixed() {
-        let t = end.lower;
-        start = start.intersect(&Bounds::new(t - phase.duration.upper, t - phase.duration.lower));
-    }
-    (start, end)
 }

@@ -15,7 +15,7 @@ use apsides_ocp::{Bounds, Course, Guess, Mesh, Ocp, Scaling, Sense};
 
 use crate::RadauError;
 use crate::endpoint_term::EndpointTerm;
-use crate::layout::{Layout, PhaseLayout, time_bounds};
+use crate::layout::{Layout, PhaseLayout};
 use crate::node_term::{NodeTerm, Target};
 use crate::scales::nlp_scaling;
 use crate::workers::{pool, within};
@@ -299,7 +299,7 @@ impl Nlp for Transcription {
 fn node_terms(ocp: &Ocp, layout: &Layout, sign: f64, movable: bool) -> Vec<NodeTerm> {
     let mut terms = Vec::new();
     for (k, (phase, p)) in ocp.phases.iter().zip(&layout.phases).enumerate() {
-        let (start, end) = time_bounds(phase);
+        let (start, end) = phase.time_bounds();
         let mut add = |function: &std::sync::Arc<dyn apsides_ad::NodeFunction>,
                        is_rate,
                        target: &dyn Fn(usize) -> Target,
@@ -429,7 +429,7 @@ fn variable_bounds(ocp: &Ocp, layout: &Layout, start: &[f64]) -> (Vec<f64>, Vec<
                 }
             }
         }
-        let (start, end) = time_bounds(phase);
+        let (start, end) = phase.time_bounds();
         set(p.initial_time, start);
         set(p.final_time, end);
     }

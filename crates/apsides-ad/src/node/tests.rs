@@ -228,3 +228,28 @@ fn a_closure_has_no_adjoint_plan() {
     node.hessian(&[2.0], &[0.5], &mut h);
     assert_eq!(h, [6.0]);
 }
+
+/// Two outputs with two derivatives each, one parameter: `x = y0 + t`, `u = y0' y1''`, residual `p y1'`.
+struct Flat;
+
+impl crate::FlatMap<2, 3, 1, 1, 1, 1> for Flat {
+    fn evaluate<S: Scalar>(&self, t: S, y: &[[S; 3]; 2], p: &[S; 1]) -> ([S; 1], [S; 1], [S; 1]) {
+        ([y[0][0] + t], [y[0][1] * y[1][2]], [p[0] * y[1][1]])
+    }
+
+    fn outputs(&self, t: f64, x: &[f64; 1], _u: &[f64; 1], _p: &[f64; 1]) -> [f64; 2] {
+        [x[0] - t, 0.0]
+    }
+}
+
+#[test]
+fn flat_maps_take_outputs_parameters_and_time() {
+    let node = crate::flat_node(std::sync::Arc::new(Flat));
+    assert_eq!((node.inputs(), node.outputs()), (8, 3));
+    let mut out = [0.0; 3];
+    node.value(&[1.0, 2.0, 3.0, 4.0, 5.0, 6.0, 7.0, 8.0], &mut out);
+    assert_eq!(out, [1.0 + 8.0, 2.0 * 6.0, 7.0 * 5.0]);
+    let entries: Vec<_> = node.pattern().jacobian_entries().collect();
+    assert_eq!(entries, [(0, 0), (0, 7), (1, 1), (1, 5), (2, 4), (2, 6)]);
+    assert_eq!(node.pattern().hessian, [(5, 1), (6, 4)]);
+}

@@ -137,3 +137,37 @@ fn impossible_parameters_are_refused() {
     assert_eq!(e.to_string(), "thrust is -5 N, allowed is a positive finite number");
     assert!(Body::MOON.circular_speed(-2e6).is_err());
 }
+
+/// Second derivatives of the outputs from the equations of motion give back state and control, and no residual.
+#[test]
+fn flat_maps_invert_the_equations_of_motion() {
+    use super::flat::{FlatConstantThrust, FlatVerticalThrust};
+    use apsides_ad::FlatMap;
+
+    let flight = paper();
+    let flat = FlatConstantThrust { flight, ignition: 20.0, mass: 298.0 };
+    let t = 320.0;
+    let m = 298.0 - 300.0 * 0.144_728_748_721_288_6;
+    let thrust = flight.engine.thrust;
+    for beta in [-1.2, 0.4, 2.2, std::f64::consts::PI, 4.0] {
+        let x = [1.745e6, 0.2, 1200.0, -30.0, m];
+        let [r1, phi1, u1, v1, _] = ConstantThrust(flight).rate(t, &x, &[beta], &[]);
+        let jet = [[x[0], r1, v1], [x[1], phi1, (u1 - r1 * phi1) / x[0]]];
+        let (state, [angle], [residual]) = flat.evaluate(t, &jet, &[]);
+        for (a, b) in state.iter().zip(x) {
+            assert!((a - b).abs() < 1e-12 * b.abs(), "{a} {b}");
+        }
+        assert!((angle - beta).abs() < 1e-12 && residual.abs() < 1e-9 * thrust * thrust);
+        assert_eq!(flat.outputs(t, &x, &[beta], &[]), [x[0], x[1]]);
+    }
+    let x = [1.738e6, -50.0, m];
+    let [r1, v1, _] = VerticalThrust(flight).rate(t, &x, &[], &[]);
+    let vertical = FlatVerticalThrust(flat);
+    let (state, [], [residual]) = vertical.evaluate(t, &[[x[0], r1, v1]], &[]);
+    assert!((state[2] - m).abs() < 1e-12 * m && (state[0], state[1]) == (x[0], x[1]));
+    assert!(residual.abs() < 1e-9 * thrust);
+    // Thrust down is no solution.
+    let down = v1 - 2.0 * thrust / m;
+    let (_, [], [residual]) = vertical.evaluate(t, &[[x[0], r1, down]], &[]);
+    assert!((residual + 2.0 * thrust).abs() < 1e-9 * thrust);
+}

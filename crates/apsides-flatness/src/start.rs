@@ -1,0 +1,422 @@
+//! Where a solve starts: splines, times and parameters, from a guess or from an earlier solve.
+
+use apsides_ocp::{Bounds, Guess, Ocp, Phase, PhaseGuess, Scaling};
+
+use crate::curve::PhaseSplines;
+use crate::grid::Grid;
+use crate::layout::Layout;
+use crate::station::Station;
+use crate::{FlatSystem, FlatnessError};
+
+/// Passes of the interpolation; each reduces what a spline of moderate order misses by about a half.
+const PASSES: usize = 40;
+
+/// Points of the fit, per coefficient of an output.
+const FIT_POINTS: usize = 2;
+/// Most steps of the fit, those that are refused included.
+const FIT_STEPS: usize = 25;
+/// Relative fall of the sum of squares below which the fit ends.
+const LEAST_GAIN: f64 = 3e-3;
+/// Damping of the first step, and the one at which no step is left to try.
+const FIRST_DAMPING: f64 = 1e-6;
+const LAST_DAMPING: f64 = 1e6;
+/// Weights of what is known exactly, states fixed at an end and residuals, against states of the guess, one after the other.
+const EXACT_WEIGHTS: [f64; 3] = [1.0, 10.0, 100.0];
+/// Weight of the highest derivatives on normalised time.
+const SMOOTHNESS: f64 = 1e-2;
+/// Weight of the times of the guess.
+const TIME_WEIGHT: f64 = 0.1;
+/// Share of the largest diagonal entry that is added to the diagonal: coefficients that nothing depends on stay.
+const RIDGE: f64 = 1e-12;
+
+/// Values of all unknowns.
+#[derive(Clone, Debug)]
+pub(crate) struct Start {
+    /// Per phase and output.
+    pub(crate) coefficients: Vec<Vec<Vec<f64>>>,
+    /// Start and end time per phase.
+    pub(crate) times: Vec<(f64, f64)>,
+    /// Static parameters.
+    pub(crate) parameters: Vec<f64>,
+}
+
+impl Start {
+    /// Splines through the outputs of a guess.
+    pub(crate) fn from_guess(
+        ocp: &Ocp,
+        systems: &[FlatSystem],
+        grids: &[Grid],
+        guess: &Guess,
+    ) -> Result<Self, FlatnessError> {
+        let times = guess.phases.iter().map(|g| (g.initial_time, g.final_time)).collect();
+        let coefficients = through(ocp, systems, grids, |k, fraction, y| {
+            let (phase, g) = (&ocp.phases[k], &guess.phases[k]);
+            let (mut x, mut u) = (vec![0.0; phase.states.len()], vec![0.0; phase.controls.len()]);
+            g.state(fraction, &mut x);
+            g.control(fraction, &mut u);
+            let t = (1.0 - fraction) * g.initial_time + fraction * g.final_time;
+            systems[k].outputs_at(t, &x, &u, &guess.parameters, y);
+        })?;
+        Ok(Self { coefficients, times, parameters: guess.parameters.clone() })
+    }
+
+    /// The same on other splines.
+    pub(crate) fn on(
+        &self,
+        ocp: &Ocp,
+        systems: &[FlatSystem],
+        grids: &[Grid],
+        curves: &[PhaseSplines],
+    ) -> Result<Self, FlatnessError> {
+        let coefficients = through(ocp, systems, grids, |k, fraction, y| {
+            for ((basis, c), y) in curves[k].bases.iter().zip(&curves[k].coefficients).zip(y) {
+                basis.evaluate(c, 0, fraction, std::slice::from_mut(y));
+            }
+        })?;
+        Ok(Self { coefficients, times: self.times.clone(), parameters: self.parameters.clone() })
+    }
+
+    /// Moves splines and free times so that the states of the flat map, rates of the outputs among them, are close to those of the
+    /// guess, its residuals small all along the phase, and the outputs smooth: least squares, by the method of Levenberg and
+    /// Marquardt.
+    ///
+    /// A guess by straight lines is no trajectory, and far from the residuals the interior-point method often loses its way.
+    pub(crate) fn fit(
+        &mut self,
+        ocp: &Ocp,
+        systems: &[FlatSystem],
+        grids: &[Grid],
+        guess: &Guess,
+        scaling: &Scaling,
+    ) {
+        let layout = Layout::new(ocp, grids);
+        let mut x = self.vector(&layout);
+        let sizes = self.scales(&layout, scaling);
+        for (k, grid) in grids.iter().enumerate() {
+            let p = &layout.phases[k];
+            let count = FIT_POINTS * p.lengths.iter().max().unwrap_or(&1);
+            let fractions = (0..=count).map(|j| j as f64 / count as f64);
+            let mut fit = Fit {
+                stations: fractions.map(|f| Station::new(&systems[k], grid, &layout, k, f)).collect(),
+                targets: Vec::new(),
+                inputs: Vec::new(),
+                exact_weight: 1.0,
+                first: p.outputs[0],
+                lengths: &p.lengths,
+                coefficients: p.lengths.iter().sum(),
+                times: p.own_times().collect(),
+                guess: x.clone(),
+                sizes: &sizes,
+            };
+            fit.aim(&ocp.phases[k], &guess.phases[k], &scaling.phases[k].states, &x);
+            fit.smooth(&systems[k], guess.phases[k].final_time - guess.phases[k].initial_time);
+            // What is known exactly comes into force little by little: ends may bend the outputs a long way.
+            for weight in EXACT_WEIGHTS {
+                fit.exact_weight = weight;
+                fit.solve(&mut x);
+            }
+        }
+        *self = Self::from_vector(&layout, &x);
+    }
+
+    /// The unknowns in the order of the layout.
+    pub(crate) fn vector(&self, layout: &Layout) -> Vec<f64> {
+        let mut x = vec![0.0; layout.variables];
+        for ((p, curves), times) in layout.phases.iter().zip(&self.coefficients).zip(&self.times) {
+            for (&first, c) in p.outputs.iter().zip(curves) {
+                x[first..first + c.len()].copy_from_slice(c);
+            }
+            for (time, value) in [(p.initial_time, times.0), (p.final_time, times.1)] {
+                if let Some(c) = time.column()
+                    && p.own_times().any(|own| own == c)
+                {
+                    x[c] = value;
+                }
+            }
+        }
+        x[layout.first_parameter..].copy_from_slice(&self.parameters);
+        x
+    }
+
+    /// From a vector in the order of the layout.
+    pub(crate) fn from_vector(layout: &Layout, x: &[f64]) -> Self {
+        let curves = layout.phases.iter().map(|p| {
+            p.outputs.iter().zip(&p.lengths).map(|(&first, n)| x[first..first + n].to_vec()).collect()
+        });
+        Self {
+            coefficients: curves.collect(),
+            times: layout.phases.iter().map(|p| (p.initial_time.value(x), p.final_time.value(x))).collect(),
+            parameters: x[layout.first_parameter..].to_vec(),
+        }
+    }
+
+    /// Typical sizes of the unknowns: of coefficients the range of their output, else its size.
+    pub(crate) fn scales(&self, layout: &Layout, scaling: &Scaling) -> Vec<f64> {
+        let mut scales = vec![1.0; layout.variables];
+        for ((p, curves), s) in layout.phases.iter().zip(&self.coefficients).zip(&scaling.phases) {
+            for (&first, c) in p.outputs.iter().zip(curves) {
+                let (least, most) =
+                    c.iter().fold((f64::INFINITY, f64::NEG_INFINITY), |(a, b), v| (a.min(*v), b.max(*v)));
+                let size = least.abs().max(most.abs());
+                let range = most - least;
+                let scale = if range > 1e-6 * size { range } else { size };
+                scales[first..first + c.len()].fill(if scale > 0.0 && scale.is_finite() {
+                    scale
+                } else {
+                    1.0
+                });
+            }
+            for c in p.own_times() {
+                scales[c] = s.time;
+            }
+        }
+        scales[layout.first_parameter..].copy_from_slice(&scaling.parameters);
+        scales
+    }
+}
+
+/// Splines through `outputs(phase, fraction, y)` at their Greville abscissae.
+///
+/// The coefficients begin as the outputs themselves, which keeps straight lines straight, and are corrected by what the spline
+/// misses: the collocation matrix is totally positive with eigenvalues in (0, 1], so that this converges.
+fn through(
+    ocp: &Ocp,
+    systems: &[FlatSystem],
+    grids: &[Grid],
+    outputs: impl Fn(usize, f64, &mut [f64]),
+) -> Result<Vec<Vec<Vec<f64>>>, FlatnessError> {
+    let mut coefficients = Vec::with_capacity(grids.len());
+    for (k, (phase, grid)) in ocp.phases.iter().zip(grids).enumerate() {
+        let mut y = vec![0.0; systems[k].outputs];
+        let mut curves = Vec::with_capacity(y.len());
+        for (i, basis) in grid.bases.iter().enumerate() {
+            let named = |source| FlatnessError::Basis { place: format!("phase `{}`", phase.name), source };
+            let abscissae = basis.greville().map_err(named)?;
+            let mut target = |s: &f64| {
+                outputs(k, *s, &mut y);
+                y[i]
+            };
+            let targets: Vec<f64> = abscissae.iter().map(&mut target).collect();
+            let mut c = targets.clone();
+            for _ in 0..PASSES {
+                let missed = |(s, target): (&f64, &f64)| {
+                    let mut value = [0.0];
+                    basis.evaluate(&c, 0, *s, &mut value);
+                    target - value[0]
+                };
+                let missed: Vec<f64> = abscissae.iter().zip(&targets).map(missed).collect();
+                c.iter_mut().zip(missed).for_each(|(c, m)| *c += m);
+            }
+            curves.push(c);
+        }
+        coefficients.push(curves);
+    }
+    Ok(coefficients)
+}
+
+/// A least-squares problem for the unknowns of one phase.
+struct Fit<'a> {
+    stations: Vec<Station>,
+    /// Per station: wanted value of each state, then of each residual.
+    targets: Vec<Vec<Target>>,
+    /// Inputs of the flat map that shall be small, and their weights.
+    inputs: Vec<(usize, f64)>,
+    /// Weight of what is known exactly, states fixed at an end and residuals, against states of the guess.
+    exact_weight: f64,
+    first: usize,
+    /// Coefficients of each output, and of all.
+    lengths: &'a [usize],
+    coefficients: usize,
+    times: Vec<usize>,
+    guess: Vec<f64>,
+    sizes: &'a [f64],
+}
+
+/// What a quantity shall be.
+struct Target {
+    quantity: usize,
+    value: f64,
+    weight: f64,
+    exact: bool,
+}
+
+impl Target {
+    /// How far it is from that, and by what its derivatives are to be multiplied.
+    fn miss(&self, station: &Station, exact_weight: f64) -> (f64, f64) {
+        let weight = if self.exact { self.weight * exact_weight } else { self.weight };
+        (weight * (station.values[self.quantity] - self.value), weight)
+    }
+}
+
+impl Fit<'_> {
+    /// Number of unknowns.
+    fn unknowns(&self) -> usize {
+        self.coefficients + self.times.len()
+    }
+
+    /// Column of an unknown: coefficients, which stand together, then the phase's own times.
+    fn column(&self, unknown: usize) -> usize {
+        match unknown.checked_sub(self.coefficients) {
+            Some(time) => self.times[time],
+            None => self.first + unknown,
+        }
+    }
+
+    /// Sets the targets: states of the guess, or what is fixed at an end, and residuals of zero relative to their change.
+    fn aim(&mut self, phase: &Phase, guess: &PhaseGuess, scales: &[f64], x: &[f64]) {
+        for station in &mut self.stations {
+            station.set_derivatives(x);
+            let mut wanted = vec![0.0; phase.states.len()];
+            guess.state(station.fraction, &mut wanted);
+            let mut targets = Vec::with_capacity(wanted.len() + station.quantities.residuals);
+            for (q, (state, (value, scale))) in phase.states.iter().zip(wanted.iter().zip(scales)).enumerate()
+            {
+                let stated = match station.fraction {
+                    0.0 => state.initial,
+                    1.0 => state.terminal,
+                    _ => Bounds::FREE,
+                };
+                let exact = stated.is_fixed();
+                let value = if exact { stated.lower } else { *value };
+                targets.push(Target { quantity: q, value, weight: scale.recip(), exact });
+            }
+            for k in 0..station.quantities.residuals {
+                let quantity = station.quantities.residual(k);
+                let changes = station.gradient(quantity).map(|(c, v)| (v * self.sizes[c]).abs());
+                let size = changes.fold(station.values[quantity].abs(), f64::max);
+                let weight = if size > 0.0 && size.is_finite() { size.recip() } else { 0.0 };
+                targets.push(Target { quantity, value: 0.0, weight, exact: true });
+            }
+            self.targets.push(targets);
+        }
+    }
+
+    /// Wants a small highest derivative of each output.
+    fn smooth(&mut self, system: &FlatSystem, duration: f64) {
+        let mut first = self.first;
+        for (i, &d) in system.highest.iter().enumerate() {
+            let weight = SMOOTHNESS * duration.powi(d as i32) / self.sizes[first];
+            self.inputs.push((i * system.jet_rows + d, weight));
+            first += self.lengths[i];
+        }
+    }
+
+    /// Steps of Levenberg and Marquardt (D. Marquardt, *J. SIAM* 11 (1963) 431, doi 10.1137/0111030).
+    fn solve(&mut self, x: &mut Vec<f64>) {
+        let n = self.unknowns();
+        let mut best = self.sum(x);
+        let mut damping = FIRST_DAMPING;
+        let mut normal = self.normal_equations(x);
+        for _ in 0..FIT_STEPS {
+            let mut matrix = normal.0.clone();
+            (0..n).for_each(|i| matrix[i * n + i] *= 1.0 + damping);
+            let Some(step) = cholesky_solve(matrix, normal.1.clone()) else { return };
+            let mut trial = x.clone();
+            for (k, d) in step.iter().enumerate() {
+                let column = self.column(k);
+                trial[column] -= d * self.sizes[column];
+            }
+            let sum = self.sum(&trial);
+            if sum < best {
+                let gain = (best - sum) / best;
+                (best, *x) = (sum, trial);
+                if gain < LEAST_GAIN {
+                    return;
+                }
+                normal = self.normal_equations(x);
+                damping *= 0.1;
+            } else {
+                damping *= 10.0;
+                if damping > LAST_DAMPING {
+                    return;
+                }
+            }
+        }
+    }
+
+    /// Relative changes of the times, which count as a state of its scale at every point of a few.
+    fn time_changes(&self, x: &[f64]) -> impl Iterator<Item = f64> {
+        let change = |c: &usize| TIME_WEIGHT * (x[*c] - self.guess[*c]) / self.sizes[*c];
+        self.times.iter().map(change).collect::<Vec<_>>().into_iter()
+    }
+
+    fn sum(&mut self, x: &[f64]) -> f64 {
+        let mut sum: f64 = self.time_changes(x).map(|c| c * c).sum();
+        for (station, targets) in self.stations.iter_mut().zip(&self.targets) {
+            station.set_values(x);
+            sum += targets.iter().map(|t| t.miss(station, self.exact_weight).0.powi(2)).sum::<f64>();
+            sum += self.inputs.iter().map(|&(k, w)| (w * station.input(k).0).powi(2)).sum::<f64>();
+        }
+        sum
+    }
+
+    /// Lower triangle of `J'J` (row-major) and `J'` times the misses, in unknowns relative to their size.
+    fn normal_equations(&mut self, x: &[f64]) -> (Vec<f64>, Vec<f64>) {
+        let n = self.unknowns();
+        let (mut matrix, mut gradient) = (vec![0.0; n * n], vec![0.0; n]);
+        for (k, change) in self.time_changes(x).enumerate() {
+            let i = self.coefficients + k;
+            gradient[i] += TIME_WEIGHT * change;
+            matrix[i * n + i] += TIME_WEIGHT * TIME_WEIGHT;
+        }
+        let unknown = |column: usize| match column.checked_sub(self.first) {
+            Some(k) if k < self.coefficients => Some(k),
+            _ => self.times.iter().position(|t| *t == column).map(|k| self.coefficients + k),
+        };
+        let mut row = Vec::new();
+        for (station, targets) in self.stations.iter_mut().zip(&self.targets) {
+            station.set_derivatives(x);
+            let station = &*station;
+            let mut add = |miss: f64, w: f64, entries: &mut dyn Iterator<Item = (usize, f64)>| {
+                row.clear();
+                let own = entries.filter_map(|(c, v)| unknown(c).map(|k| (k, w * v * self.sizes[c])));
+                row.extend(own);
+                // The lower triangle is all that the factorisation reads.
+                for (k, &(i, a)) in row.iter().enumerate() {
+                    gradient[i] += a * miss;
+                    for &(j, b) in &row[..=k] {
+                        matrix[i.max(j) * n + i.min(j)] += a * b;
+                    }
+                }
+            };
+            for t in targets {
+                let (miss, weight) = t.miss(station, self.exact_weight);
+                add(miss, weight, &mut station.gradient(t.quantity));
+            }
+            for &(k, weight) in &self.inputs {
+                let (value, mut slopes) = station.input(k);
+                add(weight * value, weight, &mut slopes);
+            }
+        }
+        let largest = (0..n).map(|i| matrix[i * n + i]).fold(0.0, f64::max);
+        (0..n).for_each(|i| matrix[i * n + i] += RIDGE * largest);
+        (matrix, gradient)
+    }
+}
+
+/// Solves a symmetric system; none where the matrix is not positive definite.
+fn cholesky_solve(mut a: Vec<f64>, mut b: Vec<f64>) -> Option<Vec<f64>> {
+    let n = b.len();
+    for j in 0..n {
+        for i in j..n {
+            let sum: f64 = (0..j).map(|k| a[i * n + k] * a[j * n + k]).sum();
+            let rest = a[i * n + j] - sum;
+            if i > j {
+                a[i * n + j] = rest / a[j * n + j];
+            } else if rest > 0.0 {
+                a[j * n + j] = rest.sqrt();
+            } else {
+                return None;
+            }
+        }
+    }
+    for i in 0..n {
+        let sum: f64 = (0..i).map(|k| a[i * n + k] * b[k]).sum();
+        b[i] = (b[i] - sum) / a[i * n + i];
+    }
+    for i in (0..n).rev() {
+        let sum: f64 = (i + 1..n).map(|k| a[k * n + i] * b[k]).sum();
+        b[i] = (b[i] - sum) / a[i * n + i];
+    }
+    Some(b)
+}

@@ -1,0 +1,534 @@
+//! The discretised problem: a nonlinear program in spline coefficients, times and parameters.
+
+use apsides_nlp::{Nlp, Pattern, Scaling as NlpScaling};
+use apsides_ocp::{Bounds, EndpointInput, Ocp, Phase, Scaling, Sense};
+
+use crate::estimate::quadrature;
+use crate::grid::Grid;
+use crate::layout::{Layout, Time};
+use crate::outer::{EndQuantity, EndTerm, StationTerm};
+use crate::redundant;
+use crate::rows::{Active, Row};
+use crate::start::Start;
+use crate::station::Station;
+use crate::{FlatSystem, FlatnessError};
+
+/// A quantity of a station that is a row.
+pub(crate) struct Direct {
+    pub(crate) station: usize,
+    pub(crate) quantity: usize,
+    pub(crate) row: Option<usize>,
+}
+
+/// A problem on splines, as a nonlinear program.
+///
+/// The structure is found once; evaluations write into the caller's slices and allocate nothing after the first.
+pub(crate) struct Transcription {
+    pub(crate) layout: Layout,
+    pub(crate) sign: f64,
+    pub(crate) rows: Vec<Row>,
+    pub(crate) stations: Vec<Station>,
+    pub(crate) direct: Vec<Direct>,
+    pub(crate) terms: Vec<StationTerm>,
+    pub(crate) ends: Vec<EndTerm>,
+    linear_cost: Vec<(EndQuantity, f64)>,
+    /// Stations at start and end of each phase.
+    phase_ends: Vec<(usize, usize)>,
+    lower: Vec<f64>,
+    upper: Vec<f64>,
+    pub(crate) start: Vec<f64>,
+    pub(crate) scaling: NlpScaling,
+    jacobian_pattern: Pattern,
+    hessian_pattern: Pattern,
+    values_at: Vec<f64>,
+    derivatives_at: Vec<f64>,
+}
+
+impl Transcription {
+    /// Discretises a problem whose sizes have been checked.
+    ///
+    /// # Errors
+    /// More equality constraints than variables, or constraints on constants that are not met.
+    pub(crate) fn new(
+        ocp: &Ocp,
+        systems: &[FlatSystem],
+        grids: &[Grid],
+        start: &Start,
+        scaling: &Scaling,
+        active: &[Active],
+    ) -> Result<Self, FlatnessError> {
+        let layout = Layout::new(ocp, grids);
+        let sign = match ocp.objective.sense {
+            Sense::Minimize => 1.0,
+            Sense::Maximize => -1.0,
+        };
+        let (lower, upper) = variable_bounds(ocp, &layout);
+        let x = start.vector(&layout);
+        let x = x.iter().zip(&lower).zip(&upper).map(|((v, l), u)| v.max(*l).min(*u)).collect();
+        let mut nlp = Self {
+            sign,
+            rows: Vec::new(),
+            stations: Vec::new(),
+            direct: Vec::new(),
+            terms: Vec::new(),
+            ends: Vec::new(),
+            linear_cost: Vec::new(),
+            phase_ends: Vec::new(),
+            lower,
+            upper,
+            start: x,
+            scaling: NlpScaling {
+                objective: scaling.objective.unwrap_or(f64::NAN),
+                variables: start.scales(&layout, scaling),
+                constraints: Vec::new(),
+            },
+            jacobian_pattern: Pattern::default(),
+            hessian_pattern: Pattern::default(),
+            values_at: vec![f64::NAN; layout.variables],
+            derivatives_at: vec![f64::NAN; layout.variables],
+            layout,
+        };
+        for (k, phase) in ocp.phases.iter().enumerate() {
+            nlp.add_phase(ocp, phase, k, &systems[k], &grids[k], scaling, &active[k])?;
+        }
+        nlp.add_ends(ocp);
+        nlp.find_patterns();
+        let dropped = redundant::rows(&mut nlp)?;
+        nlp.drop_rows(&dropped);
+        nlp.find_patterns();
+        nlp.check_counts(ocp, systems, grids)?;
+        nlp.complete_scales();
+        Ok(nlp)
+    }
+
+    fn add_row(&mut self, row: Row) -> usize {
+        self.rows.push(row);
+        self.rows.len() - 1
+    }
+
+    fn add_direct(&mut self, station: usize, quantity: usize, row: Row) {
+        let row = Some(self.add_row(row));
+        self.direct.push(Direct { station, quantity, row });
+    }
+
+    fn add_phase(
+        &mut self,
+        ocp: &Ocp,
+        phase: &Phase,
+        index: usize,
+        system: &FlatSystem,
+        grid: &Grid,
+        scaling: &Scaling,
+        active: &Active,
+    ) -> Result<(), FlatnessError> {
+        let first = self.stations.len();
+        let scales = &scaling.phases[index];
+        for fraction in [0.0, 1.0].iter().chain(&grid.points) {
+            self.stations.push(Station::new(system, grid, &self.layout, index, *fraction));
+        }
+        self.phase_ends.push((first, first + 1));
+        let q = self.stations[first].quantities;
+        for (s, &fraction) in (first + 2..).zip(&grid.points) {
+            for k in 0..system.residuals {
+                let name = format!("flat residual {k}");
+                let row = Row::new(Some(phase), name, "", Some(fraction), Bounds::fixed(0.0), f64::NAN);
+                self.add_direct(s, q.residual(k), row);
+            }
+            let inside = fraction > 0.0 && fraction < 1.0;
+            for (k, state) in phase.states.iter().enumerate().filter(|(k, _)| inside && active.states[*k]) {
+                let v = &state.variable;
+                let row = Row::new(
+                    Some(phase),
+                    v.name.clone(),
+                    &v.unit,
+                    Some(fraction),
+                    v.bounds,
+                    scales.states[k],
+                );
+                self.add_direct(s, k, row);
+            }
+            for (k, v) in phase.controls.iter().enumerate().filter(|(k, _)| active.controls[*k]) {
+                let row = Row::new(
+                    Some(phase),
+                    v.name.clone(),
+                    &v.unit,
+                    Some(fraction),
+                    v.bounds,
+                    scales.controls[k],
+                );
+                self.add_direct(s, q.control(k), row);
+            }
+            for (c, active) in phase.path.iter().zip(&active.path) {
+                if !active.contains(&true) {
+                    continue;
+                }
+                let rows = c.rows.iter().zip(active).map(|(v, active)| {
+                    let size = v.size().unwrap_or(f64::NAN);
+                    active.then(|| {
+                        self.add_row(Row::new(
+                            Some(phase),
+                            v.name.clone(),
+                            &v.unit,
+                            Some(fraction),
+                            v.bounds,
+                            size,
+                        ))
+                    })
+                });
+                let rows = rows.collect();
+                self.terms.push(StationTerm::path(&c.function, s, q.inputs(c.function.as_ref()), rows));
+            }
+        }
+        for (station, end, fraction) in [(first, "start", 0.0), (first + 1, "end", 1.0)] {
+            for (k, state) in phase.states.iter().enumerate() {
+                let stated = if fraction == 0.0 { state.initial } else { state.terminal };
+                let along = if active.states[k] { state.variable.bounds } else { Bounds::FREE };
+                let bounds = stated.intersect(&along);
+                if bounds != Bounds::FREE {
+                    let name = format!("{} at the {end}", state.variable.name);
+                    let unit = &state.variable.unit;
+                    let row = Row::new(Some(phase), name, unit, Some(fraction), bounds, scales.states[k]);
+                    self.add_direct(station, k, row);
+                }
+            }
+        }
+        if phase.needs_duration_row() {
+            let row =
+                Row::new(Some(phase), "duration".into(), &phase.time_unit, None, phase.duration, scales.time);
+            self.add_direct(first, q.duration(), row);
+        }
+        self.add_integrals(ocp, phase, index, system, grid)
+    }
+
+    /// Integrals by a Gauss rule in each segment.
+    fn add_integrals(
+        &mut self,
+        ocp: &Ocp,
+        phase: &Phase,
+        index: usize,
+        system: &FlatSystem,
+        grid: &Grid,
+    ) -> Result<(), FlatnessError> {
+        let mut wanted = Vec::new();
+        for (k, integral) in phase.integrals.iter().enumerate() {
+            let shares = ocp.objective.integrals.iter().filter(|w| (w.0, w.1) == (index, k));
+            let cost = self.sign * shares.map(|w| w.2).sum::<f64>();
+            let v = &integral.variable;
+            let row = (v.bounds != Bounds::FREE).then(|| {
+                let size = v.size().unwrap_or(f64::NAN);
+                self.add_row(Row::new(Some(phase), v.name.clone(), &v.unit, None, v.bounds, size))
+            });
+            if row.is_some() || cost != 0.0 {
+                wanted.push((integral, row, cost));
+            }
+        }
+        if wanted.is_empty() {
+            return Ok(());
+        }
+        let named = |source| FlatnessError::Basis { place: format!("phase `{}`", phase.name), source };
+        let rule = quadrature(grid.order()).map_err(named)?;
+        for segment in grid.breaks.windows(2) {
+            let half = 0.5 * (segment[1] - segment[0]);
+            for (node, weight) in rule.nodes().iter().zip(rule.weights()) {
+                let fraction = segment[0] + half * (node + 1.0);
+                let station = Station::new(system, grid, &self.layout, index, fraction);
+                for &(integral, row, cost) in &wanted {
+                    let f = &integral.function;
+                    let inputs = station.quantities.inputs(f.as_ref());
+                    let s = self.stations.len();
+                    self.terms.push(StationTerm::integrand(f, s, inputs, half * weight, row, cost));
+                }
+                self.stations.push(station);
+            }
+        }
+        Ok(())
+    }
+
+    fn add_ends(&mut self, ocp: &Ocp) {
+        for c in &ocp.constraints {
+            let rows = c.rows.iter().map(|v| {
+                let name = format!("{}: {}", c.name, v.name);
+                let row = Row::new(None, name, &v.unit, None, v.bounds, v.size().unwrap_or(f64::NAN));
+                (v.bounds != Bounds::FREE).then(|| self.add_row(row))
+            });
+            let rows = rows.collect();
+            let inputs = c.inputs.iter().map(|i| self.end_quantity(*i)).collect();
+            self.ends.push(EndTerm::new(&c.function, inputs, rows, 0.0));
+        }
+        for (inputs, f) in &ocp.objective.functions {
+            let inputs = inputs.iter().map(|i| self.end_quantity(*i)).collect();
+            self.ends.push(EndTerm::new(f, inputs, vec![None], self.sign));
+        }
+        let linear = ocp.objective.linear.iter();
+        self.linear_cost = linear.map(|&(input, w)| (self.end_quantity(input), self.sign * w)).collect();
+    }
+
+    fn end_quantity(&self, input: EndpointInput) -> EndQuantity {
+        let time = |t: Time| match t {
+            Time::Column(c) => EndQuantity::Column(c),
+            Time::Fixed(t) => EndQuantity::Constant(t),
+        };
+        match input {
+            EndpointInput::InitialTime { phase } => time(self.layout.phases[phase].initial_time),
+            EndpointInput::FinalTime { phase } => time(self.layout.phases[phase].final_time),
+            EndpointInput::InitialState { phase, state } => EndQuantity::At(self.phase_ends[phase].0, state),
+            EndpointInput::FinalState { phase, state } => EndQuantity::At(self.phase_ends[phase].1, state),
+            EndpointInput::Parameter { index } => EndQuantity::Column(self.layout.first_parameter + index),
+        }
+    }
+
+    fn find_patterns(&mut self) {
+        let mut jacobian = Vec::new();
+        for d in self.direct.iter().filter_map(|d| d.row.map(|r| (r, d))) {
+            jacobian.extend(self.stations[d.1.station].gradient(d.1.quantity).map(|(c, _)| (d.0, c)));
+        }
+        for t in &self.terms {
+            t.each_jacobian(&self.stations[t.station], |r, c, _| jacobian.push((r, c)));
+        }
+        for t in &self.ends {
+            t.each_jacobian(&self.stations, |r, c, _| jacobian.push((r, c)));
+        }
+        let multipliers = vec![0.0; self.rows.len()];
+        let mut hessian = Vec::new();
+        for t in &mut self.ends {
+            t.each_hessian(&mut self.stations, 0.0, &multipliers, |i, j, _| hessian.push((i, j)));
+        }
+        for s in &self.stations {
+            hessian.extend(s.hessian_positions());
+        }
+        self.jacobian_pattern = Pattern::from_pairs(jacobian);
+        self.hessian_pattern = Pattern::from_pairs(hessian);
+        self.values_at.fill(f64::NAN);
+        self.derivatives_at.fill(f64::NAN);
+    }
+
+    /// Takes rows away; what is left moves up.
+    fn drop_rows(&mut self, dropped: &[bool]) {
+        let mut next = 0;
+        let moved: Vec<Option<usize>> = dropped
+            .iter()
+            .map(|d| {
+                next += usize::from(!d);
+                (!d).then(|| next - 1)
+            })
+            .collect();
+        let follow = |row: &mut Option<usize>| *row = row.and_then(|r| moved[r]);
+        self.direct.iter_mut().for_each(|d| follow(&mut d.row));
+        self.terms.iter_mut().flat_map(|t| &mut t.evaluated.rows).for_each(follow);
+        self.ends.iter_mut().flat_map(|t| &mut t.evaluated.rows).for_each(follow);
+        let mut keep = dropped.iter().map(|d| !d);
+        self.rows.retain(|_| keep.next().unwrap_or(true));
+    }
+
+    fn check_counts(&self, ocp: &Ocp, systems: &[FlatSystem], grids: &[Grid]) -> Result<(), FlatnessError> {
+        let equalities = self.rows.iter().filter(|r| r.bounds.is_fixed()).count();
+        let variables = self.lower.iter().zip(&self.upper).filter(|(l, u)| l < u).count();
+        if equalities <= variables {
+            return Ok(());
+        }
+        let share = |k: &usize| systems[*k].residuals * grids[*k].points.len();
+        let most = (0..grids.len()).max_by_key(share).unwrap_or(0);
+        let per_point = systems[most].residuals.max(1);
+        let points = grids[most].points.len();
+        Err(FlatnessError::TooManyConstraints {
+            place: format!("phase `{}`", ocp.phases[most].name),
+            points,
+            equalities,
+            variables,
+            least: grids[most].least,
+            most: points.saturating_sub((equalities - variables).div_ceil(per_point)),
+        })
+    }
+
+    /// Scales that the statement leaves open: of a constraint its largest change when every variable moves by its scale from the
+    /// start, of the objective its value there.
+    fn complete_scales(&mut self) {
+        let start = self.start.clone();
+        let mut entries = vec![0.0; self.jacobian_pattern.len()];
+        self.jacobian(&start, &mut entries);
+        let mut changes = vec![0.0_f64; self.rows.len()];
+        let pattern = &self.jacobian_pattern;
+        for ((&r, &c), v) in pattern.rows.iter().zip(&pattern.cols).zip(&entries) {
+            changes[r] = changes[r].max(v.abs() * self.scaling.variables[c]);
+        }
+        let usable = |v: f64| if v > 0.0 && v.is_finite() { v } else { 1.0 };
+        let stated = self.rows.iter().map(|r| r.scale).zip(changes);
+        self.scaling.constraints = stated.map(|(s, c)| if s.is_nan() { usable(c) } else { s }).collect();
+        if self.scaling.objective.is_nan() {
+            let size = self.objective(&start).abs();
+            let mut gradient = vec![0.0; self.layout.variables];
+            self.gradient(&start, &mut gradient);
+            let change = gradient.iter().zip(&self.scaling.variables).map(|(g, s)| g.abs() * s).sum();
+            // One coefficient alone moves the derivatives of an output far: what the objective is says more than its changes.
+            self.scaling.objective = if size > 0.0 && size.is_finite() { size } else { usable(change) };
+        }
+    }
+
+    fn set_values(&mut self, x: &[f64]) {
+        if self.values_at != x {
+            self.stations.iter_mut().for_each(|s| s.set_values(x));
+            self.values_at.copy_from_slice(x);
+        }
+    }
+
+    fn set_derivatives(&mut self, x: &[f64]) {
+        if self.derivatives_at != x || self.values_at != x {
+            self.stations.iter_mut().for_each(|s| s.set_derivatives(x));
+            self.terms.iter_mut().for_each(|t| t.refresh(&self.stations[t.station]));
+            self.ends.iter_mut().for_each(|t| t.refresh(&self.stations, x));
+            self.values_at.copy_from_slice(x);
+            self.derivatives_at.copy_from_slice(x);
+        }
+    }
+}
+
+impl Nlp for Transcription {
+    fn variables(&self) -> usize {
+        self.layout.variables
+    }
+
+    fn constraints(&self) -> usize {
+        self.rows.len()
+    }
+
+    fn variable_bounds(&self, lower: &mut [f64], upper: &mut [f64]) {
+        lower.copy_from_slice(&self.lower);
+        upper.copy_from_slice(&self.upper);
+    }
+
+    fn constraint_bounds(&self, lower: &mut [f64], upper: &mut [f64]) {
+        for ((l, u), row) in lower.iter_mut().zip(upper).zip(&self.rows) {
+            (*l, *u) = (row.bounds.lower, row.bounds.upper);
+        }
+    }
+
+    fn initial_point(&self, x: &mut [f64]) {
+        x.copy_from_slice(&self.start);
+    }
+
+    fn jacobian_pattern(&self) -> Pattern {
+        self.jacobian_pattern.clone()
+    }
+
+    fn hessian_pattern(&self) -> Pattern {
+        self.hessian_pattern.clone()
+    }
+
+    fn objective(&mut self, x: &[f64]) -> f64 {
+        self.set_values(x);
+        let linear: f64 = self.linear_cost.iter().map(|(q, w)| w * q.value(&self.stations, x)).sum();
+        let terms = self.terms.iter_mut().filter(|t| t.has_cost());
+        let integrals: f64 = terms.map(|t| t.add_values(&self.stations[t.station], &mut [])).sum();
+        let ends = self.ends.iter_mut().filter(|t| t.has_cost());
+        let ends: f64 = ends.map(|t| t.add_values(&self.stations, x, &mut [])).sum();
+        linear + integrals + ends
+    }
+
+    fn gradient(&mut self, x: &[f64], gradient: &mut [f64]) {
+        self.set_derivatives(x);
+        gradient.fill(0.0);
+        for (q, w) in &self.linear_cost {
+            q.each(&self.stations, |c, v| gradient[c] += w * v);
+        }
+        for t in self.terms.iter().filter(|t| t.has_cost()) {
+            t.add_gradient(&self.stations[t.station], gradient);
+        }
+        for t in self.ends.iter().filter(|t| t.has_cost()) {
+            t.add_gradient(&self.stations, gradient);
+        }
+    }
+
+    fn constraint_values(&mut self, x: &[f64], values: &mut [f64]) {
+        self.set_values(x);
+        values.fill(0.0);
+        for d in &self.direct {
+            if let Some(r) = d.row {
+                values[r] = self.stations[d.station].values[d.quantity];
+            }
+        }
+        for t in &mut self.terms {
+            t.add_values(&self.stations[t.station], values);
+        }
+        for t in &mut self.ends {
+            t.add_values(&self.stations, x, values);
+        }
+    }
+
+    fn jacobian(&mut self, x: &[f64], values: &mut [f64]) {
+        self.set_derivatives(x);
+        let mut next = values.iter_mut();
+        // As many entries as the pattern has.
+        let mut push = |v| {
+            if let Some(entry) = next.next() {
+                *entry = v;
+            }
+        };
+        for d in self.direct.iter().filter(|d| d.row.is_some()) {
+            self.stations[d.station].gradient(d.quantity).for_each(|(_, v)| push(v));
+        }
+        for t in &self.terms {
+            t.each_jacobian(&self.stations[t.station], |_, _, v| push(v));
+        }
+        for t in &self.ends {
+            t.each_jacobian(&self.stations, |_, _, v| push(v));
+        }
+    }
+
+    fn hessian(&mut self, x: &[f64], objective_factor: f64, multipliers: &[f64], values: &mut [f64]) {
+        self.set_derivatives(x);
+        self.stations.iter_mut().for_each(Station::clear);
+        for d in &self.direct {
+            if let Some(r) = d.row {
+                self.stations[d.station].add_weight(d.quantity, multipliers[r]);
+            }
+        }
+        for &(q, w) in &self.linear_cost {
+            if let EndQuantity::At(s, q) = q {
+                self.stations[s].add_weight(q, objective_factor * w);
+            }
+        }
+        for t in &mut self.terms {
+            t.add_curvature(&mut self.stations[t.station], objective_factor, multipliers);
+        }
+        let mut used = 0;
+        for t in &mut self.ends {
+            t.each_hessian(&mut self.stations, objective_factor, multipliers, |_, _, v| {
+                values[used] = v;
+                used += 1;
+            });
+        }
+        let mut rest = &mut values[used..];
+        for s in &mut self.stations {
+            rest = s.hessian(rest);
+        }
+    }
+
+    fn scaling(&self) -> Option<NlpScaling> {
+        Some(self.scaling.clone())
+    }
+}
+
+fn variable_bounds(ocp: &Ocp, layout: &Layout) -> (Vec<f64>, Vec<f64>) {
+    let mut lower = vec![f64::NEG_INFINITY; layout.variables];
+    let mut upper = vec![f64::INFINITY; layout.variables];
+    // Both phases bound a time that they share.
+    let mut set = |column: usize, b: Bounds| {
+        lower[column] = b.lower.max(lower[column]);
+        upper[column] = b.upper.min(upper[column]);
+    };
+    for (phase, p) in ocp.phases.iter().zip(&layout.phases) {
+        let (start, end) = phase.time_bounds();
+        for (time, bounds) in [(p.initial_time, start), (p.final_time, end)] {
+            if let Time::Column(c) = time {
+                set(c, bounds);
+            }
+        }
+    }
+    for (k, v) in ocp.parameters.iter().enumerate() {
+        set(layout.first_parameter + k, v.bounds);
+    }
+    (lower, upper)
+}
+
+#[cfg(test)]
+mod tests;
