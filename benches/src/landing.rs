@@ -49,7 +49,7 @@ impl Landing {
     /// When the mission that comes with the program is not there or cannot be posed.
     pub fn pose() -> Result<Self, Failure> {
         let mission = Mission::load(MISSION, &[])?;
-        let Posed { ocp, guess } = mission.pose()?;
+        let Posed { ocp, guess, .. } = mission.pose()?;
         Ok(Self { mission_file: mission.to_file(), ocp, guess })
     }
 

@@ -34,6 +34,9 @@ pub(crate) fn solve(a: &SolveArguments) -> Result<Exit, Refusal> {
         // Before the work, not after it.
         probe_directory(dir)?;
     }
+    if a.sensitivity {
+        mission.check_prices().map_err(refusal)?;
+    }
     if a.explain {
         explain_guess(&mission)?;
     }

@@ -45,6 +45,9 @@ pub(crate) fn outcome(o: &Outcome) -> String {
     for warning in &s.warnings {
         text += &format!("warning: {warning}\n");
     }
+    for switch in &s.switches {
+        text += &format!("switch: {switch}\n");
+    }
     text += &format!("\n{} = {} {}\n", s.objective.name, s.objective.value, s.objective.unit);
     let width = s.results.keys().map(String::len).max().unwrap_or(0);
     for (key, value) in &s.results {

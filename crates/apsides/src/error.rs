@@ -2,6 +2,7 @@
 
 use std::path::PathBuf;
 
+use apsides_flatness::FlatnessError;
 use apsides_ocp::OcpError;
 use apsides_radau::RadauError;
 use apsides_verify::VerifyError;
@@ -71,9 +72,12 @@ pub enum Error {
     /// The problem is refused.
     #[error(transparent)]
     Problem(#[from] OcpError),
-    /// The method refuses the request.
+    /// Collocation refuses the request.
     #[error(transparent)]
-    Method(#[from] RadauError),
+    Radau(#[from] RadauError),
+    /// The method of flat outputs refuses the request.
+    #[error(transparent)]
+    Flatness(#[from] FlatnessError),
     /// The trajectory cannot be verified because it does not fit the problem.
     #[error(transparent)]
     Verify(#[from] VerifyError),

@@ -77,6 +77,8 @@ pub enum KeyKind {
     Count(u32, u32, u32),
     /// One of several words, the first being the default.
     Choice(&'static [&'static str]),
+    /// True or false, with its default.
+    Flag(bool),
 }
 
 /// One key of a mission file.
@@ -115,6 +117,12 @@ impl Key {
         Self { path, meaning, kind: KeyKind::Choice(words) }
     }
 
+    /// True or false.
+    #[must_use]
+    pub const fn flag(path: &'static str, default: bool, meaning: &'static str) -> Self {
+        Self { path, meaning, kind: KeyKind::Flag(default) }
+    }
+
     /// Allowed values in words.
     #[must_use]
     pub fn allowed(&self) -> String {
@@ -124,6 +132,7 @@ impl Key {
             KeyKind::Choice(words) => {
                 words.iter().map(|w| format!("\"{w}\"")).collect::<Vec<_>>().join(" or ")
             }
+            KeyKind::Flag(_) => "true or false".into(),
         }
     }
 
@@ -132,6 +141,7 @@ impl Key {
             KeyKind::Number(v, _) => Value::Number(v),
             KeyKind::Count(v, ..) => Value::Number(f64::from(v)),
             KeyKind::Choice(words) => Value::Word(words[0].to_owned()),
+            KeyKind::Flag(v) => Value::Flag(v),
         }
     }
 
@@ -142,6 +152,7 @@ impl Key {
                 v.fract() == 0.0 && Range::closed(f64::from(*least), f64::from(*most)).contains(*v)
             }
             (KeyKind::Choice(words), Value::Word(w)) => words.contains(&w.as_str()),
+            (KeyKind::Flag(_), Value::Flag(_)) => true,
             _ => false,
         };
         if fits {
@@ -163,6 +174,8 @@ pub enum Value {
     Number(f64),
     /// A word.
     Word(String),
+    /// True or false.
+    Flag(bool),
     /// Anything that no key takes, described in words.
     Other(String),
 }
@@ -172,6 +185,7 @@ impl std::fmt::Display for Value {
         match self {
             Self::Number(v) => write!(f, "{v}"),
             Self::Word(w) => write!(f, "\"{w}\""),
+            Self::Flag(v) => write!(f, "{v}"),
             Self::Other(what) => f.write_str(what),
         }
     }
@@ -202,6 +216,11 @@ impl Values {
             Some(Value::Word(w)) => w,
             _ => "",
         }
+    }
+
+    /// Whether the flag of a key that the mission declares as one is set.
+    pub(crate) fn flag(&self, path: &str) -> bool {
+        self.0.get(path) == Some(&Value::Flag(true))
     }
 
     /// Every key and its value, by key.

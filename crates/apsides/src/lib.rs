@@ -28,6 +28,7 @@
 
 pub mod error;
 pub mod key;
+pub(crate) mod method;
 pub mod mission_file;
 pub mod missions;
 pub mod outcome;
@@ -38,6 +39,7 @@ pub mod sweep;
 pub use apsides_ad as ad;
 pub use apsides_basis as basis;
 pub use apsides_dynamics as dynamics;
+pub use apsides_flatness as flatness;
 pub use apsides_nlp as nlp;
 pub use apsides_ocp as ocp;
 pub use apsides_ode as ode;

@@ -209,6 +209,7 @@ fn scalar(value: &Spanned<DeValue<'_>>) -> Value {
             number(i.as_str()).unwrap_or_else(|_| Value::Other(i.as_str().into()))
         }
         DeValue::String(s) => Value::Word(s.to_string()),
+        DeValue::Boolean(v) => Value::Flag(*v),
         other => Value::Other(format!("a value of type {}", other.type_str())),
     }
 }

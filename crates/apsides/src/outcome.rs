@@ -68,6 +68,9 @@ pub struct Summary {
     /// Scales of the statement that do not fit, one sentence each.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub warnings: Vec<String>,
+    /// Switches along the trajectory, one sentence each.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub switches: Vec<String>,
     /// Prices of the keys, when they were asked for.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub sensitivity: Option<Vec<Price>>,

@@ -5,11 +5,12 @@ use std::time::Instant;
 
 use apsides_nlp::{Observer, Status};
 use apsides_ocp::{Guess, Mesh, Ocp, Trajectory};
-use apsides_radau::{Explanation, Radau, RadauSettings, RadauSolution, Unmet};
+use apsides_radau::{Explanation, Unmet};
 use apsides_verify::{Certificate, Verification, VerifySettings, verify};
 
+use crate::method::Solution;
 use crate::missions::Posed;
-use crate::{Counters, Error, Mission, ObjectiveValue, Outcome, Summary, Timing};
+use crate::{Error, Mission, ObjectiveValue, Outcome, Summary, Timing};
 
 impl Mission {
     /// The problem and a start.
@@ -46,34 +47,34 @@ impl Mission {
     /// When the request is ill-posed. A mission that cannot be flown ends with a status and an explanation.
     pub fn solve(&self, start: Option<&Trajectory>, observer: &mut dyn Observer) -> Result<Outcome, Error> {
         let begin = Instant::now();
-        let Posed { ocp, guess } = self.pose()?;
-        let (guess, mesh) = match start {
-            Some(t) => {
-                let mesh = Mesh { phases: t.phases.iter().map(|p| p.mesh.clone()).collect() };
-                (Guess::earlier(t), mesh)
-            }
-            None => {
-                let mesh = self.first_mesh(&ocp)?;
-                (guess, mesh)
-            }
-        };
-        let method = Radau { settings: self.radau_settings() };
+        let posed = self.pose()?;
         let build = milliseconds(begin);
         let begin = Instant::now();
-        let first_mesh = mesh.clone();
-        let solution = method.solve_on(&ocp, &guess, mesh, observer)?;
+        let solution = self.solve_by_method(&posed, start, observer)?;
         let solve = milliseconds(begin);
         let begin = Instant::now();
         let Verification { certificate, .. } =
-            verify(&ocp, &solution.trajectory, &VerifySettings::default())?;
+            verify(&posed.ocp, &solution.trajectory, &VerifySettings::default())?;
         let timing_ms = Timing { build, solve, verify: milliseconds(begin) };
         let conflict = match solution.status {
-            Status::Infeasible | Status::RestorationFailed => {
-                Some(conflict(&method, &ocp, &solution, &guess, &first_mesh)?)
-            }
+            Status::Infeasible | Status::RestorationFailed => Some(self.conflict(&posed, &solution)?),
             _ => None,
         };
-        Ok(self.outcome(ocp, solution, conflict.as_ref(), certificate, timing_ms))
+        Ok(self.outcome(posed.ocp, solution, conflict.as_ref(), certificate, timing_ms))
+    }
+
+    /// What conflicts and what to relax: from the best trajectory reached, else from the guess.
+    fn conflict(&self, posed: &Posed, solution: &Solution) -> Result<Explanation, Error> {
+        let method = self.radau();
+        let phases = &solution.trajectory.phases;
+        if phases.iter().all(|p| p.costate.is_some()) {
+            let reached = Mesh { phases: phases.iter().map(|p| p.mesh.clone()).collect() };
+            let found = method.explain(&posed.ocp, &Guess::earlier(&solution.trajectory), &reached)?;
+            if found.status.is_success() {
+                return Ok(found);
+            }
+        }
+        Ok(method.explain(&posed.ocp, &posed.guess, &self.first_mesh(&posed.ocp)?)?)
     }
 
     /// The largest residuals of the mission's own guess before the first iteration, by name, at most `most`.
@@ -81,59 +82,35 @@ impl Mission {
     /// # Errors
     /// When the values do not make a problem.
     pub fn guess_residuals(&self, most: usize) -> Result<Vec<Unmet>, Error> {
-        let Posed { ocp, guess } = self.pose()?;
-        let method = Radau { settings: self.radau_settings() };
-        Ok(method.guess_residuals(&ocp, &guess, &self.first_mesh(&ocp)?, most)?)
-    }
-
-    fn first_mesh(&self, ocp: &Ocp) -> Result<Mesh, Error> {
-        let (intervals, points) = (self.values.count("radau.intervals"), self.values.count("radau.points"));
-        Ok(Mesh::uniform(ocp, intervals, points)?)
-    }
-
-    pub(crate) fn radau_settings(&self) -> RadauSettings {
-        let mut settings = RadauSettings {
-            mesh_tolerance: self.values.number("radau.mesh_tolerance"),
-            max_meshes: self.values.count("radau.max_meshes"),
-            threads: self.threads,
-            ..RadauSettings::default()
-        };
-        settings.nlp.tolerance = self.values.number("radau.nlp_tolerance");
-        settings
+        let Posed { ocp, guess, .. } = self.pose()?;
+        Ok(self.radau().guess_residuals(&ocp, &guess, &self.first_mesh(&ocp)?, most)?)
     }
 
     fn outcome(
         &self,
         ocp: Ocp,
-        solution: RadauSolution,
+        solution: Solution,
         conflict: Option<&Explanation>,
         certificate: Certificate,
         timing_ms: Timing,
     ) -> Outcome {
-        let last = solution.meshes.last();
-        let counters = Counters {
-            iterations: solution.meshes.iter().map(|m| m.iterations).sum(),
-            factorisations: solution.meshes.iter().map(|m| m.factorisations).sum(),
-            variables: last.map_or(0, |m| m.variables),
-            constraints: last.map_or(0, |m| m.constraints),
-            mesh_iterations: solution.meshes.len(),
-        };
         let objective = ObjectiveValue {
             name: ocp.objective.name.clone(),
             value: solution.trajectory.objective,
             unit: ocp.objective.unit.clone(),
         };
-        let explanation = explain(&solution, conflict, self);
+        let explanation = explain(&solution, conflict);
         let summary = Summary {
             mission: self.name().into(),
             method: self.values.word("method").into(),
             status: status_word(&solution).into(),
             objective,
             results: self.results(&solution.trajectory),
-            counters,
+            counters: solution.counters,
             timing_ms,
             certificate,
-            warnings: solution.warnings.iter().map(ToString::to_string).collect(),
+            warnings: solution.warnings,
+            switches: solution.switches,
             sensitivity: None,
         };
         Outcome {
@@ -154,7 +131,7 @@ fn milliseconds(begin: Instant) -> f64 {
 }
 
 /// The word for scripts.
-fn status_word(solution: &RadauSolution) -> &'static str {
+fn status_word(solution: &Solution) -> &'static str {
     match solution.status {
         Status::Optimal if solution.accurate => "optimal",
         Status::Acceptable if solution.accurate => "acceptable",
@@ -170,33 +147,11 @@ fn status_word(solution: &RadauSolution) -> &'static str {
     }
 }
 
-/// What conflicts and what to relax: from the best trajectory reached, else from the guess.
-fn conflict(
-    method: &Radau,
-    ocp: &Ocp,
-    solution: &RadauSolution,
-    guess: &Guess,
-    mesh: &Mesh,
-) -> Result<Explanation, Error> {
-    let reached = Mesh { phases: solution.trajectory.phases.iter().map(|p| p.mesh.clone()).collect() };
-    let found = method.explain(ocp, &Guess::earlier(&solution.trajectory), &reached)?;
-    if found.status.is_success() {
-        return Ok(found);
-    }
-    Ok(method.explain(ocp, guess, mesh)?)
-}
-
 /// What is missing, in the user's units.
-fn explain(solution: &RadauSolution, conflict: Option<&Explanation>, mission: &Mission) -> Option<String> {
+fn explain(solution: &Solution, conflict: Option<&Explanation>) -> Option<String> {
     if solution.status.is_success() {
-        if solution.accurate {
-            return None;
-        }
-        let error = solution.meshes.last().map_or(f64::NAN, |m| m.error);
-        return Some(format!(
-            "the error between the points is {error:.1e}, above `radau.mesh_tolerance` = {:.1e}; raise `radau.max_meshes`",
-            mission.values.number("radau.mesh_tolerance")
-        ));
+        let Solution { accurate, error, remedy, .. } = solution;
+        return (!accurate).then(|| format!("the error between the points is {error:.1e}, {remedy}"));
     }
     let mut text = format!("{}", solution.status);
     match (conflict.filter(|c| c.status.is_success()), &solution.unmet) {

@@ -16,7 +16,7 @@ use serde::{Deserialize, Serialize};
 
 use crate::key::{Key, KeyKind, Value, unit_of};
 use crate::mission_file::suggestion;
-use crate::{Error, Mission, Outcome};
+use crate::{Error, Mission, Outcome, method};
 
 /// Half the width of a difference relative to the value, near the cube root of the rounding error.
 const RELATIVE_STEP: f64 = 1e-5;
@@ -54,11 +54,26 @@ impl Mission {
     /// An outcome that is not a solution of this mission's kind, a key without a price.
     pub fn sensitivities(&self, outcome: &Outcome, keys: &[&str]) -> Result<Vec<Price>, Error> {
         let keys = keys.iter().map(|path| self.priced_key(path)).collect::<Result<Vec<_>, _>>()?;
+        self.check_prices()?;
         let Some(report) = outcome.report.as_ref().filter(|report| report.status.is_success()) else {
             return Err(conflict(format!("the mission is not solved ({})", outcome.summary.status)));
         };
         let mut solution = Solution::new(self, outcome, report)?;
         keys.into_iter().map(|key| solution.price(key)).collect()
+    }
+
+    /// Whether a solution of this mission can have prices.
+    ///
+    /// # Errors
+    /// When its method gives none.
+    pub fn check_prices(&self) -> Result<(), Error> {
+        match self.values.word("method") {
+            method::RADAU => Ok(()),
+            other => Err(conflict(format!(
+                "prices come from a solution by collocation: set `method` = \"{}\" instead of \"{other}\"",
+                method::RADAU
+            ))),
+        }
     }
 
     fn priced_key(&self, path: &str) -> Result<&'static Key, Error> {
@@ -89,7 +104,7 @@ fn conflict(reason: String) -> Error {
 }
 
 fn method(e: NlpError) -> Error {
-    Error::Method(RadauError::from(e))
+    Error::Radau(RadauError::from(e))
 }
 
 /// What all prices of a solution share.
@@ -111,7 +126,7 @@ impl<'a> Solution<'a> {
         let guess = Guess::earlier(trajectory);
         let ocp = &outcome.ocp;
         let mut transcription = Transcription::new(ocp, &mesh, &guess)?;
-        let solver = InteriorPoint::new(mission.radau_settings().nlp);
+        let solver = InteriorPoint::new(mission.radau().settings.nlp);
         let sensitivity = match solver.sensitivity(&mut transcription, report) {
             Ok(sensitivity) => Some(sensitivity),
             Err(NlpError::NoDerivative { .. }) => None,

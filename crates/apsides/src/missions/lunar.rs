@@ -7,6 +7,8 @@
 use std::f64::consts::TAU;
 
 use apsides_dynamics::Hohmann;
+use apsides_dynamics::planar::flat::FlatVerticalThrust;
+use apsides_flatness::FlatSystem;
 use apsides_ocp::{At, Bounds, Guess, Ocp, OcpBuilder, Phase, PhaseGuess, Sense, Term, Variable};
 
 use super::{Kind, Posed};
@@ -112,7 +114,8 @@ fn single(start: &Start, steering: &Steering) -> Result<Posed, Error> {
     let last = phases[phases.len() - 1].name.clone();
     let ocp = objective(chain("lunar landing", phases), &last, steering, start).build()?;
     let (guesses, _) = landing_guess(start, steering, start.touchdown(), start.touchdown_speed)?;
-    Ok(Posed { guess: Guess::from_phases(&ocp, guesses), ocp })
+    let flat_systems = steering.is_flat().then(|| vec![FlatSystem::new(start.flat())]);
+    Ok(Posed { guess: Guess::from_phases(&ocp, guesses), ocp, flat_systems })
 }
 
 /// Guesses of the phases of a landing with a guessed radial speed at the target, and time and mass there.
@@ -172,7 +175,10 @@ fn two_phase(v: &Values) -> Result<Posed, Error> {
         vec![vec![target.radius, speed, mass], vec![start.body_radius(), start.touchdown_speed, final_mass]],
         vec![vec![1.0; usize::from(steering.throttles())]; 2],
     )?);
-    Ok(Posed { guess: Guess::from_phases(&ocp, guesses), ocp })
+    let flat = start.flat();
+    let flat_systems =
+        steering.is_flat().then(|| vec![FlatSystem::new(flat), FlatSystem::new(FlatVerticalThrust(flat))]);
+    Ok(Posed { guess: Guess::from_phases(&ocp, guesses), ocp, flat_systems })
 }
 
 /// Parking orbit, Hohmann transfer to the floor, ignition there.
@@ -212,5 +218,5 @@ fn transfer(v: &Values) -> Result<Posed, Error> {
     for samples in &braking {
         guesses.push(guess::powered(samples, &steering)?);
     }
-    Ok(Posed { guess: Guess::from_phases(&ocp, guesses), ocp })
+    Ok(Posed { guess: Guess::from_phases(&ocp, guesses), ocp, flat_systems: None })
 }

@@ -2,10 +2,11 @@
 
 use std::collections::BTreeMap;
 
+use apsides_flatness::FlatSystem;
 use apsides_ocp::{Guess, Ocp, Trajectory};
 
-use crate::key::{Key, Range, Values};
-use crate::{Curve, Error};
+use crate::key::{Key, Values};
+use crate::{Curve, Error, method};
 
 mod lunar;
 
@@ -15,6 +16,8 @@ pub struct Posed {
     pub ocp: Ocp,
     /// Where a method starts.
     pub guess: Guess,
+    /// The flat description of each phase, if all have one.
+    pub flat_systems: Option<Vec<FlatSystem>>,
 }
 
 /// A kind of mission: its keys, how they make a problem, and what its results are.
@@ -48,24 +51,9 @@ impl PartialEq for Kind {
 
 impl Kind {
     pub(crate) fn keys(&self) -> impl Iterator<Item = &'static Key> + use<> {
-        self.flight_keys.iter().copied().flatten().chain(METHOD_KEYS)
+        self.flight_keys.iter().copied().flatten().chain(method::KEYS)
     }
 }
-
-/// Keys of the methods, the same for all missions.
-const METHOD_KEYS: &[Key] = &[
-    Key::choice("method", &["radau"], "how the problem is solved"),
-    Key::count("radau.intervals", 10, 1, 100_000, "mesh intervals per phase of the first mesh"),
-    Key::count("radau.points", 5, 1, 60, "collocation points per interval of the first mesh"),
-    Key::number(
-        "radau.mesh_tolerance",
-        1e-10,
-        Range::open(0.0, 1.0),
-        "largest relative error between points",
-    ),
-    Key::count("radau.max_meshes", 20, 1, 1000, "most meshes solved; 1 switches refinement off"),
-    Key::number("radau.nlp_tolerance", 1e-10, Range::open(0.0, 1.0), "scaled optimality error of each solve"),
-];
 
 const KINDS: &[Kind] = &[lunar::DIRECT, lunar::PERILUNE, lunar::TWO_PHASE, lunar::TRANSFER];
 

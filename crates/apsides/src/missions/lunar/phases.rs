@@ -90,6 +90,11 @@ impl Steering {
         self.throttle != Throttle::Full
     }
 
+    /// Whether radius and polar angle are flat outputs: full thrust in a direction that may jump.
+    pub(super) fn is_flat(&self) -> bool {
+        self.throttle == Throttle::Full && !self.pitches()
+    }
+
     /// Whether the flight ends with a phase that turns the thrust upright at the largest rate. With a free throttle it is not
     /// known beforehand how the vehicle turns.
     pub(super) fn turns_in_a_phase(&self) -> bool {

@@ -3,6 +3,7 @@
 use std::f64::consts::TAU;
 
 use apsides_dynamics::planar::PlanarFlight;
+use apsides_dynamics::planar::flat::FlatConstantThrust;
 use apsides_dynamics::{Body, DynamicsError, Engine, Hohmann};
 
 use crate::key::Values;
@@ -63,6 +64,11 @@ impl Start {
         };
         start.check()?;
         Ok((transfer, start))
+    }
+
+    /// Full thrust from here on, in flat outputs.
+    pub(super) fn flat(&self) -> FlatConstantThrust {
+        FlatConstantThrust { flight: self.flight, ignition: 0.0, mass: self.mass }
     }
 
     /// What no flight can mend: too little thrust even when empty, too little propellant even without losses.
