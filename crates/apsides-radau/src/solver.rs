@@ -20,6 +20,9 @@ use crate::workers::pool;
 /// Most changes of the structure of switches in a solve: what has not settled then is left to refinement.
 const MOST_REVISIONS: usize = 8;
 
+/// Iterations of a solve with breaks, unless it is the first.
+const MOST_ITERATIONS_WITH_BREAKS: usize = 200;
+
 /// A mesh for the sake of the bounds on controls alone must bring their excess below this part of what it was.
 const LEAST_GAIN: f64 = 0.2;
 
@@ -233,7 +236,11 @@ impl Radau {
             if meshes.is_empty() {
                 warnings = nlp.scale_warnings(ocp);
             }
-            let solver = InteriorPoint { settings: self.settings.nlp.clone() };
+            let mut solver = InteriorPoint { settings: self.settings.nlp.clone() };
+            if has_arcs(&mesh) && last.is_some() {
+                solver.settings.max_iterations =
+                    solver.settings.max_iterations.min(MOST_ITERATIONS_WITH_BREAKS);
+            }
             let report = match nlp.warm_start(ocp, &guess) {
                 Some(warm) => solver.solve_from(&mut nlp, &warm, observer)?,
                 None => solver.solve_observed(&mut nlp, observer)?,
@@ -253,16 +260,16 @@ impl Radau {
             });
             let status = report.status;
             let out_of_meshes = meshes.len() >= self.settings.max_meshes;
+            // Breaks in the wrong places can make a problem infeasible, or hard.
+            let misled = !status.is_success() && may_go_on(status);
+            if let Some(solved) = last.as_ref().filter(|_| misled && has_arcs(&mesh) && !out_of_meshes) {
+                (guess, mesh) = (Guess::earlier(&solved.trajectory), solved.plain.clone());
+                revisions = 0;
+                continue;
+            }
             if !status.is_success() {
                 let unmet = unmet(ocp, &nlp, &report);
                 let solved = match last {
-                    // Breaks in the wrong places can make a problem infeasible.
-                    Some(solved) if has_arcs(&mesh) && may_go_on(status) && !out_of_meshes => {
-                        (guess, mesh) = (Guess::earlier(&solved.trajectory), solved.plain.clone());
-                        revisions = 0;
-                        last = Some(solved);
-                        continue;
-                    }
                     Some(solved) => solved,
                     None => Solved { trajectory, report, switches: Vec::new(), accurate: false, plain: mesh },
                 };
