@@ -24,7 +24,8 @@
 //! `h^2 (l^T g_x g) v^T M v / 2` plus terms of third order, `M_ij = b_i a_ij + b_j a_ji - b_i b_j`. The product
 //! `l^T g_x g` is positive along the arc. `M` vanishes for Gauss points, as in COPS; it is negative semidefinite for Radau
 //! points with the start of the interval and positive semidefinite for those with its end. The gain of an interval is of
-//! the order of `h^2` over the number of its points, that of a mesh the inverse of the number of all points.
+//! the order of `h^2` over the number of its points, that of a mesh the inverse of the number of all points. Once the arc is
+//! found, controls of one degree less take the chattering away (`switches` of `apsides-radau`).
 //!
 //! [`REVERSED`] is the same statement from the outlet to the inlet, `s = 1 - t`. The points then include the end of each
 //! interval in the sense of the flow, and chattering costs. [`ARCS`] states the three arcs as phases without control and

@@ -7,8 +7,7 @@
 //! ```
 //!
 //! Y. Sakawa, Optim. Control Appl. Methods 20 (1999) 235. The value is asserted to 0.01 by the tests
-//! of ASSET, which is the tolerance; with finer meshes the value here falls from 7.91080 to 7.91015 as the jumps of the
-//! control are located. Guess: straight lines, no thrust.
+//! of ASSET, which is the tolerance; the value here is 7.910147 with the jumps of the control at free times. Guess: straight lines, no thrust.
 
 use std::f64::consts::FRAC_PI_2;
 
