@@ -23,7 +23,7 @@ pub(crate) struct Direct {
 /// A problem on splines, as a nonlinear program.
 ///
 /// The structure is found once; evaluations write into the caller's slices and allocate nothing after the first.
-pub(crate) struct Transcription {
+pub struct Transcription {
     pub(crate) layout: Layout,
     pub(crate) sign: f64,
     pub(crate) rows: Vec<Row>,
@@ -42,6 +42,17 @@ pub(crate) struct Transcription {
     hessian_pattern: Pattern,
     values_at: Vec<f64>,
     derivatives_at: Vec<f64>,
+}
+
+impl std::fmt::Debug for Transcription {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        write!(
+            f,
+            "Transcription {{ variables: {}, constraints: {} }}",
+            self.layout.variables,
+            self.rows.len()
+        )
+    }
 }
 
 impl Transcription {
