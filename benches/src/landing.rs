@@ -43,12 +43,20 @@ pub struct Landing {
 }
 
 impl Landing {
-    /// Reads and poses the mission.
+    /// Reads and poses the mission [`MISSION`].
     ///
     /// # Errors
     /// When the mission that comes with the program is not there or cannot be posed.
     pub fn pose() -> Result<Self, Failure> {
-        let mission = Mission::load(MISSION, &[])?;
+        Self::of(MISSION)
+    }
+
+    /// Reads and poses a mission.
+    ///
+    /// # Errors
+    /// When there is no such mission or it cannot be posed.
+    pub fn of(mission: &str) -> Result<Self, Failure> {
+        let mission = Mission::load(mission, &[])?;
         let Posed { ocp, guess, .. } = mission.pose()?;
         Ok(Self { mission_file: mission.to_file(), ocp, guess })
     }

@@ -6,16 +6,20 @@
 //! | `benches/nodes.rs` | one solve of the landing over the number of nodes |
 //! | `src/bin/landing.rs` | the same in detail, as text or JSON; writes the problem for a peer |
 //! | `src/bin/program.rs` | programs of the gallery and of Hock and Schittkowski: solved, or written for a peer |
+//! | `src/bin/flatness.rs` | landings with constant thrust on B-splines and on Radau points: solved, or written for a peer |
 //! | `peers/landing.py` | the landing by CasADi and Ipopt, in turns with `landing` |
+//! | `peers/flatness.py` | those of `flatness` by CasADi and Ipopt |
 //! | `peers/gallery.py`, `peers/hock_schittkowski.py` | those of `program` by CasADi and Ipopt |
 
 pub mod cpu_time;
+pub mod flat;
 pub mod formulas;
 pub mod landing;
 pub mod numbers;
 pub mod timed;
 
 pub use cpu_time::CpuTime;
+pub use flat::FlatLanding;
 pub use formulas::Formulas;
 pub use landing::{Landing, Start};
 pub use numbers::Numbers;

@@ -3,6 +3,9 @@
 /// Flight times against an independent indirect solution, s.
 pub const FLIGHT_TIME_S: f64 = 1e-5;
 
+/// Flight times by flat outputs, s: the relative change of the objective that their refinement allows, 1e-8, is ten times this.
+pub const FLAT_TIME_S: f64 = 1e-6;
+
 /// Final masses against an independent indirect solution, kg.
 pub const FINAL_MASS_KG: f64 = 1e-5;
 

@@ -31,7 +31,8 @@ STOCK = {
     "sb": "yes",
 }
 # Strategies of the barrier parameter, by the names of the programs. "trajectory" is what apsides-radau uses by default:
-# adaptive with probing, from a small barrier parameter and multipliers of its size.
+# adaptive with probing, from a small barrier parameter and multipliers of its size; "flatness" is the default of
+# apsides-flatness, monotone from there.
 STRATEGIES = {
     "monotone": {},
     "quality": {"mu_strategy": "adaptive"},
@@ -42,6 +43,7 @@ STRATEGIES = {
         "mu_init": 1e-3,
         "bound_mult_init_val": 1e-3,
     },
+    "flatness": {"mu_init": 1e-3, "bound_mult_init_val": 1e-3},
 }
 STATUS = {"Solve_Succeeded": "optimal", "Solved_To_Acceptable_Level": "acceptable"}
 SUCCESS = tuple(STATUS.values())

@@ -28,9 +28,9 @@ class Entry:
 def in_turns(command, flags, problem, turns, milliseconds):
     """Entries by solver and strategy; `command` and the `flags` of a strategy run apsides, Ipopt repeats for
     `milliseconds`."""
-    runs = {(solver, strategy): [] for solver in SOLVERS for strategy in STRATEGIES}
+    runs = {(solver, strategy): [] for solver in SOLVERS for strategy in flags}
     for _ in range(turns):
-        for strategy in STRATEGIES:
+        for strategy in flags:
             run = output(*command, *flags[strategy])
             run["build_ms"] = min(run["setup_ms"])
             runs["apsides", strategy].append(run)

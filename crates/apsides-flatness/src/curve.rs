@@ -64,19 +64,20 @@ impl<'a> Curve<'a> {
         (1.0 - fraction) * self.initial_time + fraction * self.final_time
     }
 
-    fn set(&mut self, segment: usize, fraction: f64) {
+    /// Inputs of the map and, where wanted, their rates of change.
+    fn set(&mut self, segment: usize, fraction: f64, with_rates: bool) {
         let rate = (self.final_time - self.initial_time).recip();
         let rows = self.system.jet_rows;
         for (i, (basis, c)) in self.splines.bases.iter().zip(&self.splines.coefficients).enumerate() {
             let mut power = 1.0;
-            for d in 0..=rows {
+            for d in 0..rows + usize::from(with_rates) {
                 let mut y = [0.0];
                 basis.evaluate_in(self.spans[i][segment], c, d, fraction, &mut y);
                 let y = y[0] * power;
                 if d < rows {
                     self.z[i * rows + d] = y;
                 }
-                if d > 0 {
+                if with_rates && d > 0 {
                     self.rates[i * rows + d - 1] = y;
                 }
                 power *= rate;
@@ -90,14 +91,14 @@ impl<'a> Curve<'a> {
 
     /// States, controls and residuals at a fraction of the phase, of one segment.
     pub(crate) fn quantities(&mut self, segment: usize, fraction: f64) -> &[f64] {
-        self.set(segment, fraction);
+        self.set(segment, fraction, false);
         self.system.map.value(&self.z, &mut self.values);
         &self.values
     }
 
     /// States, controls and residuals, and in `rates` the rate of change of each state.
     pub(crate) fn with_rates(&mut self, segment: usize, fraction: f64, rates: &mut [f64]) -> &[f64] {
-        self.set(segment, fraction);
+        self.set(segment, fraction, true);
         self.system.map.jacobian(&self.z, &mut self.values, &mut self.entries);
         rates.fill(0.0);
         for ((q, input), v) in self.system.map.pattern().jacobian_entries().zip(&self.entries) {

@@ -106,10 +106,13 @@ fn integral_errors(
     duration: f64,
     parameters: &[f64],
 ) -> Result<Vec<f64>, BasisError> {
+    let mut errors = vec![0.0_f64; splines.breaks.len() - 1];
+    if phase.integrals.is_empty() {
+        return Ok(errors);
+    }
     let order = splines.bases.iter().map(apsides_basis::Bspline::order).max().unwrap_or(1);
     let rule = quadrature(order)?;
     let base = phase.states.len() + phase.controls.len();
-    let mut errors = vec![0.0_f64; splines.breaks.len() - 1];
     for integral in &phase.integrals {
         let mut inputs = vec![0.0; integral.function.inputs()];
         // Value and value of the absolute integrand.

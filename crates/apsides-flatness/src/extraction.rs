@@ -44,11 +44,14 @@ impl Sampler<'_> {
     fn piece(&mut self, fractions: (f64, f64), segment: usize) -> Piece {
         let (nx, nu) = (self.nx, self.nu);
         let (mut states, mut controls) = (Vec::new(), Vec::new());
-        for &node in self.state_basis.nodes() {
-            states.extend_from_slice(&self.curve.quantities(segment, at(fractions, node))[..nx]);
-        }
-        for &node in self.control_basis.nodes() {
-            controls.extend_from_slice(&self.curve.quantities(segment, at(fractions, node))[nx..nx + nu]);
+        // The nodes of the states are those of the controls, and the end.
+        let inner = self.control_basis.nodes().len();
+        for (k, &node) in self.state_basis.nodes().iter().enumerate() {
+            let quantities = self.curve.quantities(segment, at(fractions, node));
+            states.extend_from_slice(&quantities[..nx]);
+            if k < inner {
+                controls.extend_from_slice(&quantities[nx..nx + nu]);
+            }
         }
         Piece { fractions, segment, states, controls }
     }

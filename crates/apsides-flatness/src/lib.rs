@@ -59,6 +59,7 @@
 //! | [`settings`] | splines, points, tolerances |
 //! | [`solver`] | the method and its solution |
 //! | [`curve`] | splines of a phase |
+//! | [`Transcription`] | the discretised problem, for a solver of one's own |
 //! | [`rows`] | constraints of the discretised problem by name |
 //!
 //! References: M. Fliess, J. Levine, P. Martin, P. Rouchon, *Int. J. Control* 61 (1995) 1327, doi 10.1080/00207179508921959.
@@ -86,3 +87,4 @@ pub use rows::RowOrigin;
 pub use settings::{BoundRows, Breaks, FlatnessSettings, Placement, SplineSettings};
 pub use solver::{Flatness, FlatnessSolution, SolveRecord, Unmet};
 pub use system::FlatSystem;
+pub use transcription::Transcription;

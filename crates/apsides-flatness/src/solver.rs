@@ -129,10 +129,7 @@ impl Flatness {
         splines: &[SplineSettings],
         observer: &mut dyn Observer,
     ) -> Result<FlatnessSolution, FlatnessError> {
-        self.settings.check()?;
-        check_sizes(ocp, systems, splines)?;
-        guess.check(ocp)?;
-        let problem = Problem { ocp, systems, scaling: Scaling::new(ocp, guess) };
+        let problem = self.checked(ocp, systems, guess, splines)?;
         let grids = grids(&problem, splines)?;
         let (mut stage, coarse) = self.first_stage(&problem, grids, splines, guess, observer)?;
         let presolve = coarse.as_ref().map(|(_, record)| record.clone());
@@ -177,6 +174,38 @@ impl Flatness {
             let (stage, pass) = if success { (stage, pass) } else { best.unwrap_or((stage, pass)) };
             return finish(&problem, &stage, pass, accurate, solves, presolve);
         }
+    }
+
+    /// The first discretised problem of [`solve`](Self::solve) on the splines of the settings. Where a coarse solution precedes it,
+    /// that one is solved here, and the problem starts from it.
+    ///
+    /// # Errors
+    /// When the request is ill-posed.
+    pub fn transcription(
+        &self,
+        ocp: &Ocp,
+        systems: &[FlatSystem],
+        guess: &Guess,
+    ) -> Result<Transcription, FlatnessError> {
+        let splines = vec![self.settings.spline.clone(); ocp.phases.len()];
+        let problem = self.checked(ocp, systems, guess, &splines)?;
+        let grids = grids(&problem, &splines)?;
+        let (stage, _) = self.first_stage(&problem, grids, &splines, guess, &mut ())?;
+        Transcription::new(ocp, systems, &stage.grids, &stage.start, &problem.scaling, &stage.active)
+    }
+
+    /// The problem, once the request is found to be well-posed.
+    fn checked<'a>(
+        &self,
+        ocp: &'a Ocp,
+        systems: &'a [FlatSystem],
+        guess: &Guess,
+        splines: &[SplineSettings],
+    ) -> Result<Problem<'a>, FlatnessError> {
+        self.settings.check()?;
+        check_sizes(ocp, systems, splines)?;
+        guess.check(ocp)?;
+        Ok(Problem { ocp, systems, scaling: Scaling::new(ocp, guess) })
     }
 
     /// The stage of the stated splines, from a coarse solution where one is wanted and found.

@@ -197,15 +197,21 @@ fn through(
                 y[i]
             };
             let targets: Vec<f64> = abscissae.iter().map(&mut target).collect();
+            // One row of the collocation matrix per abscissa: what is not zero, from a first function on.
+            let width = basis.order();
+            let mut matrix = vec![0.0; abscissae.len() * width];
+            let rows = abscissae.iter().zip(matrix.chunks_mut(width));
+            let firsts: Vec<usize> = rows.map(|(s, row)| basis.values(*s, row)).collect();
             let mut c = targets.clone();
+            let mut missed = targets.clone();
             for _ in 0..PASSES {
-                let missed = |(s, target): (&f64, &f64)| {
-                    let mut value = [0.0];
-                    basis.evaluate(&c, 0, *s, &mut value);
-                    target - value[0]
-                };
-                let missed: Vec<f64> = abscissae.iter().zip(&targets).map(missed).collect();
-                c.iter_mut().zip(missed).for_each(|(c, m)| *c += m);
+                for ((m, target), (row, first)) in
+                    missed.iter_mut().zip(&targets).zip(matrix.chunks(width).zip(&firsts))
+                {
+                    let value: f64 = row.iter().zip(&c[*first..]).map(|(b, c)| b * c).sum();
+                    *m = target - value;
+                }
+                c.iter_mut().zip(&missed).for_each(|(c, m)| *c += m);
             }
             curves.push(c);
         }
@@ -302,16 +308,21 @@ impl Fit<'_> {
     }
 
     /// Steps of Levenberg and Marquardt (D. Marquardt, *J. SIAM* 11 (1963) 431, doi 10.1137/0111030).
-    fn solve(&mut self, x: &mut Vec<f64>) {
+    fn solve(&mut self, x: &mut [f64]) {
         let n = self.unknowns();
         let mut best = self.sum(x);
         let mut damping = FIRST_DAMPING;
-        let mut normal = self.normal_equations(x);
+        let mut normal = (vec![0.0; n * n], vec![0.0; n]);
+        self.normal_equations(x, &mut normal);
+        let (mut matrix, mut step, mut trial) = (vec![0.0; n * n], vec![0.0; n], x.to_vec());
         for _ in 0..FIT_STEPS {
-            let mut matrix = normal.0.clone();
+            matrix.copy_from_slice(&normal.0);
             (0..n).for_each(|i| matrix[i * n + i] *= 1.0 + damping);
-            let Some(step) = cholesky_solve(matrix, normal.1.clone()) else { return };
-            let mut trial = x.clone();
+            step.copy_from_slice(&normal.1);
+            if !cholesky_solve(&mut matrix, &mut step) {
+                return;
+            }
+            trial.copy_from_slice(x);
             for (k, d) in step.iter().enumerate() {
                 let column = self.column(k);
                 trial[column] -= d * self.sizes[column];
@@ -319,11 +330,12 @@ impl Fit<'_> {
             let sum = self.sum(&trial);
             if sum < best {
                 let gain = (best - sum) / best;
-                (best, *x) = (sum, trial);
+                best = sum;
+                x.copy_from_slice(&trial);
                 if gain < LEAST_GAIN {
                     return;
                 }
-                normal = self.normal_equations(x);
+                self.normal_equations(x, &mut normal);
                 damping *= 0.1;
             } else {
                 damping *= 10.0;
@@ -351,63 +363,68 @@ impl Fit<'_> {
     }
 
     /// Lower triangle of `J'J` (row-major) and `J'` times the misses, in unknowns relative to their size.
-    fn normal_equations(&mut self, x: &[f64]) -> (Vec<f64>, Vec<f64>) {
+    fn normal_equations(&mut self, x: &[f64], (matrix, gradient): &mut (Vec<f64>, Vec<f64>)) {
         let n = self.unknowns();
-        let (mut matrix, mut gradient) = (vec![0.0; n * n], vec![0.0; n]);
+        matrix.fill(0.0);
+        gradient.fill(0.0);
         for (k, change) in self.time_changes(x).enumerate() {
             let i = self.coefficients + k;
             gradient[i] += TIME_WEIGHT * change;
             matrix[i * n + i] += TIME_WEIGHT * TIME_WEIGHT;
         }
-        let unknown = |column: usize| match column.checked_sub(self.first) {
-            Some(k) if k < self.coefficients => Some(k),
-            _ => self.times.iter().position(|t| *t == column).map(|k| self.coefficients + k),
-        };
+        let &mut Self { exact_weight, sizes, .. } = self;
+        let mut unknowns = vec![None; x.len()];
+        (0..n).for_each(|k| unknowns[self.column(k)] = Some(k));
+        let relative = |weight: f64, (c, v): (usize, f64)| unknowns[c].map(|k| (k, weight * v * sizes[c]));
         let mut row = Vec::new();
+        let mut add = |row: &[(usize, f64)], miss: f64| {
+            // The lower triangle is all that the factorisation reads. Columns ascend along a row.
+            for (k, &(i, a)) in row.iter().enumerate() {
+                gradient[i] += a * miss;
+                let line = &mut matrix[i * n..=i * n + i];
+                for &(j, b) in &row[..=k] {
+                    line[j] += a * b;
+                }
+            }
+        };
         for (station, targets) in self.stations.iter_mut().zip(&self.targets) {
             station.set_derivatives(x);
             let station = &*station;
-            let mut add = |miss: f64, w: f64, entries: &mut dyn Iterator<Item = (usize, f64)>| {
-                row.clear();
-                let own = entries.filter_map(|(c, v)| unknown(c).map(|k| (k, w * v * self.sizes[c])));
-                row.extend(own);
-                // The lower triangle is all that the factorisation reads.
-                for (k, &(i, a)) in row.iter().enumerate() {
-                    gradient[i] += a * miss;
-                    for &(j, b) in &row[..=k] {
-                        matrix[i.max(j) * n + i.min(j)] += a * b;
-                    }
-                }
-            };
             for t in targets {
-                let (miss, weight) = t.miss(station, self.exact_weight);
-                add(miss, weight, &mut station.gradient(t.quantity));
+                let (miss, weight) = t.miss(station, exact_weight);
+                row.clear();
+                row.extend(station.gradient(t.quantity).filter_map(|e| relative(weight, e)));
+                add(&row, miss);
             }
             for &(k, weight) in &self.inputs {
-                let (value, mut slopes) = station.input(k);
-                add(weight * value, weight, &mut slopes);
+                let (value, slopes) = station.input(k);
+                row.clear();
+                row.extend(slopes.filter_map(|e| relative(weight, e)));
+                add(&row, weight * value);
             }
         }
         let largest = (0..n).map(|i| matrix[i * n + i]).fold(0.0, f64::max);
         (0..n).for_each(|i| matrix[i * n + i] += RIDGE * largest);
-        (matrix, gradient)
     }
 }
 
-/// Solves a symmetric system; none where the matrix is not positive definite.
-fn cholesky_solve(mut a: Vec<f64>, mut b: Vec<f64>) -> Option<Vec<f64>> {
+/// Solves a symmetric system in place; false where the matrix is not positive definite.
+fn cholesky_solve(a: &mut [f64], b: &mut [f64]) -> bool {
     let n = b.len();
+    // What each column takes from those after it, at once: contiguous along the rows.
+    let mut column = vec![0.0; n];
     for j in 0..n {
-        for i in j..n {
-            let sum: f64 = (0..j).map(|k| a[i * n + k] * a[j * n + k]).sum();
-            let rest = a[i * n + j] - sum;
-            if i > j {
-                a[i * n + j] = rest / a[j * n + j];
-            } else if rest > 0.0 {
-                a[j * n + j] = rest.sqrt();
-            } else {
-                return None;
-            }
+        let pivot = a[j * n + j];
+        if pivot.is_nan() || pivot <= 0.0 {
+            return false;
+        }
+        let root = pivot.sqrt();
+        a[j * n + j] = root;
+        for i in j + 1..n {
+            let (done, rest) = a[i * n..=i * n + i].split_at_mut(j + 1);
+            let entry = done[j] / root;
+            (done[j], column[i]) = (entry, entry);
+            rest.iter_mut().zip(&column[j + 1..]).for_each(|(r, c)| *r -= entry * c);
         }
     }
     for i in 0..n {
@@ -418,5 +435,5 @@ fn cholesky_solve(mut a: Vec<f64>, mut b: Vec<f64>) -> Option<Vec<f64>> {
         let sum: f64 = (i + 1..n).map(|k| a[k * n + i] * b[k]).sum();
         b[i] = (b[i] - sum) / a[i * n + i];
     }
-    Some(b)
+    true
 }

@@ -70,7 +70,7 @@ impl Quantities {
 /// One input of the flat map as a function of the local variables.
 struct Input {
     /// Derivative number of a jet entry; 0 for parameters and time.
-    derivative: i32,
+    derivative: usize,
     /// Coefficients that matter: local variable and weight on normalised time.
     coefficients: Vec<(usize, f64)>,
     /// Local variables and derivatives, refreshed.
@@ -94,6 +94,8 @@ pub(crate) struct Station {
     supports: Vec<Vec<usize>>,
     z: Vec<f64>,
     duration: f64,
+    /// Powers of the rate of normalised time, one per derivative.
+    powers: Vec<f64>,
     /// Values of the quantities.
     pub(crate) values: Vec<f64>,
     entries: Vec<f64>,
@@ -105,6 +107,8 @@ pub(crate) struct Station {
     pub(crate) outer: Vec<(usize, usize, f64)>,
     map_hessian: Vec<f64>,
     slope: Vec<f64>,
+    /// Row-major inputs by local variables.
+    products: Vec<f64>,
     hessian: Vec<f64>,
 }
 
@@ -132,7 +136,8 @@ impl Station {
             for (d, row) in rows.chunks(k).enumerate() {
                 let weight = |(j, w): (usize, &f64)| (*w != 0.0).then_some((columns.len() + j, *w));
                 let coefficients = row.iter().enumerate().filter_map(weight).collect();
-                inputs.push(Input { derivative: d as i32, coefficients, slopes: Vec::new() });
+                let slopes = Vec::with_capacity(k + 2);
+                inputs.push(Input { derivative: d, coefficients, slopes });
             }
             columns.extend(start..start + k);
         }
@@ -165,6 +170,7 @@ impl Station {
             local_times,
             z: vec![0.0; inputs.len()],
             duration: 0.0,
+            powers: vec![1.0; system.jet_rows],
             values: vec![0.0; m],
             entries: vec![0.0; system.map.pattern().jacobian_len()],
             jacobian: vec![0.0; m * n],
@@ -172,6 +178,7 @@ impl Station {
             outer: Vec::new(),
             map_hessian: vec![0.0; system.map.pattern().hessian_len()],
             slope: vec![0.0; inputs.len()],
+            products: vec![0.0; inputs.len() * n],
             hessian: vec![0.0; n * n],
             map: Arc::clone(&system.map),
             inputs,
@@ -195,6 +202,13 @@ impl Station {
 
     /// Values of the quantities at `x`.
     pub(crate) fn set_values(&mut self, x: &[f64]) {
+        self.set_inputs(x);
+        let mapped = self.quantities.mapped();
+        self.map.value(&self.z, &mut self.values[..mapped]);
+    }
+
+    /// Inputs of the map, and what is linear in the variables.
+    fn set_inputs(&mut self, x: &[f64]) {
         let (t0, tf) = (self.initial_time.value(x), self.final_time.value(x));
         self.duration = tf - t0;
         let q = self.quantities;
@@ -205,26 +219,28 @@ impl Station {
         self.values[q.time()] = t;
         self.values[q.duration()] = self.duration;
         let rate = self.duration.recip();
+        for d in 1..self.powers.len() {
+            self.powers[d] = self.powers[d - 1] * rate;
+        }
         for (z, input) in self.z.iter_mut().zip(&self.inputs) {
             let sum: f64 = input.coefficients.iter().map(|&(l, w)| w * x[self.columns[l]]).sum();
-            *z = sum * rate.powi(input.derivative);
+            *z = sum * self.powers[input.derivative];
         }
         if let Some(last) = self.z.last_mut() {
             *last = t;
         }
-        self.map.value(&self.z, &mut self.values[..q.mapped()]);
     }
 
     /// Values and first derivatives of the quantities at `x`.
     pub(crate) fn set_derivatives(&mut self, x: &[f64]) {
-        self.set_values(x);
+        self.set_inputs(x);
         let rate = self.duration.recip();
         for (input, z) in self.inputs.iter_mut().zip(&self.z) {
-            let scale = rate.powi(input.derivative);
+            let scale = self.powers[input.derivative];
             input.slopes.clear();
             input.slopes.extend(input.coefficients.iter().map(|&(l, w)| (l, w * scale)));
             if input.derivative > 0 {
-                let by_duration = -f64::from(input.derivative) * z * rate;
+                let by_duration = -(input.derivative as f64) * z * rate;
                 input.slopes.extend(self.local_times.0.map(|l| (l, -by_duration)));
                 input.slopes.extend(self.local_times.1.map(|l| (l, by_duration)));
             }
@@ -270,19 +286,28 @@ impl Station {
     }
 
     /// Lower triangle, row by row, of the Hessian of what the weights and the outer second derivatives say, after
-    /// [`set_derivatives`](Self::set_derivatives) at the same point. Writes the head of `out` and returns the rest.
-    pub(crate) fn hessian<'a>(&mut self, out: &'a mut [f64]) -> &'a mut [f64] {
+    /// [`set_derivatives`](Self::set_derivatives) at the same point.
+    pub(crate) fn hessian(&mut self, mut emit: impl FnMut(f64)) {
         let n = self.columns.len();
-        let (own, rest) = out.split_at_mut(n * (n + 1) / 2);
         if self.outer.is_empty() && self.weights.iter().all(|w| *w == 0.0) {
-            own.fill(0.0);
-            return rest;
+            (0..n * (n + 1) / 2).for_each(|_| emit(0.0));
+            return;
         }
         self.hessian.fill(0.0);
         let h = &mut self.hessian;
         self.map.hessian(&self.z, &self.weights, &mut self.map_hessian);
+        // Second derivatives of the map times the slopes of its inputs, from the right and then from the left.
+        self.products.fill(0.0);
         for (&(a, b), &v) in self.map.pattern().hessian.iter().zip(&self.map_hessian) {
-            add_product(h, n, v, a == b, &self.inputs[a].slopes, &self.inputs[b].slopes);
+            self.inputs[b].slopes.iter().for_each(|&(l, s)| self.products[a * n + l] += v * s);
+            if a != b {
+                self.inputs[a].slopes.iter().for_each(|&(l, s)| self.products[b * n + l] += v * s);
+            }
+        }
+        for (input, product) in self.inputs.iter().zip(self.products.chunks(n)) {
+            for &(i, s) in &input.slopes {
+                h[i * n..=i * n + i].iter_mut().zip(product).for_each(|(h, p)| *h += s * p);
+            }
         }
         self.slope.fill(0.0);
         for ((f, input), v) in self.map.pattern().jacobian_entries().zip(&self.entries) {
@@ -291,7 +316,7 @@ impl Station {
         // Second derivatives of the jet in coefficients and duration.
         let rate = self.duration.recip();
         for ((input, z), &g) in self.inputs.iter().zip(&self.z).zip(&self.slope) {
-            let d = f64::from(input.derivative);
+            let d = input.derivative as f64;
             if d == 0.0 || g == 0.0 {
                 continue;
             }
@@ -315,27 +340,14 @@ impl Station {
                 }
             }
         }
-        let mut next = own.iter_mut();
         for i in 0..n {
-            // The row first: when it ends, no entry of the target has been taken.
-            for (v, o) in h[i * n..=i * n + i].iter().zip(next.by_ref()) {
-                *o = *v;
-            }
-        }
-        rest
-    }
-}
-
-/// Adds `value (f g' + g f')`, or `value f f'` for the same function, to the lower triangle.
-fn add_product(h: &mut [f64], n: usize, value: f64, same: bool, f: &[(usize, f64)], g: &[(usize, f64)]) {
-    for &(i, a) in f {
-        for &(j, b) in g {
-            add_pair(h, n, value * a * b, same, i, j);
+            h[i * n..=i * n + i].iter().for_each(|v| emit(*v));
         }
     }
 }
 
-/// One pair of such a product, which is met once for `(i, j)` and, for the same function, once for `(j, i)`.
+/// Adds one pair of `f g' + g f'`, or of `f f'` for the same function, to the lower triangle: met once for `(i, j)` and, for
+/// the same function, once for `(j, i)`.
 #[inline]
 fn add_pair(h: &mut [f64], n: usize, value: f64, same: bool, i: usize, j: usize) {
     if same {

@@ -23,7 +23,7 @@ pub(crate) struct Direct {
 /// A problem on splines, as a nonlinear program.
 ///
 /// The structure is found once; evaluations write into the caller's slices and allocate nothing after the first.
-pub(crate) struct Transcription {
+pub struct Transcription {
     pub(crate) layout: Layout,
     pub(crate) sign: f64,
     pub(crate) rows: Vec<Row>,
@@ -40,8 +40,21 @@ pub(crate) struct Transcription {
     pub(crate) scaling: NlpScaling,
     jacobian_pattern: Pattern,
     hessian_pattern: Pattern,
+    /// Entry of the pattern that each second derivative of ends and stations adds to, in their order.
+    hessian_places: Vec<usize>,
     values_at: Vec<f64>,
     derivatives_at: Vec<f64>,
+}
+
+impl std::fmt::Debug for Transcription {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        write!(
+            f,
+            "Transcription {{ variables: {}, constraints: {} }}",
+            self.layout.variables,
+            self.rows.len()
+        )
+    }
 }
 
 impl Transcription {
@@ -84,6 +97,7 @@ impl Transcription {
             },
             jacobian_pattern: Pattern::default(),
             hessian_pattern: Pattern::default(),
+            hessian_places: Vec::new(),
             values_at: vec![f64::NAN; layout.variables],
             derivatives_at: vec![f64::NAN; layout.variables],
             layout,
@@ -92,10 +106,11 @@ impl Transcription {
             nlp.add_phase(ocp, phase, k, &systems[k], &grids[k], scaling, &active[k])?;
         }
         nlp.add_ends(ocp);
-        nlp.find_patterns();
+        nlp.find_jacobian();
         let dropped = redundant::rows(&mut nlp)?;
         nlp.drop_rows(&dropped);
-        nlp.find_patterns();
+        nlp.find_jacobian();
+        nlp.find_hessian();
         nlp.check_counts(ocp, systems, grids)?;
         nlp.complete_scales();
         Ok(nlp)
@@ -277,7 +292,7 @@ impl Transcription {
         }
     }
 
-    fn find_patterns(&mut self) {
+    fn find_jacobian(&mut self) {
         let mut jacobian = Vec::new();
         for d in self.direct.iter().filter_map(|d| d.row.map(|r| (r, d))) {
             jacobian.extend(self.stations[d.1.station].gradient(d.1.quantity).map(|(c, _)| (d.0, c)));
@@ -288,6 +303,13 @@ impl Transcription {
         for t in &self.ends {
             t.each_jacobian(&self.stations, |r, c, _| jacobian.push((r, c)));
         }
+        self.jacobian_pattern = Pattern::from_pairs(jacobian);
+        self.values_at.fill(f64::NAN);
+        self.derivatives_at.fill(f64::NAN);
+    }
+
+    /// Stations share coefficients: each position stands once in the pattern.
+    fn find_hessian(&mut self) {
         let multipliers = vec![0.0; self.rows.len()];
         let mut hessian = Vec::new();
         for t in &mut self.ends {
@@ -296,8 +318,7 @@ impl Transcription {
         for s in &self.stations {
             hessian.extend(s.hessian_positions());
         }
-        self.jacobian_pattern = Pattern::from_pairs(jacobian);
-        self.hessian_pattern = Pattern::from_pairs(hessian);
+        (self.hessian_pattern, self.hessian_places) = merged(self.layout.variables, &hessian);
         self.values_at.fill(f64::NAN);
         self.derivatives_at.fill(f64::NAN);
     }
@@ -490,22 +511,52 @@ impl Nlp for Transcription {
         for t in &mut self.terms {
             t.add_curvature(&mut self.stations[t.station], objective_factor, multipliers);
         }
-        let mut used = 0;
+        values.fill(0.0);
+        let mut places = self.hessian_places.iter();
+        // As many places as there are entries.
+        let mut add = |v| {
+            if let Some(&place) = places.next() {
+                values[place] += v;
+            }
+        };
         for t in &mut self.ends {
-            t.each_hessian(&mut self.stations, objective_factor, multipliers, |_, _, v| {
-                values[used] = v;
-                used += 1;
-            });
+            t.each_hessian(&mut self.stations, objective_factor, multipliers, |_, _, v| add(v));
         }
-        let mut rest = &mut values[used..];
         for s in &mut self.stations {
-            rest = s.hessian(rest);
+            s.hessian(&mut add);
         }
     }
 
     fn scaling(&self) -> Option<NlpScaling> {
         Some(self.scaling.clone())
     }
+}
+
+/// The different positions among `entries` of a matrix of `size` rows, and which of them each entry has.
+fn merged(size: usize, entries: &[(usize, usize)]) -> (Pattern, Vec<usize>) {
+    // Entries by rows: a counting sort.
+    let mut next = vec![0; size + 1];
+    entries.iter().for_each(|e| next[e.0 + 1] += 1);
+    (0..size).for_each(|r| next[r + 1] += next[r]);
+    let mut by_rows = vec![0; entries.len()];
+    for (k, e) in entries.iter().enumerate() {
+        by_rows[next[e.0]] = k;
+        next[e.0] += 1;
+    }
+    let mut pattern = Pattern::default();
+    let mut places = vec![0; entries.len()];
+    // Last row in which each column was met, and its position there.
+    let mut met = vec![(usize::MAX, 0); size];
+    for k in by_rows {
+        let (row, column) = entries[k];
+        if met[column].0 != row {
+            met[column] = (row, pattern.len());
+            pattern.rows.push(row);
+            pattern.cols.push(column);
+        }
+        places[k] = met[column].1;
+    }
+    (pattern, places)
 }
 
 fn variable_bounds(ocp: &Ocp, layout: &Layout) -> (Vec<f64>, Vec<f64>) {
