@@ -218,7 +218,8 @@ fn an_interruption_keeps_the_rows_done() {
     assert!((1..7).contains(&rows.len()), "{}", rows.len());
     assert_eq!(rows[..], table("table-2").rows[..rows.len()]);
     let two = reproduce("lunar-landing", 1, &mut (), |t| t.rows.len() < 2).unwrap();
-    assert_eq!((two.complete, two.tables.len(), two.tables[0].rows.len()), (false, 1, 2));
+    let rows: Vec<usize> = two.tables.iter().map(|t| t.rows.len()).collect();
+    assert_eq!((two.complete, rows), (false, vec![2, 0]));
     assert!(reproduction().complete);
 }
 

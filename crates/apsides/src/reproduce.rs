@@ -26,9 +26,16 @@ struct Publication {
     tables: &'static [PrintedTable],
 }
 
+impl Publication {
+    fn rows(&self) -> usize {
+        self.tables.iter().map(|t| t.rows.len()).sum()
+    }
+}
+
 /// A table as printed, and how to compute its rows.
 struct PrintedTable {
     id: &'static str,
+    figure: &'static str,
     title: &'static str,
     parameter: &'static str,
     /// Printed quantities; the first is minimised.
@@ -40,6 +47,13 @@ struct PrintedTable {
     /// Overrides that give the publication's own nonlinear program.
     own_method: &'static [&'static str],
     findings: fn(&Solved<'_>, &mut [Comparison]) -> Result<(), Error>,
+}
+
+impl PrintedTable {
+    fn empty(&self) -> Table {
+        let Self { id, figure, title, parameter, remarks, .. } = *self;
+        Table { id, figure, title, parameter, rows: Vec::new(), remarks }
+    }
 }
 
 /// A row as printed.
@@ -70,7 +84,7 @@ pub struct Reproduction {
     pub title: &'static str,
     /// Where the printed values stand.
     pub source: &'static str,
-    /// Tables in their order.
+    /// Tables in their order; those that were not reached have no rows.
     pub tables: Vec<Table>,
     /// What was found besides the rows.
     pub remarks: Vec<String>,
@@ -81,8 +95,10 @@ pub struct Reproduction {
 /// A table computed again.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Table {
-    /// Name for files: `table-2`.
+    /// Short name: `table-2`.
     pub id: &'static str,
+    /// File of its figure.
+    pub figure: &'static str,
     /// Number and subject.
     pub title: &'static str,
     /// What tells the rows apart; the unit ends the key.
@@ -195,6 +211,23 @@ pub fn list() -> impl Iterator<Item = (&'static str, &'static str)> {
     PUBLICATIONS.iter().map(|p| (p.name, p.title))
 }
 
+/// Number of rows of a publication.
+///
+/// # Errors
+/// [`Error::Value`] when there is no publication of this name.
+pub fn rows(name: &str) -> Result<usize, Error> {
+    Ok(find(name)?.rows())
+}
+
+fn find(name: &str) -> Result<&'static Publication, Error> {
+    PUBLICATIONS.iter().find(|p| p.name == name).ok_or_else(|| Error::Value {
+        place: "reproduce".into(),
+        key: "name".into(),
+        found: format!("\"{name}\""),
+        allowed: list().map(|(n, _)| format!("\"{n}\"")).collect::<Vec<_>>().join(" or "),
+    })
+}
+
 /// Computes all rows of a publication again, with so many threads.
 ///
 /// `report` gets each table as often as it has a new row, its last one, and ends the work by returning false. The observer sees
@@ -208,42 +241,26 @@ pub fn reproduce(
     observer: &mut dyn Observer,
     mut report: impl FnMut(&Table) -> bool,
 ) -> Result<Reproduction, Error> {
-    let publication = PUBLICATIONS.iter().find(|p| p.name == name).ok_or_else(|| Error::Value {
-        place: "reproduce".into(),
-        key: "name".into(),
-        found: format!("\"{name}\""),
-        allowed: list().map(|(n, _)| format!("\"{n}\"")).collect::<Vec<_>>().join(" or "),
-    })?;
+    let publication = find(name)?;
     let mut done = Reproduction {
         name: publication.name,
         title: publication.title,
         source: publication.source,
-        tables: Vec::new(),
+        tables: publication.tables.iter().map(PrintedTable::empty).collect(),
         remarks: (publication.remarks)()?,
         complete: false,
     };
-    for printed in publication.tables {
-        let PrintedTable { id, title, parameter, remarks, .. } = *printed;
-        let mut table = Table { id, title, parameter, rows: Vec::new(), remarks };
+    'tables: for (printed, table) in publication.tables.iter().zip(&mut done.tables) {
         let mut work = Work { printed, threads, observer: &mut *observer, neighbour: None };
-        let mut go_on = true;
         for row in printed.rows {
-            match work.row(row)? {
-                Some(row) => table.rows.push(row),
-                None => go_on = false,
+            let Some(row) = work.row(row)? else { break 'tables };
+            table.rows.push(row);
+            if !report(table) {
+                break 'tables;
             }
-            go_on = go_on && report(&table);
-            if !go_on {
-                break;
-            }
-        }
-        done.tables.push(table);
-        if !go_on {
-            break;
         }
     }
-    let printed: usize = publication.tables.iter().map(|t| t.rows.len()).sum();
-    done.complete = done.tables.iter().map(|t| t.rows.len()).sum::<usize>() == printed;
+    done.complete = done.tables.iter().map(|t| t.rows.len()).sum::<usize>() == publication.rows();
     Ok(done)
 }
 
