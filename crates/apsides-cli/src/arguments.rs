@@ -15,7 +15,8 @@ use clap::{Args, Parser, Subcommand};
         apsides solve lunar-perilune --out results\n  \
         apsides solve lunar-direct --set thrust_n=500 --json\n  \
         apsides sweep lunar-perilune --set perilune_altitude_km=50,25,15 --out sweep.csv\n  \
-        apsides verify results\n\n\
+        apsides verify results\n  \
+        apsides reproduce lunar-landing --out reproduction\n\n\
         Exit status: 0 optimal and verified, 2 bad input, 3 not converged or infeasible, 4 solved but not verified."
 )]
 pub(crate) struct Arguments {
@@ -49,6 +50,11 @@ pub(crate) enum Command {
         after_help = "Examples:\n  apsides check my-mission.toml\n  apsides check lunar-direct --set thrust_n=500"
     )]
     Check(MissionArguments),
+    /// Compute the tables of a publication again, or list the publications.
+    #[command(
+        after_help = "Examples:\n  apsides reproduce\n  apsides reproduce lunar-landing --out reproduction"
+    )]
+    Reproduce(ReproduceArguments),
     /// Verify the results in a directory again: trajectory.csv against the equations of mission.toml.
     #[command(after_help = "Example:\n  apsides verify results")]
     Verify {
@@ -121,6 +127,18 @@ pub(crate) struct SweepArguments {
     pub(crate) method: Option<String>,
     /// Write the rows with all results as CSV.
     #[arg(long, value_name = "FILE")]
+    pub(crate) out: Option<PathBuf>,
+    #[command(flatten)]
+    pub(crate) run: RunArguments,
+}
+
+/// Arguments of `reproduce`.
+#[derive(Debug, Args)]
+pub(crate) struct ReproduceArguments {
+    /// Name of the publication; all names are listed without one.
+    pub(crate) name: Option<String>,
+    /// Write reproduction.md, reproduction.csv and the figures into this directory.
+    #[arg(long, value_name = "DIR")]
     pub(crate) out: Option<PathBuf>,
     #[command(flatten)]
     pub(crate) run: RunArguments,

@@ -10,13 +10,13 @@ use apsides_verify::{VerifySettings, verify as verify_trajectory};
 
 use crate::arguments::{MissionArguments, SolveArguments, SweepArguments};
 use crate::figures::figures;
-use crate::output::{Exit, certificate, outcome, prices, print};
+use crate::output::{Exit, certificate, outcome, prices, print, titles, written};
 use crate::progress::{Progress, StopFlag};
 
 /// One sentence for the reader; exit status 2.
 pub(crate) type Refusal = String;
 
-fn refusal(e: impl std::fmt::Display) -> Refusal {
+pub(crate) fn refusal(e: impl std::fmt::Display) -> Refusal {
     e.to_string()
 }
 
@@ -57,10 +57,7 @@ pub(crate) fn solve(a: &SolveArguments) -> Result<Exit, Refusal> {
     if let Some(dir) = &a.out {
         let files = write_outcome(dir, &solved, &figures(&solved)).map_err(refusal)?;
         if !a.json {
-            print("\nwritten:\n");
-            for f in files {
-                print(&format!("  {}\n", f.display()));
-            }
+            print(&written(&files));
         }
     }
     Ok(exit)
@@ -82,7 +79,7 @@ fn explain_guess(mission: &Mission) -> Result<(), Refusal> {
 }
 
 /// Refuses a directory that cannot be written.
-fn probe_directory(dir: &Path) -> Result<(), Refusal> {
+pub(crate) fn probe_directory(dir: &Path) -> Result<(), Refusal> {
     let fail = |e: std::io::Error| format!("--out {}: {e}", dir.display());
     if dir.exists() && !dir.is_dir() {
         return Err(format!("--out {}: is a file; give a directory", dir.display()));
@@ -105,16 +102,16 @@ pub(crate) fn run_sweep(a: &SweepArguments) -> Result<Exit, Refusal> {
     let mut csv = a.out.as_deref().map(SweepFile::create).transpose()?;
     let stop = StopFlag::install();
     let mut progress = Progress::line(a.run.quiet, stop.clone(), cases.len() as u64);
-    let ticker = Progress::Quiet(stop.clone());
+    let ticker = progress.clone();
     let mut worst = Exit::Verified;
     let mut failure = None;
     let mut first = true;
     print(&format!("sweep of {} cases: {}\n", cases.len(), a.mission));
     sweep(&cases, &mut progress, |case, solved| {
         if std::mem::take(&mut first) {
-            print(&sweep_header(&axes, solved));
+            ticker.above(&sweep_header(&axes, solved));
         }
-        print(&sweep_row(case, solved));
+        ticker.above(&sweep_row(case, solved));
         ticker.step();
         worst = worse(worst, Exit::of(&solved.summary));
         if let Some(file) = &mut csv
@@ -228,10 +225,7 @@ impl SweepFile {
 
 pub(crate) fn missions(name: Option<&str>) -> Result<Exit, Refusal> {
     let Some(name) = name else {
-        let width = apsides::missions::list().map(|(n, _)| n.len()).max().unwrap_or(0);
-        for (name, title) in apsides::missions::list() {
-            print(&format!("{name:<width$}  {title}\n"));
-        }
+        print(&titles(apsides::missions::list()));
         return Ok(Exit::Verified);
     };
     let mission = Mission::load(name, &[]).map_err(refusal)?;

@@ -5,6 +5,7 @@ mod commands;
 mod figures;
 mod output;
 mod progress;
+mod reproduce;
 
 use std::process::ExitCode;
 
@@ -19,6 +20,7 @@ fn main() -> ExitCode {
         Command::Sweep(a) => commands::run_sweep(&a),
         Command::Missions { name } => commands::missions(name.as_deref()),
         Command::Check(a) => commands::check(&a),
+        Command::Reproduce(a) => reproduce::reproduce(&a),
         Command::Verify { directory, json } => commands::verify(&directory, json),
     };
     let exit = result.unwrap_or_else(|sentence| {

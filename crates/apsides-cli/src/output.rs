@@ -35,6 +35,19 @@ pub(crate) fn print(text: &str) {
     let _ = std::io::stdout().lock().write_all(text.as_bytes());
 }
 
+/// Names with their titles, one a line.
+pub(crate) fn titles<'a>(list: impl Iterator<Item = (&'a str, &'a str)>) -> String {
+    let list: Vec<_> = list.collect();
+    let width = list.iter().map(|(name, _)| name.len()).max().unwrap_or(0);
+    list.iter().map(|(name, title)| format!("{name:<width$}  {title}\n")).collect()
+}
+
+/// Files that were written, one a line.
+pub(crate) fn written(files: &[std::path::PathBuf]) -> String {
+    let lines = files.iter().map(|f| format!("  {}\n", f.display()));
+    format!("\nwritten:\n{}", lines.collect::<String>())
+}
+
 /// The outcome as text.
 pub(crate) fn outcome(o: &Outcome) -> String {
     let s = &o.summary;

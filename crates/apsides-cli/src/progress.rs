@@ -4,7 +4,7 @@ use std::io::{IsTerminal, Write};
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 
-use crate::output::scientific;
+use crate::output::{print, scientific};
 use apsides_nlp::{Flow, IterationRecord, Observer};
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
 
@@ -35,7 +35,8 @@ impl StopFlag {
     }
 }
 
-/// What a solve shows while it runs.
+/// What a solve shows while it runs; clones show the same.
+#[derive(Clone)]
 pub(crate) enum Progress {
     Quiet(StopFlag),
     /// One line per iteration, in Ipopt's ten columns.
@@ -60,7 +61,15 @@ impl Progress {
         Self::Line(stop, bar)
     }
 
-    /// One case of a sweep is done.
+    /// Prints with the changing line out of the way.
+    pub(crate) fn above(&self, text: &str) {
+        match self {
+            Self::Line(_, bar) => bar.suspend(|| print(text)),
+            Self::Quiet(_) | Self::Table(_) => print(text),
+        }
+    }
+
+    /// One case is done.
     pub(crate) fn step(&self) {
         if let Self::Line(_, bar) = self {
             bar.inc(1);

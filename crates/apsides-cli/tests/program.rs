@@ -205,6 +205,30 @@ fn missions_and_check_print_what_there_is() {
 }
 
 #[test]
+fn a_publication_is_reproduced_with_findings() {
+    let dir = tempfile::tempdir().unwrap();
+    let o = apsides(&["reproduce", "lunar-landing", "--quiet", "--out", &path(dir.path())]);
+    assert_eq!(o.status.code(), Some(0), "{}", stderr(&o));
+    let text = stdout(&o);
+    for part in [
+        "initial altitude (km): 15",
+        "printed time below the minimum by 0.073 s: not a feasible trajectory",
+        "(31 variables, 22 constraints), flown again, misses by +15.6 m, +0.75 m/s horizontally, -0.90 m/s radially",
+        "printed mass above the largest possible by 0.249 kg",
+        "the vehicle is 387 m above the ground at -4.98 m/s",
+    ] {
+        assert!(text.contains(part), "{part}: {text}");
+    }
+    for file in ["reproduction.md", "reproduction.csv", "table-2.svg", "table-3.svg"] {
+        assert!(text.contains(file) && dir.path().join(file).is_file(), "{file}");
+    }
+    assert!(stdout(&apsides(&["reproduce"])).starts_with("lunar-landing  "));
+    let refused = apsides(&["reproduce", "lunar"]);
+    assert_eq!(refused.status.code(), Some(2));
+    assert_eq!(stderr(&refused), "apsides: reproduce: `name` is \"lunar\", allowed is \"lunar-landing\"\n");
+}
+
+#[test]
 fn the_same_mission_gives_the_same_bytes() {
     let run = |threads| {
         let o = apsides(&["solve", "lunar-direct", "--json", "--quiet", "--threads", threads]);

@@ -25,7 +25,7 @@ const MISSION: &str = "mission.toml";
 const REPORT: &str = "report.html";
 
 /// A file name and its content; none for a file that must not stay.
-type Item = (&'static str, Option<Vec<u8>>);
+pub(crate) type Item = (&'static str, Option<Vec<u8>>);
 
 /// Writes the result directory of an outcome and returns the paths written: `summary.json`, `certificate.json`,
 /// `sensitivity.json` (when it was asked for), `trajectory.csv`, `multipliers.json` (when there are any), `mission.toml`, `report.html` with the mission's own
@@ -85,7 +85,7 @@ fn failed(action: &'static str, path: &Path) -> impl FnOnce(io::Error) -> Report
     move |source| ReportError::Io { action, path, source }
 }
 
-fn replace(dir: &Path, items: &[Item]) -> Result<Vec<PathBuf>, ReportError> {
+pub(crate) fn replace(dir: &Path, items: &[Item]) -> Result<Vec<PathBuf>, ReportError> {
     if dir.exists() && !dir.is_dir() {
         return Err(ReportError::NotADirectory { path: dir.to_owned() });
     }

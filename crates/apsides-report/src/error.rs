@@ -37,6 +37,14 @@ pub enum ReportError {
         /// Place and reason.
         source: serde_json::Error,
     },
+    /// A table that cannot be written as CSV.
+    #[error("{file}: {reason}")]
+    Table {
+        /// Name of the file.
+        file: &'static str,
+        /// Reason of the writer.
+        reason: String,
+    },
     /// A trajectory file that is truncated, malformed or does not fit the problem.
     #[error("trajectory, line {line}: {reason}")]
     Trajectory {

@@ -2,6 +2,7 @@
 //!
 //! ```text
 //! Outcome -> summary.json  certificate.json  trajectory.csv  multipliers.json  mission.toml  report.html
+//! Reproduction -> reproduction.md  reproduction.csv  table-2.svg  table-3.svg
 //! trajectory.csv, multipliers.json -> Trajectory     (the same polynomials, from the values at the nodes)
 //! ```
 //!
@@ -29,6 +30,7 @@
 //! | `html`, `page.css` | `report.html` |
 //! | `figure`, `axis_layout`, `svg` | what a figure shows, where its ticks stand, how it is drawn |
 //! | `standard_figures` | figures of every result |
+//! | `reproduction` | published tables computed again |
 //! | `units`, `number` | units and numbers for readers |
 //!
 //! Reference: M. Okabe and K. Ito, Color Universal Design, 2008, <https://jfly.uni-koeln.de/color/> (the palette).
@@ -41,6 +43,7 @@ mod figure;
 mod html;
 mod multipliers;
 mod number;
+mod reproduction;
 mod standard_figures;
 mod svg;
 mod trajectory_csv;
@@ -52,6 +55,9 @@ pub use error::ReportError;
 pub use figure::{Axis, AxisScale, Figure, ReferenceLine, Series, SeriesStyle, Span};
 pub use html::render_html;
 pub use multipliers::{ConstraintMultipliers, IntegralMultipliers, Multipliers, PathMultipliers};
+pub use reproduction::{
+    COMPARISON_HEADS, comparison_columns, miss_sentence, quantity_label, write_reproduction,
+};
 pub use standard_figures::StandardFigures;
 pub use trajectory_csv::write_trajectory;
 pub use trajectory_reader::read_trajectory;

@@ -105,7 +105,7 @@ fn node_values(polynomial: &PiecewisePolynomial, coordinate: f64, place: Place) 
 }
 
 /// Fewest digits that give the same number again, with an exponent for very large and very small ones.
-fn shortest(value: f64) -> String {
+pub(crate) fn shortest(value: f64) -> String {
     format!("{value:?}")
 }
 

@@ -23,6 +23,7 @@
 //! | [`missions`] | the missions that come with the crate |
 //! | [`pipeline`] | solve and verify |
 //! | [`sweep`] | parameter sweeps |
+//! | [`reproduce`] | published tables computed again |
 //! | [`sensitivity`] | what one more unit of a key is worth |
 //! | [`outcome`] | results |
 
@@ -33,6 +34,7 @@ pub mod mission_file;
 pub mod missions;
 pub mod outcome;
 pub mod pipeline;
+pub mod reproduce;
 pub mod sensitivity;
 pub mod sweep;
 

@@ -82,7 +82,19 @@ fn mistakes_name_line_key_and_remedy() {
             "touchdown_thrust = 90",
             "file `x.toml`, line 2: `touchdown_thrust` is 90, allowed is \"free\" or \"vertical\"",
         ),
-        ("method = \"newton\"", "file `x.toml`, line 2: `method` is \"newton\", allowed is \"radau\""),
+        (
+            "method = \"newton\"",
+            "file `x.toml`, line 2: `method` is \"newton\", allowed is \"radau\" or \"flatness\"",
+        ),
+        (
+            "[flatness]\nplacement = \"even\"",
+            "file `x.toml`, line 3: `flatness.placement` is \"even\", allowed is \"gauss-per-segment\" or \"uniform\" or \"gauss\" or \"lobatto\" or \"chebyshev\" or \"greville\"",
+        ),
+        (
+            "[flatness]\npoints = 0",
+            "file `x.toml`, line 3: `flatness.points` is 0, allowed is a whole number from 1 to 1000",
+        ),
+        ("[flatness]\nrefine = 3", "file `x.toml`, line 3: `flatness.refine` is 3, allowed is true or false"),
     ];
     for (text, message) in cases {
         assert_eq!(line2(text), message);
@@ -111,6 +123,31 @@ fn what_no_flight_can_mend_is_a_conflict() {
     assert!(direct.contains("allowed is \"full\" or \"free\""), "{direct}");
     let gate = "mission = \"lunar-two-phase\"\ngate_altitude_km = 20.0\n";
     assert!(refused(gate).contains("must be below the perilune"));
+}
+
+/// Settings that are refused for what they make of the problem, before any iteration.
+#[test]
+fn splines_that_cannot_land_are_refused() {
+    let says = |overrides: &[&str], message: &str| {
+        let overrides: Vec<String> =
+            ["method=flatness"].iter().chain(overrides).map(|o| (*o).to_owned()).collect();
+        match Mission::load("lunar-perilune", &overrides).and_then(|m| m.solve(None, &mut ())) {
+            Err(e) => assert_eq!(e.to_string(), message),
+            Ok(outcome) => panic!("solved: {:?}", outcome.summary),
+        }
+    };
+    says(
+        &["flatness.order=1"],
+        "phase `braking`: flatness setting `order` is 1, allowed is 3 to 32 (the flat map takes derivative 2, so that the order must be above it)",
+    );
+    says(
+        &["flatness.placement=uniform", "flatness.points=200"],
+        "phase `braking`: 200 points make 207 equality constraints for 19 variables of the whole problem; allowed are 7 to 12 points",
+    );
+    says(
+        &["throttle=free"],
+        "mission `lunar-perilune`: `method` is \"flatness\", which flies full thrust in a direction that may jump; choose `throttle` = \"full\" and `max_pitch_rate_deg_s` = inf, or `method` = \"radau\"",
+    );
 }
 
 #[test]

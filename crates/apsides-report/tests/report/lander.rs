@@ -210,6 +210,7 @@ pub(crate) fn outcome() -> Outcome {
             timing_ms: Timing { build: 1.234, solve: 48.1, verify: 6.02 },
             certificate,
             warnings: Vec::new(),
+            switches: Vec::new(),
             sensitivity: None,
         },
         mission_file: "# A lander\n[mission]\nname = \"lunar landing <test> & more\"\n\n[vehicle]\ninitial_mass_kg = 600.0\nisp_s = 300.0\n".into(),

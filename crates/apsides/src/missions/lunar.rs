@@ -7,6 +7,7 @@
 use std::f64::consts::TAU;
 
 use apsides_dynamics::Hohmann;
+use apsides_dynamics::planar::PlanarFlight;
 use apsides_dynamics::planar::flat::FlatVerticalThrust;
 use apsides_flatness::FlatSystem;
 use apsides_ocp::{At, Bounds, Guess, Ocp, OcpBuilder, Phase, PhaseGuess, Sense, Term, Variable};
@@ -94,6 +95,11 @@ fn chain(name: &str, phases: Vec<Phase>) -> OcpBuilder {
     let names: Vec<String> = phases.iter().map(|p| p.name.clone()).collect();
     let ocp = phases.into_iter().fold(Ocp::builder(name), OcpBuilder::phase);
     names.windows(2).fold(ocp, |ocp, pair| ocp.link(&pair[0], &pair[1]))
+}
+
+/// Body and engine.
+pub(crate) fn flight(v: &Values) -> Result<PlanarFlight, Error> {
+    Ok(Start::direct(v).map_err(conflict)?.flight)
 }
 
 fn direct(v: &Values) -> Result<Posed, Error> {

@@ -8,7 +8,7 @@ use apsides_ocp::{Guess, Ocp, Trajectory};
 use crate::key::{Key, Values};
 use crate::{Curve, Error, method};
 
-mod lunar;
+pub(crate) mod lunar;
 
 /// A problem with a start.
 pub struct Posed {

@@ -1,0 +1,83 @@
+//! Published tables computed again: rows on stdout as they are done.
+
+use apsides::reproduce::{Row, Table, list, reproduce as compute, rows as count};
+use apsides_report::{
+    COMPARISON_HEADS, comparison_columns, miss_sentence, quantity_label, write_reproduction,
+};
+
+use crate::arguments::ReproduceArguments;
+use crate::commands::{Refusal, probe_directory, refusal};
+use crate::output::{Exit, print, titles, written};
+use crate::progress::{Progress, StopFlag};
+
+pub(crate) fn reproduce(a: &ReproduceArguments) -> Result<Exit, Refusal> {
+    let Some(name) = &a.name else {
+        print(&titles(list()));
+        return Ok(Exit::Verified);
+    };
+    let rows = count(name).map_err(refusal)?;
+    if let Some(dir) = &a.out {
+        // Before the work, not after it.
+        probe_directory(dir)?;
+    }
+    let stop = StopFlag::install();
+    let mut progress = Progress::line(a.run.quiet, stop.clone(), rows as u64);
+    let ticker = progress.clone();
+    let done = compute(name, a.run.threads as usize, &mut progress, |table| {
+        ticker.above(&newest_row(table));
+        ticker.step();
+        !stop.is_set()
+    })
+    .map_err(refusal)?;
+    print("\nmisprints and inconsistencies of the text\n");
+    for remark in &done.remarks {
+        print(&format!("  * {remark}\n"));
+    }
+    if !done.complete {
+        print("\ninterrupted: rows are missing\n");
+    }
+    if let Some(dir) = &a.out {
+        print(&written(&write_reproduction(dir, &done).map_err(refusal)?));
+    }
+    let any = |test: fn(&Row) -> bool| done.tables.iter().flat_map(|t| &t.rows).any(test);
+    Ok(if !done.complete || any(|row| !row.solved) {
+        Exit::NotSolved
+    } else if any(|row| !row.verified) {
+        Exit::NotVerified
+    } else {
+        Exit::Verified
+    })
+}
+
+const QUANTITY_WIDTH: usize = 30;
+const WIDTH: usize = 16;
+
+/// The last row of a table, with what stands above the first one.
+fn newest_row(table: &Table) -> String {
+    let mut text = String::new();
+    if table.rows.len() == 1 {
+        text += &format!("\n{}\n", table.title);
+        for remark in table.remarks {
+            text += &format!("  * {remark}\n");
+        }
+        text += &line("", COMPARISON_HEADS);
+    }
+    table.rows.last().map_or(text.clone(), |row| text + &of_row(table, row))
+}
+
+fn of_row(table: &Table, row: &Row) -> String {
+    let mut text = format!("\n{}: {}\n", quantity_label(table.parameter), row.parameter);
+    for q in &row.quantities {
+        text += &line(&quantity_label(q.key), comparison_columns(q));
+    }
+    text += &format!("  {}\n", miss_sentence(row));
+    for finding in row.quantities.iter().flat_map(|q| &q.findings) {
+        text += &format!("  * {}\n", finding.text);
+    }
+    text
+}
+
+fn line(name: &str, columns: [impl std::fmt::Display; 7]) -> String {
+    let columns: String = columns.iter().map(|c| format!(" {c:>WIDTH$}")).collect();
+    format!("  {name:<QUANTITY_WIDTH$}{columns}\n")
+}
