@@ -90,6 +90,14 @@ impl Mission {
         Ok(of_radau(solution, &method.settings))
     }
 
+    /// Whether the method can fly the mission.
+    pub(crate) fn check_method(&self) -> Result<(), Error> {
+        match self.values.word("method") {
+            FLATNESS if self.pose()?.flat_systems.is_none() => Err(self.not_flat()),
+            _ => Ok(()),
+        }
+    }
+
     fn not_flat(&self) -> Error {
         Error::Conflict {
             place: format!("mission `{}`", self.name()),

@@ -100,6 +100,7 @@ impl Mission {
             place: format!("{source} (mission `{}`)", kind.name),
             reason,
         })?;
+        mission.check_method()?;
         Ok(mission)
     }
 
