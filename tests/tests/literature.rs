@@ -59,6 +59,7 @@ literature! {
     hypersensitive_long: LocalOptimum,
     orbit_raising: FeasibleAtNodes,
     cart_pole: LocalOptimum,
+    pvtol: LocalOptimum,
     shuttle_reentry: LocalOptimum,
     shuttle_heat_limit: LocalOptimum,
     min_time_climb: Feasible,

@@ -5,6 +5,8 @@ use apsides_ad::vector::norm;
 use apsides_ad::{Dynamics, FlatMap, PathFunction, Scalar};
 use apsides_flatness::{FlatSystem, Flatness, FlatnessSolution};
 use apsides_ocp::{At, Bounds, Guess, Ocp, Phase, PhaseGuess, State, Term, Variable};
+use apsides_problems::Case;
+use apsides_problems::pvtol::{self, AIRCRAFT, Effort, rest_to_rest};
 use apsides_radau::Radau;
 use apsides_verify::{Verdict, VerifySettings, verify};
 
@@ -29,98 +31,26 @@ fn agree(ocp: &Ocp, systems: &[FlatSystem], guess: &Guess) -> FlatnessSolution {
     flat
 }
 
-/// Planar vertical take-off and landing aircraft, in units of gravity; rolling moments push sideways by `coupling`.
-///
-/// P. Martin, S. Devasia, B. Paden, A different look at output tracking: control of a VTOL aircraft, Automatica 32 (1996) 101.
-/// States `x, z, theta` and their rates, controls thrust and rolling moment. Flat outputs: the centre of oscillation
-/// `x - coupling sin(theta), z + coupling cos(theta)`.
-#[derive(Clone, Copy)]
-struct Pvtol {
-    coupling: f64,
-}
-
-impl Dynamics<6, 2> for Pvtol {
-    fn rate<S: Scalar>(&self, _t: S, x: &[S; 6], u: &[S; 2], _p: &[S; 0]) -> [S; 6] {
-        let (sin, cos) = x[2].sin_cos();
-        let side = u[1] * self.coupling;
-        [x[3], x[4], x[5], side * cos - u[0] * sin, u[0] * cos + side * sin - 1.0, u[1]]
-    }
-}
-
-impl FlatMap<2, 5, 6, 2, 0> for Pvtol {
-    fn evaluate<S: Scalar>(&self, _t: S, y: &[[S; 5]; 2], _p: &[S; 0]) -> ([S; 6], [S; 2], [S; 0]) {
-        let e = self.coupling;
-        // Attitude along the acceleration that is not gravity, (-sin, cos) = (a, b) / size.
-        let (a, b) = (y[0][2], y[1][2] + 1.0);
-        let (a1, b1, a2, b2) = (y[0][3], y[1][3], y[0][4], y[1][4]);
-        let square = a.square() + b.square();
-        let theta = (-a).atan2(b);
-        let rate = (a * b1 - a1 * b) / square;
-        let moment = (a * b2 - a2 * b) / square - rate * (a * a1 + b * b1) * 2.0 / square;
-        let (sin, cos) = theta.sin_cos();
-        let x = [
-            y[0][0] + sin * e,
-            y[1][0] - cos * e,
-            theta,
-            y[0][1] + cos * rate * e,
-            y[1][1] + sin * rate * e,
-            rate,
-        ];
-        (x, [square.sqrt() + rate.square() * e, moment], [])
-    }
-
-    fn outputs(&self, _t: f64, x: &[f64; 6], _u: &[f64; 2], _p: &[f64; 0]) -> [f64; 2] {
-        let (sin, cos) = x[2].sin_cos();
-        [x[0] - self.coupling * sin, x[1] + self.coupling * cos]
-    }
-}
-
-struct PvtolEffort;
-
-impl PathFunction<6, 2, 1> for PvtolEffort {
-    fn evaluate<S: Scalar>(&self, _t: S, _x: &[S; 6], u: &[S; 2], _p: &[S; 0]) -> [S; 1] {
-        [(u[0] - 1.0).square() + u[1].square()]
-    }
-}
-
-fn pvtol_states() -> [State; 6] {
-    let ends = [("x", 3.0), ("z", 1.0), ("roll", 0.0), ("vx", 0.0), ("vz", 0.0), ("roll rate", 0.0)];
-    ends.map(|(name, end)| State::new(name, "-").starts_at(0.0).ends_at(end).scaled_by(1.0))
-}
-
 #[test]
 fn pvtol_from_rest_to_rest_with_least_effort() {
-    let model = Pvtol { coupling: 0.3 };
-    let phase = Phase::new("move", model)
-        .states(pvtol_states())
-        // The attitude follows the thrust, so that it must not vanish.
-        .controls([
-            Variable::new("thrust", "-").within(0.1, 3.0),
-            Variable::new("moment", "-").scaled_by(1.0),
-        ])
-        .final_time(Bounds::fixed(5.0))
-        .integral(Variable::new("effort", "-"), PvtolEffort);
-    let ocp = Ocp::builder("pvtol").phase(phase).minimize_integral("move", "effort").build().unwrap();
-    let rows = vec![vec![0.0; 6], vec![3.0, 1.0, 0.0, 0.0, 0.0, 0.0]];
-    let guess = PhaseGuess::samples(&[0.0, 5.0], rows, vec![vec![1.0, 0.0]; 2]).unwrap();
-    let guess = Guess::from_phases(&ocp, vec![guess]);
-    let system = FlatSystem::new(model);
+    let Case { ocp, guess } = pvtol::PROBLEM.pose().unwrap();
+    let system = FlatSystem::new(AIRCRAFT);
     assert_eq!((system.residuals, &system.highest[..]), (0, &[4, 4][..]));
-    agree(&ocp, &[system], &guess);
+    let solution = agree(&ocp, &[system], &guess);
+    assert!(pvtol::PROBLEM.optimum.relative_difference(solution.trajectory.objective).abs() < MESH);
 }
 
 /// Bounded controls that the optimum touches: rows at the points, and the estimate of what happens between them.
 #[test]
 fn pvtol_in_free_time_with_a_price_on_time() {
-    let model = Pvtol { coupling: 0.3 };
-    let phase = Phase::new("move", model)
-        .states(pvtol_states())
+    let phase = Phase::new("move", AIRCRAFT)
+        .states(rest_to_rest())
         .controls([
             Variable::new("thrust", "-").within(0.2, 3.0),
             Variable::new("moment", "-").within(-9.0, 9.0),
         ])
         .final_time(Bounds::new(1.0, 20.0))
-        .integral(Variable::new("effort", "-"), PvtolEffort);
+        .integral(Variable::new("effort", "-"), Effort);
     let terms = [Term::End(At::FinalTime("move"), 0.5), Term::Integral("move", "effort", 1.0)];
     let ocp = Ocp::builder("pvtol")
         .phase(phase)
@@ -130,7 +60,7 @@ fn pvtol_in_free_time_with_a_price_on_time() {
     let rows = vec![vec![0.0; 6], vec![3.0, 1.0, 0.0, 0.0, 0.0, 0.0]];
     let guess = PhaseGuess::samples(&[0.0, 4.0], rows, vec![vec![1.0, 0.0]; 2]).unwrap();
     let guess = Guess::from_phases(&ocp, vec![guess]);
-    agree(&ocp, &[FlatSystem::new(model)], &guess);
+    agree(&ocp, &[FlatSystem::new(AIRCRAFT)], &guess);
 }
 
 const GRAVITY: [f64; 3] = [0.0, 0.0, -3.7114];

@@ -19,7 +19,7 @@
 //! | [`hanging_chain`] | an integral with a given value |
 //! | [`hypersensitive`] | boundary layers at both ends, of a long phase and of a very long one |
 //! | [`orbit_raising`] | a nonlinear end condition, an equality along the path |
-//! | [`cart_pole`], [`shuttle_reentry`] | strongly nonlinear equations |
+//! | [`cart_pole`], [`pvtol`], [`shuttle_reentry`] | strongly nonlinear equations |
 //! | [`min_time_climb`] | tables of thrust, aerodynamics and atmosphere |
 //! | [`delta_iii`] | four phases with dropped masses, orbital elements at the end |
 //! | [`van_der_pol`], [`rayleigh_path`], [`shuttle_heat_limit`] | arcs at a control bound, at a mixed constraint |
@@ -54,6 +54,7 @@ pub mod nlp;
 pub mod orbit_raising;
 pub mod powered_descent;
 pub mod problem;
+pub mod pvtol;
 pub mod rayleigh_path;
 pub mod shuttle_heat_limit;
 pub mod shuttle_reentry;
@@ -74,6 +75,7 @@ pub const GALLERY: &[Problem] = &[
     hypersensitive::LONG,
     orbit_raising::PROBLEM,
     cart_pole::PROBLEM,
+    pvtol::PROBLEM,
     shuttle_reentry::PROBLEM,
     shuttle_heat_limit::PROBLEM,
     min_time_climb::PROBLEM,
