@@ -154,6 +154,8 @@ fn free_throttle_finds_the_known_structures() {
         ("lunar-perilune", "perilune_altitude_km=15", 153.75130683922862, 1),
         ("lunar-perilune", "perilune_altitude_km=5", 154.08569, 1),
         ("lunar-two-phase", "gate_altitude_km=2", 150.43816094560435, 1),
+        // Free fall for 0.34 s at the gate.
+        ("lunar-two-phase", "gate_altitude_km=5", 148.25527302630155, 2),
         // Two burns; between them the flight grazes the surface, where costates jump.
         ("lunar-direct", "orbit_altitude_km=100", 154.24380971887453, 2),
     ];
