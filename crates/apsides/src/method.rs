@@ -195,7 +195,7 @@ fn flatness(
         format!(
             "above {:.1e} after {} refinements",
             method.settings.defect_tolerance,
-            solution.solves.len() - 1
+            solution.solves.len().saturating_sub(1)
         )
     } else {
         "so that the curves are no trajectories; set `flatness.refine` = true".into()
