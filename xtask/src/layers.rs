@@ -35,7 +35,7 @@ const ARROWS: &[(&str, Arrows)] = &[
     // Methods.
     ("radau", To(&["ad", "ocp", "basis", "nlp"])),
     ("flatness", To(&["ad", "ocp", "basis", "nlp"])),
-    ("shooting", To(&["ad", "ocp", "ode", "nlp"])),
+    ("shooting", To(&["ad", "basis", "ocp", "ode", "nlp"])),
     ("piecewise", To(&["ad", "ocp", "ode", "nlp"])),
     ("convex", To(&["ocp", "ode", "conic"])),
     // What follows a solution: no solver and no method.
