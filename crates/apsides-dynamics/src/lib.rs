@@ -27,6 +27,7 @@
 //! | [`body`] | central bodies, circular and elliptic speeds |
 //! | [`engine`] | thrust, exhaust velocity, rocket equation |
 //! | [`transfer`] | Hohmann transfers |
+//! | [`equinoctial`] | orbital flight with finite thrust in modified equinoctial elements, in the plane and in space |
 //! | [`planar`] | planar polar flight: coasting, constant or throttled thrust, limited pitch rate, vertical flight |
 //! | [`planar::flat`] | flat maps of planar flight |
 //! | [`quantity`] | names and units of states and controls |
@@ -35,6 +36,7 @@
 
 pub mod body;
 pub mod engine;
+pub mod equinoctial;
 pub mod error;
 pub mod planar;
 pub mod quantity;

@@ -1,0 +1,121 @@
+//! Flight in space: states `[p, f, g, h, k, L, m]`.
+
+use apsides_ad::{Dynamics, Scalar, vector};
+
+use super::{OrbitalFlight, Place};
+
+/// The equations of motion with the radial, transverse and normal component of the unit vector along the thrust, and the thrust's
+/// size, in N.
+fn rate<S: Scalar>(
+    flight: &OrbitalFlight,
+    x: &[S; 7],
+    place: &Place<S>,
+    direction: [S; 3],
+    thrust: f64,
+) -> [S; 7] {
+    let [_, f, g, h, k, _, m] = *x;
+    let tilt = h * place.sin - k * place.cos;
+    let s2 = h * h + k * k + 1.0;
+    let mut acceleration = vector::scale(&direction, m.recip() * thrust);
+    if flight.j2 != 0.0 {
+        let along = h * place.cos + k * place.sin;
+        let size = (place.radius.square() * s2).powi(-2) * (-6.0 * flight.oblateness());
+        let pull = [
+            (s2.square() * 0.25 - tilt.square() * 3.0) * size,
+            tilt * along * size * 2.0,
+            tilt * (-s2 + 2.0) * size,
+        ];
+        acceleration = vector::add(&acceleration, &pull);
+    }
+    let [radial, transverse, normal] = acceleration;
+    let mut rates = place.in_plane(f, g, radial, transverse);
+    let lever = place.root * normal / place.q;
+    let turn = tilt * lever;
+    rates[1] -= g * turn;
+    rates[2] += f * turn;
+    rates[3] += turn;
+    let half = s2 * lever * 0.5;
+    [
+        rates[0],
+        rates[1],
+        rates[2],
+        half * place.cos,
+        half * place.sin,
+        rates[3],
+        S::from(-thrust / flight.engine.exhaust_velocity),
+    ]
+}
+
+fn place<S: Scalar>(flight: &OrbitalFlight, x: &[S; 7]) -> Place<S> {
+    Place::new(flight.body.gravitational_parameter, x[0], x[1], x[2], x[5])
+}
+
+/// The axes of the equinoctial frame in inertial space: true longitude 0 and 90 deg in the orbital plane, and the angular
+/// momentum (Betts 2010, chapter 6).
+pub(super) fn equinoctial_axes<S: Scalar>(h: S, k: S) -> [[S; 3]; 3] {
+    let one = S::from(1.0);
+    let (h2, k2, hk) = (h * h, k * k, h * k * 2.0);
+    let scale = (h2 + k2 + 1.0).recip();
+    [[one + h2 - k2, hk, -k * 2.0], [hk, one - h2 + k2, h * 2.0], [k * 2.0, -h * 2.0, one - h2 - k2]]
+        .map(|axis| vector::scale(&axis, scale))
+}
+
+/// No thrust, no control; states [`SPATIAL_STATES`](super::SPATIAL_STATES).
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct SpatialCoast(pub OrbitalFlight);
+
+impl Dynamics<7, 0> for SpatialCoast {
+    fn rate<S: Scalar>(&self, _t: S, x: &[S; 7], _u: &[S; 0], _p: &[S; 0]) -> [S; 7] {
+        rate(&self.0, x, &place(&self.0, x), [S::from(0.0); 3], 0.0)
+    }
+}
+
+/// Full thrust; states [`SPATIAL_STATES`](super::SPATIAL_STATES), controls: the angle `alpha` from the local horizontal in the
+/// orbital plane, positive up, and the angle `beta` out of that plane, positive along the angular momentum.
+///
+/// The unit vector along the thrust has the components `sin(alpha) cos(beta)` (radial), `cos(alpha) cos(beta)` (transverse) and
+/// `sin(beta)` (normal).
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct SpatialThrust(pub OrbitalFlight);
+
+impl Dynamics<7, 2> for SpatialThrust {
+    fn rate<S: Scalar>(&self, _t: S, x: &[S; 7], u: &[S; 2], _p: &[S; 0]) -> [S; 7] {
+        let [(sin_in, cos_in), (sin_out, cos_out)] = u.map(Scalar::sin_cos);
+        let direction = [sin_in * cos_out, cos_in * cos_out, sin_out];
+        rate(&self.0, x, &place(&self.0, x), direction, self.0.engine.thrust)
+    }
+}
+
+/// Full thrust along the velocity, no control; states [`SPATIAL_STATES`](super::SPATIAL_STATES).
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct SpatialVelocityThrust(pub OrbitalFlight);
+
+impl Dynamics<7, 0> for SpatialVelocityThrust {
+    fn rate<S: Scalar>(&self, _t: S, x: &[S; 7], _u: &[S; 0], _p: &[S; 0]) -> [S; 7] {
+        let place = place(&self.0, x);
+        let [radial, transverse] = place.velocity_direction(x[1], x[2]);
+        rate(&self.0, x, &place, [radial, transverse, S::from(0.0)], self.0.engine.thrust)
+    }
+}
+
+/// Full thrust in a direction that is fixed in inertial space, no control; states [`SPATIAL_STATES`](super::SPATIAL_STATES),
+/// [`THRUST_LONGITUDE`](super::THRUST_LONGITUDE) and [`THRUST_LATITUDE`](super::THRUST_LATITUDE), which are constant.
+///
+/// With the longitude `a` and the latitude `d` the unit vector along the thrust is `[cos(d) cos(a), cos(d) sin(a), sin(d)]`.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct SpatialInertialThrust(pub OrbitalFlight);
+
+impl Dynamics<9, 0> for SpatialInertialThrust {
+    fn rate<S: Scalar>(&self, _t: S, x: &[S; 9], _u: &[S; 0], _p: &[S; 0]) -> [S; 9] {
+        let [p, f, g, h, k, l, m, longitude, latitude] = *x;
+        let x = [p, f, g, h, k, l, m];
+        let place = place(&self.0, &x);
+        let ((sin_a, cos_a), (sin_d, cos_d)) = (longitude.sin_cos(), latitude.sin_cos());
+        let thrust = [cos_d * cos_a, cos_d * sin_a, sin_d];
+        let [x1, x2, normal] = equinoctial_axes(h, k).map(|axis| vector::dot(&axis, &thrust));
+        let (radial, transverse) = (x1 * place.cos + x2 * place.sin, x2 * place.cos - x1 * place.sin);
+        let rates = rate(&self.0, &x, &place, [radial, transverse, normal], self.0.engine.thrust);
+        let [p, f, g, h, k, l, m] = rates;
+        [p, f, g, h, k, l, m, S::from(0.0), S::from(0.0)]
+    }
+}
