@@ -42,8 +42,9 @@
 //! *Practical Methods for Optimal Control and Estimation Using Nonlinear Programming*, 2nd ed., SIAM 2010,
 //! doi 10.1137/1.9780898718577.
 
-use apsides_ad::Scalar;
+use apsides_ad::{Scalar, vector};
 
+use crate::elements::Place;
 pub use crate::planar::{MASS, THRUST_ANGLE};
 use crate::{Body, Engine, Quantity};
 
@@ -112,26 +113,7 @@ impl OrbitalFlight {
     }
 }
 
-/// What the equations need of a point of an orbit.
-struct Place<S> {
-    /// Sine and cosine of the true longitude.
-    sin: S,
-    cos: S,
-    /// Semi-latus rectum by radius.
-    q: S,
-    /// `sqrt(p / mu)`, s/m.
-    root: S,
-    /// Radius, m.
-    radius: S,
-}
-
 impl<S: Scalar> Place<S> {
-    fn new(mu: f64, p: S, f: S, g: S, l: S) -> Self {
-        let (sin, cos) = l.sin_cos();
-        let q = f * cos + g * sin + 1.0;
-        Self { sin, cos, q, root: (p / mu).sqrt(), radius: p / q }
-    }
-
     /// Rates of `p`, `f`, `g`, `L` from the components of the acceleration in the orbital plane.
     fn in_plane(&self, f: S, g: S, radial: S, transverse: S) -> [S; 4] {
         let Self { sin, cos, q, root, radius } = *self;
@@ -147,10 +129,10 @@ impl<S: Scalar> Place<S> {
 
     /// Radial and transverse component of the unit vector along the velocity.
     fn velocity_direction(&self, f: S, g: S) -> [S; 2] {
-        let radial = f * self.sin - g * self.cos;
+        let velocity = self.hodograph(f, g);
         // Not zero before the semi-latus rectum is.
-        let speed = apsides_ad::vector::norm(&[radial, self.q], 0.0);
-        [radial / speed, self.q / speed]
+        let speed = vector::norm(&velocity, 0.0);
+        velocity.map(|component| component / speed)
     }
 }
 

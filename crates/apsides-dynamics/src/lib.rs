@@ -26,6 +26,7 @@
 //! | --- | --- |
 //! | [`body`] | central bodies, circular and elliptic speeds |
 //! | [`engine`] | thrust, exhaust velocity, rocket equation |
+//! | [`elements`] | classical and modified equinoctial elements, Cartesian and planar polar states, and conversions |
 //! | [`transfer`] | Hohmann transfers |
 //! | [`equinoctial`] | orbital flight with finite thrust in modified equinoctial elements, in the plane and in space |
 //! | [`planar`] | planar polar flight: coasting, constant or throttled thrust, limited pitch rate, vertical flight |
@@ -35,6 +36,7 @@
 //! Reference: D. A. Vallado, Fundamentals of Astrodynamics and Applications, 4th ed., 2013, ISBN 978-1881883189.
 
 pub mod body;
+pub mod elements;
 pub mod engine;
 pub mod equinoctial;
 pub mod error;

@@ -2,7 +2,8 @@
 
 use apsides_ad::{Dynamics, Scalar};
 
-use super::{OrbitalFlight, Place};
+use super::OrbitalFlight;
+use crate::elements::Place;
 
 /// The equations of motion with the radial and transverse component of the unit vector along the thrust, and the thrust's size, in N.
 fn rate<S: Scalar>(

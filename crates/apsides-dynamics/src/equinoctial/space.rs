@@ -2,7 +2,8 @@
 
 use apsides_ad::{Dynamics, Scalar, vector};
 
-use super::{OrbitalFlight, Place};
+use super::OrbitalFlight;
+use crate::elements::{Place, Sense, equinoctial_axes};
 
 /// The equations of motion with the radial, transverse and normal component of the unit vector along the thrust, and the thrust's
 /// size, in N.
@@ -48,16 +49,6 @@ fn rate<S: Scalar>(
 
 fn place<S: Scalar>(flight: &OrbitalFlight, x: &[S; 7]) -> Place<S> {
     Place::new(flight.body.gravitational_parameter, x[0], x[1], x[2], x[5])
-}
-
-/// The axes of the equinoctial frame in inertial space: true longitude 0 and 90 deg in the orbital plane, and the angular
-/// momentum (Betts 2010, chapter 6).
-pub(super) fn equinoctial_axes<S: Scalar>(h: S, k: S) -> [[S; 3]; 3] {
-    let one = S::from(1.0);
-    let (h2, k2, hk) = (h * h, k * k, h * k * 2.0);
-    let scale = (h2 + k2 + 1.0).recip();
-    [[one + h2 - k2, hk, -k * 2.0], [hk, one - h2 + k2, h * 2.0], [k * 2.0, -h * 2.0, one - h2 - k2]]
-        .map(|axis| vector::scale(&axis, scale))
 }
 
 /// No thrust, no control; states [`SPATIAL_STATES`](super::SPATIAL_STATES).
@@ -112,7 +103,8 @@ impl Dynamics<9, 0> for SpatialInertialThrust {
         let place = place(&self.0, &x);
         let ((sin_a, cos_a), (sin_d, cos_d)) = (longitude.sin_cos(), latitude.sin_cos());
         let thrust = [cos_d * cos_a, cos_d * sin_a, sin_d];
-        let [x1, x2, normal] = equinoctial_axes(h, k).map(|axis| vector::dot(&axis, &thrust));
+        let [x1, x2, normal] =
+            equinoctial_axes(h, k, Sense::Prograde).map(|axis| vector::dot(&axis, &thrust));
         let (radial, transverse) = (x1 * place.cos + x2 * place.sin, x2 * place.cos - x1 * place.sin);
         let rates = rate(&self.0, &x, &place, [radial, transverse, normal], self.0.engine.thrust);
         let [p, f, g, h, k, l, m] = rates;

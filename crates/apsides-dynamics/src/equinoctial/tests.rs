@@ -1,20 +1,11 @@
 use apsides_ad::{Dual, Dynamics, vector};
+use std::f64::consts::PI;
 
-use super::space::equinoctial_axes;
 use super::*;
+use crate::elements::{Cartesian, Equinoctial, Sense};
 
 fn breeze() -> OrbitalFlight {
     OrbitalFlight::new(Body::EARTH, Engine::with_exhaust_velocity(20e3, 20e3 / 6.14).unwrap())
-}
-
-/// Position and velocity from the definitions of the elements.
-fn inertial<S: Scalar>(mu: f64, [p, f, g, h, k, l]: [S; 6]) -> ([S; 3], [S; 3]) {
-    let [x1, x2, _] = equinoctial_axes(h, k);
-    let (sin, cos) = l.sin_cos();
-    let r = p / (f * cos + g * sin + 1.0);
-    let speed = (p.recip() * mu).sqrt();
-    let at = |a: S, b: S| vector::add(&vector::scale(&x1, a), &vector::scale(&x2, b));
-    (at(r * cos, r * sin), at(-(sin + g) * speed, (cos + f) * speed))
 }
 
 /// Orbits of every kind, true longitudes over two revolutions.
@@ -41,8 +32,8 @@ fn gravity(flight: &OrbitalFlight, at: [f64; 3]) -> [f64; 3] {
 /// Rates of position and velocity that rates of the elements mean.
 fn moved(mu: f64, elements: [f64; 6], rates: [f64; 6]) -> ([f64; 3], [f64; 3]) {
     let along = std::array::from_fn(|k| Dual::<1> { re: elements[k], eps: [rates[k]] });
-    let (r, v) = inertial(mu, along);
-    (r.map(|c| c.eps[0]), v.map(|c| c.eps[0]))
+    let moved = Equinoctial::prograde(along).to_cartesian(mu);
+    (moved.position.map(|c| c.eps[0]), moved.velocity.map(|c| c.eps[0]))
 }
 
 /// The equations in elements are Newton's law with the thrust and the field, for every kind of orbit: derivatives of position and
@@ -53,7 +44,7 @@ fn the_rates_are_newtons_law() {
     for flight in [breeze(), breeze().with_j2(EARTH_J2), breeze().with_j2(0.1)] {
         let mu = flight.body.gravitational_parameter;
         for orbit in ORBITS {
-            let (r, v) = inertial(mu, orbit);
+            let Cartesian { position: r, velocity: v } = Equinoctial::prograde(orbit).to_cartesian(mu);
             let size = vector::norm(&r, 0.0);
             let (alpha, beta) = (0.7_f64, -0.4_f64);
             let [p, f, g, h, k, l] = orbit;
@@ -92,6 +83,37 @@ fn the_rates_are_newtons_law() {
                 }
                 assert!((rates[6] + thrust * 6.14 / 20e3).abs() < 1e-15);
             }
+        }
+    }
+}
+
+/// Retrograde elements with `h` negated obey the same equations.
+#[test]
+fn retrograde_elements_obey_the_same_equations() {
+    let (mass, flight) = (2.1e4, breeze().with_j2(0.1));
+    let mu = flight.body.gravitational_parameter;
+    for [p, f, g, h, k, l] in ORBITS {
+        let rates = SpatialThrust(flight).rate(0.0, &[p, f, g, -h, k, l, mass], &[0.0, 0.5 * PI], &[]);
+        let seeded = |re: f64, rate: f64| Dual::<1> { re, eps: [rate] };
+        let state = Equinoctial {
+            semi_latus_rectum: seeded(p, rates[0]),
+            f: seeded(f, rates[1]),
+            g: seeded(g, rates[2]),
+            h: seeded(h, -rates[3]),
+            k: seeded(k, rates[4]),
+            true_longitude: seeded(l, rates[5]),
+            sense: Sense::Retrograde,
+        }
+        .to_cartesian(mu);
+        let pull = gravity(&flight, state.position.map(|c| c.re));
+        let scale = vector::norm(&pull, 0.0);
+        let (r, v) = (state.position.map(|c| c.re), state.velocity.map(|c| c.re));
+        let momentum = vector::cross(&r, &v);
+        let size = vector::norm(&momentum, 0.0);
+        for c in 0..3 {
+            assert!((state.position[c].eps[0] - v[c]).abs() < 1e-14 * vector::norm(&v, 0.0));
+            let expected = pull[c] + momentum[c] / size * flight.engine.thrust / mass;
+            assert!((state.velocity[c].eps[0] - expected).abs() < 1e-14 * scale);
         }
     }
 }
