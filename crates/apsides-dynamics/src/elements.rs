@@ -24,7 +24,7 @@
 //! ```
 //!
 //! (M. J. H. Walker, B. Ireland, J. Owens, *Celestial Mechanics* 36 (1985) 409, doi 10.1007/BF01227493; Vallado 2013, section
-//! 2.4.3.) The retrograde elements of an orbit are, but for the sign of `h`, the prograde ones in the frame that is turned by 180 deg
+//! 2.4.) The retrograde elements of an orbit are, but for the sign of `h`, the prograde ones in the frame that is turned by 180 deg
 //! about its first axis. An oblate body's field is the same in both, so that the models of [`equinoctial`](crate::equinoctial), but those
 //! with a thrust in an inertial direction, serve retrograde elements with `h` negated.
 //!

@@ -27,6 +27,7 @@
 //! | [`body`] | central bodies, circular and elliptic speeds |
 //! | [`engine`] | thrust, exhaust velocity, rocket equation |
 //! | [`elements`] | classical and modified equinoctial elements, Cartesian and planar polar states, and conversions |
+//! | [`kepler`] | motion on a conic: propagation, Kepler's equation, time between true longitudes |
 //! | [`transfer`] | Hohmann transfers |
 //! | [`equinoctial`] | orbital flight with finite thrust in modified equinoctial elements, in the plane and in space |
 //! | [`planar`] | planar polar flight: coasting, constant or throttled thrust, limited pitch rate, vertical flight |
@@ -40,6 +41,7 @@ pub mod elements;
 pub mod engine;
 pub mod equinoctial;
 pub mod error;
+pub mod kepler;
 pub mod planar;
 pub mod quantity;
 pub mod transfer;

@@ -95,7 +95,7 @@ proptest! {
     /// The retrograde elements are the prograde ones in the frame turned about its first axis, `h` negated.
     #[test]
     fn retrograde_elements_are_prograde_ones_of_a_turned_frame(orbit in orbits()) {
-        prop_assume!(orbit.inclination > 0.1);
+        let orbit = Classical { inclination: orbit.inclination.max(0.1), ..orbit };
         let state = orbit.to_cartesian(MU).unwrap();
         let turn = |[x, y, z]: [f64; 3]| [x, -y, -z];
         let turned = Cartesian { position: turn(state.position), velocity: turn(state.velocity) };
