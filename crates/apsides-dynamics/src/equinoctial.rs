@@ -52,6 +52,7 @@ mod plane;
 mod space;
 
 pub use plane::{PlanarCoast, PlanarInertialThrust, PlanarThrust, PlanarVelocityThrust};
+pub(crate) use space::inertial_direction;
 pub use space::{SpatialCoast, SpatialInertialThrust, SpatialThrust, SpatialVelocityThrust};
 
 /// Semi-latus rectum `p`.
@@ -108,22 +109,42 @@ impl OrbitalFlight {
     }
 
     /// `mu J2 Re^2`, in m5/s2.
-    fn oblateness(&self) -> f64 {
+    pub(crate) fn oblateness(&self) -> f64 {
         self.body.gravitational_parameter * self.j2 * self.body.radius * self.body.radius
+    }
+
+    /// Acceleration by the full thrust along a unit vector.
+    pub(crate) fn thrust_acceleration<S: Scalar, const N: usize>(
+        &self,
+        mass: S,
+        direction: &[S; N],
+    ) -> [S; N] {
+        vector::scale(direction, mass.recip() * self.engine.thrust)
+    }
+
+    /// Rate of the mass with the thrust on or off.
+    pub(crate) fn mass_rate<S: Scalar>(&self, on: bool) -> S {
+        S::from(if on { -self.engine.mass_flow() } else { 0.0 })
     }
 }
 
 impl<S: Scalar> Place<S> {
-    /// Rates of `p`, `f`, `g`, `L` from the components of the acceleration in the orbital plane.
-    fn in_plane(&self, f: S, g: S, radial: S, transverse: S) -> [S; 4] {
+    /// Rates of `p`, `f`, `g`, `L` from the radial and transverse component of the acceleration, if there is one: without, all but the
+    /// last are constants, which keeps them out of the pattern of derivatives.
+    fn in_plane(&self, f: S, g: S, acceleration: Option<[S; 2]>) -> [S; 4] {
         let Self { sin, cos, q, root, radius } = *self;
+        // sqrt(mu p) / r^2 = (p / r) / (r sqrt(p / mu))
+        let l = q / (radius * root);
+        let Some([radial, transverse]) = acceleration else {
+            let zero = S::from(0.0);
+            return [zero, zero, zero, l];
+        };
         let turn = transverse / q;
         [
             radius * root * transverse * 2.0,
             root * (radial * sin + ((q + 1.0) * cos + f) * turn),
             root * (((q + 1.0) * sin + g) * turn - radial * cos),
-            // sqrt(mu p) / r^2 = (p / r) / (r sqrt(p / mu))
-            q / (radius * root),
+            l,
         ]
     }
 

@@ -5,22 +5,17 @@ use apsides_ad::{Dynamics, Scalar};
 use super::OrbitalFlight;
 use crate::elements::Place;
 
-/// The equations of motion with the radial and transverse component of the unit vector along the thrust, and the thrust's size, in N.
-fn rate<S: Scalar>(
-    flight: &OrbitalFlight,
-    x: &[S; 5],
-    place: &Place<S>,
-    [radial, transverse]: [S; 2],
-    thrust: f64,
-) -> [S; 5] {
+/// The equations of motion with the radial and transverse component of the unit vector along the full thrust, if there is one.
+fn rate<S: Scalar>(flight: &OrbitalFlight, x: &[S; 5], place: &Place<S>, thrust: Option<[S; 2]>) -> [S; 5] {
     let [_, f, g, _, m] = *x;
-    let push = m.recip() * thrust;
-    let mut radial = radial * push;
+    let mut acceleration = thrust.map(|direction| flight.thrust_acceleration(m, &direction));
     if flight.j2 != 0.0 {
-        radial -= place.radius.powi(-4) * (1.5 * flight.oblateness());
+        let pull = place.radius.powi(-4) * (-1.5 * flight.oblateness());
+        let [radial, transverse] = acceleration.unwrap_or([S::from(0.0); 2]);
+        acceleration = Some([radial + pull, transverse]);
     }
-    let [p, f, g, l] = place.in_plane(f, g, radial, transverse * push);
-    [p, f, g, l, S::from(-thrust / flight.engine.exhaust_velocity)]
+    let [p, f, g, l] = place.in_plane(f, g, acceleration);
+    [p, f, g, l, flight.mass_rate(thrust.is_some())]
 }
 
 fn place<S: Scalar>(flight: &OrbitalFlight, x: &[S; 5]) -> Place<S> {
@@ -33,7 +28,7 @@ pub struct PlanarCoast(pub OrbitalFlight);
 
 impl Dynamics<5, 0> for PlanarCoast {
     fn rate<S: Scalar>(&self, _t: S, x: &[S; 5], _u: &[S; 0], _p: &[S; 0]) -> [S; 5] {
-        rate(&self.0, x, &place(&self.0, x), [S::from(0.0); 2], 0.0)
+        rate(&self.0, x, &place(&self.0, x), None)
     }
 }
 
@@ -45,7 +40,7 @@ pub struct PlanarThrust(pub OrbitalFlight);
 impl Dynamics<5, 1> for PlanarThrust {
     fn rate<S: Scalar>(&self, _t: S, x: &[S; 5], u: &[S; 1], _p: &[S; 0]) -> [S; 5] {
         let (sin, cos) = u[0].sin_cos();
-        rate(&self.0, x, &place(&self.0, x), [sin, cos], self.0.engine.thrust)
+        rate(&self.0, x, &place(&self.0, x), Some([sin, cos]))
     }
 }
 
@@ -57,7 +52,7 @@ impl Dynamics<5, 0> for PlanarVelocityThrust {
     fn rate<S: Scalar>(&self, _t: S, x: &[S; 5], _u: &[S; 0], _p: &[S; 0]) -> [S; 5] {
         let place = place(&self.0, x);
         let direction = place.velocity_direction(x[1], x[2]);
-        rate(&self.0, x, &place, direction, self.0.engine.thrust)
+        rate(&self.0, x, &place, Some(direction))
     }
 }
 
@@ -71,7 +66,7 @@ impl Dynamics<6, 0> for PlanarInertialThrust {
         let [p, f, g, l, m, direction] = *x;
         let x = [p, f, g, l, m];
         let (sin, cos) = (direction - l).sin_cos();
-        let [p, f, g, l, m] = rate(&self.0, &x, &place(&self.0, &x), [cos, sin], self.0.engine.thrust);
+        let [p, f, g, l, m] = rate(&self.0, &x, &place(&self.0, &x), Some([cos, sin]));
         [p, f, g, l, m, S::from(0.0)]
     }
 }

@@ -5,19 +5,13 @@ use apsides_ad::{Dynamics, Scalar, vector};
 use super::OrbitalFlight;
 use crate::elements::{Place, Sense, equinoctial_axes};
 
-/// The equations of motion with the radial, transverse and normal component of the unit vector along the thrust, and the thrust's
-/// size, in N.
-fn rate<S: Scalar>(
-    flight: &OrbitalFlight,
-    x: &[S; 7],
-    place: &Place<S>,
-    direction: [S; 3],
-    thrust: f64,
-) -> [S; 7] {
+/// The equations of motion with the radial, transverse and normal component of the unit vector along the full thrust, if there is
+/// one.
+fn rate<S: Scalar>(flight: &OrbitalFlight, x: &[S; 7], place: &Place<S>, thrust: Option<[S; 3]>) -> [S; 7] {
     let [_, f, g, h, k, _, m] = *x;
     let tilt = h * place.sin - k * place.cos;
     let s2 = h * h + k * k + 1.0;
-    let mut acceleration = vector::scale(&direction, m.recip() * thrust);
+    let mut acceleration = thrust.map(|direction| flight.thrust_acceleration(m, &direction));
     if flight.j2 != 0.0 {
         let along = h * place.cos + k * place.sin;
         let size = (place.radius.square() * s2).powi(-2) * (-6.0 * flight.oblateness());
@@ -26,25 +20,22 @@ fn rate<S: Scalar>(
             tilt * along * size * 2.0,
             tilt * (-s2 + 2.0) * size,
         ];
-        acceleration = vector::add(&acceleration, &pull);
+        acceleration = Some(acceleration.map_or(pull, |thrust| vector::add(&thrust, &pull)));
     }
-    let [radial, transverse, normal] = acceleration;
-    let mut rates = place.in_plane(f, g, radial, transverse);
-    let lever = place.root * normal / place.q;
-    let turn = tilt * lever;
-    rates[1] -= g * turn;
-    rates[2] += f * turn;
-    rates[3] += turn;
-    let half = s2 * lever * 0.5;
-    [
-        rates[0],
-        rates[1],
-        rates[2],
-        half * place.cos,
-        half * place.sin,
-        rates[3],
-        S::from(-thrust / flight.engine.exhaust_velocity),
-    ]
+    let in_plane = acceleration.map(|[radial, transverse, _]| [radial, transverse]);
+    let [p, mut f1, mut g1, mut l] = place.in_plane(f, g, in_plane);
+    let zero = S::from(0.0);
+    let (mut h1, mut k1) = (zero, zero);
+    if let Some([_, _, normal]) = acceleration {
+        let lever = place.root * normal / place.q;
+        let turn = tilt * lever;
+        f1 -= g * turn;
+        g1 += f * turn;
+        l += turn;
+        let half = s2 * lever * 0.5;
+        (h1, k1) = (half * place.cos, half * place.sin);
+    }
+    [p, f1, g1, h1, k1, l, flight.mass_rate(thrust.is_some())]
 }
 
 fn place<S: Scalar>(flight: &OrbitalFlight, x: &[S; 7]) -> Place<S> {
@@ -57,7 +48,7 @@ pub struct SpatialCoast(pub OrbitalFlight);
 
 impl Dynamics<7, 0> for SpatialCoast {
     fn rate<S: Scalar>(&self, _t: S, x: &[S; 7], _u: &[S; 0], _p: &[S; 0]) -> [S; 7] {
-        rate(&self.0, x, &place(&self.0, x), [S::from(0.0); 3], 0.0)
+        rate(&self.0, x, &place(&self.0, x), None)
     }
 }
 
@@ -73,7 +64,7 @@ impl Dynamics<7, 2> for SpatialThrust {
     fn rate<S: Scalar>(&self, _t: S, x: &[S; 7], u: &[S; 2], _p: &[S; 0]) -> [S; 7] {
         let [(sin_in, cos_in), (sin_out, cos_out)] = u.map(Scalar::sin_cos);
         let direction = [sin_in * cos_out, cos_in * cos_out, sin_out];
-        rate(&self.0, x, &place(&self.0, x), direction, self.0.engine.thrust)
+        rate(&self.0, x, &place(&self.0, x), Some(direction))
     }
 }
 
@@ -85,7 +76,7 @@ impl Dynamics<7, 0> for SpatialVelocityThrust {
     fn rate<S: Scalar>(&self, _t: S, x: &[S; 7], _u: &[S; 0], _p: &[S; 0]) -> [S; 7] {
         let place = place(&self.0, x);
         let [radial, transverse] = place.velocity_direction(x[1], x[2]);
-        rate(&self.0, x, &place, [radial, transverse, S::from(0.0)], self.0.engine.thrust)
+        rate(&self.0, x, &place, Some([radial, transverse, S::from(0.0)]))
     }
 }
 
@@ -101,13 +92,18 @@ impl Dynamics<9, 0> for SpatialInertialThrust {
         let [p, f, g, h, k, l, m, longitude, latitude] = *x;
         let x = [p, f, g, h, k, l, m];
         let place = place(&self.0, &x);
-        let ((sin_a, cos_a), (sin_d, cos_d)) = (longitude.sin_cos(), latitude.sin_cos());
-        let thrust = [cos_d * cos_a, cos_d * sin_a, sin_d];
+        let thrust = inertial_direction(longitude, latitude);
         let [x1, x2, normal] =
             equinoctial_axes(h, k, Sense::Prograde).map(|axis| vector::dot(&axis, &thrust));
         let (radial, transverse) = (x1 * place.cos + x2 * place.sin, x2 * place.cos - x1 * place.sin);
-        let rates = rate(&self.0, &x, &place, [radial, transverse, normal], self.0.engine.thrust);
+        let rates = rate(&self.0, &x, &place, Some([radial, transverse, normal]));
         let [p, f, g, h, k, l, m] = rates;
         [p, f, g, h, k, l, m, S::from(0.0), S::from(0.0)]
     }
+}
+
+/// Unit vector of a longitude and a latitude in inertial space.
+pub(crate) fn inertial_direction<S: Scalar>(longitude: S, latitude: S) -> [S; 3] {
+    let ((sin_a, cos_a), (sin_d, cos_d)) = (longitude.sin_cos(), latitude.sin_cos());
+    [cos_d * cos_a, cos_d * sin_a, sin_d]
 }

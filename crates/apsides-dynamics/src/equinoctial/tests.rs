@@ -1,4 +1,4 @@
-use apsides_ad::{Dual, Dynamics, vector};
+use apsides_ad::{Dual, Dynamics, dynamics_node, vector};
 use std::f64::consts::PI;
 
 use super::*;
@@ -166,4 +166,28 @@ fn a_circular_orbit_keeps_its_elements() {
     // Speed of the parking orbit of the reference: 7784.2617485656265 m/s.
     assert!((speed - 7_784.261_748_565_626).abs() < 1e-9);
     assert!((rate[3] - speed / r).abs() < 1e-18);
+}
+
+/// What a solver gets of the models: formulas, and for a coast the rate of the true longitude as the only one that depends on the state.
+#[test]
+fn models_have_formulas_and_patterns() {
+    let flight = breeze().with_j2(EARTH_J2);
+    let nodes = [
+        dynamics_node(PlanarThrust(flight)),
+        dynamics_node(PlanarVelocityThrust(flight)),
+        dynamics_node(PlanarInertialThrust(flight)),
+        dynamics_node(SpatialThrust(flight)),
+        dynamics_node(SpatialVelocityThrust(flight)),
+        dynamics_node(SpatialInertialThrust(flight)),
+        dynamics_node(PlanarCoast(flight)),
+        dynamics_node(SpatialCoast(flight)),
+    ];
+    for node in nodes {
+        assert!(node.formula().is_ok());
+    }
+    let coasts = [dynamics_node(PlanarCoast(breeze())), dynamics_node(SpatialCoast(breeze()))];
+    for (node, row) in coasts.into_iter().zip([3, 5]) {
+        let entries: Vec<_> = node.pattern().jacobian_entries().collect();
+        assert_eq!(entries, [(row, 0), (row, 1), (row, 2), (row, row)]);
+    }
 }

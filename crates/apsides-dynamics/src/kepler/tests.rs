@@ -1,6 +1,6 @@
 use proptest::prelude::*;
 
-use apsides_ad::{Dual, vector};
+use apsides_ad::{Dual, VectorFunction, vector, vector_node};
 
 use super::*;
 use crate::Body;
@@ -276,4 +276,15 @@ fn what_cannot_be_propagated_is_refused() {
     assert!(longitude_after(MU, &PlanarEquinoctial::new([1e7, 1.0, 0.0, 0.0]), 1.0).is_err());
     assert!(longitude_after(MU, &PlanarEquinoctial::new([1e7, 0.1, 0.0, 0.0]), f64::NAN).is_err());
     assert!(coast_duration(MU, 1e7, 1.0, 0.1, 0.0, 1.0).is_nan());
+}
+
+#[test]
+fn the_duration_of_a_coast_has_a_formula() {
+    struct Coast;
+    impl VectorFunction<5, 1> for Coast {
+        fn evaluate<S: Scalar>(&self, z: &[S; 5]) -> [S; 1] {
+            [coast_duration(MU, z[0], z[1], z[2], z[3], z[4])]
+        }
+    }
+    assert!(vector_node(Coast).formula().is_ok());
 }
