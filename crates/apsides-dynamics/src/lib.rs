@@ -1,4 +1,4 @@
-//! Equations of motion, bodies and impulsive manoeuvres for spaceflight.
+//! Equations of motion, orbits, bodies and impulsive manoeuvres for spaceflight.
 //!
 //! ```text
 //! dx/dt = f(t, x, u)

@@ -240,3 +240,14 @@ fn the_node_of_a_sun_synchronous_orbit_follows_the_sun() {
     assert!((drift / expected - 1.0).abs() < 5e-3, "{drift} {expected}");
     assert!((drift * 86_400.0 * 180.0 / PI - 0.9856).abs() < 0.01, "{}", drift * 86_400.0 * 180.0 / PI);
 }
+
+/// The first of two burns of Alavipour, Nikkhah and Roshanian (Modares Mechanical Engineering 18(1), 2018, table 2: 12480 kg of 22.17 t
+/// from a circular orbit of 6578.137 km), but along the velocity, reaches a semi-major axis of 25462 km in an independent integration.
+#[test]
+fn a_perigee_burn_along_the_velocity() {
+    let start = [6_578_137.0, 0.0, 0.0, 0.0, 22_170.0];
+    let [p, f, g, _, m] = fly(&PlanarVelocityThrust(breeze()), start, PLANAR, 12_480.0 / 6.14, |_| []);
+    let a = p / (1.0 - f * f - g * g);
+    assert!((a - 25_462e3).abs() < 500.0, "{a}");
+    assert!((m - 9690.0).abs() < 1e-8, "{m}");
+}
