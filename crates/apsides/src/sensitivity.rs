@@ -40,8 +40,7 @@ pub struct Price {
 impl Mission {
     /// The keys with a price: the numbers of vehicle and flight, but not a limit that is infinite.
     pub fn priced_keys(&self) -> impl Iterator<Item = &'static Key> + use<'_> {
-        let numbers =
-            |k: &&Key| matches!(k.kind, KeyKind::Number(..)) && self.values.number(k.path).is_finite();
+        let numbers = |k: &&Key| k.is_number() && self.values.number(k.path).is_finite();
         self.kind.flight_keys.iter().copied().flatten().filter(numbers)
     }
 
@@ -80,7 +79,7 @@ impl Mission {
         let keys: Vec<_> = self.priced_keys().collect();
         keys.iter().copied().find(|k| k.path == path).ok_or_else(|| Error::UnknownKey {
             place: PLACE.into(),
-            mission: self.name().into(),
+            owner: format!("mission `{}`", self.name()),
             key: path.into(),
             suggestion: suggestion(path, &keys),
         })

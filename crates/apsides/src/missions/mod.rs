@@ -51,7 +51,7 @@ impl PartialEq for Kind {
 
 impl Kind {
     pub(crate) fn keys(&self) -> impl Iterator<Item = &'static Key> + use<> {
-        self.flight_keys.iter().copied().flatten().chain(method::KEYS)
+        self.flight_keys.iter().copied().flatten().chain(method::keys())
     }
 }
 
