@@ -52,6 +52,6 @@ pub use apsides_verify as verify;
 
 pub use error::Error;
 pub use mission_file::Mission;
-pub use missions::Posed;
-pub use outcome::{Counters, Curve, ObjectiveValue, Outcome, Summary, Timing};
+pub use missions::{Expansion, Posed};
+pub use outcome::{Counters, Curve, ObjectiveValue, Outcome, Reduced, Summary, Timing};
 pub use sensitivity::Price;
