@@ -21,6 +21,8 @@ const ECCENTRICITY_MISS: f64 = 1e-8;
 const ANGLE_MISS_RAD: f64 = 1e-8;
 const MASS_MISS_KG: f64 = 1e-5;
 
+/// Least angle of a coast to the same apsis, rad: burns that follow each other at once are one.
+const LEAST_ANGLE: f64 = FRAC_PI_2;
 /// Shortest burn, s.
 const SHORTEST_BURN: f64 = 1.0;
 /// Shortest coast, s, where coasts are phases.
@@ -91,9 +93,17 @@ impl Injection {
         Bounds::new(0.0, self.longest_flight)
     }
 
-    /// Limits on the orbits between the burns, the form of the target, and the objective.
+    /// Limits on coasts and on the orbits between the burns, the form of the target, and the objective.
     fn finished(&self, mut ocp: OcpBuilder) -> Result<Ocp, OcpError> {
         let n = self.burns();
+        for k in 1..n {
+            let (from, to) = (burn_name(k - 1), burn_name(k));
+            let longitudes =
+                [At::FinalState(&from, TRUE_LONGITUDE.name), At::InitialState(&to, TRUE_LONGITUDE.name)];
+            let least = if self.pattern[k - 1] == self.pattern[k] { LEAST_ANGLE } else { 0.0 };
+            let angle = Variable::new("true longitude travelled", "rad").at_least(least).scaled_by(TAU);
+            ocp = ocp.constrain(coast_name(k - 1), [angle], longitudes, Gain);
+        }
         if self.apogee_cap.is_finite() {
             for k in 0..n - 1 {
                 let name = burn_name(k);
@@ -112,19 +122,14 @@ impl Injection {
         ocp.maximize("final_mass", "kg", At::FinalState(&last, MASS.name)).objective_scale(self.mass).build()
     }
 
-    /// What a coast of free length between burn `k` and the next leaves as it is; the true longitude grows.
+    /// What a coast of free length between burn `k` and the next leaves as it is.
     fn joined(&self, mut ocp: OcpBuilder, k: usize) -> OcpBuilder {
         let (from, to) = (burn_name(k), burn_name(k + 1));
-        let coast = coast_name(k);
         for q in self.coast_states().iter().filter(|q| **q != TRUE_LONGITUDE) {
             let row = Variable::new(q.name, q.unit).equal_to(0.0).scaled_by(self.scale(*q));
             let ends = [At::FinalState(&from, q.name), At::InitialState(&to, q.name)];
             ocp = ocp.constrain(format!("link {from}-{to}"), [row], ends, Loss);
         }
-        let longitudes =
-            [At::FinalState(&from, TRUE_LONGITUDE.name), At::InitialState(&to, TRUE_LONGITUDE.name)];
-        let angle = Variable::new("true longitude travelled", "rad").at_least(0.0).scaled_by(TAU);
-        ocp = ocp.constrain(coast.as_str(), [angle], longitudes, Gain);
         if self.longest_flight.is_finite() {
             let excess = Variable::new("excess of its time", "s").equal_to(0.0).scaled_by(3600.0);
             let ends = [
@@ -136,7 +141,8 @@ impl Injection {
                 At::FinalState(&from, TRUE_LONGITUDE.name),
                 At::InitialState(&to, TRUE_LONGITUDE.name),
             ];
-            ocp = ocp.constrain(format!("time of {coast}"), [excess], ends, CoastTime { mu: self.mu() });
+            let name = format!("time of {}", coast_name(k));
+            ocp = ocp.constrain(name, [excess], ends, CoastTime { mu: self.mu() });
         }
         ocp
     }
