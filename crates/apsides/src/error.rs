@@ -37,13 +37,13 @@ pub enum Error {
         /// Names of all missions.
         known: String,
     },
-    /// A key that the mission does not have.
-    #[error("{place}: mission `{mission}` has no key `{key}`{suggestion}")]
+    /// A key that the mission or the vehicle does not have.
+    #[error("{place}: {owner} has no key `{key}`{suggestion}")]
     UnknownKey {
         /// File and line, or `--set`.
         place: String,
-        /// Mission.
-        mission: String,
+        /// Mission or vehicle.
+        owner: String,
         /// Path of the key.
         key: String,
         /// The nearest key, as the end of the sentence.

@@ -189,6 +189,7 @@ pub(crate) fn outcome() -> Outcome {
         curves: Vec::new(),
         ocp: ocp(),
         trajectory: trajectory(),
+        reduced: None,
         report: None,
         summary: Summary {
             mission: "lunar landing <test> & more".into(),

@@ -33,6 +33,8 @@ pub(super) const DIRECT: Kind = Kind {
     results: results::results,
     headline: HEADLINE,
     curves: results::curves,
+    checks: |_, _| Vec::new(),
+    missing: |_, _| None,
 };
 
 pub(super) const PERILUNE: Kind = Kind {
@@ -44,6 +46,8 @@ pub(super) const PERILUNE: Kind = Kind {
     results: results::results,
     headline: HEADLINE,
     curves: results::curves,
+    checks: |_, _| Vec::new(),
+    missing: |_, _| None,
 };
 
 pub(super) const TWO_PHASE: Kind = Kind {
@@ -61,6 +65,8 @@ pub(super) const TWO_PHASE: Kind = Kind {
         "final_mass_kg",
     ],
     curves: results::curves,
+    checks: |_, _| Vec::new(),
+    missing: |_, _| None,
 };
 
 pub(super) const TRANSFER: Kind = Kind {
@@ -72,6 +78,8 @@ pub(super) const TRANSFER: Kind = Kind {
     results: results::results,
     headline: &["final_mass_kg", "deorbit_time_s", "coast_time_s", "braking_time_s", "perilune_altitude_km"],
     curves: results::curves,
+    checks: |_, _| Vec::new(),
+    missing: |_, _| None,
 };
 
 const HEADLINE: &[&str] = &["flight_time_s", "final_mass_kg", "final_thrust_angle_deg"];
@@ -121,7 +129,8 @@ fn single(start: &Start, steering: &Steering) -> Result<Posed, Error> {
     let ocp = objective(chain("lunar landing", phases), &last, steering, start).build()?;
     let (guesses, _) = landing_guess(start, steering, start.touchdown(), start.touchdown_speed)?;
     let flat_systems = steering.is_flat().then(|| vec![FlatSystem::new(start.flat())]);
-    Ok(Posed { guess: Guess::from_phases(&ocp, guesses), ocp, flat_systems })
+    let guess = Guess::from_phases(&ocp, guesses);
+    Ok(Posed { flat_systems, ..Posed::new(ocp, guess) })
 }
 
 /// Guesses of the phases of a landing with a guessed radial speed at the target, and time and mass there.
@@ -184,7 +193,8 @@ fn two_phase(v: &Values) -> Result<Posed, Error> {
     let flat = start.flat();
     let flat_systems =
         steering.is_flat().then(|| vec![FlatSystem::new(flat), FlatSystem::new(FlatVerticalThrust(flat))]);
-    Ok(Posed { guess: Guess::from_phases(&ocp, guesses), ocp, flat_systems })
+    let guess = Guess::from_phases(&ocp, guesses);
+    Ok(Posed { flat_systems, ..Posed::new(ocp, guess) })
 }
 
 /// Parking orbit, Hohmann transfer to the floor, ignition there.
@@ -224,5 +234,6 @@ fn transfer(v: &Values) -> Result<Posed, Error> {
     for samples in &braking {
         guesses.push(guess::powered(samples, &steering)?);
     }
-    Ok(Posed { guess: Guess::from_phases(&ocp, guesses), ocp, flat_systems: None })
+    let guess = Guess::from_phases(&ocp, guesses);
+    Ok(Posed::new(ocp, guess))
 }
