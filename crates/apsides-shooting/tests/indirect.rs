@@ -1,4 +1,5 @@
 //! Indirect shooting on problems with a known optimum.
+#![allow(clippy::unwrap_used)]
 
 use apsides_nlp::Status;
 use apsides_ocp::{Bounds, Guess, Ocp};
