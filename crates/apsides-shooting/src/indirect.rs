@@ -30,7 +30,6 @@ mod term;
 pub use conditions::FailedSegment;
 pub use continuation::{ContinuationRecord, ContinuationSettings, Continued};
 pub use flow::{ControlSwitch, FlowFailure};
-pub use hamiltonian::ControlRule;
 pub use settings::IndirectSettings;
 pub use solver::{Exceeded, IndirectShooting, IndirectSolution};
 pub use start::{IndirectStart, PhaseStart};

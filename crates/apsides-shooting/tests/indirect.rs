@@ -2,14 +2,19 @@
 #![allow(clippy::unwrap_used)]
 
 use apsides_nlp::Status;
-use apsides_ocp::{Bounds, Guess, Ocp};
+use apsides_ocp::{Bounds, Direction, Guess, Ocp};
 use apsides_problems::find;
 use apsides_radau::{Radau, RadauSolution};
 use apsides_shooting::ShootingError;
 use apsides_shooting::indirect::{
-    ContinuationSettings, ControlRule, IndirectSettings, IndirectShooting, IndirectSolution, IndirectStart,
+    ContinuationSettings, IndirectSettings, IndirectShooting, IndirectSolution, IndirectStart,
 };
 use apsides_verify::{Verdict, VerifySettings, verify};
+
+/// The same costates at both ends of the only phase.
+fn both(costates: Vec<f64>) -> [[Vec<f64>; 2]; 1] {
+    [[costates.clone(), costates]]
+}
 
 fn collocation(name: &str) -> (Ocp, RadauSolution) {
     let case = find(name).unwrap().pose().unwrap();
@@ -60,7 +65,7 @@ fn collocation_starts_shooting() {
 #[test]
 fn linear_conditions_take_one_step() {
     let case = find("di_min_energy").unwrap().pose().unwrap();
-    let start = IndirectStart::from_guess(&case.ocp, &case.guess, &[vec![3.0, -7.0]], 2).unwrap();
+    let start = IndirectStart::from_guess(&case.ocp, &case.guess, &both(vec![3.0, -7.0]), 2).unwrap();
     let solution = IndirectShooting::default().solve(&case.ocp, &start, &mut ()).unwrap();
     assert_eq!(solution.iterations, 1);
     assert_verified("di_min_energy", &case.ocp, &solution);
@@ -70,7 +75,7 @@ fn linear_conditions_take_one_step() {
 #[test]
 fn bang_bang_from_a_rough_start() {
     let case = find("di_bang_bang").unwrap().pose().unwrap();
-    let start = IndirectStart::from_guess(&case.ocp, &case.guess, &[vec![-0.5, -0.2]], 1).unwrap();
+    let start = IndirectStart::from_guess(&case.ocp, &case.guess, &both(vec![-0.5, -0.2]), 1).unwrap();
     let solution = IndirectShooting::default().solve(&case.ocp, &start, &mut ()).unwrap();
     assert_verified("di_bang_bang", &case.ocp, &solution);
     assert_eq!(solution.switches[0].len(), 1);
@@ -80,7 +85,7 @@ fn bang_bang_from_a_rough_start() {
 #[test]
 fn smoothing_leads_to_the_switch() {
     let case = find("moon_lander_soft").unwrap().pose().unwrap();
-    let start = IndirectStart::from_guess(&case.ocp, &case.guess, &[vec![0.5, -1.0, 0.5]], 1).unwrap();
+    let start = IndirectStart::from_guess(&case.ocp, &case.guess, &both(vec![0.5, -1.0, 0.5]), 1).unwrap();
     let method = IndirectShooting::default();
     let continued =
         method.solve_smoothed(&case.ocp, &start, 1.0, &ContinuationSettings::default(), &mut ()).unwrap();
@@ -112,15 +117,16 @@ fn a_family_is_followed() {
     assert!((time - radau.trajectory.objective).abs() < 1e-9, "{time} {}", radau.trajectory.objective);
 }
 
-/// A direction by two angles in closed form is that of Newton's method.
+/// An angle that is known to be that of a direction has the same solution as by Newton's method.
 #[test]
-fn rules_agree_with_newton() {
-    let (ocp, start) = collocation("linear_tangent");
-    let solve = |rules| {
-        let settings = IndirectSettings { rules, ..IndirectSettings::default() };
-        IndirectShooting { settings }.solve_from(&ocp, &start.trajectory, 1).unwrap().trajectory.unwrap()
+fn directions_agree_with_newton() {
+    let (mut ocp, start) = collocation("linear_tangent");
+    let solve = |ocp: &Ocp| {
+        IndirectShooting::default().solve_from(ocp, &start.trajectory, 1).unwrap().trajectory.unwrap()
     };
-    let (closed, newton) = (solve(vec![vec![ControlRule::Direction { angle: 0 }]]), solve(Vec::new()));
+    let newton = solve(&ocp);
+    ocp.phases[0].directions.push(Direction::InPlane { angle: 0 });
+    let closed = solve(&ocp);
     assert!((closed.objective - newton.objective).abs() < 1e-12);
     for t in [0.0, 0.2, 0.5] {
         assert!((closed.phases[0].control_at(t)[0] - newton.phases[0].control_at(t)[0]).abs() < 1e-9);
@@ -150,7 +156,7 @@ fn singular_arcs_do_not_converge() {
 fn ill_posed_requests_are_refused() {
     let case = find("di_min_energy").unwrap().pose().unwrap();
     let method = IndirectShooting::default();
-    let good = IndirectStart::from_guess(&case.ocp, &case.guess, &[vec![1.0, 1.0]], 1).unwrap();
+    let good = IndirectStart::from_guess(&case.ocp, &case.guess, &both(vec![1.0, 1.0]), 1).unwrap();
     let refused = |start: &IndirectStart| method.solve(&case.ocp, start, &mut ()).unwrap_err().to_string();
     let mut bad = good.clone();
     bad.phases[0].costates[0][1] = f64::NAN;
@@ -161,13 +167,13 @@ fn ill_posed_requests_are_refused() {
     let mut bad = good.clone();
     bad.phases[0].states[1].pop();
     assert_eq!(refused(&bad), "phase `move`: expected 2 states, found 1");
-    let none = IndirectStart::from_guess(&case.ocp, &case.guess, &[vec![1.0, 1.0]], 0).unwrap_err();
+    let none = IndirectStart::from_guess(&case.ocp, &case.guess, &both(vec![1.0, 1.0]), 0).unwrap_err();
     assert_eq!(none.to_string(), "setting `segments` is 0, allowed is at least 1");
     let settings = IndirectSettings { tolerance: f64::NAN, ..IndirectSettings::default() };
     let wrong = IndirectShooting { settings }.solve(&case.ocp, &good, &mut ()).unwrap_err();
     assert_eq!(wrong.to_string(), "setting `tolerance` is NaN, allowed is a positive number");
     let chain = find("hanging_chain").unwrap().pose().unwrap();
-    let costates = vec![vec![0.0; chain.ocp.phases[0].states.len()]];
+    let costates = both(vec![0.0; chain.ocp.phases[0].states.len()]);
     let start = IndirectStart::from_guess(&chain.ocp, &chain.guess, &costates, 1).unwrap();
     let bound = method.solve(&chain.ocp, &start, &mut ()).unwrap_err().to_string();
     assert!(bound.contains("a bound on the integral `length`"), "{bound}");

@@ -9,31 +9,14 @@
 //! (A. E. Bryson, Y.-C. Ho, Applied Optimal Control, 1975, sections 2.8 and 3.10.) The last line is differentiated as it stands, so
 //! that derivatives with respect to state and costate are exact whichever way the control was found.
 
+use std::f64::consts::{FRAC_PI_2, PI, TAU};
 use std::sync::Arc;
 
 use apsides_ad::NodeFunction;
-use apsides_ocp::{Bounds, Ocp};
+use apsides_ocp::{Bounds, Direction, Ocp};
 
 use super::flow::ControlSwitch;
 use super::term::Term;
-
-/// What determines the controls of a phase.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum ControlRule {
-    /// The control is an angle of a direction in a plane, which the rates are linear in: closed form.
-    Direction {
-        /// Index of the control.
-        angle: usize,
-    },
-    /// Two controls are the angles of a direction in space, `cos(a) cos(b), sin(a) cos(b), sin(b)`, which the rates are linear in:
-    /// closed form.
-    DirectionInSpace {
-        /// Index of the angle `a`.
-        in_plane: usize,
-        /// Index of the angle `b`.
-        out_of_plane: usize,
-    },
-}
 
 /// Where a control or a row is.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -48,7 +31,7 @@ pub(super) enum Place {
 pub(super) enum Kind {
     /// By Newton's method.
     Smooth,
-    /// By a rule.
+    /// The angle of a direction.
     Closed,
     /// The Hamiltonian is linear in it: it is at one of its bounds, by the sign of the switching function.
     Switching,
@@ -70,7 +53,7 @@ pub(super) struct Hamiltonian {
     row_origins: Vec<usize>,
     pub(super) bounds: Vec<Bounds>,
     pub(super) kinds: Vec<Kind>,
-    rules: Vec<ControlRule>,
+    directions: Vec<Direction>,
     /// Controls with a square added, which makes them smooth, and the weight of these squares.
     pub(super) smoothed: Vec<usize>,
     smoothing: f64,
@@ -100,13 +83,7 @@ pub(super) struct Hamiltonian {
 
 impl Hamiltonian {
     /// Of a phase of a problem; `weights` are those of its integrals in the minimised objective.
-    pub(super) fn new(
-        ocp: &Ocp,
-        phase: usize,
-        weights: &[f64],
-        rules: &[ControlRule],
-        smoothing: f64,
-    ) -> Self {
+    pub(super) fn new(ocp: &Ocp, phase: usize, weights: &[f64], smoothing: f64) -> Self {
         let phase = &ocp.phases[phase];
         let (nx, nu) = (phase.states.len(), phase.controls.len());
         let base = nx + nu;
@@ -132,14 +109,7 @@ impl Hamiltonian {
         }
         let row_count = row_origins.len();
         let bounds: Vec<Bounds> = phase.controls.iter().map(|c| c.bounds).collect();
-        let is_closed = |u: usize| {
-            rules.iter().any(|r| match *r {
-                ControlRule::Direction { angle } => angle == u,
-                ControlRule::DirectionInSpace { in_plane, out_of_plane } => {
-                    in_plane == u || out_of_plane == u
-                }
-            })
-        };
+        let is_closed = |u: usize| phase.directions.iter().any(|d| d.has(u));
         let is_linear = |u: usize| {
             let square = |t: &Term| t.is_nonlinear_in(nx + u, nx + u);
             !square(&dynamics)
@@ -171,7 +141,7 @@ impl Hamiltonian {
             row_count,
             row_origins,
             kinds,
-            rules: rules.to_vec(),
+            directions: phase.directions.clone(),
             smoothed,
             smoothing,
             z,
@@ -215,7 +185,7 @@ impl Hamiltonian {
     /// Where the search for the controls starts.
     pub(super) fn start_control(&mut self, control: &[f64]) {
         for (u, &value) in control.iter().enumerate() {
-            if self.kinds[u] == Kind::Smooth {
+            if self.kinds[u] != Kind::Switching {
                 self.z[self.states + u] = self.bounds[u].clamp(value);
             }
         }
@@ -284,8 +254,8 @@ impl Hamiltonian {
     /// The minimising controls at a point; [`value`](Self::value) is then that of `H`. False where none was found.
     pub(super) fn find_control(&mut self, t: f64, x: &[f64], costate: &[f64], p: &[f64]) -> bool {
         self.set_point(t, x, costate, p);
-        for k in 0..self.rules.len() {
-            self.apply_rule(self.rules[k]);
+        for k in 0..self.directions.len() {
+            self.apply_direction(self.directions[k]);
         }
         !self.kinds.contains(&Kind::Smooth) || self.minimise()
     }
@@ -303,16 +273,16 @@ impl Hamiltonian {
 
     /// Fits `H = c + a cos + b sin (+ d)` through a few values and takes the direction opposite to `(a, b, d)`. Controls that scale the
     /// thrust are at their upper bounds meanwhile: the direction does not depend on it.
-    fn apply_rule(&mut self, rule: ControlRule) {
-        use std::f64::consts::{FRAC_PI_2, PI};
+    fn apply_direction(&mut self, direction: Direction) {
         let nx = self.states;
         for u in 0..self.controls {
             if self.kinds[u] == Kind::Switching {
                 self.z[nx + u] = self.bounds[u].upper;
             }
         }
-        match rule {
-            ControlRule::Direction { angle } => {
+        match direction {
+            Direction::InPlane { angle } => {
+                let before = self.z[nx + angle];
                 let mut at = |value: f64| {
                     self.z[nx + angle] = value;
                     self.hamiltonian()
@@ -320,9 +290,10 @@ impl Hamiltonian {
                 let (along, against, up) = (at(0.0), at(PI), at(FRAC_PI_2));
                 let mean = 0.5 * (along + against);
                 let (a, b) = (0.5 * (along - against), up - mean);
-                self.z[nx + angle] = f64::atan2(-b, -a);
+                self.z[nx + angle] = nearest_turn(f64::atan2(-b, -a), before);
             }
-            ControlRule::DirectionInSpace { in_plane, out_of_plane } => {
+            Direction::InSpace { in_plane, out_of_plane } => {
+                let before = self.z[nx + in_plane];
                 let mut at = |a: f64, b: f64| {
                     self.z[nx + in_plane] = a;
                     self.z[nx + out_of_plane] = b;
@@ -332,7 +303,7 @@ impl Hamiltonian {
                 let (up, aside) = (at(FRAC_PI_2, 0.0), at(0.0, FRAC_PI_2));
                 let mean = 0.5 * (along + against);
                 let (a, b, d) = (0.5 * (along - against), up - mean, aside - mean);
-                self.z[nx + in_plane] = f64::atan2(-b, -a);
+                self.z[nx + in_plane] = nearest_turn(f64::atan2(-b, -a), before);
                 self.z[nx + out_of_plane] = f64::atan2(-d, a.hypot(b));
             }
         }
@@ -434,4 +405,9 @@ impl Hamiltonian {
 fn middle_and_half(b: &Bounds) -> (f64, f64) {
     let half = 0.5 * (b.upper - b.lower);
     if half > 0.0 && half.is_finite() { (b.lower + half, half) } else { (b.representative(), 1.0) }
+}
+
+/// The angle plus whole turns that is nearest to another, so that it is continuous along a phase.
+fn nearest_turn(angle: f64, to: f64) -> f64 {
+    angle + TAU * ((to - angle) / TAU).round()
 }

@@ -1,6 +1,5 @@
 //! Settings of the indirect method.
 
-use super::hamiltonian::ControlRule;
 use crate::ShootingError;
 
 /// Settings of the indirect method.
@@ -16,8 +15,6 @@ pub struct IndirectSettings {
     pub step_limit: f64,
     /// Largest part of its duration that a phase may lose in one step; 0.75.
     pub duration_limit: f64,
-    /// Closed forms for controls, per phase; none where the list is shorter.
-    pub rules: Vec<Vec<ControlRule>>,
     /// Weight of a square of each control that the Hamiltonian is linear in, per unit time and in units of the objective, with the
     /// control measured from the middle of its bounds in half widths; zero, which leaves them at their bounds.
     pub smoothing: f64,
@@ -31,7 +28,6 @@ impl Default for IndirectSettings {
             max_iterations: 50,
             step_limit: 100.0,
             duration_limit: 0.75,
-            rules: Vec::new(),
             smoothing: 0.0,
         }
     }

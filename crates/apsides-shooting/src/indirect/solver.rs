@@ -149,13 +149,11 @@ impl IndirectShooting {
             changes[row] = changes[row].max((slope * layout.scales[unknown]).abs());
         }
         layout.complete_scales(&changes);
-        let none = Vec::new();
         let mut flows = Vec::with_capacity(ocp.phases.len());
         for (k, p) in layout.phases.iter().enumerate() {
-            let rules = self.settings.rules.get(k).unwrap_or(&none);
             let weights = integral_weights(ocp, k);
             let smoothing = self.settings.smoothing * objective;
-            let hamiltonian = Hamiltonian::new(ocp, k, &weights, rules, smoothing);
+            let hamiltonian = Hamiltonian::new(ocp, k, &weights, smoothing);
             let mut scales = layout.scales[p.node(0)..p.node(0) + 2 * p.states].to_vec();
             scales.resize(hamiltonian.dimension(), objective);
             flows.push(Flow::new(hamiltonian, self.settings.integration_tolerance, &scales)?);

@@ -69,14 +69,14 @@ impl IndirectStart {
         })
     }
 
-    /// From a guess of states and controls, and constant costates per phase; `segments` equal ones per phase.
+    /// From a guess of states and controls, and costates at both ends of each phase; `segments` equal ones per phase.
     ///
     /// # Errors
     /// [`ShootingError::Dimension`] where the costates do not fit, [`ShootingError::Setting`] for no segments.
     pub fn from_guess(
         ocp: &Ocp,
         guess: &Guess,
-        costates: &[Vec<f64>],
+        costates: &[[Vec<f64>; 2]],
         segments: usize,
     ) -> Result<Self, ShootingError> {
         guess.check(ocp)?;
@@ -84,12 +84,13 @@ impl IndirectStart {
         if costates.len() != ocp.phases.len() {
             return Err(ShootingError::Dimension {
                 place: format!("problem `{}`", ocp.name),
-                what: "costates (one list per phase)",
+                what: "pairs of costates (one pair per phase)",
                 expected: ocp.phases.len(),
                 found: costates.len(),
             });
         }
-        let phases = ocp.phases.iter().zip(&guess.phases).zip(costates).map(|((phase, g), costate)| {
+        let phases = ocp.phases.iter().zip(&guess.phases).zip(costates).map(|((phase, g), [first, last])| {
+            let between = |f: &f64| first.iter().zip(last).map(|(a, b)| a + f * (b - a)).collect();
             let row = |width: usize, fill: &dyn Fn(f64, &mut [f64])| -> Vec<Vec<f64>> {
                 let at = |f: &f64| {
                     let mut values = vec![0.0; width];
@@ -102,7 +103,7 @@ impl IndirectStart {
                 initial_time: g.initial_time,
                 final_time: g.final_time,
                 states: row(phase.states.len(), &|f, out| g.state(f, out)),
-                costates: vec![costate.clone(); fractions.len()],
+                costates: fractions.iter().map(between).collect(),
                 controls: row(phase.controls.len(), &|f, out| g.control(f, out)),
                 fractions: fractions.clone(),
             }
