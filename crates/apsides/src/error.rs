@@ -5,6 +5,7 @@ use std::path::PathBuf;
 use apsides_flatness::FlatnessError;
 use apsides_ocp::OcpError;
 use apsides_radau::RadauError;
+use apsides_shooting::ShootingError;
 use apsides_verify::VerifyError;
 
 /// An ill-posed request. A mission that cannot be flown is not an error: see [`crate::Outcome`].
@@ -78,6 +79,9 @@ pub enum Error {
     /// The method of flat outputs refuses the request.
     #[error(transparent)]
     Flatness(#[from] FlatnessError),
+    /// Shooting refuses the request.
+    #[error(transparent)]
+    Shooting(#[from] ShootingError),
     /// The trajectory cannot be verified because it does not fit the problem.
     #[error(transparent)]
     Verify(#[from] VerifyError),

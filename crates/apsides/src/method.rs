@@ -8,30 +8,29 @@ use crate::missions::Posed;
 use crate::{Counters, Error, Mission};
 
 mod flatness;
+mod indirect;
 mod radau;
 
 pub(crate) const RADAU: &str = "radau";
 pub(crate) const FLATNESS: &str = "flatness";
+pub(crate) const INDIRECT: &str = "indirect";
 
-const METHOD: &[Key] = &[Key::choice("method", &[RADAU, FLATNESS], "how the problem is solved")];
+const METHOD: &[Key] = &[Key::choice("method", &[RADAU, FLATNESS, INDIRECT], "how the problem is solved")];
 
 /// Keys of the methods, the same for all missions.
 pub(crate) fn keys() -> impl Iterator<Item = &'static Key> {
-    [METHOD, radau::KEYS, flatness::KEYS].into_iter().flatten()
+    [METHOD, radau::KEYS, flatness::KEYS, indirect::KEYS].into_iter().flatten()
 }
 
 /// A solution by any method.
 pub(crate) struct Solution {
     pub(crate) trajectory: Trajectory,
     pub(crate) status: Status,
-    /// Whether the error between the points meets the tolerance.
-    pub(crate) accurate: bool,
-    /// That error, relative.
-    pub(crate) error: f64,
-    /// What would mend an error above the tolerance.
-    pub(crate) remedy: String,
+    /// What keeps a converged solution from being one of the problem, and what would mend it.
+    pub(crate) shortfall: Option<String>,
     pub(crate) counters: Counters,
-    pub(crate) report: SolveReport,
+    /// Of the last discretised problem, if the method solves one.
+    pub(crate) report: Option<SolveReport>,
     /// The constraint that could not be met.
     pub(crate) unmet: Option<String>,
     pub(crate) warnings: Vec<String>,
@@ -52,6 +51,7 @@ impl Mission {
                 let systems = posed.flat_systems.as_deref().ok_or_else(|| self.not_flat())?;
                 flatness::solve(&self.values, &posed.ocp, systems, &guess, observer)
             }
+            INDIRECT => self.solve_by_indirect_shooting(posed, &guess, start, observer),
             _ => self.solve_by_radau(&posed.ocp, &guess, start, observer),
         }
     }

@@ -2,7 +2,7 @@
 
 use std::collections::BTreeMap;
 
-use apsides_nlp::SolveReport;
+use apsides_nlp::{SolveReport, Status};
 use apsides_ocp::{Ocp, Trajectory};
 use apsides_verify::Certificate;
 use serde::{Deserialize, Serialize};
@@ -105,6 +105,8 @@ pub struct Outcome {
     pub trajectory: Trajectory,
     /// What was solved in its place, if the flight follows from a smaller problem.
     pub reduced: Option<Reduced>,
+    /// How the solve ended.
+    pub status: Status,
     /// Report of the last discretised problem, if the method solves one.
     pub report: Option<SolveReport>,
     /// The numbers.

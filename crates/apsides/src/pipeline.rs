@@ -166,7 +166,8 @@ impl Mission {
             ocp,
             trajectory,
             reduced,
-            report: Some(solution.report),
+            status: solution.status,
+            report: solution.report,
             summary,
             mission_file: self.to_file(),
             explanation,
@@ -187,8 +188,8 @@ fn milliseconds(begin: Instant) -> f64 {
 /// The word for scripts.
 fn status_word(solution: &Solution) -> &'static str {
     match solution.status {
-        Status::Optimal if solution.accurate => "optimal",
-        Status::Acceptable if solution.accurate => "acceptable",
+        Status::Optimal if solution.shortfall.is_none() => "optimal",
+        Status::Acceptable if solution.shortfall.is_none() => "acceptable",
         Status::Optimal | Status::Acceptable => "mesh-limit",
         Status::Infeasible => "infeasible",
         Status::Diverging => "diverging",
@@ -204,8 +205,7 @@ fn status_word(solution: &Solution) -> &'static str {
 /// What is missing, in the user's units.
 fn explain(solution: &Solution, conflict: Option<&Explanation>) -> Option<String> {
     if solution.status.is_success() {
-        let Solution { accurate, error, remedy, .. } = solution;
-        return (!accurate).then(|| format!("the error between the points is {error:.1e}, {remedy}"));
+        return solution.shortfall.clone();
     }
     let mut text = format!("{}", solution.status);
     match (conflict.filter(|c| c.status.is_success()), &solution.unmet) {

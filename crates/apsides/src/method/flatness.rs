@@ -75,20 +75,22 @@ pub(super) fn solve(
     let solution: FlatnessSolution = method.solve_on(ocp, systems, guess, &splines, observer)?;
     let all = || solution.presolve.iter().chain(&solution.solves);
     let last = solution.solves.last();
-    let remedy = if splines.iter().all(|s| s.refine) {
-        format!(
-            "above {:.1e} after {} refinements",
-            method.settings.defect_tolerance,
-            solution.solves.len().saturating_sub(1)
-        )
-    } else {
-        "so that the curves are no trajectories; set `flatness.refine` = true".into()
-    };
+    let shortfall = (!solution.accurate).then(|| {
+        let (error, tolerance) = (solution.error, method.settings.defect_tolerance);
+        let refinements = solution.solves.len().saturating_sub(1);
+        if !splines.iter().all(|s| s.refine) {
+            format!(
+                "the error between the points is {error:.1e}, so that the curves are no trajectories; set `flatness.refine` = true"
+            )
+        } else if error > tolerance {
+            format!("the error between the points is {error:.1e}, above {tolerance:.1e} after {refinements} refinements")
+        } else {
+            format!("the objective has not settled after {refinements} refinements")
+        }
+    });
     Ok(Solution {
         status: solution.status,
-        accurate: solution.accurate,
-        error: solution.error,
-        remedy,
+        shortfall,
         counters: Counters {
             iterations: all().map(|s| s.iterations).sum(),
             factorisations: all().map(|s| s.factorisations).sum(),
@@ -99,7 +101,7 @@ pub(super) fn solve(
         unmet: solution.unmet.as_ref().map(ToString::to_string),
         warnings: Vec::new(),
         switches: Vec::new(),
-        report: solution.report,
+        report: Some(solution.report),
         trajectory: solution.trajectory,
     })
 }

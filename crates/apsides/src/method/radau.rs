@@ -59,15 +59,16 @@ impl Mission {
 
 fn of_radau(solution: RadauSolution, settings: &RadauSettings) -> Solution {
     let last = solution.meshes.last();
-    let error = last.map_or(f64::NAN, |m| m.error);
+    let shortfall = (!solution.accurate).then(|| {
+        format!(
+            "the error between the points is {:.1e}, above `radau.mesh_tolerance` = {:.1e}; raise `radau.max_meshes`",
+            last.map_or(f64::NAN, |m| m.error),
+            settings.mesh_tolerance
+        )
+    });
     Solution {
         status: solution.status,
-        accurate: solution.accurate,
-        error,
-        remedy: format!(
-            "above `radau.mesh_tolerance` = {:.1e}; raise `radau.max_meshes`",
-            settings.mesh_tolerance
-        ),
+        shortfall,
         counters: Counters {
             iterations: solution.meshes.iter().map(|m| m.iterations).sum(),
             factorisations: solution.meshes.iter().map(|m| m.factorisations).sum(),
@@ -78,7 +79,7 @@ fn of_radau(solution: RadauSolution, settings: &RadauSettings) -> Solution {
         unmet: solution.unmet.map(|unmet| unmet.to_string()),
         warnings: solution.warnings.iter().map(ToString::to_string).collect(),
         switches: solution.switches.iter().map(ToString::to_string).collect(),
-        report: solution.report,
+        report: Some(solution.report),
         trajectory: solution.trajectory,
     }
 }

@@ -10,7 +10,7 @@ use apsides_dynamics::equinoctial::{
     SpatialCoast, SpatialInertialThrust, SpatialThrust, THRUST_ANGLE, THRUST_LATITUDE, THRUST_LONGITUDE,
     TRUE_LONGITUDE,
 };
-use apsides_ocp::{At, Bounds, Ocp, OcpBuilder, OcpError, Phase, State, Variable};
+use apsides_ocp::{At, Bounds, Direction, Ocp, OcpBuilder, OcpError, Phase, State, Variable};
 
 use super::coast::CoastTime;
 use super::injection::{Apsis, Injection, Steering};
@@ -208,10 +208,14 @@ impl Injection {
         let middle = if retro { PI } else { 0.0 };
         let in_plane = control(THRUST_ANGLE).within(middle - PI, middle + PI);
         let phase = match (self.steering, self.is_spatial()) {
-            (Steering::Optimal, false) => Phase::new(name, PlanarThrust(self.flight)).controls([in_plane]),
+            (Steering::Optimal, false) => Phase::new(name, PlanarThrust(self.flight))
+                .controls([in_plane])
+                .direction(Direction::InPlane { angle: 0 }),
             (Steering::Optimal, true) => {
                 let out_of_plane = control(OUT_OF_PLANE_ANGLE).within(-FRAC_PI_2, FRAC_PI_2);
-                Phase::new(name, SpatialThrust(self.flight)).controls([in_plane, out_of_plane])
+                Phase::new(name, SpatialThrust(self.flight))
+                    .controls([in_plane, out_of_plane])
+                    .direction(Direction::InSpace { in_plane: 0, out_of_plane: 1 })
             }
             // Thrust along the velocity stays in the plane; a spatial flight with it is refused.
             (Steering::Velocity, _) => Phase::new(name, PlanarVelocityThrust(self.flight)),
