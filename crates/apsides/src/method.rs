@@ -26,8 +26,8 @@ pub(crate) fn keys() -> impl Iterator<Item = &'static Key> {
 pub(crate) struct Solution {
     pub(crate) trajectory: Trajectory,
     pub(crate) status: Status,
-    /// What keeps a converged solution from being one of the problem, and what would mend it.
-    pub(crate) shortfall: Option<String>,
+    /// What keeps a converged solution from being one of the problem.
+    pub(crate) shortfall: Option<Shortfall>,
     pub(crate) counters: Counters,
     /// Of the last discretised problem, if the method solves one.
     pub(crate) report: Option<SolveReport>,
@@ -35,6 +35,21 @@ pub(crate) struct Solution {
     pub(crate) unmet: Option<String>,
     pub(crate) warnings: Vec<String>,
     pub(crate) switches: Vec<String>,
+}
+
+/// What keeps a converged solution from being one of the problem.
+pub(crate) struct Shortfall {
+    /// The word for scripts.
+    pub(crate) status: &'static str,
+    /// What it is, and what would mend it.
+    pub(crate) text: String,
+}
+
+impl Shortfall {
+    /// The discretisation is too coarse.
+    fn mesh(text: String) -> Self {
+        Self { status: "mesh-limit", text }
+    }
 }
 
 impl Mission {

@@ -187,17 +187,17 @@ fn milliseconds(begin: Instant) -> f64 {
 
 /// The word for scripts.
 fn status_word(solution: &Solution) -> &'static str {
-    match solution.status {
-        Status::Optimal if solution.shortfall.is_none() => "optimal",
-        Status::Acceptable if solution.shortfall.is_none() => "acceptable",
-        Status::Optimal | Status::Acceptable => "mesh-limit",
-        Status::Infeasible => "infeasible",
-        Status::Diverging => "diverging",
-        Status::IterationLimit => "iteration-limit",
-        Status::TimeLimit => "time-limit",
-        Status::Interrupted => "interrupted",
-        Status::RestorationFailed => "restoration-failed",
-        Status::EvaluationFailed(_) => "evaluation-failed",
+    match (solution.status, &solution.shortfall) {
+        (Status::Optimal | Status::Acceptable, Some(shortfall)) => shortfall.status,
+        (Status::Optimal, None) => "optimal",
+        (Status::Acceptable, None) => "acceptable",
+        (Status::Infeasible, _) => "infeasible",
+        (Status::Diverging, _) => "diverging",
+        (Status::IterationLimit, _) => "iteration-limit",
+        (Status::TimeLimit, _) => "time-limit",
+        (Status::Interrupted, _) => "interrupted",
+        (Status::RestorationFailed, _) => "restoration-failed",
+        (Status::EvaluationFailed(_), _) => "evaluation-failed",
         _ => "not-converged",
     }
 }
@@ -205,7 +205,7 @@ fn status_word(solution: &Solution) -> &'static str {
 /// What is missing, in the user's units.
 fn explain(solution: &Solution, conflict: Option<&Explanation>) -> Option<String> {
     if solution.status.is_success() {
-        return solution.shortfall.clone();
+        return solution.shortfall.as_ref().map(|s| s.text.clone());
     }
     let mut text = format!("{}", solution.status);
     match (conflict.filter(|c| c.status.is_success()), &solution.unmet) {

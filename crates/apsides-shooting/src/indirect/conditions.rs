@@ -8,7 +8,7 @@
 //! ```
 //!
 //! for quantities that are free. One between bounds obeys either its condition or one of its bounds: see
-//! [`Conditions::choose`]. Everything is in units of its typical size.
+//! [`Conditions::choose_at_solution`]. Everything is in units of its typical size.
 
 use std::cell::RefMut;
 
@@ -44,30 +44,37 @@ enum Obeys {
 const AT_BOUND: f64 = 1e-6;
 
 impl Obeys {
-    /// At a start: a bound where the value is there, or beyond, and the condition pushes it out.
+    /// At a start: a bound where the value is there and the condition pushes it out.
     fn at_start(bounds: &Bounds, scale: f64, value: f64, condition: f64) -> Self {
-        let room = AT_BOUND * scale;
-        if bounds.is_fixed() || (value < bounds.lower + room && condition > 0.0) {
+        let near = |bound: f64| (value - bound).abs() <= AT_BOUND * scale;
+        if bounds.is_fixed() || (near(bounds.lower) && condition > 0.0) {
             Self::Bound(bounds.lower)
-        } else if value > bounds.upper - room && condition < 0.0 {
+        } else if near(bounds.upper) && condition < 0.0 {
             Self::Bound(bounds.upper)
         } else {
             Self::Condition
         }
     }
 
-    /// At a solution: the bound that is exceeded, or none where the condition pushes inwards.
-    fn at_solution(self, bounds: &Bounds, scale: f64, value: f64, condition: f64) -> Self {
-        let room = AT_BOUND * scale;
+    /// Whether its bound is to be given up, since the condition pushes inwards.
+    fn pushes_inwards(self, bounds: &Bounds, condition: f64) -> bool {
         match self {
-            Self::Condition if value < bounds.lower - room => Self::Bound(bounds.lower),
-            Self::Condition if value > bounds.upper + room => Self::Bound(bounds.upper),
             Self::Bound(b) if !bounds.is_fixed() => {
-                let inwards = if b == bounds.lower { condition < 0.0 } else { condition > 0.0 };
-                if inwards { Self::Condition } else { self }
+                if b == bounds.lower {
+                    condition < 0.0
+                } else {
+                    condition > 0.0
+                }
             }
-            same => same,
+            _ => false,
         }
+    }
+
+    /// The bound that a value exceeds which obeys its condition, and by how much, in units of its size.
+    fn exceeded(self, bounds: &Bounds, scale: f64, value: f64) -> Option<(f64, f64)> {
+        let excess = bounds.excess(value) / scale;
+        let bound = if value > bounds.upper { bounds.upper } else { bounds.lower };
+        (self == Self::Condition && excess > AT_BOUND).then_some((bound, excess))
     }
 }
 
@@ -81,9 +88,12 @@ pub(super) struct Conditions {
     terminal: Vec<EndPoint>,
     /// Where the control search starts, per phase and segment.
     pub(super) controls: Vec<Vec<Vec<f64>>>,
-    /// Per unknown that bounds may hold, and per row.
+    /// Per unknown that bounds may hold, and per row in place of its multiplier.
     obeys: Vec<Obeys>,
-    row_obeys: Vec<Obeys>,
+    /// By how much each unknown, and each row in place of its multiplier, was beyond its bound when it was made to obey it.
+    beyond: Vec<f64>,
+    /// Part of these distances that is still allowed.
+    pub(super) allowance: f64,
     parameters: Vec<f64>,
     multipliers: Vec<f64>,
 }
@@ -97,9 +107,10 @@ impl Conditions {
             controls,
             parameters: vec![0.0; layout.parameters],
             multipliers: vec![0.0; layout.rows.len()],
-            obeys: layout.bounds.iter().map(|b| Obeys::at_start(b, 1.0, f64::NAN, 0.0)).collect(),
-            row_obeys: layout.rows.iter().map(|r| Obeys::at_start(&r.bounds, 1.0, f64::NAN, 0.0)).collect(),
+            obeys: vec![Obeys::Condition; layout.unknowns],
             flows,
+            beyond: vec![0.0; layout.unknowns],
+            allowance: 0.0,
             layout,
         }
     }
@@ -249,33 +260,51 @@ impl Conditions {
         phases.chain((first..first + self.layout.parameters).map(|i| (i, i)))
     }
 
-    /// Says which quantities are held by bounds, after [`fly`](Self::fly): at a start those that are at a bound and pushed out by their
-    /// condition; at a solution those that exceed one, while those that are pushed in are released. Whether anything changed.
-    pub(super) fn choose(&mut self, z: &[f64], at_start: bool) -> bool {
+    /// Quantities that bounds may hold, as their place among the unknowns (that of the multiplier for a row): bounds, size, value and
+    /// condition.
+    fn bounded(&self, z: &[f64]) -> Vec<(usize, Bounds, f64, f64, f64)> {
+        let layout = &self.layout;
+        let end =
+            |(_, u): (usize, usize)| (u, layout.bounds[u], layout.scales[u], z[u], self.condition(z, u));
+        let row = |k: usize| {
+            let (place, r) = (layout.first_multiplier + k, layout.rows[k]);
+            (place, r.bounds, r.scale, self.ends.rows[k], -z[place])
+        };
+        self.held().map(end).chain((0..layout.rows.len()).map(row)).collect()
+    }
+
+    /// At a start, after [`fly`](Self::fly): holds the quantities that are at a bound and pushed out by their condition.
+    pub(super) fn choose_at_start(&mut self, z: &[f64]) {
+        for (place, bounds, scale, value, condition) in self.bounded(z) {
+            self.obeys[place] = Obeys::at_start(&bounds, scale, value, condition);
+        }
+    }
+
+    /// At a solution: releases the quantities that are pushed inwards, else holds the one that exceeds its bound most. Whether anything
+    /// changed.
+    pub(super) fn choose_at_solution(&mut self, z: &[f64]) -> bool {
+        self.beyond.fill(0.0);
+        let bounded = self.bounded(z);
         let mut changed = false;
-        let held: Vec<usize> = self.held().map(|(_, unknown)| unknown).collect();
-        for unknown in held {
-            let (b, scale) = (self.layout.bounds[unknown], self.layout.scales[unknown]);
-            let (value, g) = (z[unknown], self.condition(z, unknown));
-            let now = if at_start {
-                Obeys::at_start(&b, scale, value, g)
-            } else {
-                self.obeys[unknown].at_solution(&b, scale, value, g)
-            };
-            changed |= now != self.obeys[unknown];
-            self.obeys[unknown] = now;
+        for &(place, bounds, _, _, condition) in &bounded {
+            if self.obeys[place].pushes_inwards(&bounds, condition) {
+                self.obeys[place] = Obeys::Condition;
+                changed = true;
+            }
         }
-        for (k, r) in self.layout.rows.iter().enumerate() {
-            let (value, nu) = (self.ends.rows[k], z[self.layout.first_multiplier + k]);
-            let now = if at_start {
-                Obeys::at_start(&r.bounds, r.scale, value, -nu)
-            } else {
-                self.row_obeys[k].at_solution(&r.bounds, r.scale, value, -nu)
-            };
-            changed |= now != self.row_obeys[k];
-            self.row_obeys[k] = now;
+        if changed {
+            return true;
         }
-        changed
+        let excess = |&(place, bounds, scale, value, _): &(usize, Bounds, f64, f64, f64)| {
+            let (bound, excess) = self.obeys[place].exceeded(&bounds, scale, value)?;
+            Some((place, bound, value, excess))
+        };
+        let worst = bounded.iter().filter_map(excess).max_by(|a, b| a.3.total_cmp(&b.3));
+        if let Some((place, bound, value, _)) = worst {
+            self.obeys[place] = Obeys::Bound(bound);
+            self.beyond[place] = value - bound;
+        }
+        worst.is_some()
     }
 
     /// `F(z)` after [`fly`](Self::fly).
@@ -284,7 +313,7 @@ impl Conditions {
         for (row, unknown) in self.held() {
             let scale = scales[unknown];
             out[row] = match self.obeys[unknown] {
-                Obeys::Bound(b) => (z[unknown] - b) / scale,
+                Obeys::Bound(b) => (z[unknown] - b - self.allowance * self.beyond[unknown]) / scale,
                 Obeys::Condition => self.condition(z, unknown) * scale / objective,
             };
         }
@@ -298,8 +327,8 @@ impl Conditions {
         }
         for (k, r) in self.layout.rows.iter().enumerate() {
             let row = self.layout.first_multiplier + k;
-            out[row] = match self.row_obeys[k] {
-                Obeys::Bound(b) => (self.ends.rows[k] - b) / r.scale,
+            out[row] = match self.obeys[row] {
+                Obeys::Bound(b) => (self.ends.rows[k] - b - self.allowance * self.beyond[row]) / r.scale,
                 Obeys::Condition => -z[row] / scales[row],
             };
         }
@@ -331,7 +360,7 @@ impl Conditions {
         }
         for (k, r) in self.layout.rows.iter().enumerate() {
             let row = self.layout.first_multiplier + k;
-            match self.row_obeys[k] {
+            match self.obeys[row] {
                 Obeys::Bound(_) => {
                     for &(_, u, v) in self.ends.slopes.iter().filter(|(i, ..)| *i == k) {
                         out[(row, u)] += v * scales[u] / r.scale;

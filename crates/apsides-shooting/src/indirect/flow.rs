@@ -75,7 +75,7 @@ impl Flow {
                 relative_tolerance: tolerance,
                 absolute_tolerance: Tolerance::PerComponent(absolute),
                 controlled_components: Some(n),
-                max_steps: 20_000,
+                max_steps: 3000,
                 ..OdeSettings::default()
             }
         };

@@ -14,6 +14,12 @@ const SHORTEST: f64 = 1e-5;
 /// Correction, in units of the tolerance, that counts as converged when rounding stops it from falling.
 const ROUNDING: f64 = 1e3;
 
+/// Changes of the bounds that hold end quantities before the solve is given up.
+const MAX_CHANGES: usize = 20;
+/// Shortest step of the continuation to a bound that is exceeded, and the iterations up to which the next one is twice as long.
+const SHORTEST_TIGHTENING: f64 = 0.02;
+const EASY: usize = 4;
+
 /// How an iteration ended.
 pub(super) struct Ended {
     pub(super) status: Status,
@@ -27,9 +33,6 @@ pub(super) struct Ended {
 fn largest(v: &DVector<f64>) -> f64 {
     v.iter().fold(0.0_f64, |m, x| if x.is_nan() { f64::NAN } else { m.max(x.abs()) })
 }
-
-/// Changes of the bounds that hold end quantities before the solve is given up.
-const MAX_CHANGES: usize = 12;
 
 /// Solves from `z`, which is replaced by the best point: Newton iterations with given active bounds, until these are the right ones.
 pub(super) fn solve(
@@ -51,15 +54,46 @@ pub(super) fn solve(
         ended.status = Status::EvaluationFailed(apsides_nlp::Evaluation::Constraints);
         return ended;
     }
-    equations.choose(z, true);
+    equations.choose_at_start(z);
+    iterate(equations, z, settings, &mut ended, observer);
     for _ in 0..MAX_CHANGES {
-        iterate(equations, z, settings, &mut ended, observer);
-        if !ended.status.is_success() || !equations.choose(z, false) {
+        if !ended.status.is_success() || !equations.choose_at_solution(z) {
             return ended;
         }
-        ended.status = Status::IterationLimit;
+        tighten(equations, z, settings, &mut ended, observer);
     }
+    ended.status = Status::IterationLimit;
     ended
+}
+
+/// From a solution that exceeds a bound to one that keeps it: at once, else by continuation in how far it may be exceeded.
+fn tighten(
+    equations: &mut Conditions,
+    z: &mut Vec<f64>,
+    settings: &IndirectSettings,
+    ended: &mut Ended,
+    observer: &mut dyn Observer,
+) {
+    let (mut done, mut step) = (0.0, 1.0_f64);
+    while done < 1.0 {
+        let next = (done + step).min(1.0);
+        let (from, before) = (z.clone(), ended.iterations);
+        equations.allowance = 1.0 - next;
+        ended.status = Status::IterationLimit;
+        if equations.fly(z, true).is_ok() {
+            iterate(equations, z, settings, ended, observer);
+        }
+        if ended.status.is_success() {
+            done = next;
+            step *= if ended.iterations - before <= EASY { 2.0 } else { 1.0 };
+        } else {
+            *z = from;
+            step *= 0.5;
+            if step < SHORTEST_TIGHTENING || ended.status == Status::Interrupted {
+                return;
+            }
+        }
+    }
 }
 
 /// Newton iterations from a point that has been flown.
@@ -74,6 +108,7 @@ fn iterate(
     let mut residual = DVector::zeros(n);
     let mut matrix = DMatrix::zeros(n, n);
     equations.residual(z, &mut residual);
+    let last = ended.iterations + settings.max_iterations;
     let mut record = Record { step: 0.0, length: 0.0, trials: 0 };
     loop {
         ended.residual = largest(&residual);
@@ -81,7 +116,8 @@ fn iterate(
             ended.status = Status::Interrupted;
             return;
         }
-        if ended.iterations >= settings.max_iterations {
+        if ended.iterations >= last {
+            ended.status = Status::IterationLimit;
             return;
         }
         equations.jacobian(&mut matrix);

@@ -6,7 +6,7 @@ use apsides_flatness::{
 use apsides_nlp::Observer;
 use apsides_ocp::{Guess, Ocp};
 
-use super::Solution;
+use super::{Shortfall, Solution};
 use crate::key::{Key, Values};
 use crate::{Counters, Error};
 
@@ -78,7 +78,7 @@ pub(super) fn solve(
     let shortfall = (!solution.accurate).then(|| {
         let (error, tolerance) = (solution.error, method.settings.defect_tolerance);
         let refinements = solution.solves.len().saturating_sub(1);
-        if !splines.iter().all(|s| s.refine) {
+        let text = if !splines.iter().all(|s| s.refine) {
             format!(
                 "the error between the points is {error:.1e}, so that the curves are no trajectories; set `flatness.refine` = true"
             )
@@ -86,7 +86,8 @@ pub(super) fn solve(
             format!("the error between the points is {error:.1e}, above {tolerance:.1e} after {refinements} refinements")
         } else {
             format!("the objective has not settled after {refinements} refinements")
-        }
+        };
+        Shortfall::mesh(text)
     });
     Ok(Solution {
         status: solution.status,

@@ -4,7 +4,7 @@ use apsides_nlp::{Observer, Status};
 use apsides_ocp::{Guess, Trajectory};
 use apsides_shooting::indirect::{IndirectSettings, IndirectShooting, IndirectSolution, IndirectStart};
 
-use super::Solution;
+use super::{Shortfall, Solution};
 use crate::key::{Key, Range};
 use crate::missions::Posed;
 use crate::{Counters, Error, Mission};
@@ -41,37 +41,39 @@ impl Mission {
             }
             _ => None,
         };
-        let first = known.map(|start| method.solve(ocp, &start, observer)).transpose()?;
-        let (spent, stopped) =
-            first.as_ref().map_or((0, false), |s| (s.iterations, s.status == Status::Interrupted));
-        match first {
-            Some(IndirectSolution { trajectory: Some(t), .. }) if stopped => {
-                return Ok(Solution { status: Status::Interrupted, ..unsolved(t) });
+        let mut spent = 0;
+        let mut warnings = Vec::new();
+        if let Some(start) = known {
+            let solution = method.solve(ocp, &start, observer)?;
+            spent = solution.iterations;
+            let good = solution.status.is_success() && solution.exceeded.is_empty();
+            match solution.trajectory.clone() {
+                Some(t) if good || solution.status == Status::Interrupted => {
+                    return Ok(of_shooting(&solution, t, spent, warnings));
+                }
+                _ => warnings.push(format!(
+                    "shooting from the mission's own costates gave no flight in {spent} iterations; it starts from a collocation"
+                )),
             }
-            Some(solution) if solution.status.is_success() && solution.exceeded.is_empty() => {
-                return Ok(of_shooting(solution, 0, Vec::new()));
-            }
-            _ => {}
         }
         let collocated = self.solve_by_radau(ocp, guess, start, observer)?;
         if !collocated.status.is_success() {
             return Ok(collocated);
         }
-        let mut warnings = collocated.warnings;
-        if spent > 0 {
-            warnings.push(format!(
-                "shooting from the mission's own costates gave no solution in {spent} iterations; it starts from a collocation"
-            ));
-        }
         let start = IndirectStart::from_trajectory(&collocated.trajectory, segments)?;
         let solution = method.solve(ocp, &start, observer)?;
-        let spent = spent + collocated.counters.iterations;
-        if solution.trajectory.is_some() {
-            return Ok(of_shooting(solution, spent, warnings));
+        warnings.extend(collocated.warnings.iter().cloned());
+        if let Some(t) = solution.trajectory.clone().filter(|_| solution.status.is_success()) {
+            spent += collocated.counters.iterations + solution.iterations;
+            return Ok(of_shooting(&solution, t, spent, warnings));
         }
-        let shortfall =
-            "shooting from the costates of this collocation gave no solution; raise `indirect.segments`";
-        Ok(Solution { warnings, shortfall: Some(shortfall.into()), ..unsolved(collocated.trajectory) })
+        let text = format!(
+            "shooting from the costates of a collocation: {}; this is the collocation. Raise `indirect.segments`, or set `method` = \
+             \"radau\" where controls are neither between bounds by themselves nor switch between them (singular arcs)",
+            solution.status
+        );
+        let shortfall = Some(Shortfall { status: "not-converged", text });
+        Ok(Solution { warnings, shortfall, ..collocated })
     }
 
     fn indirect_shooting(&self) -> IndirectShooting {
@@ -85,36 +87,25 @@ impl Mission {
     }
 }
 
-/// A trajectory that is not a solution.
-fn unsolved(trajectory: Trajectory) -> Solution {
-    Solution {
-        trajectory,
-        status: Status::StepTooSmall,
-        shortfall: None,
-        counters: Counters::default(),
-        report: None,
-        unmet: None,
-        warnings: Vec::new(),
-        switches: Vec::new(),
-    }
-}
-
-/// `spent` iterations came before.
-fn of_shooting(solution: IndirectSolution, spent: usize, warnings: Vec<String>) -> Solution {
+/// A trajectory found by shooting in so many iterations of all methods.
+fn of_shooting(
+    solution: &IndirectSolution,
+    trajectory: Trajectory,
+    iterations: usize,
+    warnings: Vec<String>,
+) -> Solution {
     let exceeded: Vec<String> = solution
         .exceeded
         .iter()
         .map(|e| format!("phase `{}`, `{}` by {:.3e} {}", e.phase, e.name, e.amount, e.unit))
         .collect();
-    let shortfall = (!exceeded.is_empty()).then(|| {
-        format!(
+    let shortfall = (!exceeded.is_empty()).then(|| Shortfall {
+        status: "limits-exceeded",
+        text: format!(
             "limits along the flight that indirect shooting does not impose are exceeded ({}); set `method` = \"radau\"",
             exceeded.join("; ")
-        )
+        ),
     });
-    let failure = solution
-        .failure
-        .map(|f| format!("segment {} of phase {} cannot be integrated", f.segment + 1, f.phase + 1));
     let switches = solution.switches.iter().enumerate().flat_map(|(k, list)| {
         list.iter().map(move |s| {
             let to = if s.rises { "upper" } else { "lower" };
@@ -122,24 +113,19 @@ fn of_shooting(solution: IndirectSolution, spent: usize, warnings: Vec<String>) 
         })
     });
     Solution {
+        trajectory,
         status: solution.status,
         shortfall,
         counters: Counters {
-            iterations: spent + solution.iterations,
-            factorisations: spent + solution.iterations,
+            iterations,
+            factorisations: iterations,
             variables: solution.unknowns,
             constraints: solution.unknowns,
             mesh_iterations: 1,
         },
         report: None,
-        unmet: failure,
+        unmet: None,
         warnings,
         switches: switches.collect(),
-        ..unsolved(solution.trajectory.unwrap_or_else(|| Trajectory {
-            phases: Vec::new(),
-            parameters: Vec::new(),
-            objective: f64::NAN,
-            constraint_multipliers: None,
-        }))
     }
 }

@@ -4,7 +4,7 @@ use apsides_nlp::Observer;
 use apsides_ocp::{Guess, Mesh, Ocp, Trajectory};
 use apsides_radau::{Radau, RadauSettings, RadauSolution};
 
-use super::Solution;
+use super::{Shortfall, Solution};
 use crate::key::{Key, Range};
 use crate::{Counters, Error, Mission};
 
@@ -60,11 +60,11 @@ impl Mission {
 fn of_radau(solution: RadauSolution, settings: &RadauSettings) -> Solution {
     let last = solution.meshes.last();
     let shortfall = (!solution.accurate).then(|| {
-        format!(
+        Shortfall::mesh(format!(
             "the error between the points is {:.1e}, above `radau.mesh_tolerance` = {:.1e}; raise `radau.max_meshes`",
             last.map_or(f64::NAN, |m| m.error),
             settings.mesh_tolerance
-        )
+        ))
     });
     Solution {
         status: solution.status,
