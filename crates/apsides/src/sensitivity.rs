@@ -87,10 +87,8 @@ impl Mission {
 
     /// The mission with another value of a number, if it can be posed.
     fn with(&self, key: &'static Key, value: f64) -> Result<(Self, Posed), Error> {
-        let mut changed = self.clone();
-        let number = Value::Number(value);
-        key.accept(&number, PLACE)?;
-        changed.values.0.insert(key.path, number);
+        key.accept(&Value::Number(value), PLACE)?;
+        let changed = Self { values: self.values.with_number(key.path, value), ..self.clone() };
         let posed = changed.pose()?;
         Ok((changed, posed))
     }

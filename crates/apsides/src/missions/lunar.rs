@@ -33,6 +33,7 @@ pub(super) const DIRECT: Kind = Kind {
     results: results::results,
     headline: HEADLINE,
     curves: results::curves,
+    approach: |_| Vec::new(),
     checks: |_, _| Vec::new(),
     missing: |_, _| None,
 };
@@ -46,6 +47,7 @@ pub(super) const PERILUNE: Kind = Kind {
     results: results::results,
     headline: HEADLINE,
     curves: results::curves,
+    approach: |_| Vec::new(),
     checks: |_, _| Vec::new(),
     missing: |_, _| None,
 };
@@ -65,6 +67,7 @@ pub(super) const TWO_PHASE: Kind = Kind {
         "final_mass_kg",
     ],
     curves: results::curves,
+    approach: |_| Vec::new(),
     checks: |_, _| Vec::new(),
     missing: |_, _| None,
 };
@@ -78,6 +81,7 @@ pub(super) const TRANSFER: Kind = Kind {
     results: results::results,
     headline: &["final_mass_kg", "deorbit_time_s", "coast_time_s", "braking_time_s", "perilune_altitude_km"],
     curves: results::curves,
+    approach: |_| Vec::new(),
     checks: |_, _| Vec::new(),
     missing: |_, _| None,
 };

@@ -73,6 +73,8 @@ pub(crate) struct Kind {
     /// Values that do not go together, in words.
     pub(crate) check: fn(&Values) -> Result<(), String>,
     pub(crate) pose: fn(&Values) -> Result<Posed, Error>,
+    /// Easier cases with the same phases that lead to this one, each the start of the next.
+    pub(crate) approach: fn(&Values) -> Vec<Values>,
     /// Scalars for the summary; the unit ends the key.
     pub(crate) results: fn(&Values, &Trajectory) -> BTreeMap<String, f64>,
     /// Results that name a case in a table.

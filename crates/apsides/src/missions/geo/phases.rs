@@ -15,14 +15,16 @@ use apsides_ocp::{At, Bounds, Ocp, OcpBuilder, OcpError, Phase, State, Variable}
 use super::coast::CoastTime;
 use super::injection::{Apsis, Injection, Steering};
 
-/// Largest misses of a re-simulation: each is below half a metre in a geostationary orbit.
+/// Largest misses of a re-simulation. An orbit whose size is off by as much is late by 1.3e-7 rad after a revolution.
 const LENGTH_MISS_M: f64 = 0.1;
 const ECCENTRICITY_MISS: f64 = 1e-8;
-const ANGLE_MISS_RAD: f64 = 1e-8;
+const ANGLE_MISS_RAD: f64 = 1e-7;
 const MASS_MISS_KG: f64 = 1e-5;
 
 /// Least angle of a coast to the same apsis, rad: burns that follow each other at once are one.
 const LEAST_ANGLE: f64 = FRAC_PI_2;
+/// Least semi-latus rectum of a burn, relative to the parking orbit.
+const LEAST_SEMI_LATUS_RECTUM: f64 = 0.1;
 /// Shortest burn, s.
 const SHORTEST_BURN: f64 = 1.0;
 /// Shortest coast, s, where coasts are phases.
@@ -180,18 +182,10 @@ impl Injection {
 
     fn burn(&self, k: usize) -> Phase {
         let mut states: Vec<State> = self.coast_states().iter().map(|q| self.state(*q)).collect();
-        for s in &mut states {
-            // A bound that only a trajectory without sense would reach keeps the iterates on orbits.
-            match s.variable.name.as_str() {
-                name if name == SEMI_LATUS_RECTUM.name => {
-                    s.variable.bounds = Bounds::at_least(0.1 * self.parking_radius);
-                }
-                name if name == MASS.name => {
-                    s.variable.bounds = Bounds::new(self.dry_mass(), 1.1 * self.mass);
-                }
-                _ => {}
-            }
-        }
+        let [_, mass] = self.longitude_and_mass();
+        states[mass].variable.bounds = Bounds::new(self.dry_mass(), 1.1 * self.mass);
+        // Only a trajectory without sense would reach it: it keeps the iterates on orbits.
+        states[0].variable.bounds = Bounds::at_least(LEAST_SEMI_LATUS_RECTUM * self.parking_radius);
         if k == 0 {
             for (s, value) in states.iter_mut().zip(self.parking_orbit()) {
                 s.initial = value.map_or(Bounds::FREE, Bounds::fixed);
