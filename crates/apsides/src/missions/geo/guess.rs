@@ -113,11 +113,7 @@ impl<'a> Start<'a> {
 
     /// Guess of the problem with the burns alone.
     pub(super) fn reduced(&self, ocp: &Ocp) -> Result<Guess, OcpError> {
-        let absolute = self.injection.longest_flight.is_finite();
-        let mut phases = Vec::new();
-        for (k, burn) in self.burns.iter().enumerate() {
-            phases.push(self.burn_guess(burn, if absolute { self.ignition(k) } else { 0.0 })?);
-        }
+        let phases = self.burns.iter().map(|burn| self.burn_guess(burn, 0.0)).collect::<Result<_, _>>()?;
         Ok(Guess::from_phases(ocp, phases))
     }
 
