@@ -30,6 +30,7 @@ pub(super) const INJECTION: Kind = Kind {
     name: "geo-injection",
     title: "Injection from a circular parking orbit into geostationary orbit with several burns and least propellant",
     flight_keys: &[keys::VEHICLE, keys::FLIGHT],
+    nothing_at_zero: &["inclination_deg", "target_eccentricity"],
     check: |v| Injection::of(v).map(|_| ()),
     pose,
     approach,

@@ -70,6 +70,8 @@ pub(crate) struct Kind {
     pub(crate) title: &'static str,
     /// Keys of the vehicle and the flight.
     pub(crate) flight_keys: &'static [&'static [Key]],
+    /// Numbers that change the problem where they leave zero, so that they have no price there.
+    pub(crate) nothing_at_zero: &'static [&'static str],
     /// Values that do not go together, in words.
     pub(crate) check: fn(&Values) -> Result<(), String>,
     pub(crate) pose: fn(&Values) -> Result<Posed, Error>,
