@@ -254,6 +254,13 @@ impl Values {
         self.0.get(path) == Some(&Value::Flag(true))
     }
 
+    /// The same with another number.
+    pub(crate) fn with_number(&self, path: &'static str, number: f64) -> Self {
+        let mut changed = self.clone();
+        changed.0.insert(path, Value::Number(number));
+        changed
+    }
+
     /// Every key and its value, by key.
     pub fn iter(&self) -> impl Iterator<Item = (&'static str, &Value)> {
         self.0.iter().map(|(k, v)| (*k, v))

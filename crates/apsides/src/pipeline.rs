@@ -10,7 +10,7 @@ use apsides_verify::{Certificate, Check, CheckKind, Verification, VerifySettings
 
 use crate::method::Solution;
 use crate::missions::Posed;
-use crate::{Error, Mission, ObjectiveValue, Outcome, Reduced, Summary, Timing};
+use crate::{Counters, Error, Mission, ObjectiveValue, Outcome, Reduced, Summary, Timing};
 
 impl Mission {
     /// The problem and a start.
@@ -50,7 +50,10 @@ impl Mission {
         let posed = self.pose()?;
         let build = milliseconds(begin);
         let begin = Instant::now();
-        let solution = self.solve_by_method(&posed, start, observer)?;
+        let solution = match start {
+            Some(_) => self.solve_by_method(&posed, start, observer)?,
+            None => self.solve_from_guess(&posed, observer)?,
+        };
         let solve = milliseconds(begin);
         let begin = Instant::now();
         let flight = self.flight(&posed, &solution.trajectory)?;
@@ -60,6 +63,29 @@ impl Mission {
             _ => None,
         };
         Ok(self.outcome(posed, solution, conflict.as_ref(), flight, timing_ms))
+    }
+
+    /// Solves from the mission's own guess, through the easier cases that lead to it where it has some.
+    fn solve_from_guess(&self, posed: &Posed, observer: &mut dyn Observer) -> Result<Solution, Error> {
+        let mut start: Option<Trajectory> = None;
+        let mut work = Counters::default();
+        for values in (self.kind.approach)(&self.values) {
+            let easier = Self { values, ..self.clone() };
+            let solution = easier.solve_by_method(&easier.pose()?, start.as_ref(), observer)?;
+            work.iterations += solution.counters.iterations;
+            work.factorisations += solution.counters.factorisations;
+            work.mesh_iterations += solution.counters.mesh_iterations;
+            if !solution.status.is_success() {
+                // From here on it would not become easier.
+                break;
+            }
+            start = Some(solution.trajectory);
+        }
+        let mut solution = self.solve_by_method(posed, start.as_ref(), observer)?;
+        solution.counters.iterations += work.iterations;
+        solution.counters.factorisations += work.factorisations;
+        solution.counters.mesh_iterations += work.mesh_iterations;
+        Ok(solution)
     }
 
     /// The certificate of a trajectory of the whole flight.

@@ -38,10 +38,15 @@ pub struct Price {
 }
 
 impl Mission {
-    /// The keys with a price: the numbers of vehicle and flight, but not a limit that is infinite.
+    /// The keys with a price: the numbers of vehicle and flight, but not a limit that is infinite, nor a zero that leaves something
+    /// out of the problem.
     pub fn priced_keys(&self) -> impl Iterator<Item = &'static Key> + use<'_> {
-        let numbers = |k: &&Key| k.is_number() && self.values.number(k.path).is_finite();
-        self.kind.flight_keys.iter().copied().flatten().filter(numbers)
+        let has_price = |k: &&Key| {
+            let value = self.values.number(k.path);
+            let is_there = value != 0.0 || !self.kind.nothing_at_zero.contains(&k.path);
+            k.is_number() && value.is_finite() && is_there
+        };
+        self.kind.flight_keys.iter().copied().flatten().filter(has_price)
     }
 
     /// Derivatives of the objective and of the results of this mission's solution with respect to `keys`, in their
@@ -87,10 +92,8 @@ impl Mission {
 
     /// The mission with another value of a number, if it can be posed.
     fn with(&self, key: &'static Key, value: f64) -> Result<(Self, Posed), Error> {
-        let mut changed = self.clone();
-        let number = Value::Number(value);
-        key.accept(&number, PLACE)?;
-        changed.values.0.insert(key.path, number);
+        key.accept(&Value::Number(value), PLACE)?;
+        let changed = Self { values: self.values.with_number(key.path, value), ..self.clone() };
         let posed = changed.pose()?;
         Ok((changed, posed))
     }

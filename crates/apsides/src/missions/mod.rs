@@ -70,9 +70,13 @@ pub(crate) struct Kind {
     pub(crate) title: &'static str,
     /// Keys of the vehicle and the flight.
     pub(crate) flight_keys: &'static [&'static [Key]],
+    /// Numbers that change the problem where they leave zero, so that they have no price there.
+    pub(crate) nothing_at_zero: &'static [&'static str],
     /// Values that do not go together, in words.
     pub(crate) check: fn(&Values) -> Result<(), String>,
     pub(crate) pose: fn(&Values) -> Result<Posed, Error>,
+    /// Easier cases with the same phases that lead to this one, each the start of the next.
+    pub(crate) approach: fn(&Values) -> Vec<Values>,
     /// Scalars for the summary; the unit ends the key.
     pub(crate) results: fn(&Values, &Trajectory) -> BTreeMap<String, f64>,
     /// Results that name a case in a table.

@@ -15,8 +15,12 @@ use super::phases::is_burn;
 /// Largest miss of the target orbit.
 const POSITION_MISS_M: f64 = 1.0;
 const SPEED_MISS_M_S: f64 = 1e-3;
-/// Largest value of the wrong sign of the switching function, in kg of final mass per kg burnt.
-const SWITCHING_TOLERANCE: f64 = 1e-6;
+/// Largest value of the wrong sign of the switching function, in kg of final mass per kg burnt: as for the other conditions of an
+/// optimum.
+const SWITCHING_TOLERANCE: f64 = 1e-5;
+
+/// A limit counts as reached this close to it, relative.
+const AT_THE_LIMIT: f64 = 1e-6;
 
 /// Accuracy of the integration in Cartesian coordinates: relative, in m, in m/s and in kg per step.
 const RELATIVE_TOLERANCE: f64 = 1e-13;
@@ -35,7 +39,7 @@ pub(super) fn checks(injection: &Injection, trajectory: &Trajectory) -> Vec<Chec
         let check = |name: &str, extreme: Extreme| {
             Check::new(name, kind, extreme.value.max(0.0), SWITCHING_TOLERANCE, "-", extreme.place)
         };
-        checks.push(check("switching function above zero on a burn", switching.burns));
+        checks.extend(switching.burns.map(|e| check("switching function above zero on a burn", e)));
         // Where a burn ends because it must, the engine had better stay on.
         if let Some(coasts) = switching.coasts.filter(|_| !burns_are_limited(injection, trajectory)) {
             let below = Extreme { value: -coasts.value, ..coasts };
@@ -45,11 +49,14 @@ pub(super) fn checks(injection: &Injection, trajectory: &Trajectory) -> Vec<Chec
     checks
 }
 
+/// Whether a burn ends because of its longest time or of the highest apogee.
 fn burns_are_limited(injection: &Injection, trajectory: &Trajectory) -> bool {
-    trajectory
-        .phases
-        .iter()
-        .any(|p| is_burn(&p.name) && p.final_time - p.initial_time > injection.longest_burn * (1.0 - 1e-6))
+    let at = |value: f64, limit: f64| value > limit * (1.0 - AT_THE_LIMIT);
+    trajectory.phases.iter().filter(|p| is_burn(&p.name)).any(|p| {
+        let x = p.final_state();
+        let apogee = x[0] / (1.0 - x[1].hypot(x[2]));
+        at(p.final_time - p.initial_time, injection.longest_burn) || at(apogee, injection.apogee_cap)
+    })
 }
 
 /// The whole flight in Cartesian coordinates, from the parking orbit with the thrust of the trajectory, against the target orbit.
@@ -225,11 +232,12 @@ pub(super) struct Extreme {
 /// Extremes of the switching function: the change of the Hamiltonian of the minimised objective with the throttle, in the direction that
 /// makes it least, per mass flow.
 ///
-/// It is in kg of final mass lost per kg burnt then: not above zero on a burn, not below on a coast.
+/// It is in kg of final mass lost per kg burnt then: not above zero on a burn, not below on a coast. With oblateness the first and the
+/// last burn are left out.
 #[derive(Clone, Debug)]
 pub(super) struct Switching {
     /// Largest value on a burn.
-    pub(super) burns: Extreme,
+    pub(super) burns: Option<Extreme>,
     /// Smallest value on a coast.
     pub(super) coasts: Option<Extreme>,
 }
@@ -246,8 +254,13 @@ impl Switching {
         let n = injection.coast_states().len();
         let (mut burns, mut coasts): (Option<Extreme>, Option<Extreme>) = (None, None);
         let (mut x, mut lambda) = (vec![0.0; n], vec![0.0; n]);
-        for phase in &trajectory.phases {
+        let last = trajectory.phases.len() - 1;
+        for (number, phase) in trajectory.phases.iter().enumerate() {
             let costate = phase.costate.as_ref()?;
+            // With oblateness a circle is one for an instant: where the flight begins and ends on one, waiting is worth something.
+            if injection.flight.j2 != 0.0 && (number == 0 || number == last) {
+                continue;
+            }
             let burns_here = is_burn(&phase.name);
             for times in phase.state.breaks().windows(2) {
                 for k in 0..=SAMPLES {
@@ -265,7 +278,7 @@ impl Switching {
                 }
             }
         }
-        Some(Self { burns: burns?, coasts })
+        Some(Self { burns, coasts })
     }
 }
 
@@ -284,17 +297,21 @@ impl Injection {
 
     /// `lambda . (rate with thrust - rate without)` for angles of the thrust.
     fn thrust_gain(&self, x: &[f64], lambda: &[f64], angles: [f64; 2]) -> f64 {
-        let gain = |with: &[f64], without: &[f64]| {
-            lambda.iter().zip(with.iter().zip(without)).map(|(l, (a, b))| l * (a - b)).sum()
-        };
-        if self.is_spatial() {
-            let x: [f64; 7] = std::array::from_fn(|i| x[i]);
-            let with = SpatialThrust(self.flight).rate(0.0, &x, &angles, &[]);
-            gain(&with, &SpatialCoast(self.flight).rate(0.0, &x, &[], &[]))
+        let with = self.rate_with_thrust(x, angles);
+        let without = if self.is_spatial() {
+            SpatialCoast(self.flight).rate(0.0, &std::array::from_fn(|i| x[i]), &[], &[]).to_vec()
         } else {
-            let x: [f64; 5] = std::array::from_fn(|i| x[i]);
-            let with = PlanarThrust(self.flight).rate(0.0, &x, &[angles[0]], &[]);
-            gain(&with, &PlanarCoast(self.flight).rate(0.0, &x, &[], &[]))
+            PlanarCoast(self.flight).rate(0.0, &std::array::from_fn(|i| x[i]), &[], &[]).to_vec()
+        };
+        lambda.iter().zip(with.iter().zip(without)).map(|(l, (a, b))| l * (a - b)).sum()
+    }
+
+    /// Rate of the states of a coast with thrust at angles in and out of the orbital plane.
+    pub(super) fn rate_with_thrust(&self, x: &[f64], angles: [f64; 2]) -> Vec<f64> {
+        if self.is_spatial() {
+            SpatialThrust(self.flight).rate(0.0, &std::array::from_fn(|i| x[i]), &angles, &[]).to_vec()
+        } else {
+            PlanarThrust(self.flight).rate(0.0, &std::array::from_fn(|i| x[i]), &[angles[0]], &[]).to_vec()
         }
     }
 }

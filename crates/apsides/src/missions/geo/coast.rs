@@ -87,15 +87,26 @@ impl Conic<f64> {
     }
 }
 
-/// What the time between two burns exceeds the coast by: `[cut-off, ignition, p, f, g, L at cut-off, L at ignition]`.
-pub(super) struct CoastTime {
+/// Time of a whole flight, of `6 n - 5` quantities for `n` burns: the time of each burn, then `[p, f, g, L at cut-off, L at ignition]` of
+/// each coast.
+pub(super) struct FlightTime {
     pub(super) mu: f64,
 }
 
-impl VectorFunction<7, 1> for CoastTime {
-    fn evaluate<S: Scalar>(&self, z: &[S; 7]) -> [S; 1] {
-        let [cut_off, ignition, p, f, g, from, to] = *z;
-        [ignition - cut_off - Conic::new(p, f, g).time(self.mu, from, to)]
+/// Quantities of a coast.
+const COAST: usize = 5;
+
+impl<const N: usize> VectorFunction<N, 1> for FlightTime {
+    fn evaluate<S: Scalar>(&self, z: &[S; N]) -> [S; 1] {
+        let (burns, coasts) = z.split_at(N.div_ceil(COAST + 1));
+        let mut sum = S::from(0.0);
+        for burn in burns {
+            sum += *burn;
+        }
+        for x in coasts.chunks_exact(COAST) {
+            sum += Conic::new(x[0], x[1], x[2]).time(self.mu, x[3], x[4]);
+        }
+        [sum]
     }
 }
 

@@ -15,7 +15,8 @@ use std::sync::Arc;
 use apsides_ad::Dual;
 use apsides_basis::{Barycentric, Lgr};
 use apsides_ocp::{
-    EndpointInput, Ocp, Phase, PhaseMesh, PhaseTrajectory, PiecewisePolynomial, Segment, Trajectory,
+    EndpointConstraint, EndpointInput, Ocp, Phase, PhaseMesh, PhaseTrajectory, PiecewisePolynomial, Segment,
+    Trajectory,
 };
 
 use super::coast::Conic;
@@ -208,16 +209,18 @@ fn multipliers(
     phases: &[PhaseTrajectory],
     hamiltonian: f64,
 ) -> Vec<Vec<f64>> {
-    let of = |c: &apsides_ocp::EndpointConstraint| match c.inputs.as_slice() {
-        [EndpointInput::FinalTime { .. }, EndpointInput::InitialTime { .. }] => vec![-hamiltonian],
-        [EndpointInput::FinalState { .. }, EndpointInput::InitialState { phase, state }] => {
-            let found = &phases[*phase];
-            vec![found.costate.as_ref().map_or(f64::NAN, |l| l.component(found.initial_time, *state))]
+    let of = |c: &EndpointConstraint| {
+        if let Some(k) = reduced.constraints.iter().position(|r| r.name == c.name) {
+            return given[k].clone();
         }
-        _ => {
-            let known = reduced.constraints.iter().position(|r| r.name == c.name);
-            known.map_or_else(|| vec![f64::NAN; c.rows.len()], |k| given[k].clone())
-        }
+        let multiplier = match c.inputs.as_slice() {
+            [EndpointInput::FinalState { .. }, EndpointInput::InitialState { phase, state }] => {
+                let found = &phases[*phase];
+                found.costate.as_ref().map_or(f64::NAN, |l| l.component(found.initial_time, *state))
+            }
+            _ => -hamiltonian,
+        };
+        vec![multiplier]
     };
     whole.constraints.iter().map(of).collect()
 }

@@ -10,6 +10,8 @@ use super::injection::{Injection, Steering};
 
 /// Points of a guessed coast, equally spaced in eccentric longitude.
 const COAST_POINTS: usize = 60;
+/// Steps of a guessed burn.
+const BURN_STEPS: usize = 20;
 /// Part of the propellant that the guess burns at most.
 const MOST_PROPELLANT: f64 = 0.98;
 
@@ -111,11 +113,7 @@ impl<'a> Start<'a> {
 
     /// Guess of the problem with the burns alone.
     pub(super) fn reduced(&self, ocp: &Ocp) -> Result<Guess, OcpError> {
-        let absolute = self.injection.longest_flight.is_finite();
-        let mut phases = Vec::new();
-        for (k, burn) in self.burns.iter().enumerate() {
-            phases.push(self.burn_guess(burn, if absolute { self.ignition(k) } else { 0.0 })?);
-        }
+        let phases = self.burns.iter().map(|burn| self.burn_guess(burn, 0.0)).collect::<Result<_, _>>()?;
         Ok(Guess::from_phases(ocp, phases))
     }
 
@@ -150,6 +148,11 @@ impl<'a> Start<'a> {
         self.burns.iter().map(|b| b.costates.map(of)).collect()
     }
 
+    /// Time from the first ignition to the last cut-off, s.
+    pub(super) fn flight_time(&self) -> f64 {
+        self.burns.last().map_or(0.0, |last| self.ignition(self.burns.len() - 1) + last.duration)
+    }
+
     /// Time of an ignition since the first one, s.
     fn ignition(&self, burn: usize) -> f64 {
         (0..burn).map(|k| self.burns[k].duration + self.coast_time(k)).sum()
@@ -179,24 +182,60 @@ impl<'a> Start<'a> {
         state
     }
 
+    /// A burn along the velocity, or against it, from the orbit of the impulses before it.
     fn burn_guess(&self, burn: &Burn, begin: f64) -> Result<PhaseGuess, OcpError> {
         let [longitude, latitude] = burn.inertial;
         let spatial = self.injection.is_spatial();
-        let mut states = Vec::new();
-        for end in 0..2 {
-            let mut state = self.state(&burn.orbits[end], burn.longitudes[end] + self.turn, burn.masses[end]);
-            if self.injection.steering == Steering::InertialFixed {
+        let first = self.state(&burn.orbits[0], burn.longitudes[0] + self.turn, burn.masses[0]);
+        let mut flown = self.flown(burn, first);
+        if self.injection.steering == Steering::InertialFixed {
+            for state in &mut flown {
                 state.push(longitude + self.turn);
                 state.extend(spatial.then_some(latitude));
             }
-            states.push(state);
         }
-        let controls = match (self.injection.steering, spatial) {
-            (Steering::Optimal, true) => burn.angles.to_vec(),
-            (Steering::Optimal, false) => vec![burn.angles[0]],
+        let control = |state: &Vec<f64>| match (self.injection.steering, spatial) {
+            (Steering::Optimal, true) => self.thrust_angles(burn, state).to_vec(),
+            (Steering::Optimal, false) => vec![self.thrust_angles(burn, state)[0]],
             _ => Vec::new(),
         };
-        PhaseGuess::samples(&[begin, begin + burn.duration], states, vec![controls.clone(), controls])
+        let controls = flown.iter().map(control).collect();
+        let times: Vec<f64> =
+            (0..flown.len()).map(|i| begin + burn.duration * i as f64 / (flown.len() - 1) as f64).collect();
+        PhaseGuess::samples(&times, flown, controls)
+    }
+
+    /// Angles of the thrust along the velocity, turned as the impulse is.
+    fn thrust_angles(&self, burn: &Burn, state: &[f64]) -> [f64; 2] {
+        let [longitude, _] = self.injection.longitude_and_mass();
+        let (sin, cos) = state[longitude].sin_cos();
+        let (climb, forward) = (state[1] * sin - state[2] * cos, 1.0 + state[1] * cos + state[2] * sin);
+        [burn.angles[0] + climb.atan2(forward), burn.angles[1]]
+    }
+
+    /// States of a burn at equal steps of time (classical Runge-Kutta steps), or straight lines where they leave ellipses.
+    fn flown(&self, burn: &Burn, first: Vec<f64>) -> Vec<Vec<f64>> {
+        let step = burn.duration / BURN_STEPS as f64;
+        let rate = |x: &[f64]| self.injection.rate_with_thrust(x, self.thrust_angles(burn, x));
+        let moved =
+            |x: &[f64], k: &[f64], h: f64| -> Vec<f64> { x.iter().zip(k).map(|(x, k)| x + h * k).collect() };
+        let mut flown = vec![first];
+        for i in 0..BURN_STEPS {
+            let x = &flown[i];
+            let k1 = rate(x);
+            let k2 = rate(&moved(x, &k1, 0.5 * step));
+            let k3 = rate(&moved(x, &k2, 0.5 * step));
+            let k4 = rate(&moved(x, &k3, step));
+            let mean: Vec<f64> =
+                (0..x.len()).map(|j| (k1[j] + 2.0 * (k2[j] + k3[j]) + k4[j]) / 6.0).collect();
+            flown.push(moved(x, &mean, step));
+        }
+        let is_orbit = |x: &Vec<f64>| Conic::new(x[0], x[1], x[2]).is_ellipse();
+        if flown.iter().all(is_orbit) && self.injection.burns() > 1 {
+            return flown;
+        }
+        let last = self.state(&burn.orbits[1], burn.longitudes[1] + self.turn, burn.masses[1]);
+        vec![flown.swap_remove(0), last]
     }
 
     fn coast_guess(&self, k: usize, begin: f64) -> Result<PhaseGuess, OcpError> {

@@ -68,7 +68,7 @@ impl Injection {
                 _ => Steering::Optimal,
             },
             longest_burn: v.number("max_burn_s"),
-            longest_flight: v.number("max_flight_time_h") * 3600.0,
+            longest_flight: v.number(keys::MAX_FLIGHT_TIME) * 3600.0,
             apogee_cap: v.number("apogee_cap_km") * 1e3,
         };
         injection.check_orbits()?;

@@ -18,6 +18,7 @@ pub(super) const VEHICLE: &[Key] = &[
 
 pub(super) const BURNS: &str = "burns";
 pub(super) const PATTERN: &str = "pattern";
+pub(super) const MAX_FLIGHT_TIME: &str = "max_flight_time_h";
 pub(super) const STEERING: &str = "steering";
 pub(super) const OPTIMAL: &str = "optimal";
 pub(super) const VELOCITY: &str = "velocity";
@@ -63,7 +64,7 @@ pub(super) const FLIGHT: &[Key] = &[
     ),
     Key::count("max_restarts", 10, 0, 100, "restarts that the engine allows, one less than burns"),
     Key::number(
-        "max_flight_time_h",
+        MAX_FLIGHT_TIME,
         f64::INFINITY,
         Range::POSITIVE_OR_UNLIMITED,
         "longest time from first ignition to last cut-off; inf: not limited",

@@ -48,7 +48,9 @@ pub(super) fn results(injection: &Injection, t: &Trajectory) -> BTreeMap<String,
     }
     put("burn_time_s".into(), burn_time);
     if let Some(switching) = Switching::of(injection, t) {
-        put("switching_function_on_burns_max".into(), switching.burns.value);
+        if let Some(burns) = switching.burns {
+            put("switching_function_on_burns_max".into(), burns.value);
+        }
         if let Some(coasts) = switching.coasts {
             put("switching_function_on_coasts_min".into(), coasts.value);
         }
