@@ -10,15 +10,13 @@
 //! for quantities that are free. One between bounds obeys either its condition or one of its bounds: see
 //! [`Conditions::choose_at_solution`]. Everything is in units of its typical size.
 
-use std::cell::RefMut;
-
 use apsides_ocp::{Bounds, Ocp};
 use nalgebra::{DMatrix, DVector};
+use rayon::iter::{IndexedParallelIterator, IntoParallelRefMutIterator, ParallelIterator};
 
 use super::ends::Ends;
 use super::flow::{EndPoint, Flow, FlowFailure, Passage};
-use super::hamiltonian::Hamiltonian;
-use super::layout::Layout;
+use super::layout::{Layout, PhaseLayout};
 
 /// A segment that could not be flown.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -78,16 +76,70 @@ impl Obeys {
     }
 }
 
+/// One phase: what flies it, and what was found.
+pub(super) struct PhaseFlight {
+    pub(super) flow: Flow,
+    pub(super) passages: Vec<Passage>,
+    /// Rates and Hamiltonian at the last node.
+    terminal: EndPoint,
+    /// Where the control search starts, per segment.
+    pub(super) controls: Vec<Vec<f64>>,
+}
+
+impl PhaseFlight {
+    pub(super) fn new(flow: Flow, controls: Vec<Vec<f64>>) -> Self {
+        let passages = vec![Passage::default(); controls.len()];
+        Self { flow, passages, terminal: EndPoint::default(), controls }
+    }
+
+    /// Flies the segments, each from its node or, in a `chain`, from the end of the one before; the first without an end fails.
+    fn fly(
+        &mut self,
+        p: &PhaseLayout,
+        z: &[f64],
+        parameters: &[f64],
+        task: Task,
+    ) -> Result<(), (usize, FlowFailure)> {
+        for segment in 0..p.segments() {
+            let node = p.node(segment);
+            let (flown, ahead) = self.passages.split_at_mut(segment);
+            let start = match flown.last() {
+                Some(before) if task.chain => &before.end[..2 * p.states],
+                _ => &z[node..node + 2 * p.states],
+            };
+            let (times, control) = (p.segment_times(z, segment), &mut self.controls[segment]);
+            self.flow
+                .pass(parameters, times, start, control, task.sensitivities, &mut ahead[0])
+                .map_err(|reason| (segment, reason))?;
+        }
+        if task.chain {
+            // The last node is the end of the last segment.
+            self.terminal.clone_from(&self.passages[p.segments() - 1].last);
+            return Ok(());
+        }
+        let node = p.node(p.segments());
+        let h = self.flow.hamiltonian.get_mut();
+        let mut y = vec![0.0; h.dimension()];
+        y[..2 * p.states].copy_from_slice(&z[node..node + 2 * p.states]);
+        h.end_point(z[p.final_time], &y, parameters, &mut self.terminal);
+        Ok(())
+    }
+}
+
+/// What is to be flown.
+#[derive(Clone, Copy)]
+struct Task {
+    sensitivities: bool,
+    chain: bool,
+}
+
 /// The equations with storage for one point.
 pub(super) struct Conditions {
     pub(super) layout: Layout,
     pub(super) ends: Ends,
-    pub(super) flows: Vec<Flow>,
-    pub(super) passages: Vec<Vec<Passage>>,
-    /// Rates and Hamiltonian at the last node of each phase.
-    terminal: Vec<EndPoint>,
-    /// Where the control search starts, per phase and segment.
-    pub(super) controls: Vec<Vec<Vec<f64>>>,
+    pub(super) phases: Vec<PhaseFlight>,
+    /// Whether phases are flown side by side.
+    pub(super) parallel: bool,
     /// Per unknown that bounds may hold, and per row in place of its multiplier.
     obeys: Vec<Obeys>,
     /// By how much each unknown, and each row in place of its multiplier, was beyond its bound when it was made to obey it.
@@ -99,16 +151,14 @@ pub(super) struct Conditions {
 }
 
 impl Conditions {
-    pub(super) fn new(ocp: &Ocp, layout: Layout, flows: Vec<Flow>, controls: Vec<Vec<Vec<f64>>>) -> Self {
+    pub(super) fn new(ocp: &Ocp, layout: Layout, phases: Vec<PhaseFlight>, parallel: bool) -> Self {
         Self {
             ends: Ends::new(ocp, &layout),
-            passages: layout.phases.iter().map(|p| vec![Passage::default(); p.segments()]).collect(),
-            terminal: vec![EndPoint::default(); layout.phases.len()],
-            controls,
+            phases,
+            parallel,
             parameters: vec![0.0; layout.parameters],
             multipliers: vec![0.0; layout.rows.len()],
             obeys: vec![Obeys::Condition; layout.unknowns],
-            flows,
             beyond: vec![0.0; layout.unknowns],
             allowance: 0.0,
             layout,
@@ -120,30 +170,41 @@ impl Conditions {
     /// # Errors
     /// The first segment without an end.
     pub(super) fn fly(&mut self, z: &[f64], sensitivities: bool) -> Result<(), FailedSegment> {
+        self.run(z, Task { sensitivities, chain: false })
+    }
+
+    /// Flies each phase with sensitivities from its first node on and makes the ends of the segments its nodes.
+    ///
+    /// # Errors
+    /// The first segment without an end.
+    pub(super) fn fly_through(&mut self, z: &mut [f64]) -> Result<(), FailedSegment> {
+        self.run(z, Task { sensitivities: true, chain: true })?;
+        for (p, flight) in self.layout.phases.iter().zip(&self.phases) {
+            for (segment, passage) in flight.passages.iter().enumerate() {
+                let next = p.node(segment + 1);
+                z[next..next + 2 * p.states].copy_from_slice(&passage.end[..2 * p.states]);
+            }
+        }
+        self.ends.evaluate(z, &self.multipliers, true);
+        Ok(())
+    }
+
+    fn run(&mut self, z: &[f64], task: Task) -> Result<(), FailedSegment> {
         let Layout { first_parameter, parameters, first_multiplier, .. } = self.layout;
         self.parameters.copy_from_slice(&z[first_parameter..first_parameter + parameters]);
         self.multipliers.copy_from_slice(&z[first_multiplier..]);
-        for (k, p) in self.layout.phases.iter().enumerate() {
-            for segment in 0..p.segments() {
-                let node = p.node(segment);
-                self.flows[k]
-                    .pass(
-                        &self.parameters,
-                        p.segment_times(z, segment),
-                        &z[node..node + 2 * p.states],
-                        &mut self.controls[k][segment],
-                        sensitivities,
-                        &mut self.passages[k][segment],
-                    )
-                    .map_err(|reason| FailedSegment { phase: k, segment, reason })?;
-            }
-            let node = p.node(p.segments());
-            let mut h: RefMut<'_, Hamiltonian> = self.flows[k].hamiltonian.borrow_mut();
-            let mut y = vec![0.0; h.dimension()];
-            y[..2 * p.states].copy_from_slice(&z[node..node + 2 * p.states]);
-            h.end_point(z[p.final_time], &y, &self.parameters, &mut self.terminal[k]);
+        let (layout, parameters) = (&self.layout, &self.parameters[..]);
+        let fly = |(k, flight): (usize, &mut PhaseFlight)| {
+            let flown = flight.fly(&layout.phases[k], z, parameters, task);
+            flown.map_err(|(segment, reason)| FailedSegment { phase: k, segment, reason })
+        };
+        if self.parallel && self.phases.len() > 1 {
+            let all: Vec<_> = self.phases.par_iter_mut().enumerate().map(fly).collect();
+            all.into_iter().collect::<Result<(), _>>()?;
+        } else {
+            self.phases.iter_mut().enumerate().try_for_each(fly)?;
         }
-        self.ends.evaluate(z, &self.multipliers, sensitivities);
+        self.ends.evaluate(z, &self.multipliers, task.sensitivities);
         Ok(())
     }
 
@@ -159,15 +220,15 @@ impl Conditions {
                 return g - z[unknown + n];
             }
             if unknown == p.initial_time {
-                return g - self.passages[k][0].first.hamiltonian;
+                return g - self.phases[k].passages[0].first.hamiltonian;
             }
             if unknown == p.final_time {
-                return g + self.terminal[k].hamiltonian;
+                return g + self.phases[k].terminal.hamiltonian;
             }
             // Only parameters remain, to which every phase contributes.
             let parameter = unknown.wrapping_sub(self.layout.first_parameter);
             if unknown >= self.layout.first_parameter {
-                let per_phase = self.passages[k].iter().filter_map(|s| s.end.get(2 * n + parameter));
+                let per_phase = self.phases[k].passages.iter().filter_map(|s| s.end.get(2 * n + parameter));
                 g += per_phase.sum::<f64>();
             }
         }
@@ -203,10 +264,10 @@ impl Conditions {
                 return emit(unknown + n, -1.0);
             }
             if unknown == p.initial_time {
-                return hamiltonian(-1.0, first, unknown, &self.passages[k][0].first);
+                return hamiltonian(-1.0, first, unknown, &self.phases[k].passages[0].first);
             }
             if unknown == p.final_time {
-                return hamiltonian(1.0, last, unknown, &self.terminal[k]);
+                return hamiltonian(1.0, last, unknown, &self.phases[k].terminal);
             }
             if unknown >= first_parameter {
                 let parameter = unknown - first_parameter;
@@ -225,7 +286,7 @@ impl Conditions {
         component: usize,
         emit: &mut impl FnMut(usize, f64),
     ) {
-        let (p, passage) = (&self.layout.phases[phase], &self.passages[phase][segment]);
+        let (p, passage) = (&self.layout.phases[phase], &self.phases[phase].passages[segment]);
         let n = passage.end.len();
         let np = n - 2 * p.states;
         if component >= n {
@@ -321,7 +382,7 @@ impl Conditions {
             for segment in 0..p.segments() {
                 let (next, row) = (p.node(segment + 1), p.node(segment) + p.states);
                 for c in 0..2 * p.states {
-                    out[row + c] = (self.passages[k][segment].end[c] - z[next + c]) / scales[next + c];
+                    out[row + c] = (self.phases[k].passages[segment].end[c] - z[next + c]) / scales[next + c];
                 }
             }
         }
@@ -388,6 +449,7 @@ impl Conditions {
         };
         let rows: Vec<usize> = (0..layout.rows.len()).filter(|&k| near(k)).collect();
         if rows.is_empty() || free.is_empty() {
+            self.ends.evaluate(z, &self.multipliers, true);
             return;
         }
         let mut matrix = DMatrix::<f64>::zeros(free.len(), rows.len());
@@ -406,5 +468,7 @@ impl Conditions {
                 z[first + k] = found[j] * layout.scales[first + k];
             }
         }
+        self.multipliers.copy_from_slice(&z[first..]);
+        self.ends.evaluate(z, &self.multipliers, true);
     }
 }

@@ -181,6 +181,7 @@ fn extrapolated(a: &IndirectStart, b: &IndirectStart, factor: f64) -> IndirectSt
     };
     let moved = IndirectStart {
         phases: a.phases.iter().zip(&b.phases).map(phase).collect(),
+        chained: false,
         parameters: row(&a.parameters, &b.parameters),
         constraint_multipliers: match (&a.constraint_multipliers, &b.constraint_multipliers) {
             (Some(a), Some(b)) => Some(rows(a, b)),

@@ -5,44 +5,38 @@ use std::sync::Arc;
 
 use apsides_basis::{Barycentric, Lobatto};
 use apsides_ocp::{Ocp, Phase, PhaseMesh, PhaseTrajectory, PiecewisePolynomial, Segment, Trajectory};
-use apsides_ode::{Observer, Occurrence, Step};
+use apsides_ode::{DenseSolution, Observer, Occurrence, Step};
 
 use super::conditions::{Conditions, FailedSegment};
 use super::flow::{ControlSwitch, Passage};
+use super::hamiltonian::Hamiltonian;
 use crate::ShootingError;
 
 /// Nodes of a piece: enough for the dense output, which has degree 7.
 const NODES: usize = 9;
+/// Where controls are compared with their polynomials, in half lengths of a piece from its ends, and how near they are to be,
+/// relative to their size or one.
+const UNSEEN: f64 = 0.045;
+const CONTROL_TOLERANCE: f64 = 1e-9;
+/// Halvings of the time between two nodes in the search for a change of the working set, and how often a step is divided.
+const HALVINGS: usize = 45;
+const DIVISIONS: usize = 6;
 
-/// Samples of the steps of one segment.
-struct Sampler<'a> {
-    nodes: &'a [f64],
-    components: usize,
-    /// Ends of the pieces, and the samples of each: `nodes x components`.
-    ends: Vec<f64>,
-    samples: Vec<Vec<f64>>,
-    /// Switches passed before each piece.
+/// The steps of one segment.
+struct Steps {
+    dense: DenseSolution,
+    /// Switches passed before each step.
     switches: Vec<usize>,
     passed: usize,
     /// Switches at the end of the step that is to come.
     at_end: usize,
 }
 
-impl Observer for Sampler<'_> {
+impl Observer for Steps {
     fn step(&mut self, step: &Step<'_>) -> ControlFlow<()> {
-        let (a, b) = (step.start(), step.end());
-        // A switch right at a step's end leaves a step of no length.
-        if b > a {
-            let mut rows = vec![0.0; self.nodes.len() * self.components];
-            for (x, row) in self.nodes.iter().zip(rows.chunks_mut(self.components)) {
-                step.evaluate(a + 0.5 * (b - a) * (x + 1.0), row);
-            }
-            self.ends.push(b);
-            self.samples.push(rows);
-            self.switches.push(self.passed);
-        }
+        self.switches.push(self.passed);
         self.passed += std::mem::take(&mut self.at_end);
-        ControlFlow::Continue(())
+        self.dense.step(step)
     }
 
     fn event(&mut self, _occurrence: &Occurrence<'_>) -> ControlFlow<()> {
@@ -65,8 +59,7 @@ pub(super) fn extract(
     tolerance: f64,
 ) -> Result<Result<Extracted, FailedSegment>, ShootingError> {
     let Some(rule) = Lobatto::new(NODES).ok() else { unreachable!("nine points make a rule") };
-    let basis = rule.support_basis().clone();
-    let basis = Arc::new(basis);
+    let basis = Arc::new(rule.support_basis().clone());
     let layout = equations.layout.clone();
     let parameters = z[layout.first_parameter..layout.first_parameter + layout.parameters].to_vec();
     let mut phases = Vec::with_capacity(ocp.phases.len());
@@ -74,77 +67,56 @@ pub(super) fn extract(
     let mut all_switches = Vec::with_capacity(ocp.phases.len());
     for (k, phase) in ocp.phases.iter().enumerate() {
         let p = &layout.phases[k];
-        let (nx, nu) = (p.states, phase.controls.len());
-        let components = equations.flows[k].hamiltonian.borrow().dimension();
-        let mut pieces = Pieces { breaks: vec![z[p.initial_time]], ..Pieces::default() };
+        let n = 2 * p.states;
+        let flight = &mut equations.phases[k];
+        let components = flight.flow.hamiltonian.get_mut().dimension();
+        let mut sampler = Sampler {
+            phase,
+            parameters: &parameters,
+            rule: &rule,
+            pieces: Pieces { breaks: vec![z[p.initial_time]], ..Pieces::default() },
+            integrals: vec![0.0; phase.integrals.len()],
+        };
         let mut switches = Vec::new();
-        let mut sums = vec![0.0; phase.integrals.len()];
         for segment in 0..p.segments() {
-            let mut sampler = Sampler {
-                nodes: basis.nodes(),
-                components,
-                ends: Vec::new(),
-                samples: Vec::new(),
-                switches: Vec::new(),
-                passed: 0,
-                at_end: 0,
-            };
+            let (times, node) = (p.segment_times(z, segment), p.node(segment));
+            let start = &z[node..node + n];
+            let mut first = start.to_vec();
+            first.resize(components, 0.0);
+            let dense = DenseSolution::new(times.0, &first);
+            let mut steps = Steps { dense, switches: Vec::new(), passed: 0, at_end: 0 };
             let mut passage = Passage::default();
-            let node = p.node(segment);
-            let times = p.segment_times(z, segment);
-            let mut control = equations.controls[k][segment].clone();
-            let flown = equations.flows[k].pass_observed(
+            let mut control = flight.controls[segment].clone();
+            let flown = flight.flow.pass_observed(
                 &parameters,
                 times,
-                &z[node..node + 2 * nx],
+                start,
                 &mut control,
                 false,
                 &mut passage,
-                &mut sampler,
+                &mut steps,
             );
             if let Err(reason) = flown {
                 return Ok(Err(FailedSegment { phase: k, segment, reason }));
             }
-            let mut h = equations.flows[k].hamiltonian.borrow_mut();
+            let h = flight.flow.hamiltonian.get_mut();
             h.start_control(&control);
-            h.choose_levels(times.0, &z[node..node + nx], &z[node + nx..node + 2 * nx], &parameters);
+            h.choose_levels(times.0, &start[..p.states], &start[p.states..], &parameters);
             let mut done = 0;
-            let mut from = times.0;
-            for ((&to, samples), &passed) in sampler.ends.iter().zip(&sampler.samples).zip(&sampler.switches)
-            {
-                for s in &passage.switches[done..passed.min(passage.switches.len())] {
-                    h.apply_switch(s);
+            for (ends, &passed) in steps.dense.times().windows(2).zip(&steps.switches) {
+                for switch in &passage.switches[done..passed] {
+                    h.apply_switch(switch);
                 }
-                done = done.max(passed.min(passage.switches.len()));
-                let mut controls = Vec::with_capacity(NODES * nu);
-                let (mut states, mut costates, mut multipliers) = (Vec::new(), Vec::new(), Vec::new());
-                let mut rows = vec![0.0; phase.path_rows()];
-                for (j, y) in samples.chunks(components).enumerate() {
-                    let t = from + 0.5 * (to - from) * (basis.nodes()[j] + 1.0);
-                    h.find_control(t, &y[..nx], &y[nx..2 * nx], &parameters);
-                    controls.extend_from_slice(h.control());
-                    h.write_multipliers(&mut rows);
-                    multipliers.extend_from_slice(&rows);
-                    states.extend_from_slice(&y[..nx]);
-                    costates.extend_from_slice(&y[nx..2 * nx]);
-                    let inputs = [&y[..nx], h.control()].concat();
-                    add_integrals(
-                        ocp,
-                        k,
-                        &inputs,
-                        &parameters,
-                        t,
-                        0.5 * (to - from) * rule.weights()[j],
-                        &mut sums,
-                    );
+                done = passed;
+                // A switch right at a step's end leaves a step of no length.
+                if ends[1] > ends[0] {
+                    sampler.sample(h, &steps.dense, (ends[0], ends[1]), DIVISIONS);
                 }
-                pieces.push(to, [states, costates, controls, multipliers]);
-                from = to;
             }
             switches.extend(passage.switches);
         }
-        phases.push(pieces.phase(phase, &basis, tolerance)?);
-        integrals.push(sums);
+        phases.push(sampler.pieces.phase(phase, &basis, tolerance)?);
+        integrals.push(sampler.integrals);
         all_switches.push(switches);
     }
     let mut objective = equations.ends.cost(z);
@@ -162,14 +134,88 @@ pub(super) fn extract(
     Ok(Ok(Extracted { trajectory, switches: all_switches }))
 }
 
-fn add_integrals(ocp: &Ocp, k: usize, xu: &[f64], p: &[f64], t: f64, weight: f64, sums: &mut [f64]) {
-    let phase = &ocp.phases[k];
-    for (sum, q) in sums.iter_mut().zip(&phase.integrals) {
-        let parameters = if phase.takes_parameters(q.function.as_ref()) { p } else { &[] };
-        let inputs = [xu, parameters, &[t]].concat();
-        let mut value = [0.0];
-        q.function.value(&inputs, &mut value);
-        *sum += weight * value[0];
+/// Samples the steps of one phase.
+struct Sampler<'a> {
+    phase: &'a Phase,
+    parameters: &'a [f64],
+    rule: &'a Lobatto,
+    pieces: Pieces,
+    integrals: Vec<f64>,
+}
+
+impl Sampler<'_> {
+    /// Adds a piece, or several where the controls have a kink, since the working set of the pointwise minimisation changes, or
+    /// bend too much for a polynomial.
+    fn sample(
+        &mut self,
+        h: &mut Hamiltonian,
+        dense: &DenseSolution,
+        (from, to): (f64, f64),
+        divisions: usize,
+    ) {
+        let nx = self.phase.states.len();
+        let mut y = vec![0.0; dense.dimension()];
+        let mut look = |h: &mut Hamiltonian, t: f64| {
+            // Inside the step there is always a value.
+            let _ = dense.evaluate(t.clamp(from, to), &mut y);
+            h.find_control(t, &y[..nx], &y[nx..2 * nx], self.parameters);
+            (y[..nx].to_vec(), y[nx..2 * nx].to_vec())
+        };
+        let half = 0.5 * (to - from);
+        let times: Vec<f64> = self.rule.nodes().iter().map(|x| from + half * (x + 1.0)).collect();
+        let mut values: [Vec<f64>; 4] = Default::default();
+        let mut sums = vec![0.0; self.integrals.len()];
+        let mut rows = vec![0.0; self.phase.path_rows()];
+        let mut before = None;
+        for (j, &t) in times.iter().enumerate() {
+            let (x, costate) = look(h, t);
+            let places = h.places();
+            if let Some(before) = before.filter(|b| *b != places && divisions > 0) {
+                let (mut a, mut b) = (times[j - 1], t);
+                for _ in 0..HALVINGS {
+                    let middle = 0.5 * (a + b);
+                    look(h, middle);
+                    if h.places() == before { a = middle } else { b = middle }
+                }
+                if from < a && b < to {
+                    look(h, from);
+                    self.sample(h, dense, (from, a), 0);
+                    look(h, b);
+                    return self.sample(h, dense, (a, to), divisions - 1);
+                }
+            }
+            before = Some(places);
+            h.write_multipliers(&mut rows);
+            let weight = half * self.rule.weights()[j];
+            for (sum, q) in sums.iter_mut().zip(&self.phase.integrals) {
+                let takes = self.phase.takes_parameters(q.function.as_ref());
+                let parameters = if takes { self.parameters } else { &[] };
+                let mut value = [0.0];
+                q.function.value(&[&x, h.control(), parameters, &[t]].concat(), &mut value);
+                *sum += weight * value[0];
+            }
+            for (list, row) in values.iter_mut().zip([&x[..], &costate, h.control(), &rows]) {
+                list.extend_from_slice(row);
+            }
+        }
+        // The controls are no polynomials of the degree of the states.
+        let nu = self.phase.controls.len();
+        let basis = self.rule.support_basis();
+        let mut between = vec![0.0; nu];
+        let rough = [from + UNSEEN * half, to - UNSEEN * half].into_iter().any(|t| {
+            look(h, t);
+            basis.evaluate_all(&values[2], (t - from) / half - 1.0, &mut between);
+            let off = |(a, b): (&f64, &f64)| (a - b).abs() > CONTROL_TOLERANCE * b.abs().max(1.0);
+            between.iter().zip(h.control()).any(off)
+        });
+        if rough && divisions > 0 {
+            let middle = from + half;
+            look(h, from);
+            self.sample(h, dense, (from, middle), divisions - 1);
+            return self.sample(h, dense, (middle, to), divisions - 1);
+        }
+        self.integrals.iter_mut().zip(sums).for_each(|(i, s)| *i += s);
+        self.pieces.push(to, values);
     }
 }
 

@@ -232,6 +232,11 @@ impl Hamiltonian {
         self.set_level(switch.control, if switch.rises { Place::Upper } else { Place::Lower });
     }
 
+    /// The working set of the pointwise minimisation: places of the controls, then of the rows.
+    pub(super) fn places(&self) -> Vec<Place> {
+        [&self.control_places[..], &self.row_places].concat()
+    }
+
     /// The bound that a switching control is at.
     pub(super) fn level(&self, u: usize) -> Place {
         self.control_places[u]

@@ -20,6 +20,9 @@ const MAX_CHANGES: usize = 20;
 const SHORTEST_TIGHTENING: f64 = 0.02;
 const EASY: usize = 4;
 
+/// Further steps with the Jacobian of the one before: each costs a third of a new one.
+const CHORDS: i32 = 1;
+
 /// How an iteration ended.
 pub(super) struct Ended {
     pub(super) status: Status,
@@ -34,10 +37,19 @@ fn largest(v: &DVector<f64>) -> f64 {
     v.iter().fold(0.0_f64, |m, x| if x.is_nan() { f64::NAN } else { m.max(x.abs()) })
 }
 
+/// What a solve begins with.
+pub(super) struct Begin {
+    /// Whether nodes follow from the flight from the first one of each phase.
+    pub(super) chained: bool,
+    /// Whether the multipliers of the endpoint constraints are known.
+    pub(super) multipliers: bool,
+}
+
 /// Solves from `z`, which is replaced by the best point: Newton iterations with given active bounds, until these are the right ones.
 pub(super) fn solve(
     equations: &mut Conditions,
     z: &mut Vec<f64>,
+    begin: Begin,
     settings: &IndirectSettings,
     observer: &mut dyn Observer,
 ) -> Ended {
@@ -49,10 +61,14 @@ pub(super) fn solve(
         correction: f64::INFINITY,
         failure: None,
     };
-    if let Err(failure) = equations.fly(z, true) {
+    let chained = begin.chained && equations.fly_through(z).is_ok();
+    if !chained && let Err(failure) = equations.fly(z, true) {
         ended.failure = Some(failure);
         ended.status = Status::EvaluationFailed(apsides_nlp::Evaluation::Constraints);
         return ended;
+    }
+    if !begin.multipliers {
+        equations.estimate_multipliers(z);
     }
     equations.choose_at_start(z);
     iterate(equations, z, settings, &mut ended, observer);
@@ -96,7 +112,7 @@ fn tighten(
     }
 }
 
-/// Newton iterations from a point that has been flown.
+/// Newton iterations from a point that has been flown with sensitivities.
 fn iterate(
     equations: &mut Conditions,
     z: &mut Vec<f64>,
@@ -110,6 +126,8 @@ fn iterate(
     equations.residual(z, &mut residual);
     let last = ended.iterations + settings.max_iterations;
     let mut record = Record { step: 0.0, length: 0.0, trials: 0 };
+    // Corrections left after a full step relative to the square of that step.
+    let mut bend = f64::INFINITY;
     loop {
         ended.residual = largest(&residual);
         if record.emit(equations, z, ended, observer) == Proceed::Stop {
@@ -128,40 +146,37 @@ fn iterate(
         };
         let size = largest(&step);
         ended.iterations += 1;
+        // Where this Jacobian is good enough for what is left after the step, none is needed at the new point.
+        let enough = (bend * size).powi(1 + CHORDS) * size <= settings.tolerance;
         let mut length = longest(equations, z, &step, settings);
         record.trials = 0;
         let mut accepted = false;
+        let mut has_slopes = false;
         while length >= SHORTEST {
             record.trials += 1;
             let trial = moved(equations, z, &step, length);
-            ended.flights += 1;
-            if let Err(failure) = equations.fly(&trial, true) {
-                ended.failure = Some(failure);
-                length *= 0.5;
-                continue;
-            }
-            let mut next = DVector::zeros(n);
-            equations.residual(&trial, &mut next);
-            let Some(next_step) = correction(&lu, &next) else {
+            let Some(found) = look(equations, &lu, &trial, !enough, ended) else {
                 length *= 0.5;
                 continue;
             };
-            let left = largest(&next_step);
-            ended.correction = left;
-            if length == 1.0 && left <= settings.tolerance {
-                *z = moved(equations, &trial, &next_step, 1.0);
-                ended.residual = largest(&next);
-                ended.status = Status::Optimal;
-                ended.failure = None;
-                record = Record { step: size, length, ..record };
-                record.emit(equations, z, ended, observer);
-                return;
+            has_slopes = !enough;
+            if length == 1.0 {
+                bend = found.left / (size * size);
+                let flights = ended.flights;
+                let polished = polish(equations, &lu, trial.clone(), found.clone(), size, settings, ended);
+                has_slopes &= ended.flights == flights;
+                if let Some(solution) = polished {
+                    *z = solution;
+                    record = Record { step: size, length, ..record };
+                    record.emit(equations, z, ended, observer);
+                    return;
+                }
             }
-            let falls = left <= (1.0 - 0.5 * length) * size
-                || largest(&next) <= (1.0 - 0.25 * length) * ended.residual;
-            if falls && left.is_finite() {
+            let falls = found.left <= (1.0 - 0.5 * length) * size
+                || largest(&found.residual) <= (1.0 - 0.25 * length) * ended.residual;
+            if falls {
                 *z = trial;
-                residual = next;
+                residual = found.residual;
                 accepted = true;
                 ended.failure = None;
                 break;
@@ -169,14 +184,74 @@ fn iterate(
             length *= 0.5;
         }
         record = Record { step: size, length, ..record };
+        if !(accepted && has_slopes) && equations.fly(z, true).is_err() {
+            accepted = false;
+        }
         if !accepted {
             let converged = size <= ROUNDING * settings.tolerance;
             ended.status = if converged { Status::Acceptable } else { Status::StepTooSmall };
-            // The trials have moved what the equations hold.
-            let _ = equations.fly(z, true);
             return;
         }
     }
+}
+
+/// What a point is like: its residual, and the correction that a given Jacobian asks for.
+#[derive(Clone)]
+struct Look {
+    residual: DVector<f64>,
+    step: DVector<f64>,
+    left: f64,
+}
+
+fn look(
+    equations: &mut Conditions,
+    lu: &LU<f64, Dyn, Dyn>,
+    z: &[f64],
+    sensitivities: bool,
+    ended: &mut Ended,
+) -> Option<Look> {
+    ended.flights += 1;
+    if let Err(failure) = equations.fly(z, sensitivities) {
+        ended.failure = Some(failure);
+        return None;
+    }
+    let mut residual = DVector::zeros(z.len());
+    equations.residual(z, &mut residual);
+    let step = correction(lu, &residual)?;
+    let left = largest(&step);
+    ended.correction = left;
+    left.is_finite().then_some(Look { residual, step, left })
+}
+
+/// Takes the corrections of the same Jacobian while they are about to converge; the solution if they do.
+fn polish(
+    equations: &mut Conditions,
+    lu: &LU<f64, Dyn, Dyn>,
+    mut z: Vec<f64>,
+    mut found: Look,
+    mut before: f64,
+    settings: &IndirectSettings,
+    ended: &mut Ended,
+) -> Option<Vec<f64>> {
+    for remaining in (0..CHORDS).rev() {
+        if found.left <= settings.tolerance {
+            break;
+        }
+        if found.left * (found.left / before).powi(remaining + 1) > settings.tolerance {
+            return None;
+        }
+        z = moved(equations, &z, &found.step, 1.0);
+        before = found.left;
+        ended.iterations += 1;
+        found = look(equations, lu, &z, false, ended)?;
+    }
+    if found.left > settings.tolerance {
+        return None;
+    }
+    ended.residual = largest(&found.residual);
+    ended.status = Status::Optimal;
+    ended.failure = None;
+    Some(moved(equations, &z, &found.step, 1.0))
 }
 
 fn correction(lu: &LU<f64, Dyn, Dyn>, residual: &DVector<f64>) -> Option<DVector<f64>> {

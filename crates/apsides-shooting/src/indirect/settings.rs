@@ -7,7 +7,7 @@ use crate::ShootingError;
 pub struct IndirectSettings {
     /// Largest correction of a converged solution, in units of the unknowns' sizes; 1e-9.
     pub tolerance: f64,
-    /// Relative tolerance of the integration; 1e-12.
+    /// Relative tolerance of the integration; 1e-11.
     pub integration_tolerance: f64,
     /// Most Newton iterations; 50.
     pub max_iterations: usize,
@@ -18,17 +18,20 @@ pub struct IndirectSettings {
     /// Weight of a square of each control that the Hamiltonian is linear in, per unit time and in units of the objective, with the
     /// control measured from the middle of its bounds in half widths; zero, which leaves them at their bounds.
     pub smoothing: f64,
+    /// Threads that phases are flown on: 1, or those of the global pool of `rayon`; 1. Results do not depend on it.
+    pub threads: usize,
 }
 
 impl Default for IndirectSettings {
     fn default() -> Self {
         Self {
             tolerance: 1e-9,
-            integration_tolerance: 1e-12,
+            integration_tolerance: 1e-11,
             max_iterations: 50,
             step_limit: 100.0,
             duration_limit: 0.75,
             smoothing: 0.0,
+            threads: 1,
         }
     }
 }

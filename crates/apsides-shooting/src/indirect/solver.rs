@@ -3,10 +3,10 @@
 use apsides_nlp::{Observer, Status};
 use apsides_ocp::{Guess, Ocp, PhaseGuess, Scaling, Trajectory};
 
-use super::conditions::{Conditions, FailedSegment};
+use super::conditions::{Conditions, FailedSegment, PhaseFlight};
 use super::ends::{self, Ends};
 use super::extraction::{self, Extracted};
-use super::flow::{ControlSwitch, Flow, Passage};
+use super::flow::{ControlSwitch, Flow};
 use super::hamiltonian::Hamiltonian;
 use super::layout::Layout;
 use super::newton::{self, Ended};
@@ -89,40 +89,10 @@ impl IndirectShooting {
         start.check(ocp)?;
         check_support(ocp)?;
         let (mut equations, mut z) = self.pose(ocp, start)?;
-        let ended = newton::solve(&mut equations, &mut z, &self.settings, observer);
+        let begin =
+            newton::Begin { chained: start.chained, multipliers: start.constraint_multipliers.is_some() };
+        let ended = newton::solve(&mut equations, &mut z, begin, &self.settings, observer);
         self.finish(ocp, equations, &z, ended)
-    }
-
-    /// A start whose states and costates follow from the first node of each phase by integration, where that is possible.
-    ///
-    /// # Errors
-    /// As [`solve`](Self::solve).
-    pub fn fly_start(&self, ocp: &Ocp, start: &IndirectStart) -> Result<IndirectStart, ShootingError> {
-        self.settings.check()?;
-        start.check(ocp)?;
-        let (mut equations, z) = self.pose(ocp, start)?;
-        let mut flown = start.clone();
-        for (k, p) in equations.layout.phases.iter().enumerate() {
-            let nx = p.states;
-            let mut y = z[p.node(0)..p.node(0) + 2 * nx].to_vec();
-            for segment in 0..p.segments() {
-                let mut passage = Passage::default();
-                let (times, control) = (p.segment_times(&z, segment), &mut equations.controls[k][segment]);
-                if equations.flows[k]
-                    .pass(&start.parameters, times, &y, control, false, &mut passage)
-                    .is_err()
-                {
-                    break;
-                }
-                flown.phases[k].controls[segment].copy_from_slice(control);
-                y.copy_from_slice(&passage.end[..2 * nx]);
-                flown.phases[k].states[segment + 1].copy_from_slice(&y[..nx]);
-                flown.phases[k].costates[segment + 1].copy_from_slice(&y[nx..]);
-                flown.phases[k].controls[segment + 1]
-                    .copy_from_slice(equations.flows[k].hamiltonian.borrow().control());
-            }
-        }
-        Ok(flown)
     }
 
     /// The equations and the unknowns at the start.
@@ -149,38 +119,33 @@ impl IndirectShooting {
             changes[row] = changes[row].max((slope * layout.scales[unknown]).abs());
         }
         layout.complete_scales(&changes);
-        let mut flows = Vec::with_capacity(ocp.phases.len());
+        let mut flights = Vec::with_capacity(ocp.phases.len());
         for (k, p) in layout.phases.iter().enumerate() {
             let weights = integral_weights(ocp, k);
             let smoothing = self.settings.smoothing * objective;
             let hamiltonian = Hamiltonian::new(ocp, k, &weights, smoothing);
             let mut scales = layout.scales[p.node(0)..p.node(0) + 2 * p.states].to_vec();
             scales.resize(hamiltonian.dimension(), objective);
-            flows.push(Flow::new(hamiltonian, self.settings.integration_tolerance, &scales)?);
+            let flow = Flow::new(hamiltonian, self.settings.integration_tolerance, &scales)?;
+            let controls = &start.phases[k].controls;
+            flights.push(PhaseFlight::new(flow, controls[..controls.len() - 1].to_vec()));
         }
-        let controls = start.phases.iter().map(|s| s.controls[..s.controls.len() - 1].to_vec()).collect();
-        let mut equations = Conditions::new(ocp, layout, flows, controls);
+        let mut equations = Conditions::new(ocp, layout, flights, self.settings.threads > 1);
         for (k, s) in start.phases.iter().enumerate() {
             let times = |node: usize| s.initial_time + s.fractions[node] * (s.final_time - s.initial_time);
-            for node in 0..s.fractions.len() - 1 {
-                let mut h = equations.flows[k].hamiltonian.borrow_mut();
-                h.start_control(&s.controls[node]);
+            let flight = &mut equations.phases[k];
+            for (node, control) in flight.controls.iter_mut().enumerate() {
+                let h = flight.flow.hamiltonian.get_mut();
+                h.start_control(control);
                 h.scan(times(node), &s.states[node], &s.costates[node], &start.parameters);
-                equations.controls[k][node].copy_from_slice(h.control());
+                control.copy_from_slice(h.control());
             }
         }
-        let first = equations.layout.first_multiplier;
-        match &start.constraint_multipliers {
-            Some(multipliers) => {
-                for (value, m) in z[first..].iter_mut().zip(multipliers.iter().flatten()) {
-                    *value = *m;
-                }
-            }
-            None => {
-                // The conditions of the times need the Hamiltonian, so the segments are flown where they can be.
-                if equations.fly(&z, false).is_ok() {
-                    equations.estimate_multipliers(&mut z);
-                }
+        if let Some(multipliers) = &start.constraint_multipliers {
+            for (value, m) in
+                z[equations.layout.first_multiplier..].iter_mut().zip(multipliers.iter().flatten())
+            {
+                *value = *m;
             }
         }
         Ok((equations, z))
@@ -292,8 +257,8 @@ fn nodes(equations: &Conditions, ocp: &Ocp, z: &[f64]) -> IndirectStart {
                 .map(|node| z[p.node(node) + offset..p.node(node) + offset + p.states].to_vec())
                 .collect()
         };
-        let mut controls = equations.controls[k].clone();
-        controls.push(equations.flows[k].hamiltonian.borrow().control().to_vec());
+        let mut controls = equations.phases[k].controls.clone();
+        controls.push(equations.phases[k].flow.hamiltonian.borrow().control().to_vec());
         PhaseStart {
             initial_time: z[p.initial_time],
             final_time: z[p.final_time],
@@ -313,6 +278,7 @@ fn nodes(equations: &Conditions, ocp: &Ocp, z: &[f64]) -> IndirectStart {
     IndirectStart {
         phases: phases.collect(),
         parameters: z[layout.first_parameter..layout.first_multiplier].to_vec(),
+        chained: false,
         constraint_multipliers,
     }
 }

@@ -26,6 +26,8 @@ pub struct PhaseStart {
 pub struct IndirectStart {
     /// One per phase.
     pub phases: Vec<PhaseStart>,
+    /// Whether the nodes after the first of each phase are replaced by the flight from that one, where it can be flown.
+    pub chained: bool,
     /// Static parameters.
     pub parameters: Vec<f64>,
     /// Multipliers of the endpoint constraints, per constraint and row; estimated from the costates when absent.
@@ -64,6 +66,7 @@ impl IndirectStart {
         };
         Ok(Self {
             phases: trajectory.phases.iter().map(phase).collect::<Result<_, _>>()?,
+            chained: false,
             parameters: trajectory.parameters.clone(),
             constraint_multipliers: trajectory.constraint_multipliers.clone(),
         })
@@ -110,11 +113,18 @@ impl IndirectStart {
         });
         let start = Self {
             phases: phases.collect(),
+            chained: false,
             parameters: guess.parameters.clone(),
             constraint_multipliers: guess.constraint_multipliers.clone(),
         };
         start.check(ocp)?;
         Ok(start)
+    }
+
+    /// The same, with every phase flown from its first node.
+    #[must_use]
+    pub fn chained(self) -> Self {
+        Self { chained: true, ..self }
     }
 
     /// Sizes, finite values, positive durations.

@@ -14,7 +14,7 @@ pub(super) const KEYS: &[Key] = &[
     Key::number("indirect.tolerance", 1e-9, Range::open(0.0, 1.0), "largest scaled correction of a solution"),
     Key::number(
         "indirect.integration_tolerance",
-        1e-12,
+        1e-11,
         Range::open(0.0, 1.0),
         "relative tolerance of the integration",
     ),
@@ -36,8 +36,7 @@ impl Mission {
         let known = match (start.filter(|t| t.phases.iter().all(|p| p.costate.is_some())), &posed.costates) {
             (Some(t), _) => Some(IndirectStart::from_trajectory(t, segments)?),
             (None, Some(costates)) if start.is_none() => {
-                let start = IndirectStart::from_guess(ocp, guess, costates, segments)?;
-                Some(method.fly_start(ocp, &start)?)
+                Some(IndirectStart::from_guess(ocp, guess, costates, segments)?.chained())
             }
             _ => None,
         };
@@ -81,6 +80,7 @@ impl Mission {
             settings: IndirectSettings {
                 tolerance: self.values.number("indirect.tolerance"),
                 integration_tolerance: self.values.number("indirect.integration_tolerance"),
+                threads: self.threads,
                 ..IndirectSettings::default()
             },
         }
