@@ -24,7 +24,7 @@ const MASS_MISS_KG: f64 = 1e-5;
 /// Least angle of a coast to the same apsis, rad: burns that follow each other at once are one.
 const LEAST_ANGLE: f64 = FRAC_PI_2;
 /// Least semi-latus rectum of a burn, relative to the parking orbit.
-const LEAST_SEMI_LATUS_RECTUM: f64 = 0.1;
+const LEAST_SEMI_LATUS_RECTUM: f64 = 0.125;
 /// Shortest burn, s.
 const SHORTEST_BURN: f64 = 1.0;
 /// Shortest coast, s, where coasts are phases.
