@@ -26,3 +26,15 @@ pub const POSITION_MISS_M: f64 = 1e-3;
 
 /// Miss of the speed of a re-simulated landing, m/s.
 pub const SPEED_MISS_M_S: f64 = 1e-6;
+
+/// Propellant of injections against indirect shooting, kg.
+pub const PROPELLANT_KG: f64 = 1e-5;
+
+/// Propellant of injections against a collocation alone, kg.
+pub const COLLOCATION_PROPELLANT_KG: f64 = 1e-3;
+
+/// Single burns of an injection, s: seconds moved from one burn to the next are worth micrograms.
+pub const BURN_TIME_S: f64 = 1e-4;
+
+/// Ignitions of an injection, s: nearly flat, as the place of a whole burn is.
+pub const IGNITION_TIME_S: f64 = 1e-3;

@@ -115,6 +115,26 @@ fn results_are_written_and_verified_again() {
     assert_eq!(apsides(&["verify", &path(&out)]).status.code(), Some(2));
 }
 
+/// The files hold the whole flight, also where only its burns were solved.
+#[test]
+fn a_flight_of_burns_and_coasts_is_written_and_verified_again() {
+    let dir = tempfile::tempdir().unwrap();
+    let out = dir.path().join("results");
+    let limits = ["--set", "inclination_deg=28.5", "--set", "max_flight_time_h=7.5"];
+    let solve = ["solve", "geo-3-burn", "--quiet", "--sensitivity", "--out", &path(&out)];
+    let o = apsides(&[&solve[..], &limits[..]].concat());
+    assert_eq!(o.status.code(), Some(0), "{}{}", stdout(&o), stderr(&o));
+    assert!(stdout(&o).contains("+1 h of max_flight_time_h"), "{}", stdout(&o));
+    let csv = out.join("trajectory.csv");
+    let text = std::fs::read_to_string(&csv).unwrap();
+    assert!(text.contains("coast-2"));
+    let again = apsides(&["verify", &path(&out)]);
+    assert_eq!(again.status.code(), Some(0), "{}{}", stdout(&again), stderr(&again));
+    assert!(stdout(&again).contains("flown in Cartesian coordinates"));
+    std::fs::write(&csv, tamper(&text, "out_of_plane_thrust_angle_rad", 10..20, 1e-4)).unwrap();
+    assert_eq!(apsides(&["verify", &path(&out)]).status.code(), Some(4));
+}
+
 #[test]
 fn bad_input_is_one_sentence_and_leaves_results_alone() {
     let dir = tempfile::tempdir().unwrap();
@@ -191,7 +211,7 @@ fn sweep_writes_a_row_per_case() {
 fn missions_and_check_print_what_there_is() {
     let o = apsides(&["missions"]);
     assert_eq!(o.status.code(), Some(0));
-    assert_eq!(stdout(&o).lines().count(), 7);
+    assert_eq!(stdout(&o).lines().count(), 15);
     assert!(stdout(&o).contains("lunar-vertical"));
     let keys = stdout(&apsides(&["missions", "lunar-two-phase"]));
     assert!(keys.contains("gate_altitude_km") && keys.contains("radau.points"), "{keys}");

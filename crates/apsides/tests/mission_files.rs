@@ -1,6 +1,7 @@
 //! Mission files: what is read, what is refused, and how it is said.
 #![allow(clippy::unwrap_used)]
 
+use apsides::key::Value;
 use apsides::{Error, Mission, sweep};
 
 const PERILUNE: &str = "mission = \"lunar-perilune\"\n";
@@ -154,7 +155,7 @@ fn splines_that_cannot_land_are_refused() {
 fn files_that_are_no_missions() {
     assert_eq!(
         refused(""),
-        "file `x.toml`: `mission` is missing, allowed is one of `lunar-direct`, `lunar-perilune`, `lunar-two-phase`, `lunar-transfer`"
+        "file `x.toml`: `mission` is missing, allowed is one of `lunar-direct`, `lunar-perilune`, `lunar-two-phase`, `lunar-transfer`, `geo-injection`"
     );
     assert!(refused("mission = 3").contains("line 1: `mission` is 3"));
     assert!(refused("mission = \"mars\"").contains("no mission is named `mars`; known: `lunar-direct`"));
@@ -197,4 +198,61 @@ fn sweeps_run_through_neighbours_and_refuse_before_solving() {
     assert_eq!(order.len(), 6);
     assert!(sweep::Axis::parse("thrust_n=440,,450").is_err());
     assert!(sweep::cases("lunar-perilune", &[sweep::Axis::parse("thrust_n=440,-1").unwrap()]).is_err());
+}
+
+const GEO: &str = "mission = \"geo-injection\"\n";
+
+/// Values of the mission file go before those of the vehicle; a path is looked up beside the mission file.
+#[test]
+fn vehicles_give_what_the_mission_file_does_not() {
+    let mass = |m: &Mission| m.values.iter().find(|(k, _)| *k == "initial_mass_kg").unwrap().1.clone();
+    let breeze = Mission::parse(GEO, "x", &[]).unwrap();
+    let fregat = Mission::parse(&format!("{GEO}vehicle = \"fregat\"\n"), "x", &[]).unwrap();
+    let heavier = Mission::parse(&format!("{GEO}initial_mass_kg = 22170.0\n"), "x", &[]).unwrap();
+    let over = Mission::parse(GEO, "x", &["vehicle=fregat".into()]).unwrap();
+    assert_eq!(mass(&breeze), Value::Number(22100.0));
+    assert_eq!(mass(&fregat), Value::Number(7480.0));
+    assert_eq!(mass(&heavier), Value::Number(22170.0));
+    assert_eq!(over, fregat);
+    let dir = tempfile::tempdir().unwrap();
+    let stage = "thrust_n = 1e5\nmass_flow_kg_s = 25\npropellant_kg = 9000.0\ninitial_mass_kg = 12000.0\nremarks = \"a test\"\n";
+    std::fs::write(dir.path().join("stage.toml"), stage).unwrap();
+    let file = dir.path().join("mine.toml");
+    std::fs::write(&file, format!("{GEO}vehicle = \"stage.toml\"\n")).unwrap();
+    let own = Mission::load(&file.to_string_lossy(), &[]).unwrap();
+    assert_eq!(mass(&own), Value::Number(12000.0));
+    assert_eq!(Mission::parse(&own.to_file(), "written", &[]).unwrap(), own);
+}
+
+#[test]
+fn mistakes_in_vehicles_name_their_place() {
+    let dir = tempfile::tempdir().unwrap();
+    let path = dir.path().join("stage.toml");
+    let load = |text: &str| {
+        std::fs::write(&path, text).unwrap();
+        Mission::parse(GEO, "x", &[format!("vehicle={}", path.display())]).unwrap_err().to_string()
+    };
+    let cases = [
+        ("thrust_n = 1.0\n", "`initial_mass_kg` is missing, allowed is a number above 0"),
+        ("thrust_n = 0\n", "line 1: `thrust_n` is 0, allowed is a number above 0"),
+        ("\nthurst_n = 1.0\n", "line 2: a vehicle has no key `thurst_n`; the nearest is `thrust_n`"),
+        ("thrust_n = 1.0\nsource = 5\n", "line 2: `source` is 5, allowed is text"),
+    ];
+    for (text, part) in cases {
+        let message = load(text);
+        assert!(message.contains(part), "{message}");
+    }
+    let message = Mission::parse(GEO, "x", &["vehicle=saturn".into()]).unwrap_err().to_string();
+    assert!(
+        message.starts_with("--set vehicle=saturn: `vehicle` is \"saturn\", allowed is one of `block-dm`"),
+        "{message}"
+    );
+}
+
+#[test]
+fn every_vehicle_of_the_program_flies() {
+    assert_eq!(apsides::vehicle::names().count(), 6);
+    for name in apsides::vehicle::names() {
+        Mission::load("geo-3-burn", &[format!("vehicle={name}")]).unwrap().pose().unwrap();
+    }
 }

@@ -25,6 +25,7 @@ mod injection;
 mod keys;
 mod phases;
 mod results;
+mod thrust;
 
 pub(super) const INJECTION: Kind = Kind {
     name: "geo-injection",

@@ -1,10 +1,6 @@
 //! Checks besides those that every problem has: the flight in Cartesian coordinates, and the sign of the switching function.
 
-use std::f64::consts::FRAC_PI_2;
-
-use apsides_ad::Dynamics;
 use apsides_ad::vector::{cross, dot, scale};
-use apsides_dynamics::equinoctial::{PlanarCoast, PlanarThrust, SpatialCoast, SpatialThrust};
 use apsides_ocp::{PhaseTrajectory, Trajectory};
 use apsides_ode::{FnSystem, Integrator, OdeSettings, Status, Tolerance};
 use apsides_verify::{Check, CheckKind};
@@ -279,39 +275,5 @@ impl Switching {
             }
         }
         Some(Self { burns, coasts })
-    }
-}
-
-impl Injection {
-    /// Switching function per mass flow, from the models: they are linear in the direction of the thrust.
-    fn switching_function(&self, x: &[f64], lambda: &[f64]) -> f64 {
-        let forward = self.thrust_gain(x, lambda, [0.0, 0.0]);
-        let up = self.thrust_gain(x, lambda, [FRAC_PI_2, 0.0]);
-        let back = self.thrust_gain(x, lambda, [2.0 * FRAC_PI_2, 0.0]);
-        // What does not turn with the direction is the mass.
-        let mass = 0.5 * (forward + back);
-        let out = if self.is_spatial() { self.thrust_gain(x, lambda, [0.0, FRAC_PI_2]) - mass } else { 0.0 };
-        let size = (forward - mass).hypot(up - mass).hypot(out);
-        (mass - size) / self.engine().mass_flow()
-    }
-
-    /// `lambda . (rate with thrust - rate without)` for angles of the thrust.
-    fn thrust_gain(&self, x: &[f64], lambda: &[f64], angles: [f64; 2]) -> f64 {
-        let with = self.rate_with_thrust(x, angles);
-        let without = if self.is_spatial() {
-            SpatialCoast(self.flight).rate(0.0, &std::array::from_fn(|i| x[i]), &[], &[]).to_vec()
-        } else {
-            PlanarCoast(self.flight).rate(0.0, &std::array::from_fn(|i| x[i]), &[], &[]).to_vec()
-        };
-        lambda.iter().zip(with.iter().zip(without)).map(|(l, (a, b))| l * (a - b)).sum()
-    }
-
-    /// Rate of the states of a coast with thrust at angles in and out of the orbital plane.
-    pub(super) fn rate_with_thrust(&self, x: &[f64], angles: [f64; 2]) -> Vec<f64> {
-        if self.is_spatial() {
-            SpatialThrust(self.flight).rate(0.0, &std::array::from_fn(|i| x[i]), &angles, &[]).to_vec()
-        } else {
-            PlanarThrust(self.flight).rate(0.0, &std::array::from_fn(|i| x[i]), &[angles[0]], &[]).to_vec()
-        }
     }
 }

@@ -21,7 +21,7 @@ use apsides_ocp::{
 
 use super::coast::Conic;
 use super::injection::Injection;
-use super::phases::coast_name;
+use super::phases::{FLIGHT_TIME, coast_name};
 use crate::Error;
 
 /// Collocation points of each interval of a coast, and the eccentric longitude that an interval spans at most: the polynomials are
@@ -37,16 +37,12 @@ pub(super) fn expand(
     solution: &Trajectory,
 ) -> Result<Trajectory, Error> {
     let n = solution.phases.len();
-    let limited = injection.longest_flight.is_finite();
     let mut phases: Vec<PhaseTrajectory> = Vec::with_capacity(2 * n - 1);
-    let mut hamiltonian = 0.0;
+    let hamiltonian = if injection.longest_flight.is_finite() { hamiltonian(reduced, solution) } else { 0.0 };
     for (k, burn) in solution.phases.iter().enumerate() {
         let begin = phases.last().map_or(0.0, |p| p.final_time);
         phases.push(shifted(burn, begin - burn.initial_time)?);
         let Some(next) = solution.phases.get(k + 1) else { break };
-        if limited {
-            hamiltonian = mean_hamiltonian(&reduced.phases[k + 1], next).unwrap_or(0.0);
-        }
         let coast = Coast { injection, burn, next, hamiltonian };
         phases.push(coast.trajectory(k, begin + burn.final_time - burn.initial_time)?);
     }
@@ -79,6 +75,17 @@ fn shifted(phase: &PhaseTrajectory, delay: f64) -> Result<PhaseTrajectory, Error
         path_multipliers: optional(&phase.path_multipliers)?,
         ..phase.clone()
     })
+}
+
+/// The Hamiltonian of the whole flight: minus the multiplier of the limit on its time, else that of the burns.
+fn hamiltonian(reduced: &Ocp, solution: &Trajectory) -> f64 {
+    let limit = reduced.constraints.iter().position(|c| c.name == FLIGHT_TIME);
+    if let Some((k, multipliers)) = limit.zip(solution.constraint_multipliers.as_ref()) {
+        return -multipliers[k][0];
+    }
+    let means =
+        reduced.phases.iter().zip(&solution.phases).filter_map(|(p, found)| mean_hamiltonian(p, found));
+    means.sum::<f64>() / solution.phases.len() as f64
 }
 
 /// `H = lambda . f`, the mean over the nodes of a phase.

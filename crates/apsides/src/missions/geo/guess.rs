@@ -5,7 +5,7 @@ use std::f64::consts::{PI, TAU};
 use apsides_ocp::{Guess, Ocp, OcpError, PhaseGuess};
 
 use super::coast::Conic;
-use super::impulsive::{ApsidalOrbit, Impulse, Impulses};
+use super::impulsive::{ApsidalOrbit, Impulses};
 use super::injection::{Injection, Steering};
 
 /// Points of a guessed coast, equally spaced in eccentric longitude.
@@ -26,8 +26,8 @@ struct Burn {
     angles: [f64; 2],
     /// Longitude and latitude of the thrust in inertial space.
     inertial: [f64; 2],
-    /// Costates of `[p, f, h, m]` at both ends.
-    costates: [[f64; 4]; 2],
+    /// Costates of `[p, f, h, m]` at both ends of a burn before the second impulse.
+    costates: Option<[[f64; 4]; 2]>,
 }
 
 /// The guess of a flight.
@@ -66,12 +66,7 @@ impl<'a> Start<'a> {
                 let half = 0.5 * duration * impulse.speed(middle) / impulse.radius;
                 let (latitude, angles) = impulse.angles(middle);
                 let backwards = angles[0];
-                let costates = [(from, begin), (to, end)].map(|(mass, part)| {
-                    // Along a coast they are constant, so that those before the second impulse are those after the first.
-                    let [p, f, h, _] = impulses.costates(if group == 0 { part } else { 1.0 }, mass);
-                    let later: f64 = impulses.all[group + 1..].iter().map(Impulse::size).sum();
-                    [p, f, h, -engine.mass_after(1.0, (1.0 - part) * size + later)]
-                });
+                let costates = [(from, begin), (to, end)].map(|(mass, part)| impulses.costates(part, mass));
                 burns.push(Burn {
                     orbits: [impulse.orbit(mu, begin), impulse.orbit(mu, end)],
                     masses: [from, to],
@@ -79,7 +74,7 @@ impl<'a> Start<'a> {
                     duration,
                     angles,
                     inertial: [apsis + 0.5 * PI + backwards, latitude],
-                    costates,
+                    costates: (group == 0).then_some(costates),
                 });
                 apsis += if k + 1 < count { TAU } else { PI };
             }
@@ -130,11 +125,10 @@ impl<'a> Start<'a> {
         Ok(Guess::from_phases(ocp, phases))
     }
 
-    /// Costates at both ends of each burn.
+    /// Costates at both ends of each burn: along a coast they are constant, and after the first impulse they follow from their equation
+    /// along the guessed burns.
     pub(super) fn costates(&self) -> Vec<[Vec<f64>; 2]> {
         let (sin, cos) = self.turn.sin_cos();
-        let extra = usize::from(self.injection.steering == Steering::InertialFixed)
-            * if self.injection.is_spatial() { 2 } else { 1 };
         let of = |[p, f, h, m]: [f64; 4]| {
             let mut row = vec![p, f * cos, f * sin];
             if self.injection.is_spatial() {
@@ -142,10 +136,50 @@ impl<'a> Start<'a> {
                 row.extend([h, 0.0]);
             }
             row.extend([0.0, m]);
-            row.extend(vec![0.0; extra]);
             row
         };
-        self.burns.iter().map(|b| b.costates.map(of)).collect()
+        let mut rows: Vec<[Vec<f64>; 2]> = Vec::new();
+        for burn in &self.burns {
+            let ends = match (burn.costates, rows.last()) {
+                (Some(ends), _) => ends.map(of),
+                (None, Some([_, begin])) => [begin.clone(), self.carried(burn, begin.clone())],
+                (None, None) => continue,
+            };
+            rows.push(ends);
+        }
+        let fixed = self.injection.steering == Steering::InertialFixed;
+        let angles = if !fixed {
+            0
+        } else if self.injection.is_spatial() {
+            2
+        } else {
+            1
+        };
+        for row in rows.iter_mut().flatten() {
+            row.extend(vec![0.0; angles]);
+        }
+        rows
+    }
+
+    /// Costates at the end of a burn from those at its start, along the guessed states (classical Runge-Kutta steps); that of the
+    /// longitude is zero on a coast.
+    fn carried(&self, burn: &Burn, begin: Vec<f64>) -> Vec<f64> {
+        let first = self.state(&burn.orbits[0], burn.longitudes[0] + self.turn, burn.masses[0]);
+        let flown = self.flown(burn, first);
+        let step = 2.0 * burn.duration / (flown.len() - 1) as f64;
+        let rate =
+            |x: &[f64], lambda: &[f64]| self.injection.costate_rate(x, lambda, self.thrust_angles(burn, x));
+        let mut lambda = begin;
+        for x in flown.windows(3).step_by(2) {
+            let k1 = rate(&x[0], &lambda);
+            let k2 = rate(&x[1], &moved(&lambda, &k1, 0.5 * step));
+            let k3 = rate(&x[1], &moved(&lambda, &k2, 0.5 * step));
+            let k4 = rate(&x[2], &moved(&lambda, &k3, step));
+            lambda = moved(&lambda, &mean_slope([k1, k2, k3, k4]), step);
+        }
+        let [longitude, _] = self.injection.longitude_and_mass();
+        lambda[longitude] = 0.0;
+        lambda
     }
 
     /// Time from the first ignition to the last cut-off, s.
@@ -226,9 +260,7 @@ impl<'a> Start<'a> {
             let k2 = rate(&moved(x, &k1, 0.5 * step));
             let k3 = rate(&moved(x, &k2, 0.5 * step));
             let k4 = rate(&moved(x, &k3, step));
-            let mean: Vec<f64> =
-                (0..x.len()).map(|j| (k1[j] + 2.0 * (k2[j] + k3[j]) + k4[j]) / 6.0).collect();
-            flown.push(moved(x, &mean, step));
+            flown.push(moved(x, &mean_slope([k1, k2, k3, k4]), step));
         }
         let is_orbit = |x: &Vec<f64>| Conic::new(x[0], x[1], x[2]).is_ellipse();
         if flown.iter().all(is_orbit) && self.injection.burns() > 1 {
@@ -252,4 +284,13 @@ impl<'a> Start<'a> {
         }
         PhaseGuess::samples(&times, states, vec![vec![]; COAST_POINTS + 1])
     }
+}
+
+fn moved(x: &[f64], slope: &[f64], h: f64) -> Vec<f64> {
+    x.iter().zip(slope).map(|(x, k)| x + h * k).collect()
+}
+
+/// Of the four slopes of a classical Runge-Kutta step.
+fn mean_slope(k: [Vec<f64>; 4]) -> Vec<f64> {
+    (0..k[0].len()).map(|j| (k[0][j] + 2.0 * (k[1][j] + k[2][j]) + k[3][j]) / 6.0).collect()
 }

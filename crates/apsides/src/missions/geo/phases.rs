@@ -24,11 +24,14 @@ const MASS_MISS_KG: f64 = 1e-5;
 /// Least angle of a coast to the same apsis, rad: burns that follow each other at once are one.
 const LEAST_ANGLE: f64 = FRAC_PI_2;
 /// Least semi-latus rectum of a burn, relative to the parking orbit.
-const LEAST_SEMI_LATUS_RECTUM: f64 = 0.1;
+const LEAST_SEMI_LATUS_RECTUM: f64 = 0.125;
 /// Shortest burn, s.
 const SHORTEST_BURN: f64 = 1.0;
 /// Shortest coast, s, where coasts are phases.
 const SHORTEST_COAST: f64 = 1.0;
+
+/// Name of the limit on the time of the whole flight.
+pub(super) const FLIGHT_TIME: &str = "flight time";
 
 pub(super) fn burn_name(k: usize) -> String {
     format!("burn-{}", k + 1)
@@ -153,9 +156,9 @@ impl Injection {
             inputs.push(At::FinalState(&pair[0], TRUE_LONGITUDE.name));
             inputs.push(At::InitialState(&pair[1], TRUE_LONGITUDE.name));
         }
-        let row = Variable::new("flight time", "s").at_most(self.longest_flight).scaled_by(3600.0);
+        let row = Variable::new(FLIGHT_TIME, "s").at_most(self.longest_flight).scaled_by(3600.0);
         match <[At<'_>; N]>::try_from(inputs) {
-            Ok(inputs) => ocp.constrain("flight time", [row], inputs, FlightTime { mu: self.mu() }),
+            Ok(inputs) => ocp.constrain(FLIGHT_TIME, [row], inputs, FlightTime { mu: self.mu() }),
             Err(_) => ocp,
         }
     }
