@@ -190,7 +190,7 @@ pub(crate) fn outcome() -> Outcome {
         ocp: ocp(),
         trajectory: trajectory(),
         reduced: None,
-        status: apsides_nlp::Status::Optimal,
+        status: apsides::nlp::Status::Optimal,
         report: None,
         summary: Summary {
             mission: "lunar landing <test> & more".into(),
