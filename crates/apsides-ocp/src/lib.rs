@@ -42,6 +42,7 @@
 //! | [`variable`] | bounds, named quantities |
 //! | [`phase`] | one phase |
 //! | [`endpoint`] | boundary conditions, linkages |
+//! | [`endpoint_term`] | those, as a method sees them |
 //! | [`problem`] | the whole, its builder and checks |
 //! | [`scaling`] | typical sizes |
 //! | [`guess`], [`mesh`] | what a method starts from |
@@ -51,6 +52,7 @@
 //! 2010, doi 10.1137/1.9780898718577.
 
 pub mod endpoint;
+pub mod endpoint_term;
 pub mod error;
 pub mod guess;
 pub mod mesh;
@@ -62,6 +64,7 @@ pub mod trajectory;
 pub mod variable;
 
 pub use endpoint::{At, EndpointConstraint, EndpointInput};
+pub use endpoint_term::EndpointTerm;
 pub use error::OcpError;
 pub use guess::{Guess, PhaseGuess};
 pub use mesh::{Break, Course, Mesh, PhaseArc, PhaseMesh};

@@ -55,7 +55,6 @@
 
 mod activity;
 mod change;
-mod endpoint_term;
 pub mod error;
 mod error_estimate;
 pub mod explanation;
