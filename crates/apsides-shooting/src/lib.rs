@@ -15,3 +15,7 @@
 
 pub mod direct;
 pub mod indirect;
+
+mod error;
+
+pub use error::ShootingError;
