@@ -1,7 +1,7 @@
 //! How a phase is divided: segments, control points and steps in each, and the grid of the steps.
 
 use apsides_basis::{Gauss, Lobatto};
-use apsides_ocp::{Mesh, PhaseMesh};
+use apsides_ocp::PhaseMesh;
 
 use crate::error::ShootingError;
 
@@ -22,11 +22,6 @@ impl PhasePlan {
     }
 }
 
-/// Plans of all phases of a problem, as a mesh.
-pub(crate) fn mesh_of(plans: &[PhasePlan]) -> Mesh {
-    Mesh { phases: plans.iter().map(|p| p.mesh.clone()).collect() }
-}
-
 /// Control points of a segment on [-1, 1] and the weights of their quadrature: both ends and Lobatto points between them, or the
 /// middle alone.
 pub(crate) fn control_points(points: usize) -> Result<(Vec<f64>, Vec<f64>), ShootingError> {
@@ -43,7 +38,7 @@ pub(crate) fn control_points(points: usize) -> Result<(Vec<f64>, Vec<f64>), Shoo
 pub(crate) fn step_grid(steps: usize, stops: &[f64]) -> (Vec<f64>, Vec<usize>) {
     let mut grid = vec![0.0];
     let mut at = Vec::with_capacity(stops.len());
-    let mut reach = |end: f64, grid: &mut Vec<f64>| {
+    let reach = |end: f64, grid: &mut Vec<f64>| {
         let start = grid[grid.len() - 1];
         if end > start {
             // Rounding is not to add a step where the stops divide the segment evenly.

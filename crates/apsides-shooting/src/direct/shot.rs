@@ -37,7 +37,7 @@ pub(crate) struct Shot {
     bounds: Vec<BoundRow>,
     pub(crate) shares: Vec<Share>,
     /// The point `v` of the last evaluation.
-    point: Vec<f64>,
+    pub(crate) point: Vec<f64>,
     seeds: Vec<f64>,
     pub(crate) hessian: Vec<f64>,
 }

@@ -33,7 +33,7 @@ enum Known {
 /// A problem with its segments, as a nonlinear program that [`apsides_nlp::InteriorPoint`] or any other solver can take.
 ///
 /// The structure is found once; evaluations write into the caller's slices and, on one thread, allocate nothing.
-pub struct Transcription {
+pub(crate) struct Transcription {
     pub(crate) layout: Layout,
     pub(crate) sign: f64,
     /// Segments of all phases in order.
@@ -43,10 +43,10 @@ pub struct Transcription {
     linear_cost: Vec<(usize, f64)>,
     /// Constant Jacobian entries: the durations.
     constant: Vec<(usize, usize, f64)>,
-    lower: Vec<f64>,
-    upper: Vec<f64>,
-    row_lower: Vec<f64>,
-    row_upper: Vec<f64>,
+    pub(crate) lower: Vec<f64>,
+    pub(crate) upper: Vec<f64>,
+    pub(crate) row_lower: Vec<f64>,
+    pub(crate) row_upper: Vec<f64>,
     pub(crate) start: Vec<f64>,
     pub(crate) scaling: NlpScaling,
     jacobian_pattern: Pattern,

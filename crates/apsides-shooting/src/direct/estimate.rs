@@ -1,0 +1,243 @@
+//! What a solution lacks, segment by segment: accuracy of the steps, freedom of the controls, rows between the control points.
+//!
+//! Shooting makes the projection of `H_u` onto the control polynomials vanish, not `H_u` itself. With `r` the relative slope
+//! `|H_u| u_scale / |H|` and `room` the relative distance to the bound that the slope pushes to, a richer control would gain about
+//!
+//! ```text
+//! integral over the segment of |H| r min(r, room) dt
+//! ```
+//!
+//! `|H|` being the largest term of the Hamiltonian along the phase: of second order in the control error where the control is inside
+//! its bounds, and what a control at the wrong bound loses. Relative to the objective this is the gain of the segment.
+
+use apsides_basis::Gauss;
+use apsides_nlp::SolveReport;
+use apsides_ocp::{Bounds, Ocp, Phase, PhaseTrajectory};
+
+use super::extraction::{Extracted, integral_weights};
+use super::hamiltonian::Lagrangian;
+use super::layout::{PhaseLayout, SegmentLayout};
+use super::transcription::Transcription;
+use crate::error::ShootingError;
+
+/// The barrier of the interior-point method keeps controls away from their bounds at a loss of about the complementarity of the
+/// segment; as much as this times it is not laid to the control polynomial, which is looked at between its points.
+const BARRIER_SHARE: f64 = 4.0;
+/// Points per segment at which bounds and rows are looked at, and the slope of the Hamiltonian: so many for each control point.
+const SAMPLES_PER_POINT: usize = 3;
+
+/// One segment.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub(crate) struct SegmentEstimate {
+    /// Error of the steps, relative to the scales of the states.
+    pub(crate) integration: f64,
+    /// What a richer control would gain, relative to the objective.
+    pub(crate) gain: f64,
+    /// Excess of bounds on states and of path rows without controls, relative to their scales.
+    pub(crate) state_excess: f64,
+    /// Excess of bounds on controls and of inequality rows with controls.
+    pub(crate) control_excess: f64,
+    /// Excess of equality rows with controls.
+    pub(crate) equality_excess: f64,
+}
+
+impl Transcription {
+    /// Estimates of all phases and segments.
+    pub(crate) fn estimate(
+        &self,
+        ocp: &Ocp,
+        report: &SolveReport,
+        extracted: &Extracted,
+    ) -> Result<Vec<Vec<SegmentEstimate>>, ShootingError> {
+        let trajectory = &extracted.trajectory;
+        let objective = trajectory.objective.abs().max(self.scaling.objective);
+        let mut phases = Vec::with_capacity(ocp.phases.len());
+        for (index, (phase, p)) in ocp.phases.iter().zip(&self.layout.phases).enumerate() {
+            let weights = integral_weights(ocp, index, self.sign, p, &report.constraint_multipliers);
+            let t = &trajectory.phases[index];
+            let mut estimator = Estimator {
+                lagrangian: Lagrangian::new(phase, weights, &trajectory.parameters),
+                control_scales: scales_at(p, &self.scaling.variables, |s| s.control_columns[0], p.controls),
+                state_scales: scales_at(p, &self.scaling.variables, |s| s.state_column, p.states),
+                row_scales: row_scales(phase, p, &self.scaling.constraints),
+                x: vec![0.0; p.states],
+                u: vec![0.0; p.controls],
+                costate: vec![0.0; p.states],
+                multipliers: vec![0.0; phase.path_rows()],
+                path: vec![0.0; phase.path_rows()],
+                phase,
+                p,
+                t,
+            };
+            let relative = (t.final_time - t.initial_time) / objective;
+            let mut estimates = estimator.segments(&extracted.errors[index], relative)?;
+            for (segment, estimate) in p.segments.iter().zip(&mut estimates) {
+                let held_back = self.complementarity(p, segment, report) / objective;
+                estimate.gain = (estimate.gain - BARRIER_SHARE * held_back).max(0.0);
+            }
+            phases.push(estimates);
+        }
+        Ok(phases)
+    }
+
+    /// Distance to each bound times its multiplier, of the controls and the path rows of a segment, in the unit of the objective.
+    fn complementarity(&self, p: &PhaseLayout, segment: &SegmentLayout, report: &SolveReport) -> f64 {
+        let columns = segment.control_columns.iter().flat_map(|&c| c..c + p.controls);
+        let bounds = columns.map(|c| {
+            product(report.lower_multipliers[c], report.x[c] - self.lower[c])
+                + product(report.upper_multipliers[c], self.upper[c] - report.x[c])
+        });
+        let first = segment.matching_row + p.states;
+        let rows = (first..segment.end_row).map(|r| {
+            let (y, value) = (report.constraint_multipliers[r], report.constraint_values[r]);
+            product(y.max(0.0), self.row_upper[r] - value) + product((-y).max(0.0), value - self.row_lower[r])
+        });
+        bounds.chain(rows).sum()
+    }
+}
+
+/// Zero for a bound that is none, or is overstepped by rounding.
+fn product(multiplier: f64, distance: f64) -> f64 {
+    if distance.is_finite() { multiplier * distance.max(0.0) } else { 0.0 }
+}
+
+fn scales_at(
+    p: &PhaseLayout,
+    scales: &[f64],
+    column: impl Fn(&SegmentLayout) -> usize,
+    count: usize,
+) -> Vec<f64> {
+    p.segments.first().map_or(Vec::new(), |s| scales[column(s)..][..count].to_vec())
+}
+
+fn row_scales(phase: &Phase, p: &PhaseLayout, scales: &[f64]) -> Vec<f64> {
+    let Some(segment) = p.segments.first() else { return Vec::new() };
+    let firsts = phase.path.iter().zip(&segment.path_rows);
+    firsts.flat_map(|(c, &first)| scales[first..first + c.rows.len()].iter().copied()).collect()
+}
+
+struct Estimator<'a> {
+    lagrangian: Lagrangian<'a>,
+    phase: &'a Phase,
+    p: &'a PhaseLayout,
+    t: &'a PhaseTrajectory,
+    state_scales: Vec<f64>,
+    control_scales: Vec<f64>,
+    row_scales: Vec<f64>,
+    x: Vec<f64>,
+    u: Vec<f64>,
+    costate: Vec<f64>,
+    multipliers: Vec<f64>,
+    path: Vec<f64>,
+}
+
+impl Estimator<'_> {
+    fn segments(&mut self, errors: &[f64], relative: f64) -> Result<Vec<SegmentEstimate>, ShootingError> {
+        let size = self.hamiltonian_size();
+        let mut estimates = Vec::with_capacity(errors.len());
+        for (k, &integration) in errors.iter().enumerate() {
+            let mut estimate = SegmentEstimate { integration, ..SegmentEstimate::default() };
+            self.look_between(k, &mut estimate);
+            if size > 0.0 {
+                estimate.gain = relative * size * self.gain(k, size)?;
+            }
+            estimates.push(estimate);
+        }
+        Ok(estimates)
+    }
+
+    /// Goes to a place of a segment, from 0 to 1; returns the time.
+    fn go_to(&mut self, k: usize, place: f64) -> f64 {
+        let segment = &self.p.segments[k];
+        let time = self.t.time_at(segment.start + place * segment.width);
+        self.t.state.evaluate_in(k, time, &mut self.x);
+        self.t.control.evaluate_in(k, time, &mut self.u);
+        time
+    }
+
+    fn differentiate(&mut self, k: usize, place: f64) {
+        let time = self.go_to(k, place);
+        if let Some(costate) = &self.t.costate {
+            costate.evaluate_in(k, time, &mut self.costate);
+        }
+        if let Some(multipliers) = &self.t.path_multipliers {
+            multipliers.evaluate_in(k, time, &mut self.multipliers);
+        }
+        self.lagrangian.differentiate(time, &self.x, &self.u, &self.costate, &self.multipliers);
+    }
+
+    fn hamiltonian_size(&mut self) -> f64 {
+        let mut size = 0.0_f64;
+        for k in 0..self.p.segments.len() {
+            for point in 0..self.p.segments[k].points() {
+                self.differentiate(k, self.p.segments[k].place(point));
+                size = size.max(self.lagrangian.largest_term);
+            }
+        }
+        size
+    }
+
+    /// Integral of `r min(r, room)` over a segment, on the normalised time of the phase.
+    fn gain(&mut self, k: usize, size: f64) -> Result<f64, ShootingError> {
+        if self.p.controls == 0 {
+            return Ok(0.0);
+        }
+        let rule = Gauss::new((SAMPLES_PER_POINT * self.p.segments[k].points()).min(60))?;
+        let mut sum = 0.0;
+        for (tau, weight) in rule.nodes().iter().zip(rule.weights()) {
+            self.differentiate(k, 0.5 * (tau + 1.0));
+            let slopes = &self.lagrangian.gradient[self.p.states..];
+            let controls = self.phase.controls.iter().zip(slopes).zip(&self.u).zip(&self.control_scales);
+            let density: f64 = controls
+                .map(|(((control, slope), value), scale)| {
+                    let slope = slope * scale / size;
+                    slope.abs() * slope.abs().min(room(&control.bounds, *value, slope) / scale)
+                })
+                .sum();
+            sum += 0.5 * weight * density;
+        }
+        Ok(self.p.segments[k].width * sum)
+    }
+
+    fn look_between(&mut self, k: usize, estimate: &mut SegmentEstimate) {
+        let samples = 4 * SAMPLES_PER_POINT * self.p.segments[k].points();
+        let phase = self.phase;
+        let (nx, nu) = (self.p.states, self.p.controls);
+        for sample in 0..=samples {
+            let time = self.go_to(k, sample as f64 / samples as f64);
+            for ((state, x), scale) in phase.states.iter().zip(&self.x).zip(&self.state_scales) {
+                worsen(&mut estimate.state_excess, state.variable.bounds.excess(*x) / scale);
+            }
+            for ((control, u), scale) in phase.controls.iter().zip(&self.u).zip(&self.control_scales) {
+                worsen(&mut estimate.control_excess, control.bounds.excess(*u) / scale);
+            }
+            self.lagrangian.path(time, &self.x, &self.u, &mut self.path);
+            let mut first = 0;
+            for c in &phase.path {
+                let with_controls = c.function.pattern().columns.iter().any(|c| (nx..nx + nu).contains(c));
+                for (row, value) in c.rows.iter().zip(&self.path[first..]) {
+                    let excess = row.bounds.excess(*value) / self.row_scales[first];
+                    first += 1;
+                    let kind = match (with_controls, row.bounds.is_fixed()) {
+                        (false, _) => &mut estimate.state_excess,
+                        (true, false) => &mut estimate.control_excess,
+                        (true, true) => &mut estimate.equality_excess,
+                    };
+                    worsen(kind, excess);
+                }
+            }
+        }
+    }
+}
+
+fn worsen(worst: &mut f64, excess: f64) {
+    if excess > *worst || excess.is_nan() {
+        *worst = excess;
+    }
+}
+
+/// Distance to the bound that the slope pushes to; a bound that is overstepped is the subject of other estimates.
+fn room(bounds: &Bounds, value: f64, slope: f64) -> f64 {
+    let value = bounds.clamp(value);
+    if slope > 0.0 { value - bounds.lower } else { bounds.upper - value }
+}
