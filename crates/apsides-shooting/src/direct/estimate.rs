@@ -35,10 +35,14 @@ pub(crate) struct SegmentEstimate {
     pub(crate) gain: f64,
     /// Excess of bounds on states and of path rows without controls, relative to their scales.
     pub(crate) state_excess: f64,
-    /// Excess of bounds on controls and of inequality rows with controls.
+    /// Excess of bounds on controls.
     pub(crate) control_excess: f64,
+    /// Excess of inequality rows with controls.
+    pub(crate) mixed_excess: f64,
     /// Excess of equality rows with controls.
     pub(crate) equality_excess: f64,
+    /// Whether a bound is active at some of the control points and not at others.
+    pub(crate) junction: bool,
 }
 
 impl Transcription {
@@ -65,40 +69,18 @@ impl Transcription {
                 costate: vec![0.0; p.states],
                 multipliers: vec![0.0; phase.path_rows()],
                 path: vec![0.0; phase.path_rows()],
+                nlp: self,
+                report,
                 phase,
                 p,
                 t,
             };
             let relative = (t.final_time - t.initial_time) / objective;
-            let mut estimates = estimator.segments(&extracted.errors[index], relative)?;
-            for (segment, estimate) in p.segments.iter().zip(&mut estimates) {
-                let held_back = self.complementarity(p, segment, report) / objective;
-                estimate.gain = (estimate.gain - BARRIER_SHARE * held_back).max(0.0);
-            }
+            let estimates = estimator.segments(&extracted.errors[index], relative)?;
             phases.push(estimates);
         }
         Ok(phases)
     }
-
-    /// Distance to each bound times its multiplier, of the controls and the path rows of a segment, in the unit of the objective.
-    fn complementarity(&self, p: &PhaseLayout, segment: &SegmentLayout, report: &SolveReport) -> f64 {
-        let columns = segment.control_columns.iter().flat_map(|&c| c..c + p.controls);
-        let bounds = columns.map(|c| {
-            product(report.lower_multipliers[c], report.x[c] - self.lower[c])
-                + product(report.upper_multipliers[c], self.upper[c] - report.x[c])
-        });
-        let first = segment.matching_row + p.states;
-        let rows = (first..segment.end_row).map(|r| {
-            let (y, value) = (report.constraint_multipliers[r], report.constraint_values[r]);
-            product(y.max(0.0), self.row_upper[r] - value) + product((-y).max(0.0), value - self.row_lower[r])
-        });
-        bounds.chain(rows).sum()
-    }
-}
-
-/// Zero for a bound that is none, or is overstepped by rounding.
-fn product(multiplier: f64, distance: f64) -> f64 {
-    if distance.is_finite() { multiplier * distance.max(0.0) } else { 0.0 }
 }
 
 fn scales_at(
@@ -118,6 +100,8 @@ fn row_scales(phase: &Phase, p: &PhaseLayout, scales: &[f64]) -> Vec<f64> {
 
 struct Estimator<'a> {
     lagrangian: Lagrangian<'a>,
+    nlp: &'a Transcription,
+    report: &'a SolveReport,
     phase: &'a Phase,
     p: &'a PhaseLayout,
     t: &'a PhaseTrajectory,
@@ -139,7 +123,9 @@ impl Estimator<'_> {
             let mut estimate = SegmentEstimate { integration, ..SegmentEstimate::default() };
             self.look_between(k, &mut estimate);
             if size > 0.0 {
-                estimate.gain = relative * size * self.gain(k, size)?;
+                let held_back = self.look_at_bounds(k, size, &mut estimate);
+                let gain = self.gain(k, size)? - BARRIER_SHARE * held_back;
+                estimate.gain = (relative * size * gain).max(0.0);
             }
             estimates.push(estimate);
         }
@@ -199,6 +185,49 @@ impl Estimator<'_> {
         Ok(self.p.segments[k].width * sum)
     }
 
+    /// Finds junctions and returns what the barrier holds back, in the measure of [`gain`](Self::gain): of the slope `z` that a
+    /// multiplier stands for, `z min(z, room)`.
+    fn look_at_bounds(&self, k: usize, size: f64, estimate: &mut SegmentEstimate) -> f64 {
+        let (p, nlp, report, phase) = (self.p, self.nlp, self.report, self.phase);
+        let segment = &p.segments[k];
+        let duration = self.t.final_time - self.t.initial_time;
+        let mut held_back = 0.0;
+        let mut active = vec![0; p.controls + phase.path_rows()];
+        for (point, &column) in segment.control_columns.iter().enumerate() {
+            let weight = segment.weight(point);
+            let mut consider = |quantity: usize, scale: f64, sides: [(f64, f64); 2]| {
+                let mut is_active = false;
+                for (multiplier, distance) in sides.into_iter().filter(|(_, d)| d.is_finite()) {
+                    let slope = multiplier.max(0.0) * scale / (weight * duration * size);
+                    let room = distance.max(0.0) / scale;
+                    held_back += weight * slope * slope.min(room);
+                    is_active |= slope > room;
+                }
+                active[quantity] += usize::from(is_active);
+            };
+            for c in 0..p.controls {
+                let (x, j) = (report.x[column + c], column + c);
+                let lower = (report.lower_multipliers[j], x - nlp.lower[j]);
+                let upper = (report.upper_multipliers[j], nlp.upper[j] - x);
+                consider(c, self.control_scales[c], [lower, upper]);
+            }
+            let mut row = 0;
+            for (c, constraint) in phase.path.iter().enumerate() {
+                let first = segment.path_rows[point * phase.path.len() + c];
+                for (r, variable) in (first..).zip(&constraint.rows) {
+                    let (y, value) = (report.constraint_multipliers[r], report.constraint_values[r]);
+                    if !variable.bounds.is_fixed() {
+                        let sides = [(-y, value - nlp.row_lower[r]), (y, nlp.row_upper[r] - value)];
+                        consider(p.controls + row, self.row_scales[row], sides);
+                    }
+                    row += 1;
+                }
+            }
+        }
+        estimate.junction = active.iter().any(|count| (1..segment.points()).contains(count));
+        held_back
+    }
+
     fn look_between(&mut self, k: usize, estimate: &mut SegmentEstimate) {
         let samples = 4 * SAMPLES_PER_POINT * self.p.segments[k].points();
         let phase = self.phase;
@@ -220,7 +249,7 @@ impl Estimator<'_> {
                     first += 1;
                     let kind = match (with_controls, row.bounds.is_fixed()) {
                         (false, _) => &mut estimate.state_excess,
-                        (true, false) => &mut estimate.control_excess,
+                        (true, false) => &mut estimate.mixed_excess,
                         (true, true) => &mut estimate.equality_excess,
                     };
                     worsen(kind, excess);

@@ -60,13 +60,16 @@ pub(crate) fn refine(
             poor |= inner || count < 3;
             inner = true;
         }
-        if exceeds(e.control_excess, tolerance) {
+        if exceeds(e.control_excess, tolerance) || exceeds(e.mixed_excess, tolerance) {
             wants.overstepped = true;
-            if count > LINE && !single {
-                count = LINE;
-            } else {
-                poor = true;
+            let to_line = e.junction || exceeds(e.control_excess, tolerance);
+            poor |= single || count <= LINE || exceeds(e.mixed_excess, tolerance);
+            if to_line && !single {
+                count = count.min(LINE);
             }
+        } else if poor && !e.junction {
+            // A line that was put to a junction which is elsewhere now.
+            count = count.max(settings.control_points);
         }
         let needed = next_steps(plan.steps[k], e.integration / settings.integration_tolerance, order);
         let parts = if !poor || (!single && end - start < 2.0 * LEAST_WIDTH) {
