@@ -6,6 +6,9 @@ use apsides_ocp::{Ocp, Scaling};
 use super::layout::Layout;
 use super::transcription::Transcription;
 
+/// A change by the gradient that is less than this part of the change found by evaluation is rounding.
+const STATIONARY: f64 = 1e-8;
+
 /// Scales of what has none of its own are NaN here, to be completed by [`Transcription::complete_scales`].
 pub(crate) fn nlp_scaling(ocp: &Ocp, layout: &Layout, scaling: &Scaling) -> NlpScaling {
     let mut variables = vec![1.0; layout.variables];
@@ -64,7 +67,7 @@ impl Transcription {
         }
         let mut gradient = vec![0.0; self.layout.variables];
         self.gradient(&start, &mut gradient);
-        let objective = self.objective_change(&gradient);
+        let objective = self.objective_change(&start, &gradient);
         let usable = |change: f64| if change > 0.0 && change.is_finite() { change } else { 1.0 };
         for (scale, change) in self.scaling.constraints.iter_mut().zip(rows) {
             if scale.is_nan() {
@@ -76,20 +79,36 @@ impl Transcription {
         }
     }
 
-    fn objective_change(&self, gradient: &[f64]) -> f64 {
-        let change = |column: usize| gradient[column].abs() * self.scaling.variables[column];
+    /// By the gradient; where the start is stationary but for rounding, by evaluation.
+    fn objective_change(&mut self, start: &[f64], gradient: &[f64]) -> f64 {
+        let groups = self.quantities();
+        let scales = std::mem::take(&mut self.scaling.variables);
+        let sum = |group: &Vec<usize>| group.iter().map(|&c| gradient[c].abs() * scales[c]).sum::<f64>();
+        let slope = groups.iter().map(sum).fold(0.0, f64::max);
+        let value = self.objective(start);
+        let mut moved = start.to_vec();
         let mut largest = 0.0_f64;
-        for p in &self.layout.phases {
-            for state in 0..p.states {
-                let nodes = 0..=p.segments.len();
-                largest = largest.max(nodes.map(|k| change(p.state_column(k) + state)).sum());
-            }
-            for control in 0..p.controls {
-                let columns = p.segments.iter().flat_map(|s| &s.control_columns);
-                largest = largest.max(columns.map(|c| change(c + control)).sum());
-            }
-            largest = largest.max(change(p.initial_time)).max(change(p.final_time));
+        for group in &groups {
+            group.iter().for_each(|&c| moved[c] += scales[c]);
+            let change = (self.objective(&moved) - value).abs();
+            group.iter().for_each(|&c| moved[c] = start[c]);
+            largest = if change.is_finite() { largest.max(change) } else { largest };
         }
-        (self.layout.first_parameter..self.layout.variables).map(change).fold(largest, f64::max)
+        self.scaling.variables = scales;
+        if slope < STATIONARY * largest { largest } else { slope }
+    }
+
+    /// Columns of each quantity: a state or a control of a phase, a time, a parameter.
+    fn quantities(&self) -> Vec<Vec<usize>> {
+        let mut groups = Vec::new();
+        for p in &self.layout.phases {
+            let nodes = || (0..=p.segments.len()).map(|k| p.state_column(k));
+            groups.extend((0..p.states).map(|s| nodes().map(|c| c + s).collect()));
+            let points = || p.segments.iter().flat_map(|s| &s.control_columns);
+            groups.extend((0..p.controls).map(|u| points().map(|c| c + u).collect()));
+            groups.extend([vec![p.initial_time], vec![p.final_time]]);
+        }
+        groups.extend((self.layout.first_parameter..self.layout.variables).map(|c| vec![c]));
+        groups
     }
 }

@@ -93,10 +93,11 @@ impl Shot {
         }
         columns.extend(layout.first_parameter..layout.first_parameter + parameters);
         columns.extend([p.initial_time, p.final_time]);
-        let stops: Vec<f64> = if phase.path.is_empty() && segment.bound_rows.is_empty() {
-            Vec::new()
-        } else {
+        let with_rows = !phase.path.is_empty() || !segment.bound_rows.is_empty();
+        let stops: Vec<f64> = if with_rows || !resolves(method, segment.points()) {
             (0..segment.points()).map(|j| segment.place(j)).collect()
+        } else {
+            Vec::new()
         };
         let (grid, at) = step_grid(p.plan.steps[k], &stops);
         let mut path = Vec::new();
@@ -302,6 +303,16 @@ impl Shot {
             }
         }
     }
+}
+
+/// Whether one step integrates the square of a polynomial through so many points, a cost of effort, exactly. The methods have
+/// negative weights: what they do not resolve can lower a cost without bound. Steps from point to point resolve any polynomial.
+fn resolves(method: Method, points: usize) -> bool {
+    let order = match method {
+        Method::Dop853 => 8,
+        Method::Dopri5 => 5,
+    };
+    2 * (points - 1) < order
 }
 
 impl PathRows {
