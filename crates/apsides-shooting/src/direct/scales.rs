@@ -6,7 +6,7 @@ use apsides_ocp::{Ocp, Scaling};
 use super::layout::Layout;
 use super::transcription::Transcription;
 
-/// A change by the gradient that is less than this part of the change found by evaluation is rounding.
+/// A change by the gradient that is less than this part of that by the second derivatives is rounding.
 const STATIONARY: f64 = 1e-8;
 
 /// Scales of what has none of its own are NaN here, to be completed by [`Transcription::complete_scales`].
@@ -79,23 +79,31 @@ impl Transcription {
         }
     }
 
-    /// By the gradient; where the start is stationary but for rounding, by evaluation.
+    /// By the gradient; where the start is stationary but for rounding, by the second derivatives.
     fn objective_change(&mut self, start: &[f64], gradient: &[f64]) -> f64 {
         let groups = self.quantities();
-        let scales = std::mem::take(&mut self.scaling.variables);
-        let sum = |group: &Vec<usize>| group.iter().map(|&c| gradient[c].abs() * scales[c]).sum::<f64>();
-        let slope = groups.iter().map(sum).fold(0.0, f64::max);
-        let value = self.objective(start);
-        let mut moved = start.to_vec();
-        let mut largest = 0.0_f64;
-        for group in &groups {
-            group.iter().for_each(|&c| moved[c] += scales[c]);
-            let change = (self.objective(&moved) - value).abs();
-            group.iter().for_each(|&c| moved[c] = start[c]);
-            largest = if change.is_finite() { largest.max(change) } else { largest };
+        let mut group_of = vec![usize::MAX; self.layout.variables];
+        let mut slopes = vec![0.0; groups.len()];
+        for (k, group) in groups.iter().enumerate() {
+            for &c in group {
+                slopes[k] += gradient[c].abs() * self.scaling.variables[c];
+                group_of[c] = k;
+            }
         }
-        self.scaling.variables = scales;
-        if slope < STATIONARY * largest { largest } else { slope }
+        let pattern = self.hessian_pattern();
+        let mut entries = vec![0.0; pattern.len()];
+        let none = vec![0.0; self.layout.constraints];
+        self.hessian(start, 1.0, &none, &mut entries);
+        let mut bends = vec![0.0; groups.len()];
+        for ((&i, &j), h) in pattern.rows.iter().zip(&pattern.cols).zip(&entries) {
+            if group_of[i] == group_of[j] {
+                let times = if i == j { 0.5 } else { 1.0 };
+                bends[group_of[i]] += times * h.abs() * self.scaling.variables[i] * self.scaling.variables[j];
+            }
+        }
+        let largest = |changes: &[f64]| changes.iter().copied().filter(|c| c.is_finite()).fold(0.0, f64::max);
+        let (slope, bend) = (largest(&slopes), largest(&bends));
+        if slope < STATIONARY * bend { bend } else { slope }
     }
 
     /// Columns of each quantity: a state or a control of a phase, a time, a parameter.
