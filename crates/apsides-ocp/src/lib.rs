@@ -45,6 +45,7 @@
 //! | [`endpoint_term`] | those, as a method sees them |
 //! | [`problem`] | the whole, its builder and checks |
 //! | [`scaling`] | typical sizes |
+//! | [`origin`] | where a row of a discretised problem comes from |
 //! | [`guess`], [`mesh`] | what a method starts from |
 //! | [`piecewise`], [`trajectory`] | what a method returns |
 //!
@@ -56,6 +57,7 @@ pub mod endpoint_term;
 pub mod error;
 pub mod guess;
 pub mod mesh;
+pub mod origin;
 pub mod phase;
 pub mod piecewise;
 pub mod problem;
@@ -68,6 +70,7 @@ pub use endpoint_term::EndpointTerm;
 pub use error::OcpError;
 pub use guess::{Guess, PhaseGuess};
 pub use mesh::{Break, Course, Mesh, PhaseArc, PhaseMesh};
+pub use origin::{RowOrigin, Unmet};
 pub use phase::{Integral, PathConstraint, Phase};
 pub use piecewise::{PiecewisePolynomial, Segment};
 pub use problem::{Objective, Ocp, OcpBuilder, Sense, Term};

@@ -163,8 +163,8 @@ impl DiscreteFlow {
         &self.sensitivities[point * size..][..size]
     }
 
-    /// Adjoint of states and quadratures at a point of the grid, after [`add_hessian`](Self::add_hessian) or
-    /// [`sweep_back`](Self::sweep_back), with the seed of that point.
+    /// Adjoint of states and quadratures at a point of the grid, with the seed of that point, after
+    /// [`add_hessian`](Self::add_hessian).
     pub fn adjoint(&self, point: usize) -> &[f64] {
         &self.adjoints[point * self.outputs..][..self.outputs]
     }
@@ -233,20 +233,6 @@ impl DiscreteFlow {
         Ok(())
     }
 
-    /// Adjoints of `sum_k seeds_k . value_k` at all points of the grid, from the last to the first, after
-    /// [`differentiate`](Self::differentiate). `seeds` is row-major, points by `n + q`.
-    ///
-    /// # Errors
-    /// [`OdeError::Dimension`].
-    pub fn sweep_back<S: SmoothSystem>(
-        &mut self,
-        system: &mut S,
-        w: &[f64],
-        seeds: &[f64],
-    ) -> Result<(), OdeError> {
-        self.backwards(system, w, seeds, |_, _, _, _, _, _, _| {})
-    }
-
     /// Adds the Hessian of `sum_k seeds_k . value_k` with respect to `(x_0, w)` to the lower triangle of the square row-major
     /// matrix `hessian` of order `n + m`, after [`differentiate`](Self::differentiate) at the same point.
     ///
@@ -260,18 +246,6 @@ impl DiscreteFlow {
         hessian: &mut [f64],
     ) -> Result<(), OdeError> {
         require_dimension("hessian", self.columns * self.columns, hessian.len())?;
-        self.backwards(system, w, seeds, |system, s, x, slope, entries, kappa, w| {
-            system.add_hessian(s, x, w, slope, entries, kappa, hessian);
-        })
-    }
-
-    fn backwards<S: SmoothSystem>(
-        &mut self,
-        system: &mut S,
-        w: &[f64],
-        seeds: &[f64],
-        mut at_stage: impl FnMut(&mut S, f64, &[f64], &[f64], &[f64], &[f64], &[f64]),
-    ) -> Result<(), OdeError> {
         require_dimension("seeds", self.values.len(), seeds.len())?;
         require_dimension("w", self.columns - self.states, w.len())?;
         let (n, o, c) = (self.states, self.outputs, self.columns);
@@ -297,7 +271,7 @@ impl DiscreteFlow {
                 let kappa = &kappa[..o];
                 let pulled = &mut self.pulled_back[i * n..][..n];
                 system.add_transposed(w, entries, kappa, pulled);
-                at_stage(system, s + self.tableau.c[i] * h, point, slope, entries, kappa, w);
+                system.add_hessian(s + self.tableau.c[i] * h, point, w, slope, entries, kappa, hessian);
                 for &(j, a) in &self.tableau.a[i] {
                     for (kappa, p) in earlier[j * o..][..n].iter_mut().zip(&*pulled) {
                         *kappa += h * a * p;

@@ -7,6 +7,7 @@ mod hamiltonian;
 mod layout;
 mod plan;
 mod refinement;
+mod row_origin;
 mod scales;
 mod segment_system;
 pub mod settings;

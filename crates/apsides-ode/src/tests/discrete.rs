@@ -169,18 +169,7 @@ fn ill_fitting_requests_are_refused() {
     assert!(flow.run(&mut Pendulum, &V[..3], &V[2..]).is_err());
     assert!(flow.run(&mut Pendulum, &V[..2], &V[1..]).is_err());
     assert!(flow.add_hessian(&mut Pendulum, &V[2..], &SEEDS, &mut [0.0; 4]).is_err());
-    assert!(flow.sweep_back(&mut Pendulum, &V[2..], &SEEDS[1..]).is_err());
+    assert!(flow.add_hessian(&mut Pendulum, &V[2..], &SEEDS[1..], &mut [0.0; 25]).is_err());
     flow.run(&mut Pendulum, &[f64::NAN, 0.0], &V[2..]).unwrap();
     assert!(flow.value(4)[0].is_nan());
-}
-
-#[test]
-fn the_sweep_alone_gives_the_same_adjoints() {
-    let mut flow = flow(Method::Dop853);
-    weighted(&mut flow, &V);
-    flow.add_hessian(&mut Pendulum, &V[2..], &SEEDS, &mut [0.0; 25]).unwrap();
-    let with_hessian: Vec<f64> = (0..5).flat_map(|k| flow.adjoint(k).to_vec()).collect();
-    flow.sweep_back(&mut Pendulum, &V[2..], &SEEDS).unwrap();
-    let alone: Vec<f64> = (0..5).flat_map(|k| flow.adjoint(k).to_vec()).collect();
-    assert_eq!(with_hessian, alone);
 }

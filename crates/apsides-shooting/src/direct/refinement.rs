@@ -36,15 +36,17 @@ pub(crate) struct Wants {
     pub(crate) overstepped: bool,
 }
 
-/// The next plan of a phase; `single` keeps one segment. `share` is the gain that a segment may leave.
+/// The next plan of a phase, which started from a mesh; `share` is the gain that a segment may leave.
 pub(crate) fn refine(
     plan: &PhasePlan,
     estimates: &[SegmentEstimate],
     settings: &MultipleShootingSettings,
     order: i32,
-    single: bool,
+    first: &PhaseMesh,
     share: f64,
 ) -> Result<(PhasePlan, Wants), ShootingError> {
+    let single = first.intervals() == 1;
+    let first_points = first.points().iter().copied().fold(1, usize::max);
     let mut wants = Wants::default();
     let (mut fractions, mut points) = (vec![0.0], Vec::new());
     let (mut steps, mut inner_bounds) = (Vec::new(), Vec::new());
@@ -69,7 +71,7 @@ pub(crate) fn refine(
             }
         } else if poor && !e.junction {
             // A line that was put to a junction which is elsewhere now.
-            count = count.max(settings.control_points);
+            count = count.max(first_points);
         }
         let needed = next_steps(plan.steps[k], e.integration / settings.integration_tolerance, order);
         let parts = if !poor || (!single && end - start < 2.0 * LEAST_WIDTH) {
@@ -119,14 +121,15 @@ mod tests {
         PhasePlan::new(PhaseMesh::uniform(3, 4).unwrap(), 2)
     }
 
-    fn refined(estimates: [SegmentEstimate; 3], single: bool) -> (PhasePlan, Wants) {
-        refine(&plan(), &estimates, &MultipleShootingSettings::default(), 8, single, 1e-10).unwrap()
+    fn refined(estimates: [SegmentEstimate; 3]) -> (PhasePlan, Wants) {
+        let plan = plan();
+        refine(&plan, &estimates, &MultipleShootingSettings::default(), 8, &plan.mesh, 1e-10).unwrap()
     }
 
     #[test]
     fn what_is_met_stays() {
         let met = SegmentEstimate { integration: 1e-11, ..SegmentEstimate::default() };
-        assert_eq!(refined([met.clone(), met.clone(), met], false), (plan(), Wants::default()));
+        assert_eq!(refined([met.clone(), met.clone(), met]), (plan(), Wants::default()));
     }
 
     #[test]
@@ -134,12 +137,12 @@ mod tests {
         let steps = SegmentEstimate { integration: 1e-10 * 2f64.powi(8), ..SegmentEstimate::default() };
         let gain = SegmentEstimate { integration: 1e-11, gain: 1e-7, ..SegmentEstimate::default() };
         let line = SegmentEstimate { integration: 1e-11, control_excess: 1e-2, ..SegmentEstimate::default() };
-        let (next, wants) = refined([steps, gain, line], false);
+        let (next, wants) = refined([steps, gain, line]);
         assert_eq!(next.mesh.points(), [4, 4, 4, 4, 2]);
         assert_eq!(next.steps, [5, 1, 1, 1, 2]);
         assert_eq!(wants, Wants { accuracy: true, overstepped: true });
         let bound = SegmentEstimate { integration: 1e-11, state_excess: 1e-3, ..SegmentEstimate::default() };
-        let (next, _) = refined([bound.clone(), bound.clone(), bound], false);
+        let (next, _) = refined([bound.clone(), bound.clone(), bound]);
         assert_eq!(next.inner_bounds, [true; 3]);
         assert_eq!(next.mesh.intervals(), 3);
     }
@@ -147,8 +150,10 @@ mod tests {
     #[test]
     fn a_single_segment_gets_control_points() {
         let gain = SegmentEstimate { integration: 1e-11, gain: 1e-7, ..SegmentEstimate::default() };
-        let (next, _) = refined([gain.clone(), gain.clone(), gain], true);
-        assert_eq!(next.mesh.points(), [6; 3]);
+        let plan = PhasePlan::new(PhaseMesh::uniform(1, 4).unwrap(), 2);
+        let settings = MultipleShootingSettings::default();
+        let (next, _) = refine(&plan, &[gain], &settings, 8, &plan.mesh, 1e-10).unwrap();
+        assert_eq!(next.mesh, PhaseMesh::uniform(1, 6).unwrap());
     }
 
     #[test]

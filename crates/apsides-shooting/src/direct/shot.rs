@@ -285,14 +285,6 @@ impl Shot {
         }
     }
 
-    /// Adjoint of the state at the start of the segment, of the minimised cost and the weighted rows.
-    pub(crate) fn initial_adjoint(&mut self, multipliers: &[f64]) -> &[f64] {
-        self.seed(1.0, multipliers);
-        let n = self.system.states();
-        self.flow.sweep_back(&mut self.system, &self.point[n..], &self.seeds).expect(SIZES);
-        &self.flow.adjoint(0)[..n]
-    }
-
     /// `emit(i, j, value)` with `i >= j` for all entries of the Hessian, always in the same order.
     pub(crate) fn each_hessian(&self, mut emit: impl FnMut(usize, usize, f64)) {
         let width = self.columns.len();

@@ -5,7 +5,7 @@ use std::sync::Arc;
 use std::time::{Duration, Instant};
 
 use apsides_nlp::{InteriorPoint, Observer, SolveReport, Status};
-use apsides_ocp::{Guess, Mesh, Ocp, Trajectory};
+use apsides_ocp::{Guess, Mesh, Ocp, Trajectory, Unmet};
 use apsides_ode::{FnSystem, Integrator, OdeSettings, SmoothSystem, Tolerance};
 use rayon::{ThreadPool, ThreadPoolBuilder};
 
@@ -65,6 +65,8 @@ pub struct ShootingSolution {
     pub status: Status,
     /// Whether steps, controls and path constraints meet their tolerances by the estimates.
     pub accurate: bool,
+    /// The constraint that could not be met, when the last solve did not succeed.
+    pub unmet: Option<Unmet>,
     /// Every solve.
     pub meshes: Vec<ShootingRecord>,
     /// Report of the solve that gave the trajectory.
@@ -99,7 +101,10 @@ impl MultipleShooting {
         let settings = &self.settings;
         settings.check()?;
         let pool = pool(settings.threads);
-        let single: Vec<bool> = mesh.phases.iter().map(|m| m.intervals() == 1).collect();
+        if settings.continuous_controls && mesh.phases.iter().any(|m| m.points().contains(&1)) {
+            let allowed = "off where a segment has a single control point";
+            return Err(ShootingError::Setting { name: "continuous_controls", value: 1.0, allowed });
+        }
         let mut plans: Vec<PhasePlan> = mesh.phases.iter().map(|m| PhasePlan::new(m.clone(), 1)).collect();
         let mut guess = guess.clone();
         let mut nlp = self.transcribe(ocp, &plans, &guess)?;
@@ -124,15 +129,16 @@ impl MultipleShooting {
             let status = report.status;
             let trajectory = extracted.trajectory;
             if !status.is_success() {
+                let unmet = nlp.unmet(ocp, &report);
                 let (trajectory, report, accurate) = last.unwrap_or((trajectory, report, false));
-                return Ok(ShootingSolution { trajectory, status, accurate, meshes, report });
+                return Ok(ShootingSolution { trajectory, status, accurate, unmet, meshes, report });
             }
             let segments: usize = estimates.iter().map(Vec::len).sum();
             let share = settings.control_tolerance / segments as f64;
             let order = nlp.shots.first().map_or(1, |s| s.flow.order());
             let (mut next, mut wants) = (Vec::with_capacity(plans.len()), Wants::default());
-            for ((plan, estimates), &single) in plans.iter().zip(&estimates).zip(&single) {
-                let (plan, phase_wants) = refine(plan, estimates, settings, order, single, share)?;
+            for ((plan, estimates), start) in plans.iter().zip(&estimates).zip(&mesh.phases) {
+                let (plan, phase_wants) = refine(plan, estimates, settings, order, start, share)?;
                 next.push(plan);
                 wants.accuracy |= phase_wants.accuracy;
                 wants.overstepped |= phase_wants.overstepped;
@@ -141,7 +147,7 @@ impl MultipleShooting {
             let done = !wants.accuracy && !wants.overstepped;
             if done || next == plans || meshes.len() >= settings.max_meshes || size > settings.max_segments {
                 let accurate = !wants.accuracy;
-                return Ok(ShootingSolution { trajectory, status, accurate, meshes, report });
+                return Ok(ShootingSolution { trajectory, status, accurate, unmet: None, meshes, report });
             }
             guess = Guess::earlier(&trajectory);
             last = Some((trajectory, report, !wants.accuracy));
