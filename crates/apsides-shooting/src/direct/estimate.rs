@@ -7,7 +7,7 @@
 //! integral over the segment of |H| r min(r, room) dt
 //! ```
 //!
-//! `|H|` being the largest term of the Hamiltonian along the phase: of second order in the control error where the control is inside
+//! `|H|` being the largest term of the Hamiltonian along the phase and `u_scale` at least the largest control: of second order in the control error where the control is inside
 //! its bounds, and what a control at the wrong bound loses. Relative to the objective this is the gain of the segment.
 
 use apsides_basis::Gauss;
@@ -118,6 +118,7 @@ struct Estimator<'a> {
 impl Estimator<'_> {
     fn segments(&mut self, errors: &[f64], relative: f64) -> Result<Vec<SegmentEstimate>, ShootingError> {
         let size = self.hamiltonian_size();
+        self.widen_control_scales();
         let mut estimates = Vec::with_capacity(errors.len());
         for (k, &integration) in errors.iter().enumerate() {
             let mut estimate = SegmentEstimate { integration, ..SegmentEstimate::default() };
@@ -163,6 +164,17 @@ impl Estimator<'_> {
         size
     }
 
+    /// A control without bounds may be far from what its guess was.
+    fn widen_control_scales(&mut self) {
+        for segment in self.t.control.segments() {
+            for point in segment.values.chunks(self.control_scales.len().max(1)) {
+                for (scale, value) in self.control_scales.iter_mut().zip(point) {
+                    *scale = scale.max(value.abs());
+                }
+            }
+        }
+    }
+
     /// Integral of `r min(r, room)` over a segment, on the normalised time of the phase.
     fn gain(&mut self, k: usize, size: f64) -> Result<f64, ShootingError> {
         if self.p.controls == 0 {
@@ -193,35 +205,45 @@ impl Estimator<'_> {
         let duration = self.t.final_time - self.t.initial_time;
         let mut held_back = 0.0;
         let mut active = vec![0; p.controls + phase.path_rows()];
-        for (point, &column) in segment.control_columns.iter().enumerate() {
+        // `[(multiplier, distance); 2]` of the sides of a quantity; whether one is active.
+        let mut consider = |point: usize, scale: f64, sides: [(f64, f64); 2]| {
             let weight = segment.weight(point);
-            let mut consider = |quantity: usize, scale: f64, sides: [(f64, f64); 2]| {
-                let mut is_active = false;
-                for (multiplier, distance) in sides.into_iter().filter(|(_, d)| d.is_finite()) {
-                    let slope = multiplier.max(0.0) * scale / (weight * duration * size);
-                    let room = distance.max(0.0) / scale;
-                    held_back += weight * slope * slope.min(room);
-                    is_active |= slope > room;
-                }
-                active[quantity] += usize::from(is_active);
-            };
-            for c in 0..p.controls {
-                let (x, j) = (report.x[column + c], column + c);
-                let lower = (report.lower_multipliers[j], x - nlp.lower[j]);
-                let upper = (report.upper_multipliers[j], nlp.upper[j] - x);
-                consider(c, self.control_scales[c], [lower, upper]);
+            let mut is_active = false;
+            for (multiplier, distance) in sides.into_iter().filter(|(_, d)| d.is_finite()) {
+                let slope = multiplier.max(0.0) * scale / (weight * duration * size);
+                let room = distance.max(0.0) / scale;
+                held_back += weight * slope * slope.min(room);
+                is_active |= slope > room;
             }
-            let mut row = 0;
-            for (c, constraint) in phase.path.iter().enumerate() {
-                let first = segment.path_rows[point * phase.path.len() + c];
-                for (r, variable) in (first..).zip(&constraint.rows) {
-                    let (y, value) = (report.constraint_multipliers[r], report.constraint_values[r]);
-                    if !variable.bounds.is_fixed() {
-                        let sides = [(-y, value - nlp.row_lower[r]), (y, nlp.row_upper[r] - value)];
-                        consider(p.controls + row, self.row_scales[row], sides);
-                    }
-                    row += 1;
-                }
+            is_active
+        };
+        let variable = |column: usize| {
+            let x = report.x[column];
+            let lower = (report.lower_multipliers[column], x - nlp.lower[column]);
+            [lower, (report.upper_multipliers[column], nlp.upper[column] - x)]
+        };
+        let row = |row: usize| {
+            let (y, value) = (report.constraint_multipliers[row], report.constraint_values[row]);
+            [(-y, value - nlp.row_lower[row]), (y, nlp.row_upper[row] - value)]
+        };
+        for (point, &column) in segment.control_columns.iter().enumerate() {
+            for c in 0..p.controls {
+                active[c] += usize::from(consider(point, self.control_scales[c], variable(column + c)));
+            }
+            let firsts = &segment.path_rows[point * phase.path.len()..];
+            let constraints = phase.path.iter().zip(firsts);
+            let rows = constraints.flat_map(|(c, &first)| c.rows.iter().zip(first..));
+            for (k, (_, r)) in rows.enumerate().filter(|(_, (v, _))| !v.bounds.is_fixed()) {
+                active[p.controls + k] += usize::from(consider(point, self.row_scales[k], row(r)));
+            }
+        }
+        for &(point, state, r) in &segment.bound_rows {
+            consider(point, self.state_scales[state], row(r));
+        }
+        for node in [k, k + 1].into_iter().filter(|node| (1..p.segments.len()).contains(node)) {
+            let point = if node == k { 0 } else { segment.points() - 1 };
+            for (state, scale) in self.state_scales.iter().enumerate() {
+                consider(point, *scale, variable(p.state_column(node) + state));
             }
         }
         estimate.junction = active.iter().any(|count| (1..segment.points()).contains(count));

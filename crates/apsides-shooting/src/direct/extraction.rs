@@ -2,8 +2,9 @@
 //!
 //! With `y` the multipliers of the matching conditions of the node `k + 1`, the costate there is `-y`. Along the segment before it
 //! the costate follows from `lambda' = -dL/dx`, integrated backwards; a path multiplier per unit time is that of the row divided by
-//! the quadrature weight of the control point. States are those of an integration with step control. Both are polynomials through
-//! as many Chebyshev points as they need.
+//! the quadrature weight of the control point, that of a state bound likewise. So the jumps of the costate of the discrete problem
+//! are spread over the time that each point stands for; the share of the segment before a node is taken from its end. States are
+//! those of an integration with step control. Both are polynomials through as many Chebyshev points as they need.
 
 use std::cell::RefCell;
 use std::sync::Arc;
@@ -67,6 +68,7 @@ impl Transcription {
                     .first()
                     .map_or(&[], |s| &self.scaling.variables[s.state_column..][..p.states]),
                 y: &report.constraint_multipliers,
+                report,
                 x: &x,
                 grids: &grids,
                 tolerance: (MARGIN * tolerance).max(LEAST_TOLERANCE),
@@ -105,6 +107,7 @@ struct Extraction<'a> {
     p: &'a PhaseLayout,
     x: &'a [f64],
     y: &'a [f64],
+    report: &'a SolveReport,
     scales: &'a [f64],
     grids: &'a Grids,
     tolerance: f64,
@@ -233,19 +236,25 @@ impl Extraction<'_> {
         let (p, x) = (self.p, self.x);
         let n = p.states;
         let rows = self.phase.path_rows();
-        let lambda: Vec<f64> = self.y[segment.matching_row..][..n].iter().map(|y| -y).collect();
         let (t0, duration) = (x[p.initial_time], p.duration(x));
-        let scratch = RefCell::new((vec![0.0; n], vec![0.0; p.controls], vec![0.0; rows]));
+        let jump = self.share_of_jump(k, states, controls);
+        let at_node = self.y[segment.matching_row..][..n].iter().zip(&jump);
+        let lambda: Vec<f64> = at_node.map(|(y, jump)| -y - jump).collect();
+        let bounds = self.bound_multipliers(k);
+        let zeros = |length| vec![0.0; length];
+        let scratch = RefCell::new((zeros(n), zeros(p.controls), zeros(rows), zeros(n)));
         let half = 0.5 * segment.width * duration;
         let rates = FnSystem::new(n, |tau: f64, lambda: &[f64], rate: &mut [f64]| {
-            let (x, u, mu) = &mut *scratch.borrow_mut();
+            let (x, u, mu, nu) = &mut *scratch.borrow_mut();
             states.basis.evaluate_all(&states.values, tau, x);
             controls.basis.evaluate_all(&controls.values, tau, u);
             multipliers.basis.evaluate_all(&multipliers.values, tau, mu);
             let t = t0 + duration * (segment.start + 0.5 * (tau + 1.0) * segment.width);
             let mut lagrangian = self.lagrangian.borrow_mut();
             lagrangian.differentiate(t, x, u, lambda, mu);
-            rate.iter_mut().zip(&lagrangian.gradient).for_each(|(r, g)| *r = -half * g);
+            segment.basis.evaluate_all(&bounds, tau, nu);
+            let gradient = lagrangian.gradient.iter().zip(&*nu);
+            rate.iter_mut().zip(gradient).for_each(|(r, (g, nu))| *r = -half * (g + nu));
         });
         // Costates are compared in units of the largest of the phase times its state's scale.
         let nodes = p.segments.iter().flat_map(|s| self.y[s.matching_row..][..n].iter().zip(self.scales));
@@ -262,6 +271,72 @@ impl Extraction<'_> {
             self.y[p.segments[k - 1].matching_row..][..n].iter().map(|y| -y).collect()
         };
         Ok(Segment { basis: Arc::new(Barycentric::new(&[-1.0, 1.0])?), values: [before, lambda].concat() })
+    }
+
+    /// Quadrature weight of the control point at the end of a segment, and of the one at the start of the next, where both have
+    /// one.
+    fn end_weights(&self, k: usize) -> Option<(f64, f64)> {
+        let (segment, next) = (&self.p.segments[k], self.p.segments.get(k + 1)?);
+        let both = segment.points() > 1 && next.points() > 1;
+        both.then(|| (segment.weight(segment.points() - 1), next.weight(0)))
+    }
+
+    /// Multipliers of the state bounds at the node after a segment.
+    fn node_multipliers(&self, k: usize) -> impl Iterator<Item = f64> + '_ {
+        let first = self.p.state_column(k + 1);
+        let columns = first..first + self.p.states;
+        columns.map(|c| self.report.upper_multipliers[c] - self.report.lower_multipliers[c])
+    }
+
+    /// Multipliers of the bounds on states per unit time at the control points of a segment, those of its inner nodes included.
+    fn bound_multipliers(&self, k: usize) -> Vec<f64> {
+        let (p, n) = (self.p, self.p.states);
+        let (segment, duration) = (&p.segments[k], p.duration(self.x));
+        let mut values = vec![0.0; segment.points() * n];
+        for &(point, state, row) in &segment.bound_rows {
+            values[point * n + state] = self.y[row] / (segment.weight(point) * duration);
+        }
+        let nodes = [(k.checked_sub(1), 0), (Some(k), segment.points() - 1)];
+        for (node, point) in nodes {
+            let Some((node, (before, after))) = node.and_then(|node| Some((node, self.end_weights(node)?)))
+            else {
+                continue;
+            };
+            let seconds = (before + after) * duration;
+            for (value, z) in values[point * n..].iter_mut().zip(self.node_multipliers(node)) {
+                *value = z / seconds;
+            }
+        }
+        values
+    }
+
+    /// What rows and bounds at the end of a segment that belong to the node contribute to the costate there, times the share of time
+    /// that lies in the segment.
+    fn share_of_jump(&self, k: usize, states: &Segment, controls: &Segment) -> Vec<f64> {
+        let n = self.p.states;
+        let Some((before, after)) = self.end_weights(k) else { return vec![0.0; n] };
+        let share = before / (before + after);
+        let mut jump: Vec<f64> = self.node_multipliers(k).map(|z| share * z).collect();
+        let segment = &self.p.segments[k];
+        let constraints = self.phase.path.len();
+        let last = (segment.points() - 1) * constraints;
+        if (last..last + constraints).all(|index| segment.owns_path_row[index]) {
+            return jump;
+        }
+        let mut multipliers = Vec::with_capacity(self.phase.path_rows());
+        for (c, constraint) in self.phase.path.iter().enumerate() {
+            let (first, own) = (segment.path_rows[last + c], segment.owns_path_row[last + c]);
+            multipliers
+                .extend((first..first + constraint.rows.len()).map(|r| if own { 0.0 } else { self.y[r] }));
+        }
+        let ends = |s: &Segment, count: usize| s.values[s.values.len() - count..].to_vec();
+        let (x, u) = (ends(states, n), ends(controls, self.p.controls));
+        let fraction = self.p.fraction(k + 1);
+        let t = (1.0 - fraction) * self.x[self.p.initial_time] + fraction * self.x[self.p.final_time];
+        let mut lagrangian = self.lagrangian.borrow_mut();
+        lagrangian.differentiate_path(t, &x, &u, &multipliers);
+        jump.iter_mut().zip(&lagrangian.gradient).for_each(|(j, g)| *j += share * g);
+        jump
     }
 
     /// The solution from one end of [-1, 1] to the other, by its values at as few Chebyshev points as it needs; none where it cannot be

@@ -72,14 +72,20 @@ impl<'a> Lagrangian<'a> {
         costate: &[f64],
         multipliers: &[f64],
     ) {
-        self.set(t, x, u);
-        self.gradient.fill(0.0);
+        self.differentiate_path(t, x, u, multipliers);
         self.largest_term = 0.0;
         let phase = self.phase;
         self.add(phase.dynamics.as_ref(), costate, true);
         for (k, q) in phase.integrals.iter().enumerate() {
             self.add(q.function.as_ref(), &[self.weights[k]], true);
         }
+    }
+
+    /// Fills [`gradient`](Self::gradient) with that of `mu . c` alone.
+    pub(crate) fn differentiate_path(&mut self, t: f64, x: &[f64], u: &[f64], multipliers: &[f64]) {
+        self.set(t, x, u);
+        self.gradient.fill(0.0);
+        let phase = self.phase;
         let mut first = 0;
         for c in &phase.path {
             self.add(c.function.as_ref(), &multipliers[first..first + c.rows.len()], false);
