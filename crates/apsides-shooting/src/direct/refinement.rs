@@ -62,13 +62,13 @@ pub(crate) fn refine(
             poor |= inner || count < 3;
             inner = true;
         }
-        if exceeds(e.control_excess, tolerance) || exceeds(e.mixed_excess, tolerance) {
+        let overstepped = [e.control_excess, e.mixed_excess].map(|excess| exceeds(excess, tolerance));
+        if overstepped.contains(&true) {
             wants.overstepped = true;
-            let to_line = e.junction || exceeds(e.control_excess, tolerance);
-            poor |= single || count <= LINE || exceeds(e.mixed_excess, tolerance);
-            if to_line && !single {
-                count = count.min(LINE);
-            }
+            poor |= single || count <= LINE || overstepped[1];
+        }
+        if !single && (overstepped[0] || (overstepped[1] && e.junction)) {
+            count = count.min(LINE);
         } else if poor && !e.junction {
             // A line that was put to a junction which is elsewhere now.
             count = count.max(first_points);
@@ -80,8 +80,10 @@ pub(crate) fn refine(
             count = (count + count.div_ceil(2)).min(MOST_POINTS);
             1
         } else {
-            // A smooth control error of degree d - 1 costs h^(2 d + 1).
-            let ratio = (e.gain / share).max(1.0).powf(1.0 / (2 * count + 1) as f64);
+            // A smooth control of d points costs h^(2 d + 1) and oversteps a row by h^d.
+            let by_gain = (e.gain / share).max(1.0).powf(1.0 / (2 * count + 1) as f64);
+            let by_excess = (e.mixed_excess / tolerance).max(1.0).powf(1.0 / count as f64);
+            let ratio = by_gain.max(by_excess);
             if ratio.is_finite() { (ratio.ceil() as usize).clamp(2, MOST_PARTS) } else { 2 }
         };
         for j in 1..=parts {

@@ -220,6 +220,11 @@ fn pool(threads: usize) -> Option<Arc<ThreadPool>> {
     ThreadPoolBuilder::new().num_threads(threads).build().ok().map(Arc::new)
 }
 
+fn largest(estimates: &[Vec<SegmentEstimate>], value: impl Fn(&SegmentEstimate) -> f64) -> f64 {
+    let values = estimates.iter().flatten().map(value);
+    values.fold(0.0, |worst: f64, v| if v > worst || v.is_nan() { v } else { worst })
+}
+
 fn record(
     nlp: &Transcription,
     estimates: &[Vec<SegmentEstimate>],
@@ -227,15 +232,12 @@ fn record(
     time: Duration,
 ) -> ShootingRecord {
     let all = || estimates.iter().flatten();
-    let largest = |value: fn(&SegmentEstimate) -> f64| {
-        all().map(value).fold(0.0, |worst: f64, v| if v > worst || v.is_nan() { v } else { worst })
-    };
     ShootingRecord {
         segments: all().count(),
         steps: nlp.shots.iter().map(|s| s.flow.steps()).sum(),
-        integration_error: largest(|e| e.integration),
+        integration_error: largest(estimates, |e| e.integration),
         control_gain: all().map(|e| e.gain).sum(),
-        path_excess: largest(|e| e.state_excess).max(largest(|e| e.equality_excess)),
+        path_excess: largest(estimates, |e| e.state_excess.max(e.equality_excess)),
         variables: nlp.layout.variables,
         constraints: nlp.layout.constraints,
         iterations: report.counters.iterations,

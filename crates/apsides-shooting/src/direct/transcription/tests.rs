@@ -175,3 +175,24 @@ fn a_plan_for_another_problem_is_refused() {
     let few = &plans([2, 2, 2])[..1];
     assert!(Transcription::new(&ocp, few, &Guess::linear(&ocp), Method::Dop853, false).is_err());
 }
+
+#[test]
+fn evaluations_on_one_thread_allocate_nothing() {
+    let mut nlp = transcribed([4, 3, 5], Method::Dop853, false);
+    let (n, m) = (nlp.variables(), nlp.constraints());
+    let mut x = somewhere(n);
+    let (mut gradient, mut rows, y) = (vec![0.0; n], vec![0.0; m], vec![1.0; m]);
+    let mut jacobian = vec![0.0; nlp.jacobian_pattern().len()];
+    let mut hessian = vec![0.0; nlp.hessian_pattern().len()];
+    let counted = allocation_counter::measure(|| {
+        for k in 0..3 {
+            x[3] += 1e-3 * f64::from(k);
+            let _ = nlp.objective(&x);
+            nlp.constraint_values(&x, &mut rows);
+            nlp.gradient(&x, &mut gradient);
+            nlp.jacobian(&x, &mut jacobian);
+            nlp.hessian(&x, 1.0, &y, &mut hessian);
+        }
+    });
+    assert_eq!(counted.count_total, 0);
+}
