@@ -37,7 +37,9 @@ fn threads(c: &mut Criterion) {
         settings.nlp.max_iterations = 10;
         let method = MultipleShooting { settings };
         group.bench_function(BenchmarkId::from_parameter(threads), |b| {
-            b.iter(|| black_box(method.solve_on(&case.ocp, &case.guess, &mesh, &mut ()).map(|s| s.status)));
+            b.iter(|| {
+                black_box(method.solve_on(&case.ocp, &case.guess, mesh.clone(), &mut ()).map(|s| s.status))
+            });
         });
     }
     group.finish();

@@ -10,7 +10,11 @@
 //! `|H|` being the largest term of the Hamiltonian along the phase and `u_scale` at least the largest control: of second order in the control error where the control is inside
 //! its bounds, and what a control at the wrong bound loses. Relative to the objective this is the gain of the segment.
 
-use apsides_basis::Gauss;
+use std::collections::BTreeMap;
+use std::collections::btree_map::Entry;
+use std::sync::Arc;
+
+use apsides_basis::{Gauss, MAX_POINTS};
 use apsides_nlp::SolveReport;
 use apsides_ocp::{Bounds, Ocp, Phase, PhaseTrajectory};
 
@@ -23,7 +27,7 @@ use crate::error::ShootingError;
 /// The barrier of the interior-point method keeps controls away from their bounds at a loss of about the complementarity of the
 /// segment; as much as this times it is not laid to the control polynomial, which is looked at between its points.
 const BARRIER_SHARE: f64 = 4.0;
-/// Points per segment at which bounds and rows are looked at, and the slope of the Hamiltonian: so many for each control point.
+/// Points per segment at which the slope of the Hamiltonian is looked at, for each control point; bounds and rows at twice as many.
 const SAMPLES_PER_POINT: usize = 3;
 
 /// One segment.
@@ -69,6 +73,7 @@ impl Transcription {
                 costate: vec![0.0; p.states],
                 multipliers: vec![0.0; phase.path_rows()],
                 path: vec![0.0; phase.path_rows()],
+                rules: BTreeMap::new(),
                 nlp: self,
                 report,
                 phase,
@@ -113,6 +118,8 @@ struct Estimator<'a> {
     costate: Vec<f64>,
     multipliers: Vec<f64>,
     path: Vec<f64>,
+    /// Gauss rules by their number of points.
+    rules: BTreeMap<usize, Arc<Gauss>>,
 }
 
 impl Estimator<'_> {
@@ -180,7 +187,11 @@ impl Estimator<'_> {
         if self.p.controls == 0 {
             return Ok(0.0);
         }
-        let rule = Gauss::new((SAMPLES_PER_POINT * self.p.segments[k].points()).min(60))?;
+        let points = (SAMPLES_PER_POINT * self.p.segments[k].points()).min(MAX_POINTS);
+        if let Entry::Vacant(e) = self.rules.entry(points) {
+            e.insert(Arc::new(Gauss::new(points)?));
+        }
+        let rule = Arc::clone(&self.rules[&points]);
         let mut sum = 0.0;
         for (tau, weight) in rule.nodes().iter().zip(rule.weights()) {
             self.differentiate(k, 0.5 * (tau + 1.0));
@@ -251,7 +262,7 @@ impl Estimator<'_> {
     }
 
     fn look_between(&mut self, k: usize, estimate: &mut SegmentEstimate) {
-        let samples = 4 * SAMPLES_PER_POINT * self.p.segments[k].points();
+        let samples = 2 * SAMPLES_PER_POINT * self.p.segments[k].points();
         let phase = self.phase;
         let (nx, nu) = (self.p.states, self.p.controls);
         for sample in 0..=samples {

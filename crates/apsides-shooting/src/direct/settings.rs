@@ -12,7 +12,7 @@ pub struct MultipleShootingSettings {
     /// Segments per phase at the start, 10; 1 is single shooting, which refinement keeps.
     pub segments: usize,
     /// Points of the control polynomial of each segment at the start: 1 is constant, 2 linear and so on, through the Lobatto points
-    /// of the segment; 4.
+    /// of the segment, or its middle; 4. Path constraints hold at these points.
     pub control_points: usize,
     /// Whether controls are continuous from segment to segment, which needs two control points; off.
     pub continuous_controls: bool,

@@ -88,7 +88,7 @@ impl MultipleShooting {
     pub fn solve(&self, ocp: &Ocp, guess: &Guess) -> Result<ShootingSolution, ShootingError> {
         self.settings.check()?;
         let mesh = Mesh::uniform(ocp, self.settings.segments, self.settings.control_points)?;
-        self.solve_on(ocp, guess, &mesh, &mut ())
+        self.solve_on(ocp, guess, mesh, &mut ())
     }
 
     /// Solves from given segments: the intervals of the mesh, whose points are the control points of each. The observer sees every
@@ -102,7 +102,7 @@ impl MultipleShooting {
         &self,
         ocp: &Ocp,
         guess: &Guess,
-        mesh: &Mesh,
+        mesh: Mesh,
         observer: &mut dyn Observer,
     ) -> Result<ShootingSolution, ShootingError> {
         let settings = &self.settings;
