@@ -66,7 +66,10 @@ fn test(workspace: &Workspace) -> Result<(), String> {
 /// Every mission file is well-formed.
 fn missions(workspace: &Workspace) -> Result<(), String> {
     let files = workspace.files()?;
-    for file in files.iter().filter(|f| f.starts_with("missions/") && f.ends_with(".toml")) {
+    let is_mission = |f: &&String| {
+        f.strip_prefix("missions/").is_some_and(|name| name.ends_with(".toml") && !name.contains('/'))
+    };
+    for file in files.iter().filter(is_mission) {
         run_command(&mut cargo(
             workspace,
             ["run", "--quiet", "--release", "-p", "apsides-cli", "--", "check", file],

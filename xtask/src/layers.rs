@@ -85,7 +85,7 @@ const OWNERS: &[(&str, &str)] = &[
     ("plotters", "report"),
     ("clap", "cli"),
     ("indicatif", "cli"),
-    ("nalgebra", "basis"),
+    ("nalgebra", "shooting"),
 ];
 
 /// Packages for development alone: heavy dependencies are free there.

@@ -6,8 +6,11 @@ use crate::workspace::Workspace;
 mod rust;
 mod text;
 
-/// Where the missions that come with the facade are listed.
-const MISSION_LIST: &str = "crates/apsides/src/missions/mod.rs";
+/// Directories of data that come with the facade, and where their files are listed.
+const LISTED: [(&str, &str); 2] = [
+    ("missions/", "crates/apsides/src/missions/mod.rs"),
+    ("missions/vehicles/", "crates/apsides/src/vehicle.rs"),
+];
 
 /// Endings of the files that are read.
 const TEXT: &[&str] = &["rs", "toml", "md", "py", "sh", "yml", "yaml", "css", "html"];
@@ -30,8 +33,8 @@ pub(crate) fn run(workspace: &Workspace) -> Result<(), String> {
         if path.ends_with(".md") {
             findings.extend(text::links(path, &text, |target| workspace.root.join(target).exists()));
         }
-        if path == MISSION_LIST {
-            findings.extend(unlisted_missions(&files, &text));
+        for (directory, list) in LISTED.iter().filter(|(_, list)| path == list) {
+            findings.extend(unlisted(&files, directory, list, &text));
         }
     }
     report("tidy", &findings)
@@ -41,12 +44,15 @@ fn is_text(path: &str) -> bool {
     path.starts_with(".ci/") || path.rsplit_once('.').is_some_and(|(_, end)| TEXT.contains(&end))
 }
 
-/// Mission files that the facade does not carry.
-fn unlisted_missions(files: &[String], list: &str) -> Vec<Finding> {
+/// Files of a directory, not of those below, that the facade does not carry.
+fn unlisted(files: &[String], directory: &str, list: &str, text: &str) -> Vec<Finding> {
+    let inside = |f: &str| {
+        f.strip_prefix(directory).is_some_and(|name| name.ends_with(".toml") && !name.contains('/'))
+    };
     files
         .iter()
-        .filter(|f| f.starts_with("missions/") && f.ends_with(".toml") && !list.contains(f.as_str()))
-        .map(|f| Finding::of(f, format!("not listed in {MISSION_LIST}")))
+        .filter(|f| inside(f) && !text.contains(f.as_str()))
+        .map(|f| Finding::of(f, format!("not listed in {list}")))
         .collect()
 }
 
@@ -56,9 +62,10 @@ mod tests {
 
     #[test]
     fn missions_are_listed() {
-        let files =
-            ["missions/a.toml".to_owned(), "missions/b.toml".to_owned(), "missions/README.md".to_owned()];
-        let found = unlisted_missions(&files, r#"("a", include_str!("../../missions/a.toml"))"#);
+        let files = ["missions/a.toml", "missions/b.toml", "missions/vehicles/c.toml", "missions/README.md"]
+            .map(String::from);
+        let found =
+            unlisted(&files, "missions/", "list.rs", r#"("a", include_str!("../../missions/a.toml"))"#);
         assert_eq!(found.iter().map(|f| f.path.as_str()).collect::<Vec<_>>(), ["missions/b.toml"]);
     }
 

@@ -6,7 +6,6 @@ use std::path::Path;
 use apsides::sweep::{Axis, Case, cases, sweep};
 use apsides::{Mission, Outcome};
 use apsides_report::{read_outcome_trajectory, write_outcome};
-use apsides_verify::{VerifySettings, verify as verify_trajectory};
 
 use crate::arguments::{MissionArguments, SolveArguments, SweepArguments};
 use crate::figures::figures;
@@ -249,16 +248,16 @@ pub(crate) fn check(a: &MissionArguments) -> Result<Exit, Refusal> {
 pub(crate) fn verify(directory: &Path, json: bool) -> Result<Exit, Refusal> {
     let file = directory.join("mission.toml");
     let mission = Mission::load(&file.to_string_lossy(), &[]).map_err(refusal)?;
-    let ocp = mission.pose().map_err(refusal)?.ocp;
-    let trajectory = read_outcome_trajectory(directory, &ocp).map_err(refusal)?;
-    let found = verify_trajectory(&ocp, &trajectory, &VerifySettings::default()).map_err(refusal)?;
+    let posed = mission.pose().map_err(refusal)?;
+    let trajectory = read_outcome_trajectory(directory, posed.flight()).map_err(refusal)?;
+    let found = mission.verify(&trajectory).map_err(refusal)?;
     if json {
-        let text = serde_json::to_string_pretty(&found.certificate).map_err(refusal)?;
+        let text = serde_json::to_string_pretty(&found).map_err(refusal)?;
         print(&format!("{text}\n"));
     } else {
         print(&format!("{}: mission {}\n", directory.display(), mission.name()));
-        print(&certificate(&found.certificate));
+        print(&certificate(&found));
     }
     let _ = std::io::stdout().flush();
-    Ok(if found.certificate.is_verified() { Exit::Verified } else { Exit::NotVerified })
+    Ok(if found.is_verified() { Exit::Verified } else { Exit::NotVerified })
 }

@@ -8,13 +8,16 @@ use crate::error::positive;
 pub struct Body {
     /// Gravitational parameter, m3/s2.
     pub gravitational_parameter: f64,
-    /// Mean radius, m.
+    /// Mean radius, m; of the Earth the equatorial one, which goes with its oblateness.
     pub radius: f64,
 }
 
 impl Body {
     /// The Moon: GRAIL's gravitational parameter (GRGM1200A, 4902.8001 km3/s2) and the mean radius 1737.4 km (IAU 2015).
     pub const MOON: Self = Self { gravitational_parameter: 4.902_800_1e12, radius: 1.7374e6 };
+
+    /// The Earth: WGS 84's gravitational parameter 398600.4418 km3/s2 and equatorial radius 6378.137 km (NGA.STND.0036, 2014).
+    pub const EARTH: Self = Self { gravitational_parameter: 3.986_004_418e14, radius: 6_378_137.0 };
 
     /// A body of given gravitational parameter (m3/s2) and radius (m).
     ///

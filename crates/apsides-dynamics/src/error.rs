@@ -1,6 +1,6 @@
 //! Reasons to refuse a parameter.
 
-/// A physical parameter outside its range.
+/// A physical parameter outside its range, or a state without an orbit.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 #[non_exhaustive]
 pub enum DynamicsError {
@@ -16,6 +16,23 @@ pub enum DynamicsError {
         /// The allowed range in words.
         allowed: &'static str,
     },
+    /// The velocity is zero or along the radius: the motion has no orbital plane and no elements.
+    #[error("rectilinear motion at {radius} m from the centre with {speed} m/s: no orbital plane")]
+    Rectilinear {
+        /// Distance from the centre of the body, m.
+        radius: f64,
+        /// Speed, m/s.
+        speed: f64,
+    },
+}
+
+/// Passes a finite value on.
+pub(crate) fn finite(what: &'static str, value: f64, unit: &'static str) -> Result<f64, DynamicsError> {
+    if value.is_finite() {
+        Ok(value)
+    } else {
+        Err(DynamicsError::Parameter { what, value, unit, allowed: "a finite number" })
+    }
 }
 
 /// Passes a finite positive value on.

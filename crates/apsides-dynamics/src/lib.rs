@@ -1,4 +1,4 @@
-//! Equations of motion, bodies and impulsive manoeuvres for spaceflight.
+//! Equations of motion, orbits, bodies and impulsive manoeuvres for spaceflight.
 //!
 //! ```text
 //! dx/dt = f(t, x, u)
@@ -27,15 +27,23 @@
 //! | [`body`] | central bodies, circular and elliptic speeds |
 //! | [`engine`] | thrust, exhaust velocity, rocket equation |
 //! | [`transfer`] | Hohmann transfers |
+//! | [`elements`] | classical and modified equinoctial elements, Cartesian and planar polar states, and conversions |
+//! | [`kepler`] | motion on a conic: propagation, Kepler's equation, time between true longitudes |
 //! | [`planar`] | planar polar flight: coasting, constant or throttled thrust, limited pitch rate, vertical flight |
 //! | [`planar::flat`] | flat maps of planar flight |
+//! | [`equinoctial`] | orbital flight with finite thrust in modified equinoctial elements, in the plane and in space |
+//! | [`cartesian`] | the same flight in Cartesian coordinates |
 //! | [`quantity`] | names and units of states and controls |
 //!
 //! Reference: D. A. Vallado, Fundamentals of Astrodynamics and Applications, 4th ed., 2013, ISBN 978-1881883189.
 
 pub mod body;
+pub mod cartesian;
+pub mod elements;
 pub mod engine;
+pub mod equinoctial;
 pub mod error;
+pub mod kepler;
 pub mod planar;
 pub mod quantity;
 pub mod transfer;

@@ -71,7 +71,7 @@ pub use error::OcpError;
 pub use guess::{Guess, PhaseGuess};
 pub use mesh::{Break, Course, Mesh, PhaseArc, PhaseMesh};
 pub use origin::{RowOrigin, Unmet};
-pub use phase::{Integral, PathConstraint, Phase};
+pub use phase::{Direction, Integral, PathConstraint, Phase};
 pub use piecewise::{PiecewisePolynomial, Segment};
 pub use problem::{Objective, Ocp, OcpBuilder, Sense, Term};
 pub use scaling::{PhaseScaling, Scaling};

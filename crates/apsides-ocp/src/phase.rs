@@ -24,6 +24,35 @@ pub struct Integral {
     pub function: Arc<dyn NodeFunction>,
 }
 
+/// Controls that are the angles of a direction, such as that of a thrust, which equations of motion and integrands are linear in and
+/// nothing else depends on. Methods that minimise the Hamiltonian then know its minimum in closed form.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Direction {
+    /// `(cos(a), sin(a))`.
+    InPlane {
+        /// Index of the control `a`.
+        angle: usize,
+    },
+    /// `(cos(a) cos(b), sin(a) cos(b), sin(b))`.
+    InSpace {
+        /// Index of the control `a`.
+        in_plane: usize,
+        /// Index of the control `b`.
+        out_of_plane: usize,
+    },
+}
+
+impl Direction {
+    /// Whether a control is one of its angles.
+    #[must_use]
+    pub fn has(&self, control: usize) -> bool {
+        match *self {
+            Self::InPlane { angle } => angle == control,
+            Self::InSpace { in_plane, out_of_plane } => in_plane == control || out_of_plane == control,
+        }
+    }
+}
+
 /// One phase of a problem.
 ///
 /// ```
@@ -65,6 +94,8 @@ pub struct Phase {
     pub path: Vec<PathConstraint>,
     /// Integrals.
     pub integrals: Vec<Integral>,
+    /// Controls that are angles of directions.
+    pub directions: Vec<Direction>,
 }
 
 impl Phase {
@@ -87,6 +118,7 @@ impl Phase {
             dynamics: dynamics_node(model),
             path: Vec::new(),
             integrals: Vec::new(),
+            directions: Vec::new(),
         }
     }
 
@@ -151,6 +183,13 @@ impl Phase {
         F: PathFunction<NX, NU, 1, NP> + 'static,
     {
         self.integrals.push(Integral { variable, function: path_node(integrand) });
+        self
+    }
+
+    /// Says that controls are the angles of a direction.
+    #[must_use]
+    pub fn direction(mut self, direction: Direction) -> Self {
+        self.directions.push(direction);
         self
     }
 
@@ -223,6 +262,14 @@ impl Phase {
                     f.inputs(),
                 )?;
             }
+        }
+        for d in &self.directions {
+            let known = (0..self.controls.len()).filter(|&c| d.has(c)).count();
+            let wanted = match d {
+                Direction::InPlane { .. } => 1,
+                Direction::InSpace { .. } => 2,
+            };
+            dimension("controls that are the angles of a direction", wanted, known)?;
         }
         for s in &self.states {
             s.check(&place)?;

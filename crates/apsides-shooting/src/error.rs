@@ -1,34 +1,64 @@
-//! Reasons to refuse a solve.
+//! What is refused.
 
 use apsides_basis::BasisError;
 use apsides_nlp::NlpError;
 use apsides_ocp::OcpError;
 use apsides_ode::OdeError;
 
-/// An ill-posed request. Not converging is a status of the solution, not an error.
+/// An ill-posed request.
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
 pub enum ShootingError {
-    /// The guess or the mesh does not fit the problem.
-    #[error(transparent)]
-    Problem(#[from] OcpError),
-    /// A segment has more control points than the basis supports.
-    #[error("control points of a segment: {0}")]
-    Basis(#[from] BasisError),
-    /// The discretised problem or the solver's settings are refused.
-    #[error("discretised problem: {0}")]
-    Nlp(#[from] NlpError),
-    /// The integration is refused.
-    #[error("integration: {0}")]
-    Ode(#[from] OdeError),
-    /// A setting is out of range.
-    #[error("shooting setting `{name}` is {value}, allowed is {allowed}")]
+    /// A size does not fit the problem.
+    #[error("{place}: expected {expected} {what}, found {found}")]
+    Dimension {
+        /// Where.
+        place: String,
+        /// What is counted.
+        what: &'static str,
+        /// How many there should be.
+        expected: usize,
+        /// How many there are.
+        found: usize,
+    },
+    /// A setting is outside its range.
+    #[error("setting `{name}` is {value}, allowed is {allowed}")]
     Setting {
-        /// The setting.
+        /// Name of the field.
         name: &'static str,
         /// Its value.
         value: f64,
-        /// What is allowed.
+        /// The allowed range in words.
         allowed: &'static str,
     },
+    /// The start cannot be used.
+    #[error("start, {place}: {reason}")]
+    Start {
+        /// Where.
+        place: String,
+        /// What is missing, and what to do.
+        reason: String,
+    },
+    /// The method does not cover the problem.
+    #[error("{place}: {what} is beyond indirect shooting; {remedy}")]
+    Unsupported {
+        /// Where.
+        place: String,
+        /// What is not covered.
+        what: String,
+        /// What to do instead.
+        remedy: &'static str,
+    },
+    /// A segment has more control points than the basis supports.
+    #[error("control points of a segment: {0}")]
+    Basis(#[from] BasisError),
+    /// The discretised problem or the settings of its solver are refused.
+    #[error("discretised problem: {0}")]
+    Nlp(#[from] NlpError),
+    /// The problem refuses guess, mesh or result.
+    #[error(transparent)]
+    Ocp(#[from] OcpError),
+    /// The integrator refuses its settings.
+    #[error(transparent)]
+    Ode(#[from] OdeError),
 }

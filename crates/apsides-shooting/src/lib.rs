@@ -14,8 +14,7 @@
 //! (1984), doi 10.1016/S1474-6670(17)61205-9. A. E. Bryson, Y.-C. Ho, Applied Optimal Control, Taylor and Francis 1975.
 
 pub mod direct;
+pub mod error;
 pub mod indirect;
-
-mod error;
 
 pub use error::ShootingError;

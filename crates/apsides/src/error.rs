@@ -5,6 +5,7 @@ use std::path::PathBuf;
 use apsides_flatness::FlatnessError;
 use apsides_ocp::OcpError;
 use apsides_radau::RadauError;
+use apsides_shooting::ShootingError;
 use apsides_verify::VerifyError;
 
 /// An ill-posed request. A mission that cannot be flown is not an error: see [`crate::Outcome`].
@@ -37,13 +38,13 @@ pub enum Error {
         /// Names of all missions.
         known: String,
     },
-    /// A key that the mission does not have.
-    #[error("{place}: mission `{mission}` has no key `{key}`{suggestion}")]
+    /// A key that the mission or the vehicle does not have.
+    #[error("{place}: {owner} has no key `{key}`{suggestion}")]
     UnknownKey {
         /// File and line, or `--set`.
         place: String,
-        /// Mission.
-        mission: String,
+        /// Mission or vehicle.
+        owner: String,
         /// Path of the key.
         key: String,
         /// The nearest key, as the end of the sentence.
@@ -78,6 +79,9 @@ pub enum Error {
     /// The method of flat outputs refuses the request.
     #[error(transparent)]
     Flatness(#[from] FlatnessError),
+    /// Shooting refuses the request.
+    #[error(transparent)]
+    Shooting(#[from] ShootingError),
     /// The trajectory cannot be verified because it does not fit the problem.
     #[error(transparent)]
     Verify(#[from] VerifyError),

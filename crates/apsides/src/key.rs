@@ -79,6 +79,10 @@ pub enum KeyKind {
     Choice(&'static [&'static str]),
     /// True or false, with its default.
     Flag(bool),
+    /// Free text with its default, and what is allowed in words; the mission looks at it.
+    Text(&'static str, &'static str),
+    /// A number in a range; the file of the vehicle has it unless the mission file does.
+    OfVehicle(Range),
 }
 
 /// One key of a mission file.
@@ -123,16 +127,40 @@ impl Key {
         Self { path, meaning, kind: KeyKind::Flag(default) }
     }
 
+    /// Free text; `allowed` says in words what it may be.
+    #[must_use]
+    pub const fn text(
+        path: &'static str,
+        default: &'static str,
+        allowed: &'static str,
+        meaning: &'static str,
+    ) -> Self {
+        Self { path, meaning, kind: KeyKind::Text(default, allowed) }
+    }
+
+    /// A number that the file of the vehicle has.
+    #[must_use]
+    pub const fn of_vehicle(path: &'static str, range: Range, meaning: &'static str) -> Self {
+        Self { path, meaning, kind: KeyKind::OfVehicle(range) }
+    }
+
+    /// Whether it takes any number of a range.
+    #[must_use]
+    pub const fn is_number(&self) -> bool {
+        matches!(self.kind, KeyKind::Number(..) | KeyKind::OfVehicle(_))
+    }
+
     /// Allowed values in words.
     #[must_use]
     pub fn allowed(&self) -> String {
         match self.kind {
-            KeyKind::Number(_, range) => range.describe(),
+            KeyKind::Number(_, range) | KeyKind::OfVehicle(range) => range.describe(),
             KeyKind::Count(_, least, most) => format!("a whole number from {least} to {most}"),
             KeyKind::Choice(words) => {
                 words.iter().map(|w| format!("\"{w}\"")).collect::<Vec<_>>().join(" or ")
             }
             KeyKind::Flag(_) => "true or false".into(),
+            KeyKind::Text(_, allowed) => allowed.into(),
         }
     }
 
@@ -142,17 +170,20 @@ impl Key {
             KeyKind::Count(v, ..) => Value::Number(f64::from(v)),
             KeyKind::Choice(words) => Value::Word(words[0].to_owned()),
             KeyKind::Flag(v) => Value::Flag(v),
+            KeyKind::Text(v, _) => Value::Word(v.to_owned()),
+            // Replaced by the file of the vehicle before anything is computed.
+            KeyKind::OfVehicle(_) => Value::Number(f64::NAN),
         }
     }
 
     pub(crate) fn accept(&self, value: &Value, place: &str) -> Result<(), Error> {
         let fits = match (&self.kind, value) {
-            (KeyKind::Number(_, range), Value::Number(v)) => range.contains(*v),
+            (KeyKind::Number(_, range) | KeyKind::OfVehicle(range), Value::Number(v)) => range.contains(*v),
             (KeyKind::Count(_, least, most), Value::Number(v)) => {
                 v.fract() == 0.0 && Range::closed(f64::from(*least), f64::from(*most)).contains(*v)
             }
             (KeyKind::Choice(words), Value::Word(w)) => words.contains(&w.as_str()),
-            (KeyKind::Flag(_), Value::Flag(_)) => true,
+            (KeyKind::Flag(_), Value::Flag(_)) | (KeyKind::Text(..), Value::Word(_)) => true,
             _ => false,
         };
         if fits {
@@ -221,6 +252,13 @@ impl Values {
     /// Whether the flag of a key that the mission declares as one is set.
     pub(crate) fn flag(&self, path: &str) -> bool {
         self.0.get(path) == Some(&Value::Flag(true))
+    }
+
+    /// The same with another number.
+    pub(crate) fn with_number(&self, path: &'static str, number: f64) -> Self {
+        let mut changed = self.clone();
+        changed.0.insert(path, Value::Number(number));
+        changed
     }
 
     /// Every key and its value, by key.

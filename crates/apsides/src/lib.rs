@@ -21,6 +21,7 @@
 //! | --- | --- |
 //! | [`mission_file`], [`key`] | mission files and their keys |
 //! | [`missions`] | the missions that come with the crate |
+//! | [`vehicle`] | vehicles as data |
 //! | [`pipeline`] | solve and verify |
 //! | [`sweep`] | parameter sweeps |
 //! | [`reproduce`] | published tables computed again |
@@ -37,6 +38,7 @@ pub mod pipeline;
 pub mod reproduce;
 pub mod sensitivity;
 pub mod sweep;
+pub mod vehicle;
 
 pub use apsides_ad as ad;
 pub use apsides_basis as basis;
@@ -50,6 +52,6 @@ pub use apsides_verify as verify;
 
 pub use error::Error;
 pub use mission_file::Mission;
-pub use missions::Posed;
-pub use outcome::{Counters, Curve, ObjectiveValue, Outcome, Summary, Timing};
+pub use missions::{Expansion, Posed};
+pub use outcome::{Counters, Curve, ObjectiveValue, Outcome, Reduced, Summary, Timing};
 pub use sensitivity::Price;

@@ -6,8 +6,8 @@ use std::path::Path;
 use toml::Spanned;
 use toml::de::{DeTable, DeValue};
 
-use crate::key::{Key, KeyKind, Value, Values};
-use crate::{Error, missions};
+use crate::key::{Key, Value, Values};
+use crate::{Error, missions, vehicle};
 
 /// Largest mission file: a few kB is usual, so anything above is a mistake.
 pub const MAX_FILE_BYTES: u64 = 1 << 20;
@@ -24,10 +24,26 @@ pub struct Mission {
 }
 
 /// One value with its place, before it is matched with a key.
-struct Entry {
-    path: String,
-    value: Value,
-    place: String,
+pub(crate) struct Entry {
+    pub(crate) path: String,
+    pub(crate) value: Value,
+    pub(crate) place: String,
+}
+
+impl Entry {
+    /// The key that it is for, if it takes the value.
+    pub(crate) fn key<'a>(&self, keys: &[&'a Key], owner: &str) -> Result<&'a Key, Error> {
+        let Some(key) = keys.iter().find(|k| k.path == self.path) else {
+            return Err(Error::UnknownKey {
+                suggestion: suggestion(&self.path, keys),
+                place: self.place.clone(),
+                owner: owner.into(),
+                key: self.path.clone(),
+            });
+        };
+        key.accept(&self.value, &self.place)?;
+        Ok(key)
+    }
 }
 
 impl Mission {
@@ -44,8 +60,8 @@ impl Mission {
         {
             return Self::parse(text, &format!("mission `{file_or_name}`"), overrides);
         }
-        let text = read(path)?;
-        Self::parse(&text, &format!("file `{file_or_name}`"), overrides)
+        let text = read(path, "mission", &missions::names())?;
+        Self::parse_in(path.parent(), &text, &format!("file `{file_or_name}`"), overrides)
     }
 
     /// Reads a mission from the text of a file; `source` names it in messages.
@@ -53,6 +69,16 @@ impl Mission {
     /// # Errors
     /// The first mistake, with its place.
     pub fn parse(text: &str, source: &str, overrides: &[String]) -> Result<Self, Error> {
+        Self::parse_in(None, text, source, overrides)
+    }
+
+    /// Reads a mission from the text of a file in a directory.
+    fn parse_in(
+        directory: Option<&Path>,
+        text: &str,
+        source: &str,
+        overrides: &[String],
+    ) -> Result<Self, Error> {
         let mut entries = entries(text, |offset| format!("{source}, line {}", line(text, offset)))?;
         let Some(position) = entries.iter().position(|e| e.path == "mission") else {
             return Err(Error::Value {
@@ -78,22 +104,31 @@ impl Mission {
                 });
             }
         };
+        for e in &mut entries {
+            // A mission file and the vehicle that it names move together.
+            if let (vehicle::KEY, Some(directory), Value::Word(word)) = (&*e.path, directory, &mut e.value)
+                && vehicle::is_file(word)
+            {
+                *word = directory.join(&*word).display().to_string();
+            }
+        }
         for o in overrides {
             entries.push(parse_override(o)?);
         }
         let keys: Vec<&Key> = kind.keys().collect();
         let mut values: BTreeMap<_, _> = keys.iter().map(|k| (k.path, k.default())).collect();
-        for e in entries {
-            let Some(key) = keys.iter().find(|k| k.path == e.path) else {
-                return Err(Error::UnknownKey {
-                    suggestion: suggestion(&e.path, &keys),
-                    place: e.place,
-                    mission: kind.name.into(),
-                    key: e.path,
-                });
-            };
-            key.accept(&e.value, &e.place)?;
-            values.insert(key.path, e.value);
+        let owner = format!("mission `{}`", kind.name);
+        for e in &entries {
+            values.insert(e.key(&keys, &owner)?.path, e.value.clone());
+        }
+        if let Some(Value::Word(name)) = values.get(vehicle::KEY) {
+            let named = entries.iter().rfind(|e| e.path == vehicle::KEY);
+            let place = named.map_or(source, |e| &e.place);
+            for (path, number) in vehicle::numbers(name, &keys, place)? {
+                if entries.iter().all(|e| e.path != path) {
+                    values.insert(path, Value::Number(number));
+                }
+            }
         }
         let mission = Self { kind, values: Values(values), threads: 1 };
         (kind.check)(&mission.values).map_err(|reason| Error::Conflict {
@@ -133,10 +168,10 @@ impl Mission {
         let mut text = format!("# {}\nmission = \"{}\"\n", self.title(), self.name());
         let mut tables: BTreeMap<&str, String> = BTreeMap::new();
         for key in self.keys() {
-            let value = match (&self.values.0[key.path], key.kind) {
+            let value = match &self.values.0[key.path] {
                 // TOML tells whole numbers and fractions apart.
-                (Value::Number(v), KeyKind::Number(..)) => format!("{v:?}"),
-                (other, _) => other.to_string(),
+                Value::Number(v) if key.is_number() => format!("{v:?}"),
+                other => other.to_string(),
             };
             match key.path.split_once('.') {
                 None => text += &format!("{} = {value} # {}\n", key.path, key.meaning),
@@ -152,23 +187,21 @@ impl Mission {
     }
 }
 
-fn read(path: &Path) -> Result<String, Error> {
+/// The text of a file; `what` it is and the names that are known without one stand in messages.
+pub(crate) fn read(path: &Path, what: &str, known: &str) -> Result<String, Error> {
     let fail = |reason: String| Err(Error::File { path: path.into(), reason });
     let metadata = match std::fs::metadata(path) {
         Ok(m) => m,
         Err(e) if e.kind() == std::io::ErrorKind::NotFound => {
-            return fail(format!(
-                "no such file, and no mission of this name; missions: {}",
-                missions::names()
-            ));
+            return fail(format!("no such file, and no {what} of this name; {what}s: {known}"));
         }
         Err(e) => return fail(e.to_string()),
     };
     if !metadata.is_file() {
-        return fail("not a file; give a mission file or the name of a mission".into());
+        return fail(format!("not a file; give a {what} file or the name of a {what}"));
     }
     if metadata.len() > MAX_FILE_BYTES {
-        return fail(format!("has {} bytes; a mission file has at most {MAX_FILE_BYTES}", metadata.len()));
+        return fail(format!("has {} bytes; a {what} file has at most {MAX_FILE_BYTES}", metadata.len()));
     }
     match std::fs::read(path).map(String::from_utf8) {
         Ok(Ok(text)) => Ok(text),
@@ -177,11 +210,11 @@ fn read(path: &Path) -> Result<String, Error> {
     }
 }
 
-fn line(text: &str, offset: usize) -> usize {
+pub(crate) fn line(text: &str, offset: usize) -> usize {
     text.as_bytes()[..offset.min(text.len())].iter().filter(|b| **b == b'\n').count() + 1
 }
 
-fn entries(text: &str, place: impl Fn(usize) -> String) -> Result<Vec<Entry>, Error> {
+pub(crate) fn entries(text: &str, place: impl Fn(usize) -> String) -> Result<Vec<Entry>, Error> {
     let table = DeTable::parse(text).map_err(|e| Error::Syntax {
         place: place(e.span().map_or(0, |s| s.start)),
         reason: e.message().to_owned(),

@@ -2,7 +2,7 @@
 
 use std::collections::BTreeMap;
 
-use apsides_nlp::SolveReport;
+use apsides_nlp::{SolveReport, Status};
 use apsides_ocp::{Ocp, Trajectory};
 use apsides_verify::Certificate;
 use serde::{Deserialize, Serialize};
@@ -89,12 +89,24 @@ pub struct Curve {
     pub series: Vec<(String, Vec<[f64; 2]>)>,
 }
 
-/// Everything that a solve of a mission returns.
-pub struct Outcome {
-    /// The problem that was solved.
+/// A problem that was solved in place of a whole flight, and its solution.
+pub struct Reduced {
+    /// The problem.
     pub ocp: Ocp,
     /// Its solution, or the best approximation reached.
     pub trajectory: Trajectory,
+}
+
+/// Everything that a solve of a mission returns.
+pub struct Outcome {
+    /// The whole flight as a problem.
+    pub ocp: Ocp,
+    /// Its solution, or the best approximation reached.
+    pub trajectory: Trajectory,
+    /// What was solved in its place, if the flight follows from a smaller problem.
+    pub reduced: Option<Reduced>,
+    /// How the solve ended.
+    pub status: Status,
     /// Report of the last discretised problem, if the method solves one.
     pub report: Option<SolveReport>,
     /// The numbers.
@@ -107,4 +119,12 @@ pub struct Outcome {
     pub mission_file: String,
     /// One sentence for the reader when the status is not `optimal`.
     pub explanation: Option<String>,
+}
+
+impl Outcome {
+    /// The problem that was solved, and its solution: where a neighbouring case starts.
+    #[must_use]
+    pub fn solved(&self) -> (&Ocp, &Trajectory) {
+        self.reduced.as_ref().map_or((&self.ocp, &self.trajectory), |r| (&r.ocp, &r.trajectory))
+    }
 }

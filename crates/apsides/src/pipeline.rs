@@ -6,11 +6,11 @@ use std::time::Instant;
 use apsides_nlp::{Observer, Status};
 use apsides_ocp::{Guess, Mesh, Ocp, Trajectory};
 use apsides_radau::{Explanation, Unmet};
-use apsides_verify::{Certificate, Verification, VerifySettings, verify};
+use apsides_verify::{Certificate, Check, CheckKind, Verification, VerifySettings, verify};
 
 use crate::method::Solution;
 use crate::missions::Posed;
-use crate::{Error, Mission, ObjectiveValue, Outcome, Summary, Timing};
+use crate::{Counters, Error, Mission, ObjectiveValue, Outcome, Reduced, Summary, Timing};
 
 impl Mission {
     /// The problem and a start.
@@ -21,7 +21,7 @@ impl Mission {
         (self.kind.pose)(&self.values)
     }
 
-    /// Whether a trajectory has the phases of this mission, so that a solve can start from it.
+    /// Whether a trajectory has the phases of the problem that is solved, so that a solve can start from it.
     ///
     /// # Errors
     /// When the values do not make a problem.
@@ -40,7 +40,7 @@ impl Mission {
 
     /// Solves the mission and verifies the answer.
     ///
-    /// `start` replaces the mission's own guess, for instance by the trajectory of a neighbouring case. The observer sees every
+    /// `start` replaces the mission's own guess, for instance by that of a neighbouring case ([`Outcome::solved`]). The observer sees every
     /// iteration and can stop the solve; the best trajectory so far is returned then.
     ///
     /// # Errors
@@ -50,17 +50,77 @@ impl Mission {
         let posed = self.pose()?;
         let build = milliseconds(begin);
         let begin = Instant::now();
-        let solution = self.solve_by_method(&posed, start, observer)?;
+        let solution = match start {
+            Some(_) => self.solve_by_method(&posed, start, observer)?,
+            None => self.solve_from_guess(&posed, observer)?,
+        };
         let solve = milliseconds(begin);
         let begin = Instant::now();
-        let Verification { certificate, .. } =
-            verify(&posed.ocp, &solution.trajectory, &VerifySettings::default())?;
+        let flight = self.flight(&posed, &solution.trajectory)?;
         let timing_ms = Timing { build, solve, verify: milliseconds(begin) };
         let conflict = match solution.status {
             Status::Infeasible | Status::RestorationFailed => Some(self.conflict(&posed, &solution)?),
             _ => None,
         };
-        Ok(self.outcome(posed.ocp, solution, conflict.as_ref(), certificate, timing_ms))
+        Ok(self.outcome(posed, solution, conflict.as_ref(), flight, timing_ms))
+    }
+
+    /// Solves from the mission's own guess, through the easier cases that lead to it where it has some.
+    fn solve_from_guess(&self, posed: &Posed, observer: &mut dyn Observer) -> Result<Solution, Error> {
+        let mut start: Option<Trajectory> = None;
+        let mut work = Counters::default();
+        for values in (self.kind.approach)(&self.values) {
+            let easier = Self { values, ..self.clone() };
+            let solution = easier.solve_by_method(&easier.pose()?, start.as_ref(), observer)?;
+            work.iterations += solution.counters.iterations;
+            work.factorisations += solution.counters.factorisations;
+            work.mesh_iterations += solution.counters.mesh_iterations;
+            if !solution.status.is_success() {
+                // From here on it would not become easier.
+                break;
+            }
+            start = Some(solution.trajectory);
+        }
+        let mut solution = self.solve_by_method(posed, start.as_ref(), observer)?;
+        solution.counters.iterations += work.iterations;
+        solution.counters.factorisations += work.factorisations;
+        solution.counters.mesh_iterations += work.mesh_iterations;
+        Ok(solution)
+    }
+
+    /// The certificate of a trajectory of the whole flight.
+    ///
+    /// # Errors
+    /// When the values do not make a problem, or the trajectory does not fit it.
+    pub fn verify(&self, trajectory: &Trajectory) -> Result<Certificate, Error> {
+        self.certify(self.pose()?.flight(), trajectory)
+    }
+
+    fn certify(&self, flight: &Ocp, trajectory: &Trajectory) -> Result<Certificate, Error> {
+        let Verification { certificate, .. } = verify(flight, trajectory, &VerifySettings::default())?;
+        let own = (self.kind.checks)(&self.values, trajectory);
+        Ok(Certificate::new(certificate.checks.into_iter().chain(own).collect()))
+    }
+
+    /// The whole flight of a solution with its certificate. What cannot be expanded, as after a solve that failed, is certified as
+    /// far as it goes.
+    fn flight(&self, posed: &Posed, solution: &Trajectory) -> Result<Flight, Error> {
+        if posed.expansion.is_none() {
+            return Ok(Flight { certificate: self.certify(&posed.ocp, solution)?, expanded: None });
+        }
+        match posed.expand(solution) {
+            Ok(trajectory) => {
+                let certificate = self.certify(posed.flight(), &trajectory)?;
+                Ok(Flight { certificate, expanded: Some(trajectory) })
+            }
+            Err(e) => {
+                let found = verify(&posed.ocp, solution, &VerifySettings::default())?;
+                let mut checks = found.certificate.checks;
+                let name = "phases that are not joined to a flight";
+                checks.push(Check::new(name, CheckKind::Feasibility, 1.0, 0.0, "-", e.to_string()));
+                Ok(Flight { certificate: Certificate::new(checks), expanded: None })
+            }
+        }
     }
 
     /// What conflicts and what to relax: from the best trajectory reached, else from the guess.
@@ -88,24 +148,37 @@ impl Mission {
 
     fn outcome(
         &self,
-        ocp: Ocp,
+        posed: Posed,
         solution: Solution,
         conflict: Option<&Explanation>,
-        certificate: Certificate,
+        flight: Flight,
         timing_ms: Timing,
     ) -> Outcome {
+        let Posed { ocp, expansion, .. } = posed;
         let objective = ObjectiveValue {
             name: ocp.objective.name.clone(),
             value: solution.trajectory.objective,
             unit: ocp.objective.unit.clone(),
         };
-        let explanation = explain(&solution, conflict);
+        let missing = conflict.and_then(|c| (self.kind.missing)(&self.values, c));
+        let explanation = explain(&solution, conflict).map(|text| match missing {
+            Some(missing) => format!("{text}; {missing}"),
+            None => text,
+        });
+        let status = status_word(&solution).into();
+        let certificate = flight.certificate;
+        let (ocp, trajectory, reduced) = match (flight.expanded, expansion) {
+            (Some(trajectory), Some(whole)) => {
+                (whole.ocp, trajectory, Some(Reduced { ocp, trajectory: solution.trajectory }))
+            }
+            _ => (ocp, solution.trajectory, None),
+        };
         let summary = Summary {
             mission: self.name().into(),
-            method: self.values.word("method").into(),
-            status: status_word(&solution).into(),
+            method: self.method().into(),
+            status,
             objective,
-            results: self.results(&solution.trajectory),
+            results: self.results(&trajectory),
             counters: solution.counters,
             timing_ms,
             certificate,
@@ -115,15 +188,23 @@ impl Mission {
         };
         Outcome {
             headline: self.kind.headline,
-            curves: (self.kind.curves)(&self.values, &solution.trajectory),
+            curves: (self.kind.curves)(&self.values, &trajectory),
             ocp,
-            trajectory: solution.trajectory,
-            report: Some(solution.report),
+            trajectory,
+            reduced,
+            status: solution.status,
+            report: solution.report,
             summary,
             mission_file: self.to_file(),
             explanation,
         }
     }
+}
+
+/// The certificate of a whole flight, and its trajectory where that is not the solution itself.
+struct Flight {
+    certificate: Certificate,
+    expanded: Option<Trajectory>,
 }
 
 fn milliseconds(begin: Instant) -> f64 {
@@ -132,17 +213,17 @@ fn milliseconds(begin: Instant) -> f64 {
 
 /// The word for scripts.
 fn status_word(solution: &Solution) -> &'static str {
-    match solution.status {
-        Status::Optimal if solution.accurate => "optimal",
-        Status::Acceptable if solution.accurate => "acceptable",
-        Status::Optimal | Status::Acceptable => "mesh-limit",
-        Status::Infeasible => "infeasible",
-        Status::Diverging => "diverging",
-        Status::IterationLimit => "iteration-limit",
-        Status::TimeLimit => "time-limit",
-        Status::Interrupted => "interrupted",
-        Status::RestorationFailed => "restoration-failed",
-        Status::EvaluationFailed(_) => "evaluation-failed",
+    match (solution.status, &solution.shortfall) {
+        (Status::Optimal | Status::Acceptable, Some(shortfall)) => shortfall.status,
+        (Status::Optimal, None) => "optimal",
+        (Status::Acceptable, None) => "acceptable",
+        (Status::Infeasible, _) => "infeasible",
+        (Status::Diverging, _) => "diverging",
+        (Status::IterationLimit, _) => "iteration-limit",
+        (Status::TimeLimit, _) => "time-limit",
+        (Status::Interrupted, _) => "interrupted",
+        (Status::RestorationFailed, _) => "restoration-failed",
+        (Status::EvaluationFailed(_), _) => "evaluation-failed",
         _ => "not-converged",
     }
 }
@@ -150,8 +231,7 @@ fn status_word(solution: &Solution) -> &'static str {
 /// What is missing, in the user's units.
 fn explain(solution: &Solution, conflict: Option<&Explanation>) -> Option<String> {
     if solution.status.is_success() {
-        let Solution { accurate, error, remedy, .. } = solution;
-        return (!accurate).then(|| format!("the error between the points is {error:.1e}, {remedy}"));
+        return solution.shortfall.as_ref().map(|s| s.text.clone());
     }
     let mut text = format!("{}", solution.status);
     match (conflict.filter(|c| c.status.is_success()), &solution.unmet) {

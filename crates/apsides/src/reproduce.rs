@@ -282,7 +282,7 @@ impl Work<'_> {
         let Some(flatness) = self.solve(&refined, None)? else { return Ok(None) };
         let own = self.mission(printed, self.printed.own_method)?;
         let Some(own) = self.own(&own, &radau)? else { return Ok(None) };
-        let converged = |o: &Outcome| o.report.as_ref().is_some_and(|r| r.status.is_success());
+        let converged = |o: &Outcome| o.status.is_success();
         let result = |o: &Outcome, key: &str| o.summary.results.get(key).copied().filter(|_| converged(o));
         let mut quantities: Vec<Comparison> = (self.printed.keys.iter().zip(printed.values))
             .map(|(&key, &paper)| Comparison {
@@ -341,7 +341,7 @@ impl Work<'_> {
 
     fn solve(&mut self, mission: &Mission, start: Option<&Trajectory>) -> Result<Option<Outcome>, Error> {
         let outcome = mission.solve(start, self.observer)?;
-        let stopped = outcome.report.as_ref().is_some_and(|r| r.status == Status::Interrupted);
+        let stopped = outcome.status == Status::Interrupted;
         Ok((!stopped).then_some(outcome))
     }
 
@@ -364,8 +364,5 @@ impl Work<'_> {
 
 /// Least objective of what converged; a solution that did not converge comes last.
 fn rank(outcome: &Outcome) -> f64 {
-    match &outcome.report {
-        Some(report) if report.status.is_success() => outcome.trajectory.objective,
-        _ => f64::INFINITY,
-    }
+    if outcome.status.is_success() { outcome.trajectory.objective } else { f64::INFINITY }
 }

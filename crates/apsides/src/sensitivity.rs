@@ -16,7 +16,7 @@ use serde::{Deserialize, Serialize};
 
 use crate::key::{Key, KeyKind, Value, unit_of};
 use crate::mission_file::suggestion;
-use crate::{Error, Mission, Outcome, method};
+use crate::{Error, Mission, Outcome, Posed, method};
 
 /// Half the width of a difference relative to the value, near the cube root of the rounding error.
 const RELATIVE_STEP: f64 = 1e-5;
@@ -38,11 +38,15 @@ pub struct Price {
 }
 
 impl Mission {
-    /// The keys with a price: the numbers of vehicle and flight, but not a limit that is infinite.
+    /// The keys with a price: the numbers of vehicle and flight, but not a limit that is infinite, nor a zero that leaves something
+    /// out of the problem.
     pub fn priced_keys(&self) -> impl Iterator<Item = &'static Key> + use<'_> {
-        let numbers =
-            |k: &&Key| matches!(k.kind, KeyKind::Number(..)) && self.values.number(k.path).is_finite();
-        self.kind.flight_keys.iter().copied().flatten().filter(numbers)
+        let has_price = |k: &&Key| {
+            let value = self.values.number(k.path);
+            let is_there = value != 0.0 || !self.kind.nothing_at_zero.contains(&k.path);
+            k.is_number() && value.is_finite() && is_there
+        };
+        self.kind.flight_keys.iter().copied().flatten().filter(has_price)
     }
 
     /// Derivatives of the objective and of the results of this mission's solution with respect to `keys`, in their
@@ -67,7 +71,7 @@ impl Mission {
     /// # Errors
     /// When its method gives none.
     pub fn check_prices(&self) -> Result<(), Error> {
-        match self.values.word("method") {
+        match self.method() {
             method::RADAU => Ok(()),
             other => Err(conflict(format!(
                 "prices come from a solution by collocation: set `method` = \"{}\" instead of \"{other}\"",
@@ -80,20 +84,18 @@ impl Mission {
         let keys: Vec<_> = self.priced_keys().collect();
         keys.iter().copied().find(|k| k.path == path).ok_or_else(|| Error::UnknownKey {
             place: PLACE.into(),
-            mission: self.name().into(),
+            owner: format!("mission `{}`", self.name()),
             key: path.into(),
             suggestion: suggestion(path, &keys),
         })
     }
 
     /// The mission with another value of a number, if it can be posed.
-    fn with(&self, key: &'static Key, value: f64) -> Result<(Self, Ocp), Error> {
-        let mut changed = self.clone();
-        let number = Value::Number(value);
-        key.accept(&number, PLACE)?;
-        changed.values.0.insert(key.path, number);
-        let ocp = changed.pose()?.ocp;
-        Ok((changed, ocp))
+    fn with(&self, key: &'static Key, value: f64) -> Result<(Self, Posed), Error> {
+        key.accept(&Value::Number(value), PLACE)?;
+        let changed = Self { values: self.values.with_number(key.path, value), ..self.clone() };
+        let posed = changed.pose()?;
+        Ok((changed, posed))
     }
 }
 
@@ -121,10 +123,9 @@ struct Solution<'a> {
 
 impl<'a> Solution<'a> {
     fn new(mission: &'a Mission, outcome: &'a Outcome, report: &'a SolveReport) -> Result<Self, Error> {
-        let trajectory = &outcome.trajectory;
+        let (ocp, trajectory) = outcome.solved();
         let mesh = Mesh { phases: trajectory.phases.iter().map(|p| p.mesh.clone()).collect() };
         let guess = Guess::earlier(trajectory);
-        let ocp = &outcome.ocp;
         let mut transcription = Transcription::new(ocp, &mesh, &guess)?;
         let solver = InteriorPoint::new(mission.radau().settings.nlp);
         let sensitivity = match solver.sensitivity(&mut transcription, report) {
@@ -143,7 +144,7 @@ impl<'a> Solution<'a> {
         };
         let size = value.abs().max(default);
         let step = RELATIVE_STEP * if size > 0.0 { size } else { 1.0 };
-        let side = |value| self.mission.with(key, value).map(|(mission, ocp)| (mission, ocp, value));
+        let side = |value| self.mission.with(key, value).map(|(mission, posed)| (mission, posed, value));
         let middle = || side(value);
         let (below, above) = match (side(value - step), side(value + step)) {
             (Ok(below), Ok(above)) => (below, above),
@@ -152,7 +153,7 @@ impl<'a> Solution<'a> {
             (Err(refused), Err(_)) => return Err(refused),
         };
         let width = above.2 - below.2;
-        let transcribe = |ocp| Transcription::new(ocp, &self.mesh, &self.guess);
+        let transcribe = |posed: &Posed| Transcription::new(&posed.ocp, &self.mesh, &self.guess);
         let (mut a, mut b) = (transcribe(&below.1)?, transcribe(&above.1)?);
         let perturbation = Perturbation::between(&mut a, &mut b, self.report, width).map_err(method)?;
         let objective = perturbation.objective_derivative(self.report).map_err(method)?;
@@ -166,8 +167,10 @@ impl<'a> Solution<'a> {
         };
         let mut results = BTreeMap::new();
         if let Some(derivative) = derivative {
-            let low = below.0.results(&self.moved(&derivative, below.2 - value)?);
-            let high = above.0.results(&self.moved(&derivative, above.2 - value)?);
+            let moved = |(mission, posed, at): &(Mission, Posed, f64)| -> Result<_, Error> {
+                Ok(mission.results(&posed.expand(&self.moved(&derivative, at - value)?)?))
+            };
+            let (low, high) = (moved(&below)?, moved(&above)?);
             results = low
                 .into_iter()
                 .filter_map(|(name, low)| high.get(&name).map(|high| (name, (high - low) / width)))

@@ -94,7 +94,7 @@ pub fn sweep(
         }
         let go_on = report(case, &outcome);
         if outcome.explanation.is_none() {
-            neighbour = Some(outcome.trajectory);
+            neighbour = Some(outcome.solved().1.clone());
         }
         if !go_on {
             break;

@@ -189,6 +189,8 @@ pub(crate) fn outcome() -> Outcome {
         curves: Vec::new(),
         ocp: ocp(),
         trajectory: trajectory(),
+        reduced: None,
+        status: apsides_nlp::Status::Optimal,
         report: None,
         summary: Summary {
             mission: "lunar landing <test> & more".into(),

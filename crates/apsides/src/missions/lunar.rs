@@ -28,28 +28,37 @@ pub(super) const DIRECT: Kind = Kind {
     name: "lunar-direct",
     title: "Soft landing from a circular lunar orbit: full thrust in minimum time, or throttled with least propellant",
     flight_keys: &[keys::COMMON, keys::THROTTLE_IN_ORBIT, keys::TOUCHDOWN, keys::PITCH_RATE],
+    nothing_at_zero: &[],
     check: |v| Start::direct(v).and(Steering::of(v)).map(|_| ()),
     pose: direct,
     results: results::results,
     headline: HEADLINE,
     curves: results::curves,
+    approach: |_| Vec::new(),
+    checks: |_, _| Vec::new(),
+    missing: |_, _| None,
 };
 
 pub(super) const PERILUNE: Kind = Kind {
     name: "lunar-perilune",
     title: "Soft landing from the perilune of a Hohmann transfer: full thrust in minimum time, or throttled with least propellant",
     flight_keys: &[keys::COMMON, keys::PERILUNE, keys::THROTTLE, keys::TOUCHDOWN, keys::PITCH_RATE],
+    nothing_at_zero: &[],
     check: |v| Start::perilune(v).and(Steering::of(v)).map(|_| ()),
     pose: perilune,
     results: results::results,
     headline: HEADLINE,
     curves: results::curves,
+    approach: |_| Vec::new(),
+    checks: |_, _| Vec::new(),
+    missing: |_, _| None,
 };
 
 pub(super) const TWO_PHASE: Kind = Kind {
     name: "lunar-two-phase",
     title: "Horizontal braking from perilune to a gate, then vertical descent: full thrust in minimum time, or throttled with least propellant",
     flight_keys: &[keys::COMMON, keys::PERILUNE, keys::GATE, keys::THROTTLE, keys::PITCH_RATE],
+    nothing_at_zero: &[],
     check: |v| gate(v).and(Steering::of(v)).map(|_| ()),
     pose: two_phase,
     results: results::results,
@@ -61,17 +70,24 @@ pub(super) const TWO_PHASE: Kind = Kind {
         "final_mass_kg",
     ],
     curves: results::curves,
+    approach: |_| Vec::new(),
+    checks: |_, _| Vec::new(),
+    missing: |_, _| None,
 };
 
 pub(super) const TRANSFER: Kind = Kind {
     name: "lunar-transfer",
     title: "The whole way from a circular lunar orbit to the surface: deorbit burn, coast and braking with least propellant",
     flight_keys: &[keys::COMMON, keys::FLOOR, keys::TOUCHDOWN, keys::PITCH_RATE],
+    nothing_at_zero: &[],
     check: |v| transfer_legs(v).and(Steering::of(v)).map(|_| ()),
     pose: transfer,
     results: results::results,
     headline: &["final_mass_kg", "deorbit_time_s", "coast_time_s", "braking_time_s", "perilune_altitude_km"],
     curves: results::curves,
+    approach: |_| Vec::new(),
+    checks: |_, _| Vec::new(),
+    missing: |_, _| None,
 };
 
 const HEADLINE: &[&str] = &["flight_time_s", "final_mass_kg", "final_thrust_angle_deg"];
@@ -121,7 +137,8 @@ fn single(start: &Start, steering: &Steering) -> Result<Posed, Error> {
     let ocp = objective(chain("lunar landing", phases), &last, steering, start).build()?;
     let (guesses, _) = landing_guess(start, steering, start.touchdown(), start.touchdown_speed)?;
     let flat_systems = steering.is_flat().then(|| vec![FlatSystem::new(start.flat())]);
-    Ok(Posed { guess: Guess::from_phases(&ocp, guesses), ocp, flat_systems })
+    let guess = Guess::from_phases(&ocp, guesses);
+    Ok(Posed { flat_systems, ..Posed::new(ocp, guess) })
 }
 
 /// Guesses of the phases of a landing with a guessed radial speed at the target, and time and mass there.
@@ -184,7 +201,8 @@ fn two_phase(v: &Values) -> Result<Posed, Error> {
     let flat = start.flat();
     let flat_systems =
         steering.is_flat().then(|| vec![FlatSystem::new(flat), FlatSystem::new(FlatVerticalThrust(flat))]);
-    Ok(Posed { guess: Guess::from_phases(&ocp, guesses), ocp, flat_systems })
+    let guess = Guess::from_phases(&ocp, guesses);
+    Ok(Posed { flat_systems, ..Posed::new(ocp, guess) })
 }
 
 /// Parking orbit, Hohmann transfer to the floor, ignition there.
@@ -224,5 +242,6 @@ fn transfer(v: &Values) -> Result<Posed, Error> {
     for samples in &braking {
         guesses.push(guess::powered(samples, &steering)?);
     }
-    Ok(Posed { guess: Guess::from_phases(&ocp, guesses), ocp, flat_systems: None })
+    let guess = Guess::from_phases(&ocp, guesses);
+    Ok(Posed::new(ocp, guess))
 }

@@ -1,23 +1,67 @@
 //! The missions that come with the program.
 
 use std::collections::BTreeMap;
+use std::sync::Arc;
 
 use apsides_flatness::FlatSystem;
 use apsides_ocp::{Guess, Ocp, Trajectory};
+use apsides_radau::Explanation;
+use apsides_verify::Check;
 
 use crate::key::{Key, Values};
 use crate::{Curve, Error, method};
 
+mod geo;
 pub(crate) mod lunar;
 
 /// A problem with a start.
 pub struct Posed {
-    /// The problem.
+    /// The problem that a method solves.
     pub ocp: Ocp,
     /// Where a method starts.
     pub guess: Guess,
+    /// Costates (of the minimised objective) at start and end of each phase of the guess, if they are known.
+    pub costates: Option<Vec<[Vec<f64>; 2]>>,
     /// The flat description of each phase, if all have one.
     pub flat_systems: Option<Vec<FlatSystem>>,
+    /// The whole flight, where the problem is a reduction of it.
+    pub expansion: Option<Expansion>,
+}
+
+impl Posed {
+    /// A problem that is the whole flight, with a start.
+    #[must_use]
+    pub fn new(ocp: Ocp, guess: Guess) -> Self {
+        Self { ocp, guess, costates: None, flat_systems: None, expansion: None }
+    }
+
+    /// The whole flight as a problem.
+    #[must_use]
+    pub fn flight(&self) -> &Ocp {
+        self.expansion.as_ref().map_or(&self.ocp, |e| &e.ocp)
+    }
+
+    /// The whole flight of a solution.
+    ///
+    /// # Errors
+    /// When the trajectory cannot be continued between its phases, for instance one of a solve that failed.
+    pub fn expand(&self, solution: &Trajectory) -> Result<Trajectory, Error> {
+        match &self.expansion {
+            Some(expansion) => (expansion.expand)(&expansion.ocp, solution),
+            None => Ok(solution.clone()),
+        }
+    }
+}
+
+/// The trajectory of a whole flight from the solution of its reduction.
+pub(crate) type Expand = dyn Fn(&Ocp, &Trajectory) -> Result<Trajectory, Error> + Send + Sync;
+
+/// A whole flight whose optimum follows from that of a smaller problem.
+#[derive(Clone)]
+pub struct Expansion {
+    /// The whole flight as a problem.
+    pub ocp: Ocp,
+    pub(crate) expand: Arc<Expand>,
 }
 
 /// A kind of mission: its keys, how they make a problem, and what its results are.
@@ -26,15 +70,23 @@ pub(crate) struct Kind {
     pub(crate) title: &'static str,
     /// Keys of the vehicle and the flight.
     pub(crate) flight_keys: &'static [&'static [Key]],
+    /// Numbers that change the problem where they leave zero, so that they have no price there.
+    pub(crate) nothing_at_zero: &'static [&'static str],
     /// Values that do not go together, in words.
     pub(crate) check: fn(&Values) -> Result<(), String>,
     pub(crate) pose: fn(&Values) -> Result<Posed, Error>,
+    /// Easier cases with the same phases that lead to this one, each the start of the next.
+    pub(crate) approach: fn(&Values) -> Vec<Values>,
     /// Scalars for the summary; the unit ends the key.
     pub(crate) results: fn(&Values, &Trajectory) -> BTreeMap<String, f64>,
     /// Results that name a case in a table.
     pub(crate) headline: &'static [&'static str],
     /// Figures besides the standard ones.
     pub(crate) curves: fn(&Values, &Trajectory) -> Vec<Curve>,
+    /// Checks of the certificate besides those that every problem has.
+    pub(crate) checks: fn(&Values, &Trajectory) -> Vec<Check>,
+    /// A sentence on what is missing, besides the requirements that conflict.
+    pub(crate) missing: fn(&Values, &Explanation) -> Option<String>,
 }
 
 impl std::fmt::Debug for Kind {
@@ -51,11 +103,11 @@ impl PartialEq for Kind {
 
 impl Kind {
     pub(crate) fn keys(&self) -> impl Iterator<Item = &'static Key> + use<> {
-        self.flight_keys.iter().copied().flatten().chain(method::KEYS)
+        self.flight_keys.iter().copied().flatten().chain(method::keys())
     }
 }
 
-const KINDS: &[Kind] = &[lunar::DIRECT, lunar::PERILUNE, lunar::TWO_PHASE, lunar::TRANSFER];
+const KINDS: &[Kind] = &[lunar::DIRECT, lunar::PERILUNE, lunar::TWO_PHASE, lunar::TRANSFER, geo::INJECTION];
 
 /// Files by their names; one that is not named like its kind says what is special about it.
 const FILES: &[(&str, &str)] = &[
@@ -66,6 +118,14 @@ const FILES: &[(&str, &str)] = &[
     ("lunar-coast", include_str!("../../missions/lunar-coast.toml")),
     ("lunar-throttled", include_str!("../../missions/lunar-throttled.toml")),
     ("lunar-vertical", include_str!("../../missions/lunar-vertical.toml")),
+    ("geo-1-burn", include_str!("../../missions/geo-1-burn.toml")),
+    ("geo-2-burn", include_str!("../../missions/geo-2-burn.toml")),
+    ("geo-3-burn", include_str!("../../missions/geo-3-burn.toml")),
+    ("geo-4-burn", include_str!("../../missions/geo-4-burn.toml")),
+    ("geo-5-burn", include_str!("../../missions/geo-5-burn.toml")),
+    ("geo-6-burn", include_str!("../../missions/geo-6-burn.toml")),
+    ("geo-7-burn", include_str!("../../missions/geo-7-burn.toml")),
+    ("geo-8-burn", include_str!("../../missions/geo-8-burn.toml")),
 ];
 
 pub(crate) fn kind(name: &str) -> Option<&'static Kind> {

@@ -8,7 +8,7 @@ use apsides_dynamics::planar::{
     Coasting, ConstantThrust, HORIZONTAL_SPEED, MASS, PITCH_RATE, POLAR_ANGLE, PitchRate, PlanarFlight,
     RADIAL_SPEED, RADIUS, THROTTLE, THRUST_ANGLE, ThrottledThrust, ThrottledVerticalThrust, VerticalThrust,
 };
-use apsides_ocp::{Bounds, Phase, State, Variable};
+use apsides_ocp::{Bounds, Direction, Phase, State, Variable};
 
 use super::keys;
 use super::vehicle::Start;
@@ -169,7 +169,8 @@ impl Start {
         if steering.throttles() {
             controls.push(control(THROTTLE).within(0.0, 1.0));
         }
-        steering.model(name, self.flight).states(states).controls(controls)
+        let phase = steering.model(name, self.flight).states(states).controls(controls);
+        if steering.pitches() { phase } else { phase.direction(Direction::InPlane { angle: 0 }) }
     }
 
     /// Above the end of any flight of less than a revolution, s.

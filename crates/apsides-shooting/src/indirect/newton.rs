@@ -1,0 +1,236 @@
+//! Damped Newton iteration with the natural monotonicity test.
+//!
+//! P. Deuflhard, Newton Methods for Nonlinear Problems, Springer 2004, section 3.3.2: a step is accepted when the correction that the
+//! old Jacobian gives at the new point is smaller than the step, or when the residual falls.
+
+use apsides_nlp::{Flow as Proceed, IterationRecord, Observer, Status};
+use nalgebra::{DMatrix, DVector, Dyn, LU};
+
+use super::conditions::{Conditions, FailedSegment};
+use super::settings::IndirectSettings;
+
+/// Shortest damped step.
+const SHORTEST: f64 = 1e-5;
+/// Correction, in units of the tolerance, that counts as converged when rounding stops it from falling.
+const ROUNDING: f64 = 1e3;
+
+/// Changes of the bounds that hold end quantities before the solve is given up.
+const MAX_CHANGES: usize = 20;
+/// Shortest step of the continuation to a bound that is exceeded, and the iterations up to which the next one is twice as long.
+const SHORTEST_TIGHTENING: f64 = 0.02;
+const EASY: usize = 4;
+
+/// How an iteration ended.
+pub(super) struct Ended {
+    pub(super) status: Status,
+    pub(super) iterations: usize,
+    pub(super) flights: usize,
+    pub(super) residual: f64,
+    pub(super) correction: f64,
+    pub(super) failure: Option<FailedSegment>,
+}
+
+fn largest(v: &DVector<f64>) -> f64 {
+    v.iter().fold(0.0_f64, |m, x| if x.is_nan() { f64::NAN } else { m.max(x.abs()) })
+}
+
+/// Solves from `z`, which is replaced by the best point: Newton iterations with given active bounds, until these are the right ones.
+pub(super) fn solve(
+    equations: &mut Conditions,
+    z: &mut Vec<f64>,
+    settings: &IndirectSettings,
+    observer: &mut dyn Observer,
+) -> Ended {
+    let mut ended = Ended {
+        status: Status::IterationLimit,
+        iterations: 0,
+        flights: 1,
+        residual: f64::INFINITY,
+        correction: f64::INFINITY,
+        failure: None,
+    };
+    if let Err(failure) = equations.fly(z, true) {
+        ended.failure = Some(failure);
+        ended.status = Status::EvaluationFailed(apsides_nlp::Evaluation::Constraints);
+        return ended;
+    }
+    equations.choose_at_start(z);
+    iterate(equations, z, settings, &mut ended, observer);
+    for _ in 0..MAX_CHANGES {
+        if !ended.status.is_success() || !equations.choose_at_solution(z) {
+            return ended;
+        }
+        tighten(equations, z, settings, &mut ended, observer);
+    }
+    ended.status = Status::IterationLimit;
+    ended
+}
+
+/// From a solution that exceeds a bound to one that keeps it: at once, else by continuation in how far it may be exceeded.
+fn tighten(
+    equations: &mut Conditions,
+    z: &mut Vec<f64>,
+    settings: &IndirectSettings,
+    ended: &mut Ended,
+    observer: &mut dyn Observer,
+) {
+    let (mut done, mut step) = (0.0, 1.0_f64);
+    while done < 1.0 {
+        let next = (done + step).min(1.0);
+        let (from, before) = (z.clone(), ended.iterations);
+        equations.allowance = 1.0 - next;
+        ended.status = Status::IterationLimit;
+        if equations.fly(z, true).is_ok() {
+            iterate(equations, z, settings, ended, observer);
+        }
+        if ended.status.is_success() {
+            done = next;
+            step *= if ended.iterations - before <= EASY { 2.0 } else { 1.0 };
+        } else {
+            *z = from;
+            step *= 0.5;
+            if step < SHORTEST_TIGHTENING || ended.status == Status::Interrupted {
+                return;
+            }
+        }
+    }
+}
+
+/// Newton iterations from a point that has been flown.
+fn iterate(
+    equations: &mut Conditions,
+    z: &mut Vec<f64>,
+    settings: &IndirectSettings,
+    ended: &mut Ended,
+    observer: &mut dyn Observer,
+) {
+    let n = equations.layout.unknowns;
+    let mut residual = DVector::zeros(n);
+    let mut matrix = DMatrix::zeros(n, n);
+    equations.residual(z, &mut residual);
+    let last = ended.iterations + settings.max_iterations;
+    let mut record = Record { step: 0.0, length: 0.0, trials: 0 };
+    loop {
+        ended.residual = largest(&residual);
+        if record.emit(equations, z, ended, observer) == Proceed::Stop {
+            ended.status = Status::Interrupted;
+            return;
+        }
+        if ended.iterations >= last {
+            ended.status = Status::IterationLimit;
+            return;
+        }
+        equations.jacobian(&mut matrix);
+        let lu = LU::new(matrix.clone());
+        let Some(step) = correction(&lu, &residual) else {
+            ended.status = Status::StepTooSmall;
+            return;
+        };
+        let size = largest(&step);
+        ended.iterations += 1;
+        let mut length = longest(equations, z, &step, settings);
+        record.trials = 0;
+        let mut accepted = false;
+        while length >= SHORTEST {
+            record.trials += 1;
+            let trial = moved(equations, z, &step, length);
+            ended.flights += 1;
+            if let Err(failure) = equations.fly(&trial, true) {
+                ended.failure = Some(failure);
+                length *= 0.5;
+                continue;
+            }
+            let mut next = DVector::zeros(n);
+            equations.residual(&trial, &mut next);
+            let Some(next_step) = correction(&lu, &next) else {
+                length *= 0.5;
+                continue;
+            };
+            let left = largest(&next_step);
+            ended.correction = left;
+            if length == 1.0 && left <= settings.tolerance {
+                *z = moved(equations, &trial, &next_step, 1.0);
+                ended.residual = largest(&next);
+                ended.status = Status::Optimal;
+                ended.failure = None;
+                record = Record { step: size, length, ..record };
+                record.emit(equations, z, ended, observer);
+                return;
+            }
+            let falls = left <= (1.0 - 0.5 * length) * size
+                || largest(&next) <= (1.0 - 0.25 * length) * ended.residual;
+            if falls && left.is_finite() {
+                *z = trial;
+                residual = next;
+                accepted = true;
+                ended.failure = None;
+                break;
+            }
+            length *= 0.5;
+        }
+        record = Record { step: size, length, ..record };
+        if !accepted {
+            let converged = size <= ROUNDING * settings.tolerance;
+            ended.status = if converged { Status::Acceptable } else { Status::StepTooSmall };
+            // The trials have moved what the equations hold.
+            let _ = equations.fly(z, true);
+            return;
+        }
+    }
+}
+
+fn correction(lu: &LU<f64, Dyn, Dyn>, residual: &DVector<f64>) -> Option<DVector<f64>> {
+    let step = lu.solve(&-residual)?;
+    step.iter().all(|d| d.is_finite()).then_some(step)
+}
+
+/// `z + length step`, the step being in units of the unknowns.
+fn moved(equations: &Conditions, z: &[f64], step: &DVector<f64>, length: f64) -> Vec<f64> {
+    z.iter().zip(step.iter()).zip(&equations.layout.scales).map(|((z, d), s)| z + length * d * s).collect()
+}
+
+/// The longest part of a step, at most one, within the limits: of each unknown in units of its size, and of durations.
+fn longest(equations: &Conditions, z: &[f64], step: &DVector<f64>, settings: &IndirectSettings) -> f64 {
+    let mut length = (settings.step_limit / largest(step)).min(1.0);
+    for p in &equations.layout.phases {
+        let (a, b) = (p.initial_time, p.final_time);
+        let scales = &equations.layout.scales;
+        let change = step[b] * scales[b] - step[a] * scales[a];
+        let duration = z[b] - z[a];
+        if change < 0.0 {
+            length = length.min(settings.duration_limit * duration / -change);
+        }
+    }
+    length
+}
+
+struct Record {
+    step: f64,
+    length: f64,
+    trials: usize,
+}
+
+impl Record {
+    fn emit(
+        &self,
+        equations: &mut Conditions,
+        z: &[f64],
+        ended: &Ended,
+        observer: &mut dyn Observer,
+    ) -> Proceed {
+        observer.iteration(&IterationRecord {
+            iteration: ended.iterations,
+            restoration: false,
+            objective: equations.ends.cost(z),
+            primal_infeasibility: ended.residual,
+            dual_infeasibility: if ended.correction.is_finite() { ended.correction } else { 0.0 },
+            barrier: 0.0,
+            step_norm: self.step,
+            regularisation: 0.0,
+            dual_step: self.length,
+            primal_step: self.length,
+            line_search_trials: self.trials,
+            step_kind: '-',
+        })
+    }
+}

@@ -1,0 +1,81 @@
+//! Keys of the injection into geostationary orbit.
+
+use crate::key::{Key, Range};
+use crate::vehicle;
+
+pub(super) const VEHICLE: &[Key] = &[
+    Key::text(
+        vehicle::KEY,
+        "breeze-m",
+        "the name of a vehicle of the program, or a path that ends with .toml",
+        "upper stage; its file has the next four keys",
+    ),
+    Key::of_vehicle("initial_mass_kg", Range::POSITIVE, "mass in the parking orbit"),
+    Key::of_vehicle("propellant_kg", Range::POSITIVE, "propellant in the parking orbit"),
+    Key::of_vehicle("thrust_n", Range::POSITIVE, "thrust, full on every burn"),
+    Key::of_vehicle("mass_flow_kg_s", Range::POSITIVE, "mass flow at full thrust"),
+];
+
+pub(super) const BURNS: &str = "burns";
+pub(super) const PATTERN: &str = "pattern";
+pub(super) const MAX_FLIGHT_TIME: &str = "max_flight_time_h";
+pub(super) const STEERING: &str = "steering";
+pub(super) const OPTIMAL: &str = "optimal";
+pub(super) const VELOCITY: &str = "velocity";
+pub(super) const INERTIAL: &str = "inertial-fixed";
+
+pub(super) const FLIGHT: &[Key] = &[
+    Key::count(BURNS, 3, 1, 8, "burns, all free in time and joined by coasts of free length"),
+    Key::text(
+        PATTERN,
+        "",
+        "letters P and A, one per burn: P.., then A.., then P.. for retro burns; or empty",
+        "where each burn is: at perigee or apogee; empty: all at perigee but the last",
+    ),
+    Key::choice(
+        STEERING,
+        &[OPTIMAL, VELOCITY, INERTIAL],
+        "direction of the thrust: free, along the velocity, or for each burn one that is fixed in inertial space",
+    ),
+    Key::number(
+        "inclination_deg",
+        0.0,
+        Range { least: (0.0, true), most: (180.0, false) },
+        "of the parking orbit to the equator; 0: flight in the equatorial plane",
+    ),
+    Key::number("parking_altitude_km", 200.0, Range::POSITIVE, "altitude of the circular parking orbit"),
+    Key::number(
+        "target_radius_km",
+        42_164.0,
+        Range::POSITIVE,
+        "semi-major axis of the target orbit, equatorial",
+    ),
+    Key::number(
+        "target_eccentricity",
+        0.0,
+        Range { least: (0.0, true), most: (1.0, false) },
+        "of the target orbit; the direction of its perigee is free",
+    ),
+    Key::number(
+        "max_burn_s",
+        f64::INFINITY,
+        Range::POSITIVE_OR_UNLIMITED,
+        "longest time of each burn; inf: not limited",
+    ),
+    Key::count("max_restarts", 10, 0, 100, "restarts that the engine allows, one less than burns"),
+    Key::number(
+        MAX_FLIGHT_TIME,
+        f64::INFINITY,
+        Range::POSITIVE_OR_UNLIMITED,
+        "longest time from first ignition to last cut-off; inf: not limited",
+    ),
+    Key::number(
+        "apogee_cap_km",
+        f64::INFINITY,
+        Range::POSITIVE_OR_UNLIMITED,
+        "largest apogee radius of the orbits between the burns; inf: not limited",
+    ),
+    Key::flag("j2", false, "oblateness of the Earth, J2 = 1.08262668e-3"),
+    Key::number("earth_radius_km", 6378.137, Range::POSITIVE, "equatorial radius of the Earth"),
+    Key::number("gravitational_parameter_km3_s2", 398_600.441_8, Range::POSITIVE, "of the Earth (WGS 84)"),
+];
