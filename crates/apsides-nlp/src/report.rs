@@ -3,6 +3,8 @@
 use std::fmt;
 use std::time::Duration;
 
+use crate::problem::Nlp;
+
 /// How a solve ended.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 #[non_exhaustive]
@@ -213,6 +215,33 @@ pub struct WarmStart {
     pub upper_multipliers: Vec<f64>,
     /// Barrier parameter to begin with; from the average complementarity if none.
     pub barrier: Option<f64>,
+}
+
+impl WarmStart {
+    /// A point with multipliers of the constraints; those of the bounds are what the gradient of the Lagrangian leaves there. None
+    /// where that or a multiplier is not finite.
+    pub fn from_multipliers<N: Nlp + ?Sized>(
+        nlp: &mut N,
+        x: Vec<f64>,
+        constraint_multipliers: Vec<f64>,
+    ) -> Option<Self> {
+        let mut slope = vec![0.0; x.len()];
+        nlp.gradient(&x, &mut slope);
+        let pattern = nlp.jacobian_pattern();
+        let mut entries = vec![0.0; pattern.len()];
+        nlp.jacobian(&x, &mut entries);
+        for ((&row, &col), v) in pattern.rows.iter().zip(&pattern.cols).zip(&entries) {
+            slope[col] += v * constraint_multipliers[row];
+        }
+        let finite = |v: &[f64]| v.iter().all(|v| v.is_finite());
+        (finite(&slope) && finite(&constraint_multipliers)).then(|| Self {
+            x,
+            constraint_multipliers,
+            lower_multipliers: slope.iter().map(|s| s.max(0.0)).collect(),
+            upper_multipliers: slope.iter().map(|s| (-s).max(0.0)).collect(),
+            barrier: None,
+        })
+    }
 }
 
 impl From<&SolveReport> for WarmStart {

@@ -42,8 +42,10 @@
 //! | [`variable`] | bounds, named quantities |
 //! | [`phase`] | one phase |
 //! | [`endpoint`] | boundary conditions, linkages |
+//! | [`endpoint_term`] | those, as a method sees them |
 //! | [`problem`] | the whole, its builder and checks |
 //! | [`scaling`] | typical sizes |
+//! | [`origin`] | where a row of a discretised problem comes from |
 //! | [`guess`], [`mesh`] | what a method starts from |
 //! | [`piecewise`], [`trajectory`] | what a method returns |
 //!
@@ -51,9 +53,11 @@
 //! 2010, doi 10.1137/1.9780898718577.
 
 pub mod endpoint;
+pub mod endpoint_term;
 pub mod error;
 pub mod guess;
 pub mod mesh;
+pub mod origin;
 pub mod phase;
 pub mod piecewise;
 pub mod problem;
@@ -62,9 +66,11 @@ pub mod trajectory;
 pub mod variable;
 
 pub use endpoint::{At, EndpointConstraint, EndpointInput};
+pub use endpoint_term::EndpointTerm;
 pub use error::OcpError;
 pub use guess::{Guess, PhaseGuess};
 pub use mesh::{Break, Course, Mesh, PhaseArc, PhaseMesh};
+pub use origin::{RowOrigin, Unmet};
 pub use phase::{Direction, Integral, PathConstraint, Phase};
 pub use piecewise::{PiecewisePolynomial, Segment};
 pub use problem::{Objective, Ocp, OcpBuilder, Sense, Term};

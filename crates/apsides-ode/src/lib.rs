@@ -31,12 +31,14 @@
 //! | [`Observer`], [`Step`], [`DenseSolution`] | what happens on the way, and dense output |
 //! | [`Event`], [`Direction`], [`Occurrence`], [`EventLog`] | events |
 //! | [`Variational`], [`StmPropagator`], [`propagate_with_stm`] | variational equations |
+//! | [`DiscreteFlow`], [`SmoothSystem`] | given steps as a function of state and inputs, with first and second derivatives |
 //!
 //! References: E. Hairer, S. P. Norsett, G. Wanner, *Solving Ordinary Differential Equations I*, 2nd ed., Springer 1993,
 //! doi:10.1007/978-3-540-78862-1; E. Hairer, G. Wanner, *II*, 1996, doi:10.1007/978-3-642-05221-7 (step control,
 //! stiffness test).
 
 mod dense;
+mod discrete;
 mod error;
 mod event;
 mod event_log;
@@ -52,6 +54,7 @@ mod tests;
 mod variational;
 
 pub use dense::DenseSolution;
+pub use discrete::{DiscreteFlow, SmoothSystem};
 pub use error::OdeError;
 pub use event::{Direction, Event};
 pub use event_log::{EventLog, EventRecord};

@@ -3,6 +3,7 @@
 pub(crate) mod dop853;
 mod dop853_tableau;
 pub(crate) mod dopri5;
+pub(crate) mod tableau;
 
 use crate::system::OdeSystem;
 

@@ -1,4 +1,5 @@
 mod accuracy;
+mod discrete;
 mod events;
 mod failures;
 mod variational;

@@ -3,7 +3,8 @@
 use std::ops::ControlFlow;
 
 use apsides_ode::{
-    Event, FnSystem, Integrator, Linearised, Method, OdeSettings, OdeSystem, Step, StmPropagator,
+    DiscreteFlow, Event, FnSystem, Integrator, Linearised, Method, OdeSettings, OdeSystem, SmoothSystem,
+    Step, StmPropagator,
 };
 
 struct Oscillator;
@@ -22,6 +23,80 @@ impl OdeSystem for Oscillator {
 impl Linearised for Oscillator {
     fn jacobian(&self, _t: f64, _x: &[f64], jac: &mut [f64]) {
         jac.copy_from_slice(&[0.0, 1.0, -1.0, 0.0]);
+    }
+}
+
+/// `x'' = -w x` with the stiffness as an input.
+impl SmoothSystem for Oscillator {
+    fn states(&self) -> usize {
+        2
+    }
+
+    fn inputs(&self) -> usize {
+        1
+    }
+
+    fn entries(&self) -> usize {
+        1
+    }
+
+    fn rate(&mut self, _s: f64, x: &[f64], w: &[f64], rate: &mut [f64]) {
+        rate.copy_from_slice(&[x[1], -w[0] * x[0]]);
+    }
+
+    fn tangent(
+        &mut self,
+        s: f64,
+        x: &[f64],
+        w: &[f64],
+        sensitivity: &[f64],
+        rate: &mut [f64],
+        tangent: &mut [f64],
+        entries: &mut [f64],
+    ) {
+        self.rate(s, x, w, rate);
+        entries[0] = x[0];
+        for c in 0..3 {
+            let direct = if c == 2 { -x[0] } else { 0.0 };
+            tangent[c] = sensitivity[3 + c];
+            tangent[3 + c] = direct - w[0] * sensitivity[c];
+        }
+    }
+
+    fn add_transposed(&mut self, w: &[f64], _entries: &[f64], weights: &[f64], out: &mut [f64]) {
+        out[0] -= w[0] * weights[1];
+        out[1] += weights[0];
+    }
+
+    fn add_hessian(
+        &mut self,
+        _s: f64,
+        _x: &[f64],
+        _w: &[f64],
+        sensitivity: &[f64],
+        _entries: &[f64],
+        weights: &[f64],
+        hessian: &mut [f64],
+    ) {
+        for (c, slope) in sensitivity[..3].iter().enumerate() {
+            hessian[6 + c] -= weights[1] * slope * if c == 2 { 2.0 } else { 1.0 };
+        }
+    }
+}
+
+#[test]
+fn given_steps_allocate_nothing() {
+    for method in [Method::Dop853, Method::Dopri5] {
+        let grid = (0..=10).map(f64::from).collect();
+        let mut flow = DiscreteFlow::new(method, &Oscillator, grid).unwrap();
+        let (mut hessian, seeds) = ([0.0; 9], [0.5; 22]);
+        let count = allocations(|| {
+            flow.run(&mut Oscillator, &[1.0, 0.0], &[0.7]).unwrap();
+            flow.differentiate(&mut Oscillator, &[1.0, 0.0], &[0.7]).unwrap();
+            flow.add_hessian(&mut Oscillator, &[0.7], &seeds, &mut hessian).unwrap();
+        });
+        assert_eq!(count, 0, "{method:?}");
+        assert!(hessian[8] != 0.0);
     }
 }
 

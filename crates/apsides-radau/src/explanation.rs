@@ -6,13 +6,13 @@
 use std::fmt;
 
 use apsides_nlp::{Nlp, NlpError, Requirement as NlpRequirement, Side, Status, relax};
-use apsides_ocp::{Guess, Mesh, Ocp, PhaseMesh, Scaling};
+use apsides_ocp::{Guess, Mesh, Ocp, PhaseMesh, Scaling, Unmet};
 
 use crate::RadauError;
 use crate::error_estimate::estimate;
 use crate::refinement::refine;
 use crate::relaxation::{Item, Requirement, items};
-use crate::solver::{Radau, RadauSettings, Unmet};
+use crate::solver::{Radau, RadauSettings};
 use crate::transcription::Transcription;
 
 /// A requirement that cannot be met together with the others.

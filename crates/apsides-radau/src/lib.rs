@@ -55,7 +55,6 @@
 
 mod activity;
 mod change;
-mod endpoint_term;
 pub mod error;
 mod error_estimate;
 pub mod explanation;
@@ -73,11 +72,11 @@ mod warm_start;
 mod workers;
 
 pub use apsides_nlp::Side;
+pub use apsides_ocp::{RowOrigin, Unmet};
 pub use error::RadauError;
 pub use explanation::{Conflict, Explanation, Remedy};
 pub use relaxation::{Requirement, RequirementKind};
-pub use row_origin::RowOrigin;
 pub use scales::ScaleWarning;
-pub use solver::{MeshRecord, Radau, RadauSettings, RadauSolution, Unmet};
+pub use solver::{MeshRecord, Radau, RadauSettings, RadauSolution};
 pub use switches::{Level, Switch};
 pub use transcription::Transcription;

@@ -2,20 +2,7 @@
 
 use crate::layout::PhaseLayout;
 use crate::transcription::Transcription;
-use apsides_ocp::Ocp;
-
-/// Where a constraint row of the discretised problem comes from.
-#[derive(Clone, Debug, PartialEq)]
-pub struct RowOrigin {
-    /// Phase, unless the row joins ends of phases.
-    pub phase: Option<String>,
-    /// Name of the constraint: `equation of motion of speed`, `heat rate`, `link braking-descent: radius`.
-    pub name: String,
-    /// Unit of the row.
-    pub unit: String,
-    /// Time of the row in the phase, where it has one.
-    pub time: Option<f64>,
-}
+use apsides_ocp::{Ocp, RowOrigin};
 
 impl Transcription {
     /// Where row `row` comes from; `x` gives the times.

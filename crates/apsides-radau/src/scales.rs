@@ -4,10 +4,9 @@
 use std::fmt;
 
 use apsides_nlp::{Nlp, Pattern, Scaling as NlpScaling};
-use apsides_ocp::{Ocp, Scaling};
+use apsides_ocp::{Ocp, RowOrigin, Scaling};
 
 use crate::layout::Layout;
-use crate::row_origin::RowOrigin;
 use crate::transcription::Transcription;
 
 /// Ratio of a scale to what it should be that calls for a warning: the tolerance of the solver is then off by as much.

@@ -6,12 +6,11 @@ use apsides_basis::MAX_POINTS;
 use apsides_nlp::{
     BarrierOracle, BarrierStrategy, InteriorPoint, NlpSettings, Observer, ScalingMethod, SolveReport, Status,
 };
-use apsides_ocp::{Guess, Mesh, Ocp, PhaseMesh, Scaling, Trajectory};
+use apsides_ocp::{Guess, Mesh, Ocp, PhaseMesh, Scaling, Trajectory, Unmet};
 
 use crate::RadauError;
 use crate::error_estimate::{Estimate, estimate};
 use crate::refinement::refine;
-use crate::row_origin::RowOrigin;
 use crate::scales::ScaleWarning;
 use crate::switches::{Structure, Switch};
 use crate::transcription::Transcription;
@@ -142,15 +141,6 @@ pub struct MeshRecord {
     pub time: Duration,
 }
 
-/// The constraint that is violated most, relative to its scale, when no feasible point was found.
-#[derive(Clone, Debug, PartialEq)]
-pub struct Unmet {
-    /// Which constraint, where.
-    pub origin: RowOrigin,
-    /// By how much it is violated, in its unit; negative below a lower bound.
-    pub amount: f64,
-}
-
 /// The result of a solve.
 #[derive(Clone, Debug)]
 pub struct RadauSolution {
@@ -180,20 +170,6 @@ struct Solved {
     accurate: bool,
     /// The next mesh without any breaks, should those of the next one lead nowhere.
     plain: Mesh,
-}
-
-impl std::fmt::Display for Unmet {
-    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        let RowOrigin { phase, name, unit, time } = &self.origin;
-        if let Some(p) = phase {
-            write!(f, "phase `{p}`, ")?;
-        }
-        write!(f, "constraint `{name}`")?;
-        if let Some(t) = time {
-            write!(f, ", t = {t:.3} s")?;
-        }
-        write!(f, ": violated by {:.6} {unit}", self.amount.abs())
-    }
 }
 
 impl Radau {

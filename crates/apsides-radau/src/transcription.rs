@@ -11,10 +11,9 @@
 use std::sync::Arc;
 
 use apsides_nlp::{Nlp, Pattern, Scaling as NlpScaling, Stages};
-use apsides_ocp::{Bounds, Course, Guess, Mesh, Ocp, Scaling, Sense};
+use apsides_ocp::{Bounds, Course, EndpointTerm, Guess, Mesh, Ocp, Scaling, Sense};
 
 use crate::RadauError;
-use crate::endpoint_term::EndpointTerm;
 use crate::layout::{Layout, PhaseLayout};
 use crate::node_term::{NodeTerm, Target};
 use crate::scales::nlp_scaling;
@@ -89,7 +88,7 @@ impl Transcription {
         let mut transcription = Self {
             sign,
             node_terms: node_terms(ocp, &layout, sign, movable),
-            endpoint_terms: endpoint_terms(ocp, &layout, sign),
+            endpoint_terms: EndpointTerm::all(ocp, &layout.endpoint_rows, |i| layout.endpoint_column(i)),
             linear_cost: (ocp.objective.linear.iter())
                 .map(|&(input, w)| (layout.endpoint_column(input), sign * w))
                 .collect(),
@@ -340,21 +339,6 @@ fn node_terms(ocp: &Ocp, layout: &Layout, sign: f64, movable: bool) -> Vec<NodeT
         }
     }
     terms
-}
-
-fn endpoint_terms(ocp: &Ocp, layout: &Layout, sign: f64) -> Vec<EndpointTerm> {
-    let columns = |inputs: &[apsides_ocp::EndpointInput]| {
-        inputs.iter().map(|&i| layout.endpoint_column(i)).collect::<Vec<_>>()
-    };
-    let constraints = ocp.constraints.iter().zip(&layout.endpoint_rows).map(|(c, &row)| {
-        EndpointTerm::new(std::sync::Arc::clone(&c.function), columns(&c.inputs), Some(row), 0.0)
-    });
-    let costs = ocp
-        .objective
-        .functions
-        .iter()
-        .map(|(inputs, f)| EndpointTerm::new(std::sync::Arc::clone(f), columns(inputs), None, sign));
-    constraints.chain(costs).collect()
 }
 
 fn constant_entries(layout: &Layout) -> Vec<((usize, usize), f64)> {

@@ -32,27 +32,7 @@ impl Transcription {
                 y[first..first + values.len()].copy_from_slice(values);
             }
         }
-        let slope = self.lagrangian_gradient(&x, &y);
-        let finite = |v: &[f64]| v.iter().all(|v| v.is_finite());
-        (finite(&slope) && finite(&y)).then(|| WarmStart {
-            x,
-            constraint_multipliers: y,
-            lower_multipliers: slope.iter().map(|s| s.max(0.0)).collect(),
-            upper_multipliers: slope.iter().map(|s| (-s).max(0.0)).collect(),
-            barrier: None,
-        })
-    }
-
-    fn lagrangian_gradient(&mut self, x: &[f64], y: &[f64]) -> Vec<f64> {
-        let mut slope = vec![0.0; x.len()];
-        self.gradient(x, &mut slope);
-        let pattern = self.jacobian_pattern();
-        let mut entries = vec![0.0; pattern.len()];
-        self.jacobian(x, &mut entries);
-        for ((&r, &c), v) in pattern.rows.iter().zip(&pattern.cols).zip(&entries) {
-            slope[c] += v * y[r];
-        }
-        slope
+        WarmStart::from_multipliers(self, x, y)
     }
 }
 

@@ -1,5 +1,7 @@
 //! What is refused.
 
+use apsides_basis::BasisError;
+use apsides_nlp::NlpError;
 use apsides_ocp::OcpError;
 use apsides_ode::OdeError;
 
@@ -47,7 +49,13 @@ pub enum ShootingError {
         /// What to do instead.
         remedy: &'static str,
     },
-    /// The problem refuses the result.
+    /// A segment has more control points than the basis supports.
+    #[error("control points of a segment: {0}")]
+    Basis(#[from] BasisError),
+    /// The discretised problem or the settings of its solver are refused.
+    #[error("discretised problem: {0}")]
+    Nlp(#[from] NlpError),
+    /// The problem refuses guess, mesh or result.
     #[error(transparent)]
     Ocp(#[from] OcpError),
     /// The integrator refuses its settings.

@@ -1,11 +1,32 @@
 //! Dormand and Prince 8(5,3).
 
 use super::dop853_tableau::*;
+use super::tableau::Tableau;
 use super::{ErrorWeights, Scheme, Stages, combine, hermite_rows, weighted, with_dimension};
 use crate::system::OdeSystem;
 
 /// The pair DOP853 with its dense output of order 7.
 pub(crate) struct Dop853;
+
+impl Dop853 {
+    /// The twelve stages of the solution of order eight.
+    pub(crate) fn tableau() -> Tableau {
+        let a: [(&[usize], &[f64]); 11] = [
+            (&[0], &A2),
+            (&[0, 1], &A3),
+            (&[0, 2], &A4),
+            (&[0, 2, 3], &A5),
+            (&[0, 3, 4], &A6),
+            (&[0, 3, 4, 5], &A7),
+            (&[0, 3, 4, 5, 6], &A8),
+            (&[0, 3, 4, 5, 6, 7], &A9),
+            (&[0, 3, 4, 5, 6, 7, 8], &A10),
+            (&[0, 3, 4, 5, 6, 7, 8, 9], &A11),
+            (&[0, 3, 4, 5, 6, 7, 8, 9, 10], &A12),
+        ];
+        Tableau::new(Self::ORDER, &C[..12], &a, (&[0, 5, 6, 7, 8, 9, 10, 11], &B))
+    }
+}
 
 impl Scheme for Dop853 {
     const ORDER: i32 = 8;

@@ -1,5 +1,6 @@
 //! Dormand and Prince 5(4).
 
+use super::tableau::Tableau;
 use super::{ErrorWeights, Scheme, Stages, combine, hermite_rows, weighted, with_dimension};
 use crate::system::OdeSystem;
 
@@ -29,6 +30,16 @@ const D: [f64; 6] = [
     -1453857185.0 / 822651844.0,
     69997945.0 / 29380423.0,
 ];
+
+impl Dopri5 {
+    /// The six stages of the solution of order five.
+    pub(crate) fn tableau() -> Tableau {
+        let a: [(&[usize], &[f64]); 5] =
+            [(&[0], &A2), (&[0, 1], &A3), (&[0, 1, 2], &A4), (&[0, 1, 2, 3], &A5), (&[0, 1, 2, 3, 4], &A6)];
+        let [c1, c2, c3, c4, c5] = C;
+        Tableau::new(Self::ORDER, &[c1, c2, c3, c4, c5, 1.0], &a, (&[0, 2, 3, 4, 5], &B))
+    }
+}
 
 impl Scheme for Dopri5 {
     const ORDER: i32 = 5;

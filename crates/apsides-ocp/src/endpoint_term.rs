@@ -1,11 +1,13 @@
-//! A function of end quantities: boundary conditions, linkages, end costs.
+//! Functions of end quantities (boundary conditions, linkages, end costs) as rows and cost of a discretised problem.
 
 use std::sync::Arc;
 
 use apsides_ad::NodeFunction;
 
+use crate::{EndpointInput, Ocp, Sense};
+
 /// A function of a few columns that goes to rows or, with a weight, to the cost.
-pub(crate) struct EndpointTerm {
+pub struct EndpointTerm {
     function: Arc<dyn NodeFunction>,
     columns: Vec<usize>,
     /// First row; none for a share of the cost.
@@ -19,7 +21,25 @@ pub(crate) struct EndpointTerm {
 }
 
 impl EndpointTerm {
-    pub(crate) fn new(
+    /// The endpoint constraints of a problem, then the functions of its objective, the sign of the sense included. `column` is
+    /// where an end quantity stands among the variables, `rows` has the first row of each constraint.
+    #[must_use]
+    pub fn all(ocp: &Ocp, rows: &[usize], column: impl Fn(EndpointInput) -> usize) -> Vec<Self> {
+        let columns = |inputs: &[EndpointInput]| inputs.iter().map(|&i| column(i)).collect::<Vec<_>>();
+        let sign = match ocp.objective.sense {
+            Sense::Minimize => 1.0,
+            Sense::Maximize => -1.0,
+        };
+        let constraints = ocp.constraints.iter().zip(rows);
+        let constraints = constraints
+            .map(|(c, &row)| Self::new(Arc::clone(&c.function), columns(&c.inputs), Some(row), 0.0));
+        let costs = ocp.objective.functions.iter();
+        constraints
+            .chain(costs.map(|(inputs, f)| Self::new(Arc::clone(f), columns(inputs), None, sign)))
+            .collect()
+    }
+
+    fn new(
         function: Arc<dyn NodeFunction>,
         columns: Vec<usize>,
         first_row: Option<usize>,
@@ -44,8 +64,8 @@ impl EndpointTerm {
         }
     }
 
-    /// Writes the rows, if any, and returns the share of the cost.
-    pub(crate) fn add_values(&mut self, x: &[f64], rows: &mut [f64]) -> f64 {
+    /// Adds to the rows, if it has any and `rows` is not empty, and returns the share of the cost.
+    pub fn add_values(&mut self, x: &[f64], rows: &mut [f64]) -> f64 {
         self.fill_inputs(x);
         self.function.value(&self.inputs, &mut self.values);
         match self.first_row {
@@ -60,23 +80,28 @@ impl EndpointTerm {
         }
     }
 
-    pub(crate) fn has_cost(&self) -> bool {
+    /// Whether the term takes part in the cost and has no row.
+    #[must_use]
+    pub fn has_cost(&self) -> bool {
         self.first_row.is_none()
     }
 
-    pub(crate) fn refresh(&mut self, x: &[f64]) {
+    /// Evaluates values and derivatives at `x`, all variables.
+    pub fn refresh(&mut self, x: &[f64]) {
         self.fill_inputs(x);
         self.function.jacobian(&self.inputs, &mut self.values, &mut self.entries);
     }
 
-    pub(crate) fn each_jacobian(&self, mut emit: impl FnMut(usize, usize, f64)) {
+    /// `emit(row, column, value)` for the derivatives of the rows, after [`refresh`](Self::refresh).
+    pub fn each_jacobian(&self, mut emit: impl FnMut(usize, usize, f64)) {
         let Some(first) = self.first_row else { return };
         for ((r, c), &v) in self.function.pattern().jacobian_entries().zip(&self.entries) {
             emit(first + r, self.columns[c], v);
         }
     }
 
-    pub(crate) fn add_gradient(&self, gradient: &mut [f64]) {
+    /// Adds the gradient of the share of the cost, after [`refresh`](Self::refresh).
+    pub fn add_gradient(&self, gradient: &mut [f64]) {
         if self.has_cost() {
             for ((_, c), v) in self.function.pattern().jacobian_entries().zip(&self.entries) {
                 gradient[self.columns[c]] += self.cost * v;
@@ -84,12 +109,9 @@ impl EndpointTerm {
         }
     }
 
-    pub(crate) fn each_hessian(
-        &mut self,
-        cost: f64,
-        multipliers: &[f64],
-        mut emit: impl FnMut(usize, usize, f64),
-    ) {
+    /// `emit(i, j, value)` with `i >= j` for the Hessian weighted by the multipliers of all rows and the factor `cost`, after
+    /// [`refresh`](Self::refresh). A pair may come more than once; the values are to be summed.
+    pub fn each_hessian(&mut self, cost: f64, multipliers: &[f64], mut emit: impl FnMut(usize, usize, f64)) {
         match self.first_row {
             Some(first) => {
                 let rows = first..first + self.weights.len();

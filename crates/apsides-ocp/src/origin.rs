@@ -1,0 +1,39 @@
+//! Rows of a discretised problem in the words of its statement.
+
+use std::fmt;
+
+/// Where a constraint row of a discretised problem comes from.
+#[derive(Clone, Debug, PartialEq)]
+pub struct RowOrigin {
+    /// Phase, unless the row joins ends of phases.
+    pub phase: Option<String>,
+    /// Name of the constraint: `equation of motion of speed`, `heat rate`, `link braking-descent: radius`.
+    pub name: String,
+    /// Unit of the row.
+    pub unit: String,
+    /// Time of the row in the phase, where it has one.
+    pub time: Option<f64>,
+}
+
+/// The constraint that is violated most, relative to its scale, when no feasible point was found.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Unmet {
+    /// Which constraint, where.
+    pub origin: RowOrigin,
+    /// By how much it is violated, in its unit; negative below a lower bound.
+    pub amount: f64,
+}
+
+impl fmt::Display for Unmet {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let RowOrigin { phase, name, unit, time } = &self.origin;
+        if let Some(p) = phase {
+            write!(f, "phase `{p}`, ")?;
+        }
+        write!(f, "constraint `{name}`")?;
+        if let Some(t) = time {
+            write!(f, ", t = {t:.3} s")?;
+        }
+        write!(f, ": violated by {:.6} {unit}", self.amount.abs())
+    }
+}

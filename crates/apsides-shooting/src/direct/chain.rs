@@ -1,0 +1,265 @@
+//! From the inputs of a node function to those of a segment, by the chain rule to second order.
+//!
+//! A segment depends on `v = (x_0, c, p, t0, tf)`: the state at its start, the values of its controls at their points, the static
+//! parameters and the times of the phase. At the normalised time `s` of the segment a node function takes `x(s; v)` with a given
+//! sensitivity, `u = sum_l L_l(s) c_l`, `p` and `t = (1 - f) t0 + f tf`, `f` the fraction of the phase. Rates are multiplied by the
+//! duration `tf - t0`, the last of the local quantities `(x, u, p, t, tf - t0)`.
+
+use std::sync::Arc;
+
+use apsides_ad::NodeFunction;
+use apsides_basis::Barycentric;
+
+/// Sizes and places of one segment, and the chain rule at one time of it.
+#[derive(Clone)]
+pub(crate) struct Chain {
+    pub(crate) states: usize,
+    pub(crate) controls: usize,
+    pub(crate) parameters: usize,
+    /// Control points on [-1, 1].
+    pub(crate) basis: Arc<Barycentric>,
+    /// Fraction of the phase at the start of the segment, and its width.
+    pub(crate) start: f64,
+    pub(crate) width: f64,
+    /// Of the time that was set: fraction of the phase, Lagrange polynomials of the control points.
+    fraction: f64,
+    lagrange: Vec<f64>,
+    /// Hessian in the local quantities, full, and its products with their sensitivities.
+    local: Vec<f64>,
+    products: Vec<f64>,
+    weighted: Vec<f64>,
+    slope: Vec<f64>,
+}
+
+/// Whether a node function is multiplied by the duration of the phase.
+#[derive(Clone, Copy, PartialEq)]
+pub(crate) enum Kind {
+    Rate,
+    Plain,
+}
+
+impl Chain {
+    pub(crate) fn new(
+        (states, controls, parameters): (usize, usize, usize),
+        basis: Arc<Barycentric>,
+        start: f64,
+        width: f64,
+    ) -> Self {
+        let quantities = states + controls + parameters + 2;
+        let points = basis.nodes().len();
+        let columns = states + points * controls + parameters + 2;
+        Self {
+            states,
+            controls,
+            parameters,
+            start,
+            width,
+            fraction: start,
+            lagrange: vec![0.0; points],
+            local: vec![0.0; quantities * quantities],
+            products: vec![0.0; quantities * columns],
+            weighted: Vec::new(),
+            slope: vec![0.0; quantities],
+            basis,
+        }
+    }
+
+    /// Storage for the Hessians of a function.
+    pub(crate) fn admit(&mut self, function: &dyn NodeFunction) {
+        let length = self.weighted.len().max(function.pattern().hessian_len());
+        self.weighted.resize(length, 0.0);
+    }
+
+    /// Inputs `c`, `p`, `t0`, `tf`.
+    pub(crate) fn inputs(&self) -> usize {
+        self.lagrange.len() * self.controls + self.parameters + 2
+    }
+
+    /// Number of `v`.
+    pub(crate) fn columns(&self) -> usize {
+        self.states + self.inputs()
+    }
+
+    /// Local quantities.
+    pub(crate) fn quantities(&self) -> usize {
+        self.states + self.controls + self.parameters + 2
+    }
+
+    pub(crate) fn duration(&self, w: &[f64]) -> f64 {
+        w[w.len() - 1] - w[w.len() - 2]
+    }
+
+    /// Sets the normalised time of the segment, from 0 to 1.
+    pub(crate) fn set(&mut self, s: f64) {
+        self.fraction = self.start + s * self.width;
+        self.basis.basis(2.0 * s - 1.0, &mut self.lagrange);
+    }
+
+    /// Inputs `[x, u, p, t]` of a node function; the parameters only if it takes them.
+    pub(crate) fn fill(&self, x: &[f64], w: &[f64], z: &mut [f64]) {
+        let (nx, nu) = (self.states, self.controls);
+        z[..nx].copy_from_slice(x);
+        let controls = &mut z[nx..nx + nu];
+        controls.fill(0.0);
+        for (l, values) in self.lagrange.iter().zip(w.chunks_exact(nu.max(1))) {
+            for (u, c) in controls.iter_mut().zip(values) {
+                *u += l * c;
+            }
+        }
+        let time = z.len() - 1;
+        let parameters = self.lagrange.len() * nu;
+        z[nx + nu..time].copy_from_slice(&w[parameters..][..time - nx - nu]);
+        let (t0, tf) = (w[w.len() - 2], w[w.len() - 1]);
+        z[time] = (1.0 - self.fraction) * t0 + self.fraction * tf;
+    }
+
+    /// Local quantity of an input of a node function with so many inputs.
+    fn quantity(&self, input: usize, inputs: usize) -> usize {
+        if input + 1 == inputs { self.quantities() - 2 } else { input }
+    }
+
+    /// Adds `factor` times the derivative of a local quantity by `v`.
+    fn add_quantity(&self, quantity: usize, factor: f64, sensitivity: &[f64], out: &mut [f64]) {
+        let (nx, nu, columns) = (self.states, self.controls, self.columns());
+        if quantity < nx {
+            for (o, s) in out.iter_mut().zip(&sensitivity[quantity * columns..][..columns]) {
+                *o += factor * s;
+            }
+            return;
+        }
+        self.each_direct(quantity - nx, nu, columns, |column, d| out[column] += factor * d);
+    }
+
+    /// `emit(column, derivative)` for the quantities after the states.
+    #[inline]
+    fn each_direct(&self, after: usize, nu: usize, columns: usize, mut emit: impl FnMut(usize, f64)) {
+        let points = self.lagrange.len();
+        if after < nu {
+            for (l, value) in self.lagrange.iter().enumerate() {
+                emit(self.states + l * nu + after, *value);
+            }
+        } else if after < nu + self.parameters {
+            emit(self.states + points * nu + after - nu, 1.0);
+        } else if after == nu + self.parameters {
+            emit(columns - 2, 1.0 - self.fraction);
+            emit(columns - 1, self.fraction);
+        } else {
+            emit(columns - 2, -1.0);
+            emit(columns - 1, 1.0);
+        }
+    }
+
+    /// Writes the derivatives by `v` of the outputs of a function, `outputs x columns`, from its values and its Jacobian entries
+    /// at the time that was set.
+    pub(crate) fn rows(
+        &self,
+        function: &dyn NodeFunction,
+        kind: Kind,
+        w: &[f64],
+        values: &[f64],
+        entries: &[f64],
+        sensitivity: &[f64],
+        out: &mut [f64],
+    ) {
+        let factor = self.factor(kind, w);
+        let (pattern, inputs, columns) = (function.pattern(), function.inputs(), self.columns());
+        out.fill(0.0);
+        for ((r, c), v) in pattern.jacobian_entries().zip(entries) {
+            let row = &mut out[r * columns..][..columns];
+            self.add_quantity(self.quantity(c, inputs), factor * v, sensitivity, row);
+        }
+        if kind == Kind::Rate {
+            for (value, row) in values.iter().zip(out.chunks_exact_mut(columns)) {
+                row[columns - 2] -= self.width * value;
+                row[columns - 1] += self.width * value;
+            }
+        }
+    }
+
+    /// Factor of the outputs: the derivative by the normalised time of the segment, or one.
+    pub(crate) fn factor(&self, kind: Kind, w: &[f64]) -> f64 {
+        match kind {
+            Kind::Rate => self.width * self.duration(w),
+            Kind::Plain => 1.0,
+        }
+    }
+
+    /// Forgets the local Hessian.
+    pub(crate) fn clear(&mut self) {
+        self.local.fill(0.0);
+    }
+
+    /// Adds the weighted Hessian of a function with the inputs `z` to the local one.
+    pub(crate) fn add_local(
+        &mut self,
+        function: &dyn NodeFunction,
+        kind: Kind,
+        w: &[f64],
+        z: &[f64],
+        entries: &[f64],
+        weights: &[f64],
+    ) {
+        if weights.iter().all(|w| *w == 0.0) {
+            return;
+        }
+        let (pattern, inputs, order) = (function.pattern(), function.inputs(), self.quantities());
+        let factor = self.factor(kind, w);
+        let weighted = &mut self.weighted[..pattern.hessian_len()];
+        function.hessian(z, weights, weighted);
+        for (k, &(i, j)) in pattern.hessian.iter().enumerate() {
+            let (a, b) = (self.quantity(i, inputs), self.quantity(j, inputs));
+            let h = factor * self.weighted[k];
+            self.local[a * order + b] += h;
+            if a != b {
+                self.local[b * order + a] += h;
+            }
+        }
+        if kind == Kind::Rate {
+            self.slope.fill(0.0);
+            for ((r, c), v) in pattern.jacobian_entries().zip(entries) {
+                let quantity = self.quantity(c, inputs);
+                self.slope[quantity] += self.width * weights[r] * v;
+            }
+            let duration = order - 1;
+            for (k, slope) in self.slope[..duration].iter().enumerate() {
+                self.local[k * order + duration] += slope;
+                self.local[duration * order + k] += slope;
+            }
+        }
+    }
+
+    /// Adds the local Hessian, seen through the sensitivities of all quantities, to the lower triangle of a square matrix.
+    pub(crate) fn add_products(&mut self, sensitivity: &[f64], hessian: &mut [f64]) {
+        let (nx, nu, columns, order) = (self.states, self.controls, self.columns(), self.quantities());
+        let mut products = std::mem::take(&mut self.products);
+        products.fill(0.0);
+        for (row, product) in self.local.chunks_exact(order).zip(products.chunks_exact_mut(columns)) {
+            for (k, h) in row.iter().enumerate() {
+                if *h != 0.0 {
+                    self.add_quantity(k, *h, sensitivity, product);
+                }
+            }
+        }
+        for (k, product) in products.chunks_exact(columns).enumerate() {
+            if self.local[k * order..][..order].iter().all(|h| *h == 0.0) {
+                continue;
+            }
+            let mut add = |column: usize, factor: f64| {
+                if factor != 0.0 {
+                    let row = &mut hessian[column * columns..][..=column];
+                    for (h, p) in row.iter_mut().zip(product) {
+                        *h += factor * p;
+                    }
+                }
+            };
+            if k < nx {
+                for (column, s) in sensitivity[k * columns..][..columns].iter().enumerate() {
+                    add(column, *s);
+                }
+            } else {
+                self.each_direct(k - nx, nu, columns, add);
+            }
+        }
+        self.products = products;
+    }
+}

@@ -1,0 +1,95 @@
+//! Settings of direct shooting.
+
+use apsides_basis::MAX_POINTS;
+use apsides_nlp::{BarrierOracle, BarrierStrategy, NlpSettings, ScalingMethod};
+use apsides_ode::Method;
+
+use crate::error::ShootingError;
+
+/// Settings of the method.
+#[derive(Clone, Debug)]
+pub struct MultipleShootingSettings {
+    /// Segments per phase at the start, 10; 1 is single shooting, which refinement keeps.
+    pub segments: usize,
+    /// Points of the control polynomial of each segment at the start: 1 is constant, 2 linear and so on, through the Lobatto points
+    /// of the segment, or its middle; 4. Path constraints hold at these points.
+    pub control_points: usize,
+    /// Whether controls are continuous from segment to segment, which needs two control points; off.
+    pub continuous_controls: bool,
+    /// Runge-Kutta method of the segments; order 8.
+    pub method: Method,
+    /// Largest error of the steps of a segment, relative to the scale of the state; 1e-10.
+    pub integration_tolerance: f64,
+    /// Largest gain that the estimate expects of richer controls in the whole, relative to the objective; 1e-11.
+    pub control_tolerance: f64,
+    /// Largest excess between the control points of a bound or of a path constraint, relative to its scale; 5e-7. Excess of bounds on
+    /// controls is reduced as far as refinement goes, but no condition of accuracy: next to a jump it stays.
+    pub path_tolerance: f64,
+    /// Most divisions solved; 1 switches refinement off; 15.
+    pub max_meshes: usize,
+    /// Most segments of all phases; refinement stops there; 2000.
+    pub max_segments: usize,
+    /// Threads that integrate the segments, 1 to 1024; the results do not depend on it; 1.
+    pub threads: usize,
+    /// Settings of the interior-point method; problem scaling, tolerance 1e-9, adaptive barrier from 1e-3.
+    pub nlp: NlpSettings,
+}
+
+impl Default for MultipleShootingSettings {
+    fn default() -> Self {
+        Self {
+            segments: 10,
+            control_points: 4,
+            continuous_controls: false,
+            method: Method::Dop853,
+            integration_tolerance: 1e-10,
+            control_tolerance: 1e-11,
+            path_tolerance: 5e-7,
+            max_meshes: 15,
+            max_segments: 2000,
+            threads: 1,
+            nlp: NlpSettings {
+                tolerance: 1e-9,
+                scaling: ScalingMethod::UserThenGradient { max: 100.0 },
+                barrier: BarrierStrategy::Adaptive,
+                barrier_oracle: BarrierOracle::Probing,
+                initial_barrier: 1e-3,
+                initial_bound_multiplier: 1e-3,
+                ..NlpSettings::default()
+            },
+        }
+    }
+}
+
+impl MultipleShootingSettings {
+    pub(crate) fn check(&self) -> Result<(), ShootingError> {
+        let least_points = if self.continuous_controls { 2 } else { 1 };
+        let counts = [
+            ("segments", self.segments, 1, 1_000_000, "a whole number from 1 to 1000000"),
+            (
+                "control_points",
+                self.control_points,
+                least_points,
+                MAX_POINTS,
+                "a whole number from 1, or 2 for continuous controls, to 60",
+            ),
+            ("max_meshes", self.max_meshes, 1, 1000, "a whole number from 1 to 1000"),
+            ("threads", self.threads, 1, 1024, "a whole number from 1 to 1024"),
+        ];
+        for (name, value, least, most, allowed) in counts {
+            if value < least || value > most {
+                return Err(ShootingError::Setting { name, value: value as f64, allowed });
+            }
+        }
+        for (name, value) in [
+            ("integration_tolerance", self.integration_tolerance),
+            ("control_tolerance", self.control_tolerance),
+            ("path_tolerance", self.path_tolerance),
+        ] {
+            if !(value > 0.0 && value.is_finite()) {
+                return Err(ShootingError::Setting { name, value, allowed: "a positive number" });
+            }
+        }
+        Ok(())
+    }
+}
