@@ -9,17 +9,20 @@ use crate::{Counters, Error, Mission};
 
 mod flatness;
 mod indirect;
+mod multiple_shooting;
 mod radau;
 
 pub(crate) const RADAU: &str = "radau";
 pub(crate) const FLATNESS: &str = "flatness";
+pub(crate) const MULTIPLE_SHOOTING: &str = "multiple-shooting";
 pub(crate) const INDIRECT: &str = "indirect";
 
-const METHOD: &[Key] = &[Key::choice("method", &[RADAU, FLATNESS, INDIRECT], "how the problem is solved")];
+const METHOD: &[Key] =
+    &[Key::choice("method", &[RADAU, FLATNESS, MULTIPLE_SHOOTING, INDIRECT], "how the problem is solved")];
 
 /// Keys of the methods, the same for all missions.
 pub(crate) fn keys() -> impl Iterator<Item = &'static Key> {
-    [METHOD, radau::KEYS, flatness::KEYS, indirect::KEYS].into_iter().flatten()
+    [METHOD, radau::KEYS, flatness::KEYS, multiple_shooting::KEYS, indirect::KEYS].into_iter().flatten()
 }
 
 /// A solution by any method.
@@ -66,6 +69,7 @@ impl Mission {
                 let systems = posed.flat_systems.as_deref().ok_or_else(|| self.not_flat())?;
                 flatness::solve(&self.values, &posed.ocp, systems, &guess, observer)
             }
+            MULTIPLE_SHOOTING => self.solve_by_multiple_shooting(&posed.ocp, &guess, observer),
             INDIRECT => self.solve_by_indirect_shooting(posed, &guess, start, observer),
             _ => self.solve_by_radau(&posed.ocp, &guess, start, observer),
         }
