@@ -8,7 +8,7 @@ use apsides_ocp::{Guess, Mesh, Ocp, Trajectory};
 use apsides_radau::{Explanation, Unmet};
 use apsides_verify::{Certificate, Check, CheckKind, Verification, VerifySettings, verify};
 
-use crate::method::Solution;
+use crate::method::{self, Solution};
 use crate::missions::Posed;
 use crate::{Counters, Error, Mission, ObjectiveValue, Outcome, Reduced, Summary, Timing};
 
@@ -69,7 +69,10 @@ impl Mission {
     fn solve_from_guess(&self, posed: &Posed, observer: &mut dyn Observer) -> Result<Solution, Error> {
         let mut start: Option<Trajectory> = None;
         let mut work = Counters::default();
-        for values in (self.kind.approach)(&self.values) {
+        // Indirect shooting leads its own solution to a limit.
+        let own = self.method() == method::INDIRECT && posed.costates.is_some();
+        let approach = if own { Vec::new() } else { (self.kind.approach)(&self.values) };
+        for values in approach {
             let easier = Self { values, ..self.clone() };
             let solution = easier.solve_by_method(&easier.pose()?, start.as_ref(), observer)?;
             work.iterations += solution.counters.iterations;

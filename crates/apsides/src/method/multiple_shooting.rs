@@ -23,6 +23,12 @@ pub(super) const KEYS: &[Key] = &[
         Range::open(0.0, 1.0),
         "largest relative error of the integration of a segment",
     ),
+    Key::number(
+        "shooting.nlp_tolerance",
+        1e-10,
+        Range::open(0.0, 1.0),
+        "scaled optimality error of each solve",
+    ),
     Key::count("shooting.max_meshes", 15, 1, 1000, "most divisions solved; 1 switches refinement off"),
 ];
 
@@ -34,16 +40,16 @@ impl Mission {
         guess: &Guess,
         observer: &mut dyn Observer,
     ) -> Result<Solution, Error> {
-        let method = MultipleShooting {
-            settings: MultipleShootingSettings {
-                segments: self.values.count("shooting.segments"),
-                control_points: self.values.count("shooting.control_points"),
-                integration_tolerance: self.values.number("shooting.integration_tolerance"),
-                max_meshes: self.values.count("shooting.max_meshes"),
-                threads: self.threads.clamp(1, 1024),
-                ..MultipleShootingSettings::default()
-            },
+        let mut settings = MultipleShootingSettings {
+            segments: self.values.count("shooting.segments"),
+            control_points: self.values.count("shooting.control_points"),
+            integration_tolerance: self.values.number("shooting.integration_tolerance"),
+            max_meshes: self.values.count("shooting.max_meshes"),
+            threads: self.threads.clamp(1, 1024),
+            ..MultipleShootingSettings::default()
         };
+        settings.nlp.tolerance = self.values.number("shooting.nlp_tolerance");
+        let method = MultipleShooting { settings };
         let mesh = Mesh::uniform(ocp, method.settings.segments, method.settings.control_points)?;
         Ok(of_shooting(method.solve_on(ocp, guess, mesh, observer)?))
     }
