@@ -52,7 +52,8 @@ pub(crate) enum Command {
     Check(MissionArguments),
     /// Compute the tables of a publication again, or list the publications.
     #[command(
-        after_help = "Examples:\n  apsides reproduce\n  apsides reproduce lunar-landing --out reproduction"
+        after_help = "Examples:\n  apsides reproduce\n  apsides reproduce lunar-landing --out reproduction\n  \
+                      apsides reproduce geo-injection --out reproduction"
     )]
     Reproduce(ReproduceArguments),
     /// Verify the results in a directory again: trajectory.csv against the equations of mission.toml.

@@ -1,8 +1,8 @@
-//! Published tables computed again: rows on stdout as they are done.
+//! Published tables computed again: each part on stdout as it is done.
 
-use apsides::reproduce::{Row, Table, list, reproduce as compute, rows as count};
+use apsides::reproduce::{Part, Row, Sheet, Table, list, parts as count, reproduce as compute};
 use apsides_report::{
-    COMPARISON_HEADS, comparison_columns, miss_sentence, quantity_label, write_reproduction,
+    COMPARISON_HEADS, comparison_columns, miss_sentence, quantity_label, sheet_text, write_reproduction,
 };
 
 use crate::arguments::ReproduceArguments;
@@ -15,16 +15,19 @@ pub(crate) fn reproduce(a: &ReproduceArguments) -> Result<Exit, Refusal> {
         print(&titles(list()));
         return Ok(Exit::Verified);
     };
-    let rows = count(name).map_err(refusal)?;
+    let parts = count(name).map_err(refusal)?;
     if let Some(dir) = &a.out {
         // Before the work, not after it.
         probe_directory(dir)?;
     }
     let stop = StopFlag::install();
-    let mut progress = Progress::line(a.run.quiet, stop.clone(), rows as u64);
+    let mut progress = Progress::line(a.run.quiet, stop.clone(), parts as u64);
     let ticker = progress.clone();
-    let done = compute(name, a.run.threads as usize, &mut progress, |table| {
-        ticker.above(&newest_row(table));
+    let done = compute(name, a.run.threads as usize, &mut progress, |part| {
+        ticker.above(&match part {
+            Part::Row(table) => newest_row(table),
+            Part::Sheet(sheet) => sheet_text(sheet),
+        });
         ticker.step();
         !stop.is_set()
     })
@@ -40,9 +43,10 @@ pub(crate) fn reproduce(a: &ReproduceArguments) -> Result<Exit, Refusal> {
         print(&written(&write_reproduction(dir, &done).map_err(refusal)?));
     }
     let any = |test: fn(&Row) -> bool| done.tables.iter().flat_map(|t| &t.rows).any(test);
-    Ok(if !done.complete || any(|row| !row.solved) {
+    let any_sheet = |test: fn(&Sheet) -> bool| done.sheets.iter().any(test);
+    Ok(if !done.complete || any(|row| !row.solved) || any_sheet(|s| !s.failures.is_empty()) {
         Exit::NotSolved
-    } else if any(|row| !row.verified) {
+    } else if any(|row| !row.verified) || any_sheet(|s| !s.unverified.is_empty()) {
         Exit::NotVerified
     } else {
         Exit::Verified

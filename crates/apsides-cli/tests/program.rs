@@ -245,7 +245,10 @@ fn a_publication_is_reproduced_with_findings() {
     assert!(stdout(&apsides(&["reproduce"])).starts_with("lunar-landing  "));
     let refused = apsides(&["reproduce", "lunar"]);
     assert_eq!(refused.status.code(), Some(2));
-    assert_eq!(stderr(&refused), "apsides: reproduce: `name` is \"lunar\", allowed is \"lunar-landing\"\n");
+    assert_eq!(
+        stderr(&refused),
+        "apsides: reproduce: `name` is \"lunar\", allowed is \"lunar-landing\" or \"geo-injection\"\n"
+    );
 }
 
 #[test]

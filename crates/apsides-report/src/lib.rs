@@ -30,7 +30,7 @@
 //! | `html`, `page.css` | `report.html` |
 //! | `figure`, `axis_layout`, `svg` | what a figure shows, where its ticks stand, how it is drawn |
 //! | `standard_figures` | figures of every result |
-//! | `reproduction` | published tables computed again |
+//! | `reproduction`, `sheet` | published tables computed again |
 //! | `units`, `number` | units and numbers for readers |
 //!
 //! Reference: M. Okabe and K. Ito, Color Universal Design, 2008, <https://jfly.uni-koeln.de/color/> (the palette).
@@ -44,6 +44,7 @@ mod html;
 mod multipliers;
 mod number;
 mod reproduction;
+mod sheet;
 mod standard_figures;
 mod svg;
 mod trajectory_csv;
@@ -58,6 +59,7 @@ pub use multipliers::{ConstraintMultipliers, IntegralMultipliers, Multipliers, P
 pub use reproduction::{
     COMPARISON_HEADS, comparison_columns, miss_sentence, quantity_label, write_reproduction,
 };
+pub use sheet::sheet_text;
 pub use standard_figures::StandardFigures;
 pub use trajectory_csv::write_trajectory;
 pub use trajectory_reader::read_trajectory;

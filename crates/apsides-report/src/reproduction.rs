@@ -7,6 +7,7 @@ use apsides::key::{name_of, unit_of};
 use apsides::reproduce::{Comparison, Miss, Reproduction, Row, Table};
 
 use crate::directory::{Item, replace};
+use crate::sheet::{self, sheet_markdown};
 use crate::trajectory_csv::shortest;
 use crate::{Axis, Figure, ReportError, Series};
 
@@ -33,10 +34,14 @@ pub fn comparison_columns(c: &Comparison) -> [String; 7] {
     ]
 }
 
-/// Name of a quantity with its unit: `flight time (s)`.
+/// Name of a quantity with its unit, if it has one: `flight time (s)`.
 #[must_use]
 pub fn quantity_label(key: &str) -> String {
-    format!("{} ({})", name_of(key).replace('_', " "), unit_of(key))
+    let name = name_of(key).replace('_', " ");
+    match unit_of(key) {
+        "" => name,
+        unit => format!("{name} ({unit})"),
+    }
 }
 
 /// Where the paper's nonlinear program leads when it is flown, in words.
@@ -52,7 +57,7 @@ pub fn miss_sentence(row: &Row) -> String {
     }
 }
 
-/// Writes `reproduction.md`, `reproduction.csv` and a figure for each table into a directory, and returns the paths written.
+/// Writes `reproduction.md`, `reproduction.csv` and the figures of all tables into a directory, and returns the paths written.
 ///
 /// The directory and its parents are made when missing. Files of an earlier reproduction are replaced, all or none.
 ///
@@ -63,6 +68,9 @@ pub fn write_reproduction(dir: &Path, done: &Reproduction) -> Result<Vec<PathBuf
     for table in &done.tables {
         let drawn = (!table.rows.is_empty()).then(|| figure(table).to_svg().map(String::into_bytes));
         items.push((table.figure, drawn.transpose()?));
+    }
+    for graph in done.sheets.iter().flat_map(|s| &s.graphs) {
+        items.push((graph.file, Some(sheet::figure(graph).to_svg()?.into_bytes())));
     }
     replace(dir, &items)
 }
@@ -84,14 +92,19 @@ fn figure(table: &Table) -> Figure {
 
 fn markdown(done: &Reproduction) -> String {
     let mut text = format!("# {}\n\nSource of the printed values: {}.\n\n", done.title, done.source);
-    text += "* paper's NLP: its own nonlinear program; its misses are those of its controls, flown again\n\
+    if !done.tables.is_empty() {
+        text += "* paper's NLP: its own nonlinear program; its misses are those of its controls, flown again\n\
              * flatness: refined until the splines meet the equations of motion between the points\n\
              * Radau: collocation with mesh refinement; its solution is the optimum of the differences\n";
+    }
     if !done.complete {
         text += "\nInterrupted: rows are missing.\n";
     }
     for table in done.tables.iter().filter(|t| !t.rows.is_empty()) {
         text += &table_markdown(table);
+    }
+    for sheet in &done.sheets {
+        text += &sheet_markdown(sheet);
     }
     if !done.remarks.is_empty() {
         text += "\n## Misprints and inconsistencies of the text\n\n";
@@ -142,6 +155,13 @@ fn findings(q: &Comparison) -> String {
 fn data(done: &Reproduction) -> Result<Vec<u8>, ReportError> {
     let failed = |reason: String| ReportError::Table { file: DATA, reason };
     let mut writer = csv::Writer::from_writer(Vec::new());
+    if done.tables.is_empty() {
+        writer.write_record(sheet::DATA_HEADS).map_err(|e| failed(e.to_string()))?;
+        for record in done.sheets.iter().flat_map(sheet::records) {
+            writer.write_record(record).map_err(|e| failed(e.to_string()))?;
+        }
+        return writer.into_inner().map_err(|e| failed(e.to_string()));
+    }
     let head = [
         "table",
         "parameter",

@@ -31,24 +31,24 @@ pub(crate) const BOUND: RGBColor = RGBColor(0x6b, 0x75, 0x80);
 
 /// Colours that readers with colour vision deficiency tell apart, without the yellow that white paper hides.
 /// Okabe and Ito, Color Universal Design (2008), <https://jfly.uni-koeln.de/color/>.
-const PALETTE: [RGBColor; 7] = [
-    RGBColor(0x00, 0x72, 0xb2),
-    RGBColor(0xd5, 0x5e, 0x00),
-    RGBColor(0x00, 0x9e, 0x73),
-    RGBColor(0xcc, 0x79, 0xa7),
-    RGBColor(0xe6, 0x9f, 0x00),
-    RGBColor(0x56, 0xb4, 0xe9),
-    RGBColor(0x00, 0x00, 0x00),
+pub(crate) const COLORS: [(&str, RGBColor); 7] = [
+    ("blue", RGBColor(0x00, 0x72, 0xb2)),
+    ("vermilion", RGBColor(0xd5, 0x5e, 0x00)),
+    ("green", RGBColor(0x00, 0x9e, 0x73)),
+    ("purple", RGBColor(0xcc, 0x79, 0xa7)),
+    ("orange", RGBColor(0xe6, 0x9f, 0x00)),
+    ("sky blue", RGBColor(0x56, 0xb4, 0xe9)),
+    ("black", RGBColor(0x00, 0x00, 0x00)),
 ];
 
 /// Colour of a series.
 pub(crate) fn series_color(index: Option<usize>) -> RGBColor {
-    index.map_or(BOUND, |k| PALETTE[k % PALETTE.len()])
+    index.map_or(BOUND, |k| COLORS[k % COLORS.len()].1)
 }
 
 /// Colour of a reference line: from the end of the palette, which few figures reach.
 pub(crate) fn reference_color(index: usize) -> RGBColor {
-    PALETTE[(PALETTE.len() - 1) - index % PALETTE.len()]
+    COLORS[(COLORS.len() - 1) - index % COLORS.len()].1
 }
 
 impl Figure {

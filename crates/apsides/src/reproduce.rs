@@ -4,9 +4,9 @@
 //! printed row -> the paper's own discretisation, solved and flown again -> refined flatness, Radau -> findings
 //! ```
 //!
-//! Each row is solved three ways: by the nonlinear program of the publication, by flatness refined until the splines meet the
-//! equations of motion, and by collocation at Radau points. The last two make the optimum; findings say what a printed number
-//! cannot be.
+//! Each row of a [`Table`] is solved three ways: by the nonlinear program of the publication, by flatness refined until the splines meet
+//! the equations of motion, and by collocation at Radau points. The last two make the optimum; findings say what a printed number
+//! cannot be. A [`Sheet`] has columns of its own, for publications whose rows have rules of their own.
 
 use apsides_nlp::{Observer, Status};
 use apsides_ocp::Trajectory;
@@ -14,7 +14,11 @@ use apsides_verify::Verdict;
 
 use crate::{Error, Mission, Outcome};
 
+mod geo_injection;
 mod lunar_landing;
+mod sheet;
+
+pub use sheet::{Column, Graph, GraphSeries, Sheet, SheetRow};
 
 /// A publication whose tables can be computed again.
 struct Publication {
@@ -23,12 +27,26 @@ struct Publication {
     source: &'static str,
     /// Remarks on the whole.
     remarks: fn() -> Result<Vec<String>, Error>,
-    tables: &'static [PrintedTable],
+    content: Content,
 }
 
+/// What is computed.
+enum Content {
+    /// Rows of tables, each three ways.
+    Tables(&'static [PrintedTable]),
+    /// So many sheets; each is handed on when it is done.
+    Sheets(usize, ComputeSheets),
+}
+
+/// Computes sheets with so many threads; false when the observer or who takes the sheets ends it.
+type ComputeSheets = fn(usize, &mut dyn Observer, &mut dyn FnMut(Sheet) -> bool) -> Result<bool, Error>;
+
 impl Publication {
-    fn rows(&self) -> usize {
-        self.tables.iter().map(|t| t.rows.len()).sum()
+    fn parts(&self) -> usize {
+        match &self.content {
+            Content::Tables(tables) => tables.iter().map(|t| t.rows.len()).sum(),
+            Content::Sheets(count, _) => *count,
+        }
     }
 }
 
@@ -73,7 +91,7 @@ struct Solved<'a> {
     radau: Option<&'a Outcome>,
 }
 
-const PUBLICATIONS: &[Publication] = &[lunar_landing::PUBLICATION];
+const PUBLICATIONS: &[Publication] = &[lunar_landing::PUBLICATION, geo_injection::PUBLICATION];
 
 /// All rows of a publication that were computed.
 #[derive(Clone, Debug, PartialEq)]
@@ -86,10 +104,21 @@ pub struct Reproduction {
     pub source: &'static str,
     /// Tables in their order; those that were not reached have no rows.
     pub tables: Vec<Table>,
+    /// Tables with columns of their own, as far as they were reached.
+    pub sheets: Vec<Sheet>,
     /// What was found besides the rows.
     pub remarks: Vec<String>,
     /// Whether all rows are there; not so after an interruption.
     pub complete: bool,
+}
+
+/// What is done, as it is done.
+#[derive(Clone, Copy, Debug)]
+pub enum Part<'a> {
+    /// A table that has a new row, its last one.
+    Row(&'a Table),
+    /// A sheet.
+    Sheet(&'a Sheet),
 }
 
 /// A table computed again.
@@ -211,12 +240,12 @@ pub fn list() -> impl Iterator<Item = (&'static str, &'static str)> {
     PUBLICATIONS.iter().map(|p| (p.name, p.title))
 }
 
-/// Number of rows of a publication.
+/// Number of parts of a publication: rows of tables, sheets.
 ///
 /// # Errors
 /// [`Error::Value`] when there is no publication of this name.
-pub fn rows(name: &str) -> Result<usize, Error> {
-    Ok(find(name)?.rows())
+pub fn parts(name: &str) -> Result<usize, Error> {
+    Ok(find(name)?.parts())
 }
 
 fn find(name: &str) -> Result<&'static Publication, Error> {
@@ -228,10 +257,10 @@ fn find(name: &str) -> Result<&'static Publication, Error> {
     })
 }
 
-/// Computes all rows of a publication again, with so many threads.
+/// Computes all tables of a publication again, with so many threads.
 ///
-/// `report` gets each table as often as it has a new row, its last one, and ends the work by returning false. The observer sees
-/// every iteration; when it stops a solve, the rows done are returned.
+/// `report` gets each part when it is done, and ends the work by returning false. The observer sees every iteration; when it stops a
+/// solve, the parts done are returned.
 ///
 /// # Errors
 /// [`Error::Value`] when there is no publication of this name.
@@ -239,29 +268,56 @@ pub fn reproduce(
     name: &str,
     threads: usize,
     observer: &mut dyn Observer,
-    mut report: impl FnMut(&Table) -> bool,
+    mut report: impl FnMut(Part<'_>) -> bool,
 ) -> Result<Reproduction, Error> {
     let publication = find(name)?;
     let mut done = Reproduction {
         name: publication.name,
         title: publication.title,
         source: publication.source,
-        tables: publication.tables.iter().map(PrintedTable::empty).collect(),
+        tables: Vec::new(),
+        sheets: Vec::new(),
         remarks: (publication.remarks)()?,
         complete: false,
     };
-    'tables: for (printed, table) in publication.tables.iter().zip(&mut done.tables) {
+    match publication.content {
+        Content::Tables(tables) => {
+            done.tables = tables.iter().map(PrintedTable::empty).collect();
+            done.complete = fill(tables, &mut done.tables, threads, observer, &mut report)?
+                || done.tables.iter().map(|t| t.rows.len()).sum::<usize>() == publication.parts();
+        }
+        Content::Sheets(_, compute) => {
+            let mut keep = |sheet: Sheet| {
+                let go_on = report(Part::Sheet(&sheet));
+                done.sheets.push(sheet);
+                go_on
+            };
+            let finished = compute(threads, observer, &mut keep)?;
+            done.complete = finished || done.sheets.len() == publication.parts();
+        }
+    }
+    Ok(done)
+}
+
+/// Computes the rows of tables; false when that was ended.
+fn fill(
+    printed: &'static [PrintedTable],
+    tables: &mut [Table],
+    threads: usize,
+    observer: &mut dyn Observer,
+    report: &mut dyn FnMut(Part<'_>) -> bool,
+) -> Result<bool, Error> {
+    for (printed, table) in printed.iter().zip(tables) {
         let mut work = Work { printed, threads, observer: &mut *observer, neighbour: None };
         for row in printed.rows {
-            let Some(row) = work.row(row)? else { break 'tables };
+            let Some(row) = work.row(row)? else { return Ok(false) };
             table.rows.push(row);
-            if !report(table) {
-                break 'tables;
+            if !report(Part::Row(table)) {
+                return Ok(false);
             }
         }
     }
-    done.complete = done.tables.iter().map(|t| t.rows.len()).sum::<usize>() == publication.rows();
-    Ok(done)
+    Ok(true)
 }
 
 /// The rows of one table, in their order.

@@ -1,8 +1,9 @@
 use std::fs;
 
-use apsides::reproduce::{Finding, FindingKind};
+use apsides::reproduce::{Column, Finding, FindingKind, Graph, GraphSeries, Sheet, SheetRow};
 
 use super::*;
+use crate::sheet_text;
 
 fn comparison(key: &'static str, paper: f64, computed: Option<f64>) -> Comparison {
     let findings = vec![Finding { kind: FindingKind::Note, text: "said, \"so\"".into() }];
@@ -38,6 +39,7 @@ fn reproduction(rows: usize) -> Reproduction {
         title: "A paper",
         source: "Somebody, 2017",
         tables: vec![table("table-1", "table-1.svg", rows), table("table-2", "table-2.svg", 0)],
+        sheets: Vec::new(),
         remarks: vec!["misprint".into()],
         complete: false,
     }
@@ -88,4 +90,73 @@ fn files_of_a_reproduction() {
     );
     assert_eq!((cell(2, "value"), cell(2, "miss_radius_m"), cell(1, "radau")), ("10.0", "", ""));
     assert!(read("table-1.svg").starts_with("<svg"));
+}
+
+fn sheet() -> Sheet {
+    Sheet {
+        id: "table-7",
+        title: "Table 7".into(),
+        heading: "flight",
+        columns: vec![
+            Column { key: "semi_major_axis_km", decimals: 1 },
+            Column { key: "eccentricity", decimals: 4 },
+        ],
+        rows: vec![
+            SheetRow { label: "printed".into(), values: vec![Some(24_588.04), None] },
+            SheetRow { label: "second burn".into(), values: vec![Some(9.0), Some(0.714_23)] },
+        ],
+        findings: vec!["as printed".into()],
+        graphs: vec![Graph {
+            file: "curve.svg",
+            title: "A curve".into(),
+            x: ("ratio", "-"),
+            y: ("burn time", "s"),
+            series: vec![GraphSeries {
+                label: "Fregat".into(),
+                line: vec![[1.0, 2.0], [2.0, 3.0]],
+                dots: vec![[1.0, 2.5]],
+            }],
+        }],
+        failures: vec!["one".into()],
+        unverified: Vec::new(),
+    }
+}
+
+#[test]
+fn sheets_as_text() {
+    assert_eq!(sheet().value("second burn", "eccentricity"), Some(0.714_23));
+    assert_eq!(sheet().value("printed", "eccentricity"), None);
+    let expected = "
+Table 7
+
+               semi major
+  flight        axis (km)  eccentricity
+  printed         24588.0             -
+  second burn         9.0        0.7142
+  * as printed
+  * not solved: one
+";
+    assert_eq!(sheet_text(&sheet()), expected);
+}
+
+#[test]
+fn files_of_sheets() {
+    let dir = tempfile::tempdir().unwrap();
+    let done = Reproduction { tables: Vec::new(), sheets: vec![sheet()], ..reproduction(0) };
+    let written = write_reproduction(dir.path(), &done).unwrap();
+    assert_eq!(written, ["reproduction.md", "reproduction.csv", "curve.svg"].map(|f| dir.path().join(f)));
+    let read = |file: &str| fs::read_to_string(dir.path().join(file)).unwrap();
+    let text = read("reproduction.md");
+    for part in [
+        "| flight | semi major axis (km) | eccentricity |",
+        "| printed | 24588.0 | - |",
+        "\n* as printed\n* not solved: one\n",
+        "![A curve](curve.svg)\n\nA curve: Fregat blue.",
+    ] {
+        assert!(text.contains(part), "{part}: {text}");
+    }
+    assert!(!text.contains("flatness"), "{text}");
+    let csv = "table,row,quantity,value\ntable-7,printed,semi_major_axis_km,24588.04\ntable-7,printed,eccentricity,\n\
+               table-7,second burn,semi_major_axis_km,9.0\ntable-7,second burn,eccentricity,0.71423\n";
+    assert_eq!(read("reproduction.csv"), csv);
 }

@@ -9,7 +9,7 @@ use apsides_dynamics::planar::{HORIZONTAL_SPEED, PlanarFlight, RADIAL_SPEED, RAD
 use apsides_ode::{FnSystem, Integrator, OdeSettings, Status};
 use apsides_verify::{VerifySettings, verify};
 
-use super::{Comparison, FindingKind, Miss, PrintedRow, PrintedTable, Publication, Solved};
+use super::{Comparison, Content, FindingKind, Miss, PrintedRow, PrintedTable, Publication, Solved};
 use crate::missions::lunar;
 use crate::{Error, Mission, Outcome};
 
@@ -34,7 +34,7 @@ pub(super) const PUBLICATION: Publication = Publication {
     title: "Planar lunar landings in minimum time by flatness and B-splines (Naghash and Jamilnia 2017, Tables 2 and 3)",
     source: "A. Naghash, A. Jamilnia, Modares Mechanical Engineering 17(10), 2017",
     remarks,
-    tables: &[TABLE_2, TABLE_3],
+    content: Content::Tables(&[TABLE_2, TABLE_3]),
 };
 
 const OWN_METHOD: &[&str] = &[
