@@ -10,7 +10,7 @@ use crate::scheme::dopri5::Dopri5;
 use crate::scheme::{ErrorWeights, Scheme, Stages};
 use crate::step::{Observer, Step};
 use crate::step_control::{StepControl, StiffnessTest, first_step};
-use crate::{Method, OdeError, OdeSettings, OdeSystem, Statistics, Status, Summary};
+use crate::{Method, OdeError, OdeSettings, OdeSystem, Statistics, Status, Summary, Tolerance};
 
 /// Shortest step relative to the time, below which time no longer resolves it.
 const RESOLUTION: f64 = 10.0 * f64::EPSILON;
@@ -63,6 +63,21 @@ impl Integrator {
     /// The settings.
     pub fn settings(&self) -> &OdeSettings {
         &self.settings
+    }
+
+    /// Replaces both tolerances.
+    ///
+    /// # Errors
+    /// As [`new`](Self::new); the old ones are kept then.
+    pub fn set_tolerance(&mut self, relative: f64, absolute: impl Into<Tolerance>) -> Result<(), OdeError> {
+        let settings = OdeSettings {
+            relative_tolerance: relative,
+            absolute_tolerance: absolute.into(),
+            ..self.settings.clone()
+        };
+        self.weights = ErrorWeights { relative, absolute: settings.checked(self.dimension)? };
+        self.settings = settings;
+        Ok(())
     }
 
     /// Integrates from `x0` at `t0` to `t1`; the state reached is written to `x1`.

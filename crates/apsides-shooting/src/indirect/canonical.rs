@@ -119,6 +119,37 @@ impl Hamiltonian {
     }
 }
 
+/// `out = A moved + B` for `[A, B]` in the rows of `slopes` (`n x width`), with `moved` and `out` of `n x width` too: `B` has the last
+/// columns. `W` is the width where it is known, so that loops unroll, else 0.
+fn product<const W: usize>(n: usize, slopes: &[f64], moved: &[f64], out: &mut [f64], width: usize) {
+    let width = if W > 0 { W } else { width };
+    for (row, out) in slopes.chunks_exact(width).zip(out.chunks_exact_mut(width)) {
+        out[..n].fill(0.0);
+        out[n..].copy_from_slice(&row[n..]);
+        for (&factor, from) in row[..n].iter().zip(moved.chunks_exact(width)) {
+            // Half of the entries are zero.
+            if factor != 0.0 {
+                for k in 0..width {
+                    out[k] += factor * from[k];
+                }
+            }
+        }
+    }
+}
+
+/// Calls a function with the width as a constant where it is a usual one.
+macro_rules! with_width {
+    ($width:expr, $function:ident($($argument:expr),*)) => {
+        match $width {
+            8 => $function::<8>($($argument),*, 8),
+            10 => $function::<10>($($argument),*, 10),
+            12 => $function::<12>($($argument),*, 12),
+            14 => $function::<14>($($argument),*, 14),
+            width => $function::<0>($($argument),*, width),
+        }
+    };
+}
+
 /// The canonical system of one phase at given parameters, alone or followed by its sensitivities
 /// `[dy/dy0 (n x n), dy/dp (n x np)]` in one row-major matrix of `n x (n + np)`.
 pub(super) struct Canonical<'a> {
@@ -166,19 +197,6 @@ impl OdeSystem for Canonical<'_> {
         let (dy, dmoved) = rates.split_at_mut(n);
         let mut slopes = self.slopes.borrow_mut();
         h.rates_and_slopes(t, y, self.parameters, dy, &mut slopes);
-        for i in 0..n {
-            let out = &mut dmoved[i * width..(i + 1) * width];
-            out[..n].fill(0.0);
-            out[n..].copy_from_slice(&slopes[i * width + n..(i + 1) * width]);
-            for k in 0..n {
-                let factor = slopes[i * width + k];
-                // Half of the entries are zero.
-                if factor != 0.0 {
-                    for (o, v) in out.iter_mut().zip(&moved[k * width..(k + 1) * width]) {
-                        *o += factor * v;
-                    }
-                }
-            }
-        }
+        with_width!(width, product(n, &slopes, moved, dmoved));
     }
 }

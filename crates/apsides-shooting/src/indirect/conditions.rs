@@ -189,6 +189,11 @@ impl Conditions {
         Ok(())
     }
 
+    /// Relative tolerance of the integration from now on.
+    pub(super) fn set_tolerance(&mut self, tolerance: f64) {
+        self.phases.iter_mut().for_each(|p| p.flow.set_tolerance(tolerance));
+    }
+
     fn run(&mut self, z: &[f64], task: Task) -> Result<(), FailedSegment> {
         let Layout { first_parameter, parameters, first_multiplier, .. } = self.layout;
         self.parameters.copy_from_slice(&z[first_parameter..first_parameter + parameters]);

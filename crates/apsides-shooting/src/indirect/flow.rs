@@ -53,12 +53,22 @@ pub(super) struct Passage {
     pub(super) switches: Vec<ControlSwitch>,
 }
 
+/// Absolute tolerances of the components; sensitivities are not controlled, any positive number will do.
+fn absolute(scales: &[f64], tolerance: f64, dimension: usize) -> Tolerance {
+    let mut absolute: Vec<f64> = scales.iter().map(|s| tolerance * s).collect();
+    absolute.resize(dimension, 1.0);
+    Tolerance::PerComponent(absolute)
+}
+
 /// Integrators of one phase.
 pub(super) struct Flow {
     pub(super) hamiltonian: RefCell<Hamiltonian>,
     alone: Integrator,
     with_sensitivities: Integrator,
     components: usize,
+    /// Typical size of each component.
+    scales: Vec<f64>,
+    tolerance: f64,
     start: Vec<f64>,
     end: Vec<f64>,
     slopes: Vec<f64>,
@@ -68,27 +78,42 @@ impl Flow {
     /// With relative tolerance and the typical size of each component of `y`.
     pub(super) fn new(hamiltonian: Hamiltonian, tolerance: f64, scales: &[f64]) -> Result<Self, OdeError> {
         let (n, np) = (hamiltonian.dimension(), hamiltonian.parameters);
-        let settings = |dimension: usize| {
-            let mut absolute: Vec<f64> = scales.iter().map(|s| tolerance * s).collect();
-            absolute.resize(dimension, 1.0);
-            OdeSettings {
+        let augmented = n * (1 + n + np);
+        let integrator = |dimension: usize| {
+            let settings = OdeSettings {
                 relative_tolerance: tolerance,
-                absolute_tolerance: Tolerance::PerComponent(absolute),
+                absolute_tolerance: absolute(scales, tolerance, dimension),
                 controlled_components: Some(n),
                 max_steps: 3000,
                 ..OdeSettings::default()
-            }
+            };
+            Integrator::new(dimension, settings)
         };
-        let augmented = n * (1 + n + np);
         Ok(Self {
-            alone: Integrator::new(n, settings(n))?,
-            with_sensitivities: Integrator::new(augmented, settings(augmented))?,
+            alone: integrator(n)?,
+            with_sensitivities: integrator(augmented)?,
             components: n,
+            scales: scales.to_vec(),
+            tolerance,
             start: vec![0.0; augmented],
             end: vec![0.0; augmented],
             slopes: vec![0.0; n * (n + np)],
             hamiltonian: RefCell::new(hamiltonian),
         })
+    }
+
+    /// Relative tolerance from now on; one that is not positive is left alone.
+    pub(super) fn set_tolerance(&mut self, tolerance: f64) {
+        if tolerance == self.tolerance {
+            return;
+        }
+        for integrator in [&mut self.alone, &mut self.with_sensitivities] {
+            let absolute = absolute(&self.scales, tolerance, integrator.dimension());
+            if integrator.set_tolerance(tolerance, absolute).is_err() {
+                return;
+            }
+        }
+        self.tolerance = tolerance;
     }
 
     /// Flies from `y` (states and costates) at `t0` to `t1`. The control search starts at `control`, which is replaced by the

@@ -71,7 +71,7 @@ pub(super) struct Hamiltonian {
     pub(super) gradient: Vec<f64>,
     /// Hessian of `Hbar`, all entries.
     pub(super) curvature: Vec<f64>,
-    /// Slopes of the rates and of the rows, row-major by inputs.
+    /// Slopes of the rates and of the rows, row-major by inputs; where nothing depends on an input they stay zero.
     pub(super) rate_slopes: Vec<f64>,
     pub(super) row_slopes: Vec<f64>,
     pub(super) scratch: Vec<f64>,
@@ -323,7 +323,6 @@ impl Hamiltonian {
     pub(super) fn linearise(&mut self) {
         let nz = self.inputs();
         self.gradient.fill(0.0);
-        self.rate_slopes.fill(0.0);
         self.dynamics.linearise(&self.z);
         self.value = self.dynamics.values.iter().zip(&self.costate).map(|(f, l)| f * l).sum();
         let (costate, gradient, slopes) = (&self.costate, &mut self.gradient, &mut self.rate_slopes);
@@ -336,7 +335,6 @@ impl Hamiltonian {
             self.value += *weight * term.values[0];
             term.each_slope(|_, c, v| gradient[c] += *weight * v);
         }
-        self.row_slopes.fill(0.0);
         let mut first = 0;
         for (term, _) in &mut self.rows {
             term.linearise(&self.z);

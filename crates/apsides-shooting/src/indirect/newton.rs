@@ -61,6 +61,7 @@ pub(super) fn solve(
         correction: f64::INFINITY,
         failure: None,
     };
+    equations.set_tolerance(settings.early());
     let chained = begin.chained && equations.fly_through(z).is_ok();
     if !chained && let Err(failure) = equations.fly(z, true) {
         ended.failure = Some(failure);
@@ -128,6 +129,8 @@ fn iterate(
     let mut record = Record { step: 0.0, length: 0.0, trials: 0 };
     // Corrections left after a full step relative to the square of that step.
     let mut bend = f64::INFINITY;
+    // Whether the integration is still the rough one; it is not changed back.
+    let mut early = true;
     loop {
         ended.residual = largest(&residual);
         if record.emit(equations, z, ended, observer) == Proceed::Stop {
@@ -155,6 +158,9 @@ fn iterate(
         while length >= SHORTEST {
             record.trials += 1;
             let trial = moved(equations, z, &step, length);
+            let expected = if length == 1.0 { size.min(bend * size * size) } else { size };
+            early &= expected > IndirectSettings::EARLY;
+            equations.set_tolerance(if early { settings.early() } else { settings.integration_tolerance });
             let Some(found) = look(equations, &lu, &trial, !enough, ended) else {
                 length *= 0.5;
                 continue;
@@ -162,6 +168,8 @@ fn iterate(
             has_slopes = !enough;
             if length == 1.0 {
                 bend = found.left / (size * size);
+            }
+            if length == 1.0 && !early {
                 let flights = ended.flights;
                 let polished = polish(equations, &lu, trial.clone(), found.clone(), size, settings, ended);
                 has_slopes &= ended.flights == flights;

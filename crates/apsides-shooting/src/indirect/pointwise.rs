@@ -266,12 +266,32 @@ impl Hamiltonian {
         changed
     }
 
+    /// The same for one control without path constraints.
+    fn differentiate_single_control(&mut self) {
+        let (nx, nz) = (self.states, self.inputs());
+        let bend = self.curvature[nx * nz + nx];
+        let moves =
+            self.kinds[0] != Kind::Switching && self.control_places[0] == Place::Inside && bend != 0.0;
+        let scale = if moves { -1.0 / bend } else { 0.0 };
+        for x in 0..nx {
+            self.control_slopes[x] = scale * self.curvature[nx * nz + x];
+            self.control_slopes[nx + x] = scale * self.rate_slopes[x * nz + nx];
+        }
+        for p in 0..self.parameters {
+            self.control_slopes[2 * nx + p] = scale * self.curvature[nx * nz + nx + 1 + p];
+        }
+    }
+
     /// Derivatives of controls and multipliers with respect to `[x, lambda, p]`, from the stationarity of `Hbar`; needs
     /// [`linearise`](Self::linearise) and [`curve`](Self::curve) at the point.
     pub(super) fn differentiate_control(&mut self) {
         let (nx, nu, np, nz) = (self.states, self.controls, self.parameters, self.inputs());
+        let columns = 2 * nx + np;
+        if nu == 1 && self.row_count == 0 {
+            return self.differentiate_single_control();
+        }
         let (free, active) = self.working_set();
-        let (n, columns) = (free.len(), 2 * nx + np);
+        let n = free.len();
         self.control_slopes.fill(0.0);
         self.multiplier_slopes.fill(0.0);
         if n == 0 {

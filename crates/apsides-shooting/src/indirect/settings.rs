@@ -9,6 +9,8 @@ pub struct IndirectSettings {
     pub tolerance: f64,
     /// Relative tolerance of the integration; 1e-11.
     pub integration_tolerance: f64,
+    /// The same while the corrections that remain are above [`EARLY`](Self::EARLY), where it is enough for the next one; 1e-7.
+    pub early_integration_tolerance: f64,
     /// Most Newton iterations; 50.
     pub max_iterations: usize,
     /// Largest change of an unknown in one step, in units of its size; 100.
@@ -27,6 +29,7 @@ impl Default for IndirectSettings {
         Self {
             tolerance: 1e-9,
             integration_tolerance: 1e-11,
+            early_integration_tolerance: 1e-7,
             max_iterations: 50,
             step_limit: 100.0,
             duration_limit: 0.75,
@@ -37,11 +40,19 @@ impl Default for IndirectSettings {
 }
 
 impl IndirectSettings {
+    /// Expected correction, in units of the unknowns' sizes, from which on the integration is as accurate as that of a solution.
+    pub const EARLY: f64 = 1e-4;
+
+    pub(super) fn early(&self) -> f64 {
+        self.early_integration_tolerance.max(self.integration_tolerance)
+    }
+
     pub(super) fn check(&self) -> Result<(), ShootingError> {
         let fail = |name, value, allowed| Err(ShootingError::Setting { name, value, allowed });
         for (name, value) in [
             ("tolerance", self.tolerance),
             ("integration_tolerance", self.integration_tolerance),
+            ("early_integration_tolerance", self.early_integration_tolerance),
             ("step_limit", self.step_limit),
         ] {
             if !(value > 0.0 && value.is_finite()) {

@@ -159,6 +159,7 @@ impl IndirectShooting {
         ended: Ended,
     ) -> Result<IndirectSolution, ShootingError> {
         let tolerance = self.settings.integration_tolerance;
+        equations.set_tolerance(tolerance);
         let extracted = extraction::extract(ocp, &mut equations, z, tolerance)?;
         let nodes = nodes(&equations, ocp, z);
         let (trajectory, switches, failure) = match extracted {

@@ -14,15 +14,21 @@ pub(super) struct Term {
     pub(super) values: Vec<f64>,
     entries: Vec<f64>,
     hessian: Vec<f64>,
+    /// Output and input of each entry, and pair of inputs of each second derivative.
+    slopes: Vec<(usize, usize)>,
+    pairs: Vec<(usize, usize)>,
 }
 
 impl Term {
     /// A function of a phase with so many states and controls together, and parameters.
     pub(super) fn new(function: Arc<dyn NodeFunction>, base: usize, parameters: usize) -> Self {
         let taken = function.inputs() - base - 1;
-        let time = base + parameters;
+        let columns: Vec<usize> = (0..base + taken).chain([base + parameters]).collect();
+        let pattern = function.pattern();
         Self {
-            columns: (0..base + taken).chain([time]).collect(),
+            slopes: pattern.jacobian_entries().map(|(row, c)| (row, columns[c])).collect(),
+            pairs: pattern.hessian.iter().map(|&(i, j)| (columns[i], columns[j])).collect(),
+            columns,
             inputs: vec![0.0; function.inputs()],
             values: vec![0.0; function.outputs()],
             entries: vec![0.0; function.pattern().jacobian_len()],
@@ -33,13 +39,12 @@ impl Term {
 
     /// Whether it depends on the input.
     pub(super) fn depends_on(&self, column: usize) -> bool {
-        self.function.pattern().columns.iter().any(|&c| self.columns[c] == column)
+        self.slopes.iter().any(|s| s.1 == column)
     }
 
     /// Whether it is nonlinear in the pair of inputs.
     pub(super) fn is_nonlinear_in(&self, a: usize, b: usize) -> bool {
-        let pair = (a.max(b), a.min(b));
-        self.function.pattern().hessian.iter().any(|&(i, j)| (self.columns[i], self.columns[j]) == pair)
+        self.pairs.contains(&(a.max(b), a.min(b)))
     }
 
     fn fill(&mut self, z: &[f64]) {
@@ -60,16 +65,16 @@ impl Term {
 
     /// Entries `(output, input, value)` of the Jacobian at the last [`linearise`](Self::linearise).
     pub(super) fn each_slope(&self, mut emit: impl FnMut(usize, usize, f64)) {
-        for ((row, c), &v) in self.function.pattern().jacobian_entries().zip(&self.entries) {
-            emit(row, self.columns[c], v);
+        for (&(row, c), &v) in self.slopes.iter().zip(&self.entries) {
+            emit(row, c, v);
         }
     }
 
     /// Entries `(i, j, value)`, `i >= j`, of the Hessian of the weighted sum at the last point.
     pub(super) fn each_curvature(&mut self, weights: &[f64], mut emit: impl FnMut(usize, usize, f64)) {
         self.function.hessian(&self.inputs, weights, &mut self.hessian);
-        for (&(i, j), &v) in self.function.pattern().hessian.iter().zip(&self.hessian) {
-            emit(self.columns[i], self.columns[j], v);
+        for (&(i, j), &v) in self.pairs.iter().zip(&self.hessian) {
+            emit(i, j, v);
         }
     }
 }
