@@ -182,3 +182,6 @@ impl OdeSystem for Canonical<'_> {
         }
     }
 }
+
+#[cfg(test)]
+mod tests;
