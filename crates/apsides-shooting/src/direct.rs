@@ -20,9 +20,17 @@
 //! | freedom of the controls | what the slope of the Hamiltonian between the control points would gain | division; in single shooting a higher degree |
 //! | bounds and path constraints between the points | their excess | rows for state bounds inside the segment, division, a straight line at a jump |
 //!
-//! and the next solve starts from the trajectory and its costates, until all are within their tolerances. A control that jumps or has
-//! a kink is met by short segments, not by a break whose time is an unknown as in `apsides-radau`. The equations are integrated from
-//! the guess of each node: segments must be short enough that unstable equations do not leave the range of numbers there.
+//! and the next solve starts from the trajectory and its costates, until all are within their tolerances.
+//!
+//! What it does not do:
+//!
+//! * A control that jumps or has a kink is met by short segments, not by a break whose time is an unknown as in `apsides-radau`.
+//!   With kinks the costates are good to some 1e-5 of their size, at worst 1e-4, without to some 1e-7; `apsides-tests` has the figures.
+//! * The equations are integrated from the guess of each node, by explicit steps: segments must be short enough that unstable or
+//!   stiff equations do not leave the range of numbers there. Where they do, the status says so.
+//! * Bounds and path constraints hold between the control points to their tolerance only; those on controls next to a jump not even
+//!   that, which [`ShootingRecord::control_excess`] tells.
+//! * It says which constraint could not be met, not what to relax; `apsides-radau` does.
 //!
 //! ```
 //! use apsides_ad::{Dynamics, Scalar};

@@ -10,6 +10,34 @@
 //! phase and path constraints without controls are not imposed, but reported where they are exceeded.
 //!
 //! [`IndirectShooting`] solves from an [`IndirectStart`], which a trajectory with costates gives in one call.
+//!
+//! What it does not do:
+//!
+//! | case | what happens | instead |
+//! | --- | --- | --- |
+//! | a bound on a state or a path constraint without controls is active | named in [`IndirectSolution::exceeded`] | a direct method |
+//! | a bound on an integral | refused | the integral as a state with a bound at its end |
+//! | a singular arc | no convergence, or [`FlowFailure::Chattering`] | a direct method, or its feedback as a phase of its own |
+//! | a control that jumps from one bound of a path constraint to another | no convergence | a throttle with bounds, and a direction |
+//! | a start from which Newton's method does not converge | a status | more segments, [`IndirectShooting::follow`], [`IndirectShooting::solve_smoothed`] |
+//! | a switching function that is zero where a segment starts | the control takes its upper bound, right or not | another start |
+//!
+//! The conditions are necessary ones of first order. The certificate of `apsides-verify` looks at a solution from outside, at the sign
+//! of the switching functions among others.
+//!
+//! | module | subject |
+//! | --- | --- |
+//! | `solver`, `settings`, `start` | the method, what can be chosen, where it starts |
+//! | `continuation` | families of problems, smoothed controls |
+//! | `hamiltonian`, `term`, `pointwise`, `small` | the Hamiltonian of a phase, its least value over the controls, derivatives |
+//! | `canonical`, `flow` | the equations of states and costates, flown over a segment across switches, with sensitivities |
+//! | `layout`, `ends`, `conditions`, `newton` | unknowns, transversality, residuals and Jacobian, iteration |
+//! | `extraction` | the solution as polynomials |
+//!
+//! References: A. E. Bryson, Y.-C. Ho, Applied Optimal Control, Taylor and Francis 1975, doi 10.1201/9781315137667. R. Bertrand,
+//! R. Epenoy, New smoothing techniques for solving bang-bang optimal control problems, Optim. Control Appl. Methods 23 (2002), doi
+//! 10.1002/oca.709. What state constraints add to the conditions: R. F. Hartl, S. P. Sethi, R. G. Vickson, A survey of the maximum
+//! principles for optimal control problems with state constraints, SIAM Rev. 37 (1995), doi 10.1137/1037043.
 
 mod canonical;
 mod conditions;

@@ -200,3 +200,6 @@ impl OdeSystem for Canonical<'_> {
         with_width!(width, product(n, &slopes, moved, dmoved));
     }
 }
+
+#[cfg(test)]
+mod tests;

@@ -254,3 +254,6 @@ impl Hamiltonian {
         out.time_slope = self.gradient[self.inputs() - 1];
     }
 }
+
+#[cfg(test)]
+mod tests;
