@@ -49,6 +49,8 @@ impl Observer for Steps {
 pub(super) struct Extracted {
     pub(super) trajectory: Trajectory,
     pub(super) switches: Vec<Vec<ControlSwitch>>,
+    /// The largest gain per phase, relative to the objective, that another level of a switching control would bring.
+    pub(super) wrong_level: f64,
 }
 
 /// Flies the solution once more and samples it.
@@ -65,6 +67,7 @@ pub(super) fn extract(
     let mut phases = Vec::with_capacity(ocp.phases.len());
     let mut integrals = Vec::with_capacity(ocp.phases.len());
     let mut all_switches = Vec::with_capacity(ocp.phases.len());
+    let mut wrong_level = 0.0_f64;
     for (k, phase) in ocp.phases.iter().enumerate() {
         let p = &layout.phases[k];
         let n = 2 * p.states;
@@ -76,6 +79,7 @@ pub(super) fn extract(
             rule: &rule,
             pieces: Pieces { breaks: vec![z[p.initial_time]], ..Pieces::default() },
             integrals: vec![0.0; phase.integrals.len()],
+            wrong_level: 0.0,
         };
         let mut switches = Vec::new();
         for segment in 0..p.segments() {
@@ -116,6 +120,8 @@ pub(super) fn extract(
             switches.extend(passage.switches);
         }
         phases.push(sampler.pieces.phase(phase, &basis, tolerance)?);
+        let duration = z[p.final_time] - z[p.initial_time];
+        wrong_level = wrong_level.max(sampler.wrong_level * duration / layout.objective);
         integrals.push(sampler.integrals);
         all_switches.push(switches);
     }
@@ -131,7 +137,7 @@ pub(super) fn extract(
     });
     let trajectory =
         Trajectory { phases, parameters, objective, constraint_multipliers: Some(multipliers.collect()) };
-    Ok(Ok(Extracted { trajectory, switches: all_switches }))
+    Ok(Ok(Extracted { trajectory, switches: all_switches, wrong_level }))
 }
 
 /// Samples the steps of one phase.
@@ -141,6 +147,8 @@ struct Sampler<'a> {
     rule: &'a Lobatto,
     pieces: Pieces,
     integrals: Vec<f64>,
+    /// Largest value of [`Hamiltonian::wrong_level`].
+    wrong_level: f64,
 }
 
 impl Sampler<'_> {
@@ -185,6 +193,7 @@ impl Sampler<'_> {
                 }
             }
             before = Some(places);
+            self.wrong_level = self.wrong_level.max(h.wrong_level());
             h.write_multipliers(&mut rows);
             let weight = half * self.rule.weights()[j];
             for (sum, q) in sums.iter_mut().zip(&self.phase.integrals) {

@@ -214,10 +214,37 @@ impl Hamiltonian {
     pub(super) fn choose_levels(&mut self, t: f64, x: &[f64], costate: &[f64], p: &[f64]) {
         self.set_point(t, x, costate, p);
         for u in self.switching() {
-            let level =
-                if self.switching_function(t, x, costate, p, u) > 0.0 { Place::Lower } else { Place::Upper };
-            self.set_level(u, level);
+            let mut value = self.switching_function(t, x, costate, p, u);
+            if value == 0.0 {
+                value = self.switching_rate(t, x, costate, p, u);
+            }
+            self.set_level(u, if value > 0.0 { Place::Lower } else { Place::Upper });
         }
+    }
+
+    /// Rate of change of the switching function of a control along the solution.
+    fn switching_rate(&mut self, t: f64, x: &[f64], costate: &[f64], p: &[f64], u: usize) -> f64 {
+        let (n, np) = (self.dimension(), self.parameters);
+        let mut y = [x, costate].concat();
+        y.resize(n, 0.0);
+        let (mut rates, mut slopes) = (vec![0.0; n], vec![0.0; n * (n + np)]);
+        self.rates_and_slopes(t, &y, p, &mut rates, &mut slopes);
+        self.switching_slopes(u, &rates, &mut vec![0.0; n + np])
+    }
+
+    /// The largest `dH/du` at the current point that would have a switching control at its other bound, times the distance between its
+    /// bounds.
+    pub(super) fn wrong_level(&mut self) -> f64 {
+        if !self.kinds.contains(&Kind::Switching) {
+            return 0.0;
+        }
+        self.linearise();
+        let mut wrong = 0.0_f64;
+        for u in self.switching() {
+            let slope = self.gradient[self.states + u] * (self.bounds[u].upper - self.bounds[u].lower);
+            wrong = wrong.max(if self.control_places[u] == Place::Lower { -slope } else { slope });
+        }
+        wrong
     }
 
     /// Puts a switching control at a bound.

@@ -161,13 +161,24 @@ fn iterate(
             let expected = if length == 1.0 { size.min(bend * size * size) } else { size };
             early &= expected > IndirectSettings::EARLY;
             equations.set_tolerance(if early { settings.early() } else { settings.integration_tolerance });
-            let Some(found) = look(equations, &lu, &trial, !enough, ended) else {
+            let Some(mut found) = look(equations, &lu, &trial, !enough, ended) else {
                 length *= 0.5;
                 continue;
             };
             has_slopes = !enough;
             if length == 1.0 {
                 bend = found.left / (size * size);
+                if early && found.left <= IndirectSettings::EARLY {
+                    // Nearer than expected: worth a look at what the accurate integration says.
+                    early = false;
+                    equations.set_tolerance(settings.integration_tolerance);
+                    has_slopes = false;
+                    let Some(accurate) = look(equations, &lu, &trial, false, ended) else {
+                        length *= 0.5;
+                        continue;
+                    };
+                    found = accurate;
+                }
             }
             if length == 1.0 && !early {
                 let flights = ended.flights;

@@ -46,14 +46,38 @@ impl Hamiltonian {
         }
     }
 
-    /// Moves the smooth controls to the nearest minimum. False where none was found; the next search then starts afresh.
+    /// Moves the smooth controls to the nearest minimum, else to the best that is found from other starts. False where none is found; the
+    /// next search then starts afresh.
     pub(super) fn minimise(&mut self) -> bool {
         let from = self.control().to_vec();
-        let found = self.iterate().is_some();
-        if !found {
-            self.start_control(&from);
+        if self.iterate().is_some() {
+            return true;
         }
-        found
+        let mut best: Option<(f64, Vec<f64>)> = None;
+        for start in self.other_starts(&from) {
+            self.start_control(&start);
+            if self.iterate().is_some() {
+                let value = self.value;
+                if best.as_ref().is_none_or(|(least, _)| value < *least) {
+                    best = Some((value, self.control().to_vec()));
+                }
+            }
+        }
+        self.start_control(best.as_ref().map_or(&from, |(_, control)| control));
+        best.is_some() && self.iterate().is_some()
+    }
+
+    /// Controls against the gradient, opposite to `from`, and in the middle between the bounds.
+    fn other_starts(&mut self, from: &[f64]) -> [Vec<f64>; 3] {
+        let nx = self.states;
+        self.start_control(from);
+        self.linearise();
+        let slope = &self.gradient[nx..nx + self.controls];
+        let steepest = slope.iter().map(|g| g * g).sum::<f64>().sqrt().max(f64::MIN_POSITIVE);
+        let size = from.iter().map(|u| u * u).sum::<f64>().sqrt();
+        let down = slope.iter().map(|g| -g / steepest * size).collect();
+        let opposite = from.iter().map(|u| -u).collect();
+        [down, opposite, self.bounds.iter().map(Bounds::representative).collect()]
     }
 
     fn iterate(&mut self) -> Option<()> {

@@ -162,14 +162,21 @@ impl IndirectShooting {
         equations.set_tolerance(tolerance);
         let extracted = extraction::extract(ocp, &mut equations, z, tolerance)?;
         let nodes = nodes(&equations, ocp, z);
+        let mut status = ended.status;
         let (trajectory, switches, failure) = match extracted {
-            Ok(Extracted { trajectory, switches }) => (Some(trajectory), switches, ended.failure),
+            Ok(Extracted { trajectory, switches, wrong_level }) => {
+                // A switching function that starts at zero, as along a singular arc, may take the wrong sign without a switch.
+                if wrong_level > WRONG_LEVEL && status.is_success() {
+                    status = Status::StepTooSmall;
+                }
+                (Some(trajectory), switches, ended.failure)
+            }
             Err(failure) => (None, vec![Vec::new(); ocp.phases.len()], Some(failure)),
         };
         Ok(IndirectSolution {
             exceeded: trajectory.as_ref().map_or(Vec::new(), |t| exceeded(ocp, t)),
             trajectory,
-            status: ended.status,
+            status,
             iterations: ended.iterations,
             flights: ended.flights,
             residual: ended.residual,
@@ -284,6 +291,8 @@ fn nodes(equations: &Conditions, ocp: &Ocp, z: &[f64]) -> IndirectStart {
     }
 }
 
+/// Relative gain by another level of a switching control that a solution may leave.
+const WRONG_LEVEL: f64 = 1e-6;
 /// Part of a scale by which a limit may be exceeded.
 const EXCESS: f64 = 1e-6;
 
