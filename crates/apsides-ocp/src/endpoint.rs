@@ -1,6 +1,6 @@
 //! Quantities at the ends of phases, and constraints between them: boundary conditions and linkages.
 
-use std::sync::Arc;
+use std::sync::{Arc, LazyLock};
 
 use apsides_ad::{NodeFunction, Scalar, VectorFunction, vector_node};
 
@@ -77,10 +77,13 @@ impl VectorFunction<2, 1> for Difference {
     }
 }
 
+/// One function for all linkages: a flight has dozens.
+static DIFFERENCE: LazyLock<Arc<dyn NodeFunction>> = LazyLock::new(|| vector_node(Difference));
+
 impl EndpointConstraint {
     /// The quantity `to` exceeds `from` by a value in the bounds of `row`, negated: `from - to` is bounded.
     pub(crate) fn difference(name: String, row: Variable, from: EndpointInput, to: EndpointInput) -> Self {
-        Self { name, rows: vec![row], inputs: vec![from, to], function: vector_node(Difference) }
+        Self { name, rows: vec![row], inputs: vec![from, to], function: Arc::clone(&DIFFERENCE) }
     }
 
     /// Whether it makes phases one flight: equalities between quantities of different phases.

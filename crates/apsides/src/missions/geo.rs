@@ -44,13 +44,13 @@ pub(super) const INJECTION: Kind = Kind {
 
 fn pose(v: &Values) -> Result<Posed, Error> {
     let injection = Injection::of(v).map_err(|reason| Error::Conflict { place: "mission".into(), reason })?;
-    let start = Start::of(&injection);
+    let (start, models) = (Start::of(&injection), injection.models());
     if injection.has_coast_phases() {
-        let ocp = injection.whole()?;
+        let ocp = injection.whole(&models)?;
         let guess = start.whole(&ocp)?;
         return Ok(Posed::new(ocp, guess));
     }
-    let (ocp, whole) = (injection.reduced()?, injection.whole()?);
+    let (ocp, whole) = (injection.reduced(&models)?, injection.whole(&models)?);
     let guess = start.reduced(&ocp)?;
     let costates = Some(start.costates());
     let reduced = ocp.clone();

@@ -46,6 +46,12 @@ pub(super) fn is_burn(name: &str) -> bool {
     name.starts_with("burn-")
 }
 
+/// The equations of motion, which all burns and all coasts share.
+pub(super) struct Models {
+    burn: Phase,
+    coast: Phase,
+}
+
 impl Injection {
     /// States of a coast; those of a burn begin with them.
     pub(super) fn coast_states(&self) -> &'static [Quantity] {
@@ -59,12 +65,12 @@ impl Injection {
     }
 
     /// The problem that is solved.
-    pub(super) fn reduced(&self) -> Result<Ocp, OcpError> {
+    pub(super) fn reduced(&self, models: &Models) -> Result<Ocp, OcpError> {
         let n = self.burns();
         let mut ocp = Ocp::builder("injection, burns only");
         for k in 0..n {
             // Each burn has a clock of its own.
-            ocp = ocp.phase(self.burn(k).final_time(self.times()));
+            ocp = ocp.phase(self.burn(k, models).final_time(self.times()));
         }
         for k in 1..n {
             ocp = self.joined(ocp, k - 1);
@@ -86,14 +92,14 @@ impl Injection {
     }
 
     /// The problem with all burns and coasts.
-    pub(super) fn whole(&self) -> Result<Ocp, OcpError> {
+    pub(super) fn whole(&self, models: &Models) -> Result<Ocp, OcpError> {
         let n = self.burns();
         let mut ocp = Ocp::builder("injection");
         for k in 0..n {
             let begin = if k > 0 { self.times() } else { Bounds::fixed(0.0) };
-            ocp = ocp.phase(self.burn(k).initial_time(begin).final_time(self.times()));
+            ocp = ocp.phase(self.burn(k, models).initial_time(begin).final_time(self.times()));
             if k + 1 < n {
-                ocp = ocp.phase(self.coast(k).initial_time(self.times()).final_time(self.times()));
+                ocp = ocp.phase(self.coast(k, models).initial_time(self.times()).final_time(self.times()));
             }
         }
         for k in 1..n {
@@ -182,19 +188,40 @@ impl Injection {
         State::new(q.name, q.unit).miss_below(miss).scaled_by(self.scale(q))
     }
 
-    fn coast(&self, k: usize) -> Phase {
-        let name = coast_name(k);
-        let phase = if self.is_spatial() {
-            Phase::new(name, SpatialCoast(self.flight))
-        } else {
-            Phase::new(name, PlanarCoast(self.flight))
+    /// Burn and coast without their own names, states and times.
+    pub(super) fn models(&self) -> Models {
+        let in_plane = control(THRUST_ANGLE);
+        let burn = match (self.steering, self.is_spatial()) {
+            (Steering::Optimal, false) => Phase::new("burn", PlanarThrust(self.flight))
+                .controls([in_plane])
+                .direction(Direction::InPlane { angle: 0 }),
+            (Steering::Optimal, true) => {
+                let out_of_plane = control(OUT_OF_PLANE_ANGLE).within(-FRAC_PI_2, FRAC_PI_2);
+                Phase::new("burn", SpatialThrust(self.flight))
+                    .controls([in_plane, out_of_plane])
+                    .direction(Direction::InSpace { in_plane: 0, out_of_plane: 1 })
+            }
+            // Thrust along the velocity stays in the plane; a spatial flight with it is refused.
+            (Steering::Velocity, _) => Phase::new("burn", PlanarVelocityThrust(self.flight)),
+            (Steering::InertialFixed, false) => Phase::new("burn", PlanarInertialThrust(self.flight)),
+            (Steering::InertialFixed, true) => Phase::new("burn", SpatialInertialThrust(self.flight)),
         };
+        let coast = if self.is_spatial() {
+            Phase::new("coast", SpatialCoast(self.flight))
+        } else {
+            Phase::new("coast", PlanarCoast(self.flight))
+        };
+        Models { burn, coast }
+    }
+
+    fn coast(&self, k: usize, models: &Models) -> Phase {
+        let phase = Phase { name: coast_name(k), ..models.coast.clone() };
         phase
             .states(self.coast_states().iter().map(|q| self.state(*q)))
             .duration(Bounds::at_least(SHORTEST_COAST))
     }
 
-    fn burn(&self, k: usize) -> Phase {
+    fn burn(&self, k: usize, models: &Models) -> Phase {
         let mut states: Vec<State> = self.coast_states().iter().map(|q| self.state(*q)).collect();
         let [_, mass] = self.longitude_and_mass();
         states[mass].variable.bounds = Bounds::new(self.dry_mass(), 1.1 * self.mass);
@@ -210,32 +237,17 @@ impl Injection {
                 s.terminal = value.map_or(Bounds::FREE, Bounds::fixed);
             }
         }
-        let name = burn_name(k);
-        // Forwards, or backwards where the apogee is lowered.
-        let retro = self.is_supersynchronous() && self.pattern[k..].iter().all(|a| *a == Apsis::Perigee);
-        let middle = if retro { PI } else { 0.0 };
-        let in_plane = control(THRUST_ANGLE).within(middle - PI, middle + PI);
-        let phase = match (self.steering, self.is_spatial()) {
-            (Steering::Optimal, false) => Phase::new(name, PlanarThrust(self.flight))
-                .controls([in_plane])
-                .direction(Direction::InPlane { angle: 0 }),
-            (Steering::Optimal, true) => {
-                let out_of_plane = control(OUT_OF_PLANE_ANGLE).within(-FRAC_PI_2, FRAC_PI_2);
-                Phase::new(name, SpatialThrust(self.flight))
-                    .controls([in_plane, out_of_plane])
-                    .direction(Direction::InSpace { in_plane: 0, out_of_plane: 1 })
-            }
-            // Thrust along the velocity stays in the plane; a spatial flight with it is refused.
-            (Steering::Velocity, _) => Phase::new(name, PlanarVelocityThrust(self.flight)),
-            (Steering::InertialFixed, false) => {
-                states.push(self.state(THRUST_LONGITUDE));
-                Phase::new(name, PlanarInertialThrust(self.flight))
-            }
-            (Steering::InertialFixed, true) => {
-                states.extend([self.state(THRUST_LONGITUDE), self.state(THRUST_LATITUDE)]);
-                Phase::new(name, SpatialInertialThrust(self.flight))
-            }
-        };
+        if self.steering == Steering::InertialFixed {
+            states.push(self.state(THRUST_LONGITUDE));
+            states.extend(self.is_spatial().then(|| self.state(THRUST_LATITUDE)));
+        }
+        let mut phase = Phase { name: burn_name(k), ..models.burn.clone() };
+        if let Some(in_plane) = phase.controls.first_mut() {
+            // Forwards, or backwards where the apogee is lowered.
+            let retro = self.is_supersynchronous() && self.pattern[k..].iter().all(|a| *a == Apsis::Perigee);
+            let middle = if retro { PI } else { 0.0 };
+            in_plane.bounds = Bounds::new(middle - PI, middle + PI);
+        }
         phase.states(states).duration(Bounds::new(SHORTEST_BURN.min(self.longest_burn), self.longest_burn))
     }
 
