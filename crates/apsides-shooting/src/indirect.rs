@@ -20,7 +20,7 @@
 //! | a singular arc | no convergence, or [`FlowFailure::Chattering`] | a direct method, or its feedback as a phase of its own |
 //! | a control that jumps from one bound of a path constraint to another | no convergence | a throttle with bounds, and a direction |
 //! | a start from which Newton's method does not converge | a status | more segments, [`IndirectShooting::follow`], [`IndirectShooting::solve_smoothed`] |
-//! | a switching function that is zero where a segment starts | the control takes its upper bound, right or not | another start |
+//! | a switching function that is zero where a segment starts | its rate decides; where that is zero too and the level turns out wrong, the status says that it is no solution | another start |
 //!
 //! The conditions are necessary ones of first order. The certificate of `apsides-verify` looks at a solution from outside, at the sign
 //! of the switching functions among others.

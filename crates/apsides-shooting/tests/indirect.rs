@@ -185,3 +185,12 @@ fn ill_posed_requests_are_refused() {
     let none = IndirectStart::from_trajectory(&trajectory, 1).unwrap_err().to_string();
     assert!(none.contains("no costates"), "{none}");
 }
+
+/// The singular arc of catmix starts with a switching function that is zero; the point that Newton's method finds with the control at a
+/// bound throughout has switching functions of the wrong sign.
+#[test]
+fn wrong_levels_are_no_solution() {
+    let (ocp, start) = collocation("catmix");
+    let solution = IndirectShooting::default().solve_from(&ocp, &start.trajectory, 1).unwrap();
+    assert!(!solution.status.is_success(), "{}", solution.status);
+}
