@@ -92,6 +92,14 @@ impl EndpointTerm {
         self.function.jacobian(&self.inputs, &mut self.values, &mut self.entries);
     }
 
+    /// `emit(row, value)` for the rows, after [`refresh`](Self::refresh).
+    pub fn each_value(&self, mut emit: impl FnMut(usize, f64)) {
+        let Some(first) = self.first_row else { return };
+        for (r, &v) in self.values.iter().enumerate() {
+            emit(first + r, v);
+        }
+    }
+
     /// `emit(row, column, value)` for the derivatives of the rows, after [`refresh`](Self::refresh).
     pub fn each_jacobian(&self, mut emit: impl FnMut(usize, usize, f64)) {
         let Some(first) = self.first_row else { return };

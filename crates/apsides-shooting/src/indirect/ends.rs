@@ -1,28 +1,13 @@
 //! Functions of end quantities: the end cost `Phi`, the endpoint constraints `g`, and `Phibar = Phi + nu^T g` with first and second
 //! derivatives in terms of the unknowns.
 
-use std::sync::Arc;
-
-use apsides_ad::NodeFunction;
-use apsides_ocp::{EndpointInput, Ocp, Sense};
+use apsides_ocp::{EndpointTerm, Ocp, Sense};
 
 use super::layout::Layout;
 
-/// A function of a few unknowns.
-struct EndFunction {
-    function: Arc<dyn NodeFunction>,
-    columns: Vec<usize>,
-    /// First row, or none for a share of the cost.
-    first_row: Option<usize>,
-    inputs: Vec<f64>,
-    values: Vec<f64>,
-    entries: Vec<f64>,
-    hessian: Vec<f64>,
-}
-
 /// All of them.
 pub(super) struct Ends {
-    functions: Vec<EndFunction>,
+    terms: Vec<EndpointTerm>,
     /// Linear end cost.
     linear: Vec<(usize, f64)>,
     sign: f64,
@@ -48,30 +33,19 @@ pub(super) fn sign(ocp: &Ocp) -> f64 {
 
 impl Ends {
     pub(super) fn new(ocp: &Ocp, layout: &Layout) -> Self {
-        let columns =
-            |inputs: &[EndpointInput]| inputs.iter().map(|&i| layout.unknown(i)).collect::<Vec<_>>();
-        let make = |function: &Arc<dyn NodeFunction>, inputs: &[EndpointInput], first_row| EndFunction {
-            function: function.clone(),
-            columns: columns(inputs),
-            first_row,
-            inputs: vec![0.0; function.inputs()],
-            values: vec![0.0; function.outputs()],
-            entries: vec![0.0; function.pattern().jacobian_len()],
-            hessian: vec![0.0; function.pattern().hessian_len()],
-        };
-        let mut functions: Vec<EndFunction> =
-            ocp.objective.functions.iter().map(|(inputs, f)| make(f, inputs, None)).collect();
-        let mut row = 0;
-        for c in &ocp.constraints {
-            functions.push(make(&c.function, &c.inputs, Some(row)));
-            row += c.rows.len();
-        }
+        let mut next = 0;
+        let first_rows = ocp.constraints.iter().map(|c| {
+            let first = next;
+            next += c.rows.len();
+            first
+        });
+        let first_rows: Vec<usize> = first_rows.collect();
         let durations = layout.durations.iter().map(|&k| {
             let p = &layout.phases[k];
             (p.initial_time, p.final_time)
         });
         Self {
-            functions,
+            terms: EndpointTerm::all(ocp, &first_rows, |input| layout.unknown(input)),
             linear: ocp.objective.linear.iter().map(|&(i, w)| (layout.unknown(i), w)).collect(),
             sign: sign(ocp),
             durations: durations.collect(),
@@ -84,13 +58,9 @@ impl Ends {
 
     /// End cost in its own sense.
     pub(super) fn cost(&mut self, z: &[f64]) -> f64 {
-        let mut cost: f64 = self.linear.iter().map(|&(i, w)| w * z[i]).sum();
-        for f in self.functions.iter_mut().filter(|f| f.first_row.is_none()) {
-            f.fill(z);
-            f.function.value(&f.inputs, &mut f.values);
-            cost += f.values[0];
-        }
-        cost
+        let linear: f64 = self.linear.iter().map(|&(i, w)| w * z[i]).sum();
+        let functions = self.terms.iter_mut().filter(|t| t.has_cost());
+        linear + self.sign * functions.map(|t| t.add_values(z, &mut [])).sum::<f64>()
     }
 
     /// Rows, their slopes, and gradient and, where asked for, Hessian of `Phibar` at the unknowns `z` with multipliers `nu`.
@@ -110,40 +80,23 @@ impl Ends {
                 self.gradient[unknown] += slope * nu[row];
             }
         }
-        let cost_weight = [self.sign];
-        for f in &mut self.functions {
-            f.fill(z);
-            f.function.jacobian(&f.inputs, &mut f.values, &mut f.entries);
-            let weights = match f.first_row {
-                Some(first) => {
-                    self.rows[first..first + f.values.len()].copy_from_slice(&f.values);
-                    &nu[first..first + f.values.len()]
-                }
-                None => &cost_weight[..],
-            };
-            for ((r, c), &v) in f.function.pattern().jacobian_entries().zip(&f.entries) {
-                self.gradient[f.columns[c]] += weights[r] * v;
-                if let Some(first) = f.first_row {
-                    self.slopes.push((first + r, f.columns[c], v));
-                }
-            }
-            if second && !f.hessian.is_empty() {
-                f.function.hessian(&f.inputs, weights, &mut f.hessian);
-                for (&(i, j), &v) in f.function.pattern().hessian.iter().zip(&f.hessian) {
-                    self.curvature.push((f.columns[i], f.columns[j], v));
+        let Self { terms, rows, slopes, gradient, curvature, .. } = self;
+        for term in terms {
+            term.refresh(z);
+            term.each_value(|row, v| rows[row] = v);
+            term.each_jacobian(|row, unknown, v| {
+                slopes.push((row, unknown, v));
+                gradient[unknown] += nu[row] * v;
+            });
+            term.add_gradient(gradient);
+            if second {
+                term.each_hessian(1.0, nu, |i, j, v| {
+                    curvature.push((i, j, v));
                     if i != j {
-                        self.curvature.push((f.columns[j], f.columns[i], v));
+                        curvature.push((j, i, v));
                     }
-                }
+                });
             }
-        }
-    }
-}
-
-impl EndFunction {
-    fn fill(&mut self, z: &[f64]) {
-        for (input, &c) in self.inputs.iter_mut().zip(&self.columns) {
-            *input = z[c];
         }
     }
 }
