@@ -231,8 +231,8 @@ impl Conditions {
                 return g + self.phases[k].terminal.hamiltonian;
             }
             // Only parameters remain, to which every phase contributes.
-            let parameter = unknown.wrapping_sub(self.layout.first_parameter);
             if unknown >= self.layout.first_parameter {
+                let parameter = unknown - self.layout.first_parameter;
                 let per_phase = self.phases[k].passages.iter().filter_map(|s| s.end.get(2 * n + parameter));
                 g += per_phase.sum::<f64>();
             }
@@ -242,8 +242,7 @@ impl Conditions {
 
     /// Derivatives of `G` (see [`condition`](Self::condition)) as `(unknown, value)`.
     fn each_condition_slope(&self, unknown: usize, mut emit: impl FnMut(usize, f64)) {
-        for &(i, j, v) in self.ends.curvature.iter().filter(|(i, ..)| *i == unknown) {
-            debug_assert_eq!(i, unknown);
+        for &(_, j, v) in self.ends.curvature.iter().filter(|(i, ..)| *i == unknown) {
             emit(j, v);
         }
         for &(row, _, v) in self.ends.slopes.iter().filter(|(_, i, _)| *i == unknown) {

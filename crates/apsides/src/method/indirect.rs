@@ -51,7 +51,7 @@ impl Mission {
                     return Ok(of_shooting(&solution, t, spent, warnings));
                 }
                 _ => warnings.push(format!(
-                    "shooting from the mission's own costates gave no flight in {spent} iterations; it starts from a collocation"
+                    "shooting from the costates at hand gave no flight in {spent} iterations; it starts from a collocation"
                 )),
             }
         }
