@@ -19,6 +19,10 @@ impl Body {
     /// The Earth: WGS 84's gravitational parameter 398600.4418 km3/s2 and equatorial radius 6378.137 km (NGA.STND.0036, 2014).
     pub const EARTH: Self = Self { gravitational_parameter: 3.986_004_418e14, radius: 6_378_137.0 };
 
+    /// Mars: the gravitational parameter 42828.3752 km3/s2 (MRO120D, doi 10.1016/j.icarus.2016.02.052) and the equatorial radius
+    /// 3396.19 km (IAU 2015).
+    pub const MARS: Self = Self { gravitational_parameter: 4.282_837_52e13, radius: 3.396_19e6 };
+
     /// A body of given gravitational parameter (m3/s2) and radius (m).
     ///
     /// # Errors

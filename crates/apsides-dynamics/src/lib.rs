@@ -33,23 +33,37 @@
 //! | [`planar::flat`] | flat maps of planar flight |
 //! | [`equinoctial`] | orbital flight with finite thrust in modified equinoctial elements, in the plane and in space |
 //! | [`cartesian`] | the same flight in Cartesian coordinates |
+//! | [`atmosphere`] | exponential and standard atmospheres, tables |
+//! | [`aerodynamics`] | coefficients of lift and drag, vehicles of atmospheric entry |
+//! | [`heating`] | laws of convective heating, temperature of the wall |
+//! | [`planet`] | bodies with rotation, oblateness and atmosphere |
+//! | [`entry`] | flight without thrust through the atmosphere of a rotating planet, loads |
 //! | [`quantity`] | names and units of states and controls |
 //!
 //! Reference: D. A. Vallado, Fundamentals of Astrodynamics and Applications, 4th ed., 2013, ISBN 978-1881883189.
 
+pub mod aerodynamics;
+pub mod atmosphere;
 pub mod body;
 pub mod cartesian;
 pub mod elements;
 pub mod engine;
+pub mod entry;
 pub mod equinoctial;
 pub mod error;
+pub mod heating;
 pub mod kepler;
 pub mod planar;
+pub mod planet;
 pub mod quantity;
 pub mod transfer;
 
+pub use aerodynamics::{Aerodynamics, EntryVehicle};
+pub use atmosphere::Atmosphere;
 pub use body::Body;
 pub use engine::Engine;
 pub use error::DynamicsError;
+pub use heating::HeatingLaw;
+pub use planet::Planet;
 pub use quantity::Quantity;
 pub use transfer::{Hohmann, TransferPoint};

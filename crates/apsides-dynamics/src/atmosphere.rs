@@ -1,0 +1,154 @@
+//! Atmospheres: density, temperature, pressure and speed of sound as functions of the altitude, in SI units.
+//!
+//! Every function is generic in the scalar and finite for every finite altitude; [`Atmosphere::state`] is the checked one for plain
+//! numbers, which refuses altitudes that the model does not cover.
+
+use apsides_ad::Scalar;
+
+use crate::DynamicsError;
+use crate::engine::STANDARD_GRAVITY;
+use crate::error::{finite, positive};
+
+/// A perfect gas.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Gas {
+    /// Gas constant, J/(kg K).
+    pub constant: f64,
+    /// Ratio of the specific heats.
+    pub heat_ratio: f64,
+}
+
+impl Gas {
+    /// Dry air of the US Standard Atmosphere 1976: 8314.32 J/(kmol K) by 28.9644 kg/kmol, and 1.4.
+    pub const AIR: Self = Self { constant: 8314.32 / 28.9644, heat_ratio: 1.4 };
+    /// The atmosphere of Mars: 8314.46 J/(kmol K) by 43.34 kg/kmol, and 1.29 (NASA Mars Fact Sheet; carbon dioxide at 230 K).
+    pub const MARS: Self = Self { constant: 8314.46 / 43.34, heat_ratio: 1.29 };
+
+    /// Speed of sound at a temperature (K), m/s.
+    #[inline]
+    pub fn speed_of_sound<S: Scalar>(&self, temperature: S) -> S {
+        (temperature * (self.heat_ratio * self.constant)).sqrt()
+    }
+}
+
+/// A density that falls by a factor e with every scale height: the isothermal atmosphere in a uniform field.
+///
+/// The law holds above and below the reference altitude alike.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Exponential {
+    /// Density at the reference altitude, kg/m3.
+    pub reference_density: f64,
+    /// Reference altitude, m.
+    pub reference_altitude: f64,
+    /// Scale height, m.
+    pub scale_height: f64,
+    /// The temperature, K.
+    pub temperature: f64,
+    /// The gas.
+    pub gas: Gas,
+}
+
+impl Exponential {
+    /// Model E of the capsule's reference: 1.225 kg/m3 at the surface of the Earth and 7200 m.
+    pub const EARTH: Self = Self {
+        reference_density: 1.225,
+        reference_altitude: 0.0,
+        scale_height: 7200.0,
+        temperature: STANDARD_GRAVITY * 7200.0 / Gas::AIR.constant,
+        gas: Gas::AIR,
+    };
+
+    /// Mars: 0.0158 kg/m3 at the surface and 9354.5 m (J. Benito and K. D. Mease, J. Guidance 33(3), 2010, doi 10.2514/1.47577).
+    pub const MARS: Self = Self {
+        reference_density: 0.0158,
+        reference_altitude: 0.0,
+        scale_height: 9354.5,
+        temperature: 3.71 * 9354.5 / Gas::MARS.constant,
+        gas: Gas::MARS,
+    };
+
+    /// A density (kg/m3) at an altitude (m), a scale height (m) and a gas, under a gravity (m/s2): hydrostatic equilibrium makes the
+    /// temperature that gravity times the scale height by the gas constant.
+    ///
+    /// # Errors
+    /// When the altitude is not finite or another value is not positive and finite.
+    pub fn new(
+        reference_density: f64,
+        reference_altitude: f64,
+        scale_height: f64,
+        gas: Gas,
+        gravity: f64,
+    ) -> Result<Self, DynamicsError> {
+        let reference_density = positive("reference density", reference_density, "kg/m3")?;
+        let reference_altitude = finite("reference altitude", reference_altitude, "m")?;
+        let scale_height = positive("scale height", scale_height, "m")?;
+        let temperature = positive("gravity", gravity, "m/s2")? * scale_height / gas.constant;
+        Ok(Self { reference_density, reference_altitude, scale_height, temperature, gas })
+    }
+
+    /// Density, kg/m3.
+    #[inline]
+    pub fn density<S: Scalar>(&self, altitude: S) -> S {
+        ((altitude - self.reference_altitude) / -self.scale_height).exp() * self.reference_density
+    }
+}
+
+/// An atmosphere.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Atmosphere {
+    /// None.
+    Vacuum,
+    /// One scale height.
+    Exponential(Exponential),
+}
+
+/// What an atmosphere is like at an altitude.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct AtmosphericState {
+    /// Density, kg/m3.
+    pub density: f64,
+    /// Temperature, K.
+    pub temperature: f64,
+    /// Pressure, Pa.
+    pub pressure: f64,
+    /// Speed of sound, m/s.
+    pub speed_of_sound: f64,
+}
+
+impl Atmosphere {
+    /// Density, kg/m3, at an altitude (m).
+    #[inline]
+    pub fn density<S: Scalar>(&self, altitude: S) -> S {
+        match self {
+            Self::Vacuum => S::from(0.0),
+            Self::Exponential(law) => law.density(altitude),
+        }
+    }
+
+    /// Temperature, K, at an altitude (m); 0 in the vacuum.
+    #[inline]
+    pub fn temperature<S: Scalar>(&self, _altitude: S) -> S {
+        match self {
+            Self::Vacuum => S::from(0.0),
+            Self::Exponential(law) => S::from(law.temperature),
+        }
+    }
+
+    /// Pressure, Pa, at an altitude (m).
+    #[inline]
+    pub fn pressure<S: Scalar>(&self, altitude: S) -> S {
+        match self {
+            Self::Vacuum => S::from(0.0),
+            Self::Exponential(law) => law.density(altitude) * (law.gas.constant * law.temperature),
+        }
+    }
+
+    /// Speed of sound, m/s, at an altitude (m); infinite in the vacuum, where every Mach number is zero.
+    #[inline]
+    pub fn speed_of_sound<S: Scalar>(&self, _altitude: S) -> S {
+        match self {
+            Self::Vacuum => S::from(f64::INFINITY),
+            Self::Exponential(law) => S::from(law.gas.speed_of_sound(law.temperature)),
+        }
+    }
+}
