@@ -17,10 +17,13 @@
 //! ```
 
 mod algorithm;
+mod annealing;
+mod ant_colony;
 mod error;
 mod evaluation;
 mod evaluator;
 mod generator;
+mod genetic;
 mod history;
 mod method;
 mod number;
@@ -31,9 +34,12 @@ mod search;
 mod space;
 
 pub use algorithm::{Algorithm, Convergence, Task};
+pub use annealing::{Annealing, AnnealingSettings};
+pub use ant_colony::{AntColony, AntColonySettings};
 pub use error::SearchError;
 pub use evaluation::{Candidate, Evaluation, Objective};
 pub use generator::Generator;
+pub use genetic::{Genetic, GeneticSettings};
 pub use history::HistoryPoint;
 pub use method::{Engine, Method};
 pub use particle_swarm::{Damping, Neighbourhood, ParticleSwarm, ParticleSwarmSettings};

@@ -1,7 +1,8 @@
 //! The choice of an algorithm, and any of them behind one type that can be saved.
 
 use crate::{
-    Algorithm, Candidate, Convergence, Evaluation, ParticleSwarm, ParticleSwarmSettings, Points, Population,
+    Algorithm, Annealing, AnnealingSettings, AntColony, AntColonySettings, Candidate, Convergence,
+    Evaluation, Genetic, GeneticSettings, ParticleSwarm, ParticleSwarmSettings, Points, Population,
     SearchError, Task,
 };
 use serde::{Deserialize, Serialize};
@@ -10,8 +11,14 @@ use serde::{Deserialize, Serialize};
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[non_exhaustive]
 pub enum Method {
+    /// Genetic algorithm.
+    Genetic(GeneticSettings),
     /// Particle swarm.
     ParticleSwarm(ParticleSwarmSettings),
+    /// Ant colony.
+    AntColony(AntColonySettings),
+    /// Simulated annealing.
+    SimulatedAnnealing(AnnealingSettings),
 }
 
 impl Default for Method {
@@ -27,7 +34,10 @@ impl Method {
     /// Settings out of range.
     pub fn start(&self, task: &Task<'_>) -> Result<Engine, SearchError> {
         Ok(match self {
+            Self::Genetic(settings) => Engine::Genetic(Genetic::new(settings, task)?),
             Self::ParticleSwarm(settings) => Engine::ParticleSwarm(ParticleSwarm::new(settings, task)?),
+            Self::AntColony(settings) => Engine::AntColony(AntColony::new(settings, task)?),
+            Self::SimulatedAnnealing(settings) => Engine::SimulatedAnnealing(Annealing::new(settings, task)?),
         })
     }
 }
@@ -36,15 +46,24 @@ impl Method {
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[non_exhaustive]
 pub enum Engine {
+    /// Genetic algorithm.
+    Genetic(Genetic),
     /// Particle swarm.
     ParticleSwarm(ParticleSwarm),
+    /// Ant colony.
+    AntColony(AntColony),
+    /// Simulated annealing.
+    SimulatedAnnealing(Annealing),
 }
 
 /// The same expression for whichever algorithm it is.
 macro_rules! each {
     ($engine:expr, $algorithm:ident => $expression:expr) => {
         match $engine {
+            Engine::Genetic($algorithm) => $expression,
             Engine::ParticleSwarm($algorithm) => $expression,
+            Engine::AntColony($algorithm) => $expression,
+            Engine::SimulatedAnnealing($algorithm) => $expression,
         }
     };
 }
