@@ -99,7 +99,7 @@ impl Annealing {
     pub fn new(settings: &AnnealingSettings, task: &Task<'_>) -> Result<Self, SearchError> {
         let s = settings;
         require_population("simulated annealing: walkers", s.walkers, 1)?;
-        require_population("simulated annealing: first generation", s.first, s.walkers.max(2))?;
+        require_population("simulated annealing: first", s.first, s.walkers.max(2))?;
         require_population("simulated annealing: rounds", s.rounds, 1)?;
         require_population("simulated annealing: changes", s.changes, 1)?;
         let positive = |x: f64| x > 0.0 && x.is_finite();
@@ -128,7 +128,7 @@ impl Annealing {
             steps.add().fill(1.0);
             taken.add();
         }
-        let level = (free.len() * s.rounds * s.changes * s.walkers) as f64;
+        let level: f64 = [free.len(), s.rounds, s.changes, s.walkers].map(|n| n as f64).iter().product();
         let levels = (task.budget.saturating_sub(s.first) as f64 / level).max(1.0);
         Ok(Self {
             cooling: s.cooling.unwrap_or_else(|| COOLED.powf(1.0 / levels)),

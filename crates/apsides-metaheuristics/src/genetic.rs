@@ -34,9 +34,9 @@ pub struct GeneticSettings {
     pub mutation: Option<f64>,
     /// Distribution index of the mutation, at least 0; default 20. A larger one makes smaller moves.
     pub mutation_index: f64,
-    /// Best parents that compete with the children for places in the next generation: 0 for none, the size of the population for
-    /// all; default all.
-    pub elite: usize,
+    /// Best parents that compete with the children for places in the next generation: 0 for none, default
+    /// `None` for all.
+    pub elite: Option<usize>,
 }
 
 impl Default for GeneticSettings {
@@ -48,7 +48,7 @@ impl Default for GeneticSettings {
             crossover_index: 10.0,
             mutation: None,
             mutation_index: 20.0,
-            elite: usize::MAX,
+            elite: None,
         }
     }
 }
@@ -170,7 +170,7 @@ impl Genetic {
     /// The best of the elite and of the children become the parents.
     fn survive(&mut self, children: &Points, evaluations: &[Evaluation]) {
         let Self { settings, parents, next, order, .. } = self;
-        let elite = settings.elite.min(parents.len());
+        let elite = settings.elite.unwrap_or(usize::MAX).min(parents.len());
         let member = |k: usize| match k.checked_sub(elite) {
             None => (parents.points.row(k), &parents.evaluations[k]),
             Some(k) => (children.row(k), &evaluations[k]),

@@ -2,8 +2,8 @@
 
 use crate::{
     Algorithm, Annealing, AnnealingSettings, AntColony, AntColonySettings, Candidate, Convergence,
-    Evaluation, Genetic, GeneticSettings, ParticleSwarm, ParticleSwarmSettings, Points, Population,
-    SearchError, Task,
+    Cooperation, CooperationSettings, Evaluation, Genetic, GeneticSettings, Islands, IslandsSettings,
+    ParticleSwarm, ParticleSwarmSettings, Points, Population, SearchError, Task,
 };
 use serde::{Deserialize, Serialize};
 
@@ -19,6 +19,10 @@ pub enum Method {
     AntColony(AntColonySettings),
     /// Simulated annealing.
     SimulatedAnnealing(AnnealingSettings),
+    /// Particle swarm, ant colony and genetic algorithm that exchange their best.
+    Cooperation(CooperationSettings),
+    /// Any of these side by side.
+    Islands(IslandsSettings),
 }
 
 impl Default for Method {
@@ -38,6 +42,8 @@ impl Method {
             Self::ParticleSwarm(settings) => Engine::ParticleSwarm(ParticleSwarm::new(settings, task)?),
             Self::AntColony(settings) => Engine::AntColony(AntColony::new(settings, task)?),
             Self::SimulatedAnnealing(settings) => Engine::SimulatedAnnealing(Annealing::new(settings, task)?),
+            Self::Cooperation(settings) => Engine::Cooperation(Box::new(Cooperation::new(settings, task)?)),
+            Self::Islands(settings) => Engine::Islands(Islands::new(settings, task)?),
         })
     }
 }
@@ -54,6 +60,10 @@ pub enum Engine {
     AntColony(AntColony),
     /// Simulated annealing.
     SimulatedAnnealing(Annealing),
+    /// Particle swarm, ant colony and genetic algorithm that exchange their best.
+    Cooperation(Box<Cooperation>),
+    /// Any of these side by side.
+    Islands(Islands),
 }
 
 /// The same expression for whichever algorithm it is.
@@ -64,6 +74,8 @@ macro_rules! each {
             Engine::ParticleSwarm($algorithm) => $expression,
             Engine::AntColony($algorithm) => $expression,
             Engine::SimulatedAnnealing($algorithm) => $expression,
+            Engine::Cooperation($algorithm) => $expression,
+            Engine::Islands($algorithm) => $expression,
         }
     };
 }

@@ -171,6 +171,20 @@ impl Population {
         }
     }
 
+    /// Of the members from index `first` on, keeps the `count` best, best first.
+    pub fn keep_best(&mut self, first: usize, count: usize) {
+        let kept = count.min(self.len() - first);
+        for place in first..first + kept {
+            let rest = place..self.len();
+            let next = rest.min_by(|&i, &j| self.evaluations[i].order(&self.evaluations[j])).unwrap_or(place);
+            self.evaluations[place..=next].rotate_right(1);
+            let n = self.points.dimension;
+            self.points.values[place * n..(next + 1) * n].rotate_right(n);
+        }
+        self.points.truncate(first + kept);
+        self.evaluations.truncate(first + kept);
+    }
+
     /// Puts the members in order, best first; equals keep theirs.
     pub fn sort(&mut self) {
         let mut order: Vec<usize> = (0..self.len()).collect();
