@@ -49,6 +49,14 @@ pub enum ShootingError {
         /// What to do instead.
         remedy: &'static str,
     },
+    /// A profile or the rules of its flights do not fit the problem.
+    #[error("profile, {place}: {reason}")]
+    Profile {
+        /// Where.
+        place: String,
+        /// What does not fit, and what to do.
+        reason: String,
+    },
     /// A segment has more control points than the basis supports.
     #[error("control points of a segment: {0}")]
     Basis(#[from] BasisError),

@@ -45,6 +45,7 @@
 //! | --- | --- |
 //! | [`direct`] | single and multiple shooting with piecewise-polynomial controls, as a nonlinear program |
 //! | [`indirect`] | Pontryagin's conditions as a multi-point boundary value problem |
+//! | [`profile`] | control profiles of a few numbers, flown by single shooting for searches without derivatives |
 //! | [`error`] | what is refused |
 //!
 //! What each does not do is said in its module. References: H. G. Bock, K. J. Plitt, A multiple shooting algorithm for direct solution
@@ -54,5 +55,6 @@
 pub mod direct;
 pub mod error;
 pub mod indirect;
+pub mod profile;
 
 pub use error::ShootingError;

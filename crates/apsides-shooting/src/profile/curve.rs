@@ -1,0 +1,180 @@
+//! One profile: sub-intervals of `[0, 1]` and a polynomial on each.
+
+use apsides_basis::Lobatto;
+use apsides_ocp::Bounds;
+
+use super::shape::{MAX_DEGREE, ProfileShape};
+use crate::error::ShootingError;
+
+/// A decoded profile. Owns all storage, so that decoding another vector allocates nothing.
+#[derive(Clone, Debug)]
+pub struct Profile {
+    shape: ProfileShape,
+    /// Nodes on [-1, 1].
+    nodes: Vec<f64>,
+    /// From the values at the nodes to the coefficients of powers on [-1, 1], row-major, a row per power.
+    powers: Vec<f64>,
+    /// Ends of the sub-intervals from 0 to 1.
+    joints: Vec<f64>,
+    /// Values at the nodes, row-major: sub-intervals by nodes by components.
+    values: Vec<f64>,
+    /// Coefficients, in the same order with powers for nodes.
+    coefficients: Vec<f64>,
+}
+
+impl Profile {
+    /// A profile of a shape, in the middle of its box.
+    ///
+    /// # Errors
+    /// As [`ProfileShape::space`].
+    pub fn new(shape: &ProfileShape) -> Result<Self, ShootingError> {
+        let (lower, upper) = shape.space()?;
+        let nodes = match shape.degree {
+            0 => vec![0.0],
+            degree => Lobatto::new(degree + 1)?.nodes().to_vec(),
+        };
+        let size = shape.most_intervals * nodes.len() * shape.components();
+        let mut profile = Self {
+            shape: shape.clone(),
+            powers: lagrange_powers(&nodes),
+            nodes,
+            joints: Vec::with_capacity(shape.most_intervals + 1),
+            values: vec![0.0; size],
+            coefficients: vec![0.0; size],
+        };
+        let middle: Vec<f64> = lower.iter().zip(&upper).map(|(a, b)| 0.5 * (a + b)).collect();
+        profile.decode(&middle)?;
+        Ok(profile)
+    }
+
+    /// Replaces the profile by that of a decision vector; numbers outside of the box count as the nearest inside.
+    ///
+    /// # Errors
+    /// [`ShootingError::Dimension`].
+    pub fn decode(&mut self, decision: &[f64]) -> Result<(), ShootingError> {
+        let Self { shape, joints, .. } = self;
+        if decision.len() != shape.variables() {
+            return Err(ShootingError::Dimension {
+                place: "profile".into(),
+                what: "decision variables",
+                expected: shape.variables(),
+                found: decision.len(),
+            });
+        }
+        let components = shape.components();
+        let (values, rest) = decision.split_at(shape.nodal_points() * components);
+        let (weights, number) = rest.split_at(shape.weights());
+        let least = shape.least_intervals;
+        // A number that is none counts as the fewest.
+        let count = number.first().map_or(least, |n| n.round().max(least as f64) as usize);
+        let count = count.min(shape.most_intervals);
+        let weight = |k: usize| weights.get(k).map_or(1.0, |w| w.clamp(1.0 / shape.length_ratio, 1.0));
+        let total: f64 = (0..count).map(weight).sum();
+        joints.clear();
+        joints.push(0.0);
+        let mut sum = 0.0;
+        for k in 0..count - 1 {
+            sum += weight(k);
+            joints.push(sum / total);
+        }
+        joints.push(1.0);
+        let points = self.nodes.len();
+        let stride = if shape.continuous { shape.degree } else { points };
+        for interval in 0..count {
+            for node in 0..points {
+                let from = &values[(interval * stride + node) * components..][..components];
+                let to = &mut self.values[(interval * points + node) * components..][..components];
+                for ((to, from), b) in to.iter_mut().zip(from).zip(&shape.bounds) {
+                    *to = from.clamp(b.lower, b.upper);
+                }
+            }
+            let block = interval * points * components..(interval + 1) * points * components;
+            let (values, coefficients) = (&self.values[block.clone()], &mut self.coefficients[block]);
+            for (power, row) in self.powers.chunks(points).enumerate() {
+                for c in 0..components {
+                    let terms = row.iter().zip(values[c..].iter().step_by(components));
+                    coefficients[power * components + c] = terms.map(|(a, v)| a * v).sum();
+                }
+            }
+        }
+        Ok(())
+    }
+
+    /// Its shape.
+    #[must_use]
+    pub fn shape(&self) -> &ProfileShape {
+        &self.shape
+    }
+
+    /// Number of sub-intervals.
+    #[must_use]
+    pub fn intervals(&self) -> usize {
+        self.joints.len() - 1
+    }
+
+    /// Ends of the sub-intervals, from 0 to 1.
+    #[must_use]
+    pub fn joints(&self) -> &[f64] {
+        &self.joints
+    }
+
+    /// Nodes on [-1, 1], which is mapped onto each sub-interval.
+    #[must_use]
+    pub fn nodes(&self) -> &[f64] {
+        &self.nodes
+    }
+
+    /// Values at the nodes of a sub-interval, row-major nodes by components.
+    #[must_use]
+    pub fn nodal_values(&self, interval: usize) -> &[f64] {
+        let size = self.nodes.len() * self.shape.components();
+        &self.values[interval * size..][..size]
+    }
+
+    /// The sub-interval of an abscissa: the later one at a joint, the first or last outside of `[0, 1]`.
+    #[must_use]
+    pub fn interval_at(&self, s: f64) -> usize {
+        self.joints[1..self.intervals()].partition_point(|j| *j <= s)
+    }
+
+    /// Writes the components at an abscissa; outside of `[0, 1]` they keep their values at the ends.
+    pub fn at(&self, s: f64, out: &mut [f64]) {
+        self.at_in(self.interval_at(s), s, out);
+    }
+
+    /// The same for one sub-interval, beyond which they keep their values at its ends.
+    pub fn at_in(&self, interval: usize, s: f64, out: &mut [f64]) {
+        let (a, b) = (self.joints[interval], self.joints[interval + 1]);
+        // A NaN stays one, also where the profile is constant.
+        let x = (((s - a) - (b - s)) / (b - a)).clamp(-1.0, 1.0);
+        let (points, components) = (self.nodes.len(), self.shape.components());
+        let rows = &self.coefficients[interval * points * components..][..points * components];
+        for (c, (out, &Bounds { lower, upper })) in out.iter_mut().zip(&self.shape.bounds).enumerate() {
+            let mut sum = rows[(points - 1) * components + c] + 0.0 * x;
+            for power in (0..points - 1).rev() {
+                sum = sum * x + rows[power * components + c];
+            }
+            *out = sum.clamp(lower, upper);
+        }
+    }
+}
+
+/// Coefficients of powers of the Lagrange polynomials of the nodes, row-major: a row per power, a column per node.
+fn lagrange_powers(nodes: &[f64]) -> Vec<f64> {
+    let n = nodes.len();
+    let mut matrix = vec![0.0; n * n];
+    for (j, node) in nodes.iter().enumerate() {
+        let mut polynomial = [0.0; MAX_DEGREE + 1];
+        polynomial[0] = 1.0;
+        for (_, other) in nodes.iter().enumerate().filter(|(m, _)| *m != j) {
+            for power in (0..=MAX_DEGREE).rev() {
+                let below = if power > 0 { polynomial[power - 1] } else { 0.0 };
+                polynomial[power] = (below - other * polynomial[power]) / (node - other);
+            }
+        }
+        for (row, c) in matrix.chunks_mut(n).zip(polynomial) {
+            row[j] = c;
+        }
+    }
+    matrix
+}
