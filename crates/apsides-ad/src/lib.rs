@@ -41,6 +41,7 @@
 //! | [`node`] | models with sizes and scalar erased |
 //! | [`trace`] | models as formulas that other tools can read |
 //! | [`spline`] | tables in one and two variables as functions of scalars |
+//! | [`pchip`] | tables in one variable that keep the shape of their data |
 //! | [`vector`] | products and smooth norms |
 //!
 //! References: J. Fike and J. Alonso, The development of hyper-dual numbers for exact second-derivative calculations,
@@ -53,6 +54,7 @@ pub mod hyper_dual;
 pub mod model;
 pub mod node;
 pub mod pattern;
+pub mod pchip;
 pub mod scalar;
 pub mod spline;
 pub mod trace;
@@ -63,6 +65,7 @@ pub use hyper_dual::HyperDual;
 pub use model::{Dynamics, FlatMap, PathFunction, VectorFunction};
 pub use node::{NodeFunction, NodePattern, dynamics_node, flat_node, path_node, vector_node};
 pub use pattern::Dependence;
+pub use pchip::{Outside, Pchip};
 pub use scalar::Scalar;
 pub use spline::{BicubicSpline, CubicSpline, SplineError};
 pub use trace::Formula;

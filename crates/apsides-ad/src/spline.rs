@@ -18,8 +18,11 @@ use crate::Scalar;
 /// Why a table is no spline.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum SplineError {
-    /// Fewer than four knots in a direction.
-    TooShort,
+    /// Fewer knots in a direction than the table takes.
+    TooShort {
+        /// The fewest knots.
+        least: usize,
+    },
     /// Knots that do not increase, or a number that is not finite.
     Knots,
     /// The number of values is not that of the knots.
@@ -34,7 +37,7 @@ pub enum SplineError {
 impl fmt::Display for SplineError {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
-            Self::TooShort => f.write_str("a spline takes at least four knots in each direction"),
+            Self::TooShort { least } => write!(f, "the table takes at least {least} knots in each direction"),
             Self::Knots => f.write_str("the knots must be finite and increase, the values be finite"),
             Self::Length { expected, found } => write!(f, "{found} values for {expected} knots"),
         }
@@ -139,15 +142,21 @@ impl BicubicSpline {
     }
 }
 
+/// Knots of a spline.
 fn check(knots: &[f64]) -> Result<(), SplineError> {
-    if knots.len() < 4 {
-        return Err(SplineError::TooShort);
+    check_knots(knots, 4)
+}
+
+/// Increasing knots, not fewer than a number.
+pub(crate) fn check_knots(knots: &[f64], least: usize) -> Result<(), SplineError> {
+    if knots.len() < least {
+        return Err(SplineError::TooShort { least });
     }
     let increasing = knots.windows(2).all(|w| w[0] < w[1]) && knots.iter().all(|k| k.is_finite());
     if increasing { Ok(()) } else { Err(SplineError::Knots) }
 }
 
-fn check_values(values: &[f64], expected: usize) -> Result<(), SplineError> {
+pub(crate) fn check_values(values: &[f64], expected: usize) -> Result<(), SplineError> {
     if values.len() != expected {
         return Err(SplineError::Length { expected, found: values.len() });
     }
@@ -256,7 +265,7 @@ mod tests {
     #[test]
     fn tables_that_do_not_fit() {
         let error = |knots: &[f64], values: &[f64]| CubicSpline::new(knots, values).unwrap_err();
-        assert_eq!(error(&[0.0, 1.0, 2.0], &[0.0; 3]), SplineError::TooShort);
+        assert_eq!(error(&[0.0, 1.0, 2.0], &[0.0; 3]), SplineError::TooShort { least: 4 });
         assert_eq!(error(&[0.0, 1.0, 1.0, 2.0], &[0.0; 4]), SplineError::Knots);
         assert_eq!(error(&[0.0, 1.0, 2.0, 3.0], &[f64::NAN; 4]), SplineError::Knots);
         assert_eq!(error(&[0.0, 1.0, 2.0, 3.0], &[0.0; 3]), SplineError::Length { expected: 4, found: 3 });
