@@ -129,7 +129,8 @@ pub struct FlightSettings {
     pub tolerance: f64,
     /// Longest step as a part of the longest flight; 0.05.
     pub longest_step: f64,
-    /// Points of each step, its end included, at which path constraints and bounds are looked at; 2.
+    /// Points of each step, its end included, at which path constraints and bounds are looked at; between them a parabola through
+    /// three tells the largest value; 2.
     pub samples: usize,
     /// Most steps of a flight; 10000.
     pub most_steps: usize,

@@ -195,7 +195,12 @@ impl<'a> ProfileShooting<'a> {
             integrator: Integrator::new(n + q, self.ode.clone())?,
             profile: self.profile.clone(),
             scratch: RefCell::new(Scratch::new(phase, &self.rules, p)),
-            watch: WatchStorage { state: vec![0.0; n + q], rows: vec![0.0; phase.path_rows()] },
+            watch: WatchStorage {
+                state: vec![0.0; n + q],
+                rows: vec![0.0; phase.path_rows()],
+                times: [f64::NAN; 2],
+                values: vec![[f64::NAN; 2]; self.along.len()],
+            },
             state: vec![0.0; n + q],
             next: vec![0.0; n + q],
             terms,
@@ -355,7 +360,7 @@ impl<'a> ProfileShooting<'a> {
                 recording: recording.as_deref_mut(),
             };
             observer.storage.state.copy_from_slice(state);
-            observer.look(*t);
+            observer.begin(*t);
             let piece = Piece { motion, interval, scratch };
             let events = &events[..count];
             let summary =

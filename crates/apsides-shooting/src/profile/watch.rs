@@ -16,6 +16,10 @@ pub(crate) struct WatchStorage {
     pub(crate) state: Vec<f64>,
     /// Path constraint rows.
     pub(crate) rows: Vec<f64>,
+    /// Times of the last two looks along the piece, the later one first; NaN where there was none.
+    pub(crate) times: [f64; 2],
+    /// Value of each limit at these times.
+    pub(crate) values: Vec<[f64; 2]>,
 }
 
 /// A flight as a whole: dense output, and per piece the sub-interval of the profile and the times.
@@ -49,13 +53,19 @@ pub(crate) struct Watch<'a> {
 }
 
 impl Watch<'_> {
+    /// Looks at the state in the storage, the first of a piece.
+    pub(crate) fn begin(&mut self, t: f64) {
+        self.storage.times = [f64::NAN; 2];
+        self.look(t);
+    }
+
     /// Looks at the state in the storage.
-    pub(crate) fn look(&mut self, t: f64) {
+    fn look(&mut self, t: f64) {
         if self.limits.is_empty() {
             return;
         }
         let scratch = &mut *self.scratch.borrow_mut();
-        let WatchStorage { state, rows } = &mut *self.storage;
+        let WatchStorage { state, rows, times, values } = &mut *self.storage;
         self.motion.take(self.interval, t, state, scratch);
         let mut first = 0;
         for constraint in &self.motion.phase.path {
@@ -64,19 +74,45 @@ impl Watch<'_> {
             first += constraint.rows.len();
         }
         let controls = scratch.controls(self.motion.phase);
-        for (limit, peak) in self.limits.iter().zip(&mut *self.peaks) {
+        for ((limit, peak), before) in self.limits.iter().zip(&mut *self.peaks).zip(values) {
             let value = match limit.quantity {
                 Quantity::Path(row) => rows[row],
                 Quantity::State(k) => state[k],
                 Quantity::Control(k) => controls[k],
                 Quantity::Endpoint(_) | Quantity::Integral(_) | Quantity::FinalTime => continue,
             };
-            let excess = limit.excess(&limit.bounds, value, t);
-            if excess.amount > peak.amount {
-                *peak = excess;
+            let mut raise = |value: f64, t: f64| {
+                let excess = limit.excess(&limit.bounds, value, t);
+                if excess.amount > peak.amount {
+                    *peak = excess;
+                }
+            };
+            raise(value, t);
+            if let Some((t, value)) = extremum([times[1], times[0], t], [before[1], before[0], value]) {
+                raise(value, t);
             }
+            *before = [value, before[0]];
         }
+        *times = [t, times[0]];
     }
+}
+
+/// Where the parabola through three points turns, if the middle one is above or below both others.
+///
+/// With equal distances it goes beyond the middle value by at most an eighth of the larger difference; more, from points of very
+/// different distances, is cut off.
+fn extremum(t: [f64; 3], v: [f64; 3]) -> Option<(f64, f64)> {
+    let (before, after) = (v[1] - v[0], v[1] - v[2]);
+    if before * after <= 0.0 || !(before * after).is_finite() || !t[0].is_finite() {
+        return None;
+    }
+    let (a, b) = (t[1] - t[0], t[2] - t[1]);
+    // v = v1 + slope s - curvature s^2 with s = t - t1.
+    let curvature = (before / a + after / b) / (a + b);
+    let slope = (before / a * b - after / b * a) / (a + b);
+    let shift = 0.5 * slope / curvature;
+    let most = 0.125 * before.abs().max(after.abs());
+    Some((t[1] + shift, v[1] + (0.5 * slope * shift).clamp(-most, most)))
 }
 
 impl Observer for Watch<'_> {
@@ -97,5 +133,24 @@ impl Observer for Watch<'_> {
             return recording.solution.step(step);
         }
         ControlFlow::Continue(())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::extremum;
+
+    #[test]
+    fn parabolas_are_met_and_steep_ends_cut_off() {
+        let p = |t: f64| 3.0 - 2.0 * (t - 1.2_f64).powi(2);
+        for sign in [1.0, -1.0] {
+            let (t, v) = extremum([0.0, 1.0, 2.5], [p(0.0), p(1.0), p(2.5)].map(|v| sign * v)).unwrap();
+            assert!((t - 1.2).abs() < 1e-15 && (v - 3.0 * sign).abs() < 1e-15);
+        }
+        assert_eq!(extremum([0.0, 1.0, 2.0], [0.0, 1.0, 2.0]), None);
+        assert_eq!(extremum([f64::NAN, 1.0, 2.0], [0.0, 1.0, 0.0]), None);
+        assert_eq!(extremum([0.0, 1.0, 2.0], [0.0, f64::INFINITY, 0.0]), None);
+        let (_, v) = extremum([0.0, 0.01, 10.0], [0.0, 1.0, 0.9]).unwrap();
+        assert_eq!(v, 1.125);
     }
 }
