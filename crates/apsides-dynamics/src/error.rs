@@ -16,6 +16,16 @@ pub enum DynamicsError {
         /// The allowed range in words.
         allowed: &'static str,
     },
+    /// A row of a table does not fit.
+    #[error("{what} in row {row} of the table: {reason}")]
+    Table {
+        /// The quantity of the column.
+        what: &'static str,
+        /// The row, counted from 1.
+        row: usize,
+        /// What is wrong with it.
+        reason: String,
+    },
     /// The velocity is zero or along the radius: the motion has no orbital plane and no elements.
     #[error("rectilinear motion at {radius} m from the centre with {speed} m/s: no orbital plane")]
     Rectilinear {
