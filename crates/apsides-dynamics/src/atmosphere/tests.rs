@@ -6,13 +6,15 @@ fn near(what: &str, found: f64, expected: f64, relative: f64) {
     assert!((found / expected - 1.0).abs() < relative, "{what}: {found:e} instead of {expected:e}");
 }
 
-/// NASA-TM-X-74335, table I: geometric altitude (km), kinetic temperature (K), pressure (Pa), density (kg/m3).
-const LOWER: [(f64, f64, f64, f64); 13] = [
+/// NASA-TM-X-74335, table I: geometric altitude (km), kinetic temperature (K), pressure (Pa), density (kg/m3). The
+/// last digit of the pressures at 15 and 80 km is cut, not rounded.
+const LOWER: [(f64, f64, f64, f64); 14] = [
     (-5.0, 320.676, 1.7776e5, 1.9311),
     (0.0, 288.150, 1.013_25e5, 1.2250),
     (1.0, 281.651, 8.9876e4, 1.1117),
     (5.0, 255.676, 5.4048e4, 7.3643e-1),
     (10.0, 223.252, 2.6500e4, 4.1351e-1),
+    (15.0, 216.650, 1.2111e4, 1.9476e-1),
     (20.0, 216.650, 5.5293e3, 8.8910e-2),
     (25.0, 221.552, 2.5492e3, 4.0084e-2),
     (30.0, 226.509, 1.1970e3, 1.8410e-2),
@@ -56,7 +58,7 @@ fn standard_layers_as_published() {
     for (km, temperature, pressure, density) in LOWER {
         let state = Atmosphere::UsStandard1976.state(km * 1e3).unwrap();
         assert!((state.temperature - temperature).abs() < 1e-3, "{km}: {state:?}");
-        near("pressure", state.pressure, pressure, 5e-5);
+        near("pressure", state.pressure, pressure, 1e-4);
         near("density", state.density, density, 5e-5);
     }
     near("sound at sea level", Atmosphere::UsStandard1976.speed_of_sound(0.0), 340.294, 1e-6);
