@@ -10,7 +10,7 @@ use crate::engine::STANDARD_GRAVITY;
 use crate::error::{finite, positive};
 
 mod standard;
-pub(crate) mod table;
+mod table;
 mod thermosphere;
 
 pub use table::AtmosphereTable;

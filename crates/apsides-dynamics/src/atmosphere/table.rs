@@ -4,6 +4,7 @@ use apsides_ad::{Outside, Pchip, Scalar};
 
 use super::Gas;
 use crate::DynamicsError;
+use crate::error::{increasing, positive_column, short};
 
 /// An atmosphere given as a table of densities and temperatures.
 ///
@@ -36,7 +37,7 @@ impl AtmosphereTable {
         positive_column("temperature", temperatures, altitudes.len())?;
         let logarithms: Vec<f64> = densities.iter().map(|d| d.ln()).collect();
         let table = |values: &[f64], outside| {
-            Pchip::new(altitudes, values, outside).map_err(|_| short("altitude", altitudes.len()))
+            Pchip::new(altitudes, values, outside).map_err(|_| short("altitude", altitudes.len(), 2))
         };
         Ok(Self {
             log_density: table(&logarithms, Outside::Linear)?,
@@ -88,48 +89,5 @@ impl AtmosphereTable {
     pub fn range(&self) -> [f64; 2] {
         let altitudes = self.log_density.knots();
         [altitudes[0], altitudes[altitudes.len() - 1]]
-    }
-}
-
-/// A refusal of a row, counted from 0.
-fn row(what: &'static str, row: usize, reason: String) -> DynamicsError {
-    DynamicsError::Table { what, row: row + 1, reason }
-}
-
-fn short(what: &'static str, rows: usize) -> DynamicsError {
-    row(what, rows, format!("the table has {rows} rows, at least 2 are needed"))
-}
-
-/// Finite numbers, each above the one before it.
-pub(crate) fn increasing(what: &'static str, column: &[f64]) -> Result<(), DynamicsError> {
-    for (k, value) in column.iter().enumerate() {
-        if !value.is_finite() {
-            return Err(row(what, k, format!("{value} is not finite")));
-        }
-        if k > 0 && *value <= column[k - 1] {
-            return Err(row(what, k, format!("{value} is not above {} of the row before", column[k - 1])));
-        }
-    }
-    if column.len() < 2 { Err(short(what, column.len())) } else { Ok(()) }
-}
-
-/// As many finite positive numbers as there are rows.
-pub(crate) fn positive_column(what: &'static str, column: &[f64], rows: usize) -> Result<(), DynamicsError> {
-    finite_column(what, column, rows)?;
-    match column.iter().position(|value| *value <= 0.0) {
-        Some(k) => Err(row(what, k, format!("{} is not positive", column[k]))),
-        None => Ok(()),
-    }
-}
-
-/// As many finite numbers as there are rows.
-pub(crate) fn finite_column(what: &'static str, column: &[f64], rows: usize) -> Result<(), DynamicsError> {
-    if column.len() != rows {
-        let reason = format!("{} values for {rows} rows", column.len());
-        return Err(row(what, column.len().min(rows), reason));
-    }
-    match column.iter().position(|value| !value.is_finite()) {
-        Some(k) => Err(row(what, k, format!("{} is not finite", column[k]))),
-        None => Ok(()),
     }
 }
