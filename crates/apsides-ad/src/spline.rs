@@ -81,8 +81,10 @@ impl CubicSpline {
         x.map(|x| self.derivatives(x))
     }
 
-    /// Value, first and second derivative.
-    fn derivatives(&self, x: f64) -> [f64; 3] {
+    /// Value, first and second derivative at `x`; for compositions inside one [`Scalar::map`].
+    #[inline]
+    #[must_use]
+    pub fn derivatives(&self, x: f64) -> [f64; 3] {
         let (k, weights) = weights(&self.knots, x);
         weights.map(|[a, b, c, d]| {
             a * self.values[k] + b * self.values[k + 1] + c * self.curvatures[k] + d * self.curvatures[k + 1]

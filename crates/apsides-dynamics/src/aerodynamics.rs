@@ -1,9 +1,17 @@
 //! Aerodynamic coefficients of vehicles, and the vehicles of atmospheric entry.
+//!
+//! The angle of attack is that between the axis of the body and the air, positive with the axis above the velocity.
 
 use apsides_ad::Scalar;
 
 use crate::error::{finite, positive};
 use crate::{DynamicsError, Quantity};
+
+mod newtonian;
+mod table;
+
+pub use newtonian::{Newtonian, stagnation_pressure_coefficient};
+pub use table::{AttackTable, MachTable};
 
 /// Angle of attack.
 pub const ATTACK: Quantity = Quantity::new("angle of attack", "rad");
@@ -18,6 +26,12 @@ pub enum Aerodynamics {
         /// Coefficient of drag.
         drag: f64,
     },
+    /// A table over the Mach number.
+    Mach(MachTable),
+    /// A table over Mach number and angle of attack.
+    Attack(AttackTable),
+    /// The impact of the air on a sphere-cone or a spherical segment.
+    Newtonian(Newtonian),
 }
 
 impl Aerodynamics {
@@ -32,18 +46,19 @@ impl Aerodynamics {
 
     /// Coefficients of lift and drag at a Mach number and an angle of attack (rad).
     #[inline]
-    pub fn coefficients<S: Scalar>(&self, _mach: S, _attack: S) -> [S; 2] {
+    pub fn coefficients<S: Scalar>(&self, mach: S, attack: S) -> [S; 2] {
         match self {
             Self::Constant { lift, drag } => [S::from(*lift), S::from(*drag)],
+            Self::Mach(table) => table.coefficients(mach),
+            Self::Attack(table) => table.coefficients(mach, attack),
+            Self::Newtonian(shape) => shape.coefficients(mach, attack),
         }
     }
 
     /// Whether the Mach number matters.
     #[must_use]
     pub fn depends_on_mach(&self) -> bool {
-        match self {
-            Self::Constant { .. } => false,
-        }
+        !matches!(self, Self::Constant { .. })
     }
 }
 
@@ -104,3 +119,6 @@ impl EntryVehicle {
         self.mass / (drag * self.reference_area)
     }
 }
+
+#[cfg(test)]
+mod tests;

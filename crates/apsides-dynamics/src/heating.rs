@@ -79,3 +79,36 @@ pub fn equilibrium_wall_temperature(heat_rate: f64, emissivity: f64) -> Result<f
         Err(DynamicsError::Parameter { what: "heat rate", value: heat_rate, unit: "W/m2", allowed })
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn laws_at_their_published_constants() {
+        let (density, speed) = (3e-4, 6500.0_f64);
+        let size = speed.powi(3) * density.sqrt();
+        let near = |found: f64, expected: f64| assert!((found / expected - 1.0).abs() < 1e-12, "{found}");
+        near(HeatingLaw::CAPSULE.rate(density, speed, 3.36), 1.294e-4 * size);
+        // 1.7415e-4 / sqrt(3.36), and the radius that makes 1.294e-4.
+        near(HeatingLaw::SUTTON_GRAVES_EARTH.rate(density, speed, 3.36), 9.500661396149519e-5 * size);
+        near(HeatingLaw::SUTTON_GRAVES_EARTH.rate(density, speed, 1.8112500268747207), 1.294e-4 * size);
+        let power = HeatingLaw::Power { constant: 1.294e-4, density_exponent: 0.5, speed_exponent: 3.0 };
+        near(power.rate(density, speed, 1.0), 1.294e-4 * size);
+    }
+
+    #[test]
+    fn the_wall_radiates_what_it_takes_up() {
+        let t = equilibrium_wall_temperature(800e3, 0.85).unwrap();
+        assert!(
+            (0.85 * STEFAN_BOLTZMANN * t.powi(4) - 800e3).abs() < 1e-6 && (2018.0..2019.0).contains(&t),
+            "{t}"
+        );
+        assert_eq!(equilibrium_wall_temperature(0.0, 1.0), Ok(0.0));
+        let message = |q, e| equilibrium_wall_temperature(q, e).unwrap_err().to_string();
+        assert!(message(-1.0, 0.8).starts_with("heat rate is -1 W/m2"));
+        assert!(message(1.0, 1.2).starts_with("emissivity is 1.2"));
+        assert!(message(1.0, 0.0).starts_with("emissivity is 0"));
+        assert!(message(f64::NAN, 0.8).starts_with("heat rate is NaN"));
+    }
+}

@@ -3,16 +3,19 @@
 #![allow(clippy::unwrap_used)]
 
 use apsides_ad::{CubicSpline, Dynamics, PathFunction};
+use apsides_dynamics::aerodynamics::MachTable;
 use apsides_dynamics::atmosphere::{Atmosphere, Exponential};
 use apsides_dynamics::cartesian::CartesianCoast;
 use apsides_dynamics::entry::{
-    BankVector, Banked, EntryFlight, EntryLoads, Heading, HeatRate, great_circle_angle, initial_course,
+    BankVector, BankVectorNorm, Banked, BankedAtAttack, BodyLoads, EntryFlight, EntryLoads, Heading,
+    HeatRate, great_circle_angle, initial_course,
 };
 use apsides_dynamics::equinoctial::{EARTH_J2, OrbitalFlight};
 use apsides_dynamics::planet::EARTH_ROTATION_RATE;
 use apsides_dynamics::{Aerodynamics, Body, Engine, EntryVehicle, HeatingLaw, Planet};
 use apsides_ode::{FnSystem, Integrator, OdeSettings, Status, Tolerance};
 
+mod derivatives;
 mod series;
 
 const DEG: f64 = std::f64::consts::PI / 180.0;
@@ -44,6 +47,14 @@ fn capsule(heading: Heading) -> EntryFlight {
     let vehicle = EntryVehicle::new(2800.0, area, 3.36, aerodynamics).unwrap();
     let planet = Planet::earth(Atmosphere::Exponential(Exponential::EARTH));
     EntryFlight::new(planet, vehicle, heading, HeatingLaw::CAPSULE)
+}
+
+/// The capsule of model U: standard atmosphere, Apollo 10 coefficients over the Mach number.
+fn tabulated_capsule(heading: Heading) -> EntryFlight {
+    let mut flight = capsule(heading);
+    flight.planet.atmosphere = Atmosphere::UsStandard1976;
+    flight.vehicle.aerodynamics = Aerodynamics::Mach(MachTable::apollo_10());
+    flight
 }
 
 /// Position and velocity in inertial axes that coincide with those of the planet at time zero.
@@ -186,4 +197,108 @@ fn great_circle_of_the_published_flight() {
     assert!((great_circle_angle(start, target) * Body::EARTH.radius - 2609e3).abs() < 500.0);
     assert!((initial_course(start, target) / DEG - 132.8).abs() < 0.05);
     assert!((great_circle_angle([0.0, 0.3], [0.0, 0.3 + 1e-6]) - 1e-6).abs() < 1e-16);
+}
+
+/// The largest loads of a flight at a constant bank from 120 km down to 15 km: pressure (Pa), acceleration (m/s2), heat rate (W/m2).
+fn peaks(flight: &EntryFlight, bank: f64) -> [f64; 3] {
+    let model = Banked(flight.clone());
+    let loads = EntryLoads(model.clone());
+    let start = [120e3, 41.5 * DEG, 40.5 * DEG, 7500.0, -2.0 * DEG, -45.0 * DEG];
+    let mut peaks = [0.0_f64; 3];
+    let mut x = start.to_vec();
+    while x[0] > 15e3 {
+        x = integrate(6, 0.5, &x, &[1e5, 1.0, 1.0, 1e4, 1.0, 1.0], |t, x, dx| {
+            dx.copy_from_slice(&model.rate(t, x.try_into().unwrap(), &[bank], &[]));
+        });
+        let found = loads.evaluate(0.0, x.as_slice().try_into().unwrap(), &[bank], &[]);
+        peaks = std::array::from_fn(|k| peaks[k].max(found[k]));
+    }
+    peaks
+}
+
+/// The least peaks of the heat rate on the way to the published target are 674.67 (model E) and 674.28 kW/m2 (model U). Full lift upwards,
+/// which misses the target, must stay below, and does so by little: early in the entry there is not much else to do.
+#[test]
+fn least_peak_of_the_heat_rate() {
+    for (flight, least) in
+        [(capsule(Heading::FromEast), 674.67e3), (tabulated_capsule(Heading::FromEast), 674.28e3)]
+    {
+        let [.., heat] = peaks(&flight, 0.0);
+        assert!((0.995 * least..least).contains(&heat), "{heat}");
+    }
+}
+
+/// Both conventions of the azimuth and all three ways of steering describe one flight.
+#[test]
+fn one_flight_in_every_form() {
+    for flight in [capsule, tabulated_capsule] {
+        let (east, north) = (flight(Heading::FromEast), flight(Heading::FromNorth));
+        let (h, v, gamma, azimuth, bank) = (70e3, 6900.0, -0.03, -0.8, 0.9_f64);
+        let x = [h, 0.7, 0.6, v, gamma, azimuth];
+        let mirrored = [h, 0.7, 0.6, v, gamma, Heading::FromEast.of_course(azimuth)];
+        let rate = Banked(east.clone()).rate(0.0, &x, &[bank], &[]);
+        let mut other = Banked(north).rate(0.0, &mirrored, &[-bank], &[]);
+        other[5] = -other[5];
+        for (a, b) in rate.iter().zip(other) {
+            assert!((a - b).abs() < 1e-13 * a.abs().max(1e-3), "{rate:?} {other:?}");
+        }
+        assert_eq!(BankVector(east.clone()).rate(0.0, &x, &[bank.cos(), bank.sin()], &[]), rate);
+        assert_eq!(BankedAtAttack(east.clone()).rate(0.0, &x, &[bank, 0.0], &[]), rate);
+        let loads = EntryLoads(Banked(east.clone())).evaluate(0.0, &x, &[bank], &[]);
+        let vector = EntryLoads(BankVector(east.clone())).evaluate(0.0, &x, &[bank.cos(), bank.sin()], &[]);
+        assert_eq!(loads, vector);
+        // The components along the axes of the body make the same total.
+        let turned = BodyLoads(BankedAtAttack(east)).evaluate(0.0, &x, &[bank, -0.35], &[]);
+        assert!((turned[0].hypot(turned[1]) / loads[1] - 1.0).abs() < 1e-14);
+    }
+    assert_eq!(BankVectorNorm.evaluate(0.0, &[0.0; 6], &[0.6, -0.8], &[]), [1.0]);
+}
+
+/// Mars, with the lift of 0.24 and 0.6 m of nose of the literature's example: a steep ballistic entry loses its speed where
+/// Allen and Eggers (NACA Report 1381, 1958) say, at `exp(-1/2)` of that of entry, with `V^2 sin g / (2 e H)`.
+#[test]
+fn ballistic_entry_on_mars_by_allen_and_eggers() {
+    let aerodynamics = Aerodynamics::constant(0.0, 1.45).unwrap();
+    let vehicle = EntryVehicle::new(1000.0, 15.9, 0.6, aerodynamics).unwrap();
+    let mut planet = Planet::mars();
+    planet.rotation_rate = 0.0;
+    let flight = EntryFlight::new(planet, vehicle, Heading::FromNorth, HeatingLaw::SUTTON_GRAVES_MARS);
+    let model = Banked(flight.clone());
+    let loads = EntryLoads(model.clone());
+    let (speed, steep) = (6000.0, 60.0 * DEG);
+    let mut x = vec![120e3, 0.0, 0.0, speed, -steep, 0.0];
+    let mut most = ([0.0; 3], 0.0);
+    while x[0] > 0.0 {
+        x = integrate(6, 0.02, &x, &[1e5, 1.0, 1.0, 1e4, 1.0, 1.0], |t, x, dx| {
+            dx.copy_from_slice(&model.rate(t, x.try_into().unwrap(), &[0.0], &[]));
+        });
+        let found = loads.evaluate(0.0, x.as_slice().try_into().unwrap(), &[0.0], &[]);
+        if found[1] > most.0[1] {
+            most = (found, x[3]);
+        }
+    }
+    let expected = speed * speed * steep.sin() / (2.0 * 1.0_f64.exp() * 9354.5);
+    assert!((most.0[1] / expected - 1.0).abs() < 0.02, "{most:?} {expected}");
+    assert!((most.1 / (speed * (-0.5_f64).exp()) - 1.0).abs() < 0.02, "{most:?}");
+}
+
+#[test]
+fn states_that_cannot_start_are_refused_by_name() {
+    let flight = capsule(Heading::FromNorth);
+    let good = [120e3, 0.7, 0.6, 7500.0, -0.03, 2.0];
+    assert_eq!(flight.checked(good).unwrap(), good);
+    let message = |k: usize, value: f64| {
+        let mut state = good;
+        state[k] = value;
+        flight.checked(state).unwrap_err().to_string()
+    };
+    assert_eq!(message(0, -1.0), "altitude is -1 m, allowed is a finite number not below the surface at 0 m");
+    assert_eq!(message(0, f64::NAN), "altitude is NaN m, allowed is a finite number");
+    assert_eq!(message(2, 1.6), "latitude is 1.6 rad, allowed is between -pi/2 and pi/2, both excluded");
+    assert_eq!(message(3, 0.0), "speed is 0 m/s, allowed is a positive finite number");
+    assert!(message(4, -1.6).starts_with("flight path angle is -1.6 rad"));
+    assert!(message(5, f64::INFINITY).starts_with("azimuth is inf rad"));
+    let planet = |w, j2| Planet::new(Body::EARTH, w, j2, Atmosphere::Vacuum).unwrap_err().to_string();
+    assert!(planet(f64::NAN, 0.0).starts_with("rotation rate"));
+    assert!(planet(0.0, f64::NAN).starts_with("oblateness J2"));
 }
