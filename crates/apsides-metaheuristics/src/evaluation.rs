@@ -1,0 +1,132 @@
+//! What is minimised, and which of two results is better.
+
+use crate::number;
+use serde::{Deserialize, Serialize};
+use std::cmp::Ordering;
+
+/// The result at one point.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Evaluation {
+    /// What is minimised. A value that is not finite says that the evaluation failed.
+    #[serde(with = "number")]
+    pub objective: f64,
+    /// How far the point is from satisfying the constraints: 0 or less where it does, NaN where that failed.
+    #[serde(with = "number")]
+    pub violation: f64,
+}
+
+impl Evaluation {
+    /// A failed evaluation, worse than any other.
+    pub const FAILED: Self = Self { objective: f64::NAN, violation: f64::NAN };
+
+    /// An objective without constraints.
+    pub fn new(objective: f64) -> Self {
+        Self { objective, violation: 0.0 }
+    }
+
+    /// An objective with constraints `c_i <= 0`; the violation is the sum of positive `c_i`.
+    pub fn constrained(objective: f64, constraints: &[f64]) -> Self {
+        // `max` drops a NaN, the comparison keeps it.
+        let violation = constraints.iter().map(|&c| if c <= 0.0 { 0.0 } else { c }).sum();
+        Self { objective, violation }
+    }
+
+    /// Mean of results, of which one that failed fails all.
+    pub(crate) fn mean(results: impl IntoIterator<Item = Self>) -> Self {
+        let mut sum = Self::new(0.0);
+        let mut count = 0.0;
+        for result in results {
+            if result.is_failed() {
+                return Self::FAILED;
+            }
+            sum.objective += result.objective;
+            sum.violation += result.violation.max(0.0);
+            count += 1.0;
+        }
+        Self { objective: sum.objective / count, violation: sum.violation / count }
+    }
+
+    /// Whether there is no result: the objective is not finite or the violation is NaN.
+    pub fn is_failed(&self) -> bool {
+        !self.objective.is_finite() || self.violation.is_nan()
+    }
+
+    /// Whether the point satisfies the constraints.
+    pub fn is_feasible(&self) -> bool {
+        !self.is_failed() && self.violation <= 0.0
+    }
+
+    /// The feasibility rules (Deb 2000) as a total order, better first: the lower objective of two feasible points, a feasible
+    /// before an infeasible one, the lower violation of two infeasible ones, and failed ones last.
+    pub fn order(&self, other: &Self) -> Ordering {
+        let failed = self.is_failed().cmp(&other.is_failed());
+        if failed != Ordering::Equal || self.is_failed() {
+            return failed;
+        }
+        let violation = self.violation.max(0.0).total_cmp(&other.violation.max(0.0));
+        violation.then_with(|| (self.objective + 0.0).total_cmp(&(other.objective + 0.0)))
+    }
+
+    /// Whether this one is strictly better.
+    pub fn is_better_than(&self, other: &Self) -> bool {
+        self.order(other) == Ordering::Less
+    }
+}
+
+impl From<f64> for Evaluation {
+    fn from(objective: f64) -> Self {
+        Self::new(objective)
+    }
+}
+
+/// A function to minimise. Closures of `&[f64]` that return `f64` or [`Evaluation`] are objectives.
+pub trait Objective: Sync {
+    /// The result at `x`, a point of the box. Called from several threads.
+    fn evaluate(&self, x: &[f64]) -> Evaluation;
+
+    /// The result of one sample of a noisy objective. `sample` is the number of the evaluation in the search: an objective that
+    /// seeds its noise with it gives the same search for any number of threads.
+    fn evaluate_sample(&self, x: &[f64], _sample: u64) -> Evaluation {
+        self.evaluate(x)
+    }
+}
+
+impl<F, E> Objective for F
+where
+    F: Fn(&[f64]) -> E + Sync,
+    E: Into<Evaluation>,
+{
+    fn evaluate(&self, x: &[f64]) -> Evaluation {
+        self(x).into()
+    }
+}
+
+/// A point with its result.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Candidate {
+    /// The point.
+    pub x: Vec<f64>,
+    /// Its result.
+    pub evaluation: Evaluation,
+}
+
+impl Candidate {
+    /// Replaces `best` by a better result and says whether it did. Failed evaluations are never kept.
+    pub fn improve(best: &mut Option<Self>, x: &[f64], evaluation: &Evaluation) -> bool {
+        if evaluation.is_failed() {
+            return false;
+        }
+        match best {
+            Some(old) if !evaluation.is_better_than(&old.evaluation) => false,
+            Some(old) => {
+                old.x.copy_from_slice(x);
+                old.evaluation = *evaluation;
+                true
+            }
+            None => {
+                *best = Some(Self { x: x.to_vec(), evaluation: *evaluation });
+                true
+            }
+        }
+    }
+}

@@ -1,0 +1,80 @@
+//! The choice of an algorithm, and any of them behind one type that can be saved.
+
+use crate::{
+    Algorithm, Candidate, Convergence, Evaluation, ParticleSwarm, ParticleSwarmSettings, Points, Population,
+    SearchError, Task,
+};
+use serde::{Deserialize, Serialize};
+
+/// An algorithm with its settings.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[non_exhaustive]
+pub enum Method {
+    /// Particle swarm.
+    ParticleSwarm(ParticleSwarmSettings),
+}
+
+impl Default for Method {
+    fn default() -> Self {
+        Self::ParticleSwarm(ParticleSwarmSettings::default())
+    }
+}
+
+impl Method {
+    /// The algorithm before its first generation.
+    ///
+    /// # Errors
+    /// Settings out of range.
+    pub fn start(&self, task: &Task<'_>) -> Result<Engine, SearchError> {
+        Ok(match self {
+            Self::ParticleSwarm(settings) => Engine::ParticleSwarm(ParticleSwarm::new(settings, task)?),
+        })
+    }
+}
+
+/// Any algorithm of this crate with its whole state.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[non_exhaustive]
+pub enum Engine {
+    /// Particle swarm.
+    ParticleSwarm(ParticleSwarm),
+}
+
+/// The same expression for whichever algorithm it is.
+macro_rules! each {
+    ($engine:expr, $algorithm:ident => $expression:expr) => {
+        match $engine {
+            Engine::ParticleSwarm($algorithm) => $expression,
+        }
+    };
+}
+
+impl Algorithm for Engine {
+    fn ask(&mut self, points: &mut Points) {
+        each!(self, a => a.ask(points));
+    }
+
+    fn tell(&mut self, points: &Points, evaluations: &[Evaluation]) {
+        each!(self, a => a.tell(points, evaluations));
+    }
+
+    fn best(&self) -> Option<&Candidate> {
+        each!(self, a => a.best())
+    }
+
+    fn emigrants(&self, count: usize, into: &mut Population) {
+        each!(self, a => a.emigrants(count, into));
+    }
+
+    fn immigrate(&mut self, migrants: &Population) {
+        each!(self, a => a.immigrate(migrants));
+    }
+
+    fn spread(&self) -> f64 {
+        each!(self, a => a.spread())
+    }
+
+    fn converged(&self) -> Option<Convergence> {
+        each!(self, a => a.converged())
+    }
+}

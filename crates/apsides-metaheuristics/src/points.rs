@@ -1,0 +1,179 @@
+//! Points in one flat array, alone and with their results.
+
+use crate::{Evaluation, SearchSpace};
+use serde::{Deserialize, Serialize};
+
+/// Points of the same dimension, one after the other in one array.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct Points {
+    dimension: usize,
+    values: Vec<f64>,
+}
+
+impl Points {
+    /// No points of `dimension` coordinates, which is at least 1.
+    pub fn new(dimension: usize) -> Self {
+        Self { dimension: dimension.max(1), values: Vec::new() }
+    }
+
+    /// Coordinates of a point.
+    pub fn dimension(&self) -> usize {
+        self.dimension
+    }
+
+    /// Number of points.
+    pub fn len(&self) -> usize {
+        self.values.len() / self.dimension.max(1)
+    }
+
+    /// Whether there are none.
+    pub fn is_empty(&self) -> bool {
+        self.values.is_empty()
+    }
+
+    /// Removes all points and keeps the memory.
+    pub fn clear(&mut self) {
+        self.values.clear();
+    }
+
+    /// Removes the points from `count` on.
+    pub fn truncate(&mut self, count: usize) {
+        self.values.truncate(count * self.dimension);
+    }
+
+    /// Adds a copy of a point.
+    pub fn push(&mut self, x: &[f64]) {
+        debug_assert_eq!(x.len(), self.dimension);
+        self.values.extend_from_slice(x);
+    }
+
+    /// Adds the origin and returns it, to be filled.
+    pub fn add(&mut self) -> &mut [f64] {
+        let start = self.values.len();
+        self.values.resize(start + self.dimension, 0.0);
+        &mut self.values[start..]
+    }
+
+    /// Adds all points of another array.
+    pub fn extend(&mut self, other: &Self) {
+        debug_assert_eq!(other.dimension, self.dimension);
+        self.values.extend_from_slice(&other.values);
+    }
+
+    /// A point.
+    pub fn row(&self, index: usize) -> &[f64] {
+        &self.values[index * self.dimension..][..self.dimension]
+    }
+
+    /// A point, to be changed.
+    pub fn row_mut(&mut self, index: usize) -> &mut [f64] {
+        &mut self.values[index * self.dimension..][..self.dimension]
+    }
+
+    /// The points in order.
+    pub fn rows(&self) -> std::slice::ChunksExact<'_, f64> {
+        self.values.chunks_exact(self.dimension)
+    }
+
+    /// All coordinates, point after point.
+    pub fn values(&self) -> &[f64] {
+        &self.values
+    }
+
+    /// Standard deviation of a coordinate as a part of the box, as the mean over all coordinates that are not fixed.
+    pub fn spread(&self, space: &SearchSpace) -> f64 {
+        let (count, mut sum, mut free) = (self.len() as f64, 0.0, 0);
+        for i in (0..self.dimension).filter(|&i| space.width(i) > 0.0) {
+            let mean = self.rows().map(|x| x[i]).sum::<f64>() / count;
+            let variance = self.rows().map(|x| (x[i] - mean).powi(2)).sum::<f64>() / count;
+            sum += variance.sqrt() / space.width(i);
+            free += 1;
+        }
+        if free == 0 || self.is_empty() { 0.0 } else { sum / f64::from(free) }
+    }
+}
+
+/// Points with their results.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct Population {
+    /// The points.
+    pub points: Points,
+    /// The result of each.
+    pub evaluations: Vec<Evaluation>,
+}
+
+impl Population {
+    /// No members, of `dimension` coordinates.
+    pub fn new(dimension: usize) -> Self {
+        Self { points: Points::new(dimension), evaluations: Vec::new() }
+    }
+
+    /// Number of members.
+    pub fn len(&self) -> usize {
+        self.evaluations.len()
+    }
+
+    /// Whether there are none.
+    pub fn is_empty(&self) -> bool {
+        self.evaluations.is_empty()
+    }
+
+    /// Removes all members and keeps the memory.
+    pub fn clear(&mut self) {
+        self.points.clear();
+        self.evaluations.clear();
+    }
+
+    /// Adds a copy of a member.
+    pub fn push(&mut self, x: &[f64], evaluation: Evaluation) {
+        self.points.push(x);
+        self.evaluations.push(evaluation);
+    }
+
+    /// Replaces a member.
+    pub fn set(&mut self, index: usize, x: &[f64], evaluation: Evaluation) {
+        self.points.row_mut(index).copy_from_slice(x);
+        self.evaluations[index] = evaluation;
+    }
+
+    /// Members with their results.
+    pub fn iter(&self) -> impl Iterator<Item = (&[f64], &Evaluation)> {
+        self.points.rows().zip(&self.evaluations)
+    }
+
+    /// The best member, the first of equals.
+    pub fn best(&self) -> Option<usize> {
+        (0..self.len()).min_by(|&i, &j| self.evaluations[i].order(&self.evaluations[j]))
+    }
+
+    /// The worst member, the last of equals.
+    pub fn worst(&self) -> Option<usize> {
+        (0..self.len()).max_by(|&i, &j| self.evaluations[i].order(&self.evaluations[j]))
+    }
+
+    /// Adds copies of the `count` best members to `into`, best first; failed ones are left out.
+    pub fn copy_best(&self, count: usize, into: &mut Self) {
+        let order = |&i: &usize, &j: &usize| self.evaluations[i].order(&self.evaluations[j]).then(i.cmp(&j));
+        let mut last = None;
+        for _ in 0..count {
+            // Few are wanted, so that looking through all for each costs less than memory for sorting.
+            let rest = (0..self.len()).filter(|i| last.is_none_or(|last| order(&last, i).is_lt()));
+            let Some(next) = rest.min_by(order).filter(|&i| !self.evaluations[i].is_failed()) else { break };
+            into.push(self.points.row(next), self.evaluations[next]);
+            last = Some(next);
+        }
+    }
+
+    /// Lets each migrant that is better than the worst member, and not there already, take its place. `replaced` gets the index and
+    /// the new point of each member that changed.
+    pub fn replace_worst(&mut self, migrants: &Self, mut replaced: impl FnMut(usize, &[f64])) {
+        for (x, evaluation) in migrants.iter() {
+            let Some(worst) = self.worst() else { return };
+            let present = self.points.rows().any(|y| y == x);
+            if !present && evaluation.is_better_than(&self.evaluations[worst]) {
+                self.set(worst, x, *evaluation);
+                replaced(worst, x);
+            }
+        }
+    }
+}
