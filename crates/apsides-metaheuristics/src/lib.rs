@@ -17,6 +17,8 @@
 //! ```
 
 mod algorithm;
+mod cma_es;
+mod differential_evolution;
 mod error;
 mod evaluation;
 mod evaluator;
@@ -31,6 +33,11 @@ mod search;
 mod space;
 
 pub use algorithm::{Algorithm, Convergence, Task};
+pub use cma_es::{CmaBounds, CmaEs, CmaEsSettings, Restarts};
+pub use differential_evolution::{
+    DifferentialAdaptation, DifferentialBounds, DifferentialEvolution, DifferentialEvolutionSettings,
+    DifferentialMutation,
+};
 pub use error::SearchError;
 pub use evaluation::{Candidate, Evaluation, Objective};
 pub use generator::Generator;

@@ -1,7 +1,8 @@
 //! The choice of an algorithm, and any of them behind one type that can be saved.
 
 use crate::{
-    Algorithm, Candidate, Convergence, Evaluation, ParticleSwarm, ParticleSwarmSettings, Points, Population,
+    Algorithm, Candidate, CmaEs, CmaEsSettings, Convergence, DifferentialEvolution,
+    DifferentialEvolutionSettings, Evaluation, ParticleSwarm, ParticleSwarmSettings, Points, Population,
     SearchError, Task,
 };
 use serde::{Deserialize, Serialize};
@@ -12,6 +13,10 @@ use serde::{Deserialize, Serialize};
 pub enum Method {
     /// Particle swarm.
     ParticleSwarm(ParticleSwarmSettings),
+    /// Differential evolution.
+    DifferentialEvolution(DifferentialEvolutionSettings),
+    /// Covariance matrix adaptation.
+    CmaEs(CmaEsSettings),
 }
 
 impl Default for Method {
@@ -28,6 +33,10 @@ impl Method {
     pub fn start(&self, task: &Task<'_>) -> Result<Engine, SearchError> {
         Ok(match self {
             Self::ParticleSwarm(settings) => Engine::ParticleSwarm(ParticleSwarm::new(settings, task)?),
+            Self::DifferentialEvolution(settings) => {
+                Engine::DifferentialEvolution(DifferentialEvolution::new(settings, task)?)
+            }
+            Self::CmaEs(settings) => Engine::CmaEs(Box::new(CmaEs::new(settings, task)?)),
         })
     }
 }
@@ -38,6 +47,10 @@ impl Method {
 pub enum Engine {
     /// Particle swarm.
     ParticleSwarm(ParticleSwarm),
+    /// Differential evolution.
+    DifferentialEvolution(DifferentialEvolution),
+    /// Covariance matrix adaptation.
+    CmaEs(Box<CmaEs>),
 }
 
 /// The same expression for whichever algorithm it is.
@@ -45,6 +58,8 @@ macro_rules! each {
     ($engine:expr, $algorithm:ident => $expression:expr) => {
         match $engine {
             Engine::ParticleSwarm($algorithm) => $expression,
+            Engine::DifferentialEvolution($algorithm) => $expression,
+            Engine::CmaEs($algorithm) => $expression,
         }
     };
 }

@@ -70,6 +70,13 @@ impl Points {
         &mut self.values[index * self.dimension..][..self.dimension]
     }
 
+    /// Removes a point; the last one takes its index.
+    pub fn swap_remove(&mut self, index: usize) {
+        let last = self.values.len() - self.dimension;
+        self.values.copy_within(last.., index * self.dimension);
+        self.values.truncate(last);
+    }
+
     /// The points in order.
     pub fn rows(&self) -> std::slice::ChunksExact<'_, f64> {
         self.values.chunks_exact(self.dimension)
@@ -134,6 +141,12 @@ impl Population {
     pub fn set(&mut self, index: usize, x: &[f64], evaluation: Evaluation) {
         self.points.row_mut(index).copy_from_slice(x);
         self.evaluations[index] = evaluation;
+    }
+
+    /// Removes a member; the last one takes its index.
+    pub fn swap_remove(&mut self, index: usize) {
+        self.points.swap_remove(index);
+        self.evaluations.swap_remove(index);
     }
 
     /// Members with their results.
