@@ -148,7 +148,7 @@ mod tests {
         for (v, value) in vectors.chunks_exact(n).zip(&values) {
             for i in 0..n {
                 let product: f64 = (0..n).map(|j| matrix[i * n + j] * v[j]).sum();
-                assert!((product - value * v[i]).abs() < 1e-14 * n as f64 * size, "{n}");
+                assert!((product - value * v[i]).abs() <= 1e-14 * n as f64 * size, "{n}");
             }
             for (k, w) in vectors.chunks_exact(n).enumerate() {
                 let product: f64 = v.iter().zip(w).map(|(a, b)| a * b).sum();
