@@ -1,5 +1,6 @@
 //! What an algorithm of this crate is: it asks for results at points and is told them.
 
+use crate::error::require;
 use crate::{Candidate, Evaluation, Generator, Points, Population, SearchError, SearchSpace};
 use serde::{Deserialize, Serialize};
 
@@ -69,11 +70,17 @@ impl Task<'_> {
     }
 }
 
-/// Refuses a population that is too small.
+/// Members of a population at most, far above what is useful and far below what memory holds.
+const LARGEST: usize = 1_000_000;
+
+/// Refuses a population that is too small or too large.
 pub(crate) fn require_population(
     method: &'static str,
     found: usize,
     least: usize,
 ) -> Result<(), SearchError> {
-    if found < least { Err(SearchError::Population { method, found, least }) } else { Ok(()) }
+    if found < least {
+        return Err(SearchError::Population { method, found, least });
+    }
+    require(method, found as f64, found <= LARGEST, "at most 1000000 is allowed")
 }

@@ -265,12 +265,7 @@ impl Algorithm for CmaEs {
         self.rank(evaluations);
         self.distribution.update(&self.steps, &self.whitened, &self.ranked);
         let spent = self.schedule.is_spent();
-        let end = self.course.end(
-            &self.distribution,
-            &self.penalised,
-            &self.ranked,
-            self.settings.tolerance,
-        );
+        let end = self.course.end(&self.distribution, &self.penalised, &self.ranked, self.settings.tolerance);
         if spent || end.is_some() {
             match self.schedule.next(&mut self.generator) {
                 Some(start) => self.restart(start),

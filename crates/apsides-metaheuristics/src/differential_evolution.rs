@@ -212,7 +212,9 @@ impl DifferentialEvolution {
             DifferentialAdaptation::SuccessHistory { archive, .. } => {
                 (archive * self.population.points.len() as f64).round() as usize
             }
-            _ if matches!(self.settings.mutation, DifferentialMutation::CurrentToPBest { .. }) => self.initial,
+            _ if matches!(self.settings.mutation, DifferentialMutation::CurrentToPBest { .. }) => {
+                self.initial
+            }
             _ => 0,
         }
     }

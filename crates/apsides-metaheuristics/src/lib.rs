@@ -17,13 +17,18 @@
 //! ```
 
 mod algorithm;
+mod annealing;
+mod ant_colony;
 mod cma_es;
+mod cooperation;
 mod differential_evolution;
 mod error;
 mod evaluation;
 mod evaluator;
 mod generator;
+mod genetic;
 mod history;
+mod islands;
 mod method;
 mod number;
 mod particle_swarm;
@@ -33,7 +38,10 @@ mod search;
 mod space;
 
 pub use algorithm::{Algorithm, Convergence, Task};
+pub use annealing::{Annealing, AnnealingSettings};
+pub use ant_colony::{AntColony, AntColonySettings};
 pub use cma_es::{CmaBounds, CmaEs, CmaEsSettings, Restarts};
+pub use cooperation::{Cooperation, CooperationSettings};
 pub use differential_evolution::{
     DifferentialAdaptation, DifferentialBounds, DifferentialEvolution, DifferentialEvolutionSettings,
     DifferentialMutation,
@@ -41,7 +49,9 @@ pub use differential_evolution::{
 pub use error::SearchError;
 pub use evaluation::{Candidate, Evaluation, Objective};
 pub use generator::Generator;
+pub use genetic::{Genetic, GeneticSettings};
 pub use history::HistoryPoint;
+pub use islands::{Islands, IslandsSettings, Topology};
 pub use method::{Engine, Method};
 pub use particle_swarm::{Damping, Neighbourhood, ParticleSwarm, ParticleSwarmSettings};
 pub use points::{Points, Population};

@@ -1,9 +1,10 @@
 //! The choice of an algorithm, and any of them behind one type that can be saved.
 
 use crate::{
-    Algorithm, Candidate, CmaEs, CmaEsSettings, Convergence, DifferentialEvolution,
-    DifferentialEvolutionSettings, Evaluation, ParticleSwarm, ParticleSwarmSettings, Points, Population,
-    SearchError, Task,
+    Algorithm, Annealing, AnnealingSettings, AntColony, AntColonySettings, Candidate, CmaEs, CmaEsSettings,
+    Convergence, Cooperation, CooperationSettings, DifferentialEvolution, DifferentialEvolutionSettings,
+    Evaluation, Genetic, GeneticSettings, Islands, IslandsSettings, ParticleSwarm, ParticleSwarmSettings,
+    Points, Population, SearchError, Task,
 };
 use serde::{Deserialize, Serialize};
 
@@ -11,8 +12,18 @@ use serde::{Deserialize, Serialize};
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[non_exhaustive]
 pub enum Method {
+    /// Genetic algorithm.
+    Genetic(GeneticSettings),
     /// Particle swarm.
     ParticleSwarm(ParticleSwarmSettings),
+    /// Ant colony.
+    AntColony(AntColonySettings),
+    /// Simulated annealing.
+    SimulatedAnnealing(AnnealingSettings),
+    /// Particle swarm, ant colony and genetic algorithm that exchange their best.
+    Cooperation(CooperationSettings),
+    /// Any of these side by side.
+    Islands(IslandsSettings),
     /// Differential evolution.
     DifferentialEvolution(DifferentialEvolutionSettings),
     /// Covariance matrix adaptation.
@@ -32,7 +43,12 @@ impl Method {
     /// Settings out of range.
     pub fn start(&self, task: &Task<'_>) -> Result<Engine, SearchError> {
         Ok(match self {
+            Self::Genetic(settings) => Engine::Genetic(Genetic::new(settings, task)?),
             Self::ParticleSwarm(settings) => Engine::ParticleSwarm(ParticleSwarm::new(settings, task)?),
+            Self::AntColony(settings) => Engine::AntColony(AntColony::new(settings, task)?),
+            Self::SimulatedAnnealing(settings) => Engine::SimulatedAnnealing(Annealing::new(settings, task)?),
+            Self::Cooperation(settings) => Engine::Cooperation(Box::new(Cooperation::new(settings, task)?)),
+            Self::Islands(settings) => Engine::Islands(Islands::new(settings, task)?),
             Self::DifferentialEvolution(settings) => {
                 Engine::DifferentialEvolution(DifferentialEvolution::new(settings, task)?)
             }
@@ -45,8 +61,18 @@ impl Method {
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[non_exhaustive]
 pub enum Engine {
+    /// Genetic algorithm.
+    Genetic(Genetic),
     /// Particle swarm.
     ParticleSwarm(ParticleSwarm),
+    /// Ant colony.
+    AntColony(AntColony),
+    /// Simulated annealing.
+    SimulatedAnnealing(Annealing),
+    /// Particle swarm, ant colony and genetic algorithm that exchange their best.
+    Cooperation(Box<Cooperation>),
+    /// Any of these side by side.
+    Islands(Islands),
     /// Differential evolution.
     DifferentialEvolution(DifferentialEvolution),
     /// Covariance matrix adaptation.
@@ -57,7 +83,12 @@ pub enum Engine {
 macro_rules! each {
     ($engine:expr, $algorithm:ident => $expression:expr) => {
         match $engine {
+            Engine::Genetic($algorithm) => $expression,
             Engine::ParticleSwarm($algorithm) => $expression,
+            Engine::AntColony($algorithm) => $expression,
+            Engine::SimulatedAnnealing($algorithm) => $expression,
+            Engine::Cooperation($algorithm) => $expression,
+            Engine::Islands($algorithm) => $expression,
             Engine::DifferentialEvolution($algorithm) => $expression,
             Engine::CmaEs($algorithm) => $expression,
         }

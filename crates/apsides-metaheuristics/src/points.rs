@@ -177,13 +177,63 @@ impl Population {
         }
     }
 
+    /// Adds copies of the first `count` members to `into`; failed ones are left out. For a population that stands in order.
+    pub fn copy_first(&self, count: usize, into: &mut Self) {
+        for (x, evaluation) in self.iter().take(count).filter(|(_, e)| !e.is_failed()) {
+            into.push(x, *evaluation);
+        }
+    }
+
+    /// Of the members from index `first` on, keeps the `count` best, best first.
+    pub fn keep_best(&mut self, first: usize, count: usize) {
+        let kept = count.min(self.len() - first);
+        for place in first..first + kept {
+            let rest = place..self.len();
+            let next = rest.min_by(|&i, &j| self.evaluations[i].order(&self.evaluations[j])).unwrap_or(place);
+            self.evaluations[place..=next].rotate_right(1);
+            let n = self.points.dimension;
+            self.points.values[place * n..(next + 1) * n].rotate_right(n);
+        }
+        self.points.truncate(first + kept);
+        self.evaluations.truncate(first + kept);
+    }
+
+    /// Puts the members in order, best first; equals keep theirs.
+    pub fn sort(&mut self) {
+        let mut order: Vec<usize> = (0..self.len()).collect();
+        order.sort_by(|&i, &j| self.evaluations[i].order(&self.evaluations[j]));
+        let old = self.clone();
+        for (new, &k) in order.iter().enumerate() {
+            self.set(new, old.points.row(k), old.evaluations[k]);
+        }
+    }
+
+    /// Puts a member in its place in a population that stands in order, and drops the last one. One that is no better than the
+    /// last, or there already, is left out.
+    pub fn insert_sorted(&mut self, x: &[f64], evaluation: Evaluation) {
+        let Some(last) = self.len().checked_sub(1) else { return };
+        if !evaluation.is_better_than(&self.evaluations[last]) || self.contains(x, &evaluation) {
+            return;
+        }
+        let place = self.evaluations.partition_point(|e| !evaluation.is_better_than(e));
+        let n = self.points.dimension;
+        self.points.values.copy_within(place * n..last * n, (place + 1) * n);
+        self.evaluations.copy_within(place..last, place + 1);
+        self.set(place, x, evaluation);
+    }
+
+    /// Whether a member is there already.
+    fn contains(&self, x: &[f64], evaluation: &Evaluation) -> bool {
+        // Few results are equal, so that few points are compared.
+        self.iter().any(|(y, e)| e == evaluation && y == x)
+    }
+
     /// Lets each migrant that is better than the worst member, and not there already, take its place. `replaced` gets the index and
     /// the new point of each member that changed.
     pub fn replace_worst(&mut self, migrants: &Self, mut replaced: impl FnMut(usize, &[f64])) {
         for (x, evaluation) in migrants.iter() {
             let Some(worst) = self.worst() else { return };
-            let present = self.points.rows().any(|y| y == x);
-            if !present && evaluation.is_better_than(&self.evaluations[worst]) {
+            if evaluation.is_better_than(&self.evaluations[worst]) && !self.contains(x, evaluation) {
                 self.set(worst, x, *evaluation);
                 replaced(worst, x);
             }

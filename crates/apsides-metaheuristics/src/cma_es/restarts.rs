@@ -30,7 +30,15 @@ pub(super) struct Schedule {
 
 impl Schedule {
     pub(super) fn new(restarts: Restarts, population: usize) -> Self {
-        Self { restarts, first: population, large: population, spent: [0; 2], small: false, run: 0, limit: None }
+        Self {
+            restarts,
+            first: population,
+            large: population,
+            spent: [0; 2],
+            small: false,
+            run: 0,
+            limit: None,
+        }
     }
 
     pub(super) fn count(&mut self, evaluations: usize) {
