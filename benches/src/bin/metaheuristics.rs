@@ -8,7 +8,8 @@ use std::thread;
 use apsides_benches::CpuTime;
 use apsides_benches::landing::Failure;
 use apsides_metaheuristics::{
-    CmaEsSettings, DifferentialEvolutionSettings, Method, ParticleSwarmSettings, Restarts, Search, SearchSpace,
+    AnnealingSettings, AntColonySettings, CmaEsSettings, CooperationSettings, DifferentialEvolutionSettings,
+    GeneticSettings, Method, ParticleSwarmSettings, Restarts, Search, SearchSpace,
 };
 use apsides_problems::search::{Landscape, ShiftedRotated, Transform};
 use clap::{Args, Parser, Subcommand};
@@ -90,7 +91,11 @@ fn algorithms() -> Vec<Entry> {
     let de = Method::DifferentialEvolution;
     let entry = |name, method| Entry { name, method };
     vec![
+        entry("GA", Method::Genetic(GeneticSettings::default())),
         entry("PSO", Method::ParticleSwarm(ParticleSwarmSettings::default())),
+        entry("ACO_R", Method::AntColony(AntColonySettings::default())),
+        entry("SA", Method::SimulatedAnnealing(AnnealingSettings::default())),
+        entry("cooperation", Method::Cooperation(CooperationSettings::default())),
         entry("DE rand/1", de(DifferentialEvolutionSettings::classic())),
         entry("jDE", de(DifferentialEvolutionSettings::self_adaptive())),
         entry("L-SHADE", de(DifferentialEvolutionSettings::default())),
@@ -286,21 +291,21 @@ fn rosenbrock(x: &[f64]) -> f64 {
     x.windows(2).map(|w| 100.0 * (w[0] * w[0] - w[1]).powi(2) + (w[0] - 1.0).powi(2)).sum()
 }
 
-/// Least of five searches of 20 000 evaluations.
+/// Least of five searches of 100 000 evaluations.
 fn overhead(entry: &Entry, dimension: usize) -> Result<Overhead, Failure> {
     let space = SearchSpace::cube(dimension, -5.0, 10.0)?;
     let (mut total, mut function) = (f64::INFINITY, f64::INFINITY);
     for seed in 1..=5 {
-        let search = Search { seed, budget: 20_000, threads: 1, ..Search::new(entry.method.clone()) };
+        let search = Search { seed, budget: 100_000, threads: 1, ..Search::new(entry.method.clone()) };
         let clock = CpuTime::start();
         let report = search.minimize(&space, &rosenbrock)?;
         total = total.min(clock.milliseconds() * 1e6 / report.evaluations as f64);
         let x = vec![0.5; dimension];
         let clock = CpuTime::start();
-        (0..20_000).for_each(|_| {
+        (0..100_000).for_each(|_| {
             black_box(rosenbrock(black_box(&x)));
         });
-        function = function.min(clock.milliseconds() * 1e6 / 20_000.0);
+        function = function.min(clock.milliseconds() * 1e6 / 100_000.0);
     }
     Ok(Overhead { algorithm: entry.name, dimension, nanoseconds: total - function, function })
 }

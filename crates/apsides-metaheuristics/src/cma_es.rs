@@ -293,9 +293,7 @@ impl Algorithm for CmaEs {
     }
 
     fn spread(&self) -> f64 {
-        let n = self.free.len();
-        let d = &self.distribution;
-        (0..n).map(|i| d.sigma * d.deviation(i)).sum::<f64>() / n.max(1) as f64
+        self.last.points.spread(&self.space)
     }
 
     fn converged(&self) -> Option<Convergence> {

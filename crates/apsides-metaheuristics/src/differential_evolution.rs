@@ -276,21 +276,25 @@ impl DifferentialEvolution {
         let u = points.add();
         let n = u.len();
         let (x, base, leader, plus, minus) = (&x[..n], &base[..n], &leader[..n], &plus[..n], &minus[..n]);
-        for j in 0..n {
-            u[j] = base[j] + factor * ((leader[j] - base[j]) + (plus[j] - minus[j]));
+        let mutant = |j: usize| base[j] + factor * ((leader[j] - base[j]) + (plus[j] - minus[j]));
+        // Comparisons of 16 bits: four coordinates for each number of the generator.
+        let threshold = (crossover * f64::from(1_u32 << 16)) as u64;
+        for start in (0..n).step_by(4) {
+            let mut bits = generator.bits();
+            for j in start..n.min(start + 4) {
+                u[j] = if (bits & 0xffff) < threshold { mutant(j) } else { x[j] };
+                bits >>= 16;
+            }
         }
-        let kept = u.iter_mut().zip(x).enumerate();
         let taken = generator.index(n);
-        // A comparison of 32 bits: two coordinates for each number of the generator.
-        let threshold = (crossover * (1u64 << 32) as f64) as u64;
-        let mut bits = 0;
-        for (j, (u, &x)) in kept {
-            bits = if j % 2 == 0 { generator.bits() } else { bits >> 32 };
-            *u = if (bits & 0xffff_ffff) < threshold || j == taken { *u } else { x };
-        }
+        u[taken] = mutant(taken);
         let (lower, upper) = (&self.space.lower()[..n], &self.space.upper()[..n]);
-        for j in 0..n {
-            if !(lower[j] <= u[j] && u[j] <= upper[j]) {
+        let outside = |j: usize, u: f64| !(lower[j] <= u && u <= upper[j]);
+        if u.iter().enumerate().fold(false, |any, (j, &u)| any | outside(j, u)) {
+            for j in 0..n {
+                if !outside(j, u[j]) {
+                    continue;
+                }
                 u[j] = match self.settings.bounds {
                     DifferentialBounds::Midpoint if u[j] > upper[j] => 0.5 * (x[j] + upper[j]),
                     DifferentialBounds::Midpoint => 0.5 * (x[j] + lower[j]),

@@ -26,16 +26,15 @@ pub(crate) struct History {
     stride: usize,
     seen: usize,
     points: Vec<HistoryPoint>,
-    /// The newest point, where it is not among `points`.
-    last: Option<HistoryPoint>,
 }
 
 impl History {
     pub(crate) fn new() -> Self {
-        Self { stride: 1, seen: 0, points: Vec::with_capacity(CAPACITY), last: None }
+        Self { stride: 1, seen: 0, points: Vec::with_capacity(CAPACITY) }
     }
 
-    pub(crate) fn push(&mut self, point: HistoryPoint) {
+    /// Adds the point of a generation, which is made only if it is kept.
+    pub(crate) fn push(&mut self, point: impl FnOnce() -> HistoryPoint) {
         if self.points.len() == CAPACITY {
             let mut index = 0;
             self.points.retain(|_| {
@@ -44,18 +43,16 @@ impl History {
             });
             self.stride *= 2;
         }
-        self.last = None;
         if self.seen.is_multiple_of(self.stride) {
-            self.points.push(point);
-        } else {
-            self.last = Some(point);
+            self.points.push(point());
         }
         self.seen += 1;
     }
 
     /// The points in order, the newest one last.
-    pub(crate) fn to_vec(&self) -> Vec<HistoryPoint> {
-        self.points.iter().chain(&self.last).copied().collect()
+    pub(crate) fn with_newest(&self, newest: Option<HistoryPoint>) -> Vec<HistoryPoint> {
+        let kept = self.points.last().map(|p| p.generation);
+        self.points.iter().copied().chain(newest.filter(|p| Some(p.generation) != kept)).collect()
     }
 }
 
@@ -66,16 +63,17 @@ mod tests {
     #[test]
     fn a_long_course_keeps_its_ends_and_even_steps() {
         let mut history = History::new();
+        let point = |generation| HistoryPoint {
+            generation,
+            evaluations: generation,
+            objective: 0.0,
+            violation: 0.0,
+            spread: 0.0,
+        };
         for generation in 0..100_001 {
-            history.push(HistoryPoint {
-                generation,
-                evaluations: generation,
-                objective: 0.0,
-                violation: 0.0,
-                spread: 0.0,
-            });
+            history.push(|| point(generation));
         }
-        let points = history.to_vec();
+        let points = history.with_newest(Some(point(100_000)));
         assert!(points.len() <= CAPACITY + 1 && points.len() >= CAPACITY / 2);
         assert_eq!(points[0].generation, 0);
         assert_eq!(points[points.len() - 1].generation, 100_000);

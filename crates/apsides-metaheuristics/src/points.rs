@@ -89,12 +89,24 @@ impl Points {
 
     /// Standard deviation of a coordinate as a part of the box, as the mean over all coordinates that are not fixed.
     pub fn spread(&self, space: &SearchSpace) -> f64 {
+        const BLOCK: usize = 8;
         let (count, mut sum, mut free) = (self.len() as f64, 0.0, 0);
-        for i in (0..self.dimension).filter(|&i| space.width(i) > 0.0) {
-            let mean = self.rows().map(|x| x[i]).sum::<f64>() / count;
-            let variance = self.rows().map(|x| (x[i] - mean).powi(2)).sum::<f64>() / count;
-            sum += variance.sqrt() / space.width(i);
-            free += 1;
+        for first in (0..self.dimension).step_by(BLOCK) {
+            // Several columns at a time, in the order of the memory.
+            let block = first..self.dimension.min(first + BLOCK);
+            let (mut means, mut squares) = ([0.0; BLOCK], [0.0; BLOCK]);
+            for x in self.rows() {
+                means.iter_mut().zip(&x[block.clone()]).for_each(|(m, x)| *m += x);
+            }
+            means.iter_mut().for_each(|m| *m /= count);
+            for x in self.rows() {
+                let columns = squares.iter_mut().zip(&means).zip(&x[block.clone()]);
+                columns.for_each(|((s, m), x)| *s += (x - m).powi(2));
+            }
+            for (i, square) in block.zip(squares).filter(|&(i, _)| space.width(i) > 0.0) {
+                sum += (square / count).sqrt() / space.width(i);
+                free += 1;
+            }
         }
         if free == 0 || self.is_empty() { 0.0 } else { sum / f64::from(free) }
     }

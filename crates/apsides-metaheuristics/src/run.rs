@@ -188,14 +188,10 @@ impl Run {
     }
 
     fn record(&mut self) {
-        let Some(best) = &self.best else { return };
-        self.history.push(HistoryPoint {
-            generation: self.generations,
-            evaluations: self.evaluations,
-            objective: best.evaluation.objective,
-            violation: best.evaluation.violation.max(0.0),
-            spread: self.engine.spread(),
-        });
+        if let Some(best) = &self.best {
+            let (generations, evaluations, engine) = (self.generations, self.evaluations, &self.engine);
+            self.history.push(|| point(generations, evaluations, best, engine));
+        }
     }
 
     fn reason(&self, samples: usize) -> Option<StopReason> {
@@ -231,8 +227,8 @@ impl Run {
             generation: self.generations,
             evaluations: self.evaluations,
             best: self.best.as_ref(),
-            spread: self.engine.spread(),
             failures: self.failures,
+            engine: &self.engine,
         }
     }
 
@@ -267,15 +263,27 @@ impl Run {
 
     /// What the search found so far; one that goes on is reported as stopped.
     pub fn report(&self) -> SearchReport {
+        let newest = self.best.as_ref().map(|b| point(self.generations, self.evaluations, b, &self.engine));
         SearchReport {
             best: self.best.clone(),
             evaluations: self.evaluations,
             generations: self.generations,
             stop: self.stop.unwrap_or(StopReason::Stopped),
-            history: self.history.to_vec(),
+            history: self.history.with_newest(newest),
             failures: self.failures,
             elapsed: self.elapsed,
         }
+    }
+}
+
+/// The state after a generation.
+fn point(generation: usize, evaluations: usize, best: &Candidate, engine: &Engine) -> HistoryPoint {
+    HistoryPoint {
+        generation,
+        evaluations,
+        objective: best.evaluation.objective,
+        violation: best.evaluation.violation.max(0.0),
+        spread: engine.spread(),
     }
 }
 

@@ -1,7 +1,7 @@
 //! A search: what is allowed, when it ends, what comes out.
 
 use crate::error::require;
-use crate::{Candidate, HistoryPoint, Method, Objective, Run, SearchError, SearchSpace};
+use crate::{Algorithm, Candidate, Engine, HistoryPoint, Method, Objective, Run, SearchError, SearchSpace};
 use crate::{Convergence, evaluation::Evaluation};
 use serde::{Deserialize, Serialize};
 use std::ops::ControlFlow;
@@ -185,10 +185,16 @@ pub struct Progress<'a> {
     pub evaluations: usize,
     /// The best point so far.
     pub best: Option<&'a Candidate>,
-    /// Extent of the population: standard deviation as a part of the box, the mean over coordinates.
-    pub spread: f64,
     /// Failed evaluations so far.
     pub failures: usize,
+    pub(crate) engine: &'a Engine,
+}
+
+impl Progress<'_> {
+    /// Extent of the population: standard deviation as a part of the box, the mean over coordinates.
+    pub fn spread(&self) -> f64 {
+        self.engine.spread()
+    }
 }
 
 /// Why a search ended.
