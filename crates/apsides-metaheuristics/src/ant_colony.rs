@@ -36,9 +36,6 @@ impl Default for AntColonySettings {
     }
 }
 
-/// Extent as a part of the box below which ants no longer move.
-const REST: f64 = 1e-15;
-
 /// An ant colony.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct AntColony {
@@ -158,7 +155,7 @@ impl Algorithm for AntColony {
     }
 
     fn converged(&self) -> Option<Convergence> {
-        (!self.archive.is_empty() && self.spread() < REST).then_some(Convergence::Spread)
+        (!self.archive.is_empty() && self.archive.points.coincide(&self.space)).then_some(Convergence::Spread)
     }
 }
 

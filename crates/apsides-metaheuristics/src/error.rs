@@ -18,7 +18,9 @@ pub enum SearchError {
         expected: usize,
     },
     /// A coordinate has no usable bounds.
-    #[error("bounds of coordinate {index}: [{lower}, {upper}]; finite bounds in rising order are needed")]
+    #[error(
+        "bounds of coordinate {index}: [{lower}, {upper}]; bounds in rising order, a finite width apart, are needed"
+    )]
     Bounds {
         /// The coordinate, from 0.
         index: usize,

@@ -22,13 +22,13 @@ use serde::{Deserialize, Serialize};
 /// Settings of a genetic algorithm.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct GeneticSettings {
-    /// Members, and children of each generation, at least 2; default 60.
+    /// Members, and children of each generation, at least 2; default 100.
     pub population: usize,
     /// Members in one tournament, at least 1; default 2. More press harder.
     pub tournament: usize,
     /// Probability that two parents are crossed rather than copied; default 0.9.
     pub crossover: f64,
-    /// Distribution index of the crossover, at least 0; default 10. Children of a larger one are closer to their parents.
+    /// Distribution index of the crossover, at least 0; default 2. Children of a larger one are closer to their parents.
     pub crossover_index: f64,
     /// Probability that a coordinate mutates; default `None` for one over their number.
     pub mutation: Option<f64>,
@@ -42,10 +42,10 @@ pub struct GeneticSettings {
 impl Default for GeneticSettings {
     fn default() -> Self {
         Self {
-            population: 60,
+            population: 100,
             tournament: 2,
             crossover: 0.9,
-            crossover_index: 10.0,
+            crossover_index: 2.0,
             mutation: None,
             mutation_index: 20.0,
             elite: None,
@@ -55,9 +55,6 @@ impl Default for GeneticSettings {
 
 /// Parents closer than this part of the box are taken as equal, which keeps the spread factor finite.
 const EQUAL: f64 = 1e-14;
-
-/// Extent as a part of the box below which children hardly differ from their parents.
-const REST: f64 = 1e-15;
 
 /// A genetic algorithm.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -241,8 +238,10 @@ impl Algorithm for Genetic {
 
     fn converged(&self) -> Option<Convergence> {
         // While coordinates mutate there is something to gain.
-        (self.settings.mutation == Some(0.0) && !self.parents.is_empty() && self.spread() < REST)
-            .then_some(Convergence::Spread)
+        (self.settings.mutation == Some(0.0)
+            && !self.parents.is_empty()
+            && self.parents.points.coincide(&self.space))
+        .then_some(Convergence::Spread)
     }
 }
 

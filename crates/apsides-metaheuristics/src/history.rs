@@ -33,7 +33,7 @@ impl History {
         Self { stride: 1, seen: 0, points: Vec::with_capacity(CAPACITY) }
     }
 
-    /// Adds the point of a generation, which is made only if it is kept.
+    /// Counts a generation, and keeps its point where it is a multiple of the stride.
     pub(crate) fn push(&mut self, point: impl FnOnce() -> HistoryPoint) {
         if self.points.len() == CAPACITY {
             let mut index = 0;
@@ -49,10 +49,10 @@ impl History {
         self.seen += 1;
     }
 
-    /// The points in order, the newest one last.
-    pub(crate) fn with_newest(&self, newest: Option<HistoryPoint>) -> Vec<HistoryPoint> {
+    /// The points in order, the newest one last, kept or not.
+    pub(crate) fn with_last(&self, last: Option<HistoryPoint>) -> Vec<HistoryPoint> {
         let kept = self.points.last().map(|p| p.generation);
-        self.points.iter().copied().chain(newest.filter(|p| Some(p.generation) != kept)).collect()
+        self.points.iter().copied().chain(last.filter(|p| Some(p.generation) != kept)).collect()
     }
 }
 
@@ -70,10 +70,9 @@ mod tests {
             violation: 0.0,
             spread: 0.0,
         };
-        for generation in 0..100_001 {
-            history.push(|| point(generation));
-        }
-        let points = history.with_newest(Some(point(100_000)));
+        (0..100_001).for_each(|generation| history.push(|| point(generation)));
+        let points = history.with_last(Some(point(100_000)));
+        assert!(points.windows(2).all(|w| w[0].generation < w[1].generation));
         assert!(points.len() <= CAPACITY + 1 && points.len() >= CAPACITY / 2);
         assert_eq!(points[0].generation, 0);
         assert_eq!(points[points.len() - 1].generation, 100_000);

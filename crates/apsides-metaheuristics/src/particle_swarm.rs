@@ -72,9 +72,6 @@ impl Default for ParticleSwarmSettings {
     }
 }
 
-/// Extent as a part of the box below which the swarm has come to rest.
-const REST: f64 = 1e-15;
-
 /// A particle swarm.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct ParticleSwarm {
@@ -238,10 +235,11 @@ impl Algorithm for ParticleSwarm {
     }
 
     fn converged(&self) -> Option<Convergence> {
-        // Points at rest at one place move no more.
+        // Points at rest at one place, where all of them have been best, move no more.
         (!self.memory.is_empty()
-            && self.positions.spread(&self.space) < REST
-            && self.velocities.spread(&self.space) < REST)
-            .then_some(Convergence::Spread)
+            && self.positions.coincide(&self.space)
+            && self.memory.points.coincide(&self.space)
+            && self.velocities.values().iter().all(|&v| v == 0.0))
+        .then_some(Convergence::Spread)
     }
 }

@@ -112,6 +112,16 @@ impl Points {
     }
 }
 
+impl Points {
+    /// Whether all points are nearly at one place: no coordinate differs from that of the first point by more than rounding of the
+    /// width of the box.
+    pub(crate) fn coincide(&self, space: &SearchSpace) -> bool {
+        let near = |i: usize, a: f64, b: f64| (a - b).abs() <= f64::EPSILON * space.width(i);
+        let Some(first) = self.rows().next() else { return true };
+        self.rows().all(|x| x.iter().zip(first).enumerate().all(|(i, (&a, &b))| near(i, a, b)))
+    }
+}
+
 /// Points with their results.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Population {

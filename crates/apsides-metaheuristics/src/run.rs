@@ -114,8 +114,9 @@ impl Run {
         let samples = self.search.noise.samples() as usize;
         self.points.truncate(asked.min(self.remaining() / samples));
         self.evaluate(objective);
-        self.confirm(objective);
-        self.keep_best();
+        if self.confirm(objective) {
+            self.keep_best();
+        }
         // An algorithm is told whole generations alone; after a part of one there is no next.
         if self.points.len() == asked {
             self.engine.tell(&self.points, &self.buffers.seen);
@@ -142,16 +143,20 @@ impl Run {
         told.extend(results.iter().map(|&r| seen(r, self.search.constraints)));
     }
 
-    /// Evaluates again what seems better than the best so far.
-    fn confirm<O: Objective + ?Sized>(&mut self, objective: &O) {
-        let Noise::ConfirmBest { repeats } = self.search.noise else { return };
+    /// Evaluates again what seems better than the best so far. Says whether the best of this generation is to be trusted: at the
+    /// end of the budget it may stay unconfirmed.
+    fn confirm<O: Objective + ?Sized>(&mut self, objective: &O) -> bool {
+        let Noise::ConfirmBest { repeats } = self.search.noise else { return true };
         let Buffers { evaluator, results, seen: told, confirmed, copies, repeats: again } = &mut self.buffers;
-        let Some(evaluator) = evaluator else { return };
+        let Some(evaluator) = evaluator else { return true };
         let copies = copies.get_or_insert_with(|| Points::new(self.space.dimension()));
         confirmed.clear();
         confirmed.resize(results.len(), false);
         while let Some(k) = first(told).filter(|&k| !confirmed[k] && told[k].is_better_than(&self.rank)) {
             let count = repeats.min(self.search.budget.saturating_sub(self.evaluations));
+            if count < repeats && self.best.is_some() {
+                return false;
+            }
             copies.clear();
             (0..count).for_each(|_| copies.push(self.points.row(k)));
             evaluator.evaluate(objective, copies, Noise::None, self.evaluations as u64, again);
@@ -162,6 +167,7 @@ impl Run {
             told[k] = seen(results[k], self.search.constraints);
             confirmed[k] = true;
         }
+        true
     }
 
     fn keep_best(&mut self) {
@@ -188,10 +194,9 @@ impl Run {
     }
 
     fn record(&mut self) {
-        if let Some(best) = &self.best {
-            let (generations, evaluations, engine) = (self.generations, self.evaluations, &self.engine);
-            self.history.push(|| point(generations, evaluations, best, engine));
-        }
+        let Some(best) = &self.best else { return };
+        let Self { engine, generations, evaluations, .. } = self;
+        self.history.push(|| history_point(*generations, *evaluations, best, engine));
     }
 
     fn reason(&self, samples: usize) -> Option<StopReason> {
@@ -263,26 +268,29 @@ impl Run {
 
     /// What the search found so far; one that goes on is reported as stopped.
     pub fn report(&self) -> SearchReport {
-        let newest = self.best.as_ref().map(|b| point(self.generations, self.evaluations, b, &self.engine));
         SearchReport {
             best: self.best.clone(),
             evaluations: self.evaluations,
             generations: self.generations,
             stop: self.stop.unwrap_or(StopReason::Stopped),
-            history: self.history.with_newest(newest),
+            history: self.history.with_last(
+                self.best
+                    .as_ref()
+                    .map(|b| history_point(self.generations, self.evaluations, b, &self.engine)),
+            ),
             failures: self.failures,
             elapsed: self.elapsed,
         }
     }
 }
 
-/// The state after a generation.
-fn point(generation: usize, evaluations: usize, best: &Candidate, engine: &Engine) -> HistoryPoint {
+fn history_point(generation: usize, evaluations: usize, best: &Candidate, engine: &Engine) -> HistoryPoint {
+    let Evaluation { objective, violation } = best.evaluation;
     HistoryPoint {
         generation,
         evaluations,
-        objective: best.evaluation.objective,
-        violation: best.evaluation.violation.max(0.0),
+        objective,
+        violation: violation.max(0.0),
         spread: engine.spread(),
     }
 }

@@ -1,7 +1,7 @@
 //! A search: what is allowed, when it ends, what comes out.
 
 use crate::error::require;
-use crate::{Algorithm, Candidate, Engine, HistoryPoint, Method, Objective, Run, SearchError, SearchSpace};
+use crate::{Candidate, Engine, HistoryPoint, Method, Objective, Run, SearchError, SearchSpace};
 use crate::{Convergence, evaluation::Evaluation};
 use serde::{Deserialize, Serialize};
 use std::ops::ControlFlow;
@@ -177,7 +177,8 @@ impl Search {
 }
 
 /// What an observer sees after each generation.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug)]
+#[non_exhaustive]
 pub struct Progress<'a> {
     /// Generations so far.
     pub generation: usize,
@@ -187,14 +188,8 @@ pub struct Progress<'a> {
     pub best: Option<&'a Candidate>,
     /// Failed evaluations so far.
     pub failures: usize,
-    pub(crate) engine: &'a Engine,
-}
-
-impl Progress<'_> {
-    /// Extent of the population: standard deviation as a part of the box, the mean over coordinates.
-    pub fn spread(&self) -> f64 {
-        self.engine.spread()
-    }
+    /// The algorithm, whose [spread](crate::Algorithm::spread) is the extent of its population.
+    pub engine: &'a Engine,
 }
 
 /// Why a search ended.
