@@ -19,7 +19,9 @@
 mod algorithm;
 mod annealing;
 mod ant_colony;
+mod cma_es;
 mod cooperation;
+mod differential_evolution;
 mod error;
 mod evaluation;
 mod evaluator;
@@ -38,7 +40,12 @@ mod space;
 pub use algorithm::{Algorithm, Convergence, Task};
 pub use annealing::{Annealing, AnnealingSettings};
 pub use ant_colony::{AntColony, AntColonySettings};
+pub use cma_es::{CmaBounds, CmaEs, CmaEsSettings, Restarts};
 pub use cooperation::{Cooperation, CooperationSettings};
+pub use differential_evolution::{
+    DifferentialAdaptation, DifferentialBounds, DifferentialEvolution, DifferentialEvolutionSettings,
+    DifferentialMutation,
+};
 pub use error::SearchError;
 pub use evaluation::{Candidate, Evaluation, Objective};
 pub use generator::Generator;

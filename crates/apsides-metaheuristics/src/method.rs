@@ -1,9 +1,10 @@
 //! The choice of an algorithm, and any of them behind one type that can be saved.
 
 use crate::{
-    Algorithm, Annealing, AnnealingSettings, AntColony, AntColonySettings, Candidate, Convergence,
-    Cooperation, CooperationSettings, Evaluation, Genetic, GeneticSettings, Islands, IslandsSettings,
-    ParticleSwarm, ParticleSwarmSettings, Points, Population, SearchError, Task,
+    Algorithm, Annealing, AnnealingSettings, AntColony, AntColonySettings, Candidate, CmaEs, CmaEsSettings,
+    Convergence, Cooperation, CooperationSettings, DifferentialEvolution, DifferentialEvolutionSettings,
+    Evaluation, Genetic, GeneticSettings, Islands, IslandsSettings, ParticleSwarm, ParticleSwarmSettings,
+    Points, Population, SearchError, Task,
 };
 use serde::{Deserialize, Serialize};
 
@@ -23,6 +24,10 @@ pub enum Method {
     Cooperation(CooperationSettings),
     /// Any of these side by side.
     Islands(IslandsSettings),
+    /// Differential evolution.
+    DifferentialEvolution(DifferentialEvolutionSettings),
+    /// Covariance matrix adaptation.
+    CmaEs(CmaEsSettings),
 }
 
 impl Default for Method {
@@ -44,6 +49,10 @@ impl Method {
             Self::SimulatedAnnealing(settings) => Engine::SimulatedAnnealing(Annealing::new(settings, task)?),
             Self::Cooperation(settings) => Engine::Cooperation(Box::new(Cooperation::new(settings, task)?)),
             Self::Islands(settings) => Engine::Islands(Islands::new(settings, task)?),
+            Self::DifferentialEvolution(settings) => {
+                Engine::DifferentialEvolution(DifferentialEvolution::new(settings, task)?)
+            }
+            Self::CmaEs(settings) => Engine::CmaEs(Box::new(CmaEs::new(settings, task)?)),
         })
     }
 }
@@ -64,6 +73,10 @@ pub enum Engine {
     Cooperation(Box<Cooperation>),
     /// Any of these side by side.
     Islands(Islands),
+    /// Differential evolution.
+    DifferentialEvolution(DifferentialEvolution),
+    /// Covariance matrix adaptation.
+    CmaEs(Box<CmaEs>),
 }
 
 /// The same expression for whichever algorithm it is.
@@ -76,6 +89,8 @@ macro_rules! each {
             Engine::SimulatedAnnealing($algorithm) => $expression,
             Engine::Cooperation($algorithm) => $expression,
             Engine::Islands($algorithm) => $expression,
+            Engine::DifferentialEvolution($algorithm) => $expression,
+            Engine::CmaEs($algorithm) => $expression,
         }
     };
 }

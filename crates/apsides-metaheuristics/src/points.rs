@@ -70,6 +70,13 @@ impl Points {
         &mut self.values[index * self.dimension..][..self.dimension]
     }
 
+    /// Removes a point; the last one takes its index.
+    pub fn swap_remove(&mut self, index: usize) {
+        let last = self.values.len() - self.dimension;
+        self.values.copy_within(last.., index * self.dimension);
+        self.values.truncate(last);
+    }
+
     /// The points in order.
     pub fn rows(&self) -> std::slice::ChunksExact<'_, f64> {
         self.values.chunks_exact(self.dimension)
@@ -82,12 +89,24 @@ impl Points {
 
     /// Standard deviation of a coordinate as a part of the box, as the mean over all coordinates that are not fixed.
     pub fn spread(&self, space: &SearchSpace) -> f64 {
+        const BLOCK: usize = 8;
         let (count, mut sum, mut free) = (self.len() as f64, 0.0, 0);
-        for i in (0..self.dimension).filter(|&i| space.width(i) > 0.0) {
-            let mean = self.rows().map(|x| x[i]).sum::<f64>() / count;
-            let variance = self.rows().map(|x| (x[i] - mean).powi(2)).sum::<f64>() / count;
-            sum += variance.sqrt() / space.width(i);
-            free += 1;
+        for first in (0..self.dimension).step_by(BLOCK) {
+            // Several columns at a time, in the order of the memory.
+            let block = first..self.dimension.min(first + BLOCK);
+            let (mut means, mut squares) = ([0.0; BLOCK], [0.0; BLOCK]);
+            for x in self.rows() {
+                means.iter_mut().zip(&x[block.clone()]).for_each(|(m, x)| *m += x);
+            }
+            means.iter_mut().for_each(|m| *m /= count);
+            for x in self.rows() {
+                let columns = squares.iter_mut().zip(&means).zip(&x[block.clone()]);
+                columns.for_each(|((s, m), x)| *s += (x - m).powi(2));
+            }
+            for (i, square) in block.zip(squares).filter(|&(i, _)| space.width(i) > 0.0) {
+                sum += (square / count).sqrt() / space.width(i);
+                free += 1;
+            }
         }
         if free == 0 || self.is_empty() { 0.0 } else { sum / f64::from(free) }
     }
@@ -144,6 +163,12 @@ impl Population {
     pub fn set(&mut self, index: usize, x: &[f64], evaluation: Evaluation) {
         self.points.row_mut(index).copy_from_slice(x);
         self.evaluations[index] = evaluation;
+    }
+
+    /// Removes a member; the last one takes its index.
+    pub fn swap_remove(&mut self, index: usize) {
+        self.points.swap_remove(index);
+        self.evaluations.swap_remove(index);
     }
 
     /// Members with their results.

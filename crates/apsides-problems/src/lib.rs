@@ -27,6 +27,8 @@
 //! | [`di_bang_bang`], [`moon_lander_soft`], [`free_flying_robot`], [`powered_descent`] | jumps of the control |
 //! | [`di_singular_arc`], [`catmix`], [`goddard_cops`] | singular arcs |
 //!
+//! [`search`] has functions for searches without derivatives, [`nlp`] nonlinear programs.
+//!
 //! Values of collections that are those of a coarse discretisation, or of a statement with a misprint, are not used;
 //! the modules say where that matters.
 
@@ -56,6 +58,7 @@ pub mod powered_descent;
 pub mod problem;
 pub mod pvtol;
 pub mod rayleigh_path;
+pub mod search;
 pub mod shuttle_heat_limit;
 pub mod shuttle_reentry;
 pub mod van_der_pol;
