@@ -22,6 +22,24 @@
 //! towards larger azimuths in both conventions: to the right from north, to the left from east.
 //!
 //! The equations are singular at the poles, in vertical flight and at rest.
+//!
+//! ```
+//! use apsides_ad::{Dynamics, PathFunction};
+//! use apsides_dynamics::aerodynamics::MachTable;
+//! use apsides_dynamics::entry::{Banked, EntryFlight, EntryLoads, Heading};
+//! use apsides_dynamics::{Aerodynamics, Atmosphere, EntryVehicle, HeatingLaw, Planet};
+//!
+//! let aerodynamics = Aerodynamics::Mach(MachTable::apollo_10());
+//! let capsule = EntryVehicle::new(2800.0, 6.1575, 3.36, aerodynamics)?;
+//! let planet = Planet::earth(Atmosphere::UsStandard1976);
+//! let model = Banked(EntryFlight::new(planet, capsule, Heading::FromNorth, HeatingLaw::CAPSULE));
+//! let state = [60e3, 0.9, 0.5, 6800.0, -0.04, 2.3]; // altitude, longitude, latitude, speed, flight path angle, azimuth
+//! let bank = [0.8];
+//! let rate = model.rate(0.0, &state, &bank, &[]);
+//! let [pressure, acceleration, heat_rate] = EntryLoads(model).evaluate(0.0, &state, &bank, &[]);
+//! assert!(rate[3] < 0.0 && pressure > 7e3 && acceleration > 20.0 && heat_rate > 600e3);
+//! # Ok::<(), apsides_dynamics::DynamicsError>(())
+//! ```
 
 use apsides_ad::{Dynamics, PathFunction, Scalar};
 

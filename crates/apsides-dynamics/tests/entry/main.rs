@@ -254,8 +254,8 @@ fn one_flight_in_every_form() {
     assert_eq!(BankVectorNorm.evaluate(0.0, &[0.0; 6], &[0.6, -0.8], &[]), [1.0]);
 }
 
-/// Mars, with the lift of 0.24 and 0.6 m of nose of the literature's example: a steep ballistic entry loses its speed where
-/// Allen and Eggers (NACA Report 1381, 1958) say, at `exp(-1/2)` of that of entry, with `V^2 sin g / (2 e H)`.
+/// A steep ballistic entry on Mars brakes hardest where H. J. Allen and A. J. Eggers (NACA Report 1381, 1958) say: at `exp(-1/2)` of its
+/// first speed, with `V^2 sin g / (2 e H)`. They leave gravity out, hence the 2 %.
 #[test]
 fn ballistic_entry_on_mars_by_allen_and_eggers() {
     let aerodynamics = Aerodynamics::constant(0.0, 1.45).unwrap();
