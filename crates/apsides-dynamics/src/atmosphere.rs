@@ -30,6 +30,19 @@ impl Gas {
     /// The atmosphere of Mars: 8314.46 J/(kmol K) by 43.34 kg/kmol, and 1.29 (NASA Mars Fact Sheet; carbon dioxide at 230 K).
     pub const MARS: Self = Self { constant: 8314.46 / 43.34, heat_ratio: 1.29 };
 
+    /// A gas of a gas constant (J/(kg K)) and a ratio of specific heats.
+    ///
+    /// # Errors
+    /// When either is not finite, the constant not positive or the ratio not above 1.
+    pub fn new(constant: f64, heat_ratio: f64) -> Result<Self, DynamicsError> {
+        let constant = positive("gas constant", constant, "J/(kg K)")?;
+        if heat_ratio > 1.0 && heat_ratio.is_finite() {
+            return Ok(Self { constant, heat_ratio });
+        }
+        let (what, allowed) = ("ratio of the specific heats", "a finite number above 1");
+        Err(DynamicsError::Parameter { what, value: heat_ratio, unit: "-", allowed })
+    }
+
     /// Speed of sound at a temperature (K), m/s.
     #[inline]
     pub fn speed_of_sound<S: Scalar>(&self, temperature: S) -> S {

@@ -22,6 +22,24 @@
 //! towards larger azimuths in both conventions: to the right from north, to the left from east.
 //!
 //! The equations are singular at the poles, in vertical flight and at rest.
+//!
+//! ```
+//! use apsides_ad::{Dynamics, PathFunction};
+//! use apsides_dynamics::aerodynamics::MachTable;
+//! use apsides_dynamics::entry::{Banked, EntryFlight, EntryLoads, Heading};
+//! use apsides_dynamics::{Aerodynamics, Atmosphere, EntryVehicle, HeatingLaw, Planet};
+//!
+//! let aerodynamics = Aerodynamics::Mach(MachTable::apollo_10());
+//! let capsule = EntryVehicle::new(2800.0, 6.1575, 3.36, aerodynamics)?;
+//! let planet = Planet::earth(Atmosphere::UsStandard1976);
+//! let model = Banked(EntryFlight::new(planet, capsule, Heading::FromNorth, HeatingLaw::CAPSULE));
+//! let state = [60e3, 0.9, 0.5, 6800.0, -0.04, 2.3]; // altitude, longitude, latitude, speed, flight path angle, azimuth
+//! let bank = [0.8];
+//! let rate = model.rate(0.0, &state, &bank, &[]);
+//! let [pressure, acceleration, heat_rate] = EntryLoads(model).evaluate(0.0, &state, &bank, &[]);
+//! assert!(rate[3] < 0.0 && pressure > 7e3 && acceleration > 20.0 && heat_rate > 600e3);
+//! # Ok::<(), apsides_dynamics::DynamicsError>(())
+//! ```
 
 use apsides_ad::{Dynamics, PathFunction, Scalar};
 
@@ -155,10 +173,21 @@ impl EntryFlight {
     /// Heat rate, W/m2, at an altitude (m) and a speed (m/s).
     #[inline]
     pub fn heat_rate<S: Scalar>(&self, altitude: S, speed: S) -> S {
-        if self.planet.atmosphere == Atmosphere::Vacuum {
+        self.heat_rate_at(self.planet.atmosphere.density(altitude), speed)
+    }
+
+    /// The same at a density (kg/m3). A vacuum is left out, where the square root has no derivative.
+    #[inline]
+    fn heat_rate_at<S: Scalar>(&self, density: S, speed: S) -> S {
+        if self.in_vacuum() {
             return S::from(0.0);
         }
-        self.heating.rate(self.planet.atmosphere.density(altitude), speed, self.vehicle.nose_radius)
+        self.heating.rate(density, speed, self.vehicle.nose_radius)
+    }
+
+    #[inline]
+    fn in_vacuum(&self) -> bool {
+        matches!(self.planet.atmosphere, Atmosphere::Vacuum)
     }
 
     /// Mach number at an altitude (m) and a speed (m/s).
@@ -178,7 +207,7 @@ impl EntryFlight {
     /// Lift and drag by mass.
     #[inline]
     fn forces<S: Scalar>(&self, altitude: S, speed: S, attack: S) -> Forces<S> {
-        if self.planet.atmosphere == Atmosphere::Vacuum {
+        if self.in_vacuum() {
             return Forces { lift: S::from(0.0), drag: S::from(0.0) };
         }
         let size = self.planet.atmosphere.density(altitude)
@@ -343,16 +372,19 @@ pub struct EntryLoads<M>(pub M);
 impl<M: EntryModel<NU>, const NU: usize> PathFunction<6, NU, 3> for EntryLoads<M> {
     fn evaluate<S: Scalar>(&self, _t: S, x: &[S; 6], u: &[S; NU], _p: &[S; 0]) -> [S; 3] {
         let flight = self.0.flight();
-        let pressure = flight.dynamic_pressure(x[0], x[3]);
+        let density = flight.planet.atmosphere.density(x[0]);
+        let pressure = density * x[3].square() * 0.5;
         let [lift, drag] = flight.coefficients(x[0], x[3], self.0.attack(u));
         let coefficient = (lift.square() + drag.square()).sqrt();
         let acceleration = pressure * coefficient * (flight.vehicle.reference_area / flight.vehicle.mass);
-        [pressure, acceleration, flight.heat_rate(x[0], x[3])]
+        [pressure, acceleration, flight.heat_rate_at(density, x[3])]
     }
 }
 
 /// Aerodynamic accelerations of a model along the axes of the body: [`NORMAL_ACCELERATION`] `L cos a + D sin a` and
 /// [`AXIAL_ACCELERATION`] `D cos a - L sin a`, over the mass.
+///
+/// A capsule with its heat shield as the nose lifts at a negative angle of attack, about -20 deg: its load is nearly all axial.
 #[derive(Clone, Debug, PartialEq)]
 pub struct BodyLoads<M>(pub M);
 

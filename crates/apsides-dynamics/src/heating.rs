@@ -47,6 +47,24 @@ impl HeatingLaw {
     /// and landing (EDL), 5th International Planetary Probe Workshop, 2007).
     pub const SUTTON_GRAVES_MARS: Self = Self::SuttonGraves { constant: 1.9027e-4 };
 
+    /// Passes a law on whose numbers make sense.
+    ///
+    /// # Errors
+    /// When the constant is not positive and finite, or an exponent is not.
+    pub fn checked(self) -> Result<Self, DynamicsError> {
+        match self {
+            Self::Stagnation { constant } | Self::SuttonGraves { constant } => {
+                positive("constant of the heating law", constant, "-")?;
+            }
+            Self::Power { constant, density_exponent, speed_exponent } => {
+                positive("constant of the heating law", constant, "-")?;
+                positive("exponent of the density", density_exponent, "-")?;
+                positive("exponent of the speed", speed_exponent, "-")?;
+            }
+        }
+        Ok(self)
+    }
+
     /// Heat rate, W/m2, from density (kg/m3), speed (m/s) and nose radius (m). The derivatives are infinite where the density is zero.
     #[inline]
     pub fn rate<S: Scalar>(&self, density: S, speed: S, nose_radius: f64) -> S {
@@ -95,6 +113,13 @@ mod tests {
         near(HeatingLaw::SUTTON_GRAVES_EARTH.rate(density, speed, 1.8112500268747207), 1.294e-4 * size);
         let power = HeatingLaw::Power { constant: 1.294e-4, density_exponent: 0.5, speed_exponent: 3.0 };
         near(power.rate(density, speed, 1.0), 1.294e-4 * size);
+        assert_eq!(power.checked(), Ok(power));
+        let refused = |law: HeatingLaw| law.checked().unwrap_err().to_string();
+        assert!(
+            refused(HeatingLaw::SuttonGraves { constant: f64::NAN }).starts_with("constant of the heating")
+        );
+        let negative = HeatingLaw::Power { constant: 1.0, density_exponent: 0.5, speed_exponent: -3.0 };
+        assert!(refused(negative).starts_with("exponent of the speed is -3"));
     }
 
     #[test]

@@ -64,16 +64,8 @@ impl MachTable {
     /// Coefficients of lift and drag.
     #[inline]
     pub fn coefficients<S: Scalar>(&self, mach: S) -> [S; 2] {
-        [&self.lift, &self.drag].map(|table| {
-            mach.map(|m| {
-                let x = m.max(self.lowest).ln();
-                let [value, slope, curvature] = table.derivatives(x);
-                if m <= self.lowest {
-                    return [value, 0.0, 0.0];
-                }
-                [value, slope / m, (curvature - slope) / (m * m)]
-            })
-        })
+        let x = mach.map(|m| within(m, [self.lowest, f64::INFINITY], LOGARITHM));
+        [self.lift.at(x), self.drag.at(x)]
     }
 }
 
@@ -108,11 +100,14 @@ impl AttackTable {
     /// Coefficients of lift and drag at a Mach number and an angle of attack (rad).
     #[inline]
     pub fn coefficients<S: Scalar>(&self, mach: S, attack: S) -> [S; 2] {
-        let x = mach.map(|m| within(m, self.mach, |m| [m.ln(), 1.0 / m, -1.0 / (m * m)]));
+        let x = mach.map(|m| within(m, self.mach, LOGARITHM));
         let y = attack.map(|a| within(a, self.attack, |a| [a, 1.0, 0.0]));
         [self.lift.at(x, y), self.drag.at(x, y)]
     }
 }
+
+/// The natural logarithm with its derivatives.
+const LOGARITHM: fn(f64) -> [f64; 3] = |x| [x.ln(), 1.0 / x, -1.0 / (x * x)];
 
 /// A function with its derivatives between two ends, constant beyond.
 #[inline]

@@ -204,4 +204,7 @@ fn bad_input_is_refused_by_name() {
     assert!(
         Exponential::new(1.0, 0.0, -7000.0, Gas::AIR, 9.8).unwrap_err().to_string().contains("scale height")
     );
+    assert!(Gas::new(0.0, 1.4).unwrap_err().to_string().starts_with("gas constant is 0"));
+    assert!(Gas::new(287.0, 1.0).unwrap_err().to_string().starts_with("ratio of the specific heats is 1"));
+    assert!(Gas::new(287.0, f64::NAN).is_err() && Gas::new(287.0, 1.4).is_ok());
 }

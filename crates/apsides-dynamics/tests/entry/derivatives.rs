@@ -91,6 +91,7 @@ fn hessian_agrees_with_num_dual() {
     let expected: SMatrix<f64, 7, 7> = expected;
     let mut entries = vec![0.0; node.pattern().hessian_len()];
     node.hessian(&POINT, &weights, &mut entries);
+    assert!(node.formula().is_ok(), "elementary functions alone: second derivatives by adjoints");
     let mut dense = SMatrix::<f64, 7, 7>::zeros();
     for (&(i, j), v) in node.pattern().hessian.iter().zip(&entries) {
         dense[(i, j)] = *v;

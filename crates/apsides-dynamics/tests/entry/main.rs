@@ -254,8 +254,8 @@ fn one_flight_in_every_form() {
     assert_eq!(BankVectorNorm.evaluate(0.0, &[0.0; 6], &[0.6, -0.8], &[]), [1.0]);
 }
 
-/// Mars, with the lift of 0.24 and 0.6 m of nose of the literature's example: a steep ballistic entry loses its speed where
-/// Allen and Eggers (NACA Report 1381, 1958) say, at `exp(-1/2)` of that of entry, with `V^2 sin g / (2 e H)`.
+/// A steep ballistic entry on Mars brakes hardest where H. J. Allen and A. J. Eggers (NACA Report 1381, 1958) say: at `exp(-1/2)` of its
+/// first speed, with `V^2 sin g / (2 e H)`. They leave gravity out, hence the 2 %.
 #[test]
 fn ballistic_entry_on_mars_by_allen_and_eggers() {
     let aerodynamics = Aerodynamics::constant(0.0, 1.45).unwrap();
@@ -301,4 +301,20 @@ fn states_that_cannot_start_are_refused_by_name() {
     let planet = |w, j2| Planet::new(Body::EARTH, w, j2, Atmosphere::Vacuum).unwrap_err().to_string();
     assert!(planet(f64::NAN, 0.0).starts_with("rotation rate"));
     assert!(planet(0.0, f64::NAN).starts_with("oblateness J2"));
+}
+
+/// Apollo 10 at Mach 10: 157.4 deg from the apex is -22.6 deg from the heat shield. Resolved by hand, `CN = CD sin 22.6 - CL cos 22.6`
+/// = 0.0862 in size and `CA = CD cos 22.6 + CL sin 22.6` = 1.3040.
+#[test]
+fn load_of_a_capsule_is_nearly_axial() {
+    let [[mach, from_apex], expected] = [MachTable::apollo_10_attack()[12], [0.0862, 1.3040]];
+    let mut flight = capsule(Heading::FromEast);
+    let [lift, drag] = MachTable::apollo_10().coefficients(mach);
+    flight.vehicle.aerodynamics = Aerodynamics::constant(lift, drag).unwrap();
+    flight.vehicle = flight.vehicle.at_attack(from_apex - std::f64::consts::PI).unwrap();
+    let x = [60e3, 0.7, 0.6, 3000.0, -0.03, 2.0];
+    let force = flight.dynamic_pressure(x[0], x[3]) * flight.vehicle.reference_area / flight.vehicle.mass;
+    let [normal, axial] = BodyLoads(Banked(flight)).evaluate(0.0, &x, &[0.0], &[]);
+    assert!((normal / force + expected[0]).abs() < 1e-4, "{}", normal / force);
+    assert!((axial / force - expected[1]).abs() < 1e-4, "{}", axial / force);
 }

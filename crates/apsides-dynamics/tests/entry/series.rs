@@ -1,6 +1,6 @@
 //! The least heat load of model E of the capsule under 15 kPa, 40 m/s2 and 800 kW/m2: CasADi and Ipopt, Radau collocation, 300 elements
-//! of degree 3; 122.9272 +- 0.0005 MJ/m2 after 570.78 +- 0.1 s. The first
-//! row is the first collocation point, 0.295 s after 120 km, 41.5 deg, 40.5 deg, 7.5 km/s, -2 deg, -45 deg.
+//! of degree 3; 122.9272 +- 0.0005 MJ/m2 after 570.78 +- 0.1 s. The first row is the first collocation point, 0.295 s after the start at
+//! 120 km, 41.5 deg, 40.5 deg, 7.5 km/s, -2 deg, -45 deg.
 
 /// Per row: time (s), altitude (m), longitude, latitude (deg), speed (m/s), flight path angle, azimuth from east (deg), heat load
 /// (MJ/m2), bank (deg).
