@@ -106,7 +106,7 @@ pub(crate) fn ocp() -> Ocp {
             Loads,
         )
         .integral(Variable::new("heat load", "J/m2").scaled_by(1e8), HeatRate);
-    Ocp::builder("capsule").phase(phase).minimize_integral("entry", "heat load").build().unwrap()
+    Ocp::builder("capsule").phase(phase).minimize_integral("entry", "heat load").build().expect("well posed")
 }
 
 /// Specific mechanical energy, of the speed relative to the Earth.
