@@ -1,4 +1,4 @@
-//! Flights of a capsule under profiles of its bank angle, all decision vectors of a grid of numbers without pattern in turn.
+//! Flights of a capsule under profiles of its bank angle.
 #![allow(missing_docs)]
 
 use std::hint::black_box;

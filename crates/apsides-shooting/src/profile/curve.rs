@@ -142,19 +142,23 @@ impl Profile {
         self.at_in(self.interval_at(s), s, out);
     }
 
-    /// The same for one sub-interval, beyond which they keep their values at its ends.
+    /// The same for one sub-interval. Beyond its joints with others they go on along the tangents, within their bounds: an integration
+    /// that steps across a joint sees no kink there.
     pub fn at_in(&self, interval: usize, s: f64, out: &mut [f64]) {
+        let s = s.clamp(0.0, 1.0);
         let (a, b) = (self.joints[interval], self.joints[interval + 1]);
+        let x = ((s - a) - (b - s)) / (b - a);
         // A NaN stays one, also where the profile is constant.
-        let x = (((s - a) - (b - s)) / (b - a)).clamp(-1.0, 1.0);
+        let inside = x.clamp(-1.0, 1.0);
         let (points, components) = (self.nodes.len(), self.shape.components());
         let rows = &self.coefficients[interval * points * components..][..points * components];
         for (c, (out, &Bounds { lower, upper })) in out.iter_mut().zip(&self.shape.bounds).enumerate() {
-            let mut sum = rows[(points - 1) * components + c] + 0.0 * x;
+            let (mut sum, mut slope) = (rows[(points - 1) * components + c], 0.0);
             for power in (0..points - 1).rev() {
-                sum = sum * x + rows[power * components + c];
+                slope = slope * inside + sum;
+                sum = sum * inside + rows[power * components + c];
             }
-            *out = sum.clamp(lower, upper);
+            *out = (sum + slope * (x - inside)).clamp(lower, upper);
         }
     }
 }

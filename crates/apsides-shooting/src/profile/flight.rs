@@ -16,8 +16,10 @@ pub enum FlightEnd {
     NoDuration,
     /// The rates are NaN or infinite.
     NotFinite,
-    /// The flight takes too many steps; also a profile in energy that holds the energy at a jump.
+    /// The flight takes too many steps.
     TooManySteps,
+    /// The values on both sides of a joint of a profile in energy send the energy back to it.
+    Held,
     /// The step became shorter than time resolves.
     StepTooSmall,
 }

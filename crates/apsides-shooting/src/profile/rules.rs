@@ -130,7 +130,7 @@ pub struct FlightSettings {
     /// Longest step as a part of the longest flight; 0.05.
     pub longest_step: f64,
     /// Points of each step, its end included, at which path constraints and bounds are looked at; between them a parabola through
-    /// three tells the largest value; 2.
+    /// three tells the largest value; 4.
     pub samples: usize,
     /// Most steps of a flight; 10000.
     pub most_steps: usize,
@@ -138,7 +138,7 @@ pub struct FlightSettings {
 
 impl Default for FlightSettings {
     fn default() -> Self {
-        Self { method: Method::Dopri5, tolerance: 1e-6, longest_step: 0.05, samples: 2, most_steps: 10_000 }
+        Self { method: Method::Dopri5, tolerance: 1e-6, longest_step: 0.05, samples: 4, most_steps: 10_000 }
     }
 }
 

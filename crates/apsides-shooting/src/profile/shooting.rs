@@ -18,6 +18,8 @@ use crate::error::ShootingError;
 
 /// Tolerated error of an integral without scale or bounds, which then takes no part in the step control.
 const UNCONTROLLED: f64 = 1e300;
+/// Distance from a joint, in the abscissa, that rounding can make.
+const AT_JOINT: f64 = 1e-9;
 
 /// Single shooting: from a decision vector to a flight.
 ///
@@ -27,7 +29,7 @@ const UNCONTROLLED: f64 = 1e300;
 /// beyond.
 ///
 /// The integration goes from joint to joint of the profile, so that jumps fall on ends of steps; those of a profile in energy are
-/// events. Integrals with a scale or bounds take part in the step control.
+/// events, also where the energy comes back. Integrals with a scale or bounds take part in the step control.
 pub struct ProfileShooting<'a> {
     ocp: &'a Ocp,
     rules: FlightRules,
@@ -319,12 +321,16 @@ impl<'a> ProfileShooting<'a> {
             energy: energy.unwrap_or(f64::NAN),
         };
         let stop = |_: f64, x: &[f64]| self.rules.stop.map_or(f64::NAN, |stop| x[stop.state] - stop.value);
+        let at_limit = if self.rules.stop.is_some() { FlightEnd::TimeLimit } else { FlightEnd::EndTime };
         let mut interval = 0;
         loop {
             let joints = [profile.joints()[interval], profile.joints()[interval + 1]];
             let last = interval + 1 == profile.intervals();
             let joint_time = initial_time.mul_add(1.0 - joints[1], horizon * joints[1]);
             let target = if last || energy.is_some() { limit } else { limit.min(joint_time) };
+            if *t >= limit {
+                return Ok(at_limit);
+            }
             if target <= *t {
                 // A sub-interval too short for the resolution of time.
                 interval += 1;
@@ -372,10 +378,15 @@ impl<'a> ProfileShooting<'a> {
             *t = summary.time;
             *steps += summary.statistics.accepted;
             *evaluations += summary.statistics.evaluations;
+            let s = motion.abscissa(*t, state);
+            let left = s < joints[0] - AT_JOINT && interval > 0 || s > joints[1] + AT_JOINT && !last;
+            if energy.is_some() && left {
+                // It left at once, which is no passage.
+                return Ok(FlightEnd::Held);
+            }
             match summary.status {
                 Status::Completed if target < limit => interval += 1,
-                Status::Completed if self.rules.stop.is_some() => return Ok(FlightEnd::TimeLimit),
-                Status::Completed => return Ok(FlightEnd::EndTime),
+                Status::Completed => return Ok(at_limit),
                 Status::Event(k) => match passages[k] {
                     Passage::Stop => return Ok(FlightEnd::Stopped),
                     Passage::Next => interval += 1,

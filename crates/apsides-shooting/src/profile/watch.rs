@@ -82,9 +82,10 @@ impl Watch<'_> {
                 Quantity::Endpoint(_) | Quantity::Integral(_) | Quantity::FinalTime => continue,
             };
             let mut raise = |value: f64, t: f64| {
-                let excess = limit.excess(&limit.bounds, value, t);
-                if excess.amount > peak.amount {
-                    *peak = excess;
+                // A NaN is an infinite excess.
+                let undefined = value.is_nan() && peak.amount < f64::INFINITY;
+                if undefined || limit.bounds.excess(value) > peak.amount {
+                    *peak = limit.excess(&limit.bounds, value, t);
                 }
             };
             raise(value, t);

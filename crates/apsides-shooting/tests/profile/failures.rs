@@ -9,10 +9,11 @@ use apsides_shooting::profile::{
     ProfileShooting, Steering, Stop,
 };
 
-/// `x' = u sqrt(1 - x)`, NaN beyond one; or `x' = u x^2`, infinite at `1 / (u x0)`.
+/// `x' = u + sqrt(1 - x)`, NaN beyond one; or `x' = u x^2`, infinite at `1 / (u x0)`; or `x' = u`.
 enum Rate {
     Root,
     Square,
+    Control,
 }
 
 impl Dynamics<1, 1> for Rate {
@@ -20,6 +21,7 @@ impl Dynamics<1, 1> for Rate {
         match self {
             Self::Root => [u[0] + (-x[0] + 1.0).sqrt()],
             Self::Square => [u[0] * x[0].square()],
+            Self::Control => [u[0]],
         }
     }
 }
@@ -71,6 +73,21 @@ fn states_without_end() {
     let settings = FlightSettings { most_steps: 20, ..FlightSettings::default() };
     let short = flown(&ocp, FlightRules { settings, ..rules(&ocp) }, &[1.0, 1.0]);
     assert_eq!(short.end, FlightEnd::TooManySteps);
+}
+
+/// Up before the joint, down beyond it: no flight follows the profile.
+#[test]
+fn energy_held_at_a_joint() {
+    let ocp = posed(phase(Rate::Control)).build().unwrap();
+    let stop = Stop::at_end(&ocp.phases[0], "x").unwrap();
+    let rules = rules(&ocp).of(Independent::energy(2.0, |x| x[0])).until(stop);
+    let flight = flown(&ocp, rules.clone(), &[1.0, -0.5]);
+    assert!(matches!(flight.end, FlightEnd::Held | FlightEnd::TooManySteps), "{:?}", flight.end);
+    assert!(flight.objective.is_nan());
+    // Up on both sides: 1.5 m, half of them at half the speed.
+    let flight = flown(&ocp, rules, &[1.0, 0.5]);
+    assert_eq!(flight.end, FlightEnd::Stopped);
+    assert!((flight.final_time - 2.25).abs() < 1e-12, "{}", flight.final_time);
 }
 
 #[test]
