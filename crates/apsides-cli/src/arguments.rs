@@ -89,7 +89,7 @@ pub(crate) struct RunArguments {
     /// Threads to use; the results do not depend on it.
     #[arg(long, value_name = "N", default_value_t = 1, value_parser = clap::value_parser!(u32).range(1..=1024))]
     pub(crate) threads: u32,
-    /// Seed of everything random; the present methods use none.
+    /// Seed of everything random: searches.
     #[arg(long, value_name = "N", default_value_t = 0)]
     pub(crate) seed: u64,
 }
@@ -102,6 +102,9 @@ pub(crate) struct SolveArguments {
     /// Write summary.json, trajectory.csv, certificate.json, mission.toml and report.html into this directory.
     #[arg(long, value_name = "DIR")]
     pub(crate) out: Option<PathBuf>,
+    /// Keep the search of `--method two-layer` in this file; it goes on from there if the file exists.
+    #[arg(long, value_name = "FILE")]
+    pub(crate) checkpoint: Option<PathBuf>,
     /// Print one JSON object on stdout and nothing else.
     #[arg(long)]
     pub(crate) json: bool,

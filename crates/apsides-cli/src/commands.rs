@@ -28,7 +28,10 @@ impl MissionArguments {
 }
 
 pub(crate) fn solve(a: &SolveArguments) -> Result<Exit, Refusal> {
-    let mission = a.mission.load()?.with_threads(a.run.threads as usize);
+    let mut mission = a.mission.load()?.with_threads(a.run.threads as usize).with_seed(a.run.seed);
+    if let Some(file) = &a.checkpoint {
+        mission = mission.with_checkpoint(file.clone());
+    }
     if let Some(dir) = &a.out {
         // Before the work, not after it.
         probe_directory(dir)?;
@@ -96,7 +99,7 @@ pub(crate) fn run_sweep(a: &SweepArguments) -> Result<Exit, Refusal> {
     }
     let mut cases = cases(&a.mission, &axes).map_err(refusal)?;
     for case in &mut cases {
-        case.mission = case.mission.clone().with_threads(a.run.threads as usize);
+        case.mission = case.mission.clone().with_threads(a.run.threads as usize).with_seed(a.run.seed);
     }
     let mut csv = a.out.as_deref().map(SweepFile::create).transpose()?;
     let stop = StopFlag::install();

@@ -3,7 +3,7 @@
 use std::fmt::Write as _;
 
 use apsides::key::{name_of, unit_of};
-use apsides::{Outcome, Price, Summary};
+use apsides::{Outcome, Price, SearchSummary, Summary};
 use apsides_verify::Certificate;
 
 /// How a command ended; the number is the exit status.
@@ -58,6 +58,9 @@ pub(crate) fn outcome(o: &Outcome) -> String {
     for warning in &s.warnings {
         text += &format!("warning: {warning}\n");
     }
+    if let Some(search) = &s.search {
+        text += &searched(search, &s.objective.unit);
+    }
     for switch in &s.switches {
         text += &format!("switch: {switch}\n");
     }
@@ -82,6 +85,19 @@ pub(crate) fn outcome(o: &Outcome) -> String {
         s.timing_ms.verify
     );
     text + &certificate(&s.certificate)
+}
+
+/// One sentence on the search that a solve began with.
+fn searched(s: &SearchSummary, unit: &str) -> String {
+    let start = match (s.objective, s.miss_km) {
+        (Some(objective), Some(miss)) => format!("start {objective:.6} {unit}, {miss:.3} km off"),
+        _ => "every flight failed".into(),
+    };
+    let remark = s.remark.as_ref().map_or(String::new(), |r| format!("; {r}"));
+    format!(
+        "search by {} over {} variables: {start}; {} flights in {} generations, {:.1} ms, {}{remark}\n",
+        s.algorithm, s.variables, s.evaluations, s.generations, s.time_ms, s.stop
+    )
 }
 
 /// What one more unit of each key is worth; nothing if it was not asked for.

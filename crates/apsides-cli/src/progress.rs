@@ -5,6 +5,7 @@ use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 
 use crate::output::{print, scientific};
+use apsides::SearchProgress;
 use apsides_nlp::{Flow, IterationRecord, Observer};
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
 
@@ -28,6 +29,11 @@ impl StopFlag {
 
     pub(crate) fn is_set(&self) -> bool {
         self.0.load(Ordering::SeqCst)
+    }
+
+    /// As [`flow`](Self::flow), but what stops then is only a part of the work: the rest goes on until the user asks again.
+    fn flow_of_part(&self) -> Flow {
+        if self.0.swap(false, Ordering::SeqCst) { Flow::Stop } else { Flow::Continue }
     }
 
     fn flow(&self) -> Flow {
@@ -74,6 +80,43 @@ impl Progress {
         if let Self::Line(_, bar) = self {
             bar.inc(1);
         }
+    }
+}
+
+const SEARCH_HEADER: &str = "generation    flights    best with misses  spread";
+/// So many generations have a line of their own; of later ones every tenth, hundredth and so on.
+const GENERATIONS_SHOWN: usize = 10;
+
+impl apsides::Observer for Progress {
+    fn generation(&mut self, search: &SearchProgress) -> Flow {
+        let (Self::Quiet(stop) | Self::Table(stop) | Self::Line(stop, _)) = &*self;
+        let flow = stop.flow_of_part();
+        match self {
+            Self::Quiet(_) => {}
+            Self::Line(_, bar) => {
+                bar.set_message(format!("search: {} of {} flights", search.evaluations, search.budget));
+            }
+            Self::Table(_) => {
+                let n = search.generation;
+                let rounded = n.checked_ilog10().map_or(1, |digits| 10_usize.pow(digits));
+                let last = search.evaluations >= search.budget || flow == Flow::Stop;
+                let mut err = std::io::stderr().lock();
+                // A closed stderr must not end the search.
+                if n == 1 {
+                    let _ = writeln!(err, "{SEARCH_HEADER}");
+                }
+                if n <= GENERATIONS_SHOWN || n % rounded == 0 || last {
+                    let best = search.best.map_or_else(|| "none".into(), |b| format!("{b:.8}"));
+                    let _ = writeln!(
+                        err,
+                        "{n:>10} {:>10} {best:>19} {}",
+                        search.evaluations,
+                        scientific(search.spread)
+                    );
+                }
+            }
+        }
+        flow
     }
 }
 

@@ -3,6 +3,7 @@
 use std::path::PathBuf;
 
 use apsides_flatness::FlatnessError;
+use apsides_metaheuristics::SearchError;
 use apsides_ocp::OcpError;
 use apsides_radau::RadauError;
 use apsides_shooting::ShootingError;
@@ -82,6 +83,9 @@ pub enum Error {
     /// Shooting refuses the request.
     #[error(transparent)]
     Shooting(#[from] ShootingError),
+    /// The search refuses the request.
+    #[error(transparent)]
+    Search(#[from] SearchError),
     /// The trajectory cannot be verified because it does not fit the problem.
     #[error(transparent)]
     Verify(#[from] VerifyError),

@@ -270,6 +270,9 @@ impl Values {
 /// Ends of keys and the units they stand for, longer ones first.
 const UNITS: &[(&str, &str)] = &[
     ("_km3_s2", "km3/s2"),
+    ("_kg_m3", "kg/m3"),
+    ("_mj_m2", "MJ/m2"),
+    ("_kw_m2", "kW/m2"),
     ("_m_s2", "m/s2"),
     ("_deg_s", "deg/s"),
     ("_kg_s", "kg/s"),
@@ -279,6 +282,8 @@ const UNITS: &[(&str, &str)] = &[
     ("_kg", "kg"),
     ("_km", "km"),
     ("_kn", "kN"),
+    ("_kpa", "kPa"),
+    ("_m2", "m2"),
     ("_pa", "Pa"),
     ("_w", "W"),
     ("_k", "K"),

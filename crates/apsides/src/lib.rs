@@ -27,12 +27,15 @@
 //! | [`reproduce`] | published tables computed again |
 //! | [`sensitivity`] | what one more unit of a key is worth |
 //! | [`outcome`] | results |
+//! | [`observer`] | progress |
 
+pub(crate) mod checkpoint;
 pub mod error;
 pub mod key;
 pub(crate) mod method;
 pub mod mission_file;
 pub mod missions;
+pub mod observer;
 pub mod outcome;
 pub mod pipeline;
 pub mod reproduce;
@@ -44,6 +47,7 @@ pub use apsides_ad as ad;
 pub use apsides_basis as basis;
 pub use apsides_dynamics as dynamics;
 pub use apsides_flatness as flatness;
+pub use apsides_metaheuristics as metaheuristics;
 pub use apsides_nlp as nlp;
 pub use apsides_ocp as ocp;
 pub use apsides_ode as ode;
@@ -53,5 +57,6 @@ pub use apsides_verify as verify;
 pub use error::Error;
 pub use mission_file::Mission;
 pub use missions::{Expansion, Posed};
-pub use outcome::{Counters, Curve, ObjectiveValue, Outcome, Reduced, Summary, Timing};
+pub use observer::{Observer, SearchProgress};
+pub use outcome::{Counters, Curve, ObjectiveValue, Outcome, Reduced, SearchSummary, Summary, Timing};
 pub use sensitivity::Price;

@@ -1,28 +1,35 @@
 //! The methods behind the key `method`, with one face: what they take from the mission's values, and what a solution says.
 
-use apsides_nlp::{Observer, SolveReport, Status};
+use apsides_nlp::{SolveReport, Status};
 use apsides_ocp::{Guess, Trajectory};
 
 use crate::key::Key;
 use crate::missions::Posed;
-use crate::{Counters, Error, Mission};
+use crate::{Counters, Error, Mission, Observer, SearchSummary};
 
 mod flatness;
 mod indirect;
 mod multiple_shooting;
 mod radau;
+mod two_layer;
 
 pub(crate) const RADAU: &str = "radau";
 pub(crate) const FLATNESS: &str = "flatness";
 pub(crate) const MULTIPLE_SHOOTING: &str = "multiple-shooting";
 pub(crate) const INDIRECT: &str = "indirect";
+pub(crate) const TWO_LAYER: &str = "two-layer";
 
-const METHOD: &[Key] =
-    &[Key::choice("method", &[RADAU, FLATNESS, MULTIPLE_SHOOTING, INDIRECT], "how the problem is solved")];
+const METHOD: &[Key] = &[Key::choice(
+    "method",
+    &[RADAU, FLATNESS, MULTIPLE_SHOOTING, INDIRECT, TWO_LAYER],
+    "how the problem is solved",
+)];
 
 /// Keys of the methods, the same for all missions.
 pub(crate) fn keys() -> impl Iterator<Item = &'static Key> {
-    [METHOD, radau::KEYS, flatness::KEYS, multiple_shooting::KEYS, indirect::KEYS].into_iter().flatten()
+    [METHOD, radau::KEYS, flatness::KEYS, multiple_shooting::KEYS, indirect::KEYS, two_layer::KEYS]
+        .into_iter()
+        .flatten()
 }
 
 /// A solution by any method.
@@ -38,6 +45,8 @@ pub(crate) struct Solution {
     pub(crate) unmet: Option<String>,
     pub(crate) warnings: Vec<String>,
     pub(crate) switches: Vec<String>,
+    /// Before it.
+    pub(crate) search: Option<SearchSummary>,
 }
 
 /// What keeps a converged solution from being one of the problem.
@@ -70,6 +79,7 @@ impl Mission {
                 flatness::solve(&self.values, &posed.ocp, systems, &guess, observer)
             }
             MULTIPLE_SHOOTING => self.solve_by_multiple_shooting(&posed.ocp, &guess, observer),
+            TWO_LAYER => self.solve_by_two_layers(posed, &guess, start, observer),
             INDIRECT => self.solve_by_indirect_shooting(posed, &guess, start, observer),
             _ => self.solve_by_radau(&posed.ocp, &guess, start, observer),
         }
@@ -84,6 +94,8 @@ impl Mission {
     pub(crate) fn check_method(&self) -> Result<(), Error> {
         match self.method() {
             FLATNESS if self.pose()?.flat_systems.is_none() => Err(self.not_flat()),
+            TWO_LAYER if self.pose()?.search.is_none() => Err(self.not_searched()),
+            TWO_LAYER => self.check_search(),
             _ => Ok(()),
         }
     }

@@ -1,7 +1,7 @@
 //! Reading mission files: every mistake is reported with file, line and key, and the nearest key is suggested.
 
 use std::collections::BTreeMap;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 use toml::Spanned;
 use toml::de::{DeTable, DeValue};
@@ -21,6 +21,10 @@ pub struct Mission {
     pub values: Values,
     /// Threads of a solve; no value of the mission, since no result depends on it.
     pub(crate) threads: usize,
+    /// Of everything random.
+    pub(crate) seed: u64,
+    /// Where a search is kept.
+    pub(crate) checkpoint: Option<PathBuf>,
 }
 
 /// One value with its place, before it is matched with a key.
@@ -30,7 +34,16 @@ pub(crate) struct Entry {
     pub(crate) place: String,
 }
 
+/// The key of a table: its value is the text, or the path of the file that has it.
+pub(crate) const ATMOSPHERE_TABLE: &str = "atmosphere_table";
+
 impl Entry {
+    /// Whether the value is the path of a table.
+    fn names_table(&self) -> bool {
+        let is_path = |word: &str| word.ends_with(".csv") && !word.contains('\n');
+        self.path == ATMOSPHERE_TABLE && matches!(&self.value, Value::Word(word) if is_path(word))
+    }
+
     /// The key that it is for, if it takes the value.
     pub(crate) fn key<'a>(&self, keys: &[&'a Key], owner: &str) -> Result<&'a Key, Error> {
         let Some(key) = keys.iter().find(|k| k.path == self.path) else {
@@ -105,15 +118,21 @@ impl Mission {
             }
         };
         for e in &mut entries {
-            // A mission file and the vehicle that it names move together.
-            if let (vehicle::KEY, Some(directory), Value::Word(word)) = (&*e.path, directory, &mut e.value)
-                && vehicle::is_file(word)
+            let names_table = e.names_table();
+            // A mission file and the files that it names move together.
+            if let (Some(directory), Value::Word(word)) = (directory, &mut e.value)
+                && (names_table || (e.path == vehicle::KEY && vehicle::is_file(word)))
             {
                 *word = directory.join(&*word).display().to_string();
             }
         }
         for o in overrides {
             entries.push(parse_override(o)?);
+        }
+        for e in entries.iter_mut().filter(|e| e.names_table()) {
+            if let Value::Word(word) = &mut e.value {
+                *word = read(Path::new(&*word), "atmosphere table", "none")?;
+            }
         }
         let keys: Vec<&Key> = kind.keys().collect();
         let mut values: BTreeMap<_, _> = keys.iter().map(|k| (k.path, k.default())).collect();
@@ -130,7 +149,7 @@ impl Mission {
                 }
             }
         }
-        let mission = Self { kind, values: Values(values), threads: 1 };
+        let mission = Self { kind, values: Values(values), threads: 1, seed: 0, checkpoint: None };
         (kind.check)(&mission.values).map_err(|reason| Error::Conflict {
             place: format!("{source} (mission `{}`)", kind.name),
             reason,
@@ -143,6 +162,18 @@ impl Mission {
     #[must_use]
     pub fn with_threads(self, threads: usize) -> Self {
         Self { threads, ..self }
+    }
+
+    /// The mission, to be solved with this seed of everything random.
+    #[must_use]
+    pub fn with_seed(self, seed: u64) -> Self {
+        Self { seed, ..self }
+    }
+
+    /// The mission, whose search is kept in a file: it goes on from there if the file exists.
+    #[must_use]
+    pub fn with_checkpoint(self, file: PathBuf) -> Self {
+        Self { checkpoint: Some(file), ..self }
     }
 
     /// Name of the mission.
@@ -171,6 +202,8 @@ impl Mission {
             let value = match &self.values.0[key.path] {
                 // TOML tells whole numbers and fractions apart.
                 Value::Number(v) if key.is_number() => format!("{v:?}"),
+                // Text of several lines is escaped.
+                Value::Word(w) => toml::Value::from(w.as_str()).to_string(),
                 other => other.to_string(),
             };
             match key.path.split_once('.') {

@@ -46,6 +46,34 @@ pub struct Timing {
     pub verify: f64,
 }
 
+/// The search that a solve began with.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct SearchSummary {
+    /// Its algorithm.
+    pub algorithm: String,
+    /// Decision variables of a profile.
+    pub variables: usize,
+    /// Flights.
+    pub evaluations: usize,
+    /// Generations.
+    pub generations: usize,
+    /// Flights that failed.
+    pub failures: usize,
+    /// Why it ended: `budget`, `time-limit`, `converged`, `interrupted`, `all-failed`.
+    pub stop: String,
+    /// Objective of the start that it found, without what misses and excesses cost; none where all flights failed.
+    pub objective: Option<f64>,
+    /// How far the end of that start misses the target, km.
+    pub miss_km: Option<f64>,
+    /// Wall-clock time, ms.
+    pub time_ms: f64,
+    /// Flights so far, and the best objective with what misses and excesses cost.
+    pub history: Vec<[f64; 2]>,
+    /// What did not work, though the search did.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub remark: Option<String>,
+}
+
 /// The stable summary of a solve: its JSON form is what scripts read.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Summary {
@@ -65,6 +93,9 @@ pub struct Summary {
     pub timing_ms: Timing,
     /// Verdict and checks.
     pub certificate: Certificate,
+    /// The search that the solve began with.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub search: Option<SearchSummary>,
     /// Scales of the statement that do not fit, one sentence each.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub warnings: Vec<String>,

@@ -3,14 +3,14 @@
 use std::collections::BTreeMap;
 use std::time::Instant;
 
-use apsides_nlp::{Observer, Status};
+use apsides_nlp::Status;
 use apsides_ocp::{Guess, Mesh, Ocp, Trajectory};
 use apsides_radau::{Explanation, Unmet};
 use apsides_verify::{Certificate, Check, CheckKind, Verification, VerifySettings, verify};
 
 use crate::method::{self, Solution};
 use crate::missions::Posed;
-use crate::{Counters, Error, Mission, ObjectiveValue, Outcome, Reduced, Summary, Timing};
+use crate::{Counters, Error, Mission, ObjectiveValue, Observer, Outcome, Reduced, Summary, Timing};
 
 impl Mission {
     /// The problem and a start.
@@ -57,12 +57,16 @@ impl Mission {
         let solve = milliseconds(begin);
         let begin = Instant::now();
         let flight = self.flight(&posed, &solution.trajectory)?;
+        let margins = match solution.status.is_success() && solution.shortfall.is_none() {
+            true => (self.kind.margins)(self, &solution.trajectory)?,
+            false => BTreeMap::new(),
+        };
         let timing_ms = Timing { build, solve, verify: milliseconds(begin) };
         let conflict = match solution.status {
             Status::Infeasible | Status::RestorationFailed => Some(self.conflict(&posed, &solution)?),
             _ => None,
         };
-        Ok(self.outcome(posed, solution, conflict.as_ref(), flight, timing_ms))
+        Ok(self.outcome(posed, solution, margins, conflict.as_ref(), flight, timing_ms))
     }
 
     /// Solves from the mission's own guess, through the easier cases that lead to it where it has some.
@@ -153,6 +157,7 @@ impl Mission {
         &self,
         posed: Posed,
         solution: Solution,
+        margins: BTreeMap<String, f64>,
         conflict: Option<&Explanation>,
         flight: Flight,
         timing_ms: Timing,
@@ -163,7 +168,7 @@ impl Mission {
             value: solution.trajectory.objective,
             unit: ocp.objective.unit.clone(),
         };
-        let missing = conflict.and_then(|c| (self.kind.missing)(&self.values, c));
+        let missing = conflict.and_then(|c| (self.kind.missing)(self, c));
         let explanation = explain(&solution, conflict).map(|text| match missing {
             Some(missing) => format!("{text}; {missing}"),
             None => text,
@@ -181,12 +186,13 @@ impl Mission {
             method: self.method().into(),
             status,
             objective,
-            results: self.results(&trajectory),
+            results: self.results(&trajectory).into_iter().chain(margins).collect(),
             counters: solution.counters,
             timing_ms,
             certificate,
             warnings: solution.warnings,
             switches: solution.switches,
+            search: solution.search,
             sensitivity: None,
         };
         Outcome {

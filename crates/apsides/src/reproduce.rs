@@ -8,11 +8,11 @@
 //! the equations of motion, and by collocation at Radau points. The last two make the optimum; findings say what a printed number
 //! cannot be. A [`Sheet`] has columns of its own, for publications whose rows have rules of their own.
 
-use apsides_nlp::{Observer, Status};
+use apsides_nlp::Status;
 use apsides_ocp::Trajectory;
 use apsides_verify::Verdict;
 
-use crate::{Error, Mission, Outcome};
+use crate::{Error, Mission, Observer, Outcome};
 
 mod geo_injection;
 mod lunar_landing;

@@ -1,9 +1,8 @@
 //! Parameter sweeps: one case per combination of values, each started from its neighbour.
 
-use apsides_nlp::Observer;
 use apsides_ocp::Trajectory;
 
-use crate::{Error, Mission, Outcome};
+use crate::{Error, Mission, Observer, Outcome};
 
 /// Values of one key.
 #[derive(Clone, Debug, PartialEq)]

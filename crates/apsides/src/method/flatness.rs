@@ -102,6 +102,7 @@ pub(super) fn solve(
         unmet: solution.unmet.as_ref().map(ToString::to_string),
         warnings: Vec::new(),
         switches: Vec::new(),
+        search: None,
         report: Some(solution.report),
         trajectory: solution.trajectory,
     })

@@ -127,5 +127,6 @@ fn of_shooting(
         unmet: None,
         warnings,
         switches: switches.collect(),
+        search: None,
     }
 }

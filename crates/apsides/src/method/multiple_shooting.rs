@@ -79,6 +79,7 @@ fn of_shooting(solution: ShootingSolution) -> Solution {
         unmet: solution.unmet.as_ref().map(ToString::to_string),
         warnings: Vec::new(),
         switches: Vec::new(),
+        search: None,
         report: Some(solution.report),
         trajectory: solution.trajectory,
     }

@@ -35,6 +35,17 @@ impl Mission {
             Some(t) => Mesh { phases: t.phases.iter().map(|p| p.mesh.clone()).collect() },
             None => self.first_mesh(ocp)?,
         };
+        self.solve_by_radau_on(ocp, guess, mesh, observer)
+    }
+
+    /// Solves by collocation from a mesh.
+    pub(super) fn solve_by_radau_on(
+        &self,
+        ocp: &Ocp,
+        guess: &Guess,
+        mesh: Mesh,
+        observer: &mut dyn Observer,
+    ) -> Result<Solution, Error> {
         let method = self.radau();
         let solution = method.solve_on(ocp, guess, mesh, observer)?;
         Ok(of_radau(solution, &method.settings))
@@ -79,6 +90,7 @@ fn of_radau(solution: RadauSolution, settings: &RadauSettings) -> Solution {
         unmet: solution.unmet.map(|unmet| unmet.to_string()),
         warnings: solution.warnings.iter().map(ToString::to_string).collect(),
         switches: solution.switches.iter().map(ToString::to_string).collect(),
+        search: None,
         report: Some(solution.report),
         trajectory: solution.trajectory,
     }

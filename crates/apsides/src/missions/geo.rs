@@ -11,8 +11,8 @@ use apsides_ocp::Trajectory;
 use apsides_radau::{Explanation, Requirement, RequirementKind};
 
 use super::{Expansion, Kind, Posed};
-use crate::Error;
 use crate::key::Values;
+use crate::{Error, Mission};
 use guess::Start;
 use injection::Injection;
 
@@ -40,6 +40,7 @@ pub(super) const INJECTION: Kind = Kind {
     curves: |v, t| Injection::of(v).map_or_else(|_| Vec::new(), |i| results::curves(&i, t)),
     checks: |v, t| Injection::of(v).map_or_else(|_| Vec::new(), |i| checks::checks(&i, t)),
     missing,
+    margins: super::no_margins,
 };
 
 fn pose(v: &Values) -> Result<Posed, Error> {
@@ -84,8 +85,8 @@ fn approach(v: &Values) -> Vec<Values> {
 }
 
 /// Propellant that no flight with these burns does without, in kg and m/s.
-fn missing(v: &Values, explanation: &Explanation) -> Option<String> {
-    let injection = Injection::of(v).ok()?;
+fn missing(mission: &Mission, explanation: &Explanation) -> Option<String> {
+    let injection = Injection::of(&mission.values).ok()?;
     let dry = injection.dry_mass();
     let is_mass = |r: &&Requirement| {
         r.name == MASS.name && matches!(r.kind, RequirementKind::State | RequirementKind::FinalState)

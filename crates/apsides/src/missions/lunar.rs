@@ -37,6 +37,7 @@ pub(super) const DIRECT: Kind = Kind {
     approach: |_| Vec::new(),
     checks: |_, _| Vec::new(),
     missing: |_, _| None,
+    margins: super::no_margins,
 };
 
 pub(super) const PERILUNE: Kind = Kind {
@@ -52,6 +53,7 @@ pub(super) const PERILUNE: Kind = Kind {
     approach: |_| Vec::new(),
     checks: |_, _| Vec::new(),
     missing: |_, _| None,
+    margins: super::no_margins,
 };
 
 pub(super) const TWO_PHASE: Kind = Kind {
@@ -73,6 +75,7 @@ pub(super) const TWO_PHASE: Kind = Kind {
     approach: |_| Vec::new(),
     checks: |_, _| Vec::new(),
     missing: |_, _| None,
+    margins: super::no_margins,
 };
 
 pub(super) const TRANSFER: Kind = Kind {
@@ -88,6 +91,7 @@ pub(super) const TRANSFER: Kind = Kind {
     approach: |_| Vec::new(),
     checks: |_, _| Vec::new(),
     missing: |_, _| None,
+    margins: super::no_margins,
 };
 
 const HEADLINE: &[&str] = &["flight_time_s", "final_mass_kg", "final_thrust_angle_deg"];

@@ -4,15 +4,17 @@ use std::collections::BTreeMap;
 use std::sync::Arc;
 
 use apsides_flatness::FlatSystem;
-use apsides_ocp::{Guess, Ocp, Trajectory};
+use apsides_ocp::{Bounds, Guess, Ocp, Trajectory};
 use apsides_radau::Explanation;
+use apsides_shooting::profile::{Independent, Steering};
 use apsides_verify::Check;
 
 use crate::key::{Key, Values};
-use crate::{Curve, Error, method};
+use crate::{Curve, Error, Mission, method};
 
 mod geo;
 pub(crate) mod lunar;
+mod reentry;
 
 /// A problem with a start.
 pub struct Posed {
@@ -26,13 +28,15 @@ pub struct Posed {
     pub flat_systems: Option<Vec<FlatSystem>>,
     /// The whole flight, where the problem is a reduction of it.
     pub expansion: Option<Expansion>,
+    /// Control profiles that a search can fly, if there are any.
+    pub search: Option<ProfileSearch>,
 }
 
 impl Posed {
     /// A problem that is the whole flight, with a start.
     #[must_use]
     pub fn new(ocp: Ocp, guess: Guess) -> Self {
-        Self { ocp, guess, costates: None, flat_systems: None, expansion: None }
+        Self { ocp, guess, costates: None, flat_systems: None, expansion: None, search: None }
     }
 
     /// The whole flight as a problem.
@@ -50,6 +54,29 @@ impl Posed {
             Some(expansion) => (expansion.expand)(&expansion.ocp, solution),
             None => Ok(solution.clone()),
         }
+    }
+}
+
+/// Control profiles of a problem of one phase, and how a search flies them.
+#[derive(Clone, Debug)]
+pub struct ProfileSearch {
+    /// The energy that profiles are functions of.
+    pub energy: Independent,
+    /// Allowed values of each component of a profile.
+    pub bounds: Vec<Bounds>,
+    /// From the components to the controls.
+    pub steering: Steering,
+    /// The state that ends a flight where it reaches its end value.
+    pub stop: &'static str,
+    /// Distance (km) that one unit of each state missed at the end stands for.
+    pub km_per_unit: Vec<f64>,
+}
+
+impl ProfileSearch {
+    /// Distance (km) from where a flight should end, from what each state misses.
+    #[must_use]
+    pub fn miss_km(&self, misses: &[f64]) -> f64 {
+        misses.iter().zip(&self.km_per_unit).map(|(miss, km)| (miss * km).powi(2)).sum::<f64>().sqrt()
     }
 }
 
@@ -86,7 +113,14 @@ pub(crate) struct Kind {
     /// Checks of the certificate besides those that every problem has.
     pub(crate) checks: fn(&Values, &Trajectory) -> Vec<Check>,
     /// A sentence on what is missing, besides the requirements that conflict.
-    pub(crate) missing: fn(&Values, &Explanation) -> Option<String>,
+    pub(crate) missing: fn(&Mission, &Explanation) -> Option<String>,
+    /// Scalars that take solves of their own, of a mission that is solved.
+    pub(crate) margins: fn(&Mission, &Trajectory) -> Result<BTreeMap<String, f64>, Error>,
+}
+
+/// Of a mission without margins.
+pub(crate) fn no_margins(_: &Mission, _: &Trajectory) -> Result<BTreeMap<String, f64>, Error> {
+    Ok(BTreeMap::new())
 }
 
 impl std::fmt::Debug for Kind {
@@ -107,7 +141,8 @@ impl Kind {
     }
 }
 
-const KINDS: &[Kind] = &[lunar::DIRECT, lunar::PERILUNE, lunar::TWO_PHASE, lunar::TRANSFER, geo::INJECTION];
+const KINDS: &[Kind] =
+    &[lunar::DIRECT, lunar::PERILUNE, lunar::TWO_PHASE, lunar::TRANSFER, geo::INJECTION, reentry::REENTRY];
 
 /// Files by their names; one that is not named like its kind says what is special about it.
 const FILES: &[(&str, &str)] = &[
@@ -126,6 +161,8 @@ const FILES: &[(&str, &str)] = &[
     ("geo-6-burn", include_str!("../../missions/geo-6-burn.toml")),
     ("geo-7-burn", include_str!("../../missions/geo-7-burn.toml")),
     ("geo-8-burn", include_str!("../../missions/geo-8-burn.toml")),
+    ("capsule-reentry", include_str!("../../missions/capsule-reentry.toml")),
+    ("capsule-reentry-us76", include_str!("../../missions/capsule-reentry-us76.toml")),
 ];
 
 pub(crate) fn kind(name: &str) -> Option<&'static Kind> {

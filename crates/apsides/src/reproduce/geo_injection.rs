@@ -15,11 +15,10 @@
 //! | `analytic`, `circles`, `costates` | the guess of a single burn, single burns, both beside each other |
 
 use apsides_dynamics::engine::STANDARD_GRAVITY;
-use apsides_nlp::Observer;
 
 use super::sheet::Sheet;
 use super::{Content, Publication};
-use crate::Error;
+use crate::{Error, Observer};
 use printed::{STATED_MASS, TABLES, TWO_BURNS, USED_MASS};
 use stage::{Solver, Stage, Stop};
 

@@ -2,12 +2,12 @@
 
 use apsides_dynamics::equinoctial::OrbitalFlight;
 use apsides_dynamics::{Body, Engine};
-use apsides_nlp::{Observer, Status};
+use apsides_nlp::Status;
 use apsides_ocp::{Guess, Mesh, Ocp, Trajectory};
 use apsides_radau::{Radau, RadauSettings};
 use apsides_shooting::indirect::{IndirectShooting, IndirectSolution, IndirectStart};
 
-use crate::{Error, Mission, Outcome};
+use crate::{Error, Mission, Observer, Outcome};
 
 /// Collocation as the missions use it: intervals, points, tolerance of the mesh and of the nonlinear program.
 const INTERVALS: usize = 10;

@@ -1,0 +1,56 @@
+//! Re-entry of a capsule to a target with least heat load under limits on dynamic pressure, acceleration and heat rate, steered by the
+//! bank angle, from that of A. Alami Naeini and J. Roshanian (Modares Mechanical Engineering 14(13), 2014) on.
+
+use std::sync::Arc;
+
+use super::{Expansion, Kind, Posed};
+use crate::Error;
+use crate::key::Values;
+use capsule::{Capsule, Goal};
+use problem::Steering;
+
+mod atmosphere_table;
+mod capsule;
+mod expansion;
+mod guess;
+mod keys;
+mod margins;
+mod problem;
+mod results;
+mod search;
+
+pub(super) const REENTRY: Kind = Kind {
+    name: "capsule-reentry",
+    title: "Re-entry of a capsule to a target with least heat load under limits on its loads",
+    flight_keys: &[keys::PLANET, keys::VEHICLE, keys::FLIGHT, keys::LIMITS, keys::GOALS, keys::CONTROL],
+    nothing_at_zero: &[],
+    check: |v| Capsule::of(v).map(|_| ()),
+    pose,
+    approach: |_| Vec::new(),
+    results: |v, t| Capsule::of(v).map_or_else(|_| Default::default(), |c| results::results(&c, t)),
+    headline: &[
+        "heat_load_mj_m2",
+        "flight_time_s",
+        "peak_dynamic_pressure_kpa",
+        "peak_load_m_s2",
+        "peak_heat_rate_kw_m2",
+    ],
+    curves: |v, t| Capsule::of(v).map_or_else(|_| Vec::new(), |c| results::curves(&c, t)),
+    checks: |_, _| Vec::new(),
+    missing: margins::missing,
+    margins: margins::margins,
+};
+
+fn pose(v: &Values) -> Result<Posed, Error> {
+    let capsule = Capsule::of(v).map_err(|reason| Error::Conflict { place: "mission".into(), reason })?;
+    let ocp = capsule.problem(capsule.steering)?;
+    let guess = capsule.straight_lines(&ocp, capsule.steering)?;
+    let search = capsule.profiles();
+    let posed = Posed { search, ..Posed::new(ocp, guess) };
+    if capsule.steering == Steering::Angle || capsule.goal == Goal::LeastLift {
+        return Ok(posed);
+    }
+    let whole = capsule.problem(Steering::Angle)?;
+    let expansion = Some(Expansion { ocp: whole, expand: Arc::new(expansion::expand) });
+    Ok(Posed { expansion, ..posed })
+}

@@ -1,0 +1,191 @@
+//! Keys of the re-entry.
+
+use crate::key::{Key, Range};
+
+pub(super) const EARTH: &str = "earth";
+pub(super) const MARS: &str = "mars";
+
+pub(super) const ATMOSPHERE: &str = "atmosphere";
+pub(super) const EXPONENTIAL: &str = "exponential";
+pub(super) const US_1976: &str = "us-1976";
+pub(super) const TABLE: &str = "table";
+pub(super) const ATMOSPHERE_TABLE: &str = crate::mission_file::ATMOSPHERE_TABLE;
+pub(super) const OF_MARS: &str = "mars";
+
+pub(super) const AERODYNAMICS: &str = "aerodynamics";
+pub(super) const CONSTANT: &str = "constant";
+pub(super) const APOLLO: &str = "apollo-trim";
+
+pub(super) const HEATING: &str = "heating";
+pub(super) const HEAT_CONSTANT: &str = "constant";
+pub(super) const SUTTON_GRAVES: &str = "sutton-graves";
+
+pub(super) const LIFT_COEFFICIENT: &str = "lift_coefficient";
+pub(super) const DRAG_COEFFICIENT: &str = "drag_coefficient";
+pub(super) const LIFT_FACTOR: &str = "lift_factor";
+
+const ANGLE: Range = Range::closed(-180.0, 180.0);
+const LATITUDE: Range = Range::open(-85.0, 85.0);
+
+pub(super) const PLANET: &[Key] = &[
+    Key::choice(
+        "planet",
+        &[EARTH, MARS],
+        "gravitational parameter, equatorial radius and rotation are its own",
+    ),
+    Key::flag("planet_rotation", true, "whether the planet and its atmosphere rotate"),
+    Key::flag("oblateness", false, "whether gravity has the term J2"),
+    Key::choice(
+        ATMOSPHERE,
+        &[EXPONENTIAL, US_1976, OF_MARS, TABLE],
+        "density over altitude; an exponential one and a table have keys of their own",
+    ),
+    Key::number(
+        "surface_density_kg_m3",
+        1.225,
+        Range::POSITIVE,
+        "of the exponential atmosphere, at altitude 0",
+    ),
+    Key::number("scale_height_m", 7200.0, Range::POSITIVE, "of the exponential atmosphere"),
+    Key::text(
+        ATMOSPHERE_TABLE,
+        "",
+        "lines of altitude in m, density in kg/m3, temperature in K, or a path that ends with .csv",
+        "the atmosphere \"table\"",
+    ),
+];
+
+pub(super) const VEHICLE: &[Key] = &[
+    Key::number("mass_kg", 2800.0, Range::POSITIVE, "mass of the capsule"),
+    Key::number(
+        "reference_area_m2",
+        6.157_521_601_035_993,
+        Range::POSITIVE,
+        "area that the coefficients refer to",
+    ),
+    Key::choice(
+        AERODYNAMICS,
+        &[CONSTANT, APOLLO],
+        "lift and drag: the next two keys, or the trim table of Apollo 10 over the Mach number",
+    ),
+    Key::number(LIFT_COEFFICIENT, 0.408_15, Range::from(0.0), "of constant aerodynamics"),
+    Key::number(DRAG_COEFFICIENT, 1.2569, Range::POSITIVE, "of constant aerodynamics"),
+    Key::number(LIFT_FACTOR, 1.0, Range::from(0.0), "factor on the lift of any aerodynamics"),
+    Key::choice(
+        HEATING,
+        &[HEAT_CONSTANT, SUTTON_GRAVES],
+        "stagnation heat rate: k v^3 sqrt(density) with `heating_constant`, or by Sutton and Graves from `nose_radius_m`",
+    ),
+    Key::number("heating_constant", 1.294e-4, Range::POSITIVE, "k, in kg^0.5/m"),
+    Key::number("nose_radius_m", 3.36, Range::POSITIVE, "radius of the nose"),
+];
+
+pub(super) const FLIGHT: &[Key] = &[
+    Key::choice(
+        "azimuth_from",
+        &["east", "north"],
+        "azimuths count from east towards north, or from north towards east",
+    ),
+    Key::number("entry_altitude_km", 120.0, Range::open(20.0, 1000.0), "altitude at the start"),
+    Key::number("entry_longitude_deg", 41.5, ANGLE, "longitude at the start"),
+    Key::number("entry_latitude_deg", 40.5, LATITUDE, "latitude at the start"),
+    Key::number(
+        "entry_speed_m_s",
+        7500.0,
+        Range::open(500.0, 20_000.0),
+        "speed at the start, relative to the planet",
+    ),
+    Key::number(
+        "entry_path_angle_deg",
+        -2.0,
+        Range::open(-80.0, 10.0),
+        "flight path angle at the start, positive up",
+    ),
+    Key::number(
+        "entry_azimuth_deg",
+        -45.0,
+        Range::closed(-360.0, 360.0),
+        "azimuth of the velocity at the start",
+    ),
+    Key::number("target_altitude_km", 15.0, Range::open(-5.0, 500.0), "altitude at the end"),
+    Key::number("target_longitude_deg", 59.99, ANGLE, "longitude at the end"),
+    Key::number("target_latitude_deg", 22.98, LATITUDE, "latitude at the end"),
+];
+
+pub(super) const DYNAMIC_PRESSURE_LIMIT: &str = "dynamic_pressure_limit_kpa";
+pub(super) const LOAD_LIMIT: &str = "load_limit_m_s2";
+pub(super) const HEAT_RATE_LIMIT: &str = "heat_rate_limit_kw_m2";
+pub(super) const NORMAL: &str = "normal";
+
+pub(super) const LIMITS: &[Key] = &[
+    Key::number(
+        DYNAMIC_PRESSURE_LIMIT,
+        15.0,
+        Range::POSITIVE_OR_UNLIMITED,
+        "largest dynamic pressure; inf: not limited",
+    ),
+    Key::number(
+        LOAD_LIMIT,
+        40.0,
+        Range::POSITIVE_OR_UNLIMITED,
+        "largest aerodynamic acceleration; inf: not limited",
+    ),
+    Key::choice(
+        "load",
+        &["total", NORMAL],
+        "what is limited: all of the aerodynamic acceleration, or its part along the lift",
+    ),
+    Key::number(
+        HEAT_RATE_LIMIT,
+        800.0,
+        Range::POSITIVE_OR_UNLIMITED,
+        "largest stagnation heat rate; inf: not limited",
+    ),
+    Key::number("longest_flight_s", 3000.0, Range::POSITIVE, "longest time from start to end"),
+];
+
+pub(super) const GOAL: &str = "goal";
+pub(super) const HEAT_LOAD: &str = "heat-load";
+pub(super) const PEAK_DYNAMIC_PRESSURE: &str = "peak-dynamic-pressure";
+pub(super) const PEAK_LOAD: &str = "peak-load";
+pub(super) const PEAK_HEAT_RATE: &str = "peak-heat-rate";
+pub(super) const LEAST_LIFT: &str = "least-lift";
+pub(super) const MISS: &str = "miss";
+pub(super) const REACH: &str = "reach";
+pub(super) const REACH_BEARING: &str = "reach_bearing_deg";
+pub(super) const REACH_WIDTH: &str = "reach_half_width_km";
+
+pub(super) const GOALS: &[Key] = &[
+    Key::choice(
+        GOAL,
+        &[HEAT_LOAD, PEAK_DYNAMIC_PRESSURE, PEAK_LOAD, PEAK_HEAT_RATE, LEAST_LIFT, MISS, REACH],
+        "what is least: heat load, a peak, the factor on the lift that still reaches the target, the distance from it; or how far \
+         past the target along a bearing the flight can end",
+    ),
+    Key::number(
+        REACH_BEARING,
+        0.0,
+        Range::closed(-360.0, 360.0),
+        "of the goal \"reach\": from north towards east, at the target",
+    ),
+    Key::number(
+        REACH_WIDTH,
+        f64::INFINITY,
+        Range { least: (0.0, true), most: (f64::INFINITY, true) },
+        "of the goal \"reach\": how far off the line through the target the flight may end; inf: anywhere",
+    ),
+];
+
+pub(super) const STEERING: &str = "steering";
+pub(super) const MARGINS: &str = "margins";
+pub(super) const BANK_VECTOR: &str = "bank-vector";
+pub(super) const BANK: &str = "bank";
+
+pub(super) const CONTROL: &[Key] = &[
+    Key::choice(
+        STEERING,
+        &[BANK_VECTOR, BANK],
+        "what a direct method optimises: cosine and sine of the bank angle with their norm as a constraint, or the angle",
+    ),
+    Key::flag(MARGINS, true, "whether the least factor on the lift that reaches the target is found too"),
+];
