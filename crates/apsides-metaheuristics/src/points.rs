@@ -41,6 +41,11 @@ impl Points {
         self.values.truncate(count * self.dimension);
     }
 
+    /// Gets memory for `count` more points.
+    pub fn reserve(&mut self, count: usize) {
+        self.values.reserve(count * self.dimension);
+    }
+
     /// Adds a copy of a point.
     pub fn push(&mut self, x: &[f64]) {
         debug_assert_eq!(x.len(), self.dimension);
@@ -84,8 +89,14 @@ impl Points {
     pub fn spread(&self, space: &SearchSpace) -> f64 {
         let (count, mut sum, mut free) = (self.len() as f64, 0.0, 0);
         for i in (0..self.dimension).filter(|&i| space.width(i) > 0.0) {
-            let mean = self.rows().map(|x| x[i]).sum::<f64>() / count;
-            let variance = self.rows().map(|x| (x[i] - mean).powi(2)).sum::<f64>() / count;
+            let shift = self.values.get(i).copied().unwrap_or(0.0);
+            let (mut first, mut second) = (0.0, 0.0);
+            for x in self.rows() {
+                let d = x[i] - shift;
+                first += d;
+                second += d * d;
+            }
+            let variance = (second - first * first / count).max(0.0) / count;
             sum += variance.sqrt() / space.width(i);
             free += 1;
         }
