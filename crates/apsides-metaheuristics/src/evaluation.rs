@@ -58,7 +58,13 @@ impl Evaluation {
 
     /// The feasibility rules (Deb 2000) as a total order, better first: the lower objective of two feasible points, a feasible
     /// before an infeasible one, the lower violation of two infeasible ones, and failed ones last.
+    #[inline]
     pub fn order(&self, other: &Self) -> Ordering {
+        // Most results are feasible and finite.
+        let plain = |e: &Self| e.violation <= 0.0 && e.objective.is_finite();
+        if plain(self) && plain(other) {
+            return self.objective.partial_cmp(&other.objective).unwrap_or(Ordering::Equal);
+        }
         let failed = self.is_failed().cmp(&other.is_failed());
         if failed != Ordering::Equal || self.is_failed() {
             return failed;

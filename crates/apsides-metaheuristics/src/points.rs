@@ -1,13 +1,34 @@
 //! Points in one flat array, alone and with their results.
 
-use crate::{Evaluation, SearchSpace};
+use crate::{Evaluation, SearchError, SearchSpace};
 use serde::{Deserialize, Serialize};
 
 /// Points of the same dimension, one after the other in one array.
-#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(try_from = "Flat")]
 pub struct Points {
     dimension: usize,
     values: Vec<f64>,
+}
+
+/// What is read before it is checked.
+#[derive(Deserialize)]
+struct Flat {
+    dimension: usize,
+    values: Vec<f64>,
+}
+
+impl TryFrom<Flat> for Points {
+    type Error = SearchError;
+
+    fn try_from(Flat { dimension, values }: Flat) -> Result<Self, SearchError> {
+        let rest = values.len().checked_rem(dimension).ok_or(SearchError::EmptyBox)?;
+        if rest > 0 {
+            let what = "the last point".to_string();
+            return Err(SearchError::Length { what, found: rest, expected: dimension });
+        }
+        Ok(Self { dimension, values })
+    }
 }
 
 impl Points {
@@ -23,7 +44,7 @@ impl Points {
 
     /// Number of points.
     pub fn len(&self) -> usize {
-        self.values.len() / self.dimension.max(1)
+        self.values.len() / self.dimension
     }
 
     /// Whether there are none.
@@ -87,18 +108,24 @@ impl Points {
 
     /// Standard deviation of a coordinate as a part of the box, as the mean over all coordinates that are not fixed.
     pub fn spread(&self, space: &SearchSpace) -> f64 {
+        const BLOCK: usize = 8;
         let (count, mut sum, mut free) = (self.len() as f64, 0.0, 0);
-        for i in (0..self.dimension).filter(|&i| space.width(i) > 0.0) {
-            let shift = self.values.get(i).copied().unwrap_or(0.0);
-            let (mut first, mut second) = (0.0, 0.0);
+        for first in (0..self.dimension).step_by(BLOCK) {
+            // Several columns at a time, in the order of the memory.
+            let block = first..self.dimension.min(first + BLOCK);
+            let (mut means, mut squares) = ([0.0; BLOCK], [0.0; BLOCK]);
             for x in self.rows() {
-                let d = x[i] - shift;
-                first += d;
-                second += d * d;
+                means.iter_mut().zip(&x[block.clone()]).for_each(|(m, x)| *m += x);
             }
-            let variance = (second - first * first / count).max(0.0) / count;
-            sum += variance.sqrt() / space.width(i);
-            free += 1;
+            means.iter_mut().for_each(|m| *m /= count);
+            for x in self.rows() {
+                let columns = squares.iter_mut().zip(&means).zip(&x[block.clone()]);
+                columns.for_each(|((s, m), x)| *s += (x - m).powi(2));
+            }
+            for (i, square) in block.zip(squares).filter(|&(i, _)| space.width(i) > 0.0) {
+                sum += (square / count).sqrt() / space.width(i);
+                free += 1;
+            }
         }
         if free == 0 || self.is_empty() { 0.0 } else { sum / f64::from(free) }
     }
@@ -115,12 +142,32 @@ impl Points {
 }
 
 /// Points with their results.
-#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(try_from = "Members")]
 pub struct Population {
     /// The points.
     pub points: Points,
     /// The result of each.
     pub evaluations: Vec<Evaluation>,
+}
+
+/// What is read before it is checked.
+#[derive(Deserialize)]
+struct Members {
+    points: Points,
+    evaluations: Vec<Evaluation>,
+}
+
+impl TryFrom<Members> for Population {
+    type Error = SearchError;
+
+    fn try_from(Members { points, evaluations }: Members) -> Result<Self, SearchError> {
+        let (expected, found) = (points.len(), evaluations.len());
+        if found != expected {
+            return Err(SearchError::Length { what: "results of points".to_string(), found, expected });
+        }
+        Ok(Self { points, evaluations })
+    }
 }
 
 impl Population {

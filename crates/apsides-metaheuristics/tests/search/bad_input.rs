@@ -17,7 +17,7 @@ fn boxes() {
         SearchSpace::new(lower.to_vec(), upper.to_vec()).expect_err("no box").to_string()
     };
     assert_eq!(message(&[], &[]), "the box has no coordinates");
-    assert_eq!(message(&[0.0, 0.0], &[1.0]), "upper bounds: 1 coordinates instead of 2");
+    assert_eq!(message(&[0.0, 0.0], &[1.0]), "upper bounds: 1 numbers instead of 2");
     for (lower, upper) in [
         (1.0, 0.0),
         (f64::NAN, 1.0),
@@ -38,7 +38,7 @@ fn searches() {
     let base = Search::default;
     let cases = [
         (Search { budget: 0, ..base() }, "the budget is 0 evaluations; at least 1 is needed"),
-        (Search { start: vec![vec![0.5]], ..base() }, "start point 0: 1 coordinates instead of 2"),
+        (Search { start: vec![vec![0.5]], ..base() }, "start point 0: 1 numbers instead of 2"),
         (
             Search { start: vec![vec![0.5, 0.5], vec![0.5, 2.0]], ..base() },
             "start point 1: coordinate 1 is 2, outside of [0, 1]",
