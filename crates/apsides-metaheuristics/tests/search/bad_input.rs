@@ -51,7 +51,14 @@ fn searches() {
             Search { constraints: Constraints::Penalty { weight: 0.0 }, ..base() },
             "penalty: weight is 0; above 0 and finite is needed",
         ),
-        (Search { noise: Noise::Mean { samples: 0 }, ..base() }, "noise: samples is 0; at least 1 is needed"),
+        (
+            Search { noise: Noise::Mean { samples: 0 }, ..base() },
+            "noise: samples is 0; 1 to the budget is needed",
+        ),
+        (
+            Search { noise: Noise::Mean { samples: 10 }, budget: 9, ..base() },
+            "noise: samples is 10; 1 to the budget is needed",
+        ),
         (
             Search { noise: Noise::ConfirmBest { repeats: 0 }, ..base() },
             "noise: repeats is 0; at least 1 is needed",
