@@ -8,6 +8,24 @@ use serde::{Deserialize, Serialize};
 ///
 /// All random numbers are drawn in `ask` and `tell`, so that a search does not depend on where points are evaluated. An algorithm
 /// compares results by [`Evaluation::order`] alone.
+///
+/// Without a [`Search`](crate::Search), for results that come from elsewhere:
+///
+/// ```
+/// use apsides_metaheuristics::{Algorithm, Evaluation, Method, Points, SearchSpace, Task};
+///
+/// let space = SearchSpace::cube(2, -1.0, 1.0)?;
+/// let task = Task { space: &space, start: &Points::new(2), seed: 1, budget: 4000 };
+/// let mut engine = Method::default().start(&task)?;
+/// let mut points = Points::new(2);
+/// for _ in 0..100 {
+///     engine.ask(&mut points);
+///     let results: Vec<_> = points.rows().map(|x| Evaluation::new(x[0] * x[0] + x[1] * x[1])).collect();
+///     engine.tell(&points, &results);
+/// }
+/// assert!(engine.best().is_some_and(|best| best.evaluation.objective < 1e-8));
+/// # Ok::<(), apsides_metaheuristics::SearchError>(())
+/// ```
 pub trait Algorithm: Send {
     /// Puts the points of the next generation, all inside of the box, into `points`, which is cleared first. Memory is allocated
     /// in the first generations only.

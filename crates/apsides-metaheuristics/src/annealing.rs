@@ -33,7 +33,7 @@ pub struct AnnealingSettings {
     pub changes: usize,
     /// First temperature, above 0, in units of the objective; default `None` for the standard deviation of the first generation.
     pub temperature: Option<f64>,
-    /// Factor from one temperature to the next, above 0 and below 1; default `None` for one that goes through 12 powers of ten in
+    /// Factor from one temperature to the next, above 0 and below 1; default `None` for one that goes through 14 powers of ten in
     /// the budget. The paper has 0.85.
     pub cooling: Option<f64>,
     /// How strongly step lengths change, above 0; default 2.
@@ -59,7 +59,7 @@ impl Default for AnnealingSettings {
 }
 
 /// The last temperature over the first where the budget sets the cooling.
-const COOLED: f64 = 1e-12;
+const COOLED: f64 = 1e-14;
 
 /// Temperatures over which results are compared.
 const COMPARED: usize = 4;

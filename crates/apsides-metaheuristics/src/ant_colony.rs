@@ -48,6 +48,9 @@ pub struct AntColony {
     archive: Population,
     /// Sums of the weights up to each point of the archive.
     cumulative: Vec<f64>,
+    /// Within `ask`: sums of distances to the points that guide ants, and where they stand by the index of the guide.
+    sums: Points,
+    places: Vec<Option<usize>>,
     best: Option<Candidate>,
 }
 
@@ -76,6 +79,8 @@ impl AntColony {
             generator,
             archive: Population::new(task.space.dimension()),
             cumulative: weights.scan(0.0, |sum, w| Some(add(sum, w))).collect(),
+            sums: Points::new(task.space.dimension()),
+            places: Vec::new(),
             best: None,
         })
     }
@@ -86,9 +91,26 @@ impl AntColony {
         let mark = self.generator.uniform() * total;
         self.cumulative.partition_point(|&sum| sum <= mark).min(self.archive.len() - 1)
     }
+
+    /// Where the sums of distances to a guide stand; several ants share them.
+    fn place(&mut self, guide: usize) -> usize {
+        if let Some(place) = self.places[guide] {
+            return place;
+        }
+        let place = self.sums.len();
+        self.places[guide] = Some(place);
+        let (guide, sums) = (self.archive.points.row(guide), self.sums.add());
+        // Row by row, as the archive lies in memory.
+        for other in self.archive.points.rows() {
+            for (sum, (a, b)) in sums.iter_mut().zip(other.iter().zip(guide)) {
+                *sum += (a - b).abs();
+            }
+        }
+        place
+    }
 }
 
-/// Adds to a running sum and returns it.
+/// Adds to a running sum, which it returns.
 fn add(sum: &mut f64, term: f64) -> f64 {
     *sum += term;
     *sum
@@ -102,21 +124,19 @@ impl Algorithm for AntColony {
             return;
         }
         let factor = self.settings.evaporation / (self.archive.len() - 1) as f64;
+        self.sums.reserve(self.settings.ants.min(self.archive.len()));
+        self.places.resize(self.archive.len(), None);
         for _ in 0..self.settings.ants {
             let guide = self.select();
-            let guide = self.archive.points.row(guide);
-            let x = points.add();
-            // The sums of distances first, row by row as the archive lies in memory.
-            for other in self.archive.points.rows() {
-                for (sum, (a, b)) in x.iter_mut().zip(other.iter().zip(guide)) {
-                    *sum += (a - b).abs();
-                }
-            }
-            for (i, x) in x.iter_mut().enumerate() {
-                let deviation = factor * *x;
+            let place = self.place(guide);
+            let (guide, sums) = (self.archive.points.row(guide), self.sums.row(place));
+            for (i, x) in points.add().iter_mut().enumerate() {
+                let deviation = factor * sums[i];
                 *x = self.space.reflect(i, guide[i] + deviation * self.generator.normal());
             }
         }
+        self.sums.clear();
+        self.places.clear();
     }
 
     fn tell(&mut self, points: &Points, evaluations: &[Evaluation]) {

@@ -7,14 +7,14 @@ pub enum SearchError {
     /// The box has no coordinates.
     #[error("the box has no coordinates")]
     EmptyBox,
-    /// Lower and upper bounds, or a point and the box, differ in length.
-    #[error("{what}: {found} coordinates instead of {expected}")]
+    /// Things that belong together differ in length: lower and upper bounds, a point and the box.
+    #[error("{what}: {found} numbers instead of {expected}")]
     Length {
         /// What has the wrong length.
         what: String,
         /// Its length.
         found: usize,
-        /// The length of the box.
+        /// The length it should have.
         expected: usize,
     },
     /// A coordinate has no usable bounds.

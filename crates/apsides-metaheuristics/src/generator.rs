@@ -1,4 +1,4 @@
-//! Random numbers that are the same on every machine and can be saved.
+//! Random numbers from a seed, with a state that can be saved.
 
 use crate::{Points, SearchSpace};
 use rand_distr::{Distribution, StandardNormal};

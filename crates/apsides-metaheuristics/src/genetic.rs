@@ -167,18 +167,26 @@ impl Genetic {
     /// The best of the elite and of the children become the parents.
     fn survive(&mut self, children: &Points, evaluations: &[Evaluation]) {
         let Self { settings, parents, next, order, .. } = self;
-        let elite = settings.elite.unwrap_or(usize::MAX).min(parents.len());
-        let member = |k: usize| match k.checked_sub(elite) {
-            None => (parents.points.row(k), &parents.evaluations[k]),
-            Some(k) => (children.row(k), &evaluations[k]),
-        };
         order.clear();
-        order.extend(0..elite + evaluations.len());
-        order.sort_unstable_by(|&i, &j| member(i).1.order(member(j).1).then(i.cmp(&j)));
+        order.extend(0..evaluations.len());
+        order.sort_unstable_by(|&i, &j| evaluations[i].order(&evaluations[j]).then(i.cmp(&j)));
         next.clear();
-        for &k in order.iter().take(settings.population) {
-            let (x, evaluation) = member(k);
-            next.push(x, *evaluation);
+        // Both stand in order: the better of the next two, and of equals the parent.
+        let mut elite = 0..settings.elite.unwrap_or(usize::MAX).min(parents.len());
+        let mut sorted = order.iter();
+        while next.len() < settings.population {
+            let (parent, child) = (elite.clone().next(), sorted.as_slice().first().copied());
+            let parent = parent
+                .filter(|&p| child.is_none_or(|c| !evaluations[c].is_better_than(&parents.evaluations[p])));
+            if let Some(parent) = parent {
+                next.push(parents.points.row(parent), parents.evaluations[parent]);
+                elite.next();
+            } else if let Some(child) = child {
+                next.push(children.row(child), evaluations[child]);
+                sorted.next();
+            } else {
+                break;
+            }
         }
         std::mem::swap(parents, next);
     }
@@ -187,7 +195,12 @@ impl Genetic {
 /// The spread factor of simulated binary crossover for a uniform `u` and the relative distance `gap` to the bound.
 fn spread_factor(u: f64, gap: f64, index: f64) -> f64 {
     let power = index + 1.0;
-    let alpha = 2.0 - gap.powf(-power);
+    // Whole powers, such as that of the default index, by products.
+    let alpha = if power.fract() == 0.0 && power < 64.0 {
+        2.0 - gap.powi(power as i32).recip()
+    } else {
+        2.0 - gap.powf(-power)
+    };
     let base = if u * alpha <= 1.0 { u * alpha } else { 1.0 / (2.0 - u * alpha) };
     base.powf(1.0 / power)
 }

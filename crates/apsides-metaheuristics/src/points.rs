@@ -1,13 +1,34 @@
 //! Points in one flat array, alone and with their results.
 
-use crate::{Evaluation, SearchSpace};
+use crate::{Evaluation, SearchError, SearchSpace};
 use serde::{Deserialize, Serialize};
 
 /// Points of the same dimension, one after the other in one array.
-#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(try_from = "Flat")]
 pub struct Points {
     dimension: usize,
     values: Vec<f64>,
+}
+
+/// What is read before it is checked.
+#[derive(Deserialize)]
+struct Flat {
+    dimension: usize,
+    values: Vec<f64>,
+}
+
+impl TryFrom<Flat> for Points {
+    type Error = SearchError;
+
+    fn try_from(Flat { dimension, values }: Flat) -> Result<Self, SearchError> {
+        let rest = values.len().checked_rem(dimension).ok_or(SearchError::EmptyBox)?;
+        if rest > 0 {
+            let what = "the last point".to_string();
+            return Err(SearchError::Length { what, found: rest, expected: dimension });
+        }
+        Ok(Self { dimension, values })
+    }
 }
 
 impl Points {
@@ -23,7 +44,7 @@ impl Points {
 
     /// Number of points.
     pub fn len(&self) -> usize {
-        self.values.len() / self.dimension.max(1)
+        self.values.len() / self.dimension
     }
 
     /// Whether there are none.
@@ -39,6 +60,11 @@ impl Points {
     /// Removes the points from `count` on.
     pub fn truncate(&mut self, count: usize) {
         self.values.truncate(count * self.dimension);
+    }
+
+    /// Gets memory for `count` more points.
+    pub fn reserve(&mut self, count: usize) {
+        self.values.reserve(count * self.dimension);
     }
 
     /// Adds a copy of a point.
@@ -123,12 +149,32 @@ impl Points {
 }
 
 /// Points with their results.
-#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(try_from = "Members")]
 pub struct Population {
     /// The points.
     pub points: Points,
     /// The result of each.
     pub evaluations: Vec<Evaluation>,
+}
+
+/// What is read before it is checked.
+#[derive(Deserialize)]
+struct Members {
+    points: Points,
+    evaluations: Vec<Evaluation>,
+}
+
+impl TryFrom<Members> for Population {
+    type Error = SearchError;
+
+    fn try_from(Members { points, evaluations }: Members) -> Result<Self, SearchError> {
+        let (expected, found) = (points.len(), evaluations.len());
+        if found != expected {
+            return Err(SearchError::Length { what: "results of points".to_string(), found, expected });
+        }
+        Ok(Self { points, evaluations })
+    }
 }
 
 impl Population {

@@ -148,7 +148,8 @@ impl Search {
         match self.noise {
             Noise::None => {}
             Noise::Mean { samples: n } => {
-                require("noise: samples", n as f64, n > 0, "at least 1 is needed")?;
+                let allowed = "1 to the budget is needed";
+                require("noise: samples", n as f64, (1..=self.budget).contains(&n), allowed)?;
             }
             Noise::ConfirmBest { repeats: n } => {
                 require("noise: repeats", n as f64, n > 0, "at least 1 is needed")?;

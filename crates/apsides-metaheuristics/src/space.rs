@@ -5,9 +5,25 @@ use serde::{Deserialize, Serialize};
 
 /// A box `lower <= x <= upper` with finite bounds. Equal bounds fix a coordinate.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(try_from = "Bounds")]
 pub struct SearchSpace {
     lower: Vec<f64>,
     upper: Vec<f64>,
+}
+
+/// What is read before it is checked.
+#[derive(Deserialize)]
+struct Bounds {
+    lower: Vec<f64>,
+    upper: Vec<f64>,
+}
+
+impl TryFrom<Bounds> for SearchSpace {
+    type Error = SearchError;
+
+    fn try_from(bounds: Bounds) -> Result<Self, SearchError> {
+        Self::new(bounds.lower, bounds.upper)
+    }
 }
 
 impl SearchSpace {

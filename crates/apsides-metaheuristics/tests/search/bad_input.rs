@@ -17,7 +17,7 @@ fn boxes() {
         SearchSpace::new(lower.to_vec(), upper.to_vec()).expect_err("no box").to_string()
     };
     assert_eq!(message(&[], &[]), "the box has no coordinates");
-    assert_eq!(message(&[0.0, 0.0], &[1.0]), "upper bounds: 1 coordinates instead of 2");
+    assert_eq!(message(&[0.0, 0.0], &[1.0]), "upper bounds: 1 numbers instead of 2");
     for (lower, upper) in [
         (1.0, 0.0),
         (f64::NAN, 1.0),
@@ -38,7 +38,7 @@ fn searches() {
     let base = Search::default;
     let cases = [
         (Search { budget: 0, ..base() }, "the budget is 0 evaluations; at least 1 is needed"),
-        (Search { start: vec![vec![0.5]], ..base() }, "start point 0: 1 coordinates instead of 2"),
+        (Search { start: vec![vec![0.5]], ..base() }, "start point 0: 1 numbers instead of 2"),
         (
             Search { start: vec![vec![0.5, 0.5], vec![0.5, 2.0]], ..base() },
             "start point 1: coordinate 1 is 2, outside of [0, 1]",
@@ -51,7 +51,14 @@ fn searches() {
             Search { constraints: Constraints::Penalty { weight: 0.0 }, ..base() },
             "penalty: weight is 0; above 0 and finite is needed",
         ),
-        (Search { noise: Noise::Mean { samples: 0 }, ..base() }, "noise: samples is 0; at least 1 is needed"),
+        (
+            Search { noise: Noise::Mean { samples: 0 }, ..base() },
+            "noise: samples is 0; 1 to the budget is needed",
+        ),
+        (
+            Search { noise: Noise::Mean { samples: 10 }, budget: 9, ..base() },
+            "noise: samples is 10; 1 to the budget is needed",
+        ),
         (
             Search { noise: Noise::ConfirmBest { repeats: 0 }, ..base() },
             "noise: repeats is 0; at least 1 is needed",

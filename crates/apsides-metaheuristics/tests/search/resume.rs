@@ -106,4 +106,12 @@ fn text_that_is_no_search_is_refused() {
     let half = &texts[0][..texts[0].len() / 2];
     assert!(serde_json::from_str::<Run>(half).is_err());
     assert!(serde_json::from_str::<Run>("{}").is_err());
+    let changed = |from: &str, to: &str| {
+        assert!(texts[0].contains(from));
+        serde_json::from_str::<Run>(&texts[0].replacen(from, to, 1)).expect_err("a changed text").to_string()
+    };
+    let message = changed("\"upper\":[5.12,", "\"upper\":[-7.0,");
+    assert!(message.starts_with("bounds of coordinate 0: [-5.12, -7]"), "{message}");
+    let message = changed("\"values\":[", "\"values\":[0.0,");
+    assert!(message.starts_with("the last point: 1 numbers instead of 3"), "{message}");
 }
