@@ -231,7 +231,7 @@ impl Algorithm for CmaEs {
         let rows = self.population * self.free.len();
         self.steps.resize(rows, 0.0);
         self.whitened.resize(rows, 0.0);
-        let injected = std::mem::take(&mut self.injected);
+        let injected = std::mem::replace(&mut self.injected, Points::new(self.space.dimension()));
         for k in 0..self.population {
             if k < injected.len() {
                 points.push(injected.row(k));

@@ -91,6 +91,9 @@ pub struct Expansion {
     pub(crate) expand: Arc<Expand>,
 }
 
+/// Scalars by name; the unit ends the key.
+pub(crate) type Scalars = BTreeMap<String, f64>;
+
 /// A kind of mission: its keys, how they make a problem, and what its results are.
 pub(crate) struct Kind {
     pub(crate) name: &'static str,
@@ -105,7 +108,7 @@ pub(crate) struct Kind {
     /// Easier cases with the same phases that lead to this one, each the start of the next.
     pub(crate) approach: fn(&Values) -> Vec<Values>,
     /// Scalars for the summary; the unit ends the key.
-    pub(crate) results: fn(&Values, &Trajectory) -> BTreeMap<String, f64>,
+    pub(crate) results: fn(&Values, &Trajectory) -> Scalars,
     /// Results that name a case in a table.
     pub(crate) headline: &'static [&'static str],
     /// Figures besides the standard ones.
@@ -115,12 +118,12 @@ pub(crate) struct Kind {
     /// A sentence on what is missing, besides the requirements that conflict.
     pub(crate) missing: fn(&Mission, &Explanation) -> Option<String>,
     /// Scalars that take solves of their own, of a mission that is solved.
-    pub(crate) margins: fn(&Mission, &Trajectory) -> Result<BTreeMap<String, f64>, Error>,
+    pub(crate) margins: fn(&Mission, &Trajectory) -> Result<Scalars, Error>,
 }
 
 /// Of a mission without margins.
-pub(crate) fn no_margins(_: &Mission, _: &Trajectory) -> Result<BTreeMap<String, f64>, Error> {
-    Ok(BTreeMap::new())
+pub(crate) fn no_margins(_: &Mission, _: &Trajectory) -> Result<Scalars, Error> {
+    Ok(Scalars::new())
 }
 
 impl std::fmt::Debug for Kind {

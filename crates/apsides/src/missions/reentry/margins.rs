@@ -1,21 +1,20 @@
 //! How far a capsule is from its limits of reach: the least lift that reaches the target, and the nearest end to it.
 
-use std::collections::BTreeMap;
-
 use apsides_ocp::Trajectory;
 use apsides_radau::{Explanation, RadauSolution};
 
 use super::capsule::{Capsule, Goal};
 use super::keys;
 use super::problem::Steering;
+use crate::missions::Scalars;
 use crate::{Error, Mission};
 
 /// Accuracy of these solves between the points of the mesh: enough for the digits that are shown.
 const MESH_TOLERANCE: f64 = 1e-6;
 
 /// Least factor on the lift that still reaches the target, of a mission that is solved.
-pub(super) fn margins(mission: &Mission, _: &Trajectory) -> Result<BTreeMap<String, f64>, Error> {
-    let mut margins = BTreeMap::new();
+pub(super) fn margins(mission: &Mission, _: &Trajectory) -> Result<Scalars, Error> {
+    let mut margins = Scalars::new();
     let Some(capsule) = capsule(mission).filter(|c| c.goal == Goal::HeatLoad) else { return Ok(margins) };
     if mission.values.flag(keys::MARGINS)
         && let Some(factor) = least_lift_factor(mission, &capsule)?

@@ -21,7 +21,7 @@ struct Flown<'a> {
     capsule: &'a Capsule,
     phase: &'a PhaseTrajectory,
     steering: Steering,
-    integrals: [LoadOf<Banked>; 3],
+    loads: [LoadOf<Banked>; 3],
 }
 
 impl<'a> Flown<'a> {
@@ -29,8 +29,8 @@ impl<'a> Flown<'a> {
         let phase = t.phases.first()?;
         let steering = if phase.control.dimension() == 1 { Steering::Angle } else { Steering::Vector };
         let model = Banked(capsule.flight.clone());
-        let integrals = capsule.loads().map(|load| LoadOf::new(&model, load));
-        Some(Self { capsule, phase, steering, integrals })
+        let loads = capsule.loads().map(|load| LoadOf::new(&model, load));
+        Some(Self { capsule, phase, steering, loads })
     }
 
     fn bank(&self, segment: usize, time: f64) -> f64 {
@@ -42,8 +42,20 @@ impl<'a> Flown<'a> {
     fn load(&self, index: usize, segment: usize, time: f64) -> f64 {
         let mut x = [0.0; 6];
         self.phase.state.evaluate(time, &mut x);
-        let [value] = self.integrals[index].evaluate(time, &x, &[self.bank(segment, time)], &[]);
+        let [value] = self.loads[index].evaluate(time, &x, &[self.bank(segment, time)], &[]);
         value
+    }
+
+    /// Points of a curve, from control interval, time and state.
+    fn line(&self, point: impl Fn(usize, f64, &[f64]) -> [f64; 2]) -> Vec<[f64; 2]> {
+        let mut points = Vec::new();
+        for (k, [a, b]) in self.intervals() {
+            for j in 0..=SAMPLES {
+                let time = a + (b - a) * j as f64 / SAMPLES as f64;
+                points.push(point(k, time, &self.phase.state_at(time)));
+            }
+        }
+        points
     }
 
     fn intervals(&self) -> impl Iterator<Item = (usize, [f64; 2])> + '_ {
@@ -146,48 +158,42 @@ const QUADRATURE_POINTS: usize = 20;
 
 pub(super) fn curves(capsule: &Capsule, t: &Trajectory) -> Vec<Curve> {
     let Some(flown) = Flown::of(capsule, t) else { return Vec::new() };
-    let line = |point: &dyn Fn(usize, f64, &[f64]) -> [f64; 2]| {
-        let mut points = Vec::new();
-        for (k, [a, b]) in flown.intervals() {
-            for j in 0..=SAMPLES {
-                let time = a + (b - a) * j as f64 / SAMPLES as f64;
-                points.push(point(k, time, &flown.phase.state_at(time)));
-            }
-        }
-        points
-    };
-    let curve = |title: &str, x: [&str; 2], y: [&str; 2], series: Vec<(String, Vec<[f64; 2]>)>| Curve {
+    let one = |points| vec![(flown.phase.name.clone(), points)];
+    let curve = |title: &str, x: [&str; 2], y: [&str; 2], series| Curve {
         title: title.into(),
         x: (x[0].into(), x[1].into()),
         y: (y[0].into(), y[1].into()),
         series,
     };
-    let one = |points| vec![(flown.phase.name.clone(), points)];
-    let relative = |index: usize, load: Load| {
-        let limit =
-            capsule.limits.iter().find(|(l, _)| *l == load).map_or_else(|| flown.peak(index)[1], |l| l.1);
-        (load.quantity().name.to_owned(), line(&|k, time, _| [time, flown.load(index, k, time) / limit]))
-    };
-    let loads = capsule.loads().into_iter().enumerate().map(|(index, load)| relative(index, load)).collect();
+    let loads = capsule.loads().into_iter().enumerate().map(|(index, load)| {
+        let limit = capsule.limits.iter().find(|(l, _)| *l == load);
+        let size = limit.map_or_else(|| flown.peak(index)[1], |l| l.1);
+        (load.quantity().name.to_owned(), flown.line(|k, time, _| [time, flown.load(index, k, time) / size]))
+    });
     vec![
         curve(
             "Altitude over speed",
             ["speed", "m/s"],
             ["altitude", "km"],
-            one(line(&|_, _, x| [x[3], x[0] / 1e3])),
+            one(flown.line(|_, _, x| [x[3], x[0] / 1e3])),
         ),
         curve(
             "Ground track",
             ["longitude", "deg"],
             ["latitude", "deg"],
-            one(line(&|_, _, x| [x[1].to_degrees(), x[2].to_degrees()])),
+            one(flown.line(|_, _, x| [x[1].to_degrees(), x[2].to_degrees()])),
         ),
         curve(
-            "Bank angle",
+            "Bank angle over time",
             ["time", "s"],
             ["bank angle", "deg"],
-            one(line(&|k, time, _| [time, flown.bank(k, time).to_degrees()])),
+            one(flown.line(|k, time, _| [time, flown.bank(k, time).to_degrees()])),
         ),
-        curve("Loads relative to their limits, or to their peaks", ["time", "s"], ["load", "-"], loads),
+        curve(
+            "Loads relative to their limits, or to their peaks",
+            ["time", "s"],
+            ["load", "-"],
+            loads.collect(),
+        ),
     ]
 }
