@@ -105,7 +105,7 @@ impl apsides::Observer for Progress {
                 if n == 1 {
                     let _ = writeln!(err, "{SEARCH_HEADER}");
                 }
-                if n <= GENERATIONS_SHOWN || n % rounded == 0 || last {
+                if n <= GENERATIONS_SHOWN || n.is_multiple_of(rounded) || last {
                     let best = search.best.map_or_else(|| "none".into(), |b| format!("{b:.8}"));
                     let _ = writeln!(
                         err,
