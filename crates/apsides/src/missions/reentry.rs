@@ -16,6 +16,7 @@ mod guess;
 mod keys;
 mod margins;
 mod problem;
+mod reach;
 mod results;
 mod search;
 
@@ -39,6 +40,7 @@ pub(super) const REENTRY: Kind = Kind {
     checks: |_, _| Vec::new(),
     missing: margins::missing,
     margins: margins::margins,
+    reach: Some(reach::REACH),
 };
 
 fn pose(v: &Values) -> Result<Posed, Error> {

@@ -88,7 +88,7 @@ impl Capsule {
             flight,
             start,
             target_altitude,
-            target: ["target_longitude_deg", "target_latitude_deg"].map(degrees),
+            target: [keys::TARGET_LONGITUDE, keys::TARGET_LATITUDE].map(degrees),
             limits: limits.into_iter().filter(|(_, limit)| limit.is_finite()).collect(),
             acceleration,
             longest_flight: v.number("longest_flight_s"),

@@ -24,6 +24,9 @@ pub(super) const LIFT_COEFFICIENT: &str = "lift_coefficient";
 pub(super) const DRAG_COEFFICIENT: &str = "drag_coefficient";
 pub(super) const LIFT_FACTOR: &str = "lift_factor";
 
+pub(super) const TARGET_LONGITUDE: &str = "target_longitude_deg";
+pub(super) const TARGET_LATITUDE: &str = "target_latitude_deg";
+
 const ANGLE: Range = Range::closed(-180.0, 180.0);
 const LATITUDE: Range = Range::open(-85.0, 85.0);
 
@@ -108,8 +111,8 @@ pub(super) const FLIGHT: &[Key] = &[
         "azimuth of the velocity at the start",
     ),
     Key::number("target_altitude_km", 15.0, Range::open(-5.0, 500.0), "altitude at the end"),
-    Key::number("target_longitude_deg", 59.99, ANGLE, "longitude at the end"),
-    Key::number("target_latitude_deg", 22.98, LATITUDE, "latitude at the end"),
+    Key::number(TARGET_LONGITUDE, 59.99, ANGLE, "longitude at the end"),
+    Key::number(TARGET_LATITUDE, 22.98, LATITUDE, "latitude at the end"),
 ];
 
 pub(super) const DYNAMIC_PRESSURE_LIMIT: &str = "dynamic_pressure_limit_kpa";
