@@ -156,9 +156,10 @@ pub struct DifferentialEvolution {
     generator: Generator,
     budget: usize,
     evaluations: usize,
-    generations: usize,
     /// Members of the first generation.
     initial: usize,
+    /// The points of the first generation, until they are asked for.
+    first: Points,
     population: Population,
     control: Control,
     /// Replaced members, and how many there may be.
@@ -180,31 +181,30 @@ impl DifferentialEvolution {
         let initial = settings.members(dimension);
         require_population("differential evolution", initial, LEAST)?;
         let mut generator = Generator::new(task.seed);
-        let mut population = Population::new(dimension);
-        population.points = task.first_points(initial, &mut generator);
+        let first = task.first_points(initial, &mut generator);
         let mut new = Self {
             settings: settings.clone(),
             space: task.space.clone(),
             generator,
             budget: task.budget,
             evaluations: 0,
-            generations: 0,
             initial,
-            population,
+            first,
+            population: Population::new(dimension),
             control: Control::new(settings.adaptation, initial),
             archive: Points::new(dimension),
             capacity: 0,
             ranked: (0..initial).collect(),
             best: None,
         };
-        new.capacity = new.archive_capacity();
+        new.capacity = new.archive_capacity(initial);
         Ok(new)
     }
 
-    fn archive_capacity(&self) -> usize {
+    fn archive_capacity(&self, members: usize) -> usize {
         match self.settings.adaptation {
             DifferentialAdaptation::SuccessHistory { archive, .. } => {
-                (archive * self.population.points.len() as f64).round() as usize
+                (archive * members as f64).round() as usize
             }
             _ if matches!(self.settings.mutation, DifferentialMutation::CurrentToPBest { .. }) => {
                 self.initial
@@ -323,7 +323,7 @@ impl DifferentialEvolution {
         if self.ranked.len() != self.population.len() {
             self.ranked.clear();
             self.ranked.extend(0..self.population.len());
-            self.capacity = self.archive_capacity();
+            self.capacity = self.archive_capacity(self.population.len());
             while self.archive.len() > self.capacity {
                 let dropped = self.generator.index(self.archive.len());
                 self.archive.swap_remove(dropped);
@@ -335,8 +335,8 @@ impl DifferentialEvolution {
 impl Algorithm for DifferentialEvolution {
     fn ask(&mut self, points: &mut Points) {
         points.clear();
-        if self.generations == 0 {
-            points.extend(&self.population.points);
+        if self.population.is_empty() {
+            points.extend(&self.first);
             return;
         }
         self.control.begin();
@@ -349,10 +349,9 @@ impl Algorithm for DifferentialEvolution {
 
     fn tell(&mut self, points: &Points, evaluations: &[Evaluation]) {
         self.evaluations += evaluations.len();
-        self.generations += 1;
-        if self.generations == 1 {
-            self.population.evaluations.extend_from_slice(evaluations);
+        if self.population.is_empty() {
             for (x, evaluation) in points.rows().zip(evaluations) {
+                self.population.push(x, *evaluation);
                 Candidate::improve(&mut self.best, x, evaluation);
             }
             return;
@@ -390,7 +389,8 @@ impl Algorithm for DifferentialEvolution {
     }
 
     fn spread(&self) -> f64 {
-        self.population.points.spread(&self.space)
+        let told = !self.population.is_empty();
+        if told { self.population.points.spread(&self.space) } else { self.first.spread(&self.space) }
     }
 
     fn converged(&self) -> Option<Convergence> {
@@ -436,7 +436,6 @@ mod tests {
         let mut points = Points::new(5);
         while de.evaluations < 2000 {
             de.ask(&mut points);
-            assert_eq!(points.len(), de.population.points.len());
             let results = sphere(&points);
             de.tell(&points, &results);
         }
