@@ -261,3 +261,57 @@ fn the_same_mission_gives_the_same_bytes() {
     };
     assert_eq!(run("1"), run("2"));
 }
+
+/// A search that is killed goes on from its file to what it would have found.
+#[test]
+fn a_killed_search_resumes_to_the_same_end() {
+    let dir = tempfile::tempdir().unwrap();
+    let file = path(&dir.path().join("search.json"));
+    let arguments = [
+        "solve",
+        "capsule-reentry",
+        "--method",
+        "two-layer",
+        "--json",
+        "--quiet",
+        "--seed",
+        "7",
+        "--set",
+        "search.evaluations=20000",
+        "--set",
+        "radau.max_meshes=1",
+        "--set",
+        "margins=false",
+    ];
+    let resumable: Vec<&str> = arguments.iter().copied().chain(["--checkpoint", &file]).collect();
+    let mut killed = Command::new(env!("CARGO_BIN_EXE_apsides"))
+        .args(&resumable)
+        .stdout(std::process::Stdio::null())
+        .spawn()
+        .unwrap();
+    let begin = std::time::Instant::now();
+    while !Path::new(&file).exists() && begin.elapsed().as_secs() < 120 {
+        std::thread::sleep(std::time::Duration::from_millis(5));
+    }
+    killed.kill().unwrap();
+    killed.wait().unwrap();
+    let text = std::fs::read_to_string(&file).unwrap();
+    let state: serde_json::Value = serde_json::from_str(&text).unwrap();
+    let done = state["run"]["evaluations"].as_u64().unwrap();
+    assert!(done > 0 && done < 20_000, "killed after {done} flights");
+    let found = |o: &Output| {
+        let v: serde_json::Value = serde_json::from_slice(&o.stdout).unwrap();
+        let search = v["search"].clone();
+        let of_search =
+            ["evaluations", "generations", "objective", "miss_km", "history"].map(|k| search[k].clone());
+        (of_search, v["objective"].clone(), v["results"].clone(), v["counters"].clone())
+    };
+    let resumed = apsides(&resumable);
+    let whole = apsides(&arguments);
+    assert_eq!(found(&resumed), found(&whole), "{}", stderr(&resumed));
+    // With another seed the file is refused.
+    let other: Vec<&str> = resumable.iter().map(|a| if *a == "7" { "8" } else { a }).collect();
+    let o = apsides(&other);
+    assert_eq!(o.status.code(), Some(2));
+    assert!(stderr(&o).contains("belongs to a mission with other values or another seed"), "{}", stderr(&o));
+}

@@ -8,6 +8,7 @@ pub(super) const MARS: &str = "mars";
 pub(super) const ATMOSPHERE: &str = "atmosphere";
 pub(super) const EXPONENTIAL: &str = "exponential";
 pub(super) const US_1976: &str = "us-1976";
+pub(super) const US_1976_PRINTED: &str = "us-1976-printed";
 pub(super) const TABLE: &str = "table";
 pub(super) const ATMOSPHERE_TABLE: &str = crate::mission_file::ATMOSPHERE_TABLE;
 pub(super) const OF_MARS: &str = "mars";
@@ -40,8 +41,9 @@ pub(super) const PLANET: &[Key] = &[
     Key::flag("oblateness", false, "whether gravity has the term J2"),
     Key::choice(
         ATMOSPHERE,
-        &[EXPONENTIAL, US_1976, OF_MARS, TABLE],
-        "density over altitude; an exponential one and a table have keys of their own",
+        &[EXPONENTIAL, US_1976, US_1976_PRINTED, OF_MARS, TABLE],
+        "density over altitude; \"us-1976-printed\" has the printed densities of the standard above 86 km, with straight lines of their \
+         logarithms between them; an exponential atmosphere and a table have keys of their own",
     ),
     Key::number(
         "surface_density_kg_m3",
