@@ -55,6 +55,7 @@
 
 mod activity;
 mod change;
+mod contact;
 pub mod error;
 mod error_estimate;
 pub mod explanation;

@@ -9,10 +9,11 @@ use apsides_nlp::{
 use apsides_ocp::{Guess, Mesh, Ocp, PhaseMesh, Scaling, Trajectory, Unmet};
 
 use crate::RadauError;
+use crate::contact::Contacts;
 use crate::error_estimate::{Estimate, estimate};
 use crate::refinement::refine;
 use crate::scales::ScaleWarning;
-use crate::switches::{Structure, Switch};
+use crate::switches::{Structure, Switch, with_touch_points};
 use crate::transcription::Transcription;
 use crate::workers::pool;
 
@@ -204,6 +205,7 @@ impl Radau {
         let mut last: Option<Solved> = None;
         let mut excess = f64::INFINITY;
         let mut revisions = if self.settings.switches { MOST_REVISIONS } else { 0 };
+        let mut contacts = Contacts::new(self.settings.switches);
         let pool = pool(self.settings.threads);
         loop {
             let begin = Instant::now();
@@ -241,6 +243,7 @@ impl Radau {
             if let Some(solved) = last.as_ref().filter(|_| misled && has_arcs(&mesh) && !out_of_meshes) {
                 (guess, mesh) = (Guess::earlier(&solved.trajectory), solved.plain.clone());
                 revisions = 0;
+                contacts.give_up();
                 continue;
             }
             if !status.is_success() {
@@ -253,7 +256,9 @@ impl Radau {
             }
             let found = Structure::of(ocp, &mut nlp, &report, &trajectory);
             let in_bounds = controls <= self.settings.mesh_tolerance;
-            let settled = revisions == 0 || found.is_that_of(&trajectory, in_bounds);
+            let touching = contacts.step(ocp, &nlp, &report, &trajectory, &self.settings);
+            let switches_settled = revisions == 0 || found.is_that_of(&trajectory, in_bounds);
+            let settled = switches_settled && touching.settled;
             let accurate = error <= self.settings.mesh_tolerance;
             // Worth meshes of their own as long as they help.
             let within = in_bounds || controls > LEAST_GAIN * excess;
@@ -261,16 +266,17 @@ impl Radau {
                 excess = controls;
             }
             let plain = refine(&trajectory, &self.settings)?;
+            // Breaks that make no mesh are left out.
             let next = if revisions == 0 {
-                plain.clone()
+                let refined = refine(&touching.spared(trajectory.clone()), &self.settings)?;
+                with_touch_points(&refined, &touching.touch_points).unwrap_or_else(|_| plain.clone())
             } else {
-                revisions -= usize::from(!settled);
-                // Breaks that make no mesh are left out.
-                let refined = refine(&found.spared(&trajectory), &self.settings)?;
-                found.mesh(&refined).unwrap_or_else(|_| plain.clone())
+                revisions -= usize::from(!switches_settled);
+                let refined = refine(&touching.spared(found.spared(&trajectory)), &self.settings)?;
+                found.mesh(&refined, &touching.touch_points).unwrap_or_else(|_| plain.clone())
             };
             let size: usize = next.phases.iter().map(PhaseMesh::total_points).sum();
-            guess = Guess::earlier(&trajectory);
+            guess = Guess::earlier(&touching.start(trajectory.clone())?);
             let switches = found.switches(ocp, &trajectory);
             let plain = Mesh { phases: plain.phases.into_iter().map(PhaseMesh::without_arcs).collect() };
             let solved = Solved { trajectory, report, switches, accurate, plain };

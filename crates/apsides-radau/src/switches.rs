@@ -8,12 +8,13 @@
 use std::fmt;
 
 use apsides_nlp::SolveReport;
-use apsides_ocp::{Break, Course, Mesh, Ocp, Phase, PhaseArc, PhaseMesh, PhaseTrajectory, Trajectory};
+use apsides_ocp::{Break, Course, Mesh, Ocp, Phase, PhaseArc, PhaseMesh, PhaseTrajectory, TouchPoint, Trajectory};
 
 use crate::RadauError;
 use crate::activity::{
     COLLAPSED, Class, Kind, Quantity, Solution, curvatures, pulses, quantities, runs, samples,
 };
+use crate::contact::Touch;
 use crate::change::{Change, ChangeKind, changes, settle};
 use crate::layout::PhaseLayout;
 use crate::transcription::Transcription;
@@ -158,15 +159,35 @@ impl<'a> Structure<'a> {
         trajectory
     }
 
-    /// The refined mesh with the breaks and arcs that were found.
-    pub(crate) fn mesh(&self, refined: &Mesh) -> Result<Mesh, RadauError> {
-        let phases = self.phases.iter().zip(&refined.phases).map(|(found, mesh)| {
+    /// The refined mesh with the breaks and arcs that were found, and with touch points.
+    pub(crate) fn mesh(
+        &self,
+        refined: &Mesh,
+        touch_points: &[Vec<Touch>],
+    ) -> Result<Mesh, RadauError> {
+        let phases = self.phases.iter().zip(&refined.phases).zip(touch_points);
+        let phases = phases.map(|((found, mesh), touch_points)| {
             let breaks = found.breaks();
             let arcs = found.arcs(&breaks);
-            with_breaks(mesh, &breaks, arcs)
+            with_breaks(mesh, &breaks, arcs, touch_points)
         });
         Ok(Mesh { phases: phases.collect::<Result<_, _>>()? })
     }
+}
+
+/// The mesh with other touch points.
+pub(crate) fn with_touch_points(
+    mesh: &Mesh,
+    touch_points: &[Vec<Touch>],
+) -> Result<Mesh, RadauError> {
+    let phases = mesh.phases.iter().zip(touch_points).map(|(mesh, touch_points)| {
+        let breaks = mesh.breaks().iter().map(|b| {
+            let at = mesh.fractions()[b.end];
+            Found { at, free: b.free, known: Some(at) }
+        });
+        with_breaks(mesh, &breaks.collect::<Vec<_>>(), mesh.arcs().to_vec(), touch_points)
+    });
+    Ok(Mesh { phases: phases.collect::<Result<_, _>>()? })
 }
 
 impl PhaseStructure<'_> {
@@ -264,9 +285,15 @@ fn phase_structure<'a>(
     found
 }
 
-/// The mesh with these breaks. Intervals that a new break leaves too short become part of their neighbours.
-fn with_breaks(mesh: &PhaseMesh, found: &[Found], arcs: Vec<PhaseArc>) -> Result<PhaseMesh, RadauError> {
-    let breaks: Vec<f64> = found.iter().map(|b| b.at).collect();
+/// The mesh with these breaks and touch points. Intervals that a new one leaves too short become part of their neighbours.
+fn with_breaks(
+    mesh: &PhaseMesh,
+    found: &[Found],
+    arcs: Vec<PhaseArc>,
+    touch_points: &[Touch],
+) -> Result<PhaseMesh, RadauError> {
+    let touches = touch_points.iter().map(|t| t.at);
+    let breaks: Vec<f64> = found.iter().map(|b| b.at).chain(touches).collect();
     let mut ends = mesh.fractions().to_vec();
     let mut points = mesh.points().to_vec();
     for &f in &breaks {
@@ -276,7 +303,9 @@ fn with_breaks(mesh: &PhaseMesh, found: &[Found], arcs: Vec<PhaseArc>) -> Result
             points.insert(k, points[k - 1]);
         }
     }
-    let old: Vec<f64> = mesh.breaks().iter().map(|b| mesh.fractions()[b.end]).collect();
+    let touches = mesh.touch_points().iter().map(|t| t.end);
+    let old: Vec<f64> =
+        mesh.breaks().iter().map(|b| b.end).chain(touches).map(|end| mesh.fractions()[end]).collect();
     let new = |f: f64| breaks.contains(&f) && !old.contains(&f);
     let mut k = 1;
     while k + 1 < ends.len() {
@@ -294,5 +323,8 @@ fn with_breaks(mesh: &PhaseMesh, found: &[Found], arcs: Vec<PhaseArc>) -> Result
     }
     let index = |f: f64| ends.partition_point(|e| *e < f);
     let at = found.iter().map(|b| Break { end: index(b.at), free: b.free }).collect();
-    Ok(PhaseMesh::new(ends, points)?.with_arcs(at, arcs)?)
+    let mut touch_points: Vec<TouchPoint> =
+        touch_points.iter().map(|t| TouchPoint { end: index(t.at), row: t.row, upper: t.upper }).collect();
+    touch_points.sort_by_key(|t| (t.end, t.row));
+    Ok(PhaseMesh::new(ends, points)?.with_arcs(at, arcs)?.with_touch_points(touch_points)?)
 }
