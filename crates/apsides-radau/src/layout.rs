@@ -105,9 +105,9 @@ impl PhaseLayout {
 
     /// Whether the bounds of a path row are left out at a node since it is beside a touch point of the row.
     pub(crate) fn is_beside_touch(&self, node: usize, row: usize) -> bool {
-        let touch_points = || self.mesh.touch_points().iter().filter(|t| t.row == row);
         let interval = self.nodes[node].interval;
-        touch_points().any(|t| t.end == interval || t.end == interval + 1) && self.touch_at(node, row).is_none()
+        let beside = |t: &TouchPoint| t.row == row && (t.end == interval || t.end == interval + 1);
+        self.mesh.touch_points().iter().any(beside) && self.touch_at(node, row).is_none()
     }
 
     /// The touch point of a path row at a node.

@@ -9,8 +9,8 @@ use apsides_nlp::{
 use apsides_ocp::{Guess, Mesh, Ocp, PhaseMesh, Scaling, Trajectory, Unmet};
 
 use crate::RadauError;
-use crate::contact::Contacts;
-use crate::error_estimate::{Estimate, estimate};
+use crate::contact::{Contacts, SolvedMesh};
+use crate::error_estimate::estimate;
 use crate::refinement::refine;
 use crate::scales::ScaleWarning;
 use crate::switches::{Structure, Switch, with_touch_points};
@@ -206,6 +206,7 @@ impl Radau {
         let mut excess = f64::INFINITY;
         let mut revisions = if self.settings.switches { MOST_REVISIONS } else { 0 };
         let mut contacts = Contacts::new(self.settings.switches);
+        let mut before_contacts: Option<(Guess, Mesh)> = None;
         let pool = pool(self.settings.threads);
         loop {
             let begin = Instant::now();
@@ -225,7 +226,8 @@ impl Radau {
             };
             let mut trajectory = nlp.trajectory(ocp, &report)?;
             let scaling = Scaling::new(ocp, &guess);
-            let Estimate { error, controls } = estimate(ocp, &scaling, &self.settings, &mut trajectory)?;
+            let estimate = estimate(ocp, &scaling, &self.settings, &mut trajectory)?;
+            let (error, controls) = (estimate.error, estimate.controls);
             meshes.push(MeshRecord {
                 intervals: mesh.phases.iter().map(PhaseMesh::intervals).sum(),
                 points: mesh.phases.iter().map(PhaseMesh::total_points).sum(),
@@ -256,7 +258,19 @@ impl Radau {
             }
             let found = Structure::of(ocp, &mut nlp, &report, &trajectory);
             let in_bounds = controls <= self.settings.mesh_tolerance;
-            let touching = contacts.step(ocp, &nlp, &report, &trajectory, &self.settings);
+            let solved = SolvedMesh {
+                ocp,
+                mesh: &mesh,
+                guess: &guess,
+                report: &report,
+                trajectory: &trajectory,
+                beside_touch: &estimate.beside_touch,
+                settings: &self.settings,
+            };
+            let touching = contacts.step(&solved, &mut nlp);
+            if touching.settled {
+                estimate.add_beside_touch(&mut trajectory);
+            }
             let switches_settled = revisions == 0 || found.is_that_of(&trajectory, in_bounds);
             let settled = switches_settled && touching.settled;
             let accurate = error <= self.settings.mesh_tolerance;
@@ -283,8 +297,15 @@ impl Radau {
             if (accurate && settled && within) || out_of_meshes || size > self.settings.max_total_points {
                 return Ok(solved.into_solution(status, None, meshes, warnings));
             }
+            if touching.has_new() && before_contacts.is_none() {
+                before_contacts = Some((Guess::earlier(&solved.trajectory), solved.plain.clone()));
+            }
             last = Some(solved);
             mesh = next;
+            // What was refined for contacts that are none is of no use.
+            if let Some(earlier) = before_contacts.take_if(|_| touching.refuted) {
+                (guess, mesh) = earlier;
+            }
         }
     }
 }

@@ -8,14 +8,16 @@
 use std::fmt;
 
 use apsides_nlp::SolveReport;
-use apsides_ocp::{Break, Course, Mesh, Ocp, Phase, PhaseArc, PhaseMesh, PhaseTrajectory, TouchPoint, Trajectory};
+use apsides_ocp::{
+    Break, Course, Mesh, Ocp, Phase, PhaseArc, PhaseMesh, PhaseTrajectory, TouchPoint, Trajectory,
+};
 
 use crate::RadauError;
 use crate::activity::{
     COLLAPSED, Class, Kind, Quantity, Solution, curvatures, pulses, quantities, runs, samples,
 };
-use crate::contact::Touch;
 use crate::change::{Change, ChangeKind, changes, settle};
+use crate::contact::Touch;
 use crate::layout::PhaseLayout;
 use crate::transcription::Transcription;
 
@@ -160,11 +162,7 @@ impl<'a> Structure<'a> {
     }
 
     /// The refined mesh with the breaks and arcs that were found, and with touch points.
-    pub(crate) fn mesh(
-        &self,
-        refined: &Mesh,
-        touch_points: &[Vec<Touch>],
-    ) -> Result<Mesh, RadauError> {
+    pub(crate) fn mesh(&self, refined: &Mesh, touch_points: &[Vec<Touch>]) -> Result<Mesh, RadauError> {
         let phases = self.phases.iter().zip(&refined.phases).zip(touch_points);
         let phases = phases.map(|((found, mesh), touch_points)| {
             let breaks = found.breaks();
@@ -176,10 +174,7 @@ impl<'a> Structure<'a> {
 }
 
 /// The mesh with other touch points.
-pub(crate) fn with_touch_points(
-    mesh: &Mesh,
-    touch_points: &[Vec<Touch>],
-) -> Result<Mesh, RadauError> {
+pub(crate) fn with_touch_points(mesh: &Mesh, touch_points: &[Vec<Touch>]) -> Result<Mesh, RadauError> {
     let phases = mesh.phases.iter().zip(touch_points).map(|(mesh, touch_points)| {
         let breaks = mesh.breaks().iter().map(|b| {
             let at = mesh.fractions()[b.end];
@@ -303,9 +298,10 @@ fn with_breaks(
             points.insert(k, points[k - 1]);
         }
     }
-    let touches = mesh.touch_points().iter().map(|t| t.end);
-    let old: Vec<f64> =
-        mesh.breaks().iter().map(|b| b.end).chain(touches).map(|end| mesh.fractions()[end]).collect();
+    // An end that a touch point has left is of no use.
+    let left_alone: Vec<f64> = mesh.touch_points().iter().map(|t| mesh.fractions()[t.end]).collect();
+    let of_breaks = mesh.breaks().iter().map(|b| mesh.fractions()[b.end]);
+    let old: Vec<f64> = of_breaks.chain(left_alone.iter().copied()).collect();
     let new = |f: f64| breaks.contains(&f) && !old.contains(&f);
     let mut k = 1;
     while k + 1 < ends.len() {
@@ -313,7 +309,7 @@ fn with_breaks(
         let beside_new =
             (new(ends[k - 1]) && left < SHORT * right) || (new(ends[k + 1]) && right < SHORT * left);
         let collapsed = old.contains(&ends[k]) && left.min(right) <= COLLAPSED;
-        if !breaks.contains(&ends[k]) && (beside_new || collapsed) {
+        if !breaks.contains(&ends[k]) && (beside_new || collapsed || left_alone.contains(&ends[k])) {
             ends.remove(k);
             let n = points.remove(k);
             points[k - 1] = points[k - 1].max(n);
@@ -324,7 +320,7 @@ fn with_breaks(
     let index = |f: f64| ends.partition_point(|e| *e < f);
     let at = found.iter().map(|b| Break { end: index(b.at), free: b.free }).collect();
     let mut touch_points: Vec<TouchPoint> =
-        touch_points.iter().map(|t| TouchPoint { end: index(t.at), row: t.row, upper: t.upper }).collect();
+        touch_points.iter().map(|t| TouchPoint { end: index(t.at), ..t.point }).collect();
     touch_points.sort_by_key(|t| (t.end, t.row));
     Ok(PhaseMesh::new(ends, points)?.with_arcs(at, arcs)?.with_touch_points(touch_points)?)
 }

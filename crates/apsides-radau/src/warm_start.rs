@@ -65,12 +65,12 @@ fn set_phase_multipliers(p: &PhaseLayout, t: &PhaseTrajectory, x: &[f64], y: &mu
     for c in t.contacts.iter().filter(|c| c.row < path_rows) {
         let fraction = t.mesh.fractions().get(c.end).copied().unwrap_or(f64::NAN);
         let distance = |i: usize| (p.nodes[i].fraction - fraction).abs();
-        // An impulse goes to the nearest touch point of its row, or to the nearest node that has the bound.
-        let touches = p.mesh.touch_points().iter().filter(|t| t.row == c.row).map(|t| p.touch_node(t));
-        let all = (0..p.nodes.len()).filter(|i| !p.is_beside_touch(*i, c.row));
-        let nearest =
-            |nodes: &mut dyn Iterator<Item = usize>| nodes.min_by(|a, b| distance(*a).total_cmp(&distance(*b)));
-        if let Some(node) = nearest(&mut touches.into_iter()).or_else(|| nearest(&mut all.into_iter())) {
+        let nearest = |nodes: &mut dyn Iterator<Item = usize>| {
+            nodes.min_by(|a, b| distance(*a).total_cmp(&distance(*b)))
+        };
+        // An impulse goes to the nearest touch point of its row, or to the nearest node.
+        let mut touches = p.mesh.touch_points().iter().filter(|t| t.row == c.row).map(|t| p.touch_node(t));
+        if let Some(node) = nearest(&mut touches).or_else(|| nearest(&mut (0..p.nodes.len()))) {
             y[p.path_row(node) + c.row] += c.multiplier;
         }
     }

@@ -55,7 +55,9 @@ pub use directory::{read_outcome_trajectory, write_outcome};
 pub use error::ReportError;
 pub use figure::{Axis, AxisScale, Figure, ReferenceLine, Series, SeriesStyle, Span};
 pub use html::render_html;
-pub use multipliers::{ConstraintMultipliers, IntegralMultipliers, Multipliers, PathMultipliers};
+pub use multipliers::{
+    ConstraintMultipliers, ContactMultiplier, IntegralMultipliers, Multipliers, PathMultipliers,
+};
 pub use reproduction::{
     COMPARISON_HEADS, comparison_columns, miss_sentence, quantity_label, write_reproduction,
 };

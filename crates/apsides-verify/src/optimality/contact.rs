@@ -122,7 +122,10 @@ impl PhaseConditions<'_> {
             });
             worst.consider(residual, settings.contact_tolerance, "-", || self.place_of(impulse));
         }
-        worst.into_check(format!("rates of the path constraints at contacts of {}", self.equations.phase.name), KIND)
+        worst.into_check(
+            format!("rates of the path constraints at contacts of {}", self.equations.phase.name),
+            KIND,
+        )
     }
 
     /// The Hamiltonian across each contact.
