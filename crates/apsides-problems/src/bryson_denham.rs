@@ -42,7 +42,7 @@ pub const CONTACT: Problem = Problem {
     optimum: Optimum {
         value: 2.24,
         unit: "-",
-        relative_tolerance: 1e-9,
+        relative_tolerance: 1e-8,
         evidence: Evidence::ClosedForm,
         source: "2 + 6 (1 - 4l)^2, l = 1/5; statement: Bryson, Denham, Dreyfus 1963",
     },

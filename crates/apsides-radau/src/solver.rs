@@ -40,7 +40,7 @@ pub struct RadauSettings {
     pub path_tolerance: f64,
     /// Whether switches of controls and path constraints between their bounds are looked for after each mesh. The next one has
     /// breaks there, whose times are unknowns, and holds along each arc what is active there, so that jumps are met
-    /// exactly; on.
+    /// exactly. So are contacts, where a path constraint without controls touches its bound in one instant; on.
     pub switches: bool,
     /// Most meshes solved; 1 switches refinement off; 20.
     pub max_meshes: usize,

@@ -37,8 +37,10 @@ fn turn(l: f64, final_speed: f64, upper: bool) -> Ocp {
 }
 
 fn solve(ocp: &Ocp, intervals: usize) -> RadauSolution {
-    let radau = Radau { settings: RadauSettings { intervals, ..RadauSettings::default() } };
-    radau.solve(ocp, &Guess::linear(ocp)).unwrap()
+    let mut settings = RadauSettings { intervals, ..RadauSettings::default() };
+    // Multipliers of the distant bounds add up in the costates.
+    settings.nlp.tolerance = 1e-10;
+    Radau { settings }.solve(ocp, &Guess::linear(ocp)).unwrap()
 }
 
 fn close(found: f64, expected: f64, tolerance: f64) {
@@ -58,7 +60,7 @@ fn a_ceiling_touched_in_the_middle() {
             let rise = 24.0 * (1.0 - 4.0 * l);
             let costate = t.costate.as_ref().unwrap();
             // A multiplier that is zero at an active bound is known to the root of the barrier parameter.
-            let tolerance = if l < 0.25 { 2e-6 * rise } else { 2e-4 };
+            let tolerance = if l < 0.25 { 1e-6 * rise } else { 2e-4 };
             close(costate.component(0.1, 0), rise, tolerance);
             close(costate.component(0.9, 0), -rise, tolerance);
             if l < 0.25 {
