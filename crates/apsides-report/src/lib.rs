@@ -59,7 +59,9 @@ pub use error::ReportError;
 pub use figure::{Axis, AxisScale, Figure, ReferenceLine, Series, SeriesStyle, Span};
 pub use footprint::{footprint_map, write_footprint};
 pub use html::render_html;
-pub use multipliers::{ConstraintMultipliers, IntegralMultipliers, Multipliers, PathMultipliers};
+pub use multipliers::{
+    ConstraintMultipliers, ContactMultiplier, IntegralMultipliers, Multipliers, PathMultipliers,
+};
 pub use reproduction::{
     COMPARISON_HEADS, comparison_columns, miss_sentence, quantity_label, write_reproduction,
 };

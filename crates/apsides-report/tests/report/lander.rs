@@ -116,6 +116,7 @@ pub(crate) fn phase(
         control: polynomial(breaks, points, controls, false, control),
         costate: Some(polynomial(breaks, points, states, true, &|t, c| (0.001 * t + c as f64).cos() * 1e-4)),
         path_multipliers: None,
+        contacts: Vec::new(),
         integral_multipliers: None,
         interval_errors: (0..points.len()).map(|k| 1e-6 * 0.2f64.powi(k as i32)).collect(),
     }
