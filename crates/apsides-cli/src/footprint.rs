@@ -55,16 +55,15 @@ pub(crate) fn footprint(a: &FootprintArguments) -> Result<Exit, Refusal> {
 }
 
 const HEAD: &str = "\
-case                                     longitude     latitude  flight time  status, verified
+case                                     longitude     latitude  flight time  status, certificate
                                                deg          deg            s
 ";
 
 fn row(case: &FootprintCase<'_>) -> String {
     let Some(p) = case.point else { return format!("{:<77}{}\n", case.name, case.status) };
-    let verified = if p.verified { "yes" } else { "no" };
     format!(
-        "{:<37}{:>13.5}{:>13.5}{:>12.3}  {}, {verified}\n",
-        case.name, p.longitude_deg, p.latitude_deg, p.flight_time_s, case.status
+        "{:<37}{:>13.5}{:>13.5}{:>12.3}  {}, {}\n",
+        case.name, p.longitude_deg, p.latitude_deg, p.flight_time_s, case.status, p.verdict
     )
 }
 

@@ -12,7 +12,7 @@ const JSON: &str = "footprint.json";
 const DATA: &str = "footprint.csv";
 const MAP: &str = "footprint.svg";
 
-const HEADS: [&str; 10] = [
+const HEADS: [&str; 11] = [
     "kind",
     "bearing_deg",
     "distance_km",
@@ -22,6 +22,7 @@ const HEADS: [&str; 10] = [
     "downrange_km",
     "crossrange_km",
     "status",
+    "verdict",
     "verified",
 ];
 
@@ -72,7 +73,7 @@ fn data(footprint: &Footprint) -> Result<Vec<u8>, ReportError> {
             p.downrange_km,
             p.crossrange_km,
         ];
-        let last = [p.status.clone(), p.verified.to_string()];
+        let last = [p.status.clone(), p.verdict.to_string(), p.verified.to_string()];
         let record = std::iter::once(p.kind.word().to_owned()).chain(numbers.map(shortest)).chain(last);
         csv.write_record(record).map_err(|e| failed(e.to_string()))?;
     }

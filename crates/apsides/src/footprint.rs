@@ -6,6 +6,7 @@
 //! that fails. All ends that were found make the outline together, in order around the centre.
 
 use apsides_ocp::Trajectory;
+use apsides_verify::Verdict;
 use serde::Serialize;
 
 use crate::missions::{Ground, Past, Reach, with_reach};
@@ -16,6 +17,9 @@ mod outline;
 
 /// Fewest bearings that surround an area.
 pub const FEWEST_BEARINGS: usize = 3;
+
+/// Accuracy of these solves between the points of the mesh: the ends are within metres, and certificates can hold.
+const MESH_TOLERANCE: f64 = 1e-8;
 
 /// A bearing whose own flight ends shorter than another one by this distance (km) was not the optimum.
 const SHORT_KM: f64 = 1e-3;
@@ -70,7 +74,9 @@ pub struct BoundaryPoint {
     pub crossrange_km: f64,
     /// `optimal`, `acceptable`, `mesh-limit`.
     pub status: String,
-    /// Whether the certificate of the flight is verified.
+    /// Of the certificate of the flight.
+    pub verdict: Verdict,
+    /// Whether the certificate is verified.
     pub verified: bool,
 }
 
@@ -187,6 +193,7 @@ pub fn footprint(
         return Err(refused(format!("{bearings} bearings; at least {FEWEST_BEARINGS} surround an area")));
     }
     let ground = (reach.ground)(&mission.values).map_err(refused)?;
+    let mission = &mission.with_mesh_tolerance_from(MESH_TOLERANCE);
     let mut fan =
         Fan { mission, reach, ground, observer, report, cases: 0, stopped: false, failures: Vec::new() };
     let track = fan.track()?;
@@ -293,6 +300,7 @@ impl<R: FnMut(&FootprintCase<'_>) -> bool> Fan<'_, R> {
             downrange_km: result("downrange_km"),
             crossrange_km: result("crossrange_km"),
             status: summary.status.clone(),
+            verdict: summary.certificate.verdict,
             verified: summary.certificate.is_verified(),
         };
         Some(Found { asked, point, solution: outcome.solved().1.clone() })
@@ -300,13 +308,17 @@ impl<R: FnMut(&FootprintCase<'_>) -> bool> Fan<'_, R> {
 
     /// As [`Self::farthest`], and tells of it; a failure is kept.
     fn case(&mut self, kind: PointKind, past: &Past, starts: &[&Trajectory]) -> Result<Option<Found>, Error> {
+        let found = self.farthest(kind, past, starts)?;
+        Ok(self.told(kind, past.bearing, found))
+    }
+
+    fn told(&mut self, kind: PointKind, bearing: f64, found: Result<Found, String>) -> Option<Found> {
         let from = match kind {
             PointKind::Extreme => "farthest along",
             PointKind::Ray => "from the centre along",
-            PointKind::Nearest => "nearest to the target along",
+            PointKind::Nearest => "nearest to the target, along",
         };
-        let name = format!("{from} {:.1} deg", past.bearing);
-        let found = self.farthest(kind, past, starts)?;
+        let name = format!("{from} {bearing:.1} deg");
         match &found {
             Ok(f) => self.tell(&name, &f.point.status, Some(&f.point)),
             Err(status) => {
@@ -316,7 +328,7 @@ impl<R: FnMut(&FootprintCase<'_>) -> bool> Fan<'_, R> {
                 self.tell(&name, status, None);
             }
         }
-        Ok(found.ok())
+        found.ok()
     }
 
     /// The farthest ends along bearings, in their order.
@@ -408,7 +420,7 @@ impl<R: FnMut(&FootprintCase<'_>) -> bool> Fan<'_, R> {
         let (mut low, mut high) = (side(extremes[(k + count - 1) % count]), side(extremes[(k + 1) % count]));
         let [bearing, right] = side(extremes[k]);
         *(if right < 0.0 { &mut low } else { &mut high }) = [bearing, right];
-        let mut nearest: Option<Found> = None;
+        let mut nearest: Option<Result<Found, String>> = None;
         for step in 0..MOST_NEAREST {
             if self.stopped || low[1] >= 0.0 || high[1] <= 0.0 {
                 break;
@@ -416,16 +428,17 @@ impl<R: FnMut(&FootprintCase<'_>) -> bool> Fan<'_, R> {
             let part = if step % 3 == 2 { 0.5 } else { -low[1] / (high[1] - low[1]) };
             let bearing = low[0] + part * (high[0] - low[0]);
             let past = Past { place: map.middle, bearing, half_width: f64::INFINITY };
-            let start = nearest.as_ref().unwrap_or(extremes[k]);
-            let Some(end) = self.case(PointKind::Nearest, &past, &[&start.solution])? else { break };
-            let right = seen(&end)[1];
-            nearest = Some(end);
+            let start = nearest.as_ref().and_then(|n| n.as_ref().ok()).unwrap_or(extremes[k]);
+            let found = self.farthest(PointKind::Nearest, &past, &[&start.solution])?;
+            let right = found.as_ref().map_or(0.0, |end| seen(end)[1]);
+            nearest = Some(found);
             if right.abs() <= OFF_NEAREST_KM {
                 break;
             }
             *(if right < 0.0 { &mut low } else { &mut high }) = [bearing, right];
         }
-        Ok(nearest)
+        let bearing = nearest.as_ref().and_then(|n| n.as_ref().ok()).map_or(bearing, |end| end.asked);
+        Ok(nearest.and_then(|found| self.told(PointKind::Nearest, bearing, found)))
     }
 
     fn finish(self, centre: Place, found: Vec<Found>, track_deg: Vec<Place>) -> Footprint {

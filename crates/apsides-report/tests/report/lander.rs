@@ -213,6 +213,7 @@ pub(crate) fn outcome() -> Outcome {
             timing_ms: Timing { build: 1.234, solve: 48.1, verify: 6.02 },
             certificate,
             warnings: Vec::new(),
+            search: None,
             switches: Vec::new(),
             sensitivity: None,
         },
