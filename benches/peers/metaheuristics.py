@@ -5,7 +5,9 @@ of the Rust ones. See README.md.
 """
 
 import argparse
+import json
 import multiprocessing
+import os
 import statistics
 import sys
 import time
@@ -110,26 +112,44 @@ class Problem:
         return (CURRENT.value(x),)
 
 
-# Name, the algorithm for so many generations, and the population for a dimension. Where a stopping test has a
-# tolerance it is off, so that the whole budget can be spent; everything else is the default of pygmo.
+# Name, the algorithm for so many generations, and the population for a dimension, which is that of the algorithm of
+# apsides beside it (except gaco, whose kernel of 63 needs more). Stopping tests with a tolerance are off, so that the
+# whole budget can be spent, but for cmaes; everything else is the default of pygmo.
 ALGORITHMS = {
-    "sga": (lambda gen, n: pygmo.sga(gen=gen), lambda n: 100),
-    "sga, SBX": (lambda gen, n: pygmo.sga(gen=gen, crossover="sbx", eta_c=15.0, param_m=20.0, m=1.0 / n), lambda n: 100),
+    "sga": (lambda gen, n: pygmo.sga(gen=gen), lambda n: 60),
+    "sga, SBX": (
+        lambda gen, n: pygmo.sga(gen=gen, crossover="sbx", eta_c=10.0, param_m=20.0, m=1.0 / n),
+        lambda n: 60,
+    ),
     "pso": (lambda gen, n: pygmo.pso(gen=gen), lambda n: 40),
     "pso_gen": (lambda gen, n: pygmo.pso_gen(gen=gen), lambda n: 40),
     "gaco": (lambda gen, n: pygmo.gaco(gen=gen), lambda n: 100),
-    "de": (lambda gen, n: pygmo.de(gen=gen, ftol=0.0, xtol=0.0), lambda n: 50),
+    "simulated_annealing": (
+        # One schedule that takes the whole budget.
+        lambda gen, n: pygmo.simulated_annealing(Ts=10.0, Tf=1e-10, n_T_adj=100, n_range_adj=10, bin_size=10),
+        lambda n: 1,
+    ),
+    "de": (lambda gen, n: pygmo.de(gen=gen, ftol=0.0, xtol=0.0), lambda n: 100),
     "sade": (lambda gen, n: pygmo.sade(gen=gen, ftol=0.0, xtol=0.0), lambda n: 100),
     "de1220": (lambda gen, n: pygmo.de1220(gen=gen, ftol=0.0, xtol=0.0), lambda n: 100),
     "cmaes": (
         lambda gen, n: pygmo.cmaes(gen=gen, ftol=1e-12, xtol=1e-12, force_bounds=True),
         lambda n: 4 + int(3 * numpy.log(n)),
     ),
-    "simulated_annealing": (
-        # One schedule that takes the whole budget.
-        lambda gen, n: pygmo.simulated_annealing(Ts=10.0, Tf=1e-10, n_T_adj=100, n_range_adj=10, bin_size=10),
-        lambda n: 1,
-    ),
+}
+# Algorithms of apsides and those of pygmo like them.
+ROWS = {
+    "GA": ("sga", "sga, SBX"),
+    "PSO": ("pso", "pso_gen"),
+    "ACO_R": ("gaco",),
+    "SA": ("simulated_annealing",),
+    "cooperation": (),
+    "DE rand/1": ("de",),
+    "jDE": ("sade",),
+    "L-SHADE": ("de1220",),
+    "CMA-ES": (),
+    "IPOP-CMA-ES": (),
+    "BIPOP-CMA-ES": ("cmaes",),
 }
 
 
@@ -159,7 +179,7 @@ def overhead(name, dimension, function_ns):
     size = size(dimension)
     times = []
     for seed in range(1, 6):
-        algorithm = pygmo.algorithm(make(20_000 // size, dimension))
+        algorithm = pygmo.algorithm(make(100_000 // size, dimension))
         algorithm.set_seed(seed)
         population = pygmo.population(pygmo.problem(pygmo.rosenbrock(dimension)), size, seed=seed)
         clock = time.process_time()
@@ -182,35 +202,113 @@ def instances(program, dimension, seeds):
     return read
 
 
-def main():
-    parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument("--algorithms", nargs="+", default=list(ALGORITHMS), choices=list(ALGORITHMS))
-    parser.add_argument("--functions", nargs="+", default=list(FUNCTIONS), choices=list(FUNCTIONS))
-    parser.add_argument("--dimensions", nargs="+", type=int, default=[10, 30])
-    parser.add_argument("--seeds", type=int, default=20)
-    parser.add_argument("--processes", type=int, default=2)
-    arguments = parser.parse_args()
-    program = built("metaheuristics")
-    print("| algorithm | function | D | success | evaluations | error |")
-    print("| --- | --- | ---: | ---: | ---: | ---: |")
+def measured(arguments, program):
+    """Success of all algorithms of pygmo, and their own time per evaluation."""
+    runs, times = [], []
+    functions = output(program, "overhead", "--algorithms", "PSO", "--json")
     with multiprocessing.Pool(arguments.processes) as pool:
         for dimension in arguments.dimensions:
             cases = instances(program, dimension, arguments.seeds)
             for name in arguments.algorithms:
-                for word in arguments.functions:
-                    which = FUNCTIONS.index(word)
+                for which, word in enumerate(FUNCTIONS):
                     jobs = [
                         (name, which, dimension, seed + 1, case, 10_000 * dimension)
                         for seed, case in enumerate(cases)
                     ]
                     results = pool.map(solve, jobs, chunksize=1)
                     reached = [evaluations for evaluations, best in results if best <= TARGET]
-                    print(
-                        f"| {name} | {word} | {dimension} | {len(reached)}/{len(results)} "
-                        f"| {statistics.median(reached) if reached else '-'} "
-                        f"| {statistics.median(best for _, best in results):.1e} |",
-                        flush=True,
+                    runs.append(
+                        {
+                            "algorithm": name,
+                            "function": word,
+                            "dimension": dimension,
+                            "runs": len(results),
+                            "successes": len(reached),
+                            "evaluations": statistics.median(reached) if reached else None,
+                            "error": statistics.median(best for _, best in results),
+                        }
                     )
+                    print(runs[-1], file=sys.stderr, flush=True)
+    for dimension in arguments.dimensions:
+        function = next((r["function"] for r in functions if r["dimension"] == dimension), 0.0)
+        for name in arguments.algorithms:
+            times.append(
+                {
+                    "algorithm": name,
+                    "dimension": dimension,
+                    "nanoseconds": overhead(name, dimension, function),
+                }
+            )
+    return {"runs": runs, "times": times}
+
+
+def table(header, rows):
+    """Prints a table of Markdown; the first column is text, the others numbers."""
+    print("| " + " | ".join(header) + " |")
+    print("| --- |" + " ---: |" * (len(header) - 1))
+    for row in rows:
+        print("| " + " | ".join(row) + " |")
+    print()
+
+
+def show(ours, peers, arguments):
+    """Success side by side, evaluations and errors, times."""
+    runs = {(r["algorithm"], r["function"], r["dimension"]): r for r in ours["runs"] + peers["runs"]}
+    times = {(r["algorithm"], r["dimension"]): r["nanoseconds"] for r in ours["times"] + peers["times"]}
+    names = [name for own, others in ROWS.items() for name in (own, *others)]
+    label = {name: f"pygmo {name}" if name in ALGORITHMS else name for name in names}
+
+    def cells(name, dimension, text):
+        found = [runs.get((name, word, dimension)) for word in FUNCTIONS]
+        return [text(r) if r else "" for r in found]
+
+    for dimension in arguments.dimensions:
+        print(f"### Success in {dimension} dimensions, of {arguments.seeds} runs\n")
+        rows = [[label[n], *cells(n, dimension, lambda r: str(r["successes"]))] for n in names]
+        table(["algorithm", *FUNCTIONS], rows)
+    for dimension in arguments.dimensions:
+        print(f"### Median evaluations to the target in {dimension} dimensions, or median error\n")
+
+        def text(r):
+            return f"{r['evaluations']:.0f}" if 2 * r["successes"] > r["runs"] else f"({r['error']:.1e})"
+
+        table(["algorithm", *FUNCTIONS], [[label[n], *cells(n, dimension, text)] for n in names])
+    print("### Own time per evaluation, ns\n")
+    header = ["algorithm", *(f"{n} variables" for n in arguments.dimensions)]
+    header += [f"pygmo: ratio, {n} variables" for n in arguments.dimensions]
+    rows = []
+    for own, others in ROWS.items():
+        row = [own, *(f"{times[own, n]:.0f}" for n in arguments.dimensions)]
+        for n in arguments.dimensions:
+            ratios = [f"{o}: {times[o, n] / times[own, n]:.1f}" for o in others if (o, n) in times]
+            row.append(", ".join(ratios))
+        rows.append(row)
+    table(header, rows)
+
+
+def main():
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("--algorithms", nargs="+", default=list(ALGORITHMS), choices=list(ALGORITHMS))
+    parser.add_argument("--dimensions", nargs="+", type=int, default=[10, 30])
+    parser.add_argument("--seeds", type=int, default=20)
+    parser.add_argument("--processes", type=int, default=2)
+    parser.add_argument("--results", help="file of pygmo's results: read if it is there, else written")
+    arguments = parser.parse_args()
+    program = built("metaheuristics")
+    if arguments.results and os.path.exists(arguments.results):
+        with open(arguments.results, encoding="utf-8") as file:
+            peers = json.load(file)
+    else:
+        peers = measured(arguments, program)
+        if arguments.results:
+            with open(arguments.results, "w", encoding="utf-8") as file:
+                json.dump(peers, file)
+    options = ["--json", "--dimensions", *arguments.dimensions]
+    ours = {
+        "runs": output(program, "runs", *options, "--seeds", arguments.seeds, "--threads", arguments.processes),
+        "times": output(program, "overhead", *options),
+    }
+    show(ours, peers, arguments)
 
 
 if __name__ == "__main__":

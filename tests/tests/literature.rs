@@ -68,6 +68,7 @@ literature! {
     rayleigh_path: LocalOptimum,
     brachistochrone_wall: Feasible,
     bryson_denham: Feasible,
+    bryson_denham_contact: LocalOptimum,
     di_bang_bang: LocalOptimum,
     moon_lander_soft: LocalOptimum,
     free_flying_robot: Feasible,

@@ -2,6 +2,7 @@
 
 use std::collections::VecDeque;
 use std::hint::black_box;
+use std::io::{Write, stdout};
 use std::sync::Mutex;
 use std::thread;
 
@@ -157,7 +158,7 @@ fn main() -> Result<(), Failure> {
     match Arguments::parse().which {
         Which::Instances { dimension, seeds } => {
             let instances: Vec<Instance> = (1..=seeds).map(|seed| instance(dimension, seed)).collect();
-            serde_json::to_writer(std::io::stdout().lock(), &instances)?;
+            serde_json::to_writer(stdout().lock(), &instances)?;
         }
         Which::Runs(arguments) => runs(&arguments)?,
         Which::Overhead { algorithms, dimensions, json } => {
@@ -168,16 +169,20 @@ fn main() -> Result<(), Failure> {
                 }
             }
             if json {
-                serde_json::to_writer(std::io::stdout().lock(), &records)?;
+                serde_json::to_writer(stdout().lock(), &records)?;
                 return Ok(());
             }
-            println!("| algorithm | D | ns per evaluation | function |");
-            println!("| --- | ---: | ---: | ---: |");
+            writeln!(stdout(), "| algorithm | D | ns per evaluation | function |")?;
+            writeln!(stdout(), "| --- | ---: | ---: | ---: |")?;
             for r in &records {
-                println!(
+                writeln!(
+                    stdout(),
                     "| {} | {} | {:.0} | {:.0} |",
-                    r.algorithm, r.dimension, r.nanoseconds, r.function
-                );
+                    r.algorithm,
+                    r.dimension,
+                    r.nanoseconds,
+                    r.function
+                )?;
             }
         }
     }
@@ -201,8 +206,8 @@ fn runs(arguments: &Runs) -> Result<(), Failure> {
         .filter(|l| arguments.functions.is_empty() || arguments.functions.iter().any(|n| n == l.name()))
         .collect();
     if !arguments.json {
-        println!("| algorithm | function | D | success | evaluations | error |");
-        println!("| --- | --- | ---: | ---: | ---: | ---: |");
+        writeln!(stdout(), "| algorithm | function | D | success | evaluations | error |")?;
+        writeln!(stdout(), "| --- | --- | ---: | ---: | ---: | ---: |")?;
     }
     let mut records = Vec::new();
     for &dimension in &arguments.dimensions {
@@ -211,17 +216,22 @@ fn runs(arguments: &Runs) -> Result<(), Failure> {
                 let record = record(&entry, landscape, dimension, arguments)?;
                 if !arguments.json {
                     let evaluations = record.evaluations.map_or_else(|| "-".into(), |e| format!("{e:.0}"));
-                    println!(
+                    writeln!(
+                        stdout(),
                         "| {} | {} | {dimension} | {}/{} | {evaluations} | {:.1e} |",
-                        record.algorithm, record.function, record.successes, record.runs, record.error
-                    );
+                        record.algorithm,
+                        record.function,
+                        record.successes,
+                        record.runs,
+                        record.error
+                    )?;
                 }
                 records.push(record);
             }
         }
     }
     if arguments.json {
-        serde_json::to_writer(std::io::stdout().lock(), &records)?;
+        serde_json::to_writer(stdout().lock(), &records)?;
     }
     Ok(())
 }

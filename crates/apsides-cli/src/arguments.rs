@@ -15,6 +15,7 @@ use clap::{Args, Parser, Subcommand};
         apsides solve lunar-perilune --out results\n  \
         apsides solve lunar-direct --set thrust_n=500 --json\n  \
         apsides sweep lunar-perilune --set perilune_altitude_km=50,25,15 --out sweep.csv\n  \
+        apsides footprint capsule-reentry --out footprint\n  \
         apsides verify results\n  \
         apsides reproduce lunar-landing --out reproduction\n\n\
         Exit status: 0 optimal and verified, 2 bad input, 3 not converged or infeasible, 4 solved but not verified."
@@ -37,8 +38,14 @@ pub(crate) enum Command {
     /// Solve a mission for every combination of values, each case started from its neighbour.
     #[command(after_help = "Examples:\n  \
         apsides sweep lunar-perilune --set perilune_altitude_km=50,25,20,15,10,5\n  \
-        apsides sweep lunar-direct --set thrust_n=400,440,480 --set isp_s=310,320 --out sweep.csv")]
+        apsides sweep lunar-direct --set thrust_n=400,440,480 --set isp_s=310,320 --out sweep.csv\n  \
+        apsides sweep capsule-reentry --set heat_rate_limit_kw_m2=inf,850,800,760 --sensitivity --figure prices.svg")]
     Sweep(SweepArguments),
+    /// Find the ends that a mission can reach at the altitude of its target, under its limits.
+    #[command(after_help = "Examples:\n  \
+        apsides footprint capsule-reentry --out footprint\n  \
+        apsides footprint capsule-reentry --set load_limit_m_s2=inf --bearings 72 --json")]
+    Footprint(FootprintArguments),
     /// List the missions, or the keys of one.
     #[command(after_help = "Examples:\n  apsides missions\n  apsides missions lunar-perilune")]
     Missions {
@@ -132,6 +139,30 @@ pub(crate) struct SweepArguments {
     /// Write the rows with all results as CSV.
     #[arg(long, value_name = "FILE")]
     pub(crate) out: Option<PathBuf>,
+    /// Say of each case what one more unit of the swept numbers is worth, in the objective's unit.
+    #[arg(long)]
+    pub(crate) sensitivity: bool,
+    /// Draw the objective over the first swept number, with strokes as steep as its prices, and the prices below.
+    #[arg(long, value_name = "FILE.svg", requires = "sensitivity")]
+    pub(crate) figure: Option<PathBuf>,
+    #[command(flatten)]
+    pub(crate) run: RunArguments,
+}
+
+/// Arguments of `footprint`.
+#[derive(Debug, Args)]
+pub(crate) struct FootprintArguments {
+    #[command(flatten)]
+    pub(crate) mission: MissionArguments,
+    /// Bearings along which ends are sought; twice as many boundary points.
+    #[arg(long, value_name = "N", default_value_t = 36, value_parser = clap::value_parser!(u32).range(3..=3600))]
+    pub(crate) bearings: u32,
+    /// Write footprint.csv, footprint.json and footprint.svg into this directory.
+    #[arg(long, value_name = "DIR")]
+    pub(crate) out: Option<PathBuf>,
+    /// Print one JSON object on stdout and nothing else.
+    #[arg(long)]
+    pub(crate) json: bool,
     #[command(flatten)]
     pub(crate) run: RunArguments,
 }

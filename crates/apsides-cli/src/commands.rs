@@ -3,11 +3,10 @@
 use std::io::Write as _;
 use std::path::Path;
 
-use apsides::sweep::{Axis, Case, cases, sweep};
-use apsides::{Mission, Outcome};
+use apsides::Mission;
 use apsides_report::{read_outcome_trajectory, write_outcome};
 
-use crate::arguments::{MissionArguments, SolveArguments, SweepArguments};
+use crate::arguments::{MissionArguments, SolveArguments};
 use crate::figures::figures;
 use crate::output::{Exit, certificate, outcome, prices, print, titles, written};
 use crate::progress::{Progress, StopFlag};
@@ -20,7 +19,7 @@ pub(crate) fn refusal(e: impl std::fmt::Display) -> Refusal {
 }
 
 impl MissionArguments {
-    fn load(&self) -> Result<Mission, Refusal> {
+    pub(crate) fn load(&self) -> Result<Mission, Refusal> {
         let mut overrides = self.set.clone();
         overrides.extend(self.method.iter().map(|m| format!("method={m}")));
         Mission::load(&self.mission, &overrides).map_err(refusal)
@@ -90,139 +89,6 @@ pub(crate) fn probe_directory(dir: &Path) -> Result<(), Refusal> {
     let probe = dir.join(format!(".apsides-{}", std::process::id()));
     std::fs::File::create(&probe).map_err(fail)?;
     std::fs::remove_file(&probe).map_err(fail)
-}
-
-pub(crate) fn run_sweep(a: &SweepArguments) -> Result<Exit, Refusal> {
-    let mut axes = a.set.iter().map(|t| Axis::parse(t)).collect::<Result<Vec<_>, _>>().map_err(refusal)?;
-    if let Some(m) = &a.method {
-        axes.push(Axis { key: "method".into(), values: vec![m.clone()] });
-    }
-    let mut cases = cases(&a.mission, &axes).map_err(refusal)?;
-    for case in &mut cases {
-        case.mission = case.mission.clone().with_threads(a.run.threads as usize).with_seed(a.run.seed);
-    }
-    let mut csv = a.out.as_deref().map(SweepFile::create).transpose()?;
-    let stop = StopFlag::install();
-    let mut progress = Progress::line(a.run.quiet, stop.clone(), cases.len() as u64);
-    let ticker = progress.clone();
-    let mut worst = Exit::Verified;
-    let mut failure = None;
-    let mut first = true;
-    print(&format!("sweep of {} cases: {}\n", cases.len(), a.mission));
-    sweep(&cases, &mut progress, |case, solved| {
-        if std::mem::take(&mut first) {
-            ticker.above(&sweep_header(&axes, solved));
-        }
-        ticker.above(&sweep_row(case, solved));
-        ticker.step();
-        worst = worse(worst, Exit::of(&solved.summary));
-        if let Some(file) = &mut csv
-            && let Err(e) = file.row(&axes, case, solved)
-        {
-            failure = Some(e);
-        }
-        failure.is_none() && !stop.is_set()
-    })
-    .map_err(refusal)?;
-    if let Some(e) = failure {
-        return Err(e);
-    }
-    if let Some(file) = csv {
-        print(&format!("written: {}\n", file.finish()?));
-    }
-    Ok(worst)
-}
-
-fn worse(a: Exit, b: Exit) -> Exit {
-    let rank = |e| match e {
-        Exit::Verified => 0,
-        Exit::NotVerified => 1,
-        Exit::NotSolved => 2,
-        Exit::BadInput => 3,
-    };
-    if rank(b) > rank(a) { b } else { a }
-}
-
-fn sweep_header(axes: &[Axis], solved: &Outcome) -> String {
-    let mut text = String::new();
-    for axis in axes {
-        text += &format!("{:>22} ", axis.key);
-    }
-    for key in solved.headline {
-        text += &format!("{key:>24} ");
-    }
-    text + "iterations  ms      status, certificate\n"
-}
-
-fn sweep_row(case: &Case, solved: &Outcome) -> String {
-    let mut text = String::new();
-    for o in &case.overrides {
-        text += &format!("{:>22} ", o.split_once('=').map_or("", |(_, v)| v));
-    }
-    let s = &solved.summary;
-    for key in solved.headline {
-        text += &format!("{:>24.8} ", s.results.get(*key).copied().unwrap_or(f64::NAN));
-    }
-    let why = solved.explanation.as_ref().map_or(String::new(), |e| format!("; {e}"));
-    text + &format!(
-        "{:>10}  {:<6.1}  {}, {}{why}\n",
-        s.counters.iterations, s.timing_ms.solve, s.status, s.certificate.verdict
-    )
-}
-
-/// A CSV file that grows next to its final place and is renamed at the end: what was there before stays until then,
-/// and what was computed is never lost.
-struct SweepFile {
-    path: std::path::PathBuf,
-    partial: std::path::PathBuf,
-    writer: csv::Writer<std::fs::File>,
-    header: bool,
-}
-
-impl SweepFile {
-    fn create(path: &Path) -> Result<Self, Refusal> {
-        if path.is_dir() {
-            return Err(format!("--out {}: is a directory; give a file", path.display()));
-        }
-        let mut name = path.as_os_str().to_owned();
-        name.push(".partial");
-        let partial = std::path::PathBuf::from(name);
-        let writer =
-            csv::Writer::from_path(&partial).map_err(|e| format!("--out {}: {e}", path.display()))?;
-        Ok(Self { path: path.into(), partial, writer, header: false })
-    }
-
-    fn row(&mut self, axes: &[Axis], case: &Case, solved: &Outcome) -> Result<(), Refusal> {
-        let s = &solved.summary;
-        let fail = |e: csv::Error| e.to_string();
-        if !std::mem::replace(&mut self.header, true) {
-            let header = axes
-                .iter()
-                .map(|a| a.key.as_str())
-                .chain(s.results.keys().map(String::as_str))
-                .chain(["status", "verdict", "iterations", "mesh_iterations", "solve_ms"]);
-            self.writer.write_record(header).map_err(fail)?;
-        }
-        let values = case.overrides.iter().map(|o| o.split_once('=').map_or("", |(_, v)| v).to_owned());
-        let results = s.results.values().map(f64::to_string);
-        let last = [
-            s.status.clone(),
-            s.certificate.verdict.to_string(),
-            s.counters.iterations.to_string(),
-            s.counters.mesh_iterations.to_string(),
-            s.timing_ms.solve.to_string(),
-        ];
-        self.writer.write_record(values.chain(results).chain(last)).map_err(fail)?;
-        self.writer.flush().map_err(refusal)
-    }
-
-    fn finish(mut self) -> Result<String, Refusal> {
-        self.writer.flush().map_err(refusal)?;
-        std::fs::rename(&self.partial, &self.path).map_err(|e| {
-            format!("--out {}: {e}; the rows are in {}", self.path.display(), self.partial.display())
-        })?;
-        Ok(self.path.display().to_string())
-    }
 }
 
 pub(crate) fn missions(name: Option<&str>) -> Result<Exit, Refusal> {

@@ -1,6 +1,8 @@
-//! Mission curves as figures of the report.
+//! Figures: mission curves of the report, prices of a sweep.
 
-use apsides::Outcome;
+use apsides::key::{name_of, unit_of};
+use apsides::sweep::{Axis as Swept, Case};
+use apsides::{ObjectiveValue, Outcome, Price};
 use apsides_report::{Axis, Figure, Series};
 
 /// The mission's own curves.
@@ -17,4 +19,89 @@ pub(crate) fn figures(outcome: &Outcome) -> Vec<Figure> {
                 })
         })
         .collect()
+}
+
+/// Length of a stroke as a part of the range of the swept number.
+const STROKE: f64 = 0.05;
+
+/// Objective and price of each case of a sweep over its first number.
+pub(crate) struct PriceCurves {
+    /// Place of the swept number among the axes, and its key.
+    swept: Option<(usize, String)>,
+    objective: Option<ObjectiveValue>,
+    lines: Vec<PriceLine>,
+}
+
+/// Cases that differ in the swept number only.
+struct PriceLine {
+    /// What else was set.
+    label: String,
+    /// Number, objective, price.
+    points: Vec<[f64; 3]>,
+    /// Objectives of cases whose number is infinite.
+    unlimited: Vec<f64>,
+}
+
+impl PriceCurves {
+    pub(crate) fn new(axes: &[Swept]) -> Self {
+        let is_number = |a: &Swept| a.values.iter().all(|v| v.parse::<f64>().is_ok());
+        let swept = axes.iter().enumerate().find(|(_, a)| is_number(a)).map(|(k, a)| (k, a.key.clone()));
+        Self { swept, objective: None, lines: Vec::new() }
+    }
+
+    pub(crate) fn add(&mut self, case: &Case, solved: &Outcome, prices: &[Option<Price>]) {
+        let Some((place, _)) = self.swept else { return };
+        let number = case.overrides.get(place).and_then(|o| o.split_once('=')?.1.parse::<f64>().ok());
+        let Some(number) = number.filter(|_| solved.status.is_success()) else { return };
+        let others = case.overrides.iter().enumerate().filter(|(k, _)| *k != place).map(|(_, o)| o.as_str());
+        let label = others.collect::<Vec<_>>().join(", ");
+        let k = self.lines.iter().position(|l| l.label == label).unwrap_or_else(|| {
+            self.lines.push(PriceLine { label, points: Vec::new(), unlimited: Vec::new() });
+            self.lines.len() - 1
+        });
+        let objective = &solved.summary.objective;
+        if number.is_finite() {
+            let price = prices.get(place).and_then(Option::as_ref).map_or(f64::NAN, |p| p.objective);
+            self.lines[k].points.push([number, objective.value, price]);
+            self.lines[k].points.sort_by(|a, b| a[0].total_cmp(&b[0]));
+        } else {
+            self.lines[k].unlimited.push(objective.value);
+        }
+        self.objective = Some(objective.clone());
+    }
+
+    /// The objective with strokes as steep as the prices, and the prices.
+    pub(crate) fn figures(&self) -> Vec<Figure> {
+        let (Some((_, key)), Some(objective)) = (&self.swept, &self.objective) else { return Vec::new() };
+        let (name, unit) = (name_of(key).replace('_', " "), unit_of(key));
+        let x = || Axis::new(name.clone(), unit);
+        let what = objective.name.replace('_', " ");
+        let mut values =
+            Figure::new(format!("{what} over {name}"), x(), Axis::new(what.clone(), objective.unit.clone()));
+        let per =
+            if unit.is_empty() { objective.unit.clone() } else { format!("{} per {unit}", objective.unit) };
+        let mut prices = Figure::new(format!("price of {name}"), x(), Axis::new("price", per).including(0.0));
+        let numbers = || self.lines.iter().flat_map(|l| l.points.iter().map(|p| p[0]));
+        let range = numbers().fold(f64::NEG_INFINITY, f64::max) - numbers().fold(f64::INFINITY, f64::min);
+        let half = if range > 0.0 { 0.5 * STROKE * range } else { 0.0 };
+        for (k, line) in self.lines.iter().enumerate() {
+            let of = |c: usize| line.points.iter().map(|p| [p[0], p[c]]).collect::<Vec<_>>();
+            values = values.with(Series::dots(line.label.clone(), of(1)).colored(k));
+            for [number, objective, price] in line.points.iter().filter(|p| p[2].is_finite()) {
+                let end = |side: f64| [number + side * half, objective + side * half * price];
+                values = values.with(Series::line("", vec![end(-1.0), end(1.0)]).colored(k));
+            }
+            for objective in &line.unlimited {
+                values = values.horizontal("unlimited", *objective);
+            }
+            prices = prices.with(Series::line(line.label.clone(), of(2)).colored(k));
+            prices = prices.with(Series::dots("", of(2)).colored(k));
+        }
+        vec![values, prices]
+    }
+
+    /// What else was set, with its colour.
+    pub(crate) fn legend(&self) -> String {
+        self.figures().first().map_or(String::new(), Figure::legend)
+    }
 }

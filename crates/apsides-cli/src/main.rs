@@ -3,9 +3,11 @@
 mod arguments;
 mod commands;
 mod figures;
+mod footprint;
 mod output;
 mod progress;
 mod reproduce;
+mod sweep;
 
 use std::process::ExitCode;
 
@@ -17,7 +19,8 @@ use output::Exit;
 fn main() -> ExitCode {
     let result = match Arguments::parse().command {
         Command::Solve(a) => commands::solve(&a),
-        Command::Sweep(a) => commands::run_sweep(&a),
+        Command::Sweep(a) => sweep::run_sweep(&a),
+        Command::Footprint(a) => footprint::footprint(&a),
         Command::Missions { name } => commands::missions(name.as_deref()),
         Command::Check(a) => commands::check(&a),
         Command::Reproduce(a) => reproduce::reproduce(&a),

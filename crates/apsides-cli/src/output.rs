@@ -126,7 +126,7 @@ pub(crate) fn prices(o: &Outcome) -> String {
 }
 
 /// A change with its sign and four significant digits.
-fn significant(v: f64) -> String {
+pub(crate) fn significant(v: f64) -> String {
     match v.abs() {
         size if size >= 1e6 || (size < 1e-4 && size > 0.0) => format!("{v:+.3e}"),
         size if size > 0.0 => {

@@ -208,17 +208,94 @@ fn sweep_writes_a_row_per_case() {
 }
 
 #[test]
+fn sweep_gives_prices_and_draws_them() {
+    let dir = tempfile::tempdir().unwrap();
+    let (csv, svg) = (dir.path().join("sweep.csv"), dir.path().join("prices.svg"));
+    let thrusts = ["sweep", "lunar-perilune", "--set", "thrust_n=430,440,450"];
+    let files = ["--sensitivity", "--out", &path(&csv), "--figure", &path(&svg)];
+    let o = apsides(&[&thrusts[..], &files[..]].concat());
+    assert_eq!(o.status.code(), Some(0), "{}", stderr(&o));
+    assert!(stdout(&o).contains("price_thrust_n"), "{}", stdout(&o));
+    let text = std::fs::read_to_string(&csv).unwrap();
+    let rows: Vec<Vec<&str>> = text.lines().map(|l| l.split(',').collect()).collect();
+    let column = |name| rows[0].iter().position(|h| *h == name).unwrap();
+    let number = |row: usize, name| rows[row][column(name)].parse::<f64>().unwrap();
+    // Simpson's rule over the prices is the difference of the times.
+    let price = |row| number(row, "price_thrust_n");
+    let sum = 20.0 * (price(1) + 4.0 * price(2) + price(3)) / 6.0;
+    let difference = number(3, "flight_time_s") - number(1, "flight_time_s");
+    assert!((sum - difference).abs() < 1e-4 * difference.abs(), "{sum} {difference}");
+    let drawn = std::fs::read_to_string(&svg).unwrap();
+    assert!(drawn.contains("price (s per N)") && drawn.contains("flight time (s)"));
+    assert_eq!(drawn.matches("<svg").count(), drawn.matches("</svg>").count());
+    assert_eq!(drawn.matches("<svg").count(), 3);
+
+    // A limit that is infinite has no price, and a word has none.
+    let limits = ["sweep", "lunar-vertical", "--set", "throttle=full", "--sensitivity"];
+    let o = apsides(&limits);
+    assert_eq!(o.status.code(), Some(2));
+    assert!(stderr(&o).contains("no swept key has a price"), "{}", stderr(&o));
+    for figure in [path(dir.path()), path(&dir.path().join("none").join("f.svg"))] {
+        let o = apsides(&[&thrusts[..], &["--sensitivity", "--figure", &figure]].concat());
+        assert_eq!(o.status.code(), Some(2));
+        assert!(o.stdout.is_empty() && stderr(&o).contains(&figure), "{}", stderr(&o));
+    }
+    assert_eq!(apsides(&[&thrusts[..], &["--figure", &path(&svg)]].concat()).status.code(), Some(2));
+}
+
+#[test]
+fn a_footprint_is_written_with_a_map() {
+    let dir = tempfile::tempdir().unwrap();
+    let out = dir.path().join("footprint");
+    let mut arguments = vec!["footprint", "capsule-reentry", "--bearings", "6", "--quiet"];
+    for limit in ["dynamic_pressure_limit_kpa=inf", "load_limit_m_s2=inf", "heat_rate_limit_kw_m2=inf"] {
+        arguments.extend(["--set", limit]);
+    }
+    let out = path(&out);
+    let o = apsides(&[&arguments[..], &["--out", &out]].concat());
+    assert!(matches!(o.status.code(), Some(0 | 4)), "{}{}", stdout(&o), stderr(&o));
+    let text = stdout(&o);
+    for part in
+        ["from the centre along 300.0 deg", "along the entry course", "target                  inside, "]
+    {
+        assert!(text.contains(part), "{part}: {text}");
+    }
+    let read = |name: &str| std::fs::read_to_string(Path::new(&out).join(name)).unwrap();
+    let v: serde_json::Value = serde_json::from_str(&read("footprint.json")).unwrap();
+    let points = v["points"].as_array().unwrap().len();
+    assert_eq!(points, 13);
+    let csv = read("footprint.csv");
+    assert!(csv.starts_with("kind,bearing_deg,distance_km,longitude_deg,latitude_deg,flight_time_s,"));
+    assert_eq!(csv.lines().count(), 1 + points);
+    assert_eq!(v["complete"], true);
+    assert_eq!(o.status.code() == Some(0), v["verified"] == points);
+    assert!(read("footprint.svg").contains("longitude (deg)"));
+
+    let o = apsides(&["footprint", "lunar-direct", "--out", &path(&dir.path().join("none"))]);
+    assert_eq!(o.status.code(), Some(2));
+    assert!(stderr(&o).contains("missions with one: `capsule-reentry`"), "{}", stderr(&o));
+    assert!(!dir.path().join("none").exists());
+    assert_eq!(apsides(&["footprint", "capsule-reentry", "--bearings", "2"]).status.code(), Some(2));
+}
+
+#[test]
 fn missions_and_check_print_what_there_is() {
     let o = apsides(&["missions"]);
     assert_eq!(o.status.code(), Some(0));
-    assert_eq!(stdout(&o).lines().count(), 15);
+    assert_eq!(stdout(&o).lines().count(), 17);
     assert!(stdout(&o).contains("lunar-vertical"));
     let keys = stdout(&apsides(&["missions", "lunar-two-phase"]));
     assert!(keys.contains("gate_altitude_km") && keys.contains("radau.points"), "{keys}");
     let o = apsides(&["check", "lunar-direct", "--set", "thrust_n=500"]);
     assert_eq!(o.status.code(), Some(0));
     assert!(stdout(&o).contains("thrust_n = 500.0"));
-    for help in [vec!["--help"], vec!["solve", "--help"], vec!["sweep", "--help"], vec!["verify", "--help"]] {
+    for help in [
+        vec!["--help"],
+        vec!["solve", "--help"],
+        vec!["sweep", "--help"],
+        vec!["footprint", "--help"],
+        vec!["verify", "--help"],
+    ] {
         let o = apsides(&help);
         assert!(o.status.success() && stdout(&o).contains("Example"), "{help:?}");
     }
@@ -260,4 +337,58 @@ fn the_same_mission_gives_the_same_bytes() {
         v.to_string()
     };
     assert_eq!(run("1"), run("2"));
+}
+
+/// A search that is killed goes on from its file to what it would have found.
+#[test]
+fn a_killed_search_resumes_to_the_same_end() {
+    let dir = tempfile::tempdir().unwrap();
+    let file = path(&dir.path().join("search.json"));
+    let arguments = [
+        "solve",
+        "capsule-reentry",
+        "--method",
+        "two-layer",
+        "--json",
+        "--quiet",
+        "--seed",
+        "7",
+        "--set",
+        "search.evaluations=20000",
+        "--set",
+        "radau.max_meshes=1",
+        "--set",
+        "margins=false",
+    ];
+    let resumable: Vec<&str> = arguments.iter().copied().chain(["--checkpoint", &file]).collect();
+    let mut killed = Command::new(env!("CARGO_BIN_EXE_apsides"))
+        .args(&resumable)
+        .stdout(std::process::Stdio::null())
+        .spawn()
+        .unwrap();
+    let begin = std::time::Instant::now();
+    while !Path::new(&file).exists() && begin.elapsed().as_secs() < 120 {
+        std::thread::sleep(std::time::Duration::from_millis(5));
+    }
+    killed.kill().unwrap();
+    killed.wait().unwrap();
+    let text = std::fs::read_to_string(&file).unwrap();
+    let state: serde_json::Value = serde_json::from_str(&text).unwrap();
+    let done = state["run"]["evaluations"].as_u64().unwrap();
+    assert!(done > 0 && done < 20_000, "killed after {done} flights");
+    let found = |o: &Output| {
+        let v: serde_json::Value = serde_json::from_slice(&o.stdout).unwrap();
+        let search = v["search"].clone();
+        let of_search =
+            ["evaluations", "generations", "objective", "miss_km", "history"].map(|k| search[k].clone());
+        (of_search, v["objective"].clone(), v["results"].clone(), v["counters"].clone())
+    };
+    let resumed = apsides(&resumable);
+    let whole = apsides(&arguments);
+    assert_eq!(found(&resumed), found(&whole), "{}", stderr(&resumed));
+    // With another seed the file is refused.
+    let other: Vec<&str> = resumable.iter().map(|a| if *a == "7" { "8" } else { a }).collect();
+    let o = apsides(&other);
+    assert_eq!(o.status.code(), Some(2));
+    assert!(stderr(&o).contains("belongs to a mission with other values or another seed"), "{}", stderr(&o));
 }

@@ -146,6 +146,7 @@ pub(crate) fn trajectory(
         control: PiecewisePolynomial::new(system.controls, breaks, control)?,
         costate: None,
         path_multipliers: None,
+        contacts: Vec::new(),
         integral_multipliers: None,
         interval_errors,
     })

@@ -73,8 +73,8 @@ pub enum DifferentialBounds {
 /// Settings of differential evolution.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct DifferentialEvolutionSettings {
-    /// Members of the population, at least 4. Default `None`: 18 for each coordinate with L-SHADE, 100 with jDE,
-    /// 5 for each coordinate, 50 at least and 100 at most, with fixed factors.
+    /// Members of the population, at least 4. Default `None`: 18 for each coordinate with L-SHADE, else 100, as in the comparisons
+    /// of Brest et al.
     pub population: Option<usize>,
     /// Default current to p-best with a part of 0.11, as in L-SHADE.
     pub mutation: DifferentialMutation,
@@ -139,8 +139,7 @@ impl DifferentialEvolutionSettings {
 
     fn members(&self, dimension: usize) -> usize {
         self.population.unwrap_or(match self.adaptation {
-            DifferentialAdaptation::Fixed { .. } => (5 * dimension).clamp(50, 100),
-            DifferentialAdaptation::SelfAdaptive => 100,
+            DifferentialAdaptation::Fixed { .. } | DifferentialAdaptation::SelfAdaptive => 100,
             DifferentialAdaptation::SuccessHistory { .. } => (18 * dimension).max(LEAST),
         })
     }
@@ -148,9 +147,6 @@ impl DifferentialEvolutionSettings {
 
 /// Three other members are needed for each.
 const LEAST: usize = 4;
-/// Extent as a part of the box below which the population has come to rest, and generations between looks at it.
-const REST: f64 = 1e-15;
-const LOOK: usize = 32;
 
 /// Differential evolution.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -160,9 +156,10 @@ pub struct DifferentialEvolution {
     generator: Generator,
     budget: usize,
     evaluations: usize,
-    generations: usize,
     /// Members of the first generation.
     initial: usize,
+    /// The points of the first generation, until they are asked for.
+    first: Points,
     population: Population,
     control: Control,
     /// Replaced members, and how many there may be.
@@ -171,7 +168,6 @@ pub struct DifferentialEvolution {
     /// Indices of members, the best `leaders` first.
     ranked: Vec<usize>,
     best: Option<Candidate>,
-    at_rest: bool,
 }
 
 impl DifferentialEvolution {
@@ -185,32 +181,30 @@ impl DifferentialEvolution {
         let initial = settings.members(dimension);
         require_population("differential evolution", initial, LEAST)?;
         let mut generator = Generator::new(task.seed);
-        let mut population = Population::new(dimension);
-        population.points = task.first_points(initial, &mut generator);
+        let first = task.first_points(initial, &mut generator);
         let mut new = Self {
             settings: settings.clone(),
             space: task.space.clone(),
             generator,
             budget: task.budget,
             evaluations: 0,
-            generations: 0,
             initial,
-            population,
+            first,
+            population: Population::new(dimension),
             control: Control::new(settings.adaptation, initial),
             archive: Points::new(dimension),
             capacity: 0,
             ranked: (0..initial).collect(),
             best: None,
-            at_rest: false,
         };
-        new.capacity = new.archive_capacity();
+        new.capacity = new.archive_capacity(initial);
         Ok(new)
     }
 
-    fn archive_capacity(&self) -> usize {
+    fn archive_capacity(&self, members: usize) -> usize {
         match self.settings.adaptation {
             DifferentialAdaptation::SuccessHistory { archive, .. } => {
-                (archive * self.population.points.len() as f64).round() as usize
+                (archive * members as f64).round() as usize
             }
             _ if matches!(self.settings.mutation, DifferentialMutation::CurrentToPBest { .. }) => {
                 self.initial
@@ -329,7 +323,7 @@ impl DifferentialEvolution {
         if self.ranked.len() != self.population.len() {
             self.ranked.clear();
             self.ranked.extend(0..self.population.len());
-            self.capacity = self.archive_capacity();
+            self.capacity = self.archive_capacity(self.population.len());
             while self.archive.len() > self.capacity {
                 let dropped = self.generator.index(self.archive.len());
                 self.archive.swap_remove(dropped);
@@ -341,8 +335,8 @@ impl DifferentialEvolution {
 impl Algorithm for DifferentialEvolution {
     fn ask(&mut self, points: &mut Points) {
         points.clear();
-        if self.generations == 0 {
-            points.extend(&self.population.points);
+        if self.population.is_empty() {
+            points.extend(&self.first);
             return;
         }
         self.control.begin();
@@ -355,10 +349,9 @@ impl Algorithm for DifferentialEvolution {
 
     fn tell(&mut self, points: &Points, evaluations: &[Evaluation]) {
         self.evaluations += evaluations.len();
-        self.generations += 1;
-        if self.generations == 1 {
-            self.population.evaluations.extend_from_slice(evaluations);
+        if self.population.is_empty() {
             for (x, evaluation) in points.rows().zip(evaluations) {
+                self.population.push(x, *evaluation);
                 Candidate::improve(&mut self.best, x, evaluation);
             }
             return;
@@ -378,9 +371,6 @@ impl Algorithm for DifferentialEvolution {
         }
         self.control.learn();
         self.shrink();
-        if self.generations.is_multiple_of(LOOK) {
-            self.at_rest = self.population.points.spread(&self.space) < REST;
-        }
     }
 
     fn best(&self) -> Option<&Candidate> {
@@ -396,14 +386,110 @@ impl Algorithm for DifferentialEvolution {
             Candidate::improve(&mut self.best, x, evaluation);
         }
         self.population.replace_worst(migrants, |_, _| {});
-        self.at_rest = false;
     }
 
     fn spread(&self) -> f64 {
-        self.population.points.spread(&self.space)
+        let told = !self.population.is_empty();
+        if told { self.population.points.spread(&self.space) } else { self.first.spread(&self.space) }
     }
 
     fn converged(&self) -> Option<Convergence> {
-        self.at_rest.then_some(Convergence::Spread)
+        // Differences of equal points are 0; those in the archive differ still.
+        (!self.population.is_empty()
+            && self.archive.is_empty()
+            && self.population.points.coincide(&self.space))
+        .then_some(Convergence::Spread)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn sphere(points: &Points) -> Vec<Evaluation> {
+        points.rows().map(|x| Evaluation::new(x.iter().map(|x| x * x).sum())).collect()
+    }
+
+    fn run(settings: &DifferentialEvolutionSettings, budget: usize) -> DifferentialEvolution {
+        let space = SearchSpace::cube(5, -5.0, 5.0).expect("a box");
+        let task = Task { space: &space, start: &Points::new(5), seed: 3, budget };
+        let mut de = DifferentialEvolution::new(settings, &task).expect("a population");
+        let mut points = Points::new(5);
+        while de.evaluations < budget {
+            de.ask(&mut points);
+            let results = sphere(&points);
+            de.tell(&points, &results);
+        }
+        de
+    }
+
+    #[test]
+    fn the_population_of_l_shade_shrinks_linearly() {
+        // 90 members at first and 4 at the end; half way 47.
+        let half = run(&DifferentialEvolutionSettings::default(), 4000);
+        assert_eq!(half.population.len(), LEAST);
+        assert!(half.archive.len() <= (2.6 * LEAST as f64).round() as usize);
+        let space = SearchSpace::cube(5, -5.0, 5.0).expect("a box");
+        let task = Task { space: &space, start: &Points::new(5), seed: 3, budget: 4000 };
+        let mut de =
+            DifferentialEvolution::new(&DifferentialEvolutionSettings::default(), &task).expect("one");
+        let mut points = Points::new(5);
+        while de.evaluations < 2000 {
+            de.ask(&mut points);
+            let results = sphere(&points);
+            de.tell(&points, &results);
+        }
+        let size = (90.0 - 86.0 * de.evaluations as f64 / 4000.0).round() as usize;
+        assert_eq!(de.population.len(), size);
+    }
+
+    #[test]
+    fn members_only_get_better() {
+        for settings in [
+            DifferentialEvolutionSettings::classic(),
+            DifferentialEvolutionSettings::self_adaptive(),
+            DifferentialEvolutionSettings {
+                mutation: DifferentialMutation::Best,
+                ..DifferentialEvolutionSettings::classic()
+            },
+        ] {
+            let (early, late) = (run(&settings, 500), run(&settings, 5000));
+            for (a, b) in early.population.evaluations.iter().zip(&late.population.evaluations) {
+                assert!(b.order(a) != std::cmp::Ordering::Greater);
+            }
+        }
+    }
+
+    #[test]
+    fn coordinates_outside_come_back_half_way_or_mirrored() {
+        let space = SearchSpace::cube(1, 0.0, 1.0).expect("a box");
+        for bounds in [DifferentialBounds::Midpoint, DifferentialBounds::Reflection] {
+            // Members at 0.1 and 0.9 alone: 0.9 + 0.8 F and 0.1 - 0.8 F lie outside with F = 1.
+            let mut start = Points::new(1);
+            [0.1, 0.1, 0.9, 0.9].iter().for_each(|x| start.push(&[*x]));
+            let task = Task { space: &space, start: &start, seed: 1, budget: 100 };
+            let settings = DifferentialEvolutionSettings {
+                population: Some(4),
+                adaptation: DifferentialAdaptation::Fixed { factor: 1.0, crossover: 1.0 },
+                mutation: DifferentialMutation::Rand,
+                bounds,
+            };
+            let mut de = DifferentialEvolution::new(&settings, &task).expect("a population");
+            let mut points = Points::new(1);
+            de.ask(&mut points);
+            de.tell(&points, &[Evaluation::new(1.0); 4]);
+            let mut seen = std::collections::BTreeSet::new();
+            for _ in 0..50 {
+                de.ask(&mut points);
+                seen.extend(points.values().iter().map(|x| (x * 1e6).round() as i64));
+                de.tell(&points, &[Evaluation::new(2.0); 4]);
+            }
+            let expected: &[i64] = match bounds {
+                DifferentialBounds::Midpoint => &[50_000, 100_000, 450_000, 550_000, 900_000, 950_000],
+                DifferentialBounds::Reflection => &[100_000, 300_000, 700_000, 900_000],
+            };
+            assert!(seen.iter().all(|x| expected.contains(x)), "{bounds:?}: {seen:?}");
+            assert!(seen.len() > 2, "{bounds:?}: {seen:?}");
+        }
     }
 }

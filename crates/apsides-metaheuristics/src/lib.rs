@@ -50,6 +50,8 @@
 //! | `particle_swarm` | [`ParticleSwarm`]: inertia or constriction, ring or all |
 //! | `ant_colony` | [`AntColony`]: ACO_R |
 //! | `annealing` | [`Annealing`]: steps that adapt in each coordinate |
+//! | `differential_evolution` | [`DifferentialEvolution`]: classic, jDE, L-SHADE |
+//! | `cma_es` | [`CmaEs`]: active update, restarts with growing and small populations |
 //! | `cooperation` | [`Cooperation`] of swarm, colony and genetic algorithm, with its six steps |
 //! | `islands` | [`Islands`]: any algorithms side by side, with migration |
 //! | `generator` | [`Generator`] of random numbers, Latin hypercubes |
@@ -59,15 +61,19 @@
 //! * M. Alami Naeini, J. Roshanian, Modares Mechanical Engineering 14(13), 2014: the cooperation.
 //! * E. Alba, M. Tomassini, IEEE Transactions on Evolutionary Computation 6, 2002, [10.1109/TEVC.2002.800880](https://doi.org/10.1109/TEVC.2002.800880): islands.
 //! * D. Blackman, S. Vigna, ACM Transactions on Mathematical Software 47, 2021, [10.1145/3460772](https://doi.org/10.1145/3460772): xoshiro256++.
+//! * J. Brest, S. Greiner, B. Boskovic, M. Mernik, V. Zumer, IEEE Transactions on Evolutionary Computation 10, 2006, [10.1109/TEVC.2006.872133](https://doi.org/10.1109/TEVC.2006.872133): jDE.
 //! * M. Clerc, J. Kennedy, IEEE Transactions on Evolutionary Computation 6, 2002, [10.1109/4235.985692](https://doi.org/10.1109/4235.985692): constriction.
 //! * A. Corana, M. Marchesi, C. Martini, S. Ridella, ACM Transactions on Mathematical Software 13, 1987, [10.1145/29380.29864](https://doi.org/10.1145/29380.29864): annealing.
 //! * K. Deb, R. B. Agrawal, Complex Systems 9, 1995, 115-148: simulated binary crossover.
 //! * K. Deb, M. Goyal, Computer Science and Informatics 26(4), 1996, 30-45: polynomial mutation.
 //! * K. Deb, Computer Methods in Applied Mechanics and Engineering 186, 2000, [10.1016/S0045-7825(99)00389-8](https://doi.org/10.1016/S0045-7825(99)00389-8): feasibility rules.
+//! * N. Hansen, The CMA Evolution Strategy: A Tutorial, 2016, [arXiv 1604.00772](https://arxiv.org/abs/1604.00772): CMA-ES.
 //! * J. Kennedy, R. Eberhart, Proceedings of ICNN, 1995, [10.1109/ICNN.1995.488968](https://doi.org/10.1109/ICNN.1995.488968): particle swarm.
 //! * M. D. McKay, R. J. Beckman, W. J. Conover, Technometrics 21, 1979, [10.2307/1268522](https://doi.org/10.2307/1268522): Latin hypercubes.
 //! * Y. Shi, R. Eberhart, Proceedings of ICEC, 1998, [10.1109/ICEC.1998.699146](https://doi.org/10.1109/ICEC.1998.699146): inertia.
+
 //! * K. Socha, M. Dorigo, European Journal of Operational Research 185, 2008, [10.1016/j.ejor.2006.06.046](https://doi.org/10.1016/j.ejor.2006.06.046): ACO_R.
+//! * R. Tanabe, A. Fukunaga, Proceedings of CEC, 2014, [10.1109/CEC.2014.6900380](https://doi.org/10.1109/CEC.2014.6900380): L-SHADE.
 
 mod algorithm;
 mod annealing;

@@ -37,6 +37,20 @@ pub struct Break {
     pub free: bool,
 }
 
+/// An inner interval end at which a path constraint row without controls touches its bound, in this instant alone.
+///
+/// The multiplier of the row is an impulse there, so that costates jump. A method may hold the row at the bound at this end, and
+/// leave its bounds out elsewhere in the two intervals beside it.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct TouchPoint {
+    /// Index of the end among [`PhaseMesh::fractions`].
+    pub end: usize,
+    /// Index of the path constraint row, in the phase's order.
+    pub row: usize,
+    /// Whether the upper bound is touched, else the lower one.
+    pub upper: bool,
+}
+
 /// What is known of one arc of a phase.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct PhaseArc {
@@ -56,6 +70,7 @@ pub struct PhaseMesh {
     points: Vec<usize>,
     breaks: Vec<Break>,
     arcs: Vec<PhaseArc>,
+    touch_points: Vec<TouchPoint>,
 }
 
 impl PhaseMesh {
@@ -84,7 +99,8 @@ impl PhaseMesh {
         if !ends || fractions.iter().any(|f| f.is_nan()) || fractions.windows(2).any(|w| w[0] >= w[1]) {
             return fail("the interval ends must increase from 0 to 1");
         }
-        Ok(Self { fractions, points, breaks: Vec::new(), arcs: vec![PhaseArc::default()] })
+        let arcs = vec![PhaseArc::default()];
+        Ok(Self { fractions, points, breaks: Vec::new(), arcs, touch_points: Vec::new() })
     }
 
     /// The same intervals with breaks at the listed interval ends (1 to `intervals - 1`, increasing) and one arc more than
@@ -102,10 +118,37 @@ impl PhaseMesh {
         Ok(Self { breaks, arcs, ..self })
     }
 
-    /// The same intervals without breaks.
+    /// The same intervals with touch points at the listed interval ends (1 to `intervals - 1`), in increasing order of ends, then
+    /// of rows.
+    ///
+    /// # Errors
+    /// [`OcpError::Mesh`] when one is at no inner interval end, or they do not increase.
+    pub fn with_touch_points(self, touch_points: Vec<TouchPoint>) -> Result<Self, OcpError> {
+        let inner = touch_points.iter().all(|t| (1..self.intervals()).contains(&t.end));
+        if !inner || touch_points.windows(2).any(|w| (w[0].end, w[0].row) >= (w[1].end, w[1].row)) {
+            let reason = "touch points must be inner interval ends in increasing order".into();
+            return Err(OcpError::Mesh { place: "a phase".into(), reason });
+        }
+        Ok(Self { touch_points, ..self })
+    }
+
+    /// The same mesh with an interval end elsewhere between its neighbours.
+    ///
+    /// # Errors
+    /// [`OcpError::Mesh`] when the ends would not increase from 0 to 1.
+    pub fn with_end_at(&self, end: usize, fraction: f64) -> Result<Self, OcpError> {
+        let mut fractions = self.fractions.clone();
+        if let Some(f) = fractions.get_mut(end) {
+            *f = fraction;
+        }
+        let checked = Self::new(fractions, self.points.clone())?;
+        Ok(Self { fractions: checked.fractions, ..self.clone() })
+    }
+
+    /// The same intervals without breaks and touch points.
     #[must_use]
     pub fn without_arcs(self) -> Self {
-        Self { breaks: Vec::new(), arcs: vec![PhaseArc::default()], ..self }
+        Self { breaks: Vec::new(), arcs: vec![PhaseArc::default()], touch_points: Vec::new(), ..self }
     }
 
     /// Interval ends that divide the phase into arcs.
@@ -127,10 +170,16 @@ impl PhaseMesh {
         start..self.breaks.get(arc).map_or(self.intervals(), |b| b.end)
     }
 
-    /// Whether there is more than one arc, or something is known of the only one.
+    /// Where path constraint rows touch their bounds.
+    #[must_use]
+    pub fn touch_points(&self) -> &[TouchPoint] {
+        &self.touch_points
+    }
+
+    /// Whether there is more than one arc, or something is known of the only one, or a touch point.
     #[must_use]
     pub fn has_arcs(&self) -> bool {
-        !self.breaks.is_empty() || self.arcs[0] != PhaseArc::default()
+        !self.breaks.is_empty() || self.arcs[0] != PhaseArc::default() || !self.touch_points.is_empty()
     }
 
     /// Interval ends from 0 to 1.

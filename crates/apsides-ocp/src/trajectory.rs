@@ -2,6 +2,22 @@
 
 use crate::{Ocp, PhaseMesh, PiecewisePolynomial};
 
+/// An instant at which a path constraint row without controls touches its bound: the costates jump there,
+/// `lambda(t-) = lambda(t+) + multiplier * dg/dx`.
+///
+/// A. E. Bryson, W. F. Denham, S. E. Dreyfus, AIAA Journal 1 (1963) 2544, doi 10.2514/3.2107; R. F. Hartl, S. P. Sethi,
+/// R. G. Vickson, SIAM Review 37 (1995) 181, doi 10.1137/1037043.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Contact {
+    /// When: index of an inner end among the breaks of the control polynomial.
+    pub end: usize,
+    /// Index of the path constraint row, in the phase's order.
+    pub row: usize,
+    /// Multiplier of the minimised objective, not negative at an upper bound, not positive at a lower one, in objective unit
+    /// per unit of the row.
+    pub multiplier: f64,
+}
+
 /// One phase of a solution. The polynomials live on the mesh of the phase.
 #[derive(Clone, Debug)]
 pub struct PhaseTrajectory {
@@ -19,8 +35,10 @@ pub struct PhaseTrajectory {
     pub control: PiecewisePolynomial,
     /// Costates `dJ/dx` of the minimised objective (a maximised one is negated), in objective unit per state unit.
     pub costate: Option<PiecewisePolynomial>,
-    /// Multipliers of the path constraint rows per unit time, at the nodes of the control.
+    /// Multipliers of the path constraint rows per unit time, at the nodes of the control; without those of the contacts.
     pub path_multipliers: Option<PiecewisePolynomial>,
+    /// Where path constraint rows touch their bounds, in order of time.
+    pub contacts: Vec<Contact>,
     /// Multipliers of the bounds on the integrals, one per integral and zero where it has none, in objective unit per
     /// integral unit.
     pub integral_multipliers: Option<Vec<f64>>,
@@ -41,6 +59,12 @@ impl PhaseTrajectory {
         let mut x = vec![0.0; self.state.dimension()];
         self.state.evaluate(t, &mut x);
         x
+    }
+
+    /// Time of a contact; NaN if there is no such interval end.
+    #[must_use]
+    pub fn contact_time(&self, contact: &Contact) -> f64 {
+        self.control.breaks().get(contact.end).copied().unwrap_or(f64::NAN)
     }
 
     /// Control at a time.

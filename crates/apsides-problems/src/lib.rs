@@ -23,7 +23,7 @@
 //! | [`min_time_climb`] | tables of thrust, aerodynamics and atmosphere |
 //! | [`delta_iii`] | four phases with dropped masses, orbital elements at the end |
 //! | [`van_der_pol`], [`rayleigh_path`], [`shuttle_heat_limit`] | arcs at a control bound, at a mixed constraint |
-//! | [`brachistochrone_wall`], [`bryson_denham`] | state constraints of first and second order |
+//! | [`brachistochrone_wall`], [`bryson_denham`] | state constraints of first and second order, along arcs and at a contact |
 //! | [`di_bang_bang`], [`moon_lander_soft`], [`free_flying_robot`], [`powered_descent`] | jumps of the control |
 //! | [`di_singular_arc`], [`catmix`], [`goddard_cops`] | singular arcs |
 //!
@@ -87,6 +87,7 @@ pub const GALLERY: &[Problem] = &[
     rayleigh_path::PROBLEM,
     brachistochrone_wall::PROBLEM,
     bryson_denham::PROBLEM,
+    bryson_denham::CONTACT,
     di_bang_bang::PROBLEM,
     moon_lander_soft::PROBLEM,
     free_flying_robot::PROBLEM,

@@ -90,6 +90,8 @@ pub(crate) struct Quantity<'a> {
 /// A quantity at a node.
 #[derive(Clone, Copy)]
 pub(crate) struct Sample {
+    /// Index of the node.
+    pub(crate) node: usize,
     /// Normalised time.
     pub(crate) fraction: f64,
     /// Part of the phase that the node stands for.
@@ -126,29 +128,35 @@ pub(crate) struct Solution<'a> {
 
 /// What can switch: controls, and path constraint rows with controls, that have bounds and are not fixed.
 pub(crate) fn quantities(phase: &Phase) -> Vec<Quantity<'_>> {
-    let (nx, nu) = (phase.states.len(), phase.controls.len());
-    let usable = |v: &Variable| v.bounds != Bounds::FREE && !v.bounds.is_fixed();
-    let range = |v: &Variable| {
-        let width = v.bounds.upper - v.bounds.lower;
-        if width.is_finite() { width } else { v.size().unwrap_or(1.0) }
-    };
-    let mut all = Vec::new();
-    for (c, v) in phase.controls.iter().enumerate().filter(|(_, v)| usable(v)) {
-        all.push(Quantity { kind: Kind::Control(c), variable: v, range: range(v), affine: false });
-    }
-    let mut index = 0;
-    for path in &phase.path {
+    let controls = phase.controls.iter().enumerate().map(|(c, v)| (Kind::Control(c), v));
+    // Without a control in it a row cannot jump.
+    controls.chain(rows(phase, true)).filter_map(|(kind, v)| quantity(kind, v)).collect()
+}
+
+/// Path constraint rows without controls that have bounds and are not fixed.
+pub(crate) fn rows_without_controls(phase: &Phase) -> Vec<Quantity<'_>> {
+    rows(phase, false).filter_map(|(kind, v)| quantity(kind, v)).collect()
+}
+
+fn quantity(kind: Kind, variable: &Variable) -> Option<Quantity<'_>> {
+    let bounds = variable.bounds;
+    let width = bounds.upper - bounds.lower;
+    let range = if width.is_finite() { width } else { variable.size().unwrap_or(1.0) };
+    let usable = bounds != Bounds::FREE && !bounds.is_fixed();
+    usable.then_some(Quantity { kind, variable, range, affine: false })
+}
+
+/// Path constraint rows with or without a control in them.
+fn rows(phase: &Phase, with_control: bool) -> impl Iterator<Item = (Kind, &Variable)> {
+    let first = phase.states.len();
+    let controls = first..first + phase.controls.len();
+    let all = phase.path.iter().flat_map(|path| path.rows.iter().enumerate().map(move |(k, v)| (path, k, v)));
+    all.enumerate().filter_map(move |(index, (path, k, v))| {
         let pattern = path.function.pattern();
-        for (k, v) in path.rows.iter().enumerate() {
-            let columns = &pattern.columns[pattern.row_offsets[k]..pattern.row_offsets[k + 1]];
-            // Without a control in it a row cannot jump.
-            if usable(v) && columns.iter().any(|c| (nx..nx + nu).contains(c)) {
-                all.push(Quantity { kind: Kind::Row(index), variable: v, range: range(v), affine: false });
-            }
-            index += 1;
-        }
-    }
-    all
+        let columns = &pattern.columns[pattern.row_offsets[k]..pattern.row_offsets[k + 1]];
+        let has_control = columns.iter().any(|c| controls.contains(c));
+        (has_control == with_control).then_some((Kind::Row(index), v))
+    })
 }
 
 /// Diagonal of the Hessian of the Lagrangian.
@@ -200,6 +208,7 @@ pub(crate) fn samples(
             }
         };
         samples.push(Sample {
+            node,
             fraction: (p.time(node, &report.x) - t.initial_time) / (t.final_time - t.initial_time),
             width: seconds / duration,
             interval: n.interval,

@@ -6,7 +6,7 @@
 
 use apsides_ad::NodeFunction;
 use apsides_basis::Lgr;
-use apsides_ocp::{Ocp, PathConstraint, Phase, PhaseScaling, PhaseTrajectory, Scaling, Trajectory, Variable};
+use apsides_ocp::{Ocp, PathConstraint, Phase, PhaseScaling, PhaseTrajectory, Scaling, Trajectory};
 
 use crate::{RadauError, RadauSettings};
 
@@ -16,6 +16,17 @@ pub(crate) struct Estimate {
     pub(crate) error: f64,
     /// Excess of bounds on controls and of path constraints with controls; zero where switches are not located.
     pub(crate) controls: f64,
+    /// Per phase and interval, the excess of rows beside their touch points; part of `error`, not of the errors of the intervals.
+    pub(crate) beside_touch: Vec<Vec<f64>>,
+}
+
+impl Estimate {
+    /// Adds the excess beside touch points to the errors of the intervals: they stand where they should.
+    pub(crate) fn add_beside_touch(&self, trajectory: &mut Trajectory) {
+        for (t, excesses) in trajectory.phases.iter_mut().zip(&self.beside_touch) {
+            t.interval_errors.iter_mut().zip(excesses).for_each(|(error, excess)| raise(error, *excess));
+        }
+    }
 }
 
 /// Writes the estimated relative error of every interval into the trajectory and returns the largest.
@@ -27,7 +38,7 @@ pub(crate) fn estimate(
     settings: &RadauSettings,
     trajectory: &mut Trajectory,
 ) -> Result<Estimate, RadauError> {
-    let mut largest = Estimate { error: 0.0, controls: 0.0 };
+    let mut largest = Estimate { error: 0.0, controls: 0.0, beside_touch: Vec::new() };
     for (k, phase) in ocp.phases.iter().enumerate() {
         let scales = &scaling.phases[k].states;
         let parameters = &trajectory.parameters;
@@ -36,11 +47,12 @@ pub(crate) fn estimate(
         let weight = settings.mesh_tolerance / settings.path_tolerance;
         let excesses =
             excesses(phase, &scaling.phases[k], parameters, &trajectory.phases[k], settings.switches);
-        for (error, (of_states, of_controls)) in errors.iter_mut().zip(excesses) {
-            raise(error, weight * of_states);
-            raise(&mut largest.error, *error);
-            raise(error, weight * of_controls);
-            raise(&mut largest.controls, weight * of_controls);
+        largest.beside_touch.push(excesses.iter().map(|e| weight * e.beside_touch).collect());
+        for (error, excess) in errors.iter_mut().zip(excesses) {
+            raise(error, weight * excess.of_states);
+            raise(&mut largest.error, error.max(weight * excess.beside_touch));
+            raise(error, weight * excess.of_controls);
+            raise(&mut largest.controls, weight * excess.of_controls);
         }
         trajectory.phases[k].interval_errors = errors;
     }
@@ -103,8 +115,18 @@ fn raise(error: &mut f64, found: f64) {
     *error = if found <= *error { *error } else { found };
 }
 
-/// Largest excess of bounds and path rows in each interval, relative to their scales, half way between neighbouring nodes:
-/// there a polynomial strays farthest. The second number is that of bounds on controls and of inequalities with controls,
+/// Largest excess of bounds and path rows in an interval, relative to their scales.
+#[derive(Clone, Copy, Default)]
+struct Excess {
+    /// Of states and of rows without controls.
+    of_states: f64,
+    /// Of rows in the two intervals beside their touch points, which a better place of these removes first.
+    beside_touch: f64,
+    /// Of controls and of inequalities with controls.
+    of_controls: f64,
+}
+
+/// The excess in each interval half way between neighbouring nodes: there a polynomial strays farthest. That of controls is
 /// looked at where switches are located, and at the end of the interval too, since the control has no node there.
 fn excesses(
     phase: &Phase,
@@ -112,23 +134,35 @@ fn excesses(
     parameters: &[f64],
     p: &PhaseTrajectory,
     with_controls: bool,
-) -> Vec<(f64, f64)> {
+) -> Vec<Excess> {
     let (nx, nu) = (phase.states.len(), phase.controls.len());
     let mut along = Along::new(phase, p, parameters);
     let (mut x, mut u) = (vec![0.0; nx], vec![0.0; nu]);
     let mut rows = vec![0.0; phase.path.iter().map(|c| c.rows.len()).max().unwrap_or(0)];
     let has_control =
-        |c: &&PathConstraint| c.function.pattern().columns.iter().any(|i| (nx..nx + nu).contains(i));
-    let (with, without): (Vec<_>, Vec<_>) = phase.path.iter().partition(has_control);
-    let mut excesses = vec![(0.0, 0.0); p.mesh.intervals()];
-    for (k, (excess, of_controls)) in excesses.iter_mut().enumerate() {
+        |c: &PathConstraint| c.function.pattern().columns.iter().any(|i| (nx..nx + nu).contains(i));
+    let firsts = phase.path.iter().scan(0, |next, c| {
+        let first = *next;
+        *next += c.rows.len();
+        Some((first, c))
+    });
+    let (with, without): (Vec<_>, Vec<_>) = firsts.partition(|(_, c)| has_control(c));
+    let mut excesses = vec![Excess::default(); p.mesh.intervals()];
+    for (k, found) in excesses.iter_mut().enumerate() {
+        let is_beside_touch =
+            |row: usize| p.mesh.touch_points().iter().any(|t| t.row == row && (t.end == k || t.end == k + 1));
         let mut of_rows =
-            |excess: &mut f64, constraints: &[&PathConstraint], t: f64, inequalities_only: bool| {
-                for c in constraints {
+            |constraints: &[(usize, &PathConstraint)], t: f64, found: &mut Excess, of_controls| {
+                for (first, c) in constraints {
                     along.value(c.function.as_ref(), k, t, &mut rows[..c.rows.len()]);
-                    let bounded = |row: &&Variable| !(inequalities_only && row.bounds.is_fixed());
-                    for (row, v) in c.rows.iter().zip(&rows).filter(|(row, _)| bounded(row)) {
-                        raise(excess, row.bounds.excess(*v) / row.size().unwrap_or(1.0));
+                    for ((index, row), v) in (*first..).zip(&c.rows).zip(&rows) {
+                        let excess = row.bounds.excess(*v) / row.size().unwrap_or(1.0);
+                        match of_controls {
+                            true if row.bounds.is_fixed() => {}
+                            true => raise(&mut found.of_controls, excess),
+                            false if is_beside_touch(index) => raise(&mut found.beside_touch, excess),
+                            false => raise(&mut found.of_states, excess),
+                        }
                     }
                 }
             };
@@ -137,17 +171,17 @@ fn excesses(
         for &t in &middles {
             p.state.evaluate_in(k, t, &mut x);
             for ((state, v), scale) in phase.states.iter().zip(&x).zip(&scales.states) {
-                raise(excess, state.variable.bounds.excess(*v) / scale);
+                raise(&mut found.of_states, state.variable.bounds.excess(*v) / scale);
             }
-            of_rows(excess, &without, t, false);
+            of_rows(&without, t, found, false);
         }
         if with_controls {
             for t in middles.into_iter().chain(nodes.last().copied()) {
                 p.control.evaluate_in(k, t, &mut u);
                 for ((control, v), scale) in phase.controls.iter().zip(&u).zip(&scales.controls) {
-                    raise(of_controls, control.bounds.excess(*v) / scale);
+                    raise(&mut found.of_controls, control.bounds.excess(*v) / scale);
                 }
-                of_rows(of_controls, &with, t, true);
+                of_rows(&with, t, found, true);
             }
         }
     }

@@ -4,7 +4,9 @@ use std::sync::Arc;
 
 use apsides_basis::Barycentric;
 use apsides_nlp::SolveReport;
-use apsides_ocp::{Ocp, PhaseMesh, PhaseTrajectory, PiecewisePolynomial, Segment, Trajectory};
+use apsides_ocp::{
+    Contact, Ocp, PhaseMesh, PhaseTrajectory, PiecewisePolynomial, Segment, TouchPoint, Trajectory,
+};
 
 use crate::RadauError;
 use crate::layout::PhaseLayout;
@@ -15,7 +17,8 @@ impl Transcription {
     ///
     /// Costates follow from the covector mapping of the Radau scheme (Garg et al. 2010, section 5): with `y` the
     /// multiplier of a defect and `w` the weight of its point, `lambda = -y / w`; at the end of an interval
-    /// `lambda = -D_end^T y`.
+    /// `lambda = -D_end^T y`. The multiplier of a touch point is an impulse: it enters the discrete costate equation of its node
+    /// as the difference between the costate there and the one at the end of the interval before.
     ///
     /// A point that is no trajectory, because a phase does not last or a number is not finite, can come from a solve that
     /// failed; the start of the solve takes its place then.
@@ -58,6 +61,9 @@ fn phase_trajectory(
     let path_rows = p.rows_per_node - p.states;
     let mut bases = std::collections::BTreeMap::new();
     let (mut state, mut control, mut costate, mut path) = (vec![], vec![], vec![], vec![]);
+    let touches: Vec<(usize, TouchPoint)> =
+        mesh.touch_points().iter().map(|t| (p.path_row(p.touch_node(t)) + t.row, *t)).collect();
+    let is_touch = |row: usize| touches.iter().any(|(r, _)| *r == row);
     for (k, rule) in p.rules.iter().enumerate() {
         let n = rule.points();
         if let std::collections::btree_map::Entry::Vacant(e) = bases.entry(n) {
@@ -79,7 +85,8 @@ fn phase_trajectory(
             // Per unit of time, as in the Hamiltonian.
             let seconds = p.nodes[first + j].weight * p.arc_duration(p.arc_of(first + j), x);
             let row = p.path_row(first + j);
-            segment.path.extend(y[row..row + path_rows].iter().map(|y| y / seconds));
+            let density = |r: usize| if is_touch(r) { 0.0 } else { y[r] / seconds };
+            segment.path.extend((row..row + path_rows).map(density));
         }
         let d = rule.differentiation();
         for s in 0..p.states {
@@ -91,6 +98,8 @@ fn phase_trajectory(
         costate.push(Segment { basis: Arc::clone(support), values: segment.costate });
         path.push(Segment { basis: Arc::clone(nodes), values: segment.path });
     }
+    let contacts =
+        touches.iter().map(|(row, t)| Contact { end: t.end, row: t.row, multiplier: y[*row] }).collect();
     let polynomial = |dimension, segments| PiecewisePolynomial::new(dimension, breaks.clone(), segments);
     Ok(PhaseTrajectory {
         name: name.into(),
@@ -101,6 +110,7 @@ fn phase_trajectory(
         control: polynomial(p.controls, control)?,
         costate: Some(polynomial(p.states, costate)?),
         path_multipliers: if path_rows > 0 { Some(polynomial(path_rows, path)?) } else { None },
+        contacts,
         integral_multipliers: Some(p.integral_rows.iter().map(|row| row.map_or(0.0, |r| y[r])).collect()),
         interval_errors: vec![f64::NAN; p.mesh.intervals()],
     })
@@ -125,7 +135,8 @@ fn moved_mesh(p: &PhaseLayout, x: &[f64]) -> Result<PhaseMesh, RadauError> {
         }
     }
     let mesh = PhaseMesh::new(fractions, p.mesh.points().to_vec())?;
-    Ok(mesh.with_arcs(p.mesh.breaks().to_vec(), p.mesh.arcs().to_vec())?)
+    let mesh = mesh.with_arcs(p.mesh.breaks().to_vec(), p.mesh.arcs().to_vec())?;
+    Ok(mesh.with_touch_points(p.mesh.touch_points().to_vec())?)
 }
 
 #[derive(Default)]

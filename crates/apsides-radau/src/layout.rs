@@ -8,7 +8,7 @@
 use std::ops::Range;
 
 use apsides_basis::Lgr;
-use apsides_ocp::{Bounds, Course, EndpointInput, Mesh, Ocp, PhaseMesh};
+use apsides_ocp::{Bounds, Course, EndpointInput, Mesh, Ocp, PhaseMesh, TouchPoint};
 
 use crate::RadauError;
 
@@ -96,6 +96,23 @@ impl PhaseLayout {
     /// Index of the first node of an interval; for `intervals` the end node.
     pub(crate) fn interval_start(&self, interval: usize) -> usize {
         self.mesh.points()[..interval].iter().sum()
+    }
+
+    /// Index of the node that carries the bound of a touch point.
+    pub(crate) fn touch_node(&self, touch: &TouchPoint) -> usize {
+        self.interval_start(touch.end)
+    }
+
+    /// Whether the bounds of a path row are left out at a node since it is beside a touch point of the row.
+    pub(crate) fn is_beside_touch(&self, node: usize, row: usize) -> bool {
+        let interval = self.nodes[node].interval;
+        let beside = |t: &TouchPoint| t.row == row && (t.end == interval || t.end == interval + 1);
+        self.mesh.touch_points().iter().any(beside) && self.touch_at(node, row).is_none()
+    }
+
+    /// The touch point of a path row at a node.
+    pub(crate) fn touch_at(&self, node: usize, row: usize) -> Option<&TouchPoint> {
+        self.mesh.touch_points().iter().find(|t| t.row == row && self.touch_node(t) == node)
     }
 
     /// Index of the arc that a node belongs to.

@@ -55,6 +55,8 @@
 
 mod activity;
 mod change;
+mod contact;
+mod contact_moves;
 pub mod error;
 mod error_estimate;
 pub mod explanation;

@@ -9,10 +9,11 @@ use apsides_nlp::{
 use apsides_ocp::{Guess, Mesh, Ocp, PhaseMesh, Scaling, Trajectory, Unmet};
 
 use crate::RadauError;
-use crate::error_estimate::{Estimate, estimate};
+use crate::contact::{Contacts, SolvedMesh};
+use crate::error_estimate::estimate;
 use crate::refinement::refine;
 use crate::scales::ScaleWarning;
-use crate::switches::{Structure, Switch};
+use crate::switches::{Structure, Switch, with_touch_points};
 use crate::transcription::Transcription;
 use crate::workers::pool;
 
@@ -39,7 +40,7 @@ pub struct RadauSettings {
     pub path_tolerance: f64,
     /// Whether switches of controls and path constraints between their bounds are looked for after each mesh. The next one has
     /// breaks there, whose times are unknowns, and holds along each arc what is active there, so that jumps are met
-    /// exactly; on.
+    /// exactly. So are contacts, where a path constraint without controls touches its bound in one instant; on.
     pub switches: bool,
     /// Most meshes solved; 1 switches refinement off; 20.
     pub max_meshes: usize,
@@ -204,6 +205,8 @@ impl Radau {
         let mut last: Option<Solved> = None;
         let mut excess = f64::INFINITY;
         let mut revisions = if self.settings.switches { MOST_REVISIONS } else { 0 };
+        let mut contacts = Contacts::new(self.settings.switches);
+        let mut before_contacts: Option<(Guess, Mesh)> = None;
         let pool = pool(self.settings.threads);
         loop {
             let begin = Instant::now();
@@ -223,7 +226,8 @@ impl Radau {
             };
             let mut trajectory = nlp.trajectory(ocp, &report)?;
             let scaling = Scaling::new(ocp, &guess);
-            let Estimate { error, controls } = estimate(ocp, &scaling, &self.settings, &mut trajectory)?;
+            let estimate = estimate(ocp, &scaling, &self.settings, &mut trajectory)?;
+            let (error, controls) = (estimate.error, estimate.controls);
             meshes.push(MeshRecord {
                 intervals: mesh.phases.iter().map(PhaseMesh::intervals).sum(),
                 points: mesh.phases.iter().map(PhaseMesh::total_points).sum(),
@@ -241,6 +245,7 @@ impl Radau {
             if let Some(solved) = last.as_ref().filter(|_| misled && has_arcs(&mesh) && !out_of_meshes) {
                 (guess, mesh) = (Guess::earlier(&solved.trajectory), solved.plain.clone());
                 revisions = 0;
+                contacts.give_up();
                 continue;
             }
             if !status.is_success() {
@@ -253,7 +258,21 @@ impl Radau {
             }
             let found = Structure::of(ocp, &mut nlp, &report, &trajectory);
             let in_bounds = controls <= self.settings.mesh_tolerance;
-            let settled = revisions == 0 || found.is_that_of(&trajectory, in_bounds);
+            let solved = SolvedMesh {
+                ocp,
+                mesh: &mesh,
+                guess: &guess,
+                report: &report,
+                trajectory: &trajectory,
+                beside_touch: &estimate.beside_touch,
+                settings: &self.settings,
+            };
+            let touching = contacts.step(&solved, &mut nlp);
+            if touching.settled {
+                estimate.add_beside_touch(&mut trajectory);
+            }
+            let switches_settled = revisions == 0 || found.is_that_of(&trajectory, in_bounds);
+            let settled = switches_settled && touching.settled;
             let accurate = error <= self.settings.mesh_tolerance;
             // Worth meshes of their own as long as they help.
             let within = in_bounds || controls > LEAST_GAIN * excess;
@@ -261,24 +280,32 @@ impl Radau {
                 excess = controls;
             }
             let plain = refine(&trajectory, &self.settings)?;
+            // Breaks that make no mesh are left out.
             let next = if revisions == 0 {
-                plain.clone()
+                let refined = refine(&touching.spared(trajectory.clone()), &self.settings)?;
+                with_touch_points(&refined, &touching.touch_points).unwrap_or_else(|_| plain.clone())
             } else {
-                revisions -= usize::from(!settled);
-                // Breaks that make no mesh are left out.
-                let refined = refine(&found.spared(&trajectory), &self.settings)?;
-                found.mesh(&refined).unwrap_or_else(|_| plain.clone())
+                revisions -= usize::from(!switches_settled);
+                let refined = refine(&touching.spared(found.spared(&trajectory)), &self.settings)?;
+                found.mesh(&refined, &touching.touch_points).unwrap_or_else(|_| plain.clone())
             };
             let size: usize = next.phases.iter().map(PhaseMesh::total_points).sum();
-            guess = Guess::earlier(&trajectory);
+            guess = Guess::earlier(&touching.start(trajectory.clone())?);
             let switches = found.switches(ocp, &trajectory);
             let plain = Mesh { phases: plain.phases.into_iter().map(PhaseMesh::without_arcs).collect() };
             let solved = Solved { trajectory, report, switches, accurate, plain };
             if (accurate && settled && within) || out_of_meshes || size > self.settings.max_total_points {
                 return Ok(solved.into_solution(status, None, meshes, warnings));
             }
+            if touching.has_new() && before_contacts.is_none() {
+                before_contacts = Some((Guess::earlier(&solved.trajectory), solved.plain.clone()));
+            }
             last = Some(solved);
             mesh = next;
+            // What was refined for contacts that are none is of no use.
+            if let Some(earlier) = before_contacts.take_if(|_| touching.refuted) {
+                (guess, mesh) = earlier;
+            }
         }
     }
 }

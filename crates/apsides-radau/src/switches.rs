@@ -8,13 +8,16 @@
 use std::fmt;
 
 use apsides_nlp::SolveReport;
-use apsides_ocp::{Break, Course, Mesh, Ocp, Phase, PhaseArc, PhaseMesh, PhaseTrajectory, Trajectory};
+use apsides_ocp::{
+    Break, Course, Mesh, Ocp, Phase, PhaseArc, PhaseMesh, PhaseTrajectory, TouchPoint, Trajectory,
+};
 
 use crate::RadauError;
 use crate::activity::{
     COLLAPSED, Class, Kind, Quantity, Solution, curvatures, pulses, quantities, runs, samples,
 };
 use crate::change::{Change, ChangeKind, changes, settle};
+use crate::contact::Touch;
 use crate::layout::PhaseLayout;
 use crate::transcription::Transcription;
 
@@ -158,15 +161,28 @@ impl<'a> Structure<'a> {
         trajectory
     }
 
-    /// The refined mesh with the breaks and arcs that were found.
-    pub(crate) fn mesh(&self, refined: &Mesh) -> Result<Mesh, RadauError> {
-        let phases = self.phases.iter().zip(&refined.phases).map(|(found, mesh)| {
+    /// The refined mesh with the breaks and arcs that were found, and with touch points.
+    pub(crate) fn mesh(&self, refined: &Mesh, touch_points: &[Vec<Touch>]) -> Result<Mesh, RadauError> {
+        let phases = self.phases.iter().zip(&refined.phases).zip(touch_points);
+        let phases = phases.map(|((found, mesh), touch_points)| {
             let breaks = found.breaks();
             let arcs = found.arcs(&breaks);
-            with_breaks(mesh, &breaks, arcs)
+            with_breaks(mesh, &breaks, arcs, touch_points)
         });
         Ok(Mesh { phases: phases.collect::<Result<_, _>>()? })
     }
+}
+
+/// The mesh with other touch points.
+pub(crate) fn with_touch_points(mesh: &Mesh, touch_points: &[Vec<Touch>]) -> Result<Mesh, RadauError> {
+    let phases = mesh.phases.iter().zip(touch_points).map(|(mesh, touch_points)| {
+        let breaks = mesh.breaks().iter().map(|b| {
+            let at = mesh.fractions()[b.end];
+            Found { at, free: b.free, known: Some(at) }
+        });
+        with_breaks(mesh, &breaks.collect::<Vec<_>>(), mesh.arcs().to_vec(), touch_points)
+    });
+    Ok(Mesh { phases: phases.collect::<Result<_, _>>()? })
 }
 
 impl PhaseStructure<'_> {
@@ -264,9 +280,15 @@ fn phase_structure<'a>(
     found
 }
 
-/// The mesh with these breaks. Intervals that a new break leaves too short become part of their neighbours.
-fn with_breaks(mesh: &PhaseMesh, found: &[Found], arcs: Vec<PhaseArc>) -> Result<PhaseMesh, RadauError> {
-    let breaks: Vec<f64> = found.iter().map(|b| b.at).collect();
+/// The mesh with these breaks and touch points. Intervals that a new one leaves too short become part of their neighbours.
+fn with_breaks(
+    mesh: &PhaseMesh,
+    found: &[Found],
+    arcs: Vec<PhaseArc>,
+    touch_points: &[Touch],
+) -> Result<PhaseMesh, RadauError> {
+    let touches = touch_points.iter().map(|t| t.at);
+    let breaks: Vec<f64> = found.iter().map(|b| b.at).chain(touches).collect();
     let mut ends = mesh.fractions().to_vec();
     let mut points = mesh.points().to_vec();
     for &f in &breaks {
@@ -276,7 +298,10 @@ fn with_breaks(mesh: &PhaseMesh, found: &[Found], arcs: Vec<PhaseArc>) -> Result
             points.insert(k, points[k - 1]);
         }
     }
-    let old: Vec<f64> = mesh.breaks().iter().map(|b| mesh.fractions()[b.end]).collect();
+    // An end that a touch point has left is of no use.
+    let left_alone: Vec<f64> = mesh.touch_points().iter().map(|t| mesh.fractions()[t.end]).collect();
+    let of_breaks = mesh.breaks().iter().map(|b| mesh.fractions()[b.end]);
+    let old: Vec<f64> = of_breaks.chain(left_alone.iter().copied()).collect();
     let new = |f: f64| breaks.contains(&f) && !old.contains(&f);
     let mut k = 1;
     while k + 1 < ends.len() {
@@ -284,7 +309,7 @@ fn with_breaks(mesh: &PhaseMesh, found: &[Found], arcs: Vec<PhaseArc>) -> Result
         let beside_new =
             (new(ends[k - 1]) && left < SHORT * right) || (new(ends[k + 1]) && right < SHORT * left);
         let collapsed = old.contains(&ends[k]) && left.min(right) <= COLLAPSED;
-        if !breaks.contains(&ends[k]) && (beside_new || collapsed) {
+        if !breaks.contains(&ends[k]) && (beside_new || collapsed || left_alone.contains(&ends[k])) {
             ends.remove(k);
             let n = points.remove(k);
             points[k - 1] = points[k - 1].max(n);
@@ -294,5 +319,8 @@ fn with_breaks(mesh: &PhaseMesh, found: &[Found], arcs: Vec<PhaseArc>) -> Result
     }
     let index = |f: f64| ends.partition_point(|e| *e < f);
     let at = found.iter().map(|b| Break { end: index(b.at), free: b.free }).collect();
-    Ok(PhaseMesh::new(ends, points)?.with_arcs(at, arcs)?)
+    let mut touch_points: Vec<TouchPoint> =
+        touch_points.iter().map(|t| TouchPoint { end: index(t.at), ..t.point }).collect();
+    touch_points.sort_by_key(|t| (t.end, t.row));
+    Ok(PhaseMesh::new(ends, points)?.with_arcs(at, arcs)?.with_touch_points(touch_points)?)
 }

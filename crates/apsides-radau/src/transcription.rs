@@ -509,7 +509,12 @@ fn row_bounds(ocp: &Ocp, layout: &Layout, guess: &Guess) -> (Vec<f64>, Vec<f64>)
         for node in 0..p.nodes.len() {
             let held = &p.mesh.arcs()[p.arc_of(node)].rows;
             for (k, row) in phase.path.iter().flat_map(|c| &c.rows).enumerate() {
-                set(p.path_row(node) + k, bounds_along(row.bounds, held, k));
+                let bounds = match p.touch_at(node, k) {
+                    Some(t) => Bounds::fixed(if t.upper { row.bounds.upper } else { row.bounds.lower }),
+                    None if p.is_beside_touch(node, k) => Bounds::FREE,
+                    None => bounds_along(row.bounds, held, k),
+                };
+                set(p.path_row(node) + k, bounds);
             }
         }
         for (q, row) in phase.integrals.iter().zip(&p.integral_rows) {

@@ -57,7 +57,21 @@ fn set_phase_multipliers(p: &PhaseLayout, t: &PhaseTrajectory, x: &[f64], y: &mu
             let rows = &mut y[row..row + path_rows];
             m.evaluate(time, rows);
             let seconds = node.weight * p.arc_duration(p.arc_of(i), x);
-            rows.iter_mut().for_each(|v| *v *= seconds);
+            for (k, v) in rows.iter_mut().enumerate() {
+                *v *= if p.is_beside_touch(i, k) { 0.0 } else { seconds };
+            }
+        }
+    }
+    for c in t.contacts.iter().filter(|c| c.row < path_rows) {
+        let fraction = t.mesh.fractions().get(c.end).copied().unwrap_or(f64::NAN);
+        let distance = |i: usize| (p.nodes[i].fraction - fraction).abs();
+        let nearest = |nodes: &mut dyn Iterator<Item = usize>| {
+            nodes.min_by(|a, b| distance(*a).total_cmp(&distance(*b)))
+        };
+        // An impulse goes to the nearest touch point of its row, or to the nearest node.
+        let mut touches = p.mesh.touch_points().iter().filter(|t| t.row == c.row).map(|t| p.touch_node(t));
+        if let Some(node) = nearest(&mut touches).or_else(|| nearest(&mut (0..p.nodes.len()))) {
+            y[p.path_row(node) + c.row] += c.multiplier;
         }
     }
 }

@@ -74,7 +74,7 @@ fn render(outcome: &Outcome, figures: &[Figure]) -> Result<Vec<Item>, ReportErro
     ])
 }
 
-fn json(file: &'static str, value: &impl Serialize) -> Result<Vec<u8>, ReportError> {
+pub(crate) fn json(file: &'static str, value: &impl Serialize) -> Result<Vec<u8>, ReportError> {
     let mut text = serde_json::to_vec_pretty(value).map_err(|source| ReportError::Json { file, source })?;
     text.push(b'\n');
     Ok(text)

@@ -2,6 +2,8 @@
 
 use std::ops::Range;
 
+use crate::svg::COLORS;
+
 /// How values are spread along an axis.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum AxisScale {
@@ -150,13 +152,24 @@ pub struct Figure {
     pub references: Vec<ReferenceLine>,
     /// Named parts of the horizontal axis.
     pub spans: Vec<Span>,
+    /// Length on the page of a unit of the vertical axis by that of the horizontal one, for two linear axes of the same unit; each
+    /// axis fills the page when absent.
+    pub scale_ratio: Option<f64>,
 }
 
 impl Figure {
     /// A figure with axes and no data.
     #[must_use]
     pub fn new(title: impl Into<String>, x: Axis, y: Axis) -> Self {
-        Self { title: title.into(), x, y, series: Vec::new(), references: Vec::new(), spans: Vec::new() }
+        Self {
+            title: title.into(),
+            x,
+            y,
+            series: Vec::new(),
+            references: Vec::new(),
+            spans: Vec::new(),
+            scale_ratio: None,
+        }
     }
 
     /// Adds a series.
@@ -164,6 +177,12 @@ impl Figure {
     pub fn with(mut self, series: Series) -> Self {
         self.series.push(series);
         self
+    }
+
+    /// The same figure with this length of a unit of the vertical axis by that of the horizontal one.
+    #[must_use]
+    pub fn to_scale(self, ratio: f64) -> Self {
+        Self { scale_ratio: Some(ratio), ..self }
     }
 
     /// Adds a horizontal reference line at `value`, in the unit of the vertical axis.
@@ -178,6 +197,17 @@ impl Figure {
     pub fn vertical(mut self, label: impl Into<String>, value: f64) -> Self {
         self.references.push(ReferenceLine::Vertical { value, label: label.into() });
         self
+    }
+
+    /// Names of the series with their colours in words, for a text beside the figure.
+    #[must_use]
+    pub fn legend(&self) -> String {
+        let named = self.series.iter().zip(self.colors()).filter(|(s, _)| !s.label.is_empty());
+        let words = named.map(|(s, color)| match color {
+            Some(k) => format!("{} {}", s.label, COLORS[k % COLORS.len()].0),
+            None => format!("{} dashed", s.label),
+        });
+        words.collect::<Vec<_>>().join(", ")
     }
 
     /// Index into the palette for each series; bounds have none.

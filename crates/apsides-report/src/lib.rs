@@ -3,6 +3,7 @@
 //! ```text
 //! Outcome -> summary.json  certificate.json  trajectory.csv  multipliers.json  mission.toml  report.html
 //! Reproduction -> reproduction.md  reproduction.csv  table-2.svg  table-3.svg
+//! Footprint -> footprint.csv  footprint.json  footprint.svg
 //! trajectory.csv, multipliers.json -> Trajectory     (the same polynomials, from the values at the nodes)
 //! ```
 //!
@@ -30,6 +31,7 @@
 //! | `html`, `page.css` | `report.html` |
 //! | `figure`, `axis_layout`, `svg` | what a figure shows, where its ticks stand, how it is drawn |
 //! | `standard_figures` | figures of every result |
+//! | `footprint` | ends within reach, with a map |
 //! | `reproduction`, `sheet` | published tables computed again |
 //! | `units`, `number` | units and numbers for readers |
 //!
@@ -40,6 +42,7 @@ mod columns;
 mod directory;
 mod error;
 mod figure;
+mod footprint;
 mod html;
 mod multipliers;
 mod number;
@@ -54,12 +57,16 @@ mod units;
 pub use directory::{read_outcome_trajectory, write_outcome};
 pub use error::ReportError;
 pub use figure::{Axis, AxisScale, Figure, ReferenceLine, Series, SeriesStyle, Span};
+pub use footprint::{footprint_map, write_footprint};
 pub use html::render_html;
-pub use multipliers::{ConstraintMultipliers, IntegralMultipliers, Multipliers, PathMultipliers};
+pub use multipliers::{
+    ConstraintMultipliers, ContactMultiplier, IntegralMultipliers, Multipliers, PathMultipliers,
+};
 pub use reproduction::{
     COMPARISON_HEADS, comparison_columns, miss_sentence, quantity_label, write_reproduction,
 };
 pub use sheet::sheet_text;
 pub use standard_figures::StandardFigures;
+pub use svg::stacked_svg;
 pub use trajectory_csv::write_trajectory;
 pub use trajectory_reader::read_trajectory;

@@ -2,7 +2,7 @@
 
 use std::sync::Arc;
 
-use apsides_ocp::{Ocp, PhaseTrajectory, PiecewisePolynomial, Segment, Trajectory};
+use apsides_ocp::{Contact, Ocp, Phase, PhaseTrajectory, PiecewisePolynomial, Segment, Trajectory};
 use serde::{Deserialize, Serialize};
 
 use crate::ReportError;
@@ -17,6 +17,9 @@ pub struct Multipliers {
     /// Per phase whose path constraints have multipliers.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub path: Vec<PathMultipliers>,
+    /// Every instant at which a path constraint touches its bound, phase by phase.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub contacts: Vec<ContactMultiplier>,
     /// Per phase with integrals.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub integrals: Vec<IntegralMultipliers>,
@@ -58,6 +61,22 @@ pub struct PathMultipliers {
     pub values: Vec<Vec<f64>>,
 }
 
+/// Multiplier of a path constraint that touches its bound in one instant, in objective unit per unit of the row.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct ContactMultiplier {
+    /// Name of the phase.
+    pub phase: String,
+    /// Name of the path constraint row.
+    pub row: String,
+    /// Index of the interval end, from 0 at the start of the phase.
+    pub interval_end: usize,
+    /// Its time, for readers of the file.
+    pub time: f64,
+    /// The multiplier.
+    pub value: f64,
+}
+
 impl Multipliers {
     /// The multipliers of a trajectory; none when it has none.
     #[must_use]
@@ -78,7 +97,7 @@ impl Multipliers {
             .zip(&trajectory.phases)
             .filter_map(|(phase, t)| {
                 let multipliers = t.path_multipliers.as_ref()?;
-                let rows = phase.path.iter().flat_map(|p| &p.rows).map(|r| r.name.clone()).collect();
+                let rows = row_names(phase).cloned().collect();
                 let values = (0..t.control.segments().len())
                     .flat_map(|k| t.control.node_times(k).map(move |time| (k, time)))
                     .map(|(k, time)| {
@@ -100,8 +119,20 @@ impl Multipliers {
                 })
             })
             .collect();
-        let any = constraints.is_some() || !path.is_empty() || !integrals.is_empty();
-        any.then_some(Self { constraints, path, integrals })
+        let contacts: Vec<_> = (ocp.phases.iter().zip(&trajectory.phases))
+            .flat_map(|(phase, t)| t.contacts.iter().map(move |c| (phase, t, c)))
+            .filter_map(|(phase, t, c)| {
+                Some(ContactMultiplier {
+                    phase: phase.name.clone(),
+                    row: row_names(phase).nth(c.row)?.clone(),
+                    interval_end: c.end,
+                    time: t.contact_time(c),
+                    value: c.multiplier,
+                })
+            })
+            .collect();
+        let any = constraints.is_some() || !path.is_empty() || !contacts.is_empty() || !integrals.is_empty();
+        any.then_some(Self { constraints, path, contacts, integrals })
     }
 
     /// Puts the multipliers into a trajectory of the same problem and nodes.
@@ -120,6 +151,20 @@ impl Multipliers {
             let phase = &mut trajectory.phases[index];
             phase.path_multipliers = Some(path_polynomial(path, rows, phase)?);
         }
+        for contact in &self.contacts {
+            let Some(index) = ocp.phase_index(&contact.phase) else {
+                return refuse(&contact.phase, "the problem has no such phase".into());
+            };
+            let phase = &mut trajectory.phases[index];
+            let Some(row) = row_names(&ocp.phases[index]).position(|name| *name == contact.row) else {
+                return refuse(&contact.row, format!("no path constraint of phase `{}`", contact.phase));
+            };
+            if !(1..phase.mesh.intervals()).contains(&contact.interval_end) {
+                return refuse(&contact.row, format!("{} is no inner interval end", contact.interval_end));
+            }
+            let (end, multiplier) = (contact.interval_end, contact.value);
+            phase.contacts.push(Contact { end, row, multiplier });
+        }
         for found in &self.integrals {
             let Some(index) = ocp.phase_index(&found.phase) else {
                 return refuse(&found.phase, "the problem has no such phase".into());
@@ -132,6 +177,11 @@ impl Multipliers {
         }
         Ok(())
     }
+}
+
+/// Names of the path constraint rows of a phase.
+fn row_names(phase: &Phase) -> impl Iterator<Item = &String> {
+    phase.path.iter().flat_map(|p| &p.rows).map(|r| &r.name)
 }
 
 fn refuse<T>(place: &str, reason: String) -> Result<T, ReportError> {

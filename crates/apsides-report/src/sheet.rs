@@ -4,7 +4,6 @@ use std::fmt::Write as _;
 
 use apsides::reproduce::{Graph, Sheet};
 
-use crate::svg::COLORS;
 use crate::trajectory_csv::shortest;
 use crate::{Axis, Figure, Series, quantity_label};
 
@@ -69,10 +68,8 @@ pub(crate) fn sheet_markdown(sheet: &Sheet) -> String {
         gap = "";
     }
     for graph in &sheet.graphs {
-        let colors: Vec<String> =
-            graph.series.iter().zip(COLORS).map(|(s, (name, _))| format!("{} {name}", s.label)).collect();
-        let _ =
-            writeln!(text, "\n![{}]({})\n\n{}: {}.", graph.title, graph.file, graph.title, colors.join(", "));
+        let legend = figure(graph).legend();
+        let _ = writeln!(text, "\n![{}]({})\n\n{}: {legend}.", graph.title, graph.file, graph.title);
     }
     text
 }

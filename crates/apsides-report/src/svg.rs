@@ -78,6 +78,22 @@ impl Figure {
     }
 }
 
+/// Figures below each other as one SVG element.
+///
+/// # Errors
+/// [`ReportError::Figure`] when the drawing library fails.
+pub fn stacked_svg(figures: &[Figure]) -> Result<String, ReportError> {
+    let (width, height) = (WIDTH * ENLARGEMENT, HEIGHT * ENLARGEMENT);
+    let total = height * figures.len() as f64;
+    let mut text = format!("<svg xmlns=\"http://www.w3.org/2000/svg\" viewBox=\"0 0 {width} {total}\">\n");
+    for (k, figure) in figures.iter().enumerate() {
+        let place = format!("<svg y=\"{}\" width=\"{width}\" height=\"{height}\"", k as f64 * height);
+        text += &figure.to_svg()?.replacen("<svg", &place, 1);
+        text.push('\n');
+    }
+    Ok(text + "</svg>\n")
+}
+
 /// A point in CSS pixels.
 type Point = (f64, f64);
 
@@ -158,18 +174,23 @@ impl Drawing {
     fn new(figure: &Figure) -> Self {
         let [mut x_values, y_values] = [0, 1].map(|k| axis_values(figure, k));
         x_values.extend(figure.spans.iter().flat_map(|s| [s.range.start, s.range.end]));
-        let x = AxisLayout::new(&figure.x, x_values.into_iter(), 0.0, 7);
-        let y = AxisLayout::new(&figure.y, y_values.into_iter(), 0.05, 6);
-        let widest = y.ticks.iter().map(|t| t.label.chars().count()).max().unwrap_or(0);
         let named_spans = figure.spans.iter().any(|s| !s.label.is_empty());
-        Self {
-            x,
-            y,
-            left: (14.0 + DIGIT_WIDTH * widest as f64).clamp(40.0, 0.4 * WIDTH),
-            right: WIDTH - 18.0,
-            top: if named_spans { 46.0 } else { 28.0 },
-            bottom: HEIGHT - 44.0,
+        let top = if named_spans { 46.0 } else { 28.0 };
+        let (right, bottom) = (WIDTH - 18.0, HEIGHT - 44.0);
+        let left_of = |y: &AxisLayout| {
+            let widest = y.ticks.iter().map(|t| t.label.chars().count()).max().unwrap_or(0);
+            (14.0 + DIGIT_WIDTH * widest as f64).clamp(40.0, 0.4 * WIDTH)
+        };
+        let layout_y =
+            |values: &[f64], padding| AxisLayout::new(&figure.y, values.iter().copied(), padding, 6);
+        let (mut x_ends, mut y) = (x_values, layout_y(&y_values, Y_PADDING));
+        if let Some((x_span, y_span)) = figure.scale_ratio.and(ends(&x_ends).zip(ends(&y_values))) {
+            let page = [right - left_of(&y), bottom - top];
+            let [x_wide, y_wide] = to_scale([x_span, y_span], page, figure.scale_ratio.unwrap_or(1.0));
+            (x_ends, y) = (x_wide.to_vec(), layout_y(&y_wide, 0.0));
         }
+        let x = AxisLayout::new(&figure.x, x_ends.into_iter(), 0.0, 7);
+        Self { x, left: left_of(&y), y, right, top, bottom }
     }
 
     fn horizontal(&self, position: f64) -> f64 {
@@ -301,6 +322,25 @@ impl Drawing {
     }
 }
 
+/// Free space above and below the data as a part of their range.
+const Y_PADDING: f64 = 0.05;
+
+/// Least and largest value.
+fn ends(values: &[f64]) -> Option<[f64; 2]> {
+    let least = values.iter().copied().reduce(f64::min)?;
+    let most = values.iter().copied().reduce(f64::max)?;
+    Some([least, most])
+}
+
+/// Ranges around the data that have one scale on a page of this size: the one that needs less room is widened.
+fn to_scale([x, y]: [[f64; 2]; 2], [width, height]: [f64; 2], ratio: f64) -> [[f64; 2]; 2] {
+    let span = |[low, high]: [f64; 2]| (high - low) * (1.0 + 2.0 * Y_PADDING);
+    // Units of the horizontal axis by pixel.
+    let unit = (span(x) / width).max(ratio * span(y) / height);
+    let around = |[low, high]: [f64; 2], span: f64| [0.5 * (low + high - span), 0.5 * (low + high + span)];
+    [around(x, unit * width), around(y, unit * height / ratio)]
+}
+
 /// Values that an axis must show: all data, and those bounds and references that leave the data room.
 fn axis_values(figure: &Figure, axis: usize) -> Vec<f64> {
     let scale = if axis == 0 { figure.x.scale } else { figure.y.scale };
@@ -359,6 +399,19 @@ mod tests {
         assert!(near.to_svg().expect("drawn").contains("#6B7580"));
         let distant = axes().with(data).with(bound(1e6));
         assert!(!distant.to_svg().expect("drawn").contains("#6B7580"));
+    }
+
+    #[test]
+    fn maps_have_one_scale() {
+        for (x, y) in [(4.0, 1.0), (1.0, 4.0)] {
+            let corners = vec![[10.0, 40.0], [10.0 + x, 40.0 + y]];
+            let map = axes().with(Series::dots("a", corners)).to_scale(2.0);
+            let drawing = Drawing::new(&map);
+            let at = |p| drawing.place(p).expect("inside");
+            let (a, b) = (at([10.0, 40.0]), at([10.0 + x, 40.0 + y]));
+            let ratio = (a.1 - b.1) / y / ((b.0 - a.0) / x);
+            assert!((ratio - 2.0).abs() < 0.1, "{ratio}");
+        }
     }
 
     #[test]

@@ -311,6 +311,7 @@ fn rebuild_phase(name: &str, nodes: &[&Node], bases: &mut Bases) -> Result<Phase
             None => None,
         },
         path_multipliers: None,
+        contacts: Vec::new(),
         integral_multipliers: None,
         interval_errors,
     })

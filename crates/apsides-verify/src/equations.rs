@@ -129,6 +129,39 @@ impl<'a> Equations<'a> {
         h
     }
 
+    /// Whether there is a path constraint row of this index and no control enters it.
+    pub(crate) fn is_free_of_controls(&self, row: usize) -> bool {
+        let controls = self.nx..self.nx + self.nu;
+        self.path_row(row).is_some_and(|(function, output)| {
+            let pattern = function.pattern();
+            let columns = &pattern.columns[pattern.row_offsets[output]..pattern.row_offsets[output + 1]];
+            columns.iter().all(|c| !controls.contains(c))
+        })
+    }
+
+    /// Value of a path constraint row, and its gradient with respect to `[x, u, p, t]`; NaN where there is no such row.
+    pub(crate) fn row_gradient(&mut self, row: usize, gradient: &mut [f64]) -> f64 {
+        let Some((function, output)) = self.path_row(row) else { return f64::NAN };
+        gradient.fill(0.0);
+        let mut weights = vec![0.0; function.outputs()];
+        weights[output] = 1.0;
+        self.add(function, &weights, gradient, None);
+        self.values[output]
+    }
+
+    /// Function and output of a path constraint row.
+    fn path_row(&self, row: usize) -> Option<(&'a dyn NodeFunction, usize)> {
+        let phase = self.phase;
+        let mut first = 0;
+        for p in &phase.path {
+            if row < first + p.rows.len() {
+                return Some((p.function.as_ref(), row - first));
+            }
+            first += p.rows.len();
+        }
+        None
+    }
+
     fn add(
         &mut self,
         function: &dyn NodeFunction,

@@ -40,7 +40,7 @@
 //! let run = PhaseTrajectory {
 //!     name: "run".into(), initial_time: 0.0, final_time: 2.0, mesh: PhaseMesh::uniform(1, 2)?,
 //!     state: line([0.0, 6.0])?, control: line([3.0, 3.0])?, costate: Some(line([-1.0 / 3.0; 2])?),
-//!     path_multipliers: None, integral_multipliers: None, interval_errors: vec![0.0],
+//!     path_multipliers: None, contacts: vec![], integral_multipliers: None, interval_errors: vec![0.0],
 //! };
 //! let answer = Trajectory { phases: vec![run], parameters: vec![], objective: 2.0, constraint_multipliers: None };
 //! let certificate = verify(&ocp, &answer, &VerifySettings::default())?.certificate;

@@ -3,6 +3,7 @@
 //! ```text
 //! H = lambda . f + sum_q w_q g_q          L = H + mu . c          of the minimised objective
 //! lambda' = -dL/dx,   dL/du = 0 (or pushing against a bound),   lambda(tf) = dB/dx_f,   lambda(t0) = -dB/dx_0,
+//! lambda(t-) = lambda(t+) + nu dg/dx              where a path constraint g without controls touches its bound (a contact)
 //! H(tf) = -dB/dt_f,   H(t0) = dB/dt_0,                          B = Phi + nu . b
 //! ```
 //!
@@ -15,6 +16,7 @@
 //! Not part of a trajectory, so not known here: multipliers of state bounds along a phase (the costate equation is
 //! skipped where one is active), of duration bounds.
 
+mod contact;
 mod costate;
 mod stationarity;
 mod transversality;
@@ -42,6 +44,8 @@ pub(crate) fn checks(
         checks.extend(phase.stationarity(settings));
         checks.extend(phase.path_multipliers(settings));
         checks.extend(phase.hamiltonian(settings));
+        checks.extend(phase.contact_rates(settings));
+        checks.extend(phase.contact_hamiltonian(settings));
     }
     checks.extend(transversality::checks(ocp, trajectory, scaling, settings, &mut conditions));
     checks
@@ -59,6 +63,8 @@ struct PhaseConditions<'a> {
     /// Largest costate times the scale of its state over the nodes.
     costate_size: f64,
     point: Point,
+    /// At the contacts of the trajectory.
+    impulses: Vec<contact::Impulse>,
 }
 
 /// State, control, costate, path multipliers at one time, and the gradient of the Lagrangian there.
@@ -104,12 +110,14 @@ impl<'a> PhaseConditions<'a> {
             hamiltonian_size: 0.0,
             costate_size: 0.0,
             point,
+            impulses: Vec::new(),
         };
         for segment in 0..found.control.segments().len() {
             for time in found.control.node_times(segment) {
                 conditions.add_node(segment, time);
             }
         }
+        conditions.find_impulses();
         Some(conditions)
     }
 
@@ -136,6 +144,16 @@ impl<'a> PhaseConditions<'a> {
     fn evaluate(&mut self, segment: usize, t: f64) -> Hamiltonian {
         let control = &self.found.control;
         control.evaluate_in(segment, t, &mut self.point.u);
+        self.evaluate_with_control(segment, t)
+    }
+
+    /// The same with the control held within its bounds, since an end that is not a node is an extrapolation.
+    fn evaluate_within_bounds(&mut self, segment: usize, t: f64) -> Hamiltonian {
+        self.found.control.evaluate_in(segment, t, &mut self.point.u);
+        for (u, c) in self.point.u.iter_mut().zip(&self.equations.phase.controls) {
+            // `clamp` of the bounds would turn a NaN into a bound.
+            *u = if u.is_nan() { *u } else { c.bounds.clamp(*u) };
+        }
         self.evaluate_with_control(segment, t)
     }
 

@@ -35,6 +35,10 @@ pub struct VerifySettings {
     /// Allowed residual of the transversality conditions, relative to the largest costate times the scale of its state
     /// (for times: to the largest term of the Hamiltonian); default 1e-5.
     pub transversality_tolerance: f64,
+    /// Allowed rate of a path constraint where it touches its bound, times the duration of the phase and relative to the scale of
+    /// the row as for `path_tolerance`; default 1e-4. Where the multiplier of the contact, times that scale and relative
+    /// to the largest costate, is smaller, it counts.
+    pub contact_tolerance: f64,
     /// A state bound along a phase, or a bound on a duration, counts as active within this times the scale; default
     /// 1e-6. Costate checks are left out where one is, since its multiplier is not part of a trajectory.
     pub activity_tolerance: f64,
@@ -53,6 +57,7 @@ impl Default for VerifySettings {
             stationarity_tolerance: 1e-5,
             hamiltonian_tolerance: 1e-5,
             transversality_tolerance: 1e-5,
+            contact_tolerance: 1e-4,
             activity_tolerance: 1e-6,
         }
     }
@@ -73,6 +78,7 @@ impl VerifySettings {
             ("stationarity_tolerance", self.stationarity_tolerance),
             ("hamiltonian_tolerance", self.hamiltonian_tolerance),
             ("transversality_tolerance", self.transversality_tolerance),
+            ("contact_tolerance", self.contact_tolerance),
             ("activity_tolerance", self.activity_tolerance),
         ];
         for (name, value) in positive {

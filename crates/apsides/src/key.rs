@@ -261,6 +261,13 @@ impl Values {
         changed
     }
 
+    /// The same with another word.
+    pub(crate) fn with_word(&self, path: &'static str, word: &str) -> Self {
+        let mut changed = self.clone();
+        changed.0.insert(path, Value::Word(word.to_owned()));
+        changed
+    }
+
     /// Every key and its value, by key.
     pub fn iter(&self) -> impl Iterator<Item = (&'static str, &Value)> {
         self.0.iter().map(|(k, v)| (*k, v))

@@ -24,6 +24,7 @@
 //! | [`vehicle`] | vehicles as data |
 //! | [`pipeline`] | solve and verify |
 //! | [`sweep`] | parameter sweeps |
+//! | [`footprint`] | the ends that a vehicle can reach |
 //! | [`reproduce`] | published tables computed again |
 //! | [`sensitivity`] | what one more unit of a key is worth |
 //! | [`outcome`] | results |
@@ -31,6 +32,7 @@
 
 pub(crate) mod checkpoint;
 pub mod error;
+pub mod footprint;
 pub mod key;
 pub(crate) mod method;
 pub mod mission_file;

@@ -19,8 +19,11 @@ pub(crate) const MULTIPLE_SHOOTING: &str = "multiple-shooting";
 pub(crate) const INDIRECT: &str = "indirect";
 pub(crate) const TWO_LAYER: &str = "two-layer";
 
+/// Path of the key.
+pub(crate) const KEY: &str = "method";
+
 const METHOD: &[Key] = &[Key::choice(
-    "method",
+    KEY,
     &[RADAU, FLATNESS, MULTIPLE_SHOOTING, INDIRECT, TWO_LAYER],
     "how the problem is solved",
 )];
@@ -87,7 +90,7 @@ impl Mission {
 
     /// The word of the method.
     pub(crate) fn method(&self) -> &str {
-        self.values.word(METHOD[0].path)
+        self.values.word(KEY)
     }
 
     /// Whether the method can fly the mission.

@@ -78,7 +78,8 @@ impl Mission {
         let approach = if own { Vec::new() } else { (self.kind.approach)(&self.values) };
         for values in approach {
             let easier = Self { values, ..self.clone() };
-            let solution = easier.solve_by_method(&easier.pose()?, start.as_ref(), observer)?;
+            let easier_posed = easier.pose()?;
+            let solution = easier.solve_by_method(&easier_posed, start.as_ref(), observer)?;
             work.iterations += solution.counters.iterations;
             work.factorisations += solution.counters.factorisations;
             work.mesh_iterations += solution.counters.mesh_iterations;
@@ -86,7 +87,10 @@ impl Mission {
                 // From here on it would not become easier.
                 break;
             }
-            start = Some(solution.trajectory);
+            // Where the easier case is a reduction and this one is not, its whole flight is what this one starts from.
+            let fits = Guess::earlier(&solution.trajectory).check(&posed.ocp).is_ok();
+            start =
+                Some(if fits { solution.trajectory } else { easier_posed.expand(&solution.trajectory)? });
         }
         let mut solution = self.solve_by_method(posed, start.as_ref(), observer)?;
         solution.counters.iterations += work.iterations;

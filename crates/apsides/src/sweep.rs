@@ -2,7 +2,7 @@
 
 use apsides_ocp::Trajectory;
 
-use crate::{Error, Mission, Observer, Outcome};
+use crate::{Error, Mission, Observer, Outcome, Price};
 
 /// Values of one key.
 #[derive(Clone, Debug, PartialEq)]
@@ -100,4 +100,38 @@ pub fn sweep(
         }
     }
     Ok(())
+}
+
+/// Whether the cases of a sweep can have prices.
+///
+/// # Errors
+/// When a method gives none, or no axis is a number of vehicle or flight.
+pub fn check_prices(axes: &[Axis], cases: &[Case]) -> Result<(), Error> {
+    cases.iter().try_for_each(|case| case.mission.check_prices())?;
+    let has_price =
+        |axis: &Axis| cases.iter().any(|case| case.mission.priced_keys().any(|k| k.path == axis.key));
+    if axes.iter().any(has_price) {
+        return Ok(());
+    }
+    let place = axes.iter().map(|a| format!("--set {}=..", a.key)).collect::<Vec<_>>().join(" ");
+    let reason =
+        "no swept key has a price; numbers of vehicle and flight have one where they are finite".into();
+    Err(Error::Conflict { place: format!("sensitivity, {place}"), reason })
+}
+
+/// Prices of the swept keys at a case, in the order of the axes: none for a word, for a limit that is infinite there, and where the case
+/// is not solved.
+///
+/// # Errors
+/// As of [`Mission::sensitivities`].
+pub fn prices(axes: &[Axis], case: &Case, outcome: &Outcome) -> Result<Vec<Option<Price>>, Error> {
+    let solved = outcome.report.as_ref().is_some_and(|report| report.status.is_success());
+    let is_priced = |key: &str| solved && case.mission.priced_keys().any(|k| k.path == key);
+    let keys: Vec<&str> = axes.iter().map(|a| a.key.as_str()).filter(|key| is_priced(key)).collect();
+    let mut found = if keys.is_empty() { Vec::new() } else { case.mission.sensitivities(outcome, &keys)? };
+    let mut price = |axis: &Axis| {
+        let place = found.iter().position(|p| p.key == axis.key)?;
+        Some(found.swap_remove(place))
+    };
+    Ok(axes.iter().map(&mut price).collect())
 }

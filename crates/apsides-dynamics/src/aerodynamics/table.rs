@@ -5,7 +5,8 @@ use apsides_ad::{BicubicSpline, Outside, Pchip, Scalar};
 use crate::DynamicsError;
 use crate::error::{finite_column, increasing, positive_column, short};
 
-/// Coefficients of lift and drag over the Mach number: [shape-preserving cubics](Pchip) in its logarithm, constant beyond the ends.
+/// Coefficients of lift and drag over the Mach number: [shape-preserving cubics](Pchip) in its logarithm, constant beyond the ends, which
+/// they reach with slope zero.
 #[derive(Clone, Debug, PartialEq)]
 pub struct MachTable {
     lowest: f64,
@@ -41,8 +42,12 @@ impl MachTable {
         let logarithms = logarithms(mach)?;
         finite_column("coefficient of lift", lift, mach.len())?;
         positive_column("coefficient of drag", drag, mach.len())?;
+        let &[first, .., last] = &logarithms[..] else { return Err(short(MACH, mach.len(), 2)) };
+        // End rows once more: the slope at the ends becomes that of the constants beyond.
+        let knots = repeated_ends(&logarithms, [first - 1.0, last + 1.0]);
         let table = |values: &[f64]| {
-            Pchip::new(&logarithms, values, Outside::Constant).map_err(|_| short(MACH, mach.len(), 2))
+            let padded = repeated_ends(values, [values[0], values[values.len() - 1]]);
+            Pchip::new(&knots, &padded, Outside::Constant).map_err(|_| short(MACH, mach.len(), 2))
         };
         Ok(Self { lowest: mach[0], lift: table(lift)?, drag: table(drag)? })
     }
@@ -104,6 +109,11 @@ impl AttackTable {
         let y = attack.map(|a| within(a, self.attack, |a| [a, 1.0, 0.0]));
         [self.lift.at(x, y), self.drag.at(x, y)]
     }
+}
+
+/// The values between two more.
+fn repeated_ends(values: &[f64], [before, after]: [f64; 2]) -> Vec<f64> {
+    std::iter::once(before).chain(values.iter().copied()).chain(std::iter::once(after)).collect()
 }
 
 /// The natural logarithm with its derivatives.

@@ -6,7 +6,7 @@ fn near(what: &str, found: f64, expected: f64, tolerance: f64) {
     assert!((found - expected).abs() < tolerance, "{what}: {found} instead of {expected}");
 }
 
-/// `scipy.interpolate.PchipInterpolator` 1.17.1 in the logarithm of the Mach number.
+/// `scipy.interpolate.PchipInterpolator` 1.17.1 in the logarithm of the Mach number, with the end rows repeated at another Mach number.
 #[test]
 fn apollo_table_as_by_scipy() {
     let table = MachTable::apollo_10();
@@ -18,8 +18,8 @@ fn apollo_table_as_by_scipy() {
         (2.2, 0.5128862365813105, 1.2732051454937645),
         (3.7, 0.4401518953010552, 1.2272930803011184),
         (7.0, 0.426007342672069, 1.231119319832168),
-        (20.0, 0.3982185343108762, 1.2703641562951782),
-        (29.5, 0.379, 1.3013600000000003),
+        (20.0, 0.389731848071294, 1.284042957503824),
+        (29.5, 0.379, 1.30136),
     ];
     for (mach, lift, drag) in reference {
         let [found_lift, found_drag] = table.coefficients(mach);

@@ -1,6 +1,8 @@
 //! The normal distribution that points are drawn from, and its update (Hansen 2016, arXiv 1604.00772, equations 38 to 47).
 
 use super::eigen::decompose;
+use super::scratch::Scratch;
+use super::vectors::{add, dot};
 use super::weights::Weights;
 use crate::Generator;
 use serde::{Deserialize, Serialize};
@@ -24,10 +26,10 @@ pub(super) struct Distribution {
     /// Whether `C` can be decomposed.
     pub(super) sound: bool,
     #[serde(skip)]
-    work: Work,
+    work: Scratch<Work>,
 }
 
-/// Memory that is used again. It has no part in results, so that all are equal.
+/// Vectors of the update and of the decomposition.
 #[derive(Clone, Debug, Default)]
 struct Work {
     vectors: Vec<f64>,
@@ -35,12 +37,6 @@ struct Work {
     below: Vec<f64>,
     step: Vec<f64>,
     whitened: Vec<f64>,
-}
-
-impl PartialEq for Work {
-    fn eq(&self, _: &Self) -> bool {
-        true
-    }
 }
 
 impl Distribution {
@@ -60,7 +56,7 @@ impl Distribution {
             generations: 0,
             decomposed: 0,
             sound: true,
-            work: Work::default(),
+            work: Scratch::default(),
         }
     }
 
@@ -85,7 +81,7 @@ impl Distribution {
     /// `z = D^-1 B' y`, the inverse of what `draw` does.
     pub(super) fn whiten(&self, y: &[f64], z: &mut [f64]) {
         for ((axis, length), z) in self.axes.chunks_exact(self.dimension()).zip(&self.lengths).zip(z) {
-            *z = axis.iter().zip(y).map(|(a, y)| a * y).sum::<f64>() / length;
+            *z = dot(axis, y) / length;
         }
     }
 
@@ -94,6 +90,7 @@ impl Distribution {
         let n = self.dimension();
         let row = |k: usize| k * n..(k + 1) * n;
         let Self { weights: w, mean, path_c, path_sigma, covariance, axes, work, .. } = self;
+        let work = &mut work.0;
         self.generations += 1;
         work.step.clear();
         work.step.resize(n, 0.0);
@@ -110,7 +107,7 @@ impl Distribution {
         for (axis, z) in axes.chunks_exact(n).zip(&work.whitened) {
             add(path_sigma, gain * z, axis);
         }
-        let length = path_sigma.iter().map(|p| p * p).sum::<f64>().sqrt();
+        let length = dot(path_sigma, path_sigma).sqrt();
         let age = i32::try_from(2 * self.generations).unwrap_or(i32::MAX);
         let settled = (1.0 - (1.0 - w.c_sigma).powi(age)).sqrt();
         let steady = length / settled < (1.4 + 2.0 / (n as f64 + 1.0)) * w.length;
@@ -123,15 +120,13 @@ impl Distribution {
         let kept = 1.0 + missing - w.c_1 - w.c_mu * w.sum;
         covariance.iter_mut().for_each(|c| *c *= kept);
         add_outer(covariance, w.c_1, path_c);
-        for (&k, &weight) in ranked.iter().zip(&w.ranked).filter(|(_, w)| **w != 0.0) {
-            let factor = if weight > 0.0 {
-                weight
-            } else {
-                weight * n as f64 / z[row(k)].iter().map(|z| z * z).sum::<f64>().max(f64::MIN_POSITIVE)
-            };
-            add_outer(covariance, w.c_mu * factor, &y[row(k)]);
-        }
-        // Hansen 2016 limits nothing here; a jump of more than e in one generation is never useful.
+        let factor = |(&k, &weight): (&usize, &f64)| {
+            let length = if weight < 0.0 { dot(&z[row(k)], &z[row(k)]) / n as f64 } else { 1.0 };
+            (w.c_mu * weight / length.max(f64::MIN_POSITIVE), &y[row(k)])
+        };
+        let terms = ranked.iter().zip(&w.ranked).filter(|(_, w)| **w != 0.0).map(factor);
+        add_outers(covariance, terms);
+        // At most by e in one generation, as in pycma.
         self.sigma *= (w.c_sigma / w.d_sigma * (length / w.length - 1.0)).min(1.0).exp();
         if self.generations - self.decomposed >= w.lazy_gap(n) {
             self.decompose();
@@ -142,7 +137,7 @@ impl Distribution {
     fn decompose(&mut self) {
         let n = self.dimension();
         self.decomposed = self.generations;
-        let work = &mut self.work;
+        let work = &mut self.work.0;
         work.vectors.clone_from(&self.covariance);
         work.values.resize(n, 0.0);
         work.below.resize(n, 0.0);
@@ -177,17 +172,28 @@ impl Distribution {
     }
 }
 
-/// `to += factor * from`.
-fn add(to: &mut [f64], factor: f64, from: &[f64]) {
-    for (to, from) in to.iter_mut().zip(from) {
-        *to += factor * from;
-    }
-}
-
 /// Adds `factor * y y'` to the lower triangle of a matrix.
 fn add_outer(matrix: &mut [f64], factor: f64, y: &[f64]) {
     for (i, row) in matrix.chunks_exact_mut(y.len()).enumerate() {
         add(&mut row[..=i], factor * y[i], &y[..=i]);
+    }
+}
+
+/// Adds many such terms, four at a time, so that the matrix is read and written less often.
+fn add_outers<'a>(matrix: &mut [f64], mut terms: impl Iterator<Item = (f64, &'a [f64])>) {
+    loop {
+        let four = [terms.next(), terms.next(), terms.next(), terms.next()];
+        let [Some((fa, a)), Some((fb, b)), Some((fc, c)), Some((fd, d))] = four else {
+            four.into_iter().flatten().for_each(|(factor, y)| add_outer(matrix, factor, y));
+            return;
+        };
+        for (i, row) in matrix.chunks_exact_mut(a.len()).enumerate() {
+            let (ga, gb, gc, gd) = (fa * a[i], fb * b[i], fc * c[i], fd * d[i]);
+            let (row, a, b, c, d) = (&mut row[..=i], &a[..=i], &b[..=i], &c[..=i], &d[..=i]);
+            for j in 0..=i {
+                row[j] += ga * a[j] + gb * b[j] + (gc * c[j] + gd * d[j]);
+            }
+        }
     }
 }
 

@@ -1,6 +1,8 @@
 //! Eigenvalues and eigenvectors of a symmetric matrix: Householder's tridiagonal form, then the QL algorithm with implicit
 //! shifts (Golub and Van Loan, Matrix Computations, 4th ed., sections 8.3.1 and 8.3.3).
 
+use super::vectors::{add, dot};
+
 /// Iterations for each eigenvalue; two or three are usual.
 const ITERATIONS: usize = 60;
 
@@ -30,7 +32,7 @@ fn tridiagonal(a: &mut [f64], d: &mut [f64], e: &mut [f64], n: usize) {
             continue;
         }
         row.iter_mut().for_each(|v| *v /= scale);
-        let square: f64 = row.iter().map(|v| v * v).sum();
+        let square = dot(row, row);
         let last = row[k - 1];
         let length = if last > 0.0 { -square.sqrt() } else { square.sqrt() };
         e[k] = scale * length;
@@ -41,21 +43,17 @@ fn tridiagonal(a: &mut [f64], d: &mut [f64], e: &mut [f64], n: usize) {
         p.fill(0.0);
         for i in 0..k {
             let line = &above[i * n..i * n + i];
-            let mut sum = above[i * n + i] * row[i];
-            for j in 0..i {
-                sum += line[j] * row[j];
-                p[j] += line[j] * row[i];
-            }
-            p[i] += sum;
+            add(&mut p[..i], row[i], line);
+            p[i] += above[i * n + i] * row[i] + dot(line, &row[..i]);
         }
         p.iter_mut().for_each(|v| *v /= h);
-        let along = p.iter().zip(&*row).map(|(p, u)| p * u).sum::<f64>() / (2.0 * h);
-        p.iter_mut().zip(&*row).for_each(|(p, u)| *p -= along * u);
+        let along = dot(p, row) / (2.0 * h);
+        add(p, -along, row);
         for i in 0..k {
             let line = &mut above[i * n..=i * n + i];
             let (u, q) = (row[i], p[i]);
-            for j in 0..=i {
-                line[j] -= u * p[j] + q * row[j];
+            for ((a, p), r) in line.iter_mut().zip(&p[..=i]).zip(&row[..=i]) {
+                *a -= u * p + q * r;
             }
         }
         d[k] = h;
@@ -73,8 +71,8 @@ fn accumulate(a: &mut [f64], d: &mut [f64], n: usize) {
         if d[k] != 0.0 {
             let (above, row) = a.split_at_mut(k * n);
             for line in above.chunks_exact_mut(n) {
-                let along = line[..k].iter().zip(&row[..k]).map(|(a, u)| a * u).sum::<f64>() / d[k];
-                line[..k].iter_mut().zip(&row[..k]).for_each(|(a, u)| *a -= along * u);
+                let along = dot(&line[..k], &row[..k]) / d[k];
+                add(&mut line[..k], -along, &row[..k]);
             }
         }
         d[k] = diagonal;
@@ -99,7 +97,7 @@ fn diagonal(z: &mut [f64], d: &mut [f64], e: &mut [f64], n: usize) -> bool {
                 return false;
             }
             let g = (d[l + 1] - d[l]) / (2.0 * e[l]);
-            let mut g = d[m] - d[l] + e[l] / (g + g.hypot(1.0).copysign(g));
+            let mut g = d[m] - d[l] + e[l] / (g + (g * g + 1.0).sqrt().copysign(g));
             let (mut s, mut c, mut p) = (1.0, 1.0, 0.0);
             let mut split = false;
             for i in (l..m).rev() {
@@ -112,8 +110,7 @@ fn diagonal(z: &mut [f64], d: &mut [f64], e: &mut [f64], n: usize) -> bool {
                     split = true;
                     break;
                 }
-                s = f / r;
-                c = g / r;
+                (s, c) = (f / r, g / r);
                 g = d[i + 1] - p;
                 let t = (d[i] - g) * s + 2.0 * c * b;
                 p = s * t;

@@ -5,6 +5,7 @@
 //! off. The weights come from the range of recent objectives, and grow while the mean is far outside.
 
 use super::distribution::Distribution;
+use super::scratch::Scratch;
 use crate::Evaluation;
 use serde::{Deserialize, Serialize};
 
@@ -19,17 +20,7 @@ pub(super) struct Penalty {
     next: usize,
     longest: usize,
     #[serde(skip)]
-    sorted: Sorted,
-}
-
-/// Memory that is used again. It has no part in results, so that all are equal.
-#[derive(Clone, Debug, Default)]
-struct Sorted(Vec<f64>);
-
-impl PartialEq for Sorted {
-    fn eq(&self, _: &Self) -> bool {
-        true
-    }
+    sorted: Scratch<Vec<f64>>,
 }
 
 impl Penalty {
@@ -41,7 +32,7 @@ impl Penalty {
             ranges: Vec::with_capacity(longest),
             next: 0,
             longest,
-            sorted: Sorted(Vec::with_capacity(population.max(longest))),
+            sorted: Scratch(Vec::with_capacity(population.max(longest))),
         }
     }
 

@@ -2,6 +2,7 @@
 
 use super::Restarts;
 use super::distribution::Distribution;
+use super::scratch::Scratch;
 use crate::{Convergence, Evaluation, Generator};
 use serde::{Deserialize, Serialize};
 
@@ -86,14 +87,16 @@ pub(super) struct Course {
     recent: Vec<f64>,
     next: usize,
     longest: usize,
-    /// Best and median objective of every generation of the run.
+    /// Best and median objective of the generations of the run, the newest last.
     best: Vec<f64>,
     median: Vec<f64>,
     first_sigma: f64,
+    #[serde(skip)]
+    sorted: Scratch<Vec<f64>>,
 }
 
 /// Objectives of so many generations are kept, by dropping the older half.
-const KEPT: usize = 20_000;
+const KEPT: usize = 4096;
 /// Part of the first step size below which a run has converged, and largest growth of it.
 const LEAST_STEP: f64 = 1e-12;
 const LARGEST_STEP: f64 = 1e4;
@@ -106,9 +109,10 @@ impl Course {
             recent: Vec::with_capacity(longest),
             next: 0,
             longest,
-            best: Vec::new(),
-            median: Vec::new(),
+            best: Vec::with_capacity(KEPT),
+            median: Vec::with_capacity(KEPT),
             first_sigma: sigma,
+            sorted: Scratch(Vec::with_capacity(KEPT)),
         }
     }
 
@@ -167,21 +171,20 @@ impl Course {
     fn stagnates(&mut self, n: usize, population: usize) -> bool {
         let count = self.best.len();
         let least = 120 + 30 * n / population;
-        // The window is a fifth of the run, at least `least` and at most 20 000 generations; looking once in a while is enough.
         let window = (count / 5).max(least);
-        let stagnates = count > 2 * least && count.is_multiple_of(16) && {
-            let part = (3 * window / 10).max(1);
-            let median_of = |values: &[f64]| {
-                let mut sorted = values.to_vec();
-                let middle = sorted.len() / 2;
-                *sorted.select_nth_unstable_by(middle, f64::total_cmp).1
-            };
-            let improves = |values: &[f64]| {
-                let recent = &values[count - window..];
-                median_of(&recent[window - part..]) < median_of(&recent[..part])
-            };
-            !improves(&self.best) && !improves(&self.median)
+        let mut median_of = |values: &[f64]| {
+            let sorted = &mut self.sorted.0;
+            sorted.clear();
+            sorted.extend_from_slice(values);
+            *sorted.select_nth_unstable_by(values.len() / 2, f64::total_cmp).1
         };
+        let mut improves = |values: &[f64]| {
+            let (recent, part) = (&values[count - window..], 3 * window / 10);
+            median_of(&recent[window - part..]) < median_of(&recent[..part])
+        };
+        // Once in a while is enough.
+        let stagnates =
+            count > 2 * least && count.is_multiple_of(16) && !improves(&self.best) && !improves(&self.median);
         if count >= KEPT {
             self.best.drain(..KEPT / 2);
             self.median.drain(..KEPT / 2);

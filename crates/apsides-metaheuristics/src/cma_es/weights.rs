@@ -63,12 +63,12 @@ impl Weights {
         }
     }
 
-    /// Generations between decompositions of the covariance matrix, so that their cost for each evaluation is that of drawing a point.
-    ///
-    /// Half of `1 / (c_1 + c_mu) n`, in which time the matrix changes little; Hansen 2016, section B.2, has a tenth.
+    /// Generations between decompositions of the covariance matrix, so that their cost for each evaluation is that of drawing a
+    /// point: half of `1 / (c_1 + c_mu) n`, in which time the matrix changes little. That is the gap of the author's pycma
+    /// (<https://doi.org/10.5281/zenodo.2559634>); Hansen 2016, section B.2, has a tenth.
     pub(super) fn lazy_gap(&self, dimension: usize) -> usize {
         let gap = 0.5 / ((self.c_1 + self.c_mu) * dimension as f64);
-        gap.max(1.0) as usize
+        gap.ceil().max(1.0) as usize
     }
 }
 

@@ -1,7 +1,8 @@
 //! Requests that are refused, by name.
 
 use apsides_metaheuristics::{
-    AnnealingSettings, AntColonySettings, Constraints, CooperationSettings, Damping, GeneticSettings,
+    AnnealingSettings, AntColonySettings, CmaEsSettings, Constraints, CooperationSettings, Damping,
+    DifferentialAdaptation, DifferentialEvolutionSettings, DifferentialMutation, GeneticSettings,
     IslandsSettings, Method, Noise, ParticleSwarmSettings, Search, SearchSpace, Stagnation, Topology,
 };
 
@@ -120,6 +121,39 @@ fn methods() {
         (
             Method::AntColony(AntColonySettings { ants: 0, ..colony() }),
             "ant colony: ants: a population of 0; at least 1 are needed",
+        ),
+        (
+            Method::DifferentialEvolution(DifferentialEvolutionSettings {
+                population: Some(3),
+                ..Default::default()
+            }),
+            "differential evolution: a population of 3; at least 4 are needed",
+        ),
+        (
+            Method::DifferentialEvolution(DifferentialEvolutionSettings {
+                adaptation: DifferentialAdaptation::Fixed { factor: 0.0, crossover: 0.5 },
+                ..Default::default()
+            }),
+            "differential evolution: factor is 0; above 0 and at most 2 is needed",
+        ),
+        (
+            Method::DifferentialEvolution(DifferentialEvolutionSettings {
+                mutation: DifferentialMutation::CurrentToPBest { part: f64::NAN },
+                ..Default::default()
+            }),
+            "differential evolution: part is NaN; above 0 and at most 1 is needed",
+        ),
+        (
+            Method::CmaEs(CmaEsSettings { population: Some(1), ..Default::default() }),
+            "CMA-ES: a population of 1; at least 4 are needed",
+        ),
+        (
+            Method::CmaEs(CmaEsSettings { step: 0.0, ..Default::default() }),
+            "CMA-ES: step is 0; above 0 and at most 1 is needed",
+        ),
+        (
+            Method::CmaEs(CmaEsSettings { tolerance: -1.0, ..Default::default() }),
+            "CMA-ES: tolerance is -1; at least 0 is needed",
         ),
         (
             Method::SimulatedAnnealing(AnnealingSettings { cooling: Some(1.0), ..annealing() }),

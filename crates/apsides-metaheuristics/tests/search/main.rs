@@ -8,8 +8,9 @@ mod properties;
 mod resume;
 
 use apsides_metaheuristics::{
-    AnnealingSettings, AntColonySettings, CooperationSettings, Damping, GeneticSettings, IslandsSettings,
-    Method, Neighbourhood, ParticleSwarmSettings, Search, SearchReport, Topology,
+    AnnealingSettings, AntColonySettings, CmaBounds, CmaEsSettings, CooperationSettings, Damping,
+    DifferentialBounds, DifferentialEvolutionSettings, DifferentialMutation, GeneticSettings,
+    IslandsSettings, Method, Neighbourhood, ParticleSwarmSettings, Restarts, Search, SearchReport, Topology,
 };
 use std::time::Duration;
 
@@ -28,7 +29,18 @@ fn methods() -> Vec<(&'static str, Method)> {
         Method::ParticleSwarm(global.clone()),
         Method::AntColony(AntColonySettings::default()),
         Method::SimulatedAnnealing(AnnealingSettings { walkers: 3, ..Default::default() }),
+        Method::DifferentialEvolution(DifferentialEvolutionSettings::default()),
+        Method::CmaEs(CmaEsSettings::default()),
     ];
+    let rand = DifferentialEvolutionSettings::classic();
+    let to_best = DifferentialEvolutionSettings {
+        mutation: DifferentialMutation::CurrentToBest,
+        bounds: DifferentialBounds::Reflection,
+        ..rand.clone()
+    };
+    let cma = CmaEsSettings::default();
+    let resampling =
+        CmaEsSettings { bounds: CmaBounds::Resampling, restarts: Restarts::Increasing, ..cma.clone() };
     let islands =
         IslandsSettings { islands: all, topology: Topology::Star, interval: 5, ..Default::default() };
     vec![
@@ -48,6 +60,12 @@ fn methods() -> Vec<(&'static str, Method)> {
         ),
         ("cooperation", Method::Cooperation(CooperationSettings::default())),
         ("islands", Method::Islands(islands)),
+        ("differential evolution", Method::DifferentialEvolution(rand)),
+        ("differential evolution towards the best", Method::DifferentialEvolution(to_best)),
+        ("jDE", Method::DifferentialEvolution(DifferentialEvolutionSettings::self_adaptive())),
+        ("L-SHADE", Method::DifferentialEvolution(DifferentialEvolutionSettings::default())),
+        ("CMA-ES", Method::CmaEs(cma)),
+        ("CMA-ES with resampling", Method::CmaEs(resampling)),
     ]
 }
 

@@ -116,6 +116,7 @@ pub(crate) fn phase(
         control: polynomial(breaks, points, controls, false, control),
         costate: Some(polynomial(breaks, points, states, true, &|t, c| (0.001 * t + c as f64).cos() * 1e-4)),
         path_multipliers: None,
+        contacts: Vec::new(),
         integral_multipliers: None,
         interval_errors: (0..points.len()).map(|k| 1e-6 * 0.2f64.powi(k as i32)).collect(),
     }
@@ -212,6 +213,7 @@ pub(crate) fn outcome() -> Outcome {
             timing_ms: Timing { build: 1.234, solve: 48.1, verify: 6.02 },
             certificate,
             warnings: Vec::new(),
+            search: None,
             switches: Vec::new(),
             sensitivity: None,
         },

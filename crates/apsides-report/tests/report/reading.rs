@@ -1,6 +1,6 @@
 //! `trajectory.csv` and `multipliers.json`: what is written reads back, what is damaged is refused with its line.
 
-use apsides_ocp::{PiecewisePolynomial, Segment, Trajectory};
+use apsides_ocp::{Contact, PiecewisePolynomial, Segment, Trajectory};
 use apsides_report::{Multipliers, ReportError, read_trajectory, write_trajectory};
 use proptest::prelude::*;
 
@@ -169,6 +169,7 @@ fn with_multipliers() -> Trajectory {
     let (breaks, points) = (phase.control.breaks().to_vec(), phase.mesh.points().to_vec());
     phase.path_multipliers =
         Some(lander::polynomial(&breaks, &points, 2, false, &|t, c| (0.01 * t + c as f64).sin()));
+    phase.contacts = vec![Contact { end: 1, row: 1, multiplier: 0.1 + 0.2 }];
     trajectory
 }
 
@@ -187,7 +188,11 @@ fn multipliers_read_back() {
     for t in [0.0, 3.0, 149.9, 150.0, 555.5, 800.0] {
         assert!(difference(&a, &b, t) < 1e-12);
     }
+    assert_eq!(again.phases[0].contacts, trajectory.phases[0].contacts);
     assert!(Multipliers::of(&ocp, &lander::trajectory()).is_none());
+    // Files from before there were contacts.
+    let older: Multipliers = serde_json::from_str(r#"{"constraints": null, "path": []}"#).unwrap();
+    assert!(older.contacts.is_empty());
 }
 
 #[test]
@@ -210,6 +215,11 @@ fn multipliers_that_do_not_fit_are_refused() {
     let mut rows = good.clone();
     rows.path[0].values[3].pop();
     assert_eq!(message(&rows), "multipliers of `braking`: expected 2 values at point 3, found 1");
+    let mut contacts = good.clone();
+    contacts.contacts[0].interval_end = 0;
+    assert_eq!(message(&contacts), "multipliers of `dynamic pressure`: 0 is no inner interval end");
+    contacts.contacts[0].row = "lift".into();
+    assert_eq!(message(&contacts), "multipliers of `lift`: no path constraint of phase `braking`");
     let mut renamed = good;
     renamed.constraints.as_mut().unwrap()[0].constraint = "other".into();
     assert!(message(&renamed).contains("`other`"));

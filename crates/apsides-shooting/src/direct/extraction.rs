@@ -150,6 +150,7 @@ impl Extraction<'_> {
             control: polynomial(p.controls, control)?,
             costate: Some(polynomial(p.states, costate)?),
             path_multipliers: if path_rows > 0 { Some(polynomial(path_rows, path)?) } else { None },
+            contacts: Vec::new(),
             integral_multipliers: Some(integral_multipliers),
             interval_errors: errors.clone(),
         };

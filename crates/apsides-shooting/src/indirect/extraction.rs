@@ -269,6 +269,7 @@ impl Pieces {
             control: polynomial(phase.controls.len(), controls)?,
             costate: Some(polynomial(nx, costates)?),
             path_multipliers: if rows > 0 { Some(polynomial(rows, multipliers)?) } else { None },
+            contacts: Vec::new(),
             integral_multipliers: None,
             interval_errors: vec![tolerance; count],
         })

@@ -110,6 +110,7 @@ impl ProfileShooting<'_> {
                 costate: None,
                 path_multipliers: None,
                 integral_multipliers: None,
+                contacts: Vec::new(),
                 interval_errors: errors,
             }],
             parameters: flight.parameters.clone(),

@@ -1,4 +1,5 @@
-//! The costate equation `lambda' = -dL/dx`, integrated over each interval and compared with the costate at its end.
+//! The costate equation `lambda' = -dL/dx`, integrated over each interval and compared with the costate at its end,
+//! jumps at contacts included.
 
 use std::cell::RefCell;
 
@@ -44,6 +45,7 @@ impl PhaseConditions<'_> {
             // The next interval's start, so that the costate is one continuous solution.
             let next = (k + 1).min(intervals - 1);
             evaluate_piece(self.costate, intervals, next, b, &mut stated);
+            self.add_jump(k + 1, &mut stated);
             let reached = integrator.as_mut().is_some_and(|i| self.integrate(i, k, a, &start, b, &mut end));
             for i in 0..nx {
                 let miss = if reached { (end[i] - stated[i]).abs() } else { f64::NAN };

@@ -31,7 +31,9 @@ impl PhaseConditions<'_> {
 
     /// A path multiplier is zero inside the bounds, positive at the upper, negative at the lower one.
     pub(super) fn path_multipliers(&self, settings: &VerifySettings) -> Option<Check> {
-        self.found.path_multipliers.as_ref()?;
+        if self.found.path_multipliers.is_none() && self.impulses.is_empty() {
+            return None;
+        }
         let phase = self.equations.phase;
         let mut worst = Worst::default();
         for (r, row) in phase.path.iter().flat_map(|p| &p.rows).enumerate() {
@@ -44,6 +46,7 @@ impl PhaseConditions<'_> {
                 worst.consider(residual, settings.stationarity_tolerance, "-", at);
             }
         }
+        self.consider_signs(&mut worst, settings);
         worst.into_check(format!("signs of the path multipliers of {}", phase.name), KIND)
     }
 

@@ -188,26 +188,25 @@ impl EndConditions<'_> {
 }
 
 impl PhaseConditions<'_> {
-    /// Hamiltonian at both ends: its mean where it is constant, else with the control held within its bounds, because
-    /// an end that is not a node is an extrapolation.
+    /// Hamiltonian at both ends: its mean where it is constant.
     fn end_hamiltonians(&mut self) -> [f64; 2] {
         if self.equations.is_autonomous() {
             return [self.mean_hamiltonian(); 2];
         }
         let last = self.found.control.segments().len() - 1;
-        [(0, self.found.initial_time), (last, self.found.final_time)].map(|(segment, t)| {
-            self.found.control.evaluate_in(segment, t, &mut self.point.u);
-            for (u, c) in self.point.u.iter_mut().zip(&self.equations.phase.controls) {
-                // `clamp` of the bounds would turn a NaN into a bound.
-                *u = if u.is_nan() { *u } else { c.bounds.clamp(*u) };
-            }
-            self.evaluate_with_control(segment, t).value
-        })
+        [(0, self.found.initial_time), (last, self.found.final_time)]
+            .map(|(segment, t)| self.evaluate_within_bounds(segment, t).value)
     }
 
-    /// Adds the integrals of `dL/dp` and of its magnitude.
+    /// Adds the integrals of `dL/dp` and of its magnitude, contacts included.
     fn add_parameter_slopes(&mut self, slopes: &mut [f64], sizes: &mut [f64]) {
         let first = self.equations.nx + self.equations.nu;
+        for impulse in &self.impulses {
+            for i in 0..slopes.len() {
+                slopes[i] += impulse.jump[first + i];
+                sizes[i] += impulse.jump[first + i].abs();
+            }
+        }
         let breaks = self.found.control.breaks();
         for segment in 0..breaks.len() - 1 {
             let panel = (breaks[segment + 1] - breaks[segment]) / PANELS as f64;

@@ -63,6 +63,7 @@ pub(super) fn phase(
         control: polynomial(u(0, t0).len(), breaks, lgr.nodes(), &u),
         costate: Some(polynomial(x(0, t0).len(), breaks, lgr.support(), &costate)),
         path_multipliers: None,
+        contacts: Vec::new(),
         integral_multipliers: None,
         interval_errors: vec![0.0; intervals],
     }

@@ -8,15 +8,12 @@ use super::{Shortfall, Solution};
 use crate::key::{Key, Range};
 use crate::{Counters, Error, Mission};
 
+const MESH_TOLERANCE: &str = "radau.mesh_tolerance";
+
 pub(super) const KEYS: &[Key] = &[
     Key::count("radau.intervals", 10, 1, 100_000, "mesh intervals per phase of the first mesh"),
     Key::count("radau.points", 5, 1, 60, "collocation points per interval of the first mesh"),
-    Key::number(
-        "radau.mesh_tolerance",
-        1e-10,
-        Range::open(0.0, 1.0),
-        "largest relative error between points",
-    ),
+    Key::number(MESH_TOLERANCE, 1e-10, Range::open(0.0, 1.0), "largest relative error between points"),
     Key::count("radau.max_meshes", 20, 1, 1000, "most meshes solved; 1 switches refinement off"),
     Key::number("radau.nlp_tolerance", 1e-10, Range::open(0.0, 1.0), "scaled optimality error of each solve"),
 ];
@@ -53,13 +50,19 @@ impl Mission {
 
     pub(crate) fn radau(&self) -> Radau {
         let mut settings = RadauSettings {
-            mesh_tolerance: self.values.number("radau.mesh_tolerance"),
+            mesh_tolerance: self.values.number(MESH_TOLERANCE),
             max_meshes: self.values.count("radau.max_meshes"),
             threads: self.threads,
             ..RadauSettings::default()
         };
         settings.nlp.tolerance = self.values.number("radau.nlp_tolerance");
         Radau { settings }
+    }
+
+    /// The mission, solved no more accurately between the points of the mesh than this.
+    pub(crate) fn with_mesh_tolerance_from(&self, least: f64) -> Self {
+        let tolerance = self.values.number(MESH_TOLERANCE).max(least);
+        Self { values: self.values.with_number(MESH_TOLERANCE, tolerance), ..self.clone() }
     }
 
     pub(crate) fn first_mesh(&self, ocp: &Ocp) -> Result<Mesh, Error> {

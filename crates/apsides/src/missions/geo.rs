@@ -41,6 +41,7 @@ pub(super) const INJECTION: Kind = Kind {
     checks: |v, t| Injection::of(v).map_or_else(|_| Vec::new(), |i| checks::checks(&i, t)),
     missing,
     margins: super::no_margins,
+    reach: None,
 };
 
 fn pose(v: &Values) -> Result<Posed, Error> {

@@ -38,6 +38,7 @@ pub(super) const DIRECT: Kind = Kind {
     checks: |_, _| Vec::new(),
     missing: |_, _| None,
     margins: super::no_margins,
+    reach: None,
 };
 
 pub(super) const PERILUNE: Kind = Kind {
@@ -54,6 +55,7 @@ pub(super) const PERILUNE: Kind = Kind {
     checks: |_, _| Vec::new(),
     missing: |_, _| None,
     margins: super::no_margins,
+    reach: None,
 };
 
 pub(super) const TWO_PHASE: Kind = Kind {
@@ -76,6 +78,7 @@ pub(super) const TWO_PHASE: Kind = Kind {
     checks: |_, _| Vec::new(),
     missing: |_, _| None,
     margins: super::no_margins,
+    reach: None,
 };
 
 pub(super) const TRANSFER: Kind = Kind {
@@ -92,6 +95,7 @@ pub(super) const TRANSFER: Kind = Kind {
     checks: |_, _| Vec::new(),
     missing: |_, _| None,
     margins: super::no_margins,
+    reach: None,
 };
 
 const HEADLINE: &[&str] = &["flight_time_s", "final_mass_kg", "final_thrust_angle_deg"];

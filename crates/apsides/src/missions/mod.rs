@@ -119,6 +119,43 @@ pub(crate) struct Kind {
     pub(crate) missing: fn(&Mission, &Explanation) -> Option<String>,
     /// Scalars that take solves of their own, of a mission that is solved.
     pub(crate) margins: fn(&Mission, &Trajectory) -> Result<Scalars, Error>,
+    /// How its ends over ground are sought and read, where they are free to choose.
+    pub(crate) reach: Option<Reach>,
+}
+
+/// How far the flights of a kind of mission reach over ground; results are `flight_time_s`, `downrange_km` and `crossrange_km`.
+/// Places are longitude and latitude in deg.
+pub(crate) struct Reach {
+    /// The mission whose optimum ends farthest past a place along a bearing.
+    pub(crate) past: fn(&Values, &Past) -> Values,
+    /// Start, target and size of the ground that the flights are over.
+    pub(crate) ground: fn(&Values) -> Result<Ground, String>,
+    /// Places under a flight, the end last.
+    pub(crate) track: fn(&Trajectory) -> Vec<[f64; 2]>,
+}
+
+/// A place and a bearing along which a flight is to end far away.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct Past {
+    /// The place, deg.
+    pub(crate) place: [f64; 2],
+    /// The bearing, deg from north towards east.
+    pub(crate) bearing: f64,
+    /// Farthest from the line through the place along the bearing, km.
+    pub(crate) half_width: f64,
+}
+
+/// The ground under a mission. Places are longitude and latitude in deg.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct Ground {
+    /// Under the start.
+    pub(crate) start: [f64; 2],
+    /// Under the target.
+    pub(crate) target: [f64; 2],
+    /// Radius of the planet, km.
+    pub(crate) radius: f64,
+    /// Altitude of the ends, km.
+    pub(crate) altitude: f64,
 }
 
 /// Of a mission without margins.
@@ -170,6 +207,12 @@ const FILES: &[(&str, &str)] = &[
 
 pub(crate) fn kind(name: &str) -> Option<&'static Kind> {
     KINDS.iter().find(|k| k.name == name)
+}
+
+/// The kinds of mission that have a footprint.
+pub(crate) fn with_reach() -> String {
+    let names = KINDS.iter().filter(|k| k.reach.is_some()).map(|k| format!("`{}`", k.name));
+    names.collect::<Vec<_>>().join(", ")
 }
 
 pub(crate) fn file(name: &str) -> Option<&'static str> {

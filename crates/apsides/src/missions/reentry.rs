@@ -4,8 +4,8 @@
 use std::sync::Arc;
 
 use super::{Expansion, Kind, Posed};
-use crate::Error;
 use crate::key::Values;
+use crate::{Error, method};
 use capsule::{Capsule, Goal};
 use problem::Steering;
 
@@ -15,7 +15,9 @@ mod expansion;
 mod guess;
 mod keys;
 mod margins;
+mod printed_atmosphere;
 mod problem;
+mod reach;
 mod results;
 mod search;
 
@@ -26,7 +28,7 @@ pub(super) const REENTRY: Kind = Kind {
     nothing_at_zero: &[],
     check: |v| Capsule::of(v).map(|_| ()),
     pose,
-    approach: |_| Vec::new(),
+    approach,
     results: |v, t| Capsule::of(v).map_or_else(|_| Default::default(), |c| results::results(&c, t)),
     headline: &[
         "heat_load_mj_m2",
@@ -39,15 +41,27 @@ pub(super) const REENTRY: Kind = Kind {
     checks: |_, _| Vec::new(),
     missing: margins::missing,
     margins: margins::margins,
+    reach: Some(reach::REACH),
 };
+
+/// Indirect shooting, whose control is the bank angle itself, begins from the collocation of the bank vector.
+fn approach(v: &Values) -> Vec<Values> {
+    if v.word(method::KEY) == method::INDIRECT && v.word(keys::STEERING) == keys::BANK_VECTOR {
+        vec![v.with_word(method::KEY, method::RADAU)]
+    } else {
+        Vec::new()
+    }
+}
 
 fn pose(v: &Values) -> Result<Posed, Error> {
     let capsule = Capsule::of(v).map_err(|reason| Error::Conflict { place: "mission".into(), reason })?;
-    let ocp = capsule.problem(capsule.steering)?;
-    let guess = capsule.straight_lines(&ocp, capsule.steering)?;
+    // The Hamiltonian of indirect shooting has the angle as its control.
+    let steering = if v.word(method::KEY) == method::INDIRECT { Steering::Angle } else { capsule.steering };
+    let ocp = capsule.problem(steering)?;
+    let guess = capsule.straight_lines(&ocp, steering)?;
     let search = capsule.profiles();
     let posed = Posed { search, ..Posed::new(ocp, guess) };
-    if capsule.steering == Steering::Angle || capsule.goal == Goal::LeastLift {
+    if steering == Steering::Angle || capsule.goal == Goal::LeastLift {
         return Ok(posed);
     }
     let whole = capsule.problem(Steering::Angle)?;

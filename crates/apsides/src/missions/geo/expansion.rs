@@ -177,6 +177,7 @@ impl Coast<'_> {
             control: polynomial(0, controls)?,
             costate: if ignition.is_some() { Some(polynomial(dimension, costates)?) } else { None },
             path_multipliers: None,
+            contacts: Vec::new(),
             integral_multipliers: Some(Vec::new()),
             interval_errors: vec![0.0; intervals],
         })

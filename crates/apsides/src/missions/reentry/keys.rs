@@ -8,6 +8,7 @@ pub(super) const MARS: &str = "mars";
 pub(super) const ATMOSPHERE: &str = "atmosphere";
 pub(super) const EXPONENTIAL: &str = "exponential";
 pub(super) const US_1976: &str = "us-1976";
+pub(super) const US_1976_PRINTED: &str = "us-1976-printed";
 pub(super) const TABLE: &str = "table";
 pub(super) const ATMOSPHERE_TABLE: &str = crate::mission_file::ATMOSPHERE_TABLE;
 pub(super) const OF_MARS: &str = "mars";
@@ -24,6 +25,9 @@ pub(super) const LIFT_COEFFICIENT: &str = "lift_coefficient";
 pub(super) const DRAG_COEFFICIENT: &str = "drag_coefficient";
 pub(super) const LIFT_FACTOR: &str = "lift_factor";
 
+pub(super) const TARGET_LONGITUDE: &str = "target_longitude_deg";
+pub(super) const TARGET_LATITUDE: &str = "target_latitude_deg";
+
 const ANGLE: Range = Range::closed(-180.0, 180.0);
 const LATITUDE: Range = Range::open(-85.0, 85.0);
 
@@ -37,8 +41,9 @@ pub(super) const PLANET: &[Key] = &[
     Key::flag("oblateness", false, "whether gravity has the term J2"),
     Key::choice(
         ATMOSPHERE,
-        &[EXPONENTIAL, US_1976, OF_MARS, TABLE],
-        "density over altitude; an exponential one and a table have keys of their own",
+        &[EXPONENTIAL, US_1976, US_1976_PRINTED, OF_MARS, TABLE],
+        "density over altitude; \"us-1976-printed\" has the printed densities of the standard above 86 km, with straight lines of their \
+         logarithms between them; an exponential atmosphere and a table have keys of their own",
     ),
     Key::number(
         "surface_density_kg_m3",
@@ -108,8 +113,8 @@ pub(super) const FLIGHT: &[Key] = &[
         "azimuth of the velocity at the start",
     ),
     Key::number("target_altitude_km", 15.0, Range::open(-5.0, 500.0), "altitude at the end"),
-    Key::number("target_longitude_deg", 59.99, ANGLE, "longitude at the end"),
-    Key::number("target_latitude_deg", 22.98, LATITUDE, "latitude at the end"),
+    Key::number(TARGET_LONGITUDE, 59.99, ANGLE, "longitude at the end"),
+    Key::number(TARGET_LATITUDE, 22.98, LATITUDE, "latitude at the end"),
 ];
 
 pub(super) const DYNAMIC_PRESSURE_LIMIT: &str = "dynamic_pressure_limit_kpa";

@@ -1,0 +1,97 @@
+//! `apsides footprint`.
+
+use std::fmt::Write as _;
+
+use apsides::footprint::{Footprint, FootprintCase, count, footprint as compute};
+use apsides_report::{footprint_map, write_footprint};
+
+use crate::arguments::FootprintArguments;
+use crate::commands::{Refusal, probe_directory, refusal};
+use crate::output::{Exit, print, written};
+use crate::progress::{Progress, StopFlag};
+
+pub(crate) fn footprint(a: &FootprintArguments) -> Result<Exit, Refusal> {
+    let mission = a.mission.load()?.with_threads(a.run.threads as usize).with_seed(a.run.seed);
+    mission.check_footprint().map_err(refusal)?;
+    if let Some(dir) = &a.out {
+        // Before the work, not after it.
+        probe_directory(dir)?;
+    }
+    let stop = StopFlag::install();
+    let bearings = a.bearings as usize;
+    let mut progress = Progress::line(a.run.quiet, stop.clone(), count(bearings) as u64);
+    let ticker = progress.clone();
+    if !a.json {
+        print(&format!("footprint of {} along {bearings} bearings\n\n{HEAD}", a.mission.mission));
+    }
+    let found = compute(&mission, bearings, &mut progress, |case| {
+        if !a.json {
+            ticker.above(&row(case));
+        }
+        ticker.step();
+        !stop.is_set()
+    })
+    .map_err(refusal)?;
+    if a.json {
+        let text = serde_json::to_string_pretty(&found).map_err(refusal)?;
+        print(&format!("{text}\n"));
+    } else {
+        print(&text(&found));
+    }
+    if let Some(dir) = &a.out {
+        let files = write_footprint(dir, &found).map_err(refusal)?;
+        if !a.json {
+            print(&written(&files));
+            print(&format!("\ncolours of the map: {}\n", footprint_map(&found).legend()));
+        }
+    }
+    Ok(if !found.complete || !found.failures.is_empty() {
+        Exit::NotSolved
+    } else if found.verified < found.points.len() {
+        Exit::NotVerified
+    } else {
+        Exit::Verified
+    })
+}
+
+const HEAD: &str = "\
+case                                     longitude     latitude  flight time  status, certificate
+                                               deg          deg            s
+";
+
+fn row(case: &FootprintCase<'_>) -> String {
+    let Some(p) = case.point else { return format!("{:<77}{}\n", case.name, case.status) };
+    format!(
+        "{:<37}{:>13.5}{:>13.5}{:>12.3}  {}, {}\n",
+        case.name, p.longitude_deg, p.latitude_deg, p.flight_time_s, case.status, p.verdict
+    )
+}
+
+fn text(f: &Footprint) -> String {
+    let mut text = String::from("\n");
+    let mut line = |name: &str, value: String| {
+        let _ = writeln!(text, "{name:<24}{value}");
+    };
+    let [along, across] = [f.along_course_km, f.across_course_km];
+    line("area", format!("{:.0} km2 at {} km altitude", f.area_km2, f.altitude_km));
+    line(
+        "along the entry course",
+        format!("{:.1} km, from {:.1} to {:.1} km", f.length_km(), along[0], along[1]),
+    );
+    line(
+        "across it",
+        format!("{:.1} km, from {:.1} to {:.1} km to the right", f.width_km(), across[0], across[1]),
+    );
+    let [longitude, latitude] = f.centre_deg;
+    line("centre", format!("longitude {longitude:.4} deg, latitude {latitude:.4} deg"));
+    let side = if f.target_inside { "inside" } else { "outside" };
+    line("target", format!("{side}, {:.3} km from the boundary", f.target_margin_km.abs()));
+    line("verified", format!("{} of {} points; {} problems solved", f.verified, f.points.len(), f.cases));
+    for failure in &f.failures {
+        line("no point", failure.clone());
+    }
+    if !f.complete {
+        text += "interrupted: bearings are missing\n";
+    }
+    text
+}

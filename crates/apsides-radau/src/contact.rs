@@ -1,0 +1,436 @@
+//! Contacts: path constraint rows without controls that touch their bounds in one instant.
+//!
+//! There the multiplier of the row is an impulse and the costates jump, which no polynomial follows. Where one or two nodes carry the
+//! multiplier of a row, the next mesh has an interval end at their centroid, which is that of the impulse, and the row is held
+//! at its bound there; its bounds are left out beside it, so that the solution is smooth on both sides. Newton's method finds
+//! the place at which the rate of the row vanishes, with the derivative of the solution by the place
+//! ([`crate::contact_moves`]). Where that does not converge, or leads to a multiplier of the wrong sign or to an excess
+//! beside the contact, as on an arc, refinement goes on without the contact.
+
+use apsides_ad::NodeFunction;
+use apsides_nlp::SolveReport;
+use apsides_ocp::{
+    Contact, Guess, Mesh, Ocp, Phase, PhaseTrajectory, PiecewisePolynomial, TouchPoint, Trajectory,
+};
+
+use crate::activity::{
+    COLLAPSED, CROSSING, Class, Kind, Quantity, Sample, Solution, rows_without_controls, samples,
+};
+use crate::contact_moves;
+use crate::layout::PhaseLayout;
+use crate::transcription::Transcription;
+use crate::{RadauError, RadauSettings};
+
+/// A rate of the row at its contact, times the duration of the phase and relative to its scale, below which the contact is in
+/// the right place.
+const SETTLED: f64 = 1e-6;
+
+/// Most meshes for the sake of contacts.
+const MOST_MOVES: usize = 10;
+
+/// So many contacts that were none: no more are looked for.
+const MOST_REFUTED: usize = 2;
+
+/// The nodes that were no contact are looked at again when they are closer than this part of what they were.
+const CLOSER: f64 = 0.25;
+
+/// Active nodes with fewer inactive ones between them belong together.
+const APART: usize = 4;
+
+/// Every move brings the rate below this part of what it was.
+const CONTRACTION: f64 = 0.5;
+
+/// Nodes with less than this part of the multiplier of a contact are not active: what they have is that of the barrier.
+const WEAK: f64 = 0.02;
+
+/// Multipliers of the wrong sign, times the scale of the row and relative to that of the objective, from which on there is no
+/// contact.
+const WRONG_SIGN: f64 = 1e-6;
+
+/// Relative multipliers below are no evidence of a contact.
+const NO_EVIDENCE: f64 = 1e-5;
+
+/// A touch point of a mesh to be.
+#[derive(Clone, Copy)]
+pub(crate) struct Touch {
+    /// Normalised time.
+    pub(crate) at: f64,
+    /// Its index of an end is not yet known.
+    pub(crate) point: TouchPoint,
+}
+
+/// A contact on the mesh to be solved next.
+#[derive(Clone, Copy)]
+struct Tracked {
+    phase: usize,
+    touch: Touch,
+    /// Distance of the nodes around it when it was found.
+    gap: f64,
+    /// Rate of the row before the last move, relative.
+    rate: f64,
+}
+
+/// A contact of a mesh that was solved.
+pub(crate) struct Placed {
+    pub(crate) phase: usize,
+    /// Interval end of the touch point.
+    pub(crate) end: usize,
+    pub(crate) touch: Touch,
+    gap: f64,
+    /// Rate of the row, times the duration of the phase and relative to its scale.
+    pub(crate) rate: f64,
+    /// Where it should be.
+    pub(crate) at: f64,
+}
+
+/// What was taken for a contact and is none.
+struct Refuted {
+    phase: usize,
+    row: usize,
+    at: f64,
+    gap: f64,
+}
+
+/// The contacts of a solve from mesh to mesh.
+pub(crate) struct Contacts {
+    tracked: Vec<Tracked>,
+    refuted: Vec<Refuted>,
+    moves: usize,
+}
+
+/// What follows for the next mesh.
+pub(crate) struct NextContacts {
+    /// Whether the contacts of the mesh are those of the trajectory and stand where they should.
+    pub(crate) settled: bool,
+    /// Per phase, in order.
+    pub(crate) touch_points: Vec<Vec<Touch>>,
+    /// Whether the contacts of the mesh were none, all of them.
+    pub(crate) refuted: bool,
+    /// Phase and interval of errors that come from a contact in the wrong place.
+    spared: Vec<(usize, usize)>,
+    /// Impulses of new contacts, and the nodes that they were spread over.
+    new: Vec<New>,
+}
+
+struct New {
+    phase: usize,
+    contact: Contact,
+    /// Interval and index within it.
+    nodes: Vec<(usize, usize)>,
+}
+
+/// A mesh that was solved.
+pub(crate) struct SolvedMesh<'a> {
+    pub(crate) ocp: &'a Ocp,
+    pub(crate) mesh: &'a Mesh,
+    pub(crate) guess: &'a Guess,
+    pub(crate) report: &'a SolveReport,
+    pub(crate) trajectory: &'a Trajectory,
+    /// Per phase and interval, the excess of rows beside touch points, relative as the error of the mesh.
+    pub(crate) beside_touch: &'a [Vec<f64>],
+    pub(crate) settings: &'a RadauSettings,
+}
+
+impl Contacts {
+    pub(crate) fn new(enabled: bool) -> Self {
+        Self { tracked: Vec::new(), refuted: Vec::new(), moves: if enabled { MOST_MOVES } else { 0 } }
+    }
+
+    /// Looks for no more contacts.
+    pub(crate) fn give_up(&mut self) {
+        *self = Self::new(false);
+    }
+
+    /// Compares the contacts of the mesh with the trajectory on it, and looks for new ones.
+    pub(crate) fn step(&mut self, solved: &SolvedMesh<'_>, nlp: &mut Transcription) -> NextContacts {
+        let &SolvedMesh { ocp, report, trajectory, .. } = solved;
+        let mut next = NextContacts {
+            settled: true,
+            touch_points: vec![Vec::new(); ocp.phases.len()],
+            refuted: false,
+            spared: Vec::new(),
+            new: Vec::new(),
+        };
+        if self.moves == 0 {
+            return next;
+        }
+        let past = std::mem::take(&mut self.tracked);
+        let mut placed = Vec::new();
+        let solution = Solution { report, curvatures: &[], objective: nlp.scaling.objective.abs() };
+        for (k, (phase, t)) in ocp.phases.iter().zip(&trajectory.phases).enumerate() {
+            for q in rows_without_controls(phase) {
+                let Some(mut course) = RowCourse::new(phase, t, &trajectory.parameters, &q) else { continue };
+                let p = &nlp.layout.phases[k];
+                let (samples, _) = samples(&q, p, t, &solution);
+                let active = active_nodes(&samples, course.row, p, report);
+                let past: Vec<&Tracked> =
+                    past.iter().filter(|c| c.phase == k && c.touch.point.row == course.row).collect();
+                let largest_wrong = WRONG_SIGN * solution.objective / course.scale;
+                placed.extend(self.known(k, &past, &mut course, largest_wrong, solved));
+                if self.refuted.len() < MOST_REFUTED {
+                    self.found(k, &samples, &active, &course, p, &mut next);
+                }
+            }
+        }
+        let touch_points: usize = trajectory.phases.iter().map(|t| t.mesh.touch_points().len()).sum();
+        let all_hold = placed.len() == touch_points;
+        let in_place = placed.iter().all(|p| p.rate.abs() <= SETTLED);
+        next.settled &= all_hold && in_place;
+        let moves = all_hold && !in_place && contact_moves::place(solved, nlp, &mut placed);
+        let moved = |p: Placed| Tracked {
+            phase: p.phase,
+            touch: Touch { at: p.at, ..p.touch },
+            gap: p.gap,
+            rate: if moves { p.rate.abs().max(SETTLED / CONTRACTION) } else { f64::INFINITY },
+        };
+        self.tracked.extend(placed.into_iter().map(moved));
+        self.moves -= usize::from(!next.settled);
+        if self.moves == 0 && !next.settled {
+            self.tracked.clear();
+        }
+        next.refuted = touch_points > 0 && self.tracked.is_empty();
+        self.tracked.sort_by(|a, b| a.touch.at.total_cmp(&b.touch.at));
+        for c in &self.tracked {
+            next.touch_points[c.phase].push(c.touch);
+        }
+        next
+    }
+
+    /// The contacts of a row that the mesh has, without those that are none.
+    fn known(
+        &mut self,
+        phase: usize,
+        past: &[&Tracked],
+        course: &mut RowCourse<'_>,
+        largest_wrong: f64,
+        solved: &SolvedMesh<'_>,
+    ) -> Vec<Placed> {
+        let (row, t) = (course.row, course.trajectory);
+        let touch_points = t.mesh.touch_points().iter().filter(|c| c.row == row);
+        let mut placed = Vec::new();
+        for (k, &point) in touch_points.enumerate() {
+            let TouchPoint { end, upper, .. } = point;
+            let at = t.mesh.fractions()[end];
+            let (gap, rate_before) = past.get(k).map_or((f64::INFINITY, f64::INFINITY), |c| (c.gap, c.rate));
+            let contact = t.contacts.iter().find(|c| c.end == end && c.row == row);
+            let impulse = contact.map_or(0.0, |c| c.multiplier);
+            let is_wrong = if upper { -impulse } else { impulse } > largest_wrong;
+            let rate = course.rate_at_end(end, upper);
+            // Beyond the bound beside the place where the row stands still: an arc.
+            let excess = solved.beside_touch[phase][end - 1].max(solved.beside_touch[phase][end]);
+            let is_arc = rate.abs() <= SETTLED && excess > solved.settings.mesh_tolerance;
+            if is_wrong || is_arc || rate.abs() > CONTRACTION * rate_before {
+                self.refuted.push(Refuted { phase, row, at, gap });
+            } else {
+                placed.push(Placed { phase, end, touch: Touch { at, point }, gap, rate, at });
+            }
+        }
+        placed
+    }
+
+    /// New contacts of a row: one or two nodes that have its multiplier, apart from others.
+    fn found(
+        &mut self,
+        phase: usize,
+        samples: &[Sample],
+        active: &[Active],
+        course: &RowCourse<'_>,
+        p: &PhaseLayout,
+        next: &mut NextContacts,
+    ) {
+        let (t, row) = (course.trajectory, course.row);
+        let clusters = active.chunk_by(|a, b| b.index - a.index <= APART);
+        for cluster in clusters.filter(|c| c.len() <= CROSSING && c.iter().all(|a| !a.is_touch)) {
+            let (first, last) = (cluster[0], cluster[cluster.len() - 1]);
+            // Beside a contact that the mesh has it belongs to that one.
+            let is_known = t.mesh.touch_points().iter().any(|c| {
+                let here = |a: Active| a.interval == c.end || a.interval + 1 == c.end;
+                c.row == row && (here(first) || here(last))
+            });
+            if is_known || first.index == 0 || last.index + 1 == samples.len() || first.upper != last.upper {
+                continue;
+            }
+            let (before, after) = (&samples[first.index - 1], &samples[last.index + 1]);
+            let elsewhere = |k: &usize| k + 1 < before.interval || *k > after.interval + 1;
+            let mut others = (0..t.mesh.intervals()).filter(elsewhere).map(|k| t.interval_errors[k]);
+            if others.any(|e| e > contact_moves::ROUGH) {
+                continue;
+            }
+            let (at, gap) = (centroid(cluster.iter()), after.fraction - before.fraction);
+            let again = |r: &Refuted| {
+                r.phase == phase && r.row == row && (r.at - at).abs() < r.gap && gap > CLOSER * r.gap
+            };
+            if !(COLLAPSED..1.0 - COLLAPSED).contains(&at) || self.refuted.iter().any(again) {
+                continue;
+            }
+            next.settled = false;
+            next.spared.extend((before.interval..=after.interval).map(|k| (phase, k)));
+            let point = TouchPoint { end: 0, row, upper: first.upper };
+            self.tracked.push(Tracked { phase, touch: Touch { at, point }, gap, rate: f64::INFINITY });
+            let multiplier = cluster.iter().map(|a| a.multiplier).sum();
+            let end = nearest(t.mesh.fractions(), at);
+            let place =
+                |a: &Active| (p.nodes[samples[a.index].node].interval, p.nodes[samples[a.index].node].local);
+            let nodes = cluster.iter().map(place).collect();
+            next.new.push(New { phase, contact: Contact { end, row, multiplier }, nodes });
+        }
+    }
+}
+
+/// A node with a part of the multiplier of a row that counts.
+#[derive(Clone, Copy)]
+struct Active {
+    /// Among the samples.
+    index: usize,
+    interval: usize,
+    fraction: f64,
+    multiplier: f64,
+    upper: bool,
+    is_touch: bool,
+}
+
+/// The active nodes of a row, without those that have little of the multiplier of the nodes around them.
+fn active_nodes(samples: &[Sample], row: usize, p: &PhaseLayout, report: &SolveReport) -> Vec<Active> {
+    let multiplier = |s: &Sample| report.constraint_multipliers[p.path_row(s.node) + row];
+    let mut active = Vec::new();
+    let mut first = 0;
+    for run in samples.chunk_by(|a, b| a.class == b.class) {
+        let largest = run.iter().fold(0.0_f64, |m, s| m.max(multiplier(s).abs()));
+        let evident = run.iter().any(|s| s.slope.abs() > NO_EVIDENCE);
+        for (s, index) in run.iter().zip(first..) {
+            let is_strong = multiplier(s).abs() > WEAK * largest && evident;
+            if s.class != Class::Between && is_strong {
+                active.push(Active {
+                    index,
+                    interval: s.interval,
+                    fraction: s.fraction,
+                    multiplier: multiplier(s),
+                    upper: s.class == Class::Upper,
+                    is_touch: p.touch_at(s.node, row).is_some(),
+                });
+            }
+        }
+        first += run.len();
+    }
+    active
+}
+
+/// Normalised time of the impulse that the multipliers stand for.
+fn centroid<'a>(active: impl Iterator<Item = &'a Active>) -> f64 {
+    let (moment, sum) =
+        active.fold((0.0, 0.0), |(m, s), a| (m + a.multiplier * a.fraction, s + a.multiplier));
+    moment / sum
+}
+
+impl NextContacts {
+    /// Whether the next mesh has contacts that this one has not.
+    pub(crate) fn has_new(&self) -> bool {
+        !self.new.is_empty()
+    }
+
+    /// The trajectory without errors that a better place of the contacts removes.
+    pub(crate) fn spared(&self, mut trajectory: Trajectory) -> Trajectory {
+        for &(phase, interval) in &self.spared {
+            trajectory.phases[phase].interval_errors[interval] = 0.0;
+        }
+        trajectory
+    }
+
+    /// The trajectory with the impulses of new contacts instead of the multipliers at their nodes, to start from.
+    ///
+    /// # Errors
+    /// None: the polynomials keep their sizes.
+    pub(crate) fn start(&self, mut trajectory: Trajectory) -> Result<Trajectory, RadauError> {
+        for new in &self.new {
+            let t = &mut trajectory.phases[new.phase];
+            t.contacts.push(new.contact);
+            let Some(path) = &t.path_multipliers else { continue };
+            let mut segments = path.segments().to_vec();
+            for (interval, local) in &new.nodes {
+                segments[*interval].values[local * path.dimension() + new.contact.row] = 0.0;
+            }
+            let path = PiecewisePolynomial::new(path.dimension(), path.breaks().to_vec(), segments)?;
+            t.path_multipliers = Some(path);
+        }
+        Ok(trajectory)
+    }
+}
+
+fn nearest(fractions: &[f64], at: f64) -> usize {
+    let distance = |k: &usize| (fractions[*k] - at).abs();
+    (0..fractions.len()).min_by(|a, b| distance(a).total_cmp(&distance(b))).unwrap_or(0)
+}
+
+/// A path constraint row along the polynomials of a phase.
+pub(crate) struct RowCourse<'a> {
+    trajectory: &'a PhaseTrajectory,
+    parameters: &'a [f64],
+    function: &'a dyn NodeFunction,
+    /// Index among the rows of the phase, and among the outputs of the function.
+    pub(crate) row: usize,
+    output: usize,
+    scale: f64,
+    inputs: Vec<f64>,
+    rates: Vec<f64>,
+    values: Vec<f64>,
+    entries: Vec<f64>,
+}
+
+impl<'a> RowCourse<'a> {
+    pub(crate) fn new(
+        phase: &'a Phase,
+        trajectory: &'a PhaseTrajectory,
+        parameters: &'a [f64],
+        q: &Quantity<'a>,
+    ) -> Option<Self> {
+        let Kind::Row(row) = q.kind else { return None };
+        let mut first = 0;
+        let path = phase.path.iter().find(|c| {
+            first += c.rows.len();
+            row < first
+        })?;
+        let function = path.function.as_ref();
+        Some(Self {
+            trajectory,
+            parameters,
+            function,
+            row,
+            output: row + path.rows.len() - first,
+            scale: q.variable.size().unwrap_or(1.0),
+            inputs: vec![0.0; function.inputs()],
+            rates: vec![0.0; phase.states.len()],
+            values: vec![0.0; function.outputs()],
+            entries: vec![0.0; function.pattern().jacobian_len()],
+        })
+    }
+
+    /// Rate at an interval end, times the duration of the phase and relative to the scale of the row; positive towards the bound.
+    pub(crate) fn rate_at_end(&mut self, end: usize, upper: bool) -> f64 {
+        self.rate(end, self.trajectory.control.breaks()[end], upper)
+    }
+
+    /// The same at a time of an interval.
+    pub(crate) fn rate(&mut self, interval: usize, time: f64, upper: bool) -> f64 {
+        let t = self.trajectory;
+        let (x, rest) = self.inputs.split_at_mut(self.rates.len());
+        let (u, rest) = rest.split_at_mut(t.control.dimension());
+        t.state.evaluate_in(interval, time, x);
+        t.state.derivative_in(interval, time, &mut self.rates);
+        t.control.evaluate_in(interval, time, u);
+        // What is left are all parameters or none, then the time.
+        let count = rest.len() - 1;
+        rest[..count].copy_from_slice(&self.parameters[..count]);
+        rest[count] = time;
+        self.function.jacobian(&self.inputs, &mut self.values, &mut self.entries);
+        let by_time = self.inputs.len() - 1;
+        let mut rate = 0.0;
+        for ((r, c), v) in self.function.pattern().jacobian_entries().zip(&self.entries) {
+            if r == self.output {
+                let of_input = if c == by_time { 1.0 } else { self.rates.get(c).copied().unwrap_or(0.0) };
+                rate += v * of_input;
+            }
+        }
+        let relative = rate * (t.final_time - t.initial_time) / self.scale;
+        if upper { relative } else { -relative }
+    }
+}

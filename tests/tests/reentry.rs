@@ -1,0 +1,241 @@
+//! Re-entries of a capsule through the facade, against independent optima.
+//!
+//! Reference numbers: Radau collocation with CasADi and Ipopt on 120 to 300 elements, flown again with DOP853 (121.6841 and 122.9272 MJ/m2 with an
+//! exponential atmosphere, 120.4488 and 120.690 with the US Standard Atmosphere 1976 and a trim table); the least lift by bisection on the reach.
+#![allow(clippy::unwrap_used)]
+
+use apsides::nlp::Flow;
+use apsides::{Error, Mission, Observer, Outcome, SearchProgress};
+
+fn load(name: &str, overrides: &[&str]) -> Result<Mission, Error> {
+    let overrides: Vec<String> = overrides.iter().map(|o| (*o).into()).collect();
+    Mission::load(name, &overrides)
+}
+
+fn solve(name: &str, overrides: &[&str]) -> Outcome {
+    load(name, overrides).unwrap().solve(None, &mut ()).unwrap()
+}
+
+fn near(outcome: &Outcome, key: &str, expected: f64, tolerance: f64) {
+    let found = outcome.summary.results[key];
+    assert!((found - expected).abs() < tolerance, "{key}: found {found}, expected {expected}");
+}
+
+fn verified(outcome: &Outcome) {
+    assert_eq!(outcome.summary.status, "optimal", "{:?}", outcome.explanation);
+    let certificate = &outcome.summary.certificate;
+    assert!(certificate.is_verified(), "{:#?}", certificate.failures().collect::<Vec<_>>());
+}
+
+const UNLIMITED: [&str; 4] =
+    ["dynamic_pressure_limit_kpa=inf", "load_limit_m_s2=inf", "heat_rate_limit_kw_m2=inf", "margins=false"];
+
+#[test]
+fn exponential_atmosphere_without_limits() {
+    let outcome = solve("capsule-reentry", &UNLIMITED);
+    verified(&outcome);
+    near(&outcome, "heat_load_mj_m2", 121.6841, 1e-3);
+    near(&outcome, "flight_time_s", 568.913, 0.02);
+    near(&outcome, "peak_dynamic_pressure_kpa", 15.6886, 1e-3);
+    near(&outcome, "peak_load_m_s2", 45.593, 2e-3);
+    near(&outcome, "peak_heat_rate_kw_m2", 885.35, 0.01);
+    near(&outcome, "target_miss_km", 0.0, 1e-5);
+    // The integral of the mission's own results is that of the objective.
+    near(&outcome, "heat_load_mj_m2", outcome.summary.objective.value, 1e-7);
+}
+
+#[test]
+fn exponential_atmosphere_with_limits_touches_two() {
+    let outcome = solve("capsule-reentry", &[]);
+    verified(&outcome);
+    near(&outcome, "heat_load_mj_m2", 122.9272, 1e-3);
+    near(&outcome, "flight_time_s", 570.78, 0.1);
+    near(&outcome, "final_speed_m_s", 228.6, 0.1);
+    near(&outcome, "final_path_angle_deg", -54.7, 0.1);
+    near(&outcome, "peak_load_m_s2", 40.0, 1e-4);
+    near(&outcome, "peak_heat_rate_kw_m2", 800.0, 1e-3);
+    near(&outcome, "peak_heat_rate_time_s", 239.7, 1.0);
+    near(&outcome, "peak_load_time_s", 270.2, 0.5);
+    near(&outcome, "least_lift_to_drag", 0.2974, 1e-4);
+    near(&outcome, "range_km", 2609.0, 1.0);
+}
+
+#[test]
+fn standard_atmosphere_and_trim_table() {
+    let free = solve("capsule-reentry-us76", &UNLIMITED);
+    verified(&free);
+    near(&free, "heat_load_mj_m2", 120.4488, 1e-3);
+    near(&free, "flight_time_s", 577.808, 0.02);
+    let limited = solve("capsule-reentry-us76", &["margins=false"]);
+    verified(&limited);
+    near(&limited, "heat_load_mj_m2", 120.690, 3e-3);
+    near(&limited, "flight_time_s", 578.88, 0.1);
+}
+
+#[test]
+fn methods_agree_without_limits() {
+    let [pressure, load, heat, margins] = UNLIMITED;
+    for method in ["method=indirect", "method=two-layer"] {
+        let outcome = solve("capsule-reentry", &[pressure, load, heat, margins, method]);
+        verified(&outcome);
+        near(&outcome, "heat_load_mj_m2", 121.684_087, 2e-6);
+    }
+}
+
+#[test]
+fn both_conventions_of_the_azimuth_are_one_flight() {
+    let outcome = solve("capsule-reentry", &["azimuth_from=north", "entry_azimuth_deg=135", "margins=false"]);
+    near(&outcome, "heat_load_mj_m2", 122.9272, 1e-3);
+}
+
+#[test]
+fn least_peaks() {
+    // 8717 Pa, 25.333 m/s2, 674.67 kW/m2 at the nodes of 60 elements; between them a little more.
+    let [pressure, load, heat, margins] = UNLIMITED;
+    for (goal, key, expected, tolerance) in [
+        ("goal=peak-dynamic-pressure", "peak_dynamic_pressure_kpa", 8.717, 2e-3),
+        ("goal=peak-load", "peak_load_m_s2", 25.333, 5e-3),
+        ("goal=peak-heat-rate", "peak_heat_rate_kw_m2", 674.67, 0.3),
+    ] {
+        let outcome =
+            solve("capsule-reentry", &[pressure, load, heat, margins, goal, "radau.mesh_tolerance=1e-6"]);
+        assert!(outcome.status.is_success(), "{goal}: {:?}", outcome.explanation);
+        near(&outcome, key, expected, tolerance);
+    }
+}
+
+#[test]
+fn a_target_out_of_reach_is_explained_in_km_and_lift() {
+    // L/D 0.25; the least that reaches the target is 0.2974.
+    let outcome = solve("capsule-reentry", &["lift_coefficient=0.314225"]);
+    assert_eq!(outcome.summary.status, "infeasible");
+    let text = outcome.explanation.unwrap();
+    let km: f64 = text.split("the target is ").nth(1).unwrap().split(' ').next().unwrap().parse().unwrap();
+    assert!((30.0..60.0).contains(&km), "{text}");
+    assert!(text.contains("the least L/D that reaches it is 0.2974, now 0.2500"), "{text}");
+}
+
+/// Ends the search at its first generation.
+struct Impatient(usize);
+
+impl apsides::nlp::Observer for Impatient {
+    fn iteration(&mut self, _: &apsides::nlp::IterationRecord) -> Flow {
+        Flow::Continue
+    }
+}
+
+impl Observer for Impatient {
+    fn generation(&mut self, search: &SearchProgress) -> Flow {
+        self.0 += 1;
+        assert!(search.evaluations <= search.budget && search.best.is_some());
+        Flow::Stop
+    }
+}
+
+#[test]
+fn an_interrupted_search_goes_on_from_its_best() {
+    let mut observer = Impatient(0);
+    let outcome = load("capsule-reentry", &["method=two-layer", "margins=false", "radau.max_meshes=1"])
+        .unwrap()
+        .solve(None, &mut observer)
+        .unwrap();
+    assert_eq!(observer.0, 1);
+    let search = outcome.summary.search.as_ref().unwrap();
+    assert_eq!((search.stop.as_str(), search.generations), ("interrupted", 1));
+    assert!(outcome.status.is_success());
+}
+
+#[test]
+fn a_seed_fixes_the_search_for_any_number_of_threads() {
+    let with = |seed: u64, threads: usize| {
+        let mission = load(
+            "capsule-reentry",
+            &["method=two-layer", "search.evaluations=600", "margins=false", "radau.max_meshes=1"],
+        )
+        .unwrap()
+        .with_seed(seed)
+        .with_threads(threads);
+        let summary = mission.solve(None, &mut ()).unwrap().summary;
+        (summary.search.unwrap().objective.unwrap(), summary.objective.value)
+    };
+    assert_eq!(with(3, 1), with(3, 4));
+    assert_ne!(with(3, 1).0, with(4, 1).0);
+}
+
+#[test]
+fn every_algorithm_finds_a_start() {
+    for algorithm in [
+        "cooperation",
+        "genetic",
+        "particle-swarm",
+        "ant-colony",
+        "differential-evolution",
+        "cma-es",
+        "annealing",
+    ] {
+        let key = format!("search.algorithm={algorithm}");
+        let outcome = solve(
+            "capsule-reentry",
+            &["method=two-layer", &key, "search.evaluations=1000", "margins=false", "radau.max_meshes=1"],
+        );
+        assert!(outcome.status.is_success(), "{algorithm}");
+        assert!(outcome.summary.search.unwrap().miss_km.unwrap() < 50.0, "{algorithm}");
+    }
+}
+
+#[test]
+fn bad_values_are_refused_by_name() {
+    let cases: &[(&[&str], &str)] = &[
+        (&["target_altitude_km=-1"], "target_altitude_km"),
+        (&["target_altitude_km=130"], "it must be below `entry_altitude_km`"),
+        (&["mass_kg=0"], "mass_kg"),
+        (&["atmosphere=table"], "`atmosphere_table` has no row"),
+        (&["atmosphere=table", "atmosphere_table=0 1 300"], "is not three numbers"),
+        (&["atmosphere=table", "atmosphere_table=missing.csv"], "no such file"),
+        (&["method=flatness"], "has no flat outputs"),
+        (&["method=two-layer", "search.evaluations=0"], "search.evaluations"),
+        (&["method=two-layer", "search.population=1"], "search.population"),
+        (&["method=two-layer", "search.least_intervals=4"], "must not be above `search.most_intervals`"),
+        (&["method=two-layer", "goal=peak-load"], "two-layer"),
+        (&["atmosphere=us-1976", "entry_altitude_km=1000", "planet=venus"], "planet"),
+    ];
+    for (overrides, expected) in cases {
+        let found = load("capsule-reentry", overrides).unwrap_err().to_string();
+        assert!(found.contains(expected), "{overrides:?}: {found}");
+    }
+    let found = load("lunar-direct", &["method=two-layer"]).unwrap_err().to_string();
+    assert!(found.contains("two-layer"), "{found}");
+}
+
+#[test]
+fn mars_and_oblateness() {
+    // A capsule of 3300 kg enters Mars at 5.6 km/s; no reference: it is feasible and the results are whole.
+    let outcome = solve(
+        "capsule-reentry",
+        &[
+            "planet=mars",
+            "atmosphere=mars",
+            "heating=sutton-graves",
+            "oblateness=true",
+            "mass_kg=3300",
+            "reference_area_m2=15.9",
+            "lift_coefficient=0.348",
+            "drag_coefficient=1.45",
+            "nose_radius_m=1.125",
+            "entry_altitude_km=125",
+            "entry_longitude_deg=0",
+            "entry_latitude_deg=0",
+            "entry_speed_m_s=5600",
+            "entry_path_angle_deg=-14",
+            "entry_azimuth_deg=0",
+            "target_altitude_km=10",
+            "target_longitude_deg=12",
+            "target_latitude_deg=0.3",
+            "load_limit_m_s2=inf",
+            "margins=false",
+        ],
+    );
+    assert!(outcome.status.is_success(), "{:?}", outcome.explanation);
+    near(&outcome, "target_miss_km", 0.0, 1e-4);
+    assert!((1.0..100.0).contains(&outcome.summary.results["heat_load_mj_m2"]));
+}
