@@ -100,7 +100,8 @@ fn remarks() -> Vec<String> {
         "The constant 1.294e-4 of the heat rate is 36 % above that of Sutton and Graves for the nose radius of the capsule, 3.36 m.",
         "The scale of 79 % against Apollo does not fit the diameters, 2.8 m and 3.9116 m: 71.6 %.",
         "The numbers of Tables 1 and 2 are not in the text at hand, nor are the coefficients of the capsule: model E takes constant ones \
-         of Apollo 10, model U its trim table.",
+         of Apollo 10 in an exponential atmosphere, model U its trim table in the US Standard Atmosphere 1976 with the printed densities \
+         above 86 km.",
         "The budget of the paper's searches is not stated there; 6000 evaluations are used here, as in the reference.",
         "Times are wall-clock times of solves that run side by side on the threads given.",
     ]

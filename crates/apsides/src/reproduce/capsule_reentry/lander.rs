@@ -8,7 +8,9 @@ use apsides_ad::{Dynamics, PathFunction, Scalar};
 use apsides_metaheuristics::{Evaluation, Search, SearchSpace};
 use apsides_ocp::{Bounds, Guess, Mesh, Ocp, OcpError, Phase, State, Variable};
 use apsides_radau::{Radau, RadauSettings};
-use apsides_shooting::profile::{FlightRules, ProfileScore, ProfileShape, ProfileShooting};
+use apsides_shooting::profile::{
+    FlightRules, ProfileScore, ProfileShape, ProfileShooting, Stop as FlightStop,
+};
 
 use super::reference::LANDER;
 use super::{ALGORITHMS, algorithm};
@@ -20,8 +22,8 @@ const GRAVITY: f64 = 1.5;
 const MOST_THRUST: f64 = 3.0;
 const HEIGHT: f64 = 10.0;
 const SPEED: f64 = -2.0;
-/// Impulse for one unit of height or speed missed: above the costates, so that the least sum misses nothing.
-const PRICE: f64 = 10.0;
+/// Impulse for one unit of speed missed at the ground: above the costate there, which is 2, so that the least sum misses nothing.
+const PRICE: f64 = 3.0;
 const MESH_TOLERANCE: f64 = 1e-10;
 const NLP_TOLERANCE: f64 = 1e-11;
 
@@ -78,7 +80,7 @@ fn by_radau(ocp: &Ocp, workers: &mut Workers<'_>) -> Result<[f64; 3], Stop> {
     Ok([switch, phase.final_time, solution.trajectory.objective])
 }
 
-/// Two constants with free lengths and a free end.
+/// Two constants with free lengths, flown down to the ground.
 fn by_search(shooting: &ProfileShooting<'_>, search: &Search) -> Result<[f64; 3], Stop> {
     let score = ProfileScore::new(shooting, PRICE);
     let (lower, upper) = shooting.space();
@@ -88,7 +90,9 @@ fn by_search(shooting: &ProfileShooting<'_>, search: &Search) -> Result<[f64; 3]
     let report = search.minimize(&space, &value)?;
     let Some(best) = report.best else { return Err(Stop::NotSolved("every flight failed".into())) };
     let end = shooting.flown(&best.x, |f| f.final_time)?;
-    let start = shooting.profile(&best.x)?.joints()[1] * end;
+    // The last number is the end of the profile, which the ground may cut short.
+    let length = best.x.last().copied().unwrap_or(f64::NAN);
+    let start = shooting.profile(&best.x)?.joints()[1] * length;
     Ok([start, end, best.evaluation.objective])
 }
 
@@ -112,7 +116,8 @@ pub(super) fn sheet(seeds: u64, budget: usize, workers: &mut Workers<'_>) -> Res
     let radau = by_radau(&ocp, workers)?;
     push("Radau", radau);
     let shape = ProfileShape { free_lengths: true, ..ProfileShape::of_controls(0, 2, &ocp.phases[0]) };
-    let shooting = ProfileShooting::new(&ocp, FlightRules::new(shape))?;
+    let ground = FlightStop::at_end(&ocp.phases[0], "height")?;
+    let shooting = ProfileShooting::new(&ocp, FlightRules::new(shape).until(ground))?;
     let mut failures = Vec::new();
     for (word, label) in ALGORITHMS {
         let base = algorithm(word, budget)?;

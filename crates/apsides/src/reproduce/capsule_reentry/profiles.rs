@@ -1,6 +1,6 @@
 //! The paper's Table 1: forms of the bank profile, and how near each algorithm comes to the optimum over them.
 
-use super::model::{Model, bank, mission, solve};
+use super::model::{Begin, Model, bank, mission, solve};
 use super::reference::{BASE, search_of};
 use super::{ALGORITHMS, COOPERATION};
 use crate::reproduce::sheet::{Graph, GraphSeries, Sheet, median};
@@ -45,7 +45,8 @@ pub(super) const FORMS: [Form; 3] = [
     },
 ];
 
-const ABSCISSAE: [&str; 2] = ["energy", "time"];
+/// What profiles are functions of, with the number of algorithms and the part of the searches: over time those of the paper alone.
+const ABSCISSAE: [(&str, usize, u64); 2] = [("energy", ALGORITHMS.len(), 1), ("time", 4, 2)];
 const LEVELS: [f64; 3] = [5.0, 2.0, 1.0];
 
 /// One search.
@@ -88,6 +89,7 @@ fn excess(value: f64, optimum: f64) -> f64 {
 
 const COLUMNS: &[(&str, usize)] = &[
     ("variables", 0),
+    ("searches", 0),
     ("median_excess_percent", 3),
     ("reference_excess_percent", 3),
     ("flights_to_5_percent", 0),
@@ -111,15 +113,16 @@ pub(super) fn sheet(
     workers: &mut Workers<'_>,
 ) -> Result<Sheet, Stop> {
     let title = format!(
-        "Bank profiles, model E with the limits of the paper: {seeds} searches of {budget} flights each (Table 1 of the paper); flights \
-         to an excess are medians of the searches that reached it"
+        "Bank profiles, model E with the limits of the paper: searches of {budget} flights each (Table 1 of the paper); flights to an \
+         excess are medians of the searches that reached it"
     );
     let mut sheet = Sheet::new("profiles", title, "form, over, algorithm", COLUMNS);
-    let optimum = match workers.all(&[()], |(), observer| solve(Model::E, BASE, false, observer))?.pop() {
-        Some(Ok(solved)) => solved,
-        Some(Err(why)) => return Err(Stop::NotSolved(why)),
-        None => return Err(Stop::Interrupted),
-    };
+    let optimum =
+        match workers.all(&[()], |(), observer| solve(Model::E, BASE, Begin::Straight, observer))?.pop() {
+            Some(Ok(solved)) => solved,
+            Some(Err(why)) => return Err(Stop::NotSolved(why)),
+            None => return Err(Stop::Interrupted),
+        };
     let groups = groups(forms, seeds, budget, workers)?;
     let least = optimum.heat_load;
     for g in &groups {
@@ -127,6 +130,7 @@ pub(super) fn sheet(
         let reference = if g.abscissa == 0 { search_of(form, word) } else { None };
         let mut values = vec![
             g.runs.first().map(|r| r.variables as f64),
+            Some(g.runs.len() as f64),
             g.median_excess(least),
             reference.as_ref().map(|r| r.excess),
         ];
@@ -135,7 +139,7 @@ pub(super) fn sheet(
             let printed = reference.as_ref().map(|r| r.reached[k]);
             values.extend([flights, Some(count), printed.map(|p| p.0), printed.map(|p| p.1)]);
         }
-        sheet.push(format!("{form}, {}, {label}", ABSCISSAE[g.abscissa]), values);
+        sheet.push(format!("{form}, {}, {label}", ABSCISSAE[g.abscissa].0), values);
     }
     sheet.findings = findings(forms, &groups, least);
     sheet.graphs = forms.iter().enumerate().map(|(k, form)| convergence(k, form, &groups, least)).collect();
@@ -145,17 +149,17 @@ pub(super) fn sheet(
 
 fn groups(forms: &[Form], seeds: u64, budget: usize, workers: &mut Workers<'_>) -> Result<Vec<Group>, Stop> {
     let mut groups = Vec::new();
-    let mut jobs: Vec<(Mission, u64)> = Vec::new();
+    let mut jobs: Vec<(usize, Mission, u64)> = Vec::new();
     for (form, f) in forms.iter().enumerate() {
-        for (abscissa, over) in ABSCISSAE.iter().enumerate() {
-            for (algorithm, (word, _)) in ALGORITHMS.iter().enumerate() {
+        for (abscissa, (over, algorithms, part)) in ABSCISSAE.iter().enumerate() {
+            for (algorithm, (word, _)) in ALGORITHMS[..*algorithms].iter().enumerate() {
                 let mission = searched(f.keys, over, word, budget)?;
-                jobs.extend((0..seeds).map(|seed| (mission.clone(), seed)));
+                jobs.extend((0..seeds / part).map(|seed| (groups.len(), mission.clone(), seed)));
                 groups.push(Group { form, abscissa, algorithm, runs: Vec::new() });
             }
         }
     }
-    let results = workers.all(&jobs, |(mission, seed), observer| {
+    let results = workers.all(&jobs, |(_, mission, seed), observer| {
         let mission = mission.clone().with_seed(*seed);
         let found = mission.search(&mission.pose()?, observer)?;
         if found.summary.stop == "interrupted" {
@@ -167,9 +171,9 @@ fn groups(forms: &[Form], seeds: u64, budget: usize, workers: &mut Workers<'_>) 
             bank: found.start.map_or_else(Vec::new, |s| bank(&s.trajectory)),
         })
     })?;
-    for (k, result) in results.into_iter().enumerate() {
+    for ((group, ..), result) in jobs.iter().zip(results) {
         if let Ok(run) = result {
-            groups[k / seeds as usize].runs.push(run);
+            groups[*group].runs.push(run);
         }
     }
     Ok(groups)
@@ -185,41 +189,47 @@ fn searched(keys: &[&str], over: &str, algorithm: &str, budget: usize) -> Result
     mission(Model::E, BASE, &overrides)
 }
 
+/// Medians nearer to each other than this are equal, %.
+const EQUAL: f64 = 0.005;
+
 /// Where the cooperation is ahead of each algorithm alone, and where not.
 fn findings(forms: &[Form], groups: &[Group], least: f64) -> Vec<String> {
     let mut findings = Vec::new();
-    let mut wins = vec![[0, 0]; ALGORITHMS.len()];
+    // Ahead, equal, behind.
+    let mut score = [[0; 3]; ALGORITHMS.len()];
     for (form, f) in forms.iter().enumerate() {
-        for (abscissa, over) in ABSCISSAE.iter().enumerate() {
-            let of = |g: &&Group| g.is_of(form, abscissa);
-            let mut ranked: Vec<(usize, f64)> = (groups.iter().filter(of))
+        for (abscissa, (over, ..)) in ABSCISSAE.iter().enumerate() {
+            let ends: Vec<(usize, f64)> = (groups.iter().filter(|g| g.is_of(form, abscissa)))
                 .filter_map(|g| Some((g.algorithm, g.median_excess(least)?)))
                 .collect();
-            ranked.sort_by(|a, b| a.1.total_cmp(&b.1));
-            let Some(own) = ranked.iter().position(|r| ALGORITHMS[r.0].0 == COOPERATION) else { continue };
-            for (place, r) in ranked.iter().enumerate().filter(|(place, _)| *place != own) {
-                wins[r.0][0] += usize::from(place > own);
-                wins[r.0][1] += 1;
-            }
-            let list = |part: &[(usize, f64)]| {
-                let names: Vec<String> =
-                    part.iter().map(|r| format!("{} ({:.2} %)", ALGORITHMS[r.0].1, r.1)).collect();
-                if names.is_empty() { "none".into() } else { names.join(", ") }
+            let Some(own) = ends.iter().find(|e| ALGORITHMS[e.0].0 == COOPERATION).map(|e| e.1) else {
+                continue;
             };
+            let mut lists: [Vec<String>; 3] = Default::default();
+            for &(algorithm, end) in ends.iter().filter(|e| ALGORITHMS[e.0].0 != COOPERATION) {
+                let place = if (end - own).abs() <= EQUAL { 1 } else { 2 * usize::from(end < own) };
+                lists[place].push(format!("{} ({end:.2} %)", ALGORITHMS[algorithm].1));
+                score[algorithm][place] += 1;
+            }
+            let [worse, equal, better] =
+                lists.map(|names| if names.is_empty() { "none".into() } else { names.join(", ") });
             findings.push(format!(
-                "{} over {over}: the cooperation ends {:.2} % above the optimum; better: {}; worse: {}.",
-                f.name,
-                ranked[own].1,
-                list(&ranked[..own]),
-                list(&ranked[own + 1..])
+                "{} over {over}: the cooperation ends {own:.2} % above the optimum; it beats: {worse}; equal: {equal}; better than it: \
+                 {better}.",
+                f.name
             ));
         }
     }
-    let counts: Vec<String> = (ALGORITHMS.iter().zip(&wins))
-        .filter(|(_, w)| w[1] > 0)
-        .map(|((_, label), w)| format!("the {label} in {} of {}", w[0], w[1]))
+    let counts: Vec<String> = (ALGORITHMS.iter().zip(&score))
+        .filter(|(_, s)| s.iter().sum::<usize>() > 0)
+        .map(|((_, label), [ahead, equal, behind])| {
+            format!("{label} in {ahead} of {} ({equal} equal)", ahead + equal + behind)
+        })
         .collect();
-    findings.push(format!("By the median at the end, the cooperation beats {}.", counts.join(", ")));
+    findings.push(format!(
+        "By the median at the end, the cooperation beats each algorithm alone so often: {}.",
+        counts.join(", ")
+    ));
     findings
 }
 

@@ -32,7 +32,9 @@ pub(super) const FINE_E: Fine = Fine { none: [121.6841, 2e-4], base: [122.9272, 
 /// Model U.
 pub(super) const FINE_U: Fine = Fine { none: [120.4488, 3e-4], base: [120.690, 3e-3] };
 
-/// On 60 elements, which is worth this much; MJ/m2.
+/// A mesh of the size of that of the tables: intervals, and points of each.
+pub(super) const MESH: [usize; 2] = [60, 3];
+/// What that mesh is worth; MJ/m2.
 pub(super) const TOLERANCE_E: f64 = 0.003;
 pub(super) const TOLERANCE_U: f64 = 0.008;
 
@@ -68,7 +70,9 @@ pub(super) const TABLE_E: &[ReferenceRow] = &[
     row([12.0, 34.0, 780.0], 124.03129, 569.233, [false, true, true]),
 ];
 
+/// The first row is of the finest mesh.
 pub(super) const TABLE_U: &[ReferenceRow] = &[
+    row([NONE, NONE, NONE], 120.4488, 577.808, [false, false, false]),
     row([11.0, NONE, NONE], 121.83124, 578.564, [true, false, false]),
     row([NONE, 45.0, NONE], 120.44873, 577.808, [false, false, false]),
     row([NONE, 42.0, NONE], 120.44873, 577.808, [false, false, false]),

@@ -61,6 +61,7 @@ fn limits_of_model_e() {
         let (sheet, found) = on_two(|workers| limits::table(Model::E, &TABLE_E[k..=k], workers));
         assert!(sheet.failures.is_empty(), "{:?}", sheet.failures);
         assert!(sheet.findings[0].starts_with("1 of 1 rows are within"), "{:?}", sheet.findings);
+        assert!(sheet.unverified.is_empty(), "{:?}", sheet.unverified);
         assert!(sheet.findings.iter().any(|f| f.contains("those of the reference in every row")));
         let Some(Found { solved: Some(solved), .. }) = found.first() else { panic!("{limits:?}") };
         let expected = [(picked[0], 121.6841, 2e-4), (BASE, 122.9272, 5e-4)];
@@ -72,7 +73,7 @@ fn limits_of_model_e() {
             let layers = on_two(|workers| limits::layers(&[(Model::E, &found)], &[BASE], workers));
             let row = "E, 15 / 40 / 800";
             near(&layers, row, "two_layer_solved", 1.0, 0.0);
-            near(&layers, row, "heat_load_two_layer_less_straight_mj_m2", 0.0, 1e-5);
+            near(&layers, row, "heat_loads_differ_by_mj_m2", 0.0, 1e-5);
             let [straight, two] = ["straight", "two_layer"]
                 .map(|m| layers.value(row, &format!("{m}_first_mesh_iterations")).unwrap_or(f64::NAN));
             assert!(two < straight && two <= 40.0, "{two} {straight}");
@@ -94,7 +95,7 @@ fn starts_of_model_e() {
 #[test]
 fn searches_over_profiles() {
     let sheet = on_two(|workers| profiles::sheet(&FORMS[..1], 2, 600, workers));
-    assert_eq!(sheet.rows.len(), 12);
+    assert_eq!(sheet.rows.len(), 10);
     for row in &sheet.rows {
         // No flight is better than the optimum by more than its misses are worth.
         assert!(row.values[1].is_some_and(|excess| excess > 0.0 && excess < 60.0), "{row:?}");
