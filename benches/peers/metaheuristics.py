@@ -113,7 +113,7 @@ class Problem:
 
 
 # Name, the algorithm for so many generations, and the population for a dimension, which is that of the algorithm of
-# apsides beside it (except gaco, whose kernel of 63 needs more). Stopping tests with a tolerance are off, so that the
+# apsides beside it, but for gaco, whose kernel of 63 needs more. Stopping tests with a tolerance are off, so that the
 # whole budget can be spent, but for cmaes; everything else is the default of pygmo.
 ALGORITHMS = {
     "sga": (lambda gen, n: pygmo.sga(gen=gen), lambda n: 60),
@@ -130,6 +130,7 @@ ALGORITHMS = {
         lambda n: 1,
     ),
     "de": (lambda gen, n: pygmo.de(gen=gen, ftol=0.0, xtol=0.0), lambda n: 100),
+    "de, 50 members": (lambda gen, n: pygmo.de(gen=gen, ftol=0.0, xtol=0.0), lambda n: 50),
     "sade": (lambda gen, n: pygmo.sade(gen=gen, ftol=0.0, xtol=0.0), lambda n: 100),
     "de1220": (lambda gen, n: pygmo.de1220(gen=gen, ftol=0.0, xtol=0.0), lambda n: 100),
     "cmaes": (
@@ -144,7 +145,7 @@ ROWS = {
     "ACO_R": ("gaco",),
     "SA": ("simulated_annealing",),
     "cooperation": (),
-    "DE rand/1": ("de",),
+    "DE rand/1": ("de", "de, 50 members"),
     "jDE": ("sade",),
     "L-SHADE": ("de1220",),
     "CMA-ES": (),
@@ -263,17 +264,17 @@ def show(ours, peers, arguments):
         return [text(r) if r else "" for r in found]
 
     for dimension in arguments.dimensions:
-        print(f"### Success in {dimension} dimensions, of {arguments.seeds} runs\n")
+        print(f"## Success in {dimension} dimensions, of {arguments.seeds} runs\n")
         rows = [[label[n], *cells(n, dimension, lambda r: str(r["successes"]))] for n in names]
         table(["algorithm", *FUNCTIONS], rows)
     for dimension in arguments.dimensions:
-        print(f"### Median evaluations to the target in {dimension} dimensions, or median error\n")
+        print(f"## Median evaluations to the target in {dimension} dimensions, or median error\n")
 
         def text(r):
             return f"{r['evaluations']:.0f}" if 2 * r["successes"] > r["runs"] else f"({r['error']:.1e})"
 
         table(["algorithm", *FUNCTIONS], [[label[n], *cells(n, dimension, text)] for n in names])
-    print("### Own time per evaluation, ns\n")
+    print("## Own time per evaluation, ns\n")
     header = ["algorithm", *(f"{n} variables" for n in arguments.dimensions)]
     header += [f"pygmo: ratio, {n} variables" for n in arguments.dimensions]
     rows = []
@@ -290,7 +291,7 @@ def main():
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--algorithms", nargs="+", default=list(ALGORITHMS), choices=list(ALGORITHMS))
     parser.add_argument("--dimensions", nargs="+", type=int, default=[10, 30])
-    parser.add_argument("--seeds", type=int, default=20)
+    parser.add_argument("--seeds", type=int, default=2, help="runs of each; the documentation has 20")
     parser.add_argument("--processes", type=int, default=2)
     parser.add_argument("--results", help="file of pygmo's results: read if it is there, else written")
     arguments = parser.parse_args()

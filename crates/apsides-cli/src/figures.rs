@@ -24,10 +24,12 @@ pub(crate) fn figures(outcome: &Outcome) -> Vec<Figure> {
 /// Length of a stroke as a part of the range of the swept number.
 const STROKE: f64 = 0.05;
 
-/// Objective and price of each case of a sweep over its first number.
+/// Objective and price of each case of a sweep over its first key with a price.
 pub(crate) struct PriceCurves {
     /// Place of the swept number among the axes, and its key.
     swept: Option<(usize, String)>,
+    /// Whether each axis has more than one value.
+    varied: Vec<bool>,
     objective: Option<ObjectiveValue>,
     lines: Vec<PriceLine>,
 }
@@ -43,17 +45,18 @@ struct PriceLine {
 }
 
 impl PriceCurves {
-    pub(crate) fn new(axes: &[Swept]) -> Self {
-        let is_number = |a: &Swept| a.values.iter().all(|v| v.parse::<f64>().is_ok());
-        let swept = axes.iter().enumerate().find(|(_, a)| is_number(a)).map(|(k, a)| (k, a.key.clone()));
-        Self { swept, objective: None, lines: Vec::new() }
+    pub(crate) fn new(axes: &[Swept], priced: &[bool]) -> Self {
+        let swept = priced.iter().position(|p| *p).map(|k| (k, axes[k].key.clone()));
+        let varied = axes.iter().map(|a| a.values.len() > 1).collect();
+        Self { swept, varied, objective: None, lines: Vec::new() }
     }
 
     pub(crate) fn add(&mut self, case: &Case, solved: &Outcome, prices: &[Option<Price>]) {
         let Some((place, _)) = self.swept else { return };
         let number = case.overrides.get(place).and_then(|o| o.split_once('=')?.1.parse::<f64>().ok());
         let Some(number) = number.filter(|_| solved.status.is_success()) else { return };
-        let others = case.overrides.iter().enumerate().filter(|(k, _)| *k != place).map(|(_, o)| o.as_str());
+        let others = case.overrides.iter().zip(&self.varied).enumerate();
+        let others = others.filter(|(k, (_, varied))| *k != place && **varied).map(|(_, (o, _))| o.as_str());
         let label = others.collect::<Vec<_>>().join(", ");
         let k = self.lines.iter().position(|l| l.label == label).unwrap_or_else(|| {
             self.lines.push(PriceLine { label, points: Vec::new(), unlimited: Vec::new() });

@@ -2,7 +2,7 @@
 
 use std::fmt::Write as _;
 
-use apsides::footprint::{Footprint, FootprintCase, count, footprint as compute};
+use apsides::footprint::{FEWEST_BEARINGS, Footprint, FootprintCase, count, footprint as compute};
 use apsides_report::{footprint_map, write_footprint};
 
 use crate::arguments::FootprintArguments;
@@ -72,20 +72,24 @@ fn text(f: &Footprint) -> String {
     let mut line = |name: &str, value: String| {
         let _ = writeln!(text, "{name:<24}{value}");
     };
-    let [along, across] = [f.along_course_km, f.across_course_km];
-    line("area", format!("{:.0} km2 at {} km altitude", f.area_km2, f.altitude_km));
-    line(
-        "along the entry course",
-        format!("{:.1} km, from {:.1} to {:.1} km", f.length_km(), along[0], along[1]),
-    );
-    line(
-        "across it",
-        format!("{:.1} km, from {:.1} to {:.1} km to the right", f.width_km(), across[0], across[1]),
-    );
-    let [longitude, latitude] = f.centre_deg;
-    line("centre", format!("longitude {longitude:.4} deg, latitude {latitude:.4} deg"));
-    let side = if f.target_inside { "inside" } else { "outside" };
-    line("target", format!("{side}, {:.3} km from the boundary", f.target_margin_km.abs()));
+    if f.points.len() < FEWEST_BEARINGS {
+        line("no outline", format!("{} ends were found", f.points.len()));
+    } else {
+        let [along, across] = [f.along_course_km, f.across_course_km];
+        line("area", format!("{:.0} km2 at {} km altitude", f.area_km2, f.altitude_km));
+        line(
+            "along the entry course",
+            format!("{:.1} km, from {:.1} to {:.1} km", f.length_km(), along[0], along[1]),
+        );
+        line(
+            "across it",
+            format!("{:.1} km, from {:.1} to {:.1} km to the right", f.width_km(), across[0], across[1]),
+        );
+        let [longitude, latitude] = f.centre_deg;
+        line("centre", format!("longitude {longitude:.4} deg, latitude {latitude:.4} deg"));
+        let side = if f.target_inside { "inside" } else { "outside" };
+        line("target", format!("{side}, {:.3} km from the boundary", f.target_margin_km.abs()));
+    }
     line("verified", format!("{} of {} points; {} problems solved", f.verified, f.points.len(), f.cases));
     for failure in &f.failures {
         line("no point", failure.clone());

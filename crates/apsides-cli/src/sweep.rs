@@ -2,7 +2,7 @@
 
 use std::path::{Path, PathBuf};
 
-use apsides::sweep::{Axis, Case, cases, check_prices, prices, sweep};
+use apsides::sweep::{Axis, Case, cases, priced_axes, prices, sweep};
 use apsides::{Outcome, Price};
 use apsides_report::stacked_svg;
 
@@ -21,10 +21,9 @@ pub(crate) fn run_sweep(a: &SweepArguments) -> Result<Exit, Refusal> {
     for case in &mut cases {
         case.mission = case.mission.clone().with_threads(a.run.threads as usize).with_seed(a.run.seed);
     }
-    if a.sensitivity {
-        check_prices(&axes, &cases).map_err(refusal)?;
-    }
-    let mut curves = a.figure.as_deref().map(|path| Drawing::create(path, &axes)).transpose()?;
+    let priced =
+        if a.sensitivity { priced_axes(&axes, &cases).map_err(refusal)? } else { vec![false; axes.len()] };
+    let mut curves = a.figure.as_deref().map(|path| Drawing::create(path, &axes, &priced)).transpose()?;
     let mut csv = a.out.as_deref().map(SweepFile::create).transpose()?;
     let stop = StopFlag::install();
     let mut progress = Progress::line(a.run.quiet, stop.clone(), cases.len() as u64);
@@ -39,15 +38,15 @@ pub(crate) fn run_sweep(a: &SweepArguments) -> Result<Exit, Refusal> {
             failure = Some(refusal(e));
             Vec::new()
         });
-        let row = Row { axes: &axes, case, solved, prices: &prices };
+        let row = Row { axes: &axes, case, solved, priced: &priced, prices: &prices };
         if std::mem::take(&mut first) {
-            ticker.above(&row.header(a.sensitivity));
+            ticker.above(&row.header());
         }
         ticker.above(&row.text());
         ticker.step();
         worst = worse(worst, Exit::of(&solved.summary));
         if let Some(file) = &mut csv
-            && let Err(e) = file.row(&row, a.sensitivity)
+            && let Err(e) = file.row(&row)
         {
             failure = Some(e);
         }
@@ -84,12 +83,14 @@ struct Row<'a> {
     axes: &'a [Axis],
     case: &'a Case,
     solved: &'a Outcome,
+    /// Whether the price of each axis is shown.
+    priced: &'a [bool],
     /// By axis; empty if prices were not asked for.
     prices: &'a [Option<Price>],
 }
 
 impl Row<'_> {
-    fn header(&self, priced: bool) -> String {
+    fn header(&self) -> String {
         let mut text = String::new();
         for axis in self.axes {
             text += &format!("{:>22} ", axis.key);
@@ -97,10 +98,20 @@ impl Row<'_> {
         for key in self.solved.headline {
             text += &format!("{key:>24} ");
         }
-        for name in self.axes.iter().filter(|_| priced).map(price_name) {
+        for name in self.price_names() {
             text += &format!("{name:>24} ");
         }
         text + "iterations  ms      status, certificate\n"
+    }
+
+    /// Columns of the prices.
+    fn price_names(&self) -> impl Iterator<Item = String> {
+        self.axes.iter().zip(self.priced).filter(|(_, shown)| **shown).map(|(axis, _)| price_name(axis))
+    }
+
+    fn shown_prices(&self) -> impl Iterator<Item = Option<f64>> {
+        let price = |k: usize| self.prices.get(k).and_then(Option::as_ref).map(|p| p.objective);
+        self.priced.iter().enumerate().filter(|(_, shown)| **shown).map(move |(k, _)| price(k))
     }
 
     fn values(&self) -> impl Iterator<Item = &str> {
@@ -116,9 +127,9 @@ impl Row<'_> {
         for key in self.solved.headline {
             text += &format!("{:>24.8} ", s.results.get(*key).copied().unwrap_or(f64::NAN));
         }
-        for (axis, price) in self.axes.iter().zip(self.prices) {
-            let price = price.as_ref().map_or_else(|| "-".into(), |p| significant(p.objective));
-            text += &format!("{price:>width$} ", width = price_name(axis).len().max(24));
+        for (name, price) in self.price_names().zip(self.shown_prices()) {
+            let price = price.map_or_else(|| "-".into(), significant);
+            text += &format!("{price:>width$} ", width = name.len().max(24));
         }
         let why = self.solved.explanation.as_ref().map_or(String::new(), |e| format!("; {e}"));
         text + &format!(
@@ -140,7 +151,7 @@ struct Drawing {
 }
 
 impl Drawing {
-    fn create(path: &Path, axes: &[Axis]) -> Result<Self, Refusal> {
+    fn create(path: &Path, axes: &[Axis], priced: &[bool]) -> Result<Self, Refusal> {
         let refused = |why: &str| format!("--figure {}: {why}", path.display());
         if path.is_dir() {
             return Err(refused("is a directory; give a file"));
@@ -148,7 +159,7 @@ impl Drawing {
         if path.parent().is_some_and(|p| !p.as_os_str().is_empty() && !p.is_dir()) {
             return Err(refused("its directory does not exist"));
         }
-        Ok(Self { path: path.into(), curves: PriceCurves::new(axes) })
+        Ok(Self { path: path.into(), curves: PriceCurves::new(axes, priced) })
     }
 
     fn finish(self) -> Result<String, Refusal> {
@@ -182,20 +193,17 @@ impl SweepFile {
         Ok(Self { path: path.into(), partial, writer, header: false })
     }
 
-    fn row(&mut self, row: &Row<'_>, priced: bool) -> Result<(), Refusal> {
+    fn row(&mut self, row: &Row<'_>) -> Result<(), Refusal> {
         let s = &row.solved.summary;
-        let price_names = row.axes.iter().filter(|_| priced).map(price_name);
         let fail = |e: csv::Error| e.to_string();
         if !std::mem::replace(&mut self.header, true) {
             let header = (row.axes.iter().map(|a| a.key.clone()))
                 .chain(s.results.keys().cloned())
-                .chain(price_names)
+                .chain(row.price_names())
                 .chain(["status", "verdict", "iterations", "mesh_iterations", "solve_ms"].map(String::from));
             self.writer.write_record(header).map_err(fail)?;
         }
-        let prices = (0..if priced { row.axes.len() } else { 0 }).map(|k| {
-            row.prices.get(k).and_then(Option::as_ref).map_or(String::new(), |p| p.objective.to_string())
-        });
+        let prices = row.shown_prices().map(|p| p.map_or(String::new(), |p| p.to_string()));
         let results = s.results.values().map(f64::to_string);
         let last = [
             s.status.clone(),

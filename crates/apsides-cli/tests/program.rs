@@ -211,11 +211,12 @@ fn sweep_writes_a_row_per_case() {
 fn sweep_gives_prices_and_draws_them() {
     let dir = tempfile::tempdir().unwrap();
     let (csv, svg) = (dir.path().join("sweep.csv"), dir.path().join("prices.svg"));
-    let thrusts = ["sweep", "lunar-perilune", "--set", "thrust_n=430,440,450"];
+    let thrusts = ["sweep", "lunar-perilune", "--set", "radau.points=5", "--set", "thrust_n=430,440,450"];
     let files = ["--sensitivity", "--out", &path(&csv), "--figure", &path(&svg)];
     let o = apsides(&[&thrusts[..], &files[..]].concat());
     assert_eq!(o.status.code(), Some(0), "{}", stderr(&o));
     assert!(stdout(&o).contains("price_thrust_n"), "{}", stdout(&o));
+    assert!(!stdout(&o).contains("price_radau.points"), "a setting has no price");
     let text = std::fs::read_to_string(&csv).unwrap();
     let rows: Vec<Vec<&str>> = text.lines().map(|l| l.split(',').collect()).collect();
     let column = |name| rows[0].iter().position(|h| *h == name).unwrap();

@@ -9,6 +9,7 @@ use crate::DynamicsError;
 use crate::engine::STANDARD_GRAVITY;
 use crate::error::{finite, positive};
 
+mod printed;
 mod standard;
 mod table;
 mod thermosphere;
@@ -126,6 +127,9 @@ pub enum Atmosphere {
     /// density and the temperature go on along their tangents; above it the temperature stays and the density falls with the last scale
     /// height.
     UsStandard1976,
+    /// The same up to 86 km; above, up to 200 km, the standard's printed densities with straight lines between their logarithms, as many
+    /// flight programs have it.
+    UsStandard1976Printed,
     /// A table; covers its altitudes.
     Table(AtmosphereTable),
 }
@@ -151,6 +155,7 @@ impl Atmosphere {
             Self::Vacuum => S::from(0.0),
             Self::Exponential(law) => law.density(altitude),
             Self::UsStandard1976 => altitude.map(standard::density),
+            Self::UsStandard1976Printed => altitude.map(printed::density),
             Self::Table(table) => table.density(altitude),
         }
     }
@@ -161,7 +166,7 @@ impl Atmosphere {
         match self {
             Self::Vacuum => S::from(0.0),
             Self::Exponential(law) => S::from(law.temperature),
-            Self::UsStandard1976 => altitude.map(standard::temperature),
+            Self::UsStandard1976 | Self::UsStandard1976Printed => altitude.map(standard::temperature),
             Self::Table(table) => table.temperature(altitude),
         }
     }
@@ -172,7 +177,9 @@ impl Atmosphere {
         match self {
             Self::Vacuum => None,
             Self::Exponential(law) => Some((law.gas, S::from(law.temperature))),
-            Self::UsStandard1976 => Some((Gas::AIR, altitude.map(standard::molecular_temperature))),
+            Self::UsStandard1976 | Self::UsStandard1976Printed => {
+                Some((Gas::AIR, altitude.map(standard::molecular_temperature)))
+            }
             Self::Table(table) => Some((table.gas(), table.temperature(altitude))),
         }
     }
@@ -201,6 +208,7 @@ impl Atmosphere {
         match self {
             Self::Vacuum | Self::Exponential(_) => [f64::NEG_INFINITY, f64::INFINITY],
             Self::UsStandard1976 => [standard::BOTTOM, standard::TOP],
+            Self::UsStandard1976Printed => [standard::BOTTOM, printed::TOP],
             Self::Table(table) => table.range(),
         }
     }

@@ -132,19 +132,6 @@ impl PhaseMesh {
         Ok(Self { touch_points, ..self })
     }
 
-    /// The same mesh with an interval end elsewhere between its neighbours.
-    ///
-    /// # Errors
-    /// [`OcpError::Mesh`] when the ends would not increase from 0 to 1.
-    pub fn with_end_at(&self, end: usize, fraction: f64) -> Result<Self, OcpError> {
-        let mut fractions = self.fractions.clone();
-        if let Some(f) = fractions.get_mut(end) {
-            *f = fraction;
-        }
-        let checked = Self::new(fractions, self.points.clone())?;
-        Ok(Self { fractions: checked.fractions, ..self.clone() })
-    }
-
     /// The same intervals without breaks and touch points.
     #[must_use]
     pub fn without_arcs(self) -> Self {

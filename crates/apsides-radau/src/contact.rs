@@ -2,28 +2,19 @@
 //!
 //! There the multiplier of the row is an impulse and the costates jump, which no polynomial follows. Where one or two nodes carry the
 //! multiplier of a row, the next mesh has an interval end at their centroid, which is that of the impulse, and the row is held
-//! at its bound there; its bounds are left out beside it, so that the solution is smooth on both sides. Newton's method finds
-//! the place at which the rate of the row vanishes, with the derivative of the solution by the place
-//! ([`crate::contact_moves`]). Where that does not converge, or leads to a multiplier of the wrong sign or to an excess
-//! beside the contact, as on an arc, refinement goes on without the contact.
+//! at its bound there; its bounds are left out beside it, so that the solution is smooth on both sides. The time of this end is an
+//! unknown, the rate of the row vanishes there ([`crate::touch`]). Where that leads to a multiplier of the wrong sign or to an
+//! excess beside the contact, as on an arc, refinement goes on without the contact.
 
-use apsides_ad::NodeFunction;
 use apsides_nlp::SolveReport;
-use apsides_ocp::{
-    Contact, Guess, Mesh, Ocp, Phase, PhaseTrajectory, PiecewisePolynomial, TouchPoint, Trajectory,
-};
+use apsides_ocp::{Contact, Ocp, Phase, PhaseTrajectory, PiecewisePolynomial, TouchPoint, Trajectory};
 
 use crate::activity::{
     COLLAPSED, CROSSING, Class, Kind, Quantity, Sample, Solution, rows_without_controls, samples,
 };
-use crate::contact_moves;
 use crate::layout::PhaseLayout;
 use crate::transcription::Transcription;
 use crate::{RadauError, RadauSettings};
-
-/// A rate of the row at its contact, times the duration of the phase and relative to its scale, below which the contact is in
-/// the right place.
-const SETTLED: f64 = 1e-6;
 
 /// Most meshes for the sake of contacts.
 const MOST_MOVES: usize = 10;
@@ -37,8 +28,11 @@ const CLOSER: f64 = 0.25;
 /// Active nodes with fewer inactive ones between them belong together.
 const APART: usize = 4;
 
-/// Every move brings the rate below this part of what it was.
-const CONTRACTION: f64 = 0.5;
+/// Error of an interval from which on what happens beside it says nothing about contacts: the mesh is refined first.
+const ROUGH: f64 = 1e-4;
+
+/// An excess beside a contact counts from this multiple of the error of the intervals there on.
+const CLEAR: f64 = 10.0;
 
 /// Nodes with less than this part of the multiplier of a contact are not active: what they have is that of the barrier.
 const WEAK: f64 = 0.02;
@@ -66,21 +60,6 @@ struct Tracked {
     touch: Touch,
     /// Distance of the nodes around it when it was found.
     gap: f64,
-    /// Rate of the row before the last move, relative.
-    rate: f64,
-}
-
-/// A contact of a mesh that was solved.
-pub(crate) struct Placed {
-    pub(crate) phase: usize,
-    /// Interval end of the touch point.
-    pub(crate) end: usize,
-    pub(crate) touch: Touch,
-    gap: f64,
-    /// Rate of the row, times the duration of the phase and relative to its scale.
-    pub(crate) rate: f64,
-    /// Where it should be.
-    pub(crate) at: f64,
 }
 
 /// What was taken for a contact and is none.
@@ -122,8 +101,6 @@ struct New {
 /// A mesh that was solved.
 pub(crate) struct SolvedMesh<'a> {
     pub(crate) ocp: &'a Ocp,
-    pub(crate) mesh: &'a Mesh,
-    pub(crate) guess: &'a Guess,
     pub(crate) report: &'a SolveReport,
     pub(crate) trajectory: &'a Trajectory,
     /// Per phase and interval, the excess of rows beside touch points, relative as the error of the mesh.
@@ -159,31 +136,22 @@ impl Contacts {
         let solution = Solution { report, curvatures: &[], objective: nlp.scaling.objective.abs() };
         for (k, (phase, t)) in ocp.phases.iter().zip(&trajectory.phases).enumerate() {
             for q in rows_without_controls(phase) {
-                let Some(mut course) = RowCourse::new(phase, t, &trajectory.parameters, &q) else { continue };
+                let Some(course) = RowCourse::new(phase, t, &q) else { continue };
                 let p = &nlp.layout.phases[k];
                 let (samples, _) = samples(&q, p, t, &solution);
                 let active = active_nodes(&samples, course.row, p, report);
                 let past: Vec<&Tracked> =
                     past.iter().filter(|c| c.phase == k && c.touch.point.row == course.row).collect();
                 let largest_wrong = WRONG_SIGN * solution.objective / course.scale;
-                placed.extend(self.known(k, &past, &mut course, largest_wrong, solved));
+                placed.extend(self.known(k, &past, &course, largest_wrong, solved));
                 if self.refuted.len() < MOST_REFUTED {
                     self.found(k, &samples, &active, &course, p, &mut next);
                 }
             }
         }
         let touch_points: usize = trajectory.phases.iter().map(|t| t.mesh.touch_points().len()).sum();
-        let all_hold = placed.len() == touch_points;
-        let in_place = placed.iter().all(|p| p.rate.abs() <= SETTLED);
-        next.settled &= all_hold && in_place;
-        let moves = all_hold && !in_place && contact_moves::place(solved, nlp, &mut placed);
-        let moved = |p: Placed| Tracked {
-            phase: p.phase,
-            touch: Touch { at: p.at, ..p.touch },
-            gap: p.gap,
-            rate: if moves { p.rate.abs().max(SETTLED / CONTRACTION) } else { f64::INFINITY },
-        };
-        self.tracked.extend(placed.into_iter().map(moved));
+        next.settled &= placed.len() == touch_points;
+        self.tracked.extend(placed);
         self.moves -= usize::from(!next.settled);
         if self.moves == 0 && !next.settled {
             self.tracked.clear();
@@ -201,28 +169,29 @@ impl Contacts {
         &mut self,
         phase: usize,
         past: &[&Tracked],
-        course: &mut RowCourse<'_>,
+        course: &RowCourse<'_>,
         largest_wrong: f64,
         solved: &SolvedMesh<'_>,
-    ) -> Vec<Placed> {
+    ) -> Vec<Tracked> {
         let (row, t) = (course.row, course.trajectory);
         let touch_points = t.mesh.touch_points().iter().filter(|c| c.row == row);
         let mut placed = Vec::new();
         for (k, &point) in touch_points.enumerate() {
             let TouchPoint { end, upper, .. } = point;
             let at = t.mesh.fractions()[end];
-            let (gap, rate_before) = past.get(k).map_or((f64::INFINITY, f64::INFINITY), |c| (c.gap, c.rate));
+            let gap = past.get(k).map_or(f64::INFINITY, |c| c.gap);
             let contact = t.contacts.iter().find(|c| c.end == end && c.row == row);
             let impulse = contact.map_or(0.0, |c| c.multiplier);
             let is_wrong = if upper { -impulse } else { impulse } > largest_wrong;
-            let rate = course.rate_at_end(end, upper);
             // Beyond the bound beside the place where the row stands still: an arc.
-            let excess = solved.beside_touch[phase][end - 1].max(solved.beside_touch[phase][end]);
-            let is_arc = rate.abs() <= SETTLED && excess > solved.settings.mesh_tolerance;
-            if is_wrong || is_arc || rate.abs() > CONTRACTION * rate_before {
+            let beside = [end - 1, end];
+            let largest = |of: &[f64]| beside.iter().fold(0.0_f64, |m, k| m.max(of[*k]));
+            let (excess, error) = (largest(&solved.beside_touch[phase]), largest(&t.interval_errors));
+            let is_arc = error <= ROUGH && excess > solved.settings.mesh_tolerance.max(CLEAR * error);
+            if is_wrong || is_arc {
                 self.refuted.push(Refuted { phase, row, at, gap });
             } else {
-                placed.push(Placed { phase, end, touch: Touch { at, point }, gap, rate, at });
+                placed.push(Tracked { phase, touch: Touch { at, point }, gap });
             }
         }
         placed
@@ -253,7 +222,7 @@ impl Contacts {
             let (before, after) = (&samples[first.index - 1], &samples[last.index + 1]);
             let elsewhere = |k: &usize| k + 1 < before.interval || *k > after.interval + 1;
             let mut others = (0..t.mesh.intervals()).filter(elsewhere).map(|k| t.interval_errors[k]);
-            if others.any(|e| e > contact_moves::ROUGH) {
+            if others.any(|e| e > ROUGH) {
                 continue;
             }
             let (at, gap) = (centroid(cluster.iter()), after.fraction - before.fraction);
@@ -266,7 +235,7 @@ impl Contacts {
             next.settled = false;
             next.spared.extend((before.interval..=after.interval).map(|k| (phase, k)));
             let point = TouchPoint { end: 0, row, upper: first.upper };
-            self.tracked.push(Tracked { phase, touch: Touch { at, point }, gap, rate: f64::INFINITY });
+            self.tracked.push(Tracked { phase, touch: Touch { at, point }, gap });
             let multiplier = cluster.iter().map(|a| a.multiplier).sum();
             let end = nearest(t.mesh.fractions(), at);
             let place =
@@ -361,76 +330,31 @@ fn nearest(fractions: &[f64], at: f64) -> usize {
     (0..fractions.len()).min_by(|a, b| distance(a).total_cmp(&distance(b))).unwrap_or(0)
 }
 
-/// A path constraint row along the polynomials of a phase.
-pub(crate) struct RowCourse<'a> {
+/// A path constraint row of a phase.
+struct RowCourse<'a> {
     trajectory: &'a PhaseTrajectory,
-    parameters: &'a [f64],
-    function: &'a dyn NodeFunction,
-    /// Index among the rows of the phase, and among the outputs of the function.
-    pub(crate) row: usize,
-    output: usize,
+    /// Index among the rows of the phase.
+    row: usize,
     scale: f64,
-    inputs: Vec<f64>,
-    rates: Vec<f64>,
-    values: Vec<f64>,
-    entries: Vec<f64>,
 }
 
 impl<'a> RowCourse<'a> {
-    pub(crate) fn new(
-        phase: &'a Phase,
-        trajectory: &'a PhaseTrajectory,
-        parameters: &'a [f64],
-        q: &Quantity<'a>,
-    ) -> Option<Self> {
+    /// None for a row that depends on the time itself: its rate is no function of the states alone.
+    fn new(phase: &Phase, trajectory: &'a PhaseTrajectory, q: &Quantity<'_>) -> Option<Self> {
         let Kind::Row(row) = q.kind else { return None };
         let mut first = 0;
         let path = phase.path.iter().find(|c| {
             first += c.rows.len();
             row < first
         })?;
-        let function = path.function.as_ref();
-        Some(Self {
+        let pattern = path.function.pattern();
+        let output = row + path.rows.len() - first;
+        let columns = &pattern.columns[pattern.row_offsets[output]..pattern.row_offsets[output + 1]];
+        let by_time = path.function.inputs() - 1;
+        (!columns.contains(&by_time)).then(|| Self {
             trajectory,
-            parameters,
-            function,
             row,
-            output: row + path.rows.len() - first,
             scale: q.variable.size().unwrap_or(1.0),
-            inputs: vec![0.0; function.inputs()],
-            rates: vec![0.0; phase.states.len()],
-            values: vec![0.0; function.outputs()],
-            entries: vec![0.0; function.pattern().jacobian_len()],
         })
-    }
-
-    /// Rate at an interval end, times the duration of the phase and relative to the scale of the row; positive towards the bound.
-    pub(crate) fn rate_at_end(&mut self, end: usize, upper: bool) -> f64 {
-        self.rate(end, self.trajectory.control.breaks()[end], upper)
-    }
-
-    /// The same at a time of an interval.
-    pub(crate) fn rate(&mut self, interval: usize, time: f64, upper: bool) -> f64 {
-        let t = self.trajectory;
-        let (x, rest) = self.inputs.split_at_mut(self.rates.len());
-        let (u, rest) = rest.split_at_mut(t.control.dimension());
-        t.state.evaluate_in(interval, time, x);
-        t.state.derivative_in(interval, time, &mut self.rates);
-        t.control.evaluate_in(interval, time, u);
-        // What is left are all parameters or none, then the time.
-        let count = rest.len() - 1;
-        rest[..count].copy_from_slice(&self.parameters[..count]);
-        rest[count] = time;
-        self.function.jacobian(&self.inputs, &mut self.values, &mut self.entries);
-        let by_time = self.inputs.len() - 1;
-        let mut rate = 0.0;
-        for ((r, c), v) in self.function.pattern().jacobian_entries().zip(&self.entries) {
-            if r == self.output {
-                let of_input = if c == by_time { 1.0 } else { self.rates.get(c).copied().unwrap_or(0.0) };
-                rate += v * of_input;
-            }
-        }
-        let relative = rate * (t.final_time - t.initial_time) / self.scale;
-        if upper { relative } else { -relative }
     }
 }

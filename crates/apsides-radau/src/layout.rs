@@ -3,7 +3,7 @@
 //! Variables: per phase, node after node `[x, u]`, the end node with `[x]` alone, then the start time, the times of the
 //! breaks and the end time; the static parameters come last. Constraints: per phase, node after node `[defects, path
 //! rows]`, then the integrals with bounds, the duration, the durations of the arcs if there are several, the times of breaks
-//! that are not free, the degrees of singular controls; the endpoint constraints come last.
+//! that are not free, the degrees of singular controls, the rates at touch points; the endpoint constraints come last.
 
 use std::ops::Range;
 
@@ -68,6 +68,8 @@ pub(crate) struct PhaseLayout {
     pub(crate) pinned_rows: Vec<(usize, usize, f64)>,
     /// Row, interval and control of each condition that the highest degree of a control vanishes.
     pub(crate) degree_rows: Vec<(usize, usize, usize)>,
+    /// Row of the rate of each touch point whose time is free.
+    pub(crate) rate_rows: Vec<(usize, TouchPoint)>,
     /// Stage of the first interval in the elimination order.
     pub(crate) first_stage: u32,
 }
@@ -188,6 +190,10 @@ impl Layout {
             let degree_rows: Vec<_> =
                 singular(mesh).zip(constraints..).map(|((interval, c), row)| (row, interval, c)).collect();
             constraints += degree_rows.len();
+            let is_free = |t: &&TouchPoint| mesh.breaks().iter().any(|b| b.end == t.end && b.free);
+            let rate_rows: Vec<_> =
+                (constraints..).zip(mesh.touch_points().iter().filter(is_free).copied()).collect();
+            constraints += rate_rows.len();
             let first_stage = stage;
             stage += mesh.intervals() as u32 + 1;
             phases.push(PhaseLayout {
@@ -207,6 +213,7 @@ impl Layout {
                 first_arc_row,
                 pinned_rows,
                 degree_rows,
+                rate_rows,
                 first_stage,
             });
         }

@@ -56,7 +56,6 @@
 mod activity;
 mod change;
 mod contact;
-mod contact_moves;
 pub mod error;
 mod error_estimate;
 pub mod explanation;
@@ -69,7 +68,8 @@ mod row_origin;
 pub mod scales;
 pub mod solver;
 pub mod switches;
-pub mod transcription;
+pub mod touch;
+mod transcription;
 mod warm_start;
 mod workers;
 

@@ -28,6 +28,10 @@ impl Transcription {
             if p.pinned_rows.iter().any(|r| r.0 == row) {
                 return Some(whole("start of an arc".into(), &phase.time_unit));
             }
+            if let Some((_, touch)) = p.rate_rows.iter().find(|r| r.0 == row) {
+                let v = phase.path.iter().flat_map(|c| &c.rows).nth(touch.row)?;
+                return Some(whole(format!("rate of {} where it touches its bound", v.name), &v.unit));
+            }
             if let Some((_, _, c)) = p.degree_rows.iter().find(|r| r.0 == row) {
                 let v = &phase.controls[*c];
                 return Some(whole(format!("degree of {}", v.name), &v.unit));

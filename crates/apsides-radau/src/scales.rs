@@ -214,6 +214,9 @@ pub(crate) fn nlp_scaling(ocp: &Ocp, layout: &Layout, scaling: &Scaling) -> NlpS
         for &(row, _, c) in &p.degree_rows {
             constraints[row] = s.controls[c];
         }
+        for (row, touch) in &p.rate_rows {
+            constraints[*row] = constraints[p.path_row(p.touch_node(touch)) + touch.row];
+        }
     }
     variables[layout.first_parameter..].copy_from_slice(&scaling.parameters);
     for (c, &first) in ocp.constraints.iter().zip(&layout.endpoint_rows) {

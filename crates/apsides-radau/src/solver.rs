@@ -14,6 +14,7 @@ use crate::error_estimate::estimate;
 use crate::refinement::refine;
 use crate::scales::ScaleWarning;
 use crate::switches::{Structure, Switch, with_touch_points};
+use crate::touch::{freed, restore};
 use crate::transcription::Transcription;
 use crate::workers::pool;
 
@@ -210,8 +211,8 @@ impl Radau {
         let pool = pool(self.settings.threads);
         loop {
             let begin = Instant::now();
-            let mut nlp =
-                Transcription::new(ocp, &mesh, &guess)?.with_pool(self.settings.threads, pool.clone());
+            let mut nlp = Transcription::new(ocp, &freed(&mesh)?, &guess)?
+                .with_pool(self.settings.threads, pool.clone());
             if meshes.is_empty() {
                 warnings = nlp.scale_warnings(ocp);
             }
@@ -225,6 +226,7 @@ impl Radau {
                 None => solver.solve_observed(&mut nlp, observer)?,
             };
             let mut trajectory = nlp.trajectory(ocp, &report)?;
+            restore(&mut trajectory, &mesh)?;
             let scaling = Scaling::new(ocp, &guess);
             let estimate = estimate(ocp, &scaling, &self.settings, &mut trajectory)?;
             let (error, controls) = (estimate.error, estimate.controls);
@@ -260,8 +262,6 @@ impl Radau {
             let in_bounds = controls <= self.settings.mesh_tolerance;
             let solved = SolvedMesh {
                 ocp,
-                mesh: &mesh,
-                guess: &guess,
                 report: &report,
                 trajectory: &trajectory,
                 beside_touch: &estimate.beside_touch,

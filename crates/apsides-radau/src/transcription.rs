@@ -17,6 +17,7 @@ use crate::RadauError;
 use crate::layout::{Layout, PhaseLayout};
 use crate::node_term::{NodeTerm, Target};
 use crate::scales::nlp_scaling;
+use crate::touch::{RateTerm, rate_terms};
 use crate::workers::{pool, within};
 
 /// Least duration of an arc between breaks, as a part of the phase's in the guess.
@@ -30,6 +31,7 @@ pub struct Transcription {
     pub(crate) sign: f64,
     node_terms: Vec<NodeTerm>,
     endpoint_terms: Vec<EndpointTerm>,
+    rate_terms: Vec<RateTerm>,
     /// Columns and weights of the linear part of the cost, sign included.
     linear_cost: Vec<(usize, f64)>,
     /// Constant Jacobian entries, rows and columns first: differentiation matrices and durations.
@@ -89,6 +91,7 @@ impl Transcription {
             sign,
             node_terms: node_terms(ocp, &layout, sign, movable),
             endpoint_terms: EndpointTerm::all(ocp, &layout.endpoint_rows, |i| layout.endpoint_column(i)),
+            rate_terms: rate_terms(ocp, &layout),
             linear_cost: (ocp.objective.linear.iter())
                 .map(|&(input, w)| (layout.endpoint_column(input), sign * w))
                 .collect(),
@@ -141,6 +144,10 @@ impl Transcription {
             t.each_jacobian(|r, c, _| jacobian.push((r, c)));
             t.each_hessian(1.0, &y, |i, j, _| hessian.push((i, j)));
         }
+        for t in &mut self.rate_terms {
+            t.each_jacobian(|r, c, _| jacobian.push((r, c)));
+            t.each_hessian(&y, |i, j, _| hessian.push((i, j)));
+        }
         self.jacobian_pattern = Pattern::from_pairs(jacobian);
         self.hessian_pattern = Pattern::from_pairs(hessian);
     }
@@ -153,6 +160,9 @@ impl Transcription {
         let terms = &mut self.node_terms;
         within(self.pool.as_deref(), || terms.iter_mut().for_each(|t| t.refresh(x)));
         for t in &mut self.endpoint_terms {
+            t.refresh(x);
+        }
+        for t in &mut self.rate_terms {
             t.refresh(x);
         }
         self.refreshed_at.copy_from_slice(x);
@@ -227,6 +237,9 @@ impl Nlp for Transcription {
         for t in self.endpoint_terms.iter_mut().filter(|t| !t.has_cost()) {
             t.add_values(x, values);
         }
+        for t in &mut self.rate_terms {
+            t.add_values(x, values);
+        }
     }
 
     fn jacobian(&mut self, x: &[f64], values: &mut [f64]) {
@@ -243,6 +256,9 @@ impl Nlp for Transcription {
             next += 1;
         };
         for t in &self.endpoint_terms {
+            t.each_jacobian(|_, _, v| push(v));
+        }
+        for t in &self.rate_terms {
             t.each_jacobian(|_, _, v| push(v));
         }
     }
@@ -262,6 +278,9 @@ impl Nlp for Transcription {
         };
         for t in &mut self.endpoint_terms {
             t.each_hessian(objective_factor, multipliers, |_, _, v| push(v));
+        }
+        for t in &mut self.rate_terms {
+            t.each_hessian(multipliers, |_, _, v| push(v));
         }
     }
 
@@ -289,6 +308,9 @@ impl Nlp for Transcription {
             }
             for &(row, interval, _) in &p.degree_rows {
                 constraints[row] = 4 * (p.first_stage + interval as u32) + 3;
+            }
+            for (row, touch) in &p.rate_rows {
+                constraints[*row] = 4 * (p.first_stage + touch.end as u32) + 3;
             }
         }
         Some(Stages { variables, constraints })

@@ -59,14 +59,19 @@ fn a_ceiling_touched_in_the_middle() {
             let t = &solution.trajectory.phases[0];
             let rise = 24.0 * (1.0 - 4.0 * l);
             let costate = t.costate.as_ref().unwrap();
-            // A multiplier that is zero at an active bound is known to the root of the barrier parameter.
-            let tolerance = if l < 0.25 { 1e-6 * rise } else { 2e-4 };
+            // A multiplier that is zero at an active bound is known to the root of the barrier parameter; where an arc begins, the
+            // ceiling is touched with a vanishing second derivative, and the place of the contact to the third root of a rate.
+            let tolerance = match l {
+                _ if l >= 0.25 => 2e-4,
+                _ if l < 0.17 => 1e-5 * rise,
+                _ => 1e-6 * rise,
+            };
             close(costate.component(0.1, 0), rise, tolerance);
             close(costate.component(0.9, 0), -rise, tolerance);
             if l < 0.25 {
                 assert_eq!(t.contacts.len(), 1);
                 let (time, sign) = (t.contact_time(&t.contacts[0]), if upper { 1.0 } else { -1.0 });
-                close(time, 0.5, 1e-6);
+                close(time, 0.5, if l < 0.17 { 1e-3 } else { 1e-6 });
                 close(t.contacts[0].multiplier, sign * 2.0 * rise, 2.0 * tolerance);
                 close(t.state_at(time)[0], l, 1e-12);
             }

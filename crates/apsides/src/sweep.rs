@@ -102,16 +102,17 @@ pub fn sweep(
     Ok(())
 }
 
-/// Whether the cases of a sweep can have prices.
+/// Whether the key of each axis has a price in any case of a sweep: numbers of vehicle and flight have one where they are finite.
 ///
 /// # Errors
-/// When a method gives none, or no axis is a number of vehicle or flight.
-pub fn check_prices(axes: &[Axis], cases: &[Case]) -> Result<(), Error> {
+/// When none has one, or a method gives none.
+pub fn priced_axes(axes: &[Axis], cases: &[Case]) -> Result<Vec<bool>, Error> {
     cases.iter().try_for_each(|case| case.mission.check_prices())?;
     let has_price =
         |axis: &Axis| cases.iter().any(|case| case.mission.priced_keys().any(|k| k.path == axis.key));
-    if axes.iter().any(has_price) {
-        return Ok(());
+    let priced: Vec<bool> = axes.iter().map(has_price).collect();
+    if priced.contains(&true) {
+        return Ok(priced);
     }
     let place = axes.iter().map(|a| format!("--set {}=..", a.key)).collect::<Vec<_>>().join(" ");
     let reason =

@@ -85,7 +85,7 @@ fn mistakes_name_line_key_and_remedy() {
         ),
         (
             "method = \"newton\"",
-            "file `x.toml`, line 2: `method` is \"newton\", allowed is \"radau\" or \"flatness\" or \"multiple-shooting\" or \"indirect\"",
+            "file `x.toml`, line 2: `method` is \"newton\", allowed is \"radau\" or \"flatness\" or \"multiple-shooting\" or \"indirect\" or \"two-layer\"",
         ),
         (
             "[flatness]\nplacement = \"even\"",
@@ -155,7 +155,7 @@ fn splines_that_cannot_land_are_refused() {
 fn files_that_are_no_missions() {
     assert_eq!(
         refused(""),
-        "file `x.toml`: `mission` is missing, allowed is one of `lunar-direct`, `lunar-perilune`, `lunar-two-phase`, `lunar-transfer`, `geo-injection`"
+        "file `x.toml`: `mission` is missing, allowed is one of `lunar-direct`, `lunar-perilune`, `lunar-two-phase`, `lunar-transfer`, `geo-injection`, `capsule-reentry`"
     );
     assert!(refused("mission = 3").contains("line 1: `mission` is 3"));
     assert!(refused("mission = \"mars\"").contains("no mission is named `mars`; known: `lunar-direct`"));

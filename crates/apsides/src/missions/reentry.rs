@@ -15,7 +15,6 @@ mod expansion;
 mod guess;
 mod keys;
 mod margins;
-mod printed_atmosphere;
 mod problem;
 mod reach;
 mod results;

@@ -8,7 +8,6 @@ use apsides_dynamics::heating::HeatingLaw;
 use apsides_dynamics::planet::{MARS_J2, Planet};
 use apsides_dynamics::{Body, DynamicsError};
 
-use super::printed_atmosphere::us_1976_printed;
 use super::problem::{Load, Steering};
 use super::{atmosphere_table, keys};
 use crate::key::Values;
@@ -133,7 +132,7 @@ fn planet(v: &Values) -> Result<Planet, String> {
     let gas = if is_mars { Gas::MARS } else { Gas::AIR };
     let atmosphere = match v.word(keys::ATMOSPHERE) {
         keys::US_1976 => Atmosphere::UsStandard1976,
-        keys::US_1976_PRINTED => Atmosphere::Table(us_1976_printed().map_err(text)?),
+        keys::US_1976_PRINTED => Atmosphere::UsStandard1976Printed,
         keys::TABLE => Atmosphere::Table(atmosphere_table::parse(v.word(keys::ATMOSPHERE_TABLE), gas)?),
         keys::OF_MARS => Atmosphere::Exponential(Exponential::MARS),
         _ => {

@@ -23,7 +23,6 @@ pub(super) const SUTTON_GRAVES: &str = "sutton-graves";
 
 pub(super) const LIFT_COEFFICIENT: &str = "lift_coefficient";
 pub(super) const DRAG_COEFFICIENT: &str = "drag_coefficient";
-pub(super) const LIFT_FACTOR: &str = "lift_factor";
 
 pub(super) const TARGET_LONGITUDE: &str = "target_longitude_deg";
 pub(super) const TARGET_LATITUDE: &str = "target_latitude_deg";
@@ -75,7 +74,6 @@ pub(super) const VEHICLE: &[Key] = &[
     ),
     Key::number(LIFT_COEFFICIENT, 0.408_15, Range::from(0.0), "of constant aerodynamics"),
     Key::number(DRAG_COEFFICIENT, 1.2569, Range::POSITIVE, "of constant aerodynamics"),
-    Key::number(LIFT_FACTOR, 1.0, Range::from(0.0), "factor on the lift of any aerodynamics"),
     Key::choice(
         HEATING,
         &[HEAT_CONSTANT, SUTTON_GRAVES],
