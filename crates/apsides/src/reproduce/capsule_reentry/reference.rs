@@ -27,13 +27,21 @@ pub(super) struct Fine {
 /// The limits of the paper: 15 kPa, 40 m/s2, 800 kW/m2.
 pub(super) const BASE: [f64; 3] = [15.0, 40.0, 800.0];
 
+/// Model E on finer meshes of the reference's program than those of the tables (120 and 240 intervals of 4 points), MJ/m2.
+pub(super) const FINER_E: [([f64; 3], f64); 4] = [
+    ([15.0, NONE, NONE], 121.820_178),
+    ([NONE, 40.0, NONE], 122.357_920),
+    ([NONE, NONE, 825.0], 122.234_002),
+    ([15.0, NONE, 800.0], 122.628_839),
+];
+
 /// Model E.
 pub(super) const FINE_E: Fine = Fine { none: [121.6841, 2e-4], base: [122.9272, 5e-4] };
 /// Model U.
 pub(super) const FINE_U: Fine = Fine { none: [120.4488, 3e-4], base: [120.690, 3e-3] };
 
-/// A mesh of the size of that of the tables: intervals, and points of each.
-pub(super) const MESH: [usize; 2] = [60, 3];
+/// The mesh of the tables: intervals, and points of each, where the limits hold at the points alone.
+pub(super) const MESH: [usize; 2] = [60, 4];
 /// What that mesh is worth; MJ/m2.
 pub(super) const TOLERANCE_E: f64 = 0.003;
 pub(super) const TOLERANCE_U: f64 = 0.008;
