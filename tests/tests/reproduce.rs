@@ -229,5 +229,8 @@ fn an_interruption_keeps_the_rows_done() {
 #[test]
 fn unknown_names_are_refused_with_the_known_ones() {
     let message = reproduce("lunar", 1, &mut (), |_| true).unwrap_err().to_string();
-    assert_eq!(message, "reproduce: `name` is \"lunar\", allowed is \"lunar-landing\" or \"geo-injection\"");
+    assert_eq!(
+        message,
+        "reproduce: `name` is \"lunar\", allowed is \"lunar-landing\" or \"geo-injection\" or \"capsule-reentry\""
+    );
 }

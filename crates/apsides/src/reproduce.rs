@@ -14,9 +14,12 @@ use apsides_verify::Verdict;
 
 use crate::{Error, Mission, Observer, Outcome};
 
+mod capsule_reentry;
 mod geo_injection;
 mod lunar_landing;
 mod sheet;
+mod stop;
+mod workers;
 
 pub use sheet::{Column, Graph, GraphSeries, Sheet, SheetRow};
 
@@ -91,7 +94,8 @@ struct Solved<'a> {
     radau: Option<&'a Outcome>,
 }
 
-const PUBLICATIONS: &[Publication] = &[lunar_landing::PUBLICATION, geo_injection::PUBLICATION];
+const PUBLICATIONS: &[Publication] =
+    &[lunar_landing::PUBLICATION, geo_injection::PUBLICATION, capsule_reentry::PUBLICATION];
 
 /// All rows of a publication that were computed.
 #[derive(Clone, Debug, PartialEq)]

@@ -278,7 +278,7 @@ impl Mission {
         }
     }
 
-    fn search_settings(&self) -> Search {
+    pub(crate) fn search_settings(&self) -> Search {
         let v = &self.values;
         let limit = v.number("search.time_limit_s");
         Search {
@@ -292,7 +292,7 @@ impl Mission {
         }
     }
 
-    pub(super) fn not_searched(&self) -> Error {
+    pub(crate) fn not_searched(&self) -> Error {
         Error::Conflict {
             place: format!("mission `{}`", self.name()),
             reason: "`method` is \"two-layer\", which searches control profiles of a re-entry; choose `method` = \"radau\""

@@ -53,9 +53,7 @@ fn compute(
 ) -> Result<bool, Error> {
     match sheets(&mut Solver { threads, observer }, done) {
         Ok(()) => Ok(true),
-        Err(Stop::Interrupted) => Ok(false),
-        Err(Stop::Refused(e)) => Err(e),
-        Err(Stop::NotSolved(reason)) => Err(Error::Conflict { place: PUBLICATION.name.into(), reason }),
+        Err(stop) => stop.end(PUBLICATION.name),
     }
 }
 

@@ -90,3 +90,13 @@ impl Sheet {
         self.rows.iter().find(|r| r.label == row)?.values[column]
     }
 }
+
+/// The value in the middle, or the mean of the two there.
+pub(super) fn median(values: impl IntoIterator<Item = f64>) -> Option<f64> {
+    let mut values: Vec<f64> = values.into_iter().collect();
+    values.sort_unstable_by(f64::total_cmp);
+    let middle = values.len() / 2;
+    let upper = *values.get(middle)?;
+    let lower = if values.len().is_multiple_of(2) { values[middle - 1] } else { upper };
+    Some(0.5 * (lower + upper))
+}

@@ -8,8 +8,7 @@ use apsides_ode::{FnSystem, Integrator, OdeSettings, Status};
 
 use super::burns::Apsis;
 use super::printed::{PRINTED_CORRECTION, STATED_MASS, TABLE_7, TWO_BURNS, USED_MASS};
-use super::stage::{Stage, Stop};
-use super::tables::keep;
+use super::stage::{Stage, Stop, keep};
 use crate::reproduce::sheet::Sheet;
 
 /// State at the end of a burn: `[p, f, g, L, m]`.

@@ -2,9 +2,8 @@
 
 use super::analytic::AnalyticGuess;
 use super::circles::{Circles, Point};
-use super::stage::{Solver, Stage, Stop};
-use super::tables::keep;
-use crate::reproduce::sheet::{Graph, GraphSeries, Sheet};
+use super::stage::{Solver, Stage, Stop, keep};
+use crate::reproduce::sheet::{Graph, GraphSeries, Sheet, median};
 
 /// Vehicles of Table 1 with their names.
 pub(super) const STAGES: [(&str, &str); 6] = [
@@ -171,22 +170,14 @@ fn quality(
     let mut values = Vec::new();
     let mut time = [0.0; 2];
     for (k, method) in METHODS.iter().enumerate() {
-        let mut counts = Vec::new();
+        let mut counts: Vec<usize> = Vec::new();
         for p in points {
             let guess = (method.guess)(circles, p.ratio);
             counts.extend(circles.iterations(p, &guess, solver)?);
             time[k] = f64::max(time[k], (circles.seconds(&guess) / p.time - 1.0).abs());
         }
-        values.extend([Some(counts.len() as f64), median(&mut counts), Some(time[k])]);
+        values.extend([Some(counts.len() as f64), median(counts.iter().map(|c| *c as f64)), Some(time[k])]);
     }
     let sign = |p: &Point| p.costates[1] * circles.constant_mass(p.ratio).costates[1] > 0.0;
     Ok((values, Quality { time, same_sign: points.iter().any(sign) }))
-}
-
-fn median(counts: &mut [usize]) -> Option<f64> {
-    counts.sort_unstable();
-    let middle = counts.len() / 2;
-    let upper = *counts.get(middle)?;
-    let lower = if counts.len().is_multiple_of(2) { counts[middle - 1] } else { upper };
-    Some(0.5 * (lower + upper) as f64)
 }

@@ -2,12 +2,13 @@
 
 use apsides_dynamics::equinoctial::OrbitalFlight;
 use apsides_dynamics::{Body, Engine};
-use apsides_nlp::Status;
 use apsides_ocp::{Guess, Mesh, Ocp, Trajectory};
 use apsides_radau::{Radau, RadauSettings};
 use apsides_shooting::indirect::{IndirectShooting, IndirectSolution, IndirectStart};
 
 use crate::{Error, Mission, Observer, Outcome};
+
+pub(super) use crate::reproduce::stop::{Stop, ended, keep};
 
 /// Collocation as the missions use it: intervals, points, tolerance of the mesh and of the nonlinear program.
 const INTERVALS: usize = 10;
@@ -100,22 +101,6 @@ impl Orbit {
     }
 }
 
-/// What ends the work on a number.
-pub(super) enum Stop {
-    /// The request is ill-posed.
-    Refused(Error),
-    /// The observer stopped a solve.
-    Interrupted,
-    /// A solve that did not converge, in words.
-    NotSolved(String),
-}
-
-impl<E: Into<Error>> From<E> for Stop {
-    fn from(e: E) -> Self {
-        Self::Refused(e.into())
-    }
-}
-
 /// The methods, with the observer of all solves.
 pub(super) struct Solver<'a> {
     pub(super) threads: usize,
@@ -184,12 +169,4 @@ impl Solver<'_> {
 pub(super) struct Both {
     pub(super) radau: Trajectory,
     pub(super) indirect: Trajectory,
-}
-
-pub(super) fn ended(problem: &str, method: &str, status: Status) -> Result<(), Stop> {
-    match status {
-        Status::Interrupted => Err(Stop::Interrupted),
-        s if s.is_success() => Ok(()),
-        s => Err(Stop::NotSolved(format!("{problem}: {method} does not converge: {s}"))),
-    }
 }

@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 
 use super::burns::{Apsis, Between, Burn, Flown, Goal, flight_time, sequence};
 use super::printed::{PrintedTable, REFERENCE_20, STATED_MASS, USED_MASS};
-use super::stage::{Solver, Stage, Stop};
+use super::stage::{Solver, Stage, Stop, keep};
 use crate::Outcome;
 use crate::method::{INDIRECT, RADAU};
 use crate::reproduce::sheet::Sheet;
@@ -73,17 +73,6 @@ impl Case {
     /// Sum of the burn times by the rule, s.
     fn total(&self) -> Option<f64> {
         (0..self.burns.len()).map(|k| self.time(k)).sum()
-    }
-}
-
-/// The result, or its failure among those of the sheet.
-pub(super) fn keep<T>(sheet: &mut Sheet, result: Result<T, Stop>) -> Result<Option<T>, Stop> {
-    match result {
-        Err(Stop::NotSolved(why)) => {
-            sheet.failures.push(why);
-            Ok(None)
-        }
-        other => other.map(Some),
     }
 }
 
