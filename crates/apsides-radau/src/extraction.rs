@@ -119,7 +119,7 @@ fn phase_trajectory(
 /// The mesh with its breaks where the point `x` has them.
 fn moved_mesh(p: &PhaseLayout, x: &[f64]) -> Result<PhaseMesh, RadauError> {
     if p.arcs.len() == 1 {
-        return Ok(p.mesh.clone());
+        return Ok(p.stated_mesh.clone());
     }
     let (t0, tf) = (x[p.initial_time], x[p.final_time]);
     let old = p.mesh.fractions();
@@ -135,7 +135,7 @@ fn moved_mesh(p: &PhaseLayout, x: &[f64]) -> Result<PhaseMesh, RadauError> {
         }
     }
     let mesh = PhaseMesh::new(fractions, p.mesh.points().to_vec())?;
-    let mesh = mesh.with_arcs(p.mesh.breaks().to_vec(), p.mesh.arcs().to_vec())?;
+    let mesh = mesh.with_arcs(p.stated_mesh.breaks().to_vec(), p.stated_mesh.arcs().to_vec())?;
     Ok(mesh.with_touch_points(p.mesh.touch_points().to_vec())?)
 }
 

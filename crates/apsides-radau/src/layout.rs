@@ -11,6 +11,7 @@ use apsides_basis::Lgr;
 use apsides_ocp::{Bounds, Course, EndpointInput, Mesh, Ocp, PhaseMesh, TouchPoint};
 
 use crate::RadauError;
+use crate::touch::freed;
 
 /// One collocation point.
 pub(crate) struct Node {
@@ -41,7 +42,10 @@ pub(crate) struct ArcLayout {
 pub(crate) struct PhaseLayout {
     pub(crate) states: usize,
     pub(crate) controls: usize,
+    /// The mesh with breaks of free time at its touch points.
     pub(crate) mesh: PhaseMesh,
+    /// The mesh as it was given.
+    pub(crate) stated_mesh: PhaseMesh,
     /// One rule per interval, shared by intervals with the same number of points.
     pub(crate) rules: Vec<std::sync::Arc<Lgr>>,
     /// Collocation points; the end node is not among them.
@@ -152,7 +156,8 @@ impl Layout {
         let mut rules = std::collections::BTreeMap::new();
         let (mut variables, mut constraints, mut stage) = (0, 0, 0);
         let mut phases = Vec::with_capacity(ocp.phases.len());
-        for (phase, mesh) in ocp.phases.iter().zip(&mesh.phases) {
+        for (phase, stated_mesh) in ocp.phases.iter().zip(&mesh.phases) {
+            let mesh = &freed(stated_mesh)?;
             let mut interval_rules = Vec::with_capacity(mesh.intervals());
             for &n in mesh.points() {
                 if let std::collections::btree_map::Entry::Vacant(e) = rules.entry(n) {
@@ -200,6 +205,7 @@ impl Layout {
                 states: nx,
                 controls: nu,
                 mesh: mesh.clone(),
+                stated_mesh: stated_mesh.clone(),
                 rules: interval_rules,
                 nodes,
                 first_variable,

@@ -14,7 +14,6 @@ use crate::error_estimate::estimate;
 use crate::refinement::refine;
 use crate::scales::ScaleWarning;
 use crate::switches::{Structure, Switch, with_touch_points};
-use crate::touch::{freed, restore};
 use crate::transcription::Transcription;
 use crate::workers::pool;
 
@@ -211,8 +210,8 @@ impl Radau {
         let pool = pool(self.settings.threads);
         loop {
             let begin = Instant::now();
-            let mut nlp = Transcription::new(ocp, &freed(&mesh)?, &guess)?
-                .with_pool(self.settings.threads, pool.clone());
+            let mut nlp =
+                Transcription::new(ocp, &mesh, &guess)?.with_pool(self.settings.threads, pool.clone());
             if meshes.is_empty() {
                 warnings = nlp.scale_warnings(ocp);
             }
@@ -226,7 +225,6 @@ impl Radau {
                 None => solver.solve_observed(&mut nlp, observer)?,
             };
             let mut trajectory = nlp.trajectory(ocp, &report)?;
-            restore(&mut trajectory, &mesh)?;
             let scaling = Scaling::new(ocp, &guess);
             let estimate = estimate(ocp, &scaling, &self.settings, &mut trajectory)?;
             let (error, controls) = (estimate.error, estimate.controls);

@@ -6,18 +6,13 @@
 use std::sync::Arc;
 
 use apsides_ad::NodeFunction;
-use apsides_ocp::{Break, Mesh, Ocp, PhaseMesh, Trajectory};
+use apsides_ocp::{Break, Ocp, PhaseMesh};
 
 use crate::RadauError;
 use crate::layout::{Layout, PhaseLayout};
 
 /// The mesh with breaks of free time at its touch points.
-pub(crate) fn freed(mesh: &Mesh) -> Result<Mesh, RadauError> {
-    let phases = mesh.phases.iter().map(freed_phase);
-    Ok(Mesh { phases: phases.collect::<Result<_, _>>()? })
-}
-
-fn freed_phase(mesh: &PhaseMesh) -> Result<PhaseMesh, RadauError> {
+pub(crate) fn freed(mesh: &PhaseMesh) -> Result<PhaseMesh, RadauError> {
     let (mut breaks, mut arcs) = (mesh.breaks().to_vec(), mesh.arcs().to_vec());
     for touch in mesh.touch_points() {
         let k = breaks.partition_point(|b| b.end < touch.end);
@@ -30,14 +25,6 @@ fn freed_phase(mesh: &PhaseMesh) -> Result<PhaseMesh, RadauError> {
         }
     }
     Ok(mesh.clone().with_arcs(breaks, arcs)?)
-}
-
-/// Gives the meshes of a trajectory, whose touch points are breaks, the breaks and arcs of the mesh that it was made from.
-pub(crate) fn restore(trajectory: &mut Trajectory, mesh: &Mesh) -> Result<(), RadauError> {
-    for (t, mesh) in trajectory.phases.iter_mut().zip(&mesh.phases) {
-        t.mesh = t.mesh.clone().with_arcs(mesh.breaks().to_vec(), mesh.arcs().to_vec())?;
-    }
-    Ok(())
 }
 
 /// The rate of a row at a touch point: the derivative of the polynomial through the values of the row at the points of the interval
