@@ -11,8 +11,9 @@ use crate::method::{RADAU, TWO_LAYER};
 use crate::reproduce::stop::Stop;
 use crate::{Error, Mission, Observer, Outcome, SearchProgress};
 
-/// Relative error between the points: far below what the tables show. The missions ask for less in model U, whose atmosphere has kinks.
-const MESH_TOLERANCE: &str = "1e-8";
+/// Relative error between the points in model U, whose atmosphere has kinks: far below what the tables show. Model E keeps that of its
+/// mission.
+const MESH_TOLERANCE_U: &str = "radau.mesh_tolerance=1e-8";
 
 /// Exponential atmosphere and constant coefficients, or US76 and a trim table over the Mach number.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -60,7 +61,8 @@ pub(super) fn label(limits: Limits) -> String {
 /// The mission under limits.
 pub(super) fn mission(model: Model, limits: Limits, overrides: &[String]) -> Result<Mission, Error> {
     let mut all: Vec<String> = LIMIT_KEYS.iter().zip(limits).map(|(key, l)| format!("{key}={l}")).collect();
-    all.extend(["margins=false".into(), format!("radau.mesh_tolerance={MESH_TOLERANCE}")]);
+    all.push("margins=false".into());
+    all.extend((model == Model::U).then(|| MESH_TOLERANCE_U.into()));
     all.extend_from_slice(overrides);
     Mission::load(model.mission(), &all)
 }
