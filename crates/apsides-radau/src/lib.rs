@@ -68,8 +68,8 @@ mod row_origin;
 pub mod scales;
 pub mod solver;
 pub mod switches;
-pub mod touch;
-mod transcription;
+mod touch;
+pub mod transcription;
 mod warm_start;
 mod workers;
 
