@@ -60,7 +60,7 @@ fn a_ceiling_touched_in_the_middle() {
             let rise = 24.0 * (1.0 - 4.0 * l);
             let costate = t.costate.as_ref().unwrap();
             // A multiplier that is zero at an active bound is known to the root of the barrier parameter; where an arc begins, the
-            // ceiling is touched with a vanishing second derivative, and the place of the contact to the third root of a rate.
+            // second derivative of the ceiling vanishes at the contact too, and its place is found to 6e-4 only.
             let tolerance = match l {
                 _ if l >= 0.25 => 2e-4,
                 _ if l < 0.17 => 1e-5 * rise,

@@ -48,7 +48,7 @@ pub(super) const KEYS: &[Key] = &[
         30,
         4,
         POPULATION,
-        "flights of a generation; of each algorithm of the cooperation",
+        "flights of a generation of genetic algorithm, swarm and colony, alone or in the cooperation; the others choose their own",
     ),
     Key::number(
         "search.time_limit_s",
@@ -270,9 +270,8 @@ impl Mission {
     fn profile_score(&self, shooting: &ProfileShooting<'_>, model: &ProfileSearch) -> ProfileScore {
         let (miss, excess) =
             (self.values.number("search.price_of_miss"), self.values.number("search.price_of_excess"));
-        let sign = 1.0;
         ProfileScore {
-            miss_weights: model.km_per_unit.iter().map(|km| sign * miss * km).collect(),
+            miss_weights: model.km_per_unit.iter().map(|km| miss * km).collect(),
             excess_weight: excess,
             ..ProfileScore::new(shooting, excess)
         }
