@@ -1,0 +1,103 @@
+//! What can be wrong with a request.
+
+use std::io;
+
+use crate::MapUnit;
+
+/// Why a map could not be read, made or used.
+#[derive(Debug, thiserror::Error)]
+#[non_exhaustive]
+pub enum TerrainError {
+    /// Reading or writing failed.
+    #[error("{doing}: {source}")]
+    Io {
+        /// What was being read or written.
+        doing: &'static str,
+        /// The reader's or writer's own error.
+        source: io::Error,
+    },
+    /// The bytes are not what their format promises.
+    #[error("{format}, {place}: {problem}")]
+    Malformed {
+        /// Name of the format.
+        format: &'static str,
+        /// Where: a tag, a line, a keyword.
+        place: String,
+        /// What is wrong there, and what is allowed.
+        problem: String,
+    },
+    /// The file is sound but uses what is not read.
+    #[error("{format}: {feature} is not supported; supported: {supported}")]
+    Unsupported {
+        /// Name of the format.
+        format: &'static str,
+        /// What the file uses.
+        feature: String,
+        /// What is supported instead.
+        supported: &'static str,
+    },
+    /// More pixels than the caller allows.
+    #[error(
+        "map of {rows} x {cols} pixels: more than the limit of {limit} pixels; read it in windows or raise the limit"
+    )]
+    TooLarge {
+        /// Rows of the map.
+        rows: u64,
+        /// Columns of the map.
+        cols: u64,
+        /// Most pixels that may be held.
+        limit: u64,
+    },
+    /// A raster without pixels, or with another number of values than pixels.
+    #[error(
+        "raster of {rows} x {cols} pixels with {values} values: there must be one value for each pixel and at least one pixel"
+    )]
+    Shape {
+        /// Rows stated.
+        rows: usize,
+        /// Columns stated.
+        cols: usize,
+        /// Values given.
+        values: usize,
+    },
+    /// A number outside its range.
+    #[error("{name} is {value}: {allowed}")]
+    Number {
+        /// Its name.
+        name: &'static str,
+        /// What was given.
+        value: f64,
+        /// What is allowed.
+        allowed: &'static str,
+    },
+    /// Pixels in degrees, or not square, where a square pixel in metres is needed.
+    #[error(
+        "pixels of {east} x {south} {unit}: square pixels in metres are needed; state the size of a pixel or resample the map"
+    )]
+    Pixel {
+        /// Extent of a pixel to the east.
+        east: f64,
+        /// Extent of a pixel to the south.
+        south: f64,
+        /// Its unit.
+        unit: MapUnit,
+    },
+    /// A pixel or window outside the map.
+    #[error("row {row}, column {col} is outside the map of {rows} x {cols} pixels")]
+    Outside {
+        /// Row asked for.
+        row: usize,
+        /// Column asked for.
+        col: usize,
+        /// Rows of the map.
+        rows: usize,
+        /// Columns of the map.
+        cols: usize,
+    },
+    /// A map without a single height, where one is needed.
+    #[error("the map has no height at all: all of its {pixels} pixels are gaps")]
+    Empty {
+        /// Pixels of the map.
+        pixels: usize,
+    },
+}
