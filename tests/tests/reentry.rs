@@ -5,7 +5,6 @@
 #![allow(clippy::unwrap_used)]
 
 use apsides::nlp::Flow;
-use apsides::verify::Verdict;
 use apsides::{Error, Mission, Observer, Outcome, SearchProgress};
 
 fn load(name: &str, overrides: &[&str]) -> Result<Mission, Error> {
@@ -68,10 +67,7 @@ fn standard_atmosphere_and_trim_table() {
     near(&free, "heat_load_mj_m2", 120.4488, 1e-3);
     near(&free, "flight_time_s", 577.808, 0.02);
     let limited = solve("capsule-reentry-us76", &["margins=false"]);
-    // The limits hold between the nodes too; the conditions of an optimum do not, to the last digit, where the load touches its limit
-    // beside a jump of the slope of the density at 51.4 km.
-    assert_eq!(limited.summary.status, "optimal");
-    assert_ne!(limited.summary.certificate.verdict, Verdict::Rejected);
+    verified(&limited);
     near(&limited, "heat_load_mj_m2", 120.690, 3e-3);
     near(&limited, "flight_time_s", 578.88, 0.1);
 }

@@ -213,6 +213,17 @@ impl Atmosphere {
         }
     }
 
+    /// Altitudes, m, in increasing order, at which a first derivative of the density or of the speed of sound jumps.
+    #[must_use]
+    pub fn kinks(&self) -> Vec<f64> {
+        match self {
+            Self::Vacuum | Self::Exponential(_) => Vec::new(),
+            Self::UsStandard1976 => standard::kinks().collect(),
+            Self::UsStandard1976Printed => printed::kinks().collect(),
+            Self::Table(table) => table.range().to_vec(),
+        }
+    }
+
     /// The atmosphere at an altitude (m).
     ///
     /// # Errors

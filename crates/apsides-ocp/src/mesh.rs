@@ -51,6 +51,16 @@ pub struct TouchPoint {
     pub upper: bool,
 }
 
+/// An inner interval end at which a state passes a kink of the equations. A method that knows it takes its time as an unknown and holds the
+/// state there.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Crossing {
+    /// Index of the end among [`PhaseMesh::fractions`].
+    pub end: usize,
+    /// Index among [`crate::Phase::kinks`].
+    pub kink: usize,
+}
+
 /// What is known of one arc of a phase.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct PhaseArc {
@@ -71,6 +81,7 @@ pub struct PhaseMesh {
     breaks: Vec<Break>,
     arcs: Vec<PhaseArc>,
     touch_points: Vec<TouchPoint>,
+    crossings: Vec<Crossing>,
 }
 
 impl PhaseMesh {
@@ -100,7 +111,14 @@ impl PhaseMesh {
             return fail("the interval ends must increase from 0 to 1");
         }
         let arcs = vec![PhaseArc::default()];
-        Ok(Self { fractions, points, breaks: Vec::new(), arcs, touch_points: Vec::new() })
+        Ok(Self {
+            fractions,
+            points,
+            breaks: Vec::new(),
+            arcs,
+            touch_points: Vec::new(),
+            crossings: Vec::new(),
+        })
     }
 
     /// The same intervals with breaks at the listed interval ends (1 to `intervals - 1`, increasing) and one arc more than
@@ -132,10 +150,29 @@ impl PhaseMesh {
         Ok(Self { touch_points, ..self })
     }
 
-    /// The same intervals without breaks and touch points.
+    /// The same intervals with crossings at the listed interval ends (1 to `intervals - 1`), which increase.
+    ///
+    /// # Errors
+    /// [`OcpError::Mesh`] when one is at no inner interval end, or they do not increase.
+    pub fn with_crossings(self, crossings: Vec<Crossing>) -> Result<Self, OcpError> {
+        let inner = crossings.iter().all(|c| (1..self.intervals()).contains(&c.end));
+        if !inner || crossings.windows(2).any(|w| w[0].end >= w[1].end) {
+            let reason = "crossings must be increasing inner interval ends".into();
+            return Err(OcpError::Mesh { place: "a phase".into(), reason });
+        }
+        Ok(Self { crossings, ..self })
+    }
+
+    /// The same intervals without breaks, touch points and crossings.
     #[must_use]
     pub fn without_arcs(self) -> Self {
-        Self { breaks: Vec::new(), arcs: vec![PhaseArc::default()], touch_points: Vec::new(), ..self }
+        Self {
+            breaks: Vec::new(),
+            arcs: vec![PhaseArc::default()],
+            touch_points: Vec::new(),
+            crossings: Vec::new(),
+            ..self
+        }
     }
 
     /// Interval ends that divide the phase into arcs.
@@ -163,10 +200,17 @@ impl PhaseMesh {
         &self.touch_points
     }
 
-    /// Whether there is more than one arc, or something is known of the only one, or a touch point.
+    /// Where states pass kinks of the equations.
+    #[must_use]
+    pub fn crossings(&self) -> &[Crossing] {
+        &self.crossings
+    }
+
+    /// Whether there is more than one arc, or something is known of the only one, or a touch point or a crossing.
     #[must_use]
     pub fn has_arcs(&self) -> bool {
-        !self.breaks.is_empty() || self.arcs[0] != PhaseArc::default() || !self.touch_points.is_empty()
+        let instants = !self.touch_points.is_empty() || !self.crossings.is_empty();
+        !self.breaks.is_empty() || self.arcs[0] != PhaseArc::default() || instants
     }
 
     /// Interval ends from 0 to 1.

@@ -53,6 +53,16 @@ impl Direction {
     }
 }
 
+/// The equations of a phase have a kink, a jump of a derivative, where a state passes a value, such as the altitude at the boundary of
+/// two layers of an atmosphere. They are continuous there. Methods may put an end of an interval there.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Kink {
+    /// Index of the state.
+    pub state: usize,
+    /// Its value there.
+    pub value: f64,
+}
+
 /// One phase of a problem.
 ///
 /// ```
@@ -96,6 +106,8 @@ pub struct Phase {
     pub integrals: Vec<Integral>,
     /// Controls that are angles of directions.
     pub directions: Vec<Direction>,
+    /// Where the equations have a kink.
+    pub kinks: Vec<Kink>,
 }
 
 impl Phase {
@@ -119,6 +131,7 @@ impl Phase {
             path: Vec::new(),
             integrals: Vec::new(),
             directions: Vec::new(),
+            kinks: Vec::new(),
         }
     }
 
@@ -190,6 +203,13 @@ impl Phase {
     #[must_use]
     pub fn direction(mut self, direction: Direction) -> Self {
         self.directions.push(direction);
+        self
+    }
+
+    /// Says where the equations have kinks.
+    #[must_use]
+    pub fn kinks(mut self, kinks: impl IntoIterator<Item = Kink>) -> Self {
+        self.kinks.extend(kinks);
         self
     }
 
@@ -270,6 +290,15 @@ impl Phase {
                 Direction::InSpace { .. } => 2,
             };
             dimension("controls that are the angles of a direction", wanted, known)?;
+        }
+        for k in &self.kinks {
+            let states = self.states.len();
+            if k.state >= states {
+                dimension("states at least, since one has a kink", k.state + 1, states)?;
+            }
+            let finite = if k.value.is_finite() { k.value } else { f64::NAN };
+            let unit = &self.states[k.state].variable.unit;
+            Bounds::fixed(finite).check(|| format!("{place}, kink"), unit)?;
         }
         for s in &self.states {
             s.check(&place)?;

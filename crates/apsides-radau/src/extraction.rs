@@ -136,7 +136,8 @@ fn moved_mesh(p: &PhaseLayout, x: &[f64]) -> Result<PhaseMesh, RadauError> {
     }
     let mesh = PhaseMesh::new(fractions, p.mesh.points().to_vec())?;
     let mesh = mesh.with_arcs(p.stated_mesh.breaks().to_vec(), p.stated_mesh.arcs().to_vec())?;
-    Ok(mesh.with_touch_points(p.mesh.touch_points().to_vec())?)
+    let mesh = mesh.with_touch_points(p.mesh.touch_points().to_vec())?;
+    Ok(mesh.with_crossings(p.mesh.crossings().to_vec())?)
 }
 
 #[derive(Default)]

@@ -42,7 +42,7 @@ pub(crate) struct ArcLayout {
 pub(crate) struct PhaseLayout {
     pub(crate) states: usize,
     pub(crate) controls: usize,
-    /// The mesh with breaks of free time at its touch points.
+    /// The mesh with breaks of free time at its touch points and crossings.
     pub(crate) mesh: PhaseMesh,
     /// The mesh as it was given.
     pub(crate) stated_mesh: PhaseMesh,

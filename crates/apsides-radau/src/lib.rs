@@ -56,6 +56,7 @@
 mod activity;
 mod change;
 mod contact;
+mod crossing;
 pub mod error;
 mod error_estimate;
 pub mod explanation;

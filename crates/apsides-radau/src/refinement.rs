@@ -3,7 +3,7 @@
 //! Patterson, Hager, Rao 2015 (doi 10.1002/oca.2114), with the number of points bounded so that an interval is divided when it would need
 //! more than the largest number.
 
-use apsides_ocp::{Break, Mesh, PhaseMesh, TouchPoint, Trajectory};
+use apsides_ocp::{Break, Crossing, Mesh, PhaseMesh, TouchPoint, Trajectory};
 
 use crate::{RadauError, RadauSettings};
 
@@ -23,12 +23,14 @@ pub(crate) fn refine(trajectory: &Trajectory, settings: &RadauSettings) -> Resul
 fn refine_phase(mesh: &PhaseMesh, errors: &[f64], settings: &RadauSettings) -> Result<PhaseMesh, RadauError> {
     let mut fractions = vec![0.0];
     let mut points = Vec::new();
-    let (mut breaks, mut touch_points) = (Vec::new(), Vec::new());
+    let (mut breaks, mut touch_points, mut crossings) = (Vec::new(), Vec::new(), Vec::new());
     for (k, (&n, &error)) in mesh.points().iter().zip(errors).enumerate() {
         let (start, end) = (mesh.fractions()[k], mesh.fractions()[k + 1]);
         breaks.extend(mesh.breaks().iter().filter(|b| b.end == k).map(|b| Break { end: points.len(), ..*b }));
         let here = mesh.touch_points().iter().filter(|t| t.end == k);
         touch_points.extend(here.map(|t| TouchPoint { end: points.len(), ..*t }));
+        let here = mesh.crossings().iter().filter(|c| c.end == k);
+        crossings.extend(here.map(|c| Crossing { end: points.len(), ..*c }));
         if error <= settings.mesh_tolerance {
             fractions.push(end);
             points.push(n);
@@ -51,5 +53,5 @@ fn refine_phase(mesh: &PhaseMesh, errors: &[f64], settings: &RadauSettings) -> R
         }
     }
     let mesh = PhaseMesh::new(fractions, points)?.with_arcs(breaks, mesh.arcs().to_vec())?;
-    Ok(mesh.with_touch_points(touch_points)?)
+    Ok(mesh.with_touch_points(touch_points)?.with_crossings(crossings)?)
 }

@@ -10,10 +10,11 @@ use apsides_ocp::{Guess, Mesh, Ocp, PhaseMesh, Scaling, Trajectory, Unmet};
 
 use crate::RadauError;
 use crate::contact::{Contacts, SolvedMesh};
+use crate::crossing::{Crossings, with_forced};
 use crate::error_estimate::estimate;
 use crate::refinement::refine;
 use crate::scales::ScaleWarning;
-use crate::switches::{Structure, Switch, with_touch_points};
+use crate::switches::{Instants, Structure, Switch, with_instants};
 use crate::transcription::Transcription;
 use crate::workers::pool;
 
@@ -22,6 +23,9 @@ const MOST_REVISIONS: usize = 8;
 
 /// Iterations of a solve with breaks, unless it is the first.
 const MOST_ITERATIONS_WITH_BREAKS: usize = 200;
+
+/// Iterations on a first mesh across kinks, before one with interval ends there is tried.
+const MOST_ITERATIONS_WITH_KINKS: usize = 300;
 
 /// A mesh for the sake of the bounds on controls alone must bring their excess below this part of what it was.
 const LEAST_GAIN: f64 = 0.2;
@@ -206,6 +210,10 @@ impl Radau {
         let mut excess = f64::INFINITY;
         let mut revisions = if self.settings.switches { MOST_REVISIONS } else { 0 };
         let mut contacts = Contacts::new(self.settings.switches);
+        let mut crossings = Crossings::new(self.settings.switches);
+        // Newton's method can fail to settle on one side of a kink.
+        let mut forced =
+            with_forced(ocp, &guess, &mesh).ok().filter(|m| self.settings.switches && *m != mesh);
         let mut before_contacts: Option<(Guess, Mesh)> = None;
         let pool = pool(self.settings.threads);
         loop {
@@ -219,6 +227,10 @@ impl Radau {
             if has_arcs(&mesh) && last.is_some() {
                 solver.settings.max_iterations =
                     solver.settings.max_iterations.min(MOST_ITERATIONS_WITH_BREAKS);
+            }
+            if forced.is_some() {
+                solver.settings.max_iterations =
+                    solver.settings.max_iterations.min(MOST_ITERATIONS_WITH_KINKS);
             }
             let report = match nlp.warm_start(ocp, &guess) {
                 Some(warm) => solver.solve_from(&mut nlp, &warm, observer)?,
@@ -240,12 +252,19 @@ impl Radau {
             });
             let status = report.status;
             let out_of_meshes = meshes.len() >= self.settings.max_meshes;
+            if let Some(forced) =
+                forced.take().filter(|_| !status.is_success() && may_go_on(status) && !out_of_meshes)
+            {
+                mesh = forced;
+                continue;
+            }
             // Breaks in the wrong places can make a problem infeasible, or hard.
             let misled = !status.is_success() && may_go_on(status);
             if let Some(solved) = last.as_ref().filter(|_| misled && has_arcs(&mesh) && !out_of_meshes) {
                 (guess, mesh) = (Guess::earlier(&solved.trajectory), solved.plain.clone());
                 revisions = 0;
                 contacts.give_up();
+                crossings.give_up();
                 continue;
             }
             if !status.is_success() {
@@ -270,7 +289,8 @@ impl Radau {
                 estimate.add_beside_touch(&mut trajectory);
             }
             let switches_settled = revisions == 0 || found.is_that_of(&trajectory, in_bounds);
-            let settled = switches_settled && touching.settled;
+            let passages = crossings.step(ocp, &trajectory);
+            let settled = switches_settled && touching.settled && passages.settled;
             let accurate = error <= self.settings.mesh_tolerance;
             // Worth meshes of their own as long as they help.
             let within = in_bounds || controls > LEAST_GAIN * excess;
@@ -278,14 +298,19 @@ impl Radau {
                 excess = controls;
             }
             let plain = refine(&trajectory, &self.settings)?;
+            let phases = touching.touch_points.iter().zip(&passages.phases);
+            let instants: Vec<Instants> =
+                phases.map(|(t, c)| Instants { touch_points: t.clone(), crossings: c.clone() }).collect();
             // Breaks that make no mesh are left out.
             let next = if revisions == 0 {
-                let refined = refine(&touching.spared(trajectory.clone()), &self.settings)?;
-                with_touch_points(&refined, &touching.touch_points).unwrap_or_else(|_| plain.clone())
+                let spared = passages.spared(trajectory.clone());
+                let refined = refine(&touching.spared(spared), &self.settings)?;
+                with_instants(&refined, &instants).unwrap_or_else(|_| plain.clone())
             } else {
                 revisions -= usize::from(!switches_settled);
-                let refined = refine(&touching.spared(found.spared(&trajectory)), &self.settings)?;
-                found.mesh(&refined, &touching.touch_points).unwrap_or_else(|_| plain.clone())
+                let spared = passages.spared(found.spared(&trajectory));
+                let refined = refine(&touching.spared(spared), &self.settings)?;
+                found.mesh(&refined, &instants).unwrap_or_else(|_| plain.clone())
             };
             let size: usize = next.phases.iter().map(PhaseMesh::total_points).sum();
             guess = Guess::earlier(&touching.start(trajectory.clone())?);

@@ -9,7 +9,7 @@ use std::fmt;
 
 use apsides_nlp::SolveReport;
 use apsides_ocp::{
-    Break, Course, Mesh, Ocp, Phase, PhaseArc, PhaseMesh, PhaseTrajectory, TouchPoint, Trajectory,
+    Break, Course, Crossing, Mesh, Ocp, Phase, PhaseArc, PhaseMesh, PhaseTrajectory, TouchPoint, Trajectory,
 };
 
 use crate::RadauError;
@@ -18,6 +18,7 @@ use crate::activity::{
 };
 use crate::change::{Change, ChangeKind, changes, settle};
 use crate::contact::Touch;
+use crate::crossing::Passage;
 use crate::layout::PhaseLayout;
 use crate::transcription::Transcription;
 
@@ -161,26 +162,26 @@ impl<'a> Structure<'a> {
         trajectory
     }
 
-    /// The refined mesh with the breaks and arcs that were found, and with touch points.
-    pub(crate) fn mesh(&self, refined: &Mesh, touch_points: &[Vec<Touch>]) -> Result<Mesh, RadauError> {
-        let phases = self.phases.iter().zip(&refined.phases).zip(touch_points);
-        let phases = phases.map(|((found, mesh), touch_points)| {
+    /// The refined mesh with the breaks and arcs that were found, and with instants.
+    pub(crate) fn mesh(&self, refined: &Mesh, instants: &[Instants]) -> Result<Mesh, RadauError> {
+        let phases = self.phases.iter().zip(&refined.phases).zip(instants);
+        let phases = phases.map(|((found, mesh), instants)| {
             let breaks = found.breaks();
             let arcs = found.arcs(&breaks);
-            with_breaks(mesh, &breaks, arcs, touch_points)
+            with_breaks(mesh, &breaks, arcs, instants)
         });
         Ok(Mesh { phases: phases.collect::<Result<_, _>>()? })
     }
 }
 
-/// The mesh with other touch points.
-pub(crate) fn with_touch_points(mesh: &Mesh, touch_points: &[Vec<Touch>]) -> Result<Mesh, RadauError> {
-    let phases = mesh.phases.iter().zip(touch_points).map(|(mesh, touch_points)| {
+/// The mesh with other instants.
+pub(crate) fn with_instants(mesh: &Mesh, instants: &[Instants]) -> Result<Mesh, RadauError> {
+    let phases = mesh.phases.iter().zip(instants).map(|(mesh, instants)| {
         let breaks = mesh.breaks().iter().map(|b| {
             let at = mesh.fractions()[b.end];
             Found { at, free: b.free, known: Some(at) }
         });
-        with_breaks(mesh, &breaks.collect::<Vec<_>>(), mesh.arcs().to_vec(), touch_points)
+        with_breaks(mesh, &breaks.collect::<Vec<_>>(), mesh.arcs().to_vec(), instants)
     });
     Ok(Mesh { phases: phases.collect::<Result<_, _>>()? })
 }
@@ -280,15 +281,23 @@ fn phase_structure<'a>(
     found
 }
 
-/// The mesh with these breaks and touch points. Intervals that a new one leaves too short become part of their neighbours.
+/// Instants of one phase at which the next mesh has an interval end of free time.
+#[derive(Default)]
+pub(crate) struct Instants {
+    pub(crate) touch_points: Vec<Touch>,
+    pub(crate) crossings: Vec<Passage>,
+}
+
+/// The mesh with these breaks and instants. Intervals that a new one leaves too short become part of their neighbours.
 fn with_breaks(
     mesh: &PhaseMesh,
     found: &[Found],
     arcs: Vec<PhaseArc>,
-    touch_points: &[Touch],
+    instants: &Instants,
 ) -> Result<PhaseMesh, RadauError> {
-    let touches = touch_points.iter().map(|t| t.at);
-    let breaks: Vec<f64> = found.iter().map(|b| b.at).chain(touches).collect();
+    let Instants { touch_points, crossings } = instants;
+    let fixed = touch_points.iter().map(|t| t.at).chain(crossings.iter().map(|c| c.at));
+    let breaks: Vec<f64> = found.iter().map(|b| b.at).chain(fixed).collect();
     let mut ends = mesh.fractions().to_vec();
     let mut points = mesh.points().to_vec();
     for &f in &breaks {
@@ -298,8 +307,9 @@ fn with_breaks(
             points.insert(k, points[k - 1]);
         }
     }
-    // An end that a touch point has left is of no use.
-    let left_alone: Vec<f64> = mesh.touch_points().iter().map(|t| mesh.fractions()[t.end]).collect();
+    // An end that a touch point or a crossing has left is of no use.
+    let left = mesh.touch_points().iter().map(|t| t.end).chain(mesh.crossings().iter().map(|c| c.end));
+    let left_alone: Vec<f64> = left.map(|end| mesh.fractions()[end]).collect();
     let of_breaks = mesh.breaks().iter().map(|b| mesh.fractions()[b.end]);
     let old: Vec<f64> = of_breaks.chain(left_alone.iter().copied()).collect();
     let new = |f: f64| breaks.contains(&f) && !old.contains(&f);
@@ -322,5 +332,9 @@ fn with_breaks(
     let mut touch_points: Vec<TouchPoint> =
         touch_points.iter().map(|t| TouchPoint { end: index(t.at), ..t.point }).collect();
     touch_points.sort_by_key(|t| (t.end, t.row));
-    Ok(PhaseMesh::new(ends, points)?.with_arcs(at, arcs)?.with_touch_points(touch_points)?)
+    let mut crossings: Vec<Crossing> =
+        crossings.iter().map(|c| Crossing { end: index(c.at), kink: c.kink }).collect();
+    crossings.sort_by_key(|c| c.end);
+    let mesh = PhaseMesh::new(ends, points)?.with_arcs(at, arcs)?;
+    Ok(mesh.with_touch_points(touch_points)?.with_crossings(crossings)?)
 }

@@ -11,15 +11,16 @@ use apsides_ocp::{Break, Ocp, PhaseMesh};
 use crate::RadauError;
 use crate::layout::{Layout, PhaseLayout};
 
-/// The mesh with breaks of free time at its touch points.
+/// The mesh with breaks of free time at its touch points and crossings.
 pub(crate) fn freed(mesh: &PhaseMesh) -> Result<PhaseMesh, RadauError> {
     let (mut breaks, mut arcs) = (mesh.breaks().to_vec(), mesh.arcs().to_vec());
-    for touch in mesh.touch_points() {
-        let k = breaks.partition_point(|b| b.end < touch.end);
-        match breaks.get_mut(k).filter(|b| b.end == touch.end) {
+    let touched = mesh.touch_points().iter().map(|t| t.end);
+    for end in touched.chain(mesh.crossings().iter().map(|c| c.end)) {
+        let k = breaks.partition_point(|b| b.end < end);
+        match breaks.get_mut(k).filter(|b| b.end == end) {
             Some(b) => b.free = true,
             None => {
-                breaks.insert(k, Break { end: touch.end, free: true });
+                breaks.insert(k, Break { end, free: true });
                 arcs.insert(k, arcs[k].clone());
             }
         }

@@ -435,6 +435,10 @@ fn variable_bounds(ocp: &Ocp, layout: &Layout, start: &[f64]) -> (Vec<f64>, Vec<
                 }
             }
         }
+        for c in p.mesh.crossings() {
+            let kink = phase.kinks[c.kink];
+            set(p.state_column(p.interval_start(c.end)) + kink.state, Bounds::fixed(kink.value));
+        }
         let (start, end) = phase.time_bounds();
         set(p.initial_time, start);
         set(p.final_time, end);

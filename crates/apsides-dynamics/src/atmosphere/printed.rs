@@ -41,6 +41,11 @@ pub(super) fn density(altitude: f64) -> [f64; 3] {
     [density, slope * density, slope * slope * density]
 }
 
+/// Altitudes, m, at which a derivative jumps.
+pub(super) fn kinks() -> impl Iterator<Item = f64> {
+    standard::kinks().chain(PRINTED[1..PRINTED.len() - 1].iter().map(|row| row.0))
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;

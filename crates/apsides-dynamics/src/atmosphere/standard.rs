@@ -144,6 +144,12 @@ fn geopotential_height(altitude: f64) -> Jet {
     [q * altitude, q * q, -2.0 * q * q * q / RADIUS]
 }
 
+/// Geometric altitudes, m, at which a gradient jumps: the boundaries of the layers and of the law above 86 km.
+pub(super) fn kinks() -> impl Iterator<Item = f64> {
+    let layers = LAYERS[1..].iter().map(|layer| RADIUS * layer.height / (RADIUS - layer.height));
+    layers.chain([BASE])
+}
+
 #[inline]
 fn at_height(height: f64) -> &'static Layer {
     let above = LAYERS[1..].iter().take_while(|layer| layer.height <= height).count();

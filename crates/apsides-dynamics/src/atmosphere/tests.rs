@@ -208,3 +208,31 @@ fn bad_input_is_refused_by_name() {
     assert!(Gas::new(287.0, 1.0).unwrap_err().to_string().starts_with("ratio of the specific heats is 1"));
     assert!(Gas::new(287.0, f64::NAN).is_err() && Gas::new(287.0, 1.4).is_ok());
 }
+
+#[test]
+fn first_derivatives_jump_at_the_kinks_alone() {
+    let jump = |atmosphere: &Atmosphere, z: f64| {
+        let slope = |z: f64| {
+            let z = Dual::<1>::variable(z, 0);
+            [atmosphere.density(z), atmosphere.speed_of_sound(z)].map(|v| v.eps[0] / v.re)
+        };
+        let (below, above) = (slope(z - 1e-3), slope(z + 1e-3));
+        (below[0] - above[0]).abs().max((below[1] - above[1]).abs())
+    };
+    for atmosphere in [Atmosphere::UsStandard1976, Atmosphere::UsStandard1976Printed] {
+        let kinks = atmosphere.kinks();
+        assert!(kinks.windows(2).all(|w| w[0] < w[1]), "{kinks:?}");
+        let least = if atmosphere == Atmosphere::UsStandard1976 { 1e-8 } else { 1e-7 };
+        for &z in &kinks {
+            assert!(jump(&atmosphere, z) > least, "{atmosphere:?}, {z} m: {}", jump(&atmosphere, z));
+        }
+        for z in (0..190)
+            .map(|k| 500.0 + 1000.0 * f64::from(k))
+            .filter(|z| kinks.iter().all(|k| (k - z).abs() > 1.0))
+        {
+            assert!(jump(&atmosphere, z) < 1e-9, "{atmosphere:?}, {z} m: {}", jump(&atmosphere, z));
+        }
+    }
+    // The tropopause: 11 km of geopotential height.
+    assert!((Atmosphere::UsStandard1976.kinks()[0] - 11_019.07).abs() < 0.01);
+}

@@ -8,7 +8,9 @@ use apsides_dynamics::entry::{
     NORMAL_ACCELERATION, SPEED, STATES,
 };
 use apsides_dynamics::heating::{HEAT_LOAD, HEAT_RATE};
-use apsides_ocp::{At, Bounds, Direction, Ocp, OcpBuilder, OcpError, Phase, Sense, State, Term, Variable};
+use apsides_ocp::{
+    At, Bounds, Direction, Kink, Ocp, OcpBuilder, OcpError, Phase, Sense, State, Term, Variable,
+};
 
 use super::capsule::{Capsule, Goal};
 
@@ -224,7 +226,8 @@ impl Capsule {
             .integral(
                 Variable::new(HEAT_LOAD.name, HEAT_LOAD.unit).scaled_by(HEAT_LOAD_SCALE),
                 HeatRate(model.clone()),
-            );
+            )
+            .kinks(self.flight.planet.atmosphere.kinks().into_iter().map(|value| Kink { state: 0, value }));
         for &(load, limit) in &self.limits {
             let q = load.quantity();
             let row = Variable::new(q.name, q.unit).at_most(limit).scaled_by(load.scale());

@@ -11,10 +11,6 @@ use crate::method::{RADAU, TWO_LAYER};
 use crate::reproduce::stop::Stop;
 use crate::{Error, Mission, Observer, Outcome, SearchProgress};
 
-/// Relative error between the points in model U, whose atmosphere has kinks: far below what the tables show. Model E keeps that of its
-/// mission.
-const MESH_TOLERANCE_U: &str = "radau.mesh_tolerance=1e-8";
-
 /// Exponential atmosphere and constant coefficients, or US76 and a trim table over the Mach number.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Model {
@@ -62,7 +58,6 @@ pub(super) fn label(limits: Limits) -> String {
 pub(super) fn mission(model: Model, limits: Limits, overrides: &[String]) -> Result<Mission, Error> {
     let mut all: Vec<String> = LIMIT_KEYS.iter().zip(limits).map(|(key, l)| format!("{key}={l}")).collect();
     all.push("margins=false".into());
-    all.extend((model == Model::U).then(|| MESH_TOLERANCE_U.into()));
     all.extend_from_slice(overrides);
     Mission::load(model.mission(), &all)
 }

@@ -1,0 +1,171 @@
+//! Crossings: instants at which a state passes a value where the equations have a kink.
+//!
+//! A polynomial across a kink converges slowly and makes the mesh fine there. An interval end at the kink restores the order; its time is an
+//! unknown, and the state has its value there. Since the rates are continuous, the costates are too.
+
+use apsides_ocp::{Guess, Kink, Mesh, Ocp, Phase, PhaseGuess, PhaseTrajectory, Trajectory};
+
+use crate::RadauError;
+use crate::activity::COLLAPSED;
+use crate::switches::{Instants, with_instants};
+
+/// Most meshes for the sake of crossings.
+const MOST_MOVES: usize = 6;
+
+/// Halvings of an interval of time between two samples: to rounding.
+const HALVINGS: usize = 60;
+
+/// A crossing of a mesh to be.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct Passage {
+    /// Normalised time.
+    pub(crate) at: f64,
+    /// Index among the kinks of the phase.
+    pub(crate) kink: usize,
+}
+
+/// The crossings of a solve from mesh to mesh.
+pub(crate) struct Crossings {
+    moves: usize,
+}
+
+impl Crossings {
+    pub(crate) fn new(enabled: bool) -> Self {
+        Self { moves: if enabled { MOST_MOVES } else { 0 } }
+    }
+
+    /// Looks for no more crossings.
+    pub(crate) fn give_up(&mut self) {
+        self.moves = 0;
+    }
+
+    /// The crossings of the trajectory, compared with those of its mesh.
+    pub(crate) fn step(&mut self, ocp: &Ocp, trajectory: &Trajectory) -> Passages {
+        let of_mesh = |t: &PhaseTrajectory| -> Vec<Passage> {
+            let passage = |c: &apsides_ocp::Crossing| Passage { at: t.mesh.fractions()[c.end], kink: c.kink };
+            t.mesh.crossings().iter().map(passage).collect()
+        };
+        let old: Vec<_> = trajectory.phases.iter().map(of_mesh).collect();
+        if self.moves == 0 {
+            return Passages { phases: old, settled: true, new: Vec::new() };
+        }
+        let phases = ocp.phases.iter().zip(&trajectory.phases);
+        let found: Vec<_> = phases.map(|(phase, t)| passages(phase, t)).collect();
+        let settled = found == old;
+        self.moves -= usize::from(!settled);
+        let mut new = Vec::new();
+        for (phase, ((found, old), t)) in found.iter().zip(&old).zip(&trajectory.phases).enumerate() {
+            let interval = |p: &Passage| t.mesh.fractions().partition_point(|f| *f <= p.at) - 1;
+            new.extend(found.iter().filter(|p| !old.contains(p)).map(|p| (phase, interval(p))));
+        }
+        Passages { phases: found, settled, new }
+    }
+}
+
+/// The crossings of a trajectory.
+pub(crate) struct Passages {
+    /// Per phase, in order.
+    pub(crate) phases: Vec<Vec<Passage>>,
+    /// Whether the mesh has exactly these.
+    pub(crate) settled: bool,
+    /// Phase and interval of those that the mesh has not.
+    new: Vec<(usize, usize)>,
+}
+
+impl Passages {
+    /// The trajectory without the errors of intervals with a kink inside: refining them says nothing.
+    pub(crate) fn spared(&self, mut trajectory: Trajectory) -> Trajectory {
+        for &(phase, interval) in &self.new {
+            trajectory.phases[phase].interval_errors[interval] = 0.0;
+        }
+        trajectory
+    }
+}
+
+/// The first mesh with a crossing of each kink that a state has to pass, since its ends are on both sides. Kinks of one state only, which
+/// are passed in order.
+pub(crate) fn with_forced(ocp: &Ocp, guess: &Guess, mesh: &Mesh) -> Result<Mesh, RadauError> {
+    let phases = ocp.phases.iter().zip(&guess.phases).zip(&mesh.phases);
+    let instants = phases.map(|((phase, guess), mesh)| {
+        let crossings = if mesh.has_arcs() { Vec::new() } else { forced(phase, guess) };
+        Instants { crossings, ..Instants::default() }
+    });
+    with_instants(mesh, &instants.collect::<Vec<_>>())
+}
+
+fn forced(phase: &Phase, guess: &PhaseGuess) -> Vec<Passage> {
+    let Some(state) = phase.kinks.iter().map(|k| k.state).min() else { return Vec::new() };
+    let (start, end) = (phase.states[state].initial, phase.states[state].terminal);
+    let mut x = vec![0.0; phase.states.len()];
+    let mut above = |kink: &Kink, at: f64| {
+        guess.state(at, &mut x);
+        x[state] - kink.value
+    };
+    let mut found = Vec::new();
+    for (index, kink) in phase.kinks.iter().enumerate().filter(|(_, k)| k.state == state) {
+        let falls = start.lower > kink.value && end.upper < kink.value;
+        let rises = start.upper < kink.value && end.lower > kink.value;
+        let first = above(kink, 0.0);
+        if (falls || rises) && first * above(kink, 1.0) < 0.0 {
+            found.push(Passage { at: zero(&mut |at| above(kink, at), 0.0, 1.0, first), kink: index });
+        }
+    }
+    ordered(found)
+}
+
+/// In order of time, one at a time.
+fn ordered(mut passages: Vec<Passage>) -> Vec<Passage> {
+    passages.sort_by(|a, b| a.at.total_cmp(&b.at));
+    passages.dedup_by(|a, b| b.at + COLLAPSED >= a.at);
+    passages
+}
+
+/// Where states pass kinks; a crossing of the mesh keeps its place.
+fn passages(phase: &Phase, t: &PhaseTrajectory) -> Vec<Passage> {
+    let (mut found, mut x): (Vec<Passage>, _) = (Vec::new(), vec![0.0; phase.states.len()]);
+    if phase.kinks.is_empty() {
+        return found;
+    }
+    for (kink, k) in phase.kinks.iter().enumerate() {
+        let mut above = |at: f64| {
+            t.state.evaluate(t.time_at(at), &mut x);
+            x[k.state] - k.value
+        };
+        let known: Vec<f64> =
+            t.mesh.crossings().iter().filter(|c| c.kink == kink).map(|c| t.mesh.fractions()[c.end]).collect();
+        let mut before: Option<(f64, f64)> = None;
+        for at in samples(t).filter(|at| !known.contains(at)) {
+            let value = above(at);
+            let Some((start, first)) = before.replace((at, value)) else { continue };
+            if first * value >= 0.0 {
+                continue;
+            }
+            let here = known.iter().copied().find(|f| (start..at).contains(f));
+            found.push(Passage { at: here.unwrap_or_else(|| zero(&mut above, start, at, first)), kink });
+        }
+    }
+    ordered(found)
+}
+
+/// Interval ends and places between them, of the phase.
+fn samples(t: &PhaseTrajectory) -> impl Iterator<Item = f64> + '_ {
+    let intervals = t.mesh.fractions().windows(2).zip(t.mesh.points());
+    let inside = intervals.flat_map(|(w, &n)| {
+        let (start, width, parts) = (w[0], w[1] - w[0], n + 1);
+        (0..parts).map(move |k| start + width * k as f64 / parts as f64)
+    });
+    inside.chain([1.0])
+}
+
+fn zero(above: &mut impl FnMut(f64) -> f64, start: f64, end: f64, first: f64) -> f64 {
+    let (mut low, mut high) = (start, end);
+    for _ in 0..HALVINGS {
+        let middle = 0.5 * (low + high);
+        if above(middle) * first > 0.0 {
+            low = middle;
+        } else {
+            high = middle;
+        }
+    }
+    0.5 * (low + high)
+}
