@@ -33,6 +33,9 @@
 //! | [`planar::flat`] | flat maps of planar flight |
 //! | [`equinoctial`] | orbital flight with finite thrust in modified equinoctial elements, in the plane and in space |
 //! | [`cartesian`] | the same flight in Cartesian coordinates |
+//! | [`gravity`] | gravity fields in spherical harmonics |
+//! | [`powered_descent`] | flight with throttled thrust over a rotating body, in spherical coordinates fixed to it |
+//! | [`frames`] | inertial, body-fixed and local axes |
 //! | [`atmosphere`] | exponential and standard atmospheres, tables |
 //! | [`aerodynamics`] | coefficients of lift and drag, vehicles of atmospheric entry |
 //! | [`heating`] | laws of convective heating, temperature of the wall |
@@ -51,10 +54,13 @@ pub mod engine;
 pub mod entry;
 pub mod equinoctial;
 pub mod error;
+pub mod frames;
+pub mod gravity;
 pub mod heating;
 pub mod kepler;
 pub mod planar;
 pub mod planet;
+pub mod powered_descent;
 pub mod quantity;
 pub mod transfer;
 
@@ -63,6 +69,7 @@ pub use atmosphere::Atmosphere;
 pub use body::Body;
 pub use engine::Engine;
 pub use error::DynamicsError;
+pub use gravity::GravityField;
 pub use heating::HeatingLaw;
 pub use planet::Planet;
 pub use quantity::Quantity;

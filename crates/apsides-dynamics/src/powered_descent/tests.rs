@@ -1,0 +1,74 @@
+use apsides_ad::Dynamics;
+
+use super::*;
+use crate::Body;
+use crate::frames::{BodyFixed, Local};
+
+fn descent() -> PoweredDescent {
+    let engine = Engine::with_exhaust_velocity(7500.0, 2940.0).unwrap();
+    PoweredDescent::new(GravityField::central(Body::MOON), 40.0 * MOON_ROTATION_RATE, engine).unwrap()
+}
+
+/// Newton's law in inertial axes, the velocity and the position turned into the local axes before and after a short time.
+#[test]
+fn the_same_acceleration_as_in_inertial_axes() {
+    let flight = descent();
+    let model = AngledThrust(flight.clone());
+    for (x, u) in [
+        ([1.75e6, -0.34, 0.77, -20.0, 300.0, 900.0, 1500.0], [2.0, 0.4, 0.7]),
+        ([1.74e6, 2.2, -1.1, 30.0, -1200.0, -500.0, 2400.0], [-0.5, -0.3, 1.0]),
+        ([1.80e6, 0.0, 0.0, 0.0, 0.0, 0.0, 1000.0], [0.0, 1.2, 0.3]),
+    ] {
+        let [r, longitude, latitude, w, e, n, m] = x;
+        let rates = model.rate(0.0, &x, &u, &[]);
+        let frame = BodyFixed { rotation_rate: flight.rotation_rate, epoch_angle: 0.3 };
+        let local = Local::at(longitude, latitude);
+        let (position, velocity) = (local.up.map(|c| c * r), local.vector([w, e, n]));
+        let (p0, v0) = frame.to_inertial(0.0, position, velocity);
+        // Thrust and gravity in inertial axes.
+        let (sin, cos) = u[1].sin_cos();
+        let size = u[2] * 7500.0 / m;
+        let thrust = local.vector([size * sin, size * cos * u[0].sin(), size * cos * u[0].cos()]);
+        let (thrust, _) = frame.to_inertial(0.0, thrust, [0.0; 3]);
+        let mu = flight.gravity.gravitational_parameter();
+        let acceleration = [0, 1, 2].map(|k| thrust[k] - mu * p0[k] / r.powi(3));
+        // Second-order motion over +-h, seen from the ground again.
+        let h = 1e-2;
+        let at = |t: f64| {
+            let p = [0, 1, 2].map(|k| p0[k] + t * v0[k] + 0.5 * t * t * acceleration[k]);
+            let v = [0, 1, 2].map(|k| v0[k] + t * acceleration[k]);
+            let (p, v) = frame.to_fixed(t, p, v);
+            let (r, longitude, latitude) = Local::spherical(p);
+            let [w, e, n] = Local::at(longitude, latitude).components(v);
+            [r, longitude, latitude, w, e, n]
+        };
+        let (before, after) = (at(-h), at(h));
+        for k in 0..6 {
+            let slope = (after[k] - before[k]) / (2.0 * h);
+            let size = [1.0, 1e-3, 1e-3, 1.0, 1.0, 1.0][k];
+            assert!((rates[k] - slope).abs() < 2e-6 * size, "{k}: {} {slope}", rates[k]);
+        }
+        assert!((rates[6] + u[2] * 7500.0 / 2940.0).abs() < 1e-12);
+    }
+}
+
+#[test]
+fn the_forms_of_the_thrust_are_one() {
+    let flight = descent();
+    let x = [1.75e6, -0.34, 0.77, -20.0, 300.0, 900.0, 1500.0];
+    let (course, pitch, throttle) = (2.0_f64, 0.4_f64, 0.6);
+    let direction = [pitch.sin(), pitch.cos() * course.sin(), pitch.cos() * course.cos()];
+    let angled = AngledThrust(flight.clone()).rate(0.0, &x, &[course, pitch, throttle], &[]);
+    let u = [direction[0], direction[1], direction[2], throttle];
+    let directed = DirectedThrust(flight.clone()).rate(0.0, &x, &u, &[]);
+    let [norm] = DirectionNorm.evaluate(0.0, &x, &u, &[]);
+    assert!((norm - 1.0).abs() < 1e-15);
+    for (a, d) in angled.iter().zip(directed) {
+        assert!((a - d).abs() < 1e-12 * (1.0 + a.abs()));
+    }
+    let upright = UprightThrust(flight.clone()).rate(0.0, &x, &[throttle], &[]);
+    let same = AngledThrust(flight).rate(0.0, &x, &[0.0, std::f64::consts::FRAC_PI_2, throttle], &[]);
+    for (a, d) in upright.iter().zip(same) {
+        assert!((a - d).abs() < 1e-12 * (1.0 + a.abs()));
+    }
+}
