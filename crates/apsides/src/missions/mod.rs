@@ -12,6 +12,7 @@ use apsides_verify::Check;
 use crate::key::{Key, Values};
 use crate::{Curve, Error, Mission, method};
 
+mod chang_e;
 mod geo;
 pub(crate) mod lunar;
 mod reentry;
@@ -181,8 +182,15 @@ impl Kind {
     }
 }
 
-const KINDS: &[Kind] =
-    &[lunar::DIRECT, lunar::PERILUNE, lunar::TWO_PHASE, lunar::TRANSFER, geo::INJECTION, reentry::REENTRY];
+const KINDS: &[Kind] = &[
+    lunar::DIRECT,
+    lunar::PERILUNE,
+    lunar::TWO_PHASE,
+    lunar::TRANSFER,
+    geo::INJECTION,
+    reentry::REENTRY,
+    chang_e::BRAKING,
+];
 
 /// Files by their names; one that is not named like its kind says what is special about it.
 const FILES: &[(&str, &str)] = &[
@@ -201,6 +209,7 @@ const FILES: &[(&str, &str)] = &[
     ("geo-6-burn", include_str!("../../missions/geo-6-burn.toml")),
     ("geo-7-burn", include_str!("../../missions/geo-7-burn.toml")),
     ("geo-8-burn", include_str!("../../missions/geo-8-burn.toml")),
+    ("chang-e-3-braking", include_str!("../../missions/chang-e-3-braking.toml")),
     ("capsule-reentry", include_str!("../../missions/capsule-reentry.toml")),
     ("capsule-reentry-us76", include_str!("../../missions/capsule-reentry-us76.toml")),
 ];

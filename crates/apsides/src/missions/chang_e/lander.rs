@@ -1,0 +1,176 @@
+//! The vehicle, its orbit and its gate.
+
+use apsides_dynamics::gravity::{MOON_C22, MOON_J2, MOON_REFERENCE_RADIUS};
+use apsides_dynamics::planar::PlanarFlight;
+use apsides_dynamics::powered_descent::{MOON_ROTATION_RATE, PoweredDescent};
+use apsides_dynamics::{Body, DynamicsError, Engine, GravityField};
+
+use super::keys;
+use crate::key::Values;
+
+/// Whether the flight is in one plane or over the rotating Moon.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Motion {
+    Plane,
+    Space,
+}
+
+/// Direction of the velocity at the gate.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum GateDirection {
+    Free,
+    Down,
+    Horizontal,
+}
+
+/// Everything that the file says, in SI units and rad.
+#[derive(Clone, Debug)]
+pub(super) struct Lander {
+    pub(super) body: Body,
+    pub(super) descent: PoweredDescent,
+    /// Least thrust by the largest.
+    pub(super) least_throttle: f64,
+    pub(super) initial_mass: f64,
+    pub(super) dry_mass: f64,
+    pub(super) motion: Motion,
+    pub(super) perilune_radius: f64,
+    pub(super) apolune_radius: f64,
+    /// Speed at the start in inertial space.
+    pub(super) start_speed: f64,
+    pub(super) azimuth: f64,
+    /// Longitude and latitude.
+    pub(super) site: [f64; 2],
+    pub(super) gate_radius: f64,
+    pub(super) gate_speed: f64,
+    pub(super) gate_direction: GateDirection,
+}
+
+impl Lander {
+    /// # Errors
+    /// Values that do not go together, in words.
+    pub(super) fn of(v: &Values) -> Result<Self, String> {
+        let text = |e: DynamicsError| e.to_string();
+        let body = Body::new(v.number(keys::MU) * 1e9, v.number(keys::RADIUS) * 1e3).map_err(text)?;
+        let (least, thrust) = (v.number(keys::LEAST_THRUST), v.number(keys::THRUST));
+        if least >= thrust {
+            return Err(format!(
+                "`{}` is {least}, it must be below `{}` = {thrust}",
+                keys::LEAST_THRUST,
+                keys::THRUST
+            ));
+        }
+        let engine = Engine::with_exhaust_velocity(thrust, v.number(keys::EXHAUST_VELOCITY)).map_err(text)?;
+        let motion = if v.word(keys::MOTION) == keys::PLANE { Motion::Plane } else { Motion::Space };
+        let gravity = if v.word(keys::GRAVITY) == keys::SECOND_DEGREE {
+            GravityField::second_degree(body, MOON_REFERENCE_RADIUS, MOON_J2, MOON_C22).map_err(text)?
+        } else {
+            GravityField::central(body)
+        };
+        let rotation = if v.flag(keys::ROTATION) { MOON_ROTATION_RATE } else { 0.0 };
+        let lander = Self {
+            body,
+            descent: PoweredDescent::new(gravity, rotation, engine).map_err(text)?,
+            least_throttle: least / thrust,
+            initial_mass: v.number(keys::INITIAL_MASS),
+            dry_mass: v.number(keys::DRY_MASS),
+            motion,
+            perilune_radius: body.radius + v.number(keys::PERILUNE) * 1e3,
+            apolune_radius: body.radius + v.number(keys::APOLUNE) * 1e3,
+            start_speed: v.number(keys::SPEED),
+            azimuth: v.number(keys::AZIMUTH).to_radians(),
+            site: [v.number(keys::SITE_LONGITUDE).to_radians(), v.number(keys::SITE_LATITUDE).to_radians()],
+            gate_radius: body.radius + v.number(keys::GATE_ALTITUDE) * 1e3,
+            gate_speed: v.number(keys::GATE_SPEED),
+            gate_direction: match v.word(keys::GATE_DIRECTION) {
+                keys::DOWN => GateDirection::Down,
+                keys::HORIZONTAL => GateDirection::Horizontal,
+                _ => GateDirection::Free,
+            },
+        };
+        let start_speed =
+            if lander.start_speed.is_finite() { lander.start_speed } else { lander.orbit_speeds()[0] };
+        let lander = Self { start_speed, ..lander };
+        lander.check()?;
+        Ok(lander)
+    }
+
+    /// What no flight can mend.
+    fn check(&self) -> Result<(), String> {
+        let km = |r: f64| (r - self.body.radius) / 1e3;
+        if self.perilune_radius > self.apolune_radius {
+            return Err(format!(
+                "`{}` is {}, it must not be above `{}` = {}",
+                keys::PERILUNE,
+                km(self.perilune_radius),
+                keys::APOLUNE,
+                km(self.apolune_radius)
+            ));
+        }
+        if self.gate_radius >= self.perilune_radius {
+            return Err(format!(
+                "`{}` is {}, it must be below the perilune (`{}` = {})",
+                keys::GATE_ALTITUDE,
+                km(self.gate_radius),
+                keys::PERILUNE,
+                km(self.perilune_radius)
+            ));
+        }
+        if self.dry_mass >= self.initial_mass {
+            return Err(format!(
+                "`{}` is {}, it must be below `{}` = {}",
+                keys::DRY_MASS,
+                self.dry_mass,
+                keys::INITIAL_MASS,
+                self.initial_mass
+            ));
+        }
+        let (engine, weight) = (self.descent.engine, self.dry_mass * self.body.surface_gravity());
+        if engine.thrust <= weight {
+            return Err(format!(
+                "`{}` is {}, it cannot stop the vehicle: even empty (`{}` = {}) it weighs {weight:.1} N on the surface; \
+                 raise the thrust or reduce the dry mass",
+                keys::THRUST,
+                engine.thrust,
+                keys::DRY_MASS,
+                self.dry_mass
+            ));
+        }
+        let available = engine.velocity_change(self.initial_mass, self.dry_mass);
+        let needed = self.start_speed - self.gate_speed;
+        if available <= needed {
+            return Err(format!(
+                "the propellant gives {available:.1} m/s down to `{}` = {}, but {needed:.1} m/s must be braked; raise \
+                 `{}` or `{}` or reduce the dry mass",
+                keys::DRY_MASS,
+                self.dry_mass,
+                keys::EXHAUST_VELOCITY,
+                keys::INITIAL_MASS
+            ));
+        }
+        Ok(())
+    }
+
+    pub(super) fn planar(&self) -> PlanarFlight {
+        PlanarFlight::new(self.body, self.descent.engine)
+    }
+
+    /// Speeds of the orbit at its perilune and apolune, m/s.
+    pub(super) fn orbit_speeds(&self) -> [f64; 2] {
+        let axis = 0.5 * (self.perilune_radius + self.apolune_radius);
+        [self.perilune_radius, self.apolune_radius].map(|r| self.body.orbital_speed(r, axis))
+    }
+
+    /// Time to burn the whole mass with the least thrust, s: above any braking.
+    pub(super) fn longest_burn(&self) -> f64 {
+        let least = self.least_throttle.max(0.05);
+        self.initial_mass / (self.descent.engine.mass_flow() * least)
+    }
+
+    /// Expected time of the main braking, s: the rocket equation at full thrust with a twentieth of losses.
+    pub(super) fn expected_braking(&self) -> f64 {
+        let engine = self.descent.engine;
+        let burnt = self.initial_mass
+            - engine.mass_after(self.initial_mass, 1.05 * (self.start_speed - self.gate_speed));
+        burnt / engine.mass_flow()
+    }
+}
