@@ -31,7 +31,7 @@ fn in_the_plane() {
     near(&outcome, "gate_upward_speed_m_s", -24.2279, 1e-4);
     near(&outcome, "gate_horizontal_speed_m_s", 51.5946, 1e-4);
     let [switch] = &outcome.summary.switches[..] else { panic!("{:?}", outcome.summary.switches) };
-    assert!((switch.time - 14.6517).abs() < 1e-2, "{switch}");
+    assert!(switch.contains("throttle: 0.2 -> 1 - at t = 14.65"), "{switch}");
 }
 
 #[test]
@@ -45,6 +45,9 @@ fn over_the_rotating_moon() {
     near(&outcome, "perilune_longitude_deg", -19.476_13, 1e-5);
     near(&outcome, "apolune_longitude_deg", 160.523_87, 1e-5);
     near(&outcome, "gate_eastward_speed_m_s", -0.053_98, 1e-5);
+    let indirect = solve(&["method=indirect"]);
+    verified(&indirect);
+    near(&indirect, "final_mass_kg", 1345.830_856_263, 1e-8);
     let south = solve(&["orbit_azimuth_deg=180"]);
     verified(&south);
     near(&south, "final_mass_kg", 1345.829_766_712, 1e-6);
@@ -54,13 +57,14 @@ fn over_the_rotating_moon() {
     near(&from_orbit, "propellant_kg", 1054.402_839, 1e-3);
 }
 
-/// Other ends at the gate; the second is a thrust at its largest, its least and its largest again.
+/// Other ends at the gate; the second is a thrust at its largest, its least and its largest again. At rest the indirect solution has such a
+/// thrust too and 1083.627317 kg; with the least thrust first it is 0.8 g less.
 #[test]
 fn other_gates() {
     for (overrides, propellant) in [
         (&["gate_direction=down"][..], 1071.642_258),
         (&["gate_direction=horizontal"], 1057.206_554),
-        (&["gate_speed_m_s=0"], 1083.627_317),
+        (&["gate_speed_m_s=0"], 1083.626_553),
         (&["start_speed_m_s=inf"], 1054.402_023),
     ] {
         let all: Vec<&str> = overrides.iter().chain(&["motion=plane"]).copied().collect();
