@@ -143,6 +143,69 @@ impl PathFunction<7, 4, 1> for DirectionNorm {
     }
 }
 
+/// Vertical flight above one place: the thrust leans by what holds the place, a few thousandths of a degree on the Moon.
+///
+/// With the accelerations `a_e = 2 W w cos(lat) - g_e` and `a_n = W^2 r sin(lat) cos(lat) - g_n` across,
+///
+/// ```text
+/// r' = w,   w' = sqrt((T / m)^2 - a_e^2 - a_n^2) + g_w + W^2 r cos^2(lat),   m' = -T / c
+/// ```
+///
+/// States [`VERTICAL_STATES`], control [`THROTTLE`].
+#[derive(Clone, Debug, PartialEq)]
+pub struct PlumbThrust {
+    /// The flight.
+    pub flight: PoweredDescent,
+    /// Longitude and latitude of the place, rad.
+    pub place: [f64; 2],
+}
+
+/// States of [`PlumbThrust`] and [`Hovering`].
+pub const VERTICAL_STATES: [Quantity; 3] = [RADIUS, UPWARD_SPEED, MASS];
+
+impl PlumbThrust {
+    /// Acceleration without thrust upwards, and square of the acceleration that the thrust must have across, m/s2 and m2/s4.
+    fn accelerations<S: Scalar>(&self, r: S, w: S) -> (S, S) {
+        let [longitude, latitude] = self.place;
+        let (sin, cos) = latitude.sin_cos();
+        let [up, east, north] = self.flight.gravity.acceleration(r, S::from(longitude), S::from(latitude));
+        let turn = self.flight.rotation_rate;
+        let centrifugal = r * (cos * turn * turn);
+        let (east, north) = (w * (2.0 * turn * cos) - east, centrifugal * sin - north);
+        (up + centrifugal * cos, east.square() + north.square())
+    }
+}
+
+impl Dynamics<3, 1> for PlumbThrust {
+    fn rate<S: Scalar>(&self, _t: S, x: &[S; 3], u: &[S; 1], _p: &[S; 0]) -> [S; 3] {
+        let [r, w, m] = *x;
+        let (free, across) = self.accelerations(r, w);
+        let size = u[0] * self.flight.engine.thrust;
+        let up = ((size / m).square() - across).sqrt();
+        [w, up + free, -size / self.flight.engine.exhaust_velocity]
+    }
+}
+
+/// Rest above one place, whatever thrust that takes; states [`VERTICAL_STATES`], no control.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Hovering(pub PlumbThrust);
+
+impl Hovering {
+    /// Acceleration by the thrust, m/s2, at a distance from the centre (m).
+    pub fn acceleration<S: Scalar>(&self, r: S) -> S {
+        let (free, across) = self.0.accelerations(r, S::from(0.0));
+        (free.square() + across).sqrt()
+    }
+}
+
+impl Dynamics<3, 0> for Hovering {
+    fn rate<S: Scalar>(&self, _t: S, x: &[S; 3], _u: &[S; 0], _p: &[S; 0]) -> [S; 3] {
+        let zero = S::from(0.0);
+        let flow = x[2] * self.acceleration(x[0]) / self.0.flight.engine.exhaust_velocity;
+        [zero, zero, -flow]
+    }
+}
+
 /// Thrust straight up; control [`THROTTLE`].
 #[derive(Clone, Debug, PartialEq)]
 pub struct UprightThrust(pub PoweredDescent);

@@ -72,3 +72,37 @@ fn the_forms_of_the_thrust_are_one() {
         assert!((a - d).abs() < 1e-12 * (1.0 + a.abs()));
     }
 }
+
+/// What leans as the plumb thrust does stays above its place.
+#[test]
+fn vertical_flight_stays_above_its_place() {
+    let flight = PoweredDescent {
+        gravity: GravityField::second_degree(
+            Body::MOON,
+            1.738e6,
+            crate::gravity::MOON_J2,
+            crate::gravity::MOON_C22,
+        )
+        .unwrap(),
+        ..descent()
+    };
+    let (place, [r, w, m], throttle) = ([-0.34, 0.77], [1.738e6, -46.0, 1300.0], 0.6);
+    let plumb = PlumbThrust { flight: flight.clone(), place };
+    let vertical = plumb.rate(0.0, &[r, w, m], &[throttle], &[]);
+    // The direction that cancels what the equations in space have across.
+    let x = [r, place[0], place[1], w, 0.0, 0.0, m];
+    let falling = DirectedThrust(flight.clone()).rate(0.0, &x, &[0.0, 0.0, 0.0, throttle], &[]);
+    let size = throttle * 7500.0 / m;
+    let (east, north) = (-falling[4] / size, -falling[5] / size);
+    let up = (1.0 - east * east - north * north).sqrt();
+    let in_space = DirectedThrust(flight).rate(0.0, &x, &[up, east, north, throttle], &[]);
+    assert!(in_space[4].abs() < 1e-15 && in_space[5].abs() < 1e-15 && east.abs() > 1e-5);
+    assert_eq!(in_space[0], vertical[0]);
+    assert!((in_space[3] - vertical[1]).abs() < 1e-14 && (in_space[6] - vertical[2]).abs() < 1e-15);
+    // At rest with the hovering thrust nothing moves.
+    let hover = Hovering(plumb.clone());
+    let balance = hover.acceleration(r) * m / 7500.0;
+    let still = plumb.rate(0.0, &[r, 0.0, m], &[balance], &[]);
+    assert!(still[0] == 0.0 && still[1].abs() < 1e-14);
+    assert!((hover.rate(0.0, &[r, 0.0, m], &[], &[])[2] - still[2]).abs() < 1e-14);
+}

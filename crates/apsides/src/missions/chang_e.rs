@@ -1,14 +1,16 @@
 //! Landings in the manner of Chang'e-3, from the perilune of an elliptic orbit, with an engine that cannot be shut down below its least
 //! thrust (problem A of the Chinese undergraduate contest in mathematical modelling, 2014).
 
-use super::{Kind, Posed};
+use super::Kind;
 use crate::Error;
-use crate::key::Values;
-use lander::{Lander, Motion};
+use lander::Lander;
 
 mod braking;
+mod guess;
 mod keys;
 mod lander;
+mod landing;
+mod phases;
 mod results;
 
 pub(super) const BRAKING: Kind = Kind {
@@ -17,7 +19,7 @@ pub(super) const BRAKING: Kind = Kind {
     flight_keys: &[keys::VEHICLE, keys::MOON, keys::ORBIT, keys::SITE, keys::GATE],
     nothing_at_zero: &[],
     check: |v| Lander::of(v).map(|_| ()),
-    pose: braking,
+    pose: |v| Lander::of(v).map_err(conflict)?.braking(),
     approach: |_| Vec::new(),
     results: |v, t| Lander::of(v).map_or_else(|_| Default::default(), |l| results::braking(&l, t)),
     headline: &["final_mass_kg", "flight_time_s", "perilune_speed_m_s", "central_angle_deg"],
@@ -28,10 +30,18 @@ pub(super) const BRAKING: Kind = Kind {
     reach: None,
 };
 
-fn braking(v: &Values) -> Result<Posed, Error> {
-    let lander = Lander::of(v).map_err(|reason| Error::Conflict { place: "mission".into(), reason })?;
-    match lander.motion {
-        Motion::Plane => lander.planar_braking(),
-        Motion::Space => lander.spatial_braking(),
-    }
+pub(super) const LANDING: Kind = Kind {
+    name: "chang-e-3",
+    title: "Landing in six stages from the perilune of a lunar orbit to the cut-off of the engine with least propellant",
+    flight_keys: &[keys::VEHICLE, keys::MOON, keys::ORBIT, keys::SITE, keys::GATE, keys::STAGES_BELOW],
+    nothing_at_zero: &[keys::HOVER_TIME],
+    check: |v| Lander::of_landing(v).map(|_| ()),
+    pose: |v| Lander::of_landing(v).map_err(conflict)?.landing(),
+    results: |v, t| Lander::of_landing(v).map_or_else(|_| Default::default(), |l| results::landing(&l, t)),
+    headline: &["final_mass_kg", "propellant_kg", "flight_time_s", "touchdown_speed_m_s"],
+    ..BRAKING
+};
+
+fn conflict(reason: String) -> Error {
+    Error::Conflict { place: "mission".into(), reason }
 }

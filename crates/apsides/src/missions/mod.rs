@@ -190,6 +190,7 @@ const KINDS: &[Kind] = &[
     geo::INJECTION,
     reentry::REENTRY,
     chang_e::BRAKING,
+    chang_e::LANDING,
 ];
 
 /// Files by their names; one that is not named like its kind says what is special about it.
@@ -209,6 +210,7 @@ const FILES: &[(&str, &str)] = &[
     ("geo-6-burn", include_str!("../../missions/geo-6-burn.toml")),
     ("geo-7-burn", include_str!("../../missions/geo-7-burn.toml")),
     ("geo-8-burn", include_str!("../../missions/geo-8-burn.toml")),
+    ("chang-e-3", include_str!("../../missions/chang-e-3.toml")),
     ("chang-e-3-braking", include_str!("../../missions/chang-e-3-braking.toml")),
     ("capsule-reentry", include_str!("../../missions/capsule-reentry.toml")),
     ("capsule-reentry-us76", include_str!("../../missions/capsule-reentry-us76.toml")),

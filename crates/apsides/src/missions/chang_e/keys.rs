@@ -27,7 +27,7 @@ pub(super) const CENTRAL: &str = "central";
 pub(super) const SECOND_DEGREE: &str = "degree-2";
 
 pub(super) const MOON: &[Key] = &[
-    Key::number(MU, 4902.793_455, Range::POSITIVE, "of the Moon"),
+    Key::number(MU, 4_902.793_455, Range::POSITIVE, "of the Moon"),
     Key::number(RADIUS, 1737.013, Range::POSITIVE, "radius that altitudes count from"),
     Key::choice(
         MOTION,
@@ -71,7 +71,15 @@ pub(super) const ORBIT: &[Key] = &[
 pub(super) const SITE_LONGITUDE: &str = "site_longitude_deg";
 pub(super) const SITE_LATITUDE: &str = "site_latitude_deg";
 
+pub(super) const SITE_ALTITUDE: &str = "site_altitude_m";
+
 pub(super) const SITE: &[Key] = &[
+    Key::number(
+        SITE_ALTITUDE,
+        0.0,
+        Range::closed(-10_000.0, 12_000.0),
+        "altitude of the site, from which all other altitudes count (contest: -2641)",
+    ),
     Key::number(SITE_LONGITUDE, -19.51, Range::closed(-360.0, 360.0), "longitude of the site, eastwards"),
     Key::number(SITE_LATITUDE, 44.12, Range::open(-89.0, 89.0), "latitude of the site"),
 ];
@@ -92,4 +100,43 @@ pub(super) const GATE: &[Key] = &[
     ),
     Key::number(GATE_SPEED, 57.0, Range::from(0.0), "speed there, relative to the ground"),
     Key::choice(GATE_DIRECTION, &[FREE, DOWN, HORIZONTAL], "direction of the velocity there"),
+];
+
+pub(super) const ORDER: &str = "optimised";
+pub(super) const JOINT: &str = "jointly";
+pub(super) const STAGES: &str = "by-stages";
+pub(super) const ADJUSTMENT_TILT: &str = "adjustment_tilt_limit_deg";
+pub(super) const COARSE_ALTITUDE: &str = "coarse_avoidance_altitude_km";
+pub(super) const HOVER_ALTITUDE: &str = "hover_altitude_m";
+pub(super) const HOVER_TIME: &str = "hover_time_s";
+pub(super) const FINE_ALTITUDE: &str = "fine_avoidance_end_altitude_m";
+pub(super) const CUTOFF_ALTITUDE: &str = "cutoff_altitude_m";
+
+pub(super) const STAGES_BELOW: &[Key] = &[
+    Key::choice(
+        ORDER,
+        &[JOINT, STAGES],
+        "all phases together, or the main braking for itself and then the others, as in the contest",
+    ),
+    Key::number(
+        COARSE_ALTITUDE,
+        2.4,
+        Range::POSITIVE,
+        "altitude at the end of the adjustment, above the site",
+    ),
+    Key::number(
+        ADJUSTMENT_TILT,
+        90.0,
+        Range::closed(1.0, 180.0),
+        "largest tilt of the thrust from the vertical during the adjustment",
+    ),
+    Key::number(
+        HOVER_ALTITUDE,
+        100.0,
+        Range::POSITIVE,
+        "altitude at rest at the end of the coarse avoidance",
+    ),
+    Key::number(HOVER_TIME, 0.0, Range::from(0.0), "time at rest there"),
+    Key::number(FINE_ALTITUDE, 30.0, Range::POSITIVE, "altitude at the end of the fine avoidance"),
+    Key::number(CUTOFF_ALTITUDE, 4.0, Range::from(0.0), "altitude at rest where the engine is cut off"),
 ];

@@ -23,6 +23,13 @@ pub(super) enum GateDirection {
     Horizontal,
 }
 
+/// Whether all phases are optimised together, or one stage after the other.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Order {
+    Joint,
+    Stages,
+}
+
 /// Everything that the file says, in SI units and rad.
 #[derive(Clone, Debug)]
 pub(super) struct Lander {
@@ -43,6 +50,15 @@ pub(super) struct Lander {
     pub(super) gate_radius: f64,
     pub(super) gate_speed: f64,
     pub(super) gate_direction: GateDirection,
+    pub(super) order: Order,
+    /// Largest tilt of the thrust from the vertical in the adjustment.
+    pub(super) adjustment_tilt: f64,
+    /// Where the coarse avoidance begins, where it hovers, where the fine one ends, where the engine is cut off.
+    pub(super) coarse_radius: f64,
+    pub(super) hover_radius: f64,
+    pub(super) fine_radius: f64,
+    pub(super) cutoff_radius: f64,
+    pub(super) hover_time: f64,
 }
 
 impl Lander {
@@ -50,7 +66,8 @@ impl Lander {
     /// Values that do not go together, in words.
     pub(super) fn of(v: &Values) -> Result<Self, String> {
         let text = |e: DynamicsError| e.to_string();
-        let body = Body::new(v.number(keys::MU) * 1e9, v.number(keys::RADIUS) * 1e3).map_err(text)?;
+        let radius = v.number(keys::RADIUS) * 1e3 + v.number(keys::SITE_ALTITUDE);
+        let body = Body::new(v.number(keys::MU) * 1e9, radius).map_err(text)?;
         let (least, thrust) = (v.number(keys::LEAST_THRUST), v.number(keys::THRUST));
         if least >= thrust {
             return Err(format!(
@@ -86,11 +103,44 @@ impl Lander {
                 keys::HORIZONTAL => GateDirection::Horizontal,
                 _ => GateDirection::Free,
             },
+            order: if v.word(keys::ORDER) == keys::STAGES { Order::Stages } else { Order::Joint },
+            adjustment_tilt: v.number(keys::ADJUSTMENT_TILT).to_radians(),
+            coarse_radius: body.radius + v.number(keys::COARSE_ALTITUDE) * 1e3,
+            hover_radius: body.radius + v.number(keys::HOVER_ALTITUDE),
+            fine_radius: body.radius + v.number(keys::FINE_ALTITUDE),
+            cutoff_radius: body.radius + v.number(keys::CUTOFF_ALTITUDE),
+            hover_time: v.number(keys::HOVER_TIME),
         };
         let start_speed =
             if lander.start_speed.is_finite() { lander.start_speed } else { lander.orbit_speeds()[0] };
         let lander = Self { start_speed, ..lander };
         lander.check()?;
+        Ok(lander)
+    }
+
+    /// The same with gates that follow each other downwards.
+    ///
+    /// # Errors
+    /// Values that do not go together, in words.
+    pub(super) fn of_landing(v: &Values) -> Result<Self, String> {
+        let lander = Self::of(v)?;
+        let gates = [
+            (keys::GATE_ALTITUDE, lander.gate_radius),
+            (keys::COARSE_ALTITUDE, lander.coarse_radius),
+            (keys::HOVER_ALTITUDE, lander.hover_radius),
+            (keys::FINE_ALTITUDE, lander.fine_radius),
+            (keys::CUTOFF_ALTITUDE, lander.cutoff_radius),
+        ];
+        for pair in gates.windows(2) {
+            let [(above, high), (below, low)] = [pair[0], pair[1]];
+            if low >= high {
+                return Err(format!(
+                    "`{below}` is {}, it must be below `{above}` = {}",
+                    v.number(below),
+                    v.number(above)
+                ));
+            }
+        }
         Ok(lander)
     }
 

@@ -55,6 +55,30 @@ pub(super) fn braking(lander: &Lander, t: &Trajectory) -> Scalars {
     results
 }
 
+/// Of the whole landing: those of the braking, and of each phase its time and propellant.
+pub(super) fn landing(lander: &Lander, t: &Trajectory) -> Scalars {
+    let Some(first) = t.phases.first() else { return Scalars::new() };
+    let only_first = Trajectory { phases: vec![first.clone()], ..t.clone() };
+    let mut results = braking(lander, &only_first);
+    let mass = |p: &PhaseTrajectory, time: f64| p.state_at(time).last().copied().unwrap_or(f64::NAN);
+    for p in &t.phases {
+        let name = p.name.replace('-', "_");
+        results.insert(format!("{name}_time_s"), p.final_time - p.initial_time);
+        results.insert(format!("{name}_propellant_kg"), mass(p, p.initial_time) - mass(p, p.final_time));
+    }
+    if let Some(last) = t.phases.last() {
+        let end = mass(last, last.final_time);
+        results.insert("flight_time_s".into(), last.final_time);
+        results.insert("final_mass_kg".into(), end);
+        results.insert("propellant_kg".into(), lander.initial_mass - end);
+        // Free fall from the cut-off.
+        let fall =
+            lander.body.gravitational_parameter * (lander.body.radius.recip() - lander.cutoff_radius.recip());
+        results.insert("touchdown_speed_m_s".into(), (2.0 * fall).sqrt());
+    }
+    results
+}
+
 /// Into -180 to 180.
 fn wrapped(degrees: f64) -> f64 {
     degrees - 360.0 * (degrees / 360.0).round()
@@ -74,10 +98,14 @@ pub(super) fn curves(lander: &Lander, t: &Trajectory) -> Vec<Curve> {
         (0..=SAMPLES).map(|k| p.time_at(k as f64 / SAMPLES as f64)).collect()
     };
     let Some(start) = t.phases.first().map(|p| p.state_at(p.initial_time)) else { return Vec::new() };
+    let steered = t.phases.iter().rev().find(|p| p.state.dimension() > 3);
+    let end = steered.map_or(f64::NAN, |p| way(&start, &p.final_state()));
     let profile = |p: &PhaseTrajectory| {
         let point = |time: f64| {
             let x = p.state_at(time);
-            [way(&start, &x), x[0] - radius]
+            // Vertical flight is above the site.
+            let place = if x.len() > 3 { way(&start, &x) } else { end };
+            [place, x[0] - radius]
         };
         (p.name.clone(), times(p).into_iter().map(point).collect())
     };
