@@ -3,6 +3,7 @@
 //! An [`ElevationMap`] is a [`Raster`] of heights with a [`Geometry`]. Row 0 is the northernmost, column 0 the westernmost. A gap
 //! (no data) is NaN and stays a gap in every layer made from it; a gap is never safe.
 
+pub mod contact;
 mod error;
 mod geometry;
 mod map;
