@@ -6,6 +6,7 @@
 pub mod contact;
 mod error;
 mod geometry;
+pub mod io;
 mod map;
 mod raster;
 
