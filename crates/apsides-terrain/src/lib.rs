@@ -5,8 +5,13 @@
 
 mod error;
 mod geometry;
+pub mod interpolation;
+pub mod light;
 mod map;
 mod raster;
+mod ray;
+pub mod resample;
+pub mod sight;
 
 pub use error::TerrainError;
 pub use geometry::{Geometry, MapUnit};
