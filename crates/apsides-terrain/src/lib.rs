@@ -12,6 +12,7 @@ mod raster;
 mod ray;
 pub mod resample;
 pub mod sight;
+pub mod synthetic;
 
 pub use error::TerrainError;
 pub use geometry::{Geometry, MapUnit};
