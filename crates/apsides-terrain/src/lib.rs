@@ -7,8 +7,14 @@ pub mod contact;
 mod error;
 mod geometry;
 pub mod io;
+pub mod interpolation;
+pub mod light;
 mod map;
 mod raster;
+mod ray;
+pub mod resample;
+pub mod sight;
+pub mod synthetic;
 
 pub use error::TerrainError;
 pub use geometry::{Geometry, MapUnit};
