@@ -74,10 +74,11 @@ const ARROWS: &[(&str, Arrows)] = &[
     ("xtask", To(&[])),
 ];
 
-/// Heavy dependencies and the one crate that may use each.
+/// Heavy dependencies and the one crate that may use each; one that is listed twice has two owners.
 const OWNERS: &[(&str, &str)] = &[
     ("faer", "kkt"),
     ("pulp", "kkt"),
+    ("pulp", "terrain"),
     ("clarabel", "conic"),
     ("parry3d-f64", "terrain"),
     ("tiff", "terrain"),

@@ -4,18 +4,22 @@
 //! (no data) is NaN and stays a gap in every layer made from it; a gap is never safe.
 
 pub mod contact;
+mod distance;
 mod error;
 mod geometry;
-pub mod io;
+pub mod hazard;
 pub mod interpolation;
+pub mod io;
 pub mod light;
 mod map;
 mod raster;
 mod ray;
 pub mod resample;
 pub mod sight;
+pub mod site;
 pub mod synthetic;
 
+pub use distance::distance_to_nearest;
 pub use error::TerrainError;
 pub use geometry::{Geometry, MapUnit};
 pub use map::ElevationMap;
