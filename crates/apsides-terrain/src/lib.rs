@@ -17,6 +17,7 @@ mod ray;
 pub mod resample;
 pub mod sight;
 pub mod site;
+pub mod survey;
 pub mod synthetic;
 
 pub use distance::distance_to_nearest;

@@ -37,6 +37,7 @@ mod pds4;
 mod picture;
 mod png_map;
 mod raw;
+mod relief;
 mod sample;
 mod windows;
 
@@ -45,6 +46,7 @@ pub use csv::write_csv;
 pub use geotiff::{GeoKeys, GeoTiffOptions, GeoTiffWriter, write_geotiff};
 pub use npy::write_npy;
 pub use picture::{ColourMap, Legend, write_png};
+pub use relief::{Mark, ReliefPicture, Tint};
 pub use windows::Windows;
 
 /// A file format of elevation maps.

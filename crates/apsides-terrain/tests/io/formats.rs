@@ -142,7 +142,8 @@ fn a_written_array_is_read_back() {
 
 #[test]
 fn a_pds3_label_before_and_apart_from_its_raster() {
-    let expected = [Some(1737401.0), Some(1737402.0), Some(1737403.0), None, Some(1737399.0), Some(1737400.0)];
+    let expected =
+        [Some(1737401.0), Some(1737402.0), Some(1737403.0), None, Some(1737399.0), Some(1737400.0)];
     let map = read_bytes(&pds3()).unwrap();
     assert_eq!(heights(&map), expected);
     let g = map.geometry();
@@ -193,7 +194,8 @@ fn pds3_types_prefixes_bits_for_gaps_and_degrees() {
 
 #[test]
 fn a_pds4_label_with_its_raster() {
-    let read = |label: &str| read_labelled(label.as_bytes(), Cursor::new(pds4_data()), &ReadOptions::default());
+    let read =
+        |label: &str| read_labelled(label.as_bytes(), Cursor::new(pds4_data()), &ReadOptions::default());
     let map = read(PDS4).unwrap();
     assert_eq!(heights(&map), [Some(3.0), Some(5.0), Some(7.0), None, Some(11.0), Some(13.0)]);
     assert_eq!(map.geometry(), &Geometry::new(2, 3, [2.0; 2], [101.0, -51.0], MapUnit::Metre).unwrap());
@@ -225,7 +227,9 @@ fn pds4_types_in_both_byte_orders() {
         ("IEEE754LSBDouble", 0.1f64.to_le_bytes().to_vec(), 0.1),
         ("UnsignedByte", vec![200], 200.0),
     ] {
-        let label = PDS4.replace("IEEE754LSBSingle", name).replace("<missing_constant>0xFF7FFFFB</missing_constant>", "");
+        let label = PDS4
+            .replace("IEEE754LSBSingle", name)
+            .replace("<missing_constant>0xFF7FFFFB</missing_constant>", "");
         let data = [vec![0; 8], bytes.repeat(6)].concat();
         let map = read_labelled(label.as_bytes(), Cursor::new(data), &ReadOptions::default()).unwrap();
         assert!((map.height(1, 2).unwrap() - (2.0 * value + 1.0)).abs() < 1e-7, "{name}");

@@ -33,10 +33,7 @@ pub enum Tag {
 
 /// Pixel scale and tie point of pixels of `pixel` metres whose first pixel has its corner at (x, y).
 pub fn place(pixel: f64, x: f64, y: f64) -> Vec<Tag> {
-    vec![
-        Tag::Real(33550, vec![pixel, pixel, 0.0]),
-        Tag::Real(33922, vec![0.0, 0.0, 0.0, x, y, 0.0]),
-    ]
+    vec![Tag::Real(33550, vec![pixel, pixel, 0.0]), Tag::Real(33922, vec![0.0, 0.0, 0.0, x, y, 0.0])]
 }
 
 /// Geokeys whose values are in the directory.
@@ -88,7 +85,9 @@ impl Tiff {
             3 => {
                 let numbers: Vec<u8> = values
                     .iter()
-                    .flat_map(|&v| if size == 8 { v.to_be_bytes().to_vec() } else { (v as f32).to_be_bytes().to_vec() })
+                    .flat_map(|&v| {
+                        if size == 8 { v.to_be_bytes().to_vec() } else { (v as f32).to_be_bytes().to_vec() }
+                    })
                     .collect();
                 let planes: Vec<u8> =
                     (0..size).flat_map(|k| numbers.iter().skip(k).step_by(size).copied()).collect();
@@ -117,7 +116,11 @@ impl Tiff {
         let (mut offsets, mut sizes) = (Vec::new(), Vec::new());
         for first_row in (0..self.rows).step_by(height) {
             for first_col in (0..self.cols).step_by(width) {
-                let last = if self.tile.1.is_some() { first_row + height } else { self.rows.min(first_row + height) };
+                let last = if self.tile.1.is_some() {
+                    first_row + height
+                } else {
+                    self.rows.min(first_row + height)
+                };
                 let value = |r: usize, c: usize| {
                     if r < self.rows && c < self.cols { self.values[r * self.cols + c] } else { 0.0 }
                 };
@@ -135,7 +138,11 @@ impl Tiff {
             }
         }
         let list = |tag: u16, values: Vec<u64>| {
-            if self.big { Tag::Long8(tag, values) } else { Tag::Long(tag, values.iter().map(|&v| v as u32).collect()) }
+            if self.big {
+                Tag::Long8(tag, values)
+            } else {
+                Tag::Long(tag, values.iter().map(|&v| v as u32).collect())
+            }
         };
         let mut tags = vec![
             Tag::Long(256, vec![self.cols as u32]),
@@ -230,7 +237,8 @@ fn pack_bits(row: &[u8]) -> Vec<u8> {
             at += run;
         } else {
             let literal = row[at..].iter().take(128).len();
-            let end = (1..literal).find(|&k| row[at + k] == row[at + k - 1]).map_or(literal, |k| k - 1).max(1);
+            let end =
+                (1..literal).find(|&k| row[at + k] == row[at + k - 1]).map_or(literal, |k| k - 1).max(1);
             packed.push((end - 1) as u8);
             packed.extend(&row[at..at + end]);
             at += end;

@@ -199,7 +199,8 @@ fn windows_equal_parts_of_the_whole() {
         let file = Tiff { compression, tile, ..Tiff::new(rows, cols, values.clone()) };
         let whole = read_bytes(&file.bytes()).unwrap();
         let mut windows = Windows::open(Cursor::new(file.bytes()), &ReadOptions::default()).unwrap();
-        for (r, c, h, w) in [(0, 0, 45, 37), (44, 36, 1, 1), (6, 15, 2, 3), (13, 0, 20, 37), (0, 16, 45, 16)] {
+        for (r, c, h, w) in [(0, 0, 45, 37), (44, 36, 1, 1), (6, 15, 2, 3), (13, 0, 20, 37), (0, 16, 45, 16)]
+        {
             let window = windows.window(r, c, h, w).unwrap();
             assert_eq!(heights(&window), heights(&whole.window(r, c, h, w).unwrap()));
             assert_eq!(window.geometry().north_west(), whole.geometry().position(r as f64, c as f64));

@@ -83,7 +83,11 @@ impl<W: Write + Seek> GeoTiffWriter<W> {
         let cols = self.geometry.cols();
         let rows = heights.len() / cols;
         if heights.len() % cols != 0 || self.rows + rows > self.geometry.rows() {
-            return Err(TerrainError::Shape { rows: self.geometry.rows() - self.rows, cols, values: heights.len() });
+            return Err(TerrainError::Shape {
+                rows: self.geometry.rows() - self.rows,
+                cols,
+                values: heights.len(),
+            });
         }
         let gap = self.options.nodata.unwrap_or(f32::NAN);
         for row in heights.chunks_exact(cols) {
