@@ -25,7 +25,12 @@ const THRESHOLD: Range = Range::POSITIVE_OR_UNLIMITED;
 
 /// Keys of a file of criteria; none has a default.
 const KEYS: [Key; 15] = [
-    Key::text("preset", "", "the name of a preset", "criteria whose values hold unless the file states others"),
+    Key::text(
+        "preset",
+        "",
+        "the name of a preset",
+        "criteria whose values hold unless the file states others",
+    ),
     length("footprint_radius_m", "radius of the disk of a fitted plane, of roughness and of step height"),
     length("footpad_circle_radius_m", "radius of the circle of the four footpads"),
     Key::number("footpad_radius_m", f64::NAN, Range::from(0.0), "radius of a footpad; 0 is a point"),
@@ -38,7 +43,12 @@ const KEYS: [Key; 15] = [
     threshold("relative_elevation_max_m", "largest height above or below the robust plane of the map"),
     length("belly.radius_m", "radius of the disk under which nothing may come too near"),
     Key::number("belly.height_m", f64::NAN, Range::from(0.0), "height of the underside above the footpads"),
-    Key::number("belly.clearance_min_m", f64::NAN, Range::from(0.0), "least distance of underside and ground"),
+    Key::number(
+        "belly.clearance_min_m",
+        f64::NAN,
+        Range::from(0.0),
+        "least distance of underside and ground",
+    ),
     Key::number("clearance_min_m", f64::NAN, Range::from(0.0), "least distance from what is not safe"),
 ];
 
@@ -102,11 +112,8 @@ pub fn parse(text: &str, source: &str) -> Result<SiteCriteria, Error> {
         }
         _ => BLANK,
     };
-    let mut belly = criteria.belly.unwrap_or(Belly {
-        radius_m: f64::NAN,
-        height_m: f64::NAN,
-        clearance_min_m: f64::NAN,
-    });
+    let mut belly =
+        criteria.belly.unwrap_or(Belly { radius_m: f64::NAN, height_m: f64::NAN, clearance_min_m: f64::NAN });
     for entry in &found {
         let Value::Number(v) = entry.value else { continue };
         let tested = v.is_finite().then_some(v);
@@ -179,7 +186,8 @@ mod tests {
     fn a_file_changes_a_preset() {
         let text = "preset = \"alhat\"\nslope_max_deg = 3\nroughness_max_m = inf\n";
         let criteria = parse(text, "text").unwrap();
-        let expected = SiteCriteria { slope_max_deg: Some(3.0), roughness_max_m: None, ..SiteCriteria::ALHAT };
+        let expected =
+            SiteCriteria { slope_max_deg: Some(3.0), roughness_max_m: None, ..SiteCriteria::ALHAT };
         assert_eq!(criteria, expected);
     }
 
@@ -190,7 +198,9 @@ mod tests {
             message("preset = \"alhat\"\nslope_mx_deg = 3"),
             "file `c.toml`, line 2: a file of site criteria has no key `slope_mx_deg`; the nearest is `slope_max_deg`"
         );
-        assert!(message("preset = \"alhat\"\nslope_max = 3").contains("its unit is missing: `slope_max_deg`"));
+        assert!(
+            message("preset = \"alhat\"\nslope_max = 3").contains("its unit is missing: `slope_max_deg`")
+        );
         assert!(message("preset = \"alhat\"\nslope_max_deg = 95").contains("above 0 and below 90"));
         assert!(message("preset = \"mars\"").contains("one of `chang-e-3-coarse`"));
         assert!(message("footprint_radius_m = 2").contains("`footpad_circle_radius_m` is missing"));
