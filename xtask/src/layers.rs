@@ -154,11 +154,13 @@ fn check(packages: &[Package], arrows: &[(&str, Arrows)], owners: &[(&str, &str)
             if packages.iter().any(|p| p.name == dependency.name) {
                 findings.extend(arrow(&path, &package.name, &dependency.name, *allowed));
             }
-            let owner = owners.iter().find(|(heavy, _)| *heavy == dependency.name).map(|(_, owner)| *owner);
-            if let Some(owner) = owner.filter(|o| *o != name && !DEVELOPMENT.contains(&name)) {
+            let owned = owners.iter().filter(|(heavy, _)| *heavy == dependency.name);
+            let owners: Vec<String> = owned.map(|(_, owner)| format!("`apsides-{owner}`")).collect();
+            let free = owners.is_empty() || DEVELOPMENT.contains(&name);
+            if !free && !owners.contains(&format!("`apsides-{name}`")) {
                 findings.push(Finding::of(
                     &path,
-                    format!("depends on `{}`, which only `apsides-{owner}` may use", dependency.name),
+                    format!("depends on `{}`, which only {} may use", dependency.name, owners.join(" and ")),
                 ));
             }
         }

@@ -9,7 +9,7 @@ use rayon::prelude::*;
 use crate::{Geometry, Raster, TerrainError};
 
 /// Rows of a band.
-const BAND: usize = 128;
+pub(crate) const BAND: usize = 128;
 
 /// Distance to the centre of the nearest marked pixel, m; infinite without marks.
 ///

@@ -5,6 +5,7 @@
 //! roughness is, it is computed again in `f64`.
 
 mod angle;
+mod bands;
 mod criteria;
 mod extremes;
 mod footprint;
@@ -18,6 +19,7 @@ mod robust;
 mod stance;
 mod tile;
 
+pub use bands::{HazardBand, HazardSink, HeightSource, hazard_bands};
 pub use criteria::{Belly, SiteCriteria};
 pub use layer::{Layer, Verdict};
 pub use map::{Counts, HazardMap, HazardOptions, LayerChoice, hazard_map, hazard_map_with};
