@@ -3,11 +3,14 @@
 //! An [`ElevationMap`] is a [`Raster`] of heights with a [`Geometry`]. Row 0 is the northernmost, column 0 the westernmost. A gap
 //! (no data) is NaN and stays a gap in every layer made from it; a gap is never safe.
 
+pub mod detect;
+mod disk;
 mod error;
 mod geometry;
 pub mod interpolation;
 pub mod light;
 mod map;
+pub mod probability;
 mod raster;
 mod ray;
 pub mod resample;
