@@ -4,6 +4,8 @@
 //! (no data) is NaN and stays a gap in every layer made from it; a gap is never safe.
 
 pub mod contact;
+pub mod detect;
+mod disk;
 mod distance;
 mod error;
 mod geometry;
@@ -12,6 +14,7 @@ pub mod interpolation;
 pub mod io;
 pub mod light;
 mod map;
+pub mod probability;
 mod raster;
 mod ray;
 pub mod resample;

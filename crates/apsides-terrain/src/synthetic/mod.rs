@@ -123,7 +123,7 @@ impl Terrain {
             boulders: Boulders {
                 abundance: 0.03,
                 diameters: [1.0, 8.0],
-                heights: [0.35, 0.6],
+                heights: [0.3, 0.5],
                 least_aspect: 0.6,
             },
         }
@@ -150,7 +150,7 @@ impl Terrain {
             boulders: Boulders {
                 abundance: 0.02,
                 diameters: [0.2, 3.0],
-                heights: [0.35, 0.6],
+                heights: [0.3, 0.5],
                 least_aspect: 0.6,
             },
         }
