@@ -76,7 +76,8 @@ pub(super) fn open<R: Read + Seek>(
         if !words.advance()? {
             return Err(early());
         }
-        let Some(key) = KEYS.iter().position(|k| words.text().trim_start_matches('\u{feff}').eq_ignore_ascii_case(k))
+        let Some(key) =
+            KEYS.iter().position(|k| words.text().trim_start_matches('\u{feff}').eq_ignore_ascii_case(k))
         else {
             break;
         };
@@ -129,7 +130,11 @@ fn head(values: [Option<f64>; KEYS.len()]) -> Result<Head, TerrainError> {
     let side = |name: &str, value: Option<f64>| {
         let value = value.ok_or_else(|| malformed(NAME, name, "missing"))?;
         if !(value >= 1.0 && value.fract() == 0.0 && value < 4294967296.0) {
-            return Err(malformed(NAME, name, format!("{value}: a whole number from 1 to 2^32 - 1 is allowed")));
+            return Err(malformed(
+                NAME,
+                name,
+                format!("{value}: a whole number from 1 to 2^32 - 1 is allowed"),
+            ));
         }
         Ok(value as u64)
     };

@@ -104,8 +104,9 @@ fn element(descr: &str) -> Result<(Sample, Order), TerrainError> {
 fn shape(tuple: &str) -> Result<[u64; 2], TerrainError> {
     let sides: Option<Vec<u64>> =
         tuple.split(',').map(str::trim).filter(|s| !s.is_empty()).map(|s| s.parse().ok()).collect();
-    let sides = sides
-        .ok_or_else(|| malformed(NAME, "shape", format!("({}): whole numbers are needed", shortened(tuple))))?;
+    let sides = sides.ok_or_else(|| {
+        malformed(NAME, "shape", format!("({}): whole numbers are needed", shortened(tuple)))
+    })?;
     <[u64; 2]>::try_from(sides).map_err(|sides| TerrainError::Unsupported {
         format: NAME,
         feature: format!("an array of {} dimensions", sides.len()),

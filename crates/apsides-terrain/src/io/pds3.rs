@@ -58,7 +58,8 @@ fn described<R: Read + Seek>(
             supported: "one band",
         });
     }
-    if let Some(kind) = label.find("ENCODING_TYPE").filter(|k| !matches!(k.trim_matches('"'), "N/A" | "NONE")) {
+    if let Some(kind) = label.find("ENCODING_TYPE").filter(|k| !matches!(k.trim_matches('"'), "N/A" | "NONE"))
+    {
         return Err(TerrainError::Unsupported {
             format: NAME,
             feature: format!("encoding {}", shortened(kind)),
@@ -116,7 +117,9 @@ fn element(kind: &str, bits: u64) -> Result<(Sample, Order), TerrainError> {
         "LSB_UNSIGNED_INTEGER" | "PC_UNSIGNED_INTEGER" | "VAX_UNSIGNED_INTEGER" => {
             Sample::integer(bits, false).map(|s| (s, Order::Little))
         }
-        "IEEE_REAL" | "REAL" | "FLOAT" | "MAC_REAL" | "SUN_REAL" => Sample::real(bits).map(|s| (s, Order::Big)),
+        "IEEE_REAL" | "REAL" | "FLOAT" | "MAC_REAL" | "SUN_REAL" => {
+            Sample::real(bits).map(|s| (s, Order::Big))
+        }
         "PC_REAL" => Sample::real(bits).map(|s| (s, Order::Little)),
         _ => None,
     };
@@ -138,7 +141,7 @@ fn constant(key: &str, text: &str, sample: Sample) -> Result<Option<f64>, Terrai
         let bits = radix.and_then(|r| u64::from_str_radix(digits, r).ok());
         let bits =
             bits.ok_or_else(|| malformed(NAME, key, format!("{:?} is not a number", shortened(text))))?;
-        return Ok(Some(sample.from_bits(bits)));
+        return Ok(Some(sample.of_bits(bits)));
     }
     number(NAME, key, text).map(Some)
 }
@@ -197,7 +200,9 @@ impl Label {
             let (key, mut value) = (key.trim().to_ascii_uppercase(), value.trim().to_owned());
             // A list or a text may go on over several lines.
             let open = |v: &str| {
-                v.matches('"').count() % 2 == 1 || v.matches('(').count() > v.matches(')').count() || v.is_empty()
+                v.matches('"').count() % 2 == 1
+                    || v.matches('(').count() > v.matches(')').count()
+                    || v.is_empty()
             };
             for _ in 0..64 {
                 if !open(&value) {
@@ -212,7 +217,10 @@ impl Label {
                 "END_OBJECT" => {
                     objects.pop();
                 }
-                _ if objects.iter().all(|o| matches!(o.as_str(), "IMAGE" | "IMAGE_MAP_PROJECTION" | "UNCOMPRESSED_FILE")) => {
+                _ if objects.iter().all(|o| {
+                    matches!(o.as_str(), "IMAGE" | "IMAGE_MAP_PROJECTION" | "UNCOMPRESSED_FILE")
+                }) =>
+                {
                     let value = (key, value);
                     if objects.is_empty() { keys.push(value) } else { keys.insert(0, value) }
                 }
@@ -231,7 +239,8 @@ impl Label {
     }
 
     fn real(&self, key: &str) -> Result<Option<f64>, TerrainError> {
-        let known = self.find(key).filter(|t| !["\"N/A\"", "N/A", "NULL", "\"NULL\"", "UNK", "\"UNK\""].contains(t));
+        let known =
+            self.find(key).filter(|t| !["\"N/A\"", "N/A", "NULL", "\"NULL\"", "UNK", "\"UNK\""].contains(t));
         known.map(|t| number(NAME, key, split_unit(t).0)).transpose()
     }
 

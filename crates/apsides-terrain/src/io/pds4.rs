@@ -32,7 +32,8 @@ pub(super) fn open<R: Read + Seek>(
     let root = document.root_element();
     let kinds = ["Array_2D_Image", "Array_2D_Map", "Array_2D", "Array_3D_Image"];
     let array = root.descendants().find(|n| kinds.contains(&n.tag_name().name()));
-    let array = array.ok_or_else(|| malformed(NAME, "label", "no Array_2D, Array_2D_Image or Array_2D_Map"))?;
+    let array =
+        array.ok_or_else(|| malformed(NAME, "label", "no Array_2D, Array_2D_Image or Array_2D_Map"))?;
 
     let [rows, cols] = axes(array)?;
     let element = child(array, "Element_Array")?;
@@ -83,9 +84,8 @@ fn real(node: Node<'_, '_>, name: &str) -> Result<Option<f64>, TerrainError> {
 
 fn whole(name: &str, text: &str) -> Result<u64, TerrainError> {
     let text = text.trim();
-    text.parse().map_err(|_| {
-        malformed(NAME, name, format!("{:?} is not a whole number from 0", shortened(text)))
-    })
+    text.parse()
+        .map_err(|_| malformed(NAME, name, format!("{:?} is not a whole number from 0", shortened(text))))
 }
 
 /// Numbers of rows and columns.
@@ -153,7 +153,7 @@ fn data_type(name: &str) -> Result<(Sample, Order), TerrainError> {
 fn constant(name: &str, text: &str, sample: Sample) -> Result<f64, TerrainError> {
     match text.strip_prefix("0x").or(text.strip_prefix("0X")) {
         Some(digits) => u64::from_str_radix(digits, 16)
-            .map(|bits| sample.from_bits(bits))
+            .map(|bits| sample.of_bits(bits))
             .map_err(|_| malformed(NAME, name, format!("{:?} is not a number", shortened(text)))),
         None => number(NAME, name, text),
     }
@@ -201,7 +201,11 @@ fn place(root: Node<'_, '_>, head: &mut Head) -> Result<(), TerrainError> {
     let corner = [length("upperleft_corner_x")?, length("upperleft_corner_y")?];
     if let [Some((x, x_unit)), Some((y, y_unit))] = corner {
         if x_unit != unit || y_unit != unit {
-            return Err(malformed(NAME, "upperleft_corner_x", "another unit than that of pixel_resolution_x"));
+            return Err(malformed(
+                NAME,
+                "upperleft_corner_x",
+                "another unit than that of pixel_resolution_x",
+            ));
         }
         head.north_west = [x + 0.5 * east, y - 0.5 * south];
     }

@@ -25,12 +25,12 @@ impl ColourMap {
     fn points(self) -> &'static [u32] {
         match self {
             ColourMap::Grey => &[0x000000, 0xffffff],
-            ColourMap::Viridis => &[
-                0x440154, 0x472d7b, 0x3b528b, 0x2c728e, 0x21918c, 0x28ae80, 0x5ec962, 0xaddc30, 0xfde725,
-            ],
-            ColourMap::Magma => &[
-                0x000004, 0x1d1147, 0x51127c, 0x832681, 0xb73779, 0xe75263, 0xfc8961, 0xfec488, 0xfcfdbf,
-            ],
+            ColourMap::Viridis => {
+                &[0x440154, 0x472d7b, 0x3b528b, 0x2c728e, 0x21918c, 0x28ae80, 0x5ec962, 0xaddc30, 0xfde725]
+            }
+            ColourMap::Magma => {
+                &[0x000004, 0x1d1147, 0x51127c, 0x832681, 0xb73779, 0xe75263, 0xfc8961, 0xfec488, 0xfcfdbf]
+            }
             ColourMap::Cividis => &[
                 0x00224e, 0x083370, 0x35456c, 0x4f576c, 0x666970, 0x7d7c78, 0x948e77, 0xaea371, 0xc8b866,
                 0xe5cf52, 0xfee838,
@@ -145,7 +145,10 @@ impl Bar {
         // Dots of a letter grow with the picture.
         let dot = (rows.min(cols) / 250).clamp(1, 16);
         let labels: Vec<String> = range.map_or_else(Vec::new, |[low, high]| {
-            [high, low].iter().map(|v| format!("{} {unit}", brief(*v, high - low)).trim_end().to_owned()).collect()
+            [high, low]
+                .iter()
+                .map(|v| format!("{} {unit}", brief(*v, high - low)).trim_end().to_owned())
+                .collect()
         });
         let letters = labels.iter().map(|l| l.chars().count()).max().unwrap_or(0);
         // Margin, bar, margin, text, margin, in dots.

@@ -4,9 +4,9 @@ use std::io::{BufReader, Read, Seek};
 
 use png::{BitDepth, ColorType, Decoder, Limits, Transformations};
 
+use super::malformed;
 use super::sample::{Order, Sample};
 use super::windows::{Head, Store};
-use super::malformed;
 use crate::TerrainError;
 
 pub(super) const NAME: &str = "PNG";

@@ -52,7 +52,7 @@ impl Sample {
     }
 
     /// The number whose bits are the lowest of `bits`.
-    pub(super) fn from_bits(self, bits: u64) -> f64 {
+    pub(super) fn of_bits(self, bits: u64) -> f64 {
         match self {
             Sample::U8 => f64::from(bits as u8),
             Sample::I8 => f64::from(bits as u8 as i8),
@@ -69,7 +69,7 @@ impl Sample {
     pub(super) fn decode(self, bytes: &[u8], order: Order, out: &mut [f64]) {
         let size = self.size();
         for (value, bytes) in out.iter_mut().zip(bytes.chunks_exact(size)) {
-            *value = self.from_bits(order.bits(bytes));
+            *value = self.of_bits(order.bits(bytes));
         }
     }
 }

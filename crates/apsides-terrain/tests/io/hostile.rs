@@ -94,7 +94,11 @@ fn ten_thousand_mutated_files_neither_panic_nor_take_memory() {
             Ok(map) => assert!(map.geometry().pixels() <= 1 << 20),
             Err(error) => assert!(!error.to_string().is_empty()),
         }
-        if result.is_ok() { sound += 1 } else { refused += 1 }
+        if result.is_ok() {
+            sound += 1
+        } else {
+            refused += 1
+        }
         if let Ok(mut windows) = Windows::open(Cursor::new(&bytes), &options) {
             let g = *windows.geometry();
             let _ = windows.window(g.rows() - 1, g.cols() - 1, 1, 1);
@@ -159,11 +163,16 @@ fn more_pixels_than_allowed_are_refused() {
         Tiff::new(20, 20, vec![1.0; 400]).bytes(),
         npy(1, "<f4", false, "(20, 20)", &[1; 1600]),
         png(20, 20, false, &[1; 400]),
-        format!("ncols 20\nnrows 20\nxllcorner 0\nyllcorner 0\ncellsize 1\n{}", "1 ".repeat(400)).into_bytes(),
+        format!("ncols 20\nnrows 20\nxllcorner 0\nyllcorner 0\ncellsize 1\n{}", "1 ".repeat(400))
+            .into_bytes(),
     ] {
-        assert!(matches!(read(Cursor::new(&bytes), &options), Err(TerrainError::TooLarge { limit: 100, .. })));
+        assert!(matches!(
+            read(Cursor::new(&bytes), &options),
+            Err(TerrainError::TooLarge { limit: 100, .. })
+        ));
     }
-    let mut windows = Windows::open(Cursor::new(Tiff::new(20, 20, vec![1.0; 400]).bytes()), &options).unwrap();
+    let mut windows =
+        Windows::open(Cursor::new(Tiff::new(20, 20, vec![1.0; 400]).bytes()), &options).unwrap();
     assert!(windows.window(0, 0, 10, 10).is_ok());
     assert!(matches!(windows.window(0, 0, 11, 10), Err(TerrainError::TooLarge { .. })));
 }
@@ -173,7 +182,10 @@ fn a_map_of_gaps_alone_is_an_error_and_one_pixel_is_not() {
     let mut file = Tiff::new(3, 3, vec![-1.0; 9]);
     file.tags.push(Tag::Text(42113, "-1"));
     assert!(matches!(read_bytes(&file.bytes()), Err(TerrainError::Empty { pixels: 9 })));
-    assert!(matches!(read_bytes(&Tiff::new(2, 1, vec![f64::NAN; 2]).bytes()), Err(TerrainError::Empty { .. })));
+    assert!(matches!(
+        read_bytes(&Tiff::new(2, 1, vec![f64::NAN; 2]).bytes()),
+        Err(TerrainError::Empty { .. })
+    ));
     for compression in [1, 8, 32773] {
         let file = Tiff { compression, ..Tiff::new(1, 1, vec![4.0]) };
         assert_eq!(read_bytes(&file.bytes()).unwrap().height(0, 0), Some(4.0));

@@ -37,7 +37,9 @@ fn a_legend_stands_beside_the_picture() {
     // The bar from the last colour on top to the first at the bottom.
     assert_eq!(pixel(0, 50), [0xfd, 0xe7, 0x25, 255]);
     assert_eq!(pixel(59, 50), [0x44, 0x01, 0x54, 255]);
-    let black = (0..rows).flat_map(|r| (58..cols).map(move |c| (r, c))).filter(|&(r, c)| pixel(r, c) == [0, 0, 0, 255]);
+    let black = (0..rows)
+        .flat_map(|r| (58..cols).map(move |c| (r, c)))
+        .filter(|&(r, c)| pixel(r, c) == [0, 0, 0, 255]);
     assert!(black.count() > 60);
 }
 

@@ -38,7 +38,8 @@ impl Directory {
         let order = if head.starts_with(b"MM") { Order::Big } else { Order::Little };
         let big = order.bits(&head[2..4]) == 43;
         let (first, width) = if big {
-            if order.bits(&head[4..8]) != order.bits(&if order == Order::Big { [0, 8, 0, 0] } else { [8, 0, 0, 0] })
+            if order.bits(&head[4..8])
+                != order.bits(&if order == Order::Big { [0, 8, 0, 0] } else { [8, 0, 0, 0] })
             {
                 return Err(malformed(NAME, "header", "offsets must have 8 bytes in a BigTIFF"));
             }

@@ -74,7 +74,8 @@ impl GeoKeys {
 
     /// First real parameter of a key.
     pub fn double(&self, key: u16) -> Option<f64> {
-        let entry = self.directory.get(4..)?.chunks_exact(4).find(|e| e[0] == key && e[1] == tag::GEO_DOUBLES)?;
+        let entry =
+            self.directory.get(4..)?.chunks_exact(4).find(|e| e[0] == key && e[1] == tag::GEO_DOUBLES)?;
         self.doubles.get(usize::from(entry[3])).copied()
     }
 
@@ -198,7 +199,10 @@ fn affine(directory: &Directory, centre: f64, rows: u64) -> Result<Option<Affine
             });
         }
         if !(a > 0.0 && f != 0.0) {
-            let problem = format!("pixels of {a} to the east and {} to the south: a map that runs to the east with pixels of positive size is needed", -f);
+            let problem = format!(
+                "pixels of {a} to the east and {} to the south: a map that runs to the east with pixels of positive size is needed",
+                -f
+            );
             return Err(malformed(NAME, place, problem));
         }
         let south_up = f > 0.0;

@@ -48,9 +48,29 @@ mod tag {
     pub(super) const GDAL_NODATA: u16 = 42113;
     /// Tags whose values are read.
     pub(super) const READ: [u16; 23] = [
-        WIDTH, LENGTH, BITS, COMPRESSION, PHOTOMETRIC, STRIP_OFFSETS, SAMPLES, ROWS_PER_STRIP, STRIP_SIZES,
-        PREDICTOR, TILE_WIDTH, TILE_LENGTH, TILE_OFFSETS, TILE_SIZES, SAMPLE_FORMAT, PIXEL_SCALE, TIE_POINT,
-        TRANSFORMATION, GEO_KEYS, GEO_DOUBLES, GEO_TEXT, GDAL_METADATA, GDAL_NODATA,
+        WIDTH,
+        LENGTH,
+        BITS,
+        COMPRESSION,
+        PHOTOMETRIC,
+        STRIP_OFFSETS,
+        SAMPLES,
+        ROWS_PER_STRIP,
+        STRIP_SIZES,
+        PREDICTOR,
+        TILE_WIDTH,
+        TILE_LENGTH,
+        TILE_OFFSETS,
+        TILE_SIZES,
+        SAMPLE_FORMAT,
+        PIXEL_SCALE,
+        TIE_POINT,
+        TRANSFORMATION,
+        GEO_KEYS,
+        GEO_DOUBLES,
+        GEO_TEXT,
+        GDAL_METADATA,
+        GDAL_NODATA,
     ];
 }
 
@@ -188,9 +208,7 @@ fn grid(directory: &Directory, rows: u64, cols: u64) -> Result<(Grid, Vec<u64>),
     let tiled = directory.contains(tag::TILE_OFFSETS);
     let (offsets, sizes) =
         if tiled { (tag::TILE_OFFSETS, tag::TILE_SIZES) } else { (tag::STRIP_OFFSETS, tag::STRIP_SIZES) };
-    let list = |t: u16| {
-        directory.whole(t)?.ok_or_else(|| malformed(NAME, format!("tag {t}"), "missing"))
-    };
+    let list = |t: u16| directory.whole(t)?.ok_or_else(|| malformed(NAME, format!("tag {t}"), "missing"));
     let (offsets, sizes) = (list(offsets)?, list(sizes)?);
     let (chunk_rows, chunk_cols) = if tiled {
         (directory.single(tag::TILE_LENGTH, None)?, directory.single(tag::TILE_WIDTH, None)?)

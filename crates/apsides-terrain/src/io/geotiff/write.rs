@@ -82,8 +82,12 @@ impl<W: Write + Seek> GeoTiffWriter<W> {
     pub fn write_rows(&mut self, heights: &[f32]) -> Result<(), TerrainError> {
         let cols = self.geometry.cols();
         let rows = heights.len() / cols;
-        if heights.len() % cols != 0 || self.rows + rows > self.geometry.rows() {
-            return Err(TerrainError::Shape { rows: self.geometry.rows() - self.rows, cols, values: heights.len() });
+        if !heights.len().is_multiple_of(cols) || self.rows + rows > self.geometry.rows() {
+            return Err(TerrainError::Shape {
+                rows: self.geometry.rows() - self.rows,
+                cols,
+                values: heights.len(),
+            });
         }
         let gap = self.options.nodata.unwrap_or(f32::NAN);
         for row in heights.chunks_exact(cols) {
@@ -91,7 +95,7 @@ impl<W: Write + Seek> GeoTiffWriter<W> {
                 self.strip.extend(if z.is_finite() { z } else { gap }.to_le_bytes());
             }
             self.rows += 1;
-            if self.rows % self.rows_per_strip == 0 || self.rows == self.geometry.rows() {
+            if self.rows.is_multiple_of(self.rows_per_strip) || self.rows == self.geometry.rows() {
                 self.flush_strip().map_err(unwritable)?;
             }
         }
