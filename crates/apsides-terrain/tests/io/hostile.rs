@@ -24,6 +24,7 @@ fn seeds() -> Vec<Vec<u8>> {
         (8, 2, (16, Some(16)), (32, 1)),
         (1, 1, (16, Some(16)), (64, 3)),
         (1, 3, (16, Some(16)), (64, 3)),
+        (5, 2, (16, Some(16)), (16, 1)),
     ] {
         for (big_endian, big) in [(false, false), (true, true)] {
             let mut file = Tiff { compression, predictor, tile, kind, big_endian, big, ..base.clone() };

@@ -105,6 +105,10 @@ impl Tiff {
                 rows.iter().for_each(|r| encoder.write_all(r).unwrap());
                 encoder.finish().unwrap()
             }
+            5 => {
+                let mut encoder = weezl::encode::Encoder::with_tiff_size_switch(weezl::BitOrder::Msb, 8);
+                encoder.encode(&rows.concat()).unwrap()
+            }
             32773 => rows.iter().flat_map(|r| pack_bits(r)).collect(),
             _ => rows.concat(),
         }
