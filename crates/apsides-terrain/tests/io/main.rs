@@ -1,4 +1,5 @@
 //! Reading and writing of elevation maps.
+#![allow(clippy::unwrap_used, clippy::print_stdout)]
 
 mod formats;
 mod hostile;

@@ -19,7 +19,7 @@ pub struct GeoTiffOptions {
     pub deflate: bool,
     /// Number that stands for gaps; NaN if none.
     pub nodata: Option<f32>,
-    /// What the map coordinates mean, for example [`super::Windows::geo_keys`] of the map that was read; if none, metres or degrees
+    /// What the map coordinates mean, for example [`crate::io::Windows::geo_keys`] of the map that was read; if none, metres or degrees
     /// without a reference system.
     pub geo_keys: Option<GeoKeys>,
 }
