@@ -141,7 +141,7 @@ fn constant(key: &str, text: &str, sample: Sample) -> Result<Option<f64>, Terrai
         let bits = radix.and_then(|r| u64::from_str_radix(digits, r).ok());
         let bits =
             bits.ok_or_else(|| malformed(NAME, key, format!("{:?} is not a number", shortened(text))))?;
-        return Ok(Some(sample.from_bits(bits)));
+        return Ok(Some(sample.of_bits(bits)));
     }
     number(NAME, key, text).map(Some)
 }

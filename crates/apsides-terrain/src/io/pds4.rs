@@ -153,7 +153,7 @@ fn data_type(name: &str) -> Result<(Sample, Order), TerrainError> {
 fn constant(name: &str, text: &str, sample: Sample) -> Result<f64, TerrainError> {
     match text.strip_prefix("0x").or(text.strip_prefix("0X")) {
         Some(digits) => u64::from_str_radix(digits, 16)
-            .map(|bits| sample.from_bits(bits))
+            .map(|bits| sample.of_bits(bits))
             .map_err(|_| malformed(NAME, name, format!("{:?} is not a number", shortened(text)))),
         None => number(NAME, name, text),
     }

@@ -100,8 +100,11 @@ impl ReliefPicture {
         let (height, width) = (self.rows.div_ceil(self.step), self.cols.div_ceil(self.step));
         let mut dots: Vec<[u8; 3]> =
             self.sums.iter().map(|&[r, g, b, n]| [r, g, b].map(|sum| (sum / n.max(1)) as u8)).collect();
-        for mark in marks {
-            self.draw(&mut dots, mark);
+        // Numbers last: rings may overlap them.
+        for numbers in [false, true] {
+            for mark in marks {
+                self.draw(&mut dots, mark, numbers);
+            }
         }
         let failed =
             |e: png::EncodingError| TerrainError::Io { doing: "writing a picture", source: e.into() };
@@ -114,7 +117,7 @@ impl ReliefPicture {
         png.finish().map_err(failed)
     }
 
-    fn draw(&self, picture: &mut [[u8; 3]], mark: &Mark) {
+    fn draw(&self, picture: &mut [[u8; 3]], mark: &Mark, number: bool) {
         let (height, width) = (self.rows.div_ceil(self.step), self.cols.div_ceil(self.step));
         let mut dot = |row: f64, col: f64, colour: [u8; 3]| {
             let (row, col) = (row.floor(), col.floor());
@@ -126,17 +129,9 @@ impl ReliefPicture {
         let (row, col) = (place(mark.row), place(mark.col));
         let size = (height.min(width) / 300).clamp(1, 8) as f64;
         let radius = (mark.radius / self.step as f64).max(3.0 * size);
-        let around = (8.0 * (radius + size)).ceil() as usize;
-        // A dark rim keeps the ring visible on bright ground.
-        for (thick, colour) in [(size + 1.0, [0; 3]), (size, mark.colour)] {
-            for k in 0..around {
-                let (s, c) = (k as f64 * std::f64::consts::TAU / around as f64).sin_cos();
-                let mut r = radius - 0.5 * thick;
-                while r <= radius + 0.5 * thick {
-                    dot(row + r * s, col + r * c, colour);
-                    r += 0.5;
-                }
-            }
+        if !number {
+            ring(&mut dot, [row, col], radius, size, mark.colour);
+            return;
         }
         let text = mark.number.to_string();
         let (letters, tall) = ((text.len() * ADVANCE) as f64 * size, HEIGHT as f64 * size);
@@ -153,6 +148,27 @@ impl ReliefPicture {
                         dot(first[0] + i as f64, first[1] + j as f64, colour);
                     }
                 }
+            }
+        }
+    }
+}
+
+fn ring(
+    dot: &mut impl FnMut(f64, f64, [u8; 3]),
+    [row, col]: [f64; 2],
+    radius: f64,
+    size: f64,
+    colour: [u8; 3],
+) {
+    let around = (8.0 * (radius + size)).ceil() as usize;
+    // A dark rim keeps the ring visible on bright ground.
+    for (thick, colour) in [(size + 1.0, [0; 3]), (size, colour)] {
+        for k in 0..around {
+            let (s, c) = (k as f64 * std::f64::consts::TAU / around as f64).sin_cos();
+            let mut r = radius - 0.5 * thick;
+            while r <= radius + 0.5 * thick {
+                dot(row + r * s, col + r * c, colour);
+                r += 0.5;
             }
         }
     }

@@ -52,7 +52,7 @@ impl Sample {
     }
 
     /// The number whose bits are the lowest of `bits`.
-    pub(super) fn from_bits(self, bits: u64) -> f64 {
+    pub(super) fn of_bits(self, bits: u64) -> f64 {
         match self {
             Sample::U8 => f64::from(bits as u8),
             Sample::I8 => f64::from(bits as u8 as i8),
@@ -67,10 +67,27 @@ impl Sample {
 
     /// Numbers from `bytes`, whose length is a multiple of the size, into `out`.
     pub(super) fn decode(self, bytes: &[u8], order: Order, out: &mut [f64]) {
-        let size = self.size();
-        for (value, bytes) in out.iter_mut().zip(bytes.chunks_exact(size)) {
-            *value = self.from_bits(order.bits(bytes));
+        match self {
+            Sample::U8 => each(bytes, order, out, |[b]: [u8; 1]| b.into()),
+            Sample::I8 => each(bytes, order, out, |b| i8::from_le_bytes(b).into()),
+            Sample::U16 => each(bytes, order, out, |b| u16::from_le_bytes(b).into()),
+            Sample::I16 => each(bytes, order, out, |b| i16::from_le_bytes(b).into()),
+            Sample::U32 => each(bytes, order, out, |b| u32::from_le_bytes(b).into()),
+            Sample::I32 => each(bytes, order, out, |b| i32::from_le_bytes(b).into()),
+            Sample::F32 => each(bytes, order, out, |b| f32::from_le_bytes(b).into()),
+            Sample::F64 => each(bytes, order, out, f64::from_le_bytes),
         }
+    }
+}
+
+/// Numbers of `N` bytes, given to `number` in little-endian order.
+fn each<const N: usize>(bytes: &[u8], order: Order, out: &mut [f64], number: impl Fn([u8; N]) -> f64) {
+    for (value, stored) in out.iter_mut().zip(bytes.as_chunks::<N>().0) {
+        let mut stored = *stored;
+        if order == Order::Big {
+            stored.reverse();
+        }
+        *value = number(stored);
     }
 }
 

@@ -70,7 +70,7 @@ impl Head {
 }
 
 /// Where stored numbers come from.
-pub(super) enum Store<R: Read + Seek> {
+pub(super) enum Store<R> {
     /// From uncompressed bytes.
     Raw(Raw<R>),
     /// From compressed strips or tiles.
@@ -83,7 +83,7 @@ pub(super) enum Store<R: Read + Seek> {
 ///
 /// GeoTIFF, `.npy` and PDS rasters are read where a window needs them: whole strips or tiles if they are compressed (64 MiB of them are
 /// kept for the next window), else the bytes of the window alone. ASCII grids and PNG are read whole when they are opened.
-pub struct Windows<R: Read + Seek> {
+pub struct Windows<R> {
     store: Store<R>,
     head: Head,
     geometry: Geometry,

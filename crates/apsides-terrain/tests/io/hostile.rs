@@ -24,6 +24,7 @@ fn seeds() -> Vec<Vec<u8>> {
         (8, 2, (16, Some(16)), (32, 1)),
         (1, 1, (16, Some(16)), (64, 3)),
         (1, 3, (16, Some(16)), (64, 3)),
+        (5, 2, (16, Some(16)), (16, 1)),
     ] {
         for (big_endian, big) in [(false, false), (true, true)] {
             let mut file = Tiff { compression, predictor, tile, kind, big_endian, big, ..base.clone() };
@@ -83,13 +84,16 @@ fn ten_thousand_mutated_files_neither_panic_nor_take_memory() {
     let seeds = seeds();
     let mut random = Xoshiro256PlusPlus::seed_from_u64(7);
     let options = ReadOptions { pixel_m: Some(1.0), max_pixels: 1 << 20, ..ReadOptions::default() };
-    let (mut sound, mut refused) = (0, 0);
+    let (mut sound, mut refused, mut most) = (0, 0, 0);
     for k in 0..10_000 {
         let file = &seeds[k % seeds.len()];
         let other = &seeds[(random.next_u64() % seeds.len() as u64) as usize];
         let bytes = mutated(&mut random, file, other);
         let options = if k % 2 == 0 { options } else { ReadOptions { pixel_m: None, ..options } };
-        let result = read(Cursor::new(&bytes), &options);
+        let mut result = None;
+        let memory = allocation_counter::measure(|| result = Some(read(Cursor::new(&bytes), &options)));
+        most = most.max(memory.bytes_max);
+        let result = result.unwrap();
         match &result {
             Ok(map) => assert!(map.geometry().pixels() <= 1 << 20),
             Err(error) => assert!(!error.to_string().is_empty()),
@@ -114,7 +118,9 @@ fn ten_thousand_mutated_files_neither_panic_nor_take_memory() {
         let label = mutated(&mut random, &pds3()[..1024], PDS4.as_bytes());
         let _ = read_labelled(&label, Cursor::new(&pds3()[1024..]), &options);
     }
-    println!("{sound} read, {refused} refused, {:.1} s", begin.elapsed().as_secs_f64());
+    println!("{sound} read, {refused} refused, {:.1} s, {most} bytes at once", begin.elapsed().as_secs_f64());
+    // 2^20 pixels of 12 bytes, and what the largest of the files (some kilobytes) can expand to.
+    assert!(most < 1 << 25, "{most} bytes");
     assert!(sound > 500 && refused > 2500, "{sound} {refused}");
 }
 

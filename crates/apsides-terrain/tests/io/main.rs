@@ -1,7 +1,9 @@
 //! Reading and writing of elevation maps.
+#![allow(clippy::unwrap_used, clippy::print_stdout)]
 
 mod formats;
 mod hostile;
+mod large;
 mod pictures;
 mod real;
 mod samples;
@@ -27,6 +29,12 @@ fn read_at_1m(bytes: &[u8]) -> Result<ElevationMap, TerrainError> {
 fn heights(map: &ElevationMap) -> Vec<Option<f64>> {
     let g = map.geometry();
     (0..g.rows()).flat_map(|r| (0..g.cols()).map(move |c| map.height(r, c))).collect()
+}
+
+/// Asserts that two maps are equal; a gap equals a gap.
+fn assert_same(map: &ElevationMap, other: &ElevationMap) {
+    assert_eq!((map.geometry(), map.datum()), (other.geometry(), other.datum()));
+    assert_eq!(heights(map), heights(other));
 }
 
 fn message<T>(result: Result<T, TerrainError>) -> String {

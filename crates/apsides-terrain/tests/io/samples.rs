@@ -6,7 +6,7 @@ use flate2::write::ZlibEncoder;
 
 /// A TIFF with one band.
 #[derive(Clone)]
-pub struct Tiff {
+pub(crate) struct Tiff {
     pub big_endian: bool,
     pub big: bool,
     pub rows: usize,
@@ -23,7 +23,7 @@ pub struct Tiff {
 
 /// Number, field type and bytes of a tag, in the byte order of the file.
 #[derive(Clone)]
-pub enum Tag {
+pub(crate) enum Tag {
     Short(u16, Vec<u16>),
     Long(u16, Vec<u32>),
     Long8(u16, Vec<u64>),
@@ -32,12 +32,12 @@ pub enum Tag {
 }
 
 /// Pixel scale and tie point of pixels of `pixel` metres whose first pixel has its corner at (x, y).
-pub fn place(pixel: f64, x: f64, y: f64) -> Vec<Tag> {
+pub(crate) fn place(pixel: f64, x: f64, y: f64) -> Vec<Tag> {
     vec![Tag::Real(33550, vec![pixel, pixel, 0.0]), Tag::Real(33922, vec![0.0, 0.0, 0.0, x, y, 0.0])]
 }
 
 /// Geokeys whose values are in the directory.
-pub fn keys(keys: &[(u16, u16)]) -> Tag {
+pub(crate) fn keys(keys: &[(u16, u16)]) -> Tag {
     let mut list = vec![1, 1, 0, keys.len() as u16];
     for &(key, value) in keys {
         list.extend([key, 0, 1, value]);
@@ -46,7 +46,7 @@ pub fn keys(keys: &[(u16, u16)]) -> Tag {
 }
 
 impl Tiff {
-    pub fn new(rows: usize, cols: usize, values: Vec<f64>) -> Tiff {
+    pub(crate) fn new(rows: usize, cols: usize, values: Vec<f64>) -> Tiff {
         Tiff {
             big_endian: false,
             big: false,
@@ -105,12 +105,16 @@ impl Tiff {
                 rows.iter().for_each(|r| encoder.write_all(r).unwrap());
                 encoder.finish().unwrap()
             }
+            5 => {
+                let mut encoder = weezl::encode::Encoder::with_tiff_size_switch(weezl::BitOrder::Msb, 8);
+                encoder.encode(&rows.concat()).unwrap()
+            }
             32773 => rows.iter().flat_map(|r| pack_bits(r)).collect(),
             _ => rows.concat(),
         }
     }
 
-    pub fn bytes(&self) -> Vec<u8> {
+    pub(crate) fn bytes(&self) -> Vec<u8> {
         let (height, width) = (self.tile.0, self.tile.1.unwrap_or(self.cols));
         let mut file: Vec<u8> = vec![0; 16];
         let (mut offsets, mut sizes) = (Vec::new(), Vec::new());
@@ -173,10 +177,7 @@ impl Tiff {
         let inline = if self.big { 8 } else { 4 };
         let word = |n: u64| self.order(&n.to_le_bytes()[..inline]);
         let start = file.len() as u64;
-        let mut head = if self.big { b"II".to_vec() } else { b"II".to_vec() };
-        if self.big_endian {
-            head = b"MM".to_vec();
-        }
+        let mut head = if self.big_endian { b"MM".to_vec() } else { b"II".to_vec() };
         head.extend(self.order(&(if self.big { 43u16 } else { 42 }).to_le_bytes()));
         if self.big {
             head.extend(self.order(&8u16.to_le_bytes()));
@@ -209,7 +210,7 @@ impl Tiff {
 }
 
 impl Tag {
-    pub fn number(&self) -> u16 {
+    pub(crate) fn number(&self) -> u16 {
         match self {
             Tag::Short(n, _) | Tag::Long(n, _) | Tag::Long8(n, _) | Tag::Real(n, _) | Tag::Text(n, _) => *n,
         }
@@ -248,7 +249,7 @@ fn pack_bits(row: &[u8]) -> Vec<u8> {
 }
 
 /// A NumPy array of version 1, 2 or 3.
-pub fn npy(version: u8, descr: &str, fortran: bool, shape: &str, data: &[u8]) -> Vec<u8> {
+pub(crate) fn npy(version: u8, descr: &str, fortran: bool, shape: &str, data: &[u8]) -> Vec<u8> {
     let order = if fortran { "True" } else { "False" };
     let header = format!("{{'descr': '{descr}', 'fortran_order': {order}, 'shape': {shape}, }}\n");
     let mut bytes = b"\x93NUMPY".to_vec();
@@ -264,7 +265,7 @@ pub fn npy(version: u8, descr: &str, fortran: bool, shape: &str, data: &[u8]) ->
 }
 
 /// A grey PNG.
-pub fn png(rows: u32, cols: u32, sixteen: bool, data: &[u8]) -> Vec<u8> {
+pub(crate) fn png(rows: u32, cols: u32, sixteen: bool, data: &[u8]) -> Vec<u8> {
     let mut bytes = Vec::new();
     let mut encoder = png::Encoder::new(&mut bytes, cols, rows);
     encoder.set_color(png::ColorType::Grayscale);
@@ -275,7 +276,7 @@ pub fn png(rows: u32, cols: u32, sixteen: bool, data: &[u8]) -> Vec<u8> {
     bytes
 }
 
-pub const PDS3_IMAGE: &str = "\
+pub(crate) const PDS3_IMAGE: &str = "\
 OBJECT = IMAGE
   LINES = 2
   LINE_SAMPLES = 3
@@ -295,7 +296,7 @@ END
 ";
 
 /// A PDS3 label with its raster behind it.
-pub fn pds3() -> Vec<u8> {
+pub(crate) fn pds3() -> Vec<u8> {
     let mut bytes =
         format!("PDS_VERSION_ID = PDS3\r\nRECORD_BYTES = 512\r\n^IMAGE = 3\r\n{PDS3_IMAGE}").into_bytes();
     bytes.resize(1024, b' ');
@@ -305,7 +306,7 @@ pub fn pds3() -> Vec<u8> {
     bytes
 }
 
-pub const PDS4: &str = r#"<?xml version="1.0" encoding="UTF-8"?>
+pub(crate) const PDS4: &str = r#"<?xml version="1.0" encoding="UTF-8"?>
 <Product_Observational xmlns="http://pds.nasa.gov/pds4/pds/v1" xmlns:cart="http://pds.nasa.gov/pds4/cart/v1" xmlns:disp="http://pds.nasa.gov/pds4/disp/v1">
   <disp:Display_Direction>
     <disp:horizontal_display_direction>Left to Right</disp:horizontal_display_direction>
@@ -329,7 +330,7 @@ pub const PDS4: &str = r#"<?xml version="1.0" encoding="UTF-8"?>
 "#;
 
 /// The raster of [`PDS4`].
-pub fn pds4_data() -> Vec<u8> {
+pub(crate) fn pds4_data() -> Vec<u8> {
     let mut bytes = vec![0; 8];
     for v in [1.0f32, 2.0, 3.0, f32::from_bits(0xff7f_fffb), 5.0, 6.0] {
         bytes.extend(v.to_le_bytes());
@@ -337,5 +338,5 @@ pub fn pds4_data() -> Vec<u8> {
     bytes
 }
 
-pub const ASCII: &str =
+pub(crate) const ASCII: &str =
     "ncols 3\nnrows 2\nxllcorner 100\nyllcorner 50\ncellsize 2\nNODATA_value -9999\n1 2.5 3\n-9999 5 -6e0\n";

@@ -26,7 +26,7 @@ fn a_written_map_is_read_back() {
             let again = read_bytes(&bytes).unwrap();
             assert_eq!(again.geometry(), map.geometry());
             assert_eq!(again.gaps(), map.gaps());
-            for (row, col) in [(0, 1), (299, 400), (150, 200)] {
+            for (row, col) in [(0, 1), (299, 400), (150, 201)] {
                 assert_eq!(again.height(row, col).unwrap() as f32, map.height(row, col).unwrap() as f32);
             }
         }

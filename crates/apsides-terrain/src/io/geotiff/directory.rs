@@ -1,6 +1,6 @@
 //! The first image file directory of a TIFF.
 //!
-//! It is read before the `tiff` crate sees the file: what that crate would overflow, allocate without bound or panic on is refused here.
+//! Nothing is allocated for more bytes than the file has.
 
 use std::io::{Read, Seek};
 

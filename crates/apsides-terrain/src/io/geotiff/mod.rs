@@ -9,12 +9,13 @@ use super::{malformed, number};
 use crate::TerrainError;
 
 mod chunks;
+mod codec;
 mod directory;
 mod geo;
 mod write;
 
 pub(super) use chunks::Chunks;
-use chunks::Grid;
+use chunks::{Coding, Grid};
 use directory::Directory;
 pub use geo::GeoKeys;
 pub use write::{GeoTiffOptions, GeoTiffWriter, write_geotiff};
@@ -149,14 +150,14 @@ pub(super) fn open<R: Read + Seek>(mut reader: R, len: u64) -> Result<(Head, Sto
     }
     geo::place(&directory, &mut head)?;
 
-    let (grid, offsets) = grid(&directory, rows, cols)?;
-    // With the predictor the `tiff` crate must see even uncompressed bytes.
+    let grid = grid(&directory, rows, cols)?;
+    let order = directory.order;
     if compression == Compression::None && predictor == 1 {
-        let starts = offsets.iter().zip(&grid.sizes).map(|(&o, &s)| (s > 0).then_some(o)).collect();
+        let starts = grid.offsets.iter().zip(&grid.sizes).map(|(&o, &s)| (s > 0).then_some(o)).collect();
         let layout = Layout {
             format: NAME,
             sample,
-            order: directory.order,
+            order,
             rows,
             cols,
             chunk_rows: grid.chunk_rows,
@@ -167,8 +168,8 @@ pub(super) fn open<R: Read + Seek>(mut reader: R, len: u64) -> Result<(Head, Sto
         };
         return Ok((head, Store::Raw(Raw::new(reader, len, layout)?)));
     }
-    reader.rewind().map_err(|e| super::unreadable(NAME, "header", e))?;
-    Ok((head, Store::Chunks(Box::new(Chunks::new(reader, sample, compression, grid)?))))
+    let coding = Coding { sample, order, compression, predictor };
+    Ok((head, Store::Chunks(Box::new(Chunks::new(reader, coding, grid)?))))
 }
 
 /// Type of the numbers of the only band.
@@ -203,8 +204,8 @@ fn sample(directory: &Directory) -> Result<Sample, TerrainError> {
     })
 }
 
-/// Strips or tiles with the offset of each.
-fn grid(directory: &Directory, rows: u64, cols: u64) -> Result<(Grid, Vec<u64>), TerrainError> {
+/// Strips or tiles.
+fn grid(directory: &Directory, rows: u64, cols: u64) -> Result<Grid, TerrainError> {
     let tiled = directory.contains(tag::TILE_OFFSETS);
     let (offsets, sizes) =
         if tiled { (tag::TILE_OFFSETS, tag::TILE_SIZES) } else { (tag::STRIP_OFFSETS, tag::STRIP_SIZES) };
@@ -228,7 +229,7 @@ fn grid(directory: &Directory, rows: u64, cols: u64) -> Result<(Grid, Vec<u64>),
     }
     // One strip may be declared longer than the map.
     let chunk_rows = if tiled { chunk_rows } else { chunk_rows.min(rows) };
-    Ok((Grid { rows, cols, chunk_rows, chunk_cols, sizes }, offsets))
+    Ok(Grid { rows, cols, chunk_rows, chunk_cols, offsets, sizes })
 }
 
 /// Scale and offset of the first band from the metadata of GDAL, an XML list of items.

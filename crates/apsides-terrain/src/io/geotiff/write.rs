@@ -19,7 +19,7 @@ pub struct GeoTiffOptions {
     pub deflate: bool,
     /// Number that stands for gaps; NaN if none.
     pub nodata: Option<f32>,
-    /// What the map coordinates mean, for example [`super::Windows::geo_keys`] of the map that was read; if none, metres or degrees
+    /// What the map coordinates mean, for example [`crate::io::Windows::geo_keys`] of the map that was read; if none, metres or degrees
     /// without a reference system.
     pub geo_keys: Option<GeoKeys>,
 }
@@ -82,7 +82,7 @@ impl<W: Write + Seek> GeoTiffWriter<W> {
     pub fn write_rows(&mut self, heights: &[f32]) -> Result<(), TerrainError> {
         let cols = self.geometry.cols();
         let rows = heights.len() / cols;
-        if heights.len() % cols != 0 || self.rows + rows > self.geometry.rows() {
+        if !heights.len().is_multiple_of(cols) || self.rows + rows > self.geometry.rows() {
             return Err(TerrainError::Shape {
                 rows: self.geometry.rows() - self.rows,
                 cols,
@@ -95,7 +95,7 @@ impl<W: Write + Seek> GeoTiffWriter<W> {
                 self.strip.extend(if z.is_finite() { z } else { gap }.to_le_bytes());
             }
             self.rows += 1;
-            if self.rows % self.rows_per_strip == 0 || self.rows == self.geometry.rows() {
+            if self.rows.is_multiple_of(self.rows_per_strip) || self.rows == self.geometry.rows() {
                 self.flush_strip().map_err(unwritable)?;
             }
         }
