@@ -4,22 +4,27 @@ use std::collections::BTreeMap;
 use std::fmt::Write as _;
 
 use apsides::site_criteria;
-use apsides::terrain::hazard::{Counts, HazardOptions, Layer, SiteCriteria, Verdict, hazard_map_with};
+use apsides::terrain::hazard::{
+    Counts, HazardBand, HazardOptions, HazardSink, Layer, SiteCriteria, Verdict, hazard_map_with,
+};
 use apsides::terrain::io::GeoTiffOptions;
 use apsides::terrain::site::{ScoreWeights, Site, SiteRequest, SiteRule, choose_sites};
-use apsides::terrain::survey::{Band, SurveyOptions, fits, survey};
-use apsides::terrain::{Geometry, TerrainError};
+use apsides::terrain::survey::{SurveyOptions, fits, survey};
+use apsides::terrain::{Geometry, Raster, TerrainError};
 use serde::Serialize;
 
 use crate::arguments::{HazardArguments, Rule};
 use crate::commands::{Refusal, probe_directory, refusal};
-use crate::hazard_files::{Files, LEGEND, stem};
+use crate::hazard_files::{Files, LEGEND, Rows, stem};
 use crate::output::{Exit, print, written};
 use crate::progress::{Progress, StopFlag};
 use crate::terrain::{MapFile, MapSummary, pool, write};
 
 /// From this size of a pixel a map is coarse, m.
 const COARSE_PIXEL: f64 = 0.5;
+
+/// Bytes of a pixel while it is read.
+const PIXEL_BYTES: u64 = 12;
 
 /// Result of the command.
 #[derive(Serialize)]
@@ -80,43 +85,85 @@ impl SiteRow {
     }
 }
 
-/// What is counted while bands go by.
-struct Tally {
+/// What is counted and written while rows go by.
+struct Account {
     counts: Counts,
     by: BTreeMap<String, u64>,
     summary: MapSummary,
+    files: Option<Files>,
 }
 
-impl Tally {
-    fn add(&mut self, band: &Band<'_>) {
-        for row in band.inner() {
-            let verdicts = band.hazards().verdict().row(row);
-            let counts = Counts::of(verdicts);
-            self.counts.safe += counts.safe;
-            self.counts.unsafe_ += counts.unsafe_;
-            self.counts.unknown += counts.unknown;
-            for verdict in verdicts {
-                if let Verdict::Unsafe(layer) = verdict {
-                    match self.by.get_mut(layer.name()) {
-                        Some(count) => *count += 1,
-                        None => drop(self.by.insert(layer.name().into(), 1)),
-                    }
-                }
+impl Account {
+    fn rows(&mut self, rows: &Rows<'_>) -> Result<(), TerrainError> {
+        let counts = Counts::of(rows.verdict);
+        self.counts.safe += counts.safe;
+        self.counts.unsafe_ += counts.unsafe_;
+        self.counts.unknown += counts.unknown;
+        for layer in Layer::ALL {
+            let count = rows.verdict.iter().filter(|v| **v == Verdict::Unsafe(layer)).count();
+            if count > 0 {
+                *self.by.entry(layer.name().into()).or_default() += count as u64;
             }
-            let heights = band.map().relative().row(row);
-            let known = || heights.iter().filter(|z| !z.is_nan());
-            let range = known().fold(None::<[f32; 2]>, |r, &z| {
-                Some(r.map_or([z; 2], |[low, high]| [low.min(z), high.max(z)]))
-            });
-            let range = range.map(|r| r.map(|z| band.map().datum() + f64::from(z)));
-            self.summary.add(range, heights.len() - known().count());
         }
+        let cols = rows.heights.geometry().cols();
+        let heights = &rows.heights.relative().data()[rows.skip * cols..][..rows.verdict.len()];
+        let known = || heights.iter().filter(|z| !z.is_nan());
+        let (low, high) =
+            known().fold((f32::INFINITY, f32::NEG_INFINITY), |(l, h), z| (l.min(*z), h.max(*z)));
+        let range = (low <= high).then(|| [low, high].map(|z| rows.heights.datum() + f64::from(z)));
+        self.summary.add(range, heights.len() - known().count());
+        self.files.as_mut().map_or(Ok(()), |files| files.rows(rows))
+    }
+}
+
+/// Bands of a map that is larger than the memory.
+struct Bands<'a> {
+    account: &'a mut Account,
+    /// The map once more, for the heights of a band.
+    heights: MapFile,
+    progress: Progress,
+    stop: StopFlag,
+}
+
+impl HazardSink for Bands<'_> {
+    fn band(&mut self, band: &HazardBand) -> Result<(), TerrainError> {
+        let (rows, cols) = (self.heights.geometry().rows(), self.heights.geometry().cols());
+        let (first, count) = (band.first_row, band.verdict.len() / cols);
+        let (top, bottom) = (first.saturating_sub(1), (first + count + 1).min(rows));
+        let heights = self.heights.window(top, 0, bottom - top, cols)?;
+        let layer = |layer: Layer| band.layer(layer);
+        self.account.rows(&Rows {
+            heights: &heights,
+            skip: first - top,
+            verdict: band.verdict,
+            layer: &layer,
+        })?;
+        self.advance(count)
+    }
+
+    fn clearance(&mut self, _: usize, clearance: &[f32]) -> Result<(), TerrainError> {
+        if let Some(files) = &mut self.account.files {
+            files.clearance(clearance)?;
+        }
+        self.advance(clearance.len() / self.heights.geometry().cols())
+    }
+}
+
+impl Bands<'_> {
+    /// Shows that rows are done, and ends the work if the user asks to.
+    fn advance(&self, rows: usize) -> Result<(), TerrainError> {
+        self.progress.advance(rows as u64);
+        if self.stop.is_set() {
+            let source = std::io::ErrorKind::Interrupted.into();
+            return Err(TerrainError::Io { doing: "stopped; the files are not complete", source });
+        }
+        Ok(())
     }
 }
 
 pub(crate) fn hazard(a: &HazardArguments) -> Result<Exit, Refusal> {
     let memory = u64::from(a.memory) << 20;
-    let mut map = a.map.open(memory / 16)?;
+    let mut map = a.map.open(memory / PIXEL_BYTES)?;
     let geometry = *map.geometry();
     let pixel = geometry.square_pixel().map_err(|e| a.map.defect(e))?;
     let (criteria_name, criteria) = criteria(a, pixel)?;
@@ -145,40 +192,41 @@ pub(crate) fn hazard(a: &HazardArguments) -> Result<Exit, Refusal> {
     }
     let tested: Vec<Layer> = Layer::ALL.into_iter().filter(|l| criteria.limit(*l).is_some()).collect();
     let options = GeoTiffOptions { deflate: true, nodata: None, geo_keys: map.geo_keys().cloned() };
-    let mut files = match &a.out {
+    let files = match &a.out {
         Some(dir) => Some(Files::new(dir, &geometry, &tested, &options)?),
         None => None,
     };
-    let mut tally = Tally {
+    let mut account = Account {
         counts: Counts::default(),
         by: BTreeMap::new(),
         summary: MapSummary::new(&a.map.map, &geometry),
+        files,
     };
     let work = Work { a, criteria: &criteria, start, separation };
     let pool = pool(a.threads)?;
     let found = pool.install(|| {
         if in_memory {
-            work.in_memory(&mut map, &geometry, &mut tally, &mut files)
+            work.in_memory(&mut map, &geometry, &mut account)
         } else {
-            work.in_bands(&mut map, &geometry, memory, &mut tally, &mut files)
+            work.in_bands(&mut map, &geometry, memory, &mut account)
         }
     });
     let sites = found?;
-    let mut paths = match files {
+    let mut paths = match account.files {
         Some(files) => files.finish(&sites, criteria.clearance_min_m / pixel)?,
         None => Vec::new(),
     };
     let mut report = Report {
-        map: tally.summary,
+        map: account.summary,
         criteria_name,
         criteria,
-        safe_fraction: tally.counts.safe_fraction(),
+        safe_fraction: account.counts.safe_fraction(),
         pixels: Pixels {
-            safe: tally.counts.safe,
-            not_safe: tally.counts.unsafe_,
-            unknown: tally.counts.unknown,
+            safe: account.counts.safe,
+            not_safe: account.counts.unsafe_,
+            unknown: account.counts.unknown,
         },
-        unsafe_by: tally.by,
+        unsafe_by: account.by,
         start,
         rule: match a.rule {
             Rule::Spiral => "spiral",
@@ -229,8 +277,7 @@ impl Work<'_> {
         &self,
         map: &mut MapFile,
         geometry: &Geometry,
-        tally: &mut Tally,
-        files: &mut Option<Files>,
+        account: &mut Account,
     ) -> Result<Vec<Site>, Refusal> {
         let defect = |e| self.a.map.defect(e);
         let map = map.window(0, 0, geometry.rows(), geometry.cols()).map_err(defect)?;
@@ -238,10 +285,11 @@ impl Work<'_> {
             return Err(defect(TerrainError::Empty { pixels: geometry.pixels() }));
         }
         let hazards = hazard_map_with(&map, self.criteria, &HazardOptions::default()).map_err(defect)?;
-        let band = Band::whole(&map, &hazards);
-        tally.add(&band);
-        if let Some(files) = files {
-            files.band(&band).map_err(refusal)?;
+        let layer = |layer| hazards.layer(layer).map(Raster::data);
+        let rows = Rows { heights: &map, skip: 0, verdict: hazards.verdict().data(), layer: &layer };
+        account.rows(&rows).map_err(refusal)?;
+        if let Some(files) = &mut account.files {
+            files.clearance(hazards.clearance().data()).map_err(refusal)?;
             files.layer_pictures(&hazards)?;
         }
         let request = SiteRequest {
@@ -263,12 +311,12 @@ impl Work<'_> {
         map: &mut MapFile,
         geometry: &Geometry,
         memory: u64,
-        tally: &mut Tally,
-        files: &mut Option<Files>,
+        account: &mut Account,
     ) -> Result<Vec<Site>, Refusal> {
         let stop = StopFlag::install();
-        let quiet = self.a.quiet || self.a.json;
-        let progress = Progress::counted(quiet, stop.clone(), geometry.rows() as u64, "rows");
+        // Each row comes twice: with its hazards and with its clearance.
+        let steps = 2 * geometry.rows() as u64;
+        let progress = Progress::counted(self.a.quiet || self.a.json, stop.clone(), steps, "rows");
         let options = SurveyOptions {
             memory,
             start: Some(self.start),
@@ -276,19 +324,15 @@ impl Work<'_> {
             separation_m: self.separation,
             ..SurveyOptions::default()
         };
-        let sites = survey(map, self.criteria, &options, |band| {
-            tally.add(band);
-            if let Some(files) = files {
-                files.band(band)?;
-            }
-            progress.advance(band.rows().len() as u64);
-            Ok(!stop.is_set())
-        });
+        let heights = self.a.map.open(memory / PIXEL_BYTES)?;
+        let mut bands = Bands { account, heights, progress: progress.clone(), stop };
+        let found = survey(map, self.criteria, &options, &mut bands);
         progress.finish();
-        if stop.is_set() {
-            return Err("stopped; the files are not complete".into());
+        let (counts, sites) = found.map_err(|e| self.a.map.defect(e))?;
+        if counts.safe + counts.unsafe_ == 0 && account.summary.height_min_m.is_none() {
+            return Err(self.a.map.defect(TerrainError::Empty { pixels: geometry.pixels() }));
         }
-        sites.map_err(|e| self.a.map.defect(e))
+        Ok(sites)
     }
 }
 

@@ -10,10 +10,10 @@ use apsides::terrain::io::{
 };
 use apsides::terrain::light::{Sun, incidence};
 use apsides::terrain::site::Site;
-use apsides::terrain::survey::Band;
-use apsides::terrain::{Geometry, Raster, TerrainError};
+use apsides::terrain::{ElevationMap, Geometry, Raster, TerrainError};
 
 use crate::commands::{Refusal, refusal};
+use crate::terrain::tiff;
 
 /// Most dots on a side of the picture of the map.
 const PICTURE: usize = 3000;
@@ -38,13 +38,16 @@ struct Target {
     file: GeoTiffWriter<BufWriter<File>>,
 }
 
-impl Target {
-    fn new(path: PathBuf, geometry: &Geometry, options: GeoTiffOptions) -> Result<Self, Refusal> {
-        let fail = |e: &dyn std::fmt::Display| format!("{}: {e}", path.display());
-        let file = File::create(&path).map_err(|e| fail(&e))?;
-        let file = GeoTiffWriter::new(BufWriter::new(file), *geometry, options).map_err(|e| fail(&e))?;
-        Ok(Self { path, file })
-    }
+/// Rows of a map with what was found on them.
+pub(crate) struct Rows<'a> {
+    /// Heights, with the rows before and after that shading needs.
+    pub(crate) heights: &'a ElevationMap,
+    /// Rows of `heights` before the first one.
+    pub(crate) skip: usize,
+    /// Verdicts, row by row.
+    pub(crate) verdict: &'a [Verdict],
+    /// A layer, row by row.
+    pub(crate) layer: &'a dyn Fn(Layer) -> Option<&'a [f32]>,
 }
 
 /// Layers, verdicts, clearances and the picture, band by band.
@@ -64,7 +67,10 @@ impl Files {
         layers: &[Layer],
         options: &GeoTiffOptions,
     ) -> Result<Self, Refusal> {
-        let target = |name: &str| Target::new(dir.join(name), geometry, options.clone());
+        let target = |name: &str| {
+            let path = dir.join(name);
+            Ok::<_, Refusal>(Target { file: tiff(&path, geometry, options.clone())?, path })
+        };
         let layers = layers.iter().map(|layer| Ok((*layer, target(&format!("{}.tif", stem(*layer)))?)));
         Ok(Self {
             dir: dir.to_owned(),
@@ -76,26 +82,25 @@ impl Files {
         })
     }
 
-    /// The next band, from north to south.
-    pub(crate) fn band(&mut self, band: &Band<'_>) -> Result<(), TerrainError> {
-        let hazards = band.hazards();
+    /// The next rows, from north to south.
+    pub(crate) fn rows(&mut self, rows: &Rows<'_>) -> Result<(), TerrainError> {
         let sun = Sun::new(SUN[0], SUN[1])?;
-        let light = incidence(band.map(), &sun)?;
-        let mut line = Vec::new();
-        for row in band.inner() {
-            for (layer, target) in &mut self.layers {
-                if let Some(raster) = hazards.layer(*layer) {
-                    line.clear();
-                    line.extend(raster.row(row).iter().map(|v| shown(*layer, *v)));
-                    target.file.write_rows(&line)?;
-                }
+        let light = incidence(rows.heights, &sun)?;
+        let mut values = Vec::new();
+        for (layer, target) in &mut self.layers {
+            if let Some(layer_rows) = (rows.layer)(*layer) {
+                values.clear();
+                values.extend(layer_rows.iter().map(|v| shown(*layer, *v)));
+                target.file.write_rows(&values)?;
             }
-            line.clear();
-            line.extend(hazards.verdict().row(row).iter().map(|v| code(*v)));
-            self.verdict.file.write_rows(&line)?;
-            self.clearance.file.write_rows(hazards.clearance().row(row))?;
-            let verdicts = hazards.verdict().row(row);
-            let heights = band.map().relative().row(row);
+        }
+        values.clear();
+        values.extend(rows.verdict.iter().map(|v| code(*v)));
+        self.verdict.file.write_rows(&values)?;
+        let cols = rows.heights.geometry().cols();
+        for (row, verdicts) in rows.verdict.chunks_exact(cols).enumerate() {
+            let row = rows.skip + row;
+            let heights = rows.heights.relative().row(row);
             self.picture.row(light.row(row), SUN[1].sin(), |col| match verdicts[col] {
                 Verdict::Safe => Some(SAFE),
                 Verdict::Unsafe(_) => Some(UNSAFE),
@@ -103,6 +108,11 @@ impl Files {
             })?;
         }
         Ok(())
+    }
+
+    /// The next rows of the distance to what is not safe, m.
+    pub(crate) fn clearance(&mut self, rows: &[f32]) -> Result<(), TerrainError> {
+        self.clearance.file.write_rows(rows)
     }
 
     /// Layers as pictures, of a map that is in memory.

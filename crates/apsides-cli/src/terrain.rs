@@ -193,11 +193,12 @@ pub(crate) fn generate(a: &GenArguments) -> Result<Exit, Refusal> {
     let progress = Progress::counted(a.run.quiet, stop.clone(), rows as u64, "rows");
     let mut summary = MapSummary::new(&a.out, ground.geometry());
     let mut files = vec![a.out.clone()];
-    let mut map = tiff(&a.out, ground.geometry())?;
+    let options = GeoTiffOptions { deflate: true, ..GeoTiffOptions::default() };
+    let mut map = tiff(&a.out, ground.geometry(), options.clone())?;
     let mut hazards = match &a.truth {
         Some(dir) => {
             files.push(dir.join("hazards.tif"));
-            Some(tiff(&dir.join("hazards.tif"), ground.geometry())?)
+            Some(tiff(&dir.join("hazards.tif"), ground.geometry(), options)?)
         }
         None => None,
     };
@@ -235,10 +236,13 @@ pub(crate) fn generate(a: &GenArguments) -> Result<Exit, Refusal> {
 }
 
 /// A GeoTIFF to be written in bands.
-pub(crate) fn tiff(path: &Path, geometry: &Geometry) -> Result<GeoTiffWriter<BufWriter<File>>, Refusal> {
+pub(crate) fn tiff(
+    path: &Path,
+    geometry: &Geometry,
+    options: GeoTiffOptions,
+) -> Result<GeoTiffWriter<BufWriter<File>>, Refusal> {
     let fail = |e: &dyn std::fmt::Display| format!("{}: {e}", path.display());
     let file = File::create(path).map_err(|e| fail(&e))?;
-    let options = GeoTiffOptions { deflate: true, ..GeoTiffOptions::default() };
     GeoTiffWriter::new(BufWriter::new(file), *geometry, options).map_err(|e| fail(&e))
 }
 
