@@ -74,10 +74,11 @@ const ARROWS: &[(&str, Arrows)] = &[
     ("xtask", To(&[])),
 ];
 
-/// Heavy dependencies and the one crate that may use each.
+/// Heavy dependencies and the one crate that may use each; one that is listed twice has two owners.
 const OWNERS: &[(&str, &str)] = &[
     ("faer", "kkt"),
     ("pulp", "kkt"),
+    ("pulp", "terrain"),
     ("clarabel", "conic"),
     ("parry3d-f64", "terrain"),
     ("tiff", "terrain"),
@@ -153,11 +154,13 @@ fn check(packages: &[Package], arrows: &[(&str, Arrows)], owners: &[(&str, &str)
             if packages.iter().any(|p| p.name == dependency.name) {
                 findings.extend(arrow(&path, &package.name, &dependency.name, *allowed));
             }
-            let owner = owners.iter().find(|(heavy, _)| *heavy == dependency.name).map(|(_, owner)| *owner);
-            if let Some(owner) = owner.filter(|o| *o != name && !DEVELOPMENT.contains(&name)) {
+            let owned = owners.iter().filter(|(heavy, _)| *heavy == dependency.name);
+            let owners: Vec<String> = owned.map(|(_, owner)| format!("`apsides-{owner}`")).collect();
+            let free = owners.is_empty() || DEVELOPMENT.contains(&name);
+            if !free && !owners.contains(&format!("`apsides-{name}`")) {
                 findings.push(Finding::of(
                     &path,
-                    format!("depends on `{}`, which only `apsides-{owner}` may use", dependency.name),
+                    format!("depends on `{}`, which only {} may use", dependency.name, owners.join(" and ")),
                 ));
             }
         }

@@ -2,7 +2,7 @@
 
 use std::path::PathBuf;
 
-use clap::{Args, Parser, Subcommand};
+use clap::{Args, Parser, Subcommand, ValueEnum};
 
 /// Spaceflight trajectory optimisation: solve missions, verify the answers.
 #[derive(Debug, Parser)]
@@ -17,8 +17,10 @@ use clap::{Args, Parser, Subcommand};
         apsides sweep lunar-perilune --set perilune_altitude_km=50,25,15 --out sweep.csv\n  \
         apsides footprint capsule-reentry --out footprint\n  \
         apsides verify results\n  \
-        apsides reproduce lunar-landing --out reproduction\n\n\
-        Exit status: 0 optimal and verified, 2 bad input, 3 not converged or infeasible, 4 solved but not verified."
+        apsides reproduce lunar-landing --out reproduction\n  \
+        apsides hazard map.tif --criteria chang-e-3-fine --out hazards\n\n\
+        Exit status: 0 optimal and verified, 2 bad input, 3 not converged, infeasible or no safe site, \
+        4 solved but not verified."
 )]
 pub(crate) struct Arguments {
     #[command(subcommand)]
@@ -63,6 +65,16 @@ pub(crate) enum Command {
                       apsides reproduce geo-injection --out reproduction"
     )]
     Reproduce(ReproduceArguments),
+    /// Find what is unsafe on an elevation map, and the landing sites on it.
+    #[command(after_help = "Examples:\n  \
+        apsides hazard map.tif --criteria chang-e-3-coarse --out hazards\n  \
+        apsides hazard scene.npy --pixel 0.1 --criteria my-lander.toml --start 500,500 --sites 3 --json\n\n\
+        A file of criteria is TOML: thresholds by name, `preset = \"NAME\"` for what it does not state.\n\
+        Exit status 3: no safe site.")]
+    Hazard(HazardArguments),
+    /// Make or describe elevation maps.
+    #[command(subcommand)]
+    Terrain(TerrainCommand),
     /// Verify the results in a directory again: trajectory.csv against the equations of mission.toml.
     #[command(after_help = "Example:\n  apsides verify results")]
     Verify {
@@ -177,4 +189,131 @@ pub(crate) struct ReproduceArguments {
     pub(crate) out: Option<PathBuf>,
     #[command(flatten)]
     pub(crate) run: RunArguments,
+}
+
+/// What to do with elevation maps.
+#[derive(Debug, Subcommand)]
+pub(crate) enum TerrainCommand {
+    /// Make a synthetic map as GeoTIFF: rolling ground with craters and boulders.
+    #[command(after_help = "Examples:\n  \
+        apsides terrain gen map.tif --preset coarse --seed 7\n  \
+        apsides terrain gen map.tif --rows 500 --cols 500 --truth truth")]
+    Gen(GenArguments),
+    /// Describe a map: size, place, heights, gaps.
+    #[command(after_help = "Examples:\n  \
+        apsides terrain info map.tif\n  \
+        apsides terrain info scene.npy --pixel 0.1 --json")]
+    Info {
+        #[command(flatten)]
+        map: MapArguments,
+        /// Print one JSON object on stdout.
+        #[arg(long)]
+        json: bool,
+    },
+}
+
+/// An elevation map and what its file may not say.
+#[derive(Debug, Args)]
+pub(crate) struct MapArguments {
+    /// Map: GeoTIFF, TIFF, ESRI ASCII grid, .npy, PDS3, PDS4 or PNG; of a label, the raster of the same name beside it is read.
+    pub(crate) map: PathBuf,
+    /// Size of a square pixel, m; replaces the geometry of the file.
+    #[arg(long, value_name = "M", allow_negative_numbers = true)]
+    pub(crate) pixel: Option<f64>,
+    /// Factor of the heights of the file, m for each of its units.
+    #[arg(long, value_name = "M", default_value_t = 1.0, allow_negative_numbers = true)]
+    pub(crate) z_scale: f64,
+    /// A number that stands for a gap, beside those the file states.
+    #[arg(long, value_name = "V", allow_negative_numbers = true)]
+    pub(crate) nodata: Option<f64>,
+}
+
+/// Arguments of `hazard`.
+#[derive(Debug, Args)]
+pub(crate) struct HazardArguments {
+    #[command(flatten)]
+    pub(crate) map: MapArguments,
+    /// Preset (chang-e-3-coarse, chang-e-3-fine, alhat) or file; by default chang-e-3-fine for pixels below 0.5 m, else
+    /// chang-e-3-coarse.
+    #[arg(long, value_name = "PRESET|FILE")]
+    pub(crate) criteria: Option<String>,
+    /// Pixel from which sites are sought and diverts are counted; by default the middle.
+    #[arg(long, value_name = "ROW,COL", value_parser = pixel, allow_hyphen_values = true)]
+    pub(crate) start: Option<[usize; 2]>,
+    /// Which sites are best.
+    #[arg(long, value_name = "RULE", value_enum, default_value_t = Rule::Spiral)]
+    pub(crate) rule: Rule,
+    /// Number of sites.
+    #[arg(long, value_name = "N", default_value_t = 5, value_parser = clap::value_parser!(u32).range(1..=1000))]
+    pub(crate) sites: u32,
+    /// Least distance between sites, m; by default twice the least clearance.
+    #[arg(long, value_name = "M", allow_negative_numbers = true)]
+    pub(crate) separation: Option<f64>,
+    /// Write hazard.json, sites.csv, the layers as GeoTIFF and PNG, and the map with hazards and sites as PNG into this directory.
+    #[arg(long, value_name = "DIR")]
+    pub(crate) out: Option<PathBuf>,
+    /// Print one JSON object on stdout and nothing else.
+    #[arg(long)]
+    pub(crate) json: bool,
+    /// No progress on stderr.
+    #[arg(long)]
+    pub(crate) quiet: bool,
+    /// Threads to use; the results do not depend on it.
+    #[arg(long, value_name = "N", default_value_t = 1, value_parser = clap::value_parser!(u32).range(1..=1024))]
+    pub(crate) threads: u32,
+    /// Memory for pixels, MiB; a map that needs more is read in bands (rule spiral only, no PNG of layers).
+    #[arg(long, value_name = "MIB", default_value_t = 1024, value_parser = clap::value_parser!(u32).range(1..))]
+    pub(crate) memory: u32,
+}
+
+/// Which sites are best.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub(crate) enum Rule {
+    /// The first on the clockwise square spiral from the start.
+    Spiral,
+    /// The largest clearance.
+    Clearance,
+    /// Margin to the thresholds and clearance against divert.
+    Score,
+}
+
+/// Arguments of `terrain gen`.
+#[derive(Debug, Args)]
+pub(crate) struct GenArguments {
+    /// GeoTIFF to write.
+    pub(crate) out: PathBuf,
+    /// Kind of ground: coarse is 2300 x 2300 pixels of 1 m, fine 1000 x 1000 of 0.1 m.
+    #[arg(long, value_enum, default_value_t = Ground::Fine)]
+    pub(crate) preset: Ground,
+    /// Rows, instead of the preset's.
+    #[arg(long, value_name = "N")]
+    pub(crate) rows: Option<usize>,
+    /// Columns, instead of the preset's.
+    #[arg(long, value_name = "N")]
+    pub(crate) cols: Option<usize>,
+    /// Size of a pixel, m, instead of the preset's.
+    #[arg(long, value_name = "M", allow_negative_numbers = true)]
+    pub(crate) pixel: Option<f64>,
+    /// Write what the ground is made of into this directory: terrain.json, craters.csv, boulders.csv, hazards.tif.
+    #[arg(long, value_name = "DIR")]
+    pub(crate) truth: Option<PathBuf>,
+    #[command(flatten)]
+    pub(crate) run: RunArguments,
+}
+
+/// Kinds of ground.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub(crate) enum Ground {
+    /// Craters of 8 to 300 m, boulders of 1 to 8 m.
+    Coarse,
+    /// Craters of 1 to 30 m, boulders of 0.2 to 3 m.
+    Fine,
+}
+
+fn pixel(text: &str) -> Result<[usize; 2], String> {
+    let numbers = text.split_once(',').map(|(row, col)| (row.trim().parse(), col.trim().parse()));
+    match numbers {
+        Some((Ok(row), Ok(col))) => Ok([row, col]),
+        _ => Err("two whole numbers from 0 are expected: row,column".into()),
+    }
 }

@@ -4,16 +4,19 @@ mod arguments;
 mod commands;
 mod figures;
 mod footprint;
+mod hazard;
+mod hazard_files;
 mod output;
 mod progress;
 mod reproduce;
 mod sweep;
+mod terrain;
 
 use std::process::ExitCode;
 
 use clap::Parser;
 
-use arguments::{Arguments, Command};
+use arguments::{Arguments, Command, TerrainCommand};
 use output::Exit;
 
 fn main() -> ExitCode {
@@ -24,6 +27,9 @@ fn main() -> ExitCode {
         Command::Missions { name } => commands::missions(name.as_deref()),
         Command::Check(a) => commands::check(&a),
         Command::Reproduce(a) => reproduce::reproduce(&a),
+        Command::Hazard(a) => hazard::hazard(&a),
+        Command::Terrain(TerrainCommand::Gen(a)) => terrain::generate(&a),
+        Command::Terrain(TerrainCommand::Info { map, json }) => terrain::info(&map, json),
         Command::Verify { directory, json } => commands::verify(&directory, json),
     };
     let exit = result.unwrap_or_else(|sentence| {

@@ -57,11 +57,18 @@ impl Progress {
     }
 
     pub(crate) fn line(quiet: bool, stop: StopFlag, steps: u64) -> Self {
+        Self::counted(quiet, stop, steps, "cases")
+    }
+
+    /// A changing line that counts `unit`.
+    pub(crate) fn counted(quiet: bool, stop: StopFlag, steps: u64, unit: &str) -> Self {
         if quiet || !std::io::stderr().is_terminal() {
             return Self::Quiet(stop);
         }
         let bar = ProgressBar::with_draw_target(Some(steps), ProgressDrawTarget::stderr());
-        if let Ok(style) = ProgressStyle::with_template("{pos}/{len} cases {wide_bar} {elapsed} {msg}") {
+        if let Ok(style) =
+            ProgressStyle::with_template(&format!("{{pos}}/{{len}} {unit} {{wide_bar}} {{elapsed}} {{msg}}"))
+        {
             bar.set_style(style);
         }
         Self::Line(stop, bar)
@@ -77,8 +84,20 @@ impl Progress {
 
     /// One case is done.
     pub(crate) fn step(&self) {
+        self.advance(1);
+    }
+
+    /// So many more are done.
+    pub(crate) fn advance(&self, count: u64) {
         if let Self::Line(_, bar) = self {
-            bar.inc(1);
+            bar.inc(count);
+        }
+    }
+
+    /// Takes the changing line away.
+    pub(crate) fn finish(&self) {
+        if let Self::Line(_, bar) = self {
+            bar.finish_and_clear();
         }
     }
 }

@@ -26,6 +26,7 @@
 //! | [`sweep`] | parameter sweeps |
 //! | [`footprint`] | the ends that a vehicle can reach |
 //! | [`reproduce`] | published tables computed again |
+//! | [`site_criteria`] | what a landing site must fulfil, from a file |
 //! | [`sensitivity`] | what one more unit of a key is worth |
 //! | [`outcome`] | results |
 //! | [`observer`] | progress |
@@ -42,6 +43,7 @@ pub mod outcome;
 pub mod pipeline;
 pub mod reproduce;
 pub mod sensitivity;
+pub mod site_criteria;
 pub mod sweep;
 pub mod vehicle;
 
@@ -54,6 +56,7 @@ pub use apsides_nlp as nlp;
 pub use apsides_ocp as ocp;
 pub use apsides_ode as ode;
 pub use apsides_radau as radau;
+pub use apsides_terrain as terrain;
 pub use apsides_verify as verify;
 
 pub use error::Error;

@@ -1,0 +1,415 @@
+//! `apsides hazard`.
+
+use std::collections::BTreeMap;
+use std::fmt::Write as _;
+
+use apsides::site_criteria;
+use apsides::terrain::hazard::{
+    Counts, HazardBand, HazardOptions, HazardSink, Layer, SiteCriteria, Verdict, hazard_map_with,
+};
+use apsides::terrain::io::GeoTiffOptions;
+use apsides::terrain::site::{ScoreWeights, Site, SiteRequest, SiteRule, choose_sites};
+use apsides::terrain::survey::{SurveyOptions, fits, survey};
+use apsides::terrain::{Geometry, Raster, TerrainError};
+use serde::Serialize;
+
+use crate::arguments::{HazardArguments, Rule};
+use crate::commands::{Refusal, probe_directory, refusal};
+use crate::hazard_files::{Files, LEGEND, Rows, stem};
+use crate::output::{Exit, print, written};
+use crate::progress::{Progress, StopFlag};
+use crate::terrain::{MapFile, MapSummary, pool, write};
+
+/// From this size of a pixel a map is coarse, m.
+const COARSE_PIXEL: f64 = 0.5;
+
+/// Bytes of a pixel while it is read.
+const PIXEL_BYTES: u64 = 12;
+
+/// Result of the command.
+#[derive(Serialize)]
+struct Report {
+    map: MapSummary,
+    criteria_name: String,
+    criteria: SiteCriteria,
+    safe_fraction: f64,
+    pixels: Pixels,
+    /// Pixels by the first threshold that they break.
+    unsafe_by: BTreeMap<String, u64>,
+    start: [usize; 2],
+    rule: &'static str,
+    separation_m: f64,
+    sites: Vec<SiteRow>,
+    files: Vec<String>,
+}
+
+#[derive(Serialize)]
+struct Pixels {
+    safe: u64,
+    #[serde(rename = "unsafe")]
+    not_safe: u64,
+    unknown: u64,
+}
+
+#[derive(Serialize)]
+struct SiteRow {
+    row: usize,
+    col: usize,
+    east_m: f64,
+    north_m: f64,
+    height_m: f64,
+    /// None if all of the map is safe.
+    clearance_m: Option<f64>,
+    divert_m: f64,
+    visited: u64,
+    /// Layers with their unit.
+    layers: BTreeMap<String, f64>,
+}
+
+impl SiteRow {
+    fn new(site: &Site) -> Self {
+        let shown = |(layer, value): &(Layer, f64)| {
+            (stem(*layer), if layer.is_angle() { value.to_degrees() } else { *value })
+        };
+        Self {
+            row: site.row,
+            col: site.col,
+            east_m: site.position_m[0],
+            north_m: site.position_m[1],
+            height_m: site.height_m,
+            clearance_m: site.clearance_m.is_finite().then_some(site.clearance_m),
+            divert_m: site.divert_m,
+            visited: site.visited,
+            layers: site.layers.iter().map(shown).collect(),
+        }
+    }
+}
+
+/// What is counted and written while rows go by.
+struct Account {
+    counts: Counts,
+    by: BTreeMap<String, u64>,
+    summary: MapSummary,
+    files: Option<Files>,
+}
+
+impl Account {
+    fn rows(&mut self, rows: &Rows<'_>) -> Result<(), TerrainError> {
+        let counts = Counts::of(rows.verdict);
+        self.counts.safe += counts.safe;
+        self.counts.unsafe_ += counts.unsafe_;
+        self.counts.unknown += counts.unknown;
+        for layer in Layer::ALL {
+            let count = rows.verdict.iter().filter(|v| **v == Verdict::Unsafe(layer)).count();
+            if count > 0 {
+                *self.by.entry(layer.name().into()).or_default() += count as u64;
+            }
+        }
+        let cols = rows.heights.geometry().cols();
+        let heights = &rows.heights.relative().data()[rows.skip * cols..][..rows.verdict.len()];
+        let known = || heights.iter().filter(|z| !z.is_nan());
+        let (low, high) =
+            known().fold((f32::INFINITY, f32::NEG_INFINITY), |(l, h), z| (l.min(*z), h.max(*z)));
+        let range = (low <= high).then(|| [low, high].map(|z| rows.heights.datum() + f64::from(z)));
+        self.summary.add(range, heights.len() - known().count());
+        self.files.as_mut().map_or(Ok(()), |files| files.rows(rows))
+    }
+}
+
+/// Bands of a map that is larger than the memory.
+struct Bands<'a> {
+    account: &'a mut Account,
+    /// The map once more, for the heights of a band.
+    heights: MapFile,
+    progress: Progress,
+    stop: StopFlag,
+}
+
+impl HazardSink for Bands<'_> {
+    fn band(&mut self, band: &HazardBand) -> Result<(), TerrainError> {
+        let (rows, cols) = (self.heights.geometry().rows(), self.heights.geometry().cols());
+        let (first, count) = (band.first_row, band.verdict.len() / cols);
+        let (top, bottom) = (first.saturating_sub(1), (first + count + 1).min(rows));
+        let heights = self.heights.window(top, 0, bottom - top, cols)?;
+        let layer = |layer: Layer| band.layer(layer);
+        self.account.rows(&Rows {
+            heights: &heights,
+            skip: first - top,
+            verdict: band.verdict,
+            layer: &layer,
+        })?;
+        self.advance(count)
+    }
+
+    fn clearance(&mut self, _: usize, clearance: &[f32]) -> Result<(), TerrainError> {
+        if let Some(files) = &mut self.account.files {
+            files.clearance(clearance)?;
+        }
+        self.advance(clearance.len() / self.heights.geometry().cols())
+    }
+}
+
+impl Bands<'_> {
+    /// Shows that rows are done, and ends the work if the user asks to.
+    fn advance(&self, rows: usize) -> Result<(), TerrainError> {
+        self.progress.advance(rows as u64);
+        if self.stop.is_set() {
+            let source = std::io::ErrorKind::Interrupted.into();
+            return Err(TerrainError::Io { doing: "stopped; the files are not complete", source });
+        }
+        Ok(())
+    }
+}
+
+pub(crate) fn hazard(a: &HazardArguments) -> Result<Exit, Refusal> {
+    let memory = u64::from(a.memory) << 20;
+    let mut map = a.map.open(memory / PIXEL_BYTES)?;
+    let geometry = *map.geometry();
+    let pixel = geometry.square_pixel().map_err(|e| a.map.defect(e))?;
+    let (criteria_name, criteria) = criteria(a, pixel)?;
+    let start = a.start.unwrap_or([geometry.rows() / 2, geometry.cols() / 2]);
+    if start[0] >= geometry.rows() || start[1] >= geometry.cols() {
+        let (row, col, rows, cols) = (start[0], start[1], geometry.rows(), geometry.cols());
+        return Err(format!("--start: {}", TerrainError::Outside { row, col, rows, cols }));
+    }
+    let separation = a.separation.unwrap_or(2.0 * criteria.clearance_min_m);
+    if !(separation.is_finite() && separation >= 0.0) {
+        return Err(format!("--separation: {separation} m; it must be finite and not negative"));
+    }
+    let in_memory = fits(&geometry, memory);
+    if !in_memory && a.rule != Rule::Spiral {
+        return Err(format!(
+            "--rule: a map of {} x {} pixels is read in bands with {} MiB, where sites are sought on the spiral only; \
+             give more with --memory",
+            geometry.rows(),
+            geometry.cols(),
+            a.memory
+        ));
+    }
+    if let Some(dir) = &a.out {
+        // Before the work, not after it.
+        probe_directory(dir)?;
+    }
+    let tested: Vec<Layer> = Layer::ALL.into_iter().filter(|l| criteria.limit(*l).is_some()).collect();
+    let options = GeoTiffOptions { deflate: true, nodata: None, geo_keys: map.geo_keys().cloned() };
+    let files = match &a.out {
+        Some(dir) => Some(Files::new(dir, &geometry, &tested, &options)?),
+        None => None,
+    };
+    let mut account = Account {
+        counts: Counts::default(),
+        by: BTreeMap::new(),
+        summary: MapSummary::new(&a.map.map, &geometry),
+        files,
+    };
+    let work = Work { a, criteria: &criteria, start, separation };
+    let pool = pool(a.threads)?;
+    let found = pool.install(|| {
+        if in_memory {
+            work.in_memory(&mut map, &geometry, &mut account)
+        } else {
+            work.in_bands(&mut map, &geometry, memory, &mut account)
+        }
+    });
+    let sites = found?;
+    let mut paths = match account.files {
+        Some(files) => files.finish(&sites, criteria.clearance_min_m / pixel)?,
+        None => Vec::new(),
+    };
+    let mut report = Report {
+        map: account.summary,
+        criteria_name,
+        criteria,
+        safe_fraction: account.counts.safe_fraction(),
+        pixels: Pixels {
+            safe: account.counts.safe,
+            not_safe: account.counts.unsafe_,
+            unknown: account.counts.unknown,
+        },
+        unsafe_by: account.by,
+        start,
+        rule: match a.rule {
+            Rule::Spiral => "spiral",
+            Rule::Clearance => "clearance",
+            Rule::Score => "score",
+        },
+        separation_m: separation,
+        sites: sites.iter().map(SiteRow::new).collect(),
+        files: Vec::new(),
+    };
+    if let Some(dir) = &a.out {
+        paths.push(write(&dir.join("sites.csv"), &report.csv())?);
+        paths.push(dir.join("hazard.json"));
+        report.files = paths.iter().map(|p| p.display().to_string()).collect();
+        let text = serde_json::to_string_pretty(&report).map_err(refusal)?;
+        write(&dir.join("hazard.json"), &format!("{text}\n"))?;
+    }
+    if a.json {
+        let text = serde_json::to_string_pretty(&report).map_err(refusal)?;
+        print(&format!("{text}\n"));
+    } else {
+        print(&report.text());
+        if a.out.is_some() {
+            print(&written(&paths));
+            print(&format!("\n{LEGEND}\n"));
+        }
+    }
+    Ok(if report.sites.is_empty() { Exit::NotSolved } else { Exit::Verified })
+}
+
+fn criteria(a: &HazardArguments, pixel: f64) -> Result<(String, SiteCriteria), Refusal> {
+    let default = if pixel < COARSE_PIXEL { "chang-e-3-fine" } else { "chang-e-3-coarse" };
+    let name = a.criteria.as_deref().unwrap_or(default);
+    let criteria = site_criteria::load(name).map_err(|e| format!("--criteria: {e}"))?;
+    Ok((name.to_owned(), criteria))
+}
+
+/// What both ways have in common.
+struct Work<'a> {
+    a: &'a HazardArguments,
+    criteria: &'a SiteCriteria,
+    start: [usize; 2],
+    separation: f64,
+}
+
+impl Work<'_> {
+    fn in_memory(
+        &self,
+        map: &mut MapFile,
+        geometry: &Geometry,
+        account: &mut Account,
+    ) -> Result<Vec<Site>, Refusal> {
+        let defect = |e| self.a.map.defect(e);
+        let map = map.window(0, 0, geometry.rows(), geometry.cols()).map_err(defect)?;
+        if map.range().is_none() {
+            return Err(defect(TerrainError::Empty { pixels: geometry.pixels() }));
+        }
+        let hazards = hazard_map_with(&map, self.criteria, &HazardOptions::default()).map_err(defect)?;
+        let layer = |layer| hazards.layer(layer).map(Raster::data);
+        let rows = Rows { heights: &map, skip: 0, verdict: hazards.verdict().data(), layer: &layer };
+        account.rows(&rows).map_err(refusal)?;
+        if let Some(files) = &mut account.files {
+            files.clearance(hazards.clearance().data()).map_err(refusal)?;
+            files.layer_pictures(&hazards)?;
+        }
+        let request = SiteRequest {
+            rule: match self.a.rule {
+                Rule::Spiral => SiteRule::Spiral,
+                Rule::Clearance => SiteRule::Clearance,
+                Rule::Score => SiteRule::Score(ScoreWeights::default()),
+            },
+            start: Some(self.start),
+            count: self.a.sites as usize,
+            separation_m: self.separation,
+            ..SiteRequest::default()
+        };
+        Ok(choose_sites(&map, &hazards, &request).map_err(defect)?.sites)
+    }
+
+    fn in_bands(
+        &self,
+        map: &mut MapFile,
+        geometry: &Geometry,
+        memory: u64,
+        account: &mut Account,
+    ) -> Result<Vec<Site>, Refusal> {
+        let stop = StopFlag::install();
+        // Each row comes twice: with its hazards and with its clearance.
+        let steps = 2 * geometry.rows() as u64;
+        let progress = Progress::counted(self.a.quiet || self.a.json, stop.clone(), steps, "rows");
+        let options = SurveyOptions {
+            memory,
+            start: Some(self.start),
+            count: self.a.sites as usize,
+            separation_m: self.separation,
+            ..SurveyOptions::default()
+        };
+        let heights = self.a.map.open(memory / PIXEL_BYTES)?;
+        let mut bands = Bands { account, heights, progress: progress.clone(), stop };
+        let found = survey(map, self.criteria, &options, &mut bands);
+        progress.finish();
+        let (counts, sites) = found.map_err(|e| self.a.map.defect(e))?;
+        if counts.safe + counts.unsafe_ == 0 && account.summary.height_min_m.is_none() {
+            return Err(self.a.map.defect(TerrainError::Empty { pixels: geometry.pixels() }));
+        }
+        Ok(sites)
+    }
+}
+
+impl Report {
+    fn columns(&self) -> Vec<&String> {
+        self.sites.first().map_or(Vec::new(), |site| site.layers.keys().collect())
+    }
+
+    fn csv(&self) -> String {
+        let columns = self.columns();
+        let mut text = String::from("site,row,col,east_m,north_m,height_m,clearance_m,divert_m,visited");
+        columns.iter().for_each(|c| text += &format!(",{c}"));
+        text.push('\n');
+        for (k, s) in self.sites.iter().enumerate() {
+            let clearance = s.clearance_m.map_or(String::new(), |c| c.to_string());
+            let _ = write!(
+                text,
+                "{},{},{},{},{},{},{clearance},{},{}",
+                k + 1,
+                s.row,
+                s.col,
+                s.east_m,
+                s.north_m,
+                s.height_m,
+                s.divert_m,
+                s.visited
+            );
+            columns.iter().for_each(|c| text += &format!(",{}", s.layers[*c]));
+            text.push('\n');
+        }
+        text
+    }
+
+    fn text(&self) -> String {
+        let mut text = self.map.text();
+        let all = (self.pixels.safe + self.pixels.not_safe + self.pixels.unknown) as f64;
+        let mut line = |name: &str, count: u64, of: f64| {
+            let part = if of > 0.0 { 100.0 * count as f64 / of } else { 0.0 };
+            let _ = writeln!(text, "{name:<26}{part:>8.3} %{count:>13} pixels");
+        };
+        let known = (self.pixels.safe + self.pixels.not_safe) as f64;
+        line("safe, of known pixels", self.pixels.safe, known);
+        line("unsafe, of known pixels", self.pixels.not_safe, known);
+        for (name, count) in &self.unsafe_by {
+            line(&format!("  {name}"), *count, known);
+        }
+        line("unknown, of all pixels", self.pixels.unknown, all);
+        let [row, col] = self.start;
+        let _ = writeln!(
+            text,
+            "\ncriteria {}, sites by {} from row {row}, column {col}, {} m apart\n",
+            self.criteria_name, self.rule, self.separation_m
+        );
+        if self.sites.is_empty() {
+            text += "no safe site\n";
+            return text;
+        }
+        let columns = self.columns();
+        text += "site    row    col       east m      north m    height m  clearance m    divert m";
+        columns.iter().for_each(|c| text += &format!("  {c}"));
+        text.push('\n');
+        for (k, s) in self.sites.iter().enumerate() {
+            let clearance = s.clearance_m.map_or("unlimited".into(), |c| format!("{c:.3}"));
+            let _ = write!(
+                text,
+                "{:>4} {:>6} {:>6} {:>12.2} {:>12.2} {:>11.3} {clearance:>12} {:>11.2}",
+                k + 1,
+                s.row,
+                s.col,
+                s.east_m,
+                s.north_m,
+                s.height_m,
+                s.divert_m
+            );
+            columns.iter().for_each(|c| text += &format!("  {:>width$.3}", s.layers[*c], width = c.len()));
+            text.push('\n');
+        }
+        text
+    }
+}

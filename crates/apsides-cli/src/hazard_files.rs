@@ -1,0 +1,182 @@
+//! Files of `apsides hazard`: layers, and the map with hazards and sites.
+
+use std::fs::File;
+use std::io::BufWriter;
+use std::path::{Path, PathBuf};
+
+use apsides::terrain::hazard::{HazardMap, Layer, Verdict};
+use apsides::terrain::io::{
+    ColourMap, GeoTiffOptions, GeoTiffWriter, Legend, Mark, ReliefPicture, Tint, write_png,
+};
+use apsides::terrain::light::{Sun, incidence};
+use apsides::terrain::site::Site;
+use apsides::terrain::{ElevationMap, Geometry, Raster, TerrainError};
+
+use crate::commands::{Refusal, refusal};
+use crate::terrain::tiff;
+
+/// Most dots on a side of the picture of the map.
+const PICTURE: usize = 3000;
+
+/// Light of the relief: from the north-west, half up.
+const SUN: [f64; 2] = [-std::f64::consts::FRAC_PI_4, std::f64::consts::FRAC_PI_4];
+
+/// Colours that stay apart for people with a colour vision deficiency (M. Okabe, K. Ito, 2008): vermilion, blue.
+const UNSAFE: Tint = Tint { colour: [213, 94, 0], strength: 0.45 };
+const SAFE: Tint = Tint { colour: [0, 114, 178], strength: 0.35 };
+const UNKNOWN: Tint = Tint { colour: [40, 40, 40], strength: 0.6 };
+/// Of rings: the first site, the others.
+const FIRST: [u8; 3] = [255, 255, 255];
+const OTHERS: [u8; 3] = [240, 228, 66];
+
+/// What colours of the picture mean.
+pub(crate) const LEGEND: &str = "colours of map.png: blue safe, orange unsafe, dark unknown; rings: least clearance around each site, the first white";
+
+/// A raster that is written row by row.
+struct Target {
+    path: PathBuf,
+    file: GeoTiffWriter<BufWriter<File>>,
+}
+
+/// Rows of a map with what was found on them.
+pub(crate) struct Rows<'a> {
+    /// Heights, with the rows before and after that shading needs.
+    pub(crate) heights: &'a ElevationMap,
+    /// Rows of `heights` before the first one.
+    pub(crate) skip: usize,
+    /// Verdicts, row by row.
+    pub(crate) verdict: &'a [Verdict],
+    /// A layer, row by row.
+    pub(crate) layer: &'a dyn Fn(Layer) -> Option<&'a [f32]>,
+}
+
+/// Layers, verdicts, clearances and the picture, band by band.
+pub(crate) struct Files {
+    dir: PathBuf,
+    layers: Vec<(Layer, Target)>,
+    verdict: Target,
+    clearance: Target,
+    picture: ReliefPicture,
+    pictures: Vec<PathBuf>,
+}
+
+impl Files {
+    pub(crate) fn new(
+        dir: &Path,
+        geometry: &Geometry,
+        layers: &[Layer],
+        options: &GeoTiffOptions,
+    ) -> Result<Self, Refusal> {
+        let target = |name: &str| {
+            let path = dir.join(name);
+            Ok::<_, Refusal>(Target { file: tiff(&path, geometry, options.clone())?, path })
+        };
+        let layers = layers.iter().map(|layer| Ok((*layer, target(&format!("{}.tif", stem(*layer)))?)));
+        Ok(Self {
+            dir: dir.to_owned(),
+            layers: layers.collect::<Result<_, Refusal>>()?,
+            verdict: target("verdict.tif")?,
+            clearance: target("clearance_m.tif")?,
+            picture: ReliefPicture::new(geometry, PICTURE),
+            pictures: Vec::new(),
+        })
+    }
+
+    /// The next rows, from north to south.
+    pub(crate) fn rows(&mut self, rows: &Rows<'_>) -> Result<(), TerrainError> {
+        let sun = Sun::new(SUN[0], SUN[1])?;
+        let light = incidence(rows.heights, &sun)?;
+        let mut values = Vec::new();
+        for (layer, target) in &mut self.layers {
+            if let Some(layer_rows) = (rows.layer)(*layer) {
+                values.clear();
+                values.extend(layer_rows.iter().map(|v| shown(*layer, *v)));
+                target.file.write_rows(&values)?;
+            }
+        }
+        values.clear();
+        values.extend(rows.verdict.iter().map(|v| code(*v)));
+        self.verdict.file.write_rows(&values)?;
+        let cols = rows.heights.geometry().cols();
+        for (row, verdicts) in rows.verdict.chunks_exact(cols).enumerate() {
+            let row = rows.skip + row;
+            let heights = rows.heights.relative().row(row);
+            self.picture.row(light.row(row), SUN[1].sin(), |col| match verdicts[col] {
+                Verdict::Safe => Some(SAFE),
+                Verdict::Unsafe(_) => Some(UNSAFE),
+                Verdict::Unknown => (!heights[col].is_nan()).then_some(UNKNOWN),
+            })?;
+        }
+        Ok(())
+    }
+
+    /// The next rows of the distance to what is not safe, m.
+    pub(crate) fn clearance(&mut self, rows: &[f32]) -> Result<(), TerrainError> {
+        self.clearance.file.write_rows(rows)
+    }
+
+    /// Layers as pictures, of a map that is in memory.
+    pub(crate) fn layer_pictures(&mut self, hazards: &HazardMap) -> Result<(), Refusal> {
+        for (layer, raster) in hazards.layers() {
+            let unit = if layer.is_angle() { "deg" } else { "m" };
+            self.picture_of(&stem(layer), &raster.map(|v| shown(layer, *v)), unit)?;
+        }
+        self.picture_of("clearance_m", hazards.clearance(), "m")
+    }
+
+    fn picture_of(&mut self, name: &str, raster: &Raster<f32>, unit: &str) -> Result<(), Refusal> {
+        let path = self.dir.join(format!("{name}.png"));
+        let fail = |e: &dyn std::fmt::Display| format!("{}: {e}", path.display());
+        let file = BufWriter::new(File::create(&path).map_err(|e| fail(&e))?);
+        let legend = Legend { unit: unit.into() };
+        write_png(file, raster, ColourMap::Viridis, None, Some(&legend)).map_err(|e| fail(&e))?;
+        self.pictures.push(path);
+        Ok(())
+    }
+
+    /// Ends all files, draws the sites and returns the paths.
+    pub(crate) fn finish(self, sites: &[Site], ring: f64) -> Result<Vec<PathBuf>, Refusal> {
+        let mut paths = Vec::new();
+        let layers = self.layers.into_iter().map(|(_, target)| target);
+        for target in layers.chain([self.verdict, self.clearance]) {
+            target.file.finish().map_err(|e| format!("{}: {e}", target.path.display()))?;
+            paths.push(target.path);
+        }
+        let marks: Vec<Mark> = sites
+            .iter()
+            .enumerate()
+            .map(|(k, site)| Mark {
+                row: site.row,
+                col: site.col,
+                radius: ring,
+                number: k + 1,
+                colour: if k == 0 { FIRST } else { OTHERS },
+            })
+            .collect();
+        let path = self.dir.join("map.png");
+        let file = File::create(&path).map_err(|e| format!("{}: {e}", path.display()))?;
+        self.picture.write(BufWriter::new(file), &marks).map_err(refusal)?;
+        paths.extend(self.pictures);
+        paths.push(path);
+        Ok(paths)
+    }
+}
+
+/// Name of a layer in files, with its unit.
+pub(crate) fn stem(layer: Layer) -> String {
+    format!("{}_{}", layer.name().replace('-', "_"), if layer.is_angle() { "deg" } else { "m" })
+}
+
+/// A value of a layer in the unit of files.
+fn shown(layer: Layer, value: f32) -> f32 {
+    if layer.is_angle() { value.to_degrees() } else { value }
+}
+
+/// Number of a verdict in verdict.tif: 0 safe, k the k-th layer of [`Layer::ALL`], a gap for unknown.
+fn code(verdict: Verdict) -> f32 {
+    match verdict {
+        Verdict::Safe => 0.0,
+        Verdict::Unsafe(layer) => 1.0 + Layer::ALL.iter().position(|l| *l == layer).unwrap_or(0) as f32,
+        Verdict::Unknown => f32::NAN,
+    }
+}

@@ -1,0 +1,302 @@
+//! `apsides terrain`, and reading maps.
+
+use std::fs::File;
+use std::io::{BufReader, BufWriter, Read as _, Write as _};
+use std::path::{Path, PathBuf};
+
+use apsides::terrain::io::{Format, GeoTiffOptions, GeoTiffWriter, ReadOptions, Windows};
+use apsides::terrain::synthetic::{Limits, Synthetic, Terrain};
+use apsides::terrain::{Geometry, MapUnit, TerrainError};
+use serde::Serialize;
+
+use crate::arguments::{GenArguments, Ground, MapArguments};
+use crate::commands::{Refusal, probe_directory, refusal};
+use crate::output::{Exit, print, written};
+use crate::progress::{Progress, StopFlag};
+
+/// A map file that is read in windows.
+pub(crate) type MapFile = Windows<BufReader<File>>;
+
+/// Longest label that is read, bytes.
+const LONGEST_LABEL: u64 = 1 << 22;
+
+/// Pixels of a band of rows that is made or read at once.
+const BAND_PIXELS: usize = 1 << 22;
+
+/// Hazards of the truth: craters this deep, boulders this high, m.
+const TRUTH: Limits = Limits { crater_depth: 0.15, boulder_height: 0.15 };
+
+impl MapArguments {
+    /// Opens the map; `max_pixels` may be held at once.
+    pub(crate) fn open(&self, max_pixels: u64) -> Result<MapFile, Refusal> {
+        let options = ReadOptions {
+            pixel_m: self.pixel,
+            z_scale: self.z_scale,
+            nodata: self.nodata,
+            max_pixels,
+            ..ReadOptions::default()
+        };
+        let file = open(&self.map)?;
+        let mut start = Vec::new();
+        open(&self.map)?.take(512).read_to_end(&mut start).map_err(|e| self.unreadable(e))?;
+        let is_label =
+            ["lbl", "xml"].iter().any(|e| self.map.extension().is_some_and(|x| x.eq_ignore_ascii_case(e)));
+        let opened = match Format::detect(&start) {
+            Some(Format::Pds3 | Format::Pds4) if is_label => {
+                let mut label = Vec::new();
+                file.take(LONGEST_LABEL).read_to_end(&mut label).map_err(|e| self.unreadable(e))?;
+                Windows::open_labelled(&label, BufReader::new(open(&self.raster()?)?), &options)
+            }
+            _ => Windows::open(BufReader::new(file), &options),
+        };
+        opened.map_err(|e| self.defect(e))
+    }
+
+    /// A sentence on what is wrong with the map.
+    pub(crate) fn defect(&self, e: TerrainError) -> Refusal {
+        let reason = e.to_string().replace("give one (ReadOptions::pixel_m)", "give one with --pixel");
+        format!("{}: {reason}", self.map.display())
+    }
+
+    fn unreadable(&self, e: std::io::Error) -> Refusal {
+        format!("{}: {e}", self.map.display())
+    }
+
+    /// The raster beside a label: the file of the same name with another ending.
+    fn raster(&self) -> Result<PathBuf, Refusal> {
+        let endings = ["img", "IMG", "Img", "dat", "DAT", "raw", "RAW", "tif", "TIF"];
+        let found = endings.iter().map(|e| self.map.with_extension(e)).find(|p| p.is_file());
+        found.ok_or_else(|| {
+            let label = self.map.display();
+            format!("{label}: the raster of the label is not beside it; expected the same name ending in .img or .dat")
+        })
+    }
+}
+
+fn open(path: &Path) -> Result<File, Refusal> {
+    let file = File::open(path).map_err(|e| match e.kind() {
+        std::io::ErrorKind::NotFound => format!("{}: no such file", path.display()),
+        _ => format!("{}: {e}", path.display()),
+    })?;
+    match file.metadata() {
+        Ok(m) if m.is_dir() => Err(format!("{}: is a directory; give a map", path.display())),
+        _ => Ok(file),
+    }
+}
+
+/// What a map is like.
+#[derive(Serialize)]
+pub(crate) struct MapSummary {
+    pub(crate) file: String,
+    pub(crate) rows: usize,
+    pub(crate) cols: usize,
+    /// Extents of a pixel to the east and to the south.
+    pixel: [f64; 2],
+    /// Centre of the north-western pixel (east, north).
+    north_west: [f64; 2],
+    unit: &'static str,
+    pub(crate) height_min_m: Option<f64>,
+    pub(crate) height_max_m: Option<f64>,
+    pub(crate) gaps: u64,
+}
+
+impl MapSummary {
+    pub(crate) fn new(file: &Path, geometry: &Geometry) -> Self {
+        Self {
+            file: file.display().to_string(),
+            rows: geometry.rows(),
+            cols: geometry.cols(),
+            pixel: geometry.pixel(),
+            north_west: geometry.north_west(),
+            unit: if geometry.unit() == MapUnit::Metre { "m" } else { "deg" },
+            height_min_m: None,
+            height_max_m: None,
+            gaps: 0,
+        }
+    }
+
+    /// Takes heights into account, m; gaps are none.
+    pub(crate) fn add(&mut self, range: Option<[f64; 2]>, gaps: usize) {
+        if let Some([low, high]) = range {
+            self.height_min_m = Some(self.height_min_m.map_or(low, |z| z.min(low)));
+            self.height_max_m = Some(self.height_max_m.map_or(high, |z| z.max(high)));
+        }
+        self.gaps += gaps as u64;
+    }
+
+    pub(crate) fn text(&self) -> String {
+        let [east, south] = self.pixel;
+        let size = if east == south { format!("{east}") } else { format!("{east} x {south}") };
+        let unit = self.unit;
+        let (width, height) = (self.cols as f64 * east, self.rows as f64 * south);
+        let mut text = format!(
+            "{}: {} x {} pixels of {size} {unit}, {width} {unit} from west to east, {height} {unit} from north to south\n",
+            self.file, self.rows, self.cols
+        );
+        let [x, y] = self.north_west;
+        text += &format!("centre of the north-western pixel: east {x} {unit}, north {y} {unit}\n");
+        text += &match (self.height_min_m, self.height_max_m) {
+            (Some(low), Some(high)) => format!("heights from {low:.3} to {high:.3} m"),
+            _ => "no height".into(),
+        };
+        let pixels = (self.rows * self.cols) as f64;
+        text += &format!(", gaps: {} ({:.2} %)\n", self.gaps, 100.0 * self.gaps as f64 / pixels);
+        text
+    }
+}
+
+/// Rows of bands of a map with `cols` columns.
+fn bands(rows: usize, cols: usize) -> impl Iterator<Item = (usize, usize)> {
+    let height = (BAND_PIXELS / cols).max(1);
+    (0..rows).step_by(height).map(move |first| (first, height.min(rows - first)))
+}
+
+pub(crate) fn info(a: &MapArguments, json: bool) -> Result<Exit, Refusal> {
+    let mut map = a.open(ReadOptions::default().max_pixels)?;
+    let geometry = *map.geometry();
+    let mut summary = MapSummary::new(&a.map, &geometry);
+    let progress = Progress::counted(json, StopFlag::install(), geometry.rows() as u64, "rows");
+    for (first, count) in bands(geometry.rows(), geometry.cols()) {
+        let part = map.window(first, 0, count, geometry.cols()).map_err(|e| a.defect(e))?;
+        summary.add(part.range(), part.gaps());
+        progress.advance(count as u64);
+    }
+    progress.finish();
+    if json {
+        let text = serde_json::to_string_pretty(&summary).map_err(refusal)?;
+        print(&format!("{text}\n"));
+    } else {
+        print(&summary.text());
+    }
+    Ok(Exit::Verified)
+}
+
+pub(crate) fn generate(a: &GenArguments) -> Result<Exit, Refusal> {
+    let preset = match a.preset {
+        Ground::Coarse => Terrain::coarse(),
+        Ground::Fine => Terrain::fine(),
+    };
+    let terrain = Terrain {
+        rows: a.rows.unwrap_or(preset.rows),
+        cols: a.cols.unwrap_or(preset.cols),
+        pixel: a.pixel.unwrap_or(preset.pixel),
+        ..preset
+    };
+    let ground = Synthetic::new(terrain, a.run.seed).map_err(refusal)?;
+    if let Some(dir) = &a.truth {
+        // Before the work, not after it.
+        probe_directory(dir)?;
+    }
+    let pool = pool(a.run.threads)?;
+    let stop = StopFlag::install();
+    let (rows, cols) = (terrain.rows, terrain.cols);
+    let progress = Progress::counted(a.run.quiet, stop.clone(), rows as u64, "rows");
+    let mut summary = MapSummary::new(&a.out, ground.geometry());
+    let mut files = vec![a.out.clone()];
+    let options = GeoTiffOptions { deflate: true, ..GeoTiffOptions::default() };
+    let mut map = tiff(&a.out, ground.geometry(), options.clone())?;
+    let mut hazards = match &a.truth {
+        Some(dir) => {
+            files.push(dir.join("hazards.tif"));
+            Some(tiff(&dir.join("hazards.tif"), ground.geometry(), options)?)
+        }
+        None => None,
+    };
+    let fail = |path: &Path| {
+        let path = path.display().to_string();
+        move |e: TerrainError| format!("{path}: {e}")
+    };
+    for (first, count) in bands(rows, cols) {
+        let part = pool.install(|| ground.window(first, 0, count, cols)).map_err(refusal)?;
+        summary.add(part.range(), part.gaps());
+        let heights: Vec<f32> =
+            part.relative().data().iter().map(|z| (part.datum() + f64::from(*z)) as f32).collect();
+        map.write_rows(&heights).map_err(fail(&a.out))?;
+        if let Some(file) = &mut hazards {
+            let mask = pool.install(|| ground.hazards(first, 0, count, cols, &TRUTH)).map_err(refusal)?;
+            let mask: Vec<f32> = mask.data().iter().map(|bits| f32::from(*bits)).collect();
+            file.write_rows(&mask).map_err(refusal)?;
+        }
+        progress.advance(count as u64);
+        if stop.is_set() {
+            return Err("stopped; the files are not complete".into());
+        }
+    }
+    map.finish().map_err(fail(&a.out))?;
+    if let Some(file) = hazards {
+        file.finish().map_err(refusal)?;
+    }
+    progress.finish();
+    if let Some(dir) = &a.truth {
+        files.extend(write_truth(dir, &ground, a.run.seed)?);
+    }
+    print(&summary.text());
+    print(&written(&files));
+    Ok(Exit::Verified)
+}
+
+/// A GeoTIFF to be written in bands.
+pub(crate) fn tiff(
+    path: &Path,
+    geometry: &Geometry,
+    options: GeoTiffOptions,
+) -> Result<GeoTiffWriter<BufWriter<File>>, Refusal> {
+    let fail = |e: &dyn std::fmt::Display| format!("{}: {e}", path.display());
+    let file = File::create(path).map_err(|e| fail(&e))?;
+    GeoTiffWriter::new(BufWriter::new(file), *geometry, options).map_err(|e| fail(&e))
+}
+
+/// Threads of the work.
+pub(crate) fn pool(threads: u32) -> Result<rayon::ThreadPool, Refusal> {
+    rayon::ThreadPoolBuilder::new().num_threads(threads as usize).build().map_err(refusal)
+}
+
+/// What the ground is made of.
+fn write_truth(dir: &Path, ground: &Synthetic, seed: u64) -> Result<Vec<PathBuf>, Refusal> {
+    let (rows, cols) = (ground.geometry().rows(), ground.geometry().cols());
+    let craters = ground.craters(0, 0, rows, cols).map_err(refusal)?;
+    let boulders = ground.boulders(0, 0, rows, cols).map_err(refusal)?;
+    #[derive(Serialize)]
+    struct Truth<'a> {
+        seed: u64,
+        /// Lengths in m, angles in rad.
+        terrain: &'a Terrain,
+        craters: usize,
+        boulders: usize,
+        /// In hazards.tif: 1 in a crater at least so deep, 2 on a boulder at least so high, 3 both.
+        crater_depth_min_m: f64,
+        boulder_height_min_m: f64,
+    }
+    let truth = Truth {
+        seed,
+        terrain: ground.terrain(),
+        craters: craters.len(),
+        boulders: boulders.len(),
+        crater_depth_min_m: TRUTH.crater_depth,
+        boulder_height_min_m: TRUTH.boulder_height,
+    };
+    let mut text = serde_json::to_string_pretty(&truth).map_err(refusal)?;
+    text.push('\n');
+    let craters = craters.iter().map(|c| {
+        let [east, north] = c.centre;
+        format!("{east},{north},{},{},{}\n", c.diameter, c.depth, c.rim)
+    });
+    let boulders = boulders.iter().map(|b| {
+        let ([east, north], [long, short]) = (b.centre, b.axes);
+        format!("{east},{north},{},{long},{short},{},{}\n", b.diameter, b.azimuth.to_degrees(), b.height)
+    });
+    let craters = format!("east_m,north_m,diameter_m,depth_m,rim_m\n{}", craters.collect::<String>());
+    let boulders = format!(
+        "east_m,north_m,diameter_m,long_axis_m,short_axis_m,azimuth_deg,height_m\n{}",
+        boulders.collect::<String>()
+    );
+    let files = [("terrain.json", text), ("craters.csv", craters), ("boulders.csv", boulders)];
+    files.into_iter().map(|(name, text)| write(&dir.join(name), &text)).collect()
+}
+
+/// Writes a text file and returns its path.
+pub(crate) fn write(path: &Path, text: &str) -> Result<PathBuf, Refusal> {
+    let fail = |e: std::io::Error| format!("{}: {e}", path.display());
+    File::create(path).and_then(|mut f| f.write_all(text.as_bytes())).map_err(fail)?;
+    Ok(path.to_owned())
+}

@@ -1,0 +1,168 @@
+//! Layers, verdicts and clearance of a map.
+
+use serde::{Deserialize, Serialize};
+
+use super::plan::{LAYERS, Plan, slot};
+use super::tile::Rows;
+use super::{Layer, Plane, RobustFit, SiteCriteria, Verdict};
+use crate::distance::to_nearest;
+use crate::{ElevationMap, Geometry, Raster, TerrainError};
+
+/// Which layers are kept.
+#[derive(Clone, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum LayerChoice {
+    /// None: verdicts and clearance alone. Pixels known to be unsafe are left out of further layers, with the same verdicts.
+    None,
+    /// Those that the criteria have a threshold for.
+    #[default]
+    Tested,
+    /// All that the criteria define.
+    All,
+    /// These, as far as the criteria define them.
+    These(Vec<Layer>),
+}
+
+/// What a hazard map contains.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct HazardOptions {
+    /// Layers that are kept.
+    pub layers: LayerChoice,
+    /// The plane of [`Layer::RelativeElevation`]; where that layer is asked for and there is none, it is fitted to the map.
+    pub plane: Option<Plane>,
+}
+
+/// Layers, verdicts and clearance, all with the geometry of the map.
+#[derive(Clone, Debug)]
+pub struct HazardMap {
+    criteria: SiteCriteria,
+    plane: Option<Plane>,
+    layers: [Option<Raster<f32>>; LAYERS],
+    verdict: Raster<Verdict>,
+    clearance: Raster<f32>,
+}
+
+/// Number of pixels by verdict.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+pub struct Counts {
+    /// No threshold broken.
+    pub safe: u64,
+    /// A threshold broken.
+    pub unsafe_: u64,
+    /// Footprint partly in gaps or outside the map.
+    pub unknown: u64,
+}
+
+impl Counts {
+    /// Counts verdicts.
+    #[must_use]
+    pub fn of(verdicts: &[Verdict]) -> Counts {
+        let mut counts = Counts::default();
+        for verdict in verdicts {
+            match verdict {
+                Verdict::Safe => counts.safe += 1,
+                Verdict::Unsafe(_) => counts.unsafe_ += 1,
+                Verdict::Unknown => counts.unknown += 1,
+            }
+        }
+        counts
+    }
+
+    /// Safe pixels as part of those with a verdict; 0 if there are none.
+    #[must_use]
+    pub fn safe_fraction(&self) -> f64 {
+        self.safe as f64 / (self.safe + self.unsafe_).max(1) as f64
+    }
+}
+
+/// The hazard map of `map` with the layers that `criteria` test.
+///
+/// # Errors
+/// As [`hazard_map_with`].
+pub fn hazard_map(map: &ElevationMap, criteria: &SiteCriteria) -> Result<HazardMap, TerrainError> {
+    hazard_map_with(map, criteria, &HazardOptions::default())
+}
+
+/// The hazard map of `map`.
+///
+/// # Errors
+/// Criteria outside their range, by name; pixels that are not square, in metres; a map of gaps alone where a plane has to be fitted.
+pub fn hazard_map_with(
+    map: &ElevationMap,
+    criteria: &SiteCriteria,
+    options: &HazardOptions,
+) -> Result<HazardMap, TerrainError> {
+    criteria.check()?;
+    let asked = match &options.layers {
+        LayerChoice::All => true,
+        LayerChoice::These(layers) => layers.contains(&Layer::RelativeElevation),
+        LayerChoice::None | LayerChoice::Tested => false,
+    };
+    let mut options = options.clone();
+    if options.plane.is_none() && (asked || criteria.relative_elevation_max_m.is_some()) {
+        options.plane = Some(RobustFit::default().fit(map)?.plane);
+    }
+    let geometry = *map.geometry();
+    let plan = Plan::new(&geometry, map.datum(), criteria, &options)?;
+    let pixels = geometry.pixels();
+    let mut layers = plan.kept.map(|kept| vec![0.0; if kept { pixels } else { 0 }]);
+    let mut verdict = vec![Verdict::Unknown; pixels];
+    let source = Rows { data: map.relative().data(), first: 0, map: [geometry.rows(), geometry.cols()] };
+    plan.rows(&source, 0, geometry.rows(), &mut layers, &mut verdict);
+    let clearance = to_nearest(&geometry, geometry.square_pixel()?, |k| verdict[k] != Verdict::Safe)?;
+    let mut rasters = [const { None }; LAYERS];
+    for (raster, (layer, kept)) in rasters.iter_mut().zip(layers.into_iter().zip(plan.kept)) {
+        if kept {
+            *raster = Some(Raster::new(geometry, layer)?);
+        }
+    }
+    Ok(HazardMap {
+        criteria: *criteria,
+        plane: options.plane,
+        layers: rasters,
+        verdict: Raster::new(geometry, verdict)?,
+        clearance,
+    })
+}
+
+impl HazardMap {
+    /// Where the pixels are.
+    pub fn geometry(&self) -> &Geometry {
+        self.verdict.geometry()
+    }
+
+    /// What the map was made for.
+    pub fn criteria(&self) -> &SiteCriteria {
+        &self.criteria
+    }
+
+    /// The plane of [`Layer::RelativeElevation`].
+    pub fn plane(&self) -> Option<&Plane> {
+        self.plane.as_ref()
+    }
+
+    /// A layer, if it was kept; NaN where a footprint is not known.
+    pub fn layer(&self, layer: Layer) -> Option<&Raster<f32>> {
+        self.layers[slot(layer)].as_ref()
+    }
+
+    /// Layers that were kept.
+    pub fn layers(&self) -> impl Iterator<Item = (Layer, &Raster<f32>)> {
+        Layer::ALL.into_iter().filter_map(|layer| Some((layer, self.layer(layer)?)))
+    }
+
+    /// Verdicts.
+    pub fn verdict(&self) -> &Raster<Verdict> {
+        &self.verdict
+    }
+
+    /// Distance to the centre of the nearest pixel that is not safe, m; infinite if all are safe.
+    pub fn clearance(&self) -> &Raster<f32> {
+        &self.clearance
+    }
+
+    /// Number of pixels by verdict.
+    pub fn counts(&self) -> Counts {
+        Counts::of(self.verdict.data())
+    }
+}

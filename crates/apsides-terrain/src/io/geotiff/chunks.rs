@@ -1,0 +1,149 @@
+//! Compressed strips and tiles.
+
+use std::io::{Read, Seek};
+
+use super::super::sample::{Order, Sample};
+use super::super::{bytes_at, malformed, unreadable};
+use super::{Compression, NAME, codec};
+use crate::TerrainError;
+
+/// Most bytes of one strip or tile, compressed or not.
+const LARGEST: u64 = 1 << 28;
+/// Bytes of decoded strips and tiles that are kept.
+const KEPT: usize = 1 << 26;
+
+/// Where the strips or tiles of a raster are.
+pub(in super::super) struct Grid {
+    pub(super) rows: u64,
+    pub(super) cols: u64,
+    pub(super) chunk_rows: u64,
+    pub(super) chunk_cols: u64,
+    pub(super) offsets: Vec<u64>,
+    /// Compressed bytes of each; zero for a chunk of gaps.
+    pub(super) sizes: Vec<u64>,
+}
+
+/// How the numbers of a chunk are stored.
+#[derive(Clone, Copy)]
+pub(super) struct Coding {
+    pub(super) sample: Sample,
+    pub(super) order: Order,
+    pub(super) compression: Compression,
+    /// Code of TIFF: 1, 2 or 3.
+    pub(super) predictor: u64,
+}
+
+/// Strips or tiles that are decoded when they are needed.
+pub(in super::super) struct Chunks<R> {
+    reader: R,
+    coding: Coding,
+    grid: Grid,
+    /// Decoded chunks, the latest used last.
+    kept: Vec<(usize, Vec<u8>)>,
+    scratch: Vec<u8>,
+}
+
+impl<R: Read + Seek> Chunks<R> {
+    pub(super) fn new(reader: R, coding: Coding, grid: Grid) -> Result<Chunks<R>, TerrainError> {
+        let bytes = grid
+            .chunk_cols
+            .checked_mul(coding.sample.size() as u64)
+            .and_then(|row| row.checked_mul(grid.chunk_rows.min(grid.rows)));
+        if bytes.is_none_or(|b| b > LARGEST) {
+            return Err(TerrainError::Unsupported {
+                format: NAME,
+                feature: format!(
+                    "compressed strips or tiles of {} x {} pixels",
+                    grid.chunk_rows, grid.chunk_cols
+                ),
+                supported: "at most 256 MiB in one strip or tile",
+            });
+        }
+        Ok(Chunks { reader, coding, grid, kept: Vec::new(), scratch: Vec::new() })
+    }
+
+    /// Most bytes that can come out of one compressed byte.
+    pub(in super::super) fn expansion(&self) -> u64 {
+        self.coding.compression.expansion()
+    }
+
+    /// Fills `out`, rows of `cols` numbers, from the window whose first pixel is (`row`, `col`). The window is inside the raster.
+    pub(in super::super) fn fill(
+        &mut self,
+        row: usize,
+        col: usize,
+        cols: usize,
+        out: &mut [f64],
+    ) -> Result<(), TerrainError> {
+        let (height, width) = (self.grid.chunk_rows as usize, self.grid.chunk_cols as usize);
+        let across = (self.grid.cols as usize).div_ceil(width);
+        let (end_row, end_col) = (row + out.len() / cols, col + cols);
+        let Coding { sample, order, predictor, .. } = self.coding;
+        // The floating-point predictor leaves big-endian numbers.
+        let order = if predictor == 3 { Order::Big } else { order };
+        let size = sample.size();
+        for cr in row / height..=(end_row - 1) / height {
+            for cc in col / width..=(end_col - 1) / width {
+                let index = cr * across + cc;
+                if self.grid.sizes[index] == 0 {
+                    continue;
+                }
+                let (first_row, first_col) = (cr * height, cc * width);
+                let rows_here = row.max(first_row)..end_row.min(first_row + height);
+                let cols_here = col.max(first_col)..end_col.min(first_col + width);
+                let bytes = self.chunk(index, first_row)?;
+                for r in rows_here {
+                    let from = ((r - first_row) * width + cols_here.start - first_col) * size;
+                    let to = (r - row) * cols + cols_here.start - col;
+                    let out = &mut out[to..to + cols_here.len()];
+                    sample.decode(&bytes[from..from + cols_here.len() * size], order, out);
+                }
+            }
+        }
+        Ok(())
+    }
+
+    /// The decoded rows of a chunk that are inside the map, with the columns beyond its edge.
+    fn chunk(&mut self, index: usize, first_row: usize) -> Result<&[u8], TerrainError> {
+        if let Some(at) = self.kept.iter().position(|(i, _)| *i == index) {
+            let found = self.kept.remove(at);
+            self.kept.push(found);
+        } else {
+            let rows = (self.grid.chunk_rows as usize).min(self.grid.rows as usize - first_row);
+            let count = rows * self.grid.chunk_cols as usize * self.coding.sample.size();
+            let mut held: usize = self.kept.iter().map(|(_, b)| b.len()).sum();
+            while held + count > KEPT && !self.kept.is_empty() {
+                held -= self.kept.remove(0).1.len();
+            }
+            let bytes = self.decode(index, count)?;
+            self.kept.push((index, bytes));
+        }
+        Ok(self.kept.last().map_or(&[], |(_, bytes)| bytes))
+    }
+
+    fn decode(&mut self, index: usize, count: usize) -> Result<Vec<u8>, TerrainError> {
+        let Coding { sample, order, compression, predictor } = self.coding;
+        let place = || format!("strip or tile {index}");
+        let size = self.grid.sizes[index].min(LARGEST);
+        let packed = bytes_at(&mut self.reader, self.grid.offsets[index], size);
+        let packed = packed.map_err(|e| unreadable(NAME, place(), e))?;
+        if count as u64 > (packed.len() as u64).saturating_mul(compression.expansion()) {
+            let problem = format!("{} bytes cannot hold {count}", packed.len());
+            return Err(malformed(NAME, place(), problem));
+        }
+        let mut bytes = vec![0; count];
+        codec::unpack(compression, &packed, &mut bytes).map_err(|e| malformed(NAME, place(), e))?;
+        let row = self.grid.chunk_cols as usize * sample.size();
+        match predictor {
+            2 => bytes.chunks_exact_mut(row).for_each(|r| codec::sum_numbers(r, sample.size(), order)),
+            3 => {
+                self.scratch.resize(row, 0);
+                for r in bytes.chunks_exact_mut(row) {
+                    codec::sum_planes(r, sample.size(), &mut self.scratch);
+                }
+            }
+            _ => {}
+        }
+        Ok(bytes)
+    }
+}

@@ -1,0 +1,37 @@
+//! What the two versions of PDS labels have in common.
+
+use std::io::{Read, Seek};
+
+use super::raw::{Layout, Raw};
+use super::sample::Order;
+use super::windows::{Head, Store};
+use crate::TerrainError;
+
+/// Longest label, bytes.
+pub(super) const LONGEST_LABEL: u64 = 1 << 20;
+
+/// Where the rows of a raster are in the file of the raster.
+pub(super) struct Rows {
+    pub(super) order: Order,
+    /// First byte of the first number.
+    pub(super) start: u64,
+    /// Bytes from a row to the next.
+    pub(super) stride: u64,
+}
+
+/// The raster that `head` and `rows` describe.
+pub(super) fn raster<R: Read + Seek>(
+    head: Head,
+    rows: Rows,
+    data: R,
+    len: u64,
+) -> Result<(Head, Store<R>), TerrainError> {
+    if head.rows == 0 || head.cols == 0 {
+        let (rows, cols) = (head.rows as usize, head.cols as usize);
+        return Err(TerrainError::Shape { rows, cols, values: 0 });
+    }
+    let sides = [head.rows, head.cols];
+    let layout = Layout::rows(head.format, sides, head.sample, rows.order, rows.start, rows.stride);
+    let raw = Raw::new(data, len, layout)?;
+    Ok((head, Store::Raw(raw)))
+}

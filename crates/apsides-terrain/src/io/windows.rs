@@ -1,0 +1,258 @@
+//! Parts of a map, read when they are needed.
+
+use std::io::{Read, Seek, SeekFrom};
+
+use super::geotiff::{Chunks, GeoKeys};
+use super::raw::Raw;
+use super::sample::Sample;
+use super::{Format, ReadOptions, ascii, geotiff, length, malformed, npy, pds3, pds4, png_map, unreadable};
+use crate::{ElevationMap, Geometry, MapUnit, TerrainError};
+
+/// What the head of a file says about its raster.
+pub(super) struct Head {
+    pub(super) format: &'static str,
+    pub(super) rows: u64,
+    pub(super) cols: u64,
+    /// Extents of a pixel to the east and to the south, if stated.
+    pub(super) pixel: Option<[f64; 2]>,
+    /// Coordinates of the centre of the north-western pixel.
+    pub(super) north_west: [f64; 2],
+    pub(super) unit: MapUnit,
+    pub(super) sample: Sample,
+    /// Height = stored number x `scale` + `offset`, m.
+    pub(super) scale: f64,
+    pub(super) offset: f64,
+    /// Stored numbers that stand for gaps.
+    pub(super) missing: Vec<f64>,
+    /// The first stored row is the southernmost.
+    pub(super) south_up: bool,
+    pub(super) geo_keys: Option<GeoKeys>,
+}
+
+impl Head {
+    /// A head without place, scale or gaps.
+    pub(super) fn plain(format: &'static str, rows: u64, cols: u64, sample: Sample) -> Head {
+        Head {
+            format,
+            rows,
+            cols,
+            pixel: None,
+            north_west: [0.0; 2],
+            unit: MapUnit::Metre,
+            sample,
+            scale: 1.0,
+            offset: 0.0,
+            missing: Vec::new(),
+            south_up: false,
+            geo_keys: None,
+        }
+    }
+
+    /// The geometry, the caller's pixel before the file's.
+    fn geometry(&self, options: &ReadOptions) -> Result<Geometry, TerrainError> {
+        let side = |n: u64| usize::try_from(n).unwrap_or(usize::MAX);
+        let (rows, cols) = (side(self.rows), side(self.cols));
+        if let Some(pixel) = options.pixel_m {
+            return Geometry::square(rows, cols, pixel);
+        }
+        if rows == 0 || cols == 0 {
+            return Err(TerrainError::Shape { rows, cols, values: 0 });
+        }
+        let Some(pixel) = self.pixel else {
+            return Err(malformed(
+                self.format,
+                "size of a pixel",
+                "the file states none: give one (ReadOptions::pixel_m)",
+            ));
+        };
+        Geometry::new(rows, cols, pixel, self.north_west, self.unit)
+    }
+}
+
+/// Where stored numbers come from.
+pub(super) enum Store<R> {
+    /// From uncompressed bytes.
+    Raw(Raw<R>),
+    /// From compressed strips or tiles.
+    Chunks(Box<Chunks<R>>),
+    /// From memory, row by row.
+    Held(Vec<f64>),
+}
+
+/// A map that is read in windows.
+///
+/// GeoTIFF, `.npy` and PDS rasters are read where a window needs them: whole strips or tiles if they are compressed (64 MiB of them are
+/// kept for the next window), else the bytes of the window alone. ASCII grids and PNG are read whole when they are opened.
+pub struct Windows<R> {
+    store: Store<R>,
+    head: Head,
+    geometry: Geometry,
+    options: ReadOptions,
+    /// Most pixels the bytes of the input can hold.
+    capacity: u64,
+}
+
+/// Pixels for which memory is taken without asking how long the input is.
+const SMALL: u64 = 1 << 16;
+
+impl<R: Read + Seek> Windows<R> {
+    /// Reads the head of a map.
+    ///
+    /// # Errors
+    /// A head that cannot be read, is damaged or not supported.
+    pub fn open(mut reader: R, options: &ReadOptions) -> Result<Windows<R>, TerrainError> {
+        let start = super::bytes_at(&mut reader, 0, 512).map_err(|e| unreadable("map", "first bytes", e))?;
+        let Some(format) = Format::detect(&start) else {
+            let problem = if start.is_empty() {
+                "the file is empty".to_owned()
+            } else {
+                "not the beginning of a GeoTIFF, ESRI ASCII grid, .npy, PDS3 or PDS4 label or PNG".to_owned()
+            };
+            return Err(malformed("map", "first bytes", problem));
+        };
+        let len = length(&mut reader)?;
+        reader.seek(SeekFrom::Start(0)).map_err(|e| unreadable("map", "first bytes", e))?;
+        let (head, store) = match format {
+            Format::Tiff => geotiff::open(reader, len)?,
+            Format::Npy => npy::open(reader, len)?,
+            Format::AsciiGrid => ascii::open(reader, len, options.max_pixels)?,
+            Format::Png => png_map::open(reader, len, options.max_pixels)?,
+            Format::Pds3 => pds3::open(reader, len)?,
+            Format::Pds4 => {
+                return Err(TerrainError::Unsupported {
+                    format: format.name(),
+                    feature: "a label without its raster".to_owned(),
+                    supported: "label and raster together (read_labelled)",
+                });
+            }
+        };
+        Windows::new(head, store, len, options)
+    }
+
+    /// Reads the head of a map whose label (PDS3 or PDS4) is apart from its raster.
+    ///
+    /// # Errors
+    /// As of [`Windows::open`].
+    pub fn open_labelled(
+        label: &[u8],
+        mut data: R,
+        options: &ReadOptions,
+    ) -> Result<Windows<R>, TerrainError> {
+        let len = length(&mut data)?;
+        let (head, store) = match Format::detect(label) {
+            Some(Format::Pds3) => pds3::open_labelled(label, data, len)?,
+            Some(Format::Pds4) => pds4::open(label, data, len)?,
+            _ => return Err(malformed("label", "first bytes", "not the beginning of a PDS3 or PDS4 label")),
+        };
+        Windows::new(head, store, len, options)
+    }
+
+    fn new(
+        mut head: Head,
+        store: Store<R>,
+        len: u64,
+        options: &ReadOptions,
+    ) -> Result<Windows<R>, TerrainError> {
+        for (name, value) in [("scale of heights", options.z_scale), ("offset of heights", options.z_offset)]
+        {
+            if !value.is_finite() || (value == 0.0 && name == "scale of heights") {
+                let allowed = "it must be finite, and a scale not zero";
+                return Err(TerrainError::Number { name, value, allowed });
+            }
+        }
+        let geometry = head.geometry(options)?;
+        head.missing.extend(options.nodata);
+        head.missing.iter_mut().for_each(|m| *m = head.sample.nearest(*m));
+        let expansion = match &store {
+            Store::Raw(_) => 1,
+            Store::Chunks(chunks) => chunks.expansion(),
+            Store::Held(_) => u64::MAX,
+        };
+        let capacity = (len.saturating_mul(expansion) / head.sample.size() as u64).max(SMALL);
+        Ok(Windows { store, head, geometry, options: *options, capacity })
+    }
+
+    /// Where the pixels of the whole map are.
+    pub fn geometry(&self) -> &Geometry {
+        &self.geometry
+    }
+
+    /// The geokeys of a GeoTIFF, for a file made from this one; none if the caller replaced the geometry.
+    pub fn geo_keys(&self) -> Option<&GeoKeys> {
+        self.head.geo_keys.as_ref().filter(|_| self.options.pixel_m.is_none())
+    }
+
+    /// Reads the window of `rows` x `cols` pixels whose first pixel is (`row`, `col`). The datum is the window's own; a window may be
+    /// all gaps.
+    ///
+    /// # Errors
+    /// A window that is empty or leaves the map, more pixels than [`ReadOptions::max_pixels`], damaged bytes.
+    pub fn window(
+        &mut self,
+        row: usize,
+        col: usize,
+        rows: usize,
+        cols: usize,
+    ) -> Result<ElevationMap, TerrainError> {
+        let geometry = self.geometry.window(row, col, rows, cols)?;
+        let pixels = geometry.pixels() as u64;
+        if pixels > self.options.max_pixels {
+            let (rows, cols) = (rows as u64, cols as u64);
+            return Err(TerrainError::TooLarge { rows, cols, limit: self.options.max_pixels });
+        }
+        if pixels > self.capacity {
+            return Err(malformed(
+                self.head.format,
+                "size of the map",
+                format!("{pixels} pixels do not fit into the bytes of the file"),
+            ));
+        }
+        let first = if self.head.south_up { self.geometry.rows() - row - rows } else { row };
+        let mut heights = vec![f64::NAN; geometry.pixels()];
+        let all = self.geometry.cols();
+        match &mut self.store {
+            Store::Raw(raw) => raw.fill(first, col, cols, &mut heights)?,
+            Store::Chunks(chunks) => chunks.fill(first, col, cols, &mut heights)?,
+            Store::Held(held) => {
+                for (r, out) in heights.chunks_exact_mut(cols).enumerate() {
+                    let at = (first + r) * all + col;
+                    out.copy_from_slice(&held[at..at + cols]);
+                }
+            }
+        }
+        self.to_metres(&mut heights);
+        if self.head.south_up {
+            turn_over(&mut heights, cols);
+        }
+        ElevationMap::from_heights(geometry, &heights)
+    }
+
+    /// The whole map, which must have a height.
+    pub(super) fn whole(mut self) -> Result<ElevationMap, TerrainError> {
+        let (rows, cols) = (self.geometry.rows(), self.geometry.cols());
+        let map = self.window(0, 0, rows, cols)?;
+        if map.range().is_none() {
+            return Err(TerrainError::Empty { pixels: map.geometry().pixels() });
+        }
+        Ok(map)
+    }
+
+    /// Stored numbers to heights in metres, NaN for gaps.
+    fn to_metres(&self, values: &mut [f64]) {
+        let scale = self.head.scale * self.options.z_scale;
+        let offset = self.head.offset * self.options.z_scale + self.options.z_offset;
+        let missing = &self.head.missing;
+        for value in values {
+            *value = if missing.contains(value) { f64::NAN } else { *value * scale + offset };
+        }
+    }
+}
+
+/// Reverses the order of rows.
+fn turn_over(values: &mut [f64], cols: usize) {
+    let rows = values.len() / cols;
+    for row in 0..rows / 2 {
+        let (north, south) = values.split_at_mut((rows - 1 - row) * cols);
+        north[row * cols..(row + 1) * cols].swap_with_slice(&mut south[..cols]);
+    }
+}

@@ -1,0 +1,297 @@
+//! Probability of a safe landing, given noisy heights and an uncertain touchdown point.
+//!
+//! Limits on slope and roughness that are applied to noisy heights as they are fail in both ways: the largest of many residuals grows with
+//! the noise, so that safe ground is refused, and limits raised to make up for it accept hazards. Here the noise is taken out first
+//! ([`denoise`]), what is left of it is kept as a standard deviation per pixel, and each limit becomes a probability. The way of
+//! combining them (per pixel, over the footprint and the footpads of every heading, the worst kept, then the navigation error) is
+//! that of T. Ivanov, A. Huertas and J. M. Carson, Probabilistic hazard detection for autonomous safe landing, AIAA 2013-5019,
+//! doi 10.2514/6.2013-5019.
+//!
+//! A pixel is declared safe where the probability reaches [`DECISION`].
+
+mod denoise;
+
+pub use denoise::{Posterior, denoise};
+
+use rayon::prelude::*;
+use std::f64::consts::{SQRT_2, TAU};
+
+use crate::disk::{Disk, Plane, RowSums};
+use crate::{ElevationMap, Raster, TerrainError};
+use denoise::check_noise;
+
+/// Least probability at which a pixel is declared safe.
+pub const DECISION: f64 = 0.99;
+
+/// Headings of the four footpads, which repeat after a quarter turn: every 5 degrees.
+const HEADINGS: usize = 18;
+
+/// What a landing asks of the ground, and how noisy the map is.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Criteria {
+    /// Radius of the disk of the least-squares plane and of the residuals, m.
+    pub radius: f64,
+    /// Largest slope of the plane against the horizontal and of the four footpads, rad.
+    pub slope: f64,
+    /// Largest distance of the ground in the disk from the plane, normal to it, m.
+    pub roughness: f64,
+    /// Distance of the four footpads from the centre, m; none to leave them out.
+    pub footpads: Option<f64>,
+    /// Standard deviation of the white noise of a height, m.
+    pub noise: f64,
+}
+
+/// Probability that the ground around each pixel is within the limits; NaN where the disk or a footpad leaves the map or meets a gap.
+///
+/// The product of three probabilities, each of normal errors:
+/// * slope of the plane over the disk; its gradient has the standard deviation `noise / sqrt(Sxx)`,
+/// * residual of the pixel of the disk that has the least margin in its own standard deviations,
+/// * slope of the plane through the footpads at the worst of 18 headings, 5 degrees apart: contact on the higher diagonal, worse of
+///   the two tips, linearised in the errors of the heights.
+///
+/// # Errors
+/// Limits or a noise out of range, or pixels that are not square or in degrees.
+pub fn safe_landing(map: &ElevationMap, criteria: &Criteria) -> Result<Raster<f32>, TerrainError> {
+    let pixel = map.geometry().square_pixel()?;
+    criteria.check(pixel)?;
+    let posterior = denoise(map, criteria.noise)?;
+    let disk = Disk::new(criteria.radius / pixel);
+    let (raw, clean) = (RowSums::new(map.relative()), RowSums::new(posterior.heights.relative()));
+    let precision: Vec<f32> = posterior.deviation.data().iter().map(|s| s.recip()).collect();
+    let (limit, spread) = (criteria.slope.tan(), criteria.noise / (disk.square.sqrt() * pixel));
+    let pads = criteria.footpads.map(|rho| Footpads::new(&posterior, rho / pixel, pixel, limit));
+    let mut safe = vec![f32::NAN; map.geometry().pixels()];
+    let cols = map.geometry().cols();
+    safe.par_chunks_mut(cols).enumerate().for_each(|(row, line)| {
+        for (col, out) in line.iter_mut().enumerate() {
+            let (Some(noisy), Some(plane)) = (raw.plane(&disk, row, col), clean.plane(&disk, row, col))
+            else {
+                continue;
+            };
+            let slope = noisy.rise[0].hypot(noisy.rise[1]) / pixel;
+            let mut probability = normal((limit - slope) / spread);
+            if probability > 1e-6 {
+                probability *=
+                    smooth(&posterior, &precision, &disk, &plane, [row, col], pixel, criteria.roughness);
+            }
+            if let Some(pads) = &pads {
+                let Some(stands) = pads.probability([row, col]) else { continue };
+                probability *= stands;
+            }
+            *out = probability as f32;
+        }
+    });
+    Raster::new(*map.geometry(), safe)
+}
+
+/// Probability that a landing aimed at each pixel is safe, when it ends with a normal error of standard deviation `error` (m) to the
+/// east and to the north. What is unknown or outside the map is not safe; an unknown pixel stays unknown.
+///
+/// # Errors
+/// An error that is negative or not finite, or pixels that are not square or in degrees.
+pub fn with_navigation_error(safe: &Raster<f32>, error: f64) -> Result<Raster<f32>, TerrainError> {
+    let geometry = *safe.geometry();
+    let sigma = error / geometry.square_pixel()?;
+    if !(error >= 0.0 && sigma.is_finite()) {
+        return Err(TerrainError::Number {
+            name: "navigation error, m",
+            value: error,
+            allowed: "it must be finite and not negative",
+        });
+    }
+    let (rows, cols) = (geometry.rows(), geometry.cols());
+    // Beyond four standard deviations is one landing in 16 000 for each axis.
+    let reach = (4.0 * sigma).ceil() as usize;
+    let mut kernel: Vec<f64> =
+        (0..=reach).map(|k| if k == 0 { 1.0 } else { (-0.5 * (k as f64 / sigma).powi(2)).exp() }).collect();
+    let sum = kernel[0] + 2.0 * kernel[1..].iter().sum::<f64>();
+    kernel.iter_mut().for_each(|k| *k /= sum);
+    let weight = |a: usize, b: usize| kernel[a.abs_diff(b)];
+    let mut along = vec![0.0_f32; rows * cols];
+    along.par_chunks_mut(cols).enumerate().for_each(|(row, line)| {
+        let source = safe.row(row);
+        for (col, out) in line.iter_mut().enumerate() {
+            let near = col.saturating_sub(reach)..(col + reach + 1).min(cols);
+            let sum: f64 =
+                near.filter(|c| !source[*c].is_nan()).map(|c| weight(c, col) * f64::from(source[c])).sum();
+            *out = sum as f32;
+        }
+    });
+    let mut result = vec![0.0_f32; rows * cols];
+    result.par_chunks_mut(cols).enumerate().for_each_init(
+        || vec![0.0_f64; cols],
+        |sums, (row, line)| {
+            sums.fill(0.0);
+            for r in row.saturating_sub(reach)..(row + reach + 1).min(rows) {
+                let w = weight(r, row);
+                sums.iter_mut().zip(&along[r * cols..]).for_each(|(sum, p)| *sum += w * f64::from(*p));
+            }
+            for ((out, sum), known) in line.iter_mut().zip(sums.iter()).zip(safe.row(row)) {
+                *out = if known.is_nan() { f32::NAN } else { *sum as f32 };
+            }
+        },
+    );
+    Raster::new(geometry, result)
+}
+
+impl Criteria {
+    fn check(&self, pixel: f64) -> Result<(), TerrainError> {
+        check_noise(self.noise)?;
+        let positive = "it must be positive and finite";
+        let finite = |x: f64| x.is_finite() && x > 0.0;
+        let rules = [
+            (
+                "radius of the disk, m",
+                self.radius,
+                finite(self.radius) && self.radius >= pixel,
+                "it must be at least a pixel",
+            ),
+            (
+                "largest slope, rad",
+                self.slope,
+                finite(self.slope) && self.slope < 1.5,
+                "it must be in (0, 1.5)",
+            ),
+            ("largest roughness, m", self.roughness, finite(self.roughness), positive),
+            (
+                "distance of the footpads, m",
+                self.footpads.unwrap_or(1.0),
+                finite(self.footpads.unwrap_or(1.0)),
+                positive,
+            ),
+        ];
+        match rules.into_iter().find(|(_, _, fits, _)| !fits) {
+            Some((name, value, _, allowed)) => Err(TerrainError::Number { name, value, allowed }),
+            None => Ok(()),
+        }
+    }
+}
+
+/// Probability that the pixel of the disk with the least margin in its own standard deviations is within the limit.
+fn smooth(
+    posterior: &Posterior,
+    precision: &[f32],
+    disk: &Disk,
+    plane: &Plane,
+    [row, col]: [usize; 2],
+    pixel: f64,
+    limit: f64,
+) -> f64 {
+    const LANES: usize = 8;
+    let heights = posterior.heights.relative();
+    let [east, south] = plane.rise;
+    // Residuals along the vertical are longer than those normal to the plane.
+    let normal_to_plane = (1.0 + (east * east + south * south) / (pixel * pixel)).sqrt();
+    let vertical = (limit * normal_to_plane) as f32;
+    let mut least = [f32::INFINITY; LANES];
+    for (i, &w) in disk.half_widths.iter().enumerate() {
+        let start = heights.geometry().index(row + i - disk.reach, col - w);
+        let end = start + 2 * w + 1;
+        let first = plane.height + south * (i as f64 - disk.reach as f64) - east * w as f64;
+        let (mut ground, step) = (first as f32, east as f32);
+        let (z, p) = (&heights.data()[start..end], &precision[start..end]);
+        let (groups, rest) = z.as_chunks::<LANES>();
+        let (factors, last) = p.as_chunks::<LANES>();
+        let lanes: [f32; LANES] = std::array::from_fn(|k| k as f32 * step);
+        for (z, p) in groups.iter().zip(factors) {
+            for k in 0..LANES {
+                let margin = (vertical - (z[k] - (ground + lanes[k])).abs()) * p[k];
+                least[k] = if margin < least[k] { margin } else { least[k] };
+            }
+            ground += LANES as f32 * step;
+        }
+        for (k, (z, p)) in rest.iter().zip(last).enumerate() {
+            let margin = (vertical - (z - (ground + lanes[k])).abs()) * p;
+            least[k] = if margin < least[k] { margin } else { least[k] };
+        }
+    }
+    normal(f64::from(least.into_iter().fold(f32::INFINITY, f32::min)) / normal_to_plane)
+}
+
+/// Four footpads on expected heights.
+struct Footpads<'a> {
+    posterior: &'a Posterior,
+    /// Distance from the centre, pixels.
+    rho: f64,
+    /// The same, m.
+    arm: f64,
+    limit: f64,
+}
+
+impl Footpads<'_> {
+    fn new(posterior: &Posterior, rho: f64, pixel: f64, limit: f64) -> Footpads<'_> {
+        Footpads { posterior, rho, arm: rho * pixel, limit }
+    }
+
+    /// At the worst heading; none if a pad leaves the map or meets a gap.
+    fn probability(&self, [row, col]: [usize; 2]) -> Option<f64> {
+        let mut worst: f64 = 1.0;
+        for heading in 0..HEADINGS {
+            let (s, c) = (heading as f64 * TAU / (4 * HEADINGS) as f64).sin_cos();
+            let (s, c) = (self.rho * s, self.rho * c);
+            let mut pads = [[0.0; 2]; 4];
+            for (pad, [down, right]) in pads.iter_mut().zip([[-c, s], [s, c], [c, -s], [-s, -c]]) {
+                *pad = self.pad(row as f64 + down, col as f64 + right)?;
+            }
+            // Contact on the higher diagonal.
+            if pads[0][0] + pads[2][0] < pads[1][0] + pads[3][0] {
+                pads.rotate_left(1);
+            }
+            let [a, b, c, d] = pads;
+            let middle = 0.5 * (a[0] + c[0]);
+            let low = if (b[0] - middle).abs() > (d[0] - middle).abs() { b } else { d };
+            let along = (a[0] - c[0]) / (2.0 * self.arm);
+            let across = (low[0] - middle) / self.arm;
+            let both = a[1] * a[1] + c[1] * c[1];
+            let variances = [
+                0.25 * both / (self.arm * self.arm),
+                (low[1] * low[1] + 0.25 * both) / (self.arm * self.arm),
+            ];
+            let slope = along.hypot(across);
+            let variance = if slope > 0.0 {
+                (along * along * variances[0] + across * across * variances[1]) / (slope * slope)
+            } else {
+                variances[0].max(variances[1])
+            };
+            worst = worst.min(normal((self.limit - slope) / variance.sqrt()));
+        }
+        Some(worst)
+    }
+
+    /// Height and standard deviation between four pixels.
+    fn pad(&self, row: f64, col: f64) -> Option<[f64; 2]> {
+        let heights = self.posterior.heights.relative();
+        let (rows, cols) = (heights.geometry().rows(), heights.geometry().cols());
+        let inside = row >= 0.0 && col >= 0.0 && row <= (rows - 1) as f64 && col <= (cols - 1) as f64;
+        if !inside {
+            return None;
+        }
+        let (i, j) = (row as usize, col as usize);
+        let (t, s) = (row - i as f64, col - j as f64);
+        let mut pad = [0.0; 2];
+        for (r, v) in [(i, 1.0 - t), (i + 1, t)] {
+            for (c, u) in [(j, 1.0 - s), (j + 1, s)] {
+                if u * v > 0.0 {
+                    pad[0] += u * v * f64::from(heights.get(r, c));
+                    pad[1] += u * v * f64::from(self.posterior.deviation.get(r, c));
+                }
+            }
+        }
+        pad[0].is_finite().then_some(pad)
+    }
+}
+
+/// Probability of a standard normal variable below `x`, to 1.5e-7 (M. Abramowitz and I. A. Stegun, Handbook of Mathematical
+/// Functions, 1964, 7.1.26).
+fn normal(x: f64) -> f64 {
+    let y = x.abs() / SQRT_2;
+    let t = (1.0 + 0.327_591_1 * y).recip();
+    let series = t
+        * (0.254_829_592
+            + t * (-0.284_496_736 + t * (1.421_413_741 + t * (-1.453_152_027 + t * 1.061_405_429))));
+    let tail = 0.5 * series * (-y * y).exp();
+    if x > 0.0 { 1.0 - tail } else { tail }
+}
+
+#[cfg(test)]
+mod tests;

@@ -1,0 +1,11 @@
+//! Landing sites on a hazard map.
+//!
+//! A candidate is a safe pixel whose clearance is at least that of the criteria. [`choose_sites`] takes the best by a [`SiteRule`] and says
+//! why others lost.
+
+mod choice;
+mod spiral;
+mod table;
+
+pub use choice::{Reason, Rival, ScoreWeights, Site, SiteChoice, SiteRequest, SiteRule, choose_sites};
+pub use spiral::spiral;

@@ -1,0 +1,63 @@
+//! Maps from public archives, where the folder `../shared/terrain` beside the project has them.
+
+use std::fs::File;
+use std::path::PathBuf;
+
+use apsides_terrain::MapUnit;
+use apsides_terrain::io::{ReadOptions, Windows, read};
+
+fn open(name: &str) -> Option<File> {
+    let path = PathBuf::from(env!("CARGO_MANIFEST_DIR")).join("../../../shared/terrain").join(name);
+    let file = File::open(path).ok();
+    if file.is_none() {
+        println!("skipped: ../shared/terrain/{name} is absent");
+    }
+    file
+}
+
+#[test]
+fn gale_from_hirise() {
+    let Some(file) = open("gale_hirise_1m.tif") else { return };
+    let map = read(file, &ReadOptions::default()).unwrap();
+    let g = map.geometry();
+    assert_eq!((g.rows(), g.cols(), g.square_pixel().unwrap(), map.gaps()), (337, 348, 1.0, 0));
+    // Tie point of the corner in the file: 8142406 m, -276455 m.
+    assert_eq!(g.north_west(), [8142406.5, -276455.5]);
+    let [low, high] = map.range().unwrap();
+    assert!((low + 4472.67).abs() < 0.005 && (high + 4437.88).abs() < 0.005, "{low} {high}");
+}
+
+#[test]
+fn gale_from_ctx() {
+    let Some(file) = open("gale_ctx_20m.tif") else { return };
+    let map = read(file, &ReadOptions::default()).unwrap();
+    let g = map.geometry();
+    assert_eq!((g.rows(), g.cols()), (2100, 504));
+    assert!((g.square_pixel().unwrap() - 20.0).abs() < 1e-3);
+    let valid = 1.0 - map.gaps() as f64 / g.pixels() as f64;
+    assert!((valid - 0.53).abs() < 0.005, "{valid}");
+}
+
+#[test]
+fn boulders_as_an_array() {
+    let Some(file) = open("rocky_scene_0p1m.npy") else { return };
+    let options = ReadOptions { pixel_m: Some(0.1), ..ReadOptions::default() };
+    let map = read(file, &options).unwrap();
+    assert_eq!((map.geometry().rows(), map.geometry().cols()), (501, 502));
+    let [low, high] = map.range().unwrap();
+    assert!(low.abs() < 1e-6 && (high - 3.981).abs() < 5e-4, "{low} {high}");
+}
+
+#[test]
+fn the_moon_in_degrees() {
+    let Some(file) = open("moon_global_0p35deg.tif") else { return };
+    let options = ReadOptions { z_scale: 0.5, ..ReadOptions::default() };
+    let mut windows = Windows::open(file, &options).unwrap();
+    let g = *windows.geometry();
+    assert_eq!((g.rows(), g.cols(), g.unit()), (512, 1024, MapUnit::Degree));
+    assert!((g.pixel()[0] - 0.3516).abs() < 1e-4);
+    let window = windows.window(100, 200, 50, 60).unwrap();
+    // Lunar heights stay within 11 km of the sphere.
+    let [low, high] = window.range().unwrap();
+    assert!(low > -11_000.0 && high < 11_000.0, "{low} {high}");
+}
