@@ -1,35 +1,38 @@
-//! Sums over a disk around each pixel, by running sums along rows.
+//! Disks of pixels, and planes over them by running sums along rows.
 
 use crate::Raster;
 
-/// Offsets within a radius, as the half width of each row from the northernmost on.
+/// Offsets below this, in pixels, are rounding.
+pub(crate) const ROUNDING: f64 = 1e-9;
+
+/// Pixels whose centres are within a radius, as one chord for each row.
 #[derive(Clone, Debug)]
 pub(crate) struct Disk {
-    /// Rows above and below the centre.
+    /// Radius in whole pixels.
     pub(crate) reach: usize,
-    /// Columns to each side of the centre, for rows `-reach..=reach`.
-    pub(crate) half_widths: Vec<usize>,
+    /// Half widths of the rows `-reach..=reach`: columns `-w..=w`.
+    pub(crate) half: Vec<usize>,
     /// Number of pixels.
     pub(crate) count: usize,
-    /// Sum of the squared offsets along one axis, pixels2.
-    pub(crate) square: f64,
+    /// Sum of the squares of the column offsets; the same for rows.
+    pub(crate) moment: f64,
 }
 
 impl Disk {
-    /// Offsets no longer than `radius` pixels.
-    pub(crate) fn new(radius: f64) -> Disk {
-        let square = radius * radius + 1e-9;
-        let reach = square.sqrt() as usize;
-        let rows = -(reach as i64)..=reach as i64;
-        let half_widths: Vec<usize> =
-            rows.map(|i| (square - (i * i) as f64).max(0.0).sqrt() as usize).collect();
-        let count = half_widths.iter().map(|w| 2 * w + 1).sum();
-        let square = half_widths
-            .iter()
-            .enumerate()
-            .map(|(i, w)| (2 * w + 1) as f64 * (i as f64 - reach as f64).powi(2))
-            .sum();
-        Disk { reach, half_widths, count, square }
+    pub(crate) fn new(radius_m: f64, pixel_m: f64) -> Disk {
+        let radius = radius_m / pixel_m;
+        let reach = (radius + ROUNDING).floor();
+        let half: Vec<usize> = (-(reach as i64)..=reach as i64)
+            .map(|dy| ((radius * radius - (dy * dy) as f64).max(0.0).sqrt() + ROUNDING).floor() as usize)
+            .collect();
+        let count = half.iter().map(|w| 2 * w + 1).sum();
+        let moment = half.iter().map(|&w| (w * (w + 1) * (2 * w + 1)) as f64 / 3.0).sum();
+        Disk { reach: reach as usize, half, count, moment }
+    }
+
+    /// Offsets of rows with half widths.
+    pub(crate) fn chords(&self) -> impl Iterator<Item = (isize, usize)> + '_ {
+        self.half.iter().enumerate().map(|(k, &w)| (k as isize - self.reach as isize, w))
     }
 }
 
@@ -75,7 +78,7 @@ impl RowSums {
             return None;
         }
         let (mut count, mut sum, mut by_col, mut by_row) = (0.0, 0.0, 0.0, 0.0);
-        for (i, &w) in disk.half_widths.iter().enumerate() {
+        for (i, &w) in disk.half.iter().enumerate() {
             let line = (row + i - r) * (self.cols + 1) + col;
             let (a, b) = (self.sums[line - w], self.sums[line + w + 1]);
             let z = b[1] - a[1];
@@ -86,7 +89,7 @@ impl RowSums {
         }
         (count as usize == disk.count).then(|| Plane {
             height: sum / disk.count as f64,
-            rise: [by_col / disk.square, by_row / disk.square],
+            rise: [by_col / disk.moment, by_row / disk.moment],
         })
     }
 }
@@ -98,9 +101,9 @@ mod tests {
 
     #[test]
     fn the_disks_of_the_references() {
-        let counts = [5.0, 25.0].map(|r| Disk::new(r).count);
+        let counts = [5.0, 25.0].map(|r| Disk::new(r, 1.0).count);
         assert_eq!(counts, [81, 1961]);
-        assert_eq!(Disk::new(0.5).count, 1);
+        assert_eq!(Disk::new(0.5, 1.0).count, 1);
     }
 
     #[test]
@@ -111,7 +114,7 @@ mod tests {
         heights[5 * 30 + 9] = f64::NAN;
         let map = ElevationMap::from_heights(geometry, &heights).unwrap();
         let sums = RowSums::new(map.relative());
-        let disk = Disk::new(3.2);
+        let disk = Disk::new(3.2, 1.0);
         let plane = sums.plane(&disk, 12, 20).unwrap();
         assert!((plane.height + map.datum() - 10.0).abs() < 1e-9);
         assert!((plane.rise[0] - 0.5).abs() < 1e-12 && (plane.rise[1] + 0.25).abs() < 1e-12);

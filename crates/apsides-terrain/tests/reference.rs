@@ -10,12 +10,13 @@ use std::fs;
 use std::io::Cursor;
 use std::path::PathBuf;
 
+use apsides_terrain::ElevationMap;
 use apsides_terrain::hazard::{
     HazardMap, HazardOptions, Layer, LayerChoice, Plane, RobustFit, SiteCriteria, hazard_map,
     hazard_map_with, median_normal_angle,
 };
+use apsides_terrain::io::{ReadOptions, read};
 use apsides_terrain::site::{SiteRequest, SiteRule, choose_sites};
-use apsides_terrain::{ElevationMap, Geometry};
 use serde_json::Value;
 
 fn shared() -> Option<PathBuf> {
@@ -28,30 +29,14 @@ fn shared() -> Option<PathBuf> {
     Some(folder)
 }
 
-/// Heights of a file, m.
+/// Heights of a file, m. The last column of the boulder scene is none.
 fn load(file: &str, pixel_m: f64) -> Option<ElevationMap> {
     let bytes = fs::read(shared()?.join("terrain").join(file)).unwrap();
-    let (rows, cols, heights) = if file.ends_with(".npy") { npy(&bytes) } else { tiff(&bytes) };
-    Some(ElevationMap::from_heights(Geometry::square(rows, cols, pixel_m).unwrap(), &heights).unwrap())
-}
-
-/// The boulder scene, whose last column is none.
-fn npy(bytes: &[u8]) -> (usize, usize, Vec<f64>) {
-    let header = 10 + usize::from(u16::from_le_bytes([bytes[8], bytes[9]]));
-    let text = String::from_utf8_lossy(&bytes[..header]);
-    assert!(text.contains("'<f8'") && text.contains("(501, 502)") && text.contains("'fortran_order': False"));
-    let values = bytes[header..].chunks_exact(8).map(|b| f64::from_le_bytes(b.try_into().unwrap()));
-    let heights = values.enumerate().filter(|(k, _)| k % 502 != 501).map(|(_, z)| z).collect();
-    (501, 501, heights)
-}
-
-fn tiff(bytes: &[u8]) -> (usize, usize, Vec<f64>) {
-    let mut decoder = tiff::decoder::Decoder::new(Cursor::new(bytes)).unwrap();
-    let (cols, rows) = decoder.dimensions().unwrap();
-    let tiff::decoder::DecodingResult::F32(heights) = decoder.read_image().unwrap() else {
-        panic!("the map has heights of 32 bits");
-    };
-    (rows as usize, cols as usize, heights.into_iter().map(f64::from).collect())
+    let options = ReadOptions { pixel_m: Some(pixel_m), ..ReadOptions::default() };
+    let map = read(Cursor::new(bytes), &options).unwrap();
+    let (rows, cols) = (map.geometry().rows(), map.geometry().cols());
+    let cols = if file.ends_with(".npy") { cols - 1 } else { cols };
+    Some(map.window(0, 0, rows, cols).unwrap())
 }
 
 fn truth(name: &str) -> Value {

@@ -62,7 +62,7 @@ pub fn boulders(map: &ElevationMap, search: &BoulderSearch) -> Result<Vec<FoundB
     }
     let (rows, cols) = (map.geometry().rows(), map.geometry().cols());
     let heights = map.relative();
-    let (disk, sums) = (Disk::new(search.diameter / pixel), RowSums::new(heights));
+    let (disk, sums) = (Disk::new(search.diameter, pixel), RowSums::new(heights));
     let mut marks = vec![0_u8; rows * cols];
     marks.par_chunks_mut(cols).enumerate().for_each(|(row, line)| {
         for (col, mark) in line.iter_mut().enumerate() {

@@ -2,7 +2,7 @@
 
 use pulp::{Arch, Simd, WithSimd};
 
-use super::footprint::Disk;
+use crate::disk::Disk;
 
 /// For a block of rows of `stride` values: the largest value within a disk around each, for the rows and columns that are at least
 /// `disk.reach` inside; the others are minus infinity. `work` becomes as long as `values`.

@@ -3,9 +3,9 @@
 use pulp::{Arch, Simd, WithSimd};
 
 use super::extremes::{larger, smaller};
-use super::footprint::Disk;
 use super::plane::Planes;
 use super::tile::Tile;
+use crate::disk::Disk;
 
 /// Side of the blocks whose extremes are known.
 const SIDE: usize = 8;

@@ -1,40 +1,7 @@
-//! Which pixels belong to a disk and which are read for the footpads.
+//! Which pixels are read for the footpads.
 
 use super::SiteCriteria;
-
-/// Offsets below this, in pixels, are rounding.
-const ROUNDING: f64 = 1e-9;
-
-/// Pixels whose centres are within a radius, as one chord for each row.
-#[derive(Clone, Debug)]
-pub(super) struct Disk {
-    /// Radius in whole pixels.
-    pub(super) reach: usize,
-    /// Half widths of the rows `-reach..=reach`: columns `-w..=w`.
-    pub(super) half: Vec<usize>,
-    /// Number of pixels.
-    pub(super) count: usize,
-    /// Sum of the squares of the column offsets; the same for rows.
-    pub(super) moment: f64,
-}
-
-impl Disk {
-    pub(super) fn new(radius_m: f64, pixel_m: f64) -> Disk {
-        let radius = radius_m / pixel_m;
-        let reach = (radius + ROUNDING).floor();
-        let half: Vec<usize> = (-(reach as i64)..=reach as i64)
-            .map(|dy| ((radius * radius - (dy * dy) as f64).max(0.0).sqrt() + ROUNDING).floor() as usize)
-            .collect();
-        let count = half.iter().map(|w| 2 * w + 1).sum();
-        let moment = half.iter().map(|&w| (w * (w + 1) * (2 * w + 1)) as f64 / 3.0).sum();
-        Disk { reach: reach as usize, half, count, moment }
-    }
-
-    /// Offsets of rows with half widths.
-    pub(super) fn chords(&self) -> impl Iterator<Item = (isize, usize)> + '_ {
-        self.half.iter().enumerate().map(|(k, &w)| (k as isize - self.reach as isize, w))
-    }
-}
+use crate::disk::{Disk, ROUNDING};
 
 /// Where the height under the centre of a footpad is read: the pixel to the north west and the fractions of the way to the next ones.
 #[derive(Clone, Copy, Debug)]

@@ -5,12 +5,13 @@ use rayon::prelude::*;
 use super::angle::angle;
 use super::extremes::{larger, largest_within};
 use super::farthest::{Extremes, LEAST_REACH};
-use super::footprint::{Disk, Footpads};
+use super::footprint::Footpads;
 use super::plane::Planes;
 use super::residual::{residuals, roughness_at};
 use super::stance::{Stance, contact_slope_at};
 use super::tile::{Rows, TILE_COLS, TILE_ROWS, Tile};
 use super::{HazardOptions, Layer, LayerChoice, Plane, SiteCriteria, Verdict};
+use crate::disk::Disk;
 use crate::{Geometry, TerrainError};
 
 /// Number of layers.

@@ -2,8 +2,8 @@
 
 use pulp::{Arch, Simd, WithSimd};
 
-use super::footprint::Disk;
 use super::tile::Tile;
+use crate::disk::Disk;
 
 /// Planes of a tile: `z = mean + east * columns + south * rows` around each pixel, m.
 #[derive(Debug, Default)]

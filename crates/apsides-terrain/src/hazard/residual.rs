@@ -2,9 +2,9 @@
 
 use pulp::{Arch, Simd, WithSimd};
 
-use super::footprint::Disk;
 use super::plane::Planes;
 use super::tile::Tile;
+use crate::disk::Disk;
 
 /// Largest and least residual `z - plane` (vertical, m) within a disk, for the pixels of a tile that are `active`; others are
 /// left as they are where that saves time.

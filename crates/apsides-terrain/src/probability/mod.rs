@@ -60,10 +60,10 @@ pub fn safe_landing(map: &ElevationMap, criteria: &Criteria) -> Result<Raster<f3
     let pixel = map.geometry().square_pixel()?;
     criteria.check(pixel)?;
     let posterior = denoise(map, criteria.noise)?;
-    let disk = Disk::new(criteria.radius / pixel);
+    let disk = Disk::new(criteria.radius, pixel);
     let (raw, clean) = (RowSums::new(map.relative()), RowSums::new(posterior.heights.relative()));
     let precision: Vec<f32> = posterior.deviation.data().iter().map(|s| s.recip()).collect();
-    let (limit, spread) = (criteria.slope.tan(), criteria.noise / (disk.square.sqrt() * pixel));
+    let (limit, spread) = (criteria.slope.tan(), criteria.noise / (disk.moment.sqrt() * pixel));
     let pads = criteria.footpads.map(|rho| Footpads::new(&posterior, rho / pixel, pixel, limit));
     let resolved = resolved(criteria.roughness, criteria.noise);
     let mut safe = vec![f32::NAN; map.geometry().pixels()];
@@ -190,7 +190,7 @@ fn smooth(
     let normal_to_plane = (1.0 + (east * east + south * south) / (pixel * pixel)).sqrt();
     let vertical = (limit * normal_to_plane) as f32;
     let mut least = [f32::INFINITY; LANES];
-    for (i, &w) in disk.half_widths.iter().enumerate() {
+    for (i, &w) in disk.half.iter().enumerate() {
         let start = heights.geometry().index(row + i - disk.reach, col - w);
         let end = start + 2 * w + 1;
         let first = plane.height + south * (i as f64 - disk.reach as f64) - east * w as f64;

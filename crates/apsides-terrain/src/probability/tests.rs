@@ -21,7 +21,7 @@ fn noisy(map: &ElevationMap, noise: f64, seed: u64) -> ElevationMap {
 fn plain(map: &ElevationMap, criteria: &Criteria) -> Vec<Option<bool>> {
     let pixel = map.geometry().square_pixel().unwrap();
     let heights = map.relative();
-    let (disk, sums) = (Disk::new(criteria.radius / pixel), RowSums::new(heights));
+    let (disk, sums) = (Disk::new(criteria.radius, pixel), RowSums::new(heights));
     let cols = map.geometry().cols();
     let judge = |k: usize| {
         let (row, col) = (k / cols, k % cols);
@@ -29,7 +29,7 @@ fn plain(map: &ElevationMap, criteria: &Criteria) -> Vec<Option<bool>> {
         let [east, south] = plane.rise;
         let slope = east.hypot(south) / pixel;
         let mut largest: f64 = 0.0;
-        for (i, &w) in disk.half_widths.iter().enumerate() {
+        for (i, &w) in disk.half.iter().enumerate() {
             let line = heights.row(row + i - disk.reach);
             let first = plane.height + south * (i as f64 - disk.reach as f64) - east * w as f64;
             for (j, z) in line[col - w..=col + w].iter().enumerate() {
