@@ -16,7 +16,7 @@ use crate::commands::{Refusal, refusal};
 use crate::terrain::tiff;
 
 /// Most dots on a side of the picture of the map.
-const PICTURE: usize = 3000;
+const PICTURE: usize = 2000;
 
 /// Light of the relief: from the north-west, half up.
 const SUN: [f64; 2] = [-std::f64::consts::FRAC_PI_4, std::f64::consts::FRAC_PI_4];

@@ -87,7 +87,7 @@ pub fn load(file_or_name: &str) -> Result<SiteCriteria, Error> {
     {
         return Ok(criteria);
     }
-    let text = read(path, "criteria", &presets())?;
+    let text = read(path, "preset", &presets())?;
     parse(&text, &format!("file `{file_or_name}`"))
 }
 
