@@ -119,15 +119,18 @@ class Maps:
 def hazards(z, case, strip):
     """Layers, clearance, site, and seconds of each part. `strip` rows at a time, or all."""
     _, pixel, _, _, _, slope_limit, rough_limit, clear = case
-    margin = Maps(z, case).margin
+    whole = Maps(z, case)
+    margin, pads = whole.margin, whole.pad[0]
     rows, cols = z.shape
     found = [numpy.full(z.shape, numpy.nan, numpy.float32) for _ in range(3)]
     strip = strip or rows
     for first in range(margin, rows - margin, strip):
         last = min(first + strip, rows - margin)
-        parts = Maps(z[first - margin : last + margin], case).layers()
+        # A footpad at the edge of a strip has its pixels beyond.
+        above, below = min(pads, first - margin), min(pads, rows - margin - last)
+        parts = Maps(z[first - margin - above : last + margin + below], case).layers()
         for layer, part in zip(found, parts):
-            layer[first:last, margin : cols - margin] = part
+            layer[first:last, margin : cols - margin] = part[above : len(part) - below]
     slope, rough, foot = found
     limit = numpy.float32(numpy.radians(slope_limit))
     safe = (slope <= limit) & (rough <= numpy.float32(rough_limit)) & (foot <= limit)

@@ -1,5 +1,7 @@
 //! What hazard maps must do on any map: turn with it, ignore its height, recover planes, never call a gap safe, and be the same in bands.
 
+#![allow(clippy::unwrap_used, clippy::print_stdout)]
+
 use apsides_terrain::hazard::{
     Belly, HazardBand, HazardMap, HazardOptions, HazardSink, Layer, LayerChoice, Plane, SiteCriteria,
     Verdict, hazard_bands, hazard_map_with,

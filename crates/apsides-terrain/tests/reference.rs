@@ -4,6 +4,8 @@
 //! Maps and reference are not part of the project; without the folder `shared` beside it, or the one that `APSIDES_SHARED` names, the
 //! tests are skipped.
 
+#![allow(clippy::unwrap_used, clippy::print_stdout)]
+
 use std::fs;
 use std::io::Cursor;
 use std::path::PathBuf;

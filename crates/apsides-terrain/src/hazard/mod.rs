@@ -8,6 +8,7 @@ mod angle;
 mod bands;
 mod criteria;
 mod extremes;
+mod farthest;
 mod footprint;
 mod layer;
 mod map;

@@ -3,7 +3,8 @@
 use rayon::prelude::*;
 
 use super::angle::angle;
-use super::extremes::largest_within;
+use super::extremes::{larger, largest_within};
+use super::farthest::{Extremes, LEAST_REACH};
 use super::footprint::{Disk, Footpads};
 use super::plane::Planes;
 use super::residual::{residuals, roughness_at};
@@ -287,13 +288,17 @@ impl Plan {
         if !self.makes(Layer::Roughness) {
             return;
         }
-        let Work { tile, planes, high, low, layers, .. } = work;
+        let Work { tile, planes, high, low, layers, extremes, .. } = work;
         let active = self.active(&work.active, &work.known_disk);
-        residuals(tile, &self.disk, planes, active, high, low);
+        if self.disk.reach < LEAST_REACH {
+            residuals(tile, &self.disk, planes, active, high, low);
+            high.iter_mut().zip(low).for_each(|(high, low)| *high = larger(*high, -*low));
+        } else {
+            extremes.farthest(tile, &self.disk, planes, active, high);
+        }
         let layer = &mut layers[slot(Layer::Roughness)];
-        for (k, roughness) in layer.iter_mut().enumerate() {
-            let (up, down, t) = (high[k], -low[k], planes.tangent[k]);
-            *roughness = (if up > down { up } else { down }) / (1.0 + t * t).sqrt();
+        for ((roughness, far), t) in layer.iter_mut().zip(high).zip(&planes.tangent) {
+            *roughness = *far / (1.0 + t * t).sqrt();
         }
         if let Some(limit) = self.limits[slot(Layer::Roughness)] {
             let at = |y, x| roughness_at(tile, &self.disk, self.pixel_m, y, x);
@@ -412,6 +417,7 @@ struct Work {
     tile: Tile,
     planes: Planes,
     stance: Stance,
+    extremes: Extremes,
     layers: [Vec<f32>; LAYERS],
     verdict: Vec<Verdict>,
     known: Vec<u8>,

@@ -107,7 +107,8 @@ impl Fit<'_> {
         let [s, sx, ss] = &planes.sums;
         let length = TOGETHER * S::F64_LANES;
         let zero = [simd.splat_f64s(0.0); TOGETHER];
-        let (count, moment) = (disk.count as f64, disk.moment);
+        let moment = disk.moment;
+        let (over_count, over_moment, over_pixel) = (1.0 / disk.count as f64, 1.0 / moment, 1.0 / pixel_m);
         let level = f64::from(tile.level);
         for y in 0..tile.rows {
             for x in (0..tile.width).step_by(length) {
@@ -136,19 +137,25 @@ impl Fit<'_> {
                     let (totals, _) = S::as_mut_simd_f64s(&mut totals[..length]);
                     totals.copy_from_slice(&sums);
                 }
+                let at = y * tile.width + x;
+                let mean = &mut planes.mean[at..at + length];
+                let east = &mut planes.east[at..at + length];
+                let south = &mut planes.south[at..at + length];
+                let tangent = &mut planes.tangent[at..at + length];
+                let first = (x + tile.halo) as f64;
+                let [sum, along, across, square] = &totals;
                 for i in 0..length {
-                    let [sum, along, across, square] = totals.map(|t| t[i]);
-                    let at = y * tile.width + x + i;
-                    let east = (along - (x + i + tile.halo) as f64 * sum) / moment;
-                    let south = across / moment;
-                    let steep = (east * east + south * south) / (pixel_m * pixel_m);
-                    planes.mean[at] = (sum / count + level) as f32;
-                    planes.east[at] = east as f32;
-                    planes.south[at] = south as f32;
-                    planes.tangent[at] = steep.sqrt() as f32;
+                    let e = (along[i] - (first + i as f64) * sum[i]) * over_moment;
+                    let s = across[i] * over_moment;
+                    mean[i] = (sum[i] * over_count + level) as f32;
+                    east[i] = e as f32;
+                    south[i] = s as f32;
+                    tangent[i] = ((e * e + s * s).sqrt() * over_pixel) as f32;
                     if RMS {
-                        let rest = square - sum * sum / count - moment * (east * east + south * south);
-                        planes.rms[at] = (rest.max(0.0) / (count * (1.0 + steep))).sqrt() as f32;
+                        let bend = e * e + s * s;
+                        let rest = square[i] - sum[i] * sum[i] * over_count - moment * bend;
+                        let normal = 1.0 + bend * over_pixel * over_pixel;
+                        planes.rms[at + i] = (rest.max(0.0) * over_count / normal).sqrt() as f32;
                     }
                 }
             }

@@ -44,7 +44,7 @@ impl WithSimd for Residuals<'_> {
         for y in 0..tile.rows {
             for x in (0..tile.width).step_by(length) {
                 let at = y * tile.width + x;
-                if active[at..at + length].iter().all(|a| *a == 0) {
+                if active[at..at + length].iter().fold(0, |any, a| any | a) == 0 {
                     continue;
                 }
                 let mut east = [least; TOGETHER];

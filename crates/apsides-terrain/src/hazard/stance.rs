@@ -66,6 +66,8 @@ impl Stand<'_> {
     #[inline(always)]
     fn run<S: Simd, const ALL: bool>(self, simd: S) {
         let Stand { tile, top, pads, active, stance } = self;
+        let headings: Vec<[Corner; 4]> =
+            pads.headings.iter().map(|heading| heading.map(|tap| Corner::new(tile, tap))).collect();
         let length = TOGETHER * S::F32_LANES;
         let infinite = simd.splat_f32s(f32::INFINITY);
         let quarter = (0.25 / (pads.circle_m * pads.circle_m)) as f32;
@@ -73,13 +75,20 @@ impl Stand<'_> {
         for y in 0..tile.rows {
             for x in (0..tile.width).step_by(length) {
                 let at = y * tile.width + x;
-                if active[at..at + length].iter().all(|a| *a == 0) {
+                if active[at..at + length].iter().fold(0, |any, a| any | a) == 0 {
                     continue;
                 }
                 let mut most = [simd.splat_f32s(0.0); TOGETHER];
                 let (mut least, mut seat) = ([infinite; TOGETHER], [infinite; TOGETHER]);
-                for heading in &pads.headings {
-                    let p = heading.map(|tap| sample(simd, tile, top, y, x, tap));
+                let centre = tile.index(y, x);
+                for [c0, c1, c2, c3] in &headings {
+                    // One by one: a closure would not have the vector instructions of this function.
+                    let p = [
+                        sample(simd, top, centre, c0),
+                        sample(simd, top, centre, c1),
+                        sample(simd, top, centre, c2),
+                        sample(simd, top, centre, c3),
+                    ];
                     for i in 0..TOGETHER {
                         let [p0, p1, p2, p3] = [p[0][i], p[1][i], p[2][i], p[3][i]];
                         let (one, other) = (simd.sub_f32s(p0, p2), simd.sub_f32s(p1, p3));
@@ -119,23 +128,41 @@ impl Stand<'_> {
     }
 }
 
+/// A tap in the memory of a tile.
+#[derive(Clone, Copy, Debug)]
+struct Corner {
+    /// Places from the centre to the pixel to the north west.
+    offset: isize,
+    stride: usize,
+    south: f32,
+    east: f32,
+}
+
+impl Corner {
+    fn new(tile: &Tile, tap: Tap) -> Corner {
+        let stride = tile.stride;
+        let offset = tap.row * stride as isize + tap.col;
+        Corner { offset, stride, south: tap.south as f32, east: tap.east as f32 }
+    }
+}
+
 /// Bilinear heights at one offset from pixels in a row.
 #[inline(always)]
-fn sample<S: Simd>(simd: S, tile: &Tile, top: &[f32], y: usize, x: usize, tap: Tap) -> [S::f32s; TOGETHER] {
+fn sample<S: Simd>(simd: S, top: &[f32], centre: usize, corner: &Corner) -> [S::f32s; TOGETHER] {
     let length = TOGETHER * S::F32_LANES;
-    let first = tile.offset(y, x, (tap.row, tap.col));
+    let first = centre.wrapping_add_signed(corner.offset);
     let north = &top[first..][..length + 1];
-    let south = &top[first + tile.stride..][..length + 1];
-    let (east_part, south_part) = (simd.splat_f32s(tap.east as f32), simd.splat_f32s(tap.south as f32));
+    let south = &top[first + corner.stride..][..length + 1];
+    let (north_west, north_east) = (S::as_simd_f32s(&north[..length]).0, S::as_simd_f32s(&north[1..]).0);
+    let (south_west, south_east) = (S::as_simd_f32s(&south[..length]).0, S::as_simd_f32s(&south[1..]).0);
+    let (east_part, south_part) = (simd.splat_f32s(corner.east), simd.splat_f32s(corner.south));
     let mut out = [south_part; TOGETHER];
-    for (i, out) in out.iter_mut().enumerate() {
-        let along = |row: &[f32]| {
-            let west = S::as_simd_f32s(&row[..length]).0[i];
-            let east = S::as_simd_f32s(&row[1..]).0[i];
-            simd.add_f32s(west, simd.mul_f32s(east_part, simd.sub_f32s(east, west)))
-        };
-        let (north, south) = (along(north), along(south));
-        *out = simd.add_f32s(north, simd.mul_f32s(south_part, simd.sub_f32s(south, north)));
+    for i in 0..TOGETHER {
+        let rise = simd.mul_f32s(east_part, simd.sub_f32s(north_east[i], north_west[i]));
+        let above = simd.add_f32s(north_west[i], rise);
+        let rise = simd.mul_f32s(east_part, simd.sub_f32s(south_east[i], south_west[i]));
+        let below = simd.add_f32s(south_west[i], rise);
+        out[i] = simd.add_f32s(above, simd.mul_f32s(south_part, simd.sub_f32s(below, above)));
     }
     out
 }
