@@ -30,6 +30,9 @@ const CONTINUED: f64 = 0.8;
 /// Standard deviation of that ratio.
 const CONTINUED_SPREAD: f64 = 0.7;
 
+/// Detail in the second octave at the top of a half-ellipsoid of 4 to 5 pixels, over its height.
+const SECOND_OCTAVE: f64 = 0.45;
+
 /// B3 spline.
 const KERNEL: [f64; 5] = [0.0625, 0.25, 0.375, 0.25, 0.0625];
 
@@ -93,6 +96,12 @@ pub fn denoise(map: &ElevationMap, noise: f64) -> Result<Posterior, TerrainError
         heights: ElevationMap::from_relative(Raster::new(geometry, heights)?, map.datum())?,
         deviation: Raster::new(geometry, deviation)?,
     })
+}
+
+/// Probability that a rock of a height, 4 to 5 pixels wide, stands out of the noise as [`OUTLIER`] asks.
+pub(super) fn resolved(height: f64, noise: f64) -> f64 {
+    let ([_, second, _], _) = noise_of_levels();
+    super::normal(SECOND_OCTAVE * height / (second * noise) - OUTLIER)
 }
 
 pub(super) fn check_noise(noise: f64) -> Result<(), TerrainError> {

@@ -49,8 +49,6 @@ pub(super) trait Feature: Copy + Send + Sync {
     fn centre(&self) -> [f64; 2];
     /// Half of the side of the square that it changes, m.
     fn reach(&self) -> f64;
-    /// Half of the side of the square around the feature itself, m.
-    fn radius(&self) -> f64;
     /// What it adds to the ground at an offset (east, north; m) from its centre, m; zero outside.
     fn height_at(&self, offset: [f64; 2]) -> f64;
     /// Whether an offset is inside its rim or outline.
@@ -64,10 +62,6 @@ impl Feature for Crater {
 
     fn reach(&self) -> f64 {
         0.5 * EJECTA * self.diameter
-    }
-
-    fn radius(&self) -> f64 {
-        0.5 * self.diameter
     }
 
     fn height_at(&self, [east, north]: [f64; 2]) -> f64 {
@@ -105,10 +99,6 @@ impl Feature for Boulder {
 
     fn reach(&self) -> f64 {
         0.5 * self.axes[0]
-    }
-
-    fn radius(&self) -> f64 {
-        self.reach()
     }
 
     fn height_at(&self, offset: [f64; 2]) -> f64 {

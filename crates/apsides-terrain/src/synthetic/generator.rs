@@ -249,7 +249,7 @@ fn span(
     first: usize,
     count: usize,
 ) -> Option<[usize; 2]> {
-    let (mut centre, reach) = (feature.centre(), feature.reach().max(feature.radius()));
+    let (mut centre, reach) = (feature.centre(), feature.reach());
     let mut ends = [-reach, reach].map(|side| {
         let kept = centre[axis];
         centre[axis] += side;
