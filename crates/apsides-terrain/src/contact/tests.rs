@@ -238,6 +238,47 @@ fn rests_on_rough_ground_touch_with_three_pads() {
     assert!(largest < 1.5_f64.to_radians(), "{} deg", largest.to_degrees());
 }
 
+/// Steepest slope of a raster's lander over 18 headings, and that of rigid landers in contact.
+fn raster_and_contact(pad_radius: f64) -> Vec<(f64, f64)> {
+    let terrain = crate::synthetic::Terrain { rows: 300, cols: 300, ..crate::synthetic::Terrain::fine() };
+    let map = crate::synthetic::Synthetic::new(terrain, 5).unwrap().map().unwrap();
+    let criteria = crate::hazard::SiteCriteria {
+        footpad_radius_m: pad_radius,
+        ..crate::hazard::SiteCriteria::CHANG_E_3_FINE
+    };
+    let hazards = crate::hazard::hazard_map(&map, &criteria).unwrap();
+    let layer = hazards.layer(crate::hazard::Layer::FootpadSlope).unwrap();
+    let ground = Ground::new(&map).unwrap();
+    let lander = Lander { pad_radius, ..POINTS };
+    let mut pairs = Vec::new();
+    for row in (40..260).step_by(11) {
+        for col in (40..260).step_by(11) {
+            let at = map.geometry().position(row as f64, col as f64);
+            let steepest = (0..18)
+                .map(|k| down(&ground, &lander, at, f64::from(k) * 5.0_f64.to_radians()))
+                .filter_map(|down| down.worst().map(|rest| rest.tilt))
+                .fold(0.0, f64::max);
+            pairs.push((f64::from(layer.get(row, col)), steepest));
+        }
+    }
+    pairs
+}
+
+#[test]
+fn slopes_of_a_raster_are_those_of_contact() {
+    // A raster interpolates bilinearly, takes the highest pixel under a footpad (here the highest point), and does not draw the
+    // footpads inwards as the lander tilts.
+    for (radius, middle, largest) in [(0.0, 0.02, 0.5), (0.25, 0.05, 1.0)] {
+        let pairs = raster_and_contact(radius);
+        let mut apart: Vec<f64> = pairs.iter().map(|(a, b)| (a - b).to_degrees().abs()).collect();
+        apart.sort_by(f64::total_cmp);
+        assert!(apart[apart.len() / 2] < middle && apart[apart.len() - 1] < largest, "{radius}");
+        let safe = |slope: f64| slope <= 8.0_f64.to_radians();
+        assert!(pairs.iter().any(|(a, _)| safe(*a)) && pairs.iter().any(|(a, _)| !safe(*a)));
+        assert!(pairs.iter().filter(|(a, b)| safe(*a) != safe(*b)).count() <= pairs.len() / 100);
+    }
+}
+
 const TOUCH: f64 = 1e-6;
 
 #[test]
