@@ -48,6 +48,8 @@ pub(crate) enum Command {
         apsides footprint capsule-reentry --out footprint\n  \
         apsides footprint capsule-reentry --set load_limit_m_s2=inf --bearings 72 --json")]
     Footprint(FootprintArguments),
+    /// Flies a mission many times with deviations at its start, and says where the flights end.
+    Montecarlo(MonteCarloArguments),
     /// List the missions, or the keys of one.
     #[command(after_help = "Examples:\n  apsides missions\n  apsides missions lunar-perilune")]
     Missions {
@@ -157,6 +159,51 @@ pub(crate) struct SweepArguments {
     /// Draw the objective over the first swept number, with strokes as steep as its prices, and the prices below.
     #[arg(long, value_name = "FILE.svg", requires = "sensitivity")]
     pub(crate) figure: Option<PathBuf>,
+    #[command(flatten)]
+    pub(crate) run: RunArguments,
+}
+
+/// Steering of a deviating flight.
+#[derive(Clone, Copy, Debug, clap::ValueEnum)]
+pub(crate) enum GuidanceWord {
+    /// The thrust of the plan as a function of time, along the same directions in space.
+    OpenLoop,
+    /// The optimum from the deviating start to the planned end.
+    Replanned,
+}
+
+/// Arguments of `montecarlo`. Deviations are normal and independent; the sizes are standard deviations.
+#[derive(Debug, Args)]
+pub(crate) struct MonteCarloArguments {
+    #[command(flatten)]
+    pub(crate) mission: MissionArguments,
+    /// Number of flights; with --out those in the file count.
+    #[arg(long, value_name = "N", default_value_t = 1000, value_parser = clap::value_parser!(u32).range(2..=10_000_000))]
+    pub(crate) samples: u32,
+    /// Position along each axis (up, along the course, across), m.
+    #[arg(long = "position-m", value_name = "SIGMA", default_value_t = 0.0)]
+    pub(crate) position: f64,
+    /// Velocity along each axis, m/s.
+    #[arg(long = "velocity-m-s", value_name = "SIGMA", default_value_t = 0.0)]
+    pub(crate) velocity: f64,
+    /// Thrust, per cent.
+    #[arg(long = "thrust-percent", value_name = "SIGMA", default_value_t = 0.0)]
+    pub(crate) thrust: f64,
+    /// Exhaust velocity, per cent.
+    #[arg(long = "exhaust-velocity-percent", value_name = "SIGMA", default_value_t = 0.0)]
+    pub(crate) exhaust_velocity: f64,
+    /// Mass, kg.
+    #[arg(long = "mass-kg", value_name = "SIGMA", default_value_t = 0.0)]
+    pub(crate) mass: f64,
+    /// How the deviating flights are steered.
+    #[arg(long, value_enum, default_value = "open-loop")]
+    pub(crate) guidance: GuidanceWord,
+    /// Write montecarlo.csv, flight by flight, montecarlo.json and montecarlo.svg; a run that was stopped goes on.
+    #[arg(long, value_name = "DIR")]
+    pub(crate) out: Option<PathBuf>,
+    /// Print one JSON object on stdout and nothing else.
+    #[arg(long)]
+    pub(crate) json: bool,
     #[command(flatten)]
     pub(crate) run: RunArguments,
 }

@@ -6,6 +6,7 @@ mod figures;
 mod footprint;
 mod hazard;
 mod hazard_files;
+mod montecarlo;
 mod output;
 mod progress;
 mod reproduce;
@@ -24,6 +25,7 @@ fn main() -> ExitCode {
         Command::Solve(a) => commands::solve(&a),
         Command::Sweep(a) => sweep::run_sweep(&a),
         Command::Footprint(a) => footprint::footprint(&a),
+        Command::Montecarlo(a) => montecarlo::montecarlo(&a),
         Command::Missions { name } => commands::missions(name.as_deref()),
         Command::Check(a) => commands::check(&a),
         Command::Reproduce(a) => reproduce::reproduce(&a),

@@ -20,9 +20,9 @@
 
 use apsides_ad::{Dynamics, Scalar, vector};
 
-use crate::Quantity;
 use crate::equinoctial::{OrbitalFlight, inertial_direction};
 use crate::planar::MASS;
+use crate::{Body, Quantity};
 
 /// Positions along the inertial axes.
 pub const POSITION: [Quantity; 3] =
@@ -115,5 +115,28 @@ impl Dynamics<9, 0> for CartesianInertialThrust {
         let rates = rate(&self.0, &[x, y, z, vx, vy, vz, m], Some(direction));
         let [x, y, z, vx, vy, vz, m] = rates;
         [x, y, z, vx, vy, vz, m, S::from(0.0), S::from(0.0)]
+    }
+}
+
+/// A given force in an inverse-square field; states [`STATES`], controls: components of the force along the inertial axes, N.
+///
+/// For flights whose thrust is known as a function of time, such as that of a nominal flight. The propellant follows from the size of the
+/// force, which must not vanish.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct CartesianForce {
+    /// The body.
+    pub body: Body,
+    /// Effective exhaust velocity, m/s.
+    pub exhaust_velocity: f64,
+}
+
+impl Dynamics<7, 3> for CartesianForce {
+    fn rate<S: Scalar>(&self, _t: S, x: &[S; 7], u: &[S; 3], _p: &[S; 0]) -> [S; 7] {
+        let [x, y, z, vx, vy, vz, m] = *x;
+        let position = [x, y, z];
+        let square = vector::dot(&position, &position);
+        let central = (square * square.sqrt()).recip() * -self.body.gravitational_parameter;
+        let [ax, ay, az] = vector::add(&vector::scale(&position, central), &vector::scale(u, m.recip()));
+        [vx, vy, vz, ax, ay, az, -vector::norm(u, 0.0) / self.exhaust_velocity]
     }
 }

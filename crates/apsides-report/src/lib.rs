@@ -44,6 +44,7 @@ mod error;
 mod figure;
 mod footprint;
 mod html;
+mod montecarlo;
 mod multipliers;
 mod number;
 mod reproduction;
@@ -59,6 +60,7 @@ pub use error::ReportError;
 pub use figure::{Axis, AxisScale, Figure, ReferenceLine, Series, SeriesStyle, Span};
 pub use footprint::{footprint_map, write_footprint};
 pub use html::render_html;
+pub use montecarlo::{SampleFile, landing_figure, write_statistics};
 pub use multipliers::{
     ConstraintMultipliers, ContactMultiplier, IntegralMultipliers, Multipliers, PathMultipliers,
 };

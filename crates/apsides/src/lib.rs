@@ -32,12 +32,14 @@
 //! | [`observer`] | progress |
 
 pub(crate) mod checkpoint;
+pub mod dispersion;
 pub mod error;
 pub mod footprint;
 pub mod key;
 pub(crate) mod method;
 pub mod mission_file;
 pub mod missions;
+pub mod montecarlo;
 pub mod observer;
 pub mod outcome;
 pub mod pipeline;

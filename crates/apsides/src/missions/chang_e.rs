@@ -3,9 +3,13 @@
 
 use super::Kind;
 use crate::Error;
+use dispersed::PlannedBraking;
 use lander::Lander;
 
+pub(super) use dispersed::COLUMNS as DISPERSED_COLUMNS;
+
 mod braking;
+mod dispersed;
 mod guess;
 mod keys;
 mod lander;
@@ -28,6 +32,7 @@ pub(super) const BRAKING: Kind = Kind {
     missing: |_, _| None,
     margins: super::no_margins,
     reach: None,
+    dispersed: Some(|v, t| Ok(Box::new(PlannedBraking::new(v, t)?))),
 };
 
 pub(super) const LANDING: Kind = Kind {
@@ -39,6 +44,7 @@ pub(super) const LANDING: Kind = Kind {
     pose: |v| Lander::of_landing(v).map_err(conflict)?.landing(),
     results: |v, t| Lander::of_landing(v).map_or_else(|_| Default::default(), |l| results::landing(&l, t)),
     headline: &["final_mass_kg", "propellant_kg", "flight_time_s", "touchdown_speed_m_s"],
+    dispersed: None,
     ..BRAKING
 };
 

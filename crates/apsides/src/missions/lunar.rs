@@ -39,6 +39,7 @@ pub(super) const DIRECT: Kind = Kind {
     missing: |_, _| None,
     margins: super::no_margins,
     reach: None,
+    dispersed: None,
 };
 
 pub(super) const PERILUNE: Kind = Kind {
@@ -56,6 +57,7 @@ pub(super) const PERILUNE: Kind = Kind {
     missing: |_, _| None,
     margins: super::no_margins,
     reach: None,
+    dispersed: None,
 };
 
 pub(super) const TWO_PHASE: Kind = Kind {
@@ -79,6 +81,7 @@ pub(super) const TWO_PHASE: Kind = Kind {
     missing: |_, _| None,
     margins: super::no_margins,
     reach: None,
+    dispersed: None,
 };
 
 pub(super) const TRANSFER: Kind = Kind {
@@ -96,6 +99,7 @@ pub(super) const TRANSFER: Kind = Kind {
     missing: |_, _| None,
     margins: super::no_margins,
     reach: None,
+    dispersed: None,
 };
 
 const HEADLINE: &[&str] = &["flight_time_s", "final_mass_kg", "final_thrust_angle_deg"];

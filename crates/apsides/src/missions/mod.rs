@@ -10,6 +10,7 @@ use apsides_shooting::profile::{Independent, Steering};
 use apsides_verify::Check;
 
 use crate::key::{Key, Values};
+use crate::montecarlo::Dispersed;
 use crate::{Curve, Error, Mission, method};
 
 mod chang_e;
@@ -122,7 +123,15 @@ pub(crate) struct Kind {
     pub(crate) margins: fn(&Mission, &Trajectory) -> Result<Scalars, Error>,
     /// How its ends over ground are sought and read, where they are free to choose.
     pub(crate) reach: Option<Reach>,
+    /// Flights that deviate from a solved one.
+    pub(crate) dispersed: Option<Deviating>,
 }
+
+/// The deviating flights of a solved mission.
+pub(crate) type Deviating = fn(&Values, &Trajectory) -> Result<Box<dyn Dispersed>, Error>;
+
+/// Results of a deviating flight.
+pub(crate) const DISPERSED_COLUMNS: &[&str] = chang_e::DISPERSED_COLUMNS;
 
 /// How far the flights of a kind of mission reach over ground; results are `flight_time_s`, `downrange_km` and `crossrange_km`.
 /// Places are longitude and latitude in deg.
@@ -223,6 +232,12 @@ pub(crate) fn kind(name: &str) -> Option<&'static Kind> {
 /// The kinds of mission that have a footprint.
 pub(crate) fn with_reach() -> String {
     let names = KINDS.iter().filter(|k| k.reach.is_some()).map(|k| format!("`{}`", k.name));
+    names.collect::<Vec<_>>().join(", ")
+}
+
+/// The kinds of mission whose flights may deviate.
+pub(crate) fn with_dispersion() -> String {
+    let names = KINDS.iter().filter(|k| k.dispersed.is_some()).map(|k| format!("`{}`", k.name));
     names.collect::<Vec<_>>().join(", ")
 }
 

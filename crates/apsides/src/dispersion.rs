@@ -1,0 +1,117 @@
+//! Deviations of a flight from its plan: their sizes, and samples of them by a seed.
+
+use apsides_metaheuristics::Generator;
+use serde::Serialize;
+
+/// Standard deviations of independent normal deviations at the start of a flight.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize)]
+pub struct Dispersions {
+    /// Position upwards, along the course and across it (to the right), m.
+    pub position_m: [f64; 3],
+    /// Velocity along the same axes, m/s.
+    pub velocity_m_s: [f64; 3],
+    /// Thrust, relative.
+    pub thrust: f64,
+    /// Exhaust velocity, relative.
+    pub exhaust_velocity: f64,
+    /// Mass, kg.
+    pub mass_kg: f64,
+}
+
+/// Deviations of one flight, as [`Dispersions`] has them.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+pub struct Deviation {
+    /// Position upwards, along and across, m.
+    pub position_m: [f64; 3],
+    /// Velocity along the same axes, m/s.
+    pub velocity_m_s: [f64; 3],
+    /// Thrust, relative.
+    pub thrust: f64,
+    /// Exhaust velocity, relative.
+    pub exhaust_velocity: f64,
+    /// Mass, kg.
+    pub mass_kg: f64,
+}
+
+/// Steps between the seeds of two samples: 2^64 by the golden ratio, so that neighbours have nothing in common.
+const STEP: u64 = 0x9E37_79B9_7F4A_7C15;
+
+impl Dispersions {
+    /// The deviations of the sample of an index: a function of seed and index alone, whatever is sampled before it.
+    #[must_use]
+    pub fn sample(&self, seed: u64, index: usize) -> Deviation {
+        let mut random = Generator::new(seed.wrapping_add(STEP.wrapping_mul(index as u64 + 1)));
+        let mut draw = |sigma: f64| sigma * random.normal();
+        Deviation {
+            position_m: self.position_m.map(&mut draw),
+            velocity_m_s: self.velocity_m_s.map(&mut draw),
+            thrust: draw(self.thrust),
+            exhaust_velocity: draw(self.exhaust_velocity),
+            mass_kg: draw(self.mass_kg),
+        }
+    }
+
+    /// All standard deviations, in the order of the fields.
+    #[must_use]
+    pub fn sigmas(&self) -> [f64; 9] {
+        let ([a, b, c], [d, e, f]) = (self.position_m, self.velocity_m_s);
+        [a, b, c, d, e, f, self.thrust, self.exhaust_velocity, self.mass_kg]
+    }
+
+    /// Names of the deviations in the same order, the unit at the end.
+    #[must_use]
+    pub const fn names() -> [&'static str; 9] {
+        [
+            "start_up_m",
+            "start_along_m",
+            "start_across_m",
+            "start_up_m_s",
+            "start_along_m_s",
+            "start_across_m_s",
+            "thrust",
+            "exhaust_velocity",
+            "mass_kg",
+        ]
+    }
+}
+
+impl Deviation {
+    /// All deviations, in the order of [`Dispersions::names`].
+    #[must_use]
+    pub fn values(&self) -> [f64; 9] {
+        let ([a, b, c], [d, e, f]) = (self.position_m, self.velocity_m_s);
+        [a, b, c, d, e, f, self.thrust, self.exhaust_velocity, self.mass_kg]
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::Dispersions;
+
+    #[test]
+    fn samples_have_their_deviations_and_no_correlation() {
+        let dispersions = Dispersions {
+            position_m: [100.0, 10.0, 1.0],
+            velocity_m_s: [3.0; 3],
+            thrust: 0.01,
+            exhaust_velocity: 0.002,
+            mass_kg: 5.0,
+        };
+        const N: usize = 20_000;
+        let samples: Vec<[f64; 9]> = (0..N).map(|k| dispersions.sample(7, k).values()).collect();
+        let sigmas = dispersions.sigmas();
+        let mean_of = |f: &dyn Fn(&[f64; 9]) -> f64| samples.iter().map(f).sum::<f64>() / N as f64;
+        for i in 0..9 {
+            assert!(mean_of(&|s| s[i] / sigmas[i]).abs() < 0.03);
+            assert!((mean_of(&|s| (s[i] / sigmas[i]).powi(2)) - 1.0).abs() < 0.05);
+            for j in 0..i {
+                assert!(mean_of(&|s| s[i] * s[j] / (sigmas[i] * sigmas[j])).abs() < 0.03);
+            }
+        }
+        // The next sample of the same component as well.
+        let successive = samples.windows(2).map(|w| w[0][0] * w[1][0]).sum::<f64>() / N as f64 / 1e4;
+        assert!(successive.abs() < 0.03);
+        assert_eq!(dispersions.sample(7, 12), dispersions.sample(7, 12));
+        assert_ne!(dispersions.sample(7, 12), dispersions.sample(8, 12));
+    }
+}

@@ -1,0 +1,272 @@
+//! Monte Carlo: many flights that deviate from a solved one, with the thrust of the plan or planned anew.
+//!
+//! The deviations of a sample depend on seed and index alone, so that results are the same for any number of threads, and a run can be
+//! continued behind the samples that are there.
+
+use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
+use std::sync::mpsc;
+use std::thread;
+
+use serde::Serialize;
+
+use crate::dispersion::{Deviation, Dispersions};
+use crate::missions::with_dispersion;
+use crate::{Error, Mission, Outcome};
+
+/// How a deviating flight is steered.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum Guidance {
+    /// The thrust of the plan as a function of time, along the same directions in space.
+    OpenLoop,
+    /// The optimum from the deviating start to the planned end, with full knowledge of the deviations.
+    Replanned,
+}
+
+/// What to fly.
+#[derive(Clone, Debug, PartialEq)]
+pub struct MonteCarlo {
+    /// Number of samples, those that are there already included.
+    pub samples: usize,
+    /// Seed of the deviations.
+    pub seed: u64,
+    /// Threads; the results do not depend on it.
+    pub threads: usize,
+    /// Sizes of the deviations.
+    pub dispersions: Dispersions,
+    /// Steering.
+    pub guidance: Guidance,
+}
+
+/// One flight.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct Sample {
+    /// Index from 0.
+    pub index: usize,
+    /// Its deviations, in the order of [`Dispersions::names`].
+    pub deviations: Vec<f64>,
+    /// Its results, in the order of [`Dispersed::columns`]; NaN all over for a flight that did not end.
+    pub results: Vec<f64>,
+}
+
+/// One result over all flights that ended.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct Spread {
+    /// Its name, the unit at the end.
+    pub name: &'static str,
+    /// Mean.
+    pub mean: f64,
+    /// Standard deviation.
+    pub sigma: f64,
+    /// Standard deviation by the state-transition matrix of the planned flight, with its thrust.
+    pub linear_sigma: Option<f64>,
+    /// Percentiles 1, 50, 99.
+    pub percentiles: [f64; 3],
+    /// Largest absolute value.
+    pub largest: f64,
+}
+
+/// The ellipse of one standard deviation of the ends over ground.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+pub struct Ellipse {
+    /// Its centre along and across the course, m.
+    pub centre_m: [f64; 2],
+    /// Its semi-axes, the larger first, m.
+    pub semi_axes_m: [f64; 2],
+    /// Angle of the larger one from the course, to the right, deg.
+    pub angle_deg: f64,
+}
+
+/// What the samples amount to.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct Statistics {
+    /// Number of flights.
+    pub samples: usize,
+    /// Those that did not end.
+    pub failed: usize,
+    /// Part of all flights that ended within 1 m of the planned end.
+    pub within_1_m: f64,
+    /// Each result.
+    pub spreads: Vec<Spread>,
+    /// Ends over ground.
+    pub ellipse: Option<Ellipse>,
+}
+
+/// Deviating flights of a solved mission.
+pub(crate) trait Dispersed: Sync {
+    /// Names of the results, the unit at the end; `up_m`, `along_m`, `across_m` are among them.
+    fn columns(&self) -> &'static [&'static str];
+    /// Results of one flight; none if it does not end.
+    fn fly(&self, deviation: &Deviation, guidance: Guidance) -> Option<Vec<f64>>;
+    /// Standard deviations of the first results by the state-transition matrix, with the thrust of the plan.
+    fn linear_sigmas(&self, dispersions: &Dispersions) -> Vec<f64>;
+}
+
+impl MonteCarlo {
+    /// Flies the samples behind those that are `done`, in order; `each` sees every new one and says whether to go on.
+    ///
+    /// # Errors
+    /// A mission without dispersions or a plan that cannot be flown; negative or infinite sizes.
+    pub fn run(
+        &self,
+        mission: &Mission,
+        plan: &Outcome,
+        mut done: Vec<Sample>,
+        mut each: impl FnMut(&Sample) -> bool,
+    ) -> Result<(Vec<Sample>, Statistics), Error> {
+        for (name, sigma) in Dispersions::names().into_iter().zip(self.dispersions.sigmas()) {
+            if !(sigma >= 0.0 && sigma.is_finite()) {
+                let reason = format!(
+                    "the standard deviation of `{name}` is {sigma}, it must be finite and not negative"
+                );
+                return Err(Error::Conflict { place: "dispersions".into(), reason });
+            }
+        }
+        let Some(of) = mission.kind.dispersed else {
+            let reason = format!(
+                "`{}` has no Monte Carlo; missions that have: {}",
+                mission.kind.name,
+                with_dispersion()
+            );
+            return Err(Error::Conflict { place: "mission".into(), reason });
+        };
+        let flights = of(&mission.values, &plan.trajectory)?;
+        done.truncate(self.samples);
+        let (next, stopped) = (AtomicUsize::new(done.len()), AtomicBool::new(false));
+        let (sender, inbox) = mpsc::channel::<Sample>();
+        thread::scope(|scope| {
+            for _ in 0..self.threads.max(1) {
+                let (sender, next, stopped, flights) = (sender.clone(), &next, &stopped, &*flights);
+                scope.spawn(move || {
+                    loop {
+                        let index = next.fetch_add(1, Ordering::Relaxed);
+                        if index >= self.samples || stopped.load(Ordering::Relaxed) {
+                            break;
+                        }
+                        let deviation = self.dispersions.sample(self.seed, index);
+                        let columns = flights.columns().len();
+                        let results =
+                            flights.fly(&deviation, self.guidance).unwrap_or_else(|| vec![f64::NAN; columns]);
+                        // The receiver outlives all threads.
+                        let _ =
+                            sender.send(Sample { index, deviations: deviation.values().to_vec(), results });
+                    }
+                });
+            }
+            drop(sender);
+            // Out of order they wait for those before them.
+            let mut waiting = std::collections::BTreeMap::new();
+            for sample in inbox {
+                waiting.insert(sample.index, sample);
+                while let Some(sample) = waiting.remove(&done.len()) {
+                    if !each(&sample) {
+                        stopped.store(true, Ordering::Relaxed);
+                    }
+                    done.push(sample);
+                }
+            }
+        });
+        let linear = match self.guidance {
+            Guidance::OpenLoop => flights.linear_sigmas(&self.dispersions),
+            Guidance::Replanned => Vec::new(),
+        };
+        let statistics = statistics(&done, flights.columns(), &linear);
+        Ok((done, statistics))
+    }
+
+    /// Names of the results of a mission's flights.
+    ///
+    /// # Errors
+    /// As [`run`](Self::run).
+    pub fn columns(mission: &Mission) -> &'static [&'static str] {
+        mission.kind.dispersed.map_or(&[], |_| crate::missions::DISPERSED_COLUMNS)
+    }
+}
+
+fn statistics(samples: &[Sample], columns: &'static [&'static str], linear: &[f64]) -> Statistics {
+    let ended: Vec<&Sample> = samples.iter().filter(|s| s.results.iter().all(|v| v.is_finite())).collect();
+    let column = |name: &str| columns.iter().position(|c| *c == name);
+    let spread = |(k, name): (usize, &&'static str)| {
+        let mut values: Vec<f64> = ended.iter().map(|s| s.results[k]).collect();
+        values.sort_by(f64::total_cmp);
+        let mean = mean(&values);
+        Spread {
+            name,
+            mean,
+            sigma: covariance(&values, &values, mean, mean).sqrt(),
+            linear_sigma: linear.get(k).copied(),
+            percentiles: [0.01, 0.5, 0.99].map(|p| percentile(&values, p)),
+            largest: values.iter().fold(0.0, |m: f64, v| m.max(v.abs())),
+        }
+    };
+    let spreads: Vec<Spread> = columns.iter().enumerate().map(spread).collect();
+    let places = column("up_m").zip(column("along_m")).zip(column("across_m"));
+    let near = |s: &&&Sample| {
+        places.is_some_and(|((u, a), c)| {
+            [u, a, c].iter().map(|k| s.results[*k].powi(2)).sum::<f64>().sqrt() <= 1.0
+        })
+    };
+    let within = ended.iter().filter(near).count() as f64 / samples.len().max(1) as f64;
+    let ellipse = places.filter(|_| ended.len() > 2).map(|((_, along), across)| {
+        let of = |k: usize| ended.iter().map(|s| s.results[k]).collect::<Vec<f64>>();
+        ellipse(&of(along), &of(across))
+    });
+    Statistics {
+        samples: samples.len(),
+        failed: samples.len() - ended.len(),
+        within_1_m: within,
+        spreads,
+        ellipse,
+    }
+}
+
+fn mean(values: &[f64]) -> f64 {
+    values.iter().sum::<f64>() / values.len() as f64
+}
+
+fn covariance(a: &[f64], b: &[f64], mean_a: f64, mean_b: f64) -> f64 {
+    let sum: f64 = a.iter().zip(b).map(|(x, y)| (x - mean_a) * (y - mean_b)).sum();
+    sum / (a.len() as f64 - 1.0)
+}
+
+/// Of sorted values, between neighbours by a straight line.
+fn percentile(values: &[f64], part: f64) -> f64 {
+    let place = part * (values.len() as f64 - 1.0);
+    let (low, high) = (place.floor() as usize, place.ceil() as usize);
+    match (values.get(low), values.get(high)) {
+        (Some(a), Some(b)) => a + (place - low as f64) * (b - a),
+        _ => f64::NAN,
+    }
+}
+
+fn ellipse(along: &[f64], across: &[f64]) -> Ellipse {
+    let (a, c) = (mean(along), mean(across));
+    let (aa, cc) = (covariance(along, along, a, a), covariance(across, across, c, c));
+    let ac = covariance(along, across, a, c);
+    let (middle, half) = (0.5 * (aa + cc), (0.25 * (aa - cc).powi(2) + ac * ac).sqrt());
+    Ellipse {
+        centre_m: [a, c],
+        semi_axes_m: [(middle + half).sqrt(), (middle - half).max(0.0).sqrt()],
+        angle_deg: (0.5 * (2.0 * ac).atan2(aa - cc)).to_degrees(),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::{ellipse, percentile};
+
+    #[test]
+    fn percentiles_and_ellipses() {
+        let values: Vec<f64> = (0..=100).map(f64::from).collect();
+        assert_eq!([0.01, 0.5, 0.995].map(|p| percentile(&values, p)), [1.0, 50.0, 99.5]);
+        assert!(percentile(&[], 0.5).is_nan());
+        // Points on a line at 30 deg to the right of the course.
+        let points: Vec<f64> = (-10..=10).map(f64::from).collect();
+        let (sin, cos) = 30f64.to_radians().sin_cos();
+        let along: Vec<f64> = points.iter().map(|p| 3.0 + cos * p).collect();
+        let across: Vec<f64> = points.iter().map(|p| sin * p).collect();
+        let e = ellipse(&along, &across);
+        assert!((e.angle_deg - 30.0).abs() < 1e-9 && (e.centre_m[0] - 3.0).abs() < 1e-12);
+        assert!((e.semi_axes_m[0] - (770.0_f64 / 20.0).sqrt()).abs() < 1e-9 && e.semi_axes_m[1] < 1e-6);
+    }
+}
