@@ -1,0 +1,10 @@
+//! Optimal control by convex programs.
+
+pub mod descent;
+pub mod error;
+
+pub use descent::{
+    ActiveArc, DescentLimits, DescentSettings, DescentSolution, DescentSolver, Divert, DivertPlanner,
+    DivertSettings, FlightTime, Hold, Limit, LowerBound, Outcome, PoweredDescent,
+};
+pub use error::ConvexError;
