@@ -4,7 +4,6 @@ pub mod divert;
 mod flight_time;
 pub mod problem;
 mod program;
-mod rows;
 pub mod settings;
 pub mod solution;
 pub mod solver;

@@ -46,7 +46,7 @@ fn moon(divert: f64, tilt_deg: f64) -> PoweredDescent {
 }
 
 fn solve(problem: &PoweredDescent, settings: DescentSettings) -> DescentSolution {
-    DescentSolver::new(problem, settings).unwrap().solve().unwrap()
+    DescentSolver::new(problem, settings).and_then(|mut s| s.solve()).expect("well-posed")
 }
 
 fn with(intervals: usize, flight_time: Option<f64>) -> DescentSettings {

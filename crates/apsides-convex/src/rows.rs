@@ -67,10 +67,10 @@ impl Rows {
     }
 
     /// All data, with an objective.
-    pub(crate) fn data(&self, linear: Vec<f64>) -> ConicData {
+    pub(crate) fn data(&self, linear: Vec<f64>, quadratic: Triplets) -> ConicData {
         ConicData {
             linear,
-            quadratic: Triplets::default(),
+            quadratic,
             matrix: self.matrix.clone(),
             right_hand_side: self.right_hand_side.clone(),
             cones: self.cones.clone(),
