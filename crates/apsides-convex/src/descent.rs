@@ -9,7 +9,8 @@
 //!
 //! and at the optimum `|u| = s` almost everywhere, because the costate of the velocity vanishes at most at instants: the relaxation is
 //! lossless (Acikmese and Ploen 2007, Lemma 2; with a pointing limit Acikmese, Carson, Blackmore 2013). The solution reports the largest gap
-//! `1 - |u|/s`. In the discrete problem a single control point may be slack: the first one of a straight vertical fall is.
+//! `1 - |u|/s`. It is not small where less upward thrust than `T1` would be best, as at the start of a straight fall: only thrust
+//! that chatters sideways comes near.
 //!
 //! The bounds on `s` are expanded about a reference `d*`: the upper one as `1 - e`, `e = d - d*`, which lies below the exponential, the
 //! lower one as the tangent `1 - e` or as `1 - e + e^2/2` ([`LowerBound`]). Instead of the reference of the paper, full thrust from the start,

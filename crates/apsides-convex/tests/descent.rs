@@ -4,7 +4,9 @@ use apsides_convex::{
     ConvexError, DescentLimits, DescentSettings, DescentSolution, DescentSolver, DivertPlanner,
     DivertSettings, FlightTime, Hold, LowerBound, Outcome, PoweredDescent,
 };
+use apsides_ode::{FnSystem, Integrator, OdeSettings};
 use apsides_problems::powered_descent::{GLIDE_SLOPE, PROBLEM};
+use proptest::prelude::*;
 
 /// Start and vehicle of B. Acikmese and S. Ploen, J. Guid. Control Dyn. 30 (2007) 1353, doi 10.2514/1.27553.
 fn mars(glide_slope_deg: Option<f64>) -> PoweredDescent {
@@ -165,7 +167,7 @@ fn lunar_diverts_agree_with_collocation() {
         let s = solve(&moon(divert, tilt), with(50, None));
         assert_eq!(s.outcome, Outcome::Landed, "{divert} {tilt}");
         assert!((s.propellant / reference - 1.0).abs() < 2e-3, "{divert} m, {tilt} deg: {}", s.propellant);
-        // Of the vertical fall the relaxation is not tight at the first control point; elsewhere it is.
+        // At the start of the vertical fall less upward thrust than the least would be best: not tight at one control point.
         let gaps = s.thrusts.iter().zip(&s.throttles).map(|(t, m)| 1.0 - t[0].hypot(t[2]) / m);
         let first = if divert == 0.0 { 0.01 } else { 1e-5 };
         assert!(gaps.clone().next().unwrap() < first && gaps.skip(1).all(|g| g < 1e-5), "{divert} {tilt}");
@@ -184,7 +186,7 @@ fn a_planner_finds_what_a_solver_finds() {
     let problem = moon(0.0, 60.0);
     let mut planner = DivertPlanner::new(&problem, DivertSettings::default()).unwrap();
     let diverts = planner.plan(&sites).unwrap();
-    assert!(planner.solves() <= 17 + 8 * sites.len());
+    assert!(planner.solves() <= 17 + 7 * sites.len());
     for d in &diverts {
         assert_eq!(d.outcome, Outcome::Landed, "{d:?}");
         let s = solve(&PoweredDescent { target: d.target, ..problem }, with(20, None));
@@ -262,4 +264,65 @@ fn ill_posed_requests_are_refused_by_name() {
     }
     let mut planner = DivertPlanner::new(&mars(None), DivertSettings::default()).unwrap();
     assert!(planner.divert([f64::NAN, 0.0, 0.0]).is_err());
+}
+
+/// Flies the equations of motion with the thrust of a solution, `T = m u` and `u` linear between the nodes; position, velocity, mass at the end.
+fn fly(problem: &PoweredDescent, solution: &DescentSolution) -> [f64; 7] {
+    let cross = |a: &[f64; 3], b: &[f64; 3]| -> [f64; 3] {
+        std::array::from_fn(|k| a[(k + 1) % 3] * b[(k + 2) % 3] - a[(k + 2) % 3] * b[(k + 1) % 3])
+    };
+    let mut x = [0.0; 7];
+    x[..3].copy_from_slice(&problem.position);
+    x[3..6].copy_from_slice(&problem.velocity);
+    x[6] = problem.mass;
+    let mut integrator = Integrator::new(7, OdeSettings::with_tolerance(1e-11)).expect("valid settings");
+    for k in 0..solution.times.len() - 1 {
+        let (t0, t1) = (solution.times[k], solution.times[k + 1]);
+        let u = |t: f64| -> [f64; 3] {
+            let f = (t - t0) / (t1 - t0);
+            std::array::from_fn(|c| {
+                let at = |n: usize| solution.thrusts[n][c] / solution.masses[n];
+                (1.0 - f) * at(k) + f * at(k + 1)
+            })
+        };
+        let system = FnSystem::new(7, |t, x: &[f64], dx: &mut [f64]| {
+            let (u, w) = (u(t), &problem.rotation);
+            let (r, v) = ([x[0], x[1], x[2]], [x[3], x[4], x[5]]);
+            let (coriolis, centrifugal) = (cross(w, &v), cross(w, &cross(w, &r)));
+            for c in 0..3 {
+                dx[c] = v[c];
+                dx[3 + c] = problem.gravity[c] + u[c] - 2.0 * coriolis[c] - centrifugal[c];
+            }
+            dx[6] = -x[6] * u.iter().map(|c| c * c).sum::<f64>().sqrt() / problem.exhaust_velocity;
+        });
+        let start = x;
+        integrator.integrate(&system, t0, &start, t1, &mut x).expect("finite");
+    }
+    x
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig { cases: 12, ..ProptestConfig::default() })]
+    #[test]
+    fn a_flight_with_the_controls_arrives(
+        x in -1500.0..1500.0_f64, y in -1500.0..1500.0_f64, z in 1200.0..2500.0_f64,
+        vx in -60.0..60.0_f64, vy in -60.0..60.0_f64, vz in -80.0..0.0_f64, spin in 0.0..2e-4_f64,
+    ) {
+        let problem = PoweredDescent {
+            position: [x, y, z],
+            velocity: [vx, vy, vz],
+            rotation: [spin, -0.5 * spin, spin],
+            ..mars(None)
+        };
+        let s = solve(&problem, with(30, None));
+        prop_assert_eq!(s.outcome, Outcome::Landed);
+        let end = fly(&problem, &s);
+        for c in 0..3 {
+            prop_assert!((end[c] - problem.target[c]).abs() < 0.02 && end[3 + c].abs() < 0.02, "{:?}", end);
+        }
+        // The relaxed flow is an upper bound between the nodes, where linear controls turn.
+        let mass = s.masses[s.masses.len() - 1];
+        prop_assert!(end[6] > mass - 1e-3 && end[6] < mass + 2.0, "{} {}", end[6], mass);
+        prop_assert!(s.throttles.iter().all(|t| *t > problem.thrust[0] - 1.0 && *t < problem.thrust[1] + 1.0));
+    }
 }

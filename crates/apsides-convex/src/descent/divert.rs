@@ -16,18 +16,18 @@ use crate::error::require;
 pub struct DivertSettings {
     /// Discretisation; `flight_time` and `mass_passes` are not used.
     pub descent: DescentSettings,
-    /// Most solves per site, default 8.
+    /// Most solves per site, default 7.
     pub solves: usize,
     /// Solves for the first site, default 16.
     pub first_solves: usize,
-    /// First step of the flight time, relative, default 0.04.
+    /// First step of the flight time, relative, default 0.02.
     pub time_step: f64,
 }
 
 impl Default for DivertSettings {
     fn default() -> Self {
         let descent = DescentSettings { intervals: 20, block: 5, ..DescentSettings::default() };
-        Self { descent, solves: 8, first_solves: 16, time_step: 0.04 }
+        Self { descent, solves: 7, first_solves: 16, time_step: 0.02 }
     }
 }
 
