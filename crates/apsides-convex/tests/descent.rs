@@ -197,6 +197,31 @@ fn a_planner_finds_what_a_solver_finds() {
 }
 
 #[test]
+fn plans_renewed_in_flight_agree_with_the_first() {
+    let problem = mars(Some(4.0));
+    let mut solver = DescentSolver::new(&problem, with(60, None)).unwrap();
+    let first = solver.solve().unwrap();
+    for node in [10, 30, 50] {
+        solver.set_start(first.positions[node], first.velocities[node], first.masses[node]).unwrap();
+        let again = solver.solve().unwrap();
+        assert_eq!(again.outcome, Outcome::Landed);
+        let left = first.masses[node] - first.masses[first.masses.len() - 1];
+        // By the principle of optimality, but for the discretisation, which is finer now.
+        assert!((again.propellant - left).abs() < 0.06, "{node}: {} {left}", again.propellant);
+        assert!((again.flight_time + first.times[node] - first.flight_time).abs() < 0.3);
+    }
+    assert!(solver.set_start([0.0, 0.0, -5.0], [0.0; 3], 1600.0).is_err());
+    assert!(solver.set_start([0.0, 0.0, 500.0], [0.0; 3], 1500.0).is_err());
+    // Elsewhere from the start again.
+    solver.set_start(problem.position, problem.velocity, problem.mass).unwrap();
+    solver.set_target([100.0, 50.0, 0.0]).unwrap();
+    let there = solver.solve().unwrap();
+    let fresh = solve(&PoweredDescent { target: [100.0, 50.0, 0.0], ..problem }, with(60, None));
+    assert_eq!(there.outcome, Outcome::Landed);
+    assert!((there.propellant - fresh.propellant).abs() < 1e-3);
+}
+
+#[test]
 fn a_distant_target_is_out_of_reach_by_the_landing_error() {
     // L. Blackmore, B. Acikmese, D. Scharf, J. Guid. Control Dyn. 33 (2010) 1161, doi 10.2514/1.47202: the least landing error.
     let mut problem = mars(None);

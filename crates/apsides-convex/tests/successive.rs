@@ -14,9 +14,11 @@ fn solve(ocp: &Ocp, guess: &Guess, settings: SuccessiveSettings) -> SuccessiveSo
 fn difference(name: &str, intervals: usize, most_iterations: usize) -> f64 {
     let problem = apsides_problems::find(name).expect("in the gallery");
     let case = problem.pose().expect("well-posed");
-    let s = solve(&case.ocp, &case.guess, SuccessiveSettings { intervals, ..SuccessiveSettings::default() });
+    let settings =
+        SuccessiveSettings { intervals, max_iterations: most_iterations, ..SuccessiveSettings::default() };
+    let s = solve(&case.ocp, &case.guess, settings);
     assert_eq!(s.status, SuccessiveStatus::Converged, "{name}");
-    assert!(s.violation < 1e-6 && s.records.len() <= most_iterations, "{name}: {}", s.records.len());
+    assert!(s.violation < 1e-6, "{name}: {:e}", s.violation);
     problem.optimum.relative_difference(s.trajectory.objective)
 }
 
@@ -44,6 +46,21 @@ fn jumps_and_contacts_are_met_to_the_length_of_an_interval() {
         ("powered_descent_glide_slope", 40, 3e-4, 80),
     ] {
         let d = difference(name, intervals, iterations);
+        assert!(d.abs() < tolerance, "{name}: {d:e}");
+    }
+    // Strongly nonlinear equations, mixed constraints, singular arcs.
+    for (name, tolerance, iterations) in [
+        ("cart_pole", 1e-3, 200),
+        ("pvtol", 1e-4, 200),
+        ("van_der_pol", 2e-4, 40),
+        ("rayleigh_path", 1e-3, 80),
+        ("brachistochrone_wall", 1e-5, 40),
+        ("free_flying_robot", 2e-2, 40),
+        ("di_singular_arc", 1e-4, 120),
+        ("catmix", 1e-4, 200),
+        ("goddard_cops", 1e-4, 80),
+    ] {
+        let d = difference(name, 40, iterations);
         assert!(d.abs() < tolerance, "{name}: {d:e}");
     }
     let (coarse, fine) = (difference("moon_lander_soft", 20, 40), difference("moon_lander_soft", 80, 40));

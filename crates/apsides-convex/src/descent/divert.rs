@@ -71,19 +71,18 @@ impl DivertPlanner {
         Ok(Self { program, settings, time: None, solves: 0 })
     }
 
-    /// Starts from another state; masses, limits and the discretisation stay.
+    /// Starts from another state: the analysis of the program and its typical sizes stay.
     ///
     /// # Errors
-    /// [`ConvexError`] when it is not finite or outside the limits.
+    /// [`ConvexError`] when it is not finite, has no propellant or is outside the limits.
     pub fn set_start(
         &mut self,
         position: [f64; 3],
         velocity: [f64; 3],
         mass: f64,
     ) -> Result<(), ConvexError> {
-        let problem = PoweredDescent { position, velocity, mass, ..*self.program.problem() };
-        problem.check()?;
-        self.program = DescentProgram::new(&problem, &self.settings.descent);
+        PoweredDescent { position, velocity, mass, ..*self.program.problem() }.check()?;
+        self.program.set_start(position, velocity, mass);
         self.time = None;
         Ok(())
     }

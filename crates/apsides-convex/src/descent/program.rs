@@ -125,6 +125,12 @@ impl DescentProgram {
         self.problem.target = target;
     }
 
+    /// Another start; pattern and units stay. The reference, relative to the mass at the start, no longer fits.
+    pub(crate) fn set_start(&mut self, position: [f64; 3], velocity: [f64; 3], mass: f64) {
+        self.problem = PoweredDescent { position, velocity, mass, ..self.problem };
+        self.value = f64::INFINITY;
+    }
+
     pub(crate) fn node_time(&self, node: usize) -> f64 {
         self.duration * node as f64 / self.intervals as f64
     }

@@ -68,6 +68,32 @@ impl DescentSolver {
         Ok(solution)
     }
 
+    /// Starts the next solve from another state, as when plans are renewed in flight: the analysis of the program and its typical sizes
+    /// stay.
+    ///
+    /// # Errors
+    /// [`ConvexError`] when it is not finite, has no propellant or is outside the limits.
+    pub fn set_start(
+        &mut self,
+        position: [f64; 3],
+        velocity: [f64; 3],
+        mass: f64,
+    ) -> Result<(), ConvexError> {
+        PoweredDescent { position, velocity, mass, ..*self.program.problem() }.check()?;
+        self.program.set_start(position, velocity, mass);
+        Ok(())
+    }
+
+    /// Lands the next solve at another target.
+    ///
+    /// # Errors
+    /// [`ConvexError`] when it is not finite or the start is outside the glide slope to it.
+    pub fn set_target(&mut self, target: [f64; 3]) -> Result<(), ConvexError> {
+        PoweredDescent { target, ..*self.program.problem() }.check()?;
+        self.program.set_target(target);
+        Ok(())
+    }
+
     /// Variables and rows of the conic program, after a solve.
     #[must_use]
     pub fn size(&self) -> (usize, usize) {
