@@ -258,6 +258,19 @@ fn too_short_a_flight_does_not_arrive() {
 }
 
 #[test]
+fn no_flight_is_said_when_the_propellant_does_not_last_at_least_thrust() {
+    // 4971.8 N for 200 s burn 505.7 kg.
+    let s = solve(&mars(None), with(30, Some(200.0)));
+    let Outcome::TooLittlePropellant { needed, distance, .. } = s.outcome else { panic!("{}", s.outcome) };
+    assert!(needed > 505.7 && distance.is_nan() && s.propellant.is_nan(), "{}", s.outcome);
+    assert!(s.outcome.to_string().contains("cannot fly"));
+    // 800 s burn 2023 kg, more than the lander weighs.
+    let s = solve(&mars(None), with(30, Some(800.0)));
+    assert!(matches!(s.outcome, Outcome::NoFlight(_)), "{}", s.outcome);
+    assert!(s.masses[1].is_nan() && s.active.is_empty());
+}
+
+#[test]
 fn ill_posed_requests_are_refused_by_name() {
     let refusal = |change: fn(&mut PoweredDescent)| {
         let mut problem = mars(None);

@@ -179,6 +179,9 @@ impl DescentProgram {
         if status.has_solution() {
             self.value = program.report().objective;
             self.read_solution();
+        } else {
+            self.states.fill([f64::NAN; STATES]);
+            self.controls.fill([f64::NAN; 4]);
         }
         Ok(status)
     }

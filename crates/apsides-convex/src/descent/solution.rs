@@ -30,7 +30,7 @@ pub enum Outcome {
         needed: f64,
         /// Propellant on board, kg.
         available: f64,
-        /// Least distance from the target with it, m.
+        /// Least distance from the target with it, m; NaN when there is no flight with it at all.
         distance: f64,
     },
     /// No flight at all keeps the limits, or the conic solver gave up.
@@ -46,10 +46,12 @@ impl std::fmt::Display for Outcome {
                 write!(f, "no arrival: misses by {distance:.2} m, height {height:.2} m, {speed:.3} m/s")
             }
             Self::TooLittlePropellant { needed, available, distance } => {
-                write!(
-                    f,
-                    "needs {needed:.3} kg of propellant, has {available:.3} kg, with which it misses by {distance:.2} m"
-                )
+                write!(f, "needs {needed:.3} kg of propellant, has {available:.3} kg, with which it ")?;
+                if distance.is_nan() {
+                    write!(f, "cannot fly")
+                } else {
+                    write!(f, "misses by {distance:.2} m")
+                }
             }
             Self::NoFlight(status) => {
                 write!(f, "no flight keeps thrust bounds, propellant and limits ({status:?})")
@@ -86,7 +88,7 @@ pub struct ActiveArc {
     pub until: f64,
 }
 
-/// A powered descent at nodes of equal distance.
+/// A powered descent at nodes of equal distance; numbers are NaN when there is no flight.
 #[derive(Clone, Debug, PartialEq)]
 pub struct DescentSolution {
     /// What was reached.
@@ -143,7 +145,7 @@ impl DescentSolution {
             throttles: controls.map(|(u, m)| m * u[3]).collect(),
             thrusts,
             masses,
-            relaxation_gap: gap.fold(0.0, f64::max),
+            relaxation_gap: gap.fold(0.0, |a, g| if g > a || g.is_nan() { g } else { a }),
             mass_change: 0.0,
             active: Vec::new(),
             solves: 0,

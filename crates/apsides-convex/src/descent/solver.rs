@@ -37,15 +37,22 @@ impl DescentSolver {
     pub fn solve(&mut self) -> Result<DescentSolution, ConvexError> {
         (self.solves, self.iterations) = (0, 0);
         let status = self.best_flight()?;
-        let outcome = self.outcome(status);
+        let mut outcome = self.outcome(status);
         let mut solution = self.solution(outcome);
         if outcome != Outcome::Landed
-            && let Some(needed) = self.propellant_needed()?
+            && let Some((needed, time)) = self.flight_with_more_propellant()?
         {
-            let problem = self.program.problem();
-            let distance = self.program_miss(&solution);
-            solution.outcome =
-                Outcome::TooLittlePropellant { needed, available: problem.propellant(), distance };
+            let available = self.program.problem().propellant();
+            if needed > available {
+                let distance = self.program_miss(&solution);
+                solution.outcome = Outcome::TooLittlePropellant { needed, available, distance };
+            } else {
+                // The flight is possible after all, at a time that the first search has passed over.
+                self.program.reset_reference(time);
+                let status = self.passes(time, self.settings.mass_passes)?;
+                outcome = self.outcome(status);
+                solution = self.solution(outcome);
+            }
         }
         (solution.solves, solution.iterations) = (self.solves, self.iterations);
         Ok(solution)
@@ -154,8 +161,8 @@ impl DescentSolver {
         outcome_of(&self.program, self.settings.miss_tolerance)
     }
 
-    /// Propellant with which the target would be reached, if there is any such; up to nine tenths of the mass.
-    fn propellant_needed(&mut self) -> Result<Option<f64>, ConvexError> {
+    /// Propellant with which the target would be reached, up to nine tenths of the mass, and the flight time, if there is such a flight.
+    fn flight_with_more_propellant(&mut self) -> Result<Option<(f64, f64)>, ConvexError> {
         let problem =
             PoweredDescent { dry_mass: 0.1 * self.program.problem().mass, ..*self.program.problem() };
         if problem.dry_mass >= self.program.problem().dry_mass {
@@ -165,8 +172,11 @@ impl DescentSolver {
         let status = other.best_flight()?;
         self.solves += other.solves;
         self.iterations += other.iterations;
-        let landed = other.outcome(status) == Outcome::Landed;
-        Ok(landed.then(|| other.solution(Outcome::Landed).propellant))
+        if other.outcome(status) != Outcome::Landed {
+            return Ok(None);
+        }
+        let solution = other.solution(Outcome::Landed);
+        Ok(Some((solution.propellant, solution.flight_time)))
     }
 }
 
