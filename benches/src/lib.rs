@@ -7,9 +7,11 @@
 //! | `src/bin/landing.rs` | the same in detail, as text or JSON; writes the problem for a peer |
 //! | `src/bin/program.rs` | programs of the gallery and of Hock and Schittkowski: solved, or written for a peer |
 //! | `src/bin/flatness.rs` | landings with constant thrust on B-splines and on Radau points: solved, or written for a peer |
+//! | `src/bin/convex.rs` | powered descents by lossless convexification: one solve, a divert decision over 50 sites |
 //! | `src/bin/geo.rs` | injections into geostationary orbit by any method of the missions |
 //! | `src/bin/hazard.rs` | hazard maps of raw heights on some threads |
 //! | `peers/landing.py` | the landing by CasADi and Ipopt, in turns with `landing` |
+//! | `peers/convex.py` | the conic programs of `convex` by CVXPY and Clarabel, in turns with `convex` |
 //! | `peers/flatness.py` | those of `flatness` by CasADi and Ipopt |
 //! | `peers/geo.py` | those of `geo` by SciPy, CasADi and Ipopt |
 //! | `peers/hazard.py` | those of `hazard` by OpenCV and NumPy |

@@ -37,7 +37,7 @@ const ARROWS: &[(&str, Arrows)] = &[
     ("flatness", To(&["ad", "ocp", "basis", "nlp"])),
     ("shooting", To(&["ad", "basis", "ocp", "ode", "nlp"])),
     ("piecewise", To(&["ad", "ocp", "ode", "nlp"])),
-    ("convex", To(&["ocp", "ode", "conic"])),
+    ("convex", To(&["ad", "basis", "ocp", "ode", "conic"])),
     // What follows a solution: no solver and no method.
     ("control", To(&["dynamics", "ode"])),
     ("verify", To(&["ad", "ocp", "ode", "terrain"])),

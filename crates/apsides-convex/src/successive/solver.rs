@@ -1,0 +1,318 @@
+//! The iteration.
+
+use std::sync::Arc;
+
+use apsides_basis::{Barycentric, chebyshev_lobatto};
+use apsides_conic::Status as ConicStatus;
+use apsides_ocp::{
+    Guess, Mesh, Ocp, PhaseTrajectory, PiecewisePolynomial, RowOrigin, Scaling, Segment, Trajectory, Unmet,
+};
+use apsides_ode::{Integrator, OdeSettings};
+
+use super::flow::IntervalFlow;
+use super::layout::Layout;
+use super::linearisation::{Kind, Line, LineScales, Lineariser, Lines};
+use super::settings::SuccessiveSettings;
+use super::subproblem::Subproblem;
+use crate::ConvexError;
+
+/// How a solve ended.
+#[derive(Clone, Debug, PartialEq)]
+pub enum SuccessiveStatus {
+    /// Constraints are met, and the convex model promises no more.
+    Converged,
+    /// No more is promised, but constraints are not met whatever the penalty; the worst one.
+    Infeasible(Unmet),
+    /// The limit of iterations came first.
+    IterationLimit,
+    /// The conic solver found no step, or the guess cannot be integrated.
+    Stalled,
+}
+
+/// One iteration.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct SuccessiveRecord {
+    /// Objective in its own sense, at the point the step starts from.
+    pub objective: f64,
+    /// Largest violation there, in units of its scale.
+    pub violation: f64,
+    /// Decrease of the penalised objective that the convex model promises, in units of the objective's scale.
+    pub predicted: f64,
+    /// The decrease that came.
+    pub actual: f64,
+    /// Weight of the squared step.
+    pub proximal_weight: f64,
+    /// Price of violations.
+    pub penalty: f64,
+    /// Largest step, in units of the unknowns' scales.
+    pub step: f64,
+}
+
+/// What a solve returns.
+#[derive(Clone, Debug)]
+pub struct SuccessiveSolution {
+    /// How it ended.
+    pub status: SuccessiveStatus,
+    /// The best point.
+    pub trajectory: Trajectory,
+    /// Largest violation, in units of its scale.
+    pub violation: f64,
+    /// Iterations.
+    pub records: Vec<SuccessiveRecord>,
+}
+
+/// Successive convexification: settings and [`solve`](Self::solve).
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct SuccessiveConvexification {
+    /// What can be chosen.
+    pub settings: SuccessiveSettings,
+}
+
+/// The weight of the squared step stays within these.
+const WEIGHTS: [f64; 2] = [1e-6, 1e8];
+const PENALTY_RAISES: usize = 5;
+/// The penalty is so many times the largest multiplier once constraints are nearly met.
+const PENALTY_MARGIN: f64 = 4.0;
+const LEAST_PENALTY: f64 = 1e-2;
+const NEARLY_MET: f64 = 1e-2;
+/// Part of the promised decrease above which a step is good enough for a lighter weight; below it is corrected.
+const GOOD: f64 = 0.8;
+/// Polynomials of the states have this many nodes per interval.
+const STATE_NODES: usize = 9;
+
+impl SuccessiveConvexification {
+    /// Solves a problem from a guess.
+    ///
+    /// # Errors
+    /// [`ConvexError`] when settings or guess are ill-posed.
+    pub fn solve(&self, ocp: &Ocp, guess: &Guess) -> Result<SuccessiveSolution, ConvexError> {
+        self.settings.check()?;
+        guess.check(ocp)?;
+        let layout = Layout::new(ocp, self.settings.intervals);
+        let scales = layout.scales(&Scaling::new(ocp, guess));
+        let lineariser = Lineariser::new(ocp, &layout, self.settings.integration_tolerance)?;
+        let subproblem = Subproblem::new(ocp, &layout, scales.clone(), self.settings.conic);
+        let mut z = layout.start(guess);
+        subproblem.clamp(&mut z);
+        Iteration { ocp, settings: self.settings, lineariser, subproblem, scales, records: Vec::new() }.run(z)
+    }
+}
+
+struct Iteration<'a> {
+    ocp: &'a Ocp,
+    settings: SuccessiveSettings,
+    lineariser: Lineariser<'a>,
+    subproblem: Subproblem,
+    scales: Vec<f64>,
+    records: Vec<SuccessiveRecord>,
+}
+
+impl Iteration<'_> {
+    fn run(mut self, mut z: Vec<f64>) -> Result<SuccessiveSolution, ConvexError> {
+        let s = self.settings;
+        let (mut here, mut there, mut corrected) = (Lines::default(), Lines::default(), Lines::default());
+        self.lineariser.evaluate(&z, &mut here)?;
+        let line_scales = LineScales::new(self.ocp, &here, &self.scales, self.lineariser.layout);
+        line_scales.apply(&mut here);
+        let scale = self.ocp.objective.scale.unwrap_or_else(|| self.objective_scale(&here));
+        let (mut penalty, mut weight, mut raises) = (s.penalty, s.proximal_weight, 0);
+        let mut step = vec![0.0; z.len()];
+        let mut trial = z.clone();
+        let mut status =
+            if here.valid { SuccessiveStatus::IterationLimit } else { SuccessiveStatus::Stalled };
+        while here.valid && self.records.len() < s.max_iterations {
+            let merit = |lines: &Lines| lines.objective / scale + penalty * lines.violation().0;
+            let before = merit(&here);
+            let (conic, model, price) =
+                self.subproblem.solve(&z, &here, scale, (penalty, weight), &mut step)?;
+            let mut record = SuccessiveRecord {
+                objective: self.lineariser.sign() * here.objective,
+                violation: here.violation().1,
+                predicted: before - model,
+                actual: f64::NAN,
+                proximal_weight: weight,
+                penalty,
+                step: step.iter().zip(&self.scales).map(|(d, s)| (d / s).abs()).fold(0.0, f64::max),
+            };
+            if !conic.has_solution() {
+                self.records.push(record);
+                if weight >= WEIGHTS[1] || conic == ConicStatus::Infeasible {
+                    status = SuccessiveStatus::Stalled;
+                    break;
+                }
+                weight = (10.0 * weight).min(WEIGHTS[1]);
+                continue;
+            }
+            // A heavy weight makes every promise small.
+            if record.predicted * weight.max(1.0) <= s.tolerance {
+                self.records.push(record);
+                let (_, worst, at) = here.violation();
+                if worst <= s.feasibility_tolerance {
+                    status = SuccessiveStatus::Converged;
+                    break;
+                }
+                if raises == PENALTY_RAISES {
+                    status = SuccessiveStatus::Infeasible(self.unmet(&here.lines[at], &z));
+                    break;
+                }
+                raises += 1;
+                penalty *= 10.0;
+                continue;
+            }
+            self.go(&z, &step, &mut trial, &mut there, &line_scales)?;
+            record.actual = if there.valid { before - merit(&there) } else { f64::NEG_INFINITY };
+            if there.valid && record.actual < GOOD * record.predicted {
+                corrected.correct(&here, &there, &step);
+                let (conic, ..) =
+                    self.subproblem.solve(&z, &corrected, scale, (penalty, weight), &mut step)?;
+                if conic.has_solution() {
+                    self.go(&z, &step, &mut trial, &mut there, &line_scales)?;
+                    let actual = if there.valid { before - merit(&there) } else { f64::NEG_INFINITY };
+                    record.actual = actual;
+                }
+            }
+            let ratio = record.actual / record.predicted;
+            self.records.push(record);
+            if ratio > 0.05 {
+                std::mem::swap(&mut here, &mut there);
+                std::mem::swap(&mut z, &mut trial);
+            }
+            let factor = match ratio {
+                r if r > GOOD => 0.25,
+                r if r > 0.5 => 0.6,
+                r if r > 0.2 => 1.5,
+                _ => 4.0,
+            };
+            weight = (weight * factor).clamp(WEIGHTS[0], WEIGHTS[1]);
+            // A penalty far above the multipliers makes every curvature of a constraint look large.
+            if raises == 0 && here.violation().1 < NEARLY_MET {
+                penalty = (PENALTY_MARGIN * price).clamp(LEAST_PENALTY, s.penalty);
+            }
+        }
+        let violation = here.violation().1;
+        let trajectory = self.trajectory(&z, &here)?;
+        Ok(SuccessiveSolution { status, trajectory, violation, records: self.records })
+    }
+
+    /// Takes a step and evaluates the lines there.
+    fn go(
+        &mut self,
+        z: &[f64],
+        step: &[f64],
+        trial: &mut [f64],
+        there: &mut Lines,
+        scales: &LineScales,
+    ) -> Result<(), ConvexError> {
+        for ((t, z), d) in trial.iter_mut().zip(z).zip(step) {
+            *t = z + d;
+        }
+        self.subproblem.clamp(trial);
+        self.lineariser.evaluate(trial, there)?;
+        scales.apply(there);
+        Ok(())
+    }
+
+    /// The largest change that a step of unit size makes.
+    fn objective_scale(&self, lines: &Lines) -> f64 {
+        let reach = lines.gradient.iter().zip(&self.scales).map(|(g, s)| (g * s).abs()).fold(0.0, f64::max);
+        let size = reach.max(lines.objective.abs());
+        if size > 0.0 && size.is_finite() { size } else { 1.0 }
+    }
+
+    fn unmet(&self, line: &Line, z: &[f64]) -> Unmet {
+        let phase = &self.ocp.phases[line.phase];
+        let p = &self.lineariser.layout.phases[line.phase];
+        let [t0, tf] = [z[p.times()], z[p.times() + 1]];
+        let time = t0 + (tf - t0) * line.node as f64 / p.intervals as f64;
+        let named = |name: String, unit: &str, time| RowOrigin {
+            phase: Some(phase.name.clone()),
+            name,
+            unit: unit.into(),
+            time,
+        };
+        let origin = match line.kind {
+            Kind::Motion(s) => {
+                let state = &phase.states[s].variable;
+                named(format!("equation of motion of {}", state.name), &state.unit, Some(time))
+            }
+            Kind::Path(row) => match phase.path.iter().flat_map(|c| &c.rows).nth(row) {
+                Some(v) => named(v.name.clone(), &v.unit, Some(time)),
+                None => named(format!("path constraint {row}"), "", Some(time)),
+            },
+            Kind::Integral(q) => {
+                let v = &phase.integrals[q].variable;
+                named(v.name.clone(), &v.unit, None)
+            }
+            Kind::Endpoint(c, r) => {
+                let constraint = &self.ocp.constraints[c];
+                let row = &constraint.rows[r];
+                let name = format!("{}: {}", constraint.name, row.name);
+                RowOrigin { phase: None, name, unit: row.unit.clone(), time: None }
+            }
+        };
+        let below = line.value < line.bounds.lower;
+        let amount = if below { line.value - line.bounds.lower } else { line.value - line.bounds.upper };
+        Unmet { origin, amount }
+    }
+
+    fn trajectory(&self, z: &[f64], lines: &Lines) -> Result<Trajectory, ConvexError> {
+        let layout = self.lineariser.layout;
+        let basis = |nodes: &[f64]| {
+            let fail = |e: apsides_basis::BasisError| ConvexError::Interpolation { reason: e.to_string() };
+            Barycentric::new(nodes).map(Arc::new).map_err(fail)
+        };
+        let nodes = chebyshev_lobatto(STATE_NODES)
+            .map_err(|e| ConvexError::Interpolation { reason: e.to_string() })?;
+        let (smooth, line) = (basis(&nodes)?, basis(&[-1.0, 1.0])?);
+        let mesh = Mesh::uniform(self.ocp, self.settings.intervals, 2)?;
+        let mut phases = Vec::new();
+        for ((phase, p), mesh) in self.ocp.phases.iter().zip(&layout.phases).zip(mesh.phases) {
+            let (nx, nu) = (p.states, p.controls);
+            let mut flow = IntervalFlow::new(phase, layout.parameters);
+            let settings = OdeSettings::with_tolerance(self.settings.integration_tolerance);
+            let mut integrator = Integrator::new(flow.outputs(), settings)?;
+            let [t0, tf] = [z[p.times()], z[p.times() + 1]];
+            let (mut states, mut controls) = (Vec::new(), Vec::new());
+            flow.width = 1.0 / p.intervals as f64;
+            for k in 0..p.intervals {
+                flow.start = k as f64 * flow.width;
+                let u: Vec<f64> =
+                    [k, k + 1].iter().flat_map(|&n| &z[p.control(n)..][..nu]).copied().collect();
+                flow.inputs[..2 * nu].copy_from_slice(&u);
+                let rest = flow.inputs.len() - 2;
+                flow.inputs[2 * nu..rest].copy_from_slice(&z[layout.first_parameter..]);
+                flow.inputs[rest..].copy_from_slice(&[t0, tf]);
+                let mut x = vec![0.0; flow.outputs()];
+                x[..nx].copy_from_slice(&z[p.state(k)..][..nx]);
+                let mut values = x[..nx].to_vec();
+                for w in nodes.windows(2) {
+                    let from = x.clone();
+                    integrator.integrate(&flow, 0.5 * (w[0] + 1.0), &from, 0.5 * (w[1] + 1.0), &mut x)?;
+                    values.extend_from_slice(&x[..nx]);
+                }
+                states.push(Segment { basis: Arc::clone(&smooth), values });
+                controls.push(Segment { basis: Arc::clone(&line), values: u });
+            }
+            let breaks: Vec<f64> = mesh.fractions().iter().map(|f| t0 * (1.0 - f) + tf * f).collect();
+            phases.push(PhaseTrajectory {
+                name: phase.name.clone(),
+                initial_time: t0,
+                final_time: tf,
+                state: PiecewisePolynomial::new(nx, breaks.clone(), states)?,
+                control: PiecewisePolynomial::new(nu, breaks, controls)?,
+                mesh,
+                costate: None,
+                path_multipliers: None,
+                contacts: Vec::new(),
+                integral_multipliers: None,
+                interval_errors: vec![0.0; p.intervals],
+            });
+        }
+        Ok(Trajectory {
+            phases,
+            parameters: z[layout.first_parameter..].to_vec(),
+            objective: self.lineariser.sign() * lines.objective,
+            constraint_multipliers: None,
+        })
+    }
+}

@@ -1,0 +1,366 @@
+//! Powered descents against the literature, and what cannot be flown.
+
+use apsides_convex::{
+    ConvexError, DescentLimits, DescentSettings, DescentSolution, DescentSolver, DivertPlanner,
+    DivertSettings, FlightTime, Hold, LowerBound, Outcome, PoweredDescent,
+};
+use apsides_ode::{FnSystem, Integrator, OdeSettings};
+use apsides_problems::powered_descent::{GLIDE_SLOPE, PROBLEM};
+use proptest::prelude::*;
+
+/// Start and vehicle of B. Acikmese and S. Ploen, J. Guid. Control Dyn. 30 (2007) 1353, doi 10.2514/1.27553.
+fn mars(glide_slope_deg: Option<f64>) -> PoweredDescent {
+    let cant = 27_f64.to_radians().cos();
+    PoweredDescent {
+        gravity: [0.0, 0.0, -3.7114],
+        rotation: [0.0; 3],
+        mass: 1905.0,
+        dry_mass: 1505.0,
+        exhaust_velocity: 225.0 * 9.807 * cant,
+        thrust: [0.3, 0.8].map(|throttle| throttle * 6.0 * 3100.0 * cant),
+        position: [2000.0, 0.0, 1500.0],
+        velocity: [100.0, 0.0, -75.0],
+        target: [0.0; 3],
+        target_velocity: [0.0; 3],
+        limits: DescentLimits {
+            glide_slope: glide_slope_deg.map(f64::to_radians),
+            ..DescentLimits::default()
+        },
+    }
+}
+
+/// Lunar lander at 2.4 km over the landing site, to hover at 100 m over a site beside it.
+fn moon(divert: f64, tilt_deg: f64) -> PoweredDescent {
+    PoweredDescent {
+        // 4.902793455e12 m3/s2 at 1737.013 km.
+        gravity: [0.0, 0.0, -4.902_793_455e12 / 1_737_013.0_f64.powi(2)],
+        rotation: [0.0; 3],
+        mass: 1_322.299_272_7,
+        dry_mass: 1200.0,
+        exhaust_velocity: 2940.0,
+        thrust: [1500.0, 7500.0],
+        position: [0.0, 0.0, 2400.0],
+        velocity: [0.0, 0.0, -45.978_547_9],
+        target: [divert, 0.0, 100.0],
+        target_velocity: [0.0; 3],
+        limits: DescentLimits { pointing: Some(tilt_deg.to_radians()), ..DescentLimits::default() },
+    }
+}
+
+fn solve(problem: &PoweredDescent, settings: DescentSettings) -> DescentSolution {
+    DescentSolver::new(problem, settings).and_then(|mut s| s.solve()).expect("well-posed")
+}
+
+fn with(intervals: usize, flight_time: Option<f64>) -> DescentSettings {
+    let default = DescentSettings::default();
+    let flight_time = flight_time.map_or(default.flight_time, FlightTime::Fixed);
+    DescentSettings { intervals, flight_time, ..default }
+}
+
+#[test]
+fn the_mars_cases_reach_the_optimum_and_the_printed_figures() {
+    for (slope, optimum, time) in
+        [(None, PROBLEM.optimum.value, 72.194), (Some(4.0), GLIDE_SLOPE.optimum.value, 77.659)]
+    {
+        let s = solve(&mars(slope), with(100, None));
+        assert_eq!(s.outcome, Outcome::Landed);
+        // Linear controls over 100 intervals cost 0.022 kg; less than the optimum is impossible.
+        assert!(s.propellant > optimum - 1e-4 && s.propellant < optimum + 0.03, "{}", s.propellant);
+        assert!((s.flight_time - time).abs() < 0.1, "{}", s.flight_time);
+        assert!(s.relaxation_gap < 1e-6 && s.mass_change < 1e-8);
+    }
+    // Printed for whole seconds; the optima for them are 387.901250 and 399.352318 kg (page of the problem).
+    for (slope, time, printed, optimum) in
+        [(None, 72.0, 387.9, 387.901_250), (Some(4.0), 81.0, 399.5, 399.352_318)]
+    {
+        let s = solve(&mars(slope), with(50, Some(time)));
+        assert!((s.propellant - printed).abs() < 0.1, "{}", s.propellant);
+        assert!(s.propellant > optimum - 1e-4 && s.propellant < optimum + 0.1, "{}", s.propellant);
+    }
+}
+
+#[test]
+fn the_error_falls_with_the_square_of_the_interval() {
+    let error = |n| solve(&mars(None), with(n, None)).propellant - PROBLEM.optimum.value;
+    let (coarse, fine) = (error(50), error(200));
+    assert!(coarse < 0.1 && fine < 0.01 && fine > 0.0 && fine < 0.15 * coarse, "{coarse} {fine}");
+}
+
+#[test]
+fn the_number_of_eliminated_states_does_not_matter() {
+    let mut problem = PoweredDescent { dry_mass: 1480.0, ..mars(Some(4.0)) };
+    problem.rotation = [4e-5, -2e-5, 6e-5];
+    problem.velocity[1] = 12.0;
+    problem.limits.speed = Some(140.0);
+    for hold in [Hold::Zero, Hold::First] {
+        let of = |block| {
+            let settings = DescentSettings { block, hold, ..with(24, Some(80.0)) };
+            solve(&problem, settings)
+        };
+        let (one, all) = (of(1), of(100));
+        assert_eq!(one.outcome, Outcome::Landed);
+        for block in [5, 7, 24] {
+            assert!((of(block).propellant - one.propellant).abs() < 1e-4);
+        }
+        let last = |s: &DescentSolution| s.positions[12];
+        assert!((0..3).all(|c| (last(&one)[c] - last(&all)[c]).abs() < 0.5));
+    }
+}
+
+#[test]
+fn limits_hold_and_are_named() {
+    let mut problem = PoweredDescent { dry_mass: 1480.0, ..mars(Some(4.0)) };
+    problem.limits.pointing = Some(50_f64.to_radians());
+    problem.limits.speed = Some(130.0);
+    problem.limits.thrust_rate = Some(2000.0);
+    problem.limits.upright_end = true;
+    let s = solve(&problem, with(60, None));
+    assert_eq!(s.outcome, Outcome::Landed);
+    let norm = |v: &[f64; 3]| v.iter().map(|c| c * c).sum::<f64>().sqrt();
+    let step = s.times[1];
+    for (t, throttle) in s.thrusts.iter().zip(&s.throttles) {
+        assert!(t[2] > 50_f64.to_radians().cos() * norm(t) - 1.0);
+        assert!(*throttle > problem.thrust[0] - 1.0 && *throttle < problem.thrust[1] + 1.0);
+        assert!((norm(t) - throttle).abs() < 1e-2 * throttle, "relaxation of {throttle}: {}", norm(t));
+    }
+    for w in s.thrusts.windows(2) {
+        let rate: [f64; 3] = std::array::from_fn(|c| (w[1][c] - w[0][c]) / step);
+        assert!(norm(&rate) < 2000.0 + 2.0);
+    }
+    assert!(s.velocities.iter().all(|v| norm(v) < 130.0 + 1e-3));
+    assert!(s.positions.iter().all(|r| r[2] > 4_f64.to_radians().tan() * r[0].hypot(r[1]) - 1e-2));
+    let end = s.thrusts[s.thrusts.len() - 1];
+    assert!(end[0].abs() < 1e-3 && end[1].abs() < 1e-3);
+    for limit in [apsides_convex::Limit::Pointing, apsides_convex::Limit::ThrustRate] {
+        assert!(s.active.iter().any(|a| a.limit == limit && a.until >= a.from), "{limit:?}: {:?}", s.active);
+    }
+}
+
+#[test]
+fn the_second_order_bound_agrees_with_the_tangent_when_the_mass_has_settled() {
+    let of = |lower_bound| {
+        let settings = DescentSettings { lower_bound, ..with(40, Some(75.0)) };
+        solve(&mars(None), settings).propellant
+    };
+    assert!((of(LowerBound::Quadratic) - of(LowerBound::Tangent)).abs() < 1e-4);
+    // In one pass the second-order bound keeps the least thrust.
+    let settings =
+        DescentSettings { lower_bound: LowerBound::Quadratic, mass_passes: 1, ..with(40, Some(75.0)) };
+    let problem = mars(None);
+    let s = solve(&problem, settings);
+    assert!(s.throttles.iter().all(|t| *t > problem.thrust[0] - 1e-2 && *t < problem.thrust[1] + 1e-2));
+}
+
+/// Propellant of a collocation of the same divert over a central gravity field.
+const LUNAR: [(f64, f64, f64); 6] = [
+    (0.0, 90.0, 55.050_395),
+    (200.0, 90.0, 55.257_904),
+    (600.0, 90.0, 58.209_161),
+    (1000.0, 90.0, 63.181_433),
+    (600.0, 30.0, 59.109_840),
+    (1000.0, 30.0, 64.931_509),
+];
+
+#[test]
+fn lunar_diverts_agree_with_collocation() {
+    for (divert, tilt, reference) in LUNAR {
+        let s = solve(&moon(divert, tilt), with(50, None));
+        assert_eq!(s.outcome, Outcome::Landed, "{divert} {tilt}");
+        assert!((s.propellant / reference - 1.0).abs() < 2e-3, "{divert} m, {tilt} deg: {}", s.propellant);
+        // At the start of the vertical fall less upward thrust than the least would be best: not tight at one control point.
+        let gaps = s.thrusts.iter().zip(&s.throttles).map(|(t, m)| 1.0 - t[0].hypot(t[2]) / m);
+        let first = if divert == 0.0 { 0.01 } else { 1e-5 };
+        assert!(gaps.clone().next().unwrap() < first && gaps.skip(1).all(|g| g < 1e-5), "{divert} {tilt}");
+    }
+}
+
+#[test]
+fn a_planner_finds_what_a_solver_finds() {
+    let sites: Vec<[f64; 3]> = (0..12)
+        .map(|k| {
+            let angle = 0.5 * f64::from(k);
+            let distance = 60.0 * f64::from(k);
+            [distance * angle.cos(), distance * angle.sin(), 100.0]
+        })
+        .collect();
+    let problem = moon(0.0, 60.0);
+    let mut planner = DivertPlanner::new(&problem, DivertSettings::default()).unwrap();
+    let diverts = planner.plan(&sites).unwrap();
+    assert!(planner.solves() <= 17 + 7 * sites.len());
+    for d in &diverts {
+        assert_eq!(d.outcome, Outcome::Landed, "{d:?}");
+        let s = solve(&PoweredDescent { target: d.target, ..problem }, with(20, None));
+        assert!((d.propellant - s.propellant).abs() < 0.01, "{d:?} {}", s.propellant);
+    }
+    let far = planner.divert([12_000.0, 0.0, 100.0]).unwrap();
+    assert!(matches!(far.outcome, Outcome::OutOfReach { distance } if distance > 100.0), "{far:?}");
+}
+
+#[test]
+fn plans_renewed_in_flight_agree_with_the_first() {
+    let problem = mars(Some(4.0));
+    let mut solver = DescentSolver::new(&problem, with(60, None)).unwrap();
+    let first = solver.solve().unwrap();
+    for node in [10, 30, 50] {
+        solver.set_start(first.positions[node], first.velocities[node], first.masses[node]).unwrap();
+        let again = solver.solve().unwrap();
+        assert_eq!(again.outcome, Outcome::Landed);
+        let left = first.masses[node] - first.masses[first.masses.len() - 1];
+        // By the principle of optimality, but for the discretisation, which is finer now.
+        assert!((again.propellant - left).abs() < 0.06, "{node}: {} {left}", again.propellant);
+        assert!((again.flight_time + first.times[node] - first.flight_time).abs() < 0.3);
+    }
+    assert!(solver.set_start([0.0, 0.0, -5.0], [0.0; 3], 1600.0).is_err());
+    assert!(solver.set_start([0.0, 0.0, 500.0], [0.0; 3], 1500.0).is_err());
+    // Elsewhere from the start again.
+    solver.set_start(problem.position, problem.velocity, problem.mass).unwrap();
+    solver.set_target([100.0, 50.0, 0.0]).unwrap();
+    let there = solver.solve().unwrap();
+    let fresh = solve(&PoweredDescent { target: [100.0, 50.0, 0.0], ..problem }, with(60, None));
+    assert_eq!(there.outcome, Outcome::Landed);
+    assert!((there.propellant - fresh.propellant).abs() < 1e-3);
+}
+
+#[test]
+fn a_distant_target_is_out_of_reach_by_the_landing_error() {
+    // L. Blackmore, B. Acikmese, D. Scharf, J. Guid. Control Dyn. 33 (2010) 1161, doi 10.2514/1.47202: the least landing error.
+    let mut problem = mars(None);
+    problem.target = [-12_000.0, 0.0, 0.0];
+    problem.dry_mass = 1505.0;
+    let s = solve(&problem, with(40, None));
+    let Outcome::TooLittlePropellant { needed, available, distance } = s.outcome else {
+        panic!("{}", s.outcome)
+    };
+    assert!(needed > available && available == 400.0 && distance > 100.0, "{}", s.outcome);
+    assert!((s.propellant - 400.0).abs() < 0.1, "all propellant is used: {}", s.propellant);
+    // A target at the distance that is reached beside it is reached.
+    let reached = s.positions[s.positions.len() - 1];
+    problem.target = [reached[0] + 20.0, reached[1], 0.0];
+    assert_eq!(solve(&problem, with(40, None)).outcome, Outcome::Landed);
+    assert!(s.outcome.to_string().contains("kg of propellant"));
+}
+
+#[test]
+fn too_little_propellant_is_said_with_what_is_needed() {
+    let problem = PoweredDescent { dry_mass: 1905.0 - 380.0, ..mars(None) };
+    let s = solve(&problem, with(50, None));
+    let Outcome::TooLittlePropellant { needed, available, .. } = s.outcome else { panic!("{}", s.outcome) };
+    assert!((needed - PROBLEM.optimum.value).abs() < 0.15 && (available - 380.0).abs() < 1e-9, "{needed}");
+}
+
+#[test]
+fn too_short_a_flight_does_not_arrive() {
+    let s = solve(&mars(None), with(30, Some(20.0)));
+    assert!(matches!(s.outcome, Outcome::NoArrival { .. } | Outcome::OutOfReach { .. }), "{}", s.outcome);
+    let weak = PoweredDescent { thrust: [100.0, 3000.0], ..mars(None) };
+    let s = solve(&weak, with(30, None));
+    assert!(matches!(s.outcome, Outcome::NoArrival { speed, .. } if speed > 1.0), "{}", s.outcome);
+}
+
+#[test]
+fn no_flight_is_said_when_the_propellant_does_not_last_at_least_thrust() {
+    // 4971.8 N for 200 s burn 505.7 kg.
+    let s = solve(&mars(None), with(30, Some(200.0)));
+    let Outcome::TooLittlePropellant { needed, distance, .. } = s.outcome else { panic!("{}", s.outcome) };
+    assert!(needed > 505.7 && distance.is_nan() && s.propellant.is_nan(), "{}", s.outcome);
+    assert!(s.outcome.to_string().contains("cannot fly"));
+    // 800 s burn 2023 kg, more than the lander weighs.
+    let s = solve(&mars(None), with(30, Some(800.0)));
+    assert!(matches!(s.outcome, Outcome::NoFlight(_)), "{}", s.outcome);
+    assert!(s.masses[1].is_nan() && s.active.is_empty());
+}
+
+#[test]
+fn ill_posed_requests_are_refused_by_name() {
+    let refusal = |change: fn(&mut PoweredDescent)| {
+        let mut problem = mars(None);
+        change(&mut problem);
+        DescentSolver::new(&problem, DescentSettings::default()).unwrap_err().to_string()
+    };
+    assert!(refusal(|p| p.mass = f64::NAN).contains("mass is NaN kg"));
+    assert!(refusal(|p| p.velocity[1] = f64::INFINITY).contains("velocity is inf m/s"));
+    assert!(refusal(|p| p.thrust = [9000.0, 5000.0]).contains("thrust: [9000, 5000] N is not an interval"));
+    assert!(refusal(|p| p.dry_mass = 2000.0).contains("mass, dry to full: [2000, 1905]"));
+    assert!(refusal(|p| p.exhaust_velocity = 0.0).contains("exhaust velocity is 0"));
+    assert!(refusal(|p| p.thrust[0] = -1.0).contains("least thrust is -1 N"));
+    assert!(refusal(|p| p.limits.glide_slope = Some(1.0)).contains("limit `glide slope`"));
+    assert!(refusal(|p| p.limits.speed = Some(50.0)).contains("limit `speed`: 125"));
+    assert!(refusal(|p| p.limits.pointing = Some(-0.1)).contains("pointing limit"));
+    assert!(refusal(|p| p.limits.thrust_rate = Some(0.0)).contains("thrust rate"));
+    for settings in [
+        DescentSettings { intervals: 0, ..DescentSettings::default() },
+        DescentSettings { mass_passes: 0, ..DescentSettings::default() },
+        DescentSettings { block: 0, ..DescentSettings::default() },
+        with(50, Some(f64::NAN)),
+        DescentSettings {
+            flight_time: FlightTime::GoldenSection { range: Some([90.0, 40.0]), solves: 10 },
+            ..DescentSettings::default()
+        },
+    ] {
+        let e = DescentSolver::new(&mars(None), settings).unwrap_err();
+        assert!(matches!(e, ConvexError::Value { .. } | ConvexError::Bounds { .. }), "{e}");
+    }
+    let mut planner = DivertPlanner::new(&mars(None), DivertSettings::default()).unwrap();
+    assert!(planner.divert([f64::NAN, 0.0, 0.0]).is_err());
+}
+
+/// Flies the equations of motion with the thrust of a solution, `T = m u` and `u` linear between the nodes; position, velocity, mass at the end.
+fn fly(problem: &PoweredDescent, solution: &DescentSolution) -> [f64; 7] {
+    let cross = |a: &[f64; 3], b: &[f64; 3]| -> [f64; 3] {
+        std::array::from_fn(|k| a[(k + 1) % 3] * b[(k + 2) % 3] - a[(k + 2) % 3] * b[(k + 1) % 3])
+    };
+    let mut x = [0.0; 7];
+    x[..3].copy_from_slice(&problem.position);
+    x[3..6].copy_from_slice(&problem.velocity);
+    x[6] = problem.mass;
+    let mut integrator = Integrator::new(7, OdeSettings::with_tolerance(1e-11)).expect("valid settings");
+    for k in 0..solution.times.len() - 1 {
+        let (t0, t1) = (solution.times[k], solution.times[k + 1]);
+        let u = |t: f64| -> [f64; 3] {
+            let f = (t - t0) / (t1 - t0);
+            std::array::from_fn(|c| {
+                let at = |n: usize| solution.thrusts[n][c] / solution.masses[n];
+                (1.0 - f) * at(k) + f * at(k + 1)
+            })
+        };
+        let system = FnSystem::new(7, |t, x: &[f64], dx: &mut [f64]| {
+            let (u, w) = (u(t), &problem.rotation);
+            let (r, v) = ([x[0], x[1], x[2]], [x[3], x[4], x[5]]);
+            let (coriolis, centrifugal) = (cross(w, &v), cross(w, &cross(w, &r)));
+            for c in 0..3 {
+                dx[c] = v[c];
+                dx[3 + c] = problem.gravity[c] + u[c] - 2.0 * coriolis[c] - centrifugal[c];
+            }
+            dx[6] = -x[6] * u.iter().map(|c| c * c).sum::<f64>().sqrt() / problem.exhaust_velocity;
+        });
+        let start = x;
+        integrator.integrate(&system, t0, &start, t1, &mut x).expect("finite");
+    }
+    x
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig { cases: 12, ..ProptestConfig::default() })]
+    #[test]
+    fn a_flight_with_the_controls_arrives(
+        x in -1500.0..1500.0_f64, y in -1500.0..1500.0_f64, z in 1200.0..2500.0_f64,
+        vx in -60.0..60.0_f64, vy in -60.0..60.0_f64, vz in -80.0..0.0_f64, spin in 0.0..2e-4_f64,
+    ) {
+        let problem = PoweredDescent {
+            position: [x, y, z],
+            velocity: [vx, vy, vz],
+            rotation: [spin, -0.5 * spin, spin],
+            ..mars(None)
+        };
+        let s = solve(&problem, with(30, None));
+        prop_assert_eq!(s.outcome, Outcome::Landed);
+        let end = fly(&problem, &s);
+        for c in 0..3 {
+            prop_assert!((end[c] - problem.target[c]).abs() < 0.02 && end[3 + c].abs() < 0.02, "{:?}", end);
+        }
+        // The relaxed flow is an upper bound between the nodes, where linear controls turn.
+        let mass = s.masses[s.masses.len() - 1];
+        prop_assert!(end[6] > mass - 1e-3 && end[6] < mass + 2.0, "{} {}", end[6], mass);
+        prop_assert!(s.throttles.iter().all(|t| *t > problem.thrust[0] - 1.0 && *t < problem.thrust[1] + 1.0));
+    }
+}
