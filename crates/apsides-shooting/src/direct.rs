@@ -90,5 +90,5 @@ pub mod solver;
 mod transcription;
 mod warm_start;
 
-pub use settings::MultipleShootingSettings;
+pub use settings::{MultipleShootingSettings, SegmentEnds};
 pub use solver::{MultipleShooting, ShootingRecord, ShootingSolution};
