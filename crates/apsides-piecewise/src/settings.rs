@@ -32,7 +32,7 @@ impl Default for FreeLengths {
 /// How inequalities along a phase are kept: path constraints and bounds on states.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Constraints {
-    /// At so many Lobatto points of each segment, both ends included, or its middle.
+    /// At so many Lobatto points of each segment, both ends included, or its middle; at up to 17 where they are exceeded between.
     Points(usize),
     /// As integrals of `L_eps` (see [`smoothing`](crate::smoothing)).
     LEpsilon(Transcription),
@@ -43,7 +43,7 @@ pub enum Constraints {
 pub struct Transcription {
     /// `eps` of the first pass; 1e-2.
     pub epsilon: f64,
-    /// `eps` of the last pass, not above the first; 1e-5.
+    /// `eps` of the last pass, not above the first; 1e-4.
     pub least_epsilon: f64,
     /// `tau` of the first pass, relative to `eps` times the duration; 0.1. A constraint that is active all along has `1/4`.
     pub tau: f64,
@@ -53,7 +53,7 @@ pub struct Transcription {
 
 impl Default for Transcription {
     fn default() -> Self {
-        Self { epsilon: 1e-2, least_epsilon: 1e-5, tau: 0.1, max_passes: 40 }
+        Self { epsilon: 1e-2, least_epsilon: 1e-4, tau: 0.1, max_passes: 40 }
     }
 }
 
@@ -66,8 +66,8 @@ pub struct PiecewiseSettings {
     pub lengths: Lengths,
     /// Inequalities along a phase; at three points of each segment.
     pub constraints: Constraints,
-    /// Segments are divided until what more of them would gain by the estimate is within this, relative to the objective; not at all
-    /// where there is nothing.
+    /// Segments are divided until what more of them would gain is within this by extrapolation, relative to the objective; not at
+    /// all where there is nothing.
     pub tolerance: Option<f64>,
     /// Most segments of all phases after refinement; 1000.
     pub max_segments: usize,

@@ -13,13 +13,30 @@ use rand_xoshiro::Xoshiro256PlusPlus;
 use rand_xoshiro::rand_core::{Rng, SeedableRng};
 
 use crate::inequality::{Excess, Inequality, excess, inequalities, transcribed};
-use crate::settings::{Constraints, Lengths, PiecewiseSettings};
+use crate::settings::{Constraints, Lengths, PiecewiseSettings, Transcription};
 
 /// Random lengths are equal ones times `exp(s)`, `s` between this and its negative.
 const SPREAD: f64 = 1.5;
+/// Least lengths where segments of a solution are divided: what remains to be found is close.
+const LEAST_OF_DIVIDED: f64 = 0.5;
+/// Solves between two looks at what divisions have gained: one with the segments at hand, two with more.
+const DIVISIONS: usize = 3;
+/// A division is to bring the estimate down by this factor, as twice as many segments do with a smooth control.
+const DIVISION: f64 = 4.0;
+/// What remains by extrapolation is trusted to this factor: finer segments may show what coarse ones hide, such as a switch.
+const MARGIN: f64 = 2.0;
 /// `eps` and `tau` shrink by this factor when the constraints hold, `tau` alone by the other one when they do not.
 const NEXT_EPSILON: f64 = 0.1;
 const NEXT_TAU: f64 = 0.5;
+/// Most constraint points of a segment; they double between.
+const MOST_POINTS: usize = 17;
+/// `eps` is so much larger where the first pass fails, so many times.
+const LARGER_EPSILON: f64 = 10.0;
+const LARGER_TRIES: usize = 2;
+/// Most values of `tau` for one `eps`.
+const MOST_TAUS: usize = 12;
+/// Most iterations of a pass.
+const MOST_ITERATIONS: usize = 500;
 
 /// The method: piecewise-constant controls.
 ///
@@ -88,7 +105,8 @@ pub struct PiecewiseSolution {
     pub unmet: Option<Unmet>,
     /// Largest error of the steps, relative to the scales of the states.
     pub integration_error: f64,
-    /// What more segments would gain by the estimate, relative to the objective.
+    /// What more segments would gain, relative to the objective: by extrapolation from the last division, by an estimate where there
+    /// was none.
     pub gain: f64,
     /// Largest violation of path constraints and bounds on states along the trajectory.
     pub excess: Excess,
@@ -132,6 +150,12 @@ impl PiecewiseConstant {
             guess,
             observer,
             problem: None,
+            points: match self.settings.constraints {
+                Constraints::Points(points) => Some(points),
+                Constraints::LEpsilon(_) => None,
+            },
+            least_steps: 1,
+            gain: None,
             starts: Vec::new(),
             passes: Vec::new(),
             meshes: Vec::new(),
@@ -150,6 +174,12 @@ struct Run<'a> {
     inequalities: Vec<Inequality>,
     /// The problem of the present pass, where it is another than the user's.
     problem: Option<Ocp>,
+    /// Constraint points of each segment.
+    points: Option<usize>,
+    /// Steps per segment that the smoothing needs.
+    least_steps: usize,
+    /// What more segments would gain, by extrapolation.
+    gain: Option<f64>,
     starts: Vec<StartRecord>,
     passes: Vec<PassRecord>,
     meshes: Vec<ShootingRecord>,
@@ -161,11 +191,20 @@ impl Run<'_> {
             Constraints::LEpsilon(t) if !self.inequalities.is_empty() => Some(t),
             _ => None,
         };
+        let mut epsilon = smoothing.map_or(1.0, |t| t.epsilon);
         if let Some(t) = smoothing {
-            self.smooth(t.epsilon, t.tau);
+            self.smooth(epsilon, t.tau);
         }
         let mesh = Mesh::uniform(self.ocp, self.settings.segments, 1)?;
-        let mut best = self.shoot(self.guess, mesh.clone(), SegmentEnds::Fixed, false)?;
+        let mut best = self.shoot(self.guess, mesh.clone(), SegmentEnds::Fixed, None)?;
+        for t in smoothing.iter().cycle().take(LARGER_TRIES) {
+            if best.status.is_success() || best.status == Status::Interrupted {
+                break;
+            }
+            epsilon *= LARGER_EPSILON;
+            self.smooth(epsilon, t.tau);
+            best = self.shoot(self.guess, mesh.clone(), SegmentEnds::Fixed, None)?;
+        }
         let ends = match self.settings.lengths {
             Lengths::Equal => SegmentEnds::Fixed,
             Lengths::Free(free) => SegmentEnds::Free { least_length: free.least },
@@ -178,43 +217,121 @@ impl Run<'_> {
         }
         let mut last = (1.0, 1.0);
         if let Some(t) = smoothing {
-            (best, last) = self.shrink(best, ends, (t.epsilon, t.tau), t.least_epsilon, t.max_passes)?;
+            (best, last) = self.shrink(best, ends, (epsilon, t.tau), &t)?;
         }
-        if self.settings.tolerance.is_some() && best.status.is_success() {
-            best = self.again(&best, ends, true)?;
+        if let Some(tolerance) = self.settings.tolerance.filter(|_| best.status.is_success()) {
+            let ends = match ends {
+                SegmentEnds::Free { least_length } => {
+                    SegmentEnds::Free { least_length: least_length.max(LEAST_OF_DIVIDED) }
+                }
+                SegmentEnds::Fixed => ends,
+            };
+            best = self.refine(best, ends, tolerance)?;
             if let Some(t) = smoothing {
-                (best, _) = self.shrink(best, ends, last, t.least_epsilon, t.max_passes)?;
+                (best, _) = self.shrink(best, ends, last, &t)?;
             }
         }
         Ok(best)
     }
 
+    /// Divides the segments with most to gain by the estimate, or all in two where it sees none. What `n` segments miss the optimum by
+    /// falls with `n^2`, so that `n'` of them leave `|J' - J| / ((n' / n)^2 - 1)`.
+    fn refine(
+        &mut self,
+        first: ShootingSolution,
+        ends: SegmentEnds,
+        tolerance: f64,
+    ) -> Result<ShootingSolution, ShootingError> {
+        let mut best = first;
+        loop {
+            let gain = estimate(&best);
+            if self.gain.unwrap_or(gain) <= tolerance {
+                break;
+            }
+            let count = segments_of(&best.trajectory);
+            let mut next = self.again(&best, ends, Some(gain / DIVISION))?;
+            if next.status.is_success() && segments_of(&next.trajectory) == count {
+                if 2 * count > self.settings.max_segments {
+                    break;
+                }
+                let phases = next.trajectory.phases.iter().map(|p| halved(&p.mesh));
+                let mesh = Mesh { phases: phases.collect::<Result<_, _>>()? };
+                next = self.shoot(&Guess::earlier(&next.trajectory), mesh, ends, None)?;
+            }
+            if !next.status.is_success() {
+                // The trajectory is one of earlier segments.
+                best.status = if next.status == Status::Interrupted { next.status } else { best.status };
+                break;
+            }
+            let (before, after) = (best.trajectory.objective, next.trajectory.objective);
+            let size = after.abs().max(self.ocp.objective.scale.unwrap_or(0.0));
+            let ratio = segments_of(&next.trajectory) as f64 / count as f64;
+            self.gain = Some(MARGIN * (after - before).abs() / ((ratio * ratio - 1.0) * size));
+            best = next;
+        }
+        Ok(best)
+    }
+
+    /// Whether violations are smoothed, so that they are judged after the last pass.
+    fn smooths(&self) -> bool {
+        self.problem.is_some()
+    }
+
     /// Takes the problem with `eps` and `tau` from here on.
     fn smooth(&mut self, epsilon: f64, tau: f64) {
+        // A constraint that is active in one instant is so within the square root of `eps`, relative to the phase.
+        self.least_steps = (epsilon.powf(-0.5) / self.settings.segments as f64).ceil().max(1.0) as usize;
         self.problem = Some(transcribed(self.ocp, &self.inequalities, self.guess, epsilon, tau));
     }
 
+    /// Solves, with more constraint points as long as limits are exceeded between them.
     fn shoot(
         &mut self,
         guess: &Guess,
         mesh: Mesh,
+        ends: SegmentEnds,
+        divide: Option<f64>,
+    ) -> Result<ShootingSolution, ShootingError> {
+        let mut solution = self.shoot_with(guess, mesh, ends, divide)?;
+        while solution.status.is_success() && !self.holds(&solution.trajectory) {
+            let Some(points) = self.points.filter(|&p| p < MOST_POINTS) else { break };
+            self.points = Some((2 * points).saturating_sub(1).clamp(3, MOST_POINTS));
+            let (guess, mesh) = (Guess::earlier(&solution.trajectory), mesh_of(&solution.trajectory));
+            solution = self.shoot_with(&guess, mesh, ends, divide)?;
+        }
+        Ok(solution)
+    }
+
+    /// Whether all inequalities hold along a trajectory.
+    fn holds(&self, trajectory: &Trajectory) -> bool {
+        excess(self.ocp, &self.inequalities, trajectory).amount <= self.settings.shooting.path_tolerance
+    }
+
+    fn shoot_with(
+        &mut self,
+        guess: &Guess,
+        mesh: Mesh,
         segment_ends: SegmentEnds,
-        divide: bool,
+        divide: Option<f64>,
     ) -> Result<ShootingSolution, ShootingError> {
         let segments: usize = mesh.phases.iter().map(PhaseMesh::intervals).sum();
+        let mut nlp = self.settings.shooting.nlp.clone();
+        if self.problem.is_some() {
+            nlp.max_iterations = nlp.max_iterations.min(MOST_ITERATIONS);
+        }
         let settings = MultipleShootingSettings {
+            nlp,
             segments: self.settings.segments,
             control_points: 1,
             max_control_points: 1,
             continuous_controls: false,
-            constraint_points: match self.settings.constraints {
-                Constraints::Points(points) => Some(points),
-                Constraints::LEpsilon(_) => None,
-            },
+            constraint_points: self.points,
             segment_ends,
             // A gain that no segment has.
-            control_tolerance: self.settings.tolerance.filter(|_| divide).unwrap_or(f64::MAX),
-            max_segments: if divide { self.settings.max_segments.max(segments) } else { segments },
+            control_tolerance: divide.unwrap_or(f64::MAX),
+            least_steps: self.least_steps.max(self.settings.shooting.least_steps),
+            max_meshes: if divide.is_some() { DIVISIONS } else { self.settings.shooting.max_meshes },
+            max_segments: if divide.is_some() { self.settings.max_segments.max(segments) } else { segments },
             ..self.settings.shooting.clone()
         };
         let ocp = self.problem.as_ref().unwrap_or(self.ocp);
@@ -228,10 +345,9 @@ impl Run<'_> {
         &mut self,
         from: &ShootingSolution,
         ends: SegmentEnds,
-        divide: bool,
+        divide: Option<f64>,
     ) -> Result<ShootingSolution, ShootingError> {
-        let mesh = Mesh { phases: from.trajectory.phases.iter().map(|p| p.mesh.clone()).collect() };
-        self.shoot(&Guess::earlier(&from.trajectory), mesh, ends, divide)
+        self.shoot(&Guess::earlier(&from.trajectory), mesh_of(&from.trajectory), ends, divide)
     }
 
     /// Free lengths from the solution with equal ones, then from random lengths, with the states and controls of that solution and of
@@ -255,12 +371,12 @@ impl Run<'_> {
                 break;
             }
             let candidate = if start == 0 && solved {
-                self.again(&best, ends, false)?
+                self.again(&best, ends, None)?
             } else {
                 let lengths = mesh.phases.iter().map(|m| random_lengths(m, &mut random));
                 let phases = lengths.collect::<Result<_, _>>()?;
                 let guess = if solved && start % 2 == 1 { &cold } else { self.guess };
-                self.shoot(guess, Mesh { phases }, ends, false)?
+                self.shoot(guess, Mesh { phases }, ends, None)?
             };
             self.starts
                 .push(StartRecord { status: candidate.status, objective: candidate.trajectory.objective });
@@ -279,7 +395,9 @@ impl Run<'_> {
             Sense::Minimize => candidate.trajectory.objective < best.trajectory.objective,
             Sense::Maximize => candidate.trajectory.objective > best.trajectory.objective,
         };
-        candidate.status.is_success() && (lower || !best.status.is_success())
+        let good =
+            |s: &ShootingSolution| (s.status.is_success(), self.smooths() || self.holds(&s.trajectory));
+        good(candidate) > good(best) || (good(candidate) == good(best) && lower)
     }
 
     /// Smaller `eps` as long as the constraints hold, smaller `tau` where they do not, until they hold with the least `eps`.
@@ -289,11 +407,11 @@ impl Run<'_> {
         first: ShootingSolution,
         ends: SegmentEnds,
         (mut epsilon, mut tau): (f64, f64),
-        least: f64,
-        most: usize,
+        transcription: &Transcription,
     ) -> Result<(ShootingSolution, (f64, f64)), ShootingError> {
         let mut found: Option<(ShootingSolution, (f64, f64))> = None;
-        let mut present = first;
+        let (mut present, mut taus) = (first, 1);
+        let (least, most) = (transcription.least_epsilon, transcription.max_passes);
         for pass in 0..most {
             let excess = excess(self.ocp, &self.inequalities, &present.trajectory).amount;
             let (status, objective) = (present.status, present.trajectory.objective);
@@ -305,22 +423,24 @@ impl Run<'_> {
             if holds {
                 found = Some((present.clone(), (epsilon, tau)));
             }
-            if (holds && epsilon <= least) || pass + 1 == most {
+            if (holds && epsilon <= least) || pass + 1 == most || (!holds && taus == MOST_TAUS) {
                 break;
             }
             if holds {
                 epsilon = (epsilon * NEXT_EPSILON).max(least);
+                taus = 1;
             } else {
                 tau *= NEXT_TAU;
+                taus += 1;
             }
             self.smooth(epsilon, tau);
-            present = self.again(&present, ends, false)?;
+            present = self.again(&present, ends, None)?;
         }
         Ok(found.unwrap_or((present, (epsilon, tau))))
     }
 
     fn finish(self, solution: ShootingSolution) -> Result<PiecewiseSolution, ShootingError> {
-        let ShootingSolution { mut trajectory, status, accurate, unmet, meshes, report } = solution;
+        let ShootingSolution { mut trajectory, status, unmet, meshes, report, .. } = solution;
         let excess = excess(self.ocp, &self.inequalities, &trajectory);
         let start = Arc::new(Barycentric::new(&[-1.0])?);
         for (phase, t) in self.ocp.phases.iter().zip(&mut trajectory.phases) {
@@ -341,10 +461,15 @@ impl Run<'_> {
             }
         }
         let last = meshes.last();
+        let gain = self.gain.unwrap_or(last.map_or(f64::NAN, |m| m.control_gain));
+        let integration_error = last.map_or(f64::NAN, |m| m.integration_error);
+        let enough = self.settings.tolerance.is_none_or(|t| gain <= t);
         Ok(PiecewiseSolution {
-            integration_error: last.map_or(f64::NAN, |m| m.integration_error),
-            gain: last.map_or(f64::NAN, |m| m.control_gain),
-            accurate: accurate && excess.amount <= self.settings.shooting.path_tolerance,
+            integration_error,
+            gain,
+            accurate: enough
+                && integration_error <= self.settings.shooting.integration_tolerance
+                && excess.amount <= self.settings.shooting.path_tolerance,
             trajectory,
             status,
             unmet,
@@ -355,6 +480,27 @@ impl Run<'_> {
             report,
         })
     }
+}
+
+fn segments_of(trajectory: &Trajectory) -> usize {
+    trajectory.phases.iter().map(|p| p.mesh.intervals()).sum()
+}
+
+/// Each segment in two equal parts.
+fn halved(mesh: &PhaseMesh) -> Result<PhaseMesh, ShootingError> {
+    let ends = mesh.fractions();
+    let inner = ends.windows(2).flat_map(|w| [0.5 * (w[0] + w[1]), w[1]]);
+    let fractions = ends[..1].iter().copied().chain(inner).collect();
+    Ok(PhaseMesh::new(fractions, mesh.points().iter().flat_map(|&p| [p, p]).collect())?)
+}
+
+fn mesh_of(trajectory: &Trajectory) -> Mesh {
+    Mesh { phases: trajectory.phases.iter().map(|p| p.mesh.clone()).collect() }
+}
+
+/// Relative gain of richer controls by the estimate of shooting.
+fn estimate(solution: &ShootingSolution) -> f64 {
+    solution.meshes.last().map_or(f64::NAN, |m| m.control_gain)
 }
 
 /// Segments whose lengths are equal ones times random factors.

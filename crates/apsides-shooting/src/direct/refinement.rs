@@ -90,7 +90,7 @@ pub(crate) fn refine(
         for j in 1..=parts {
             fractions.push(if j == parts { end } else { start + (end - start) * j as f64 / parts as f64 });
             points.push(count);
-            steps.push(needed.div_ceil(parts));
+            steps.push(needed.div_ceil(parts).max(settings.least_steps));
             inner_bounds.push(inner);
         }
     }
@@ -117,7 +117,7 @@ fn needed_steps(
     settings: &MultipleShootingSettings,
     order: i32,
 ) -> usize {
-    next_steps(steps, estimate.integration / settings.integration_tolerance, order)
+    next_steps(steps, estimate.integration / settings.integration_tolerance, order).max(settings.least_steps)
 }
 
 /// What is not a number exceeds every limit.

@@ -39,6 +39,8 @@ pub struct MultipleShootingSettings {
     pub continuous_controls: bool,
     /// Runge-Kutta method of the segments; order 8.
     pub method: Method,
+    /// Least steps of each segment, for integrands that vary faster than the states; 1.
+    pub least_steps: usize,
     /// Largest error of the steps of a segment, relative to the scale of the state; 1e-10.
     pub integration_tolerance: f64,
     /// Largest gain that the estimate expects of richer controls in the whole, relative to the objective; 1e-11.
@@ -66,6 +68,7 @@ impl Default for MultipleShootingSettings {
             segment_ends: SegmentEnds::Fixed,
             continuous_controls: false,
             method: Method::Dop853,
+            least_steps: 1,
             integration_tolerance: 1e-10,
             control_tolerance: 1e-11,
             path_tolerance: 5e-7,
@@ -105,6 +108,7 @@ impl MultipleShootingSettings {
                 MAX_POINTS,
                 "a whole number from 1 to 60",
             ),
+            ("least_steps", self.least_steps, 1, 100_000, "a whole number from 1 to 100000"),
             ("max_meshes", self.max_meshes, 1, 1000, "a whole number from 1 to 1000"),
             ("threads", self.threads, 1, 1024, "a whole number from 1 to 1024"),
         ];

@@ -196,7 +196,7 @@ impl Transcription {
         for (p, plan) in self.layout.phases.iter().zip(plans) {
             for ((segment, steps), shot) in p.segments.iter().zip(&mut plan.steps).zip(&mut shots) {
                 let scales = &self.scaling.variables[segment.state_column..][..p.states];
-                *steps = first_steps(shot, scales, settings)?;
+                *steps = first_steps(shot, scales, settings)?.max(settings.least_steps);
             }
         }
         Ok(())
