@@ -3,6 +3,7 @@
 //! best of its starts. Angles are constant in the local frame along a segment.
 #![allow(clippy::unwrap_used)]
 
+use apsides::verify::Verdict;
 use apsides::{Mission, Outcome};
 
 const OPTIMUM_KG: f64 = 1345.831_672_241_5;
@@ -27,7 +28,12 @@ fn gap(overrides: &[&str]) -> (f64, Outcome) {
     let outcome = load(overrides).unwrap().solve(None, &mut ()).unwrap();
     assert_eq!(outcome.summary.status, "optimal", "{overrides:?}: {:?}", outcome.explanation);
     let certificate = &outcome.summary.certificate;
-    assert!(certificate.is_feasible(), "{overrides:?}: {:#?}", certificate.failures().collect::<Vec<_>>());
+    assert_eq!(
+        certificate.verdict,
+        Verdict::Feasible,
+        "{overrides:?}: {:#?}",
+        certificate.failures().collect::<Vec<_>>()
+    );
     (OPTIMUM_KG - outcome.summary.results["final_mass_kg"], outcome)
 }
 
@@ -50,19 +56,21 @@ fn refined_below_a_gram() {
         let (found, outcome) = gap(&[&format!("piecewise.lengths={lengths}")]);
         assert!((-1e-6..1e-3).contains(&found), "{lengths}: {found} kg");
         let phase = &outcome.trajectory.phases[0];
-        let thrust = |k: usize| phase.control.segments()[k].values.iter().copied().fold(0.0, f64::max);
-        let pieces = phase.control.segments().len();
-        let switch = (1..pieces).find(|&k| thrust(k) > 0.99 * thrust(pieces - 1)).unwrap();
-        let time = phase.control.breaks()[switch];
+        let throttle: Vec<f64> = phase.control.segments().iter().map(|s| s.values[1]).collect();
+        let full = throttle.iter().position(|t| *t > 0.999).unwrap();
+        assert!(throttle[full..].iter().all(|t| *t > 0.999), "{throttle:?}");
         if lengths == "free" {
-            assert!((time - 14.65).abs() < 1.0, "{time} s");
+            assert!(full > 0 && throttle[..full].iter().all(|t| *t < 0.201), "{throttle:?}");
+            let time = phase.control.breaks()[full];
+            assert!((time - 14.65).abs() < 0.5, "{time} s");
         }
     }
 }
 
 #[test]
 fn the_same_seed_gives_the_same_flight() {
-    let run = || gap(&["piecewise.segments=5", "piecewise.lengths=free", "piecewise.refine=false"]).0.to_bits();
+    let run =
+        || gap(&["piecewise.segments=5", "piecewise.lengths=free", "piecewise.refine=false"]).0.to_bits();
     assert_eq!(run(), run());
 }
 
