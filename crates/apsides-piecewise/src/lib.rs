@@ -21,10 +21,13 @@
 //!   where they do not. What it costs is a distance from the bound of the order of `eps`, and a slope of the integral
 //!   that fades as the constraint is approached.
 //!
+//! Where constraints are exceeded between their points, each segment gets more of them, up to 17; with unknown lengths the program
+//! would else move its points away from where the constraint is active.
+//!
 //! With smooth optimal controls the objective misses the optimum by `O(h^2)` in the length of the segments. Refinement divides those
-//! that have most to gain by the estimate of [`apsides_shooting::direct`], until all together are within the tolerance. Free lengths have
-//! many local optima: they start from the solution with equal lengths, which they can only improve, then from random ones, and
-//! the best is taken. The same seed gives the same numbers.
+//! that have most to gain by the estimate of [`apsides_shooting::direct`], until what is left by extrapolation from the last division
+//! is within the tolerance. Free lengths have many local optima: they start from the solution with equal lengths, which they can only
+//! improve, then from random ones, and the best is taken. The same seed gives the same numbers.
 //!
 //! What it does not do: a control that is to vary along a segment varies by steps; certificates therefore find feasible trajectories
 //! whose controls do not minimise the Hamiltonian between the steps. For optima use the other methods.
