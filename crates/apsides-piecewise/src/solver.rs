@@ -81,7 +81,7 @@ pub struct StartRecord {
 /// One pass of the `L_eps` transcription.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct PassRecord {
-    /// `eps` and `tau` (see [`Transcription`](crate::Transcription)).
+    /// `eps` and `tau` (see [`Transcription`]).
     pub epsilon: f64,
     /// See there.
     pub tau: f64,
