@@ -36,7 +36,8 @@ const ARROWS: &[(&str, Arrows)] = &[
     ("radau", To(&["ad", "ocp", "basis", "nlp"])),
     ("flatness", To(&["ad", "ocp", "basis", "nlp"])),
     ("shooting", To(&["ad", "basis", "ocp", "ode", "nlp"])),
-    ("piecewise", To(&["ad", "ocp", "ode", "nlp"])),
+    // Piecewise-constant controls are a special case of the transcription of direct shooting, with unknown segment ends.
+    ("piecewise", To(&["ad", "basis", "ocp", "nlp", "shooting"])),
     ("convex", To(&["ad", "basis", "ocp", "ode", "conic"])),
     // What follows a solution: no solver and no method.
     ("control", To(&["dynamics", "ode"])),
@@ -81,7 +82,7 @@ const OWNERS: &[(&str, &str)] = &[
     ("pulp", "terrain"),
     ("clarabel", "conic"),
     ("parry3d-f64", "terrain"),
-    ("tiff", "terrain"),
+    ("png", "terrain"),
     ("rand", "metaheuristics"),
     ("plotters", "report"),
     ("clap", "cli"),

@@ -7,7 +7,9 @@
 //! x_{k+1} = phi(x_k, c_k, p, t0, tf),        integrals: the sum over the segments of their quadrature by the same steps
 //! ```
 //!
-//! and path constraints hold at the control points with the state that the steps have there. The program has exact first and second
+//! and path constraints hold at the control points, or at points of their own, with the state that the steps have there. The ends of
+//! the segments are fractions of the phase or, as [`SegmentEnds::Free`], unknowns; then `t_k` and `t_{k+1}` take the place of
+//! `t0` and `tf` in `phi`, and `t_{k+1} - t_k` has a least value. The program has exact first and second
 //! derivatives of the discrete map ([`apsides_ode::DiscreteFlow`]) and is solved by [`apsides_nlp::InteriorPoint`]. With one segment
 //! this is single shooting. Segments are independent of each other, so that several threads can integrate them; the numbers are the
 //! same for any number of threads.
@@ -24,7 +26,8 @@
 //!
 //! What it does not do:
 //!
-//! * A control that jumps or has a kink is met by short segments, not by a break whose time is an unknown as in `apsides-radau`.
+//! * A control that jumps or has a kink is met by short segments unless the ends of segments are unknowns. These have many local
+//!   optima; `apsides-piecewise` starts from several.
 //!   With kinks the costates are good to some 1e-5 of their size, at worst 1e-4, without to some 1e-7; `apsides-tests` has the figures.
 //! * The equations are integrated from the guess of each node, by explicit steps: segments must be short enough that unstable or
 //!   stiff equations do not leave the range of numbers there. Where they do, the status says so.
@@ -90,5 +93,5 @@ pub mod solver;
 mod transcription;
 mod warm_start;
 
-pub use settings::MultipleShootingSettings;
+pub use settings::{MultipleShootingSettings, SegmentEnds};
 pub use solver::{MultipleShooting, ShootingRecord, ShootingSolution};

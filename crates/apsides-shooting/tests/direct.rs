@@ -7,7 +7,7 @@ use apsides_ocp::{At, Bounds, Guess, Mesh, Ocp, Phase, PhaseMesh, Scaling, State
 use apsides_ode::Method;
 use apsides_problems::{Structure, find};
 use apsides_radau::Radau;
-use apsides_shooting::direct::{MultipleShooting, MultipleShootingSettings, ShootingSolution};
+use apsides_shooting::direct::{MultipleShooting, MultipleShootingSettings, SegmentEnds, ShootingSolution};
 use apsides_verify::{CheckKind, Verdict, VerifySettings, verify};
 
 fn solved(name: &str, settings: MultipleShootingSettings) -> (Ocp, ShootingSolution) {
@@ -215,6 +215,47 @@ fn cart(most: f64) -> Ocp {
 }
 
 /// `u = 6 - 12 t` with costates -12 and 12 t - 6; a cubic control is exact, so is every step.
+/// A node goes to the switch, with constant controls and with lines; the solution is exact without refinement.
+#[test]
+fn unknown_segment_ends_find_a_switch() {
+    for (control_points, segments) in [(1, 5), (2, 4)] {
+        let settings = MultipleShootingSettings {
+            segments,
+            control_points,
+            segment_ends: SegmentEnds::Free { least_length: 0.05 },
+            max_meshes: 1,
+            ..Default::default()
+        };
+        let (_, solution) = solved("di_bang_bang", settings);
+        let phase = &solution.trajectory.phases[0];
+        let middle = 0.5 * (phase.initial_time + phase.final_time);
+        let nearest = phase.control.breaks().iter().map(|t| (t - middle).abs()).fold(1.0, f64::min);
+        assert!(nearest < 1e-6, "{control_points} points: {:?}", phase.control.breaks());
+        let optimum = apsides_problems::find("di_bang_bang").unwrap().optimum;
+        let difference = optimum.relative_difference(solution.trajectory.objective);
+        assert!(difference.abs() < 1e-7, "{control_points} points: {difference}");
+    }
+}
+
+/// Rows of their own keep a ceiling that constant controls would overstep between their points.
+#[test]
+fn constraint_points_apart_from_control_points() {
+    let with = |constraint_points| {
+        let settings = MultipleShootingSettings {
+            segments: 8,
+            control_points: 1,
+            constraint_points,
+            max_meshes: 1,
+            ..Default::default()
+        };
+        let (_, solution) = solved_roughly("bryson_denham", settings);
+        let excess = solution.meshes[0].path_excess;
+        (excess, solution.trajectory.objective)
+    };
+    let (nodes, fine) = (with(None), with(Some(9)));
+    assert!(fine.0 < 0.1 * nodes.0 && fine.1 > nodes.1, "{nodes:?} {fine:?}");
+}
+
 #[test]
 fn costates_of_the_double_integrator() {
     let ocp = cart(f64::INFINITY);
@@ -352,6 +393,13 @@ fn ill_posed_requests_are_refused() {
     let constant = MultipleShootingSettings { control_points: 1, continuous_controls: true, ..default() };
     refused(constant, "`control_points` is 1");
     refused(MultipleShootingSettings { integration_tolerance: 0.0, ..default() }, "`integration_tolerance`");
+    refused(MultipleShootingSettings { constraint_points: Some(0), ..default() }, "`constraint_points` is 0");
+    refused(MultipleShootingSettings { max_control_points: 61, ..default() }, "`max_control_points` is 61");
+    refused(MultipleShootingSettings { least_steps: 0, ..default() }, "`least_steps` is 0");
+    for least_length in [0.0, 1.0, f64::NAN] {
+        let segment_ends = SegmentEnds::Free { least_length };
+        refused(MultipleShootingSettings { segment_ends, ..default() }, "`least_length`");
+    }
     refused(MultipleShootingSettings { control_tolerance: f64::NAN, ..default() }, "`control_tolerance`");
     refused(MultipleShootingSettings { path_tolerance: -1.0, ..default() }, "`path_tolerance`");
     refused(MultipleShootingSettings { threads: 0, ..default() }, "`threads`");

@@ -10,6 +10,7 @@ use crate::{Counters, Error, Mission, Observer, SearchSummary};
 mod flatness;
 mod indirect;
 mod multiple_shooting;
+mod piecewise;
 mod radau;
 mod two_layer;
 
@@ -17,6 +18,7 @@ pub(crate) const RADAU: &str = "radau";
 pub(crate) const FLATNESS: &str = "flatness";
 pub(crate) const MULTIPLE_SHOOTING: &str = "multiple-shooting";
 pub(crate) const INDIRECT: &str = "indirect";
+pub(crate) const PIECEWISE: &str = "piecewise";
 pub(crate) const TWO_LAYER: &str = "two-layer";
 
 /// Path of the key.
@@ -24,15 +26,23 @@ pub(crate) const KEY: &str = "method";
 
 const METHOD: &[Key] = &[Key::choice(
     KEY,
-    &[RADAU, FLATNESS, MULTIPLE_SHOOTING, INDIRECT, TWO_LAYER],
+    &[RADAU, FLATNESS, MULTIPLE_SHOOTING, INDIRECT, PIECEWISE, TWO_LAYER],
     "how the problem is solved",
 )];
 
 /// Keys of the methods, the same for all missions.
 pub(crate) fn keys() -> impl Iterator<Item = &'static Key> {
-    [METHOD, radau::KEYS, flatness::KEYS, multiple_shooting::KEYS, indirect::KEYS, two_layer::KEYS]
-        .into_iter()
-        .flatten()
+    [
+        METHOD,
+        radau::KEYS,
+        flatness::KEYS,
+        multiple_shooting::KEYS,
+        indirect::KEYS,
+        piecewise::KEYS,
+        two_layer::KEYS,
+    ]
+    .into_iter()
+    .flatten()
 }
 
 /// A solution by any method.
@@ -82,6 +92,7 @@ impl Mission {
                 flatness::solve(&self.values, &posed.ocp, systems, &guess, observer)
             }
             MULTIPLE_SHOOTING => self.solve_by_multiple_shooting(&posed.ocp, &guess, observer),
+            PIECEWISE => self.solve_by_piecewise_controls(&posed.ocp, &guess, observer),
             TWO_LAYER => self.solve_by_two_layers(posed, &guess, start, observer),
             INDIRECT => self.solve_by_indirect_shooting(posed, &guess, start, observer),
             _ => self.solve_by_radau(&posed.ocp, &guess, start, observer),

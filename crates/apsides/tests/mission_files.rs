@@ -85,7 +85,7 @@ fn mistakes_name_line_key_and_remedy() {
         ),
         (
             "method = \"newton\"",
-            "file `x.toml`, line 2: `method` is \"newton\", allowed is \"radau\" or \"flatness\" or \"multiple-shooting\" or \"indirect\" or \"two-layer\"",
+            "file `x.toml`, line 2: `method` is \"newton\", allowed is \"radau\" or \"flatness\" or \"multiple-shooting\" or \"indirect\" or \"piecewise\" or \"two-layer\"",
         ),
         (
             "[flatness]\nplacement = \"even\"",

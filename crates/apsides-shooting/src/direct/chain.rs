@@ -3,7 +3,8 @@
 //! A segment depends on `v = (x_0, c, p, t0, tf)`: the state at its start, the values of its controls at their points, the static
 //! parameters and the times of the phase. At the normalised time `s` of the segment a node function takes `x(s; v)` with a given
 //! sensitivity, `u = sum_l L_l(s) c_l`, `p` and `t = (1 - f) t0 + f tf`, `f` the fraction of the phase. Rates are multiplied by the
-//! duration `tf - t0`, the last of the local quantities `(x, u, p, t, tf - t0)`.
+//! duration `tf - t0`, the last of the local quantities `(x, u, p, t, tf - t0)`. Where the ends of the segment are unknowns, `t0` and
+//! `tf` are these, and the segment is the whole from 0 to 1.
 
 use std::sync::Arc;
 

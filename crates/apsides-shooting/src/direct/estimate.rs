@@ -27,7 +27,8 @@ use crate::error::ShootingError;
 /// The barrier of the interior-point method keeps controls away from their bounds at a loss of about the complementarity of the
 /// segment; as much as this times it is not laid to the control polynomial, which is looked at between its points.
 const BARRIER_SHARE: f64 = 4.0;
-/// Points per segment at which the slope of the Hamiltonian is looked at, for each control point; bounds and rows at twice as many.
+/// Points per segment at which the slope of the Hamiltonian is looked at, for each control point; bounds and rows at twice as many, for
+/// each control or constraint point.
 const SAMPLES_PER_POINT: usize = 3;
 
 /// One segment.
@@ -142,11 +143,19 @@ impl Estimator<'_> {
 
     /// Goes to a place of a segment, from 0 to 1; returns the time.
     fn go_to(&mut self, k: usize, place: f64) -> f64 {
-        let segment = &self.p.segments[k];
-        let time = self.t.time_at(segment.start + place * segment.width);
+        let time = self.t.time_at(self.start(k) + place * self.width(k));
         self.t.state.evaluate_in(k, time, &mut self.x);
         self.t.control.evaluate_in(k, time, &mut self.u);
         time
+    }
+
+    /// Start and width of a segment as fractions of the phase.
+    fn start(&self, k: usize) -> f64 {
+        self.t.mesh.fractions()[k]
+    }
+
+    fn width(&self, k: usize) -> f64 {
+        self.t.mesh.fractions()[k + 1] - self.start(k)
     }
 
     fn differentiate(&mut self, k: usize, place: f64) {
@@ -163,8 +172,8 @@ impl Estimator<'_> {
     fn hamiltonian_size(&mut self) -> f64 {
         let mut size = 0.0_f64;
         for k in 0..self.p.segments.len() {
-            for point in 0..self.p.segments[k].points() {
-                self.differentiate(k, self.p.segments[k].place(point));
+            for point in 0..self.p.segments[k].controls.count() {
+                self.differentiate(k, self.p.segments[k].controls.place(point));
                 size = size.max(self.lagrangian.largest_term);
             }
         }
@@ -187,7 +196,7 @@ impl Estimator<'_> {
         if self.p.controls == 0 {
             return Ok(0.0);
         }
-        let points = (SAMPLES_PER_POINT * self.p.segments[k].points()).min(MAX_POINTS);
+        let points = (SAMPLES_PER_POINT * self.p.segments[k].controls.count()).min(MAX_POINTS);
         if let Entry::Vacant(e) = self.rules.entry(points) {
             e.insert(Arc::new(Gauss::new(points)?));
         }
@@ -205,7 +214,7 @@ impl Estimator<'_> {
                 .sum();
             sum += 0.5 * weight * density;
         }
-        Ok(self.p.segments[k].width * sum)
+        Ok(self.width(k) * sum)
     }
 
     /// Finds junctions and returns what the barrier holds back, in the measure of [`gain`](Self::gain): of the slope `z` that a
@@ -213,12 +222,12 @@ impl Estimator<'_> {
     fn look_at_bounds(&self, k: usize, size: f64, estimate: &mut SegmentEstimate) -> f64 {
         let (p, nlp, report, phase) = (self.p, self.nlp, self.report, self.phase);
         let segment = &p.segments[k];
-        let duration = self.t.final_time - self.t.initial_time;
+        let (duration, width) = (self.t.final_time - self.t.initial_time, self.width(k));
         let mut held_back = 0.0;
         let mut active = vec![0; p.controls + phase.path_rows()];
         // `[(multiplier, distance); 2]` of the sides of a quantity; whether one is active.
-        let mut consider = |point: usize, scale: f64, sides: [(f64, f64); 2]| {
-            let weight = segment.weight(point);
+        let mut consider = |weight: f64, scale: f64, sides: [(f64, f64); 2]| {
+            let weight = weight * width;
             let mut is_active = false;
             for (multiplier, distance) in sides.into_iter().filter(|(_, d)| d.is_finite()) {
                 let slope = multiplier.max(0.0) * scale / (weight * duration * size);
@@ -238,31 +247,38 @@ impl Estimator<'_> {
             [(-y, value - nlp.row_lower[row]), (y, nlp.row_upper[row] - value)]
         };
         for (point, &column) in segment.control_columns.iter().enumerate() {
+            let weight = segment.controls.weight(point);
             for c in 0..p.controls {
-                active[c] += usize::from(consider(point, self.control_scales[c], variable(column + c)));
+                active[c] += usize::from(consider(weight, self.control_scales[c], variable(column + c)));
             }
+        }
+        for point in 0..segment.rows.count() {
+            let weight = segment.rows.weight(point);
             let firsts = &segment.path_rows[point * phase.path.len()..];
             let constraints = phase.path.iter().zip(firsts);
             let rows = constraints.flat_map(|(c, &first)| c.rows.iter().zip(first..));
             for (k, (_, r)) in rows.enumerate().filter(|(_, (v, _))| !v.bounds.is_fixed()) {
-                active[p.controls + k] += usize::from(consider(point, self.row_scales[k], row(r)));
+                active[p.controls + k] += usize::from(consider(weight, self.row_scales[k], row(r)));
             }
         }
         for &(point, state, r) in &segment.bound_rows {
-            consider(point, self.state_scales[state], row(r));
+            consider(segment.rows.weight(point), self.state_scales[state], row(r));
         }
         for node in [k, k + 1].into_iter().filter(|node| (1..p.segments.len()).contains(node)) {
-            let point = if node == k { 0 } else { segment.points() - 1 };
+            let point = if node == k { 0 } else { segment.rows.count() - 1 };
             for (state, scale) in self.state_scales.iter().enumerate() {
-                consider(point, *scale, variable(p.state_column(node) + state));
+                consider(segment.rows.weight(point), *scale, variable(p.state_column(node) + state));
             }
         }
-        estimate.junction = active.iter().any(|count| (1..segment.points()).contains(count));
+        let (of_controls, of_rows) = active.split_at(p.controls);
+        estimate.junction = of_controls.iter().any(|count| (1..segment.controls.count()).contains(count))
+            || of_rows.iter().any(|count| (1..segment.rows.count()).contains(count));
         held_back
     }
 
     fn look_between(&mut self, k: usize, estimate: &mut SegmentEstimate) {
-        let samples = 2 * SAMPLES_PER_POINT * self.p.segments[k].points();
+        let points = self.p.segments[k].controls.count().max(self.p.segments[k].rows.count());
+        let samples = 2 * SAMPLES_PER_POINT * points;
         let phase = self.phase;
         let (nx, nu) = (self.p.states, self.p.controls);
         for sample in 0..=samples {

@@ -2,7 +2,7 @@
 //!
 //! With `y` the multipliers of the matching conditions of the node `k + 1`, the costate there is `-y`. Along the segment before it
 //! the costate follows from `lambda' = -dL/dx`, integrated backwards; a path multiplier per unit time is that of the row divided by
-//! the quadrature weight of the control point, that of a state bound likewise. So the jumps of the costate of the discrete problem
+//! the quadrature weight of its point, that of a state bound likewise. So the jumps of the costate of the discrete problem
 //! are spread over the time that each point stands for; the share of the segment before a node is taken from its end. States are
 //! those of an integration with step control. Both are polynomials through as many Chebyshev points as they need.
 
@@ -11,7 +11,7 @@ use std::sync::Arc;
 
 use apsides_basis::{Barycentric, chebyshev_lobatto};
 use apsides_nlp::SolveReport;
-use apsides_ocp::{Ocp, Phase, PhaseTrajectory, PiecewisePolynomial, Segment, Trajectory};
+use apsides_ocp::{Ocp, Phase, PhaseMesh, PhaseTrajectory, PiecewisePolynomial, Segment, Trajectory};
 use apsides_ode::{FnSystem, Integrator, OdeSettings, OdeSystem, SmoothSystem, Status, Tolerance};
 
 use super::hamiltonian::Lagrangian;
@@ -49,7 +49,7 @@ impl Transcription {
         report: &SolveReport,
         tolerance: f64,
     ) -> Result<Extracted, ShootingError> {
-        let lasts = |p: &PhaseLayout| p.duration(&report.x) > 0.0;
+        let lasts = |p: &PhaseLayout| p.node_times(&report.x).windows(2).all(|w| w[0] < w[1]);
         let usable = report.x.iter().all(|v| v.is_finite()) && self.layout.phases.iter().all(lasts);
         let x = if usable { report.x.clone() } else { self.start.clone() };
         self.refresh(&x);
@@ -127,9 +127,9 @@ impl Extraction<'_> {
         for (k, (segment, shot)) in p.segments.iter().zip(shots).enumerate() {
             let columns = segment.control_columns.iter();
             let values = columns.flat_map(|&c| &x[c..c + p.controls]).copied().collect();
-            let controls = Segment { basis: Arc::clone(&segment.basis), values };
+            let controls = Segment { basis: Arc::clone(&segment.controls.basis), values };
             let values = self.path_multipliers(segment, &row_weights);
-            let multipliers = Segment { basis: Arc::clone(&segment.basis), values };
+            let multipliers = Segment { basis: Arc::clone(&segment.rows.basis), values };
             let (states, error) = self.states(k, shot)?;
             costate.push(self.costates(k, segment, &states, &controls, &multipliers)?);
             errors.push(error);
@@ -137,8 +137,14 @@ impl Extraction<'_> {
             control.push(controls);
             path.push(multipliers);
         }
-        let mesh = p.plan.mesh.clone();
-        let breaks: Vec<f64> = mesh.fractions().iter().map(|f| (1.0 - f) * t0 + f * tf).collect();
+        let breaks = p.node_times(x);
+        let mesh = if p.inner_times().next().is_some() {
+            let mut fractions: Vec<f64> = breaks.iter().map(|t| (t - t0) / (tf - t0)).collect();
+            fractions[breaks.len() - 1] = 1.0;
+            PhaseMesh::new(fractions, p.plan.mesh.points().to_vec())?
+        } else {
+            p.plan.mesh.clone()
+        };
         let polynomial = |dimension, segments| PiecewisePolynomial::new(dimension, breaks.clone(), segments);
         let integral_multipliers = p.integral_rows.iter().map(|row| row.map_or(0.0, |r| y[r])).collect();
         let trajectory = PhaseTrajectory {
@@ -159,18 +165,17 @@ impl Extraction<'_> {
 
     /// Time that each path row stands for, by its index: that of both segments where they share it.
     fn row_weights(&self) -> std::collections::BTreeMap<usize, f64> {
-        let duration = self.p.duration(self.x);
         let mut weights = std::collections::BTreeMap::new();
         for segment in &self.p.segments {
             for (index, row) in segment.path_rows.iter().enumerate() {
                 let point = index / self.phase.path.len();
-                *weights.entry(*row).or_insert(0.0) += segment.weight(point) * duration;
+                *weights.entry(*row).or_insert(0.0) += segment.row_seconds(point, self.x);
             }
         }
         weights
     }
 
-    /// Multipliers of all path rows per unit time, at the control points.
+    /// Multipliers of all path rows per unit time, at their points.
     fn path_multipliers(
         &self,
         segment: &SegmentLayout,
@@ -241,23 +246,22 @@ impl Extraction<'_> {
         let (p, x) = (self.p, self.x);
         let n = p.states;
         let rows = self.phase.path_rows();
-        let (t0, duration) = (x[p.initial_time], p.duration(x));
         let jump = self.share_of_jump(k, states, controls);
         let at_node = self.y[segment.matching_row..][..n].iter().zip(&jump);
         let lambda: Vec<f64> = at_node.map(|(y, jump)| -y - jump).collect();
         let bounds = self.bound_multipliers(k);
         let zeros = |length| vec![0.0; length];
         let scratch = RefCell::new((zeros(n), zeros(p.controls), zeros(rows), zeros(n)));
-        let half = 0.5 * segment.width * duration;
+        let half = 0.5 * segment.length(x);
         let rates = FnSystem::new(n, |tau: f64, lambda: &[f64], rate: &mut [f64]| {
             let (x, u, mu, nu) = &mut *scratch.borrow_mut();
             states.basis.evaluate_all(&states.values, tau, x);
             controls.basis.evaluate_all(&controls.values, tau, u);
             multipliers.basis.evaluate_all(&multipliers.values, tau, mu);
-            let t = t0 + duration * (segment.start + 0.5 * (tau + 1.0) * segment.width);
+            let t = segment.time(self.x, 0.5 * (tau + 1.0));
             let mut lagrangian = self.lagrangian.borrow_mut();
             lagrangian.differentiate(t, x, u, lambda, mu);
-            segment.basis.evaluate_all(&bounds, tau, nu);
+            segment.rows.basis.evaluate_all(&bounds, tau, nu);
             let gradient = lagrangian.gradient.iter().zip(&*nu);
             rate.iter_mut().zip(gradient).for_each(|(r, (g, nu))| *r = -half * (g + nu));
         });
@@ -278,12 +282,12 @@ impl Extraction<'_> {
         Ok(Segment { basis: Arc::new(Barycentric::new(&[-1.0, 1.0])?), values: [before, lambda].concat() })
     }
 
-    /// Quadrature weight of the control point at the end of a segment, and of the one at the start of the next, where both have
+    /// Time that the constraint point at the end of a segment stands for, and the one at the start of the next, where both have
     /// one.
     fn end_weights(&self, k: usize) -> Option<(f64, f64)> {
         let (segment, next) = (&self.p.segments[k], self.p.segments.get(k + 1)?);
-        let both = segment.points() > 1 && next.points() > 1;
-        both.then(|| (segment.weight(segment.points() - 1), next.weight(0)))
+        let both = segment.rows.count() > 1 && next.rows.count() > 1;
+        both.then(|| (segment.row_seconds(segment.rows.count() - 1, self.x), next.row_seconds(0, self.x)))
     }
 
     /// Multipliers of the state bounds at the node after a segment.
@@ -293,21 +297,21 @@ impl Extraction<'_> {
         columns.map(|c| self.report.upper_multipliers[c] - self.report.lower_multipliers[c])
     }
 
-    /// Multipliers of the bounds on states per unit time at the control points of a segment, those of its inner nodes included.
+    /// Multipliers of the bounds on states per unit time at the constraint points of a segment, those of its inner nodes included.
     fn bound_multipliers(&self, k: usize) -> Vec<f64> {
         let (p, n) = (self.p, self.p.states);
-        let (segment, duration) = (&p.segments[k], p.duration(self.x));
-        let mut values = vec![0.0; segment.points() * n];
+        let segment = &p.segments[k];
+        let mut values = vec![0.0; segment.rows.count() * n];
         for &(point, state, row) in &segment.bound_rows {
-            values[point * n + state] = self.y[row] / (segment.weight(point) * duration);
+            values[point * n + state] = self.y[row] / segment.row_seconds(point, self.x);
         }
-        let nodes = [(k.checked_sub(1), 0), (Some(k), segment.points() - 1)];
+        let nodes = [(k.checked_sub(1), 0), (Some(k), segment.rows.count() - 1)];
         for (node, point) in nodes {
             let Some((node, (before, after))) = node.and_then(|node| Some((node, self.end_weights(node)?)))
             else {
                 continue;
             };
-            let seconds = (before + after) * duration;
+            let seconds = before + after;
             for (value, z) in values[point * n..].iter_mut().zip(self.node_multipliers(node)) {
                 *value = z / seconds;
             }
@@ -324,7 +328,7 @@ impl Extraction<'_> {
         let mut jump: Vec<f64> = self.node_multipliers(k).map(|z| share * z).collect();
         let segment = &self.p.segments[k];
         let constraints = self.phase.path.len();
-        let last = (segment.points() - 1) * constraints;
+        let last = (segment.rows.count() - 1) * constraints;
         if (last..last + constraints).all(|index| segment.owns_path_row[index]) {
             return jump;
         }
@@ -336,8 +340,7 @@ impl Extraction<'_> {
         }
         let ends = |s: &Segment, count: usize| s.values[s.values.len() - count..].to_vec();
         let (x, u) = (ends(states, n), ends(controls, self.p.controls));
-        let fraction = self.p.fraction(k + 1);
-        let t = (1.0 - fraction) * self.x[self.p.initial_time] + fraction * self.x[self.p.final_time];
+        let t = segment.time(self.x, 1.0);
         let mut lagrangian = self.lagrangian.borrow_mut();
         lagrangian.differentiate_path(t, &x, &u, &multipliers);
         jump.iter_mut().zip(&lagrangian.gradient).for_each(|(j, g)| *j += share * g);

@@ -11,7 +11,7 @@ pub(crate) struct PhasePlan {
     pub(crate) mesh: PhaseMesh,
     /// Steps of each segment, where they are not forced to end at control points.
     pub(crate) steps: Vec<usize>,
-    /// Whether the bounds on states are rows at the inner control points of each segment.
+    /// Whether the bounds on states are rows at the inner constraint points of each segment.
     pub(crate) inner_bounds: Vec<bool>,
 }
 
@@ -27,9 +27,9 @@ impl PhasePlan {
     }
 }
 
-/// Control points of a segment on [-1, 1] and the weights of their quadrature: both ends and Lobatto points between them, or the
+/// Points of a segment on [-1, 1] and the weights of their quadrature: both ends and Lobatto points between them, or the
 /// middle alone.
-pub(crate) fn control_points(points: usize) -> Result<(Vec<f64>, Vec<f64>), ShootingError> {
+pub(crate) fn points_of(points: usize) -> Result<(Vec<f64>, Vec<f64>), ShootingError> {
     if points == 1 {
         let rule = Gauss::new(1)?;
         return Ok((rule.nodes().to_vec(), rule.weights().to_vec()));
@@ -82,10 +82,10 @@ mod tests {
     }
 
     #[test]
-    fn one_control_point_is_in_the_middle() {
-        assert_eq!(control_points(1).unwrap(), (vec![0.0], vec![2.0]));
-        assert_eq!(control_points(2).unwrap(), (vec![-1.0, 1.0], vec![1.0, 1.0]));
-        assert!(control_points(0).is_err());
-        assert!(control_points(61).is_err());
+    fn one_point_is_in_the_middle() {
+        assert_eq!(points_of(1).unwrap(), (vec![0.0], vec![2.0]));
+        assert_eq!(points_of(2).unwrap(), (vec![-1.0, 1.0], vec![1.0, 1.0]));
+        assert!(points_of(0).is_err());
+        assert!(points_of(61).is_err());
     }
 }

@@ -26,8 +26,6 @@ const LEAST_WIDTH: f64 = 1e-6;
 const LEAST_OVERSTEPPED: f64 = 1e-4;
 /// Control points of a straight line.
 const LINE: usize = 2;
-/// Most control points of a single segment.
-const MOST_POINTS: usize = 40;
 
 /// What the next solve is for.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -47,7 +45,7 @@ pub(crate) fn refine(
     first: &PhaseMesh,
     share: f64,
 ) -> Result<(PhasePlan, Wants), ShootingError> {
-    let single = first.intervals() == 1;
+    let single = first.intervals() == 1 && settings.max_control_points > 1;
     let first_points = first.points().iter().copied().fold(1, usize::max);
     let mut wants = Wants::default();
     let (mut fractions, mut points) = (vec![0.0], Vec::new());
@@ -61,7 +59,7 @@ pub(crate) fn refine(
         let mut inner = plan.inner_bounds[k];
         if exceeds(e.state_excess, tolerance) {
             wants.accuracy = true;
-            poor |= inner || count < 3;
+            poor |= inner || settings.constraint_points.unwrap_or(count) < 3;
             inner = true;
         }
         let overstepped = [e.control_excess, e.mixed_excess].map(|excess| exceeds(excess, tolerance));
@@ -76,11 +74,11 @@ pub(crate) fn refine(
             // A line that was put to a junction which is elsewhere now.
             count = count.max(first_points);
         }
-        let needed = next_steps(plan.steps[k], e.integration / settings.integration_tolerance, order);
+        let needed = needed_steps(plan.steps[k], e, settings, order);
         let parts = if !poor || (!single && end - start < 2.0 * LEAST_WIDTH) {
             1
         } else if single {
-            count = (count + count.div_ceil(2)).min(MOST_POINTS);
+            count = (count + count.div_ceil(2)).min(settings.max_control_points.max(count));
             1
         } else {
             // A smooth control of d points costs h^(2 d + 1) and oversteps a row by h^d.
@@ -92,12 +90,34 @@ pub(crate) fn refine(
         for j in 1..=parts {
             fractions.push(if j == parts { end } else { start + (end - start) * j as f64 / parts as f64 });
             points.push(count);
-            steps.push(needed.div_ceil(parts));
+            steps.push(needed.div_ceil(parts).max(settings.least_steps));
             inner_bounds.push(inner);
         }
     }
     let mesh = PhaseMesh::new(fractions, points)?;
     Ok((PhasePlan { mesh, steps, inner_bounds }, wants))
+}
+
+impl PhasePlan {
+    /// The same division with as many steps as each segment needs.
+    pub(crate) fn with_steps(
+        &self,
+        estimates: &[SegmentEstimate],
+        settings: &MultipleShootingSettings,
+        order: i32,
+    ) -> Self {
+        let steps = self.steps.iter().zip(estimates);
+        Self { steps: steps.map(|(s, e)| needed_steps(*s, e, settings, order)).collect(), ..self.clone() }
+    }
+}
+
+fn needed_steps(
+    steps: usize,
+    estimate: &SegmentEstimate,
+    settings: &MultipleShootingSettings,
+    order: i32,
+) -> usize {
+    next_steps(steps, estimate.integration / settings.integration_tolerance, order).max(settings.least_steps)
 }
 
 /// What is not a number exceeds every limit.

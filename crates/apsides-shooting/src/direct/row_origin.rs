@@ -44,24 +44,27 @@ impl Transcription {
 
 fn segment_row_origin(phase: &Phase, p: &PhaseLayout, k: usize, row: usize, x: &[f64]) -> Option<RowOrigin> {
     let segment = &p.segments[k];
-    let at = |fraction: f64, name: String, unit: &str| RowOrigin {
+    let at = |place: f64, name: String, unit: &str| RowOrigin {
         phase: Some(phase.name.clone()),
         name,
         unit: unit.into(),
-        time: Some((1.0 - fraction) * x[p.initial_time] + fraction * x[p.final_time]),
+        time: Some(segment.time(x, place)),
     };
     if let Some(v) = phase.states.get(row - segment.matching_row).map(|s| &s.variable) {
-        return Some(at(p.fraction(k + 1), format!("equation of motion of {}", v.name), &v.unit));
+        return Some(at(1.0, format!("equation of motion of {}", v.name), &v.unit));
     }
     if let Some(&(point, state, _)) = segment.bound_rows.iter().find(|b| b.2 == row) {
         let v = &phase.states[state].variable;
-        return Some(at(segment.fraction(point), v.name.clone(), &v.unit));
+        return Some(at(segment.rows.place(point), v.name.clone(), &v.unit));
+    }
+    if segment.length_row == Some(row) {
+        return Some(at(0.0, "least length of a segment".into(), &phase.time_unit));
     }
     let rows = segment.path_rows.chunks(phase.path.len().max(1)).enumerate();
     rows.flat_map(|(point, rows)| phase.path.iter().zip(rows).map(move |(c, &first)| (point, c, first)))
         .filter(|(_, _, first)| *first <= row)
         .find_map(|(point, c, first)| {
             let v = c.rows.get(row - first)?;
-            Some(at(segment.fraction(point), v.name.clone(), &v.unit))
+            Some(at(segment.rows.place(point), v.name.clone(), &v.unit))
         })
 }

@@ -31,6 +31,12 @@ pub(crate) fn nlp_scaling(ocp: &Ocp, layout: &Layout, scaling: &Scaling) -> NlpS
             for &(_, state, row) in &segment.bound_rows {
                 constraints[row] = s.states[state];
             }
+            if let Some(r) = segment.length_row {
+                constraints[r] = s.time / p.segments.len() as f64;
+            }
+        }
+        for time in p.inner_times() {
+            variables[time] = s.time;
         }
         variables[p.initial_time] = s.time;
         variables[p.final_time] = s.time;
@@ -114,7 +120,7 @@ impl Transcription {
             groups.extend((0..p.states).map(|s| nodes().map(|c| c + s).collect()));
             let points = || p.segments.iter().flat_map(|s| &s.control_columns);
             groups.extend((0..p.controls).map(|u| points().map(|c| c + u).collect()));
-            groups.extend([vec![p.initial_time], vec![p.final_time]]);
+            groups.extend([vec![p.initial_time], vec![p.final_time], p.inner_times().collect()]);
         }
         groups.extend((self.layout.first_parameter..self.layout.variables).map(|c| vec![c]));
         groups

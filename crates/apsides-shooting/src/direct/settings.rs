@@ -6,18 +6,41 @@ use apsides_ode::Method;
 
 use crate::error::ShootingError;
 
+/// Where the segments of a phase end.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub enum SegmentEnds {
+    /// At the fractions of the phase that the mesh has.
+    #[default]
+    Fixed,
+    /// At times that are unknowns, from those of the mesh on.
+    Free {
+        /// Least length of a segment, relative to that which it has in the mesh; above 0, below 1.
+        least_length: f64,
+    },
+}
+
 /// Settings of the method.
 #[derive(Clone, Debug)]
 pub struct MultipleShootingSettings {
     /// Segments per phase at the start, 10; 1 is single shooting, which refinement keeps.
     pub segments: usize,
     /// Points of the control polynomial of each segment at the start: 1 is constant, 2 linear and so on, through the Lobatto points
-    /// of the segment, or its middle; 4. Path constraints hold at these points.
+    /// of the segment, or its middle; 4.
     pub control_points: usize,
+    /// Most points of the control polynomial of a phase that began with one segment, which refinement raises; at 1 controls stay
+    /// constant and segments are divided instead; 40.
+    pub max_control_points: usize,
+    /// Points of each segment at which path constraints and bounds on states hold, Lobatto points of the segment or its middle. Where
+    /// nothing is stated, path constraints hold at the control points, bounds on states there where they would be overstepped.
+    pub constraint_points: Option<usize>,
+    /// Where the segments end; at the fractions of the mesh.
+    pub segment_ends: SegmentEnds,
     /// Whether controls are continuous from segment to segment, which needs two control points; off.
     pub continuous_controls: bool,
     /// Runge-Kutta method of the segments; order 8.
     pub method: Method,
+    /// Least steps of each segment, for integrands that vary faster than the states; 1.
+    pub least_steps: usize,
     /// Largest error of the steps of a segment, relative to the scale of the state; 1e-10.
     pub integration_tolerance: f64,
     /// Largest gain that the estimate expects of richer controls in the whole, relative to the objective; 1e-11.
@@ -27,7 +50,7 @@ pub struct MultipleShootingSettings {
     pub path_tolerance: f64,
     /// Most divisions solved; 1 switches refinement off; 15.
     pub max_meshes: usize,
-    /// Most segments of all phases; refinement stops there; 2000.
+    /// Most segments of all phases; refinement divides none beyond; 2000.
     pub max_segments: usize,
     /// Threads that integrate the segments, 1 to 1024; the results do not depend on it; 1.
     pub threads: usize,
@@ -40,8 +63,12 @@ impl Default for MultipleShootingSettings {
         Self {
             segments: 10,
             control_points: 4,
+            max_control_points: 40,
+            constraint_points: None,
+            segment_ends: SegmentEnds::Fixed,
             continuous_controls: false,
             method: Method::Dop853,
+            least_steps: 1,
             integration_tolerance: 1e-10,
             control_tolerance: 1e-11,
             path_tolerance: 5e-7,
@@ -73,6 +100,15 @@ impl MultipleShootingSettings {
                 MAX_POINTS,
                 "a whole number from 1, or 2 for continuous controls, to 60",
             ),
+            ("max_control_points", self.max_control_points, 1, MAX_POINTS, "a whole number from 1 to 60"),
+            (
+                "constraint_points",
+                self.constraint_points.unwrap_or(1),
+                1,
+                MAX_POINTS,
+                "a whole number from 1 to 60",
+            ),
+            ("least_steps", self.least_steps, 1, 100_000, "a whole number from 1 to 100000"),
             ("max_meshes", self.max_meshes, 1, 1000, "a whole number from 1 to 1000"),
             ("threads", self.threads, 1, 1024, "a whole number from 1 to 1024"),
         ];
@@ -89,6 +125,12 @@ impl MultipleShootingSettings {
             if !(value > 0.0 && value.is_finite()) {
                 return Err(ShootingError::Setting { name, value, allowed: "a positive number" });
             }
+        }
+        if let SegmentEnds::Free { least_length } = self.segment_ends
+            && !(least_length > 0.0 && least_length < 1.0)
+        {
+            let allowed = "above 0 and below 1";
+            return Err(ShootingError::Setting { name: "least_length", value: least_length, allowed });
         }
         Ok(())
     }

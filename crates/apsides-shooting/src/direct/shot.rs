@@ -1,4 +1,4 @@
-//! One segment: matching conditions, rows at its control points, shares of the integrals, with their derivatives.
+//! One segment: matching conditions, rows at its constraint points, shares of the integrals, with their derivatives.
 
 use std::sync::Arc;
 
@@ -7,7 +7,7 @@ use apsides_ocp::Phase;
 use apsides_ode::{DiscreteFlow, Method, SmoothSystem};
 
 use super::chain::{Chain, Kind};
-use super::layout::{Layout, PhaseLayout};
+use super::layout::{Layout, PhaseLayout, Points};
 use super::plan::step_grid;
 use super::segment_system::SegmentSystem;
 use crate::error::ShootingError;
@@ -29,7 +29,7 @@ pub(crate) struct Share {
 pub(crate) struct Shot {
     pub(crate) system: SegmentSystem,
     pub(crate) flow: DiscreteFlow,
-    /// Column of each of `v = (x_0, c, p, t0, tf)`.
+    /// Column of each of `v = (x_0, c, p, t0, tf)`, the times being those of the phase or of the segment.
     columns: Vec<usize>,
     end_column: usize,
     matching_row: usize,
@@ -42,7 +42,7 @@ pub(crate) struct Shot {
     pub(crate) hessian: Vec<f64>,
 }
 
-/// A path constraint at a control point.
+/// A path constraint at one of its points.
 struct PathRows {
     function: Arc<dyn NodeFunction>,
     /// Point of the step grid, normalised time.
@@ -57,7 +57,7 @@ struct PathRows {
     rows: Vec<f64>,
 }
 
-/// A bounded state at a control point.
+/// A bounded state at a constraint point.
 struct BoundRow {
     at: usize,
     state: usize,
@@ -81,7 +81,7 @@ impl Shot {
             .chain(shares.iter().map(|s| &phase.integrals[s.integral].function));
         let parameters = if functions.any(|f| phase.takes_parameters(f.as_ref())) { parameters } else { 0 };
         let sizes = (p.states, p.controls, parameters);
-        let mut chain = Chain::new(sizes, Arc::clone(&segment.basis), segment.start, segment.width);
+        let mut chain = Chain::new(sizes, Arc::clone(&segment.controls.basis), segment.start, segment.width);
         for c in &phase.path {
             chain.admit(c.function.as_ref());
         }
@@ -92,25 +92,28 @@ impl Shot {
             columns.extend(*first..first + p.controls);
         }
         columns.extend(layout.first_parameter..layout.first_parameter + parameters);
-        columns.extend([p.initial_time, p.final_time]);
+        columns.extend([segment.times.0, segment.times.1]);
         let with_rows = !phase.path.is_empty() || !segment.bound_rows.is_empty();
-        let stops: Vec<f64> = if with_rows || !resolves(method, segment.points()) {
-            (0..segment.points()).map(|j| segment.place(j)).collect()
-        } else {
-            Vec::new()
-        };
+        let places = |points: &Points| (0..points.count()).map(|j| points.place(j)).collect::<Vec<_>>();
+        let mut stops = if with_rows { places(&segment.rows) } else { Vec::new() };
+        if !resolves(method, segment.controls.count()) {
+            stops.extend(places(&segment.controls));
+        }
+        stops.sort_by(f64::total_cmp);
+        stops.dedup();
         let (grid, at) = step_grid(p.plan.steps[k], &stops);
+        let at_row = |j: usize| at[stops.partition_point(|s| *s < segment.rows.place(j))];
         let mut path = Vec::new();
-        for (j, &at) in at.iter().enumerate() {
+        for j in (0..segment.rows.count()).filter(|_| with_rows) {
             for (c, constraint) in phase.path.iter().enumerate() {
                 let index = j * phase.path.len() + c;
                 if segment.owns_path_row[index] {
-                    let (place, row) = (segment.place(j), segment.path_rows[index]);
-                    path.push(PathRows::new(&constraint.function, at, place, row, chain.columns()));
+                    let (place, row) = (segment.rows.place(j), segment.path_rows[index]);
+                    path.push(PathRows::new(&constraint.function, at_row(j), place, row, chain.columns()));
                 }
             }
         }
-        let bound = |&(point, state, row): &(usize, usize, usize)| BoundRow { at: at[point], state, row };
+        let bound = |&(point, state, row): &(usize, usize, usize)| BoundRow { at: at_row(point), state, row };
         let order = chain.columns();
         let system = SegmentSystem::new(chain, &phase.dynamics, &integrands);
         let flow = DiscreteFlow::new(method, &system, grid)?;

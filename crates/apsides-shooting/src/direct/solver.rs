@@ -113,6 +113,9 @@ impl MultipleShooting {
             return Err(ShootingError::Setting { name: "continuous_controls", value: 1.0, allowed });
         }
         let mut plans: Vec<PhasePlan> = mesh.phases.iter().map(|m| PhasePlan::new(m.clone(), 1)).collect();
+        for plan in &mut plans {
+            plan.inner_bounds.fill(settings.constraint_points.is_some());
+        }
         let mut guess = guess.clone();
         let mut nlp = self.transcribe(ocp, &plans, &guess)?;
         nlp.count_steps(&mut plans, settings)?;
@@ -143,6 +146,10 @@ impl MultipleShooting {
             let segments: usize = estimates.iter().map(Vec::len).sum();
             let share = settings.control_tolerance / segments as f64;
             let order = nlp.shots.first().map_or(1, |s| s.flow.order());
+            for (plan, t) in plans.iter_mut().zip(&trajectory.phases) {
+                // Where the ends of segments are unknowns, from these on.
+                plan.mesh.clone_from(&t.mesh);
+            }
             let (mut next, mut wants) = (Vec::with_capacity(plans.len()), Wants::default());
             for ((plan, estimates), start) in plans.iter().zip(&estimates).zip(&mesh.phases) {
                 let (plan, phase_wants) = refine(plan, estimates, settings, order, start, share)?;
@@ -150,10 +157,12 @@ impl MultipleShooting {
                 wants.accuracy |= phase_wants.accuracy;
                 wants.overstepped |= phase_wants.overstepped;
             }
-            let size: usize = next.iter().map(|p| p.mesh.intervals()).sum();
+            if next.iter().map(|p| p.mesh.intervals()).sum::<usize>() > settings.max_segments {
+                next = plans.iter().zip(&estimates).map(|(p, e)| p.with_steps(e, settings, order)).collect();
+            }
             let same = next.iter().zip(&plans).all(|(a, b)| a.has_unknowns_of(b));
             let done = !wants.accuracy && (!wants.overstepped || same);
-            if done || next == plans || meshes.len() >= settings.max_meshes || size > settings.max_segments {
+            if done || next == plans || meshes.len() >= settings.max_meshes {
                 let accurate = !wants.accuracy;
                 return Ok(ShootingSolution { trajectory, status, accurate, unmet: None, meshes, report });
             }
@@ -169,7 +178,7 @@ impl MultipleShooting {
         plans: &[PhasePlan],
         guess: &Guess,
     ) -> Result<Transcription, ShootingError> {
-        Transcription::new(ocp, plans, guess, self.settings.method, self.settings.continuous_controls)
+        Transcription::new(ocp, plans, guess, &self.settings)
     }
 }
 
@@ -187,7 +196,7 @@ impl Transcription {
         for (p, plan) in self.layout.phases.iter().zip(plans) {
             for ((segment, steps), shot) in p.segments.iter().zip(&mut plan.steps).zip(&mut shots) {
                 let scales = &self.scaling.variables[segment.state_column..][..p.states];
-                *steps = first_steps(shot, scales, settings)?;
+                *steps = first_steps(shot, scales, settings)?.max(settings.least_steps);
             }
         }
         Ok(())

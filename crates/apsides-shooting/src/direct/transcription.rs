@@ -6,7 +6,7 @@
 //! x_{k+1} - phi(x_k, c_k, p, t0, tf) = 0
 //! ```
 //!
-//! Path constraints hold at the control points, with the state of the steps there. All derivatives are those of the discrete map.
+//! Path constraints hold at their points, with the state of the steps there. All derivatives are those of the discrete map.
 
 use std::sync::Arc;
 
@@ -19,6 +19,7 @@ use rayon::iter::{IntoParallelRefMutIterator, ParallelIterator};
 use super::layout::Layout;
 use super::plan::PhasePlan;
 use super::scales::nlp_scaling;
+use super::settings::{MultipleShootingSettings, SegmentEnds};
 use super::shot::{Share, Shot};
 use crate::error::ShootingError;
 
@@ -41,7 +42,7 @@ pub(crate) struct Transcription {
     endpoint_terms: Vec<EndpointTerm>,
     /// Columns and weights of the linear part of the cost, sign included.
     linear_cost: Vec<(usize, f64)>,
-    /// Constant Jacobian entries: the durations.
+    /// Constant Jacobian entries: the durations and the lengths of segments.
     constant: Vec<(usize, usize, f64)>,
     pub(crate) lower: Vec<f64>,
     pub(crate) upper: Vec<f64>,
@@ -66,8 +67,7 @@ impl Transcription {
         ocp: &Ocp,
         plans: &[PhasePlan],
         guess: &Guess,
-        method: Method,
-        continuous: bool,
+        settings: &MultipleShootingSettings,
     ) -> Result<Self, ShootingError> {
         guess.check(ocp)?;
         if plans.len() != ocp.phases.len() {
@@ -75,22 +75,24 @@ impl Transcription {
             let (expected, found) = (ocp.phases.len(), plans.len());
             return Err(OcpError::Dimension { place, what: "phases", expected, found }.into());
         }
-        let layout = Layout::new(ocp, plans, continuous)?;
+        let layout = Layout::new(ocp, plans, settings)?;
         let sign = match ocp.objective.sense {
             Sense::Minimize => 1.0,
             Sense::Maximize => -1.0,
         };
         let start = starting_point(&layout, guess);
+        let constant =
+            durations(&layout).into_iter().chain(lengths(&layout, settings.segment_ends)).collect();
         let (lower, upper) = variable_bounds(ocp, &layout);
         let (row_lower, row_upper) = row_bounds(ocp, &layout);
         let mut transcription = Self {
             sign,
-            shots: shots(ocp, &layout, sign, method)?,
+            shots: shots(ocp, &layout, sign, settings.method)?,
             endpoint_terms: EndpointTerm::all(ocp, &layout.endpoint_rows, |i| layout.endpoint_column(i)),
             linear_cost: (ocp.objective.linear.iter())
                 .map(|&(input, w)| (layout.endpoint_column(input), sign * w))
                 .collect(),
-            constant: durations(&layout),
+            constant,
             start: clamped(start, &lower, &upper),
             scaling: nlp_scaling(ocp, &layout, &Scaling::new(ocp, guess)),
             lower,
@@ -284,6 +286,9 @@ impl Nlp for Transcription {
                     variables[c..][..p.controls].fill(s.stage);
                 }
             }
+            for (s, time) in p.segments[1..].iter().zip(p.inner_times()) {
+                variables[time] = s.stage + 2;
+            }
             variables[p.end_column..][..p.states].fill(p.end_stage + 2);
         }
         Some(Stages { variables, constraints })
@@ -312,6 +317,24 @@ fn shots(ocp: &Ocp, layout: &Layout, sign: f64, method: Method) -> Result<Vec<Sh
 fn durations(layout: &Layout) -> Vec<(usize, usize, f64)> {
     let rows = layout.phases.iter().filter_map(|p| p.duration_row.map(|r| (r, p)));
     rows.flat_map(|(r, p)| [(r, p.initial_time, -1.0), (r, p.final_time, 1.0)]).collect()
+}
+
+/// Of each segment with unknown ends, what its length exceeds the least one by.
+fn lengths(layout: &Layout, ends: SegmentEnds) -> Vec<(usize, usize, f64)> {
+    let least = match ends {
+        SegmentEnds::Fixed => return Vec::new(),
+        SegmentEnds::Free { least_length } => least_length,
+    };
+    let mut entries = Vec::new();
+    for p in &layout.phases {
+        for (k, s) in p.segments.iter().enumerate() {
+            let Some(r) = s.length_row else { continue };
+            let share = least * (p.fraction(k + 1) - p.fraction(k));
+            entries.extend([(r, s.times.0, -1.0), (r, s.times.1, 1.0)]);
+            entries.extend([(r, p.initial_time, share), (r, p.final_time, -share)]);
+        }
+    }
+    entries
 }
 
 fn variable_bounds(ocp: &Ocp, layout: &Layout) -> (Vec<f64>, Vec<f64>) {
@@ -365,6 +388,9 @@ fn row_bounds(ocp: &Ocp, layout: &Layout) -> (Vec<f64>, Vec<f64>) {
             for &(_, state, row) in &s.bound_rows {
                 set(row, phase.states[state].variable.bounds);
             }
+            if let Some(r) = s.length_row {
+                set(r, Bounds::at_least(0.0));
+            }
         }
         for (q, row) in phase.integrals.iter().zip(&p.integral_rows) {
             if let Some(r) = row {
@@ -391,8 +417,13 @@ fn starting_point(layout: &Layout, guess: &Guess) -> Vec<f64> {
         }
         for (k, s) in p.segments.iter().enumerate() {
             for (j, &c) in s.control_columns.iter().enumerate() {
-                control_inside(g, p.fraction(k), p.fraction(k + 1), s.fraction(j), &mut x[c..][..p.controls]);
+                let fraction = p.fraction_in(k, s.controls.place(j));
+                control_inside(g, p.fraction(k), p.fraction(k + 1), fraction, &mut x[c..][..p.controls]);
             }
+        }
+        for (k, time) in p.inner_times().enumerate() {
+            let fraction = p.fraction(k + 1);
+            x[time] = (1.0 - fraction) * g.initial_time + fraction * g.final_time;
         }
         x[p.initial_time] = g.initial_time;
         x[p.final_time] = g.final_time;

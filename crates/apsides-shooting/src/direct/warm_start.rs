@@ -51,8 +51,12 @@ fn set_phase_multipliers(phase: &Phase, p: &PhaseLayout, t: &PhaseTrajectory, x:
         matching.iter_mut().for_each(|v| *v = -*v);
         let Some(path) = path else { continue };
         for (point, rows) in segment.path_rows.chunks(phase.path.len().max(1)).enumerate() {
-            path.evaluate_in(path.segment_at(middle), t.time_at(segment.fraction(point)), &mut values);
-            let seconds = segment.weight(point) * p.duration(x);
+            path.evaluate_in(
+                path.segment_at(middle),
+                t.time_at(p.fraction_in(k, segment.rows.place(point))),
+                &mut values,
+            );
+            let seconds = segment.row_seconds(point, x);
             let mut first = 0;
             for (c, row) in phase.path.iter().zip(rows) {
                 for (k, mu) in values[first..first + c.rows.len()].iter().enumerate() {

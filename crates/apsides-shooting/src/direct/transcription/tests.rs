@@ -91,9 +91,20 @@ fn plans(points: [usize; 3]) -> Vec<PhasePlan> {
     plans
 }
 
-fn transcribed(points: [usize; 3], method: Method, continuous: bool) -> Transcription {
+fn transcribed(points: [usize; 3], method: Method, continuous_controls: bool) -> Transcription {
+    let settings = MultipleShootingSettings { method, continuous_controls, ..Default::default() };
+    transcribed_by(points, &settings)
+}
+
+fn transcribed_by(points: [usize; 3], settings: &MultipleShootingSettings) -> Transcription {
     let ocp = everything();
-    Transcription::new(&ocp, &plans(points), &Guess::linear(&ocp), method, continuous).unwrap()
+    Transcription::new(&ocp, &plans(points), &Guess::linear(&ocp), settings).unwrap()
+}
+
+/// Unknown segment ends, rows at points of their own.
+fn loose(constraint_points: Option<usize>) -> MultipleShootingSettings {
+    let segment_ends = SegmentEnds::Free { least_length: 0.1 };
+    MultipleShootingSettings { segment_ends, constraint_points, ..Default::default() }
 }
 
 fn somewhere(variables: usize) -> Vec<f64> {
@@ -113,6 +124,53 @@ fn derivatives_agree_with_differences() {
         let report = check_derivatives(&mut nlp, &x).unwrap();
         assert!(report.is_within(1e-6), "{points:?} {report:?}");
     }
+}
+
+#[test]
+fn derivatives_agree_with_differences_where_segment_ends_are_unknowns() {
+    for (points, rows) in [([4, 3, 2], None), ([1, 1, 1], Some(3)), ([2, 1, 7], Some(4))] {
+        let mut nlp = transcribed_by(points, &loose(rows));
+        let x = somewhere(nlp.variables());
+        let report = check_derivatives(&mut nlp, &x).unwrap();
+        assert!(report.is_within(1e-6), "{points:?} {rows:?} {report:?}");
+    }
+}
+
+/// With three constraint points: controls 1 + 1 + 1, one inner end, two least lengths; mixed rows 2 (3 + 3 + 3), product 5 + 3.
+#[test]
+fn unknown_ends_and_constraint_points_are_counted() {
+    let nlp = transcribed_by([1, 1, 1], &loose(Some(3)));
+    assert_eq!(nlp.variables(), 10 + 3 + 1 + 4 + 1);
+    assert_eq!(nlp.constraints(), 6 + 18 + 8 + 1 + 2 + 2 + 2 + 3 + 1);
+    let single = transcribed_by([1, 1, 1], &MultipleShootingSettings::default());
+    assert_eq!(single.variables(), 10 + 3 + 4 + 1);
+}
+
+/// Where the unknown ends are where the mesh has them, both forms are the same.
+#[test]
+fn unknown_ends_at_the_mesh_give_the_same_rows() {
+    let mut fixed = transcribed([4, 3, 2], Method::Dop853, false);
+    let mut free = transcribed_by([4, 3, 2], &loose(None));
+    let (x, mut z) = (somewhere(fixed.variables()), Vec::new());
+    let first = &free.layout.phases[0];
+    let (time, length_rows) =
+        (first.segments[1].times.0, [0, 1].map(|k| first.segments[k].length_row.unwrap()));
+    let (t0, tf) = (x[fixed.layout.phases[0].initial_time], x[fixed.layout.phases[0].final_time]);
+    z.extend_from_slice(&x[..time]);
+    z.push(0.7 * t0 + 0.3 * tf);
+    z.extend_from_slice(&x[time..]);
+    let (mut a, mut b) = (vec![0.0; fixed.constraints()], vec![0.0; free.constraints()]);
+    fixed.constraint_values(&x, &mut a);
+    free.constraint_values(&z, &mut b);
+    let lengths: Vec<f64> = length_rows.iter().map(|r| b[*r]).collect();
+    for (length, width) in lengths.iter().zip([0.3, 0.7]) {
+        assert!((length - 0.9 * width * (tf - t0)).abs() < 1e-14, "{lengths:?}");
+    }
+    let rest = b.iter().enumerate().filter(|(r, _)| !length_rows.contains(r)).map(|(_, v)| v);
+    for (a, b) in a.iter().zip(rest) {
+        assert!((a - b).abs() < 1e-13, "{a} {b}");
+    }
+    assert!((fixed.objective(&x) - free.objective(&z)).abs() < 1e-13);
 }
 
 /// Rows shared at nodes are stated once: the state constraint at every node, the mixed one for both controls there.
@@ -173,7 +231,9 @@ fn what_cannot_be_evaluated_is_not_a_number() {
 fn a_plan_for_another_problem_is_refused() {
     let ocp = everything();
     let few = &plans([2, 2, 2])[..1];
-    assert!(Transcription::new(&ocp, few, &Guess::linear(&ocp), Method::Dop853, false).is_err());
+    assert!(
+        Transcription::new(&ocp, few, &Guess::linear(&ocp), &MultipleShootingSettings::default()).is_err()
+    );
 }
 
 #[test]

@@ -1,0 +1,142 @@
+//! What can be chosen.
+
+use apsides_shooting::ShootingError;
+use apsides_shooting::direct::MultipleShootingSettings;
+
+/// Lengths of the segments.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Lengths {
+    /// Equal.
+    Equal,
+    /// Unknowns: the time-scaling transform.
+    Free(FreeLengths),
+}
+
+/// Lengths as unknowns. They have many local optima, so that several starts are tried.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct FreeLengths {
+    /// Least length relative to that at the start, above 0 and below 1; 0.05. A segment that vanishes leaves its control open.
+    pub least: f64,
+    /// Starts: the solution with equal lengths, then random lengths; 1 to 10000; 6.
+    pub starts: usize,
+    /// Seed of the random lengths.
+    pub seed: u64,
+}
+
+impl Default for FreeLengths {
+    fn default() -> Self {
+        Self { least: 0.05, starts: 6, seed: 1 }
+    }
+}
+
+/// How inequalities along a phase are kept: path constraints and bounds on states.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Constraints {
+    /// At so many Lobatto points of each segment, both ends included, or its middle; at up to 17 where they are exceeded between.
+    Points(usize),
+    /// As integrals of `L_eps` (see [`smoothing`](crate::smoothing)).
+    LEpsilon(Transcription),
+}
+
+/// Parameters of the `L_eps` transcription. All are in units of the scales of the constraints.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Transcription {
+    /// `eps` of the first pass; 1e-2.
+    pub epsilon: f64,
+    /// `eps` of the last pass, not above the first; 1e-4.
+    pub least_epsilon: f64,
+    /// `tau` of the first pass, relative to `eps` times the duration; 0.1. A constraint that is active all along has `1/4`.
+    pub tau: f64,
+    /// Most passes, 1 to 1000; 40.
+    pub max_passes: usize,
+}
+
+impl Default for Transcription {
+    fn default() -> Self {
+        Self { epsilon: 1e-2, least_epsilon: 1e-4, tau: 0.1, max_passes: 40 }
+    }
+}
+
+/// Settings of the method.
+#[derive(Clone, Debug)]
+pub struct PiecewiseSettings {
+    /// Segments per phase at the start; 10.
+    pub segments: usize,
+    /// Their lengths; equal.
+    pub lengths: Lengths,
+    /// Inequalities along a phase; at three points of each segment.
+    pub constraints: Constraints,
+    /// Segments are divided until what more of them would gain is within this by extrapolation, relative to the objective; not at
+    /// all where there is nothing.
+    pub tolerance: Option<f64>,
+    /// Most segments of all phases after refinement; 1000.
+    pub max_segments: usize,
+    /// Integration, program, threads, tolerances between the points. What concerns segments and control points is set by this
+    /// method.
+    pub shooting: MultipleShootingSettings,
+}
+
+impl Default for PiecewiseSettings {
+    fn default() -> Self {
+        Self {
+            segments: 10,
+            lengths: Lengths::Equal,
+            constraints: Constraints::Points(3),
+            tolerance: None,
+            max_segments: 1000,
+            shooting: MultipleShootingSettings::default(),
+        }
+    }
+}
+
+impl PiecewiseSettings {
+    pub(crate) fn check(&self) -> Result<(), ShootingError> {
+        count("segments", self.segments, 1_000_000, "a whole number from 1 to 1000000")?;
+        count("max_segments", self.max_segments, usize::MAX, "a whole number from 1")?;
+        if let Some(tolerance) = self.tolerance {
+            positive("tolerance", tolerance)?;
+        }
+        if let Lengths::Free(free) = self.lengths {
+            if !(free.least > 0.0 && free.least < 1.0) {
+                let allowed = "above 0 and below 1";
+                return Err(ShootingError::Setting { name: "least", value: free.least, allowed });
+            }
+            count("starts", free.starts, 10_000, "a whole number from 1 to 10000")?;
+        }
+        match self.constraints {
+            Constraints::Points(points) => {
+                count("constraints", points, apsides_basis::MAX_POINTS, "a whole number from 1 to 60")
+            }
+            Constraints::LEpsilon(t) => {
+                positive("epsilon", t.epsilon)?;
+                positive("least_epsilon", t.least_epsilon)?;
+                positive("tau", t.tau)?;
+                if t.least_epsilon > t.epsilon {
+                    let allowed = "at most `epsilon`";
+                    return Err(ShootingError::Setting {
+                        name: "least_epsilon",
+                        value: t.least_epsilon,
+                        allowed,
+                    });
+                }
+                count("max_passes", t.max_passes, 1000, "a whole number from 1 to 1000")
+            }
+        }
+    }
+}
+
+fn count(name: &'static str, value: usize, most: usize, allowed: &'static str) -> Result<(), ShootingError> {
+    if (1..=most).contains(&value) {
+        Ok(())
+    } else {
+        Err(ShootingError::Setting { name, value: value as f64, allowed })
+    }
+}
+
+fn positive(name: &'static str, value: f64) -> Result<(), ShootingError> {
+    if value > 0.0 && value.is_finite() {
+        Ok(())
+    } else {
+        Err(ShootingError::Setting { name, value, allowed: "a positive number" })
+    }
+}
