@@ -45,7 +45,7 @@ pub struct Sample {
     pub index: usize,
     /// Its deviations, in the order of [`Dispersions::names`].
     pub deviations: Vec<f64>,
-    /// Its results, in the order of [`Dispersed::columns`]; NaN all over for a flight that did not end.
+    /// Its results, in the order of [`MonteCarlo::columns`]; NaN all over for a flight that did not end.
     pub results: Vec<f64>,
 }
 
@@ -174,10 +174,8 @@ impl MonteCarlo {
         Ok((done, statistics))
     }
 
-    /// Names of the results of a mission's flights.
-    ///
-    /// # Errors
-    /// As [`run`](Self::run).
+    /// Names of the results of a mission's flights; none where it has no Monte Carlo.
+    #[must_use]
     pub fn columns(mission: &Mission) -> &'static [&'static str] {
         mission.kind.dispersed.map_or(&[], |_| crate::missions::DISPERSED_COLUMNS)
     }
