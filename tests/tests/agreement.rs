@@ -42,15 +42,22 @@ struct Agreement {
     ends: bool,
     /// States that stand on a bound along an arc, whose costates are not determined there.
     undetermined: &'static [&'static str],
+    /// Whether a problem with jumps is shot with a tighter tolerance of its program.
+    tight: bool,
 }
 
 impl Agreement {
     const fn new(indirect: Indirect, objective: f64, radau: f64, shooting: f64) -> Self {
-        Self { indirect, objective, radau, shooting, ends: true, undetermined: &[] }
+        Self { indirect, objective, radau, shooting, ends: true, undetermined: &[], tight: true }
     }
 
     const fn inside(self) -> Self {
         Self { ends: false, ..self }
+    }
+
+    /// At the tip of a cone the tighter program settles or not with the last bit of its data.
+    const fn at_default_tolerance(self) -> Self {
+        Self { tight: false, ..self }
     }
 
     const fn without(self, undetermined: &'static [&'static str]) -> Self {
@@ -105,7 +112,7 @@ fn solved(name: &str, how: &Agreement) -> (&'static Problem, Case, Vec<(&'static
     let collocated = radau(problem).solve(&case.ocp, &case.guess).unwrap();
     assert_eq!(collocated.status, Status::Optimal, "{name}");
     let mut settings = MultipleShootingSettings::default();
-    if problem.structure == Structure::BangBang {
+    if problem.structure == Structure::BangBang && how.tight {
         // What the barrier loses on each side of a jump is the largest error.
         settings.nlp.tolerance = 1e-10;
     }
@@ -201,7 +208,7 @@ agreement! {
     free_flying_robot: Agreement::new(No, 1e-6, 1e-3, 0.0),
     powered_descent: Agreement::new(No, 1e-7, 2e-4, 0.0),
     // The vehicle ends at the tip of the cone, which both methods may exceed by 5e-7 of its scale between their points.
-    powered_descent_glide_slope: Agreement::new(No, 1e-6, 1e-3, 0.0).inside(),
+    powered_descent_glide_slope: Agreement::new(No, 1e-6, 1e-3, 0.0).inside().at_default_tolerance(),
     // Singular arcs.
     di_singular_arc: Agreement::new(No, 1e-7, 3e-6, 0.0),
     catmix: Agreement::new(No, 3e-7, 2e-4, 0.0),
