@@ -91,23 +91,9 @@ fn main() -> Result<(), Failure> {
 
 /// B. Acikmese and S. Ploen, J. Guid. Control Dyn. 30 (2007) 1353, doi 10.2514/1.27553.
 fn mars(glide_slope: bool) -> PoweredDescent {
-    let cant = 27_f64.to_radians().cos();
-    PoweredDescent {
-        gravity: [0.0, 0.0, -3.7114],
-        rotation: [0.0; 3],
-        mass: 1905.0,
-        dry_mass: 1505.0,
-        exhaust_velocity: 225.0 * 9.807 * cant,
-        thrust: [0.3, 0.8].map(|throttle| throttle * 6.0 * 3100.0 * cant),
-        position: [2000.0, 0.0, 1500.0],
-        velocity: [100.0, 0.0, -75.0],
-        target: [0.0; 3],
-        target_velocity: [0.0; 3],
-        limits: DescentLimits {
-            glide_slope: glide_slope.then_some(4_f64.to_radians()),
-            ..DescentLimits::default()
-        },
-    }
+    let limits =
+        DescentLimits { glide_slope: glide_slope.then_some(4_f64.to_radians()), ..DescentLimits::default() };
+    PoweredDescent { limits, ..PoweredDescent::mars_lander() }
 }
 
 /// A lander of 1322 kg at 2.4 km, to hover at 100 m.

@@ -2,7 +2,7 @@
 
 use std::fmt::Write as _;
 
-use apsides::dispersion::Dispersions;
+use apsides::dispersion::Deviations;
 use apsides::montecarlo::{Guidance, MonteCarlo, Statistics};
 use apsides_report::{SampleFile, write_statistics};
 
@@ -17,7 +17,7 @@ pub(crate) fn montecarlo(a: &MonteCarloArguments) -> Result<Exit, Refusal> {
         samples: a.samples as usize,
         seed: a.run.seed,
         threads: a.run.threads as usize,
-        dispersions: Dispersions {
+        dispersions: Deviations {
             position_m: [a.position; 3],
             velocity_m_s: [a.velocity; 3],
             thrust: a.thrust / 100.0,

@@ -279,6 +279,33 @@ fn a_footprint_is_written_with_a_map() {
     assert_eq!(apsides(&["footprint", "capsule-reentry", "--bearings", "2"]).status.code(), Some(2));
 }
 
+/// Methods whose states have more nodes than their controls.
+#[test]
+fn results_of_shooting_are_written_and_verified_again() {
+    let dir = tempfile::tempdir().unwrap();
+    for (method, more) in [("multiple-shooting", "motion=plane"), ("piecewise", "piecewise.refine=false")] {
+        let out = path(&dir.path().join(method));
+        let o = apsides(&[
+            "solve",
+            "chang-e-3-braking",
+            "--set",
+            "motion=plane",
+            "--set",
+            more,
+            "--method",
+            method,
+            "--quiet",
+            "--out",
+            &out,
+        ]);
+        // Feasible: their optimality is not verified.
+        assert_eq!(o.status.code(), Some(4), "{}", stderr(&o));
+        let again = apsides(&["verify", &out]);
+        assert_eq!(again.status.code(), Some(4), "{}{}", stdout(&again), stderr(&again));
+        assert!(stdout(&again).contains("feasible"), "{}", stdout(&again));
+    }
+}
+
 #[test]
 fn missions_and_check_print_what_there_is() {
     let o = apsides(&["missions"]);

@@ -10,23 +10,9 @@ use apsides_convex::{
 use criterion::{BenchmarkId, Criterion, criterion_group, criterion_main};
 
 fn mars(glide_slope: bool) -> PoweredDescent {
-    let cant = 27_f64.to_radians().cos();
-    PoweredDescent {
-        gravity: [0.0, 0.0, -3.7114],
-        rotation: [0.0; 3],
-        mass: 1905.0,
-        dry_mass: 1505.0,
-        exhaust_velocity: 225.0 * 9.807 * cant,
-        thrust: [0.3, 0.8].map(|throttle| throttle * 6.0 * 3100.0 * cant),
-        position: [2000.0, 0.0, 1500.0],
-        velocity: [100.0, 0.0, -75.0],
-        target: [0.0; 3],
-        target_velocity: [0.0; 3],
-        limits: DescentLimits {
-            glide_slope: glide_slope.then_some(4_f64.to_radians()),
-            ..DescentLimits::default()
-        },
-    }
+    let limits =
+        DescentLimits { glide_slope: glide_slope.then_some(4_f64.to_radians()), ..DescentLimits::default() };
+    PoweredDescent { limits, ..PoweredDescent::mars_lander() }
 }
 
 fn one_program(c: &mut Criterion) {

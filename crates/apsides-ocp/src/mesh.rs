@@ -121,6 +121,15 @@ impl PhaseMesh {
         })
     }
 
+    /// The same mesh with other numbers of points.
+    ///
+    /// # Errors
+    /// [`OcpError::Mesh`] when there is not one number for each interval, or one is zero.
+    pub fn with_points(self, points: Vec<usize>) -> Result<Self, OcpError> {
+        let Self { points, .. } = Self::new(self.fractions.clone(), points)?;
+        Ok(Self { points, ..self })
+    }
+
     /// The same intervals with breaks at the listed interval ends (1 to `intervals - 1`, increasing) and one arc more than
     /// breaks.
     ///

@@ -45,6 +45,22 @@ impl PiecewisePolynomial {
         Ok(Self { dimension, breaks, segments })
     }
 
+    /// The same polynomials by their values at the nodes of other bases, one for each piece; exact where a basis has at least as many
+    /// nodes as the piece.
+    ///
+    /// # Errors
+    /// [`OcpError::Mesh`] when there is not one basis for each piece.
+    pub fn on(&self, bases: Vec<Arc<Barycentric>>) -> Result<Self, OcpError> {
+        let pieces = bases.into_iter().zip(&self.segments).map(|(basis, piece)| {
+            let mut values = vec![0.0; basis.nodes().len() * self.dimension];
+            for (x, out) in basis.nodes().iter().zip(values.chunks_exact_mut(self.dimension.max(1))) {
+                piece.basis.evaluate_all(&piece.values, *x, out);
+            }
+            Segment { basis, values }
+        });
+        Self::new(self.dimension, self.breaks.clone(), pieces.collect())
+    }
+
     /// Number of components.
     #[must_use]
     pub fn dimension(&self) -> usize {

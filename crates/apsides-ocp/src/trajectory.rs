@@ -1,6 +1,10 @@
 //! Solutions: states, controls and costates of every phase as piecewise polynomials.
 
-use crate::{Ocp, PhaseMesh, PiecewisePolynomial};
+use std::sync::Arc;
+
+use apsides_basis::{Barycentric, BasisError};
+
+use crate::{Ocp, OcpError, PhaseMesh, PiecewisePolynomial};
 
 /// An instant at which a path constraint row without controls touches its bound: the costates jump there,
 /// `lambda(t-) = lambda(t+) + multiplier * dg/dx`.
@@ -73,6 +77,30 @@ impl PhaseTrajectory {
         let mut u = vec![0.0; self.control.dimension()];
         self.control.evaluate(t, &mut u);
         u
+    }
+
+    /// The same phase, with its controls at all nodes of the states but the last of each interval where those are more: the nodes of
+    /// the controls and the ends then determine the states too.
+    ///
+    /// # Errors
+    /// [`OcpError::Mesh`] when states and controls differ in their intervals.
+    pub fn with_controls_at_state_nodes(&self) -> Result<Self, OcpError> {
+        let pieces = self.control.segments().iter().zip(self.state.segments());
+        let bases = pieces.map(|(control, state)| {
+            let inner = state.basis.nodes().split_last().map_or(&[][..], |(_, inner)| inner);
+            if inner.len() <= control.basis.nodes().len() {
+                return Ok(Arc::clone(&control.basis));
+            }
+            let fail = |e: BasisError| OcpError::Mesh { place: self.name.clone(), reason: e.to_string() };
+            Barycentric::new(inner).map(Arc::new).map_err(fail)
+        });
+        let bases: Vec<_> = bases.collect::<Result<_, _>>()?;
+        let points = bases.iter().map(|b| b.nodes().len()).collect();
+        Ok(Self {
+            mesh: self.mesh.clone().with_points(points)?,
+            control: self.control.on(bases)?,
+            ..self.clone()
+        })
     }
 
     /// State at the end.

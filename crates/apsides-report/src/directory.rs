@@ -11,7 +11,7 @@ use std::io::{self, Write};
 use std::path::{Path, PathBuf};
 
 use apsides::Outcome;
-use apsides_ocp::{Ocp, Trajectory};
+use apsides_ocp::{Ocp, OcpError, PhaseTrajectory, Trajectory};
 use serde::Serialize;
 
 use crate::{Figure, Multipliers, ReportError, read_trajectory, render_html, write_trajectory};
@@ -58,11 +58,22 @@ pub fn read_outcome_trajectory(dir: &Path, ocp: &Ocp) -> Result<Trajectory, Repo
     read_trajectory(file, ocp, multipliers.as_ref())
 }
 
+/// The trajectory as files hold it: with as many nodes of the controls as its states need.
+fn stored(trajectory: &Trajectory) -> Result<Trajectory, ReportError> {
+    let phase = |t: &PhaseTrajectory| {
+        let refused = |e: OcpError| ReportError::Shape { place: t.name.clone(), reason: e.to_string() };
+        t.with_controls_at_state_nodes().map_err(refused)
+    };
+    let phases = trajectory.phases.iter().map(phase).collect::<Result<_, _>>()?;
+    Ok(Trajectory { phases, ..trajectory.clone() })
+}
+
 fn render(outcome: &Outcome, figures: &[Figure]) -> Result<Vec<Item>, ReportError> {
+    let stored = stored(&outcome.trajectory)?;
     let mut trajectory = Vec::new();
-    write_trajectory(&mut trajectory, &outcome.ocp, &outcome.trajectory)?;
+    write_trajectory(&mut trajectory, &outcome.ocp, &stored)?;
     let sensitivity = outcome.summary.sensitivity.as_ref();
-    let multipliers = Multipliers::of(&outcome.ocp, &outcome.trajectory);
+    let multipliers = Multipliers::of(&outcome.ocp, &stored);
     Ok(vec![
         (SUMMARY, Some(json(SUMMARY, &outcome.summary)?)),
         (CERTIFICATE, Some(json(CERTIFICATE, &outcome.summary.certificate)?)),

@@ -4,7 +4,7 @@ use std::fs::{File, OpenOptions};
 use std::io::BufWriter;
 use std::path::{Path, PathBuf};
 
-use apsides::dispersion::Dispersions;
+use apsides::dispersion::Deviations;
 use apsides::montecarlo::{Ellipse, MonteCarlo, Sample, Statistics};
 
 use crate::directory::{Item, json, replace};
@@ -47,7 +47,7 @@ impl SampleFile {
         // The file anew with what is sound, in one step.
         let next = dir.join(format!("{DATA}.part"));
         let mut csv = csv::Writer::from_writer(BufWriter::new(File::create(&next).map_err(io("write"))?));
-        let heads = std::iter::once(INDEX).chain(Dispersions::names()).chain(columns.iter().copied());
+        let heads = std::iter::once(INDEX).chain(Deviations::names()).chain(columns.iter().copied());
         csv.write_record(heads).map_err(table)?;
         for sample in &done {
             csv.write_record(record(sample)).map_err(table)?;
@@ -93,7 +93,7 @@ fn read(path: &Path, run: &MonteCarlo, columns: &'static [&'static str]) -> Resu
     let mut reader = csv::ReaderBuilder::new().flexible(true).from_path(path).map_err(table)?;
     let heads: Vec<String> = reader.headers().map_err(table)?.iter().map(str::to_owned).collect();
     let expected: Vec<&str> =
-        std::iter::once(INDEX).chain(Dispersions::names()).chain(columns.iter().copied()).collect();
+        std::iter::once(INDEX).chain(Deviations::names()).chain(columns.iter().copied()).collect();
     let other = |what: &str| ReportError::Table {
         file: DATA,
         reason: format!("the file in the directory has {what}: choose another directory, or remove it"),
@@ -108,7 +108,7 @@ fn read(path: &Path, run: &MonteCarlo, columns: &'static [&'static str]) -> Resu
         let Some(numbers) = numbers.filter(|n| n.len() == expected.len() && n[0] == done.len() as f64) else {
             break;
         };
-        let (deviations, results) = numbers[1..].split_at(Dispersions::names().len());
+        let (deviations, results) = numbers[1..].split_at(Deviations::names().len());
         let own = run.dispersions.sample(run.seed, done.len()).values();
         if deviations != own {
             return Err(other("deviations of another seed or other sizes"));
@@ -181,7 +181,7 @@ mod tests {
     const COLUMNS: &[&str] = &["along_m", "across_m"];
 
     fn run(seed: u64) -> MonteCarlo {
-        let dispersions = Dispersions { position_m: [1.0; 3], ..Dispersions::default() };
+        let dispersions = Deviations { position_m: [1.0; 3], ..Deviations::default() };
         MonteCarlo { samples: 9, seed, threads: 1, dispersions, guidance: Guidance::OpenLoop }
     }
 

@@ -26,6 +26,7 @@ use crate::columns::{COLLOCATED, Columns, INTERVAL, INTERVAL_ERROR, PHASE, Phase
 /// [`ReportError::Trajectory`] when `out` cannot be written.
 pub fn write_trajectory<W: Write>(out: W, ocp: &Ocp, trajectory: &Trajectory) -> Result<(), ReportError> {
     check_sizes(ocp, trajectory)?;
+    trajectory.phases.iter().try_for_each(check_nodes)?;
     let with_costates = trajectory.phases.iter().any(|p| p.costate.is_some());
     let columns = Columns::new(ocp, with_costates);
     let position: HashMap<&str, usize> =
@@ -109,7 +110,7 @@ pub(crate) fn shortest(value: f64) -> String {
     format!("{value:?}")
 }
 
-/// Refuses what the file could not hold.
+/// Refuses what does not fit the problem.
 pub(crate) fn check_sizes(ocp: &Ocp, trajectory: &Trajectory) -> Result<(), ReportError> {
     let counts = [
         ("phases", ocp.phases.len(), trajectory.phases.len()),
@@ -158,12 +159,17 @@ fn check_phase(phase: &Phase, t: &PhaseTrajectory) -> Result<(), ReportError> {
         if !close(t.state.breaks()[k], start) || !close(t.state.breaks()[k + 1], end) {
             return refuse(format!("interval {k} of states and controls has different ends"));
         }
-        let support = t.state.segments()[k].basis.nodes().len();
-        if support > points + 1 {
-            return refuse(format!(
-                "interval {k} has {support} state nodes, the file holds {} of them",
-                points + 1
-            ));
+    }
+    Ok(())
+}
+
+/// Refuses states that the nodes of the controls do not determine.
+fn check_nodes(t: &PhaseTrajectory) -> Result<(), ReportError> {
+    for (k, (control, state)) in t.control.segments().iter().zip(t.state.segments()).enumerate() {
+        let (support, held) = (state.basis.nodes().len(), control.basis.nodes().len() + 1);
+        if support > held {
+            let reason = format!("interval {k} has {support} state nodes, the file holds {held} of them");
+            return Err(ReportError::Shape { place: format!("phase `{}`", t.name), reason });
         }
     }
     Ok(())

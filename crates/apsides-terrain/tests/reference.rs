@@ -6,9 +6,10 @@
 
 #![allow(clippy::unwrap_used, clippy::print_stdout)]
 
+mod common;
+
 use std::fs;
 use std::io::Cursor;
-use std::path::PathBuf;
 
 use apsides_terrain::ElevationMap;
 use apsides_terrain::hazard::{
@@ -19,19 +20,11 @@ use apsides_terrain::io::{ReadOptions, read};
 use apsides_terrain::site::{SiteRequest, SiteRule, choose_sites};
 use serde_json::Value;
 
-fn shared() -> Option<PathBuf> {
-    let beside = || PathBuf::from(env!("CARGO_MANIFEST_DIR")).join("../../../shared");
-    let folder = std::env::var_os("APSIDES_SHARED").map_or_else(beside, PathBuf::from);
-    if !folder.is_dir() {
-        println!("skipped: there is no folder {}", folder.display());
-        return None;
-    }
-    Some(folder)
-}
+use common::shared;
 
 /// Heights of a file, m. The last column of the boulder scene is none.
 fn load(file: &str, pixel_m: f64) -> Option<ElevationMap> {
-    let bytes = fs::read(shared()?.join("terrain").join(file)).unwrap();
+    let bytes = fs::read(shared(&format!("terrain/{file}"))?).unwrap();
     let options = ReadOptions { pixel_m: Some(pixel_m), ..ReadOptions::default() };
     let map = read(Cursor::new(bytes), &options).unwrap();
     let (rows, cols) = (map.geometry().rows(), map.geometry().cols());
@@ -40,7 +33,7 @@ fn load(file: &str, pixel_m: f64) -> Option<ElevationMap> {
 }
 
 fn truth(name: &str) -> Value {
-    let path = shared().unwrap().join("reference/change3-landing/truth.json");
+    let path = shared("reference/change3-landing/truth.json").unwrap();
     // The reference has NaN where a ratio has no denominator, which JSON has not.
     let text = fs::read_to_string(path).unwrap().replace("NaN", "null");
     serde_json::from_str::<Value>(&text).unwrap()["hazard_reference"][name].clone()

@@ -3,25 +3,10 @@
 use apsides_metaheuristics::Generator;
 use serde::Serialize;
 
-/// Standard deviations of independent normal deviations at the start of a flight.
+/// Deviations of one flight at its start, or the standard deviations of many, which are normal and independent.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize)]
-pub struct Dispersions {
+pub struct Deviations {
     /// Position upwards, along the course and across it (to the right), m.
-    pub position_m: [f64; 3],
-    /// Velocity along the same axes, m/s.
-    pub velocity_m_s: [f64; 3],
-    /// Thrust, relative.
-    pub thrust: f64,
-    /// Exhaust velocity, relative.
-    pub exhaust_velocity: f64,
-    /// Mass, kg.
-    pub mass_kg: f64,
-}
-
-/// Deviations of one flight, as [`Dispersions`] has them.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
-pub struct Deviation {
-    /// Position upwards, along and across, m.
     pub position_m: [f64; 3],
     /// Velocity along the same axes, m/s.
     pub velocity_m_s: [f64; 3],
@@ -36,13 +21,14 @@ pub struct Deviation {
 /// Steps between the seeds of two samples: 2^64 by the golden ratio, so that neighbours have nothing in common.
 const STEP: u64 = 0x9E37_79B9_7F4A_7C15;
 
-impl Dispersions {
-    /// The deviations of the sample of an index: a function of seed and index alone, whatever is sampled before it.
+impl Deviations {
+    /// The deviations of the sample of an index, these being standard deviations: a function of seed and index alone, whatever is sampled
+    /// before it.
     #[must_use]
-    pub fn sample(&self, seed: u64, index: usize) -> Deviation {
+    pub fn sample(&self, seed: u64, index: usize) -> Self {
         let mut random = Generator::new(seed.wrapping_add(STEP.wrapping_mul(index as u64 + 1)));
         let mut draw = |sigma: f64| sigma * random.normal();
-        Deviation {
+        Self {
             position_m: self.position_m.map(&mut draw),
             velocity_m_s: self.velocity_m_s.map(&mut draw),
             thrust: draw(self.thrust),
@@ -51,14 +37,14 @@ impl Dispersions {
         }
     }
 
-    /// All standard deviations, in the order of the fields.
+    /// All of them, in the order of the fields.
     #[must_use]
-    pub fn sigmas(&self) -> [f64; 9] {
+    pub fn values(&self) -> [f64; 9] {
         let ([a, b, c], [d, e, f]) = (self.position_m, self.velocity_m_s);
         [a, b, c, d, e, f, self.thrust, self.exhaust_velocity, self.mass_kg]
     }
 
-    /// Names of the deviations in the same order, the unit at the end.
+    /// Their names in the same order, the unit at the end.
     #[must_use]
     pub const fn names() -> [&'static str; 9] {
         [
@@ -75,22 +61,13 @@ impl Dispersions {
     }
 }
 
-impl Deviation {
-    /// All deviations, in the order of [`Dispersions::names`].
-    #[must_use]
-    pub fn values(&self) -> [f64; 9] {
-        let ([a, b, c], [d, e, f]) = (self.position_m, self.velocity_m_s);
-        [a, b, c, d, e, f, self.thrust, self.exhaust_velocity, self.mass_kg]
-    }
-}
-
 #[cfg(test)]
 mod tests {
-    use super::Dispersions;
+    use super::Deviations;
 
     #[test]
     fn samples_have_their_deviations_and_no_correlation() {
-        let dispersions = Dispersions {
+        let dispersions = Deviations {
             position_m: [100.0, 10.0, 1.0],
             velocity_m_s: [3.0; 3],
             thrust: 0.01,
@@ -99,7 +76,7 @@ mod tests {
         };
         const N: usize = 20_000;
         let samples: Vec<[f64; 9]> = (0..N).map(|k| dispersions.sample(7, k).values()).collect();
-        let sigmas = dispersions.sigmas();
+        let sigmas = dispersions.values();
         let mean_of = |f: &dyn Fn(&[f64; 9]) -> f64| samples.iter().map(f).sum::<f64>() / N as f64;
         for i in 0..9 {
             assert!(mean_of(&|s| s[i] / sigmas[i]).abs() < 0.03);

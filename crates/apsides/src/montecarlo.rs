@@ -9,7 +9,7 @@ use std::thread;
 
 use serde::Serialize;
 
-use crate::dispersion::{Deviation, Dispersions};
+use crate::dispersion::Deviations;
 use crate::missions::with_dispersion;
 use crate::{Error, Mission, Outcome};
 
@@ -33,7 +33,7 @@ pub struct MonteCarlo {
     /// Threads; the results do not depend on it.
     pub threads: usize,
     /// Sizes of the deviations.
-    pub dispersions: Dispersions,
+    pub dispersions: Deviations,
     /// Steering.
     pub guidance: Guidance,
 }
@@ -43,7 +43,7 @@ pub struct MonteCarlo {
 pub struct Sample {
     /// Index from 0.
     pub index: usize,
-    /// Its deviations, in the order of [`Dispersions::names`].
+    /// Its deviations, in the order of [`Deviations::names`].
     pub deviations: Vec<f64>,
     /// Its results, in the order of [`MonteCarlo::columns`]; NaN all over for a flight that did not end.
     pub results: Vec<f64>,
@@ -94,12 +94,10 @@ pub struct Statistics {
 
 /// Deviating flights of a solved mission.
 pub(crate) trait Dispersed: Sync {
-    /// Names of the results, the unit at the end; `up_m`, `along_m`, `across_m` are among them.
-    fn columns(&self) -> &'static [&'static str];
     /// Results of one flight; none if it does not end.
-    fn fly(&self, deviation: &Deviation, guidance: Guidance) -> Option<Vec<f64>>;
+    fn fly(&self, deviations: &Deviations, guidance: Guidance) -> Option<Vec<f64>>;
     /// Standard deviations of the first results by the state-transition matrix, with the thrust of the plan.
-    fn linear_sigmas(&self, dispersions: &Dispersions) -> Vec<f64>;
+    fn linear_sigmas(&self, dispersions: &Deviations) -> Vec<f64>;
 }
 
 impl MonteCarlo {
@@ -114,7 +112,7 @@ impl MonteCarlo {
         mut done: Vec<Sample>,
         mut each: impl FnMut(&Sample) -> bool,
     ) -> Result<(Vec<Sample>, Statistics), Error> {
-        for (name, sigma) in Dispersions::names().into_iter().zip(self.dispersions.sigmas()) {
+        for (name, sigma) in Deviations::names().into_iter().zip(self.dispersions.values()) {
             if !(sigma >= 0.0 && sigma.is_finite()) {
                 let reason = format!(
                     "the standard deviation of `{name}` is {sigma}, it must be finite and not negative"
@@ -122,7 +120,7 @@ impl MonteCarlo {
                 return Err(Error::Conflict { place: "dispersions".into(), reason });
             }
         }
-        let Some(of) = mission.kind.dispersed else {
+        let Some(deviating) = &mission.kind.deviating else {
             let reason = format!(
                 "`{}` has no Monte Carlo; missions that have: {}",
                 mission.kind.name,
@@ -130,7 +128,8 @@ impl MonteCarlo {
             );
             return Err(Error::Conflict { place: "mission".into(), reason });
         };
-        let flights = of(&mission.values, &plan.trajectory)?;
+        let flights = (deviating.flights)(&mission.values, &plan.trajectory)?;
+        let columns = deviating.columns;
         done.truncate(self.samples);
         let (next, stopped) = (AtomicUsize::new(done.len()), AtomicBool::new(false));
         let (sender, inbox) = mpsc::channel::<Sample>();
@@ -144,9 +143,9 @@ impl MonteCarlo {
                             break;
                         }
                         let deviation = self.dispersions.sample(self.seed, index);
-                        let columns = flights.columns().len();
-                        let results =
-                            flights.fly(&deviation, self.guidance).unwrap_or_else(|| vec![f64::NAN; columns]);
+                        let results = flights
+                            .fly(&deviation, self.guidance)
+                            .unwrap_or_else(|| vec![f64::NAN; columns.len()]);
                         // The receiver outlives all threads.
                         let _ =
                             sender.send(Sample { index, deviations: deviation.values().to_vec(), results });
@@ -170,14 +169,14 @@ impl MonteCarlo {
             Guidance::OpenLoop => flights.linear_sigmas(&self.dispersions),
             Guidance::Replanned => Vec::new(),
         };
-        let statistics = statistics(&done, flights.columns(), &linear);
+        let statistics = statistics(&done, columns, &linear);
         Ok((done, statistics))
     }
 
     /// Names of the results of a mission's flights; none where it has no Monte Carlo.
     #[must_use]
     pub fn columns(mission: &Mission) -> &'static [&'static str] {
-        mission.kind.dispersed.map_or(&[], |_| crate::missions::DISPERSED_COLUMNS)
+        mission.kind.deviating.as_ref().map_or(&[], |d| d.columns)
     }
 }
 

@@ -81,8 +81,7 @@ impl DivertPlanner {
         velocity: [f64; 3],
         mass: f64,
     ) -> Result<(), ConvexError> {
-        PoweredDescent { position, velocity, mass, ..*self.program.problem() }.check()?;
-        self.program.set_start(position, velocity, mass);
+        self.program.set_start(position, velocity, mass)?;
         self.time = None;
         Ok(())
     }
@@ -98,8 +97,7 @@ impl DivertPlanner {
     /// # Errors
     /// [`ConvexError`] when the site is not finite or the start is outside the glide slope to it; of the conic solver.
     pub fn divert(&mut self, target: [f64; 3]) -> Result<Divert, ConvexError> {
-        PoweredDescent { target, ..*self.program.problem() }.check()?;
-        self.program.set_target(target);
+        self.program.set_target(target)?;
         let range = self.program.problem().time_range();
         let time = match self.time {
             None => {

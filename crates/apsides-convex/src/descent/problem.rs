@@ -51,6 +51,27 @@ pub struct PoweredDescent {
 }
 
 impl PoweredDescent {
+    /// The landing on Mars of B. Acikmese and S. Ploen, J. Guid. Control Dyn. 30 (2007) 1353, doi 10.2514/1.27553: six engines of 3100 N,
+    /// canted by 27 deg, between 0.3 and 0.8 of their thrust, without limits along the flight (case a; case c has a glide slope of
+    /// 4 deg).
+    #[must_use]
+    pub fn mars_lander() -> Self {
+        let cant = 27_f64.to_radians().cos();
+        Self {
+            gravity: [0.0, 0.0, -3.7114],
+            rotation: [0.0; 3],
+            mass: 1905.0,
+            dry_mass: 1505.0,
+            exhaust_velocity: 225.0 * 9.807 * cant,
+            thrust: [0.3, 0.8].map(|throttle| throttle * 6.0 * 3100.0 * cant),
+            position: [2000.0, 0.0, 1500.0],
+            velocity: [100.0, 0.0, -75.0],
+            target: [0.0; 3],
+            target_velocity: [0.0; 3],
+            limits: DescentLimits::default(),
+        }
+    }
+
     /// Propellant, kg.
     #[must_use]
     pub fn propellant(&self) -> f64 {

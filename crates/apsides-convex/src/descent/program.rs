@@ -121,14 +121,25 @@ impl DescentProgram {
     }
 
     /// Another target; the pattern stays.
-    pub(crate) fn set_target(&mut self, target: [f64; 3]) {
-        self.problem.target = target;
+    pub(crate) fn set_target(&mut self, target: [f64; 3]) -> Result<(), ConvexError> {
+        let problem = PoweredDescent { target, ..self.problem };
+        problem.check()?;
+        self.problem = problem;
+        Ok(())
     }
 
     /// Another start; pattern and units stay. The reference, relative to the mass at the start, no longer fits.
-    pub(crate) fn set_start(&mut self, position: [f64; 3], velocity: [f64; 3], mass: f64) {
-        self.problem = PoweredDescent { position, velocity, mass, ..self.problem };
+    pub(crate) fn set_start(
+        &mut self,
+        position: [f64; 3],
+        velocity: [f64; 3],
+        mass: f64,
+    ) -> Result<(), ConvexError> {
+        let problem = PoweredDescent { position, velocity, mass, ..self.problem };
+        problem.check()?;
+        self.problem = problem;
         self.value = f64::INFINITY;
+        Ok(())
     }
 
     pub(crate) fn node_time(&self, node: usize) -> f64 {
@@ -503,26 +514,14 @@ mod tests {
     fn a_second_solve_allocates_what_the_conic_solver_does() {
         let limits =
             DescentLimits { glide_slope: Some(0.05), pointing: Some(1.4), ..DescentLimits::default() };
-        let problem = PoweredDescent {
-            gravity: [0.0, 0.0, -3.7114],
-            rotation: [0.0; 3],
-            mass: 1905.0,
-            dry_mass: 1505.0,
-            exhaust_velocity: 1966.0,
-            thrust: [4971.0, 13258.0],
-            position: [2000.0, 0.0, 1500.0],
-            velocity: [100.0, 0.0, -75.0],
-            target: [0.0; 3],
-            target_velocity: [0.0; 3],
-            limits,
-        };
+        let problem = PoweredDescent { limits, ..PoweredDescent::mars_lander() };
         let mut program = DescentProgram::new(&problem, &DescentSettings::default());
         program.reset_reference(78.0);
         program.solve(78.0).unwrap();
         program.adopt_reference();
         let update = allocation_counter::measure(|| {
             program.duration = 80.0;
-            program.set_target([10.0, 5.0, 0.0]);
+            program.set_target([10.0, 5.0, 0.0]).unwrap();
             program.write_rows();
             let conic = program.program.as_mut().unwrap();
             conic.set_linear(&program.linear).unwrap();

@@ -86,9 +86,7 @@ impl DescentSolver {
         velocity: [f64; 3],
         mass: f64,
     ) -> Result<(), ConvexError> {
-        PoweredDescent { position, velocity, mass, ..*self.program.problem() }.check()?;
-        self.program.set_start(position, velocity, mass);
-        Ok(())
+        self.program.set_start(position, velocity, mass)
     }
 
     /// Lands the next solve at another target.
@@ -96,9 +94,7 @@ impl DescentSolver {
     /// # Errors
     /// [`ConvexError`] when it is not finite or the start is outside the glide slope to it.
     pub fn set_target(&mut self, target: [f64; 3]) -> Result<(), ConvexError> {
-        PoweredDescent { target, ..*self.program.problem() }.check()?;
-        self.program.set_target(target);
-        Ok(())
+        self.program.set_target(target)
     }
 
     /// Variables and rows of the conic program, after a solve.

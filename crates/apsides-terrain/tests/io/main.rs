@@ -1,6 +1,8 @@
 //! Reading and writing of elevation maps.
 #![allow(clippy::unwrap_used, clippy::print_stdout)]
 
+#[path = "../common/mod.rs"]
+mod common;
 mod formats;
 mod hostile;
 mod large;

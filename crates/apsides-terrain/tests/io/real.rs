@@ -1,18 +1,14 @@
-//! Maps from public archives, where the folder `../shared/terrain` beside the project has them.
+//! Maps from public archives, where the folder `shared` beside the project has them.
 
 use std::fs::File;
-use std::path::PathBuf;
 
 use apsides_terrain::MapUnit;
 use apsides_terrain::io::{ReadOptions, Windows, read};
 
+use crate::common::shared;
+
 fn open(name: &str) -> Option<File> {
-    let path = PathBuf::from(env!("CARGO_MANIFEST_DIR")).join("../../../shared/terrain").join(name);
-    let file = File::open(path).ok();
-    if file.is_none() {
-        println!("skipped: ../shared/terrain/{name} is absent");
-    }
-    file
+    shared(&format!("terrain/{name}")).map(|path| File::open(path).unwrap())
 }
 
 #[test]

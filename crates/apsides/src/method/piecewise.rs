@@ -1,14 +1,10 @@
 //! Piecewise-constant controls by `apsides-piecewise`.
 
-use std::sync::Arc;
-
-use apsides_basis::Barycentric;
 use apsides_nlp::Observer;
-use apsides_ocp::{Guess, Ocp, PhaseMesh, PhaseTrajectory, PiecewisePolynomial, Segment, Trajectory};
+use apsides_ocp::{Guess, Ocp};
 use apsides_piecewise::{
     Constraints, FreeLengths, Lengths, PiecewiseConstant, PiecewiseSettings, PiecewiseSolution, Transcription,
 };
-use apsides_shooting::ShootingError;
 use apsides_shooting::direct::{MultipleShootingSettings, ShootingRecord};
 
 use super::{Shortfall, Solution};
@@ -75,7 +71,7 @@ impl Mission {
         let settings = self.piecewise_settings();
         let tolerance = settings.shooting.path_tolerance;
         let solution = PiecewiseConstant { settings }.solve_observed(ocp, guess, observer)?;
-        of_piecewise(solution, tolerance)
+        Ok(of_piecewise(solution, tolerance))
     }
 
     fn piecewise_settings(&self) -> PiecewiseSettings {
@@ -113,7 +109,7 @@ impl Mission {
     }
 }
 
-fn of_piecewise(solution: PiecewiseSolution, path_tolerance: f64) -> Result<Solution, Error> {
+fn of_piecewise(solution: PiecewiseSolution, path_tolerance: f64) -> Solution {
     let shortfall = (!solution.accurate).then(|| {
         let excess = &solution.excess;
         let beyond = if excess.amount > path_tolerance {
@@ -135,7 +131,7 @@ fn of_piecewise(solution: PiecewiseSolution, path_tolerance: f64) -> Result<Solu
         constraints: solution.meshes.last().map_or(0, |m| m.constraints),
         mesh_iterations: solution.meshes.len(),
     };
-    Ok(Solution {
+    Solution {
         status: solution.status,
         shortfall,
         counters,
@@ -144,25 +140,6 @@ fn of_piecewise(solution: PiecewiseSolution, path_tolerance: f64) -> Result<Solu
         switches: Vec::new(),
         search: None,
         report: Some(solution.report),
-        trajectory: at_state_nodes(solution.trajectory)?,
-    })
-}
-
-/// The same trajectory with its constant controls at all nodes of the states but the last of each segment, as files hold them.
-fn at_state_nodes(trajectory: Trajectory) -> Result<Trajectory, Error> {
-    let phase = |mut t: PhaseTrajectory| -> Result<PhaseTrajectory, Error> {
-        let mut pieces = Vec::with_capacity(t.mesh.intervals());
-        for (control, state) in t.control.segments().iter().zip(t.state.segments()) {
-            let nodes = state.basis.nodes();
-            let nodes = &nodes[..nodes.len() - 1];
-            let basis = Arc::new(Barycentric::new(nodes).map_err(ShootingError::from)?);
-            pieces.push(Segment { basis, values: control.values.repeat(nodes.len()) });
-        }
-        let points = pieces.iter().map(|s| s.basis.nodes().len()).collect();
-        t.mesh = PhaseMesh::new(t.mesh.fractions().to_vec(), points)?;
-        t.control = PiecewisePolynomial::new(t.control.dimension(), t.control.breaks().to_vec(), pieces)?;
-        Ok(t)
-    };
-    let phases = trajectory.phases.into_iter().map(phase).collect::<Result<_, _>>()?;
-    Ok(Trajectory { phases, ..trajectory })
+        trajectory: solution.trajectory,
+    }
 }

@@ -1,12 +1,10 @@
 //! Landings in the manner of Chang'e-3, from the perilune of an elliptic orbit, with an engine that cannot be shut down below its least
 //! thrust (problem A of the Chinese undergraduate contest in mathematical modelling, 2014).
 
-use super::Kind;
+use super::{Deviating, Kind};
 use crate::Error;
 use dispersed::PlannedBraking;
 use lander::Lander;
-
-pub(super) use dispersed::COLUMNS as DISPERSED_COLUMNS;
 
 mod braking;
 mod dispersed;
@@ -32,7 +30,10 @@ pub(super) const BRAKING: Kind = Kind {
     missing: |_, _| None,
     margins: super::no_margins,
     reach: None,
-    dispersed: Some(|v, t| Ok(Box::new(PlannedBraking::new(v, t)?))),
+    deviating: Some(Deviating {
+        columns: dispersed::COLUMNS,
+        flights: |v, t| Ok(Box::new(PlannedBraking::new(v, t)?)),
+    }),
 };
 
 pub(super) const LANDING: Kind = Kind {
@@ -44,7 +45,7 @@ pub(super) const LANDING: Kind = Kind {
     pose: |v| Lander::of_landing(v).map_err(conflict)?.landing(),
     results: |v, t| Lander::of_landing(v).map_or_else(|_| Default::default(), |l| results::landing(&l, t)),
     headline: &["final_mass_kg", "propellant_kg", "flight_time_s", "touchdown_speed_m_s"],
-    dispersed: None,
+    deviating: None,
     ..BRAKING
 };
 

@@ -42,7 +42,7 @@ pub(super) const INJECTION: Kind = Kind {
     missing,
     margins: super::no_margins,
     reach: None,
-    dispersed: None,
+    deviating: None,
 };
 
 fn pose(v: &Values) -> Result<Posed, Error> {

@@ -39,7 +39,7 @@ pub(super) const DIRECT: Kind = Kind {
     missing: |_, _| None,
     margins: super::no_margins,
     reach: None,
-    dispersed: None,
+    deviating: None,
 };
 
 pub(super) const PERILUNE: Kind = Kind {
@@ -57,7 +57,7 @@ pub(super) const PERILUNE: Kind = Kind {
     missing: |_, _| None,
     margins: super::no_margins,
     reach: None,
-    dispersed: None,
+    deviating: None,
 };
 
 pub(super) const TWO_PHASE: Kind = Kind {
@@ -81,7 +81,7 @@ pub(super) const TWO_PHASE: Kind = Kind {
     missing: |_, _| None,
     margins: super::no_margins,
     reach: None,
-    dispersed: None,
+    deviating: None,
 };
 
 pub(super) const TRANSFER: Kind = Kind {
@@ -99,7 +99,7 @@ pub(super) const TRANSFER: Kind = Kind {
     missing: |_, _| None,
     margins: super::no_margins,
     reach: None,
-    dispersed: None,
+    deviating: None,
 };
 
 const HEADLINE: &[&str] = &["flight_time_s", "final_mass_kg", "final_thrust_angle_deg"];

@@ -124,14 +124,18 @@ pub(crate) struct Kind {
     /// How its ends over ground are sought and read, where they are free to choose.
     pub(crate) reach: Option<Reach>,
     /// Flights that deviate from a solved one.
-    pub(crate) dispersed: Option<Deviating>,
+    pub(crate) deviating: Option<Deviating>,
 }
 
-/// The deviating flights of a solved mission.
-pub(crate) type Deviating = fn(&Values, &Trajectory) -> Result<Box<dyn Dispersed>, Error>;
+/// How flights deviate from a solved one.
+pub(crate) struct Deviating {
+    /// Names of the results of a flight, the unit at the end; `up_m`, `along_m`, `across_m` are among them.
+    pub(crate) columns: &'static [&'static str],
+    /// The flights.
+    pub(crate) flights: fn(&Values, &Trajectory) -> DispersedFlights,
+}
 
-/// Results of a deviating flight.
-pub(crate) const DISPERSED_COLUMNS: &[&str] = chang_e::DISPERSED_COLUMNS;
+pub(crate) type DispersedFlights = Result<Box<dyn Dispersed>, Error>;
 
 /// How far the flights of a kind of mission reach over ground; results are `flight_time_s`, `downrange_km` and `crossrange_km`.
 /// Places are longitude and latitude in deg.
@@ -237,7 +241,7 @@ pub(crate) fn with_reach() -> String {
 
 /// The kinds of mission whose flights may deviate.
 pub(crate) fn with_dispersion() -> String {
-    let names = KINDS.iter().filter(|k| k.dispersed.is_some()).map(|k| format!("`{}`", k.name));
+    let names = KINDS.iter().filter(|k| k.deviating.is_some()).map(|k| format!("`{}`", k.name));
     names.collect::<Vec<_>>().join(", ")
 }
 

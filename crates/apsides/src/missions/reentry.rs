@@ -41,7 +41,7 @@ pub(super) const REENTRY: Kind = Kind {
     missing: margins::missing,
     margins: margins::margins,
     reach: Some(reach::REACH),
-    dispersed: None,
+    deviating: None,
 };
 
 /// Indirect shooting, whose control is the bank angle itself, begins from the collocation of the bank vector.

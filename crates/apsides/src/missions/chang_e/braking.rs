@@ -1,11 +1,11 @@
 //! The main braking alone.
 
-use std::f64::consts::{FRAC_PI_2, PI};
+use std::f64::consts::PI;
 
 use apsides_dynamics::planar;
 use apsides_ocp::{At, Bounds, Guess, Ocp, Phase};
 
-use super::lander::{Lander, Motion};
+use super::lander::Lander;
 use super::phases::BRAKING;
 use crate::Error;
 use crate::missions::Posed;
@@ -13,12 +13,7 @@ use crate::missions::Posed;
 impl Lander {
     /// From the perilune to the gate, the thrust in any direction.
     pub(super) fn braking_phase(&self) -> Phase {
-        // Around the direction against the flight: in the plane a full turn, in space every pitch.
-        let tilt = match self.motion {
-            Motion::Plane => PI,
-            Motion::Space => 2.0 * FRAC_PI_2,
-        };
-        let phase = self.steered(BRAKING, tilt, [self.gate_radius, self.perilune_radius]);
+        let phase = self.steered(BRAKING, PI, [self.gate_radius, self.perilune_radius]);
         let phase = self.ending_at_gate(self.starting_at_perilune(phase));
         phase.final_time(Bounds::new(0.1 * self.expected_braking(), self.longest_burn()))
     }

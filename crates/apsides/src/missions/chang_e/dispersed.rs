@@ -10,12 +10,12 @@ use apsides_radau::Radau;
 use super::lander::{Lander, Motion};
 use super::phases::BRAKING;
 use crate::Error;
-use crate::dispersion::{Deviation, Dispersions};
+use crate::dispersion::Deviations;
 use crate::key::Values;
 use crate::montecarlo::{Dispersed, Guidance};
 
 /// What a flight amounts to: where and how fast it is at the planned end, relative to the plan, in the local axes there.
-pub(crate) const COLUMNS: &[&str] = &[
+pub(super) const COLUMNS: &[&str] = &[
     "up_m",
     "along_m",
     "across_m",
@@ -97,7 +97,7 @@ impl PlannedBraking {
     }
 
     /// A state from deviations of the planned start.
-    fn deviating(&self, d: &Deviation) -> [f64; N] {
+    fn deviating(&self, d: &Deviations) -> [f64; N] {
         let mut x = self.start;
         for (k, axis) in self.start_axes.iter().enumerate() {
             for c in 0..3 {
@@ -114,7 +114,7 @@ impl PlannedBraking {
         self.plan.control.breaks().windows(2).map(|w| (w[0], w[1]))
     }
 
-    fn fly_open_loop(&self, d: &Deviation) -> Option<Vec<f64>> {
+    fn fly_open_loop(&self, d: &Deviations) -> Option<Vec<f64>> {
         let system = self.open_loop(d.thrust, d.exhaust_velocity);
         let mut integrator = Integrator::new(N, settings()).ok()?;
         let mut x = self.deviating(d);
@@ -142,7 +142,7 @@ impl PlannedBraking {
         results
     }
 
-    fn replan(&self, d: &Deviation) -> Option<Vec<f64>> {
+    fn replan(&self, d: &Deviations) -> Option<Vec<f64>> {
         let x = self.deviating(d);
         let (p, v) = self.frame.to_fixed(self.plan.initial_time, [x[0], x[1], x[2]], [x[3], x[4], x[5]]);
         let (r, longitude, latitude) = Local::spherical(p);
@@ -203,20 +203,16 @@ fn settings() -> OdeSettings {
 }
 
 impl Dispersed for PlannedBraking {
-    fn columns(&self) -> &'static [&'static str] {
-        COLUMNS
-    }
-
-    fn fly(&self, deviation: &Deviation, guidance: Guidance) -> Option<Vec<f64>> {
+    fn fly(&self, deviations: &Deviations, guidance: Guidance) -> Option<Vec<f64>> {
         match guidance {
-            Guidance::OpenLoop => self.fly_open_loop(deviation),
-            Guidance::Replanned => self.replan(deviation),
+            Guidance::OpenLoop => self.fly_open_loop(deviations),
+            Guidance::Replanned => self.replan(deviations),
         }
     }
 
-    fn linear_sigmas(&self, dispersions: &Dispersions) -> Vec<f64> {
+    fn linear_sigmas(&self, dispersions: &Deviations) -> Vec<f64> {
         let Some(phi) = self.transition() else { return Vec::new() };
-        let sigmas = dispersions.sigmas();
+        let sigmas = dispersions.values();
         let mut variances = [0.0; 6];
         // One column for each deviation of position and velocity along the local axes at the start, and one for the mass.
         for (k, sigma) in sigmas.iter().enumerate().filter(|(k, s)| (*k < 6 || *k == 8) && **s > 0.0) {
@@ -236,7 +232,7 @@ impl Dispersed for PlannedBraking {
         // Thrust and exhaust velocity by central differences of two flights.
         for k in [6, 7].into_iter().filter(|k| sigmas[*k] > 0.0) {
             let at = |sign: f64| {
-                let mut d = Dispersions::default().sample(0, 0);
+                let mut d = Deviations::default();
                 if k == 6 {
                     d.thrust = sign * sigmas[6]
                 } else {

@@ -7,8 +7,9 @@ use apsides_dynamics::planar;
 use apsides_ocp::{At, Bounds, Guess, Ocp, OcpBuilder, Phase, PhaseGuess};
 use apsides_radau::Radau;
 
+use super::guess::Sample;
 use super::lander::{Lander, Order};
-use super::phases::{ADJUSTMENT, AVOIDANCE, BRAKING, DESCENT, FINE_AVOIDANCE};
+use super::phases::{ADJUSTMENT, AVOIDANCE, DESCENT, FINE_AVOIDANCE};
 use crate::Error;
 use crate::missions::Posed;
 
@@ -61,11 +62,9 @@ impl Lander {
 
         if self.hover_time > 0.0 {
             phases.push(self.hovering(self.hover_radius));
-            let after = super::guess::Sample {
-                time: at.time + self.hover_time,
-                mass: at.mass - 0.7 * self.hover_time,
-                ..at
-            };
+            let velocity_change = self.hover_time * self.body.surface_gravity();
+            let mass = self.descent.engine.mass_after(at.mass, velocity_change);
+            let after = Sample { time: at.time + self.hover_time, mass, ..at };
             guesses.push(self.vertical_guess(&[at, after], None)?);
             at = after;
         }
@@ -96,7 +95,6 @@ impl Lander {
                 s.terminal = Bounds::fixed(value);
             }
         }
-        debug_assert_eq!(phase.name, BRAKING);
         Ok(phase)
     }
 }

@@ -29,8 +29,7 @@ pub(super) fn braking(lander: &Lander, t: &Trajectory) -> Scalars {
         Motion::Space => {
             // In inertial space: the site has moved on with the Moon.
             let turned = lander.descent.rotation_rate * last.final_time;
-            let (from, to) = (Local::at(start[1], start[2]).up, Local::at(end[1] + turned, end[2]).up);
-            from.iter().zip(to).map(|(a, b)| a * b).sum::<f64>().clamp(-1.0, 1.0).acos()
+            central_angle([start[1], start[2]], [end[1] + turned, end[2]])
         }
     };
     put("central_angle_deg", angle.to_degrees());
@@ -53,6 +52,12 @@ pub(super) fn braking(lander: &Lander, t: &Trajectory) -> Scalars {
         }
     }
     results
+}
+
+/// Angle at the centre between two places of longitude and latitude, rad.
+fn central_angle(from: [f64; 2], to: [f64; 2]) -> f64 {
+    let [from, to] = [from, to].map(|[longitude, latitude]| Local::at(longitude, latitude).up);
+    from.iter().zip(to).map(|(a, b)| a * b).sum::<f64>().clamp(-1.0, 1.0).acos()
 }
 
 /// Of the whole landing: those of the braking, and of each phase its time and propellant.
@@ -89,10 +94,7 @@ pub(super) fn curves(lander: &Lander, t: &Trajectory) -> Vec<Curve> {
     let radius = lander.body.radius;
     let way = |start: &[f64], x: &[f64]| match lander.motion {
         Motion::Plane => x[1] * radius,
-        Motion::Space => {
-            let (from, to) = (Local::at(start[1], start[2]).up, Local::at(x[1], x[2]).up);
-            from.iter().zip(to).map(|(a, b)| a * b).sum::<f64>().clamp(-1.0, 1.0).acos() * radius
-        }
+        Motion::Space => central_angle([start[1], start[2]], [x[1], x[2]]) * radius,
     };
     let times = |p: &PhaseTrajectory| -> Vec<f64> {
         (0..=SAMPLES).map(|k| p.time_at(k as f64 / SAMPLES as f64)).collect()

@@ -11,8 +11,8 @@ fn planned() -> (Mission, Outcome) {
     (mission, plan)
 }
 
-fn sizes() -> Dispersions {
-    Dispersions { position_m: [1000.0 / 3.0; 3], velocity_m_s: [1.0; 3], ..Dispersions::default() }
+fn sizes() -> Deviations {
+    Deviations { position_m: [1000.0 / 3.0; 3], velocity_m_s: [1.0; 3], ..Deviations::default() }
 }
 
 #[test]
@@ -66,7 +66,7 @@ fn state_transition_matrix_and_its_blocks() {
         }
     }
     // Against central differences of flights, relative to the size of each block.
-    let zero = Dispersions::default().sample(0, 0);
+    let zero = Deviations::default();
     let end = |x: [f64; N]| {
         let system = braking.open_loop(zero.thrust, zero.exhaust_velocity);
         let mut integrator = Integrator::new(N, OdeSettings::with_tolerance(1e-13)).unwrap();
@@ -108,7 +108,7 @@ fn linear_spreads_are_those_of_the_reference() {
 fn an_undisturbed_flight_ends_as_planned() {
     let (mission, plan) = planned();
     let braking = PlannedBraking::new(&mission.values, &plan.trajectory).unwrap();
-    let none = Dispersions::default().sample(0, 0);
+    let none = Deviations::default();
     for guidance in [Guidance::OpenLoop, Guidance::Replanned] {
         let results = braking.fly(&none, guidance).unwrap();
         assert!(results[..3].iter().all(|m| m.abs() < 1e-3), "{guidance:?} {results:?}");
