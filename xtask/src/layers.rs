@@ -40,7 +40,7 @@ const ARROWS: &[(&str, Arrows)] = &[
     ("piecewise", To(&["ad", "basis", "ocp", "nlp", "shooting"])),
     ("convex", To(&["ad", "basis", "ocp", "ode", "conic"])),
     // What follows a solution: no solver and no method.
-    ("control", To(&["dynamics", "ode"])),
+    ("control", To(&["ad", "dynamics", "ode"])),
     ("verify", To(&["ad", "ocp", "ode", "terrain"])),
     // Facade, output, program.
     (

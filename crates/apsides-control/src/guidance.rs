@@ -1,0 +1,1 @@
+//! Guidance laws of powered descent: thrust from time-to-go, position and velocity.
