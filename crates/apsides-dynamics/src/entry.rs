@@ -49,10 +49,6 @@ use crate::heating::HeatingLaw;
 use crate::planet::Planet;
 use crate::{DynamicsError, Quantity};
 
-mod ground;
-
-pub use ground::{great_circle_angle, initial_course};
-
 pub use crate::aerodynamics::ATTACK;
 
 /// Height above the sphere of the body's radius.

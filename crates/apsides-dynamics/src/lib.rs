@@ -35,6 +35,7 @@
 //! | [`cartesian`] | the same flight in Cartesian coordinates |
 //! | [`gravity`] | gravity fields in spherical harmonics |
 //! | [`powered_descent`] | flight with throttled thrust over a rotating body, in spherical coordinates fixed to it |
+//! | [`great_circle`] | distances, courses and destinations on the sphere |
 //! | [`frames`] | inertial, body-fixed and local axes |
 //! | [`atmosphere`] | exponential and standard atmospheres, tables |
 //! | [`aerodynamics`] | coefficients of lift and drag, vehicles of atmospheric entry |
@@ -56,6 +57,7 @@ pub mod equinoctial;
 pub mod error;
 pub mod frames;
 pub mod gravity;
+pub mod great_circle;
 pub mod heating;
 pub mod kepler;
 pub mod planar;

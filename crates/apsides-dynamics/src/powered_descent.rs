@@ -18,6 +18,10 @@
 
 use apsides_ad::{Dynamics, PathFunction, Scalar};
 
+mod vertical_plane;
+
+pub use vertical_plane::{DIVERT_ANGLE, FORWARD_SPEED, THRUST_PART, THRUST_TILT, VerticalPlaneThrust};
+
 use crate::planar::{MASS, RADIUS, THROTTLE};
 use crate::{DynamicsError, Engine, GravityField, Quantity};
 

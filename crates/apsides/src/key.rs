@@ -20,6 +20,10 @@ impl Range {
     /// Above zero, or infinite for what is not limited.
     pub const POSITIVE_OR_UNLIMITED: Self = Self { least: (0.0, false), most: (f64::INFINITY, true) };
 
+    /// Any number, or infinite for what is open.
+    pub const ANY_OR_UNLIMITED: Self =
+        Self { least: (f64::NEG_INFINITY, false), most: (f64::INFINITY, true) };
+
     /// Between two values that are allowed themselves.
     #[must_use]
     pub const fn closed(least: f64, most: f64) -> Self {
@@ -81,6 +85,9 @@ pub enum KeyKind {
     Flag(bool),
     /// Free text with its default, and what is allowed in words; the mission looks at it.
     Text(&'static str, &'static str),
+    /// A word or the path of a file, with its default, and what is allowed in words. A path of a mission file counts from the directory
+    /// of that file.
+    Path(&'static str, &'static str),
     /// A number in a range; the file of the vehicle has it unless the mission file does.
     OfVehicle(Range),
 }
@@ -138,6 +145,17 @@ impl Key {
         Self { path, meaning, kind: KeyKind::Text(default, allowed) }
     }
 
+    /// A word or the path of a file; `allowed` says in words what it may be.
+    #[must_use]
+    pub const fn path(
+        path: &'static str,
+        default: &'static str,
+        allowed: &'static str,
+        meaning: &'static str,
+    ) -> Self {
+        Self { path, meaning, kind: KeyKind::Path(default, allowed) }
+    }
+
     /// A number that the file of the vehicle has.
     #[must_use]
     pub const fn of_vehicle(path: &'static str, range: Range, meaning: &'static str) -> Self {
@@ -160,7 +178,7 @@ impl Key {
                 words.iter().map(|w| format!("\"{w}\"")).collect::<Vec<_>>().join(" or ")
             }
             KeyKind::Flag(_) => "true or false".into(),
-            KeyKind::Text(_, allowed) => allowed.into(),
+            KeyKind::Text(_, allowed) | KeyKind::Path(_, allowed) => allowed.into(),
         }
     }
 
@@ -170,7 +188,7 @@ impl Key {
             KeyKind::Count(v, ..) => Value::Number(f64::from(v)),
             KeyKind::Choice(words) => Value::Word(words[0].to_owned()),
             KeyKind::Flag(v) => Value::Flag(v),
-            KeyKind::Text(v, _) => Value::Word(v.to_owned()),
+            KeyKind::Text(v, _) | KeyKind::Path(v, _) => Value::Word(v.to_owned()),
             // Replaced by the file of the vehicle before anything is computed.
             KeyKind::OfVehicle(_) => Value::Number(f64::NAN),
         }
@@ -183,7 +201,9 @@ impl Key {
                 v.fract() == 0.0 && Range::closed(f64::from(*least), f64::from(*most)).contains(*v)
             }
             (KeyKind::Choice(words), Value::Word(w)) => words.contains(&w.as_str()),
-            (KeyKind::Flag(_), Value::Flag(_)) | (KeyKind::Text(..), Value::Word(_)) => true,
+            (KeyKind::Flag(_), Value::Flag(_)) | (KeyKind::Text(..) | KeyKind::Path(..), Value::Word(_)) => {
+                true
+            }
             _ => false,
         };
         if fits {

@@ -27,6 +27,7 @@
 //! | [`footprint`] | the ends that a vehicle can reach |
 //! | [`reproduce`] | published tables computed again |
 //! | [`site_criteria`] | what a landing site must fulfil, from a file |
+//! | [`site_selection`] | a landing site chosen in flight |
 //! | [`sensitivity`] | what one more unit of a key is worth |
 //! | [`outcome`] | results |
 //! | [`observer`] | progress |
@@ -46,6 +47,7 @@ pub mod pipeline;
 pub mod reproduce;
 pub mod sensitivity;
 pub mod site_criteria;
+pub mod site_selection;
 pub mod sweep;
 pub mod vehicle;
 
@@ -63,7 +65,8 @@ pub use apsides_verify as verify;
 
 pub use error::Error;
 pub use mission_file::Mission;
-pub use missions::{Expansion, Posed};
+pub use missions::{Decisions, Expansion, Posed};
 pub use observer::{Observer, SearchProgress};
 pub use outcome::{Counters, Curve, ObjectiveValue, Outcome, Reduced, SearchSummary, Summary, Timing};
 pub use sensitivity::Price;
+pub use site_selection::SiteSelection;

@@ -6,7 +6,7 @@ use std::path::{Path, PathBuf};
 use toml::Spanned;
 use toml::de::{DeTable, DeValue};
 
-use crate::key::{Key, Value, Values};
+use crate::key::{Key, KeyKind, Value, Values};
 use crate::{Error, missions, vehicle};
 
 /// Largest mission file: a few kB is usual, so anything above is a mistake.
@@ -117,11 +117,15 @@ impl Mission {
                 });
             }
         };
+        let keys: Vec<&Key> = kind.keys().collect();
         for e in &mut entries {
+            let is_path = keys.iter().any(|k| k.path == e.path && matches!(k.kind, KeyKind::Path(..)));
             let names_table = e.names_table();
             // A mission file and the files that it names move together.
             if let (Some(directory), Value::Word(word)) = (directory, &mut e.value)
-                && (names_table || (e.path == vehicle::KEY && vehicle::is_file(word)))
+                && (names_table
+                    || (e.path == vehicle::KEY && vehicle::is_file(word))
+                    || (is_path && directory.join(&*word).is_file()))
             {
                 *word = directory.join(&*word).display().to_string();
             }
@@ -134,7 +138,6 @@ impl Mission {
                 *word = read(Path::new(&*word), "atmosphere table", "none")?;
             }
         }
-        let keys: Vec<&Key> = kind.keys().collect();
         let mut values: BTreeMap<_, _> = keys.iter().map(|k| (k.path, k.default())).collect();
         let owner = format!("mission `{}`", kind.name);
         for e in &entries {

@@ -7,7 +7,7 @@ use apsides_ocp::{Ocp, Trajectory};
 use apsides_verify::Certificate;
 use serde::{Deserialize, Serialize};
 
-use crate::Price;
+use crate::{Decisions, Price};
 
 /// Name, value and unit of the objective.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -148,6 +148,8 @@ pub struct Outcome {
     pub curves: Vec<Curve>,
     /// The mission file that gives this result again, with every value written out.
     pub mission_file: String,
+    /// What was decided before the flight was posed.
+    pub decisions: Decisions,
     /// One sentence for the reader when the status is not `optimal`.
     pub explanation: Option<String>,
 }

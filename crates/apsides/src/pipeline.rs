@@ -10,7 +10,9 @@ use apsides_verify::{Certificate, Check, CheckKind, Verification, VerifySettings
 
 use crate::method::{self, Solution};
 use crate::missions::Posed;
-use crate::{Counters, Error, Mission, ObjectiveValue, Observer, Outcome, Reduced, Summary, Timing};
+use crate::{
+    Counters, Decisions, Error, Mission, ObjectiveValue, Observer, Outcome, Reduced, Summary, Timing,
+};
 
 impl Mission {
     /// The problem and a start.
@@ -18,7 +20,23 @@ impl Mission {
     /// # Errors
     /// When the values do not make a problem.
     pub fn pose(&self) -> Result<Posed, Error> {
-        (self.kind.pose)(&self.values)
+        (self.kind.pose)(&self.decide()?.values)
+    }
+
+    /// What the mission decides before its flight is posed, for instance a site on a map.
+    ///
+    /// # Errors
+    /// When the values do not make a problem, or no site is fit; the sentence names what comes nearest.
+    pub fn decide(&self) -> Result<Decisions, Error> {
+        match self.kind.decide {
+            Some(decide) => decide(&self.values),
+            None => Ok(Decisions::new(self.values.clone(), Vec::new())),
+        }
+    }
+
+    /// The mission with its decisions as values, so that nothing is open.
+    pub(crate) fn decided(&self, decisions: &Decisions) -> Self {
+        Self { values: decisions.values.clone(), ..self.clone() }
     }
 
     /// Whether a trajectory has the phases of the problem that is solved, so that a solve can start from it.
@@ -47,7 +65,22 @@ impl Mission {
     /// When the request is ill-posed. A mission that cannot be flown ends with a status and an explanation.
     pub fn solve(&self, start: Option<&Trajectory>, observer: &mut dyn Observer) -> Result<Outcome, Error> {
         let begin = Instant::now();
-        let posed = self.pose()?;
+        let decisions = self.decide()?;
+        let decided = self.decided(&decisions);
+        Ok(Outcome {
+            mission_file: self.to_file(),
+            ..decided.solve_decided(decisions, begin, start, observer)?
+        })
+    }
+
+    fn solve_decided(
+        &self,
+        decisions: Decisions,
+        begin: Instant,
+        start: Option<&Trajectory>,
+        observer: &mut dyn Observer,
+    ) -> Result<Outcome, Error> {
+        let posed = (self.kind.pose)(&self.values)?;
         let build = milliseconds(begin);
         let begin = Instant::now();
         let solution = match start {
@@ -56,7 +89,7 @@ impl Mission {
         };
         let solve = milliseconds(begin);
         let begin = Instant::now();
-        let flight = self.flight(&posed, &solution.trajectory)?;
+        let flight = self.flight(&posed, &decisions, &solution.trajectory)?;
         let margins = match solution.status.is_success() && solution.shortfall.is_none() {
             true => (self.kind.margins)(self, &solution.trajectory)?,
             false => BTreeMap::new(),
@@ -66,7 +99,7 @@ impl Mission {
             Status::Infeasible | Status::RestorationFailed => Some(self.conflict(&posed, &solution)?),
             _ => None,
         };
-        Ok(self.outcome(posed, solution, margins, conflict.as_ref(), flight, timing_ms))
+        Ok(self.outcome(posed, decisions, solution, margins, conflict.as_ref(), flight, timing_ms))
     }
 
     /// Solves from the mission's own guess, through the easier cases that lead to it where it has some.
@@ -104,24 +137,35 @@ impl Mission {
     /// # Errors
     /// When the values do not make a problem, or the trajectory does not fit it.
     pub fn verify(&self, trajectory: &Trajectory) -> Result<Certificate, Error> {
-        self.certify(self.pose()?.flight(), trajectory)
+        let decisions = self.decide()?;
+        let decided = self.decided(&decisions);
+        decided.certify((self.kind.pose)(&decided.values)?.flight(), &decisions, trajectory)
     }
 
-    fn certify(&self, flight: &Ocp, trajectory: &Trajectory) -> Result<Certificate, Error> {
+    fn certify(
+        &self,
+        flight: &Ocp,
+        decisions: &Decisions,
+        trajectory: &Trajectory,
+    ) -> Result<Certificate, Error> {
         let Verification { certificate, .. } = verify(flight, trajectory, &VerifySettings::default())?;
         let own = (self.kind.checks)(&self.values, trajectory);
-        Ok(Certificate::new(certificate.checks.into_iter().chain(own).collect()))
+        let of_sites = (self.kind.site_checks)(&self.values, &decisions.sites, trajectory);
+        Ok(Certificate::new(certificate.checks.into_iter().chain(own).chain(of_sites).collect()))
     }
 
     /// The whole flight of a solution with its certificate. What cannot be expanded, as after a solve that failed, is certified as
     /// far as it goes.
-    fn flight(&self, posed: &Posed, solution: &Trajectory) -> Result<Flight, Error> {
+    fn flight(&self, posed: &Posed, decisions: &Decisions, solution: &Trajectory) -> Result<Flight, Error> {
         if posed.expansion.is_none() {
-            return Ok(Flight { certificate: self.certify(&posed.ocp, solution)?, expanded: None });
+            return Ok(Flight {
+                certificate: self.certify(&posed.ocp, decisions, solution)?,
+                expanded: None,
+            });
         }
         match posed.expand(solution) {
             Ok(trajectory) => {
-                let certificate = self.certify(posed.flight(), &trajectory)?;
+                let certificate = self.certify(posed.flight(), decisions, &trajectory)?;
                 Ok(Flight { certificate, expanded: Some(trajectory) })
             }
             Err(e) => {
@@ -160,6 +204,7 @@ impl Mission {
     fn outcome(
         &self,
         posed: Posed,
+        decisions: Decisions,
         solution: Solution,
         margins: BTreeMap<String, f64>,
         conflict: Option<&Explanation>,
@@ -209,6 +254,7 @@ impl Mission {
             report: solution.report,
             summary,
             mission_file: self.to_file(),
+            decisions,
             explanation,
         }
     }

@@ -62,7 +62,9 @@ impl Mission {
         let Some(report) = outcome.report.as_ref().filter(|report| report.status.is_success()) else {
             return Err(conflict(format!("the mission is not solved ({})", outcome.summary.status)));
         };
-        let mut solution = Solution::new(self, outcome, report)?;
+        // What was decided stays so.
+        let decided = self.decided(&outcome.decisions);
+        let mut solution = Solution::new(&decided, outcome, report)?;
         keys.into_iter().map(|key| solution.price(key)).collect()
     }
 

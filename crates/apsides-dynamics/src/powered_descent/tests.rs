@@ -106,3 +106,56 @@ fn vertical_flight_stays_above_its_place() {
     assert!(still[0] == 0.0 && still[1].abs() < 1e-14);
     assert!((hover.rate(0.0, &[r, 0.0, m], &[], &[])[2] - still[2]).abs() < 1e-14);
 }
+
+/// The same flight in spherical coordinates, under the thrust that keeps it in its plane.
+#[test]
+fn flight_in_a_vertical_plane_is_one_in_space() {
+    let flight = descent();
+    let model = VerticalPlaneThrust {
+        flight: flight.clone(),
+        place: [-0.34, 0.77],
+        course: 2.3,
+        least_throttle: 0.2,
+    };
+    let (x, u) = ([1.739e6, 4e-4, -46.0, 30.0, 1300.0], [0.5, 0.6]);
+    let rates = model.rate(0.0, &x, &u, &[]);
+    let up0 = Local::at(-0.34, 0.77);
+    let (sin, cos) = 2.3_f64.sin_cos();
+    let forward0 = [0, 1, 2].map(|k| cos * up0.north[k] + sin * up0.east[k]);
+    let left = [0, 1, 2].map(|k| sin * up0.north[k] - cos * up0.east[k]);
+    let axes = |s: f64| {
+        let (sin, cos) = s.sin_cos();
+        let turned = |a: f64, b: f64| [0, 1, 2].map(|k| a * up0.up[k] + b * forward0[k]);
+        [turned(cos, sin), turned(-sin, cos)]
+    };
+    let in_space = |x: [f64; 5]| {
+        let [r, s, w, v, m] = x;
+        let [up, forward] = axes(s);
+        let (_, longitude, latitude) = Local::spherical(up);
+        assert_eq!([longitude, latitude], model.place_at(s));
+        let [up, east, north] =
+            Local::at(longitude, latitude).components([0, 1, 2].map(|k| w * up[k] + v * forward[k]));
+        [r, longitude, latitude, up, east, north, m]
+    };
+    let h = 1e-3;
+    let moved = |h: f64| in_space(std::array::from_fn(|k| x[k] + h * rates[k]));
+    let (before, after) = (moved(-h), moved(h));
+    // The thrust: in the plane as given, across what the last term of the model says.
+    let [up, forward] = axes(x[1]);
+    let turn = flight.rotation_rate;
+    let side = 2.0 * turn * (up[2] * x[3] - forward[2] * x[2]) + x[0] * turn * turn * up[2] * left[2];
+    // 0.4 of the way from 1500 N upwards to 7500 N: p = 0.6.
+    let throttle = 0.4 * 0.2 / u[0].cos() + 0.6;
+    let in_plane = ((throttle * 7500.0 / x[4]).powi(2) - side * side).sqrt();
+    let here = in_space(x);
+    let thrust =
+        [0, 1, 2].map(|k| in_plane * (u[0].cos() * up[k] + u[0].sin() * forward[k]) + side * left[k]);
+    let [a, b, c] = Local::at(here[1], here[2]).components(thrust).map(|t| t / (throttle * 7500.0 / x[4]));
+    assert!(side.abs() > 1e-3);
+    let expected = DirectedThrust(flight).rate(0.0, &here, &[a, b, c, throttle], &[]);
+    for k in 0..7 {
+        let slope = (after[k] - before[k]) / (2.0 * h);
+        let size = [1.0, 1e-3, 1e-3, 1.0, 1.0, 1.0, 1.0][k];
+        assert!((expected[k] - slope).abs() < 1e-6 * size, "{k}: {} {slope}", expected[k]);
+    }
+}

@@ -217,6 +217,7 @@ pub(crate) fn outcome() -> Outcome {
             switches: Vec::new(),
             sensitivity: None,
         },
+        decisions: apsides::Decisions::default(),
         mission_file: "# A lander\n[mission]\nname = \"lunar landing <test> & more\"\n\n[vehicle]\ninitial_mass_kg = 600.0\nisp_s = 300.0\n".into(),
         explanation: None,
     }

@@ -7,6 +7,7 @@ use dispersed::PlannedBraking;
 use lander::Lander;
 
 mod braking;
+mod decisions;
 mod dispersed;
 mod guess;
 mod keys;
@@ -14,6 +15,8 @@ mod lander;
 mod landing;
 mod phases;
 mod results;
+mod site_checks;
+mod terrain;
 
 pub(super) const BRAKING: Kind = Kind {
     name: "chang-e-3-braking",
@@ -30,6 +33,8 @@ pub(super) const BRAKING: Kind = Kind {
     missing: |_, _| None,
     margins: super::no_margins,
     reach: None,
+    decide: None,
+    site_checks: |_, _, _| Vec::new(),
     deviating: Some(Deviating {
         columns: dispersed::COLUMNS,
         flights: |v, t| Ok(Box::new(PlannedBraking::new(v, t)?)),
@@ -39,12 +44,23 @@ pub(super) const BRAKING: Kind = Kind {
 pub(super) const LANDING: Kind = Kind {
     name: "chang-e-3",
     title: "Landing in six stages from the perilune of a lunar orbit to the cut-off of the engine with least propellant",
-    flight_keys: &[keys::VEHICLE, keys::MOON, keys::ORBIT, keys::SITE, keys::GATE, keys::STAGES_BELOW],
+    flight_keys: &[
+        keys::VEHICLE,
+        keys::MOON,
+        keys::ORBIT,
+        keys::SITE,
+        keys::GATE,
+        keys::STAGES_BELOW,
+        keys::TERRAIN,
+        keys::DECIDED,
+    ],
     nothing_at_zero: &[keys::HOVER_TIME],
     check: |v| Lander::of_landing(v).map(|_| ()),
     pose: |v| Lander::of_landing(v).map_err(conflict)?.landing(),
     results: |v, t| Lander::of_landing(v).map_or_else(|_| Default::default(), |l| results::landing(&l, t)),
     headline: &["final_mass_kg", "propellant_kg", "flight_time_s", "touchdown_speed_m_s"],
+    decide: Some(decisions::decide),
+    site_checks: site_checks::of,
     deviating: None,
     ..BRAKING
 };

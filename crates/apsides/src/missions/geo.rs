@@ -42,6 +42,8 @@ pub(super) const INJECTION: Kind = Kind {
     missing,
     margins: super::no_margins,
     reach: None,
+    decide: None,
+    site_checks: |_, _, _| Vec::new(),
     deviating: None,
 };
 

@@ -39,6 +39,8 @@ pub(super) const DIRECT: Kind = Kind {
     missing: |_, _| None,
     margins: super::no_margins,
     reach: None,
+    decide: None,
+    site_checks: |_, _, _| Vec::new(),
     deviating: None,
 };
 
@@ -57,6 +59,8 @@ pub(super) const PERILUNE: Kind = Kind {
     missing: |_, _| None,
     margins: super::no_margins,
     reach: None,
+    decide: None,
+    site_checks: |_, _, _| Vec::new(),
     deviating: None,
 };
 
@@ -81,6 +85,8 @@ pub(super) const TWO_PHASE: Kind = Kind {
     missing: |_, _| None,
     margins: super::no_margins,
     reach: None,
+    decide: None,
+    site_checks: |_, _, _| Vec::new(),
     deviating: None,
 };
 
@@ -99,6 +105,8 @@ pub(super) const TRANSFER: Kind = Kind {
     missing: |_, _| None,
     margins: super::no_margins,
     reach: None,
+    decide: None,
+    site_checks: |_, _, _| Vec::new(),
     deviating: None,
 };
 

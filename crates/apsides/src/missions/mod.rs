@@ -11,6 +11,7 @@ use apsides_verify::Check;
 
 use crate::key::{Key, Values};
 use crate::montecarlo::Dispersed;
+use crate::site_selection::SiteSelection;
 use crate::{Curve, Error, Mission, method};
 
 mod chang_e;
@@ -93,6 +94,28 @@ pub struct Expansion {
     pub(crate) expand: Arc<Expand>,
 }
 
+/// What a mission decides on the way: sites on maps, the end of a stage that is optimised for itself.
+#[derive(Clone, Debug)]
+pub struct Decisions {
+    /// All values, with those that were decided.
+    pub(crate) values: Values,
+    /// Sites, in the order of the flight.
+    pub sites: Arc<[SiteSelection]>,
+}
+
+impl Default for Decisions {
+    /// None, of a mission without values.
+    fn default() -> Self {
+        Self::new(Values(BTreeMap::new()), Vec::new())
+    }
+}
+
+impl Decisions {
+    pub(crate) fn new(values: Values, sites: Vec<SiteSelection>) -> Self {
+        Self { values, sites: sites.into() }
+    }
+}
+
 /// Scalars by name; the unit ends the key.
 pub(crate) type Scalars = BTreeMap<String, f64>;
 
@@ -119,6 +142,10 @@ pub(crate) struct Kind {
     pub(crate) checks: fn(&Values, &Trajectory) -> Vec<Check>,
     /// A sentence on what is missing, besides the requirements that conflict.
     pub(crate) missing: fn(&Mission, &Explanation) -> Option<String>,
+    /// What is decided before the flight is posed, where something is.
+    pub(crate) decide: Option<fn(&Values) -> Result<Decisions, Error>>,
+    /// Checks of the certificate against the maps that sites were chosen on.
+    pub(crate) site_checks: fn(&Values, &[SiteSelection], &Trajectory) -> Vec<Check>,
     /// Scalars that take solves of their own, of a mission that is solved.
     pub(crate) margins: fn(&Mission, &Trajectory) -> Result<Scalars, Error>,
     /// How its ends over ground are sought and read, where they are free to choose.

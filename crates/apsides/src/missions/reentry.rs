@@ -41,6 +41,8 @@ pub(super) const REENTRY: Kind = Kind {
     missing: margins::missing,
     margins: margins::margins,
     reach: Some(reach::REACH),
+    decide: None,
+    site_checks: |_, _, _| Vec::new(),
     deviating: None,
 };
 

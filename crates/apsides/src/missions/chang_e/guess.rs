@@ -4,7 +4,7 @@ use std::f64::consts::{FRAC_PI_2, PI};
 
 use apsides_ocp::{OcpError, PhaseGuess};
 
-use super::lander::{Lander, Motion};
+use super::lander::{Divert, Lander, Motion};
 
 /// Pitch of the thrust at the end of the main braking, above the direction against the flight, rad.
 const LAST_PITCH: f64 = 0.4;
@@ -100,6 +100,23 @@ impl Lander {
         let times: Vec<f64> = samples.iter().map(|s| s.time).collect();
         let (states, controls) = samples.iter().map(row).unzip();
         PhaseGuess::samples(&times, states, controls)
+    }
+
+    /// From above one place to above another at constant speed; vertical where they are the same.
+    pub(super) fn avoidance_guess(
+        &self,
+        divert: &Divert,
+        samples: &[Sample; 2],
+        throttle: f64,
+    ) -> Result<PhaseGuess, OcpError> {
+        if !divert.is_needed() {
+            return self.vertical_guess(samples, Some(throttle));
+        }
+        let [start, end] = samples;
+        let forward = divert.angle * start.radius / (end.time - start.time);
+        let row = |s: &Sample, angle: f64| vec![s.radius, angle, s.upward, forward, s.mass];
+        let states = vec![row(start, 0.0), row(end, divert.angle)];
+        PhaseGuess::samples(&[start.time, end.time], states, vec![vec![0.0, throttle]; 2])
     }
 
     /// A phase of vertical flight; without a throttle at rest.

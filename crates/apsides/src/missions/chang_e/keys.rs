@@ -140,3 +140,101 @@ pub(super) const STAGES_BELOW: &[Key] = &[
     Key::number(FINE_ALTITUDE, 30.0, Range::POSITIVE, "altitude at the end of the fine avoidance"),
     Key::number(CUTOFF_ALTITUDE, 4.0, Range::from(0.0), "altitude at rest where the engine is cut off"),
 ];
+
+pub(super) const COARSE_MAP: &str = "terrain.coarse";
+pub(super) const FINE_MAP: &str = "terrain.fine";
+pub(super) const COARSE_PIXEL: &str = "terrain.coarse_pixel_m";
+pub(super) const FINE_PIXEL: &str = "terrain.fine_pixel_m";
+pub(super) const COARSE_WIDTH: &str = "terrain.coarse_width_m";
+pub(super) const FINE_WIDTH: &str = "terrain.fine_width_m";
+pub(super) const TERRAIN_SEED: &str = "terrain.seed";
+pub(super) const COARSE_CRITERIA: &str = "terrain.coarse_criteria";
+pub(super) const FINE_CRITERIA: &str = "terrain.fine_criteria";
+pub(super) const CANDIDATES: &str = "terrain.candidates";
+pub(super) const COARSE_WORTH: &str = "terrain.coarse_hazard_worth_kg";
+pub(super) const FINE_WORTH: &str = "terrain.fine_hazard_worth_kg";
+pub(super) const COARSE_TILT: &str = "terrain.coarse_tilt_limit_deg";
+pub(super) const FINE_TILT: &str = "terrain.fine_tilt_limit_deg";
+pub(super) const CENTRE_OF_MASS: &str = "terrain.centre_of_mass_height_m";
+/// No map.
+pub(super) const NO_MAP: &str = "none";
+/// A map from the generator.
+pub(super) const GENERATED: &str = "generated";
+
+const MAP: &str = "\"none\", \"generated\" or the path of a map file";
+const CRITERIA: &str = "the name of a preset or the path of a file of criteria";
+
+pub(super) const TERRAIN: &[Key] = &[
+    Key::path(COARSE_MAP, NO_MAP, MAP, "map seen at the end of the adjustment, its middle below the lander"),
+    Key::path(FINE_MAP, NO_MAP, MAP, "map seen at the hover, its middle below the lander"),
+    Key::number(
+        COARSE_PIXEL,
+        f64::INFINITY,
+        Range::POSITIVE_OR_UNLIMITED,
+        "size of a pixel of the coarse map; inf: what its file states, 1 m of a generated one",
+    ),
+    Key::number(
+        FINE_PIXEL,
+        f64::INFINITY,
+        Range::POSITIVE_OR_UNLIMITED,
+        "size of a pixel of the fine map; inf: what its file states, 0.1 m of a generated one",
+    ),
+    Key::number(COARSE_WIDTH, 2300.0, Range::closed(50.0, 10_000.0), "width of a generated coarse map"),
+    Key::number(FINE_WIDTH, 100.0, Range::closed(10.0, 1000.0), "width of a generated fine map"),
+    Key::count(TERRAIN_SEED, 1, 0, u32::MAX, "seed of generated maps"),
+    Key::path(COARSE_CRITERIA, "chang-e-3-coarse", CRITERIA, "what a site of the coarse map must fulfil"),
+    Key::path(FINE_CRITERIA, "chang-e-3-fine", CRITERIA, "what a site of the fine map must fulfil"),
+    Key::count(CANDIDATES, 24, 1, 200, "safe sites of a map to which diverts are planned"),
+    Key::number(
+        COARSE_WORTH,
+        10.0,
+        Range::POSITIVE,
+        "propellant that a site of the coarse map without hazard is worth more than one that is just allowed",
+    ),
+    Key::number(FINE_WORTH, 3.0, Range::POSITIVE, "the same on the fine map"),
+    Key::number(
+        COARSE_TILT,
+        60.0,
+        Range::closed(1.0, 90.0),
+        "largest tilt of the thrust from the vertical in the coarse avoidance",
+    ),
+    Key::number(FINE_TILT, 20.0, Range::closed(1.0, 90.0), "the same in the fine avoidance"),
+    Key::number(
+        CENTRE_OF_MASS,
+        2.0,
+        Range::from(0.0),
+        "height of the centre of mass above the footpads at touchdown",
+    ),
+];
+
+pub(super) const GATE_VELOCITY: [&str; 3] =
+    ["decided.gate_upward_speed_m_s", "decided.gate_eastward_speed_m_s", "decided.gate_northward_speed_m_s"];
+pub(super) const ADJUSTED_SPEED: &str = "decided.adjusted_upward_speed_m_s";
+pub(super) const COARSE_SITE: [&str; 3] =
+    ["decided.coarse_site_east_m", "decided.coarse_site_north_m", "decided.coarse_site_up_m"];
+pub(super) const FINE_SITE: [&str; 3] =
+    ["decided.fine_site_east_m", "decided.fine_site_north_m", "decided.fine_site_up_m"];
+
+/// What is decided in flight; infinite until then.
+pub(super) const DECIDED: &[Key] = &[
+    decided(
+        GATE_VELOCITY[0],
+        "upward speed at the end of the main braking; inf: open, or by its own optimum",
+    ),
+    decided(GATE_VELOCITY[1], "eastward speed there"),
+    decided(GATE_VELOCITY[2], "northward speed there, of a flight in the plane the forward one"),
+    decided(
+        ADJUSTED_SPEED,
+        "upward speed at the end of the adjustment; inf: open, or by the plan without maps",
+    ),
+    decided(COARSE_SITE[0], "way east from there to the coarse site; inf: chosen on the coarse map"),
+    decided(COARSE_SITE[1], "way north"),
+    decided(COARSE_SITE[2], "height of the coarse site above the ground below the lander"),
+    decided(FINE_SITE[0], "way east from the hover to the landing site; inf: chosen on the fine map"),
+    decided(FINE_SITE[1], "way north"),
+    decided(FINE_SITE[2], "height of the landing site above the ground below the hover"),
+];
+
+const fn decided(path: &'static str, meaning: &'static str) -> Key {
+    Key::number(path, f64::INFINITY, Range::ANY_OR_UNLIMITED, meaning)
+}

@@ -1,6 +1,7 @@
 //! The vehicle, its orbit and its gate.
 
 use apsides_dynamics::gravity::{MOON_C22, MOON_J2, MOON_REFERENCE_RADIUS};
+use apsides_dynamics::great_circle::destination;
 use apsides_dynamics::planar::PlanarFlight;
 use apsides_dynamics::powered_descent::{MOON_ROTATION_RATE, PoweredDescent};
 use apsides_dynamics::{Body, DynamicsError, Engine, GravityField};
@@ -30,6 +31,37 @@ pub(super) enum Order {
     Stages,
 }
 
+/// A flight from above one place to above another, in the vertical plane through both.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) struct Divert {
+    /// Longitude and latitude of the start.
+    pub(super) from: [f64; 2],
+    /// Course there, from north towards east.
+    pub(super) course: f64,
+    /// Angle at the centre.
+    pub(super) angle: f64,
+    /// Longitude and latitude of the end.
+    pub(super) to: [f64; 2],
+    /// Height of the ground at the end above that at the start, m.
+    pub(super) rise: f64,
+    /// Largest tilt of the thrust on the way.
+    pub(super) tilt: f64,
+}
+
+impl Divert {
+    /// To a site east, north and up (m) of the ground at the start, on a sphere of a radius (m); open coordinates count as zero.
+    fn new(from: [f64; 2], site: [f64; 3], radius: f64, tilt: f64) -> Self {
+        let [east, north, rise] = site.map(|c| if c.is_finite() { c } else { 0.0 });
+        let (course, angle) = (east.atan2(north), east.hypot(north) / radius);
+        Self { from, course, angle, to: destination(from, course, angle), rise, tilt }
+    }
+
+    /// Whether there is a way to go.
+    pub(super) fn is_needed(&self) -> bool {
+        self.angle > 0.0
+    }
+}
+
 /// Everything that the file says, in SI units and rad.
 #[derive(Clone, Debug)]
 pub(super) struct Lander {
@@ -45,15 +77,23 @@ pub(super) struct Lander {
     /// Speed at the start in inertial space.
     pub(super) start_speed: f64,
     pub(super) azimuth: f64,
-    /// Longitude and latitude.
+    /// Longitude and latitude of the site that is aimed at from the orbit.
     pub(super) site: [f64; 2],
+    /// From above that site to the coarse one, and from there to the landing site; of no length without maps.
+    pub(super) coarse_divert: Divert,
+    pub(super) fine_divert: Divert,
+    /// Velocity at the gate where it is decided: upwards, to the east (in the plane not used), to the north (in the plane forward).
+    pub(super) gate_velocity: Option<[f64; 3]>,
+    /// Upward speed at the end of the adjustment where it is decided.
+    pub(super) adjusted_speed: Option<f64>,
     pub(super) gate_radius: f64,
     pub(super) gate_speed: f64,
     pub(super) gate_direction: GateDirection,
     pub(super) order: Order,
     /// Largest tilt of the thrust from the vertical in the adjustment.
     pub(super) adjustment_tilt: f64,
-    /// Where the coarse avoidance begins, where it hovers, where the fine one ends, where the engine is cut off.
+    /// Where the coarse avoidance begins, where it hovers, where the fine one ends, where the engine is cut off: altitudes above the ground
+    /// at the site of each.
     pub(super) coarse_radius: f64,
     pub(super) hover_radius: f64,
     pub(super) fine_radius: f64,
@@ -83,7 +123,14 @@ impl Lander {
         } else {
             GravityField::central(body)
         };
+        let site = [v.number(keys::SITE_LONGITUDE).to_radians(), v.number(keys::SITE_LATITUDE).to_radians()];
+        let tilt = |limit: &str| v.number(limit).to_radians();
+        let place = |path: [&str; 3]| path.map(|key| v.number(key));
+        let coarse = Divert::new(site, place(keys::COARSE_SITE), radius, tilt(keys::COARSE_TILT));
+        let fine = Divert::new(coarse.to, place(keys::FINE_SITE), radius, tilt(keys::FINE_TILT));
+        let gate_velocity = place(keys::GATE_VELOCITY);
         let rotation = if v.flag(keys::ROTATION) { MOON_ROTATION_RATE } else { 0.0 };
+        let ground = body.radius + coarse.rise + fine.rise;
         let lander = Self {
             body,
             descent: PoweredDescent::new(gravity, rotation, engine).map_err(text)?,
@@ -95,7 +142,11 @@ impl Lander {
             apolune_radius: body.radius + v.number(keys::APOLUNE) * 1e3,
             start_speed: v.number(keys::SPEED),
             azimuth: v.number(keys::AZIMUTH).to_radians(),
-            site: [v.number(keys::SITE_LONGITUDE).to_radians(), v.number(keys::SITE_LATITUDE).to_radians()],
+            site,
+            coarse_divert: coarse,
+            fine_divert: fine,
+            gate_velocity: gate_velocity.iter().all(|v| v.is_finite()).then_some(gate_velocity),
+            adjusted_speed: Some(v.number(keys::ADJUSTED_SPEED)).filter(|v| v.is_finite()),
             gate_radius: body.radius + v.number(keys::GATE_ALTITUDE) * 1e3,
             gate_speed: v.number(keys::GATE_SPEED),
             gate_direction: match v.word(keys::GATE_DIRECTION) {
@@ -106,9 +157,9 @@ impl Lander {
             order: if v.word(keys::ORDER) == keys::STAGES { Order::Stages } else { Order::Joint },
             adjustment_tilt: v.number(keys::ADJUSTMENT_TILT).to_radians(),
             coarse_radius: body.radius + v.number(keys::COARSE_ALTITUDE) * 1e3,
-            hover_radius: body.radius + v.number(keys::HOVER_ALTITUDE),
-            fine_radius: body.radius + v.number(keys::FINE_ALTITUDE),
-            cutoff_radius: body.radius + v.number(keys::CUTOFF_ALTITUDE),
+            hover_radius: body.radius + coarse.rise + v.number(keys::HOVER_ALTITUDE),
+            fine_radius: ground + v.number(keys::FINE_ALTITUDE),
+            cutoff_radius: ground + v.number(keys::CUTOFF_ALTITUDE),
             hover_time: v.number(keys::HOVER_TIME),
         };
         let start_speed =
@@ -125,12 +176,13 @@ impl Lander {
     pub(super) fn of_landing(v: &Values) -> Result<Self, String> {
         let lander = Self::of(v)?;
         let gates = [
-            (keys::GATE_ALTITUDE, lander.gate_radius),
-            (keys::COARSE_ALTITUDE, lander.coarse_radius),
-            (keys::HOVER_ALTITUDE, lander.hover_radius),
-            (keys::FINE_ALTITUDE, lander.fine_radius),
-            (keys::CUTOFF_ALTITUDE, lander.cutoff_radius),
-        ];
+            (keys::GATE_ALTITUDE, 1e3),
+            (keys::COARSE_ALTITUDE, 1e3),
+            (keys::HOVER_ALTITUDE, 1.0),
+            (keys::FINE_ALTITUDE, 1.0),
+            (keys::CUTOFF_ALTITUDE, 1.0),
+        ]
+        .map(|(key, unit)| (key, unit * v.number(key)));
         for pair in gates.windows(2) {
             let [(above, high), (below, low)] = [pair[0], pair[1]];
             if low >= high {
@@ -140,6 +192,26 @@ impl Lander {
                     v.number(above)
                 ));
             }
+        }
+        if lander.hover_radius >= lander.coarse_radius || lander.fine_radius >= lander.hover_radius {
+            return Err(format!(
+                "the ground at the site is {:.1} m above the one aimed at, too high for `{}` = {} and `{}` = {}; choose a lower site",
+                lander.coarse_divert.rise + lander.fine_divert.rise,
+                keys::COARSE_ALTITUDE,
+                v.number(keys::COARSE_ALTITUDE),
+                keys::HOVER_ALTITUDE,
+                v.number(keys::HOVER_ALTITUDE)
+            ));
+        }
+        let maps = [keys::COARSE_MAP, keys::FINE_MAP];
+        if let Some(key) = maps.into_iter().find(|k| v.word(k) != keys::NO_MAP)
+            && lander.motion == Motion::Plane
+        {
+            return Err(format!(
+                "`{key}` needs `{}` = \"{}\": a site lies beside the plane",
+                keys::MOTION,
+                keys::SPACE
+            ));
         }
         Ok(lander)
     }

@@ -5,10 +5,10 @@ use std::f64::consts::{FRAC_PI_2, PI};
 use apsides_ad::{Scalar, VectorFunction};
 use apsides_dynamics::Quantity;
 use apsides_dynamics::planar::{self, ThrottledThrust};
-use apsides_dynamics::powered_descent::{self, AngledThrust, Hovering, PlumbThrust};
+use apsides_dynamics::powered_descent::{self, AngledThrust, Hovering, PlumbThrust, VerticalPlaneThrust};
 use apsides_ocp::{At, Bounds, Direction, OcpBuilder, Phase, State, Variable};
 
-use super::lander::{GateDirection, Lander, Motion};
+use super::lander::{Divert, GateDirection, Lander, Motion};
 
 pub(super) const BRAKING: &str = "braking";
 pub(super) const ADJUSTMENT: &str = "adjustment";
@@ -129,21 +129,63 @@ impl Lander {
         phase.initial_time(self.times()).final_time(self.times()).duration(Bounds::at_least(SHORTEST_S))
     }
 
-    /// States of vertical flight above the site.
+    /// States of vertical flight above a place.
     fn vertical_states(&self, [low, high]: [f64; 2]) -> [State; 3] {
         let (upward, _) = self.speeds();
         let radius = state(planar::RADIUS, POSITION_MISS_M).within(low - BELOW_M, high + BELOW_M);
         [radius, self.speed(upward), self.mass()]
     }
 
-    fn plumb(&self) -> PlumbThrust {
-        PlumbThrust { flight: self.descent.clone(), place: self.site }
+    fn plumb(&self, place: [f64; 2]) -> PlumbThrust {
+        PlumbThrust { flight: self.descent.clone(), place }
     }
 
-    /// Vertical flight above the site, from one distance from the centre down to another.
-    pub(super) fn vertical(&self, name: &str, [low, high]: [f64; 2]) -> Phase {
+    pub(super) fn in_plane_of(&self, divert: &Divert) -> VerticalPlaneThrust {
+        VerticalPlaneThrust {
+            flight: self.descent.clone(),
+            place: divert.from,
+            course: divert.course,
+            least_throttle: self.least_throttle,
+        }
+    }
+
+    /// Flight from above one place to above another, from one distance from the centre down to another; vertical where they are the same.
+    pub(super) fn avoidance(&self, name: &str, divert: &Divert, [low, high]: [f64; 2]) -> Phase {
+        if !divert.is_needed() {
+            return self.vertical(name, divert.to, [low, high]);
+        }
+        let [_, angle, _, forward, _] = VerticalPlaneThrust::STATES;
+        let model = self.in_plane_of(divert);
         let [radius, upward, mass] = self.vertical_states([low, high]);
-        Phase::new(name, self.plumb())
+        let [tilt, part] = VerticalPlaneThrust::CONTROLS;
+        // Neither is shared with a divert that follows: it counts from its own start, on its own course.
+        let own = |mut s: State| {
+            s.variable.name = format!("{} of {name}", s.variable.name);
+            s
+        };
+        Phase::new(name, model)
+            .states([
+                radius.ends_at(low),
+                own(self.angle(angle).within(-divert.angle, 2.0 * divert.angle))
+                    .starts_at(0.0)
+                    .ends_at(divert.angle),
+                upward,
+                own(self.speed(forward)).starts_at(0.0).ends_at(0.0),
+                mass,
+            ])
+            .controls([
+                Variable::new(tilt.name, tilt.unit).within(-divert.tilt, divert.tilt),
+                Variable::new(part.name, part.unit).within(0.0, 1.0),
+            ])
+            .initial_time(self.times())
+            .final_time(self.times())
+            .duration(Bounds::at_least(SHORTEST_S))
+    }
+
+    /// Vertical flight above a place, from one distance from the centre down to another.
+    pub(super) fn vertical(&self, name: &str, place: [f64; 2], [low, high]: [f64; 2]) -> Phase {
+        let [radius, upward, mass] = self.vertical_states([low, high]);
+        Phase::new(name, self.plumb(place))
             .states([radius.ends_at(low), upward, mass])
             .controls([self.throttle()])
             .initial_time(self.times())
@@ -151,9 +193,9 @@ impl Lander {
             .duration(Bounds::at_least(SHORTEST_S))
     }
 
-    /// Rest above the site for the time of hover.
-    pub(super) fn hovering(&self, radius: f64) -> Phase {
-        Phase::new(HOVER, Hovering(self.plumb()))
+    /// Rest above a place for the time of hover.
+    pub(super) fn hovering(&self, place: [f64; 2], radius: f64) -> Phase {
+        Phase::new(HOVER, Hovering(self.plumb(place)))
             .states(self.vertical_states([radius; 2]))
             .initial_time(self.times())
             .final_time(self.times())
@@ -222,9 +264,24 @@ impl Lander {
         phase
     }
 
+    /// Fixes the final velocity: upwards, to the east (in the plane not used) and to the north (in the plane forward).
+    fn ends_with_velocity(&self, mut phase: Phase, [up, east, north]: [f64; 3]) -> Phase {
+        let (upward, across) = self.speeds();
+        let across = across.iter().zip(if across.len() > 1 { [east, north] } else { [north, east] });
+        for (q, value) in [(&upward, up)].into_iter().chain(across) {
+            if let Some(s) = phase.states.iter_mut().find(|s| s.variable.name == q.name) {
+                s.terminal = Bounds::fixed(value);
+            }
+        }
+        phase
+    }
+
     /// The main braking ends at its gate: the altitude, and what the direction fixes of the velocity.
     pub(super) fn ending_at_gate(&self, mut phase: Phase) -> Phase {
         phase.states[0].terminal = Bounds::fixed(self.gate_radius);
+        if let Some(velocity) = self.gate_velocity {
+            return self.ends_with_velocity(phase, velocity);
+        }
         let (up, across) = match self.gate_direction {
             _ if self.gate_speed == 0.0 => (Some(0.0), Some(0.0)),
             GateDirection::Free => (None, None),
@@ -244,7 +301,8 @@ impl Lander {
             .scaled_by(1e3);
         let speed = |q: &Quantity| At::FinalState(BRAKING, q.name);
         match (self.gate_direction, across) {
-            _ if self.gate_speed == 0.0 => ocp,
+            // All components are fixed.
+            _ if self.gate_speed == 0.0 || self.gate_velocity.is_some() => ocp,
             (GateDirection::Free, [along]) => {
                 ocp.constrain("gate", [row], [speed(&upward), speed(along)], SquaredSpeed)
             }

@@ -1,6 +1,6 @@
 //! Scalars and curves of a landing.
 
-use apsides_dynamics::frames::Local;
+use apsides_dynamics::great_circle::central_angle;
 use apsides_ocp::{PhaseTrajectory, Trajectory};
 
 use super::lander::{Lander, Motion};
@@ -54,12 +54,6 @@ pub(super) fn braking(lander: &Lander, t: &Trajectory) -> Scalars {
     results
 }
 
-/// Angle at the centre between two places of longitude and latitude, rad.
-fn central_angle(from: [f64; 2], to: [f64; 2]) -> f64 {
-    let [from, to] = [from, to].map(|[longitude, latitude]| Local::at(longitude, latitude).up);
-    from.iter().zip(to).map(|(a, b)| a * b).sum::<f64>().clamp(-1.0, 1.0).acos()
-}
-
 /// Of the whole landing: those of the braking, and of each phase its time and propellant.
 pub(super) fn landing(lander: &Lander, t: &Trajectory) -> Scalars {
     let Some(first) = t.phases.first() else { return Scalars::new() };
@@ -76,9 +70,17 @@ pub(super) fn landing(lander: &Lander, t: &Trajectory) -> Scalars {
         results.insert("flight_time_s".into(), last.final_time);
         results.insert("final_mass_kg".into(), end);
         results.insert("propellant_kg".into(), lander.initial_mass - end);
+        for (name, divert) in [("coarse", &lander.coarse_divert), ("fine", &lander.fine_divert)] {
+            if divert.is_needed() {
+                let way = divert.angle * lander.body.radius;
+                results.insert(format!("{name}_divert_m"), way);
+                results.insert(format!("{name}_divert_course_deg"), divert.course.to_degrees());
+                results.insert(format!("{name}_site_rise_m"), divert.rise);
+            }
+        }
         // Free fall from the cut-off.
-        let fall =
-            lander.body.gravitational_parameter * (lander.body.radius.recip() - lander.cutoff_radius.recip());
+        let ground = lander.body.radius + lander.coarse_divert.rise + lander.fine_divert.rise;
+        let fall = lander.body.gravitational_parameter * (ground.recip() - lander.cutoff_radius.recip());
         results.insert("touchdown_speed_m_s".into(), (2.0 * fall).sqrt());
     }
     results
@@ -87,6 +89,20 @@ pub(super) fn landing(lander: &Lander, t: &Trajectory) -> Scalars {
 /// Into -180 to 180.
 fn wrapped(degrees: f64) -> f64 {
     degrees - 360.0 * (degrees / 360.0).round()
+}
+
+impl Lander {
+    /// Throttle along a phase; at rest there is none.
+    fn throttle_at(&self, p: &PhaseTrajectory, time: f64) -> f64 {
+        match p.control_at(time)[..] {
+            // Tilt and thrust part of a divert.
+            [tilt, part] if self.motion == Motion::Space => {
+                self.in_plane_of(&self.coarse_divert).throttle(tilt, part)
+            }
+            [.., throttle] => throttle,
+            [] => f64::NAN,
+        }
+    }
 }
 
 /// Altitude over the way on the ground, and the thrust over time.
@@ -113,7 +129,7 @@ pub(super) fn curves(lander: &Lander, t: &Trajectory) -> Vec<Curve> {
     };
     let thrust = |p: &PhaseTrajectory| {
         let point = |time: f64| {
-            let throttle = p.control_at(time).last().copied().unwrap_or(f64::NAN);
+            let throttle = lander.throttle_at(p, time);
             [time, throttle * lander.descent.engine.thrust]
         };
         (p.name.clone(), times(p).into_iter().map(point).collect())

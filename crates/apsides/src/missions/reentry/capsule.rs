@@ -2,8 +2,9 @@
 
 use apsides_dynamics::aerodynamics::{Aerodynamics, EntryVehicle, MachTable};
 use apsides_dynamics::atmosphere::{Atmosphere, Exponential, Gas};
-use apsides_dynamics::entry::{EntryFlight, Heading, great_circle_angle, initial_course};
+use apsides_dynamics::entry::{EntryFlight, Heading};
 use apsides_dynamics::equinoctial::EARTH_J2;
+use apsides_dynamics::great_circle::{central_angle, initial_course};
 use apsides_dynamics::heating::HeatingLaw;
 use apsides_dynamics::planet::{MARS_J2, Planet};
 use apsides_dynamics::{Body, DynamicsError};
@@ -104,7 +105,7 @@ impl Capsule {
 
     /// Great-circle distance (m) over the surface from a place, as longitude and latitude, to the target.
     pub(super) fn distance_to_target(&self, from: [f64; 2]) -> f64 {
-        great_circle_angle(from, self.target) * self.flight.planet.body.radius
+        central_angle(from, self.target) * self.flight.planet.body.radius
     }
 
     /// The loads that are reported.

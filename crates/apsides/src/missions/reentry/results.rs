@@ -3,7 +3,8 @@
 use std::collections::BTreeMap;
 
 use apsides_ad::PathFunction;
-use apsides_dynamics::entry::{Banked, great_circle_angle, initial_course};
+use apsides_dynamics::entry::Banked;
+use apsides_dynamics::great_circle::{central_angle, initial_course};
 use apsides_ocp::{PhaseTrajectory, Trajectory};
 
 use super::capsule::Capsule;
@@ -125,7 +126,7 @@ pub(super) fn results(capsule: &Capsule, t: &Trajectory) -> BTreeMap<String, f64
         put(format!("peak_{name}_speed_m_s"), x[3]);
     }
     let (from, to) = ([start[1], start[2]], [end[1], end[2]]);
-    let angle = great_circle_angle(from, to);
+    let angle = central_angle(from, to);
     // Against the great circle of the velocity at entry.
     let off = initial_course(from, to) - capsule.flight.heading.of_course(start[5]);
     put("range_km".into(), angle * radius_km);

@@ -1,0 +1,127 @@
+//! A landing against the maps that its sites were chosen on: clearance along the path, thresholds at the sites, rest on the four pads.
+
+use apsides_dynamics::great_circle::{central_angle, initial_course};
+use apsides_ocp::{PhaseTrajectory, Trajectory};
+use apsides_terrain::contact::Ground;
+use apsides_terrain::hazard::Layer;
+use apsides_verify::{Check, CheckKind};
+
+use super::decisions::lander as lander_on_pads;
+use super::lander::{Divert, Lander};
+use super::phases::{ADJUSTMENT, AVOIDANCE, DESCENT, FINE_AVOIDANCE};
+use crate::key::Values;
+use crate::site_selection::{SiteSelection, steepest};
+
+/// Samples of a phase for the clearance of its path.
+const SAMPLES: usize = 400;
+/// Where the engine is cut off the path comes this near to the altitude of the cut-off: rough ground below the pads, by the height.
+const CUTOFF_PART: f64 = 0.5;
+
+/// Checks of the certificate.
+pub(super) fn of(v: &Values, sites: &[SiteSelection], t: &Trajectory) -> Vec<Check> {
+    let Ok(lander) = Lander::of_landing(v) else { return Vec::new() };
+    let mut checks = Vec::new();
+    for site in sites {
+        let Ok(ground) = Ground::new(&site.map) else { continue };
+        let fine = site.name == "fine";
+        let (divert, phases): (_, &[&str]) = if fine {
+            (&lander.fine_divert, &[FINE_AVOIDANCE, DESCENT])
+        } else {
+            (&lander.coarse_divert, &[ADJUSTMENT, AVOIDANCE])
+        };
+        let low = if fine { lander.cutoff_radius } else { lander.hover_radius };
+        let base = lander.body.radius + if fine { lander.coarse_divert.rise } else { 0.0 };
+        let required = CUTOFF_PART * (low - base - divert.rise);
+        checks.extend(path_clearance(&lander, site, &ground, divert, base, phases, required, t));
+        checks.extend(thresholds(site));
+        let pads = lander_on_pads(v, site.hazards.criteria());
+        let tilt = steepest(&ground, &pads, site.site().site.position_m).ok().flatten();
+        let most = site.hazards.criteria().footpad_slope_max_deg.unwrap_or(90.0);
+        checks.push(Check::new(
+            format!("{} site: tilt at rest on four pads", site.name),
+            CheckKind::Feasibility,
+            tilt.map_or(f64::NAN, f64::to_degrees),
+            most,
+            "deg",
+            "steepest of 18 headings",
+        ));
+    }
+    checks
+}
+
+/// Thresholds of the criteria at a site.
+fn thresholds(selection: &SiteSelection) -> Vec<Check> {
+    let (site, criteria) = (&selection.site().site, selection.hazards.criteria());
+    let at = format!("row {}, column {} of the {} map", site.row, site.col, selection.name);
+    let check = |what: &str, value: f64, limit: f64, unit: &str| {
+        let name = format!("{} site: {what}", selection.name);
+        Check::new(name, CheckKind::Feasibility, value, limit, unit, at.clone())
+    };
+    let layers = site.layers.iter().filter_map(|(layer, value)| {
+        let limit = criteria.limit(*layer).filter(|_| *layer != Layer::BellyClearance)?;
+        let angle = layer.is_angle();
+        let (value, limit) = if angle { (value.to_degrees(), limit.to_degrees()) } else { (*value, limit) };
+        Some(check(layer.name(), value.abs(), limit, if angle { "deg" } else { "m" }))
+    });
+    let lacking = (criteria.clearance_min_m - site.clearance_m).max(0.0);
+    layers.chain([check("clearance lacking", lacking, 0.0, "m")]).collect()
+}
+
+/// How much of a required height above the ground is lacking along the path; none where it is never above the map.
+fn path_clearance(
+    lander: &Lander,
+    site: &SiteSelection,
+    ground: &Ground,
+    divert: &Divert,
+    base: f64,
+    phases: &[&str],
+    required: f64,
+    t: &Trajectory,
+) -> Option<Check> {
+    let geometry = site.map.geometry();
+    let [row, col] = site.below;
+    let [east, north] = geometry.position(row as f64, col as f64);
+    let level = site.map.height(row, col)?;
+    let mut least: Option<(f64, String)> = None;
+    for p in t.phases.iter().filter(|p| phases.contains(&p.name.as_str())) {
+        let times: Vec<f64> = (0..=SAMPLES).map(|k| p.time_at(k as f64 / SAMPLES as f64)).collect();
+        let point = |time: f64| {
+            let (radius, [x, y]) = position(lander, p, divert, time);
+            [east + x, north + y, level + radius - base]
+        };
+        // A path leaves the map sideways only above where it is watched.
+        let points: Vec<[f64; 3]> = times.iter().map(|t| point(*t)).collect();
+        let inside =
+            points.iter().position(|p| ground.height([p[0], p[1]]).is_some()).unwrap_or(points.len());
+        let Some(clearance) = ground.path_clearance(&points[inside..]) else {
+            if inside < points.len() {
+                least = Some((f64::NAN, format!("phase `{}`: above a gap or beside the map", p.name)));
+            }
+            continue;
+        };
+        if least.as_ref().is_none_or(|(l, _)| clearance.height < *l) {
+            let at = format!(
+                "phase `{}`: {:.2} m above ground, {required:.2} m asked for",
+                p.name, clearance.height
+            );
+            least = Some((clearance.height, at));
+        }
+    }
+    let (height, at) = least?;
+    let name = format!("{} map: height above the ground that is lacking", site.name);
+    Some(Check::new(name, CheckKind::Feasibility, (required - height).max(0.0), 0.0, "m", at))
+}
+
+/// Distance from the centre, and the way east and north of where a divert starts, m.
+fn position(lander: &Lander, p: &PhaseTrajectory, divert: &Divert, time: f64) -> (f64, [f64; 2]) {
+    let x = p.state_at(time);
+    let (course, angle) = match x.len() {
+        7 => (initial_course(divert.from, [x[1], x[2]]), central_angle(divert.from, [x[1], x[2]])),
+        5 => (divert.course, x[1]),
+        // Above the end of the divert, or its start where it has no length.
+        _ => (divert.course, divert.angle),
+    };
+    let (sin, cos) = course.sin_cos();
+    let way = angle * lander.body.radius;
+    (x[0], [way * sin, way * cos])
+}
