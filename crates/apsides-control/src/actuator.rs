@@ -1,12 +1,13 @@
 //! Actuators that follow a command within travel, rate and acceleration, late and with play; two masses on one rim.
 //!
 //! The state advances once per control step `T`. The position that is given back is that at the end of the step; the plant holds it over the
-//! step. With an acceleration limit `a` the speed is the largest from which the drive stops at the target in whole steps,
-//! `v^2 / (2 a) + v T / 2 <= distance`, so that it neither overshoots a resting command nor leaves its travel.
+//! step. With an acceleration limit `a` the speed is the largest from which the drive stops at the target in whole steps: with
+//! `D = distance / (a T^2)` and `n` the whole part of `(sqrt(1 + 8 D) - 1) / 2` it is `a T (D / (n + 1) + n / 2)`. So the drive neither
+//! overshoots a resting command nor leaves its travel.
 
 use std::f64::consts::TAU;
 
-use crate::error::{ControlError, finite, limit, not_negative, ordered, positive};
+use crate::error::{ControlError, finite, limit, not_negative, ordered, positive, steps_of};
 
 /// Settings of an actuator; lengths in m, or rad of one that turns.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -83,8 +84,7 @@ impl Actuator {
                 allowed: "within its travel",
             });
         }
-        // A ratio that is whole but for round-off is that whole number.
-        let steps = (settings.delay / control_step * (1.0 - 1e-9)).ceil() as usize;
+        let steps = steps_of("delay of the actuator in s", settings.delay, control_step)?;
         Ok(Self {
             settings,
             step: control_step,
@@ -157,12 +157,12 @@ impl Actuator {
             return magnitude.copysign(distance);
         }
         let change = acceleration * self.step;
-        // Root of v^2 / (2 a) + v T / 2 = distance, without cancellation.
-        let reach = 2.0 * acceleration * distance.abs();
-        let half = 0.5 * change;
-        let stopping = reach / (half + (half * half + reach).sqrt());
+        // Largest speed from which the drive stops in whole steps: n T a below it in n steps, and the rest of the way in one.
+        let ways = distance.abs() / (change * self.step);
+        let n = (0.5 * ((1.0 + 8.0 * ways).sqrt() - 1.0)).floor();
+        let stopping = change * (ways / (n + 1.0) + 0.5 * n);
         if stopping.is_finite() {
-            magnitude = magnitude.min(stopping.max(0.0));
+            magnitude = magnitude.min(stopping);
         }
         magnitude.copysign(distance).clamp(self.speed - change, self.speed + change)
     }
@@ -252,6 +252,7 @@ impl RimPair {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use proptest::prelude::*;
 
     /// Sums of some hundred steps.
     const ROUNDING: f64 = 1e-12;
@@ -391,7 +392,7 @@ mod tests {
         assert!(actuator(|s| s.travel = [0.5, -0.5]).is_err());
         assert!(actuator(|s| s.rate = 0.0).is_err());
         assert!(actuator(|s| s.acceleration = f64::NAN).is_err());
-        assert!(actuator(|s| s.delay = -1.0).is_err());
+        assert!(actuator(|s| s.delay = -1.0).is_err() && actuator(|s| s.delay = 1e300).is_err());
         assert!(actuator(|s| s.backlash = -1.0).is_err());
         assert!(actuator(|s| (s.travel, s.start) = ([0.0, 1.0], 2.0)).is_err());
         assert!(Actuator::new(ActuatorSettings::default(), 0.0).is_err());
@@ -401,5 +402,37 @@ mod tests {
         let before = masses.clone();
         assert!(masses.advance(&[f64::NAN, 0.0])[1].is_nan());
         assert_eq!(masses, before);
+    }
+
+    proptest! {
+        #![proptest_config(ProptestConfig::with_cases(64))]
+
+        #[test]
+        fn limits_hold_under_any_commands(
+            commands in proptest::collection::vec(-3.0..3.0_f64, 1..200),
+            rate in 0.01..20.0_f64,
+            acceleration in 0.01..50.0_f64,
+            backlash in 0.0..0.5_f64,
+        ) {
+            let settings = ActuatorSettings {
+                travel: [-1.0, 0.7],
+                rate,
+                acceleration,
+                backlash,
+                delay: 0.2,
+                start: 0.1,
+            };
+            let mut limited = Actuator::new(settings, 0.1).unwrap();
+            let (mut position, mut speed) = (0.1, 0.0);
+            for command in commands {
+                limited.advance(command);
+                prop_assert!((-1.0..=0.7).contains(&limited.drive) && (-1.0..=0.7).contains(&limited.load));
+                prop_assert!((limited.drive - limited.load).abs() <= 0.5 * backlash + ROUNDING);
+                let moved = (limited.drive - position) / 0.1;
+                prop_assert!((moved - limited.speed()).abs() <= ROUNDING && moved.abs() <= rate + ROUNDING);
+                prop_assert!((moved - speed).abs() <= 0.1 * acceleration + ROUNDING);
+                (position, speed) = (limited.drive, moved);
+            }
+        }
     }
 }

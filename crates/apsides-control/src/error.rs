@@ -48,6 +48,12 @@ pub enum ControlError {
         /// The matrix.
         what: &'static str,
     },
+    /// Eigenvalues that an iteration does not find.
+    #[error("the eigenvalues of {what} do not converge")]
+    Eigenvalues {
+        /// The matrix.
+        what: &'static str,
+    },
     /// A request that the integrator refuses.
     #[error("integrator: {0}")]
     Integrator(#[from] apsides_ode::OdeError),
@@ -56,6 +62,19 @@ pub enum ControlError {
 /// Passes a finite number on.
 pub(crate) fn finite(what: &'static str, value: f64) -> Result<f64, ControlError> {
     within(what, value, "a finite number", true)
+}
+
+/// Most control steps of a delay: each is a place in memory.
+const MAX_WAITING: usize = 1_000_000;
+
+/// Control steps of a time (s): the least whole number that is not shorter, but for round-off.
+pub(crate) fn steps_of(what: &'static str, time: f64, control_step: f64) -> Result<usize, ControlError> {
+    let steps = (time / control_step * (1.0 - 1e-9)).ceil() as usize;
+    if steps <= MAX_WAITING {
+        Ok(steps)
+    } else {
+        Err(ControlError::Parameter { what, value: time, allowed: "at most a million control steps" })
+    }
 }
 
 /// Passes a finite number above zero on.

@@ -1,13 +1,16 @@
 //! Linear plants `dx' = A dx + B du` of equations of motion at a state, with exact derivatives.
 
 use apsides_ad::{Dual, Dynamics, VectorFunction};
-use nalgebra::DMatrix;
+use nalgebra::linalg::balancing::balance_parlett_reinsch;
+use nalgebra::{DMatrix, Schur};
 
 use crate::error::{ControlError, positive};
 use crate::matrix::{finite, from_rows, held_input, to_rows};
 
 /// Directions that one evaluation differentiates along.
 const LANES: usize = 4;
+/// Most iterations for the eigenvalues of a small matrix.
+const MAX_ITERATIONS: usize = 10_000;
 
 /// A linear plant of `NX` states and `NU` controls; continuous, or of one sample where it comes from [`Plant::sampled`].
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -27,7 +30,7 @@ impl<const NX: usize, const NU: usize> Plant<NX, NU> {
         positive("sample time in s", sample_time)?;
         let a = finite("state matrix of the plant", from_rows(&self.a))?;
         let b = finite("control matrix of the plant", from_rows(&self.b))?;
-        let (a, b) = held_input(&a, &b, sample_time);
+        let (a, b) = held_input(&a, &b, sample_time)?;
         Ok(Self { a: to_rows(&a), b: to_rows(&b) })
     }
 
@@ -46,8 +49,10 @@ impl<const NX: usize, const NU: usize> Plant<NX, NU> {
     }
 
     /// Eigenvalues of `A`, in the order of [`eigenvalues`].
-    #[must_use]
-    pub fn eigenvalues(&self) -> Vec<Eigenvalue> {
+    ///
+    /// # Errors
+    /// As [`eigenvalues`].
+    pub fn eigenvalues(&self) -> Result<Vec<Eigenvalue>, ControlError> {
         eigenvalues(&self.a)
     }
 }
@@ -122,21 +127,26 @@ impl Eigenvalue {
     }
 }
 
-/// Eigenvalues of a matrix, by real part, then by imaginary part; empty where an entry is not finite.
-#[must_use]
-pub fn eigenvalues<const N: usize>(a: &[[f64; N]; N]) -> Vec<Eigenvalue> {
-    eigenvalues_of(&from_rows(a))
+/// Eigenvalues of a matrix, by real part, then by imaginary part.
+///
+/// # Errors
+/// [`ControlError::Parameter`] where an entry is not finite, [`ControlError::Eigenvalues`] where the iteration does not converge.
+pub fn eigenvalues<const N: usize>(a: &[[f64; N]; N]) -> Result<Vec<Eigenvalue>, ControlError> {
+    eigenvalues_of("a matrix", &from_rows(a))
 }
 
 /// See [`eigenvalues`].
-pub(crate) fn eigenvalues_of(a: &DMatrix<f64>) -> Vec<Eigenvalue> {
-    if a.is_empty() || a.iter().any(|v| !v.is_finite()) {
-        return Vec::new();
+pub(crate) fn eigenvalues_of(what: &'static str, a: &DMatrix<f64>) -> Result<Vec<Eigenvalue>, ControlError> {
+    let mut balanced = finite(what, a.clone())?;
+    if balanced.is_empty() {
+        return Ok(Vec::new());
     }
-    let values = a.complex_eigenvalues();
+    balance_parlett_reinsch(&mut balanced);
+    let schur = Schur::try_new(balanced, f64::EPSILON, MAX_ITERATIONS);
+    let values = schur.ok_or(ControlError::Eigenvalues { what })?.complex_eigenvalues();
     let mut values: Vec<_> = values.iter().map(|c| Eigenvalue { re: c.re, im: c.im }).collect();
     values.sort_by(|p, q| p.re.total_cmp(&q.re).then(p.im.total_cmp(&q.im)));
-    values
+    Ok(values)
 }
 
 #[cfg(test)]
@@ -172,11 +182,14 @@ mod tests {
     fn modes_of_an_oscillator() {
         let plant = linearise(&Pendulum, 0.0, &[0.0; 3], &[0.0; 2]).reduced([0, 1]).unwrap();
         // s^2 + 0.4 s + 4: frequency 2, damping 0.1.
-        for mode in plant.eigenvalues() {
+        for mode in plant.eigenvalues().unwrap() {
             assert!((mode.frequency() - 2.0).abs() < ROUNDING);
             assert!((mode.damping() - 0.1).abs() < ROUNDING);
         }
-        assert!(eigenvalues(&[[f64::NAN]]).is_empty());
+        assert!(eigenvalues(&[[f64::NAN]]).is_err());
+        // Scales that differ by ten orders.
+        let found = eigenvalues(&[[1.0, 1e10], [1e-10, 1.0]]).unwrap();
+        assert!(found[0].re.abs() < ROUNDING && (found[1].re - 2.0).abs() < ROUNDING);
     }
 
     #[test]

@@ -9,14 +9,16 @@
 //! (1987) 267), the discrete one by doubling (E. K.-W. Chu, H.-Y. Fan, W.-W. Lin, C.-S. Wang, *Int. J. Control* 77 (2004) 767,
 //! doi 10.1080/00207170410001714988). Both are refined until the residual is that of round-off, and refused where it stays large.
 
-use nalgebra::DMatrix;
+use nalgebra::{DMatrix, SVD, SymmetricEigen};
 
 use crate::error::ControlError;
-use crate::linear::Plant;
+use crate::linear::{Plant, eigenvalues_of};
 use crate::matrix::{finite, from_rows, inverse, symmetric, to_rows};
 
 /// Most iterations of the sign function and of doubling; both converge quadratically.
 const MAX_ITERATIONS: usize = 100;
+/// Most iterations of a decomposition.
+const MAX_DECOMPOSITION: usize = 10_000;
 /// Relative change at which an iteration has converged.
 const CONVERGED: f64 = 1e-14;
 /// Largest residual of a Riccati equation relative to its terms.
@@ -75,11 +77,9 @@ pub fn lqr<const NX: usize, const NU: usize>(
     left.view_mut((n, 0), (n, n)).copy_from(&(sign.view((n, n), (n, n)) + DMatrix::identity(n, n)));
     right.view_mut((0, 0), (n, n)).copy_from(&-(sign.view((0, 0), (n, n)) + DMatrix::identity(n, n)));
     right.view_mut((n, 0), (n, n)).copy_from(&-sign.view((n, 0), (n, n)));
-    let svd = left.svd(true, true);
-    let mut x = symmetric(
-        &svd.solve(&right, f64::EPSILON)
-            .map_err(|_| ControlError::Riccati { reason: "the stable subspace has no graph" })?,
-    );
+    const NO_GRAPH: ControlError = ControlError::Riccati { reason: "the stable subspace has no graph" };
+    let svd = SVD::try_new(left, true, true, f64::EPSILON, MAX_DECOMPOSITION).ok_or(NO_GRAPH)?;
+    let mut x = symmetric(&svd.solve(&right, f64::EPSILON).map_err(|_| NO_GRAPH)?);
     let residual = |x: &DMatrix<f64>| a.transpose() * x + x * &a - x * &g * x + &q;
     // One step of Newton's method (D. L. Kleinman, 1968) removes what the sign function lost.
     if let Some(step) = lyapunov(&(&a - &g * &x), &residual(&x)) {
@@ -91,7 +91,8 @@ pub fn lqr<const NX: usize, const NU: usize>(
     let size = 2.0 * (&a.transpose() * &x).norm() + (&x * &g * &x).norm() + q.norm();
     accept(residual(&x).norm(), size)?;
     let gain = inverse("control cost", r)? * b.transpose() * &x;
-    require_stable(crate::linear::eigenvalues_of(&(a - b * &gain)).iter().all(|e| e.re < 0.0))?;
+    let poles = eigenvalues_of("the closed loop", &(a - b * &gain))?;
+    require_stable(poles.iter().all(|e| e.re < 0.0))?;
     Ok(Regulator { gain: to_rows(&gain), cost: to_rows(&x) })
 }
 
@@ -129,7 +130,8 @@ pub fn lqr_discrete<const NX: usize, const NU: usize>(
     let closed = &a - &b * &gain;
     let residual = closed.transpose() * &x * &closed + gain.transpose() * &r * &gain + &q - &x;
     accept(residual.norm(), x.norm() + q.norm())?;
-    require_stable(crate::linear::eigenvalues_of(&closed).iter().all(|e| e.re.hypot(e.im) < 1.0))?;
+    let poles = eigenvalues_of("the closed loop", &closed)?;
+    require_stable(poles.iter().all(|e| e.frequency() < 1.0))?;
     Ok(Regulator { gain: to_rows(&gain), cost: to_rows(&x) })
 }
 
@@ -156,8 +158,10 @@ impl Data {
         if q != q.transpose() || r != r.transpose() {
             return Err(ControlError::Riccati { reason: "a cost is not symmetric" });
         }
-        let least = q.clone().symmetric_eigenvalues().min();
-        if least < -1e-12 * q.norm() {
+        let spectrum = SymmetricEigen::try_new(q.clone(), f64::EPSILON, MAX_DECOMPOSITION)
+            .ok_or(ControlError::Eigenvalues { what: "the state cost" })?;
+        // Round-off of a semidefinite matrix.
+        if spectrum.eigenvalues.min() < -1e-12 * q.norm() {
             return Err(ControlError::Riccati { reason: "the state cost is not positive semidefinite" });
         }
         let Some(factor) = r.clone().cholesky() else {

@@ -129,9 +129,9 @@ impl LoopAnalysis {
     /// The margins.
     ///
     /// # Errors
-    /// [`ControlError::Singular`] where the closed loop has no solution.
+    /// As [`StateSpace::closed`] and [`StateSpace::is_stable`].
     pub fn margins(&self) -> Result<Margins, ControlError> {
-        let stable = self.system.closed(1.0)?.is_stable();
+        let stable = self.system.closed(1.0)?.is_stable()?;
         let mut margins = Margins { stable, gain: None, gain_reduction: None, phase: None, delay: None };
         let mut before = (self.frequency(0), self.at(self.frequency(0)));
         for k in 1..self.points {

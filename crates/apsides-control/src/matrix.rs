@@ -34,11 +34,15 @@ pub(crate) fn symmetric(m: &DMatrix<f64>) -> DMatrix<f64> {
 
 /// Transition over `time` with the input held: `(exp(A t), integral of exp(A s) B ds)`, both from the exponential of one block matrix
 /// (C. F. Van Loan, *IEEE Trans. Autom. Control* 23 (1978) 395, doi 10.1109/TAC.1978.1101743).
-pub(crate) fn held_input(a: &DMatrix<f64>, b: &DMatrix<f64>, time: f64) -> (DMatrix<f64>, DMatrix<f64>) {
+pub(crate) fn held_input(
+    a: &DMatrix<f64>,
+    b: &DMatrix<f64>,
+    time: f64,
+) -> Result<(DMatrix<f64>, DMatrix<f64>), ControlError> {
     let (n, m) = (a.nrows(), b.ncols());
     let mut block = DMatrix::zeros(n + m, n + m);
     block.view_mut((0, 0), (n, n)).copy_from(&(a * time));
     block.view_mut((0, n), (n, m)).copy_from(&(b * time));
-    let e = block.exp();
-    (e.view((0, 0), (n, n)).into_owned(), e.view((0, n), (n, m)).into_owned())
+    let e = finite("transition over a sample", finite("a plant times its sample time", block)?.exp())?;
+    Ok((e.view((0, 0), (n, n)).into_owned(), e.view((0, n), (n, m)).into_owned()))
 }

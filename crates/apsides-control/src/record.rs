@@ -1,5 +1,7 @@
 //! Records of a run, and statistics of a signal while another one is in a window.
 
+use crate::error::ControlError;
+
 /// A moment of a run: a control step, or its end.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Sample<const NX: usize, const NU: usize> {
@@ -34,10 +36,12 @@ impl<const NX: usize, const NU: usize> Recording<NX, NU> {
     }
 
     /// Empties the record and makes room for a run of so many control steps.
-    pub(crate) fn prepare(&mut self, steps: usize) {
+    pub(crate) fn prepare(&mut self, steps: usize) -> Result<(), ControlError> {
         self.samples.clear();
-        let wanted = steps.checked_div(self.interval).unwrap_or(0) + 2;
-        self.samples.reserve(wanted);
+        let expected = steps.checked_div(self.interval).unwrap_or(0) + 2;
+        let found = self.samples.capacity();
+        let what = "samples of a record that memory has room for";
+        self.samples.try_reserve(expected).map_err(|_| ControlError::Dimension { what, expected, found })
     }
 
     /// Whether control step number `step` is kept.

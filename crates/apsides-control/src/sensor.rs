@@ -4,7 +4,7 @@ use rand_distr::{Distribution, StandardNormal};
 use rand_xoshiro::Xoshiro256PlusPlus;
 use rand_xoshiro::rand_core::SeedableRng;
 
-use crate::error::{ControlError, finite, not_negative, positive};
+use crate::error::{ControlError, finite, not_negative, positive, steps_of};
 
 /// Settings of a sensor of `N` quantities.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -30,11 +30,11 @@ impl<const N: usize> Default for SensorSettings<N> {
 /// Control steps of a time (s), for the interval and the delay of a sensor: the least whole number that is not shorter.
 ///
 /// # Errors
-/// [`ControlError::Parameter`] where the time is negative or the control step not positive.
+/// [`ControlError::Parameter`] where the time is negative, above a million control steps, or the control step not positive.
 pub fn control_steps(time: f64, control_step: f64) -> Result<usize, ControlError> {
     not_negative("time in s", time)?;
     positive("control step in s", control_step)?;
-    Ok((time / control_step * (1.0 - 1e-9)).ceil() as usize)
+    steps_of("time in s", time, control_step)
 }
 
 /// A sensor with its state.

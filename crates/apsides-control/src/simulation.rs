@@ -16,6 +16,9 @@ use crate::error::{ControlError, finite, positive};
 use crate::record::{Recording, Sample};
 use crate::sensor::Sensor;
 
+/// Most control steps of a run.
+const MAX_STEPS: f64 = 1e9;
+
 /// How a control step is integrated.
 #[derive(Clone, Debug)]
 pub enum Integration {
@@ -158,6 +161,14 @@ impl<'a, D: Dynamics<NX, NU>, const NX: usize, const NU: usize> Simulation<'a, D
     pub fn new(model: &'a D, settings: SimulationSettings<NX>) -> Result<Self, ControlError> {
         positive("control step in s", settings.control_step)?;
         positive("time limit in s", settings.time_limit)?;
+        if settings.time_limit / settings.control_step > MAX_STEPS {
+            let allowed = "at most a billion (1e9) control steps";
+            return Err(ControlError::Parameter {
+                what: "time limit in s",
+                value: settings.time_limit,
+                allowed,
+            });
+        }
         finite("start time in s", settings.start)?;
         positive("tolerance of the step check", settings.check_tolerance)?;
         for scale in settings.scales {
@@ -220,7 +231,7 @@ impl<'a, D: Dynamics<NX, NU>, const NX: usize, const NU: usize> Simulation<'a, D
     /// memory they have.
     ///
     /// # Errors
-    /// [`ControlError::Parameter`] where the state is not finite.
+    /// [`ControlError::Parameter`] where the state is not finite, [`ControlError::Dimension`] where memory has no room for the record.
     pub fn fly<C, A>(
         &self,
         state: &[f64; NX],
@@ -238,7 +249,7 @@ impl<'a, D: Dynamics<NX, NU>, const NX: usize, const NU: usize> Simulation<'a, D
         }
         let SimulationSettings { control_step, start, time_limit, .. } = self.settings;
         let steps = (time_limit / control_step * (1.0 - 1e-9)).ceil() as usize;
-        record.prepare(steps);
+        record.prepare(steps)?;
         let mut stepper = self.stepper()?;
         let mut x = *state;
         let mut values: Vec<f64> = self.stops.iter().map(|s| (s.function)(start, &x)).collect();

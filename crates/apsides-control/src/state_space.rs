@@ -10,6 +10,9 @@ use crate::linear::{Eigenvalue, Plant, eigenvalues_of};
 use crate::matrix::{finite, from_rows, held_input, inverse};
 use crate::pid::PidSettings;
 
+/// Longest delay in samples: each is a state.
+const MAX_WAITING: f64 = 1000.0;
+
 /// A linear system of any size.
 #[derive(Clone, Debug, PartialEq)]
 pub struct StateSpace {
@@ -137,7 +140,7 @@ impl StateSpace {
     /// also for a delay that is no multiple of the sample time.
     ///
     /// # Errors
-    /// [`ControlError::Parameter`] where the sample time is not positive or the delay negative, [`ControlError::Dimension`] where the
+    /// [`ControlError::Parameter`] where the sample time is not positive, the delay negative or above a thousand samples, [`ControlError::Dimension`] where the
     /// system is sampled already, or where inputs act on outputs at once and are delayed by part of a sample.
     pub fn sampled(&self, sample_time: f64, delay: f64) -> Result<Self, ControlError> {
         positive("sample time in s", sample_time)?;
@@ -153,9 +156,13 @@ impl StateSpace {
         let ratio = delay / sample_time;
         let whole = if (ratio - ratio.round()).abs() < 1e-9 { ratio.round() } else { ratio.floor() };
         let part = (delay - whole * sample_time).max(0.0);
+        if whole > MAX_WAITING {
+            let allowed = "at most 1000 sample times";
+            return Err(ControlError::Parameter { what: "delay in s", value: delay, allowed });
+        }
         let whole = whole as usize;
         let (late, early, a) = if part < 1e-9 * sample_time {
-            let (a, b) = held_input(&self.a, &self.b, sample_time);
+            let (a, b) = held_input(&self.a, &self.b, sample_time)?;
             (DMatrix::zeros(n, m), b, a)
         } else {
             if self.d.iter().any(|v| *v != 0.0) {
@@ -163,8 +170,8 @@ impl StateSpace {
                 return Err(ControlError::Dimension { what, expected: 0, found: 1 });
             }
             // The older input acts for `part`, the newer for the rest of the sample.
-            let (older, b0) = held_input(&self.a, &self.b, part);
-            let (newer, b1) = held_input(&self.a, &self.b, sample_time - part);
+            let (older, b0) = held_input(&self.a, &self.b, part)?;
+            let (newer, b1) = held_input(&self.a, &self.b, sample_time - part)?;
             (&newer * b0, b1, newer * older)
         };
         // Inputs on their way are states, the latest first: x+ = A x + early u(k - whole) + late u(k - whole - 1).
@@ -289,28 +296,32 @@ impl StateSpace {
     }
 
     /// Poles, by real part, then by imaginary part.
-    #[must_use]
-    pub fn poles(&self) -> Vec<Eigenvalue> {
-        eigenvalues_of(&self.a)
+    ///
+    /// # Errors
+    /// [`ControlError::Eigenvalues`] where their iteration does not converge.
+    pub fn poles(&self) -> Result<Vec<Eigenvalue>, ControlError> {
+        eigenvalues_of("the state matrix of a linear system", &self.a)
     }
 
     /// Whether all poles are in the open left half plane, or in the open unit disk.
-    #[must_use]
-    pub fn is_stable(&self) -> bool {
-        self.poles().iter().all(|p| match self.sample_time {
-            Some(_) => p.re.hypot(p.im) < 1.0,
+    ///
+    /// # Errors
+    /// As [`poles`](Self::poles).
+    pub fn is_stable(&self) -> Result<bool, ControlError> {
+        Ok(self.poles()?.iter().all(|p| match self.sample_time {
+            Some(_) => p.frequency() < 1.0,
             None => p.re < 0.0,
-        })
+        }))
     }
 
     /// Poles of the loop closed at each gain.
     ///
     /// # Errors
-    /// As [`closed`](Self::closed).
+    /// As [`closed`](Self::closed) and [`poles`](Self::poles).
     pub fn root_locus(&self, gains: &[f64]) -> Result<Vec<LocusPoint>, ControlError> {
         let mut locus: Vec<LocusPoint> = Vec::with_capacity(gains.len());
         for &gain in gains {
-            let mut poles = self.closed(gain)?.poles();
+            let mut poles = self.closed(gain)?.poles()?;
             if let Some(before) = locus.last() {
                 poles = in_the_order_of(&before.poles, poles);
             }

@@ -207,7 +207,7 @@ fn margins_say_when_a_run_diverges() {
         let plant: Plant<2, 1> = linearise(&Axis, 0.0, &[0.0; 2], &[0.0]);
         let plant = StateSpace::of_plant(&plant, &[[1.0, 0.0]]).unwrap().sampled(0.1, 0.1 + extra).unwrap();
         let open = plant.series(&StateSpace::of_pid(&settings).unwrap()).unwrap();
-        open.closed(1.0).unwrap().is_stable()
+        open.closed(1.0).unwrap().is_stable().unwrap()
     };
     assert!(late(0.98 * delay) && !late(1.02 * delay), "{delay}");
 }

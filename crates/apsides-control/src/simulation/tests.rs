@@ -262,6 +262,7 @@ fn refusals() {
     };
     refused(&|s| s.control_step = 0.0);
     refused(&|s| s.time_limit = f64::INFINITY);
+    refused(&|s| s.time_limit = 1e12);
     refused(&|s| s.start = f64::NAN);
     refused(&|s| s.check_tolerance = 0.0);
     refused(&|s| s.scales = [0.0]);
