@@ -186,6 +186,7 @@ impl<'a, D: Dynamics<NX, NU>, const NX: usize, const NU: usize> Simulation<'a, D
     }
 
     /// Ends runs where a function of time and state changes sign in this direction, such as altitude less that of a parachute.
+    /// It is looked at once per control step: a change that is undone within one is not seen.
     #[must_use]
     pub fn stop(
         mut self,
