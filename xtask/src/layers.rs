@@ -88,6 +88,7 @@ const OWNERS: &[(&str, &str)] = &[
     ("clap", "cli"),
     ("indicatif", "cli"),
     ("nalgebra", "shooting"),
+    ("nalgebra", "control"),
 ];
 
 /// Packages for development alone: heavy dependencies are free there.
