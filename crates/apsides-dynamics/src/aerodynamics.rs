@@ -7,9 +7,14 @@ use apsides_ad::Scalar;
 use crate::error::{finite, positive};
 use crate::{DynamicsError, Quantity};
 
+mod apollo;
+pub mod axisymmetric;
+pub mod mach_alpha;
 mod newtonian;
 mod table;
 
+pub use axisymmetric::{AirLoads, AxisymmetricAerodynamics, Damping, MachLaw};
+pub use mach_alpha::{AxisymmetricCoefficients, Interpolation, MachAlphaTable, RangeLeft};
 pub use newtonian::{Newtonian, stagnation_pressure_coefficient};
 pub use table::{AttackTable, MachTable};
 

@@ -39,6 +39,11 @@
 //! | [`frames`] | inertial, body-fixed and local axes |
 //! | [`atmosphere`] | exponential and standard atmospheres, tables |
 //! | [`aerodynamics`] | coefficients of lift and drag, vehicles of atmospheric entry |
+//! | [`aerodynamics::axisymmetric`] | forces and moments of axisymmetric bodies from tables over Mach number and angle of attack |
+//! | [`attitude`] | unit quaternions |
+//! | [`ellipsoid`] | the reference ellipsoid: geodetic coordinates, normal gravity |
+//! | [`rigid_body`] | flight of a rigid body in six degrees of freedom, over a plane or the rotating ellipsoid, in wind |
+//! | [`moving_mass`] | the same with two masses that move inside the body |
 //! | [`heating`] | laws of convective heating, temperature of the wall |
 //! | [`planet`] | bodies with rotation, oblateness and atmosphere |
 //! | [`entry`] | flight without thrust through the atmosphere of a rotating planet, loads |
@@ -48,9 +53,11 @@
 
 pub mod aerodynamics;
 pub mod atmosphere;
+pub mod attitude;
 pub mod body;
 pub mod cartesian;
 pub mod elements;
+pub mod ellipsoid;
 pub mod engine;
 pub mod entry;
 pub mod equinoctial;
@@ -60,19 +67,24 @@ pub mod gravity;
 pub mod great_circle;
 pub mod heating;
 pub mod kepler;
+pub mod moving_mass;
 pub mod planar;
 pub mod planet;
 pub mod powered_descent;
 pub mod quantity;
+pub mod rigid_body;
 pub mod transfer;
 
 pub use aerodynamics::{Aerodynamics, EntryVehicle};
 pub use atmosphere::Atmosphere;
 pub use body::Body;
+pub use ellipsoid::Ellipsoid;
 pub use engine::Engine;
 pub use error::DynamicsError;
 pub use gravity::GravityField;
 pub use heating::HeatingLaw;
+pub use moving_mass::MovingMassVehicle;
 pub use planet::Planet;
 pub use quantity::Quantity;
+pub use rigid_body::RigidBody;
 pub use transfer::{Hohmann, TransferPoint};

@@ -1,0 +1,344 @@
+//! Forces and moments on an axisymmetric body.
+
+use apsides_ad::vector::{cross, dot};
+use apsides_ad::{Outside, Pchip, Scalar};
+
+use super::mach_alpha::{AxisymmetricCoefficients, Interpolation, MachAlphaTable};
+use crate::DynamicsError;
+use crate::error::{finite, finite_column, increasing, positive, positive_column, short};
+
+/// A coefficient that depends on the Mach number alone.
+#[derive(Clone, Debug, PartialEq)]
+pub enum MachLaw {
+    /// The same at every Mach number.
+    Constant(f64),
+    /// Constant between Mach numbers at which it jumps; derivatives know nothing of the jumps.
+    Steps {
+        /// Mach numbers of the jumps, increasing.
+        at: Vec<f64>,
+        /// Values: below the first jump, from each jump on.
+        values: Vec<f64>,
+    },
+    /// A shape-preserving cubic, constant beyond its ends.
+    Table(Pchip),
+}
+
+impl MachLaw {
+    /// A law that jumps to `values[k + 1]` at `at[k]`, from `values[0]` below the first.
+    ///
+    /// # Errors
+    /// When the Mach numbers are not positive, finite and increasing or the values, one more, not finite.
+    pub fn steps(at: &[f64], values: &[f64]) -> Result<Self, DynamicsError> {
+        positive_column("Mach number of a jump", at, at.len())?;
+        if at.len() > 1 {
+            increasing("Mach number of a jump", at)?;
+        }
+        finite_column("coefficient between jumps", values, at.len() + 1)?;
+        Ok(Self::Steps { at: at.into(), values: values.into() })
+    }
+
+    /// A table over Mach numbers that increase, at least two.
+    ///
+    /// # Errors
+    /// When a number is not finite or a Mach number not above the one before it.
+    pub fn table(mach: &[f64], values: &[f64]) -> Result<Self, DynamicsError> {
+        increasing("Mach number", mach)?;
+        finite_column("coefficient", values, mach.len())?;
+        let table = Pchip::new(mach, values, Outside::Constant);
+        table.map(Self::Table).map_err(|_| short("Mach number", mach.len(), 2))
+    }
+
+    /// The coefficient at a Mach number.
+    #[inline]
+    pub fn at<S: Scalar>(&self, mach: S) -> S {
+        match self {
+            Self::Constant(value) => S::from(*value),
+            Self::Steps { at, values } => {
+                mach.map(|m| [values[at.iter().take_while(|jump| **jump <= m).count()], 0.0, 0.0])
+            }
+            Self::Table(table) => table.at(mach),
+        }
+    }
+}
+
+/// Damping of the rotation: coefficients of moment by the rate times the diameter over twice the airspeed.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Damping {
+    /// Of pitch and yaw alike; negative damps.
+    pub pitch: MachLaw,
+    /// Of roll; negative damps.
+    pub roll: MachLaw,
+}
+
+impl Damping {
+    /// The constants of polmes/aether: -0.25 in pitch; -0.02 in roll.
+    #[must_use]
+    pub fn constant() -> Self {
+        Self { pitch: MachLaw::Constant(-0.25), roll: MachLaw::Constant(-0.02) }
+    }
+
+    /// An assumed set that drives the oscillation between Mach 0.6 and 2.5: +0.20 there and -0.15 elsewhere in pitch; -0.02 in roll. Blunt
+    /// capsules are dynamically unstable below about Mach 2 (D. B. Owens and V. V. Aubuchon, NTRS 20110015371).
+    #[must_use]
+    pub fn unstable() -> Self {
+        let pitch = MachLaw::Steps { at: vec![0.6, 2.5], values: vec![-0.15, 0.20, -0.15] };
+        Self { pitch, roll: MachLaw::Constant(-0.02) }
+    }
+}
+
+/// Forces and moments on an axisymmetric body: a table of coefficients with its sizes and damping.
+///
+/// Body axes: x along the axis, towards the air at total angle of attack zero, y to the right, z downwards. With the airspeed components
+/// `u, v, w`, `r = sqrt(v^2 + w^2)`, the total angle of attack `eta = atan2(r, u)` and `Q = rho V^2 S / 2`:
+///
+/// ```text
+/// F = -Q (CA, CN v/r, CN w/r)
+/// M = Q D (Clp p D / 2V, Cm w/r + Cmq q D / 2V, -Cm v/r + Cmq r D / 2V)   about the origin of the axes
+/// ```
+///
+/// with `Cm = Cm_reference + (x / D) CN` at the origin, `x` ahead of the table's point of reference.
+#[derive(Clone, Debug, PartialEq)]
+pub struct AxisymmetricAerodynamics {
+    table: MachAlphaTable,
+    /// Diameter, m.
+    diameter: f64,
+    /// Reference area, m2.
+    area: f64,
+    /// Origin of the body axes ahead of the table's point of reference, diameters.
+    station: f64,
+    damping: Damping,
+}
+
+/// What the air does to a body, in body axes.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct AirLoads<S> {
+    /// Force, N.
+    pub force: [S; 3],
+    /// Moment about the origin of the body axes, N m.
+    pub moment: [S; 3],
+}
+
+/// Square of an airspeed, m2/s2, that is added so that angles exist at rest; far below what matters.
+const AT_REST: f64 = 1e-18;
+
+impl AxisymmetricAerodynamics {
+    /// A table for a diameter (m), with the area of the circle, and the distance of the origin of the body axes ahead of the table's point of
+    /// reference in diameters.
+    ///
+    /// # Errors
+    /// When the diameter is not positive and finite or the station not finite.
+    pub fn new(
+        table: MachAlphaTable,
+        diameter: f64,
+        station: f64,
+        damping: Damping,
+    ) -> Result<Self, DynamicsError> {
+        let diameter = positive("diameter", diameter, "m")?;
+        let station = finite("station of the origin", station, "diameters")?;
+        Ok(Self {
+            table,
+            diameter,
+            area: 0.25 * std::f64::consts::PI * diameter * diameter,
+            station,
+            damping,
+        })
+    }
+
+    /// The capsule of 1.5 m of the moving-mass problem: [`MachAlphaTable::apollo`] about 0.2406 diameters ahead of its point of reference.
+    ///
+    /// # Errors
+    /// Never with these numbers.
+    pub fn capsule(interpolation: Interpolation, damping: Damping) -> Result<Self, DynamicsError> {
+        Self::new(MachAlphaTable::apollo(interpolation), 1.5, 0.2406, damping)
+    }
+
+    /// The table.
+    #[must_use]
+    pub fn table(&self) -> &MachAlphaTable {
+        &self.table
+    }
+
+    /// Diameter, m.
+    #[must_use]
+    pub fn diameter(&self) -> f64 {
+        self.diameter
+    }
+
+    /// Reference area, m2.
+    #[must_use]
+    pub fn area(&self) -> f64 {
+        self.area
+    }
+
+    /// Coefficients at a Mach number and the square of the total angle of attack (rad2), the moment about the origin of the body axes.
+    #[inline]
+    pub fn coefficients<S: Scalar>(&self, mach: S, square: S) -> AxisymmetricCoefficients<S> {
+        let at = self.table.coefficients(mach, square);
+        AxisymmetricCoefficients {
+            moment_by_angle: at.moment_by_angle + at.normal_by_angle * self.station,
+            ..at
+        }
+    }
+
+    /// Force and moment at a density (kg/m3), a speed of sound (m/s), the velocity relative to the air (m/s) and the angular velocity (rad/s),
+    /// both in body axes.
+    #[inline]
+    pub fn loads<S: Scalar>(&self, density: S, sound: S, air: &[S; 3], spin: &[S; 3]) -> AirLoads<S> {
+        let speed = (dot(air, air) + AT_REST).sqrt();
+        let across = air[1].square() + air[2].square();
+        let angle_by_across = air[0].map2(across, angle_by_crossflow);
+        let at = self.coefficients(speed / sound, angle_by_across.square() * across);
+        let [normal, moment] = [at.normal_by_angle, at.moment_by_angle].map(|c| c * angle_by_across);
+        let size = density * speed.square() * (0.5 * self.area);
+        let lever = size * self.diameter;
+        let damping = density * speed * (0.25 * self.area * self.diameter * self.diameter);
+        let mach = speed / sound;
+        let (pitch, roll) = (self.damping.pitch.at(mach) * damping, self.damping.roll.at(mach) * damping);
+        AirLoads {
+            force: [-at.axial * size, -normal * air[1] * size, -normal * air[2] * size],
+            moment: [
+                roll * spin[0],
+                moment * air[2] * lever + pitch * spin[1],
+                -moment * air[1] * lever + pitch * spin[2],
+            ],
+        }
+    }
+
+    /// The least total angle of attack, rad, at which the moment about a centre of mass that is a distance (m) off the axis vanishes at a Mach
+    /// number, with the offset in the plane of the angle; none where the table has none.
+    #[must_use]
+    pub fn trim_angle(&self, mach: f64, offset: f64) -> Option<f64> {
+        let moment = |angle: f64| {
+            let at = self.coefficients(mach, angle * angle);
+            at.moment_by_angle * angle + at.axial * offset.abs() / self.diameter
+        };
+        if offset == 0.0 {
+            return Some(0.0);
+        }
+        const STEPS: usize = 3000;
+        let [_, last] = self.table.attack_range();
+        let angle = |k: usize| last * k as f64 / STEPS as f64;
+        let above = (1..=STEPS).find(|k| moment(angle(*k)) <= 0.0)?;
+        let (mut low, mut high) = (angle(above - 1), angle(above));
+        while high - low > 1e-14 {
+            let middle = 0.5 * (low + high);
+            if middle <= low || middle >= high {
+                break;
+            }
+            if moment(middle) > 0.0 { low = middle } else { high = middle }
+        }
+        Some(0.5 * (low + high))
+    }
+
+    /// Frequency of the oscillation of the angle of attack about zero, Hz, at a Mach number, a dynamic pressure (Pa) and a moment of inertia
+    /// (kg m2), `sqrt(q S D |Cm_alpha| / I) / 2 pi`; none where the body is not stable.
+    #[must_use]
+    pub fn static_frequency(&self, mach: f64, dynamic_pressure: f64, inertia: f64) -> Option<f64> {
+        let slope = self.coefficients(mach, 0.0).moment_by_angle;
+        let stiffness = -slope * dynamic_pressure * self.area * self.diameter;
+        (stiffness >= 0.0).then(|| (stiffness / inertia).sqrt() / std::f64::consts::TAU)
+    }
+}
+
+/// A moment about the origin, seen from a point `at` (m).
+#[inline]
+pub fn transferred<S: Scalar>(loads: &AirLoads<S>, at: &[S; 3]) -> [S; 3] {
+    let lever = cross(at, &loads.force);
+    std::array::from_fn(|k| loads.moment[k] - lever[k])
+}
+
+/// `atan2(r, u) / r` of the axial speed `u` and the square `p = r^2` of the crossflow, with derivatives: smooth at `p = 0` in flow from the
+/// front. In flow along the axis from behind, where it is singular, and at rest it is held finite.
+#[inline]
+fn angle_by_crossflow(u: f64, p: f64) -> [f64; 6] {
+    let x = p / (u * u);
+    let total = u * u + p;
+    if u > 0.0 && x < 1e-3 {
+        // atan(sqrt x) / sqrt x and its first two derivatives.
+        let series = |from: usize| {
+            (from..8).rev().fold(0.0, |sum, n| {
+                let sign = if n % 2 == 0 { 1.0 } else { -1.0 };
+                let factor = (0..from).map(|m| (n - m) as f64).product::<f64>();
+                sum * x + sign * factor / (2 * n + 1) as f64
+            })
+        };
+        let by_p = series(1) / (u * u * u);
+        return [
+            series(0) / u,
+            -1.0 / total,
+            by_p,
+            2.0 * u / (total * total),
+            1.0 / (total * total),
+            series(2) / u.powi(5),
+        ];
+    }
+    let p = p.max(1e-16 * u * u).max(1e-60);
+    let total = u * u + p;
+    let r = p.sqrt();
+    let value = r.atan2(u) / r;
+    let by_p = (0.5 * u / total - 0.5 * value) / p;
+    [
+        value,
+        -1.0 / total,
+        by_p,
+        2.0 * u / (total * total),
+        1.0 / (total * total),
+        (-0.5 * u / (total * total) - 1.5 * by_p) / p,
+    ]
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Against differences of the values and of the first derivatives.
+    #[test]
+    fn the_angle_by_the_crossflow_is_smooth() {
+        for (u, p) in
+            [(700.0, 0.0), (700.0, 480.0), (700.0, 495.0), (300.0, 2e4), (-20.0, 900.0), (1e-3, 50.0)]
+        {
+            let at = angle_by_crossflow(u, p);
+            let r = f64::sqrt(p);
+            if p > 0.0 {
+                assert!((at[0] * r - r.atan2(u)).abs() < 1e-15, "{u} {p}");
+            }
+            let h = [1e-4 * u.abs().max(1.0), 1e-4 * p.max(1.0)];
+            let start = if p > 0.0 { -1.0 } else { 0.0 };
+            let along = |k: usize, component: usize| {
+                let moved = |s: f64| {
+                    let (u, p) = if k == 0 { (u + s * h[0], p) } else { (u, p + s * h[1]) };
+                    angle_by_crossflow(u, p)[component]
+                };
+                let from = if k == 0 { -1.0 } else { start };
+                (moved(1.0) - moved(from)) / ((1.0 - from) * h[k])
+            };
+            for (found, expected) in [
+                (along(0, 0), at[1]),
+                (along(1, 0), at[2]),
+                (along(0, 1), at[3]),
+                (along(1, 1), at[4]),
+                (along(0, 2), at[4]),
+                (along(1, 2), at[5]),
+            ] {
+                assert!(
+                    (found - expected).abs() < 1e-3 * expected.abs() + 1e-16,
+                    "{u} {p}: {found} {expected}"
+                );
+            }
+        }
+        for (u, p) in [(0.0, 0.0), (-300.0, 0.0)] {
+            assert!(angle_by_crossflow(u, p).iter().all(|v| v.is_finite()), "{u} {p}");
+        }
+    }
+
+    #[test]
+    fn laws_of_the_mach_number() {
+        let Damping { pitch, .. } = Damping::unstable();
+        assert_eq!([0.59, 0.6, 2.49, 2.5].map(|m| pitch.at(m)), [-0.15, 0.2, 0.2, -0.15]);
+        assert_eq!(MachLaw::steps(&[0.6, 2.5], &[-0.15, 0.2, -0.15]), Ok(pitch));
+        assert!(MachLaw::steps(&[2.5, 0.6], &[0.0; 3]).is_err());
+        assert!(MachLaw::steps(&[0.6], &[0.0; 3]).is_err());
+        assert_eq!(MachLaw::table(&[0.5, 1.0], &[0.2, 0.4]).unwrap().at(3.0), 0.4);
+        assert!(MachLaw::table(&[0.5, 0.5], &[0.2, 0.4]).is_err());
+    }
+}
