@@ -154,5 +154,9 @@ fn tables_that_do_not_fit() {
     error(build(&mach, &attack, &axial[1..], &odd), "15 values for 16 rows");
     error(build(&mach, &attack, &axial, &[1.0; 16]), "coefficient of normal force in row 1");
     error(build(&mach[1..], &attack, &axial[4..], &odd[4..]), "3 rows, at least 4");
+    error(
+        build(&[0.5, 1.0, 1.0 + 1e-9, 3.0], &attack, &axial, &odd),
+        "Mach number in row 3 of the table: 1.000000001 is too close",
+    );
     error(build(&mach, &[0.0, 0.1, f64::NAN, 0.3], &axial, &odd), "NaN is not finite");
 }
