@@ -3,6 +3,8 @@
 //! Axial force is an even function of the total angle of attack, normal force and moment are odd ones. They are evaluated as functions of
 //! the square of the angle, normal force and moment divided by the angle, so that nothing is singular in axial flow.
 
+use std::cell::Cell;
+
 use apsides_ad::{CubicSpline, Outside, Pchip, Scalar};
 
 use super::apollo;
@@ -59,6 +61,21 @@ pub struct MachAlphaTable {
     attack: Knots,
     /// Per interval of the Mach number, then of the angle: axial force, normal force, moment.
     cells: Vec<[Terms; 3]>,
+}
+
+/// A place in the table.
+#[derive(Clone, Copy)]
+struct Place {
+    cell: usize,
+    /// Mach number and angle from the lower corner of the cell.
+    x: f64,
+    y: f64,
+    angle: f64,
+    /// Whether Mach number and angle are inside the table.
+    inside: bool,
+    covered: bool,
+    /// Whether the cell is at angle zero.
+    first: bool,
 }
 
 /// A polynomial in the angle in one cell.
@@ -165,11 +182,27 @@ impl MachAlphaTable {
     /// Coefficients at a Mach number and the square of the total angle of attack (rad2).
     #[inline]
     pub fn coefficients<S: Scalar>(&self, mach: S, square: S) -> AxisymmetricCoefficients<S> {
+        // All three are at one place: it is found once.
+        let found = Cell::new(None);
+        let place = |m: f64, q: f64| {
+            let place = found.get().unwrap_or_else(|| self.place(m, q));
+            found.set(Some(place));
+            place
+        };
         AxisymmetricCoefficients {
-            axial: mach.map2(square, |m, q| self.jet(0, m, q, even)),
-            normal_by_angle: mach.map2(square, |m, q| self.jet(1, m, q, odd)),
-            moment_by_angle: mach.map2(square, |m, q| self.jet(2, m, q, odd)),
+            axial: mach.map2(square, |m, q| self.jet(0, place(m, q), even)),
+            normal_by_angle: mach.map2(square, |m, q| self.jet(1, place(m, q), odd)),
+            moment_by_angle: mach.map2(square, |m, q| self.jet(2, place(m, q), odd)),
         }
+    }
+
+    /// The cell of a Mach number and a square of the angle.
+    #[inline(always)]
+    fn place(&self, mach: f64, square: f64) -> Place {
+        let angle = square.sqrt();
+        let (i, x, inside) = self.mach.locate(mach);
+        let (j, y, covered) = self.attack.locate(angle);
+        Place { cell: i * (self.attack.at.len() - 1) + j, x, y, angle, inside, covered, first: j == 0 }
     }
 
     /// A quantity of the table with its derivatives by Mach number and square of the angle; `by_square` makes of a polynomial in the angle
@@ -178,15 +211,11 @@ impl MachAlphaTable {
     fn jet(
         &self,
         quantity: usize,
-        mach: f64,
-        square: f64,
+        Place { cell, x, y, angle, inside, covered, first }: Place,
         by_square: impl Fn(Column, f64) -> [f64; 3],
     ) -> [f64; 6] {
-        let angle = square.sqrt();
-        let (i, x, inside) = self.mach.locate(mach);
-        let (j, y, covered) = self.attack.locate(angle);
-        let terms = &self.cells[i * (self.attack.at.len() - 1) + j][quantity];
-        let column = |terms| by_square(Column { terms, y, first: j == 0, beyond: !covered }, angle);
+        let terms = &self.cells[cell][quantity];
+        let column = |terms| by_square(Column { terms, y, first, beyond: !covered }, angle);
         let [value, by_q, by_qq] = column(at_mach(terms, x));
         if !inside {
             return [value, 0.0, by_q, 0.0, 0.0, by_qq];
