@@ -17,6 +17,7 @@ use crate::{Error, Mission, Observer, Outcome};
 mod capsule_reentry;
 mod geo_injection;
 mod lunar_landing;
+mod moving_mass;
 mod sheet;
 mod stop;
 mod workers;
@@ -94,8 +95,12 @@ struct Solved<'a> {
     radau: Option<&'a Outcome>,
 }
 
-const PUBLICATIONS: &[Publication] =
-    &[lunar_landing::PUBLICATION, geo_injection::PUBLICATION, capsule_reentry::PUBLICATION];
+const PUBLICATIONS: &[Publication] = &[
+    lunar_landing::PUBLICATION,
+    geo_injection::PUBLICATION,
+    capsule_reentry::PUBLICATION,
+    moving_mass::PUBLICATION,
+];
 
 /// All rows of a publication that were computed.
 #[derive(Clone, Debug, PartialEq)]
