@@ -4,8 +4,7 @@ use std::fs::{File, OpenOptions};
 use std::io::BufWriter;
 use std::path::{Path, PathBuf};
 
-use apsides::dispersion::Deviations;
-use apsides::montecarlo::{Ellipse, MonteCarlo, Sample, Statistics};
+use apsides::montecarlo::{Ellipse, Sample, Statistics};
 
 use crate::directory::{Item, json, replace};
 use crate::trajectory_csv::shortest;
@@ -28,13 +27,15 @@ pub struct SampleFile {
 
 impl SampleFile {
     /// Opens `montecarlo.csv` of a directory, which is made if need be, and returns the samples that are there: those of the same run
-    /// without a gap from index 0 on. A line that was not finished is left out.
+    /// without a gap from index 0 on. A line that was not finished is left out. `names` are those of the deviations, which are functions of the
+    /// index.
     ///
     /// # Errors
     /// When the file cannot be read or written, or is of another run.
     pub fn open(
         dir: &Path,
-        run: &MonteCarlo,
+        names: &[&str],
+        deviations: impl Fn(usize) -> Vec<f64>,
         columns: &'static [&'static str],
     ) -> Result<(Self, Vec<Sample>), ReportError> {
         let path = dir.join(DATA);
@@ -43,11 +44,11 @@ impl SampleFile {
             move |source| ReportError::Io { action, path, source }
         };
         std::fs::create_dir_all(dir).map_err(io("create the directory of"))?;
-        let done = if path.exists() { read(&path, run, columns)? } else { Vec::new() };
+        let done = if path.exists() { read(&path, names, deviations, columns)? } else { Vec::new() };
         // The file anew with what is sound, in one step.
         let next = dir.join(format!("{DATA}.part"));
         let mut csv = csv::Writer::from_writer(BufWriter::new(File::create(&next).map_err(io("write"))?));
-        let heads = std::iter::once(INDEX).chain(Deviations::names()).chain(columns.iter().copied());
+        let heads = std::iter::once(INDEX).chain(names.iter().copied()).chain(columns.iter().copied());
         csv.write_record(heads).map_err(table)?;
         for sample in &done {
             csv.write_record(record(sample)).map_err(table)?;
@@ -89,11 +90,16 @@ fn record(sample: &Sample) -> impl Iterator<Item = String> + '_ {
     std::iter::once(sample.index.to_string()).chain(numbers)
 }
 
-fn read(path: &Path, run: &MonteCarlo, columns: &'static [&'static str]) -> Result<Vec<Sample>, ReportError> {
+fn read(
+    path: &Path,
+    names: &[&str],
+    own: impl Fn(usize) -> Vec<f64>,
+    columns: &'static [&'static str],
+) -> Result<Vec<Sample>, ReportError> {
     let mut reader = csv::ReaderBuilder::new().flexible(true).from_path(path).map_err(table)?;
     let heads: Vec<String> = reader.headers().map_err(table)?.iter().map(str::to_owned).collect();
     let expected: Vec<&str> =
-        std::iter::once(INDEX).chain(Deviations::names()).chain(columns.iter().copied()).collect();
+        std::iter::once(INDEX).chain(names.iter().copied()).chain(columns.iter().copied()).collect();
     let other = |what: &str| ReportError::Table {
         file: DATA,
         reason: format!("the file in the directory has {what}: choose another directory, or remove it"),
@@ -108,9 +114,8 @@ fn read(path: &Path, run: &MonteCarlo, columns: &'static [&'static str]) -> Resu
         let Some(numbers) = numbers.filter(|n| n.len() == expected.len() && n[0] == done.len() as f64) else {
             break;
         };
-        let (deviations, results) = numbers[1..].split_at(Deviations::names().len());
-        let own = run.dispersions.sample(run.seed, done.len()).values();
-        if deviations != own {
+        let (deviations, results) = numbers[1..].split_at(names.len());
+        if deviations != own(done.len()) {
             return Err(other("deviations of another seed or other sizes"));
         }
         done.push(Sample { index: done.len(), deviations: deviations.to_vec(), results: results.to_vec() });
@@ -122,18 +127,16 @@ fn read(path: &Path, run: &MonteCarlo, columns: &'static [&'static str]) -> Resu
     Ok(done)
 }
 
-/// Writes `montecarlo.json` and `montecarlo.svg` into a directory, and returns the paths written.
+/// Writes `montecarlo.json` and a figure as `montecarlo.svg` into a directory, and returns the paths written.
 ///
 /// # Errors
 /// [`ReportError`] with the path and the reason.
 pub fn write_statistics(
     dir: &Path,
-    title: &str,
-    samples: &[Sample],
-    columns: &'static [&'static str],
+    figure: &Figure,
     statistics: &Statistics,
 ) -> Result<Vec<PathBuf>, ReportError> {
-    let figure = landing_figure(title, samples, columns, statistics).to_svg()?.into_bytes();
+    let figure = figure.to_svg()?.into_bytes();
     let items: Vec<Item> = vec![(JSON, Some(json(JSON, statistics)?)), (FIGURE, Some(figure))];
     replace(dir, &items)
 }
@@ -162,6 +165,29 @@ pub fn landing_figure(
     figure.to_scale(1.0)
 }
 
+/// The part of all flights whose result is not above a value, for results of one unit: flights that did not end count as above all.
+#[must_use]
+pub fn distribution_figure(
+    title: &str,
+    x: Axis,
+    samples: &[Sample],
+    columns: &'static [&'static str],
+    results: &[(&str, &str)],
+) -> Figure {
+    let mut figure = Figure::new(title, x, Axis::new("part of all flights", "-").including(0.0));
+    for (name, label) in results {
+        let Some(k) = columns.iter().position(|c| c == name) else { continue };
+        let mut values: Vec<f64> = samples.iter().map(|s| s.results[k]).filter(|v| v.is_finite()).collect();
+        values.sort_by(f64::total_cmp);
+        let part = |rank: usize| (rank + 1) as f64 / samples.len() as f64;
+        // More points than this are not told apart.
+        let every = values.len().div_ceil(1000).max(1);
+        let points = values.iter().enumerate().step_by(every).map(|(rank, v)| [*v, part(rank)]).collect();
+        figure = figure.with(Series::line(*label, points));
+    }
+    figure
+}
+
 fn outline(e: &Ellipse, sigmas: f64) -> Vec<[f64; 2]> {
     let (sin, cos) = e.angle_deg.to_radians().sin_cos();
     let point = |k: usize| {
@@ -176,7 +202,8 @@ fn outline(e: &Ellipse, sigmas: f64) -> Vec<[f64; 2]> {
 mod tests {
     #![allow(clippy::unwrap_used)]
     use super::*;
-    use apsides::montecarlo::Guidance;
+    use apsides::dispersion::Deviations;
+    use apsides::montecarlo::{Guidance, MonteCarlo};
 
     const COLUMNS: &[&str] = &["along_m", "across_m"];
 
@@ -190,11 +217,20 @@ mod tests {
         Sample { index, deviations, results: vec![0.1 * index as f64, f64::NAN] }
     }
 
+    fn open(
+        dir: &Path,
+        run: &MonteCarlo,
+        columns: &'static [&'static str],
+    ) -> Result<(SampleFile, Vec<Sample>), ReportError> {
+        let own = |index| run.dispersions.sample(run.seed, index).values().to_vec();
+        SampleFile::open(dir, &Deviations::names(), own, columns)
+    }
+
     #[test]
     fn a_file_goes_on_after_its_last_whole_line() {
         let dir = tempfile::tempdir().unwrap();
         let of = run(4);
-        let (mut file, done) = SampleFile::open(dir.path(), &of, COLUMNS).unwrap();
+        let (mut file, done) = open(dir.path(), &of, COLUMNS).unwrap();
         assert!(done.is_empty());
         for k in 0..3 {
             file.add(&sample(&of, k)).unwrap();
@@ -203,17 +239,17 @@ mod tests {
         let mut text = std::fs::read_to_string(&path).unwrap();
         text.push_str("3,0.5,0.2");
         std::fs::write(&path, text).unwrap();
-        let (mut file, done) = SampleFile::open(dir.path(), &of, COLUMNS).unwrap();
+        let (mut file, done) = open(dir.path(), &of, COLUMNS).unwrap();
         assert_eq!(done.len(), 3);
         assert_eq!((done[2].index, &done[2].deviations), (2, &sample(&of, 2).deviations));
         file.add(&sample(&of, 3)).unwrap();
         file.finish().unwrap();
-        let (_, done) = SampleFile::open(dir.path(), &of, COLUMNS).unwrap();
+        let (_, done) = open(dir.path(), &of, COLUMNS).unwrap();
         assert_eq!(done.len(), 4);
         // Another seed, other columns.
-        let error = SampleFile::open(dir.path(), &run(5), COLUMNS).err().unwrap().to_string();
+        let error = open(dir.path(), &run(5), COLUMNS).err().unwrap().to_string();
         assert!(error.contains("another seed"), "{error}");
-        let error = SampleFile::open(dir.path(), &of, &["up_m"]).err().unwrap().to_string();
+        let error = open(dir.path(), &of, &["up_m"]).err().unwrap().to_string();
         assert!(error.contains("other columns"), "{error}");
     }
 }

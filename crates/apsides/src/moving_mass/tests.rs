@@ -210,3 +210,37 @@ fn impossible_cases_are_refused() {
     assert!(refused(|c| c.actuators.rate = -1.0).contains("rate of the actuator"));
     assert!(refused(|c| c.entry.attack = f64::NAN).contains("angle of attack"));
 }
+
+#[test]
+fn dispersed_descents_do_not_depend_on_threads() {
+    use crate::Mission;
+    use crate::dispersion::DescentDeviations;
+    use crate::montecarlo::Descents;
+    let mission = Mission::load("moving-mass-cross", &["angle_noise_deg=0.01".into()]).unwrap();
+    let dispersions = DescentDeviations {
+        offset_m: [0.003; 2],
+        entry_angles_deg: [2.0; 2],
+        path_angle_deg: 1.0,
+        sensor_gain: 0.05,
+        damping: 0.3,
+        wind_m_s: [10.0; 2],
+    };
+    let fly = |threads| {
+        let run = Descents { samples: 10, seed: 3, threads, dispersions };
+        let mut seen = 0;
+        let found = run.run(&mission, Vec::new(), |sample| {
+            assert_eq!(sample.index, seen);
+            seen += 1;
+            true
+        });
+        found.unwrap()
+    };
+    let (samples, statistics) = fly(1);
+    assert_eq!((samples.clone(), statistics.clone()), fly(3));
+    assert_eq!((statistics.samples, statistics.within_1_m), (10, None));
+    assert!(samples.windows(2).all(|w| w[0].results != w[1].results));
+    let optimised = Mission::load("lunar-direct", &[]).unwrap();
+    let run = Descents { samples: 2, seed: 0, threads: 1, dispersions };
+    let refused = run.run(&optimised, Vec::new(), |_| true).unwrap_err().to_string();
+    assert!(refused.contains("optimised, not simulated"), "{refused}");
+}
