@@ -307,6 +307,74 @@ fn results_of_shooting_are_written_and_verified_again() {
 }
 
 #[test]
+fn a_descent_is_simulated_and_written() {
+    let dir = tempfile::tempdir().unwrap();
+    let out = path(&dir.path().join("descent"));
+    let o = apsides(&["simulate", "moving-mass-cross", "--set", "moving_mass_kg=5", "--out", &out]);
+    assert_eq!(o.status.code(), Some(0), "{}{}", stdout(&o), stderr(&o));
+    for part in ["flown down to 3 km", "attack_rms_deg", "saturation_time_s", "phase deg", "stable"] {
+        assert!(stdout(&o).contains(part), "{part}: {}", stdout(&o));
+    }
+    let read = |name: &str| std::fs::read_to_string(Path::new(&out).join(name)).unwrap();
+    let v: serde_json::Value = serde_json::from_str(&read("summary.json")).unwrap();
+    // The reference has 0.5906 deg.
+    let rms = v["results"]["attack_rms_deg"].as_f64().unwrap();
+    assert!((rms / 0.5906 - 1.0).abs() < 0.01, "{rms}");
+    let csv = read("states.csv");
+    assert!(csv.starts_with("time_s,altitude_m,angle_of_attack_rad,sideslip_rad,"), "{}", csv.lines().next().unwrap());
+    assert!(csv.lines().skip(1).all(|l| l.split(',').all(|n| n.parse::<f64>().unwrap().is_finite())));
+    assert!(read("report.html").contains("angular velocity"));
+    let again = apsides(&["simulate", &format!("{out}/mission.toml"), "--json"]);
+    let found: serde_json::Value = serde_json::from_slice(&again.stdout).unwrap();
+    assert_eq!(found["results"], v["results"]);
+
+    // What fails says why and when; nothing in its files is not finite.
+    let o = apsides(&[
+        "simulate",
+        "moving-mass-cross",
+        "--set",
+        "damping=unstable",
+        "--set",
+        "rate_limit_m_s=0.2",
+        "--out",
+        &out,
+    ]);
+    assert_eq!(o.status.code(), Some(3));
+    assert!(stdout(&o).contains("tumbling: the total angle of attack exceeds 90 deg, at "), "{}", stdout(&o));
+    assert!(!read("states.csv").to_lowercase().contains("nan") && !read("summary.json").contains("NaN"));
+
+    // What is simulated is not solved, and the other way round.
+    for (arguments, part) in [
+        (["solve", "moving-mass-cross"], "it is simulated under its law, not optimised: use `apsides simulate`"),
+        (["simulate", "lunar-direct"], "it is optimised, not simulated: use `apsides solve`"),
+        (["footprint", "moving-mass-radial"], "not optimised"),
+    ] {
+        let o = apsides(&arguments);
+        assert_eq!(o.status.code(), Some(2), "{arguments:?}");
+        assert!(stderr(&o).contains(part), "{}", stderr(&o));
+    }
+    let run = |threads| {
+        let o = apsides(&[
+            "montecarlo",
+            "moving-mass-cross",
+            "--samples",
+            "6",
+            "--offset-m",
+            "0.003",
+            "--json",
+            "--quiet",
+            "--threads",
+            threads,
+        ]);
+        assert_eq!(o.status.code(), Some(0), "{}", stderr(&o));
+        o.stdout
+    };
+    assert_eq!(run("1"), run("2"));
+    let o = apsides(&["montecarlo", "moving-mass-cross", "--samples", "6", "--thrust-percent", "1"]);
+    assert!(stderr(&o).contains("--thrust-percent"), "{}", stderr(&o));
+}
+
+#[test]
 fn missions_and_check_print_what_there_is() {
     let o = apsides(&["missions"]);
     assert_eq!(o.status.code(), Some(0));

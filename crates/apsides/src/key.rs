@@ -308,6 +308,8 @@ const UNITS: &[(&str, &str)] = &[
     ("_m_s", "m/s"),
     ("_deg", "deg"),
     ("_kg", "kg"),
+    ("_hz", "Hz"),
+    ("_cm", "cm"),
     ("_km", "km"),
     ("_kn", "kN"),
     ("_kpa", "kPa"),

@@ -55,7 +55,7 @@ fn remarks() -> Vec<String> {
          offset of 1 cm along y and z, and cross or radial masses of 10 or 5 kg under PID or nonlinear PID.",
         "Equations (20) to (22), the nonlinear PID, are not in the text at hand. The law here is that of Najm and Ibraheem (2019) with twelve \
          coefficients an axis; with the coefficients of the reference it does not give the numbers of the reference. Forms whose gain rises with \
-         the argument give those of the cross, none that was tried gives those of the rim. Open.",
+         the argument give those of the cross, none that was tried gives those of the rim. Coefficients for a rim of 10 kg are not at hand. Open.",
         "Laws on the angles of a rim command at most half a turn from neutral: with that the linear cases come out as in the reference.",
         "A travel of 0 to 70 cm, as printed, corrects offsets to one side only; the cases have 70 cm to both sides.",
         "Beyond 30 deg of total angle of attack the coefficients are held at the edge of the table, so that tumbling is told but not computed.",

@@ -20,6 +20,7 @@ fn figures_have_a_verdict() {
         found.unwrap()[label.len() + 2..].split(';').next().unwrap().to_owned()
     };
     for label in [
+        "no law, no offset",
         "no law, 1 cm",
         "cross 10 kg, PID",
         "cross 5 kg, PID",
