@@ -15,7 +15,7 @@ fn solve(overrides: &[&str]) -> Outcome {
 }
 
 fn landing(overrides: &[&str]) -> Outcome {
-    solved("chang-e-3", overrides)
+    solved("chang-e-3-flat", overrides)
 }
 
 fn verified(outcome: &Outcome) {
