@@ -125,9 +125,9 @@ impl Ellipsoid {
     #[inline]
     pub fn gravitation<S: Scalar>(&self, r: &[S; 3]) -> [S; 3] {
         let [j2, j4, j6] = self.zonals;
-        let inverse = dot(r, r).recip();
-        let distance = inverse.recip().sqrt();
-        let t = r[2] / distance;
+        let by_distance = dot(r, r).sqrt().recip();
+        let inverse = by_distance.square();
+        let t = r[2] * by_distance;
         let tt = t.square();
         let q = inverse * (self.semi_major_axis * self.semi_major_axis);
         // Derivatives of P2, P4 and P6 by t, divided by t, and (n + 1) P_n.
@@ -140,7 +140,7 @@ impl Ellipsoid {
         let radial = sum(p2 * 3.0, p4 * 5.0, p6 * 7.0) - 1.0;
         let size = inverse * self.gravitational_parameter;
         // Gradient of mu/r (1 - sum J_n (a/r)^n P_n(z/r)).
-        let central = (radial + along * t) / distance;
+        let central = (radial + along * t) * by_distance;
         [r[0] * central * size, r[1] * central * size, (r[2] * central - along) * size]
     }
 

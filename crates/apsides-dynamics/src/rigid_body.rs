@@ -201,7 +201,8 @@ impl RigidBody {
     pub(crate) fn assembled<S: Scalar>(&self, motion: &Motion<S>, angular: &[S; 3]) -> [S; 13] {
         let pushed = attitude::turned(&motion.axes, &motion.loads.force);
         let (r, q, w) = (motion.position, motion.attitude, angular);
-        let v: [S; 3] = std::array::from_fn(|k| motion.fall[k] + pushed[k] / self.mass);
+        let by_mass = 1.0 / self.mass;
+        let v: [S; 3] = std::array::from_fn(|k| motion.fall[k] + pushed[k] * by_mass);
         [r[0], r[1], r[2], v[0], v[1], v[2], q[0], q[1], q[2], q[3], w[0], w[1], w[2]]
     }
 

@@ -187,12 +187,12 @@ impl AxisymmetricAerodynamics {
         let speed = (dot(air, air) + AT_REST).sqrt();
         let across = air[1].square() + air[2].square();
         let angle_by_across = air[0].map2(across, angle_by_crossflow);
-        let at = self.coefficients(speed / sound, angle_by_across.square() * across);
+        let mach = speed / sound;
+        let at = self.coefficients(mach, angle_by_across.square() * across);
         let [normal, moment] = [at.normal_by_angle, at.moment_by_angle].map(|c| c * angle_by_across);
         let size = density * speed.square() * (0.5 * self.area);
         let lever = size * self.diameter;
         let damping = density * speed * (0.25 * self.area * self.diameter * self.diameter);
-        let mach = speed / sound;
         let (pitch, roll) = (self.damping.pitch.at(mach) * damping, self.damping.roll.at(mach) * damping);
         AirLoads {
             force: [-at.axial * size, -normal * air[1] * size, -normal * air[2] * size],

@@ -3,6 +3,8 @@
 //! Axial force is an even function of the total angle of attack, normal force and moment are odd ones. They are evaluated as functions of
 //! the square of the angle, normal force and moment divided by the angle, so that nothing is singular in axial flow.
 
+use std::cell::Cell;
+
 use apsides_ad::{CubicSpline, Outside, Pchip, Scalar};
 
 use super::apollo;
@@ -21,7 +23,8 @@ pub enum Interpolation {
     /// with the slopes of [`Pchip`] and no curvature at the knots, which do not overshoot.
     #[default]
     Smooth,
-    /// Straight lines in both variables: continuous, with kinks at the knots, and of the axial force one at angle zero.
+    /// Straight lines in both variables, as simulations of the moving-mass problem have them: continuous, with kinks at the knots, and of the
+    /// axial force one at angle zero.
     Linear,
 }
 
@@ -58,6 +61,21 @@ pub struct MachAlphaTable {
     attack: Knots,
     /// Per interval of the Mach number, then of the angle: axial force, normal force, moment.
     cells: Vec<[Terms; 3]>,
+}
+
+/// A place in the table.
+#[derive(Clone, Copy)]
+struct Place {
+    cell: usize,
+    /// Mach number and angle from the lower corner of the cell.
+    x: f64,
+    y: f64,
+    angle: f64,
+    /// Whether Mach number and angle are inside the table.
+    inside: bool,
+    covered: bool,
+    /// Whether the cell is at angle zero.
+    first: bool,
 }
 
 /// A polynomial in the angle in one cell.
@@ -106,7 +124,8 @@ impl MachAlphaTable {
         let tables = [table(axial, 1.0), table(normal, -1.0), table(moment, -1.0)];
         let cells =
             (0..tables[0].len()).map(|k| [tables[0][k], tables[1][k], tables[2][k]]).collect::<Vec<_>>();
-        Ok(Self { mach: Knots::new(mach), attack: Knots::new(attack), cells })
+        let (mach, attack) = (Knots::new(MACH.name, mach)?, Knots::new(TOTAL_ATTACK.name, attack)?);
+        Ok(Self { mach, attack, cells })
     }
 
     /// The command module of Apollo, heat shield forward, Mach 0.4 to 9, up to 30 deg; moments about the aft point of reference on the axis.
@@ -163,29 +182,41 @@ impl MachAlphaTable {
     /// Coefficients at a Mach number and the square of the total angle of attack (rad2).
     #[inline]
     pub fn coefficients<S: Scalar>(&self, mach: S, square: S) -> AxisymmetricCoefficients<S> {
+        // All three are at one place: it is found once.
+        let found = Cell::new(None);
+        let place = |m: f64, q: f64| {
+            let place = found.get().unwrap_or_else(|| self.place(m, q));
+            found.set(Some(place));
+            place
+        };
         AxisymmetricCoefficients {
-            axial: mach.map2(square, |m, q| self.jet(0, m, q, even)),
-            normal_by_angle: mach.map2(square, |m, q| self.jet(1, m, q, odd)),
-            moment_by_angle: mach.map2(square, |m, q| self.jet(2, m, q, odd)),
+            axial: mach.map2(square, |m, q| self.jet(0, place(m, q), even)),
+            normal_by_angle: mach.map2(square, |m, q| self.jet(1, place(m, q), odd)),
+            moment_by_angle: mach.map2(square, |m, q| self.jet(2, place(m, q), odd)),
         }
+    }
+
+    /// The cell of a Mach number and a square of the angle.
+    #[inline(always)]
+    fn place(&self, mach: f64, square: f64) -> Place {
+        let angle = square.sqrt();
+        let (i, x, inside) = self.mach.locate(mach);
+        let (j, y, covered) = self.attack.locate(angle);
+        Place { cell: i * (self.attack.at.len() - 1) + j, x, y, angle, inside, covered, first: j == 0 }
     }
 
     /// A quantity of the table with its derivatives by Mach number and square of the angle; `by_square` makes of a polynomial in the angle
     /// the function of the square and its derivatives.
-    #[inline]
+    #[inline(always)]
     fn jet(
         &self,
         quantity: usize,
-        mach: f64,
-        square: f64,
+        Place { cell, x, y, angle, inside, covered, first }: Place,
         by_square: impl Fn(Column, f64) -> [f64; 3],
     ) -> [f64; 6] {
-        let angle = square.sqrt();
-        let (i, x, inside) = self.mach.locate(mach);
-        let (j, y, covered) = self.attack.locate(angle);
-        let terms = &self.cells[i * (self.attack.at.len() - 1) + j][quantity];
-        let column = |terms| by_square(Column { terms, y, first: j == 0, beyond: !covered }, angle);
-        let [value, by_q, by_qq] = column(horner(terms, x));
+        let terms = &self.cells[cell][quantity];
+        let column = |terms| by_square(Column { terms, y, first, beyond: !covered }, angle);
+        let [value, by_q, by_qq] = column(at_mach(terms, x));
         if !inside {
             return [value, 0.0, by_q, 0.0, 0.0, by_qq];
         }
@@ -199,9 +230,9 @@ impl MachAlphaTable {
 const AXIAL_FLOW: f64 = 1e-8;
 
 /// An even function of the angle by its square.
-#[inline]
+#[inline(always)]
 fn even(Column { terms: [a, b, c, d], y, first, beyond }: Column, angle: f64) -> [f64; 3] {
-    let value = a + y * (b + y * (c + y * d));
+    let value = (a + y * b) + y * y * (c + y * d);
     if beyond {
         return [value, 0.0, 0.0];
     }
@@ -217,7 +248,7 @@ fn even(Column { terms: [a, b, c, d], y, first, beyond }: Column, angle: f64) ->
 }
 
 /// An odd function of the angle, divided by it, by its square.
-#[inline]
+#[inline(always)]
 fn odd(Column { terms: [a, b, c, d], y, first, beyond }: Column, angle: f64) -> [f64; 3] {
     if first {
         // No constant term: the angle divides the polynomial.
@@ -226,7 +257,7 @@ fn odd(Column { terms: [a, b, c, d], y, first, beyond }: Column, angle: f64) -> 
         let curve = if angle < AXIAL_FLOW { 0.0 } else { -kink / (2.0 * angle * angle) };
         return [value, kink + d, curve];
     }
-    let value = (a + y * (b + y * (c + y * d))) / angle;
+    let value = ((a + y * b) + y * y * (c + y * d)) / angle;
     let (by, byy) =
         if beyond { (0.0, 0.0) } else { (b + y * (2.0 * c + y * 3.0 * d), 2.0 * c + 6.0 * d * y) };
     let slope = (by - value) / angle;
@@ -234,16 +265,14 @@ fn odd(Column { terms: [a, b, c, d], y, first, beyond }: Column, angle: f64) -> 
     [value, slope / (2.0 * angle), (second - slope / angle) / (4.0 * angle * angle)]
 }
 
-/// Terms in the angle at a place in the Mach number.
-#[inline]
-fn horner(terms: &Terms, x: f64) -> [f64; 4] {
-    let mut sum = terms[5];
-    for row in terms[..5].iter().rev() {
-        for k in 0..4 {
-            sum[k] = sum[k] * x + row[k];
-        }
-    }
-    sum
+/// Terms in the angle at a place in the Mach number; by pairs of powers, which wait less for each other than Horner's scheme.
+#[inline(always)]
+fn at_mach(terms: &Terms, x: f64) -> [f64; 4] {
+    let xx = x * x;
+    std::array::from_fn(|k| {
+        let pair = |p: usize| terms[p][k] + x * terms[p + 1][k];
+        pair(0) + xx * (pair(2) + xx * pair(4))
+    })
 }
 
 /// Their derivative.
@@ -268,22 +297,35 @@ struct Knots {
 }
 
 /// Most bins of a set of knots.
-const MOST_BINS: f64 = 4096.0;
+const MOST_BINS: f64 = 65_536.0;
 
 impl Knots {
-    fn new(at: &[f64]) -> Self {
-        let [low, high] = [at[0], at[at.len() - 1]];
-        let narrowest = at.windows(2).map(|w| w[1] - w[0]).fold(f64::INFINITY, f64::min);
-        let count = ((high - low) / narrowest).ceil().min(MOST_BINS);
-        let per_unit = count / (high - low);
+    /// Increasing knots of a quantity.
+    ///
+    /// # Errors
+    /// When two are closer than `1 / MOST_BINS` of their range.
+    fn new(what: &'static str, at: &[f64]) -> Result<Self, DynamicsError> {
+        let span = at[at.len() - 1] - at[0];
+        let (row, narrowest) = at
+            .windows(2)
+            .enumerate()
+            .map(|(k, w)| (k + 2, w[1] - w[0]))
+            .fold((0, f64::INFINITY), |least, next| if next.1 < least.1 { next } else { least });
+        // Narrower than the narrowest interval: never two knots in one bin.
+        let count = (1.01 * span / narrowest).ceil();
+        if count > MOST_BINS {
+            let reason = format!("{} is too close to the row before for a range of {span}", at[row - 1]);
+            return Err(DynamicsError::Table { what, row, reason });
+        }
+        let per_unit = count / span;
         let last = at.len() - 2;
         let bins = (0..=count as usize)
             .map(|bin| {
-                let start = low + bin as f64 / per_unit;
+                let start = at[0] + bin as f64 / per_unit;
                 at[1..=last].partition_point(|knot| *knot <= start) as u32
             })
             .collect();
-        Self { at: at.into(), bins, per_unit }
+        Ok(Self { at: at.into(), bins, per_unit })
     }
 
     fn range(&self) -> [f64; 2] {
@@ -292,20 +334,17 @@ impl Knots {
 
     /// The interval of a number, its place in the interval from the lower end, and whether it is inside; of numbers outside, those of the
     /// end, of what is no number those of the lower end.
-    #[inline]
+    #[inline(always)]
     fn locate(&self, x: f64) -> (usize, f64, bool) {
         let [low, high] = self.range();
         let inside = x >= low && x <= high;
-        let held = if x > low { x.min(high) } else { low };
+        let held = x.max(low).min(high);
         let bin = ((held - low) * self.per_unit) as usize;
         let mut k = self.bins[bin.min(self.bins.len() - 1)] as usize;
-        while k + 2 < self.at.len() && self.at[k + 1] <= held {
-            k += 1;
-        }
-        // Rounding may have put the number into the bin above.
-        while k > 0 && self.at[k] > held {
-            k -= 1;
-        }
+        // The knot in the bin, and what rounding does at the ends of the bin.
+        k -= usize::from(self.at[k] > held);
+        let last = self.at.len() - 2;
+        k += usize::from(k < last && self.at[k + 1] <= held);
         (k, held - self.at[k], inside)
     }
 }

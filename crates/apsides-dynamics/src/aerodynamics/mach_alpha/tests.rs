@@ -53,7 +53,11 @@ fn no_overshoot_between_mach_numbers() {
 fn two_continuous_derivatives() {
     let table = MachAlphaTable::apollo(Interpolation::Smooth);
     let jets = |mach: f64, q: f64| {
-        [table.jet(0, mach, q, even), table.jet(1, mach, q, odd), table.jet(2, mach, q, odd)]
+        [
+            table.jet(0, table.place(mach, q), even),
+            table.jet(1, table.place(mach, q), odd),
+            table.jet(2, table.place(mach, q), odd),
+        ]
     };
     let check = |a: [[f64; 6]; 3], b: [[f64; 6]; 3], place: &str| {
         for (a, b) in a.iter().flatten().zip(b.iter().flatten()) {
@@ -77,8 +81,13 @@ fn derivatives_of_the_jets() {
         let table = MachAlphaTable::apollo(interpolation);
         for (mach, q) in [(2.2, 0.03), (0.55, 1e-4), (8.0, 0.2), (12.0, 0.01), (2.2, 0.4)] {
             for k in 0..3 {
-                let jet =
-                    |m: f64, q: f64| if k == 0 { table.jet(k, m, q, even) } else { table.jet(k, m, q, odd) };
+                let jet = |m: f64, q: f64| {
+                    if k == 0 {
+                        table.jet(k, table.place(m, q), even)
+                    } else {
+                        table.jet(k, table.place(m, q), odd)
+                    }
+                };
                 let at = jet(mach, q);
                 let (h, g) = (1e-5, 1e-5 * q);
                 let by_m = |c: usize| (jet(mach + h, q)[c] - jet(mach - h, q)[c]) / (2.0 * h);
@@ -110,7 +119,7 @@ fn axial_flow() {
     assert!((at.moment_by_angle + 0.0077 / width).abs() < 1e-12 && (at.axial - 1.4316).abs() < 1e-14);
     for interpolation in [Interpolation::Linear, Interpolation::Smooth] {
         let table = MachAlphaTable::apollo(interpolation);
-        for jet in [table.jet(0, 2.2, 0.0, even), table.jet(1, 2.2, 0.0, odd)] {
+        for jet in [table.jet(0, table.place(2.2, 0.0), even), table.jet(1, table.place(2.2, 0.0), odd)] {
             assert!(jet.iter().all(|v| v.is_finite()));
         }
     }
@@ -154,5 +163,9 @@ fn tables_that_do_not_fit() {
     error(build(&mach, &attack, &axial[1..], &odd), "15 values for 16 rows");
     error(build(&mach, &attack, &axial, &[1.0; 16]), "coefficient of normal force in row 1");
     error(build(&mach[1..], &attack, &axial[4..], &odd[4..]), "3 rows, at least 4");
+    error(
+        build(&[0.5, 1.0, 1.0 + 1e-9, 3.0], &attack, &axial, &odd),
+        "Mach number in row 3 of the table: 1.000000001 is too close",
+    );
     error(build(&mach, &[0.0, 0.1, f64::NAN, 0.3], &axial, &odd), "NaN is not finite");
 }
