@@ -110,8 +110,6 @@ fn what_cannot_be_is_said() {
     let wide = criteria("wide.toml", "preset = \"chang-e-3-fine\"\nclearance_min_m = 40\n");
     let error = refused(&[&format!("terrain.fine_criteria={wide}")]);
     assert!(error.contains("fine map: no site") && error.contains("the widest place"), "{error}");
-    let error = refused(&["hover_altitude_m=2500"].map(|o| o));
-    assert!(error.contains("must be below `coarse_avoidance_altitude_km`"), "{error}");
     let error = refused(&["terrain.coarse=nowhere.tif"]);
     assert!(error.contains("nowhere.tif") && error.contains("`terrain.coarse` takes"), "{error}");
 }
@@ -132,7 +130,7 @@ fn out_of_reach_is_said_with_the_nearest_site() {
     let file = std::io::BufWriter::new(std::fs::File::create(&path).unwrap());
     apsides::terrain::io::write_geotiff(file, &map, apsides::terrain::io::GeoTiffOptions::default()).unwrap();
     let coarse = format!("terrain.coarse={}", path.display());
-    let error = refused(&[&coarse, "terrain.coarse_tilt_limit_deg=3"]);
+    let error = refused(&[&coarse, "terrain.coarse_tilt_limit_deg=1", "dry_mass_kg=1250"]);
     for words in
         ["none of 8 safe sites is within reach", "m away", "out of reach by", "terrain.coarse_tilt_limit_deg"]
     {
@@ -155,9 +153,9 @@ fn real_maps() {
         .solve(None, &mut ())
         .unwrap();
     assert_eq!(outcome.summary.status, "optimal");
-    // The safe fractions of crates/apsides-terrain/tests/reference.rs.
+    // Those of crates/apsides-terrain/tests/reference.rs, where the second map has lost its last column.
     let safe: Vec<f64> = outcome.summary.sites.iter().map(|s| s.safe_fraction).collect();
-    assert!((safe[0] - 0.47716).abs() < 1e-5 && (safe[1] - 0.23537).abs() < 1e-5, "{safe:?}");
+    assert!((safe[0] - 0.47716).abs() < 1e-5 && (safe[1] - 0.23524).abs() < 1e-5, "{safe:?}");
     let feasible = apsides::verify::CheckKind::Feasibility;
     let failures: Vec<_> = outcome.summary.certificate.failures().filter(|c| c.kind == feasible).collect();
     assert!(failures.is_empty(), "{failures:#?}");

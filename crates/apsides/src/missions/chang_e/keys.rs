@@ -194,11 +194,11 @@ pub(super) const TERRAIN: &[Key] = &[
     Key::number(FINE_WORTH, 3.0, Range::POSITIVE, "the same on the fine map"),
     Key::number(
         COARSE_TILT,
-        60.0,
-        Range::closed(1.0, 90.0),
+        75.0,
+        Range::closed(1.0, 85.0),
         "largest tilt of the thrust from the vertical in the coarse avoidance",
     ),
-    Key::number(FINE_TILT, 20.0, Range::closed(1.0, 90.0), "the same in the fine avoidance"),
+    Key::number(FINE_TILT, 30.0, Range::closed(1.0, 85.0), "the same in the fine avoidance"),
     Key::number(
         CENTRE_OF_MASS,
         2.0,
