@@ -27,11 +27,14 @@
 //! | [`footprint`] | the ends that a vehicle can reach |
 //! | [`reproduce`] | published tables computed again |
 //! | [`site_criteria`] | what a landing site must fulfil, from a file |
+//! | [`montecarlo`], [`dispersion`] | flights that deviate from a plan |
+//! | [`covariance`] | state-transition matrices and covariances along any trajectory |
 //! | [`sensitivity`] | what one more unit of a key is worth |
 //! | [`outcome`] | results |
 //! | [`observer`] | progress |
 
 pub(crate) mod checkpoint;
+pub mod covariance;
 pub mod dispersion;
 pub mod error;
 pub mod footprint;
