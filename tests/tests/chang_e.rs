@@ -42,6 +42,53 @@ fn in_the_plane() {
     assert!(switch.contains("throttle: 0.2 -> 1 - at t = 14.65"), "{switch}");
 }
 
+/// Of the final mass in the plane: by the multipliers, by the costates at the start and by solving again on both sides, against the
+/// adjoint of the indirect solution, whose own differences agree to 1e-6 (to 4e-6 for the full thrust, 2e-5 for the least).
+#[test]
+fn sensitivities_in_the_plane() {
+    let overrides = ["motion=plane".to_owned()];
+    let mission = Mission::load("chang-e-3-braking", &overrides).unwrap();
+    let outcome = mission.solve(None, &mut ()).unwrap();
+    // Key, value of the adjoint per unit of the key, its relative accuracy, step of the differences, accuracy of these.
+    let cases = [
+        ("initial_mass_kg", 0.542_230_649_9, 1e-6, 2.0, 2e-6),
+        ("exhaust_velocity_m_s", 0.258_622_112_3, 2e-6, 1.0, 2e-6),
+        ("thrust_n", 0.005_930_588_7, 5e-6, 5.0, 1e-5),
+        ("least_thrust_n", -8.687_369_6e-7, 1e-4, 100.0, 1e-2),
+        ("start_speed_m_s", -0.442_360_910_4, 1e-6, 1.0, 2e-6),
+        // Per km.
+        ("perilune_altitude_km", -0.735_388_974_6, 1e-6, 0.05, 1e-5),
+    ];
+    let keys = cases.map(|case| case.0);
+    let prices = mission.sensitivities(&outcome, &keys).unwrap();
+    let apart = |found: f64, expected: f64| (found / expected - 1.0).abs();
+    for (price, (key, expected, accuracy, step, of_differences)) in prices.iter().zip(cases) {
+        assert!(apart(price.objective, expected) < accuracy, "{key}: {} {expected}", price.objective);
+        let [above, below] = [1.0, -1.0].map(|side| {
+            let changed = format!("{key}={}", price.value + side * step);
+            solve(&["motion=plane", &changed]).summary.results["final_mass_kg"]
+        });
+        let slope = (above - below) / (2.0 * step);
+        assert!(apart(slope, expected) < of_differences, "{key}: {slope} {expected}");
+    }
+    // Costates of the minimised, negated mass: radius, angle, horizontal and upward speed, mass.
+    let phase = &outcome.trajectory.phases[0];
+    let mut costate = [0.0; 5];
+    phase.costate.as_ref().unwrap().evaluate(phase.initial_time, &mut costate);
+    // Relative to the size of the costates of position and of velocity; that of the upward speed is a hundredth of it.
+    for (index, expected, size) in [
+        (0, -7.353_889_746e-4, 7.4e-4),
+        // The range is free. A radian is 1737 km.
+        (1, 0.0, 7.4e-4 * 1.737e6),
+        (2, -0.442_360_910_4, 0.44),
+        (3, 0.004_332_377_5, 0.44),
+        (4, 0.542_230_649_9, 0.54),
+    ] {
+        let found = -costate[index];
+        assert!((found - expected).abs() < 2e-6 * size, "{index}: {found} {expected}");
+    }
+}
+
 #[test]
 fn over_the_rotating_moon() {
     let outcome = solve(&[]);

@@ -3,7 +3,7 @@
 use std::fmt::Write as _;
 
 use apsides::dispersion::Deviations;
-use apsides::montecarlo::{Guidance, MonteCarlo, Statistics};
+use apsides::montecarlo::{Ellipse, Guidance, MonteCarlo, Onboard, Replanning, Statistics};
 use apsides_report::{SampleFile, write_statistics};
 
 use crate::arguments::{GuidanceWord, MonteCarloArguments};
@@ -23,11 +23,11 @@ pub(crate) fn montecarlo(a: &MonteCarloArguments) -> Result<Exit, Refusal> {
             thrust: a.thrust / 100.0,
             exhaust_velocity: a.exhaust_velocity / 100.0,
             mass_kg: a.mass,
+            navigation_position_m: [a.navigation_position; 3],
+            navigation_velocity_m_s: [a.navigation_velocity; 3],
         },
-        guidance: match a.guidance {
-            GuidanceWord::OpenLoop => Guidance::OpenLoop,
-            GuidanceWord::Replanned => Guidance::Replanned,
-        },
+        guidance: guidance(a)?,
+        onboard: Onboard { engine_known: !a.engine_unknown, full_thrust_n: a.full_thrust },
     };
     let columns = MonteCarlo::columns(&mission);
     let stop = StopFlag::install();
@@ -78,6 +78,22 @@ pub(crate) fn montecarlo(a: &MonteCarloArguments) -> Result<Exit, Refusal> {
     Ok(if statistics.failed > 0 || samples.len() < run.samples { Exit::NotSolved } else { Exit::Verified })
 }
 
+fn guidance(a: &MonteCarloArguments) -> Result<Guidance, Refusal> {
+    let times = !a.replan_at.is_empty() || a.replan_every.is_some();
+    Ok(match a.guidance {
+        GuidanceWord::Replanned if !times => Guidance::Replanned(Replanning::at_start()),
+        GuidanceWord::Replanned => {
+            Guidance::Replanned(Replanning { at_s: a.replan_at.clone(), every_s: a.replan_every })
+        }
+        _ if times => {
+            return Err("`--replan-at` and `--replan-every` need `--guidance replanned`".into());
+        }
+        GuidanceWord::OpenLoop => Guidance::OpenLoop,
+        GuidanceWord::LinearRadial => Guidance::LinearRadial,
+        GuidanceWord::Polynomial => Guidance::Polynomial,
+    })
+}
+
 fn text(mission: &str, s: &Statistics, first: usize) -> String {
     let mut text = format!("{} flights of {mission}", s.samples);
     if first > 0 {
@@ -100,14 +116,20 @@ fn text(mission: &str, s: &Statistics, first: usize) -> String {
         }
         text.push('\n');
     }
-    if let Some(e) = &s.ellipse {
+    let mut ellipse = |name: &str, e: &Ellipse| {
         let _ = writeln!(
             text,
-            "\nellipse of one sigma: semi-axes {} and {} m, the larger one {:.1} deg right of the course",
+            "{name}: semi-axes {} and {} m, the larger one {:.1} deg right of the course",
             number(e.semi_axes_m[0]),
             number(e.semi_axes_m[1]),
             e.angle_deg
         );
+    };
+    if let Some(e) = &s.ellipse {
+        ellipse("\nellipse of one sigma", e);
+    }
+    if let Some(e) = &s.linear_ellipse {
+        ellipse("by the state-transition matrix", e);
     }
     text
 }

@@ -138,7 +138,7 @@ pub fn write_statistics(
     replace(dir, &items)
 }
 
-/// The ends over ground, to scale, with the ellipses of one and three standard deviations.
+/// The ends over ground, to scale, with the ellipses of one and three standard deviations, and that of the state-transition matrix.
 #[must_use]
 pub fn landing_figure(
     title: &str,
@@ -159,6 +159,9 @@ pub fn landing_figure(
                 figure.with(Series::line(format!("{sigmas} sigma"), outline(ellipse, sigmas)).colored(k + 1));
         }
     }
+    if let Some(ellipse) = &statistics.linear_ellipse {
+        figure = figure.with(Series::bound("3 sigma, by the state-transition matrix", outline(ellipse, 3.0)));
+    }
     figure.to_scale(1.0)
 }
 
@@ -176,13 +179,14 @@ fn outline(e: &Ellipse, sigmas: f64) -> Vec<[f64; 2]> {
 mod tests {
     #![allow(clippy::unwrap_used)]
     use super::*;
-    use apsides::montecarlo::Guidance;
+    use apsides::montecarlo::{Guidance, Onboard};
 
     const COLUMNS: &[&str] = &["along_m", "across_m"];
 
     fn run(seed: u64) -> MonteCarlo {
         let dispersions = Deviations { position_m: [1.0; 3], ..Deviations::default() };
-        MonteCarlo { samples: 9, seed, threads: 1, dispersions, guidance: Guidance::OpenLoop }
+        let (guidance, onboard) = (Guidance::OpenLoop, Onboard::default());
+        MonteCarlo { samples: 9, seed, threads: 1, dispersions, guidance, onboard }
     }
 
     fn sample(run: &MonteCarlo, index: usize) -> Sample {
