@@ -73,9 +73,26 @@ impl Local {
     }
 }
 
+/// Angle at the centre between two places of longitude and geocentric latitude; all in rad.
+#[must_use]
+pub fn central_angle(from: [f64; 2], to: [f64; 2]) -> f64 {
+    let [a, b] = [from, to].map(|[longitude, latitude]| Local::at(longitude, latitude).up);
+    let cross = [a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]];
+    let dot: f64 = a.iter().zip(b).map(|(a, b)| a * b).sum();
+    cross[0].hypot(cross[1]).hypot(cross[2]).atan2(dot)
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn angles_along_meridians_and_across_the_pole() {
+        let (latitude, step) = (0.7, 1e-9);
+        assert!((central_angle([0.3, latitude], [0.3, latitude + step]) / step - 1.0).abs() < 1e-6);
+        let over = central_angle([0.3, 1.2], [0.3 + std::f64::consts::PI, 1.1]);
+        assert!((over - (std::f64::consts::PI - 2.3)).abs() < 1e-15);
+    }
 
     #[test]
     fn there_and_back() {

@@ -36,6 +36,7 @@
 //! | [`gravity`] | gravity fields in spherical harmonics |
 //! | [`powered_descent`] | flight with throttled thrust over a rotating body, in spherical coordinates fixed to it |
 //! | [`frames`] | inertial, body-fixed and local axes |
+//! | [`projection`] | transverse Mercator projection of a sphere or an ellipsoid |
 //! | [`atmosphere`] | exponential and standard atmospheres, tables |
 //! | [`aerodynamics`] | coefficients of lift and drag, vehicles of atmospheric entry |
 //! | [`heating`] | laws of convective heating, temperature of the wall |
@@ -61,6 +62,7 @@ pub mod kepler;
 pub mod planar;
 pub mod planet;
 pub mod powered_descent;
+pub mod projection;
 pub mod quantity;
 pub mod transfer;
 

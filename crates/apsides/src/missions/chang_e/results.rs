@@ -1,6 +1,6 @@
 //! Scalars and curves of a landing.
 
-use apsides_dynamics::frames::Local;
+use apsides_dynamics::frames::central_angle;
 use apsides_ocp::{PhaseTrajectory, Trajectory};
 
 use super::lander::{Lander, Motion};
@@ -52,12 +52,6 @@ pub(super) fn braking(lander: &Lander, t: &Trajectory) -> Scalars {
         }
     }
     results
-}
-
-/// Angle at the centre between two places of longitude and latitude, rad.
-fn central_angle(from: [f64; 2], to: [f64; 2]) -> f64 {
-    let [from, to] = [from, to].map(|[longitude, latitude]| Local::at(longitude, latitude).up);
-    from.iter().zip(to).map(|(a, b)| a * b).sum::<f64>().clamp(-1.0, 1.0).acos()
 }
 
 /// Of the whole landing: those of the braking, and of each phase its time and propellant.
