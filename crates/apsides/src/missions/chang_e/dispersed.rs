@@ -8,7 +8,7 @@ use apsides_ode::{Integrator, Linearised, OdeSettings, OdeSystem, Status, StmPro
 use apsides_radau::Radau;
 
 use super::lander::{Lander, Motion};
-use super::phases::{ABOVE_M, BRAKING};
+use super::phases::{ABOVE_M, BELOW_M, BRAKING};
 use crate::Error;
 use crate::dispersion::Deviations;
 use crate::key::Values;
@@ -287,8 +287,9 @@ impl Lander {
         for (s, value) in phase.states.iter_mut().zip(start) {
             s.initial = Bounds::fixed(*value);
         }
-        // The guard is that of a start at the perilune.
+        // The guards are those of a start at the perilune.
         let guard = &mut phase.states[0].variable.bounds;
+        guard.lower = guard.lower.min((start[0] - BELOW_M).max(self.body.radius));
         guard.upper = guard.upper.max(start[0] + ABOVE_M);
         let ocp = self.with_gate_speed(Ocp::builder("main braking from a state").phase(phase));
         let mass = At::FinalState(BRAKING, apsides_dynamics::planar::MASS.name);

@@ -48,7 +48,8 @@ pub(super) fn sheet(workers: &mut Workers<'_>) -> Result<Sheet, Stop> {
         1692.0 * PERILUNE / APOLUNE
     );
     let wrong_gravity = format!(
-        "the gravity on the surface is used, {surface:.4} m/s2; the energy asks for mu / (r1 r2) = {fitting:.4} m/s2"
+        "with the gravity on the surface, {surface:.4} m/s2, (5.9) does not give the printed speed; the energy asks for mu / (r1 r2) = \
+         {fitting:.4} m/s2 there"
     );
     let rows = vec![
         row(

@@ -78,6 +78,10 @@ fn flights_that_deviate() {
     }
     near(&sheet, "planned anew at the start: within 1 m, %", "found", 100.0, 0.0);
     let sheet = on_two(|w| deviations::far(200, 4, w));
+    // Each start above the ground has a flight to the gate, as in the reference.
+    let words: Vec<&str> = sheet.findings[1].split_whitespace().collect();
+    let of = words.iter().position(|w| *w == "of").unwrap();
+    assert_eq!(words[of - 1], words[of + 1], "{}", sheet.findings[1]);
     // 200 draws: three standard errors of 3.4 %.
     near(&sheet, "starts below the ground, %", "found", 38.75, 10.3);
 }
