@@ -69,7 +69,7 @@ pub(crate) enum Command {
     /// Compute the tables of a publication again, or list the publications.
     #[command(
         after_help = "Examples:\n  apsides reproduce\n  apsides reproduce lunar-landing --out reproduction\n  \
-                      apsides reproduce geo-injection --out reproduction"
+                      apsides reproduce geo-injection --out reproduction\n  apsides reproduce chang-e-3 --threads 2 --out reproduction"
     )]
     Reproduce(ReproduceArguments),
     /// Find what is unsafe on an elevation map, and the landing sites on it.
@@ -168,6 +168,15 @@ pub(crate) struct SweepArguments {
     pub(crate) run: RunArguments,
 }
 
+/// Files of the samples of a Monte Carlo run.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub(crate) enum SampleFormat {
+    /// CSV alone.
+    Csv,
+    /// CSV and Parquet.
+    Parquet,
+}
+
 /// Steering of a deviating flight.
 #[derive(Clone, Copy, Debug, clap::ValueEnum)]
 pub(crate) enum GuidanceWord {
@@ -228,6 +237,9 @@ pub(crate) struct MonteCarloArguments {
     /// Write montecarlo.csv, flight by flight, montecarlo.json and montecarlo.svg; a run that was stopped goes on.
     #[arg(long, value_name = "DIR")]
     pub(crate) out: Option<PathBuf>,
+    /// Files of the samples: parquet makes montecarlo.parquet of montecarlo.csv at the end, in builds with the feature `parquet`.
+    #[arg(long, value_enum, default_value = "csv", requires = "out")]
+    pub(crate) format: SampleFormat,
     /// Print one JSON object on stdout and nothing else.
     #[arg(long)]
     pub(crate) json: bool,

@@ -6,7 +6,7 @@ use apsides::dispersion::Deviations;
 use apsides::montecarlo::{Ellipse, Guidance, MonteCarlo, Onboard, Replanning, Statistics};
 use apsides_report::{SampleFile, write_statistics};
 
-use crate::arguments::{GuidanceWord, MonteCarloArguments};
+use crate::arguments::{GuidanceWord, MonteCarloArguments, SampleFormat};
 use crate::commands::{Refusal, refusal};
 use crate::output::{Exit, print, written};
 use crate::progress::{Progress, StopFlag};
@@ -30,6 +30,9 @@ pub(crate) fn montecarlo(a: &MonteCarloArguments) -> Result<Exit, Refusal> {
         onboard: Onboard { engine_known: !a.engine_unknown, full_thrust_n: a.full_thrust },
     };
     let columns = MonteCarlo::columns(&mission);
+    if a.format == SampleFormat::Parquet && !cfg!(feature = "parquet") {
+        return Err("this program is built without Parquet: build it with `--features parquet`".into());
+    }
     let stop = StopFlag::install();
     let plan = mission.solve(None, &mut Progress::table(true, stop.clone())).map_err(refusal)?;
     if !plan.status.is_success() {
@@ -63,6 +66,10 @@ pub(crate) fn montecarlo(a: &MonteCarloArguments) -> Result<Exit, Refusal> {
     let mut files = Vec::new();
     if let (Some(dir), Some(file)) = (&a.out, file) {
         files.push(file.finish().map_err(refusal)?);
+        #[cfg(feature = "parquet")]
+        if a.format == SampleFormat::Parquet {
+            files.push(apsides_report::write_parquet(dir, &samples, columns).map_err(refusal)?);
+        }
         let title = format!("{}: ends of {} flights", a.mission.mission, samples.len());
         files.extend(write_statistics(dir, &title, &samples, columns, &statistics).map_err(refusal)?);
     }

@@ -307,6 +307,31 @@ fn results_of_shooting_are_written_and_verified_again() {
 }
 
 #[test]
+fn samples_as_parquet_need_the_feature() {
+    let dir = tempfile::tempdir().unwrap();
+    let out = path(dir.path());
+    let o = apsides(&[
+        "montecarlo",
+        "chang-e-3-braking",
+        "--samples",
+        "3",
+        "--quiet",
+        "--format",
+        "parquet",
+        "--out",
+        &out,
+    ]);
+    if cfg!(feature = "parquet") {
+        assert_eq!(o.status.code(), Some(0), "{}", stderr(&o));
+        let bytes = std::fs::read(dir.path().join("montecarlo.parquet")).unwrap();
+        assert!(bytes.starts_with(b"PAR1") && bytes.ends_with(b"PAR1"));
+    } else {
+        assert_eq!(o.status.code(), Some(2));
+        assert!(stderr(&o).contains("--features parquet"), "{}", stderr(&o));
+    }
+}
+
+#[test]
 fn missions_and_check_print_what_there_is() {
     let o = apsides(&["missions"]);
     assert_eq!(o.status.code(), Some(0));
@@ -352,7 +377,7 @@ fn a_publication_is_reproduced_with_findings() {
     assert_eq!(refused.status.code(), Some(2));
     assert_eq!(
         stderr(&refused),
-        "apsides: reproduce: `name` is \"lunar\", allowed is \"lunar-landing\" or \"geo-injection\" or \"capsule-reentry\"\n"
+        "apsides: reproduce: `name` is \"lunar\", allowed is \"lunar-landing\" or \"geo-injection\" or \"capsule-reentry\" or \"chang-e-3\"\n"
     );
 }
 

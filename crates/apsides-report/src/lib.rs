@@ -48,6 +48,8 @@ mod html;
 mod montecarlo;
 mod multipliers;
 mod number;
+#[cfg(feature = "parquet")]
+mod parquet_samples;
 mod reproduction;
 mod sheet;
 mod site_files;
@@ -67,6 +69,8 @@ pub use montecarlo::{SampleFile, landing_figure, write_statistics};
 pub use multipliers::{
     ConstraintMultipliers, ContactMultiplier, IntegralMultipliers, Multipliers, PathMultipliers,
 };
+#[cfg(feature = "parquet")]
+pub use parquet_samples::write_parquet;
 pub use reproduction::{
     COMPARISON_HEADS, comparison_columns, miss_sentence, quantity_label, write_reproduction,
 };

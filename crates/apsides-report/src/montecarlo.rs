@@ -14,7 +14,7 @@ use crate::{Axis, Figure, ReportError, Series};
 const DATA: &str = "montecarlo.csv";
 const JSON: &str = "montecarlo.json";
 const FIGURE: &str = "montecarlo.svg";
-const INDEX: &str = "index";
+pub(crate) const INDEX: &str = "index";
 
 /// Points of the outline of an ellipse.
 const OUTLINE: usize = 180;

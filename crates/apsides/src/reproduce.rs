@@ -15,6 +15,7 @@ use apsides_verify::Verdict;
 use crate::{Error, Mission, Observer, Outcome};
 
 mod capsule_reentry;
+mod chang_e;
 mod geo_injection;
 mod lunar_landing;
 mod sheet;
@@ -94,8 +95,12 @@ struct Solved<'a> {
     radau: Option<&'a Outcome>,
 }
 
-const PUBLICATIONS: &[Publication] =
-    &[lunar_landing::PUBLICATION, geo_injection::PUBLICATION, capsule_reentry::PUBLICATION];
+const PUBLICATIONS: &[Publication] = &[
+    lunar_landing::PUBLICATION,
+    geo_injection::PUBLICATION,
+    capsule_reentry::PUBLICATION,
+    chang_e::PUBLICATION,
+];
 
 /// All rows of a publication that were computed.
 #[derive(Clone, Debug, PartialEq)]

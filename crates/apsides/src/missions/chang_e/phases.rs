@@ -23,8 +23,8 @@ const SPEED_MISS_M_S: f64 = 1e-5;
 const MASS_MISS_KG: f64 = 1e-5;
 
 /// Guards: below the lowest place of a phase and above its highest, m.
-const BELOW_M: f64 = 1e3;
-const ABOVE_M: f64 = 50e3;
+pub(super) const BELOW_M: f64 = 1e3;
+pub(super) const ABOVE_M: f64 = 50e3;
 /// Guard of a flight in space around the poles, rad.
 const MOST_LATITUDE: f64 = 1.55;
 /// Shortest phase, s.

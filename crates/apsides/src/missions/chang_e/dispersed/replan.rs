@@ -13,7 +13,7 @@ use super::{N, PlannedBraking, Vehicle};
 use crate::Error;
 use crate::dispersion::Deviations;
 use crate::missions::chang_e::lander::Lander;
-use crate::missions::chang_e::phases::BRAKING;
+use crate::missions::chang_e::phases::{ABOVE_M, BELOW_M, BRAKING};
 use crate::montecarlo::{MonteCarlo, Replanning};
 
 /// What a metre of miss of the end is worth, kg, along each of its axes: more than any detour that is left to a flight that can still
@@ -155,6 +155,10 @@ impl Lander {
         for s in &mut phase.states[..3] {
             s.terminal = Bounds::FREE;
         }
+        // The guards are those of a start at the perilune.
+        let guard = &mut phase.states[0].variable.bounds;
+        guard.lower = guard.lower.min((start[0] - BELOW_M).max(self.body.radius));
+        guard.upper = guard.upper.max(start[0] + ABOVE_M);
         let ocp = self.with_gate_speed(Ocp::builder("main braking from a state").phase(phase));
         let ocp = MISSES
             .iter()
