@@ -190,13 +190,39 @@ fn six_stages_over_the_rotating_moon() {
     let oblate = landing(&["gravity=degree-2"]);
     verified(&oblate);
     assert_eq!(oblate.summary.switches.len(), 4, "{:?}", oblate.summary.switches);
-    near(&oblate, "final_mass_kg", 1254.880_57, 1e-4);
+    near(&oblate, "final_mass_kg", 1_254.880_57, 1e-4);
     let hovering = landing(&["hover_time_s=5"]);
     verified(&hovering);
     // 0.70033 kg/s at 1267.25 kg.
     let rate = hovering.summary.results["hover_propellant_kg"] / 5.0;
     let mass = hovering.trajectory.phases[3].state_at(hovering.trajectory.phases[3].initial_time)[2];
     assert!((rate / mass - 0.700_33 / 1267.25).abs() < 1e-6, "{rate} at {mass}");
+}
+
+/// The adjustment by the shortest path, as in the contest: half a kilogram per metre counts more than any propellant.
+#[test]
+fn shortest_path_of_the_adjustment() {
+    let least = landing(&["motion=plane"]);
+    let path = |outcome: &Outcome| {
+        let p = &outcome.trajectory.phases[1];
+        let speed = |k: usize| {
+            let x = p.state_at(p.time_at(k as f64 / 1000.0));
+            x[2].hypot(x[3])
+        };
+        let sum: f64 = (0..1000).map(|k| 0.5 * (speed(k) + speed(k + 1))).sum();
+        sum * (p.final_time - p.initial_time) / 1000.0
+    };
+    let mut last = path(&least);
+    for weight in ["0.01", "0.5"] {
+        let shorter = landing(&["motion=plane", &format!("adjustment_path_weight_kg_m={weight}")]);
+        verified(&shorter);
+        let length = path(&shorter);
+        assert!(length < last && length > 600.0, "{length} {last}");
+        assert!(shorter.summary.results["propellant_kg"] > least.summary.results["propellant_kg"]);
+        last = length;
+    }
+    // The straight way down from 3 km to 2.4 km has 600 m.
+    assert!(last < 602.0, "{last}");
 }
 
 #[test]

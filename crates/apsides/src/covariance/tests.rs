@@ -84,7 +84,7 @@ fn derivatives_are_those_of_flights() {
     let planar = Flights::of("chang-e-3-braking", &["motion=plane"], 0);
     check_derivatives(&planar, &[1e3, 5e-4, 1.0, 1.0, 1.0], &[1e-3, 1e-3]);
     // A phase in the middle of a flight, of vertical motion.
-    let vertical = Flights::of("chang-e-3", &["motion=plane"], 2);
+    let vertical = Flights::of("chang-e-3-flat", &["motion=plane"], 2);
     check_derivatives(&vertical, &[10.0, 1.0, 1.0], &[1e-3]);
 }
 

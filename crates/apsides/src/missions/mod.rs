@@ -103,6 +103,9 @@ pub struct Decisions {
     pub sites: Arc<[SiteSelection]>,
 }
 
+/// Decides what values leave open.
+pub(crate) type Decide = fn(&Values) -> Result<Decisions, Error>;
+
 impl Default for Decisions {
     /// None, of a mission without values.
     fn default() -> Self {
@@ -143,7 +146,7 @@ pub(crate) struct Kind {
     /// A sentence on what is missing, besides the requirements that conflict.
     pub(crate) missing: fn(&Mission, &Explanation) -> Option<String>,
     /// What is decided before the flight is posed, where something is.
-    pub(crate) decide: Option<fn(&Values) -> Result<Decisions, Error>>,
+    pub(crate) decide: Option<Decide>,
     /// Checks of the certificate against the maps that sites were chosen on.
     pub(crate) site_checks: fn(&Values, &[SiteSelection], &Trajectory) -> Vec<Check>,
     /// Scalars that take solves of their own, of a mission that is solved.

@@ -8,7 +8,7 @@ use super::case::{BRAKING, outcome};
 use super::comparison::{self, Comparison, Known, to};
 use super::orbit::RADIUS;
 use crate::dispersion::Deviations;
-use crate::montecarlo::{Dispersed, Guidance, MonteCarlo, Sample, Statistics};
+use crate::montecarlo::{Dispersed, Guidance, MonteCarlo, Onboard, Replanning, Sample, Statistics};
 use crate::reproduce::sheet::{Graph, GraphSeries, Sheet};
 use crate::reproduce::stop::Stop;
 use crate::reproduce::workers::Workers;
@@ -21,6 +21,12 @@ pub(super) fn flights(mission: &Mission, plan: &Outcome) -> Result<Box<dyn Dispe
         return Err(Error::Conflict { place: "mission".into(), reason });
     };
     (deviating.flights)(&mission.values, &plan.trajectory)
+}
+
+/// Flights with this steering, of one thread and without deviations.
+pub(super) fn steered(guidance: Guidance) -> MonteCarlo {
+    let (dispersions, onboard) = (Deviations::default(), Onboard::default());
+    MonteCarlo { samples: 0, seed: SEED, threads: 1, dispersions, guidance, onboard }
 }
 
 const SEED: u64 = 8;
@@ -48,11 +54,11 @@ pub(super) fn near(flights: usize, replanned: usize, workers: &mut Workers<'_>) 
     let dispersions =
         Deviations { position_m: [SIGMA_M; 3], velocity_m_s: [SIGMA_M_S; 3], ..Deviations::default() };
     let run = |samples, guidance| {
-        let run = MonteCarlo { samples, seed: SEED, threads: workers.threads, dispersions, guidance };
+        let run = MonteCarlo { samples, threads: workers.threads, dispersions, ..steered(guidance) };
         run.run(&mission, &plan, Vec::new(), |_| true)
     };
     let (samples, open) = run(flights, Guidance::OpenLoop)?;
-    let (_, anew) = run(replanned, Guidance::Replanned)?;
+    let (_, anew) = run(replanned, Guidance::Replanned(Replanning::at_start()))?;
     let spread = |s: &Statistics, name: &str| s.spreads.iter().find(|p| p.name == name).cloned();
     let relative = |value: f64, part: f64| to(value, part * value.abs());
     let mut labels = Vec::new();
@@ -167,15 +173,18 @@ pub(super) fn far(count: usize, replanned: usize, workers: &mut Workers<'_>) -> 
     let starts = far_starts(&plan, count);
     let below = starts.iter().filter(|s| s.altitude < 0.0).count();
     let fly = |starts: &[&Far], guidance, workers: &mut Workers<'_>| {
-        workers.all(starts, |s, _| Ok(flights.fly(&s.deviations, guidance)))
+        let run = steered(guidance);
+        workers.all(starts, |s, _| Ok(flights.fly(&s.deviations, &run)))
     };
     let all: Vec<&Far> = starts.iter().collect();
     let open: Vec<Vec<f64>> =
         fly(&all, Guidance::OpenLoop, workers)?.into_iter().filter_map(|r| r.ok()?).collect();
     let above: Vec<&Far> = starts.iter().take(replanned).filter(|s| s.altitude > 0.0).collect();
     let tried = above.len();
-    let anew: Vec<Vec<f64>> =
-        fly(&above, Guidance::Replanned, workers)?.into_iter().filter_map(|r| r.ok()?).collect();
+    let anew: Vec<Vec<f64>> = fly(&above, Guidance::Replanned(Replanning::at_start()), workers)?
+        .into_iter()
+        .filter_map(|r| r.ok()?)
+        .collect();
     let mut miss: Vec<f64> = open.iter().map(|r| r[6] / 1e3).collect();
     miss.sort_unstable_by(f64::total_cmp);
     let at = |part: f64| {

@@ -2,7 +2,7 @@
 
 use super::case::{BRAKING, outcome};
 use super::comparison::{self, Comparison, Known, to};
-use super::deviations::flights;
+use super::deviations::{flights, steered};
 use super::orbit::{MU, RADIUS};
 use crate::dispersion::Deviations;
 use crate::montecarlo::Guidance;
@@ -20,12 +20,13 @@ pub(super) fn sheet(workers: &mut Workers<'_>) -> Result<Sheet, Stop> {
     let (mission, plan) = outcome(BRAKING, &[], &mut *workers.observer)?;
     let flights = flights(&mission, &plan)?;
     let mut blocks: Blocks = Default::default();
+    let open = steered(Guidance::OpenLoop);
     for column in 0..6 {
         let at = |sign: f64| {
             let mut d = Deviations::default();
             let side = if column < 3 { &mut d.position_m } else { &mut d.velocity_m_s };
             side[column % 3] = sign * STEPS[column / 3];
-            flights.fly(&d, Guidance::OpenLoop).ok_or_else(|| Stop::NotSolved("a flight does not end".into()))
+            flights.fly(&d, &open).ok_or_else(|| Stop::NotSolved("a flight does not end".into()))
         };
         let (above, below) = (at(1.0)?, at(-1.0)?);
         for row in 0..6 {
