@@ -1,5 +1,5 @@
 //! The landing of Chang'e-3 on elevation maps: sites, diverts, what is said where there is none. Maps are smaller than those of the mission file.
-#![allow(clippy::unwrap_used)]
+#![allow(clippy::unwrap_used, clippy::print_stdout)]
 
 use std::path::{Path, PathBuf};
 

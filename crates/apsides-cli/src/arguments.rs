@@ -14,6 +14,7 @@ use clap::{Args, Parser, Subcommand, ValueEnum};
         apsides missions\n  \
         apsides solve lunar-perilune --out results\n  \
         apsides solve lunar-direct --set thrust_n=500 --json\n  \
+        apsides simulate moving-mass-cross --out descent\n  \
         apsides sweep lunar-perilune --set perilune_altitude_km=50,25,15 --out sweep.csv\n  \
         apsides footprint capsule-reentry --out footprint\n  \
         apsides verify results\n  \
@@ -37,6 +38,13 @@ pub(crate) enum Command {
         apsides solve lunar-perilune --sensitivity\n  \
         apsides solve lunar-two-phase --json --quiet")]
     Solve(SolveArguments),
+    /// Simulate a mission under its law: a descent with moving masses.
+    #[command(after_help = "Examples:\n  \
+        apsides simulate moving-mass-cross --out descent\n  \
+        apsides simulate moving-mass-cross --set moving_mass_kg=5 --set rate_limit_m_s=0.2\n  \
+        apsides simulate moving-mass-radial --set allocation=angles --json\n\n\
+        Exit status 3: the flight failed; the reason and the time are stated.")]
+    Simulate(SimulateArguments),
     /// Solve a mission for every combination of values, each case started from its neighbour.
     #[command(after_help = "Examples:\n  \
         apsides sweep lunar-perilune --set perilune_altitude_km=50,25,20,15,10,5\n  \
@@ -142,6 +150,22 @@ pub(crate) struct SolveArguments {
     pub(crate) explain: bool,
     #[command(flatten)]
     pub(crate) run: RunArguments,
+}
+
+/// Arguments of `simulate`.
+#[derive(Debug, Args)]
+pub(crate) struct SimulateArguments {
+    #[command(flatten)]
+    pub(crate) mission: MissionArguments,
+    /// Write summary.json, states.csv, mission.toml and report.html into this directory.
+    #[arg(long, value_name = "DIR")]
+    pub(crate) out: Option<PathBuf>,
+    /// Print one JSON object on stdout and nothing else.
+    #[arg(long)]
+    pub(crate) json: bool,
+    /// Seed of the noise of sensors.
+    #[arg(long, value_name = "N", default_value_t = 0)]
+    pub(crate) seed: u64,
 }
 
 /// Arguments of `sweep`.

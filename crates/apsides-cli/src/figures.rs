@@ -2,13 +2,17 @@
 
 use apsides::key::{name_of, unit_of};
 use apsides::sweep::{Axis as Swept, Case};
-use apsides::{ObjectiveValue, Outcome, Price};
+use apsides::{Curve, ObjectiveValue, Outcome, Price};
 use apsides_report::{Axis, Figure, Series};
 
 /// The mission's own curves.
 pub(crate) fn figures(outcome: &Outcome) -> Vec<Figure> {
-    outcome
-        .curves
+    curve_figures(&outcome.curves)
+}
+
+/// Curves as figures.
+pub(crate) fn curve_figures(curves: &[Curve]) -> Vec<Figure> {
+    curves
         .iter()
         .map(|c| {
             let axis = |(name, unit): &(String, String)| Axis::new(name.clone(), unit.clone());

@@ -10,6 +10,7 @@ mod montecarlo;
 mod output;
 mod progress;
 mod reproduce;
+mod simulate;
 mod sweep;
 mod terrain;
 
@@ -23,6 +24,7 @@ use output::Exit;
 fn main() -> ExitCode {
     let result = match Arguments::parse().command {
         Command::Solve(a) => commands::solve(&a),
+        Command::Simulate(a) => simulate::simulate(&a),
         Command::Sweep(a) => sweep::run_sweep(&a),
         Command::Footprint(a) => footprint::footprint(&a),
         Command::Montecarlo(a) => montecarlo::montecarlo(&a),

@@ -167,6 +167,13 @@ impl RigidBody {
         Flow { altitude, axes, air: attitude::turned_back(&axes, &air) }
     }
 
+    /// Height, m, and velocity relative to the air in body axes, m/s, at a state.
+    #[inline]
+    pub fn air<S: Scalar>(&self, x: &[S; 13]) -> (S, [S; 3]) {
+        let Flow { altitude, air, .. } = self.flow(x);
+        (altitude, air)
+    }
+
     /// Motion and loads at a state.
     #[inline]
     pub(crate) fn motion<S: Scalar>(&self, x: &[S; 13]) -> Motion<S> {

@@ -132,7 +132,7 @@ impl Columns {
 }
 
 /// A name or unit made of letters, digits and underscores: `m/s^2` is `m_per_s2`, `-` is empty.
-fn header_text(text: &str) -> String {
+pub(crate) fn header_text(text: &str) -> String {
     if text == "-" {
         return String::new();
     }

@@ -1,5 +1,6 @@
 //! `report.html`: one file with style and figures inside, no script and no reference to anything outside.
 
+use std::collections::BTreeMap;
 use std::fmt::Write as _;
 
 use apsides::{Outcome, Summary};
@@ -45,16 +46,10 @@ pub(crate) fn escape(text: &str) -> String {
 pub fn render_html(outcome: &Outcome, figures: &[Figure]) -> Result<String, ReportError> {
     let standard = StandardFigures::new(&outcome.ocp, &outcome.trajectory)?;
     let summary = &outcome.summary;
-    let title = escape(&summary.mission);
-    let mut page = format!(
-        "<!DOCTYPE html>\n<html lang=\"en\">\n<head>\n<meta charset=\"utf-8\">\n\
-         <meta name=\"viewport\" content=\"width=device-width, initial-scale=1\">\n\
-         <title>{title}</title>\n<style>\n{}</style>\n</head>\n<body>\n<main>\n<h1>{title}</h1>\n",
-        include_str!("page.css")
-    );
+    let mut page = begin(&summary.mission);
     header(&mut page, summary, outcome.explanation.as_deref());
     page.push_str("<div class=\"columns\">\n<section>\n");
-    results(&mut page, summary);
+    results(&mut page, &summary.results);
     page.push_str("</section>\n<section>\n");
     work(&mut page, summary);
     page.push_str("</section>\n</div>\n");
@@ -73,15 +68,30 @@ pub fn render_html(outcome: &Outcome, figures: &[Figure]) -> Result<String, Repo
         Some("Each dot starts an interval; fine meshes are drawn without dots."),
         &standard.mesh,
     )?;
-    let mission_file = escape(&outcome.mission_file);
+    end(&mut page, &outcome.mission_file, "The nodes are in trajectory.csv, the numbers in summary.json.");
+    Ok(page)
+}
+
+/// The head of a page up to its title.
+pub(crate) fn begin(title: &str) -> String {
+    let title = escape(title);
+    format!(
+        "<!DOCTYPE html>\n<html lang=\"en\">\n<head>\n<meta charset=\"utf-8\">\n\
+         <meta name=\"viewport\" content=\"width=device-width, initial-scale=1\">\n\
+         <title>{title}</title>\n<style>\n{}</style>\n</head>\n<body>\n<main>\n<h1>{title}</h1>\n",
+        include_str!("page.css")
+    )
+}
+
+/// The end of a page: the mission file, and where the numbers are.
+pub(crate) fn end(page: &mut String, mission_file: &str, where_numbers_are: &str) {
     let _ = write!(
         page,
-        "<details>\n<summary>Mission file</summary>\n<pre class=\"card\">{mission_file}</pre>\n</details>\n\
-         <footer>Written by apsides {}. The nodes are in trajectory.csv, the numbers in summary.json.</footer>\n\
-         </main>\n</body>\n</html>\n",
+        "<details>\n<summary>Mission file</summary>\n<pre class=\"card\">{}</pre>\n</details>\n\
+         <footer>Written by apsides {}. {where_numbers_are}</footer>\n</main>\n</body>\n</html>\n",
+        escape(mission_file),
         env!("CARGO_PKG_VERSION")
     );
-    Ok(page)
 }
 
 // Writing into a `String` cannot fail, hence the discarded results.
@@ -120,7 +130,7 @@ fn header(page: &mut String, summary: &Summary, explanation: Option<&str>) {
     page.push_str("</dl>\n");
 }
 
-fn milliseconds(value: f64) -> String {
+pub(crate) fn milliseconds(value: f64) -> String {
     if value >= 1e4 {
         format!("{} s", readable(value / 1e3, 4))
     } else {
@@ -128,9 +138,9 @@ fn milliseconds(value: f64) -> String {
     }
 }
 
-fn results(page: &mut String, summary: &Summary) {
+pub(crate) fn results(page: &mut String, results: &BTreeMap<String, f64>) {
     page.push_str("<h2>Results</h2>\n");
-    if summary.results.is_empty() {
+    if results.is_empty() {
         page.push_str("<p class=\"note\">The mission states no results.</p>\n");
         return;
     }
@@ -138,7 +148,7 @@ fn results(page: &mut String, summary: &Summary) {
         "<div class=\"card\"><table>\n<thead><tr><th>Quantity</th><th class=\"number\">Value</th>\
          <th>Unit</th></tr></thead>\n<tbody>\n",
     );
-    for (key, value) in &summary.results {
+    for (key, value) in results {
         let (name, unit) = split_key(key);
         let _ = writeln!(
             page,
@@ -285,7 +295,7 @@ fn parameters(page: &mut String, outcome: &Outcome, trajectory: &Trajectory) {
     page.push_str("</tbody>\n</table></div>\n");
 }
 
-fn section(
+pub(crate) fn section(
     page: &mut String,
     title: &str,
     note: Option<&str>,

@@ -3,6 +3,7 @@
 //! ```text
 //! Outcome -> summary.json  certificate.json  trajectory.csv  multipliers.json  mission.toml  report.html
 //! Reproduction -> reproduction.md  reproduction.csv  table-2.svg  table-3.svg
+//! Simulated -> summary.json  states.csv  mission.toml  report.html
 //! Footprint -> footprint.csv  footprint.json  footprint.svg
 //! trajectory.csv, multipliers.json -> Trajectory     (the same polynomials, from the values at the nodes)
 //! ```
@@ -31,6 +32,7 @@
 //! | `html`, `page.css` | `report.html` |
 //! | `figure`, `axis_layout`, `svg` | what a figure shows, where its ticks stand, how it is drawn |
 //! | `standard_figures` | figures of every result |
+//! | `simulation` | simulated flights |
 //! | `footprint` | ends within reach, with a map |
 //! | `reproduction`, `sheet` | published tables computed again |
 //! | `units`, `number` | units and numbers for readers |
@@ -52,6 +54,7 @@ mod number;
 mod parquet_samples;
 mod reproduction;
 mod sheet;
+mod simulation;
 mod site_files;
 mod standard_figures;
 mod svg;
@@ -75,6 +78,7 @@ pub use reproduction::{
     COMPARISON_HEADS, comparison_columns, miss_sentence, quantity_label, write_reproduction,
 };
 pub use sheet::sheet_text;
+pub use simulation::write_simulation;
 pub use standard_figures::StandardFigures;
 pub use svg::stacked_svg;
 pub use trajectory_csv::write_trajectory;

@@ -2,6 +2,8 @@
 
 use std::path::PathBuf;
 
+use apsides_control::ControlError;
+use apsides_dynamics::DynamicsError;
 use apsides_flatness::FlatnessError;
 use apsides_metaheuristics::SearchError;
 use apsides_ocp::OcpError;
@@ -74,6 +76,12 @@ pub enum Error {
     /// The problem is refused.
     #[error(transparent)]
     Problem(#[from] OcpError),
+    /// The vehicle is refused.
+    #[error(transparent)]
+    Vehicle(#[from] DynamicsError),
+    /// A law, an actuator or a simulation is refused.
+    #[error(transparent)]
+    Control(#[from] ControlError),
     /// Collocation refuses the request.
     #[error(transparent)]
     Radau(#[from] RadauError),

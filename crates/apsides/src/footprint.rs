@@ -166,7 +166,7 @@ impl Mission {
     }
 
     fn reach(&self) -> Result<&'static Reach, Error> {
-        self.kind.reach.as_ref().ok_or_else(|| {
+        self.kind.optimised()?.reach.as_ref().ok_or_else(|| {
             let reason = format!(
                 "its end is not free over ground, so it has no footprint; missions with one: {}",
                 with_reach()

@@ -301,6 +301,7 @@ const UNITS: &[(&str, &str)] = &[
     ("_mj_m2", "MJ/m2"),
     ("_kw_m2", "kW/m2"),
     ("_m_s2", "m/s2"),
+    ("_deg_s2", "deg/s2"),
     ("_deg_s", "deg/s"),
     ("_kg_s", "kg/s"),
     ("_km_s", "km/s"),

@@ -23,6 +23,8 @@
 //! | [`missions`] | the missions that come with the crate |
 //! | [`vehicle`] | vehicles as data |
 //! | [`pipeline`] | solve and verify |
+//! | [`moving_mass`] | a capsule steered by internal masses: cases, laws, closed-loop descents |
+//! | [`simulation`] | simulate a mission under its law |
 //! | [`sweep`] | parameter sweeps |
 //! | [`footprint`] | the ends that a vehicle can reach |
 //! | [`reproduce`] | published tables computed again |
@@ -44,11 +46,13 @@ pub(crate) mod method;
 pub mod mission_file;
 pub mod missions;
 pub mod montecarlo;
+pub mod moving_mass;
 pub mod observer;
 pub mod outcome;
 pub mod pipeline;
 pub mod reproduce;
 pub mod sensitivity;
+pub mod simulation;
 pub mod site_criteria;
 pub mod site_selection;
 pub mod sweep;
@@ -56,6 +60,7 @@ pub mod vehicle;
 
 pub use apsides_ad as ad;
 pub use apsides_basis as basis;
+pub use apsides_control as control;
 pub use apsides_dynamics as dynamics;
 pub use apsides_flatness as flatness;
 pub use apsides_metaheuristics as metaheuristics;
@@ -72,4 +77,5 @@ pub use missions::{Decisions, Expansion, Posed};
 pub use observer::{Observer, SearchProgress};
 pub use outcome::{Counters, Curve, ObjectiveValue, Outcome, Reduced, SearchSummary, Summary, Timing};
 pub use sensitivity::Price;
+pub use simulation::Simulated;
 pub use site_selection::SiteSelection;

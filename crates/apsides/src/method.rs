@@ -106,6 +106,9 @@ impl Mission {
 
     /// Whether the method can fly the mission.
     pub(crate) fn check_method(&self) -> Result<(), Error> {
+        if self.kind.as_optimised().is_none() {
+            return Ok(());
+        }
         match self.method() {
             FLATNESS if self.pose()?.flat_systems.is_none() => Err(self.not_flat()),
             TWO_LAYER if self.pose()?.search.is_none() => Err(self.not_searched()),

@@ -181,7 +181,7 @@ impl MonteCarlo {
             }
         }
         self.check_steering()?;
-        let Some(deviating) = &mission.kind.deviating else {
+        let Some(deviating) = &mission.kind.optimised()?.deviating else {
             let reason = format!(
                 "`{}` has no Monte Carlo; missions that have: {}",
                 mission.kind.name,
@@ -255,7 +255,7 @@ impl MonteCarlo {
     /// Names of the results of a mission's flights; none where it has no Monte Carlo.
     #[must_use]
     pub fn columns(mission: &Mission) -> &'static [&'static str] {
-        mission.kind.deviating.as_ref().map_or(&[], |d| d.columns)
+        mission.kind.as_optimised().and_then(|o| o.deviating.as_ref()).map_or(&[], |d| d.columns)
     }
 }
 

@@ -9,7 +9,7 @@ use apsides_radau::{Explanation, Unmet};
 use apsides_verify::{Certificate, Check, CheckKind, Verification, VerifySettings, verify};
 
 use crate::method::{self, Solution};
-use crate::missions::Posed;
+use crate::missions::{Optimised, Posed};
 use crate::site_selection::SiteSummary;
 use crate::{
     Counters, Decisions, Error, Mission, ObjectiveValue, Observer, Outcome, Reduced, Summary, Timing,
@@ -21,7 +21,7 @@ impl Mission {
     /// # Errors
     /// When the values do not make a problem.
     pub fn pose(&self) -> Result<Posed, Error> {
-        (self.kind.pose)(&self.decide()?.values)
+        (self.kind.optimised()?.pose)(&self.decide()?.values)
     }
 
     /// What the mission decides before its flight is posed, for instance a site on a map.
@@ -29,7 +29,7 @@ impl Mission {
     /// # Errors
     /// When the values do not make a problem, or no site is fit; the sentence names what comes nearest.
     pub fn decide(&self) -> Result<Decisions, Error> {
-        match self.kind.decide {
+        match self.kind.optimised()?.decide {
             Some(decide) => decide(&self.values),
             None => Ok(Decisions::new(self.values.clone(), Vec::new())),
         }
@@ -54,7 +54,7 @@ impl Mission {
     /// Scalars of a solution; the unit ends the key.
     #[must_use]
     pub fn results(&self, trajectory: &Trajectory) -> BTreeMap<String, f64> {
-        (self.kind.results)(&self.values, trajectory)
+        self.kind.as_optimised().map_or_else(BTreeMap::new, |o| (o.results)(&self.values, trajectory))
     }
 
     /// Solves the mission and verifies the answer.
@@ -81,7 +81,8 @@ impl Mission {
         start: Option<&Trajectory>,
         observer: &mut dyn Observer,
     ) -> Result<Outcome, Error> {
-        let posed = (self.kind.pose)(&self.values)?;
+        let kind = self.kind.optimised()?;
+        let posed = (kind.pose)(&self.values)?;
         let build = milliseconds(begin);
         let begin = Instant::now();
         let solution = match start {
@@ -92,7 +93,7 @@ impl Mission {
         let begin = Instant::now();
         let flight = self.flight(&posed, &decisions, &solution.trajectory)?;
         let margins = match solution.status.is_success() && solution.shortfall.is_none() {
-            true => (self.kind.margins)(self, &solution.trajectory)?,
+            true => (kind.margins)(self, &solution.trajectory)?,
             false => BTreeMap::new(),
         };
         let timing_ms = Timing { build, solve, verify: milliseconds(begin) };
@@ -100,7 +101,7 @@ impl Mission {
             Status::Infeasible | Status::RestorationFailed => Some(self.conflict(&posed, &solution)?),
             _ => None,
         };
-        Ok(self.outcome(posed, decisions, solution, margins, conflict.as_ref(), flight, timing_ms))
+        Ok(self.outcome(kind, posed, decisions, solution, margins, conflict.as_ref(), flight, timing_ms))
     }
 
     /// Solves from the mission's own guess, through the easier cases that lead to it where it has some.
@@ -109,7 +110,7 @@ impl Mission {
         let mut work = Counters::default();
         // Indirect shooting leads its own solution to a limit.
         let own = self.method() == method::INDIRECT && posed.costates.is_some();
-        let approach = if own { Vec::new() } else { (self.kind.approach)(&self.values) };
+        let approach = if own { Vec::new() } else { (self.kind.optimised()?.approach)(&self.values) };
         for values in approach {
             let easier = Self { values, ..self.clone() };
             let easier_posed = easier.pose()?;
@@ -140,7 +141,7 @@ impl Mission {
     pub fn verify(&self, trajectory: &Trajectory) -> Result<Certificate, Error> {
         let decisions = self.decide()?;
         let decided = self.decided(&decisions);
-        decided.certify((self.kind.pose)(&decided.values)?.flight(), &decisions, trajectory)
+        decided.certify((self.kind.optimised()?.pose)(&decided.values)?.flight(), &decisions, trajectory)
     }
 
     fn certify(
@@ -150,8 +151,9 @@ impl Mission {
         trajectory: &Trajectory,
     ) -> Result<Certificate, Error> {
         let Verification { certificate, .. } = verify(flight, trajectory, &VerifySettings::default())?;
-        let own = (self.kind.checks)(&self.values, trajectory);
-        let of_sites = (self.kind.site_checks)(&self.values, &decisions.sites, trajectory);
+        let kind = self.kind.optimised()?;
+        let own = (kind.checks)(&self.values, trajectory);
+        let of_sites = (kind.site_checks)(&self.values, &decisions.sites, trajectory);
         Ok(Certificate::new(certificate.checks.into_iter().chain(own).chain(of_sites).collect()))
     }
 
@@ -204,6 +206,7 @@ impl Mission {
 
     fn outcome(
         &self,
+        kind: &Optimised,
         posed: Posed,
         decisions: Decisions,
         solution: Solution,
@@ -218,7 +221,7 @@ impl Mission {
             value: solution.trajectory.objective,
             unit: ocp.objective.unit.clone(),
         };
-        let missing = conflict.and_then(|c| (self.kind.missing)(self, c));
+        let missing = conflict.and_then(|c| (kind.missing)(self, c));
         let explanation = explain(&solution, conflict).map(|text| match missing {
             Some(missing) => format!("{text}; {missing}"),
             None => text,
@@ -247,8 +250,8 @@ impl Mission {
             sensitivity: None,
         };
         Outcome {
-            headline: self.kind.headline,
-            curves: (self.kind.curves)(&self.values, &trajectory),
+            headline: kind.headline,
+            curves: (kind.curves)(&self.values, &trajectory),
             ocp,
             trajectory,
             reduced,

@@ -43,7 +43,8 @@ impl Mission {
     pub fn priced_keys(&self) -> impl Iterator<Item = &'static Key> + use<'_> {
         let has_price = |k: &&Key| {
             let value = self.values.number(k.path);
-            let is_there = value != 0.0 || !self.kind.nothing_at_zero.contains(&k.path);
+            let nothing_at_zero = self.kind.as_optimised().map_or(&[][..], |o| o.nothing_at_zero);
+            let is_there = value != 0.0 || !nothing_at_zero.contains(&k.path);
             k.is_number() && value.is_finite() && is_there
         };
         self.kind.flight_keys.iter().copied().flatten().filter(has_price)

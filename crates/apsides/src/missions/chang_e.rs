@@ -1,7 +1,7 @@
 //! Landings in the manner of Chang'e-3, from the perilune of an elliptic orbit, with an engine that cannot be shut down below its least
 //! thrust (problem A of the Chinese undergraduate contest in mathematical modelling, 2014).
 
-use super::{Deviating, Kind};
+use super::{Deviating, Flown, Kind, Optimised};
 use crate::Error;
 use dispersed::PlannedBraking;
 use lander::Lander;
@@ -22,8 +22,12 @@ pub(super) const BRAKING: Kind = Kind {
     name: "chang-e-3-braking",
     title: "Main braking from the perilune of a lunar orbit to a gate above the site with least propellant",
     flight_keys: &[keys::VEHICLE, keys::MOON, keys::ORBIT, keys::SITE, keys::GATE],
-    nothing_at_zero: &[],
     check: |v| Lander::of(v).map(|_| ()),
+    flown: Flown::Optimised(BY_BRAKING),
+};
+
+const BY_BRAKING: Optimised = Optimised {
+    nothing_at_zero: &[],
     pose: |v| Lander::of(v).map_err(conflict)?.braking(),
     approach: |_| Vec::new(),
     results: |v, t| Lander::of(v).map_or_else(|_| Default::default(), |l| results::braking(&l, t)),
@@ -54,15 +58,19 @@ pub(super) const LANDING: Kind = Kind {
         keys::TERRAIN,
         keys::DECIDED,
     ],
-    nothing_at_zero: &[keys::HOVER_TIME],
     check: |v| Lander::of_landing(v).map(|_| ()),
-    pose: |v| Lander::of_landing(v).map_err(conflict)?.landing(),
-    results: |v, t| Lander::of_landing(v).map_or_else(|_| Default::default(), |l| results::landing(&l, t)),
-    headline: &["final_mass_kg", "propellant_kg", "flight_time_s", "touchdown_speed_m_s"],
-    decide: Some(decisions::decide),
-    site_checks: site_checks::of,
-    deviating: None,
-    ..BRAKING
+    flown: Flown::Optimised(Optimised {
+        nothing_at_zero: &[keys::HOVER_TIME],
+        pose: |v| Lander::of_landing(v).map_err(conflict)?.landing(),
+        results: |v, t| {
+            Lander::of_landing(v).map_or_else(|_| Default::default(), |l| results::landing(&l, t))
+        },
+        headline: &["final_mass_kg", "propellant_kg", "flight_time_s", "touchdown_speed_m_s"],
+        decide: Some(decisions::decide),
+        site_checks: site_checks::of,
+        deviating: None,
+        ..BY_BRAKING
+    }),
 };
 
 fn conflict(reason: String) -> Error {

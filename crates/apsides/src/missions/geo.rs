@@ -10,7 +10,7 @@ use apsides_dynamics::equinoctial::MASS;
 use apsides_ocp::Trajectory;
 use apsides_radau::{Explanation, Requirement, RequirementKind};
 
-use super::{Expansion, Kind, Posed};
+use super::{Expansion, Flown, Kind, Optimised, Posed};
 use crate::key::Values;
 use crate::{Error, Mission};
 use guess::Start;
@@ -31,20 +31,22 @@ pub(super) const INJECTION: Kind = Kind {
     name: "geo-injection",
     title: "Injection from a circular parking orbit into geostationary orbit with several burns and least propellant",
     flight_keys: &[keys::VEHICLE, keys::FLIGHT],
-    nothing_at_zero: &["inclination_deg", "target_eccentricity"],
     check: |v| Injection::of(v).map(|_| ()),
-    pose,
-    approach,
-    results: |v, t| Injection::of(v).map_or_else(|_| Default::default(), |i| results::results(&i, t)),
-    headline: &["propellant_kg", "burn_time_s", "flight_time_h", "losses_m_s"],
-    curves: |v, t| Injection::of(v).map_or_else(|_| Vec::new(), |i| results::curves(&i, t)),
-    checks: |v, t| Injection::of(v).map_or_else(|_| Vec::new(), |i| checks::checks(&i, t)),
-    missing,
-    margins: super::no_margins,
-    reach: None,
-    decide: None,
-    site_checks: |_, _, _| Vec::new(),
-    deviating: None,
+    flown: Flown::Optimised(Optimised {
+        nothing_at_zero: &["inclination_deg", "target_eccentricity"],
+        pose,
+        approach,
+        results: |v, t| Injection::of(v).map_or_else(|_| Default::default(), |i| results::results(&i, t)),
+        headline: &["propellant_kg", "burn_time_s", "flight_time_h", "losses_m_s"],
+        curves: |v, t| Injection::of(v).map_or_else(|_| Vec::new(), |i| results::curves(&i, t)),
+        checks: |v, t| Injection::of(v).map_or_else(|_| Vec::new(), |i| checks::checks(&i, t)),
+        missing,
+        margins: super::no_margins,
+        reach: None,
+        decide: None,
+        site_checks: |_, _, _| Vec::new(),
+        deviating: None,
+    }),
 };
 
 fn pose(v: &Values) -> Result<Posed, Error> {

@@ -12,10 +12,11 @@ use apsides_verify::Check;
 use crate::key::{Key, Values};
 use crate::montecarlo::Dispersed;
 use crate::site_selection::SiteSelection;
-use crate::{Curve, Error, Mission, method};
+use crate::{Curve, Error, Mission, method, moving_mass};
 
 mod chang_e;
 mod geo;
+mod internal_masses;
 pub(crate) mod lunar;
 mod reentry;
 
@@ -103,9 +104,6 @@ pub struct Decisions {
     pub sites: Arc<[SiteSelection]>,
 }
 
-/// Decides what values leave open.
-pub(crate) type Decide = fn(&Values) -> Result<Decisions, Error>;
-
 impl Default for Decisions {
     /// None, of a mission without values.
     fn default() -> Self {
@@ -119,19 +117,36 @@ impl Decisions {
     }
 }
 
+/// Decides what is open in the values of a mission.
+pub(crate) type Decide = fn(&Values) -> Result<Decisions, Error>;
+
 /// Scalars by name; the unit ends the key.
 pub(crate) type Scalars = BTreeMap<String, f64>;
 
-/// A kind of mission: its keys, how they make a problem, and what its results are.
+/// A kind of mission: its keys, and what is made of them.
 pub(crate) struct Kind {
     pub(crate) name: &'static str,
     pub(crate) title: &'static str,
     /// Keys of the vehicle and the flight.
     pub(crate) flight_keys: &'static [&'static [Key]],
-    /// Numbers that change the problem where they leave zero, so that they have no price there.
-    pub(crate) nothing_at_zero: &'static [&'static str],
     /// Values that do not go together, in words.
     pub(crate) check: fn(&Values) -> Result<(), String>,
+    /// What is made of the values.
+    pub(crate) flown: Flown,
+}
+
+/// What is made of the values of a mission.
+pub(crate) enum Flown {
+    /// A problem that a method solves.
+    Optimised(Optimised),
+    /// A flight under a law.
+    Simulated(Simulated),
+}
+
+/// How the values of a mission make a problem, and what its results are.
+pub(crate) struct Optimised {
+    /// Numbers that change the problem where they leave zero, so that they have no price there.
+    pub(crate) nothing_at_zero: &'static [&'static str],
     pub(crate) pose: fn(&Values) -> Result<Posed, Error>,
     /// Easier cases with the same phases that lead to this one, each the start of the next.
     pub(crate) approach: fn(&Values) -> Vec<Values>,
@@ -155,6 +170,12 @@ pub(crate) struct Kind {
     pub(crate) reach: Option<Reach>,
     /// Flights that deviate from a solved one.
     pub(crate) deviating: Option<Deviating>,
+}
+
+/// How the values of a mission are simulated.
+pub(crate) struct Simulated {
+    /// The case of the values, with a seed of what is random.
+    pub(crate) case: fn(&Values, u64) -> Result<moving_mass::Case, Error>,
 }
 
 /// How flights deviate from a solved one.
@@ -221,7 +242,41 @@ impl PartialEq for Kind {
 
 impl Kind {
     pub(crate) fn keys(&self) -> impl Iterator<Item = &'static Key> + use<> {
-        self.flight_keys.iter().copied().flatten().chain(method::keys())
+        let of_method = self.as_optimised().is_some().then(method::keys);
+        self.flight_keys.iter().copied().flatten().chain(of_method.into_iter().flatten())
+    }
+
+    /// What is optimised, if something is.
+    pub(crate) fn as_optimised(&self) -> Option<&Optimised> {
+        match &self.flown {
+            Flown::Optimised(optimised) => Some(optimised),
+            Flown::Simulated(_) => None,
+        }
+    }
+
+    /// What is optimised.
+    ///
+    /// # Errors
+    /// Of a mission that is simulated.
+    pub(crate) fn optimised(&self) -> Result<&Optimised, Error> {
+        self.as_optimised().ok_or_else(|| {
+            self.refused("it is simulated under its law, not optimised: use `apsides simulate`")
+        })
+    }
+
+    /// What is simulated.
+    ///
+    /// # Errors
+    /// Of a mission that is optimised.
+    pub(crate) fn simulated(&self) -> Result<&Simulated, Error> {
+        match &self.flown {
+            Flown::Simulated(simulated) => Ok(simulated),
+            Flown::Optimised(_) => Err(self.refused("it is optimised, not simulated: use `apsides solve`")),
+        }
+    }
+
+    fn refused(&self, reason: &str) -> Error {
+        Error::Conflict { place: format!("mission `{}`", self.name), reason: reason.into() }
     }
 }
 
@@ -234,6 +289,8 @@ const KINDS: &[Kind] = &[
     reentry::REENTRY,
     chang_e::BRAKING,
     chang_e::LANDING,
+    internal_masses::CROSS,
+    internal_masses::RADIAL,
 ];
 
 /// Files by their names; one that is not named like its kind says what is special about it.
@@ -258,6 +315,8 @@ const FILES: &[(&str, &str)] = &[
     ("chang-e-3-braking", include_str!("../../missions/chang-e-3-braking.toml")),
     ("capsule-reentry", include_str!("../../missions/capsule-reentry.toml")),
     ("capsule-reentry-us76", include_str!("../../missions/capsule-reentry-us76.toml")),
+    ("moving-mass-cross", include_str!("../../missions/moving-mass-cross.toml")),
+    ("moving-mass-radial", include_str!("../../missions/moving-mass-radial.toml")),
 ];
 
 pub(crate) fn kind(name: &str) -> Option<&'static Kind> {
@@ -266,13 +325,15 @@ pub(crate) fn kind(name: &str) -> Option<&'static Kind> {
 
 /// The kinds of mission that have a footprint.
 pub(crate) fn with_reach() -> String {
-    let names = KINDS.iter().filter(|k| k.reach.is_some()).map(|k| format!("`{}`", k.name));
+    let has = |k: &&Kind| k.as_optimised().is_some_and(|o| o.reach.is_some());
+    let names = KINDS.iter().filter(has).map(|k| format!("`{}`", k.name));
     names.collect::<Vec<_>>().join(", ")
 }
 
 /// The kinds of mission whose flights may deviate.
 pub(crate) fn with_dispersion() -> String {
-    let names = KINDS.iter().filter(|k| k.deviating.is_some()).map(|k| format!("`{}`", k.name));
+    let has = |k: &&Kind| k.as_optimised().is_some_and(|o| o.deviating.is_some());
+    let names = KINDS.iter().filter(has).map(|k| format!("`{}`", k.name));
     names.collect::<Vec<_>>().join(", ")
 }
 

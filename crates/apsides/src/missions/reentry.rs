@@ -3,7 +3,7 @@
 
 use std::sync::Arc;
 
-use super::{Expansion, Kind, Posed};
+use super::{Expansion, Flown, Kind, Optimised, Posed};
 use crate::key::Values;
 use crate::{Error, method};
 use capsule::{Capsule, Goal};
@@ -24,26 +24,28 @@ pub(super) const REENTRY: Kind = Kind {
     name: "capsule-reentry",
     title: "Re-entry of a capsule to a target with least heat load under limits on its loads",
     flight_keys: &[keys::PLANET, keys::VEHICLE, keys::FLIGHT, keys::LIMITS, keys::GOALS, keys::CONTROL],
-    nothing_at_zero: &[],
     check: |v| Capsule::of(v).map(|_| ()),
-    pose,
-    approach,
-    results: |v, t| Capsule::of(v).map_or_else(|_| Default::default(), |c| results::results(&c, t)),
-    headline: &[
-        "heat_load_mj_m2",
-        "flight_time_s",
-        "peak_dynamic_pressure_kpa",
-        "peak_load_m_s2",
-        "peak_heat_rate_kw_m2",
-    ],
-    curves: |v, t| Capsule::of(v).map_or_else(|_| Vec::new(), |c| results::curves(&c, t)),
-    checks: |_, _| Vec::new(),
-    missing: margins::missing,
-    margins: margins::margins,
-    reach: Some(reach::REACH),
-    decide: None,
-    site_checks: |_, _, _| Vec::new(),
-    deviating: None,
+    flown: Flown::Optimised(Optimised {
+        nothing_at_zero: &[],
+        pose,
+        approach,
+        results: |v, t| Capsule::of(v).map_or_else(|_| Default::default(), |c| results::results(&c, t)),
+        headline: &[
+            "heat_load_mj_m2",
+            "flight_time_s",
+            "peak_dynamic_pressure_kpa",
+            "peak_load_m_s2",
+            "peak_heat_rate_kw_m2",
+        ],
+        curves: |v, t| Capsule::of(v).map_or_else(|_| Vec::new(), |c| results::curves(&c, t)),
+        checks: |_, _| Vec::new(),
+        missing: margins::missing,
+        margins: margins::margins,
+        reach: Some(reach::REACH),
+        decide: None,
+        site_checks: |_, _, _| Vec::new(),
+        deviating: None,
+    }),
 };
 
 /// Indirect shooting, whose control is the bank angle itself, begins from the collocation of the bank vector.

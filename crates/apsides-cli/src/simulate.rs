@@ -1,0 +1,73 @@
+//! `apsides simulate`.
+
+use std::fmt::Write as _;
+
+use apsides::simulation::SimulationSummary;
+use apsides_report::write_simulation;
+
+use crate::arguments::SimulateArguments;
+use crate::commands::{Refusal, probe_directory, refusal};
+use crate::figures::curve_figures;
+use crate::output::{Exit, print, written};
+
+pub(crate) fn simulate(a: &SimulateArguments) -> Result<Exit, Refusal> {
+    let mission = a.mission.load()?.with_seed(a.seed);
+    if let Some(dir) = &a.out {
+        probe_directory(dir)?;
+    }
+    let flight = mission.simulate().map_err(refusal)?;
+    if a.json {
+        let text = serde_json::to_string_pretty(&flight.summary).map_err(refusal)?;
+        print(&format!("{text}\n"));
+    } else {
+        print(&text(&flight.summary));
+    }
+    if let Some(dir) = &a.out {
+        let files = write_simulation(dir, &flight, &curve_figures(&flight.curves)).map_err(refusal)?;
+        if !a.json {
+            print(&written(&files));
+        }
+    }
+    Ok(if flight.summary.status == "completed" { Exit::Verified } else { Exit::NotSolved })
+}
+
+fn text(s: &SimulationSummary) -> String {
+    let mut text = format!("mission {} under {}: {}\n", s.mission, s.law, s.status);
+    let _ = writeln!(text, "{}, at {:.3} s", s.ending, s.end_time_s);
+    for warning in &s.warnings {
+        let _ = writeln!(text, "warning: {warning}");
+    }
+    text.push('\n');
+    let width = s.results.keys().map(String::len).max().unwrap_or(0);
+    for (key, value) in &s.results {
+        let _ = writeln!(text, "  {key:<width$}  {:>14}", number(*value));
+    }
+    if !s.margins.is_empty() {
+        let _ = writeln!(
+            text,
+            "\nmargins of the linear loop, the least of both angles\n  {:>9}  {:>9}  {:<8}  {:>10}  {:>10}  {:>10}  {:>12}",
+            "height km", "q kPa", "loop", "gain", "phase deg", "delay s", "crossover Hz"
+        );
+    }
+    for m in &s.margins {
+        let cell = |v: Option<f64>| v.map_or_else(|| "-".into(), number);
+        let _ = writeln!(
+            text,
+            "  {:>9.1}  {:>9.4}  {:<8}  {:>10}  {:>10}  {:>10}  {:>12}",
+            m.altitude_km,
+            m.dynamic_pressure_kpa,
+            if m.stable { "stable" } else { "unstable" },
+            cell(m.gain),
+            cell(m.phase_deg),
+            cell(m.delay_s),
+            cell(m.crossover_hz)
+        );
+    }
+    let _ = writeln!(text, "\n{:.1} ms", s.time_ms);
+    text
+}
+
+/// Four decimals, or an exponent where these say little.
+fn number(v: f64) -> String {
+    if v == 0.0 || (1e-2..1e6).contains(&v.abs()) { format!("{v:.4}") } else { format!("{v:.4e}") }
+}

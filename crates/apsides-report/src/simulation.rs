@@ -1,0 +1,105 @@
+//! Simulated flights: states as CSV, numbers as JSON, a report with figures of all states.
+
+use std::fmt::Write as _;
+use std::path::{Path, PathBuf};
+
+use apsides::Simulated;
+
+use crate::columns::header_text;
+use crate::directory::{Item, json, replace};
+use crate::html;
+use crate::number::readable;
+use crate::trajectory_csv::shortest;
+use crate::{Figure, ReportError};
+
+const SUMMARY: &str = "summary.json";
+const STATES: &str = "states.csv";
+const MISSION: &str = "mission.toml";
+const REPORT: &str = "report.html";
+
+/// Writes `summary.json`, `states.csv`, `mission.toml` and `report.html` with the `figures` of a simulated flight into a directory, and
+/// returns the paths written.
+///
+/// # Errors
+/// [`ReportError`] with the path and the reason. The earlier content of the directory is then as it was.
+pub fn write_simulation(
+    dir: &Path,
+    flight: &Simulated,
+    figures: &[Figure],
+) -> Result<Vec<PathBuf>, ReportError> {
+    let items: Vec<Item> = vec![
+        (SUMMARY, Some(json(SUMMARY, &flight.summary)?)),
+        (STATES, Some(states(flight).into_bytes())),
+        (MISSION, Some(flight.mission_file.clone().into_bytes())),
+        (REPORT, Some(page(flight, figures)?.into_bytes())),
+    ];
+    replace(dir, &items)
+}
+
+fn states(flight: &Simulated) -> String {
+    let head = |(name, unit): &(&str, &str)| match header_text(unit) {
+        unit if unit.is_empty() => header_text(name),
+        unit => format!("{}_{unit}", header_text(name)),
+    };
+    let mut text = flight.columns.iter().map(head).collect::<Vec<_>>().join(",");
+    text.push('\n');
+    for row in &flight.rows {
+        text += &row.iter().map(|v| shortest(*v)).collect::<Vec<_>>().join(",");
+        text.push('\n');
+    }
+    text
+}
+
+// Writing into a `String` cannot fail, hence the discarded results.
+
+fn page(flight: &Simulated, figures: &[Figure]) -> Result<String, ReportError> {
+    let s = &flight.summary;
+    let mut page = html::begin(&s.mission);
+    let _ =
+        writeln!(page, "<p class=\"lead\">Law: {}. {}.</p>", html::escape(&s.law), html::escape(&s.ending));
+    for warning in &s.warnings {
+        let _ = writeln!(page, "<p class=\"explanation\">Warning: {}</p>", html::escape(warning));
+    }
+    let class = if s.status == "completed" { "good" } else { "bad" };
+    let _ = writeln!(
+        page,
+        "<dl class=\"facts\">\n<div><dt>status</dt><dd class=\"{class}\">{}</dd></div>\n\
+         <div><dt>end</dt><dd>{} s</dd></div>\n<div><dt>total time</dt><dd>{}</dd></div>\n</dl>",
+        html::escape(&s.status),
+        readable(s.end_time_s, 6),
+        html::milliseconds(s.time_ms)
+    );
+    html::results(&mut page, &s.results);
+    margins(&mut page, flight);
+    html::section(&mut page, "States", None, figures)?;
+    html::end(&mut page, &flight.mission_file, "The states are in states.csv, the numbers in summary.json.");
+    Ok(page)
+}
+
+fn margins(page: &mut String, flight: &Simulated) {
+    if flight.summary.margins.is_empty() {
+        return;
+    }
+    page.push_str(
+        "<h2>Margins</h2>\n<p class=\"note\">Of the linear loop at a height, the least of both angles; a dash where the \
+         response has no crossing.</p>\n<div class=\"card\"><table>\n<thead><tr><th class=\"number\">Height (km)</th>\
+         <th class=\"number\">Dynamic pressure (kPa)</th><th>Loop</th><th class=\"number\">Gain</th>\
+         <th class=\"number\">Phase (deg)</th><th class=\"number\">Delay (s)</th>\
+         <th class=\"number\">Crossover (Hz)</th></tr></thead>\n<tbody>\n",
+    );
+    for m in &flight.summary.margins {
+        let (class, word) = if m.stable { ("good", "stable") } else { ("bad", "unstable") };
+        let _ = write!(
+            page,
+            "<tr><td class=\"number\">{}</td><td class=\"number\">{}</td><td class=\"{class}\">{word}</td>",
+            readable(m.altitude_km, 4),
+            readable(m.dynamic_pressure_kpa, 4)
+        );
+        for value in [m.gain, m.phase_deg, m.delay_s, m.crossover_hz] {
+            let text = value.map_or_else(|| "-".into(), |v| readable(v, 4));
+            let _ = write!(page, "<td class=\"number\">{text}</td>");
+        }
+        page.push_str("</tr>\n");
+    }
+    page.push_str("</tbody>\n</table></div>\n");
+}

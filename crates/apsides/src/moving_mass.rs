@@ -1,0 +1,49 @@
+//! A capsule that is steered by two internal masses: closed-loop descents in six degrees of freedom.
+//!
+//! ```text
+//! Case -> Descent::new (vehicle, law, actuators, checked) -> fly -> Metrics
+//! ```
+//!
+//! A [`Case`] is plain data in SI units; nothing is read from files. [`Descent::fly`] allocates nothing per control step, and a record is used
+//! again from flight to flight:
+//!
+//! ```
+//! use apsides::moving_mass::{Case, Descent, Record};
+//!
+//! let mut record = Record::every(1);
+//! let mut case = Case::cross(10.0);
+//! for offset in [[0.01, 0.01], [-0.01, 0.0]] {
+//!     case.vehicle.offset = offset; // of the centre of mass, m
+//!     let metrics = Descent::new(&case)?.fly(&mut record)?;
+//!     assert!(metrics.held() && metrics.worst_rms() < 0.01_f64.to_radians());
+//! }
+//! # Ok::<(), apsides::Error>(())
+//! ```
+//!
+//! | module | subject |
+//! | --- | --- |
+//! | `case` | the vehicle, its masses, law, actuators, sensors, entry |
+//! | `law` | what commands the masses |
+//! | `descent` | a case ready to fly, and what flights amount to |
+//! | `margins` | gain, phase and delay margins along a flight |
+//!
+//! Angles: attack `atan2(w, u)` and sideslip `asin(v / V)`, relative to the air. The error of the z axis is the negative angle of attack, that of
+//! the y axis the negative sideslip: a centre of mass that is off the axis turns the heat shield towards its own side.
+//!
+//! Subject: a suborbital capsule whose angles are held by moving masses, after Karimabadeh and Tayefi; masses across the axis or on a rim.
+
+mod case;
+mod descent;
+mod law;
+mod margins;
+#[cfg(test)]
+mod tests;
+
+pub use case::{
+    ActuatorLimits, Allocation, AntiWindupBy, Case, DampingSet, Earth, Entry, Masses, Run, SensorErrors,
+    Vehicle,
+};
+pub use descent::{Descent, Metrics, Record, Window, ending_text, ending_word};
+pub use law::{Law, RegulatorSizes, SlidingSizes};
+pub(crate) use margins::gain_either_way;
+pub use margins::{MarginRow, worst};

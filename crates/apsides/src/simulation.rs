@@ -1,0 +1,299 @@
+//! Missions that are simulated under a law: from a mission to a record of its flight with what it amounts to.
+
+use std::collections::BTreeMap;
+use std::time::Instant;
+
+use serde::Serialize;
+
+use crate::moving_mass::{Case, Descent, MarginRow, Masses, Metrics, Record, ending_text, ending_word};
+use crate::{Curve, Error, Mission};
+
+/// A simulated flight.
+pub struct Simulated {
+    /// What it amounts to.
+    pub summary: SimulationSummary,
+    /// Names and units of the columns of the record; the first is the time.
+    pub columns: Vec<(&'static str, &'static str)>,
+    /// The record, moment by moment; all numbers are finite.
+    pub rows: Vec<Vec<f64>>,
+    /// Curves for figures.
+    pub curves: Vec<Curve>,
+    /// The mission file that gives this result again, with every value written out.
+    pub mission_file: String,
+}
+
+/// What a simulated flight amounts to, for files and scripts.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct SimulationSummary {
+    /// Name of the mission.
+    pub mission: String,
+    /// Name of the law.
+    pub law: String,
+    /// `completed`, or one word on why the flight ended before.
+    pub status: String,
+    /// How the flight ended.
+    pub ending: String,
+    /// Time of the end, s.
+    pub end_time_s: f64,
+    /// Scalars; the unit ends the key.
+    pub results: BTreeMap<String, f64>,
+    /// Margins of the loop along the flight.
+    pub margins: Vec<MarginLine>,
+    /// What the reader should know.
+    pub warnings: Vec<String>,
+    /// Wall-clock time of flight and margins, ms.
+    pub time_ms: f64,
+}
+
+/// Margins at a height: the least of both loops; `None` where there is no crossing.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+pub struct MarginLine {
+    /// Height, km.
+    pub altitude_km: f64,
+    /// Time, s.
+    pub time_s: f64,
+    /// Dynamic pressure, kPa.
+    pub dynamic_pressure_kpa: f64,
+    /// Whether both loops are stable.
+    pub stable: bool,
+    /// Factor by which the gain may grow or fall.
+    pub gain: Option<f64>,
+    /// Phase, deg.
+    pub phase_deg: Option<f64>,
+    /// Delay, s.
+    pub delay_s: Option<f64>,
+    /// Least frequency at which the loop has gain one, Hz.
+    pub crossover_hz: Option<f64>,
+}
+
+/// Heights at which margins are taken, m.
+const MARGIN_HEIGHTS: [f64; 10] = [80e3, 60e3, 50e3, 40e3, 30e3, 25e3, 20e3, 15e3, 10e3, 5e3];
+/// Most rows of a record that is handed on.
+const MOST_ROWS: usize = 4000;
+
+impl Mission {
+    /// The closed-loop case of a mission that is simulated, for loops of one's own.
+    ///
+    /// # Errors
+    /// A mission that is optimised, and values that do not make a case.
+    pub fn case(&self) -> Result<Case, Error> {
+        (self.kind.simulated()?.case)(&self.values, self.seed)
+    }
+
+    /// Whether the mission is simulated under a law, not optimised.
+    #[must_use]
+    pub fn is_simulated(&self) -> bool {
+        self.kind.as_optimised().is_none()
+    }
+
+    /// Flies a mission that is simulated.
+    ///
+    /// # Errors
+    /// A mission that is optimised, and values that do not make a case. A flight that fails is not an error: see
+    /// [`SimulationSummary::status`].
+    pub fn simulate(&self) -> Result<Simulated, Error> {
+        let begin = Instant::now();
+        let descent = Descent::new(&self.case()?)?;
+        let mut record = Record::every(1);
+        let metrics = descent.fly(&mut record)?;
+        let margins = descent.margins(&record, &MARGIN_HEIGHTS)?;
+        let time_ms = begin.elapsed().as_secs_f64() * 1e3;
+        let columns = columns(descent.case());
+        let rows = rows(&descent, &record);
+        let mut warnings = Vec::new();
+        if metrics.beyond_table > 0.0 {
+            warnings.push(format!(
+                "the total angle of attack is beyond the table of coefficients for {:.2} s; they are held at its edge there",
+                metrics.beyond_table
+            ));
+        }
+        if let Some(row) = margins.iter().find(|row| !row.stable()) {
+            warnings.push(format!(
+                "the linear loop is not stable at {:.1} km, {:.1} s",
+                row.altitude / 1e3,
+                row.time
+            ));
+        }
+        Ok(Simulated {
+            summary: SimulationSummary {
+                mission: self.name().into(),
+                law: self.values.word("law").into(),
+                status: ending_word(&metrics.ending).into(),
+                ending: ending_text(descent.case(), &metrics.ending),
+                end_time_s: metrics.time,
+                results: results(&descent, &metrics, &margins, &rows),
+                margins: margins.iter().map(line).collect(),
+                warnings,
+                time_ms,
+            },
+            curves: curves(&columns, &rows),
+            columns,
+            rows,
+            mission_file: self.to_file(),
+        })
+    }
+}
+
+fn line(row: &MarginRow) -> MarginLine {
+    let [gain, phase_deg, delay_s, crossover_hz] = row.least();
+    MarginLine {
+        altitude_km: row.altitude / 1e3,
+        time_s: row.time,
+        dynamic_pressure_kpa: row.dynamic_pressure / 1e3,
+        stable: row.stable(),
+        gain,
+        phase_deg,
+        delay_s,
+        crossover_hz,
+    }
+}
+
+fn results(
+    descent: &Descent,
+    metrics: &Metrics,
+    margins: &[MarginRow],
+    rows: &[Vec<f64>],
+) -> BTreeMap<String, f64> {
+    let mut found = BTreeMap::new();
+    let mut add = |key: &str, value: f64| {
+        // Nothing that is not finite goes into files.
+        if value.is_finite() {
+            found.insert(key.to_owned(), value);
+        }
+    };
+    add("flight_time_s", metrics.time);
+    if let Some(window) = &metrics.window {
+        add("attack_rms_deg", window.rms[0].to_degrees());
+        add("sideslip_rms_deg", window.rms[1].to_degrees());
+        add("attack_peak_deg", window.peak[0].to_degrees());
+        add("sideslip_peak_deg", window.peak[1].to_degrees());
+    }
+    add("saturation_time_s", metrics.saturated_time);
+    add("mass_1_travel_m", metrics.largest_travel[0]);
+    add("mass_2_travel_m", metrics.largest_travel[1]);
+    add("mass_1_rate_m_s", metrics.largest_rate[0]);
+    add("mass_2_rate_m_s", metrics.largest_rate[1]);
+    add("beyond_table_time_s", metrics.beyond_table);
+    let end = descent.condition(&metrics.state);
+    add("final_altitude_km", end.altitude / 1e3);
+    add("final_airspeed_m_s", end.airspeed);
+    let peak = |column: usize| rows.iter().map(|row| row[column]).fold(0.0, f64::max);
+    add("peak_dynamic_pressure_kpa", peak(PRESSURE) / 1e3);
+    use crate::moving_mass::worst;
+    for (key, least) in [
+        ("gain_margin", worst(margins, crate::moving_mass::gain_either_way)),
+        ("phase_margin_deg", worst(margins, |m| m.phase.map(|c| c.margin.to_degrees()))),
+        ("delay_margin_s", worst(margins, |m| m.delay.map(|c| c.margin))),
+    ] {
+        if let Some([value, _]) = least {
+            add(key, value);
+        }
+    }
+    found
+}
+
+/// Place of the dynamic pressure among the columns.
+const PRESSURE: usize = 7;
+
+fn columns(case: &Case) -> Vec<(&'static str, &'static str)> {
+    let position = match case.masses {
+        Masses::Cross { .. } => "m",
+        Masses::Radial { .. } => "rad",
+    };
+    let flow = [
+        ("time", "s"),
+        ("altitude", "m"),
+        ("angle of attack", "rad"),
+        ("sideslip", "rad"),
+        ("total angle of attack", "rad"),
+        ("airspeed", "m/s"),
+        ("Mach number", "-"),
+        ("dynamic pressure", "Pa"),
+    ];
+    let states = apsides_dynamics::rigid_body::STATES.iter().map(|s| (s.name, s.unit));
+    let masses = [
+        ("command of mass 1", position),
+        ("command of mass 2", position),
+        ("position of mass 1", position),
+        ("position of mass 2", position),
+        ("centre of mass y", "m"),
+        ("centre of mass z", "m"),
+    ];
+    flow.into_iter().chain(states).chain(masses).collect()
+}
+
+fn rows(descent: &Descent, record: &Record) -> Vec<Vec<f64>> {
+    let samples = record.samples();
+    let every = samples.len().div_ceil(MOST_ROWS).max(1);
+    let last = samples.len().saturating_sub(1);
+    let kept = samples.iter().enumerate().filter(|(k, _)| k.is_multiple_of(every) || *k == last);
+    let row = |s: &apsides_control::record::Sample<13, 2>| {
+        let c = descent.condition(&s.state);
+        let [_, y, z] = descent.vehicle().centre(&s.control);
+        let mut row = vec![
+            s.time,
+            c.altitude,
+            c.attack,
+            c.sideslip,
+            c.total_attack,
+            c.airspeed,
+            c.mach,
+            c.dynamic_pressure,
+        ];
+        row.extend(s.state.iter().chain(&s.command).chain(&s.control));
+        row.extend([y, z]);
+        row
+    };
+    kept.map(|(_, s)| row(s)).filter(|row| row.iter().all(|v| v.is_finite())).collect()
+}
+
+fn curves(columns: &[(&'static str, &'static str)], rows: &[Vec<f64>]) -> Vec<Curve> {
+    let place = |name: &str| columns.iter().position(|(n, _)| *n == name).unwrap_or(0);
+    let axis = |name: &str, label: &str| (label.to_owned(), columns[place(name)].1.to_owned());
+    let series = |x: &str, y: &str, label: &str| {
+        let (a, b) = (place(x), place(y));
+        (label.to_owned(), rows.iter().map(|row| [row[a], row[b]]).collect::<Vec<_>>())
+    };
+    let figure = |title: &str, x: &str, label: &str, names: &[(&str, &str)]| Curve {
+        title: title.into(),
+        x: axis(x, x),
+        y: axis(names[0].0, label),
+        series: names.iter().map(|(name, short)| series(x, name, short)).collect(),
+    };
+    let angles = [("angle of attack", "attack"), ("sideslip", "sideslip")];
+    let masses = [("position of mass 1", "mass 1"), ("position of mass 2", "mass 2")];
+    vec![
+        figure("angles over height", "altitude", "angle", &angles),
+        figure("angles", "time", "angle", &angles),
+        figure("masses", "time", "position", &masses),
+        figure("centre of mass", "time", "offset", &[("centre of mass y", "y"), ("centre of mass z", "z")]),
+        figure(
+            "angular velocity",
+            "time",
+            "angular velocity",
+            &[("roll rate", "roll"), ("pitch rate", "pitch"), ("yaw rate", "yaw")],
+        ),
+        figure("height", "time", "altitude", &[("altitude", "")]),
+        figure("airspeed", "time", "airspeed", &[("airspeed", "")]),
+        figure("Mach number", "time", "Mach number", &[("Mach number", "")]),
+        figure("dynamic pressure", "time", "dynamic pressure", &[("dynamic pressure", "")]),
+        figure(
+            "position",
+            "time",
+            "position",
+            &[("position x", "x"), ("position y", "y"), ("position z", "z")],
+        ),
+        figure(
+            "velocity",
+            "time",
+            "velocity",
+            &[("velocity x", "x"), ("velocity y", "y"), ("velocity z", "z")],
+        ),
+        figure(
+            "attitude",
+            "time",
+            "quaternion",
+            &[("attitude 0", "0"), ("attitude 1", "1"), ("attitude 2", "2"), ("attitude 3", "3")],
+        ),
+    ]
+}
