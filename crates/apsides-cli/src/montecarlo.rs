@@ -40,7 +40,7 @@ pub(crate) fn montecarlo(a: &MonteCarloArguments) -> Result<Exit, Refusal> {
     }
     let (mut file, done) = match &a.out {
         Some(dir) => {
-            let (file, done) = SampleFile::open(dir, &run, columns).map_err(refusal)?;
+            let (file, done) = SampleFile::open(dir, &run, columns, &plan.mission_file).map_err(refusal)?;
             (Some(file), done)
         }
         None => (None, Vec::new()),

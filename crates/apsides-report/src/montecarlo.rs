@@ -14,6 +14,8 @@ use crate::{Axis, Figure, ReportError, Series};
 const DATA: &str = "montecarlo.csv";
 const JSON: &str = "montecarlo.json";
 const FIGURE: &str = "montecarlo.svg";
+/// What is flown: a file of samples goes on only with the same.
+const RUN: &str = "montecarlo.toml";
 pub(crate) const INDEX: &str = "index";
 
 /// Points of the outline of an ellipse.
@@ -28,7 +30,8 @@ pub struct SampleFile {
 
 impl SampleFile {
     /// Opens `montecarlo.csv` of a directory, which is made if need be, and returns the samples that are there: those of the same run
-    /// without a gap from index 0 on. A line that was not finished is left out.
+    /// without a gap from index 0 on. A line that was not finished is left out. The mission file of the plan (`mission_file`) and the steering
+    /// are kept in `montecarlo.toml`, so that samples of another mission are not taken for those of this one.
     ///
     /// # Errors
     /// When the file cannot be read or written, or is of another run.
@@ -36,6 +39,7 @@ impl SampleFile {
         dir: &Path,
         run: &MonteCarlo,
         columns: &'static [&'static str],
+        mission_file: &str,
     ) -> Result<(Self, Vec<Sample>), ReportError> {
         let path = dir.join(DATA);
         let io = |action| {
@@ -43,7 +47,17 @@ impl SampleFile {
             move |source| ReportError::Io { action, path, source }
         };
         std::fs::create_dir_all(dir).map_err(io("create the directory of"))?;
-        let done = if path.exists() { read(&path, run, columns)? } else { Vec::new() };
+        let statement = statement(run, mission_file)?;
+        let stated = dir.join(RUN);
+        let done = if path.exists() {
+            if std::fs::read_to_string(&stated).ok().is_none_or(|earlier| earlier != statement) {
+                return Err(other("samples of another mission or steering"));
+            }
+            read(&path, run, columns)?
+        } else {
+            Vec::new()
+        };
+        std::fs::write(&stated, statement).map_err(io("write"))?;
         // The file anew with what is sound, in one step.
         let next = dir.join(format!("{DATA}.part"));
         let mut csv = csv::Writer::from_writer(BufWriter::new(File::create(&next).map_err(io("write"))?));
@@ -80,6 +94,20 @@ impl SampleFile {
     }
 }
 
+/// The mission, and how its flights are steered.
+fn statement(run: &MonteCarlo, mission_file: &str) -> Result<String, ReportError> {
+    let steering = serde_json::to_string(&(&run.guidance, &run.onboard))
+        .map_err(|source| ReportError::Json { file: RUN, source })?;
+    Ok(format!("# Steering: {steering}\n{mission_file}"))
+}
+
+fn other(what: &str) -> ReportError {
+    ReportError::Table {
+        file: DATA,
+        reason: format!("the file in the directory has {what}: choose another directory, or remove it"),
+    }
+}
+
 fn table(e: csv::Error) -> ReportError {
     ReportError::Table { file: DATA, reason: e.to_string() }
 }
@@ -94,10 +122,6 @@ fn read(path: &Path, run: &MonteCarlo, columns: &'static [&'static str]) -> Resu
     let heads: Vec<String> = reader.headers().map_err(table)?.iter().map(str::to_owned).collect();
     let expected: Vec<&str> =
         std::iter::once(INDEX).chain(Deviations::names()).chain(columns.iter().copied()).collect();
-    let other = |what: &str| ReportError::Table {
-        file: DATA,
-        reason: format!("the file in the directory has {what}: choose another directory, or remove it"),
-    };
     if heads != expected {
         return Err(other("other columns"));
     }
@@ -182,6 +206,7 @@ mod tests {
     use apsides::montecarlo::{Guidance, Onboard};
 
     const COLUMNS: &[&str] = &["along_m", "across_m"];
+    const MISSION: &str = "mission = \"one\"\n";
 
     fn run(seed: u64) -> MonteCarlo {
         let dispersions = Deviations { position_m: [1.0; 3], ..Deviations::default() };
@@ -198,7 +223,7 @@ mod tests {
     fn a_file_goes_on_after_its_last_whole_line() {
         let dir = tempfile::tempdir().unwrap();
         let of = run(4);
-        let (mut file, done) = SampleFile::open(dir.path(), &of, COLUMNS).unwrap();
+        let (mut file, done) = SampleFile::open(dir.path(), &of, COLUMNS, MISSION).unwrap();
         assert!(done.is_empty());
         for k in 0..3 {
             file.add(&sample(&of, k)).unwrap();
@@ -207,17 +232,24 @@ mod tests {
         let mut text = std::fs::read_to_string(&path).unwrap();
         text.push_str("3,0.5,0.2");
         std::fs::write(&path, text).unwrap();
-        let (mut file, done) = SampleFile::open(dir.path(), &of, COLUMNS).unwrap();
+        let (mut file, done) = SampleFile::open(dir.path(), &of, COLUMNS, MISSION).unwrap();
         assert_eq!(done.len(), 3);
         assert_eq!((done[2].index, &done[2].deviations), (2, &sample(&of, 2).deviations));
         file.add(&sample(&of, 3)).unwrap();
         file.finish().unwrap();
-        let (_, done) = SampleFile::open(dir.path(), &of, COLUMNS).unwrap();
+        let (_, done) = SampleFile::open(dir.path(), &of, COLUMNS, MISSION).unwrap();
         assert_eq!(done.len(), 4);
-        // Another seed, other columns.
-        let error = SampleFile::open(dir.path(), &run(5), COLUMNS).err().unwrap().to_string();
+        // Another mission, another steering, another seed, other columns.
+        let refused = |run: &MonteCarlo, mission: &str| {
+            SampleFile::open(dir.path(), run, COLUMNS, mission).err().unwrap().to_string()
+        };
+        let law = MonteCarlo { guidance: Guidance::Polynomial, ..of.clone() };
+        for error in [refused(&of, "mission = \"two\"\n"), refused(&law, MISSION)] {
+            assert!(error.contains("another mission or steering"), "{error}");
+        }
+        let error = SampleFile::open(dir.path(), &run(5), COLUMNS, MISSION).err().unwrap().to_string();
         assert!(error.contains("another seed"), "{error}");
-        let error = SampleFile::open(dir.path(), &of, &["up_m"]).err().unwrap().to_string();
+        let error = SampleFile::open(dir.path(), &of, &["up_m"], MISSION).err().unwrap().to_string();
         assert!(error.contains("other columns"), "{error}");
     }
 }
