@@ -56,7 +56,7 @@ pub(crate) enum Command {
         apsides footprint capsule-reentry --out footprint\n  \
         apsides footprint capsule-reentry --set load_limit_m_s2=inf --bearings 72 --json")]
     Footprint(FootprintArguments),
-    /// Flies a mission many times with deviations at its start, and says where the flights end.
+    /// Fly a mission many times with deviations, and say where the flights end, or how well a law holds.
     #[command(after_help = "Examples:\n  \
         apsides montecarlo chang-e-3-braking --position-m 333 --velocity-m-s 1 --out flights\n  \
         apsides montecarlo chang-e-3-braking --position-m 333 --guidance replanned --replan-at 0,200\n  \
@@ -243,6 +243,24 @@ pub(crate) struct MonteCarloArguments {
     /// The same of the velocity, m/s.
     #[arg(long = "navigation-velocity-m-s", value_name = "SIGMA", default_value_t = 0.0)]
     pub(crate) navigation_velocity: f64,
+    /// Offset of the centre of mass along each axis, m; of a descent under its law.
+    #[arg(long = "offset-m", value_name = "SIGMA", default_value_t = 0.0)]
+    pub(crate) offset: f64,
+    /// Angle of attack and sideslip at the entry, deg; of a descent.
+    #[arg(long = "entry-angle-deg", value_name = "SIGMA", default_value_t = 0.0)]
+    pub(crate) entry_angle: f64,
+    /// Flight path angle at the entry, deg; of a descent.
+    #[arg(long = "path-angle-deg", value_name = "SIGMA", default_value_t = 0.0)]
+    pub(crate) path_angle: f64,
+    /// Gain of the sensors, per cent; of a descent.
+    #[arg(long = "sensor-gain-percent", value_name = "SIGMA", default_value_t = 0.0)]
+    pub(crate) sensor_gain: f64,
+    /// Damping in pitch and yaw, per cent; of a descent.
+    #[arg(long = "damping-percent", value_name = "SIGMA", default_value_t = 0.0)]
+    pub(crate) damping: f64,
+    /// Wind towards north and east at 12 km, m/s; of a descent.
+    #[arg(long = "wind-m-s", value_name = "SIGMA", default_value_t = 0.0)]
+    pub(crate) wind: f64,
     /// How the deviating flights are steered.
     #[arg(long, value_enum, default_value = "open-loop")]
     pub(crate) guidance: GuidanceWord,

@@ -2,9 +2,10 @@
 
 use std::fmt::Write as _;
 
-use apsides::dispersion::Deviations;
-use apsides::montecarlo::{Ellipse, Guidance, MonteCarlo, Onboard, Replanning, Statistics};
-use apsides_report::{SampleFile, write_statistics};
+use apsides::Mission;
+use apsides::dispersion::{DescentDeviations, Deviations};
+use apsides::montecarlo::{Descents, Ellipse, Guidance, MonteCarlo, Onboard, Replanning, Sample, Statistics};
+use apsides_report::{Axis, Figure, SampleFile, distribution_figure, landing_figure, write_statistics};
 
 use crate::arguments::{GuidanceWord, MonteCarloArguments, SampleFormat};
 use crate::commands::{Refusal, refusal};
@@ -13,6 +14,9 @@ use crate::progress::{Progress, StopFlag};
 
 pub(crate) fn montecarlo(a: &MonteCarloArguments) -> Result<Exit, Refusal> {
     let mission = a.mission.load()?.with_threads(a.run.threads as usize).with_seed(a.run.seed);
+    if mission.is_simulated() {
+        return descents(a, &mission);
+    }
     let run = MonteCarlo {
         samples: a.samples as usize,
         seed: a.run.seed,
@@ -29,6 +33,7 @@ pub(crate) fn montecarlo(a: &MonteCarloArguments) -> Result<Exit, Refusal> {
         guidance: guidance(a)?,
         onboard: Onboard { engine_known: !a.engine_unknown, full_thrust_n: a.full_thrust },
     };
+    a.refuse(&a.of_descents(), "are of missions that are simulated")?;
     let columns = MonteCarlo::columns(&mission);
     if a.format == SampleFormat::Parquet && !cfg!(feature = "parquet") {
         return Err("this program is built without Parquet: build it with `--features parquet`".into());
@@ -38,19 +43,121 @@ pub(crate) fn montecarlo(a: &MonteCarloArguments) -> Result<Exit, Refusal> {
     if !plan.status.is_success() {
         return Err(format!("the mission itself is not solved ({}): no plan to deviate from", plan.status));
     }
-    let (mut file, done) = match &a.out {
-        Some(dir) => {
-            let (file, done) = SampleFile::open(dir, &run, columns, &plan.mission_file).map_err(refusal)?;
-            (Some(file), done)
-        }
-        None => (None, Vec::new()),
+    let own = |index| run.dispersions.sample(run.seed, index).values().to_vec();
+    let steering = serde_json::to_string(&(&run.guidance, &run.onboard)).map_err(refusal)?;
+    let statement = format!("# Steering: {steering}\n{}", plan.mission_file);
+    let frame = Frame { a, names: &Deviations::names(), columns, statement, stop };
+    frame.fly(
+        own,
+        |done, each| run.run(&mission, &plan, done, each).map_err(refusal),
+        |title, samples, statistics| landing_figure(title, samples, columns, statistics),
+    )
+}
+
+/// Descents of a mission that is simulated.
+fn descents(a: &MonteCarloArguments, mission: &Mission) -> Result<Exit, Refusal> {
+    a.refuse(&a.of_plans(), "are of missions that are optimised")?;
+    let run = Descents {
+        samples: a.samples as usize,
+        seed: a.run.seed,
+        threads: a.run.threads as usize,
+        dispersions: DescentDeviations {
+            offset_m: [a.offset; 2],
+            entry_angles_deg: [a.entry_angle; 2],
+            path_angle_deg: a.path_angle,
+            sensor_gain: a.sensor_gain / 100.0,
+            damping: a.damping / 100.0,
+            wind_m_s: [a.wind; 2],
+        },
     };
-    let first = done.len();
-    let progress =
-        Progress::counted(a.run.quiet, stop.clone(), run.samples.saturating_sub(first) as u64, "flights");
-    let mut failure = None;
-    let (samples, statistics) = run
-        .run(&mission, &plan, done, |sample| {
+    let own = |index| run.dispersions.sample(run.seed, index).0.values().to_vec();
+    let columns = Descents::COLUMNS;
+    let statement = mission.to_file();
+    let names = DescentDeviations::NAMES;
+    let frame = Frame { a, names, columns, statement, stop: StopFlag::install() };
+    frame.fly(
+        own,
+        |done, each| run.run(mission, done, each).map_err(refusal),
+        |title, samples, _| {
+            let rms = [("attack_rms_deg", "attack"), ("sideslip_rms_deg", "sideslip")];
+            let axis = Axis::new("root mean square", "deg").logarithmic();
+            distribution_figure(title, axis, samples, columns, &rms)
+        },
+    )
+}
+
+impl MonteCarloArguments {
+    /// Options of flights that deviate from a plan, with their sizes.
+    fn of_plans(&self) -> [(&'static str, f64); 5] {
+        [
+            ("--position-m", self.position),
+            ("--velocity-m-s", self.velocity),
+            ("--thrust-percent", self.thrust),
+            ("--exhaust-velocity-percent", self.exhaust_velocity),
+            ("--mass-kg", self.mass),
+        ]
+    }
+
+    /// Options of descents, with their sizes.
+    fn of_descents(&self) -> [(&'static str, f64); 6] {
+        [
+            ("--offset-m", self.offset),
+            ("--entry-angle-deg", self.entry_angle),
+            ("--path-angle-deg", self.path_angle),
+            ("--sensor-gain-percent", self.sensor_gain),
+            ("--damping-percent", self.damping),
+            ("--wind-m-s", self.wind),
+        ]
+    }
+
+    fn refuse(&self, options: &[(&'static str, f64)], why: &str) -> Result<(), Refusal> {
+        let given: Vec<&str> =
+            options.iter().filter(|(_, size)| *size != 0.0).map(|(name, _)| *name).collect();
+        match given.is_empty() {
+            true => Ok(()),
+            false => Err(format!(
+                "{}: deviations of this name {why}, `{}` is not",
+                given.join(", "),
+                self.mission.mission
+            )),
+        }
+    }
+}
+
+/// What a run is framed by: its file, its progress, its results.
+struct Frame<'a> {
+    a: &'a MonteCarloArguments,
+    names: &'a [&'static str],
+    columns: &'static [&'static str],
+    /// Mission and steering: what samples are of.
+    statement: String,
+    stop: StopFlag,
+}
+
+/// Samples that are done, and who sees new ones.
+type Each<'a> = &'a mut dyn FnMut(&Sample) -> bool;
+
+impl Frame<'_> {
+    fn fly(
+        &self,
+        own: impl Fn(usize) -> Vec<f64>,
+        run: impl FnOnce(Vec<Sample>, Each<'_>) -> Result<(Vec<Sample>, Statistics), Refusal>,
+        figure: impl FnOnce(&str, &[Sample], &Statistics) -> Figure,
+    ) -> Result<Exit, Refusal> {
+        let (a, stop, wanted) = (self.a, &self.stop, self.a.samples as usize);
+        let (mut file, done) = match &a.out {
+            Some(dir) => {
+                let (file, done) =
+                    SampleFile::open(dir, self.names, own, self.columns, &self.statement).map_err(refusal)?;
+                (Some(file), done)
+            }
+            None => (None, Vec::new()),
+        };
+        let first = done.len();
+        let progress =
+            Progress::counted(a.run.quiet, stop.clone(), wanted.saturating_sub(first) as u64, "flights");
+        let mut failure = None;
+        let (samples, statistics) = run(done, &mut |sample| {
             progress.step();
             if let Some(file) = &mut file
                 && let Err(e) = file.add(sample)
@@ -58,31 +165,33 @@ pub(crate) fn montecarlo(a: &MonteCarloArguments) -> Result<Exit, Refusal> {
                 failure = Some(refusal(e));
             }
             failure.is_none() && !stop.is_set()
-        })
-        .map_err(refusal)?;
-    if let Some(e) = failure {
-        return Err(e);
-    }
-    let mut files = Vec::new();
-    if let (Some(dir), Some(file)) = (&a.out, file) {
-        files.push(file.finish().map_err(refusal)?);
-        #[cfg(feature = "parquet")]
-        if a.format == SampleFormat::Parquet {
-            files.push(apsides_report::write_parquet(dir, &samples, columns).map_err(refusal)?);
+        })?;
+        if let Some(e) = failure {
+            return Err(e);
         }
-        let title = format!("{}: ends of {} flights", a.mission.mission, samples.len());
-        files.extend(write_statistics(dir, &title, &samples, columns, &statistics).map_err(refusal)?);
-    }
-    if a.json {
-        let text = serde_json::to_string_pretty(&statistics).map_err(refusal)?;
-        print(&format!("{text}\n"));
-    } else {
-        print(&text(&a.mission.mission, &statistics, first));
-        if !files.is_empty() {
-            print(&written(&files));
+        let mut files = Vec::new();
+        if let (Some(dir), Some(file)) = (&a.out, file) {
+            files.push(file.finish().map_err(refusal)?);
+            #[cfg(feature = "parquet")]
+            if a.format == SampleFormat::Parquet {
+                let path = apsides_report::write_parquet(dir, &samples, self.names, self.columns);
+                files.push(path.map_err(refusal)?);
+            }
+            let title = format!("{}: {} flights", a.mission.mission, samples.len());
+            let figure = figure(&title, &samples, &statistics);
+            files.extend(write_statistics(dir, &figure, &statistics).map_err(refusal)?);
         }
+        if a.json {
+            let text = serde_json::to_string_pretty(&statistics).map_err(refusal)?;
+            print(&format!("{text}\n"));
+        } else {
+            print(&text(&a.mission.mission, &statistics, first));
+            if !files.is_empty() {
+                print(&written(&files));
+            }
+        }
+        Ok(if statistics.failed > 0 || samples.len() < wanted { Exit::NotSolved } else { Exit::Verified })
     }
-    Ok(if statistics.failed > 0 || samples.len() < run.samples { Exit::NotSolved } else { Exit::Verified })
 }
 
 fn guidance(a: &MonteCarloArguments) -> Result<Guidance, Refusal> {
@@ -109,11 +218,23 @@ fn text(mission: &str, s: &Statistics, first: usize) -> String {
     if s.failed > 0 {
         let _ = write!(text, ", {} did not end", s.failed);
     }
-    let _ = writeln!(text, "\n{:.2} % within 1 m of the planned end\n", 100.0 * s.within_1_m);
+    match s.within_1_m {
+        Some(part) => {
+            let _ = writeln!(text, "\n{:.2} % within 1 m of the planned end\n", 100.0 * part);
+        }
+        None => text.push_str("\n\n"),
+    }
     let _ = writeln!(
         text,
         "{:<20}{:>13}{:>13}{:>13}{:>13}{:>13}{:>13}{:>13}",
-        "relative to the plan", "mean", "sigma", "linear sigma", "1 %", "50 %", "99 %", "largest"
+        if s.within_1_m.is_some() { "relative to the plan" } else { "result" },
+        "mean",
+        "sigma",
+        "linear sigma",
+        "1 %",
+        "50 %",
+        "99 %",
+        "largest"
     );
     for spread in &s.spreads {
         let _ = write!(text, "{:<20}{:>13}{:>13}", spread.name, number(spread.mean), number(spread.sigma));

@@ -377,7 +377,7 @@ fn a_publication_is_reproduced_with_findings() {
     assert_eq!(refused.status.code(), Some(2));
     assert_eq!(
         stderr(&refused),
-        "apsides: reproduce: `name` is \"lunar\", allowed is \"lunar-landing\" or \"geo-injection\" or \"capsule-reentry\" or \"chang-e-3\"\n"
+        "apsides: reproduce: `name` is \"lunar\", allowed is \"lunar-landing\" or \"geo-injection\" or \"capsule-reentry\" or \"chang-e-3\" or \"moving-mass\"\n"
     );
 }
 

@@ -68,7 +68,7 @@ pub use figure::{Axis, AxisScale, Figure, ReferenceLine, Series, SeriesStyle, Sp
 pub use footprint::{footprint_map, write_footprint};
 pub use hazard_picture::HazardPicture;
 pub use html::render_html;
-pub use montecarlo::{SampleFile, landing_figure, write_statistics};
+pub use montecarlo::{SampleFile, distribution_figure, landing_figure, write_statistics};
 pub use multipliers::{
     ConstraintMultipliers, ContactMultiplier, IntegralMultipliers, Multipliers, PathMultipliers,
 };

@@ -4,8 +4,7 @@ use std::fs::{File, OpenOptions};
 use std::io::BufWriter;
 use std::path::{Path, PathBuf};
 
-use apsides::dispersion::Deviations;
-use apsides::montecarlo::{Ellipse, MonteCarlo, Sample, Statistics};
+use apsides::montecarlo::{Ellipse, Sample, Statistics};
 
 use crate::directory::{Item, json, replace};
 use crate::trajectory_csv::shortest;
@@ -30,16 +29,18 @@ pub struct SampleFile {
 
 impl SampleFile {
     /// Opens `montecarlo.csv` of a directory, which is made if need be, and returns the samples that are there: those of the same run
-    /// without a gap from index 0 on. A line that was not finished is left out. The mission file of the plan (`mission_file`) and the steering
-    /// are kept in `montecarlo.toml`, so that samples of another mission are not taken for those of this one.
+    /// without a gap from index 0 on. A line that was not finished is left out. `names` are those of the deviations, which are functions of the
+    /// index. The `statement` of what is flown (mission and steering) is kept in `montecarlo.toml`, so that samples of another mission are not
+    /// taken for those of this one.
     ///
     /// # Errors
     /// When the file cannot be read or written, or is of another run.
     pub fn open(
         dir: &Path,
-        run: &MonteCarlo,
+        names: &[&str],
+        deviations: impl Fn(usize) -> Vec<f64>,
         columns: &'static [&'static str],
-        mission_file: &str,
+        statement: &str,
     ) -> Result<(Self, Vec<Sample>), ReportError> {
         let path = dir.join(DATA);
         let io = |action| {
@@ -47,13 +48,12 @@ impl SampleFile {
             move |source| ReportError::Io { action, path, source }
         };
         std::fs::create_dir_all(dir).map_err(io("create the directory of"))?;
-        let statement = statement(run, mission_file)?;
         let stated = dir.join(RUN);
         let done = if path.exists() {
             if std::fs::read_to_string(&stated).ok().is_none_or(|earlier| earlier != statement) {
                 return Err(other("samples of another mission or steering"));
             }
-            read(&path, run, columns)?
+            read(&path, names, deviations, columns)?
         } else {
             Vec::new()
         };
@@ -61,7 +61,7 @@ impl SampleFile {
         // The file anew with what is sound, in one step.
         let next = dir.join(format!("{DATA}.part"));
         let mut csv = csv::Writer::from_writer(BufWriter::new(File::create(&next).map_err(io("write"))?));
-        let heads = std::iter::once(INDEX).chain(Deviations::names()).chain(columns.iter().copied());
+        let heads = std::iter::once(INDEX).chain(names.iter().copied()).chain(columns.iter().copied());
         csv.write_record(heads).map_err(table)?;
         for sample in &done {
             csv.write_record(record(sample)).map_err(table)?;
@@ -94,13 +94,6 @@ impl SampleFile {
     }
 }
 
-/// The mission, and how its flights are steered.
-fn statement(run: &MonteCarlo, mission_file: &str) -> Result<String, ReportError> {
-    let steering = serde_json::to_string(&(&run.guidance, &run.onboard))
-        .map_err(|source| ReportError::Json { file: RUN, source })?;
-    Ok(format!("# Steering: {steering}\n{mission_file}"))
-}
-
 fn other(what: &str) -> ReportError {
     ReportError::Table {
         file: DATA,
@@ -117,11 +110,16 @@ fn record(sample: &Sample) -> impl Iterator<Item = String> + '_ {
     std::iter::once(sample.index.to_string()).chain(numbers)
 }
 
-fn read(path: &Path, run: &MonteCarlo, columns: &'static [&'static str]) -> Result<Vec<Sample>, ReportError> {
+fn read(
+    path: &Path,
+    names: &[&str],
+    own: impl Fn(usize) -> Vec<f64>,
+    columns: &'static [&'static str],
+) -> Result<Vec<Sample>, ReportError> {
     let mut reader = csv::ReaderBuilder::new().flexible(true).from_path(path).map_err(table)?;
     let heads: Vec<String> = reader.headers().map_err(table)?.iter().map(str::to_owned).collect();
     let expected: Vec<&str> =
-        std::iter::once(INDEX).chain(Deviations::names()).chain(columns.iter().copied()).collect();
+        std::iter::once(INDEX).chain(names.iter().copied()).chain(columns.iter().copied()).collect();
     if heads != expected {
         return Err(other("other columns"));
     }
@@ -132,9 +130,8 @@ fn read(path: &Path, run: &MonteCarlo, columns: &'static [&'static str]) -> Resu
         let Some(numbers) = numbers.filter(|n| n.len() == expected.len() && n[0] == done.len() as f64) else {
             break;
         };
-        let (deviations, results) = numbers[1..].split_at(Deviations::names().len());
-        let own = run.dispersions.sample(run.seed, done.len()).values();
-        if deviations != own {
+        let (deviations, results) = numbers[1..].split_at(names.len());
+        if deviations != own(done.len()) {
             return Err(other("deviations of another seed or other sizes"));
         }
         done.push(Sample { index: done.len(), deviations: deviations.to_vec(), results: results.to_vec() });
@@ -146,18 +143,16 @@ fn read(path: &Path, run: &MonteCarlo, columns: &'static [&'static str]) -> Resu
     Ok(done)
 }
 
-/// Writes `montecarlo.json` and `montecarlo.svg` into a directory, and returns the paths written.
+/// Writes `montecarlo.json` and a figure as `montecarlo.svg` into a directory, and returns the paths written.
 ///
 /// # Errors
 /// [`ReportError`] with the path and the reason.
 pub fn write_statistics(
     dir: &Path,
-    title: &str,
-    samples: &[Sample],
-    columns: &'static [&'static str],
+    figure: &Figure,
     statistics: &Statistics,
 ) -> Result<Vec<PathBuf>, ReportError> {
-    let figure = landing_figure(title, samples, columns, statistics).to_svg()?.into_bytes();
+    let figure = figure.to_svg()?.into_bytes();
     let items: Vec<Item> = vec![(JSON, Some(json(JSON, statistics)?)), (FIGURE, Some(figure))];
     replace(dir, &items)
 }
@@ -189,6 +184,29 @@ pub fn landing_figure(
     figure.to_scale(1.0)
 }
 
+/// The part of all flights whose result is not above a value, for results of one unit: flights that did not end count as above all.
+#[must_use]
+pub fn distribution_figure(
+    title: &str,
+    x: Axis,
+    samples: &[Sample],
+    columns: &'static [&'static str],
+    results: &[(&str, &str)],
+) -> Figure {
+    let mut figure = Figure::new(title, x, Axis::new("part of all flights", "-").including(0.0));
+    for (name, label) in results {
+        let Some(k) = columns.iter().position(|c| c == name) else { continue };
+        let mut values: Vec<f64> = samples.iter().map(|s| s.results[k]).filter(|v| v.is_finite()).collect();
+        values.sort_by(f64::total_cmp);
+        let part = |rank: usize| (rank + 1) as f64 / samples.len() as f64;
+        // More points than this are not told apart.
+        let every = values.len().div_ceil(1000).max(1);
+        let points = values.iter().enumerate().step_by(every).map(|(rank, v)| [*v, part(rank)]).collect();
+        figure = figure.with(Series::line(*label, points));
+    }
+    figure
+}
+
 fn outline(e: &Ellipse, sigmas: f64) -> Vec<[f64; 2]> {
     let (sin, cos) = e.angle_deg.to_radians().sin_cos();
     let point = |k: usize| {
@@ -203,10 +221,11 @@ fn outline(e: &Ellipse, sigmas: f64) -> Vec<[f64; 2]> {
 mod tests {
     #![allow(clippy::unwrap_used)]
     use super::*;
-    use apsides::montecarlo::{Guidance, Onboard};
+    use apsides::dispersion::Deviations;
+    use apsides::montecarlo::{Guidance, MonteCarlo, Onboard};
 
     const COLUMNS: &[&str] = &["along_m", "across_m"];
-    const MISSION: &str = "mission = \"one\"\n";
+    const STATEMENT: &str = "mission = \"one\"\n";
 
     fn run(seed: u64) -> MonteCarlo {
         let dispersions = Deviations { position_m: [1.0; 3], ..Deviations::default() };
@@ -219,11 +238,20 @@ mod tests {
         Sample { index, deviations, results: vec![0.1 * index as f64, f64::NAN] }
     }
 
+    fn open(
+        dir: &Path,
+        run: &MonteCarlo,
+        columns: &'static [&'static str],
+    ) -> Result<(SampleFile, Vec<Sample>), ReportError> {
+        let own = |index| run.dispersions.sample(run.seed, index).values().to_vec();
+        SampleFile::open(dir, &Deviations::names(), own, columns, STATEMENT)
+    }
+
     #[test]
     fn a_file_goes_on_after_its_last_whole_line() {
         let dir = tempfile::tempdir().unwrap();
         let of = run(4);
-        let (mut file, done) = SampleFile::open(dir.path(), &of, COLUMNS, MISSION).unwrap();
+        let (mut file, done) = open(dir.path(), &of, COLUMNS).unwrap();
         assert!(done.is_empty());
         for k in 0..3 {
             file.add(&sample(&of, k)).unwrap();
@@ -232,24 +260,21 @@ mod tests {
         let mut text = std::fs::read_to_string(&path).unwrap();
         text.push_str("3,0.5,0.2");
         std::fs::write(&path, text).unwrap();
-        let (mut file, done) = SampleFile::open(dir.path(), &of, COLUMNS, MISSION).unwrap();
+        let (mut file, done) = open(dir.path(), &of, COLUMNS).unwrap();
         assert_eq!(done.len(), 3);
         assert_eq!((done[2].index, &done[2].deviations), (2, &sample(&of, 2).deviations));
         file.add(&sample(&of, 3)).unwrap();
         file.finish().unwrap();
-        let (_, done) = SampleFile::open(dir.path(), &of, COLUMNS, MISSION).unwrap();
+        let (_, done) = open(dir.path(), &of, COLUMNS).unwrap();
         assert_eq!(done.len(), 4);
-        // Another mission, another steering, another seed, other columns.
-        let refused = |run: &MonteCarlo, mission: &str| {
-            SampleFile::open(dir.path(), run, COLUMNS, mission).err().unwrap().to_string()
-        };
-        let law = MonteCarlo { guidance: Guidance::Polynomial, ..of.clone() };
-        for error in [refused(&of, "mission = \"two\"\n"), refused(&law, MISSION)] {
-            assert!(error.contains("another mission or steering"), "{error}");
-        }
-        let error = SampleFile::open(dir.path(), &run(5), COLUMNS, MISSION).err().unwrap().to_string();
+        // Another statement, another seed, other columns.
+        let own = |k| of.dispersions.sample(of.seed, k).values().to_vec();
+        let other = SampleFile::open(dir.path(), &Deviations::names(), own, COLUMNS, "another");
+        let error = other.err().unwrap().to_string();
+        assert!(error.contains("another mission or steering"), "{error}");
+        let error = open(dir.path(), &run(5), COLUMNS).err().unwrap().to_string();
         assert!(error.contains("another seed"), "{error}");
-        let error = SampleFile::open(dir.path(), &of, &["up_m"], MISSION).err().unwrap().to_string();
+        let error = open(dir.path(), &of, &["up_m"]).err().unwrap().to_string();
         assert!(error.contains("other columns"), "{error}");
     }
 }

@@ -8,7 +8,6 @@ use std::io::BufWriter;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
-use apsides::dispersion::Deviations;
 use apsides::montecarlo::Sample;
 use parquet::basic::{Repetition, Type as Physical};
 use parquet::data_type::{DoubleType, Int64Type};
@@ -31,13 +30,14 @@ const ROWS: usize = 65_536;
 pub fn write_parquet(
     dir: &Path,
     samples: &[Sample],
+    names: &[&'static str],
     columns: &'static [&'static str],
 ) -> Result<PathBuf, ReportError> {
     let path = dir.join(DATA);
     let next = dir.join(format!("{DATA}.part"));
     let io = |source| ReportError::Io { action: "write", path: path.clone(), source };
     let file = BufWriter::new(File::create(&next).map_err(io)?);
-    write(file, samples, columns, ROWS)
+    write(file, samples, names, columns, ROWS)
         .map_err(|e| ReportError::Table { file: DATA, reason: e.to_string() })?;
     std::fs::rename(&next, &path).map_err(io)?;
     Ok(path)
@@ -46,6 +46,7 @@ pub fn write_parquet(
 fn write(
     file: impl std::io::Write + Send,
     samples: &[Sample],
+    names: &[&'static str],
     columns: &'static [&'static str],
     rows: usize,
 ) -> Result<(), ParquetError> {
@@ -54,7 +55,7 @@ fn write(
         Ok(Arc::new(column.build()?))
     };
     let mut fields = vec![column(INDEX, Physical::INT64)?];
-    for name in Deviations::names().iter().chain(columns) {
+    for name in names.iter().chain(columns) {
         fields.push(column(name, Physical::DOUBLE)?);
     }
     let schema = Type::group_type_builder("samples").with_fields(fields).build()?;
@@ -84,6 +85,7 @@ fn write(
 mod tests {
     #![allow(clippy::unwrap_used)]
     use super::*;
+    use apsides::dispersion::Deviations;
     use parquet::file::reader::{FileReader, SerializedFileReader};
     use parquet::record::RowAccessor;
 
@@ -96,7 +98,8 @@ mod tests {
         let samples: Vec<Sample> = (0..10).map(sample).collect();
         let dir = tempfile::tempdir().unwrap();
         let path = dir.path().join("samples.parquet");
-        write(File::create(&path).unwrap(), &samples, &["along_m", "across_m"], 4).unwrap();
+        write(File::create(&path).unwrap(), &samples, &Deviations::names(), &["along_m", "across_m"], 4)
+            .unwrap();
         let reader = SerializedFileReader::new(File::open(&path).unwrap()).unwrap();
         assert_eq!(reader.metadata().num_row_groups(), 3);
         let names: Vec<String> = (reader.metadata().file_metadata().schema_descr().columns().iter())

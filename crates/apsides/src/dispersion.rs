@@ -3,6 +3,8 @@
 use apsides_metaheuristics::Generator;
 use serde::Serialize;
 
+use crate::moving_mass::Case;
+
 /// Deviations of one flight at its start, or the standard deviations of many, which are normal and independent.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize)]
 pub struct Deviations {
@@ -75,6 +77,78 @@ impl Deviations {
             "navigation_along_m_s",
             "navigation_across_m_s",
         ]
+    }
+}
+
+/// Deviations of a descent under its law, or the standard deviations of many, which are normal and independent.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize)]
+pub struct DescentDeviations {
+    /// Offset of the centre of mass along y and z, m.
+    pub offset_m: [f64; 2],
+    /// Angle of attack and sideslip at the entry, deg.
+    pub entry_angles_deg: [f64; 2],
+    /// Flight path angle at the entry, deg.
+    pub path_angle_deg: f64,
+    /// Gain of the sensors, relative.
+    pub sensor_gain: f64,
+    /// Damping in pitch and yaw, relative.
+    pub damping: f64,
+    /// Wind towards north and east at 12 km, m/s.
+    pub wind_m_s: [f64; 2],
+}
+
+impl DescentDeviations {
+    /// Names in the order of [`values`](Self::values), the unit at the end.
+    pub const NAMES: &'static [&'static str] = &[
+        "offset_y_m",
+        "offset_z_m",
+        "entry_attack_deg",
+        "entry_sideslip_deg",
+        "entry_path_angle_deg",
+        "sensor_gain",
+        "damping",
+        "wind_north_m_s",
+        "wind_east_m_s",
+    ];
+
+    /// The deviations of the sample of an index, these being standard deviations, and a seed for its noise: functions of seed and index alone.
+    #[must_use]
+    pub fn sample(&self, seed: u64, index: usize) -> (Self, u64) {
+        let own = seed.wrapping_add(STEP.wrapping_mul(index as u64 + 1));
+        let mut random = Generator::new(own);
+        let mut draw = |sigma: f64| sigma * random.normal();
+        let deviations = Self {
+            offset_m: self.offset_m.map(&mut draw),
+            entry_angles_deg: self.entry_angles_deg.map(&mut draw),
+            path_angle_deg: draw(self.path_angle_deg),
+            sensor_gain: draw(self.sensor_gain),
+            damping: draw(self.damping),
+            wind_m_s: self.wind_m_s.map(&mut draw),
+        };
+        (deviations, own.rotate_left(32))
+    }
+
+    /// All of them, in the order of the names.
+    #[must_use]
+    pub fn values(&self) -> [f64; 9] {
+        let ([a, b], [c, d], [e, f]) = (self.offset_m, self.entry_angles_deg, self.wind_m_s);
+        [a, b, c, d, self.path_angle_deg, self.sensor_gain, self.damping, e, f]
+    }
+
+    /// A case with these deviations.
+    #[must_use]
+    pub fn applied(&self, case: &Case) -> Case {
+        let mut case = case.clone();
+        for k in 0..2 {
+            case.vehicle.offset[k] += self.offset_m[k];
+            case.wind[k] += self.wind_m_s[k];
+        }
+        case.entry.attack += self.entry_angles_deg[0].to_radians();
+        case.entry.sideslip += self.entry_angles_deg[1].to_radians();
+        case.entry.path += self.path_angle_deg.to_radians();
+        case.sensors.gain *= 1.0 + self.sensor_gain;
+        case.vehicle.damping_factor *= 1.0 + self.damping;
+        case
     }
 }
 

@@ -1,4 +1,4 @@
-//! Monte Carlo: many flights that deviate from a solved one, with the thrust of the plan or planned anew.
+//! Monte Carlo: many flights that deviate, from a solved one with the thrust of the plan or planned anew, or simulated under their law.
 //!
 //! The deviations of a sample depend on seed and index alone, so that results are the same for any number of threads, and a run can be
 //! continued behind the samples that are there.
@@ -9,8 +9,9 @@ use std::thread;
 
 use serde::Serialize;
 
-use crate::dispersion::Deviations;
+use crate::dispersion::{DescentDeviations, Deviations};
 use crate::missions::with_dispersion;
+use crate::moving_mass::{Descent, Metrics, Record};
 use crate::{Error, Mission, Outcome};
 
 /// How a deviating flight is steered.
@@ -140,8 +141,8 @@ pub struct Statistics {
     pub samples: usize,
     /// Those that did not end.
     pub failed: usize,
-    /// Part of all flights that ended within 1 m of the planned end.
-    pub within_1_m: f64,
+    /// Part of all flights that ended within 1 m of the planned end, where there is one.
+    pub within_1_m: Option<f64>,
     /// Each result.
     pub spreads: Vec<Spread>,
     /// Ends over ground.
@@ -169,17 +170,10 @@ impl MonteCarlo {
         &self,
         mission: &Mission,
         plan: &Outcome,
-        mut done: Vec<Sample>,
-        mut each: impl FnMut(&Sample) -> bool,
+        done: Vec<Sample>,
+        each: impl FnMut(&Sample) -> bool,
     ) -> Result<(Vec<Sample>, Statistics), Error> {
-        for (name, sigma) in Deviations::names().into_iter().zip(self.dispersions.values()) {
-            if !(sigma >= 0.0 && sigma.is_finite()) {
-                let reason = format!(
-                    "the standard deviation of `{name}` is {sigma}, it must be finite and not negative"
-                );
-                return Err(Error::Conflict { place: "dispersions".into(), reason });
-            }
-        }
+        check_sizes(&Deviations::names(), &self.dispersions.values())?;
         self.check_steering()?;
         let Some(deviating) = &mission.kind.optimised()?.deviating else {
             let reason = format!(
@@ -191,40 +185,12 @@ impl MonteCarlo {
         };
         let flights = (deviating.flights)(&mission.values, &plan.trajectory)?;
         let columns = deviating.columns;
-        done.truncate(self.samples);
-        let (next, stopped) = (AtomicUsize::new(done.len()), AtomicBool::new(false));
-        let (sender, inbox) = mpsc::channel::<Sample>();
-        thread::scope(|scope| {
-            for _ in 0..self.threads.max(1) {
-                let (sender, next, stopped, flights) = (sender.clone(), &next, &stopped, &*flights);
-                scope.spawn(move || {
-                    loop {
-                        let index = next.fetch_add(1, Ordering::Relaxed);
-                        if index >= self.samples || stopped.load(Ordering::Relaxed) {
-                            break;
-                        }
-                        let deviation = self.dispersions.sample(self.seed, index);
-                        let results =
-                            flights.fly(&deviation, self).unwrap_or_else(|| vec![f64::NAN; columns.len()]);
-                        // The receiver outlives all threads.
-                        let _ =
-                            sender.send(Sample { index, deviations: deviation.values().to_vec(), results });
-                    }
-                });
-            }
-            drop(sender);
-            // Out of order they wait for those before them.
-            let mut waiting = std::collections::BTreeMap::new();
-            for sample in inbox {
-                waiting.insert(sample.index, sample);
-                while let Some(sample) = waiting.remove(&done.len()) {
-                    if !each(&sample) {
-                        stopped.store(true, Ordering::Relaxed);
-                    }
-                    done.push(sample);
-                }
-            }
-        });
+        let fly = |_: &mut (), index: usize| {
+            let deviation = self.dispersions.sample(self.seed, index);
+            let results = flights.fly(&deviation, self);
+            (deviation.values().to_vec(), results)
+        };
+        let done = fly_all([self.samples, self.threads], columns.len(), done, || (), fly, each);
         let linear = match self.guidance {
             Guidance::OpenLoop => flights.linear_covariance(&self.dispersions),
             _ => None,
@@ -259,6 +225,131 @@ impl MonteCarlo {
     }
 }
 
+/// Descents under their law that deviate at random.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Descents {
+    /// Number of samples, those that are there already included.
+    pub samples: usize,
+    /// Seed of the deviations and of the noise of sensors.
+    pub seed: u64,
+    /// Threads; the results do not depend on it.
+    pub threads: usize,
+    /// Sizes of the deviations.
+    pub dispersions: DescentDeviations,
+}
+
+impl Descents {
+    /// Names of the results of a flight.
+    pub const COLUMNS: &'static [&'static str] = &[
+        "attack_rms_deg",
+        "sideslip_rms_deg",
+        "attack_peak_deg",
+        "sideslip_peak_deg",
+        "saturation_time_s",
+        "mass_1_travel_m",
+        "mass_2_travel_m",
+        "mass_1_rate_m_s",
+        "mass_2_rate_m_s",
+        "flight_time_s",
+    ];
+
+    /// Flies the samples behind those that are `done`, in order; `each` sees every new one and says whether to go on. The results of a flight that
+    /// failed are NaN.
+    ///
+    /// # Errors
+    /// A mission that is not simulated; negative or infinite sizes.
+    pub fn run(
+        &self,
+        mission: &Mission,
+        done: Vec<Sample>,
+        each: impl FnMut(&Sample) -> bool,
+    ) -> Result<(Vec<Sample>, Statistics), Error> {
+        check_sizes(DescentDeviations::NAMES, &self.dispersions.values())?;
+        let case = mission.case()?;
+        let fly = |record: &mut Record, index: usize| {
+            let (deviations, noise) = self.dispersions.sample(self.seed, index);
+            let mut case = deviations.applied(&case);
+            case.sensors.seed = noise;
+            // Deviations may make an impossible case, such as a gain below zero: it failed.
+            let metrics = Descent::new(&case).and_then(|descent| descent.fly(record)).ok();
+            (deviations.values().to_vec(), metrics.filter(Metrics::held).as_ref().map(descent_results))
+        };
+        let size = Self::COLUMNS.len();
+        let done = fly_all([self.samples, self.threads], size, done, || Record::every(1), fly, each);
+        let statistics = statistics(&done, Self::COLUMNS, None);
+        Ok((done, statistics))
+    }
+}
+
+/// In the order of [`Descents::COLUMNS`].
+fn descent_results(m: &Metrics) -> Vec<f64> {
+    let [[a, b], [c, d]] = m.window.map_or([[f64::NAN; 2]; 2], |w| [w.rms, w.peak]);
+    let mut results: Vec<f64> = [a, b, c, d].map(f64::to_degrees).into();
+    results.push(m.saturated_time);
+    results.extend(m.largest_travel);
+    results.extend(m.largest_rate);
+    results.push(m.time);
+    results
+}
+
+fn check_sizes(names: &[&str], sizes: &[f64]) -> Result<(), Error> {
+    match names.iter().zip(sizes).find(|(_, sigma)| !(**sigma >= 0.0 && sigma.is_finite())) {
+        None => Ok(()),
+        Some((name, sigma)) => {
+            let reason =
+                format!("the standard deviation of `{name}` is {sigma}, it must be finite and not negative");
+            Err(Error::Conflict { place: "dispersions".into(), reason })
+        }
+    }
+}
+
+/// Flies samples behind those that are done on several threads, each with a workspace of its own, and hands them on in their order. `fly` gives
+/// deviations and results of an index, no results where a flight did not end.
+fn fly_all<W>(
+    [samples, threads]: [usize; 2],
+    columns: usize,
+    mut done: Vec<Sample>,
+    workspace: impl Fn() -> W + Sync,
+    fly: impl Fn(&mut W, usize) -> (Vec<f64>, Option<Vec<f64>>) + Sync,
+    mut each: impl FnMut(&Sample) -> bool,
+) -> Vec<Sample> {
+    done.truncate(samples);
+    let (next, stopped) = (AtomicUsize::new(done.len()), AtomicBool::new(false));
+    let (sender, inbox) = mpsc::channel::<Sample>();
+    thread::scope(|scope| {
+        for _ in 0..threads.max(1) {
+            let sender = sender.clone();
+            let (next, stopped, workspace, fly) = (&next, &stopped, &workspace, &fly);
+            scope.spawn(move || {
+                let mut workspace = workspace();
+                loop {
+                    let index = next.fetch_add(1, Ordering::Relaxed);
+                    if index >= samples || stopped.load(Ordering::Relaxed) {
+                        break;
+                    }
+                    let (deviations, results) = fly(&mut workspace, index);
+                    let results = results.unwrap_or_else(|| vec![f64::NAN; columns]);
+                    // The receiver outlives all threads.
+                    let _ = sender.send(Sample { index, deviations, results });
+                }
+            });
+        }
+        drop(sender);
+        // Out of order they wait for those before them.
+        let mut waiting = std::collections::BTreeMap::new();
+        for sample in inbox {
+            waiting.insert(sample.index, sample);
+            while let Some(sample) = waiting.remove(&done.len()) {
+                if !each(&sample) {
+                    stopped.store(true, Ordering::Relaxed);
+                }
+                done.push(sample);
+            }
+        }
+    });
+    done
+}
+
 fn statistics(
     samples: &[Sample],
     columns: &'static [&'static str],
@@ -288,7 +379,7 @@ fn statistics(
             [u, a, c].iter().map(|k| s.results[*k].powi(2)).sum::<f64>().sqrt() <= 1.0
         })
     };
-    let within = ended.iter().filter(near).count() as f64 / samples.len().max(1) as f64;
+    let within = places.map(|_| ended.iter().filter(near).count() as f64 / samples.len().max(1) as f64);
     let ellipse = places.filter(|_| ended.len() > 2).map(|((_, along), across)| {
         let of = |k: usize| ended.iter().map(|s| s.results[k]).collect::<Vec<f64>>();
         ellipse(&of(along), &of(across))

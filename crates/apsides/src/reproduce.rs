@@ -18,6 +18,7 @@ mod capsule_reentry;
 mod chang_e;
 mod geo_injection;
 mod lunar_landing;
+mod moving_mass;
 mod sheet;
 mod stop;
 mod workers;
@@ -100,6 +101,7 @@ const PUBLICATIONS: &[Publication] = &[
     geo_injection::PUBLICATION,
     capsule_reentry::PUBLICATION,
     chang_e::PUBLICATION,
+    moving_mass::PUBLICATION,
 ];
 
 /// All rows of a publication that were computed.

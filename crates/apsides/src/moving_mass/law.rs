@@ -1,5 +1,7 @@
 //! Laws: from the angles that are seen to commands for the masses.
 
+use std::f64::consts::PI;
+
 use apsides_control::allocation::{CrossLayout, RadialLayout};
 use apsides_control::controller::Controller;
 use apsides_control::linear::Plant;
@@ -276,7 +278,8 @@ impl<'a> Steering<'a> {
             Masses::Radial { radius, allocation: Allocation::Inversion, .. } => {
                 ([-2.0 * radius, 2.0 * radius], 2.0 * radius)
             }
-            Masses::Radial { .. } => ([f64::NEG_INFINITY, f64::INFINITY], f64::INFINITY),
+            // Half a turn from neutral: all places of the rim.
+            Masses::Radial { .. } => ([-PI, PI], PI),
         };
         let axis = |k: usize| -> Result<Axis<'a>, Error> {
             Ok(match &case.law {

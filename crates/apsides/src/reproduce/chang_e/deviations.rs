@@ -72,7 +72,11 @@ pub(super) fn near(flights: usize, replanned: usize, workers: &mut Workers<'_>) 
         labels.push(("horizontal miss, median, m".into(), miss.percentiles[1], relative(585.260, SAMPLING)));
         labels.push(("horizontal miss, 99 %, m".into(), miss.percentiles[2], relative(1_476.692, SAMPLING)));
     }
-    labels.push(("planned anew at the start: within 1 m, %".into(), 100.0 * anew.within_1_m, to(100.0, 0.0)));
+    labels.push((
+        "planned anew at the start: within 1 m, %".into(),
+        100.0 * anew.within_1_m.unwrap_or(f64::NAN),
+        to(100.0, 0.0),
+    ));
     if let Some(mass) = spread(&anew, "final_mass_kg") {
         // Twice the standard error of the difference of two sets of 150.
         labels.push((
