@@ -85,6 +85,7 @@ const OWNERS: &[(&str, &str)] = &[
     ("png", "terrain"),
     ("rand", "metaheuristics"),
     ("plotters", "report"),
+    ("parquet", "report"),
     ("clap", "cli"),
     ("indicatif", "cli"),
     ("nalgebra", "shooting"),

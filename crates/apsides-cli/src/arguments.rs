@@ -57,6 +57,11 @@ pub(crate) enum Command {
         apsides footprint capsule-reentry --set load_limit_m_s2=inf --bearings 72 --json")]
     Footprint(FootprintArguments),
     /// Fly a mission many times with deviations, and say where the flights end, or how well a law holds.
+    #[command(after_help = "Examples:\n  \
+        apsides montecarlo chang-e-3-braking --position-m 333 --velocity-m-s 1 --out flights\n  \
+        apsides montecarlo chang-e-3-braking --position-m 333 --guidance replanned --replan-at 0,200\n  \
+        apsides montecarlo chang-e-3-braking --set thrust_n=7000 --full-thrust-n 7500 --thrust-percent 0.5 \\\n    \
+        --engine-unknown --guidance polynomial")]
     Montecarlo(MonteCarloArguments),
     /// List the missions, or the keys of one.
     #[command(after_help = "Examples:\n  apsides missions\n  apsides missions lunar-perilune")]
@@ -72,7 +77,7 @@ pub(crate) enum Command {
     /// Compute the tables of a publication again, or list the publications.
     #[command(
         after_help = "Examples:\n  apsides reproduce\n  apsides reproduce lunar-landing --out reproduction\n  \
-                      apsides reproduce geo-injection --out reproduction"
+                      apsides reproduce geo-injection --out reproduction\n  apsides reproduce chang-e-3 --threads 2 --out reproduction"
     )]
     Reproduce(ReproduceArguments),
     /// Find what is unsafe on an elevation map, and the landing sites on it.
@@ -187,13 +192,26 @@ pub(crate) struct SweepArguments {
     pub(crate) run: RunArguments,
 }
 
+/// Files of the samples of a Monte Carlo run.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub(crate) enum SampleFormat {
+    /// CSV alone.
+    Csv,
+    /// CSV and Parquet.
+    Parquet,
+}
+
 /// Steering of a deviating flight.
 #[derive(Clone, Copy, Debug, clap::ValueEnum)]
 pub(crate) enum GuidanceWord {
     /// The thrust of the plan as a function of time, along the same directions in space.
     OpenLoop,
-    /// The optimum from the deviating start to the planned end.
+    /// The optimum to the planned end from where the flight is, at the times of --replan-at and --replan-every.
     Replanned,
+    /// Full thrust with a radial acceleration linear in time; the range is not controlled.
+    LinearRadial,
+    /// An acceleration linear in time to the planned end (E-guidance), within the limits of the thrust.
+    Polynomial,
 }
 
 /// Arguments of `montecarlo`. Deviations are normal and independent; the sizes are standard deviations.
@@ -219,6 +237,12 @@ pub(crate) struct MonteCarloArguments {
     /// Mass, kg.
     #[arg(long = "mass-kg", value_name = "SIGMA", default_value_t = 0.0)]
     pub(crate) mass: f64,
+    /// What navigation takes the position to be off by along each axis, constant over a flight, m.
+    #[arg(long = "navigation-position-m", value_name = "SIGMA", default_value_t = 0.0)]
+    pub(crate) navigation_position: f64,
+    /// The same of the velocity, m/s.
+    #[arg(long = "navigation-velocity-m-s", value_name = "SIGMA", default_value_t = 0.0)]
+    pub(crate) navigation_velocity: f64,
     /// Offset of the centre of mass along each axis, m; of a descent under its law.
     #[arg(long = "offset-m", value_name = "SIGMA", default_value_t = 0.0)]
     pub(crate) offset: f64,
@@ -240,9 +264,24 @@ pub(crate) struct MonteCarloArguments {
     /// How the deviating flights are steered.
     #[arg(long, value_enum, default_value = "open-loop")]
     pub(crate) guidance: GuidanceWord,
+    /// Times at which a re-planned flight is planned anew, s; the start without any.
+    #[arg(long = "replan-at", value_name = "TIMES", value_delimiter = ',')]
+    pub(crate) replan_at: Vec<f64>,
+    /// Plans anew every so many seconds besides.
+    #[arg(long = "replan-every", value_name = "SECONDS")]
+    pub(crate) replan_every: Option<f64>,
+    /// Plans and laws take thrust and exhaust velocity of the mission for true; they know those of the flight without this.
+    #[arg(long = "engine-unknown")]
+    pub(crate) engine_unknown: bool,
+    /// Largest thrust in flight, N, where the mission plans with less to have a reserve.
+    #[arg(long = "full-thrust-n", value_name = "THRUST")]
+    pub(crate) full_thrust: Option<f64>,
     /// Write montecarlo.csv, flight by flight, montecarlo.json and montecarlo.svg; a run that was stopped goes on.
     #[arg(long, value_name = "DIR")]
     pub(crate) out: Option<PathBuf>,
+    /// Files of the samples: parquet makes montecarlo.parquet of montecarlo.csv at the end, in builds with the feature `parquet`.
+    #[arg(long, value_enum, default_value = "csv", requires = "out")]
+    pub(crate) format: SampleFormat,
     /// Print one JSON object on stdout and nothing else.
     #[arg(long)]
     pub(crate) json: bool,

@@ -11,11 +11,12 @@ use apsides::terrain::io::GeoTiffOptions;
 use apsides::terrain::site::{ScoreWeights, Site, SiteRequest, SiteRule, choose_sites};
 use apsides::terrain::survey::{SurveyOptions, fits, survey};
 use apsides::terrain::{Geometry, Raster, TerrainError};
+use apsides_report::HazardPicture;
 use serde::Serialize;
 
 use crate::arguments::{HazardArguments, Rule};
 use crate::commands::{Refusal, probe_directory, refusal};
-use crate::hazard_files::{Files, LEGEND, Rows, stem};
+use crate::hazard_files::{Files, Rows, stem};
 use crate::output::{Exit, print, written};
 use crate::progress::{Progress, StopFlag};
 use crate::terrain::{MapFile, MapSummary, pool, write};
@@ -251,7 +252,7 @@ pub(crate) fn hazard(a: &HazardArguments) -> Result<Exit, Refusal> {
         print(&report.text());
         if a.out.is_some() {
             print(&written(&paths));
-            print(&format!("\n{LEGEND}\n"));
+            print(&format!("\ncolours of map.png: {}\n", HazardPicture::LEGEND));
         }
     }
     Ok(if report.sites.is_empty() { Exit::NotSolved } else { Exit::Verified })

@@ -5,32 +5,13 @@ use std::io::BufWriter;
 use std::path::{Path, PathBuf};
 
 use apsides::terrain::hazard::{HazardMap, Layer, Verdict};
-use apsides::terrain::io::{
-    ColourMap, GeoTiffOptions, GeoTiffWriter, Legend, Mark, ReliefPicture, Tint, write_png,
-};
-use apsides::terrain::light::{Sun, incidence};
+use apsides::terrain::io::{ColourMap, GeoTiffOptions, GeoTiffWriter, Legend, write_png};
 use apsides::terrain::site::Site;
 use apsides::terrain::{ElevationMap, Geometry, Raster, TerrainError};
+use apsides_report::HazardPicture;
 
 use crate::commands::{Refusal, refusal};
 use crate::terrain::tiff;
-
-/// Most dots on a side of the picture of the map.
-const PICTURE: usize = 2000;
-
-/// Light of the relief: from the north-west, half up.
-const SUN: [f64; 2] = [-std::f64::consts::FRAC_PI_4, std::f64::consts::FRAC_PI_4];
-
-/// Colours that stay apart for people with a colour vision deficiency (M. Okabe, K. Ito, 2008): vermilion, blue.
-const UNSAFE: Tint = Tint { colour: [213, 94, 0], strength: 0.45 };
-const SAFE: Tint = Tint { colour: [0, 114, 178], strength: 0.35 };
-const UNKNOWN: Tint = Tint { colour: [40, 40, 40], strength: 0.6 };
-/// Of rings: the first site, the others.
-const FIRST: [u8; 3] = [255, 255, 255];
-const OTHERS: [u8; 3] = [240, 228, 66];
-
-/// What colours of the picture mean.
-pub(crate) const LEGEND: &str = "colours of map.png: blue safe, orange unsafe, dark unknown; rings: least clearance around each site, the first white";
 
 /// A raster that is written row by row.
 struct Target {
@@ -56,7 +37,7 @@ pub(crate) struct Files {
     layers: Vec<(Layer, Target)>,
     verdict: Target,
     clearance: Target,
-    picture: ReliefPicture,
+    picture: HazardPicture,
     pictures: Vec<PathBuf>,
 }
 
@@ -77,15 +58,13 @@ impl Files {
             layers: layers.collect::<Result<_, Refusal>>()?,
             verdict: target("verdict.tif")?,
             clearance: target("clearance_m.tif")?,
-            picture: ReliefPicture::new(geometry, PICTURE),
+            picture: HazardPicture::new(geometry),
             pictures: Vec::new(),
         })
     }
 
     /// The next rows, from north to south.
     pub(crate) fn rows(&mut self, rows: &Rows<'_>) -> Result<(), TerrainError> {
-        let sun = Sun::new(SUN[0], SUN[1])?;
-        let light = incidence(rows.heights, &sun)?;
         let mut values = Vec::new();
         for (layer, target) in &mut self.layers {
             if let Some(layer_rows) = (rows.layer)(*layer) {
@@ -97,17 +76,7 @@ impl Files {
         values.clear();
         values.extend(rows.verdict.iter().map(|v| code(*v)));
         self.verdict.file.write_rows(&values)?;
-        let cols = rows.heights.geometry().cols();
-        for (row, verdicts) in rows.verdict.chunks_exact(cols).enumerate() {
-            let row = rows.skip + row;
-            let heights = rows.heights.relative().row(row);
-            self.picture.row(light.row(row), SUN[1].sin(), |col| match verdicts[col] {
-                Verdict::Safe => Some(SAFE),
-                Verdict::Unsafe(_) => Some(UNSAFE),
-                Verdict::Unknown => (!heights[col].is_nan()).then_some(UNKNOWN),
-            })?;
-        }
-        Ok(())
+        self.picture.rows(rows.heights, rows.skip, rows.verdict)
     }
 
     /// The next rows of the distance to what is not safe, m.
@@ -142,20 +111,10 @@ impl Files {
             target.file.finish().map_err(|e| format!("{}: {e}", target.path.display()))?;
             paths.push(target.path);
         }
-        let marks: Vec<Mark> = sites
-            .iter()
-            .enumerate()
-            .map(|(k, site)| Mark {
-                row: site.row,
-                col: site.col,
-                radius: ring,
-                number: k + 1,
-                colour: if k == 0 { FIRST } else { OTHERS },
-            })
-            .collect();
         let path = self.dir.join("map.png");
         let file = File::create(&path).map_err(|e| format!("{}: {e}", path.display()))?;
-        self.picture.write(BufWriter::new(file), &marks).map_err(refusal)?;
+        let places = sites.iter().map(|s| [s.row, s.col]);
+        self.picture.write(BufWriter::new(file), places, ring).map_err(refusal)?;
         paths.extend(self.pictures);
         paths.push(path);
         Ok(paths)

@@ -4,10 +4,10 @@ use std::fmt::Write as _;
 
 use apsides::Mission;
 use apsides::dispersion::{DescentDeviations, Deviations};
-use apsides::montecarlo::{Descents, Guidance, MonteCarlo, Sample, Statistics};
+use apsides::montecarlo::{Descents, Ellipse, Guidance, MonteCarlo, Onboard, Replanning, Sample, Statistics};
 use apsides_report::{Axis, Figure, SampleFile, distribution_figure, landing_figure, write_statistics};
 
-use crate::arguments::{GuidanceWord, MonteCarloArguments};
+use crate::arguments::{GuidanceWord, MonteCarloArguments, SampleFormat};
 use crate::commands::{Refusal, refusal};
 use crate::output::{Exit, print, written};
 use crate::progress::{Progress, StopFlag};
@@ -27,21 +27,26 @@ pub(crate) fn montecarlo(a: &MonteCarloArguments) -> Result<Exit, Refusal> {
             thrust: a.thrust / 100.0,
             exhaust_velocity: a.exhaust_velocity / 100.0,
             mass_kg: a.mass,
+            navigation_position_m: [a.navigation_position; 3],
+            navigation_velocity_m_s: [a.navigation_velocity; 3],
         },
-        guidance: match a.guidance {
-            GuidanceWord::OpenLoop => Guidance::OpenLoop,
-            GuidanceWord::Replanned => Guidance::Replanned,
-        },
+        guidance: guidance(a)?,
+        onboard: Onboard { engine_known: !a.engine_unknown, full_thrust_n: a.full_thrust },
     };
     a.refuse(&a.of_descents(), "are of missions that are simulated")?;
     let columns = MonteCarlo::columns(&mission);
+    if a.format == SampleFormat::Parquet && !cfg!(feature = "parquet") {
+        return Err("this program is built without Parquet: build it with `--features parquet`".into());
+    }
     let stop = StopFlag::install();
     let plan = mission.solve(None, &mut Progress::table(true, stop.clone())).map_err(refusal)?;
     if !plan.status.is_success() {
         return Err(format!("the mission itself is not solved ({}): no plan to deviate from", plan.status));
     }
     let own = |index| run.dispersions.sample(run.seed, index).values().to_vec();
-    let frame = Frame { a, names: &Deviations::names(), columns, stop };
+    let steering = serde_json::to_string(&(&run.guidance, &run.onboard)).map_err(refusal)?;
+    let statement = format!("# Steering: {steering}\n{}", plan.mission_file);
+    let frame = Frame { a, names: &Deviations::names(), columns, statement, stop };
     frame.fly(
         own,
         |done, each| run.run(&mission, &plan, done, each).map_err(refusal),
@@ -67,7 +72,9 @@ fn descents(a: &MonteCarloArguments, mission: &Mission) -> Result<Exit, Refusal>
     };
     let own = |index| run.dispersions.sample(run.seed, index).0.values().to_vec();
     let columns = Descents::COLUMNS;
-    let frame = Frame { a, names: DescentDeviations::NAMES, columns, stop: StopFlag::install() };
+    let statement = mission.to_file();
+    let names = DescentDeviations::NAMES;
+    let frame = Frame { a, names, columns, statement, stop: StopFlag::install() };
     frame.fly(
         own,
         |done, each| run.run(mission, done, each).map_err(refusal),
@@ -122,6 +129,8 @@ struct Frame<'a> {
     a: &'a MonteCarloArguments,
     names: &'a [&'static str],
     columns: &'static [&'static str],
+    /// Mission and steering: what samples are of.
+    statement: String,
     stop: StopFlag,
 }
 
@@ -138,7 +147,8 @@ impl Frame<'_> {
         let (a, stop, wanted) = (self.a, &self.stop, self.a.samples as usize);
         let (mut file, done) = match &a.out {
             Some(dir) => {
-                let (file, done) = SampleFile::open(dir, self.names, own, self.columns).map_err(refusal)?;
+                let (file, done) =
+                    SampleFile::open(dir, self.names, own, self.columns, &self.statement).map_err(refusal)?;
                 (Some(file), done)
             }
             None => (None, Vec::new()),
@@ -162,6 +172,11 @@ impl Frame<'_> {
         let mut files = Vec::new();
         if let (Some(dir), Some(file)) = (&a.out, file) {
             files.push(file.finish().map_err(refusal)?);
+            #[cfg(feature = "parquet")]
+            if a.format == SampleFormat::Parquet {
+                let path = apsides_report::write_parquet(dir, &samples, self.names, self.columns);
+                files.push(path.map_err(refusal)?);
+            }
             let title = format!("{}: {} flights", a.mission.mission, samples.len());
             let figure = figure(&title, &samples, &statistics);
             files.extend(write_statistics(dir, &figure, &statistics).map_err(refusal)?);
@@ -177,6 +192,22 @@ impl Frame<'_> {
         }
         Ok(if statistics.failed > 0 || samples.len() < wanted { Exit::NotSolved } else { Exit::Verified })
     }
+}
+
+fn guidance(a: &MonteCarloArguments) -> Result<Guidance, Refusal> {
+    let times = !a.replan_at.is_empty() || a.replan_every.is_some();
+    Ok(match a.guidance {
+        GuidanceWord::Replanned if !times => Guidance::Replanned(Replanning::at_start()),
+        GuidanceWord::Replanned => {
+            Guidance::Replanned(Replanning { at_s: a.replan_at.clone(), every_s: a.replan_every })
+        }
+        _ if times => {
+            return Err("`--replan-at` and `--replan-every` need `--guidance replanned`".into());
+        }
+        GuidanceWord::OpenLoop => Guidance::OpenLoop,
+        GuidanceWord::LinearRadial => Guidance::LinearRadial,
+        GuidanceWord::Polynomial => Guidance::Polynomial,
+    })
 }
 
 fn text(mission: &str, s: &Statistics, first: usize) -> String {
@@ -213,14 +244,20 @@ fn text(mission: &str, s: &Statistics, first: usize) -> String {
         }
         text.push('\n');
     }
-    if let Some(e) = &s.ellipse {
+    let mut ellipse = |name: &str, e: &Ellipse| {
         let _ = writeln!(
             text,
-            "\nellipse of one sigma: semi-axes {} and {} m, the larger one {:.1} deg right of the course",
+            "{name}: semi-axes {} and {} m, the larger one {:.1} deg right of the course",
             number(e.semi_axes_m[0]),
             number(e.semi_axes_m[1]),
             e.angle_deg
         );
+    };
+    if let Some(e) = &s.ellipse {
+        ellipse("\nellipse of one sigma", e);
+    }
+    if let Some(e) = &s.linear_ellipse {
+        ellipse("by the state-transition matrix", e);
     }
     text
 }

@@ -61,6 +61,9 @@ pub(crate) fn outcome(o: &Outcome) -> String {
     if let Some(search) = &s.search {
         text += &searched(search, &s.objective.unit);
     }
+    for site in &s.sites {
+        text += &format!("{site}\n");
+    }
     for switch in &s.switches {
         text += &format!("switch: {switch}\n");
     }

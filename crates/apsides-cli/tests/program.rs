@@ -321,7 +321,11 @@ fn a_descent_is_simulated_and_written() {
     let rms = v["results"]["attack_rms_deg"].as_f64().unwrap();
     assert!((rms / 0.5906 - 1.0).abs() < 0.01, "{rms}");
     let csv = read("states.csv");
-    assert!(csv.starts_with("time_s,altitude_m,angle_of_attack_rad,sideslip_rad,"), "{}", csv.lines().next().unwrap());
+    assert!(
+        csv.starts_with("time_s,altitude_m,angle_of_attack_rad,sideslip_rad,"),
+        "{}",
+        csv.lines().next().unwrap()
+    );
     assert!(csv.lines().skip(1).all(|l| l.split(',').all(|n| n.parse::<f64>().unwrap().is_finite())));
     assert!(read("report.html").contains("angular velocity"));
     let again = apsides(&["simulate", &format!("{out}/mission.toml"), "--json"]);
@@ -345,7 +349,10 @@ fn a_descent_is_simulated_and_written() {
 
     // What is simulated is not solved, and the other way round.
     for (arguments, part) in [
-        (["solve", "moving-mass-cross"], "it is simulated under its law, not optimised: use `apsides simulate`"),
+        (
+            ["solve", "moving-mass-cross"],
+            "it is simulated under its law, not optimised: use `apsides simulate`",
+        ),
         (["simulate", "lunar-direct"], "it is optimised, not simulated: use `apsides solve`"),
         (["footprint", "moving-mass-radial"], "not optimised"),
     ] {
@@ -375,10 +382,35 @@ fn a_descent_is_simulated_and_written() {
 }
 
 #[test]
+fn samples_as_parquet_need_the_feature() {
+    let dir = tempfile::tempdir().unwrap();
+    let out = path(dir.path());
+    let o = apsides(&[
+        "montecarlo",
+        "chang-e-3-braking",
+        "--samples",
+        "3",
+        "--quiet",
+        "--format",
+        "parquet",
+        "--out",
+        &out,
+    ]);
+    if cfg!(feature = "parquet") {
+        assert_eq!(o.status.code(), Some(0), "{}", stderr(&o));
+        let bytes = std::fs::read(dir.path().join("montecarlo.parquet")).unwrap();
+        assert!(bytes.starts_with(b"PAR1") && bytes.ends_with(b"PAR1"));
+    } else {
+        assert_eq!(o.status.code(), Some(2));
+        assert!(stderr(&o).contains("--features parquet"), "{}", stderr(&o));
+    }
+}
+
+#[test]
 fn missions_and_check_print_what_there_is() {
     let o = apsides(&["missions"]);
     assert_eq!(o.status.code(), Some(0));
-    assert_eq!(stdout(&o).lines().count(), 21);
+    assert_eq!(stdout(&o).lines().count(), 22);
     assert!(stdout(&o).contains("lunar-vertical"));
     let keys = stdout(&apsides(&["missions", "lunar-two-phase"]));
     assert!(keys.contains("gate_altitude_km") && keys.contains("radau.points"), "{keys}");
@@ -420,7 +452,7 @@ fn a_publication_is_reproduced_with_findings() {
     assert_eq!(refused.status.code(), Some(2));
     assert_eq!(
         stderr(&refused),
-        "apsides: reproduce: `name` is \"lunar\", allowed is \"lunar-landing\" or \"geo-injection\" or \"capsule-reentry\" or \"moving-mass\"\n"
+        "apsides: reproduce: `name` is \"lunar\", allowed is \"lunar-landing\" or \"geo-injection\" or \"capsule-reentry\" or \"chang-e-3\" or \"moving-mass\"\n"
     );
 }
 

@@ -33,6 +33,14 @@ mod tests {
     use super::*;
 
     #[test]
+    fn angles_along_meridians_and_across_the_pole() {
+        let (latitude, step) = (0.7, 1e-9);
+        assert!((central_angle([0.3, latitude], [0.3, latitude + step]) / step - 1.0).abs() < 1e-6);
+        let over = central_angle([0.3, 1.2], [0.3 + std::f64::consts::PI, 1.1]);
+        assert!((over - (std::f64::consts::PI - 2.3)).abs() < 1e-15);
+    }
+
+    #[test]
     fn a_destination_is_at_its_angle_on_its_course() {
         let from = [-0.34, 0.77];
         for (course, angle) in [(0.3, 1e-6), (2.0, 0.4), (-2.9, 3.0), (1.5, 1e-3)] {

@@ -37,6 +37,7 @@
 //! | [`powered_descent`] | flight with throttled thrust over a rotating body, in spherical coordinates fixed to it |
 //! | [`great_circle`] | distances, courses and destinations on the sphere |
 //! | [`frames`] | inertial, body-fixed and local axes |
+//! | [`projection`] | transverse Mercator projection of a sphere or an ellipsoid |
 //! | [`atmosphere`] | exponential and standard atmospheres, tables |
 //! | [`aerodynamics`] | coefficients of lift and drag, vehicles of atmospheric entry |
 //! | [`aerodynamics::axisymmetric`] | forces and moments of axisymmetric bodies from tables over Mach number and angle of attack |
@@ -71,6 +72,7 @@ pub mod moving_mass;
 pub mod planar;
 pub mod planet;
 pub mod powered_descent;
+pub mod projection;
 pub mod quantity;
 pub mod rigid_body;
 pub mod transfer;

@@ -27,8 +27,8 @@ const NO_EVIDENCE: f64 = 1e-5;
 const LEAST_SLOPE: f64 = 1e-2;
 
 /// A control whose second derivative of the Hamiltonian, times its range, is below this part of its largest first one jumps;
-/// others meet their bounds continuously.
-const AFFINE: f64 = 1e-6;
+/// others meet their bounds continuously. What a jump leaves of the stationarity is this part at most, as certificates allow.
+const AFFINE: f64 = 1e-5;
 
 /// Relative multipliers of a bound that is active at so few nodes that it may be an oscillation along a singular arc.
 const OSCILLATION: f64 = 1e-2;

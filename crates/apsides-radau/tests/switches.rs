@@ -1,8 +1,9 @@
 //! Switches of controls and path constraints: where they are found, and the discretised problem with breaks.
 #![allow(clippy::unwrap_used)]
 
+use apsides_ad::{Dynamics, Scalar};
 use apsides_nlp::{Flow, IterationRecord, Nlp, Status, check_derivatives};
-use apsides_ocp::{Bounds, Break, Course, Guess, Mesh, PhaseArc, PhaseMesh};
+use apsides_ocp::{At, Bounds, Break, Course, Guess, Mesh, Ocp, Phase, PhaseArc, PhaseMesh, State, Variable};
 use apsides_problems::{Case, find};
 use apsides_radau::{Level, Radau, RadauSettings, RadauSolution, Transcription};
 
@@ -34,6 +35,34 @@ fn double_integrator() {
     assert!((times(&s)[0] - 0.5).abs() < 1e-9, "{}", s.switches[0]);
     assert_eq!(levels(&s), [Level::Upper(1.0), Level::Lower(-1.0)]);
     assert_eq!(s.switches[0].to_string(), "phase `move`, u: 1 -> -1 - at t = 0.500000 -");
+}
+
+/// `v' = u - BEND u^2`: six millionths of the largest slope of the Hamiltonian are its curvature.
+struct Bent;
+
+const BEND: f64 = 1.5e-6;
+
+impl Dynamics<2, 1> for Bent {
+    fn rate<S: Scalar>(&self, _t: S, x: &[S; 2], u: &[S; 1], _p: &[S; 0]) -> [S; 2] {
+        [x[1], u[0] - u[0].square() * BEND]
+    }
+}
+
+/// A control that is all but linear jumps. From rest to rest in one second, `1 - BEND` forwards and `1 + BEND` back: the switch is at
+/// `(1 + BEND) / 2`.
+#[test]
+fn slightly_bent_control() {
+    let state = |name: &str| State::new(name, "-").within(-1.0, 1.0).starts_at(0.0);
+    let phase = Phase::new("move", Bent)
+        .states([state("x"), state("v").ends_at(0.0)])
+        .controls([Variable::new("u", "-").within(-1.0, 1.0)])
+        .final_time(Bounds::fixed(1.0));
+    let ocp = Ocp::builder("bent").phase(phase).maximize("distance", "-", At::FinalState("move", "x"));
+    let ocp = ocp.build().unwrap();
+    let s = Radau { settings: RadauSettings::default() }.solve(&ocp, &Guess::linear(&ocp)).unwrap();
+    assert!(s.status == Status::Optimal && s.accurate && s.meshes.len() <= 3, "{} meshes", s.meshes.len());
+    assert_eq!(levels(&s), [Level::Upper(1.0), Level::Lower(-1.0)]);
+    assert!((times(&s)[0] - 0.5 * (1.0 + BEND)).abs() < 1e-9, "{}", times(&s)[0]);
 }
 
 /// The burn lasts the optimal impulse over the thrust (closed form of the gallery).

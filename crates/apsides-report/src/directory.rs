@@ -14,6 +14,7 @@ use apsides::Outcome;
 use apsides_ocp::{Ocp, OcpError, PhaseTrajectory, Trajectory};
 use serde::Serialize;
 
+use crate::site_files::site_files;
 use crate::{Figure, Multipliers, ReportError, read_trajectory, render_html, write_trajectory};
 
 const SUMMARY: &str = "summary.json";
@@ -29,7 +30,7 @@ pub(crate) type Item = (&'static str, Option<Vec<u8>>);
 
 /// Writes the result directory of an outcome and returns the paths written: `summary.json`, `certificate.json`,
 /// `sensitivity.json` (when it was asked for), `trajectory.csv`, `multipliers.json` (when there are any), `mission.toml`, `report.html` with the mission's own
-/// `figures` before the standard ones.
+/// `figures` before the standard ones, and a picture and the candidates of each map that a site was chosen on.
 ///
 /// The directory and its parents are made when missing. Numbers that are not finite are `null` in JSON.
 ///
@@ -74,7 +75,7 @@ fn render(outcome: &Outcome, figures: &[Figure]) -> Result<Vec<Item>, ReportErro
     write_trajectory(&mut trajectory, &outcome.ocp, &stored)?;
     let sensitivity = outcome.summary.sensitivity.as_ref();
     let multipliers = Multipliers::of(&outcome.ocp, &stored);
-    Ok(vec![
+    let mut items = vec![
         (SUMMARY, Some(json(SUMMARY, &outcome.summary)?)),
         (CERTIFICATE, Some(json(CERTIFICATE, &outcome.summary.certificate)?)),
         (SENSITIVITY, sensitivity.map(|s| json(SENSITIVITY, s)).transpose()?),
@@ -82,7 +83,9 @@ fn render(outcome: &Outcome, figures: &[Figure]) -> Result<Vec<Item>, ReportErro
         (MULTIPLIERS, multipliers.map(|m| json(MULTIPLIERS, &m)).transpose()?),
         (MISSION, Some(outcome.mission_file.clone().into_bytes())),
         (REPORT, Some(render_html(outcome, figures)?.into_bytes())),
-    ])
+    ];
+    items.extend(site_files(&outcome.decisions.sites)?);
+    Ok(items)
 }
 
 pub(crate) fn json(file: &'static str, value: &impl Serialize) -> Result<Vec<u8>, ReportError> {

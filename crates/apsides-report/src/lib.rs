@@ -45,13 +45,17 @@ mod directory;
 mod error;
 mod figure;
 mod footprint;
+mod hazard_picture;
 mod html;
 mod montecarlo;
 mod multipliers;
 mod number;
+#[cfg(feature = "parquet")]
+mod parquet_samples;
 mod reproduction;
 mod sheet;
 mod simulation;
+mod site_files;
 mod standard_figures;
 mod svg;
 mod trajectory_csv;
@@ -62,11 +66,14 @@ pub use directory::{read_outcome_trajectory, write_outcome};
 pub use error::ReportError;
 pub use figure::{Axis, AxisScale, Figure, ReferenceLine, Series, SeriesStyle, Span};
 pub use footprint::{footprint_map, write_footprint};
+pub use hazard_picture::HazardPicture;
 pub use html::render_html;
 pub use montecarlo::{SampleFile, distribution_figure, landing_figure, write_statistics};
 pub use multipliers::{
     ConstraintMultipliers, ContactMultiplier, IntegralMultipliers, Multipliers, PathMultipliers,
 };
+#[cfg(feature = "parquet")]
+pub use parquet_samples::write_parquet;
 pub use reproduction::{
     COMPARISON_HEADS, comparison_columns, miss_sentence, quantity_label, write_reproduction,
 };

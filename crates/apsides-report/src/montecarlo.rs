@@ -13,7 +13,9 @@ use crate::{Axis, Figure, ReportError, Series};
 const DATA: &str = "montecarlo.csv";
 const JSON: &str = "montecarlo.json";
 const FIGURE: &str = "montecarlo.svg";
-const INDEX: &str = "index";
+/// What is flown: a file of samples goes on only with the same.
+const RUN: &str = "montecarlo.toml";
+pub(crate) const INDEX: &str = "index";
 
 /// Points of the outline of an ellipse.
 const OUTLINE: usize = 180;
@@ -28,7 +30,8 @@ pub struct SampleFile {
 impl SampleFile {
     /// Opens `montecarlo.csv` of a directory, which is made if need be, and returns the samples that are there: those of the same run
     /// without a gap from index 0 on. A line that was not finished is left out. `names` are those of the deviations, which are functions of the
-    /// index.
+    /// index. The `statement` of what is flown (mission and steering) is kept in `montecarlo.toml`, so that samples of another mission are not
+    /// taken for those of this one.
     ///
     /// # Errors
     /// When the file cannot be read or written, or is of another run.
@@ -37,6 +40,7 @@ impl SampleFile {
         names: &[&str],
         deviations: impl Fn(usize) -> Vec<f64>,
         columns: &'static [&'static str],
+        statement: &str,
     ) -> Result<(Self, Vec<Sample>), ReportError> {
         let path = dir.join(DATA);
         let io = |action| {
@@ -44,7 +48,16 @@ impl SampleFile {
             move |source| ReportError::Io { action, path, source }
         };
         std::fs::create_dir_all(dir).map_err(io("create the directory of"))?;
-        let done = if path.exists() { read(&path, names, deviations, columns)? } else { Vec::new() };
+        let stated = dir.join(RUN);
+        let done = if path.exists() {
+            if std::fs::read_to_string(&stated).ok().is_none_or(|earlier| earlier != statement) {
+                return Err(other("samples of another mission or steering"));
+            }
+            read(&path, names, deviations, columns)?
+        } else {
+            Vec::new()
+        };
+        std::fs::write(&stated, statement).map_err(io("write"))?;
         // The file anew with what is sound, in one step.
         let next = dir.join(format!("{DATA}.part"));
         let mut csv = csv::Writer::from_writer(BufWriter::new(File::create(&next).map_err(io("write"))?));
@@ -81,6 +94,13 @@ impl SampleFile {
     }
 }
 
+fn other(what: &str) -> ReportError {
+    ReportError::Table {
+        file: DATA,
+        reason: format!("the file in the directory has {what}: choose another directory, or remove it"),
+    }
+}
+
 fn table(e: csv::Error) -> ReportError {
     ReportError::Table { file: DATA, reason: e.to_string() }
 }
@@ -100,10 +120,6 @@ fn read(
     let heads: Vec<String> = reader.headers().map_err(table)?.iter().map(str::to_owned).collect();
     let expected: Vec<&str> =
         std::iter::once(INDEX).chain(names.iter().copied()).chain(columns.iter().copied()).collect();
-    let other = |what: &str| ReportError::Table {
-        file: DATA,
-        reason: format!("the file in the directory has {what}: choose another directory, or remove it"),
-    };
     if heads != expected {
         return Err(other("other columns"));
     }
@@ -141,7 +157,7 @@ pub fn write_statistics(
     replace(dir, &items)
 }
 
-/// The ends over ground, to scale, with the ellipses of one and three standard deviations.
+/// The ends over ground, to scale, with the ellipses of one and three standard deviations, and that of the state-transition matrix.
 #[must_use]
 pub fn landing_figure(
     title: &str,
@@ -161,6 +177,9 @@ pub fn landing_figure(
             figure =
                 figure.with(Series::line(format!("{sigmas} sigma"), outline(ellipse, sigmas)).colored(k + 1));
         }
+    }
+    if let Some(ellipse) = &statistics.linear_ellipse {
+        figure = figure.with(Series::bound("3 sigma, by the state-transition matrix", outline(ellipse, 3.0)));
     }
     figure.to_scale(1.0)
 }
@@ -203,13 +222,15 @@ mod tests {
     #![allow(clippy::unwrap_used)]
     use super::*;
     use apsides::dispersion::Deviations;
-    use apsides::montecarlo::{Guidance, MonteCarlo};
+    use apsides::montecarlo::{Guidance, MonteCarlo, Onboard};
 
     const COLUMNS: &[&str] = &["along_m", "across_m"];
+    const STATEMENT: &str = "mission = \"one\"\n";
 
     fn run(seed: u64) -> MonteCarlo {
         let dispersions = Deviations { position_m: [1.0; 3], ..Deviations::default() };
-        MonteCarlo { samples: 9, seed, threads: 1, dispersions, guidance: Guidance::OpenLoop }
+        let (guidance, onboard) = (Guidance::OpenLoop, Onboard::default());
+        MonteCarlo { samples: 9, seed, threads: 1, dispersions, guidance, onboard }
     }
 
     fn sample(run: &MonteCarlo, index: usize) -> Sample {
@@ -223,7 +244,7 @@ mod tests {
         columns: &'static [&'static str],
     ) -> Result<(SampleFile, Vec<Sample>), ReportError> {
         let own = |index| run.dispersions.sample(run.seed, index).values().to_vec();
-        SampleFile::open(dir, &Deviations::names(), own, columns)
+        SampleFile::open(dir, &Deviations::names(), own, columns, STATEMENT)
     }
 
     #[test]
@@ -246,7 +267,11 @@ mod tests {
         file.finish().unwrap();
         let (_, done) = open(dir.path(), &of, COLUMNS).unwrap();
         assert_eq!(done.len(), 4);
-        // Another seed, other columns.
+        // Another statement, another seed, other columns.
+        let own = |k| of.dispersions.sample(of.seed, k).values().to_vec();
+        let other = SampleFile::open(dir.path(), &Deviations::names(), own, COLUMNS, "another");
+        let error = other.err().unwrap().to_string();
+        assert!(error.contains("another mission or steering"), "{error}");
         let error = open(dir.path(), &run(5), COLUMNS).err().unwrap().to_string();
         assert!(error.contains("another seed"), "{error}");
         let error = open(dir.path(), &of, &["up_m"]).err().unwrap().to_string();

@@ -18,7 +18,15 @@ pub struct Deviations {
     pub exhaust_velocity: f64,
     /// Mass, kg.
     pub mass_kg: f64,
+    /// What navigation takes the position to be more than it is, along the axes of the start, constant over the flight, m. Open loop
+    /// knows nothing of it.
+    pub navigation_position_m: [f64; 3],
+    /// The same of the velocity, m/s.
+    pub navigation_velocity_m_s: [f64; 3],
 }
+
+/// Number of deviations.
+const NUMBER: usize = 15;
 
 /// Steps between the seeds of two samples: 2^64 by the golden ratio, so that neighbours have nothing in common.
 const STEP: u64 = 0x9E37_79B9_7F4A_7C15;
@@ -36,19 +44,22 @@ impl Deviations {
             thrust: draw(self.thrust),
             exhaust_velocity: draw(self.exhaust_velocity),
             mass_kg: draw(self.mass_kg),
+            navigation_position_m: self.navigation_position_m.map(&mut draw),
+            navigation_velocity_m_s: self.navigation_velocity_m_s.map(&mut draw),
         }
     }
 
     /// All of them, in the order of the fields.
     #[must_use]
-    pub fn values(&self) -> [f64; 9] {
+    pub fn values(&self) -> [f64; NUMBER] {
         let ([a, b, c], [d, e, f]) = (self.position_m, self.velocity_m_s);
-        [a, b, c, d, e, f, self.thrust, self.exhaust_velocity, self.mass_kg]
+        let ([g, h, i], [j, k, l]) = (self.navigation_position_m, self.navigation_velocity_m_s);
+        [a, b, c, d, e, f, self.thrust, self.exhaust_velocity, self.mass_kg, g, h, i, j, k, l]
     }
 
     /// Their names in the same order, the unit at the end.
     #[must_use]
-    pub const fn names() -> [&'static str; 9] {
+    pub const fn names() -> [&'static str; NUMBER] {
         [
             "start_up_m",
             "start_along_m",
@@ -59,6 +70,12 @@ impl Deviations {
             "thrust",
             "exhaust_velocity",
             "mass_kg",
+            "navigation_up_m",
+            "navigation_along_m",
+            "navigation_across_m",
+            "navigation_up_m_s",
+            "navigation_along_m_s",
+            "navigation_across_m_s",
         ]
     }
 }
@@ -137,7 +154,7 @@ impl DescentDeviations {
 
 #[cfg(test)]
 mod tests {
-    use super::Deviations;
+    use super::{Deviations, NUMBER};
 
     #[test]
     fn samples_have_their_deviations_and_no_correlation() {
@@ -147,12 +164,14 @@ mod tests {
             thrust: 0.01,
             exhaust_velocity: 0.002,
             mass_kg: 5.0,
+            navigation_position_m: [50.0, 20.0, 20.0],
+            navigation_velocity_m_s: [0.1, 0.2, 0.3],
         };
         const N: usize = 20_000;
-        let samples: Vec<[f64; 9]> = (0..N).map(|k| dispersions.sample(7, k).values()).collect();
+        let samples: Vec<[f64; NUMBER]> = (0..N).map(|k| dispersions.sample(7, k).values()).collect();
         let sigmas = dispersions.values();
-        let mean_of = |f: &dyn Fn(&[f64; 9]) -> f64| samples.iter().map(f).sum::<f64>() / N as f64;
-        for i in 0..9 {
+        let mean_of = |f: &dyn Fn(&[f64; NUMBER]) -> f64| samples.iter().map(f).sum::<f64>() / N as f64;
+        for i in 0..NUMBER {
             assert!(mean_of(&|s| s[i] / sigmas[i]).abs() < 0.03);
             assert!((mean_of(&|s| (s[i] / sigmas[i]).powi(2)) - 1.0).abs() < 0.05);
             for j in 0..i {

@@ -30,11 +30,14 @@
 //! | [`reproduce`] | published tables computed again |
 //! | [`site_criteria`] | what a landing site must fulfil, from a file |
 //! | [`site_selection`] | a landing site chosen in flight |
+//! | [`montecarlo`], [`dispersion`] | flights that deviate from a plan |
+//! | [`covariance`] | state-transition matrices and covariances along any trajectory |
 //! | [`sensitivity`] | what one more unit of a key is worth |
 //! | [`outcome`] | results |
 //! | [`observer`] | progress |
 
 pub(crate) mod checkpoint;
+pub mod covariance;
 pub mod dispersion;
 pub mod error;
 pub mod footprint;

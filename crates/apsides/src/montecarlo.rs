@@ -15,14 +15,68 @@ use crate::moving_mass::{Descent, Metrics, Record};
 use crate::{Error, Mission, Outcome};
 
 /// How a deviating flight is steered.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
+#[derive(Clone, Debug, PartialEq, Serialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Guidance {
     /// The thrust of the plan as a function of time, along the same directions in space.
     OpenLoop,
-    /// The optimum from the deviating start to the planned end, with full knowledge of the deviations.
-    Replanned,
+    /// The optimum to the planned end from where the flight is thought to be; a miss of the end costs propellant, so that there is a
+    /// plan where the end is out of reach. Between two plans the thrust of the last one is flown, as in open loop.
+    Replanned(Replanning),
+    /// The thrust of the plan until it is full, then full thrust with a radial acceleration linear in time: altitude and velocity are met,
+    /// the range is not controlled.
+    LinearRadial,
+    /// An acceleration linear in time to position and velocity of the planned end (E-guidance), within the limits of the thrust.
+    Polynomial,
 }
+
+/// When a flight is planned anew.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct Replanning {
+    /// Times, s.
+    pub at_s: Vec<f64>,
+    /// After every so many seconds besides.
+    pub every_s: Option<f64>,
+}
+
+impl Replanning {
+    /// At the start alone.
+    #[must_use]
+    pub fn at_start() -> Self {
+        Self { at_s: vec![0.0], every_s: None }
+    }
+
+    /// The times between 0 and an end, increasing.
+    pub(crate) fn times(&self, end: f64) -> Vec<f64> {
+        let periodic = self
+            .every_s
+            .into_iter()
+            .flat_map(|period| (1..).map(move |k| f64::from(k) * period).take_while(move |t| *t < end));
+        let mut times: Vec<f64> = self.at_s.iter().copied().filter(|t| *t < end).chain(periodic).collect();
+        times.sort_by(f64::total_cmp);
+        times.dedup();
+        times
+    }
+}
+
+/// What the steering of a flight knows and has.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+pub struct Onboard {
+    /// Whether thrust and exhaust velocity are known with their deviations. Otherwise those of the mission are taken for true. The mass is
+    /// known.
+    pub engine_known: bool,
+    /// Largest thrust in flight, N, where it is above that of the plan: a reserve.
+    pub full_thrust_n: Option<f64>,
+}
+
+impl Default for Onboard {
+    fn default() -> Self {
+        Self { engine_known: true, full_thrust_n: None }
+    }
+}
+
+/// Least time between two plans.
+const SHORTEST_PERIOD_S: f64 = 1.0;
 
 /// What to fly.
 #[derive(Clone, Debug, PartialEq)]
@@ -37,6 +91,8 @@ pub struct MonteCarlo {
     pub dispersions: Deviations,
     /// Steering.
     pub guidance: Guidance,
+    /// What it knows and has.
+    pub onboard: Onboard,
 }
 
 /// One flight.
@@ -91,14 +147,18 @@ pub struct Statistics {
     pub spreads: Vec<Spread>,
     /// Ends over ground.
     pub ellipse: Option<Ellipse>,
+    /// The same by the state-transition matrix.
+    pub linear_ellipse: Option<Ellipse>,
+    /// Covariance of the results that have a linear sigma, by the state-transition matrix, row-major.
+    pub linear_covariance: Option<Vec<f64>>,
 }
 
 /// Deviating flights of a solved mission.
 pub(crate) trait Dispersed: Sync {
-    /// Results of one flight; none if it does not end.
-    fn fly(&self, deviations: &Deviations, guidance: Guidance) -> Option<Vec<f64>>;
-    /// Standard deviations of the first results by the state-transition matrix, with the thrust of the plan.
-    fn linear_sigmas(&self, dispersions: &Deviations) -> Vec<f64>;
+    /// Results of one flight of a run; none if it does not end.
+    fn fly(&self, deviations: &Deviations, run: &MonteCarlo) -> Option<Vec<f64>>;
+    /// Covariance of the first results by the state-transition matrix, with the thrust of the plan; row-major.
+    fn linear_covariance(&self, dispersions: &Deviations) -> Option<Vec<f64>>;
 }
 
 impl MonteCarlo {
@@ -114,6 +174,7 @@ impl MonteCarlo {
         each: impl FnMut(&Sample) -> bool,
     ) -> Result<(Vec<Sample>, Statistics), Error> {
         check_sizes(&Deviations::names(), &self.dispersions.values())?;
+        self.check_steering()?;
         let Some(deviating) = &mission.kind.optimised()?.deviating else {
             let reason = format!(
                 "`{}` has no Monte Carlo; missions that have: {}",
@@ -126,16 +187,35 @@ impl MonteCarlo {
         let columns = deviating.columns;
         let fly = |_: &mut (), index: usize| {
             let deviation = self.dispersions.sample(self.seed, index);
-            let results = flights.fly(&deviation, self.guidance);
+            let results = flights.fly(&deviation, self);
             (deviation.values().to_vec(), results)
         };
         let done = fly_all([self.samples, self.threads], columns.len(), done, || (), fly, each);
         let linear = match self.guidance {
-            Guidance::OpenLoop => flights.linear_sigmas(&self.dispersions),
-            Guidance::Replanned => Vec::new(),
+            Guidance::OpenLoop => flights.linear_covariance(&self.dispersions),
+            _ => None,
         };
-        let statistics = statistics(&done, columns, &linear);
+        let statistics = statistics(&done, columns, linear);
         Ok((done, statistics))
+    }
+
+    fn check_steering(&self) -> Result<(), Error> {
+        let conflict = |place: &str, reason: String| Err(Error::Conflict { place: place.into(), reason });
+        if let Guidance::Replanned(r) = &self.guidance {
+            if let Some(t) = r.at_s.iter().find(|t| !(**t >= 0.0 && t.is_finite())) {
+                return conflict("re-planning", format!("{t} s is not a time of the flight"));
+            }
+            if let Some(period) = r.every_s.filter(|p| !(*p >= SHORTEST_PERIOD_S && p.is_finite())) {
+                let reason = format!("every {period} s is too often: {SHORTEST_PERIOD_S} s at least");
+                return conflict("re-planning", reason);
+            }
+        }
+        match self.onboard.full_thrust_n {
+            Some(thrust) if !(thrust > 0.0 && thrust.is_finite()) => {
+                conflict("thrust in flight", format!("{thrust} N is not a thrust"))
+            }
+            _ => Ok(()),
+        }
     }
 
     /// Names of the results of a mission's flights; none where it has no Monte Carlo.
@@ -196,7 +276,7 @@ impl Descents {
         };
         let size = Self::COLUMNS.len();
         let done = fly_all([self.samples, self.threads], size, done, || Record::every(1), fly, each);
-        let statistics = statistics(&done, Self::COLUMNS, &[]);
+        let statistics = statistics(&done, Self::COLUMNS, None);
         Ok((done, statistics))
     }
 }
@@ -270,7 +350,13 @@ fn fly_all<W>(
     done
 }
 
-fn statistics(samples: &[Sample], columns: &'static [&'static str], linear: &[f64]) -> Statistics {
+fn statistics(
+    samples: &[Sample],
+    columns: &'static [&'static str],
+    linear_covariance: Option<Vec<f64>>,
+) -> Statistics {
+    let linear = linear_covariance.as_deref().unwrap_or_default();
+    let rows = linear.len().isqrt();
     let ended: Vec<&Sample> = samples.iter().filter(|s| s.results.iter().all(|v| v.is_finite())).collect();
     let column = |name: &str| columns.iter().position(|c| *c == name);
     let spread = |(k, name): (usize, &&'static str)| {
@@ -281,7 +367,7 @@ fn statistics(samples: &[Sample], columns: &'static [&'static str], linear: &[f6
             name,
             mean,
             sigma: covariance(&values, &values, mean, mean).sqrt(),
-            linear_sigma: linear.get(k).copied(),
+            linear_sigma: (k < rows).then(|| linear[k * rows + k].sqrt()),
             percentiles: [0.01, 0.5, 0.99].map(|p| percentile(&values, p)),
             largest: values.iter().fold(0.0, |m: f64, v| m.max(v.abs())),
         }
@@ -298,12 +384,18 @@ fn statistics(samples: &[Sample], columns: &'static [&'static str], linear: &[f6
         let of = |k: usize| ended.iter().map(|s| s.results[k]).collect::<Vec<f64>>();
         ellipse(&of(along), &of(across))
     });
+    let linear_ellipse = places.filter(|((_, a), c)| *a.max(c) < rows).map(|((_, a), c)| {
+        let entry = |i: usize, j: usize| linear[i * rows + j];
+        Ellipse::of([0.0; 2], entry(a, a), entry(c, c), entry(a, c))
+    });
     Statistics {
         samples: samples.len(),
         failed: samples.len() - ended.len(),
         within_1_m: within,
         spreads,
         ellipse,
+        linear_ellipse,
+        linear_covariance,
     }
 }
 
@@ -330,11 +422,18 @@ fn ellipse(along: &[f64], across: &[f64]) -> Ellipse {
     let (a, c) = (mean(along), mean(across));
     let (aa, cc) = (covariance(along, along, a, a), covariance(across, across, c, c));
     let ac = covariance(along, across, a, c);
-    let (middle, half) = (0.5 * (aa + cc), (0.25 * (aa - cc).powi(2) + ac * ac).sqrt());
-    Ellipse {
-        centre_m: [a, c],
-        semi_axes_m: [(middle + half).sqrt(), (middle - half).max(0.0).sqrt()],
-        angle_deg: (0.5 * (2.0 * ac).atan2(aa - cc)).to_degrees(),
+    Ellipse::of([a, c], aa, cc, ac)
+}
+
+impl Ellipse {
+    /// From its centre and the covariance along and across the course.
+    fn of(centre_m: [f64; 2], along: f64, across: f64, both: f64) -> Self {
+        let (middle, half) = (0.5 * (along + across), (0.25 * (along - across).powi(2) + both * both).sqrt());
+        Self {
+            centre_m,
+            semi_axes_m: [(middle + half).sqrt(), (middle - half).max(0.0).sqrt()],
+            angle_deg: (0.5 * (2.0 * both).atan2(along - across)).to_degrees(),
+        }
     }
 }
 

@@ -7,6 +7,7 @@ use apsides_ocp::{Ocp, Trajectory};
 use apsides_verify::Certificate;
 use serde::{Deserialize, Serialize};
 
+use crate::site_selection::SiteSummary;
 use crate::{Decisions, Price};
 
 /// Name, value and unit of the objective.
@@ -102,6 +103,9 @@ pub struct Summary {
     /// Switches along the trajectory, one sentence each.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub switches: Vec<String>,
+    /// Sites that were chosen on maps, in the order of the flight.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub sites: Vec<SiteSummary>,
     /// Prices of the keys, when they were asked for.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub sensitivity: Option<Vec<Price>>,

@@ -10,6 +10,7 @@ use apsides_verify::{Certificate, Check, CheckKind, Verification, VerifySettings
 
 use crate::method::{self, Solution};
 use crate::missions::{Optimised, Posed};
+use crate::site_selection::SiteSummary;
 use crate::{
     Counters, Decisions, Error, Mission, ObjectiveValue, Observer, Outcome, Reduced, Summary, Timing,
 };
@@ -245,6 +246,7 @@ impl Mission {
             warnings: solution.warnings,
             switches: solution.switches,
             search: solution.search,
+            sites: decisions.sites.iter().map(SiteSummary::from).collect(),
             sensitivity: None,
         };
         Outcome {

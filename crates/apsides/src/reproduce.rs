@@ -15,6 +15,7 @@ use apsides_verify::Verdict;
 use crate::{Error, Mission, Observer, Outcome};
 
 mod capsule_reentry;
+mod chang_e;
 mod geo_injection;
 mod lunar_landing;
 mod moving_mass;
@@ -99,6 +100,7 @@ const PUBLICATIONS: &[Publication] = &[
     lunar_landing::PUBLICATION,
     geo_injection::PUBLICATION,
     capsule_reentry::PUBLICATION,
+    chang_e::PUBLICATION,
     moving_mass::PUBLICATION,
 ];
 

@@ -9,6 +9,7 @@ use apsides_terrain::contact::{Ground, Lander};
 use apsides_terrain::hazard::{HazardMap, Layer, SiteCriteria, Verdict, hazard_map};
 use apsides_terrain::site::{ScoreWeights, Site, SiteRequest, SiteRule, choose_sites};
 use apsides_terrain::{ElevationMap, TerrainError};
+use serde::{Deserialize, Serialize};
 
 /// Headings of the footpads at which a touchdown is tried, in a quarter turn.
 const HEADINGS: usize = 18;
@@ -96,20 +97,62 @@ impl SiteSelection {
     }
 }
 
-impl std::fmt::Display for SiteSelection {
+/// A choice of a site in the summary of a mission.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct SiteSummary {
+    /// Which map.
+    pub map: String,
+    /// Part of the known pixels that is safe.
+    pub safe_fraction: f64,
+    /// What is said of the place below the lander.
+    pub below: String,
+    /// Candidates that diverts were planned to, and how many of them are within reach.
+    pub candidates: [usize; 2],
+    /// East, north and up from the ground below the lander to the site, m.
+    pub offset_m: [f64; 3],
+    /// Distance of the site from what is not safe, m; none if all of the map is safe.
+    pub clearance_m: Option<f64>,
+    /// Propellant of the planned divert, and how much of it the cheapest candidate would save, kg.
+    pub propellant_kg: [f64; 2],
+    /// Tilt on the four pads at the worst heading, deg.
+    pub tilt_deg: Option<f64>,
+}
+
+impl From<&SiteSelection> for SiteSummary {
+    fn from(s: &SiteSelection) -> Self {
+        let (site, reached) = (s.site(), || s.candidates.iter().filter(|c| c.cost.is_finite()));
+        let least = reached().map(|c| c.divert.propellant).fold(f64::INFINITY, f64::min);
+        Self {
+            map: s.name.into(),
+            safe_fraction: s.hazards.counts().safe_fraction(),
+            below: s.below_verdict(),
+            candidates: [s.candidates.len(), reached().count()],
+            offset_m: site.offset,
+            clearance_m: Some(site.site.clearance_m).filter(|c| c.is_finite()),
+            propellant_kg: [site.divert.propellant, site.divert.propellant - least],
+            tilt_deg: site.tilt.map(f64::to_degrees),
+        }
+    }
+}
+
+impl std::fmt::Display for SiteSummary {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        let site = self.site();
+        let [all, reached] = self.candidates;
         write!(
             f,
-            "{} map: the ground below is {}; site {}, clearance {:.1} m, {:.3} kg above the cheapest of {} candidates",
-            self.name,
-            self.below_verdict(),
-            place(site.offset),
-            site.site.clearance_m,
-            site.divert.propellant
-                - self.candidates.iter().map(|c| c.divert.propellant).fold(f64::INFINITY, f64::min),
-            self.candidates.len()
-        )
+            "{} map: {:.1} % safe; the ground below is {}; {reached} of {all} candidates within reach; site {}, {:.1} m {}",
+            self.map,
+            100.0 * self.safe_fraction,
+            self.below,
+            place(self.offset_m),
+            self.offset_m[2].abs(),
+            if self.offset_m[2] < 0.0 { "lower" } else { "higher" }
+        )?;
+        if let Some(clearance) = self.clearance_m {
+            write!(f, ", {clearance:.1} m clear")?;
+        }
+        let [propellant, more] = self.propellant_kg;
+        write!(f, "; divert {propellant:.2} kg, {more:.2} kg more than to the cheapest")
     }
 }
 

@@ -215,6 +215,7 @@ pub(crate) fn outcome() -> Outcome {
             warnings: Vec::new(),
             search: None,
             switches: Vec::new(),
+            sites: Vec::new(),
             sensitivity: None,
         },
         decisions: apsides::Decisions::default(),

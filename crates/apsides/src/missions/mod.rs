@@ -311,6 +311,7 @@ const FILES: &[(&str, &str)] = &[
     ("geo-7-burn", include_str!("../../missions/geo-7-burn.toml")),
     ("geo-8-burn", include_str!("../../missions/geo-8-burn.toml")),
     ("chang-e-3", include_str!("../../missions/chang-e-3.toml")),
+    ("chang-e-3-flat", include_str!("../../missions/chang-e-3-flat.toml")),
     ("chang-e-3-braking", include_str!("../../missions/chang-e-3-braking.toml")),
     ("capsule-reentry", include_str!("../../missions/capsule-reentry.toml")),
     ("capsule-reentry-us76", include_str!("../../missions/capsule-reentry-us76.toml")),

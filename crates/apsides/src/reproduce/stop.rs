@@ -1,9 +1,10 @@
 //! What ends the work on a number early.
 
 use apsides_nlp::Status;
+use apsides_ocp::Trajectory;
 
 use super::sheet::Sheet;
-use crate::Error;
+use crate::{Error, Mission, Observer, Outcome};
 
 /// What ends the work on a number.
 pub(super) enum Stop {
@@ -38,6 +39,24 @@ pub(super) fn ended(problem: &str, method: &str, status: Status) -> Result<(), S
         Status::Interrupted => Err(Stop::Interrupted),
         s if s.is_success() => Ok(()),
         s => Err(Stop::NotSolved(format!("{problem}: {method} does not converge: {s}"))),
+    }
+}
+
+/// A mission by its own method, from its own guess or from a solution.
+pub(super) fn solved(
+    name: &str,
+    overrides: &[String],
+    threads: usize,
+    start: Option<&Trajectory>,
+    observer: &mut dyn Observer,
+) -> Result<(Mission, Outcome), Stop> {
+    let mission = Mission::load(name, overrides)?.with_threads(threads);
+    let outcome = mission.solve(start, observer)?;
+    let place = format!("{name} with {}", overrides.join(", "));
+    ended(&place, &outcome.summary.method, outcome.status)?;
+    match outcome.explanation {
+        Some(why) => Err(Stop::NotSolved(format!("{place}: {why}"))),
+        None => Ok((mission, outcome)),
     }
 }
 

@@ -100,6 +100,17 @@ impl Workers<'_> {
         }
         if missing { Err(Stop::Interrupted) } else { Ok(results) }
     }
+
+    /// The results of jobs that are all needed.
+    pub(super) fn each<J: Sync, R: Send, const N: usize>(
+        &mut self,
+        jobs: &[J; N],
+        work: impl Fn(&J, &mut dyn Observer) -> Result<R, Stop> + Sync,
+    ) -> Result<[R; N], Stop> {
+        let results = self.all(jobs, work)?.into_iter().collect::<Result<Vec<R>, String>>();
+        let results: Result<[R; N], _> = results.map_err(Stop::NotSolved)?.try_into();
+        results.map_err(|_| Stop::Interrupted)
+    }
 }
 
 #[cfg(test)]

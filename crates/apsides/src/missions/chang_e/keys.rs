@@ -106,6 +106,7 @@ pub(super) const ORDER: &str = "optimised";
 pub(super) const JOINT: &str = "jointly";
 pub(super) const STAGES: &str = "by-stages";
 pub(super) const ADJUSTMENT_TILT: &str = "adjustment_tilt_limit_deg";
+pub(super) const PATH_WEIGHT: &str = "adjustment_path_weight_kg_m";
 pub(super) const COARSE_ALTITUDE: &str = "coarse_avoidance_altitude_km";
 pub(super) const HOVER_ALTITUDE: &str = "hover_altitude_m";
 pub(super) const HOVER_TIME: &str = "hover_time_s";
@@ -129,6 +130,12 @@ pub(super) const STAGES_BELOW: &[Key] = &[
         90.0,
         Range::closed(1.0, 180.0),
         "largest tilt of the thrust from the vertical during the adjustment",
+    ),
+    Key::number(
+        PATH_WEIGHT,
+        0.0,
+        Range::from(0.0),
+        "propellant that a metre of path in the adjustment counts as; large: the shortest path, as in the contest",
     ),
     Key::number(
         HOVER_ALTITUDE,
@@ -194,11 +201,11 @@ pub(super) const TERRAIN: &[Key] = &[
     Key::number(FINE_WORTH, 3.0, Range::POSITIVE, "the same on the fine map"),
     Key::number(
         COARSE_TILT,
-        60.0,
-        Range::closed(1.0, 90.0),
+        75.0,
+        Range::closed(1.0, 85.0),
         "largest tilt of the thrust from the vertical in the coarse avoidance",
     ),
-    Key::number(FINE_TILT, 20.0, Range::closed(1.0, 90.0), "the same in the fine avoidance"),
+    Key::number(FINE_TILT, 30.0, Range::closed(1.0, 85.0), "the same in the fine avoidance"),
     Key::number(
         CENTRE_OF_MASS,
         2.0,

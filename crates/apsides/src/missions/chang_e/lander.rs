@@ -92,6 +92,8 @@ pub(super) struct Lander {
     pub(super) order: Order,
     /// Largest tilt of the thrust from the vertical in the adjustment.
     pub(super) adjustment_tilt: f64,
+    /// Propellant that a metre of path in the adjustment counts as, kg/m.
+    pub(super) path_weight: f64,
     /// Where the coarse avoidance begins, where it hovers, where the fine one ends, where the engine is cut off: altitudes above the ground
     /// at the site of each.
     pub(super) coarse_radius: f64,
@@ -155,6 +157,7 @@ impl Lander {
                 _ => GateDirection::Free,
             },
             order: if v.word(keys::ORDER) == keys::STAGES { Order::Stages } else { Order::Joint },
+            path_weight: v.number(keys::PATH_WEIGHT),
             adjustment_tilt: v.number(keys::ADJUSTMENT_TILT).to_radians(),
             coarse_radius: body.radius + v.number(keys::COARSE_ALTITUDE) * 1e3,
             hover_radius: body.radius + coarse.rise + v.number(keys::HOVER_ALTITUDE),

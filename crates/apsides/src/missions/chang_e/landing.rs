@@ -5,11 +5,11 @@
 //! vertical plane through both places with a limited tilt.
 
 use apsides_dynamics::planar;
-use apsides_ocp::{At, Bounds, Guess, Ocp, OcpBuilder, Phase, PhaseGuess};
+use apsides_ocp::{At, Bounds, Guess, Ocp, OcpBuilder, Phase, PhaseGuess, Sense, Term};
 
 use super::guess::Sample;
 use super::lander::Lander;
-use super::phases::{ADJUSTMENT, AVOIDANCE, DESCENT, FINE_AVOIDANCE};
+use super::phases::{ADJUSTMENT, AVOIDANCE, DESCENT, FINE_AVOIDANCE, PATH};
 use crate::Error;
 use crate::missions::Posed;
 
@@ -28,11 +28,17 @@ impl Lander {
         let ocp = names.windows(2).fold(ocp, |ocp, pair| ocp.link(&pair[0], &pair[1]));
         let ocp = self
             .on_orbital_plane(self.with_gate_speed(ocp))
-            .maximize("final_mass", "kg", At::FinalState(DESCENT, planar::MASS.name))
+            .objective(Sense::Maximize, "final_mass", "kg", self.worth())
             .objective_scale(self.initial_mass)
             .build()?;
         let guess = Guess::from_phases(&ocp, guesses);
         Ok(Posed::new(ocp, guess))
+    }
+
+    /// The final mass, less what the path of the adjustment counts as.
+    fn worth(&self) -> impl Iterator<Item = Term<'static>> {
+        let path = (self.path_weight > 0.0).then_some(Term::Integral(ADJUSTMENT, PATH, -self.path_weight));
+        [Term::End(At::FinalState(DESCENT, planar::MASS.name), 1.0)].into_iter().chain(path)
     }
 
     /// The phases after the main braking.
@@ -42,7 +48,7 @@ impl Lander {
             self.steered(ADJUSTMENT, self.adjustment_tilt, [self.coarse_radius, self.gate_radius]);
         let mut adjustment = self.ends_with(self.ending_at_site(adjustment), self.adjusted_speed, Some(0.0));
         adjustment.states[0].terminal = Bounds::fixed(self.coarse_radius);
-        phases.push(adjustment);
+        phases.push(self.with_path(adjustment));
         let adjusted = self.next_sample(gate, self.coarse_radius, AFTER_ADJUSTMENT);
         guesses.push(self.steered_guess(&[gate, adjusted])?);
 

@@ -2,7 +2,7 @@
 
 use std::f64::consts::{FRAC_PI_2, PI};
 
-use apsides_ad::{Scalar, VectorFunction};
+use apsides_ad::{PathFunction, Scalar, VectorFunction};
 use apsides_dynamics::Quantity;
 use apsides_dynamics::planar::{self, ThrottledThrust};
 use apsides_dynamics::powered_descent::{self, AngledThrust, Hovering, PlumbThrust, VerticalPlaneThrust};
@@ -23,8 +23,8 @@ const SPEED_MISS_M_S: f64 = 1e-5;
 const MASS_MISS_KG: f64 = 1e-5;
 
 /// Guards: below the lowest place of a phase and above its highest, m.
-const BELOW_M: f64 = 1e3;
-const ABOVE_M: f64 = 50e3;
+pub(super) const BELOW_M: f64 = 1e3;
+pub(super) const ABOVE_M: f64 = 50e3;
 /// Guard of a flight in space around the poles, rad.
 const MOST_LATITUDE: f64 = 1.55;
 /// Shortest phase, s.
@@ -36,6 +36,32 @@ struct SquaredSpeed;
 impl<const N: usize> VectorFunction<N, 1> for SquaredSpeed {
     fn evaluate<S: Scalar>(&self, v: &[S; N]) -> [S; 1] {
         [v.iter().fold(S::from(0.0), |sum, v| sum + v.square())]
+    }
+}
+
+/// The path's length in an adjustment, as an integral of the speed.
+pub(super) const PATH: &str = "path length";
+
+/// The speed of a flight whose velocity is among the states from `first` on.
+struct Speed<const N: usize> {
+    first: usize,
+}
+
+impl<const N: usize> Speed<N> {
+    fn of<S: Scalar>(&self, x: &[S]) -> S {
+        x[self.first..self.first + N].iter().fold(S::from(0.0), |sum, v| sum + v.square()).sqrt()
+    }
+}
+
+impl PathFunction<5, 2, 1> for Speed<2> {
+    fn evaluate<S: Scalar>(&self, _t: S, x: &[S; 5], _u: &[S; 2], _p: &[S; 0]) -> [S; 1] {
+        [self.of(x)]
+    }
+}
+
+impl PathFunction<7, 3, 1> for Speed<3> {
+    fn evaluate<S: Scalar>(&self, _t: S, x: &[S; 7], _u: &[S; 3], _p: &[S; 0]) -> [S; 1] {
+        [self.of(x)]
     }
 }
 
@@ -127,6 +153,16 @@ impl Lander {
             }
         };
         phase.initial_time(self.times()).final_time(self.times()).duration(Bounds::at_least(SHORTEST_S))
+    }
+
+    /// With the length of the path as an integral, where it counts.
+    pub(super) fn with_path(&self, phase: Phase) -> Phase {
+        let length = Variable::new(PATH, "m").scaled_by(1e3);
+        match self.motion {
+            _ if self.path_weight == 0.0 => phase,
+            Motion::Plane => phase.integral(length, Speed::<2> { first: 2 }),
+            Motion::Space => phase.integral(length, Speed::<3> { first: 3 }),
+        }
     }
 
     /// States of vertical flight above a place.

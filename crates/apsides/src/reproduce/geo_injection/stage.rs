@@ -6,6 +6,7 @@ use apsides_ocp::{Guess, Mesh, Ocp, Trajectory};
 use apsides_radau::{Radau, RadauSettings};
 use apsides_shooting::indirect::{IndirectShooting, IndirectSolution, IndirectStart};
 
+use crate::reproduce::stop::solved;
 use crate::{Error, Mission, Observer, Outcome};
 
 pub(super) use crate::reproduce::stop::{Stop, ended, keep};
@@ -154,14 +155,8 @@ impl Solver<'_> {
         overrides: &[String],
         start: Option<&Trajectory>,
     ) -> Result<Outcome, Stop> {
-        let mission = Mission::load(name, overrides)?.with_threads(self.threads);
-        let outcome = mission.solve(start, &mut *self.observer)?;
-        let place = format!("{name} with {}", overrides.join(", "));
-        ended(&place, &outcome.summary.method, outcome.status)?;
-        match outcome.explanation {
-            Some(why) => Err(Stop::NotSolved(format!("{place}: {why}"))),
-            None => Ok(outcome),
-        }
+        let (_, outcome) = solved(name, overrides, self.threads, start, &mut *self.observer)?;
+        Ok(outcome)
     }
 }
 

@@ -1,0 +1,77 @@
+//! Files of the sites that were chosen on maps: a picture and the candidates of each.
+
+use apsides::SiteSelection;
+
+use crate::ReportError;
+use crate::directory::Item;
+use crate::hazard_picture::HazardPicture;
+
+/// Names of the files of the maps that missions have.
+const NAMES: [(&str, &str, &str); 2] =
+    [("coarse", "coarse_map.png", "coarse_sites.csv"), ("fine", "fine_map.png", "fine_sites.csv")];
+
+const COLUMNS: [&str; 13] = [
+    "candidate",
+    "chosen",
+    "row",
+    "col",
+    "east_m",
+    "north_m",
+    "up_m",
+    "clearance_m",
+    "hazard",
+    "outcome",
+    "propellant_kg",
+    "flight_time_s",
+    "cost_kg",
+];
+
+/// Files of all maps; those without a choice of a site must not stay.
+pub(crate) fn site_files(sites: &[SiteSelection]) -> Result<Vec<Item>, ReportError> {
+    let mut items = Vec::new();
+    for (map, picture, table) in NAMES {
+        let site = sites.iter().find(|s| s.name == map);
+        items.push((picture, site.map(drawn).transpose()?));
+        items.push((table, site.map(|s| candidates(table, s)).transpose()?));
+    }
+    Ok(items)
+}
+
+fn drawn(s: &SiteSelection) -> Result<Vec<u8>, ReportError> {
+    let refused = |e: apsides::terrain::TerrainError| ReportError::Shape {
+        place: format!("{} map", s.name),
+        reason: e.to_string(),
+    };
+    let mut picture = HazardPicture::new(s.map.geometry());
+    picture.rows(&s.map, 0, s.hazards.verdict().data()).map_err(refused)?;
+    let others = s.candidates.iter().enumerate().filter(|(k, _)| *k != s.chosen).map(|(_, c)| c);
+    let sites = [s.site()].into_iter().chain(others).map(|c| [c.site.row, c.site.col]);
+    let pixel = s.map.geometry().square_pixel().map_err(refused)?;
+    let mut bytes = Vec::new();
+    picture.write(&mut bytes, sites, s.hazards.criteria().clearance_min_m / pixel).map_err(refused)?;
+    Ok(bytes)
+}
+
+fn candidates(file: &'static str, s: &SiteSelection) -> Result<Vec<u8>, ReportError> {
+    let mut table = csv::Writer::from_writer(Vec::new());
+    let failed = |e: csv::Error| ReportError::Shape { place: file.into(), reason: e.to_string() };
+    table.write_record(COLUMNS).map_err(failed)?;
+    for (k, c) in s.candidates.iter().enumerate() {
+        let [east, north, up] = c.offset;
+        let numbers = [c.divert.propellant, c.divert.flight_time, c.cost];
+        let record = [
+            (k + 1).to_string(),
+            (k == s.chosen).to_string(),
+            c.site.row.to_string(),
+            c.site.col.to_string(),
+            east.to_string(),
+            north.to_string(),
+            up.to_string(),
+            c.site.clearance_m.to_string(),
+            c.hazard.to_string(),
+            c.divert.outcome.to_string(),
+        ];
+        table.write_record(record.into_iter().chain(numbers.map(|n| n.to_string()))).map_err(failed)?;
+    }
+    table.into_inner().map_err(|e| ReportError::Shape { place: file.into(), reason: e.to_string() })
+}
