@@ -10,11 +10,13 @@
 //! | `src/bin/convex.rs` | powered descents by lossless convexification: one solve, a divert decision over 50 sites |
 //! | `src/bin/geo.rs` | injections into geostationary orbit by any method of the missions |
 //! | `src/bin/hazard.rs` | hazard maps of raw heights on some threads |
+//! | `src/bin/moving_mass.rs` | closed-loop descents of the capsule with moving masses |
 //! | `peers/landing.py` | the landing by CasADi and Ipopt, in turns with `landing` |
 //! | `peers/convex.py` | the conic programs of `convex` by CVXPY and Clarabel, in turns with `convex` |
 //! | `peers/flatness.py` | those of `flatness` by CasADi and Ipopt |
 //! | `peers/geo.py` | those of `geo` by SciPy, CasADi and Ipopt |
 //! | `peers/hazard.py` | those of `hazard` by OpenCV and NumPy |
+//! | `peers/moving_mass.py` | those of `moving_mass` by numba and plain Python |
 //! | `peers/gallery.py`, `peers/hock_schittkowski.py` | those of `program` by CasADi and Ipopt |
 
 pub mod cpu_time;

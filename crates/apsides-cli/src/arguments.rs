@@ -45,6 +45,17 @@ pub(crate) enum Command {
         apsides simulate moving-mass-radial --set allocation=angles --json\n\n\
         Exit status 3: the flight failed; the reason and the time are stated.")]
     Simulate(SimulateArguments),
+    /// Search PID gains of a mission with moving masses: the worst of a set of descents counts.
+    #[command(after_help = "Examples:\n  \
+        apsides tune moving-mass-cross --set rate_limit_m_s=0.1 --out tuned.toml\n  \
+        apsides tune moving-mass-cross --set rate_limit_m_s=0.05 --all-damping --evaluations 200 --threads 2\n\n\
+        Exit status 3: no gains were found that hold every descent.")]
+    Tune(TuneArguments),
+    /// Find the least moving masses and rates that hold an offset: by statics and by simulation, cross against rim.
+    #[command(after_help = "Examples:\n  \
+        apsides size moving-mass-cross --out sizes\n  \
+        apsides size moving-mass-radial --offsets-cm 0.5,1 --margin 1.3 --json")]
+    Size(SizeArguments),
     /// Solve a mission for every combination of values, each case started from its neighbour.
     #[command(after_help = "Examples:\n  \
         apsides sweep lunar-perilune --set perilune_altitude_km=50,25,20,15,10,5\n  \
@@ -166,6 +177,56 @@ pub(crate) struct SimulateArguments {
     /// Seed of the noise of sensors.
     #[arg(long, value_name = "N", default_value_t = 0)]
     pub(crate) seed: u64,
+}
+
+/// Arguments of `tune`.
+#[derive(Debug, Args)]
+pub(crate) struct TuneArguments {
+    #[command(flatten)]
+    pub(crate) mission: MissionArguments,
+    /// Directions of the offset of the centre of mass, with its larger component as the size.
+    #[arg(long, value_name = "N", default_value_t = 8, value_parser = clap::value_parser!(u32).range(0..=360))]
+    pub(crate) directions: u32,
+    /// Angles of attack at the entry, deg.
+    #[arg(long, value_name = "A,B,C", value_delimiter = ',', default_values_t = [2.0, 10.0], allow_negative_numbers = true)]
+    pub(crate) entry_attack_deg: Vec<f64>,
+    /// Both sets of damping derivatives, not that of the mission alone.
+    #[arg(long)]
+    pub(crate) all_damping: bool,
+    /// Sets of descents that are flown at most.
+    #[arg(long, value_name = "N", default_value_t = 300, value_parser = clap::value_parser!(u32).range(1..))]
+    pub(crate) evaluations: u32,
+    /// Write the mission with the gains into this file.
+    #[arg(long, value_name = "FILE")]
+    pub(crate) out: Option<PathBuf>,
+    /// Print one JSON object on stdout and nothing else.
+    #[arg(long)]
+    pub(crate) json: bool,
+    /// Threads to use; the gains do not depend on it.
+    #[arg(long, value_name = "N", default_value_t = 1, value_parser = clap::value_parser!(u32).range(1..=1024))]
+    pub(crate) threads: u32,
+    /// Seed of the search.
+    #[arg(long, value_name = "N", default_value_t = 0)]
+    pub(crate) seed: u64,
+}
+
+/// Arguments of `size`.
+#[derive(Debug, Args)]
+pub(crate) struct SizeArguments {
+    #[command(flatten)]
+    pub(crate) mission: MissionArguments,
+    /// Offsets of the centre of mass, cm.
+    #[arg(long, value_name = "A,B,C", value_delimiter = ',', default_values_t = [0.25, 0.5, 1.0, 1.5, 2.0])]
+    pub(crate) offsets_cm: Vec<f64>,
+    /// Factor on the masses of statics with which the least rates are sought.
+    #[arg(long, value_name = "FACTOR", default_value_t = 1.2)]
+    pub(crate) margin: f64,
+    /// Write size.json and size.svg into this directory.
+    #[arg(long, value_name = "DIR")]
+    pub(crate) out: Option<PathBuf>,
+    /// Print one JSON object on stdout and nothing else.
+    #[arg(long)]
+    pub(crate) json: bool,
 }
 
 /// Arguments of `sweep`.

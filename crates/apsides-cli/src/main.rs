@@ -11,8 +11,10 @@ mod output;
 mod progress;
 mod reproduce;
 mod simulate;
+mod size;
 mod sweep;
 mod terrain;
+mod tune;
 
 use std::process::ExitCode;
 
@@ -25,6 +27,8 @@ fn main() -> ExitCode {
     let result = match Arguments::parse().command {
         Command::Solve(a) => commands::solve(&a),
         Command::Simulate(a) => simulate::simulate(&a),
+        Command::Tune(a) => tune::tune(&a),
+        Command::Size(a) => size::size(&a),
         Command::Sweep(a) => sweep::run_sweep(&a),
         Command::Footprint(a) => footprint::footprint(&a),
         Command::Montecarlo(a) => montecarlo::montecarlo(&a),

@@ -520,3 +520,33 @@ fn a_killed_search_resumes_to_the_same_end() {
     assert_eq!(o.status.code(), Some(2));
     assert!(stderr(&o).contains("belongs to a mission with other values or another seed"), "{}", stderr(&o));
 }
+
+#[test]
+fn tune_prints_gains_and_writes_a_mission() {
+    let dir = tempfile::tempdir().unwrap();
+    let file = path(&dir.path().join("tuned.toml"));
+    let few = ["--directions", "0", "--evaluations", "5", "--out", &file];
+    let o = apsides(&[&["tune", "moving-mass-cross", "--set", "rate_limit_m_s=0.2"], &few[..]].concat());
+    assert_eq!(o.status.code(), Some(0), "{}", stderr(&o));
+    assert!(
+        stdout(&o).contains("1 of 1 held") && stdout(&o).contains("--set pid.attack_p="),
+        "{}",
+        stdout(&o)
+    );
+    let o = apsides(&["simulate", &file, "--json"]);
+    assert_eq!(o.status.code(), Some(0), "{}", stderr(&o));
+    let v: serde_json::Value = serde_json::from_slice(&o.stdout).unwrap();
+    assert_eq!(v["status"], "completed");
+}
+
+#[test]
+fn tune_and_size_refuse_what_has_no_moving_masses() {
+    for command in ["tune", "size"] {
+        let o = apsides(&[command, "lunar-perilune"]);
+        assert_eq!(o.status.code(), Some(2));
+        assert!(stderr(&o).contains("lunar-perilune"), "{}", stderr(&o));
+    }
+    let o = apsides(&["size", "moving-mass-cross", "--margin", "0"]);
+    assert_eq!(o.status.code(), Some(2));
+    assert!(stderr(&o).contains("--margin is 0"), "{}", stderr(&o));
+}

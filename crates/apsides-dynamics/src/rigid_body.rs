@@ -151,7 +151,7 @@ impl RigidBody {
         &self.aerodynamics
     }
 
-    #[inline]
+    #[inline(always)]
     fn flow<S: Scalar>(&self, x: &[S; 13]) -> Flow<S> {
         let (place, velocity) = ([x[0], x[1], x[2]], [x[3], x[4], x[5]]);
         let axes = attitude::rotation(&[x[6], x[7], x[8], x[9]]);

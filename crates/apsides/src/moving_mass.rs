@@ -26,6 +26,9 @@
 //! | `law` | what commands the masses |
 //! | `descent` | a case ready to fly, and what flights amount to |
 //! | `margins` | gain, phase and delay margins along a flight |
+//! | `cases` | sets of descents: directions of the offset, angles at the entry |
+//! | `tuning` | gains by a search over a set |
+//! | `sizing` | least masses and rates that hold a set |
 //!
 //! Angles: attack `atan2(w, u)` and sideslip `asin(v / V)`, relative to the air. The error of the z axis is the negative angle of attack, that of
 //! the y axis the negative sideslip: a centre of mass that is off the axis turns the heat shield towards its own side.
@@ -33,17 +36,23 @@
 //! Subject: a suborbital capsule whose angles are held by moving masses, after Karimabadeh and Tayefi; masses across the axis or on a rim.
 
 mod case;
+mod cases;
 mod descent;
 mod law;
 mod margins;
+mod sizing;
 #[cfg(test)]
 mod tests;
+mod tuning;
 
 pub use case::{
     ActuatorLimits, Allocation, AntiWindupBy, Case, DampingSet, Earth, Entry, Masses, Run, SensorErrors,
     Vehicle,
 };
+pub use cases::{CaseSet, SetFlight, worst_flight};
 pub use descent::{Descent, Metrics, Record, Window, ending_text, ending_word};
 pub use law::{Law, RegulatorSizes, SlidingSizes};
 pub(crate) use margins::gain_either_way;
 pub use margins::{MarginRow, worst};
+pub use sizing::{MassRow, RateRow, SizeStudy, Sizing};
+pub use tuning::{RATE_LIMITED_GAINS, Tuned, Tuning, tune};

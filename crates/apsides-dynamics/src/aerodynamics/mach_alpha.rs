@@ -61,6 +61,8 @@ pub struct MachAlphaTable {
     attack: Knots,
     /// Per interval of the Mach number, then of the angle: axial force, normal force, moment.
     cells: Vec<[Terms; 3]>,
+    /// Whether all terms beyond the first powers are zero.
+    straight: bool,
 }
 
 /// A place in the table.
@@ -125,7 +127,7 @@ impl MachAlphaTable {
         let cells =
             (0..tables[0].len()).map(|k| [tables[0][k], tables[1][k], tables[2][k]]).collect::<Vec<_>>();
         let (mach, attack) = (Knots::new(MACH.name, mach)?, Knots::new(TOTAL_ATTACK.name, attack)?);
-        Ok(Self { mach, attack, cells })
+        Ok(Self { mach, attack, cells, straight: interpolation == Interpolation::Linear })
     }
 
     /// The command module of Apollo, heat shield forward, Mach 0.4 to 9, up to 30 deg; moments about the aft point of reference on the axis.
@@ -216,7 +218,11 @@ impl MachAlphaTable {
     ) -> [f64; 6] {
         let terms = &self.cells[cell][quantity];
         let column = |terms| by_square(Column { terms, y, first, beyond: !covered }, angle);
-        let [value, by_q, by_qq] = column(at_mach(terms, x));
+        let [value, by_q, by_qq] = column(if self.straight {
+            [terms[0][0] + x * terms[1][0], terms[0][1] + x * terms[1][1], 0.0, 0.0]
+        } else {
+            at_mach(terms, x)
+        });
         if !inside {
             return [value, 0.0, by_q, 0.0, 0.0, by_qq];
         }

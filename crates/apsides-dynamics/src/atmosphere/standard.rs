@@ -82,6 +82,7 @@ pub(super) fn density(altitude: f64) -> Jet {
 }
 
 /// The same in the layers.
+#[inline]
 fn layered_density(altitude: f64) -> Jet {
     let [height, h1, h2] = geopotential_height(altitude);
     let layer = at_height(height);
@@ -114,6 +115,7 @@ pub(super) fn molecular_temperature(altitude: f64) -> Jet {
 }
 
 /// The same in the layers.
+#[inline]
 fn layered_temperature(altitude: f64) -> Jet {
     let [height, h1, h2] = geopotential_height(altitude);
     let Layer { height: base, gradient, temperature, .. } = at_height(height);
@@ -152,6 +154,7 @@ pub(super) fn kinks() -> impl Iterator<Item = f64> {
 
 #[inline]
 fn at_height(height: f64) -> &'static Layer {
-    let above = LAYERS[1..].iter().take_while(|layer| layer.height <= height).count();
+    // All are compared: no branch depends on the height.
+    let above = LAYERS[1..].iter().filter(|layer| layer.height <= height).count();
     &LAYERS[above]
 }

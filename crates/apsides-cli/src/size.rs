@@ -1,0 +1,120 @@
+//! `apsides size`.
+
+use std::fmt::Write as _;
+use std::path::{Path, PathBuf};
+
+use apsides::moving_mass::{MassRow, SizeStudy, Sizing};
+use apsides_report::{Axis, Figure, Series};
+
+use crate::arguments::SizeArguments;
+use crate::commands::{Refusal, probe_directory, refusal};
+use crate::output::{Exit, print, written};
+
+pub(crate) fn size(a: &SizeArguments) -> Result<Exit, Refusal> {
+    let mission = a.mission.load()?;
+    let case = mission.case().map_err(refusal)?;
+    let positive = |what: &str, value: f64| {
+        let holds = value > 0.0 && value.is_finite();
+        if holds { Ok(value) } else { Err(format!("{what} is {value}: a positive number is needed")) }
+    };
+    let margin = positive("--margin", a.margin)?;
+    let offsets = a.offsets_cm.iter().map(|cm| Ok(1e-2 * positive("--offsets-cm", *cm)?));
+    let offsets = offsets.collect::<Result<Vec<_>, Refusal>>()?;
+    if let Some(dir) = &a.out {
+        probe_directory(dir)?;
+    }
+    let study = Sizing::default().study(&case, &offsets, margin).map_err(refusal)?;
+    let json = serde_json::to_string_pretty(&study).map_err(refusal)? + "\n";
+    print(if a.json { &json } else { "" });
+    if !a.json {
+        print(&text(mission.name(), case.moving_mass(), &study));
+    }
+    if let Some(dir) = &a.out {
+        let svg = figure(&study).to_svg().map_err(refusal)?;
+        let files = [file(dir, "size.json", &json)?, file(dir, "size.svg", &svg)?];
+        if !a.json {
+            print(&written(&files));
+        }
+    }
+    Ok(Exit::Verified)
+}
+
+fn file(dir: &Path, name: &str, text: &str) -> Result<PathBuf, Refusal> {
+    let path = dir.join(name);
+    std::fs::write(&path, text).map_err(|e| format!("--out {}: {e}", path.display()))?;
+    Ok(path)
+}
+
+fn number(value: Option<f64>) -> String {
+    value.map_or_else(|| "-".into(), |v| format!("{v:.4}"))
+}
+
+fn text(name: &str, moving_mass: f64, study: &SizeStudy) -> String {
+    let (statics, simulated) = study.vehicle_mass_kg;
+    let mut text = format!(
+        "{name}: masses of {moving_mass} kg hold a vehicle of at most {statics:.1} kg by statics, {} kg by simulation\n\n\
+         both masses together, offset in the worst of eight directions\n  {:<7}  {:>9}  {:>10}  {:>12}\n  {:<7}  {:>9}  {:>10}  {:>12}\n",
+        number(simulated),
+        "layout",
+        "offset",
+        "statics",
+        "simulation",
+        "",
+        "cm",
+        "kg",
+        "kg"
+    );
+    for row in &study.masses {
+        let _ = writeln!(
+            text,
+            "  {:<7}  {:>9.3}  {:>10.4}  {:>12}",
+            row.layout,
+            1e2 * row.offset_m,
+            row.static_kg,
+            number(row.simulated_kg)
+        );
+    }
+    let _ = writeln!(
+        text,
+        "\nleast rate limits, offset {} cm, masses {} times those of statics\n  {:<7}  {:>9}  {:>12}  {:>12}  gains\n  {:<7}  {:>9}  {:>12}  {:>12}",
+        1e2 * study.offset_m,
+        study.margin,
+        "layout",
+        "masses",
+        "law's own",
+        "tuned",
+        "",
+        "kg",
+        "m/s",
+        "m/s"
+    );
+    for row in &study.rates {
+        let _ = writeln!(
+            text,
+            "  {:<7}  {:>9.4}  {:>12}  {:>12}  {:.4?}",
+            row.layout,
+            row.masses_kg,
+            number(row.rate_m_s),
+            number(row.tuned_rate_m_s),
+            row.tuned_gains
+        );
+    }
+    text
+}
+
+fn figure(study: &SizeStudy) -> Figure {
+    let points = |layout: &str, of: fn(&MassRow) -> Option<f64>| {
+        let rows = study.masses.iter().filter(|row| row.layout == layout);
+        rows.filter_map(|row| Some([row.offset_m, of(row)?])).collect::<Vec<_>>()
+    };
+    let title = "least moving masses in the worst direction";
+    let axes = [Axis::new("offset of the centre of mass", "m"), Axis::new("both masses together", "kg")];
+    let [x, y] = axes;
+    ["cross", "radial"].into_iter().enumerate().fold(Figure::new(title, x, y), |figure, (k, layout)| {
+        figure
+            .with(
+                Series::line(format!("{layout}, statics"), points(layout, |r| Some(r.static_kg))).colored(k),
+            )
+            .with(Series::dots(format!("{layout}, simulated"), points(layout, |r| r.simulated_kg)).colored(k))
+    })
+}

@@ -1,0 +1,126 @@
+//! `apsides tune`.
+
+use std::fmt::Write as _;
+
+use apsides::Mission;
+use apsides::moving_mass::{DampingSet, SetFlight, Tuned, Tuning, tune as search};
+use serde_json::json;
+
+use crate::arguments::TuneArguments;
+use crate::commands::{Refusal, refusal};
+use crate::output::{Exit, print, written};
+
+pub(crate) fn tune(a: &TuneArguments) -> Result<Exit, Refusal> {
+    let mission = a.mission.load()?.with_seed(a.seed);
+    let case = mission.case().map_err(refusal)?;
+    if a.entry_attack_deg.iter().any(|attack| !attack.is_finite()) {
+        return Err("--entry-attack-deg: finite angles are needed".into());
+    }
+    let mut tuning = Tuning::new(&case);
+    tuning.set.directions = a.directions as usize;
+    tuning.set.attacks = a.entry_attack_deg.iter().map(|attack| attack.to_radians()).collect();
+    if a.all_damping {
+        tuning.set = tuning.set.with_all_damping();
+    }
+    (tuning.evaluations, tuning.threads, tuning.seed) = (a.evaluations as usize, a.threads as usize, a.seed);
+    let found = search(&case, &tuning).map_err(refusal)?;
+    let keys = keys(&found);
+    if a.json {
+        print(&format!("{}\n", serde_json::to_string_pretty(&object(&mission, &found)).map_err(refusal)?));
+    } else {
+        print(&text(&mission, &found, &keys));
+    }
+    if let Some(file) = &a.out {
+        let mut overrides = a.mission.set.clone();
+        overrides.push("law=pid".into());
+        overrides.extend(keys);
+        let tuned = Mission::load(&a.mission.mission, &overrides).map_err(refusal)?;
+        std::fs::write(file, tuned.to_file()).map_err(|e| format!("--out {}: {e}", file.display()))?;
+        if !a.json {
+            print(&written(std::slice::from_ref(file)));
+        }
+    }
+    Ok(if found.held() { Exit::Verified } else { Exit::NotSolved })
+}
+
+/// Gains as `--set` takes them.
+fn keys(found: &Tuned) -> Vec<String> {
+    let g = found.gains;
+    let gains = [("p", g.proportional), ("i", g.integral), ("d", g.derivative)];
+    ["attack", "sideslip"]
+        .into_iter()
+        .flat_map(|angle| gains.map(|(name, value)| format!("pid.{angle}_{name}={value}")))
+        .collect()
+}
+
+fn word(damping: DampingSet) -> &'static str {
+    match damping {
+        DampingSet::Constant => "constant",
+        DampingSet::Unstable => "unstable",
+    }
+}
+
+fn text(mission: &Mission, found: &Tuned, keys: &[String]) -> String {
+    let held = found.flights.iter().filter(|f| f.metrics.held()).count();
+    let mut text = format!(
+        "gains of {} after {} sets of descents: {held} of {} held\n\n",
+        mission.name(),
+        found.evaluations,
+        found.flights.len()
+    );
+    let _ = writeln!(
+        text,
+        "  {:>9}  {:>9}  {:>9}  {:<8}  {:>11}  {:>11}  {:>11}",
+        "offset y", "offset z", "attack", "damping", "RMS", "peak", "saturated"
+    );
+    let _ = writeln!(
+        text,
+        "  {:>9}  {:>9}  {:>9}  {:<8}  {:>11}  {:>11}  {:>11}",
+        "cm", "cm", "deg", "", "deg", "deg", "s"
+    );
+    for f in &found.flights {
+        let m = &f.metrics;
+        let _ = writeln!(
+            text,
+            "  {:>9.4}  {:>9.4}  {:>9.3}  {:<8}  {:>11.3e}  {:>11.3e}  {:>11.2}",
+            1e2 * f.offset[0],
+            1e2 * f.offset[1],
+            f.attack.to_degrees(),
+            word(f.damping),
+            m.worst_rms().to_degrees(),
+            m.worst_peak().to_degrees(),
+            m.saturated_time
+        );
+    }
+    if let Some(worst) = found.worst() {
+        let _ = writeln!(text, "\nworst RMS {:.3e} deg", worst.metrics.worst_rms().to_degrees());
+    }
+    let _ = writeln!(text, "\n{}", keys.iter().map(|k| format!("  --set {k}\n")).collect::<String>());
+    text
+}
+
+fn object(mission: &Mission, found: &Tuned) -> serde_json::Value {
+    let flight = |f: &SetFlight| {
+        json!({
+            "offset_m": f.offset,
+            "attack_deg": f.attack.to_degrees(),
+            "damping": word(f.damping),
+            "held": f.metrics.held(),
+            "rms_deg": f.metrics.worst_rms().to_degrees(),
+            "peak_deg": f.metrics.worst_peak().to_degrees(),
+            "saturated_s": f.metrics.saturated_time,
+        })
+    };
+    json!({
+        "mission": mission.name(),
+        "held": found.held(),
+        "gains": {
+            "p": found.gains.proportional,
+            "i": found.gains.integral,
+            "d": found.gains.derivative,
+        },
+        "worst_rms_deg": found.worst().map(|f| f.metrics.worst_rms().to_degrees()),
+        "evaluations": found.evaluations,
+        "flights": found.flights.iter().map(flight).collect::<Vec<_>>(),
+    })
+}
