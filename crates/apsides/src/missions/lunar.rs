@@ -29,21 +29,23 @@ pub(super) const DIRECT: Kind = Kind {
     title: "Soft landing from a circular lunar orbit: full thrust in minimum time, or throttled with least propellant",
     flight_keys: &[keys::COMMON, keys::THROTTLE_IN_ORBIT, keys::TOUCHDOWN, keys::PITCH_RATE],
     check: |v| Start::direct(v).and(Steering::of(v)).map(|_| ()),
-    flown: Flown::Optimised(Optimised {
-        nothing_at_zero: &[],
-        pose: direct,
-        results: results::results,
-        headline: HEADLINE,
-        curves: results::curves,
-        approach: |_| Vec::new(),
-        checks: |_, _| Vec::new(),
-        missing: |_, _| None,
-        margins: super::no_margins,
-        reach: None,
-        decide: None,
-        site_checks: |_, _, _| Vec::new(),
-        deviating: None,
-    }),
+    flown: Flown::Optimised(BY_DIRECT),
+};
+
+const BY_DIRECT: Optimised = Optimised {
+    nothing_at_zero: &[],
+    pose: direct,
+    results: results::results,
+    headline: HEADLINE,
+    curves: results::curves,
+    approach: |_| Vec::new(),
+    checks: |_, _| Vec::new(),
+    missing: |_, _| None,
+    margins: super::no_margins,
+    reach: None,
+    decide: None,
+    site_checks: |_, _, _| Vec::new(),
+    deviating: None,
 };
 
 pub(super) const PERILUNE: Kind = Kind {
@@ -51,21 +53,7 @@ pub(super) const PERILUNE: Kind = Kind {
     title: "Soft landing from the perilune of a Hohmann transfer: full thrust in minimum time, or throttled with least propellant",
     flight_keys: &[keys::COMMON, keys::PERILUNE, keys::THROTTLE, keys::TOUCHDOWN, keys::PITCH_RATE],
     check: |v| Start::perilune(v).and(Steering::of(v)).map(|_| ()),
-    flown: Flown::Optimised(Optimised {
-        nothing_at_zero: &[],
-        pose: perilune,
-        results: results::results,
-        headline: HEADLINE,
-        curves: results::curves,
-        approach: |_| Vec::new(),
-        checks: |_, _| Vec::new(),
-        missing: |_, _| None,
-        margins: super::no_margins,
-        reach: None,
-        decide: None,
-        site_checks: |_, _, _| Vec::new(),
-        deviating: None,
-    }),
+    flown: Flown::Optimised(Optimised { pose: perilune, ..BY_DIRECT }),
 };
 
 pub(super) const TWO_PHASE: Kind = Kind {
@@ -74,9 +62,7 @@ pub(super) const TWO_PHASE: Kind = Kind {
     flight_keys: &[keys::COMMON, keys::PERILUNE, keys::GATE, keys::THROTTLE, keys::PITCH_RATE],
     check: |v| gate(v).and(Steering::of(v)).map(|_| ()),
     flown: Flown::Optimised(Optimised {
-        nothing_at_zero: &[],
         pose: two_phase,
-        results: results::results,
         headline: &[
             "flight_time_s",
             "braking_time_s",
@@ -84,15 +70,7 @@ pub(super) const TWO_PHASE: Kind = Kind {
             "gate_radial_velocity_m_s",
             "final_mass_kg",
         ],
-        curves: results::curves,
-        approach: |_| Vec::new(),
-        checks: |_, _| Vec::new(),
-        missing: |_, _| None,
-        margins: super::no_margins,
-        reach: None,
-        decide: None,
-        site_checks: |_, _, _| Vec::new(),
-        deviating: None,
+        ..BY_DIRECT
     }),
 };
 
@@ -102,9 +80,7 @@ pub(super) const TRANSFER: Kind = Kind {
     flight_keys: &[keys::COMMON, keys::FLOOR, keys::TOUCHDOWN, keys::PITCH_RATE],
     check: |v| transfer_legs(v).and(Steering::of(v)).map(|_| ()),
     flown: Flown::Optimised(Optimised {
-        nothing_at_zero: &[],
         pose: transfer,
-        results: results::results,
         headline: &[
             "final_mass_kg",
             "deorbit_time_s",
@@ -112,15 +88,7 @@ pub(super) const TRANSFER: Kind = Kind {
             "braking_time_s",
             "perilune_altitude_km",
         ],
-        curves: results::curves,
-        approach: |_| Vec::new(),
-        checks: |_, _| Vec::new(),
-        missing: |_, _| None,
-        margins: super::no_margins,
-        reach: None,
-        decide: None,
-        site_checks: |_, _, _| Vec::new(),
-        deviating: None,
+        ..BY_DIRECT
     }),
 };
 
