@@ -13,6 +13,8 @@ use apsides_ocp::Trajectory;
 use apsides_verify::Verdict;
 
 use crate::{Error, Mission, Observer, Outcome};
+use stop::Stop;
+use workers::Workers;
 
 mod capsule_reentry;
 mod chang_e;
@@ -43,8 +45,11 @@ enum Content {
     Sheets(usize, ComputeSheets),
 }
 
-/// Computes sheets with so many threads; false when the observer or who takes the sheets ends it.
-type ComputeSheets = fn(usize, &mut dyn Observer, &mut dyn FnMut(Sheet) -> bool) -> Result<bool, Error>;
+/// Computes sheets and hands each on.
+type ComputeSheets = fn(&mut Workers<'_>, HandOn<'_>) -> Result<(), Stop>;
+
+/// Takes a sheet that is done, or ends the work.
+type HandOn<'a> = &'a mut dyn FnMut(Sheet) -> Result<(), Stop>;
 
 impl Publication {
     fn parts(&self) -> usize {
@@ -301,9 +306,12 @@ pub fn reproduce(
             let mut keep = |sheet: Sheet| {
                 let go_on = report(Part::Sheet(&sheet));
                 done.sheets.push(sheet);
-                go_on
+                if go_on { Ok(()) } else { Err(Stop::Interrupted) }
             };
-            let finished = compute(threads, observer, &mut keep)?;
+            let finished = match compute(&mut Workers { threads, observer }, &mut keep) {
+                Ok(()) => true,
+                Err(stop) => stop.end(publication.name)?,
+            };
             done.complete = finished || done.sheets.len() == publication.parts();
         }
     }

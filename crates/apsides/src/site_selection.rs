@@ -233,12 +233,7 @@ fn standing(request: &SelectionRequest, candidates: &mut [Candidate]) -> Result<
     let name = request.name;
     let text = |e: TerrainError| format!("{name} map: {e}");
     let ground = Ground::new(&request.map).map_err(text)?;
-    let most = request
-        .criteria
-        .footpad_slope_max_deg
-        .or(request.criteria.slope_max_deg)
-        .unwrap_or(90.0)
-        .to_radians();
+    let most = request.criteria.tilt_at_rest_max();
     let mut tried = 0;
     for (k, c) in candidates.iter_mut().enumerate().filter(|(_, c)| c.cost.is_finite()) {
         tried += 1;
@@ -257,10 +252,7 @@ fn standing(request: &SelectionRequest, candidates: &mut [Candidate]) -> Result<
 }
 
 /// Largest tilt of a lander at rest over all headings, rad; none if it topples or stands on a gap at one of them.
-///
-/// # Errors
-/// As [`Ground::touchdown`].
-pub fn steepest(ground: &Ground, lander: &Lander, position: [f64; 2]) -> Result<Option<f64>, TerrainError> {
+fn steepest(ground: &Ground, lander: &Lander, position: [f64; 2]) -> Result<Option<f64>, TerrainError> {
     let mut worst: f64 = 0.0;
     for k in 0..HEADINGS {
         let heading = std::f64::consts::FRAC_PI_2 * k as f64 / HEADINGS as f64;

@@ -120,6 +120,12 @@ impl SiteCriteria {
         PRESETS.iter().map(|(name, _)| *name)
     }
 
+    /// Largest tilt (rad) of a lander at rest: the slope on its footpads, where that is not limited the slope, else a right angle.
+    #[must_use]
+    pub fn tilt_at_rest_max(&self) -> f64 {
+        self.footpad_slope_max_deg.or(self.slope_max_deg).unwrap_or(90.0).to_radians()
+    }
+
     /// The threshold of a layer: m, or rad for angles.
     #[must_use]
     pub fn limit(&self, layer: Layer) -> Option<f64> {

@@ -15,11 +15,10 @@
 
 use apsides_metaheuristics::Search;
 
-use super::sheet::Sheet;
 use super::stop::Stop;
 use super::workers::Workers;
-use super::{Content, Publication};
-use crate::{Error, Mission, Observer};
+use super::{Content, HandOn, Publication};
+use crate::{Error, Mission};
 use model::Model;
 
 mod functions;
@@ -56,22 +55,10 @@ pub(super) const PUBLICATION: Publication = Publication {
     title: "Re-entry of a capsule by cooperative search and Radau collocation (Alami Naeini, Roshanian; Tables 1 and 2)",
     source: "Alami Naeini, Roshanian, Modares Mechanical Engineering 14(13), 2014",
     remarks: || Ok(remarks()),
-    content: Content::Sheets(SHEETS, compute),
+    content: Content::Sheets(SHEETS, sheets),
 };
 
-fn compute(
-    threads: usize,
-    observer: &mut dyn Observer,
-    done: &mut dyn FnMut(Sheet) -> bool,
-) -> Result<bool, Error> {
-    match sheets(&mut Workers { threads, observer }, done) {
-        Ok(()) => Ok(true),
-        Err(stop) => stop.end(PUBLICATION.name),
-    }
-}
-
-fn sheets(workers: &mut Workers<'_>, done: &mut dyn FnMut(Sheet) -> bool) -> Result<(), Stop> {
-    let mut hand_on = |sheet: Sheet| if done(sheet) { Ok(()) } else { Err(Stop::Interrupted) };
+fn sheets(workers: &mut Workers<'_>, hand_on: HandOn<'_>) -> Result<(), Stop> {
     hand_on(functions::optima())?;
     hand_on(functions::searches(FUNCTION_SEEDS, BUDGET, workers)?)?;
     hand_on(lander::sheet(SEEDS, BUDGET, workers)?)?;

@@ -17,11 +17,9 @@
 //! | `sensitivity` | mass, exhaust velocity and thrust |
 //! | `text` | numbers of the text that exclude each other |
 
-use super::sheet::Sheet;
 use super::stop::Stop;
 use super::workers::Workers;
-use super::{Content, Publication};
-use crate::{Error, Observer};
+use super::{Content, HandOn, Publication};
 
 mod braking;
 mod case;
@@ -50,22 +48,10 @@ pub(super) const PUBLICATION: Publication = Publication {
     title: "Landing of Chang'e-3 in six stages with piecewise-constant controls (CUMCM 2014, problem A)",
     source: "one published solution of problem A, Chinese undergraduate contest in mathematical modelling, 2014",
     remarks: || Ok(remarks()),
-    content: Content::Sheets(SHEETS, compute),
+    content: Content::Sheets(SHEETS, sheets),
 };
 
-fn compute(
-    threads: usize,
-    observer: &mut dyn Observer,
-    done: &mut dyn FnMut(Sheet) -> bool,
-) -> Result<bool, Error> {
-    match sheets(&mut Workers { threads, observer }, done) {
-        Ok(()) => Ok(true),
-        Err(stop) => stop.end(PUBLICATION.name),
-    }
-}
-
-fn sheets(workers: &mut Workers<'_>, done: &mut dyn FnMut(Sheet) -> bool) -> Result<(), Stop> {
-    let mut hand_on = |sheet: Sheet| if done(sheet) { Ok(()) } else { Err(Stop::Interrupted) };
+fn sheets(workers: &mut Workers<'_>, hand_on: HandOn<'_>) -> Result<(), Stop> {
     hand_on(orbit::sheet(workers)?)?;
     hand_on(braking::sheet(workers)?)?;
     hand_on(downrange::sheet(&downrange::ARCS, workers)?)?;

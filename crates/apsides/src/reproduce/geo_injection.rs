@@ -16,9 +16,9 @@
 
 use apsides_dynamics::engine::STANDARD_GRAVITY;
 
-use super::sheet::Sheet;
-use super::{Content, Publication};
-use crate::{Error, Observer};
+use super::workers::Workers;
+use super::{Content, HandOn, Publication};
+use crate::Error;
 use printed::{STATED_MASS, TABLES, TWO_BURNS, USED_MASS};
 use stage::{Solver, Stage, Stop};
 
@@ -43,22 +43,11 @@ pub(super) const PUBLICATION: Publication = Publication {
     title: "Injection into geostationary orbit with two to six burns by indirect shooting (Alavipour, Nikkhah, Roshanian; Tables 2 to 7)",
     source: "Alavipour, Nikkhah, Roshanian, Modares Mechanical Engineering 18(1)",
     remarks,
-    content: Content::Sheets(SHEETS, compute),
+    content: Content::Sheets(SHEETS, sheets),
 };
 
-fn compute(
-    threads: usize,
-    observer: &mut dyn Observer,
-    done: &mut dyn FnMut(Sheet) -> bool,
-) -> Result<bool, Error> {
-    match sheets(&mut Solver { threads, observer }, done) {
-        Ok(()) => Ok(true),
-        Err(stop) => stop.end(PUBLICATION.name),
-    }
-}
-
-fn sheets(solver: &mut Solver<'_>, done: &mut dyn FnMut(Sheet) -> bool) -> Result<(), Stop> {
-    let mut hand_on = |sheet: Sheet| if done(sheet) { Ok(()) } else { Err(Stop::Interrupted) };
+fn sheets(workers: &mut Workers<'_>, hand_on: HandOn<'_>) -> Result<(), Stop> {
+    let solver = &mut Solver { threads: workers.threads, observer: &mut *workers.observer };
     let stages = [Stage::of(VEHICLE, Some(USED_MASS))?, Stage::of(VEHICLE, Some(STATED_MASS))?];
     let mut sequences = Vec::new();
     for printed in &TABLES {

@@ -8,10 +8,9 @@
 //! | `cases` | the cases, the numbers of the reference, what the paper says |
 //! | `sheets` | the tables |
 
-use super::sheet::Sheet;
 use super::stop::Stop;
-use super::{Content, Publication};
-use crate::{Error, Observer};
+use super::workers::Workers;
+use super::{Content, HandOn, Publication};
 
 mod cases;
 mod sheets;
@@ -25,22 +24,11 @@ pub(super) const PUBLICATION: Publication = Publication {
     title: "A capsule held by moving masses, cross and radial, PID and nonlinear PID (Karimabadeh, Tayefi; Figs 2 to 21)",
     source: "Karimabadeh, Tayefi, six degrees of freedom of a suborbital capsule with moving masses",
     remarks: || Ok(remarks()),
-    content: Content::Sheets(SHEETS, compute),
+    content: Content::Sheets(SHEETS, sheets),
 };
 
-fn compute(
-    threads: usize,
-    _observer: &mut dyn Observer,
-    done: &mut dyn FnMut(Sheet) -> bool,
-) -> Result<bool, Error> {
-    match sheets(threads, done) {
-        Ok(()) => Ok(true),
-        Err(stop) => stop.end(PUBLICATION.name),
-    }
-}
-
-fn sheets(threads: usize, done: &mut dyn FnMut(Sheet) -> bool) -> Result<(), Stop> {
-    let mut hand_on = |sheet: Sheet| if done(sheet) { Ok(()) } else { Err(Stop::Interrupted) };
+fn sheets(workers: &mut Workers<'_>, hand_on: HandOn<'_>) -> Result<(), Stop> {
+    let threads = workers.threads;
     hand_on(sheets::figures(threads)?)?;
     hand_on(sheets::oscillation()?)?;
     hand_on(sheets::authority(threads)?)?;

@@ -7,7 +7,7 @@
 use apsides_convex::{DescentLimits, PoweredDescent};
 use apsides_ocp::Trajectory;
 use apsides_radau::Radau;
-use apsides_terrain::contact;
+use apsides_terrain::{ElevationMap, contact};
 
 use super::lander::{Divert, Lander, Motion, Order};
 use super::landing::AFTER_FINE_AVOIDANCE;
@@ -18,9 +18,45 @@ use crate::missions::{Decisions, Posed};
 use crate::site_selection::{SelectionRequest, SiteSelection, select};
 use crate::{Error, site_criteria};
 
-/// Propellant of a divert by its length, kg/m: 8.1 kg for 1000 m from 2.4 km, 2.8 kg for 70 m from 100 m.
-const COARSE_COST: f64 = 0.008;
-const FINE_COST: f64 = 0.03;
+/// A map of the landing: when it is seen, and what is wanted on it.
+pub(super) struct Stage {
+    pub(super) name: &'static str,
+    map: fn(&Values) -> Result<ElevationMap, Error>,
+    criteria: &'static str,
+    hazard_worth: &'static str,
+    tilt: &'static str,
+    /// Key of the altitude above the site where the divert ends, m.
+    end: &'static str,
+    /// Upward speed there.
+    end_speed: f64,
+    /// Propellant of a divert by its length, kg/m.
+    divert_cost: f64,
+}
+
+/// At the end of the adjustment; a divert takes 8.1 kg for 1000 m.
+pub(super) const COARSE: Stage = Stage {
+    name: "coarse",
+    map: terrain::coarse,
+    criteria: keys::COARSE_CRITERIA,
+    hazard_worth: keys::COARSE_WORTH,
+    tilt: keys::COARSE_TILT,
+    end: keys::HOVER_ALTITUDE,
+    end_speed: 0.0,
+    divert_cost: 0.008,
+};
+
+/// At the hover; a divert takes 2.8 kg for 70 m.
+pub(super) const FINE: Stage = Stage {
+    name: "fine",
+    map: terrain::fine,
+    criteria: keys::FINE_CRITERIA,
+    hazard_worth: keys::FINE_WORTH,
+    tilt: keys::FINE_TILT,
+    end: keys::FINE_ALTITUDE,
+    end_speed: AFTER_FINE_AVOIDANCE,
+    divert_cost: 0.03,
+};
+
 /// Least distance between candidates, by the least clearance of a site.
 const SEPARATION: f64 = 2.0;
 
@@ -60,7 +96,7 @@ pub(super) fn decide(v: &Values) -> Result<Decisions, Error> {
             upward,
             mass,
         };
-        let site = seen.select(v, true)?;
+        let site = seen.select(v, &COARSE)?;
         put(&mut values, keys::COARSE_SITE, site.site().offset);
         mass_at_hover = Some(mass - site.site().divert.propellant);
         sites.push(site);
@@ -79,7 +115,7 @@ pub(super) fn decide(v: &Values) -> Result<Decisions, Error> {
             upward: 0.0,
             mass,
         };
-        let site = seen.select(v, false)?;
+        let site = seen.select(v, &FINE)?;
         put(&mut values, keys::FINE_SITE, site.site().offset);
         sites.push(site);
     }
@@ -118,7 +154,7 @@ struct Seen<'a> {
 
 impl Seen<'_> {
     /// The descent that is ahead, in axes to the east, to the north and upwards from the ground below.
-    fn descent(&self, [above_site, end_speed]: [f64; 2]) -> PoweredDescent {
+    fn descent(&self, above_site: f64, end_speed: f64) -> PoweredDescent {
         let Lander { descent, body, .. } = self.lander;
         let [longitude, latitude] = self.divert.from;
         let ground = body.radius + self.lander.coarse_divert.rise;
@@ -141,39 +177,25 @@ impl Seen<'_> {
         }
     }
 
-    fn select(&self, v: &Values, coarse: bool) -> Result<SiteSelection, Error> {
-        let (name, map, criteria, worth, divert_cost, tilt_key, end) = if coarse {
-            let end = [v.number(keys::HOVER_ALTITUDE), 0.0];
-            let (map, criteria) = (terrain::coarse(v)?, keys::COARSE_CRITERIA);
-            ("coarse", map, criteria, keys::COARSE_WORTH, COARSE_COST, keys::COARSE_TILT, end)
-        } else {
-            let end = [v.number(keys::FINE_ALTITUDE), AFTER_FINE_AVOIDANCE];
-            let (map, criteria) = (terrain::fine(v)?, keys::FINE_CRITERIA);
-            ("fine", map, criteria, keys::FINE_WORTH, FINE_COST, keys::FINE_TILT, end)
-        };
-        let criteria = site_criteria::load(v.word(criteria))?;
+    fn select(&self, v: &Values, stage: &Stage) -> Result<SiteSelection, Error> {
+        let criteria = site_criteria::load(v.word(stage.criteria))?;
         let request = SelectionRequest {
-            name,
-            map,
+            name: stage.name,
+            map: (stage.map)(v)?,
             criteria,
-            descent: self.descent(end),
+            descent: self.descent(v.number(stage.end), stage.end_speed),
             candidates: v.count(keys::CANDIDATES),
             separation: SEPARATION * criteria.clearance_min_m,
-            hazard_worth: v.number(worth),
-            divert_cost,
-            lander: lander(v, &criteria),
-            tilt_key,
+            hazard_worth: v.number(stage.hazard_worth),
+            divert_cost: stage.divert_cost,
+            lander: contact::Lander {
+                pad_distance: criteria.footpad_circle_radius_m,
+                pad_radius: criteria.footpad_radius_m,
+                centre_of_mass_height: v.number(keys::CENTRE_OF_MASS),
+                belly: None,
+            },
+            tilt_key: stage.tilt,
         };
         select(request).map_err(conflict)
-    }
-}
-
-/// The lander on its pads.
-pub(super) fn lander(v: &Values, criteria: &apsides_terrain::hazard::SiteCriteria) -> contact::Lander {
-    contact::Lander {
-        pad_distance: criteria.footpad_circle_radius_m,
-        pad_radius: criteria.footpad_radius_m,
-        centre_of_mass_height: v.number(keys::CENTRE_OF_MASS),
-        belly: None,
     }
 }

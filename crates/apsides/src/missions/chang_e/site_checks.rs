@@ -6,16 +6,28 @@ use apsides_terrain::contact::Ground;
 use apsides_terrain::hazard::Layer;
 use apsides_verify::{Check, CheckKind};
 
-use super::decisions::lander as lander_on_pads;
+use super::decisions::FINE;
 use super::lander::{Divert, Lander};
 use super::phases::{ADJUSTMENT, AVOIDANCE, DESCENT, FINE_AVOIDANCE};
 use crate::key::Values;
-use crate::site_selection::{SiteSelection, steepest};
+use crate::site_selection::SiteSelection;
 
 /// Samples of a phase for the clearance of its path.
 const SAMPLES: usize = 400;
 /// Where the engine is cut off the path comes this near to the altitude of the cut-off: rough ground below the pads, by the height.
 const CUTOFF_PART: f64 = 0.5;
+
+/// A divert over a map: the phases that fly it, and where on the map it starts.
+struct Leg<'a> {
+    phases: &'static [&'static str],
+    divert: &'a Divert,
+    /// Position on the map above which it starts, m, the height of the map there and the distance of that ground from the centre.
+    start: [f64; 2],
+    level: f64,
+    ground_radius: f64,
+    /// Least height above the ground, m.
+    required: f64,
+}
 
 /// Checks of the certificate.
 pub(super) fn of(v: &Values, sites: &[SiteSelection], t: &Trajectory) -> Vec<Check> {
@@ -23,30 +35,54 @@ pub(super) fn of(v: &Values, sites: &[SiteSelection], t: &Trajectory) -> Vec<Che
     let mut checks = Vec::new();
     for site in sites {
         let Ok(ground) = Ground::new(&site.map) else { continue };
-        let fine = site.name == "fine";
-        let (divert, phases): (_, &[&str]) = if fine {
-            (&lander.fine_divert, &[FINE_AVOIDANCE, DESCENT])
-        } else {
-            (&lander.coarse_divert, &[ADJUSTMENT, AVOIDANCE])
-        };
-        let low = if fine { lander.cutoff_radius } else { lander.hover_radius };
-        let base = lander.body.radius + if fine { lander.coarse_divert.rise } else { 0.0 };
-        let required = CUTOFF_PART * (low - base - divert.rise);
-        checks.extend(path_clearance(&lander, site, &ground, divert, base, phases, required, t));
+        for leg in legs(&lander, site, sites) {
+            checks.extend(path_clearance(&lander, site, &ground, &leg, t));
+        }
         checks.extend(thresholds(site));
-        let pads = lander_on_pads(v, site.hazards.criteria());
-        let tilt = steepest(&ground, &pads, site.site().site.position_m).ok().flatten();
-        let most = site.hazards.criteria().footpad_slope_max_deg.unwrap_or(90.0);
         checks.push(Check::new(
             format!("{} site: tilt at rest on four pads", site.name),
             CheckKind::Feasibility,
-            tilt.map_or(f64::NAN, f64::to_degrees),
-            most,
+            site.site().tilt.map_or(f64::NAN, f64::to_degrees),
+            site.hazards.criteria().tilt_at_rest_max().to_degrees(),
             "deg",
             "steepest of 18 headings",
         ));
     }
     checks
+}
+
+/// What is flown over a map: over the coarse one the way to its site and, where there is no fine one, the rest.
+fn legs<'a>(lander: &'a Lander, site: &SiteSelection, sites: &[SiteSelection]) -> Vec<Leg<'a>> {
+    let surface = lander.body.radius;
+    let to_coarse = |start, level| Leg {
+        phases: &[ADJUSTMENT, AVOIDANCE],
+        divert: &lander.coarse_divert,
+        start,
+        level,
+        ground_radius: surface,
+        required: CUTOFF_PART * (lander.hover_radius - surface - lander.coarse_divert.rise),
+    };
+    let ground_radius = surface + lander.coarse_divert.rise;
+    let to_fine = |start, level| Leg {
+        phases: &[FINE_AVOIDANCE, DESCENT],
+        divert: &lander.fine_divert,
+        start,
+        level,
+        ground_radius,
+        required: CUTOFF_PART * (lander.cutoff_radius - ground_radius - lander.fine_divert.rise),
+    };
+    let [row, col] = site.below;
+    let below = site.map.geometry().position(row as f64, col as f64);
+    let Some(level) = site.map.height(row, col) else { return Vec::new() };
+    if site.name == FINE.name {
+        return vec![to_fine(below, level)];
+    }
+    let mut legs = vec![to_coarse(below, level)];
+    if !sites.iter().any(|s| s.name == FINE.name) {
+        let chosen = &site.site().site;
+        legs.push(to_fine(chosen.position_m, chosen.height_m));
+    }
+    legs
 }
 
 /// Thresholds of the criteria at a site.
@@ -72,22 +108,16 @@ fn path_clearance(
     lander: &Lander,
     site: &SiteSelection,
     ground: &Ground,
-    divert: &Divert,
-    base: f64,
-    phases: &[&str],
-    required: f64,
+    leg: &Leg<'_>,
     t: &Trajectory,
 ) -> Option<Check> {
-    let geometry = site.map.geometry();
-    let [row, col] = site.below;
-    let [east, north] = geometry.position(row as f64, col as f64);
-    let level = site.map.height(row, col)?;
+    let ([east, north], required) = (leg.start, leg.required);
     let mut least: Option<(f64, String)> = None;
-    for p in t.phases.iter().filter(|p| phases.contains(&p.name.as_str())) {
+    for p in t.phases.iter().filter(|p| leg.phases.contains(&p.name.as_str())) {
         let times: Vec<f64> = (0..=SAMPLES).map(|k| p.time_at(k as f64 / SAMPLES as f64)).collect();
         let point = |time: f64| {
-            let (radius, [x, y]) = position(lander, p, divert, time);
-            [east + x, north + y, level + radius - base]
+            let (radius, [x, y]) = position(lander, p, leg.divert, time);
+            [east + x, north + y, leg.level + radius - leg.ground_radius]
         };
         // A path leaves the map sideways only above where it is watched.
         let points: Vec<[f64; 3]> = times.iter().map(|t| point(*t)).collect();
@@ -108,7 +138,8 @@ fn path_clearance(
         }
     }
     let (height, at) = least?;
-    let name = format!("{} map: height above the ground that is lacking", site.name);
+    let way = if leg.phases.contains(&ADJUSTMENT) { "to its site" } else { "to the ground" };
+    let name = format!("{} map: height above the ground that is lacking on the way {way}", site.name);
     Some(Check::new(name, CheckKind::Feasibility, (required - height).max(0.0), 0.0, "m", at))
 }
 

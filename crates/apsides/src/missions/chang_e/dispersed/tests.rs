@@ -177,8 +177,8 @@ fn an_undisturbed_flight_ends_as_planned() {
     for guidance in [Guidance::OpenLoop, replanned_at(0.0), replanned_at(200.0), every] {
         let run = run(guidance);
         let results = braking.fly(&Deviations::default(), &run).unwrap();
-        assert!(results[..3].iter().all(|m| m.abs() < 1e-2), "{:?} {results:?}", run.guidance);
-        assert!((results[7] - 1_345.830_856).abs() < 1e-4, "{:?} {results:?}", run.guidance);
+        assert!(results[..3].iter().all(|m| m.abs() < 1e-3), "{:?} {results:?}", run.guidance);
+        assert!((results[7] - 1_345.830_856).abs() < 1e-5, "{:?} {results:?}", run.guidance);
     }
 }
 
