@@ -55,6 +55,21 @@ impl Ellipsoid {
         zonals: [1.082_629_821_313e-3, -2.370_911_200_53e-6, 6.083_464_988_82e-9],
     };
 
+    /// A sphere of a radius (m) with a gravitational parameter (m3/s2), an angular velocity (rad/s) and an oblateness `J2` of its field.
+    /// The constants of normal gravity are those on it without that: a sphere is no surface of constant potential where it turns.
+    #[must_use]
+    pub fn sphere(radius: f64, gravitational_parameter: f64, rotation_rate: f64, j2: f64) -> Self {
+        Self {
+            semi_major_axis: radius,
+            flattening: 0.0,
+            gravitational_parameter,
+            rotation_rate,
+            equatorial_gravity: gravitational_parameter / (radius * radius),
+            gravity_constant: 0.0,
+            zonals: [j2, 0.0, 0.0],
+        }
+    }
+
     /// Square of the first eccentricity.
     #[must_use]
     pub fn eccentricity_squared(&self) -> f64 {

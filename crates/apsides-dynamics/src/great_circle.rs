@@ -28,6 +28,13 @@ pub fn destination(from: [f64; 2], course: f64, angle: f64) -> [f64; 2] {
     [from[0] + y.atan2(x), north.atan2(x.hypot(y))]
 }
 
+/// Angles (rad) along and to the right of a course (rad, from north, clockwise) from one place to another.
+#[must_use]
+pub fn along_and_across(from: [f64; 2], to: [f64; 2], course: f64) -> [f64; 2] {
+    let (angle, off) = (central_angle(from, to), initial_course(from, to) - course);
+    [(angle.sin() * off.cos()).atan2(angle.cos()), (angle.sin() * off.sin()).asin()]
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -48,5 +55,15 @@ mod tests {
             assert!((central_angle(from, to) - angle).abs() < 1e-15, "{course} {angle}");
             assert!((initial_course(from, to) - course).abs() < 1e-9, "{course} {angle}");
         }
+    }
+
+    #[test]
+    fn along_and_across_a_course() {
+        let (from, course) = ([0.2, 0.4], 2.1);
+        let [along, across] = along_and_across(from, destination(from, course, 0.3), course);
+        assert!((along - 0.3).abs() < 1e-15 && across.abs() < 1e-15);
+        // Napier's rules for a right-angled triangle on the sphere.
+        let [along, across] = along_and_across(from, destination(from, course + 0.5, 0.3), course);
+        assert!((along.cos() * across.cos() - 0.3_f64.cos()).abs() < 1e-15 && across > 0.0);
     }
 }

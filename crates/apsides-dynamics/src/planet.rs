@@ -5,7 +5,7 @@ use apsides_ad::Scalar;
 use crate::atmosphere::{Atmosphere, Exponential};
 use crate::equinoctial::EARTH_J2;
 use crate::error::finite;
-use crate::{Body, DynamicsError};
+use crate::{Body, DynamicsError, Ellipsoid};
 
 /// A rotating body with an atmosphere that rotates with it.
 #[derive(Clone, Debug, PartialEq)]
@@ -67,6 +67,12 @@ impl Planet {
     #[must_use]
     pub fn oblate_earth(atmosphere: Atmosphere) -> Self {
         Self::earth(atmosphere).with_j2(EARTH_J2)
+    }
+
+    /// The surface that altitudes count from, turning, with the gravity of the planet.
+    #[must_use]
+    pub fn surface(&self) -> Ellipsoid {
+        Ellipsoid::sphere(self.body.radius, self.body.gravitational_parameter, self.rotation_rate, self.j2)
     }
 
     /// Passes an altitude (m) on that is at the surface or above.

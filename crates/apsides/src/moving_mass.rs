@@ -24,11 +24,13 @@
 //! | --- | --- |
 //! | `case` | the vehicle, its masses, law, actuators, sensors, entry |
 //! | `law` | what commands the masses |
+//! | `drives` | what moves the masses |
 //! | `descent` | a case ready to fly, and what flights amount to |
 //! | `margins` | gain, phase and delay margins along a flight |
 //! | `cases` | sets of descents: directions of the offset, angles at the entry |
 //! | `tuning` | gains by a search over a set |
 //! | `sizing` | least masses and rates that hold a set |
+//! | `steered_entry` | a re-entry whose lift the masses point |
 //!
 //! Angles: attack `atan2(w, u)` and sideslip `asin(v / V)`, relative to the air. The error of the z axis is the negative angle of attack, that of
 //! the y axis the negative sideslip: a centre of mass that is off the axis turns the heat shield towards its own side.
@@ -38,9 +40,11 @@
 mod case;
 mod cases;
 mod descent;
+mod drives;
 mod law;
 mod margins;
 mod sizing;
+mod steered_entry;
 #[cfg(test)]
 mod tests;
 mod tuning;
@@ -55,4 +59,7 @@ pub use law::{Law, RegulatorSizes, SlidingSizes};
 pub(crate) use margins::gain_either_way;
 pub use margins::{MarginRow, worst};
 pub use sizing::{MassRow, RateRow, SizeStudy, Sizing};
+pub use steered_entry::{
+    BankProfile, JUDGED_PRESSURE, SteeredCondition, SteeredEntry, SteeredFlight, SteeredReady,
+};
 pub use tuning::{RATE_LIMITED_GAINS, Tuned, Tuning, tune};

@@ -3,6 +3,7 @@
 use apsides_ad::vector::{cross, dot};
 use apsides_ad::{Outside, Pchip, Scalar};
 
+use super::MachTable;
 use super::mach_alpha::{AxisymmetricCoefficients, Interpolation, MachAlphaTable};
 use crate::DynamicsError;
 use crate::error::{finite, finite_column, increasing, positive, positive_column, short};
@@ -118,6 +119,9 @@ pub struct AirLoads<S> {
     pub moment: [S; 3],
 }
 
+/// Mach numbers per interval of the table at which trims are found.
+const PER_INTERVAL: usize = 8;
+
 /// Square of an airspeed, m2/s2, that is added so that angles exist at rest; far below what matters.
 const AT_REST: f64 = 1e-18;
 
@@ -228,6 +232,53 @@ impl AxisymmetricAerodynamics {
             if moment(middle) > 0.0 { low = middle } else { high = middle }
         }
         Some(0.5 * (low + high))
+    }
+
+    /// Coefficients of lift and drag, across and along the air, at a Mach number and a total angle of attack (rad). The lift is in the plane of
+    /// the angle; positive lift pulls to the side that the axis is turned away from, as that of blunt bodies does:
+    ///
+    /// ```text
+    /// CL = CA sin(eta) - CN cos(eta),   CD = CA cos(eta) + CN sin(eta)
+    /// ```
+    #[must_use]
+    pub fn lift_and_drag(&self, mach: f64, angle: f64) -> [f64; 2] {
+        let at = self.coefficients(mach, angle * angle);
+        let (sin, cos) = angle.sin_cos();
+        let normal = at.normal_by_angle * angle;
+        [at.axial * sin - normal * cos, at.axial * cos + normal * sin]
+    }
+
+    /// Mach numbers, the table's and some between them, with the total angle of attack (rad) of a centre of mass that is a distance (m) off
+    /// the axis in trim.
+    ///
+    /// # Errors
+    /// When the table has no trim at one of them.
+    pub fn trims(&self, offset: f64) -> Result<Vec<(f64, f64)>, DynamicsError> {
+        let knots = self.table.mach_knots();
+        let between = |w: &[f64]| {
+            let (low, high) = (w[0], w[1]);
+            (0..PER_INTERVAL).map(move |k| low + (high - low) * k as f64 / PER_INTERVAL as f64)
+        };
+        let mach = knots.windows(2).flat_map(between).chain(knots.last().copied());
+        let trim = |m: f64| {
+            let allowed = "small enough for a trim at all Mach numbers of the table of coefficients";
+            let (what, unit) = ("offset of the centre of mass", "m");
+            let none = || DynamicsError::Parameter { what, value: offset, unit, allowed };
+            Ok((m, self.trim_angle(m, offset).ok_or_else(none)?))
+        };
+        mach.map(trim).collect()
+    }
+
+    /// Lift and drag over the Mach number in the trim of a centre of mass that is a distance (m) off the axis.
+    ///
+    /// # Errors
+    /// When the table has no trim at one of its Mach numbers.
+    pub fn trimmed(&self, offset: f64) -> Result<MachTable, DynamicsError> {
+        let trims = self.trims(offset)?;
+        let mach: Vec<f64> = trims.iter().map(|(m, _)| *m).collect();
+        let (lift, drag): (Vec<f64>, Vec<f64>) =
+            trims.iter().map(|(m, angle)| self.lift_and_drag(*m, *angle).into()).unzip();
+        MachTable::new(&mach, &lift, &drag)
     }
 
     /// Frequency of the oscillation of the angle of attack about zero, Hz, at a Mach number, a dynamic pressure (Pa) and a moment of inertia

@@ -1,14 +1,13 @@
 //! A case ready to fly, and what flights amount to.
 
-use apsides_control::actuator::{Actuator, ActuatorSettings, RimPair};
-use apsides_control::controller::Actuation;
 use apsides_control::record::{Recording, Sample};
 use apsides_control::simulation::{Breach, Ending, Flight, Integration, Simulation, SimulationSettings};
 use apsides_dynamics::MovingMassVehicle;
 use apsides_dynamics::rigid_body::{FlightCondition, STATES};
 use apsides_ode::Direction;
 
-use super::case::{Case, Masses};
+use super::case::{Case, Masses, Run};
+use super::drives::Drives;
 use super::law::{Design, Steering, angles};
 use crate::Error;
 
@@ -94,68 +93,6 @@ impl Metrics {
     }
 }
 
-/// Actuators of both layouts.
-enum Drives {
-    Apart([Actuator; 2]),
-    OnRim(RimPair),
-}
-
-impl Actuation<2> for Drives {
-    fn advance(&mut self, command: &[f64; 2]) -> [f64; 2] {
-        match self {
-            Self::Apart(drives) => drives.advance(command),
-            Self::OnRim(pair) => Actuation::advance(pair, command),
-        }
-    }
-
-    fn saturated(&self) -> bool {
-        match self {
-            Self::Apart(drives) => drives.saturated(),
-            Self::OnRim(pair) => Actuation::saturated(pair),
-        }
-    }
-
-    fn met(&self) -> bool {
-        match self {
-            Self::Apart(_) => false,
-            Self::OnRim(pair) => Actuation::met(pair),
-        }
-    }
-}
-
-impl Drives {
-    fn new(case: &Case) -> Result<Self, Error> {
-        let limits = &case.actuators;
-        let actuator = |travel: [f64; 2], by: f64, start: f64| {
-            let settings = ActuatorSettings {
-                travel,
-                rate: limits.rate / by,
-                acceleration: limits.acceleration / by,
-                delay: limits.delay,
-                backlash: limits.backlash / by,
-                start,
-            };
-            Actuator::new(settings, case.run.sample_time)
-        };
-        Ok(match case.masses {
-            Masses::Cross { travel, .. } => {
-                let start = 0_f64.clamp(travel[0], travel[1]);
-                let drive = actuator(travel, 1.0, start)?;
-                Self::Apart([drive.clone(), drive])
-            }
-            Masses::Radial { radius, neutral, least_separation, .. } => {
-                let free = [f64::NEG_INFINITY, f64::INFINITY];
-                let drives = [actuator(free, radius, neutral[0])?, actuator(free, radius, neutral[1])?];
-                if least_separation > 0.0 {
-                    Self::OnRim(RimPair::new(drives, least_separation)?)
-                } else {
-                    Self::Apart(drives)
-                }
-            }
-        })
-    }
-}
-
 impl Descent {
     /// Checks a case and makes it ready.
     ///
@@ -165,18 +102,9 @@ impl Descent {
         let vehicle = case.vehicle()?;
         let design = Design::new(case, &vehicle)?;
         let start = vehicle.body().ground.state(&case.entry)?;
-        let run = &case.run;
-        let settings = SimulationSettings {
-            control_step: run.sample_time,
-            time_limit: run.time_limit,
-            integration: Integration::Fixed { substeps: run.substeps },
-            scales: SCALES,
-            check_interval: (1.0 / run.sample_time).clamp(1.0, 1e4) as usize,
-            check_tolerance: STEP_TOLERANCE,
-            ..SimulationSettings::default()
-        };
+        let settings = settings(&case.run);
         let descent = Self { case: case.clone(), vehicle, design, start, settings };
-        Drives::new(case)?;
+        Drives::new(&case.masses, &case.actuators, case.run.sample_time)?;
         Steering::new(case, &descent.vehicle, &descent.design)?;
         descent.simulation()?;
         Ok(descent)
@@ -205,22 +133,10 @@ impl Descent {
     }
 
     fn simulation(&self) -> Result<Simulation<'_, MovingMassVehicle, 13, 2>, Error> {
-        let (vehicle, run) = (&self.vehicle, self.case.run);
+        let vehicle = &self.vehicle;
         let body = vehicle.body();
-        let least_cosine = run.tumbling.cos();
         let [_, fastest] = body.aerodynamics().table().mach_range();
-        let mut simulation = Simulation::new(vehicle, self.settings.clone())?
-            .projection(|x| {
-                let length = x[6..10].iter().map(|q| q * q).sum::<f64>().sqrt();
-                x[6..10].iter_mut().for_each(|q| *q /= length);
-            })
-            .stop(LOWEST, Direction::Falling, move |_, x| {
-                body.ground.altitude(&[x[0], x[1], x[2]]) - run.stop_altitude
-            })
-            .monitor(Breach::Tumbling, move |_, x, _| {
-                let (_, [u, v, w]) = body.air(x);
-                u - least_cosine * v.hypot(w).hypot(u)
-            })
+        let mut simulation = simulation(vehicle, self.case.run, self.settings.clone())?
             .monitor(Breach::TableLeft, move |_, x, _| {
                 let (altitude, air) = body.air(x);
                 let speed = air.iter().map(|c| c * c).sum::<f64>().sqrt();
@@ -244,7 +160,7 @@ impl Descent {
     /// When memory has no room for the record.
     pub fn fly(&self, record: &mut Record) -> Result<Metrics, Error> {
         let mut law = Steering::new(&self.case, &self.vehicle, &self.design)?;
-        let mut drives = Drives::new(&self.case)?;
+        let mut drives = Drives::new(&self.case.masses, &self.case.actuators, self.case.run.sample_time)?;
         let flight = self.simulation()?.fly(&self.start, &mut law, &mut drives, None, record)?;
         Ok(self.metrics(&flight, record.samples()))
     }
@@ -346,6 +262,44 @@ impl Descent {
     }
 }
 
+/// Settings of a run.
+pub(super) fn settings(run: &Run) -> SimulationSettings<13> {
+    SimulationSettings {
+        control_step: run.sample_time,
+        time_limit: run.time_limit,
+        integration: Integration::Fixed { substeps: run.substeps },
+        scales: SCALES,
+        check_interval: (1.0 / run.sample_time).clamp(1.0, 1e4) as usize,
+        check_tolerance: STEP_TOLERANCE,
+        ..SimulationSettings::default()
+    }
+}
+
+/// A simulation that ends at the lowest height of a run and where the capsule tumbles.
+pub(super) fn simulation(
+    vehicle: &MovingMassVehicle,
+    run: Run,
+    settings: SimulationSettings<13>,
+) -> Result<Simulation<'_, MovingMassVehicle, 13, 2>, Error> {
+    let body = vehicle.body();
+    let least_cosine = run.tumbling.cos();
+    Ok(Simulation::new(vehicle, settings)?
+        .projection(unit_attitude)
+        .stop(LOWEST, Direction::Falling, move |_, x| {
+            body.ground.altitude(&[x[0], x[1], x[2]]) - run.stop_altitude
+        })
+        .monitor(Breach::Tumbling, move |_, x, _| {
+            let (_, [u, v, w]) = body.air(x);
+            u - least_cosine * v.hypot(w).hypot(u)
+        }))
+}
+
+/// Makes the quaternion of a state one of length one again.
+pub(super) fn unit_attitude(x: &mut [f64; 13]) {
+    let length = x[6..10].iter().map(|q| q * q).sum::<f64>().sqrt();
+    x[6..10].iter_mut().for_each(|q| *q /= length);
+}
+
 /// One word for scripts on how a flight ended; `completed` if it was flown to its lowest height.
 #[must_use]
 pub fn ending_word(ending: &Ending) -> &'static str {
@@ -365,10 +319,9 @@ pub fn ending_word(ending: &Ending) -> &'static str {
     }
 }
 
-/// How a flight ended in words.
+/// How a run ended in words.
 #[must_use]
-pub fn ending_text(case: &Case, ending: &Ending) -> String {
-    let run = &case.run;
+pub fn ending_text(run: &Run, ending: &Ending) -> String {
     match ending {
         Ending::Stop(LOWEST) => format!("flown down to {} km", run.stop_altitude / 1e3),
         Ending::Stop(name) => format!("stopped: {name}"),

@@ -1,6 +1,8 @@
 //! What the values of a mission say: planet, capsule, start, target, limits and goal.
 
-use apsides_dynamics::aerodynamics::{Aerodynamics, EntryVehicle, MachTable};
+use apsides_dynamics::aerodynamics::{
+    Aerodynamics, AxisymmetricAerodynamics, Damping, EntryVehicle, Interpolation, MachAlphaTable, MachTable,
+};
 use apsides_dynamics::atmosphere::{Atmosphere, Exponential, Gas};
 use apsides_dynamics::entry::{EntryFlight, Heading};
 use apsides_dynamics::equinoctial::EARTH_J2;
@@ -152,6 +154,7 @@ fn planet(v: &Values) -> Result<Planet, String> {
 fn vehicle(v: &Values) -> Result<EntryVehicle, String> {
     let aerodynamics = match v.word(keys::AERODYNAMICS) {
         keys::APOLLO => Aerodynamics::Mach(MachTable::apollo_10()),
+        keys::OFFSET => Aerodynamics::Mach(shape(v)?.trimmed(v.number(keys::TRIM_OFFSET)).map_err(text)?),
         _ => Aerodynamics::constant(v.number(keys::LIFT_COEFFICIENT), v.number(keys::DRAG_COEFFICIENT))
             .map_err(text)?,
     };
@@ -162,6 +165,13 @@ fn vehicle(v: &Values) -> Result<EntryVehicle, String> {
         aerodynamics,
     )
     .map_err(text)
+}
+
+/// The shape of the aerodynamics "apollo-offset".
+pub(super) fn shape(v: &Values) -> Result<AxisymmetricAerodynamics, String> {
+    let table = MachAlphaTable::apollo(Interpolation::Smooth);
+    let diameter = (4.0 / std::f64::consts::PI * v.number("reference_area_m2")).sqrt();
+    AxisymmetricAerodynamics::new(table, diameter, v.number(keys::STATION), Damping::constant()).map_err(text)
 }
 
 fn heating(v: &Values) -> HeatingLaw {

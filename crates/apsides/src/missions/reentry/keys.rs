@@ -16,6 +16,9 @@ pub(super) const OF_MARS: &str = "mars";
 pub(super) const AERODYNAMICS: &str = "aerodynamics";
 pub(super) const CONSTANT: &str = "constant";
 pub(super) const APOLLO: &str = "apollo-trim";
+pub(super) const OFFSET: &str = "apollo-offset";
+pub(super) const TRIM_OFFSET: &str = "trim_offset_m";
+pub(super) const STATION: &str = "centre_of_mass_station";
 
 pub(super) const HEATING: &str = "heating";
 pub(super) const HEAT_CONSTANT: &str = "constant";
@@ -69,11 +72,24 @@ pub(super) const VEHICLE: &[Key] = &[
     ),
     Key::choice(
         AERODYNAMICS,
-        &[CONSTANT, APOLLO],
-        "lift and drag: the next two keys, or the trim table of Apollo 10 over the Mach number",
+        &[CONSTANT, APOLLO, OFFSET],
+        "lift and drag: the next two keys, the trim table of Apollo 10 over the Mach number, or Apollo's wind-tunnel coefficients in \
+         the trim of a centre of mass off the axis",
     ),
     Key::number(LIFT_COEFFICIENT, 0.408_15, Range::from(0.0), "of constant aerodynamics"),
     Key::number(DRAG_COEFFICIENT, 1.2569, Range::POSITIVE, "of constant aerodynamics"),
+    Key::number(
+        TRIM_OFFSET,
+        0.087,
+        Range::POSITIVE,
+        "of \"apollo-offset\": distance of the centre of mass from the axis",
+    ),
+    Key::number(
+        STATION,
+        0.2406,
+        Range::closed(0.0, 1.0),
+        "of \"apollo-offset\": centre of mass ahead of the aft point of reference, in diameters",
+    ),
     Key::choice(
         HEATING,
         &[HEAT_CONSTANT, SUTTON_GRAVES],

@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 
 use apsides_ad::PathFunction;
 use apsides_dynamics::entry::Banked;
-use apsides_dynamics::great_circle::{central_angle, initial_course};
+use apsides_dynamics::great_circle::{along_and_across, central_angle};
 use apsides_ocp::{PhaseTrajectory, Trajectory};
 
 use super::capsule::Capsule;
@@ -126,12 +126,11 @@ pub(super) fn results(capsule: &Capsule, t: &Trajectory) -> BTreeMap<String, f64
         put(format!("peak_{name}_speed_m_s"), x[3]);
     }
     let (from, to) = ([start[1], start[2]], [end[1], end[2]]);
-    let angle = central_angle(from, to);
+    put("range_km".into(), central_angle(from, to) * radius_km);
     // Against the great circle of the velocity at entry.
-    let off = initial_course(from, to) - capsule.flight.heading.of_course(start[5]);
-    put("range_km".into(), angle * radius_km);
-    put("downrange_km".into(), (angle.sin() * off.cos()).atan2(angle.cos()) * radius_km);
-    put("crossrange_km".into(), (angle.sin() * off.sin()).asin() * radius_km);
+    let [along, across] = along_and_across(from, to, capsule.flight.heading.of_course(start[5]));
+    put("downrange_km".into(), along * radius_km);
+    put("crossrange_km".into(), across * radius_km);
     put("target_miss_km".into(), capsule.distance_to_target(to) / 1e3);
     put("lift_to_drag".into(), capsule.lift_to_drag());
     results
