@@ -38,11 +38,12 @@ pub(crate) enum Command {
         apsides solve lunar-perilune --sensitivity\n  \
         apsides solve lunar-two-phase --json --quiet")]
     Solve(SolveArguments),
-    /// Simulate a mission under its law: a descent with moving masses.
+    /// Simulate a mission under its law: a descent with moving masses, or a re-entry along its optimal bank angle.
     #[command(after_help = "Examples:\n  \
         apsides simulate moving-mass-cross --out descent\n  \
         apsides simulate moving-mass-cross --set moving_mass_kg=5 --set rate_limit_m_s=0.2\n  \
-        apsides simulate moving-mass-radial --set allocation=angles --json\n\n\
+        apsides simulate moving-mass-radial --set allocation=angles --json\n  \
+        apsides simulate capsule-reentry-steered --set steered.offset_z_m=0.01\n\n\
         Exit status 3: the flight failed; the reason and the time are stated.")]
     Simulate(SimulateArguments),
     /// Search PID gains of a mission with moving masses: the worst of a set of descents counts.

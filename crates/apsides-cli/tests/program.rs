@@ -410,7 +410,7 @@ fn samples_as_parquet_need_the_feature() {
 fn missions_and_check_print_what_there_is() {
     let o = apsides(&["missions"]);
     assert_eq!(o.status.code(), Some(0));
-    assert_eq!(stdout(&o).lines().count(), 22);
+    assert_eq!(stdout(&o).lines().count(), 23);
     assert!(stdout(&o).contains("lunar-vertical"));
     let keys = stdout(&apsides(&["missions", "lunar-two-phase"]));
     assert!(keys.contains("gate_altitude_km") && keys.contains("radau.points"), "{keys}");

@@ -112,3 +112,28 @@ impl Planet {
         (radial, Some(size * sin_latitude * cos_latitude * -3.0))
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Gravitation of the surface's field against the components of the planet.
+    #[test]
+    fn the_surface_has_the_gravity_of_the_planet() {
+        let planet = Planet::oblate_earth(Atmosphere::Vacuum);
+        let surface = planet.surface();
+        for (longitude, latitude, altitude) in [(0.4, 0.7, 1.2e5), (-2.0, -1.1, 2e4), (1.0, 0.0, 0.0)] {
+            let r = surface.position(longitude, latitude, altitude);
+            let at = surface.geodetic(&r);
+            assert!((at.altitude - altitude).abs() < 1e-8, "{}", at.altitude);
+            let found = surface.gravitation(&r);
+            let (sin, cos) = f64::sin_cos(latitude);
+            let (down, north) = planet.gravity(planet.body.radius + altitude, sin, cos);
+            let along = |axis: &[f64; 3]| apsides_ad::vector::dot(&found, axis);
+            assert!((along(&at.up) + down).abs() < 1e-13, "{} {down}", along(&at.up));
+            assert!((along(&at.north) - north.unwrap()).abs() < 1e-13);
+            assert!(along(&at.east).abs() < 1e-13);
+        }
+        assert_eq!(surface.rotation_rate, EARTH_ROTATION_RATE);
+    }
+}

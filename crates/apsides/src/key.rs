@@ -281,6 +281,13 @@ impl Values {
         changed
     }
 
+    /// The same with another flag.
+    pub(crate) fn with_flag(&self, path: &'static str, flag: bool) -> Self {
+        let mut changed = self.clone();
+        changed.0.insert(path, Value::Flag(flag));
+        changed
+    }
+
     /// The same with another word.
     pub(crate) fn with_word(&self, path: &'static str, word: &str) -> Self {
         let mut changed = self.clone();

@@ -86,12 +86,19 @@ impl Mission {
         self.kind.as_optimised().is_none()
     }
 
-    /// Flies a mission that is simulated.
+    /// Flies a mission that is simulated, or the solution of one that is optimised with what its problem leaves out, where that is modelled.
     ///
     /// # Errors
-    /// A mission that is optimised, and values that do not make a case. A flight that fails is not an error: see
-    /// [`SimulationSummary::status`].
+    /// A mission that is optimised and not modelled further, values that do not make a case, a problem without a solution. A flight that fails
+    /// is not an error: see [`SimulationSummary::status`].
     pub fn simulate(&self) -> Result<Simulated, Error> {
+        match self.kind.as_optimised().and_then(|o| o.simulate) {
+            Some(simulate) => simulate(self),
+            None => self.descend(),
+        }
+    }
+
+    fn descend(&self) -> Result<Simulated, Error> {
         let begin = Instant::now();
         let descent = Descent::new(&self.case()?)?;
         let mut record = Record::every(1);
@@ -222,11 +229,16 @@ fn columns(case: &Case) -> Vec<(&'static str, &'static str)> {
     flow.into_iter().chain(states).chain(masses).collect()
 }
 
-fn rows(descent: &Descent, record: &Record) -> Vec<Vec<f64>> {
+/// The samples of a record that are handed on: the last, and as many as there is room for, at equal distances.
+pub(crate) fn kept(record: &Record) -> impl Iterator<Item = &apsides_control::record::Sample<13, 2>> {
     let samples = record.samples();
     let every = samples.len().div_ceil(MOST_ROWS).max(1);
     let last = samples.len().saturating_sub(1);
-    let kept = samples.iter().enumerate().filter(|(k, _)| k.is_multiple_of(every) || *k == last);
+    let kept = samples.iter().enumerate().filter(move |(k, _)| k.is_multiple_of(every) || *k == last);
+    kept.map(|(_, sample)| sample)
+}
+
+fn rows(descent: &Descent, record: &Record) -> Vec<Vec<f64>> {
     let row = |s: &apsides_control::record::Sample<13, 2>| {
         let c = descent.condition(&s.state);
         let [_, y, z] = descent.vehicle().centre(&s.control);
@@ -244,21 +256,32 @@ fn rows(descent: &Descent, record: &Record) -> Vec<Vec<f64>> {
         row.extend([y, z]);
         row
     };
-    kept.map(|(_, s)| row(s)).filter(|row| row.iter().all(|v| v.is_finite())).collect()
+    kept(record).map(row).filter(|row| row.iter().all(|v| v.is_finite())).collect()
+}
+
+/// A figure of columns of a record: abscissa and series by place and label; all series have the unit of the first.
+pub(crate) fn figure(
+    title: &str,
+    columns: &[(&'static str, &'static str)],
+    x: (usize, &str),
+    y: &str,
+    series: &[(usize, &str)],
+    rows: &[Vec<f64>],
+) -> Curve {
+    let points = |k: usize| rows.iter().map(|row| [row[x.0], row[k]]).collect::<Vec<_>>();
+    Curve {
+        title: title.into(),
+        x: (x.1.into(), columns[x.0].1.into()),
+        y: (y.into(), series.first().map_or("-", |s| columns[s.0].1).into()),
+        series: series.iter().map(|(k, label)| ((*label).to_owned(), points(*k))).collect(),
+    }
 }
 
 fn curves(columns: &[(&'static str, &'static str)], rows: &[Vec<f64>]) -> Vec<Curve> {
     let place = |name: &str| columns.iter().position(|(n, _)| *n == name).unwrap_or(0);
-    let axis = |name: &str, label: &str| (label.to_owned(), columns[place(name)].1.to_owned());
-    let series = |x: &str, y: &str, label: &str| {
-        let (a, b) = (place(x), place(y));
-        (label.to_owned(), rows.iter().map(|row| [row[a], row[b]]).collect::<Vec<_>>())
-    };
-    let figure = |title: &str, x: &str, label: &str, names: &[(&str, &str)]| Curve {
-        title: title.into(),
-        x: axis(x, x),
-        y: axis(names[0].0, label),
-        series: names.iter().map(|(name, short)| series(x, name, short)).collect(),
+    let figure = |title: &str, x: &str, label: &str, names: &[(&str, &str)]| {
+        let series: Vec<(usize, &str)> = names.iter().map(|(name, short)| (place(name), *short)).collect();
+        figure(title, columns, (place(x), x), label, &series, rows)
     };
     let angles = [("angle of attack", "attack"), ("sideslip", "sideslip")];
     let masses = [("position of mass 1", "mass 1"), ("position of mass 2", "mass 2")];

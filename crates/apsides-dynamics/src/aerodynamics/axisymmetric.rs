@@ -120,7 +120,7 @@ pub struct AirLoads<S> {
 }
 
 /// Mach numbers per interval of the table at which trims are found.
-const PER_INTERVAL: usize = 8;
+const PER_INTERVAL: usize = 2;
 
 /// Square of an airspeed, m2/s2, that is added so that angles exist at rest; far below what matters.
 const AT_REST: f64 = 1e-18;

@@ -202,3 +202,33 @@ fn bad_input_is_refused_by_name() {
     named(Newtonian::segment(1.0, 1.0, 1.4).unwrap_err(), "radius of the base");
     named(Newtonian::segment(f64::NAN, 1.0, 1.4).unwrap_err(), "radius of the nose");
 }
+
+/// At knots of the table, where CA, CN and Cm are the printed ones: Mach 9, 20 deg.
+#[test]
+fn trim_of_a_centre_of_mass_off_the_axis() {
+    let shape = AxisymmetricAerodynamics::new(
+        MachAlphaTable::apollo(Interpolation::Smooth),
+        2.8,
+        0.2406,
+        Damping::constant(),
+    )
+    .unwrap();
+    let angle = 20_f64.to_radians();
+    let (sin, cos) = angle.sin_cos();
+    let [lift, drag] = shape.lift_and_drag(9.0, angle);
+    near("lift", lift, 1.4006 * sin - 0.0822 * cos, 1e-14);
+    near("drag", drag, 1.4006 * cos + 0.0822 * sin, 1e-14);
+    // Moment about the station of the centre of mass, and the offset that balances it.
+    let offset = 2.8 * (0.0638 - 0.2406 * 0.0822) / 1.4006;
+    let trims = shape.trims(offset).unwrap();
+    let (mach, found) = trims.last().unwrap();
+    assert_eq!(*mach, 9.0);
+    near("trim", *found, angle, 1e-12);
+    let table = shape.trimmed(offset).unwrap();
+    let [found_lift, found_drag] = table.coefficients(9.0);
+    near("lift in trim", found_lift, lift, 1e-12);
+    near("drag in trim", found_drag, drag, 1e-12);
+    assert!(trims.windows(2).all(|w| w[0].0 < w[1].0));
+    let far = shape.trimmed(0.3).unwrap_err().to_string();
+    assert!(far.contains("offset of the centre of mass") && far.contains("0.3"), "{far}");
+}

@@ -43,6 +43,7 @@ const BY_BRAKING: Optimised = Optimised {
         columns: dispersed::COLUMNS,
         flights: |v, t| Ok(Box::new(PlannedBraking::new(v, t)?)),
     }),
+    simulate: None,
 };
 
 pub(super) const LANDING: Kind = Kind {
@@ -69,6 +70,7 @@ pub(super) const LANDING: Kind = Kind {
         decide: Some(decisions::decide),
         site_checks: site_checks::of,
         deviating: None,
+        simulate: None,
         ..BY_BRAKING
     }),
 };

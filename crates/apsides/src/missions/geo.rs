@@ -46,6 +46,7 @@ pub(super) const INJECTION: Kind = Kind {
         decide: None,
         site_checks: |_, _, _| Vec::new(),
         deviating: None,
+        simulate: None,
     }),
 };
 

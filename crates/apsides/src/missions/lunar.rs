@@ -46,6 +46,7 @@ const BY_DIRECT: Optimised = Optimised {
     decide: None,
     site_checks: |_, _, _| Vec::new(),
     deviating: None,
+    simulate: None,
 };
 
 pub(super) const PERILUNE: Kind = Kind {

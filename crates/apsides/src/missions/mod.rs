@@ -18,7 +18,7 @@ mod chang_e;
 mod geo;
 mod internal_masses;
 pub(crate) mod lunar;
-mod reentry;
+pub(crate) mod reentry;
 
 /// A problem with a start.
 pub struct Posed {
@@ -170,7 +170,12 @@ pub(crate) struct Optimised {
     pub(crate) reach: Option<Reach>,
     /// Flights that deviate from a solved one.
     pub(crate) deviating: Option<Deviating>,
+    /// Flies the solution with what the problem leaves out.
+    pub(crate) simulate: Option<Simulate>,
 }
+
+/// Solves a mission and flies the solution.
+pub(crate) type Simulate = fn(&Mission) -> Result<crate::simulation::Simulated, Error>;
 
 /// How the values of a mission are simulated.
 pub(crate) struct Simulated {
@@ -314,6 +319,7 @@ const FILES: &[(&str, &str)] = &[
     ("chang-e-3-flat", include_str!("../../missions/chang-e-3-flat.toml")),
     ("chang-e-3-braking", include_str!("../../missions/chang-e-3-braking.toml")),
     ("capsule-reentry", include_str!("../../missions/capsule-reentry.toml")),
+    ("capsule-reentry-steered", include_str!("../../missions/capsule-reentry-steered.toml")),
     ("capsule-reentry-us76", include_str!("../../missions/capsule-reentry-us76.toml")),
     ("moving-mass-cross", include_str!("../../missions/moving-mass-cross.toml")),
     ("moving-mass-radial", include_str!("../../missions/moving-mass-radial.toml")),

@@ -19,11 +19,20 @@ mod problem;
 mod reach;
 mod results;
 mod search;
+pub(crate) mod steered;
 
 pub(super) const REENTRY: Kind = Kind {
     name: "capsule-reentry",
     title: "Re-entry of a capsule to a target with least heat load under limits on its loads",
-    flight_keys: &[keys::PLANET, keys::VEHICLE, keys::FLIGHT, keys::LIMITS, keys::GOALS, keys::CONTROL],
+    flight_keys: &[
+        keys::PLANET,
+        keys::VEHICLE,
+        keys::FLIGHT,
+        keys::LIMITS,
+        keys::GOALS,
+        keys::CONTROL,
+        keys::STEERED,
+    ],
     check: |v| Capsule::of(v).map(|_| ()),
     flown: Flown::Optimised(Optimised {
         nothing_at_zero: &[],
@@ -45,6 +54,7 @@ pub(super) const REENTRY: Kind = Kind {
         decide: None,
         site_checks: |_, _, _| Vec::new(),
         deviating: None,
+        simulate: Some(steered::simulate),
     }),
 };
 

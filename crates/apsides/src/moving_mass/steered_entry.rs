@@ -1,8 +1,8 @@
 //! A re-entry in six degrees of freedom whose lift is pointed along a profile of bank angles by two masses on a rim.
 //!
-//! On an axisymmetric capsule a centre of mass off the axis turns the axis to its own side, and the lift pulls to the other. In trim the force
-//! of the air lies in the plane of the axis and the centre of mass: a centre of mass that is moved across that plane turns the plane, and with
-//! it the lift, but gives no lasting moment about the axis. So where the masses stand on the rim is the bank angle; roll is left alone.
+//! On an axisymmetric capsule a centre of mass off the axis turns the axis to the other side, and the lift pulls to its own. In trim the
+//! force of the air lies in the plane of the axis and the centre of mass: a centre of mass that is moved across that plane turns the plane, and
+//! with it the lift, but gives no lasting moment about the axis. So where the masses stand on the rim is the bank angle; roll is left alone.
 //!
 //! Law: the axis is to be where the trim for the wanted bank has it. With the rotation `e` (rad, about y and z) that is left, the wanted
 //! angular acceleration has three poles at the frequency `w`:
@@ -501,10 +501,10 @@ impl Controller<13, 2> for Pointing<'_> {
         let direct = if axial < -LEAST_FORCE {
             [(by_yaw - loads.moment[2]) / axial, (loads.moment[1] - by_pitch) / axial]
         } else {
-            // As in trim: opposite to the lift.
+            // As in trim: on the side of the lift.
             let lift = attitude::turned_back(&axes, &lift);
             let size = entry.trim_offset / lift[1].hypot(lift[2]).max(f64::MIN_POSITIVE);
-            [-lift[1] * size, -lift[2] * size]
+            [lift[1] * size, lift[2] * size]
         };
         let found = rim.invert(&add2(&direct, &self.integral), &self.before);
         if !found.saturated && pressure >= JUDGED_PRESSURE {

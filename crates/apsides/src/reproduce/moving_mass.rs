@@ -7,17 +7,19 @@
 //! | --- | --- |
 //! | `cases` | the cases, the numbers of the reference, what the paper says |
 //! | `sheets` | the tables |
+//! | `entry` | a re-entry from orbit with an offset, and with masses that point its lift |
 
 use super::stop::Stop;
 use super::workers::Workers;
 use super::{Content, HandOn, Publication};
 
 mod cases;
+mod entry;
 mod sheets;
 #[cfg(test)]
 mod tests;
 
-const SHEETS: usize = 4;
+const SHEETS: usize = 5;
 
 pub(super) const PUBLICATION: Publication = Publication {
     name: "moving-mass",
@@ -32,7 +34,8 @@ fn sheets(workers: &mut Workers<'_>, hand_on: HandOn<'_>) -> Result<(), Stop> {
     hand_on(sheets::figures(threads)?)?;
     hand_on(sheets::oscillation()?)?;
     hand_on(sheets::authority(threads)?)?;
-    hand_on(sheets::rates(threads)?)
+    hand_on(sheets::rates(threads)?)?;
+    hand_on(entry::sheet(threads, workers.observer)?)
 }
 
 fn remarks() -> Vec<String> {

@@ -80,7 +80,7 @@ pub(super) const VEHICLE: &[Key] = &[
     Key::number(DRAG_COEFFICIENT, 1.2569, Range::POSITIVE, "of constant aerodynamics"),
     Key::number(
         TRIM_OFFSET,
-        0.087,
+        0.09,
         Range::POSITIVE,
         "of \"apollo-offset\": distance of the centre of mass from the axis",
     ),
@@ -207,4 +207,53 @@ pub(super) const CONTROL: &[Key] = &[
         "what a direct method optimises: cosine and sine of the bank angle with their norm as a constraint, or the angle",
     ),
     Key::flag(MARGINS, true, "whether the least factor on the lift that reaches the target is found too"),
+];
+
+pub(super) const ROLL_GYRATION: &str = "steered.roll_gyration_radius";
+pub(super) const PITCH_GYRATION: &str = "steered.pitch_gyration_radius";
+pub(super) const MOVING_MASS: &str = "steered.moving_mass_kg";
+pub(super) const RIM_RADIUS: &str = "steered.rim_radius_m";
+pub(super) const RATE_LIMIT: &str = "steered.rate_limit_m_s";
+pub(super) const ACCELERATION_LIMIT: &str = "steered.acceleration_limit_m_s2";
+pub(super) const UNKNOWN_OFFSET: [&str; 2] = ["steered.offset_y_m", "steered.offset_z_m"];
+pub(super) const BANDWIDTH: &str = "steered.bandwidth";
+pub(super) const SAMPLE_TIME: &str = "steered.sample_time_s";
+
+/// Of `apsides simulate`.
+pub(super) const STEERED: &[Key] = &[
+    Key::number(
+        ROLL_GYRATION,
+        0.2992,
+        Range::POSITIVE,
+        "of the flight in six degrees of freedom: radius of gyration about the axis, in diameters",
+    ),
+    Key::number(PITCH_GYRATION, 0.2752, Range::POSITIVE, "the same across the axis"),
+    Key::number(
+        MOVING_MASS,
+        130.0,
+        Range::POSITIVE,
+        "each of two masses on a rim, which point the lift: to where they stand",
+    ),
+    Key::number(RIM_RADIUS, 1.2, Range::POSITIVE, "radius of the rim"),
+    Key::number(RATE_LIMIT, 1.0, Range::POSITIVE_OR_UNLIMITED, "largest speed along the rim"),
+    Key::number(ACCELERATION_LIMIT, 2.0, Range::POSITIVE_OR_UNLIMITED, "largest acceleration along the rim"),
+    Key::number(
+        UNKNOWN_OFFSET[0],
+        0.0,
+        Range::closed(-1.0, 1.0),
+        "offset of the centre of mass along y that the law does not know",
+    ),
+    Key::number(UNKNOWN_OFFSET[1], 0.0, Range::closed(-1.0, 1.0), "the same along z"),
+    Key::number(
+        BANDWIDTH,
+        0.5,
+        Range::POSITIVE,
+        "frequency of the law's poles by that of the capsule's own oscillation",
+    ),
+    Key::number(
+        SAMPLE_TIME,
+        0.01,
+        Range::POSITIVE,
+        "time between samples of the law, and step of the integration",
+    ),
 ];

@@ -136,6 +136,22 @@ pub(super) fn results(capsule: &Capsule, t: &Trajectory) -> BTreeMap<String, f64
     results
 }
 
+/// States with bank angles (rad) in order of time.
+pub(super) fn moments(capsule: &Capsule, t: &Trajectory) -> Vec<([f64; 6], f64)> {
+    let Some(flown) = Flown::of(capsule, t) else { return Vec::new() };
+    let mut found = Vec::new();
+    for (k, [a, b]) in flown.intervals() {
+        // The control at the end of an interval belongs to the next, that at the end of the flight is extrapolated.
+        for j in 0..SAMPLES {
+            let time = a + (b - a) * j as f64 / SAMPLES as f64;
+            let mut x = [0.0; 6];
+            flown.phase.state.evaluate(time, &mut x);
+            found.push((x, flown.bank(k, time)));
+        }
+    }
+    found
+}
+
 /// Integral of the heat rate, J/m2.
 fn heat_load(flown: &Flown<'_>) -> f64 {
     let rule = match apsides_basis::Gauss::new(QUADRATURE_POINTS) {

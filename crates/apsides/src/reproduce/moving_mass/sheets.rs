@@ -14,29 +14,35 @@ use crate::reproduce::stop::Stop;
 /// Root mean square that counts as held, deg: the angles are to be near zero, not within a swing of the entry.
 const HELD: f64 = 0.2;
 /// Directions of the offset.
-const DIRECTIONS: usize = 8;
+pub(super) const DIRECTIONS: usize = 8;
 
 /// Flies cases on several threads, in their order.
-fn fly(cases: &[Case], threads: usize) -> Result<Vec<Metrics>, Error> {
+pub(super) fn fly_all<C: Sync, R: Send>(
+    cases: &[C],
+    threads: usize,
+    fly: impl Fn(&C, &mut Record) -> Result<R, Error> + Sync,
+) -> Result<Vec<R>, Error> {
     let next = AtomicUsize::new(0);
-    let work = || -> Vec<(usize, Result<Metrics, Error>)> {
+    let work = || {
         let mut record = Record::every(1);
         let mut done = Vec::new();
-        while let Some((k, case)) = cases.get(next.load(Ordering::Relaxed)).and_then(|_| {
+        loop {
             let k = next.fetch_add(1, Ordering::Relaxed);
-            cases.get(k).map(|case| (k, case))
-        }) {
-            done.push((k, Descent::new(case).and_then(|descent| descent.fly(&mut record))));
+            let Some(case) = cases.get(k) else { return done };
+            done.push((k, fly(case, &mut record)));
         }
-        done
     };
-    let mut found: Vec<(usize, Result<Metrics, Error>)> = thread::scope(|scope| {
+    let mut found: Vec<(usize, Result<R, Error>)> = thread::scope(|scope| {
         let spawned: Vec<_> = (0..threads.max(1)).map(|_| scope.spawn(work)).collect();
         // A thread that panicked would have shown a defect: its cases are missing below.
         spawned.into_iter().flat_map(|t| t.join().unwrap_or_default()).collect()
     });
     found.sort_by_key(|(k, _)| *k);
-    found.into_iter().map(|(_, metrics)| metrics).collect()
+    found.into_iter().map(|(_, flight)| flight).collect()
+}
+
+fn fly(cases: &[Case], threads: usize) -> Result<Vec<Metrics>, Error> {
+    fly_all(cases, threads, |case, record| Descent::new(case)?.fly(record))
 }
 
 /// A case with its offset of 1 cm in a direction: number of eighths of a turn from y towards z.

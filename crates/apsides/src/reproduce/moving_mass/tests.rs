@@ -1,7 +1,7 @@
 //! The tables against the reference, and the verdicts.
 #![allow(clippy::unwrap_used)]
 
-use super::sheets;
+use super::{entry, sheets};
 use crate::reproduce::sheet::Sheet;
 use crate::reproduce::stop::Stop;
 
@@ -87,5 +87,25 @@ fn slow_masses_need_gains_of_their_own() {
             let found = sheet.value(&row, key).unwrap();
             assert!((found / expected - 1.0).abs() < 0.01, "{row}: {found} {expected}");
         }
+    }
+}
+
+/// Towards the offset: down is short. The dispersion of a capsule without lift has no reference; its sizes are those of this model.
+#[test]
+fn an_offset_moves_the_end_of_a_re_entry() {
+    let sheet = made(entry::sheet(2, &mut ()));
+    let value = |row: &str, key: &str| sheet.value(row, key).unwrap();
+    let without = |direction: &str| {
+        let row = format!("without lift, 1 cm at {direction} deg");
+        ["downrange_error_km", "crossrange_error_km"].map(|key| value(&row, key))
+    };
+    let ([down, _], [up, _]) = (without("90"), without("270"));
+    assert!(down < -35.0 && up > 40.0, "{down} {up}");
+    let ([_, right], [_, left]) = (without("0"), without("180"));
+    assert!(right > 7.0 && left < -7.0, "{right} {left}");
+    for row in sheet.rows.iter().filter(|row| row.label.starts_with("lift")) {
+        let [along, across] = [row.values[0].unwrap(), row.values[1].unwrap()];
+        let most = if row.label.ends_with("no offset") { 0.1 } else { 3.0 };
+        assert!(along.hypot(across) < most, "{}: {along} {across}", row.label);
     }
 }

@@ -1,0 +1,111 @@
+//! Beyond the paper: what an offset of the centre of mass does to a re-entry from orbit, and masses that point the lift along its optimal
+//! bank angle.
+
+use std::f64::consts::TAU;
+
+use apsides_dynamics::great_circle::along_and_across;
+
+use super::sheets::{DIRECTIONS, fly_all};
+use crate::missions::reentry::steered;
+use crate::moving_mass::{BankProfile, SteeredEntry, SteeredFlight};
+use crate::reproduce::sheet::Sheet;
+use crate::reproduce::stop::{Stop, solved};
+use crate::{Error, Observer};
+
+/// The mission whose flight is followed.
+const MISSION: &str = "capsule-reentry-steered";
+/// Offset that is not part of the plan, m.
+const OFFSET: f64 = 0.01;
+
+/// No offset, then [`OFFSET`] in all directions from y towards z.
+fn offsets() -> Vec<(String, [f64; 2])> {
+    let towards = |k: usize| {
+        let angle = TAU * k as f64 / DIRECTIONS as f64;
+        (format!("1 cm at {:.0} deg", angle.to_degrees()), [OFFSET * angle.cos(), OFFSET * angle.sin()])
+    };
+    std::iter::once(("no offset".to_owned(), [0.0; 2])).chain((0..DIRECTIONS).map(towards)).collect()
+}
+
+/// Flights with all offsets, in their order.
+fn fly(
+    entry: &SteeredEntry,
+    profile: Option<&BankProfile>,
+    threads: usize,
+) -> Result<Vec<SteeredFlight>, Error> {
+    let cases: Vec<SteeredEntry> = offsets()
+        .into_iter()
+        .map(|(_, offset)| SteeredEntry { unknown_offset: offset, ..entry.clone() })
+        .collect();
+    fly_all(&cases, threads, |case, record| case.ready(profile)?.fly(record))
+}
+
+pub(super) fn sheet(threads: usize, observer: &mut dyn Observer) -> Result<Sheet, Stop> {
+    let (mission, outcome) = solved(MISSION, &["margins=false".into()], threads, None, observer)?;
+    let entry = steered::entry(&mission.values)?;
+    let (_, planned) = outcome.solved();
+    let profile = steered::profile(&mission.values, planned)?;
+    let mut sheet = Sheet::new(
+        "re-entry",
+        "Beyond the paper: a re-entry from orbit with an offset that the law does not know, six degrees of freedom",
+        "capsule, offset from y towards z",
+        &[
+            ("downrange_error_km", 3),
+            ("crossrange_error_km", 3),
+            ("bank_error_rms_deg", 3),
+            ("heat_load_mj_m2", 3),
+            ("largest_attack_deg", 2),
+        ],
+    );
+    let radius_km = entry.flight.planet.body.radius / 1e3;
+    // Of a capsule without lift: against its own flight without an offset.
+    let plain = SteeredEntry { trim_offset: 0.0, ..entry.clone() };
+    let ballistic = fly(&plain, None, threads)?;
+    let course = entry.flight.heading.of_course(entry.start[5]);
+    let end = planned.phases[0].final_state();
+    let planned_course = entry.flight.heading.of_course(end[5]);
+    let guided = fly(&entry, Some(&profile), threads)?;
+    let mut worst = [0.0_f64; 2];
+    for (k, (what, flights, from, course)) in [
+        ("without lift", &ballistic, ballistic[0].place, course),
+        ("lift pointed by masses", &guided, [end[1], end[2]], planned_course),
+    ]
+    .into_iter()
+    .enumerate()
+    {
+        for ((label, offset), flight) in offsets().iter().zip(flights) {
+            let [along, across] = along_and_across(from, flight.place, course).map(|angle| angle * radius_km);
+            if *offset != [0.0; 2] {
+                worst[k] = worst[k].max(along.hypot(across));
+            }
+            let steered = k == 1;
+            sheet.push(
+                format!("{what}, {label}"),
+                vec![
+                    Some(along),
+                    Some(across),
+                    steered.then(|| flight.bank_error[0].to_degrees()),
+                    Some(flight.heat_load / 1e6),
+                    Some(flight.largest_attack.to_degrees()),
+                ],
+            );
+        }
+    }
+    sheet.findings.push(format!(
+        "an offset of 1 cm on a capsule of {:.2} m without lift moves its end by up to {:.1} km, to the side of the offset: the axis turns away from \
+         it, and the lift pulls towards it",
+        entry.shape.diameter(),
+        worst[0]
+    ));
+    sheet.findings.push(format!(
+        "masses of {} kg on a rim of {} m that point the lift along the optimal bank angle end within {:.3} km of the plan without an offset and \
+         within {:.1} km with one in any direction: on an axisymmetric shape where the masses stand is the bank angle, a centre of mass across \
+         the plane of the lift turns the lift and does not roll the capsule",
+        entry.moving_mass,
+        entry.rim_radius,
+        sheet.value("lift pointed by masses, no offset", "downrange_error_km").unwrap_or(f64::NAN).hypot(
+            sheet.value("lift pointed by masses, no offset", "crossrange_error_km").unwrap_or(f64::NAN)
+        ),
+        worst[1]
+    ));
+    Ok(sheet)
+}
