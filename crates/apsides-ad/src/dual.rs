@@ -122,6 +122,8 @@ impl<const N: usize> Div<f64> for Dual<N> {
 derived_operators!([const N: usize] Dual<N>);
 
 impl<const N: usize> Scalar for Dual<N> {
+    const ORDER: usize = 1;
+
     #[inline]
     fn map(self, g: impl Fn(f64) -> [f64; 3]) -> Self {
         let [v, d, _] = g(self.re);
@@ -132,5 +134,15 @@ impl<const N: usize> Scalar for Dual<N> {
     fn map2(self, other: Self, g: impl Fn(f64, f64) -> [f64; 6]) -> Self {
         let [v, gx, gy, ..] = g(self.re, other.re);
         Self::linear(v, gx, &self.eps, gy, &other.eps)
+    }
+
+    #[inline]
+    fn map_all<const K: usize>(self, g: impl Fn(f64) -> [[f64; 3]; K]) -> [Self; K] {
+        g(self.re).map(|jet| self.map(|_| jet))
+    }
+
+    #[inline]
+    fn map2_all<const K: usize>(self, other: Self, g: impl Fn(f64, f64) -> [[f64; 6]; K]) -> [Self; K] {
+        g(self.re, other.re).map(|jet| self.map2(other, |_, _| jet))
     }
 }

@@ -158,4 +158,14 @@ impl<const L: usize> Scalar for HyperDual<L> {
             }),
         }
     }
+
+    #[inline]
+    fn map_all<const K: usize>(self, g: impl Fn(f64) -> [[f64; 3]; K]) -> [Self; K] {
+        g(self.re).map(|jet| self.map(|_| jet))
+    }
+
+    #[inline]
+    fn map2_all<const K: usize>(self, o: Self, g: impl Fn(f64, f64) -> [[f64; 6]; K]) -> [Self; K] {
+        g(self.re, o.re).map(|jet| self.map2(o, |_, _| jet))
+    }
 }

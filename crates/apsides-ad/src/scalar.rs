@@ -29,11 +29,27 @@ pub trait Scalar:
     + MulAssign
     + DivAssign
 {
+    /// Highest derivative that the scalar carries: of what [`Scalar::map`] and [`Scalar::map2`] get, it does not look at those beyond. A function
+    /// whose derivatives cost much may leave them out.
+    const ORDER: usize = 2;
+
     /// Composition with a function of one variable; `g` returns `[g(x), g'(x), g''(x)]`.
     fn map(self, g: impl Fn(f64) -> [f64; 3]) -> Self;
 
     /// Composition with a function of two variables; `g` returns `[g, g_x, g_y, g_xx, g_xy, g_yy]`.
     fn map2(self, other: Self, g: impl Fn(f64, f64) -> [f64; 6]) -> Self;
+
+    /// [`Scalar::map`] with several functions that are found together; scalars with a value ask for them once.
+    #[inline]
+    fn map_all<const K: usize>(self, g: impl Fn(f64) -> [[f64; 3]; K]) -> [Self; K] {
+        std::array::from_fn(|k| self.map(|x| g(x)[k]))
+    }
+
+    /// [`Scalar::map2`] with several functions that are found together; scalars with a value ask for them once.
+    #[inline]
+    fn map2_all<const K: usize>(self, other: Self, g: impl Fn(f64, f64) -> [[f64; 6]; K]) -> [Self; K] {
+        std::array::from_fn(|k| self.map2(other, |x, y| g(x, y)[k]))
+    }
 
     /// Sine (argument in rad).
     #[inline]
@@ -203,6 +219,8 @@ pub trait Scalar:
 }
 
 impl Scalar for f64 {
+    const ORDER: usize = 0;
+
     #[inline]
     fn map(self, g: impl Fn(f64) -> [f64; 3]) -> Self {
         g(self)[0]
@@ -211,6 +229,16 @@ impl Scalar for f64 {
     #[inline]
     fn map2(self, other: Self, g: impl Fn(f64, f64) -> [f64; 6]) -> Self {
         g(self, other)[0]
+    }
+
+    #[inline(always)]
+    fn map_all<const K: usize>(self, g: impl Fn(f64) -> [[f64; 3]; K]) -> [Self; K] {
+        g(self).map(|jet| jet[0])
+    }
+
+    #[inline(always)]
+    fn map2_all<const K: usize>(self, other: Self, g: impl Fn(f64, f64) -> [[f64; 6]; K]) -> [Self; K] {
+        g(self, other).map(|jet| jet[0])
     }
 
     #[inline]

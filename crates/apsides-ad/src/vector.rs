@@ -6,8 +6,11 @@ use crate::Scalar;
 #[inline]
 #[must_use]
 pub fn dot<S: Scalar, const N: usize>(a: &[S; N], b: &[S; N]) -> S {
-    let mut sum = S::from(0.0);
-    for k in 0..N {
+    if N == 0 {
+        return S::from(0.0);
+    }
+    let mut sum = a[0] * b[0];
+    for k in 1..N {
         sum += a[k] * b[k];
     }
     sum

@@ -377,12 +377,17 @@ impl<'a, D: Dynamics<NX, NU>, const NX: usize, const NU: usize> Simulation<'a, D
     #[inline]
     fn runge_kutta(&self, t: f64, x: &[f64; NX], u: &[f64; NU], h: f64) -> [f64; NX] {
         let rate = |t: f64, x: &[f64; NX]| self.model.rate(t, x, u, &[]);
-        let along = |k: &[f64; NX], h: f64| std::array::from_fn(|i| x[i] + h * k[i]);
-        let k1 = rate(t, x);
-        let k2 = rate(t + 0.5 * h, &along(&k1, 0.5 * h));
-        let k3 = rate(t + 0.5 * h, &along(&k2, 0.5 * h));
-        let k4 = rate(t + h, &along(&k3, h));
-        std::array::from_fn(|i| x[i] + h / 6.0 * (k1[i] + 2.0 * (k2[i] + k3[i]) + k4[i]))
+        // One after the other in a loop, so that the rate is there once.
+        let (mut next, mut at, mut later) = (*x, *x, t);
+        for (weight, part) in [(h / 6.0, 0.5 * h), (h / 3.0, 0.5 * h), (h / 3.0, h), (h / 6.0, 0.0)] {
+            let k = rate(later, &at);
+            for i in 0..NX {
+                next[i] += weight * k[i];
+                at[i] = x[i] + part * k[i];
+            }
+            later = t + part;
+        }
+        next
     }
 
     /// The first stop function that changes sign in this control step and the part of the step at which it does.

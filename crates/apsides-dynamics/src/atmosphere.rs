@@ -9,6 +9,8 @@ use crate::DynamicsError;
 use crate::engine::STANDARD_GRAVITY;
 use crate::error::{finite, positive};
 
+mod layers;
+mod panels;
 mod printed;
 mod standard;
 mod table;
@@ -199,6 +201,15 @@ impl Atmosphere {
         match self.gas(altitude) {
             Some((gas, temperature)) => gas.speed_of_sound(temperature),
             None => S::from(f64::INFINITY),
+        }
+    }
+
+    /// [Density](Self::density), kg/m3, and [speed of sound](Self::speed_of_sound), m/s, at an altitude (m), for less than both one by one.
+    #[inline(always)]
+    pub fn density_and_sound<S: Scalar>(&self, altitude: S) -> [S; 2] {
+        match self {
+            Self::UsStandard1976 => altitude.map_all(|z| standard::density_and_sound(z, S::ORDER)),
+            _ => [self.density(altitude), self.speed_of_sound(altitude)],
         }
     }
 

@@ -83,10 +83,7 @@ impl Layout {
         let o = S::from(0.0);
         match self {
             Self::Cross { .. } => [[o, *a, o], [o, o, *b]],
-            Self::Radial { radius } => [*a, *b].map(|angle| {
-                let (sin, cos) = angle.sin_cos();
-                [o, sin * *radius, cos * *radius]
-            }),
+            Self::Radial { radius } => [on_rim(*radius, *a), on_rim(*radius, *b)],
         }
     }
 
@@ -127,6 +124,8 @@ pub struct MovingMassVehicle {
     body: RigidBody,
     layout: Layout,
     masses: [f64; 2],
+    /// The same by the mass of the whole.
+    shares: [f64; 2],
     station: f64,
     /// Inertia about the origin of the body axes without the masses.
     shell: [[f64; 3]; 3],
@@ -180,7 +179,8 @@ impl MovingMassVehicle {
         let own: [f64; 3] = std::array::from_fn(|k| (body.mass() * body.centre()[k] - sum * at[k]) / rest);
         let own = spread(&own);
         Inertia::new(std::array::from_fn(|i| std::array::from_fn(|j| shell[i][j] - rest * own[i][j])))?;
-        Ok(Self { body, layout, masses, station, shell })
+        let shares = masses.map(|m| m / body.mass());
+        Ok(Self { body, layout, masses, shares, station, shell })
     }
 
     /// The body with both masses on the axis.
@@ -210,10 +210,18 @@ impl MovingMassVehicle {
     /// Centre of mass of the whole, in body axes (m), with the masses at positions.
     #[inline]
     pub fn centre<S: Scalar>(&self, positions: &[S; 2]) -> [S; 3] {
-        let [a, b] = self.layout.displacements(positions);
-        let [first, second] = self.masses.map(|m| m / self.body.mass());
-        let c = self.body.centre();
-        std::array::from_fn(|k| a[k] * first + b[k] * second + c[k])
+        let [first, second] = self.shares;
+        let [x, y, z] = self.body.centre();
+        match self.layout {
+            Layout::Cross { .. } => {
+                let [a, b] = *positions;
+                [S::from(x), a * first + y, b * second + z]
+            }
+            Layout::Radial { .. } => {
+                let [a, b] = self.layout.displacements(positions);
+                [S::from(x), a[1] * first + b[1] * second + y, a[2] * first + b[2] * second + z]
+            }
+        }
     }
 
     /// Flight condition at a state.
@@ -308,6 +316,13 @@ impl MovingMassVehicle {
     }
 }
 
+/// A point of a rim. Not inlined: its sine and cosine would be made for masses on a cross too, before a loop.
+#[inline(never)]
+fn on_rim<S: Scalar>(radius: f64, angle: S) -> [S; 3] {
+    let (sin, cos) = angle.sin_cos();
+    [S::from(0.0), sin * radius, cos * radius]
+}
+
 /// `|a|^2 1 - a a^T`: the inertia of a unit mass at a place.
 #[inline]
 fn spread<S: Scalar>([x, y, z]: &[S; 3]) -> [[S; 3]; 3] {
@@ -326,7 +341,7 @@ fn spread_rate<S: Scalar>([x, y, z]: &[S; 3], [u, v, w]: &[S; 3]) -> [[S; 3]; 3]
 
 /// The quasi-static model: positions of the masses.
 impl Dynamics<13, 2> for MovingMassVehicle {
-    #[inline]
+    #[inline(always)]
     fn rate<S: Scalar>(&self, _t: S, x: &[S; 13], u: &[S; 2], _p: &[S; 0]) -> [S; 13] {
         self.body.rates_about(x, &self.centre(u))
     }

@@ -82,14 +82,6 @@ pub(crate) struct Motion<S> {
     pub(crate) loads: AirLoads<S>,
 }
 
-/// Velocity relative to the air in body axes, with the place in the atmosphere.
-#[derive(Clone, Copy, Debug)]
-struct Flow<S> {
-    altitude: S,
-    axes: [[S; 3]; 3],
-    air: [S; 3],
-}
-
 impl RigidBody {
     /// A body of a mass (kg) and an inertia about its centre of mass, which is at `centre` (m) in body axes.
     ///
@@ -151,11 +143,11 @@ impl RigidBody {
         &self.aerodynamics
     }
 
+    /// Height and velocity relative to the air in the axes of the ground.
     #[inline(always)]
-    fn flow<S: Scalar>(&self, x: &[S; 13]) -> Flow<S> {
+    fn wind<S: Scalar>(&self, x: &[S; 13]) -> (S, [S; 3]) {
         let (place, velocity) = ([x[0], x[1], x[2]], [x[3], x[4], x[5]]);
-        let axes = attitude::rotation(&[x[6], x[7], x[8], x[9]]);
-        let (altitude, air) = match &self.wind {
+        match &self.wind {
             None => (self.ground.altitude(&place), velocity),
             Some(wind) => {
                 let local = self.ground.local(&place);
@@ -163,48 +155,42 @@ impl RigidBody {
                 let carried = |k: usize| local.north[k] * north + local.east[k] * east;
                 (local.altitude, std::array::from_fn(|k| velocity[k] - carried(k)))
             }
-        };
-        Flow { altitude, axes, air: attitude::turned_back(&axes, &air) }
+        }
     }
 
     /// Height, m, and velocity relative to the air in body axes, m/s, at a state.
     #[inline]
     pub fn air<S: Scalar>(&self, x: &[S; 13]) -> (S, [S; 3]) {
-        let Flow { altitude, air, .. } = self.flow(x);
-        (altitude, air)
+        let (altitude, air) = self.wind(x);
+        (altitude, attitude::turned_back(&attitude::rotation(&[x[6], x[7], x[8], x[9]]), &air))
     }
 
     /// Motion and loads at a state.
-    #[inline]
+    #[inline(always)]
     pub(crate) fn motion<S: Scalar>(&self, x: &[S; 13]) -> Motion<S> {
-        let spin = [x[10], x[11], x[12]];
-        let Flow { altitude, axes, air } = self.flow(x);
+        let (place, velocity) = ([x[0], x[1], x[2]], [x[3], x[4], x[5]]);
+        let (q, spin) = ([x[6], x[7], x[8], x[9]], [x[10], x[11], x[12]]);
+        // What follows from the place comes first: a processor is done with it when the velocity is there, and little has to wait in
+        // memory while it calls functions.
+        let (altitude, air) = self.wind(x);
+        let [density, sound] = self.atmosphere.density_and_sound(altitude);
+        let fall = self.ground.gravity(&place, &velocity);
+        let axes = attitude::rotation(&q);
+        let square = dot(&air, &air);
+        let air = attitude::turned_back(&axes, &air);
         let loads = match &self.atmosphere {
             Atmosphere::Vacuum => AirLoads { force: [S::from(0.0); 3], moment: [S::from(0.0); 3] },
-            atmosphere => self.aerodynamics.loads(
-                atmosphere.density(altitude),
-                atmosphere.speed_of_sound(altitude),
-                &air,
-                &spin,
-            ),
+            _ => self.aerodynamics.loads_at_speed(density, sound, square, &air, &spin),
         };
-        let (place, velocity) = ([x[0], x[1], x[2]], [x[3], x[4], x[5]]);
         let relative = match self.ground.rotation_rate() {
             None => spin,
             Some(rate) => std::array::from_fn(|k| spin[k] - axes[2][k] * rate),
         };
-        Motion {
-            position: velocity,
-            fall: self.ground.gravity(&place, &velocity),
-            attitude: attitude::rate(&[x[6], x[7], x[8], x[9]], &relative),
-            axes,
-            spin,
-            loads,
-        }
+        Motion { position: velocity, fall, attitude: attitude::rate(&q, &relative), axes, spin, loads }
     }
 
     /// Rates of all states from a motion and an angular acceleration.
-    #[inline]
+    #[inline(always)]
     pub(crate) fn assembled<S: Scalar>(&self, motion: &Motion<S>, angular: &[S; 3]) -> [S; 13] {
         let pushed = attitude::turned(&motion.axes, &motion.loads.force);
         let (r, q, w) = (motion.position, motion.attitude, angular);
@@ -214,7 +200,7 @@ impl RigidBody {
     }
 
     /// Rates with the centre of mass at a point of the body axes (m), with the body's own inertia about it.
-    #[inline]
+    #[inline(always)]
     pub(crate) fn rates_about<S: Scalar>(&self, x: &[S; 13], centre: &[S; 3]) -> [S; 13] {
         let motion = self.motion(x);
         let moment = transferred(&motion.loads, centre);
@@ -226,9 +212,9 @@ impl RigidBody {
     /// Flight condition at a state.
     #[must_use]
     pub fn condition(&self, x: &[f64; 13]) -> FlightCondition {
-        let Flow { altitude, air, .. } = self.flow(x);
+        let (altitude, air) = self.air(x);
         let loads = self.motion(x).loads;
-        let [density, sound] = [self.atmosphere.density(altitude), self.atmosphere.speed_of_sound(altitude)];
+        let [density, sound] = self.atmosphere.density_and_sound(altitude);
         FlightCondition::new(altitude, &air, [density, sound], loads.force.map(|f| f / self.mass))
     }
 

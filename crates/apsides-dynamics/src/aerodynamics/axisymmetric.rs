@@ -1,5 +1,7 @@
 //! Forces and moments on an axisymmetric body.
 
+use std::cell::Cell;
+
 use apsides_ad::vector::{cross, dot};
 use apsides_ad::{Outside, Pchip, Scalar};
 
@@ -57,9 +59,15 @@ impl MachLaw {
             Self::Steps { at, values } => {
                 mach.map(|m| [values[at.iter().take_while(|jump| **jump <= m).count()], 0.0, 0.0])
             }
-            Self::Table(table) => table.at(mach),
+            Self::Table(table) => interpolated(table, mach),
         }
     }
+}
+
+/// Apart, so that the loads with laws that are no tables keep their numbers in registers.
+#[cold]
+fn interpolated<S: Scalar>(table: &Pchip, mach: S) -> S {
+    table.at(mach)
 }
 
 /// Damping of the rotation: coefficients of moment by the rate times the diameter over twice the airspeed.
@@ -108,6 +116,8 @@ pub struct AxisymmetricAerodynamics {
     /// Origin of the body axes ahead of the table's point of reference, diameters.
     station: f64,
     damping: Damping,
+    /// Of pitch and roll, where both are the same at every Mach number.
+    constant_damping: Option<[f64; 2]>,
 }
 
 /// What the air does to a body, in body axes.
@@ -139,12 +149,17 @@ impl AxisymmetricAerodynamics {
     ) -> Result<Self, DynamicsError> {
         let diameter = positive("diameter", diameter, "m")?;
         let station = finite("station of the origin", station, "diameters")?;
+        let constant_damping = match damping {
+            Damping { pitch: MachLaw::Constant(pitch), roll: MachLaw::Constant(roll) } => Some([pitch, roll]),
+            _ => None,
+        };
         Ok(Self {
             table,
             diameter,
             area: 0.25 * std::f64::consts::PI * diameter * diameter,
             station,
             damping,
+            constant_damping,
         })
     }
 
@@ -177,7 +192,11 @@ impl AxisymmetricAerodynamics {
     /// Coefficients at a Mach number and the square of the total angle of attack (rad2), the moment about the origin of the body axes.
     #[inline]
     pub fn coefficients<S: Scalar>(&self, mach: S, square: S) -> AxisymmetricCoefficients<S> {
-        let at = self.table.coefficients(mach, square);
+        self.about_origin(self.table.coefficients(mach, square))
+    }
+
+    #[inline]
+    fn about_origin<S: Scalar>(&self, at: AxisymmetricCoefficients<S>) -> AxisymmetricCoefficients<S> {
         AxisymmetricCoefficients {
             moment_by_angle: at.moment_by_angle + at.normal_by_angle * self.station,
             ..at
@@ -186,24 +205,50 @@ impl AxisymmetricAerodynamics {
 
     /// Force and moment at a density (kg/m3), a speed of sound (m/s), the velocity relative to the air (m/s) and the angular velocity (rad/s),
     /// both in body axes.
-    #[inline]
+    #[inline(always)]
     pub fn loads<S: Scalar>(&self, density: S, sound: S, air: &[S; 3], spin: &[S; 3]) -> AirLoads<S> {
-        let speed = (dot(air, air) + AT_REST).sqrt();
+        self.loads_at_speed(density, sound, dot(air, air), air, spin)
+    }
+
+    /// The same with the square of the airspeed (m2/s2), which may be known before the velocity is in body axes.
+    #[inline(always)]
+    pub(crate) fn loads_at_speed<S: Scalar>(
+        &self,
+        density: S,
+        sound: S,
+        square: S,
+        air: &[S; 3],
+        spin: &[S; 3],
+    ) -> AirLoads<S> {
+        let square = square + AT_REST;
+        let speed = square.sqrt();
         let across = air[1].square() + air[2].square();
-        let angle_by_across = air[0].map2(across, angle_by_crossflow);
-        let mach = speed / sound;
-        let at = self.coefficients(mach, angle_by_across.square() * across);
-        let [normal, moment] = [at.normal_by_angle, at.moment_by_angle].map(|c| c * angle_by_across);
-        let size = density * speed.square() * (0.5 * self.area);
-        let lever = size * self.diameter;
+        // The angle itself, which has no derivative in axial flow, only tells the place in the table.
+        let angle = Cell::new(None);
+        let angle_by_across = air[0].map2(across, |u, p| {
+            let jet = angle_by_crossflow(u, p);
+            angle.set(Some(jet[0] * p.sqrt()));
+            jet
+        });
+        let mach = speed * sound.recip();
+        let at =
+            self.about_origin(self.table.coefficients_at(mach, angle_by_across.square() * across, &angle));
+        // Both halves of a product wait for less than its factors one by one.
+        let size = density * square * (0.5 * self.area);
+        let sideways = angle_by_across * size;
+        let sideways = [air[1] * sideways, air[2] * sideways];
+        let moment = at.moment_by_angle * self.diameter;
         let damping = density * speed * (0.25 * self.area * self.diameter * self.diameter);
-        let (pitch, roll) = (self.damping.pitch.at(mach) * damping, self.damping.roll.at(mach) * damping);
+        let [pitch, roll] = match self.constant_damping {
+            Some(coefficients) => coefficients.map(|c| damping * c),
+            None => [&self.damping.pitch, &self.damping.roll].map(|law| law.at(mach) * damping),
+        };
         AirLoads {
-            force: [-at.axial * size, -normal * air[1] * size, -normal * air[2] * size],
+            force: [-at.axial * size, -at.normal_by_angle * sideways[0], -at.normal_by_angle * sideways[1]],
             moment: [
                 roll * spin[0],
-                moment * air[2] * lever + pitch * spin[1],
-                -moment * air[1] * lever + pitch * spin[2],
+                pitch * spin[1] + moment * sideways[1],
+                pitch * spin[2] - moment * sideways[0],
             ],
         }
     }
@@ -298,31 +343,52 @@ pub fn transferred<S: Scalar>(loads: &AirLoads<S>, at: &[S; 3]) -> [S; 3] {
     std::array::from_fn(|k| loads.moment[k] - lever[k])
 }
 
+/// Terms of the series of `atan(sqrt x) / sqrt x`, the sum of `(-x)^n / (2 n + 1)`, and of its first two derivatives: enough for all digits up to
+/// `x = 0.01`.
+const ARC_TANGENT: [[f64; 8]; 3] = {
+    let mut terms = [[0.0; 8]; 3];
+    let mut k = 0;
+    while k < 8 {
+        let mut order = 0;
+        while order < 3 {
+            let n: usize = k + order;
+            let sign = if n.is_multiple_of(2) { 1.0 } else { -1.0 };
+            let powers = [1, n, n * n.saturating_sub(1)][order];
+            terms[order][k] = sign * powers as f64 / (2 * n + 1) as f64;
+            order += 1;
+        }
+        k += 1;
+    }
+    terms
+};
+
 /// `atan2(r, u) / r` of the axial speed `u` and the square `p = r^2` of the crossflow, with derivatives: smooth at `p = 0` in flow from the
 /// front. In flow along the axis from behind, where it is singular, and at rest it is held finite.
 #[inline]
 fn angle_by_crossflow(u: f64, p: f64) -> [f64; 6] {
-    let x = p / (u * u);
+    let by_u = 1.0 / u;
+    let x = p * (by_u * by_u);
     let total = u * u + p;
-    if u > 0.0 && x < 1e-3 {
-        // atan(sqrt x) / sqrt x and its first two derivatives.
-        let series = |from: usize| {
-            (from..8).rev().fold(0.0, |sum, n| {
-                let sign = if n % 2 == 0 { 1.0 } else { -1.0 };
-                let factor = (0..from).map(|m| (n - m) as f64).product::<f64>();
-                sum * x + sign * factor / (2 * n + 1) as f64
-            })
-        };
-        let by_p = series(1) / (u * u * u);
+    if u > 0.0 && x < 0.01 {
+        let [value, slope, curvature] = ARC_TANGENT.map(|c| {
+            let (xx, pair) = (x * x, |k: usize| c[k] + c[k + 1] * x);
+            (pair(0) + xx * pair(2)) + xx * xx * (pair(4) + xx * pair(6))
+        });
         return [
-            series(0) / u,
+            value * by_u,
             -1.0 / total,
-            by_p,
+            slope * by_u.powi(3),
             2.0 * u / (total * total),
             1.0 / (total * total),
-            series(2) / u.powi(5),
+            curvature * by_u.powi(5),
         ];
     }
+    angle_far_from_axis(u, p)
+}
+
+/// The same where the series has too many terms. Apart, so that loads near axial flow keep their numbers in registers.
+#[cold]
+fn angle_far_from_axis(u: f64, p: f64) -> [f64; 6] {
     let p = p.max(1e-16 * u * u).max(1e-60);
     let total = u * u + p;
     let r = p.sqrt();

@@ -53,16 +53,22 @@ pub struct AxisymmetricCoefficients<S> {
 
 /// Terms of a cell in powers of the Mach number (rows) and of the angle (columns), both from the lower corner of the cell.
 type Terms = [[f64; 4]; 6];
+/// The same of straight lines.
+type Lines = [[f64; 2]; 2];
+
+/// Per interval of the Mach number, then of the angle: axial force, normal force, moment.
+#[derive(Clone, Debug, PartialEq)]
+enum Cells {
+    Smooth(Vec<[Terms; 3]>),
+    Straight(Vec<[Lines; 3]>),
+}
 
 /// Coefficients of an axisymmetric body as a table. Beyond an edge they are those at the edge; [`MachAlphaTable::range_left`] says when.
 #[derive(Clone, Debug, PartialEq)]
 pub struct MachAlphaTable {
     mach: Knots,
     attack: Knots,
-    /// Per interval of the Mach number, then of the angle: axial force, normal force, moment.
-    cells: Vec<[Terms; 3]>,
-    /// Whether all terms beyond the first powers are zero.
-    straight: bool,
+    cells: Cells,
 }
 
 /// A place in the table.
@@ -84,6 +90,8 @@ struct Place {
 #[derive(Clone, Copy)]
 struct Column {
     terms: [f64; 4],
+    /// Whether the square and the cube are absent.
+    straight: bool,
     /// Angle from the lower end of the interval.
     y: f64,
     first: bool,
@@ -119,15 +127,17 @@ impl MachAlphaTable {
                 zero(what, values[0], row)?;
             }
         }
-        let table = |values: &[f64], parity| match interpolation {
-            Interpolation::Linear => linear(mach, attack, values),
-            Interpolation::Smooth => smooth(mach, attack, values, parity),
+        let cells = match interpolation {
+            Interpolation::Linear => {
+                Cells::Straight(together([axial, normal, moment].map(|values| linear(mach, attack, values))))
+            }
+            Interpolation::Smooth => Cells::Smooth(together(
+                [(axial, 1.0), (normal, -1.0), (moment, -1.0)]
+                    .map(|(values, parity)| smooth(mach, attack, values, parity)),
+            )),
         };
-        let tables = [table(axial, 1.0), table(normal, -1.0), table(moment, -1.0)];
-        let cells =
-            (0..tables[0].len()).map(|k| [tables[0][k], tables[1][k], tables[2][k]]).collect::<Vec<_>>();
         let (mach, attack) = (Knots::new(MACH.name, mach)?, Knots::new(TOTAL_ATTACK.name, attack)?);
-        Ok(Self { mach, attack, cells, straight: interpolation == Interpolation::Linear })
+        Ok(Self { mach, attack, cells })
     }
 
     /// The command module of Apollo, heat shield forward, Mach 0.4 to 9, up to 30 deg; moments about the aft point of reference on the axis.
@@ -184,51 +194,125 @@ impl MachAlphaTable {
     /// Coefficients at a Mach number and the square of the total angle of attack (rad2).
     #[inline]
     pub fn coefficients<S: Scalar>(&self, mach: S, square: S) -> AxisymmetricCoefficients<S> {
-        // All three are at one place: it is found once.
-        let found = Cell::new(None);
-        let place = |m: f64, q: f64| {
-            let place = found.get().unwrap_or_else(|| self.place(m, q));
-            found.set(Some(place));
-            place
-        };
-        AxisymmetricCoefficients {
-            axial: mach.map2(square, |m, q| self.jet(0, place(m, q), even)),
-            normal_by_angle: mach.map2(square, |m, q| self.jet(1, place(m, q), odd)),
-            moment_by_angle: mach.map2(square, |m, q| self.jet(2, place(m, q), odd)),
-        }
+        self.coefficients_at(mach, square, &Cell::new(None))
     }
 
-    /// The cell of a Mach number and a square of the angle.
+    /// The same where the value of the angle is known when `square` is, which saves the wait for its root.
     #[inline(always)]
-    fn place(&self, mach: f64, square: f64) -> Place {
-        let angle = square.sqrt();
+    pub(super) fn coefficients_at<S: Scalar>(
+        &self,
+        mach: S,
+        square: S,
+        angle: &Cell<Option<f64>>,
+    ) -> AxisymmetricCoefficients<S> {
+        let [axial, normal_by_angle, moment_by_angle] = mach.map2_all(square, |m, q| {
+            let place = self.place(m, angle.get().unwrap_or_else(|| q.sqrt()));
+            if S::ORDER == 0 {
+                let [axial, normal, moment] = self.values(place);
+                let alone = |value| [value, 0.0, 0.0, 0.0, 0.0, 0.0];
+                return [alone(axial), alone(normal), alone(moment)];
+            }
+            [self.jet(0, place, even), self.jet(1, place, odd), self.jet(2, place, odd)]
+        });
+        AxisymmetricCoefficients { axial, normal_by_angle, moment_by_angle }
+    }
+
+    /// The cell of a Mach number and an angle.
+    #[inline(always)]
+    fn place(&self, mach: f64, angle: f64) -> Place {
         let (i, x, inside) = self.mach.locate(mach);
         let (j, y, covered) = self.attack.locate(angle);
         Place { cell: i * (self.attack.at.len() - 1) + j, x, y, angle, inside, covered, first: j == 0 }
     }
 
+    /// Axial force, and normal force and moment by the angle.
+    #[inline(always)]
+    fn values(&self, place: Place) -> [f64; 3] {
+        let found = |axial: Column, normal: Column, moment: Column| {
+            [axial.value(), normal.by_angle(place.angle), moment.by_angle(place.angle)]
+        };
+        match &self.cells {
+            Cells::Straight(cells) => {
+                let [axial, normal, moment] = &cells[place.cell];
+                let line = |terms| place.line(line_at_mach(terms, place.x));
+                found(line(axial), line(normal), line(moment))
+            }
+            Cells::Smooth(cells) => {
+                let [axial, normal, moment] = &cells[place.cell];
+                let cubic = |terms| place.cubic(at_mach(terms, place.x));
+                found(cubic(axial), cubic(normal), cubic(moment))
+            }
+        }
+    }
+
     /// A quantity of the table with its derivatives by Mach number and square of the angle; `by_square` makes of a polynomial in the angle
     /// the function of the square and its derivatives.
     #[inline(always)]
-    fn jet(
-        &self,
-        quantity: usize,
-        Place { cell, x, y, angle, inside, covered, first }: Place,
-        by_square: impl Fn(Column, f64) -> [f64; 3],
-    ) -> [f64; 6] {
-        let terms = &self.cells[cell][quantity];
-        let column = |terms| by_square(Column { terms, y, first, beyond: !covered }, angle);
-        let [value, by_q, by_qq] = column(if self.straight {
-            [terms[0][0] + x * terms[1][0], terms[0][1] + x * terms[1][1], 0.0, 0.0]
-        } else {
-            at_mach(terms, x)
-        });
-        if !inside {
-            return [value, 0.0, by_q, 0.0, 0.0, by_qq];
+    fn jet(&self, quantity: usize, place: Place, by_square: impl Fn(Column, f64) -> [f64; 3]) -> [f64; 6] {
+        let Place { cell, x, angle, inside, .. } = place;
+        match &self.cells {
+            Cells::Straight(cells) => {
+                let terms = &cells[cell][quantity];
+                let column = |terms| by_square(place.line(terms), angle);
+                let [value, by_q, by_qq] = column(line_at_mach(terms, x));
+                let [by_m, by_mq, _] = if inside { column(terms[1]) } else { [0.0; 3] };
+                [value, by_m, by_q, 0.0, by_mq, by_qq]
+            }
+            Cells::Smooth(cells) => {
+                let terms = &cells[cell][quantity];
+                let column = |terms| by_square(place.cubic(terms), angle);
+                let [value, by_q, by_qq] = column(at_mach(terms, x));
+                if !inside {
+                    return [value, 0.0, by_q, 0.0, 0.0, by_qq];
+                }
+                let [by_m, by_mq, _] = column(slope(terms, x));
+                let [by_mm, ..] = column(curvature(terms, x));
+                [value, by_m, by_q, by_mm, by_mq, by_qq]
+            }
         }
-        let [by_m, by_mq, _] = column(slope(terms, x));
-        let [by_mm, ..] = column(curvature(terms, x));
-        [value, by_m, by_q, by_mm, by_mq, by_qq]
+    }
+}
+
+impl Place {
+    /// A straight line over the interval of the angle.
+    #[inline(always)]
+    fn line(&self, [a, b]: [f64; 2]) -> Column {
+        Column {
+            terms: [a, b, 0.0, 0.0],
+            straight: true,
+            y: self.y,
+            first: self.first,
+            beyond: !self.covered,
+        }
+    }
+
+    /// A cubic.
+    #[inline(always)]
+    fn cubic(&self, terms: [f64; 4]) -> Column {
+        Column { terms, straight: false, y: self.y, first: self.first, beyond: !self.covered }
+    }
+}
+
+impl Column {
+    #[inline(always)]
+    fn value(&self) -> f64 {
+        let Self { terms: [a, b, c, d], y, .. } = self;
+        let line = a + y * b;
+        if self.straight { line } else { line + y * y * (c + y * d) }
+    }
+
+    /// The value by the angle of what is zero at angle zero.
+    #[inline(always)]
+    fn by_angle(&self, angle: f64) -> f64 {
+        let Self { terms: [_, b, c, d], y, .. } = self;
+        if !self.first {
+            self.value() / angle
+        } else if self.straight {
+            *b
+        } else {
+            // No constant term: the angle divides the polynomial.
+            b + y * (c + y * d)
+        }
     }
 }
 
@@ -237,8 +321,9 @@ const AXIAL_FLOW: f64 = 1e-8;
 
 /// An even function of the angle by its square.
 #[inline(always)]
-fn even(Column { terms: [a, b, c, d], y, first, beyond }: Column, angle: f64) -> [f64; 3] {
-    let value = (a + y * b) + y * y * (c + y * d);
+fn even(column: Column, angle: f64) -> [f64; 3] {
+    let Column { terms: [_, b, c, d], y, first, beyond, .. } = column;
+    let value = column.value();
     if beyond {
         return [value, 0.0, 0.0];
     }
@@ -255,20 +340,25 @@ fn even(Column { terms: [a, b, c, d], y, first, beyond }: Column, angle: f64) ->
 
 /// An odd function of the angle, divided by it, by its square.
 #[inline(always)]
-fn odd(Column { terms: [a, b, c, d], y, first, beyond }: Column, angle: f64) -> [f64; 3] {
+fn odd(column: Column, angle: f64) -> [f64; 3] {
+    let Column { terms: [_, b, c, d], y, first, beyond, .. } = column;
+    let value = column.by_angle(angle);
     if first {
-        // No constant term: the angle divides the polynomial.
-        let value = b + y * (c + y * d);
         let kink = if angle < AXIAL_FLOW { 0.0 } else { c / (2.0 * angle) };
         let curve = if angle < AXIAL_FLOW { 0.0 } else { -kink / (2.0 * angle * angle) };
         return [value, kink + d, curve];
     }
-    let value = ((a + y * b) + y * y * (c + y * d)) / angle;
     let (by, byy) =
         if beyond { (0.0, 0.0) } else { (b + y * (2.0 * c + y * 3.0 * d), 2.0 * c + 6.0 * d * y) };
     let slope = (by - value) / angle;
     let second = (byy - 2.0 * slope) / angle;
     [value, slope / (2.0 * angle), (second - slope / angle) / (4.0 * angle * angle)]
+}
+
+/// A line in the angle at a place in the Mach number.
+#[inline(always)]
+fn line_at_mach([[a, b], [c, d]]: &Lines, x: f64) -> [f64; 2] {
+    [a + x * c, b + x * d]
 }
 
 /// Terms in the angle at a place in the Mach number; by pairs of powers, which wait less for each other than Horner's scheme.
@@ -293,23 +383,25 @@ fn curvature(terms: &Terms, x: f64) -> [f64; 4] {
     std::array::from_fn(|k| (2..6).rev().fold(0.0, |sum, p| sum * x + (p * (p - 1)) as f64 * terms[p][k]))
 }
 
-/// Increasing knots with the interval of a number by direct index.
+/// Increasing knots with the interval of a number.
 #[derive(Clone, Debug, PartialEq)]
 struct Knots {
     at: Vec<f64>,
-    /// Per bin of equal width the interval at its lower end.
-    bins: Vec<u32>,
-    per_unit: f64,
+    /// Inner ones that are [`STRIDE`] intervals apart, for the search.
+    coarse: Vec<f64>,
 }
 
-/// Most bins of a set of knots.
-const MOST_BINS: f64 = 65_536.0;
+/// Intervals that a search passes at a time.
+const STRIDE: usize = 16;
+
+/// Largest range of knots by the width of their narrowest interval, below which slopes have digits.
+const LARGEST_RATIO: f64 = 65_536.0;
 
 impl Knots {
     /// Increasing knots of a quantity.
     ///
     /// # Errors
-    /// When two are closer than `1 / MOST_BINS` of their range.
+    /// When two are closer than `1 / LARGEST_RATIO` of their range.
     fn new(what: &'static str, at: &[f64]) -> Result<Self, DynamicsError> {
         let span = at[at.len() - 1] - at[0];
         let (row, narrowest) = at
@@ -317,21 +409,14 @@ impl Knots {
             .enumerate()
             .map(|(k, w)| (k + 2, w[1] - w[0]))
             .fold((0, f64::INFINITY), |least, next| if next.1 < least.1 { next } else { least });
-        // Narrower than the narrowest interval: never two knots in one bin.
-        let count = (1.01 * span / narrowest).ceil();
-        if count > MOST_BINS {
+        if span > LARGEST_RATIO * narrowest {
             let reason = format!("{} is too close to the row before for a range of {span}", at[row - 1]);
             return Err(DynamicsError::Table { what, row, reason });
         }
-        let per_unit = count / span;
-        let last = at.len() - 2;
-        let bins = (0..=count as usize)
-            .map(|bin| {
-                let start = at[0] + bin as f64 / per_unit;
-                at[1..=last].partition_point(|knot| *knot <= start) as u32
-            })
-            .collect();
-        Ok(Self { at: at.into(), bins, per_unit })
+        Ok(Self {
+            at: at.into(),
+            coarse: at[..at.len() - 1].iter().copied().skip(STRIDE).step_by(STRIDE).collect(),
+        })
     }
 
     fn range(&self) -> [f64; 2] {
@@ -344,13 +429,14 @@ impl Knots {
     fn locate(&self, x: f64) -> (usize, f64, bool) {
         let [low, high] = self.range();
         let inside = x >= low && x <= high;
-        let held = x.max(low).min(high);
-        let bin = ((held - low) * self.per_unit) as usize;
-        let mut k = self.bins[bin.min(self.bins.len() - 1)] as usize;
-        // The knot in the bin, and what rounding does at the ends of the bin.
-        k -= usize::from(self.at[k] > held);
-        let last = self.at.len() - 2;
-        k += usize::from(k < last && self.at[k + 1] <= held);
+        // Not `max` and `min`, whose care for what is no number costs more than the rest.
+        let held = if x > low { x } else { low };
+        let held = if held < high { held } else { high };
+        // By branches, which processors foresee along a flight, so that nothing waits for the search.
+        let passed = |knots: &[f64]| knots.iter().take_while(|knot| **knot <= held).count();
+        let first = STRIDE * passed(&self.coarse);
+        let last = self.at.len() - 1;
+        let k = first + passed(&self.at[first + 1..last.min(first + STRIDE)]);
         (k, held - self.at[k], inside)
     }
 }
@@ -364,15 +450,12 @@ fn zero(what: &'static str, value: f64, row: usize) -> Result<(), DynamicsError>
 }
 
 /// Straight lines in both variables.
-fn linear(mach: &[f64], attack: &[f64], values: &[f64]) -> Vec<Terms> {
+fn linear(mach: &[f64], attack: &[f64], values: &[f64]) -> Vec<Lines> {
     let at = |i: usize, j: usize| values[i * attack.len() + j];
     cells(mach, attack, |i, j| {
         let (dm, da) = (mach[i + 1] - mach[i], attack[j + 1] - attack[j]);
         let (low, high) = ((at(i, j + 1) - at(i, j)) / da, (at(i + 1, j + 1) - at(i + 1, j)) / da);
-        let mut terms = Terms::default();
-        terms[0][..2].copy_from_slice(&[at(i, j), low]);
-        terms[1][..2].copy_from_slice(&[(at(i + 1, j) - at(i, j)) / dm, (high - low) / dm]);
-        terms
+        [[at(i, j), low], [(at(i + 1, j) - at(i, j)) / dm, (high - low) / dm]]
     })
 }
 
@@ -433,9 +516,14 @@ fn quintics(knots: &[f64], values: &[f64]) -> Vec<[f64; 6]> {
 }
 
 /// Terms per cell.
-fn cells(mach: &[f64], attack: &[f64], terms: impl Fn(usize, usize) -> Terms) -> Vec<Terms> {
+fn cells<T>(mach: &[f64], attack: &[f64], terms: impl Fn(usize, usize) -> T) -> Vec<T> {
     let columns = attack.len() - 1;
     (0..(mach.len() - 1) * columns).map(|k| terms(k / columns, k % columns)).collect()
+}
+
+/// Three quantities per cell, of tables of one each.
+fn together<T: Copy>([axial, normal, moment]: [Vec<T>; 3]) -> Vec<[T; 3]> {
+    axial.into_iter().zip(normal).zip(moment).map(|((a, n), m)| [a, n, m]).collect()
 }
 
 #[cfg(test)]

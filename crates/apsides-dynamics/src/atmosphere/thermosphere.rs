@@ -9,7 +9,9 @@ use std::sync::LazyLock;
 
 use apsides_ad::CubicSpline;
 
-use super::standard::{BASE, GAS_CONSTANT, MOLAR_MASS, RADIUS, TOP};
+use super::layers::cubic;
+use super::panels::Panels;
+use super::standard::{BASE, GAS_CONSTANT, Jet, MOLAR_MASS, RADIUS, TOP};
 use crate::engine::STANDARD_GRAVITY;
 
 /// Step of the integration, m.
@@ -73,38 +75,51 @@ const HYDROGEN_FLUX: f64 = 7.2e11;
 /// Altitude, m, above which there is atomic hydrogen.
 const HYDROGEN_FROM: f64 = 150e3;
 
-/// What the integration leaves.
-struct Tables {
-    log_density: CubicSpline,
-    molecular_temperature: CubicSpline,
-    temperature: CubicSpline,
+/// What the integration leaves, in powers of the altitude (m) above an interval's lower end: cubic splines.
+struct Interval {
+    from: f64,
+    log_density: [f64; 4],
+    molecular_temperature: [f64; 4],
+    temperature: [f64; 4],
 }
 
-static TABLES: LazyLock<Tables> = LazyLock::new(Tables::new);
+/// Where the width of the intervals changes, and the widths, m: half a kilometre where the functions bend, 10 km where they do not.
+const RANGES: [f64; 4] = [BASE, 130e3, 200e3, TOP];
+const WIDTHS: [f64; 3] = [500.0, 2000.0, 10e3];
+
+static INTERVALS: LazyLock<Panels<Interval, 3>> = LazyLock::new(intervals);
 
 /// Natural logarithm of the density in kg/m3, with its derivatives, above 86 km.
 #[inline]
-pub(super) fn log_density(altitude: f64) -> [f64; 3] {
-    let [value, slope, curvature] = TABLES.log_density.derivatives(altitude.min(TOP));
+pub(super) fn log_density(altitude: f64) -> Jet {
+    let [value, slope, curvature] = spline(altitude, |interval| &interval.log_density);
     if altitude > TOP { [value + slope * (altitude - TOP), slope, 0.0] } else { [value, slope, curvature] }
 }
 
 /// Molecular temperature, K, with its derivatives, above 86 km.
 #[inline]
-pub(super) fn molecular_temperature(altitude: f64) -> [f64; 3] {
-    constant_beyond(&TABLES.molecular_temperature, altitude)
+pub(super) fn molecular_temperature(altitude: f64) -> Jet {
+    constant_beyond(altitude, |interval| &interval.molecular_temperature)
 }
 
 /// Kinetic temperature, K, with its derivatives, above 86 km.
 #[inline]
-pub(super) fn temperature(altitude: f64) -> [f64; 3] {
-    constant_beyond(&TABLES.temperature, altitude)
+pub(super) fn temperature(altitude: f64) -> Jet {
+    constant_beyond(altitude, |interval| &interval.temperature)
 }
 
 #[inline]
-fn constant_beyond(table: &CubicSpline, altitude: f64) -> [f64; 3] {
-    let jet = table.derivatives(altitude.min(TOP));
+fn constant_beyond(altitude: f64, quantity: impl Fn(&Interval) -> &[f64; 4]) -> Jet {
+    let jet = spline(altitude, quantity);
     if altitude > TOP { [jet[0], 0.0, 0.0] } else { jet }
+}
+
+/// A quantity up to the end of the standard.
+#[inline]
+fn spline(altitude: f64, quantity: impl Fn(&Interval) -> &[f64; 4]) -> Jet {
+    let altitude = altitude.min(TOP);
+    let interval = INTERVALS.at(altitude);
+    cubic(quantity(interval), altitude - interval.from)
 }
 
 /// Kinetic temperature (K) and its gradient (K/m), equations 25 to 31.
@@ -242,52 +257,55 @@ impl Nodes {
     }
 }
 
-impl Tables {
-    fn new() -> Self {
-        let nodes = Nodes::new();
-        let sum = |parts: &[&[f64]]| -> Vec<f64> {
-            (0..nodes.altitude.len()).map(|k| parts.iter().map(|p| p[k]).sum()).collect()
-        };
-        let nitrogen = nodes.nitrogen();
-        let atomic = nodes.diffusing(&OXYGEN_ATOM, &nitrogen, Some(OXYGEN_SINK));
-        let oxygen = nodes.diffusing(&OXYGEN, &nitrogen, None);
-        let heavy = sum(&[&nitrogen, &atomic, &oxygen]);
-        let argon = nodes.diffusing(&ARGON, &heavy, None);
-        let helium = nodes.diffusing(&HELIUM, &heavy, None);
-        let without_hydrogen = sum(&[&heavy, &argon, &helium]);
-        let hydrogen = nodes.hydrogen(&without_hydrogen);
-        let species = [
-            (&nitrogen, NITROGEN_MASS),
-            (&atomic, OXYGEN_ATOM.molar_mass),
-            (&oxygen, OXYGEN.molar_mass),
-            (&argon, ARGON.molar_mass),
-            (&helium, HELIUM.molar_mass),
-            (&hydrogen, HYDROGEN_MASS),
-        ];
-        let density = |k: usize| species.iter().map(|(n, m)| n[k] * m).sum::<f64>() / AVOGADRO;
-        let molar_mass = |k: usize| density(k) * AVOGADRO / (without_hydrogen[k] + hydrogen[k]);
-        // Half a kilometre where the functions bend, up to 10 km where they do not.
-        let (mut knots, mut at) = (Vec::new(), BASE);
-        while at < TOP {
-            knots.push(at);
-            at += if at < 130e3 {
-                500.0
-            } else if at < 200e3 {
-                2000.0
-            } else {
-                10e3
-            };
-        }
-        knots.push(TOP);
-        let join = super::standard::density(BASE)[0] / density(0);
-        let table = |value: &dyn Fn(usize) -> f64| {
-            let values: Vec<f64> = knots.iter().map(|z| value(nodes.index(*z))).collect();
-            CubicSpline::new(&knots, &values).expect("the knots increase and the standard is finite")
-        };
-        Self {
-            log_density: table(&|k| (join * density(k)).ln()),
-            molecular_temperature: table(&|k| nodes.temperature[k] * MOLAR_MASS / molar_mass(k)),
-            temperature: table(&|k| nodes.temperature[k]),
-        }
-    }
+/// The splines.
+fn intervals() -> Panels<Interval, 3> {
+    let nodes = Nodes::new();
+    let sum = |parts: &[&[f64]]| -> Vec<f64> {
+        (0..nodes.altitude.len()).map(|k| parts.iter().map(|p| p[k]).sum()).collect()
+    };
+    let nitrogen = nodes.nitrogen();
+    let atomic = nodes.diffusing(&OXYGEN_ATOM, &nitrogen, Some(OXYGEN_SINK));
+    let oxygen = nodes.diffusing(&OXYGEN, &nitrogen, None);
+    let heavy = sum(&[&nitrogen, &atomic, &oxygen]);
+    let argon = nodes.diffusing(&ARGON, &heavy, None);
+    let helium = nodes.diffusing(&HELIUM, &heavy, None);
+    let without_hydrogen = sum(&[&heavy, &argon, &helium]);
+    let hydrogen = nodes.hydrogen(&without_hydrogen);
+    let species = [
+        (&nitrogen, NITROGEN_MASS),
+        (&atomic, OXYGEN_ATOM.molar_mass),
+        (&oxygen, OXYGEN.molar_mass),
+        (&argon, ARGON.molar_mass),
+        (&helium, HELIUM.molar_mass),
+        (&hydrogen, HYDROGEN_MASS),
+    ];
+    let density = |k: usize| species.iter().map(|(n, m)| n[k] * m).sum::<f64>() / AVOGADRO;
+    let molar_mass = |k: usize| density(k) * AVOGADRO / (without_hydrogen[k] + hydrogen[k]);
+    let steps = |k: usize| ((RANGES[k + 1] - RANGES[k]) / WIDTHS[k]) as usize;
+    let range = |k: usize| (0..steps(k)).map(move |i| RANGES[k] + i as f64 * WIDTHS[k]);
+    let knots: Vec<f64> = (0..WIDTHS.len()).flat_map(range).chain([TOP]).collect();
+    let join = super::standard::density(BASE)[0] / density(0);
+    let table = |value: &dyn Fn(usize) -> f64| {
+        let values: Vec<f64> = knots.iter().map(|z| value(nodes.index(*z))).collect();
+        CubicSpline::new(&knots, &values).expect("the knots increase and the standard is finite")
+    };
+    let log_density = table(&|k| (join * density(k)).ln());
+    let molecular_temperature = table(&|k| nodes.temperature[k] * MOLAR_MASS / molar_mass(k));
+    let temperature = table(&|k| nodes.temperature[k]);
+    Panels::new(
+        |k| RANGES[k],
+        WIDTHS,
+        |_, ends| Interval {
+            from: ends[0],
+            log_density: terms(&log_density, ends),
+            molecular_temperature: terms(&molecular_temperature, ends),
+            temperature: terms(&temperature, ends),
+        },
+    )
+}
+
+/// A spline in powers of the altitude above the lower end of one of its intervals.
+fn terms(spline: &CubicSpline, [from, to]: [f64; 2]) -> [f64; 4] {
+    let ([a, b, c], [.., end]) = (spline.derivatives(from), spline.derivatives(to));
+    [a, b, 0.5 * c, (end - c) / (6.0 * (to - from))]
 }

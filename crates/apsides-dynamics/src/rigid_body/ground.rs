@@ -106,7 +106,7 @@ impl Ground {
 
     /// Acceleration of a free body, m/s2, at a position (m) and a velocity (m/s) relative to the ground: with the Coriolis and the centrifugal
     /// part of the rotation.
-    #[inline]
+    #[inline(always)]
     pub fn gravity<S: Scalar>(&self, r: &[S; 3], v: &[S; 3]) -> [S; 3] {
         match self {
             Self::Flat(flat) => [S::from(0.0), S::from(0.0), flat.gravity(-r[2])],

@@ -9,6 +9,8 @@ use crate::DynamicsError;
 pub struct Inertia {
     matrix: [[f64; 3]; 3],
     inverse: [[f64; 3]; 3],
+    /// Whether the axes are principal ones.
+    diagonal: bool,
 }
 
 /// Least principal moment by the largest.
@@ -46,7 +48,9 @@ impl Inertia {
             let allowed = "not negative: a principal moment is at most the sum of the other two";
             return Err(refuse("half the trace of the inertia less its largest moment", excess, allowed));
         }
-        Ok(Self { matrix, inverse: inverse(&matrix) })
+        let diagonal =
+            [(0, 1), (0, 2), (1, 2)].iter().all(|&(i, j)| matrix[i][j] == 0.0 && matrix[j][i] == 0.0);
+        Ok(Self { matrix, inverse: inverse(&matrix), diagonal })
     }
 
     /// Principal moments (kg m2) along the body axes.
@@ -66,13 +70,21 @@ impl Inertia {
     /// The tensor times a vector.
     #[inline]
     pub fn times<S: Scalar>(&self, v: &[S; 3]) -> [S; 3] {
-        self.matrix.map(|row| v[0] * row[0] + v[1] * row[1] + v[2] * row[2])
+        self.product(&self.matrix, v)
     }
 
     /// The vector whose product with the tensor is `v`.
     #[inline]
     pub fn solve<S: Scalar>(&self, v: &[S; 3]) -> [S; 3] {
-        self.inverse.map(|row| v[0] * row[0] + v[1] * row[1] + v[2] * row[2])
+        self.product(&self.inverse, v)
+    }
+
+    #[inline(always)]
+    fn product<S: Scalar>(&self, matrix: &[[f64; 3]; 3], v: &[S; 3]) -> [S; 3] {
+        if self.diagonal {
+            return std::array::from_fn(|k| v[k] * matrix[k][k]);
+        }
+        matrix.map(|row| v[0] * row[0] + v[1] * row[1] + v[2] * row[2])
     }
 }
 
