@@ -7,8 +7,8 @@
 //! with four coefficients a term, twelve an axis. For `k2 = 0`, `epsilon = 1` it is the linear law. Source: A. A. Najm, I. K. Ibraheem,
 //! *Eng. Sci. Technol. Int. J.* 22 (2019) 1087, doi 10.1016/j.jestch.2019.02.005.
 
-use crate::error::{ControlError, finite, ordered, positive};
-use crate::pid::{ErrorMemory, PidGains};
+use crate::error::{ControlError, finite, positive};
+use crate::pid::{ErrorMemory, PidGains, PidLaw, Terms};
 
 /// Coefficients of one term, a function of its argument `b`.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -95,15 +95,7 @@ impl NonlinearGains {
 }
 
 /// A nonlinear PID law with its memory: differences and integral as in [`crate::pid`], conditional integration at the limits.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct NonlinearPid {
-    gains: NonlinearGains,
-    limits: [f64; 2],
-    memory: ErrorMemory,
-    /// Contribution of the last sample to the integral term.
-    increment: f64,
-    unlimited: f64,
-}
+pub type NonlinearPid = PidLaw<NonlinearGains>;
 
 impl NonlinearPid {
     /// The law with empty memory; sample and filter time in s.
@@ -120,60 +112,23 @@ impl NonlinearPid {
         for term in [&gains.proportional, &gains.integral, &gains.derivative] {
             term.checked()?;
         }
-        ordered("output of the nonlinear PID law", limits)?;
-        let memory = ErrorMemory::new(sample_time, filter_time)?;
-        Ok(Self { gains, limits, memory, increment: 0.0, unlimited: 0.0 })
+        Self::of_terms(gains, limits, sample_time, filter_time)
+    }
+}
+
+impl Terms for NonlinearGains {
+    fn output(&self, memory: &ErrorMemory) -> f64 {
+        self.proportional.term(memory.error())
+            + self.integral.term(memory.integral())
+            + self.derivative.term(memory.derivative())
     }
 
-    /// The coefficients.
-    #[must_use]
-    pub fn gains(&self) -> &NonlinearGains {
-        &self.gains
-    }
-
-    /// Integral of the error.
-    #[must_use]
-    pub fn integral(&self) -> f64 {
-        self.memory.integral
-    }
-
-    /// Takes the error of this sample and gives the output. An error that is not finite gives NaN and leaves the memory as it was.
-    pub fn update(&mut self, error: f64) -> f64 {
-        self.take(error, None)
-    }
-
-    /// As [`update`](Self::update), with a measured rate of the error instead of its difference.
-    pub fn update_with_rate(&mut self, error: f64, rate: f64) -> f64 {
-        self.take(error, Some(rate))
-    }
-
-    fn take(&mut self, error: f64, rate: Option<f64>) -> f64 {
-        if !(error.is_finite() && rate.unwrap_or(0.0).is_finite()) {
-            return f64::NAN;
+    /// A sample that drove the output further beyond its limit is taken out of the integral.
+    fn correct(&self, memory: &mut ErrorMemory, excess: f64) {
+        let added = self.integral.term(memory.integral()) - self.integral.term(memory.integral_before());
+        if added * excess > 0.0 {
+            memory.undo_integration();
         }
-        let before = self.gains.integral.term(self.memory.integral);
-        self.memory.take(error, rate);
-        let integral = self.gains.integral.term(self.memory.integral);
-        self.increment = integral - before;
-        self.unlimited = self.gains.proportional.term(error)
-            + integral
-            + self.gains.derivative.term(self.memory.derivative);
-        let limited = self.unlimited.clamp(self.limits[0], self.limits[1]);
-        self.track(limited);
-        limited
-    }
-
-    /// Says what was reached of the last output: a sample that drove it further beyond is taken out of the integral.
-    pub fn track(&mut self, reached: f64) {
-        if self.increment * (self.unlimited - reached) > 0.0 {
-            self.memory.undo_integration();
-        }
-    }
-
-    /// As before the first sample.
-    pub fn reset(&mut self) {
-        self.memory.clear();
-        (self.increment, self.unlimited) = (0.0, 0.0);
     }
 }
 

@@ -75,33 +75,74 @@ impl PidSettings {
     }
 }
 
-/// Integral and derivative of an error that is seen at sample times.
+/// Integral and derivative of an error that is seen at sample times: what a law remembers.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(crate) struct ErrorMemory {
+pub struct ErrorMemory {
     sample_time: f64,
     filter_time: f64,
-    pub(crate) integral: f64,
-    pub(crate) derivative: f64,
+    integral: f64,
+    derivative: f64,
     previous: Option<f64>,
+    /// Integral before the last sample.
+    integral_before: f64,
     /// Whether the last sample was taken out of the integral.
     undone: bool,
 }
 
 impl ErrorMemory {
     /// Empty memory.
-    pub(crate) fn new(sample_time: f64, filter_time: f64) -> Result<Self, ControlError> {
+    fn new(sample_time: f64, filter_time: f64) -> Result<Self, ControlError> {
         Ok(Self {
             sample_time: positive("sample time in s", sample_time)?,
             filter_time: not_negative("filter time in s", filter_time)?,
             integral: 0.0,
             derivative: 0.0,
             previous: None,
+            integral_before: 0.0,
             undone: false,
         })
     }
 
+    /// The error of the last sample; 0 before the first one.
+    #[must_use]
+    pub fn error(&self) -> f64 {
+        self.previous.unwrap_or(0.0)
+    }
+
+    /// Integral of the error.
+    #[must_use]
+    pub fn integral(&self) -> f64 {
+        self.integral
+    }
+
+    /// Integral of the error as it was before the last sample.
+    #[must_use]
+    pub fn integral_before(&self) -> f64 {
+        self.integral_before
+    }
+
+    /// Rate of the error, 1/s of it.
+    #[must_use]
+    pub fn derivative(&self) -> f64 {
+        self.derivative
+    }
+
+    /// Takes the last sample out of the integral, once.
+    pub fn undo_integration(&mut self) {
+        if !self.undone {
+            self.integral -= self.sample_time * self.error();
+            self.undone = true;
+        }
+    }
+
+    /// Adds to the integral.
+    pub fn shift_integral(&mut self, by: f64) {
+        self.integral += by;
+    }
+
     /// Takes a sample; the rate is the filtered difference unless it is given. The first difference is zero.
-    pub(crate) fn take(&mut self, error: f64, rate: Option<f64>) {
+    fn take(&mut self, error: f64, rate: Option<f64>) {
+        self.integral_before = self.integral;
         self.integral += self.sample_time * error;
         self.derivative = rate.unwrap_or_else(|| {
             let change = self.previous.map_or(0.0, |before| error - before);
@@ -111,56 +152,54 @@ impl ErrorMemory {
         self.undone = false;
     }
 
-    /// Takes the last sample out of the integral, once.
-    pub(crate) fn undo_integration(&mut self) {
-        if !self.undone {
-            self.integral -= self.sample_time * self.previous.unwrap_or(0.0);
-            self.undone = true;
-        }
-    }
-
-    pub(crate) fn sample_time(&self) -> f64 {
-        self.sample_time
-    }
-
     /// As before the first sample.
-    pub(crate) fn clear(&mut self) {
-        (self.integral, self.derivative, self.previous, self.undone) = (0.0, 0.0, None, false);
+    fn clear(&mut self) {
+        (self.integral, self.derivative, self.previous) = (0.0, 0.0, None);
+        (self.integral_before, self.undone) = (0.0, false);
     }
 }
 
-/// A PID law with its memory.
+/// What makes an output of an error, its integral and its rate, and keeps the integral from winding up.
+pub trait Terms {
+    /// The output before its limits.
+    fn output(&self, memory: &ErrorMemory) -> f64;
+
+    /// Corrects the integral where the output exceeds what was reached of it by `excess`, which is not 0. Called again for a sample
+    /// when less of its output was reached than first said.
+    fn correct(&self, memory: &mut ErrorMemory, excess: f64);
+}
+
+/// A law of three terms with its memory and the limits of its output: [`Pid`], [`crate::nonlinear_pid::NonlinearPid`].
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Pid {
-    settings: PidSettings,
+pub struct PidLaw<T> {
+    terms: T,
+    limits: [f64; 2],
     memory: ErrorMemory,
     /// Output of the last sample before and after the limits.
     unlimited: f64,
     limited: f64,
 }
 
-impl Pid {
-    /// The law with empty memory.
+impl<T: Terms> PidLaw<T> {
+    /// A law of these terms with empty memory: least and largest output, sample time and time constant of the derivative's filter, s.
     ///
     /// # Errors
-    /// [`ControlError::Parameter`], [`ControlError::Limits`]: gains that are not finite, sample time not positive, filter time
-    /// negative, limits not in order, time of back-calculation not positive.
-    pub fn new(settings: PidSettings) -> Result<Self, ControlError> {
-        finite("proportional gain", settings.gains.proportional)?;
-        finite("integral gain", settings.gains.integral)?;
-        finite("derivative gain", settings.gains.derivative)?;
-        ordered("output of the PID law", settings.limits)?;
-        if let AntiWindup::BackCalculation { time } = settings.anti_windup {
-            positive("time of back-calculation in s", time)?;
-        }
-        let memory = ErrorMemory::new(settings.sample_time, settings.filter_time)?;
-        Ok(Self { settings, memory, unlimited: 0.0, limited: 0.0 })
+    /// [`ControlError::Parameter`], [`ControlError::Limits`]: sample time not positive, filter time negative, limits not in order.
+    pub fn of_terms(
+        terms: T,
+        limits: [f64; 2],
+        sample_time: f64,
+        filter_time: f64,
+    ) -> Result<Self, ControlError> {
+        ordered("output of the PID law", limits)?;
+        let memory = ErrorMemory::new(sample_time, filter_time)?;
+        Ok(Self { terms, limits, memory, unlimited: 0.0, limited: 0.0 })
     }
 
-    /// The settings.
+    /// The terms.
     #[must_use]
-    pub fn settings(&self) -> &PidSettings {
-        &self.settings
+    pub fn terms(&self) -> &T {
+        &self.terms
     }
 
     /// Integral of the error.
@@ -184,11 +223,8 @@ impl Pid {
             return f64::NAN;
         }
         self.memory.take(error, rate);
-        let gains = &self.settings.gains;
-        self.unlimited = gains.proportional * error
-            + gains.integral * self.memory.integral
-            + gains.derivative * self.memory.derivative;
-        let [lower, upper] = self.settings.limits;
+        self.unlimited = self.terms.output(&self.memory);
+        let [lower, upper] = self.limits;
         self.limited = self.unlimited.clamp(lower, upper);
         self.correct(self.limited);
         self.limited
@@ -204,21 +240,8 @@ impl Pid {
 
     fn correct(&mut self, reached: f64) {
         let excess = self.unlimited - reached;
-        let integral = self.settings.gains.integral;
-        if excess == 0.0 || integral == 0.0 {
-            return;
-        }
-        match self.settings.anti_windup {
-            AntiWindup::Off => {}
-            AntiWindup::Conditional => {
-                let increment = integral * self.memory.previous.unwrap_or(0.0);
-                if increment * excess > 0.0 {
-                    self.memory.undo_integration();
-                }
-            }
-            AntiWindup::BackCalculation { time } => {
-                self.memory.integral -= self.memory.sample_time() / time * excess / integral;
-            }
+        if excess != 0.0 {
+            self.terms.correct(&mut self.memory, excess);
         }
     }
 
@@ -226,6 +249,46 @@ impl Pid {
     pub fn reset(&mut self) {
         self.memory.clear();
         (self.unlimited, self.limited) = (0.0, 0.0);
+    }
+}
+
+/// A linear PID law with its memory.
+pub type Pid = PidLaw<PidSettings>;
+
+impl Pid {
+    /// The law with empty memory.
+    ///
+    /// # Errors
+    /// [`ControlError::Parameter`], [`ControlError::Limits`]: gains that are not finite, sample time not positive, filter time
+    /// negative, limits not in order, time of back-calculation not positive.
+    pub fn new(settings: PidSettings) -> Result<Self, ControlError> {
+        finite("proportional gain", settings.gains.proportional)?;
+        finite("integral gain", settings.gains.integral)?;
+        finite("derivative gain", settings.gains.derivative)?;
+        if let AntiWindup::BackCalculation { time } = settings.anti_windup {
+            positive("time of back-calculation in s", time)?;
+        }
+        Self::of_terms(settings, settings.limits, settings.sample_time, settings.filter_time)
+    }
+}
+
+impl Terms for PidSettings {
+    fn output(&self, memory: &ErrorMemory) -> f64 {
+        let gains = &self.gains;
+        gains.proportional * memory.error()
+            + gains.integral * memory.integral()
+            + gains.derivative * memory.derivative()
+    }
+
+    fn correct(&self, memory: &mut ErrorMemory, excess: f64) {
+        let integral = self.gains.integral;
+        match self.anti_windup {
+            AntiWindup::Conditional if integral * memory.error() * excess > 0.0 => memory.undo_integration(),
+            AntiWindup::BackCalculation { time } if integral != 0.0 => {
+                memory.shift_integral(-(self.sample_time / time * excess / integral));
+            }
+            _ => {}
+        }
     }
 }
 
