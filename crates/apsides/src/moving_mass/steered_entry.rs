@@ -470,7 +470,7 @@ impl Controller<13, 2> for Pointing<'_> {
         let SteeredReady { entry, vehicle, rim, .. } = self.ready;
         let body = vehicle.body();
         let (altitude, air) = body.air(x);
-        let [density, sound] = [body.atmosphere.density(altitude), body.atmosphere.speed_of_sound(altitude)];
+        let [density, sound] = body.atmosphere.density_and_sound(altitude);
         let speed = dot(&air, &air).sqrt();
         let mach = speed / sound;
         let trim = self.ready.trim_at(mach);
