@@ -9,7 +9,7 @@ use apsides_report::{Axis, Figure, SampleFile, distribution_figure, landing_figu
 
 use crate::arguments::{GuidanceWord, MonteCarloArguments, SampleFormat};
 use crate::commands::{Refusal, refusal};
-use crate::output::{Exit, print, written};
+use crate::output::{Exit, number, print, written};
 use crate::progress::{Progress, StopFlag};
 
 pub(crate) fn montecarlo(a: &MonteCarloArguments) -> Result<Exit, Refusal> {
@@ -260,9 +260,4 @@ fn text(mission: &str, s: &Statistics, first: usize) -> String {
         ellipse("by the state-transition matrix", e);
     }
     text
-}
-
-/// Four decimals, or an exponent where these say little.
-fn number(v: f64) -> String {
-    if v == 0.0 || (1e-2..1e7).contains(&v.abs()) { format!("{v:.4}") } else { format!("{v:.3e}") }
 }

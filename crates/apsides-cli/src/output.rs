@@ -35,6 +35,11 @@ pub(crate) fn print(text: &str) {
     let _ = std::io::stdout().lock().write_all(text.as_bytes());
 }
 
+/// Four decimals, or an exponent where these say little.
+pub(crate) fn number(v: f64) -> String {
+    if v == 0.0 || (1e-2..1e6).contains(&v.abs()) { format!("{v:.4}") } else { format!("{v:.4e}") }
+}
+
 /// Names with their titles, one a line.
 pub(crate) fn titles<'a>(list: impl Iterator<Item = (&'a str, &'a str)>) -> String {
     let list: Vec<_> = list.collect();

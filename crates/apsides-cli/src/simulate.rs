@@ -8,7 +8,7 @@ use apsides_report::write_simulation;
 use crate::arguments::SimulateArguments;
 use crate::commands::{Refusal, probe_directory, refusal};
 use crate::figures::curve_figures;
-use crate::output::{Exit, print, written};
+use crate::output::{Exit, number, print, written};
 
 pub(crate) fn simulate(a: &SimulateArguments) -> Result<Exit, Refusal> {
     let mission = a.mission.load()?.with_seed(a.seed);
@@ -65,9 +65,4 @@ fn text(s: &SimulationSummary) -> String {
     }
     let _ = writeln!(text, "\n{:.1} ms", s.time_ms);
     text
-}
-
-/// Four decimals, or an exponent where these say little.
-fn number(v: f64) -> String {
-    if v == 0.0 || (1e-2..1e6).contains(&v.abs()) { format!("{v:.4}") } else { format!("{v:.4e}") }
 }

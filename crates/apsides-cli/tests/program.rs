@@ -327,7 +327,9 @@ fn a_descent_is_simulated_and_written() {
         csv.lines().next().unwrap()
     );
     assert!(csv.lines().skip(1).all(|l| l.split(',').all(|n| n.parse::<f64>().unwrap().is_finite())));
-    assert!(read("report.html").contains("angular velocity"));
+    for part in ["angular velocity", "root locus of the angle of attack", "nominal gain"] {
+        assert!(read("report.html").contains(part), "{part}");
+    }
     let again = apsides(&["simulate", &format!("{out}/mission.toml"), "--json"]);
     let found: serde_json::Value = serde_json::from_slice(&again.stdout).unwrap();
     assert_eq!(found["results"], v["results"]);

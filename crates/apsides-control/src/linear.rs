@@ -125,6 +125,14 @@ impl Eigenvalue {
     pub fn damping(&self) -> f64 {
         -self.re / self.frequency()
     }
+
+    /// The continuous mode that a mode `z` seen every `sample_time` (s) is of: `ln z / T`, its imaginary part above `-pi / T` and up to
+    /// `pi / T`. The real part is negative infinity where `z` is 0.
+    #[must_use]
+    pub fn continuous(&self, sample_time: f64) -> Self {
+        // A negative zero would turn the angle of a negative number.
+        Self { re: self.frequency().ln() / sample_time, im: (self.im + 0.0).atan2(self.re) / sample_time }
+    }
 }
 
 /// Eigenvalues of a matrix, by real part, then by imaginary part.
@@ -187,6 +195,13 @@ mod tests {
             assert!((mode.damping() - 0.1).abs() < ROUNDING);
         }
         assert!(eigenvalues(&[[f64::NAN]]).is_err());
+        let continuous = |re, im| Eigenvalue { re, im }.continuous(0.5);
+        assert_eq!(continuous(1.0, 0.0), Eigenvalue { re: 0.0, im: 0.0 });
+        assert_eq!(continuous(-1.0, -0.0), Eigenvalue { re: 0.0, im: std::f64::consts::TAU });
+        assert_eq!(continuous(0.0, 0.0).re, f64::NEG_INFINITY);
+        let (sin, cos) = 0.3_f64.sin_cos();
+        let mode = continuous(0.2_f64.exp() * cos, -0.2_f64.exp() * sin);
+        assert!((mode.re - 0.4).abs() < ROUNDING && (mode.im + 0.6).abs() < ROUNDING);
         // Scales that differ by ten orders.
         let found = eigenvalues(&[[1.0, 1e10], [1e-10, 1.0]]).unwrap();
         assert!(found[0].re.abs() < ROUNDING && (found[1].re - 2.0).abs() < ROUNDING);

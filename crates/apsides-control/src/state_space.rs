@@ -3,6 +3,8 @@
 //! A loop is broken at the control: [`StateSpace::series`] of a law and a plant, with negative feedback. Sampled plants are exact for a held
 //! control with any delay (K. J. Astrom, B. Wittenmark, *Computer-Controlled Systems*, 3rd ed., Prentice-Hall 1997, section 2.3).
 
+use std::f64::consts::PI;
+
 use nalgebra::{Complex, DMatrix};
 
 use crate::error::{ControlError, not_negative, positive};
@@ -28,7 +30,7 @@ pub struct StateSpace {
 pub struct LocusPoint {
     /// Factor on the loop.
     pub gain: f64,
-    /// Poles of the closed loop; each stands in the place of the nearest one of the point before.
+    /// Poles of the closed loop; each stands in the place of the one that it continues.
     pub poles: Vec<Eigenvalue>,
 }
 
@@ -314,7 +316,7 @@ impl StateSpace {
         }))
     }
 
-    /// Poles of the loop closed at each gain.
+    /// Poles of the loop closed at each gain, in order of the gains; those of a sampled loop are in the plane of `z`.
     ///
     /// # Errors
     /// As [`closed`](Self::closed) and [`poles`](Self::poles).
@@ -322,10 +324,33 @@ impl StateSpace {
         let mut locus: Vec<LocusPoint> = Vec::with_capacity(gains.len());
         for &gain in gains {
             let mut poles = self.closed(gain)?.poles()?;
-            if let Some(before) = locus.last() {
-                poles = in_the_order_of(&before.poles, poles);
+            if let Some(expected) = continued(&locus) {
+                poles = in_the_order_of(&expected, poles);
             }
             locus.push(LocusPoint { gain, poles });
+        }
+        Ok(locus)
+    }
+
+    /// The [`root_locus`](Self::root_locus) in the plane of `s`: poles of a sampled loop as [those of continuous modes](Eigenvalue::continuous),
+    /// at either end of the imaginary range where a branch comes from there.
+    ///
+    /// # Errors
+    /// As [`root_locus`](Self::root_locus).
+    pub fn continuous_root_locus(&self, gains: &[f64]) -> Result<Vec<LocusPoint>, ControlError> {
+        let mut locus = self.root_locus(gains)?;
+        if let Some(time) = self.sample_time {
+            let mut before: Vec<f64> = Vec::new();
+            for point in &mut locus {
+                for (k, pole) in point.poles.iter_mut().enumerate() {
+                    *pole = pole.continuous(time);
+                    // The ends of the range are the same pole.
+                    if pole.im == PI / time && before.get(k).is_some_and(|im| *im < 0.0) {
+                        pole.im = -pole.im;
+                    }
+                }
+                before = point.poles.iter().map(|pole| pole.im).collect();
+            }
         }
         Ok(locus)
     }
@@ -363,13 +388,29 @@ fn require(what: &'static str, expected: usize, found: usize) -> Result<(), Cont
     if expected == found { Ok(()) } else { Err(ControlError::Dimension { what, expected, found }) }
 }
 
-/// Each pole in the place of the nearest one before, the closest pairs first.
-fn in_the_order_of(before: &[Eigenvalue], now: Vec<Eigenvalue>) -> Vec<Eigenvalue> {
-    if before.len() != now.len() {
+/// Where the poles of the next point are expected: as far on as from the last point but one to the last. Nearness alone would not tell a pole
+/// that passes another one from one that stops there.
+fn continued(locus: &[LocusPoint]) -> Option<Vec<Eigenvalue>> {
+    match locus {
+        [] => None,
+        [only] => Some(only.poles.clone()),
+        [.., before, last] => {
+            let on = |(p, q): (&Eigenvalue, &Eigenvalue)| Eigenvalue {
+                re: 2.0 * q.re - p.re,
+                im: 2.0 * q.im - p.im,
+            };
+            Some(before.poles.iter().zip(&last.poles).map(on).collect())
+        }
+    }
+}
+
+/// Each pole in the place of the nearest one that is expected, the closest pairs first.
+fn in_the_order_of(expected: &[Eigenvalue], now: Vec<Eigenvalue>) -> Vec<Eigenvalue> {
+    if expected.len() != now.len() {
         return now;
     }
     let mut pairs: Vec<(f64, usize, usize)> = Vec::with_capacity(now.len() * now.len());
-    for (i, p) in before.iter().enumerate() {
+    for (i, p) in expected.iter().enumerate() {
         pairs.extend(now.iter().enumerate().map(|(j, q)| ((p.re - q.re).hypot(p.im - q.im), i, j)));
     }
     pairs.sort_by(|p, q| p.0.total_cmp(&q.0).then(p.1.cmp(&q.1)).then(p.2.cmp(&q.2)));

@@ -32,7 +32,7 @@
 //! | `html`, `page.css` | `report.html` |
 //! | `figure`, `axis_layout`, `svg` | what a figure shows, where its ticks stand, how it is drawn |
 //! | `standard_figures` | figures of every result |
-//! | `simulation` | simulated flights |
+//! | `simulation`, `root_locus` | simulated flights, poles of their loops |
 //! | `footprint` | ends within reach, with a map |
 //! | `reproduction`, `sheet` | published tables computed again |
 //! | `units`, `number` | units and numbers for readers |
@@ -53,6 +53,7 @@ mod number;
 #[cfg(feature = "parquet")]
 mod parquet_samples;
 mod reproduction;
+mod root_locus;
 mod sheet;
 mod simulation;
 mod site_files;

@@ -9,6 +9,7 @@ use crate::columns::header_text;
 use crate::directory::{Item, json, replace};
 use crate::html;
 use crate::number::readable;
+use crate::root_locus;
 use crate::trajectory_csv::shortest;
 use crate::{Figure, ReportError};
 
@@ -71,6 +72,16 @@ fn page(flight: &Simulated, figures: &[Figure]) -> Result<String, ReportError> {
     );
     html::results(&mut page, &s.results);
     margins(&mut page, flight);
+    if let Some(locus) = &flight.root_locus {
+        let note = format!(
+            "Poles of the loops at the largest dynamic pressure, {} kPa at {} km: logarithms of those of the sampled loop over the \
+             sample time. The gain of one loop from a tenth to ten times, dots where it is nominal; the other loop is closed, and its \
+             poles hardly move. Poles that decay within a sample are left out.",
+            readable(locus.dynamic_pressure / 1e3, 4),
+            readable(locus.altitude / 1e3, 4)
+        );
+        html::section(&mut page, "Root locus", Some(&note), &root_locus::figures(locus))?;
+    }
     html::section(&mut page, "States", None, figures)?;
     html::end(&mut page, &flight.mission_file, "The states are in states.csv, the numbers in summary.json.");
     Ok(page)

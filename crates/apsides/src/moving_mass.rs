@@ -27,6 +27,7 @@
 //! | `drives` | what moves the masses |
 //! | `descent` | a case ready to fly, and what flights amount to |
 //! | `margins` | gain, phase and delay margins along a flight |
+//! | `root_locus` | poles of the loops over a factor on their gain |
 //! | `cases` | sets of descents: directions of the offset, angles at the entry |
 //! | `tuning` | gains by a search over a set |
 //! | `sizing` | least masses and rates that hold a set |
@@ -43,6 +44,7 @@ mod descent;
 mod drives;
 mod law;
 mod margins;
+mod root_locus;
 mod sizing;
 mod steered_entry;
 #[cfg(test)]
@@ -58,6 +60,7 @@ pub use descent::{Descent, Metrics, Record, Window, ending_text, ending_word};
 pub use law::{Law, RegulatorSizes, SlidingSizes};
 pub(crate) use margins::gain_either_way;
 pub use margins::{MarginRow, worst};
+pub use root_locus::RootLocus;
 pub use sizing::{MassRow, RateRow, SizeStudy, Sizing};
 pub use steered_entry::{
     BankProfile, JUDGED_PRESSURE, SteeredCondition, SteeredEntry, SteeredFlight, SteeredReady,

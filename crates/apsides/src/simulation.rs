@@ -5,7 +5,9 @@ use std::time::Instant;
 
 use serde::Serialize;
 
-use crate::moving_mass::{Case, Descent, MarginRow, Masses, Metrics, Record, ending_text, ending_word};
+use crate::moving_mass::{
+    Case, Descent, MarginRow, Masses, Metrics, Record, RootLocus, ending_text, ending_word,
+};
 use crate::{Curve, Error, Mission};
 
 /// A simulated flight.
@@ -18,6 +20,9 @@ pub struct Simulated {
     pub rows: Vec<Vec<f64>>,
     /// Curves for figures.
     pub curves: Vec<Curve>,
+    /// Poles of the loops where the dynamic pressure is largest, at a tenth to ten times the gain; none without law, nor with delays of many
+    /// samples.
+    pub root_locus: Option<RootLocus>,
     /// The mission file that gives this result again, with every value written out.
     pub mission_file: String,
 }
@@ -41,7 +46,7 @@ pub struct SimulationSummary {
     pub margins: Vec<MarginLine>,
     /// What the reader should know.
     pub warnings: Vec<String>,
-    /// Wall-clock time of flight and margins, ms.
+    /// Wall-clock time of flight, margins and root locus, ms.
     pub time_ms: f64,
 }
 
@@ -68,6 +73,8 @@ pub struct MarginLine {
 
 /// Heights at which margins are taken, m.
 const MARGIN_HEIGHTS: [f64; 10] = [80e3, 60e3, 50e3, 40e3, 30e3, 25e3, 20e3, 15e3, 10e3, 5e3];
+/// Steps of a root locus from a tenth of the gain to the gain, and from there to ten times it.
+const LOCUS_STEPS: i32 = 100;
 /// Most rows of a record that is handed on.
 const MOST_ROWS: usize = 4000;
 
@@ -104,6 +111,9 @@ impl Mission {
         let mut record = Record::every(1);
         let metrics = descent.fly(&mut record)?;
         let margins = descent.margins(&record, &MARGIN_HEIGHTS)?;
+        let factor = |k: i32| 10_f64.powf(f64::from(k) / f64::from(LOCUS_STEPS));
+        let factors: Vec<f64> = (-LOCUS_STEPS..=LOCUS_STEPS).map(factor).collect();
+        let root_locus = descent.root_locus(&record, &factors)?;
         let time_ms = begin.elapsed().as_secs_f64() * 1e3;
         let columns = columns(descent.case());
         let rows = rows(&descent, &record);
@@ -134,6 +144,7 @@ impl Mission {
                 time_ms,
             },
             curves: curves(&columns, &rows),
+            root_locus,
             columns,
             rows,
             mission_file: self.to_file(),

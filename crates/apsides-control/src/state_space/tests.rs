@@ -1,6 +1,7 @@
 //! Closed forms of linear systems.
 
 use super::*;
+use crate::margins::LoopAnalysis;
 use crate::pid::{Pid, PidGains};
 
 /// A few operations on doubles.
@@ -92,6 +93,75 @@ fn root_locus_of_a_textbook_loop() {
     assert!(
         open.closed(5.99).unwrap().is_stable().unwrap() && !open.closed(6.01).unwrap().is_stable().unwrap()
     );
+}
+
+#[test]
+fn root_locus_of_a_double_integrator() {
+    // PD law k (kp x + kd v) on x'' = u: s^2 + k kd s + k kp.
+    let (kp, kd, t) = (4.0, 3.0, 0.1);
+    let plant = Plant { a: [[0.0, 1.0], [0.0, 0.0]], b: [[0.0], [1.0]] };
+    let plant = StateSpace::of_plant(&plant, &[[1.0, 0.0], [0.0, 1.0]]).unwrap();
+    let gains: Vec<f64> = (0..=80).map(|n| 10_f64.powf(f64::from(n - 40) / 40.0)).collect();
+    let open = plant.series(&StateSpace::of_gain(&[[kp, kd]], None).unwrap()).unwrap();
+    for point in open.root_locus(&gains).unwrap() {
+        let (sum, product) = (-point.gain * kd, point.gain * kp);
+        let root = Complex::from(0.25 * sum * sum - product).sqrt();
+        same_poles(&point.poles, [root + 0.5 * sum, -root + 0.5 * sum]);
+    }
+    // Sampled: z^2 - (2 - k kp T^2 / 2 - k kd T) z + 1 + k kp T^2 / 2 - k kd T, and s = ln z / T.
+    let law = StateSpace::of_gain(&[[kp, kd]], Some(t)).unwrap();
+    let open = plant.sampled(t, 0.0).unwrap().series(&law).unwrap();
+    for point in open.continuous_root_locus(&gains).unwrap() {
+        let (p, d) = (0.5 * point.gain * kp * t * t, point.gain * kd * t);
+        let (half, product) = (1.0 - 0.5 * (p + d), 1.0 + p - d);
+        let root = Complex::from(half * half - product).sqrt();
+        same_poles(
+            &point.poles,
+            [root + half, -root + half].map(|z| Complex::new(z.re, z.im + 0.0).ln() / t),
+        );
+    }
+}
+
+/// Up to the order. Where two poles meet they are found to the root of the round-off.
+fn same_poles(found: &[Eigenvalue], expected: [Complex<f64>; 2]) {
+    let found: Vec<_> = found.iter().map(|p| Complex::new(p.re, p.im)).collect();
+    let apart = (expected[0] - expected[1]).norm();
+    let off =
+        |order: [usize; 2]| (found[0] - expected[order[0]]).norm() + (found[1] - expected[order[1]]).norm();
+    let size = 1.0 + expected[0].norm().max(expected[1].norm());
+    let allowed = ROUNDING * size * size / apart.max(ROUNDING.sqrt());
+    assert!(off([0, 1]).min(off([1, 0])) < 10.0 * allowed, "{found:?} {expected:?}");
+}
+
+#[test]
+fn branches_pass_one_another() {
+    // A loop that has nothing to do with a pole at -3, and a pole that goes from -1 through it: -1 - k.
+    let gain = StateSpace::of_transfer(&[1.0], &[1.0, 1.0], None).unwrap();
+    let apart = StateSpace::of_plant(&Plant { a: [[-3.0]], b: [[0.0]] }, &[[1.0]]).unwrap();
+    let mut both = gain.beside(&apart).unwrap();
+    (both.b, both.c, both.d) = (both.b.columns(0, 1).into(), both.c.rows(0, 1).into(), DMatrix::zeros(1, 1));
+    let gains: Vec<f64> = (0..=40).map(|n| 0.1 * f64::from(n)).collect();
+    let locus = both.root_locus(&gains).unwrap();
+    let still = locus[0].poles.iter().position(|p| p.re == -3.0).unwrap();
+    for point in &locus {
+        assert!((point.poles[still].re + 3.0).abs() < ROUNDING, "{point:?}");
+        assert!((point.poles[1 - still].re + 1.0 + point.gain).abs() < ROUNDING, "{point:?}");
+    }
+}
+
+#[test]
+fn a_branch_crosses_the_axis_at_the_gain_margin() {
+    // 1 / (s (s + 1) (s + 2)), continuous and sampled with a delay.
+    let continuous = StateSpace::of_transfer(&[1.0], &[1.0, 3.0, 2.0, 0.0], None).unwrap();
+    for open in [continuous.clone(), continuous.sampled(0.1, 0.25).unwrap()] {
+        let margin =
+            LoopAnalysis::new(&open, 0.0, [1e-3, 1e3], 600).unwrap().margins().unwrap().gain.unwrap();
+        let [before, at, beyond] =
+            [0.999, 1.0, 1.001].map(|k| open.continuous_root_locus(&[k * margin.margin]).unwrap().remove(0));
+        assert!(before.poles.iter().all(|p| p.re < 0.0) && beyond.poles.iter().any(|p| p.re > 0.0));
+        let crosses = |p: &Eigenvalue| p.re.abs() < 1e-10 && (p.im - margin.frequency).abs() < 1e-10;
+        assert!(at.poles.iter().any(crosses), "{margin:?} {at:?}");
+    }
 }
 
 #[test]

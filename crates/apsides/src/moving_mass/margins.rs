@@ -100,6 +100,26 @@ impl Descent {
 
     fn margins_at(&self, time: f64, state: &[f64; 13], control: &[f64; 2]) -> Result<MarginRow, Error> {
         let condition = self.condition(state);
+        let [attack, sideslip] = self.loops(time, state, control)?;
+        let margins = |open: &StateSpace| -> Result<Margins, Error> {
+            Ok(LoopAnalysis::new(open, 0.0, FREQUENCIES, POINTS)?.margins()?)
+        };
+        Ok(MarginRow {
+            altitude: condition.altitude,
+            time,
+            dynamic_pressure: condition.dynamic_pressure,
+            frequency: self.vehicle().body().static_frequency(condition.mach, condition.dynamic_pressure),
+            margins: [margins(&attack)?, margins(&sideslip)?],
+        })
+    }
+
+    /// The sampled loops of angle of attack and sideslip at a state of a flight, each with the other one closed.
+    pub(super) fn loops(
+        &self,
+        time: f64,
+        state: &[f64; 13],
+        control: &[f64; 2],
+    ) -> Result<[StateSpace; 2], Error> {
         let sample_time = self.case().run.sample_time;
         // By inversion the law moves the centre of mass as masses on a cross would.
         let cross;
@@ -136,17 +156,8 @@ impl Descent {
         let order = if by_angles { [0, 1] } else { [1, 0] };
         let laws = law(order[0])?.beside(&law(order[1])?)?;
         let open = plant.series(&laws)?;
-        let margins = |k: usize| -> Result<Margins, Error> {
-            let input = order.iter().position(|o| *o == k).unwrap_or(k);
-            Ok(LoopAnalysis::new(&open.loop_at(input)?, 0.0, FREQUENCIES, POINTS)?.margins()?)
-        };
-        Ok(MarginRow {
-            altitude: condition.altitude,
-            time,
-            dynamic_pressure: condition.dynamic_pressure,
-            frequency: self.vehicle().body().static_frequency(condition.mach, condition.dynamic_pressure),
-            margins: [margins(0)?, margins(1)?],
-        })
+        // The inputs are in the order of the laws, which is its own inverse.
+        Ok([open.loop_at(order[0])?, open.loop_at(order[1])?])
     }
 
     /// Gains and filter time of the linear law of an angle that gives the same at a state.

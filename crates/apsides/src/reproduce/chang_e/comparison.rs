@@ -24,6 +24,17 @@ pub(super) struct Comparison<'a> {
     pub(super) why: String,
 }
 
+/// A row; `why` is empty where the printed value is found.
+pub(super) fn row(
+    label: &str,
+    printed: Option<Known>,
+    found: f64,
+    reference: Option<Known>,
+    why: impl Into<String>,
+) -> Comparison<'_> {
+    Comparison { label, printed, found, reference, why: why.into() }
+}
+
 const COLUMNS: &[(&str, usize)] = &[
     ("printed", 4),
     ("found", 5),

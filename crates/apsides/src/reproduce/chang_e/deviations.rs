@@ -5,7 +5,7 @@ use apsides_dynamics::powered_descent::MOON_ROTATION_RATE;
 use apsides_metaheuristics::Generator;
 
 use super::case::{BRAKING, outcome};
-use super::comparison::{self, Comparison, Known, to};
+use super::comparison::{self, Comparison, Known, row, to};
 use super::orbit::RADIUS;
 use crate::dispersion::Deviations;
 use crate::montecarlo::{Dispersed, Guidance, MonteCarlo, Onboard, Replanning, Sample, Statistics};
@@ -111,16 +111,7 @@ pub(super) fn near(flights: usize, replanned: usize, workers: &mut Workers<'_>) 
 }
 
 fn rows(labels: &[(String, f64, Option<Known>)]) -> Vec<Comparison<'_>> {
-    labels
-        .iter()
-        .map(|(label, found, reference)| Comparison {
-            label,
-            printed: None,
-            found: *found,
-            reference: *reference,
-            why: String::new(),
-        })
-        .collect()
+    labels.iter().map(|(label, found, reference)| row(label, None, *found, *reference, "")).collect()
 }
 
 fn ends(samples: &[Sample]) -> Graph {

@@ -3,7 +3,7 @@
 use apsides_dynamics::powered_descent::MOON_ROTATION_RATE;
 
 use super::case::{BRAKING, MASS, THRUST, solve};
-use super::comparison::{self, Comparison, to};
+use super::comparison::{self, row, to};
 use super::downrange::PRINTED_TIME;
 use super::orbit::{MU, RADIUS, SITE, arc};
 use crate::reproduce::sheet::Sheet;
@@ -100,8 +100,6 @@ pub(super) fn numbers(workers: &mut Workers<'_>) -> Result<Sheet, Stop> {
     let flattening: f64 = 1.0 / 963.7256;
     let km = |from, to| arc(from, to).to_radians() * RADIUS / 1e3;
     let (coarse, fine) = ([-19.51, 35.12], [-18.4, 33.7]);
-    let row =
-        |label, printed, found, reference, why: String| Comparison { label, printed, found, reference, why };
     let rows = vec![
         row(
             "downward speed at 3 km, m/s",
@@ -115,7 +113,10 @@ pub(super) fn numbers(workers: &mut Workers<'_>) -> Result<Sheet, Stop> {
             to(12.31, 5e-3),
             THRUST / MASS,
             to(3.125, 1e-9),
-            format!("no thrust of the vehicle gives it: full thrust at the least mass is {:.3} m/s2", THRUST / final_mass),
+            format!(
+                "no thrust of the vehicle gives it: full thrust at the least mass is {:.3} m/s2",
+                THRUST / final_mass
+            ),
         ),
         row(
             "way of the braking on the ground, km",
@@ -123,29 +124,28 @@ pub(super) fn numbers(workers: &mut Workers<'_>) -> Result<Sheet, Stop> {
             way,
             to(403.930_3, 1e-3),
             "the printed speeds and times give 114.67 km, the printed coordinates 114.43 km: decimals are misplaced, and the way is \
-             four times that"
-                .into(),
+             four times that",
         ),
         row(
             "flight time of the braking, s",
             to(PRINTED_TIME, 0.5),
             time,
             to(424.955_306, 1e-3),
-            "not the optimum, though close to it in propellant (sheet `downrange`)".into(),
+            "not the optimum, though close to it in propellant (sheet `downrange`)",
         ),
         row(
             "semi-major axis of the Moon, km",
             to(384_339.0, 0.5),
             RADIUS / 1e3,
             to(1_737.013, 1e-9),
-            "about the distance of the Moon from the Earth".into(),
+            "about the distance of the Moon from the Earth",
         ),
         row(
             "eccentricity of the ellipsoid of the Moon",
             to(flattening, 1e-7),
             (2.0 * flattening - flattening * flattening).sqrt(),
             None,
-            "1/963.7256 is a flattening f; the eccentricity is sqrt(2 f - f^2)".into(),
+            "1/963.7256 is a flattening f; the eccentricity is sqrt(2 f - f^2)",
         ),
         row(
             "angular velocity of the hover over that of the Moon",
@@ -162,28 +162,28 @@ pub(super) fn numbers(workers: &mut Workers<'_>) -> Result<Sheet, Stop> {
             to(orbital * ground, 1e-6),
             carried,
             to(3.314_020_2, 1e-5),
-            "as above".into(),
+            "as above",
         ),
         row(
             "distance of the site of the coarse stage from the target, km",
             to(0.0, 1.15),
             km(coarse, SITE),
             to(272.849_364, 1e-4),
-            "its map is 2.3 km wide".into(),
+            "its map is 2.3 km wide",
         ),
         row(
             "distance of the site of the fine stage from the target, km",
             to(0.0, 1.15),
             km(fine, SITE),
             to(316.973_501, 1e-4),
-            "its map is 0.1 km wide".into(),
+            "its map is 0.1 km wide",
         ),
         row(
             "distance between both sites, km",
             to(0.0, 1.15),
             km(coarse, fine),
             to(51.224_432, 1e-4),
-            "the fine stage begins where the coarse one ends".into(),
+            "the fine stage begins where the coarse one ends",
         ),
     ];
     let mut sheet = comparison::sheet("text", "Numbers of the text beside those of the problem", rows);
