@@ -383,25 +383,23 @@ fn curvature(terms: &Terms, x: f64) -> [f64; 4] {
     std::array::from_fn(|k| (2..6).rev().fold(0.0, |sum, p| sum * x + (p * (p - 1)) as f64 * terms[p][k]))
 }
 
-/// Increasing knots with the interval of a number.
+/// Increasing knots with the interval of a number by direct index.
 #[derive(Clone, Debug, PartialEq)]
 struct Knots {
     at: Vec<f64>,
-    /// Inner ones that are [`STRIDE`] intervals apart, for the search.
-    coarse: Vec<f64>,
+    /// Per bin of equal width the interval at its lower end.
+    bins: Vec<u32>,
+    per_unit: f64,
 }
 
-/// Intervals that a search passes at a time.
-const STRIDE: usize = 16;
-
-/// Largest range of knots by the width of their narrowest interval, below which slopes have digits.
-const LARGEST_RATIO: f64 = 65_536.0;
+/// Most bins of a set of knots.
+const MOST_BINS: f64 = 65_536.0;
 
 impl Knots {
     /// Increasing knots of a quantity.
     ///
     /// # Errors
-    /// When two are closer than `1 / LARGEST_RATIO` of their range.
+    /// When two are closer than `1 / MOST_BINS` of their range.
     fn new(what: &'static str, at: &[f64]) -> Result<Self, DynamicsError> {
         let span = at[at.len() - 1] - at[0];
         let (row, narrowest) = at
@@ -409,14 +407,21 @@ impl Knots {
             .enumerate()
             .map(|(k, w)| (k + 2, w[1] - w[0]))
             .fold((0, f64::INFINITY), |least, next| if next.1 < least.1 { next } else { least });
-        if span > LARGEST_RATIO * narrowest {
+        // Narrower than the narrowest interval: never two knots in one bin.
+        let count = (1.01 * span / narrowest).ceil();
+        if count > MOST_BINS {
             let reason = format!("{} is too close to the row before for a range of {span}", at[row - 1]);
             return Err(DynamicsError::Table { what, row, reason });
         }
-        Ok(Self {
-            at: at.into(),
-            coarse: at[..at.len() - 1].iter().copied().skip(STRIDE).step_by(STRIDE).collect(),
-        })
+        let per_unit = count / span;
+        let last = at.len() - 2;
+        let bins = (0..=count as usize)
+            .map(|bin| {
+                let start = at[0] + bin as f64 / per_unit;
+                at[1..=last].partition_point(|knot| *knot <= start) as u32
+            })
+            .collect();
+        Ok(Self { at: at.into(), bins, per_unit })
     }
 
     fn range(&self) -> [f64; 2] {
@@ -432,11 +437,17 @@ impl Knots {
         // Not `max` and `min`, whose care for what is no number costs more than the rest.
         let held = if x > low { x } else { low };
         let held = if held < high { held } else { high };
-        // By branches, which processors foresee along a flight, so that nothing waits for the search.
-        let passed = |knots: &[f64]| knots.iter().take_while(|knot| **knot <= held).count();
-        let first = STRIDE * passed(&self.coarse);
-        let last = self.at.len() - 1;
-        let k = first + passed(&self.at[first + 1..last.min(first + STRIDE)]);
+        // Branches, which processors foresee along a flight. Angles are often in the first interval, for which nothing waits.
+        let mut k = 0;
+        if held >= self.at[1] {
+            k = self.bins[((held - low) * self.per_unit) as u32 as usize] as usize;
+            // The knot in the bin, and what rounding does at the ends of the bin.
+            if held < self.at[k] {
+                k -= 1;
+            } else if k + 2 < self.at.len() && held >= self.at[k + 1] {
+                k += 1;
+            }
+        }
         (k, held - self.at[k], inside)
     }
 }

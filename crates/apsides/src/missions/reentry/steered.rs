@@ -146,6 +146,7 @@ pub(super) fn simulate(mission: &Mission) -> Result<Simulated, Error> {
         columns: COLUMNS.to_vec(),
         rows,
         curves,
+        root_locus: None,
         mission_file: mission.to_file(),
     })
 }
