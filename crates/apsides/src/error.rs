@@ -98,3 +98,10 @@ pub enum Error {
     #[error(transparent)]
     Verify(#[from] VerifyError),
 }
+
+impl Error {
+    /// Values of a mission that do not go together, in words.
+    pub(crate) fn in_mission(reason: impl Into<String>) -> Self {
+        Self::Conflict { place: "mission".into(), reason: reason.into() }
+    }
+}

@@ -181,7 +181,7 @@ impl MonteCarlo {
                 mission.kind.name,
                 with_dispersion()
             );
-            return Err(Error::Conflict { place: "mission".into(), reason });
+            return Err(Error::in_mission(reason));
         };
         let flights = (deviating.flights)(&mission.values, &plan.trajectory)?;
         let columns = deviating.columns;

@@ -270,30 +270,29 @@ fn rows(descent: &Descent, record: &Record) -> Vec<Vec<f64>> {
     kept(record).map(row).filter(|row| row.iter().all(|v| v.is_finite())).collect()
 }
 
-/// A figure of columns of a record: abscissa and series by place and label; all series have the unit of the first.
+/// A figure of columns of a record: the abscissa by name, the series by name and label; all have the unit of the first.
 pub(crate) fn figure(
     title: &str,
     columns: &[(&'static str, &'static str)],
-    x: (usize, &str),
+    x: &str,
     y: &str,
-    series: &[(usize, &str)],
+    names: &[(&str, &str)],
     rows: &[Vec<f64>],
 ) -> Curve {
-    let points = |k: usize| rows.iter().map(|row| [row[x.0], row[k]]).collect::<Vec<_>>();
+    let place = |name: &str| columns.iter().position(|(n, _)| *n == name).unwrap_or(0);
+    let unit = |name: &str| columns[place(name)].1.to_owned();
+    let points = |name: &str| rows.iter().map(|row| [row[place(x)], row[place(name)]]).collect();
     Curve {
         title: title.into(),
-        x: (x.1.into(), columns[x.0].1.into()),
-        y: (y.into(), series.first().map_or("-", |s| columns[s.0].1).into()),
-        series: series.iter().map(|(k, label)| ((*label).to_owned(), points(*k))).collect(),
+        x: (x.into(), unit(x)),
+        y: (y.into(), unit(names[0].0)),
+        series: names.iter().map(|(name, label)| ((*label).to_owned(), points(name))).collect(),
     }
 }
 
 fn curves(columns: &[(&'static str, &'static str)], rows: &[Vec<f64>]) -> Vec<Curve> {
-    let place = |name: &str| columns.iter().position(|(n, _)| *n == name).unwrap_or(0);
-    let figure = |title: &str, x: &str, label: &str, names: &[(&str, &str)]| {
-        let series: Vec<(usize, &str)> = names.iter().map(|(name, short)| (place(name), *short)).collect();
-        figure(title, columns, (place(x), x), label, &series, rows)
-    };
+    let figure =
+        |title: &str, x: &str, y: &str, names: &[(&str, &str)]| figure(title, columns, x, y, names, rows);
     let angles = [("angle of attack", "attack"), ("sideslip", "sideslip")];
     let masses = [("position of mass 1", "mass 1"), ("position of mass 2", "mass 2")];
     vec![

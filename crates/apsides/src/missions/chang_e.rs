@@ -28,7 +28,7 @@ pub(super) const BRAKING: Kind = Kind {
 
 const BY_BRAKING: Optimised = Optimised {
     nothing_at_zero: &[],
-    pose: |v| Lander::of(v).map_err(conflict)?.braking(),
+    pose: |v| Lander::of(v).map_err(Error::in_mission)?.braking(),
     approach: |_| Vec::new(),
     results: |v, t| Lander::of(v).map_or_else(|_| Default::default(), |l| results::braking(&l, t)),
     headline: &["final_mass_kg", "flight_time_s", "perilune_speed_m_s", "central_angle_deg"],
@@ -62,7 +62,7 @@ pub(super) const LANDING: Kind = Kind {
     check: |v| Lander::of_landing(v).map(|_| ()),
     flown: Flown::Optimised(Optimised {
         nothing_at_zero: &[keys::HOVER_TIME],
-        pose: |v| Lander::of_landing(v).map_err(conflict)?.landing(),
+        pose: |v| Lander::of_landing(v).map_err(Error::in_mission)?.landing(),
         results: |v, t| {
             Lander::of_landing(v).map_or_else(|_| Default::default(), |l| results::landing(&l, t))
         },
@@ -74,7 +74,3 @@ pub(super) const LANDING: Kind = Kind {
         ..BY_BRAKING
     }),
 };
-
-fn conflict(reason: String) -> Error {
-    Error::Conflict { place: "mission".into(), reason }
-}

@@ -51,7 +51,7 @@ pub(super) const INJECTION: Kind = Kind {
 };
 
 fn pose(v: &Values) -> Result<Posed, Error> {
-    let injection = Injection::of(v).map_err(|reason| Error::Conflict { place: "mission".into(), reason })?;
+    let injection = Injection::of(v).map_err(Error::in_mission)?;
     let (start, models) = (Start::of(&injection), injection.models());
     if injection.has_coast_phases() {
         let ocp = injection.whole(&models)?;

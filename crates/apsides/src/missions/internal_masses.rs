@@ -28,7 +28,7 @@ pub(super) const CROSS: Kind = Kind {
         keys::RUN,
     ],
     check: |v| check(v, cross),
-    flown: Flown::Simulated(Simulated { case: |v, seed| case(v, cross(v), seed).map_err(conflict) }),
+    flown: Flown::Simulated(Simulated { case: |v, seed| case(v, cross(v), seed).map_err(Error::in_mission) }),
 };
 
 pub(super) const RADIAL: Kind = Kind {
@@ -45,12 +45,10 @@ pub(super) const RADIAL: Kind = Kind {
         keys::RUN,
     ],
     check: |v| check(v, radial),
-    flown: Flown::Simulated(Simulated { case: |v, seed| case(v, radial(v), seed).map_err(conflict) }),
+    flown: Flown::Simulated(Simulated {
+        case: |v, seed| case(v, radial(v), seed).map_err(Error::in_mission),
+    }),
 };
-
-fn conflict(reason: String) -> Error {
-    Error::Conflict { place: "mission".into(), reason }
-}
 
 fn check(v: &Values, masses: fn(&Values) -> Masses) -> Result<(), String> {
     Descent::new(&case(v, masses(v), 0)?).map(|_| ()).map_err(|e| e.to_string())

@@ -95,10 +95,6 @@ pub(super) const TRANSFER: Kind = Kind {
 
 const HEADLINE: &[&str] = &["flight_time_s", "final_mass_kg", "final_thrust_angle_deg"];
 
-fn conflict(reason: String) -> Error {
-    Error::Conflict { place: "mission".into(), reason }
-}
-
 /// Time where the thrust is full, for it is the propellant then; else the final mass.
 fn objective(ocp: OcpBuilder, last: &str, steering: &Steering, start: &Start) -> OcpBuilder {
     if steering.saves_propellant() {
@@ -118,18 +114,18 @@ fn chain(name: &str, phases: Vec<Phase>) -> OcpBuilder {
 
 /// Body and engine.
 pub(crate) fn flight(v: &Values) -> Result<PlanarFlight, Error> {
-    Ok(Start::direct(v).map_err(conflict)?.flight)
+    Ok(Start::direct(v).map_err(Error::in_mission)?.flight)
 }
 
 fn direct(v: &Values) -> Result<Posed, Error> {
-    let start = Start::direct(v).map_err(conflict)?;
-    let steering = Steering::of(v).map_err(conflict)?;
+    let start = Start::direct(v).map_err(Error::in_mission)?;
+    let steering = Steering::of(v).map_err(Error::in_mission)?;
     single(&start, &steering)
 }
 
 fn perilune(v: &Values) -> Result<Posed, Error> {
-    let start = Start::perilune(v).map_err(conflict)?;
-    let steering = Steering::of(v).map_err(conflict)?;
+    let start = Start::perilune(v).map_err(Error::in_mission)?;
+    let steering = Steering::of(v).map_err(Error::in_mission)?;
     single(&start, &steering)
 }
 
@@ -182,9 +178,9 @@ fn gate(v: &Values) -> Result<(Start, f64), String> {
 }
 
 fn two_phase(v: &Values) -> Result<Posed, Error> {
-    let (start, gate) = gate(v).map_err(conflict)?;
+    let (start, gate) = gate(v).map_err(Error::in_mission)?;
     // With a limited pitch rate the thrust is upright at the gate, where the descent takes over.
-    let steering = Steering::of(v).map_err(conflict)?;
+    let steering = Steering::of(v).map_err(Error::in_mission)?;
     let steering = Steering { upright: steering.pitches(), ..steering };
     let target = Target { radius: start.body_radius() + gate, radial_speed: None };
     let mut phases = start.landing(&steering, target);
@@ -216,8 +212,8 @@ fn transfer_legs(v: &Values) -> Result<(Start, Hohmann, Start), String> {
 }
 
 fn transfer(v: &Values) -> Result<Posed, Error> {
-    let (parking, hohmann, arrival) = transfer_legs(v).map_err(conflict)?;
-    let steering = Steering::of(v).map_err(conflict)?;
+    let (parking, hohmann, arrival) = transfer_legs(v).map_err(Error::in_mission)?;
+    let steering = Steering::of(v).map_err(Error::in_mission)?;
     let floor = v.number(keys::FLOOR[0].path) * 1e3;
     let times = Bounds::new(0.0, parking.longest_burn() + parking.longest_coast());
     let mut phases = vec![parking.deorbit(times), parking.coast(times)];

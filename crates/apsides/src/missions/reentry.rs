@@ -68,7 +68,7 @@ fn approach(v: &Values) -> Vec<Values> {
 }
 
 fn pose(v: &Values) -> Result<Posed, Error> {
-    let capsule = Capsule::of(v).map_err(|reason| Error::Conflict { place: "mission".into(), reason })?;
+    let capsule = Capsule::of(v).map_err(Error::in_mission)?;
     // The Hamiltonian of indirect shooting has the angle as its control.
     let steering = if v.word(method::KEY) == method::INDIRECT { Steering::Angle } else { capsule.steering };
     let ocp = capsule.problem(steering)?;

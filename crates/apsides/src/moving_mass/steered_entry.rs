@@ -14,18 +14,22 @@
 //! with the angular velocity `W` of the wanted axis. Moments about the origin, `(My0, Mz0)`, and the axial force `Fx` of the table give the
 //! centre of mass for it, `z = (My0 - I a_y) / Fx`, `y = (I a_z - Mz0) / Fx`; the integral is kept as a length, as which an offset
 //! that the law does not know is constant while the dynamic pressure grows.
+//!
+//! Beyond the last Mach number of the table its coefficients are held: in hypersonic flow they hardly change.
 
 use apsides_ad::vector::{add, cross, dot};
 use apsides_ad::{Dynamics, Outside, Pchip};
 use apsides_control::allocation::RadialLayout;
 use apsides_control::controller::Controller;
-use apsides_control::simulation::{Ending, Simulation};
+use apsides_control::record::Sample;
+use apsides_control::simulation::{Ending, Flight, Simulation};
 use apsides_dynamics::aerodynamics::AxisymmetricAerodynamics;
 use apsides_dynamics::attitude;
+use apsides_dynamics::engine::STANDARD_GRAVITY;
 use apsides_dynamics::entry::{Banked, EntryFlight, Heading};
 use apsides_dynamics::moving_mass::Layout;
 use apsides_dynamics::rigid_body::{FlightCondition, Ground, Inertia, RigidBody, Start};
-use apsides_dynamics::{DynamicsError, MovingMassVehicle};
+use apsides_dynamics::{DynamicsError, Ellipsoid, MovingMassVehicle};
 
 use super::case::{ActuatorLimits, Allocation, AntiWindupBy, Masses, Run};
 use super::descent::{Record, settings, simulation, unit_attitude};
@@ -98,7 +102,7 @@ pub struct SteeredFlight {
     pub heat_load: f64,
     /// Largest dynamic pressure (Pa), load (m/s2) and heat rate (W/m2).
     pub peaks: [f64; 3],
-    /// Time, s, during which a mass was at its largest speed.
+    /// Time, s, during which a mass moved at its largest speed.
     pub saturated_time: f64,
     /// Largest speed of a mass along the rim, m/s.
     pub largest_rate: f64,
@@ -143,12 +147,10 @@ impl BankProfile {
         flight: &EntryFlight,
         moments: impl IntoIterator<Item = ([f64; 6], f64)>,
     ) -> Result<Self, Error> {
-        let ground = Ground::Ellipsoid(flight.planet.surface());
+        let surface = flight.planet.surface();
         let (mut spent, mut cosines, mut sines) = (Vec::new(), Vec::new(), Vec::new());
         for (x, bank) in moments {
-            let start = Start { longitude: x[1], latitude: x[2], altitude: x[0], ..Start::default() };
-            let place = ground.state(&start)?;
-            let here = -ground.energy([place[0], place[1], place[2]], [x[3], 0.0, 0.0]);
+            let here = -energy(&surface, &x);
             if spent.last().is_none_or(|last| here > *last) {
                 spent.push(here);
                 cosines.push(bank.cos());
@@ -205,8 +207,8 @@ impl SteeredEntry {
             return Ok(None);
         }
         let (mach, angle): (Vec<f64>, Vec<f64>) = self.shape.trims(self.trim_offset)?.into_iter().unzip();
-        // The table has at least four Mach numbers.
-        Ok(Pchip::new(&mach, &angle, Outside::Constant).ok())
+        let table = Pchip::new(&mach, &angle, Outside::Constant);
+        table.map(Some).map_err(|e| Error::in_mission(format!("trim over the Mach number: {e}")))
     }
 
     /// Checks a re-entry and makes it ready. Without a profile the masses stand opposite each other and nothing is steered.
@@ -216,7 +218,7 @@ impl SteeredEntry {
     pub fn ready<'a>(&'a self, profile: Option<&'a BankProfile>) -> Result<SteeredReady<'a>, Error> {
         let mass = self.flight.vehicle.mass;
         let rim = RadialLayout::new(self.moving_mass, mass, self.rim_radius, 0.0)?;
-        if profile.is_some() && rim.reach() < self.trim_offset {
+        if rim.reach() < self.trim_offset {
             let reason = format!(
                 "two masses of {} kg on a rim of {} m move the centre of mass of {mass} kg by {:.2} cm at most, the trim needs {:.2} cm",
                 self.moving_mass,
@@ -224,7 +226,7 @@ impl SteeredEntry {
                 100.0 * rim.reach(),
                 100.0 * self.trim_offset
             );
-            return Err(Error::Conflict { place: "mission".into(), reason });
+            return Err(Error::in_mission(reason));
         }
         let layout = Layout::Radial { radius: self.rim_radius };
         let vehicle = MovingMassVehicle::new(self.body()?, layout, [self.moving_mass; 2], 0.0)?;
@@ -253,18 +255,18 @@ impl SteeredReady<'_> {
         let SteeredEntry { flight, start, .. } = self.entry;
         let ground = &self.vehicle.body().ground;
         let attitude_of = |x: &[f64; 6]| -> Result<([f64; 13], f64), Error> {
-            let bare = Start { longitude: x[1], latitude: x[2], altitude: x[0], ..Start::default() };
-            let place = ground.state(&bare)?;
-            let energy = ground.energy([place[0], place[1], place[2]], [x[3], 0.0, 0.0]);
-            let bank = self.profile.map_or(0.0, |p| p.at(energy));
+            let bank = self.profile.map_or(0.0, |p| p.at(energy(&flight.planet.surface(), x)));
             let mut state = ground.state(&Start {
+                longitude: x[1],
+                latitude: x[2],
+                altitude: x[0],
                 speed: x[3],
                 path: x[4],
                 azimuth: flight.heading.of_course(x[5]),
                 bank: bank * self.to_the_right(),
                 // The axis below the velocity, the lift above it.
                 attack: -self.trim_at(flight.mach(x[0], x[3])),
-                ..bare
+                ..Start::default()
             })?;
             unit_attitude(&mut state);
             Ok((state, bank))
@@ -330,6 +332,11 @@ impl SteeredReady<'_> {
                 simulation.fly(&self.start, &mut law, &mut drives, None, record)?
             }
         };
+        Ok(self.judged(&flight, record.samples()))
+    }
+
+    /// What a flight amounts to.
+    fn judged(&self, flight: &Flight<13>, samples: &[Sample<13, 2>]) -> SteeredFlight {
         let mut found = SteeredFlight {
             ending: flight.ending,
             time: flight.time,
@@ -344,46 +351,44 @@ impl SteeredReady<'_> {
             step_error: flight.step_error,
         };
         let (mut judged, mut before) = (0_usize, None);
-        for (n, sample) in record.samples().iter().enumerate() {
+        for sample in samples {
             let at = self.condition(&sample.state);
-            let load = at.flow.load() * apsides_dynamics::engine::STANDARD_GRAVITY;
+            let load = at.flow.load() * STANDARD_GRAVITY;
             for (peak, value) in found.peaks.iter_mut().zip([at.flow.dynamic_pressure, load, at.heat_rate]) {
                 *peak = peak.max(value);
             }
-            if let Some((time, rate)) = before {
+            if let Some((time, rate)) = before.replace((sample.time, at.heat_rate)) {
                 found.heat_load += 0.5 * (sample.time - time) * (rate + at.heat_rate);
             }
-            before = Some((sample.time, at.heat_rate));
-            if at.flow.dynamic_pressure >= JUDGED_PRESSURE {
-                let turn = at.bank - at.planned_bank;
-                let errors = [turn.sin().atan2(turn.cos()), at.flow.total_attack - at.trim];
-                for ([squares, peak], error) in
-                    [&mut found.bank_error, &mut found.attack_error].into_iter().zip(errors)
-                {
-                    *squares += error * error;
-                    *peak = peak.max(error.abs());
-                }
-                found.largest_attack = found.largest_attack.max(at.flow.total_attack);
-                judged += 1;
+            if at.flow.dynamic_pressure < JUDGED_PRESSURE {
+                continue;
             }
-            if let Some(last) = n.checked_sub(1).map(|n| &record.samples()[n])
-                && sample.time > last.time
+            let turn = at.bank - at.planned_bank;
+            let errors = [turn.sin().atan2(turn.cos()), at.flow.total_attack - at.trim];
+            for ([squares, peak], error) in
+                [&mut found.bank_error, &mut found.attack_error].into_iter().zip(errors)
             {
-                let way = |k: usize| (sample.control[k] - last.control[k]).abs() * self.entry.rim_radius;
-                let rate = way(0).max(way(1)) / (sample.time - last.time);
-                // The end of a run repeats the control of its last step.
-                if n + 1 < record.samples().len() {
-                    found.largest_rate = found.largest_rate.max(rate);
-                    if rate >= self.entry.actuators.rate * (1.0 - 1e-6) {
-                        found.saturated_time += sample.time - last.time;
-                    }
-                }
+                *squares += error * error;
+                *peak = peak.max(error.abs());
             }
+            found.largest_attack = found.largest_attack.max(at.flow.total_attack);
+            judged += 1;
         }
         for [squares, _] in [&mut found.bank_error, &mut found.attack_error] {
             *squares = (*squares / judged.max(1) as f64).sqrt();
         }
-        Ok(found)
+        // The last sample repeats the control of the step before.
+        let steps = &samples[..samples.len().saturating_sub(1)];
+        for (from, to) in steps.iter().zip(steps.iter().skip(1)) {
+            let way = |k: usize| (to.control[k] - from.control[k]).abs() * self.entry.rim_radius;
+            let time = to.time - from.time;
+            let rate = way(0).max(way(1)) / time;
+            found.largest_rate = found.largest_rate.max(rate);
+            if rate >= self.entry.actuators.rate * (1.0 - 1e-6) {
+                found.saturated_time += time;
+            }
+        }
+        found
     }
 
     /// Positions of the masses at the start: in trim, or opposite each other.
@@ -425,6 +430,11 @@ impl SteeredReady<'_> {
         let up = unit(&std::array::from_fn(|k| zenith[k] - along * forward[k]));
         Directions { forward, up, right: cross(&forward, &up) }
     }
+}
+
+/// Energy by mass, J/kg, of a state in the order of [`apsides_dynamics::entry::STATES`]: that of [`Ground::energy`].
+fn energy(surface: &Ellipsoid, x: &[f64; 6]) -> f64 {
+    Ground::Ellipsoid(*surface).energy(surface.position(x[1], x[2], x[0]), [x[3], 0.0, 0.0])
 }
 
 /// Unit vectors along the velocity, upwards across it, and to the right.
@@ -506,18 +516,14 @@ impl Controller<13, 2> for Pointing<'_> {
             let size = entry.trim_offset / lift[1].hypot(lift[2]).max(f64::MIN_POSITIVE);
             [lift[1] * size, lift[2] * size]
         };
-        let found = rim.invert(&add2(&direct, &self.integral), &self.before);
+        let found = rim.invert(&add(&direct, &self.integral), &self.before);
         if !found.saturated && pressure >= JUDGED_PRESSURE {
             let grown = entry.sample_time * w.powi(3) * inertia / -axial;
-            self.integral = add2(&self.integral, &[-left[1] * grown, left[0] * grown]);
+            self.integral = add(&self.integral, &[-left[1] * grown, left[0] * grown]);
         }
         if found.positions.iter().all(|p| p.is_finite()) {
             self.before = found.positions;
         }
         found.positions
     }
-}
-
-fn add2(a: &[f64; 2], b: &[f64; 2]) -> [f64; 2] {
-    [a[0] + b[0], a[1] + b[1]]
 }

@@ -12,7 +12,7 @@ use apsides_terrain::{ElevationMap, contact};
 use super::lander::{Divert, Lander, Motion, Order};
 use super::landing::AFTER_FINE_AVOIDANCE;
 use super::phases::ADJUSTMENT;
-use super::{conflict, keys, terrain};
+use super::{keys, terrain};
 use crate::key::Values;
 use crate::missions::{Decisions, Posed};
 use crate::site_selection::{SelectionRequest, SiteSelection, select};
@@ -63,7 +63,7 @@ const SEPARATION: f64 = 2.0;
 /// Decides what the values leave open.
 pub(super) fn decide(v: &Values) -> Result<Decisions, Error> {
     let mut values = v.clone();
-    let lander = Lander::of_landing(v).map_err(conflict)?;
+    let lander = Lander::of_landing(v).map_err(Error::in_mission)?;
     if lander.order == Order::Stages && lander.gate_velocity.is_none() {
         let end = solved(&lander.braking()?, "the main braking alone")?.phases[0].final_state();
         let velocity = match lander.motion {
@@ -80,11 +80,11 @@ pub(super) fn decide(v: &Values) -> Result<Decisions, Error> {
         return Ok(Decisions::new(values, sites));
     }
     // The plan without maps, as far as the end of the adjustment.
-    let lander = Lander::of_landing(&values).map_err(conflict)?;
+    let lander = Lander::of_landing(&values).map_err(Error::in_mission)?;
     let plan = solved(&lander.landing()?, "the landing at the site aimed at")?;
     let adjusted = plan.phases.iter().find(|p| p.name == ADJUSTMENT).map(|p| p.final_state());
     let Some(&[_, _, _, upward, _, _, mass]) = adjusted.as_deref() else {
-        return Err(conflict("maps need a flight in space".into()));
+        return Err(Error::in_mission("maps need a flight in space"));
     };
     put(&mut values, [keys::ADJUSTED_SPEED], [upward]);
     let mut mass_at_hover = None;
@@ -102,7 +102,7 @@ pub(super) fn decide(v: &Values) -> Result<Decisions, Error> {
         sites.push(site);
     }
     if fine {
-        let lander = Lander::of_landing(&values).map_err(conflict)?;
+        let lander = Lander::of_landing(&values).map_err(Error::in_mission)?;
         let mass = match mass_at_hover {
             Some(mass) => mass,
             None => mass_before_fine(&lander, &plan),
@@ -139,7 +139,7 @@ fn solved(posed: &Posed, what: &str) -> Result<Trajectory, Error> {
     if solved.status.is_success() {
         return Ok(solved.trajectory);
     }
-    Err(conflict(format!("{what} has no solution: {}", solved.status)))
+    Err(Error::in_mission(format!("{what} has no solution: {}", solved.status)))
 }
 
 /// The lander above the middle of a map.
@@ -196,6 +196,6 @@ impl Seen<'_> {
             },
             tilt_key: stage.tilt,
         };
-        select(request).map_err(conflict)
+        select(request).map_err(Error::in_mission)
     }
 }

@@ -66,13 +66,12 @@ impl PlannedBraking {
     /// # Errors
     /// Missions in the plane, and those with a field of higher degree.
     pub(super) fn new(v: &Values, t: &Trajectory) -> Result<Self, Error> {
-        let conflict = |reason: String| Error::Conflict { place: "mission".into(), reason };
-        let lander = Lander::of(v).map_err(conflict)?;
+        let lander = Lander::of(v).map_err(Error::in_mission)?;
         if lander.motion == Motion::Plane || lander.descent.gravity.degree() > 0 {
-            let reason = "Monte Carlo needs `motion` = \"space\" and `gravity` = \"central\"".into();
-            return Err(conflict(reason));
+            let reason = "Monte Carlo needs `motion` = \"space\" and `gravity` = \"central\"";
+            return Err(Error::in_mission(reason));
         }
-        let plan = t.phases.first().cloned().ok_or_else(|| conflict("the plan has no phase".into()))?;
+        let plan = t.phases.first().cloned().ok_or_else(|| Error::in_mission("the plan has no phase"))?;
         let frame = BodyFixed { rotation_rate: lander.descent.rotation_rate, epoch_angle: 0.0 };
         let at = |time: f64| -> [f64; N] {
             let x = plan.state_at(time);

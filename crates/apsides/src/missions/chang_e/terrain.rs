@@ -8,7 +8,7 @@ use apsides_terrain::ElevationMap;
 use apsides_terrain::io::{ReadOptions, read};
 use apsides_terrain::synthetic::{Synthetic, Terrain};
 
-use super::{conflict, keys};
+use super::keys;
 use crate::Error;
 use crate::key::Values;
 
@@ -35,7 +35,7 @@ fn map(v: &Values, key: &str, pixel_key: &str, terrain: Terrain) -> Result<Eleva
     if word == keys::GENERATED {
         let seed = v.count(keys::TERRAIN_SEED) as u64;
         let made = Synthetic::new(terrain, seed).and_then(|s| s.map());
-        return made.map_err(|e| conflict(format!("`{key}`: {e}")));
+        return made.map_err(|e| Error::in_mission(format!("`{key}`: {e}")));
     }
     let path = Path::new(word);
     let file = File::open(path).map_err(|e| Error::File {

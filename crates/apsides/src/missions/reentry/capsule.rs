@@ -1,6 +1,5 @@
 //! What the values of a mission say: planet, capsule, start, target, limits and goal.
 
-use apsides_dynamics::Body;
 use apsides_dynamics::aerodynamics::{
     Aerodynamics, AxisymmetricAerodynamics, Damping, EntryVehicle, Interpolation, MachAlphaTable, MachTable,
 };
@@ -10,6 +9,7 @@ use apsides_dynamics::equinoctial::EARTH_J2;
 use apsides_dynamics::great_circle::{central_angle, initial_course};
 use apsides_dynamics::heating::HeatingLaw;
 use apsides_dynamics::planet::{MARS_J2, Planet};
+use apsides_dynamics::{Body, DynamicsError};
 
 use super::problem::{Load, Steering};
 use super::{atmosphere_table, keys};
@@ -197,6 +197,6 @@ fn goal(v: &Values, acceleration: Load) -> Goal {
     }
 }
 
-pub(super) fn text(e: impl std::fmt::Display) -> String {
+fn text(e: DynamicsError) -> String {
     e.to_string()
 }

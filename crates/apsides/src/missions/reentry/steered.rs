@@ -5,9 +5,10 @@ use std::time::Instant;
 use apsides_dynamics::great_circle::along_and_across;
 use apsides_ocp::Trajectory;
 
-use super::capsule::{Capsule, shape, text};
+use super::capsule::{Capsule, shape};
 use super::{keys, results};
 use crate::key::Values;
+use crate::missions::Scalars;
 use crate::moving_mass::{
     ActuatorLimits, BankProfile, Record, SteeredEntry, SteeredFlight, SteeredReady, ending_text, ending_word,
 };
@@ -42,16 +43,15 @@ const COLUMNS: [(&str, &str); 19] = [
 /// # Errors
 /// Values that do not make a capsule, or one whose coefficients are not those of a shape.
 pub(crate) fn entry(v: &Values) -> Result<SteeredEntry, Error> {
-    let conflict = |reason| Error::Conflict { place: "mission".into(), reason };
     if v.word(keys::AERODYNAMICS) != keys::OFFSET {
-        return Err(conflict(format!(
+        return Err(Error::in_mission(format!(
             "six degrees of freedom need the coefficients of a shape: set `{}` to \"{}\"",
             keys::AERODYNAMICS,
             keys::OFFSET
         )));
     }
-    let capsule = Capsule::of(v).map_err(conflict)?;
-    let shape = shape(v).map_err(conflict)?;
+    let capsule = Capsule::of(v).map_err(Error::in_mission)?;
+    let shape = shape(v).map_err(Error::in_mission)?;
     let diameter = shape.diameter();
     Ok(SteeredEntry {
         start: capsule.start,
@@ -79,21 +79,22 @@ pub(crate) fn entry(v: &Values) -> Result<SteeredEntry, Error> {
 /// # Errors
 /// A solution without falling energy.
 pub(crate) fn profile(v: &Values, planned: &Trajectory) -> Result<BankProfile, Error> {
-    let capsule = Capsule::of(v).map_err(|e| Error::Conflict { place: "mission".into(), reason: text(e) })?;
+    let capsule = Capsule::of(v).map_err(Error::in_mission)?;
     BankProfile::new(&capsule.flight, results::moments(&capsule, planned))
 }
 
 /// Solves a mission and flies its bank angles.
 pub(super) fn simulate(mission: &Mission) -> Result<Simulated, Error> {
     let begin = Instant::now();
-    // What no flight needs to be told of is refused before the solve.
     let entry = entry(&mission.values)?;
+    // What cannot be steered is refused before the solve, which takes seconds.
+    entry.ready(None)?;
     // Margins take solves of their own.
     let bare = Mission { values: mission.values.with_flag(keys::MARGINS, false), ..mission.clone() };
     let outcome = bare.solve(None, &mut ())?;
     if !outcome.status.is_success() {
         let reason = format!("the flight to follow has no solution: {}", outcome.summary.status);
-        return Err(Error::Conflict { place: "mission".into(), reason });
+        return Err(Error::in_mission(reason));
     }
     let (_, planned) = outcome.solved();
     let profile = profile(&mission.values, planned)?;
@@ -109,11 +110,8 @@ pub(super) fn simulate(mission: &Mission) -> Result<Simulated, Error> {
             flight.largest_attack.to_degrees()
         ));
     }
-    let column = |name: &str| COLUMNS.iter().position(|c| c.0 == name).unwrap_or(0);
-    let curve = |title: &str, y: &str, names: &[(&str, &str)]| {
-        let series: Vec<(usize, &str)> = names.iter().map(|(name, short)| (column(name), *short)).collect();
-        figure(title, &COLUMNS, (column("time"), "time"), y, &series, &rows)
-    };
+    let curve =
+        |title: &str, y: &str, names: &[(&str, &str)]| figure(title, &COLUMNS, "time", y, names, &rows);
     let curves = vec![
         curve("bank angle", "bank angle", &[("bank angle", "flown"), ("planned bank angle", "planned")]),
         curve("total angle of attack", "angle", &[("total angle of attack", "flown"), ("trim", "trim")]),
@@ -129,8 +127,9 @@ pub(super) fn simulate(mission: &Mission) -> Result<Simulated, Error> {
         curve("heat rate", "heat rate", &[("heat rate", "")]),
     ];
     let mut results = scalars(&entry, &flight, planned);
-    results.insert("planned_heat_load_mj_m2".into(), outcome.summary.results["heat_load_mj_m2"]);
-    results.insert("planned_flight_time_s".into(), outcome.summary.results["flight_time_s"]);
+    for key in ["heat_load_mj_m2", "flight_time_s"] {
+        results.extend(outcome.summary.results.get(key).map(|value| (format!("planned_{key}"), *value)));
+    }
     Ok(Simulated {
         summary: SimulationSummary {
             mission: mission.name().into(),
@@ -152,12 +151,8 @@ pub(super) fn simulate(mission: &Mission) -> Result<Simulated, Error> {
 }
 
 /// What a flight amounts to, beside its plan.
-fn scalars(
-    entry: &SteeredEntry,
-    flight: &SteeredFlight,
-    planned: &Trajectory,
-) -> std::collections::BTreeMap<String, f64> {
-    let mut found = std::collections::BTreeMap::new();
+fn scalars(entry: &SteeredEntry, flight: &SteeredFlight, planned: &Trajectory) -> Scalars {
+    let mut found = Scalars::new();
     let mut add = |key: &str, value: f64| {
         // Nothing that is not finite goes into files.
         if value.is_finite() {
@@ -180,14 +175,12 @@ fn scalars(
     add("largest_attack_deg", flight.largest_attack.to_degrees());
     add("mass_rate_m_s", flight.largest_rate);
     add("saturation_time_s", flight.saturated_time);
-    let ends = planned.phases.first().map(|p| (p.final_state(), p.final_state()[5]));
-    if let Some((end, azimuth)) = ends {
-        let course = entry.flight.heading.of_course(azimuth);
-        let radius = entry.flight.planet.body.radius;
-        let [along, across] =
-            along_and_across([end[1], end[2]], flight.place, course).map(|angle| angle * radius / 1e3);
-        add("downrange_error_km", along);
-        add("crossrange_error_km", across);
+    if let Some(end) = planned.phases.first().map(|p| p.final_state()) {
+        let course = entry.flight.heading.of_course(end[5]);
+        let radius_km = entry.flight.planet.body.radius / 1e3;
+        let [along, across] = along_and_across([end[1], end[2]], flight.place, course);
+        add("downrange_error_km", along * radius_km);
+        add("crossrange_error_km", across * radius_km);
     }
     found
 }

@@ -17,8 +17,7 @@ use crate::{Error, Mission, Outcome};
 /// The deviating flights of a planned braking.
 pub(super) fn flights(mission: &Mission, plan: &Outcome) -> Result<Box<dyn Dispersed>, Error> {
     let Some(deviating) = &mission.kind.optimised()?.deviating else {
-        let reason = "the mission has no deviating flights".into();
-        return Err(Error::Conflict { place: "mission".into(), reason });
+        return Err(Error::in_mission("the mission has no deviating flights"));
     };
     (deviating.flights)(&mission.values, &plan.trajectory)
 }

@@ -64,32 +64,28 @@ pub(super) fn sheet(threads: usize, observer: &mut dyn Observer) -> Result<Sheet
     let end = planned.phases[0].final_state();
     let planned_course = entry.flight.heading.of_course(end[5]);
     let guided = fly(&entry, Some(&profile), threads)?;
-    let mut worst = [0.0_f64; 2];
-    for (k, (what, flights, from, course)) in [
-        ("without lift", &ballistic, ballistic[0].place, course),
-        ("lift pointed by masses", &guided, [end[1], end[2]], planned_course),
-    ]
-    .into_iter()
-    .enumerate()
-    {
-        for ((label, offset), flight) in offsets().iter().zip(flights) {
-            let [along, across] = along_and_across(from, flight.place, course).map(|angle| angle * radius_km);
-            if *offset != [0.0; 2] {
-                worst[k] = worst[k].max(along.hypot(across));
-            }
-            let steered = k == 1;
-            sheet.push(
-                format!("{what}, {label}"),
-                vec![
-                    Some(along),
-                    Some(across),
-                    steered.then(|| flight.bank_error[0].to_degrees()),
-                    Some(flight.heat_load / 1e6),
-                    Some(flight.largest_attack.to_degrees()),
-                ],
-            );
+    // The farthest end from a place, km, of those with an offset.
+    let mut rows = |what: &str, flights: &[SteeredFlight], from: [f64; 2], course: f64, steered: bool| {
+        let ends: Vec<[f64; 2]> = flights
+            .iter()
+            .map(|f| along_and_across(from, f.place, course).map(|angle| angle * radius_km))
+            .collect();
+        for (((label, _), flight), [along, across]) in offsets().iter().zip(flights).zip(&ends) {
+            let values = [
+                Some(*along),
+                Some(*across),
+                steered.then(|| flight.bank_error[0].to_degrees()),
+                Some(flight.heat_load / 1e6),
+                Some(flight.largest_attack.to_degrees()),
+            ];
+            sheet.push(format!("{what}, {label}"), values.into());
         }
-    }
+        ends.iter().map(|[along, across]| along.hypot(*across)).collect::<Vec<_>>()
+    };
+    let unguided = rows("without lift", &ballistic, ballistic[0].place, course, false);
+    let led = rows("lift pointed by masses", &guided, [end[1], end[2]], planned_course, true);
+    let farthest = |ends: &[f64]| ends[1..].iter().copied().fold(0.0, f64::max);
+    let (worst, nominal) = ([farthest(&unguided), farthest(&led)], led[0]);
     sheet.findings.push(format!(
         "an offset of 1 cm on a capsule of {:.2} m without lift moves its end by up to {:.1} km, to the side of the offset: the axis turns away from \
          it, and the lift pulls towards it",
@@ -102,9 +98,7 @@ pub(super) fn sheet(threads: usize, observer: &mut dyn Observer) -> Result<Sheet
          the plane of the lift turns the lift and does not roll the capsule",
         entry.moving_mass,
         entry.rim_radius,
-        sheet.value("lift pointed by masses, no offset", "downrange_error_km").unwrap_or(f64::NAN).hypot(
-            sheet.value("lift pointed by masses, no offset", "crossrange_error_km").unwrap_or(f64::NAN)
-        ),
+        nominal,
         worst[1]
     ));
     Ok(sheet)
