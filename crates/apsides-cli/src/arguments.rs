@@ -194,6 +194,15 @@ pub(crate) struct TuneArguments {
     /// Both sets of damping derivatives, not that of the mission alone.
     #[arg(long)]
     pub(crate) all_damping: bool,
+    /// Factor by which the gain of each loop must be free to grow or fall, at 1 kPa and more; up to 1 asks for nothing.
+    #[arg(long, value_name = "FACTOR", default_value_t = 2.0)]
+    pub(crate) least_gain_margin: f64,
+    /// Least phase margin of each loop, deg.
+    #[arg(long, value_name = "DEG", default_value_t = 30.0)]
+    pub(crate) least_phase_margin_deg: f64,
+    /// Least delay margin of each loop, s.
+    #[arg(long, value_name = "S", default_value_t = 0.02)]
+    pub(crate) least_delay_margin_s: f64,
     /// Sets of descents that are flown at most.
     #[arg(long, value_name = "N", default_value_t = 300, value_parser = clap::value_parser!(u32).range(1..))]
     pub(crate) evaluations: u32,

@@ -3,7 +3,9 @@
 use std::fmt::Write as _;
 
 use apsides::Mission;
-use apsides::moving_mass::{DampingSet, SetFlight, Tuned, Tuning, tune as search};
+use apsides::moving_mass::{
+    DampingSet, LeastMargins, RequiredMargins, SetFlight, Tuned, Tuning, tune as search,
+};
 use serde_json::json;
 
 use crate::arguments::TuneArguments;
@@ -16,7 +18,20 @@ pub(crate) fn tune(a: &TuneArguments) -> Result<Exit, Refusal> {
     if a.entry_attack_deg.iter().any(|attack| !attack.is_finite()) {
         return Err("--entry-attack-deg: finite angles are needed".into());
     }
+    let required = [
+        ("--least-gain-margin", a.least_gain_margin),
+        ("--least-phase-margin-deg", a.least_phase_margin_deg),
+        ("--least-delay-margin-s", a.least_delay_margin_s),
+    ];
+    if let Some((name, _)) = required.iter().find(|(_, value)| !(0.0..f64::INFINITY).contains(value)) {
+        return Err(format!("{name}: a finite number from 0 on is needed").into());
+    }
     let mut tuning = Tuning::new(&case);
+    tuning.required = RequiredMargins {
+        gain: a.least_gain_margin,
+        phase: a.least_phase_margin_deg.to_radians(),
+        delay: a.least_delay_margin_s,
+    };
     tuning.set.directions = a.directions as usize;
     tuning.set.attacks = a.entry_attack_deg.iter().map(|attack| attack.to_radians()).collect();
     if a.all_damping {
@@ -40,7 +55,7 @@ pub(crate) fn tune(a: &TuneArguments) -> Result<Exit, Refusal> {
             print(&written(std::slice::from_ref(file)));
         }
     }
-    Ok(if found.held() { Exit::Verified } else { Exit::NotSolved })
+    Ok(if found.held() && found.robust { Exit::Verified } else { Exit::NotSolved })
 }
 
 /// Gains as `--set` takes them.
@@ -93,10 +108,36 @@ fn text(mission: &Mission, found: &Tuned, keys: &[String]) -> String {
         );
     }
     if let Some(worst) = found.worst() {
-        let _ = writeln!(text, "\nworst RMS {:.3e} deg", worst.metrics.worst_rms().to_degrees());
+        let _ = writeln!(
+            text,
+            "\nworst RMS {:.3e} deg; in the directions alone {:.3e} deg",
+            worst.metrics.worst_rms().to_degrees(),
+            worst_of_directions(found).to_degrees()
+        );
     }
+    let m = &found.margins;
+    let _ = writeln!(
+        text,
+        "margins at {} kPa and more: gain {:.2}, phase {:.1} deg, delay {:.4} s{}",
+        LeastMargins::PRESSURE / 1e3,
+        m.gain,
+        m.phase.to_degrees(),
+        m.delay,
+        match (m.stable, found.robust) {
+            (false, _) => "; a linear loop is not stable",
+            (_, false) => "; less than required",
+            _ => "",
+        }
+    );
     let _ = writeln!(text, "\n{}", keys.iter().map(|k| format!("  --set {k}\n")).collect::<String>());
     text
+}
+
+/// The largest RMS (rad) of the descents that differ from the mission in the direction of the offset alone.
+fn worst_of_directions(found: &Tuned) -> f64 {
+    let [own, ..] = &found.flights[..] else { return f64::NAN };
+    let alone = found.flights.iter().filter(|f| f.attack == own.attack && f.damping == own.damping);
+    alone.map(|f| f.metrics.worst_rms()).fold(0.0, f64::max)
 }
 
 fn object(mission: &Mission, found: &Tuned) -> serde_json::Value {
@@ -120,6 +161,14 @@ fn object(mission: &Mission, found: &Tuned) -> serde_json::Value {
             "d": found.gains.derivative,
         },
         "worst_rms_deg": found.worst().map(|f| f.metrics.worst_rms().to_degrees()),
+        "worst_rms_of_directions_deg": worst_of_directions(found).to_degrees(),
+        "margins": {
+            "robust": found.robust,
+            "stable": found.margins.stable,
+            "gain": found.margins.gain,
+            "phase_deg": found.margins.phase.to_degrees(),
+            "delay_s": found.margins.delay,
+        },
         "evaluations": found.evaluations,
         "flights": found.flights.iter().map(flight).collect::<Vec<_>>(),
     })

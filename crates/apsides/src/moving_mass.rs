@@ -59,10 +59,10 @@ pub use cases::{CaseSet, SetFlight, worst_flight};
 pub use descent::{Descent, Metrics, Record, Window, ending_text, ending_word};
 pub use law::{Law, RegulatorSizes, SlidingSizes};
 pub(crate) use margins::gain_either_way;
-pub use margins::{MarginRow, worst};
+pub use margins::{LeastMargins, MarginRow, worst};
 pub use root_locus::RootLocus;
 pub use sizing::{MassRow, RateRow, SizeStudy, Sizing};
 pub use steered_entry::{
     BankProfile, JUDGED_PRESSURE, SteeredCondition, SteeredEntry, SteeredFlight, SteeredReady,
 };
-pub use tuning::{RATE_LIMITED_GAINS, Tuned, Tuning, tune};
+pub use tuning::{RATE_LIMITED_GAINS, RequiredMargins, Tuned, Tuning, tune};

@@ -5,7 +5,8 @@ use std::thread;
 
 use apsides::control::pid::PidGains;
 use apsides::moving_mass::{
-    Case, CaseSet, Law, RATE_LIMITED_GAINS, Record, Sizing, Tuning, tune, worst_flight,
+    Case, CaseSet, Law, LeastMargins, RATE_LIMITED_GAINS, Record, RequiredMargins, Sizing, Tuning, tune,
+    worst_flight,
 };
 
 /// With the gains (30, 30, 10) of the reference.
@@ -51,8 +52,11 @@ fn gains_for_limited_rates_hold_every_descent() {
                 case.actuators.rate = rate;
                 case.law = Law::pid(PidGains::new(p, i, d));
                 let set = CaseSet::around(&case).with_all_damping();
-                let flights = set.fly(&case, &mut Record::every(1)).unwrap();
+                let mut record = Record::every(1);
+                let flights = set.fly(&case, &mut record).unwrap();
                 assert_eq!(flights.len(), 33);
+                let margins = LeastMargins::of(&case, &set.damping, &mut record).unwrap();
+                assert!(RequiredMargins::default().met_by(&margins), "{rate} m/s: {margins:?}");
                 let worst = worst_flight(&flights).unwrap();
                 let rms = worst.metrics.worst_rms().to_degrees();
                 assert!(rms < 0.01, "{rate} m/s: {rms} deg with {:?} at {}", worst.offset, worst.attack);
@@ -62,6 +66,23 @@ fn gains_for_limited_rates_hold_every_descent() {
             });
         }
     });
+}
+
+/// Gains that hold every descent to 1e-6 deg, but leave a factor of 1.08: what a search without margins finds at 1 m/s.
+#[test]
+fn gains_near_the_limit_of_stability_are_not_robust() {
+    let mut case = Case::cross(10.0);
+    case.actuators.rate = 1.0;
+    let alone = CaseSet { directions: 0, attacks: Vec::new(), ..CaseSet::around(&case) };
+    for ([p, i, d], robust) in [([56.261, 80.654, 30.59], false), ([10.0, 5.0, 5.0], true)] {
+        let starts = vec![PidGains::new(p, i, d)];
+        let tuning = Tuning { set: alone.clone(), starts, evaluations: 1, ..Tuning::new(&case) };
+        let found = tune(&case, &tuning).unwrap();
+        assert!(found.held() && found.robust == robust, "{found:?}");
+        assert_eq!(found.margins.gain < 1.1, !robust, "{found:?}");
+        let nothing = RequiredMargins { gain: 0.0, phase: 0.0, delay: 0.0 };
+        assert!(nothing.met_by(&found.margins));
+    }
 }
 
 /// `rate_limit_fixed_gains` of the reference: at 0.2 m/s the gains for ideal actuators end in a limit cycle of 10.08 deg.

@@ -17,7 +17,7 @@ use apsides_dynamics::MovingMassVehicle;
 use apsides_dynamics::attitude;
 use apsides_dynamics::moving_mass::Layout;
 
-use super::case::{Allocation, Masses};
+use super::case::{Allocation, Case, DampingSet, Masses};
 use super::descent::{Descent, Record};
 use super::law::{Knowledge, Law, angles, shift};
 use crate::Error;
@@ -196,6 +196,49 @@ pub fn worst(rows: &[MarginRow], of: impl Fn(&Margins) -> Option<f64>) -> Option
     let found = rows.iter().flat_map(|row| row.margins.iter().map(move |m| (row.altitude, m)));
     let found = found.filter_map(|(altitude, m)| Some([of(m)?, altitude]));
     found.min_by(|a, b| a[0].total_cmp(&b[0]))
+}
+
+/// The least margins of a case under its law, over both loops, the heights that its flight passes, and sets of damping derivatives.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct LeastMargins {
+    /// Whether all loops are stable.
+    pub stable: bool,
+    /// Factor by which the gain may grow or fall; infinite where no factor reaches the limit of stability. The others alike.
+    pub gain: f64,
+    /// Phase, rad.
+    pub phase: f64,
+    /// Delay, s.
+    pub delay: f64,
+}
+
+impl LeastMargins {
+    /// Heights that are looked at, m.
+    pub const HEIGHTS: [f64; 7] = [40e3, 30e3, 25e3, 20e3, 15e3, 10e3, 5e3];
+    /// Dynamic pressure from which they count, Pa: below it the masses do little, whatever the gains.
+    pub const PRESSURE: f64 = 1e3;
+
+    /// Those of a case with each of some sets of damping derivatives.
+    ///
+    /// # Errors
+    /// As of [`Descent::new`], [`Descent::fly`] and [`Descent::margins`].
+    pub fn of(case: &Case, damping: &[DampingSet], record: &mut Record) -> Result<Self, Error> {
+        let mut rows = Vec::new();
+        for damping in damping {
+            let mut case = case.clone();
+            case.vehicle.damping = *damping;
+            let descent = Descent::new(&case)?;
+            descent.fly(record)?;
+            let found = descent.margins(record, &Self::HEIGHTS)?;
+            rows.extend(found.into_iter().filter(|row| row.dynamic_pressure >= Self::PRESSURE));
+        }
+        let least = |found: Option<[f64; 2]>| found.map_or(f64::INFINITY, |[value, _]| value);
+        Ok(Self {
+            stable: rows.iter().all(MarginRow::stable),
+            gain: least(worst(&rows, gain_either_way)),
+            phase: least(worst(&rows, |m| m.phase.map(|c| c.margin))),
+            delay: least(worst(&rows, |m| m.delay.map(|c| c.margin))),
+        })
+    }
 }
 
 impl MarginRow {

@@ -1,4 +1,4 @@
-//! Gains of PID laws by a search over a set of descents: the worst of all counts.
+//! Gains of PID laws by a search over a set of descents: the worst of all counts, with margins of the linear loops as limits.
 //!
 //! The same gains for both angles, which are alike by symmetry. They are searched by their logarithms with CMA-ES of
 //! [`apsides_metaheuristics`]; the result depends on the seed, not on the number of threads.
@@ -9,7 +9,8 @@ use apsides_metaheuristics::{
 };
 
 use super::cases::{CaseSet, SetFlight, worst_flight};
-use super::{Case, Law, Record};
+use super::margins::LeastMargins;
+use super::{Case, Descent, Law, Record};
 use crate::Error;
 
 /// What is searched.
@@ -17,6 +18,8 @@ use crate::Error;
 pub struct Tuning {
     /// The descents.
     pub set: CaseSet,
+    /// Margins that the loops must have.
+    pub required: RequiredMargins,
     /// Least and greatest gains: proportional, integral, derivative; all above 0.
     pub range: [[f64; 2]; 3],
     /// Gains of the first generation.
@@ -36,6 +39,10 @@ pub struct Tuned {
     pub gains: PidGains,
     /// The flights with them.
     pub flights: Vec<SetFlight>,
+    /// Margins of the loops with them.
+    pub margins: LeastMargins,
+    /// Whether these are at least the required ones.
+    pub robust: bool,
     /// Sets of descents that were flown.
     pub evaluations: usize,
     /// Why the search ended.
@@ -43,24 +50,72 @@ pub struct Tuned {
 }
 
 /// Rate limits (m/s) with gains that hold two masses of 10 kg across the axis in all directions of an offset of 1 cm, at 2 and 10 deg at
-/// the entry, with either set of damping derivatives: found by [`tune`].
+/// the entry, with either set of damping derivatives and the margins of [`RequiredMargins::default`]: found by [`tune`].
 pub const RATE_LIMITED_GAINS: [(f64, [f64; 3]); 5] = [
-    (1.0, [34.453, 21.191, 30.502]),
-    (0.5, [1.4934, 6.4189, 7.6751]),
-    (0.2, [6.1845, 2.5219, 24.139]),
-    (0.1, [0.001, 0.7373, 0.65616]),
-    (0.05, [0.023408, 0.68235, 0.4221]),
+    (1.0, [19.03, 20.68, 7.284]),
+    (0.5, [1.076, 8.458, 7.533]),
+    (0.2, [0.3, 2.513, 7.391]),
+    (0.1, [0.02032, 0.7798, 2.361]),
+    (0.05, [0.002317, 1.229, 0.6327]),
 ];
 
+/// Where a search starts: (10, 5, 5), which hold ideal actuators, and gains for limited rates from 0.5 to 0.05 m/s, of an independent
+/// simulation with the unstable damping derivatives.
+const STARTS: [[f64; 3]; 5] = [
+    [10.0, 5.0, 5.0],
+    [34.453, 21.191, 30.502],
+    [6.184, 2.522, 24.139],
+    [0.429, 1.082, 3.490],
+    [0.031, 1.018, 1.170],
+];
+
+/// What the [least margins](LeastMargins) of a case must be; 0 asks for nothing.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct RequiredMargins {
+    /// Factor by which the gain may grow or fall.
+    pub gain: f64,
+    /// Phase, rad.
+    pub phase: f64,
+    /// Delay, s.
+    pub delay: f64,
+}
+
+impl Default for RequiredMargins {
+    /// A factor of 2, 30 deg, 20 ms.
+    fn default() -> Self {
+        Self { gain: 2.0, phase: 30_f64.to_radians(), delay: 0.02 }
+    }
+}
+
+impl RequiredMargins {
+    /// Whether margins are at least these, and the loops stable.
+    #[must_use]
+    pub fn met_by(&self, found: &LeastMargins) -> bool {
+        self.missing(found) == 0.0
+    }
+
+    /// The largest part of a required margin that is missing, 0 to 1; 1 where a loop is not stable.
+    fn missing(&self, found: &LeastMargins) -> f64 {
+        if !found.stable && (self.gain > 0.0 || self.phase > 0.0 || self.delay > 0.0) {
+            return 1.0;
+        }
+        // A factor of 1 on the gain is no margin.
+        let gain = if self.gain > 1.0 { 1.0 - found.gain.ln() / self.gain.ln() } else { 0.0 };
+        let part = |found: f64, wanted: f64| if wanted > 0.0 { 1.0 - found / wanted } else { 0.0 };
+        gain.max(part(found.phase, self.phase)).max(part(found.delay, self.delay)).max(0.0)
+    }
+}
+
 impl Tuning {
-    /// The set [around](CaseSet::around) a case, gains from 1 mm to 100 m per unit, 300 sets, one thread, from the tabulated gains of all
-    /// rate limits.
+    /// The set [around](CaseSet::around) a case, gains from 1 mm to 100 m per unit, 300 sets, one thread, from gains for ideal and for slow
+    /// actuators.
     #[must_use]
     pub fn new(case: &Case) -> Self {
         Self {
             set: CaseSet::around(case),
+            required: RequiredMargins::default(),
             range: [[1e-3, 1e2]; 3],
-            starts: RATE_LIMITED_GAINS.map(|(_, [p, i, d])| PidGains::new(p, i, d)).into(),
+            starts: STARTS.map(|[p, i, d]| PidGains::new(p, i, d)).into(),
             evaluations: 300,
             seed: 0,
             threads: 1,
@@ -70,6 +125,8 @@ impl Tuning {
 
 /// Degrees, beyond those of any angle, that a failed flight counts; it counts less the lower it came.
 const FAILED: f64 = 1e3;
+/// Degrees that a loop without any of a required margin counts besides: more than an angle that is held.
+const NO_MARGIN: f64 = 10.0;
 
 /// Searches gains for a case.
 ///
@@ -88,15 +145,23 @@ pub fn tune(case: &Case, tuning: &Tuning) -> Result<Tuned, Error> {
         PidGains::new(p, i, d)
     };
     // The case itself is checked before the search hides its errors.
-    super::Descent::new(case)?;
+    Descent::new(case)?;
     let objective = |x: &[f64]| {
         let mut record = Record::every(1);
-        let Ok(flights) = tuning.set.fly(&with(decode(x)), &mut record) else { return Evaluation::FAILED };
+        let case = with(decode(x));
+        let Ok(flights) = tuning.set.fly(&case, &mut record) else { return Evaluation::FAILED };
         let cost = |flight: &SetFlight| match flight.metrics.worst_rms() {
             rms if rms.is_finite() => rms.to_degrees(),
             _ => FAILED - flight.metrics.time,
         };
-        Evaluation::new(flights.iter().map(cost).fold(0.0, f64::max))
+        let worst = flights.iter().map(cost).fold(0.0, f64::max);
+        if !flights.iter().all(|f| f.metrics.held()) {
+            return Evaluation::new(worst + NO_MARGIN);
+        }
+        let Ok(margins) = LeastMargins::of(&case, &tuning.set.damping, &mut record) else {
+            return Evaluation::FAILED;
+        };
+        Evaluation::new(worst + NO_MARGIN * tuning.required.missing(&margins))
     };
     let search = Search {
         method: Method::CmaEs(CmaEsSettings {
@@ -122,8 +187,11 @@ pub fn tune(case: &Case, tuning: &Tuning) -> Result<Tuned, Error> {
     let report = search.minimize(&space, &objective)?;
     let best = report.best.map_or_else(|| vec![0.0; 3], |best| best.x);
     let gains = decode(&best);
-    let flights = tuning.set.fly(&with(gains), &mut Record::every(1))?;
-    Ok(Tuned { gains, flights, evaluations: report.evaluations, stop: report.stop })
+    let (case, mut record) = (with(gains), Record::every(1));
+    let flights = tuning.set.fly(&case, &mut record)?;
+    let margins = LeastMargins::of(&case, &tuning.set.damping, &mut record)?;
+    let robust = tuning.required.met_by(&margins);
+    Ok(Tuned { gains, flights, margins, robust, evaluations: report.evaluations, stop: report.stop })
 }
 
 impl Tuned {
