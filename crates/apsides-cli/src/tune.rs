@@ -24,7 +24,7 @@ pub(crate) fn tune(a: &TuneArguments) -> Result<Exit, Refusal> {
         ("--least-delay-margin-s", a.least_delay_margin_s),
     ];
     if let Some((name, _)) = required.iter().find(|(_, value)| !(0.0..f64::INFINITY).contains(value)) {
-        return Err(format!("{name}: a finite number from 0 on is needed").into());
+        return Err(format!("{name}: a finite number from 0 on is needed"));
     }
     let mut tuning = Tuning::new(&case);
     tuning.required = RequiredMargins {
