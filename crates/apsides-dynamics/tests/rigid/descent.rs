@@ -149,8 +149,7 @@ fn trim_against_mach_number() {
 }
 
 /// Smooth interpolation has the same values at the Mach numbers of the table, and between them other ones: the trim differs by 6.1 % at Mach 0.8
-/// and less elsewhere,
-/// less than the scatter of the data.
+/// and less elsewhere, less than the scatter of the data.
 #[test]
 fn trim_by_the_smooth_table() {
     let trim = |interpolation, mach| {
