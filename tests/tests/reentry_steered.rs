@@ -31,6 +31,8 @@ fn the_flight_follows_the_optimal_bank_angle() {
     assert_eq!(flown.summary.status, "completed", "{}", flown.summary.ending);
     assert!(result("bank_error_rms_deg") < 0.05 && result("bank_error_peak_deg") < 0.5);
     assert!(result("attack_error_rms_deg") < 0.1 && result("largest_attack_deg") < 30.0);
+    // The same at mesh tolerances from 1e-7 to 1e-10.
+    assert!((result("planned_heat_load_mj_m2") - 120.81716).abs() < 1e-4);
     // Of a way of 2609 km.
     assert!(result("downrange_error_km").hypot(result("crossrange_error_km")) < 0.1);
     assert!((result("heat_load_mj_m2") / result("planned_heat_load_mj_m2") - 1.0).abs() < 1e-4);
