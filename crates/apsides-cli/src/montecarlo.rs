@@ -1,6 +1,7 @@
 //! `apsides montecarlo`.
 
 use std::fmt::Write as _;
+use std::io::Write as _;
 
 use apsides::Mission;
 use apsides::dispersion::{DescentDeviations, Deviations};
@@ -57,6 +58,15 @@ pub(crate) fn montecarlo(a: &MonteCarloArguments) -> Result<Exit, Refusal> {
 /// Descents of a mission that is simulated.
 fn descents(a: &MonteCarloArguments, mission: &Mission) -> Result<Exit, Refusal> {
     a.refuse(&a.of_plans(), "are of missions that are optimised")?;
+    if a.of_descents().iter().all(|(_, size)| *size == 0.0) {
+        let names = a.of_descents().map(|(name, _)| name).join(", ");
+        let mut err = std::io::stderr().lock();
+        // A closed stderr must not end the flights.
+        let _ = writeln!(
+            err,
+            "warning: no deviation is given ({names}): flights differ by the noise of sensors alone"
+        );
+    }
     let run = Descents {
         samples: a.samples as usize,
         seed: a.run.seed,

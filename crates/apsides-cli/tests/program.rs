@@ -381,6 +381,15 @@ fn a_descent_is_simulated_and_written() {
     assert_eq!(run("1"), run("2"));
     let o = apsides(&["montecarlo", "moving-mass-cross", "--samples", "6", "--thrust-percent", "1"]);
     assert!(stderr(&o).contains("--thrust-percent"), "{}", stderr(&o));
+    let o = apsides(&["montecarlo", "moving-mass-cross", "--samples", "2"]);
+    assert_eq!(o.status.code(), Some(0), "{}", stderr(&o));
+    assert!(stderr(&o).contains("no deviation is given (--offset-m, "), "{}", stderr(&o));
+    // Mach 40.
+    let o = apsides(&["simulate", "moving-mass-cross", "--set", "entry_speed_m_s=11000"]);
+    assert_eq!(o.status.code(), Some(3), "{}", stderr(&o));
+    assert!(
+        stdout(&o).contains("the Mach number exceeds 9, where the table of coefficients ends, at 0.000 s")
+    );
 }
 
 #[test]

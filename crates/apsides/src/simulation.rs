@@ -136,7 +136,7 @@ impl Mission {
                 mission: self.name().into(),
                 law: self.values.word("law").into(),
                 status: ending_word(&metrics.ending).into(),
-                ending: ending_text(&descent.case().run, &metrics.ending),
+                ending: ending_text(&descent.case().run, descent.vehicle(), &metrics.ending),
                 end_time_s: metrics.time,
                 results: results(&descent, &metrics, &margins, &rows),
                 margins: margins.iter().map(line).collect(),

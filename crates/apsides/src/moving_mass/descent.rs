@@ -319,9 +319,9 @@ pub fn ending_word(ending: &Ending) -> &'static str {
     }
 }
 
-/// How a run ended in words.
+/// How a run of a vehicle ended in words.
 #[must_use]
-pub fn ending_text(run: &Run, ending: &Ending) -> String {
+pub fn ending_text(run: &Run, vehicle: &MovingMassVehicle, ending: &Ending) -> String {
     match ending {
         Ending::Stop(LOWEST) => format!("flown down to {} km", run.stop_altitude / 1e3),
         Ending::Stop(name) => format!("stopped: {name}"),
@@ -331,7 +331,10 @@ pub fn ending_text(run: &Run, ending: &Ending) -> String {
         }
         Ending::Breach(Breach::MassesMet) => "the masses meet on the rim".into(),
         Ending::Breach(Breach::TravelExceeded) => "a mass leaves its travel".into(),
-        Ending::Breach(Breach::TableLeft) => "the Mach number leaves the table of coefficients".into(),
+        Ending::Breach(Breach::TableLeft) => {
+            let [_, fastest] = vehicle.body().aerodynamics().table().mach_range();
+            format!("the Mach number exceeds {fastest}, where the table of coefficients ends")
+        }
         Ending::Breach(other) => format!("a limit is exceeded: {other:?}"),
         Ending::State { index } => {
             format!("{} is no longer finite", STATES.get(*index).map_or("a state", |s| s.name))

@@ -135,7 +135,7 @@ pub(super) fn simulate(mission: &Mission) -> Result<Simulated, Error> {
             mission: mission.name().into(),
             law: "masses that point the lift along the planned bank angle".into(),
             status: ending_word(&flight.ending).into(),
-            ending: ending_text(&entry.run(), &flight.ending),
+            ending: ending_text(&entry.run(), ready.vehicle(), &flight.ending),
             end_time_s: flight.time,
             results,
             margins: Vec::new(),
