@@ -1,7 +1,6 @@
 //! `apsides montecarlo`.
 
 use std::fmt::Write as _;
-use std::io::Write as _;
 
 use apsides::Mission;
 use apsides::dispersion::{DescentDeviations, Deviations};
@@ -10,7 +9,7 @@ use apsides_report::{Axis, Figure, SampleFile, distribution_figure, landing_figu
 
 use crate::arguments::{GuidanceWord, MonteCarloArguments, SampleFormat};
 use crate::commands::{Refusal, refusal};
-use crate::output::{Exit, number, print, written};
+use crate::output::{Exit, number, print, warn, written};
 use crate::progress::{Progress, StopFlag};
 
 pub(crate) fn montecarlo(a: &MonteCarloArguments) -> Result<Exit, Refusal> {
@@ -60,12 +59,7 @@ fn descents(a: &MonteCarloArguments, mission: &Mission) -> Result<Exit, Refusal>
     a.refuse(&a.of_plans(), "are of missions that are optimised")?;
     if a.of_descents().iter().all(|(_, size)| *size == 0.0) {
         let names = a.of_descents().map(|(name, _)| name).join(", ");
-        let mut err = std::io::stderr().lock();
-        // A closed stderr must not end the flights.
-        let _ = writeln!(
-            err,
-            "warning: no deviation is given ({names}): flights differ by the noise of sensors alone"
-        );
+        warn(&format!("no deviation is given ({names}): flights differ by the noise of sensors alone"));
     }
     let run = Descents {
         samples: a.samples as usize,

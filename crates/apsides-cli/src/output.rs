@@ -35,6 +35,12 @@ pub(crate) fn print(text: &str) {
     let _ = std::io::stdout().lock().write_all(text.as_bytes());
 }
 
+/// A warning on stderr; nobody there to read it is not an error of what follows.
+pub(crate) fn warn(text: &str) {
+    use std::io::Write as _;
+    let _ = writeln!(std::io::stderr().lock(), "warning: {text}");
+}
+
 /// Four decimals, or an exponent where these say little.
 pub(crate) fn number(v: f64) -> String {
     if v == 0.0 || (1e-2..1e6).contains(&v.abs()) { format!("{v:.4}") } else { format!("{v:.4e}") }

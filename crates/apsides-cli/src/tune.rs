@@ -40,10 +40,14 @@ pub(crate) fn tune(a: &TuneArguments) -> Result<Exit, Refusal> {
     (tuning.evaluations, tuning.threads, tuning.seed) = (a.evaluations as usize, a.threads as usize, a.seed);
     let found = search(&case, &tuning).map_err(refusal)?;
     let keys = keys(&found);
+    let robust = tuning.required.met_by(&found.margins);
     if a.json {
-        print(&format!("{}\n", serde_json::to_string_pretty(&object(&mission, &found)).map_err(refusal)?));
+        print(&format!(
+            "{}\n",
+            serde_json::to_string_pretty(&object(&mission, &found, robust)).map_err(refusal)?
+        ));
     } else {
-        print(&text(&mission, &found, &keys));
+        print(&text(&mission, &found, robust, &keys));
     }
     if let Some(file) = &a.out {
         let mut overrides = a.mission.set.clone();
@@ -55,7 +59,7 @@ pub(crate) fn tune(a: &TuneArguments) -> Result<Exit, Refusal> {
             print(&written(std::slice::from_ref(file)));
         }
     }
-    Ok(if found.held() && found.robust { Exit::Verified } else { Exit::NotSolved })
+    Ok(if found.held() && robust { Exit::Verified } else { Exit::NotSolved })
 }
 
 /// Gains as `--set` takes them.
@@ -75,7 +79,7 @@ fn word(damping: DampingSet) -> &'static str {
     }
 }
 
-fn text(mission: &Mission, found: &Tuned, keys: &[String]) -> String {
+fn text(mission: &Mission, found: &Tuned, robust: bool, keys: &[String]) -> String {
     let held = found.flights.iter().filter(|f| f.metrics.held()).count();
     let mut text = format!(
         "gains of {} after {} sets of descents: {held} of {} held\n\n",
@@ -112,7 +116,7 @@ fn text(mission: &Mission, found: &Tuned, keys: &[String]) -> String {
             text,
             "\nworst RMS {:.3e} deg; in the directions alone {:.3e} deg",
             worst.metrics.worst_rms().to_degrees(),
-            worst_of_directions(found).to_degrees()
+            found.worst_rms_of_directions().to_degrees()
         );
     }
     let m = &found.margins;
@@ -123,7 +127,7 @@ fn text(mission: &Mission, found: &Tuned, keys: &[String]) -> String {
         m.gain,
         m.phase.to_degrees(),
         m.delay,
-        match (m.stable, found.robust) {
+        match (m.stable, robust) {
             (false, _) => "; a linear loop is not stable",
             (_, false) => "; less than required",
             _ => "",
@@ -133,14 +137,7 @@ fn text(mission: &Mission, found: &Tuned, keys: &[String]) -> String {
     text
 }
 
-/// The largest RMS (rad) of the descents that differ from the mission in the direction of the offset alone.
-fn worst_of_directions(found: &Tuned) -> f64 {
-    let [own, ..] = &found.flights[..] else { return f64::NAN };
-    let alone = found.flights.iter().filter(|f| f.attack == own.attack && f.damping == own.damping);
-    alone.map(|f| f.metrics.worst_rms()).fold(0.0, f64::max)
-}
-
-fn object(mission: &Mission, found: &Tuned) -> serde_json::Value {
+fn object(mission: &Mission, found: &Tuned, robust: bool) -> serde_json::Value {
     let flight = |f: &SetFlight| {
         json!({
             "offset_m": f.offset,
@@ -161,9 +158,9 @@ fn object(mission: &Mission, found: &Tuned) -> serde_json::Value {
             "d": found.gains.derivative,
         },
         "worst_rms_deg": found.worst().map(|f| f.metrics.worst_rms().to_degrees()),
-        "worst_rms_of_directions_deg": worst_of_directions(found).to_degrees(),
+        "worst_rms_of_directions_deg": found.worst_rms_of_directions().to_degrees(),
         "margins": {
-            "robust": found.robust,
+            "robust": robust,
             "stable": found.margins.stable,
             "gain": found.margins.gain,
             "phase_deg": found.margins.phase.to_degrees(),

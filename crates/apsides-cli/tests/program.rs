@@ -381,6 +381,10 @@ fn a_descent_is_simulated_and_written() {
     assert_eq!(run("1"), run("2"));
     let o = apsides(&["montecarlo", "moving-mass-cross", "--samples", "6", "--thrust-percent", "1"]);
     assert!(stderr(&o).contains("--thrust-percent"), "{}", stderr(&o));
+}
+
+#[test]
+fn a_monte_carlo_without_deviations_and_a_table_that_ends_are_named() {
     let o = apsides(&["montecarlo", "moving-mass-cross", "--samples", "2"]);
     assert_eq!(o.status.code(), Some(0), "{}", stderr(&o));
     assert!(stderr(&o).contains("no deviation is given (--offset-m, "), "{}", stderr(&o));

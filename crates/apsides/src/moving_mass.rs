@@ -58,8 +58,7 @@ pub use case::{
 pub use cases::{CaseSet, SetFlight, worst_flight};
 pub use descent::{Descent, Metrics, Record, Window, ending_text, ending_word};
 pub use law::{Law, RegulatorSizes, SlidingSizes};
-pub(crate) use margins::gain_either_way;
-pub use margins::{LeastMargins, MarginRow, worst};
+pub use margins::{LeastMargins, MARGIN_HEIGHTS, MarginRow};
 pub use root_locus::RootLocus;
 pub use sizing::{MassRow, RateRow, SizeStudy, Sizing};
 pub use steered_entry::{

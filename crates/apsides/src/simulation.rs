@@ -6,7 +6,8 @@ use std::time::Instant;
 use serde::Serialize;
 
 use crate::moving_mass::{
-    Case, Descent, MarginRow, Masses, Metrics, Record, RootLocus, ending_text, ending_word,
+    Case, Descent, LeastMargins, MARGIN_HEIGHTS, MarginRow, Masses, Metrics, Record, RootLocus, ending_text,
+    ending_word,
 };
 use crate::{Curve, Error, Mission};
 
@@ -71,8 +72,6 @@ pub struct MarginLine {
     pub crossover_hz: Option<f64>,
 }
 
-/// Heights at which margins are taken, m.
-const MARGIN_HEIGHTS: [f64; 10] = [80e3, 60e3, 50e3, 40e3, 30e3, 25e3, 20e3, 15e3, 10e3, 5e3];
 /// Steps of a root locus from a tenth of the gain to the gain, and from there to ten times it.
 const LOCUS_STEPS: i32 = 100;
 /// Most rows of a record that is handed on.
@@ -197,16 +196,10 @@ fn results(
     add("final_airspeed_m_s", end.airspeed);
     let peak = |column: usize| rows.iter().map(|row| row[column]).fold(0.0, f64::max);
     add("peak_dynamic_pressure_kpa", peak(PRESSURE) / 1e3);
-    use crate::moving_mass::worst;
-    for (key, least) in [
-        ("gain_margin", worst(margins, crate::moving_mass::gain_either_way)),
-        ("phase_margin_deg", worst(margins, |m| m.phase.map(|c| c.margin.to_degrees()))),
-        ("delay_margin_s", worst(margins, |m| m.delay.map(|c| c.margin))),
-    ] {
-        if let Some([value, _]) = least {
-            add(key, value);
-        }
-    }
+    let least = LeastMargins::among(margins);
+    add("gain_margin", least.gain);
+    add("phase_margin_deg", least.phase.to_degrees());
+    add("delay_margin_s", least.delay);
     found
 }
 
@@ -281,12 +274,16 @@ pub(crate) fn figure(
 ) -> Curve {
     let place = |name: &str| columns.iter().position(|(n, _)| *n == name).unwrap_or(0);
     let unit = |name: &str| columns[place(name)].1.to_owned();
-    let points = |name: &str| rows.iter().map(|row| [row[place(x)], row[place(name)]]).collect();
+    let abscissa = place(x);
+    let series = names.iter().map(|(name, label)| {
+        let k = place(name);
+        ((*label).to_owned(), rows.iter().map(|row| [row[abscissa], row[k]]).collect())
+    });
     Curve {
         title: title.into(),
         x: (x.into(), unit(x)),
-        y: (y.into(), unit(names[0].0)),
-        series: names.iter().map(|(name, label)| ((*label).to_owned(), points(name))).collect(),
+        y: (y.into(), names.first().map_or_else(|| "-".into(), |(name, _)| unit(name))),
+        series: series.collect(),
     }
 }
 

@@ -2,8 +2,8 @@
 
 use apsides_control::record::{Recording, Sample};
 use apsides_control::simulation::{Breach, Ending, Flight, Integration, Simulation, SimulationSettings};
+use apsides_dynamics::MovingMassVehicle;
 use apsides_dynamics::rigid_body::{FlightCondition, STATES};
-use apsides_dynamics::{MovingMassVehicle, attitude};
 use apsides_ode::Direction;
 
 use super::case::{Case, Masses, Run};
@@ -296,8 +296,9 @@ pub(super) fn simulation(
 
 /// Makes the quaternion of a state one of length one again.
 pub(super) fn unit_attitude(x: &mut [f64; 13]) {
-    let unit = attitude::normalised([x[6], x[7], x[8], x[9]]);
-    x[6..10].copy_from_slice(&unit);
+    // Not by `attitude::normalised`, which makes one of any: what is not finite must stay so and end the flight.
+    let length = x[6..10].iter().map(|q| q * q).sum::<f64>().sqrt();
+    x[6..10].iter_mut().for_each(|q| *q /= length);
 }
 
 /// One word for scripts on how a flight ended; `completed` if it was flown to its lowest height.

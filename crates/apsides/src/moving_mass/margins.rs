@@ -191,14 +191,10 @@ impl Descent {
     }
 }
 
-/// The least of a margin over rows and loops, with the height where it is; none where no row has one.
-pub fn worst(rows: &[MarginRow], of: impl Fn(&Margins) -> Option<f64>) -> Option<[f64; 2]> {
-    let found = rows.iter().flat_map(|row| row.margins.iter().map(move |m| (row.altitude, m)));
-    let found = found.filter_map(|(altitude, m)| Some([of(m)?, altitude]));
-    found.min_by(|a, b| a[0].total_cmp(&b[0]))
-}
+/// Heights of a descent at which margins are looked at, m.
+pub const MARGIN_HEIGHTS: [f64; 10] = [80e3, 60e3, 50e3, 40e3, 30e3, 25e3, 20e3, 15e3, 10e3, 5e3];
 
-/// The least margins of a case under its law, over both loops, the heights that its flight passes, and sets of damping derivatives.
+/// The least margins over rows and both loops.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct LeastMargins {
     /// Whether all loops are stable.
@@ -212,12 +208,26 @@ pub struct LeastMargins {
 }
 
 impl LeastMargins {
-    /// Heights that are looked at, m.
-    pub const HEIGHTS: [f64; 7] = [40e3, 30e3, 25e3, 20e3, 15e3, 10e3, 5e3];
-    /// Dynamic pressure from which they count, Pa: below it the masses do little, whatever the gains.
+    /// Dynamic pressure from which margins of a case count, Pa: below it the masses do little, whatever the gains.
     pub const PRESSURE: f64 = 1e3;
 
-    /// Those of a case with each of some sets of damping derivatives.
+    /// Those of some rows.
+    #[must_use]
+    pub fn among(rows: &[MarginRow]) -> Self {
+        let least = |of: fn(&Margins) -> Option<f64>| {
+            let found = rows.iter().flat_map(|row| &row.margins).filter_map(of);
+            found.min_by(f64::total_cmp).unwrap_or(f64::INFINITY)
+        };
+        Self {
+            stable: rows.iter().all(MarginRow::stable),
+            gain: least(gain_either_way),
+            phase: least(|m| m.phase.map(|c| c.margin)),
+            delay: least(|m| m.delay.map(|c| c.margin)),
+        }
+    }
+
+    /// Those of a case at the [heights](MARGIN_HEIGHTS) that it passes with at least [`PRESSURE`](Self::PRESSURE), with each of some sets of
+    /// damping derivatives.
     ///
     /// # Errors
     /// As of [`Descent::new`], [`Descent::fly`] and [`Descent::margins`].
@@ -228,16 +238,10 @@ impl LeastMargins {
             case.vehicle.damping = *damping;
             let descent = Descent::new(&case)?;
             descent.fly(record)?;
-            let found = descent.margins(record, &Self::HEIGHTS)?;
+            let found = descent.margins(record, &MARGIN_HEIGHTS)?;
             rows.extend(found.into_iter().filter(|row| row.dynamic_pressure >= Self::PRESSURE));
         }
-        let least = |found: Option<[f64; 2]>| found.map_or(f64::INFINITY, |[value, _]| value);
-        Ok(Self {
-            stable: rows.iter().all(MarginRow::stable),
-            gain: least(worst(&rows, gain_either_way)),
-            phase: least(worst(&rows, |m| m.phase.map(|c| c.margin))),
-            delay: least(worst(&rows, |m| m.delay.map(|c| c.margin))),
-        })
+        Ok(Self::among(&rows))
     }
 }
 
@@ -264,7 +268,7 @@ impl MarginRow {
 }
 
 /// The factor by which the gain may grow, or fall, whichever is less.
-pub(crate) fn gain_either_way(m: &Margins) -> Option<f64> {
+fn gain_either_way(m: &Margins) -> Option<f64> {
     let (up, down) = (m.gain.map(|c| c.margin), m.gain_reduction.map(|c| 1.0 / c.margin));
     match (up, down) {
         (Some(up), Some(down)) => Some(up.min(down)),

@@ -41,8 +41,6 @@ pub struct Tuned {
     pub flights: Vec<SetFlight>,
     /// Margins of the loops with them.
     pub margins: LeastMargins,
-    /// Whether these are at least the required ones.
-    pub robust: bool,
     /// Sets of descents that were flown.
     pub evaluations: usize,
     /// Why the search ended.
@@ -69,7 +67,7 @@ const STARTS: [[f64; 3]; 5] = [
     [0.031, 1.018, 1.170],
 ];
 
-/// What the [least margins](LeastMargins) of a case must be; 0 asks for nothing.
+/// What the [least margins](LeastMargins) of a case must be; a factor up to 1, a phase and a delay up to 0 ask for nothing.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct RequiredMargins {
     /// Factor by which the gain may grow or fall.
@@ -96,10 +94,9 @@ impl RequiredMargins {
 
     /// The largest part of a required margin that is missing, 0 to 1; 1 where a loop is not stable.
     fn missing(&self, found: &LeastMargins) -> f64 {
-        if !found.stable && (self.gain > 0.0 || self.phase > 0.0 || self.delay > 0.0) {
+        if !found.stable && (self.gain > 1.0 || self.phase > 0.0 || self.delay > 0.0) {
             return 1.0;
         }
-        // A factor of 1 on the gain is no margin.
         let gain = if self.gain > 1.0 { 1.0 - found.gain.ln() / self.gain.ln() } else { 0.0 };
         let part = |found: f64, wanted: f64| if wanted > 0.0 { 1.0 - found / wanted } else { 0.0 };
         gain.max(part(found.phase, self.phase)).max(part(found.delay, self.delay)).max(0.0)
@@ -156,7 +153,7 @@ pub fn tune(case: &Case, tuning: &Tuning) -> Result<Tuned, Error> {
         };
         let worst = flights.iter().map(cost).fold(0.0, f64::max);
         if !flights.iter().all(|f| f.metrics.held()) {
-            return Evaluation::new(worst + NO_MARGIN);
+            return Evaluation::new(worst);
         }
         let Ok(margins) = LeastMargins::of(&case, &tuning.set.damping, &mut record) else {
             return Evaluation::FAILED;
@@ -190,8 +187,7 @@ pub fn tune(case: &Case, tuning: &Tuning) -> Result<Tuned, Error> {
     let (case, mut record) = (with(gains), Record::every(1));
     let flights = tuning.set.fly(&case, &mut record)?;
     let margins = LeastMargins::of(&case, &tuning.set.damping, &mut record)?;
-    let robust = tuning.required.met_by(&margins);
-    Ok(Tuned { gains, flights, margins, robust, evaluations: report.evaluations, stop: report.stop })
+    Ok(Tuned { gains, flights, margins, evaluations: report.evaluations, stop: report.stop })
 }
 
 impl Tuned {
@@ -199,6 +195,14 @@ impl Tuned {
     #[must_use]
     pub fn worst(&self) -> Option<&SetFlight> {
         worst_flight(&self.flights)
+    }
+
+    /// The largest root mean square, rad, of the flights that differ from the case in the direction of the offset alone.
+    #[must_use]
+    pub fn worst_rms_of_directions(&self) -> f64 {
+        let [own, ..] = &self.flights[..] else { return f64::NAN };
+        let alone = self.flights.iter().filter(|f| f.attack == own.attack && f.damping == own.damping);
+        alone.map(|f| f.metrics.worst_rms()).fold(0.0, f64::max)
     }
 
     /// Whether every flight was flown to its end.
