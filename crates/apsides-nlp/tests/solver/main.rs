@@ -8,7 +8,6 @@ mod diagnosis;
 mod malformed;
 mod no_solution;
 mod optimal_control;
-mod random;
 mod scaling_and_warm_start;
 mod sensitivity;
 mod support;

@@ -1,5 +1,5 @@
 //! Test problems written as plain formulas, with dense derivatives.
-// Shared with the benches, each of which uses a part.
+// Shared with the benches and the tests of `apsides-optimality`, each of which uses a part.
 #![allow(dead_code, unreachable_pub, clippy::print_stderr, clippy::unwrap_used)]
 
 use std::ops::{Add, Div, Mul, Neg, Sub};

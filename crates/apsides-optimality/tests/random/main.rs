@@ -3,6 +3,8 @@
 
 mod families;
 mod program;
+#[path = "../../../apsides-nlp/tests/solver/support.rs"]
+mod support;
 
 use std::time::{Duration, Instant};
 
@@ -134,17 +136,18 @@ fn column(status: Status) -> usize {
     }
 }
 
-/// One case, named by `NLP_CASE="family number"`, with the program, and with the iterations where `NLP_LOG` is set.
+/// One case twice gives the same numbers: the first of the first family, or the one that `NLP_CASE="family number"` names. The
+/// program is printed, and its iterations where `NLP_LOG` is set.
 #[test]
-#[ignore = "prints the case that NLP_CASE names"]
-fn one_case() {
-    let name = std::env::var("NLP_CASE").expect("NLP_CASE names a case");
+fn one_case_twice_is_the_same() {
+    let name = std::env::var("NLP_CASE").unwrap_or_else(|_| format!("{} 0", FAMILIES[0].name));
     let (name, case) = name.rsplit_once(' ').expect("a family and a number");
     let case = case.parse().expect("a number");
     let family = FAMILIES.iter().find(|family| family.name == name).expect("a family");
     eprintln!("{:#?}", generate(family, case).program);
-    let Outcome { status, iterations, wrong, .. } = solve(family, case);
-    eprintln!("{status}, {iterations} iterations, {wrong:?}");
+    let [first, second] = [solve(family, case), solve(family, case)];
+    eprintln!("{}, {} iterations, {:?}", first.status, first.iterations, first.wrong);
+    assert_eq!((first.status, first.iterations), (second.status, second.iterations));
 }
 
 #[test]
