@@ -14,7 +14,7 @@ const PEERS: &str = "benches/peers";
 /// Runs the benches; `--peers` adds the scripts, everything else goes to criterion.
 pub(crate) fn run_benches(workspace: &Workspace, arguments: &[String]) -> Result<(), String> {
     let (peers, criterion): (Vec<_>, Vec<_>) = arguments.iter().partition(|a| *a == "--peers");
-    let mut bench = cargo(workspace, ["bench"]);
+    let mut bench = cargo(&workspace.root, ["bench"]);
     let mut any = false;
     for name in MEASURED {
         let package = workspace.package(name)?;

@@ -10,12 +10,12 @@ use crate::{doc, layers, readme, table, tidy};
 type Step = (&'static str, fn(&Workspace) -> Result<(), String>);
 
 const STEPS: &[Step] = &[
-    ("fmt", |w| run_command(&mut cargo(w, ["fmt", "--all", "--check"]))),
+    ("fmt", |w| run_command(&mut cargo(&w.root, ["fmt", "--all", "--check"]))),
     ("layers", layers::run),
     ("tidy", tidy::run),
     ("clippy", |w| {
         let lint = ["clippy", "--workspace", "--all-targets", "--locked", "--", "-D", "warnings"];
-        run_command(&mut cargo(w, lint))
+        run_command(&mut cargo(&w.root, lint))
     }),
     ("doc", doc),
     ("test", test),
@@ -51,7 +51,7 @@ fn read_readme(workspace: &Workspace) -> Result<String, String> {
 /// The test command of the README, and what its closing lines add up to.
 fn test(workspace: &Workspace) -> Result<(), String> {
     let line = readme::test_command(&read_readme(workspace)?)?;
-    let closing = run_keeping(&mut written(workspace, &line)?, |l| l.starts_with("test result:"))?;
+    let closing = run_keeping(&mut written(&workspace.root, &line)?, |l| l.starts_with("test result:"))?;
     let tally = Tally::of(&closing);
     println!(
         "{} passed; {} failed; {} ignored in {} binaries",
@@ -71,16 +71,16 @@ fn missions(workspace: &Workspace) -> Result<(), String> {
     };
     for file in files.iter().filter(is_mission) {
         run_command(&mut cargo(
-            workspace,
+            &workspace.root,
             ["run", "--quiet", "--release", "-p", "apsides-cli", "--", "check", file],
         ))?;
     }
     Ok(())
 }
 
-/// What a new reader types first.
+/// Runs the command that a new reader types first.
 fn first_command(workspace: &Workspace) -> Result<(), String> {
-    run_command(&mut written(workspace, &readme::first_command(&read_readme(workspace)?)?)?)
+    run_command(&mut written(&workspace.root, &readme::first_command(&read_readme(workspace)?)?)?)
 }
 
 /// Sums over the closing lines of test binaries.

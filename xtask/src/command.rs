@@ -2,27 +2,23 @@
 
 use std::ffi::OsStr;
 use std::io::{BufRead, BufReader};
+use std::path::Path;
 use std::process::{Command, Stdio};
-
-use crate::workspace::Workspace;
 
 /// The cargo that runs this program, or the one in the path.
 pub(crate) fn cargo_program() -> std::ffi::OsString {
     std::env::var_os("CARGO").unwrap_or_else(|| "cargo".into())
 }
 
-/// Cargo with arguments, in the root.
-pub(crate) fn cargo<A: AsRef<OsStr>>(
-    workspace: &Workspace,
-    arguments: impl IntoIterator<Item = A>,
-) -> Command {
+/// Cargo with arguments, in the root of the workspace.
+pub(crate) fn cargo<A: AsRef<OsStr>>(root: &Path, arguments: impl IntoIterator<Item = A>) -> Command {
     let mut command = Command::new(cargo_program());
-    command.current_dir(&workspace.root).args(arguments);
+    command.current_dir(root).args(arguments);
     command
 }
 
 /// A command as it is written in a document: words between blanks, no shell.
-pub(crate) fn written(workspace: &Workspace, line: &str) -> Result<Command, String> {
+pub(crate) fn written(root: &Path, line: &str) -> Result<Command, String> {
     const SHELL: &[char] = &['"', '\'', '`', '|', '&', ';', '<', '>', '$', '*', '\\'];
     if line.contains(SHELL) {
         return Err(format!("`{line}` needs a shell; documented commands must do without"));
@@ -33,7 +29,7 @@ pub(crate) fn written(workspace: &Workspace, line: &str) -> Result<Command, Stri
         Some("cargo") => Command::new(cargo_program()),
         Some(program) => Command::new(program),
     };
-    command.current_dir(&workspace.root).args(words);
+    command.current_dir(root).args(words);
     Ok(command)
 }
 
@@ -80,14 +76,14 @@ pub(crate) fn output(command: &mut Command) -> Result<String, String> {
     String::from_utf8(out.stdout).map_err(|_| format!("`{line}`: output is not UTF-8"))
 }
 
-/// Whether a command runs and succeeds; its output is dropped.
+/// Returns true if a command runs and succeeds; its output is dropped.
 pub(crate) fn succeeds(command: &mut Command) -> bool {
     command.stdout(Stdio::null()).stderr(Stdio::null()).status().is_ok_and(|s| s.success())
 }
 
 /// Program name and arguments.
 fn describe(command: &Command) -> String {
-    let program = std::path::Path::new(command.get_program());
+    let program = Path::new(command.get_program());
     let name = program.file_stem().unwrap_or(program.as_os_str());
     std::iter::once(name).chain(command.get_args()).map(OsStr::to_string_lossy).collect::<Vec<_>>().join(" ")
 }
@@ -98,10 +94,10 @@ mod tests {
 
     #[test]
     fn written_commands_are_plain_words() {
-        let workspace = Workspace::default();
-        let command = written(&workspace, "cargo test --workspace").unwrap();
+        let root = Path::new(".");
+        let command = written(root, "cargo test --workspace").unwrap();
         assert_eq!(command.get_args().collect::<Vec<_>>(), ["test", "--workspace"]);
-        assert!(written(&workspace, "cargo test | tail").unwrap_err().contains("needs a shell"));
-        assert!(written(&workspace, " ").is_err());
+        assert!(written(root, "cargo test | tail").unwrap_err().contains("needs a shell"));
+        assert!(written(root, " ").is_err());
     }
 }

@@ -1,4 +1,4 @@
-//! What a check found, and where.
+//! Findings of the checks, with their places.
 
 use std::fmt;
 
@@ -9,17 +9,17 @@ pub(crate) struct Finding {
     pub(crate) path: String,
     /// Line from one; zero for the whole file.
     pub(crate) line: usize,
-    /// What is wrong and what is allowed.
+    /// The defect and what is allowed instead.
     pub(crate) message: String,
 }
 
 impl Finding {
-    /// At a line, counted from one.
+    /// A finding at a line, counted from one.
     pub(crate) fn at(path: &str, line: usize, message: impl Into<String>) -> Self {
         Self { path: path.into(), line, message: message.into() }
     }
 
-    /// Of a whole file.
+    /// A finding about a whole file.
     pub(crate) fn of(path: &str, message: impl Into<String>) -> Self {
         Self::at(path, 0, message)
     }

@@ -1,7 +1,9 @@
 //! Who may depend on whom: the layers of the workspace as a table.
 //!
 //! A dependency of the library or program itself is checked; tests, examples and benches depend on what they need.
+//! Within a crate, modules do not import each other in a circle.
 
+use crate::circles;
 use crate::finding::{Finding, report};
 use crate::signatures;
 use crate::workspace::{Package, Purpose, Workspace};
@@ -101,10 +103,16 @@ const HIDDEN: &[&str] = &["faer", "pulp", "clarabel", "parry3d_f64", "parry3d", 
 /// Checks the whole workspace.
 pub(crate) fn run(workspace: &Workspace) -> Result<(), String> {
     let mut findings = check(&workspace.packages, ARROWS, OWNERS);
+    let files = workspace.files()?;
     for package in &workspace.packages {
         findings.extend(lints(workspace, package)?);
+        let source = format!("{}/src", folder(package));
+        let own = files.iter().filter(|f| f.starts_with(&format!("{source}/")) && f.ends_with(".rs"));
+        let texts: Vec<(&str, String)> =
+            own.map(|f| Ok((f.as_str(), read(workspace, f)?))).collect::<Result<_, String>>()?;
+        findings.extend(circles::check(short(&package.name), &source, texts.into_iter()));
     }
-    for path in workspace.files()?.iter().filter(|p| p.starts_with("crates/") && p.ends_with(".rs")) {
+    for path in files.iter().filter(|p| p.starts_with("crates/") && p.ends_with(".rs")) {
         if path.contains("/src/") {
             let text = read(workspace, path)?;
             findings.extend(signatures::check(path, &text, HIDDEN));
@@ -129,7 +137,12 @@ fn lints(workspace: &Workspace, package: &Package) -> Result<Option<Finding>, St
 }
 
 fn manifest(package: &Package) -> String {
-    format!("{}/Cargo.toml", package.folder.to_string_lossy().replace('\\', "/"))
+    format!("{}/Cargo.toml", folder(package))
+}
+
+/// Folder of a package from the root.
+fn folder(package: &Package) -> String {
+    package.folder.to_string_lossy().replace('\\', "/")
 }
 
 /// Name in the tables.

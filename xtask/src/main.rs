@@ -5,7 +5,7 @@
 //! | module | subject |
 //! | --- | --- |
 //! | `ci` | everything a change must pass |
-//! | `layers`, `signatures` | which crate depends on which, and what its interface may name |
+//! | `layers`, `circles`, `signatures` | which crate and which module depends on which, and what an interface may name |
 //! | `tidy` | rules of style that rustfmt and clippy do not know |
 //! | `table` | generated documents |
 //! | `bench` | benchmarks, and the same problems in other programs |
@@ -18,6 +18,7 @@ use std::process::ExitCode;
 
 mod bench;
 mod ci;
+mod circles;
 mod command;
 mod finding;
 mod layers;
@@ -38,8 +39,8 @@ Usage: cargo xtask TASK [ARGS]
 
 Tasks:
   ci                 all checks and tests in order, each with its time; stops at the first failure
-  layers             dependencies between our crates, owners of heavy dependencies, public signatures
-  tidy               file length, module names and docs, leftovers, whitespace, links, machine paths
+  layers             dependencies between our crates, owners of heavy dependencies, import circles, public signatures
+  tidy               file length, module names, documentation, leftovers, whitespace, links, machine paths
   doc                documentation of the workspace; warnings are errors
   mission NAME ...   solves a mission with the release build; further arguments go to `apsides solve`
   table [--check]    writes docs/gallery.md; --check fails if it is out of date (times and rounding aside)
@@ -95,7 +96,7 @@ fn no_arguments(task: &str, rest: &[String]) -> Result<(), String> {
 
 /// Documentation of our crates; a warning is an error.
 fn doc(workspace: &Workspace) -> Result<(), String> {
-    let mut doc = cargo(workspace, ["doc", "--no-deps", "--workspace", "--locked"]);
+    let mut doc = cargo(&workspace.root, ["doc", "--no-deps", "--workspace", "--locked"]);
     run(doc.env("RUSTDOCFLAGS", "-D warnings"))
 }
 
@@ -103,12 +104,12 @@ fn mission(workspace: &Workspace, arguments: &[String]) -> Result<(), String> {
     if arguments.is_empty() {
         return Err("`mission` takes the name of a mission or a mission file".into());
     }
-    let mut solve = cargo(workspace, ["run", "--release", "-p", "apsides-cli", "--", "solve"]);
+    let mut solve = cargo(&workspace.root, ["run", "--release", "-p", "apsides-cli", "--", "solve"]);
     run(solve.args(arguments))
 }
 
 fn bless(workspace: &Workspace) -> Result<(), String> {
-    run(cargo(workspace, ["test", "-p", "apsides-tests"]).env("APSIDES_BLESS", "1"))
+    run(cargo(&workspace.root, ["test", "-p", "apsides-tests"]).env("APSIDES_BLESS", "1"))
 }
 
 #[cfg(test)]

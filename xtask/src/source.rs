@@ -125,18 +125,18 @@ impl Blanking<'_> {
     }
 }
 
-/// Whether a character can stand in an identifier.
+/// Returns true if a character can stand in an identifier.
 pub(crate) fn is_word(c: char) -> bool {
     c == '_' || c.is_alphanumeric()
 }
 
-/// Whether a word occurs in a text as a whole word.
+/// Returns true if a word occurs in a text as a whole word.
 pub(crate) fn has_word(text: &str, word: &str) -> bool {
     text.match_indices(word)
         .any(|(i, _)| !text[..i].ends_with(is_word) && !text[i + word.len()..].starts_with(is_word))
 }
 
-/// Whether a path holds tests alone: under a `tests` folder of a package or module, or a file `tests.rs`.
+/// Returns true if a path holds tests alone: under a `tests` folder of a package or module, or a file `tests.rs`.
 pub(crate) fn is_test_file(path: &str) -> bool {
     // The package `tests/` of the workspace is not a tests folder itself; its own `tests/` is.
     let inner = path.strip_prefix("tests/").unwrap_or(path);

@@ -47,7 +47,8 @@ fn require_example(workspace: &Workspace) -> Result<(), String> {
 
 fn generate(workspace: &Workspace) -> Result<String, String> {
     require_example(workspace)?;
-    let mut example = cargo(workspace, ["run", "--quiet", "--release", "-p", PACKAGE, "--example", EXAMPLE]);
+    let mut example =
+        cargo(&workspace.root, ["run", "--quiet", "--release", "-p", PACKAGE, "--example", EXAMPLE]);
     let text = output(&mut example)?;
     if text.trim().is_empty() { Err(format!("the example `{EXAMPLE}` printed nothing")) } else { Ok(text) }
 }
@@ -67,7 +68,7 @@ fn difference(old: &str, new: &str) -> Option<String> {
         })
 }
 
-/// Whether two cells say the same.
+/// Returns true if two cells agree.
 fn agree(a: &str, b: &str) -> bool {
     let decimal = |s: &str| s.contains(['.', 'e']).then(|| s.parse::<f64>().ok()).flatten();
     match (decimal(a), decimal(b)) {
@@ -100,7 +101,7 @@ fn cells(text: &str) -> Vec<Vec<String>> {
         .collect()
 }
 
-/// Whether a heading names a measured time: `time`, `CPU time [ms]`, `solve time, s`.
+/// Returns true if a heading names a measured time: `time`, `CPU time [ms]`, `solve time, s`.
 fn is_time(heading: &str) -> bool {
     let plain = heading.trim_matches('*').to_lowercase();
     let name = plain.split(['[', '(', ',', '/']).next().unwrap_or_default().trim();

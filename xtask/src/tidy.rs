@@ -3,6 +3,7 @@
 use crate::finding::{Finding, report};
 use crate::workspace::Workspace;
 
+mod docs;
 mod rust;
 mod text;
 
@@ -29,6 +30,7 @@ pub(crate) fn run(workspace: &Workspace) -> Result<(), String> {
         findings.extend(text::machine_paths(path, &text));
         if path.ends_with(".rs") {
             findings.extend(rust::check(path, &text));
+            findings.extend(docs::check(path, &text));
         }
         if path.ends_with(".md") {
             findings.extend(text::links(path, &text, |target| workspace.root.join(target).exists()));

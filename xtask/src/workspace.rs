@@ -8,7 +8,7 @@ use serde_json::Value;
 
 use crate::command::{cargo_program, output};
 
-/// What a dependency is for.
+/// The purpose of a dependency.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Purpose {
     /// The library or program itself.

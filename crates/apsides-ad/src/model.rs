@@ -1,4 +1,4 @@
-//! What a user writes: models generic in the scalar. Each is a plain struct with its parameters and one method.
+//! Traits that a user implements: models generic in the scalar. Each is a plain struct with its parameters and one method.
 
 use crate::Scalar;
 
@@ -22,7 +22,7 @@ pub trait VectorFunction<const N: usize, const M: usize>: Send + Sync {
     fn evaluate<S: Scalar>(&self, z: &[S; N]) -> [S; M];
 }
 
-/// What differential flatness says of equations of motion: `NX` states, `NU` controls and `NR` remaining equations follow from `NY`
+/// The flat map of equations of motion: `NX` states, `NU` controls and `NR` remaining equations follow from `NY`
 /// outputs and their derivatives in time, up to number `ND - 1`.
 ///
 /// For a flat system proper nothing remains. Where there are more outputs than controls, or where a state is taken as an output of

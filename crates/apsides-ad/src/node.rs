@@ -4,44 +4,12 @@ use std::sync::Arc;
 
 use crate::adjoint::AdjointPlan;
 use crate::model::{Dynamics, FlatMap, PathFunction, VectorFunction};
-use crate::pattern::MAX_INPUTS;
+use crate::pattern::{MAX_INPUTS, NodePattern};
 use crate::trace::{self, Formula, OpaqueFunction, Trace};
 use crate::{Dependence, Dual, HyperDual, Scalar};
 
 /// Lanes of the hyper-dual pass: four fill the vector registers without spilling.
 const HESSIAN_LANES: usize = 4;
-
-/// Structure of a [`NodeFunction`]'s derivatives.
-#[derive(Clone, Debug, PartialEq, Eq)]
-pub struct NodePattern {
-    /// `outputs + 1` offsets into `columns`: the Jacobian by rows.
-    pub row_offsets: Vec<usize>,
-    /// Input index of each Jacobian entry, ascending within a row.
-    pub columns: Vec<usize>,
-    /// `(i, j)` with `i >= j`: entries of the lower triangle of the weighted Hessian, in ascending order.
-    pub hessian: Vec<(usize, usize)>,
-}
-
-impl NodePattern {
-    /// Number of Jacobian entries.
-    #[must_use]
-    pub fn jacobian_len(&self) -> usize {
-        self.columns.len()
-    }
-
-    /// Number of Hessian entries.
-    #[must_use]
-    pub fn hessian_len(&self) -> usize {
-        self.hessian.len()
-    }
-
-    /// `(row, column)` of each Jacobian entry, in the order of the values.
-    pub fn jacobian_entries(&self) -> impl Iterator<Item = (usize, usize)> + '_ {
-        (0..self.row_offsets.len() - 1).flat_map(move |r| {
-            self.columns[self.row_offsets[r]..self.row_offsets[r + 1]].iter().map(move |&c| (r, c))
-        })
-    }
-}
 
 /// A function of a few inputs with exact sparse derivatives.
 ///

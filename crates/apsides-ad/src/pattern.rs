@@ -1,5 +1,5 @@
-//! A scalar without a value that records which inputs reach an output, and which pairs of inputs interact
-//! nonlinearly: running a model once on it gives the structure of its Jacobian and of its Hessian.
+//! The structure of Jacobian and Hessian, and a scalar without a value that finds it: the scalar records which inputs
+//! reach an output and which pairs of inputs interact nonlinearly, so that one run of the model is enough.
 
 // Product and quotient rules mix operators by nature.
 #![allow(clippy::suspicious_arithmetic_impl)]
@@ -10,6 +10,38 @@ use crate::scalar::{Scalar, derived_operators};
 
 /// Most inputs of a function whose pattern can be recorded.
 pub const MAX_INPUTS: usize = 64;
+
+/// Structure of a [`NodeFunction`](crate::NodeFunction)'s derivatives.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct NodePattern {
+    /// `outputs + 1` offsets into `columns`: the Jacobian by rows.
+    pub row_offsets: Vec<usize>,
+    /// Input index of each Jacobian entry, ascending within a row.
+    pub columns: Vec<usize>,
+    /// `(i, j)` with `i >= j`: entries of the lower triangle of the weighted Hessian, in ascending order.
+    pub hessian: Vec<(usize, usize)>,
+}
+
+impl NodePattern {
+    /// Number of Jacobian entries.
+    #[must_use]
+    pub fn jacobian_len(&self) -> usize {
+        self.columns.len()
+    }
+
+    /// Number of Hessian entries.
+    #[must_use]
+    pub fn hessian_len(&self) -> usize {
+        self.hessian.len()
+    }
+
+    /// `(row, column)` of each Jacobian entry, in the order of the values.
+    pub fn jacobian_entries(&self) -> impl Iterator<Item = (usize, usize)> + '_ {
+        (0..self.row_offsets.len() - 1).flat_map(move |r| {
+            self.columns[self.row_offsets[r]..self.row_offsets[r + 1]].iter().map(move |&c| (r, c))
+        })
+    }
+}
 
 /// Dependence of a quantity on up to [`MAX_INPUTS`] inputs.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -28,13 +60,13 @@ impl Dependence {
         Self { inputs: 1 << i, pairs: [0; MAX_INPUTS] }
     }
 
-    /// Whether the first derivative with respect to input `i` may be non-zero.
+    /// Returns true if the first derivative with respect to input `i` may be non-zero.
     #[must_use]
     pub fn depends_on(&self, i: usize) -> bool {
         self.inputs >> i & 1 == 1
     }
 
-    /// Whether the second derivative with respect to inputs `i` and `j` may be non-zero.
+    /// Returns true if the second derivative with respect to inputs `i` and `j` may be non-zero.
     #[must_use]
     pub fn is_nonlinear_in(&self, i: usize, j: usize) -> bool {
         self.pairs[i] >> j & 1 == 1

@@ -17,7 +17,7 @@
 use crate::Scalar;
 use crate::spline::{SplineError, check_knots, check_values};
 
-/// What a table is outside its knots.
+/// The rule by which a table continues outside its knots.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Outside {
     /// The value at the nearest end.

@@ -299,7 +299,7 @@ fn joined<T: std::fmt::Display>(items: impl IntoIterator<Item = T>) -> String {
     list
 }
 
-/// What a recording has seen so far.
+/// The operations that a recording has seen so far.
 #[derive(Default)]
 struct Tape {
     inputs: usize,

@@ -2,7 +2,7 @@
 
 use thiserror::Error;
 
-/// What can be wrong with a request for nodes or an interpolant.
+/// The reasons for which a request for nodes or an interpolant is ill-posed.
 #[derive(Debug, Clone, PartialEq, Error)]
 #[non_exhaustive]
 pub enum BasisError {
@@ -42,7 +42,7 @@ pub enum BasisError {
     /// No splines of this order, or not for this purpose.
     #[error("{what}: order {order} requested, {min} to {max} are allowed")]
     SplineOrder {
-        /// What was asked for.
+        /// The rule or spline that was asked for.
         what: &'static str,
         /// The order asked for.
         order: usize,

@@ -1,4 +1,4 @@
-//! What the three Legendre rules share: the root search, and the integration matrix.
+//! Root search and integration matrix, which the three Legendre rules share.
 
 use crate::error::BasisError;
 use crate::legendre::legendre;

@@ -1,4 +1,4 @@
-//! What makes a program ill-posed.
+//! The error of the crate: an ill-posed program.
 
 use thiserror::Error;
 
@@ -72,7 +72,7 @@ pub enum ConicError {
         setting: &'static str,
         /// Its value.
         value: String,
-        /// What is allowed.
+        /// The values that are allowed.
         allowed: &'static str,
     },
     /// The solver refused the program.

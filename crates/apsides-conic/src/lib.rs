@@ -10,7 +10,7 @@
 //! [`ConicProgram::solve`] says by a [`Status`] how it ended. The solver is Clarabel (P. J. Goulart, Y. Chen, Clarabel: An
 //! interior-point solver for conic programs with quadratic objectives, 2024, arXiv:2405.12762).
 //!
-//! What it does not do:
+//! The crate does not offer:
 //!
 //! * No warm start: an interior point starts anew at each solve.
 //! * Rows and columns are scaled once, by the data the program is built with; data that change by orders of magnitude

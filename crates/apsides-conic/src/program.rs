@@ -68,7 +68,7 @@ pub enum Status {
 }
 
 impl Status {
-    /// Whether there is a solution, be it to reduced tolerances.
+    /// Returns true if there is a solution, be it to reduced tolerances.
     #[must_use]
     pub fn has_solution(self) -> bool {
         matches!(self, Self::Solved | Self::SolvedReduced)

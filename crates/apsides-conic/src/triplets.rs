@@ -27,7 +27,7 @@ impl Triplets {
         self.values.len()
     }
 
-    /// Whether there is no entry.
+    /// Returns true if there is no entry.
     #[must_use]
     pub fn is_empty(&self) -> bool {
         self.values.is_empty()
@@ -56,7 +56,7 @@ pub(crate) struct ColumnPattern {
 }
 
 impl ColumnPattern {
-    /// Of entries that are in bounds.
+    /// Sorts entries that are in bounds into compressed columns.
     pub(crate) fn new(entries: &Triplets, columns: usize) -> Self {
         let mut order: Vec<usize> = (0..entries.len()).collect();
         order.sort_by_key(|&k| (entries.columns[k], entries.rows[k]));

@@ -1,4 +1,4 @@
-//! What makes a request ill-posed.
+//! The error of the crate: an ill-posed request.
 
 use thiserror::Error;
 

@@ -64,7 +64,7 @@
 //! | module | subject |
 //! | --- | --- |
 //! | `system` | [`KktSystem`], the flow from triplets to a refined solution |
-//! | `settings`, `error` | [`KktSettings`], [`KktError`] |
+//! | `settings`, `inertia`, `error` | [`KktSettings`], [`Inertia`], [`KktError`] |
 //! | `elimination` | elimination order: minimum degree, stages, custom |
 //! | `pattern` | structure of the permuted upper triangle, product, postorder |
 //! | `scaling` | equilibration |
@@ -86,6 +86,7 @@
 mod dense;
 mod elimination;
 mod error;
+mod inertia;
 mod multifrontal;
 mod pattern;
 mod pivoted;
@@ -96,5 +97,6 @@ mod supernodes;
 mod system;
 
 pub use error::KktError;
+pub use inertia::Inertia;
 pub use settings::{KktSettings, Ordering};
-pub use system::{Inertia, KktCounters, KktSystem, SolveQuality};
+pub use system::{KktCounters, KktSystem, SolveQuality};

@@ -51,7 +51,7 @@ pub(crate) trait Substitution {
     fn solve(&mut self, x: &mut [f64]) -> bool;
 }
 
-/// What refinement reached.
+/// The residual that refinement reached.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Outcome {
     /// `|b - A x| / |b|`, maximum norms.

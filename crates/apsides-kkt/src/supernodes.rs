@@ -24,7 +24,7 @@ pub(crate) struct Supernodes {
 }
 
 impl Supernodes {
-    /// Of a pattern in postorder.
+    /// Finds the supernodes of a pattern in postorder.
     pub(crate) fn new(pattern: &Pattern) -> Self {
         let n = pattern.n;
         let parent = pattern.elimination_tree();

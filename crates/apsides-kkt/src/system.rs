@@ -1,6 +1,7 @@
 //! [`KktSystem`]: the data flow from triplets to a refined solution.
 
 use crate::elimination;
+use crate::inertia::Inertia;
 use crate::multifrontal::Multifrontal;
 use crate::pattern::Pattern;
 use crate::pivoted::Pivoted;
@@ -8,17 +9,6 @@ use crate::refine::{Refiner, System, maximum};
 use crate::scaling::{equilibrate, power_of_two, smallest_row};
 use crate::settings::check_nonnegative;
 use crate::{KktError, KktSettings};
-
-/// Signs of the eigenvalues, as counted from the factor (Sylvester's law of inertia).
-#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
-pub struct Inertia {
-    /// Positive pivots.
-    pub positive: usize,
-    /// Negative pivots.
-    pub negative: usize,
-    /// Pivots that are zero to rounding. All rows, if the factorisation overflowed.
-    pub zero: usize,
-}
 
 /// How well a system was solved.
 #[derive(Debug, Clone, Copy, PartialEq)]

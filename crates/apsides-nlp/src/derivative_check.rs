@@ -13,7 +13,7 @@ pub struct DerivativeEntry {
     pub row: usize,
     /// Column: the variable.
     pub col: usize,
-    /// What the problem answers; zero outside the pattern.
+    /// The derivative that the problem returns; zero outside the pattern.
     pub given: f64,
     /// The central difference.
     pub difference: f64,
@@ -34,7 +34,7 @@ pub struct DerivativeReport {
 }
 
 impl DerivativeReport {
-    /// Whether no entry is off by more than `tolerance`; 1e-5 suits well-scaled problems. Not a number is never right.
+    /// Returns true if no entry is off by more than `tolerance`; 1e-5 suits well-scaled problems. A NaN is never within it.
     pub fn is_within(&self, tolerance: f64) -> bool {
         [self.gradient, self.jacobian, self.hessian].iter().all(|entry| entry.error <= tolerance)
     }

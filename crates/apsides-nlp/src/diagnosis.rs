@@ -18,7 +18,7 @@ use crate::problem::Nlp;
 use crate::report::{SolveReport, Status};
 use crate::settings::NlpSettings;
 
-/// What a limit bounds.
+/// The quantity that a limit bounds.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 pub enum Place {
     /// A variable, by index.
@@ -39,7 +39,7 @@ pub enum Side {
 /// One bound on one variable or constraint function.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Limit {
-    /// What is bounded.
+    /// The quantity that is bounded.
     pub place: Place,
     /// From which side.
     pub side: Side,
@@ -98,7 +98,7 @@ const NEGLIGIBLE: f64 = 1e-5;
 const LEAST_SHARE: f64 = 1e-3;
 
 impl Relaxation {
-    /// Whether the amounts are those of a solution.
+    /// Returns true if the amounts are those of a solution.
     pub fn is_success(&self) -> bool {
         self.report.status.is_success()
     }

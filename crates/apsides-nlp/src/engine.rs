@@ -28,7 +28,7 @@ pub(crate) enum Exit {
     Left,
 }
 
-/// What is common to a solve and its restoration phases.
+/// Observer, deadline and iteration counts, which a solve shares with its restoration phases.
 pub(crate) struct Session<'a> {
     pub observer: &'a mut dyn Observer,
     pub deadline: Option<Instant>,
@@ -281,7 +281,7 @@ impl Engine {
         None
     }
 
-    /// Whether the point is too far away, or the objective too low at a point that is feasible but for rounding.
+    /// Returns true if the point is too far away, or the objective too low at a point that is feasible but for rounding.
     fn diverges(&self) -> bool {
         let (settings, largest) = (&self.settings, max_abs(&self.current.v));
         let feasible = self.errors.scaled.primal_infeasibility <= settings.tolerance * largest.max(1.0);
@@ -305,7 +305,7 @@ impl Engine {
             && unscaled.complementarity <= settings.acceptable_complementarity_tolerance
     }
 
-    /// What follows when no step is acceptable: at an almost feasible point a restoration phase cannot help.
+    /// The exit when no step is acceptable: at an almost feasible point a restoration phase cannot help.
     fn no_step(&self) -> Exit {
         if self.is_acceptable() {
             return Exit::Finished(Status::Acceptable);

@@ -87,7 +87,7 @@ pub enum NlpError {
         name: &'static str,
         /// The value found.
         value: f64,
-        /// What is allowed.
+        /// The values that are allowed.
         allowed: &'static str,
     },
     /// A perturbation does not fit the problem or its solution.
@@ -97,7 +97,7 @@ pub enum NlpError {
         what: &'static str,
         /// Index of the variable or constraint; zero for the objective.
         index: usize,
-        /// What is wrong or allowed.
+        /// The defect, or what is allowed.
         reason: &'static str,
     },
     /// A point has no derivative with respect to a parameter.

@@ -28,7 +28,7 @@ impl Filter {
         self.corners.clear();
     }
 
-    /// Whether no corner dominates the pair.
+    /// Returns true if no corner dominates the pair.
     pub(crate) fn accepts(&self, violation: f64, barrier: f64) -> bool {
         self.corners.iter().all(|&(v, b)| at_most(violation, v, v) || at_most(barrier, b, b))
     }

@@ -415,7 +415,7 @@ impl Engine {
                 .all(|(step, v)| step.abs() <= TINY_STEP * (1.0 + v.abs()))
     }
 
-    /// Whether the step changes a multiplier by more than rounding.
+    /// Returns true if the step changes a multiplier by more than rounding.
     fn moves_multipliers(&self) -> bool {
         let moves = |steps: &[f64], values: &[f64]| {
             steps.iter().zip(values).any(|(step, value)| step.abs() > DUAL_TINY_STEP * (1.0 + value.abs()))

@@ -1,4 +1,4 @@
-//! What the interior point engine needs of a problem: minimise `f(v)` subject to `c(v) = 0`, `l <= v <= u`.
+//! The problem in the form that the interior point engine solves: minimise `f(v)` subject to `c(v) = 0`, `l <= v <= u`.
 //!
 //! The variables `v` are `x` followed by *unit variables*, each of which enters one constraint with the coefficient
 //! +1 or -1 and nothing else that is coupled: the slacks of the inequality constraints and, in the restoration phase,
@@ -85,11 +85,11 @@ pub(crate) trait BarrierModel {
     fn barrier_changed(&mut self, _barrier: f64) -> bool {
         false
     }
-    /// Whether to leave the solve at this iterate although it is not optimal.
+    /// Returns true if the solve is to be left at this iterate although it is not optimal.
     fn leaves(&mut self, _v: &[f64]) -> bool {
         false
     }
-    /// Whether this is the restoration problem.
+    /// Returns true for the restoration problem.
     fn is_restoration(&self) -> bool {
         false
     }

@@ -35,7 +35,7 @@ impl Pattern {
         self.rows.len()
     }
 
-    /// Whether there is no entry.
+    /// Returns true if there is no entry.
     pub fn is_empty(&self) -> bool {
         self.rows.is_empty()
     }

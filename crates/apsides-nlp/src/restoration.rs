@@ -40,7 +40,7 @@ pub(crate) enum Recovery {
     Ended(Status),
 }
 
-/// What the restoration phase minimises.
+/// The measure that the restoration phase minimises.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 enum Measure {
     OneNorm,

@@ -33,21 +33,21 @@ use crate::step::SINGULAR_RESIDUAL;
 /// derivatives of the functions include what follows from it.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Perturbation {
-    /// Of the objective.
+    /// Derivative of the objective.
     pub objective: f64,
-    /// Of the gradient of the Lagrangian `grad f + J^T y`, length `n`; entries of fixed variables are not used.
+    /// Derivative of the gradient of the Lagrangian `grad f + J^T y`, length `n`; entries of fixed variables are not used.
     pub gradient: Vec<f64>,
-    /// Of the constraint functions, length `m`.
+    /// Derivatives of the constraint functions, length `m`.
     pub constraints: Vec<f64>,
-    /// Of the values of the fixed variables, length `n`; zero for free variables.
+    /// Derivatives of the values of the fixed variables, length `n`; zero for free variables.
     pub fixed_variables: Vec<f64>,
-    /// Of the lower bounds of the free variables, length `n`; zero for fixed variables.
+    /// Derivatives of the lower bounds of the free variables, length `n`; zero for fixed variables.
     pub variable_lower: Vec<f64>,
-    /// Of the upper bounds of the free variables, length `n`; zero for fixed variables.
+    /// Derivatives of the upper bounds of the free variables, length `n`; zero for fixed variables.
     pub variable_upper: Vec<f64>,
-    /// Of the lower bounds of the constraints, length `m`.
+    /// Derivatives of the lower bounds of the constraints, length `m`.
     pub constraint_lower: Vec<f64>,
-    /// Of the upper bounds of the constraints, length `m`; equal to `constraint_lower` for equalities.
+    /// Derivatives of the upper bounds of the constraints, length `m`; equal to `constraint_lower` for equalities.
     pub constraint_upper: Vec<f64>,
 }
 
@@ -161,7 +161,7 @@ impl Perturbation {
     }
 }
 
-/// What enters the optimality conditions of a problem at the solution of another one.
+/// The data that enter the optimality conditions of a problem at the solution of another one.
 struct Data {
     objective: f64,
     gradient: Vec<f64>,
@@ -227,11 +227,11 @@ fn check_report(report: &SolveReport, n: usize, m: usize) -> Result<(), NlpError
 /// Derivative of a solution with respect to a parameter, per unit of the parameter.
 #[derive(Debug, Clone, PartialEq)]
 pub struct SolutionDerivative {
-    /// Of the optimal objective.
+    /// Derivative of the optimal objective.
     pub objective: f64,
-    /// Of the variables, length `n`.
+    /// Derivatives of the variables, length `n`.
     pub x: Vec<f64>,
-    /// Of the constraint multipliers, length `m`.
+    /// Derivatives of the constraint multipliers, length `m`.
     pub constraint_multipliers: Vec<f64>,
 }
 

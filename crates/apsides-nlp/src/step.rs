@@ -108,7 +108,7 @@ impl Engine {
         LARGEST_TRIAL * max_abs(&self.hessian).max(self.settings.first_regularisation)
     }
 
-    /// Whether the step reduces the linearised constraints. With dual regularisation it leaves `dual_shift * dy` of
+    /// Returns true if the step reduces the linearised constraints. With dual regularisation it leaves `dual_shift * dy` of
     /// them, which is all where a Jacobian row vanishes: many such steps lead nowhere.
     fn reduces_violation(&self, dual_shift: f64) -> bool {
         let left: f64 = dual_shift * self.step.y.iter().map(|y| y.abs()).sum::<f64>();

@@ -95,7 +95,7 @@ pub struct DiscreteFlow {
     tangents: Vec<f64>,
     /// Adjoints at the ends of the steps, states and quadratures.
     adjoints: Vec<f64>,
-    /// Of the stages of one step: `kappa`, and `f_x^T kappa`.
+    /// Adjoints `kappa` of the stages of one step; `pulled_back` holds `f_x^T kappa`.
     stage_adjoints: Vec<f64>,
     pulled_back: Vec<f64>,
 }

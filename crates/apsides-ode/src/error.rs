@@ -33,7 +33,7 @@ pub enum OdeError {
         name: &'static str,
         /// The offending value.
         value: f64,
-        /// What is allowed.
+        /// The values that are allowed.
         allowed: &'static str,
     },
     /// Sample times do not run in one direction from the start time.

@@ -38,7 +38,7 @@ pub struct Event<'a> {
     pub function: &'a dyn Fn(f64, &[f64]) -> f64,
     /// Which crossings count; default both.
     pub direction: Direction,
-    /// Whether the integration ends there; default no.
+    /// True if the integration ends there; default false.
     pub terminal: bool,
 }
 
@@ -76,7 +76,7 @@ struct Crossing {
     rising: bool,
 }
 
-/// What is known of the events between steps, and room for those of a step.
+/// State of the events between steps, and room for those of a step.
 #[derive(Debug, Clone, Default)]
 pub(crate) struct EventTracker {
     /// Sign of each function at the last sample; 0 where unknown.

@@ -13,7 +13,7 @@ pub struct EventRecord {
     pub time: f64,
     /// State at that time.
     pub state: Vec<f64>,
-    /// Whether the event function rose through zero.
+    /// True if the event function rose through zero.
     pub rising: bool,
 }
 

@@ -305,7 +305,7 @@ impl Integrator {
     }
 }
 
-/// Whether no value is NaN or infinite: such a one leaves zero times it NaN.
+/// Returns true if no value is NaN or infinite: such a one leaves zero times it NaN.
 #[inline]
 fn all_finite(values: &[f64]) -> bool {
     values.iter().map(|v| v * 0.0).sum::<f64>() == 0.0

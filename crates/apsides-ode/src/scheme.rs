@@ -1,4 +1,4 @@
-//! What a Runge-Kutta pair is to the integrator: one step, its error and its dense output.
+//! The interface of a Runge-Kutta pair to the integrator: one step, its error and its dense output.
 
 pub(crate) mod dop853;
 mod dop853_tableau;

@@ -32,7 +32,7 @@ impl<'a> Step<'a> {
         &self.rows[..self.dimension]
     }
 
-    /// Whether `t` lies in the step, ends included.
+    /// Returns true if `t` lies in the step, ends included.
     pub fn contains(&self, t: f64) -> bool {
         (self.start.min(self.end)..=self.start.max(self.end)).contains(&t)
     }
@@ -65,7 +65,7 @@ pub struct Occurrence<'a> {
     pub time: f64,
     /// State at that time, from the dense output.
     pub state: &'a [f64],
-    /// Whether the event function rises through zero (in the direction of integration).
+    /// True if the event function rises through zero (in the direction of integration).
     pub rising: bool,
 }
 
@@ -73,7 +73,7 @@ pub struct Occurrence<'a> {
 ///
 /// A closure `FnMut(&Step) -> ControlFlow<()>` is an observer of steps, `()` one of nothing.
 pub trait Observer {
-    /// Whether [`step`](Self::step) is to be called; if not, the dense output is computed for events only.
+    /// True if [`step`](Self::step) is to be called; otherwise the dense output is computed for events only.
     const OBSERVES_STEPS: bool = true;
 
     /// Called after each accepted step; `Break` ends the integration at the end of the step.

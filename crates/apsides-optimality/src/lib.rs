@@ -104,7 +104,7 @@ struct Side {
     distance: f64,
     /// Its multiplier: negative if of the wrong sign.
     multiplier: f64,
-    /// Whether the other bound is the same, so that the multiplier may have any sign.
+    /// True if the other bound is the same, so that the multiplier may have any sign.
     equality: bool,
 }
 

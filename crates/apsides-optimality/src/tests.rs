@@ -44,7 +44,7 @@ fn each_condition_is_seen() {
     near(error(Condition::Sign, |r| r.upper_multipliers[1] = 1e-3), 1e-3);
 }
 
-/// What is far below the tolerance elsewhere: variables outside their bounds, multipliers of the wrong sign, and NaN.
+/// No tolerance forgives variables outside their bounds, multipliers of the wrong sign, or NaN.
 #[test]
 fn what_may_not_be_at_all() {
     let (mut problem, solution) = solved();

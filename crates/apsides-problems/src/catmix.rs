@@ -91,7 +91,7 @@ impl Dynamics<2, 1> for Reactor {
     }
 }
 
-/// What decides the share of the first catalyst along an arc.
+/// The condition that decides the share of the first catalyst along an arc.
 enum Arc {
     Bound(f64),
     Singular,

@@ -65,7 +65,7 @@ impl Motor {
     }
 }
 
-/// What burns in a phase, until when, and what is dropped at its end.
+/// A stage of the launcher: the motors that burn in a phase, until when, and the mass that is dropped at its end.
 struct Stage {
     name: &'static str,
     thrust: f64,

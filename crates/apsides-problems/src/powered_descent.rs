@@ -72,7 +72,7 @@ const ENGINES_N: f64 = 6.0 * 3100.0;
 const ISP_S: f64 = 225.0;
 const STANDARD_GRAVITY_M_S2: f64 = 9.807;
 const CANT_DEG: f64 = 27.0;
-/// Of the cone of the glide slope, from the vertical.
+/// Half angle of the cone of the glide slope, from the vertical.
 const SLOPE_HALF_ANGLE_DEG: f64 = 86.0;
 
 /// `alpha`, s/m.

@@ -1,4 +1,4 @@
-//! What the gallery is made of: a named problem, how to pose it, and the optimum that a method must find.
+//! An entry of the gallery: a named problem, how to pose it, and the optimum that a method must find.
 
 use apsides_ocp::{Guess, Ocp, OcpError};
 
@@ -9,7 +9,7 @@ pub struct Problem {
     pub name: &'static str,
     /// One line on what is optimised.
     pub title: &'static str,
-    /// What the optimal control looks like, which decides how accurate a plain transcription gets.
+    /// Structure of the optimal control, which decides how accurate a plain transcription gets.
     pub structure: Structure,
     /// The optimum.
     pub optimum: Optimum,
@@ -67,7 +67,7 @@ pub struct Optimum {
     pub unit: &'static str,
     /// Largest relative difference from `value` that the reference supports.
     pub relative_tolerance: f64,
-    /// What the value stands on.
+    /// Evidence for the value.
     pub evidence: Evidence,
     /// Where statement and value come from.
     pub source: &'static str,
@@ -80,14 +80,14 @@ impl Optimum {
         (objective - self.value) / self.value.abs()
     }
 
-    /// Whether an objective agrees with the optimum to its tolerance.
+    /// Returns true if an objective agrees with the optimum to its tolerance.
     #[must_use]
     pub fn agrees_with(&self, objective: f64) -> bool {
         self.relative_difference(objective).abs() <= self.relative_tolerance
     }
 }
 
-/// What an optimum stands on.
+/// The evidence for the value of an optimum.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Evidence {
     /// A formula, or quadrature and root finding to double precision.
@@ -98,7 +98,7 @@ pub enum Evidence {
     SeveralPrograms,
 }
 
-/// What the optimal control looks like.
+/// The structure of an optimal control.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Structure {
     /// Analytic along the phase.

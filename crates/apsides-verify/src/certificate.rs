@@ -2,7 +2,7 @@
 
 use serde::{Deserialize, Deserializer, Serialize};
 
-/// What a check speaks of.
+/// The property of a trajectory that a check concerns.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum CheckKind {
@@ -15,7 +15,7 @@ pub enum CheckKind {
 /// One verified property: `value <= limit`.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Check {
-    /// What is checked, for instance `re-simulated radius at the end`.
+    /// Name of the quantity that is checked, for instance `re-simulated radius at the end`.
     pub name: String,
     /// Feasibility or optimality.
     pub kind: CheckKind,
@@ -32,7 +32,7 @@ pub struct Check {
     pub unit: String,
     /// Where the largest value stands: phase and time.
     pub at: String,
-    /// Whether the value is within the limit.
+    /// True if the value is within the limit.
     pub passed: bool,
 }
 
@@ -65,7 +65,7 @@ impl Check {
     }
 }
 
-/// What the checks amount to. Nothing here speaks of a global optimum.
+/// The conclusion from all checks. None of them claims a global optimum.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Verdict {
@@ -90,7 +90,7 @@ impl std::fmt::Display for Verdict {
 /// The result of a verification.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Certificate {
-    /// What the checks amount to.
+    /// The conclusion from all checks.
     pub verdict: Verdict,
     /// Every check made.
     pub checks: Vec<Check>,
@@ -117,7 +117,7 @@ impl Certificate {
         self.checks.iter().filter(|c| !c.passed)
     }
 
-    /// Whether feasibility and local optimality are verified.
+    /// Returns true if feasibility and local optimality are verified.
     #[must_use]
     pub fn is_verified(&self) -> bool {
         self.verdict == Verdict::LocalOptimum

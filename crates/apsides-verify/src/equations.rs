@@ -129,7 +129,7 @@ impl<'a> Equations<'a> {
         h
     }
 
-    /// Whether there is a path constraint row of this index and no control enters it.
+    /// Returns true if there is a path constraint row of this index and no control enters it.
     pub(crate) fn is_free_of_controls(&self, row: usize) -> bool {
         let controls = self.nx..self.nx + self.nu;
         self.path_row(row).is_some_and(|(function, output)| {
@@ -188,7 +188,7 @@ impl<'a> Equations<'a> {
         }
     }
 
-    /// Whether no function that enters the Lagrangian depends on time explicitly.
+    /// Returns true if no function that enters the Lagrangian depends on time explicitly.
     pub(crate) fn is_autonomous(&self) -> bool {
         let integrands = self
             .phase

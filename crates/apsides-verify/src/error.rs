@@ -16,7 +16,7 @@ pub enum VerifyError {
     Dimension {
         /// Phase or constraint.
         place: String,
-        /// What is counted.
+        /// The quantity that is counted.
         what: &'static str,
         /// The size that fits.
         expected: usize,
@@ -46,7 +46,7 @@ pub enum VerifyError {
         name: &'static str,
         /// The value given.
         value: f64,
-        /// What is allowed.
+        /// The values that are allowed.
         allowed: &'static str,
     },
 }

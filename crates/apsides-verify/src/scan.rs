@@ -17,7 +17,7 @@ const GOLDEN: f64 = 0.618_033_988_749_894_9;
 /// Steps of the search: the bracket ends at 1e-8 of its length.
 const SEARCH_STEPS: usize = 40;
 
-/// What is watched, in the row `[x, u, path rows]`.
+/// A quantity that is watched, in the row `[x, u, path rows]`.
 struct Watched<'a> {
     row: usize,
     variable: &'a Variable,

@@ -1,4 +1,4 @@
-//! Whether a trajectory fits its problem, so that the checks can index without looking.
+//! Refuses a trajectory that does not fit its problem, so that the checks can index without looking.
 
 use apsides_ocp::{Guess, Ocp, PhaseTrajectory, PiecewisePolynomial, Trajectory};
 

@@ -15,7 +15,7 @@ struct Member {
     at: String,
 }
 
-/// Whether `candidate` is worse than `current`; a NaN is worse than any number.
+/// Returns true if `candidate` is worse than `current`; a NaN is worse than any number.
 pub(crate) fn is_worse(candidate: f64, current: f64) -> bool {
     !current.is_nan() && (candidate.is_nan() || candidate > current)
 }

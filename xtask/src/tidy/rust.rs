@@ -53,7 +53,7 @@ pub(crate) fn check(path: &str, text: &str) -> Vec<Finding> {
     findings
 }
 
-/// Whether a file belongs to a library below the facade.
+/// Returns true if a file belongs to a library below the facade.
 fn is_library(path: &str) -> bool {
     path.starts_with("crates/") && path.contains("/src/") && !WITH_FILES.iter().any(|c| path.starts_with(c))
 }
@@ -71,7 +71,7 @@ fn declared_module(line: &str) -> Option<&str> {
     open.then(|| after.split(|c| !is_word(c)).next()).flatten()
 }
 
-/// Whether the first line, inner attributes aside, is module documentation.
+/// Returns true if the first line, inner attributes aside, is module documentation.
 fn has_module_docs(text: &str) -> bool {
     let first = text.lines().find(|l| !l.trim().is_empty() && !l.starts_with("#![") && !l.starts_with("// "));
     first.is_none_or(|l| l.starts_with("//!"))

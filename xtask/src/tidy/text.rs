@@ -69,7 +69,7 @@ pub(crate) fn links(path: &str, text: &str, exists: impl Fn(&str) -> bool) -> Ve
     findings
 }
 
-/// What the links and images of a line point to: `[text](target)`, `[label]: target`, `src="target"`.
+/// Targets of the links and images of a line: `[text](target)`, `[label]: target`, `src="target"`.
 fn targets(line: &str) -> Vec<&str> {
     let inline = line.split("](").skip(1).filter_map(|rest| {
         let inside = rest.split(')').next()?;

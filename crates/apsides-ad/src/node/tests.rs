@@ -172,7 +172,7 @@ fn nan_stays_visible() {
     assert!(out[0].is_nan());
 }
 
-/// What the formulas of models are made of beyond [`Everything`]: shifts, powers, quotients and angles of one variable.
+/// Operations that formulas of models use beyond [`Everything`]: shifts, powers, quotients and angles of one variable.
 struct Compositions;
 
 impl VectorFunction<4, 4> for Compositions {

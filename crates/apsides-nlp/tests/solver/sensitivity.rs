@@ -7,7 +7,7 @@ use apsides_nlp::{
 
 use crate::support::{Dense, INF, hs71, solve_with};
 
-/// Of a difference quotient of solutions, from their tolerance over the width.
+/// Agreement of a difference quotient of solutions: their tolerance over the width.
 const RESOLVED: f64 = 2e-6;
 const CLOSED_FORM: f64 = 1e-8;
 

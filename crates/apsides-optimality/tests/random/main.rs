@@ -85,7 +85,7 @@ const FAMILIES: [Family; 25] = [
     family("anything", Answer::Any, 100, families::anything),
 ];
 
-/// What came of one case.
+/// The outcome of one case.
 struct Outcome {
     status: Status,
     iterations: usize,

@@ -52,7 +52,7 @@ impl Random {
     }
 }
 
-/// What a term is of its variable `x`.
+/// The form of a term in its variable `x`.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) enum Form {
     Constant,

@@ -38,7 +38,7 @@ pub(crate) struct Last {
     values: Evaluated,
     /// Outputs, then the entries of their Jacobian.
     derivatives: Evaluated,
-    /// Of the outputs in the Hessian.
+    /// Weights of the outputs in the Hessian.
     weights: Vec<f64>,
 }
 
@@ -97,7 +97,7 @@ macro_rules! program {
 pub(crate) use program;
 
 impl Program {
-    /// Whether an objective agrees with the optimum to the tolerance.
+    /// Returns true if an objective agrees with the optimum to the tolerance.
     #[must_use]
     pub fn agrees_with(&self, objective: f64) -> bool {
         (objective - self.optimum).abs() <= self.tolerance * self.optimum.abs().max(1.0)

@@ -46,7 +46,7 @@ impl Landscape {
         }
     }
 
-    /// What the box `[-100, 100]` is scaled by.
+    /// Returns the factor by which the box `[-100, 100]` is scaled.
     #[must_use]
     pub fn factor(self) -> f64 {
         match self {

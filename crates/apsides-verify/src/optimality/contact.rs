@@ -16,7 +16,7 @@ use crate::place::place;
 use crate::worst::{Worst, relative};
 use crate::{Check, VerifySettings};
 
-/// What a contact does; NaN all over where the trajectory states one that cannot be.
+/// Jumps of the costates at a contact; NaN all over where the trajectory states one that cannot be.
 pub(super) struct Impulse {
     /// Interval of the control that starts there.
     pub(super) end: usize,

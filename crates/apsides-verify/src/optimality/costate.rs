@@ -88,7 +88,7 @@ impl PhaseConditions<'_> {
         matches!(integrator.integrate(&system, a, start, b, end), Ok(s) if s.status == Status::Completed)
     }
 
-    /// Whether a state bound is active at a node or an end of an interval, ends of the phase apart.
+    /// Returns true if a state bound is active at a node or an end of an interval, ends of the phase apart.
     fn state_bound_is_active(&mut self, segment: usize, settings: &VerifySettings) -> bool {
         let (t0, tf) = (self.found.initial_time, self.found.final_time);
         let inner = END * (tf - t0);

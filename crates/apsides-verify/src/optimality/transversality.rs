@@ -67,7 +67,7 @@ struct EndConditions<'a> {
 struct Condition {
     name: String,
     input: EndpointInput,
-    /// What the phase adds to the gradient of cost and constraints.
+    /// Contribution of the phase to the gradient of cost and constraints.
     inner: f64,
     bounds: Bounds,
     /// The slope times the scale of the quantity is compared with this.

@@ -52,10 +52,10 @@ struct Mode {
     rate: f64,
     /// A of the book.
     factor: f64,
-    /// Of z^2 and of z in the distance.
+    /// Coefficients of z^2 (`square`) and of z (`linear`) in the distance.
     square: f64,
     linear: f64,
-    /// Of z times that of each later root.
+    /// Coefficients of z times that of each later root.
     products: Vec<f64>,
 }
 
