@@ -24,23 +24,24 @@ const ARROWS: &[(&str, Arrows)] = &[
     // Kernel: nothing of ours.
     ("ad", To(&[])),
     ("basis", To(&[])),
+    ("iteration", To(&[])),
     ("kkt", To(&[])),
     // Engines.
     ("conic", To(&[])),
     ("metaheuristics", To(&[])),
-    ("nlp", To(&["kkt"])),
+    ("nlp", To(&["iteration", "kkt"])),
     ("ode", To(&["ad"])),
     // Domain.
     ("dynamics", To(&["ad"])),
     ("terrain", To(&["ad"])),
-    ("ocp", To(&["ad", "basis"])),
+    ("ocp", To(&["ad", "basis", "iteration"])),
     // Methods.
     ("radau", To(&["ad", "ocp", "basis", "nlp"])),
     ("flatness", To(&["ad", "ocp", "basis", "nlp"])),
     ("shooting", To(&["ad", "basis", "ocp", "ode", "nlp"])),
     // Piecewise-constant controls are a special case of the transcription of direct shooting, with unknown segment ends.
     ("piecewise", To(&["ad", "basis", "ocp", "nlp", "shooting"])),
-    ("convex", To(&["ad", "basis", "ocp", "ode", "conic"])),
+    ("convex", To(&["ad", "basis", "iteration", "ocp", "ode", "conic"])),
     // What follows a solution: no solver and no method.
     ("control", To(&["ad", "dynamics", "ode"])),
     ("verify", To(&["ad", "ocp", "ode", "terrain"])),

@@ -58,6 +58,4 @@ pub use descent::{
     DivertSettings, FlightTime, Hold, Limit, LowerBound, Outcome, PoweredDescent,
 };
 pub use error::ConvexError;
-pub use successive::{
-    SuccessiveConvexification, SuccessiveRecord, SuccessiveSettings, SuccessiveSolution, SuccessiveStatus,
-};
+pub use successive::{SuccessiveConvexification, SuccessiveRecord, SuccessiveSettings, SuccessiveSolution};

@@ -13,17 +13,17 @@
 //! model is good and rises where it is not. A step that falls short is solved again with the constraint values it led to
 //! (second-order correction), without which curved constraints allow short steps only. The penalty follows the multipliers, and is raised while
 //! constraints are not met at a point where the model promises no more; if that does not help the worst constraint is named
-//! ([`SuccessiveStatus::Infeasible`]).
+//! ([`SuccessiveSolution::unmet`]).
 //!
 //! No second derivative is used: where the optimum is not held by constraints, convergence is linear.
 //!
 //! ```
-//! use apsides_convex::{SuccessiveConvexification, SuccessiveStatus};
+//! use apsides_convex::SuccessiveConvexification;
 //!
 //! let problem = apsides_problems::find("brachistochrone_dymos").expect("in the gallery");
 //! let case = problem.pose()?;
 //! let solution = SuccessiveConvexification::default().solve(&case.ocp, &case.guess)?;
-//! assert_eq!(solution.status, SuccessiveStatus::Converged);
+//! assert!(solution.status.is_success());
 //! assert!(problem.optimum.relative_difference(solution.trajectory.objective).abs() < 1e-6);
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
@@ -32,6 +32,7 @@
 //! | --- | --- |
 //! | [`settings`] | what can be chosen |
 //! | [`solver`] | the iteration, what it returns |
+//! | `method` | the method as an [`apsides_ocp::Method`] |
 //! | `flow`, `linearisation`, `layout` | values and derivatives at a point |
 //! | `subproblem` | the convex program |
 //!
@@ -42,9 +43,10 @@
 mod flow;
 mod layout;
 mod linearisation;
+mod method;
 pub mod settings;
 pub mod solver;
 mod subproblem;
 
 pub use settings::SuccessiveSettings;
-pub use solver::{SuccessiveConvexification, SuccessiveRecord, SuccessiveSolution, SuccessiveStatus};
+pub use solver::{SuccessiveConvexification, SuccessiveRecord, SuccessiveSolution};

@@ -1,9 +1,8 @@
 //! Problems of the gallery by successive convexification, several phases, and what has no solution.
 
 use apsides_ad::{Dynamics, Scalar};
-use apsides_convex::{
-    ConvexError, SuccessiveConvexification, SuccessiveSettings, SuccessiveSolution, SuccessiveStatus,
-};
+use apsides_convex::{ConvexError, SuccessiveConvexification, SuccessiveSettings, SuccessiveSolution};
+use apsides_iteration::Status;
 use apsides_ocp::{At, Bounds, Guess, Ocp, OcpError, Phase, State, Variable};
 
 fn solve(ocp: &Ocp, guess: &Guess, settings: SuccessiveSettings) -> SuccessiveSolution {
@@ -17,7 +16,7 @@ fn difference(name: &str, intervals: usize, most_iterations: usize) -> f64 {
     let settings =
         SuccessiveSettings { intervals, max_iterations: most_iterations, ..SuccessiveSettings::default() };
     let s = solve(&case.ocp, &case.guess, settings);
-    assert_eq!(s.status, SuccessiveStatus::Converged, "{name}");
+    assert_eq!(s.status, Status::Optimal, "{name}");
     assert!(s.violation < 1e-6, "{name}: {:e}", s.violation);
     problem.optimum.relative_difference(s.trajectory.objective)
 }
@@ -116,7 +115,7 @@ fn two_linked_phases_are_one_flight() {
         samples([1.0, 2.0], [4.0, 4.0, 8.0], [10.0, 5.0, 9.0]),
     ];
     let s = solve(&ocp, &guess, SuccessiveSettings::default());
-    assert_eq!(s.status, SuccessiveStatus::Converged);
+    assert_eq!(s.status, Status::Optimal);
     // The cycloid through (10, 5): x = r (a - sin a), depth = r (1 - cos a), time a sqrt(r / g).
     assert!((s.trajectory.objective - 1.801_603_1).abs() < 1e-5, "{}", s.trajectory.objective);
     let [a, b] = [&s.trajectory.phases[0], &s.trajectory.phases[1]];
@@ -153,11 +152,12 @@ fn what_has_no_solution_is_named_with_its_amount() {
     // From rest to rest over 1 m with 1 m/s2 takes 2 s.
     let ocp = cart(4.0);
     let s = solve(&ocp, &Guess::linear(&ocp), SuccessiveSettings::default());
-    assert_eq!(s.status, SuccessiveStatus::Converged);
+    assert_eq!(s.status, Status::Optimal);
     assert!((s.trajectory.objective - 2.0).abs() < 2e-3);
     let ocp = cart(1.5);
     let s = solve(&ocp, &Guess::linear(&ocp), SuccessiveSettings::default());
-    let SuccessiveStatus::Infeasible(unmet) = s.status else { panic!("{:?}", s.status) };
+    assert_eq!(s.status, Status::Infeasible);
+    let unmet = s.unmet.unwrap();
     assert!(unmet.origin.name.starts_with("equation of motion"), "{unmet}");
     assert_eq!(unmet.origin.phase.as_deref(), Some("push"));
     assert!(unmet.amount.abs() > 1e-3, "{unmet}");
@@ -168,7 +168,7 @@ fn the_limit_of_iterations_is_a_status() {
     let ocp = cart(4.0);
     let settings = SuccessiveSettings { max_iterations: 2, ..SuccessiveSettings::default() };
     let s = solve(&ocp, &Guess::linear(&ocp), settings);
-    assert_eq!((s.status, s.records.len()), (SuccessiveStatus::IterationLimit, 2));
+    assert_eq!((s.status, s.records.len()), (Status::IterationLimit, 2));
 }
 
 #[test]

@@ -60,7 +60,7 @@
 //! | [`solver`] | the method and its solution |
 //! | [`curve`] | splines of a phase |
 //! | [`Transcription`] | the discretised problem, for a solver of one's own |
-//! | [`rows`] | constraints of the discretised problem by name |
+//! | [`FlatMethod`] | the method as an [`apsides_ocp::Method`], with the flat systems of a problem |
 //!
 //! References: M. Fliess, J. Levine, P. Martin, P. Rouchon, *Int. J. Control* 61 (1995) 1327, doi 10.1080/00207179508921959.
 //! A. Naghash and A. Jamilnia, Modares Mechanical Engineering 17(10), 2017 (planar lunar landing on B-splines).
@@ -71,9 +71,10 @@ mod estimate;
 mod extraction;
 mod grid;
 mod layout;
+mod method;
 mod outer;
 mod redundant;
-pub mod rows;
+mod rows;
 pub mod settings;
 pub mod solver;
 mod start;
@@ -83,8 +84,8 @@ mod transcription;
 
 pub use curve::PhaseSplines;
 pub use error::FlatnessError;
-pub use rows::RowOrigin;
+pub use method::FlatMethod;
 pub use settings::{BoundRows, Breaks, FlatnessSettings, Placement, SplineSettings};
-pub use solver::{Flatness, FlatnessSolution, SolveRecord, Unmet};
+pub use solver::{Flatness, FlatnessSolution, SolveRecord};
 pub use system::FlatSystem;
 pub use transcription::Transcription;

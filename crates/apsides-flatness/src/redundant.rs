@@ -53,7 +53,7 @@ pub(crate) fn rows(nlp: &mut Transcription) -> Result<Vec<bool>, FlatnessError> 
         let row = &nlp.rows[r];
         let scale = if row.scale.is_nan() { 1.0 } else { row.scale };
         let contradiction = || FlatnessError::Contradiction {
-            row: row.origin.to_string(),
+            row: row.to_string(),
             value: values[r],
             lower: row.bounds.lower,
             upper: row.bounds.upper,

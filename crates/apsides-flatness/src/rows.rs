@@ -1,41 +1,18 @@
 //! Rows of the discretised problem in the words of its statement.
 
-use apsides_ocp::{Bounds, Ocp, Phase};
+use apsides_ocp::{Bounds, Ocp, Phase, RowOrigin};
 
 use crate::settings::BoundRows;
 
-/// Where a constraint row of the discretised problem comes from.
-#[derive(Clone, Debug, PartialEq)]
-pub struct RowOrigin {
-    /// Phase, unless the row joins ends of phases.
-    pub phase: Option<String>,
-    /// Name of the constraint: `radius at the start`, `flat residual 0`, `link braking-descent: radius`.
-    pub name: String,
-    /// Unit of the row, where the statement gives one.
-    pub unit: String,
-    /// Normalised time of the row in its phase, where it has one.
-    pub fraction: Option<f64>,
-}
-
-impl std::fmt::Display for RowOrigin {
-    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        if let Some(phase) = &self.phase {
-            write!(f, "phase `{phase}`, ")?;
-        }
-        write!(f, "constraint `{}`", self.name)?;
-        if let Some(s) = self.fraction {
-            write!(f, " at {s:.4} of the phase")?;
-        }
-        Ok(())
-    }
-}
-
-/// One row: its bounds, its scale (NaN where the statement gives none) and its origin.
+/// One row: its bounds, its scale (NaN where the statement gives none) and where it comes from.
 #[derive(Clone, Debug)]
 pub(crate) struct Row {
     pub(crate) bounds: Bounds,
     pub(crate) scale: f64,
+    /// Without a time, which changes with the variables.
     pub(crate) origin: RowOrigin,
+    /// Normalised time of the row in its phase, where it has one.
+    pub(crate) fraction: Option<f64>,
 }
 
 impl Row {
@@ -48,7 +25,20 @@ impl Row {
         scale: f64,
     ) -> Self {
         let phase = phase.map(|p| p.name.clone());
-        Self { bounds, scale, origin: RowOrigin { phase, name, unit: unit.into(), fraction } }
+        Self { bounds, scale, origin: RowOrigin { phase, name, unit: unit.into(), time: None }, fraction }
+    }
+}
+
+impl std::fmt::Display for Row {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        if let Some(phase) = &self.origin.phase {
+            write!(f, "phase `{phase}`, ")?;
+        }
+        write!(f, "constraint `{}`", self.origin.name)?;
+        if let Some(s) = self.fraction {
+            write!(f, " at {s:.4} of the phase")?;
+        }
+        Ok(())
     }
 }
 

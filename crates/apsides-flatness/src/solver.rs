@@ -3,13 +3,13 @@
 use std::time::{Duration, Instant};
 
 use apsides_nlp::{InteriorPoint, Nlp, Observer, SolveReport, Status};
-use apsides_ocp::{Guess, Ocp, Scaling, Trajectory};
+use apsides_ocp::{Guess, Ocp, RowOrigin, Scaling, Trajectory, Unmet};
 
 use crate::curve::PhaseSplines;
 use crate::estimate::{PhaseEstimate, estimate, largest};
 use crate::extraction;
 use crate::grid::Grid;
-use crate::rows::{Active, RowOrigin};
+use crate::rows::Active;
 use crate::settings::{BoundRows, Breaks, Placement};
 use crate::start::Start;
 use crate::transcription::Transcription;
@@ -63,21 +63,6 @@ pub struct SolveRecord {
     pub time: Duration,
 }
 
-/// The constraint that is violated most, relative to its scale, when no feasible point was found.
-#[derive(Clone, Debug, PartialEq)]
-pub struct Unmet {
-    /// Which constraint, where.
-    pub origin: RowOrigin,
-    /// By how much it is violated, in its unit; negative below a lower bound.
-    pub amount: f64,
-}
-
-impl std::fmt::Display for Unmet {
-    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        write!(f, "{}: violated by {:.6} {}", self.origin, self.amount.abs(), self.origin.unit)
-    }
-}
-
 /// The result of a solve.
 #[derive(Clone, Debug)]
 pub struct FlatnessSolution {
@@ -90,6 +75,8 @@ pub struct FlatnessSolution {
     pub accurate: bool,
     /// Largest estimated relative error of a state over one segment.
     pub error: f64,
+    /// How much the objective is expected to change yet by further refinement, relative to its size; infinite before the first one.
+    pub objective_change: f64,
     /// The coarse problem that the first one started from, if there was one.
     pub presolve: Option<SolveRecord>,
     /// Every discretised problem on the stated splines and their refinements.
@@ -142,8 +129,8 @@ impl Flatness {
             let error = pass.record.error;
             let success = pass.report.status.is_success();
             solves.push(pass.record.clone());
-            let settled = !refinable
-                || expected_change(&solves, pass.nlp.scaling.objective) <= self.settings.objective_tolerance;
+            let change = expected_change(&solves, pass.nlp.scaling.objective);
+            let settled = !refinable || change <= self.settings.objective_tolerance;
             let accurate = success && error <= self.settings.defect_tolerance && settled;
             let spent = solves.len() >= self.settings.max_solves;
             if success && !spent && self.settings.bounds == BoundRows::WhereExceeded {
@@ -172,7 +159,8 @@ impl Flatness {
             }
             // A refinement that fails takes nothing away from the solution before it.
             let (stage, pass) = if success { (stage, pass) } else { best.unwrap_or((stage, pass)) };
-            return finish(&problem, &stage, pass, accurate, solves, presolve);
+            let solution = finish(&problem, &stage, pass, solves, presolve)?;
+            return Ok(FlatnessSolution { accurate, objective_change: change, ..solution });
         }
     }
 
@@ -396,7 +384,6 @@ fn finish(
     problem: &Problem<'_>,
     stage: &Stage,
     pass: Pass,
-    accurate: bool,
     solves: Vec<SolveRecord>,
     presolve: Option<SolveRecord>,
 ) -> Result<FlatnessSolution, FlatnessError> {
@@ -414,11 +401,12 @@ fn finish(
             constraint_multipliers: None,
         },
         status: pass.report.status,
-        accurate,
+        accurate: false,
         error: pass.record.error,
+        objective_change: f64::INFINITY,
         presolve,
         solves,
-        unmet: unmet(&pass.nlp, &pass.report),
+        unmet: unmet(problem, stage, &pass.nlp, &pass.report),
         splines: pass.curves,
         report: pass.report,
     })
@@ -449,10 +437,16 @@ fn curves(grids: &[Grid], start: &Start) -> Vec<PhaseSplines> {
     grids.iter().zip(&start.coefficients).map(of).collect()
 }
 
-fn unmet(nlp: &Transcription, report: &SolveReport) -> Option<Unmet> {
+fn unmet(problem: &Problem<'_>, stage: &Stage, nlp: &Transcription, report: &SolveReport) -> Option<Unmet> {
     if report.status.is_success() {
         return None;
     }
     let worst = report.worst_constraint?;
-    Some(Unmet { origin: nlp.rows.get(worst.constraint)?.origin.clone(), amount: worst.amount })
+    let row = nlp.rows.get(worst.constraint)?;
+    let phase = row.origin.phase.as_ref().and_then(|name| problem.ocp.phase_index(name));
+    let time = phase.zip(row.fraction).map(|(k, s)| {
+        let (start, end) = stage.start.times[k];
+        (1.0 - s) * start + s * end
+    });
+    Some(Unmet { origin: RowOrigin { time, ..row.origin.clone() }, amount: worst.amount })
 }

@@ -11,11 +11,12 @@
 //! in Optimization, 2008, doi 10.1007/978-0-387-74932-7, chapter 6); the multipliers tell which others take part. With one of
 //! them elastic the problem gives the least relaxation of that one that restores feasibility, or has no feasible point.
 
+use apsides_iteration::{SolveReport, Status};
+
 use crate::elastic::Elastic;
 use crate::error::NlpError;
 use crate::interior_point::InteriorPoint;
 use crate::problem::Nlp;
-use crate::report::{SolveReport, Status};
 use crate::settings::NlpSettings;
 
 /// The quantity that a limit bounds.

@@ -2,14 +2,14 @@
 
 use std::time::Instant;
 
+use apsides_iteration::{Evaluation, Flow, IterationRecord, Observer, OptimalityError, Residuals, Status};
+
 use crate::augmented::AugmentedSystem;
 use crate::barrier::BarrierControl;
 use crate::filter::Filter;
 use crate::iterate::{Bounds, Direction, Point};
 use crate::line_search::{LineSearch, Search};
 use crate::model::{BarrierModel, Structure};
-use crate::observer::{Flow, IterationRecord, Observer};
-use crate::report::{Evaluation, OptimalityError, Residuals, Status};
 use crate::scaled::ScaledProblem;
 use crate::settings::NlpSettings;
 use crate::step::Regularisation;

@@ -3,22 +3,22 @@
 
 use std::time::Instant;
 
+use apsides_iteration::{
+    Counters, Observer, OptimalityError, Residuals, SolveReport, Status, Timing, Violation,
+};
 use apsides_kkt::Ordering;
 
 use crate::augmented::AugmentedSystem;
 use crate::engine::{Engine, Exit, Session};
 use crate::error::NlpError;
 use crate::model::BarrierModel;
-use crate::observer::Observer;
 use crate::problem::Nlp;
-use crate::report::{
-    Counters, OptimalityError, Residuals, SolveReport, Status, Timing, Violation, WarmStart,
-};
 use crate::restoration::{Recovery, Restoration};
 use crate::scaled::ScaledProblem;
 use crate::sensitivity::Sensitivity;
 use crate::settings::NlpSettings;
 use crate::start::check_warm_start;
+use crate::warm_start::WarmStart;
 
 /// Restorations that end at a feasible point without the filter's consent, per solve.
 const MAX_FILTER_OVERRIDES: usize = 5;

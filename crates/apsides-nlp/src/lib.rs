@@ -68,7 +68,7 @@
 //! | module | subject |
 //! | --- | --- |
 //! | `problem` | [`Nlp`]: what a user writes |
-//! | `settings`, `report`, `observer`, `error` | what goes in, comes out, and can be watched |
+//! | `settings`, `warm_start`, `error` | what goes in, what is refused; what comes out and can be watched is in `apsides_iteration` |
 //! | `interior_point` | [`InteriorPoint`]: set-up, alternation with the restoration phase, report |
 //! | `scaled`, `scaling` | fixed variables removed, slacks added, everything scaled; the only place that knows the user's units |
 //! | `model` | the problem as the engine sees it |
@@ -99,9 +99,7 @@ mod interior_point;
 mod iterate;
 mod line_search;
 mod model;
-mod observer;
 mod problem;
-mod report;
 mod restoration;
 mod scaled;
 mod scaling;
@@ -109,7 +107,12 @@ mod sensitivity;
 mod settings;
 mod start;
 mod step;
+mod warm_start;
 
+pub use apsides_iteration::{
+    Counters, Evaluation, Flow, IterationRecord, Observer, OptimalityError, Residuals, ScalingFactors,
+    SolveReport, Status, Timing, Violation,
+};
 pub use apsides_kkt::{KktSettings, Ordering};
 pub use derivative_check::{DerivativeEntry, DerivativeReport, check_derivatives};
 pub use diagnosis::{
@@ -117,11 +120,7 @@ pub use diagnosis::{
 };
 pub use error::NlpError;
 pub use interior_point::InteriorPoint;
-pub use observer::{Flow, IterationRecord, Observer};
 pub use problem::{Nlp, Pattern, Scaling, Stages};
-pub use report::{
-    Counters, Evaluation, OptimalityError, Residuals, ScalingFactors, SolveReport, Status, Timing, Violation,
-    WarmStart,
-};
 pub use sensitivity::{Perturbation, Sensitivity, SolutionDerivative};
 pub use settings::{BarrierOracle, BarrierStrategy, NlpSettings, ScalingMethod};
+pub use warm_start::WarmStart;

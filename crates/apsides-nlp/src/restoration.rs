@@ -10,10 +10,11 @@
 //! A stationary point of the 1-norm at a kink need not be one of the sum of squares. So before a problem is called
 //! infeasible the same is tried from `v_R` with `rho/2 |e|^2`, `c(v) - e = 0` and free `e`.
 
+use apsides_iteration::Status;
+
 use crate::augmented::AugmentedSystem;
 use crate::engine::{Engine, Exit, Session, dot, max_abs};
 use crate::model::{BarrierModel, Structure, UnitVariable};
-use crate::report::Status;
 use crate::scaled::ScaledProblem;
 use crate::settings::{BarrierStrategy, NlpSettings};
 

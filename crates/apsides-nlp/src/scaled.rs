@@ -3,10 +3,11 @@
 
 use std::time::{Duration, Instant};
 
+use apsides_iteration::{Counters, ScalingFactors};
+
 use crate::error::NlpError;
 use crate::model::{BarrierModel, ResidualUnits, Structure, UnitVariable};
 use crate::problem::{Nlp, Pattern, Stages};
-use crate::report::{Counters, ScalingFactors};
 use crate::scaling::{choose_units, gradient_factors};
 use crate::settings::{NlpSettings, ScalingMethod};
 

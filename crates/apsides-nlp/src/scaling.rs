@@ -1,8 +1,9 @@
 //! Choice of the scaling factors (Waechter and Biegler, section 3.8).
 
+use apsides_iteration::ScalingFactors;
+
 use crate::error::NlpError;
 use crate::problem::{Nlp, Pattern, Scaling};
-use crate::report::ScalingFactors;
 
 /// Factors below this are raised to it.
 const LEAST_FACTOR: f64 = 1e-8;

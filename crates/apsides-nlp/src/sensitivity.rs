@@ -15,13 +15,13 @@
 //! Both hold as long as the set of active bounds stays; at a bound that is about to become active or inactive they are
 //! the derivatives of the barrier problem with the final barrier parameter.
 
+use apsides_iteration::{ScalingFactors, SolveReport};
 use apsides_kkt::Ordering;
 
 use crate::augmented::AugmentedSystem;
 use crate::error::NlpError;
 use crate::model::{BarrierModel, Structure};
 use crate::problem::Nlp;
-use crate::report::{ScalingFactors, SolveReport};
 use crate::scaled::ScaledProblem;
 use crate::settings::NlpSettings;
 use crate::step::SINGULAR_RESIDUAL;

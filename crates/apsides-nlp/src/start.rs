@@ -1,11 +1,13 @@
 //! Starting points (Waechter and Biegler, section 3.6) and warm starts.
 
+use apsides_iteration::Evaluation;
+
 use crate::augmented::AugmentedSystem;
 use crate::engine::Engine;
 use crate::error::NlpError;
 use crate::model::BarrierModel;
-use crate::report::{Evaluation, WarmStart};
 use crate::scaled::ScaledProblem;
+use crate::warm_start::WarmStart;
 
 /// Limits of the violation, relative to the starting point's (at least 1).
 const MAX_VIOLATION: f64 = 1e4;

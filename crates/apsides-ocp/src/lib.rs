@@ -6,7 +6,8 @@
 //! ```
 //!
 //! A problem is written once and handed to any method. This crate holds no method and no solver: it defines
-//! [`Ocp`], what a method starts from ([`Guess`], [`Mesh`], [`Scaling`]) and what it returns ([`Trajectory`]).
+//! [`Ocp`], the interface of methods ([`Method`]), what a method starts from ([`Guess`], [`Mesh`], [`Scaling`]) and what it returns
+//! ([`Trajectory`], [`Solution`]).
 //! A problem that is ill-posed is refused by [`OcpBuilder::build`] with the name and the reason.
 //!
 //! ```
@@ -47,7 +48,8 @@
 //! | [`scaling`] | typical sizes |
 //! | [`origin`] | where a row of a discretised problem comes from |
 //! | [`guess`], [`mesh`] | what a method starts from |
-//! | [`piecewise`], [`trajectory`] | what a method returns |
+//! | [`piecewise`], [`trajectory`] | states, controls and costates of a solution |
+//! | [`method`] | the interface of methods and what each of them returns |
 //!
 //! Reference: J. T. Betts, Practical Methods for Optimal Control and Estimation Using Nonlinear Programming, SIAM
 //! 2010, doi 10.1137/1.9780898718577.
@@ -57,6 +59,7 @@ pub mod endpoint_term;
 pub mod error;
 pub mod guess;
 pub mod mesh;
+pub mod method;
 pub mod origin;
 pub mod phase;
 pub mod piecewise;
@@ -70,6 +73,7 @@ pub use endpoint_term::EndpointTerm;
 pub use error::OcpError;
 pub use guess::{Guess, PhaseGuess};
 pub use mesh::{Break, Course, Crossing, Mesh, PhaseArc, PhaseMesh, TouchPoint};
+pub use method::{Method, MethodError, Solution, Start};
 pub use origin::{RowOrigin, Unmet};
 pub use phase::{Direction, Integral, Kink, PathConstraint, Phase};
 pub use piecewise::{PiecewisePolynomial, Segment};

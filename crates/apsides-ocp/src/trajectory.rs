@@ -4,7 +4,7 @@ use std::sync::Arc;
 
 use apsides_basis::{Barycentric, BasisError};
 
-use crate::{Ocp, OcpError, PhaseMesh, PiecewisePolynomial};
+use crate::{Mesh, Ocp, OcpError, PhaseMesh, PiecewisePolynomial};
 
 /// An instant at which a path constraint row without controls touches its bound: the costates jump there,
 /// `lambda(t-) = lambda(t+) + multiplier * dg/dx`.
@@ -132,6 +132,18 @@ pub struct Trajectory {
 }
 
 impl Trajectory {
+    /// The mesh of the solution.
+    #[must_use]
+    pub fn mesh(&self) -> Mesh {
+        Mesh { phases: self.phases.iter().map(|p| p.mesh.clone()).collect() }
+    }
+
+    /// Whether every phase has costates.
+    #[must_use]
+    pub fn has_costates(&self) -> bool {
+        self.phases.iter().all(|p| p.costate.is_some())
+    }
+
     /// The phase of a name.
     #[must_use]
     pub fn phase(&self, ocp: &Ocp, name: &str) -> Option<&PhaseTrajectory> {

@@ -69,6 +69,7 @@
 //! | --- | --- |
 //! | [`settings`] | what can be chosen |
 //! | [`solver`] | the method: starts, passes, refinement; solution, records |
+//! | `method` | the method as an [`apsides_ocp::Method`] |
 //! | [`smoothing`] | `L_eps`, and its integrands |
 //! | `inequality` | the inequalities of a problem, their excess, the problem with their integrals |
 //!
@@ -80,6 +81,7 @@
 //! Management Optimization 10 (2014), doi 10.3934/jimo.2014.10.275.
 
 mod inequality;
+mod method;
 pub mod settings;
 pub mod smoothing;
 pub mod solver;

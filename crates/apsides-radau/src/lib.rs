@@ -45,6 +45,7 @@
 //! | --- | --- |
 //! | [`transcription`] | the nonlinear program |
 //! | [`solver`] | the method: settings, refinement loop, solution |
+//! | `method` | the method as an [`apsides_ocp::Method`] |
 //! | [`switches`] | where controls switch between their bounds |
 //! | [`scales`] | scales, and warnings where they do not fit |
 //! | [`explanation`], [`relaxation`] | why a problem is infeasible: what conflicts, and what to relax by how much |
@@ -62,6 +63,7 @@ mod error_estimate;
 pub mod explanation;
 mod extraction;
 mod layout;
+mod method;
 mod node_term;
 mod refinement;
 pub mod relaxation;

@@ -1,9 +1,8 @@
 //! Scales of the discretised problem: those of the statement, completed by what the functions do at the start, and warnings
 //! where the two are far apart.
 
-use std::fmt;
-
 use apsides_nlp::{Nlp, Pattern, Scaling as NlpScaling};
+pub use apsides_ocp::method::ScaleWarning;
 use apsides_ocp::{Ocp, RowOrigin, Scaling};
 
 use crate::layout::Layout;
@@ -11,46 +10,6 @@ use crate::transcription::Transcription;
 
 /// Ratio of a scale to what it should be that calls for a warning: the tolerance of the solver is then off by as much.
 const EXTREME: f64 = 1e6;
-
-/// A scale that does not fit what it scales.
-#[derive(Clone, Debug, PartialEq)]
-pub struct ScaleWarning {
-    /// What is scaled: a constraint, a variable or the objective.
-    pub subject: String,
-    /// The phase that it belongs to, if it belongs to one.
-    pub phase: Option<String>,
-    /// Its scale, in `unit`.
-    pub scale: f64,
-    /// What the scale was compared with, in `unit`.
-    pub size: f64,
-    /// What `size` is.
-    pub size_is: &'static str,
-    /// Unit.
-    pub unit: String,
-}
-
-impl ScaleWarning {
-    /// Ratio of scale and size, at least one.
-    #[must_use]
-    pub fn factor(&self) -> f64 {
-        (self.scale / self.size).max(self.size / self.scale)
-    }
-}
-
-impl fmt::Display for ScaleWarning {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        if let Some(phase) = &self.phase {
-            write!(f, "phase `{phase}`, ")?;
-        }
-        let Self { subject, scale, size, size_is, unit, .. } = self;
-        write!(
-            f,
-            "{subject}: scale {scale:.3e} {unit}, but {size_is} {size:.3e} {unit}: a factor of {:.1e}; state a scale \
-             (`Variable::scaled_by`, `objective_scale`) or bounds that fit",
-            self.factor()
-        )
-    }
-}
 
 impl Transcription {
     /// Scales that the statement leaves open: of a constraint its largest change when a variable moves by its scale from the

@@ -183,9 +183,16 @@ impl Radau {
     /// # Errors
     /// When the request is ill-posed. Not converging is a status of the solution.
     pub fn solve(&self, ocp: &Ocp, guess: &Guess) -> Result<RadauSolution, RadauError> {
+        self.solve_on(ocp, guess, self.uniform_mesh(ocp)?, &mut ())
+    }
+
+    /// The uniform mesh of the settings.
+    ///
+    /// # Errors
+    /// When a setting is out of range.
+    pub fn uniform_mesh(&self, ocp: &Ocp) -> Result<Mesh, RadauError> {
         self.settings.check()?;
-        let mesh = Mesh::uniform(ocp, self.settings.intervals, self.settings.points)?;
-        self.solve_on(ocp, guess, mesh, &mut ())
+        Ok(Mesh::uniform(ocp, self.settings.intervals, self.settings.points)?)
     }
 
     /// Solves from a given mesh; the observer sees every iteration and can stop the solve.

@@ -5,9 +5,8 @@
 //! meets its bound continuously does so at a kink, whose time has no effect of first or second order: its break does not move
 //! by itself, the bounds are left out on the free side, and the next mesh has the break where the polynomial meets the bound.
 
-use std::fmt;
-
 use apsides_nlp::SolveReport;
+pub use apsides_ocp::method::{Level, Switch};
 use apsides_ocp::{
     Break, Course, Crossing, Mesh, Ocp, Phase, PhaseArc, PhaseMesh, PhaseTrajectory, TouchPoint, Trajectory,
 };
@@ -24,55 +23,6 @@ use crate::transcription::Transcription;
 
 /// An interval beside a new break shorter than this part of its neighbour becomes part of it.
 const SHORT: f64 = 0.25;
-
-/// What a control or path constraint does along an arc.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub enum Level {
-    /// At its lower bound, of this value.
-    Lower(f64),
-    /// Between its bounds.
-    Between,
-    /// At its upper bound, of this value.
-    Upper(f64),
-}
-
-/// A jump of a control or path constraint between a bound and another value.
-#[derive(Clone, Debug, PartialEq)]
-pub struct Switch {
-    /// Name of the phase.
-    pub phase: String,
-    /// Name of the control or path constraint row.
-    pub name: String,
-    /// Its unit.
-    pub unit: String,
-    /// When, in the phase's unit of time.
-    pub time: f64,
-    /// Unit of `time`.
-    pub time_unit: String,
-    /// Whether the time was an unknown of the last mesh: it is then as exact as the solution, else an estimate between two
-    /// nodes.
-    pub located: bool,
-    /// Before.
-    pub from: Level,
-    /// After.
-    pub to: Level,
-}
-
-impl fmt::Display for Level {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        match self {
-            Self::Lower(v) | Self::Upper(v) => write!(f, "{v}"),
-            Self::Between => f.write_str("between"),
-        }
-    }
-}
-
-impl fmt::Display for Switch {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let Self { phase, name, unit, time, time_unit, from, to, .. } = self;
-        write!(f, "phase `{phase}`, {name}: {from} -> {to} {unit} at t = {time:.6} {time_unit}")
-    }
-}
 
 /// A break of a structure.
 struct Found {

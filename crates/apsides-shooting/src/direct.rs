@@ -68,6 +68,7 @@
 //! | --- | --- |
 //! | [`settings`] | what can be chosen |
 //! | [`solver`] | the method: refinement loop, solution, records |
+//! | `method` | the method as an [`apsides_ocp::Method`] |
 //! | `plan`, `layout`, `transcription`, `scales`, `row_origin` | the nonlinear program |
 //! | `shot`, `segment_system`, `chain` | one segment: steps, rows, chain rule to its unknowns |
 //! | `extraction`, `hamiltonian`, `warm_start` | states and costates as polynomials, and back |
@@ -82,6 +83,7 @@ mod estimate;
 mod extraction;
 mod hamiltonian;
 mod layout;
+mod method;
 mod plan;
 mod refinement;
 mod row_origin;

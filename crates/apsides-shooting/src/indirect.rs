@@ -28,6 +28,7 @@
 //! | module | subject |
 //! | --- | --- |
 //! | `solver`, `settings`, `start` | the method, what can be chosen, where it starts |
+//! | `method` | the method as an [`apsides_ocp::Method`], alone and after a direct method that gives the costates |
 //! | `continuation` | families of problems, smoothed controls |
 //! | `hamiltonian`, `term`, `pointwise`, `small` | the Hamiltonian of a phase, its least value over the controls, derivatives |
 //! | `canonical`, `flow` | the equations of states and costates, flown over a segment across switches, with sensitivities |
@@ -47,6 +48,7 @@ mod extraction;
 mod flow;
 mod hamiltonian;
 mod layout;
+mod method;
 mod newton;
 mod pointwise;
 mod settings;
@@ -55,9 +57,11 @@ mod solver;
 mod start;
 mod term;
 
+pub use apsides_ocp::method::Exceeded;
 pub use conditions::FailedSegment;
 pub use continuation::{ContinuationRecord, ContinuationSettings, Continued};
 pub use flow::{ControlSwitch, FlowFailure};
+pub use method::DirectIndirect;
 pub use settings::IndirectSettings;
-pub use solver::{Exceeded, IndirectShooting, IndirectSolution};
+pub use solver::{IndirectShooting, IndirectSolution};
 pub use start::{IndirectStart, PhaseStart};

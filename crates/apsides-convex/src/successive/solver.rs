@@ -4,6 +4,7 @@ use std::sync::Arc;
 
 use apsides_basis::{Barycentric, chebyshev_lobatto};
 use apsides_conic::Status as ConicStatus;
+use apsides_iteration::{Evaluation, Flow, IterationRecord, Observer, Status};
 use apsides_ocp::{
     Guess, Mesh, Ocp, PhaseTrajectory, PiecewisePolynomial, RowOrigin, Scaling, Segment, Trajectory, Unmet,
 };
@@ -15,19 +16,6 @@ use super::linearisation::{Kind, Line, LineScales, Lineariser, Lines};
 use super::settings::SuccessiveSettings;
 use super::subproblem::Subproblem;
 use crate::ConvexError;
-
-/// How a solve ended.
-#[derive(Clone, Debug, PartialEq)]
-pub enum SuccessiveStatus {
-    /// Constraints are met, and the convex model promises no more.
-    Converged,
-    /// No more is promised, but constraints are not met whatever the penalty; the worst one.
-    Infeasible(Unmet),
-    /// The limit of iterations came first.
-    IterationLimit,
-    /// The conic solver found no step, or the guess cannot be integrated.
-    Stalled,
-}
 
 /// One iteration.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -51,12 +39,20 @@ pub struct SuccessiveRecord {
 /// What a solve returns.
 #[derive(Clone, Debug)]
 pub struct SuccessiveSolution {
-    /// How it ended.
-    pub status: SuccessiveStatus,
+    /// How it ended. [`Status::Optimal`]: constraints are met, and the convex model promises no more; [`Status::Infeasible`]: it promises no
+    /// more, but constraints are not met whatever the penalty; [`Status::StepTooSmall`]: the conic solver found no step;
+    /// [`Status::EvaluationFailed`]: the equations of motion cannot be integrated from the guess.
+    pub status: Status,
+    /// The constraint that could not be met, of an infeasible problem.
+    pub unmet: Option<Unmet>,
     /// The best point.
     pub trajectory: Trajectory,
     /// Largest violation, in units of its scale.
     pub violation: f64,
+    /// Number of unknowns.
+    pub variables: usize,
+    /// Number of matching conditions and constraints.
+    pub constraints: usize,
     /// Iterations.
     pub records: Vec<SuccessiveRecord>,
 }
@@ -86,6 +82,19 @@ impl SuccessiveConvexification {
     /// # Errors
     /// [`ConvexError`] when settings or guess are ill-posed.
     pub fn solve(&self, ocp: &Ocp, guess: &Guess) -> Result<SuccessiveSolution, ConvexError> {
+        self.solve_observed(ocp, guess, &mut ())
+    }
+
+    /// The same with an observer, which sees every iteration and can stop the solve.
+    ///
+    /// # Errors
+    /// [`ConvexError`] when settings or guess are ill-posed.
+    pub fn solve_observed(
+        &self,
+        ocp: &Ocp,
+        guess: &Guess,
+        observer: &mut dyn Observer,
+    ) -> Result<SuccessiveSolution, ConvexError> {
         self.settings.check()?;
         guess.check(ocp)?;
         let layout = Layout::new(ocp, self.settings.intervals);
@@ -94,7 +103,8 @@ impl SuccessiveConvexification {
         let subproblem = Subproblem::new(ocp, &layout, scales.clone(), self.settings.conic);
         let mut z = layout.start(guess);
         subproblem.clamp(&mut z);
-        Iteration { ocp, settings: self.settings, lineariser, subproblem, scales, records: Vec::new() }.run(z)
+        let records = Vec::new();
+        Iteration { ocp, settings: self.settings, lineariser, subproblem, scales, records, observer }.run(z)
     }
 }
 
@@ -105,6 +115,7 @@ struct Iteration<'a> {
     subproblem: Subproblem,
     scales: Vec<f64>,
     records: Vec<SuccessiveRecord>,
+    observer: &'a mut dyn Observer,
 }
 
 impl Iteration<'_> {
@@ -118,8 +129,12 @@ impl Iteration<'_> {
         let (mut penalty, mut weight, mut raises) = (s.penalty, s.proximal_weight, 0);
         let mut step = vec![0.0; z.len()];
         let mut trial = z.clone();
-        let mut status =
-            if here.valid { SuccessiveStatus::IterationLimit } else { SuccessiveStatus::Stalled };
+        let mut status = if here.valid {
+            Status::IterationLimit
+        } else {
+            Status::EvaluationFailed(Evaluation::Constraints)
+        };
+        let mut unmet = None;
         while here.valid && self.records.len() < s.max_iterations {
             let merit = |lines: &Lines| lines.objective / scale + penalty * lines.violation().0;
             let before = merit(&here);
@@ -135,9 +150,13 @@ impl Iteration<'_> {
                 step: step.iter().zip(&self.scales).map(|(d, s)| (d / s).abs()).fold(0.0, f64::max),
             };
             if !conic.has_solution() {
-                self.records.push(record);
+                let flow = self.record(record);
                 if weight >= WEIGHTS[1] || conic == ConicStatus::Infeasible {
-                    status = SuccessiveStatus::Stalled;
+                    status = Status::StepTooSmall;
+                    break;
+                }
+                if flow == Flow::Stop {
+                    status = Status::Interrupted;
                     break;
                 }
                 weight = (10.0 * weight).min(WEIGHTS[1]);
@@ -145,14 +164,19 @@ impl Iteration<'_> {
             }
             // A heavy weight makes every promise small.
             if record.predicted * weight.max(1.0) <= s.tolerance {
-                self.records.push(record);
+                let flow = self.record(record);
                 let (_, worst, at) = here.violation();
                 if worst <= s.feasibility_tolerance {
-                    status = SuccessiveStatus::Converged;
+                    status = Status::Optimal;
                     break;
                 }
                 if raises == PENALTY_RAISES {
-                    status = SuccessiveStatus::Infeasible(self.unmet(&here.lines[at], &z));
+                    status = Status::Infeasible;
+                    unmet = Some(self.unmet(&here.lines[at], &z));
+                    break;
+                }
+                if flow == Flow::Stop {
+                    status = Status::Interrupted;
                     break;
                 }
                 raises += 1;
@@ -172,10 +196,14 @@ impl Iteration<'_> {
                 }
             }
             let ratio = record.actual / record.predicted;
-            self.records.push(record);
+            let flow = self.record(record);
             if ratio > 0.05 {
                 std::mem::swap(&mut here, &mut there);
                 std::mem::swap(&mut z, &mut trial);
+            }
+            if flow == Flow::Stop {
+                status = Status::Interrupted;
+                break;
             }
             let factor = match ratio {
                 r if r > GOOD => 0.25,
@@ -191,7 +219,24 @@ impl Iteration<'_> {
         }
         let violation = here.violation().1;
         let trajectory = self.trajectory(&z, &here)?;
-        Ok(SuccessiveSolution { status, trajectory, violation, records: self.records })
+        let (variables, constraints) = (z.len(), here.lines.len());
+        let records = self.records;
+        Ok(SuccessiveSolution { status, unmet, trajectory, violation, variables, constraints, records })
+    }
+
+    /// Keeps the record of an iteration and shows it to the observer.
+    fn record(&mut self, record: SuccessiveRecord) -> Flow {
+        let iteration = self.records.len();
+        self.records.push(record);
+        self.observer.iteration(&IterationRecord {
+            iteration,
+            objective: record.objective,
+            primal_infeasibility: record.violation,
+            dual_infeasibility: record.predicted,
+            step_norm: record.step,
+            regularisation: record.proximal_weight,
+            ..IterationRecord::default()
+        })
     }
 
     /// Takes a step and evaluates the lines there.

@@ -86,9 +86,16 @@ impl MultipleShooting {
     /// # Errors
     /// When the request is ill-posed. Not converging is a status of the solution.
     pub fn solve(&self, ocp: &Ocp, guess: &Guess) -> Result<ShootingSolution, ShootingError> {
+        self.solve_on(ocp, guess, self.uniform_mesh(ocp)?, &mut ())
+    }
+
+    /// Equal segments as the settings say.
+    ///
+    /// # Errors
+    /// When a setting is out of range.
+    pub fn uniform_mesh(&self, ocp: &Ocp) -> Result<Mesh, ShootingError> {
         self.settings.check()?;
-        let mesh = Mesh::uniform(ocp, self.settings.segments, self.settings.control_points)?;
-        self.solve_on(ocp, guess, mesh, &mut ())
+        Ok(Mesh::uniform(ocp, self.settings.segments, self.settings.control_points)?)
     }
 
     /// Solves from given segments: the intervals of the mesh, whose points are the control points of each. The observer sees every

@@ -1,6 +1,7 @@
 //! The method: from a start with costates to a solution of the necessary conditions.
 
 use apsides_nlp::{Observer, Status};
+use apsides_ocp::method::Exceeded;
 use apsides_ocp::{Guess, Ocp, PhaseGuess, Scaling, Trajectory};
 
 use super::conditions::{Conditions, FailedSegment, PhaseFlight};
@@ -19,19 +20,6 @@ use crate::ShootingError;
 pub struct IndirectShooting {
     /// Settings.
     pub settings: IndirectSettings,
-}
-
-/// A state bound or a path constraint without controls, which the conditions do not contain, that a solution exceeds.
-#[derive(Clone, Debug, PartialEq)]
-pub struct Exceeded {
-    /// Name of the phase.
-    pub phase: String,
-    /// Name of the state or row.
-    pub name: String,
-    /// Largest excess, in `unit`.
-    pub amount: f64,
-    /// Unit.
-    pub unit: String,
 }
 
 /// A solution of the necessary conditions, or the best point reached.

@@ -1,6 +1,8 @@
 //! Watching and interrupting a solve.
 
 /// One line of the iteration log.
+///
+/// The fields are those of an interior-point method. Another method fills those that have a meaning for it and leaves the others at zero.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct IterationRecord {
     /// Iteration number from zero, those of the restoration phase included.
@@ -28,6 +30,26 @@ pub struct IterationRecord {
     /// Kind of the last step: `f` objective, `h` constraint violation, capitals after a second-order correction, `w`
     /// watchdog, `t` tiny, `s` soft restoration, `R` restoration, `-` none.
     pub step_kind: char,
+}
+
+impl Default for IterationRecord {
+    /// Iteration zero, with all figures zero and no step.
+    fn default() -> Self {
+        Self {
+            iteration: 0,
+            restoration: false,
+            objective: 0.0,
+            primal_infeasibility: 0.0,
+            dual_infeasibility: 0.0,
+            barrier: 0.0,
+            step_norm: 0.0,
+            regularisation: 0.0,
+            dual_step: 0.0,
+            primal_step: 0.0,
+            line_search_trials: 0,
+            step_kind: '-',
+        }
+    }
 }
 
 /// Whether to go on.

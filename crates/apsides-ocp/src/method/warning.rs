@@ -1,0 +1,75 @@
+//! What is doubtful though a solve succeeds.
+
+use std::fmt;
+
+/// A doubt about a solve, or a remark on the way it took.
+#[derive(Clone, Debug, PartialEq)]
+#[non_exhaustive]
+pub enum Warning {
+    /// A scale of the statement does not fit.
+    Scale(ScaleWarning),
+    /// A method led nowhere from the costates at hand, and began again from the solution of another method.
+    StartedAgain {
+        /// Iterations that were lost.
+        iterations: usize,
+        /// The method that gave the second start.
+        from: &'static str,
+    },
+    /// Every flight of a search failed, and the solve began from the guess.
+    SearchFailed,
+}
+
+/// A scale that does not fit what it scales.
+#[derive(Clone, Debug, PartialEq)]
+pub struct ScaleWarning {
+    /// What is scaled: a constraint, a variable or the objective.
+    pub subject: String,
+    /// The phase that it belongs to, if it belongs to one.
+    pub phase: Option<String>,
+    /// Its scale, in `unit`.
+    pub scale: f64,
+    /// What the scale was compared with, in `unit`.
+    pub size: f64,
+    /// What `size` is.
+    pub size_is: &'static str,
+    /// Unit.
+    pub unit: String,
+}
+
+impl ScaleWarning {
+    /// Ratio of scale and size, at least one.
+    #[must_use]
+    pub fn factor(&self) -> f64 {
+        (self.scale / self.size).max(self.size / self.scale)
+    }
+}
+
+impl fmt::Display for ScaleWarning {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        if let Some(phase) = &self.phase {
+            write!(f, "phase `{phase}`, ")?;
+        }
+        let Self { subject, scale, size, size_is, unit, .. } = self;
+        write!(
+            f,
+            "{subject}: scale {scale:.3e} {unit}, but {size_is} {size:.3e} {unit}: a factor of {:.1e}; state a scale \
+             (`Variable::scaled_by`, `objective_scale`) or bounds that fit",
+            self.factor()
+        )
+    }
+}
+
+impl fmt::Display for Warning {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Scale(warning) => warning.fmt(f),
+            Self::StartedAgain { iterations, from } => write!(
+                f,
+                "shooting from the costates at hand gave no flight in {iterations} iterations; it starts from the solution by {from}"
+            ),
+            Self::SearchFailed => {
+                f.write_str("every flight of the search failed; the solve began from the guess")
+            }
+        }
+    }
+}

@@ -1,0 +1,65 @@
+//! Collocation as a [`Method`].
+
+use apsides_nlp::Observer;
+use apsides_ocp::method::{Accuracy, Counters, Deficiency, Remedy, Warning};
+use apsides_ocp::{Method, MethodError, Ocp, Solution, Start};
+
+use crate::{MeshRecord, Radau, RadauSolution};
+
+/// The name of the method.
+const NAME: &str = "radau";
+
+impl Method for Radau {
+    fn name(&self) -> &'static str {
+        NAME
+    }
+
+    /// The first mesh is that of the start, else the uniform one of the settings.
+    fn solve(
+        &self,
+        problem: &Ocp,
+        start: &Start,
+        observer: &mut dyn Observer,
+    ) -> Result<Solution, MethodError> {
+        let mesh = match start.first_mesh() {
+            Some(mesh) => mesh,
+            None => self.uniform_mesh(problem).map_err(MethodError::by(NAME))?,
+        };
+        let solution = self.solve_on(problem, &start.guess, mesh, observer).map_err(MethodError::by(NAME))?;
+        Ok(self.common(solution))
+    }
+}
+
+impl Radau {
+    /// The solution in the form that all methods share.
+    fn common(&self, solution: RadauSolution) -> Solution {
+        let last = solution.meshes.last();
+        let (error, tolerance) = (last.map_or(f64::NAN, |m| m.error), self.settings.mesh_tolerance);
+        let accuracy = vec![Accuracy::new("error between the points", error, tolerance, "mesh_tolerance")];
+        let refinements = solution.meshes.len().saturating_sub(1);
+        let remedy = Remedy::Raise(&["max_meshes"]);
+        Solution {
+            deficiency: (!solution.accurate).then(|| Deficiency::inaccurate(&accuracy, refinements, remedy)),
+            accuracy,
+            counters: Counters::total(solution.meshes.iter().map(MeshRecord::counters)),
+            unmet: solution.unmet,
+            warnings: solution.warnings.into_iter().map(Warning::Scale).collect(),
+            switches: solution.switches,
+            report: Some(solution.report),
+            ..Solution::new(solution.trajectory, solution.status)
+        }
+    }
+}
+
+impl MeshRecord {
+    /// The work on this mesh.
+    fn counters(&self) -> Counters {
+        Counters {
+            iterations: self.iterations,
+            factorisations: self.factorisations,
+            variables: self.variables,
+            constraints: self.constraints,
+            discretisations: 1,
+        }
+    }
+}
