@@ -14,7 +14,6 @@ const PENDING: &[&str] = &[
     "flatness",
     "metaheuristics",
     "missions",
-    "nlp",
     "pipeline",
     "publications",
     "radau",

@@ -6,16 +6,15 @@
 //! ```
 //!
 //! with the unit variables eliminated: a unit variable `k` of row `i` with `s_k = Sigma_k + dw` adds `-1/s_k` to the
-//! diagonal of
-//! row `i`. So slacks and elastic variables cost nothing, and the restoration phase uses the same analysis.
+//! diagonal of row `i`. So slacks and elastic variables cost nothing, and the restoration phase uses the same analysis.
 
 use std::time::{Duration, Instant};
 
 use apsides_kkt::{Inertia, KktSettings, KktSystem};
 
-use crate::engine::max_abs;
 use crate::error::NlpError;
 use crate::model::Structure;
+use crate::vector::max_abs;
 
 /// A residual of this size is rounding of the scaled functions, however small the right-hand side.
 const ROUNDING: f64 = 1e-13;

@@ -7,9 +7,9 @@ use std::collections::HashMap;
 
 use apsides_iteration::SolveReport;
 
-use crate::diagnosis::{Limit, Place, Relaxation, Requirement, Side};
 use crate::error::NlpError;
 use crate::problem::{Nlp, Pattern, Scaling, Stages};
+use crate::requirement::{Limit, Place, Relaxation, Requirement, Side};
 
 /// Weight of the mean squared distance from the start, in units of the variables: it decides what the relaxation
 /// leaves open, and is too small to change the amounts.

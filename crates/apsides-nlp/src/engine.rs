@@ -6,16 +6,14 @@ use apsides_iteration::{Evaluation, Flow, IterationRecord, Observer, OptimalityE
 
 use crate::augmented::AugmentedSystem;
 use crate::barrier::BarrierControl;
-use crate::filter::Filter;
-use crate::iterate::{Bounds, Direction, Point};
+use crate::iterate::Point;
 use crate::line_search::{LineSearch, Search};
 use crate::model::{BarrierModel, Structure};
 use crate::scaled::ScaledProblem;
 use crate::settings::NlpSettings;
+use crate::state::SolverState;
 use crate::step::Regularisation;
-
-/// Multipliers of this average size leave the errors unscaled (Waechter and Biegler, eq. 6).
-const MULTIPLIER_SIZE: f64 = 100.0;
+use crate::vector::{max_abs, max_product};
 
 /// Why [`Engine::run`] returned.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -36,37 +34,15 @@ pub(crate) struct Session<'a> {
     pub restoration_iterations: usize,
 }
 
-/// The state of the method.
+/// The method: the shared state, the strategies that act on it, and what ends it.
 pub(crate) struct Engine {
-    pub(crate) settings: NlpSettings,
-    pub(crate) bounds: Bounds,
-    pub(crate) current: Point,
-    pub(crate) trial: Point,
-    /// The iterate with the least optimality error.
-    pub(crate) best: Point,
-    best_error: f64,
-    pub(crate) gradient: Vec<f64>,
-    pub(crate) trial_gradient: Vec<f64>,
-    pub(crate) jacobian: Vec<f64>,
-    pub(crate) trial_jacobian: Vec<f64>,
-    pub(crate) hessian: Vec<f64>,
-    /// Diagonal of the Hessian outside its pattern plus `Sigma`.
-    pub(crate) diagonal: Vec<f64>,
-    /// Gradient of the Lagrangian, `grad f + J^T y - zl + zu`.
-    pub(crate) dual_residual: Vec<f64>,
-    pub(crate) barrier_gradient: Vec<f64>,
-    pub(crate) work: Vec<f64>,
-    pub(crate) step: Direction,
-    pub(crate) corrected: Direction,
-    pub(crate) barrier: f64,
-    /// The least barrier parameter.
-    pub(crate) final_barrier: f64,
-    pub(crate) tau: f64,
-    pub(crate) filter: Filter,
+    pub(crate) state: SolverState,
     pub(crate) control: BarrierControl,
-    pub(crate) regularisation: Regularisation,
+    regularisation: Regularisation,
     pub(crate) search: LineSearch,
-    pub(crate) errors: OptimalityError,
+    /// The iterate with the least optimality error.
+    best: Point,
+    best_error: f64,
     acceptable_in_a_row: usize,
     steps: usize,
 }
@@ -76,37 +52,20 @@ impl Engine {
     pub(crate) fn for_model(model: &impl BarrierModel, settings: &NlpSettings) -> Self {
         let unit = model.residual_units().map_or(1.0, |units| units.complementarity);
         let final_barrier = settings.final_barrier(unit);
-        Self { final_barrier, ..Self::new(model.structure(), model.lower(), model.upper(), settings) }
+        let mut engine = Self::new(model.structure(), model.lower(), model.upper(), settings);
+        engine.state.final_barrier = final_barrier;
+        engine
     }
 
     pub(crate) fn new(structure: &Structure, lower: &[f64], upper: &[f64], settings: &NlpSettings) -> Self {
         let (n, m) = (structure.primal(), structure.constraints);
         Self {
-            settings: settings.clone(),
-            bounds: Bounds::new(lower, upper),
-            current: Point::new(n, m),
-            trial: Point::new(n, m),
-            best: Point::new(n, m),
-            best_error: f64::INFINITY,
-            gradient: vec![0.0; n],
-            trial_gradient: vec![0.0; n],
-            jacobian: vec![0.0; structure.jacobian.len()],
-            trial_jacobian: vec![0.0; structure.jacobian.len()],
-            hessian: vec![0.0; structure.hessian.len()],
-            diagonal: vec![0.0; n],
-            dual_residual: vec![0.0; n],
-            barrier_gradient: vec![0.0; n],
-            work: vec![0.0; n],
-            step: Direction::new(n, m),
-            corrected: Direction::new(n, m),
-            barrier: settings.initial_barrier,
-            final_barrier: settings.final_barrier(1.0),
-            tau: settings.boundary_fraction,
-            filter: Filter::new(),
+            state: SolverState::new(structure, lower, upper, settings),
             control: BarrierControl::new(settings),
             regularisation: Regularisation::default(),
             search: LineSearch::new(n, m),
-            errors: OptimalityError::default(),
+            best: Point::new(n, m),
+            best_error: f64::INFINITY,
             acceptable_in_a_row: 0,
             steps: 0,
         }
@@ -125,23 +84,24 @@ impl Engine {
             if self.report(model, session) == Flow::Stop {
                 return Exit::Finished(Status::Interrupted);
             }
-            if self.steps > 0 && model.leaves(&self.current.v) {
+            if self.steps > 0 && model.leaves(&self.state.current.v) {
                 return Exit::Left;
             }
             if let Some(status) = self.verdict(session) {
                 return Exit::Finished(status);
             }
-            self.update_monotone(model);
+            self.control.update_monotone(&mut self.state, model);
             session.iteration += 1;
             session.restoration_iterations += usize::from(model.is_restoration());
-            model.hessian(&self.current.v, &self.current.y, &mut self.hessian, &mut self.diagonal);
-            if self.hessian.iter().any(|value| !value.is_finite()) {
+            let state = &mut self.state;
+            model.hessian(&state.current.v, &state.current.y, &mut state.hessian, &mut state.diagonal);
+            if state.hessian.iter().any(|value| !value.is_finite()) {
                 return Exit::Finished(Status::EvaluationFailed(Evaluation::Hessian));
             }
-            if !self.find_direction(model, system) {
+            if !self.regularisation.find_direction(state, &mut self.control, model, system) {
                 return self.no_step();
             }
-            match self.line_search(model, system) {
+            match self.search.run(&mut self.state, model, system) {
                 Search::Accepted => self.steps += 1,
                 Search::Stalled => return Exit::Finished(self.stalled_status()),
                 Search::Failed => return self.no_step(),
@@ -149,72 +109,12 @@ impl Engine {
         }
     }
 
-    /// Fresh gradient, Jacobian and dual residual at the current point; false if something is not finite.
-    pub(crate) fn differentiate(&mut self, model: &mut impl BarrierModel) -> Result<(), Evaluation> {
-        model.gradient(&self.current.v, &mut self.gradient);
-        if self.gradient.iter().any(|value| !value.is_finite()) {
-            return Err(Evaluation::Gradient);
-        }
-        model.jacobian(&self.current.v, &mut self.jacobian);
-        if self.jacobian.iter().any(|value| !value.is_finite()) {
-            return Err(Evaluation::Jacobian);
-        }
-        self.update_dual_residual(model);
-        Ok(())
-    }
-
-    pub(crate) fn update_dual_residual(&mut self, model: &impl BarrierModel) {
-        let point = &self.current;
-        for (i, residual) in self.dual_residual.iter_mut().enumerate() {
-            *residual = self.gradient[i] - point.zl[i] + point.zu[i];
-        }
-        model.structure().add_transpose_product(&self.jacobian, &point.y, &mut self.dual_residual);
-    }
-
-    /// Value of the barrier function.
-    pub(crate) fn barrier_value(&self, point: &Point) -> f64 {
-        point.objective + self.barrier * self.bounds.barrier_term(point, self.settings.damping)
-    }
-
-    /// Sets the barrier parameter and what follows from it.
-    pub(crate) fn set_barrier(&mut self, model: &mut impl BarrierModel, barrier: f64) {
-        self.barrier = barrier;
-        self.tau = self.settings.boundary_fraction.max(1.0 - barrier);
-        self.filter.clear();
-        self.search.barrier_changed();
-        if model.barrier_changed(barrier) {
-            self.current.objective = model.objective(&self.current.v);
-            model.gradient(&self.current.v, &mut self.gradient);
-            self.update_dual_residual(model);
-        }
-    }
-
-    /// Divisors of dual infeasibility and complementarity.
-    fn error_divisors(&self) -> (f64, f64) {
-        let point = &self.current;
-        let bounds: f64 = point.zl.iter().chain(&point.zu).sum();
-        let constraints: f64 = point.y.iter().map(|y| y.abs()).sum();
-        let count = self.bounds.len();
-        let divisor =
-            |sum: f64, terms: usize| (sum / terms.max(1) as f64).max(MULTIPLIER_SIZE) / MULTIPLIER_SIZE;
-        (divisor(bounds + constraints, count + point.y.len()), divisor(bounds, count))
-    }
-
-    /// The optimality error of the barrier problem (Waechter and Biegler, eq. 5).
-    pub(crate) fn barrier_error(&self, barrier: f64) -> f64 {
-        let (dual, complementarity) = self.error_divisors();
-        let infeasibility = max_abs(&self.dual_residual) / dual;
-        infeasibility
-            .max(max_abs(&self.current.constraints))
-            .max(self.bounds.complementarity_error(&self.current, barrier) / complementarity)
-    }
-
     fn measure_errors(&mut self, model: &impl BarrierModel) {
-        let (dual, complementarity) = self.error_divisors();
+        let (dual, complementarity) = self.state.error_divisors();
         let raw = Residuals {
-            dual_infeasibility: max_abs(&self.dual_residual),
-            primal_infeasibility: max_abs(&self.current.constraints),
-            complementarity: self.bounds.complementarity_error(&self.current, 0.0),
+            dual_infeasibility: max_abs(&self.state.dual_residual),
+            primal_infeasibility: max_abs(&self.state.current.constraints),
+            complementarity: self.state.bounds.complementarity_error(&self.state.current, 0.0),
         };
         let scaled = Residuals {
             dual_infeasibility: raw.dual_infeasibility / dual,
@@ -223,28 +123,29 @@ impl Engine {
         };
         let unscaled = match model.residual_units() {
             Some(units) => Residuals {
-                dual_infeasibility: max_product(&self.dual_residual, &units.dual),
-                primal_infeasibility: max_product(&self.current.constraints, &units.primal),
+                dual_infeasibility: max_product(&self.state.dual_residual, &units.dual),
+                primal_infeasibility: max_product(&self.state.current.constraints, &units.primal),
                 complementarity: raw.complementarity * units.complementarity,
             },
             None => raw,
         };
-        self.errors = OptimalityError { scaled, unscaled };
+        self.state.errors = OptimalityError { scaled, unscaled };
         if scaled.max() < self.best_error || self.best_error == f64::INFINITY {
             self.best_error = scaled.max();
-            self.best.copy_from(&self.current);
+            self.best.copy_from(&self.state.current);
         }
     }
 
     fn report(&self, model: &impl BarrierModel, session: &mut Session<'_>) -> Flow {
-        let objective = model.residual_units().map_or(1.0, |units| units.objective) * self.current.objective;
+        let objective =
+            model.residual_units().map_or(1.0, |units| units.objective) * self.state.current.objective;
         session.observer.iteration(&IterationRecord {
             iteration: session.iteration,
             restoration: model.is_restoration(),
             objective,
-            primal_infeasibility: self.errors.scaled.primal_infeasibility,
-            dual_infeasibility: self.errors.scaled.dual_infeasibility,
-            barrier: self.barrier,
+            primal_infeasibility: self.state.errors.scaled.primal_infeasibility,
+            dual_infeasibility: self.state.errors.scaled.dual_infeasibility,
+            barrier: self.state.barrier,
             step_norm: self.search.step_norm,
             regularisation: self.regularisation.used,
             dual_step: self.search.dual_step,
@@ -258,7 +159,7 @@ impl Engine {
         if self.is_optimal() {
             return Some(Status::Optimal);
         }
-        let settings = &self.settings;
+        let settings = &self.state.settings;
         if self.is_acceptable() {
             self.acceptable_in_a_row += 1;
             if settings.acceptable_iterations > 0
@@ -283,23 +184,23 @@ impl Engine {
 
     /// Returns true if the point is too far away, or the objective too low at a point that is feasible but for rounding.
     fn diverges(&self) -> bool {
-        let (settings, largest) = (&self.settings, max_abs(&self.current.v));
-        let feasible = self.errors.scaled.primal_infeasibility <= settings.tolerance * largest.max(1.0);
+        let (settings, largest) = (&self.state.settings, max_abs(&self.state.current.v));
+        let feasible = self.state.errors.scaled.primal_infeasibility <= settings.tolerance * largest.max(1.0);
         largest > settings.diverging_threshold
-            || (feasible && self.current.objective < -settings.unbounded_objective)
+            || (feasible && self.state.current.objective < -settings.unbounded_objective)
     }
 
     fn is_optimal(&self) -> bool {
-        let (settings, unscaled) = (&self.settings, &self.errors.unscaled);
-        self.errors.scaled.max() <= settings.tolerance
+        let (settings, unscaled) = (&self.state.settings, &self.state.errors.unscaled);
+        self.state.errors.scaled.max() <= settings.tolerance
             && unscaled.dual_infeasibility <= settings.dual_tolerance
             && unscaled.primal_infeasibility <= settings.constraint_tolerance
             && unscaled.complementarity <= settings.complementarity_tolerance
     }
 
     fn is_acceptable(&self) -> bool {
-        let (settings, unscaled) = (&self.settings, &self.errors.unscaled);
-        self.errors.scaled.max() <= settings.acceptable_tolerance
+        let (settings, unscaled) = (&self.state.settings, &self.state.errors.unscaled);
+        self.state.errors.scaled.max() <= settings.acceptable_tolerance
             && unscaled.dual_infeasibility <= settings.acceptable_dual_tolerance
             && unscaled.primal_infeasibility <= settings.acceptable_constraint_tolerance
             && unscaled.complementarity <= settings.acceptable_complementarity_tolerance
@@ -310,7 +211,7 @@ impl Engine {
         if self.is_acceptable() {
             return Exit::Finished(Status::Acceptable);
         }
-        if self.errors.scaled.primal_infeasibility <= 1e-2 * self.settings.tolerance {
+        if self.state.errors.scaled.primal_infeasibility <= 1e-2 * self.state.settings.tolerance {
             return Exit::Finished(Status::StepTooSmall);
         }
         Exit::NeedsRestoration
@@ -331,41 +232,27 @@ impl Engine {
     /// point as it was, if it is not optimal there.
     pub(crate) fn ends_inside(&mut self, problem: &mut ScaledProblem<'_>) -> bool {
         // The trial point is not needed any more.
-        self.trial.copy_from(&self.current);
-        let errors = self.errors;
-        if !problem.move_inside(&mut self.current.v) {
+        self.state.trial.copy_from(&self.state.current);
+        let errors = self.state.errors;
+        if !problem.move_inside(&mut self.state.current.v) {
             return true;
         }
-        if self.current.evaluate(problem) && self.differentiate(problem).is_ok() {
+        if self.state.current.evaluate(problem) && self.state.differentiate(problem).is_ok() {
             self.measure_errors(problem);
             if self.is_optimal() {
                 return true;
             }
         }
-        self.current.copy_from(&self.trial);
-        self.errors = errors;
+        self.state.current.copy_from(&self.state.trial);
+        self.state.errors = errors;
         false
     }
 
     /// Goes back to the iterate with the least optimality error.
     pub(crate) fn recall_best(&mut self, model: &mut impl BarrierModel) {
-        self.current.copy_from(&self.best);
-        if self.differentiate(model).is_ok() {
+        self.state.current.copy_from(&self.best);
+        if self.state.differentiate(model).is_ok() {
             self.measure_errors(model);
         }
     }
-}
-
-/// Largest absolute entry.
-pub(crate) fn max_abs(values: &[f64]) -> f64 {
-    values.iter().fold(0.0, |largest, value| largest.max(value.abs()))
-}
-
-fn max_product(values: &[f64], factors: &[f64]) -> f64 {
-    values.iter().zip(factors).fold(0.0, |largest, (value, factor)| largest.max((value * factor).abs()))
-}
-
-/// Inner product.
-pub(crate) fn dot(a: &[f64], b: &[f64]) -> f64 {
-    a.iter().zip(b).map(|(a, b)| a * b).sum()
 }

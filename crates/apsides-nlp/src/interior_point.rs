@@ -214,12 +214,12 @@ fn report_point(
     counters: Counters,
     inside: bool,
 ) -> SolveReport {
-    let v = &engine.current.v;
+    let v = &engine.state.current.v;
     let x = if inside { problem.user_point_inside(v) } else { problem.user_point(v) };
     let (objective, constraint_values) = problem.user_values(&x);
     let scaling = problem.scaling_factors().clone();
     let mut constraint_multipliers = vec![0.0; constraint_values.len()];
-    for (y, &i) in engine.current.y.iter().zip(problem.kept()) {
+    for (y, &i) in engine.state.current.y.iter().zip(problem.kept()) {
         constraint_multipliers[i] = y * scaling.constraints[i] / scaling.objective;
     }
     let has_fixed = problem.free().len() < x.len();
@@ -230,8 +230,8 @@ fn report_point(
     };
     for (k, &i) in problem.free().iter().enumerate() {
         let factor = scaling.variables[i] / scaling.objective;
-        lower_multipliers[i] = engine.current.zl[k] * factor;
-        upper_multipliers[i] = engine.current.zu[k] * factor;
+        lower_multipliers[i] = engine.state.current.zl[k] * factor;
+        upper_multipliers[i] = engine.state.current.zu[k] * factor;
     }
     let evaluations = problem.counters;
     SolveReport {
@@ -240,7 +240,7 @@ fn report_point(
         constraint_multipliers,
         lower_multipliers,
         upper_multipliers,
-        errors: engine.errors,
+        errors: engine.state.errors,
         worst_constraint: worst_violation(problem, &constraint_values),
         counters: Counters {
             objective: evaluations.objective,
@@ -250,7 +250,7 @@ fn report_point(
             hessian: evaluations.hessian,
             ..counters
         },
-        barrier: engine.barrier,
+        barrier: engine.state.barrier,
         timing: Timing { evaluation: problem.time, ..Timing::default() },
         scaling,
         constraint_values,

@@ -72,12 +72,14 @@
 //! | `interior_point` | [`InteriorPoint`]: set-up, alternation with the restoration phase, report |
 //! | `scaled`, `scaling` | fixed variables removed, slacks added, everything scaled; the only place that knows the user's units |
 //! | `model` | the problem as the engine sees it |
-//! | `engine`, `start`, `step`, `line_search`, `filter`, `barrier`, `iterate` | the iteration |
+//! | `engine` | the iteration, with what begins and ends it (`start`) |
+//! | `step`, `line_search`, `barrier` | the strategies of the iteration: direction, step length, barrier parameter |
+//! | `state`, `iterate`, `filter`, `vector` | the state that they share: points, directions, bounds, filter |
 //! | `augmented` | the linear system without slacks and elastic variables |
 //! | `restoration` | the same engine on the constraint violation |
 //! | `sensitivity` | [`Sensitivity`]: derivatives of a solution with respect to parameters |
 //! | `derivative_check` | [`check_derivatives`] |
-//! | `diagnosis`, `elastic` | [`diagnose`]: which requirements conflict, and the least relaxation that helps |
+//! | `requirement`, `elastic`, `diagnosis` | [`diagnose`]: which requirements conflict, and the least relaxation that helps |
 //!
 //! # References
 //! - A. Waechter, L. T. Biegler, On the implementation of an interior-point filter line-search algorithm for
@@ -100,13 +102,16 @@ mod iterate;
 mod line_search;
 mod model;
 mod problem;
+mod requirement;
 mod restoration;
 mod scaled;
 mod scaling;
 mod sensitivity;
 mod settings;
 mod start;
+mod state;
 mod step;
+mod vector;
 mod warm_start;
 
 pub use apsides_iteration::{
@@ -115,12 +120,11 @@ pub use apsides_iteration::{
 };
 pub use apsides_kkt::{KktSettings, Ordering};
 pub use derivative_check::{DerivativeEntry, DerivativeReport, check_derivatives};
-pub use diagnosis::{
-    Diagnosis, Limit, Place, Relaxation, Requirement, Side, diagnose, relax, requirements_of,
-};
+pub use diagnosis::{Diagnosis, diagnose, relax};
 pub use error::NlpError;
 pub use interior_point::InteriorPoint;
 pub use problem::{Nlp, Pattern, Scaling, Stages};
+pub use requirement::{Limit, Place, Relaxation, Requirement, Side, requirements_of};
 pub use sensitivity::{Perturbation, Sensitivity, SolutionDerivative};
 pub use settings::{BarrierOracle, BarrierStrategy, NlpSettings, ScalingMethod};
 pub use warm_start::WarmStart;

@@ -2,10 +2,11 @@
 //! (Waechter and Biegler, sections 2.3 to 2.4 and 3.2 to 3.4).
 
 use crate::augmented::AugmentedSystem;
-use crate::engine::{Engine, dot, max_abs};
 use crate::filter::{BARRIER_MARGIN, VIOLATION_MARGIN, at_most};
 use crate::iterate::{Direction, Point};
 use crate::model::BarrierModel;
+use crate::state::SolverState;
+use crate::vector::{dot, max_abs};
 
 /// Factor and exponents of the switching condition (eq. 19).
 const SWITCH_FACTOR: f64 = 1.0;
@@ -41,6 +42,13 @@ pub(crate) enum Search {
     Stalled,
     /// No step is acceptable.
     Failed,
+}
+
+/// Lengths of a step: of the variables and constraint multipliers, and of the bound multipliers.
+#[derive(Debug, Clone, Copy, Default)]
+struct Lengths {
+    primal: f64,
+    dual: f64,
 }
 
 /// The values that a trial point is compared with.
@@ -97,8 +105,7 @@ impl Verdict {
 struct Watchdog {
     active: bool,
     trials: usize,
-    alpha: f64,
-    dual: f64,
+    lengths: Lengths,
     reference: Reference,
     point: Point,
     step: Direction,
@@ -143,8 +150,7 @@ impl LineSearch {
             watchdog: Watchdog {
                 active: false,
                 trials: 0,
-                alpha: 0.0,
-                dual: 0.0,
+                lengths: Lengths::default(),
                 reference: Reference::default(),
                 point: Point::new(n, m),
                 step: Direction::new(n, m),
@@ -153,7 +159,7 @@ impl LineSearch {
     }
 
     /// Values of the old barrier function mean nothing for the new one.
-    pub(crate) fn barrier_changed(&mut self) {
+    fn forget_barrier(&mut self) {
         self.watchdog.active = false;
         self.shortened_in_a_row = 0;
         self.filter_rejections = 0;
@@ -161,90 +167,92 @@ impl LineSearch {
 
     /// Forgets everything but the log.
     pub(crate) fn restart(&mut self) {
-        self.barrier_changed();
+        self.forget_barrier();
         self.tiny_steps = 0;
         self.soft_steps = 0;
         self.filter_resets = 0;
     }
-}
 
-impl Engine {
     /// Moves the current point along `step`.
-    pub(crate) fn line_search(
+    pub(crate) fn run(
         &mut self,
+        state: &mut SolverState,
         model: &mut impl BarrierModel,
         system: &mut AugmentedSystem,
     ) -> Search {
-        let primal = self.bounds.longest_primal(&self.current, &self.step.v, self.tau);
-        let dual = self.bounds.longest_dual(&self.current, &self.step.zl, &self.step.zu, self.tau);
-        self.search.step_norm = max_abs(&self.step.v);
-        self.search.trials = 0;
-        if self.is_tiny() {
-            return self.take_tiny_step(model, primal, dual);
+        if std::mem::take(&mut state.barrier_is_new) {
+            self.forget_barrier();
         }
-        self.search.tiny_steps = 0;
+        let mut longest = state.longest_step();
+        self.step_norm = max_abs(&state.step.v);
+        self.trials = 0;
+        if state.is_tiny() {
+            return self.take_tiny_step(state, model, longest);
+        }
+        self.tiny_steps = 0;
         let mut reference = Reference {
-            violation: self.current.violation,
-            barrier: self.barrier_value(&self.current),
-            slope: dot(&self.barrier_gradient, &self.step.v),
+            violation: state.current.violation,
+            barrier: state.barrier_value(&state.current),
+            slope: dot(&state.barrier_gradient, &state.step.v),
         };
-        let (mut primal, mut dual) = (primal, dual);
         let mut first = true;
-        if self.search.watchdog.active {
-            if self.take_watchdog_step(model, primal, dual) {
+        if self.watchdog.active {
+            if self.take_watchdog_step(state, model, longest) {
                 return Search::Accepted;
             }
-            reference = self.search.watchdog.reference;
-            (primal, dual) = (0.5 * self.search.watchdog.alpha, self.search.watchdog.dual);
+            reference = self.watchdog.reference;
+            longest = self.watchdog.lengths;
+            longest.primal *= 0.5;
             first = false;
-        } else if self.settings.watchdog_trigger > 0
-            && self.search.shortened_in_a_row >= self.settings.watchdog_trigger
+        } else if state.settings.watchdog_trigger > 0
+            && self.shortened_in_a_row >= state.settings.watchdog_trigger
         {
-            self.start_watchdog(primal, dual, reference);
-            if self.take_watchdog_step(model, primal, dual) {
+            self.start_watchdog(state, longest, reference);
+            if self.take_watchdog_step(state, model, longest) {
                 return Search::Accepted;
             }
-            self.search.watchdog.active = false;
+            self.watchdog.active = false;
         }
-        if self.backtrack(model, system, reference, primal, dual, first) {
+        if self.backtrack(state, model, system, reference, longest, first) {
             return Search::Accepted;
         }
-        if self.take_soft_step(model, reference) { Search::Accepted } else { Search::Failed }
+        if self.take_soft_step(state, model, reference) { Search::Accepted } else { Search::Failed }
     }
 
     fn backtrack(
         &mut self,
+        state: &mut SolverState,
         model: &mut impl BarrierModel,
         system: &mut AugmentedSystem,
         reference: Reference,
-        longest: f64,
-        dual: f64,
+        longest: Lengths,
         may_correct: bool,
     ) -> bool {
-        let least = reference.least_step(self.search.min_violation);
-        let mut alpha = longest;
+        let least = reference.least_step(self.min_violation);
+        let mut alpha = longest.primal;
         loop {
-            self.search.trials += 1;
-            if self.try_step(model, alpha, false) {
-                let verdict = self.judge(reference, alpha);
-                if verdict.is_accepted() && self.differentiate_trial(model) {
-                    self.accept(model, verdict, reference, alpha, dual, false);
-                    self.count_shortened(alpha < longest || !may_correct);
+            self.trials += 1;
+            if state.try_step(model, alpha, false) {
+                let verdict = self.judge(state, reference, alpha);
+                if verdict.is_accepted() && state.differentiate_trial(model) {
+                    let lengths = Lengths { primal: alpha, ..longest };
+                    self.accept(state, model, verdict, reference, lengths, false);
+                    self.count_shortened(alpha < longest.primal || !may_correct);
                     return true;
                 }
-                if alpha == longest && may_correct {
-                    if self.trial.violation >= reference.violation
-                        && self.correct(model, system, reference, alpha)
+                if alpha == longest.primal && may_correct {
+                    if state.trial.violation >= reference.violation
+                        && self.correct(state, model, system, reference, alpha)
                     {
                         return true;
                     }
-                    if self.is_filter_cleared(verdict) {
+                    if self.is_filter_cleared(state, verdict) {
                         continue;
                     }
                 }
             }
             alpha *= 0.5;
-            if alpha < least || alpha * self.search.step_norm == 0.0 {
+            if alpha < least || alpha * self.step_norm == 0.0 {
                 return false;
             }
         }
@@ -252,48 +260,36 @@ impl Engine {
 
     /// After several iterations whose full step only the filter stood against, clears it: its entries are then mostly
     /// from far away.
-    fn is_filter_cleared(&mut self, verdict: Verdict) -> bool {
+    fn is_filter_cleared(&mut self, state: &mut SolverState, verdict: Verdict) -> bool {
         if verdict != Verdict::RejectedByFilter {
-            self.search.filter_rejections = 0;
+            self.filter_rejections = 0;
             return false;
         }
-        self.search.filter_rejections += 1;
-        if self.search.filter_rejections < FILTER_RESET_TRIGGER
-            || self.search.filter_resets >= MAX_FILTER_RESETS
-        {
+        self.filter_rejections += 1;
+        if self.filter_rejections < FILTER_RESET_TRIGGER || self.filter_resets >= MAX_FILTER_RESETS {
             return false;
         }
-        self.search.filter_rejections = 0;
-        self.search.filter_resets += 1;
-        self.filter.clear();
+        self.filter_rejections = 0;
+        self.filter_resets += 1;
+        state.filter.clear();
         true
     }
 
     fn count_shortened(&mut self, shortened: bool) {
-        self.search.shortened_in_a_row = if shortened { self.search.shortened_in_a_row + 1 } else { 0 };
+        self.shortened_in_a_row = if shortened { self.shortened_in_a_row + 1 } else { 0 };
     }
 
-    /// Evaluates the trial point at this step length; false if it cannot be evaluated.
-    fn try_step(&mut self, model: &mut impl BarrierModel, alpha: f64, corrected: bool) -> bool {
-        let step = if corrected { &self.corrected } else { &self.step };
-        for ((trial, current), step) in self.trial.v.iter_mut().zip(&self.current.v).zip(&step.v) {
-            *trial = current + alpha * step;
-        }
-        self.bounds.measure(&mut self.trial, self.barrier);
-        self.trial.evaluate(model)
-    }
-
-    fn judge(&self, reference: Reference, alpha: f64) -> Verdict {
-        let violation = self.trial.violation;
-        let barrier = self.barrier_value(&self.trial);
-        if !barrier.is_finite() || violation > self.filter.max_violation {
+    fn judge(&self, state: &SolverState, reference: Reference, alpha: f64) -> Verdict {
+        let violation = state.trial.violation;
+        let barrier = state.barrier_value(&state.trial);
+        if !barrier.is_finite() || violation > state.filter.max_violation {
             return Verdict::Rejected;
         }
         let rise = barrier - reference.barrier;
         if rise > 0.0 && rise.log10() > LARGEST_RISE + reference.barrier.abs().max(10.0).log10() {
             return Verdict::Rejected;
         }
-        let verdict = if reference.switches(alpha) && reference.violation <= self.search.min_violation {
+        let verdict = if reference.switches(alpha) && reference.violation <= self.min_violation {
             let decrease = ARMIJO * alpha * reference.slope;
             if !at_most(rise, decrease, reference.barrier) {
                 return Verdict::Rejected;
@@ -308,12 +304,13 @@ impl Engine {
             }
             Verdict::Either
         };
-        if self.filter.accepts(violation, barrier) { verdict } else { Verdict::RejectedByFilter }
+        if state.filter.accepts(violation, barrier) { verdict } else { Verdict::RejectedByFilter }
     }
 
     /// Second-order corrections (algorithm A, steps ).
     fn correct(
         &mut self,
+        state: &mut SolverState,
         model: &mut impl BarrierModel,
         system: &mut AugmentedSystem,
         reference: Reference,
@@ -321,27 +318,27 @@ impl Engine {
     ) -> bool {
         let mut length = alpha;
         let mut before = reference.violation;
-        self.search.corrected_constraints.copy_from_slice(&self.current.constraints);
-        for correction in 0..self.settings.max_corrections {
-            if correction > 0 && self.trial.violation > CORRECTION_REDUCTION * before {
+        self.corrected_constraints.copy_from_slice(&state.current.constraints);
+        for correction in 0..state.settings.max_corrections {
+            if correction > 0 && state.trial.violation > CORRECTION_REDUCTION * before {
                 return false;
             }
-            before = self.trial.violation;
-            for (sum, trial) in self.search.corrected_constraints.iter_mut().zip(&self.trial.constraints) {
+            before = state.trial.violation;
+            for (sum, trial) in self.corrected_constraints.iter_mut().zip(&state.trial.constraints) {
                 *sum = length * *sum + trial;
             }
-            if !self.find_correction(model.structure(), system) {
+            if !state.find_correction(model.structure(), system, &self.corrected_constraints) {
                 return false;
             }
-            length = self.bounds.longest_primal(&self.current, &self.corrected.v, self.tau);
-            if !self.try_step(model, length, true) {
+            length = state.bounds.longest_primal(&state.current, &state.corrected.v, state.tau);
+            if !state.try_step(model, length, true) {
                 return false;
             }
-            let verdict = self.judge(reference, alpha);
-            if verdict.is_accepted() && self.differentiate_trial(model) {
-                let corrected = &self.corrected;
-                let dual = self.bounds.longest_dual(&self.current, &corrected.zl, &corrected.zu, self.tau);
-                self.accept(model, verdict, reference, length, dual, true);
+            let verdict = self.judge(state, reference, alpha);
+            if verdict.is_accepted() && state.differentiate_trial(model) {
+                let corrected = &state.corrected;
+                let dual = state.bounds.longest_dual(&state.current, &corrected.zl, &corrected.zu, state.tau);
+                self.accept(state, model, verdict, reference, Lengths { primal: length, dual }, true);
                 self.count_shortened(false);
                 return true;
             }
@@ -351,41 +348,177 @@ impl Engine {
 
     fn accept(
         &mut self,
+        state: &mut SolverState,
         model: &impl BarrierModel,
         verdict: Verdict,
         reference: Reference,
-        primal: f64,
-        dual: f64,
+        lengths: Lengths,
         corrected: bool,
     ) {
         if verdict == Verdict::Either {
-            self.filter.add(reference.violation, reference.barrier);
+            state.filter.add(reference.violation, reference.barrier);
         }
-        self.search.soft_steps = 0;
-        self.search.kind = match (verdict, corrected) {
+        self.soft_steps = 0;
+        self.kind = match (verdict, corrected) {
             (Verdict::Objective, false) => 'f',
             (Verdict::Objective, true) => 'F',
             (_, false) => 'h',
             (_, true) => 'H',
         };
-        self.commit(model, primal, dual, corrected);
+        self.commit(state, model, lengths, corrected);
     }
 
     /// Makes the trial point, which must have been differentiated, the current one. The old one stays in `trial`.
-    fn commit(&mut self, model: &impl BarrierModel, primal: f64, dual: f64, corrected: bool) {
-        let step = if corrected { &self.corrected } else { &self.step };
+    fn commit(
+        &mut self,
+        state: &mut SolverState,
+        model: &impl BarrierModel,
+        lengths: Lengths,
+        corrected: bool,
+    ) {
+        let Lengths { primal, dual } = lengths;
+        let step = if corrected { &state.corrected } else { &state.step };
         let advance = |out: &mut [f64], from: &[f64], step: &[f64], alpha: f64| {
             for ((out, from), step) in out.iter_mut().zip(from).zip(step) {
                 *out = from + alpha * step;
             }
         };
-        advance(&mut self.trial.y, &self.current.y, &step.y, primal);
-        advance(&mut self.trial.zl, &self.current.zl, &step.zl, dual);
-        advance(&mut self.trial.zu, &self.current.zu, &step.zu, dual);
-        self.bounds.safeguard_multipliers(&mut self.trial, self.barrier, MULTIPLIER_SAFEGUARD);
-        self.search.primal_step = primal;
-        self.search.dual_step = dual;
-        self.swap_trial(model);
+        advance(&mut state.trial.y, &state.current.y, &step.y, primal);
+        advance(&mut state.trial.zl, &state.current.zl, &step.zl, dual);
+        advance(&mut state.trial.zu, &state.current.zu, &step.zu, dual);
+        state.bounds.safeguard_multipliers(&mut state.trial, state.barrier, MULTIPLIER_SAFEGUARD);
+        self.primal_step = primal;
+        self.dual_step = dual;
+        state.swap_trial(model);
+    }
+
+    /// A step of the size of rounding errors is taken without a test, since none could tell anything. After two in a
+    /// row that do not move the multipliers either, or many that do, the barrier parameter is reduced; at its least value
+    /// the method has stalled.
+    fn take_tiny_step(
+        &mut self,
+        state: &mut SolverState,
+        model: &mut impl BarrierModel,
+        lengths: Lengths,
+    ) -> Search {
+        let patience = if state.moves_multipliers() { MAX_TINY_STEPS } else { 1 };
+        if self.tiny_steps >= patience {
+            if state.barrier <= state.final_barrier {
+                return Search::Stalled;
+            }
+            state.forces_reduction = true;
+        }
+        self.tiny_steps += 1;
+        self.trials = 1;
+        if !state.try_step(model, lengths.primal, false) || !state.differentiate_trial(model) {
+            return Search::Stalled;
+        }
+        self.kind = 't';
+        self.commit(state, model, lengths, false);
+        Search::Accepted
+    }
+
+    fn start_watchdog(&mut self, state: &SolverState, lengths: Lengths, reference: Reference) {
+        let watchdog = &mut self.watchdog;
+        watchdog.active = true;
+        watchdog.trials = 0;
+        watchdog.lengths = lengths;
+        watchdog.reference = reference;
+        watchdog.point.copy_from(&state.current);
+        watchdog.step.copy_from(&state.step);
+    }
+
+    /// A full step under the watchdog: compared with the stored point, and taken in any case for a few iterations. If
+    /// it is not taken the stored point and step are current again.
+    fn take_watchdog_step(
+        &mut self,
+        state: &mut SolverState,
+        model: &mut impl BarrierModel,
+        lengths: Lengths,
+    ) -> bool {
+        self.trials += 1;
+        self.watchdog.trials += 1;
+        let (reference, alpha) = (self.watchdog.reference, self.watchdog.lengths.primal);
+        if state.try_step(model, lengths.primal, false) && state.differentiate_trial(model) {
+            let verdict = self.judge(state, reference, alpha);
+            if verdict.is_accepted() {
+                self.accept(state, model, verdict, reference, lengths, false);
+                self.watchdog.active = false;
+                self.count_shortened(false);
+                self.kind = 'w';
+                return true;
+            }
+            if self.watchdog.trials < state.settings.watchdog_trials
+                && state.trial.violation <= state.filter.max_violation
+                && state.barrier_value(&state.trial).is_finite()
+            {
+                self.commit(state, model, lengths, false);
+                self.kind = 'w';
+                return true;
+            }
+        }
+        self.watchdog.active = false;
+        self.count_shortened(false);
+        if self.watchdog.trials > 1 {
+            state.current.copy_from(&self.watchdog.point);
+            state.step.copy_from(&self.watchdog.step);
+            self.step_norm = max_abs(&state.step.v);
+            // The derivatives were finite here before.
+            let _ = state.differentiate(model);
+        }
+        false
+    }
+
+    /// A step that reduces the optimality error instead of entering the restoration phase (section 3.3).
+    fn take_soft_step(
+        &mut self,
+        state: &mut SolverState,
+        model: &mut impl BarrierModel,
+        reference: Reference,
+    ) -> bool {
+        if self.soft_steps >= state.settings.max_soft_restorations {
+            return false;
+        }
+        let Lengths { primal, dual } = state.longest_step();
+        let alpha = primal.min(dual);
+        if !state.try_step(model, alpha, false)
+            || state.trial.violation > state.filter.max_violation
+            || !state.differentiate_trial(model)
+        {
+            return false;
+        }
+        let before = state.mean_error();
+        self.commit(state, model, Lengths { primal: alpha, dual: alpha }, false);
+        if state.mean_error() > SOFT_REDUCTION * before {
+            state.swap_trial(model);
+            return false;
+        }
+        if self.soft_steps == 0 {
+            state.filter.add(reference.violation, reference.barrier);
+        }
+        self.soft_steps += 1;
+        self.kind = 's';
+        true
+    }
+}
+
+impl SolverState {
+    /// The longest step that keeps the variables inside their bounds and their multipliers positive.
+    fn longest_step(&self) -> Lengths {
+        Lengths {
+            primal: self.bounds.longest_primal(&self.current, &self.step.v, self.tau),
+            dual: self.bounds.longest_dual(&self.current, &self.step.zl, &self.step.zu, self.tau),
+        }
+    }
+
+    /// Evaluates the trial point at this step length; false if it cannot be evaluated.
+    fn try_step(&mut self, model: &mut impl BarrierModel, alpha: f64, corrected: bool) -> bool {
+        let step = if corrected { &self.corrected } else { &self.step };
+        for ((trial, current), step) in self.trial.v.iter_mut().zip(&self.current.v).zip(&step.v) {
+            *trial = current + alpha * step;
+        }
+        self.bounds.measure(&mut self.trial, self.barrier);
+        self.trial.evaluate(model)
     }
 
     fn swap_trial(&mut self, model: &impl BarrierModel) {
@@ -422,102 +555,6 @@ impl Engine {
         };
         let (step, point) = (&self.step, &self.current);
         moves(&step.y, &point.y) || moves(&step.zl, &point.zl) || moves(&step.zu, &point.zu)
-    }
-
-    /// A step of the size of rounding errors is taken without a test, since none could tell anything. After two in a
-    /// row that do not move the multipliers either, or many that do, the barrier parameter is reduced; at its least value
-    /// the method has stalled.
-    fn take_tiny_step(&mut self, model: &mut impl BarrierModel, primal: f64, dual: f64) -> Search {
-        let patience = if self.moves_multipliers() { MAX_TINY_STEPS } else { 1 };
-        if self.search.tiny_steps >= patience {
-            if self.barrier <= self.final_barrier {
-                return Search::Stalled;
-            }
-            self.control.force = true;
-        }
-        self.search.tiny_steps += 1;
-        self.search.trials = 1;
-        if !self.try_step(model, primal, false) || !self.differentiate_trial(model) {
-            return Search::Stalled;
-        }
-        self.search.kind = 't';
-        self.commit(model, primal, dual, false);
-        Search::Accepted
-    }
-
-    fn start_watchdog(&mut self, alpha: f64, dual: f64, reference: Reference) {
-        let watchdog = &mut self.search.watchdog;
-        watchdog.active = true;
-        watchdog.trials = 0;
-        watchdog.alpha = alpha;
-        watchdog.dual = dual;
-        watchdog.reference = reference;
-        watchdog.point.copy_from(&self.current);
-        watchdog.step.copy_from(&self.step);
-    }
-
-    /// A full step under the watchdog: compared with the stored point, and taken in any case for a few iterations. If
-    /// it is not taken the stored point and step are current again.
-    fn take_watchdog_step(&mut self, model: &mut impl BarrierModel, primal: f64, dual: f64) -> bool {
-        self.search.trials += 1;
-        self.search.watchdog.trials += 1;
-        let (reference, alpha) = (self.search.watchdog.reference, self.search.watchdog.alpha);
-        if self.try_step(model, primal, false) && self.differentiate_trial(model) {
-            let verdict = self.judge(reference, alpha);
-            if verdict.is_accepted() {
-                self.accept(model, verdict, reference, primal, dual, false);
-                self.search.watchdog.active = false;
-                self.count_shortened(false);
-                self.search.kind = 'w';
-                return true;
-            }
-            if self.search.watchdog.trials < self.settings.watchdog_trials
-                && self.trial.violation <= self.filter.max_violation
-                && self.barrier_value(&self.trial).is_finite()
-            {
-                self.commit(model, primal, dual, false);
-                self.search.kind = 'w';
-                return true;
-            }
-        }
-        self.search.watchdog.active = false;
-        self.count_shortened(false);
-        if self.search.watchdog.trials > 1 {
-            self.current.copy_from(&self.search.watchdog.point);
-            self.step.copy_from(&self.search.watchdog.step);
-            self.search.step_norm = max_abs(&self.step.v);
-            // The derivatives were finite here before.
-            let _ = self.differentiate(model);
-        }
-        false
-    }
-
-    /// A step that reduces the optimality error instead of entering the restoration phase (section 3.3).
-    fn take_soft_step(&mut self, model: &mut impl BarrierModel, reference: Reference) -> bool {
-        if self.search.soft_steps >= self.settings.max_soft_restorations {
-            return false;
-        }
-        let primal = self.bounds.longest_primal(&self.current, &self.step.v, self.tau);
-        let dual = self.bounds.longest_dual(&self.current, &self.step.zl, &self.step.zu, self.tau);
-        let alpha = primal.min(dual);
-        if !self.try_step(model, alpha, false)
-            || self.trial.violation > self.filter.max_violation
-            || !self.differentiate_trial(model)
-        {
-            return false;
-        }
-        let before = self.mean_error();
-        self.commit(model, alpha, alpha, false);
-        if self.mean_error() > SOFT_REDUCTION * before {
-            self.swap_trial(model);
-            return false;
-        }
-        if self.search.soft_steps == 0 {
-            self.filter.add(reference.violation, reference.barrier);
-        }
-        self.search.soft_steps += 1;
-        self.search.kind = 's';
-        true
     }
 
     /// Mean optimality error of the barrier problem.

@@ -13,10 +13,13 @@
 use apsides_iteration::Status;
 
 use crate::augmented::AugmentedSystem;
-use crate::engine::{Engine, Exit, Session, dot, max_abs};
+use crate::engine::{Engine, Exit, Session};
 use crate::model::{BarrierModel, Structure, UnitVariable};
 use crate::scaled::ScaledProblem;
 use crate::settings::{BarrierStrategy, NlpSettings};
+use crate::state::SolverState;
+use crate::step::complete_bound_multipliers;
+use crate::vector::{dot, max_abs};
 
 /// A restoration that converges with a violation below this multiple of the tolerance has found a feasible point.
 const FEASIBLE: f64 = 1e2;
@@ -60,7 +63,7 @@ pub(crate) struct Restoration {
 impl Restoration {
     /// The reduction of the violation asked for: more with each call, since a search that keeps coming back needs
     /// more than the last bit.
-    fn next_reduction(&mut self, outer: &Engine) -> f64 {
+    fn next_reduction(&mut self, outer: &SolverState) -> f64 {
         self.calls += 1;
         let repeats = self.calls.saturating_sub(PATIENT_CALLS).min(30) as i32;
         outer.settings.restoration_reduction * CALL_REDUCTION.powi(repeats)
@@ -74,17 +77,18 @@ impl Restoration {
         system: &mut AugmentedSystem,
         session: &mut Session<'_>,
     ) -> Recovery {
-        outer.filter.add(outer.current.violation, outer.barrier_value(&outer.current));
-        let target = outer.current.violation * self.next_reduction(outer);
-        let phase = self.one_norm.get_or_insert_with(|| Phase::new(problem, outer, Measure::OneNorm));
-        let mut recovery = phase.search(outer, problem, system, session, target);
+        let state = &mut outer.state;
+        state.filter.add(state.current.violation, state.barrier_value(&state.current));
+        let target = state.current.violation * self.next_reduction(state);
+        let phase = self.one_norm.get_or_insert_with(|| Phase::new(problem, state, Measure::OneNorm));
+        let mut recovery = phase.search(state, problem, system, session, target);
         if recovery == Recovery::Ended(Status::Infeasible) && self.second_attempts < MAX_SECOND_ATTEMPTS {
             self.second_attempts += 1;
             let second =
-                self.least_squares.get_or_insert_with(|| Phase::new(problem, outer, Measure::LeastSquares));
-            recovery = match second.search(outer, problem, system, session, target) {
+                self.least_squares.get_or_insert_with(|| Phase::new(problem, state, Measure::LeastSquares));
+            recovery = match second.search(state, problem, system, session, target) {
                 Recovery::Ended(status) => {
-                    phase.place(outer, problem);
+                    phase.place(state, problem);
                     let is_limit =
                         matches!(status, Status::IterationLimit | Status::TimeLimit | Status::Interrupted);
                     Recovery::Ended(if is_limit { status } else { Status::Infeasible })
@@ -116,7 +120,7 @@ struct Phase {
 struct Feasibility<'a, 'n> {
     measure: Measure,
     problem: &'a mut ScaledProblem<'n>,
-    outer: &'a mut Engine,
+    outer: &'a mut SolverState,
     structure: &'a Structure,
     lower: &'a [f64],
     upper: &'a [f64],
@@ -129,7 +133,7 @@ struct Feasibility<'a, 'n> {
 }
 
 impl Phase {
-    fn new(problem: &ScaledProblem<'_>, outer: &Engine, measure: Measure) -> Self {
+    fn new(problem: &ScaledProblem<'_>, outer: &SolverState, measure: Measure) -> Self {
         let (n, m) = (problem.structure().primal(), problem.structure().constraints);
         let mut structure = problem.structure().clone();
         let mut lower = problem.lower().to_vec();
@@ -159,7 +163,7 @@ impl Phase {
     /// Runs the phase from the current point of `outer`; the result is left in its trial point.
     fn search(
         &mut self,
-        outer: &mut Engine,
+        outer: &mut SolverState,
         problem: &mut ScaledProblem<'_>,
         system: &mut AugmentedSystem,
         session: &mut Session<'_>,
@@ -173,19 +177,19 @@ impl Phase {
         self.lower[..n].copy_from_slice(&outer.bounds.lower);
         self.upper[..n].copy_from_slice(&outer.bounds.upper);
         let engine = &mut self.engine;
-        engine.bounds.lower.copy_from_slice(&self.lower);
-        engine.bounds.upper.copy_from_slice(&self.upper);
-        let penalty = engine.settings.restoration_penalty;
-        engine.barrier = outer.barrier.max(max_abs(&outer.current.constraints));
-        engine.tau = engine.settings.boundary_fraction.max(1.0 - engine.barrier);
+        engine.state.bounds.lower.copy_from_slice(&self.lower);
+        engine.state.bounds.upper.copy_from_slice(&self.upper);
+        let penalty = engine.state.settings.restoration_penalty;
+        engine.state.barrier = outer.barrier.max(max_abs(&outer.current.constraints));
+        engine.state.tau = engine.state.settings.boundary_fraction.max(1.0 - engine.state.barrier);
         engine.forget_past();
-        engine.current.v[..n].copy_from_slice(&outer.current.v);
-        engine.current.y.fill(0.0);
+        engine.state.current.v[..n].copy_from_slice(&outer.current.v);
+        engine.state.current.y.fill(0.0);
         for i in 0..n {
-            engine.current.zl[i] = outer.current.zl[i].min(penalty);
-            engine.current.zu[i] = outer.current.zu[i].min(penalty);
+            engine.state.current.zl[i] = outer.current.zl[i].min(penalty);
+            engine.state.current.zu[i] = outer.current.zu[i].min(penalty);
         }
-        let feasible = FEASIBLE * engine.settings.tolerance;
+        let feasible = FEASIBLE * engine.state.settings.tolerance;
         let mut model = Feasibility {
             measure: self.measure,
             problem,
@@ -197,7 +201,7 @@ impl Phase {
             reference: &self.reference,
             weights: &self.weights,
             penalty,
-            proximity: engine.barrier.sqrt(),
+            proximity: engine.state.barrier.sqrt(),
         };
         let mut resets = 0;
         let exit = loop {
@@ -230,17 +234,17 @@ impl Phase {
     /// Puts the result into the trial point of the outer engine, with the multipliers of the violation; answers the
     /// largest
     /// violation.
-    fn place(&self, outer: &mut Engine, problem: &mut ScaledProblem<'_>) -> f64 {
+    fn place(&self, outer: &mut SolverState, problem: &mut ScaledProblem<'_>) -> f64 {
         let penalty = outer.settings.restoration_penalty;
-        for (y, restoration) in outer.trial.y.iter_mut().zip(&self.engine.current.y) {
+        for (y, restoration) in outer.trial.y.iter_mut().zip(&self.engine.state.current.y) {
             *y = restoration / penalty;
         }
-        place_trial(outer, problem, &self.engine.current.v)
+        place_trial(outer, problem, &self.engine.state.current.v)
     }
 }
 
 /// Puts a point into the trial point of the outer engine; answers its largest violation.
-fn place_trial(outer: &mut Engine, problem: &mut ScaledProblem<'_>, v: &[f64]) -> f64 {
+fn place_trial(outer: &mut SolverState, problem: &mut ScaledProblem<'_>, v: &[f64]) -> f64 {
     let trial = &mut outer.trial;
     let n = trial.v.len();
     trial.v.copy_from_slice(&v[..n]);
@@ -256,13 +260,13 @@ impl Feasibility<'_, '_> {
     /// The elastic variables that are optimal for the barrier problem at this `v` (eq. 32 and 33).
     fn set_elastic(&mut self, engine: &mut Engine) {
         let (n, m) = (self.len(), self.structure.constraints);
-        let (barrier, penalty) = (engine.barrier, self.penalty);
-        self.problem.constraints(&engine.current.v[..n], &mut engine.trial.constraints);
+        let (barrier, penalty) = (engine.state.barrier, self.penalty);
+        self.problem.constraints(&engine.state.current.v[..n], &mut engine.state.trial.constraints);
         for row in 0..m {
-            let c = engine.trial.constraints[row];
+            let c = engine.state.trial.constraints[row];
             if self.measure == Measure::LeastSquares {
-                engine.current.v[n + row] = c;
-                engine.current.y[row] = penalty * c;
+                engine.state.current.v[n + row] = c;
+                engine.state.current.y[row] = penalty * c;
                 continue;
             }
             let half = (barrier - penalty * c) / (2.0 * penalty);
@@ -273,8 +277,8 @@ impl Feasibility<'_, '_> {
             let negative = negative.max(f64::MIN_POSITIVE.sqrt());
             let positive = (c + negative).max(f64::MIN_POSITIVE.sqrt());
             for (i, value) in [(n + row, positive), (n + m + row, negative)] {
-                engine.current.v[i] = value;
-                engine.current.zl[i] = barrier / value;
+                engine.state.current.v[i] = value;
+                engine.state.current.zl[i] = barrier / value;
             }
         }
     }
@@ -375,31 +379,43 @@ impl Engine {
         system: &mut AugmentedSystem,
         recovery: Recovery,
     ) -> bool {
-        for (step, (trial, current)) in self.step.v.iter_mut().zip(self.trial.v.iter().zip(&self.current.v)) {
+        for (step, (trial, current)) in
+            self.state.step.v.iter_mut().zip(self.state.trial.v.iter().zip(&self.state.current.v))
+        {
             *step = trial - current;
         }
-        crate::step::complete_bound_multipliers(&self.bounds, &self.current, &mut self.step, self.barrier);
-        let dual = self.bounds.longest_dual(&self.current, &self.step.zl, &self.step.zu, self.tau);
+        complete_bound_multipliers(
+            &self.state.bounds,
+            &self.state.current,
+            &mut self.state.step,
+            self.state.barrier,
+        );
+        let dual = self.state.bounds.longest_dual(
+            &self.state.current,
+            &self.state.step.zl,
+            &self.state.step.zu,
+            self.state.tau,
+        );
         let mut largest = 0.0_f64;
-        for (i, (zl, zu)) in self.trial.zl.iter_mut().zip(&mut self.trial.zu).enumerate() {
-            *zl = self.current.zl[i] + dual * self.step.zl[i];
-            *zu = self.current.zu[i] + dual * self.step.zu[i];
+        for (i, (zl, zu)) in self.state.trial.zl.iter_mut().zip(&mut self.state.trial.zu).enumerate() {
+            *zl = self.state.current.zl[i] + dual * self.state.step.zl[i];
+            *zu = self.state.current.zu[i] + dual * self.state.step.zu[i];
             largest = largest.max(*zl).max(*zu);
         }
         if largest > LARGEST_MULTIPLIER || largest.is_nan() {
-            self.bounds.lower_set.iter().for_each(|&i| self.trial.zl[i] = 1.0);
-            self.bounds.upper_set.iter().for_each(|&i| self.trial.zu[i] = 1.0);
+            self.state.bounds.lower_set.iter().for_each(|&i| self.state.trial.zl[i] = 1.0);
+            self.state.bounds.upper_set.iter().for_each(|&i| self.state.trial.zu[i] = 1.0);
         }
-        std::mem::swap(&mut self.current, &mut self.trial);
+        std::mem::swap(&mut self.state.current, &mut self.state.trial);
         self.search.restart();
         self.search.kind = 'R';
-        if self.differentiate(problem).is_err() {
+        if self.state.differentiate(problem).is_err() {
             return false;
         }
         if !matches!(recovery, Recovery::Ended(_)) {
-            self.estimate_multipliers(problem.structure(), system);
+            self.state.estimate_multipliers(problem.structure(), system);
         }
-        self.update_dual_residual(problem);
+        self.state.update_dual_residual(problem);
         true
     }
 }

@@ -7,6 +7,7 @@ use crate::engine::Engine;
 use crate::error::NlpError;
 use crate::model::BarrierModel;
 use crate::scaled::ScaledProblem;
+use crate::state::SolverState;
 use crate::warm_start::WarmStart;
 
 /// Limits of the violation, relative to the starting point's (at least 1).
@@ -24,23 +25,24 @@ impl Engine {
         problem: &mut ScaledProblem<'_>,
         system: &mut AugmentedSystem,
     ) -> Result<(), Evaluation> {
-        problem.scaled_start(&mut self.current.v);
-        let (push, fraction) = (self.settings.bound_push, self.settings.bound_fraction);
-        self.bounds.push_inside(&mut self.current.v, push, fraction);
-        self.set_slacks(problem);
-        self.bounds.push_inside(&mut self.current.v, push, fraction);
+        problem.scaled_start(&mut self.state.current.v);
+        let (push, fraction) = (self.state.settings.bound_push, self.state.settings.bound_fraction);
+        self.state.bounds.push_inside(&mut self.state.current.v, push, fraction);
+        self.state.set_slacks(problem);
+        self.state.bounds.push_inside(&mut self.state.current.v, push, fraction);
         self.evaluate_start(problem)?;
         // Bounds as far away as a huge number would make the average complementarity meaningless.
-        let multiplier = |slack: f64| self.settings.initial_bound_multiplier * (FAR_BOUND / slack).min(1.0);
-        let (lower_set, upper_set) = (&self.bounds.lower_set, &self.bounds.upper_set);
+        let multiplier =
+            |slack: f64| self.state.settings.initial_bound_multiplier * (FAR_BOUND / slack).min(1.0);
+        let (lower_set, upper_set) = (&self.state.bounds.lower_set, &self.state.bounds.upper_set);
         for &i in lower_set {
-            self.current.zl[i] = multiplier(self.current.lower_slack[i]);
+            self.state.current.zl[i] = multiplier(self.state.current.lower_slack[i]);
         }
         for &i in upper_set {
-            self.current.zu[i] = multiplier(self.current.upper_slack[i]);
+            self.state.current.zu[i] = multiplier(self.state.current.upper_slack[i]);
         }
-        self.estimate_multipliers(problem.structure(), system);
-        self.update_dual_residual(problem);
+        self.state.estimate_multipliers(problem.structure(), system);
+        self.state.update_dual_residual(problem);
         Ok(())
     }
 
@@ -50,41 +52,60 @@ impl Engine {
         problem: &mut ScaledProblem<'_>,
         warm: &WarmStart,
     ) -> Result<(), Evaluation> {
-        problem.scaled_start(&mut self.current.v);
+        problem.scaled_start(&mut self.state.current.v);
         let factors = problem.scaling_factors();
         for (k, &i) in problem.free().iter().enumerate() {
             let factor = factors.objective / factors.variables[i];
-            self.current.zl[k] = (warm.lower_multipliers[i] * factor).max(0.0);
-            self.current.zu[k] = (warm.upper_multipliers[i] * factor).max(0.0);
+            self.state.current.zl[k] = (warm.lower_multipliers[i] * factor).max(0.0);
+            self.state.current.zu[k] = (warm.upper_multipliers[i] * factor).max(0.0);
         }
         for (row, &i) in problem.kept().iter().enumerate() {
-            self.current.y[row] = warm.constraint_multipliers[i] * factors.objective / factors.constraints[i];
+            self.state.current.y[row] =
+                warm.constraint_multipliers[i] * factors.objective / factors.constraints[i];
         }
         let n = problem.structure().variables;
         for (k, unit) in problem.structure().units.iter().enumerate() {
-            let y = self.current.y[unit.row];
-            self.current.zl[n + k] = (-y).max(0.0);
-            self.current.zu[n + k] = y.max(0.0);
+            let y = self.state.current.y[unit.row];
+            self.state.current.zl[n + k] = (-y).max(0.0);
+            self.state.current.zu[n + k] = y.max(0.0);
         }
-        for (i, (zl, zu)) in self.current.zl.iter_mut().zip(&mut self.current.zu).enumerate() {
-            *zl = if self.bounds.lower[i].is_finite() { *zl } else { 0.0 };
-            *zu = if self.bounds.upper[i].is_finite() { *zu } else { 0.0 };
+        for (i, (zl, zu)) in self.state.current.zl.iter_mut().zip(&mut self.state.current.zu).enumerate() {
+            *zl = if self.state.bounds.lower[i].is_finite() { *zl } else { 0.0 };
+            *zu = if self.state.bounds.upper[i].is_finite() { *zu } else { 0.0 };
         }
-        self.set_slacks(problem);
-        let average = self.complementarity_of_start();
+        self.state.set_slacks(problem);
+        let average = self.state.complementarity_of_start();
         let barrier = warm.barrier.unwrap_or_else(|| {
-            average.min(self.settings.initial_barrier).max(self.settings.warm_start_barrier)
+            average.min(self.state.settings.initial_barrier).max(self.state.settings.warm_start_barrier)
         });
-        self.barrier = barrier.max(self.final_barrier);
-        self.tau = self.settings.boundary_fraction.max(1.0 - self.barrier);
-        self.push_to_central_path();
-        self.set_slacks(problem);
-        self.push_to_central_path();
-        self.bounds.measure(&mut self.current, self.barrier);
-        self.bounds.safeguard_multipliers(&mut self.current, self.barrier, WARM_SAFEGUARD);
+        self.state.barrier = barrier.max(self.state.final_barrier);
+        self.state.tau = self.state.settings.boundary_fraction.max(1.0 - self.state.barrier);
+        self.state.push_to_central_path();
+        self.state.set_slacks(problem);
+        self.state.push_to_central_path();
+        self.state.bounds.measure(&mut self.state.current, self.state.barrier);
+        self.state.bounds.safeguard_multipliers(&mut self.state.current, self.state.barrier, WARM_SAFEGUARD);
         self.evaluate_start(problem)
     }
 
+    /// Values and derivatives at the starting point, and the limits that the filter takes from it.
+    pub(crate) fn evaluate_start(&mut self, model: &mut impl BarrierModel) -> Result<(), Evaluation> {
+        self.state.bounds.measure(&mut self.state.current, self.state.barrier);
+        if !self.state.current.evaluate(model) {
+            let failed_objective = !self.state.current.objective.is_finite();
+            return Err(if failed_objective { Evaluation::Objective } else { Evaluation::Constraints });
+        }
+        self.state.filter.clear();
+        self.state.filter.max_violation = MAX_VIOLATION * self.state.current.violation.max(1.0);
+        self.search.min_violation = MIN_VIOLATION * self.state.current.violation.max(1.0);
+        self.search.restart();
+        self.control.restart();
+        self.state.forces_reduction = false;
+        self.state.differentiate(model)
+    }
+}
+
+impl SolverState {
     /// Slacks from the constraint functions at the current `x`.
     fn set_slacks(&mut self, problem: &mut ScaledProblem<'_>) {
         if problem.structure().slacks == 0 {
@@ -124,23 +145,10 @@ impl Engine {
             }
         }
     }
-
-    /// Values and derivatives at the starting point, and the limits that the filter takes from it.
-    pub(crate) fn evaluate_start(&mut self, model: &mut impl BarrierModel) -> Result<(), Evaluation> {
-        self.bounds.measure(&mut self.current, self.barrier);
-        if !self.current.evaluate(model) {
-            let failed_objective = !self.current.objective.is_finite();
-            return Err(if failed_objective { Evaluation::Objective } else { Evaluation::Constraints });
-        }
-        self.filter.clear();
-        self.filter.max_violation = MAX_VIOLATION * self.current.violation.max(1.0);
-        self.search.min_violation = MIN_VIOLATION * self.current.violation.max(1.0);
-        self.search.restart();
-        self.control.restart();
-        self.differentiate(model)
-    }
 }
 
+/// Refuses a warm start that does not fit the problem.
+///
 /// # Errors
 /// The first vector of the wrong length or with an entry that is not finite.
 pub(crate) fn check_warm_start(warm: &WarmStart, n: usize, m: usize) -> Result<(), NlpError> {

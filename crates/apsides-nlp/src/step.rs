@@ -1,9 +1,11 @@
 //! The search direction: regularised factorisation and solves (Waechter and Biegler, eq. 11-13 and algorithm IC).
 
 use crate::augmented::AugmentedSystem;
-use crate::engine::{Engine, max_abs};
+use crate::barrier::BarrierControl;
 use crate::iterate::{Bounds, Direction, Point};
 use crate::model::{BarrierModel, Structure};
+use crate::state::SolverState;
+use crate::vector::max_abs;
 
 /// Growth of the primal regularisation when nothing is known of its size.
 const FIRST_GROWTH: f64 = 100.0;
@@ -21,7 +23,7 @@ pub(crate) const SINGULAR_RESIDUAL: f64 = 1e-5;
 /// A step that leaves more than this part of the linearised violation is of no use.
 const LINEARISED_REDUCTION: f64 = 0.5;
 
-/// Memory of algorithm IC.
+/// Memory of algorithm IC (inertia correction).
 #[derive(Debug, Clone, Default)]
 pub(crate) struct Regularisation {
     /// The last primal regularisation that was not zero.
@@ -30,33 +32,35 @@ pub(crate) struct Regularisation {
     pub used: f64,
 }
 
-impl Engine {
+impl Regularisation {
     /// Factorises the system at the current point and finds the search direction, with the barrier parameter chosen
     /// on the way in the adaptive strategy. False if no regularisation gives a useful one.
     pub(crate) fn find_direction(
         &mut self,
+        state: &mut SolverState,
+        control: &mut BarrierControl,
         model: &mut impl BarrierModel,
         system: &mut AugmentedSystem,
     ) -> bool {
-        for &i in &self.bounds.lower_set {
-            self.diagonal[i] += self.current.zl[i] / self.current.lower_slack[i];
+        for &i in &state.bounds.lower_set {
+            state.diagonal[i] += state.current.zl[i] / state.current.lower_slack[i];
         }
-        for &i in &self.bounds.upper_set {
-            self.diagonal[i] += self.current.zu[i] / self.current.upper_slack[i];
+        for &i in &state.bounds.upper_set {
+            state.diagonal[i] += state.current.zu[i] / state.current.upper_slack[i];
         }
-        system.load(Some(&self.hessian), &self.diagonal, &self.jacobian);
-        let free = self.enters_free_mode(model);
-        let first_barrier = if free { 0.0 } else { self.barrier };
-        if !self.factor_and_solve(model.structure(), system, first_barrier) {
+        system.load(Some(&state.hessian), &state.diagonal, &state.jacobian);
+        let free = control.enters_free_mode(state, model);
+        let first_barrier = if free { 0.0 } else { state.barrier };
+        if !self.factor_and_solve(state, model.structure(), system, first_barrier) {
             return false;
         }
         if free {
-            self.find_centring(model.structure(), system);
-            let barrier = self.choose_barrier();
-            self.set_barrier(model, barrier);
-            add_scaled(&mut self.step, &self.corrected, barrier);
+            state.find_centring(model.structure(), system);
+            let barrier = control.choose_barrier(state);
+            state.set_barrier(model, barrier);
+            add_scaled(&mut state.step, &state.corrected, barrier);
         }
-        self.fill_barrier_gradient();
+        state.fill_barrier_gradient();
         true
     }
 
@@ -64,45 +68,48 @@ impl Engine {
     /// variables, and is solved accurately.
     fn factor_and_solve(
         &mut self,
+        state: &mut SolverState,
         structure: &Structure,
         system: &mut AugmentedSystem,
         barrier: f64,
     ) -> bool {
         let (mut primal, mut dual) = (0.0, 0.0);
         loop {
-            let inertia = system.factor(structure, &self.diagonal, primal, dual);
+            let inertia = system.factor(structure, &state.diagonal, primal, dual);
             let mut singular = inertia.is_none_or(|inertia| inertia.zero > 0);
             let correct = inertia.is_some_and(|inertia| inertia.negative == structure.constraints);
             if correct && !singular {
-                let residual = self.solve_for_barrier(structure, system, barrier);
+                let residual = state.solve_for_barrier(structure, system, barrier);
                 if residual <= SINGULAR_RESIDUAL {
                     break;
                 }
                 singular = true;
             }
             if singular && dual == 0.0 && structure.constraints > 0 {
-                dual = self.settings.dual_regularisation * self.barrier.powf(0.25);
+                dual = state.settings.dual_regularisation * state.barrier.powf(0.25);
                 continue;
             }
-            let last = self.regularisation.last;
+            let last = self.last;
             primal = match (primal == 0.0, last == 0.0) {
-                (true, true) => self.settings.first_regularisation,
-                (true, false) => (DECREASE * last).min(self.largest_useful_regularisation()).max(LEAST),
+                (true, true) => state.settings.first_regularisation,
+                (true, false) => (DECREASE * last).min(state.largest_useful_regularisation()).max(LEAST),
                 (false, true) => FIRST_GROWTH * primal,
                 (false, false) => GROWTH * primal,
             };
-            if primal > self.settings.max_regularisation {
-                self.regularisation.used = primal;
+            if primal > state.settings.max_regularisation {
+                self.used = primal;
                 return false;
             }
         }
-        self.regularisation.used = primal;
+        self.used = primal;
         if primal > 0.0 {
-            self.regularisation.last = primal;
+            self.last = primal;
         }
-        self.reduces_violation(dual)
+        state.reduces_violation(dual)
     }
+}
 
+impl SolverState {
     /// Far above the size of the Hessian: a larger first trial only comes from an earlier point with a larger one.
     fn largest_useful_regularisation(&self) -> f64 {
         LARGEST_TRIAL * max_abs(&self.hessian).max(self.settings.first_regularisation)
@@ -156,17 +163,20 @@ impl Engine {
         }
     }
 
-    /// The direction of a second-order correction, into `corrected`: the constraints of the line search instead of
-    /// those of the
-    /// current point.
-    pub(crate) fn find_correction(&mut self, structure: &Structure, system: &mut AugmentedSystem) -> bool {
+    /// The direction of a second-order correction, into `corrected`: with the given constraints instead of those of
+    /// the current point.
+    pub(crate) fn find_correction(
+        &mut self,
+        structure: &Structure,
+        system: &mut AugmentedSystem,
+        constraints: &[f64],
+    ) -> bool {
         let (point, rhs) = (&self.current, &mut self.work);
         for (i, rhs) in rhs.iter_mut().enumerate() {
             *rhs = self.barrier_gradient[i] + self.dual_residual[i] - self.gradient[i] + point.zl[i]
                 - point.zu[i];
         }
         let step = &mut self.corrected;
-        let constraints = &self.search.corrected_constraints;
         let residual = system.solve(structure, &self.jacobian, rhs, constraints, &mut step.v, &mut step.y);
         complete_bound_multipliers(&self.bounds, point, step, self.barrier);
         residual <= SINGULAR_RESIDUAL
