@@ -1,12 +1,11 @@
-//! The words that iterative solvers share: how a solve ended, what one iteration did, who watches it, and the report of a nonlinear
-//! program
+//! The vocabulary that iterative solvers share: status, iteration records, observers, and the report of a nonlinear program
 //!
 //! ```text
 //! minimise f(x)   subject to   cl <= c(x) <= cu,   xl <= x <= xu
 //! ```
 //!
-//! The crate has no solver and no dependency. A crate that speaks of solvers without having one, such as that of the language of
-//! optimal control problems, takes its words from here; `apsides-nlp` re-exports them.
+//! The crate has no solver and no dependency. A crate that refers to solvers without having one, such as `apsides-ocp`, takes its
+//! types from here; `apsides-nlp` re-exports them.
 //!
 //! ```
 //! use apsides_iteration::{Flow, IterationRecord, Observer, Status};

@@ -7,7 +7,7 @@
 pub struct IterationRecord {
     /// Iteration number from zero, those of the restoration phase included.
     pub iteration: usize,
-    /// Whether this is an iteration of the restoration phase.
+    /// True for an iteration of the restoration phase.
     pub restoration: bool,
     /// Objective in the user's units; in the restoration phase that of the restoration problem.
     pub objective: f64,
@@ -52,16 +52,16 @@ impl Default for IterationRecord {
     }
 }
 
-/// Whether to go on.
+/// The answer of an observer: continue or stop.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Flow {
-    /// Go on.
+    /// The solve continues.
     Continue,
-    /// Stop; the status becomes [`Status::Interrupted`](crate::Status::Interrupted).
+    /// The solve stops; its status becomes [`Status::Interrupted`](crate::Status::Interrupted).
     Stop,
 }
 
-/// Gets a record at every iteration, the starting point included. `()` ignores them.
+/// Receives a record at every iteration, the starting point included. The observer `()` ignores them.
 pub trait Observer {
     /// Called once per iteration.
     fn iteration(&mut self, record: &IterationRecord) -> Flow;

@@ -25,14 +25,14 @@ impl Residuals {
 /// Optimality error of a point.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct OptimalityError {
-    /// Of the scaled problem; dual parts divided by the size of the multipliers (Waechter and Biegler, eq. 5).
+    /// Residuals of the scaled problem; dual parts divided by the size of the multipliers (Waechter and Biegler, eq. 5).
     pub scaled: Residuals,
-    /// Not divided; in the user's units, or in those of the problem's own scaling where the solve uses them: then the stopping
+    /// Residuals without divisors in the user's units, or in those of the problem's own scaling where the solve uses them: then the stopping
     /// tests do not depend on the user's units.
     pub unscaled: Residuals,
 }
 
-/// Work done.
+/// Counts of the work done in a solve.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub struct Counters {
     /// Iterations, those of the restoration phase included.
@@ -57,18 +57,18 @@ pub struct Counters {
     pub restorations: usize,
 }
 
-/// Wall-clock times.
+/// Wall-clock times of a solve.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub struct Timing {
-    /// In the functions and derivatives of the problem.
+    /// Time in the functions and derivatives of the problem.
     pub evaluation: Duration,
-    /// In the linear systems, analysis included.
+    /// Time in the linear systems, analysis included.
     pub linear_systems: Duration,
-    /// The whole solve.
+    /// Time of the whole solve.
     pub total: Duration,
 }
 
-/// Factors that the method multiplied functions and variables by.
+/// Factors by which the method multiplied functions and variables.
 #[derive(Debug, Clone, PartialEq)]
 pub struct ScalingFactors {
     /// Scaled objective = factor times objective.
@@ -94,13 +94,13 @@ pub struct Violation {
 pub struct SolveReport {
     /// How the solve ended.
     pub status: Status,
-    /// The point, length `n`: the last one if optimal, else the best one met. It is put back between the bounds unless an
+    /// The point, length `n`: the last iterate if optimal, else the best one. It is put back between the bounds unless an
     /// optimal point would lose its tolerance by that; then it is outside by rounding, 2e-12 relative to max(1, |bound|)
     /// (scaled).
     pub x: Vec<f64>,
-    /// Objective there.
+    /// Objective at `x`.
     pub objective: f64,
-    /// Constraint functions there, length `m`.
+    /// Constraint functions at `x`, length `m`.
     pub constraint_values: Vec<f64>,
     /// Multipliers of the constraints, length `m`: positive at an upper, negative at a lower bound.
     pub constraint_multipliers: Vec<f64>,

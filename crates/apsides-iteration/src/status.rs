@@ -1,4 +1,4 @@
-//! How an iteration ended.
+//! The status of a solve: how it ended.
 
 use std::fmt;
 
@@ -29,7 +29,7 @@ pub enum Status {
 }
 
 impl Status {
-    /// Whether the point can be used as a solution.
+    /// Returns true if the point can be used as a solution.
     pub fn is_success(self) -> bool {
         matches!(self, Self::Optimal | Self::Acceptable)
     }
