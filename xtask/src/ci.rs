@@ -92,7 +92,7 @@ struct Tally {
 }
 
 impl Tally {
-    /// From lines like `test result: ok. 3 passed; 0 failed; 1 ignored; 0 measured; 0 filtered out`.
+    /// Adds up lines like `test result: ok. 3 passed; 0 failed; 1 ignored; 0 measured; 0 filtered out`.
     fn of(lines: &[String]) -> Self {
         let mut tally = Self::default();
         for part in lines.iter().flat_map(|l| l.split([';', '.'])) {

@@ -76,7 +76,7 @@ fn message(parent: &[String], circle: &[&str], arrows: &Arrows) -> String {
     format!("an import circle of the modules {}{root}: {}", circle.join(", "), steps.join("; "))
 }
 
-/// From one sibling to another, with a path that leads there.
+/// Pairs of siblings of which the first names the second, with a path that it names.
 type Arrows = BTreeMap<(String, String), String>;
 
 impl Modules {
@@ -129,7 +129,7 @@ impl Modules {
         }
     }
 
-    /// By the module that declares them, what leads from one of its modules to another.
+    /// The arrows between siblings, by the module that declares them.
     fn arrows(&self) -> BTreeMap<Place, Arrows> {
         let mut arrows = BTreeMap::<Place, Arrows>::new();
         for (place, module) in &self.0 {
@@ -190,7 +190,7 @@ fn tokens(code: &str) -> Vec<&str> {
     found
 }
 
-/// Leaves of a path with braces that begins at token `k`, each with the name it gives; answers the token behind it.
+/// Leaves of a path with braces that begins at token `k`, each with the name it gives; returns the token behind it.
 fn tree(tokens: &[&str], mut k: usize, prefix: &[String], leaves: &mut Vec<(String, Vec<String>)>) -> usize {
     let mut path = prefix.to_vec();
     loop {

@@ -11,9 +11,9 @@ use crate::workspace::{Package, Purpose, Workspace};
 /// Dependencies that a crate of ours may have on others of ours.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum Arrows {
-    /// On these, without the prefix `apsides-`; `apsides` is the facade.
+    /// Dependencies on these, without the prefix `apsides-`; `apsides` is the facade.
     To(&'static [&'static str]),
-    /// On any.
+    /// Dependencies on any crate.
     ToAny,
 }
 

@@ -78,7 +78,7 @@ fn public_signatures(code: &str) -> Vec<(usize, &str)> {
     found
 }
 
-/// Where the braces that open first are closed.
+/// Place at which the braces that open first are closed.
 fn body_end(text: &str) -> Option<usize> {
     let mut depth = 0;
     for (k, c) in text.char_indices() {

@@ -43,7 +43,7 @@ pub(crate) struct Package {
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub(crate) struct Workspace {
     pub(crate) root: PathBuf,
-    /// Where cargo builds.
+    /// Folder in which cargo builds.
     pub(crate) target: PathBuf,
     pub(crate) packages: Vec<Package>,
 }
@@ -55,7 +55,7 @@ impl Workspace {
         Self::parse(&output(metadata.args(["metadata", "--format-version", "1", "--no-deps"]))?)
     }
 
-    /// From the JSON text of `cargo metadata --no-deps`.
+    /// Reads the JSON text of `cargo metadata --no-deps`.
     pub(crate) fn parse(metadata: &str) -> Result<Self, String> {
         let json: Value = serde_json::from_str(metadata).map_err(|e| format!("cargo metadata: {e}"))?;
         let root = PathBuf::from(text(&json, "workspace_root")?);

@@ -45,7 +45,7 @@ struct Product {
     factor: Slot,
 }
 
-/// How to evaluate the weighted Hessian of a formula.
+/// The list of operations that evaluates the weighted Hessian of a formula.
 pub(crate) struct AdjointPlan {
     /// Inputs, then constants and results of steps; constants in their places, zero elsewhere.
     numbers: Vec<f64>,
@@ -146,7 +146,7 @@ fn derivatives_of_angle(y: f64, x: f64) -> [f64; 6] {
 #[derive(Clone, Copy)]
 enum Value {
     Constant(f64),
-    /// Where its number is, and the variable whose adjoints it shares: a shift by a constant has those of its operand.
+    /// Slot of its number, and the variable whose adjoints it shares: a shift by a constant has those of its operand.
     Variable(Slot, usize),
 }
 
@@ -170,7 +170,7 @@ struct Builder<'a> {
     values: Vec<Value>,
     products: Vec<Product>,
     first_adjoints: BTreeMap<usize, Slot>,
-    /// By variables, the later one first.
+    /// Second adjoints by their pair of variables, the later one first.
     second_adjoints: BTreeMap<(usize, usize), Slot>,
     /// Place 0 stays zero.
     adjoints: usize,

@@ -37,7 +37,7 @@ pub trait NodeFunction: Send + Sync {
     /// The function as a straight-line program, for other tools.
     ///
     /// # Errors
-    /// When it contains a function that is known by its values alone ([`Scalar::map`], [`Scalar::map2`]).
+    /// The function contains one that is known by its values alone ([`Scalar::map`], [`Scalar::map2`]).
     fn formula(&self) -> Result<Formula, OpaqueFunction>;
 }
 
@@ -258,7 +258,7 @@ impl<E: Seeded> Node<E> {
         }
     }
 
-    /// By hyper-dual numbers, a few entries per pass.
+    /// Computes the Hessian by hyper-dual numbers, a few entries per pass.
     fn hessian_in_lanes(&self, z: &[f64], weights: &[f64], entries: &mut [f64]) {
         for (pairs, values) in
             self.pattern.hessian.chunks(HESSIAN_LANES).zip(entries.chunks_mut(HESSIAN_LANES))

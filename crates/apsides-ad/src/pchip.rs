@@ -39,7 +39,7 @@ impl Pchip {
     /// The table with the given values at increasing knots, at least two.
     ///
     /// # Errors
-    /// When the table does not fit.
+    /// The table does not fit: see [`SplineError`].
     pub fn new(knots: &[f64], values: &[f64], outside: Outside) -> Result<Self, SplineError> {
         check_knots(knots, 2)?;
         check_values(values, knots.len())?;

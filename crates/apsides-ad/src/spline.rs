@@ -15,7 +15,7 @@ use std::fmt;
 
 use crate::Scalar;
 
-/// Why a table is no spline.
+/// The reasons for which a table cannot be interpolated.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum SplineError {
     /// Fewer knots in a direction than the table takes.
@@ -68,7 +68,7 @@ impl CubicSpline {
     /// The spline with the given values at increasing knots, at least four.
     ///
     /// # Errors
-    /// When the table does not fit.
+    /// The table does not fit: see [`SplineError`].
     pub fn new(knots: &[f64], values: &[f64]) -> Result<Self, SplineError> {
         check(knots)?;
         check_values(values, knots.len())?;
@@ -96,7 +96,7 @@ impl BicubicSpline {
     /// The spline with the values of a table with one row per knot of `x` and one column per knot of `y`.
     ///
     /// # Errors
-    /// When the table does not fit.
+    /// The table does not fit: see [`SplineError`].
     pub fn new(x: &[f64], y: &[f64], values: &[f64]) -> Result<Self, SplineError> {
         check(x)?;
         check(y)?;

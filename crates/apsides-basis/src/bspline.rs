@@ -125,7 +125,7 @@ impl Bspline {
         breaks
     }
 
-    /// How many knots are equal to `x`.
+    /// Number of knots that are equal to `x`.
     pub fn multiplicity(&self, x: f64) -> usize {
         self.knots.iter().filter(|&&t| t == x).count()
     }
@@ -338,7 +338,7 @@ impl Bspline {
     }
 }
 
-/// From the functions of `order` to those of the next one, at `x` in the piece that begins at knot `span`.
+/// Computes the functions of the next order from those of `order`, at `x` in the piece that begins at knot `span`.
 fn raise(t: &[f64], span: usize, order: usize, x: f64, current: &mut Rows) {
     let mut carry = 0.0;
     for r in 0..order {
@@ -350,7 +350,7 @@ fn raise(t: &[f64], span: usize, order: usize, x: f64, current: &mut Rows) {
     current[order] = carry;
 }
 
-/// From combinations of the functions of `order` to their derivatives in terms of the next order.
+/// Turns combinations of the functions of `order` into their derivatives in terms of the next order.
 fn differentiate(t: &[f64], span: usize, order: usize, row: &mut [f64]) {
     let mut carry = 0.0;
     for r in 0..order {

@@ -1,5 +1,7 @@
 //! The error of the crate: an ill-posed program.
 
+use std::sync::Arc;
+
 use thiserror::Error;
 
 /// An ill-posed request. A program without a solution is no error: see [`Status`](crate::Status).
@@ -63,7 +65,7 @@ pub enum ConicError {
         /// Position in the argument.
         index: usize,
         /// The number.
-        value: String,
+        value: f64,
     },
     /// A setting is out of its range.
     #[error("setting `{setting}` is {value}; it must be {allowed}")]
@@ -71,16 +73,30 @@ pub enum ConicError {
         /// The setting.
         setting: &'static str,
         /// Its value.
-        value: String,
+        value: f64,
         /// The values that are allowed.
         allowed: &'static str,
     },
     /// The solver refused the program.
-    #[error("the solver refuses the program: {reason}")]
-    Refused {
-        /// In its words.
-        reason: String,
-    },
+    #[error("the solver refuses the program: {0}")]
+    Refused(#[source] Refusal),
+}
+
+/// The error of the solver behind the crate, whose type is not part of the interface.
+#[derive(Clone, Debug, Error)]
+#[error(transparent)]
+pub struct Refusal(Arc<dyn std::error::Error + Send + Sync>);
+
+impl Refusal {
+    pub(crate) fn new(error: impl std::error::Error + Send + Sync + 'static) -> Self {
+        Self(Arc::new(error))
+    }
+}
+
+impl PartialEq for Refusal {
+    fn eq(&self, other: &Self) -> bool {
+        self.to_string() == other.to_string()
+    }
 }
 
 /// Checks a length.
@@ -92,6 +108,6 @@ pub(crate) fn require_length(what: &'static str, expected: usize, found: usize) 
 pub(crate) fn require_finite(what: &'static str, values: &[f64]) -> Result<(), ConicError> {
     match values.iter().position(|v| !v.is_finite()) {
         None => Ok(()),
-        Some(index) => Err(ConicError::NotFinite { what, index, value: values[index].to_string() }),
+        Some(index) => Err(ConicError::NotFinite { what, index, value: values[index] }),
     }
 }

@@ -55,7 +55,7 @@ pub mod program;
 pub mod settings;
 pub mod triplets;
 
-pub use error::ConicError;
+pub use error::{ConicError, Refusal};
 pub use program::{Cone, ConicData, ConicProgram, ConicReport, Status};
 pub use settings::ConicSettings;
 pub use triplets::Triplets;

@@ -3,7 +3,7 @@
 use clarabel::algebra::CscMatrix;
 use clarabel::solver::{DefaultSettings, DefaultSolver, IPSolver, SolverStatus, SupportedConeT};
 
-use crate::error::{require_finite, require_length};
+use crate::error::{Refusal, require_finite, require_length};
 use crate::triplets::ColumnPattern;
 use crate::{ConicError, ConicSettings, Triplets};
 
@@ -47,13 +47,13 @@ pub struct ConicData {
     pub cones: Vec<Cone>,
 }
 
-/// How a solve ended.
+/// The status of a solve: how it ended.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[non_exhaustive]
 pub enum Status {
-    /// To the tolerances.
+    /// Solved to the tolerances.
     Solved,
-    /// To reduced tolerances: gap 5e-5, residuals 1e-4.
+    /// Solved to reduced tolerances: gap 5e-5, residuals 1e-4.
     SolvedReduced,
     /// No point meets the constraints; the dual is a certificate.
     Infeasible,
@@ -78,7 +78,7 @@ impl Status {
 /// Figures of the last solve.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct ConicReport {
-    /// How it ended.
+    /// Status of the solve.
     pub status: Status,
     /// Iterations of the interior-point method, one factorisation each.
     pub iterations: u32,
@@ -157,7 +157,7 @@ impl ConicProgram {
             &cones,
             foreign_settings(&settings),
         )
-        .map_err(|e| ConicError::Refused { reason: e.to_string() })?;
+        .map_err(|e| ConicError::Refused(Refusal::new(e)))?;
         Ok(Self {
             solver,
             variables,
@@ -316,7 +316,7 @@ fn foreign_settings(settings: &ConicSettings) -> DefaultSettings<f64> {
 }
 
 fn refused(e: clarabel::solver::DataUpdateError) -> ConicError {
-    ConicError::Refused { reason: e.to_string() }
+    ConicError::Refused(Refusal::new(e))
 }
 
 #[cfg(test)]

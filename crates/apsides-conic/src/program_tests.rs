@@ -22,7 +22,7 @@ fn box_program(c: &[f64], lower: f64, upper: f64) -> ConicData {
     }
 }
 
-/// How far a point whose objective is within the gap of the optimum may be from it, `curvature |x - x*|^2 / 2 <= gap`.
+/// Largest distance from the optimum of a point whose objective is within the gap of it, `curvature |x - x*|^2 / 2 <= gap`.
 fn distance(report: &ConicReport, curvature: f64) -> f64 {
     let gap = ConicSettings::default().gap_tolerance * (1.0 + report.objective.abs());
     (2.0 * gap / curvature).sqrt()

@@ -26,12 +26,12 @@ impl ConicSettings {
         {
             if !(value > 0.0 && value < 1.0) {
                 let allowed = "above 0 and below 1";
-                return Err(ConicError::Setting { setting, value: value.to_string(), allowed });
+                return Err(ConicError::Setting { setting, value, allowed });
             }
         }
         if self.max_iterations == 0 {
             let (setting, allowed) = ("max_iterations", "at least 1");
-            return Err(ConicError::Setting { setting, value: "0".into(), allowed });
+            return Err(ConicError::Setting { setting, value: 0.0, allowed });
         }
         Ok(())
     }

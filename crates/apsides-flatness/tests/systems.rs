@@ -6,7 +6,7 @@ use apsides_ad::{Dynamics, FlatMap, PathFunction, Scalar};
 use apsides_flatness::{FlatSystem, Flatness, FlatnessSolution};
 use apsides_ocp::{At, Bounds, Guess, Ocp, Phase, PhaseGuess, State, Term, Variable};
 use apsides_problems::Case;
-use apsides_problems::pvtol::{self, AIRCRAFT, Effort, rest_to_rest};
+use apsides_problems::pvtol::{self, AIRCRAFT, HoverEffort, rest_to_rest};
 use apsides_radau::Radau;
 use apsides_verify::{Verdict, VerifySettings, verify};
 
@@ -50,7 +50,7 @@ fn pvtol_in_free_time_with_a_price_on_time() {
             Variable::new("moment", "-").within(-9.0, 9.0),
         ])
         .final_time(Bounds::new(1.0, 20.0))
-        .integral(Variable::new("effort", "-"), Effort);
+        .integral(Variable::new("effort", "-"), HoverEffort);
     let terms = [Term::End(At::FinalTime("move"), 0.5), Term::Integral("move", "effort", 1.0)];
     let ocp = Ocp::builder("pvtol")
         .phase(phase)

@@ -79,7 +79,7 @@ pub struct ScalingFactors {
     pub constraints: Vec<f64>,
 }
 
-/// How far a constraint is from its bounds.
+/// The violation of a constraint.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Violation {
     /// Index of the constraint.
@@ -88,11 +88,11 @@ pub struct Violation {
     pub amount: f64,
 }
 
-/// The outcome of a solve, in the user's units and signs: at a solution
-/// `grad f + J^T constraint_multipliers - lower_multipliers + upper_multipliers = 0`.
+/// The outcome of a solve, in the user's units and signs: at a solution `grad f + J^T constraint_multipliers -
+/// lower_multipliers + upper_multipliers = 0`.
 #[derive(Debug, Clone, PartialEq)]
 pub struct SolveReport {
-    /// How the solve ended.
+    /// Status of the solve.
     pub status: Status,
     /// The point, length `n`: the last iterate if optimal, else the best one. It is put back between the bounds unless an
     /// optimal point would lose its tolerance by that; then it is outside by rounding, 2e-12 relative to max(1, |bound|)

@@ -2,7 +2,7 @@
 
 use std::fmt;
 
-/// How a solve ended.
+/// The status of a solve.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 #[non_exhaustive]
 pub enum Status {

@@ -3,7 +3,7 @@
 use thiserror::Error;
 
 /// An ill-posed request. A singular matrix is no error: see [`Inertia::zero`](crate::Inertia::zero).
-#[derive(Debug, Clone, PartialEq, Eq, Error)]
+#[derive(Debug, Clone, PartialEq, Error)]
 #[non_exhaustive]
 pub enum KktError {
     /// A slice has the wrong length.
@@ -60,7 +60,7 @@ pub enum KktError {
         /// The setting or argument.
         what: &'static str,
         /// Its value, as text so that the error can be compared.
-        value: String,
+        value: f64,
     },
     /// The factor has more entries than 32-bit indices address, or memory ran out.
     #[error("the factor of the {n} x {n} system does not fit in memory or in 32-bit indices")]

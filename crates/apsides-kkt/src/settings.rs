@@ -56,9 +56,5 @@ impl KktSettings {
 
 /// Accepts finite numbers of at least zero.
 pub(crate) fn check_nonnegative(what: &'static str, value: f64) -> Result<(), KktError> {
-    if value.is_finite() && value >= 0.0 {
-        Ok(())
-    } else {
-        Err(KktError::Negative { what, value: value.to_string() })
-    }
+    if value.is_finite() && value >= 0.0 { Ok(()) } else { Err(KktError::Negative { what, value }) }
 }

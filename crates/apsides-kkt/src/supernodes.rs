@@ -15,7 +15,7 @@ const WIDEST: usize = 32;
 pub(crate) struct Supernodes {
     /// Length `count + 1`.
     pub(crate) first: Vec<u32>,
-    /// Where the rows below the columns begin in `rows`, length `count + 1`.
+    /// Offsets into `rows` of the rows below the columns of each supernode, length `count + 1`.
     pub(crate) row_start: Vec<u32>,
     /// Rows below, ascending for each supernode.
     pub(crate) rows: Vec<u32>,
@@ -91,7 +91,7 @@ impl Supernodes {
         &self.rows[self.row_range(s)]
     }
 
-    /// Where the rows below stand in `rows`.
+    /// Range of the rows below in `rows`.
     pub(crate) fn row_range(&self, s: usize) -> std::ops::Range<usize> {
         self.row_start[s] as usize..self.row_start[s + 1] as usize
     }

@@ -10,7 +10,7 @@ use crate::scaling::{equilibrate, power_of_two, smallest_row};
 use crate::settings::check_nonnegative;
 use crate::{KktError, KktSettings};
 
-/// How well a system was solved.
+/// The accuracy to which a system was solved.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct SolveQuality {
     /// `|b - A x| / |b|` in the maximum norm, for the system without static shift in its equilibrated rows and

@@ -107,7 +107,7 @@ impl AugmentedSystem {
         inertia.ok()
     }
 
-    /// Solves for `(dv, dy)`; answers the relative residual, infinite if the solve failed.
+    /// Solves for `(dv, dy)`; returns the relative residual, infinite if the solve failed.
     pub(crate) fn solve(
         &mut self,
         structure: &Structure,

@@ -52,8 +52,7 @@ impl DerivativeEntry {
 }
 
 /// Compares gradient, Jacobian and Hessian of `nlp` at `x` with central differences, at the cost of `2 n` evaluations
-/// of the
-/// functions and of the first derivatives.
+/// of the functions and of the first derivatives.
 ///
 /// # Errors
 /// `x` is not of length `n`, or a pattern names a position outside its matrix.

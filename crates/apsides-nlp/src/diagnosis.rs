@@ -1,4 +1,4 @@
-//! Why a problem has no feasible point: which requirements conflict, and which single one to relax by how much.
+//! Diagnosis of infeasible problems: the requirements that conflict, and the single ones whose relaxation restores feasibility.
 //!
 //! A requirement is a set of limits that move together by one amount `e >= 0`: a heat rate limit at every instant is one
 //! requirement. Chosen requirements are made elastic, everything else stays hard:
@@ -11,7 +11,7 @@
 //! in Optimization, 2008, doi 10.1007/978-0-387-74932-7, chapter 6); the multipliers tell which others take part. With one of
 //! them elastic the problem gives the least relaxation of that one that restores feasibility, or has no feasible point.
 
-use apsides_iteration::{SolveReport, Status};
+use apsides_iteration::Status;
 
 use crate::elastic::Elastic;
 use crate::error::NlpError;
@@ -23,10 +23,10 @@ use crate::settings::NlpSettings;
 /// Candidates tried besides the requirements that give way.
 const MOST_OTHERS: usize = 5;
 
-/// Which requirements conflict and what helps.
+/// The requirements that conflict, and those whose relaxation alone restores feasibility.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Diagnosis {
-    /// How the solve with all requirements elastic ended; the conflicts mean nothing unless it succeeded.
+    /// Status of the solve with all requirements elastic; the conflicts mean nothing unless it succeeded.
     pub status: Status,
     /// Requirements that give way together, with their amounts in the user's units. None: the problem is feasible.
     pub conflicts: Vec<(usize, f64)>,

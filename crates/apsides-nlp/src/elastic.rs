@@ -150,7 +150,7 @@ impl<'a> Elastic<'a> {
         })
     }
 
-    /// The answer in terms of the problem and its requirements.
+    /// The relaxation in terms of the problem and its requirements.
     pub(crate) fn relaxation(&self, mut report: SolveReport, requirements: usize) -> Relaxation {
         let (n, m) = self.base;
         let (mut amounts, mut shares) = (vec![0.0; requirements], vec![0.0; requirements]);

@@ -15,7 +15,7 @@ use crate::state::SolverState;
 use crate::step::Regularisation;
 use crate::vector::{max_abs, max_product};
 
-/// Why [`Engine::run`] returned.
+/// The reason for which [`Engine::run`] returned.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) enum Exit {
     /// The solve is over.

@@ -2,7 +2,7 @@
 
 use apsides_kkt::KktError;
 
-/// Why a problem or a setting is ill-posed. Failing to converge is not an error but a [`Status`](crate::Status).
+/// An ill-posed problem or setting. Failing to converge is not an error but a [`Status`](crate::Status).
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
 pub enum NlpError {
@@ -39,7 +39,7 @@ pub enum NlpError {
     /// A vector has the wrong length.
     #[error("{what} has length {found}; {expected} is needed")]
     Length {
-        /// Which vector.
+        /// Name of the vector.
         what: &'static str,
         /// Its length.
         found: usize,
@@ -73,7 +73,7 @@ pub enum NlpError {
     /// A starting value is not finite.
     #[error("{what}[{index}] is {value}; a finite number is needed")]
     Start {
-        /// Which starting vector.
+        /// Name of the starting vector.
         what: &'static str,
         /// Index in it.
         index: usize,
@@ -93,7 +93,7 @@ pub enum NlpError {
     /// A perturbation does not fit the problem or its solution.
     #[error("perturbation, {what} {index}: {reason}")]
     Perturbation {
-        /// Which part of it.
+        /// The part of it that does not fit.
         what: &'static str,
         /// Index of the variable or constraint; zero for the objective.
         index: usize,
@@ -103,7 +103,7 @@ pub enum NlpError {
     /// A point has no derivative with respect to a parameter.
     #[error("the solution has no derivative with respect to a parameter: {reason}")]
     NoDerivative {
-        /// Why.
+        /// The reason.
         reason: &'static str,
     },
     /// The linear system could not be analysed.

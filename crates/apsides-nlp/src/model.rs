@@ -1,9 +1,8 @@
 //! The problem in the form that the interior point engine solves: minimise `f(v)` subject to `c(v) = 0`, `l <= v <= u`.
 //!
-//! The variables `v` are `x` followed by *unit variables*, each of which enters one constraint with the coefficient
-//! +1 or -1 and nothing else that is coupled: the slacks of the inequality constraints and, in the restoration phase,
-//! the elastic
-//! variables. The linear system never sees them: they are eliminated by hand.
+//! The variables `v` are `x` followed by *unit variables*, each of which enters one constraint with the coefficient +1
+//! or -1 and nothing else that is coupled: the slacks of the inequality constraints and, in the restoration phase, the
+//! elastic variables. The linear system never sees them: they are eliminated by hand.
 
 use crate::problem::Pattern;
 
@@ -57,17 +56,17 @@ impl Structure {
 /// Factors from scaled residuals to those of [`OptimalityError::unscaled`](crate::OptimalityError::unscaled).
 #[derive(Debug, Clone)]
 pub(crate) struct ResidualUnits {
-    /// For each entry of the gradient of the Lagrangian.
+    /// Unit of each entry of the gradient of the Lagrangian.
     pub dual: Vec<f64>,
-    /// For each constraint.
+    /// Unit of each constraint.
     pub primal: Vec<f64>,
-    /// For the complementarity.
+    /// Unit of the complementarity.
     pub complementarity: f64,
-    /// From the scaled objective to the user's.
+    /// Factor from the scaled objective to the user's.
     pub objective: f64,
 }
 
-/// A problem in the form above. Evaluations that fail answer non-finite numbers.
+/// A problem in the form above. Evaluations that fail return non-finite numbers.
 pub(crate) trait BarrierModel {
     fn structure(&self) -> &Structure;
     fn lower(&self) -> &[f64];
@@ -81,7 +80,7 @@ pub(crate) trait BarrierModel {
     fn residual_units(&self) -> Option<&ResidualUnits> {
         None
     }
-    /// The barrier parameter has changed; answers whether the objective depends on it.
+    /// The barrier parameter has changed; returns true if the objective depends on it.
     fn barrier_changed(&mut self, _barrier: f64) -> bool {
         false
     }

@@ -86,8 +86,7 @@ pub struct Stages {
 ///
 /// with twice continuously differentiable `f` and `c`. The structure (sizes, bounds, patterns) is asked for once, at
 /// the start of a solve. The evaluations always get a point between the (slightly relaxed) bounds on the variables. A
-/// function
-/// that cannot be evaluated at `x` answers NaN or an infinity: the method then shortens its step.
+/// function that cannot be evaluated at `x` returns NaN or an infinity: the method then shortens its step.
 pub trait Nlp {
     /// Number of variables `n`.
     fn variables(&self) -> usize;

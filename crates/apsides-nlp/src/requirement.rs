@@ -18,12 +18,12 @@ pub enum Place {
     Constraint(usize),
 }
 
-/// Which side a limit is on.
+/// The side on which a limit bounds a quantity.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 pub enum Side {
-    /// Not below; relaxed by lowering.
+    /// A lower bound; it is relaxed by lowering.
     Lower,
-    /// Not above; relaxed by raising.
+    /// An upper bound; it is relaxed by raising.
     Upper,
 }
 
@@ -32,14 +32,14 @@ pub enum Side {
 pub struct Limit {
     /// The quantity that is bounded.
     pub place: Place,
-    /// From which side.
+    /// The side of the bound.
     pub side: Side,
     /// The bound; finite.
     pub value: f64,
 }
 
 impl Limit {
-    /// By how much `value` violates the limit; negative inside.
+    /// Returns the amount by which `value` violates the limit; negative inside.
     pub fn excess(&self, value: f64) -> f64 {
         match self.side {
             Side::Lower => self.value - value,

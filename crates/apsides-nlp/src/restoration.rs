@@ -33,7 +33,7 @@ const CALL_REDUCTION: f64 = 0.5;
 /// Second attempts by least squares per solve.
 const MAX_SECOND_ATTEMPTS: usize = 5;
 
-/// How a restoration phase ended.
+/// The outcome of a restoration phase.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) enum Recovery {
     /// The outer engine stands at a point that its filter accepts.
@@ -231,9 +231,8 @@ impl Phase {
         }
     }
 
-    /// Puts the result into the trial point of the outer engine, with the multipliers of the violation; answers the
-    /// largest
-    /// violation.
+    /// Puts the result into the trial point of the outer engine, with the multipliers of the violation; returns the
+    /// largest violation.
     fn place(&self, outer: &mut SolverState, problem: &mut ScaledProblem<'_>) -> f64 {
         let penalty = outer.settings.restoration_penalty;
         for (y, restoration) in outer.trial.y.iter_mut().zip(&self.engine.state.current.y) {
@@ -243,7 +242,7 @@ impl Phase {
     }
 }
 
-/// Puts a point into the trial point of the outer engine; answers its largest violation.
+/// Puts a point into the trial point of the outer engine; returns its largest violation.
 fn place_trial(outer: &mut SolverState, problem: &mut ScaledProblem<'_>, v: &[f64]) -> f64 {
     let trial = &mut outer.trial;
     let n = trial.v.len();

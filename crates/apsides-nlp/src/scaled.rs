@@ -312,7 +312,7 @@ impl<'a> ScaledProblem<'a> {
         x
     }
 
-    /// Puts the variables of a scaled point back between the user's bounds; answers whether any has moved.
+    /// Puts the variables of a scaled point back between the user's bounds; returns true if any has moved.
     pub(crate) fn move_inside(&self, v: &mut [f64]) -> bool {
         let (lower, upper) = &self.variable_bounds;
         let mut moved = false;

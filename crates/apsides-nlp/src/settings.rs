@@ -6,11 +6,11 @@ use apsides_kkt::KktSettings;
 
 use crate::error::NlpError;
 
-/// How functions and variables are scaled before the method sees them.
+/// Scaling of functions and variables before the method sees them.
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[non_exhaustive]
 pub enum ScalingMethod {
-    /// As stated.
+    /// No scaling: the problem is solved in the user's units.
     None,
     /// Objective and constraints are multiplied so that no gradient at the starting point has an entry above `max`
     /// (Waechter and Biegler, section 3.8).
@@ -18,16 +18,16 @@ pub enum ScalingMethod {
         /// Largest entry of a scaled gradient.
         max: f64,
     },
-    /// By the units of [`Nlp::scaling`](crate::Nlp::scaling); as [`None`](Self::None) where the problem gives none.
+    /// Scaling by the units of [`Nlp::scaling`](crate::Nlp::scaling); as [`None`](Self::None) where the problem gives none.
     User,
-    /// By the units of the problem first, then by the gradients of the functions so scaled.
+    /// Scaling by the units of the problem first, then by the gradients of the functions so scaled.
     UserThenGradient {
         /// Largest entry of a scaled gradient.
         max: f64,
     },
 }
 
-/// How the barrier parameter is chosen in the adaptive strategy.
+/// Choice of the barrier parameter in the adaptive strategy.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 #[non_exhaustive]
 pub enum BarrierOracle {
@@ -40,7 +40,7 @@ pub enum BarrierOracle {
     Loqo,
 }
 
-/// How the barrier parameter goes to zero.
+/// Strategy by which the barrier parameter goes to zero.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 #[non_exhaustive]
 pub enum BarrierStrategy {
@@ -51,8 +51,7 @@ pub enum BarrierStrategy {
 }
 
 /// Settings of [`InteriorPoint`](crate::InteriorPoint). All numbers are dimensionless unless said otherwise; "scaled"
-/// refers to the
-/// problem after [`scaling`](Self::scaling).
+/// refers to the problem after [`scaling`](Self::scaling).
 #[derive(Debug, Clone)]
 pub struct NlpSettings {
     /// Largest scaled optimality error of an optimal point; 1e-8.
@@ -87,7 +86,7 @@ pub struct NlpSettings {
     pub scaling: ScalingMethod,
     /// Strategy for the barrier parameter; monotone.
     pub barrier: BarrierStrategy,
-    /// How the adaptive strategy chooses the barrier parameter; quality function.
+    /// Choice of the barrier parameter in the adaptive strategy; quality function.
     pub barrier_oracle: BarrierOracle,
     /// Barrier parameter at the start; 0.1. With a good guess a smaller one saves iterations.
     pub initial_barrier: f64,

@@ -51,9 +51,9 @@ pub enum OdeError {
     OutsideInterval {
         /// The time asked for.
         time: f64,
-        /// Where the solution starts.
+        /// Time at which the solution starts.
         start: f64,
-        /// Where the solution ends.
+        /// Time at which the solution ends.
         end: f64,
     },
 }

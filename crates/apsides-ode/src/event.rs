@@ -16,12 +16,12 @@ const MAX_POINTS: usize = 2 * SAMPLES.len();
 /// Zeros nearer to the start of the integration than this part of the first step are the start's own.
 const START_GUARD: f64 = 1e-9;
 
-/// Which crossings of zero count, seen in the direction of integration.
+/// The crossings of zero that count, seen in the direction of integration.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub enum Direction {
-    /// From negative to positive.
+    /// Crossings from negative to positive.
     Rising,
-    /// From positive to negative.
+    /// Crossings from positive to negative.
     Falling,
     /// Both.
     #[default]
@@ -36,7 +36,7 @@ pub enum Direction {
 pub struct Event<'a> {
     /// The function `g(t, x)`, continuous along the solution.
     pub function: &'a dyn Fn(f64, &[f64]) -> f64,
-    /// Which crossings count; default both.
+    /// The crossings that count; default both.
     pub direction: Direction,
     /// True if the integration ends there; default false.
     pub terminal: bool,
@@ -89,7 +89,7 @@ pub(crate) struct EventTracker {
     guard: Option<f64>,
 }
 
-/// Where a step ended early, and for which event.
+/// The time at which a step ended early, and the event that ended it.
 pub(crate) struct Terminal {
     pub(crate) event: usize,
     pub(crate) time: f64,

@@ -1,6 +1,6 @@
-//! How an integration ended and what it took.
+//! Status and work of an integration.
 
-/// Why an integration ended.
+/// The status of an integration: why it ended.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 #[non_exhaustive]
 pub enum Status {
@@ -31,10 +31,10 @@ pub struct Statistics {
     pub evaluations: usize,
 }
 
-/// How an integration ended; the state at [`time`](Self::time) is in the caller's slice whatever the status.
+/// Status and work of an integration; the state at [`time`](Self::time) is in the caller's slice whatever the status.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Summary {
-    /// Why it ended.
+    /// Status of the integration.
     pub status: Status,
     /// Time reached, that of the last good state.
     pub time: f64,

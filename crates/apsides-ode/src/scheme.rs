@@ -76,7 +76,7 @@ pub(crate) trait Scheme {
     /// Evaluations of an attempt, to complete an accepted step, and of the dense output.
     const EVALUATIONS: (usize, usize, usize);
 
-    /// From `x` and `k[0]` to `next`; returns the weighted error norm, NaN if the rate was not finite.
+    /// Steps from `x` and `k[0]` to `next`; returns the weighted error norm, NaN if the rate was not finite.
     fn attempt<S: OdeSystem>(system: &S, t: f64, h: f64, stages: &mut Stages, weights: &ErrorWeights) -> f64;
 
     /// Makes `k[LAST]` the rate at the end of the step, if the attempt has not.

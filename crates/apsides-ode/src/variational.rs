@@ -162,7 +162,7 @@ impl StmPropagator {
 /// Result of [`propagate_with_stm`].
 #[derive(Debug, Clone, PartialEq)]
 pub struct Stm {
-    /// How the integration ended.
+    /// Status and work of the integration.
     pub summary: Summary,
     /// State at the time reached.
     pub state: Vec<f64>,

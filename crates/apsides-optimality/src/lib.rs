@@ -15,7 +15,7 @@ use evaluated::{Bounds, Evaluated};
 /// Multipliers of this average size leave the errors undivided (Waechter and Biegler 2006, doi
 /// 10.1007/s10107-004-0559-y, eq. 6).
 const MULTIPLIER_SIZE: f64 = 100.0;
-/// How far a variable may be beyond its bound, relative to max(1, |bound|), scaled.
+/// Largest distance of a variable beyond its bound, relative to max(1, |bound|), scaled.
 const BOUND_ROUNDING: f64 = 2e-12;
 
 /// Rounding errors of a sum relative to the sizes of its terms.
@@ -34,7 +34,7 @@ pub enum Condition {
     Sign,
 }
 
-/// Where a condition stands.
+/// The variable or constraint that a condition concerns.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Place {
     /// A variable, by index.
@@ -43,22 +43,22 @@ pub enum Place {
     Constraint(usize),
 }
 
-/// How far a point is from one condition.
+/// The residual of a point in one condition.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Error {
-    /// Which condition.
+pub struct ConditionResidual {
+    /// The condition.
     pub condition: Condition,
-    /// Where.
+    /// The variable or constraint concerned.
     pub place: Place,
-    /// In the scaling of the report; dual parts divided by the size of the multipliers (Waechter and Biegler, eq. 5).
+    /// Residual in the scaling of the report; dual parts divided by the size of the multipliers (Waechter and Biegler, eq. 5).
     pub scaled: f64,
-    /// Not divided; in the user's units, or in those of [`Nlp::scaling`] where the solve uses them.
+    /// Residual without divisors in the user's units, or in those of [`Nlp::scaling`] where the solve uses them.
     pub absolute: f64,
     /// The larger of both relative to its tolerance; above 1 if the condition is violated, infinite if not a number.
     pub relative: f64,
 }
 
-impl fmt::Display for Error {
+impl fmt::Display for ConditionResidual {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let Self { condition, place, scaled, absolute, relative } = self;
         write!(
@@ -92,8 +92,8 @@ pub fn violated(
     problem: &mut (impl Nlp + ?Sized),
     report: &SolveReport,
     settings: &NlpSettings,
-) -> Option<Error> {
-    let violated = errors(problem, report, settings).into_iter().filter(|e| e.relative > 1.0);
+) -> Option<ConditionResidual> {
+    let violated = residuals(problem, report, settings).into_iter().filter(|e| e.relative > 1.0);
     violated.max_by(|a, b| a.relative.total_cmp(&b.relative))
 }
 
@@ -201,11 +201,15 @@ fn absolute_units(
     }
 }
 
-/// How far a report is from each condition at each place.
+/// Returns the residual of a report in each condition at each place.
 ///
 /// # Panics
 /// If lengths in `report` are not those of the problem.
-pub fn errors(problem: &mut (impl Nlp + ?Sized), report: &SolveReport, settings: &NlpSettings) -> Vec<Error> {
+pub fn residuals(
+    problem: &mut (impl Nlp + ?Sized),
+    report: &SolveReport,
+    settings: &NlpSettings,
+) -> Vec<ConditionResidual> {
     let at = Evaluated::new(problem, report, settings.infinite_bound);
     let (scaling, units) = (&report.scaling, absolute_units(problem, report, settings));
     let factor = |factors: &ScalingFactors, place| match place {
@@ -222,7 +226,7 @@ pub fn errors(problem: &mut (impl Nlp + ?Sized), report: &SolveReport, settings:
     let mut errors = Vec::new();
     let mut add = |condition, place, [scaled, absolute]: [f64; 2], [tolerance, most]: [f64; 2]| {
         let relative = relative(scaled, tolerance).max(relative(absolute, most));
-        errors.push(Error { condition, place, scaled, absolute, relative });
+        errors.push(ConditionResidual { condition, place, scaled, absolute, relative });
     };
     let tolerance = settings.tolerance;
     for (i, gradient) in at.gradient.iter().enumerate() {

@@ -28,7 +28,7 @@ fn each_condition_is_seen() {
         let mut report = solution.clone();
         change(&mut report);
         let of_condition =
-            errors(&mut problem, &report, &settings).into_iter().filter(|e| e.condition == condition);
+            residuals(&mut problem, &report, &settings).into_iter().filter(|e| e.condition == condition);
         assert!(violated(&mut problem, &report, &settings).is_some());
         of_condition.map(|e| e.absolute).fold(0.0, f64::max)
     };

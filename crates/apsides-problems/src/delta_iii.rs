@@ -124,9 +124,9 @@ impl Dynamics<7, 3> for Ascent {
     }
 }
 
-struct ThrustDirection;
+struct DirectionInSpace;
 
-impl PathFunction<7, 3, 1> for ThrustDirection {
+impl PathFunction<7, 3, 1> for DirectionInSpace {
     fn evaluate<S: Scalar>(&self, _t: S, _x: &[S; 7], u: &[S; 3], _p: &[S; 0]) -> [S; 1] {
         [dot(u, u)]
     }
@@ -214,7 +214,7 @@ fn phase(stage: &Stage, begin: f64) -> Phase {
         .controls(["ux", "uy", "uz"].map(|name| Variable::new(name, "-").within(-1.1, 1.1)))
         .initial_time(Bounds::fixed(begin))
         .final_time(if last { Bounds::new(begin + 100.0, stage.end) } else { Bounds::fixed(stage.end) })
-        .path([Variable::new("length of the direction", "-").equal_to(1.0)], ThrustDirection)
+        .path([Variable::new("length of the direction", "-").equal_to(1.0)], DirectionInSpace)
 }
 
 /// Position and velocity continuous, mass dropped.

@@ -48,9 +48,9 @@ impl Dynamics<1, 1> for Cubic {
     }
 }
 
-struct Cost;
+struct HypersensitiveCost;
 
-impl PathFunction<1, 1, 1> for Cost {
+impl PathFunction<1, 1, 1> for HypersensitiveCost {
     fn evaluate<S: Scalar>(&self, _t: S, x: &[S; 1], u: &[S; 1], _p: &[S; 0]) -> [S; 1] {
         [(x[0].square() + u[0].square()) * 0.5]
     }
@@ -62,7 +62,7 @@ fn pose(name: &str, length: f64) -> Result<Case, OcpError> {
         .controls([Variable::new("u", "-")])
         .final_time(Bounds::fixed(length))
         .time_unit("-")
-        .integral(Variable::new("cost", "-"), Cost);
+        .integral(Variable::new("cost", "-"), HypersensitiveCost);
     let ocp = Ocp::builder(name).phase(phase).minimize_integral("whole", "cost").build()?;
     Ok(Case::from_bounds(ocp))
 }

@@ -35,9 +35,9 @@ impl Dynamics<1, 1> for Unstable {
     }
 }
 
-struct Cost;
+struct LqrCost;
 
-impl PathFunction<1, 1, 1> for Cost {
+impl PathFunction<1, 1, 1> for LqrCost {
     fn evaluate<S: Scalar>(&self, _t: S, x: &[S; 1], u: &[S; 1], _p: &[S; 0]) -> [S; 1] {
         [x[0].square() * 0.625 + x[0] * u[0] * 0.5 + u[0].square() * 0.5]
     }
@@ -49,7 +49,7 @@ fn pose() -> Result<Case, OcpError> {
         .controls([Variable::new("u", "-")])
         .final_time(Bounds::fixed(1.0))
         .time_unit("-")
-        .integral(Variable::new("cost", "-"), Cost);
+        .integral(Variable::new("cost", "-"), LqrCost);
     let ocp = Ocp::builder(PROBLEM.name).phase(phase).minimize_integral("regulate", "cost").build()?;
     Ok(Case::from_bounds(ocp))
 }

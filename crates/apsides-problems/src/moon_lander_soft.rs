@@ -31,9 +31,9 @@ pub const PROBLEM: Problem = Problem {
 const MAX_THRUST: f64 = 1.227;
 const EXHAUST_VELOCITY: f64 = 2.349;
 
-struct Lander;
+struct SoftLander;
 
-impl Dynamics<3, 1> for Lander {
+impl Dynamics<3, 1> for SoftLander {
     fn rate<S: Scalar>(&self, _t: S, x: &[S; 3], u: &[S; 1], _p: &[S; 0]) -> [S; 3] {
         [x[1], u[0] / x[2] - 1.0, -u[0] / EXHAUST_VELOCITY]
     }
@@ -48,7 +48,7 @@ impl PathFunction<3, 1, 1> for Thrust {
 }
 
 fn pose() -> Result<Case, OcpError> {
-    let phase = Phase::new("descent", Lander)
+    let phase = Phase::new("descent", SoftLander)
         .states([
             State::new("h", "-").within(0.0, 2.0).starts_at(1.0).ends_at(0.0),
             State::new("v", "-").within(-2.0, 2.0).starts_at(-0.783).ends_at(0.0),

@@ -39,9 +39,9 @@ impl Dynamics<4, 2> for Orbit {
     }
 }
 
-struct ThrustDirection;
+struct DirectionInPlane;
 
-impl PathFunction<4, 2, 1> for ThrustDirection {
+impl PathFunction<4, 2, 1> for DirectionInPlane {
     fn evaluate<S: Scalar>(&self, _t: S, _x: &[S; 4], u: &[S; 2], _p: &[S; 0]) -> [S; 1] {
         [u[0].square() + u[1].square()]
     }
@@ -66,7 +66,7 @@ fn pose() -> Result<Case, OcpError> {
         .controls([Variable::new("u1", "-").within(-1.1, 1.1), Variable::new("u2", "-").within(-1.1, 1.1)])
         .final_time(Bounds::fixed(3.32))
         .time_unit("-")
-        .path([Variable::new("length of the direction", "-").equal_to(1.0)], ThrustDirection);
+        .path([Variable::new("length of the direction", "-").equal_to(1.0)], DirectionInPlane);
     let ocp = Ocp::builder(PROBLEM.name)
         .phase(phase)
         .constrain(

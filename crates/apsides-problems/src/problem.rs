@@ -69,7 +69,7 @@ pub struct Optimum {
     pub relative_tolerance: f64,
     /// Evidence for the value.
     pub evidence: Evidence,
-    /// Where statement and value come from.
+    /// Source of statement and value.
     pub source: &'static str,
 }
 

@@ -79,9 +79,9 @@ impl FlatMap<2, 5, 6, 2, 0> for Pvtol {
 }
 
 /// Rate of the effort: the squared distance of the controls from those that hover.
-pub struct Effort;
+pub struct HoverEffort;
 
-impl PathFunction<6, 2, 1> for Effort {
+impl PathFunction<6, 2, 1> for HoverEffort {
     fn evaluate<S: Scalar>(&self, _t: S, _x: &[S; 6], u: &[S; 2], _p: &[S; 0]) -> [S; 1] {
         [(u[0] - 1.0).square() + u[1].square()]
     }
@@ -102,7 +102,7 @@ fn pose() -> Result<Case, OcpError> {
             Variable::new("moment", "-").scaled_by(1.0),
         ])
         .final_time(Bounds::fixed(5.0))
-        .integral(Variable::new("effort", "-"), Effort);
+        .integral(Variable::new("effort", "-"), HoverEffort);
     let ocp = Ocp::builder("pvtol").phase(phase).minimize_integral("move", "effort").build()?;
     Case::from_ends(ocp, (0.0, &[0.0; 6], &[1.0, 0.0]), (5.0, &[3.0, 1.0, 0.0, 0.0, 0.0, 0.0], &[1.0, 0.0]))
 }

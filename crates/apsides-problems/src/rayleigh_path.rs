@@ -31,17 +31,17 @@ pub const PROBLEM: Problem = Problem {
     pose,
 };
 
-struct Oscillator;
+struct RayleighOscillator;
 
-impl Dynamics<2, 1> for Oscillator {
+impl Dynamics<2, 1> for RayleighOscillator {
     fn rate<S: Scalar>(&self, _t: S, x: &[S; 2], u: &[S; 1], _p: &[S; 0]) -> [S; 2] {
         [x[1], x[1] * (-x[1].square() * 0.14 + 1.4) - x[0] + u[0] * 4.0]
     }
 }
 
-struct Cost;
+struct RayleighCost;
 
-impl PathFunction<2, 1, 1> for Cost {
+impl PathFunction<2, 1, 1> for RayleighCost {
     fn evaluate<S: Scalar>(&self, _t: S, x: &[S; 2], u: &[S; 1], _p: &[S; 0]) -> [S; 1] {
         [u[0].square() + x[0].square()]
     }
@@ -56,13 +56,13 @@ impl PathFunction<2, 1, 1> for Mixed {
 }
 
 fn pose() -> Result<Case, OcpError> {
-    let phase = Phase::new("damp", Oscillator)
+    let phase = Phase::new("damp", RayleighOscillator)
         .states([State::new("x1", "-").starts_at(-5.0), State::new("x2", "-").starts_at(-5.0)])
         .controls([Variable::new("u", "-")])
         .final_time(Bounds::fixed(4.5))
         .time_unit("-")
         .path([Variable::new("mixed", "-").at_most(0.0).scaled_by(1.0)], Mixed)
-        .integral(Variable::new("cost", "-"), Cost);
+        .integral(Variable::new("cost", "-"), RayleighCost);
     let ocp = Ocp::builder(PROBLEM.name).phase(phase).minimize_integral("damp", "cost").build()?;
     Case::from_ends(ocp, (0.0, &[-5.0, -5.0], &[0.0]), (4.5, &[0.0, 0.0], &[0.0]))
 }

@@ -27,29 +27,29 @@ pub const PROBLEM: Problem = Problem {
     pose,
 };
 
-struct Oscillator;
+struct VanDerPolOscillator;
 
-impl Dynamics<2, 1> for Oscillator {
+impl Dynamics<2, 1> for VanDerPolOscillator {
     fn rate<S: Scalar>(&self, _t: S, x: &[S; 2], u: &[S; 1], _p: &[S; 0]) -> [S; 2] {
         [(-x[1].square() + 1.0) * x[0] - x[1] + u[0], x[0]]
     }
 }
 
-struct Cost;
+struct VanDerPolCost;
 
-impl PathFunction<2, 1, 1> for Cost {
+impl PathFunction<2, 1, 1> for VanDerPolCost {
     fn evaluate<S: Scalar>(&self, _t: S, x: &[S; 2], u: &[S; 1], _p: &[S; 0]) -> [S; 1] {
         [x[0].square() + x[1].square() + u[0].square()]
     }
 }
 
 fn pose() -> Result<Case, OcpError> {
-    let phase = Phase::new("damp", Oscillator)
+    let phase = Phase::new("damp", VanDerPolOscillator)
         .states([State::new("x1", "-").starts_at(0.0), State::new("x2", "-").starts_at(1.0)])
         .controls([Variable::new("u", "-").within(-0.3, 1.0)])
         .final_time(Bounds::fixed(5.0))
         .time_unit("-")
-        .integral(Variable::new("cost", "-"), Cost);
+        .integral(Variable::new("cost", "-"), VanDerPolCost);
     let ocp = Ocp::builder(PROBLEM.name).phase(phase).minimize_integral("damp", "cost").build()?;
     Ok(Case::from_bounds(ocp))
 }

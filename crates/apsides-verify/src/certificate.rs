@@ -30,7 +30,7 @@ pub struct Check {
     pub margin: f64,
     /// Unit of value, limit and margin.
     pub unit: String,
-    /// Where the largest value stands: phase and time.
+    /// Phase and time of the largest value.
     pub at: String,
     /// True if the value is within the limit.
     pub passed: bool,

@@ -6,7 +6,7 @@ use apsides_ocp::{EndpointInput, Ocp, Scaling, Trajectory};
 use crate::VerifySettings;
 use crate::equations::sign;
 
-/// Times, states and integrals of one phase that matter at its ends.
+/// Times, states and integrals of one phase at its ends.
 #[derive(Clone, Debug)]
 pub(crate) struct PhaseEnds {
     pub(crate) initial_time: f64,
@@ -181,7 +181,7 @@ impl<'a> EndScales<'a> {
         }
     }
 
-    /// Allowed miss: what the state states, else the end tolerance times the scale.
+    /// Allowed miss: the one stated with the state, else the end tolerance times the scale.
     pub(crate) fn tolerance(&self, input: EndpointInput) -> f64 {
         let stated = match input {
             EndpointInput::InitialState { phase, state } | EndpointInput::FinalState { phase, state } => {

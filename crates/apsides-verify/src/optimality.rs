@@ -63,7 +63,7 @@ struct PhaseConditions<'a> {
     /// Largest costate times the scale of its state over the nodes.
     costate_size: f64,
     point: Point,
-    /// At the contacts of the trajectory.
+    /// Conditions at the contacts of the trajectory.
     impulses: Vec<contact::Impulse>,
 }
 
@@ -73,7 +73,7 @@ struct Point {
     u: Vec<f64>,
     costate: Vec<f64>,
     multipliers: Vec<f64>,
-    /// With respect to `[x, u, p, t]`.
+    /// Gradient with respect to `[x, u, p, t]`.
     gradient: Vec<f64>,
 }
 

@@ -1,4 +1,4 @@
-//! Where something stands: phase and time, in words.
+//! The place of a quantity in words: phase and time.
 
 use apsides_ocp::Phase;
 

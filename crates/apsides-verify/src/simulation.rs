@@ -40,7 +40,7 @@ pub(crate) struct Flight {
     pub(crate) failure: Option<Failure>,
 }
 
-/// Where and why a re-simulation stopped early.
+/// Place and reason of a re-simulation that stopped early.
 pub(crate) struct Failure {
     pub(crate) time: f64,
     pub(crate) reason: &'static str,
@@ -78,7 +78,7 @@ fn system_dimension(states: usize, integrals: usize) -> usize {
     (states + integrals).max(1)
 }
 
-/// Flies every phase.
+/// Simulates every phase.
 pub(crate) fn fly(
     ocp: &Ocp,
     trajectory: &Trajectory,
@@ -174,7 +174,7 @@ fn reason(status: Status) -> &'static str {
     }
 }
 
-/// Times at which an interval is looked at, both ends included.
+/// Times at which an interval is examined, both ends included.
 pub(crate) fn sample_times((start, end): (f64, f64), points: usize) -> impl Iterator<Item = f64> {
     (0..points).map(move |k| {
         let fraction = k as f64 / (points - 1) as f64;

@@ -7,7 +7,7 @@ use crate::equations::Equations;
 use crate::simulation::{self, SimulatedPhase};
 use crate::{Certificate, VerifyError, VerifySettings, optimality, scan, shape};
 
-/// A certificate and the re-simulated path it stands on.
+/// A certificate and the re-simulated path on which it is based.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Verification {
     /// Verdict and checks.
@@ -16,8 +16,8 @@ pub struct Verification {
     pub simulation: Vec<SimulatedPhase>,
 }
 
-/// Flies a trajectory again and checks everything that the problem asks for, and the first-order conditions of a
-/// local optimum if every phase has costates.
+/// Simulates a trajectory again and checks every requirement of the problem, and the first-order conditions of a local
+/// optimum if every phase has costates.
 ///
 /// Used of the trajectory: initial states, controls, static parameters and times; its states only to be compared with
 /// and, together with costates and multipliers, in the optimality conditions. A wrong trajectory, a NaN in it, or a

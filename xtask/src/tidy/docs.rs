@@ -18,7 +18,7 @@ const WHOLE_SENTENCES: &[&str] = &[
 ];
 
 /// First words of a clause that leans on the name of the item: such a comment is no sentence.
-const FRAGMENTS: &[&str] = &["What", "Whether", "Of"];
+const FRAGMENTS: &[&str] = &["What", "Whether", "Of", "How", "Why", "Which"];
 
 /// Comments of a Rust file that begin in the middle of a sentence.
 pub(crate) fn check(path: &str, text: &str) -> Vec<Finding> {

@@ -35,7 +35,7 @@ impl Scheme for Dop853 {
     const BEFORE_LAST: usize = 11;
     const STABILITY_LIMIT: f64 = 6.1;
     const EXPONENT: f64 = 1.0 / 8.0 - 0.2 * Self::BETA;
-    /// As published. Positive values save rejections on rough problems, but cost steps on orbits (7 % for 0.04).
+    /// Zero, as published. Positive values save rejections on rough problems, but cost steps on orbits (7 % for 0.04).
     const BETA: f64 = 0.0;
     const STEP_RATIO: (f64, f64) = (0.333, 6.0);
     const EVALUATIONS: (usize, usize, usize) = (11, 1, 3);

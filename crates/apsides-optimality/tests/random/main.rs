@@ -16,7 +16,7 @@ use program::Random;
 
 const CASES: usize = 400;
 
-/// Which status is right.
+/// The status that is right.
 #[derive(Clone, Copy)]
 enum Answer {
     Optimal,

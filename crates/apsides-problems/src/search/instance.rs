@@ -3,7 +3,7 @@
 use super::landscape::Landscape;
 use super::random::SplitMix;
 
-/// Where the minimum is and how the axes are turned.
+/// The position of the minimum and the rotation of the axes.
 #[derive(Clone, Debug)]
 pub struct Transform {
     /// The minimum, each component uniform in `[-80, 80]`.

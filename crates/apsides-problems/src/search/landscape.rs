@@ -24,7 +24,7 @@ pub enum Landscape {
     Ackley,
 }
 
-/// Where `z sin(sqrt(z))` is largest on `[0, 500]`, and its value there: root of `2 tan(s) = -s`, `s = sqrt(z)`.
+/// Position and value of the maximum of `z sin(sqrt(z))` on `[0, 500]`: root of `2 tan(s) = -s`, `s = sqrt(z)`.
 const SCHWEFEL_POINT: f64 = 420.968_746_359_982;
 const SCHWEFEL_VALUE: f64 = 418.982_887_272_433_8;
 

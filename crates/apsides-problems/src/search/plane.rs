@@ -46,7 +46,7 @@ impl PlaneFunction {
         }
     }
 
-    /// Where it is; any one point of the many of [`Self::LinearWaves`].
+    /// Position of the minimum; any one point of the many of [`Self::LinearWaves`].
     #[must_use]
     pub fn minimisers(self) -> &'static [[f64; 2]] {
         match self {

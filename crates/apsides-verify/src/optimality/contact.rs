@@ -18,12 +18,12 @@ use crate::{Check, VerifySettings};
 
 /// Jumps of the costates at a contact; NaN all over where the trajectory states one that cannot be.
 pub(super) struct Impulse {
-    /// Interval of the control that starts there.
+    /// Interval of the control that starts at the contact.
     pub(super) end: usize,
     pub(super) time: f64,
     row: usize,
     multiplier: f64,
-    /// The row there.
+    /// Value of the row at the contact.
     value: f64,
     /// Multiplier times the gradient of the row with respect to `[x, u, p, t]`.
     pub(super) jump: Vec<f64>,
@@ -73,7 +73,7 @@ impl PhaseConditions<'_> {
         impulse
     }
 
-    /// Adds what the costates jump by at the start of an interval of the control, going back in time.
+    /// Adds the jump of the costates at the start of an interval of the control, going back in time.
     pub(super) fn add_jump(&self, interval: usize, costate: &mut [f64]) {
         for impulse in self.impulses.iter().filter(|i| i.end == interval) {
             for (lambda, jump) in costate.iter_mut().zip(&impulse.jump) {
@@ -139,7 +139,7 @@ impl PhaseConditions<'_> {
     }
 
     fn place_of(&self, impulse: &Impulse) -> String {
-        let name = self.touched(impulse).map_or("a row that is none", |(row, _)| row.name.as_str());
+        let name = self.touched(impulse).map_or("a row that does not exist", |(row, _)| row.name.as_str());
         format!("contact of {name}, {}", place(self.equations.phase, impulse.time))
     }
 }

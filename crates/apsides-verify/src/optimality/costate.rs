@@ -59,7 +59,7 @@ impl PhaseConditions<'_> {
         worst.into_check_with(format!("costate equation along {}", phase.name), KIND, remark)
     }
 
-    /// Integrates from `start` at `a` to `b` along the trajectory; whether `b` was reached.
+    /// Integrates from `start` at `a` to `b` along the trajectory; returns true if `b` was reached.
     fn integrate(
         &mut self,
         integrator: &mut Integrator,
