@@ -28,7 +28,7 @@ pub(crate) struct Arguments {
     pub(crate) command: Command,
 }
 
-/// What to do.
+/// The command.
 #[derive(Debug, Subcommand)]
 pub(crate) enum Command {
     /// Solve a mission and verify the answer.
@@ -308,10 +308,10 @@ pub(crate) struct MonteCarloArguments {
     /// Mass, kg.
     #[arg(long = "mass-kg", value_name = "SIGMA", default_value_t = 0.0)]
     pub(crate) mass: f64,
-    /// What navigation takes the position to be off by along each axis, constant over a flight, m.
+    /// Error of the navigated position along each axis, constant over a flight, m.
     #[arg(long = "navigation-position-m", value_name = "SIGMA", default_value_t = 0.0)]
     pub(crate) navigation_position: f64,
-    /// The same of the velocity, m/s.
+    /// Error of the navigated velocity along each axis, constant over a flight, m/s.
     #[arg(long = "navigation-velocity-m-s", value_name = "SIGMA", default_value_t = 0.0)]
     pub(crate) navigation_velocity: f64,
     /// Offset of the centre of mass along each axis, m; of a descent under its law.
@@ -332,7 +332,7 @@ pub(crate) struct MonteCarloArguments {
     /// Wind towards north and east at 12 km, m/s; of a descent.
     #[arg(long = "wind-m-s", value_name = "SIGMA", default_value_t = 0.0)]
     pub(crate) wind: f64,
-    /// How the deviating flights are steered.
+    /// Guidance of the deviating flights.
     #[arg(long, value_enum, default_value = "open-loop")]
     pub(crate) guidance: GuidanceWord,
     /// Times at which a re-planned flight is planned anew, s; the start without any.
@@ -390,7 +390,7 @@ pub(crate) struct ReproduceArguments {
     pub(crate) run: RunArguments,
 }
 
-/// What to do with elevation maps.
+/// Commands for elevation maps.
 #[derive(Debug, Subcommand)]
 pub(crate) enum TerrainCommand {
     /// Make a synthetic map as GeoTIFF: rolling ground with craters and boulders.
@@ -439,7 +439,7 @@ pub(crate) struct HazardArguments {
     /// Pixel from which sites are sought and diverts are counted; by default the middle.
     #[arg(long, value_name = "ROW,COL", value_parser = pixel, allow_hyphen_values = true)]
     pub(crate) start: Option<[usize; 2]>,
-    /// Which sites are best.
+    /// Rule that ranks the sites.
     #[arg(long, value_name = "RULE", value_enum, default_value_t = Rule::Spiral)]
     pub(crate) rule: Rule,
     /// Number of sites.
@@ -465,7 +465,7 @@ pub(crate) struct HazardArguments {
     pub(crate) memory: u32,
 }
 
-/// Which sites are best.
+/// Rule that ranks the sites.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
 pub(crate) enum Rule {
     /// The first on the clockwise square spiral from the start.

@@ -32,7 +32,7 @@ const STROKE: f64 = 0.05;
 pub(crate) struct PriceCurves {
     /// Place of the swept number among the axes, and its key.
     swept: Option<(usize, String)>,
-    /// Whether each axis has more than one value.
+    /// True for each axis with more than one value.
     varied: Vec<bool>,
     objective: Option<ObjectiveValue>,
     lines: Vec<PriceLine>,
@@ -40,7 +40,7 @@ pub(crate) struct PriceCurves {
 
 /// Cases that differ in the swept number only.
 struct PriceLine {
-    /// What else was set.
+    /// The other values that were set.
     label: String,
     /// Number, objective, price.
     points: Vec<[f64; 3]>,
@@ -107,7 +107,7 @@ impl PriceCurves {
         vec![values, prices]
     }
 
-    /// What else was set, with its colour.
+    /// The other values that were set, with their colours.
     pub(crate) fn legend(&self) -> String {
         self.figures().first().map_or(String::new(), Figure::legend)
     }

@@ -86,7 +86,7 @@ impl SiteRow {
     }
 }
 
-/// What is counted and written while rows go by.
+/// Counts, summary and files that are filled row by row.
 struct Account {
     counts: Counts,
     by: BTreeMap<String, u64>,
@@ -265,7 +265,7 @@ fn criteria(a: &HazardArguments, pixel: f64) -> Result<(String, SiteCriteria), R
     Ok((name.to_owned(), criteria))
 }
 
-/// What both ways have in common.
+/// The request, which the assessment in memory and the one in bands share.
 struct Work<'a> {
     a: &'a HazardArguments,
     criteria: &'a SiteCriteria,

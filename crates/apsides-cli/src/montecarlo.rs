@@ -128,7 +128,7 @@ impl MonteCarloArguments {
     }
 }
 
-/// What a run is framed by: its file, its progress, its results.
+/// The arguments and columns of a run, with its file, progress and results.
 struct Frame<'a> {
     a: &'a MonteCarloArguments,
     names: &'a [&'static str],

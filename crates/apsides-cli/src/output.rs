@@ -6,7 +6,7 @@ use apsides::key::{name_of, unit_of};
 use apsides::{Outcome, Price, SearchSummary, Summary};
 use apsides_verify::Certificate;
 
-/// How a command ended; the number is the exit status.
+/// The exit status of a command.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Exit {
     /// Optimal and verified.
@@ -114,7 +114,7 @@ fn searched(s: &SearchSummary, unit: &str) -> String {
     )
 }
 
-/// What one more unit of each key is worth; nothing if it was not asked for.
+/// Change of the objective for one more unit of each key; empty if it was not asked for.
 pub(crate) fn prices(o: &Outcome) -> String {
     let Some(prices) = &o.summary.sensitivity else { return String::new() };
     let objective = &o.summary.objective;

@@ -41,7 +41,7 @@ impl StopFlag {
     }
 }
 
-/// What a solve shows while it runs; clones show the same.
+/// The display of a solve while it runs; clones share it.
 #[derive(Clone)]
 pub(crate) enum Progress {
     Quiet(StopFlag),

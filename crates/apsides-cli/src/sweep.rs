@@ -83,7 +83,7 @@ struct Row<'a> {
     axes: &'a [Axis],
     case: &'a Case,
     solved: &'a Outcome,
-    /// Whether the price of each axis is shown.
+    /// True for each axis whose price is shown.
     priced: &'a [bool],
     /// By axis; empty if prices were not asked for.
     prices: &'a [Option<Price>],

@@ -84,7 +84,7 @@ fn open(path: &Path) -> Result<File, Refusal> {
     }
 }
 
-/// What a map is like.
+/// Summary of a map.
 #[derive(Serialize)]
 pub(crate) struct MapSummary {
     pub(crate) file: String,
@@ -251,7 +251,7 @@ pub(crate) fn pool(threads: u32) -> Result<rayon::ThreadPool, Refusal> {
     rayon::ThreadPoolBuilder::new().num_threads(threads as usize).build().map_err(refusal)
 }
 
-/// What the ground is made of.
+/// Writes the craters and boulders of synthetic ground.
 fn write_truth(dir: &Path, ground: &Synthetic, seed: u64) -> Result<Vec<PathBuf>, Refusal> {
     let (rows, cols) = (ground.geometry().rows(), ground.geometry().cols());
     let craters = ground.craters(0, 0, rows, cols).map_err(refusal)?;

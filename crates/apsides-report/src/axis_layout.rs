@@ -117,7 +117,7 @@ impl AxisLayout {
     }
 }
 
-/// Whether a value has a place on an axis.
+/// Returns true if a value has a place on an axis.
 fn drawable(scale: AxisScale, value: f64) -> bool {
     value.abs() < LARGEST && (scale == AxisScale::Linear || value >= f64::MIN_POSITIVE)
 }

@@ -3,7 +3,7 @@
 use std::io;
 use std::path::PathBuf;
 
-/// What went wrong, and where.
+/// The errors of reading and writing results, each with its place.
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
 pub enum ReportError {
@@ -20,7 +20,7 @@ pub enum ReportError {
     /// The result directory is something else.
     #[error("`{}` exists and is not a directory: results need a directory", path.display())]
     NotADirectory {
-        /// What was given as the directory.
+        /// The path that was given as the directory.
         path: PathBuf,
     },
     /// A result file cannot replace a directory of its name.
@@ -50,7 +50,7 @@ pub enum ReportError {
     Trajectory {
         /// Line of the file; the header is line 1.
         line: u64,
-        /// What is wrong and what is expected.
+        /// The defect, and what is expected instead.
         reason: String,
     },
     /// Multipliers that do not fit the problem or the trajectory.
@@ -58,7 +58,7 @@ pub enum ReportError {
     Multipliers {
         /// Phase or constraint.
         place: String,
-        /// What is wrong and what is expected.
+        /// The defect, and what is expected instead.
         reason: String,
     },
     /// A trajectory in memory that does not fit the problem, or has no node at the start of an interval.
@@ -66,7 +66,7 @@ pub enum ReportError {
     Shape {
         /// Problem or phase.
         place: String,
-        /// What is wrong and what is expected.
+        /// The defect, and what is expected instead.
         reason: String,
     },
     /// The drawing library failed.

@@ -1,10 +1,10 @@
-//! What a figure shows: axes, series, reference lines and labelled spans, in the units of the data.
+//! The content of a figure: axes, series, reference lines and labelled spans, in the units of the data.
 
 use std::ops::Range;
 
 use crate::svg::COLORS;
 
-/// How values are spread along an axis.
+/// The scale of an axis: linear or logarithmic.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum AxisScale {
     /// Equal steps.
@@ -49,7 +49,7 @@ impl Axis {
     }
 }
 
-/// How the points of a series are drawn.
+/// The style in which the points of a series are drawn.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum SeriesStyle {
     /// A line through the points.
@@ -70,7 +70,7 @@ pub struct Series {
     pub points: Vec<[f64; 2]>,
     /// Line unless stated.
     pub style: SeriesStyle,
-    /// Which colour of the palette; the next free one when absent.
+    /// Index of the colour in the palette; the next free one when absent.
     pub color: Option<usize>,
 }
 

@@ -17,7 +17,7 @@ const SUN: [f64; 2] = [-std::f64::consts::FRAC_PI_4, std::f64::consts::FRAC_PI_4
 const UNSAFE: Tint = Tint { colour: [213, 94, 0], strength: 0.45 };
 const SAFE: Tint = Tint { colour: [0, 114, 178], strength: 0.35 };
 const UNKNOWN: Tint = Tint { colour: [40, 40, 40], strength: 0.6 };
-/// Of rings: the first site, the others.
+/// Colours of the rings: the first site, the others.
 const FIRST: [u8; 3] = [255, 255, 255];
 const OTHERS: [u8; 3] = [240, 228, 66];
 
@@ -26,7 +26,7 @@ const OTHERS: [u8; 3] = [240, 228, 66];
 pub struct HazardPicture(ReliefPicture);
 
 impl HazardPicture {
-    /// What its colours mean.
+    /// The meaning of its colours.
     pub const LEGEND: &'static str =
         "blue safe, orange unsafe, dark unknown; rings: least clearance around each site, the first white";
 

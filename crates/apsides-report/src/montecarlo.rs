@@ -13,7 +13,7 @@ use crate::{Axis, Figure, ReportError, Series};
 const DATA: &str = "montecarlo.csv";
 const JSON: &str = "montecarlo.json";
 const FIGURE: &str = "montecarlo.svg";
-/// What is flown: a file of samples goes on only with the same.
+/// The mission and its deviations: a file of samples is continued only with the same.
 const RUN: &str = "montecarlo.toml";
 pub(crate) const INDEX: &str = "index";
 

@@ -8,7 +8,7 @@ use apsides::moving_mass::RootLocus;
 
 use crate::{Axis, Figure, Series};
 
-/// What the figures show, as parts of the largest frequency that samples show, `pi / T`: beyond it poles decay within a sample.
+/// Half widths of the figures as parts of the Nyquist frequency `pi / T`: beyond it poles decay within a sample.
 const WINDOWS: [(&str, f64); 2] = [("", 1.0), (", near the origin", 0.1)];
 /// Colours of branches, after that of the dots.
 const BRANCH_COLORS: usize = 6;

@@ -9,7 +9,7 @@ use crate::{Axis, Figure, Series, quantity_label};
 
 /// Widest line of a column's head in a terminal.
 const HEAD_WIDTH: usize = 12;
-/// What a number takes at least.
+/// Least width of a column of numbers.
 const LEAST_WIDTH: usize = 6;
 
 /// Heads of the data file of sheets.

@@ -69,7 +69,7 @@ struct Node {
     interval_error: Option<f64>,
 }
 
-/// What is the same in every row.
+/// Values that are the same in every row.
 #[derive(Default, PartialEq)]
 struct Constants {
     parameters: Vec<f64>,

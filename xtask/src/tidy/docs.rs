@@ -6,6 +6,7 @@ use crate::finding::Finding;
 const WHOLE_SENTENCES: &[&str] = &[
     "crates/apsides-ad/",
     "crates/apsides-basis/",
+    "crates/apsides-cli/",
     "crates/apsides-conic/",
     "crates/apsides-iteration/",
     "crates/apsides-kkt/",
@@ -13,6 +14,7 @@ const WHOLE_SENTENCES: &[&str] = &[
     "crates/apsides-ode/",
     "crates/apsides-optimality/",
     "crates/apsides-problems/",
+    "crates/apsides-report/",
     "crates/apsides-verify/",
     "xtask/",
 ];
