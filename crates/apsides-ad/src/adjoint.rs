@@ -8,7 +8,7 @@
 //! a_j += a_i g_j;   h_jk += a_i g_jk;   h_pj += h_pi g_j (p < i);   h_jk += h_ii g_j g_k
 //! ```
 //!
-//! Which of them are not zero is known from the formula alone, so that all is one list of products, made once.
+//! The formula alone tells which of them are not zero, so that all is one list of products, made once.
 
 use std::collections::BTreeMap;
 
