@@ -4,7 +4,7 @@ use std::time::{Duration, Instant};
 
 use crate::command::{cargo, run as run_command, run_keeping, written};
 use crate::workspace::Workspace;
-use crate::{doc, layers, readme, table, tidy};
+use crate::{crate_readme, doc, examples, layers, readme, table, tidy};
 
 /// A step: its name and what it does.
 type Step = (&'static str, fn(&Workspace) -> Result<(), String>);
@@ -13,12 +13,14 @@ const STEPS: &[Step] = &[
     ("fmt", |w| run_command(&mut cargo(&w.root, ["fmt", "--all", "--check"]))),
     ("layers", layers::run),
     ("tidy", tidy::run),
+    ("readmes", crate_readme::check),
     ("clippy", |w| {
         let lint = ["clippy", "--workspace", "--all-targets", "--locked", "--", "-D", "warnings"];
         run_command(&mut cargo(&w.root, lint))
     }),
     ("doc", doc),
     ("test", test),
+    ("examples", examples),
     ("missions", missions),
     ("table", table::check),
     ("readme", first_command),

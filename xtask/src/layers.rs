@@ -211,8 +211,7 @@ mod tests {
                 .iter()
                 .map(|(n, purpose)| Dependency { name: (*n).into(), purpose: *purpose })
                 .collect(),
-            benches: vec![],
-            examples: vec![],
+            ..Package::default()
         }
     }
 

@@ -9,7 +9,8 @@
 //! | `tidy` | rules of style that rustfmt and clippy do not know |
 //! | `table` | generated documents |
 //! | `bench` | benchmarks, and the same problems in other programs |
-//! | `readme` | the commands of README.md |
+//! | `package` | every crate as a package, used by a project of its own |
+//! | `readme`, `crate_readme` | the commands of README.md; README.md of each crate |
 //! | `source`, `workspace`, `command` | Rust text without comments, packages, processes |
 
 #![allow(clippy::print_stdout, clippy::print_stderr, reason = "a program for the terminal")]
@@ -20,8 +21,10 @@ mod bench;
 mod ci;
 mod circles;
 mod command;
+mod crate_readme;
 mod finding;
 mod layers;
+mod package;
 mod readme;
 mod signatures;
 mod source;
@@ -44,6 +47,10 @@ Tasks:
   doc                documentation of the workspace; warnings are errors
   mission NAME ...   solves a mission with the release build; further arguments go to `apsides solve`
   table [--check]    writes docs/gallery.md; --check fails if it is out of date (times and rounding aside)
+  readmes [--check]  writes README.md of each crate from its documentation; --check fails if one is out of date
+  examples           runs the examples of every crate
+  package [CRATE ..] packages all crates and builds a project of its own against each, or against those named;
+                     prints how many crates each needs and the time of the build
   bless              accepts the present counters of the workspace tests as the golden ones
   bench [--peers] .. criterion benches of kkt, nlp and radau; --peers also runs benches/peers/*.py;
                      further arguments go to criterion
@@ -81,6 +88,13 @@ fn perform(arguments: &[String]) -> Result<(), String> {
             [check] if check == "--check" => table::check(&Workspace::load()?),
             _ => Err(format!("`table` takes `--check` or nothing, not `{}`", rest.join(" "))),
         },
+        "readmes" => match rest {
+            [] => crate_readme::write(&Workspace::load()?),
+            [check] if check == "--check" => crate_readme::check(&Workspace::load()?),
+            _ => Err(format!("`readmes` takes `--check` or nothing, not `{}`", rest.join(" "))),
+        },
+        "examples" => no_arguments(task, rest).and_then(|()| examples(&Workspace::load()?)),
+        "package" => package::run(&Workspace::load()?, rest),
         "bless" => no_arguments(task, rest).and_then(|()| bless(&Workspace::load()?)),
         "bench" => bench::run_benches(&Workspace::load()?, rest),
         _ => Err(format!("no task `{task}`; `cargo xtask help` lists them")),
@@ -98,6 +112,20 @@ fn no_arguments(task: &str, rest: &[String]) -> Result<(), String> {
 fn doc(workspace: &Workspace) -> Result<(), String> {
     let mut doc = cargo(&workspace.root, ["doc", "--no-deps", "--workspace", "--locked"]);
     run(doc.env("RUSTDOCFLAGS", "-D warnings"))
+}
+
+/// Runs the examples of all crates, which assert what they print.
+fn examples(workspace: &Workspace) -> Result<(), String> {
+    run(&mut cargo(&workspace.root, ["build", "--workspace", "--examples", "--locked"]))?;
+    for package in workspace.packages.iter().filter(|p| p.folder.starts_with("crates")) {
+        for example in &package.examples {
+            run(&mut cargo(
+                &workspace.root,
+                ["run", "--quiet", "--locked", "-p", &package.name, "--example", example],
+            ))?;
+        }
+    }
+    Ok(())
 }
 
 fn mission(workspace: &Workspace, arguments: &[String]) -> Result<(), String> {
@@ -127,12 +155,17 @@ mod tests {
         assert!(perform(&words("tidi")).unwrap_err().contains("no task `tidi`"));
         assert!(perform(&words("tidy all")).unwrap_err().contains("takes no arguments"));
         assert!(perform(&words("mission")).unwrap_err().contains("name of a mission"));
+        assert!(perform(&words("readmes --chek")).unwrap_err().contains("--check"));
+        assert!(perform(&words("package apsides-warp")).unwrap_err().contains("apsides-warp"));
         assert!(perform(&words("table --chek")).unwrap_err().contains("--check"));
     }
 
     #[test]
     fn every_task_is_in_the_help() {
-        for task in ["ci", "layers", "tidy", "doc", "mission", "table", "bless", "bench"] {
+        for task in [
+            "ci", "layers", "tidy", "doc", "mission", "table", "readmes", "examples", "package", "bless",
+            "bench",
+        ] {
             assert!(HELP.lines().any(|l| l.split_whitespace().next() == Some(task)), "{task}");
         }
     }

@@ -27,9 +27,19 @@ pub(crate) struct Dependency {
 }
 
 /// A member of the workspace.
-#[derive(Clone, Debug, PartialEq, Eq)]
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub(crate) struct Package {
     pub(crate) name: String,
+    pub(crate) version: String,
+    /// It may go to a registry.
+    pub(crate) publish: bool,
+    pub(crate) repository: String,
+    pub(crate) documentation: String,
+    /// It says how docs.rs builds it.
+    pub(crate) docs_rs: bool,
+    pub(crate) features: Vec<String>,
+    /// It has a library target.
+    pub(crate) library: bool,
     /// Folder of its manifest, relative to the root.
     pub(crate) folder: PathBuf,
     pub(crate) dependencies: Vec<Dependency>,
@@ -121,8 +131,17 @@ fn package(json: &Value, root: &Path) -> Result<Package, String> {
         let has = |t: &&Value| t["kind"].as_array().is_some_and(|k| k.iter().any(|v| v == kind));
         targets.iter().filter(has).filter_map(|t| t["name"].as_str()).map(str::to_owned).collect()
     };
+    let optional = |key: &str| json[key].as_str().unwrap_or_default().to_owned();
     Ok(Package {
         name: text(json, "name")?.to_owned(),
+        version: optional("version"),
+        // An empty list of registries is `publish = false`.
+        publish: json["publish"].as_array().is_none_or(|registries| !registries.is_empty()),
+        repository: optional("repository"),
+        documentation: optional("documentation"),
+        docs_rs: json["metadata"]["docs"]["rs"].is_object(),
+        features: json["features"].as_object().map(|f| f.keys().cloned().collect()).unwrap_or_default(),
+        library: targets.iter().any(|t| t["kind"].as_array().is_some_and(|k| k.iter().any(|v| v == "lib"))),
         folder: folder.strip_prefix(root).unwrap_or(folder).to_owned(),
         dependencies: array(json, "dependencies")?.iter().map(dependency).collect::<Result<_, _>>()?,
         benches: of_kind("bench"),
@@ -163,6 +182,7 @@ mod tests {
         assert_eq!(a.folder, Path::new("crates/a"));
         assert_eq!(a.benches, ["speed"]);
         assert_eq!(a.examples, ["e"]);
+        assert!(a.library && a.publish && !a.docs_rs && a.features.is_empty());
         let purposes: Vec<_> = a.dependencies.iter().map(|d| d.purpose).collect();
         assert_eq!(purposes, [Purpose::Normal, Purpose::Development, Purpose::Build]);
         assert!(workspace.package("b").is_err());

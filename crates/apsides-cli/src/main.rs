@@ -1,4 +1,14 @@
-//! The `apsides` program.
+//! The `apsides` program: missions from a file to a verified trajectory.
+//!
+//! ```text
+//! apsides missions                                  missions, and the keys of one
+//! apsides solve lunar-perilune --out results        solves and verifies; writes data and a report
+//! apsides sweep lunar-perilune --set perilune_altitude_km=50,25,15 --out sweep.csv
+//! apsides verify results                            checks stored results again
+//! ```
+//!
+//! The exit status is 0 for a verified result, 2 for bad input, 3 where nothing was solved, 4 where the result is not verified. What the
+//! program does is in the libraries; it computes nothing by itself.
 
 mod arguments;
 mod commands;
