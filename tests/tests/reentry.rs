@@ -7,6 +7,33 @@
 use apsides::nlp::Flow;
 use apsides::{Error, Mission, Observer, Outcome, SearchProgress};
 
+/// Discretisation: heat loads against collocation, MJ/m2.
+const HEAT_MJ_M2: f64 = 1e-3;
+/// Round-off of sums: the heat load as result and as objective, MJ/m2.
+const SAME_HEAT_MJ_M2: f64 = 1e-7;
+/// Published: two units of the last digit of the heat load, MJ/m2.
+const DIGITS_MJ_M2: f64 = 2e-6;
+/// Discretisation: the heat load with tables under limits, MJ/m2.
+const LIMITED_HEAT_MJ_M2: f64 = 3e-3;
+/// Solver: the target is met to it, km.
+const MISS_KM: f64 = 1e-5;
+/// Solver: the same on Mars, km.
+const MARS_MISS_KM: f64 = 1e-4;
+/// Discretisation: peaks of the load, m/s2.
+const LOAD_M_S2: f64 = 2e-3;
+/// Solver: a limited load at its limit, m/s2.
+const LIMITED_LOAD_M_S2: f64 = 1e-4;
+/// Solver: a limited heat rate at its limit, kW/m2.
+const HEAT_RATE_KW_M2: f64 = 1e-3;
+/// Discretisation: peaks of the dynamic pressure, kPa.
+const PRESSURE_KPA: f64 = 1e-3;
+/// Published: the last digit of the ratio of lift to drag.
+const LIFT_TO_DRAG: f64 = 1e-4;
+/// Discretisation: the least peak of the dynamic pressure, kPa.
+const LEAST_PRESSURE_KPA: f64 = 2e-3;
+/// Discretisation: the least peak of the load, m/s2.
+const LEAST_LOAD_M_S2: f64 = 5e-3;
+
 fn load(name: &str, overrides: &[&str]) -> Result<Mission, Error> {
     let overrides: Vec<String> = overrides.iter().map(|o| (*o).into()).collect();
     Mission::load(name, &overrides)
@@ -34,29 +61,29 @@ const UNLIMITED: [&str; 4] =
 fn exponential_atmosphere_without_limits() {
     let outcome = solve("capsule-reentry", &UNLIMITED);
     verified(&outcome);
-    near(&outcome, "heat_load_mj_m2", 121.6841, 1e-3);
+    near(&outcome, "heat_load_mj_m2", 121.6841, HEAT_MJ_M2);
     near(&outcome, "flight_time_s", 568.913, 0.02);
-    near(&outcome, "peak_dynamic_pressure_kpa", 15.6886, 1e-3);
-    near(&outcome, "peak_load_m_s2", 45.593, 2e-3);
+    near(&outcome, "peak_dynamic_pressure_kpa", 15.6886, PRESSURE_KPA);
+    near(&outcome, "peak_load_m_s2", 45.593, LOAD_M_S2);
     near(&outcome, "peak_heat_rate_kw_m2", 885.35, 0.01);
-    near(&outcome, "target_miss_km", 0.0, 1e-5);
+    near(&outcome, "target_miss_km", 0.0, MISS_KM);
     // The integral of the mission's own results is that of the objective.
-    near(&outcome, "heat_load_mj_m2", outcome.summary.objective.value, 1e-7);
+    near(&outcome, "heat_load_mj_m2", outcome.summary.objective.value, SAME_HEAT_MJ_M2);
 }
 
 #[test]
 fn exponential_atmosphere_with_limits_touches_two() {
     let outcome = solve("capsule-reentry", &[]);
     verified(&outcome);
-    near(&outcome, "heat_load_mj_m2", 122.9272, 1e-3);
+    near(&outcome, "heat_load_mj_m2", 122.9272, HEAT_MJ_M2);
     near(&outcome, "flight_time_s", 570.78, 0.1);
     near(&outcome, "final_speed_m_s", 228.6, 0.1);
     near(&outcome, "final_path_angle_deg", -54.7, 0.1);
-    near(&outcome, "peak_load_m_s2", 40.0, 1e-4);
-    near(&outcome, "peak_heat_rate_kw_m2", 800.0, 1e-3);
+    near(&outcome, "peak_load_m_s2", 40.0, LIMITED_LOAD_M_S2);
+    near(&outcome, "peak_heat_rate_kw_m2", 800.0, HEAT_RATE_KW_M2);
     near(&outcome, "peak_heat_rate_time_s", 239.7, 1.0);
     near(&outcome, "peak_load_time_s", 270.2, 0.5);
-    near(&outcome, "least_lift_to_drag", 0.2974, 1e-4);
+    near(&outcome, "least_lift_to_drag", 0.2974, LIFT_TO_DRAG);
     near(&outcome, "range_km", 2609.0, 1.0);
 }
 
@@ -64,11 +91,11 @@ fn exponential_atmosphere_with_limits_touches_two() {
 fn standard_atmosphere_and_trim_table() {
     let free = solve("capsule-reentry-us76", &UNLIMITED);
     verified(&free);
-    near(&free, "heat_load_mj_m2", 120.4488, 1e-3);
+    near(&free, "heat_load_mj_m2", 120.4488, HEAT_MJ_M2);
     near(&free, "flight_time_s", 577.808, 0.02);
     let limited = solve("capsule-reentry-us76", &["margins=false"]);
     verified(&limited);
-    near(&limited, "heat_load_mj_m2", 120.690, 3e-3);
+    near(&limited, "heat_load_mj_m2", 120.690, LIMITED_HEAT_MJ_M2);
     near(&limited, "flight_time_s", 578.88, 0.1);
 }
 
@@ -78,14 +105,14 @@ fn methods_agree_without_limits() {
     for method in ["method=indirect", "method=two-layer"] {
         let outcome = solve("capsule-reentry", &[pressure, load, heat, margins, method]);
         verified(&outcome);
-        near(&outcome, "heat_load_mj_m2", 121.684_087, 2e-6);
+        near(&outcome, "heat_load_mj_m2", 121.684_087, DIGITS_MJ_M2);
     }
 }
 
 #[test]
 fn both_conventions_of_the_azimuth_are_one_flight() {
     let outcome = solve("capsule-reentry", &["azimuth_from=north", "entry_azimuth_deg=135", "margins=false"]);
-    near(&outcome, "heat_load_mj_m2", 122.9272, 1e-3);
+    near(&outcome, "heat_load_mj_m2", 122.9272, HEAT_MJ_M2);
 }
 
 #[test]
@@ -93,8 +120,8 @@ fn least_peaks() {
     // 8717 Pa, 25.333 m/s2, 674.67 kW/m2 at the nodes of 60 elements; between them a little more.
     let [pressure, load, heat, margins] = UNLIMITED;
     for (goal, key, expected, tolerance) in [
-        ("goal=peak-dynamic-pressure", "peak_dynamic_pressure_kpa", 8.717, 2e-3),
-        ("goal=peak-load", "peak_load_m_s2", 25.333, 5e-3),
+        ("goal=peak-dynamic-pressure", "peak_dynamic_pressure_kpa", 8.717, LEAST_PRESSURE_KPA),
+        ("goal=peak-load", "peak_load_m_s2", 25.333, LEAST_LOAD_M_S2),
         ("goal=peak-heat-rate", "peak_heat_rate_kw_m2", 674.67, 0.3),
     ] {
         let outcome =
@@ -237,6 +264,6 @@ fn mars_and_oblateness() {
         ],
     );
     assert!(outcome.status.is_success(), "{:?}", outcome.explanation);
-    near(&outcome, "target_miss_km", 0.0, 1e-4);
+    near(&outcome, "target_miss_km", 0.0, MARS_MISS_KM);
     assert!((1.0..100.0).contains(&outcome.summary.results["heat_load_mj_m2"]));
 }

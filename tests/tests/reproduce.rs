@@ -20,6 +20,17 @@ const NLP_TIME_S: f64 = 5e-5;
 /// The same with two phases, s.
 const NLP_TWO_PHASE_TIME_S: f64 = 5e-4;
 
+/// Published: half of the last digit of the reference for thrust angles of that program, deg.
+const NLP_ANGLE_DEG: f64 = 5e-4;
+/// Published: half of the last digit of the reference for thrust angles of the optimum, deg.
+const ANGLE_DEG: f64 = 5e-5;
+/// Published: half of the last digit of the reference for misses in speed, m/s.
+const MISS_M_S: f64 = 5e-3;
+/// Published: half of the last digit of differences from the paper, deg.
+const PAPER_ANGLE_DEG: f64 = 5e-3;
+/// Published: the last digit of the times of the paper, s.
+const PAPER_TIME_S: f64 = 1e-3;
+
 fn reproduction() -> &'static Reproduction {
     static DONE: OnceLock<Reproduction> = OnceLock::new();
     DONE.get_or_init(|| reproduce("lunar-landing", 1, &mut (), |_| true).unwrap())
@@ -93,13 +104,13 @@ fn table_2_by_the_paper_s_own_nlp() {
         assert_eq!((row.parameter, row.size), (altitude, Some((31, 22))));
         let (t, a) = (quantity(row, "flight_time_s"), quantity(row, "final_thrust_angle_deg"));
         near(t.paper_nlp_difference().unwrap(), difference, NLP_TIME_S, "time less the optimum");
-        near(a.paper_nlp.unwrap(), own_angle, 5e-4, "thrust angle");
-        near(a.radau.unwrap(), angle, 5e-5, "optimal thrust angle");
+        near(a.paper_nlp.unwrap(), own_angle, NLP_ANGLE_DEG, "thrust angle");
+        near(a.radau.unwrap(), angle, ANGLE_DEG, "optimal thrust angle");
         // Half of the last digit of the reference.
         let miss = row.miss.unwrap();
         near(miss.radius_m, radius, if radius > 100.0 { 0.5 } else { 0.05 }, "miss in radius");
-        near(miss.horizontal_speed_m_s, horizontal, 5e-3, "miss in horizontal speed");
-        near(miss.radial_speed_m_s, radial, 5e-3, "miss in radial speed");
+        near(miss.horizontal_speed_m_s, horizontal, MISS_M_S, "miss in horizontal speed");
+        near(miss.radial_speed_m_s, radial, MISS_M_S, "miss in radial speed");
     }
 }
 
@@ -184,7 +195,7 @@ fn notes_follow_from_the_numbers() {
     let (last, others) = rows.split_last().unwrap();
     let excess = |row: &Row| quantity(row, "final_thrust_angle_deg").paper_difference().unwrap();
     assert!(others.iter().all(|row| (0.795..0.885).contains(&excess(row))));
-    near(excess(last), 1.81, 5e-3, "5 km");
+    near(excess(last), 1.81, PAPER_ANGLE_DEG, "5 km");
     let shortfall = |row: &Row| -quantity(row, "flight_time_s").paper_difference().unwrap();
     assert!(others[1..].iter().all(|row| (0.035..0.085).contains(&shortfall(row))));
     let noted = |id, key| rows_with(id, key, FindingKind::Note);
@@ -194,8 +205,8 @@ fn notes_follow_from_the_numbers() {
     let near_optimum = &table("table-3").rows[3];
     let differences =
         ["braking_time_s", "descent_time_s"].map(|k| quantity(near_optimum, k).paper_difference().unwrap());
-    near(differences[0], 6.196, 1e-3, "braking");
-    near(differences[1], -6.256, 1e-3, "descent");
+    near(differences[0], 6.196, PAPER_TIME_S, "braking");
+    near(differences[1], -6.256, PAPER_TIME_S, "descent");
     let orbit = &reproduction().remarks[0];
     assert!(orbit.contains("1633.98 m/s") && orbit.contains("1680.36 m/s"), "{orbit}");
 }

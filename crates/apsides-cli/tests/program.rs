@@ -29,7 +29,7 @@ fn solve_prints_one_json_object_with_stable_keys() {
     assert_eq!(v["mission"], "lunar-perilune");
     assert_eq!((&v["method"], &v["status"]), (&"radau".into(), &"optimal".into()));
     assert_eq!((&v["objective"]["name"], &v["objective"]["unit"]), (&"flight_time".into(), &"s".into()));
-    // 997.3758488117479 s by indirect shooting (lunar landing reference, case S2_15km).
+    // 997.3758488117479 s by indirect shooting (tests/references/lunar_landing.py, case S2_15km).
     assert!((v["results"]["flight_time_s"].as_f64().unwrap() - 997.375_848_811_747_9).abs() < 1e-5);
     for key in ["final_mass_kg", "final_thrust_angle_deg", "downrange_angle_deg"] {
         assert!(v["results"][key].is_f64(), "{key}");

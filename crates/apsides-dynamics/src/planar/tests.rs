@@ -108,7 +108,7 @@ fn the_lowest_point_of_a_circle() {
 
 #[test]
 fn hohmann_to_the_perilune_of_the_reference() {
-    // 100 km circular to 15 km perilune: speed 1692.8436568 m/s, mass 298.0854492 kg (truth of case S2_15km).
+    // 100 km circular to 15 km perilune: speed 1692.8436568 m/s, mass 298.0854492 kg (tests/references/lunar_landing.py, case S2_15km).
     let f = paper();
     let t = Hohmann::new(&f.body, 1837.1e3, 1752.1e3).unwrap();
     assert!((t.arrival_speed - 1_692.843_656_804_368_7).abs() < 1e-9);
