@@ -5,9 +5,12 @@
 //! | [`tolerance`] | named tolerances |
 //! | [`run`] | a problem of the gallery, solved and verified |
 //! | [`golden`] | stored counters |
+//! | [`shared`](mod@shared) | maps and references outside the project |
 
 pub mod golden;
 pub mod run;
+pub mod shared;
 pub mod tolerance;
 
 pub use run::{Failure, Run, radau, solve};
+pub use shared::shared;

@@ -71,6 +71,12 @@ impl Run {
         self.solution.meshes.iter().map(|m| m.iterations).sum()
     }
 
+    /// Factorisations over all meshes.
+    #[must_use]
+    pub fn factorisations(&self) -> usize {
+        self.solution.meshes.iter().map(|m| m.factorisations).sum()
+    }
+
     /// Failed checks of feasibility, those of bounds along a phase apart from the others.
     #[must_use]
     pub fn infeasibilities(&self) -> (Vec<&Check>, Vec<&Check>) {

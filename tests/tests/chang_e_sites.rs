@@ -1,9 +1,23 @@
 //! The landing of Chang'e-3 on elevation maps: sites, diverts, what is said where there is none. Maps are smaller than those of the mission file.
 #![allow(clippy::unwrap_used, clippy::print_stdout)]
 
-use std::path::{Path, PathBuf};
-
 use apsides::{Mission, Outcome};
+use apsides_tests::shared;
+
+/// Discretisation: stationarity where the tilt leaves its limit; 1e-5 elsewhere.
+const STATIONARITY: f64 = 1e-4;
+/// Solver: a divert that is prescribed, m.
+const DIVERT_M: f64 = 1e-6;
+/// Discretisation: the convex plan, in uniform gravity and with 20 intervals, against the flight, relative.
+const UNIFORM_GRAVITY: f64 = 5e-3;
+/// Discretisation: the height at which the engine is cut off, m.
+const TOUCHDOWN_M: f64 = 1e-2;
+/// Discretisation: the speed at touchdown, m/s.
+const TOUCHDOWN_M_S: f64 = 1e-3;
+/// Discretisation: the same stages as part of two missions, kg and s.
+const SAME_PLAN: f64 = 1e-4;
+/// Published: the last digit of safe fractions.
+const PUBLISHED_FRACTION: f64 = 1e-5;
 
 /// Maps of 400 m and 50 m.
 const SMALL: [&str; 3] = ["terrain.coarse_width_m=400", "terrain.fine_width_m=50", "terrain.candidates=8"];
@@ -25,24 +39,13 @@ fn flown(overrides: &[&str]) -> Outcome {
     let outcome = mission(overrides).solve(None, &mut ()).unwrap();
     assert_eq!(outcome.summary.status, "optimal", "{:?}", outcome.explanation);
     for check in outcome.summary.certificate.failures() {
-        assert!(check.name.contains("stationarity") && check.value < 1e-4, "{check:#?}");
+        assert!(check.name.contains("stationarity") && check.value < STATIONARITY, "{check:#?}");
     }
     outcome
 }
 
 fn refused(overrides: &[&str]) -> String {
     mission(overrides).solve(None, &mut ()).map(|o| o.summary.status).unwrap_err().to_string()
-}
-
-fn shared(file: &str) -> Option<PathBuf> {
-    let root = std::env::var_os("APSIDES_SHARED")
-        .map_or_else(|| Path::new(env!("CARGO_MANIFEST_DIR")).join("../../shared"), PathBuf::from);
-    let path = root.join("terrain").join(file);
-    let found = path.is_file().then_some(path);
-    if found.is_none() {
-        println!("skipped: terrain/{file} is not there");
-    }
-    found
 }
 
 #[test]
@@ -63,18 +66,18 @@ fn sites_are_safe_and_the_flight_ends_above_the_second() {
     let results = &outcome.summary.results;
     for (site, key) in [(coarse, "coarse_divert_m"), (fine, "fine_divert_m")] {
         let [east, north, _] = site.site().offset;
-        assert!((results[key] - east.hypot(north)).abs() < 1e-6, "{key}");
+        assert!((results[key] - east.hypot(north)).abs() < DIVERT_M, "{key}");
     }
     // The convex plan, in uniform gravity and with 20 intervals, and the flight: the rule that thrust never falls below its least upward part
     // costs the flight a little more.
     let flown = results["avoidance_propellant_kg"];
     let planned = coarse.site().divert.propellant;
-    assert!((flown / planned - 1.0).abs() < 5e-3, "{flown} {planned}");
+    assert!((flown / planned - 1.0).abs() < UNIFORM_GRAVITY, "{flown} {planned}");
     // 4 m above the ground at the site.
     let rise: f64 = [coarse, fine].map(|s| s.site().offset[2]).iter().sum();
     let last = outcome.trajectory.phases.last().unwrap().final_state();
-    assert!((last[0] - 1_737_013.0 - rise - 4.0).abs() < 1e-2);
-    assert!((results["touchdown_speed_m_s"] - 3.6055).abs() < 1e-3);
+    assert!((last[0] - 1_737_013.0 - rise - 4.0).abs() < TOUCHDOWN_M);
+    assert!((results["touchdown_speed_m_s"] - 3.6055).abs() < TOUCHDOWN_M_S);
 }
 
 /// What was flown before the decision is the plan without maps.
@@ -85,7 +88,7 @@ fn what_was_flown_before_stays() {
     let outcome = landed(&["terrain.seed=3"]);
     for key in ["braking_propellant_kg", "adjustment_propellant_kg", "braking_time_s", "adjustment_time_s"] {
         let (a, b) = (outcome.summary.results[key], flat.summary.results[key]);
-        assert!((a - b).abs() < 1e-4, "{key}: {a} {b}");
+        assert!((a - b).abs() < SAME_PLAN, "{key}: {a} {b}");
     }
     let more = outcome.summary.results["propellant_kg"] - flat.summary.results["propellant_kg"];
     assert!(more > 0.0 && more < 5.0, "{more}");
@@ -100,7 +103,7 @@ fn a_site_can_be_given() {
     let given: Vec<&str> = given.iter().map(String::as_str).collect();
     let outcome = landed(&given);
     assert!(outcome.decisions.sites.is_empty());
-    assert!((outcome.summary.results["coarse_divert_m"] - 130.0).abs() < 1e-6);
+    assert!((outcome.summary.results["coarse_divert_m"] - 130.0).abs() < DIVERT_M);
     assert!(!outcome.summary.results.contains_key("fine_divert_m"));
 }
 
@@ -152,14 +155,17 @@ fn out_of_reach_is_said_with_the_nearest_site() {
 }
 
 #[test]
+#[cfg_attr(not(has_shared), ignore = "needs the folder of APSIDES_SHARED")]
 fn real_maps() {
-    let (Some(coarse), Some(fine)) = (shared("gale_hirise_1m.tif"), shared("rocky_scene_0p1m.npy")) else {
-        return;
-    };
+    let [coarse, fine] =
+        ["gale_hirise_1m.tif", "rocky_scene_0p1m.npy"].map(|name| shared(&format!("terrain/{name}")));
     let (coarse, fine) =
         (format!("terrain.coarse={}", coarse.display()), format!("terrain.fine={}", fine.display()));
     let outcome = flown(&[&coarse, &fine, "terrain.coarse_pixel_m=1", "terrain.fine_pixel_m=0.1"]);
-    // Those of crates/apsides-terrain/tests/reference.rs, where the second map has lost its last column.
+    // Those of tests/terrain_reference.rs, where the second map has lost its last column.
     let safe: Vec<f64> = outcome.summary.sites.iter().map(|s| s.safe_fraction).collect();
-    assert!((safe[0] - 0.47716).abs() < 1e-5 && (safe[1] - 0.23524).abs() < 1e-5, "{safe:?}");
+    assert!(
+        (safe[0] - 0.47716).abs() < PUBLISHED_FRACTION && (safe[1] - 0.23524).abs() < PUBLISHED_FRACTION,
+        "{safe:?}"
+    );
 }

@@ -19,9 +19,10 @@ fn inconsistent_nonlinear_equalities() {
     solve_by_all(&problem, Status::Infeasible, |report| assert!(report.worst_constraint.is_some()));
 }
 
+/// The problem is unbounded, and should be called so. Short steps along the cone reach the iteration limit instead: a known limit of the
+/// method. This fails once a strategy does better; then its right status is `Diverging`.
 #[test]
-#[ignore = "short steps along the cone reach the iteration limit"]
-fn linear_objective_falls_along_a_cone() {
+fn linear_objective_along_a_cone_is_not_yet_seen_to_diverge() {
     let problem = Dense {
         start: [1.0, 0.5, 3.0],
         lower: [-INF; 3],
@@ -31,7 +32,7 @@ fn linear_objective_falls_along_a_cone() {
         objective: |x| x[0] - 2.0 * x[2],
         constraints: |x| [x[2] * x[2] - x[0] * x[0] - x[1] * x[1]],
     };
-    solve_by_all(&problem, Status::Diverging, |_| {});
+    solve_by_all(&problem, Status::IterationLimit, |_| {});
 }
 
 #[test]

@@ -1,13 +1,10 @@
 //! Reading and writing of elevation maps.
 #![allow(clippy::unwrap_used, clippy::print_stdout)]
 
-#[path = "../common/mod.rs"]
-mod common;
 mod formats;
 mod hostile;
 mod large;
 mod pictures;
-mod real;
 mod samples;
 mod tiff_read;
 mod tiff_write;

@@ -1,19 +1,21 @@
-//! Maps from public archives, where the folder `shared` beside the project has them.
+//! Maps from public archives, which are not part of the project: the tests are ignored where the folder does not have them.
+#![allow(clippy::unwrap_used)]
 
 use std::fs::File;
 
 use apsides_terrain::MapUnit;
 use apsides_terrain::io::{ReadOptions, Windows, read};
 
-use crate::common::shared;
+use apsides_tests::shared;
 
-fn open(name: &str) -> Option<File> {
-    shared(&format!("terrain/{name}")).map(|path| File::open(path).unwrap())
+fn open(name: &str) -> File {
+    File::open(shared(&format!("terrain/{name}"))).unwrap()
 }
 
 #[test]
+#[cfg_attr(not(has_shared), ignore = "needs the folder of APSIDES_SHARED")]
 fn gale_from_hirise() {
-    let Some(file) = open("gale_hirise_1m.tif") else { return };
+    let file = open("gale_hirise_1m.tif");
     let map = read(file, &ReadOptions::default()).unwrap();
     let g = map.geometry();
     assert_eq!((g.rows(), g.cols(), g.square_pixel().unwrap(), map.gaps()), (337, 348, 1.0, 0));
@@ -24,8 +26,9 @@ fn gale_from_hirise() {
 }
 
 #[test]
+#[cfg_attr(not(has_shared), ignore = "needs the folder of APSIDES_SHARED")]
 fn gale_from_ctx() {
-    let Some(file) = open("gale_ctx_20m.tif") else { return };
+    let file = open("gale_ctx_20m.tif");
     let map = read(file, &ReadOptions::default()).unwrap();
     let g = map.geometry();
     assert_eq!((g.rows(), g.cols()), (2100, 504));
@@ -35,8 +38,9 @@ fn gale_from_ctx() {
 }
 
 #[test]
+#[cfg_attr(not(has_shared), ignore = "needs the folder of APSIDES_SHARED")]
 fn boulders_as_an_array() {
-    let Some(file) = open("rocky_scene_0p1m.npy") else { return };
+    let file = open("rocky_scene_0p1m.npy");
     let options = ReadOptions { pixel_m: Some(0.1), ..ReadOptions::default() };
     let map = read(file, &options).unwrap();
     assert_eq!((map.geometry().rows(), map.geometry().cols()), (501, 502));
@@ -45,8 +49,9 @@ fn boulders_as_an_array() {
 }
 
 #[test]
+#[cfg_attr(not(has_shared), ignore = "needs the folder of APSIDES_SHARED")]
 fn the_moon_in_degrees() {
-    let Some(file) = open("moon_global_0p35deg.tif") else { return };
+    let file = open("moon_global_0p35deg.tif");
     let options = ReadOptions { z_scale: 0.5, ..ReadOptions::default() };
     let mut windows = Windows::open(file, &options).unwrap();
     let g = *windows.geometry();
