@@ -145,13 +145,11 @@ fn a_target_out_of_reach_is_explained_in_km_and_lift() {
 /// Ends the search at its first generation.
 struct Impatient(usize);
 
-impl apsides::nlp::Observer for Impatient {
+impl Observer for Impatient {
     fn iteration(&mut self, _: &apsides::nlp::IterationRecord) -> Flow {
         Flow::Continue
     }
-}
 
-impl Observer for Impatient {
     fn generation(&mut self, search: &SearchProgress) -> Flow {
         self.0 += 1;
         assert!(search.evaluations <= search.budget && search.best.is_some());

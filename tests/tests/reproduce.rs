@@ -221,8 +221,6 @@ impl Observer for Patience {
     }
 }
 
-impl apsides::Observer for Patience {}
-
 #[test]
 fn an_interruption_keeps_the_rows_done() {
     let stopped = reproduce("lunar-landing", 1, &mut Patience(120), |_| true).unwrap();

@@ -224,8 +224,6 @@ impl Observer for Patience {
     }
 }
 
-impl apsides::Observer for Patience {}
-
 #[test]
 fn an_interruption_keeps_the_sheets_done() {
     let stopped = reproduce("geo-injection", 1, &mut Patience(120), |_| true).unwrap();

@@ -41,6 +41,8 @@ const ARROWS: &[(&str, Arrows)] = &[
     ("shooting", To(&["ad", "basis", "ocp", "ode", "nlp"])),
     // Piecewise-constant controls are a special case of the transcription of direct shooting, with unknown segment ends.
     ("piecewise", To(&["ad", "basis", "ocp", "nlp", "shooting"])),
+    // A search over the control profiles of shooting, then any method.
+    ("two-layer", To(&["iteration", "metaheuristics", "ocp", "shooting"])),
     ("convex", To(&["ad", "basis", "iteration", "ocp", "ode", "conic"])),
     // What follows a solution: no solver and no method.
     ("control", To(&["ad", "dynamics", "ode"])),

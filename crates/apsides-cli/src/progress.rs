@@ -106,39 +106,6 @@ const SEARCH_HEADER: &str = "generation    flights    best with misses  spread";
 /// So many generations have a line of their own; of later ones every tenth, hundredth and so on.
 const GENERATIONS_SHOWN: usize = 10;
 
-impl apsides::Observer for Progress {
-    fn generation(&mut self, search: &SearchProgress) -> Flow {
-        let (Self::Quiet(stop) | Self::Table(stop) | Self::Line(stop, _)) = &*self;
-        let flow = stop.flow_of_part();
-        match self {
-            Self::Quiet(_) => {}
-            Self::Line(_, bar) => {
-                bar.set_message(format!("search: {} of {} flights", search.evaluations, search.budget));
-            }
-            Self::Table(_) => {
-                let n = search.generation;
-                let rounded = n.checked_ilog10().map_or(1, |digits| 10_usize.pow(digits));
-                let last = search.evaluations >= search.budget || flow == Flow::Stop;
-                let mut err = std::io::stderr().lock();
-                // A closed stderr must not end the search.
-                if n == 1 {
-                    let _ = writeln!(err, "{SEARCH_HEADER}");
-                }
-                if n <= GENERATIONS_SHOWN || n.is_multiple_of(rounded) || last {
-                    let best = search.best.map_or_else(|| "none".into(), |b| format!("{b:.8}"));
-                    let _ = writeln!(
-                        err,
-                        "{n:>10} {:>10} {best:>19} {}",
-                        search.evaluations,
-                        scientific(search.spread)
-                    );
-                }
-            }
-        }
-        flow
-    }
-}
-
 const HEADER: &str = "iter        objective   inf_pr   inf_du lg(mu)    ||d||  lg(rg) alpha_du alpha_pr   ls";
 
 impl Observer for Progress {
@@ -182,5 +149,36 @@ impl Observer for Progress {
                 stop.flow()
             }
         }
+    }
+
+    fn generation(&mut self, search: &SearchProgress) -> Flow {
+        let (Self::Quiet(stop) | Self::Table(stop) | Self::Line(stop, _)) = &*self;
+        let flow = stop.flow_of_part();
+        match self {
+            Self::Quiet(_) => {}
+            Self::Line(_, bar) => {
+                bar.set_message(format!("search: {} of {} flights", search.evaluations, search.budget));
+            }
+            Self::Table(_) => {
+                let n = search.generation;
+                let rounded = n.checked_ilog10().map_or(1, |digits| 10_usize.pow(digits));
+                let last = search.evaluations >= search.budget || flow == Flow::Stop;
+                let mut err = std::io::stderr().lock();
+                // A closed stderr must not end the search.
+                if n == 1 {
+                    let _ = writeln!(err, "{SEARCH_HEADER}");
+                }
+                if n <= GENERATIONS_SHOWN || n.is_multiple_of(rounded) || last {
+                    let best = search.best.map_or_else(|| "none".into(), |b| format!("{b:.8}"));
+                    let _ = writeln!(
+                        err,
+                        "{n:>10} {:>10} {best:>19} {}",
+                        search.evaluations,
+                        scientific(search.spread)
+                    );
+                }
+            }
+        }
+        flow
     }
 }

@@ -34,13 +34,13 @@
 //! | module | subject |
 //! | --- | --- |
 //! | [`status`] | how a solve ended |
-//! | [`observer`] | records of iterations, watching and stopping |
+//! | [`observer`] | records of iterations and generations, watching and stopping |
 //! | [`report`] | the outcome of a nonlinear program: point, multipliers, errors, work |
 
 pub mod observer;
 pub mod report;
 pub mod status;
 
-pub use observer::{Flow, IterationRecord, Observer};
+pub use observer::{Flow, IterationRecord, Observer, SearchProgress};
 pub use report::{Counters, OptimalityError, Residuals, ScalingFactors, SolveReport, Timing, Violation};
 pub use status::{Evaluation, Status};

@@ -61,10 +61,31 @@ pub enum Flow {
     Stop,
 }
 
-/// Receives a record at every iteration, the starting point included. The observer `()` ignores them.
+/// A search without derivatives after one of its generations.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct SearchProgress {
+    /// Generations so far.
+    pub generation: usize,
+    /// Evaluations so far.
+    pub evaluations: usize,
+    /// Most evaluations.
+    pub budget: usize,
+    /// Objective of the best candidate, with what its violations cost; none where all evaluations failed.
+    pub best: Option<f64>,
+    /// Extent of the population as a part of the box.
+    pub spread: f64,
+}
+
+/// Receives a record at every iteration of a solve, the starting point included, and at every generation of a search. The observer `()`
+/// ignores them, and a function of a record receives those of iterations.
 pub trait Observer {
     /// Called once per iteration.
     fn iteration(&mut self, record: &IterationRecord) -> Flow;
+
+    /// Called once per generation. [`Flow::Stop`] ends the search; a solve that follows goes on from the best candidate found.
+    fn generation(&mut self, _progress: &SearchProgress) -> Flow {
+        Flow::Continue
+    }
 }
 
 impl Observer for () {

@@ -116,7 +116,7 @@ mod warm_start;
 
 pub use apsides_iteration::{
     Counters, Evaluation, Flow, IterationRecord, Observer, OptimalityError, Residuals, ScalingFactors,
-    SolveReport, Status, Timing, Violation,
+    SearchProgress, SolveReport, Status, Timing, Violation,
 };
 pub use apsides_kkt::{KktSettings, Ordering};
 pub use derivative_check::{DerivativeEntry, DerivativeReport, check_derivatives};

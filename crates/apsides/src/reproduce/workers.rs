@@ -34,13 +34,11 @@ impl Relay<'_> {
     }
 }
 
-impl apsides_nlp::Observer for Relay<'_> {
+impl Observer for Relay<'_> {
     fn iteration(&mut self, record: &IterationRecord) -> Flow {
         self.pass(Event::Iteration(*record))
     }
-}
 
-impl Observer for Relay<'_> {
     fn generation(&mut self, search: &SearchProgress) -> Flow {
         self.pass(Event::Generation(*search))
     }
@@ -128,13 +126,11 @@ mod tests {
 
     struct Count(usize, usize);
 
-    impl apsides_nlp::Observer for Count {
+    impl Observer for Count {
         fn iteration(&mut self, _: &IterationRecord) -> Flow {
             Flow::Continue
         }
-    }
 
-    impl Observer for Count {
         fn generation(&mut self, _: &SearchProgress) -> Flow {
             self.0 += 1;
             if self.0 >= self.1 { Flow::Stop } else { Flow::Continue }

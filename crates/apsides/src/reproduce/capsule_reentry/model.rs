@@ -97,7 +97,7 @@ struct Meshes<'a> {
     last: Vec<usize>,
 }
 
-impl apsides_nlp::Observer for Meshes<'_> {
+impl Observer for Meshes<'_> {
     fn iteration(&mut self, record: &IterationRecord) -> Flow {
         match self.last.last_mut() {
             Some(last) if record.iteration > 0 => *last = record.iteration,
@@ -105,9 +105,7 @@ impl apsides_nlp::Observer for Meshes<'_> {
         }
         self.observer.iteration(record)
     }
-}
 
-impl Observer for Meshes<'_> {
     fn generation(&mut self, search: &SearchProgress) -> Flow {
         self.observer.generation(search)
     }
