@@ -35,9 +35,9 @@ pub fn radau(problem: &Problem) -> Radau {
         | "hypersensitive"
         | "hypersensitive_long"
         | "moon_lander_soft" => {
-            settings.mesh_tolerance = 1e-10;
+            settings.tolerance = 1e-10;
             settings.nlp.tolerance = 1e-10;
-            settings.max_meshes = 30;
+            settings.max_refinements = 29;
         }
         _ => {}
     }

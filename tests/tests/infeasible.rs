@@ -50,7 +50,7 @@ fn peak_with_full_lift(case: &Case) -> f64 {
 /// The least peak heating rate of any entry, as an optimal control problem.
 fn least_peak() -> f64 {
     let case = shuttle_heat_limit::pose_least_peak().unwrap();
-    let settings = RadauSettings { mesh_tolerance: 1e-6, ..RadauSettings::default() };
+    let settings = RadauSettings { tolerance: 1e-6, ..RadauSettings::default() };
     let solution = Radau { settings }.solve(&case.ocp, &case.guess).unwrap();
     assert!(solution.status.is_success());
     solution.trajectory.objective
@@ -74,7 +74,7 @@ fn a_heating_limit_that_no_entry_keeps() {
 /// With a limit a little above the least one there is an entry; a little below there is none.
 #[test]
 fn the_least_heating_limit_separates() {
-    let radau = Radau { settings: RadauSettings { max_meshes: 1, ..RadauSettings::default() } };
+    let radau = Radau { settings: RadauSettings { max_refinements: 0, ..RadauSettings::default() } };
     for (limit, possible) in [(22.43 * 1.02, true), (22.43 * 0.98, false)] {
         let case = shuttle_heat_limit::pose_with_limit("entry_at_the_limit", limit).unwrap();
         let why = radau.explain(&case.ocp, &case.guess, &Mesh::uniform(&case.ocp, 20, 8).unwrap()).unwrap();

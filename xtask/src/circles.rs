@@ -11,7 +11,6 @@ use crate::source::{code, is_test_file, is_word, lines_before_tests};
 const PENDING: &[&str] = &[
     "apsides",
     "dynamics",
-    "flatness",
     "metaheuristics",
     "missions",
     "pipeline",

@@ -1,5 +1,6 @@
-//! What makes a request ill-posed.
+//! Reasons to refuse a request.
 
+use apsides_basis::BasisError;
 use apsides_conic::ConicError;
 use apsides_ocp::OcpError;
 use apsides_ode::OdeError;
@@ -18,7 +19,7 @@ pub enum ConvexError {
         value: String,
         /// Its unit.
         unit: &'static str,
-        /// What is allowed.
+        /// The allowed range in words.
         allowed: &'static str,
     },
     /// Bounds in the wrong order.
@@ -40,7 +41,7 @@ pub enum ConvexError {
         limit: &'static str,
         /// Value at the start.
         value: String,
-        /// What is allowed.
+        /// The allowed range in words.
         allowed: String,
         /// Unit of both.
         unit: &'static str,
@@ -55,11 +56,8 @@ pub enum ConvexError {
     #[error(transparent)]
     Ode(#[from] OdeError),
     /// Polynomials of the solution.
-    #[error("interpolation of the solution: {reason}")]
-    Interpolation {
-        /// What is wrong.
-        reason: String,
-    },
+    #[error("interpolation of the solution: {0}")]
+    Basis(#[from] BasisError),
 }
 
 /// Checks a number.

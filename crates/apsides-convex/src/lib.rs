@@ -35,7 +35,7 @@
 //! # Ok::<(), apsides_convex::ConvexError>(())
 //! ```
 //!
-//! What it does not do:
+//! Limits of the crate:
 //!
 //! * Descents have uniform gravity and no atmosphere; successive convexification takes such models.
 //! * Limits hold at nodes. Between them linear controls keep those of the thrust, not those of position and speed.

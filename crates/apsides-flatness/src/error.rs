@@ -16,7 +16,7 @@ pub enum FlatnessError {
     Basis {
         /// Phase.
         place: String,
-        /// What is wrong with them.
+        /// The reason why they do not exist.
         source: BasisError,
     },
     /// The discretised problem or the solver's settings are refused.
@@ -31,7 +31,7 @@ pub enum FlatnessError {
         name: &'static str,
         /// Its value.
         value: f64,
-        /// What is allowed.
+        /// The allowed range in words.
         allowed: String,
     },
     /// The flat systems do not fit the phases.
@@ -39,7 +39,7 @@ pub enum FlatnessError {
     Dimension {
         /// Problem or phase.
         place: String,
-        /// What is counted.
+        /// The things that are counted.
         what: &'static str,
         /// The size that fits.
         expected: usize,

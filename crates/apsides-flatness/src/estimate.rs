@@ -1,4 +1,4 @@
-//! How far the curves are from the problem between the collocation points.
+//! Estimate of the distance of the curves from the problem between the collocation points.
 //!
 //! On each segment the residual of every equation of motion, `d/dt X(jet) - f(X, U, p, t)`, is integrated by a Gauss rule finer than
 //! the collocation, and compared with the size of the state; what a state jumps by at the segment's start is added. So a lost sign
@@ -12,7 +12,7 @@ use crate::curve::{Curve, PhaseSplines};
 use crate::rows::Active;
 use crate::{FlatSystem, FlatnessError, FlatnessSettings};
 
-/// What one phase misses.
+/// The errors of one phase, and the bounds that it exceeds.
 #[derive(Clone, Debug)]
 pub(crate) struct PhaseEstimate {
     /// Relative error of each segment; an excess of a bound at its tolerance counts as much as an error at its own.
@@ -88,8 +88,8 @@ pub(crate) fn estimate(
         before.copy_from_slice(&curve.quantities(k, w[1])[..nx]);
     }
     let integrals = integral_errors(phase, &mut curve, splines, duration, parameters).map_err(named)?;
-    let weight = settings.defect_tolerance / settings.path_tolerance;
-    let integral_weight = settings.defect_tolerance / settings.objective_tolerance;
+    let weight = settings.tolerance / settings.path_tolerance;
+    let integral_weight = settings.tolerance / settings.objective_tolerance;
     let errors = excesses.iter().enumerate().map(|(k, excess)| {
         let relative = misses[k * nx..(k + 1) * nx].iter().zip(&sizes).map(|(e, s)| e / s);
         largest(relative.chain([weight * excess, integral_weight * integrals[k]]))
@@ -165,7 +165,7 @@ struct BoundScan<'a> {
     phase: &'a Phase,
     scales: &'a PhaseScaling,
     tolerance: f64,
-    /// Whether each path function is free of controls.
+    /// For each path function: true if it is free of controls.
     without_controls: Vec<bool>,
     inputs: Vec<f64>,
     values: Vec<f64>,
@@ -196,7 +196,7 @@ impl<'a> BoundScan<'a> {
     }
 
     /// Largest relative excess at one point of bounds on states and of path rows without controls: next to a jump of a control a
-    /// spline oversteps the bounds of controls on any grid. Notes every bound that is exceeded, those of controls too.
+    /// spline oversteps the bounds of controls on any mesh. Notes every bound that is exceeded, those of controls too.
     fn excess(&mut self, quantities: &[f64], parameters: &[f64], t: f64) -> f64 {
         let nx = self.phase.states.len();
         let mut worst = 0.0;

@@ -5,7 +5,7 @@
 
 use apsides_ocp::{Bounds, EndpointConstraint, EndpointInput, Ocp, Phase};
 
-use crate::grid::Grid;
+use crate::spline_mesh::SplineMesh;
 
 /// A time that is a variable or fixed.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -40,7 +40,7 @@ pub(crate) struct PhaseLayout {
     pub(crate) lengths: Vec<usize>,
     pub(crate) initial_time: Time,
     pub(crate) final_time: Time,
-    /// Whether the start time is the end time of an earlier phase.
+    /// True if the start time is the end time of an earlier phase.
     pub(crate) shared: bool,
 }
 
@@ -60,11 +60,11 @@ pub(crate) struct Layout {
 }
 
 impl Layout {
-    pub(crate) fn new(ocp: &Ocp, grids: &[Grid]) -> Self {
+    pub(crate) fn new(ocp: &Ocp, meshes: &[SplineMesh]) -> Self {
         let mut variables = 0;
-        let mut phases = Vec::with_capacity(grids.len());
-        for (k, (phase, grid)) in ocp.phases.iter().zip(grids).enumerate() {
-            let lengths: Vec<usize> = grid.bases.iter().map(apsides_basis::Bspline::len).collect();
+        let mut phases = Vec::with_capacity(meshes.len());
+        for (k, (phase, mesh)) in ocp.phases.iter().zip(meshes).enumerate() {
+            let lengths: Vec<usize> = mesh.bases.iter().map(apsides_basis::Bspline::len).collect();
             let outputs = lengths.iter().map(|n| {
                 variables += n;
                 variables - n

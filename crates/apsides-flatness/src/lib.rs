@@ -8,7 +8,7 @@
 //! y_i(s) = sum_j B_j(s) c_ij,   minimise J(X, U)   subject to   r = 0,  bounds, path constraints, boundary conditions
 //! ```
 //!
-//! What the outputs do not satisfy by themselves remains as residuals `r`: fewer controls than outputs, or states that are outputs of
+//! Equations that the outputs do not satisfy by themselves remain as residuals `r`: fewer controls than outputs, or states that are outputs of
 //! their own. Everything else is read from the [`Ocp`](apsides_ocp::Ocp).
 //!
 //! On few points a solver converges to curves that are no trajectories. So the residual of all equations of motion is looked at
@@ -69,17 +69,17 @@ pub mod curve;
 pub mod error;
 mod estimate;
 mod extraction;
-mod grid;
+mod flat_point;
 mod layout;
 mod method;
-mod outer;
 mod redundant;
 mod rows;
 pub mod settings;
 pub mod solver;
+mod spline_mesh;
 mod start;
-mod station;
 pub mod system;
+mod terms;
 mod transcription;
 
 pub use curve::PhaseSplines;

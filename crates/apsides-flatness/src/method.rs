@@ -39,12 +39,7 @@ impl Method for FlatMethod {
 
 /// The solution in the form that all methods share.
 fn common(solution: FlatnessSolution, settings: &FlatnessSettings) -> Solution {
-    let error = Accuracy::new(
-        "error between the points",
-        solution.error,
-        settings.defect_tolerance,
-        "defect_tolerance",
-    );
+    let error = Accuracy::new("error between the points", solution.error, settings.tolerance, "tolerance");
     let mut accuracy = vec![error];
     if solution.solves.len() > 1 {
         accuracy.push(Accuracy::new(
@@ -56,7 +51,7 @@ fn common(solution: FlatnessSolution, settings: &FlatnessSettings) -> Solution {
     }
     let refinements = solution.solves.len().saturating_sub(1);
     let remedy =
-        if settings.spline.refine { Remedy::Raise(&["max_solves"]) } else { Remedy::Enable("refine") };
+        if settings.spline.refine { Remedy::Raise(&["max_refinements"]) } else { Remedy::Enable("refine") };
     let first = solution.presolve.iter().map(|s| Counters { discretisations: 0, ..s.counters() });
     let rest = solution.solves.iter().map(SolveRecord::counters);
     Solution {

@@ -9,48 +9,49 @@ use std::collections::BTreeSet;
 use apsides_nlp::Nlp;
 
 use crate::FlatnessError;
-use crate::transcription::Transcription;
+use crate::rows::Row;
 
 /// Relative size below which a difference is rounding.
 const ROUNDING: f64 = 1e-9;
 /// Relative step that tells whether a row is linear.
 const STEP: f64 = 0.03;
 
-/// Which rows to drop.
+/// Finds the rows to drop. `global` are the columns of times and parameters, `x` is the start and `scales` are those of the variables.
 ///
 /// # Errors
 /// [`FlatnessError::Contradiction`] where such a row is not met.
-pub(crate) fn rows(nlp: &mut Transcription) -> Result<Vec<bool>, FlatnessError> {
-    let m = nlp.rows.len();
+pub(crate) fn rows(
+    nlp: &mut impl Nlp,
+    rows: &[Row],
+    global: &BTreeSet<usize>,
+    x: &[f64],
+    scales: &[f64],
+) -> Result<Vec<bool>, FlatnessError> {
+    let m = rows.len();
     let mut columns = vec![BTreeSet::new(); m];
     let pattern = nlp.jacobian_pattern();
     for (&r, &c) in pattern.rows.iter().zip(&pattern.cols) {
         columns[r].insert(c);
     }
-    let mut global: BTreeSet<usize> = (nlp.layout.first_parameter..nlp.layout.variables).collect();
-    for p in &nlp.layout.phases {
-        global.extend(p.own_times());
-    }
-    let candidates: Vec<usize> = (0..m).filter(|&r| columns[r].is_subset(&global)).collect();
+    let candidates: Vec<usize> = (0..m).filter(|&r| columns[r].is_subset(global)).collect();
     let mut dropped = vec![false; m];
     if candidates.is_empty() {
         return Ok(dropped);
     }
-    let x = nlp.start.clone();
     let moved: Vec<f64> = x
         .iter()
-        .zip(&nlp.scaling.variables)
+        .zip(scales)
         .enumerate()
         .map(|(c, (v, s))| if global.contains(&c) { v + STEP * s } else { *v })
         .collect();
     let mut values = vec![0.0; m];
-    nlp.constraint_values(&x, &mut values);
-    let gradients = dense(nlp, &x, &candidates, &global);
-    let elsewhere = dense(nlp, &moved, &candidates, &global);
+    nlp.constraint_values(x, &mut values);
+    let gradients = dense(nlp, x, &candidates, global, scales);
+    let elsewhere = dense(nlp, &moved, &candidates, global, scales);
     // Orthonormal rows, each with what it must be equal to.
     let mut known: Vec<(Vec<f64>, f64)> = Vec::new();
     for (k, &r) in candidates.iter().enumerate() {
-        let row = &nlp.rows[r];
+        let row = &rows[r];
         let scale = if row.scale.is_nan() { 1.0 } else { row.scale };
         let contradiction = || FlatnessError::Contradiction {
             row: row.to_string(),
@@ -94,7 +95,13 @@ pub(crate) fn rows(nlp: &mut Transcription) -> Result<Vec<bool>, FlatnessError> 
 }
 
 /// Rows of the Jacobian at times and parameters, each column times the scale of its variable.
-fn dense(nlp: &mut Transcription, x: &[f64], rows: &[usize], columns: &BTreeSet<usize>) -> Vec<Vec<f64>> {
+fn dense(
+    nlp: &mut impl Nlp,
+    x: &[f64],
+    rows: &[usize],
+    columns: &BTreeSet<usize>,
+    scales: &[f64],
+) -> Vec<Vec<f64>> {
     let pattern = nlp.jacobian_pattern();
     let mut entries = vec![0.0; pattern.len()];
     nlp.jacobian(x, &mut entries);
@@ -102,7 +109,7 @@ fn dense(nlp: &mut Transcription, x: &[f64], rows: &[usize], columns: &BTreeSet<
     let mut dense = vec![vec![0.0; place.len()]; rows.len()];
     for ((r, c), v) in pattern.rows.iter().zip(&pattern.cols).zip(&entries) {
         if let (Ok(i), Ok(j)) = (rows.binary_search(r), place.binary_search(c)) {
-            dense[i][j] += v * nlp.scaling.variables[*c];
+            dense[i][j] += v * scales[*c];
         }
     }
     dense

@@ -42,7 +42,7 @@ impl std::fmt::Display for Row {
     }
 }
 
-/// Which bounds along a phase are rows.
+/// The bounds along a phase that are rows.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) struct Active {
     pub(crate) states: Vec<bool>,

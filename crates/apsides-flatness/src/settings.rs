@@ -53,7 +53,7 @@ pub struct SplineSettings {
     pub points: usize,
     /// Where they are; in each segment.
     pub placement: Placement,
-    /// Whether the phase is refined until the error estimate meets the tolerance; true.
+    /// True if the phase is refined until the error estimate meets the tolerance; true.
     pub refine: bool,
 }
 
@@ -72,7 +72,7 @@ impl Default for SplineSettings {
 /// Orders above the highest derivative of the outputs where none is stated.
 pub(crate) const SPARE_ORDERS: usize = 4;
 
-/// Which bounds and path constraints become rows of the discretised problem.
+/// The choice of bounds and path constraints that become rows of the discretised problem.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum BoundRows {
     /// All that are finite, at every collocation point.
@@ -89,11 +89,11 @@ pub struct FlatnessSettings {
     pub spline: SplineSettings,
     /// Bounds along the phases; everywhere.
     pub bounds: BoundRows,
-    /// Whether splines other than those of orthogonal collocation start from a solution on a few segments of it, which converges
+    /// True if splines other than those of orthogonal collocation start from a solution on a few segments of it, which converges
     /// from poorer guesses and leads to the local minimum nearest to the solution; true.
     pub presolve: bool,
     /// Largest estimated error of a state over one segment, relative to its size; 1e-10.
-    pub defect_tolerance: f64,
+    pub tolerance: f64,
     /// Largest relative change of the objective that a further refinement is expected to make, and of integrals by a finer rule; 1e-8.
     pub objective_tolerance: f64,
     /// Largest excess between the points of a bound on a state or of a path constraint without controls, relative to its scale;
@@ -101,10 +101,10 @@ pub struct FlatnessSettings {
     pub path_tolerance: f64,
     /// Highest order of refined splines; 12. Beyond it segments are halved.
     pub max_order: usize,
-    /// Most segments of a phase; 400.
-    pub max_segments: usize,
-    /// Most discretised problems solved; 16.
-    pub max_solves: usize,
+    /// Most intervals of a phase; 400.
+    pub max_intervals: usize,
+    /// Most discretised problems after the first one; 0 switches refinement off; 15.
+    pub max_refinements: usize,
     /// Settings of the interior-point method; problem scaling, tolerance 1e-9, monotone barrier from 1e-3: there
     /// are few bounds.
     pub nlp: NlpSettings,
@@ -116,12 +116,12 @@ impl Default for FlatnessSettings {
             spline: SplineSettings::default(),
             bounds: BoundRows::Everywhere,
             presolve: true,
-            defect_tolerance: 1e-10,
+            tolerance: 1e-10,
             objective_tolerance: 1e-8,
             path_tolerance: 5e-7,
             max_order: 12,
-            max_segments: 400,
-            max_solves: 16,
+            max_intervals: 400,
+            max_refinements: 15,
             nlp: NlpSettings {
                 tolerance: 1e-9,
                 scaling: ScalingMethod::UserThenGradient { max: 100.0 },
@@ -139,7 +139,7 @@ impl FlatnessSettings {
             Err(FlatnessError::Setting { place: "method".into(), name, value, allowed })
         };
         for (name, value) in [
-            ("defect_tolerance", self.defect_tolerance),
+            ("tolerance", self.tolerance),
             ("objective_tolerance", self.objective_tolerance),
             ("path_tolerance", self.path_tolerance),
         ] {
@@ -149,8 +149,8 @@ impl FlatnessSettings {
         }
         for (name, value, least, most) in [
             ("max_order", self.max_order, 2, MAX_ORDER),
-            ("max_segments", self.max_segments, 1, 100_000),
-            ("max_solves", self.max_solves, 1, 1000),
+            ("max_intervals", self.max_intervals, 1, 100_000),
+            ("max_refinements", self.max_refinements, 0, 999),
         ] {
             if !(least..=most).contains(&value) {
                 return fail(name, value as f64, format!("a whole number from {least} to {most}"));

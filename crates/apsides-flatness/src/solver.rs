@@ -8,9 +8,9 @@ use apsides_ocp::{Guess, Ocp, RowOrigin, Scaling, Trajectory, Unmet};
 use crate::curve::PhaseSplines;
 use crate::estimate::{PhaseEstimate, estimate, largest};
 use crate::extraction;
-use crate::grid::Grid;
 use crate::rows::Active;
 use crate::settings::{BoundRows, Breaks, Placement};
+use crate::spline_mesh::SplineMesh;
 use crate::start::Start;
 use crate::transcription::Transcription;
 use crate::{FlatSystem, FlatnessError, FlatnessSettings, SplineSettings};
@@ -55,7 +55,7 @@ pub struct SolveRecord {
     pub iterations: usize,
     /// Factorisations.
     pub factorisations: usize,
-    /// How the solve ended.
+    /// The end of the solve.
     pub status: Status,
     /// Wall-clock time of the interior-point method.
     pub solve_time: Duration,
@@ -68,14 +68,14 @@ pub struct SolveRecord {
 pub struct FlatnessSolution {
     /// The trajectory, without costates.
     pub trajectory: Trajectory,
-    /// How the solve of this trajectory ended: the last one, or the last that succeeded before a refinement failed. A solve can
+    /// The end of the solve of this trajectory: the last one, or the last that succeeded before a refinement failed. A solve can
     /// succeed on points that are too few: see [`accurate`](Self::accurate).
     pub status: Status,
-    /// Whether the error estimate meets the tolerance and, after a refinement, the objective has settled.
+    /// True if the error estimate meets the tolerance and, after a refinement, the objective has settled.
     pub accurate: bool,
     /// Largest estimated relative error of a state over one segment.
     pub error: f64,
-    /// How much the objective is expected to change yet by further refinement, relative to its size; infinite before the first one.
+    /// The change of the objective that is expected of further refinement, relative to its size; infinite before the first one.
     pub objective_change: f64,
     /// The coarse problem that the first one started from, if there was one.
     pub presolve: Option<SolveRecord>,
@@ -117,8 +117,8 @@ impl Flatness {
         observer: &mut dyn Observer,
     ) -> Result<FlatnessSolution, FlatnessError> {
         let problem = self.checked(ocp, systems, guess, splines)?;
-        let grids = grids(&problem, splines)?;
-        let (mut stage, coarse) = self.first_stage(&problem, grids, splines, guess, observer)?;
+        let meshes = meshes(&problem, splines)?;
+        let (mut stage, coarse) = self.first_stage(&problem, meshes, splines, guess, observer)?;
         let presolve = coarse.as_ref().map(|(_, record)| record.clone());
         let mut coarse = coarse.map(|(stage, _)| stage);
         let refinable = splines.iter().any(|s| s.refine);
@@ -131,8 +131,8 @@ impl Flatness {
             solves.push(pass.record.clone());
             let change = expected_change(&solves, pass.nlp.scaling.objective);
             let settled = !refinable || change <= self.settings.objective_tolerance;
-            let accurate = success && error <= self.settings.defect_tolerance && settled;
-            let spent = solves.len() >= self.settings.max_solves;
+            let accurate = success && error <= self.settings.tolerance && settled;
+            let spent = solves.len() > self.settings.max_refinements;
             if success && !spent && self.settings.bounds == BoundRows::WhereExceeded {
                 let exceeded = stage.active.iter_mut().zip(&pass.estimates);
                 if exceeded.fold(false, |any, (a, e)| a.extend(&e.exceeded) || any) {
@@ -177,9 +177,9 @@ impl Flatness {
     ) -> Result<Transcription, FlatnessError> {
         let splines = vec![self.settings.spline.clone(); ocp.phases.len()];
         let problem = self.checked(ocp, systems, guess, &splines)?;
-        let grids = grids(&problem, &splines)?;
-        let (stage, _) = self.first_stage(&problem, grids, &splines, guess, &mut ())?;
-        Transcription::new(ocp, systems, &stage.grids, &stage.start, &problem.scaling, &stage.active)
+        let meshes = meshes(&problem, &splines)?;
+        let (stage, _) = self.first_stage(&problem, meshes, &splines, guess, &mut ())?;
+        Transcription::new(ocp, systems, &stage.meshes, &stage.start, &problem.scaling, &stage.active)
     }
 
     /// The problem, once the request is found to be well-posed.
@@ -200,32 +200,32 @@ impl Flatness {
     fn first_stage(
         &self,
         problem: &Problem<'_>,
-        grids: Vec<Grid>,
+        meshes: Vec<SplineMesh>,
         splines: &[SplineSettings],
         guess: &Guess,
         observer: &mut dyn Observer,
     ) -> Result<(Stage, Option<(Stage, SolveRecord)>), FlatnessError> {
         let &Problem { ocp, systems, .. } = problem;
         let active = Active::first(ocp, self.settings.bounds);
-        let fitted = |grids: Vec<Grid>| {
-            let mut start = Start::from_guess(ocp, systems, &grids, guess)?;
-            start.fit(ocp, systems, &grids, guess, &problem.scaling);
-            Ok::<_, FlatnessError>(Stage { grids, start, active: active.clone(), solved: false })
+        let fitted = |meshes: Vec<SplineMesh>| {
+            let mut start = Start::from_guess(ocp, systems, &meshes, guess)?;
+            start.fit(ocp, systems, &meshes, guess, &problem.scaling);
+            Ok::<_, FlatnessError>(Stage { meshes, start, active: active.clone(), solved: false })
         };
         let collocation = |s: &SplineSettings| {
             matches!(s.breaks, Breaks::Collocation(_)) && s.placement == Placement::GaussPerSegment
         };
         if !self.settings.presolve || splines.iter().all(collocation) {
-            return Ok((fitted(grids)?, None));
+            return Ok((fitted(meshes)?, None));
         }
         let settings = vec![SplineSettings::default(); systems.len()];
-        let mut coarse = fitted(self::grids(problem, &settings)?)?;
+        let mut coarse = fitted(self::meshes(problem, &settings)?)?;
         let pass = self.pass(problem, &mut coarse, observer)?;
         if !pass.report.status.is_success() {
-            return Ok((fitted(grids)?, None));
+            return Ok((fitted(meshes)?, None));
         }
-        let start = coarse.start.on(ocp, systems, &grids, &pass.curves)?;
-        Ok((Stage { grids, start, active, solved: true }, Some((coarse, pass.record))))
+        let start = coarse.start.on(ocp, systems, &meshes, &pass.curves)?;
+        Ok((Stage { meshes, start, active, solved: true }, Some((coarse, pass.record))))
     }
 
     /// Solves one discretised problem; the stage then holds the solution.
@@ -237,7 +237,7 @@ impl Flatness {
     ) -> Result<Pass, FlatnessError> {
         let begin = Instant::now();
         let Problem { ocp, systems, scaling } = problem;
-        let mut nlp = Transcription::new(ocp, systems, &stage.grids, &stage.start, scaling, &stage.active)?;
+        let mut nlp = Transcription::new(ocp, systems, &stage.meshes, &stage.start, scaling, &stage.active)?;
         let mut settings = self.settings.nlp.clone();
         if stage.solved {
             // A larger barrier would lead away from a point that is a solution already, if on other splines.
@@ -256,12 +256,12 @@ impl Flatness {
         if found.times.iter().all(|(a, b)| a < b) && report.x.iter().all(|v| v.is_finite()) {
             stage.start = found;
         }
-        let curves = curves(&stage.grids, &stage.start);
+        let curves = curves(&stage.meshes, &stage.start);
         let estimates = self.estimates(problem, &curves, &stage.start)?;
         let record = SolveRecord {
-            order: stage.grids.iter().map(Grid::order).max().unwrap_or(0),
-            segments: stage.grids.iter().map(Grid::segments).sum(),
-            points: stage.grids.iter().map(|g| g.points.len()).sum(),
+            order: stage.meshes.iter().map(SplineMesh::order).max().unwrap_or(0),
+            segments: stage.meshes.iter().map(SplineMesh::segments).sum(),
+            points: stage.meshes.iter().map(|g| g.points.len()).sum(),
             error: largest(estimates.iter().flat_map(|e| e.errors.iter().copied())),
             objective: nlp.sign * report.objective,
             variables: nlp.variables(),
@@ -298,24 +298,24 @@ impl Flatness {
         mut stage: Stage,
         estimates: &[PhaseEstimate],
     ) -> Result<Option<Stage>, FlatnessError> {
-        let poor = |e: &f64| e.is_nan() || *e > self.settings.defect_tolerance;
+        let poor = |e: &f64| e.is_nan() || *e > self.settings.tolerance;
         // Where every phase meets the tolerance, the objective has not settled yet: all are refined.
         let all = !estimates.iter().flat_map(|e| &e.errors).any(poor);
         let mut changed = false;
         for (k, system) in problem.systems.iter().enumerate() {
-            let (grid, c) = (&stage.grids[k], &stage.start.coefficients[k]);
+            let (mesh, c) = (&stage.meshes[k], &stage.start.coefficients[k]);
             let errors = &estimates[k].errors;
             if !splines[k].refine || !(all || errors.iter().any(poor)) {
                 continue;
             }
             let marked = |s: usize| all || poor(&errors[s]);
-            let more = (0..grid.segments()).filter(|s| marked(*s)).count();
-            let finer = if grid.per_segment.is_none() {
-                grid.orthogonal(system, c, 0)
-            } else if grid.order() + RAISE <= self.settings.max_order {
-                grid.orthogonal(system, c, RAISE)
-            } else if grid.segments() + more <= self.settings.max_segments {
-                grid.halved(system, c, marked)
+            let more = (0..mesh.segments()).filter(|s| marked(*s)).count();
+            let finer = if mesh.per_segment.is_none() {
+                mesh.orthogonal(system, c, 0)
+            } else if mesh.order() + RAISE <= self.settings.max_order {
+                mesh.orthogonal(system, c, RAISE)
+            } else if mesh.segments() + more <= self.settings.max_intervals {
+                mesh.halved(system, c, marked)
             } else {
                 continue;
             };
@@ -323,7 +323,7 @@ impl Flatness {
                 place: format!("phase `{}`, refinement", problem.ocp.phases[k].name),
                 source,
             };
-            (stage.grids[k], stage.start.coefficients[k]) = finer.map_err(named)?;
+            (stage.meshes[k], stage.start.coefficients[k]) = finer.map_err(named)?;
             changed = true;
         }
         Ok(changed.then_some(stage))
@@ -342,14 +342,14 @@ fn expected_change(solves: &[SolveRecord], scale: f64) -> f64 {
     }
 }
 
-/// Whether the last refinements did not reduce the error: then it is not the splines that are too coarse.
+/// True if the last refinements did not reduce the error: then it is not the splines that are too coarse.
 fn stagnates(solves: &[SolveRecord]) -> bool {
     let Some(recent) = solves.last_chunk::<STAGNATION>() else { return false };
     let above = recent[0].error;
     recent.iter().all(|s| s.status.is_success() && s.error >= 0.5 * above && s.error > STAGNATION_ERROR)
 }
 
-/// What is solved.
+/// The request, once it is found to be well-posed.
 struct Problem<'a> {
     ocp: &'a Ocp,
     systems: &'a [FlatSystem],
@@ -359,10 +359,10 @@ struct Problem<'a> {
 /// Splines, values and active bounds: what a discretised problem is made of.
 #[derive(Clone)]
 struct Stage {
-    grids: Vec<Grid>,
+    meshes: Vec<SplineMesh>,
     start: Start,
     active: Vec<Active>,
-    /// Whether the values are a solution, if on other splines.
+    /// True if the values are a solution, if on other splines.
     solved: bool,
 }
 
@@ -375,9 +375,9 @@ struct Pass {
     record: SolveRecord,
 }
 
-fn grids(problem: &Problem<'_>, splines: &[SplineSettings]) -> Result<Vec<Grid>, FlatnessError> {
+fn meshes(problem: &Problem<'_>, splines: &[SplineSettings]) -> Result<Vec<SplineMesh>, FlatnessError> {
     let phases = problem.ocp.phases.iter().zip(problem.systems).zip(splines);
-    phases.map(|((phase, system), s)| Grid::new(phase, system, s)).collect()
+    phases.map(|((phase, system), s)| SplineMesh::new(phase, system, s)).collect()
 }
 
 fn finish(
@@ -388,7 +388,7 @@ fn finish(
     presolve: Option<SolveRecord>,
 ) -> Result<FlatnessSolution, FlatnessError> {
     let parameters = &stage.start.parameters;
-    let mut phases = Vec::with_capacity(stage.grids.len());
+    let mut phases = Vec::with_capacity(stage.meshes.len());
     for (k, (phase, system)) in problem.ocp.phases.iter().zip(problem.systems).enumerate() {
         let (times, errors) = (stage.start.times[k], &pass.estimates[k].errors);
         phases.push(extraction::trajectory(&phase.name, system, &pass.curves[k], times, parameters, errors)?);
@@ -428,13 +428,13 @@ fn check_sizes(ocp: &Ocp, systems: &[FlatSystem], splines: &[SplineSettings]) ->
     Ok(())
 }
 
-fn curves(grids: &[Grid], start: &Start) -> Vec<PhaseSplines> {
-    let of = |(g, c): (&Grid, &Vec<Vec<f64>>)| PhaseSplines {
+fn curves(meshes: &[SplineMesh], start: &Start) -> Vec<PhaseSplines> {
+    let of = |(g, c): (&SplineMesh, &Vec<Vec<f64>>)| PhaseSplines {
         bases: g.bases.clone(),
         coefficients: c.clone(),
         breaks: g.breaks.clone(),
     };
-    grids.iter().zip(&start.coefficients).map(of).collect()
+    meshes.iter().zip(&start.coefficients).map(of).collect()
 }
 
 fn unmet(problem: &Problem<'_>, stage: &Stage, nlp: &Transcription, report: &SolveReport) -> Option<Unmet> {

@@ -3,9 +3,9 @@
 use apsides_ocp::{Bounds, Guess, Ocp, Phase, PhaseGuess, Scaling};
 
 use crate::curve::PhaseSplines;
-use crate::grid::Grid;
+use crate::flat_point::FlatPoint;
 use crate::layout::Layout;
-use crate::station::Station;
+use crate::spline_mesh::SplineMesh;
 use crate::{FlatSystem, FlatnessError};
 
 /// Passes of the interpolation; each reduces what a spline of moderate order misses by about a half.
@@ -45,11 +45,11 @@ impl Start {
     pub(crate) fn from_guess(
         ocp: &Ocp,
         systems: &[FlatSystem],
-        grids: &[Grid],
+        meshes: &[SplineMesh],
         guess: &Guess,
     ) -> Result<Self, FlatnessError> {
         let times = guess.phases.iter().map(|g| (g.initial_time, g.final_time)).collect();
-        let coefficients = through(ocp, systems, grids, |k, fraction, y| {
+        let coefficients = through(ocp, systems, meshes, |k, fraction, y| {
             let (phase, g) = (&ocp.phases[k], &guess.phases[k]);
             let (mut x, mut u) = (vec![0.0; phase.states.len()], vec![0.0; phase.controls.len()]);
             g.state(fraction, &mut x);
@@ -65,10 +65,10 @@ impl Start {
         &self,
         ocp: &Ocp,
         systems: &[FlatSystem],
-        grids: &[Grid],
+        meshes: &[SplineMesh],
         curves: &[PhaseSplines],
     ) -> Result<Self, FlatnessError> {
-        let coefficients = through(ocp, systems, grids, |k, fraction, y| {
+        let coefficients = through(ocp, systems, meshes, |k, fraction, y| {
             for ((basis, c), y) in curves[k].bases.iter().zip(&curves[k].coefficients).zip(y) {
                 basis.evaluate(c, 0, fraction, std::slice::from_mut(y));
             }
@@ -85,19 +85,19 @@ impl Start {
         &mut self,
         ocp: &Ocp,
         systems: &[FlatSystem],
-        grids: &[Grid],
+        meshes: &[SplineMesh],
         guess: &Guess,
         scaling: &Scaling,
     ) {
-        let layout = Layout::new(ocp, grids);
+        let layout = Layout::new(ocp, meshes);
         let mut x = self.vector(&layout);
         let sizes = self.scales(&layout, scaling);
-        for (k, grid) in grids.iter().enumerate() {
+        for (k, mesh) in meshes.iter().enumerate() {
             let p = &layout.phases[k];
             let count = FIT_POINTS * p.lengths.iter().max().unwrap_or(&1);
             let fractions = (0..=count).map(|j| j as f64 / count as f64);
             let mut fit = Fit {
-                stations: fractions.map(|f| Station::new(&systems[k], grid, &layout, k, f)).collect(),
+                flat_points: fractions.map(|f| FlatPoint::new(&systems[k], mesh, &layout, k, f)).collect(),
                 targets: Vec::new(),
                 inputs: Vec::new(),
                 exact_weight: 1.0,
@@ -182,14 +182,14 @@ impl Start {
 fn through(
     ocp: &Ocp,
     systems: &[FlatSystem],
-    grids: &[Grid],
+    meshes: &[SplineMesh],
     outputs: impl Fn(usize, f64, &mut [f64]),
 ) -> Result<Vec<Vec<Vec<f64>>>, FlatnessError> {
-    let mut coefficients = Vec::with_capacity(grids.len());
-    for (k, (phase, grid)) in ocp.phases.iter().zip(grids).enumerate() {
+    let mut coefficients = Vec::with_capacity(meshes.len());
+    for (k, (phase, mesh)) in ocp.phases.iter().zip(meshes).enumerate() {
         let mut y = vec![0.0; systems[k].outputs];
         let mut curves = Vec::with_capacity(y.len());
-        for (i, basis) in grid.bases.iter().enumerate() {
+        for (i, basis) in mesh.bases.iter().enumerate() {
             let named = |source| FlatnessError::Basis { place: format!("phase `{}`", phase.name), source };
             let abscissae = basis.greville().map_err(named)?;
             let mut target = |s: &f64| {
@@ -222,8 +222,8 @@ fn through(
 
 /// A least-squares problem for the unknowns of one phase.
 struct Fit<'a> {
-    stations: Vec<Station>,
-    /// Per station: wanted value of each state, then of each residual.
+    flat_points: Vec<FlatPoint>,
+    /// Per point: wanted value of each state, then of each residual.
     targets: Vec<Vec<Target>>,
     /// Inputs of the flat map that shall be small, and their weights.
     inputs: Vec<(usize, f64)>,
@@ -238,7 +238,7 @@ struct Fit<'a> {
     sizes: &'a [f64],
 }
 
-/// What a quantity shall be.
+/// The value that a quantity shall have.
 struct Target {
     quantity: usize,
     value: f64,
@@ -247,10 +247,10 @@ struct Target {
 }
 
 impl Target {
-    /// How far it is from that, and by what its derivatives are to be multiplied.
-    fn miss(&self, station: &Station, exact_weight: f64) -> (f64, f64) {
+    /// The distance from that value, and the factor of its derivatives.
+    fn miss(&self, flat_point: &FlatPoint, exact_weight: f64) -> (f64, f64) {
         let weight = if self.exact { self.weight * exact_weight } else { self.weight };
-        (weight * (station.values[self.quantity] - self.value), weight)
+        (weight * (flat_point.values[self.quantity] - self.value), weight)
     }
 }
 
@@ -270,14 +270,14 @@ impl Fit<'_> {
 
     /// Sets the targets: states of the guess, or what is fixed at an end, and residuals of zero relative to their change.
     fn aim(&mut self, phase: &Phase, guess: &PhaseGuess, scales: &[f64], x: &[f64]) {
-        for station in &mut self.stations {
-            station.set_derivatives(x);
+        for flat_point in &mut self.flat_points {
+            flat_point.set_derivatives(x);
             let mut wanted = vec![0.0; phase.states.len()];
-            guess.state(station.fraction, &mut wanted);
-            let mut targets = Vec::with_capacity(wanted.len() + station.quantities.residuals);
+            guess.state(flat_point.fraction, &mut wanted);
+            let mut targets = Vec::with_capacity(wanted.len() + flat_point.quantities.residuals);
             for (q, (state, (value, scale))) in phase.states.iter().zip(wanted.iter().zip(scales)).enumerate()
             {
-                let stated = match station.fraction {
+                let stated = match flat_point.fraction {
                     0.0 => state.initial,
                     1.0 => state.terminal,
                     _ => Bounds::FREE,
@@ -286,10 +286,10 @@ impl Fit<'_> {
                 let value = if exact { stated.lower } else { *value };
                 targets.push(Target { quantity: q, value, weight: scale.recip(), exact });
             }
-            for k in 0..station.quantities.residuals {
-                let quantity = station.quantities.residual(k);
-                let changes = station.gradient(quantity).map(|(c, v)| (v * self.sizes[c]).abs());
-                let size = changes.fold(station.values[quantity].abs(), f64::max);
+            for k in 0..flat_point.quantities.residuals {
+                let quantity = flat_point.quantities.residual(k);
+                let changes = flat_point.gradient(quantity).map(|(c, v)| (v * self.sizes[c]).abs());
+                let size = changes.fold(flat_point.values[quantity].abs(), f64::max);
                 let weight = if size > 0.0 && size.is_finite() { size.recip() } else { 0.0 };
                 targets.push(Target { quantity, value: 0.0, weight, exact: true });
             }
@@ -354,10 +354,10 @@ impl Fit<'_> {
 
     fn sum(&mut self, x: &[f64]) -> f64 {
         let mut sum: f64 = self.time_changes(x).map(|c| c * c).sum();
-        for (station, targets) in self.stations.iter_mut().zip(&self.targets) {
-            station.set_values(x);
-            sum += targets.iter().map(|t| t.miss(station, self.exact_weight).0.powi(2)).sum::<f64>();
-            sum += self.inputs.iter().map(|&(k, w)| (w * station.input(k).0).powi(2)).sum::<f64>();
+        for (flat_point, targets) in self.flat_points.iter_mut().zip(&self.targets) {
+            flat_point.set_values(x);
+            sum += targets.iter().map(|t| t.miss(flat_point, self.exact_weight).0.powi(2)).sum::<f64>();
+            sum += self.inputs.iter().map(|&(k, w)| (w * flat_point.input(k).0).powi(2)).sum::<f64>();
         }
         sum
     }
@@ -387,17 +387,17 @@ impl Fit<'_> {
                 }
             }
         };
-        for (station, targets) in self.stations.iter_mut().zip(&self.targets) {
-            station.set_derivatives(x);
-            let station = &*station;
+        for (flat_point, targets) in self.flat_points.iter_mut().zip(&self.targets) {
+            flat_point.set_derivatives(x);
+            let flat_point = &*flat_point;
             for t in targets {
-                let (miss, weight) = t.miss(station, exact_weight);
+                let (miss, weight) = t.miss(flat_point, exact_weight);
                 row.clear();
-                row.extend(station.gradient(t.quantity).filter_map(|e| relative(weight, e)));
+                row.extend(flat_point.gradient(t.quantity).filter_map(|e| relative(weight, e)));
                 add(&row, miss);
             }
             for &(k, weight) in &self.inputs {
-                let (value, slopes) = station.input(k);
+                let (value, slopes) = flat_point.input(k);
                 row.clear();
                 row.extend(slopes.filter_map(|e| relative(weight, e)));
                 add(&row, weight * value);

@@ -4,18 +4,18 @@ use apsides_nlp::{Nlp, Pattern, Scaling as NlpScaling};
 use apsides_ocp::{Bounds, EndpointInput, Ocp, Phase, Scaling, Sense};
 
 use crate::estimate::quadrature;
-use crate::grid::Grid;
+use crate::flat_point::FlatPoint;
 use crate::layout::{Layout, Time};
-use crate::outer::{EndQuantity, EndTerm, StationTerm};
 use crate::redundant;
 use crate::rows::{Active, Row};
+use crate::spline_mesh::SplineMesh;
 use crate::start::Start;
-use crate::station::Station;
+use crate::terms::{EndQuantity, EndTerm, PathTerm};
 use crate::{FlatSystem, FlatnessError};
 
-/// A quantity of a station that is a row.
+/// A quantity of a point that is a row.
 pub(crate) struct Direct {
-    pub(crate) station: usize,
+    pub(crate) flat_point: usize,
     pub(crate) quantity: usize,
     pub(crate) row: Option<usize>,
 }
@@ -27,12 +27,12 @@ pub struct Transcription {
     pub(crate) layout: Layout,
     pub(crate) sign: f64,
     pub(crate) rows: Vec<Row>,
-    pub(crate) stations: Vec<Station>,
+    pub(crate) flat_points: Vec<FlatPoint>,
     pub(crate) direct: Vec<Direct>,
-    pub(crate) terms: Vec<StationTerm>,
+    pub(crate) terms: Vec<PathTerm>,
     pub(crate) ends: Vec<EndTerm>,
     linear_cost: Vec<(EndQuantity, f64)>,
-    /// Stations at start and end of each phase.
+    /// Points at start and end of each phase.
     phase_ends: Vec<(usize, usize)>,
     lower: Vec<f64>,
     upper: Vec<f64>,
@@ -40,7 +40,7 @@ pub struct Transcription {
     pub(crate) scaling: NlpScaling,
     jacobian_pattern: Pattern,
     hessian_pattern: Pattern,
-    /// Entry of the pattern that each second derivative of ends and stations adds to, in their order.
+    /// Entry of the pattern that each second derivative of ends and points adds to, in their order.
     hessian_places: Vec<usize>,
     values_at: Vec<f64>,
     derivatives_at: Vec<f64>,
@@ -65,12 +65,12 @@ impl Transcription {
     pub(crate) fn new(
         ocp: &Ocp,
         systems: &[FlatSystem],
-        grids: &[Grid],
+        meshes: &[SplineMesh],
         start: &Start,
         scaling: &Scaling,
         active: &[Active],
     ) -> Result<Self, FlatnessError> {
-        let layout = Layout::new(ocp, grids);
+        let layout = Layout::new(ocp, meshes);
         let sign = match ocp.objective.sense {
             Sense::Minimize => 1.0,
             Sense::Maximize => -1.0,
@@ -81,7 +81,7 @@ impl Transcription {
         let mut nlp = Self {
             sign,
             rows: Vec::new(),
-            stations: Vec::new(),
+            flat_points: Vec::new(),
             direct: Vec::new(),
             terms: Vec::new(),
             ends: Vec::new(),
@@ -103,17 +103,25 @@ impl Transcription {
             layout,
         };
         for (k, phase) in ocp.phases.iter().enumerate() {
-            nlp.add_phase(ocp, phase, k, &systems[k], &grids[k], scaling, &active[k])?;
+            nlp.add_phase(ocp, phase, k, &systems[k], &meshes[k], scaling, &active[k])?;
         }
         nlp.add_ends(ocp);
         nlp.find_jacobian();
-        let dropped = redundant::rows(&mut nlp)?;
+        let dropped = nlp.redundant_rows()?;
         nlp.drop_rows(&dropped);
         nlp.find_jacobian();
         nlp.find_hessian();
-        nlp.check_counts(ocp, systems, grids)?;
+        nlp.check_counts(ocp, systems, meshes)?;
         nlp.complete_scales();
         Ok(nlp)
+    }
+
+    /// Finds the rows that say nothing new.
+    fn redundant_rows(&mut self) -> Result<Vec<bool>, FlatnessError> {
+        let own_times = self.layout.phases.iter().flat_map(|p| p.own_times());
+        let global = (self.layout.first_parameter..self.layout.variables).chain(own_times).collect();
+        let (rows, start, scales) = (self.rows.clone(), self.start.clone(), self.scaling.variables.clone());
+        redundant::rows(self, &rows, &global, &start, &scales)
     }
 
     fn add_row(&mut self, row: Row) -> usize {
@@ -121,9 +129,9 @@ impl Transcription {
         self.rows.len() - 1
     }
 
-    fn add_direct(&mut self, station: usize, quantity: usize, row: Row) {
+    fn add_direct(&mut self, flat_point: usize, quantity: usize, row: Row) {
         let row = Some(self.add_row(row));
-        self.direct.push(Direct { station, quantity, row });
+        self.direct.push(Direct { flat_point, quantity, row });
     }
 
     fn add_phase(
@@ -132,18 +140,18 @@ impl Transcription {
         phase: &Phase,
         index: usize,
         system: &FlatSystem,
-        grid: &Grid,
+        mesh: &SplineMesh,
         scaling: &Scaling,
         active: &Active,
     ) -> Result<(), FlatnessError> {
-        let first = self.stations.len();
+        let first = self.flat_points.len();
         let scales = &scaling.phases[index];
-        for fraction in [0.0, 1.0].iter().chain(&grid.points) {
-            self.stations.push(Station::new(system, grid, &self.layout, index, *fraction));
+        for fraction in [0.0, 1.0].iter().chain(&mesh.points) {
+            self.flat_points.push(FlatPoint::new(system, mesh, &self.layout, index, *fraction));
         }
         self.phase_ends.push((first, first + 1));
-        let q = self.stations[first].quantities;
-        for (s, &fraction) in (first + 2..).zip(&grid.points) {
+        let q = self.flat_points[first].quantities;
+        for (s, &fraction) in (first + 2..).zip(&mesh.points) {
             for k in 0..system.residuals {
                 let name = format!("flat residual {k}");
                 let row = Row::new(Some(phase), name, "", Some(fraction), Bounds::fixed(0.0), f64::NAN);
@@ -191,10 +199,10 @@ impl Transcription {
                     })
                 });
                 let rows = rows.collect();
-                self.terms.push(StationTerm::path(&c.function, s, q.inputs(c.function.as_ref()), rows));
+                self.terms.push(PathTerm::path(&c.function, s, q.inputs(c.function.as_ref()), rows));
             }
         }
-        for (station, end, fraction) in [(first, "start", 0.0), (first + 1, "end", 1.0)] {
+        for (flat_point, end, fraction) in [(first, "start", 0.0), (first + 1, "end", 1.0)] {
             for (k, state) in phase.states.iter().enumerate() {
                 let stated = if fraction == 0.0 { state.initial } else { state.terminal };
                 let along = if active.states[k] { state.variable.bounds } else { Bounds::FREE };
@@ -203,7 +211,7 @@ impl Transcription {
                     let name = format!("{} at the {end}", state.variable.name);
                     let unit = &state.variable.unit;
                     let row = Row::new(Some(phase), name, unit, Some(fraction), bounds, scales.states[k]);
-                    self.add_direct(station, k, row);
+                    self.add_direct(flat_point, k, row);
                 }
             }
         }
@@ -212,7 +220,7 @@ impl Transcription {
                 Row::new(Some(phase), "duration".into(), &phase.time_unit, None, phase.duration, scales.time);
             self.add_direct(first, q.duration(), row);
         }
-        self.add_integrals(ocp, phase, index, system, grid)
+        self.add_integrals(ocp, phase, index, system, mesh)
     }
 
     /// Integrals by a Gauss rule in each segment.
@@ -222,7 +230,7 @@ impl Transcription {
         phase: &Phase,
         index: usize,
         system: &FlatSystem,
-        grid: &Grid,
+        mesh: &SplineMesh,
     ) -> Result<(), FlatnessError> {
         let mut wanted = Vec::new();
         for (k, integral) in phase.integrals.iter().enumerate() {
@@ -241,19 +249,19 @@ impl Transcription {
             return Ok(());
         }
         let named = |source| FlatnessError::Basis { place: format!("phase `{}`", phase.name), source };
-        let rule = quadrature(grid.order()).map_err(named)?;
-        for segment in grid.breaks.windows(2) {
+        let rule = quadrature(mesh.order()).map_err(named)?;
+        for segment in mesh.breaks.windows(2) {
             let half = 0.5 * (segment[1] - segment[0]);
             for (node, weight) in rule.nodes().iter().zip(rule.weights()) {
                 let fraction = segment[0] + half * (node + 1.0);
-                let station = Station::new(system, grid, &self.layout, index, fraction);
+                let flat_point = FlatPoint::new(system, mesh, &self.layout, index, fraction);
                 for &(integral, row, cost) in &wanted {
                     let f = &integral.function;
-                    let inputs = station.quantities.inputs(f.as_ref());
-                    let s = self.stations.len();
-                    self.terms.push(StationTerm::integrand(f, s, inputs, half * weight, row, cost));
+                    let inputs = flat_point.quantities.inputs(f.as_ref());
+                    let s = self.flat_points.len();
+                    self.terms.push(PathTerm::integrand(f, s, inputs, half * weight, row, cost));
                 }
-                self.stations.push(station);
+                self.flat_points.push(flat_point);
             }
         }
         Ok(())
@@ -295,27 +303,27 @@ impl Transcription {
     fn find_jacobian(&mut self) {
         let mut jacobian = Vec::new();
         for d in self.direct.iter().filter_map(|d| d.row.map(|r| (r, d))) {
-            jacobian.extend(self.stations[d.1.station].gradient(d.1.quantity).map(|(c, _)| (d.0, c)));
+            jacobian.extend(self.flat_points[d.1.flat_point].gradient(d.1.quantity).map(|(c, _)| (d.0, c)));
         }
         for t in &self.terms {
-            t.each_jacobian(&self.stations[t.station], |r, c, _| jacobian.push((r, c)));
+            t.each_jacobian(&self.flat_points[t.flat_point], |r, c, _| jacobian.push((r, c)));
         }
         for t in &self.ends {
-            t.each_jacobian(&self.stations, |r, c, _| jacobian.push((r, c)));
+            t.each_jacobian(&self.flat_points, |r, c, _| jacobian.push((r, c)));
         }
         self.jacobian_pattern = Pattern::from_pairs(jacobian);
         self.values_at.fill(f64::NAN);
         self.derivatives_at.fill(f64::NAN);
     }
 
-    /// Stations share coefficients: each position stands once in the pattern.
+    /// Points share coefficients: each position stands once in the pattern.
     fn find_hessian(&mut self) {
         let multipliers = vec![0.0; self.rows.len()];
         let mut hessian = Vec::new();
         for t in &mut self.ends {
-            t.each_hessian(&mut self.stations, 0.0, &multipliers, |i, j, _| hessian.push((i, j)));
+            t.each_hessian(&mut self.flat_points, 0.0, &multipliers, |i, j, _| hessian.push((i, j)));
         }
-        for s in &self.stations {
+        for s in &self.flat_points {
             hessian.extend(s.hessian_positions());
         }
         (self.hessian_pattern, self.hessian_places) = merged(self.layout.variables, &hessian);
@@ -341,22 +349,27 @@ impl Transcription {
         self.rows.retain(|_| keep.next().unwrap_or(true));
     }
 
-    fn check_counts(&self, ocp: &Ocp, systems: &[FlatSystem], grids: &[Grid]) -> Result<(), FlatnessError> {
+    fn check_counts(
+        &self,
+        ocp: &Ocp,
+        systems: &[FlatSystem],
+        meshes: &[SplineMesh],
+    ) -> Result<(), FlatnessError> {
         let equalities = self.rows.iter().filter(|r| r.bounds.is_fixed()).count();
         let variables = self.lower.iter().zip(&self.upper).filter(|(l, u)| l < u).count();
         if equalities <= variables {
             return Ok(());
         }
-        let share = |k: &usize| systems[*k].residuals * grids[*k].points.len();
-        let most = (0..grids.len()).max_by_key(share).unwrap_or(0);
+        let share = |k: &usize| systems[*k].residuals * meshes[*k].points.len();
+        let most = (0..meshes.len()).max_by_key(share).unwrap_or(0);
         let per_point = systems[most].residuals.max(1);
-        let points = grids[most].points.len();
+        let points = meshes[most].points.len();
         Err(FlatnessError::TooManyConstraints {
             place: format!("phase `{}`", ocp.phases[most].name),
             points,
             equalities,
             variables,
-            least: grids[most].least,
+            least: meshes[most].least,
             most: points.saturating_sub((equalities - variables).div_ceil(per_point)),
         })
     }
@@ -387,16 +400,16 @@ impl Transcription {
 
     fn set_values(&mut self, x: &[f64]) {
         if self.values_at != x {
-            self.stations.iter_mut().for_each(|s| s.set_values(x));
+            self.flat_points.iter_mut().for_each(|s| s.set_values(x));
             self.values_at.copy_from_slice(x);
         }
     }
 
     fn set_derivatives(&mut self, x: &[f64]) {
         if self.derivatives_at != x || self.values_at != x {
-            self.stations.iter_mut().for_each(|s| s.set_derivatives(x));
-            self.terms.iter_mut().for_each(|t| t.refresh(&self.stations[t.station]));
-            self.ends.iter_mut().for_each(|t| t.refresh(&self.stations, x));
+            self.flat_points.iter_mut().for_each(|s| s.set_derivatives(x));
+            self.terms.iter_mut().for_each(|t| t.refresh(&self.flat_points[t.flat_point]));
+            self.ends.iter_mut().for_each(|t| t.refresh(&self.flat_points, x));
             self.values_at.copy_from_slice(x);
             self.derivatives_at.copy_from_slice(x);
         }
@@ -437,11 +450,11 @@ impl Nlp for Transcription {
 
     fn objective(&mut self, x: &[f64]) -> f64 {
         self.set_values(x);
-        let linear: f64 = self.linear_cost.iter().map(|(q, w)| w * q.value(&self.stations, x)).sum();
+        let linear: f64 = self.linear_cost.iter().map(|(q, w)| w * q.value(&self.flat_points, x)).sum();
         let terms = self.terms.iter_mut().filter(|t| t.has_cost());
-        let integrals: f64 = terms.map(|t| t.add_values(&self.stations[t.station], &mut [])).sum();
+        let integrals: f64 = terms.map(|t| t.add_values(&self.flat_points[t.flat_point], &mut [])).sum();
         let ends = self.ends.iter_mut().filter(|t| t.has_cost());
-        let ends: f64 = ends.map(|t| t.add_values(&self.stations, x, &mut [])).sum();
+        let ends: f64 = ends.map(|t| t.add_values(&self.flat_points, x, &mut [])).sum();
         linear + integrals + ends
     }
 
@@ -449,13 +462,13 @@ impl Nlp for Transcription {
         self.set_derivatives(x);
         gradient.fill(0.0);
         for (q, w) in &self.linear_cost {
-            q.each(&self.stations, |c, v| gradient[c] += w * v);
+            q.each(&self.flat_points, |c, v| gradient[c] += w * v);
         }
         for t in self.terms.iter().filter(|t| t.has_cost()) {
-            t.add_gradient(&self.stations[t.station], gradient);
+            t.add_gradient(&self.flat_points[t.flat_point], gradient);
         }
         for t in self.ends.iter().filter(|t| t.has_cost()) {
-            t.add_gradient(&self.stations, gradient);
+            t.add_gradient(&self.flat_points, gradient);
         }
     }
 
@@ -464,14 +477,14 @@ impl Nlp for Transcription {
         values.fill(0.0);
         for d in &self.direct {
             if let Some(r) = d.row {
-                values[r] = self.stations[d.station].values[d.quantity];
+                values[r] = self.flat_points[d.flat_point].values[d.quantity];
             }
         }
         for t in &mut self.terms {
-            t.add_values(&self.stations[t.station], values);
+            t.add_values(&self.flat_points[t.flat_point], values);
         }
         for t in &mut self.ends {
-            t.add_values(&self.stations, x, values);
+            t.add_values(&self.flat_points, x, values);
         }
     }
 
@@ -485,31 +498,31 @@ impl Nlp for Transcription {
             }
         };
         for d in self.direct.iter().filter(|d| d.row.is_some()) {
-            self.stations[d.station].gradient(d.quantity).for_each(|(_, v)| push(v));
+            self.flat_points[d.flat_point].gradient(d.quantity).for_each(|(_, v)| push(v));
         }
         for t in &self.terms {
-            t.each_jacobian(&self.stations[t.station], |_, _, v| push(v));
+            t.each_jacobian(&self.flat_points[t.flat_point], |_, _, v| push(v));
         }
         for t in &self.ends {
-            t.each_jacobian(&self.stations, |_, _, v| push(v));
+            t.each_jacobian(&self.flat_points, |_, _, v| push(v));
         }
     }
 
     fn hessian(&mut self, x: &[f64], objective_factor: f64, multipliers: &[f64], values: &mut [f64]) {
         self.set_derivatives(x);
-        self.stations.iter_mut().for_each(Station::clear);
+        self.flat_points.iter_mut().for_each(FlatPoint::clear);
         for d in &self.direct {
             if let Some(r) = d.row {
-                self.stations[d.station].add_weight(d.quantity, multipliers[r]);
+                self.flat_points[d.flat_point].add_weight(d.quantity, multipliers[r]);
             }
         }
         for &(q, w) in &self.linear_cost {
             if let EndQuantity::At(s, q) = q {
-                self.stations[s].add_weight(q, objective_factor * w);
+                self.flat_points[s].add_weight(q, objective_factor * w);
             }
         }
         for t in &mut self.terms {
-            t.add_curvature(&mut self.stations[t.station], objective_factor, multipliers);
+            t.add_curvature(&mut self.flat_points[t.flat_point], objective_factor, multipliers);
         }
         values.fill(0.0);
         let mut places = self.hessian_places.iter();
@@ -520,9 +533,9 @@ impl Nlp for Transcription {
             }
         };
         for t in &mut self.ends {
-            t.each_hessian(&mut self.stations, objective_factor, multipliers, |_, _, v| add(v));
+            t.each_hessian(&mut self.flat_points, objective_factor, multipliers, |_, _, v| add(v));
         }
-        for s in &mut self.stations {
+        for s in &mut self.flat_points {
             s.hessian(&mut add);
         }
     }

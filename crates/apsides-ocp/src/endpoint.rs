@@ -62,7 +62,7 @@ pub struct EndpointConstraint {
     pub name: String,
     /// Name, unit, bounds and scale of each output of the function.
     pub rows: Vec<Variable>,
-    /// What the function takes, in order.
+    /// The inputs of the function, in order.
     pub inputs: Vec<EndpointInput>,
     /// `g`.
     pub function: Arc<dyn NodeFunction>,
@@ -86,7 +86,7 @@ impl EndpointConstraint {
         Self { name, rows: vec![row], inputs: vec![from, to], function: Arc::clone(&DIFFERENCE) }
     }
 
-    /// Whether it makes phases one flight: equalities between quantities of different phases.
+    /// Returns true if it joins phases to one flight: equalities between quantities of different phases.
     #[must_use]
     pub fn joins_phases(&self) -> bool {
         let phase = |i: &EndpointInput| match *i {

@@ -80,7 +80,7 @@ impl EndpointTerm {
         }
     }
 
-    /// Whether the term takes part in the cost and has no row.
+    /// Returns true if the term takes part in the cost and has no row.
     #[must_use]
     pub fn has_cost(&self) -> bool {
         self.first_row.is_none()

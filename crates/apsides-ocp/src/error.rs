@@ -21,7 +21,7 @@ pub enum OcpError {
     Dimension {
         /// Phase or constraint.
         place: String,
-        /// What is counted.
+        /// The things that are counted.
         what: &'static str,
         /// The size that fits.
         expected: usize,
@@ -67,7 +67,7 @@ pub enum OcpError {
     Contradiction {
         /// Phase and quantity.
         place: String,
-        /// What contradicts what.
+        /// The two statements that contradict each other.
         reason: String,
     },
     /// A scale or tolerance that is not a positive finite number.
@@ -85,7 +85,7 @@ pub enum OcpError {
     Mesh {
         /// Phase.
         place: String,
-        /// What is wrong and what is allowed.
+        /// The mistake, and what is allowed instead.
         reason: String,
     },
     /// A guess or a trajectory that does not fit.
@@ -93,7 +93,7 @@ pub enum OcpError {
     Guess {
         /// Phase.
         place: String,
-        /// What is wrong and what is allowed.
+        /// The mistake, and what is allowed instead.
         reason: String,
     },
 }

@@ -72,7 +72,7 @@ pub use endpoint::{At, EndpointConstraint, EndpointInput};
 pub use endpoint_term::EndpointTerm;
 pub use error::OcpError;
 pub use guess::{Guess, PhaseGuess};
-pub use mesh::{Break, Course, Crossing, Mesh, PhaseArc, PhaseMesh, TouchPoint};
+pub use mesh::{ArcKind, Break, Crossing, Mesh, PhaseArc, PhaseMesh, TouchPoint};
 pub use method::{Method, MethodError, Solution, Start};
 pub use origin::{RowOrigin, Unmet};
 pub use phase::{Direction, Integral, Kink, PathConstraint, Phase};

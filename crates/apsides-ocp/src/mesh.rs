@@ -2,9 +2,9 @@
 
 use crate::{Bounds, Ocp, OcpError};
 
-/// What a control or a path constraint row does along an arc.
+/// The behaviour of a control or of a path constraint row along an arc.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Course {
+pub enum ArcKind {
     /// It is held at its lower bound.
     Lower,
     /// It is held at its upper bound.
@@ -16,7 +16,7 @@ pub enum Course {
     Free,
 }
 
-impl Course {
+impl ArcKind {
     /// The value that a quantity with these bounds is held at.
     #[must_use]
     pub fn held(self, bounds: &Bounds) -> Option<f64> {
@@ -33,7 +33,7 @@ impl Course {
 pub struct Break {
     /// Index of the end among [`PhaseMesh::fractions`].
     pub end: usize,
-    /// Whether its time is an unknown; else it stays at its fraction of the phase.
+    /// True if its time is an unknown; else it stays at its fraction of the phase.
     pub free: bool,
 }
 
@@ -47,7 +47,7 @@ pub struct TouchPoint {
     pub end: usize,
     /// Index of the path constraint row, in the phase's order.
     pub row: usize,
-    /// Whether the upper bound is touched, else the lower one.
+    /// True if the upper bound is touched, false if the lower one is.
     pub upper: bool,
 }
 
@@ -61,13 +61,13 @@ pub struct Crossing {
     pub kink: usize,
 }
 
-/// What is known of one arc of a phase.
+/// The quantities whose behaviour along one arc of a phase is known.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct PhaseArc {
     /// Per control, in the phase's order; empty when nothing is known.
-    pub controls: Vec<Option<Course>>,
+    pub controls: Vec<Option<ArcKind>>,
     /// Per path constraint row, in the phase's order; empty when nothing is known.
-    pub rows: Vec<Option<Course>>,
+    pub rows: Vec<Option<ArcKind>>,
 }
 
 /// Mesh of one phase on the normalised time from 0 to 1.
@@ -215,7 +215,7 @@ impl PhaseMesh {
         &self.crossings
     }
 
-    /// Whether there is more than one arc, or something is known of the only one, or a touch point or a crossing.
+    /// Returns true if there is more than one arc, or something is known of the only one, or there is a touch point or a crossing.
     #[must_use]
     pub fn has_arcs(&self) -> bool {
         let instants = !self.touch_points.is_empty() || !self.crossings.is_empty();

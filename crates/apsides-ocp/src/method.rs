@@ -21,11 +21,11 @@
 //! | module | subject |
 //! | --- | --- |
 //! | [`start`] | where a solve begins |
-//! | [`solution`] | what it returns: trajectory, status, counters |
+//! | [`solution`] | its result: trajectory, status, counters |
 //! | [`accuracy`] | measures of accuracy and their tolerances |
-//! | [`deficiency`] | what keeps a converged solution from being one of the problem, and what mends it |
+//! | [`deficiency`] | reasons why a converged solution is not one of the problem, and remedies |
 //! | [`switch`] | jumps of controls and path constraints along a solution |
-//! | [`warning`] | what is doubtful though a solve succeeds |
+//! | [`warning`] | doubts that remain though a solve succeeds |
 
 pub mod accuracy;
 pub mod deficiency;
@@ -58,8 +58,8 @@ pub trait Method: Debug + Send + Sync {
 
     /// Solves a problem from a start.
     ///
-    /// The observer sees every iteration and can stop the solve; the best trajectory so far is returned then. A method takes from the start
-    /// what it has a use for.
+    /// The observer sees every iteration and can stop the solve; the best trajectory so far is returned then. A method ignores
+    /// those parts of the start that it has no use for.
     ///
     /// # Errors
     /// When the request is ill-posed, or the problem has what the method does not cover. Not converging is a status of the solution.

@@ -18,7 +18,7 @@ pub struct RowOrigin {
 /// The constraint that is violated most, relative to its scale, when no feasible point was found.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Unmet {
-    /// Which constraint, where.
+    /// The constraint and its place.
     pub origin: RowOrigin,
     /// By how much it is violated, in its unit; negative below a lower bound.
     pub amount: f64,

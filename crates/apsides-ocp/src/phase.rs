@@ -43,7 +43,7 @@ pub enum Direction {
 }
 
 impl Direction {
-    /// Whether a control is one of its angles.
+    /// Returns true if a control is one of its angles.
     #[must_use]
     pub fn has(&self, control: usize) -> bool {
         match *self {
@@ -231,7 +231,7 @@ impl Phase {
         self.path.iter().map(|p| p.rows.len()).sum()
     }
 
-    /// Whether a node function of this phase takes the static parameters (see [`NodeFunction::inputs`]).
+    /// Returns true if a node function of this phase takes the static parameters (see [`NodeFunction::inputs`]).
     #[must_use]
     pub fn takes_parameters(&self, function: &dyn NodeFunction) -> bool {
         function.inputs() > self.states.len() + self.controls.len() + 1
@@ -251,7 +251,7 @@ impl Phase {
         (start, end)
     }
 
-    /// Whether the bounds on the duration say more than [`time_bounds`](Self::time_bounds).
+    /// Returns true if the bounds on the duration say more than [`time_bounds`](Self::time_bounds).
     #[must_use]
     pub fn needs_duration_row(&self) -> bool {
         let fixed_end = self.initial_time.is_fixed() || self.final_time.is_fixed();

@@ -8,7 +8,7 @@ use crate::endpoint::{At, EndpointConstraint, EndpointInput, Names};
 use crate::phase::unique;
 use crate::{OcpError, Phase, Variable};
 
-/// Whether the objective is to be small or large.
+/// The direction in which the objective is optimised.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Sense {
     /// Smallest value wanted.
@@ -17,7 +17,7 @@ pub enum Sense {
     Maximize,
 }
 
-/// What is optimised: a weighted sum of end quantities, integrals and functions of end quantities.
+/// The objective: a weighted sum of end quantities, integrals and functions of end quantities.
 #[derive(Clone)]
 pub struct Objective {
     /// Name, as in the results.

@@ -13,7 +13,7 @@ use crate::{Mesh, Ocp, OcpError, PhaseMesh, PiecewisePolynomial};
 /// R. G. Vickson, SIAM Review 37 (1995) 181, doi 10.1137/1037043.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Contact {
-    /// When: index of an inner end among the breaks of the control polynomial.
+    /// Index of its time, an inner interval end, among the breaks of the control polynomial.
     pub end: usize,
     /// Index of the path constraint row, in the phase's order.
     pub row: usize,
@@ -138,7 +138,7 @@ impl Trajectory {
         Mesh { phases: self.phases.iter().map(|p| p.mesh.clone()).collect() }
     }
 
-    /// Whether every phase has costates.
+    /// Returns true if every phase has costates.
     #[must_use]
     pub fn has_costates(&self) -> bool {
         self.phases.iter().all(|p| p.costate.is_some())

@@ -39,7 +39,7 @@ impl Bounds {
         Self { lower: f64::NEG_INFINITY, upper }
     }
 
-    /// Whether only one value is allowed.
+    /// Returns true if only one value is allowed.
     #[must_use]
     pub fn is_fixed(&self) -> bool {
         self.lower == self.upper

@@ -29,7 +29,7 @@
 //! is within the tolerance. Free lengths have many local optima: they start from the solution with equal lengths, which they can only
 //! improve, then from random ones, and the best is taken. The same seed gives the same numbers.
 //!
-//! What it does not do: a control that is to vary along a segment varies by steps; certificates therefore find feasible trajectories
+//! Limit of the method: a control that is to vary along a segment varies by steps; certificates therefore find feasible trajectories
 //! whose controls do not minimise the Hamiltonian between the steps. For optima use the other methods.
 //!
 //! ```
@@ -56,7 +56,7 @@
 //!     .integral(Variable::new("cost", "-"), Regulator);
 //! let ocp = Ocp::builder("regulator").phase(phase).minimize_integral("regulate", "cost").build()?;
 //! let gap = |segments| -> Result<f64, Box<dyn std::error::Error>> {
-//!     let settings = PiecewiseSettings { segments, ..PiecewiseSettings::default() };
+//!     let settings = PiecewiseSettings { intervals: segments, ..PiecewiseSettings::default() };
 //!     let solution = PiecewiseConstant { settings }.solve(&ocp, &Guess::linear(&ocp))?;
 //!     Ok(solution.trajectory.objective - 0.5 * 1_f64.tanh())
 //! };

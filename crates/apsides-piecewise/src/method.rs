@@ -48,7 +48,7 @@ fn common(solution: PiecewiseSolution, settings: &PiecewiseSettings) -> Solution
         );
     }
     let refinements = solution.meshes.len().saturating_sub(1);
-    let remedy = Remedy::Raise(&["segments", "max_segments", "points"]);
+    let remedy = Remedy::Raise(&["intervals", "max_intervals", "points"]);
     Solution {
         deficiency: (!solution.accurate).then(|| Deficiency::inaccurate(&accuracy, refinements, remedy)),
         accuracy,

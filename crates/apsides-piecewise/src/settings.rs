@@ -1,4 +1,4 @@
-//! What can be chosen.
+//! Settings of the method.
 
 use apsides_shooting::ShootingError;
 use apsides_shooting::direct::MultipleShootingSettings;
@@ -47,21 +47,21 @@ pub struct Transcription {
     pub least_epsilon: f64,
     /// `tau` of the first pass, relative to `eps` times the duration; 0.1. A constraint that is active all along has `1/4`.
     pub tau: f64,
-    /// Most passes, 1 to 1000; 40.
-    pub max_passes: usize,
+    /// Most refinements of `eps` and `tau` after the first pass, 0 to 999; 39.
+    pub max_refinements: usize,
 }
 
 impl Default for Transcription {
     fn default() -> Self {
-        Self { epsilon: 1e-2, least_epsilon: 1e-4, tau: 0.1, max_passes: 40 }
+        Self { epsilon: 1e-2, least_epsilon: 1e-4, tau: 0.1, max_refinements: 39 }
     }
 }
 
 /// Settings of the method.
 #[derive(Clone, Debug)]
 pub struct PiecewiseSettings {
-    /// Segments per phase at the start; 10.
-    pub segments: usize,
+    /// Intervals per phase of the first mesh, each with constant controls; 10.
+    pub intervals: usize,
     /// Their lengths; equal.
     pub lengths: Lengths,
     /// Inequalities along a phase; at three points of each segment.
@@ -69,8 +69,8 @@ pub struct PiecewiseSettings {
     /// Segments are divided until what more of them would gain is within this by extrapolation, relative to the objective; not at
     /// all where there is nothing.
     pub tolerance: Option<f64>,
-    /// Most segments of all phases after refinement; 1000.
-    pub max_segments: usize,
+    /// Most intervals of all phases after refinement; 1000.
+    pub max_intervals: usize,
     /// Integration, program, threads, tolerances between the points. What concerns segments and control points is set by this
     /// method.
     pub shooting: MultipleShootingSettings,
@@ -79,11 +79,11 @@ pub struct PiecewiseSettings {
 impl Default for PiecewiseSettings {
     fn default() -> Self {
         Self {
-            segments: 10,
+            intervals: 10,
             lengths: Lengths::Equal,
             constraints: Constraints::Points(3),
             tolerance: None,
-            max_segments: 1000,
+            max_intervals: 1000,
             shooting: MultipleShootingSettings::default(),
         }
     }
@@ -91,8 +91,8 @@ impl Default for PiecewiseSettings {
 
 impl PiecewiseSettings {
     pub(crate) fn check(&self) -> Result<(), ShootingError> {
-        count("segments", self.segments, 1_000_000, "a whole number from 1 to 1000000")?;
-        count("max_segments", self.max_segments, usize::MAX, "a whole number from 1")?;
+        count("intervals", self.intervals, 1_000_000, "a whole number from 1 to 1000000")?;
+        count("max_intervals", self.max_intervals, usize::MAX, "a whole number from 1")?;
         if let Some(tolerance) = self.tolerance {
             positive("tolerance", tolerance)?;
         }
@@ -119,7 +119,15 @@ impl PiecewiseSettings {
                         allowed,
                     });
                 }
-                count("max_passes", t.max_passes, 1000, "a whole number from 1 to 1000")
+                if t.max_refinements > 999 {
+                    let (name, value) = ("max_refinements", t.max_refinements as f64);
+                    return Err(ShootingError::Setting {
+                        name,
+                        value,
+                        allowed: "a whole number from 0 to 999",
+                    });
+                }
+                Ok(())
             }
         }
     }

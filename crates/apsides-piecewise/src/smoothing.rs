@@ -47,7 +47,7 @@ pub fn smoothed(violation: f64, epsilon: f64) -> [f64; 3] {
     }
 }
 
-/// What a constraint is on.
+/// The quantity that a constraint bounds.
 #[derive(Clone)]
 pub(crate) enum Subject {
     /// A state, of a phase with so many states and controls together.

@@ -23,7 +23,7 @@ const LEAST_OF_DIVIDED: f64 = 0.5;
 const DIVISIONS: usize = 3;
 /// A division is to bring the estimate down by this factor, as twice as many segments do with a smooth control.
 const DIVISION: f64 = 4.0;
-/// What remains by extrapolation is trusted to this factor: finer segments may show what coarse ones hide, such as a switch.
+/// The remainder by extrapolation is trusted to this factor: finer segments may show what coarse ones hide, such as a switch.
 const MARGIN: f64 = 2.0;
 /// `eps` and `tau` shrink by this factor when the constraints hold, `tau` alone by the other one when they do not.
 const NEXT_EPSILON: f64 = 0.1;
@@ -58,7 +58,7 @@ const MOST_ITERATIONS: usize = 500;
 ///     .final_time(Bounds::new(0.1, 10.0));
 /// let ocp = Ocp::builder("cart").phase(phase).minimize("time", "s", At::FinalTime("move")).build()?;
 /// let lengths = Lengths::Free(FreeLengths::default());
-/// let method = PiecewiseConstant { settings: PiecewiseSettings { segments: 3, lengths, ..Default::default() } };
+/// let method = PiecewiseConstant { settings: PiecewiseSettings { intervals: 3, lengths, ..Default::default() } };
 /// let solution = method.solve(&ocp, &Guess::linear(&ocp))?;
 /// assert!((solution.trajectory.objective - 2.0).abs() < 1e-7);
 /// # Ok::<(), Box<dyn std::error::Error>>(())
@@ -105,12 +105,12 @@ pub struct PiecewiseSolution {
     pub unmet: Option<Unmet>,
     /// Largest error of the steps, relative to the scales of the states.
     pub integration_error: f64,
-    /// What more segments would gain, relative to the objective: by extrapolation from the last division, by an estimate where there
+    /// Gain that more segments would bring, relative to the objective: by extrapolation from the last division, by an estimate where there
     /// was none.
     pub gain: f64,
     /// Largest violation of path constraints and bounds on states along the trajectory.
     pub excess: Excess,
-    /// Whether steps and constraints, and with refinement the gain, are within their tolerances.
+    /// True if steps and constraints, and with refinement the gain, are within their tolerances.
     pub accurate: bool,
     /// Starts of free lengths.
     pub starts: Vec<StartRecord>,
@@ -178,7 +178,7 @@ struct Run<'a> {
     points: Option<usize>,
     /// Steps per segment that the smoothing needs.
     least_steps: usize,
-    /// What more segments would gain, by extrapolation.
+    /// Gain that more segments would bring, by extrapolation.
     gain: Option<f64>,
     starts: Vec<StartRecord>,
     passes: Vec<PassRecord>,
@@ -195,7 +195,7 @@ impl Run<'_> {
         if let Some(t) = smoothing {
             self.smooth(epsilon, t.tau);
         }
-        let mesh = Mesh::uniform(self.ocp, self.settings.segments, 1)?;
+        let mesh = Mesh::uniform(self.ocp, self.settings.intervals, 1)?;
         let mut best = self.shoot(self.guess, mesh.clone(), SegmentEnds::Fixed, None)?;
         for t in smoothing.iter().cycle().take(LARGER_TRIES) {
             if best.status.is_success() || best.status == Status::Interrupted {
@@ -251,7 +251,7 @@ impl Run<'_> {
             let count = segments_of(&best.trajectory);
             let mut next = self.again(&best, ends, Some(gain / DIVISION))?;
             if next.status.is_success() && segments_of(&next.trajectory) == count {
-                if 2 * count > self.settings.max_segments {
+                if 2 * count > self.settings.max_intervals {
                     break;
                 }
                 let phases = next.trajectory.phases.iter().map(|p| halved(&p.mesh));
@@ -272,7 +272,7 @@ impl Run<'_> {
         Ok(best)
     }
 
-    /// Whether violations are smoothed, so that they are judged after the last pass.
+    /// True if violations are smoothed, so that they are judged after the last pass.
     fn smooths(&self) -> bool {
         self.problem.is_some()
     }
@@ -280,7 +280,7 @@ impl Run<'_> {
     /// Takes the problem with `eps` and `tau` from here on.
     fn smooth(&mut self, epsilon: f64, tau: f64) {
         // A constraint that is active in one instant is so within the square root of `eps`, relative to the phase.
-        self.least_steps = (epsilon.powf(-0.5) / self.settings.segments as f64).ceil().max(1.0) as usize;
+        self.least_steps = (epsilon.powf(-0.5) / self.settings.intervals as f64).ceil().max(1.0) as usize;
         self.problem = Some(transcribed(self.ocp, &self.inequalities, self.guess, epsilon, tau));
     }
 
@@ -302,7 +302,7 @@ impl Run<'_> {
         Ok(solution)
     }
 
-    /// Whether all inequalities hold along a trajectory.
+    /// True if all inequalities hold along a trajectory.
     fn holds(&self, trajectory: &Trajectory) -> bool {
         excess(self.ocp, &self.inequalities, trajectory).amount <= self.settings.shooting.path_tolerance
     }
@@ -321,17 +321,25 @@ impl Run<'_> {
         }
         let settings = MultipleShootingSettings {
             nlp,
-            segments: self.settings.segments,
-            control_points: 1,
-            max_control_points: 1,
+            intervals: self.settings.intervals,
+            points: 1,
+            max_points: 1,
             continuous_controls: false,
             constraint_points: self.points,
             segment_ends,
             // A gain that no segment has.
-            control_tolerance: divide.unwrap_or(f64::MAX),
+            tolerance: divide.unwrap_or(f64::MAX),
             least_steps: self.least_steps.max(self.settings.shooting.least_steps),
-            max_meshes: if divide.is_some() { DIVISIONS } else { self.settings.shooting.max_meshes },
-            max_segments: if divide.is_some() { self.settings.max_segments.max(segments) } else { segments },
+            max_refinements: if divide.is_some() {
+                DIVISIONS - 1
+            } else {
+                self.settings.shooting.max_refinements
+            },
+            max_intervals: if divide.is_some() {
+                self.settings.max_intervals.max(segments)
+            } else {
+                segments
+            },
             ..self.settings.shooting.clone()
         };
         let ocp = self.problem.as_ref().unwrap_or(self.ocp);
@@ -411,7 +419,7 @@ impl Run<'_> {
     ) -> Result<(ShootingSolution, (f64, f64)), ShootingError> {
         let mut found: Option<(ShootingSolution, (f64, f64))> = None;
         let (mut present, mut taus) = (first, 1);
-        let (least, most) = (transcription.least_epsilon, transcription.max_passes);
+        let (least, most) = (transcription.least_epsilon, transcription.max_refinements + 1);
         for pass in 0..most {
             let excess = excess(self.ocp, &self.inequalities, &present.trajectory).amount;
             let (status, objective) = (present.status, present.trajectory.objective);

@@ -23,17 +23,17 @@ fn solved(name: &str, settings: PiecewiseSettings) -> (PiecewiseSolution, f64) {
 }
 
 fn segments(segments: usize) -> PiecewiseSettings {
-    PiecewiseSettings { segments, ..Default::default() }
+    PiecewiseSettings { intervals: segments, ..Default::default() }
 }
 
 fn smoothed(segments: usize) -> PiecewiseSettings {
     let constraints = Constraints::LEpsilon(Transcription::default());
-    PiecewiseSettings { segments, constraints, ..Default::default() }
+    PiecewiseSettings { intervals: segments, constraints, ..Default::default() }
 }
 
 fn free(segments: usize) -> PiecewiseSettings {
     let lengths = Lengths::Free(FreeLengths::default());
-    PiecewiseSettings { segments, lengths, ..Default::default() }
+    PiecewiseSettings { intervals: segments, lengths, ..Default::default() }
 }
 
 /// Smooth controls, constrained arcs of first and second order, a contact, four phases.
@@ -139,7 +139,7 @@ fn segments_are_divided_until_nothing_is_to_be_gained() {
     }
     let problem = apsides_problems::find("linear_tangent").unwrap();
     let case = problem.pose().unwrap();
-    let settings = PiecewiseSettings { tolerance: Some(1e-9), max_segments: 20, ..segments(4) };
+    let settings = PiecewiseSettings { tolerance: Some(1e-9), max_intervals: 20, ..segments(4) };
     let solution = PiecewiseConstant { settings }.solve(&case.ocp, &case.guess).unwrap();
     assert!(solution.status.is_success() && !solution.accurate);
     assert!(solution.trajectory.phases[0].mesh.intervals() <= 20);
@@ -163,10 +163,10 @@ fn bad_settings_are_refused_by_name() {
         let error = PiecewiseConstant { settings }.solve(&case.ocp, &case.guess).unwrap_err().to_string();
         assert!(error.contains(&format!("`{name}`")), "{error}");
     };
-    refused(segments(0), "segments");
+    refused(segments(0), "intervals");
     refused(PiecewiseSettings { constraints: Constraints::Points(0), ..segments(3) }, "constraints");
     refused(PiecewiseSettings { tolerance: Some(f64::NAN), ..segments(3) }, "tolerance");
-    refused(PiecewiseSettings { max_segments: 0, ..segments(3) }, "max_segments");
+    refused(PiecewiseSettings { max_intervals: 0, ..segments(3) }, "max_intervals");
     let length = |free: FreeLengths| PiecewiseSettings { lengths: Lengths::Free(free), ..segments(3) };
     refused(length(FreeLengths { least: 0.0, ..Default::default() }), "least");
     refused(length(FreeLengths { least: f64::NAN, ..Default::default() }), "least");
@@ -177,7 +177,7 @@ fn bad_settings_are_refused_by_name() {
     refused(smooth(Transcription { epsilon: f64::NAN, ..Default::default() }), "epsilon");
     refused(smooth(Transcription { least_epsilon: 0.1, ..Default::default() }), "least_epsilon");
     refused(smooth(Transcription { tau: f64::INFINITY, ..Default::default() }), "tau");
-    refused(smooth(Transcription { max_passes: 0, ..Default::default() }), "max_passes");
+    refused(smooth(Transcription { max_refinements: 1000, ..Default::default() }), "max_refinements");
     let mut threads = segments(3);
     threads.shooting.threads = 0;
     refused(threads, "threads");

@@ -5,7 +5,7 @@
 //! of time is the switching function `dH/du`, so that its sign confirms the bound.
 
 use apsides_nlp::{Nlp, SolveReport};
-use apsides_ocp::{Bounds, Course, Phase, PhaseTrajectory, Variable};
+use apsides_ocp::{ArcKind, Bounds, Phase, PhaseTrajectory, Variable};
 
 use crate::layout::PhaseLayout;
 use crate::switches::Level;
@@ -50,11 +50,11 @@ pub(crate) enum Class {
 }
 
 impl Class {
-    pub(crate) fn course(self) -> Option<Course> {
+    pub(crate) fn course(self) -> Option<ArcKind> {
         match self {
-            Self::Lower => Some(Course::Lower),
+            Self::Lower => Some(ArcKind::Lower),
             Self::Between => None,
-            Self::Upper => Some(Course::Upper),
+            Self::Upper => Some(ArcKind::Upper),
         }
     }
 
@@ -104,7 +104,7 @@ pub(crate) struct Sample {
     /// Relative multiplier: positive where the lower bound would be active.
     pub(crate) slope: f64,
     pub(crate) class: Class,
-    pub(crate) course: Option<Course>,
+    pub(crate) course: Option<ArcKind>,
 }
 
 /// Consecutive nodes of one class, by index into the samples.
@@ -234,10 +234,10 @@ pub(crate) fn samples(
 /// A multiplier of the wrong sign at the very ends of what is held says that it is not yet exact, since the break stands at
 /// the best place.
 fn keep_ends(samples: &mut [Sample]) {
-    let held_class = |course: Course| match course {
-        Course::Lower => Some(Class::Lower),
-        Course::Upper => Some(Class::Upper),
-        Course::Singular | Course::Free => None,
+    let held_class = |course: ArcKind| match course {
+        ArcKind::Lower => Some(Class::Lower),
+        ArcKind::Upper => Some(Class::Upper),
+        ArcKind::Singular | ArcKind::Free => None,
     };
     let mut start = 0;
     while start < samples.len() {
@@ -266,15 +266,15 @@ fn is_collapsed(arc: f64, t: &PhaseTrajectory) -> bool {
 /// What a sample says; a control that meets its bounds continuously does not change over to the other one.
 fn class(s: &Sample, is_regular: bool) -> Class {
     match s.course {
-        Some(Course::Lower) if s.slope >= -NO_EVIDENCE => Class::Lower,
-        Some(Course::Upper) if s.slope <= NO_EVIDENCE => Class::Upper,
+        Some(ArcKind::Lower) if s.slope >= -NO_EVIDENCE => Class::Lower,
+        Some(ArcKind::Upper) if s.slope <= NO_EVIDENCE => Class::Upper,
         // Pushed away from the bound: the other one, if there is one.
-        Some(Course::Lower) if s.below_upper.is_finite() && !is_regular => Class::Upper,
-        Some(Course::Upper) if s.above_lower.is_finite() && !is_regular => Class::Lower,
-        Some(Course::Lower | Course::Upper) => Class::Between,
-        Some(Course::Free) if s.above_lower < -VIOLATION => Class::Lower,
-        Some(Course::Free) if s.below_upper < -VIOLATION => Class::Upper,
-        Some(Course::Free) => Class::Between,
+        Some(ArcKind::Lower) if s.below_upper.is_finite() && !is_regular => Class::Upper,
+        Some(ArcKind::Upper) if s.above_lower.is_finite() && !is_regular => Class::Lower,
+        Some(ArcKind::Lower | ArcKind::Upper) => Class::Between,
+        Some(ArcKind::Free) if s.above_lower < -VIOLATION => Class::Lower,
+        Some(ArcKind::Free) if s.below_upper < -VIOLATION => Class::Upper,
+        Some(ArcKind::Free) => Class::Between,
         _ if s.above_lower < NEAR && s.slope > s.above_lower => Class::Lower,
         _ if s.below_upper < NEAR && -s.slope > s.below_upper => Class::Upper,
         _ => Class::Between,
@@ -295,7 +295,7 @@ pub(crate) fn runs(samples: &[Sample]) -> Vec<Run> {
         let seen = &samples[r.first..=r.last];
         let evidence = seen.iter().fold(0.0_f64, |m, s| m.max(s.slope.abs()));
         let few = r.last - r.first < CROSSING;
-        let known = seen.iter().any(|s| s.course.is_some_and(|course| course != Course::Singular));
+        let known = seen.iter().any(|s| s.course.is_some_and(|course| course != ArcKind::Singular));
         if !known && evidence < if few { OSCILLATION } else { NO_EVIDENCE } {
             r.class = Class::Between;
         }

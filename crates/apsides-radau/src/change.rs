@@ -1,6 +1,6 @@
 //! Changes between what a quantity does: jumps and kinks, and when they are.
 
-use apsides_ocp::{Course, PhaseMesh};
+use apsides_ocp::{ArcKind, PhaseMesh};
 
 use crate::activity::{COLLAPSED, CROSSING, Class, Kind, NEAR, Quantity, Run, Sample};
 
@@ -176,13 +176,13 @@ fn meeting(samples: &[Sample], a: &Run, b: &Run) -> f64 {
     let (near, far) = if between_first { (a.last, b.first) } else { (b.first, a.last) };
     let all: Vec<&Sample> = samples.iter().filter(|s| s.interval == samples[near].interval).collect();
     let clean =
-        |s: &&Sample| s.course == Some(Course::Free) || (s.course.is_none() && s.class == Class::Between);
+        |s: &&Sample| s.course == Some(ArcKind::Free) || (s.course.is_none() && s.class == Class::Between);
     let nodes: Vec<&Sample> = if all.len() > 2 && all.iter().all(clean) {
         all
     } else {
         let run = if between_first { a } else { b };
         let free = samples[run.first..=run.last].iter();
-        let free = free.filter(|s| !matches!(s.course, Some(Course::Lower | Course::Upper)));
+        let free = free.filter(|s| !matches!(s.course, Some(ArcKind::Lower | ArcKind::Upper)));
         if between_first { free.rev().take(3).collect() } else { free.take(3).collect() }
     };
     let value = |f: f64| -> f64 {

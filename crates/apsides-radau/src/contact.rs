@@ -187,7 +187,7 @@ impl Contacts {
             let beside = [end - 1, end];
             let largest = |of: &[f64]| beside.iter().fold(0.0_f64, |m, k| m.max(of[*k]));
             let (excess, error) = (largest(&solved.beside_touch[phase]), largest(&t.interval_errors));
-            let is_arc = error <= ROUGH && excess > solved.settings.mesh_tolerance.max(CLEAR * error);
+            let is_arc = error <= ROUGH && excess > solved.settings.tolerance.max(CLEAR * error);
             if is_wrong || is_arc {
                 self.refuted.push(Refuted { phase, row, at, gap });
             } else {

@@ -24,7 +24,7 @@ pub enum RadauError {
         name: &'static str,
         /// Its value.
         value: f64,
-        /// What is allowed.
+        /// The allowed range in words.
         allowed: &'static str,
     },
 }

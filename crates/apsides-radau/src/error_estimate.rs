@@ -44,7 +44,7 @@ pub(crate) fn estimate(
         let parameters = &trajectory.parameters;
         let mut errors = phase_errors(phase, scales, parameters, &trajectory.phases[k])?;
         // One number per interval: an excess at its tolerance counts as much as an error at its own.
-        let weight = settings.mesh_tolerance / settings.path_tolerance;
+        let weight = settings.tolerance / settings.path_tolerance;
         let excesses =
             excesses(phase, &scaling.phases[k], parameters, &trajectory.phases[k], settings.switches);
         largest.beside_touch.push(excesses.iter().map(|e| weight * e.beside_touch).collect());

@@ -80,7 +80,7 @@ impl Radau {
     pub fn explain(&self, ocp: &Ocp, guess: &Guess, mesh: &Mesh) -> Result<Explanation, RadauError> {
         self.settings.check()?;
         let mut settings = RadauSettings {
-            mesh_tolerance: MESH_TOLERANCE.max(self.settings.mesh_tolerance),
+            tolerance: MESH_TOLERANCE.max(self.settings.tolerance),
             switches: false,
             ..self.settings.clone()
         };
@@ -215,9 +215,9 @@ impl Relaxer<'_> {
             earlier = found;
             let settled = agreements >= if error <= COARSE_MESH_TOLERANCE { 1 } else { 2 };
             let points: usize = next.phases.iter().map(PhaseMesh::total_points).sum();
-            let last = rounds >= MAX_MESHES.min(self.settings.max_meshes)
+            let last = rounds >= MAX_MESHES.min(self.settings.max_refinements + 1)
                 || points > MAX_TOTAL_POINTS.min(self.settings.max_total_points);
-            if error <= self.settings.mesh_tolerance || settled || last {
+            if error <= self.settings.tolerance || settled || last {
                 return Ok(Relaxed { nlp, items, result, guess, mesh });
             }
             mesh = next;

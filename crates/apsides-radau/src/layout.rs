@@ -8,7 +8,7 @@
 use std::ops::Range;
 
 use apsides_basis::Lgr;
-use apsides_ocp::{Bounds, Course, EndpointInput, Mesh, Ocp, PhaseMesh, TouchPoint};
+use apsides_ocp::{ArcKind, Bounds, EndpointInput, Mesh, Ocp, PhaseMesh, TouchPoint};
 
 use crate::RadauError;
 use crate::touch::freed;
@@ -291,7 +291,7 @@ fn arcs(mesh: &PhaseMesh, first_time: usize) -> Vec<ArcLayout> {
 fn singular(mesh: &PhaseMesh) -> impl Iterator<Item = (usize, usize)> + '_ {
     mesh.arcs().iter().enumerate().flat_map(move |(k, arc)| {
         let controls = arc.controls.iter().enumerate();
-        controls.filter(|(_, course)| **course == Some(Course::Singular)).flat_map(move |(c, _)| {
+        controls.filter(|(_, course)| **course == Some(ArcKind::Singular)).flat_map(move |(c, _)| {
             let several = move |interval: &usize| mesh.points()[*interval] > 1;
             mesh.arc_intervals(k).filter(several).map(move |interval| (interval, c))
         })

@@ -34,10 +34,10 @@ impl Radau {
     /// The solution in the form that all methods share.
     fn common(&self, solution: RadauSolution) -> Solution {
         let last = solution.meshes.last();
-        let (error, tolerance) = (last.map_or(f64::NAN, |m| m.error), self.settings.mesh_tolerance);
-        let accuracy = vec![Accuracy::new("error between the points", error, tolerance, "mesh_tolerance")];
+        let (error, tolerance) = (last.map_or(f64::NAN, |m| m.error), self.settings.tolerance);
+        let accuracy = vec![Accuracy::new("error between the points", error, tolerance, "tolerance")];
         let refinements = solution.meshes.len().saturating_sub(1);
-        let remedy = Remedy::Raise(&["max_meshes"]);
+        let remedy = Remedy::Raise(&["max_refinements"]);
         Solution {
             deficiency: (!solution.accurate).then(|| Deficiency::inaccurate(&accuracy, refinements, remedy)),
             accuracy,

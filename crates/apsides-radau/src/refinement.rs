@@ -31,13 +31,13 @@ fn refine_phase(mesh: &PhaseMesh, errors: &[f64], settings: &RadauSettings) -> R
         touch_points.extend(here.map(|t| TouchPoint { end: points.len(), ..*t }));
         let here = mesh.crossings().iter().filter(|c| c.end == k);
         crossings.extend(here.map(|c| Crossing { end: points.len(), ..*c }));
-        if error <= settings.mesh_tolerance {
+        if error <= settings.tolerance {
             fractions.push(end);
             points.push(n);
             continue;
         }
         // An interval of n points has an error of order n^-q for q more points (eq. 29); NaN asks for a division.
-        let wanted = (error / settings.mesh_tolerance).ln() / (n.max(2) as f64).ln();
+        let wanted = (error / settings.tolerance).ln() / (n.max(2) as f64).ln();
         let wanted =
             if wanted.is_finite() { n + (wanted.ceil() as usize).max(LEAST_INCREASE) } else { usize::MAX };
         if wanted <= settings.max_points {

@@ -37,17 +37,17 @@ pub struct RadauSettings {
     pub intervals: usize,
     /// Collocation points per interval of the first mesh; 4.
     pub points: usize,
-    /// Largest relative error between the points; 1e-8.
-    pub mesh_tolerance: f64,
+    /// Largest relative error between the points, which refinement brings down to this; 1e-8.
+    pub tolerance: f64,
     /// Largest excess between the points of a bound on a state or of a path constraint without controls, relative to its
     /// scale; 5e-7. Bounds on controls are not looked at: next to a jump a polynomial oversteps them on any mesh.
     pub path_tolerance: f64,
-    /// Whether switches of controls and path constraints between their bounds are looked for after each mesh. The next one has
+    /// True if switches of controls and path constraints between their bounds are looked for after each mesh. The next one has
     /// breaks there, whose times are unknowns, and holds along each arc what is active there, so that jumps are met
     /// exactly. So are contacts, where a path constraint without controls touches its bound in one instant; on.
     pub switches: bool,
-    /// Most meshes solved; 1 switches refinement off; 20.
-    pub max_meshes: usize,
+    /// Most refinements of the first mesh; 0 switches refinement off; 19.
+    pub max_refinements: usize,
     /// Points of an interval that comes from a division; 3.
     pub min_points: usize,
     /// Most points per interval before it is divided; 14.
@@ -68,10 +68,10 @@ impl Default for RadauSettings {
         Self {
             intervals: 10,
             points: 4,
-            mesh_tolerance: 1e-8,
+            tolerance: 1e-8,
             path_tolerance: 5e-7,
             switches: true,
-            max_meshes: 20,
+            max_refinements: 19,
             min_points: 3,
             max_points: 14,
             max_parts: 4,
@@ -95,7 +95,7 @@ impl RadauSettings {
         let counts = [
             ("intervals", self.intervals, 1, 1_000_000),
             ("points", self.points, 1, MAX_POINTS),
-            ("max_meshes", self.max_meshes, 1, 1000),
+            ("max_refinements", self.max_refinements, 0, 999),
             ("min_points", self.min_points, 1, self.max_points.min(MAX_POINTS)),
             ("max_points", self.max_points, 1, MAX_POINTS),
             ("max_parts", self.max_parts, 2, 1000),
@@ -103,13 +103,11 @@ impl RadauSettings {
         ];
         for (name, value, least, most) in counts {
             if value < least || value > most {
-                let allowed = "a whole number from 1 (parts: 2) to 60 points, 1000 meshes or parts, 1024 threads or 1000000 intervals";
+                let allowed = "a whole number from 1 (parts: 2, refinements: 0) to 60 points, 999 refinements, 1000 parts, 1024 threads or 1000000 intervals";
                 return Err(RadauError::Setting { name, value: value as f64, allowed });
             }
         }
-        for (name, value) in
-            [("mesh_tolerance", self.mesh_tolerance), ("path_tolerance", self.path_tolerance)]
-        {
+        for (name, value) in [("tolerance", self.tolerance), ("path_tolerance", self.path_tolerance)] {
             if !(value > 0.0 && value.is_finite()) {
                 return Err(RadauError::Setting { name, value, allowed: "a positive number" });
             }
@@ -153,7 +151,7 @@ pub struct RadauSolution {
     pub trajectory: Trajectory,
     /// How the last solve ended: without success when a later mesh than that of the trajectory could not be solved.
     pub status: Status,
-    /// Whether the error estimate meets the tolerance.
+    /// True if the error estimate meets the tolerance.
     pub accurate: bool,
     /// Every mesh.
     pub meshes: Vec<MeshRecord>,
@@ -258,7 +256,7 @@ impl Radau {
                 time: begin.elapsed(),
             });
             let status = report.status;
-            let out_of_meshes = meshes.len() >= self.settings.max_meshes;
+            let out_of_meshes = meshes.len() > self.settings.max_refinements;
             if let Some(forced) =
                 forced.take().filter(|_| !status.is_success() && may_go_on(status) && !out_of_meshes)
             {
@@ -283,7 +281,7 @@ impl Radau {
                 return Ok(solved.into_solution(status, unmet, meshes, warnings));
             }
             let found = Structure::of(ocp, &mut nlp, &report, &trajectory);
-            let in_bounds = controls <= self.settings.mesh_tolerance;
+            let in_bounds = controls <= self.settings.tolerance;
             let solved = SolvedMesh {
                 ocp,
                 report: &report,
@@ -298,7 +296,7 @@ impl Radau {
             let switches_settled = revisions == 0 || found.is_that_of(&trajectory, in_bounds);
             let passages = crossings.step(ocp, &trajectory);
             let settled = switches_settled && touching.settled && passages.settled;
-            let accurate = error <= self.settings.mesh_tolerance;
+            let accurate = error <= self.settings.tolerance;
             // Worth meshes of their own as long as they help.
             let within = in_bounds || controls > LEAST_GAIN * excess;
             if accurate && settled {
@@ -357,7 +355,7 @@ fn has_arcs(mesh: &Mesh) -> bool {
     mesh.phases.iter().any(PhaseMesh::has_arcs)
 }
 
-/// Whether the solve ended for a reason that another mesh may not have.
+/// True if the solve ended for a reason that another mesh may not have.
 fn may_go_on(status: Status) -> bool {
     !matches!(status, Status::Interrupted | Status::TimeLimit)
 }

@@ -8,7 +8,7 @@
 use apsides_nlp::SolveReport;
 pub use apsides_ocp::method::{Level, Switch};
 use apsides_ocp::{
-    Break, Course, Crossing, Mesh, Ocp, Phase, PhaseArc, PhaseMesh, PhaseTrajectory, TouchPoint, Trajectory,
+    ArcKind, Break, Crossing, Mesh, Ocp, Phase, PhaseArc, PhaseMesh, PhaseTrajectory, TouchPoint, Trajectory,
 };
 
 use crate::RadauError;
@@ -184,8 +184,8 @@ impl PhaseStructure<'_> {
             for (index, ((q, class), whole)) in self.quantities.iter().zip(&class).zip(whole).enumerate() {
                 let has_kink = self.of_kind(ChangeKind::Kink).any(|c| c.quantity == index);
                 let between = match (q.affine, has_kink) {
-                    (true, _) => Some(Course::Singular),
-                    (false, true) => Some(Course::Free),
+                    (true, _) => Some(ArcKind::Singular),
+                    (false, true) => Some(ArcKind::Free),
                     (false, false) => None,
                 };
                 let course = class.course().or(between).filter(|_| whole);

@@ -11,7 +11,7 @@
 use std::sync::Arc;
 
 use apsides_nlp::{Nlp, Pattern, Scaling as NlpScaling, Stages};
-use apsides_ocp::{Bounds, Course, EndpointTerm, Guess, Mesh, Ocp, Scaling, Sense};
+use apsides_ocp::{ArcKind, Bounds, EndpointTerm, Guess, Mesh, Ocp, Scaling, Sense};
 
 use crate::RadauError;
 use crate::layout::{Layout, PhaseLayout};
@@ -513,14 +513,14 @@ fn constant_states(
 }
 
 /// The bounds that the quantity of this index has along an arc.
-fn bounds_along(bounds: Bounds, courses: &[Option<Course>], index: usize) -> Bounds {
+fn bounds_along(bounds: Bounds, courses: &[Option<ArcKind>], index: usize) -> Bounds {
     match courses.get(index) {
-        Some(Some(Course::Free)) => Bounds::FREE,
+        Some(Some(ArcKind::Free)) => Bounds::FREE,
         _ => held(courses, index, &bounds).map_or(bounds, Bounds::fixed),
     }
 }
 
-fn held(courses: &[Option<Course>], index: usize, bounds: &Bounds) -> Option<f64> {
+fn held(courses: &[Option<ArcKind>], index: usize, bounds: &Bounds) -> Option<f64> {
     courses.get(index).copied().flatten().and_then(|course| course.held(bounds))
 }
 

@@ -190,8 +190,8 @@ fn ill_posed_settings_are_refused() {
     for settings in [
         RadauSettings { intervals: 0, ..Default::default() },
         RadauSettings { points: 61, ..Default::default() },
-        RadauSettings { mesh_tolerance: f64::NAN, ..Default::default() },
-        RadauSettings { max_meshes: 0, ..Default::default() },
+        RadauSettings { tolerance: f64::NAN, ..Default::default() },
+        RadauSettings { max_refinements: 1000, ..Default::default() },
     ] {
         assert!(Radau { settings }.solve(&ocp, &Guess::linear(&ocp)).is_err());
     }

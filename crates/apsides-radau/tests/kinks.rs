@@ -62,7 +62,7 @@ fn an_interval_ends_at_the_kink() {
     let a = first_control();
     let (time, beyond) = (1.0 / a, DURATION - 1.0 / a);
     let effort = a + a * a * ((2.0 * K * beyond).exp() - 1.0) / (2.0 * K);
-    let mut settings = RadauSettings { mesh_tolerance: 1e-11, ..RadauSettings::default() };
+    let mut settings = RadauSettings { tolerance: 1e-11, ..RadauSettings::default() };
     settings.nlp.tolerance = 1e-12;
     let at_kink = solve(phase().kinks([Kink { state: 0, value: 0.0 }]), settings.clone());
     assert!(at_kink.accurate && at_kink.meshes.len() <= 3, "{:?}", at_kink.meshes);

@@ -34,7 +34,7 @@ fn solved(longest: f64, load: Variable, factor: f64, objective_scale: Option<f64
         builder = builder.objective_scale(scale);
     }
     let ocp = builder.build().unwrap();
-    let method = Radau { settings: RadauSettings { max_meshes: 1, ..RadauSettings::default() } };
+    let method = Radau { settings: RadauSettings { max_refinements: 0, ..RadauSettings::default() } };
     let mesh = Mesh::uniform(&ocp, 10, 4).unwrap();
     method.solve_on(&ocp, &Guess::linear(&ocp), mesh, &mut ()).unwrap()
 }

@@ -3,7 +3,9 @@
 
 use apsides_ad::{Dynamics, Scalar};
 use apsides_nlp::{Flow, IterationRecord, Nlp, Status, check_derivatives};
-use apsides_ocp::{At, Bounds, Break, Course, Guess, Mesh, Ocp, Phase, PhaseArc, PhaseMesh, State, Variable};
+use apsides_ocp::{
+    ArcKind, At, Bounds, Break, Guess, Mesh, Ocp, Phase, PhaseArc, PhaseMesh, State, Variable,
+};
 use apsides_problems::{Case, find};
 use apsides_radau::{Level, Radau, RadauSettings, RadauSolution, Transcription};
 
@@ -115,7 +117,7 @@ fn kinks() {
     let mesh = &s.trajectory.phases[0].mesh;
     assert!(mesh.breaks().iter().all(|b| !b.free));
     let course = |course| PhaseArc { controls: vec![Some(course)], rows: vec![] };
-    let expected = [Course::Lower, Course::Free, Course::Upper, Course::Free].map(course);
+    let expected = [ArcKind::Lower, ArcKind::Free, ArcKind::Upper, ArcKind::Free].map(course);
     assert_eq!(mesh.arcs(), expected);
 }
 
@@ -127,7 +129,7 @@ fn without_switches_nothing_is_looked_for() {
         assert!(on.switches.is_empty());
         assert_eq!(on.report.x, off.report.x, "{name}");
     }
-    let settings = RadauSettings { switches: false, mesh_tolerance: 1e-6, ..RadauSettings::default() };
+    let settings = RadauSettings { switches: false, tolerance: 1e-6, ..RadauSettings::default() };
     let off = solve("moon_lander_soft", settings);
     assert!(off.trajectory.phases[0].mesh.breaks().is_empty());
 }
@@ -135,7 +137,7 @@ fn without_switches_nothing_is_looked_for() {
 /// A mesh of three arcs: a free break, one that is not, every course.
 fn arcs(name: &str) -> (Case, Mesh) {
     let case = case(name);
-    let arc = |courses: &[Option<Course>], rows: &[Option<Course>]| PhaseArc {
+    let arc = |courses: &[Option<ArcKind>], rows: &[Option<ArcKind>]| PhaseArc {
         controls: courses.into(),
         rows: rows.into(),
     };
@@ -145,9 +147,9 @@ fn arcs(name: &str) -> (Case, Mesh) {
         .with_arcs(
             vec![Break { end: 1, free: true }, Break { end: 3, free: false }],
             vec![
-                arc(&[Some(Course::Singular)], &vec![Some(Course::Free); rows]),
-                arc(&[], &vec![Some(Course::Upper); rows]),
-                arc(&[Some(Course::Free)], &[]),
+                arc(&[Some(ArcKind::Singular)], &vec![Some(ArcKind::Free); rows]),
+                arc(&[], &vec![Some(ArcKind::Upper); rows]),
+                arc(&[Some(ArcKind::Free)], &[]),
             ],
         )
         .unwrap();
@@ -174,7 +176,7 @@ fn derivatives_with_breaks() {
 #[test]
 fn times_of_breaks() {
     let (case, mesh) = arcs("di_singular_arc");
-    let settings = RadauSettings { max_meshes: 1, ..RadauSettings::default() };
+    let settings = RadauSettings { max_refinements: 0, ..RadauSettings::default() };
     let s = Radau { settings }.solve_on(&case.ocp, &case.guess, mesh, &mut ()).unwrap();
     assert_eq!(s.status, Status::Optimal);
     let mesh = &s.trajectory.phases[0].mesh;

@@ -20,8 +20,12 @@ fn solves_do_not_depend_on_threads() {
     for name in PROBLEMS {
         let case = find(name).unwrap().pose().unwrap();
         let solve = |threads| {
-            let settings =
-                RadauSettings { threads, intervals: INTERVALS, max_meshes: 1, ..RadauSettings::default() };
+            let settings = RadauSettings {
+                threads,
+                intervals: INTERVALS,
+                max_refinements: 0,
+                ..RadauSettings::default()
+            };
             Radau { settings }.solve(&case.ocp, &case.guess).unwrap()
         };
         let one = solve(1);

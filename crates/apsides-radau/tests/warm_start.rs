@@ -23,7 +23,7 @@ fn pose(name: &str) -> Case {
 
 /// One mesh, no refinement.
 fn solve(ocp: &Ocp, guess: &Guess, mesh: &Mesh) -> RadauSolution {
-    let method = Radau { settings: RadauSettings { max_meshes: 1, ..RadauSettings::default() } };
+    let method = Radau { settings: RadauSettings { max_refinements: 0, ..RadauSettings::default() } };
     let mut method = method;
     if let Ok(b) = std::env::var("B") {
         method.settings.nlp.warm_start_barrier = b.parse().unwrap();

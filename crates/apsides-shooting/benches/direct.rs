@@ -33,7 +33,7 @@ fn threads(c: &mut Criterion) {
     let mut group = c.benchmark_group("threads");
     group.sample_size(10).measurement_time(Duration::from_secs(5));
     for threads in [1, 2] {
-        let mut settings = MultipleShootingSettings { threads, max_meshes: 1, ..Default::default() };
+        let mut settings = MultipleShootingSettings { threads, max_refinements: 0, ..Default::default() };
         settings.nlp.max_iterations = 10;
         let method = MultipleShooting { settings };
         group.bench_function(BenchmarkId::from_parameter(threads), |b| {

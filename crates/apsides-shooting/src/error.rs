@@ -1,4 +1,4 @@
-//! What is refused.
+//! Reasons to refuse a request.
 
 use apsides_basis::BasisError;
 use apsides_nlp::NlpError;
@@ -14,7 +14,7 @@ pub enum ShootingError {
     Dimension {
         /// Where.
         place: String,
-        /// What is counted.
+        /// The things that are counted.
         what: &'static str,
         /// How many there should be.
         expected: usize,
@@ -36,7 +36,7 @@ pub enum ShootingError {
     Start {
         /// Where.
         place: String,
-        /// What is missing, and what to do.
+        /// The missing part, and what to do.
         reason: String,
     },
     /// The method does not cover the problem.
@@ -44,9 +44,9 @@ pub enum ShootingError {
     Unsupported {
         /// Where.
         place: String,
-        /// What is not covered.
+        /// The feature that is not covered.
         what: String,
-        /// What to do instead.
+        /// The way round it.
         remedy: &'static str,
     },
     /// A profile or the rules of its flights do not fit the problem.
@@ -54,7 +54,7 @@ pub enum ShootingError {
     Profile {
         /// Where.
         place: String,
-        /// What does not fit, and what to do.
+        /// The misfit, and what to do.
         reason: String,
     },
     /// A segment has more control points than the basis supports.

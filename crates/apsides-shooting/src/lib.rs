@@ -48,8 +48,8 @@
 //! | [`profile`] | control profiles of a few numbers, flown by single shooting for searches without derivatives |
 //! | [`error`] | what is refused |
 //!
-//! Neither finds a start: direct shooting takes one, and indirect shooting converges from near the solution alone. What else each does
-//! not do is said in its module.
+//! Neither finds a start: direct shooting takes one, and indirect shooting converges from near the solution alone. Each module says what
+//! else its method does not do.
 //!
 //! References: H. G. Bock, K. J. Plitt, A multiple shooting algorithm for direct solution
 //! of optimal control problems, IFAC Proc. 17 (1984), doi 10.1016/S1474-6670(17)61205-9. A. E. Bryson, Y.-C. Ho, Applied Optimal

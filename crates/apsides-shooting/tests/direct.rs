@@ -120,7 +120,7 @@ fn costates_of_the_hanging_chain() {
     // Along a segment the error of the costate is that of the control: of the order of the root of the gain in the mean, some times
     // that at its worst.
     let settings = MultipleShootingSettings::default();
-    let gain = settings.control_tolerance;
+    let gain = settings.tolerance;
     let (_, solution) = solved("hanging_chain", settings);
     let tolerance = 3.0 * (gain * solution.trajectory.objective).sqrt();
     let (a, b) = (0.163_697_529_524_834_f64, 0.410_079_941_219_704);
@@ -140,7 +140,7 @@ fn single_shooting() {
     for name in
         ["lqr_scalar", "di_min_energy", "brachistochrone_free_y", "linear_tangent", "hanging_chain", "pvtol"]
     {
-        let settings = MultipleShootingSettings { segments: 1, control_points: 6, ..Default::default() };
+        let settings = MultipleShootingSettings { intervals: 1, points: 6, ..Default::default() };
         let (_, solution) = solved(name, settings);
         assert!(solution.accurate, "{name}: {:#?}", solution.meshes);
         assert_eq!(solution.meshes.last().unwrap().segments, 1);
@@ -171,7 +171,7 @@ fn solves_do_not_depend_on_threads() {
     for name in ["delta_iii", "rayleigh_path"] {
         let bits = |v: &[f64]| v.iter().map(|v| v.to_bits()).collect::<Vec<_>>();
         let solve = |threads| {
-            let settings = MultipleShootingSettings { threads, max_meshes: 2, ..Default::default() };
+            let settings = MultipleShootingSettings { threads, max_refinements: 1, ..Default::default() };
             let (_, s) = solved_roughly(name, settings);
             (bits(&s.report.x), bits(&s.report.constraint_multipliers), s.report.counters.iterations)
         };
@@ -220,10 +220,10 @@ fn cart(most: f64) -> Ocp {
 fn unknown_segment_ends_find_a_switch() {
     for (control_points, segments) in [(1, 5), (2, 4)] {
         let settings = MultipleShootingSettings {
-            segments,
-            control_points,
+            intervals: segments,
+            points: control_points,
             segment_ends: SegmentEnds::Free { least_length: 0.05 },
-            max_meshes: 1,
+            max_refinements: 0,
             ..Default::default()
         };
         let (_, solution) = solved("di_bang_bang", settings);
@@ -242,10 +242,10 @@ fn unknown_segment_ends_find_a_switch() {
 fn constraint_points_apart_from_control_points() {
     let with = |constraint_points| {
         let settings = MultipleShootingSettings {
-            segments: 8,
-            control_points: 1,
+            intervals: 8,
+            points: 1,
             constraint_points,
-            max_meshes: 1,
+            max_refinements: 0,
             ..Default::default()
         };
         let (_, solution) = solved_roughly("bryson_denham", settings);
@@ -280,7 +280,7 @@ fn costates_of_the_double_integrator() {
 #[test]
 fn a_state_bound_between_the_nodes() {
     let ocp = cart(1.2);
-    let settings = MultipleShootingSettings { segments: 3, ..Default::default() };
+    let settings = MultipleShootingSettings { intervals: 3, ..Default::default() };
     let s = MultipleShooting { settings }.solve(&ocp, &Guess::linear(&ocp)).unwrap();
     assert!(s.accurate, "{:#?}", s.meshes);
     assert!((s.trajectory.objective - 7.68).abs() < 1e-5, "{}", s.trajectory.objective);
@@ -387,23 +387,23 @@ fn ill_posed_requests_are_refused() {
         assert!(message.contains(name), "{message}");
     };
     let default = MultipleShootingSettings::default;
-    refused(MultipleShootingSettings { segments: 0, ..default() }, "`segments` is 0");
-    refused(MultipleShootingSettings { control_points: 0, ..default() }, "`control_points` is 0");
-    refused(MultipleShootingSettings { control_points: 61, ..default() }, "`control_points` is 61");
-    let constant = MultipleShootingSettings { control_points: 1, continuous_controls: true, ..default() };
-    refused(constant, "`control_points` is 1");
+    refused(MultipleShootingSettings { intervals: 0, ..default() }, "`intervals` is 0");
+    refused(MultipleShootingSettings { points: 0, ..default() }, "`points` is 0");
+    refused(MultipleShootingSettings { points: 61, ..default() }, "`points` is 61");
+    let constant = MultipleShootingSettings { points: 1, continuous_controls: true, ..default() };
+    refused(constant, "`points` is 1");
     refused(MultipleShootingSettings { integration_tolerance: 0.0, ..default() }, "`integration_tolerance`");
     refused(MultipleShootingSettings { constraint_points: Some(0), ..default() }, "`constraint_points` is 0");
-    refused(MultipleShootingSettings { max_control_points: 61, ..default() }, "`max_control_points` is 61");
+    refused(MultipleShootingSettings { max_points: 61, ..default() }, "`max_points` is 61");
     refused(MultipleShootingSettings { least_steps: 0, ..default() }, "`least_steps` is 0");
     for least_length in [0.0, 1.0, f64::NAN] {
         let segment_ends = SegmentEnds::Free { least_length };
         refused(MultipleShootingSettings { segment_ends, ..default() }, "`least_length`");
     }
-    refused(MultipleShootingSettings { control_tolerance: f64::NAN, ..default() }, "`control_tolerance`");
+    refused(MultipleShootingSettings { tolerance: f64::NAN, ..default() }, "`tolerance`");
     refused(MultipleShootingSettings { path_tolerance: -1.0, ..default() }, "`path_tolerance`");
     refused(MultipleShootingSettings { threads: 0, ..default() }, "`threads`");
-    refused(MultipleShootingSettings { max_meshes: 0, ..default() }, "`max_meshes`");
+    refused(MultipleShootingSettings { max_refinements: 1000, ..default() }, "`max_refinements`");
     let mut settings = default();
     settings.nlp.tolerance = -1.0;
     refused(settings, "tolerance");
@@ -433,7 +433,7 @@ fn an_observer_can_stop_a_solve() {
 fn constant_controls() {
     let ocp = cart(f64::INFINITY);
     let settings =
-        MultipleShootingSettings { segments: 5, control_points: 1, max_meshes: 1, ..Default::default() };
+        MultipleShootingSettings { intervals: 5, points: 1, max_refinements: 0, ..Default::default() };
     let s = MultipleShooting { settings }.solve(&ocp, &Guess::linear(&ocp)).unwrap();
     assert!((s.trajectory.objective - 6.25).abs() < 1e-9, "{}", s.trajectory.objective);
     assert!(!s.accurate);

@@ -38,7 +38,7 @@ pub trait Checkpoint: Debug + Send + Sync {
 pub struct Found {
     /// The best flight; none where all flights failed.
     pub start: Option<ProfileStart>,
-    /// How it was found.
+    /// The record of the search.
     pub record: SearchRecord,
 }
 

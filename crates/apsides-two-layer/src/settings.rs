@@ -1,4 +1,4 @@
-//! What is searched, and how.
+//! The control profiles that are searched, and the settings of the search.
 
 use apsides_metaheuristics::Search;
 use apsides_ocp::Bounds;
@@ -7,7 +7,7 @@ use apsides_shooting::profile::{Independent, MeshWish, Steering};
 /// The control profiles of a problem of one phase, and how they are flown.
 #[derive(Clone, Debug)]
 pub struct ProfileModel {
-    /// What profiles are functions of.
+    /// The variable that profiles are functions of.
     pub independent: Independent,
     /// Allowed values of each component of a profile.
     pub bounds: Vec<Bounds>,
@@ -28,10 +28,10 @@ impl ProfileModel {
     }
 }
 
-/// How a search compares flights that miss their end or exceed limits.
+/// The comparison of flights that miss their end or exceed limits.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Ranking {
-    /// What misses and excesses cost is added to the objective.
+    /// The price of misses and excesses is added to the objective.
     #[default]
     Penalty,
     /// Misses and excesses count first, the objective among flights that have none.
@@ -49,11 +49,11 @@ pub struct TwoLayerSettings {
     pub least_intervals: usize,
     /// Most sub-intervals; 3.
     pub most_intervals: usize,
-    /// Whether the lengths of the sub-intervals are searched; off.
+    /// True if the lengths of the sub-intervals are searched; false.
     pub free_lengths: bool,
-    /// Whether controls of degree 1 and more are continuous between sub-intervals; on.
+    /// True if controls of degree 1 and more are continuous between sub-intervals; true.
     pub continuous: bool,
-    /// How misses and excesses count; as a penalty.
+    /// The way in which misses and excesses count; as a penalty.
     pub ranking: Ranking,
     /// Price of a miss, in the objective's unit per unit of length; 0.2.
     pub price_of_miss: f64,

@@ -31,12 +31,12 @@ impl Default for DivertSettings {
     }
 }
 
-/// What it takes to reach a site.
+/// The flight to a site, and its cost.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Divert {
     /// The site, m.
     pub target: [f64; 3],
-    /// Whether it is reached; propellant shortage shows as a miss here.
+    /// The outcome: a site is reached or missed; propellant shortage shows as a miss here.
     pub outcome: Outcome,
     /// Propellant, kg.
     pub propellant: f64,

@@ -15,7 +15,7 @@ pub struct DescentLimits {
     pub speed: Option<f64>,
     /// Largest rate of the thrust vector, N/s.
     pub thrust_rate: Option<f64>,
-    /// Whether the thrust at the end is vertical.
+    /// True if the thrust at the end is vertical.
     pub upright_end: bool,
 }
 

@@ -66,7 +66,7 @@ pub(crate) struct DescentProgram {
     block: usize,
     hold: Hold,
     lower_bound: LowerBound,
-    /// Whether rotation couples the axes.
+    /// True if rotation couples the axes.
     coupled: bool,
     maps: BlockMaps,
     rows: Rows,
@@ -509,7 +509,7 @@ mod tests {
     use super::super::problem::DescentLimits;
     use super::*;
 
-    /// Of ours nothing is allocated after the first solve; Clarabel allocates the same in each.
+    /// Our own code allocates nothing after the first solve; Clarabel allocates the same in each.
     #[test]
     fn a_second_solve_allocates_what_the_conic_solver_does() {
         let limits =

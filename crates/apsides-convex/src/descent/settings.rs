@@ -1,4 +1,4 @@
-//! What can be chosen.
+//! Settings of a powered descent.
 
 use apsides_conic::ConicSettings;
 
@@ -16,7 +16,7 @@ pub enum LowerBound {
     Quadratic,
 }
 
-/// How the flight time is chosen.
+/// The choice of the flight time.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum FlightTime {
     /// Given, s.

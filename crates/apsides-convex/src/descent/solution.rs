@@ -1,11 +1,11 @@
-//! What a solve returns.
+//! The solution of a powered descent.
 
 use apsides_conic::{ConicReport, Status};
 
 use super::problem::{PoweredDescent, difference, norm};
 use super::program::DescentProgram;
 
-/// Whether the target is reached, and what is lacking if not.
+/// The end of a descent: the target is reached, or something is lacking.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Outcome {
     /// The target is reached.
@@ -91,7 +91,7 @@ pub struct ActiveArc {
 /// A powered descent at nodes of equal distance; numbers are NaN when there is no flight.
 #[derive(Clone, Debug, PartialEq)]
 pub struct DescentSolution {
-    /// What was reached.
+    /// The outcome.
     pub outcome: Outcome,
     /// Flight time, s.
     pub flight_time: f64,

@@ -13,7 +13,7 @@ pub(crate) type Square = [[f64; 6]; 6];
 /// Position and velocity by acceleration.
 pub(crate) type Gain = [[f64; 3]; 6];
 
-/// How the control is held over an interval.
+/// The course of the control over an interval.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Hold {
     /// Constant.

@@ -10,9 +10,9 @@ use super::flow::IntervalFlow;
 use super::layout::Layout;
 use crate::ConvexError;
 
-/// What a line says.
+/// The origin of a row.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
-pub(crate) enum Kind {
+pub(crate) enum RowKind {
     /// The end of an interval is the start of the next: state.
     Motion(usize),
     /// Path constraint row, in the phase's order.
@@ -25,9 +25,9 @@ pub(crate) enum Kind {
 
 /// `lower <= value + entries . step <= upper`.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct Line {
+pub(crate) struct LinearRow {
     pub(crate) phase: usize,
-    pub(crate) kind: Kind,
+    pub(crate) kind: RowKind,
     pub(crate) node: usize,
     pub(crate) value: f64,
     pub(crate) bounds: Bounds,
@@ -36,38 +36,38 @@ pub(crate) struct Line {
     last: usize,
 }
 
-/// All lines and the objective at one point.
+/// All rows and the objective at one point.
 #[derive(Clone, Debug, Default)]
-pub(crate) struct Lines {
-    pub(crate) lines: Vec<Line>,
+pub(crate) struct Linearisation {
+    pub(crate) rows: Vec<LinearRow>,
     entries: Vec<(usize, f64)>,
     /// In the minimised sense.
     pub(crate) objective: f64,
     pub(crate) gradient: Vec<f64>,
-    /// Whether every integration came to its end.
+    /// True if every integration came to its end.
     pub(crate) valid: bool,
 }
 
-impl Lines {
-    pub(crate) fn entries(&self, line: &Line) -> &[(usize, f64)] {
-        &self.entries[line.first..line.last]
+impl Linearisation {
+    pub(crate) fn entries(&self, row: &LinearRow) -> &[(usize, f64)] {
+        &self.entries[row.first..row.last]
     }
 
     /// Takes the derivatives of `here` and the values of `there`, a step away, so that the model is exact at the step: second-order
     /// correction (R. Fletcher, Practical Methods of Optimization, 1987, section 14.4).
     pub(crate) fn correct(&mut self, here: &Self, there: &Self, step: &[f64]) {
         self.clone_from(here);
-        for (line, new) in self.lines.iter_mut().zip(&there.lines) {
+        for (row, new) in self.rows.iter_mut().zip(&there.rows) {
             let change: f64 = here.entries(new).iter().map(|(c, v)| v * step[*c]).sum();
-            line.value = new.value - change;
+            row.value = new.value - change;
         }
     }
 
-    /// Sum of all violations in units of their scales, and the largest with its line.
+    /// Sum of all violations in units of their scales, and the largest with its row.
     pub(crate) fn violation(&self) -> (f64, f64, usize) {
         let (mut sum, mut worst, mut at) = (0.0, 0.0, 0);
-        for (k, line) in self.lines.iter().enumerate() {
-            let v = line.bounds.excess(line.value).max(0.0) / line.scale;
+        for (k, row) in self.rows.iter().enumerate() {
+            let v = row.bounds.excess(row.value).max(0.0) / row.scale;
             sum += v;
             if v > worst {
                 (worst, at) = (v, k);
@@ -80,10 +80,10 @@ impl Lines {
         self.entries.len()
     }
 
-    fn push(&mut self, phase: usize, kind: Kind, node: usize, first: usize, value: f64, row: &Variable) {
+    fn push(&mut self, phase: usize, kind: RowKind, node: usize, first: usize, value: f64, row: &Variable) {
         let last = self.entries.len();
         let bounds = row.bounds;
-        self.lines.push(Line {
+        self.rows.push(LinearRow {
             phase,
             kind,
             node,
@@ -96,7 +96,7 @@ impl Lines {
     }
 }
 
-/// Evaluates lines.
+/// Evaluates rows.
 pub(crate) struct Lineariser<'a> {
     ocp: &'a Ocp,
     pub(crate) layout: &'a Layout,
@@ -131,9 +131,9 @@ impl<'a> Lineariser<'a> {
         self.sign
     }
 
-    /// Writes all lines at a point.
-    pub(crate) fn evaluate(&mut self, z: &[f64], out: &mut Lines) -> Result<(), ConvexError> {
-        out.lines.clear();
+    /// Writes all rows at a point.
+    pub(crate) fn evaluate(&mut self, z: &[f64], out: &mut Linearisation) -> Result<(), ConvexError> {
+        out.rows.clear();
         out.entries.clear();
         out.gradient.clear();
         out.gradient.resize(z.len(), 0.0);
@@ -143,12 +143,12 @@ impl<'a> Lineariser<'a> {
             self.path(phase, z, out);
         }
         self.ends(z, out);
-        let finite = out.lines.iter().all(|l| l.value.is_finite()) && out.objective.is_finite();
+        let finite = out.rows.iter().all(|l| l.value.is_finite()) && out.objective.is_finite();
         out.valid &= finite && out.entries.iter().all(|e| e.1.is_finite());
         Ok(())
     }
 
-    fn motion(&mut self, index: usize, z: &[f64], out: &mut Lines) -> Result<(), ConvexError> {
+    fn motion(&mut self, index: usize, z: &[f64], out: &mut Linearisation) -> Result<(), ConvexError> {
         let (phase, p) = (&self.ocp.phases[index], &self.layout.phases[index]);
         let (flow, propagator) = &mut self.flows[index];
         let (nx, nu, outputs) = (p.states, p.controls, flow.outputs());
@@ -190,7 +190,7 @@ impl<'a> Lineariser<'a> {
                     out.entries.push((next, -1.0));
                     let state = &phase.states[r].variable;
                     let row = Variable { bounds: Bounds::fixed(0.0), ..state.clone() };
-                    out.push(index, Kind::Motion(r), k + 1, first, end[r] - z[next], &row);
+                    out.push(index, RowKind::Motion(r), k + 1, first, end[r] - z[next], &row);
                 } else {
                     totals[r - nx] += end[r];
                     gradients[r - nx].extend(entries);
@@ -208,13 +208,13 @@ impl<'a> Lineariser<'a> {
             if variable.bounds != Bounds::FREE {
                 let first = out.begin();
                 out.entries.extend(gradient);
-                out.push(index, Kind::Integral(q), p.intervals, first, *total, variable);
+                out.push(index, RowKind::Integral(q), p.intervals, first, *total, variable);
             }
         }
         Ok(())
     }
 
-    fn path(&self, index: usize, z: &[f64], out: &mut Lines) {
+    fn path(&self, index: usize, z: &[f64], out: &mut Linearisation) {
         let (phase, p) = (&self.ocp.phases[index], &self.layout.phases[index]);
         let (nx, nu) = (p.states, p.controls);
         let (t0, tf) = (z[p.times()], z[p.times() + 1]);
@@ -244,14 +244,14 @@ impl<'a> Lineariser<'a> {
                             out.entries.push((self.layout.first_parameter + c - nx - nu, *v));
                         }
                     }
-                    out.push(index, Kind::Path(row + r), node, first, values[r], variable);
+                    out.push(index, RowKind::Path(row + r), node, first, values[r], variable);
                 }
                 row += constraint.rows.len();
             }
         }
     }
 
-    fn ends(&mut self, z: &[f64], out: &mut Lines) {
+    fn ends(&mut self, z: &[f64], out: &mut Linearisation) {
         for (input, weight) in &self.ocp.objective.linear {
             let column = self.layout.column(*input);
             out.objective += self.sign * weight * z[column];
@@ -276,41 +276,41 @@ impl<'a> Lineariser<'a> {
                 });
                 let (c, r) = rows[row];
                 let variable = &self.ocp.constraints[c].rows[r];
-                out.push(0, Kind::Endpoint(c, r), 0, first, value, variable);
+                out.push(0, RowKind::Endpoint(c, r), 0, first, value, variable);
             });
         }
     }
 }
 
-/// Scales of lines, settled at the first point: that of the row, for matching conditions that of the state, else the largest
+/// Scales of rows, settled at the first point: that of the row, for matching conditions that of the state, else the largest
 /// change that a step of unit size makes.
-pub(crate) struct LineScales(HashMap<(usize, Kind), f64>);
+pub(crate) struct RowScales(HashMap<(usize, RowKind), f64>);
 
-impl LineScales {
-    pub(crate) fn new(ocp: &Ocp, lines: &Lines, unknowns: &[f64], layout: &Layout) -> Self {
+impl RowScales {
+    pub(crate) fn new(ocp: &Ocp, rows: &Linearisation, unknowns: &[f64], layout: &Layout) -> Self {
         let mut scales = HashMap::new();
-        for line in &lines.lines {
-            let key = (line.phase, line.kind);
-            let stated = match line.kind {
-                Kind::Motion(r) => Some(unknowns[layout.phases[line.phase].state(0) + r]),
-                Kind::Path(row) => {
-                    let mut rows = ocp.phases[line.phase].path.iter().flat_map(|p| &p.rows);
-                    rows.nth(row).and_then(Variable::size)
+        for row in &rows.rows {
+            let key = (row.phase, row.kind);
+            let stated = match row.kind {
+                RowKind::Motion(r) => Some(unknowns[layout.phases[row.phase].state(0) + r]),
+                RowKind::Path(r) => {
+                    let mut limits = ocp.phases[row.phase].path.iter().flat_map(|p| &p.rows);
+                    limits.nth(r).and_then(Variable::size)
                 }
-                Kind::Integral(q) => ocp.phases[line.phase].integrals[q].variable.size(),
-                Kind::Endpoint(c, r) => ocp.constraints[c].rows[r].size(),
+                RowKind::Integral(q) => ocp.phases[row.phase].integrals[q].variable.size(),
+                RowKind::Endpoint(c, r) => ocp.constraints[c].rows[r].size(),
             };
-            let reach = lines.entries(line).iter().map(|(c, v)| (v * unknowns[*c]).abs()).fold(0.0, f64::max);
+            let reach = rows.entries(row).iter().map(|(c, v)| (v * unknowns[*c]).abs()).fold(0.0, f64::max);
             let scale = scales.entry(key).or_insert(0.0_f64);
             *scale = stated.unwrap_or(scale.max(reach));
         }
         Self(scales)
     }
 
-    pub(crate) fn apply(&self, lines: &mut Lines) {
-        for line in &mut lines.lines {
-            let scale = self.0.get(&(line.phase, line.kind)).copied().unwrap_or(1.0);
-            line.scale = if scale > 0.0 && scale.is_finite() { scale } else { 1.0 };
+    pub(crate) fn apply(&self, rows: &mut Linearisation) {
+        for row in &mut rows.rows {
+            let scale = self.0.get(&(row.phase, row.kind)).copied().unwrap_or(1.0);
+            row.scale = if scale > 0.0 && scale.is_finite() { scale } else { 1.0 };
         }
     }
 }

@@ -1,4 +1,4 @@
-//! What can be chosen.
+//! Settings of successive convexification.
 
 use apsides_conic::ConicSettings;
 

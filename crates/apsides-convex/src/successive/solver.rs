@@ -12,7 +12,7 @@ use apsides_ode::{Integrator, OdeSettings};
 
 use super::flow::IntervalFlow;
 use super::layout::Layout;
-use super::linearisation::{Kind, Line, LineScales, Lineariser, Lines};
+use super::linearisation::{LinearRow, Linearisation, Lineariser, RowKind, RowScales};
 use super::settings::SuccessiveSettings;
 use super::subproblem::Subproblem;
 use crate::ConvexError;
@@ -36,10 +36,10 @@ pub struct SuccessiveRecord {
     pub step: f64,
 }
 
-/// What a solve returns.
+/// The result of a solve.
 #[derive(Clone, Debug)]
 pub struct SuccessiveSolution {
-    /// How it ended. [`Status::Optimal`]: constraints are met, and the convex model promises no more; [`Status::Infeasible`]: it promises no
+    /// The end of the solve. [`Status::Optimal`]: constraints are met, and the convex model promises no more; [`Status::Infeasible`]: it promises no
     /// more, but constraints are not met whatever the penalty; [`Status::StepTooSmall`]: the conic solver found no step;
     /// [`Status::EvaluationFailed`]: the equations of motion cannot be integrated from the guess.
     pub status: Status,
@@ -60,7 +60,7 @@ pub struct SuccessiveSolution {
 /// Successive convexification: settings and [`solve`](Self::solve).
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct SuccessiveConvexification {
-    /// What can be chosen.
+    /// Settings.
     pub settings: SuccessiveSettings,
 }
 
@@ -121,10 +121,11 @@ struct Iteration<'a> {
 impl Iteration<'_> {
     fn run(mut self, mut z: Vec<f64>) -> Result<SuccessiveSolution, ConvexError> {
         let s = self.settings;
-        let (mut here, mut there, mut corrected) = (Lines::default(), Lines::default(), Lines::default());
+        let (mut here, mut there, mut corrected) =
+            (Linearisation::default(), Linearisation::default(), Linearisation::default());
         self.lineariser.evaluate(&z, &mut here)?;
-        let line_scales = LineScales::new(self.ocp, &here, &self.scales, self.lineariser.layout);
-        line_scales.apply(&mut here);
+        let row_scales = RowScales::new(self.ocp, &here, &self.scales, self.lineariser.layout);
+        row_scales.apply(&mut here);
         let scale = self.ocp.objective.scale.unwrap_or_else(|| self.objective_scale(&here));
         let (mut penalty, mut weight, mut raises) = (s.penalty, s.proximal_weight, 0);
         let mut step = vec![0.0; z.len()];
@@ -136,7 +137,7 @@ impl Iteration<'_> {
         };
         let mut unmet = None;
         while here.valid && self.records.len() < s.max_iterations {
-            let merit = |lines: &Lines| lines.objective / scale + penalty * lines.violation().0;
+            let merit = |rows: &Linearisation| rows.objective / scale + penalty * rows.violation().0;
             let before = merit(&here);
             let (conic, model, price) =
                 self.subproblem.solve(&z, &here, scale, (penalty, weight), &mut step)?;
@@ -172,7 +173,7 @@ impl Iteration<'_> {
                 }
                 if raises == PENALTY_RAISES {
                     status = Status::Infeasible;
-                    unmet = Some(self.unmet(&here.lines[at], &z));
+                    unmet = Some(self.unmet(&here.rows[at], &z));
                     break;
                 }
                 if flow == Flow::Stop {
@@ -183,14 +184,14 @@ impl Iteration<'_> {
                 penalty *= 10.0;
                 continue;
             }
-            self.go(&z, &step, &mut trial, &mut there, &line_scales)?;
+            self.go(&z, &step, &mut trial, &mut there, &row_scales)?;
             record.actual = if there.valid { before - merit(&there) } else { f64::NEG_INFINITY };
             if there.valid && record.actual < GOOD * record.predicted {
                 corrected.correct(&here, &there, &step);
                 let (conic, ..) =
                     self.subproblem.solve(&z, &corrected, scale, (penalty, weight), &mut step)?;
                 if conic.has_solution() {
-                    self.go(&z, &step, &mut trial, &mut there, &line_scales)?;
+                    self.go(&z, &step, &mut trial, &mut there, &row_scales)?;
                     let actual = if there.valid { before - merit(&there) } else { f64::NEG_INFINITY };
                     record.actual = actual;
                 }
@@ -219,7 +220,7 @@ impl Iteration<'_> {
         }
         let violation = here.violation().1;
         let trajectory = self.trajectory(&z, &here)?;
-        let (variables, constraints) = (z.len(), here.lines.len());
+        let (variables, constraints) = (z.len(), here.rows.len());
         let records = self.records;
         Ok(SuccessiveSolution { status, unmet, trajectory, violation, variables, constraints, records })
     }
@@ -239,14 +240,14 @@ impl Iteration<'_> {
         })
     }
 
-    /// Takes a step and evaluates the lines there.
+    /// Takes a step and evaluates the rows there.
     fn go(
         &mut self,
         z: &[f64],
         step: &[f64],
         trial: &mut [f64],
-        there: &mut Lines,
-        scales: &LineScales,
+        there: &mut Linearisation,
+        scales: &RowScales,
     ) -> Result<(), ConvexError> {
         for ((t, z), d) in trial.iter_mut().zip(z).zip(step) {
             *t = z + d;
@@ -258,57 +259,53 @@ impl Iteration<'_> {
     }
 
     /// The largest change that a step of unit size makes.
-    fn objective_scale(&self, lines: &Lines) -> f64 {
-        let reach = lines.gradient.iter().zip(&self.scales).map(|(g, s)| (g * s).abs()).fold(0.0, f64::max);
-        let size = reach.max(lines.objective.abs());
+    fn objective_scale(&self, rows: &Linearisation) -> f64 {
+        let reach = rows.gradient.iter().zip(&self.scales).map(|(g, s)| (g * s).abs()).fold(0.0, f64::max);
+        let size = reach.max(rows.objective.abs());
         if size > 0.0 && size.is_finite() { size } else { 1.0 }
     }
 
-    fn unmet(&self, line: &Line, z: &[f64]) -> Unmet {
-        let phase = &self.ocp.phases[line.phase];
-        let p = &self.lineariser.layout.phases[line.phase];
+    fn unmet(&self, row: &LinearRow, z: &[f64]) -> Unmet {
+        let phase = &self.ocp.phases[row.phase];
+        let p = &self.lineariser.layout.phases[row.phase];
         let [t0, tf] = [z[p.times()], z[p.times() + 1]];
-        let time = t0 + (tf - t0) * line.node as f64 / p.intervals as f64;
+        let time = t0 + (tf - t0) * row.node as f64 / p.intervals as f64;
         let named = |name: String, unit: &str, time| RowOrigin {
             phase: Some(phase.name.clone()),
             name,
             unit: unit.into(),
             time,
         };
-        let origin = match line.kind {
-            Kind::Motion(s) => {
+        let origin = match row.kind {
+            RowKind::Motion(s) => {
                 let state = &phase.states[s].variable;
                 named(format!("equation of motion of {}", state.name), &state.unit, Some(time))
             }
-            Kind::Path(row) => match phase.path.iter().flat_map(|c| &c.rows).nth(row) {
+            RowKind::Path(row) => match phase.path.iter().flat_map(|c| &c.rows).nth(row) {
                 Some(v) => named(v.name.clone(), &v.unit, Some(time)),
                 None => named(format!("path constraint {row}"), "", Some(time)),
             },
-            Kind::Integral(q) => {
+            RowKind::Integral(q) => {
                 let v = &phase.integrals[q].variable;
                 named(v.name.clone(), &v.unit, None)
             }
-            Kind::Endpoint(c, r) => {
+            RowKind::Endpoint(c, r) => {
                 let constraint = &self.ocp.constraints[c];
                 let row = &constraint.rows[r];
                 let name = format!("{}: {}", constraint.name, row.name);
                 RowOrigin { phase: None, name, unit: row.unit.clone(), time: None }
             }
         };
-        let below = line.value < line.bounds.lower;
-        let amount = if below { line.value - line.bounds.lower } else { line.value - line.bounds.upper };
+        let below = row.value < row.bounds.lower;
+        let amount = if below { row.value - row.bounds.lower } else { row.value - row.bounds.upper };
         Unmet { origin, amount }
     }
 
-    fn trajectory(&self, z: &[f64], lines: &Lines) -> Result<Trajectory, ConvexError> {
+    fn trajectory(&self, z: &[f64], rows: &Linearisation) -> Result<Trajectory, ConvexError> {
         let layout = self.lineariser.layout;
-        let basis = |nodes: &[f64]| {
-            let fail = |e: apsides_basis::BasisError| ConvexError::Interpolation { reason: e.to_string() };
-            Barycentric::new(nodes).map(Arc::new).map_err(fail)
-        };
-        let nodes = chebyshev_lobatto(STATE_NODES)
-            .map_err(|e| ConvexError::Interpolation { reason: e.to_string() })?;
-        let (smooth, line) = (basis(&nodes)?, basis(&[-1.0, 1.0])?);
+        let basis = |nodes: &[f64]| Barycentric::new(nodes).map(Arc::new);
+        let nodes = chebyshev_lobatto(STATE_NODES)?;
+        let (smooth, linear) = (basis(&nodes)?, basis(&[-1.0, 1.0])?);
         let mesh = Mesh::uniform(self.ocp, self.settings.intervals, 2)?;
         let mut phases = Vec::new();
         for ((phase, p), mesh) in self.ocp.phases.iter().zip(&layout.phases).zip(mesh.phases) {
@@ -336,7 +333,7 @@ impl Iteration<'_> {
                     values.extend_from_slice(&x[..nx]);
                 }
                 states.push(Segment { basis: Arc::clone(&smooth), values });
-                controls.push(Segment { basis: Arc::clone(&line), values: u });
+                controls.push(Segment { basis: Arc::clone(&linear), values: u });
             }
             let breaks: Vec<f64> = mesh.fractions().iter().map(|f| t0 * (1.0 - f) + tf * f).collect();
             phases.push(PhaseTrajectory {
@@ -356,7 +353,7 @@ impl Iteration<'_> {
         Ok(Trajectory {
             phases,
             parameters: z[layout.first_parameter..].to_vec(),
-            objective: self.lineariser.sign() * lines.objective,
+            objective: self.lineariser.sign() * rows.objective,
             constraint_multipliers: None,
         })
     }

@@ -1,6 +1,6 @@
 //! The convex program of one iteration, with a fixed pattern.
 //!
-//! In steps `d` of the unknowns divided by their scales, and violations `v >= 0` of lines (virtual controls for the matching conditions),
+//! In steps `d` of the unknowns divided by their scales, and violations `v >= 0` of rows (virtual controls for the matching conditions),
 //!
 //! ```text
 //! minimise  gradient . d + penalty sum(v) + weight/2 |d|^2
@@ -11,7 +11,7 @@ use apsides_conic::{Cone, ConicProgram, ConicSettings, Status, Triplets};
 use apsides_ocp::{Bounds, Ocp};
 
 use super::layout::Layout;
-use super::linearisation::Lines;
+use super::linearisation::Linearisation;
 use crate::ConvexError;
 use crate::rows::Rows;
 
@@ -79,27 +79,27 @@ impl Subproblem {
     }
 
     /// Solves at a point; `weights` are the prices of violations and of the squared step. Writes the step in the unknowns' units.
-    /// Returns the status, the value of the convex model without the squared step, and the largest multiplier of a line, at most the
+    /// Returns the status, the value of the convex model without the squared step, and the largest multiplier of a row, at most the
     /// penalty.
     pub(crate) fn solve(
         &mut self,
         z: &[f64],
-        lines: &Lines,
+        rows: &Linearisation,
         scale: f64,
         (penalty, weight): (f64, f64),
         step: &mut [f64],
     ) -> Result<(Status, f64, f64), ConvexError> {
         self.rows.start();
         self.violations = 0;
-        let equations = self.equations(z, lines);
+        let equations = self.equations(z, rows);
         self.rows.cone(Cone::Zero(equations));
         let before = self.rows.len();
-        self.inequalities(z, lines);
+        self.inequalities(z, rows);
         self.rows.cone(Cone::NonNegative(self.rows.len() - before));
         let n = z.len();
         self.linear.resize(n + self.violations, 0.0);
         for k in 0..n {
-            self.linear[k] = lines.gradient[k] * self.scales[k] / scale;
+            self.linear[k] = rows.gradient[k] * self.scales[k] / scale;
         }
         self.linear[n..].fill(penalty);
         self.quadratic.values.fill(weight);
@@ -119,13 +119,13 @@ impl Subproblem {
         };
         let status = program.solve();
         let x = program.x();
-        let mut model = lines.objective / scale;
+        let mut model = rows.objective / scale;
         for k in 0..n {
             step[k] = x[k] * self.scales[k];
             model += self.linear[k] * x[k];
         }
         model += penalty * x[n..].iter().map(|v| v.max(0.0)).sum::<f64>();
-        // The rows `v >= 0` come last; their multipliers are what the penalty exceeds those of the lines by.
+        // The rows `v >= 0` come last; their multipliers are what the penalty exceeds those of the rows by.
         let spare = &program.dual()[self.rows.len() - self.violations..];
         let price = penalty - spare.iter().copied().fold(penalty, f64::min);
         Ok((status, model, price))
@@ -136,8 +136,8 @@ impl Subproblem {
         self.violations += 1;
     }
 
-    /// Fixed unknowns and equality lines.
-    fn equations(&mut self, z: &[f64], lines: &Lines) -> usize {
+    /// Fixed unknowns and equality rows.
+    fn equations(&mut self, z: &[f64], rows: &Linearisation) -> usize {
         for k in 0..z.len() {
             if self.bounds[k].is_fixed() {
                 self.rows.term(k, 1.0);
@@ -145,19 +145,19 @@ impl Subproblem {
                 self.rows.next();
             }
         }
-        for line in lines.lines.iter().filter(|l| l.bounds.is_fixed()) {
-            for &(c, v) in lines.entries(line) {
-                self.rows.term(c, v * self.scales[c] / line.scale);
+        for row in rows.rows.iter().filter(|l| l.bounds.is_fixed()) {
+            for &(c, v) in rows.entries(row) {
+                self.rows.term(c, v * self.scales[c] / row.scale);
             }
             self.violation(z.len(), 1.0);
             self.violation(z.len(), -1.0);
-            self.rows.constant((line.value - line.bounds.lower) / line.scale);
+            self.rows.constant((row.value - row.bounds.lower) / row.scale);
             self.rows.next();
         }
         self.rows.len()
     }
 
-    fn inequalities(&mut self, z: &[f64], lines: &Lines) {
+    fn inequalities(&mut self, z: &[f64], rows: &Linearisation) {
         for k in 0..z.len() {
             let Bounds { lower, upper } = self.bounds[k];
             for (bound, sign) in [(lower, 1.0), (upper, -1.0)] {
@@ -168,14 +168,14 @@ impl Subproblem {
                 }
             }
         }
-        for line in lines.lines.iter().filter(|l| !l.bounds.is_fixed()) {
-            for (bound, sign) in [(line.bounds.lower, 1.0), (line.bounds.upper, -1.0)] {
+        for row in rows.rows.iter().filter(|l| !l.bounds.is_fixed()) {
+            for (bound, sign) in [(row.bounds.lower, 1.0), (row.bounds.upper, -1.0)] {
                 if bound.is_finite() {
-                    for &(c, v) in lines.entries(line) {
-                        self.rows.term(c, sign * v * self.scales[c] / line.scale);
+                    for &(c, v) in rows.entries(row) {
+                        self.rows.term(c, sign * v * self.scales[c] / row.scale);
                     }
                     self.violation(z.len(), 1.0);
-                    self.rows.constant(sign * (line.value - bound) / line.scale);
+                    self.rows.constant(sign * (row.value - bound) / row.scale);
                     self.rows.next();
                 }
             }

@@ -128,11 +128,11 @@ fn transcription(settings: &SplineSettings) -> Transcription {
     let ocp = ocp();
     let guess = guess(&ocp);
     let systems = [FlatSystem::new(Craft), FlatSystem::new(Craft)];
-    let grids: Vec<Grid> =
-        ocp.phases.iter().zip(&systems).map(|(p, s)| Grid::new(p, s, settings).unwrap()).collect();
-    let start = Start::from_guess(&ocp, &systems, &grids, &guess).unwrap();
+    let meshes: Vec<SplineMesh> =
+        ocp.phases.iter().zip(&systems).map(|(p, s)| SplineMesh::new(p, s, settings).unwrap()).collect();
+    let start = Start::from_guess(&ocp, &systems, &meshes, &guess).unwrap();
     let active = Active::first(&ocp, BoundRows::Everywhere);
-    Transcription::new(&ocp, &systems, &grids, &start, &Scaling::new(&ocp, &guess), &active).unwrap()
+    Transcription::new(&ocp, &systems, &meshes, &start, &Scaling::new(&ocp, &guess), &active).unwrap()
 }
 
 #[test]

@@ -83,12 +83,12 @@ fn systems_and_tolerances() {
     let refused = Flatness::default().solve(&ocp, &two[..1], &guess).unwrap_err().to_string();
     assert_eq!(refused, "phase `braking`: expected 4 states of the flat system, found 5");
     for (name, set) in [
-        ("defect_tolerance", (|m: &mut Flatness| m.settings.defect_tolerance = 0.0) as fn(&mut Flatness)),
+        ("tolerance", (|m: &mut Flatness| m.settings.tolerance = 0.0) as fn(&mut Flatness)),
         ("objective_tolerance", |m| m.settings.objective_tolerance = f64::NAN),
         ("path_tolerance", |m| m.settings.path_tolerance = f64::INFINITY),
         ("max_order", |m| m.settings.max_order = 33),
-        ("max_solves", |m| m.settings.max_solves = 0),
-        ("max_segments", |m| m.settings.max_segments = 0),
+        ("max_refinements", |m| m.settings.max_refinements = 1000),
+        ("max_intervals", |m| m.settings.max_intervals = 0),
     ] {
         let mut m = Flatness::default();
         set(&mut m);

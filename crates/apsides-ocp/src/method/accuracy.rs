@@ -1,9 +1,9 @@
-//! How accurate a solution is.
+//! The accuracy of a solution.
 
 /// One measure of how accurate a solution is, and the tolerance asked for.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Accuracy {
-    /// What is measured, as it stands in a sentence: `error between the points`.
+    /// The name of the measure, as it stands in a sentence: `error between the points`.
     pub measure: &'static str,
     /// Its value.
     pub reached: f64,
@@ -28,7 +28,7 @@ impl Accuracy {
         Self { place: Some(place), ..self }
     }
 
-    /// Whether the tolerance is met; not by NaN.
+    /// Returns true if the tolerance is met; NaN meets none.
     #[must_use]
     pub fn is_met(&self) -> bool {
         self.reached <= self.tolerance

@@ -1,4 +1,4 @@
-//! What keeps a converged solution from being one of the problem, as data and as a sentence.
+//! Deficiencies: reasons why a converged solution is not one of the problem, as data and as sentences.
 
 use std::fmt::{self, Write as _};
 
@@ -6,16 +6,16 @@ use apsides_iteration::Status;
 
 use super::accuracy::Accuracy;
 
-/// What keeps a converged solution from being one of the problem, and what would mend it.
+/// A reason why a converged solution is not one of the problem, with the remedies that may mend it.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Deficiency {
-    /// What it is.
+    /// The reason.
     pub reason: Reason,
     /// Each of these may mend it.
     pub remedies: Vec<Remedy>,
 }
 
-/// What is deficient about a converged solution.
+/// A reason why a converged solution is not one of the problem.
 #[derive(Clone, Debug, PartialEq)]
 #[non_exhaustive]
 pub enum Reason {
@@ -32,7 +32,7 @@ pub enum Reason {
     NotConverged {
         /// The method that did not converge.
         method: &'static str,
-        /// How it ended.
+        /// The end of its solve.
         status: Status,
         /// The method that gave the solution.
         instead: &'static str,
@@ -52,7 +52,7 @@ pub struct Exceeded {
     pub unit: String,
 }
 
-/// What would mend a deficiency. Settings go by the names of their fields.
+/// A remedy for a deficiency. Settings go by the names of their fields.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[non_exhaustive]
 pub enum Remedy {

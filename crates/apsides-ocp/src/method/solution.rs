@@ -1,4 +1,4 @@
-//! What every method returns.
+//! The solution that every method returns.
 
 use std::error::Error;
 use std::time::Duration;
@@ -16,19 +16,19 @@ use crate::{Trajectory, Unmet};
 pub struct Solution {
     /// States, controls and times; costates where the method yields them.
     pub trajectory: Trajectory,
-    /// How the solve ended.
+    /// The end of the solve.
     pub status: Status,
     /// The measures of accuracy that the method looks at, the decisive one first.
     pub accuracy: Vec<Accuracy>,
-    /// What keeps a converged solution from being one of the problem.
+    /// The reason why a converged solution is not one of the problem, if there is one.
     pub deficiency: Option<Deficiency>,
-    /// Work.
+    /// The work that the solve took.
     pub counters: Counters,
     /// Point and multipliers of the last discretised problem, if the method solves one.
     pub report: Option<SolveReport>,
     /// The constraint that could not be met.
     pub unmet: Option<Unmet>,
-    /// What is doubtful though the solve succeeded.
+    /// Doubts that remain though the solve succeeded.
     pub warnings: Vec<Warning>,
     /// Jumps of controls and path constraints, in order of phase and time.
     pub switches: Vec<Switch>,
@@ -54,7 +54,7 @@ impl Solution {
         }
     }
 
-    /// Whether the trajectory solves the problem to the tolerances asked for.
+    /// Returns true if the trajectory solves the problem to the tolerances asked for.
     #[must_use]
     pub fn is_success(&self) -> bool {
         self.status.is_success() && self.deficiency.is_none()
@@ -99,7 +99,7 @@ impl Counters {
     }
 }
 
-/// Why a search ended.
+/// The reason for which a search ended.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[non_exhaustive]
 pub enum SearchEnd {
@@ -140,11 +140,11 @@ pub struct SearchRecord {
     pub generations: usize,
     /// Flights that failed.
     pub failures: usize,
-    /// Why it ended.
+    /// The reason for which it ended.
     pub end: SearchEnd,
     /// Objective of the start that was found, without what misses and excesses cost; none where all flights failed.
     pub objective: Option<f64>,
-    /// How far the end of that start misses its target, in the unit of length of the search.
+    /// Distance by which the end of that start misses its target, in the unit of length of the search.
     pub miss: Option<f64>,
     /// Wall-clock time.
     pub time: Duration,

@@ -2,7 +2,7 @@
 
 use std::fmt;
 
-/// What a control or path constraint does along an arc.
+/// Where a control or path constraint stands along an arc.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Level {
     /// At its lower bound, of this value.
@@ -22,16 +22,16 @@ pub struct Switch {
     pub name: String,
     /// Its unit.
     pub unit: String,
-    /// When, in the phase's unit of time.
+    /// Its time, in the phase's unit of time.
     pub time: f64,
     /// Unit of `time`.
     pub time_unit: String,
-    /// Whether the time was an unknown of the last mesh: it is then as exact as the solution, else an estimate between two
+    /// True if the time was an unknown of the last mesh: it is then as exact as the solution, else an estimate between two
     /// nodes.
     pub located: bool,
-    /// Before.
+    /// The level before the switch.
     pub from: Level,
-    /// After.
+    /// The level after the switch.
     pub to: Level,
 }
 

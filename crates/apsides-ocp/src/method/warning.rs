@@ -1,4 +1,4 @@
-//! What is doubtful though a solve succeeds.
+//! Warnings: doubts that remain though a solve succeeds.
 
 use std::fmt;
 
@@ -22,15 +22,15 @@ pub enum Warning {
 /// A scale that does not fit what it scales.
 #[derive(Clone, Debug, PartialEq)]
 pub struct ScaleWarning {
-    /// What is scaled: a constraint, a variable or the objective.
+    /// The thing that is scaled: a constraint, a variable or the objective.
     pub subject: String,
     /// The phase that it belongs to, if it belongs to one.
     pub phase: Option<String>,
     /// Its scale, in `unit`.
     pub scale: f64,
-    /// What the scale was compared with, in `unit`.
+    /// The size that the scale was compared with, in `unit`.
     pub size: f64,
-    /// What `size` is.
+    /// The meaning of `size`, as it stands in a sentence.
     pub size_is: &'static str,
     /// Unit.
     pub unit: String,

@@ -36,7 +36,7 @@ impl Method for MultipleShooting {
 fn common(solution: ShootingSolution, settings: &MultipleShootingSettings) -> Solution {
     let accuracy = solution.meshes.last().map_or_else(Vec::new, |m| m.accuracy(settings));
     let refinements = solution.meshes.len().saturating_sub(1);
-    let remedy = Remedy::Raise(&["max_meshes"]);
+    let remedy = Remedy::Raise(&["max_refinements"]);
     Solution {
         deficiency: (!solution.accurate).then(|| Deficiency::inaccurate(&accuracy, refinements, remedy)),
         accuracy,
@@ -60,7 +60,7 @@ impl ShootingRecord {
         }
     }
 
-    /// What the solve was looked at for, with the tolerances of the settings.
+    /// The measures of accuracy, with the tolerances of the settings.
     fn accuracy(&self, settings: &MultipleShootingSettings) -> Vec<Accuracy> {
         let of = Accuracy::new;
         vec![
@@ -70,12 +70,7 @@ impl ShootingRecord {
                 settings.integration_tolerance,
                 "integration_tolerance",
             ),
-            of(
-                "expected gain of richer controls",
-                self.control_gain,
-                settings.control_tolerance,
-                "control_tolerance",
-            ),
+            of("expected gain of richer controls", self.control_gain, settings.tolerance, "tolerance"),
             of("excess between the points", self.path_excess, settings.path_tolerance, "path_tolerance"),
         ]
     }

@@ -45,7 +45,7 @@ pub(crate) fn refine(
     first: &PhaseMesh,
     share: f64,
 ) -> Result<(PhasePlan, Wants), ShootingError> {
-    let single = first.intervals() == 1 && settings.max_control_points > 1;
+    let single = first.intervals() == 1 && settings.max_points > 1;
     let first_points = first.points().iter().copied().fold(1, usize::max);
     let mut wants = Wants::default();
     let (mut fractions, mut points) = (vec![0.0], Vec::new());
@@ -78,7 +78,7 @@ pub(crate) fn refine(
         let parts = if !poor || (!single && end - start < 2.0 * LEAST_WIDTH) {
             1
         } else if single {
-            count = (count + count.div_ceil(2)).min(settings.max_control_points.max(count));
+            count = (count + count.div_ceil(2)).min(settings.max_points.max(count));
             1
         } else {
             // A smooth control of d points costs h^(2 d + 1) and oversteps a row by h^d.

@@ -22,20 +22,20 @@ pub enum SegmentEnds {
 /// Settings of the method.
 #[derive(Clone, Debug)]
 pub struct MultipleShootingSettings {
-    /// Segments per phase at the start, 10; 1 is single shooting, which refinement keeps.
-    pub segments: usize,
+    /// Intervals per phase of the first mesh, which are the shooting segments; 10. One is single shooting, which refinement keeps.
+    pub intervals: usize,
     /// Points of the control polynomial of each segment at the start: 1 is constant, 2 linear and so on, through the Lobatto points
     /// of the segment, or its middle; 4.
-    pub control_points: usize,
+    pub points: usize,
     /// Most points of the control polynomial of a phase that began with one segment, which refinement raises; at 1 controls stay
     /// constant and segments are divided instead; 40.
-    pub max_control_points: usize,
+    pub max_points: usize,
     /// Points of each segment at which path constraints and bounds on states hold, Lobatto points of the segment or its middle. Where
     /// nothing is stated, path constraints hold at the control points, bounds on states there where they would be overstepped.
     pub constraint_points: Option<usize>,
     /// Where the segments end; at the fractions of the mesh.
     pub segment_ends: SegmentEnds,
-    /// Whether controls are continuous from segment to segment, which needs two control points; off.
+    /// True if controls are continuous from segment to segment, which needs two control points; false.
     pub continuous_controls: bool,
     /// Runge-Kutta method of the segments; order 8.
     pub method: Method,
@@ -43,15 +43,16 @@ pub struct MultipleShootingSettings {
     pub least_steps: usize,
     /// Largest error of the steps of a segment, relative to the scale of the state; 1e-10.
     pub integration_tolerance: f64,
-    /// Largest gain that the estimate expects of richer controls in the whole, relative to the objective; 1e-11.
-    pub control_tolerance: f64,
+    /// Largest gain that the estimate expects of richer controls in the whole, relative to the objective, which refinement brings down
+    /// to this; 1e-11.
+    pub tolerance: f64,
     /// Largest excess between the control points of a bound or of a path constraint, relative to its scale; 5e-7. Excess of bounds on
     /// controls is reduced as far as refinement goes, but no condition of accuracy: next to a jump it stays.
     pub path_tolerance: f64,
-    /// Most divisions solved; 1 switches refinement off; 15.
-    pub max_meshes: usize,
-    /// Most segments of all phases; refinement divides none beyond; 2000.
-    pub max_segments: usize,
+    /// Most refinements of the first mesh; 0 switches refinement off; 14.
+    pub max_refinements: usize,
+    /// Most intervals of all phases; refinement divides none beyond; 2000.
+    pub max_intervals: usize,
     /// Threads that integrate the segments, 1 to 1024; the results do not depend on it; 1.
     pub threads: usize,
     /// Settings of the interior-point method; problem scaling, tolerance 1e-9, adaptive barrier from 1e-3.
@@ -61,19 +62,19 @@ pub struct MultipleShootingSettings {
 impl Default for MultipleShootingSettings {
     fn default() -> Self {
         Self {
-            segments: 10,
-            control_points: 4,
-            max_control_points: 40,
+            intervals: 10,
+            points: 4,
+            max_points: 40,
             constraint_points: None,
             segment_ends: SegmentEnds::Fixed,
             continuous_controls: false,
             method: Method::Dop853,
             least_steps: 1,
             integration_tolerance: 1e-10,
-            control_tolerance: 1e-11,
+            tolerance: 1e-11,
             path_tolerance: 5e-7,
-            max_meshes: 15,
-            max_segments: 2000,
+            max_refinements: 14,
+            max_intervals: 2000,
             threads: 1,
             nlp: NlpSettings {
                 tolerance: 1e-9,
@@ -92,15 +93,15 @@ impl MultipleShootingSettings {
     pub(crate) fn check(&self) -> Result<(), ShootingError> {
         let least_points = if self.continuous_controls { 2 } else { 1 };
         let counts = [
-            ("segments", self.segments, 1, 1_000_000, "a whole number from 1 to 1000000"),
+            ("intervals", self.intervals, 1, 1_000_000, "a whole number from 1 to 1000000"),
             (
-                "control_points",
-                self.control_points,
+                "points",
+                self.points,
                 least_points,
                 MAX_POINTS,
                 "a whole number from 1, or 2 for continuous controls, to 60",
             ),
-            ("max_control_points", self.max_control_points, 1, MAX_POINTS, "a whole number from 1 to 60"),
+            ("max_points", self.max_points, 1, MAX_POINTS, "a whole number from 1 to 60"),
             (
                 "constraint_points",
                 self.constraint_points.unwrap_or(1),
@@ -109,7 +110,7 @@ impl MultipleShootingSettings {
                 "a whole number from 1 to 60",
             ),
             ("least_steps", self.least_steps, 1, 100_000, "a whole number from 1 to 100000"),
-            ("max_meshes", self.max_meshes, 1, 1000, "a whole number from 1 to 1000"),
+            ("max_refinements", self.max_refinements, 0, 999, "a whole number from 0 to 999"),
             ("threads", self.threads, 1, 1024, "a whole number from 1 to 1024"),
         ];
         for (name, value, least, most, allowed) in counts {
@@ -119,7 +120,7 @@ impl MultipleShootingSettings {
         }
         for (name, value) in [
             ("integration_tolerance", self.integration_tolerance),
-            ("control_tolerance", self.control_tolerance),
+            ("tolerance", self.tolerance),
             ("path_tolerance", self.path_tolerance),
         ] {
             if !(value > 0.0 && value.is_finite()) {

@@ -40,7 +40,7 @@ pub struct ShootingRecord {
     pub steps: usize,
     /// Largest error of the steps of a segment, relative to the scales of the states.
     pub integration_error: f64,
-    /// What richer controls would gain by the estimate, relative to the objective.
+    /// Gain that the estimate expects of richer controls, relative to the objective.
     pub control_gain: f64,
     /// Largest excess of a bound on a state or of a path constraint between control points, relative to its scale; rows with
     /// controls count where they are equalities.
@@ -70,7 +70,7 @@ pub struct ShootingSolution {
     pub trajectory: Trajectory,
     /// How the last solve ended: without success when a later division than that of the trajectory could not be solved.
     pub status: Status,
-    /// Whether steps, controls and path constraints meet their tolerances by the estimates.
+    /// True if steps, controls and path constraints meet their tolerances by the estimates.
     pub accurate: bool,
     /// The constraint that could not be met, when the last solve did not succeed.
     pub unmet: Option<Unmet>,
@@ -95,7 +95,7 @@ impl MultipleShooting {
     /// When a setting is out of range.
     pub fn uniform_mesh(&self, ocp: &Ocp) -> Result<Mesh, ShootingError> {
         self.settings.check()?;
-        Ok(Mesh::uniform(ocp, self.settings.segments, self.settings.control_points)?)
+        Ok(Mesh::uniform(ocp, self.settings.intervals, self.settings.points)?)
     }
 
     /// Solves from given segments: the intervals of the mesh, whose points are the control points of each. The observer sees every
@@ -151,7 +151,7 @@ impl MultipleShooting {
                 return Ok(ShootingSolution { trajectory, status, accurate, unmet, meshes, report });
             }
             let segments: usize = estimates.iter().map(Vec::len).sum();
-            let share = settings.control_tolerance / segments as f64;
+            let share = settings.tolerance / segments as f64;
             let order = nlp.shots.first().map_or(1, |s| s.flow.order());
             for (plan, t) in plans.iter_mut().zip(&trajectory.phases) {
                 // Where the ends of segments are unknowns, from these on.
@@ -164,12 +164,12 @@ impl MultipleShooting {
                 wants.accuracy |= phase_wants.accuracy;
                 wants.overstepped |= phase_wants.overstepped;
             }
-            if next.iter().map(|p| p.mesh.intervals()).sum::<usize>() > settings.max_segments {
+            if next.iter().map(|p| p.mesh.intervals()).sum::<usize>() > settings.max_intervals {
                 next = plans.iter().zip(&estimates).map(|(p, e)| p.with_steps(e, settings, order)).collect();
             }
             let same = next.iter().zip(&plans).all(|(a, b)| a.has_unknowns_of(b));
             let done = !wants.accuracy && (!wants.overstepped || same);
-            if done || next == plans || meshes.len() >= settings.max_meshes {
+            if done || next == plans || meshes.len() > settings.max_refinements {
                 let accurate = !wants.accuracy;
                 return Ok(ShootingSolution { trajectory, status, accurate, unmet: None, meshes, report });
             }

@@ -78,8 +78,8 @@ impl Method for DirectIndirect {
         if !direct.status.is_success() {
             return Ok(direct);
         }
-        let segments = self.indirect.settings.segments;
-        let begin = IndirectStart::from_trajectory(&direct.trajectory, segments).map_err(&refuse)?;
+        let intervals = self.indirect.settings.intervals;
+        let begin = IndirectStart::from_trajectory(&direct.trajectory, intervals).map_err(&refuse)?;
         let mut solution = self.indirect.solve(problem, &begin, observer).map_err(&refuse)?;
         warnings.append(&mut direct.warnings);
         if let Some(t) = solution.trajectory.take().filter(|_| solution.status.is_success()) {
@@ -90,7 +90,7 @@ impl Method for DirectIndirect {
         }
         let reason =
             Reason::NotConverged { method: NAME, status: solution.status, instead: self.direct.name() };
-        let remedies = vec![Remedy::Raise(&["segments"]), Remedy::Method(self.direct.name())];
+        let remedies = vec![Remedy::Raise(&["intervals"]), Remedy::Method(self.direct.name())];
         Ok(Solution { warnings, deficiency: Some(Deficiency { reason, remedies }), ..direct })
     }
 }
@@ -116,11 +116,11 @@ impl IndirectShooting {
 
     /// Where a solve begins, if the start has costates. Those at the ends of the phases are not taken when there is an earlier trajectory.
     fn start(&self, problem: &Ocp, start: &Start) -> Result<Option<IndirectStart>, ShootingError> {
-        let segments = self.settings.segments;
+        let intervals = self.settings.intervals;
         match (start.earlier_with_costates(), &start.costates) {
-            (Some(t), _) => IndirectStart::from_trajectory(t, segments).map(Some),
+            (Some(t), _) => IndirectStart::from_trajectory(t, intervals).map(Some),
             (None, Some(costates)) if start.earlier.is_none() => {
-                let begin = IndirectStart::from_guess(problem, &start.guess, costates, segments)?;
+                let begin = IndirectStart::from_guess(problem, &start.guess, costates, intervals)?;
                 Ok(Some(begin.chained()))
             }
             _ => Ok(None),

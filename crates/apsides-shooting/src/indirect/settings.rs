@@ -5,8 +5,8 @@ use crate::ShootingError;
 /// Settings of the indirect method.
 #[derive(Clone, Debug)]
 pub struct IndirectSettings {
-    /// Shooting segments per phase, equal ones, of a solve that starts from costates at the ends of phases or from a trajectory; 1.
-    pub segments: usize,
+    /// Equal intervals per phase, which are the shooting segments, of a solve that starts from costates at the ends of phases or from a trajectory; 1.
+    pub intervals: usize,
     /// Largest correction of a converged solution, in units of the unknowns' sizes; 1e-9.
     pub tolerance: f64,
     /// Relative tolerance of the integration; 1e-11.
@@ -29,7 +29,7 @@ pub struct IndirectSettings {
 impl Default for IndirectSettings {
     fn default() -> Self {
         Self {
-            segments: 1,
+            intervals: 1,
             tolerance: 1e-9,
             integration_tolerance: 1e-11,
             early_integration_tolerance: 1e-7,

@@ -41,7 +41,7 @@ pub struct IndirectSolution {
     pub unknowns: usize,
     /// Switches of controls between their bounds, per phase.
     pub switches: Vec<Vec<ControlSwitch>>,
-    /// What limits along the phases, which the method does not impose, are exceeded.
+    /// Limits along the phases, which the method does not impose, that are exceeded.
     pub exceeded: Vec<Exceeded>,
     /// The segment that could not be flown, if that ended the solve.
     pub failure: Option<FailedSegment>,
@@ -177,7 +177,7 @@ impl IndirectShooting {
     }
 }
 
-/// What the conditions do not contain.
+/// Refuses features that the conditions do not contain.
 fn check_support(ocp: &Ocp) -> Result<(), ShootingError> {
     for phase in &ocp.phases {
         for q in &phase.integrals {

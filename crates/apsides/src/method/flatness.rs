@@ -76,7 +76,7 @@ pub(super) fn solve(
     let all = || solution.presolve.iter().chain(&solution.solves);
     let last = solution.solves.last();
     let shortfall = (!solution.accurate).then(|| {
-        let (error, tolerance) = (solution.error, method.settings.defect_tolerance);
+        let (error, tolerance) = (solution.error, method.settings.tolerance);
         let refinements = solution.solves.len().saturating_sub(1);
         let text = if !splines.iter().all(|s| s.refine) {
             format!(

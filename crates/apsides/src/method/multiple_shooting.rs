@@ -1,7 +1,7 @@
 //! Direct multiple shooting by `apsides-shooting`.
 
 use apsides_nlp::Observer;
-use apsides_ocp::{Guess, Mesh, Ocp};
+use apsides_ocp::{Guess, Ocp};
 use apsides_shooting::direct::{MultipleShooting, MultipleShootingSettings, ShootingSolution};
 
 use super::{Shortfall, Solution};
@@ -41,16 +41,16 @@ impl Mission {
         observer: &mut dyn Observer,
     ) -> Result<Solution, Error> {
         let mut settings = MultipleShootingSettings {
-            segments: self.values.count("shooting.segments"),
-            control_points: self.values.count("shooting.control_points"),
+            intervals: self.values.count("shooting.segments"),
+            points: self.values.count("shooting.control_points"),
             integration_tolerance: self.values.number("shooting.integration_tolerance"),
-            max_meshes: self.values.count("shooting.max_meshes"),
+            max_refinements: self.values.count("shooting.max_meshes") - 1,
             threads: self.threads.clamp(1, 1024),
             ..MultipleShootingSettings::default()
         };
         settings.nlp.tolerance = self.values.number("shooting.nlp_tolerance");
         let method = MultipleShooting { settings };
-        let mesh = Mesh::uniform(ocp, method.settings.segments, method.settings.control_points)?;
+        let mesh = method.uniform_mesh(ocp)?;
         Ok(of_shooting(method.solve_on(ocp, guess, mesh, observer)?))
     }
 }

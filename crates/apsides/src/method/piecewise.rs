@@ -99,11 +99,11 @@ impl Mission {
             MultipleShootingSettings { threads: self.threads.clamp(1, 1024), ..Default::default() };
         shooting.nlp.tolerance = values.number("piecewise.nlp_tolerance");
         PiecewiseSettings {
-            segments: values.count("piecewise.segments"),
+            intervals: values.count("piecewise.segments"),
             lengths,
             constraints,
             tolerance: values.flag("piecewise.refine").then(|| values.number("piecewise.tolerance")),
-            max_segments: values.count("piecewise.max_segments"),
+            max_intervals: values.count("piecewise.max_segments"),
             shooting,
         }
     }

@@ -50,8 +50,8 @@ impl Mission {
 
     pub(crate) fn radau(&self) -> Radau {
         let mut settings = RadauSettings {
-            mesh_tolerance: self.values.number(MESH_TOLERANCE),
-            max_meshes: self.values.count("radau.max_meshes"),
+            tolerance: self.values.number(MESH_TOLERANCE),
+            max_refinements: self.values.count("radau.max_meshes") - 1,
             threads: self.threads,
             ..RadauSettings::default()
         };
@@ -77,7 +77,7 @@ fn of_radau(solution: RadauSolution, settings: &RadauSettings) -> Solution {
         Shortfall::mesh(format!(
             "the error between the points is {:.1e}, above `radau.mesh_tolerance` = {:.1e}; raise `radau.max_meshes`",
             last.map_or(f64::NAN, |m| m.error),
-            settings.mesh_tolerance
+            settings.tolerance
         ))
     });
     Solution {

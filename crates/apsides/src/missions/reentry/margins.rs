@@ -70,7 +70,7 @@ fn solved(mission: &Mission, capsule: &Capsule) -> Result<Option<RadauSolution>,
     let guess = capsule.straight_lines(&ocp, Steering::Vector)?;
     let mesh = mission.first_mesh(&ocp)?;
     let mut method = mission.radau();
-    method.settings.mesh_tolerance = method.settings.mesh_tolerance.max(MESH_TOLERANCE);
+    method.settings.tolerance = method.settings.tolerance.max(MESH_TOLERANCE);
     let solution = method.solve_on(&ocp, &guess, mesh, &mut ())?;
     Ok(solution.status.is_success().then_some(solution))
 }

@@ -70,7 +70,7 @@ fn closed_form() -> [f64; 3] {
 }
 
 fn by_radau(ocp: &Ocp, workers: &mut Workers<'_>) -> Result<[f64; 3], Stop> {
-    let mut settings = RadauSettings { mesh_tolerance: MESH_TOLERANCE, ..RadauSettings::default() };
+    let mut settings = RadauSettings { tolerance: MESH_TOLERANCE, ..RadauSettings::default() };
     settings.nlp.tolerance = NLP_TOLERANCE;
     let mesh = Mesh::uniform(ocp, settings.intervals, settings.points)?;
     let solution = Radau { settings }.solve_on(ocp, &Guess::linear(ocp), mesh, &mut *workers.observer)?;

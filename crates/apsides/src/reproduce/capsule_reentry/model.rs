@@ -142,7 +142,7 @@ pub(super) fn solve_twice(
     let mission = mission(model, limits, &[])?;
     let ocp = mission.pose()?.ocp;
     let mut method = mission.radau();
-    method.settings.max_meshes = 1;
+    method.settings.max_refinements = 0;
     let mesh = Mesh::uniform(&ocp, MESH[0], MESH[1])?;
     let (_, optimum) = outcome.solved();
     let solution = method.solve_on(&ocp, &Guess::earlier(optimum), mesh, observer)?;

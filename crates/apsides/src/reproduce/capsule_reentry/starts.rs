@@ -117,7 +117,7 @@ impl Start<'_> {
     fn solve(&self, kind: Kind, seed: u64, observer: &mut dyn Observer) -> Result<(usize, bool), Stop> {
         let (guess, mesh) = self.of(kind, seed, observer)?;
         let mut method = self.mission.radau();
-        method.settings.max_meshes = 1;
+        method.settings.max_refinements = 0;
         method.settings.nlp.max_iterations = MOST_ITERATIONS;
         let solution = method.solve_on(&self.posed.ocp, &guess, mesh, observer)?;
         if solution.status == apsides_nlp::Status::Interrupted {

@@ -114,7 +114,7 @@ impl Solver<'_> {
         let mut settings = RadauSettings {
             intervals: INTERVALS,
             points: POINTS,
-            mesh_tolerance: MESH_TOLERANCE,
+            tolerance: MESH_TOLERANCE,
             threads: self.threads,
             ..RadauSettings::default()
         };

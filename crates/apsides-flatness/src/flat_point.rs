@@ -13,10 +13,10 @@ use std::sync::Arc;
 use apsides_ad::NodeFunction;
 
 use crate::FlatSystem;
-use crate::grid::Grid;
 use crate::layout::{Layout, Time};
+use crate::spline_mesh::SplineMesh;
 
-/// Index of a quantity of a station: states, controls, residuals, then static parameters, time, duration.
+/// Index of a quantity of a point: states, controls, residuals, then static parameters, time, duration.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Quantities {
     pub(crate) states: usize,
@@ -78,7 +78,7 @@ struct Input {
 }
 
 /// The flat map at one point.
-pub(crate) struct Station {
+pub(crate) struct FlatPoint {
     map: Arc<dyn NodeFunction>,
     pub(crate) fraction: f64,
     pub(crate) quantities: Quantities,
@@ -104,7 +104,7 @@ pub(crate) struct Station {
     /// Multipliers of the mapped quantities.
     pub(crate) weights: Vec<f64>,
     /// Second derivatives of functions of the quantities, lower triangle, in any order.
-    pub(crate) outer: Vec<(usize, usize, f64)>,
+    pub(crate) second_derivatives: Vec<(usize, usize, f64)>,
     map_hessian: Vec<f64>,
     slope: Vec<f64>,
     /// Row-major inputs by local variables.
@@ -112,10 +112,10 @@ pub(crate) struct Station {
     hessian: Vec<f64>,
 }
 
-impl Station {
+impl FlatPoint {
     pub(crate) fn new(
         system: &FlatSystem,
-        grid: &Grid,
+        mesh: &SplineMesh,
         layout: &Layout,
         phase: usize,
         fraction: f64,
@@ -129,7 +129,7 @@ impl Station {
             parameters,
         };
         let (mut columns, mut inputs) = (Vec::new(), Vec::new());
-        for (basis, &first) in grid.bases.iter().zip(&p.outputs) {
+        for (basis, &first) in mesh.bases.iter().zip(&p.outputs) {
             let k = basis.order();
             let mut rows = vec![0.0; k * system.jet_rows];
             let start = first + basis.derivatives(fraction, &mut rows);
@@ -161,7 +161,7 @@ impl Station {
 
         let supports = supports(system, &quantities, &inputs, local_times, first_local_parameter, &by_time);
         let (m, n) = (quantities.len(), columns.len());
-        let mut station = Self {
+        let mut flat_point = Self {
             fraction,
             quantities,
             initial_time: p.initial_time,
@@ -175,7 +175,7 @@ impl Station {
             entries: vec![0.0; system.map.pattern().jacobian_len()],
             jacobian: vec![0.0; m * n],
             weights: vec![0.0; quantities.mapped()],
-            outer: Vec::new(),
+            second_derivatives: Vec::new(),
             map_hessian: vec![0.0; system.map.pattern().hessian_len()],
             slope: vec![0.0; inputs.len()],
             products: vec![0.0; inputs.len() * n],
@@ -187,17 +187,17 @@ impl Station {
         };
         // What is linear in the variables never changes.
         for k in 0..parameters {
-            station.jacobian[quantities.parameter(k) * n + first_local_parameter + k] = 1.0;
+            flat_point.jacobian[quantities.parameter(k) * n + first_local_parameter + k] = 1.0;
         }
         for (l, w) in by_time {
-            station.jacobian[quantities.time() * n + l] = w;
+            flat_point.jacobian[quantities.time() * n + l] = w;
         }
-        for (l, sign) in [(station.local_times.0, -1.0), (station.local_times.1, 1.0)] {
+        for (l, sign) in [(flat_point.local_times.0, -1.0), (flat_point.local_times.1, 1.0)] {
             if let Some(l) = l {
-                station.jacobian[quantities.duration() * n + l] = sign;
+                flat_point.jacobian[quantities.duration() * n + l] = sign;
             }
         }
-        station
+        flat_point
     }
 
     /// Values of the quantities at `x`.
@@ -269,7 +269,7 @@ impl Station {
     /// Forgets what functions of the quantities added.
     pub(crate) fn clear(&mut self) {
         self.weights.fill(0.0);
-        self.outer.clear();
+        self.second_derivatives.clear();
     }
 
     /// Adds a multiplier to a quantity.
@@ -289,7 +289,7 @@ impl Station {
     /// [`set_derivatives`](Self::set_derivatives) at the same point.
     pub(crate) fn hessian(&mut self, mut emit: impl FnMut(f64)) {
         let n = self.columns.len();
-        if self.outer.is_empty() && self.weights.iter().all(|w| *w == 0.0) {
+        if self.second_derivatives.is_empty() && self.weights.iter().all(|w| *w == 0.0) {
             (0..n * (n + 1) / 2).for_each(|_| emit(0.0));
             return;
         }
@@ -332,7 +332,7 @@ impl Station {
                 }
             }
         }
-        for &(a, b, v) in &self.outer {
+        for &(a, b, v) in &self.second_derivatives {
             for &i in &self.supports[a] {
                 let share = v * self.jacobian[a * n + i];
                 for &j in &self.supports[b] {

@@ -1,10 +1,10 @@
-//! Functions of the problem composed with the flat map: path constraints and integrands at a station, functions of end quantities.
+//! Functions of the problem composed with the flat map: path constraints and integrands at a point, functions of end quantities.
 
 use std::sync::Arc;
 
 use apsides_ad::NodeFunction;
 
-use crate::station::Station;
+use crate::flat_point::FlatPoint;
 
 /// Values and derivatives of a function of the problem, and where its outputs go.
 pub(crate) struct Evaluated {
@@ -41,9 +41,9 @@ impl Evaluated {
     }
 }
 
-/// A function of the quantities of one station.
-pub(crate) struct StationTerm {
-    pub(crate) station: usize,
+/// A function of the quantities of one point.
+pub(crate) struct PathTerm {
+    pub(crate) flat_point: usize,
     /// Quantity of each input.
     quantities: Vec<usize>,
     /// Outputs are multiplied by this and, for an integral, by the duration.
@@ -52,46 +52,46 @@ pub(crate) struct StationTerm {
     pub(crate) evaluated: Evaluated,
 }
 
-impl StationTerm {
+impl PathTerm {
     /// A path function; one row per output, where it has one.
     pub(crate) fn path(
         function: &Arc<dyn NodeFunction>,
-        station: usize,
+        flat_point: usize,
         quantities: Vec<usize>,
         rows: Vec<Option<usize>>,
     ) -> Self {
         let evaluated = Evaluated::new(function, rows, 0.0);
-        Self { station, quantities, factor: 1.0, integral: false, evaluated }
+        Self { flat_point, quantities, factor: 1.0, integral: false, evaluated }
     }
 
     /// An integrand with its quadrature weight on normalised time.
     pub(crate) fn integrand(
         function: &Arc<dyn NodeFunction>,
-        station: usize,
+        flat_point: usize,
         quantities: Vec<usize>,
         weight: f64,
         row: Option<usize>,
         cost: f64,
     ) -> Self {
         let evaluated = Evaluated::new(function, vec![row], cost);
-        Self { station, quantities, factor: weight, integral: true, evaluated }
+        Self { flat_point, quantities, factor: weight, integral: true, evaluated }
     }
 
     pub(crate) fn has_cost(&self) -> bool {
         self.evaluated.cost != 0.0
     }
 
-    fn fill_inputs(&mut self, station: &Station) -> f64 {
+    fn fill_inputs(&mut self, flat_point: &FlatPoint) -> f64 {
         for (z, &q) in self.evaluated.inputs.iter_mut().zip(&self.quantities) {
-            *z = station.values[q];
+            *z = flat_point.values[q];
         }
-        let duration = if self.integral { station.values[station.quantities.duration()] } else { 1.0 };
+        let duration = if self.integral { flat_point.values[flat_point.quantities.duration()] } else { 1.0 };
         self.factor * duration
     }
 
     /// Adds the outputs to the rows and returns the share of the cost.
-    pub(crate) fn add_values(&mut self, station: &Station, rows: &mut [f64]) -> f64 {
-        let factor = self.fill_inputs(station);
+    pub(crate) fn add_values(&mut self, flat_point: &FlatPoint, rows: &mut [f64]) -> f64 {
+        let factor = self.fill_inputs(flat_point);
         let e = &mut self.evaluated;
         e.function.value(&e.inputs, &mut e.values);
         if !rows.is_empty() {
@@ -104,48 +104,48 @@ impl StationTerm {
         factor * e.cost * e.values.first().copied().unwrap_or(0.0)
     }
 
-    pub(crate) fn refresh(&mut self, station: &Station) {
-        self.fill_inputs(station);
+    pub(crate) fn refresh(&mut self, flat_point: &FlatPoint) {
+        self.fill_inputs(flat_point);
         let e = &mut self.evaluated;
         e.function.jacobian(&e.inputs, &mut e.values, &mut e.entries);
     }
 
     /// `emit(output, column, value)` of the first derivatives, entries of one position summed by the receiver.
-    fn each_derivative(&self, station: &Station, mut emit: impl FnMut(usize, usize, f64)) {
-        let duration = station.quantities.duration();
-        let scale = if self.integral { self.factor * station.values[duration] } else { self.factor };
+    fn each_derivative(&self, flat_point: &FlatPoint, mut emit: impl FnMut(usize, usize, f64)) {
+        let duration = flat_point.quantities.duration();
+        let scale = if self.integral { self.factor * flat_point.values[duration] } else { self.factor };
         let e = &self.evaluated;
         for ((output, input), v) in e.function.pattern().jacobian_entries().zip(&e.entries) {
-            for (column, slope) in station.gradient(self.quantities[input]) {
+            for (column, slope) in flat_point.gradient(self.quantities[input]) {
                 emit(output, column, scale * v * slope);
             }
         }
         if self.integral {
             for (output, v) in e.values.iter().enumerate() {
-                for (column, slope) in station.gradient(duration) {
+                for (column, slope) in flat_point.gradient(duration) {
                     emit(output, column, self.factor * v * slope);
                 }
             }
         }
     }
 
-    pub(crate) fn each_jacobian(&self, station: &Station, mut emit: impl FnMut(usize, usize, f64)) {
-        self.each_derivative(station, |output, column, v| {
+    pub(crate) fn each_jacobian(&self, flat_point: &FlatPoint, mut emit: impl FnMut(usize, usize, f64)) {
+        self.each_derivative(flat_point, |output, column, v| {
             if let Some(r) = self.evaluated.rows[output] {
                 emit(r, column, v);
             }
         });
     }
 
-    pub(crate) fn add_gradient(&self, station: &Station, gradient: &mut [f64]) {
+    pub(crate) fn add_gradient(&self, flat_point: &FlatPoint, gradient: &mut [f64]) {
         let cost = self.evaluated.cost;
-        self.each_derivative(station, |_, column, v| gradient[column] += cost * v);
+        self.each_derivative(flat_point, |_, column, v| gradient[column] += cost * v);
     }
 
-    /// Hands second derivatives and multipliers to the station.
-    pub(crate) fn add_curvature(&mut self, station: &mut Station, cost: f64, multipliers: &[f64]) {
-        let duration = station.quantities.duration();
-        let scale = if self.integral { station.values[duration] } else { 1.0 };
+    /// Hands second derivatives and multipliers to the point.
+    pub(crate) fn add_curvature(&mut self, flat_point: &mut FlatPoint, cost: f64, multipliers: &[f64]) {
+        let duration = flat_point.quantities.duration();
+        let scale = if self.integral { flat_point.values[duration] } else { 1.0 };
         let e = &mut self.evaluated;
         e.weigh(self.factor, cost, multipliers);
         if e.weights.iter().all(|w| *w == 0.0) {
@@ -153,22 +153,22 @@ impl StationTerm {
         }
         e.function.hessian(&e.inputs, &e.weights, &mut e.hessian);
         for (&(i, j), h) in e.function.pattern().hessian.iter().zip(&e.hessian) {
-            station.outer.push((self.quantities[i], self.quantities[j], scale * h));
+            flat_point.second_derivatives.push((self.quantities[i], self.quantities[j], scale * h));
         }
         for ((output, input), v) in e.function.pattern().jacobian_entries().zip(&e.entries) {
             let g = e.weights[output] * v;
-            station.add_weight(self.quantities[input], scale * g);
+            flat_point.add_weight(self.quantities[input], scale * g);
             if self.integral {
-                station.outer.push((duration, self.quantities[input], g));
+                flat_point.second_derivatives.push((duration, self.quantities[input], g));
             }
         }
     }
 }
 
-/// What an end quantity is in the discretised problem.
+/// The form of an end quantity in the discretised problem.
 #[derive(Clone, Copy, Debug)]
 pub(crate) enum EndQuantity {
-    /// A quantity of a station.
+    /// A quantity of a point.
     At(usize, usize),
     /// A variable.
     Column(usize),
@@ -177,18 +177,18 @@ pub(crate) enum EndQuantity {
 }
 
 impl EndQuantity {
-    pub(crate) fn value(self, stations: &[Station], x: &[f64]) -> f64 {
+    pub(crate) fn value(self, flat_points: &[FlatPoint], x: &[f64]) -> f64 {
         match self {
-            Self::At(s, q) => stations[s].values[q],
+            Self::At(s, q) => flat_points[s].values[q],
             Self::Column(c) => x[c],
             Self::Constant(v) => v,
         }
     }
 
     /// Columns and derivatives.
-    pub(crate) fn each(self, stations: &[Station], mut emit: impl FnMut(usize, f64)) {
+    pub(crate) fn each(self, flat_points: &[FlatPoint], mut emit: impl FnMut(usize, f64)) {
         match self {
-            Self::At(s, q) => stations[s].gradient(q).for_each(|(c, v)| emit(c, v)),
+            Self::At(s, q) => flat_points[s].gradient(q).for_each(|(c, v)| emit(c, v)),
             Self::Column(c) => emit(c, 1.0),
             Self::Constant(_) => {}
         }
@@ -215,14 +215,14 @@ impl EndTerm {
         self.evaluated.cost != 0.0
     }
 
-    fn fill_inputs(&mut self, stations: &[Station], x: &[f64]) {
+    fn fill_inputs(&mut self, flat_points: &[FlatPoint], x: &[f64]) {
         for (z, input) in self.evaluated.inputs.iter_mut().zip(&self.inputs) {
-            *z = input.value(stations, x);
+            *z = input.value(flat_points, x);
         }
     }
 
-    pub(crate) fn add_values(&mut self, stations: &[Station], x: &[f64], rows: &mut [f64]) -> f64 {
-        self.fill_inputs(stations, x);
+    pub(crate) fn add_values(&mut self, flat_points: &[FlatPoint], x: &[f64], rows: &mut [f64]) -> f64 {
+        self.fill_inputs(flat_points, x);
         let e = &mut self.evaluated;
         e.function.value(&e.inputs, &mut e.values);
         if !rows.is_empty() {
@@ -235,36 +235,36 @@ impl EndTerm {
         e.cost * e.values.first().copied().unwrap_or(0.0)
     }
 
-    pub(crate) fn refresh(&mut self, stations: &[Station], x: &[f64]) {
-        self.fill_inputs(stations, x);
+    pub(crate) fn refresh(&mut self, flat_points: &[FlatPoint], x: &[f64]) {
+        self.fill_inputs(flat_points, x);
         let e = &mut self.evaluated;
         e.function.jacobian(&e.inputs, &mut e.values, &mut e.entries);
     }
 
-    fn each_derivative(&self, stations: &[Station], mut emit: impl FnMut(usize, usize, f64)) {
+    fn each_derivative(&self, flat_points: &[FlatPoint], mut emit: impl FnMut(usize, usize, f64)) {
         let e = &self.evaluated;
         for ((output, input), v) in e.function.pattern().jacobian_entries().zip(&e.entries) {
-            self.inputs[input].each(stations, |c, slope| emit(output, c, v * slope));
+            self.inputs[input].each(flat_points, |c, slope| emit(output, c, v * slope));
         }
     }
 
-    pub(crate) fn each_jacobian(&self, stations: &[Station], mut emit: impl FnMut(usize, usize, f64)) {
-        self.each_derivative(stations, |output, c, v| {
+    pub(crate) fn each_jacobian(&self, flat_points: &[FlatPoint], mut emit: impl FnMut(usize, usize, f64)) {
+        self.each_derivative(flat_points, |output, c, v| {
             if let Some(r) = self.evaluated.rows[output] {
                 emit(r, c, v);
             }
         });
     }
 
-    pub(crate) fn add_gradient(&self, stations: &[Station], gradient: &mut [f64]) {
+    pub(crate) fn add_gradient(&self, flat_points: &[FlatPoint], gradient: &mut [f64]) {
         let cost = self.evaluated.cost;
-        self.each_derivative(stations, |_, c, v| gradient[c] += cost * v);
+        self.each_derivative(flat_points, |_, c, v| gradient[c] += cost * v);
     }
 
-    /// Hands multipliers to the stations and emits the products of first derivatives.
+    /// Hands multipliers to the points and emits the products of first derivatives.
     pub(crate) fn each_hessian(
         &mut self,
-        stations: &mut [Station],
+        flat_points: &mut [FlatPoint],
         cost: f64,
         multipliers: &[f64],
         mut emit: impl FnMut(usize, usize, f64),
@@ -274,12 +274,12 @@ impl EndTerm {
         e.function.hessian(&e.inputs, &e.weights, &mut e.hessian);
         for ((output, input), v) in e.function.pattern().jacobian_entries().zip(&e.entries) {
             if let EndQuantity::At(s, q) = self.inputs[input] {
-                stations[s].add_weight(q, e.weights[output] * v);
+                flat_points[s].add_weight(q, e.weights[output] * v);
             }
         }
         for (&(i, j), &h) in e.function.pattern().hessian.iter().zip(&e.hessian) {
-            self.inputs[i].each(stations, |a, va| {
-                self.inputs[j].each(stations, |b, vb| {
+            self.inputs[i].each(flat_points, |a, va| {
+                self.inputs[j].each(flat_points, |b, vb| {
                     let value = h * va * vb;
                     if i != j {
                         // Both orders of the pair fall on the diagonal where the columns agree.

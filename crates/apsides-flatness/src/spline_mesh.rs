@@ -12,7 +12,7 @@ use crate::{FlatSystem, FlatnessError};
 
 /// Splines and points of one phase.
 #[derive(Clone, Debug)]
-pub(crate) struct Grid {
+pub(crate) struct SplineMesh {
     /// One basis per output, all with the same breaks.
     pub(crate) bases: Vec<Bspline>,
     /// Ends of the segments, from 0 to 1.
@@ -21,12 +21,12 @@ pub(crate) struct Grid {
     pub(crate) points: Vec<f64>,
     /// Fewest points that determine the outputs.
     pub(crate) least: usize,
-    /// Points per segment, once the grid is one of orthogonal collocation.
+    /// Points per segment, once the mesh is one of orthogonal collocation.
     pub(crate) per_segment: Option<usize>,
 }
 
-impl Grid {
-    /// The grid of the settings.
+impl SplineMesh {
+    /// The mesh of the settings.
     ///
     /// # Errors
     /// A setting out of range.
@@ -92,18 +92,18 @@ impl Grid {
             Placement::GaussPerSegment => least * (breaks.len() - 1),
             _ => least,
         };
-        let mut grid = Self { bases: vec![basis; system.outputs], breaks, points, least, per_segment: None };
+        let mut mesh = Self { bases: vec![basis; system.outputs], breaks, points, least, per_segment: None };
         if let Breaks::Collocation(segments) = settings.breaks {
             let s = order - q;
             // Outputs of lower derivatives have lower orders, so that only their states are continuous.
             let joints = vec![s; segments - 1];
-            for (basis, highest) in grid.bases.iter_mut().zip(&system.highest) {
-                *basis = Bspline::clamped(s + highest, &grid.breaks, &joints).map_err(named)?;
+            for (basis, highest) in mesh.bases.iter_mut().zip(&system.highest) {
+                *basis = Bspline::clamped(s + highest, &mesh.breaks, &joints).map_err(named)?;
             }
             let orthogonal = settings.placement == Placement::GaussPerSegment && settings.points == s;
-            grid.per_segment = orthogonal.then_some(s);
+            mesh.per_segment = orthogonal.then_some(s);
         }
-        Ok(grid)
+        Ok(mesh)
     }
 
     /// Number of segments.
@@ -116,7 +116,7 @@ impl Grid {
         self.bases.iter().map(Bspline::order).max().unwrap_or(0)
     }
 
-    /// The grid of orthogonal collocation that contains these splines, raised by `raise` orders, and the same curves on it.
+    /// The mesh of orthogonal collocation that contains these splines, raised by `raise` orders, and the same curves on it.
     pub(crate) fn orthogonal(
         &self,
         system: &FlatSystem,
@@ -128,7 +128,7 @@ impl Grid {
         self.rebuilt(coefficients, s, self.breaks.clone(), &system.highest)
     }
 
-    /// The grid with the marked segments halved, and the same curves on it.
+    /// The mesh with the marked segments halved, and the same curves on it.
     pub(crate) fn halved(
         &self,
         system: &FlatSystem,
