@@ -33,7 +33,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
         .integral(Variable::new("effort", "m2/s3"), Cart);
     let ocp = Ocp::builder("cart").phase(phase).minimize_integral("move", "effort").build()?;
     for segments in [2, 4, 8, 16] {
-        let settings = PiecewiseSettings { segments, ..PiecewiseSettings::default() };
+        let settings = PiecewiseSettings { intervals: segments, ..PiecewiseSettings::default() };
         let effort = PiecewiseConstant { settings }.solve(&ocp, &Guess::linear(&ocp))?.trajectory.objective;
         let closed = 6.0 / (1.0 - 1.0 / (segments * segments) as f64);
         println!("{segments:2} steps: effort {effort:.9} m2/s3, closed form {closed:.9} m2/s3");
