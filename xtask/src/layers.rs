@@ -29,7 +29,7 @@ const ARROWS: &[(&str, Arrows)] = &[
     // Engines.
     ("conic", To(&[])),
     ("metaheuristics", To(&[])),
-    ("nlp", To(&["iteration", "kkt"])),
+    ("nlp", To(&["basis", "iteration", "kkt"])),
     ("ode", To(&["ad"])),
     // Domain.
     ("dynamics", To(&["ad"])),
@@ -46,7 +46,7 @@ const ARROWS: &[(&str, Arrows)] = &[
     ("convex", To(&["ad", "basis", "iteration", "ocp", "ode", "conic"])),
     // What follows a solution: no solver and no method.
     ("control", To(&["ad", "dynamics", "ode"])),
-    ("verify", To(&["ad", "ocp", "ode", "terrain"])),
+    ("verify", To(&["ad", "basis", "ocp", "ode", "terrain"])),
     // Facade, output, program.
     (
         "apsides",

@@ -39,7 +39,7 @@ impl Default for ActuatorSettings {
     }
 }
 
-/// What a control step did to an actuator.
+/// The limits that an actuator met in a control step.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Saturation {
     /// The command was beyond the travel.
@@ -115,7 +115,7 @@ impl Actuator {
         self.speed
     }
 
-    /// What limited the last step.
+    /// The limits met in the last step.
     #[must_use]
     pub fn saturation(&self) -> Saturation {
         self.saturation
@@ -214,7 +214,7 @@ impl RimPair {
         &self.actuators
     }
 
-    /// Whether the masses touched in the last step.
+    /// Tells whether the masses touched in the last step.
     #[must_use]
     pub fn met(&self) -> bool {
         self.met

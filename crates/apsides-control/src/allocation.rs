@@ -23,7 +23,7 @@ pub struct Allocation {
     pub positions: [f64; 2],
     /// Centre of mass `[y, z]` of these positions, m.
     pub centre: [f64; 2],
-    /// Whether the centre wanted is beyond the reach, and the nearest one in reach was taken.
+    /// Says whether the centre wanted is beyond the reach, and the nearest one in reach was taken.
     pub saturated: bool,
 }
 

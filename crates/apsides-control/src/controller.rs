@@ -1,4 +1,4 @@
-//! What stands between the state of a vehicle and its controls: laws and actuators as the simulator sees them.
+//! Laws and actuators as the simulator sees them: they stand between the state of a vehicle and its controls.
 
 use crate::actuator::{Actuator, RimPair};
 
@@ -7,7 +7,7 @@ pub trait Controller<const NX: usize, const NU: usize> {
     /// Command at a time (s) from what is measured. Called once per control step, in order of time.
     fn command(&mut self, t: f64, measured: &[f64; NX]) -> [f64; NU];
 
-    /// What the actuators made of the last command, for laws with integrals; called after each [`command`](Self::command).
+    /// Takes the controls that the actuators made of the last command, for laws with integrals; called after each [`command`](Self::command).
     fn reached(&mut self, _control: &[f64; NU]) {}
 }
 
@@ -21,17 +21,17 @@ where
     }
 }
 
-/// What makes controls of commands, once per control step.
+/// Actuators: they make controls of commands, once per control step.
 pub trait Actuation<const NU: usize> {
     /// Controls of the plant over the control step that begins.
     fn advance(&mut self, command: &[f64; NU]) -> [f64; NU];
 
-    /// Whether a control was at a limit of travel or rate in the last step.
+    /// Tells whether a control was at a limit of travel or rate in the last step.
     fn saturated(&self) -> bool {
         false
     }
 
-    /// Whether moving masses touched in the last step.
+    /// Tells whether moving masses touched in the last step.
     fn met(&self) -> bool {
         false
     }

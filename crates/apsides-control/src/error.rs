@@ -9,7 +9,7 @@ pub enum ControlError {
     /// A number is outside its range.
     #[error("{what} is {value}, allowed is {allowed}")]
     Parameter {
-        /// What was given.
+        /// The quantity that was given.
         what: &'static str,
         /// Its value.
         value: f64,
@@ -19,7 +19,7 @@ pub enum ControlError {
     /// Limits are not in order.
     #[error("{what}: the lower limit {lower} is not below the upper limit {upper}")]
     Limits {
-        /// What is limited.
+        /// The quantity that is limited.
         what: &'static str,
         /// The lower limit given.
         lower: f64,
@@ -29,7 +29,7 @@ pub enum ControlError {
     /// Sizes do not go together.
     #[error("{what}: {found} given, {expected} needed")]
     Dimension {
-        /// What has the size.
+        /// The object of that size.
         what: &'static str,
         /// Size needed.
         expected: usize,
@@ -39,7 +39,7 @@ pub enum ControlError {
     /// The Riccati equation has no stabilising solution that can be computed.
     #[error("no stabilising solution of the Riccati equation: {reason}")]
     Riccati {
-        /// What went wrong.
+        /// The failure, in words.
         reason: &'static str,
     },
     /// A matrix to be inverted is singular.
@@ -53,6 +53,12 @@ pub enum ControlError {
     Eigenvalues {
         /// The matrix.
         what: &'static str,
+    },
+    /// No time to go fulfils the equation of a guidance law.
+    #[error("no time to go leads from this state to the target: {reason}")]
+    NoTimeToGo {
+        /// The obstacle, in words.
+        reason: &'static str,
     },
     /// A request that the integrator refuses.
     #[error("integrator: {0}")]

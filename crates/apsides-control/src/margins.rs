@@ -34,7 +34,7 @@ pub struct Crossing {
 /// Margins of one loop; `None` where the response has no such crossing in the range of frequencies.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Margins {
-    /// Whether the closed loop is stable; judged without the additional delay of a continuous loop.
+    /// Says whether the closed loop is stable; judged without the additional delay of a continuous loop.
     pub stable: bool,
     /// Least factor above 1 on the loop that reaches -1.
     pub gain: Option<Crossing>,

@@ -57,11 +57,11 @@ impl TermGain {
 /// The coefficients of one axis.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct NonlinearGains {
-    /// Of the error.
+    /// The gain of the error.
     pub proportional: TermGain,
-    /// Of the integral of the error.
+    /// The gain of the integral of the error.
     pub integral: TermGain,
-    /// Of the rate of the error.
+    /// The gain of the rate of the error.
     pub derivative: TermGain,
 }
 

@@ -32,7 +32,7 @@ impl PidGains {
     }
 }
 
-/// What keeps the integral from growing while the output is at a limit.
+/// The method that keeps the integral from growing while the output is at a limit.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum AntiWindup {
     /// Nothing.
@@ -57,7 +57,7 @@ pub struct PidSettings {
     pub filter_time: f64,
     /// Least and largest output; infinite ones are allowed.
     pub limits: [f64; 2],
-    /// What happens to the integral at a limit.
+    /// The treatment of the integral at a limit.
     pub anti_windup: AntiWindup,
 }
 
@@ -85,7 +85,7 @@ pub struct ErrorMemory {
     previous: Option<f64>,
     /// Integral before the last sample.
     integral_before: f64,
-    /// Whether the last sample was taken out of the integral.
+    /// Says whether the last sample was taken out of the integral.
     undone: bool,
 }
 
@@ -159,7 +159,7 @@ impl ErrorMemory {
     }
 }
 
-/// What makes an output of an error, its integral and its rate, and keeps the integral from winding up.
+/// The terms of a law: an output of an error, its integral and its rate, with an integral that does not wind up.
 pub trait Terms {
     /// The output before its limits.
     fn output(&self, memory: &ErrorMemory) -> f64;

@@ -44,7 +44,7 @@ impl<const NX: usize, const NU: usize> Recording<NX, NU> {
         self.samples.try_reserve(expected).map_err(|_| ControlError::Dimension { what, expected, found })
     }
 
-    /// Whether control step number `step` is kept.
+    /// Tells whether control step number `step` is kept.
     pub(crate) fn wants(&self, step: usize) -> bool {
         self.interval > 0 && step.is_multiple_of(self.interval)
     }

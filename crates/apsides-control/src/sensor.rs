@@ -11,7 +11,7 @@ use crate::error::{ControlError, finite, not_negative, positive, steps_of};
 pub struct SensorSettings<const N: usize> {
     /// Standard deviation of the noise of each quantity, in its unit; independent from sample to sample. Default 0.
     pub noise: [f64; N],
-    /// What is added to each quantity, in its unit. Default 0.
+    /// The bias that is added to each quantity, in its unit. Default 0.
     pub bias: [f64; N],
     /// Control steps from one measurement to the next, which is held between them; default 1.
     pub interval: usize,
@@ -79,7 +79,7 @@ impl<const N: usize> Sensor<N> {
         &self.settings
     }
 
-    /// What is seen at this control step, of which the truth is given.
+    /// The measurement at this control step, of which the truth is given.
     pub fn measure(&mut self, truth: &[f64; N]) -> [f64; N] {
         let first = self.steps == 0;
         if self.steps.is_multiple_of(self.settings.interval) {

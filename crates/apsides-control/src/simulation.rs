@@ -19,7 +19,7 @@ use crate::sensor::Sensor;
 /// Most control steps of a run.
 const MAX_STEPS: f64 = 1e9;
 
-/// How a control step is integrated.
+/// The integration of a control step.
 #[derive(Clone, Debug)]
 pub enum Integration {
     /// Equal steps of the classical method of order four per control step.
@@ -64,7 +64,7 @@ impl<const NX: usize> Default for SimulationSettings<NX> {
     }
 }
 
-/// What a monitor watches.
+/// The departure from orderly flight that a monitor watches for.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[non_exhaustive]
 pub enum Breach {
@@ -80,7 +80,7 @@ pub enum Breach {
     Limit(&'static str),
 }
 
-/// Why a run ended.
+/// The reason why a run ended.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[non_exhaustive]
 pub enum Ending {
@@ -92,17 +92,17 @@ pub enum Ending {
     Breach(Breach),
     /// A state is NaN or infinite.
     State {
-        /// Which state.
+        /// Index of the state.
         index: usize,
     },
     /// A command of the law is NaN or infinite.
     Command {
-        /// Which command.
+        /// Index of the command.
         index: usize,
     },
     /// A control of the actuators is NaN or infinite.
     Control {
-        /// Which control.
+        /// Index of the control.
         index: usize,
     },
     /// The fixed step is too long.
@@ -114,10 +114,10 @@ pub enum Ending {
     Integrator(Status),
 }
 
-/// How a run went.
+/// The course of a run.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Flight<const NX: usize> {
-    /// Why it ended.
+    /// The reason why it ended.
     pub ending: Ending,
     /// Time of the end, s.
     pub time: f64,

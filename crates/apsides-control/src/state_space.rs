@@ -305,7 +305,7 @@ impl StateSpace {
         eigenvalues_of("the state matrix of a linear system", &self.a)
     }
 
-    /// Whether all poles are in the open left half plane, or in the open unit disk.
+    /// Tells whether all poles are in the open left half plane, or in the open unit disk.
     ///
     /// # Errors
     /// As [`poles`](Self::poles).

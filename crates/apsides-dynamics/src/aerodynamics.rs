@@ -60,7 +60,7 @@ impl Aerodynamics {
         }
     }
 
-    /// Whether the Mach number matters.
+    /// Tells whether the Mach number matters.
     #[must_use]
     pub fn depends_on_mach(&self) -> bool {
         !matches!(self, Self::Constant { .. })

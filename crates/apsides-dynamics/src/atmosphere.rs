@@ -9,6 +9,7 @@ use crate::DynamicsError;
 use crate::engine::STANDARD_GRAVITY;
 use crate::error::{finite, positive};
 
+mod constants;
 mod layers;
 mod panels;
 mod printed;
@@ -136,7 +137,7 @@ pub enum Atmosphere {
     Table(AtmosphereTable),
 }
 
-/// What an atmosphere is like at an altitude.
+/// The state of an atmosphere at an altitude.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct AtmosphericState {
     /// Density, kg/m3.
@@ -218,8 +219,8 @@ impl Atmosphere {
     pub fn range(&self) -> [f64; 2] {
         match self {
             Self::Vacuum | Self::Exponential(_) => [f64::NEG_INFINITY, f64::INFINITY],
-            Self::UsStandard1976 => [standard::BOTTOM, standard::TOP],
-            Self::UsStandard1976Printed => [standard::BOTTOM, printed::TOP],
+            Self::UsStandard1976 => [constants::BOTTOM, constants::TOP],
+            Self::UsStandard1976Printed => [constants::BOTTOM, printed::TOP],
             Self::Table(table) => table.range(),
         }
     }

@@ -44,7 +44,7 @@ pub use classical::Classical;
 pub(crate) use place::Place;
 pub use plane::{PlanarEquinoctial, PlanarPolar};
 
-/// Which inclination the equinoctial elements leave out.
+/// The inclination that the equinoctial elements leave out.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Sense {
     /// `I = 1`: for inclinations from 0 up to, not including, 180 deg.
@@ -94,7 +94,7 @@ pub struct Equinoctial<S = f64> {
     pub k: S,
     /// True longitude `L`, rad.
     pub true_longitude: S,
-    /// Which inclination is left out.
+    /// The inclination that is left out.
     pub sense: Sense,
 }
 

@@ -256,7 +256,7 @@ impl EntryFlight {
     }
 }
 
-/// How a model steers: what the loads need to know of its controls.
+/// The steering of a model: what the loads need to know of its controls.
 pub trait EntryModel<const NU: usize>: Dynamics<6, NU> {
     /// The flight.
     fn flight(&self) -> &EntryFlight;

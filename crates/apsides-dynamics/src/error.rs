@@ -7,7 +7,7 @@ pub enum DynamicsError {
     /// The parameter is not a finite number in the allowed range.
     #[error("{what} is {value} {unit}, allowed is {allowed}")]
     Parameter {
-        /// What was given.
+        /// The quantity that was given.
         what: &'static str,
         /// Its value.
         value: f64,
@@ -23,7 +23,7 @@ pub enum DynamicsError {
         what: &'static str,
         /// The row, counted from 1.
         row: usize,
-        /// What is wrong with it.
+        /// The defect of the row.
         reason: String,
     },
     /// The velocity is zero or along the radius: the motion has no orbital plane and no elements.

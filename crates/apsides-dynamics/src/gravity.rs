@@ -32,7 +32,7 @@ pub struct GravityField {
     degree: usize,
     /// Orders of one degree after another, from degree 0 on: `C_nm` and `S_nm`.
     coefficients: Vec<[f64; 2]>,
-    /// Of the recursion `P_nm = a sin(lat) P_(n-1)m - b P_(n-2)m`, and of the derivative.
+    /// Factors of the recursion `P_nm = a sin(lat) P_(n-1)m - b P_(n-2)m`, and of the derivative.
     factors: Vec<[f64; 3]>,
 }
 

@@ -1,4 +1,4 @@
-//! Convective heating at the stagnation point, and the temperature of a wall that radiates it.
+//! Convective heating at the stagnation point.
 
 use apsides_ad::Scalar;
 
@@ -10,10 +10,7 @@ pub const HEAT_RATE: Quantity = Quantity::new("heat rate", "W/m2");
 /// Heat taken up per area: the integral of the heat rate.
 pub const HEAT_LOAD: Quantity = Quantity::new("heat load", "J/m2");
 
-/// Constant of Stefan and Boltzmann, W/(m2 K4) (CODATA 2018).
-pub const STEFAN_BOLTZMANN: f64 = 5.670_374_419e-8;
-
-/// How the heat rate follows from density and speed, all in SI.
+/// The law of the heat rate over density and speed, all in SI.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum HeatingLaw {
     /// `k v^3 sqrt(rho)`, the nose radius being part of the constant.
@@ -80,24 +77,6 @@ impl HeatingLaw {
     }
 }
 
-/// Temperature (K) at which a wall of an emissivity radiates what it takes up (W/m2): `(q / (e sigma))^(1/4)`.
-///
-/// # Errors
-/// When the heat rate is negative or not finite, or the emissivity is not in (0, 1].
-pub fn equilibrium_wall_temperature(heat_rate: f64, emissivity: f64) -> Result<f64, DynamicsError> {
-    let emissivity = positive("emissivity", emissivity, "-")?;
-    if emissivity > 1.0 {
-        let allowed = "above 0 and at most 1";
-        return Err(DynamicsError::Parameter { what: "emissivity", value: emissivity, unit: "-", allowed });
-    }
-    if heat_rate >= 0.0 && heat_rate.is_finite() {
-        Ok((heat_rate / (emissivity * STEFAN_BOLTZMANN)).powf(0.25))
-    } else {
-        let allowed = "a finite number not below 0";
-        Err(DynamicsError::Parameter { what: "heat rate", value: heat_rate, unit: "W/m2", allowed })
-    }
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -120,20 +99,5 @@ mod tests {
         );
         let negative = HeatingLaw::Power { constant: 1.0, density_exponent: 0.5, speed_exponent: -3.0 };
         assert!(refused(negative).starts_with("exponent of the speed is -3"));
-    }
-
-    #[test]
-    fn the_wall_radiates_what_it_takes_up() {
-        let t = equilibrium_wall_temperature(800e3, 0.85).unwrap();
-        assert!(
-            (0.85 * STEFAN_BOLTZMANN * t.powi(4) - 800e3).abs() < 1e-6 && (2018.0..2019.0).contains(&t),
-            "{t}"
-        );
-        assert_eq!(equilibrium_wall_temperature(0.0, 1.0), Ok(0.0));
-        let message = |q, e| equilibrium_wall_temperature(q, e).unwrap_err().to_string();
-        assert!(message(-1.0, 0.8).starts_with("heat rate is -1 W/m2"));
-        assert!(message(1.0, 1.2).starts_with("emissivity is 1.2"));
-        assert!(message(1.0, 0.0).starts_with("emissivity is 0"));
-        assert!(message(f64::NAN, 0.8).starts_with("heat rate is NaN"));
     }
 }

@@ -37,7 +37,6 @@
 //! | [`powered_descent`] | flight with throttled thrust over a rotating body, in spherical coordinates fixed to it |
 //! | [`great_circle`] | distances, courses and destinations on the sphere |
 //! | [`frames`] | inertial, body-fixed and local axes |
-//! | [`projection`] | transverse Mercator projection of a sphere or an ellipsoid |
 //! | [`atmosphere`] | exponential and standard atmospheres, tables |
 //! | [`aerodynamics`] | coefficients of lift and drag, vehicles of atmospheric entry |
 //! | [`aerodynamics::axisymmetric`] | forces and moments of axisymmetric bodies from tables over Mach number and angle of attack |
@@ -45,7 +44,7 @@
 //! | [`ellipsoid`] | the reference ellipsoid: geodetic coordinates, normal gravity |
 //! | [`rigid_body`] | flight of a rigid body in six degrees of freedom, over a plane or the rotating ellipsoid, in wind |
 //! | [`moving_mass`] | the same with two masses that move inside the body |
-//! | [`heating`] | laws of convective heating, temperature of the wall |
+//! | [`heating`] | laws of convective heating |
 //! | [`planet`] | bodies with rotation, oblateness and atmosphere |
 //! | [`entry`] | flight without thrust through the atmosphere of a rotating planet, loads |
 //! | [`quantity`] | names and units of states and controls |
@@ -72,7 +71,6 @@ pub mod moving_mass;
 pub mod planar;
 pub mod planet;
 pub mod powered_descent;
-pub mod projection;
 pub mod quantity;
 pub mod rigid_body;
 pub mod transfer;

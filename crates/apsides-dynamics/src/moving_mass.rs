@@ -27,7 +27,7 @@ use crate::error::{finite, positive};
 use crate::rigid_body::{FlightCondition, Inertia, RigidBody, solve_symmetric};
 use crate::{DynamicsError, Quantity};
 
-/// How the two masses move.
+/// The paths of the two masses.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Layout {
     /// The first along y, the second along z, both across the axis. Positions in m.
@@ -59,7 +59,7 @@ impl Layout {
         }
     }
 
-    /// Whether positions are within the travel.
+    /// Tells whether positions are within the travel.
     ///
     /// # Errors
     /// The position that is not. On a rim all angles are, if finite.
@@ -189,7 +189,7 @@ impl MovingMassVehicle {
         &self.body
     }
 
-    /// How the masses move.
+    /// The paths of the masses.
     #[must_use]
     pub fn layout(&self) -> Layout {
         self.layout
@@ -230,7 +230,7 @@ impl MovingMassVehicle {
         self.body.condition(x)
     }
 
-    /// Whether the coefficients at a state are those of the table and the positions of the masses within their travel.
+    /// Tells whether the coefficients at a state are those of the table and the positions of the masses within their travel.
     ///
     /// # Errors
     /// The quantity that has left its range.

@@ -67,7 +67,7 @@ pub struct RigidBody {
     centre: [f64; 3],
 }
 
-/// What equations of motion have in common, whatever moves inside the body.
+/// The terms that all equations of motion share, whatever moves inside the body.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Motion<S> {
     /// Rates of position, of velocity without the air, of attitude.
@@ -218,7 +218,7 @@ impl RigidBody {
         FlightCondition::new(altitude, &air, [density, sound], loads.force.map(|f| f / self.mass))
     }
 
-    /// Whether the coefficients at a state are those of the table.
+    /// Tells whether the coefficients at a state are those of the table.
     ///
     /// # Errors
     /// The quantity that has left the table. In vacuum nothing does.
@@ -241,13 +241,6 @@ impl RigidBody {
     #[must_use]
     pub fn static_frequency(&self, mach: f64, dynamic_pressure: f64) -> Option<f64> {
         self.aerodynamics.static_frequency(mach, dynamic_pressure, self.inertia.matrix()[1][1])
-    }
-
-    /// Kinetic energy of the rotation, J.
-    #[must_use]
-    pub fn rotational_energy(&self, x: &[f64; 13]) -> f64 {
-        let spin = [x[10], x[11], x[12]];
-        0.5 * dot(&spin, &self.inertia.times(&spin))
     }
 }
 

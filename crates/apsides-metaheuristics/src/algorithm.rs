@@ -1,4 +1,4 @@
-//! What an algorithm of this crate is: it asks for results at points and is told them.
+//! The interface of all algorithms: an algorithm asks for results at points and is told them.
 
 use crate::error::require;
 use crate::{Candidate, Evaluation, Generator, Points, Population, SearchError, SearchSpace};
@@ -43,16 +43,16 @@ pub trait Algorithm: Send {
     /// Takes members of another population in, in place of its own worst. Called between `tell` and `ask`.
     fn immigrate(&mut self, migrants: &Population);
 
-    /// How far the population extends: the standard deviation of a coordinate as a part of the box, the mean over coordinates.
+    /// The extent of the population: the standard deviation of a coordinate as a part of the box, the mean over coordinates.
     fn spread(&self) -> f64;
 
-    /// Why nothing more is to be gained, `None` while there is.
+    /// The reason why nothing more is to be gained, `None` while there is.
     fn converged(&self) -> Option<Convergence> {
         None
     }
 }
 
-/// Why an algorithm has nothing more to gain.
+/// The reason why an algorithm has nothing more to gain.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[non_exhaustive]
 pub enum Convergence {
@@ -64,7 +64,7 @@ pub enum Convergence {
     Condition,
 }
 
-/// What every algorithm starts from.
+/// The problem that an algorithm starts from.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Task<'a> {
     /// The box.

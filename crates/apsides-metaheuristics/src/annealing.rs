@@ -36,7 +36,7 @@ pub struct AnnealingSettings {
     /// Factor from one temperature to the next, above 0 and below 1; default `None` for one that goes through 14 powers of ten in
     /// the budget. The paper has 0.85.
     pub cooling: Option<f64>,
-    /// How strongly step lengths change, above 0; default 2.
+    /// The strength with which step lengths change, above 0; default 2.
     pub adaptation: f64,
     /// The search has converged when the best objective changed less than this over four temperatures, and so did that of all
     /// walkers; default `None` for never.
@@ -82,7 +82,7 @@ pub struct Annealing {
     taken: Points,
     /// Place in the list of free coordinates, round and change.
     position: [usize; 3],
-    /// Of the objective and of the violation.
+    /// Temperatures of the objective and of the violation.
     temperatures: [f64; 2],
     cooling: f64,
     /// Best objectives at the last temperatures, newest first.
@@ -168,7 +168,7 @@ impl Annealing {
         }
     }
 
-    /// Whether a walker takes a step from one result to another.
+    /// Tells whether a walker takes a step from one result to another.
     fn accepts(&mut self, old: &Evaluation, new: &Evaluation) -> bool {
         if new.is_failed() || old.is_failed() {
             return old.is_failed();

@@ -29,7 +29,7 @@ use serde::{Deserialize, Serialize};
 use vectors::dot;
 use weights::Weights;
 
-/// What follows a run that has converged.
+/// The way on after a run that has converged.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 pub enum Restarts {
     /// Nothing: the search ends.
@@ -42,7 +42,7 @@ pub enum Restarts {
     TwoRegimes,
 }
 
-/// What is done with points outside of the box.
+/// The treatment of points outside of the box.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 pub enum CmaBounds {
     /// Evaluated at the nearest point of the box, with an objective that grows with the distance.
@@ -59,7 +59,7 @@ pub struct CmaEsSettings {
     pub population: Option<usize>,
     /// First standard deviation of each coordinate as a part of the box, above 0 and at most 1; default 0.3.
     pub step: f64,
-    /// Whether bad points are unlearnt; default yes.
+    /// Says whether bad points are unlearnt; default yes.
     pub active: bool,
     /// Default penalty.
     pub bounds: CmaBounds,

@@ -10,7 +10,7 @@
 //! 5. The best `nGtoA` members of the genetic algorithm go to the colony, in place of the worst of its archive.
 //! 6. The best `nGtoP` members of the genetic algorithm go to the swarm, in place of its worst particles, which start there at rest.
 //!
-//! What is sent is copied before anything arrives, so that the steps 4 to 6 have no order, and swarm and colony learn of each other
+//! Members are copied before any arrives, so that the steps 4 to 6 have no order, and swarm and colony learn of each other
 //! through the genetic algorithm alone, one cycle later. A migrant that is no better than whom it would replace, or is there
 //! already, is dropped.
 

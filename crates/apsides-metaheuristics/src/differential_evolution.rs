@@ -20,7 +20,7 @@ use crate::{
 use control::Control;
 use serde::{Deserialize, Serialize};
 
-/// What trial points are made of; all but the first three letters are members at random.
+/// The points that trial points are made of; all but the first three letters are members at random.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub enum DifferentialMutation {
     /// `r + F (p - q)`: slow and thorough.
@@ -60,7 +60,7 @@ pub enum DifferentialAdaptation {
     },
 }
 
-/// What is done with a coordinate outside of the box.
+/// The treatment of a coordinate outside of the box.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 pub enum DifferentialBounds {
     /// Half way between the bound and the member that the trial is for.
@@ -213,7 +213,7 @@ impl DifferentialEvolution {
         }
     }
 
-    /// How many members may lead.
+    /// The number of members that may lead.
     fn leaders(&self) -> usize {
         match self.settings.mutation {
             DifferentialMutation::Rand => 0,

@@ -1,7 +1,7 @@
-//! What makes a search ill-posed.
+//! Reasons to refuse a search.
 
 /// A request that no search can serve.
-#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+#[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
 pub enum SearchError {
     /// The box has no coordinates.
@@ -10,7 +10,7 @@ pub enum SearchError {
     /// Things that belong together differ in length: lower and upper bounds, a point and the box.
     #[error("{what}: {found} numbers instead of {expected}")]
     Length {
-        /// What has the wrong length.
+        /// The list of the wrong length.
         what: String,
         /// Its length.
         found: usize,
@@ -63,12 +63,12 @@ pub enum SearchError {
         setting: &'static str,
         /// Its value.
         value: f64,
-        /// What is allowed.
+        /// The range allowed, in words.
         allowed: &'static str,
     },
     /// The threads of a search could not be started.
     #[error("threads for evaluations: {0}")]
-    Threads(String),
+    Threads(#[from] rayon::ThreadPoolBuildError),
 }
 
 /// Refuses a setting that is not in `allowed`; NaN is never allowed.

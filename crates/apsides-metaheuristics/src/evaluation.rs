@@ -1,4 +1,4 @@
-//! What is minimised, and which of two results is better.
+//! The result at a point, and which of two results is better.
 
 use crate::number;
 use serde::{Deserialize, Serialize};
@@ -7,10 +7,10 @@ use std::cmp::Ordering;
 /// The result at one point.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Evaluation {
-    /// What is minimised. A value that is not finite says that the evaluation failed.
+    /// The value that is minimised. One that is not finite says that the evaluation failed.
     #[serde(with = "number")]
     pub objective: f64,
-    /// How far the point is from satisfying the constraints: 0 or less where it does, NaN where that failed.
+    /// The distance of the point from satisfying the constraints: 0 or less where it does, NaN where that failed.
     #[serde(with = "number")]
     pub violation: f64,
 }
@@ -46,12 +46,12 @@ impl Evaluation {
         Self { objective: sum.objective / count, violation: sum.violation / count }
     }
 
-    /// Whether there is no result: the objective is not finite or the violation is NaN.
+    /// Tells whether there is no result: the objective is not finite or the violation is NaN.
     pub fn is_failed(&self) -> bool {
         !self.objective.is_finite() || self.violation.is_nan()
     }
 
-    /// Whether the point satisfies the constraints.
+    /// Tells whether the point satisfies the constraints.
     pub fn is_feasible(&self) -> bool {
         !self.is_failed() && self.violation <= 0.0
     }
@@ -73,7 +73,7 @@ impl Evaluation {
         violation.then_with(|| (self.objective + 0.0).total_cmp(&(other.objective + 0.0)))
     }
 
-    /// Whether this one is strictly better.
+    /// Tells whether this one is strictly better.
     pub fn is_better_than(&self, other: &Self) -> bool {
         self.order(other) == Ordering::Less
     }
@@ -133,6 +133,48 @@ impl Candidate {
                 *best = Some(Self { x: x.to_vec(), evaluation: *evaluation });
                 true
             }
+        }
+    }
+}
+
+/// The weight of violations of constraints.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub enum Constraints {
+    /// By the order of [`Evaluation::order`]: any feasible point before any infeasible one. Needs no weight.
+    #[default]
+    FeasibilityRules,
+    /// The objective plus the violation times a weight.
+    Penalty {
+        /// Objective for a violation of 1, above 0.
+        weight: f64,
+    },
+}
+
+/// The treatment of noise of the objective.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+pub enum Noise {
+    /// Nothing: one evaluation for each point.
+    #[default]
+    None,
+    /// The mean of several evaluations at each point.
+    Mean {
+        /// Evaluations of a point, at least 1.
+        samples: usize,
+    },
+    /// A point that seems better than the best so far is evaluated again, and the mean of all its evaluations counts, so that one
+    /// lucky evaluation is not kept as the best.
+    ConfirmBest {
+        /// More evaluations of such a point, at least 1.
+        repeats: usize,
+    },
+}
+
+impl Noise {
+    /// Evaluations of each point of a generation.
+    pub(crate) fn samples(self) -> u64 {
+        match self {
+            Self::Mean { samples } => samples as u64,
+            Self::None | Self::ConfirmBest { .. } => 1,
         }
     }
 }

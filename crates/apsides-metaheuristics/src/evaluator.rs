@@ -17,7 +17,7 @@ impl Evaluator {
             return Ok(Self { pool: None });
         }
         let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build();
-        Ok(Self { pool: Some(pool.map_err(|e| SearchError::Threads(e.to_string()))?) })
+        Ok(Self { pool: Some(pool?) })
     }
 
     /// Results of all points in their order. `first` is the number of the first evaluation.

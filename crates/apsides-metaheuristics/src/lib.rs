@@ -87,12 +87,10 @@ mod evaluator;
 mod generator;
 mod genetic;
 mod history;
-mod islands;
 mod method;
 mod number;
 mod particle_swarm;
 mod points;
-mod run;
 mod search;
 mod space;
 
@@ -106,14 +104,12 @@ pub use differential_evolution::{
     DifferentialMutation,
 };
 pub use error::SearchError;
-pub use evaluation::{Candidate, Evaluation, Objective};
+pub use evaluation::{Candidate, Constraints, Evaluation, Noise, Objective};
 pub use generator::Generator;
 pub use genetic::{Genetic, GeneticSettings};
 pub use history::HistoryPoint;
-pub use islands::{Islands, IslandsSettings, Topology};
-pub use method::{Engine, Method};
+pub use method::{Engine, Islands, IslandsSettings, Method, Topology};
 pub use particle_swarm::{Damping, Neighbourhood, ParticleSwarm, ParticleSwarmSettings};
 pub use points::{Points, Population};
-pub use run::Run;
-pub use search::{Constraints, Noise, Progress, Search, SearchReport, Stagnation, StopReason};
+pub use search::{Progress, Run, Search, SearchReport, Stagnation, StopReason};
 pub use space::SearchSpace;

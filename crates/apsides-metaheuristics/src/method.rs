@@ -1,10 +1,14 @@
 //! The choice of an algorithm, and any of them behind one type that can be saved.
 
+mod islands;
+
+pub use islands::{Islands, IslandsSettings, Topology};
+
 use crate::{
     Algorithm, Annealing, AnnealingSettings, AntColony, AntColonySettings, Candidate, CmaEs, CmaEsSettings,
     Convergence, Cooperation, CooperationSettings, DifferentialEvolution, DifferentialEvolutionSettings,
-    Evaluation, Genetic, GeneticSettings, Islands, IslandsSettings, ParticleSwarm, ParticleSwarmSettings,
-    Points, Population, SearchError, Task,
+    Evaluation, Genetic, GeneticSettings, ParticleSwarm, ParticleSwarmSettings, Points, Population,
+    SearchError, Task,
 };
 use serde::{Deserialize, Serialize};
 

@@ -16,7 +16,7 @@ use crate::{
 };
 use serde::{Deserialize, Serialize};
 
-/// How velocities are kept from growing.
+/// The method that keeps velocities from growing.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub enum Damping {
     /// The factor of the old velocity goes linearly from `first` to `last` along the budget.
@@ -30,7 +30,7 @@ pub enum Damping {
     Constriction,
 }
 
-/// Which particles share their best point.
+/// The particles that share their best point.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub enum Neighbourhood {
     /// All of them: fast, and more easily caught in a local minimum.

@@ -11,7 +11,7 @@ pub struct Points {
     values: Vec<f64>,
 }
 
-/// What is read before it is checked.
+/// The points as read, before they are checked.
 #[derive(Deserialize)]
 struct Flat {
     dimension: usize,
@@ -47,7 +47,7 @@ impl Points {
         self.values.len() / self.dimension
     }
 
-    /// Whether there are none.
+    /// Tells whether there are none.
     pub fn is_empty(&self) -> bool {
         self.values.is_empty()
     }
@@ -139,7 +139,7 @@ impl Points {
 }
 
 impl Points {
-    /// Whether all points are nearly at one place: no coordinate differs from that of the first point by more than rounding of the
+    /// Tells whether all points are nearly at one place: no coordinate differs from that of the first point by more than rounding of the
     /// width of the box.
     pub(crate) fn coincide(&self, space: &SearchSpace) -> bool {
         let near = |i: usize, a: f64, b: f64| (a - b).abs() <= f64::EPSILON * space.width(i);
@@ -158,7 +158,7 @@ pub struct Population {
     pub evaluations: Vec<Evaluation>,
 }
 
-/// What is read before it is checked.
+/// The points as read, before they are checked.
 #[derive(Deserialize)]
 struct Members {
     points: Points,
@@ -188,7 +188,7 @@ impl Population {
         self.evaluations.len()
     }
 
-    /// Whether there are none.
+    /// Tells whether there are none.
     pub fn is_empty(&self) -> bool {
         self.evaluations.is_empty()
     }
@@ -252,7 +252,7 @@ impl Population {
         }
     }
 
-    /// Of the members from index `first` on, keeps the `count` best, best first.
+    /// Keeps the `count` best of the members from index `first` on, best first.
     pub fn keep_best(&mut self, first: usize, count: usize) {
         let kept = count.min(self.len() - first);
         for place in first..first + kept {
@@ -290,7 +290,7 @@ impl Population {
         self.set(place, x, evaluation);
     }
 
-    /// Whether a member is there already.
+    /// Tells whether a member is there already.
     fn contains(&self, x: &[f64], evaluation: &Evaluation) -> bool {
         // Few results are equal, so that few points are compared.
         self.iter().any(|(y, e)| e == evaluation && y == x)

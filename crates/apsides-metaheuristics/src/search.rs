@@ -1,53 +1,17 @@
 //! A search: what is allowed, when it ends, what comes out.
 
 use crate::error::require;
-use crate::{Candidate, Engine, HistoryPoint, Method, Objective, Run, SearchError, SearchSpace};
-use crate::{Convergence, evaluation::Evaluation};
+use crate::{
+    Candidate, Constraints, Convergence, Engine, Evaluation, HistoryPoint, Method, Noise, Objective,
+    SearchError, SearchSpace,
+};
 use serde::{Deserialize, Serialize};
 use std::ops::ControlFlow;
 use std::time::Duration;
 
-/// How violations count.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
-pub enum Constraints {
-    /// By the order of [`Evaluation::order`]: any feasible point before any infeasible one. Needs no weight.
-    #[default]
-    FeasibilityRules,
-    /// The objective plus the violation times a weight.
-    Penalty {
-        /// Objective for a violation of 1, above 0.
-        weight: f64,
-    },
-}
+mod run;
 
-/// What is done about noise of the objective.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
-pub enum Noise {
-    /// Nothing: one evaluation for each point.
-    #[default]
-    None,
-    /// The mean of several evaluations at each point.
-    Mean {
-        /// Evaluations of a point, at least 1.
-        samples: usize,
-    },
-    /// A point that seems better than the best so far is evaluated again, and the mean of all its evaluations counts, so that one
-    /// lucky evaluation is not kept as the best.
-    ConfirmBest {
-        /// More evaluations of such a point, at least 1.
-        repeats: usize,
-    },
-}
-
-impl Noise {
-    /// Evaluations of each point of a generation.
-    pub(crate) fn samples(self) -> u64 {
-        match self {
-            Self::Mean { samples } => samples as u64,
-            Self::None | Self::ConfirmBest { .. } => 1,
-        }
-    }
-}
+pub use run::Run;
 
 /// A search ends when the best objective has hardly improved for a time.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
@@ -177,7 +141,7 @@ impl Search {
     }
 }
 
-/// What an observer sees after each generation.
+/// The state of a search after a generation, for an observer.
 #[derive(Clone, Copy, Debug)]
 #[non_exhaustive]
 pub struct Progress<'a> {
@@ -193,7 +157,7 @@ pub struct Progress<'a> {
     pub engine: &'a Engine,
 }
 
-/// Why a search ended.
+/// The reason why a search ended.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[non_exhaustive]
 pub enum StopReason {
@@ -213,7 +177,7 @@ pub enum StopReason {
     AllFailed,
 }
 
-/// What a search found.
+/// The result of a search.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct SearchReport {
     /// The best point with its result as the objective gave it, `None` where every evaluation failed.
@@ -222,7 +186,7 @@ pub struct SearchReport {
     pub evaluations: usize,
     /// Generations.
     pub generations: usize,
-    /// Why it ended.
+    /// The reason why it ended.
     pub stop: StopReason,
     /// The course, thinned out to at most about two thousand generations.
     pub history: Vec<HistoryPoint>,

@@ -11,7 +11,7 @@ pub struct SearchSpace {
     upper: Vec<f64>,
 }
 
-/// What is read before it is checked.
+/// The box as read, before it is checked.
 #[derive(Deserialize)]
 struct Bounds {
     lower: Vec<f64>,
@@ -76,7 +76,7 @@ impl SearchSpace {
         self.upper[index] - self.lower[index]
     }
 
-    /// Whether a point of the right length lies in the box.
+    /// Tells whether a point of the right length lies in the box.
     pub fn contains(&self, x: &[f64]) -> bool {
         x.len() == self.dimension() && self.first_outside(x).is_none()
     }

@@ -1,6 +1,8 @@
 //! Strategies for the barrier parameter: monotone (Waechter and Biegler, eq. 7) and adaptive (Nocedal, Waechter and
 //! Waltz 2009, with the globalisation by the optimality error).
 
+use apsides_basis::golden_section;
+
 use crate::model::BarrierModel;
 use crate::settings::{BarrierOracle, BarrierStrategy, NlpSettings};
 use crate::state::SolverState;
@@ -136,26 +138,13 @@ impl BarrierControl {
         let primal = dot(constraints, constraints) / constraints.len().max(1) as f64;
         let quality = |log_centring: f64| quality(state, log_centring.exp() * average, dual, primal);
         let least = LEAST_CENTRING.max((state.final_barrier / average).min(1.0)).ln();
-        let (mut low, mut high) = if quality(0.0) <= quality(0.99_f64.ln()) {
+        let (low, high) = if quality(0.0) <= quality(0.99_f64.ln()) {
             (0.0, LARGEST_CENTRING.min(self.largest / average).max(1.0).ln())
         } else {
             (least, 0.99_f64.ln().max(least))
         };
-        let golden = 0.5 * (5.0_f64.sqrt() - 1.0);
-        let (mut a, mut b) = (high - golden * (high - low), low + golden * (high - low));
-        let (mut quality_a, mut quality_b) = (quality(a), quality(b));
-        for _ in 0..SECTIONS {
-            if quality_a <= quality_b {
-                (high, b, quality_b) = (b, a, quality_a);
-                a = high - golden * (high - low);
-                quality_a = quality(a);
-            } else {
-                (low, a, quality_a) = (a, b, quality_b);
-                b = low + golden * (high - low);
-                quality_b = quality(b);
-            }
-        }
-        if quality_a <= quality_b { a.exp() } else { b.exp() }
+        let [log_centring, _] = golden_section([low, high], 2 + SECTIONS, quality);
+        log_centring.exp()
     }
 }
 

@@ -10,6 +10,7 @@
 
 use std::sync::Arc;
 
+use apsides_basis::legendre;
 use apsides_nlp::{Nlp, Pattern, Scaling as NlpScaling, Stages};
 use apsides_ocp::{ArcKind, Bounds, EndpointTerm, Guess, Mesh, Ocp, Scaling, Sense};
 
@@ -390,21 +391,11 @@ fn constant_entries(layout: &Layout) -> Vec<((usize, usize), f64)> {
         for &(r, interval, c) in &p.degree_rows {
             let (rule, first) = (&p.rules[interval], p.interval_start(interval));
             for (j, (&tau, w)) in rule.nodes().iter().zip(rule.weights()).enumerate() {
-                entries.push(((r, p.control_column(first + j) + c), w * legendre(rule.points() - 1, tau)));
+                entries.push(((r, p.control_column(first + j) + c), w * legendre(rule.points() - 1, tau).0));
             }
         }
     }
     entries
-}
-
-/// Legendre polynomial of a degree.
-fn legendre(degree: usize, x: f64) -> f64 {
-    let (mut before, mut value) = (0.0, 1.0);
-    for k in 0..degree {
-        let k = k as f64;
-        (before, value) = (value, ((2.0 * k + 1.0) * x * value - k * before) / (k + 1.0));
-    }
-    value
 }
 
 fn variable_bounds(ocp: &Ocp, layout: &Layout, start: &[f64]) -> (Vec<f64>, Vec<f64>) {

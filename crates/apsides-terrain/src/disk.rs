@@ -38,7 +38,7 @@ impl Disk {
 
 /// A least-squares plane around a pixel: height at its centre and gradient (to the east, to the south).
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct Plane {
+pub(crate) struct LocalPlane {
     /// Height over the datum, m.
     pub(crate) height: f64,
     /// Rise per pixel to the east and to the south, m.
@@ -72,7 +72,7 @@ impl RowSums {
     }
 
     /// The plane over a disk; none if it leaves the map or has a gap.
-    pub(crate) fn plane(&self, disk: &Disk, row: usize, col: usize) -> Option<Plane> {
+    pub(crate) fn plane(&self, disk: &Disk, row: usize, col: usize) -> Option<LocalPlane> {
         let r = disk.reach;
         if row < r || col < r || row + r >= self.rows || col + r >= self.cols {
             return None;
@@ -87,7 +87,7 @@ impl RowSums {
             by_col += b[2] - a[2] - col as f64 * z;
             by_row += (i as f64 - r as f64) * z;
         }
-        (count as usize == disk.count).then(|| Plane {
+        (count as usize == disk.count).then(|| LocalPlane {
             height: sum / disk.count as f64,
             rise: [by_col / disk.moment, by_row / disk.moment],
         })

@@ -32,12 +32,12 @@ pub(crate) fn to_nearest(
         flags.clear();
         flags.extend((first..first + length).map(|k| u8::from(marked(k))));
     };
-    let edges: Vec<Edges> = out
+    let edges: Vec<BandEdges> = out
         .par_chunks(BAND * cols)
         .enumerate()
         .map_init(Vec::new, |space, (band, part)| {
             flags(band, part.len(), space);
-            Edges::of(space, cols)
+            BandEdges::of(space, cols)
         })
         .collect();
     let outside = Outside::of_all(&edges);
@@ -56,15 +56,15 @@ const FAR: u32 = 1 << 30;
 
 /// For each column of a band: rows from its first one down to the first mark, and from its last one up to the last mark.
 #[derive(Debug)]
-pub(crate) struct Edges {
+pub(crate) struct BandEdges {
     rows: u32,
     first: Vec<u32>,
     last: Vec<u32>,
 }
 
-impl Edges {
-    /// Of rows of marks, which are not 0.
-    pub(crate) fn of(flags: &[u8], cols: usize) -> Edges {
+impl BandEdges {
+    /// The edges of rows of marks, which are not 0.
+    pub(crate) fn of(flags: &[u8], cols: usize) -> BandEdges {
         let (mut first, mut last) = (vec![FAR; cols], vec![FAR; cols]);
         for (row, flags) in (0_u32..).zip(flags.chunks_exact(cols)) {
             for ((first, last), &flag) in first.iter_mut().zip(&mut last).zip(flags) {
@@ -73,7 +73,7 @@ impl Edges {
                 *last = if flag == 0 { (*last + 1).min(FAR) } else { 0 };
             }
         }
-        Edges { rows: (flags.len() / cols) as u32, first, last }
+        BandEdges { rows: (flags.len() / cols) as u32, first, last }
     }
 }
 
@@ -85,8 +85,8 @@ pub(crate) struct Outside {
 }
 
 impl Outside {
-    /// Of all bands, from north to south.
-    pub(crate) fn of_all(edges: &[Edges]) -> Vec<Outside> {
+    /// The marks outside of each band, for all bands from north to south.
+    pub(crate) fn of_all(edges: &[BandEdges]) -> Vec<Outside> {
         let cols = edges.first().map_or(0, |e| e.first.len());
         let next = |near: &[u32], from: &[u32], rows: u32| -> Vec<u32> {
             near.iter().zip(from).map(|(&near, &from)| (near + 1).min(from + rows).min(FAR)).collect()

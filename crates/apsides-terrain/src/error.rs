@@ -1,17 +1,17 @@
-//! What can be wrong with a request.
+//! Reasons to refuse a request.
 
 use std::io;
 
 use crate::MapUnit;
 
-/// Why a map could not be read, made or used.
+/// The reasons why a map could not be read, made or used.
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
 pub enum TerrainError {
     /// Reading or writing failed.
     #[error("{doing}: {source}")]
     Io {
-        /// What was being read or written.
+        /// The kind of file that was read or written.
         doing: &'static str,
         /// The reader's or writer's own error.
         source: io::Error,
@@ -23,7 +23,7 @@ pub enum TerrainError {
         format: &'static str,
         /// Where: a tag, a line, a keyword.
         place: String,
-        /// What is wrong there, and what is allowed.
+        /// The defect there, and the values allowed.
         problem: String,
     },
     /// The file is sound but uses what is not read.
@@ -31,9 +31,9 @@ pub enum TerrainError {
     Unsupported {
         /// Name of the format.
         format: &'static str,
-        /// What the file uses.
+        /// The feature that the file uses.
         feature: String,
-        /// What is supported instead.
+        /// The features that are supported instead.
         supported: &'static str,
     },
     /// More pixels than the caller allows.
@@ -65,9 +65,9 @@ pub enum TerrainError {
     Number {
         /// Its name.
         name: &'static str,
-        /// What was given.
+        /// The number given.
         value: f64,
-        /// What is allowed.
+        /// The range allowed, in words.
         allowed: &'static str,
     },
     /// Pixels in degrees, or not square, where a square pixel in metres is needed.
@@ -81,6 +81,12 @@ pub enum TerrainError {
         south: f64,
         /// Its unit.
         unit: MapUnit,
+    },
+    /// A file that states no size of its pixels, read without [`ReadOptions::pixel_m`](crate::io::ReadOptions::pixel_m).
+    #[error("{format}, size of a pixel: the file states none: give one (ReadOptions::pixel_m)")]
+    NoPixelSize {
+        /// Name of the format.
+        format: &'static str,
     },
     /// A pixel or window outside the map.
     #[error("row {row}, column {col} is outside the map of {rows} x {cols} pixels")]

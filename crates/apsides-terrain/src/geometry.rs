@@ -1,29 +1,8 @@
 //! Where the pixels of a raster are.
 
-use std::fmt;
-
 use serde::{Deserialize, Serialize};
 
-use crate::TerrainError;
-
-/// Unit of map coordinates.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
-#[serde(rename_all = "kebab-case")]
-pub enum MapUnit {
-    /// Metres east and north.
-    Metre,
-    /// Degrees of longitude (east) and latitude (north).
-    Degree,
-}
-
-impl fmt::Display for MapUnit {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        f.write_str(match self {
-            MapUnit::Metre => "m",
-            MapUnit::Degree => "deg",
-        })
-    }
-}
+use crate::{MapUnit, TerrainError};
 
 /// Rows, columns, size and place of pixels. Row 0 is the northernmost, column 0 the westernmost; a height belongs to the centre of its
 /// pixel.

@@ -1,10 +1,10 @@
-//! Height and slope between the centres of pixels, as smooth functions of scalars.
+//! Height and slope between the centres of pixels as smooth functions of scalars, and the height above them as a path constraint.
 
-use apsides_ad::Scalar;
+use apsides_ad::{PathFunction, Scalar};
 
 use crate::{ElevationMap, Geometry, MapUnit, TerrainError};
 
-/// How many derivatives of the surface are continuous.
+/// The number of continuous derivatives of the surface.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Smoothness {
     /// One: cubic convolution with slopes by central differences (Catmull-Rom; R. G. Keys, IEEE Trans. ASSP 29 (1981) 1153,
@@ -67,7 +67,7 @@ impl Surface {
         &self.geometry
     }
 
-    /// Whether a point (east, north; m) lies between the outermost centres of pixels.
+    /// Tells whether a point (east, north; m) lies between the outermost centres of pixels.
     pub fn contains(&self, position: [f64; 2]) -> bool {
         let [row, col] = self.geometry.row_col(position);
         (0.0..=(self.geometry.rows() - 1) as f64).contains(&row)
@@ -141,6 +141,35 @@ impl Surface {
             }
             sum * per_east.powi(p as i32) * per_north.powi(q as i32)
         }
+    }
+}
+
+/// The height of a vehicle above a surface, m: a path constraint of an optimal control problem of `NX` states, `NU` controls and `NP`
+/// parameters.
+///
+/// Beside a gap the height is NaN, and beyond the map it counts from the straight continuation of the surface; bounds on the position
+/// keep a flight on the map.
+#[derive(Clone, Debug)]
+pub struct HeightAbove<const NX: usize, const NU: usize, const NP: usize = 0> {
+    surface: Surface,
+    states: [usize; 3],
+}
+
+impl<const NX: usize, const NU: usize, const NP: usize> HeightAbove<NX, NU, NP> {
+    /// The height above a surface of a vehicle whose position to the east, to the north and upwards (m, in the coordinates of the map)
+    /// are the states of these indices.
+    pub fn new(surface: Surface, states: [usize; 3]) -> Self {
+        Self { surface, states }
+    }
+}
+
+impl<const NX: usize, const NU: usize, const NP: usize> PathFunction<NX, NU, 1, NP>
+    for HeightAbove<NX, NU, NP>
+{
+    #[inline]
+    fn evaluate<S: Scalar>(&self, _t: S, x: &[S; NX], _u: &[S; NU], _p: &[S; NP]) -> [S; 1] {
+        let [east, north, up] = self.states.map(|k| x[k]);
+        [up - self.surface.height(east, north)]
     }
 }
 

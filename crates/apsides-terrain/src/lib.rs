@@ -44,9 +44,11 @@ pub mod sight;
 pub mod site;
 pub mod survey;
 pub mod synthetic;
+mod unit;
 
 pub use distance::distance_to_nearest;
 pub use error::TerrainError;
-pub use geometry::{Geometry, MapUnit};
+pub use geometry::Geometry;
 pub use map::ElevationMap;
 pub use raster::Raster;
+pub use unit::MapUnit;

@@ -4,7 +4,7 @@ use std::f64::consts::FRAC_PI_2;
 
 use rayon::prelude::*;
 
-use crate::ray::{Ground, Meets, Ray};
+use crate::ray::{Meets, Ray, RayGround};
 use crate::{ElevationMap, Raster, TerrainError};
 
 /// Direction of a point-like Sun at infinity.
@@ -89,7 +89,7 @@ pub fn incidence(map: &ElevationMap, sun: &Sun) -> Result<Raster<f32>, TerrainEr
 /// Pixels that are not square or in degrees.
 pub fn cast_shadow(map: &ElevationMap, sun: &Sun) -> Result<Raster<f32>, TerrainError> {
     let pixel = map.geometry().square_pixel()?;
-    let ground = Ground::new(map.relative());
+    let ground = RayGround::new(map.relative());
     let (s, c) = sun.azimuth.sin_cos();
     let scale = s.abs().max(c.abs());
     let step = if s.abs() > c.abs() { [-c / scale, s.signum()] } else { [-c.signum(), s / scale] };
@@ -105,17 +105,6 @@ pub fn cast_shadow(map: &ElevationMap, sun: &Sun) -> Result<Raster<f32>, Terrain
             Meets::Gap => f32::NAN,
         }
     })
-}
-
-/// [`incidence`] where the Sun is seen, 0 in cast shadow, NaN where either is unknown.
-///
-/// # Errors
-/// Pixels that are not square or in degrees.
-pub fn illumination(map: &ElevationMap, sun: &Sun) -> Result<Raster<f32>, TerrainError> {
-    let mut light = incidence(map, sun)?;
-    let lit = cast_shadow(map, sun)?;
-    light.data_mut().iter_mut().zip(lit.data()).for_each(|(light, lit)| *light *= lit);
-    Ok(light)
 }
 
 /// A raster over the map of a function of row and column, its rows in parallel.
@@ -210,17 +199,6 @@ mod tests {
     fn a_sun_below_the_horizon_is_refused() {
         for (azimuth, elevation) in [(0.0, 0.0), (0.0, -0.1), (0.0, 2.0), (f64::NAN, 0.5), (0.0, f64::NAN)] {
             assert!(matches!(Sun::new(azimuth, elevation), Err(TerrainError::Number { .. })));
-        }
-    }
-
-    #[test]
-    fn illumination_is_dark_in_shadow_and_unknown_in_gaps() {
-        let map = rough(40, 40, true);
-        let sun = Sun::new(1.0, 0.3).unwrap();
-        let (all, lit) = (illumination(&map, &sun).unwrap(), cast_shadow(&map, &sun).unwrap());
-        for (a, l) in all.data().iter().zip(lit.data()) {
-            assert!(!l.is_nan() || a.is_nan());
-            assert!(*l != 0.0 || a.is_nan() || *a == 0.0);
         }
     }
 }

@@ -40,11 +40,6 @@ impl<T> Raster<T> {
         &mut self.data
     }
 
-    /// The values, row by row.
-    pub fn into_data(self) -> Vec<T> {
-        self.data
-    }
-
     /// One row.
     pub fn row(&self, row: usize) -> &[T] {
         let cols = self.geometry.cols();

@@ -5,7 +5,7 @@ use crate::Raster;
 /// Side of the tiles whose highest ground is kept, pixels.
 const TILE: usize = 16;
 
-/// What a ray meets.
+/// The first thing that a ray meets.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Meets {
     /// Nothing on the map.
@@ -36,15 +36,15 @@ pub(crate) struct Ray {
 /// The ground between two neighbouring centres of a row or a column is a straight line; rays are compared with it wherever they cross
 /// a column (if they go more to the east or west) or a row. A gap may be as high as the highest pixel of the map, not higher. Tiles
 /// below a ray are passed over, which changes nothing in the result.
-pub(crate) struct Ground<'a> {
+pub(crate) struct RayGround<'a> {
     heights: &'a Raster<f32>,
     tiles: Vec<f64>,
     tile_cols: usize,
     highest: f64,
 }
 
-impl<'a> Ground<'a> {
-    pub(crate) fn new(heights: &'a Raster<f32>) -> Ground<'a> {
+impl<'a> RayGround<'a> {
+    pub(crate) fn new(heights: &'a Raster<f32>) -> RayGround<'a> {
         let (rows, cols) = (heights.geometry().rows(), heights.geometry().cols());
         let highest = heights.data().iter().fold(f32::NEG_INFINITY, |h, &z| h.max(z));
         let (tile_rows, tile_cols) = (rows.div_ceil(TILE), cols.div_ceil(TILE));
@@ -58,7 +58,7 @@ impl<'a> Ground<'a> {
                 }
             }
         }
-        Ground { heights, tiles, tile_cols, highest: f64::from(highest) }
+        RayGround { heights, tiles, tile_cols, highest: f64::from(highest) }
     }
 
     pub(crate) fn meets(&self, ray: &Ray) -> Meets {
@@ -177,7 +177,7 @@ pub(crate) mod tests {
     fn passing_over_tiles_changes_nothing() {
         for gaps in [false, true] {
             let map = rough(70, 90, gaps);
-            let ground = Ground::new(map.relative());
+            let ground = RayGround::new(map.relative());
             let mut counts = [0; 3];
             for k in 0..40_000_usize {
                 let from = [(k * 31) % 70, (k * 17) % 90];

@@ -4,7 +4,7 @@ use rayon::prelude::*;
 
 use crate::{ElevationMap, Geometry, Raster, TerrainError};
 
-/// How the heights of new pixels come from those of a map.
+/// The way from the heights of a map to those of new pixels.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Resampling {
     /// Mean over the area of the new pixel, for larger pixels; a height holds all over its pixel, so that planes are kept by whole

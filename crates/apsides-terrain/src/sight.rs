@@ -1,7 +1,7 @@
-//! What a sensor above the ground sees.
+//! The part of the ground that a sensor above it sees.
 
 use crate::light::fill;
-use crate::ray::{Ground, Meets, Ray};
+use crate::ray::{Meets, Ray, RayGround};
 use crate::{ElevationMap, Raster, TerrainError};
 
 /// Line of sight of a lidar or a camera at a point (east, north, height; m): 1 where the centre of a pixel is seen, 0 where ground
@@ -22,7 +22,7 @@ pub fn visible(map: &ElevationMap, sensor: [f64; 3]) -> Result<Raster<f32>, Terr
             allowed: "it must be finite",
         });
     }
-    let ground = Ground::new(map.relative());
+    let ground = RayGround::new(map.relative());
     let to = map.geometry().row_col([east, north]);
     let eye = height - map.datum();
     fill(map, |row, col| {

@@ -19,7 +19,7 @@ const BYTES_PER_PIXEL: u64 = 64;
 /// Rows that bands are rounded to.
 const BAND: usize = 128;
 
-/// What is asked for.
+/// Settings of a survey.
 #[derive(Clone, Debug, PartialEq)]
 pub struct SurveyOptions {
     /// Memory for the pixels that are held at once, bytes.
@@ -42,7 +42,7 @@ impl Default for SurveyOptions {
     }
 }
 
-/// Whether a map fits into `memory` bytes with all its layers.
+/// Tells whether a map fits into `memory` bytes with all its layers.
 pub fn fits(geometry: &Geometry, memory: u64) -> bool {
     (geometry.pixels() as u64).saturating_mul(BYTES_PER_PIXEL) <= memory
 }

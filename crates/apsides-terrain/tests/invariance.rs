@@ -1,4 +1,4 @@
-//! What hazard maps must do on any map: turn with it, ignore its height, recover planes, never call a gap safe, and be the same in bands.
+//! Hazard maps of any map turn with it, ignore its height, recover planes, never call a gap safe, and are the same in bands.
 
 #![allow(clippy::unwrap_used, clippy::print_stdout)]
 

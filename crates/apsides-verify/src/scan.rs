@@ -1,8 +1,9 @@
 //! Bounds and path constraints along the re-simulated path, between the nodes of the solution too.
 //!
 //! Every interval of the control polynomial is looked at in equally spaced points; around the worst one a golden
-//! section search (J. Kiefer, Proc. AMS 4 (1953) 502, doi 10.2307/2032161) finds the worst time.
+//! section search finds the worst time.
 
+use apsides_basis::golden_section;
 use apsides_ocp::{Bounds, Phase, PhaseScaling, PhaseTrajectory, Variable};
 
 use crate::boundary::row_scale;
@@ -12,10 +13,8 @@ use crate::simulation::{Flight, sample_times};
 use crate::worst::{Worst, is_worse};
 use crate::{Check, CheckKind, VerifySettings};
 
-/// Each step of the search shrinks the bracket to this part.
-const GOLDEN: f64 = 0.618_033_988_749_894_9;
-/// Steps of the search: the bracket ends at 1e-8 of its length.
-const SEARCH_STEPS: usize = 40;
+/// Evaluations of the search: the bracket ends at 1e-8 of its length.
+const SEARCH_EVALUATIONS: usize = 41;
 
 /// A quantity that is watched, in the row `[x, u, path rows]`.
 struct Watched<'a> {
@@ -92,31 +91,15 @@ pub(crate) fn checks(
     for w in &mut watched {
         let (start, end) = flight.leg_times(w.leg);
         let spacing = (end - start) / (settings.scan_points - 1) as f64;
-        let (mut a, mut b) = ((w.time - spacing).max(start), (w.time + spacing).min(end));
-        let mut excess_at = |t: f64| {
+        let around = [(w.time - spacing).max(start), (w.time + spacing).min(end)];
+        golden_section(around, SEARCH_EVALUATIONS, |t| {
             evaluate(w.leg, t, &mut row);
-            w.variable.bounds.excess(row[w.row])
-        };
-        let mut left = (b - GOLDEN * (b - a), 0.0);
-        let mut right = (a + GOLDEN * (b - a), 0.0);
-        left.1 = excess_at(left.0);
-        right.1 = excess_at(right.0);
-        for _ in 0..SEARCH_STEPS {
-            for (t, excess) in [left, right] {
-                if is_worse(excess, w.excess) {
-                    (w.excess, w.time) = (excess, t);
-                }
+            let excess = w.variable.bounds.excess(row[w.row]);
+            if is_worse(excess, w.excess) {
+                (w.excess, w.time) = (excess, t);
             }
-            if left.1 > right.1 {
-                (b, right) = (right.0, left);
-                left = (b - GOLDEN * (b - a), 0.0);
-                left.1 = excess_at(left.0);
-            } else {
-                (a, left) = (left.0, right);
-                right = (a + GOLDEN * (b - a), 0.0);
-                right.1 = excess_at(right.0);
-            }
-        }
+            -excess
+        });
     }
     report(phase, nx, nu, watched, settings)
 }

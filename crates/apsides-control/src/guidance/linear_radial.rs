@@ -23,7 +23,8 @@
 
 use apsides_dynamics::Engine;
 
-use super::{GuidanceError, finite, positive};
+use crate::ControlError;
+use crate::error::{finite, positive};
 
 /// Runge-Kutta steps over the time to go: that of a braking from orbit is right to 1e-8 s.
 const STEPS: usize = 64;
@@ -49,7 +50,7 @@ pub struct DescentState {
 /// The law with its target.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct LinearRadialLaw {
-    /// Of the body, m3/s2.
+    /// Gravitational parameter of the body, m3/s2.
     pub gravitational_parameter: f64,
     /// The engine, always at full thrust.
     pub engine: Engine,
@@ -68,7 +69,7 @@ pub struct AngleCommand {
     pub pitch: f64,
     /// Time to go, s.
     pub time_to_go: f64,
-    /// Whether the radial acceleration asks for more than the full thrust, so that it points along the radius.
+    /// Says whether the radial acceleration asks for more than the full thrust, so that it points along the radius.
     pub saturated: bool,
 }
 
@@ -77,7 +78,7 @@ impl LinearRadialLaw {
     ///
     /// # Errors
     /// States that are not finite, horizontal speeds that are at or below the target's, and targets that the propellant does not reach.
-    pub fn command(&self, state: &DescentState, guess: Option<f64>) -> Result<AngleCommand, GuidanceError> {
+    pub fn command(&self, state: &DescentState, guess: Option<f64>) -> Result<AngleCommand, ControlError> {
         positive("the radius", state.radius)?;
         positive("the mass", state.mass)?;
         finite("the radial speed", state.radial_speed)?;
@@ -126,8 +127,8 @@ impl LinearRadialLaw {
         u - self.horizontal_speed
     }
 
-    fn time_to_go(&self, s: &DescentState, guess: Option<f64>) -> Result<f64, GuidanceError> {
-        let none = |reason| Err(GuidanceError::NoTimeToGo { reason });
+    fn time_to_go(&self, s: &DescentState, guess: Option<f64>) -> Result<f64, ControlError> {
+        let none = |reason| Err(ControlError::NoTimeToGo { reason });
         if s.horizontal_speed <= self.horizontal_speed {
             return none("the horizontal speed is not above that of the target");
         }

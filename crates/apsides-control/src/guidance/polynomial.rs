@@ -21,7 +21,8 @@
 
 use apsides_ad::vector;
 
-use super::{GuidanceError, finite, positive};
+use crate::ControlError;
+use crate::error::{finite, positive};
 
 /// Relative accuracy of the time to go.
 const ACCURACY: f64 = 1e-14;
@@ -62,11 +63,12 @@ impl ThrustLimits {
     ///
     /// # Errors
     /// Values that are not in order, or not finite.
-    pub fn new(least: f64, most: f64) -> Result<Self, GuidanceError> {
+    pub fn new(least: f64, most: f64) -> Result<Self, ControlError> {
         if least >= 0.0 && least <= most && most.is_finite() {
             Ok(Self { least, most })
         } else {
-            Err(GuidanceError::Limits { least, most })
+            let allowed = "not negative and not above the largest thrust";
+            Err(ControlError::Parameter { what: "least thrust", value: least, allowed })
         }
     }
 
@@ -92,7 +94,7 @@ pub struct PolynomialLaw {
     pub profile: Profile,
     /// Unit vector along which the time to go is found: where the way is long.
     pub axis: [f64; 3],
-    /// Of the engine.
+    /// Limits of the thrust of the engine.
     pub limits: ThrustLimits,
 }
 
@@ -103,7 +105,7 @@ pub struct ThrustCommand {
     pub thrust: [f64; 3],
     /// Time to go, s.
     pub time_to_go: f64,
-    /// Whether a limit of the thrust is in the way of the commanded one.
+    /// Says whether a limit of the thrust is in the way of the commanded one.
     pub saturated: bool,
 }
 
@@ -120,7 +122,7 @@ impl PolynomialLaw {
         mass: f64,
         free: &[f64; 3],
         guess: f64,
-    ) -> Result<ThrustCommand, GuidanceError> {
+    ) -> Result<ThrustCommand, ControlError> {
         positive("the mass", mass)?;
         positive("the guessed time to go", guess)?;
         for value in position.iter().chain(velocity).chain(free) {
@@ -149,7 +151,7 @@ impl PolynomialLaw {
     }
 
     /// The time to go (s) by Newton's method from a guess.
-    fn time_to_go(&self, position: &[f64; 3], velocity: &[f64; 3], guess: f64) -> Result<f64, GuidanceError> {
+    fn time_to_go(&self, position: &[f64; 3], velocity: &[f64; 3], guess: f64) -> Result<f64, ControlError> {
         let along = |v: &[f64; 3]| vector::dot(v, &self.axis);
         let way = along(&minus(&self.target.position, position));
         let (v, v_t) = (along(velocity), along(&self.target.velocity));
@@ -174,7 +176,7 @@ impl PolynomialLaw {
                 return Ok(t);
             }
         }
-        Err(GuidanceError::NoTimeToGo { reason: "its equation has no root near the guess" })
+        Err(ControlError::NoTimeToGo { reason: "its equation has no root near the guess" })
     }
 }
 

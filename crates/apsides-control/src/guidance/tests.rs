@@ -4,9 +4,9 @@
 use apsides_dynamics::Engine;
 use apsides_ode::{FnSystem, Integrator, OdeSettings, Status};
 
-use super::GuidanceError;
 use super::linear_radial::{DescentState, LinearRadialLaw};
 use super::polynomial::{PolynomialLaw, Profile, Target, ThrustCommand, ThrustLimits};
+use crate::ControlError;
 
 const MU: f64 = 4.902_793_455e12;
 const MOON: f64 = 1_737_013.0;
@@ -16,7 +16,7 @@ const HELD_S: f64 = 2.0;
 const ASKED_UNTIL_S: f64 = 0.05;
 /// Mass at the end of the optimum with a throttle between 1500 and 7500 N.
 const OPTIMUM_KG: f64 = 1_345.831_672_241;
-/// What the independent simulation burns in one of its steps: its end is known to that.
+/// The propellant that the independent simulation burns in one of its steps: its end is known to that.
 const STEP_KG: f64 = 0.02 * 7500.0 / 2940.0;
 
 fn law() -> LinearRadialLaw {
@@ -111,7 +111,7 @@ fn angle_commands_that_cannot_be() {
     assert!(fast.to_string().contains("propellant"), "{fast}");
     assert!(matches!(
         error(DescentState { mass: 0.0, ..state }),
-        GuidanceError::Input { positive: true, .. }
+        ControlError::Parameter { allowed: "a positive finite number", .. }
     ));
     assert!(error(DescentState { radial_speed: f64::NAN, ..state }).to_string().contains("radial speed"));
     // High above its target and with little time the full thrust points down.
@@ -228,14 +228,18 @@ fn thrust_stays_within_its_limits() {
     let limits = ThrustLimits::new(5e4, 6e4).unwrap();
     let least = ask(&PolynomialLaw { limits, ..polynomial(Profile::Linear, 1e9) }, &start, 100.0);
     assert!(least.saturated && (size(least.thrust) - 5e4).abs() < 1e-9);
-    assert_eq!(ThrustLimits::new(2.0, 1.0), Err(GuidanceError::Limits { least: 2.0, most: 1.0 }));
+    let refused = ThrustLimits::new(2.0, 1.0);
+    assert!(
+        matches!(refused, Err(ControlError::Parameter { what: "least thrust", value: 2.0, .. })),
+        "{refused:?}"
+    );
     // Away from the target, braking towards it: no time to go.
     let law = polynomial(Profile::Linear, 1e9);
     let target = Target { acceleration: [1.5, 0.0, 0.0], ..TARGET };
     let error = PolynomialLaw { target, ..law }
         .command(&[-9_000.0, 0.0, 0.0], &[30.0, 0.0, 0.0], 1000.0, &GRAVITY, 100.0)
         .unwrap_err();
-    assert!(matches!(error, GuidanceError::NoTimeToGo { .. }), "{error}");
+    assert!(matches!(error, ControlError::NoTimeToGo { .. }), "{error}");
     let error = law.command(&POSITION, &VELOCITY, -1.0, &GRAVITY, 100.0).unwrap_err();
     assert!(error.to_string().contains("the mass is -1"), "{error}");
 }

@@ -1,5 +1,6 @@
 //! From one state to many candidate sites: one conic program, whose right-hand side and flight time change.
 
+use apsides_basis::try_golden_section;
 use apsides_conic::Status;
 
 use super::flight_time::valley;
@@ -103,7 +104,7 @@ impl DivertPlanner {
             None => {
                 let mut started = false;
                 let (program, solves) = (&mut self.program, &mut self.solves);
-                super::flight_time::golden_section(range, self.settings.first_solves, |t| {
+                let [time, _] = try_golden_section(range, self.settings.first_solves, |t| {
                     if !started {
                         program.reset_reference(t);
                         program.solve(t)?;
@@ -111,8 +112,9 @@ impl DivertPlanner {
                         *solves += 1;
                     }
                     started |= solve(program, solves, t)?.has_solution();
-                    Ok(program.value)
-                })?
+                    Ok::<_, ConvexError>(program.value)
+                })?;
+                time
             }
             Some(t) => {
                 let (program, solves) = (&mut self.program, &mut self.solves);

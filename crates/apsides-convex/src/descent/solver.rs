@@ -1,8 +1,8 @@
 //! Flight time, mass reference, and what is lacking when the target is not reached.
 
+use apsides_basis::try_golden_section;
 use apsides_conic::Status;
 
-use super::flight_time::golden_section;
 use super::problem::PoweredDescent;
 use super::program::DescentProgram;
 use super::settings::{DescentSettings, FlightTime};
@@ -109,15 +109,16 @@ impl DescentSolver {
             FlightTime::Fixed(t) => t,
             FlightTime::GoldenSection { range: given, solves } => {
                 let mut started = false;
-                golden_section(given.unwrap_or(range), solves, |t| {
+                let [time, _] = try_golden_section(given.unwrap_or(range), solves, |t| {
                     // The first reference is far off: one more pass, so that values can be compared.
                     if !started {
                         self.program.reset_reference(t);
                     }
                     let passes = if started { 1 } else { 2 };
                     started = self.passes(t, passes)?.has_solution();
-                    Ok(self.program.value)
-                })?
+                    Ok::<_, ConvexError>(self.program.value)
+                })?;
+                time
             }
         };
         if self.program.value.is_infinite() {

@@ -73,9 +73,9 @@ fn interpolated<S: Scalar>(table: &Pchip, mach: S) -> S {
 /// Damping of the rotation: coefficients of moment by the rate times the diameter over twice the airspeed.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Damping {
-    /// Of pitch and yaw alike; negative damps.
+    /// The derivative of pitch and yaw alike; a negative one damps.
     pub pitch: MachLaw,
-    /// Of roll; negative damps.
+    /// The derivative of roll; a negative one damps.
     pub roll: MachLaw,
 }
 
@@ -116,11 +116,11 @@ pub struct AxisymmetricAerodynamics {
     /// Origin of the body axes ahead of the table's point of reference, diameters.
     station: f64,
     damping: Damping,
-    /// Of pitch and roll, where both are the same at every Mach number.
+    /// The derivatives of pitch and roll, where both are the same at every Mach number.
     constant_damping: Option<[f64; 2]>,
 }
 
-/// What the air does to a body, in body axes.
+/// The force and the moment of the air on a body, in body axes.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct AirLoads<S> {
     /// Force, N.

@@ -16,7 +16,7 @@ pub const MACH: Quantity = Quantity::new("Mach number", "-");
 /// Angle between the axis of a body and the air.
 pub const TOTAL_ATTACK: Quantity = Quantity::new("total angle of attack", "rad");
 
-/// What a table is between its knots.
+/// The interpolation of a table between its knots.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Interpolation {
     /// Two continuous derivatives: a cubic spline in the angle, even or odd about zero; in the Mach number, where data scatter, quintics
@@ -73,16 +73,16 @@ pub struct MachAlphaTable {
 
 /// A place in the table.
 #[derive(Clone, Copy)]
-struct Place {
+struct CellPoint {
     cell: usize,
     /// Mach number and angle from the lower corner of the cell.
     x: f64,
     y: f64,
     angle: f64,
-    /// Whether Mach number and angle are inside the table.
+    /// Says whether Mach number and angle are inside the table.
     inside: bool,
     covered: bool,
-    /// Whether the cell is at angle zero.
+    /// Says whether the cell is at angle zero.
     first: bool,
 }
 
@@ -90,7 +90,7 @@ struct Place {
 #[derive(Clone, Copy)]
 struct Column {
     terms: [f64; 4],
-    /// Whether the square and the cube are absent.
+    /// Says whether the square and the cube are absent.
     straight: bool,
     /// Angle from the lower end of the interval.
     y: f64,
@@ -219,15 +219,15 @@ impl MachAlphaTable {
 
     /// The cell of a Mach number and an angle.
     #[inline(always)]
-    fn place(&self, mach: f64, angle: f64) -> Place {
+    fn place(&self, mach: f64, angle: f64) -> CellPoint {
         let (i, x, inside) = self.mach.locate(mach);
         let (j, y, covered) = self.attack.locate(angle);
-        Place { cell: i * (self.attack.at.len() - 1) + j, x, y, angle, inside, covered, first: j == 0 }
+        CellPoint { cell: i * (self.attack.at.len() - 1) + j, x, y, angle, inside, covered, first: j == 0 }
     }
 
     /// Axial force, and normal force and moment by the angle.
     #[inline(always)]
-    fn values(&self, place: Place) -> [f64; 3] {
+    fn values(&self, place: CellPoint) -> [f64; 3] {
         let found = |axial: Column, normal: Column, moment: Column| {
             [axial.value(), normal.by_angle(place.angle), moment.by_angle(place.angle)]
         };
@@ -248,8 +248,13 @@ impl MachAlphaTable {
     /// A quantity of the table with its derivatives by Mach number and square of the angle; `by_square` makes of a polynomial in the angle
     /// the function of the square and its derivatives.
     #[inline(always)]
-    fn jet(&self, quantity: usize, place: Place, by_square: impl Fn(Column, f64) -> [f64; 3]) -> [f64; 6] {
-        let Place { cell, x, angle, inside, .. } = place;
+    fn jet(
+        &self,
+        quantity: usize,
+        place: CellPoint,
+        by_square: impl Fn(Column, f64) -> [f64; 3],
+    ) -> [f64; 6] {
+        let CellPoint { cell, x, angle, inside, .. } = place;
         match &self.cells {
             Cells::Straight(cells) => {
                 let terms = &cells[cell][quantity];
@@ -273,7 +278,7 @@ impl MachAlphaTable {
     }
 }
 
-impl Place {
+impl CellPoint {
     /// A straight line over the interval of the angle.
     #[inline(always)]
     fn line(&self, [a, b]: [f64; 2]) -> Column {

@@ -13,8 +13,8 @@
 use std::sync::LazyLock;
 
 use super::Gas;
+use super::constants::{BASE, BOTTOM, GAS_CONSTANT, Jet, MOLAR_MASS, RADIUS};
 use super::panels::Panels;
-use super::standard::{BASE, BOTTOM, GAS_CONSTANT, Jet, MOLAR_MASS, RADIUS};
 use crate::engine::STANDARD_GRAVITY;
 
 /// Hydrostatic constant `g0 M0 / R*`, K/m.
@@ -178,9 +178,9 @@ pub(super) fn cubic([a, b, c, d]: &[f64; 4], z: f64) -> Jet {
 mod tests {
     use super::*;
 
-    /// Of sums of eight terms.
+    /// The rounding of sums of eight terms.
     const ROUNDING: f64 = 5e-15;
-    /// Of the printed densities of the bases, each of which follows from the one below by a power up to 35.
+    /// The rounding of the printed densities of the bases, each of which follows from the one below by a power up to 35.
     const ROUNDING_OF_BASES: f64 = 1e-14;
 
     /// The closed forms: density, molecular temperature.

@@ -1,7 +1,8 @@
 //! The US Standard Atmosphere 1976 as many flight programs have it: its layers up to 86 km, above them its printed densities with straight
 //! lines between their logarithms.
 
-use super::standard::{self, BASE};
+use super::constants::BASE;
+use super::standard;
 
 /// Altitude (m) and density (kg/m3) of the standard's table, every 5 km up to 130 km and every 10 km beyond (NASA-TM-X-74335, 1976).
 const PRINTED: [(f64, f64); 17] = [

@@ -7,20 +7,9 @@
 //! Geometric altitudes. Below -5 km, where the standard's tables begin, density and temperature go on along their tangents;
 //! above 1000 km the temperatures stay and the density falls with the last scale height, down to a floor.
 
+use super::constants::{BASE, BOTTOM, Jet};
 use super::{Gas, layers, thermosphere};
 
-/// Radius of the standard's geopotential, m.
-pub(super) const RADIUS: f64 = 6_356_766.0;
-/// Gas constant, J/(kmol K).
-pub(super) const GAS_CONSTANT: f64 = 8314.32;
-/// Molar mass at sea level, kg/kmol.
-pub(super) const MOLAR_MASS: f64 = 28.9644;
-/// Geometric altitude, m, where the layers end and diffusion begins.
-pub(super) const BASE: f64 = 86e3;
-/// Geometric altitude, m, of the end of the standard.
-pub(super) const TOP: f64 = 1000e3;
-/// Geometric altitude, m, of the lower end of the standard's tables.
-pub(super) const BOTTOM: f64 = -5e3;
 /// Least natural logarithm of a density in kg/m3: far outside every use, and its roots and their derivatives are finite.
 const FLOOR: f64 = -200.0;
 
@@ -29,9 +18,6 @@ const MOLAR_MASS_RATIO: [f64; 13] = [
     1.0, 0.999_996, 0.999_989, 0.999_971, 0.999_941, 0.999_909, 0.999_870, 0.999_829, 0.999_786, 0.999_741,
     0.999_694, 0.999_641, 0.999_579,
 ];
-
-/// A function of one variable with its first two derivatives.
-pub(super) type Jet = [f64; 3];
 
 /// Density, kg/m3, at a geometric altitude (m).
 #[inline]

@@ -105,7 +105,7 @@ fn continuous_and_defined_everywhere() {
         assert!(density < before, "{altitude}: {density} {before}");
         before = density;
     }
-    for altitude in [standard::BOTTOM, 11_019.1, 20_063.1, 32_161.9, 47_350.1, 51_412.5, 71_802.0, 86e3, 1e6]
+    for altitude in [constants::BOTTOM, 11_019.1, 20_063.1, 32_161.9, 47_350.1, 51_412.5, 71_802.0, 86e3, 1e6]
     {
         let (low, high) = (altitude - 0.1, altitude + 0.1);
         near("density", standard.density(low), standard.density(high), 5e-5);

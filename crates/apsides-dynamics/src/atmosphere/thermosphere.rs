@@ -9,9 +9,9 @@ use std::sync::LazyLock;
 
 use apsides_ad::CubicSpline;
 
+use super::constants::{BASE, GAS_CONSTANT, Jet, MOLAR_MASS, RADIUS, TOP};
 use super::layers::cubic;
 use super::panels::Panels;
-use super::standard::{BASE, GAS_CONSTANT, Jet, MOLAR_MASS, RADIUS, TOP};
 use crate::engine::STANDARD_GRAVITY;
 
 /// Step of the integration, m.
@@ -75,7 +75,7 @@ const HYDROGEN_FLUX: f64 = 7.2e11;
 /// Altitude, m, above which there is atomic hydrogen.
 const HYDROGEN_FROM: f64 = 150e3;
 
-/// What the integration leaves, in powers of the altitude (m) above an interval's lower end: cubic splines.
+/// The result of the integration, in powers of the altitude (m) above an interval's lower end: cubic splines.
 struct Interval {
     from: f64,
     log_density: [f64; 4],
@@ -284,7 +284,7 @@ fn intervals() -> Panels<Interval, 3> {
     let steps = |k: usize| ((RANGES[k + 1] - RANGES[k]) / WIDTHS[k]) as usize;
     let range = |k: usize| (0..steps(k)).map(move |i| RANGES[k] + i as f64 * WIDTHS[k]);
     let knots: Vec<f64> = (0..WIDTHS.len()).flat_map(range).chain([TOP]).collect();
-    let join = super::standard::density(BASE)[0] / density(0);
+    let join = super::layers::density(BASE)[0] / density(0);
     let table = |value: &dyn Fn(usize) -> f64| {
         let values: Vec<f64> = knots.iter().map(|z| value(nodes.index(*z))).collect();
         CubicSpline::new(&knots, &values).expect("the knots increase and the standard is finite")

@@ -2,7 +2,7 @@
 
 use apsides_ad::Scalar;
 
-/// What equations in equinoctial elements need of a point of an orbit.
+/// Quantities of a point of an orbit that equations in equinoctial elements need.
 pub(crate) struct Place<S> {
     /// Sine of the true longitude.
     pub(crate) sin: S,

@@ -168,7 +168,7 @@ fn a_circular_orbit_keeps_its_elements() {
     assert!((rate[3] - speed / r).abs() < 1e-18);
 }
 
-/// What a solver gets of the models: formulas, and for a coast the rate of the true longitude as the only one that depends on the state.
+/// A solver gets formulas of the models, and for a coast the rate of the true longitude as the only one that depends on the state.
 #[test]
 fn models_have_formulas_and_patterns() {
     let flight = breeze().with_j2(EARTH_J2);

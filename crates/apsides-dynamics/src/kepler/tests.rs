@@ -98,7 +98,7 @@ fn orbits() -> impl Strategy<Value = Classical> {
     )
 }
 
-/// How far a state after a time moves, relative to its size, for relative errors of one of the data.
+/// The change of a state after a time, relative to its size, for relative errors of one of the data.
 fn conditioning(from: &Cartesian, to: &Cartesian, time: f64) -> f64 {
     let (r0, r1) = (length(&from.position), length(&to.position));
     let (v0, v1) = (length(&from.velocity), length(&to.velocity));

@@ -73,7 +73,7 @@ fn the_forms_of_the_thrust_are_one() {
     }
 }
 
-/// What leans as the plumb thrust does stays above its place.
+/// A vehicle that leans as the plumb thrust does stays above its place.
 #[test]
 fn vertical_flight_stays_above_its_place() {
     let flight = PoweredDescent {

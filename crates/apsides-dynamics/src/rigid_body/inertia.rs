@@ -9,7 +9,7 @@ use crate::DynamicsError;
 pub struct Inertia {
     matrix: [[f64; 3]; 3],
     inverse: [[f64; 3]; 3],
-    /// Whether the axes are principal ones.
+    /// Says whether the axes are principal ones.
     diagonal: bool,
 }
 

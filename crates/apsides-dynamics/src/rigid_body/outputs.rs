@@ -1,4 +1,4 @@
-//! What follows from a state.
+//! Quantities that follow from a state.
 
 use crate::engine::STANDARD_GRAVITY;
 
@@ -49,7 +49,7 @@ impl FlightCondition {
         self.loads.iter().map(|l| l * l).sum::<f64>().sqrt()
     }
 
-    /// Whether all numbers are finite.
+    /// Tells whether all numbers are finite.
     #[must_use]
     pub fn is_finite(&self) -> bool {
         let numbers = [self.altitude, self.airspeed, self.mach, self.dynamic_pressure];

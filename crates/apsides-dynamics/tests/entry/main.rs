@@ -133,7 +133,7 @@ fn fly(from: usize, to: usize) -> Vec<f64> {
     })
 }
 
-/// What a flight misses of a row: altitude (m), speed (m/s), the largest angle (deg) and heat load (MJ/m2).
+/// The differences of a flight from a row: altitude (m), speed (m/s), the largest angle (deg) and heat load (MJ/m2).
 fn misses(found: &[f64], row: usize) -> [f64; 4] {
     let expected = state(&series::BASE[row]);
     let apart = |k: usize| (found[k] - expected[k]).abs();

@@ -1,4 +1,4 @@
-//! What free flight keeps: momentum, angular momentum and energy, with masses that move; symmetry.
+//! Free flight keeps momentum, angular momentum and energy, with masses that move, and symmetry.
 
 use apsides_ad::Dynamics;
 use apsides_ad::vector::{cross, dot};

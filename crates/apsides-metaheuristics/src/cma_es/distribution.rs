@@ -23,7 +23,7 @@ pub(super) struct Distribution {
     /// Generations, and that of the last decomposition.
     pub(super) generations: usize,
     decomposed: usize,
-    /// Whether `C` can be decomposed.
+    /// Says whether `C` can be decomposed.
     pub(super) sound: bool,
     #[serde(skip)]
     work: Scratch<Work>,
@@ -160,7 +160,7 @@ impl Distribution {
         (largest / least).powi(2)
     }
 
-    /// Whether a tenth of a standard deviation along one axis, another one in each generation, changes no coordinate of the mean,
+    /// Tells whether a tenth of a standard deviation along one axis, another one in each generation, changes no coordinate of the mean,
     /// or a fifth of one along a coordinate does not change that.
     pub(super) fn has_no_effect(&self) -> bool {
         let n = self.dimension();

@@ -1,4 +1,4 @@
-//! What steps out of the box cost (Hansen, Niederberger, Guzzella, Koumoutsakos 2009,
+//! The penalty on steps out of the box (Hansen, Niederberger, Guzzella, Koumoutsakos 2009,
 //! <https://doi.org/10.1109/TEVC.2008.924423>, section IV.B).
 //!
 //! A point outside is evaluated at the nearest point of the box, and its objective grows by the weighted square of what was cut
@@ -13,7 +13,7 @@ use serde::{Deserialize, Serialize};
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub(super) struct Penalty {
     weights: Vec<f64>,
-    /// Whether the weights are set, which they are when the mean is outside for the first time.
+    /// Says whether the weights are set, which they are when the mean is outside for the first time.
     set: bool,
     /// Interquartile ranges of recent generations, the oldest at `next`.
     ranges: Vec<f64>,
@@ -82,7 +82,7 @@ impl Penalty {
         }
     }
 
-    /// What a point costs that was cut off by `outside(i)` along coordinate `i`.
+    /// The penalty on a point that was cut off by `outside(i)` along coordinate `i`.
     pub(super) fn cost(&self, distribution: &Distribution, outside: impl Fn(usize) -> f64) -> f64 {
         let n = self.weights.len();
         let log = |i: usize| distribution.deviation(i).max(f64::MIN_POSITIVE).ln();

@@ -23,7 +23,7 @@ pub(super) struct Schedule {
     large: usize,
     /// Evaluations of runs with growing and with small populations.
     spent: [usize; 2],
-    /// Whether the present run is one with a small population, its evaluations, and how many it may have.
+    /// Says whether the present run is one with a small population, its evaluations, and how many it may have.
     small: bool,
     run: usize,
     limit: Option<usize>,
@@ -47,7 +47,7 @@ impl Schedule {
         self.spent[usize::from(self.small)] += evaluations;
     }
 
-    /// Whether the present run has had its share.
+    /// Tells whether the present run has had its share.
     pub(super) fn is_spent(&self) -> bool {
         self.limit.is_some_and(|limit| self.run >= limit)
     }
@@ -80,7 +80,7 @@ impl Schedule {
     }
 }
 
-/// What the stopping tests of a run look back on.
+/// The history that the stopping tests of a run look back on.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub(super) struct Course {
     /// Best objective of recent generations, the oldest at `next`.
@@ -116,7 +116,7 @@ impl Course {
         }
     }
 
-    /// Why the run has ended after this generation, `None` while it has not. `evaluations` are in the order `ranked`, best first.
+    /// The reason why the run has ended after this generation, `None` while it has not. `evaluations` are in the order `ranked`, best first.
     /// The tests are those of Hansen 2016, section B.3, with the stagnation of Hansen 2009.
     pub(super) fn end(
         &mut self,
@@ -166,7 +166,7 @@ impl Course {
         self.stagnates(n, ranked.len()).then_some(Convergence::FlatObjective)
     }
 
-    /// Whether neither the best nor the median objectives of the last 30 % of a long enough time are better than those of the
+    /// Tells whether neither the best nor the median objectives of the last 30 % of a long enough time are better than those of the
     /// first 30 %.
     fn stagnates(&mut self, n: usize, population: usize) -> bool {
         let count = self.best.len();

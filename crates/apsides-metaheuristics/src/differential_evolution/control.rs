@@ -116,7 +116,7 @@ impl Control {
     }
 }
 
-/// How much lower the violation is, or else the objective; 0 where the old evaluation failed.
+/// The decrease of the violation, or else of the objective; 0 where the old evaluation failed.
 fn improvement(old: &Evaluation, new: &Evaluation) -> f64 {
     if old.is_failed() {
         return 0.0;

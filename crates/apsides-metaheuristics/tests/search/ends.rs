@@ -1,4 +1,4 @@
-//! How searches end, and what they report.
+//! The ends of searches, and their reports.
 
 use crate::{methods, search, sphere, timeless};
 use apsides_metaheuristics::{

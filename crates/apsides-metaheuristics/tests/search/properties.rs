@@ -1,4 +1,4 @@
-//! What holds for any seed, box and objective.
+//! Properties that hold for any seed, box and objective.
 
 use crate::{methods, timeless};
 use apsides_metaheuristics::{Algorithm, Evaluation, Points, Population, Run, Search, SearchSpace, Task};

@@ -18,7 +18,7 @@ mod touchdown;
 
 use field::Field;
 pub use path::{Clearance, Sight};
-pub use touchdown::{Belly, Lander, Rest, Touchdown};
+pub use touchdown::{Lander, LowerFace, Rest, Touchdown};
 
 use crate::{ElevationMap, TerrainError};
 

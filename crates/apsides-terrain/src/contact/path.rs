@@ -6,7 +6,7 @@ use crate::TerrainError;
 /// A line that enters the ground by less than this is not blocked, m: rounding of a line that lies in it.
 const GRAZE: f64 = 1e-9;
 
-/// What is between two points.
+/// The first thing between two points.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Sight {
     /// Nothing.
@@ -47,7 +47,7 @@ struct Stretch {
 }
 
 impl Ground {
-    /// What the straight line from one point to another meets first. A point on the ground sees from it.
+    /// Finds what the straight line from one point to another meets first. A point on the ground sees from it.
     ///
     /// Exact for the triangles: the line is cut where it crosses their edges in plan.
     pub fn line_of_sight(&self, from: [f64; 3], to: [f64; 3]) -> Sight {
@@ -87,7 +87,7 @@ impl Ground {
         if known { least } else { None }
     }
 
-    /// What a body meets first whose middle moves straight from one point to another without turning, through parry's cast; holes and
+    /// Finds what a body meets first whose middle moves straight from one point to another without turning, through parry's cast; holes and
     /// the outside of the map count where they are under the body.
     ///
     /// The cast iterates: the place is exact to about 1e-7 of the way, and a body that no more than grazes may pass. The line of the
@@ -196,9 +196,12 @@ impl Ground {
         }
         let [end_row, end_col] = self.cell_coordinates([to[0], to[1]]);
         let (d_row, d_col) = (end_row - row, end_col - col);
-        // Edges are at whole rows, whole columns, and on the diagonals where row + column is whole.
-        let mut edges =
-            [Edges::new(row, d_row), Edges::new(col, d_col), Edges::new(row + col, d_row + d_col)];
+        // Crossings are at whole rows, whole columns, and on the diagonals where row + column is whole.
+        let mut edges = [
+            Crossings::new(row, d_row),
+            Crossings::new(col, d_col),
+            Crossings::new(row + col, d_row + d_col),
+        ];
         let mut t0 = 0.0;
         loop {
             let next = edges.iter().map(|e| e.next).fold(f64::INFINITY, f64::min);
@@ -232,17 +235,17 @@ impl Ground {
 }
 
 /// Parts of the way at which start + t change is a whole number.
-struct Edges {
+struct Crossings {
     start: f64,
     change: f64,
     whole: f64,
     next: f64,
 }
 
-impl Edges {
-    fn new(start: f64, change: f64) -> Edges {
+impl Crossings {
+    fn new(start: f64, change: f64) -> Crossings {
         let whole = if change > 0.0 { start.floor() } else { start.ceil() };
-        let mut edges = Edges { start, change, whole, next: f64::INFINITY };
+        let mut edges = Crossings { start, change, whole, next: f64::INFINITY };
         if change != 0.0 {
             edges.advance();
         }

@@ -46,7 +46,7 @@ const PADS: Lander = Lander {
     pad_distance: 2.5,
     pad_radius: 0.25,
     centre_of_mass_height: 1.5,
-    belly: Some(Belly { radius: 1.5, height: 0.75 }),
+    belly: Some(LowerFace { radius: 1.5, height: 0.75 }),
 };
 
 fn down(ground: &Ground, lander: &Lander, at: [f64; 2], heading: f64) -> Touchdown {
@@ -184,7 +184,7 @@ fn a_lander_topples_when_its_mass_leaves_the_pads() {
 fn a_cone_shaped_crater() {
     let slope = 0.25;
     let ground = ground(97, 97, 0.25, |x, y| slope * x.hypot(y));
-    let lander = Lander { belly: Some(Belly { radius: 2.0, height: 0.5 }), pad_distance: 3.0, ..POINTS };
+    let lander = Lander { belly: Some(LowerFace { radius: 2.0, height: 0.5 }), pad_distance: 3.0, ..POINTS };
     let centred = down(&ground, &lander, [0.0, 0.0], 0.0);
     let rest = centred.worst().unwrap();
     assert_eq!((centred.rests.len(), rest.pads), (1, [true; 4]));
@@ -421,7 +421,7 @@ fn ill_posed_requests_are_refused() {
         |result: Result<Option<Touchdown>, TerrainError>| matches!(result, Err(TerrainError::Number { .. }));
     for value in [0.0, -1.0, f64::NAN, f64::INFINITY] {
         assert!(number(flat.touchdown(&Lander { pad_distance: value, ..POINTS }, [0.0; 2], 0.0)));
-        let belly = Some(Belly { radius: value, height: 1.0 });
+        let belly = Some(LowerFace { radius: value, height: 1.0 });
         assert!(number(flat.touchdown(&Lander { belly, ..POINTS }, [0.0; 2], 0.0)));
         assert!(flat.sweep(&Body::Ball { radius: value }, [0.0; 3], [0.0; 3]).is_err());
     }

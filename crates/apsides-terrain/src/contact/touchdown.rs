@@ -1,4 +1,4 @@
-//! How a lander comes to rest on its four pads.
+//! Rest of a lander on its four pads.
 
 use std::f64::consts::FRAC_PI_2;
 
@@ -32,19 +32,19 @@ pub struct Lander {
     /// Height of the centre of mass above the plane of the pads, m; it lies above their middle.
     pub centre_of_mass_height: f64,
     /// Lower face of the body, if its clearance is wanted.
-    pub belly: Option<Belly>,
+    pub belly: Option<LowerFace>,
 }
 
 /// The lower face of a body: a disk parallel to the plane of the pads, above their middle.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Belly {
+pub struct LowerFace {
     /// Its radius, m.
     pub radius: f64,
     /// Its height above the plane of the pads, m.
     pub height: f64,
 }
 
-/// What follows from a touchdown at one place with one heading.
+/// The outcome of a touchdown at one place with one heading.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Touchdown {
     /// Height of the ground under each pad of the level lander, m; the pad over the highest touches first.
@@ -66,7 +66,7 @@ pub struct Rest {
     pub roll: f64,
     /// Unit vector along the lander's axis, (east, north, up).
     pub axis: [f64; 3],
-    /// Which pads touch.
+    /// The pads that touch.
     pub pads: [bool; 4],
     /// Vertical distance between each pad and the ground, m.
     pub gaps: [f64; 4],
@@ -100,12 +100,12 @@ impl Lander {
 
 /// A plane of pads: its height at the middle and its gradient.
 #[derive(Clone, Copy)]
-struct Plane {
+struct PadPlane {
     height: f64,
     gradient: [f64; 2],
 }
 
-impl Plane {
+impl PadPlane {
     /// Body axes after the shortest turn from level to the plane.
     fn axes(&self, heading: f64) -> [[f64; 3]; 3] {
         let [a, b] = self.gradient;
@@ -120,19 +120,19 @@ impl Plane {
     }
 
     /// The plane through three points, heights at `middle`; none if they are in line in plan.
-    fn through(points: [[f64; 3]; 3], middle: [f64; 2]) -> Option<Plane> {
+    fn through(points: [[f64; 3]; 3], middle: [f64; 2]) -> Option<PadPlane> {
         let [a, b, c] = points;
         let (p, q) = ([0, 1, 2].map(|i| b[i] - a[i]), [0, 1, 2].map(|i| c[i] - a[i]));
         let normal = cross(p, q);
         let gradient = [-normal[0] / normal[2], -normal[1] / normal[2]];
         let height = a[2] + gradient[0] * (middle[0] - a[0]) + gradient[1] * (middle[1] - a[1]);
-        height.is_finite().then_some(Plane { height, gradient })
+        height.is_finite().then_some(PadPlane { height, gradient })
     }
 }
 
-/// What the search for a plane on three pads ends with.
-enum Search {
-    Found(Plane),
+/// The end of the search for a plane on three pads.
+enum PlaneSearch {
+    Found(PadPlane),
     NotFound,
     Unknown,
 }
@@ -167,7 +167,7 @@ impl Ground {
 
     fn settle(&self, lander: &Lander, position: [f64; 2], heading: f64) -> Option<Touchdown> {
         let [x, y, _] = self.local([position[0], position[1], 0.0]);
-        let level = Plane { height: 0.0, gradient: [0.0; 2] };
+        let level = PadPlane { height: 0.0, gradient: [0.0; 2] };
         let mut ground = [0.0; 4];
         for (z, pad) in ground.iter_mut().zip(pads(lander, [x, y], heading, &level)) {
             *z = self.under_pad(lander, pad)?;
@@ -176,9 +176,9 @@ impl Ground {
             Touchdown { pad_heights: ground.map(|z| z + self.middle[2]), rests: Vec::new(), unsettled: 0 };
         for triple in TRIPLES {
             match self.plane_on(lander, [x, y], heading, triple, ground) {
-                Search::Unknown => return None,
-                Search::NotFound => touchdown.unsettled += 1,
-                Search::Found(plane) => {
+                PlaneSearch::Unknown => return None,
+                PlaneSearch::NotFound => touchdown.unsettled += 1,
+                PlaneSearch::Found(plane) => {
                     let mut gaps = [0.0; 4];
                     let pads = pads(lander, [x, y], heading, &plane);
                     for (gap, pad) in gaps.iter_mut().zip(pads) {
@@ -229,13 +229,13 @@ impl Ground {
         heading: f64,
         triple: [usize; 3],
         level: [f64; 4],
-    ) -> Search {
-        let mut plane = Plane { height: 0.0, gradient: [0.0; 2] };
+    ) -> PlaneSearch {
+        let mut plane = PadPlane { height: 0.0, gradient: [0.0; 2] };
         let mut ground = triple.map(|k| level[k]);
         for round in 0..ROUNDS {
             let stands = pads(lander, middle, heading, &plane);
             let points = [0, 1, 2].map(|k| [stands[triple[k]][0], stands[triple[k]][1], ground[k]]);
-            let Some(mut next) = Plane::through(points, middle) else { return Search::NotFound };
+            let Some(mut next) = PadPlane::through(points, middle) else { return PlaneSearch::NotFound };
             if round > UNDAMPED_ROUNDS {
                 next.gradient = [0, 1].map(|i| 0.5 * (plane.gradient[i] + next.gradient[i]));
                 next.height = 0.5 * (plane.height + next.height);
@@ -245,18 +245,18 @@ impl Ground {
             let mut error = 0.0_f64;
             for k in 0..3 {
                 let pad = stands[triple[k]];
-                let Some(z) = self.under_pad(lander, pad) else { return Search::Unknown };
+                let Some(z) = self.under_pad(lander, pad) else { return PlaneSearch::Unknown };
                 ground[k] = z;
                 error = error.max((z - pad[2]).abs() / (1.0 + z.abs()));
             }
             if error <= SETTLED {
-                return Search::Found(plane);
+                return PlaneSearch::Found(plane);
             }
         }
-        Search::NotFound
+        PlaneSearch::NotFound
     }
 
-    fn belly_clearance(&self, belly: &Belly, frame: Frame) -> Option<f64> {
+    fn belly_clearance(&self, belly: &LowerFace, frame: Frame) -> Option<f64> {
         // Ground up to the belly's height above or below the plane of the pads is under the belly; the tilt shifts it.
         let shift = belly.height * frame.axes[2][0].hypot(frame.axes[2][1]);
         Some(belly.height - self.highest(&frame, belly.radius, belly.radius + shift)?[2])
@@ -264,14 +264,14 @@ impl Ground {
 }
 
 /// Middles of the pads.
-fn pads(lander: &Lander, [x, y]: [f64; 2], heading: f64, plane: &Plane) -> [[f64; 3]; 4] {
+fn pads(lander: &Lander, [x, y]: [f64; 2], heading: f64, plane: &PadPlane) -> [[f64; 3]; 4] {
     let [ahead, left, _] = plane.axes(heading);
     let rho = lander.pad_distance;
     [(ahead, rho), (left, rho), (ahead, -rho), (left, -rho)]
         .map(|(axis, rho)| [x + rho * axis[0], y + rho * axis[1], plane.height + rho * axis[2]])
 }
 
-/// Whether a point is above a triangle, or less than `margin` beside it.
+/// Tells whether a point is above a triangle, or less than `margin` beside it.
 fn is_above(triangle: [[f64; 3]; 3], point: [f64; 3], margin: f64) -> bool {
     let sides = [0, 1, 2].map(|k| {
         let (a, b) = (triangle[k], triangle[(k + 1) % 3]);

@@ -11,7 +11,7 @@ const OUTLINE: f64 = 0.5;
 /// Least area over that of the circle around it: less is a ridge.
 const COMPACT: f64 = 0.3;
 
-/// What to look for.
+/// The boulders to look for.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct BoulderSearch {
     /// Least height over the ground around, m.

@@ -22,7 +22,7 @@ const ALL_AROUND: f64 = 0.45;
 /// Rise from the samples of the floor to those of the rim of a paraboloid bowl, over its depth: 1 - 8/9 0.4^2.
 const SEEN: f64 = 0.858;
 
-/// What to look for.
+/// The craters to look for.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct CraterSearch {
     /// Smallest and largest diameter, m. Less than 8 pixels is not found.
@@ -144,7 +144,7 @@ fn rings(map: &ElevationMap, radius: f64, pixel: f64, least: f64) -> Vec<FoundCr
     found
 }
 
-/// Of finds that are the same crater the one that is deepest for its size.
+/// Keeps, of finds that are the same crater, the one that is deepest for its size.
 fn separate(mut found: Vec<FoundCrater>) -> Vec<FoundCrater> {
     let score = |c: &FoundCrater| c.depth / c.diameter;
     found.sort_by(|a, b| score(b).total_cmp(&score(a)));

@@ -5,7 +5,7 @@ use rayon::prelude::*;
 use super::plan::{LAYERS, Plan, slot};
 use super::tile::Rows;
 use super::{Counts, HazardOptions, Layer, SiteCriteria, Verdict};
-use crate::distance::{BAND, Edges, Envelope, Outside};
+use crate::distance::{BAND, BandEdges, Envelope, Outside};
 use crate::{ElevationMap, Geometry, TerrainError};
 
 /// A map that is read by rows.
@@ -124,7 +124,7 @@ pub fn hazard_bands(
         counts.unknown += band.unknown;
         flags.clear();
         flags.extend(verdict.iter().map(|v| u8::from(*v != Verdict::Safe)));
-        edges.par_extend(flags.par_chunks(BAND * cols).map(|flags| Edges::of(flags, cols)));
+        edges.par_extend(flags.par_chunks(BAND * cols).map(|flags| BandEdges::of(flags, cols)));
         flags.chunks_exact(cols).for_each(|row| marks.push(row));
     }
     let outside = Outside::of_all(&edges);

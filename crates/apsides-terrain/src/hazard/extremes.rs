@@ -17,22 +17,22 @@ pub(super) fn largest_within(
     work.extend_from_slice(values);
     out.clear();
     out.resize(values.len(), f32::NEG_INFINITY);
-    Arch::new().dispatch(Largest { stride, disk, work, out });
+    Arch::new().dispatch(LargestHeights { stride, disk, work, out });
 }
 
-struct Largest<'a> {
+struct LargestHeights<'a> {
     stride: usize,
     disk: &'a Disk,
     work: &'a mut [f32],
     out: &'a mut [f32],
 }
 
-impl WithSimd for Largest<'_> {
+impl WithSimd for LargestHeights<'_> {
     type Output = ();
 
     #[inline(always)]
     fn with_simd<S: Simd>(self, _: S) {
-        let Largest { stride, disk, work, out } = self;
+        let LargestHeights { stride, disk, work, out } = self;
         let rows = work.len() / stride;
         let reach = disk.reach;
         if rows <= 2 * reach || stride <= 2 * reach {

@@ -22,7 +22,7 @@ struct Block {
     /// Offset of its first pixel.
     row: isize,
     col: isize,
-    /// Whether all of it is in the disk.
+    /// Says whether all of it is in the disk.
     whole: bool,
     /// Rows with the first column and the number of pixels in the disk.
     rows: Vec<(isize, isize, usize)>,

@@ -1,4 +1,4 @@
-//! Which pixels are read for the footpads.
+//! The pixels that are read for the footpads.
 
 use super::SiteCriteria;
 use crate::disk::{Disk, ROUNDING};

@@ -62,7 +62,7 @@ impl Layer {
         }
     }
 
-    /// Whether values are angles in rad; else lengths in m.
+    /// Tells whether values are angles in rad; else lengths in m.
     #[must_use]
     pub fn is_angle(self) -> bool {
         matches!(self, Layer::Slope | Layer::FootpadSlope | Layer::FootpadSlopeLeast)
@@ -73,7 +73,7 @@ impl Layer {
         if self.is_angle() { format!("{:.3} deg", value.to_degrees()) } else { format!("{value:.3} m") }
     }
 
-    /// Whether a value breaks a threshold.
+    /// Tells whether a value breaks a threshold.
     pub(crate) fn breaks(self, value: f32, limit: f64) -> bool {
         let value = f64::from(value);
         match self {
@@ -90,7 +90,7 @@ impl fmt::Display for Layer {
     }
 }
 
-/// What a lander finds on a pixel.
+/// The verdict on a pixel.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Default, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Verdict {

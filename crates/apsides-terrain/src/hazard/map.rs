@@ -4,33 +4,9 @@ use serde::{Deserialize, Serialize};
 
 use super::plan::{LAYERS, Plan, slot};
 use super::tile::Rows;
-use super::{Layer, Plane, RobustFit, SiteCriteria, Verdict};
+use super::{HazardOptions, Layer, LayerChoice, Plane, RobustFit, SiteCriteria, Verdict};
 use crate::distance::to_nearest;
 use crate::{ElevationMap, Geometry, Raster, TerrainError};
-
-/// Which layers are kept.
-#[derive(Clone, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
-#[serde(rename_all = "kebab-case")]
-pub enum LayerChoice {
-    /// None: verdicts and clearance alone. Pixels known to be unsafe are left out of further layers, with the same verdicts.
-    None,
-    /// Those that the criteria have a threshold for.
-    #[default]
-    Tested,
-    /// All that the criteria define.
-    All,
-    /// These, as far as the criteria define them.
-    These(Vec<Layer>),
-}
-
-/// What a hazard map contains.
-#[derive(Clone, Debug, Default, PartialEq)]
-pub struct HazardOptions {
-    /// Layers that are kept.
-    pub layers: LayerChoice,
-    /// The plane of [`Layer::RelativeElevation`]; where that layer is asked for and there is none, it is fitted to the map.
-    pub plane: Option<Plane>,
-}
 
 /// Layers, verdicts and clearance, all with the geometry of the map.
 #[derive(Clone, Debug)]
@@ -131,7 +107,7 @@ impl HazardMap {
         self.verdict.geometry()
     }
 
-    /// What the map was made for.
+    /// The criteria that the map was made for.
     pub fn criteria(&self) -> &SiteCriteria {
         &self.criteria
     }

@@ -23,7 +23,7 @@ const LARGEST_REACH: f64 = 1000.0;
 /// Roundings of `f32` that a layer may be off by, in units of the largest height: closer to a threshold, `f64` decides.
 const ROUNDINGS: f64 = 16.0;
 
-/// What is made of each tile.
+/// The layers that are made of each tile.
 #[derive(Debug)]
 pub(super) struct Plan {
     criteria: SiteCriteria,
@@ -186,7 +186,7 @@ impl Plan {
         }
     }
 
-    /// Which pixels have their whole footprint on known ground.
+    /// The pixels that have their whole footprint on known ground.
     fn known(&self, work: &mut Work) {
         let Work { tile, .. } = work;
         tile.inside(self.disk.reach, &mut work.known_disk);
@@ -361,7 +361,7 @@ impl Plan {
     }
 }
 
-/// How far from a threshold a value of `f32` decides, for heights up to `largest` over a length.
+/// The distance from a threshold at which a value of `f32` decides, for heights up to `largest` over a length.
 fn open_within(largest: f32, length: f64) -> f64 {
     ROUNDINGS * f64::from(f32::EPSILON) * f64::from(largest) / length
 }

@@ -34,7 +34,7 @@ impl Plane {
     }
 }
 
-/// What the best plane through three points is.
+/// The measure by which one plane through three points is better than another.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum RobustMethod {
@@ -51,7 +51,7 @@ pub enum RobustMethod {
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(default, deny_unknown_fields)]
 pub struct RobustFit {
-    /// What the best plane is.
+    /// The measure of the best plane.
     pub method: RobustMethod,
     /// Planes that are tried.
     pub trials: usize,

@@ -25,7 +25,7 @@ impl Stance {
         self.least.resize(rest, 0.0);
         self.seat.resize(rest, 0.0);
         let stand = Stand { tile, top, pads, active, stance: self };
-        if all { Arch::new().dispatch(Everything(stand)) } else { Arch::new().dispatch(Largest(stand)) }
+        if all { Arch::new().dispatch(Everything(stand)) } else { Arch::new().dispatch(LargestTilt(stand)) }
     }
 }
 
@@ -48,9 +48,9 @@ impl WithSimd for Everything<'_> {
     }
 }
 
-struct Largest<'a>(Stand<'a>);
+struct LargestTilt<'a>(Stand<'a>);
 
-impl WithSimd for Largest<'_> {
+impl WithSimd for LargestTilt<'_> {
     type Output = ();
 
     #[inline(always)]

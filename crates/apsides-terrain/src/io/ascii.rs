@@ -3,7 +3,7 @@
 use std::io::{BufRead, BufReader, Read, Seek, Write};
 
 use super::sample::Sample;
-use super::windows::{Head, Store};
+use super::source::{Head, Store};
 use super::{malformed, number, shortened, unreadable, unwritable};
 use crate::{ElevationMap, TerrainError};
 

@@ -27,8 +27,10 @@ use std::io::{Read, Seek, SeekFrom};
 use crate::{ElevationMap, TerrainError};
 
 mod ascii;
+mod chunks;
 mod csv;
 mod digits;
+mod geo_keys;
 mod geotiff;
 mod npy;
 mod pds;
@@ -39,11 +41,13 @@ mod png_map;
 mod raw;
 mod relief;
 mod sample;
+mod source;
 mod windows;
 
 pub use ascii::write_ascii_grid;
 pub use csv::write_csv;
-pub use geotiff::{GeoKeys, GeoTiffOptions, GeoTiffWriter, write_geotiff};
+pub use geo_keys::GeoKeys;
+pub use geotiff::{GeoTiffOptions, GeoTiffWriter, write_geotiff};
 pub use npy::write_npy;
 pub use picture::{ColourMap, Legend, write_png};
 pub use relief::{Mark, ReliefPicture, Tint};
@@ -105,7 +109,7 @@ impl Format {
     }
 }
 
-/// What the reader is told beyond the file.
+/// Settings of the reader: facts that a file may not state, and a limit on its size.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct ReadOptions {
     /// Size of a square pixel, m. It replaces the geometry of the file: the centre of pixel (0, 0) becomes the origin. Needed where the

@@ -4,7 +4,7 @@ use std::io::{Read, Seek, Write};
 
 use super::raw::{Layout, Raw};
 use super::sample::{Order, Sample};
-use super::windows::{Head, Store};
+use super::source::{Head, Store};
 use super::{bytes_at, malformed, shortened, unreadable, unwritable};
 use crate::{ElevationMap, TerrainError};
 

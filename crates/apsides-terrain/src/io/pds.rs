@@ -1,17 +1,17 @@
-//! What the two versions of PDS labels have in common.
+//! Functions that both versions of PDS labels use.
 
 use std::io::{Read, Seek};
 
 use super::raw::{Layout, Raw};
 use super::sample::Order;
-use super::windows::{Head, Store};
+use super::source::{Head, Store};
 use crate::TerrainError;
 
 /// Longest label, bytes.
 pub(super) const LONGEST_LABEL: u64 = 1 << 20;
 
 /// Where the rows of a raster are in the file of the raster.
-pub(super) struct Rows {
+pub(super) struct RowLayout {
     pub(super) order: Order,
     /// First byte of the first number.
     pub(super) start: u64,
@@ -22,7 +22,7 @@ pub(super) struct Rows {
 /// The raster that `head` and `rows` describe.
 pub(super) fn raster<R: Read + Seek>(
     head: Head,
-    rows: Rows,
+    rows: RowLayout,
     data: R,
     len: u64,
 ) -> Result<(Head, Store<R>), TerrainError> {

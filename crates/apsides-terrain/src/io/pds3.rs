@@ -7,9 +7,9 @@
 
 use std::io::{Read, Seek};
 
-use super::pds::{LONGEST_LABEL, Rows, raster};
+use super::pds::{LONGEST_LABEL, RowLayout, raster};
 use super::sample::{Order, Sample};
-use super::windows::{Head, Store};
+use super::source::{Head, Store};
 use super::{bytes_at, malformed, number, shortened, unreadable};
 use crate::{MapUnit, TerrainError};
 
@@ -99,7 +99,7 @@ fn described<R: Read + Seek>(
     let stride = head.cols.checked_mul(sample.size() as u64);
     let stride = stride.and_then(|s| s.checked_add(prefix)?.checked_add(suffix)).ok_or_else(overflow)?;
     let start = start.checked_add(prefix).ok_or_else(overflow)?;
-    raster(head, Rows { order, start, stride }, data, len)
+    raster(head, RowLayout { order, start, stride }, data, len)
 }
 
 fn element(kind: &str, bits: u64) -> Result<(Sample, Order), TerrainError> {

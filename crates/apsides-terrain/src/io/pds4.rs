@@ -7,9 +7,9 @@ use std::io::{Read, Seek};
 
 use roxmltree::{Document, Node, ParsingOptions};
 
-use super::pds::{LONGEST_LABEL, Rows, raster};
+use super::pds::{LONGEST_LABEL, RowLayout, raster};
 use super::sample::{Order, Sample};
-use super::windows::{Head, Store};
+use super::source::{Head, Store};
 use super::{malformed, number, shortened};
 use crate::{MapUnit, TerrainError};
 
@@ -55,7 +55,7 @@ pub(super) fn open<R: Read + Seek>(
         None => 0,
     };
     let stride = cols.saturating_mul(sample.size() as u64);
-    raster(head, Rows { order, start, stride }, data, len)
+    raster(head, RowLayout { order, start, stride }, data, len)
 }
 
 /// Names are compared without their namespace: labels bind it to many prefixes.

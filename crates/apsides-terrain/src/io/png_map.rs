@@ -6,7 +6,7 @@ use png::{BitDepth, ColorType, Decoder, Limits, Transformations};
 
 use super::malformed;
 use super::sample::{Order, Sample};
-use super::windows::{Head, Store};
+use super::source::{Head, Store};
 use crate::TerrainError;
 
 pub(super) const NAME: &str = "PNG";

@@ -9,7 +9,7 @@ use crate::TerrainError;
 /// Most bytes read at once, beside a single row.
 const BLOCK: usize = 1 << 20;
 
-/// How uncompressed numbers lie in a file: chunks of `chunk_rows` x `chunk_cols` numbers, numbered row by row.
+/// The layout of uncompressed numbers in a file: chunks of `chunk_rows` x `chunk_cols` numbers, numbered row by row.
 pub(super) struct Layout {
     pub(super) format: &'static str,
     pub(super) sample: Sample,

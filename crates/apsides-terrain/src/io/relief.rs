@@ -31,7 +31,7 @@ pub struct Mark {
     pub colour: [u8; 3],
 }
 
-/// How much darker or brighter than level ground a slope is drawn, for one unit of its brightness.
+/// The factor by which a slope is drawn darker or brighter than level ground, for one unit of its brightness.
 const CONTRAST: f64 = 2.0;
 
 /// Grey of level ground, 0 to 1.

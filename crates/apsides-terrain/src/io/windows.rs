@@ -2,82 +2,10 @@
 
 use std::io::{Read, Seek, SeekFrom};
 
-use super::geotiff::{Chunks, GeoKeys};
-use super::raw::Raw;
-use super::sample::Sample;
+use super::geo_keys::GeoKeys;
+use super::source::{Head, Store};
 use super::{Format, ReadOptions, ascii, geotiff, length, malformed, npy, pds3, pds4, png_map, unreadable};
-use crate::{ElevationMap, Geometry, MapUnit, TerrainError};
-
-/// What the head of a file says about its raster.
-pub(super) struct Head {
-    pub(super) format: &'static str,
-    pub(super) rows: u64,
-    pub(super) cols: u64,
-    /// Extents of a pixel to the east and to the south, if stated.
-    pub(super) pixel: Option<[f64; 2]>,
-    /// Coordinates of the centre of the north-western pixel.
-    pub(super) north_west: [f64; 2],
-    pub(super) unit: MapUnit,
-    pub(super) sample: Sample,
-    /// Height = stored number x `scale` + `offset`, m.
-    pub(super) scale: f64,
-    pub(super) offset: f64,
-    /// Stored numbers that stand for gaps.
-    pub(super) missing: Vec<f64>,
-    /// The first stored row is the southernmost.
-    pub(super) south_up: bool,
-    pub(super) geo_keys: Option<GeoKeys>,
-}
-
-impl Head {
-    /// A head without place, scale or gaps.
-    pub(super) fn plain(format: &'static str, rows: u64, cols: u64, sample: Sample) -> Head {
-        Head {
-            format,
-            rows,
-            cols,
-            pixel: None,
-            north_west: [0.0; 2],
-            unit: MapUnit::Metre,
-            sample,
-            scale: 1.0,
-            offset: 0.0,
-            missing: Vec::new(),
-            south_up: false,
-            geo_keys: None,
-        }
-    }
-
-    /// The geometry, the caller's pixel before the file's.
-    fn geometry(&self, options: &ReadOptions) -> Result<Geometry, TerrainError> {
-        let side = |n: u64| usize::try_from(n).unwrap_or(usize::MAX);
-        let (rows, cols) = (side(self.rows), side(self.cols));
-        if let Some(pixel) = options.pixel_m {
-            return Geometry::square(rows, cols, pixel);
-        }
-        if rows == 0 || cols == 0 {
-            return Err(TerrainError::Shape { rows, cols, values: 0 });
-        }
-        let Some(pixel) = self.pixel else {
-            return Err(malformed(
-                self.format,
-                "size of a pixel",
-                "the file states none: give one (ReadOptions::pixel_m)",
-            ));
-        };
-        Geometry::new(rows, cols, pixel, self.north_west, self.unit)
-    }
-}
-
-/// Where stored numbers come from.
-pub(super) enum Store<R> {
-    /// From uncompressed bytes.
-    Raw(Raw<R>),
-    /// From compressed strips or tiles.
-    Chunks(Box<Chunks<R>>),
-    /// From memory, row by row.
-    Held(Vec<f64>),
-}
+use crate::{ElevationMap, Geometry, TerrainError};
 
 /// A map that is read in windows.
 ///

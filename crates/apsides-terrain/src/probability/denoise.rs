@@ -1,4 +1,4 @@
-//! What heights lie behind noisy ones, and how well that is known.
+//! Estimates the heights behind noisy ones, with their standard deviation.
 //!
 //! The map is split into octaves of detail by the undecimated wavelet transform with the B3 spline (J.-L. Starck et al., Image
 //! Processing and Data Analysis, 1998, chapter 1). In each octave a detail is normal with a variance estimated around it; its

@@ -16,7 +16,7 @@ pub use denoise::{Posterior, denoise};
 use rayon::prelude::*;
 use std::f64::consts::{SQRT_2, TAU};
 
-use crate::disk::{Disk, Plane, RowSums};
+use crate::disk::{Disk, LocalPlane, RowSums};
 use crate::{ElevationMap, Raster, TerrainError};
 use denoise::{check_noise, resolved};
 
@@ -27,7 +27,7 @@ pub const DECISION: f64 = 0.97;
 /// Headings of the four footpads, which repeat after a quarter turn: every 5 degrees.
 const HEADINGS: usize = 18;
 
-/// What a landing asks of the ground, and how noisy the map is.
+/// The limits that a landing puts on the ground, and the noise of the map.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Criteria {
     /// Radius of the disk of the least-squares plane and of the residuals, m.
@@ -64,7 +64,7 @@ pub fn safe_landing(map: &ElevationMap, criteria: &Criteria) -> Result<Raster<f3
     let (raw, clean) = (RowSums::new(map.relative()), RowSums::new(posterior.heights.relative()));
     let precision: Vec<f32> = posterior.deviation.data().iter().map(|s| s.recip()).collect();
     let (limit, spread) = (criteria.slope.tan(), criteria.noise / (disk.moment.sqrt() * pixel));
-    let pads = criteria.footpads.map(|rho| Footpads::new(&posterior, rho / pixel, pixel, limit));
+    let pads = criteria.footpads.map(|rho| ExpectedFootpads::new(&posterior, rho / pixel, pixel, limit));
     let resolved = resolved(criteria.roughness, criteria.noise);
     let mut safe = vec![f32::NAN; map.geometry().pixels()];
     let cols = map.geometry().cols();
@@ -178,7 +178,7 @@ fn smooth(
     posterior: &Posterior,
     precision: &[f32],
     disk: &Disk,
-    plane: &Plane,
+    plane: &LocalPlane,
     [row, col]: [usize; 2],
     pixel: f64,
     limit: f64,
@@ -215,7 +215,7 @@ fn smooth(
 }
 
 /// Four footpads on expected heights.
-struct Footpads<'a> {
+struct ExpectedFootpads<'a> {
     posterior: &'a Posterior,
     /// Offsets from the centre, for each heading.
     pads: Vec<[Pad; 4]>,
@@ -261,8 +261,8 @@ impl Pad {
     }
 }
 
-impl Footpads<'_> {
-    fn new(posterior: &Posterior, rho: f64, pixel: f64, limit: f64) -> Footpads<'_> {
+impl ExpectedFootpads<'_> {
+    fn new(posterior: &Posterior, rho: f64, pixel: f64, limit: f64) -> ExpectedFootpads<'_> {
         let pads = (0..HEADINGS)
             .map(|heading| {
                 let (s, c) = (heading as f64 * TAU / (4 * HEADINGS) as f64).sin_cos();
@@ -270,7 +270,7 @@ impl Footpads<'_> {
                 [[-c, s], [s, c], [c, -s], [-s, -c]].map(|[down, right]| Pad::new(down, right))
             })
             .collect();
-        Footpads { posterior, pads, arm: rho * pixel, limit }
+        ExpectedFootpads { posterior, pads, arm: rho * pixel, limit }
     }
 
     /// At the worst heading; none if a pad leaves the map or meets a gap.

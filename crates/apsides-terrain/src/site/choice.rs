@@ -6,7 +6,7 @@ use super::spiral::{place, spiral};
 use crate::hazard::{HazardMap, Layer, Verdict};
 use crate::{ElevationMap, TerrainError};
 
-/// Which candidate is the best. Among equals it is the first on the spiral from the start.
+/// The rule for the best candidate. Among equals it is the first on the spiral from the start.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum SiteRule {
@@ -40,11 +40,11 @@ impl Default for ScoreWeights {
     }
 }
 
-/// What is asked for.
+/// A request for landing sites.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(default, deny_unknown_fields)]
 pub struct SiteRequest {
-    /// Which candidate is the best.
+    /// The rule for the best candidate.
     pub rule: SiteRule,
     /// Row and column from which diverts are counted; the middle, `(rows / 2, cols / 2)`, if there is none.
     pub start: Option<[usize; 2]>,
@@ -79,7 +79,7 @@ pub struct Site {
     pub divert_m: f64,
     /// Place on the spiral from the start, 1 at the start, counting pixels of the map alone where the rule is the spiral.
     pub visited: u64,
-    /// What the rule compares, the larger the better: minus `visited`, the clearance in m, or the score.
+    /// The value that the rule compares, the larger the better: minus `visited`, the clearance in m, or the score.
     pub value: f64,
     /// Layers that were kept: rad or m.
     pub layers: Vec<(Layer, f64)>,
@@ -96,7 +96,7 @@ pub struct Rival {
     pub by: f64,
 }
 
-/// Why a pixel is no site.
+/// The reason why a pixel is no site.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Reason {
@@ -117,7 +117,7 @@ pub struct SiteChoice {
     pub sites: Vec<Site>,
     /// The next best, separated from the sites and from each other as sites are.
     pub rivals: Vec<Rival>,
-    /// How many pixels were passed over for each reason, up to the last site on the spiral, or on the whole map by other rules.
+    /// Numbers of pixels that were passed over for each reason, up to the last site on the spiral, or on the whole map by other rules.
     pub passed_over: Vec<(Reason, u64)>,
 }
 
@@ -156,14 +156,14 @@ pub fn choose_sites(
             number(name, value, value.is_finite(), "it must be finite")?;
         }
     }
-    let search = Search { map, hazards, request, start, pixel_m: geometry.square_pixel()? };
+    let search = SiteSearch { map, hazards, request, start, pixel_m: geometry.square_pixel()? };
     Ok(match request.rule {
         SiteRule::Spiral => search.along_spiral(),
         SiteRule::Clearance | SiteRule::Score(_) => search.best(),
     })
 }
 
-struct Search<'a> {
+struct SiteSearch<'a> {
     map: &'a ElevationMap,
     hazards: &'a HazardMap,
     request: &'a SiteRequest,
@@ -189,8 +189,8 @@ impl Tally {
     }
 }
 
-impl Search<'_> {
-    /// Why a pixel is no candidate.
+impl SiteSearch<'_> {
+    /// The reason why a pixel is no candidate.
     fn against(&self, row: usize, col: usize) -> Option<Reason> {
         match self.hazards.verdict().get(row, col) {
             Verdict::Unknown => Some(Reason::Unknown),
@@ -237,7 +237,7 @@ impl Search<'_> {
         }
     }
 
-    /// Whether a pixel is far enough from all sites and rivals so far.
+    /// Tells whether a pixel is far enough from all sites and rivals so far.
     fn separate(&self, chosen: &[Site], [row, col]: [usize; 2]) -> bool {
         chosen.iter().all(|site| {
             let [south, east] = [site.row.abs_diff(row), site.col.abs_diff(col)];

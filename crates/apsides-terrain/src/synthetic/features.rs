@@ -49,9 +49,9 @@ pub(super) trait Feature: Copy + Send + Sync {
     fn centre(&self) -> [f64; 2];
     /// Half of the side of the square that it changes, m.
     fn reach(&self) -> f64;
-    /// What it adds to the ground at an offset (east, north; m) from its centre, m; zero outside.
+    /// The height added to the ground at an offset (east, north; m) from the centre, m; zero outside.
     fn height_at(&self, offset: [f64; 2]) -> f64;
-    /// Whether an offset is inside its rim or outline.
+    /// Tells whether an offset is inside its rim or outline.
     fn covers(&self, offset: [f64; 2]) -> bool;
 }
 
@@ -188,7 +188,7 @@ impl Class {
     }
 }
 
-/// Whether a feature may change a box of (west, east, south, north).
+/// Tells whether a feature may change a box of (west, east, south, north).
 fn touches(feature: &impl Feature, [west, east, south, north]: [f64; 4]) -> bool {
     let ([x, y], r) = (feature.centre(), feature.reach());
     x + r >= west && x - r <= east && y + r >= south && y - r <= north

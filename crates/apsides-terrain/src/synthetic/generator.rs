@@ -46,7 +46,7 @@ impl Synthetic {
         Ok(Synthetic { terrain, geometry, fractal, seed })
     }
 
-    /// What the terrain is like.
+    /// The description that the terrain was made from.
     pub fn terrain(&self) -> &Terrain {
         &self.terrain
     }

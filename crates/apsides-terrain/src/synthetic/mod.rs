@@ -32,7 +32,7 @@ use serde::{Deserialize, Serialize};
 
 use crate::TerrainError;
 
-/// What a synthetic terrain is like.
+/// The description of a synthetic terrain.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Terrain {

@@ -1,98 +1,32 @@
 //! Geographic tags of a GeoTIFF: size and place of pixels, geokeys (OGC 19-008r4).
 
+use super::super::geo_keys::{
+    ANGULAR_UNITS, DEGREE, GeoKeys, LINEAR_UNIT_SIZE, LINEAR_UNITS, METRE, MODEL_TYPE, RASTER_TYPE,
+    USER_DEFINED, VERTICAL_UNITS,
+};
 use super::super::malformed;
-use super::super::windows::Head;
+use super::super::source::Head;
 use super::directory::Directory;
 use super::{NAME, tag};
 use crate::{MapUnit, TerrainError};
 
-/// Geokeys, as the three tags of a GeoTIFF hold them: what the map coordinates mean.
-#[derive(Clone, Debug, PartialEq)]
-pub struct GeoKeys {
-    /// Version, revision, minor revision, number of keys, then four numbers for each key (tag 34735).
-    pub directory: Vec<u16>,
-    /// Real parameters (tag 34736).
-    pub doubles: Vec<f64>,
-    /// Text parameters, each closed by a vertical bar (tag 34737).
-    pub text: String,
-}
-
-const MODEL_TYPE: u16 = 1024;
-const RASTER_TYPE: u16 = 1025;
-const ANGULAR_UNITS: u16 = 2054;
-const LINEAR_UNITS: u16 = 3076;
-const LINEAR_UNIT_SIZE: u16 = 3077;
-const VERTICAL_UNITS: u16 = 4099;
-const METRE: u16 = 9001;
-const DEGREE: u16 = 9102;
-const USER_DEFINED: u16 = 32767;
-
-impl GeoKeys {
-    /// Keys of a map in `unit` without a named reference system, its pixels being areas.
-    pub(super) fn plain(unit: MapUnit) -> GeoKeys {
-        let keys: [[u16; 4]; 4] = match unit {
-            MapUnit::Metre => [
-                [MODEL_TYPE, 0, 1, 1],
-                [RASTER_TYPE, 0, 1, 1],
-                [3072, 0, 1, USER_DEFINED],
-                [LINEAR_UNITS, 0, 1, METRE],
-            ],
-            MapUnit::Degree => [
-                [MODEL_TYPE, 0, 1, 2],
-                [RASTER_TYPE, 0, 1, 1],
-                [2048, 0, 1, USER_DEFINED],
-                [ANGULAR_UNITS, 0, 1, DEGREE],
-            ],
-        };
-        let directory = [[1, 1, 0, keys.len() as u16]].iter().chain(&keys).flatten().copied().collect();
-        GeoKeys { directory, doubles: Vec::new(), text: String::new() }
+/// Reads the three tags of the geokeys.
+fn read_keys(directory: &Directory) -> Result<Option<GeoKeys>, TerrainError> {
+    let Some(keys) = directory.whole(tag::GEO_KEYS)? else { return Ok(None) };
+    let wrong = |problem: String| malformed(NAME, "geokeys (tag 34735)", problem);
+    let keys: Result<Vec<u16>, _> = keys.into_iter().map(u16::try_from).collect();
+    let keys = keys.map_err(|_| wrong("16-bit numbers are needed".to_owned()))?;
+    let &[_, _, _, count, ..] = keys.as_slice() else {
+        return Err(wrong("shorter than its head of four numbers".to_owned()));
+    };
+    if keys.len() < 4 * (usize::from(count) + 1) {
+        return Err(wrong(format!("{count} keys do not fit into {} numbers", keys.len())));
     }
-
-    fn read(directory: &Directory) -> Result<Option<GeoKeys>, TerrainError> {
-        let Some(keys) = directory.whole(tag::GEO_KEYS)? else { return Ok(None) };
-        let wrong = |problem: String| malformed(NAME, "geokeys (tag 34735)", problem);
-        let keys: Result<Vec<u16>, _> = keys.into_iter().map(u16::try_from).collect();
-        let keys = keys.map_err(|_| wrong("16-bit numbers are needed".to_owned()))?;
-        let &[_, _, _, count, ..] = keys.as_slice() else {
-            return Err(wrong("shorter than its head of four numbers".to_owned()));
-        };
-        if keys.len() < 4 * (usize::from(count) + 1) {
-            return Err(wrong(format!("{count} keys do not fit into {} numbers", keys.len())));
-        }
-        Ok(Some(GeoKeys {
-            directory: keys,
-            doubles: directory.reals(tag::GEO_DOUBLES)?.unwrap_or_default(),
-            text: directory.text(tag::GEO_TEXT)?.unwrap_or_default(),
-        }))
-    }
-
-    /// Value of a key that is stored in the directory itself.
-    pub fn short(&self, key: u16) -> Option<u16> {
-        let entry = self.directory.get(4..)?.chunks_exact(4).find(|e| e[0] == key && e[1] == 0)?;
-        Some(entry[3])
-    }
-
-    /// First real parameter of a key.
-    pub fn double(&self, key: u16) -> Option<f64> {
-        let entry =
-            self.directory.get(4..)?.chunks_exact(4).find(|e| e[0] == key && e[1] == tag::GEO_DOUBLES)?;
-        self.doubles.get(usize::from(entry[3])).copied()
-    }
-
-    /// The same keys with `value` in `key`, if the key is there.
-    pub(super) fn with(mut self, key: u16, value: u16) -> GeoKeys {
-        for entry in self.directory.get_mut(4..).unwrap_or_default().chunks_exact_mut(4) {
-            if entry[0] == key && entry[1] == 0 {
-                entry[3] = value;
-            }
-        }
-        self
-    }
-
-    /// The same keys for pixels that are areas.
-    pub(super) fn for_areas(self) -> GeoKeys {
-        self.with(RASTER_TYPE, 1)
-    }
+    Ok(Some(GeoKeys {
+        directory: keys,
+        doubles: directory.reals(tag::GEO_DOUBLES)?.unwrap_or_default(),
+        text: directory.text(tag::GEO_TEXT)?.unwrap_or_default(),
+    }))
 }
 
 /// Metres in a linear unit of EPSG.
@@ -114,7 +48,7 @@ fn metres(code: u16, defined: Option<f64>) -> Result<f64, TerrainError> {
 
 /// Puts size, place and unit of the pixels into `head`.
 pub(super) fn place(directory: &Directory, head: &mut Head) -> Result<(), TerrainError> {
-    let keys = GeoKeys::read(directory)?;
+    let keys = read_keys(directory)?;
     let key = |k: u16| keys.as_ref().and_then(|g| g.short(k));
     let (unit, factor) = match key(MODEL_TYPE) {
         Some(2) => {

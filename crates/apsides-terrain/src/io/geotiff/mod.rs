@@ -2,25 +2,20 @@
 
 use std::io::{Read, Seek};
 
+pub(super) use super::chunks::NAME;
+use super::chunks::{Chunks, Coding, Compression, Grid};
 use super::raw::{Layout, Raw};
 use super::sample::Sample;
-use super::windows::{Head, Store};
+use super::source::{Head, Store};
 use super::{malformed, number};
 use crate::TerrainError;
 
-mod chunks;
-mod codec;
 mod directory;
 mod geo;
 mod write;
 
-pub(super) use chunks::Chunks;
-use chunks::{Coding, Grid};
 use directory::Directory;
-pub use geo::GeoKeys;
 pub use write::{GeoTiffOptions, GeoTiffWriter, write_geotiff};
-
-pub(super) const NAME: &str = "GeoTIFF";
 
 /// Tags, by their number in TIFF 6.0, GeoTIFF and GDAL.
 mod tag {
@@ -43,7 +38,7 @@ mod tag {
     pub(super) const TIE_POINT: u16 = 33922;
     pub(super) const TRANSFORMATION: u16 = 34264;
     pub(super) const GEO_KEYS: u16 = 34735;
-    pub(super) const GEO_DOUBLES: u16 = 34736;
+    pub(super) const GEO_DOUBLES: u16 = super::super::geo_keys::DOUBLES;
     pub(super) const GEO_TEXT: u16 = 34737;
     pub(super) const GDAL_METADATA: u16 = 42112;
     pub(super) const GDAL_NODATA: u16 = 42113;
@@ -73,43 +68,6 @@ mod tag {
         GDAL_METADATA,
         GDAL_NODATA,
     ];
-}
-
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-enum Compression {
-    None,
-    Lzw,
-    Deflate,
-    PackBits,
-}
-
-impl Compression {
-    fn of(code: u64) -> Result<Compression, TerrainError> {
-        Ok(match code {
-            1 => Compression::None,
-            5 => Compression::Lzw,
-            8 | 32946 => Compression::Deflate,
-            32773 => Compression::PackBits,
-            _ => {
-                return Err(TerrainError::Unsupported {
-                    format: NAME,
-                    feature: format!("compression {code}"),
-                    supported: "none (1), LZW (5), deflate (8, 32946), PackBits (32773)",
-                });
-            }
-        })
-    }
-
-    /// Most bytes that can come out of one compressed byte: 258 bytes from two bits of deflate; a string of at most 4096 bytes from a
-    /// code of at least 9 bits; 128 bytes from two.
-    fn expansion(self) -> u64 {
-        match self {
-            Compression::None => 1,
-            Compression::Deflate => 1032,
-            Compression::Lzw => 4096,
-            Compression::PackBits => 64,
-        }
-    }
 }
 
 pub(super) fn open<R: Read + Seek>(mut reader: R, len: u64) -> Result<(Head, Store<R>), TerrainError> {

@@ -5,21 +5,22 @@ use std::io::{Seek, SeekFrom, Write};
 use flate2::Compression as Level;
 use flate2::write::ZlibEncoder;
 
+use super::super::geo_keys::GeoKeys;
 use super::super::unwritable;
-use super::{GeoKeys, tag};
+use super::tag;
 use crate::{ElevationMap, Geometry, TerrainError};
 
 /// Bytes of a strip before compression.
 const STRIP: usize = 1 << 18;
 
-/// How a GeoTIFF is written.
+/// Options of writing a GeoTIFF.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct GeoTiffOptions {
     /// Compress strips with deflate.
     pub deflate: bool,
     /// Number that stands for gaps; NaN if none.
     pub nodata: Option<f32>,
-    /// What the map coordinates mean, for example [`crate::io::Windows::geo_keys`] of the map that was read; if none, metres or degrees
+    /// The meaning of the map coordinates, for example [`crate::io::Windows::geo_keys`] of the map that was read; if none, metres or degrees
     /// without a reference system.
     pub geo_keys: Option<GeoKeys>,
 }

@@ -1,7 +1,7 @@
 //! Flights by guidance laws.
 
 use apsides_ad::vector;
-use apsides_control::guidance::GuidanceError;
+use apsides_control::ControlError;
 use apsides_control::guidance::linear_radial::{DescentState, LinearRadialLaw};
 use apsides_control::guidance::polynomial::{PolynomialLaw, Profile, Target, ThrustLimits};
 use apsides_dynamics::frames::Local;
@@ -92,7 +92,7 @@ impl PlannedBraking {
         vehicle: &Vehicle,
         d: &Deviations,
         (mut now, mut x): (f64, [f64; N]),
-        law: impl Fn(Fixed, f64, f64) -> Result<([f64; 3], f64), GuidanceError>,
+        law: impl Fn(Fixed, f64, f64) -> Result<([f64; 3], f64), ControlError>,
     ) -> Option<Vec<f64>> {
         let mut integrator = Integrator::new(N, settings()).ok()?;
         let mut guess = self.plan.final_time - now;

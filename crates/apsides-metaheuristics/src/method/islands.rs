@@ -60,7 +60,7 @@ pub struct Islands {
     generations: usize,
     /// Points of each island in the present generation.
     parts: Vec<Points>,
-    /// What each island sends.
+    /// The members that each island sends.
     sent: Vec<Population>,
     best: Option<Candidate>,
 }

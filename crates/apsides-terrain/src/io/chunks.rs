@@ -1,11 +1,14 @@
-//! Compressed strips and tiles.
+//! Compressed strips and tiles of a TIFF.
 
 use std::io::{Read, Seek};
 
-use super::super::sample::{Order, Sample};
-use super::super::{bytes_at, malformed, unreadable};
-use super::{Compression, NAME, codec};
+use super::sample::{Order, Sample};
+use super::{bytes_at, malformed, unreadable};
 use crate::TerrainError;
+
+mod codec;
+
+pub(super) const NAME: &str = "GeoTIFF";
 
 /// Most bytes of one strip or tile, compressed or not.
 const LARGEST: u64 = 1 << 28;
@@ -13,7 +16,7 @@ const LARGEST: u64 = 1 << 28;
 const KEPT: usize = 1 << 26;
 
 /// Where the strips or tiles of a raster are.
-pub(in super::super) struct Grid {
+pub(super) struct Grid {
     pub(super) rows: u64,
     pub(super) cols: u64,
     pub(super) chunk_rows: u64,
@@ -23,7 +26,46 @@ pub(in super::super) struct Grid {
     pub(super) sizes: Vec<u64>,
 }
 
-/// How the numbers of a chunk are stored.
+/// A compression of TIFF.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Compression {
+    None,
+    Lzw,
+    Deflate,
+    PackBits,
+}
+
+impl Compression {
+    /// The compression of a code of the tag.
+    pub(super) fn of(code: u64) -> Result<Compression, TerrainError> {
+        Ok(match code {
+            1 => Compression::None,
+            5 => Compression::Lzw,
+            8 | 32946 => Compression::Deflate,
+            32773 => Compression::PackBits,
+            _ => {
+                return Err(TerrainError::Unsupported {
+                    format: NAME,
+                    feature: format!("compression {code}"),
+                    supported: "none (1), LZW (5), deflate (8, 32946), PackBits (32773)",
+                });
+            }
+        })
+    }
+
+    /// Most bytes that can come out of one compressed byte: 258 bytes from two bits of deflate; a string of at most 4096 bytes from a
+    /// code of at least 9 bits; 128 bytes from two.
+    fn expansion(self) -> u64 {
+        match self {
+            Compression::None => 1,
+            Compression::Deflate => 1032,
+            Compression::Lzw => 4096,
+            Compression::PackBits => 64,
+        }
+    }
+}
+
+/// The storage of the numbers of a chunk.
 #[derive(Clone, Copy)]
 pub(super) struct Coding {
     pub(super) sample: Sample,
@@ -34,7 +76,7 @@ pub(super) struct Coding {
 }
 
 /// Strips or tiles that are decoded when they are needed.
-pub(in super::super) struct Chunks<R> {
+pub(super) struct Chunks<R> {
     reader: R,
     coding: Coding,
     grid: Grid,
@@ -63,12 +105,12 @@ impl<R: Read + Seek> Chunks<R> {
     }
 
     /// Most bytes that can come out of one compressed byte.
-    pub(in super::super) fn expansion(&self) -> u64 {
+    pub(super) fn expansion(&self) -> u64 {
         self.coding.compression.expansion()
     }
 
     /// Fills `out`, rows of `cols` numbers, from the window whose first pixel is (`row`, `col`). The window is inside the raster.
-    pub(in super::super) fn fill(
+    pub(super) fn fill(
         &mut self,
         row: usize,
         col: usize,

@@ -226,7 +226,7 @@ impl Run {
         search.time_limit.filter(|&limit| self.elapsed >= limit).map(|_| StopReason::TimeLimit)
     }
 
-    /// What an observer sees.
+    /// The state of the search as an observer sees it.
     pub fn progress(&self) -> Progress<'_> {
         Progress {
             generation: self.generations,
@@ -242,7 +242,7 @@ impl Run {
         self.best.as_ref()
     }
 
-    /// Why the search ended, `None` while it goes on.
+    /// The reason why the search ended, `None` while it goes on.
     pub fn stop(&self) -> Option<StopReason> {
         self.stop
     }
@@ -266,7 +266,7 @@ impl Run {
         self.buffers.evaluator = None;
     }
 
-    /// What the search found so far; one that goes on is reported as stopped.
+    /// The best point so far and the work spent; a search that goes on is reported as stopped.
     pub fn report(&self) -> SearchReport {
         SearchReport {
             best: self.best.clone(),

@@ -1,0 +1,29 @@
+//! Options on the contents of a hazard map.
+
+use serde::{Deserialize, Serialize};
+
+use super::{Layer, Plane};
+
+/// The layers that are kept.
+#[derive(Clone, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum LayerChoice {
+    /// None: verdicts and clearance alone. Pixels known to be unsafe are left out of further layers, with the same verdicts.
+    None,
+    /// Those that the criteria have a threshold for.
+    #[default]
+    Tested,
+    /// All that the criteria define.
+    All,
+    /// These, as far as the criteria define them.
+    These(Vec<Layer>),
+}
+
+/// Options on the contents of a hazard map.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct HazardOptions {
+    /// Layers that are kept.
+    pub layers: LayerChoice,
+    /// The plane of [`Layer::RelativeElevation`]; where that layer is asked for and there is none, it is fitted to the map.
+    pub plane: Option<Plane>,
+}
