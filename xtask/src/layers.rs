@@ -35,10 +35,11 @@ const ARROWS: &[(&str, Arrows)] = &[
     ("dynamics", To(&["ad"])),
     ("terrain", To(&["ad"])),
     ("ocp", To(&["ad", "basis", "iteration"])),
-    // Methods.
-    ("radau", To(&["ad", "ocp", "basis", "nlp"])),
-    ("flatness", To(&["ad", "ocp", "basis", "nlp"])),
-    ("shooting", To(&["ad", "basis", "ocp", "ode", "nlp"])),
+    // Methods, and what their transcriptions have in common.
+    ("transcription", To(&["ocp", "nlp"])),
+    ("radau", To(&["ad", "ocp", "basis", "nlp", "transcription"])),
+    ("flatness", To(&["ad", "ocp", "basis", "nlp", "transcription"])),
+    ("shooting", To(&["ad", "basis", "ocp", "ode", "nlp", "transcription"])),
     // Piecewise-constant controls are a special case of the transcription of direct shooting, with unknown segment ends.
     ("piecewise", To(&["ad", "basis", "ocp", "nlp", "shooting"])),
     // A search over the control profiles of shooting, then any method.

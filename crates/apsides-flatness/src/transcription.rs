@@ -1,7 +1,8 @@
 //! The discretised problem: a nonlinear program in spline coefficients, times and parameters.
 
 use apsides_nlp::{Nlp, Pattern, Scaling as NlpScaling};
-use apsides_ocp::{Bounds, EndpointInput, Ocp, Phase, Scaling, Sense};
+use apsides_ocp::{Bounds, EndpointInput, Ocp, Phase, Scaling};
+use apsides_transcription::{Limits, as_scale, row_changes, write_next};
 
 use crate::estimate::quadrature;
 use crate::flat_point::FlatPoint;
@@ -34,8 +35,7 @@ pub struct Transcription {
     linear_cost: Vec<(EndQuantity, f64)>,
     /// Points at start and end of each phase.
     phase_ends: Vec<(usize, usize)>,
-    lower: Vec<f64>,
-    upper: Vec<f64>,
+    limits: Limits,
     pub(crate) start: Vec<f64>,
     pub(crate) scaling: NlpScaling,
     jacobian_pattern: Pattern,
@@ -71,13 +71,10 @@ impl Transcription {
         active: &[Active],
     ) -> Result<Self, FlatnessError> {
         let layout = Layout::new(ocp, meshes);
-        let sign = match ocp.objective.sense {
-            Sense::Minimize => 1.0,
-            Sense::Maximize => -1.0,
-        };
-        let (lower, upper) = variable_bounds(ocp, &layout);
-        let x = start.vector(&layout);
-        let x = x.iter().zip(&lower).zip(&upper).map(|((v, l), u)| v.max(*l).min(*u)).collect();
+        let sign = ocp.objective.sense.sign();
+        let limits = variable_limits(ocp, &layout);
+        let mut x = start.vector(&layout);
+        limits.clamp(&mut x);
         let mut nlp = Self {
             sign,
             rows: Vec::new(),
@@ -87,8 +84,7 @@ impl Transcription {
             ends: Vec::new(),
             linear_cost: Vec::new(),
             phase_ends: Vec::new(),
-            lower,
-            upper,
+            limits,
             start: x,
             scaling: NlpScaling {
                 objective: scaling.objective.unwrap_or(f64::NAN),
@@ -234,8 +230,7 @@ impl Transcription {
     ) -> Result<(), FlatnessError> {
         let mut wanted = Vec::new();
         for (k, integral) in phase.integrals.iter().enumerate() {
-            let shares = ocp.objective.integrals.iter().filter(|w| (w.0, w.1) == (index, k));
-            let cost = self.sign * shares.map(|w| w.2).sum::<f64>();
+            let cost = self.sign * ocp.objective.integral_weight(index, k);
             let v = &integral.variable;
             let row = (v.bounds != Bounds::FREE).then(|| {
                 let size = v.size().unwrap_or(f64::NAN);
@@ -356,7 +351,7 @@ impl Transcription {
         meshes: &[SplineMesh],
     ) -> Result<(), FlatnessError> {
         let equalities = self.rows.iter().filter(|r| r.bounds.is_fixed()).count();
-        let variables = self.lower.iter().zip(&self.upper).filter(|(l, u)| l < u).count();
+        let variables = self.limits.lower.iter().zip(&self.limits.upper).filter(|(l, u)| l < u).count();
         if equalities <= variables {
             return Ok(());
         }
@@ -380,21 +375,16 @@ impl Transcription {
         let start = self.start.clone();
         let mut entries = vec![0.0; self.jacobian_pattern.len()];
         self.jacobian(&start, &mut entries);
-        let mut changes = vec![0.0_f64; self.rows.len()];
-        let pattern = &self.jacobian_pattern;
-        for ((&r, &c), v) in pattern.rows.iter().zip(&pattern.cols).zip(&entries) {
-            changes[r] = changes[r].max(v.abs() * self.scaling.variables[c]);
-        }
-        let usable = |v: f64| if v > 0.0 && v.is_finite() { v } else { 1.0 };
+        let changes = row_changes(self.rows.len(), &self.jacobian_pattern, &entries, &self.scaling.variables);
         let stated = self.rows.iter().map(|r| r.scale).zip(changes);
-        self.scaling.constraints = stated.map(|(s, c)| if s.is_nan() { usable(c) } else { s }).collect();
+        self.scaling.constraints = stated.map(|(s, c)| if s.is_nan() { as_scale(c) } else { s }).collect();
         if self.scaling.objective.is_nan() {
             let size = self.objective(&start).abs();
             let mut gradient = vec![0.0; self.layout.variables];
             self.gradient(&start, &mut gradient);
             let change = gradient.iter().zip(&self.scaling.variables).map(|(g, s)| g.abs() * s).sum();
             // One coefficient alone moves the derivatives of an output far: what the objective is says more than its changes.
-            self.scaling.objective = if size > 0.0 && size.is_finite() { size } else { usable(change) };
+            self.scaling.objective = if size > 0.0 && size.is_finite() { size } else { as_scale(change) };
         }
     }
 
@@ -426,8 +416,7 @@ impl Nlp for Transcription {
     }
 
     fn variable_bounds(&self, lower: &mut [f64], upper: &mut [f64]) {
-        lower.copy_from_slice(&self.lower);
-        upper.copy_from_slice(&self.upper);
+        self.limits.copy_to(lower, upper);
     }
 
     fn constraint_bounds(&self, lower: &mut [f64], upper: &mut [f64]) {
@@ -491,12 +480,7 @@ impl Nlp for Transcription {
     fn jacobian(&mut self, x: &[f64], values: &mut [f64]) {
         self.set_derivatives(x);
         let mut next = values.iter_mut();
-        // As many entries as the pattern has.
-        let mut push = |v| {
-            if let Some(entry) = next.next() {
-                *entry = v;
-            }
-        };
+        let mut push = |v| write_next(&mut next, v);
         for d in self.direct.iter().filter(|d| d.row.is_some()) {
             self.flat_points[d.flat_point].gradient(d.quantity).for_each(|(_, v)| push(v));
         }
@@ -572,26 +556,21 @@ fn merged(size: usize, entries: &[(usize, usize)]) -> (Pattern, Vec<usize>) {
     (pattern, places)
 }
 
-fn variable_bounds(ocp: &Ocp, layout: &Layout) -> (Vec<f64>, Vec<f64>) {
-    let mut lower = vec![f64::NEG_INFINITY; layout.variables];
-    let mut upper = vec![f64::INFINITY; layout.variables];
-    // Both phases bound a time that they share.
-    let mut set = |column: usize, b: Bounds| {
-        lower[column] = b.lower.max(lower[column]);
-        upper[column] = b.upper.min(upper[column]);
-    };
+fn variable_limits(ocp: &Ocp, layout: &Layout) -> Limits {
+    let mut limits = Limits::new(layout.variables, Bounds::FREE);
     for (phase, p) in ocp.phases.iter().zip(&layout.phases) {
         let (start, end) = phase.time_bounds();
         for (time, bounds) in [(p.initial_time, start), (p.final_time, end)] {
             if let Time::Column(c) = time {
-                set(c, bounds);
+                // Both phases bound a time that they share.
+                limits.intersect(c, bounds);
             }
         }
     }
     for (k, v) in ocp.parameters.iter().enumerate() {
-        set(layout.first_parameter + k, v.bounds);
+        limits.intersect(layout.first_parameter + k, v.bounds);
     }
-    (lower, upper)
+    limits
 }
 
 #[cfg(test)]

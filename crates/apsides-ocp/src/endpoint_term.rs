@@ -4,7 +4,7 @@ use std::sync::Arc;
 
 use apsides_ad::NodeFunction;
 
-use crate::{EndpointInput, Ocp, Sense};
+use crate::{EndpointInput, Ocp};
 
 /// A function of a few columns that goes to rows or, with a weight, to the cost.
 pub struct EndpointTerm {
@@ -26,10 +26,7 @@ impl EndpointTerm {
     #[must_use]
     pub fn all(ocp: &Ocp, rows: &[usize], column: impl Fn(EndpointInput) -> usize) -> Vec<Self> {
         let columns = |inputs: &[EndpointInput]| inputs.iter().map(|&i| column(i)).collect::<Vec<_>>();
-        let sign = match ocp.objective.sense {
-            Sense::Minimize => 1.0,
-            Sense::Maximize => -1.0,
-        };
+        let sign = ocp.objective.sense.sign();
         let constraints = ocp.constraints.iter().zip(rows);
         let constraints = constraints
             .map(|(c, &row)| Self::new(Arc::clone(&c.function), columns(&c.inputs), Some(row), 0.0));

@@ -17,6 +17,17 @@ pub enum Sense {
     Maximize,
 }
 
+impl Sense {
+    /// The sign of the objective in a cost to be minimised.
+    #[must_use]
+    pub fn sign(self) -> f64 {
+        match self {
+            Self::Minimize => 1.0,
+            Self::Maximize => -1.0,
+        }
+    }
+}
+
 /// The objective: a weighted sum of end quantities, integrals and functions of end quantities.
 #[derive(Clone)]
 pub struct Objective {
@@ -34,6 +45,14 @@ pub struct Objective {
     pub functions: Vec<(Vec<EndpointInput>, Arc<dyn NodeFunction>)>,
     /// Typical size; 1 when absent.
     pub scale: Option<f64>,
+}
+
+impl Objective {
+    /// The weight of an integral of a phase in the objective; zero when it takes no part.
+    #[must_use]
+    pub fn integral_weight(&self, phase: usize, integral: usize) -> f64 {
+        self.integrals.iter().filter(|w| (w.0, w.1) == (phase, integral)).map(|w| w.2).sum()
+    }
 }
 
 /// A term of the objective, by names.

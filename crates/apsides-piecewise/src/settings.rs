@@ -29,7 +29,7 @@ impl Default for FreeLengths {
     }
 }
 
-/// How inequalities along a phase are kept: path constraints and bounds on states.
+/// The treatment of inequalities along a phase: path constraints and bounds on states.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Constraints {
     /// At so many Lobatto points of each segment, both ends included, or its middle; at up to 17 where they are exceeded between.

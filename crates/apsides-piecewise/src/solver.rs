@@ -72,7 +72,7 @@ pub struct PiecewiseConstant {
 /// One start of free lengths.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct StartRecord {
-    /// How it ended.
+    /// The status at its end.
     pub status: Status,
     /// Objective in its own sense.
     pub objective: f64,
@@ -85,7 +85,7 @@ pub struct PassRecord {
     pub epsilon: f64,
     /// See there.
     pub tau: f64,
-    /// How it ended.
+    /// The status at its end.
     pub status: Status,
     /// Objective in its own sense.
     pub objective: f64,
@@ -99,7 +99,7 @@ pub struct PiecewiseSolution {
     /// The best trajectory. Its controls are polynomials of degree 0. With `L_eps`, costates are there only if the problem has no
     /// inequalities along its phases.
     pub trajectory: Trajectory,
-    /// How its solve ended.
+    /// The status of its solve.
     pub status: Status,
     /// The constraint that could not be met, when that solve did not succeed.
     pub unmet: Option<Unmet>,

@@ -9,7 +9,7 @@ use apsides_piecewise::{
     Constraints, FreeLengths, Lengths, PiecewiseConstant, PiecewiseSettings, PiecewiseSolution, Transcription,
 };
 
-/// What an optimum is missed by in the sense that is no gain, relative to it; the program may gain its tolerance.
+/// The miss of an optimum in the sense that is no gain, relative to it; the program may gain its tolerance.
 fn solved(name: &str, settings: PiecewiseSettings) -> (PiecewiseSolution, f64) {
     let problem = apsides_problems::find(name).unwrap();
     let case = problem.pose().unwrap();

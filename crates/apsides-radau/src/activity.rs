@@ -1,4 +1,4 @@
-//! Which bound a control or a path constraint row stands at, node by node.
+//! Activity of the bounds of controls and path constraint rows, node by node.
 //!
 //! At a node a bound is active when its multiplier, relative to the largest along the phase, exceeds the relative distance
 //! to it: at a solution of the interior-point method one of the two is small. The multiplier of a control's bound per unit
@@ -7,9 +7,9 @@
 use apsides_nlp::{Nlp, SolveReport};
 use apsides_ocp::{ArcKind, Bounds, Phase, PhaseTrajectory, Variable};
 
-use crate::layout::PhaseLayout;
-use crate::switches::Level;
-use crate::transcription::{LEAST_ARC, Transcription};
+use crate::bounds::LEAST_ARC;
+use crate::layout::CollocationPhase;
+use crate::transcription::Transcription;
 
 /// Most nodes between opposite bounds that are one switch and no arc of its own.
 pub(crate) const CROSSING: usize = 2;
@@ -61,35 +61,27 @@ impl Class {
     pub(crate) fn opposite(self, other: Self) -> bool {
         matches!((self, other), (Self::Lower, Self::Upper) | (Self::Upper, Self::Lower))
     }
-
-    pub(crate) fn level(self, bounds: &Bounds) -> Level {
-        match self {
-            Self::Lower => Level::Lower(bounds.lower),
-            Self::Between => Level::Between,
-            Self::Upper => Level::Upper(bounds.upper),
-        }
-    }
 }
 
 /// Index of a control or of a path constraint row.
 #[derive(Clone, Copy, PartialEq)]
-pub(crate) enum Kind {
+pub(crate) enum QuantityKind {
     Control(usize),
     Row(usize),
 }
 
 /// A control or path constraint row with bounds between which it can move.
 pub(crate) struct Quantity<'a> {
-    pub(crate) kind: Kind,
+    pub(crate) kind: QuantityKind,
     pub(crate) variable: &'a Variable,
     pub(crate) range: f64,
-    /// Whether it is a control that the Hamiltonian is linear in.
+    /// True for a control that the Hamiltonian is linear in.
     pub(crate) affine: bool,
 }
 
 /// A quantity at a node.
 #[derive(Clone, Copy)]
-pub(crate) struct Sample {
+pub(crate) struct NodeSample {
     /// Index of the node.
     pub(crate) node: usize,
     /// Normalised time.
@@ -126,9 +118,9 @@ pub(crate) struct Solution<'a> {
     pub(crate) objective: f64,
 }
 
-/// What can switch: controls, and path constraint rows with controls, that have bounds and are not fixed.
+/// The quantities that can switch: controls, and path constraint rows with controls, that have bounds and are not fixed.
 pub(crate) fn quantities(phase: &Phase) -> Vec<Quantity<'_>> {
-    let controls = phase.controls.iter().enumerate().map(|(c, v)| (Kind::Control(c), v));
+    let controls = phase.controls.iter().enumerate().map(|(c, v)| (QuantityKind::Control(c), v));
     // Without a control in it a row cannot jump.
     controls.chain(rows(phase, true)).filter_map(|(kind, v)| quantity(kind, v)).collect()
 }
@@ -138,7 +130,7 @@ pub(crate) fn rows_without_controls(phase: &Phase) -> Vec<Quantity<'_>> {
     rows(phase, false).filter_map(|(kind, v)| quantity(kind, v)).collect()
 }
 
-fn quantity(kind: Kind, variable: &Variable) -> Option<Quantity<'_>> {
+fn quantity(kind: QuantityKind, variable: &Variable) -> Option<Quantity<'_>> {
     let bounds = variable.bounds;
     let width = bounds.upper - bounds.lower;
     let range = if width.is_finite() { width } else { variable.size().unwrap_or(1.0) };
@@ -147,7 +139,7 @@ fn quantity(kind: Kind, variable: &Variable) -> Option<Quantity<'_>> {
 }
 
 /// Path constraint rows with or without a control in them.
-fn rows(phase: &Phase, with_control: bool) -> impl Iterator<Item = (Kind, &Variable)> {
+fn rows(phase: &Phase, with_control: bool) -> impl Iterator<Item = (QuantityKind, &Variable)> {
     let first = phase.states.len();
     let controls = first..first + phase.controls.len();
     let all = phase.path.iter().flat_map(|path| path.rows.iter().enumerate().map(move |(k, v)| (path, k, v)));
@@ -155,7 +147,7 @@ fn rows(phase: &Phase, with_control: bool) -> impl Iterator<Item = (Kind, &Varia
         let pattern = path.function.pattern();
         let columns = &pattern.columns[pattern.row_offsets[k]..pattern.row_offsets[k + 1]];
         let has_control = columns.iter().any(|c| controls.contains(c));
-        (has_control == with_control).then_some((Kind::Row(index), v))
+        (has_control == with_control).then_some((QuantityKind::Row(index), v))
     })
 }
 
@@ -177,14 +169,14 @@ pub(crate) fn curvatures(nlp: &mut Transcription, report: &SolveReport) -> Vec<f
 /// linear in.
 pub(crate) fn samples(
     q: &Quantity<'_>,
-    p: &PhaseLayout,
+    p: &CollocationPhase,
     t: &PhaseTrajectory,
     solution: &Solution<'_>,
-) -> (Vec<Sample>, bool) {
+) -> (Vec<NodeSample>, bool) {
     let report = solution.report;
     let duration = t.final_time - t.initial_time;
     let Bounds { lower, upper } = q.variable.bounds;
-    let mut samples: Vec<Sample> = Vec::new();
+    let mut samples: Vec<NodeSample> = Vec::new();
     let mut curvature = 0.0_f64;
     let collapsed: Vec<bool> =
         (0..p.arcs.len()).map(|k| is_collapsed(p.arc_duration(k, &report.x), t)).collect();
@@ -196,18 +188,18 @@ pub(crate) fn samples(
         let seconds = n.weight * p.arc_duration(arc, &report.x);
         let holds = &p.mesh.arcs()[arc];
         let (value, multiplier, hold) = match q.kind {
-            Kind::Control(c) => {
+            QuantityKind::Control(c) => {
                 let column = p.control_column(node) + c;
                 let multiplier = report.lower_multipliers[column] - report.upper_multipliers[column];
                 curvature = curvature.max(solution.curvatures[column].abs() * q.range.powi(2) / seconds);
                 (report.x[column], multiplier, holds.controls.get(c))
             }
-            Kind::Row(r) => {
+            QuantityKind::Row(r) => {
                 let row = p.path_row(node) + r;
                 (report.constraint_values[row], -report.constraint_multipliers[row], holds.rows.get(r))
             }
         };
-        samples.push(Sample {
+        samples.push(NodeSample {
             node,
             fraction: (p.time(node, &report.x) - t.initial_time) / (t.final_time - t.initial_time),
             width: seconds / duration,
@@ -222,18 +214,18 @@ pub(crate) fn samples(
     let least = LEAST_SLOPE * solution.objective / duration;
     let largest = samples.iter().fold(least, |m, s| m.max(s.slope.abs()));
     let affine = curvature <= AFFINE * largest;
-    let is_regular = matches!(q.kind, Kind::Control(_)) && !affine;
+    let is_regular = matches!(q.kind, QuantityKind::Control(_)) && !affine;
     for s in &mut samples {
         s.slope = if largest > 0.0 { s.slope / largest } else { 0.0 };
         s.class = class(s, is_regular);
     }
     keep_ends(&mut samples);
-    (samples, affine && matches!(q.kind, Kind::Control(_)))
+    (samples, affine && matches!(q.kind, QuantityKind::Control(_)))
 }
 
 /// A multiplier of the wrong sign at the very ends of what is held says that it is not yet exact, since the break stands at
 /// the best place.
-fn keep_ends(samples: &mut [Sample]) {
+fn keep_ends(samples: &mut [NodeSample]) {
     let held_class = |course: ArcKind| match course {
         ArcKind::Lower => Some(Class::Lower),
         ArcKind::Upper => Some(Class::Upper),
@@ -244,7 +236,7 @@ fn keep_ends(samples: &mut [Sample]) {
         let course = samples[start].course;
         let end = (start..samples.len()).find(|&i| samples[i].course != course).unwrap_or(samples.len());
         if let Some(own) = course.and_then(held_class) {
-            let wrong = |s: &&Sample| s.class != own;
+            let wrong = |s: &&NodeSample| s.class != own;
             let tail = samples[start..end].iter().rev().take_while(wrong).count();
             let head = samples[start..end].iter().take_while(wrong).count();
             if tail <= CROSSING {
@@ -263,8 +255,8 @@ fn is_collapsed(arc: f64, t: &PhaseTrajectory) -> bool {
     arc <= COLLAPSED * (t.final_time - t.initial_time)
 }
 
-/// What a sample says; a control that meets its bounds continuously does not change over to the other one.
-fn class(s: &Sample, is_regular: bool) -> Class {
+/// The class that a sample shows; a control that meets its bounds continuously does not change over to the other one.
+fn class(s: &NodeSample, is_regular: bool) -> Class {
     match s.course {
         Some(ArcKind::Lower) if s.slope >= -NO_EVIDENCE => Class::Lower,
         Some(ArcKind::Upper) if s.slope <= NO_EVIDENCE => Class::Upper,
@@ -282,7 +274,7 @@ fn class(s: &Sample, is_regular: bool) -> Class {
 }
 
 /// Runs of a quantity, without those of too few nodes or too little evidence.
-pub(crate) fn runs(samples: &[Sample]) -> Vec<Run> {
+pub(crate) fn runs(samples: &[NodeSample]) -> Vec<Run> {
     let mut runs: Vec<Run> = Vec::new();
     for (i, s) in samples.iter().enumerate() {
         match runs.last_mut() {
@@ -316,7 +308,7 @@ pub(crate) fn runs(samples: &[Sample]) -> Vec<Run> {
 }
 
 /// A few nodes between the bounds, before or after what stands at one, are a pulse to the other one that no node resolves.
-pub(crate) fn pulses(samples: &[Sample], runs: &mut [Run]) {
+pub(crate) fn pulses(samples: &[NodeSample], runs: &mut [Run]) {
     for k in 0..runs.len() {
         let neighbours =
             [k.checked_sub(1), Some(k + 1)].map(|i| i.and_then(|i| runs.get(i)).map(|r| r.class));

@@ -2,7 +2,7 @@
 
 use apsides_ocp::{ArcKind, PhaseMesh};
 
-use crate::activity::{COLLAPSED, CROSSING, Class, Kind, NEAR, Quantity, Run, Sample};
+use crate::activity::{COLLAPSED, CROSSING, Class, NEAR, NodeSample, Quantity, QuantityKind, Run};
 
 /// Breaks of different quantities closer than this part of the phase are one.
 const SAME: f64 = 1e-4;
@@ -37,12 +37,12 @@ pub(crate) enum ChangeKind {
     /// It meets its bound continuously: to first and second order the time does not matter, so that it follows from where the
     /// free side meets the bound.
     Kink,
-    /// What happens there is not clear yet.
+    /// The change is not clear yet.
     Unclear,
 }
 
 /// The changes of a quantity between its runs, in order.
-pub(crate) fn changes(index: usize, q: &Quantity<'_>, samples: &[Sample], runs: &[Run]) -> Vec<Change> {
+pub(crate) fn changes(index: usize, q: &Quantity<'_>, samples: &[NodeSample], runs: &[Run]) -> Vec<Change> {
     let mut changes: Vec<Change> =
         runs.windows(2).map(|pair| change(index, q, samples, &pair[0], &pair[1])).collect();
     // What would come before the change that it follows, or beyond the ends of the phase, is not clear yet.
@@ -57,10 +57,10 @@ pub(crate) fn changes(index: usize, q: &Quantity<'_>, samples: &[Sample], runs: 
     changes
 }
 
-fn change(quantity: usize, q: &Quantity<'_>, samples: &[Sample], a: &Run, b: &Run) -> Change {
+fn change(quantity: usize, q: &Quantity<'_>, samples: &[NodeSample], a: &Run, b: &Run) -> Change {
     let (before, after) = (&samples[a.last], &samples[b.first]);
     let crosses = a.class.opposite(b.class);
-    let is_row = matches!(q.kind, Kind::Row(_));
+    let is_row = matches!(q.kind, QuantityKind::Row(_));
     let kind = if q.affine || (is_row && (crosses || jumps(samples, a, b))) {
         ChangeKind::Jump
     } else if !crosses && is_kink(a, b) && !jumps(samples, a, b) {
@@ -78,7 +78,7 @@ fn change(quantity: usize, q: &Quantity<'_>, samples: &[Sample], a: &Run, b: &Ru
     Change { quantity, gap, at, from: a.class, to: b.class, kind, known: None }
 }
 
-/// Whether there are nodes enough on both sides of a change for a kink.
+/// True when there are nodes enough on both sides of a change for a kink.
 fn is_kink(a: &Run, b: &Run) -> bool {
     let (between, bound) = if a.class == Class::Between { (a, b) } else { (b, a) };
     bound.last - bound.first >= CROSSING && between.last - between.first > CROSSING
@@ -126,10 +126,10 @@ pub(crate) fn settle(changes: &mut [Change], mesh: &PhaseMesh) {
 }
 
 /// End of a pulse that has the same area as the nodes in it.
-fn pulse_end(samples: &[Sample], a: &Run, b: &Run) -> f64 {
+fn pulse_end(samples: &[NodeSample], a: &Run, b: &Run) -> f64 {
     let pulse = if a.is_pulse { a } else { b };
     let nodes = &samples[pulse.first..=pulse.last];
-    let height = |s: &Sample| if pulse.class == Class::Upper { s.above_lower } else { s.below_upper };
+    let height = |s: &NodeSample| if pulse.class == Class::Upper { s.above_lower } else { s.below_upper };
     let area: f64 = nodes.iter().map(|s| s.width * height(s)).sum();
     let total: f64 = nodes.iter().map(|s| s.width).sum();
     let (start, end) = match (pulse.first, pulse.last + 1 == samples.len()) {
@@ -145,9 +145,9 @@ fn pulse_end(samples: &[Sample], a: &Run, b: &Run) -> f64 {
     if a.is_pulse { end } else { start }
 }
 
-/// Whether a quantity between its bounds in one of two runs meets the bound of the other with a jump: its course on, from the
+/// True when a quantity between its bounds in one of two runs meets the bound of the other with a jump: its course on, from the
 /// two nodes before the last, misses the bound.
-fn jumps(samples: &[Sample], a: &Run, b: &Run) -> bool {
+fn jumps(samples: &[NodeSample], a: &Run, b: &Run) -> bool {
     let (between, bound, near, step) = if a.class == Class::Between {
         (a, b, a.last, usize::wrapping_sub as fn(usize, usize) -> usize)
     } else {
@@ -169,15 +169,16 @@ fn jumps(samples: &[Sample], a: &Run, b: &Run) -> bool {
 
 /// Where the distance to the bound of one of two runs vanishes, from its polynomial beside the change: through the nodes of the
 /// nearest interval where none of them is at the bound, or all have left their bounds out, else through the nearest nodes.
-fn meeting(samples: &[Sample], a: &Run, b: &Run) -> f64 {
+fn meeting(samples: &[NodeSample], a: &Run, b: &Run) -> f64 {
     let between_first = a.class == Class::Between;
     let bound = if between_first { b.class } else { a.class };
-    let distance = |s: &Sample| if bound == Class::Lower { s.above_lower } else { s.below_upper };
+    let distance = |s: &NodeSample| if bound == Class::Lower { s.above_lower } else { s.below_upper };
     let (near, far) = if between_first { (a.last, b.first) } else { (b.first, a.last) };
-    let all: Vec<&Sample> = samples.iter().filter(|s| s.interval == samples[near].interval).collect();
-    let clean =
-        |s: &&Sample| s.course == Some(ArcKind::Free) || (s.course.is_none() && s.class == Class::Between);
-    let nodes: Vec<&Sample> = if all.len() > 2 && all.iter().all(clean) {
+    let all: Vec<&NodeSample> = samples.iter().filter(|s| s.interval == samples[near].interval).collect();
+    let clean = |s: &&NodeSample| {
+        s.course == Some(ArcKind::Free) || (s.course.is_none() && s.class == Class::Between)
+    };
+    let nodes: Vec<&NodeSample> = if all.len() > 2 && all.iter().all(clean) {
         all
     } else {
         let run = if between_first { a } else { b };
@@ -213,7 +214,7 @@ fn meeting(samples: &[Sample], a: &Run, b: &Run) -> f64 {
 }
 
 /// Zero of the switching function between two nodes.
-fn crossing(a: &Sample, b: &Sample) -> f64 {
+fn crossing(a: &NodeSample, b: &NodeSample) -> f64 {
     let share = if a.slope * b.slope < 0.0 { a.slope / (a.slope - b.slope) } else { 0.5 };
     a.fraction + share.clamp(0.01, 0.99) * (b.fraction - a.fraction)
 }

@@ -9,12 +9,14 @@
 use apsides_nlp::SolveReport;
 use apsides_ocp::{Contact, Ocp, Phase, PhaseTrajectory, PiecewisePolynomial, TouchPoint, Trajectory};
 
+use crate::RadauError;
 use crate::activity::{
-    COLLAPSED, CROSSING, Class, Kind, Quantity, Sample, Solution, rows_without_controls, samples,
+    COLLAPSED, CROSSING, Class, NodeSample, Quantity, QuantityKind, Solution, rows_without_controls, samples,
 };
-use crate::layout::PhaseLayout;
+use crate::breaks::Touch;
+use crate::layout::CollocationPhase;
+use crate::settings::RadauSettings;
 use crate::transcription::Transcription;
-use crate::{RadauError, RadauSettings};
 
 /// Most meshes for the sake of contacts.
 const MOST_MOVES: usize = 10;
@@ -44,15 +46,6 @@ const WRONG_SIGN: f64 = 1e-6;
 /// Relative multipliers below are no evidence of a contact.
 const NO_EVIDENCE: f64 = 1e-5;
 
-/// A touch point of a mesh to be.
-#[derive(Clone, Copy)]
-pub(crate) struct Touch {
-    /// Normalised time.
-    pub(crate) at: f64,
-    /// Its index of an end is not yet known.
-    pub(crate) point: TouchPoint,
-}
-
 /// A contact on the mesh to be solved next.
 #[derive(Clone, Copy)]
 struct Tracked {
@@ -62,7 +55,7 @@ struct Tracked {
     gap: f64,
 }
 
-/// What was taken for a contact and is none.
+/// A place that was taken for a contact and is none.
 struct Refuted {
     phase: usize,
     row: usize,
@@ -77,13 +70,13 @@ pub(crate) struct Contacts {
     moves: usize,
 }
 
-/// What follows for the next mesh.
+/// The contacts of the next mesh.
 pub(crate) struct NextContacts {
-    /// Whether the contacts of the mesh are those of the trajectory and stand where they should.
+    /// True when the contacts of the mesh are those of the trajectory and stand where they should.
     pub(crate) settled: bool,
     /// Per phase, in order.
     pub(crate) touch_points: Vec<Vec<Touch>>,
-    /// Whether the contacts of the mesh were none, all of them.
+    /// True when all contacts of the mesh were none.
     pub(crate) refuted: bool,
     /// Phase and interval of errors that come from a contact in the wrong place.
     spared: Vec<(usize, usize)>,
@@ -133,7 +126,7 @@ impl Contacts {
         }
         let past = std::mem::take(&mut self.tracked);
         let mut placed = Vec::new();
-        let solution = Solution { report, curvatures: &[], objective: nlp.scaling.objective.abs() };
+        let solution = Solution { report, curvatures: &[], objective: nlp.scales.objective.abs() };
         for (k, (phase, t)) in ocp.phases.iter().zip(&trajectory.phases).enumerate() {
             for q in rows_without_controls(phase) {
                 let Some(course) = RowCourse::new(phase, t, &q) else { continue };
@@ -201,10 +194,10 @@ impl Contacts {
     fn found(
         &mut self,
         phase: usize,
-        samples: &[Sample],
+        samples: &[NodeSample],
         active: &[Active],
         course: &RowCourse<'_>,
-        p: &PhaseLayout,
+        p: &CollocationPhase,
         next: &mut NextContacts,
     ) {
         let (t, row) = (course.trajectory, course.row);
@@ -259,8 +252,13 @@ struct Active {
 }
 
 /// The active nodes of a row, without those that have little of the multiplier of the nodes around them.
-fn active_nodes(samples: &[Sample], row: usize, p: &PhaseLayout, report: &SolveReport) -> Vec<Active> {
-    let multiplier = |s: &Sample| report.constraint_multipliers[p.path_row(s.node) + row];
+fn active_nodes(
+    samples: &[NodeSample],
+    row: usize,
+    p: &CollocationPhase,
+    report: &SolveReport,
+) -> Vec<Active> {
+    let multiplier = |s: &NodeSample| report.constraint_multipliers[p.path_row(s.node) + row];
     let mut active = Vec::new();
     let mut first = 0;
     for run in samples.chunk_by(|a, b| a.class == b.class) {
@@ -292,7 +290,7 @@ fn centroid<'a>(active: impl Iterator<Item = &'a Active>) -> f64 {
 }
 
 impl NextContacts {
-    /// Whether the next mesh has contacts that this one has not.
+    /// Says whether the next mesh has contacts that this one has not.
     pub(crate) fn has_new(&self) -> bool {
         !self.new.is_empty()
     }
@@ -341,7 +339,7 @@ struct RowCourse<'a> {
 impl<'a> RowCourse<'a> {
     /// None for a row that depends on the time itself: its rate is no function of the states alone.
     fn new(phase: &Phase, trajectory: &'a PhaseTrajectory, q: &Quantity<'_>) -> Option<Self> {
-        let Kind::Row(row) = q.kind else { return None };
+        let QuantityKind::Row(row) = q.kind else { return None };
         let mut first = 0;
         let path = phase.path.iter().find(|c| {
             first += c.rows.len();

@@ -7,22 +7,13 @@ use apsides_ocp::{Guess, Kink, Mesh, Ocp, Phase, PhaseGuess, PhaseTrajectory, Tr
 
 use crate::RadauError;
 use crate::activity::COLLAPSED;
-use crate::switches::{Instants, with_instants};
+use crate::breaks::{Instants, Passage, with_instants};
 
 /// Most meshes for the sake of crossings.
 const MOST_MOVES: usize = 6;
 
 /// Halvings of an interval of time between two samples: to rounding.
 const HALVINGS: usize = 60;
-
-/// A crossing of a mesh to be.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub(crate) struct Passage {
-    /// Normalised time.
-    pub(crate) at: f64,
-    /// Index among the kinks of the phase.
-    pub(crate) kink: usize,
-}
 
 /// The crossings of a solve from mesh to mesh.
 pub(crate) struct Crossings {
@@ -66,7 +57,7 @@ impl Crossings {
 pub(crate) struct Passages {
     /// Per phase, in order.
     pub(crate) phases: Vec<Vec<Passage>>,
-    /// Whether the mesh has exactly these.
+    /// True when the mesh has exactly these.
     pub(crate) settled: bool,
     /// Phase and interval of those that the mesh has not.
     new: Vec<(usize, usize)>,

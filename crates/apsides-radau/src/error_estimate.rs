@@ -1,4 +1,4 @@
-//! How far the polynomials are from the equations of motion between the collocation points.
+//! The distance of the polynomials from the equations of motion between the collocation points.
 //!
 //! In each interval of `N` points the state and control are interpolated to a Radau rule of `N + 1` points, the rates
 //! there are integrated, and the result is compared with the interpolated state (Patterson, Hager, Rao 2015, eqs. 24 to 27,
@@ -8,11 +8,12 @@ use apsides_ad::NodeFunction;
 use apsides_basis::Lgr;
 use apsides_ocp::{Ocp, PathConstraint, Phase, PhaseScaling, PhaseTrajectory, Scaling, Trajectory};
 
-use crate::{RadauError, RadauSettings};
+use crate::RadauError;
+use crate::settings::RadauSettings;
 
 /// Largest estimated errors of a trajectory, relative; both are compared with the mesh tolerance.
 pub(crate) struct Estimate {
-    /// Of states and integrals, and excess of their bounds.
+    /// The error of states and integrals, and the excess of their bounds.
     pub(crate) error: f64,
     /// Excess of bounds on controls and of path constraints with controls; zero where switches are not located.
     pub(crate) controls: f64,
@@ -118,11 +119,11 @@ fn raise(error: &mut f64, found: f64) {
 /// Largest excess of bounds and path rows in an interval, relative to their scales.
 #[derive(Clone, Copy, Default)]
 struct Excess {
-    /// Of states and of rows without controls.
+    /// The error of states and of rows without controls.
     of_states: f64,
-    /// Of rows in the two intervals beside their touch points, which a better place of these removes first.
+    /// The excess of rows in the two intervals beside their touch points, which a better place of these removes first.
     beside_touch: f64,
-    /// Of controls and of inequalities with controls.
+    /// The excess of bounds on controls and of inequalities with controls.
     of_controls: f64,
 }
 

@@ -1,4 +1,4 @@
-//! Why a problem has no feasible trajectory, in the words and units of its statement.
+//! Reasons that a problem has no feasible trajectory, in the words and units of its statement.
 //!
 //! The equations of motion stay hard; the requirements (see [`Requirement`]) are relaxed as little as possible, first all
 //! together, which names the few that conflict, then those that take part one at a time, which says what each must become.
@@ -12,13 +12,14 @@ use crate::RadauError;
 use crate::error_estimate::estimate;
 use crate::refinement::refine;
 use crate::relaxation::{Item, Requirement, items};
-use crate::solver::{Radau, RadauSettings};
-use crate::transcription::Transcription;
+use crate::settings::RadauSettings;
+use crate::solver::Radau;
+use crate::transcription::{Transcription, with_movable_bounds};
 
 /// A requirement that cannot be met together with the others.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Conflict {
-    /// Which one.
+    /// The requirement.
     pub requirement: Requirement,
     /// By how much it is violated where all requirements give way as little as possible, in its unit; positive.
     pub amount: f64,
@@ -31,16 +32,16 @@ pub struct Conflict {
 /// A requirement whose relaxation alone restores feasibility.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Remedy {
-    /// Which one; its bound now is `requirement.limit`.
+    /// The requirement; its bound now is `requirement.limit`.
     pub requirement: Requirement,
     /// The bound nearest to that with which the problem is feasible, in its unit.
     pub to: f64,
 }
 
-/// Which requirements conflict and what helps.
+/// The requirements that conflict, and what helps.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Explanation {
-    /// How the relaxation of all requirements together ended; without success the lists are empty.
+    /// The end of the relaxation of all requirements together; without success the lists are empty.
     pub status: Status,
     /// The conflict, largest relative amount first. Relaxing all of them by their amounts restores feasibility. None: a
     /// feasible trajectory exists.
@@ -192,7 +193,7 @@ impl Relaxer<'_> {
         let (mut earlier, mut agreements) = (f64::INFINITY, 0);
         loop {
             rounds += 1;
-            let mut nlp = Transcription::with_movable_bounds(self.ocp, &mesh, &guess)?;
+            let mut nlp = with_movable_bounds(self.ocp, &mesh, &guess)?;
             let items = items(self.ocp, &nlp);
             let limits: Vec<NlpRequirement> = items.iter().map(|i| i.limits.clone()).collect();
             let elastic: Vec<usize> = match only {

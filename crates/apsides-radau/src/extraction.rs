@@ -3,59 +3,24 @@
 use std::sync::Arc;
 
 use apsides_basis::Barycentric;
-use apsides_nlp::SolveReport;
-use apsides_ocp::{
-    Contact, Ocp, PhaseMesh, PhaseTrajectory, PiecewisePolynomial, Segment, TouchPoint, Trajectory,
-};
+use apsides_ocp::{Contact, PhaseMesh, PhaseTrajectory, PiecewisePolynomial, Segment, TouchPoint};
 
 use crate::RadauError;
-use crate::layout::PhaseLayout;
-use crate::transcription::Transcription;
+use crate::layout::CollocationPhase;
 
-impl Transcription {
-    /// The trajectory of a point and its multipliers.
-    ///
-    /// Costates follow from the covector mapping of the Radau scheme (Garg et al. 2010, section 5): with `y` the
-    /// multiplier of a defect and `w` the weight of its point, `lambda = -y / w`; at the end of an interval
-    /// `lambda = -D_end^T y`. The multiplier of a touch point is an impulse: it enters the discrete costate equation of its node
-    /// as the difference between the costate there and the one at the end of the interval before.
-    ///
-    /// A point that is no trajectory, because a phase does not last or a number is not finite, can come from a solve that
-    /// failed; the start of the solve takes its place then.
-    ///
-    /// # Errors
-    /// When the times of the start do not give increasing intervals either.
-    pub fn trajectory(&self, ocp: &Ocp, report: &SolveReport) -> Result<Trajectory, RadauError> {
-        let lasts = |p: &PhaseLayout| (0..p.arcs.len()).all(|k| p.arc_duration(k, &report.x) > 0.0);
-        let usable = report.x.iter().all(|v| v.is_finite()) && self.layout.phases.iter().all(lasts);
-        let x = if usable { &report.x } else { &self.start };
-        let phases = ocp
-            .phases
-            .iter()
-            .zip(&self.layout.phases)
-            .map(|(phase, p)| phase_trajectory(&phase.name, p, x, &report.constraint_multipliers))
-            .collect::<Result<_, _>>()?;
-        let multipliers = ocp
-            .constraints
-            .iter()
-            .zip(&self.layout.endpoint_rows)
-            .map(|(c, &first)| report.constraint_multipliers[first..first + c.rows.len()].to_vec());
-        Ok(Trajectory {
-            phases,
-            parameters: x[self.layout.first_parameter..].to_vec(),
-            objective: self.sign * report.objective,
-            constraint_multipliers: Some(multipliers.collect()),
-        })
-    }
-}
-
-fn phase_trajectory(
+/// The trajectory of one phase at a point `x` with the multipliers `y` of the rows.
+///
+/// Costates follow from the covector mapping of the Radau scheme (Garg et al. 2010, section 5): with `y` the multiplier of a
+/// defect and `w` the weight of its point, `lambda = -y / w`; at the end of an interval `lambda = -D_end^T y`. The multiplier of a
+/// touch point is an impulse: it enters the discrete costate equation of its node as the difference between the costate there and
+/// the one at the end of the interval before.
+pub(crate) fn phase_trajectory(
     name: &str,
-    p: &PhaseLayout,
+    p: &CollocationPhase,
     x: &[f64],
     y: &[f64],
 ) -> Result<PhaseTrajectory, RadauError> {
-    let (t0, tf) = (x[p.initial_time], x[p.final_time]);
+    let (t0, tf) = (x[p.ends.initial_time], x[p.ends.final_time]);
     let mesh = moved_mesh(p, x)?;
     let breaks: Vec<f64> = mesh.fractions().iter().map(|f| (1.0 - f) * t0 + f * tf).collect();
     let path_rows = p.rows_per_node - p.states;
@@ -111,17 +76,17 @@ fn phase_trajectory(
         costate: Some(polynomial(p.states, costate)?),
         path_multipliers: if path_rows > 0 { Some(polynomial(path_rows, path)?) } else { None },
         contacts,
-        integral_multipliers: Some(p.integral_rows.iter().map(|row| row.map_or(0.0, |r| y[r])).collect()),
+        integral_multipliers: Some(p.ends.integral_multipliers(y)),
         interval_errors: vec![f64::NAN; p.mesh.intervals()],
     })
 }
 
 /// The mesh with its breaks where the point `x` has them.
-fn moved_mesh(p: &PhaseLayout, x: &[f64]) -> Result<PhaseMesh, RadauError> {
+fn moved_mesh(p: &CollocationPhase, x: &[f64]) -> Result<PhaseMesh, RadauError> {
     if p.arcs.len() == 1 {
         return Ok(p.stated_mesh.clone());
     }
-    let (t0, tf) = (x[p.initial_time], x[p.final_time]);
+    let (t0, tf) = (x[p.ends.initial_time], x[p.ends.final_time]);
     let old = p.mesh.fractions();
     let mut fractions = old.to_vec();
     let inner = 1..p.mesh.intervals();

@@ -5,13 +5,19 @@
 //! rows]`, then the integrals with bounds, the duration, the durations of the arcs if there are several, the times of breaks
 //! that are not free, the degrees of singular controls, the rates at touch points; the endpoint constraints come last.
 
+use std::collections::BTreeMap;
+use std::collections::btree_map::Entry;
 use std::ops::Range;
+use std::sync::Arc;
 
 use apsides_basis::Lgr;
-use apsides_ocp::{ArcKind, Bounds, EndpointInput, Mesh, Ocp, PhaseMesh, TouchPoint};
+use apsides_ocp::{ArcKind, Break, Mesh, Ocp, Phase, PhaseMesh, TouchPoint};
+use apsides_transcription::{Layout, PhaseEnds, Places};
 
 use crate::RadauError;
-use crate::touch::freed;
+
+/// Stages of the elimination order that an interval has.
+pub(crate) const STAGES: u32 = 4;
 
 /// One collocation point.
 pub(crate) struct Node {
@@ -38,8 +44,10 @@ pub(crate) struct ArcLayout {
     pub(crate) end_time: usize,
 }
 
-/// Placement of one phase.
-pub(crate) struct PhaseLayout {
+/// The placement of one phase on its mesh.
+pub struct CollocationPhase {
+    /// The ends of the phase. The times of the breaks stand between those of start and end.
+    pub(crate) ends: PhaseEnds,
     pub(crate) states: usize,
     pub(crate) controls: usize,
     /// The mesh with breaks of free time at its touch points and crossings.
@@ -47,25 +55,15 @@ pub(crate) struct PhaseLayout {
     /// The mesh as it was given.
     pub(crate) stated_mesh: PhaseMesh,
     /// One rule per interval, shared by intervals with the same number of points.
-    pub(crate) rules: Vec<std::sync::Arc<Lgr>>,
+    pub(crate) rules: Vec<Arc<Lgr>>,
     /// Collocation points; the end node is not among them.
     pub(crate) nodes: Vec<Node>,
     /// Parts between the breaks of the mesh.
     pub(crate) arcs: Vec<ArcLayout>,
-    /// First variable.
-    pub(crate) first_variable: usize,
-    /// Column of the start time; those of the breaks follow.
-    pub(crate) initial_time: usize,
-    /// Column of the end time, after the breaks.
-    pub(crate) final_time: usize,
     /// First constraint row.
     pub(crate) first_row: usize,
     /// Rows per node: defects and path constraints.
     pub(crate) rows_per_node: usize,
-    /// Row of each integral that has bounds.
-    pub(crate) integral_rows: Vec<Option<usize>>,
-    /// Row of the duration, when it has bounds that those on the times do not imply.
-    pub(crate) duration_row: Option<usize>,
     /// Row of the duration of the first of several arcs; those of the others follow.
     pub(crate) first_arc_row: Option<usize>,
     /// Row, column and fraction of the phase of the time of each break that is not free.
@@ -74,14 +72,14 @@ pub(crate) struct PhaseLayout {
     pub(crate) degree_rows: Vec<(usize, usize, usize)>,
     /// Row of the rate of each touch point whose time is free.
     pub(crate) rate_rows: Vec<(usize, TouchPoint)>,
-    /// Stage of the first interval in the elimination order.
+    /// The first of [`STAGES`] stages of the first interval in the elimination order.
     pub(crate) first_stage: u32,
 }
 
-impl PhaseLayout {
+impl CollocationPhase {
     /// First state column of a node; `nodes.len()` is the end node.
     pub(crate) fn state_column(&self, node: usize) -> usize {
-        self.first_variable + node * (self.states + self.controls)
+        self.ends.initial_state + node * (self.states + self.controls)
     }
 
     /// First control column of a collocation point.
@@ -109,7 +107,7 @@ impl PhaseLayout {
         self.interval_start(touch.end)
     }
 
-    /// Whether the bounds of a path row are left out at a node since it is beside a touch point of the row.
+    /// Says whether the bounds of a path row are left out at a node since it is beside a touch point of the row.
     pub(crate) fn is_beside_touch(&self, node: usize, row: usize) -> bool {
         let interval = self.nodes[node].interval;
         let beside = |t: &TouchPoint| t.row == row && (t.end == interval || t.end == interval + 1);
@@ -119,6 +117,16 @@ impl PhaseLayout {
     /// The touch point of a path row at a node.
     pub(crate) fn touch_at(&self, node: usize, row: usize) -> Option<&TouchPoint> {
         self.mesh.touch_points().iter().find(|t| t.row == row && self.touch_node(t) == node)
+    }
+
+    /// Rows of the durations of the arcs, if there are several.
+    pub(crate) fn arc_rows(&self) -> Range<usize> {
+        self.first_arc_row.map_or(0..0, |r| r..r + self.arcs.len())
+    }
+
+    /// Columns of the times of the breaks.
+    pub(crate) fn break_times(&self) -> Range<usize> {
+        self.ends.initial_time + 1..self.ends.final_time
     }
 
     /// Index of the arc that a node belongs to.
@@ -139,116 +147,87 @@ impl PhaseLayout {
     }
 }
 
-/// Placement of a whole problem on a mesh.
-pub(crate) struct Layout {
-    pub(crate) phases: Vec<PhaseLayout>,
-    pub(crate) first_parameter: usize,
-    pub(crate) variables: usize,
-    /// First row of each endpoint constraint.
-    pub(crate) endpoint_rows: Vec<usize>,
-    pub(crate) constraints: usize,
-    /// Stage after all intervals: times, parameters and everything that joins distant nodes.
-    pub(crate) last_stage: u32,
+/// The placement of a whole problem on a mesh.
+pub(crate) fn collocation_layout(ocp: &Ocp, mesh: &Mesh) -> Result<Layout<CollocationPhase>, RadauError> {
+    let mut rules = BTreeMap::new();
+    let mut places = Places::default();
+    let phases = ocp.phases.iter().zip(&mesh.phases);
+    let phases = phases.map(|(phase, mesh)| CollocationPhase::new(phase, mesh, &mut rules, &mut places));
+    let phases = phases.collect::<Result<_, _>>()?;
+    Ok(Layout::new(ocp, phases, places))
 }
 
-impl Layout {
-    pub(crate) fn new(ocp: &Ocp, mesh: &Mesh) -> Result<Self, RadauError> {
-        let mut rules = std::collections::BTreeMap::new();
-        let (mut variables, mut constraints, mut stage) = (0, 0, 0);
-        let mut phases = Vec::with_capacity(ocp.phases.len());
-        for (phase, stated_mesh) in ocp.phases.iter().zip(&mesh.phases) {
-            let mesh = &freed(stated_mesh)?;
-            let mut interval_rules = Vec::with_capacity(mesh.intervals());
-            for &n in mesh.points() {
-                if let std::collections::btree_map::Entry::Vacant(e) = rules.entry(n) {
-                    e.insert(std::sync::Arc::new(Lgr::new(n)?));
-                }
-                interval_rules.push(std::sync::Arc::clone(&rules[&n]));
+impl CollocationPhase {
+    fn new(
+        phase: &Phase,
+        stated_mesh: &PhaseMesh,
+        rules: &mut BTreeMap<usize, Arc<Lgr>>,
+        places: &mut Places,
+    ) -> Result<Self, RadauError> {
+        let mesh = freed(stated_mesh)?;
+        let mut interval_rules = Vec::with_capacity(mesh.intervals());
+        for &n in mesh.points() {
+            if let Entry::Vacant(e) = rules.entry(n) {
+                e.insert(Arc::new(Lgr::new(n)?));
             }
-            let nodes = collocation_points(mesh, &interval_rules);
-            let (nx, nu) = (phase.states.len(), phase.controls.len());
-            let rows_per_node = nx + phase.path_rows();
-            let first_variable = variables;
-            let initial_time = first_variable + nodes.len() * (nx + nu) + nx;
-            let arcs = arcs(mesh, initial_time);
-            variables = initial_time + arcs.len() + 1;
-            let first_row = constraints;
-            constraints += nodes.len() * rows_per_node;
-            let mut next_row = || {
-                constraints += 1;
-                constraints - 1
-            };
-            let integral_rows = phase
-                .integrals
-                .iter()
-                .map(|q| (q.variable.bounds != Bounds::FREE).then(&mut next_row))
-                .collect();
-            let duration_row = phase.needs_duration_row().then(&mut next_row);
-            let first_arc_row = (arcs.len() > 1).then(&mut next_row);
-            constraints += if arcs.len() > 1 { arcs.len() - 1 } else { 0 };
-            let columns = mesh.breaks().iter().zip(initial_time + 1..).filter(|(b, _)| !b.free);
-            let pinned_rows: Vec<_> = columns
-                .zip(constraints..)
-                .map(|((b, column), row)| (row, column, mesh.fractions()[b.end]))
-                .collect();
-            constraints += pinned_rows.len();
-            let degree_rows: Vec<_> =
-                singular(mesh).zip(constraints..).map(|((interval, c), row)| (row, interval, c)).collect();
-            constraints += degree_rows.len();
-            let is_free = |t: &&TouchPoint| mesh.breaks().iter().any(|b| b.end == t.end && b.free);
-            let rate_rows: Vec<_> =
-                (constraints..).zip(mesh.touch_points().iter().filter(is_free).copied()).collect();
-            constraints += rate_rows.len();
-            let first_stage = stage;
-            stage += mesh.intervals() as u32 + 1;
-            phases.push(PhaseLayout {
-                states: nx,
-                controls: nu,
-                mesh: mesh.clone(),
-                stated_mesh: stated_mesh.clone(),
-                rules: interval_rules,
-                nodes,
-                first_variable,
-                initial_time,
-                final_time: initial_time + arcs.len(),
-                arcs,
-                first_row,
-                rows_per_node,
-                integral_rows,
-                duration_row,
-                first_arc_row,
-                pinned_rows,
-                degree_rows,
-                rate_rows,
-                first_stage,
-            });
+            interval_rules.push(Arc::clone(&rules[&n]));
         }
-        let first_parameter = variables;
-        variables += ocp.parameters.len();
-        let mut endpoint_rows = Vec::with_capacity(ocp.constraints.len());
-        for c in &ocp.constraints {
-            endpoint_rows.push(constraints);
-            constraints += c.rows.len();
-        }
-        Ok(Self { phases, first_parameter, variables, endpoint_rows, constraints, last_stage: stage })
-    }
-
-    /// Column of an end quantity.
-    pub(crate) fn endpoint_column(&self, input: EndpointInput) -> usize {
-        match input {
-            EndpointInput::InitialTime { phase } => self.phases[phase].initial_time,
-            EndpointInput::FinalTime { phase } => self.phases[phase].final_time,
-            EndpointInput::InitialState { phase, state } => self.phases[phase].state_column(0) + state,
-            EndpointInput::FinalState { phase, state } => {
-                let p = &self.phases[phase];
-                p.state_column(p.nodes.len()) + state
-            }
-            EndpointInput::Parameter { index } => self.first_parameter + index,
-        }
+        let nodes = collocation_points(&mesh, &interval_rules);
+        let (nx, nu) = (phase.states.len(), phase.controls.len());
+        let rows_per_node = nx + phase.path_rows();
+        let initial_state = places.take_columns(nodes.len() * (nx + nu));
+        let final_state = places.take_columns(nx);
+        let initial_time = places.take_columns(mesh.arcs().len() + 1);
+        let arcs = arcs(&mesh, initial_time);
+        let first_row = places.take_rows(nodes.len() * rows_per_node);
+        let times = (initial_time, initial_time + arcs.len());
+        let ends = PhaseEnds::new(phase, (initial_state, final_state), times, places);
+        let first_arc_row = (arcs.len() > 1).then(|| places.take_rows(arcs.len()));
+        let pinned = mesh.breaks().iter().zip(initial_time + 1..).filter(|(b, _)| !b.free);
+        let pinned_rows =
+            pinned.map(|(b, column)| (places.take_rows(1), column, mesh.fractions()[b.end])).collect();
+        let degree_rows = singular(&mesh).map(|(interval, c)| (places.take_rows(1), interval, c)).collect();
+        let is_free = |t: &&TouchPoint| mesh.breaks().iter().any(|b| b.end == t.end && b.free);
+        let touch_points = mesh.touch_points().iter().filter(is_free);
+        let rate_rows = touch_points.map(|t| (places.take_rows(1), *t)).collect();
+        Ok(Self {
+            ends,
+            states: nx,
+            controls: nu,
+            stated_mesh: stated_mesh.clone(),
+            rules: interval_rules,
+            nodes,
+            arcs,
+            first_row,
+            rows_per_node,
+            first_arc_row,
+            pinned_rows,
+            degree_rows,
+            rate_rows,
+            first_stage: places.take_stages(STAGES * (mesh.intervals() as u32 + 1)),
+            mesh,
+        })
     }
 }
 
-fn collocation_points(mesh: &PhaseMesh, rules: &[std::sync::Arc<Lgr>]) -> Vec<Node> {
+/// The mesh with breaks of free time at its touch points and crossings.
+fn freed(mesh: &PhaseMesh) -> Result<PhaseMesh, RadauError> {
+    let (mut breaks, mut arcs) = (mesh.breaks().to_vec(), mesh.arcs().to_vec());
+    let touched = mesh.touch_points().iter().map(|t| t.end);
+    for end in touched.chain(mesh.crossings().iter().map(|c| c.end)) {
+        let k = breaks.partition_point(|b| b.end < end);
+        match breaks.get_mut(k).filter(|b| b.end == end) {
+            Some(b) => b.free = true,
+            None => {
+                breaks.insert(k, Break { end, free: true });
+                arcs.insert(k, arcs[k].clone());
+            }
+        }
+    }
+    Ok(mesh.clone().with_arcs(breaks, arcs)?)
+}
+
+fn collocation_points(mesh: &PhaseMesh, rules: &[Arc<Lgr>]) -> Vec<Node> {
     let mut nodes = Vec::with_capacity(mesh.total_points());
     for arc in 0..mesh.arcs().len() {
         let intervals = mesh.arc_intervals(arc);

@@ -44,7 +44,7 @@
 //! | module | subject |
 //! | --- | --- |
 //! | [`transcription`] | the nonlinear program |
-//! | [`solver`] | the method: settings, refinement loop, solution |
+//! | [`solver`], [`settings`] | the method: refinement loop, solution; what can be chosen |
 //! | `method` | the method as an [`apsides_ocp::Method`] |
 //! | [`switches`] | where controls switch between their bounds |
 //! | [`scales`] | scales, and warnings where they do not fit |
@@ -55,6 +55,8 @@
 //! optimal control, Optim. Control Appl. Methods 36 (2015), doi 10.1002/oca.2114.
 
 mod activity;
+mod bounds;
+mod breaks;
 mod change;
 mod contact;
 mod crossing;
@@ -65,16 +67,15 @@ mod extraction;
 mod layout;
 mod method;
 mod node_term;
+mod placement;
 mod refinement;
 pub mod relaxation;
-mod row_origin;
 pub mod scales;
+pub mod settings;
 pub mod solver;
 pub mod switches;
 mod touch;
 pub mod transcription;
-mod warm_start;
-mod workers;
 
 pub use apsides_nlp::Side;
 pub use apsides_ocp::{RowOrigin, Unmet};
@@ -82,6 +83,7 @@ pub use error::RadauError;
 pub use explanation::{Conflict, Explanation, Remedy};
 pub use relaxation::{Requirement, RequirementKind};
 pub use scales::ScaleWarning;
-pub use solver::{MeshRecord, Radau, RadauSettings, RadauSolution};
+pub use settings::RadauSettings;
+pub use solver::{MeshRecord, Radau, RadauSolution};
 pub use switches::{Level, Switch};
-pub use transcription::Transcription;
+pub use transcription::{Collocation, Transcription};

@@ -8,9 +8,9 @@
 use std::sync::Arc;
 
 use apsides_ad::NodeFunction;
+use apsides_transcription::{Workers, in_pieces, write_next};
 
-use crate::layout::{ArcLayout, PhaseLayout};
-use crate::workers::{in_pieces, pieces};
+use crate::layout::{ArcLayout, CollocationPhase};
 
 /// Where the outputs of a term go.
 #[derive(Clone, Copy)]
@@ -69,7 +69,7 @@ impl NodeTerm {
         function: Arc<dyn NodeFunction>,
         is_rate: bool,
         target: Target,
-        phase: &PhaseLayout,
+        phase: &CollocationPhase,
         arc: &ArcLayout,
         first_parameter: usize,
         time_fixed: (bool, bool),
@@ -144,10 +144,10 @@ impl NodeTerm {
         inputs[self.time_input] = (1.0 - p.fraction) * x[self.initial_time] + p.fraction * x[self.final_time];
     }
 
-    /// Lets so many threads work on the nodes at a time, where there are enough of them.
-    pub(crate) fn share(&mut self, threads: usize) -> bool {
+    /// Lets workers share the nodes, where there are enough of them; false where there are not.
+    pub(crate) fn share(&mut self, workers: &Workers) -> bool {
         let scratch = self.scratch[0].clone();
-        self.scratch.resize(pieces(self.points.len(), threads), scratch);
+        self.scratch.resize(workers.pieces(self.points.len()), scratch);
         self.scratch.len() > 1
     }
 
@@ -186,7 +186,7 @@ impl NodeTerm {
         cost
     }
 
-    /// Whether the term takes part in the cost.
+    /// Says whether the term takes part in the cost.
     pub(crate) fn has_cost(&self) -> bool {
         matches!(self.target, Target::Sum { cost, .. } if cost != 0.0)
     }
@@ -381,14 +381,6 @@ impl NodeTerm {
         if !self.time_fixed.1 {
             emit(self.final_time, at_end);
         }
-    }
-}
-
-/// The entries of a piece are as many as the pattern says, so that there is a next one.
-#[inline]
-fn write_next(next: &mut std::slice::IterMut<'_, f64>, value: f64) {
-    if let Some(entry) = next.next() {
-        *entry = value;
     }
 }
 

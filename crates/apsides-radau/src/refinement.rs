@@ -5,7 +5,8 @@
 
 use apsides_ocp::{Break, Crossing, Mesh, PhaseMesh, TouchPoint, Trajectory};
 
-use crate::{RadauError, RadauSettings};
+use crate::RadauError;
+use crate::settings::RadauSettings;
 
 /// Fewest points added to an interval: one at a time costs a mesh for little.
 const LEAST_INCREASE: usize = 2;

@@ -1,4 +1,4 @@
-//! What a problem requires, item by item: every bound that a user states, as limits of the discretised problem.
+//! Requirements of a problem, item by item: every bound that a user states, as limits of the discretised problem.
 //!
 //! The equations of motion, the links between phases, a fixed start time and the least duration are no requirements: they
 //! hold in every relaxation.
@@ -8,10 +8,10 @@ use std::fmt;
 use apsides_nlp::{Limit, Nlp, Place, Requirement as NlpRequirement, Side};
 use apsides_ocp::{Bounds, Ocp, Phase, Variable};
 
-use crate::layout::PhaseLayout;
+use crate::layout::CollocationPhase;
 use crate::transcription::Transcription;
 
-/// What a requirement bounds.
+/// The quantity that a requirement bounds.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[non_exhaustive]
 pub enum RequirementKind {
@@ -46,13 +46,13 @@ pub struct Requirement {
     pub phase: Option<String>,
     /// Name of the bounded quantity.
     pub name: String,
-    /// What kind of quantity it is.
+    /// The kind of quantity.
     pub kind: RequirementKind,
     /// Lower: relaxed by lowering; upper: relaxed by raising.
     pub side: Side,
     /// The bound, in `unit`.
     pub limit: f64,
-    /// Whether the quantity is fixed at this value.
+    /// True when the quantity is fixed at this value.
     pub fixed: bool,
     /// Unit of the quantity.
     pub unit: String,
@@ -144,7 +144,7 @@ pub(crate) fn items(ocp: &Ocp, nlp: &Transcription) -> Vec<Item> {
 }
 
 impl Items {
-    fn phase_bounds(&mut self, phase: &Phase, p: &PhaseLayout) {
+    fn phase_bounds(&mut self, phase: &Phase, p: &CollocationPhase) {
         let last = p.nodes.len();
         let fractions: Vec<f64> = p.nodes.iter().map(|n| n.fraction).chain([1.0]).collect();
         for (s, state) in phase.states.iter().enumerate() {
@@ -163,7 +163,7 @@ impl Items {
             let along: Vec<Place> = (0..last).map(|i| Place::Constraint(p.path_row(i) + k)).collect();
             self.add(RequirementKind::Path, v, v.bounds, &along, &fractions);
         }
-        for (q, row) in phase.integrals.iter().zip(&p.integral_rows) {
+        for (q, row) in phase.integrals.iter().zip(&p.ends.integral_rows) {
             if let Some(r) = row {
                 let v = &q.variable;
                 self.add(RequirementKind::Integral, v, v.bounds, &[Place::Constraint(*r)], &[]);
@@ -171,15 +171,15 @@ impl Items {
         }
     }
 
-    fn times(&mut self, phase: &Phase, p: &PhaseLayout) {
+    fn times(&mut self, phase: &Phase, p: &CollocationPhase) {
         let time = |name: &str| Variable::new(name, phase.time_unit.clone());
-        let (start, end) = (Place::Variable(p.initial_time), Place::Variable(p.final_time));
+        let (start, end) = (Place::Variable(p.ends.initial_time), Place::Variable(p.ends.final_time));
         if !phase.initial_time.is_fixed() {
             self.add(RequirementKind::InitialTime, &time("start time"), phase.initial_time, &[start], &[]);
         }
         self.add(RequirementKind::FinalTime, &time("final time"), phase.final_time, &[end], &[]);
         // The duration: as a row, or as the bounds on one time that the other, fixed time makes of it.
-        let (lower, upper) = match p.duration_row {
+        let (lower, upper) = match p.ends.duration_row {
             Some(r) => {
                 let limit = |side, value| Limit { place: Place::Constraint(r), side, value };
                 (limit(Side::Lower, phase.duration.lower), limit(Side::Upper, phase.duration.upper))
@@ -282,7 +282,7 @@ impl Item {
             let margin = 1e-6 * self.limits.unit;
             if worst.is_none_or(|(largest, _)| excess > largest + margin) {
                 let p = &nlp.layout.phases[phase];
-                worst = Some((excess, (1.0 - s) * x[p.initial_time] + s * x[p.final_time]));
+                worst = Some((excess, (1.0 - s) * x[p.ends.initial_time] + s * x[p.ends.final_time]));
             }
         }
         worst.map(|(_, t)| t)

@@ -2,21 +2,20 @@
 
 use std::time::{Duration, Instant};
 
-use apsides_basis::MAX_POINTS;
-use apsides_nlp::{
-    BarrierOracle, BarrierStrategy, InteriorPoint, NlpSettings, Observer, ScalingMethod, SolveReport, Status,
-};
+use apsides_nlp::{Observer, SolveReport, Status};
 use apsides_ocp::{Guess, Mesh, Ocp, PhaseMesh, Scaling, Trajectory, Unmet};
+use apsides_transcription::Workers;
 
 use crate::RadauError;
+use crate::breaks::{Instants, with_instants};
 use crate::contact::{Contacts, SolvedMesh};
 use crate::crossing::{Crossings, with_forced};
 use crate::error_estimate::estimate;
 use crate::refinement::refine;
-use crate::scales::ScaleWarning;
-use crate::switches::{Instants, Structure, Switch, with_instants};
+use crate::scales::{ScaleWarning, scale_warnings};
+pub use crate::settings::RadauSettings;
+use crate::switches::{Structure, Switch};
 use crate::transcription::Transcription;
-use crate::workers::pool;
 
 /// Most changes of the structure of switches in a solve: what has not settled then is left to refinement.
 const MOST_REVISIONS: usize = 8;
@@ -29,92 +28,6 @@ const MOST_ITERATIONS_WITH_KINKS: usize = 300;
 
 /// A mesh for the sake of the bounds on controls alone must bring their excess below this part of what it was.
 const LEAST_GAIN: f64 = 0.2;
-
-/// Settings of the method.
-#[derive(Clone, Debug)]
-pub struct RadauSettings {
-    /// Intervals per phase of the first mesh; 10.
-    pub intervals: usize,
-    /// Collocation points per interval of the first mesh; 4.
-    pub points: usize,
-    /// Largest relative error between the points, which refinement brings down to this; 1e-8.
-    pub tolerance: f64,
-    /// Largest excess between the points of a bound on a state or of a path constraint without controls, relative to its
-    /// scale; 5e-7. Bounds on controls are not looked at: next to a jump a polynomial oversteps them on any mesh.
-    pub path_tolerance: f64,
-    /// True if switches of controls and path constraints between their bounds are looked for after each mesh. The next one has
-    /// breaks there, whose times are unknowns, and holds along each arc what is active there, so that jumps are met
-    /// exactly. So are contacts, where a path constraint without controls touches its bound in one instant; on.
-    pub switches: bool,
-    /// Most refinements of the first mesh; 0 switches refinement off; 19.
-    pub max_refinements: usize,
-    /// Points of an interval that comes from a division; 3.
-    pub min_points: usize,
-    /// Most points per interval before it is divided; 14.
-    pub max_points: usize,
-    /// Most parts an interval is divided into at once; 4.
-    pub max_parts: usize,
-    /// Most collocation points of all phases; refinement stops there; 20000.
-    pub max_total_points: usize,
-    /// Threads that evaluate the nodes of long phases, 1 to 1024; the results do not depend on it; 1.
-    pub threads: usize,
-    /// Settings of the interior-point method; problem scaling, tolerance 1e-9, adaptive barrier from 1e-3: a guess of a
-    /// trajectory is seldom so bad that a larger one pays.
-    pub nlp: NlpSettings,
-}
-
-impl Default for RadauSettings {
-    fn default() -> Self {
-        Self {
-            intervals: 10,
-            points: 4,
-            tolerance: 1e-8,
-            path_tolerance: 5e-7,
-            switches: true,
-            max_refinements: 19,
-            min_points: 3,
-            max_points: 14,
-            max_parts: 4,
-            max_total_points: 20_000,
-            threads: 1,
-            nlp: NlpSettings {
-                tolerance: 1e-9,
-                scaling: ScalingMethod::UserThenGradient { max: 100.0 },
-                barrier: BarrierStrategy::Adaptive,
-                barrier_oracle: BarrierOracle::Probing,
-                initial_barrier: 1e-3,
-                initial_bound_multiplier: 1e-3,
-                ..NlpSettings::default()
-            },
-        }
-    }
-}
-
-impl RadauSettings {
-    pub(crate) fn check(&self) -> Result<(), RadauError> {
-        let counts = [
-            ("intervals", self.intervals, 1, 1_000_000),
-            ("points", self.points, 1, MAX_POINTS),
-            ("max_refinements", self.max_refinements, 0, 999),
-            ("min_points", self.min_points, 1, self.max_points.min(MAX_POINTS)),
-            ("max_points", self.max_points, 1, MAX_POINTS),
-            ("max_parts", self.max_parts, 2, 1000),
-            ("threads", self.threads, 1, 1024),
-        ];
-        for (name, value, least, most) in counts {
-            if value < least || value > most {
-                let allowed = "a whole number from 1 (parts: 2, refinements: 0) to 60 points, 999 refinements, 1000 parts, 1024 threads or 1000000 intervals";
-                return Err(RadauError::Setting { name, value: value as f64, allowed });
-            }
-        }
-        for (name, value) in [("tolerance", self.tolerance), ("path_tolerance", self.path_tolerance)] {
-            if !(value > 0.0 && value.is_finite()) {
-                return Err(RadauError::Setting { name, value, allowed: "a positive number" });
-            }
-        }
-        Ok(())
-    }
-}
 
 /// The method: hp Legendre-Gauss-Radau collocation.
 #[derive(Clone, Debug, Default)]
@@ -149,7 +62,7 @@ pub struct MeshRecord {
 pub struct RadauSolution {
     /// The trajectory on the last mesh that was solved, with its error estimate; that of the first mesh when none was.
     pub trajectory: Trajectory,
-    /// How the last solve ended: without success when a later mesh than that of the trajectory could not be solved.
+    /// The status of the last solve: without success when a later mesh than that of the trajectory could not be solved.
     pub status: Status,
     /// True if the error estimate meets the tolerance.
     pub accurate: bool,
@@ -220,27 +133,21 @@ impl Radau {
         let mut forced =
             with_forced(ocp, &guess, &mesh).ok().filter(|m| self.settings.switches && *m != mesh);
         let mut before_contacts: Option<(Guess, Mesh)> = None;
-        let pool = pool(self.settings.threads);
+        let workers = Workers::new(self.settings.threads);
         loop {
             let begin = Instant::now();
-            let mut nlp =
-                Transcription::new(ocp, &mesh, &guess)?.with_pool(self.settings.threads, pool.clone());
+            let mut nlp = Transcription::new(ocp, &mesh, &guess)?.with_workers(&workers);
             if meshes.is_empty() {
-                warnings = nlp.scale_warnings(ocp);
+                warnings = scale_warnings(&mut nlp, ocp);
             }
-            let mut solver = InteriorPoint { settings: self.settings.nlp.clone() };
+            let mut settings = self.settings.nlp.clone();
             if has_arcs(&mesh) && last.is_some() {
-                solver.settings.max_iterations =
-                    solver.settings.max_iterations.min(MOST_ITERATIONS_WITH_BREAKS);
+                settings.max_iterations = settings.max_iterations.min(MOST_ITERATIONS_WITH_BREAKS);
             }
             if forced.is_some() {
-                solver.settings.max_iterations =
-                    solver.settings.max_iterations.min(MOST_ITERATIONS_WITH_KINKS);
+                settings.max_iterations = settings.max_iterations.min(MOST_ITERATIONS_WITH_KINKS);
             }
-            let report = match nlp.warm_start(ocp, &guess) {
-                Some(warm) => solver.solve_from(&mut nlp, &warm, observer)?,
-                None => solver.solve_observed(&mut nlp, observer)?,
-            };
+            let report = nlp.solve(ocp, &guess, &settings, observer)?;
             let mut trajectory = nlp.trajectory(ocp, &report)?;
             let scaling = Scaling::new(ocp, &guess);
             let estimate = estimate(ocp, &scaling, &self.settings, &mut trajectory)?;
@@ -273,7 +180,7 @@ impl Radau {
                 continue;
             }
             if !status.is_success() {
-                let unmet = unmet(ocp, &nlp, &report);
+                let unmet = nlp.unmet(ocp, &report);
                 let solved = match last {
                     Some(solved) => solved,
                     None => Solved { trajectory, report, switches: Vec::new(), accurate: false, plain: mesh },
@@ -358,10 +265,4 @@ fn has_arcs(mesh: &Mesh) -> bool {
 /// True if the solve ended for a reason that another mesh may not have.
 fn may_go_on(status: Status) -> bool {
     !matches!(status, Status::Interrupted | Status::TimeLimit)
-}
-
-fn unmet(ocp: &Ocp, nlp: &Transcription, report: &SolveReport) -> Option<Unmet> {
-    let worst = report.worst_constraint?;
-    let origin = nlp.row_origin(ocp, worst.constraint, &report.x)?;
-    Some(Unmet { origin, amount: worst.amount })
 }

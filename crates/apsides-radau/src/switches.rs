@@ -7,32 +7,16 @@
 
 use apsides_nlp::SolveReport;
 pub use apsides_ocp::method::{Level, Switch};
-use apsides_ocp::{
-    ArcKind, Break, Crossing, Mesh, Ocp, Phase, PhaseArc, PhaseMesh, PhaseTrajectory, TouchPoint, Trajectory,
-};
+use apsides_ocp::{ArcKind, Bounds, Mesh, Ocp, Phase, PhaseArc, PhaseTrajectory, Trajectory};
 
 use crate::RadauError;
 use crate::activity::{
-    COLLAPSED, Class, Kind, Quantity, Solution, curvatures, pulses, quantities, runs, samples,
+    Class, Quantity, QuantityKind, Solution, curvatures, pulses, quantities, runs, samples,
 };
+use crate::breaks::{ArcBreak, Instants, with_breaks};
 use crate::change::{Change, ChangeKind, changes, settle};
-use crate::contact::Touch;
-use crate::crossing::Passage;
-use crate::layout::PhaseLayout;
+use crate::layout::CollocationPhase;
 use crate::transcription::Transcription;
-
-/// An interval beside a new break shorter than this part of its neighbour becomes part of it.
-const SHORT: f64 = 0.25;
-
-/// A break of a structure.
-struct Found {
-    /// Normalised time.
-    at: f64,
-    /// Whether its time can be an unknown.
-    free: bool,
-    /// Time of the break of the mesh that it belongs to already.
-    known: Option<f64>,
-}
 
 /// The structure of one phase.
 struct PhaseStructure<'a> {
@@ -42,7 +26,7 @@ struct PhaseStructure<'a> {
     changes: Vec<Change>,
 }
 
-/// What was found on a mesh.
+/// The structure that was found on a mesh.
 pub(crate) struct Structure<'a> {
     phases: Vec<PhaseStructure<'a>>,
 }
@@ -56,7 +40,7 @@ impl<'a> Structure<'a> {
         trajectory: &Trajectory,
     ) -> Self {
         let curvatures = curvatures(nlp, report);
-        let solution = Solution { report, curvatures: &curvatures, objective: nlp.scaling.objective.abs() };
+        let solution = Solution { report, curvatures: &curvatures, objective: nlp.scales.objective.abs() };
         let phases = ocp.phases.iter().zip(&nlp.layout.phases).zip(&trajectory.phases);
         Self { phases: phases.map(|((phase, p), t)| phase_structure(phase, p, t, &solution)).collect() }
     }
@@ -74,15 +58,15 @@ impl<'a> Structure<'a> {
                     time: t.time_at(c.at),
                     time_unit: phase.time_unit.clone(),
                     located: c.known.is_some(),
-                    from: c.from.level(&v.bounds),
-                    to: c.to.level(&v.bounds),
+                    from: level(c.from, &v.bounds),
+                    to: level(c.to, &v.bounds),
                 });
             }
         }
         switches
     }
 
-    /// Whether the mesh of the trajectory has exactly the breaks and arcs that were found; kinks may stand beside their breaks
+    /// Says whether the mesh of the trajectory has exactly the breaks and arcs that were found; kinks may stand beside their breaks
     /// if the polynomials are `within` their bounds.
     pub(crate) fn is_that_of(&self, trajectory: &Trajectory, within: bool) -> bool {
         self.phases.iter().zip(&trajectory.phases).all(|(found, t)| {
@@ -124,42 +108,30 @@ impl<'a> Structure<'a> {
     }
 }
 
-/// The mesh with other instants.
-pub(crate) fn with_instants(mesh: &Mesh, instants: &[Instants]) -> Result<Mesh, RadauError> {
-    let phases = mesh.phases.iter().zip(instants).map(|(mesh, instants)| {
-        let breaks = mesh.breaks().iter().map(|b| {
-            let at = mesh.fractions()[b.end];
-            Found { at, free: b.free, known: Some(at) }
-        });
-        with_breaks(mesh, &breaks.collect::<Vec<_>>(), mesh.arcs().to_vec(), instants)
-    });
-    Ok(Mesh { phases: phases.collect::<Result<_, _>>()? })
-}
-
 impl PhaseStructure<'_> {
     fn of_kind(&self, kind: ChangeKind) -> impl Iterator<Item = &Change> {
         self.changes.iter().filter(move |c| c.kind == kind)
     }
 
     /// The breaks in order of time.
-    fn breaks(&self) -> Vec<Found> {
-        let mut breaks: Vec<Found> = Vec::new();
+    fn breaks(&self) -> Vec<ArcBreak> {
+        let mut breaks: Vec<ArcBreak> = Vec::new();
         for c in self.changes.iter().filter(|c| c.kind != ChangeKind::Unclear) {
             let free = c.kind == ChangeKind::Jump;
             match breaks.last_mut().filter(|b| c.at <= b.at) {
                 Some(b) => b.free |= free,
-                None => breaks.push(Found { at: c.at, free, known: c.known }),
+                None => breaks.push(ArcBreak { at: c.at, free, known: c.known }),
             }
         }
         breaks
     }
 
-    /// What is known of the arcs between the breaks.
-    fn arcs(&self, breaks: &[Found]) -> Vec<PhaseArc> {
+    /// The courses of all quantities along the arcs between the breaks.
+    fn arcs(&self, breaks: &[ArcBreak]) -> Vec<PhaseArc> {
         let count = |controls: bool| {
             let index = |q: &Quantity<'_>| match q.kind {
-                Kind::Control(c) if controls => c + 1,
-                Kind::Row(r) if !controls => r + 1,
+                QuantityKind::Control(c) if controls => c + 1,
+                QuantityKind::Row(r) if !controls => r + 1,
                 _ => 0,
             };
             self.quantities.iter().map(index).max().unwrap_or(0)
@@ -190,8 +162,8 @@ impl PhaseStructure<'_> {
                 };
                 let course = class.course().or(between).filter(|_| whole);
                 match q.kind {
-                    Kind::Control(c) => arc.controls[c] = course,
-                    Kind::Row(r) => arc.rows[r] = course,
+                    QuantityKind::Control(c) => arc.controls[c] = course,
+                    QuantityKind::Row(r) => arc.rows[r] = course,
                 }
             }
             if arc.controls.iter().chain(&arc.rows).all(Option::is_none) {
@@ -209,7 +181,7 @@ impl PhaseStructure<'_> {
 
 fn phase_structure<'a>(
     phase: &'a Phase,
-    p: &PhaseLayout,
+    p: &CollocationPhase,
     t: &PhaseTrajectory,
     solution: &Solution<'_>,
 ) -> PhaseStructure<'a> {
@@ -231,60 +203,11 @@ fn phase_structure<'a>(
     found
 }
 
-/// Instants of one phase at which the next mesh has an interval end of free time.
-#[derive(Default)]
-pub(crate) struct Instants {
-    pub(crate) touch_points: Vec<Touch>,
-    pub(crate) crossings: Vec<Passage>,
-}
-
-/// The mesh with these breaks and instants. Intervals that a new one leaves too short become part of their neighbours.
-fn with_breaks(
-    mesh: &PhaseMesh,
-    found: &[Found],
-    arcs: Vec<PhaseArc>,
-    instants: &Instants,
-) -> Result<PhaseMesh, RadauError> {
-    let Instants { touch_points, crossings } = instants;
-    let fixed = touch_points.iter().map(|t| t.at).chain(crossings.iter().map(|c| c.at));
-    let breaks: Vec<f64> = found.iter().map(|b| b.at).chain(fixed).collect();
-    let mut ends = mesh.fractions().to_vec();
-    let mut points = mesh.points().to_vec();
-    for &f in &breaks {
-        let k = ends.partition_point(|e| *e < f);
-        if ends[k] != f {
-            ends.insert(k, f);
-            points.insert(k, points[k - 1]);
-        }
+/// The level that a class stands for.
+fn level(class: Class, bounds: &Bounds) -> Level {
+    match class {
+        Class::Lower => Level::Lower(bounds.lower),
+        Class::Between => Level::Between,
+        Class::Upper => Level::Upper(bounds.upper),
     }
-    // An end that a touch point or a crossing has left is of no use.
-    let left = mesh.touch_points().iter().map(|t| t.end).chain(mesh.crossings().iter().map(|c| c.end));
-    let left_alone: Vec<f64> = left.map(|end| mesh.fractions()[end]).collect();
-    let of_breaks = mesh.breaks().iter().map(|b| mesh.fractions()[b.end]);
-    let old: Vec<f64> = of_breaks.chain(left_alone.iter().copied()).collect();
-    let new = |f: f64| breaks.contains(&f) && !old.contains(&f);
-    let mut k = 1;
-    while k + 1 < ends.len() {
-        let (left, right) = (ends[k] - ends[k - 1], ends[k + 1] - ends[k]);
-        let beside_new =
-            (new(ends[k - 1]) && left < SHORT * right) || (new(ends[k + 1]) && right < SHORT * left);
-        let collapsed = old.contains(&ends[k]) && left.min(right) <= COLLAPSED;
-        if !breaks.contains(&ends[k]) && (beside_new || collapsed || left_alone.contains(&ends[k])) {
-            ends.remove(k);
-            let n = points.remove(k);
-            points[k - 1] = points[k - 1].max(n);
-        } else {
-            k += 1;
-        }
-    }
-    let index = |f: f64| ends.partition_point(|e| *e < f);
-    let at = found.iter().map(|b| Break { end: index(b.at), free: b.free }).collect();
-    let mut touch_points: Vec<TouchPoint> =
-        touch_points.iter().map(|t| TouchPoint { end: index(t.at), ..t.point }).collect();
-    touch_points.sort_by_key(|t| (t.end, t.row));
-    let mut crossings: Vec<Crossing> =
-        crossings.iter().map(|c| Crossing { end: index(c.at), kink: c.kink }).collect();
-    crossings.sort_by_key(|c| c.end);
-    let mesh = PhaseMesh::new(ends, points)?.with_arcs(at, arcs)?;
-    Ok(mesh.with_touch_points(touch_points)?.with_crossings(crossings)?)
 }

@@ -6,27 +6,10 @@
 use std::sync::Arc;
 
 use apsides_ad::NodeFunction;
-use apsides_ocp::{Break, Ocp, PhaseMesh};
+use apsides_ocp::Ocp;
+use apsides_transcription::Layout;
 
-use crate::RadauError;
-use crate::layout::{Layout, PhaseLayout};
-
-/// The mesh with breaks of free time at its touch points and crossings.
-pub(crate) fn freed(mesh: &PhaseMesh) -> Result<PhaseMesh, RadauError> {
-    let (mut breaks, mut arcs) = (mesh.breaks().to_vec(), mesh.arcs().to_vec());
-    let touched = mesh.touch_points().iter().map(|t| t.end);
-    for end in touched.chain(mesh.crossings().iter().map(|c| c.end)) {
-        let k = breaks.partition_point(|b| b.end < end);
-        match breaks.get_mut(k).filter(|b| b.end == end) {
-            Some(b) => b.free = true,
-            None => {
-                breaks.insert(k, Break { end, free: true });
-                arcs.insert(k, arcs[k].clone());
-            }
-        }
-    }
-    Ok(mesh.clone().with_arcs(breaks, arcs)?)
-}
+use crate::layout::CollocationPhase;
 
 /// The rate of a row at a touch point: the derivative of the polynomial through the values of the row at the points of the interval
 /// after it.
@@ -51,7 +34,7 @@ struct RatePoint {
 }
 
 /// The rates at all touch points.
-pub(crate) fn rate_terms(ocp: &Ocp, layout: &Layout) -> Vec<RateTerm> {
+pub(crate) fn rate_terms(ocp: &Ocp, layout: &Layout<CollocationPhase>) -> Vec<RateTerm> {
     let mut terms = Vec::new();
     for (phase, p) in ocp.phases.iter().zip(&layout.phases) {
         for &(row, touch) in &p.rate_rows {
@@ -74,7 +57,7 @@ impl RateTerm {
         function: &Arc<dyn NodeFunction>,
         output: usize,
         row: usize,
-        p: &PhaseLayout,
+        p: &CollocationPhase,
         interval: usize,
         first_parameter: usize,
     ) -> Self {
@@ -99,6 +82,16 @@ impl RateTerm {
         }
     }
 
+    /// Adds the positions of the entries, in their order.
+    pub(crate) fn add_patterns(&self, jacobian: &mut Vec<(usize, usize)>, hessian: &mut Vec<(usize, usize)>) {
+        self.each_jacobian(|r, c, _| jacobian.push((r, c)));
+        let positions = self.points.iter().flat_map(|point| {
+            let pairs = self.function.pattern().hessian.iter();
+            pairs.map(|&(i, j)| (point.columns[i], point.columns[j]))
+        });
+        hessian.extend(positions.map(|(a, b)| (a.max(b), a.min(b))));
+    }
+
     pub(crate) fn add_values(&mut self, x: &[f64], rows: &mut [f64]) {
         for point in &self.points {
             fill(&mut self.inputs, &point.columns, x);
@@ -114,7 +107,7 @@ impl RateTerm {
         }
     }
 
-    /// `emit(row, column, value)`, after [`refresh`](Self::refresh).
+    /// Calls `emit(row, column, value)`, after [`refresh`](Self::refresh).
     pub(crate) fn each_jacobian(&self, mut emit: impl FnMut(usize, usize, f64)) {
         for point in &self.points {
             for ((r, c), v) in self.function.pattern().jacobian_entries().zip(&point.entries) {
@@ -125,7 +118,7 @@ impl RateTerm {
         }
     }
 
-    /// `emit(i, j, value)` with `i >= j`, after [`refresh`](Self::refresh).
+    /// Calls `emit(i, j, value)` with `i >= j`, after [`refresh`](Self::refresh).
     pub(crate) fn each_hessian(&mut self, multipliers: &[f64], mut emit: impl FnMut(usize, usize, f64)) {
         for point in &self.points {
             self.weights.fill(0.0);
@@ -147,13 +140,13 @@ fn fill(inputs: &mut [f64], columns: &[usize], x: &[f64]) {
 
 /// Columns of states, controls, parameters and time of a node. Rows of touch points depend on neither controls nor time, so that any
 /// columns do for these.
-fn columns(p: &PhaseLayout, node: usize, inputs: usize, first_parameter: usize) -> Vec<usize> {
+fn columns(p: &CollocationPhase, node: usize, inputs: usize, first_parameter: usize) -> Vec<usize> {
     let states = p.state_column(node)..p.state_column(node) + p.states;
     let control = p.control_column(node.min(p.nodes.len() - 1));
     let parameters = inputs - p.states - p.controls - 1;
     states
         .chain(control..control + p.controls)
         .chain(first_parameter..first_parameter + parameters)
-        .chain([p.initial_time])
+        .chain([p.ends.initial_time])
         .collect()
 }

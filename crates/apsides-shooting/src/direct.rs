@@ -24,7 +24,7 @@
 //!
 //! and the next solve starts from the trajectory and its costates, until all are within their tolerances.
 //!
-//! What it does not do:
+//! The limits of the method:
 //!
 //! * A control that jumps or has a kink is met by short segments unless the ends of segments are unknowns. These have many local
 //!   optima; `apsides-piecewise` starts from several.
@@ -69,9 +69,9 @@
 //! | [`settings`] | what can be chosen |
 //! | [`solver`] | the method: refinement loop, solution, records |
 //! | `method` | the method as an [`apsides_ocp::Method`] |
-//! | `plan`, `layout`, `transcription`, `scales`, `row_origin` | the nonlinear program |
+//! | `plan`, `layout`, `placement`, `transcription` | the nonlinear program, on `apsides-transcription` |
 //! | `shot`, `segment_system`, `chain` | one segment: steps, rows, chain rule to its unknowns |
-//! | `extraction`, `hamiltonian`, `warm_start` | states and costates as polynomials, and back |
+//! | `extraction`, `hamiltonian` | states and costates as polynomials |
 //! | `estimate`, `refinement` | what a solution lacks, and the next division |
 //!
 //! References: H. G. Bock, K. J. Plitt, A multiple shooting algorithm for direct solution of optimal control problems, IFAC Proc. 17
@@ -84,16 +84,14 @@ mod extraction;
 mod hamiltonian;
 mod layout;
 mod method;
+mod placement;
 mod plan;
 mod refinement;
-mod row_origin;
-mod scales;
 mod segment_system;
 pub mod settings;
 mod shot;
 pub mod solver;
 mod transcription;
-mod warm_start;
 
 pub use settings::{MultipleShootingSettings, SegmentEnds};
 pub use solver::{MultipleShooting, ShootingRecord, ShootingSolution};

@@ -16,9 +16,9 @@ pub enum ShootingError {
         place: String,
         /// The things that are counted.
         what: &'static str,
-        /// How many there should be.
+        /// The number that there should be.
         expected: usize,
-        /// How many there are.
+        /// The number that there are.
         found: usize,
     },
     /// A setting is outside its range.

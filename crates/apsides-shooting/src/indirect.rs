@@ -11,7 +11,7 @@
 //!
 //! [`IndirectShooting`] solves from an [`IndirectStart`], which a trajectory with costates gives in one call.
 //!
-//! What it does not do:
+//! The limits of the method:
 //!
 //! | case | what happens | instead |
 //! | --- | --- | --- |
@@ -60,7 +60,8 @@ mod term;
 pub use apsides_ocp::method::Exceeded;
 pub use conditions::FailedSegment;
 pub use continuation::{ContinuationRecord, ContinuationSettings, Continued};
-pub use flow::{ControlSwitch, FlowFailure};
+pub use flow::FlowFailure;
+pub use hamiltonian::ControlSwitch;
 pub use method::DirectIndirect;
 pub use settings::IndirectSettings;
 pub use solver::{IndirectShooting, IndirectSolution};

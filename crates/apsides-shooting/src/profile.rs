@@ -9,7 +9,7 @@
 //! without derivatives, whose best flight is a start for any other method. Number and lengths of the sub-intervals can be decision
 //! variables.
 //!
-//! What it does not do: it has no search and no derivatives, takes one phase, and meets end conditions and path constraints only as
+//! The limits of the method: it has no search and no derivatives, takes one phase, and meets end conditions and path constraints only as
 //! far as the search makes it ([`ProfileScore`]).
 //!
 //! ```

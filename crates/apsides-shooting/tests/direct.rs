@@ -22,7 +22,7 @@ fn solved(name: &str, settings: MultipleShootingSettings) -> (Ocp, ShootingSolut
     (case.ocp, solution)
 }
 
-/// What is verified of a solution; the sources of the optima are those of the gallery.
+/// The certificate of a solution; the sources of the optima are those of the gallery.
 fn check(name: &str, least: Verdict) {
     let (ocp, solution) = solved(name, MultipleShootingSettings::default());
     assert!(solution.accurate, "{name}: {:#?}", solution.meshes);

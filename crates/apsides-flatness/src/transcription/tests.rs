@@ -1,6 +1,6 @@
 use apsides_ad::{Dynamics, FlatMap, PathFunction, Scalar, VectorFunction};
 use apsides_nlp::check_derivatives;
-use apsides_ocp::{At, Guess, PhaseGuess, State, Term, Variable};
+use apsides_ocp::{At, Guess, PhaseGuess, Sense, State, Term, Variable};
 
 use super::*;
 use crate::{BoundRows, SplineSettings};

@@ -22,7 +22,7 @@ pub(crate) struct Chain {
     /// Fraction of the phase at the start of the segment, and its width.
     pub(crate) start: f64,
     pub(crate) width: f64,
-    /// Of the time that was set: fraction of the phase, Lagrange polynomials of the control points.
+    /// The time that was set: fraction of the phase, Lagrange polynomials of the control points.
     fraction: f64,
     lagrange: Vec<f64>,
     /// Hessian in the local quantities, full, and its products with their sensitivities.
@@ -32,9 +32,9 @@ pub(crate) struct Chain {
     slope: Vec<f64>,
 }
 
-/// Whether a node function is multiplied by the duration of the phase.
+/// The factor of a node function: a rate is multiplied by the duration of the phase.
 #[derive(Clone, Copy, PartialEq)]
-pub(crate) enum Kind {
+pub(crate) enum TermKind {
     Rate,
     Plain,
 }
@@ -155,7 +155,7 @@ impl Chain {
     pub(crate) fn rows(
         &self,
         function: &dyn NodeFunction,
-        kind: Kind,
+        kind: TermKind,
         w: &[f64],
         values: &[f64],
         entries: &[f64],
@@ -169,7 +169,7 @@ impl Chain {
             let row = &mut out[r * columns..][..columns];
             self.add_quantity(self.quantity(c, inputs), factor * v, sensitivity, row);
         }
-        if kind == Kind::Rate {
+        if kind == TermKind::Rate {
             for (value, row) in values.iter().zip(out.chunks_exact_mut(columns)) {
                 row[columns - 2] -= self.width * value;
                 row[columns - 1] += self.width * value;
@@ -178,10 +178,10 @@ impl Chain {
     }
 
     /// Factor of the outputs: the derivative by the normalised time of the segment, or one.
-    pub(crate) fn factor(&self, kind: Kind, w: &[f64]) -> f64 {
+    pub(crate) fn factor(&self, kind: TermKind, w: &[f64]) -> f64 {
         match kind {
-            Kind::Rate => self.width * self.duration(w),
-            Kind::Plain => 1.0,
+            TermKind::Rate => self.width * self.duration(w),
+            TermKind::Plain => 1.0,
         }
     }
 
@@ -194,7 +194,7 @@ impl Chain {
     pub(crate) fn add_local(
         &mut self,
         function: &dyn NodeFunction,
-        kind: Kind,
+        kind: TermKind,
         w: &[f64],
         z: &[f64],
         entries: &[f64],
@@ -215,7 +215,7 @@ impl Chain {
                 self.local[b * order + a] += h;
             }
         }
-        if kind == Kind::Rate {
+        if kind == TermKind::Rate {
             self.slope.fill(0.0);
             for ((r, c), v) in pattern.jacobian_entries().zip(entries) {
                 let quantity = self.quantity(c, inputs);

@@ -1,4 +1,4 @@
-//! What a solution lacks, segment by segment: accuracy of the steps, freedom of the controls, rows between the control points.
+//! Deficits of a solution, segment by segment: accuracy of the steps, freedom of the controls, rows between the control points.
 //!
 //! Shooting makes the projection of `H_u` onto the control polynomials vanish, not `H_u` itself. With `r` the relative slope
 //! `|H_u| u_scale / |H|` and `room` the relative distance to the bound that the slope pushes to, a richer control would gain about
@@ -18,9 +18,9 @@ use apsides_basis::{Gauss, MAX_POINTS};
 use apsides_nlp::SolveReport;
 use apsides_ocp::{Bounds, Ocp, Phase, PhaseTrajectory};
 
-use super::extraction::{Extracted, integral_weights};
+use super::extraction::CheckedTrajectory;
 use super::hamiltonian::Lagrangian;
-use super::layout::{PhaseLayout, SegmentLayout};
+use super::layout::{SegmentLayout, ShootingPhase};
 use super::transcription::Transcription;
 use crate::error::ShootingError;
 
@@ -36,7 +36,7 @@ const SAMPLES_PER_POINT: usize = 3;
 pub(crate) struct SegmentEstimate {
     /// Error of the steps, relative to the scales of the states.
     pub(crate) integration: f64,
-    /// What a richer control would gain, relative to the objective.
+    /// The gain of a richer control, relative to the objective.
     pub(crate) gain: f64,
     /// Excess of bounds on states and of path rows without controls, relative to their scales.
     pub(crate) state_excess: f64,
@@ -46,51 +46,49 @@ pub(crate) struct SegmentEstimate {
     pub(crate) mixed_excess: f64,
     /// Excess of equality rows with controls.
     pub(crate) equality_excess: f64,
-    /// Whether a bound is active at some of the control points and not at others.
+    /// True when a bound is active at some of the control points and not at others.
     pub(crate) junction: bool,
 }
 
-impl Transcription {
-    /// Estimates of all phases and segments.
-    pub(crate) fn estimate(
-        &self,
-        ocp: &Ocp,
-        report: &SolveReport,
-        extracted: &Extracted,
-    ) -> Result<Vec<Vec<SegmentEstimate>>, ShootingError> {
-        let trajectory = &extracted.trajectory;
-        let objective = trajectory.objective.abs().max(self.scaling.objective);
-        let mut phases = Vec::with_capacity(ocp.phases.len());
-        for (index, (phase, p)) in ocp.phases.iter().zip(&self.layout.phases).enumerate() {
-            let weights = integral_weights(ocp, index, self.sign, p, &report.constraint_multipliers);
-            let t = &trajectory.phases[index];
-            let mut estimator = Estimator {
-                lagrangian: Lagrangian::new(phase, weights, &trajectory.parameters),
-                control_scales: scales_at(p, &self.scaling.variables, |s| s.control_columns[0], p.controls),
-                state_scales: scales_at(p, &self.scaling.variables, |s| s.state_column, p.states),
-                row_scales: row_scales(phase, p, &self.scaling.constraints),
-                x: vec![0.0; p.states],
-                u: vec![0.0; p.controls],
-                costate: vec![0.0; p.states],
-                multipliers: vec![0.0; phase.path_rows()],
-                path: vec![0.0; phase.path_rows()],
-                rules: BTreeMap::new(),
-                nlp: self,
-                report,
-                phase,
-                p,
-                t,
-            };
-            let relative = (t.final_time - t.initial_time) / objective;
-            let estimates = estimator.segments(&extracted.errors[index], relative)?;
-            phases.push(estimates);
-        }
-        Ok(phases)
+/// Estimates of all phases and segments.
+pub(crate) fn estimate(
+    nlp: &Transcription,
+    ocp: &Ocp,
+    report: &SolveReport,
+    extracted: &CheckedTrajectory,
+) -> Result<Vec<Vec<SegmentEstimate>>, ShootingError> {
+    let trajectory = &extracted.trajectory;
+    let objective = trajectory.objective.abs().max(nlp.scales.objective);
+    let mut phases = Vec::with_capacity(ocp.phases.len());
+    for (index, (phase, p)) in ocp.phases.iter().zip(&nlp.layout.phases).enumerate() {
+        let weights = nlp.integral_weights(ocp, index, &report.constraint_multipliers);
+        let t = &trajectory.phases[index];
+        let mut estimator = Estimator {
+            lagrangian: Lagrangian::new(phase, weights, &trajectory.parameters),
+            control_scales: scales_at(p, &nlp.scales.variables, |s| s.control_columns[0], p.controls),
+            state_scales: scales_at(p, &nlp.scales.variables, |s| s.state_column, p.states),
+            row_scales: row_scales(phase, p, &nlp.scales.constraints),
+            x: vec![0.0; p.states],
+            u: vec![0.0; p.controls],
+            costate: vec![0.0; p.states],
+            multipliers: vec![0.0; phase.path_rows()],
+            path: vec![0.0; phase.path_rows()],
+            rules: BTreeMap::new(),
+            nlp,
+            report,
+            phase,
+            p,
+            t,
+        };
+        let relative = (t.final_time - t.initial_time) / objective;
+        let estimates = estimator.segments(&extracted.errors[index], relative)?;
+        phases.push(estimates);
     }
+    Ok(phases)
 }
 
 fn scales_at(
-    p: &PhaseLayout,
+    p: &ShootingPhase,
     scales: &[f64],
     column: impl Fn(&SegmentLayout) -> usize,
     count: usize,
@@ -98,7 +96,7 @@ fn scales_at(
     p.segments.first().map_or(Vec::new(), |s| scales[column(s)..][..count].to_vec())
 }
 
-fn row_scales(phase: &Phase, p: &PhaseLayout, scales: &[f64]) -> Vec<f64> {
+fn row_scales(phase: &Phase, p: &ShootingPhase, scales: &[f64]) -> Vec<f64> {
     let Some(segment) = p.segments.first() else { return Vec::new() };
     let firsts = phase.path.iter().zip(&segment.path_rows);
     firsts.flat_map(|(c, &first)| scales[first..first + c.rows.len()].iter().copied()).collect()
@@ -109,7 +107,7 @@ struct Estimator<'a> {
     nlp: &'a Transcription,
     report: &'a SolveReport,
     phase: &'a Phase,
-    p: &'a PhaseLayout,
+    p: &'a ShootingPhase,
     t: &'a PhaseTrajectory,
     state_scales: Vec<f64>,
     control_scales: Vec<f64>,
@@ -239,12 +237,12 @@ impl Estimator<'_> {
         };
         let variable = |column: usize| {
             let x = report.x[column];
-            let lower = (report.lower_multipliers[column], x - nlp.lower[column]);
-            [lower, (report.upper_multipliers[column], nlp.upper[column] - x)]
+            let lower = (report.lower_multipliers[column], x - nlp.variable_limits.lower[column]);
+            [lower, (report.upper_multipliers[column], nlp.variable_limits.upper[column] - x)]
         };
         let row = |row: usize| {
             let (y, value) = (report.constraint_multipliers[row], report.constraint_values[row]);
-            [(-y, value - nlp.row_lower[row]), (y, nlp.row_upper[row] - value)]
+            [(-y, value - nlp.row_limits.lower[row]), (y, nlp.row_limits.upper[row] - value)]
         };
         for (point, &column) in segment.control_columns.iter().enumerate() {
             let weight = segment.controls.weight(point);

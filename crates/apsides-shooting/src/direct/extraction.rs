@@ -15,7 +15,7 @@ use apsides_ocp::{Ocp, Phase, PhaseMesh, PhaseTrajectory, PiecewisePolynomial, S
 use apsides_ode::{FnSystem, Integrator, OdeSettings, OdeSystem, SmoothSystem, Status, Tolerance};
 
 use super::hamiltonian::Lagrangian;
-use super::layout::{PhaseLayout, SegmentLayout};
+use super::layout::{SegmentLayout, ShootingPhase};
 use super::shot::Shot;
 use super::transcription::Transcription;
 use crate::error::ShootingError;
@@ -33,80 +33,52 @@ const LEAST_TOLERANCE: f64 = 1e-14;
 pub(crate) type Grids = Vec<Arc<Barycentric>>;
 
 /// A trajectory and, per phase and segment, the largest error of the steps relative to the scale of its state.
-pub(crate) struct Extracted {
+pub(crate) struct CheckedTrajectory {
     pub(crate) trajectory: Trajectory,
     pub(crate) errors: Vec<Vec<f64>>,
 }
 
-impl Transcription {
-    /// The trajectory of a point and its multipliers.
-    ///
-    /// A point that is no trajectory, because a phase does not last or a number is not finite, can come from a solve that
-    /// failed; the start of the solve takes its place then.
-    pub(crate) fn extract(
-        &mut self,
-        ocp: &Ocp,
-        report: &SolveReport,
-        tolerance: f64,
-    ) -> Result<Extracted, ShootingError> {
-        let lasts = |p: &PhaseLayout| p.node_times(&report.x).windows(2).all(|w| w[0] < w[1]);
-        let usable = report.x.iter().all(|v| v.is_finite()) && self.layout.phases.iter().all(lasts);
-        let x = if usable { report.x.clone() } else { self.start.clone() };
-        self.refresh(&x);
-        let grids = POINTS
-            .iter()
-            .map(|n| Ok(Arc::new(Barycentric::new(&chebyshev_lobatto(*n)?)?)))
-            .collect::<Result<Grids, ShootingError>>()?;
-        let parameters = x[self.layout.first_parameter..].to_vec();
-        let (mut phases, mut errors, mut first) = (Vec::new(), Vec::new(), 0);
-        for (index, (phase, p)) in ocp.phases.iter().zip(&self.layout.phases).enumerate() {
-            let shots = &mut self.shots[first..first + p.segments.len()];
-            first += p.segments.len();
-            let weights = integral_weights(ocp, index, self.sign, p, &report.constraint_multipliers);
-            let extraction = Extraction {
-                lagrangian: RefCell::new(Lagrangian::new(phase, weights, &parameters)),
-                scales: p
-                    .segments
-                    .first()
-                    .map_or(&[], |s| &self.scaling.variables[s.state_column..][..p.states]),
-                y: &report.constraint_multipliers,
-                report,
-                x: &x,
-                grids: &grids,
-                tolerance: (MARGIN * tolerance).max(LEAST_TOLERANCE),
-                phase,
-                p,
-            };
-            let (trajectory, phase_errors) = extraction.phase(shots)?;
-            phases.push(trajectory);
-            errors.push(phase_errors);
-        }
-        let y = &report.constraint_multipliers;
-        let multipliers = ocp.constraints.iter().zip(&self.layout.endpoint_rows);
-        let multipliers = multipliers.map(|(c, &first)| y[first..first + c.rows.len()].to_vec());
-        let trajectory = Trajectory {
-            phases,
-            parameters,
-            objective: self.sign * report.objective,
-            constraint_multipliers: Some(multipliers.collect()),
+/// The trajectory of a point and its multipliers; of the start of the solve where the point is no trajectory.
+pub(crate) fn extract(
+    nlp: &mut Transcription,
+    ocp: &Ocp,
+    report: &SolveReport,
+    tolerance: f64,
+) -> Result<CheckedTrajectory, ShootingError> {
+    let x = nlp.usable_point(report).to_vec();
+    nlp.refresh(&x);
+    let grids = POINTS
+        .iter()
+        .map(|n| Ok(Arc::new(Barycentric::new(&chebyshev_lobatto(*n)?)?)))
+        .collect::<Result<Grids, ShootingError>>()?;
+    let parameters = &x[nlp.layout.parameter_columns()];
+    let (mut phases, mut errors, mut first) = (Vec::new(), Vec::new(), 0);
+    for (index, phase) in ocp.phases.iter().enumerate() {
+        let weights = nlp.integral_weights(ocp, index, &report.constraint_multipliers);
+        let p = &nlp.layout.phases[index];
+        let shots = &mut nlp.discretisation.all[first..first + p.segments.len()];
+        first += p.segments.len();
+        let extraction = Extraction {
+            lagrangian: RefCell::new(Lagrangian::new(phase, weights, parameters)),
+            scales: (p.segments.first()).map_or(&[], |s| &nlp.scales.variables[s.state_column..][..p.states]),
+            y: &report.constraint_multipliers,
+            report,
+            x: &x,
+            grids: &grids,
+            tolerance: (MARGIN * tolerance).max(LEAST_TOLERANCE),
+            phase,
+            p,
         };
-        Ok(Extracted { trajectory, errors })
+        let (trajectory, phase_errors) = extraction.phase(shots)?;
+        phases.push(trajectory);
+        errors.push(phase_errors);
     }
-}
-
-/// Weight of each integral in the Lagrangian: in the cost, and the multiplier of its bounds.
-pub(crate) fn integral_weights(ocp: &Ocp, phase: usize, sign: f64, p: &PhaseLayout, y: &[f64]) -> Vec<f64> {
-    let weights = p.integral_rows.iter().enumerate().map(|(k, row)| {
-        let cost =
-            ocp.objective.integrals.iter().filter(|w| (w.0, w.1) == (phase, k)).map(|w| w.2).sum::<f64>();
-        sign * cost + row.map_or(0.0, |r| y[r])
-    });
-    weights.collect()
+    Ok(CheckedTrajectory { trajectory: nlp.joined(ocp, report, &x, phases), errors })
 }
 
 struct Extraction<'a> {
     phase: &'a Phase,
-    p: &'a PhaseLayout,
+    p: &'a ShootingPhase,
     x: &'a [f64],
     y: &'a [f64],
     report: &'a SolveReport,
@@ -119,7 +91,7 @@ struct Extraction<'a> {
 impl Extraction<'_> {
     fn phase(&self, shots: &mut [Shot]) -> Result<(PhaseTrajectory, Vec<f64>), ShootingError> {
         let Self { p, x, y, .. } = *self;
-        let (t0, tf) = (x[p.initial_time], x[p.final_time]);
+        let (t0, tf) = (x[p.ends.initial_time], x[p.ends.final_time]);
         let path_rows = self.phase.path_rows();
         let row_weights = self.row_weights();
         let (mut state, mut control, mut costate, mut path) = (vec![], vec![], vec![], vec![]);
@@ -146,7 +118,7 @@ impl Extraction<'_> {
             p.plan.mesh.clone()
         };
         let polynomial = |dimension, segments| PiecewisePolynomial::new(dimension, breaks.clone(), segments);
-        let integral_multipliers = p.integral_rows.iter().map(|row| row.map_or(0.0, |r| y[r])).collect();
+        let integral_multipliers = p.ends.integral_multipliers(y);
         let trajectory = PhaseTrajectory {
             name: self.phase.name.clone(),
             initial_time: t0,
@@ -319,7 +291,7 @@ impl Extraction<'_> {
         values
     }
 
-    /// What rows and bounds at the end of a segment that belong to the node contribute to the costate there, times the share of time
+    /// The contribution of rows and bounds at the end of a segment that belong to the node to the costate there, times the share of time
     /// that lies in the segment.
     fn share_of_jump(&self, k: usize, states: &Segment, controls: &Segment) -> Vec<f64> {
         let n = self.p.states;

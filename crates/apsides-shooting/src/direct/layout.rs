@@ -5,14 +5,20 @@
 //! after segment `[matching conditions, path rows at its constraint points, state bounds at the inner ones, least length]`, then the
 //! integrals with bounds and the duration; the endpoint constraints come last.
 
+use std::collections::BTreeMap;
+use std::collections::btree_map::Entry;
 use std::sync::Arc;
 
 use apsides_basis::Barycentric;
-use apsides_ocp::{Bounds, EndpointInput, Ocp, Phase};
+use apsides_ocp::{Bounds, Ocp, Phase};
+use apsides_transcription::{Layout, PhaseEnds, Places};
 
 use super::plan::{PhasePlan, points_of};
 use super::settings::{MultipleShootingSettings, SegmentEnds};
 use crate::error::ShootingError;
+
+/// Stages of the elimination order that a segment has.
+const STAGES: u32 = 4;
 
 /// Points of a segment, for its controls or for its rows.
 #[derive(Clone)]
@@ -63,7 +69,7 @@ pub(crate) struct SegmentLayout {
     /// First row of each path constraint at each constraint point, points by constraints; a point at the end of the segment may
     /// share it with the next segment.
     pub(crate) path_rows: Vec<usize>,
-    /// Whether such a row is the segment's own.
+    /// True for a row that is the segment's own.
     pub(crate) owns_path_row: Vec<bool>,
     /// Constraint point, state and row of the bounds between the nodes.
     pub(crate) bound_rows: Vec<(usize, usize, usize)>,
@@ -91,26 +97,23 @@ impl SegmentLayout {
     }
 }
 
-/// Placement of one phase.
-pub(crate) struct PhaseLayout {
+/// The placement of one phase.
+pub(crate) struct ShootingPhase {
+    /// The ends of the phase.
+    pub(crate) ends: PhaseEnds,
     pub(crate) states: usize,
     pub(crate) controls: usize,
     pub(crate) plan: PhasePlan,
     pub(crate) segments: Vec<SegmentLayout>,
-    pub(crate) end_column: usize,
-    pub(crate) initial_time: usize,
-    pub(crate) final_time: usize,
-    /// Row of each integral that has bounds.
-    pub(crate) integral_rows: Vec<Option<usize>>,
-    /// Row of the duration, when it has bounds that those on the times do not imply.
-    pub(crate) duration_row: Option<usize>,
+    /// Least length of a segment with unknown ends, relative to that which it has in the mesh.
+    pub(crate) least_length: f64,
     pub(crate) end_stage: u32,
 }
 
-impl PhaseLayout {
+impl ShootingPhase {
     /// First column of the state at a node; `segments` is the end.
     pub(crate) fn state_column(&self, node: usize) -> usize {
-        self.segments.get(node).map_or(self.end_column, |s| s.state_column)
+        self.segments.get(node).map_or(self.ends.final_state, |s| s.state_column)
     }
 
     /// Fraction of the phase at a node of the mesh.
@@ -125,91 +128,50 @@ impl PhaseLayout {
 
     /// Columns of the times of inner nodes, where they are unknowns.
     pub(crate) fn inner_times(&self) -> impl Iterator<Item = usize> + '_ {
-        self.segments.iter().skip(1).map(|s| s.times.0).filter(|&c| c != self.initial_time)
+        self.segments.iter().skip(1).map(|s| s.times.0).filter(|&c| c != self.ends.initial_time)
     }
 
     /// Times of all nodes.
     pub(crate) fn node_times(&self, x: &[f64]) -> Vec<f64> {
         let starts = self.segments.iter().map(|s| s.time(x, 0.0));
-        starts.chain(std::iter::once(x[self.final_time])).collect()
+        starts.chain(std::iter::once(x[self.ends.final_time])).collect()
     }
 }
 
-/// Placement of a whole problem.
-pub(crate) struct Layout {
-    pub(crate) phases: Vec<PhaseLayout>,
-    pub(crate) first_parameter: usize,
-    pub(crate) variables: usize,
-    /// First row of each endpoint constraint.
-    pub(crate) endpoint_rows: Vec<usize>,
-    pub(crate) constraints: usize,
-    /// Stage after all segments: times, parameters and everything that joins distant nodes.
-    pub(crate) last_stage: u32,
-}
+/// The placement of a whole problem, with its division.
+pub(crate) type ShootingLayout = Layout<ShootingPhase>;
 
 /// Points shared by segments with the same number of them.
-type Bases = std::collections::BTreeMap<usize, Points>;
+type Bases = BTreeMap<usize, Points>;
 
-impl Layout {
-    pub(crate) fn new(
-        ocp: &Ocp,
-        plans: &[PhasePlan],
-        settings: &MultipleShootingSettings,
-    ) -> Result<Self, ShootingError> {
-        let mut bases = Bases::new();
-        let mut next = Next { column: 0, row: 0, stage: 0 };
-        let mut phases = Vec::with_capacity(plans.len());
-        for (phase, plan) in ocp.phases.iter().zip(plans) {
-            for &points in plan.mesh.points().iter().chain(&settings.constraint_points) {
-                if let std::collections::btree_map::Entry::Vacant(e) = bases.entry(points) {
-                    e.insert(Points::new(points)?);
-                }
+/// The placement of a problem on plans of its phases.
+pub(crate) fn shooting_layout(
+    ocp: &Ocp,
+    plans: &[PhasePlan],
+    settings: &MultipleShootingSettings,
+) -> Result<ShootingLayout, ShootingError> {
+    let mut bases = Bases::new();
+    let mut places = Places::default();
+    let mut phases = Vec::with_capacity(plans.len());
+    for (phase, plan) in ocp.phases.iter().zip(plans) {
+        for &points in plan.mesh.points().iter().chain(&settings.constraint_points) {
+            if let Entry::Vacant(e) = bases.entry(points) {
+                e.insert(Points::new(points)?);
             }
-            phases.push(next.phase(phase, plan, &bases, settings));
         }
-        let first_parameter = next.column;
-        let mut endpoint_rows = Vec::with_capacity(ocp.constraints.len());
-        for c in &ocp.constraints {
-            endpoint_rows.push(next.row);
-            next.row += c.rows.len();
-        }
-        Ok(Self {
-            phases,
-            first_parameter,
-            variables: first_parameter + ocp.parameters.len(),
-            endpoint_rows,
-            constraints: next.row,
-            last_stage: next.stage,
-        })
+        phases.push(ShootingPhase::new(phase, plan, &bases, settings, &mut places));
     }
-
-    /// Column of an end quantity.
-    pub(crate) fn endpoint_column(&self, input: EndpointInput) -> usize {
-        match input {
-            EndpointInput::InitialTime { phase } => self.phases[phase].initial_time,
-            EndpointInput::FinalTime { phase } => self.phases[phase].final_time,
-            EndpointInput::InitialState { phase, state } => self.phases[phase].state_column(0) + state,
-            EndpointInput::FinalState { phase, state } => self.phases[phase].end_column + state,
-            EndpointInput::Parameter { index } => self.first_parameter + index,
-        }
-    }
+    Ok(Layout::new(ocp, phases, places))
 }
 
-/// First places that are not taken.
-struct Next {
-    column: usize,
-    row: usize,
-    stage: u32,
-}
-
-impl Next {
-    fn phase(
-        &mut self,
+impl ShootingPhase {
+    fn new(
         phase: &Phase,
         plan: &PhasePlan,
         bases: &Bases,
         settings: &MultipleShootingSettings,
-    ) -> PhaseLayout {
+        places: &mut Places,
+    ) -> Self {
         let (nx, nu) = (phase.states.len(), phase.controls.len());
         let count = plan.mesh.intervals();
         let mut segments: Vec<SegmentLayout> = Vec::with_capacity(count);
@@ -220,12 +182,12 @@ impl Next {
         for k in 0..count {
             let (controls, rows) = (&bases[&plan.mesh.points()[k]], &bases[&row_points(k)]);
             let points = rows.count();
-            let state_column = self.take_columns(nx);
+            let state_column = places.take_columns(nx);
             // Of the phase, to be set when they are placed, or of the segment.
-            let start_time = if free && k > 0 { self.take_columns(1) } else { usize::MAX };
+            let start_time = if free && k > 0 { places.take_columns(1) } else { usize::MAX };
             let continuous = settings.continuous_controls && both(k, &|k| plan.mesh.points()[k]);
             let own = controls.count() - usize::from(continuous);
-            let control_columns = (0..own).map(|_| self.take_columns(nu)).collect();
+            let control_columns = (0..own).map(|_| places.take_columns(nu)).collect();
             let (start, end) = (plan.mesh.fractions()[k], plan.mesh.fractions()[k + 1]);
             segments.push(SegmentLayout {
                 times: (start_time, usize::MAX),
@@ -235,15 +197,14 @@ impl Next {
                 rows: rows.clone(),
                 state_column,
                 control_columns,
-                matching_row: self.take_rows(nx),
+                matching_row: places.take_rows(nx),
                 end_row: 0,
                 path_rows: vec![usize::MAX; points * phase.path.len()],
                 owns_path_row: vec![true; points * phase.path.len()],
                 bound_rows: Vec::new(),
                 length_row: None,
-                stage: self.stage,
+                stage: places.take_stages(STAGES),
             });
-            self.stage += 4;
             let segment = &mut segments[k];
             for point in 0..points {
                 for (c, constraint) in phase.path.iter().enumerate() {
@@ -253,7 +214,7 @@ impl Next {
                     segment.owns_path_row[point * phase.path.len() + c] = !shared;
                     if !shared {
                         segment.path_rows[point * phase.path.len() + c] =
-                            self.take_rows(constraint.rows.len());
+                            places.take_rows(constraint.rows.len());
                     }
                 }
             }
@@ -262,44 +223,32 @@ impl Next {
             for point in inside {
                 for (s, state) in phase.states.iter().enumerate() {
                     if state.variable.bounds != Bounds::FREE {
-                        segment.bound_rows.push((point, s, self.take_rows(1)));
+                        segment.bound_rows.push((point, s, places.take_rows(1)));
                     }
                 }
             }
-            segment.length_row = free.then(|| self.take_rows(1));
-            segment.end_row = self.row;
+            segment.length_row = free.then(|| places.take_rows(1));
+            segment.end_row = places.next_row();
         }
-        let end_column = self.take_columns(nx);
+        let final_state = places.take_columns(nx);
         share_ends(&mut segments, phase.path.len(), nu);
-        let end_stage = self.stage;
-        self.stage += 4;
-        let initial_time = self.take_columns(2);
+        let end_stage = places.take_stages(STAGES);
+        let initial_time = places.take_columns(2);
         place_times(&mut segments, free, initial_time);
-        let integral_rows =
-            phase.integrals.iter().map(|q| (q.variable.bounds != Bounds::FREE).then(|| self.take_rows(1)));
-        let integral_rows = integral_rows.collect();
-        PhaseLayout {
+        let initial_state = segments.first().map_or(final_state, |s| s.state_column);
+        let times = (initial_time, initial_time + 1);
+        Self {
+            ends: PhaseEnds::new(phase, (initial_state, final_state), times, places),
             states: nx,
             controls: nu,
             plan: plan.clone(),
             segments,
-            end_column,
-            initial_time,
-            final_time: initial_time + 1,
-            integral_rows,
-            duration_row: phase.needs_duration_row().then(|| self.take_rows(1)),
+            least_length: match settings.segment_ends {
+                SegmentEnds::Fixed => 0.0,
+                SegmentEnds::Free { least_length } => least_length,
+            },
             end_stage,
         }
-    }
-
-    fn take_columns(&mut self, count: usize) -> usize {
-        self.column += count;
-        self.column - count
-    }
-
-    fn take_rows(&mut self, count: usize) -> usize {
-        self.row += count;
-        self.row - count
     }
 }
 

@@ -1,4 +1,4 @@
-//! How a phase is divided: segments, control points and steps in each, and the grid of the steps.
+//! The division of a phase: segments, control points and steps in each, and the grid of the steps.
 
 use apsides_basis::{Gauss, Lobatto};
 use apsides_ocp::PhaseMesh;
@@ -11,7 +11,7 @@ pub(crate) struct PhasePlan {
     pub(crate) mesh: PhaseMesh,
     /// Steps of each segment, where they are not forced to end at control points.
     pub(crate) steps: Vec<usize>,
-    /// Whether the bounds on states are rows at the inner constraint points of each segment.
+    /// True where the bounds on states are rows at the inner constraint points of a segment.
     pub(crate) inner_bounds: Vec<bool>,
 }
 
@@ -21,7 +21,7 @@ impl PhasePlan {
         Self { mesh: mesh.without_arcs(), steps: vec![steps; segments], inner_bounds: vec![false; segments] }
     }
 
-    /// Whether two plans differ by their steps at most.
+    /// Says whether two plans differ by their steps at most.
     pub(crate) fn has_unknowns_of(&self, other: &Self) -> bool {
         self.mesh == other.mesh && self.inner_bounds == other.inner_bounds
     }

@@ -27,7 +27,7 @@ const LEAST_OVERSTEPPED: f64 = 1e-4;
 /// Control points of a straight line.
 const LINE: usize = 2;
 
-/// What the next solve is for.
+/// The reasons for the next solve.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub(crate) struct Wants {
     /// A condition of an accurate solution is not met.
@@ -120,7 +120,7 @@ fn needed_steps(
     next_steps(steps, estimate.integration / settings.integration_tolerance, order).max(settings.least_steps)
 }
 
-/// What is not a number exceeds every limit.
+/// Says whether a value exceeds a limit; one that is not a number exceeds every limit.
 fn exceeds(value: f64, limit: f64) -> bool {
     value > limit || value.is_nan()
 }

@@ -5,7 +5,7 @@ use std::sync::Arc;
 use apsides_ad::NodeFunction;
 use apsides_ode::SmoothSystem;
 
-use super::chain::{Chain, Kind};
+use super::chain::{Chain, TermKind};
 
 /// The states and, as quadratures, the integrals of a segment as functions of `v` (see [`Chain`]).
 #[derive(Clone)]
@@ -64,7 +64,7 @@ impl SmoothSystem for SegmentSystem {
 
     fn rate(&mut self, s: f64, x: &[f64], w: &[f64], rate: &mut [f64]) {
         self.chain.set(s);
-        let factor = self.chain.factor(Kind::Rate, w);
+        let factor = self.chain.factor(TermKind::Rate, w);
         for Part { function, output, .. } in &self.functions {
             let z = &mut self.inputs[..function.inputs()];
             self.chain.fill(x, w, z);
@@ -85,7 +85,7 @@ impl SmoothSystem for SegmentSystem {
         entries: &mut [f64],
     ) {
         self.chain.set(s);
-        let (factor, columns) = (self.chain.factor(Kind::Rate, w), self.chain.columns());
+        let (factor, columns) = (self.chain.factor(TermKind::Rate, w), self.chain.columns());
         for Part { function, output, entry } in &self.functions {
             let z = &mut self.inputs[..function.inputs()];
             self.chain.fill(x, w, z);
@@ -93,13 +93,13 @@ impl SmoothSystem for SegmentSystem {
             let entries = &mut entries[*entry..][..function.pattern().jacobian_len()];
             function.jacobian(z, out, entries);
             let rows = &mut tangent[output * columns..][..out.len() * columns];
-            self.chain.rows(function.as_ref(), Kind::Rate, w, out, entries, sensitivity, rows);
+            self.chain.rows(function.as_ref(), TermKind::Rate, w, out, entries, sensitivity, rows);
             out.iter_mut().for_each(|v| *v *= factor);
         }
     }
 
     fn add_transposed(&mut self, w: &[f64], entries: &[f64], weights: &[f64], out: &mut [f64]) {
-        let factor = self.chain.factor(Kind::Rate, w);
+        let factor = self.chain.factor(TermKind::Rate, w);
         for Part { function, output, entry } in &self.functions {
             for ((r, c), v) in function.pattern().jacobian_entries().zip(&entries[*entry..]) {
                 if c < out.len() {
@@ -125,7 +125,7 @@ impl SmoothSystem for SegmentSystem {
             let z = &mut self.inputs[..function.inputs()];
             self.chain.fill(x, w, z);
             let weights = &weights[*output..][..function.outputs()];
-            self.chain.add_local(function.as_ref(), Kind::Rate, w, z, &entries[*entry..], weights);
+            self.chain.add_local(function.as_ref(), TermKind::Rate, w, z, &entries[*entry..], weights);
         }
         self.chain.add_products(sensitivity, hessian);
     }

@@ -6,8 +6,8 @@ use apsides_ad::NodeFunction;
 use apsides_ocp::Phase;
 use apsides_ode::{DiscreteFlow, Method, SmoothSystem};
 
-use super::chain::{Chain, Kind};
-use super::layout::{Layout, PhaseLayout, Points};
+use super::chain::{Chain, TermKind};
+use super::layout::{Points, ShootingLayout, ShootingPhase};
 use super::plan::step_grid;
 use super::segment_system::SegmentSystem;
 use crate::error::ShootingError;
@@ -68,14 +68,14 @@ impl Shot {
     /// The segment `k` of a phase.
     pub(crate) fn new(
         phase: &Phase,
-        p: &PhaseLayout,
+        p: &ShootingPhase,
         k: usize,
-        layout: &Layout,
+        layout: &ShootingLayout,
         shares: &[Share],
         method: Method,
     ) -> Result<Self, ShootingError> {
         let segment = &p.segments[k];
-        let parameters = layout.variables - layout.first_parameter;
+        let parameters = layout.parameter_columns().len();
         let mut functions = std::iter::once(&phase.dynamics)
             .chain(phase.path.iter().map(|c| &c.function))
             .chain(shares.iter().map(|s| &phase.integrals[s.integral].function));
@@ -169,7 +169,15 @@ impl Shot {
             path.function.jacobian(&path.inputs, &mut path.values, &mut path.entries);
             let sensitivity = self.flow.sensitivity(path.at);
             let function = path.function.as_ref();
-            chain.rows(function, Kind::Plain, w, &path.values, &path.entries, sensitivity, &mut path.rows);
+            chain.rows(
+                function,
+                TermKind::Plain,
+                w,
+                &path.values,
+                &path.entries,
+                sensitivity,
+                &mut path.rows,
+            );
         }
     }
 
@@ -283,7 +291,7 @@ impl Shot {
             chain.set(path.place);
             chain.clear();
             let function = path.function.as_ref();
-            chain.add_local(function, Kind::Plain, w, &path.inputs, &path.entries, &path.weights);
+            chain.add_local(function, TermKind::Plain, w, &path.inputs, &path.entries, &path.weights);
             chain.add_products(&self.flow.sensitivity(path.at)[..n * width], &mut self.hessian);
         }
     }
@@ -300,7 +308,7 @@ impl Shot {
     }
 }
 
-/// Whether one step integrates the square of a polynomial through so many points, a cost of effort, exactly. The methods have
+/// Says whether one step integrates the square of a polynomial through so many points, a cost of effort, exactly. The methods have
 /// negative weights: what they do not resolve can lower a cost without bound. Steps from point to point resolve any polynomial.
 fn resolves(method: Method, points: usize) -> bool {
     let order = match method {

@@ -1,20 +1,20 @@
 //! Solve, estimate, refine, until steps and controls are good enough.
 
 use std::cell::RefCell;
-use std::sync::Arc;
 use std::time::{Duration, Instant};
 
-use apsides_nlp::{InteriorPoint, Observer, SolveReport, Status};
+use apsides_nlp::{Observer, SolveReport, Status};
 use apsides_ocp::{Guess, Mesh, Ocp, Trajectory, Unmet};
 use apsides_ode::{FnSystem, Integrator, OdeSettings, SmoothSystem, Tolerance};
-use rayon::{ThreadPool, ThreadPoolBuilder};
+use apsides_transcription::Workers;
 
-use super::estimate::SegmentEstimate;
+use super::estimate::{SegmentEstimate, estimate};
+use super::extraction::extract;
 use super::plan::PhasePlan;
 use super::refinement::{Wants, refine};
 use super::settings::MultipleShootingSettings;
 use super::shot::Shot;
-use super::transcription::Transcription;
+use super::transcription::{Transcription, transcribe};
 use crate::error::ShootingError;
 
 /// Most steps of a segment before the first solve, and those where the guess cannot be integrated.
@@ -68,7 +68,7 @@ pub struct ShootingSolution {
     /// The trajectory of the last division that was solved; that of the first when none was. The errors of its intervals are those
     /// of the steps.
     pub trajectory: Trajectory,
-    /// How the last solve ended: without success when a later division than that of the trajectory could not be solved.
+    /// The status of the last solve: without success when a later division than that of the trajectory could not be solved.
     pub status: Status,
     /// True if steps, controls and path constraints meet their tolerances by the estimates.
     pub accurate: bool,
@@ -114,7 +114,7 @@ impl MultipleShooting {
     ) -> Result<ShootingSolution, ShootingError> {
         let settings = &self.settings;
         settings.check()?;
-        let pool = pool(settings.threads);
+        let workers = Workers::new(settings.threads);
         if settings.continuous_controls && mesh.phases.iter().any(|m| m.points().contains(&1)) {
             let allowed = "off where a segment has a single control point";
             return Err(ShootingError::Setting { name: "continuous_controls", value: 1.0, allowed });
@@ -124,24 +124,20 @@ impl MultipleShooting {
             plan.inner_bounds.fill(settings.constraint_points.is_some());
         }
         let mut guess = guess.clone();
-        let mut nlp = self.transcribe(ocp, &plans, &guess)?;
-        nlp.count_steps(&mut plans, settings)?;
-        nlp = self.transcribe(ocp, &plans, &guess)?;
+        let mut nlp = transcribe(ocp, &plans, &guess, settings)?;
+        count_steps(&mut nlp, &mut plans, settings)?;
+        nlp = transcribe(ocp, &plans, &guess, settings)?;
         let mut meshes: Vec<ShootingRecord> = Vec::new();
         let mut last: Option<(Trajectory, SolveReport, bool)> = None;
         loop {
             let begin = Instant::now();
             if !meshes.is_empty() {
-                nlp = self.transcribe(ocp, &plans, &guess)?;
+                nlp = transcribe(ocp, &plans, &guess, settings)?;
             }
-            nlp = nlp.with_pool(pool.clone());
-            let solver = InteriorPoint { settings: settings.nlp.clone() };
-            let report = match nlp.warm_start(ocp, &guess) {
-                Some(warm) => solver.solve_from(&mut nlp, &warm, observer)?,
-                None => solver.solve_observed(&mut nlp, observer)?,
-            };
-            let extracted = nlp.extract(ocp, &report, settings.integration_tolerance)?;
-            let estimates = nlp.estimate(ocp, &report, &extracted)?;
+            nlp = nlp.with_workers(&workers);
+            let report = nlp.solve(ocp, &guess, &settings.nlp, observer)?;
+            let extracted = extract(&mut nlp, ocp, &report, settings.integration_tolerance)?;
+            let estimates = estimate(&nlp, ocp, &report, &extracted)?;
             meshes.push(record(&nlp, &estimates, &report, begin.elapsed()));
             let status = report.status;
             let trajectory = extracted.trajectory;
@@ -152,7 +148,7 @@ impl MultipleShooting {
             }
             let segments: usize = estimates.iter().map(Vec::len).sum();
             let share = settings.tolerance / segments as f64;
-            let order = nlp.shots.first().map_or(1, |s| s.flow.order());
+            let order = nlp.discretisation.all.first().map_or(1, |s| s.flow.order());
             for (plan, t) in plans.iter_mut().zip(&trajectory.phases) {
                 // Where the ends of segments are unknowns, from these on.
                 plan.mesh.clone_from(&t.mesh);
@@ -178,36 +174,25 @@ impl MultipleShooting {
             plans = next;
         }
     }
-
-    fn transcribe(
-        &self,
-        ocp: &Ocp,
-        plans: &[PhasePlan],
-        guess: &Guess,
-    ) -> Result<Transcription, ShootingError> {
-        Transcription::new(ocp, plans, guess, &self.settings)
-    }
 }
 
-impl Transcription {
-    /// Equal steps along each segment of the start that come as close as the tolerance says to an integration with step control, in
-    /// powers of two, no more than that takes.
-    fn count_steps(
-        &mut self,
-        plans: &mut [PhasePlan],
-        settings: &MultipleShootingSettings,
-    ) -> Result<(), ShootingError> {
-        let start = self.start.clone();
-        self.refresh(&start);
-        let mut shots = self.shots.iter_mut();
-        for (p, plan) in self.layout.phases.iter().zip(plans) {
-            for ((segment, steps), shot) in p.segments.iter().zip(&mut plan.steps).zip(&mut shots) {
-                let scales = &self.scaling.variables[segment.state_column..][..p.states];
-                *steps = first_steps(shot, scales, settings)?.max(settings.least_steps);
-            }
+/// Equal steps along each segment of the start that come as close as the tolerance says to an integration with step control, in
+/// powers of two, no more than that takes.
+fn count_steps(
+    nlp: &mut Transcription,
+    plans: &mut [PhasePlan],
+    settings: &MultipleShootingSettings,
+) -> Result<(), ShootingError> {
+    let start = nlp.start.clone();
+    nlp.refresh(&start);
+    let mut shots = nlp.discretisation.all.iter_mut();
+    for (p, plan) in nlp.layout.phases.iter().zip(plans) {
+        for ((segment, steps), shot) in p.segments.iter().zip(&mut plan.steps).zip(&mut shots) {
+            let scales = &nlp.scales.variables[segment.state_column..][..p.states];
+            *steps = first_steps(shot, scales, settings)?.max(settings.least_steps);
         }
-        Ok(())
     }
+    Ok(())
 }
 
 fn first_steps(
@@ -257,14 +242,6 @@ fn first_steps(
     Ok(steps.min(most).max(1))
 }
 
-/// Threads for the segments; none where one is enough or the system gives no more.
-fn pool(threads: usize) -> Option<Arc<ThreadPool>> {
-    if threads < 2 {
-        return None;
-    }
-    ThreadPoolBuilder::new().num_threads(threads).build().ok().map(Arc::new)
-}
-
 fn largest(estimates: &[Vec<SegmentEstimate>], value: impl Fn(&SegmentEstimate) -> f64) -> f64 {
     let values = estimates.iter().flatten().map(value);
     values.fold(0.0, |worst: f64, v| if v > worst || v.is_nan() { v } else { worst })
@@ -279,7 +256,7 @@ fn record(
     let all = || estimates.iter().flatten();
     ShootingRecord {
         segments: all().count(),
-        steps: nlp.shots.iter().map(|s| s.flow.steps()).sum(),
+        steps: nlp.discretisation.all.iter().map(|s| s.flow.steps()).sum(),
         integration_error: largest(estimates, |e| e.integration),
         control_gain: all().map(|e| e.gain).sum(),
         path_excess: largest(estimates, |e| e.state_excess.max(e.equality_excess)),
@@ -288,7 +265,7 @@ fn record(
         constraints: nlp.layout.constraints,
         iterations: report.counters.iterations,
         factorisations: report.counters.factorisations,
-        objective: nlp.sign * report.objective,
+        objective: nlp.sign() * report.objective,
         time,
     }
 }

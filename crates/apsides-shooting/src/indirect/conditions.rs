@@ -1,4 +1,4 @@
-//! The necessary conditions as equations `F(z) = 0` in the unknowns of [`Layout`].
+//! The necessary conditions as equations `F(z) = 0` in the unknowns of [`MultipointLayout`].
 //!
 //! With `Phibar = Phi + nu^T g` for end cost and endpoint constraints:
 //!
@@ -15,8 +15,8 @@ use nalgebra::{DMatrix, DVector};
 use rayon::iter::{IndexedParallelIterator, IntoParallelRefMutIterator, ParallelIterator};
 
 use super::ends::Ends;
-use super::flow::{EndPoint, Flow, FlowFailure, Passage};
-use super::layout::{Layout, PhaseLayout};
+use super::flow::{EndPoint, Flow, FlowFailure, SegmentFlight};
+use super::layout::{MultipointLayout, MultipointPhase};
 
 /// A segment that could not be flown.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -29,7 +29,7 @@ pub struct FailedSegment {
     pub reason: FlowFailure,
 }
 
-/// What a quantity between bounds obeys.
+/// The condition that a quantity between bounds obeys.
 #[derive(Clone, Copy, Debug, PartialEq)]
 enum Obeys {
     /// Its condition.
@@ -54,7 +54,7 @@ impl Obeys {
         }
     }
 
-    /// Whether its bound is to be given up, since the condition pushes inwards.
+    /// Says whether its bound is to be given up, since the condition pushes inwards.
     fn pushes_inwards(self, bounds: &Bounds, condition: f64) -> bool {
         match self {
             Self::Bound(b) if !bounds.is_fixed() => {
@@ -79,7 +79,7 @@ impl Obeys {
 /// One phase: what flies it, and what was found.
 pub(super) struct PhaseFlight {
     pub(super) flow: Flow,
-    pub(super) passages: Vec<Passage>,
+    pub(super) passages: Vec<SegmentFlight>,
     /// Rates and Hamiltonian at the last node.
     terminal: EndPoint,
     /// Where the control search starts, per segment.
@@ -88,14 +88,14 @@ pub(super) struct PhaseFlight {
 
 impl PhaseFlight {
     pub(super) fn new(flow: Flow, controls: Vec<Vec<f64>>) -> Self {
-        let passages = vec![Passage::default(); controls.len()];
+        let passages = vec![SegmentFlight::default(); controls.len()];
         Self { flow, passages, terminal: EndPoint::default(), controls }
     }
 
     /// Flies the segments, each from its node or, in a `chain`, from the end of the one before; the first without an end fails.
     fn fly(
         &mut self,
-        p: &PhaseLayout,
+        p: &MultipointPhase,
         z: &[f64],
         parameters: &[f64],
         task: Task,
@@ -126,7 +126,7 @@ impl PhaseFlight {
     }
 }
 
-/// What is to be flown.
+/// The flight that is wanted.
 #[derive(Clone, Copy)]
 struct Task {
     sensitivities: bool,
@@ -135,10 +135,10 @@ struct Task {
 
 /// The equations with storage for one point.
 pub(super) struct Conditions {
-    pub(super) layout: Layout,
+    pub(super) layout: MultipointLayout,
     pub(super) ends: Ends,
     pub(super) phases: Vec<PhaseFlight>,
-    /// Whether phases are flown side by side.
+    /// True when phases are flown side by side.
     pub(super) parallel: bool,
     /// Per unknown that bounds may hold, and per row in place of its multiplier.
     obeys: Vec<Obeys>,
@@ -151,7 +151,7 @@ pub(super) struct Conditions {
 }
 
 impl Conditions {
-    pub(super) fn new(ocp: &Ocp, layout: Layout, phases: Vec<PhaseFlight>, parallel: bool) -> Self {
+    pub(super) fn new(ocp: &Ocp, layout: MultipointLayout, phases: Vec<PhaseFlight>, parallel: bool) -> Self {
         Self {
             ends: Ends::new(ocp, &layout),
             phases,
@@ -195,7 +195,7 @@ impl Conditions {
     }
 
     fn run(&mut self, z: &[f64], task: Task) -> Result<(), FailedSegment> {
-        let Layout { first_parameter, parameters, first_multiplier, .. } = self.layout;
+        let MultipointLayout { first_parameter, parameters, first_multiplier, .. } = self.layout;
         self.parameters.copy_from_slice(&z[first_parameter..first_parameter + parameters]);
         self.multipliers.copy_from_slice(&z[first_multiplier..]);
         let (layout, parameters) = (&self.layout, &self.parameters[..]);

@@ -10,7 +10,7 @@ use super::solver::{IndirectShooting, IndirectSolution};
 use super::start::{IndirectStart, PhaseStart};
 use crate::ShootingError;
 
-/// How a family of problems is followed.
+/// Settings of the way through a family of problems.
 #[derive(Clone, Debug)]
 pub struct ContinuationSettings {
     /// First step of the parameter, which runs from 0 to 1; 0.25.
@@ -34,7 +34,7 @@ impl Default for ContinuationSettings {
 pub struct ContinuationRecord {
     /// Parameter of the family.
     pub parameter: f64,
-    /// How its solve ended.
+    /// The status of its solve.
     pub status: Status,
     /// Newton iterations.
     pub iterations: usize,
@@ -52,7 +52,7 @@ pub struct Continued {
 }
 
 impl Continued {
-    /// Whether the problem that is wanted is solved.
+    /// True when the problem that is wanted is solved.
     #[must_use]
     pub fn reached(&self) -> bool {
         self.parameter >= 1.0 && self.solution.status.is_success()

@@ -3,7 +3,7 @@
 
 use apsides_ocp::{EndpointTerm, Ocp, Sense};
 
-use super::layout::Layout;
+use super::layout::MultipointLayout;
 
 /// All of them.
 pub(super) struct Ends {
@@ -32,7 +32,7 @@ pub(super) fn sign(ocp: &Ocp) -> f64 {
 }
 
 impl Ends {
-    pub(super) fn new(ocp: &Ocp, layout: &Layout) -> Self {
+    pub(super) fn new(ocp: &Ocp, layout: &MultipointLayout) -> Self {
         let mut next = 0;
         let first_rows = ocp.constraints.iter().map(|c| {
             let first = next;

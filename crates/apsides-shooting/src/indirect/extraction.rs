@@ -8,8 +8,8 @@ use apsides_ocp::{Ocp, Phase, PhaseMesh, PhaseTrajectory, PiecewisePolynomial, S
 use apsides_ode::{DenseSolution, Observer, Occurrence, Step};
 
 use super::conditions::{Conditions, FailedSegment};
-use super::flow::{ControlSwitch, Passage};
-use super::hamiltonian::Hamiltonian;
+use super::flow::SegmentFlight;
+use super::hamiltonian::{ControlSwitch, Hamiltonian};
 use crate::ShootingError;
 
 /// Nodes of a piece: enough for the dense output, which has degree 7.
@@ -46,7 +46,7 @@ impl Observer for Steps {
 }
 
 /// The trajectory of a solution, and the switches of its controls per phase.
-pub(super) struct Extracted {
+pub(super) struct Extremal {
     pub(super) trajectory: Trajectory,
     pub(super) switches: Vec<Vec<ControlSwitch>>,
     /// The largest gain per phase, relative to the objective, that another level of a switching control would bring.
@@ -59,7 +59,7 @@ pub(super) fn extract(
     equations: &mut Conditions,
     z: &[f64],
     tolerance: f64,
-) -> Result<Result<Extracted, FailedSegment>, ShootingError> {
+) -> Result<Result<Extremal, FailedSegment>, ShootingError> {
     let Some(rule) = Lobatto::new(NODES).ok() else { unreachable!("nine points make a rule") };
     let basis = Arc::new(rule.support_basis().clone());
     let layout = equations.layout.clone();
@@ -89,7 +89,7 @@ pub(super) fn extract(
             first.resize(components, 0.0);
             let dense = DenseSolution::new(times.0, &first);
             let mut steps = Steps { dense, switches: Vec::new(), passed: 0, at_end: 0 };
-            let mut passage = Passage::default();
+            let mut passage = SegmentFlight::default();
             let mut control = flight.controls[segment].clone();
             let flown = flight.flow.pass_observed(
                 &parameters,
@@ -137,7 +137,7 @@ pub(super) fn extract(
     });
     let trajectory =
         Trajectory { phases, parameters, objective, constraint_multipliers: Some(multipliers.collect()) };
-    Ok(Ok(Extracted { trajectory, switches: all_switches, wrong_level }))
+    Ok(Ok(Extremal { trajectory, switches: all_switches, wrong_level }))
 }
 
 /// Samples the steps of one phase.

@@ -5,29 +5,18 @@ use std::cell::RefCell;
 use apsides_ode::{Direction, Event, Integrator, Observer, OdeError, OdeSettings, Status, Tolerance};
 
 use super::canonical::Canonical;
-use super::hamiltonian::{Hamiltonian, Place};
+use super::hamiltonian::{ControlSwitch, Hamiltonian, Place};
 
 /// Switches in one segment beyond which a control chatters.
 const MAX_SWITCHES: usize = 200;
 
-/// Why a segment has no end.
+/// The reason that a segment has no end.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum FlowFailure {
     /// The integration stopped: a singularity, or no minimising control.
     Stopped(Status),
     /// A control switches again and again: a singular arc.
     Chattering,
-}
-
-/// A switch of a control between its bounds.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct ControlSwitch {
-    /// Time.
-    pub time: f64,
-    /// Index of the control.
-    pub control: usize,
-    /// Whether it goes to its upper bound.
-    pub rises: bool,
 }
 
 /// State, costate and rates at one time.
@@ -43,7 +32,7 @@ pub(super) struct EndPoint {
 
 /// One segment, flown.
 #[derive(Clone, Debug, Default)]
-pub(super) struct Passage {
+pub(super) struct SegmentFlight {
     /// `y` at the end.
     pub(super) end: Vec<f64>,
     /// `[dy/dy0, dy/dp]`, row-major `n x (n + np)`; empty when not asked for.
@@ -125,7 +114,7 @@ impl Flow {
         y: &[f64],
         control: &mut [f64],
         sensitivities: bool,
-        passage: &mut Passage,
+        passage: &mut SegmentFlight,
     ) -> Result<(), FlowFailure> {
         self.pass_observed(p, (t0, t1), y, control, sensitivities, passage, &mut ())
     }
@@ -138,7 +127,7 @@ impl Flow {
         y: &[f64],
         control: &mut [f64],
         sensitivities: bool,
-        passage: &mut Passage,
+        passage: &mut SegmentFlight,
         observer: &mut O,
     ) -> Result<(), FlowFailure> {
         let n = self.components;

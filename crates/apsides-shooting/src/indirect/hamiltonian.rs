@@ -15,7 +15,6 @@ use std::sync::Arc;
 use apsides_ad::NodeFunction;
 use apsides_ocp::{Bounds, Direction, Ocp};
 
-use super::flow::ControlSwitch;
 use super::term::Term;
 
 /// Where a control or a row is.
@@ -26,9 +25,20 @@ pub(super) enum Place {
     Upper,
 }
 
-/// How a control is found.
+/// A switch of a control between its bounds.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct ControlSwitch {
+    /// Time.
+    pub time: f64,
+    /// Index of the control.
+    pub control: usize,
+    /// True when it goes to its upper bound.
+    pub rises: bool,
+}
+
+/// The way that a control is found.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) enum Kind {
+pub(super) enum ControlKind {
     /// By Newton's method.
     Smooth,
     /// The angle of a direction.
@@ -52,7 +62,7 @@ pub(super) struct Hamiltonian {
     /// Rows of the phase that these are.
     row_origins: Vec<usize>,
     pub(super) bounds: Vec<Bounds>,
-    pub(super) kinds: Vec<Kind>,
+    pub(super) kinds: Vec<ControlKind>,
     directions: Vec<Direction>,
     /// Controls with a square added, which makes them smooth, and the weight of these squares.
     pub(super) smoothed: Vec<usize>,
@@ -82,7 +92,7 @@ pub(super) struct Hamiltonian {
 }
 
 impl Hamiltonian {
-    /// Of a phase of a problem; `weights` are those of its integrals in the minimised objective.
+    /// The Hamiltonian of a phase of a problem; `weights` are those of its integrals in the minimised objective.
     pub(super) fn new(ocp: &Ocp, phase: usize, weights: &[f64], smoothing: f64) -> Self {
         let phase = &ocp.phases[phase];
         let (nx, nu) = (phase.states.len(), phase.controls.len());
@@ -119,9 +129,9 @@ impl Hamiltonian {
         let smoothed = (0..nu).filter(|&u| smoothing > 0.0 && !is_closed(u) && is_linear(u)).collect();
         let kinds = (0..nu)
             .map(|u| match () {
-                () if is_closed(u) => Kind::Closed,
-                () if is_linear(u) && smoothing == 0.0 => Kind::Switching,
-                () => Kind::Smooth,
+                () if is_closed(u) => ControlKind::Closed,
+                () if is_linear(u) && smoothing == 0.0 => ControlKind::Switching,
+                () => ControlKind::Smooth,
             })
             .collect();
         let nz = base + np + 1;
@@ -174,7 +184,7 @@ impl Hamiltonian {
 
     /// Indices of the controls that the Hamiltonian is linear in.
     pub(super) fn switching(&self) -> Vec<usize> {
-        (0..self.controls).filter(|&u| self.kinds[u] == Kind::Switching).collect()
+        (0..self.controls).filter(|&u| self.kinds[u] == ControlKind::Switching).collect()
     }
 
     /// The controls of the last point.
@@ -185,7 +195,7 @@ impl Hamiltonian {
     /// Where the search for the controls starts.
     pub(super) fn start_control(&mut self, control: &[f64]) {
         for (u, &value) in control.iter().enumerate() {
-            if self.kinds[u] != Kind::Switching {
+            if self.kinds[u] != ControlKind::Switching {
                 self.z[self.states + u] = self.bounds[u].clamp(value);
             }
         }
@@ -235,7 +245,7 @@ impl Hamiltonian {
     /// The largest `dH/du` at the current point that would have a switching control at its other bound, times the distance between its
     /// bounds.
     pub(super) fn wrong_level(&mut self) -> f64 {
-        if !self.kinds.contains(&Kind::Switching) {
+        if !self.kinds.contains(&ControlKind::Switching) {
             return 0.0;
         }
         self.linearise();
@@ -289,7 +299,7 @@ impl Hamiltonian {
         for k in 0..self.directions.len() {
             self.apply_direction(self.directions[k]);
         }
-        !self.kinds.contains(&Kind::Smooth) || self.minimise()
+        !self.kinds.contains(&ControlKind::Smooth) || self.minimise()
     }
 
     /// `H` at the current point.
@@ -308,7 +318,7 @@ impl Hamiltonian {
     fn apply_direction(&mut self, direction: Direction) {
         let nx = self.states;
         for u in 0..self.controls {
-            if self.kinds[u] == Kind::Switching {
+            if self.kinds[u] == ControlKind::Switching {
                 self.z[nx + u] = self.bounds[u].upper;
             }
         }
@@ -340,7 +350,7 @@ impl Hamiltonian {
             }
         }
         for u in 0..self.controls {
-            if self.kinds[u] == Kind::Switching {
+            if self.kinds[u] == ControlKind::Switching {
                 self.set_level(u, self.control_places[u]);
             }
         }
@@ -408,7 +418,7 @@ impl Hamiltonian {
         }
     }
 
-    /// What smoothing adds for a control.
+    /// The term that smoothing adds for a control.
     pub(super) fn square(&self, u: usize) -> f64 {
         let (middle, half) = middle_and_half(&self.bounds[u]);
         0.5 * self.smoothing * ((self.z[self.states + u] - middle) / half).powi(2)
@@ -421,7 +431,8 @@ impl Hamiltonian {
 
     /// Controls between their bounds, then active rows.
     pub(super) fn working_set(&self) -> (Vec<usize>, Vec<usize>) {
-        let free = |u: &usize| self.kinds[*u] != Kind::Switching && self.control_places[*u] == Place::Inside;
+        let free =
+            |u: &usize| self.kinds[*u] != ControlKind::Switching && self.control_places[*u] == Place::Inside;
         let active =
             |(r, b): (usize, Bounds)| (b.is_fixed() || self.row_places[r] != Place::Inside).then_some(r);
         (

@@ -6,7 +6,7 @@ use super::start::IndirectStart;
 
 /// Unknowns of one phase: `[x, lambda]` at each node, then start and end time.
 #[derive(Clone, Debug)]
-pub(super) struct PhaseLayout {
+pub(super) struct MultipointPhase {
     first: usize,
     pub(super) states: usize,
     /// Nodes on the normalised time of the phase.
@@ -15,7 +15,7 @@ pub(super) struct PhaseLayout {
     pub(super) final_time: usize,
 }
 
-impl PhaseLayout {
+impl MultipointPhase {
     /// First unknown of a node: its states, then its costates.
     pub(super) fn node(&self, node: usize) -> usize {
         self.first + 2 * self.states * node
@@ -42,8 +42,8 @@ pub(super) struct RowBounds {
 
 /// All unknowns.
 #[derive(Clone, Debug)]
-pub(super) struct Layout {
-    pub(super) phases: Vec<PhaseLayout>,
+pub(super) struct MultipointLayout {
+    pub(super) phases: Vec<MultipointPhase>,
     pub(super) first_parameter: usize,
     pub(super) parameters: usize,
     /// First multiplier of the rows below.
@@ -61,7 +61,7 @@ pub(super) struct Layout {
     pub(super) objective: f64,
 }
 
-impl Layout {
+impl MultipointLayout {
     pub(super) fn new(ocp: &Ocp, start: &IndirectStart, scaling: &Scaling, objective: f64) -> Self {
         let mut next = 0;
         let mut phases = Vec::with_capacity(ocp.phases.len());
@@ -70,7 +70,7 @@ impl Layout {
             let n = phase.states.len();
             let nodes = s.fractions.len();
             let last = next + 2 * n * nodes;
-            phases.push(PhaseLayout {
+            phases.push(MultipointPhase {
                 first: next,
                 states: n,
                 fractions: s.fractions.clone(),

@@ -4,7 +4,7 @@ use apsides_nlp::{Observer, Status};
 use apsides_ocp::method::{Accuracy, Counters, Deficiency, Level, Reason, Remedy, Switch, Warning};
 use apsides_ocp::{Method, MethodError, Ocp, Solution, Start, Trajectory};
 
-use super::flow::ControlSwitch;
+use super::hamiltonian::ControlSwitch;
 use super::solver::{IndirectShooting, IndirectSolution};
 use super::start::IndirectStart;
 use crate::ShootingError;

@@ -23,7 +23,7 @@ const EASY: usize = 4;
 /// Further steps with the Jacobian of the one before: each costs a third of a new one.
 const CHORDS: i32 = 1;
 
-/// How an iteration ended.
+/// The end of an iteration.
 pub(super) struct Ended {
     pub(super) status: Status,
     pub(super) iterations: usize,
@@ -37,11 +37,11 @@ fn largest(v: &DVector<f64>) -> f64 {
     v.iter().fold(0.0_f64, |m, x| if x.is_nan() { f64::NAN } else { m.max(x.abs()) })
 }
 
-/// What a solve begins with.
+/// The knowledge that a solve begins with.
 pub(super) struct Begin {
-    /// Whether nodes follow from the flight from the first one of each phase.
+    /// True when nodes follow from the flight from the first one of each phase.
     pub(super) chained: bool,
-    /// Whether the multipliers of the endpoint constraints are known.
+    /// True when the multipliers of the endpoint constraints are known.
     pub(super) multipliers: bool,
 }
 
@@ -214,7 +214,7 @@ fn iterate(
     }
 }
 
-/// What a point is like: its residual, and the correction that a given Jacobian asks for.
+/// The quality of a point: its residual, and the correction that a given Jacobian asks for.
 #[derive(Clone)]
 struct Look {
     residual: DVector<f64>,

@@ -2,7 +2,7 @@
 
 use apsides_ocp::Bounds;
 
-use super::hamiltonian::{Hamiltonian, Kind, Place};
+use super::hamiltonian::{ControlKind, Hamiltonian, Place};
 use super::small;
 
 /// Newton iterations for the controls of one time.
@@ -20,7 +20,8 @@ impl Hamiltonian {
     /// Looks for the least value of the Hamiltonian over a grid between the bounds, for one or two smooth controls without path
     /// constraints; so that a Newton iteration starts at the right minimum.
     pub(super) fn scan(&mut self, t: f64, x: &[f64], costate: &[f64], p: &[f64]) {
-        let smooth: Vec<usize> = (0..self.controls).filter(|&u| self.kinds[u] == Kind::Smooth).collect();
+        let smooth: Vec<usize> =
+            (0..self.controls).filter(|&u| self.kinds[u] == ControlKind::Smooth).collect();
         let bounded = |&u: &usize| (self.bounds[u].upper - self.bounds[u].lower).is_finite();
         if smooth.is_empty() || smooth.len() > 2 || self.row_count > 0 || !smooth.iter().all(bounded) {
             return;
@@ -190,7 +191,7 @@ impl Hamiltonian {
         step.iter().all(|d| d.is_finite()).then_some(step)
     }
 
-    /// What an active row is to be equal to.
+    /// The value that an active row is to have.
     fn row_target(&self, row: usize) -> f64 {
         let b = self.row_bounds().nth(row).unwrap_or(Bounds::FREE);
         if self.row_places[row] == Place::Lower { b.lower } else { b.upper }
@@ -268,7 +269,7 @@ impl Hamiltonian {
                 Place::Upper => slope > 0.0,
                 Place::Inside => false,
             };
-            if wrong && self.kinds[u] == Kind::Smooth {
+            if wrong && self.kinds[u] == ControlKind::Smooth {
                 self.control_places[u] = Place::Inside;
                 changed = true;
             }
@@ -295,7 +296,7 @@ impl Hamiltonian {
         let (nx, nz) = (self.states, self.inputs());
         let bend = self.curvature[nx * nz + nx];
         let moves =
-            self.kinds[0] != Kind::Switching && self.control_places[0] == Place::Inside && bend != 0.0;
+            self.kinds[0] != ControlKind::Switching && self.control_places[0] == Place::Inside && bend != 0.0;
         let scale = if moves { -1.0 / bend } else { 0.0 };
         for x in 0..nx {
             self.control_slopes[x] = scale * self.curvature[nx * nz + x];

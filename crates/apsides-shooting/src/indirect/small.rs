@@ -31,7 +31,7 @@ pub(super) fn solve(n: usize, a: &mut [f64], b: &mut [f64], columns: usize) -> b
     true
 }
 
-/// Whether a symmetric `n x n` matrix is positive definite, by the square-root method in place.
+/// Says whether a symmetric `n x n` matrix is positive definite, by the square-root method in place.
 pub(super) fn is_positive_definite(n: usize, a: &mut [f64]) -> bool {
     let largest = (0..n).fold(0.0_f64, |m, i| m.max(a[i * n + i].abs()));
     for k in 0..n {

@@ -6,10 +6,10 @@ use apsides_ocp::{Guess, Ocp, PhaseGuess, Scaling, Trajectory};
 
 use super::conditions::{Conditions, FailedSegment, PhaseFlight};
 use super::ends::{self, Ends};
-use super::extraction::{self, Extracted};
-use super::flow::{ControlSwitch, Flow};
-use super::hamiltonian::Hamiltonian;
-use super::layout::Layout;
+use super::extraction::{self, Extremal};
+use super::flow::Flow;
+use super::hamiltonian::{ControlSwitch, Hamiltonian};
+use super::layout::MultipointLayout;
 use super::newton::{self, Ended};
 use super::settings::IndirectSettings;
 use super::start::{IndirectStart, PhaseStart};
@@ -87,7 +87,7 @@ impl IndirectShooting {
     fn pose(&self, ocp: &Ocp, start: &IndirectStart) -> Result<(Conditions, Vec<f64>), ShootingError> {
         let guess = as_guess(start)?;
         let scaling = Scaling::new(ocp, &guess);
-        let mut layout = Layout::new(ocp, start, &scaling, 1.0);
+        let mut layout = MultipointLayout::new(ocp, start, &scaling, 1.0);
         let mut z = vec![0.0; layout.unknowns];
         for (p, s) in layout.phases.iter().zip(&start.phases) {
             for node in 0..s.fractions.len() {
@@ -101,7 +101,7 @@ impl IndirectShooting {
         let mut ends = Ends::new(ocp, &layout);
         ends.evaluate(&z, &vec![0.0; layout.rows.len()], false);
         let objective = objective_scale(ocp, &scaling, &layout, &ends, start);
-        layout = Layout::new(ocp, start, &scaling, objective);
+        layout = MultipointLayout::new(ocp, start, &scaling, objective);
         let mut changes = vec![0.0_f64; layout.rows.len()];
         for &(row, unknown, slope) in &ends.slopes {
             changes[row] = changes[row].max((slope * layout.scales[unknown]).abs());
@@ -152,7 +152,7 @@ impl IndirectShooting {
         let nodes = nodes(&equations, ocp, z);
         let mut status = ended.status;
         let (trajectory, switches, failure) = match extracted {
-            Ok(Extracted { trajectory, switches, wrong_level }) => {
+            Ok(Extremal { trajectory, switches, wrong_level }) => {
                 // A switching function that starts at zero, as along a singular arc, may take the wrong sign without a switch.
                 if wrong_level > WRONG_LEVEL && status.is_success() {
                     status = Status::StepTooSmall;
@@ -220,7 +220,13 @@ fn as_guess(start: &IndirectStart) -> Result<Guess, ShootingError> {
 }
 
 /// Stated, else the largest change of the end cost when an end quantity moves by its size, or the integrals at the start.
-fn objective_scale(ocp: &Ocp, scaling: &Scaling, layout: &Layout, ends: &Ends, start: &IndirectStart) -> f64 {
+fn objective_scale(
+    ocp: &Ocp,
+    scaling: &Scaling,
+    layout: &MultipointLayout,
+    ends: &Ends,
+    start: &IndirectStart,
+) -> f64 {
     if let Some(scale) = scaling.objective {
         return scale;
     }

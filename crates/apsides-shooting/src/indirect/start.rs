@@ -26,7 +26,7 @@ pub struct PhaseStart {
 pub struct IndirectStart {
     /// One per phase.
     pub phases: Vec<PhaseStart>,
-    /// Whether the nodes after the first of each phase are replaced by the flight from that one, where it can be flown.
+    /// The nodes after the first of each phase are replaced by the flight from that one, where it can be flown.
     pub chained: bool,
     /// Static parameters.
     pub parameters: Vec<f64>,

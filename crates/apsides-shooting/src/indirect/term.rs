@@ -37,12 +37,12 @@ impl Term {
         }
     }
 
-    /// Whether it depends on the input.
+    /// Says whether it depends on the input.
     pub(super) fn depends_on(&self, column: usize) -> bool {
         self.slopes.iter().any(|s| s.1 == column)
     }
 
-    /// Whether it is nonlinear in the pair of inputs.
+    /// Says whether it is nonlinear in the pair of inputs.
     pub(super) fn is_nonlinear_in(&self, a: usize, b: usize) -> bool {
         self.pairs.contains(&(a.max(b), a.min(b)))
     }

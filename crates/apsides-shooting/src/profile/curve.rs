@@ -22,6 +22,18 @@ pub struct Profile {
     coefficients: Vec<f64>,
 }
 
+impl ProfileShape {
+    /// The profile of a decision vector; numbers outside of the box count as the nearest inside.
+    ///
+    /// # Errors
+    /// As [`space`](Self::space), and [`ShootingError::Dimension`].
+    pub fn decode(&self, decision: &[f64]) -> Result<Profile, ShootingError> {
+        let mut profile = Profile::new(self)?;
+        profile.decode(decision)?;
+        Ok(profile)
+    }
+}
+
 impl Profile {
     /// A profile of a shape, in the middle of its box.
     ///

@@ -1,8 +1,8 @@
-//! What a flight gives.
+//! Results of a flight.
 
 use apsides_ode::Status;
 
-/// Why a flight ended.
+/// The reason that a flight ended.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[non_exhaustive]
 pub enum FlightEnd {
@@ -25,7 +25,7 @@ pub enum FlightEnd {
 }
 
 impl FlightEnd {
-    /// Whether the flight has an end that can be judged.
+    /// Says whether the flight has an end that can be judged.
     #[must_use]
     pub fn is_complete(self) -> bool {
         matches!(self, Self::Stopped | Self::EndTime | Self::TimeLimit)
@@ -41,7 +41,7 @@ impl FlightEnd {
     }
 }
 
-/// How far a quantity is outside (positive) or inside (negative) its bounds.
+/// The distance of a quantity outside (positive) or inside (negative) its bounds.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Excess {
     /// In the quantity's unit; infinite where the quantity is NaN.
@@ -63,7 +63,7 @@ impl Excess {
 /// One flight.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Flight {
-    /// Why it ended.
+    /// The reason that it ended.
     pub end: FlightEnd,
     /// Objective as it is minimised: that of a maximised one is negated. NaN unless the end is complete.
     pub objective: f64,

@@ -4,7 +4,7 @@ use apsides_ocp::{Bounds, Ocp, Phase, Variable};
 
 use super::flight::Excess;
 
-/// What a limit is on.
+/// The quantity that is limited.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Quantity {
     /// A path constraint row, by its index among all of the phase.
@@ -24,7 +24,7 @@ pub enum Quantity {
 /// A bounded quantity.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Limit {
-    /// Which one.
+    /// Its index.
     pub quantity: Quantity,
     /// Its name.
     pub name: String,

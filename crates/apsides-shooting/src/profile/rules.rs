@@ -1,4 +1,4 @@
-//! How a profile is flown: what it is a function of, how it becomes controls, where the flight stops, how it is integrated.
+//! Rules of the flight of a profile: what it is a function of, how it becomes controls, where the flight stops, how it is integrated.
 
 use std::fmt;
 use std::sync::Arc;
@@ -14,7 +14,7 @@ pub type StateFunction = Arc<dyn Fn(&[f64]) -> f64 + Send + Sync>;
 /// From components of a profile to controls.
 pub type ControlFunction = Arc<dyn Fn(&[f64], &mut [f64]) + Send + Sync>;
 
-/// What a profile is a function of: the abscissa `s`, from 0 at the start to 1.
+/// The independent variable of a profile: the abscissa `s`, from 0 at the start to 1.
 #[derive(Clone)]
 pub enum Independent {
     /// `s = (t - t_0) / (t_f - t_0)`.
@@ -45,7 +45,7 @@ impl fmt::Debug for Independent {
     }
 }
 
-/// How components of a profile become controls.
+/// The map from components of a profile to controls.
 #[derive(Clone)]
 pub enum Steering {
     /// They are the controls.
@@ -89,7 +89,7 @@ pub struct Stop {
     pub state: usize,
     /// Its value, in the state's unit.
     pub value: f64,
-    /// Which passages count.
+    /// The passages that count.
     pub direction: Direction,
 }
 
@@ -169,13 +169,13 @@ impl FlightSettings {
 pub struct FlightRules {
     /// Shape of the profile.
     pub shape: ProfileShape,
-    /// What it is a function of.
+    /// The independent variable.
     pub independent: Independent,
-    /// How it becomes controls.
+    /// The map from its components to controls.
     pub steering: Steering,
     /// Where the flight ends before its time; without, it ends at the end time of the phase.
     pub stop: Option<Stop>,
-    /// How it is integrated.
+    /// The settings of the integration.
     pub settings: FlightSettings,
 }
 

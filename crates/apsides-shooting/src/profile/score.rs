@@ -5,7 +5,7 @@ use apsides_ocp::{Guess, Scaling};
 use super::flight::{Excess, Flight};
 use super::shooting::ProfileShooting;
 
-/// What misses and excesses cost.
+/// The costs of misses and excesses.
 ///
 /// ```text
 /// violation = sqrt(sum_i (w_i max(0, |miss_i| - tolerance_i))^2) + w (sum of the relative excesses above the tolerance)
@@ -42,7 +42,7 @@ impl ProfileScore {
         }
     }
 
-    /// What misses and excesses of a flight cost; infinite where it failed.
+    /// The costs of the misses and excesses of a flight; infinite where it failed.
     #[must_use]
     pub fn violation(&self, flight: &Flight) -> f64 {
         if !flight.end.is_complete() {

@@ -10,7 +10,6 @@
 
 use apsides_ocp::{Bounds, Phase};
 
-use super::curve::Profile;
 use crate::error::ShootingError;
 
 /// Highest degree of a profile.
@@ -30,11 +29,11 @@ pub struct ProfileShape {
     pub least_intervals: usize,
     /// Most sub-intervals, up to [`MAX_INTERVALS`]; their number is a decision variable when this exceeds the fewest.
     pub most_intervals: usize,
-    /// Whether the lengths of the sub-intervals are decision variables; else they are equal.
+    /// The lengths of the sub-intervals are decision variables; else they are equal.
     pub free_lengths: bool,
     /// Largest ratio of two free lengths, above 1.
     pub length_ratio: f64,
-    /// Whether the profile is continuous at the joints, which takes a degree of at least 1.
+    /// The profile is continuous at the joints, which takes a degree of at least 1.
     pub continuous: bool,
     /// Allowed values of each component, finite.
     pub bounds: Vec<Bounds>,
@@ -111,16 +110,6 @@ impl ProfileShape {
             upper.push(self.most_intervals as f64 + 0.5);
         }
         Ok((lower, upper))
-    }
-
-    /// The profile of a decision vector; numbers outside of the box count as the nearest inside.
-    ///
-    /// # Errors
-    /// As [`space`](Self::space), and [`ShootingError::Dimension`].
-    pub fn decode(&self, decision: &[f64]) -> Result<Profile, ShootingError> {
-        let mut profile = Profile::new(self)?;
-        profile.decode(decision)?;
-        Ok(profile)
     }
 
     pub(crate) fn check(&self) -> Result<(), ShootingError> {

@@ -81,9 +81,9 @@ impl FlightWorkspace {
     }
 }
 
-/// What ends a piece.
+/// The event that ends a piece.
 #[derive(Clone, Copy)]
-enum Passage {
+enum PieceEnd {
     Stop,
     Next,
     Previous,
@@ -131,7 +131,7 @@ impl<'a> ProfileShooting<'a> {
         &self.ocp.phases[0]
     }
 
-    /// How it is flown.
+    /// The rules of the flight.
     #[must_use]
     pub fn rules(&self) -> &FlightRules {
         &self.rules
@@ -339,7 +339,7 @@ impl<'a> ProfileShooting<'a> {
             let before = |t: f64, x: &[f64]| motion.abscissa(t, x) - joints[0];
             let after = |t: f64, x: &[f64]| motion.abscissa(t, x) - joints[1];
             let mut events = [Event::new(&stop).terminal(); 3];
-            let mut passages = [Passage::Stop; 3];
+            let mut passages = [PieceEnd::Stop; 3];
             let mut count = 0;
             if let Some(stop) = self.rules.stop {
                 events[0] = events[0].directed(stop.direction);
@@ -347,12 +347,12 @@ impl<'a> ProfileShooting<'a> {
             }
             if energy.is_some() && !last {
                 events[count] = Event::new(&after).directed(Direction::Rising).terminal();
-                passages[count] = Passage::Next;
+                passages[count] = PieceEnd::Next;
                 count += 1;
             }
             if energy.is_some() && interval > 0 {
                 events[count] = Event::new(&before).directed(Direction::Falling).terminal();
-                passages[count] = Passage::Previous;
+                passages[count] = PieceEnd::Previous;
                 count += 1;
             }
             let mut observer = Watch {
@@ -388,9 +388,9 @@ impl<'a> ProfileShooting<'a> {
                 Status::Completed if target < limit => interval += 1,
                 Status::Completed => return Ok(at_limit),
                 Status::Event(k) => match passages[k] {
-                    Passage::Stop => return Ok(FlightEnd::Stopped),
-                    Passage::Next => interval += 1,
-                    Passage::Previous => interval -= 1,
+                    PieceEnd::Stop => return Ok(FlightEnd::Stopped),
+                    PieceEnd::Next => interval += 1,
+                    PieceEnd::Previous => interval -= 1,
                 },
                 status => return Ok(FlightEnd::failure(status)),
             }

@@ -24,11 +24,11 @@ pub struct MeshWish {
     pub intervals: usize,
     /// Collocation points of each, 1 or more; the polynomials of the trajectory have one point more.
     pub points: usize,
-    /// Whether the joints of the profile are ends of intervals.
+    /// The joints of the profile are ends of intervals.
     pub joints: bool,
 }
 
-/// What another method can start from.
+/// A start for another method.
 #[derive(Clone, Debug)]
 pub struct ProfileStart {
     /// The flight as a whole: states and controls, no costates.

@@ -1,4 +1,4 @@
-//! What a decision vector says besides the profile: end time, start, parameters.
+//! Numbers of a decision vector besides the profile: end time, start, parameters.
 
 use apsides_ocp::{Bounds, Ocp};
 

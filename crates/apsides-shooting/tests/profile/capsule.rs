@@ -70,7 +70,7 @@ impl PathFunction<6, 2, 3> for Loads {
     }
 }
 
-/// Of the bank vector.
+/// The norm of the bank vector.
 struct Norm;
 
 impl PathFunction<6, 2, 1> for Norm {

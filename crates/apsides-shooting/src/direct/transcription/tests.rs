@@ -4,6 +4,7 @@ use apsides_ocp::{At, Bounds, Guess, Ocp, Phase, PhaseMesh, Sense, State, Term, 
 use apsides_ode::Method;
 
 use super::*;
+use crate::direct::settings::SegmentEnds;
 
 /// Explicit time, parameter, nonlinear everywhere.
 struct Everything;
@@ -98,7 +99,7 @@ fn transcribed(points: [usize; 3], method: Method, continuous_controls: bool) ->
 
 fn transcribed_by(points: [usize; 3], settings: &MultipleShootingSettings) -> Transcription {
     let ocp = everything();
-    Transcription::new(&ocp, &plans(points), &Guess::linear(&ocp), settings).unwrap()
+    transcribe(&ocp, &plans(points), &Guess::linear(&ocp), settings).unwrap()
 }
 
 /// Unknown segment ends, rows at points of their own.
@@ -155,7 +156,7 @@ fn unknown_ends_at_the_mesh_give_the_same_rows() {
     let first = &free.layout.phases[0];
     let (time, length_rows) =
         (first.segments[1].times.0, [0, 1].map(|k| first.segments[k].length_row.unwrap()));
-    let (t0, tf) = (x[fixed.layout.phases[0].initial_time], x[fixed.layout.phases[0].final_time]);
+    let (t0, tf) = (x[fixed.layout.phases[0].ends.initial_time], x[fixed.layout.phases[0].ends.final_time]);
     z.extend_from_slice(&x[..time]);
     z.push(0.7 * t0 + 0.3 * tf);
     z.extend_from_slice(&x[time..]);
@@ -189,7 +190,6 @@ fn rows_and_columns_are_counted() {
 #[test]
 fn evaluations_do_not_depend_on_their_order_or_on_threads() {
     let bits = |v: &[f64]| v.iter().map(|v| v.to_bits()).collect::<Vec<_>>();
-    let pool = |threads| Arc::new(rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap());
     let evaluate = |mut nlp: Transcription, astray: bool| {
         let x = somewhere(nlp.variables());
         let y: Vec<f64> = (0..nlp.constraints()).map(|k| (k as f64).cos()).collect();
@@ -212,7 +212,7 @@ fn evaluations_do_not_depend_on_their_order_or_on_threads() {
     assert!(one.iter().flatten().all(|b| *b != f64::NAN.to_bits()));
     assert_eq!(evaluate(make(), true), one);
     for threads in [1, 2, 3] {
-        assert_eq!(evaluate(make().with_pool(Some(pool(threads))), false), one, "{threads} threads");
+        assert_eq!(evaluate(make().with_threads(threads), false), one, "{threads} threads");
     }
 }
 
@@ -231,9 +231,7 @@ fn what_cannot_be_evaluated_is_not_a_number() {
 fn a_plan_for_another_problem_is_refused() {
     let ocp = everything();
     let few = &plans([2, 2, 2])[..1];
-    assert!(
-        Transcription::new(&ocp, few, &Guess::linear(&ocp), &MultipleShootingSettings::default()).is_err()
-    );
+    assert!(transcribe(&ocp, few, &Guess::linear(&ocp), &MultipleShootingSettings::default()).is_err());
 }
 
 #[test]

@@ -34,8 +34,8 @@ fn flow() -> Flow {
     Flow::new(Hamiltonian::new(&ocp, 0, &[1.0], 0.0), 1e-13, &[1.0; 5]).unwrap()
 }
 
-fn fly(flow: &mut Flow, y: &[f64], p: f64, sensitivities: bool) -> Passage {
-    let mut passage = Passage::default();
+fn fly(flow: &mut Flow, y: &[f64], p: f64, sensitivities: bool) -> SegmentFlight {
+    let mut passage = SegmentFlight::default();
     flow.pass(&[p], (0.0, 1.0), y, &mut [0.0, 1.0], sensitivities, &mut passage).unwrap();
     passage
 }

@@ -1,0 +1,123 @@
+//! Bounds of the columns and rows of the nodes, with what the mesh holds along its arcs.
+
+use apsides_ocp::{ArcKind, Bounds};
+use apsides_transcription::{Limits, PhaseStart};
+
+use crate::layout::CollocationPhase;
+
+/// Least duration of an arc between breaks, as a part of the phase's in the guess.
+pub(crate) const LEAST_ARC: f64 = 1e-6;
+
+/// Sets the bounds of states and controls.
+pub(crate) fn set_variables(p: &CollocationPhase, start: &PhaseStart<'_>, limits: &mut Limits) {
+    let phase = start.phase;
+    let last = p.nodes.len();
+    let implied = implied_bounds(p, start);
+    for node in 0..=last {
+        for (s, state) in phase.states.iter().enumerate() {
+            let along = state.variable.bounds;
+            let bounds = match node {
+                0 => along.intersect(&state.initial),
+                n if n == last => along.intersect(&state.terminal),
+                n if implied[n * p.states + s] => Bounds::FREE,
+                _ => along,
+            };
+            limits.set(p.state_column(node) + s, bounds);
+        }
+        if node < last {
+            let held = &p.mesh.arcs()[p.arc_of(node)].controls;
+            for (c, control) in phase.controls.iter().enumerate() {
+                limits.set(p.control_column(node) + c, bounds_along(control.bounds, held, c));
+            }
+        }
+    }
+    for c in p.mesh.crossings() {
+        let kink = phase.kinks[c.kink];
+        limits.set(p.state_column(p.interval_start(c.end)) + kink.state, Bounds::fixed(kink.value));
+    }
+}
+
+/// Sets the bounds of path constraints and of the durations of arcs.
+pub(crate) fn set_rows(p: &CollocationPhase, start: &PhaseStart<'_>, limits: &mut Limits) {
+    for node in 0..p.nodes.len() {
+        let held = &p.mesh.arcs()[p.arc_of(node)].rows;
+        for (k, row) in start.phase.path.iter().flat_map(|c| &c.rows).enumerate() {
+            let bounds = match p.touch_at(node, k) {
+                Some(t) => Bounds::fixed(if t.upper { row.bounds.upper } else { row.bounds.lower }),
+                None if p.is_beside_touch(node, k) => Bounds::FREE,
+                None => bounds_along(row.bounds, held, k),
+            };
+            limits.set(p.path_row(node) + k, bounds);
+        }
+    }
+    let least = LEAST_ARC * (start.guess.final_time - start.guess.initial_time);
+    for r in p.arc_rows() {
+        limits.set(r, Bounds::at_least(least));
+    }
+}
+
+/// Nodes and states, node after node, whose bounds along the phase say nothing new: what cannot change along an arc is bounded
+/// at its start, or fixed at the end of the phase. Stated again such a bound would leave no inside where it is active.
+fn implied_bounds(p: &CollocationPhase, start: &PhaseStart<'_>) -> Vec<bool> {
+    let phase = start.phase;
+    let mut implied = vec![false; (p.nodes.len() + 1) * p.states];
+    let mut fixed_later: Vec<bool> = phase.states.iter().map(|s| s.terminal.is_fixed()).collect();
+    for (k, arc) in p.arcs.iter().enumerate().rev() {
+        let constant = constant_states(p, k, start);
+        for (s, constant) in constant.into_iter().enumerate() {
+            fixed_later[s] &= constant;
+            let first = arc.nodes.start + usize::from(!fixed_later[s]);
+            for node in first..=arc.nodes.end {
+                implied[node * p.states + s] |= constant;
+            }
+        }
+    }
+    implied
+}
+
+/// The states that have no rate along an arc because of the controls that are held there: neither the rate nor any of its
+/// derivatives by what is free differs from zero at the start of the solve.
+fn constant_states(p: &CollocationPhase, arc: usize, start: &PhaseStart<'_>) -> Vec<bool> {
+    let PhaseStart { phase, point, parameters, .. } = *start;
+    let courses = &p.mesh.arcs()[arc].controls;
+    let held = |control: usize| held(courses, control, &phase.controls[control].bounds);
+    let is_held = |control: usize| held(control).is_some();
+    let mut constant = vec![(0..p.controls).any(is_held); p.states];
+    if !constant.contains(&true) {
+        return constant;
+    }
+    let pattern = phase.dynamics.pattern();
+    let mut z = vec![0.0; phase.dynamics.inputs()];
+    let (mut rates, mut entries) = (vec![0.0; p.states], vec![0.0; pattern.jacobian_len()]);
+    let width = p.states + p.controls;
+    for node in p.arcs[arc].nodes.clone() {
+        z[..width].copy_from_slice(&point[p.state_column(node)..][..width]);
+        for c in 0..p.controls {
+            z[p.states + c] = held(c).unwrap_or(z[p.states + c]);
+        }
+        let time = z.len() - 1;
+        z[width..time].copy_from_slice(&parameters[..time - width]);
+        z[time] = p.time(node, point);
+        phase.dynamics.jacobian(&z, &mut rates, &mut entries);
+        for (c, rate) in constant.iter_mut().zip(&rates) {
+            *c &= *rate == 0.0;
+        }
+        for ((r, c), v) in pattern.jacobian_entries().zip(&entries) {
+            let free = c < p.states || c >= width || !is_held(c - p.states);
+            constant[r] &= !(free && *v != 0.0);
+        }
+    }
+    constant
+}
+
+/// The bounds that the quantity of this index has along an arc.
+fn bounds_along(bounds: Bounds, courses: &[Option<ArcKind>], index: usize) -> Bounds {
+    match courses.get(index) {
+        Some(Some(ArcKind::Free)) => Bounds::FREE,
+        _ => held(courses, index, &bounds).map_or(bounds, Bounds::fixed),
+    }
+}
+
+fn held(courses: &[Option<ArcKind>], index: usize, bounds: &Bounds) -> Option<f64> {
+    courses.get(index).copied().flatten().and_then(|course| course.held(bounds))
+}

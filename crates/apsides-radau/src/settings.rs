@@ -1,0 +1,92 @@
+//! Settings of the method.
+
+use apsides_basis::MAX_POINTS;
+use apsides_nlp::{BarrierOracle, BarrierStrategy, NlpSettings, ScalingMethod};
+
+use crate::RadauError;
+
+/// Settings of the method.
+#[derive(Clone, Debug)]
+pub struct RadauSettings {
+    /// Intervals per phase of the first mesh; 10.
+    pub intervals: usize,
+    /// Collocation points per interval of the first mesh; 4.
+    pub points: usize,
+    /// Largest relative error between the points, which refinement brings down to this; 1e-8.
+    pub tolerance: f64,
+    /// Largest excess between the points of a bound on a state or of a path constraint without controls, relative to its
+    /// scale; 5e-7. Bounds on controls are not looked at: next to a jump a polynomial oversteps them on any mesh.
+    pub path_tolerance: f64,
+    /// True if switches of controls and path constraints between their bounds are looked for after each mesh. The next one has
+    /// breaks there, whose times are unknowns, and holds along each arc what is active there, so that jumps are met
+    /// exactly. So are contacts, where a path constraint without controls touches its bound in one instant; on.
+    pub switches: bool,
+    /// Most refinements of the first mesh; 0 switches refinement off; 19.
+    pub max_refinements: usize,
+    /// Points of an interval that comes from a division; 3.
+    pub min_points: usize,
+    /// Most points per interval before it is divided; 14.
+    pub max_points: usize,
+    /// Most parts an interval is divided into at once; 4.
+    pub max_parts: usize,
+    /// Most collocation points of all phases; refinement stops there; 20000.
+    pub max_total_points: usize,
+    /// Threads that evaluate the nodes of long phases, 1 to 1024; the results do not depend on it; 1.
+    pub threads: usize,
+    /// Settings of the interior-point method; problem scaling, tolerance 1e-9, adaptive barrier from 1e-3: a guess of a
+    /// trajectory is seldom so bad that a larger one pays.
+    pub nlp: NlpSettings,
+}
+
+impl Default for RadauSettings {
+    fn default() -> Self {
+        Self {
+            intervals: 10,
+            points: 4,
+            tolerance: 1e-8,
+            path_tolerance: 5e-7,
+            switches: true,
+            max_refinements: 19,
+            min_points: 3,
+            max_points: 14,
+            max_parts: 4,
+            max_total_points: 20_000,
+            threads: 1,
+            nlp: NlpSettings {
+                tolerance: 1e-9,
+                scaling: ScalingMethod::UserThenGradient { max: 100.0 },
+                barrier: BarrierStrategy::Adaptive,
+                barrier_oracle: BarrierOracle::Probing,
+                initial_barrier: 1e-3,
+                initial_bound_multiplier: 1e-3,
+                ..NlpSettings::default()
+            },
+        }
+    }
+}
+
+impl RadauSettings {
+    pub(crate) fn check(&self) -> Result<(), RadauError> {
+        let counts = [
+            ("intervals", self.intervals, 1, 1_000_000),
+            ("points", self.points, 1, MAX_POINTS),
+            ("max_refinements", self.max_refinements, 0, 999),
+            ("min_points", self.min_points, 1, self.max_points.min(MAX_POINTS)),
+            ("max_points", self.max_points, 1, MAX_POINTS),
+            ("max_parts", self.max_parts, 2, 1000),
+            ("threads", self.threads, 1, 1024),
+        ];
+        for (name, value, least, most) in counts {
+            if value < least || value > most {
+                let allowed = "a whole number from 1 (parts: 2, refinements: 0) to 60 points, 999 refinements, 1000 parts, 1024 threads or 1000000 intervals";
+                return Err(RadauError::Setting { name, value: value as f64, allowed });
+            }
+        }
+        for (name, value) in [("tolerance", self.tolerance), ("path_tolerance", self.path_tolerance)] {
+            if !(value > 0.0 && value.is_finite()) {
+                return Err(RadauError::Setting { name, value, allowed: "a positive number" });
+            }
+        }
+        Ok(())
+    }
+}

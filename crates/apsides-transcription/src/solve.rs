@@ -1,0 +1,58 @@
+//! The call of the interior-point method, from a guess or from the multipliers of an earlier trajectory.
+
+use apsides_nlp::{InteriorPoint, NlpError, NlpSettings, Observer, SolveReport, WarmStart};
+use apsides_ocp::{Guess, Ocp, PhaseTrajectory};
+
+use crate::discretisation::Discretisation;
+use crate::phase::PhaseLayout;
+use crate::transcription::Transcription;
+
+impl<D: Discretisation> Transcription<D> {
+    /// Solves from the start, with the multipliers that the guess gives if it is an earlier trajectory with costates.
+    ///
+    /// # Errors
+    /// When the program or the settings are refused; not converging is a status of the report.
+    pub fn solve(
+        &mut self,
+        ocp: &Ocp,
+        guess: &Guess,
+        settings: &NlpSettings,
+        observer: &mut dyn Observer,
+    ) -> Result<SolveReport, NlpError> {
+        let solver = InteriorPoint::new(settings.clone());
+        match self.warm_start(ocp, guess) {
+            Some(warm) => solver.solve_from(self, &warm, observer),
+            None => solver.solve_observed(self, observer),
+        }
+    }
+
+    /// The start with the multipliers of an earlier trajectory: none unless every phase of the guess is one with costates.
+    ///
+    /// The multipliers of the bounds are what the gradient of the Lagrangian leaves at the start.
+    pub fn warm_start(&mut self, ocp: &Ocp, guess: &Guess) -> Option<WarmStart> {
+        let earlier: Option<Vec<&PhaseTrajectory>> = guess.phases.iter().map(|g| g.as_trajectory()).collect();
+        let earlier = earlier?;
+        if earlier.iter().any(|t| t.costate.is_none()) {
+            return None;
+        }
+        let x = self.start.clone();
+        let mut y = vec![0.0; self.layout.constraints];
+        for ((phase, p), t) in ocp.phases.iter().zip(&self.layout.phases).zip(earlier) {
+            for (row, &multiplier) in
+                p.ends().integral_rows.iter().zip(t.integral_multipliers.iter().flatten())
+            {
+                if let Some(r) = row {
+                    y[*r] = multiplier;
+                }
+            }
+            p.set_multipliers(phase, t, &x, &mut y);
+        }
+        let multipliers = guess.constraint_multipliers.iter().flatten();
+        for ((c, &first), values) in ocp.constraints.iter().zip(&self.layout.endpoint_rows).zip(multipliers) {
+            if values.len() == c.rows.len() {
+                y[first..first + values.len()].copy_from_slice(values);
+            }
+        }
+        WarmStart::from_multipliers(self, x, y)
+    }
+}
