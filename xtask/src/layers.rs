@@ -90,7 +90,6 @@ const OWNERS: &[(&str, &str)] = &[
     ("parry3d-f64", "terrain"),
     ("png", "terrain"),
     ("rand", "metaheuristics"),
-    ("plotters", "report"),
     ("parquet", "report"),
     ("clap", "cli"),
     ("indicatif", "cli"),

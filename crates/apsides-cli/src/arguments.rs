@@ -1,5 +1,6 @@
 //! Command line of the program.
 
+use std::num::NonZero;
 use std::path::PathBuf;
 
 use clap::{Args, Parser, Subcommand, ValueEnum};
@@ -49,7 +50,7 @@ pub(crate) enum Command {
     /// Search PID gains of a mission with moving masses: the worst of a set of descents counts.
     #[command(after_help = "Examples:\n  \
         apsides tune moving-mass-cross --set rate_limit_m_s=0.1 --out tuned.toml\n  \
-        apsides tune moving-mass-cross --set rate_limit_m_s=0.05 --all-damping --evaluations 200 --threads 2\n\n\
+        apsides tune moving-mass-cross --set rate_limit_m_s=0.05 --all-damping --evaluations 200\n\n\
         Exit status 3: no gains were found that hold every descent.")]
     Tune(TuneArguments),
     /// Find the least moving masses and rates that hold an offset: by statics and by simulation, cross against rim.
@@ -89,13 +90,14 @@ pub(crate) enum Command {
     /// Compute the tables of a publication again, or list the publications.
     #[command(
         after_help = "Examples:\n  apsides reproduce\n  apsides reproduce lunar-landing --out reproduction\n  \
-                      apsides reproduce geo-injection --out reproduction\n  apsides reproduce chang-e-3 --threads 2 --out reproduction"
+                      apsides reproduce geo-injection --out reproduction\n  apsides reproduce chang-e-3 --out reproduction"
     )]
     Reproduce(ReproduceArguments),
     /// Find what is unsafe on an elevation map, and the landing sites on it.
     #[command(after_help = "Examples:\n  \
         apsides hazard map.tif --criteria chang-e-3-coarse --out hazards\n  \
-        apsides hazard scene.npy --pixel 0.1 --criteria my-lander.toml --start 500,500 --sites 3 --json\n\n\
+        apsides hazard scene.npy --pixel 0.1 --criteria my-lander.toml --start 500,500 --sites 3 --json\n  \
+        apsides hazard scene.npy --pixel 0.1 --craters 2,20 --boulders 0.3 --noise 0.05 --out hazards\n\n\
         A file of criteria is TOML: thresholds by name, `preset = \"NAME\"` for what it does not state.\n\
         Exit status 3: no safe site.")]
     Hazard(HazardArguments),
@@ -126,15 +128,29 @@ pub(crate) struct MissionArguments {
     pub(crate) method: Option<String>,
 }
 
+/// The number of threads.
+#[derive(Debug, Args)]
+pub(crate) struct Threads {
+    /// Threads to use, by default one for each core; the results do not depend on it.
+    #[arg(long = "threads", value_name = "N", value_parser = clap::value_parser!(u32).range(1..=1024))]
+    given: Option<u32>,
+}
+
+impl Threads {
+    pub(crate) fn count(&self) -> usize {
+        let cores = || std::thread::available_parallelism().map_or(1, NonZero::get);
+        self.given.map_or_else(cores, |given| given as usize)
+    }
+}
+
 /// Arguments that solves share.
 #[derive(Debug, Args)]
 pub(crate) struct RunArguments {
     /// No progress on stderr.
     #[arg(long)]
     pub(crate) quiet: bool,
-    /// Threads to use; the results do not depend on it.
-    #[arg(long, value_name = "N", default_value_t = 1, value_parser = clap::value_parser!(u32).range(1..=1024))]
-    pub(crate) threads: u32,
+    #[command(flatten)]
+    pub(crate) threads: Threads,
     /// Seed of everything random: searches.
     #[arg(long, value_name = "N", default_value_t = 0)]
     pub(crate) seed: u64,
@@ -212,9 +228,8 @@ pub(crate) struct TuneArguments {
     /// Print one JSON object on stdout and nothing else.
     #[arg(long)]
     pub(crate) json: bool,
-    /// Threads to use; the gains do not depend on it.
-    #[arg(long, value_name = "N", default_value_t = 1, value_parser = clap::value_parser!(u32).range(1..=1024))]
-    pub(crate) threads: u32,
+    #[command(flatten)]
+    pub(crate) threads: Threads,
     /// Seed of the search.
     #[arg(long, value_name = "N", default_value_t = 0)]
     pub(crate) seed: u64,
@@ -442,6 +457,24 @@ pub(crate) struct HazardArguments {
     /// Rule that ranks the sites.
     #[arg(long, value_name = "RULE", value_enum, default_value_t = Rule::Spiral)]
     pub(crate) rule: Rule,
+    /// Find craters with diameters in this range, m.
+    #[arg(long, value_name = "MIN,MAX", value_parser = range)]
+    pub(crate) craters: Option<[f64; 2]>,
+    /// Least depth of a crater as a part of its diameter.
+    #[arg(long, value_name = "PART", default_value_t = 0.05)]
+    pub(crate) crater_depth: f64,
+    /// Find boulders of at least this height over the ground around, m.
+    #[arg(long, value_name = "M")]
+    pub(crate) boulders: Option<f64>,
+    /// Largest diameter of a boulder, m.
+    #[arg(long, value_name = "M", default_value_t = 3.0)]
+    pub(crate) boulder_diameter: f64,
+    /// Give the probability of a safe landing at each pixel, where heights have white noise of this standard deviation, m.
+    #[arg(long, value_name = "M")]
+    pub(crate) noise: Option<f64>,
+    /// Standard deviation of the touchdown point to the east and to the north, m, in the probability of a safe landing.
+    #[arg(long, value_name = "M", default_value_t = 0.0, requires = "noise")]
+    pub(crate) navigation_error: f64,
     /// Number of sites.
     #[arg(long, value_name = "N", default_value_t = 5, value_parser = clap::value_parser!(u32).range(1..=1000))]
     pub(crate) sites: u32,
@@ -457,9 +490,8 @@ pub(crate) struct HazardArguments {
     /// No progress on stderr.
     #[arg(long)]
     pub(crate) quiet: bool,
-    /// Threads to use; the results do not depend on it.
-    #[arg(long, value_name = "N", default_value_t = 1, value_parser = clap::value_parser!(u32).range(1..=1024))]
-    pub(crate) threads: u32,
+    #[command(flatten)]
+    pub(crate) threads: Threads,
     /// Memory for pixels, MiB; a map that needs more is read in bands (rule spiral only, no PNG of layers).
     #[arg(long, value_name = "MIB", default_value_t = 1024, value_parser = clap::value_parser!(u32).range(1..))]
     pub(crate) memory: u32,
@@ -507,6 +539,14 @@ pub(crate) enum Ground {
     Coarse,
     /// Craters of 1 to 30 m, boulders of 0.2 to 3 m.
     Fine,
+}
+
+fn range(text: &str) -> Result<[f64; 2], String> {
+    let numbers = text.split_once(',').map(|(low, high)| (low.trim().parse(), high.trim().parse()));
+    match numbers {
+        Some((Ok(low), Ok(high))) => Ok([low, high]),
+        _ => Err("two numbers are expected: least,largest".into()),
+    }
 }
 
 fn pixel(text: &str) -> Result<[usize; 2], String> {

@@ -27,7 +27,7 @@ impl MissionArguments {
 }
 
 pub(crate) fn solve(a: &SolveArguments) -> Result<Exit, Refusal> {
-    let mut mission = a.mission.load()?.with_threads(a.run.threads as usize).with_seed(a.run.seed);
+    let mut mission = a.mission.load()?.with_threads(a.run.threads.count()).with_seed(a.run.seed);
     if let Some(file) = &a.checkpoint {
         mission = mission.with_checkpoint(file.clone());
     }

@@ -11,7 +11,7 @@ use crate::output::{Exit, print, written};
 use crate::progress::{Progress, StopFlag};
 
 pub(crate) fn footprint(a: &FootprintArguments) -> Result<Exit, Refusal> {
-    let mission = a.mission.load()?.with_threads(a.run.threads as usize).with_seed(a.run.seed);
+    let mission = a.mission.load()?.with_threads(a.run.threads.count()).with_seed(a.run.seed);
     mission.check_footprint().map_err(refusal)?;
     if let Some(dir) = &a.out {
         // Before the work, not after it.

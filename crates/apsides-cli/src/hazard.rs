@@ -16,7 +16,8 @@ use serde::Serialize;
 
 use crate::arguments::{HazardArguments, Rule};
 use crate::commands::{Refusal, probe_directory, refusal};
-use crate::hazard_files::{Files, Rows, stem};
+use crate::hazard_features::Features;
+use crate::hazard_files::{Files, Rows, csv, stem};
 use crate::output::{Exit, print, written};
 use crate::progress::{Progress, StopFlag};
 use crate::terrain::{MapFile, MapSummary, pool, write};
@@ -41,6 +42,9 @@ struct Report {
     rule: &'static str,
     separation_m: f64,
     sites: Vec<SiteRow>,
+    /// Craters, boulders and probabilities that were asked for.
+    #[serde(flatten)]
+    features: Features,
     files: Vec<String>,
 }
 
@@ -187,6 +191,14 @@ pub(crate) fn hazard(a: &HazardArguments) -> Result<Exit, Refusal> {
             a.memory
         ));
     }
+    if let Some(option) = Features::asked(a).filter(|_| !in_memory) {
+        return Err(format!(
+            "{option}: needs the whole map in memory, {} MiB are too few for {} x {} pixels; give more with --memory",
+            a.memory,
+            geometry.rows(),
+            geometry.cols()
+        ));
+    }
     if let Some(dir) = &a.out {
         // Before the work, not after it.
         probe_directory(dir)?;
@@ -204,19 +216,22 @@ pub(crate) fn hazard(a: &HazardArguments) -> Result<Exit, Refusal> {
         files,
     };
     let work = Work { a, criteria: &criteria, start, separation };
-    let pool = pool(a.threads)?;
+    let pool = pool(&a.threads)?;
     let found = pool.install(|| {
         if in_memory {
             work.in_memory(&mut map, &geometry, &mut account)
         } else {
-            work.in_bands(&mut map, &geometry, memory, &mut account)
+            work.in_bands(&mut map, &geometry, memory, &mut account).map(|sites| (sites, Features::default()))
         }
     });
-    let sites = found?;
+    let (sites, features) = found?;
     let mut paths = match account.files {
         Some(files) => files.finish(&sites, criteria.clearance_min_m / pixel)?,
         None => Vec::new(),
     };
+    if let Some(dir) = &a.out {
+        paths.extend(features.write(dir, &geometry, &options)?);
+    }
     let mut report = Report {
         map: account.summary,
         criteria_name,
@@ -236,10 +251,11 @@ pub(crate) fn hazard(a: &HazardArguments) -> Result<Exit, Refusal> {
         },
         separation_m: separation,
         sites: sites.iter().map(SiteRow::new).collect(),
+        features,
         files: Vec::new(),
     };
     if let Some(dir) = &a.out {
-        paths.push(write(&dir.join("sites.csv"), &report.csv())?);
+        paths.push(write(&dir.join("sites.csv"), &report.csv()?)?);
         paths.push(dir.join("hazard.json"));
         report.files = paths.iter().map(|p| p.display().to_string()).collect();
         let text = serde_json::to_string_pretty(&report).map_err(refusal)?;
@@ -279,7 +295,7 @@ impl Work<'_> {
         map: &mut MapFile,
         geometry: &Geometry,
         account: &mut Account,
-    ) -> Result<Vec<Site>, Refusal> {
+    ) -> Result<(Vec<Site>, Features), Refusal> {
         let defect = |e| self.a.map.defect(e);
         let map = map.window(0, 0, geometry.rows(), geometry.cols()).map_err(defect)?;
         if map.range().is_none() {
@@ -304,7 +320,8 @@ impl Work<'_> {
             separation_m: self.separation,
             ..SiteRequest::default()
         };
-        Ok(choose_sites(&map, &hazards, &request).map_err(defect)?.sites)
+        let sites = choose_sites(&map, &hazards, &request).map_err(defect)?.sites;
+        Ok((sites, Features::find(self.a, self.criteria, &map)?))
     }
 
     fn in_bands(
@@ -342,29 +359,20 @@ impl Report {
         self.sites.first().map_or(Vec::new(), |site| site.layers.keys().collect())
     }
 
-    fn csv(&self) -> String {
+    fn csv(&self) -> Result<String, Refusal> {
+        const HEADS: [&str; 9] =
+            ["site", "row", "col", "east_m", "north_m", "height_m", "clearance_m", "divert_m", "visited"];
         let columns = self.columns();
-        let mut text = String::from("site,row,col,east_m,north_m,height_m,clearance_m,divert_m,visited");
-        columns.iter().for_each(|c| text += &format!(",{c}"));
-        text.push('\n');
-        for (k, s) in self.sites.iter().enumerate() {
+        let heads = HEADS.into_iter().chain(columns.iter().map(|c| c.as_str())).map(str::to_owned);
+        let row = |(k, s): (usize, &SiteRow)| {
             let clearance = s.clearance_m.map_or(String::new(), |c| c.to_string());
-            let _ = write!(
-                text,
-                "{},{},{},{},{},{},{clearance},{},{}",
-                k + 1,
-                s.row,
-                s.col,
-                s.east_m,
-                s.north_m,
-                s.height_m,
-                s.divert_m,
-                s.visited
-            );
-            columns.iter().for_each(|c| text += &format!(",{}", s.layers[*c]));
-            text.push('\n');
-        }
-        text
+            let place = [k + 1, s.row, s.col].map(|n| n.to_string());
+            let numbers = [s.east_m, s.north_m, s.height_m].map(|n| n.to_string());
+            let divert = [clearance, s.divert_m.to_string(), s.visited.to_string()];
+            let layers = columns.iter().map(|c| s.layers[*c].to_string());
+            place.into_iter().chain(numbers).chain(divert).chain(layers).collect::<Vec<_>>()
+        };
+        csv(heads, self.sites.iter().enumerate().map(row))
     }
 
     fn text(&self) -> String {
@@ -389,6 +397,7 @@ impl Report {
         );
         if self.sites.is_empty() {
             text += "no safe site\n";
+            text += &self.features.text();
             return text;
         }
         let columns = self.columns();
@@ -411,6 +420,7 @@ impl Report {
             columns.iter().for_each(|c| text += &format!("  {:>width$.3}", s.layers[*c], width = c.len()));
             text.push('\n');
         }
+        text += &self.features.text();
         text
     }
 }

@@ -94,12 +94,7 @@ impl Files {
     }
 
     fn picture_of(&mut self, name: &str, raster: &Raster<f32>, unit: &str) -> Result<(), Refusal> {
-        let path = self.dir.join(format!("{name}.png"));
-        let fail = |e: &dyn std::fmt::Display| format!("{}: {e}", path.display());
-        let file = BufWriter::new(File::create(&path).map_err(|e| fail(&e))?);
-        let legend = Legend { unit: unit.into() };
-        write_png(file, raster, ColourMap::Viridis, None, Some(&legend)).map_err(|e| fail(&e))?;
-        self.pictures.push(path);
+        self.pictures.push(write_picture(&self.dir, name, raster, unit)?);
         Ok(())
     }
 
@@ -121,6 +116,21 @@ impl Files {
     }
 }
 
+/// Writes a raster as a picture with a scale and returns its path.
+pub(crate) fn write_picture(
+    dir: &Path,
+    name: &str,
+    raster: &Raster<f32>,
+    unit: &str,
+) -> Result<PathBuf, Refusal> {
+    let path = dir.join(format!("{name}.png"));
+    let fail = |e: &dyn std::fmt::Display| format!("{}: {e}", path.display());
+    let file = BufWriter::new(File::create(&path).map_err(|e| fail(&e))?);
+    let legend = Legend { unit: unit.into() };
+    write_png(file, raster, ColourMap::Viridis, None, Some(&legend)).map_err(|e| fail(&e))?;
+    Ok(path)
+}
+
 /// Name of a layer in files, with its unit.
 pub(crate) fn stem(layer: Layer) -> String {
     format!("{}_{}", layer.name().replace('-', "_"), if layer.is_angle() { "deg" } else { "m" })
@@ -138,4 +148,17 @@ fn code(verdict: Verdict) -> f32 {
         Verdict::Unsafe(layer) => 1.0 + Layer::ALL.iter().position(|l| *l == layer).unwrap_or(0) as f32,
         Verdict::Unknown => f32::NAN,
     }
+}
+
+/// A table as CSV.
+pub(crate) fn csv(
+    heads: impl Iterator<Item = String>,
+    rows: impl Iterator<Item = Vec<String>>,
+) -> Result<String, Refusal> {
+    let mut table = csv::Writer::from_writer(Vec::new());
+    table.write_record(heads).map_err(refusal)?;
+    for row in rows {
+        table.write_record(row).map_err(refusal)?;
+    }
+    String::from_utf8(table.into_inner().map_err(refusal)?).map_err(refusal)
 }

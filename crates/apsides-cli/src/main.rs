@@ -15,6 +15,7 @@ mod commands;
 mod figures;
 mod footprint;
 mod hazard;
+mod hazard_features;
 mod hazard_files;
 mod montecarlo;
 mod output;

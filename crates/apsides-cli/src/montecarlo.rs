@@ -13,14 +13,14 @@ use crate::output::{Exit, number, print, warn, written};
 use crate::progress::{Progress, StopFlag};
 
 pub(crate) fn montecarlo(a: &MonteCarloArguments) -> Result<Exit, Refusal> {
-    let mission = a.mission.load()?.with_threads(a.run.threads as usize).with_seed(a.run.seed);
+    let mission = a.mission.load()?.with_threads(a.run.threads.count()).with_seed(a.run.seed);
     if mission.is_simulated() {
         return descents(a, &mission);
     }
     let run = MonteCarlo {
         samples: a.samples as usize,
         seed: a.run.seed,
-        threads: a.run.threads as usize,
+        threads: a.run.threads.count(),
         dispersions: Deviations {
             position_m: [a.position; 3],
             velocity_m_s: [a.velocity; 3],
@@ -64,7 +64,7 @@ fn descents(a: &MonteCarloArguments, mission: &Mission) -> Result<Exit, Refusal>
     let run = Descents {
         samples: a.samples as usize,
         seed: a.run.seed,
-        threads: a.run.threads as usize,
+        threads: a.run.threads.count(),
         dispersions: DescentDeviations {
             offset_m: [a.offset; 2],
             entry_angles_deg: [a.entry_angle; 2],

@@ -23,7 +23,7 @@ pub(crate) fn reproduce(a: &ReproduceArguments) -> Result<Exit, Refusal> {
     let stop = StopFlag::install();
     let mut progress = Progress::line(a.run.quiet, stop.clone(), parts as u64);
     let ticker = progress.clone();
-    let done = compute(name, a.run.threads as usize, &mut progress, |part| {
+    let done = compute(name, a.run.threads.count(), &mut progress, |part| {
         ticker.above(&match part {
             Part::Row(table) => newest_row(table),
             Part::Sheet(sheet) => sheet_text(sheet),

@@ -30,7 +30,7 @@ pub(crate) fn size(a: &SizeArguments) -> Result<Exit, Refusal> {
         print(&text(mission.name(), case.moving_mass(), &study));
     }
     if let Some(dir) = &a.out {
-        let svg = figure(&study).to_svg().map_err(refusal)?;
+        let svg = figure(&study).to_svg();
         let files = [file(dir, "size.json", &json)?, file(dir, "size.svg", &svg)?];
         if !a.json {
             print(&written(&files));

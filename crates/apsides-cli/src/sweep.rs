@@ -19,7 +19,7 @@ pub(crate) fn run_sweep(a: &SweepArguments) -> Result<Exit, Refusal> {
     }
     let mut cases = cases(&a.mission, &axes).map_err(refusal)?;
     for case in &mut cases {
-        case.mission = case.mission.clone().with_threads(a.run.threads as usize).with_seed(a.run.seed);
+        case.mission = case.mission.clone().with_threads(a.run.threads.count()).with_seed(a.run.seed);
     }
     let priced =
         if a.sensitivity { priced_axes(&axes, &cases).map_err(refusal)? } else { vec![false; axes.len()] };
@@ -163,7 +163,7 @@ impl Drawing {
     }
 
     fn finish(self) -> Result<String, Refusal> {
-        let svg = stacked_svg(&self.curves.figures()).map_err(refusal)?;
+        let svg = stacked_svg(&self.curves.figures());
         std::fs::write(&self.path, svg).map_err(|e| format!("--figure {}: {e}", self.path.display()))?;
         let legend = self.curves.legend();
         let legend = if legend.is_empty() { legend } else { format!(" ({legend})") };

@@ -9,7 +9,7 @@ use apsides::terrain::synthetic::{Limits, Synthetic, Terrain};
 use apsides::terrain::{Geometry, MapUnit, TerrainError};
 use serde::Serialize;
 
-use crate::arguments::{GenArguments, Ground, MapArguments};
+use crate::arguments::{GenArguments, Ground, MapArguments, Threads};
 use crate::commands::{Refusal, probe_directory, refusal};
 use crate::output::{Exit, print, written};
 use crate::progress::{Progress, StopFlag};
@@ -54,8 +54,13 @@ impl MapArguments {
 
     /// A sentence on what is wrong with the map.
     pub(crate) fn defect(&self, e: TerrainError) -> Refusal {
-        let reason = e.to_string().replace("give one (ReadOptions::pixel_m)", "give one with --pixel");
-        format!("{}: {reason}", self.map.display())
+        let file = self.map.display();
+        match e {
+            TerrainError::NoPixelSize { format } => {
+                format!("{file}: {format}, size of a pixel: the file states none: give one with --pixel")
+            }
+            e => format!("{file}: {e}"),
+        }
     }
 
     fn unreadable(&self, e: std::io::Error) -> Refusal {
@@ -187,7 +192,7 @@ pub(crate) fn generate(a: &GenArguments) -> Result<Exit, Refusal> {
         // Before the work, not after it.
         probe_directory(dir)?;
     }
-    let pool = pool(a.run.threads)?;
+    let pool = pool(&a.run.threads)?;
     let stop = StopFlag::install();
     let (rows, cols) = (terrain.rows, terrain.cols);
     let progress = Progress::counted(a.run.quiet, stop.clone(), rows as u64, "rows");
@@ -247,8 +252,8 @@ pub(crate) fn tiff(
 }
 
 /// Threads of the work.
-pub(crate) fn pool(threads: u32) -> Result<rayon::ThreadPool, Refusal> {
-    rayon::ThreadPoolBuilder::new().num_threads(threads as usize).build().map_err(refusal)
+pub(crate) fn pool(threads: &Threads) -> Result<rayon::ThreadPool, Refusal> {
+    rayon::ThreadPoolBuilder::new().num_threads(threads.count()).build().map_err(refusal)
 }
 
 /// Writes the craters and boulders of synthetic ground.

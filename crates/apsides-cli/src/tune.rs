@@ -37,7 +37,7 @@ pub(crate) fn tune(a: &TuneArguments) -> Result<Exit, Refusal> {
     if a.all_damping {
         tuning.set = tuning.set.with_all_damping();
     }
-    (tuning.evaluations, tuning.threads, tuning.seed) = (a.evaluations as usize, a.threads as usize, a.seed);
+    (tuning.evaluations, tuning.threads, tuning.seed) = (a.evaluations as usize, a.threads.count(), a.seed);
     let found = search(&case, &tuning).map_err(refusal)?;
     let keys = keys(&found);
     let robust = tuning.required.met_by(&found.margins);

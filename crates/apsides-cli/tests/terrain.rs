@@ -6,8 +6,10 @@ use std::path::Path;
 use std::process::{Command, Output};
 
 use apsides::terrain::ElevationMap;
+use apsides::terrain::detect::{BoulderSearch, CraterSearch, boulders, craters};
 use apsides::terrain::hazard::{SiteCriteria, hazard_map};
 use apsides::terrain::io::{ReadOptions, read};
+use apsides::terrain::probability::{Criteria, safe_landing, with_navigation_error};
 use apsides::terrain::site::{SiteRequest, choose_sites};
 use apsides::terrain::synthetic::{Synthetic, Terrain};
 
@@ -141,6 +143,45 @@ fn hazards_and_sites_are_the_library_s() {
     let o = apsides(&["hazard", &file, "--rule", "clearance", "--sites", "1"]);
     let text = String::from_utf8_lossy(&o.stdout).into_owned();
     assert!(text.contains("sites by clearance from row 165, column 105"), "{text}");
+}
+
+#[test]
+fn craters_boulders_and_probabilities_are_the_library_s() {
+    let dir = tempfile::tempdir().unwrap();
+    let (map, file) = generate(dir.path(), 330, 210);
+    let out = dir.path().join("out");
+    let asked = ["--craters", "2,20", "--boulders", "0.2", "--boulder-diameter", "2", "--noise", "0.02"];
+    let directory = path(&out);
+    let rest = ["--navigation-error", "0.5", "--out", &directory, "--json"];
+    let o = apsides(&[&["hazard", &file][..], &asked, &rest].concat());
+    assert!(matches!(o.status.code(), Some(0 | 3)), "{}", stderr(&o));
+    let v = json(&o);
+    let found = craters(&map, &CraterSearch { diameters: [2.0, 20.0], depth: 0.05 }).unwrap();
+    assert_eq!(v["craters"].as_array().unwrap().len(), found.len());
+    for (shown, crater) in v["craters"].as_array().unwrap().iter().zip(&found) {
+        assert_eq!(shown["diameter_m"].as_f64().unwrap(), crater.diameter);
+        assert_eq!(shown["depth_m"].as_f64().unwrap(), crater.depth);
+    }
+    let found = boulders(&map, &BoulderSearch { height: 0.2, diameter: 2.0 }).unwrap();
+    assert_eq!(v["boulders"].as_array().unwrap().len(), found.len());
+    let table = std::fs::read_to_string(out.join("boulders.csv")).unwrap();
+    assert_eq!(table.lines().count(), 1 + found.len());
+    // The limits of chang-e-3-fine.
+    let limits =
+        Criteria { radius: 2.5, slope: 8f64.to_radians(), roughness: 0.15, footpads: Some(2.5), noise: 0.02 };
+    let expected = with_navigation_error(&safe_landing(&map, &limits).unwrap(), 0.5).unwrap();
+    let bytes = std::fs::read(out.join("probability.tif")).unwrap();
+    let written = read(Cursor::new(bytes), &ReadOptions::default()).unwrap();
+    for row in [0, 100, 165] {
+        for col in [0, 60, 105] {
+            let (p, q) = (expected.get(row, col), written.height(row, col));
+            assert!(p.is_nan() && q.is_none() || q.is_some_and(|q| (q - f64::from(p)).abs() < 1e-6));
+        }
+    }
+    assert!(v["probability"]["largest"].as_f64().unwrap() <= 1.0);
+    let o = apsides(&["hazard", &file, "--noise", "0.02", "--memory", "1"]);
+    assert_eq!(o.status.code(), Some(2));
+    assert!(stderr(&o).contains("--noise"), "{}", stderr(&o));
 }
 
 #[test]

@@ -12,6 +12,6 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
         let points = outcome.curves.iter().flat_map(|c| &c.series).flat_map(|(_, points)| points.clone());
         figure = figure.with(Series::line(name, points.collect()));
     }
-    println!("{}", figure.to_svg()?);
+    println!("{}", figure.to_svg());
     Ok(())
 }

@@ -3,6 +3,9 @@
 use std::io;
 use std::path::PathBuf;
 
+use apsides::terrain::TerrainError;
+use apsides_ocp::OcpError;
+
 /// The errors of reading and writing results, each with its place.
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
@@ -17,17 +20,13 @@ pub enum ReportError {
         /// The system's reason.
         source: io::Error,
     },
-    /// The result directory is something else.
-    #[error("`{}` exists and is not a directory: results need a directory", path.display())]
-    NotADirectory {
-        /// The path that was given as the directory.
+    /// The result directory is a file, or a result file would replace a directory of its name.
+    #[error("`{}` {problem}", path.display())]
+    Directory {
+        /// The path of the directory or of the result file.
         path: PathBuf,
-    },
-    /// A result file cannot replace a directory of its name.
-    #[error("`{}` is a directory: a result file of that name cannot be written", path.display())]
-    IsADirectory {
-        /// Path of the result file.
-        path: PathBuf,
+        /// The kind of file it is, and the one that is needed.
+        problem: &'static str,
     },
     /// Text that is not the JSON expected, or values without a JSON form.
     #[error("{file}: {source}")]
@@ -37,13 +36,21 @@ pub enum ReportError {
         /// Place and reason.
         source: serde_json::Error,
     },
-    /// A table that cannot be written as CSV.
-    #[error("{file}: {reason}")]
+    /// A table that cannot be written or read.
+    #[error("{file}: {source}")]
     Table {
         /// Name of the file.
         file: &'static str,
-        /// Reason of the writer.
-        reason: String,
+        /// The error of the reader or writer of its format.
+        source: Box<dyn std::error::Error + Send + Sync>,
+    },
+    /// The directory holds the samples of another run.
+    #[error("{file}: the file in the directory has {found}: choose another directory, or remove it")]
+    OtherRun {
+        /// Name of the file.
+        file: &'static str,
+        /// The contents that differ from those of this run.
+        found: &'static str,
     },
     /// A trajectory file that is truncated, malformed or does not fit the problem.
     #[error("trajectory, line {line}: {reason}")]
@@ -69,12 +76,20 @@ pub enum ReportError {
         /// The defect, and what is expected instead.
         reason: String,
     },
-    /// The drawing library failed.
-    #[error("figure `{title}`: {reason}")]
-    Figure {
-        /// Title of the figure.
-        title: String,
-        /// Reason of the library.
-        reason: String,
+    /// The controls of a phase cannot be given at the nodes of its states.
+    #[error("trajectory of {phase}: {source}")]
+    Nodes {
+        /// Name of the phase.
+        phase: String,
+        /// The reason.
+        source: OcpError,
+    },
+    /// A picture of a map cannot be drawn.
+    #[error("{map} map: {source}")]
+    Map {
+        /// Name of the map.
+        map: String,
+        /// The reason.
+        source: TerrainError,
     },
 }

@@ -2,7 +2,7 @@
 
 use std::ops::Range;
 
-use crate::svg::COLORS;
+use crate::palette::COLORS;
 
 /// The scale of an axis: linear or logarithmic.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]

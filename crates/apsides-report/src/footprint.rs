@@ -4,7 +4,7 @@ use std::path::{Path, PathBuf};
 
 use apsides::footprint::{BoundaryPoint, Footprint};
 
-use crate::directory::{Item, json, replace};
+use crate::files::{Item, json, replace, table_error};
 use crate::trajectory_csv::shortest;
 use crate::{Axis, Figure, ReportError, Series};
 
@@ -34,7 +34,7 @@ pub fn write_footprint(dir: &Path, footprint: &Footprint) -> Result<Vec<PathBuf>
     let items: Vec<Item> = vec![
         (DATA, Some(data(footprint)?)),
         (JSON, Some(json(JSON, footprint)?)),
-        (MAP, Some(footprint_map(footprint).to_svg()?.into_bytes())),
+        (MAP, Some(footprint_map(footprint).to_svg().into_bytes())),
     ];
     replace(dir, &items)
 }
@@ -60,9 +60,9 @@ pub fn footprint_map(footprint: &Footprint) -> Figure {
 }
 
 fn data(footprint: &Footprint) -> Result<Vec<u8>, ReportError> {
-    let failed = |reason: String| ReportError::Table { file: DATA, reason };
+    let failed = |e: csv::Error| table_error(DATA, e);
     let mut csv = csv::Writer::from_writer(Vec::new());
-    csv.write_record(HEADS).map_err(|e| failed(e.to_string()))?;
+    csv.write_record(HEADS).map_err(failed)?;
     for p in &footprint.points {
         let numbers = [
             p.bearing_deg,
@@ -75,7 +75,7 @@ fn data(footprint: &Footprint) -> Result<Vec<u8>, ReportError> {
         ];
         let last = [p.status.clone(), p.verdict.to_string(), p.verified.to_string()];
         let record = std::iter::once(p.kind.word().to_owned()).chain(numbers.map(shortest)).chain(last);
-        csv.write_record(record).map_err(|e| failed(e.to_string()))?;
+        csv.write_record(record).map_err(failed)?;
     }
-    csv.into_inner().map_err(|e| failed(e.to_string()))
+    csv.into_inner().map_err(|e| table_error(DATA, e.into_error()))
 }

@@ -6,43 +6,22 @@ use std::fmt::Write as _;
 use apsides::{Outcome, Summary};
 use apsides_ocp::Trajectory;
 use apsides_verify::{Certificate, Check, CheckKind, Verdict};
-use plotters::style::RGBColor;
 
 use crate::ReportError;
 use crate::figure::{Figure, SeriesStyle};
+use crate::markup::escape;
 use crate::number::readable;
+use crate::palette::{BOUND, reference_color, series_color};
 use crate::standard_figures::StandardFigures;
-use crate::svg::{BOUND, reference_color, series_color};
 use crate::units::{pretty, split_key};
 
 /// Significant digits of results.
 const DIGITS: usize = 7;
 
-/// Text that stands for itself in HTML and XML, in elements and in quoted attributes.
-///
-/// Control characters, which XML has no form for, become the replacement character.
-pub(crate) fn escape(text: &str) -> String {
-    let mut out = String::with_capacity(text.len());
-    for c in text.chars() {
-        match c {
-            '&' => out.push_str("&amp;"),
-            '<' => out.push_str("&lt;"),
-            '>' => out.push_str("&gt;"),
-            '"' => out.push_str("&quot;"),
-            '\'' => out.push_str("&#39;"),
-            '\n' | '\t' => out.push(c),
-            '\r' => {}
-            c if c.is_control() || matches!(c, '\u{fffe}' | '\u{ffff}') => out.push('\u{fffd}'),
-            c => out.push(c),
-        }
-    }
-    out
-}
-
 /// The page: facts, results, certificate, work, the mission's own `figures`, the standard ones, the mission file.
 ///
 /// # Errors
-/// [`ReportError::Shape`] when the trajectory does not fit the problem; [`ReportError::Figure`] when drawing fails.
+/// [`ReportError::Shape`] when the trajectory does not fit the problem.
 pub fn render_html(outcome: &Outcome, figures: &[Figure]) -> Result<String, ReportError> {
     let standard = StandardFigures::new(&outcome.ocp, &outcome.trajectory)?;
     let summary = &outcome.summary;
@@ -56,18 +35,18 @@ pub fn render_html(outcome: &Outcome, figures: &[Figure]) -> Result<String, Repo
     certificate(&mut page, &summary.certificate);
     phases(&mut page, outcome);
     let curves = "Lines are the polynomials of the solution, dots its nodes (left out on fine meshes), dashed grey lines bounds near the data.";
-    section(&mut page, "Mission", None, figures)?;
-    section(&mut page, "States", Some(curves), &standard.states)?;
-    section(&mut page, "Controls", Some(curves), &standard.controls)?;
+    section(&mut page, "Mission", None, figures);
+    section(&mut page, "States", Some(curves), &standard.states);
+    section(&mut page, "Controls", Some(curves), &standard.controls);
     let costates =
         "Derivatives of the minimised objective with respect to the state, in objective unit per state unit.";
-    section(&mut page, "Costates", Some(costates), &standard.costates)?;
+    section(&mut page, "Costates", Some(costates), &standard.costates);
     section(
         &mut page,
         "Mesh",
         Some("Each dot starts an interval; fine meshes are drawn without dots."),
         &standard.mesh,
-    )?;
+    );
     end(&mut page, &outcome.mission_file, "The nodes are in trajectory.csv, the numbers in summary.json.");
     Ok(page)
 }
@@ -295,14 +274,9 @@ fn parameters(page: &mut String, outcome: &Outcome, trajectory: &Trajectory) {
     page.push_str("</tbody>\n</table></div>\n");
 }
 
-pub(crate) fn section(
-    page: &mut String,
-    title: &str,
-    note: Option<&str>,
-    figures: &[Figure],
-) -> Result<(), ReportError> {
+pub(crate) fn section(page: &mut String, title: &str, note: Option<&str>, figures: &[Figure]) {
     if figures.is_empty() {
-        return Ok(());
+        return;
     }
     let _ = writeln!(page, "<h2>{title}</h2>");
     if let Some(note) = note {
@@ -312,26 +286,25 @@ pub(crate) fn section(
     for figure in figures {
         let _ = writeln!(page, "<figure>\n<figcaption>{}</figcaption>", escape(&figure.title));
         legend(page, figure);
-        page.push_str(&figure.to_svg()?);
+        page.push_str(&figure.to_svg());
         page.push_str("</figure>\n");
     }
     page.push_str("</div>\n");
-    Ok(())
 }
 
 /// Labels with a sample of their line, outside of the drawing so that they never cover data.
 fn legend(page: &mut String, figure: &Figure) {
     let series = figure.series.iter().zip(figure.colors()).map(|(s, color)| {
-        let color = hexadecimal(series_color(color));
+        let color = series_color(color);
         let sample = match s.style {
             SeriesStyle::Line => format!("<path d=\"M1 5H25\" stroke=\"{color}\" stroke-width=\"2\"/>"),
             SeriesStyle::Dots => format!("<circle cx=\"13\" cy=\"5\" r=\"3\" fill=\"{color}\"/>"),
-            SeriesStyle::Bound => dashed(&hexadecimal(BOUND)),
+            SeriesStyle::Bound => dashed(BOUND),
         };
         (s.label.as_str(), sample)
     });
     let references = figure.references.iter().enumerate();
-    let references = references.map(|(k, r)| (r.label(), dashed(&hexadecimal(reference_color(k)))));
+    let references = references.map(|(k, r)| (r.label(), dashed(reference_color(k))));
     let mut entries = series.chain(references).filter(|(label, _)| !label.is_empty()).peekable();
     if entries.peek().is_none() {
         return;
@@ -349,8 +322,4 @@ fn legend(page: &mut String, figure: &Figure) {
 
 fn dashed(color: &str) -> String {
     format!("<path d=\"M1 5H25\" stroke=\"{color}\" stroke-width=\"1.6\" stroke-dasharray=\"6 4\"/>")
-}
-
-fn hexadecimal(RGBColor(red, green, blue): RGBColor) -> String {
-    format!("#{red:02x}{green:02x}{blue:02x}")
 }

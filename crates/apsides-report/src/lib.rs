@@ -19,18 +19,17 @@
 //! let svg = Figure::new("descent", Axis::new("downrange", "m"), Axis::new("altitude", "m"))
 //!     .with(Series::line("flight path", descent.collect()))
 //!     .horizontal("gate", 2000.0)
-//!     .to_svg()?;
+//!     .to_svg();
 //! assert!(svg.contains("altitude (km)")); // 15000 m are shown as 15 km
-//! # Ok::<(), apsides_report::ReportError>(())
 //! ```
 //!
 //! | module | subject |
 //! | --- | --- |
-//! | `directory` | the files of a result, written together |
+//! | `directory`, `files` | the files of a result, written together |
 //! | `trajectory_csv`, `trajectory_reader`, `columns` | `trajectory.csv`: writing, reading, headers |
 //! | `multipliers` | `multipliers.json` |
-//! | `html`, `page.css` | `report.html` |
-//! | `figure`, `axis_layout`, `svg` | what a figure shows, where its ticks stand, how it is drawn |
+//! | `html`, `page.css`, `markup` | `report.html` |
+//! | `figure`, `axis_layout`, `palette`, `svg` | what a figure shows, where its ticks stand, its colours, how it is drawn |
 //! | `standard_figures` | figures of every result |
 //! | `simulation`, `root_locus` | simulated flights, poles of their loops |
 //! | `footprint` | ends within reach, with a map |
@@ -44,12 +43,15 @@ mod columns;
 mod directory;
 mod error;
 mod figure;
+mod files;
 mod footprint;
 mod hazard_picture;
 mod html;
+mod markup;
 mod montecarlo;
 mod multipliers;
 mod number;
+mod palette;
 #[cfg(feature = "parquet")]
 mod parquet_samples;
 mod reproduction;
@@ -75,12 +77,11 @@ pub use multipliers::{
 };
 #[cfg(feature = "parquet")]
 pub use parquet_samples::write_parquet;
-pub use reproduction::{
-    COMPARISON_HEADS, comparison_columns, miss_sentence, quantity_label, write_reproduction,
-};
+pub use reproduction::{COMPARISON_HEADS, comparison_columns, miss_sentence, write_reproduction};
 pub use sheet::sheet_text;
 pub use simulation::write_simulation;
 pub use standard_figures::StandardFigures;
 pub use svg::stacked_svg;
 pub use trajectory_csv::write_trajectory;
 pub use trajectory_reader::read_trajectory;
+pub use units::quantity_label;

@@ -6,7 +6,7 @@ use std::path::{Path, PathBuf};
 
 use apsides::montecarlo::{Ellipse, Sample, Statistics};
 
-use crate::directory::{Item, json, replace};
+use crate::files::{Item, json, replace, table_error};
 use crate::trajectory_csv::shortest;
 use crate::{Axis, Figure, ReportError, Series};
 
@@ -94,15 +94,12 @@ impl SampleFile {
     }
 }
 
-fn other(what: &str) -> ReportError {
-    ReportError::Table {
-        file: DATA,
-        reason: format!("the file in the directory has {what}: choose another directory, or remove it"),
-    }
+fn other(found: &'static str) -> ReportError {
+    ReportError::OtherRun { file: DATA, found }
 }
 
 fn table(e: csv::Error) -> ReportError {
-    ReportError::Table { file: DATA, reason: e.to_string() }
+    table_error(DATA, e)
 }
 
 fn record(sample: &Sample) -> impl Iterator<Item = String> + '_ {
@@ -152,7 +149,7 @@ pub fn write_statistics(
     figure: &Figure,
     statistics: &Statistics,
 ) -> Result<Vec<PathBuf>, ReportError> {
-    let figure = figure.to_svg()?.into_bytes();
+    let figure = figure.to_svg().into_bytes();
     let items: Vec<Item> = vec![(JSON, Some(json(JSON, statistics)?)), (FIGURE, Some(figure))];
     replace(dir, &items)
 }

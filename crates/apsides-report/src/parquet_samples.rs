@@ -16,6 +16,7 @@ use parquet::file::writer::SerializedFileWriter;
 use parquet::schema::types::Type;
 
 use crate::ReportError;
+use crate::files::table_error;
 use crate::montecarlo::INDEX;
 
 const DATA: &str = "montecarlo.parquet";
@@ -37,8 +38,7 @@ pub fn write_parquet(
     let next = dir.join(format!("{DATA}.part"));
     let io = |source| ReportError::Io { action: "write", path: path.clone(), source };
     let file = BufWriter::new(File::create(&next).map_err(io)?);
-    write(file, samples, names, columns, ROWS)
-        .map_err(|e| ReportError::Table { file: DATA, reason: e.to_string() })?;
+    write(file, samples, names, columns, ROWS).map_err(|e| table_error(DATA, e))?;
     std::fs::rename(&next, &path).map_err(io)?;
     Ok(path)
 }

@@ -6,9 +6,10 @@ use std::path::{Path, PathBuf};
 use apsides::key::{name_of, unit_of};
 use apsides::reproduce::{Comparison, Miss, Reproduction, Row, Table};
 
-use crate::directory::{Item, replace};
+use crate::files::{Item, replace, table_error};
 use crate::sheet::{self, sheet_markdown};
 use crate::trajectory_csv::shortest;
+use crate::units::quantity_label;
 use crate::{Axis, Figure, ReportError, Series};
 
 const MARKDOWN: &str = "reproduction.md";
@@ -34,16 +35,6 @@ pub fn comparison_columns(c: &Comparison) -> [String; 7] {
     ]
 }
 
-/// Name of a quantity with its unit, if it has one: `flight time (s)`.
-#[must_use]
-pub fn quantity_label(key: &str) -> String {
-    let name = name_of(key).replace('_', " ");
-    match unit_of(key) {
-        "" => name,
-        unit => format!("{name} ({unit})"),
-    }
-}
-
 /// Where the paper's nonlinear program leads when it is flown, in words.
 #[must_use]
 pub fn miss_sentence(row: &Row) -> String {
@@ -66,11 +57,11 @@ pub fn miss_sentence(row: &Row) -> String {
 pub fn write_reproduction(dir: &Path, done: &Reproduction) -> Result<Vec<PathBuf>, ReportError> {
     let mut items: Vec<Item> = vec![(MARKDOWN, Some(markdown(done).into_bytes())), (DATA, Some(data(done)?))];
     for table in &done.tables {
-        let drawn = (!table.rows.is_empty()).then(|| figure(table).to_svg().map(String::into_bytes));
-        items.push((table.figure, drawn.transpose()?));
+        let drawn = (!table.rows.is_empty()).then(|| figure(table).to_svg().into_bytes());
+        items.push((table.figure, drawn));
     }
     for graph in done.sheets.iter().flat_map(|s| &s.graphs) {
-        items.push((graph.file, Some(sheet::figure(graph).to_svg()?.into_bytes())));
+        items.push((graph.file, Some(sheet::figure(graph).to_svg().into_bytes())));
     }
     replace(dir, &items)
 }
@@ -153,14 +144,14 @@ fn findings(q: &Comparison) -> String {
 
 /// One record per row and quantity.
 fn data(done: &Reproduction) -> Result<Vec<u8>, ReportError> {
-    let failed = |reason: String| ReportError::Table { file: DATA, reason };
+    let failed = |e: csv::Error| table_error(DATA, e);
     let mut writer = csv::Writer::from_writer(Vec::new());
     if done.tables.is_empty() {
-        writer.write_record(sheet::DATA_HEADS).map_err(|e| failed(e.to_string()))?;
+        writer.write_record(sheet::DATA_HEADS).map_err(failed)?;
         for record in done.sheets.iter().flat_map(sheet::records) {
-            writer.write_record(record).map_err(|e| failed(e.to_string()))?;
+            writer.write_record(record).map_err(failed)?;
         }
-        return writer.into_inner().map_err(|e| failed(e.to_string()));
+        return writer.into_inner().map_err(|e| table_error(DATA, e.into_error()));
     }
     let head = [
         "table",
@@ -182,7 +173,7 @@ fn data(done: &Reproduction) -> Result<Vec<u8>, ReportError> {
         "verified",
         "findings",
     ];
-    writer.write_record(head).map_err(|e| failed(e.to_string()))?;
+    writer.write_record(head).map_err(failed)?;
     let number = |v: Option<f64>| v.map_or(String::new(), shortest);
     for table in &done.tables {
         for (row, q) in table.rows.iter().flat_map(|row| row.quantities.iter().map(move |q| (row, q))) {
@@ -206,10 +197,10 @@ fn data(done: &Reproduction) -> Result<Vec<u8>, ReportError> {
                 row.verified.to_string(),
                 findings(q),
             ];
-            writer.write_record(record).map_err(|e| failed(e.to_string()))?;
+            writer.write_record(record).map_err(failed)?;
         }
     }
-    writer.into_inner().map_err(|e| failed(e.to_string()))
+    writer.into_inner().map_err(|e| table_error(DATA, e.into_error()))
 }
 
 #[cfg(test)]

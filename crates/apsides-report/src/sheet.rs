@@ -5,7 +5,8 @@ use std::fmt::Write as _;
 use apsides::reproduce::{Graph, Sheet};
 
 use crate::trajectory_csv::shortest;
-use crate::{Axis, Figure, Series, quantity_label};
+use crate::units::quantity_label;
+use crate::{Axis, Figure, Series};
 
 /// Widest line of a column's head in a terminal.
 const HEAD_WIDTH: usize = 12;

@@ -6,8 +6,9 @@ use std::path::{Path, PathBuf};
 use apsides::Simulated;
 
 use crate::columns::header_text;
-use crate::directory::{Item, json, replace};
+use crate::files::{Item, json, replace, table_error};
 use crate::html;
+use crate::markup::escape;
 use crate::number::readable;
 use crate::root_locus;
 use crate::trajectory_csv::shortest;
@@ -30,43 +31,42 @@ pub fn write_simulation(
 ) -> Result<Vec<PathBuf>, ReportError> {
     let items: Vec<Item> = vec![
         (SUMMARY, Some(json(SUMMARY, &flight.summary)?)),
-        (STATES, Some(states(flight).into_bytes())),
+        (STATES, Some(states(flight)?)),
         (MISSION, Some(flight.mission_file.clone().into_bytes())),
-        (REPORT, Some(page(flight, figures)?.into_bytes())),
+        (REPORT, Some(page(flight, figures).into_bytes())),
     ];
     replace(dir, &items)
 }
 
-fn states(flight: &Simulated) -> String {
+fn states(flight: &Simulated) -> Result<Vec<u8>, ReportError> {
     let head = |(name, unit): &(&str, &str)| match header_text(unit) {
         unit if unit.is_empty() => header_text(name),
         unit => format!("{}_{unit}", header_text(name)),
     };
-    let mut text = flight.columns.iter().map(head).collect::<Vec<_>>().join(",");
-    text.push('\n');
+    let failed = |e: csv::Error| table_error(STATES, e);
+    let mut table = csv::Writer::from_writer(Vec::new());
+    table.write_record(flight.columns.iter().map(head)).map_err(failed)?;
     for row in &flight.rows {
-        text += &row.iter().map(|v| shortest(*v)).collect::<Vec<_>>().join(",");
-        text.push('\n');
+        table.write_record(row.iter().map(|v| shortest(*v))).map_err(failed)?;
     }
-    text
+    table.into_inner().map_err(|e| table_error(STATES, e.into_error()))
 }
 
 // Writing into a `String` cannot fail, hence the discarded results.
 
-fn page(flight: &Simulated, figures: &[Figure]) -> Result<String, ReportError> {
+fn page(flight: &Simulated, figures: &[Figure]) -> String {
     let s = &flight.summary;
     let mut page = html::begin(&s.mission);
-    let _ =
-        writeln!(page, "<p class=\"lead\">Law: {}. {}.</p>", html::escape(&s.law), html::escape(&s.ending));
+    let _ = writeln!(page, "<p class=\"lead\">Law: {}. {}.</p>", escape(&s.law), escape(&s.ending));
     for warning in &s.warnings {
-        let _ = writeln!(page, "<p class=\"explanation\">Warning: {}</p>", html::escape(warning));
+        let _ = writeln!(page, "<p class=\"explanation\">Warning: {}</p>", escape(warning));
     }
     let class = if s.status == "completed" { "good" } else { "bad" };
     let _ = writeln!(
         page,
         "<dl class=\"facts\">\n<div><dt>status</dt><dd class=\"{class}\">{}</dd></div>\n\
          <div><dt>end</dt><dd>{} s</dd></div>\n<div><dt>total time</dt><dd>{}</dd></div>\n</dl>",
-        html::escape(&s.status),
+        escape(&s.status),
         readable(s.end_time_s, 6),
         html::milliseconds(s.time_ms)
     );
@@ -80,11 +80,11 @@ fn page(flight: &Simulated, figures: &[Figure]) -> Result<String, ReportError> {
             readable(locus.dynamic_pressure / 1e3, 4),
             readable(locus.altitude / 1e3, 4)
         );
-        html::section(&mut page, "Root locus", Some(&note), &root_locus::figures(locus))?;
+        html::section(&mut page, "Root locus", Some(&note), &root_locus::figures(locus));
     }
-    html::section(&mut page, "States", None, figures)?;
+    html::section(&mut page, "States", None, figures);
     html::end(&mut page, &flight.mission_file, "The states are in states.csv, the numbers in summary.json.");
-    Ok(page)
+    page
 }
 
 fn margins(page: &mut String, flight: &Simulated) {

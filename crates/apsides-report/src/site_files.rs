@@ -3,7 +3,7 @@
 use apsides::SiteSelection;
 
 use crate::ReportError;
-use crate::directory::Item;
+use crate::files::{Item, table_error};
 use crate::hazard_picture::HazardPicture;
 
 /// Names of the files of the maps that missions have.
@@ -38,10 +38,7 @@ pub(crate) fn site_files(sites: &[SiteSelection]) -> Result<Vec<Item>, ReportErr
 }
 
 fn drawn(s: &SiteSelection) -> Result<Vec<u8>, ReportError> {
-    let refused = |e: apsides::terrain::TerrainError| ReportError::Shape {
-        place: format!("{} map", s.name),
-        reason: e.to_string(),
-    };
+    let refused = |source| ReportError::Map { map: s.name.into(), source };
     let mut picture = HazardPicture::new(s.map.geometry());
     picture.rows(&s.map, 0, s.hazards.verdict().data()).map_err(refused)?;
     let others = s.candidates.iter().enumerate().filter(|(k, _)| *k != s.chosen).map(|(_, c)| c);
@@ -54,7 +51,7 @@ fn drawn(s: &SiteSelection) -> Result<Vec<u8>, ReportError> {
 
 fn candidates(file: &'static str, s: &SiteSelection) -> Result<Vec<u8>, ReportError> {
     let mut table = csv::Writer::from_writer(Vec::new());
-    let failed = |e: csv::Error| ReportError::Shape { place: file.into(), reason: e.to_string() };
+    let failed = |e: csv::Error| table_error(file, e);
     table.write_record(COLUMNS).map_err(failed)?;
     for (k, c) in s.candidates.iter().enumerate() {
         let [east, north, up] = c.offset;
@@ -73,5 +70,5 @@ fn candidates(file: &'static str, s: &SiteSelection) -> Result<Vec<u8>, ReportEr
         ];
         table.write_record(record.into_iter().chain(numbers.map(|n| n.to_string()))).map_err(failed)?;
     }
-    table.into_inner().map_err(|e| ReportError::Shape { place: file.into(), reason: e.to_string() })
+    table.into_inner().map_err(|e| table_error(file, e.into_error()))
 }

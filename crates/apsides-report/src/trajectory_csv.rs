@@ -13,6 +13,7 @@ use apsides_ocp::{Ocp, Phase, PhaseTrajectory, PiecewisePolynomial, Trajectory};
 
 use crate::ReportError;
 use crate::columns::{COLLOCATED, Columns, INTERVAL, INTERVAL_ERROR, PHASE, PhaseColumns};
+use crate::files::{TRAJECTORY, table_error};
 
 /// Writes the nodes of a trajectory of `ocp` as CSV: one row per node, columns `phase`, `interval`, time, states,
 /// controls, costates (if any), parameters, objective, error estimate of the interval, `collocated`.
@@ -23,7 +24,7 @@ use crate::columns::{COLLOCATED, Columns, INTERVAL, INTERVAL_ERROR, PHASE, Phase
 /// # Errors
 /// [`ReportError::Shape`] when the trajectory does not have the sizes of the problem, or its polynomials are not
 /// determined by its nodes (each interval starts at a node, states have at most one node more than controls);
-/// [`ReportError::Trajectory`] when `out` cannot be written.
+/// [`ReportError::Table`] when `out` cannot be written.
 pub fn write_trajectory<W: Write>(out: W, ocp: &Ocp, trajectory: &Trajectory) -> Result<(), ReportError> {
     check_sizes(ocp, trajectory)?;
     trajectory.phases.iter().try_for_each(check_nodes)?;
@@ -32,9 +33,8 @@ pub fn write_trajectory<W: Write>(out: W, ocp: &Ocp, trajectory: &Trajectory) ->
     let position: HashMap<&str, usize> =
         columns.all.iter().enumerate().map(|(k, header)| (header.as_str(), k)).collect();
     let mut writer = csv::Writer::from_writer(out);
-    let mut line = 1;
-    let failed = |line| move |e: csv::Error| ReportError::Trajectory { line, reason: e.to_string() };
-    writer.write_record(&columns.all).map_err(failed(line))?;
+    let failed = |e: csv::Error| table_error(TRAJECTORY, e);
+    writer.write_record(&columns.all).map_err(failed)?;
     for (phase, headers) in trajectory.phases.iter().zip(&columns.phases) {
         let end = phase.mesh.total_points();
         let (mut current, mut first) = (0, 0); // Interval and its first node.
@@ -56,11 +56,10 @@ pub fn write_trajectory<W: Write>(out: W, ocp: &Ocp, trajectory: &Trajectory) ->
             if let Some(error) = phase.interval_errors.get(interval) {
                 put(INTERVAL_ERROR, shortest(*error));
             }
-            line += 1;
-            writer.write_record(&row).map_err(failed(line))?;
+            writer.write_record(&row).map_err(failed)?;
         }
     }
-    writer.flush().map_err(|e| ReportError::Trajectory { line, reason: e.to_string() })
+    writer.flush().map_err(|e| table_error(TRAJECTORY, e))
 }
 
 /// A node of an interval.
