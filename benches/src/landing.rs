@@ -1,9 +1,9 @@
 //! The landing from perilune on a uniform mesh: one nonlinear program, its start and its settings.
 
+use apsides::Posed;
 use apsides::nlp::{BarrierStrategy, InteriorPoint, NlpSettings, ScalingMethod};
 use apsides::ocp::{Guess, Mesh, Ocp};
 use apsides::radau::{RadauSettings, Transcription};
-use apsides::{Mission, Posed};
 use serde::Serialize;
 
 use crate::numbers::Numbers;
@@ -56,7 +56,7 @@ impl Landing {
     /// # Errors
     /// When there is no such mission or it cannot be posed.
     pub fn of(mission: &str) -> Result<Self, Failure> {
-        let mission = Mission::load(mission, &[])?;
+        let mission = apsides::load(mission, &[])?;
         let Posed { ocp, guess, .. } = mission.pose()?;
         Ok(Self { mission_file: mission.to_file(), ocp, guess })
     }

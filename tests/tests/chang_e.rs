@@ -3,7 +3,8 @@
 //! grams. `references/chang_e_braking.py` prints what is in the plane.
 #![allow(clippy::unwrap_used)]
 
-use apsides::{Mission, Outcome};
+use apsides::Outcome;
+use apsides::dynamics::engine::STANDARD_GRAVITY;
 
 /// Solver: masses and propellants against indirect shooting, kg.
 const SOLVER_MASS_KG: f64 = 1e-6;
@@ -32,7 +33,7 @@ const COSTATE: f64 = 2e-6;
 
 fn solved(mission: &str, overrides: &[&str]) -> Outcome {
     let overrides: Vec<String> = overrides.iter().map(|o| (*o).to_owned()).collect();
-    Mission::load(mission, &overrides).unwrap().solve(None, &mut ()).unwrap()
+    apsides::load(mission, &overrides).unwrap().solve(None, &mut ()).unwrap()
 }
 
 fn solve(overrides: &[&str]) -> Outcome {
@@ -72,14 +73,15 @@ fn in_the_plane() {
 #[test]
 fn sensitivities_in_the_plane() {
     let overrides = ["motion=plane".to_owned()];
-    let mission = Mission::load("chang-e-3-braking", &overrides).unwrap();
+    let mission = apsides::load("chang-e-3-braking", &overrides).unwrap();
     let outcome = mission.solve(None, &mut ()).unwrap();
     // Key, value of the adjoint per unit of the key, its relative accuracy, step of the differences, accuracy of these.
     let cases = [
         ("initial_mass_kg", 0.542_230_649_9, 1e-6, 2.0, 2e-6),
-        ("exhaust_velocity_m_s", 0.258_622_112_3, 2e-6, 1.0, 2e-6),
+        // Per m/s of the exhaust velocity, which is the specific impulse by standard gravity.
+        ("isp_s", 0.258_622_112_3 * STANDARD_GRAVITY, 2e-6, 1.0 / STANDARD_GRAVITY, 2e-6),
         ("thrust_n", 0.005_930_588_7, 5e-6, 5.0, 1e-5),
-        ("least_thrust_n", -8.687_369_6e-7, 1e-4, 100.0, 1e-2),
+        ("min_thrust_n", -8.687_369_6e-7, 1e-4, 100.0, 1e-2),
         ("start_speed_m_s", -0.442_360_910_4, 1e-6, 1.0, 2e-6),
         // Per km.
         ("perilune_altitude_km", -0.735_388_974_6, 1e-6, 0.05, 1e-5),
@@ -162,14 +164,14 @@ fn other_gates() {
 fn what_cannot_be_is_said() {
     let refused = |overrides: &[&str]| {
         let overrides: Vec<String> = overrides.iter().map(|o| (*o).to_owned()).collect();
-        match Mission::load("chang-e-3-braking", &overrides) {
+        match apsides::load("chang-e-3-braking", &overrides) {
             Err(e) => e.to_string(),
             Ok(_) => panic!("{overrides:?} is accepted"),
         }
     };
     for (overrides, words) in [
         (["gate_altitude_km=20"], "below the perilune"),
-        (["least_thrust_n=8000"], "below `thrust_n`"),
+        (["min_thrust_n=8000"], "below `thrust_n`"),
         (["dry_mass_kg=1800"], "must be braked"),
         (["thrust_n=1501"], "cannot stop"),
         (["apolune_altitude_km=10"], "apolune_altitude_km"),
@@ -259,7 +261,7 @@ fn gates_follow_each_other() {
         ),
         ("cutoff_altitude_m=30", "it must be below `fine_avoidance_end_altitude_m`"),
     ] {
-        let error = Mission::load("chang-e-3", &[key.to_owned()]).unwrap_err().to_string();
+        let error = apsides::load("chang-e-3", &[key.to_owned()]).unwrap_err().to_string();
         assert!(error.contains(words), "{error}");
     }
 }

@@ -1,7 +1,6 @@
 //! The work of solves is that of the stored counters: the whole gallery, and missions.
 #![allow(clippy::unwrap_used)]
 
-use apsides::Mission;
 use apsides_problems::GALLERY;
 use apsides_tests::golden::{Counters, Work, blessing, kkt_nonzeros, load, store};
 use apsides_tests::{radau, solve};
@@ -31,7 +30,7 @@ fn count() -> Counters {
         (problem.name.to_string(), work)
     });
     let missions = MISSIONS.iter().map(|name| {
-        let outcome = Mission::load(name, &[]).unwrap().solve(None, &mut ()).unwrap();
+        let outcome = apsides::load(name, &[]).unwrap().solve(None, &mut ()).unwrap();
         let counters = outcome.summary.counters;
         let (ocp, trajectory) = outcome.solved();
         let work = Work {

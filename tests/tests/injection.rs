@@ -5,8 +5,9 @@
 //! cap, oblateness or a limited flight time come from the collocation alone. `references/geo_injection.py` prints two to four burns.
 #![allow(clippy::unwrap_used)]
 
+use apsides::pipeline::sweep;
 use apsides::verify::{CheckKind, Verdict};
-use apsides::{Error, Mission, Outcome, sweep};
+use apsides::{Error, Outcome};
 use apsides_tests::tolerance::{BURN_TIME_S, COLLOCATION_PROPELLANT_KG, IGNITION_TIME_S, PROPELLANT_KG};
 
 /// Discretisation: the re-simulated flight misses the velocity of the target by less, m/s.
@@ -32,9 +33,9 @@ const PRICE: f64 = 1e-4;
 /// Discretisation: the same over a wide step, relative.
 const PRICE_OF_TIME: f64 = 1e-2;
 
-fn load(name: &str, overrides: &[&str]) -> Result<Mission, Error> {
+fn load(name: &str, overrides: &[&str]) -> Result<apsides::Pipeline, Error> {
     let overrides: Vec<String> = overrides.iter().map(|o| (*o).into()).collect();
-    Mission::load(name, &overrides)
+    apsides::load(name, &overrides)
 }
 
 fn solve(name: &str, overrides: &[&str]) -> Outcome {
@@ -230,7 +231,7 @@ fn with_oblateness() {
     ];
     for (name, inclination, propellant) in cases {
         let inclination = format!("inclination_deg={inclination}");
-        injected(name, &["j2=true", &inclination], propellant, COLLOCATION_PROPELLANT_KG);
+        injected(name, &["oblateness=true", &inclination], propellant, COLLOCATION_PROPELLANT_KG);
     }
 }
 
@@ -259,8 +260,8 @@ fn limited_flight_time() {
 /// Limits that nothing reaches change nothing; others cost.
 #[test]
 fn limited_burns() {
-    injected("geo-3-burn", &["max_burn_s=1100"], 15565.672402671438, PROPELLANT_KG);
-    let outcome = solve("geo-4-burn", &["max_burn_s=650"]);
+    injected("geo-3-burn", &["max_burn_time_s=1100"], 15565.672402671438, PROPELLANT_KG);
+    let outcome = solve("geo-4-burn", &["max_burn_time_s=650"]);
     verified(&outcome);
     near(&outcome, "burn_1_time_s", 650.0, BURN_TIME_S);
     let propellant = outcome.summary.results["propellant_kg"];
@@ -284,7 +285,7 @@ fn elliptical_target() {
 #[test]
 fn sweeps_start_from_neighbours() {
     let axis = sweep::Axis::parse("initial_mass_kg=22100,22135,22170").unwrap();
-    let cases = sweep::cases("geo-3-burn", &[axis]).unwrap();
+    let cases = sweep::cases(&apsides::registry(), "geo-3-burn", &[axis]).unwrap();
     let mut propellants = Vec::new();
     sweep::sweep(&cases, &mut (), |_, outcome| {
         verified(outcome);
@@ -348,13 +349,13 @@ fn bad_input_is_refused_by_name() {
         (&["inclination_deg=180"], "`inclination_deg` is 180"),
         (&["inclination_deg=-1"], "`inclination_deg` is -1"),
         (&["thrust_n=0"], "`thrust_n` is 0"),
-        (&["mass_flow_kg_s=nan"], "`mass_flow_kg_s` is NaN"),
-        (&["target_radius_km=6000"], "above the surface (`earth_radius_km` = 6378.137)"),
+        (&["isp_s=nan"], "`isp_s` is NaN"),
+        (&["target_radius_km=6000"], "above the surface (`body_radius_km` = 6378.137)"),
         (&["target_eccentricity=0.9"], "above the surface"),
         (&["target_radius_km=6500"], "above the parking orbit"),
         (&["apogee_cap_km=40000"], "`apogee_cap_km` is 40000, it must not be below the apogee of the target"),
         (&["max_restarts=1"], "`max_restarts` is 1, but 3 burns (`burns`) take 2"),
-        (&["max_burn_s=800"], "`max_burn_s` is 800, but already without losses 3 burns"),
+        (&["max_burn_time_s=800"], "`max_burn_time_s` is 800, but already without losses 3 burns"),
         (&["max_flight_time_h=0.5"], "`max_flight_time_h` is 0.5"),
         (&["propellant_kg=23000"], "`propellant_kg` is 23000, it must be below `initial_mass_kg`"),
         (&["steering=velocity", "inclination_deg=5"], "cannot change the plane"),

@@ -2,7 +2,7 @@
 //! (`injection.rs`, where the references are described), in few iterations from the analytic guess.
 #![allow(clippy::unwrap_used)]
 
-use apsides::{Mission, Outcome};
+use apsides::Outcome;
 use apsides_tests::tolerance::PROPELLANT_KG;
 
 /// Newton iterations of the indirect method from the analytic guess, at most.
@@ -11,7 +11,7 @@ const NEWTON_ITERATIONS: usize = 6;
 fn solve(name: &str, method: &str, overrides: &[&str]) -> Outcome {
     let mut all: Vec<String> = overrides.iter().map(|o| (*o).into()).collect();
     all.push(format!("method={method}"));
-    Mission::load(name, &all).unwrap().solve(None, &mut ()).unwrap()
+    apsides::load(name, &all).unwrap().solve(None, &mut ()).unwrap()
 }
 
 /// Verified, without a detour through another method, with this propellant.
@@ -93,14 +93,14 @@ fn limits() {
         solve("geo-2-burn", "radau", &["max_flight_time_h=5.299"]).summary.results["propellant_kg"];
     assert!((collocated - 15812.904).abs() < 1e-2, "{collocated}");
     injected("geo-2-burn", "indirect", &["max_flight_time_h=5.299"], collocated, PROPELLANT_KG);
-    injected("geo-3-burn", "indirect", &["max_burn_s=980"], 15565.990952886, PROPELLANT_KG);
+    injected("geo-3-burn", "indirect", &["max_burn_time_s=980"], 15565.990952886, PROPELLANT_KG);
 }
 
 /// Oblateness: the coasts are phases of the problem.
 #[test]
 fn with_oblateness() {
     for method in ["indirect", "multiple-shooting"] {
-        let outcome = solve("geo-2-burn", method, &["j2=true"]);
+        let outcome = solve("geo-2-burn", method, &["oblateness=true"]);
         assert_eq!(outcome.summary.status, "optimal", "{method}");
         let found = outcome.summary.results["propellant_kg"];
         assert!((found - 15753.873690).abs() < PROPELLANT_KG, "{method}: {found}");

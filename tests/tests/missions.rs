@@ -6,8 +6,9 @@
 //! from shooting with a turn at the largest rate (2e-7 kg). `references/lunar_landing.py` prints those of one and of two phases.
 #![allow(clippy::unwrap_used)]
 
+use apsides::pipeline::sweep;
 use apsides::verify::{Check, Verdict};
-use apsides::{Error, Mission, Outcome, sweep};
+use apsides::{Error, Outcome};
 use apsides_tests::tolerance::{
     FINAL_MASS_KG, FLAT_TIME_S, FLIGHT_TIME_S, GATE_SPEED_M_S, OPEN_STRUCTURE_MASS_KG, POSITION_MISS_M,
     PRINTED_MASS_KG, SPEED_MISS_M_S, TWO_PHASE_TIME_S,
@@ -24,7 +25,7 @@ const IDENTITY: f64 = 1e-6;
 
 fn solve(name: &str, overrides: &[&str]) -> Outcome {
     let overrides: Vec<String> = overrides.iter().map(|o| (*o).into()).collect();
-    Mission::load(name, &overrides).unwrap().solve(None, &mut ()).unwrap()
+    apsides::load(name, &overrides).unwrap().solve(None, &mut ()).unwrap()
 }
 
 fn near(outcome: &Outcome, key: &str, expected: f64, tolerance: f64) {
@@ -290,7 +291,7 @@ fn a_pitch_rate_that_is_not_needed() {
 /// The price of the floor is the slope of the masses above.
 #[test]
 fn price_of_the_floor() {
-    let mission = Mission::load("lunar-transfer", &[]).unwrap();
+    let mission = apsides::load("lunar-transfer", &[]).unwrap();
     let outcome = mission.solve(None, &mut ()).unwrap();
     let prices = mission.sensitivities(&outcome, &["perilune_floor_km"]).unwrap();
     let slope = (153.5747078527068 - 153.92158357639818) / 10.0;
@@ -305,7 +306,7 @@ fn price_of_the_floor() {
 fn sweeps_across_structures() {
     let axes = ["throttle=full,coast", "max_pitch_rate_deg_s=inf,5", "touchdown_thrust=free"];
     let axes: Vec<_> = axes.iter().map(|a| sweep::Axis::parse(a).unwrap()).collect();
-    let cases = sweep::cases("lunar-perilune", &axes).unwrap();
+    let cases = sweep::cases(&apsides::registry(), "lunar-perilune", &axes).unwrap();
     let mut masses = Vec::new();
     sweep::sweep(&cases, &mut (), |_, outcome| {
         verified(outcome);
@@ -354,7 +355,7 @@ fn contradictions_are_refused_with_numbers() {
     ];
     for (overrides, word) in cases {
         let overrides: Vec<String> = overrides.iter().map(|o| (*o).into()).collect();
-        match Mission::load("lunar-perilune", &overrides) {
+        match apsides::load("lunar-perilune", &overrides) {
             Err(e @ Error::Conflict { .. }) => assert!(e.to_string().contains(word), "{e}"),
             other => panic!("{overrides:?}: {other:?}"),
         }
@@ -363,7 +364,7 @@ fn contradictions_are_refused_with_numbers() {
 
 #[test]
 fn bad_input_is_refused_with_place_and_key() {
-    let load = |o: &str| Mission::load("lunar-perilune", &[o.into()]).unwrap_err().to_string();
+    let load = |o: &str| apsides::load("lunar-perilune", &[o.into()]).unwrap_err().to_string();
     for o in
         ["thrust_n=nan", "thrust_n=-1", "thrust_n=0", "thrust_n=inf", "thrust_n=\"strong\"", "radau.points=0"]
     {
@@ -372,6 +373,6 @@ fn bad_input_is_refused_with_place_and_key() {
     }
     assert!(load("perilune_altitude=15").contains("perilune_altitude_km"));
     assert!(load("thrust_n").contains("key=value"));
-    let message = Mission::load("lunar-perilun", &[]).unwrap_err().to_string();
+    let message = apsides::load("lunar-perilun", &[]).unwrap_err().to_string();
     assert!(message.contains("lunar-perilune"), "{message}");
 }

@@ -3,8 +3,8 @@
 //! best of its starts. Angles are constant in the local frame along a segment. `references/chang_e_segments.py` prints those of equal lengths.
 #![allow(clippy::unwrap_used)]
 
+use apsides::Outcome;
 use apsides::verify::Verdict;
-use apsides::{Mission, Outcome};
 
 const OPTIMUM_KG: f64 = 1_345.831_672_241_5;
 
@@ -25,9 +25,9 @@ const GAPS: [(usize, f64, f64); 6] = [
     (60, 0.0023, 0.0017),
 ];
 
-fn load(overrides: &[&str]) -> Result<Mission, apsides::Error> {
+fn load(overrides: &[&str]) -> Result<apsides::Pipeline, apsides::Error> {
     let all = ["motion=plane", "method=piecewise"].iter().chain(overrides);
-    Mission::load("chang-e-3-braking", &all.map(|o| (*o).to_owned()).collect::<Vec<_>>())
+    apsides::load("chang-e-3-braking", &all.map(|o| (*o).to_owned()).collect::<Vec<_>>())
 }
 
 /// Flown as planned; of the optimum nothing is claimed.

@@ -5,7 +5,7 @@
 #![allow(clippy::unwrap_used)]
 
 use apsides::nlp::Flow;
-use apsides::{Error, Mission, Observer, Outcome, SearchProgress};
+use apsides::{Error, Observer, Outcome, SearchProgress};
 
 /// Discretisation: heat loads against collocation, MJ/m2.
 const HEAT_MJ_M2: f64 = 1e-3;
@@ -34,9 +34,9 @@ const LEAST_PRESSURE_KPA: f64 = 2e-3;
 /// Discretisation: the least peak of the load, m/s2.
 const LEAST_LOAD_M_S2: f64 = 5e-3;
 
-fn load(name: &str, overrides: &[&str]) -> Result<Mission, Error> {
+fn load(name: &str, overrides: &[&str]) -> Result<apsides::Pipeline, Error> {
     let overrides: Vec<String> = overrides.iter().map(|o| (*o).into()).collect();
-    Mission::load(name, &overrides)
+    apsides::load(name, &overrides)
 }
 
 fn solve(name: &str, overrides: &[&str]) -> Outcome {
@@ -213,7 +213,7 @@ fn bad_values_are_refused_by_name() {
     let cases: &[(&[&str], &str)] = &[
         (&["target_altitude_km=-1"], "target_altitude_km"),
         (&["target_altitude_km=130"], "it must be below `entry_altitude_km`"),
-        (&["mass_kg=0"], "mass_kg"),
+        (&["initial_mass_kg=0"], "`initial_mass_kg` is 0"),
         (&["atmosphere=table"], "`atmosphere_table` has no row"),
         (&["atmosphere=table", "atmosphere_table=0 1 300"], "is not three numbers"),
         (&["atmosphere=table", "atmosphere_table=missing.csv"], "no such file"),
@@ -222,7 +222,7 @@ fn bad_values_are_refused_by_name() {
         (&["method=two-layer", "search.population=1"], "search.population"),
         (&["method=two-layer", "search.least_intervals=4"], "must not be above `search.most_intervals`"),
         (&["method=two-layer", "goal=peak-load"], "two-layer"),
-        (&["planet=venus"], "planet"),
+        (&["body=venus"], "`body` is \"venus\", allowed is one of `earth`, `mars`"),
         (&["atmosphere=us-1976-printed", "entry_altitude_km=300"], "above the top of the atmosphere"),
     ];
     for (overrides, expected) in cases {
@@ -239,11 +239,10 @@ fn mars_and_oblateness() {
     let outcome = solve(
         "capsule-reentry",
         &[
-            "planet=mars",
-            "atmosphere=mars",
+            "body=mars",
             "heating=sutton-graves",
             "oblateness=true",
-            "mass_kg=3300",
+            "initial_mass_kg=3300",
             "reference_area_m2=15.9",
             "lift_coefficient=0.348",
             "drag_coefficient=1.45",

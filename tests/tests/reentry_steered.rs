@@ -11,14 +11,13 @@ const TRACKED: f64 = 1e-4;
 /// Discretisation: the same for the time of flight, relative.
 const TRACKED_TIME: f64 = 1e-3;
 
-use apsides::Mission;
-use apsides::simulation::Simulated;
+use apsides::pipeline::simulation::Simulated;
 
 const MISSION: &str = "capsule-reentry-steered";
 
-fn load(overrides: &[&str]) -> Mission {
+fn load(overrides: &[&str]) -> apsides::Pipeline {
     let overrides: Vec<String> = overrides.iter().map(|o| (*o).to_owned()).collect();
-    Mission::load(MISSION, &overrides).unwrap()
+    apsides::load(MISSION, &overrides).unwrap()
 }
 
 fn simulate(overrides: &[&str]) -> Simulated {
@@ -109,8 +108,8 @@ fn what_cannot_be_steered_is_refused() {
     assert!(light.contains("by 4.29 cm at most, the trim needs 9.00 cm"), "{light}");
     let constant = refused(&["aerodynamics=constant"]);
     assert!(constant.contains("set `aerodynamics` to \"apollo-offset\""), "{constant}");
-    let beyond = Mission::load(MISSION, &["trim_offset_m=0.5".into()]).unwrap_err().to_string();
+    let beyond = apsides::load(MISSION, &["trim_offset_m=0.5".into()]).unwrap_err().to_string();
     assert!(beyond.contains("offset of the centre of mass") && beyond.contains("0.5"), "{beyond}");
-    let geo = Mission::load("geo-2-burn", &[]).unwrap().simulate().err().unwrap().to_string();
+    let geo = apsides::load("geo-2-burn", &[]).unwrap().simulate().err().unwrap().to_string();
     assert!(geo.contains("optimised, not simulated"), "{geo}");
 }

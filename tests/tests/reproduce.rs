@@ -8,7 +8,7 @@
 use std::sync::OnceLock;
 
 use apsides::nlp::{Flow, IterationRecord, Observer};
-use apsides::reproduce::{Comparison, FindingKind, Part, Reproduction, Row, Table, reproduce};
+use apsides_publications::{Comparison, FindingKind, Part, Reproduction, Row, Table, reproduce};
 use apsides_tests::tolerance::{FLIGHT_TIME_S, GATE_SPEED_M_S, TWO_PHASE_TIME_S};
 
 /// Flight times by refined flatness against shooting, s: one phase.

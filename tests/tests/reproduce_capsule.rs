@@ -4,7 +4,7 @@
 //! Reference numbers: stationary points and scans of the test functions, the lander's closed form, by independent programs.
 #![allow(clippy::unwrap_used)]
 
-use apsides::reproduce::{Part, Reproduction, parts, reproduce};
+use apsides_publications::{Part, Reproduction, parts, reproduce};
 
 /// Round-off: values of test functions at their minima.
 const LEAST_VALUE: f64 = 1e-12;

@@ -4,7 +4,7 @@
 //! Reference numbers: vis-viva; shooting on Pontryagin's conditions with DOP853, residual 4e-11 in the plane and 1e-10 in space.
 #![allow(clippy::unwrap_used)]
 
-use apsides::reproduce::{Part, Reproduction, parts, reproduce};
+use apsides_publications::{Part, Reproduction, parts, reproduce};
 
 /// Published: the last digit of vis-viva speeds, m/s.
 const SPEED_M_S: f64 = 1e-6;

@@ -8,7 +8,7 @@
 use std::sync::OnceLock;
 
 use apsides::nlp::{Flow, IterationRecord, Observer};
-use apsides::reproduce::{Part, Reproduction, Sheet, reproduce};
+use apsides_publications::{Part, Reproduction, Sheet, reproduce};
 
 /// Half of the last digit of the reference for burns by the rule, s.
 const BURN_S: f64 = 5e-4;

@@ -65,11 +65,14 @@ fn test(workspace: &Workspace) -> Result<(), String> {
     if tally.passed == 0 { Err(format!("`{line}` ran no test")) } else { Ok(()) }
 }
 
+/// Directory of the mission files.
+const MISSIONS: &str = "crates/apsides-missions/missions/";
+
 /// Every mission file is well-formed.
 fn missions(workspace: &Workspace) -> Result<(), String> {
     let files = workspace.files()?;
     let is_mission = |f: &&String| {
-        f.strip_prefix("missions/").is_some_and(|name| name.ends_with(".toml") && !name.contains('/'))
+        f.strip_prefix(MISSIONS).is_some_and(|name| name.ends_with(".toml") && !name.contains('/'))
     };
     for file in files.iter().filter(is_mission) {
         run_command(&mut cargo(

@@ -48,30 +48,49 @@ const ARROWS: &[(&str, Arrows)] = &[
     // What follows a solution: no solver and no method.
     ("control", To(&["ad", "dynamics", "ode"])),
     ("verify", To(&["ad", "basis", "ocp", "ode", "terrain"])),
-    // Facade, output, program.
+    // From missions to outcomes.
     (
-        "apsides",
+        "pipeline",
         To(&[
             "ad",
-            "basis",
-            "kkt",
-            "conic",
+            "control",
+            "flatness",
             "metaheuristics",
             "nlp",
-            "ode",
-            "dynamics",
-            "terrain",
             "ocp",
-            "radau",
-            "flatness",
-            "shooting",
+            "ode",
             "piecewise",
-            "convex",
-            "control",
+            "radau",
+            "shooting",
+            "terrain",
+            "two-layer",
             "verify",
         ]),
     ),
-    ("report", To(&["apsides", "ocp", "basis", "verify"])),
+    ("report", To(&["basis", "control", "ocp", "pipeline", "terrain", "verify"])),
+    (
+        "missions",
+        To(&[
+            "ad",
+            "basis",
+            "control",
+            "convex",
+            "dynamics",
+            "flatness",
+            "metaheuristics",
+            "ocp",
+            "ode",
+            "pipeline",
+            "radau",
+            "shooting",
+            "terrain",
+            "two-layer",
+            "verify",
+        ]),
+    ),
+    // Facade, reproductions, program.
+    ("apsides", ToAny),
+    ("publications", ToAny),
     ("cli", ToAny),
     // Development.
     ("optimality", To(&["nlp"])),
@@ -241,7 +260,7 @@ mod tests {
             let verify = package("apsides-verify", &[("apsides-nlp", purpose)]);
             assert_eq!(
                 messages(&[verify, nlp.clone()]),
-                ["`apsides-verify` depends on `apsides-nlp`; allowed: ad, ocp, ode, terrain"]
+                ["`apsides-verify` depends on `apsides-nlp`; allowed: ad, basis, ocp, ode, terrain"]
             );
         }
     }

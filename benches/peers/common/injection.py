@@ -24,13 +24,13 @@ class Injection:
     @staticmethod
     def read(text):
         mission = tomllib.loads(text)
-        parking = 1e3 * (mission["earth_radius_km"] + mission["parking_altitude_km"])
+        parking = 1e3 * (mission["body_radius_km"] + mission["parking_altitude_km"])
         speed = math.sqrt(1e9 * mission["gravitational_parameter_km3_s2"] / parking)
         mass, seconds = mission["initial_mass_kg"], parking / speed
         return Injection(
             burns=mission["burns"],
             acceleration=mission["thrust_n"] / mass * seconds / speed,
-            flow=mission["mass_flow_kg_s"] * seconds / mass,
+            flow=mission["thrust_n"] / (mission["isp_s"] * 9.80665) * seconds / mass,
             radius=1e3 * mission["target_radius_km"] / parking,
             dry_mass=1.0 - mission["propellant_kg"] / mass,
             kilograms=mass,

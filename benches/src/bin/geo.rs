@@ -2,8 +2,7 @@
 
 use std::io::{Write, stdout};
 
-use apsides::Mission;
-use apsides::key::KeyKind;
+use apsides::pipeline::key::KeyKind;
 use apsides_benches::CpuTime;
 use apsides_benches::landing::Failure;
 use clap::Parser;
@@ -55,7 +54,7 @@ fn main() -> Result<(), Failure> {
     let arguments = Arguments::parse();
     if arguments.methods {
         let first = arguments.missions.first().ok_or("no mission")?;
-        writeln!(stdout(), "{}", serde_json::to_string(methods(&Mission::load(first, &[])?))?)?;
+        writeln!(stdout(), "{}", serde_json::to_string(methods(&apsides::load(first, &[])?))?)?;
         return Ok(());
     }
     for case in &arguments.missions {
@@ -65,7 +64,7 @@ fn main() -> Result<(), Failure> {
 }
 
 /// The words of the key `method`.
-fn methods(mission: &Mission) -> &'static [&'static str] {
+fn methods(mission: &apsides::Pipeline) -> &'static [&'static str] {
     let words = mission.keys().find(|k| k.path == "method").map(|k| k.kind);
     if let Some(KeyKind::Choice(words)) = words { words } else { &[] }
 }
@@ -88,7 +87,7 @@ fn timed<'a>(arguments: &'a Arguments, case: &'a str) -> Result<Line<'a>, Failur
     };
     for _ in 0..arguments.repeat {
         let clock = CpuTime::start();
-        let mission = Mission::load(case, &overrides)?;
+        let mission = apsides::load(case, &overrides)?;
         line.load_us.push(1e3 * clock.milliseconds());
         let outcome = mission.solve(None, &mut ())?;
         line.call_us.push(1e3 * clock.milliseconds());

@@ -82,6 +82,12 @@ pub(crate) enum Command {
         /// Show the keys of this mission with default, allowed values and meaning.
         name: Option<String>,
     },
+    /// List the bodies that missions may name, with the source of their numbers.
+    Bodies,
+    /// List the vehicles that missions may name, with the source of their numbers.
+    Vehicles,
+    /// List the landing sites that missions may name, with the source of their numbers.
+    Sites,
     /// Read a mission and say whether it is well-posed, without solving it.
     #[command(
         after_help = "Examples:\n  apsides check my-mission.toml\n  apsides check lunar-direct --set thrust_n=500"

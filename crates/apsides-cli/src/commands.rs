@@ -3,7 +3,6 @@
 use std::io::Write as _;
 use std::path::Path;
 
-use apsides::Mission;
 use apsides_report::{read_outcome_trajectory, write_outcome};
 
 use crate::arguments::{MissionArguments, SolveArguments};
@@ -19,10 +18,10 @@ pub(crate) fn refusal(e: impl std::fmt::Display) -> Refusal {
 }
 
 impl MissionArguments {
-    pub(crate) fn load(&self) -> Result<Mission, Refusal> {
+    pub(crate) fn load(&self) -> Result<apsides::Pipeline, Refusal> {
         let mut overrides = self.set.clone();
         overrides.extend(self.method.iter().map(|m| format!("method={m}")));
-        Mission::load(&self.mission, &overrides).map_err(refusal)
+        apsides::load(&self.mission, &overrides).map_err(refusal)
     }
 }
 
@@ -67,7 +66,7 @@ pub(crate) fn solve(a: &SolveArguments) -> Result<Exit, Refusal> {
 /// Constraints named by `--explain`.
 const WORST_RESIDUALS: usize = 8;
 
-fn explain_guess(mission: &Mission) -> Result<(), Refusal> {
+fn explain_guess(mission: &apsides::Pipeline) -> Result<(), Refusal> {
     let worst = mission.guess_residuals(WORST_RESIDUALS).map_err(refusal)?;
     let mut err = std::io::stderr().lock();
     // A closed stderr must not end the solve.
@@ -93,16 +92,32 @@ pub(crate) fn probe_directory(dir: &Path) -> Result<(), Refusal> {
 
 pub(crate) fn missions(name: Option<&str>) -> Result<Exit, Refusal> {
     let Some(name) = name else {
-        print(&titles(apsides::missions::list()));
+        let registry = apsides::registry();
+        print(&titles(registry.files()));
         return Ok(Exit::Verified);
     };
-    let mission = Mission::load(name, &[]).map_err(refusal)?;
+    let mission = apsides::load(name, &[]).map_err(refusal)?;
     print(&format!("{}: {}\n\n", mission.name(), mission.title()));
     let width = mission.keys().map(|k| k.path.len()).max().unwrap_or(0);
     for key in mission.keys() {
-        let value = mission.values.iter().find(|(k, _)| *k == key.path).map(|(_, v)| v.to_string());
+        let value = mission.values().get(key.path).map(ToString::to_string);
         let (value, allowed) = (value.unwrap_or_default(), key.allowed());
         print(&format!("{:<width$} = {value:<10}  {} ({allowed})\n", key.path, key.meaning));
+    }
+    Ok(Exit::Verified)
+}
+
+/// Lists the data that the key `key` of missions may name.
+pub(crate) fn named_data(key: &str) -> Result<Exit, Refusal> {
+    let registry = apsides::registry();
+    let Some(data) = registry.data(key) else { return Err(format!("no data are named by `{key}`")) };
+    let width = data.names().map(str::len).max().unwrap_or(0);
+    for name in data.names() {
+        let [source, remarks] = data.words(name);
+        print(&format!("{name:<width$}  {}\n", source.unwrap_or_default()));
+        if let Some(remarks) = remarks {
+            print(&format!("{:<width$}  {remarks}\n", ""));
+        }
     }
     Ok(Exit::Verified)
 }
@@ -119,7 +134,7 @@ pub(crate) fn check(a: &MissionArguments) -> Result<Exit, Refusal> {
 
 pub(crate) fn verify(directory: &Path, json: bool) -> Result<Exit, Refusal> {
     let file = directory.join("mission.toml");
-    let mission = Mission::load(&file.to_string_lossy(), &[]).map_err(refusal)?;
+    let mission = apsides::load(&file.to_string_lossy(), &[]).map_err(refusal)?;
     let posed = mission.pose().map_err(refusal)?;
     let trajectory = read_outcome_trajectory(directory, posed.flight()).map_err(refusal)?;
     let found = mission.verify(&trajectory).map_err(refusal)?;

@@ -1,7 +1,7 @@
 //! Figures: mission curves of the report, prices of a sweep.
 
-use apsides::key::{name_of, unit_of};
-use apsides::sweep::{Axis as Swept, Case};
+use apsides::pipeline::key::{name_of, unit_of};
+use apsides::pipeline::sweep::{Axis as Swept, Case};
 use apsides::{Curve, ObjectiveValue, Outcome, Price};
 use apsides_report::{Axis, Figure, Series};
 

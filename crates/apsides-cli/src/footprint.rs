@@ -2,7 +2,7 @@
 
 use std::fmt::Write as _;
 
-use apsides::footprint::{FEWEST_BEARINGS, Footprint, FootprintCase, count, footprint as compute};
+use apsides::pipeline::footprint::{FEWEST_BEARINGS, Footprint, FootprintCase, count, footprint as compute};
 use apsides_report::{footprint_map, write_footprint};
 
 use crate::arguments::FootprintArguments;

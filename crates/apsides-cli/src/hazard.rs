@@ -3,7 +3,7 @@
 use std::collections::BTreeMap;
 use std::fmt::Write as _;
 
-use apsides::site_criteria;
+use apsides::missions::site_criteria;
 use apsides::terrain::hazard::{
     Counts, HazardBand, HazardOptions, HazardSink, Layer, SiteCriteria, Verdict, hazard_map_with,
 };

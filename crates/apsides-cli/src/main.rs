@@ -2,6 +2,7 @@
 //!
 //! ```text
 //! apsides missions                                  missions, and the keys of one
+//! apsides bodies, apsides vehicles, apsides sites   data that missions name
 //! apsides solve lunar-perilune --out results        solves and verifies; writes data and a report
 //! apsides sweep lunar-perilune --set perilune_altitude_km=50,25,15 --out sweep.csv
 //! apsides verify results                            checks stored results again
@@ -29,6 +30,7 @@ mod tune;
 
 use std::process::ExitCode;
 
+use apsides::missions::data::{BODY, SITE, VEHICLE};
 use clap::Parser;
 
 use arguments::{Arguments, Command, TerrainCommand};
@@ -44,6 +46,9 @@ fn main() -> ExitCode {
         Command::Footprint(a) => footprint::footprint(&a),
         Command::Montecarlo(a) => montecarlo::montecarlo(&a),
         Command::Missions { name } => commands::missions(name.as_deref()),
+        Command::Bodies => commands::named_data(BODY),
+        Command::Vehicles => commands::named_data(VEHICLE),
+        Command::Sites => commands::named_data(SITE),
         Command::Check(a) => commands::check(&a),
         Command::Reproduce(a) => reproduce::reproduce(&a),
         Command::Hazard(a) => hazard::hazard(&a),

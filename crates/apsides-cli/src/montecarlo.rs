@@ -2,9 +2,9 @@
 
 use std::fmt::Write as _;
 
-use apsides::Mission;
-use apsides::dispersion::{DescentDeviations, Deviations};
-use apsides::montecarlo::{Descents, Ellipse, Guidance, MonteCarlo, Onboard, Replanning, Sample, Statistics};
+use apsides::missions::moving_mass::{DescentDeviations, Descents, case};
+use apsides::pipeline::dispersion::{Deviations, Guidance, Onboard, Replanning};
+use apsides::pipeline::montecarlo::{Ellipse, MonteCarlo, Sample, Statistics};
 use apsides_report::{Axis, Figure, SampleFile, distribution_figure, landing_figure, write_statistics};
 
 use crate::arguments::{GuidanceWord, MonteCarloArguments, SampleFormat};
@@ -34,7 +34,7 @@ pub(crate) fn montecarlo(a: &MonteCarloArguments) -> Result<Exit, Refusal> {
         onboard: Onboard { engine_known: !a.engine_unknown, full_thrust_n: a.full_thrust },
     };
     a.refuse(&a.of_descents(), "are of missions that are simulated")?;
-    let columns = MonteCarlo::columns(&mission);
+    let columns = mission.kind().offers.dispersed;
     if a.format == SampleFormat::Parquet && !cfg!(feature = "parquet") {
         return Err("this program is built without Parquet: build it with `--features parquet`".into());
     }
@@ -55,12 +55,13 @@ pub(crate) fn montecarlo(a: &MonteCarloArguments) -> Result<Exit, Refusal> {
 }
 
 /// Descents of a mission that is simulated.
-fn descents(a: &MonteCarloArguments, mission: &Mission) -> Result<Exit, Refusal> {
+fn descents(a: &MonteCarloArguments, mission: &apsides::Pipeline) -> Result<Exit, Refusal> {
     a.refuse(&a.of_plans(), "are of missions that are optimised")?;
     if a.of_descents().iter().all(|(_, size)| *size == 0.0) {
         let names = a.of_descents().map(|(name, _)| name).join(", ");
         warn(&format!("no deviation is given ({names}): flights differ by the noise of sensors alone"));
     }
+    let case = case(mission).map_err(refusal)?;
     let run = Descents {
         samples: a.samples as usize,
         seed: a.run.seed,
@@ -81,7 +82,7 @@ fn descents(a: &MonteCarloArguments, mission: &Mission) -> Result<Exit, Refusal>
     let frame = Frame { a, names, columns, statement, stop: StopFlag::install() };
     frame.fly(
         own,
-        |done, each| run.run(mission, done, each).map_err(refusal),
+        |done, each| run.run(&case, done, each).map_err(refusal),
         |title, samples, _| {
             let rms = [("attack_rms_deg", "attack"), ("sideslip_rms_deg", "sideslip")];
             let axis = Axis::new("root mean square", "deg").logarithmic();

@@ -2,7 +2,7 @@
 
 use std::fmt::Write as _;
 
-use apsides::key::{name_of, unit_of};
+use apsides::pipeline::key::{name_of, unit_of};
 use apsides::{Outcome, Price, SearchSummary, Summary};
 use apsides_verify::Certificate;
 

@@ -1,8 +1,9 @@
 //! Published tables computed again: each part on stdout as it is done.
 
-use apsides::reproduce::{Part, Row, Sheet, Table, list, parts as count, reproduce as compute};
-use apsides_report::{
-    COMPARISON_HEADS, comparison_columns, miss_sentence, quantity_label, sheet_text, write_reproduction,
+use apsides::pipeline::key::quantity_label;
+use apsides_publications::{
+    COMPARISON_HEADS, Part, Row, Sheet, Table, comparison_columns, list, miss_sentence, parts as count,
+    reproduce as compute, sheet_text, write_reproduction,
 };
 
 use crate::arguments::ReproduceArguments;

@@ -2,7 +2,7 @@
 
 use std::fmt::Write as _;
 
-use apsides::simulation::SimulationSummary;
+use apsides::pipeline::simulation::SimulationSummary;
 use apsides_report::write_simulation;
 
 use crate::arguments::SimulateArguments;

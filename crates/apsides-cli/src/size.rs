@@ -3,7 +3,7 @@
 use std::fmt::Write as _;
 use std::path::{Path, PathBuf};
 
-use apsides::moving_mass::{MassRow, SizeStudy, Sizing};
+use apsides::missions::moving_mass::{MassRow, SizeStudy, Sizing, case};
 use apsides_report::{Axis, Figure, Series};
 
 use crate::arguments::SizeArguments;
@@ -12,7 +12,7 @@ use crate::output::{Exit, print, written};
 
 pub(crate) fn size(a: &SizeArguments) -> Result<Exit, Refusal> {
     let mission = a.mission.load()?;
-    let case = mission.case().map_err(refusal)?;
+    let case = case(&mission).map_err(refusal)?;
     let positive = |what: &str, value: f64| {
         let holds = value > 0.0 && value.is_finite();
         if holds { Ok(value) } else { Err(format!("{what} is {value}: a positive number is needed")) }
@@ -50,7 +50,7 @@ fn number(value: Option<f64>) -> String {
 }
 
 fn text(name: &str, moving_mass: f64, study: &SizeStudy) -> String {
-    let (statics, simulated) = study.vehicle_mass_kg;
+    let (statics, simulated) = study.initial_mass_kg;
     let mut text = format!(
         "{name}: masses of {moving_mass} kg hold a vehicle of at most {statics:.1} kg by statics, {} kg by simulation\n\n\
          both masses together, offset in the worst of eight directions\n  {:<7}  {:>9}  {:>10}  {:>12}\n  {:<7}  {:>9}  {:>10}  {:>12}\n",

@@ -2,7 +2,7 @@
 
 use std::path::{Path, PathBuf};
 
-use apsides::sweep::{Axis, Case, cases, priced_axes, prices, sweep};
+use apsides::pipeline::sweep::{Axis, Case, cases, priced_axes, prices, sweep};
 use apsides::{Outcome, Price};
 use apsides_report::stacked_svg;
 
@@ -17,7 +17,7 @@ pub(crate) fn run_sweep(a: &SweepArguments) -> Result<Exit, Refusal> {
     if let Some(m) = &a.method {
         axes.push(Axis { key: "method".into(), values: vec![m.clone()] });
     }
-    let mut cases = cases(&a.mission, &axes).map_err(refusal)?;
+    let mut cases = cases(&apsides::registry(), &a.mission, &axes).map_err(refusal)?;
     for case in &mut cases {
         case.mission = case.mission.clone().with_threads(a.run.threads.count()).with_seed(a.run.seed);
     }

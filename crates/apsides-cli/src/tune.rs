@@ -2,9 +2,8 @@
 
 use std::fmt::Write as _;
 
-use apsides::Mission;
-use apsides::moving_mass::{
-    DampingSet, LeastMargins, RequiredMargins, SetFlight, Tuned, Tuning, tune as search,
+use apsides::missions::moving_mass::{
+    DampingSet, LeastMargins, RequiredMargins, SetFlight, Tuned, Tuning, case, tune as search,
 };
 use serde_json::json;
 
@@ -14,7 +13,7 @@ use crate::output::{Exit, print, written};
 
 pub(crate) fn tune(a: &TuneArguments) -> Result<Exit, Refusal> {
     let mission = a.mission.load()?.with_seed(a.seed);
-    let case = mission.case().map_err(refusal)?;
+    let case = case(&mission).map_err(refusal)?;
     if a.entry_attack_deg.iter().any(|attack| !attack.is_finite()) {
         return Err("--entry-attack-deg: finite angles are needed".into());
     }
@@ -53,7 +52,7 @@ pub(crate) fn tune(a: &TuneArguments) -> Result<Exit, Refusal> {
         let mut overrides = a.mission.set.clone();
         overrides.push("law=pid".into());
         overrides.extend(keys);
-        let tuned = Mission::load(&a.mission.mission, &overrides).map_err(refusal)?;
+        let tuned = apsides::load(&a.mission.mission, &overrides).map_err(refusal)?;
         std::fs::write(file, tuned.to_file()).map_err(|e| format!("--out {}: {e}", file.display()))?;
         if !a.json {
             print(&written(std::slice::from_ref(file)));
@@ -79,7 +78,7 @@ fn word(damping: DampingSet) -> &'static str {
     }
 }
 
-fn text(mission: &Mission, found: &Tuned, robust: bool, keys: &[String]) -> String {
+fn text(mission: &apsides::Pipeline, found: &Tuned, robust: bool, keys: &[String]) -> String {
     let held = found.flights.iter().filter(|f| f.metrics.held()).count();
     let mut text = format!(
         "gains of {} after {} sets of descents: {held} of {} held\n\n",
@@ -137,7 +136,7 @@ fn text(mission: &Mission, found: &Tuned, robust: bool, keys: &[String]) -> Stri
     text
 }
 
-fn object(mission: &Mission, found: &Tuned, robust: bool) -> serde_json::Value {
+fn object(mission: &apsides::Pipeline, found: &Tuned, robust: bool) -> serde_json::Value {
     let flight = |f: &SetFlight| {
         json!({
             "offset_m": f.offset,

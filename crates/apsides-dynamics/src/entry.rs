@@ -81,6 +81,43 @@ pub const AXIAL_ACCELERATION: Quantity = Quantity::new("axial acceleration", "m/
 /// States of all models.
 pub const STATES: [Quantity; 6] = [ALTITUDE, LONGITUDE, LATITUDE, SPEED, FLIGHT_PATH_ANGLE, AZIMUTH];
 
+/// A state of all models by name, in the order of [`STATES`].
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct EntryState {
+    /// Height above the sphere of the body's radius, m.
+    pub altitude: f64,
+    /// Longitude on the rotating planet, positive eastwards, rad.
+    pub longitude: f64,
+    /// Geocentric latitude, rad.
+    pub latitude: f64,
+    /// Speed relative to the rotating planet, m/s.
+    pub speed: f64,
+    /// Angle of the velocity above the local horizontal, rad.
+    pub path_angle: f64,
+    /// Direction of the velocity in the local horizontal, rad; see [`Heading`].
+    pub azimuth: f64,
+}
+
+impl EntryState {
+    /// The state as an array.
+    #[must_use]
+    pub fn array(&self) -> [f64; 6] {
+        [self.altitude, self.longitude, self.latitude, self.speed, self.path_angle, self.azimuth]
+    }
+
+    /// Longitude and latitude, rad.
+    #[must_use]
+    pub fn place(&self) -> [f64; 2] {
+        [self.longitude, self.latitude]
+    }
+}
+
+impl From<[f64; 6]> for EntryState {
+    fn from([altitude, longitude, latitude, speed, path_angle, azimuth]: [f64; 6]) -> Self {
+        Self { altitude, longitude, latitude, speed, path_angle, azimuth }
+    }
+}
+
 /// Where the azimuth counts from.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Heading {

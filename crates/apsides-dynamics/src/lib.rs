@@ -27,6 +27,7 @@
 //! | [`body`] | central bodies, circular and elliptic speeds |
 //! | [`engine`] | thrust, exhaust velocity, rocket equation |
 //! | [`transfer`] | Hohmann transfers |
+//! | [`impulsive`] | transfers by impulses from an inclined circular orbit, the change of plane divided for the least sum |
 //! | [`elements`] | classical and modified equinoctial elements, Cartesian and planar polar states, and conversions |
 //! | [`kepler`] | motion on a conic: propagation, Kepler's equation, time between true longitudes |
 //! | [`planar`] | planar polar flight: coasting, constant or throttled thrust, limited pitch rate, vertical flight |
@@ -66,6 +67,7 @@ pub mod frames;
 pub mod gravity;
 pub mod great_circle;
 pub mod heating;
+pub mod impulsive;
 pub mod kepler;
 pub mod moving_mass;
 pub mod planar;

@@ -1,14 +1,13 @@
 //! Draws the picture of the README: `cargo run -p apsides-report --example readme_figure > docs/landing.svg`.
 #![allow(clippy::print_stdout)]
 
-use apsides::Mission;
 use apsides_report::{Axis, Figure, Series};
 
 fn main() -> Result<(), Box<dyn std::error::Error>> {
     let mut figure =
         Figure::new("Lunar landings", Axis::new("downrange distance", "m"), Axis::new("altitude", "m"));
     for name in ["lunar-direct", "lunar-perilune", "lunar-two-phase"] {
-        let outcome = Mission::load(name, &[])?.solve(None, &mut ())?;
+        let outcome = apsides_missions::registry().load(name, &[])?.solve(None, &mut ())?;
         let points = outcome.curves.iter().flat_map(|c| &c.series).flat_map(|(_, points)| points.clone());
         figure = figure.with(Series::line(name, points.collect()));
     }

@@ -4,8 +4,8 @@ use std::fs::{self, File};
 use std::io;
 use std::path::{Path, PathBuf};
 
-use apsides::Outcome;
 use apsides_ocp::{Ocp, PhaseTrajectory, Trajectory};
+use apsides_pipeline::Outcome;
 
 use crate::files::{Item, TRAJECTORY, failed, json, replace};
 use crate::site_files::site_files;

@@ -3,8 +3,8 @@
 use std::io;
 use std::path::PathBuf;
 
-use apsides::terrain::TerrainError;
 use apsides_ocp::OcpError;
+use apsides_terrain::TerrainError;
 
 /// The errors of reading and writing results, each with its place.
 #[derive(Debug, thiserror::Error)]

@@ -18,16 +18,20 @@ use crate::ReportError;
 pub(crate) const TRAJECTORY: &str = "trajectory.csv";
 
 /// A file name and its content; none for a file that must not stay.
-pub(crate) type Item = (&'static str, Option<Vec<u8>>);
+pub type Item = (&'static str, Option<Vec<u8>>);
 
-pub(crate) fn json(file: &'static str, value: &impl Serialize) -> Result<Vec<u8>, ReportError> {
+/// The pretty JSON text of a value, with a line break at its end; `file` names it in errors.
+///
+/// # Errors
+/// [`ReportError::Json`] when the value has no JSON form.
+pub fn json(file: &'static str, value: &impl Serialize) -> Result<Vec<u8>, ReportError> {
     let mut text = serde_json::to_vec_pretty(value).map_err(|source| ReportError::Json { file, source })?;
     text.push(b'\n');
     Ok(text)
 }
 
-/// A table of a result file that its writer or reader refuses.
-pub(crate) fn table_error(
+/// The error of a table of a result file that its writer or reader refuses.
+pub fn table_error(
     file: &'static str,
     source: impl std::error::Error + Send + Sync + 'static,
 ) -> ReportError {
@@ -39,7 +43,12 @@ pub(crate) fn failed(action: &'static str, path: &Path) -> impl FnOnce(io::Error
     move |source| ReportError::Io { action, path, source }
 }
 
-pub(crate) fn replace(dir: &Path, items: &[Item]) -> Result<Vec<PathBuf>, ReportError> {
+/// Writes files into a directory, all together or not at all, and returns the paths written. The directory and its parents are made when
+/// missing.
+///
+/// # Errors
+/// [`ReportError`] with the path and the reason. The earlier content of the directory is then as it was.
+pub fn replace(dir: &Path, items: &[Item]) -> Result<Vec<PathBuf>, ReportError> {
     if dir.exists() && !dir.is_dir() {
         let problem = "exists and is not a directory: results need a directory";
         return Err(ReportError::Directory { path: dir.to_owned(), problem });

@@ -2,7 +2,7 @@
 
 use std::path::{Path, PathBuf};
 
-use apsides::footprint::{BoundaryPoint, Footprint};
+use apsides_pipeline::footprint::{BoundaryPoint, Footprint};
 
 use crate::files::{Item, json, replace, table_error};
 use crate::trajectory_csv::shortest;

@@ -2,10 +2,10 @@
 
 use std::io::Write;
 
-use apsides::terrain::hazard::Verdict;
-use apsides::terrain::io::{Mark, ReliefPicture, Tint};
-use apsides::terrain::light::{Sun, incidence};
-use apsides::terrain::{ElevationMap, Geometry, TerrainError};
+use apsides_terrain::hazard::Verdict;
+use apsides_terrain::io::{Mark, ReliefPicture, Tint};
+use apsides_terrain::light::{Sun, incidence};
+use apsides_terrain::{ElevationMap, Geometry, TerrainError};
 
 /// Most dots on a side.
 const SIDE: usize = 2000;

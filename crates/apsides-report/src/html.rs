@@ -3,8 +3,8 @@
 use std::collections::BTreeMap;
 use std::fmt::Write as _;
 
-use apsides::{Outcome, Summary};
 use apsides_ocp::Trajectory;
+use apsides_pipeline::{Outcome, Summary};
 use apsides_verify::{Certificate, Check, CheckKind, Verdict};
 
 use crate::ReportError;

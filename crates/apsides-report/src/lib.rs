@@ -2,7 +2,6 @@
 //!
 //! ```text
 //! Outcome -> summary.json  certificate.json  trajectory.csv  multipliers.json  mission.toml  report.html
-//! Reproduction -> reproduction.md  reproduction.csv  table-2.svg  table-3.svg
 //! Simulated -> summary.json  states.csv  mission.toml  report.html
 //! Footprint -> footprint.csv  footprint.json  footprint.svg
 //! trajectory.csv, multipliers.json -> Trajectory     (the same polynomials, from the values at the nodes)
@@ -33,7 +32,6 @@
 //! | `standard_figures` | figures of every result |
 //! | `simulation`, `root_locus` | simulated flights, poles of their loops |
 //! | `footprint` | ends within reach, with a map |
-//! | `reproduction`, `sheet` | published tables computed again |
 //! | `units`, `number` | units and numbers for readers |
 //!
 //! Reference: M. Okabe and K. Ito, Color Universal Design, 2008, <https://jfly.uni-koeln.de/color/> (the palette).
@@ -54,9 +52,7 @@ mod number;
 mod palette;
 #[cfg(feature = "parquet")]
 mod parquet_samples;
-mod reproduction;
 mod root_locus;
-mod sheet;
 mod simulation;
 mod site_files;
 mod standard_figures;
@@ -68,6 +64,7 @@ mod units;
 pub use directory::{read_outcome_trajectory, write_outcome};
 pub use error::ReportError;
 pub use figure::{Axis, AxisScale, Figure, ReferenceLine, Series, SeriesStyle, Span};
+pub use files::{Item, json, replace, table_error};
 pub use footprint::{footprint_map, write_footprint};
 pub use hazard_picture::HazardPicture;
 pub use html::render_html;
@@ -77,11 +74,8 @@ pub use multipliers::{
 };
 #[cfg(feature = "parquet")]
 pub use parquet_samples::write_parquet;
-pub use reproduction::{COMPARISON_HEADS, comparison_columns, miss_sentence, write_reproduction};
-pub use sheet::sheet_text;
 pub use simulation::write_simulation;
 pub use standard_figures::StandardFigures;
 pub use svg::stacked_svg;
 pub use trajectory_csv::write_trajectory;
 pub use trajectory_reader::read_trajectory;
-pub use units::quantity_label;

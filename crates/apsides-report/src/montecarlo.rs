@@ -4,7 +4,7 @@ use std::fs::{File, OpenOptions};
 use std::io::BufWriter;
 use std::path::{Path, PathBuf};
 
-use apsides::montecarlo::{Ellipse, Sample, Statistics};
+use apsides_pipeline::montecarlo::{Ellipse, Sample, Statistics};
 
 use crate::files::{Item, json, replace, table_error};
 use crate::trajectory_csv::shortest;
@@ -218,8 +218,9 @@ fn outline(e: &Ellipse, sigmas: f64) -> Vec<[f64; 2]> {
 mod tests {
     #![allow(clippy::unwrap_used)]
     use super::*;
-    use apsides::dispersion::Deviations;
-    use apsides::montecarlo::{Guidance, MonteCarlo, Onboard};
+    use apsides_pipeline::dispersion::Deviations;
+    use apsides_pipeline::dispersion::{Guidance, Onboard};
+    use apsides_pipeline::montecarlo::MonteCarlo;
 
     const COLUMNS: &[&str] = &["along_m", "across_m"];
     const STATEMENT: &str = "mission = \"one\"\n";

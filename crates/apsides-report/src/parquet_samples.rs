@@ -8,7 +8,7 @@ use std::io::BufWriter;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
-use apsides::montecarlo::Sample;
+use apsides_pipeline::montecarlo::Sample;
 use parquet::basic::{Repetition, Type as Physical};
 use parquet::data_type::{DoubleType, Int64Type};
 use parquet::errors::ParquetError;
@@ -85,7 +85,7 @@ fn write(
 mod tests {
     #![allow(clippy::unwrap_used)]
     use super::*;
-    use apsides::dispersion::Deviations;
+    use apsides_pipeline::dispersion::Deviations;
     use parquet::file::reader::{FileReader, SerializedFileReader};
     use parquet::record::RowAccessor;
 

@@ -2,9 +2,9 @@
 
 use std::f64::consts::PI;
 
-use apsides::control::linear::Eigenvalue;
-use apsides::control::state_space::LocusPoint;
-use apsides::moving_mass::RootLocus;
+use apsides_control::linear::Eigenvalue;
+use apsides_control::state_space::LocusPoint;
+use apsides_pipeline::simulation::RootLocus;
 
 use crate::{Axis, Figure, Series};
 

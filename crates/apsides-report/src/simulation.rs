@@ -3,7 +3,7 @@
 use std::fmt::Write as _;
 use std::path::{Path, PathBuf};
 
-use apsides::Simulated;
+use apsides_pipeline::Simulated;
 
 use crate::columns::header_text;
 use crate::files::{Item, json, replace, table_error};

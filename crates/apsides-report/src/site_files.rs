@@ -1,6 +1,6 @@
 //! Files of the sites that were chosen on maps: a picture and the candidates of each.
 
-use apsides::SiteSelection;
+use apsides_terrain::site::selection::SiteSelection;
 
 use crate::ReportError;
 use crate::files::{Item, table_error};
@@ -55,7 +55,8 @@ fn candidates(file: &'static str, s: &SiteSelection) -> Result<Vec<u8>, ReportEr
     table.write_record(COLUMNS).map_err(failed)?;
     for (k, c) in s.candidates.iter().enumerate() {
         let [east, north, up] = c.offset;
-        let numbers = [c.divert.propellant, c.divert.flight_time, c.cost];
+        let propellant = c.divert.propellant.unwrap_or(f64::NAN);
+        let numbers = [propellant, c.divert.flight_time, c.cost.unwrap_or(f64::INFINITY)];
         let record = [
             (k + 1).to_string(),
             (k == s.chosen).to_string(),
@@ -66,7 +67,7 @@ fn candidates(file: &'static str, s: &SiteSelection) -> Result<Vec<u8>, ReportEr
             up.to_string(),
             c.site.clearance_m.to_string(),
             c.hazard.to_string(),
-            c.divert.outcome.to_string(),
+            c.divert.outcome().to_owned(),
         ];
         table.write_record(record.into_iter().chain(numbers.map(|n| n.to_string()))).map_err(failed)?;
     }

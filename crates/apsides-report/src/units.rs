@@ -2,18 +2,6 @@
 
 use std::f64::consts::PI;
 
-use apsides::key::{name_of, unit_of};
-
-/// The name of a quantity with its unit, if it has one: `flight time (s)`.
-#[must_use]
-pub fn quantity_label(key: &str) -> String {
-    let name = name_of(key).replace('_', " ");
-    match unit_of(key) {
-        "" => name,
-        unit => format!("{name} ({unit})"),
-    }
-}
-
 /// The unit of a quantity in `numerator` divided by one in `denominator`: `kg` per `m/s` is `kg s/m`; `-` is no unit.
 pub(crate) fn quotient(numerator: &str, denominator: &str) -> String {
     let (mut above, mut below) = fraction(numerator);

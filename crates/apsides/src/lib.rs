@@ -1,81 +1,68 @@
 //! Spaceflight trajectory optimisation: missions, pipelines and verified results.
 //!
 //! ```text
-//! mission file -> problem and guess -> method -> trajectory -> independent verification -> outcome
+//! mission file -> mission in SI -> problem and guess -> method -> trajectory -> independent verification -> outcome
 //! ```
 //!
-//! This crate joins the layers below and re-exports them. It reads mission files, but prints nothing; the program is
-//! `apsides-cli`, figures and result files are `apsides-report`.
+//! This crate joins the layers below and re-exports them. It prints nothing; the program is `apsides-cli`, figures and result files are
+//! `apsides-report`.
 //!
 //! ```
-//! use apsides::Mission;
-//!
-//! let mission = Mission::load("lunar-perilune", &["perilune_altitude_km=20".into()])?;
+//! let mut mission = apsides::load("lunar-perilune", &[])?;
+//! mission.set("perilune_altitude_km", 20.0)?;
 //! let outcome = mission.solve(None, &mut ())?;
 //! assert!(outcome.summary.certificate.is_verified());
 //! assert!((outcome.summary.results["flight_time_s"] - 999.356984).abs() < 1e-5);
 //! # Ok::<(), apsides::Error>(())
 //! ```
 //!
-//! | module | subject |
+//! | crate | subject |
 //! | --- | --- |
-//! | [`mission_file`], [`key`] | mission files and their keys |
-//! | [`missions`] | the missions that come with the crate |
-//! | [`vehicle`] | vehicles as data |
-//! | [`pipeline`] | solve and verify |
-//! | [`moving_mass`] | a capsule steered by internal masses: cases, laws, closed-loop descents |
-//! | [`simulation`] | simulate a mission under its law |
-//! | [`sweep`] | parameter sweeps |
-//! | [`footprint`] | the ends that a vehicle can reach |
-//! | [`reproduce`] | published tables computed again |
-//! | [`site_criteria`] | what a landing site must fulfil, from a file |
-//! | [`site_selection`] | a landing site chosen in flight |
-//! | [`montecarlo`], [`dispersion`] | flights that deviate from a plan |
-//! | [`covariance`] | state-transition matrices and covariances along any trajectory |
-//! | [`sensitivity`] | what one more unit of a key is worth |
-//! | [`outcome`] | results |
-//! | [`observer`] | progress |
-
-pub(crate) mod checkpoint;
-pub mod covariance;
-pub mod dispersion;
-pub mod error;
-pub mod footprint;
-pub mod key;
-pub(crate) mod method;
-pub mod mission_file;
-pub mod missions;
-pub mod montecarlo;
-pub mod moving_mass;
-pub mod observer;
-pub mod outcome;
-pub mod pipeline;
-pub mod reproduce;
-pub mod sensitivity;
-pub mod simulation;
-pub mod site_criteria;
-pub mod site_selection;
-pub mod sweep;
-pub mod vehicle;
+//! | [`pipeline`] | from a mission to a verified outcome: keys, methods, sweeps, sensitivities, Monte Carlo, footprints |
+//! | [`missions`] | the kinds of mission; a feature each |
+//! | [`ocp`] | the language of optimal control problems |
+//! | [`radau`], [`flatness`], [`shooting`], [`piecewise`], [`convex`] | methods |
+//! | [`verify`] | certificates |
+//! | [`dynamics`], [`terrain`], [`control`] | equations of motion, elevation maps, closed loops |
+//! | [`nlp`], [`ode`], [`metaheuristics`], [`ad`], [`basis`] | engines and kernels |
 
 pub use apsides_ad as ad;
 pub use apsides_basis as basis;
 pub use apsides_control as control;
+pub use apsides_convex as convex;
 pub use apsides_dynamics as dynamics;
 pub use apsides_flatness as flatness;
 pub use apsides_metaheuristics as metaheuristics;
+pub use apsides_missions as missions;
 pub use apsides_nlp as nlp;
 pub use apsides_ocp as ocp;
 pub use apsides_ode as ode;
+pub use apsides_piecewise as piecewise;
+pub use apsides_pipeline as pipeline;
 pub use apsides_radau as radau;
+pub use apsides_shooting as shooting;
 pub use apsides_terrain as terrain;
 pub use apsides_verify as verify;
 
-pub use error::Error;
-pub use mission_file::Mission;
-pub use missions::{Decisions, Expansion, Posed};
-pub use observer::{Observer, SearchProgress};
-pub use outcome::{Counters, Curve, ObjectiveValue, Outcome, Reduced, SearchSummary, Summary, Timing};
-pub use sensitivity::Price;
-pub use simulation::Simulated;
-pub use site_selection::SiteSelection;
+pub use apsides_missions::registry;
+pub use apsides_pipeline::{
+    Counters, Curve, Decisions, Error, Kind, Mission, ObjectiveValue, Observer, Outcome, Pipeline, Posed,
+    Price, Registry, SearchProgress, SearchSummary, Simulated, Summary, Timing,
+};
+
+/// Reads a mission from a file, or by its name from those that come with the program, with the texts `key=value` that replace values of
+/// the file.
+///
+/// # Errors
+/// The first mistake, with its place.
+pub fn load(file_or_name: &str, overrides: &[String]) -> Result<Pipeline, Error> {
+    registry().load(file_or_name, overrides)
+}
+
+/// Reads a mission from the text of a file; `source` names it in messages.
+///
+/// # Errors
+/// The first mistake, with its place.
+pub fn parse(text: &str, source: &str, overrides: &[String]) -> Result<Pipeline, Error> {
+    registry().parse(text, source, overrides)
+}

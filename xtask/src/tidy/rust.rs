@@ -13,7 +13,12 @@ const EMPTY_NAMES: &[&str] = &["util", "utils", "helper", "helpers", "manager", 
 const LEFTOVERS: &[&str] = &["todo!", "unimplemented!", "dbg!"];
 
 /// Crates that read and write files; all others take and return values.
-const WITH_FILES: &[&str] = &["crates/apsides/", "crates/apsides-report/", "crates/apsides-cli/"];
+const WITH_FILES: &[&str] = &[
+    "crates/apsides-pipeline/",
+    "crates/apsides-missions/",
+    "crates/apsides-report/",
+    "crates/apsides-cli/",
+];
 
 /// Every rule for one file.
 pub(crate) fn check(path: &str, text: &str) -> Vec<Finding> {
@@ -44,7 +49,7 @@ pub(crate) fn check(path: &str, text: &str) -> Vec<Finding> {
             for outside in ["std::fs", "std::env", "std::io::stdin"] {
                 if has_word(line, outside) {
                     found(format!(
-                        "`{outside}`: libraries below the facade read neither files nor the environment"
+                        "`{outside}`: libraries below the pipeline read neither files nor the environment"
                     ));
                 }
             }
@@ -135,7 +140,7 @@ mod tests {
     fn libraries_read_no_files() {
         let text = "//! A.\nuse std::fs::File;\n";
         assert!(messages(FILE, text)[0].contains("`std::fs`"));
-        assert!(messages("crates/apsides/src/mission_file.rs", text).is_empty());
+        assert!(messages("crates/apsides-pipeline/src/file.rs", text).is_empty());
         assert!(messages("xtask/src/main.rs", text).is_empty());
         let in_tests = "//! A.\n#[cfg(test)]\nmod tests {\n    use std::env;\n}\n";
         assert!(messages(FILE, in_tests).is_empty());

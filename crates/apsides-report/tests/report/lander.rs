@@ -3,13 +3,13 @@
 use std::collections::BTreeMap;
 use std::sync::Arc;
 
-use apsides::{Counters, ObjectiveValue, Outcome, Summary, Timing};
 use apsides_ad::{Dynamics, PathFunction, Scalar};
 use apsides_basis::Lgr;
 use apsides_ocp::{
     At, Bounds, Ocp, Phase, PhaseMesh, PhaseTrajectory, PiecewisePolynomial, Segment, State, Trajectory,
     Variable,
 };
+use apsides_pipeline::{Counters, ObjectiveValue, Outcome, Summary, Timing};
 use apsides_verify::{Certificate, Check, CheckKind};
 
 /// Stands for the equations of motion, which nothing here evaluates.
@@ -191,7 +191,7 @@ pub(crate) fn outcome() -> Outcome {
         ocp: ocp(),
         trajectory: trajectory(),
         reduced: None,
-        status: apsides::nlp::Status::Optimal,
+        status: apsides_nlp::Status::Optimal,
         report: None,
         summary: Summary {
             mission: "lunar landing <test> & more".into(),
@@ -218,7 +218,7 @@ pub(crate) fn outcome() -> Outcome {
             sites: Vec::new(),
             sensitivity: None,
         },
-        decisions: apsides::Decisions::default(),
+        decisions: apsides_pipeline::Decisions::default(),
         mission_file: "# A lander\n[mission]\nname = \"lunar landing <test> & more\"\n\n[vehicle]\ninitial_mass_kg = 600.0\nisp_s = 300.0\n".into(),
         explanation: None,
     }

@@ -7,7 +7,7 @@ mod well_formed;
 use std::fs;
 use std::path::Path;
 
-use apsides::Summary;
+use apsides_pipeline::Summary;
 use apsides_report::{Axis, Figure, ReportError, Series, read_outcome_trajectory, write_outcome};
 
 fn flight_path() -> Figure {

@@ -1,0 +1,121 @@
+//! Landings in the manner of Chang'e-3, from the perilune of an elliptic orbit, with an engine that cannot be shut down below its least
+//! thrust (problem A of the Chinese undergraduate contest in mathematical modelling, 2014).
+
+use apsides_ocp::Trajectory;
+use apsides_pipeline::dispersion::Dispersed;
+use apsides_pipeline::method::MethodName;
+use apsides_pipeline::values::Values;
+use apsides_pipeline::{Curve, Decisions, Error, Kind, Mission, Offers, Posed, Scalars};
+use apsides_verify::Check;
+
+use dispersed::PlannedBraking;
+
+mod braking;
+mod decisions;
+mod dispersed;
+mod divert;
+mod flight_state;
+mod guess;
+mod keys;
+mod lander;
+mod landing;
+mod phases;
+mod results;
+mod site_checks;
+mod stages;
+mod terrain;
+
+pub use divert::Divert;
+pub use lander::{GateDirection, Lander, Motion};
+pub use landing::{SixStageLanding, StageOrder};
+pub use terrain::{MapSource, SiteMap};
+
+/// Main braking from the perilune of a lunar orbit to a gate above the site with least propellant.
+#[derive(Clone, Debug)]
+pub struct MainBraking {
+    /// The vehicle, its orbit, its site and the gate above it.
+    pub lander: Lander,
+}
+
+impl Mission for MainBraking {
+    fn kind() -> Kind {
+        Kind::new::<Self>(
+            "chang-e-3-braking",
+            "Main braking from the perilune of a lunar orbit to a gate above the site with least propellant",
+            &[keys::VEHICLE, keys::MOON, keys::ORBIT, keys::SITE, keys::GATE],
+        )
+        .offering(Offers { dispersed: dispersed::COLUMNS, ..Offers::default() })
+    }
+
+    fn read(values: &Values) -> Result<Self, Error> {
+        Ok(Self { lander: Lander::read(values)? })
+    }
+
+    fn pose(&self, _method: MethodName) -> Result<Posed, Error> {
+        self.lander.braking()
+    }
+
+    fn results(&self, solution: &Trajectory) -> Scalars {
+        results::braking(&self.lander, solution)
+    }
+
+    fn headline(&self) -> &'static [&'static str] {
+        &["final_mass_kg", "flight_time_s", "perilune_speed_m_s", "central_angle_deg"]
+    }
+
+    fn curves(&self, solution: &Trajectory) -> Vec<Curve> {
+        results::braking_curves(&self.lander, solution)
+    }
+
+    fn dispersed(&self, plan: &Trajectory) -> Result<Option<Box<dyn Dispersed>>, Error> {
+        Ok(Some(Box::new(PlannedBraking::new(&self.lander, plan)?)))
+    }
+}
+
+impl Mission for SixStageLanding {
+    fn kind() -> Kind {
+        Kind::new::<Self>(
+            "chang-e-3",
+            "Landing in six stages from the perilune of a lunar orbit to the cut-off of the engine with least propellant",
+            &[
+                keys::VEHICLE,
+                keys::MOON,
+                keys::ORBIT,
+                keys::SITE,
+                keys::GATE,
+                keys::STAGES_BELOW,
+                keys::TERRAIN,
+                keys::DECIDED,
+            ],
+        )
+        .nothing_at_zero(&[keys::HOVER_TIME])
+    }
+
+    fn read(values: &Values) -> Result<Self, Error> {
+        Self::of(values)
+    }
+
+    fn pose(&self, _method: MethodName) -> Result<Posed, Error> {
+        self.problem()
+    }
+
+    fn results(&self, solution: &Trajectory) -> Scalars {
+        results::landing(self, solution)
+    }
+
+    fn headline(&self) -> &'static [&'static str] {
+        &["final_mass_kg", "propellant_kg", "flight_time_s", "touchdown_speed_m_s"]
+    }
+
+    fn curves(&self, solution: &Trajectory) -> Vec<Curve> {
+        results::landing_curves(self, solution)
+    }
+
+    fn checks(&self, decisions: &Decisions, solution: &Trajectory) -> Vec<Check> {
+        site_checks::of(self, &decisions.sites, solution)
+    }
+
+    fn decide(&self) -> Result<Decisions, Error> {
+        decisions::decide(self)
+    }
+}

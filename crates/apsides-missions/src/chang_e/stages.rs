@@ -1,0 +1,87 @@
+//! The whole landing: main braking, quick adjustment, coarse avoidance, hover, fine avoidance, slow descent.
+//!
+//! Attitude: in the main braking the thrust may point anywhere; in the adjustment it tilts from the vertical by a limit at most; from then
+//! on the flight is vertical, the thrust upright but for what the rotation of the Moon takes, or, where maps ask for a divert, in the
+//! vertical plane through both places with a limited tilt.
+
+use apsides_dynamics::planar;
+use apsides_ocp::{At, Bounds, Guess, Ocp, OcpBuilder, Phase, PhaseGuess, Sense, Term};
+use apsides_pipeline::{Error, Posed};
+
+use super::guess::Sample;
+use super::landing::SixStageLanding;
+use super::phases::{ADJUSTMENT, AVOIDANCE, DESCENT, FINE_AVOIDANCE, PATH, ends_at};
+
+/// Guessed upward speeds at the end of the adjustment and of the fine avoidance, m/s.
+const AFTER_ADJUSTMENT: f64 = -50.0;
+pub(super) const AFTER_FINE_AVOIDANCE: f64 = -8.0;
+
+impl SixStageLanding {
+    /// The flight from the perilune to the cut-off of the engine.
+    pub(super) fn problem(&self) -> Result<Posed, Error> {
+        let lander = &self.lander;
+        let mut phases = vec![lander.braking_phase()];
+        let mut guesses = vec![lander.steered_guess(&lander.braking_samples())?];
+        self.add_descent(&mut phases, &mut guesses)?;
+        let names: Vec<String> = phases.iter().map(|p| p.name.clone()).collect();
+        let ocp = phases.into_iter().fold(Ocp::builder("landing from the perilune"), OcpBuilder::phase);
+        let ocp = names.windows(2).fold(ocp, |ocp, pair| ocp.link(&pair[0], &pair[1]));
+        let ocp = lander
+            .on_orbital_plane(lander.with_gate_speed(ocp))
+            .objective(Sense::Maximize, "final_mass", "kg", self.worth())
+            .objective_scale(lander.initial_mass)
+            .build()?;
+        let guess = Guess::from_phases(&ocp, guesses);
+        Ok(Posed::new(ocp, guess))
+    }
+
+    /// The final mass, less what the path of the adjustment counts as.
+    fn worth(&self) -> impl Iterator<Item = Term<'static>> {
+        let path = (self.path_weight > 0.0).then_some(Term::Integral(ADJUSTMENT, PATH, -self.path_weight));
+        [Term::End(At::FinalState(DESCENT, planar::MASS.name), 1.0)].into_iter().chain(path)
+    }
+
+    /// The flight from the gate to above the site that is aimed at, with the length of its path as an integral, where it counts.
+    fn adjustment(&self) -> Phase {
+        let lander = &self.lander;
+        let phase =
+            lander.steered(ADJUSTMENT, self.adjustment_tilt, [self.coarse_radius(), lander.gate_radius]);
+        let mut phase = lander.ends_with(lander.ending_at_site(phase), self.adjusted_speed, Some(0.0));
+        ends_at(&mut phase, &[(planar::RADIUS, Bounds::fixed(self.coarse_radius()))]);
+        if self.path_weight == 0.0 { phase } else { lander.with_path(phase) }
+    }
+
+    /// Adds the phases after the main braking.
+    fn add_descent(&self, phases: &mut Vec<Phase>, guesses: &mut Vec<PhaseGuess>) -> Result<(), Error> {
+        let lander = &self.lander;
+        let [_, gate] = lander.braking_samples();
+        phases.push(self.adjustment());
+        let adjusted = lander.next_sample(gate, self.coarse_radius(), AFTER_ADJUSTMENT);
+        guesses.push(lander.steered_guess(&[gate, adjusted])?);
+
+        let coarse = self.coarse_divert();
+        let avoidance = lander.avoidance(AVOIDANCE, &coarse, [self.hover_radius(), self.coarse_radius()]);
+        phases.push(lander.ends_with(avoidance, Some(0.0), None));
+        let mut at = lander.next_sample(adjusted, self.hover_radius(), 0.0);
+        guesses.push(lander.avoidance_guess(&coarse, &[adjusted, at], 0.5)?);
+
+        if self.hover_time > 0.0 {
+            phases.push(lander.hovering(coarse.to, self.hover_radius(), self.hover_time));
+            let velocity_change = self.hover_time * lander.body.surface_gravity();
+            let mass = lander.descent.engine.mass_after(at.mass, velocity_change);
+            let after = Sample { time: at.time + self.hover_time, mass, ..at };
+            guesses.push(lander.vertical_guess(&[at, after], None)?);
+            at = after;
+        }
+        let fine = self.fine_divert();
+        phases.push(lander.avoidance(FINE_AVOIDANCE, &fine, [self.fine_radius(), self.hover_radius()]));
+        let avoided = lander.next_sample(at, self.fine_radius(), AFTER_FINE_AVOIDANCE);
+        guesses.push(lander.avoidance_guess(&fine, &[at, avoided], 0.3)?);
+
+        let descent = lander.vertical(DESCENT, fine.to, [self.cutoff_radius(), self.fine_radius()]);
+        phases.push(lander.ends_with(descent, Some(0.0), None));
+        let end = lander.next_sample(avoided, self.cutoff_radius(), 0.0);
+        guesses.push(lander.vertical_guess(&[avoided, end], Some(0.8))?);
+        Ok(())
+    }
+}

@@ -1,0 +1,109 @@
+//! Elevation maps of a landing: from files or from the generator.
+
+use std::fs::File;
+use std::io::BufReader;
+use std::path::PathBuf;
+
+use apsides_pipeline::Error;
+use apsides_pipeline::values::Values;
+use apsides_terrain::ElevationMap;
+use apsides_terrain::io::{ReadOptions, read};
+use apsides_terrain::synthetic::{Synthetic, Terrain};
+
+use super::keys::{self, MapKeys};
+
+/// Where an elevation map comes from.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub enum MapSource {
+    /// There is no map.
+    None,
+    /// The generator makes it from a seed.
+    Generated,
+    /// It is read from a file.
+    File(PathBuf),
+}
+
+/// A map that is seen in flight, its middle below the lander, and what is wanted on it. The map itself is read when a site is chosen.
+#[derive(Clone, Debug, PartialEq)]
+pub struct SiteMap {
+    /// Where the map comes from.
+    pub source: MapSource,
+    /// Size of a pixel, m; none for what the file states, or the usual one of a generated map.
+    pub pixel: Option<f64>,
+    /// Width of a generated map, m.
+    pub width: f64,
+    /// What a site must fulfil: the name of a preset or the path of a file of criteria.
+    pub criteria: String,
+    /// Propellant that a site without hazard is worth more than one that is just allowed, kg.
+    pub hazard_worth: f64,
+    /// Largest tilt of the thrust from the vertical on the way to the site, rad.
+    pub tilt: f64,
+    /// The site that is decided on the map: east, north and up from the ground below the lander, m. Open coordinates are none.
+    pub site: [Option<f64>; 3],
+}
+
+impl SiteMap {
+    /// The map of values.
+    pub(super) fn read(values: &Values, keys: &MapKeys) -> Result<Self, Error> {
+        let [east, north, up] = keys.site;
+        Ok(Self {
+            source: match values.word(keys.map)? {
+                keys::NO_MAP => MapSource::None,
+                keys::GENERATED => MapSource::Generated,
+                path => MapSource::File(path.into()),
+            },
+            pixel: values.limit(keys.pixel)?,
+            width: values.number(keys.width)?,
+            criteria: values.word(keys.criteria)?.into(),
+            hazard_worth: values.number(keys.hazard_worth)?,
+            tilt: values.number(keys.tilt)?.to_radians(),
+            site: [decided(values, east)?, decided(values, north)?, decided(values, up)?],
+        })
+    }
+
+    /// Returns true if a site is to be chosen on the map.
+    #[must_use]
+    pub fn is_open(&self) -> bool {
+        self.source != MapSource::None && self.site.contains(&None)
+    }
+
+    /// The map, of a size that `terrain` has unless the map has its own; none where there is no map.
+    pub(super) fn map(
+        &self,
+        keys: &MapKeys,
+        terrain: Terrain,
+        seed: u64,
+    ) -> Result<Option<ElevationMap>, Error> {
+        let key = keys.map;
+        let path = match &self.source {
+            MapSource::None => return Ok(None),
+            MapSource::Generated => {
+                let made = Synthetic::new(self.sized(terrain), seed).and_then(|s| s.map());
+                return made.map(Some).map_err(|e| Error::in_mission(format!("`{key}`: {e}")));
+            }
+            MapSource::File(path) => path,
+        };
+        let file = File::open(path).map_err(|e| Error::File {
+            path: path.clone(),
+            reason: format!("{e}; `{key}` takes \"{}\", \"{}\" or a map file", keys::NO_MAP, keys::GENERATED),
+        })?;
+        let options = ReadOptions { pixel_m: self.pixel, ..ReadOptions::default() };
+        read(BufReader::new(file), &options).map(Some).map_err(|e| {
+            let reason = e
+                .to_string()
+                .replace("give one (ReadOptions::pixel_m)", &format!("give one with `{}`", keys.pixel));
+            Error::File { path: path.clone(), reason }
+        })
+    }
+
+    fn sized(&self, terrain: Terrain) -> Terrain {
+        let pixel = self.pixel.unwrap_or(terrain.pixel);
+        let side = (self.width / pixel).round() as usize;
+        Terrain { rows: side, cols: side, pixel, ..terrain }
+    }
+}
+
+/// A number that is decided in flight; an infinite one in a file is open too.
+pub(super) fn decided(values: &Values, path: &str) -> Result<Option<f64>, Error> {
+    Ok(values.optional(path)?.filter(|v| v.is_finite()))
+}

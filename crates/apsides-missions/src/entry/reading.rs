@@ -1,0 +1,188 @@
+//! The capsule of the values of a mission.
+
+use apsides_dynamics::aerodynamics::{
+    Aerodynamics, AxisymmetricAerodynamics, Damping, EntryVehicle, Interpolation, MachAlphaTable, MachTable,
+};
+use apsides_dynamics::atmosphere::{Atmosphere, Exponential, Gas};
+use apsides_dynamics::entry::{EntryFlight, EntryState, Heading};
+use apsides_dynamics::heating::HeatingLaw;
+use apsides_dynamics::planet::Planet;
+use apsides_dynamics::{Body, DynamicsError};
+use apsides_pipeline::Error;
+use apsides_pipeline::values::Values;
+
+use super::capsule::{CapsuleEntry, Goal, SteeredMasses, TrimmedShape};
+use super::load::Load;
+use super::steering::Steering;
+use super::{atmosphere_table, keys};
+use crate::data::{J2, ROTATION_RATE, central_body};
+
+impl CapsuleEntry {
+    /// The capsule of values.
+    ///
+    /// # Errors
+    /// Values that do not go together, and what planet, atmosphere or vehicle refuse.
+    pub(super) fn of(v: &Values) -> Result<Self, Error> {
+        let heading =
+            if v.word("azimuth_from")? == keys::NORTH { Heading::FromNorth } else { Heading::FromEast };
+        let shape = match v.word(keys::AERODYNAMICS)? {
+            keys::OFFSET => Some(shape(v)?),
+            _ => None,
+        };
+        let vehicle = vehicle(v, shape.as_ref())?;
+        let flight = EntryFlight::new(planet(v)?, vehicle, heading, heating(v)?);
+        let start = start(v, &flight)?;
+        let target_altitude = target_altitude(v, &flight.planet, &start)?;
+        let acceleration = match v.word("load")? {
+            keys::NORMAL => Load::NormalAcceleration,
+            _ => Load::TotalAcceleration,
+        };
+        let thousand = |limit: f64| limit * 1e3;
+        Ok(Self {
+            start,
+            target_altitude,
+            target: [radians(v, keys::TARGET_LONGITUDE)?, radians(v, keys::TARGET_LATITUDE)?],
+            acceleration,
+            dynamic_pressure_limit: v.limit(keys::DYNAMIC_PRESSURE_LIMIT)?.map(thousand),
+            acceleration_limit: v.limit(keys::LOAD_LIMIT)?,
+            heat_rate_limit: v.limit(keys::HEAT_RATE_LIMIT)?.map(thousand),
+            longest_flight: v.number("max_flight_time_s")?,
+            goal: goal(v, acceleration)?,
+            steering: if v.word(keys::STEERING)? == keys::BANK { Steering::Angle } else { Steering::Vector },
+            margins: v.flag(keys::MARGINS)?,
+            shape,
+            steered: steered(v)?,
+            flight,
+        })
+    }
+}
+
+/// The number of a key in deg, as rad.
+fn radians(v: &Values, path: &str) -> Result<f64, Error> {
+    v.number(path).map(f64::to_radians)
+}
+
+fn start(v: &Values, flight: &EntryFlight) -> Result<EntryState, Error> {
+    let start = EntryState {
+        altitude: v.number("entry_altitude_km")? * 1e3,
+        longitude: radians(v, "entry_longitude_deg")?,
+        latitude: radians(v, "entry_latitude_deg")?,
+        speed: v.number("entry_speed_m_s")?,
+        path_angle: radians(v, "entry_path_angle_deg")?,
+        azimuth: radians(v, "entry_azimuth_deg")?,
+    };
+    flight.checked(start.array()).map_err(Error::model)?;
+    let [_, highest] = flight.planet.atmosphere.range();
+    if start.altitude > highest {
+        return Err(v.conflict(format!(
+            "`entry_altitude_km` is {}, above the top of the atmosphere \"{}\", {} km",
+            start.altitude / 1e3,
+            v.word(keys::ATMOSPHERE)?,
+            highest / 1e3
+        )));
+    }
+    Ok(start)
+}
+
+fn target_altitude(v: &Values, planet: &Planet, start: &EntryState) -> Result<f64, Error> {
+    let altitude = v.number("target_altitude_km")? * 1e3;
+    let refused = |e: DynamicsError| v.conflict(e.to_string());
+    planet.above_surface("`target_altitude_km`", altitude).map_err(refused)?;
+    if altitude >= start.altitude {
+        return Err(v.conflict(format!(
+            "`target_altitude_km` is {}, it must be below `entry_altitude_km` = {}",
+            altitude / 1e3,
+            start.altitude / 1e3
+        )));
+    }
+    Ok(altitude)
+}
+
+fn planet(v: &Values) -> Result<Planet, Error> {
+    let rotation_rate = if v.flag("body_rotation")? { v.number(ROTATION_RATE.path)? } else { 0.0 };
+    let j2 = if v.flag("oblateness")? { v.number(J2.path)? } else { 0.0 };
+    let body = central_body(v)?;
+    Planet::new(body, rotation_rate, j2, atmosphere(v, &body)?).map_err(Error::model)
+}
+
+fn atmosphere(v: &Values, body: &Body) -> Result<Atmosphere, Error> {
+    let (constant, ratio) = (v.number(keys::GAS_CONSTANT)?, v.number(keys::HEAT_CAPACITY_RATIO)?);
+    let gas = Gas::new(constant, ratio).map_err(Error::model)?;
+    Ok(match v.word(keys::ATMOSPHERE)? {
+        keys::US_1976 => Atmosphere::UsStandard1976,
+        keys::US_1976_PRINTED => Atmosphere::UsStandard1976Printed,
+        keys::TABLE => {
+            let rows = v.word(keys::ATMOSPHERE_TABLE)?;
+            Atmosphere::Table(atmosphere_table::parse(rows, gas, |reason| v.conflict(reason))?)
+        }
+        // The key takes no other words.
+        _ => {
+            let [density, height] = [v.number(keys::SURFACE_DENSITY)?, v.number(keys::SCALE_HEIGHT)?];
+            let law = Exponential::new(density, 0.0, height, gas, body.surface_gravity());
+            Atmosphere::Exponential(law.map_err(Error::model)?)
+        }
+    })
+}
+
+fn vehicle(v: &Values, shape: Option<&TrimmedShape>) -> Result<EntryVehicle, Error> {
+    let aerodynamics = match (shape, v.word(keys::AERODYNAMICS)?) {
+        (Some(shape), _) => shape.aerodynamics.trimmed(shape.offset).map(Aerodynamics::Mach),
+        (None, keys::APOLLO) => Ok(Aerodynamics::Mach(MachTable::apollo_10())),
+        (None, _) => {
+            Aerodynamics::constant(v.number(keys::LIFT_COEFFICIENT)?, v.number(keys::DRAG_COEFFICIENT)?)
+        }
+    };
+    let [mass, area] = [v.number("initial_mass_kg")?, v.number(keys::REFERENCE_AREA)?];
+    let nose_radius = v.number("nose_radius_m")?;
+    EntryVehicle::new(mass, area, nose_radius, aerodynamics.map_err(Error::model)?).map_err(Error::model)
+}
+
+/// Diameter, m, of the circle of the reference area.
+fn diameter(v: &Values) -> Result<f64, Error> {
+    Ok((4.0 / std::f64::consts::PI * v.number(keys::REFERENCE_AREA)?).sqrt())
+}
+
+/// The shape of the aerodynamics "apollo-offset".
+fn shape(v: &Values) -> Result<TrimmedShape, Error> {
+    let table = MachAlphaTable::apollo(Interpolation::Smooth);
+    let shape =
+        AxisymmetricAerodynamics::new(table, diameter(v)?, v.number(keys::STATION)?, Damping::constant());
+    let offset = v.number(keys::TRIM_OFFSET)?;
+    Ok(TrimmedShape { aerodynamics: shape.map_err(Error::model)?, offset })
+}
+
+fn heating(v: &Values) -> Result<HeatingLaw, Error> {
+    Ok(match v.word(keys::HEATING)? {
+        keys::SUTTON_GRAVES => HeatingLaw::SuttonGraves { constant: v.number(keys::SUTTON_GRAVES_CONSTANT)? },
+        _ => HeatingLaw::Stagnation { constant: v.number("heating_constant")? },
+    })
+}
+
+fn goal(v: &Values, acceleration: Load) -> Result<Goal, Error> {
+    Ok(match v.word(keys::GOAL)? {
+        keys::PEAK_DYNAMIC_PRESSURE => Goal::Peak(Load::DynamicPressure),
+        keys::PEAK_LOAD => Goal::Peak(acceleration),
+        keys::PEAK_HEAT_RATE => Goal::Peak(Load::HeatRate),
+        keys::LEAST_LIFT => Goal::LeastLift,
+        keys::MISS => Goal::Miss,
+        keys::REACH => Goal::Reach {
+            bearing: radians(v, keys::REACH_BEARING)?,
+            half_width: v.limit(keys::REACH_WIDTH)?.map(|km| km * 1e3),
+        },
+        _ => Goal::HeatLoad,
+    })
+}
+
+fn steered(v: &Values) -> Result<SteeredMasses, Error> {
+    let [y, z] = keys::UNKNOWN_OFFSET;
+    Ok(SteeredMasses {
+        gyration: [v.number(keys::ROLL_GYRATION)?, v.number(keys::PITCH_GYRATION)?],
+        moving_mass: v.number(keys::MOVING_MASS)?,
+        rim_radius: v.number(keys::RIM_RADIUS)?,
+        rate_limit: v.limit(keys::RATE_LIMIT)?,
+        acceleration_limit: v.limit(keys::ACCELERATION_LIMIT)?,
+        unknown_offset: [v.number(y)?, v.number(z)?],
+        bandwidth: v.number(keys::BANDWIDTH)?,
+        sample_time: v.number(keys::SAMPLE_TIME)?,
+    })
+}

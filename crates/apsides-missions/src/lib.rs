@@ -1,0 +1,32 @@
+//! The kinds of mission that come with apsides, each a struct in SI units that implements [`apsides_pipeline::Mission`].
+//!
+//! ```
+//! use apsides_missions::registry;
+//!
+//! let mut mission = registry().load("lunar-perilune", &[])?;
+//! mission.set("perilune_altitude_km", 20.0)?;
+//! let outcome = mission.solve(None, &mut ())?;
+//! assert!((outcome.summary.results["flight_time_s"] - 999.356984).abs() < 1e-5);
+//! # Ok::<(), apsides_pipeline::Error>(())
+//! ```
+//!
+//! | module | missions |
+//! | --- | --- |
+//! | [`lunar`] | planar soft landings on the Moon |
+//! | [`geo`] | injection of an upper stage into geostationary orbit |
+//! | [`entry`] | re-entry of a capsule |
+//! | [`chang_e`] | a landing in six stages over the rotating Moon |
+//! | [`moving_mass`] | a capsule steered by internal masses, flown under a law |
+//! | [`data`] | bodies, vehicles and sites |
+//! | [`site_criteria`] | what a landing site must fulfil, from a file |
+
+mod catalogue;
+pub mod chang_e;
+pub mod data;
+pub mod entry;
+pub mod geo;
+pub mod lunar;
+pub mod moving_mass;
+pub mod site_criteria;
+
+pub use catalogue::registry;

@@ -1,0 +1,96 @@
+//! Keys of the lunar missions.
+
+use apsides_pipeline::key::{Key, Range};
+
+use crate::data;
+
+pub(super) const COMMON: &[Key] = &[
+    data::vehicle_key("lunar-lander-2017"),
+    Key::named(data::VEHICLE, "initial_mass_kg", Range::POSITIVE, "mass in the parking orbit"),
+    Key::named(data::VEHICLE, "dry_mass_kg", Range::POSITIVE, "mass without propellant"),
+    Key::named(data::VEHICLE, "thrust_n", Range::POSITIVE, "full thrust"),
+    Key::named(data::VEHICLE, "isp_s", Range::POSITIVE, "specific impulse"),
+    data::body_key("moon-2017"),
+    data::GRAVITY[0],
+    data::GRAVITY[1],
+    Key::number(
+        "orbit_altitude_km",
+        100.0,
+        Range::closed(0.1, 10_000.0),
+        "altitude of the circular parking orbit",
+    ),
+    Key::number(
+        "touchdown_radial_velocity_m_s",
+        -5.0,
+        Range::closed(-100.0, 0.0),
+        "radial speed at touchdown",
+    ),
+    Key::number(
+        "standard_gravity_m_s2",
+        9.807,
+        Range::closed(9.8, 9.81),
+        "unit of the specific impulse, as in the paper",
+    ),
+];
+
+pub(super) const PERILUNE_ALTITUDE: &str = "perilune_altitude_km";
+
+pub(super) const PERILUNE: &[Key] =
+    &[Key::number(PERILUNE_ALTITUDE, 15.0, Range::from(0.0), "altitude of the perilune of the transfer")];
+
+pub(super) const GATE_ALTITUDE: &str = "gate_altitude_km";
+
+pub(super) const GATE: &[Key] = &[Key::number(
+    GATE_ALTITUDE,
+    2.0,
+    Range::POSITIVE,
+    "altitude where the horizontal speed is zero and the vertical descent begins",
+)];
+
+pub(super) const PERILUNE_FLOOR: &str = "perilune_floor_km";
+
+pub(super) const FLOOR: &[Key] = &[Key::number(
+    PERILUNE_FLOOR,
+    15.0,
+    Range::from(0.0),
+    "least perilune altitude of the coast, above the surface even if the engine does not start again",
+)];
+
+pub(super) const FULL: &str = "full";
+pub(super) const COAST: &str = "coast";
+pub(super) const FREE: &str = "free";
+pub(super) const VERTICAL: &str = "vertical";
+
+pub(super) const THROTTLE_PATH: &str = "throttle";
+
+/// Where a coast leads down: on an ellipse.
+pub(super) const THROTTLE: &[Key] = &[Key::choice(
+    THROTTLE_PATH,
+    &[FULL, COAST, FREE],
+    "full thrust all the time in minimum time; or largest final mass, with a coast and then full thrust, or with thrust \
+     free from zero to full at any time",
+)];
+
+/// On a circle, where a coast alone leads nowhere.
+pub(super) const THROTTLE_IN_ORBIT: &[Key] = &[Key::choice(
+    THROTTLE_PATH,
+    &[FULL, FREE],
+    "full thrust all the time in minimum time, or free from zero to full at any time for the largest final mass",
+)];
+
+pub(super) const MAX_PITCH_RATE: &str = "max_pitch_rate_deg_s";
+
+pub(super) const PITCH_RATE: &[Key] = &[Key::number(
+    MAX_PITCH_RATE,
+    f64::INFINITY,
+    Range::POSITIVE_OR_UNLIMITED,
+    "largest rate of the thrust angle; inf lets it jump",
+)];
+
+pub(super) const TOUCHDOWN_THRUST: &str = "touchdown_thrust";
+
+pub(super) const TOUCHDOWN: &[Key] = &[Key::choice(
+    TOUCHDOWN_THRUST,
+    &[FREE, VERTICAL],
+    "direction of the thrust at touchdown; vertical needs a `max_pitch_rate_deg_s`",
+)];

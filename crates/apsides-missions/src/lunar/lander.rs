@@ -1,0 +1,154 @@
+//! What all lunar missions share: the vehicle, its parking orbit, and what may be done with the engine.
+
+use apsides_dynamics::Engine;
+use apsides_dynamics::planar::PlanarFlight;
+use apsides_pipeline::Error;
+use apsides_pipeline::values::Values;
+
+use super::keys;
+use crate::data::central_body;
+
+/// How large the thrust is along a landing.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Throttle {
+    /// It is full all the time, and the flight time is least.
+    Full,
+    /// It is zero up to an ignition and full from there on; the final mass is largest.
+    Coast,
+    /// It is a control between zero and full; the final mass is largest.
+    Free,
+}
+
+impl Throttle {
+    pub(super) fn read(values: &Values) -> Result<Self, Error> {
+        Ok(match values.word(keys::THROTTLE_PATH)? {
+            keys::FREE => Self::Free,
+            keys::COAST => Self::Coast,
+            // The key takes no other words.
+            _ => Self::Full,
+        })
+    }
+}
+
+/// Direction of the thrust at touchdown.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum TouchdownThrust {
+    /// It is free.
+    Free,
+    /// It is vertical, up.
+    Vertical,
+}
+
+impl TouchdownThrust {
+    pub(super) fn read(values: &Values) -> Result<Self, Error> {
+        Ok(match values.word(keys::TOUCHDOWN_THRUST)? {
+            keys::VERTICAL => Self::Vertical,
+            // The key takes no other words.
+            _ => Self::Free,
+        })
+    }
+}
+
+/// A lander in a circular parking orbit, and how it may fly down; planar, around a body that does not rotate.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct LunarLander {
+    /// Central body and engine.
+    pub flight: PlanarFlight,
+    /// Mass in the parking orbit, kg.
+    pub initial_mass: f64,
+    /// Mass without propellant, kg.
+    pub dry_mass: f64,
+    /// Altitude of the circular parking orbit above the surface, m.
+    pub orbit_altitude: f64,
+    /// Radial speed at touchdown, positive up, m/s.
+    pub touchdown_radial_speed: f64,
+    /// How large the thrust is. A [`LunarTransfer`](super::LunarTransfer) coasts in a phase of its own and has full thrust otherwise.
+    pub throttle: Throttle,
+    /// Largest rate of the thrust angle, rad/s; with none the angle may jump.
+    pub max_pitch_rate: Option<f64>,
+    /// Direction of the thrust at touchdown; vertical only with a `max_pitch_rate`. A [`TwoPhaseLanding`](super::TwoPhaseLanding) ends
+    /// vertically in any case.
+    pub touchdown_thrust: TouchdownThrust,
+}
+
+/// Makes an error of a sentence that names keys.
+pub(super) type Refuse<'a> = &'a dyn Fn(String) -> Error;
+
+impl LunarLander {
+    /// The keys that all lunar missions have; full thrust, whose direction at touchdown is free.
+    pub(super) fn read(values: &Values) -> Result<Self, Error> {
+        let body = central_body(values)?;
+        let exhaust_velocity = values.number("isp_s")? * values.number("standard_gravity_m_s2")?;
+        let engine = Engine::with_exhaust_velocity(values.number("thrust_n")?, exhaust_velocity)
+            .map_err(Error::model)?;
+        Ok(Self {
+            flight: PlanarFlight::new(body, engine),
+            initial_mass: values.number("initial_mass_kg")?,
+            dry_mass: values.number("dry_mass_kg")?,
+            orbit_altitude: values.number("orbit_altitude_km")? * 1e3,
+            touchdown_radial_speed: values.number("touchdown_radial_velocity_m_s")?,
+            throttle: Throttle::Full,
+            max_pitch_rate: values.limit(keys::MAX_PITCH_RATE)?.map(f64::to_radians),
+            touchdown_thrust: TouchdownThrust::Free,
+        })
+    }
+
+    /// Refuses a direction of the thrust at touchdown that costs nothing.
+    pub(super) fn check_steering(&self, refuse: Refuse<'_>) -> Result<(), Error> {
+        if self.is_upright() && !self.pitches() {
+            return Err(refuse(
+                "`touchdown_thrust` is \"vertical\", but `max_pitch_rate_deg_s` is inf: a jump at the last \
+                 instant costs nothing; give a rate above 0, for instance 5"
+                    .into(),
+            ));
+        }
+        Ok(())
+    }
+
+    /// The same with full thrust in any direction at any time.
+    pub(super) fn at_full_thrust(self) -> Self {
+        Self {
+            throttle: Throttle::Full,
+            max_pitch_rate: None,
+            touchdown_thrust: TouchdownThrust::Free,
+            ..self
+        }
+    }
+
+    /// The same whose thrust is upright at the end where its direction is a state.
+    pub(super) fn upright_where_it_pitches(self) -> Self {
+        let touchdown_thrust = if self.pitches() { TouchdownThrust::Vertical } else { TouchdownThrust::Free };
+        Self { touchdown_thrust, ..self }
+    }
+
+    /// Returns true if the throttle is a control.
+    pub(super) fn throttles(&self) -> bool {
+        self.throttle == Throttle::Free
+    }
+
+    /// Returns true if propellant is saved rather than time.
+    pub(super) fn saves_propellant(&self) -> bool {
+        self.throttle != Throttle::Full
+    }
+
+    /// Returns true if the thrust angle is a state.
+    pub(super) fn pitches(&self) -> bool {
+        self.max_pitch_rate.is_some()
+    }
+
+    /// Returns true if the thrust is vertical at touchdown.
+    pub(super) fn is_upright(&self) -> bool {
+        self.touchdown_thrust == TouchdownThrust::Vertical
+    }
+
+    /// Returns true if radius and polar angle are flat outputs: full thrust in a direction that may jump.
+    pub(super) fn is_flat(&self) -> bool {
+        self.throttle == Throttle::Full && !self.pitches()
+    }
+
+    /// The rate of the phase that ends the flight by turning the thrust upright, rad/s, where there is one. With a free throttle it is
+    /// not known beforehand how the vehicle turns.
+    pub(super) fn turn_rate(&self) -> Option<f64> {
+        self.max_pitch_rate.filter(|_| self.is_upright() && !self.throttles())
+    }
+}

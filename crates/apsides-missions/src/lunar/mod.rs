@@ -1,0 +1,359 @@
+//! Planar lunar soft landings, from those of Naghash and Jamilnia 2017 (constant thrust in minimum time) on.
+//!
+//! Strategies: from a circular orbit ([`DirectLanding`]); from the perilune of a Hohmann transfer ([`PeriluneLanding`]); from that
+//! perilune with horizontal braking to a gate above the site, then a vertical descent ([`TwoPhaseLanding`]); the whole transfer with its
+//! deorbit burn and coast ([`LunarTransfer`]). All end with zero horizontal speed and a given radial speed. The throttle may be free, the
+//! rate of the thrust angle limited. All share a [`LunarLander`].
+
+use std::f64::consts::TAU;
+
+use apsides_dynamics::Hohmann;
+use apsides_dynamics::planar::flat::FlatVerticalThrust;
+use apsides_dynamics::planar::{HORIZONTAL_SPEED, MASS, RADIAL_SPEED, RADIUS};
+use apsides_flatness::FlatSystem;
+use apsides_ocp::{At, Bounds, Guess, Ocp, OcpBuilder, Phase, PhaseGuess, Sense, Term, Trajectory, Variable};
+use apsides_pipeline::method::MethodName;
+use apsides_pipeline::values::Values;
+use apsides_pipeline::{Curve, Error, Kind, Mission, Posed, Scalars};
+
+use ignition::Ignition;
+use lander::Refuse;
+use phases::{COAST, DESCENT, PeriluneAltitude, Target};
+
+mod guess;
+mod ignition;
+mod keys;
+mod lander;
+mod phases;
+mod results;
+
+pub use lander::{LunarLander, Throttle, TouchdownThrust};
+
+/// A soft landing from a circular lunar orbit.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct DirectLanding {
+    /// Vehicle, orbit and engine.
+    pub lander: LunarLander,
+}
+
+/// A soft landing from the perilune of a Hohmann transfer, which an impulse begins.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct PeriluneLanding {
+    /// Vehicle, orbit and engine.
+    pub lander: LunarLander,
+    /// Altitude of the perilune above the surface, m.
+    pub perilune_altitude: f64,
+}
+
+/// Braking from a perilune to a gate with no horizontal speed, then a vertical descent.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct TwoPhaseLanding {
+    /// Vehicle, orbit and engine.
+    pub lander: LunarLander,
+    /// Altitude of the perilune above the surface, m.
+    pub perilune_altitude: f64,
+    /// Altitude of the gate above the surface, m.
+    pub gate_altitude: f64,
+}
+
+/// The whole way from a circular lunar orbit to the surface: deorbit burn, coast and braking.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct LunarTransfer {
+    /// Vehicle, orbit and engine.
+    pub lander: LunarLander,
+    /// Least altitude of the perilune of the coast above the surface, m.
+    pub perilune_floor: f64,
+}
+
+impl DirectLanding {
+    fn ignition(&self, refuse: Refuse<'_>) -> Result<Ignition, Error> {
+        Ignition::in_orbit(&self.lander, refuse)
+    }
+}
+
+impl Mission for DirectLanding {
+    fn kind() -> Kind {
+        Kind::new::<Self>(
+            "lunar-direct",
+            "Soft landing from a circular lunar orbit: full thrust in minimum time, or throttled with least propellant",
+            &[keys::COMMON, keys::THROTTLE_IN_ORBIT, keys::TOUCHDOWN, keys::PITCH_RATE],
+        )
+    }
+
+    fn read(values: &Values) -> Result<Self, Error> {
+        let mission = Self { lander: throttled_lander(values)? };
+        mission.ignition(&|reason| values.conflict(reason))?;
+        Ok(mission)
+    }
+
+    fn pose(&self, _method: MethodName) -> Result<Posed, Error> {
+        single(&self.ignition(&|reason| Error::in_mission(reason))?)
+    }
+
+    fn results(&self, solution: &Trajectory) -> Scalars {
+        self.lander.results(solution)
+    }
+
+    fn headline(&self) -> &'static [&'static str] {
+        HEADLINE
+    }
+
+    fn curves(&self, solution: &Trajectory) -> Vec<Curve> {
+        self.lander.curves(solution)
+    }
+}
+
+impl PeriluneLanding {
+    fn ignition(&self, refuse: Refuse<'_>) -> Result<Ignition, Error> {
+        Ignition::at_perilune(&self.lander, self.perilune_altitude, keys::PERILUNE_ALTITUDE, refuse)
+    }
+}
+
+impl Mission for PeriluneLanding {
+    fn kind() -> Kind {
+        Kind::new::<Self>(
+            "lunar-perilune",
+            "Soft landing from the perilune of a Hohmann transfer: full thrust in minimum time, or throttled with least propellant",
+            &[keys::COMMON, keys::PERILUNE, keys::THROTTLE, keys::TOUCHDOWN, keys::PITCH_RATE],
+        )
+    }
+
+    fn read(values: &Values) -> Result<Self, Error> {
+        let mission = Self {
+            lander: throttled_lander(values)?,
+            perilune_altitude: values.number(keys::PERILUNE_ALTITUDE)? * 1e3,
+        };
+        mission.ignition(&|reason| values.conflict(reason))?;
+        Ok(mission)
+    }
+
+    fn pose(&self, _method: MethodName) -> Result<Posed, Error> {
+        single(&self.ignition(&|reason| Error::in_mission(reason))?)
+    }
+
+    fn results(&self, solution: &Trajectory) -> Scalars {
+        self.lander.results(solution)
+    }
+
+    fn headline(&self) -> &'static [&'static str] {
+        HEADLINE
+    }
+
+    fn curves(&self, solution: &Trajectory) -> Vec<Curve> {
+        self.lander.curves(solution)
+    }
+}
+
+impl TwoPhaseLanding {
+    /// Ignition at a perilune that is above the gate. With a limited pitch rate the thrust is upright at the gate, where the descent
+    /// takes over.
+    fn ignition(&self, refuse: Refuse<'_>) -> Result<Ignition, Error> {
+        let lander = self.lander.upright_where_it_pitches();
+        let ignition =
+            Ignition::at_perilune(&lander, self.perilune_altitude, keys::PERILUNE_ALTITUDE, refuse)?;
+        if self.gate_altitude >= self.perilune_altitude {
+            return Err(refuse(format!(
+                "`{}` is {}, it must be below the perilune (`{}` = {})",
+                keys::GATE_ALTITUDE,
+                self.gate_altitude / 1e3,
+                keys::PERILUNE_ALTITUDE,
+                self.perilune_altitude / 1e3
+            )));
+        }
+        Ok(ignition)
+    }
+}
+
+impl Mission for TwoPhaseLanding {
+    fn kind() -> Kind {
+        Kind::new::<Self>(
+            "lunar-two-phase",
+            "Horizontal braking from perilune to a gate, then vertical descent: full thrust in minimum time, or throttled with least propellant",
+            &[keys::COMMON, keys::PERILUNE, keys::GATE, keys::THROTTLE, keys::PITCH_RATE],
+        )
+    }
+
+    fn read(values: &Values) -> Result<Self, Error> {
+        let mission = Self {
+            lander: LunarLander { throttle: Throttle::read(values)?, ..LunarLander::read(values)? },
+            perilune_altitude: values.number(keys::PERILUNE_ALTITUDE)? * 1e3,
+            gate_altitude: values.number(keys::GATE_ALTITUDE)? * 1e3,
+        };
+        mission.ignition(&|reason| values.conflict(reason))?;
+        Ok(mission)
+    }
+
+    fn pose(&self, _method: MethodName) -> Result<Posed, Error> {
+        let ignition = self.ignition(&|reason| Error::in_mission(reason))?;
+        let (lander, gate) = (ignition.lander, self.gate_altitude);
+        let target = Target { radius: ignition.body_radius() + gate, radial_speed: None };
+        let mut phases = ignition.landing(target);
+        phases.push(ignition.descent());
+        let ocp = chain("lunar landing in two phases", phases);
+        let ocp = objective(ocp, DESCENT, &ignition).build()?;
+        // At constant deceleration from twice the mean speed; half of lunar gravity is a usual net deceleration.
+        let speed = -(gate * lander.flight.body.surface_gravity()).sqrt();
+        let (mut guesses, (begin, mass)) = landing_guess(&ignition, target, speed)?;
+        let time = 2.0 * gate / speed.abs();
+        let final_mass = (mass - time * lander.flight.engine.mass_flow()).max(lander.dry_mass);
+        guesses.push(PhaseGuess::samples(
+            &[begin, begin + time],
+            vec![
+                vec![target.radius, speed, mass],
+                vec![ignition.body_radius(), lander.touchdown_radial_speed, final_mass],
+            ],
+            vec![vec![1.0; usize::from(lander.throttles())]; 2],
+        )?);
+        let flat = ignition.flat();
+        let flat_systems =
+            lander.is_flat().then(|| vec![FlatSystem::new(flat), FlatSystem::new(FlatVerticalThrust(flat))]);
+        let guess = Guess::from_phases(&ocp, guesses);
+        Ok(Posed { flat_systems, ..Posed::new(ocp, guess) })
+    }
+
+    fn results(&self, solution: &Trajectory) -> Scalars {
+        self.lander.results(solution)
+    }
+
+    fn headline(&self) -> &'static [&'static str] {
+        &["flight_time_s", "braking_time_s", "descent_time_s", "gate_radial_velocity_m_s", "final_mass_kg"]
+    }
+
+    fn curves(&self, solution: &Trajectory) -> Vec<Curve> {
+        self.lander.curves(solution)
+    }
+}
+
+impl LunarTransfer {
+    /// Parking orbit, Hohmann transfer to the floor, ignition there.
+    fn legs(&self, refuse: Refuse<'_>) -> Result<(Ignition, Hohmann, Ignition), Error> {
+        let parking = Ignition::in_orbit(&self.lander, refuse)?;
+        let (transfer, arrival) =
+            parking.after_transfer(self.perilune_floor, keys::PERILUNE_FLOOR, refuse)?;
+        Ok((parking, transfer, arrival))
+    }
+}
+
+impl Mission for LunarTransfer {
+    fn kind() -> Kind {
+        Kind::new::<Self>(
+            "lunar-transfer",
+            "The whole way from a circular lunar orbit to the surface: deorbit burn, coast and braking with least propellant",
+            &[keys::COMMON, keys::FLOOR, keys::TOUCHDOWN, keys::PITCH_RATE],
+        )
+    }
+
+    fn read(values: &Values) -> Result<Self, Error> {
+        let lander =
+            LunarLander { touchdown_thrust: TouchdownThrust::read(values)?, ..LunarLander::read(values)? };
+        let mission = Self { lander, perilune_floor: values.number(keys::PERILUNE_FLOOR)? * 1e3 };
+        mission.legs(&|reason| values.conflict(reason))?;
+        Ok(mission)
+    }
+
+    fn pose(&self, _method: MethodName) -> Result<Posed, Error> {
+        let (parking, hohmann, arrival) = self.legs(&|reason| Error::in_mission(reason))?;
+        let times = Bounds::new(0.0, parking.longest_burn() + parking.longest_coast());
+        let target = parking.touchdown();
+        let mut phases = vec![parking.deorbit(times), parking.coast(times)];
+        phases.extend(parking.braking(target, TAU, times));
+        let last = phases[phases.len() - 1].name.clone();
+        let altitude = Variable::new("perilune altitude", "m")
+            .at_least(self.perilune_floor)
+            .scaled_by(arrival.body_radius());
+        let at_coast = |q: apsides_dynamics::Quantity| At::InitialState(COAST, q.name);
+        let ocp = chain("lunar transfer and landing", phases)
+            .constrain(
+                "clearance of the coast",
+                [altitude],
+                [RADIUS, HORIZONTAL_SPEED, RADIAL_SPEED].map(at_coast),
+                PeriluneAltitude(self.lander.flight),
+            )
+            .maximize("final_mass", "kg", At::FinalState(&last, MASS.name))
+            .objective_scale(parking.mass)
+            .build()?;
+        let [deorbit, coast] = parking.transfer_points(&hohmann, &arrival);
+        let begin = guess::end(&coast);
+        let braking = arrival.braking_points(target, self.lander.touchdown_radial_speed, begin);
+        let mut guesses =
+            vec![guess::powered(&deorbit, &self.lander.at_full_thrust())?, guess::coasting(&coast)?];
+        for points in &braking {
+            guesses.push(guess::powered(points, &self.lander)?);
+        }
+        let guess = Guess::from_phases(&ocp, guesses);
+        Ok(Posed::new(ocp, guess))
+    }
+
+    fn results(&self, solution: &Trajectory) -> Scalars {
+        self.lander.results(solution)
+    }
+
+    fn headline(&self) -> &'static [&'static str] {
+        &["final_mass_kg", "deorbit_time_s", "coast_time_s", "braking_time_s", "perilune_altitude_km"]
+    }
+
+    fn curves(&self, solution: &Trajectory) -> Vec<Curve> {
+        self.lander.curves(solution)
+    }
+}
+
+const HEADLINE: &[&str] = &["flight_time_s", "final_mass_kg", "final_thrust_angle_deg"];
+
+/// The lander with the keys of the throttle and of the thrust at touchdown.
+fn throttled_lander(values: &Values) -> Result<LunarLander, Error> {
+    Ok(LunarLander {
+        throttle: Throttle::read(values)?,
+        touchdown_thrust: TouchdownThrust::read(values)?,
+        ..LunarLander::read(values)?
+    })
+}
+
+/// Time where the thrust is full, for it is the propellant then; else the final mass.
+fn objective(ocp: OcpBuilder, last: &str, ignition: &Ignition) -> OcpBuilder {
+    if ignition.lander.saves_propellant() {
+        ocp.maximize("final_mass", "kg", At::FinalState(last, MASS.name)).objective_scale(ignition.mass)
+    } else {
+        ocp.objective(Sense::Minimize, "flight_time", "s", [Term::End(At::FinalTime(last), 1.0)])
+            .objective_scale(ignition.expected_time())
+    }
+}
+
+/// Phases in their order, each linked to the next.
+fn chain(name: &str, phases: Vec<Phase>) -> OcpBuilder {
+    let names: Vec<String> = phases.iter().map(|p| p.name.clone()).collect();
+    let ocp = phases.into_iter().fold(Ocp::builder(name), OcpBuilder::phase);
+    names.windows(2).fold(ocp, |ocp, pair| ocp.link(&pair[0], &pair[1]))
+}
+
+/// From the ignition to the surface.
+fn single(ignition: &Ignition) -> Result<Posed, Error> {
+    let lander = &ignition.lander;
+    let phases = ignition.landing(ignition.touchdown());
+    let last = phases[phases.len() - 1].name.clone();
+    let ocp = objective(chain("lunar landing", phases), &last, ignition).build()?;
+    let (guesses, _) = landing_guess(ignition, ignition.touchdown(), lander.touchdown_radial_speed)?;
+    let flat_systems = lander.is_flat().then(|| vec![FlatSystem::new(ignition.flat())]);
+    let guess = Guess::from_phases(&ocp, guesses);
+    Ok(Posed { flat_systems, ..Posed::new(ocp, guess) })
+}
+
+/// Guesses of the phases of a landing with a guessed radial speed at the target, and time and mass there.
+fn landing_guess(
+    ignition: &Ignition,
+    target: Target,
+    radial_speed: f64,
+) -> Result<(Vec<PhaseGuess>, (f64, f64)), Error> {
+    let mut guesses = Vec::new();
+    let mut begin = (0.0, 0.0);
+    if ignition.lander.throttle == Throttle::Coast {
+        let coast = ignition.coast_points();
+        begin = guess::end(&coast);
+        guesses.push(guess::coasting(&coast)?);
+    }
+    let mut end = (begin.0, ignition.mass);
+    for points in ignition.braking_points(target, radial_speed, begin) {
+        guesses.push(guess::powered(&points, &ignition.lander)?);
+        end = points.last().map_or(end, |p| (p.time, p.mass));
+    }
+    Ok((guesses, end))
+}

@@ -1,0 +1,213 @@
+//! Gains of PID laws by a search over a set of descents: the worst of all counts, with margins of the linear loops as limits.
+//!
+//! The same gains for both angles, which are alike by symmetry. They are searched by their logarithms with CMA-ES of
+//! [`apsides_metaheuristics`]; the result depends on the seed, not on the number of threads.
+
+use apsides_control::pid::PidGains;
+use apsides_metaheuristics::{
+    CmaEsSettings, Evaluation, Method, Restarts, Search, SearchSpace, Stagnation, StopReason,
+};
+
+use super::cases::{CaseSet, SetFlight, worst_flight};
+use super::margins::LeastMargins;
+use super::{Case, Descent, Law, Record};
+use apsides_pipeline::Error;
+
+/// A search of gains.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Tuning {
+    /// The descents.
+    pub set: CaseSet,
+    /// Margins that the loops must have.
+    pub required: RequiredMargins,
+    /// Least and greatest gains: proportional, integral, derivative; all above 0.
+    pub range: [[f64; 2]; 3],
+    /// Gains of the first generation.
+    pub starts: Vec<PidGains>,
+    /// Sets of descents that are flown at most.
+    pub evaluations: usize,
+    /// Seed of the search.
+    pub seed: u64,
+    /// Threads; the result does not depend on it.
+    pub threads: usize,
+}
+
+/// Gains that a search found.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Tuned {
+    /// The gains.
+    pub gains: PidGains,
+    /// The flights with them.
+    pub flights: Vec<SetFlight>,
+    /// Margins of the loops with them.
+    pub margins: LeastMargins,
+    /// Sets of descents that were flown.
+    pub evaluations: usize,
+    /// The reason for the end of the search.
+    pub stop: StopReason,
+}
+
+/// Rate limits (m/s) with gains that hold two masses of 10 kg across the axis in all directions of an offset of 1 cm, at 2 and 10 deg at
+/// the entry, with either set of damping derivatives and the margins of [`RequiredMargins::default`]: found by [`tune`].
+pub const RATE_LIMITED_GAINS: [(f64, [f64; 3]); 5] = [
+    (1.0, [19.03, 20.68, 7.284]),
+    (0.5, [1.076, 8.458, 7.533]),
+    (0.2, [0.3, 2.513, 7.391]),
+    (0.1, [0.02032, 0.7798, 2.361]),
+    (0.05, [0.002317, 1.229, 0.6327]),
+];
+
+/// Gains that a search starts from: (10, 5, 5), which hold ideal actuators, and gains for limited rates from 0.5 to 0.05 m/s, of an independent
+/// simulation with the unstable damping derivatives.
+const STARTS: [[f64; 3]; 5] = [
+    [10.0, 5.0, 5.0],
+    [34.453, 21.191, 30.502],
+    [6.184, 2.522, 24.139],
+    [0.429, 1.082, 3.490],
+    [0.031, 1.018, 1.170],
+];
+
+/// Lower limits of the [least margins](LeastMargins) of a case; a factor up to 1, a phase and a delay up to 0 ask for nothing.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct RequiredMargins {
+    /// Factor by which the gain may grow or fall.
+    pub gain: f64,
+    /// Phase, rad.
+    pub phase: f64,
+    /// Delay, s.
+    pub delay: f64,
+}
+
+impl Default for RequiredMargins {
+    /// A factor of 2, 30 deg, 20 ms.
+    fn default() -> Self {
+        Self { gain: 2.0, phase: 30_f64.to_radians(), delay: 0.02 }
+    }
+}
+
+impl RequiredMargins {
+    /// Returns true if margins are at least these, and the loops stable.
+    #[must_use]
+    pub fn met_by(&self, found: &LeastMargins) -> bool {
+        self.missing(found) == 0.0
+    }
+
+    /// The largest part of a required margin that is missing, 0 to 1; 1 where a loop is not stable.
+    fn missing(&self, found: &LeastMargins) -> f64 {
+        if !found.stable && (self.gain > 1.0 || self.phase > 0.0 || self.delay > 0.0) {
+            return 1.0;
+        }
+        let gain = if self.gain > 1.0 { 1.0 - found.gain.ln() / self.gain.ln() } else { 0.0 };
+        let part = |found: f64, wanted: f64| if wanted > 0.0 { 1.0 - found / wanted } else { 0.0 };
+        gain.max(part(found.phase, self.phase)).max(part(found.delay, self.delay)).max(0.0)
+    }
+}
+
+impl Tuning {
+    /// The set [around](CaseSet::around) a case, gains from 1 mm to 100 m per unit, 300 sets, one thread, from gains for ideal and for slow
+    /// actuators.
+    #[must_use]
+    pub fn new(case: &Case) -> Self {
+        Self {
+            set: CaseSet::around(case),
+            required: RequiredMargins::default(),
+            range: [[1e-3, 1e2]; 3],
+            starts: STARTS.map(|[p, i, d]| PidGains::new(p, i, d)).into(),
+            evaluations: 300,
+            seed: 0,
+            threads: 1,
+        }
+    }
+}
+
+/// Degrees, beyond those of any angle, that a failed flight counts; it counts less the lower it came.
+const FAILED: f64 = 1e3;
+/// Degrees that a loop without any of a required margin counts besides: more than an angle that is held.
+const NO_MARGIN: f64 = 10.0;
+
+/// Searches gains for a case.
+///
+/// # Errors
+/// Those of [`Descent::new`](super::Descent::new) for the case, and an ill-posed search.
+pub fn tune(case: &Case, tuning: &Tuning) -> Result<Tuned, Error> {
+    let with = |gains: PidGains| {
+        let mut case = case.clone();
+        case.law = Law::pid(gains);
+        case
+    };
+    let logs = |k: usize| tuning.range.map(|ends| ends[k].log10()).to_vec();
+    let space = SearchSpace::new(logs(0), logs(1))?;
+    let decode = |x: &[f64]| {
+        let [p, i, d] = [0, 1, 2].map(|k| 10_f64.powf(x[k]));
+        PidGains::new(p, i, d)
+    };
+    // The case itself is checked before the search hides its errors.
+    Descent::new(case)?;
+    let objective = |x: &[f64]| {
+        let mut record = Record::every(1);
+        let case = with(decode(x));
+        let Ok(flights) = tuning.set.fly(&case, &mut record) else { return Evaluation::FAILED };
+        let cost = |flight: &SetFlight| match flight.metrics.worst_rms() {
+            rms if rms.is_finite() => rms.to_degrees(),
+            _ => FAILED - flight.metrics.time,
+        };
+        let worst = flights.iter().map(cost).fold(0.0, f64::max);
+        if !flights.iter().all(|f| f.metrics.held()) {
+            return Evaluation::new(worst);
+        }
+        let Ok(margins) = LeastMargins::of(&case, &tuning.set.damping, &mut record) else {
+            return Evaluation::FAILED;
+        };
+        Evaluation::new(worst + NO_MARGIN * tuning.required.missing(&margins))
+    };
+    let search = Search {
+        method: Method::CmaEs(CmaEsSettings {
+            step: 0.2,
+            restarts: Restarts::TwoRegimes,
+            tolerance: 1e-9,
+            ..CmaEsSettings::default()
+        }),
+        seed: tuning.seed,
+        budget: tuning.evaluations,
+        threads: tuning.threads,
+        stagnation: Some(Stagnation { generations: 60, improvement: 1e-9 }),
+        start: tuning
+            .starts
+            .iter()
+            .map(|g| {
+                let values = [g.proportional, g.integral, g.derivative];
+                (0..3).map(|k| values[k].clamp(tuning.range[k][0], tuning.range[k][1]).log10()).collect()
+            })
+            .collect(),
+        ..Search::default()
+    };
+    let report = search.minimize(&space, &objective)?;
+    let best = report.best.map_or_else(|| vec![0.0; 3], |best| best.x);
+    let gains = decode(&best);
+    let (case, mut record) = (with(gains), Record::every(1));
+    let flights = tuning.set.fly(&case, &mut record)?;
+    let margins = LeastMargins::of(&case, &tuning.set.damping, &mut record)?;
+    Ok(Tuned { gains, flights, margins, evaluations: report.evaluations, stop: report.stop })
+}
+
+impl Tuned {
+    /// The flight with the largest root mean square of an angle.
+    #[must_use]
+    pub fn worst(&self) -> Option<&SetFlight> {
+        worst_flight(&self.flights)
+    }
+
+    /// The largest root mean square, rad, of the flights that differ from the case in the direction of the offset alone.
+    #[must_use]
+    pub fn worst_rms_of_directions(&self) -> f64 {
+        let [own, ..] = &self.flights[..] else { return f64::NAN };
+        let alone = self.flights.iter().filter(|f| f.attack == own.attack && f.damping == own.damping);
+        alone.map(|f| f.metrics.worst_rms()).fold(0.0, f64::max)
+    }
+
+    /// Returns true if every flight was flown to its end.
+    #[must_use]
+    pub fn held(&self) -> bool {
+        self.flights.iter().all(|f| f.metrics.held())
+    }
+}

@@ -1,0 +1,79 @@
+//! A search on disk: where it was, so that it goes on after the program was killed.
+
+use std::path::{Path, PathBuf};
+
+use apsides_metaheuristics::Run;
+use apsides_two_layer::Checkpoint;
+use serde::{Deserialize, Serialize};
+
+use crate::Error;
+
+/// The file of a search, for one mission and seed.
+#[derive(Debug)]
+pub(crate) struct CheckpointFile {
+    path: PathBuf,
+    /// All values of the mission, and the seed.
+    mission: String,
+}
+
+#[derive(Serialize)]
+struct Written<'a> {
+    mission: &'a str,
+    run: &'a Run,
+}
+
+#[derive(Deserialize)]
+struct Read {
+    mission: String,
+    run: Run,
+}
+
+impl CheckpointFile {
+    /// The checkpoint of a mission, by its file with every value written out, and a seed.
+    pub(crate) fn new(path: &Path, mission_file: &str, seed: u64) -> Self {
+        Self { path: path.into(), mission: format!("{mission_file}\nseed {seed}\n") }
+    }
+
+    /// The search so far, if there is one.
+    fn read(&self) -> Result<Option<Run>, Error> {
+        let text = match std::fs::read_to_string(&self.path) {
+            Ok(text) => text,
+            Err(e) if e.kind() == std::io::ErrorKind::NotFound => return Ok(None),
+            Err(e) => return Err(self.refuse(&e.to_string())),
+        };
+        let read: Read = serde_json::from_str(&text).map_err(|e| {
+            self.refuse(&format!("is no checkpoint of a search ({e}); delete it or name another file"))
+        })?;
+        if read.mission != self.mission {
+            return Err(self.refuse(
+                "belongs to a mission with other values or another seed; delete it or name another file",
+            ));
+        }
+        Ok(Some(read.run))
+    }
+
+    /// Writes beside the file, then takes its place: a file that is there is always whole.
+    fn write(&self, run: &Run) -> Result<(), Error> {
+        let fail = |e: &dyn std::fmt::Display| self.refuse(&e.to_string());
+        let text = serde_json::to_string(&Written { mission: &self.mission, run }).map_err(|e| fail(&e))?;
+        let mut name = self.path.as_os_str().to_owned();
+        name.push(".partial");
+        let partial = PathBuf::from(name);
+        std::fs::write(&partial, text).map_err(|e| fail(&e))?;
+        std::fs::rename(&partial, &self.path).map_err(|e| fail(&e))
+    }
+
+    fn refuse(&self, reason: &str) -> Error {
+        Error::File { path: self.path.clone(), reason: reason.into() }
+    }
+}
+
+impl Checkpoint for CheckpointFile {
+    fn load(&self) -> Result<Option<Run>, Box<dyn std::error::Error + Send + Sync>> {
+        Ok(self.read()?)
+    }
+
+    fn save(&self, run: &Run) -> Result<(), Box<dyn std::error::Error + Send + Sync>> {
+        Ok(self.write(run)?)
+    }
+}

@@ -1,0 +1,126 @@
+//! Reasons to refuse a mission.
+
+use std::path::PathBuf;
+
+use apsides_ocp::OcpError;
+use apsides_verify::VerifyError;
+
+/// The error of a model or method of a lower layer.
+pub type Source = Box<dyn std::error::Error + Send + Sync>;
+
+/// An ill-posed request. A mission that cannot be flown is not an error: see [`crate::Outcome`].
+#[derive(Debug, thiserror::Error)]
+#[non_exhaustive]
+pub enum Error {
+    /// A file cannot be read, or holds something else than it should.
+    #[error("{}: {reason}", path.display())]
+    File {
+        /// The file.
+        path: PathBuf,
+        /// What is wrong and what is allowed.
+        reason: String,
+    },
+    /// A text is not TOML, or not `key=value`.
+    #[error("{place}: {reason}")]
+    Syntax {
+        /// File and line.
+        place: String,
+        /// The parser's message.
+        reason: String,
+    },
+    /// No mission has this name.
+    #[error("{place}: no mission is named `{name}`; known: {known}")]
+    UnknownMission {
+        /// Where the name stands.
+        place: String,
+        /// The name.
+        name: String,
+        /// Names of all missions.
+        known: String,
+    },
+    /// The mission or the vehicle has no such key.
+    #[error("{place}: {owner} has no key `{key}`{suggestion}")]
+    UnknownKey {
+        /// File and line, or `--set`.
+        place: String,
+        /// Mission or vehicle.
+        owner: String,
+        /// Path of the key.
+        key: String,
+        /// The nearest key, as the end of the sentence.
+        suggestion: String,
+    },
+    /// The key does not take this value.
+    #[error("{place}: `{key}` is {found}, allowed is {allowed}")]
+    Value {
+        /// File and line, or `--set`.
+        place: String,
+        /// Path of the key.
+        key: String,
+        /// What was found.
+        found: String,
+        /// What is allowed.
+        allowed: String,
+    },
+    /// Values do not go together.
+    #[error("{place}: {reason}")]
+    Conflict {
+        /// Mission and keys.
+        place: String,
+        /// What contradicts what, with numbers.
+        reason: String,
+    },
+    /// The optimal control problem is refused.
+    #[error(transparent)]
+    Problem(#[from] OcpError),
+    /// A vehicle, a law, a map or another model is refused.
+    #[error(transparent)]
+    Model(Source),
+    /// The method refuses the request.
+    #[error(transparent)]
+    Method(Source),
+    /// The trajectory cannot be verified because it does not fit the problem.
+    #[error(transparent)]
+    Verify(#[from] VerifyError),
+}
+
+impl Error {
+    /// Values of a mission do not go together; `reason` names the keys and says what to change.
+    pub fn in_mission(reason: impl Into<String>) -> Self {
+        Self::Conflict { place: "mission".into(), reason: reason.into() }
+    }
+
+    /// A model of a lower layer refuses its parameters.
+    pub fn model(source: impl Into<Source>) -> Self {
+        Self::Model(source.into())
+    }
+
+    /// A method refuses the problem or its settings.
+    pub fn method(source: impl Into<Source>) -> Self {
+        Self::Method(source.into())
+    }
+}
+
+/// Errors of methods.
+macro_rules! from_method {
+    ($($error:ty),*) => {
+        $(impl From<$error> for Error {
+            fn from(e: $error) -> Self {
+                Self::method(e)
+            }
+        })*
+    };
+}
+
+from_method!(
+    apsides_metaheuristics::SearchError,
+    apsides_ocp::MethodError,
+    apsides_radau::RadauError,
+    apsides_shooting::ShootingError
+);
+
+impl From<apsides_control::ControlError> for Error {
+    fn from(e: apsides_control::ControlError) -> Self {
+        Self::model(e)
+    }
+}

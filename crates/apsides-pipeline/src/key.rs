@@ -1,0 +1,401 @@
+//! Keys of mission files: name with unit, meaning, default, allowed values.
+
+use crate::Error;
+
+/// Ends of an interval of numbers.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Range {
+    /// Smallest value, and whether it is allowed itself.
+    pub least: (f64, bool),
+    /// Largest value, and whether it is allowed itself.
+    pub most: (f64, bool),
+}
+
+impl Range {
+    /// Above zero.
+    pub const POSITIVE: Self = Self::open(0.0, f64::INFINITY);
+
+    /// Above zero, or infinite for what is not limited.
+    pub const POSITIVE_OR_UNLIMITED: Self = Self { least: (0.0, false), most: (f64::INFINITY, true) };
+
+    /// Any number, or infinite for what is open.
+    pub const ANY_OR_UNLIMITED: Self =
+        Self { least: (f64::NEG_INFINITY, false), most: (f64::INFINITY, true) };
+
+    /// Between two values that are allowed themselves.
+    #[must_use]
+    pub const fn closed(least: f64, most: f64) -> Self {
+        Self { least: (least, true), most: (most, true) }
+    }
+
+    /// Between two values that are not allowed themselves.
+    #[must_use]
+    pub const fn open(least: f64, most: f64) -> Self {
+        Self { least: (least, false), most: (most, false) }
+    }
+
+    /// From a value, which is allowed, up.
+    #[must_use]
+    pub const fn from(least: f64) -> Self {
+        Self { least: (least, true), most: (f64::INFINITY, false) }
+    }
+
+    fn contains(&self, v: f64) -> bool {
+        let above = v > self.least.0 || (self.least.1 && v == self.least.0);
+        let below = v < self.most.0 || (self.most.1 && v == self.most.0);
+        (v.is_finite() || self.takes(v)) && above && below
+    }
+
+    /// Whether `v` is an infinite end that is allowed itself.
+    fn takes(&self, v: f64) -> bool {
+        [self.least, self.most].contains(&(v, true)) && v.is_infinite()
+    }
+
+    fn describe(&self) -> String {
+        let bound = |(v, included): (f64, bool), least: bool| match (v.is_finite(), included, least) {
+            (false, ..) => None,
+            (_, true, true) => Some(format!("at least {v}")),
+            (_, false, true) => Some(format!("above {v}")),
+            (_, true, false) => Some(format!("at most {v}")),
+            (_, false, false) => Some(format!("below {v}")),
+        };
+        let parts: Vec<_> =
+            [bound(self.least, true), bound(self.most, false)].into_iter().flatten().collect();
+        let unlimited = if self.takes(f64::INFINITY) { ", or inf" } else { "" };
+        if parts.is_empty() {
+            format!("a finite number{unlimited}")
+        } else {
+            format!("a number {}{unlimited}", parts.join(" and "))
+        }
+    }
+}
+
+/// What a key takes.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum KeyKind {
+    /// A number with its default and range.
+    Number(f64, Range),
+    /// A whole number with its default, smallest and largest value.
+    Count(u32, u32, u32),
+    /// One of several words, the first being the default.
+    Choice(&'static [&'static str]),
+    /// True or false, with its default.
+    Flag(bool),
+    /// Free text with its default, and what is allowed in words; the mission looks at it.
+    Text(&'static str, &'static str),
+    /// A word or the path of a file, with its default, and what is allowed in words. A path of a mission file counts from the directory
+    /// of that file.
+    Path(&'static str, &'static str),
+    /// A table as text, with its default and what is allowed in words. A value that ends with `.csv` is the path of the file that has it.
+    Table(&'static str, &'static str),
+    /// A number in a range that may be left open.
+    Optional(Range),
+    /// A number in a range; the named data (a body, a vehicle) of the given key have it unless the mission file does.
+    Named(&'static str, Range),
+}
+
+/// One key of a mission file.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Key {
+    /// Path with the unit at its end: `perilune_altitude_km`, `radau.points`.
+    pub path: &'static str,
+    /// Meaning, in one line.
+    pub meaning: &'static str,
+    /// Type, default, allowed values.
+    pub kind: KeyKind,
+}
+
+impl Key {
+    /// A number.
+    #[must_use]
+    pub const fn number(path: &'static str, default: f64, range: Range, meaning: &'static str) -> Self {
+        Self { path, meaning, kind: KeyKind::Number(default, range) }
+    }
+
+    /// A whole number.
+    #[must_use]
+    pub const fn count(
+        path: &'static str,
+        default: u32,
+        least: u32,
+        most: u32,
+        meaning: &'static str,
+    ) -> Self {
+        Self { path, meaning, kind: KeyKind::Count(default, least, most) }
+    }
+
+    /// One of several words, the first being the default.
+    #[must_use]
+    pub const fn choice(path: &'static str, words: &'static [&'static str], meaning: &'static str) -> Self {
+        Self { path, meaning, kind: KeyKind::Choice(words) }
+    }
+
+    /// True or false.
+    #[must_use]
+    pub const fn flag(path: &'static str, default: bool, meaning: &'static str) -> Self {
+        Self { path, meaning, kind: KeyKind::Flag(default) }
+    }
+
+    /// Free text; `allowed` says in words what it may be.
+    #[must_use]
+    pub const fn text(
+        path: &'static str,
+        default: &'static str,
+        allowed: &'static str,
+        meaning: &'static str,
+    ) -> Self {
+        Self { path, meaning, kind: KeyKind::Text(default, allowed) }
+    }
+
+    /// A word or the path of a file; `allowed` says in words what it may be.
+    #[must_use]
+    pub const fn path(
+        path: &'static str,
+        default: &'static str,
+        allowed: &'static str,
+        meaning: &'static str,
+    ) -> Self {
+        Self { path, meaning, kind: KeyKind::Path(default, allowed) }
+    }
+
+    /// A table as text or the path of its file; `allowed` says in words what it may be.
+    #[must_use]
+    pub const fn table(
+        path: &'static str,
+        default: &'static str,
+        allowed: &'static str,
+        meaning: &'static str,
+    ) -> Self {
+        Self { path, meaning, kind: KeyKind::Table(default, allowed) }
+    }
+
+    /// A number that may be left open: it has no value unless the file, or a decision on the way, states one.
+    #[must_use]
+    pub const fn optional(path: &'static str, range: Range, meaning: &'static str) -> Self {
+        Self { path, meaning, kind: KeyKind::Optional(range) }
+    }
+
+    /// A number that the data named by the key `data`, such as `vehicle`, have unless the mission file states it.
+    #[must_use]
+    pub const fn named(data: &'static str, path: &'static str, range: Range, meaning: &'static str) -> Self {
+        Self { path, meaning, kind: KeyKind::Named(data, range) }
+    }
+
+    /// Returns true if the key takes any number of a range.
+    #[must_use]
+    pub const fn is_number(&self) -> bool {
+        matches!(self.kind, KeyKind::Number(..) | KeyKind::Optional(_) | KeyKind::Named(..))
+    }
+
+    /// Allowed values in words.
+    #[must_use]
+    pub fn allowed(&self) -> String {
+        match self.kind {
+            KeyKind::Number(_, range) | KeyKind::Optional(range) | KeyKind::Named(_, range) => {
+                range.describe()
+            }
+            KeyKind::Count(_, least, most) => format!("a whole number from {least} to {most}"),
+            KeyKind::Choice(words) => {
+                words.iter().map(|w| format!("\"{w}\"")).collect::<Vec<_>>().join(" or ")
+            }
+            KeyKind::Flag(_) => "true or false".into(),
+            KeyKind::Text(_, allowed) | KeyKind::Path(_, allowed) | KeyKind::Table(_, allowed) => {
+                allowed.into()
+            }
+        }
+    }
+
+    /// The value where neither a file nor named data state one; none of a key that is open then.
+    #[must_use]
+    pub fn default(&self) -> Option<Value> {
+        match self.kind {
+            KeyKind::Number(v, _) => Some(Value::Number(v)),
+            KeyKind::Count(v, ..) => Some(Value::Number(f64::from(v))),
+            KeyKind::Choice(words) => Some(Value::Word(words[0].to_owned())),
+            KeyKind::Flag(v) => Some(Value::Flag(v)),
+            KeyKind::Text(v, _) | KeyKind::Path(v, _) | KeyKind::Table(v, _) => {
+                Some(Value::Word(v.to_owned()))
+            }
+            KeyKind::Optional(_) | KeyKind::Named(..) => None,
+        }
+    }
+
+    /// Checks a value that stands at `place`.
+    ///
+    /// # Errors
+    /// [`Error::Value`] when the key does not take it.
+    pub fn accept(&self, value: &Value, place: &str) -> Result<(), Error> {
+        let fits = match (&self.kind, value) {
+            (
+                KeyKind::Number(_, range) | KeyKind::Optional(range) | KeyKind::Named(_, range),
+                Value::Number(v),
+            ) => range.contains(*v),
+            (KeyKind::Count(_, least, most), Value::Number(v)) => {
+                v.fract() == 0.0 && Range::closed(f64::from(*least), f64::from(*most)).contains(*v)
+            }
+            (KeyKind::Choice(words), Value::Word(w)) => words.contains(&w.as_str()),
+            (KeyKind::Flag(_), Value::Flag(_))
+            | (KeyKind::Text(..) | KeyKind::Path(..) | KeyKind::Table(..), Value::Word(_)) => true,
+            _ => false,
+        };
+        if fits {
+            return Ok(());
+        }
+        Err(Error::Value {
+            place: place.into(),
+            key: self.path.into(),
+            found: value.to_string(),
+            allowed: self.allowed(),
+        })
+    }
+}
+
+/// A value in a mission file.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Value {
+    /// A number.
+    Number(f64),
+    /// A word.
+    Word(String),
+    /// True or false.
+    Flag(bool),
+    /// Anything that no key takes, described in words.
+    Other(String),
+}
+
+impl From<f64> for Value {
+    fn from(v: f64) -> Self {
+        Self::Number(v)
+    }
+}
+
+impl From<u32> for Value {
+    fn from(v: u32) -> Self {
+        Self::Number(f64::from(v))
+    }
+}
+
+impl From<bool> for Value {
+    fn from(v: bool) -> Self {
+        Self::Flag(v)
+    }
+}
+
+impl From<&str> for Value {
+    fn from(v: &str) -> Self {
+        Self::Word(v.to_owned())
+    }
+}
+
+impl std::fmt::Display for Value {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        match self {
+            Self::Number(v) => write!(f, "{v}"),
+            Self::Word(w) => write!(f, "\"{w}\""),
+            Self::Flag(v) => write!(f, "{v}"),
+            Self::Other(what) => f.write_str(what),
+        }
+    }
+}
+
+/// The end of the sentence that refuses a former path of a key, `renamed` being pairs of former paths and those of today; none where no
+/// key of today answers to it.
+#[must_use]
+pub fn renamed(path: &str, keys: &[&Key], renamed: &[(&str, &str)]) -> Option<String> {
+    let today = |(former, today): &&(&str, &str)| *former == path && keys.iter().any(|k| k.path == *today);
+    renamed.iter().find(today).map(|(_, today)| format!("; it is now `{today}`"))
+}
+
+/// The end of the sentence that refuses a key: it names the nearest key, and the unit where only that is wrong or missing.
+#[must_use]
+pub fn suggestion(key: &str, keys: &[&Key]) -> String {
+    let stem = |s: &str| s.rsplit_once('_').map_or(s.to_owned(), |(a, _)| a.to_owned());
+    if let Some(k) = keys.iter().find(|k| stem(k.path) == key) {
+        return format!("; its unit is missing: `{}`", k.path);
+    }
+    if let Some(k) = keys.iter().find(|k| stem(k.path) == stem(key) && k.path.contains('_')) {
+        return format!("; in its unit it is `{}`", k.path);
+    }
+    let nearest = keys
+        .iter()
+        .map(|k| (strsim::damerau_levenshtein(key, k.path), k.path))
+        .min()
+        .filter(|(distance, path)| *distance <= path.len() / 2);
+    match nearest {
+        Some((_, path)) => format!("; the nearest is `{path}`"),
+        None => format!("; keys: {}", keys.iter().map(|k| k.path).collect::<Vec<_>>().join(", ")),
+    }
+}
+
+/// Ends of keys and the units they stand for, longer ones first.
+const UNITS: &[(&str, &str)] = &[
+    ("_km3_s2", "km3/s2"),
+    ("_j_kg_k", "J/(kg K)"),
+    ("_rad_s", "rad/s"),
+    ("_kg_m3", "kg/m3"),
+    ("_mj_m2", "MJ/m2"),
+    ("_kw_m2", "kW/m2"),
+    ("_m_s2", "m/s2"),
+    ("_deg_s2", "deg/s2"),
+    ("_deg_s", "deg/s"),
+    ("_kg_s", "kg/s"),
+    ("_km_s", "km/s"),
+    ("_m_s", "m/s"),
+    ("_deg", "deg"),
+    ("_kg", "kg"),
+    ("_hz", "Hz"),
+    ("_cm", "cm"),
+    ("_km", "km"),
+    ("_kn", "kN"),
+    ("_kpa", "kPa"),
+    ("_m2", "m2"),
+    ("_pa", "Pa"),
+    ("_w", "W"),
+    ("_k", "K"),
+    ("_m", "m"),
+    ("_n", "N"),
+    ("_s", "s"),
+    ("_h", "h"),
+];
+
+/// The unit that ends the path of a key or result: `N` of `thrust_n`; empty without one.
+#[must_use]
+pub fn unit_of(path: &str) -> &'static str {
+    UNITS.iter().find(|(end, _)| path.ends_with(end)).map_or("", |(_, unit)| unit)
+}
+
+/// The path of a key or result without its unit: `thrust` of `thrust_n`.
+#[must_use]
+pub fn name_of(path: &str) -> &str {
+    UNITS.iter().find_map(|(end, _)| path.strip_suffix(end)).unwrap_or(path)
+}
+
+/// Name of a quantity with its unit, if it has one: `flight time (s)`.
+#[must_use]
+pub fn quantity_label(key: &str) -> String {
+    let name = name_of(key).replace('_', " ");
+    match unit_of(key) {
+        "" => name,
+        unit => format!("{name} ({unit})"),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::{name_of, unit_of};
+
+    #[test]
+    fn units_end_keys() {
+        let keys = [
+            ("thrust_n", "thrust", "N"),
+            ("gravitational_parameter_km3_s2", "gravitational_parameter", "km3/s2"),
+            ("touchdown_radial_velocity_m_s", "touchdown_radial_velocity", "m/s"),
+            ("standard_gravity_m_s2", "standard_gravity", "m/s2"),
+            ("flight_time_s", "flight_time", "s"),
+            ("eccentricity", "eccentricity", ""),
+        ];
+        for (key, name, unit) in keys {
+            assert_eq!((name_of(key), unit_of(key)), (name, unit));
+        }
+    }
+}

@@ -1,0 +1,57 @@
+//! From a mission to a verified outcome.
+//!
+//! ```text
+//! mission file -> Values -> Mission -> problem and guess -> method -> trajectory -> independent verification -> Outcome
+//! ```
+//!
+//! This crate knows no mission: kinds of mission implement [`Mission`] and are added to a [`Registry`], which reads them from files as a
+//! [`Pipeline`]. It prints nothing.
+//!
+//! | module | subject |
+//! | --- | --- |
+//! | [`key`], [`values`] | keys of mission files; their values, each with its place |
+//! | [`file`](mod@file), [`registry`] | reading mission files |
+//! | [`named_data`] | bodies, vehicles and sites as data |
+//! | [`mission`] | [`Mission`]: what a kind of mission is |
+//! | [`posed`] | a mission as an optimal control problem, with a start |
+//! | [`method`] | the methods, their keys and settings |
+//! | [`pipeline`] | [`Pipeline`]: pose, solve, verify |
+//! | [`outcome`], [`observer`] | results and progress |
+//! | [`sensitivity`] | what one more unit of a key is worth |
+//! | [`sweep`] | parameter sweeps |
+//! | [`footprint`](mod@footprint) | the ends that a vehicle can reach |
+//! | [`dispersion`], [`montecarlo`] | flights that deviate from a plan |
+//! | [`covariance`] | state-transition matrices and covariances along any trajectory |
+//! | [`simulation`] | flights under a law |
+
+mod checkpoint;
+pub mod covariance;
+pub mod dispersion;
+pub mod error;
+pub mod file;
+pub mod footprint;
+pub mod key;
+pub mod method;
+pub mod mission;
+pub mod montecarlo;
+pub mod named_data;
+pub mod observer;
+pub mod outcome;
+pub mod pipeline;
+pub mod posed;
+pub mod registry;
+pub mod sensitivity;
+pub mod simulation;
+pub mod sweep;
+pub mod values;
+
+pub use error::Error;
+pub use mission::{Kind, Mission, Offers, Scalars};
+pub use observer::{Observer, SearchProgress};
+pub use outcome::{
+    Counters, Curve, Decisions, ObjectiveValue, Outcome, Price, Reduced, SearchSummary, Summary, Timing,
+};
+pub use pipeline::Pipeline;
+pub use posed::{Expansion, Posed};
+pub use registry::Registry;
+pub use simulation::Simulated;

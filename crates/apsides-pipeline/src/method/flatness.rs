@@ -1,0 +1,77 @@
+//! Flat outputs on B-splines by `apsides-flatness`.
+
+use apsides_flatness::{
+    BoundRows, Breaks, FlatMethod, FlatSystem, Flatness, FlatnessSettings, Placement, SplineSettings,
+};
+
+use crate::Error;
+use crate::key::Key;
+use crate::values::Values;
+
+pub(super) const KEYS: &[Key] = &[
+    Key::count("flatness.order", 0, 0, 32, "order of the splines; 0: four above their highest derivative"),
+    Key::count("flatness.segments", 4, 1, 1000, "equal polynomial segments per phase"),
+    Key::count(
+        "flatness.points",
+        4,
+        1,
+        1000,
+        "collocation points per phase; of each segment where they are placed by segment",
+    ),
+    Key::choice(
+        "flatness.placement",
+        &["gauss-per-segment", "uniform", "gauss", "lobatto", "chebyshev", "greville"],
+        "where the points are: in each segment, of splines just as smooth as the states must be; or over the whole phase, \
+         of splines as smooth as their order allows",
+    ),
+    Key::flag(
+        "flatness.refine",
+        true,
+        "refine splines until they meet the equations of motion between the points",
+    ),
+];
+
+/// Keys of settings, by the names of their fields.
+pub(super) const NAMES: &[(&str, &str)] = &[("refine", "flatness.refine")];
+
+/// Settings of the method.
+#[derive(Clone, Debug)]
+pub(super) struct FlatnessMethod {
+    splines: SplineSettings,
+}
+
+impl FlatnessMethod {
+    pub(super) fn read(v: &Values) -> Result<Self, Error> {
+        let (order, segments) = (v.count("flatness.order")?, v.count("flatness.segments")?);
+        let placement = match v.word("flatness.placement")? {
+            "uniform" => Placement::Uniform,
+            "gauss" => Placement::Gauss,
+            "lobatto" => Placement::Lobatto,
+            "chebyshev" => Placement::Chebyshev,
+            "greville" => Placement::Greville,
+            _ => Placement::GaussPerSegment,
+        };
+        let splines = SplineSettings {
+            order: (order > 0).then_some(order),
+            breaks: match placement {
+                Placement::GaussPerSegment => Breaks::Collocation(segments),
+                _ => Breaks::Uniform(segments),
+            },
+            points: v.count("flatness.points")?,
+            placement,
+            refine: v.flag("flatness.refine")?,
+        };
+        Ok(Self { splines })
+    }
+
+    /// The method for the phases of a problem.
+    pub(super) fn method(&self, systems: Vec<FlatSystem>) -> FlatMethod {
+        let settings = FlatnessSettings {
+            spline: self.splines.clone(),
+            // Landings are well posed without the bounds of their states.
+            bounds: BoundRows::WhereExceeded,
+            ..FlatnessSettings::default()
+        };
+        FlatMethod { flatness: Flatness { settings }, systems }
+    }
+}

@@ -1,0 +1,62 @@
+//! Direct multiple shooting by `apsides-shooting`.
+
+use apsides_shooting::direct::{MultipleShooting, MultipleShootingSettings};
+
+use crate::Error;
+use crate::key::{Key, Range};
+use crate::values::Values;
+
+pub(super) const KEYS: &[Key] = &[
+    Key::count("shooting.segments", 4, 1, 100_000, "segments per phase at the start; 1 is single shooting"),
+    Key::count(
+        "shooting.control_points",
+        6,
+        1,
+        60,
+        "points of the control polynomial of each segment at the start; 1 is constant",
+    ),
+    Key::number(
+        "shooting.integration_tolerance",
+        1e-10,
+        Range::open(0.0, 1.0),
+        "largest relative error of the integration of a segment",
+    ),
+    Key::number(
+        "shooting.nlp_tolerance",
+        1e-10,
+        Range::open(0.0, 1.0),
+        "scaled optimality error of each solve",
+    ),
+    Key::count("shooting.max_meshes", 15, 1, 1000, "most divisions solved; 1 switches refinement off"),
+];
+
+/// Keys of settings, by the names of their fields.
+pub(super) const NAMES: &[(&str, &str)] = &[
+    ("integration_tolerance", "shooting.integration_tolerance"),
+    ("max_refinements", "shooting.max_meshes"),
+];
+
+/// Settings of the method.
+#[derive(Clone, Debug)]
+pub(super) struct MultipleShootingMethod {
+    pub(super) settings: MultipleShootingSettings,
+}
+
+impl MultipleShootingMethod {
+    pub(super) fn read(v: &Values) -> Result<Self, Error> {
+        let mut settings = MultipleShootingSettings {
+            intervals: v.count("shooting.segments")?,
+            points: v.count("shooting.control_points")?,
+            integration_tolerance: v.number("shooting.integration_tolerance")?,
+            max_refinements: v.count("shooting.max_meshes")? - 1,
+            ..MultipleShootingSettings::default()
+        };
+        settings.nlp.tolerance = v.number("shooting.nlp_tolerance")?;
+        Ok(Self { settings })
+    }
+
+    /// The method.
+    pub(super) fn method(&self) -> MultipleShooting {
+        MultipleShooting { settings: self.settings.clone() }
+    }
+}

@@ -1,0 +1,114 @@
+//! Piecewise-constant controls by `apsides-piecewise`.
+
+use apsides_piecewise::{
+    Constraints, FreeLengths, Lengths, PiecewiseConstant, PiecewiseSettings, Transcription,
+};
+use apsides_shooting::direct::MultipleShootingSettings;
+
+use crate::Error;
+use crate::key::{Key, Range};
+use crate::values::Values;
+
+const FREE: &str = "free";
+const L_EPSILON: &str = "l-epsilon";
+
+pub(super) const KEYS: &[Key] = &[
+    Key::count("piecewise.segments", 30, 1, 10_000, "segments per phase at the start"),
+    Key::choice("piecewise.lengths", &["equal", FREE], "lengths of the segments; free ones are unknowns"),
+    Key::number(
+        "piecewise.least_length",
+        0.05,
+        Range::open(0.0, 1.0),
+        "least free length relative to that at the start",
+    ),
+    Key::count("piecewise.starts", 6, 1, 10_000, "starts of free lengths: the equal ones, then random ones"),
+    Key::count("piecewise.seed", 1, 0, u32::MAX, "seed of the random lengths"),
+    Key::choice(
+        "piecewise.constraints",
+        &["points", L_EPSILON],
+        "how limits along the flight are kept: at points, or as an integral of the smoothed violation",
+    ),
+    Key::count("piecewise.points", 3, 1, 60, "points of each segment at which limits are kept"),
+    Key::number(
+        "piecewise.epsilon",
+        1e-2,
+        Range::open(0.0, 1.0),
+        "relative width of the smoothing at the start",
+    ),
+    Key::number("piecewise.least_epsilon", 1e-4, Range::open(0.0, 1.0), "the same at the end"),
+    Key::number(
+        "piecewise.tau",
+        0.1,
+        Range::open(0.0, 1.0),
+        "largest integral at the start, relative to `piecewise.epsilon` times the duration",
+    ),
+    Key::flag("piecewise.refine", true, "whether segments are divided until `piecewise.tolerance` is met"),
+    Key::number(
+        "piecewise.tolerance",
+        5e-7,
+        Range::open(0.0, 1.0),
+        "what more segments would gain by extrapolation, relative to the objective",
+    ),
+    Key::count("piecewise.max_segments", 1000, 1, 100_000, "most segments of all phases after refinement"),
+    Key::number(
+        "piecewise.nlp_tolerance",
+        1e-10,
+        Range::open(0.0, 1.0),
+        "scaled optimality error of each solve",
+    ),
+];
+
+/// Keys of settings, by the names of their fields.
+pub(super) const NAMES: &[(&str, &str)] = &[
+    ("intervals", "piecewise.segments"),
+    ("max_intervals", "piecewise.max_segments"),
+    ("points", "piecewise.points"),
+    ("tolerance", "piecewise.tolerance"),
+];
+
+/// Settings of the method.
+#[derive(Clone, Debug)]
+pub(super) struct PiecewiseMethod {
+    pub(super) settings: PiecewiseSettings,
+}
+
+impl PiecewiseMethod {
+    pub(super) fn read(values: &Values) -> Result<Self, Error> {
+        let lengths = if values.word("piecewise.lengths")? == FREE {
+            Lengths::Free(FreeLengths {
+                least: values.number("piecewise.least_length")?,
+                starts: values.count("piecewise.starts")?,
+                seed: values.count("piecewise.seed")? as u64,
+            })
+        } else {
+            Lengths::Equal
+        };
+        let constraints = if values.word("piecewise.constraints")? == L_EPSILON {
+            Constraints::LEpsilon(Transcription {
+                epsilon: values.number("piecewise.epsilon")?,
+                least_epsilon: values.number("piecewise.least_epsilon")?,
+                tau: values.number("piecewise.tau")?,
+                ..Transcription::default()
+            })
+        } else {
+            Constraints::Points(values.count("piecewise.points")?)
+        };
+        let mut shooting = MultipleShootingSettings { ..Default::default() };
+        shooting.nlp.tolerance = values.number("piecewise.nlp_tolerance")?;
+        let tolerance = values.number("piecewise.tolerance")?;
+        let settings = PiecewiseSettings {
+            intervals: values.count("piecewise.segments")?,
+            lengths,
+            constraints,
+            tolerance: values.flag("piecewise.refine")?.then_some(tolerance),
+            max_intervals: values.count("piecewise.max_segments")?,
+            shooting,
+        };
+        Ok(Self { settings })
+    }
+
+    /// The method.
+    pub(super) fn method(&self) -> PiecewiseConstant {
+        PiecewiseConstant { settings: self.settings.clone() }
+    }
+}

@@ -1,0 +1,60 @@
+//! Collocation by `apsides-radau`.
+
+use apsides_ocp::{Mesh, Ocp};
+use apsides_radau::{Radau, RadauSettings};
+
+use crate::Error;
+use crate::key::{Key, Range};
+use crate::values::Values;
+
+pub(super) const KEYS: &[Key] = &[
+    Key::count("radau.intervals", 10, 1, 100_000, "mesh intervals per phase of the first mesh"),
+    Key::count("radau.points", 5, 1, 60, "collocation points per interval of the first mesh"),
+    Key::number(
+        "radau.mesh_tolerance",
+        1e-10,
+        Range::open(0.0, 1.0),
+        "largest relative error between points",
+    ),
+    Key::count("radau.max_meshes", 20, 1, 1000, "most meshes solved; 1 switches refinement off"),
+    Key::number("radau.nlp_tolerance", 1e-10, Range::open(0.0, 1.0), "scaled optimality error of each solve"),
+];
+
+/// Keys of settings, by the names of their fields.
+pub(super) const NAMES: &[(&str, &str)] =
+    &[("tolerance", "radau.mesh_tolerance"), ("max_refinements", "radau.max_meshes")];
+
+/// Settings of collocation and of its first mesh.
+#[derive(Clone, Debug)]
+pub struct RadauMethod {
+    /// Settings of the method.
+    pub settings: RadauSettings,
+}
+
+impl RadauMethod {
+    pub(super) fn read(v: &Values) -> Result<Self, Error> {
+        let mut settings = RadauSettings {
+            intervals: v.count("radau.intervals")?,
+            points: v.count("radau.points")?,
+            tolerance: v.number("radau.mesh_tolerance")?,
+            max_refinements: v.count("radau.max_meshes")? - 1,
+            ..RadauSettings::default()
+        };
+        settings.nlp.tolerance = v.number("radau.nlp_tolerance")?;
+        Ok(Self { settings })
+    }
+
+    /// The method.
+    #[must_use]
+    pub fn method(&self) -> Radau {
+        Radau { settings: self.settings.clone() }
+    }
+
+    /// The first mesh.
+    ///
+    /// # Errors
+    /// No intervals, or no points in them.
+    pub fn first_mesh(&self, ocp: &Ocp) -> Result<Mesh, Error> {
+        Ok(self.method().uniform_mesh(ocp)?)
+    }
+}

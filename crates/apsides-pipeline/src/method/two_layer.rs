@@ -1,0 +1,290 @@
+//! Two layers: a search without derivatives over control profiles finds a start, collocation finishes.
+
+use std::sync::Arc;
+use std::time::Duration;
+
+use apsides_metaheuristics::{
+    AnnealingSettings, AntColonySettings, CmaEsSettings, Constraints, CooperationSettings,
+    DifferentialEvolutionSettings, GeneticSettings, Method, ParticleSwarmSettings, Search,
+};
+use apsides_ocp::Ocp;
+use apsides_ocp::method::SearchRecord;
+use apsides_radau::RadauSettings;
+use apsides_shooting::profile::{Independent, MeshWish, ProfileStart};
+use apsides_two_layer::{Checkpoint, ProfileModel, Ranking, TwoLayer, TwoLayerSettings};
+
+use super::radau::RadauMethod;
+use crate::Error;
+use crate::key::{Key, Range};
+use crate::observer::Observer;
+use crate::outcome::SearchSummary;
+use crate::values::Values;
+
+const ALGORITHM: &str = "search.algorithm";
+const COOPERATION: &str = "cooperation";
+const GENETIC: &str = "genetic";
+const SWARM: &str = "particle-swarm";
+const COLONY: &str = "ant-colony";
+const EVOLUTION: &str = "differential-evolution";
+const CMA_ES: &str = "cma-es";
+const ANNEALING: &str = "annealing";
+
+const ENERGY: &str = "energy";
+const FEASIBILITY: &str = "feasibility";
+
+/// Largest population.
+const POPULATION: u32 = 100_000;
+const GENERATIONS: u32 = 1_000_000;
+
+pub(super) const KEYS: &[Key] = &[
+    Key::choice(
+        ALGORITHM,
+        &[COOPERATION, GENETIC, SWARM, COLONY, EVOLUTION, CMA_ES, ANNEALING],
+        "algorithm of the search; \"cooperation\": particle swarm, ant colony and genetic algorithm that exchange their best",
+    ),
+    Key::count("search.evaluations", 3000, 1, 100_000_000, "flights of the search"),
+    Key::count(
+        "search.population",
+        30,
+        4,
+        POPULATION,
+        "flights of a generation of genetic algorithm, swarm and colony, alone or in the cooperation; the others choose their own",
+    ),
+    Key::number(
+        "search.time_limit_s",
+        f64::INFINITY,
+        Range::POSITIVE_OR_UNLIMITED,
+        "longest time of the search, looked at after each generation; inf: not limited. Results depend on it",
+    ),
+    Key::choice(
+        "search.profile",
+        &[ENERGY, "time"],
+        "what the controls are polynomials of: normalised energy, or time",
+    ),
+    Key::count("search.degree", 1, 0, 5, "degree of the polynomials"),
+    Key::count(
+        "search.least_intervals",
+        3,
+        1,
+        100,
+        "fewest sub-intervals; their number is searched up to the next key",
+    ),
+    Key::count("search.most_intervals", 3, 1, 100, "most sub-intervals"),
+    Key::flag("search.free_lengths", false, "whether the lengths of the sub-intervals are searched"),
+    Key::flag("search.continuous", true, "whether the controls are continuous between sub-intervals"),
+    Key::choice(
+        "search.constraints",
+        &["penalty", FEASIBILITY],
+        "how misses and excesses count: added to the objective, or first of all",
+    ),
+    Key::number(
+        "search.price_of_miss",
+        0.2,
+        Range::POSITIVE,
+        "in the objective's unit per km that the end misses its target",
+    ),
+    Key::number(
+        "search.price_of_excess",
+        100.0,
+        Range::POSITIVE,
+        "in the objective's unit for a limit exceeded by its own size",
+    ),
+    Key::count(
+        "search.swarm_generations",
+        1,
+        0,
+        GENERATIONS,
+        "of the particle swarm in a cycle of the cooperation",
+    ),
+    Key::count(
+        "search.colony_generations",
+        1,
+        0,
+        GENERATIONS,
+        "of the ant colony in a cycle of the cooperation",
+    ),
+    Key::count(
+        "search.genetic_generations",
+        1,
+        0,
+        GENERATIONS,
+        "of the genetic algorithm in a cycle of the cooperation",
+    ),
+    Key::count(
+        "search.swarm_to_genetic",
+        6,
+        0,
+        POPULATION,
+        "particles that go to the genetic algorithm per cycle",
+    ),
+    Key::count(
+        "search.colony_to_genetic",
+        6,
+        0,
+        POPULATION,
+        "ants that go to the genetic algorithm per cycle",
+    ),
+    Key::count(
+        "search.genetic_to_colony",
+        6,
+        0,
+        POPULATION,
+        "individuals that go to the ant colony per cycle",
+    ),
+    Key::count(
+        "search.genetic_to_swarm",
+        6,
+        0,
+        POPULATION,
+        "individuals that go to the particle swarm per cycle",
+    ),
+];
+
+/// The best start of a search, and how it was found.
+#[derive(Clone, Debug)]
+pub struct Found {
+    /// The start; none where all flights failed.
+    pub start: Option<ProfileStart>,
+    /// How it was found.
+    pub summary: SearchSummary,
+}
+
+/// Settings of the search.
+#[derive(Clone, Debug)]
+pub(super) struct TwoLayerMethod {
+    /// The search.
+    pub(super) search: Search,
+    algorithm: String,
+    /// Whether misses and excesses come before the objective.
+    by_rules: bool,
+    degree: usize,
+    intervals: [usize; 2],
+    free_lengths: bool,
+    continuous: bool,
+    over_energy: bool,
+    price_of_miss: f64,
+    price_of_excess: f64,
+}
+
+impl TwoLayerMethod {
+    pub(super) fn read(v: &Values) -> Result<Self, Error> {
+        let limit = v.limit("search.time_limit_s")?;
+        let search = Search {
+            method: method(v)?,
+            seed: 0,
+            budget: v.count("search.evaluations")?,
+            time_limit: limit.map(|limit| Duration::from_secs_f64(limit.min(1e9))),
+            constraints: Constraints::FeasibilityRules,
+            threads: 1,
+            ..Search::default()
+        };
+        Ok(Self {
+            search,
+            algorithm: v.word(ALGORITHM)?.into(),
+            by_rules: v.word("search.constraints")? == FEASIBILITY,
+            degree: v.count("search.degree")?,
+            intervals: [v.count("search.least_intervals")?, v.count("search.most_intervals")?],
+            free_lengths: v.flag("search.free_lengths")?,
+            continuous: v.flag("search.continuous")?,
+            over_energy: v.word("search.profile")? == ENERGY,
+            price_of_miss: v.number("search.price_of_miss")?,
+            price_of_excess: v.number("search.price_of_excess")?,
+        })
+    }
+
+    /// Refuses intervals that do not go together.
+    pub(super) fn check(&self, values: &Values) -> Result<(), Error> {
+        let [least, most] = self.intervals;
+        if least > most {
+            return Err(values.refused(&format!(
+                "`search.least_intervals` is {least}, it must not be above `search.most_intervals` = {most}"
+            )));
+        }
+        Ok(())
+    }
+
+    /// A search for a start, then collocation.
+    pub(super) fn method(
+        &self,
+        radau: &RadauMethod,
+        model: &ProfileModel,
+        checkpoint: Option<Arc<dyn Checkpoint>>,
+    ) -> TwoLayer {
+        let [least_intervals, most_intervals] = self.intervals;
+        let RadauSettings { intervals, points, .. } = radau.settings;
+        let independent = if self.over_energy { model.independent.clone() } else { Independent::Time };
+        TwoLayer {
+            settings: TwoLayerSettings {
+                search: self.search.clone(),
+                degree: self.degree,
+                least_intervals,
+                most_intervals,
+                free_lengths: self.free_lengths,
+                continuous: self.continuous,
+                ranking: if self.by_rules { Ranking::FeasibilityFirst } else { Ranking::Penalty },
+                price_of_miss: self.price_of_miss,
+                price_of_excess: self.price_of_excess,
+                mesh: MeshWish { intervals, points, joints: false },
+            },
+            profile: ProfileModel { independent, ..model.clone() },
+            second: Box::new(radau.method()),
+            checkpoint,
+        }
+    }
+
+    /// The search layer alone.
+    pub(super) fn search(
+        &self,
+        radau: &RadauMethod,
+        ocp: &Ocp,
+        model: &ProfileModel,
+        observer: &mut dyn Observer,
+    ) -> Result<Found, Error> {
+        let found = self.method(radau, model, None).search(ocp, observer).map_err(Error::method)?;
+        Ok(Found { start: found.start, summary: self.summary(found.record) })
+    }
+
+    /// The summary of a search.
+    pub(super) fn summary(&self, record: SearchRecord) -> SearchSummary {
+        SearchSummary {
+            algorithm: self.algorithm.clone(),
+            variables: record.variables,
+            evaluations: record.evaluations,
+            generations: record.generations,
+            failures: record.failures,
+            stop: record.end.word().into(),
+            objective: record.objective,
+            miss_km: record.miss,
+            time_ms: record.time.as_secs_f64() * 1e3,
+            history: record.history,
+            remark: record.not_saved.map(|e| e.to_string()),
+        }
+    }
+}
+
+fn method(v: &Values) -> Result<Method, Error> {
+    let population = v.count("search.population")?;
+    let genetic = GeneticSettings { population, ..GeneticSettings::default() };
+    let swarm = ParticleSwarmSettings { particles: population, ..ParticleSwarmSettings::default() };
+    let colony = AntColonySettings { archive: population, ants: population, ..AntColonySettings::default() };
+    Ok(match v.word(ALGORITHM)? {
+        GENETIC => Method::Genetic(genetic),
+        SWARM => Method::ParticleSwarm(swarm),
+        COLONY => Method::AntColony(colony),
+        EVOLUTION => Method::DifferentialEvolution(DifferentialEvolutionSettings::default()),
+        CMA_ES => Method::CmaEs(CmaEsSettings::default()),
+        ANNEALING => Method::SimulatedAnnealing(AnnealingSettings::default()),
+        _ => Method::Cooperation(CooperationSettings {
+            swarm,
+            colony,
+            genetic,
+            swarm_generations: v.count("search.swarm_generations")?,
+            colony_generations: v.count("search.colony_generations")?,
+            genetic_generations: v.count("search.genetic_generations")?,
+            swarm_to_genetic: v.count("search.swarm_to_genetic")?,
+            colony_to_genetic: v.count("search.colony_to_genetic")?,
+            genetic_to_colony: v.count("search.genetic_to_colony")?,
+            genetic_to_swarm: v.count("search.genetic_to_swarm")?,
+        }),
+    })
+}

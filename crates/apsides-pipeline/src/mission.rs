@@ -1,0 +1,277 @@
+//! Missions: what a kind of mission reads from its file, and what is made of it.
+//!
+//! ```text
+//! file -> Values -> Mission (a struct in SI units) -> problem and start, results, curves, checks
+//! ```
+
+use std::any::Any;
+use std::collections::BTreeMap;
+use std::fmt::Debug;
+use std::sync::Arc;
+
+use apsides_ocp::Trajectory;
+use apsides_radau::Explanation;
+use apsides_verify::Check;
+
+use crate::Error;
+use crate::dispersion::Dispersed;
+use crate::key::Key;
+use crate::method::{MethodName, Methods};
+use crate::outcome::{Curve, Decisions, Outcome};
+use crate::posed::Posed;
+use crate::simulation::Simulated;
+use crate::values::Values;
+
+/// Scalars by name; the unit ends the key.
+pub type Scalars = BTreeMap<String, f64>;
+
+/// A kind of mission: its name, its keys, and how values of these keys become a mission.
+#[derive(Clone, Copy)]
+pub struct Kind {
+    /// Name, as in the first key of a mission file: `lunar-perilune`.
+    pub name: &'static str,
+    /// What the mission does, in one line.
+    pub title: &'static str,
+    /// Keys of the vehicle and the flight, in groups.
+    pub keys: &'static [&'static [Key]],
+    /// Numbers that change the problem where they leave zero, so that they have no price there.
+    pub nothing_at_zero: &'static [&'static str],
+    /// What a mission of this kind offers besides.
+    pub offers: Offers,
+    read: fn(&Values) -> Result<Arc<dyn Mission>, Error>,
+}
+
+/// What the missions of a kind offer.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Offers {
+    /// They are flown under a law of their own and not optimised.
+    pub simulated_only: bool,
+    /// Their solution can be flown with what the problem leaves out.
+    pub simulation: bool,
+    /// The ends over ground that they can reach make a footprint.
+    pub footprint: bool,
+    /// Names of the results of flights that deviate from a solved one, the unit at the end; empty where there is no Monte Carlo.
+    pub dispersed: &'static [&'static str],
+}
+
+impl Kind {
+    /// A kind whose missions are optimised.
+    #[must_use]
+    pub const fn new<M: Mission>(
+        name: &'static str,
+        title: &'static str,
+        keys: &'static [&'static [Key]],
+    ) -> Self {
+        let offers = Offers { simulated_only: false, simulation: false, footprint: false, dispersed: &[] };
+        Self { name, title, keys, nothing_at_zero: &[], offers, read: |v| Ok(Arc::new(M::read(v)?)) }
+    }
+
+    /// The same with what its missions offer.
+    #[must_use]
+    pub const fn offering(self, offers: Offers) -> Self {
+        Self { offers, ..self }
+    }
+
+    /// The same with numbers that have no price at zero.
+    #[must_use]
+    pub const fn nothing_at_zero(self, nothing_at_zero: &'static [&'static str]) -> Self {
+        Self { nothing_at_zero, ..self }
+    }
+
+    /// The mission of values.
+    ///
+    /// # Errors
+    /// Values that do not go together, and what no flight can mend, in words that name the keys.
+    pub fn read(&self, values: &Values) -> Result<Arc<dyn Mission>, Error> {
+        (self.read)(values)
+    }
+
+    /// The numbers of vehicle and flight that have a price at these values: not a limit that is infinite or open, nor a zero that leaves
+    /// something out of the problem.
+    pub fn priced_keys(self, values: &Values) -> impl Iterator<Item = &'static Key> {
+        let has_price = move |k: &&'static Key| {
+            let value = k.is_number().then(|| values.limit(k.path).ok().flatten()).flatten();
+            value.is_some_and(|v| v != 0.0 || !self.nothing_at_zero.contains(&k.path))
+        };
+        self.keys.iter().copied().flatten().filter(has_price)
+    }
+
+    /// All keys: those of vehicle and flight, and those of the methods where something is optimised.
+    pub fn all_keys(&self) -> impl Iterator<Item = &'static Key> + use<> {
+        let of_methods = (!self.offers.simulated_only).then(Methods::keys);
+        self.keys.iter().copied().flatten().chain(of_methods.into_iter().flatten())
+    }
+
+    /// A request that missions of this kind do not take, in words.
+    #[must_use]
+    pub fn refused(&self, reason: &str) -> Error {
+        Error::Conflict { place: format!("mission `{}`", self.name), reason: reason.into() }
+    }
+}
+
+impl Debug for Kind {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        f.write_str(self.name)
+    }
+}
+
+impl PartialEq for Kind {
+    fn eq(&self, other: &Self) -> bool {
+        self.name == other.name
+    }
+}
+
+/// A mission in SI units, read once from the values of its keys.
+///
+/// A kind of mission is a struct that implements this trait; a [`Registry`](crate::Registry) that it is added to reads it from files. Only
+/// [`kind`](Self::kind), [`read`](Self::read), [`pose`](Self::pose) and [`results`](Self::results) are needed for missions that are
+/// optimised; the rest says what else there is to a mission.
+pub trait Mission: Any + Debug + Send + Sync {
+    /// Name, title and keys.
+    fn kind() -> Kind
+    where
+        Self: Sized;
+
+    /// The mission of values.
+    ///
+    /// # Errors
+    /// Values that do not go together, and what no flight can mend: [`Values::conflict`], in words that name the keys and say what to
+    /// change.
+    fn read(values: &Values) -> Result<Self, Error>
+    where
+        Self: Sized;
+
+    /// The problem and a start, for a method.
+    ///
+    /// # Errors
+    /// When the mission does not make a problem.
+    fn pose(&self, _method: MethodName) -> Result<Posed, Error> {
+        Err(Error::in_mission("it is simulated under its law, not optimised: use `apsides simulate`"))
+    }
+
+    /// Scalars of a solution for the summary; the unit ends the key.
+    fn results(&self, _solution: &Trajectory) -> Scalars {
+        Scalars::new()
+    }
+
+    /// Keys of the results that name a case in a table, in order.
+    fn headline(&self) -> &'static [&'static str] {
+        &[]
+    }
+
+    /// Figures besides the standard ones.
+    fn curves(&self, _solution: &Trajectory) -> Vec<Curve> {
+        Vec::new()
+    }
+
+    /// Checks of the certificate besides those that every problem has, against the maps that sites were chosen on among others.
+    fn checks(&self, _decisions: &Decisions, _solution: &Trajectory) -> Vec<Check> {
+        Vec::new()
+    }
+
+    /// Decides what the values leave open before the flight is posed: a site on a map, the end of a stage that is optimised for itself.
+    ///
+    /// # Errors
+    /// When the values do not make a problem, or no site is fit; the sentence names what comes nearest.
+    fn decide(&self) -> Result<Decisions, Error> {
+        Ok(Decisions::default())
+    }
+
+    /// Easier cases with the same phases that lead to this one, each the start of the next.
+    fn approach(&self, _method: MethodName) -> Vec<EasierCase> {
+        Vec::new()
+    }
+
+    /// A sentence on what is missing, besides the requirements that conflict.
+    fn missing(&self, _methods: &Methods, _explanation: &Explanation) -> Option<String> {
+        None
+    }
+
+    /// Scalars that take solves of their own, of a mission that is solved.
+    ///
+    /// # Errors
+    /// When one of these problems is refused.
+    fn margins(&self, _methods: &Methods, _solution: &Trajectory) -> Result<Scalars, Error> {
+        Ok(Scalars::new())
+    }
+
+    /// How its ends over ground are sought and read; for kinds that offer a footprint.
+    fn reach(&self) -> Option<&dyn Reach> {
+        None
+    }
+
+    /// Flights that deviate from a solved one; for kinds that offer a Monte Carlo.
+    ///
+    /// # Errors
+    /// A plan that cannot be flown.
+    fn dispersed(&self, _plan: &Trajectory) -> Result<Option<Box<dyn Dispersed>>, Error> {
+        Ok(None)
+    }
+
+    /// Refuses a mission whose flight cannot be simulated, before the solve that the flight follows.
+    ///
+    /// # Errors
+    /// What cannot be flown.
+    fn check_simulation(&self) -> Result<(), Error> {
+        Ok(())
+    }
+
+    /// Flies the mission under its law with a seed of everything random, along the solution `plan` where one is optimised; for kinds that
+    /// offer a simulation.
+    ///
+    /// # Errors
+    /// What cannot be flown. A flight that fails is not an error: see
+    /// [`SimulationSummary::status`](crate::simulation::SimulationSummary::status).
+    fn simulate(&self, _seed: u64, _plan: Option<&Outcome>) -> Result<Simulated, Error> {
+        Err(Error::in_mission("it is optimised, not simulated: use `apsides solve`"))
+    }
+}
+
+/// A mission as the struct of its kind, where it is of that kind.
+#[must_use]
+pub fn downcast<M: Mission>(mission: &dyn Mission) -> Option<&M> {
+    (mission as &dyn Any).downcast_ref()
+}
+
+/// A case that is easier to solve than the one it leads to.
+pub struct EasierCase {
+    /// The mission.
+    pub mission: Arc<dyn Mission>,
+    /// The method that solves it.
+    pub method: MethodName,
+}
+
+/// How far the flights of a mission reach over ground; their results are `flight_time_s`, `downrange_km` and `crossrange_km`. Places are
+/// longitude and latitude in deg.
+pub trait Reach {
+    /// The mission whose optimum ends farthest past a place along a bearing.
+    fn past(&self, past: &Past) -> Arc<dyn Mission>;
+    /// Start, target and size of the ground that the flights are over.
+    fn ground(&self) -> Ground;
+    /// Places under a flight, the end last.
+    fn track(&self, flight: &Trajectory) -> Vec<[f64; 2]>;
+}
+
+/// A place and a bearing along which a flight is to end far away.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Past {
+    /// The place, deg.
+    pub place: [f64; 2],
+    /// The bearing, deg from north towards east.
+    pub bearing: f64,
+    /// Largest distance from the line through the place along the bearing, km; none where it is free.
+    pub half_width: Option<f64>,
+}
+
+/// The ground under a mission. Places are longitude and latitude in deg.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Ground {
+    /// Place under the start.
+    pub start: [f64; 2],
+    /// Place under the target.
+    pub target: [f64; 2],
+    /// Radius of the planet, km.
+    pub radius: f64,
+    /// Altitude of the ends, km.
+    pub altitude: f64,
+}

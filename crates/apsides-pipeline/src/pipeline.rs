@@ -1,0 +1,531 @@
+//! From a mission to a verified outcome.
+
+use std::path::PathBuf;
+use std::sync::Arc;
+use std::time::Instant;
+
+use apsides_nlp::Status;
+use apsides_ocp::{Guess, Ocp, Solution, Trajectory};
+use apsides_radau::{Explanation, Unmet};
+use apsides_terrain::site::selection::SiteSummary;
+use apsides_verify::{Certificate, Check, CheckKind, Verification, VerifySettings, verify};
+
+use crate::Error;
+use crate::checkpoint::CheckpointFile;
+use crate::file::written;
+use crate::key::{Key, Value};
+use crate::method::{MethodName, Methods};
+use crate::mission::{EasierCase, Kind, Mission, Offers, Scalars, downcast};
+use crate::observer::Observer;
+use crate::outcome::{Decisions, ObjectiveValue, Outcome, Reduced, Summary, Timing};
+use crate::posed::Posed;
+use crate::simulation::Simulated;
+use crate::values::Values;
+
+/// A mission that was read, with all it takes to solve it: the values of its keys, the mission made of them, methods and their settings.
+#[derive(Clone, Debug)]
+pub struct Pipeline {
+    kind: Kind,
+    /// The kinds that it was chosen among.
+    kinds: Arc<[Kind]>,
+    values: Values,
+    mission: Arc<dyn Mission>,
+    methods: Methods,
+    seed: u64,
+    /// Where a search is kept.
+    checkpoint: Option<PathBuf>,
+}
+
+impl PartialEq for Pipeline {
+    /// Two are equal when their kind and all values are.
+    fn eq(&self, other: &Self) -> bool {
+        self.kind == other.kind && self.values == other.values
+    }
+}
+
+impl Pipeline {
+    /// A mission of a kind from the values of its keys.
+    ///
+    /// # Errors
+    /// Values that do not go together, and what no flight or method can mend.
+    pub fn new(kind: Kind, kinds: Arc<[Kind]>, values: Values) -> Result<Self, Error> {
+        let mission = kind.read(&values)?;
+        let methods = match kind.offers.simulated_only {
+            // Its values have no keys of methods.
+            true => Methods::read(&Values::new(String::new(), String::new(), Methods::keys().collect()))?,
+            false => Methods::read(&values)?,
+        };
+        let pipeline = Self { kind, kinds, values, mission, methods, seed: 0, checkpoint: None };
+        if matches!(pipeline.methods.name, MethodName::Flatness | MethodName::TwoLayer) {
+            pipeline.methods.check(&pipeline.pose()?, &pipeline.values)?;
+        }
+        Ok(pipeline)
+    }
+
+    /// The same mission with another value of a key: a number, a word, a flag.
+    ///
+    /// # Errors
+    /// A key that the mission does not have, a value that it does not take, values that do not go together.
+    pub fn with(self, path: &str, value: impl Into<Value>) -> Result<Self, Error> {
+        let mut values = self.values;
+        values.set(path, value)?;
+        let threads = self.methods.radau.settings.threads;
+        let changed = Self::new(self.kind, self.kinds, values)?;
+        let methods = changed.methods.clone().with_threads(threads).with_seed(self.seed);
+        Ok(Self { methods, seed: self.seed, checkpoint: self.checkpoint, ..changed })
+    }
+
+    /// Sets the value of a key: a number, a word, a flag.
+    ///
+    /// # Errors
+    /// As of [`Self::with`]; the mission stays as it was then.
+    pub fn set(&mut self, path: &str, value: impl Into<Value>) -> Result<(), Error> {
+        *self = self.clone().with(path, value)?;
+        Ok(())
+    }
+
+    /// The mission, to be solved with so many threads, 1 to 1024; no result depends on it.
+    #[must_use]
+    pub fn with_threads(self, threads: usize) -> Self {
+        Self { methods: self.methods.with_threads(threads), ..self }
+    }
+
+    /// The mission, to be solved with this seed of everything random.
+    #[must_use]
+    pub fn with_seed(self, seed: u64) -> Self {
+        Self { methods: self.methods.with_seed(seed), seed, ..self }
+    }
+
+    /// The seed of everything random.
+    #[must_use]
+    pub fn seed(&self) -> u64 {
+        self.seed
+    }
+
+    /// The mission, whose search is kept in a file: it goes on from there if the file exists.
+    #[must_use]
+    pub fn with_checkpoint(self, file: PathBuf) -> Self {
+        Self { checkpoint: Some(file), ..self }
+    }
+
+    /// The mission, solved no more accurately between the points of the mesh than this.
+    #[must_use]
+    pub fn with_mesh_tolerance_from(self, least: f64) -> Self {
+        Self { methods: self.methods.with_mesh_tolerance_from(least), ..self }
+    }
+
+    /// Another mission of the same kind, with the same methods; its values stay those of the file.
+    #[must_use]
+    pub(crate) fn with_mission(self, mission: Arc<dyn Mission>) -> Self {
+        Self { mission, ..self }
+    }
+
+    /// The name of the kind of mission.
+    #[must_use]
+    pub fn name(&self) -> &'static str {
+        self.kind.name
+    }
+
+    /// One line on what the mission does.
+    #[must_use]
+    pub fn title(&self) -> &'static str {
+        self.kind.title
+    }
+
+    /// The kind of mission.
+    #[must_use]
+    pub fn kind(&self) -> Kind {
+        self.kind
+    }
+
+    /// Names of the kinds of mission that offer something, for messages.
+    pub(crate) fn kinds_that(&self, offer: impl Fn(&Offers) -> bool) -> String {
+        let names = self.kinds.iter().filter(|k| offer(&k.offers)).map(|k| format!("`{}`", k.name));
+        names.collect::<Vec<_>>().join(", ")
+    }
+
+    /// Keys of the mission.
+    pub fn keys(&self) -> impl Iterator<Item = &'static Key> + use<'_> {
+        self.values.keys()
+    }
+
+    /// Values of the keys.
+    #[must_use]
+    pub fn values(&self) -> &Values {
+        &self.values
+    }
+
+    /// The mission in SI units.
+    #[must_use]
+    pub fn mission(&self) -> &dyn Mission {
+        &*self.mission
+    }
+
+    /// The mission as the struct of its kind; none where it is of another kind.
+    #[must_use]
+    pub fn mission_as<M: Mission>(&self) -> Option<&M> {
+        downcast(self.mission())
+    }
+
+    /// The method and the settings of all methods.
+    #[must_use]
+    pub fn methods(&self) -> &Methods {
+        &self.methods
+    }
+
+    /// The mission file with every value written out.
+    #[must_use]
+    pub fn to_file(&self) -> String {
+        written(self.title(), self.name(), &self.values)
+    }
+
+    /// Returns true if the mission is simulated under a law, not optimised.
+    #[must_use]
+    pub fn is_simulated(&self) -> bool {
+        self.kind.offers.simulated_only
+    }
+
+    /// The problem and a start.
+    ///
+    /// # Errors
+    /// When the values do not make a problem.
+    pub fn pose(&self) -> Result<Posed, Error> {
+        self.optimised()?;
+        self.decided(&self.decide()?)?.pose_decided()
+    }
+
+    fn pose_decided(&self) -> Result<Posed, Error> {
+        self.mission.pose(self.methods.name)
+    }
+
+    /// Refuses a mission that is simulated.
+    pub(crate) fn optimised(&self) -> Result<(), Error> {
+        if self.is_simulated() {
+            return Err(self
+                .kind
+                .refused("it is simulated under its law, not optimised: use `apsides simulate`"));
+        }
+        Ok(())
+    }
+
+    /// What the mission decides before its flight is posed, for instance a site on a map.
+    ///
+    /// # Errors
+    /// When the values do not make a problem, or no site is fit; the sentence names what comes nearest.
+    pub fn decide(&self) -> Result<Decisions, Error> {
+        self.mission.decide()
+    }
+
+    /// The mission with its decisions as values, so that nothing is open.
+    ///
+    /// # Errors
+    /// Decisions of another mission.
+    pub fn decided(&self, decisions: &Decisions) -> Result<Self, Error> {
+        if decisions.values.is_empty() {
+            return Ok(self.clone());
+        }
+        let mut values = self.values.clone();
+        for (path, number) in &decisions.values {
+            values.set(path, *number)?;
+        }
+        Ok(Self { mission: self.kind.read(&values)?, values, ..self.clone() })
+    }
+
+    /// Returns true if a trajectory has the phases of the problem that is solved, so that a solve can start from it.
+    ///
+    /// # Errors
+    /// When the values do not make a problem.
+    pub fn has_phases_of(&self, trajectory: &Trajectory) -> Result<bool, Error> {
+        let ocp = self.pose()?.ocp;
+        let names = ocp.phases.iter().map(|p| &p.name);
+        let same_names = names.eq(trajectory.phases.iter().map(|p| &p.name));
+        Ok(same_names && Guess::earlier(trajectory).check(&ocp).is_ok())
+    }
+
+    /// Scalars of a solution; the unit ends the key.
+    #[must_use]
+    pub fn results(&self, trajectory: &Trajectory) -> Scalars {
+        self.mission.results(trajectory)
+    }
+
+    /// Solves the mission and verifies the answer.
+    ///
+    /// `start` replaces the mission's own guess, for instance by that of a neighbouring case ([`Outcome::solved`]). The observer sees every
+    /// iteration and can stop the solve; the best trajectory so far is returned then.
+    ///
+    /// # Errors
+    /// When the request is ill-posed. A mission that cannot be flown ends with a status and an explanation.
+    pub fn solve(&self, start: Option<&Trajectory>, observer: &mut dyn Observer) -> Result<Outcome, Error> {
+        self.solve_with(start, true, observer)
+    }
+
+    /// Solves with or without the scalars that take solves of their own.
+    fn solve_with(
+        &self,
+        start: Option<&Trajectory>,
+        margins: bool,
+        observer: &mut dyn Observer,
+    ) -> Result<Outcome, Error> {
+        self.optimised()?;
+        let begin = Instant::now();
+        let decisions = self.decide()?;
+        let decided = self.decided(&decisions)?;
+        let outcome = decided.solve_decided(decisions, begin, start, margins, observer)?;
+        Ok(Outcome { mission_file: self.to_file(), ..outcome })
+    }
+
+    fn solve_decided(
+        &self,
+        decisions: Decisions,
+        begin: Instant,
+        start: Option<&Trajectory>,
+        margins: bool,
+        observer: &mut dyn Observer,
+    ) -> Result<Outcome, Error> {
+        let posed = self.pose_decided()?;
+        let build = milliseconds(begin);
+        let begin = Instant::now();
+        let solution = match start {
+            Some(_) => self.solve_posed(&posed, start, observer)?,
+            None => self.solve_from_guess(&posed, observer)?,
+        };
+        let solve = milliseconds(begin);
+        let begin = Instant::now();
+        let flight = self.flight(&posed, &decisions, &solution.trajectory)?;
+        let solved = solution.is_success();
+        let margins = match solved && margins {
+            true => self.mission.margins(&self.methods, &solution.trajectory)?,
+            false => Scalars::new(),
+        };
+        let timing_ms = Timing { build, solve, verify: milliseconds(begin) };
+        let conflict = match solution.status {
+            Status::Infeasible | Status::RestorationFailed => Some(self.conflict(&posed, &solution)?),
+            _ => None,
+        };
+        Ok(self.outcome(posed, decisions, solution, margins, conflict.as_ref(), flight, timing_ms))
+    }
+
+    fn solve_posed(
+        &self,
+        posed: &Posed,
+        start: Option<&Trajectory>,
+        observer: &mut dyn Observer,
+    ) -> Result<Solution, Error> {
+        let file = self.to_file();
+        let checkpoint = self.checkpoint.as_ref().map(|path| {
+            Arc::new(CheckpointFile::new(path, &file, self.seed)) as Arc<dyn apsides_two_layer::Checkpoint>
+        });
+        self.methods.solve(posed, start, checkpoint, observer)
+    }
+
+    /// Solves from the mission's own guess, through the easier cases that lead to it where it has some.
+    fn solve_from_guess(&self, posed: &Posed, observer: &mut dyn Observer) -> Result<Solution, Error> {
+        let mut start: Option<Trajectory> = None;
+        let mut work = apsides_ocp::method::Counters::default();
+        // Indirect shooting leads its own solution to a limit.
+        let own = self.methods.name == MethodName::Indirect && posed.costates.is_some();
+        let approach = if own { Vec::new() } else { self.mission.approach(self.methods.name) };
+        for EasierCase { mission, method } in approach {
+            let easier = Self { mission, methods: self.methods.clone().with_method(method), ..self.clone() };
+            let easier_posed = easier.pose_decided()?;
+            let solution = easier.solve_posed(&easier_posed, start.as_ref(), observer)?;
+            work.iterations += solution.counters.iterations;
+            work.factorisations += solution.counters.factorisations;
+            work.discretisations += solution.counters.discretisations;
+            if !solution.status.is_success() {
+                // From here on it would not become easier.
+                break;
+            }
+            // Where the easier case is a reduction and this one is not, its whole flight is what this one starts from.
+            let fits = Guess::earlier(&solution.trajectory).check(&posed.ocp).is_ok();
+            start =
+                Some(if fits { solution.trajectory } else { easier_posed.expand(&solution.trajectory)? });
+        }
+        let mut solution = self.solve_posed(posed, start.as_ref(), observer)?;
+        solution.counters.iterations += work.iterations;
+        solution.counters.factorisations += work.factorisations;
+        solution.counters.discretisations += work.discretisations;
+        Ok(solution)
+    }
+
+    /// The certificate of a trajectory of the whole flight.
+    ///
+    /// # Errors
+    /// When the values do not make a problem, or the trajectory does not fit it.
+    pub fn verify(&self, trajectory: &Trajectory) -> Result<Certificate, Error> {
+        self.optimised()?;
+        let decisions = self.decide()?;
+        let decided = self.decided(&decisions)?;
+        decided.certify(decided.pose_decided()?.flight(), &decisions, trajectory)
+    }
+
+    fn certify(
+        &self,
+        flight: &Ocp,
+        decisions: &Decisions,
+        trajectory: &Trajectory,
+    ) -> Result<Certificate, Error> {
+        let Verification { certificate, .. } = verify(flight, trajectory, &VerifySettings::default())?;
+        let own = self.mission.checks(decisions, trajectory);
+        Ok(Certificate::new(certificate.checks.into_iter().chain(own).collect()))
+    }
+
+    /// The whole flight of a solution with its certificate. What cannot be expanded, as after a solve that failed, is certified as
+    /// far as it goes.
+    fn flight(&self, posed: &Posed, decisions: &Decisions, solution: &Trajectory) -> Result<Flight, Error> {
+        if posed.expansion.is_none() {
+            return Ok(Flight {
+                certificate: self.certify(&posed.ocp, decisions, solution)?,
+                expanded: None,
+            });
+        }
+        match posed.expand(solution) {
+            Ok(trajectory) => {
+                let certificate = self.certify(posed.flight(), decisions, &trajectory)?;
+                Ok(Flight { certificate, expanded: Some(trajectory) })
+            }
+            Err(e) => {
+                let found = verify(&posed.ocp, solution, &VerifySettings::default())?;
+                let mut checks = found.certificate.checks;
+                let name = "phases that are not joined to a flight";
+                checks.push(Check::new(name, CheckKind::Feasibility, 1.0, 0.0, "-", e.to_string()));
+                Ok(Flight { certificate: Certificate::new(checks), expanded: None })
+            }
+        }
+    }
+
+    /// What conflicts and what to relax: from the best trajectory reached, else from the guess.
+    fn conflict(&self, posed: &Posed, solution: &Solution) -> Result<Explanation, Error> {
+        let method = self.methods.radau.method();
+        if solution.trajectory.has_costates() {
+            let reached = solution.trajectory.mesh();
+            let found = method.explain(&posed.ocp, &Guess::earlier(&solution.trajectory), &reached)?;
+            if found.status.is_success() {
+                return Ok(found);
+            }
+        }
+        Ok(method.explain(&posed.ocp, &posed.guess, &self.methods.first_mesh(&posed.ocp)?)?)
+    }
+
+    /// Flies a mission that is simulated, or the solution of one that is optimised with what its problem leaves out, where that is
+    /// modelled.
+    ///
+    /// # Errors
+    /// A mission that is optimised and not modelled further, values that do not make a case, a problem without a solution. A flight that
+    /// fails is not an error: see [`SimulationSummary::status`](crate::simulation::SimulationSummary::status).
+    pub fn simulate(&self) -> Result<Simulated, Error> {
+        let offers = &self.kind.offers;
+        if !offers.simulated_only && !offers.simulation {
+            return Err(self.kind.refused("it is optimised, not simulated: use `apsides solve`"));
+        }
+        let begin = Instant::now();
+        self.mission.check_simulation()?;
+        let plan = match offers.simulated_only {
+            true => None,
+            // Margins take solves of their own.
+            false => Some(self.solve_with(None, false, &mut ())?),
+        };
+        if let Some(plan) = plan.as_ref().filter(|plan| !plan.status.is_success()) {
+            let reason = format!("the flight to follow has no solution: {}", plan.summary.status);
+            return Err(Error::in_mission(reason));
+        }
+        let mut flight = self.mission.simulate(self.seed, plan.as_ref())?;
+        flight.summary.mission = self.name().into();
+        flight.summary.time_ms = milliseconds(begin);
+        flight.mission_file = self.to_file();
+        Ok(flight)
+    }
+
+    /// The largest residuals of the mission's own guess before the first iteration, by name, at most `most`.
+    ///
+    /// # Errors
+    /// When the values do not make a problem.
+    pub fn guess_residuals(&self, most: usize) -> Result<Vec<Unmet>, Error> {
+        let Posed { ocp, guess, .. } = self.pose()?;
+        let mesh = self.methods.first_mesh(&ocp)?;
+        Ok(self.methods.radau.method().guess_residuals(&ocp, &guess, &mesh, most)?)
+    }
+
+    fn outcome(
+        &self,
+        posed: Posed,
+        decisions: Decisions,
+        solution: Solution,
+        margins: Scalars,
+        conflict: Option<&Explanation>,
+        flight: Flight,
+        timing_ms: Timing,
+    ) -> Outcome {
+        let Posed { ocp, expansion, .. } = posed;
+        let objective = ObjectiveValue {
+            name: ocp.objective.name.clone(),
+            value: solution.trajectory.objective,
+            unit: ocp.objective.unit.clone(),
+        };
+        let missing = conflict.and_then(|c| self.mission.missing(&self.methods, c));
+        let explanation = explain(&self.methods, &solution, conflict).map(|text| match missing {
+            Some(missing) => format!("{text}; {missing}"),
+            None => text,
+        });
+        let status = solution.word().into();
+        let certificate = flight.certificate;
+        let (ocp, trajectory, reduced) = match (flight.expanded, expansion) {
+            (Some(trajectory), Some(whole)) => {
+                (whole.ocp, trajectory, Some(Reduced { ocp, trajectory: solution.trajectory }))
+            }
+            _ => (ocp, solution.trajectory, None),
+        };
+        let summary = Summary {
+            mission: self.name().into(),
+            method: self.methods.name.word().into(),
+            status,
+            objective,
+            results: self.results(&trajectory).into_iter().chain(margins).collect(),
+            counters: solution.counters.into(),
+            timing_ms,
+            certificate,
+            warnings: solution.warnings.iter().map(ToString::to_string).collect(),
+            switches: solution.switches.iter().map(ToString::to_string).collect(),
+            search: solution.search.map(|record| self.methods.search_summary(record)),
+            sites: decisions.sites.iter().map(SiteSummary::from).collect(),
+            sensitivity: None,
+        };
+        Outcome {
+            headline: self.mission.headline(),
+            curves: self.mission.curves(&trajectory),
+            ocp,
+            trajectory,
+            reduced,
+            status: solution.status,
+            report: solution.report,
+            summary,
+            mission_file: self.to_file(),
+            decisions,
+            explanation,
+        }
+    }
+}
+
+/// The certificate of a whole flight, and its trajectory where that is not the solution itself.
+struct Flight {
+    certificate: Certificate,
+    expanded: Option<Trajectory>,
+}
+
+fn milliseconds(begin: Instant) -> f64 {
+    begin.elapsed().as_secs_f64() * 1e3
+}
+
+/// What is missing, in the user's units.
+fn explain(methods: &Methods, solution: &Solution, conflict: Option<&Explanation>) -> Option<String> {
+    if solution.status.is_success() {
+        return solution.deficiency.as_ref().map(|d| d.sentence(&|setting| methods.key_of(setting)));
+    }
+    let mut text = format!("{}", solution.status);
+    match (conflict.filter(|c| c.status.is_success()), &solution.unmet) {
+        (Some(found), _) => text += &format!(": {found}"),
+        (None, Some(unmet)) => text += &format!(": {unmet}: cannot be met"),
+        (None, None) => {}
+    }
+    Some(text)
+}

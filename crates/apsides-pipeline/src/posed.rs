@@ -1,0 +1,62 @@
+//! A mission posed as an optimal control problem, with a start.
+
+use std::sync::Arc;
+
+use apsides_flatness::FlatSystem;
+use apsides_ocp::{Guess, Ocp, Trajectory};
+use apsides_two_layer::ProfileModel;
+
+use crate::Error;
+
+/// A problem with a start.
+pub struct Posed {
+    /// The problem that a method solves.
+    pub ocp: Ocp,
+    /// The point where a method starts.
+    pub guess: Guess,
+    /// Costates (of the minimised objective) at start and end of each phase of the guess, if they are known.
+    pub costates: Option<Vec<[Vec<f64>; 2]>>,
+    /// The flat description of each phase, if all have one.
+    pub flat_systems: Option<Vec<FlatSystem>>,
+    /// The whole flight, where the problem is a reduction of it.
+    pub expansion: Option<Expansion>,
+    /// Control profiles that a search can fly, if there are any; distances are in km.
+    pub search: Option<ProfileModel>,
+}
+
+impl Posed {
+    /// A problem that is the whole flight, with a start.
+    #[must_use]
+    pub fn new(ocp: Ocp, guess: Guess) -> Self {
+        Self { ocp, guess, costates: None, flat_systems: None, expansion: None, search: None }
+    }
+
+    /// The whole flight as a problem.
+    #[must_use]
+    pub fn flight(&self) -> &Ocp {
+        self.expansion.as_ref().map_or(&self.ocp, |e| &e.ocp)
+    }
+
+    /// The whole flight of a solution.
+    ///
+    /// # Errors
+    /// When the trajectory cannot be continued between its phases, for instance one of a solve that failed.
+    pub fn expand(&self, solution: &Trajectory) -> Result<Trajectory, Error> {
+        match &self.expansion {
+            Some(expansion) => (expansion.expand)(&expansion.ocp, solution),
+            None => Ok(solution.clone()),
+        }
+    }
+}
+
+/// The trajectory of a whole flight from the solution of its reduction.
+pub type Expand = dyn Fn(&Ocp, &Trajectory) -> Result<Trajectory, Error> + Send + Sync;
+
+/// A whole flight whose optimum follows from that of a smaller problem.
+#[derive(Clone)]
+pub struct Expansion {
+    /// The whole flight as a problem.
+    pub ocp: Ocp,
+    /// The trajectory of the whole flight, as a solution of `ocp`, from one of the smaller problem.
+    pub expand: Arc<Expand>,
+}

@@ -1,0 +1,183 @@
+//! The kinds of mission, mission files and named data that a program knows: reading a mission by file or name.
+
+use std::path::Path;
+
+use crate::Error;
+use crate::file::{Entry, entries, line, parse_override, read};
+use crate::key::{Key, KeyKind, Value};
+use crate::mission::{Kind, Mission};
+use crate::named_data::NamedData;
+use crate::pipeline::Pipeline;
+use crate::values::Values;
+
+/// What missions are read by. Later additions of a name replace earlier ones.
+#[derive(Clone, Debug, Default)]
+pub struct Registry {
+    kinds: Vec<Kind>,
+    files: Vec<(&'static str, &'static str)>,
+    data: Vec<NamedData>,
+    renamed: &'static [(&'static str, &'static str)],
+}
+
+impl Registry {
+    /// A registry that knows nothing.
+    #[must_use]
+    pub fn new() -> Self {
+        Self::default()
+    }
+
+    /// The same with a kind of mission.
+    #[must_use]
+    pub fn with<M: Mission>(mut self) -> Self {
+        let kind = M::kind();
+        self.kinds.retain(|k| k.name != kind.name);
+        self.kinds.push(kind);
+        self
+    }
+
+    /// The same with a mission file: its name and its text, the first line of which is a comment that says what it is.
+    #[must_use]
+    pub fn with_file(mut self, name: &'static str, text: &'static str) -> Self {
+        self.files.retain(|f| f.0 != name);
+        self.files.push((name, text));
+        self
+    }
+
+    /// The same with named data of one sort, such as vehicles.
+    #[must_use]
+    pub fn with_data(mut self, data: NamedData) -> Self {
+        self.data.retain(|d| d.key != data.key);
+        self.data.push(data);
+        self
+    }
+
+    /// The same with former paths of keys, each with the one of today, which messages name.
+    #[must_use]
+    pub fn with_renamed(self, renamed: &'static [(&'static str, &'static str)]) -> Self {
+        Self { renamed, ..self }
+    }
+
+    /// The kinds of mission.
+    #[must_use]
+    pub fn kinds(&self) -> &[Kind] {
+        &self.kinds
+    }
+
+    /// Name and title of every mission file.
+    pub fn files(&self) -> impl Iterator<Item = (&'static str, &'static str)> + use<'_> {
+        let title = |text: &'static str| text.lines().next().map_or("", |l| l.trim_start_matches("# "));
+        self.files.iter().map(move |(name, text)| (*name, title(text)))
+    }
+
+    /// The named data of the key `key`, for instance the vehicles.
+    #[must_use]
+    pub fn data(&self, key: &str) -> Option<&NamedData> {
+        self.data.iter().find(|d| d.key == key)
+    }
+
+    fn names(&self) -> String {
+        self.kinds.iter().map(|k| format!("`{}`", k.name)).collect::<Vec<_>>().join(", ")
+    }
+
+    /// Reads a mission from a file, or by its name from those of the registry.
+    ///
+    /// `overrides` are `key=value` texts that replace values of the file.
+    ///
+    /// # Errors
+    /// The first mistake, with its place.
+    pub fn load(&self, file_or_name: &str, overrides: &[String]) -> Result<Pipeline, Error> {
+        let path = Path::new(file_or_name);
+        if let Some((_, text)) = self.files.iter().find(|f| f.0 == file_or_name)
+            && !path.is_file()
+        {
+            return self.parse(text, &format!("mission `{file_or_name}`"), overrides);
+        }
+        let text = read(path, "mission", &self.names())?;
+        self.parse_in(path.parent(), &text, &format!("file `{file_or_name}`"), overrides)
+    }
+
+    /// Reads a mission from the text of a file; `source` names it in messages.
+    ///
+    /// # Errors
+    /// The first mistake, with its place.
+    pub fn parse(&self, text: &str, source: &str, overrides: &[String]) -> Result<Pipeline, Error> {
+        self.parse_in(None, text, source, overrides)
+    }
+
+    /// Reads a mission from the text of a file in a directory.
+    fn parse_in(
+        &self,
+        directory: Option<&Path>,
+        text: &str,
+        source: &str,
+        overrides: &[String],
+    ) -> Result<Pipeline, Error> {
+        let mut stated = entries(text, |offset| format!("{source}, line {}", line(text, offset)))?;
+        let kind = self.take_kind(&mut stated, source)?;
+        let keys: Vec<&'static Key> = kind.all_keys().collect();
+        if let Some(directory) = directory {
+            // A mission file and the files that it names move together.
+            stated.iter_mut().for_each(|e| self.relative_to(directory, &keys, e));
+        }
+        for o in overrides {
+            stated.push(parse_override(o)?);
+        }
+        let mut values = Values::new(format!("mission `{}`", kind.name), source.into(), keys.clone())
+            .with_renamed(self.renamed);
+        for e in &mut stated {
+            if e.names_table(&keys)
+                && let Value::Word(word) = &mut e.value
+            {
+                *word = read(Path::new(&*word), "atmosphere table", "none")?;
+            }
+            values.state(&e.path, e.value.clone(), &e.place)?;
+        }
+        for data in &self.data {
+            let Some(Value::Word(name)) = values.get(data.key).cloned() else { continue };
+            let place = values.place(data.key).unwrap_or(source).to_owned();
+            for (path, number, place) in data.numbers(&name, &keys, &place, self.renamed)? {
+                // The mission's own file comes first.
+                if values.place(path).is_none() {
+                    values.state(path, Value::Number(number), &place)?;
+                }
+            }
+        }
+        Pipeline::new(kind, self.kinds.as_slice().into(), values)
+    }
+
+    /// The kind that the entries name, which leaves them.
+    fn take_kind(&self, stated: &mut Vec<Entry>, source: &str) -> Result<Kind, Error> {
+        let refused = |place: &str, found: String| Error::Value {
+            place: place.into(),
+            key: "mission".into(),
+            found,
+            allowed: format!("one of {}", self.names()),
+        };
+        let Some(position) = stated.iter().position(|e| e.path == "mission") else {
+            return Err(refused(source, "missing".into()));
+        };
+        let header = stated.remove(position);
+        let Value::Word(name) = header.value else {
+            return Err(refused(&header.place, header.value.to_string()));
+        };
+        self.kinds.iter().copied().find(|k| k.name == name).ok_or_else(|| Error::UnknownMission {
+            place: header.place,
+            name,
+            known: self.names(),
+        })
+    }
+
+    /// Makes the path of a file that an entry names one that counts from a directory.
+    fn relative_to(&self, directory: &Path, keys: &[&Key], entry: &mut Entry) {
+        let is_path = keys.iter().any(|k| k.path == entry.path && matches!(k.kind, KeyKind::Path(..)));
+        let is_table = entry.names_table(keys);
+        let is_data = self.data.iter().any(|d| d.key == entry.path);
+        if let Value::Word(word) = &mut entry.value
+            && (is_table
+                || (is_data && NamedData::is_file(word))
+                || (is_path && directory.join(&*word).is_file()))
+        {
+            *word = directory.join(&*word).display().to_string();
+        }
+    }
+}

@@ -1,0 +1,142 @@
+//! Parameter sweeps: one case per combination of values, each started from its neighbour.
+
+use apsides_ocp::Trajectory;
+
+use crate::Error;
+use crate::observer::Observer;
+use crate::outcome::{Outcome, Price};
+use crate::pipeline::Pipeline;
+use crate::registry::Registry;
+
+/// Values of one key.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Axis {
+    /// Path of the key.
+    pub key: String,
+    /// Values, as written.
+    pub values: Vec<String>,
+}
+
+impl Axis {
+    /// Reads `key=a,b,c`.
+    ///
+    /// # Errors
+    /// [`Error::Syntax`] when there is no key or no value.
+    pub fn parse(text: &str) -> Result<Self, Error> {
+        let fail = || Error::Syntax {
+            place: format!("--set {text}"),
+            reason: "expected key=value or key=value,value,..".into(),
+        };
+        let (key, values) = text.split_once('=').ok_or_else(fail)?;
+        let values: Vec<String> = values.split(',').map(|v| v.trim().to_owned()).collect();
+        if key.trim().is_empty() || values.iter().any(String::is_empty) {
+            return Err(fail());
+        }
+        Ok(Self { key: key.trim().into(), values })
+    }
+}
+
+/// One case of a sweep.
+pub struct Case {
+    /// The overrides of this case, `key=value`.
+    pub overrides: Vec<String>,
+    /// The mission.
+    pub mission: Pipeline,
+}
+
+/// Every combination of the axes' values, the last axis running fastest and back and forth, so that neighbours in the
+/// list are neighbours in the values.
+///
+/// # Errors
+/// The first case that is refused; no case has been solved then.
+pub fn cases(registry: &Registry, file_or_name: &str, axes: &[Axis]) -> Result<Vec<Case>, Error> {
+    let mut combinations: Vec<Vec<String>> = vec![Vec::new()];
+    for axis in axes {
+        let mut next = Vec::with_capacity(combinations.len() * axis.values.len());
+        for (k, c) in combinations.iter().enumerate() {
+            let mut add = |v: &String| {
+                let mut longer = c.clone();
+                longer.push(format!("{}={v}", axis.key));
+                next.push(longer);
+            };
+            if k % 2 == 0 {
+                axis.values.iter().for_each(&mut add)
+            } else {
+                axis.values.iter().rev().for_each(&mut add)
+            }
+        }
+        combinations = next;
+    }
+    combinations
+        .into_iter()
+        .map(|overrides| Ok(Case { mission: registry.load(file_or_name, &overrides)?, overrides }))
+        .collect()
+}
+
+/// Solves the cases in order, each from the last one that was solved; `report` gets each outcome as soon as it is there and
+/// ends the sweep by returning false.
+///
+/// # Errors
+/// When a case is ill-posed.
+pub fn sweep(
+    cases: &[Case],
+    observer: &mut dyn Observer,
+    mut report: impl FnMut(&Case, &Outcome) -> bool,
+) -> Result<(), Error> {
+    let mut neighbour: Option<Trajectory> = None;
+    for case in cases {
+        // A word may change the phases; the neighbour is of no use then.
+        let start = match &neighbour {
+            Some(trajectory) if case.mission.has_phases_of(trajectory)? => Some(trajectory),
+            _ => None,
+        };
+        let mut outcome = case.mission.solve(start, observer)?;
+        if start.is_some() && outcome.explanation.is_some() {
+            // A neighbour too far away may mislead; the mission's own guess decides.
+            outcome = case.mission.solve(None, observer)?;
+        }
+        let go_on = report(case, &outcome);
+        if outcome.explanation.is_none() {
+            neighbour = Some(outcome.solved().1.clone());
+        }
+        if !go_on {
+            break;
+        }
+    }
+    Ok(())
+}
+
+/// Whether the key of each axis has a price in any case of a sweep: numbers of vehicle and flight have one where they are finite.
+///
+/// # Errors
+/// When none has one, or a method gives none.
+pub fn priced_axes(axes: &[Axis], cases: &[Case]) -> Result<Vec<bool>, Error> {
+    cases.iter().try_for_each(|case| case.mission.check_prices())?;
+    let has_price =
+        |axis: &Axis| cases.iter().any(|case| case.mission.priced_keys().any(|k| k.path == axis.key));
+    let priced: Vec<bool> = axes.iter().map(has_price).collect();
+    if priced.contains(&true) {
+        return Ok(priced);
+    }
+    let place = axes.iter().map(|a| format!("--set {}=..", a.key)).collect::<Vec<_>>().join(" ");
+    let reason =
+        "no swept key has a price; numbers of vehicle and flight have one where they are finite".into();
+    Err(Error::Conflict { place: format!("sensitivity, {place}"), reason })
+}
+
+/// Prices of the swept keys at a case, in the order of the axes: none for a word, for a limit that is infinite there, and where the case
+/// is not solved.
+///
+/// # Errors
+/// As of [`Pipeline::sensitivities`].
+pub fn prices(axes: &[Axis], case: &Case, outcome: &Outcome) -> Result<Vec<Option<Price>>, Error> {
+    let solved = outcome.report.as_ref().is_some_and(|report| report.status.is_success());
+    let is_priced = |key: &str| solved && case.mission.priced_keys().any(|k| k.path == key);
+    let keys: Vec<&str> = axes.iter().map(|a| a.key.as_str()).filter(|key| is_priced(key)).collect();
+    let mut found = if keys.is_empty() { Vec::new() } else { case.mission.sensitivities(outcome, &keys)? };
+    let mut price = |axis: &Axis| {
+        let place = found.iter().position(|p| p.key == axis.key)?;
+        Some(found.swap_remove(place))
+    };
+    Ok(axes.iter().map(&mut price).collect())
+}

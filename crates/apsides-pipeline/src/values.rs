@@ -1,0 +1,253 @@
+//! The values of all keys of a mission, each with the place where it is stated.
+
+use std::collections::BTreeMap;
+
+use crate::Error;
+use crate::key::{Key, KeyKind, Value, renamed, suggestion};
+
+/// A value and where it is stated.
+#[derive(Clone, Debug)]
+struct Stated {
+    value: Value,
+    /// File and line, or `--set`; none of a default.
+    place: Option<String>,
+}
+
+/// Values of the keys of a mission, checked one by one; a key that is open has none.
+///
+/// Two of them are equal when their values are, wherever these are stated.
+#[derive(Clone, Debug)]
+pub struct Values {
+    /// What the keys belong to, in messages: mission `lunar-perilune`.
+    owner: String,
+    /// Where the values come from, in messages: a file.
+    source: String,
+    keys: Vec<&'static Key>,
+    /// Former paths of keys, each with the one of today.
+    renamed: &'static [(&'static str, &'static str)],
+    stated: BTreeMap<&'static str, Stated>,
+}
+
+impl PartialEq for Values {
+    fn eq(&self, other: &Self) -> bool {
+        self.owner == other.owner && self.iter().eq(other.iter())
+    }
+}
+
+impl Values {
+    /// The defaults of keys. `owner` and `source` name in messages what they belong to and where they come from.
+    #[must_use]
+    pub fn new(owner: String, source: String, keys: Vec<&'static Key>) -> Self {
+        let default = |key: &&'static Key| Some((key.path, Stated { value: key.default()?, place: None }));
+        let stated = keys.iter().filter_map(default).collect();
+        Self { owner, source, keys, renamed: &[], stated }
+    }
+
+    /// The same with former paths of keys, each with the one of today, which messages name.
+    #[must_use]
+    pub fn with_renamed(self, renamed: &'static [(&'static str, &'static str)]) -> Self {
+        Self { renamed, ..self }
+    }
+
+    /// The keys that have or may have a value.
+    pub fn keys(&self) -> impl Iterator<Item = &'static Key> + use<'_> {
+        self.keys.iter().copied()
+    }
+
+    /// The key of this path.
+    ///
+    /// # Errors
+    /// [`Error::UnknownKey`], with the nearest key, when the mission declares none; `place` is where it is asked for.
+    pub fn key(&self, path: &str, place: &str) -> Result<&'static Key, Error> {
+        self.keys.iter().copied().find(|k| k.path == path).ok_or_else(|| Error::UnknownKey {
+            place: place.into(),
+            owner: self.owner.clone(),
+            key: path.into(),
+            suggestion: renamed(path, &self.keys, self.renamed)
+                .unwrap_or_else(|| suggestion(path, &self.keys)),
+        })
+    }
+
+    /// Returns true if the mission declares a key of this path.
+    #[must_use]
+    pub fn declares(&self, path: &str) -> bool {
+        self.keys.iter().any(|k| k.path == path)
+    }
+
+    /// States a value that stands at `place`.
+    ///
+    /// # Errors
+    /// A key that the mission does not declare, a value that it does not take.
+    pub fn state(&mut self, path: &str, value: Value, place: &str) -> Result<(), Error> {
+        let key = self.key(path, place)?;
+        key.accept(&value, place)?;
+        self.stated.insert(key.path, Stated { value, place: Some(place.into()) });
+        Ok(())
+    }
+
+    /// Sets a value from Rust: a number, a word, a flag.
+    ///
+    /// # Errors
+    /// A key that the mission does not declare, a value that it does not take.
+    pub fn set(&mut self, path: &str, value: impl Into<Value>) -> Result<(), Error> {
+        self.state(path, value.into(), "set")
+    }
+
+    /// The value of a key.
+    #[must_use]
+    pub fn get(&self, path: &str) -> Option<&Value> {
+        self.stated.get(path).map(|s| &s.value)
+    }
+
+    /// The place where the value of a key is stated; none of a default.
+    #[must_use]
+    pub fn place(&self, path: &str) -> Option<&str> {
+        self.stated.get(path)?.place.as_deref()
+    }
+
+    /// The number of a key.
+    ///
+    /// # Errors
+    /// A key that is not declared as a number, or is open.
+    pub fn number(&self, path: &str) -> Result<f64, Error> {
+        match self.get(path) {
+            Some(Value::Number(v)) => Ok(*v),
+            other => Err(self.missing(path, other, "a number")),
+        }
+    }
+
+    /// The number of a limit: none where it is infinite, which is how a file says that nothing is limited.
+    ///
+    /// # Errors
+    /// As of [`Self::number`].
+    pub fn limit(&self, path: &str) -> Result<Option<f64>, Error> {
+        self.number(path).map(|v| v.is_finite().then_some(v))
+    }
+
+    /// The number of a key that may be open.
+    ///
+    /// # Errors
+    /// A key that is not declared as such a number.
+    pub fn optional(&self, path: &str) -> Result<Option<f64>, Error> {
+        match (self.get(path), self.key(path, &self.source)?.kind) {
+            (Some(Value::Number(v)), _) => Ok(Some(*v)),
+            (None, KeyKind::Optional(_)) => Ok(None),
+            (other, _) => Err(self.missing(path, other, "a number that may be open")),
+        }
+    }
+
+    /// The whole number of a key.
+    ///
+    /// # Errors
+    /// A key that is not declared as one.
+    pub fn count(&self, path: &str) -> Result<usize, Error> {
+        self.number(path).map(|v| v as usize)
+    }
+
+    /// The word or text of a key.
+    ///
+    /// # Errors
+    /// A key that is not declared as one.
+    pub fn word(&self, path: &str) -> Result<&str, Error> {
+        match self.get(path) {
+            Some(Value::Word(w)) => Ok(w),
+            other => Err(self.missing(path, other, "a word")),
+        }
+    }
+
+    /// The flag of a key.
+    ///
+    /// # Errors
+    /// A key that is not declared as one.
+    pub fn flag(&self, path: &str) -> Result<bool, Error> {
+        match self.get(path) {
+            Some(Value::Flag(v)) => Ok(*v),
+            other => Err(self.missing(path, other, "true or false")),
+        }
+    }
+
+    /// A key that the mission does not declare, or not as what is asked for: a mistake of the kind of mission.
+    fn missing(&self, path: &str, found: Option<&Value>, wanted: &str) -> Error {
+        match self.key(path, &self.source) {
+            Err(unknown) => unknown,
+            Ok(_) => Error::Value {
+                place: self.source.clone(),
+                key: path.into(),
+                found: found.map_or_else(|| "missing".into(), ToString::to_string),
+                allowed: wanted.into(),
+            },
+        }
+    }
+
+    /// The values do not go together: `reason` names the keys between backticks and says what to change. The message stands where the
+    /// first of these keys is stated.
+    #[must_use]
+    pub fn conflict(&self, reason: impl Into<String>) -> Error {
+        let reason = reason.into();
+        let place = reason.split('`').skip(1).step_by(2).find_map(|path| self.place(path));
+        let place = format!("{} ({})", place.unwrap_or(&self.source), self.owner);
+        Error::Conflict { place, reason }
+    }
+
+    /// A request that the mission does not take, in words.
+    #[must_use]
+    pub fn refused(&self, reason: &str) -> Error {
+        Error::Conflict { place: self.owner.clone(), reason: reason.into() }
+    }
+
+    /// Every key that has a value, with it, by key.
+    pub fn iter(&self) -> impl Iterator<Item = (&'static str, &Value)> {
+        self.stated.iter().map(|(k, s)| (*k, &s.value))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::key::Range;
+
+    const KEYS: [Key; 4] = [
+        Key::number("thrust_n", 440.0, Range::POSITIVE, "full thrust"),
+        Key::number("rate_limit_deg_s", f64::INFINITY, Range::POSITIVE_OR_UNLIMITED, "largest rate"),
+        Key::optional("site_m", Range::ANY_OR_UNLIMITED, "place of the site"),
+        Key::choice("throttle", &["full", "free"], "size of the thrust"),
+    ];
+
+    fn values() -> Values {
+        Values::new("mission `m`".into(), "file `f`".into(), KEYS.iter().collect())
+    }
+
+    #[test]
+    fn values_have_their_types_and_open_ones_have_none() {
+        let mut v = values();
+        assert_eq!(v.number("thrust_n").unwrap(), 440.0);
+        assert_eq!(v.limit("rate_limit_deg_s").unwrap(), None);
+        assert_eq!(v.optional("site_m").unwrap(), None);
+        assert_eq!(v.word("throttle").unwrap(), "full");
+        v.set("thrust_n", 500.0).unwrap();
+        v.set("site_m", -3.5).unwrap();
+        v.set("throttle", "free").unwrap();
+        assert_eq!(v.number("thrust_n").unwrap(), 500.0);
+        assert_eq!(v.optional("site_m").unwrap(), Some(-3.5));
+        assert_eq!(v.word("throttle").unwrap(), "free");
+    }
+
+    #[test]
+    fn what_is_not_declared_is_an_error() {
+        let mut v = values();
+        assert!(v.number("thrst_n").unwrap_err().to_string().contains("the nearest is `thrust_n`"));
+        assert!(v.number("throttle").unwrap_err().to_string().contains("allowed is a number"));
+        assert!(v.optional("thrust_n").is_ok());
+        assert!(v.set("thrust_n", "much").unwrap_err().to_string().contains("above 0"));
+        assert!(v.set("thrust_n", -1.0).unwrap_err().to_string().contains("above 0"));
+    }
+
+    #[test]
+    fn a_conflict_stands_where_its_key_does() {
+        let mut v = values();
+        let message = |v: &Values| v.conflict("`thrust_n` is too small").to_string();
+        assert_eq!(message(&v), "file `f` (mission `m`): `thrust_n` is too small");
+        v.state("thrust_n", Value::Number(1.0), "file `f`, line 3").unwrap();
+        assert_eq!(message(&v), "file `f`, line 3 (mission `m`): `thrust_n` is too small");
+    }
+}

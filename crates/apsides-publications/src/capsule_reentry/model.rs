@@ -1,0 +1,215 @@
+//! The re-entry in the two models of the reference, and its solves.
+
+use apsides_nlp::{Flow, IterationRecord, Status};
+
+use apsides_ocp::{Guess, Mesh};
+
+use super::reference::{
+    FINE_E, FINE_U, Fine, MESH, ReferenceRow, TABLE_E, TABLE_U, TOLERANCE_E, TOLERANCE_U,
+};
+use crate::stop::Stop;
+use crate::{Error, Observer, Outcome, Pipeline, SearchProgress};
+use apsides_pipeline::method::MethodName;
+
+/// Exponential atmosphere and constant coefficients, or US76 and a trim table over the Mach number.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Model {
+    E,
+    U,
+}
+
+impl Model {
+    pub(super) const fn name(self) -> &'static str {
+        match self {
+            Self::E => "E",
+            Self::U => "U",
+        }
+    }
+
+    const fn mission(self) -> &'static str {
+        match self {
+            Self::E => "capsule-reentry",
+            Self::U => "capsule-reentry-us76",
+        }
+    }
+
+    pub(super) const fn reference(self) -> (&'static [ReferenceRow], f64, Fine) {
+        match self {
+            Self::E => (TABLE_E, TOLERANCE_E, FINE_E),
+            Self::U => (TABLE_U, TOLERANCE_U, FINE_U),
+        }
+    }
+}
+
+/// Limits on dynamic pressure (kPa), acceleration (m/s2) and heat rate (kW/m2); infinite where there is none.
+pub(super) type Limits = [f64; 3];
+
+const LIMIT_KEYS: [&str; 3] = ["dynamic_pressure_limit_kpa", "load_limit_m_s2", "heat_rate_limit_kw_m2"];
+const PEAK_KEYS: [&str; 3] = ["peak_dynamic_pressure_kpa", "peak_load_m_s2", "peak_heat_rate_kw_m2"];
+/// A load this near to its limit makes it an active one.
+const ACTIVE: f64 = 1.0 - 1e-4;
+
+/// `15 / - / 800`.
+pub(super) fn label(limits: Limits) -> String {
+    limits.map(|l| if l.is_finite() { l.to_string() } else { "-".into() }).join(" / ")
+}
+
+/// The mission under limits.
+pub(super) fn mission(model: Model, limits: Limits, overrides: &[String]) -> Result<Pipeline, Error> {
+    let mut all: Vec<String> = LIMIT_KEYS.iter().zip(limits).map(|(key, l)| format!("{key}={l}")).collect();
+    all.push("margins=false".into());
+    all.extend_from_slice(overrides);
+    crate::load(model.mission(), &all)
+}
+
+/// What a table says of one solve.
+#[derive(Clone, Debug)]
+pub(super) struct Solved {
+    /// MJ/m2.
+    pub(super) heat_load: f64,
+    /// s.
+    pub(super) flight_time: f64,
+    /// Largest loads by their limits.
+    pub(super) by_limit: [Option<f64>; 3],
+    /// Checks of the certificate that fail.
+    pub(super) failed_checks: Vec<String>,
+    pub(super) verified: bool,
+    /// Iterations on the first mesh, and on all.
+    pub(super) iterations: [usize; 2],
+    pub(super) meshes: usize,
+    /// Of the search and of the rest, s.
+    pub(super) times: [f64; 2],
+    /// Time (s) and bank angle (deg).
+    pub(super) bank: Vec<[f64; 2]>,
+    /// The optimum on the mesh of the reference, without refinement, if that was asked for; MJ/m2.
+    pub(super) same_mesh: Option<f64>,
+}
+
+impl Solved {
+    pub(super) fn active(&self) -> [bool; 3] {
+        self.by_limit.map(|ratio| ratio.is_some_and(|r| r > ACTIVE))
+    }
+}
+
+/// Counts iterations mesh by mesh.
+struct Meshes<'a> {
+    observer: &'a mut dyn Observer,
+    last: Vec<usize>,
+}
+
+impl Observer for Meshes<'_> {
+    fn iteration(&mut self, record: &IterationRecord) -> Flow {
+        match self.last.last_mut() {
+            Some(last) if record.iteration > 0 => *last = record.iteration,
+            _ => self.last.push(record.iteration),
+        }
+        self.observer.iteration(record)
+    }
+
+    fn generation(&mut self, search: &SearchProgress) -> Flow {
+        self.observer.generation(search)
+    }
+}
+
+/// Where a solve begins.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Begin {
+    /// At straight lines.
+    Straight,
+    /// At the best flight of a search.
+    Search,
+}
+
+/// Solves a case and flies it again.
+pub(super) fn solve(
+    model: Model,
+    limits: Limits,
+    begin: Begin,
+    observer: &mut dyn Observer,
+) -> Result<Solved, Stop> {
+    let (outcome, iterations) = outcome(model, limits, begin, observer)?;
+    Ok(solved(&outcome, limits, &iterations))
+}
+
+/// The same with the optimum on the mesh of the reference.
+pub(super) fn solve_twice(
+    model: Model,
+    limits: Limits,
+    begin: Begin,
+    observer: &mut dyn Observer,
+) -> Result<Solved, Stop> {
+    let (outcome, iterations) = outcome(model, limits, begin, observer)?;
+    let mission = mission(model, limits, &[])?;
+    let ocp = mission.pose()?.ocp;
+    let mut method = mission.methods().radau.method();
+    method.settings.max_refinements = 0;
+    let mesh = Mesh::uniform(&ocp, MESH[0], MESH[1])?;
+    let (_, optimum) = outcome.solved();
+    let solution = method.solve_on(&ocp, &Guess::earlier(optimum), mesh, observer)?;
+    if solution.status == Status::Interrupted {
+        return Err(Stop::Interrupted);
+    }
+    let same_mesh = solution.status.is_success().then_some(solution.trajectory.objective);
+    Ok(Solved { same_mesh, ..solved(&outcome, limits, &iterations) })
+}
+
+/// What a solve returns, and its iterations mesh by mesh.
+fn outcome(
+    model: Model,
+    limits: Limits,
+    begin: Begin,
+    observer: &mut dyn Observer,
+) -> Result<(Outcome, Vec<usize>), Stop> {
+    let method = if begin == Begin::Search { MethodName::TwoLayer } else { MethodName::Radau };
+    let mission = mission(model, limits, &[format!("method={}", method.word())])?;
+    let mut observer = Meshes { observer, last: Vec::new() };
+    let outcome = mission.solve(None, &mut observer)?;
+    if outcome.status == Status::Interrupted {
+        return Err(Stop::Interrupted);
+    }
+    if !outcome.status.is_success() {
+        let why = outcome.explanation.as_deref().unwrap_or(&outcome.summary.status);
+        return Err(Stop::NotSolved(format!("{}, {}: {why}", model.name(), label(limits))));
+    }
+    Ok((outcome, observer.last))
+}
+
+fn solved(outcome: &Outcome, limits: Limits, iterations: &[usize]) -> Solved {
+    let summary = &outcome.summary;
+    let result = |key: &str| summary.results.get(key).copied().unwrap_or(f64::NAN);
+    let ratio = |k: usize| limits[k].is_finite().then(|| result(PEAK_KEYS[k]) / limits[k]);
+    let search = summary.search.as_ref().map_or(0.0, |s| s.time_ms);
+    Solved {
+        heat_load: result("heat_load_mj_m2"),
+        flight_time: result("flight_time_s"),
+        by_limit: [0, 1, 2].map(ratio),
+        // A mesh that stays too coarse is one more.
+        failed_checks: (summary.certificate.failures().map(|c| c.name.clone()))
+            .chain(outcome.explanation.as_ref().map(|_| summary.status.clone()))
+            .collect(),
+        verified: summary.certificate.is_verified() && outcome.explanation.is_none(),
+        iterations: [iterations.first().copied().unwrap_or(0), iterations.iter().sum()],
+        meshes: iterations.len(),
+        times: [search / 1e3, (summary.timing_ms.solve - search) / 1e3],
+        bank: bank(&outcome.trajectory),
+        same_mesh: None,
+    }
+}
+
+/// Samples of a curve of the bank angle.
+const SAMPLES: usize = 400;
+
+/// Bank angle over time, from the angle or from its cosine and sine.
+pub(super) fn bank(t: &apsides_ocp::Trajectory) -> Vec<[f64; 2]> {
+    let Some(phase) = t.phases.first() else { return Vec::new() };
+    let at = |k: usize| {
+        let part = k as f64 / SAMPLES as f64;
+        let time = phase.initial_time * (1.0 - part) + phase.final_time * part;
+        let bank = match phase.control_at(time)[..] {
+            [cos, sin] => sin.atan2(cos),
+            ref angle => angle.first().copied().unwrap_or(f64::NAN),
+        };
+        [time, bank.to_degrees()]
+    };
+    (0..=SAMPLES).map(at).collect()
+}

@@ -1,0 +1,285 @@
+//! The paper's Table 1: forms of the bank profile, and how near each algorithm comes to the optimum over them.
+
+use super::model::{Begin, Model, bank, mission, solve};
+use super::reference::{BASE, search_of};
+use super::{ALGORITHMS, COOPERATION};
+use crate::sheet::{Graph, GraphSeries, Sheet, median};
+use crate::stop::Stop;
+use crate::workers::Workers;
+use crate::{Error, Pipeline};
+
+/// A form of the bank profile.
+pub(super) struct Form {
+    name: &'static str,
+    /// Keys of the mission.
+    keys: &'static [&'static str],
+    /// Figure of its searches over energy.
+    figure: &'static str,
+}
+
+pub(super) const FORMS: [Form; 3] = [
+    Form {
+        name: "3 constants",
+        keys: &["search.degree=0", "search.least_intervals=3", "search.most_intervals=3"],
+        figure: "searches_3_constants.svg",
+    },
+    Form {
+        name: "5 lines",
+        keys: &[
+            "search.degree=1",
+            "search.least_intervals=5",
+            "search.most_intervals=5",
+            "search.continuous=false",
+        ],
+        figure: "searches_5_lines.svg",
+    },
+    Form {
+        name: "3 joined lines of free lengths",
+        keys: &[
+            "search.degree=1",
+            "search.least_intervals=3",
+            "search.most_intervals=3",
+            "search.free_lengths=true",
+        ],
+        figure: "searches_3_joined_lines.svg",
+    },
+];
+
+/// What profiles are functions of, with the number of algorithms and the part of the searches: over time those of the paper alone.
+const ABSCISSAE: [(&str, usize, u64); 2] = [("energy", ALGORITHMS.len(), 1), ("time", 4, 2)];
+const LEVELS: [f64; 3] = [5.0, 2.0, 1.0];
+
+/// One search.
+struct Searched {
+    /// Flights, and the best of what misses and excesses are added to.
+    history: Vec<[f64; 2]>,
+    variables: usize,
+    bank: Vec<[f64; 2]>,
+}
+
+/// All searches of a form by one algorithm.
+struct Group {
+    form: usize,
+    abscissa: usize,
+    algorithm: usize,
+    runs: Vec<Searched>,
+}
+
+impl Group {
+    fn is_of(&self, form: usize, abscissa: usize) -> bool {
+        self.form == form && self.abscissa == abscissa
+    }
+
+    fn median_excess(&self, optimum: f64) -> Option<f64> {
+        median(self.runs.iter().filter_map(|r| r.history.last()).map(|h| excess(h[1], optimum)))
+    }
+
+    /// Median of the flights to a level of the excess, of the searches that got there, and their number.
+    fn reached(&self, level: f64, optimum: f64) -> (Option<f64>, f64) {
+        let first = |r: &Searched| r.history.iter().find(|h| excess(h[1], optimum) <= level).map(|h| h[0]);
+        let found: Vec<f64> = self.runs.iter().filter_map(first).collect();
+        (median(found.iter().copied()), found.len() as f64)
+    }
+}
+
+/// In % of the optimum.
+fn excess(value: f64, optimum: f64) -> f64 {
+    100.0 * (value / optimum - 1.0)
+}
+
+const COLUMNS: &[(&str, usize)] = &[
+    ("variables", 0),
+    ("searches", 0),
+    ("median_excess_percent", 3),
+    ("reference_excess_percent", 3),
+    ("flights_to_5_percent", 0),
+    ("reached_5_percent", 0),
+    ("reference_flights_to_5_percent", 0),
+    ("reference_reached_5_percent", 0),
+    ("flights_to_2_percent", 0),
+    ("reached_2_percent", 0),
+    ("reference_flights_to_2_percent", 0),
+    ("reference_reached_2_percent", 0),
+    ("flights_to_1_percent", 0),
+    ("reached_1_percent", 0),
+    ("reference_flights_to_1_percent", 0),
+    ("reference_reached_1_percent", 0),
+];
+
+pub(super) fn sheet(
+    forms: &[Form],
+    seeds: u64,
+    budget: usize,
+    workers: &mut Workers<'_>,
+) -> Result<Sheet, Stop> {
+    let title = format!(
+        "Bank profiles, model E with the limits of the paper: searches of {budget} flights each (Table 1 of the paper); flights to an \
+         excess are medians of the searches that reached it"
+    );
+    let mut sheet = Sheet::new("profiles", title, "form, over, algorithm", COLUMNS);
+    let optimum =
+        match workers.all(&[()], |(), observer| solve(Model::E, BASE, Begin::Straight, observer))?.pop() {
+            Some(Ok(solved)) => solved,
+            Some(Err(why)) => return Err(Stop::NotSolved(why)),
+            None => return Err(Stop::Interrupted),
+        };
+    let groups = groups(forms, seeds, budget, workers)?;
+    let least = optimum.heat_load;
+    for g in &groups {
+        let (form, (word, label)) = (forms[g.form].name, ALGORITHMS[g.algorithm]);
+        let reference = if g.abscissa == 0 { search_of(form, word) } else { None };
+        let mut values = vec![
+            g.runs.first().map(|r| r.variables as f64),
+            Some(g.runs.len() as f64),
+            g.median_excess(least),
+            reference.as_ref().map(|r| r.excess),
+        ];
+        for (k, level) in LEVELS.into_iter().enumerate() {
+            let (flights, count) = g.reached(level, least);
+            let printed = reference.as_ref().map(|r| r.reached[k]);
+            values.extend([flights, Some(count), printed.map(|p| p.0), printed.map(|p| p.1)]);
+        }
+        sheet.push(format!("{form}, {}, {label}", ABSCISSAE[g.abscissa].0), values);
+    }
+    sheet.findings = findings(forms, &groups, least);
+    sheet.graphs = forms.iter().enumerate().map(|(k, form)| convergence(k, form, &groups, least)).collect();
+    sheet.graphs.push(profiles(forms, &groups, optimum.bank));
+    Ok(sheet)
+}
+
+fn groups(forms: &[Form], seeds: u64, budget: usize, workers: &mut Workers<'_>) -> Result<Vec<Group>, Stop> {
+    let mut groups = Vec::new();
+    let mut jobs: Vec<(usize, Pipeline, u64)> = Vec::new();
+    for (form, f) in forms.iter().enumerate() {
+        for (abscissa, (over, algorithms, part)) in ABSCISSAE.iter().enumerate() {
+            for (algorithm, (word, _)) in ALGORITHMS[..*algorithms].iter().enumerate() {
+                let mission = searched(f.keys, over, word, budget)?;
+                jobs.extend((0..seeds / part).map(|seed| (groups.len(), mission.clone(), seed)));
+                groups.push(Group { form, abscissa, algorithm, runs: Vec::new() });
+            }
+        }
+    }
+    let results = workers.all(&jobs, |(_, mission, seed), observer| {
+        let mission = mission.clone().with_seed(*seed);
+        let found = mission.methods().search(&mission.pose()?, observer)?;
+        if found.summary.stop == "interrupted" {
+            return Err(Stop::Interrupted);
+        }
+        Ok(Searched {
+            variables: found.summary.variables,
+            history: found.summary.history,
+            bank: found.start.map_or_else(Vec::new, |s| bank(&s.trajectory)),
+        })
+    })?;
+    for ((group, ..), result) in jobs.iter().zip(results) {
+        if let Ok(run) = result {
+            groups[*group].runs.push(run);
+        }
+    }
+    Ok(groups)
+}
+
+fn searched(keys: &[&str], over: &str, algorithm: &str, budget: usize) -> Result<Pipeline, Error> {
+    let mut overrides: Vec<String> = keys.iter().map(|k| (*k).to_owned()).collect();
+    overrides.extend([
+        format!("search.profile={over}"),
+        format!("search.algorithm={algorithm}"),
+        format!("search.evaluations={budget}"),
+    ]);
+    mission(Model::E, BASE, &overrides)
+}
+
+/// Medians nearer to each other than this are equal, %.
+const EQUAL: f64 = 0.005;
+
+/// Where the cooperation is ahead of each algorithm alone, and where not.
+fn findings(forms: &[Form], groups: &[Group], least: f64) -> Vec<String> {
+    let mut findings = Vec::new();
+    // Ahead, equal, behind.
+    let mut score = [[0; 3]; ALGORITHMS.len()];
+    for (form, f) in forms.iter().enumerate() {
+        for (abscissa, (over, ..)) in ABSCISSAE.iter().enumerate() {
+            let ends: Vec<(usize, f64)> = (groups.iter().filter(|g| g.is_of(form, abscissa)))
+                .filter_map(|g| Some((g.algorithm, g.median_excess(least)?)))
+                .collect();
+            let Some(own) = ends.iter().find(|e| ALGORITHMS[e.0].0 == COOPERATION).map(|e| e.1) else {
+                continue;
+            };
+            let mut lists: [Vec<String>; 3] = Default::default();
+            for &(algorithm, end) in ends.iter().filter(|e| ALGORITHMS[e.0].0 != COOPERATION) {
+                let place = if (end - own).abs() <= EQUAL { 1 } else { 2 * usize::from(end < own) };
+                lists[place].push(format!("{} ({end:.2} %)", ALGORITHMS[algorithm].1));
+                score[algorithm][place] += 1;
+            }
+            let [worse, equal, better] =
+                lists.map(|names| if names.is_empty() { "none".into() } else { names.join(", ") });
+            findings.push(format!(
+                "{} over {over}: the cooperation ends {own:.2} % above the optimum; it beats: {worse}; equal: {equal}; better than it: \
+                 {better}.",
+                f.name
+            ));
+        }
+    }
+    let counts: Vec<String> = (ALGORITHMS.iter().zip(&score))
+        .filter(|(_, s)| s.iter().sum::<usize>() > 0)
+        .map(|((_, label), [ahead, equal, behind])| {
+            format!("{label} in {ahead} of {} ({equal} equal)", ahead + equal + behind)
+        })
+        .collect();
+    findings.push(format!(
+        "By the median at the end, the cooperation beats each algorithm alone so often: {}.",
+        counts.join(", ")
+    ));
+    findings
+}
+
+/// Largest excess that figures show, %.
+const MOST_EXCESS: f64 = 10.0;
+
+/// Median of the best so far over the flights.
+fn convergence(form: usize, f: &Form, groups: &[Group], least: f64) -> Graph {
+    let series = |g: &Group| {
+        let mut flights: Vec<f64> = g.runs.iter().flat_map(|r| r.history.iter().map(|h| h[0])).collect();
+        flights.sort_by(f64::total_cmp);
+        flights.dedup();
+        let so_far = |r: &Searched, at: f64| {
+            let last = r.history.partition_point(|h| h[0] <= at).checked_sub(1);
+            last.map_or(f64::INFINITY, |k| r.history[k][1])
+        };
+        let point = |at: f64| {
+            let value = median(g.runs.iter().map(|r| so_far(r, at)))?;
+            Some([at, excess(value, least)]).filter(|p| p[1] <= MOST_EXCESS)
+        };
+        let line = flights.into_iter().filter_map(point).collect();
+        GraphSeries { label: ALGORITHMS[g.algorithm].1.into(), line, dots: Vec::new() }
+    };
+    Graph {
+        file: f.figure,
+        title: format!("{} over energy: median of the best so far over the flights", f.name),
+        x: ("flights", "-"),
+        y: ("excess over the optimum", "%"),
+        series: groups.iter().filter(|g| g.is_of(form, 0)).map(series).collect(),
+    }
+}
+
+/// The best profile of each form, beside the optimum.
+fn profiles(forms: &[Form], groups: &[Group], optimum: Vec<[f64; 2]>) -> Graph {
+    let mut series = vec![GraphSeries { label: "optimum".into(), line: optimum, dots: Vec::new() }];
+    for (form, f) in forms.iter().enumerate() {
+        let runs = groups
+            .iter()
+            .filter(|g| g.is_of(form, 0) && ALGORITHMS[g.algorithm].0 == COOPERATION)
+            .flat_map(|g| &g.runs);
+        let end = |r: &&Searched| r.history.last().map_or(f64::INFINITY, |h| h[1]);
+        if let Some(best) = runs.min_by(|a, b| end(a).total_cmp(&end(b))) {
+            series.push(GraphSeries { label: f.name.into(), line: best.bank.clone(), dots: Vec::new() });
+        }
+    }
+    Graph {
+        file: "bank_profiles.svg",
+        title: "Bank angle: the optimum, and the best profiles of the cooperation over energy".into(),
+        x: ("time", "s"),
+        y: ("bank angle", "deg"),
+        series,
+    }
+}

@@ -1,0 +1,101 @@
+//! Reduced sets of the sheets.
+#![allow(clippy::unwrap_used)]
+
+use super::{deviations, downrange, segments, sensitivity, text};
+use crate::sheet::Sheet;
+use crate::stop::Stop;
+use crate::workers::Workers;
+
+fn on_two(work: impl FnOnce(&mut Workers<'_>) -> Result<Sheet, Stop>) -> Sheet {
+    match work(&mut Workers { threads: 2, observer: &mut () }) {
+        Ok(sheet) => {
+            assert_eq!((&sheet.failures[..], &sheet.unverified[..]), (&[][..], &[][..]), "{}", sheet.id);
+            sheet
+        }
+        Err(Stop::Refused(e)) => panic!("{e}"),
+        Err(Stop::NotSolved(why)) => panic!("{why}"),
+        Err(Stop::Interrupted) => panic!("interrupted"),
+    }
+}
+
+fn near(sheet: &Sheet, row: &str, key: &str, expected: f64, tolerance: f64) {
+    let value = sheet.value(row, key).unwrap();
+    assert!((value - expected).abs() <= tolerance, "{row}, {key}: found {value}, expected {expected}");
+}
+
+/// Costs of longer arcs: 0.008 kg at 15 deg, 0.14 at 20, 0.98 at 25 by collocation with Ipopt (some 1e-3 kg).
+#[test]
+fn arcs_of_the_braking() {
+    let sheet =
+        on_two(|w| downrange::sheet(&[downrange::ARCS[6], downrange::ARCS[12], downrange::ARCS[14]], w));
+    let key = "above_the_least_propellant_g";
+    near(&sheet, "15.000 deg", key, 8.2, 1.0);
+    near(&sheet, "20.000 deg", key, 140.2, 1.0);
+    near(&sheet, "25.000 deg", key, 977.5, 1.0);
+    // The paper's arc costs 1.5 g, its time 6 g.
+    near(&sheet, "printed perilune: 14.027 deg", key, 1.5, 0.5);
+    near(&sheet, "printed time: 450 s", key, 6.0, 1.0);
+}
+
+/// Gaps of an independent program, by multiple shooting with Ipopt.
+#[test]
+fn few_segments() {
+    let sheet = on_two(|w| segments::sheet(&segments::ROWS[..2], w));
+    for (row, gap) in [
+        ("2 of equal lengths", 2.030_192),
+        ("2 of free lengths", 1.922_719),
+        ("5 of equal lengths", 0.273_453),
+        ("5 of free lengths", 0.247_349),
+    ] {
+        near(&sheet, row, "gap_kg", gap, 5e-5);
+    }
+}
+
+/// Adjoint of the reference, confirmed there by differences to 1e-6; a full thrust of 4900 N by collocation with Ipopt.
+#[test]
+fn prices_and_thrusts() {
+    let sheet = on_two(sensitivity::sheet);
+    for (row, expected) in [
+        ("initial mass, kg/kg", 0.542_230_65),
+        ("specific impulse, kg/s", 0.258_622_11 * 9.80665),
+        ("full thrust, kg/N", 0.005_930_589),
+    ] {
+        near(&sheet, row, "by_multipliers", expected, 1e-7 * expected);
+        near(&sheet, row, "by_solving_again", expected, 1e-5 * expected);
+    }
+    let sheet = on_two(|w| sensitivity::thrusts(&[sensitivity::THRUSTS[5]], w));
+    near(&sheet, "4900 N", "less_than_with_7500_n_kg", 32.3, 0.05);
+}
+
+/// Standard deviations by the state-transition matrix of the reference: 593.31 m up, 515.67 m along, 514.39 m across.
+#[test]
+fn flights_that_deviate() {
+    let sheet = on_two(|w| deviations::near(400, 4, w));
+    for (row, sigma) in [("upwards, m", 593.3052), ("along, m", 515.6662), ("across, m", 514.3924)] {
+        near(&sheet, &format!("sigma by the matrix, {row}"), "found", sigma, 1e-3);
+        // 400 flights: four standard errors of 3.5 %.
+        near(&sheet, &format!("sigma {row}"), "found", sigma, 0.14 * sigma);
+    }
+    near(&sheet, "planned anew at the start: within 1 m, %", "found", 100.0, 0.0);
+    let sheet = on_two(|w| deviations::far(200, 4, w));
+    // Each start above the ground has a flight to the gate, as in the reference.
+    let words: Vec<&str> = sheet.findings[1].split_whitespace().collect();
+    let of = words.iter().position(|w| *w == "of").unwrap();
+    assert_eq!(words[of - 1], words[of + 1], "{}", sheet.findings[1]);
+    // 200 draws: three standard errors of 3.4 %.
+    near(&sheet, "starts below the ground, %", "found", 38.75, 10.3);
+}
+
+/// Relative errors from the printed values by hand: 6.34, 3.20 and 5.20 %.
+#[test]
+fn error_table() {
+    let sheet = on_two(text::errors);
+    assert_eq!(sheet.rows.len(), 15);
+    for (row, expected) in
+        [("1 %: first angle, deg", 6.34), ("2 %: second angle, deg", 3.20), ("2 %: thrust, N", 5.20)]
+    {
+        near(&sheet, row, "relative_error_percent", expected, 5e-3);
+    }
+    assert!(sheet.rows.iter().all(|r| r.values.last() == Some(&Some(0.0))));
+    assert!(sheet.findings[1].starts_with("10 of 10 thrusts"), "{}", sheet.findings[1]);
+}

@@ -1,0 +1,123 @@
+//! Tables of any columns as text for terminals and Markdown, as records, and their figures.
+
+use std::fmt::Write as _;
+
+use apsides_pipeline::key::quantity_label;
+use apsides_report::{Axis, Figure, Series};
+
+use crate::sheet::{Graph, Sheet};
+
+/// Widest line of a column's head in a terminal.
+const HEAD_WIDTH: usize = 12;
+/// Least width of a column of numbers.
+const LEAST_WIDTH: usize = 6;
+
+/// Heads of the data file of sheets.
+pub(crate) const DATA_HEADS: [&str; 4] = ["table", "row", "quantity", "value"];
+
+/// One line per row, under heads of several lines; then what is to be said.
+#[must_use]
+pub fn sheet_text(sheet: &Sheet) -> String {
+    let heads: Vec<Vec<String>> = sheet.columns.iter().map(|c| wrapped(&quantity_label(c.key))).collect();
+    let rows: Vec<Vec<String>> = (0..sheet.rows.len()).map(|k| cells(sheet, k)).collect();
+    let widths: Vec<usize> = (heads.iter().enumerate())
+        .map(|(c, head)| {
+            let cells = rows.iter().map(|r| r[c].len());
+            head.iter().map(String::len).chain(cells).fold(LEAST_WIDTH, usize::max)
+        })
+        .collect();
+    let first = sheet.rows.iter().map(|r| r.label.len()).fold(sheet.heading.len(), usize::max);
+    let mut text = format!("\n{}\n\n", sheet.title);
+    let mut line = |label: &str, cells: &mut dyn Iterator<Item = &str>| {
+        let mut line = format!("  {label:<first$}");
+        for (cell, width) in cells.zip(&widths) {
+            let _ = write!(line, "  {cell:>width$}");
+        }
+        text += line.trim_end();
+        text.push('\n');
+    };
+    let height = heads.iter().map(Vec::len).max().unwrap_or(0);
+    for k in 0..height {
+        // Heads stand on the line above the numbers.
+        let of = |head: &Vec<String>| {
+            (k + head.len()).checked_sub(height).map_or("", |i| head[i].as_str()).to_owned()
+        };
+        let cells: Vec<String> = heads.iter().map(of).collect();
+        line(if k + 1 == height { sheet.heading } else { "" }, &mut cells.iter().map(String::as_str));
+    }
+    for (row, cells) in sheet.rows.iter().zip(&rows) {
+        line(&row.label, &mut cells.iter().map(String::as_str));
+    }
+    for sentence in sentences(sheet) {
+        let _ = writeln!(text, "  * {sentence}");
+    }
+    text
+}
+
+pub(crate) fn sheet_markdown(sheet: &Sheet) -> String {
+    let mut text = format!("\n## {}\n\n", sheet.title);
+    let heads: Vec<String> = sheet.columns.iter().map(|c| quantity_label(c.key)).collect();
+    let _ = writeln!(text, "| {} | {} |", sheet.heading, heads.join(" | "));
+    let _ = writeln!(text, "| --- |{}", " --: |".repeat(heads.len()));
+    for (k, row) in sheet.rows.iter().enumerate() {
+        let _ = writeln!(text, "| {} | {} |", row.label, cells(sheet, k).join(" | "));
+    }
+    let mut gap = "\n";
+    for sentence in sentences(sheet) {
+        let _ = writeln!(text, "{gap}* {sentence}");
+        gap = "";
+    }
+    for graph in &sheet.graphs {
+        let legend = figure(graph).legend();
+        let _ = writeln!(text, "\n![{}]({})\n\n{}: {legend}.", graph.title, graph.file, graph.title);
+    }
+    text
+}
+
+/// One record per number.
+pub(crate) fn records(sheet: &Sheet) -> impl Iterator<Item = [String; 4]> + '_ {
+    sheet.rows.iter().flat_map(move |row| {
+        let value = |v: Option<f64>| v.map_or(String::new(), |v| format!("{v:?}"));
+        (sheet.columns.iter().zip(&row.values))
+            .map(move |(c, v)| [sheet.id.to_owned(), row.label.clone(), c.key.to_owned(), value(*v)])
+    })
+}
+
+pub(crate) fn figure(graph: &Graph) -> Figure {
+    let axis = |(name, unit): (&str, &str)| Axis::new(name, unit);
+    let mut figure = Figure::new(graph.title.clone(), axis(graph.x), axis(graph.y));
+    for (k, s) in graph.series.iter().enumerate() {
+        figure = figure
+            .with(Series::line(s.label.clone(), s.line.clone()).colored(k))
+            .with(Series::dots("", s.dots.clone()).colored(k));
+    }
+    figure
+}
+
+/// Numbers of a row as text, `-` for what is missing.
+fn cells(sheet: &Sheet, row: usize) -> Vec<String> {
+    (sheet.columns.iter().zip(&sheet.rows[row].values))
+        .map(|(c, value)| value.map_or_else(|| "-".into(), |v| format!("{v:.*}", c.decimals)))
+        .collect()
+}
+
+fn sentences(sheet: &Sheet) -> impl Iterator<Item = String> + '_ {
+    let failures = sheet.failures.iter().map(|f| format!("not solved: {f}"));
+    let unverified = sheet.unverified.iter().map(|u| format!("not verified: {u}"));
+    sheet.findings.iter().cloned().chain(failures).chain(unverified)
+}
+
+/// Words in lines that are not wider than the longest word or [`HEAD_WIDTH`].
+fn wrapped(label: &str) -> Vec<String> {
+    let mut lines: Vec<String> = Vec::new();
+    for word in label.split(' ') {
+        match lines.last_mut() {
+            Some(last) if last.len() + word.len() < HEAD_WIDTH => {
+                last.push(' ');
+                last.push_str(word);
+            }
+            _ => lines.push(word.to_owned()),
+        }
+    }
+    lines
+}

@@ -1,0 +1,80 @@
+use super::*;
+use crate::Geometry;
+
+/// A level map of 61 x 61 m with a step of 1 m at the pixel in its middle.
+fn map(step: f64) -> ElevationMap {
+    let geometry = Geometry::square(61, 61, 1.0).unwrap();
+    let heights: Vec<f64> = (0..61 * 61).map(|k| if k == 61 * 30 + 30 { step } else { 0.0 }).collect();
+    ElevationMap::from_heights(geometry, &heights).unwrap()
+}
+
+fn request(map: ElevationMap) -> SelectionRequest {
+    let criteria = SiteCriteria {
+        footprint_radius_m: 2.0,
+        footpad_circle_radius_m: 1.5,
+        footpad_radius_m: 0.0,
+        headings: 18,
+        slope_max_deg: Some(8.0),
+        footpad_slope_max_deg: None,
+        roughness_max_m: Some(0.1),
+        roughness_rms_max_m: None,
+        step_max_m: None,
+        belly: None,
+        relative_elevation_max_m: None,
+        clearance_min_m: 1.0,
+    };
+    SelectionRequest {
+        name: "level",
+        map,
+        criteria,
+        candidates: 12,
+        separation: 4.0,
+        hazard_worth: 1.0,
+        divert_cost: 0.01,
+        lander: Lander { pad_distance: 1.5, pad_radius: 0.0, centre_of_mass_height: 1.0, belly: None },
+    }
+}
+
+/// 0.01 kg for a metre, eastwards alone.
+fn eastwards([east, north, _]: [f64; 3]) -> Result<Divert, TerrainError> {
+    let unreached = (east < 0.0).then(|| Unreached {
+        reason: format!("target out of reach by {:.2} m", -east),
+        distance: Some(-east),
+    });
+    Ok(Divert { propellant: Some(0.01 * east.hypot(north)), flight_time: 10.0, unreached })
+}
+
+#[test]
+fn the_cheapest_site_within_reach_is_taken() {
+    let selection = select_site(request(map(1.0)), eastwards).unwrap().unwrap();
+    let site = selection.site();
+    assert!(site.offset[0] >= 0.0 && site.tilt == Some(0.0), "{site:?}");
+    // The ground below is on top of the step.
+    assert_eq!(site.offset[2], -1.0);
+    let costs: Vec<f64> = selection.candidates.iter().filter_map(|c| c.cost).collect();
+    assert!(costs.is_sorted() && costs.len() < selection.candidates.len());
+    let summary = SiteSummary::from(&selection);
+    assert_eq!(summary.candidates, [12, costs.len()]);
+    assert!(summary.below.starts_with("unsafe, "), "{summary}");
+    assert!(summary.propellant_kg[1] >= 0.0);
+}
+
+#[test]
+fn what_keeps_a_map_from_having_a_site_is_said() {
+    let none = |request| select_site(request, eastwards).unwrap().unwrap_err();
+    assert_eq!(none(request(map(f64::NAN))), NoSite::NothingBelow);
+    let criteria = SiteCriteria { clearance_min_m: 40.0, ..request(map(1.0)).criteria };
+    let wide = none(SelectionRequest { criteria, ..request(map(1.0)) });
+    assert!(matches!(wide, NoSite::NoRoom { required: 40.0, .. }), "{wide}");
+    let nowhere = |_| {
+        let unreached = Some(Unreached { reason: "no flight".into(), distance: None });
+        Ok::<_, TerrainError>(Divert { propellant: None, flight_time: 10.0, unreached })
+    };
+    let far = select_site(request(map(1.0)), nowhere).unwrap().unwrap_err().to_string();
+    assert!(far.starts_with("none of 12 safe sites is within reach; the nearest to it, "), "{far}");
+    assert!(far.ends_with("m away): no flight"), "{far}");
+    let hilly: Vec<f64> = (0..61 * 61).map(|k| f64::from(k % 7) * 0.5).collect();
+    let hilly = ElevationMap::from_heights(*map(0.0).geometry(), &hilly).unwrap();
+    let rough = none(request(hilly)).to_string();
+    assert!(rough.starts_with("no safe site among") && rough.ends_with("would allow it"), "{rough}");
+}
