@@ -41,7 +41,8 @@ pub struct Sample {
     pub index: usize,
     /// Its deviations, in the order of [`Deviations::names`].
     pub deviations: Vec<f64>,
-    /// Its results, in the order of [`MonteCarlo::columns`]; NaN all over for a flight that did not end.
+    /// Its results, in the order of the columns of the kind of mission ([`Offers::dispersed`](crate::Offers::dispersed)); NaN all over for a flight
+    /// that did not end.
     pub results: Vec<f64>,
 }
 
