@@ -25,7 +25,7 @@ pub struct Transition {
 }
 
 impl Transition {
-    /// Of no time at all.
+    /// The transition of no time at all.
     #[must_use]
     pub fn identity(states: usize, inputs: usize) -> Self {
         let phi = (0..states * states).map(|k| f64::from(u8::from(k % (states + 1) == 0))).collect();

@@ -16,7 +16,7 @@ pub struct Deviations {
     pub exhaust_velocity: f64,
     /// Mass, kg.
     pub mass_kg: f64,
-    /// What navigation takes the position to be more than it is, along the axes of the start, constant over the flight, m. Open loop
+    /// The error of the position in navigation, measured less true, along the axes of the start, constant over the flight, m. Open loop
     /// knows nothing of it.
     pub navigation_position_m: [f64; 3],
     /// The same of the velocity, m/s.
@@ -130,10 +130,10 @@ impl Replanning {
     }
 }
 
-/// What the steering of a flight knows and has.
+/// The knowledge and the reserve of the steering of a flight.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct Onboard {
-    /// Whether thrust and exhaust velocity are known with their deviations. Otherwise those of the mission are taken for true. The mass is
+    /// True if thrust and exhaust velocity are known with their deviations. Otherwise those of the mission are taken for true. The mass is
     /// known.
     pub engine_known: bool,
     /// Largest thrust in flight, N, where it is above that of the plan: a reserve.

@@ -17,7 +17,7 @@ pub enum Error {
     File {
         /// The file.
         path: PathBuf,
-        /// What is wrong and what is allowed.
+        /// The mistake, and what is allowed.
         reason: String,
     },
     /// A text is not TOML, or not `key=value`.
@@ -57,9 +57,9 @@ pub enum Error {
         place: String,
         /// Path of the key.
         key: String,
-        /// What was found.
+        /// The value that was found.
         found: String,
-        /// What is allowed.
+        /// The allowed values, in words.
         allowed: String,
     },
     /// Values do not go together.
@@ -67,7 +67,7 @@ pub enum Error {
     Conflict {
         /// Mission and keys.
         place: String,
-        /// What contradicts what, with numbers.
+        /// The contradiction, with numbers.
         reason: String,
     },
     /// The optimal control problem is refused.

@@ -32,7 +32,7 @@ const SHORT_OF_HULL: f64 = 0.01;
 const OFF_NEAREST_KM: f64 = 0.1;
 const MOST_NEAREST: usize = 8;
 
-/// What a boundary point is the optimum of.
+/// The problem that a boundary point is the optimum of.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum PointKind {
@@ -59,7 +59,7 @@ impl PointKind {
 /// An end on the boundary.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct BoundaryPoint {
-    /// What it is the optimum of.
+    /// The problem that it is the optimum of.
     pub kind: PointKind,
     /// From the centre, from north towards east.
     pub bearing_deg: f64,
@@ -69,7 +69,7 @@ pub struct BoundaryPoint {
     pub longitude_deg: f64,
     /// Latitude.
     pub latitude_deg: f64,
-    /// Of the flight that ends there.
+    /// Duration of the flight that ends there.
     pub flight_time_s: f64,
     /// From the start, along the great circle of its velocity.
     pub downrange_km: f64,
@@ -77,9 +77,9 @@ pub struct BoundaryPoint {
     pub crossrange_km: f64,
     /// `optimal`, `acceptable`, `mesh-limit`.
     pub status: String,
-    /// Of the certificate of the flight.
+    /// Verdict of the certificate of the flight.
     pub verdict: Verdict,
-    /// Whether the certificate is verified.
+    /// True if the certificate is verified.
     pub verified: bool,
 }
 
@@ -104,13 +104,13 @@ pub struct Footprint {
     pub target_deg: [f64; 2],
     /// Place that the rays start from.
     pub centre_deg: [f64; 2],
-    /// What the outline surrounds; straight on a map of equal areas from point to point.
+    /// The area that the outline surrounds; straight on a map of equal areas from point to point.
     pub area_km2: f64,
     /// Least and largest `downrange_km` on the boundary.
     pub along_course_km: [f64; 2],
     /// Least and largest `crossrange_km` on the boundary.
     pub across_course_km: [f64; 2],
-    /// Whether the target is inside.
+    /// True if the target is inside.
     pub target_inside: bool,
     /// Distance of the target from the boundary, negative outside.
     pub target_margin_km: f64,
@@ -120,7 +120,7 @@ pub struct Footprint {
     pub verified: usize,
     /// Why bearings have no point, one sentence each.
     pub failures: Vec<String>,
-    /// Whether all was computed; it was stopped else.
+    /// True if all was computed; it was stopped else.
     pub complete: bool,
     /// The boundary, in order of the bearing.
     pub points: Vec<BoundaryPoint>,

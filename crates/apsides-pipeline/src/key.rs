@@ -46,7 +46,7 @@ impl Range {
         (v.is_finite() || self.takes(v)) && above && below
     }
 
-    /// Whether `v` is an infinite end that is allowed itself.
+    /// Returns true if `v` is an infinite end that is allowed itself.
     fn takes(&self, v: f64) -> bool {
         [self.least, self.most].contains(&(v, true)) && v.is_infinite()
     }
@@ -70,7 +70,7 @@ impl Range {
     }
 }
 
-/// What a key takes.
+/// The values that a key takes.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum KeyKind {
     /// A number with its default and range.

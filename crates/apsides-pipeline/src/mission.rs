@@ -30,18 +30,18 @@ pub type Scalars = BTreeMap<String, f64>;
 pub struct Kind {
     /// Name, as in the first key of a mission file: `lunar-perilune`.
     pub name: &'static str,
-    /// What the mission does, in one line.
+    /// The purpose of the mission, in one line.
     pub title: &'static str,
     /// Keys of the vehicle and the flight, in groups.
     pub keys: &'static [&'static [Key]],
     /// Numbers that change the problem where they leave zero, so that they have no price there.
     pub nothing_at_zero: &'static [&'static str],
-    /// What a mission of this kind offers besides.
+    /// Flights besides the solve that a mission of this kind offers.
     pub offers: Offers,
     read: fn(&Values) -> Result<Arc<dyn Mission>, Error>,
 }
 
-/// What the missions of a kind offer.
+/// The flights that missions of a kind offer besides a solve.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Offers {
     /// They are flown under a law of their own and not optimised.
@@ -211,7 +211,7 @@ pub trait Mission: Any + Debug + Send + Sync {
     /// Refuses a mission whose flight cannot be simulated, before the solve that the flight follows.
     ///
     /// # Errors
-    /// What cannot be flown.
+    /// A mission that cannot be flown.
     fn check_simulation(&self) -> Result<(), Error> {
         Ok(())
     }
@@ -220,7 +220,7 @@ pub trait Mission: Any + Debug + Send + Sync {
     /// offer a simulation.
     ///
     /// # Errors
-    /// What cannot be flown. A flight that fails is not an error: see
+    /// A mission that cannot be flown. A flight that fails is not an error: see
     /// [`SimulationSummary::status`](crate::simulation::SimulationSummary::status).
     fn simulate(&self, _seed: u64, _plan: Option<&Outcome>) -> Result<Simulated, Error> {
         Err(Error::in_mission("it is optimised, not simulated: use `apsides solve`"))

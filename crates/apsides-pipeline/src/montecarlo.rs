@@ -17,7 +17,7 @@ use crate::pipeline::Pipeline;
 /// Least time between two plans.
 const SHORTEST_PERIOD_S: f64 = 1.0;
 
-/// What to fly.
+/// A run of flights: how many, how they deviate and how they are steered.
 #[derive(Clone, Debug, PartialEq)]
 pub struct MonteCarlo {
     /// Number of samples, those that are there already included.
@@ -30,7 +30,7 @@ pub struct MonteCarlo {
     pub dispersions: Deviations,
     /// Steering.
     pub guidance: Guidance,
-    /// What it knows and has.
+    /// Knowledge and reserve of the steering.
     pub onboard: Onboard,
 }
 
@@ -74,7 +74,7 @@ pub struct Ellipse {
     pub angle_deg: f64,
 }
 
-/// What the samples amount to.
+/// The statistics of the samples.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Statistics {
     /// Number of flights.
@@ -212,7 +212,7 @@ pub fn fly_all<W>(
     done
 }
 
-/// What samples amount to, by the names of their results; `linear_covariance` is that of the first ones by the state-transition matrix.
+/// The statistics of samples, by the names of their results; `linear_covariance` is that of the first ones by the state-transition matrix.
 #[must_use]
 pub fn statistics(
     samples: &[Sample],
@@ -272,7 +272,7 @@ fn covariance(a: &[f64], b: &[f64], mean_a: f64, mean_b: f64) -> f64 {
     sum / (a.len() as f64 - 1.0)
 }
 
-/// Of sorted values, between neighbours by a straight line.
+/// The value at a part of sorted values, between neighbours by a straight line.
 fn percentile(values: &[f64], part: f64) -> f64 {
     let place = part * (values.len() as f64 - 1.0);
     let (low, high) = (place.floor() as usize, place.ceil() as usize);

@@ -1,4 +1,4 @@
-//! What a solve returns, and its summary for files and scripts.
+//! The outcome of a solve, and its summary for files and scripts.
 
 use std::collections::BTreeMap;
 
@@ -80,7 +80,7 @@ pub struct SearchSummary {
     pub time_ms: f64,
     /// Flights so far, and the best objective with what misses and excesses cost.
     pub history: Vec<[f64; 2]>,
-    /// What did not work, though the search did.
+    /// A failure beside the search, such as a checkpoint that could not be written.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub remark: Option<String>,
 }
@@ -134,7 +134,7 @@ pub struct Curve {
     pub series: Vec<(String, Vec<[f64; 2]>)>,
 }
 
-/// What a mission decides on the way: sites on maps, the end of a stage that is optimised for itself.
+/// The decisions of a mission on the way: sites on maps, the end of a stage that is optimised for itself.
 #[derive(Clone, Debug, Default)]
 pub struct Decisions {
     /// Numbers of keys that were open, as they were decided.
@@ -173,7 +173,7 @@ pub struct Outcome {
     pub ocp: Ocp,
     /// Its solution, or the best approximation reached.
     pub trajectory: Trajectory,
-    /// What was solved in its place, if the flight follows from a smaller problem.
+    /// The problem that was solved in its place, if the flight follows from a smaller problem.
     pub reduced: Option<Reduced>,
     /// How the solve ended.
     pub status: Status,
@@ -187,7 +187,7 @@ pub struct Outcome {
     pub curves: Vec<Curve>,
     /// The mission file that gives this result again, with every value written out.
     pub mission_file: String,
-    /// What was decided before the flight was posed.
+    /// The decisions before the flight was posed.
     pub decisions: Decisions,
     /// One sentence for the reader when the status is not `optimal`.
     pub explanation: Option<String>,

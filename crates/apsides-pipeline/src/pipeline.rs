@@ -208,7 +208,7 @@ impl Pipeline {
         Ok(())
     }
 
-    /// What the mission decides before its flight is posed, for instance a site on a map.
+    /// Decides what the mission leaves open before its flight is posed, for instance a site on a map.
     ///
     /// # Errors
     /// When the values do not make a problem, or no site is fit; the sentence names what comes nearest.
@@ -394,7 +394,7 @@ impl Pipeline {
         }
     }
 
-    /// What conflicts and what to relax: from the best trajectory reached, else from the guess.
+    /// Explains what conflicts and what to relax: from the best trajectory reached, else from the guess.
     fn conflict(&self, posed: &Posed, solution: &Solution) -> Result<Explanation, Error> {
         let method = self.methods.radau.method();
         if solution.trajectory.has_costates() {
@@ -516,7 +516,7 @@ fn milliseconds(begin: Instant) -> f64 {
     begin.elapsed().as_secs_f64() * 1e3
 }
 
-/// What is missing, in the user's units.
+/// Says what is missing, in the user's units.
 fn explain(methods: &Methods, solution: &Solution, conflict: Option<&Explanation>) -> Option<String> {
     if solution.status.is_success() {
         return solution.deficiency.as_ref().map(|d| d.sentence(&|setting| methods.key_of(setting)));

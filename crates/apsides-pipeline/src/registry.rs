@@ -10,7 +10,7 @@ use crate::named_data::NamedData;
 use crate::pipeline::Pipeline;
 use crate::values::Values;
 
-/// What missions are read by. Later additions of a name replace earlier ones.
+/// The kinds, files and data that missions are read by. Later additions of a name replace earlier ones.
 #[derive(Clone, Debug, Default)]
 pub struct Registry {
     kinds: Vec<Kind>,

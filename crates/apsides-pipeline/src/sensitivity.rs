@@ -92,7 +92,7 @@ fn method(e: NlpError) -> Error {
     RadauError::from(e).into()
 }
 
-/// What all prices of a solution share.
+/// The data that all prices of a solution share.
 struct Solution<'a> {
     mission: &'a Pipeline,
     ocp: &'a Ocp,

@@ -9,7 +9,7 @@ use crate::outcome::Curve;
 
 /// A simulated flight.
 pub struct Simulated {
-    /// What it amounts to.
+    /// The summary of the flight.
     pub summary: SimulationSummary,
     /// Names and units of the columns of the record; the first is the time.
     pub columns: Vec<(&'static str, &'static str)>,
@@ -40,7 +40,7 @@ pub struct RootLocus {
     pub loops: [Vec<LocusPoint>; 2],
 }
 
-/// What a simulated flight amounts to, for files and scripts.
+/// The summary of a simulated flight, for files and scripts.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct SimulationSummary {
     /// Name of the mission.
@@ -57,7 +57,7 @@ pub struct SimulationSummary {
     pub results: BTreeMap<String, f64>,
     /// Margins of the loop along the flight.
     pub margins: Vec<MarginLine>,
-    /// What the reader should know.
+    /// Warnings to the reader, one sentence each.
     pub warnings: Vec<String>,
     /// Wall-clock time of flight, margins and root locus, ms.
     pub time_ms: f64,
@@ -72,7 +72,7 @@ pub struct MarginLine {
     pub time_s: f64,
     /// Dynamic pressure, kPa.
     pub dynamic_pressure_kpa: f64,
-    /// Whether both loops are stable.
+    /// True if both loops are stable.
     pub stable: bool,
     /// Factor by which the gain may grow or fall.
     pub gain: Option<f64>,

@@ -106,7 +106,7 @@ pub fn sweep(
     Ok(())
 }
 
-/// Whether the key of each axis has a price in any case of a sweep: numbers of vehicle and flight have one where they are finite.
+/// Says for each axis whether its key has a price in any case of a sweep: numbers of vehicle and flight have one where they are finite.
 ///
 /// # Errors
 /// When none has one, or a method gives none.

@@ -18,7 +18,7 @@ struct Stated {
 /// Two of them are equal when their values are, wherever these are stated.
 #[derive(Clone, Debug)]
 pub struct Values {
-    /// What the keys belong to, in messages: mission `lunar-perilune`.
+    /// The owner of the keys in messages: mission `lunar-perilune`.
     owner: String,
     /// Where the values come from, in messages: a file.
     source: String,

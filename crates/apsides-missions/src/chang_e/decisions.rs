@@ -1,4 +1,4 @@
-//! What is decided in flight: the velocity at the gate where stages are optimised one by one, and the sites on the maps.
+//! The decisions in flight: the velocity at the gate where stages are optimised one by one, and the sites on the maps.
 //!
 //! The main braking and the adjustment are flown for the site that is aimed at. Above it, at the end of the adjustment, the coarse map is
 //! seen; the flight goes on to the site that is chosen on it. Above that one, at the hover, the fine map is seen, and the flight goes on to
@@ -117,7 +117,7 @@ fn solved(posed: &Posed, what: &str) -> Result<Trajectory, Error> {
     Err(Error::in_mission(format!("{what} has no solution: {}", solved.status)))
 }
 
-/// What is wanted on a map.
+/// The choice that is wanted on a map.
 struct SiteWanted<'a> {
     map: &'a SiteMap,
     /// The map where it is generated.
@@ -209,7 +209,7 @@ impl Seen<'_> {
     }
 }
 
-/// What it takes to fly to a place above a site; `planner` is that of the descent from its first use on.
+/// The effort of a flight to a place above a site; `planner` is that of the descent from its first use on.
 fn plan_divert(
     planner: &mut Option<DivertPlanner>,
     descent: &PoweredDescent,

@@ -18,7 +18,7 @@ use super::lander::{Lander, Motion};
 mod laws;
 mod replan;
 
-/// What a flight amounts to: where and how fast it is at the planned end, relative to the plan, in the local axes there.
+/// The results of a flight: where and how fast it is at the planned end, relative to the plan, in the local axes there.
 pub(super) const COLUMNS: &[&str] = &[
     "up_m",
     "along_m",
@@ -60,7 +60,7 @@ pub(super) struct PlannedBraking {
 
 /// The engine of a flight, and what is known of it.
 struct Vehicle {
-    /// What plans and laws take for true, its full thrust included.
+    /// The lander that plans and laws take for true, its full thrust included.
     known: Lander,
     /// Thrust of plans by the full one: what is above is a reserve.
     planned: f64,

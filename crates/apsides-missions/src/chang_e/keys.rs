@@ -236,7 +236,7 @@ pub(super) const GATE_VELOCITY: [&str; 3] =
     ["decided.gate_upward_speed_m_s", "decided.gate_eastward_speed_m_s", "decided.gate_northward_speed_m_s"];
 pub(super) const ADJUSTED_SPEED: &str = "decided.adjusted_upward_speed_m_s";
 
-/// What is decided in flight; open until then.
+/// Keys of the decisions in flight; open until then.
 pub(super) const DECIDED: &[Key] = &[
     decided(
         GATE_VELOCITY[0],

@@ -107,7 +107,7 @@ pub(super) fn landing_curves(landing: &SixStageLanding, t: &Trajectory) -> Vec<C
     Profile { lander: &landing.lander, diverts: [Some(coarse), Some(fine)] }.curves(t)
 }
 
-/// What curves are drawn from.
+/// The data that curves are drawn from.
 struct Profile<'a> {
     lander: &'a Lander,
     /// Flights in the vertical planes of both diverts, where there are any.

@@ -52,7 +52,7 @@ pub(super) fn of(landing: &SixStageLanding, sites: &[SiteSelection], t: &Traject
     checks
 }
 
-/// What is flown over a map: over the coarse one the way to its site and, where there is no fine one, the rest.
+/// The phases that are flown over a map: over the coarse one the way to its site and, where there is no fine one, the rest.
 fn legs(landing: &SixStageLanding, site: &SiteSelection, sites: &[SiteSelection]) -> Vec<Leg> {
     let surface = landing.lander.body.radius;
     let (coarse, fine) = (landing.coarse_divert(), landing.fine_divert());

@@ -32,7 +32,7 @@ pub struct SiteMap {
     pub pixel: Option<f64>,
     /// Width of a generated map, m.
     pub width: f64,
-    /// What a site must fulfil: the name of a preset or the path of a file of criteria.
+    /// The criteria of a site: the name of a preset or the path of a file of criteria.
     pub criteria: String,
     /// Propellant that a site without hazard is worth more than one that is just allowed, kg.
     pub hazard_worth: f64,

@@ -49,7 +49,7 @@ pub struct CapsuleEntry {
     pub heat_rate_limit: Option<f64>,
     /// Longest time from start to end, s.
     pub longest_flight: f64,
-    /// What is optimised.
+    /// The quantity that is optimised.
     pub goal: Goal,
     /// The control of direct methods.
     pub steering: Steering,
@@ -57,7 +57,7 @@ pub struct CapsuleEntry {
     pub margins: bool,
     /// The shape whose coefficients the capsule has in trim; none where its lift and drag are those of no shape.
     pub shape: Option<TrimmedShape>,
-    /// What points the lift in six degrees of freedom.
+    /// The masses that point the lift in six degrees of freedom.
     pub steered: SteeredMasses,
 }
 

@@ -167,7 +167,7 @@ impl GeoInjection {
             .build()
     }
 
-    /// What a coast of free length between burn `k` and the next leaves as it is.
+    /// The quantities that a coast of free length between burn `k` and the next leaves as they are.
     fn joined(&self, mut ocp: OcpBuilder, k: usize) -> OcpBuilder {
         let (from, to) = (burn_name(k), burn_name(k + 1));
         for q in self.coast_states().iter().filter(|q| **q != TRUE_LONGITUDE) {

@@ -1,4 +1,4 @@
-//! What thrust does to states and costates of a coast, from the models of the plane and of space.
+//! The effect of thrust on states and costates of a coast, from the models of the plane and of space.
 
 use std::f64::consts::FRAC_PI_2;
 

@@ -1,4 +1,4 @@
-//! What all lunar missions share: the vehicle, its parking orbit, and what may be done with the engine.
+//! The common part of all lunar missions: the vehicle, its parking orbit, and what may be done with the engine.
 
 use apsides_dynamics::Engine;
 use apsides_dynamics::planar::PlanarFlight;

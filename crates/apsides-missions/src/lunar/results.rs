@@ -47,7 +47,7 @@ impl LunarLander {
         put("max_altitude_km", altitudes.map(|r| r - surface).reduce(f64::max).map(|h| h / 1e3));
     }
 
-    /// Of flight without thrust, in a phase of its own or by the throttle.
+    /// The scalars of flight without thrust, in a phase of its own or by the throttle.
     fn of_the_coast(&self, t: &Trajectory, put: &mut impl FnMut(&str, Option<f64>)) {
         if let (Some(first), Some(last)) = (t.phases.first(), t.phases.last())
             && let (Some(begin), Some(end)) = (at_begin(first, MASS), at_end(last, MASS))

@@ -7,7 +7,7 @@ pub(super) type Place = [f64; 2];
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Map {
     pub(super) middle: Place,
-    /// Of the planet, km.
+    /// Radius of the planet, km.
     pub(super) radius: f64,
 }
 

@@ -155,7 +155,7 @@ pub(super) struct TwoLayerMethod {
     /// The search.
     pub(super) search: Search,
     algorithm: String,
-    /// Whether misses and excesses come before the objective.
+    /// True if misses and excesses come before the objective.
     by_rules: bool,
     degree: usize,
     intervals: [usize; 2],

@@ -20,7 +20,7 @@ pub trait HeightSource {
     /// overlap by the margin of the footprint and come from north to south.
     ///
     /// # Errors
-    /// What keeps the source from being read.
+    /// The fault that keeps the source from being read.
     fn read_rows(&mut self, first: usize, count: usize, heights: &mut Vec<f32>) -> Result<(), TerrainError>;
 }
 
@@ -64,13 +64,13 @@ pub trait HazardSink {
     /// Layers and verdicts, from north to south.
     ///
     /// # Errors
-    /// What keeps them from being taken.
+    /// The fault that keeps them from being taken.
     fn band(&mut self, band: &HazardBand) -> Result<(), TerrainError>;
 
     /// Distances to the nearest pixel that is not safe, m, from north to south, after all of the above: each depends on the whole map.
     ///
     /// # Errors
-    /// What keeps them from being taken.
+    /// The fault that keeps them from being taken.
     fn clearance(&mut self, first_row: usize, clearance: &[f32]) -> Result<(), TerrainError>;
 }
 

@@ -135,7 +135,7 @@ impl Default for ReadOptions {
 /// Reads a whole map.
 ///
 /// # Errors
-/// What cannot be read, is damaged or not supported; more pixels than [`ReadOptions::max_pixels`]; a map of gaps alone.
+/// A file that cannot be read, is damaged or not supported; more pixels than [`ReadOptions::max_pixels`]; a map of gaps alone.
 pub fn read<R: Read + Seek>(reader: R, options: &ReadOptions) -> Result<ElevationMap, TerrainError> {
     Windows::open(reader, options)?.whole()
 }

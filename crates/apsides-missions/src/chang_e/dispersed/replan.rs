@@ -15,7 +15,7 @@ use super::{N, PlannedBraking, Vehicle, parts};
 use crate::chang_e::lander::Lander;
 use crate::chang_e::phases::{ABOVE_M, BELOW_M, BRAKING, ends_at, state_of};
 
-/// What a metre of miss of the end is worth, kg, along each of its axes: more than any detour that is left to a flight that can still
+/// The worth of a metre of miss of the end, kg, along each of its axes: more than any detour that is left to a flight that can still
 /// reach the end, less than to throw the propellant away for it.
 const PRICE_OF_MISS: f64 = 0.05;
 /// An end this close is reached, m.
@@ -131,7 +131,7 @@ fn rest_of(mesh: &PhaseMesh, plan: &PhaseTrajectory, time: f64) -> Result<PhaseM
     PhaseMesh::new(ends, points)
 }
 
-/// What an end misses the gate above the site by, less the amounts that stand for it.
+/// The miss of an end at the gate above the site, less the amounts that stand for it.
 struct Misses {
     gate: [f64; 3],
 }
