@@ -311,9 +311,9 @@ impl Pipeline {
         start: Option<&Trajectory>,
         observer: &mut dyn Observer,
     ) -> Result<Solution, Error> {
-        let file = self.to_file();
         let checkpoint = self.checkpoint.as_ref().map(|path| {
-            Arc::new(CheckpointFile::new(path, &file, self.seed)) as Arc<dyn apsides_two_layer::Checkpoint>
+            let file = CheckpointFile::new(path, &self.to_file(), self.seed);
+            Arc::new(file) as Arc<dyn apsides_two_layer::Checkpoint>
         });
         self.methods.solve(posed, start, checkpoint, observer)
     }

@@ -128,7 +128,7 @@ impl Registry {
             if e.names_table(&keys)
                 && let Value::Word(word) = &mut e.value
             {
-                *word = read(Path::new(&*word), "atmosphere table", "none")?;
+                *word = read(Path::new(&*word), &e.path.replace('_', " "), "none")?;
             }
             values.state(&e.path, e.value.clone(), &e.place)?;
         }
