@@ -153,6 +153,7 @@ const OWNERS: &[(&str, &str)] = &[
     ("indicatif", "cli"),
     ("nalgebra", "shooting"),
     ("nalgebra", "control"),
+    ("nalgebra", "verify"),
 ];
 
 /// Packages for development alone: heavy dependencies are free there.

@@ -153,7 +153,10 @@ pub(crate) fn significant(v: f64) -> String {
 
 /// The certificate as a table.
 pub(crate) fn certificate(c: &Certificate) -> String {
-    let mut text = format!("certificate: {}\n", c.verdict);
+    let mut text = format!("certificate: {}\n  {}\n", c.verdict, c.verdict.meaning());
+    for remark in &c.remarks {
+        let _ = writeln!(text, "  {remark}");
+    }
     let width = c.checks.iter().map(|c| c.name.chars().count()).max().unwrap_or(0);
     let _ =
         writeln!(text, "  {:<width$}  {:>9}  {:>9}  {:<5}       where", "check", "value", "limit", "unit");

@@ -40,7 +40,7 @@ fn solve_prints_one_json_object_with_stable_keys() {
     for key in ["build", "solve", "verify"] {
         assert!(v["timing_ms"][key].is_f64(), "{key}");
     }
-    assert_eq!(v["certificate"]["verdict"], "local-optimum");
+    assert_eq!(v["certificate"]["verdict"], "strict-local-optimum");
     let check = &v["certificate"]["checks"][0];
     for key in ["name", "value", "limit", "margin", "unit", "at", "passed"] {
         assert!(!check[key].is_null(), "{key}");
@@ -97,7 +97,7 @@ fn results_are_written_and_verified_again() {
     let out = dir.path().join("results");
     let o = apsides(&["solve", "lunar-two-phase", "--quiet", "--out", &path(&out)]);
     assert_eq!(o.status.code(), Some(0), "{}", stderr(&o));
-    assert!(stdout(&o).contains("certificate: verified local optimum"));
+    assert!(stdout(&o).contains("certificate: strict-local-optimum"));
     assert!(stdout(&o).contains("report.html"));
     for file in ["summary.json", "trajectory.csv", "certificate.json", "mission.toml", "report.html"] {
         assert!(out.join(file).is_file(), "{file}");

@@ -366,8 +366,7 @@ impl Pipeline {
         trajectory: &Trajectory,
     ) -> Result<Certificate, Error> {
         let Verification { certificate, .. } = verify(flight, trajectory, &VerifySettings::default())?;
-        let own = self.mission.checks(decisions, trajectory);
-        Ok(Certificate::new(certificate.checks.into_iter().chain(own).collect()))
+        Ok(certificate.with_checks(self.mission.checks(decisions, trajectory)))
     }
 
     /// The whole flight of a solution with its certificate. What cannot be expanded, as after a solve that failed, is certified as
@@ -386,10 +385,9 @@ impl Pipeline {
             }
             Err(e) => {
                 let found = verify(&posed.ocp, solution, &VerifySettings::default())?;
-                let mut checks = found.certificate.checks;
                 let name = "phases that are not joined to a flight";
-                checks.push(Check::new(name, CheckKind::Feasibility, 1.0, 0.0, "-", e.to_string()));
-                Ok(Flight { certificate: Certificate::new(checks), expanded: None })
+                let check = Check::new(name, CheckKind::Feasibility, 1.0, 0.0, "-", e.to_string());
+                Ok(Flight { certificate: found.certificate.with_checks([check]), expanded: None })
             }
         }
     }

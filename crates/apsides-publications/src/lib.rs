@@ -176,7 +176,7 @@ pub struct Row {
     pub size: Option<(usize, usize)>,
     /// Whether both methods of the optimum converged.
     pub solved: bool,
-    /// Whether Radau's solution is verified as a local optimum and the one by flatness as feasible.
+    /// True if Radau's solution is verified as an extremal at least and the one by flatness as feasible.
     pub verified: bool,
 }
 

@@ -91,9 +91,9 @@ fn header(page: &mut String, summary: &Summary, explanation: Option<&str>) {
     let objective =
         format!("{} {}", readable(summary.objective.value, DIGITS), escape(&pretty(&summary.objective.unit)));
     let (verdict, class) = match summary.certificate.verdict {
-        Verdict::LocalOptimum => ("local optimum", "good"),
-        Verdict::Feasible => ("feasible", "warn"),
-        Verdict::Rejected => ("rejected", "bad"),
+        v @ (Verdict::GlobalOptimum | Verdict::StrictLocalOptimum | Verdict::Extremal) => (v.word(), "good"),
+        v @ Verdict::Feasible => (v.word(), "warn"),
+        v @ Verdict::Rejected => (v.word(), "bad"),
     };
     let status_class = if summary.status == "optimal" { "good" } else { "warn" };
     let time = summary.timing_ms.build + summary.timing_ms.solve + summary.timing_ms.verify;
@@ -166,12 +166,16 @@ fn certificate(page: &mut String, certificate: &Certificate) {
     let failed = certificate.checks.iter().filter(|c| !c.passed).count();
     let _ = writeln!(
         page,
-        "<h2>Certificate</h2>\n<p class=\"note\">Verdict: {}. {} of {} checks passed. A check passes when its value \
-         does not exceed its limit.</p>",
-        escape(&certificate.verdict.to_string()),
+        "<h2>Certificate</h2>\n<p class=\"note\">Verdict: <strong>{}</strong>. {} {} of {} checks passed. A check passes \
+         when its value does not exceed its limit.</p>",
+        certificate.verdict,
+        certificate.verdict.meaning(),
         certificate.checks.len() - failed,
         certificate.checks.len()
     );
+    for remark in &certificate.remarks {
+        let _ = writeln!(page, "<p class=\"note\">{}.</p>", escape(remark));
+    }
     if certificate.checks.is_empty() {
         return;
     }
@@ -180,7 +184,12 @@ fn certificate(page: &mut String, certificate: &Certificate) {
          <th class=\"number\">Limit</th><th class=\"number\">Margin</th><th>Unit</th><th>Used</th><th>Result</th>\
          </tr></thead>\n<tbody>\n",
     );
-    for (kind, name) in [(CheckKind::Feasibility, "Feasibility"), (CheckKind::Optimality, "Optimality")] {
+    for (kind, name) in [
+        (CheckKind::Feasibility, "Feasibility"),
+        (CheckKind::Optimality, "First order"),
+        (CheckKind::Curvature, "Second order, necessary"),
+        (CheckKind::Strictness, "Second order, sufficient"),
+    ] {
         let mut of_kind = certificate.checks.iter().filter(|c| c.kind == kind).peekable();
         if of_kind.peek().is_some() {
             let _ = writeln!(page, "<tr class=\"group\"><th colspan=\"7\">{name}</th></tr>");

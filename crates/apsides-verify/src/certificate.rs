@@ -8,8 +8,12 @@ use serde::{Deserialize, Deserializer, Serialize};
 pub enum CheckKind {
     /// The trajectory can be flown and meets every constraint.
     Feasibility,
-    /// First-order conditions of a local optimum hold.
+    /// The first-order conditions hold: Pontryagin's minimum principle.
     Optimality,
+    /// The second-order necessary condition holds: no admissible change has negative curvature.
+    Curvature,
+    /// The second-order sufficient conditions hold: the second variation is positive on all admissible changes.
+    Strictness,
 }
 
 /// One verified property: `value <= limit`.
@@ -65,25 +69,59 @@ impl Check {
     }
 }
 
-/// The conclusion from all checks. None of them claims a global optimum.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+/// The conclusion from all checks, from the weakest to the strongest.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Verdict {
-    /// Feasible, and the first-order conditions of a local optimum hold.
-    LocalOptimum,
-    /// Feasible; the optimality conditions were not met or could not be checked.
-    Feasible,
-    /// At least one feasibility check failed.
+    /// At least one requirement of the problem is not met.
     Rejected,
+    /// Every requirement is met; the conditions of an optimum were not met or could not be checked.
+    Feasible,
+    /// Feasible, and Pontryagin's minimum principle holds over the whole control set; no negative curvature was found.
+    Extremal,
+    /// Extremal, and the second-order sufficient conditions hold: better than every trajectory near it.
+    StrictLocalOptimum,
+    /// Not worse than any admissible trajectory: optimal for a convex relaxation that is tight.
+    GlobalOptimum,
+}
+
+impl Verdict {
+    /// The word of the verdict, the same in text, JSON and Rust.
+    #[must_use]
+    pub fn word(self) -> &'static str {
+        match self {
+            Self::Rejected => "rejected",
+            Self::Feasible => "feasible",
+            Self::Extremal => "extremal",
+            Self::StrictLocalOptimum => "strict-local-optimum",
+            Self::GlobalOptimum => "global-optimum",
+        }
+    }
+
+    /// One sentence that says what the word means.
+    #[must_use]
+    pub fn meaning(self) -> &'static str {
+        match self {
+            Self::Rejected => "At least one requirement of the problem is not met.",
+            Self::Feasible => "Every requirement is met; optimality is not shown.",
+            Self::Extremal => {
+                "Every requirement is met and Pontryagin's minimum principle holds over the whole control set; \
+                 second-order sufficient conditions are not shown."
+            }
+            Self::StrictLocalOptimum => {
+                "Every requirement is met, Pontryagin's minimum principle holds over the whole control set, and the second \
+                 variation is positive: no trajectory near it is as good."
+            }
+            Self::GlobalOptimum => {
+                "Every requirement is met, and a convex relaxation has the same optimum: no trajectory is better."
+            }
+        }
+    }
 }
 
 impl std::fmt::Display for Verdict {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        f.write_str(match self {
-            Self::LocalOptimum => "verified local optimum",
-            Self::Feasible => "feasible, optimality not verified",
-            Self::Rejected => "rejected",
-        })
+        f.write_str(self.word())
     }
 }
 
@@ -94,6 +132,9 @@ pub struct Certificate {
     pub verdict: Verdict,
     /// Every check made.
     pub checks: Vec<Check>,
+    /// Reasons why the verdict is not a stronger one, where no failed check says it.
+    #[serde(default)]
+    pub remarks: Vec<String>,
 }
 
 impl Certificate {
@@ -104,12 +145,26 @@ impl Certificate {
         let any = |kind| checks.iter().any(|c| c.kind == kind);
         let verdict = if !any(CheckKind::Feasibility) || !all(CheckKind::Feasibility) {
             Verdict::Rejected
-        } else if any(CheckKind::Optimality) && all(CheckKind::Optimality) {
-            Verdict::LocalOptimum
-        } else {
+        } else if !any(CheckKind::Optimality) || !all(CheckKind::Optimality) || !all(CheckKind::Curvature) {
             Verdict::Feasible
+        } else if any(CheckKind::Curvature) && any(CheckKind::Strictness) && all(CheckKind::Strictness) {
+            Verdict::StrictLocalOptimum
+        } else {
+            Verdict::Extremal
         };
-        Self { verdict, checks }
+        Self { verdict, checks, remarks: Vec::new() }
+    }
+
+    /// The certificate with further checks, for instance those of a mission; the verdict is drawn again.
+    #[must_use]
+    pub fn with_checks(self, checks: impl IntoIterator<Item = Check>) -> Self {
+        Self::new(self.checks.into_iter().chain(checks).collect()).with_remarks(self.remarks)
+    }
+
+    /// The same with remarks.
+    #[must_use]
+    pub fn with_remarks(self, remarks: impl IntoIterator<Item = String>) -> Self {
+        Self { remarks: remarks.into_iter().collect(), ..self }
     }
 
     /// The checks that failed.
@@ -117,10 +172,10 @@ impl Certificate {
         self.checks.iter().filter(|c| !c.passed)
     }
 
-    /// Returns true if feasibility and local optimality are verified.
+    /// Returns true if the trajectory is feasible and at least an extremal.
     #[must_use]
     pub fn is_verified(&self) -> bool {
-        self.verdict == Verdict::LocalOptimum
+        self.verdict >= Verdict::Extremal
     }
 }
 
@@ -135,19 +190,27 @@ mod tests {
     #[test]
     fn the_verdict_follows_from_the_checks() {
         let (feasible, optimal) = (CheckKind::Feasibility, CheckKind::Optimality);
+        let (curved, strict) = (CheckKind::Curvature, CheckKind::Strictness);
         let cases = [
             (vec![], Verdict::Rejected),
             (vec![check(optimal, 0.0)], Verdict::Rejected),
             (vec![check(feasible, 1.0)], Verdict::Feasible),
-            (vec![check(feasible, 1.0), check(optimal, 1.0)], Verdict::LocalOptimum),
+            (vec![check(feasible, 1.0), check(optimal, 1.0)], Verdict::Extremal),
             (vec![check(feasible, 1.0), check(optimal, 1.1)], Verdict::Feasible),
+            (vec![check(feasible, 0.0), check(optimal, 0.0), check(curved, 2.0)], Verdict::Feasible),
+            (vec![check(feasible, 0.0), check(optimal, 0.0), check(curved, 0.0)], Verdict::Extremal),
+            (
+                vec![check(feasible, 0.0), check(optimal, 0.0), check(curved, 0.0), check(strict, 0.0)],
+                Verdict::StrictLocalOptimum,
+            ),
+            (vec![check(feasible, 0.0), check(optimal, 2.0), check(strict, 0.0)], Verdict::Feasible),
             (vec![check(feasible, f64::NAN), check(optimal, 0.0)], Verdict::Rejected),
             (vec![check(feasible, 0.0), check(optimal, f64::NAN)], Verdict::Feasible),
         ];
         for (checks, verdict) in cases {
             let certificate = Certificate::new(checks);
             assert_eq!(certificate.verdict, verdict, "{certificate:?}");
-            assert_eq!(certificate.is_verified(), verdict == Verdict::LocalOptimum);
+            assert_eq!(certificate.is_verified(), verdict >= Verdict::Extremal);
         }
     }
 

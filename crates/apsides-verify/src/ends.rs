@@ -70,6 +70,20 @@ impl Ends {
         places.zip(entries).map(|((row, column), v)| (row, inputs[column], v)).collect()
     }
 
+    /// Entries `(input, input, value)` of the lower triangle of the weighted Hessian of a function of end quantities.
+    pub(crate) fn hessian(
+        &self,
+        function: &dyn NodeFunction,
+        inputs: &[EndpointInput],
+        weights: &[f64],
+    ) -> Vec<(EndpointInput, EndpointInput, f64)> {
+        let z: Vec<f64> = inputs.iter().map(|i| self.value(*i)).collect();
+        let mut entries = vec![0.0; function.pattern().hessian_len()];
+        function.hessian(&z, weights, &mut entries);
+        let places = function.pattern().hessian.iter();
+        places.zip(entries).map(|(&(i, j), v)| (inputs[i], inputs[j], v)).collect()
+    }
+
     /// The objective in its own sense from these ends and the integrals of each phase.
     pub(crate) fn objective(&self, ocp: &Ocp, integrals: &[Vec<f64>]) -> f64 {
         let o = &ocp.objective;

@@ -129,6 +129,26 @@ impl<'a> Equations<'a> {
         h
     }
 
+    /// The Hamiltonian alone.
+    pub(crate) fn hamiltonian(&mut self, costate: &[f64]) -> f64 {
+        let phase = self.phase;
+        let mut h = self.weighted(phase.dynamics.as_ref(), costate);
+        for (k, q) in phase.integrals.iter().enumerate() {
+            let weight = self.weights[k];
+            if weight != 0.0 {
+                h += self.weighted(q.function.as_ref(), &[weight]);
+            }
+        }
+        h
+    }
+
+    fn weighted(&mut self, function: &dyn NodeFunction, weights: &[f64]) -> f64 {
+        let z = if self.phase.takes_parameters(function) { &self.full } else { &self.bare };
+        let values = &mut self.values[..function.outputs()];
+        function.value(z, values);
+        weights.iter().zip(&*values).map(|(w, v)| w * v).sum()
+    }
+
     /// Returns true if there is a path constraint row of this index and no control enters it.
     pub(crate) fn is_free_of_controls(&self, row: usize) -> bool {
         let controls = self.nx..self.nx + self.nu;
@@ -147,6 +167,75 @@ impl<'a> Equations<'a> {
         weights[output] = 1.0;
         self.add(function, &weights, gradient, None);
         self.values[output]
+    }
+
+    /// Value of an integrand, and its gradient with respect to `[x, u, p, t]`.
+    pub(crate) fn integrand_gradient(&mut self, integral: usize, gradient: &mut [f64]) -> f64 {
+        gradient.fill(0.0);
+        self.add(self.phase.integrals[integral].function.as_ref(), &[1.0], gradient, None);
+        self.values[0]
+    }
+
+    /// Rates of the states, and their Jacobian by rows with respect to `[x, u, p, t]`.
+    pub(crate) fn dynamics_jacobian(&mut self, rates: &mut [f64], jacobian: &mut [f64]) {
+        jacobian.fill(0.0);
+        let phase = self.phase;
+        let function = phase.dynamics.as_ref();
+        let z = if phase.takes_parameters(function) { &self.full } else { &self.bare };
+        let width = self.full.len();
+        let entries = &mut self.entries[..function.pattern().jacobian_len()];
+        function.jacobian(z, rates, entries);
+        for ((row, column), entry) in function.pattern().jacobian_entries().zip(&*entries) {
+            jacobian[row * width + place_of(column, z.len(), width)] += entry;
+        }
+    }
+
+    /// Hessian of the Hamiltonian and of `mu . c`, each a full matrix by rows over `[x, u, p, t]`.
+    pub(crate) fn curvature(
+        &self,
+        costate: &[f64],
+        multipliers: &[f64],
+        hamiltonian: &mut [f64],
+        path: &mut [f64],
+    ) {
+        hamiltonian.fill(0.0);
+        path.fill(0.0);
+        let phase = self.phase;
+        self.add_hessian(phase.dynamics.as_ref(), costate, hamiltonian);
+        for (q, weight) in phase.integrals.iter().zip(&self.weights).filter(|(_, w)| **w != 0.0) {
+            self.add_hessian(q.function.as_ref(), &[*weight], hamiltonian);
+        }
+        let mut rest = multipliers;
+        for p in &phase.path {
+            let (rows, others) = rest.split_at(p.rows.len());
+            if rows.iter().any(|m| *m != 0.0) {
+                self.add_hessian(p.function.as_ref(), rows, path);
+            }
+            rest = others;
+        }
+    }
+
+    /// Adds the Hessian of one path constraint row times a weight.
+    pub(crate) fn add_row_hessian(&self, row: usize, weight: f64, out: &mut [f64]) {
+        if let Some((function, output)) = self.path_row(row) {
+            let mut weights = vec![0.0; function.outputs()];
+            weights[output] = weight;
+            self.add_hessian(function, &weights, out);
+        }
+    }
+
+    fn add_hessian(&self, function: &dyn NodeFunction, weights: &[f64], out: &mut [f64]) {
+        let z = self.point(function);
+        let mut entries = vec![0.0; function.pattern().hessian_len()];
+        function.hessian(z, weights, &mut entries);
+        let width = self.full.len();
+        for (&(i, j), v) in function.pattern().hessian.iter().zip(&entries) {
+            let (i, j) = (place_of(i, z.len(), width), place_of(j, z.len(), width));
+            out[i * width + j] += v;
+            if i != j {
+                out[j * width + i] += v;
+            }
+        }
     }
 
     /// Function and output of a path constraint row.
@@ -175,10 +264,9 @@ impl<'a> Equations<'a> {
         let (values, entries) =
             (&mut self.values[..function.outputs()], &mut self.entries[..pattern.jacobian_len()]);
         function.jacobian(z, values, entries);
-        let time = z.len() - 1;
+        let inputs = z.len();
         for ((row, column), entry) in pattern.jacobian_entries().zip(&*entries) {
-            let column = if column == time { gradient.len() - 1 } else { column };
-            gradient[column] += weights[row] * entry;
+            gradient[place_of(column, inputs, gradient.len())] += weights[row] * entry;
         }
         if let Some(h) = hamiltonian {
             for (w, v) in weights.iter().zip(&*values) {
@@ -202,4 +290,9 @@ impl<'a> Equations<'a> {
             .chain(integrands)
             .all(|f| !f.pattern().columns.contains(&(f.inputs() - 1)))
     }
+}
+
+/// Column of an input of a function with `inputs` inputs among `width` of `[x, u, p, t]`: time comes last in both.
+fn place_of(column: usize, inputs: usize, width: usize) -> usize {
+    if column + 1 == inputs { width - 1 } else { column }
 }

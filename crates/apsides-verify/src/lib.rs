@@ -8,8 +8,8 @@
 //! [`verify()`] takes initial states, controls, static parameters and times from a trajectory, integrates the equations
 //! of motion again by DOP853 with step control of its own, and compares. Nothing here knows how the trajectory was
 //! found, and no solver or method is used. The outcome is a [`Certificate`]: named checks `value <= limit` with unit
-//! and place. It speaks of a local optimum at most: the first-order conditions, neither second-order ones nor a
-//! global optimum, are checked.
+//! and place, and a [`Verdict`]: `extremal` by Pontryagin's minimum principle over the whole control set,
+//! `strict-local-optimum` by the second variation too.
 //!
 //! ```
 //! use std::sync::Arc;
@@ -44,7 +44,7 @@
 //! };
 //! let answer = Trajectory { phases: vec![run], parameters: vec![], objective: 2.0, constraint_multipliers: None };
 //! let certificate = verify(&ocp, &answer, &VerifySettings::default())?.certificate;
-//! assert_eq!(certificate.verdict, Verdict::LocalOptimum);
+//! assert_eq!(certificate.verdict, Verdict::StrictLocalOptimum);
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
 //!
@@ -71,6 +71,7 @@ mod linkage;
 mod optimality;
 mod place;
 mod scan;
+mod second_order;
 mod shape;
 #[cfg(test)]
 mod tests;

@@ -3,6 +3,7 @@
 //! ```text
 //! H = lambda . f + sum_q w_q g_q          L = H + mu . c          of the minimised objective
 //! lambda' = -dL/dx,   dL/du = 0 (or pushing against a bound),   lambda(tf) = dB/dx_f,   lambda(t0) = -dB/dx_0,
+//! H(u(t)) = min over all admissible controls,   dH/dt = dL/dt,
 //! lambda(t-) = lambda(t+) + nu dg/dx              where a path constraint g without controls touches its bound (a contact)
 //! H(tf) = -dB/dt_f,   H(t0) = dB/dt_0,                          B = Phi + nu . b
 //! ```
@@ -13,11 +14,12 @@
 //! condition holds, and free of a threshold for "at the bound" (F. Facchinei and J.-S. Pang, Finite-Dimensional
 //! Variational Inequalities, Springer 2003, section 1.5, doi 10.1007/b97543).
 //!
-//! Not part of a trajectory, so not known here: multipliers of state bounds along a phase (the costate equation is
-//! skipped where one is active), of duration bounds.
+//! Not part of a trajectory, so not known here: multipliers of state bounds along a phase (what the costate equation lacks
+//! where a state is at its bound must have their sign), of duration bounds.
 
 mod contact;
 mod costate;
+mod minimum;
 mod stationarity;
 mod transversality;
 
@@ -27,64 +29,80 @@ use crate::equations::{Equations, Hamiltonian};
 use crate::{Check, CheckKind, VerifySettings};
 
 const KIND: CheckKind = CheckKind::Optimality;
+/// Abscissae on [0, 1] and weights of the five-point Gauss rule.
+const GAUSS: [(f64, f64); 5] = [
+    (0.046_910_077_030_668_0, 0.118_463_442_528_094_54),
+    (0.230_765_344_947_158_45, 0.239_314_335_249_683_23),
+    (0.5, 0.284_444_444_444_444_44),
+    (0.769_234_655_052_841_55, 0.239_314_335_249_683_23),
+    (0.953_089_922_969_332_0, 0.118_463_442_528_094_54),
+];
 
-/// All checks; none unless every phase has costates, because part of the conditions says nothing.
+/// The phases with their costates; none unless every phase has some, because part of the conditions says nothing.
+pub(crate) fn phases<'a>(
+    ocp: &'a Ocp,
+    trajectory: &'a Trajectory,
+    scaling: &'a Scaling,
+) -> Option<Vec<PhaseConditions<'a>>> {
+    (0..ocp.phases.len()).map(|k| PhaseConditions::new(ocp, trajectory, k, &scaling.phases[k])).collect()
+}
+
+/// All first-order checks.
 pub(crate) fn checks(
     ocp: &Ocp,
     trajectory: &Trajectory,
     scaling: &Scaling,
     settings: &VerifySettings,
+    conditions: &mut [PhaseConditions<'_>],
 ) -> Vec<Check> {
-    let conditions: Option<Vec<_>> =
-        (0..ocp.phases.len()).map(|k| PhaseConditions::new(ocp, trajectory, k, &scaling.phases[k])).collect();
-    let Some(mut conditions) = conditions else { return Vec::new() };
     let mut checks = Vec::new();
-    for phase in &mut conditions {
+    for phase in &mut *conditions {
         checks.extend(phase.costate_equation(settings));
         checks.extend(phase.stationarity(settings));
         checks.extend(phase.path_multipliers(settings));
+        checks.extend(phase.minimum_principle(settings));
         checks.extend(phase.hamiltonian(settings));
         checks.extend(phase.contact_rates(settings));
         checks.extend(phase.contact_hamiltonian(settings));
     }
-    checks.extend(transversality::checks(ocp, trajectory, scaling, settings, &mut conditions));
+    checks.extend(transversality::checks(ocp, trajectory, scaling, settings, conditions));
     checks
 }
 
 /// One phase with its costates, looked at in the nodes of its control.
-struct PhaseConditions<'a> {
-    equations: Equations<'a>,
-    found: &'a PhaseTrajectory,
-    costate: &'a PiecewisePolynomial,
-    scaling: &'a PhaseScaling,
-    nodes: Vec<Node>,
+pub(crate) struct PhaseConditions<'a> {
+    pub(crate) equations: Equations<'a>,
+    pub(crate) found: &'a PhaseTrajectory,
+    pub(crate) costate: &'a PiecewisePolynomial,
+    pub(crate) scaling: &'a PhaseScaling,
+    pub(crate) nodes: Vec<Node>,
     /// Largest term of the Hamiltonian over the nodes.
-    hamiltonian_size: f64,
+    pub(crate) hamiltonian_size: f64,
     /// Largest costate times the scale of its state over the nodes.
-    costate_size: f64,
-    point: Point,
+    pub(crate) costate_size: f64,
+    pub(crate) point: Point,
     /// Conditions at the contacts of the trajectory.
     impulses: Vec<contact::Impulse>,
 }
 
 /// State, control, costate, path multipliers at one time, and the gradient of the Lagrangian there.
-struct Point {
-    x: Vec<f64>,
-    u: Vec<f64>,
-    costate: Vec<f64>,
-    multipliers: Vec<f64>,
+pub(crate) struct Point {
+    pub(crate) x: Vec<f64>,
+    pub(crate) u: Vec<f64>,
+    pub(crate) costate: Vec<f64>,
+    pub(crate) multipliers: Vec<f64>,
     /// Gradient with respect to `[x, u, p, t]`.
-    gradient: Vec<f64>,
+    pub(crate) gradient: Vec<f64>,
 }
 
-struct Node {
-    time: f64,
-    control: Vec<f64>,
+pub(crate) struct Node {
+    pub(crate) time: f64,
+    pub(crate) control: Vec<f64>,
     /// Gradient of the Lagrangian with respect to the controls.
-    slope: Vec<f64>,
-    hamiltonian: f64,
-    path: Vec<f64>,
-    multipliers: Vec<f64>,
+    pub(crate) slope: Vec<f64>,
+    pub(crate) hamiltonian: f64,
+    pub(crate) path: Vec<f64>,
+    pub(crate) multipliers: Vec<f64>,
 }
 
 impl<'a> PhaseConditions<'a> {
@@ -148,7 +166,7 @@ impl<'a> PhaseConditions<'a> {
     }
 
     /// The same with the control held within its bounds, since an end that is not a node is an extrapolation.
-    fn evaluate_within_bounds(&mut self, segment: usize, t: f64) -> Hamiltonian {
+    pub(crate) fn evaluate_within_bounds(&mut self, segment: usize, t: f64) -> Hamiltonian {
         self.found.control.evaluate_in(segment, t, &mut self.point.u);
         for (u, c) in self.point.u.iter_mut().zip(&self.equations.phase.controls) {
             // `clamp` of the bounds would turn a NaN into a bound.

@@ -29,9 +29,18 @@ pub struct VerifySettings {
     /// the scale of the control; default 1e-5. Where the slope pushes against a bound, the smaller of slope and relative
     /// distance to that bound counts. Multipliers of path constraints are held to the same limit.
     pub stationarity_tolerance: f64,
-    /// Allowed variation of the Hamiltonian along a phase without explicit time, relative to its largest term; default
-    /// 1e-5.
+    /// Allowed excess of the Hamiltonian over its least value for any admissible control at the same state and costate,
+    /// relative to its largest term; default 1e-5.
+    pub minimum_tolerance: f64,
+    /// Allowed variation of the Hamiltonian along a phase, less what explicit time adds to it, relative to its largest
+    /// term; default 1e-5.
     pub hamiltonian_tolerance: f64,
+    /// Allowed negative curvature of the second variation, relative to the largest term of the Hamiltonian times the duration, for
+    /// changes of the controls, free ends, corners and parameters of the size of their scales; default 1e-5. The Hessian
+    /// of the Hamiltonian in the free controls must exceed it for the strengthened condition of Legendre and Clebsch.
+    pub curvature_tolerance: f64,
+    /// Least curvature, in the same measure, that shows a strict minimum; default 1e-7.
+    pub coercivity: f64,
     /// Allowed residual of the transversality conditions, relative to the largest costate times the scale of its state
     /// (for times: to the largest term of the Hamiltonian); default 1e-5.
     pub transversality_tolerance: f64,
@@ -40,7 +49,7 @@ pub struct VerifySettings {
     /// to the largest costate, is smaller, it counts.
     pub contact_tolerance: f64,
     /// A state bound along a phase, or a bound on a duration, counts as active within this times the scale; default
-    /// 1e-6. Costate checks are left out where one is, since its multiplier is not part of a trajectory.
+    /// 1e-6. Its multiplier is not part of a trajectory: of the costate only the sign of what drives it is checked there.
     pub activity_tolerance: f64,
 }
 
@@ -55,7 +64,10 @@ impl Default for VerifySettings {
             objective_tolerance: 1e-7,
             costate_tolerance: 1e-5,
             stationarity_tolerance: 1e-5,
+            minimum_tolerance: 1e-5,
             hamiltonian_tolerance: 1e-5,
+            curvature_tolerance: 1e-5,
+            coercivity: 1e-7,
             transversality_tolerance: 1e-5,
             contact_tolerance: 1e-4,
             activity_tolerance: 1e-6,
@@ -76,7 +88,10 @@ impl VerifySettings {
             ("objective_tolerance", self.objective_tolerance),
             ("costate_tolerance", self.costate_tolerance),
             ("stationarity_tolerance", self.stationarity_tolerance),
+            ("minimum_tolerance", self.minimum_tolerance),
             ("hamiltonian_tolerance", self.hamiltonian_tolerance),
+            ("curvature_tolerance", self.curvature_tolerance),
+            ("coercivity", self.coercivity),
             ("transversality_tolerance", self.transversality_tolerance),
             ("contact_tolerance", self.contact_tolerance),
             ("activity_tolerance", self.activity_tolerance),

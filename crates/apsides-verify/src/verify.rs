@@ -5,7 +5,7 @@ use apsides_ocp::{Guess, Ocp, Scaling, Trajectory};
 use crate::boundary::Boundary;
 use crate::equations::Equations;
 use crate::simulation::{self, SimulatedPhase};
-use crate::{Certificate, VerifyError, VerifySettings, optimality, scan, shape};
+use crate::{Certificate, VerifyError, VerifySettings, optimality, scan, second_order, shape};
 
 /// A certificate and the re-simulated path on which it is based.
 #[derive(Clone, Debug, PartialEq)]
@@ -16,8 +16,8 @@ pub struct Verification {
     pub simulation: Vec<SimulatedPhase>,
 }
 
-/// Simulates a trajectory again and checks every requirement of the problem, and the first-order conditions of a local
-/// optimum if every phase has costates.
+/// Simulates a trajectory again and checks every requirement of the problem, and the first- and second-order conditions of a
+/// local optimum if every phase has costates.
 ///
 /// Used of the trajectory: initial states, controls, static parameters and times; its states only to be compared with
 /// and, together with costates and multipliers, in the optimality conditions. A wrong trajectory, a NaN in it, or a
@@ -43,9 +43,18 @@ pub fn verify(
             checks.extend(scan::checks(equations, found, flight, &scaling.phases[k], settings));
         }
     }
-    checks.extend(optimality::checks(ocp, trajectory, &scaling, settings));
+    let mut remarks = Vec::new();
+    if let Some(mut conditions) = optimality::phases(ocp, trajectory, &scaling) {
+        checks.extend(optimality::checks(ocp, trajectory, &scaling, settings, &mut conditions));
+        // Of a trajectory that is no extremal the second variation says nothing.
+        if checks.iter().all(|c| c.passed) {
+            let second = second_order::conditions(ocp, trajectory, &scaling, settings, &mut conditions);
+            checks.extend(second.checks);
+            remarks.extend(second.remark);
+        }
+    }
     let simulation = (trajectory.phases.iter().zip(&flights))
         .map(|(found, flight)| simulation::sample(found, flight, settings.scan_points))
         .collect();
-    Ok(Verification { certificate: Certificate::new(checks), simulation })
+    Ok(Verification { certificate: Certificate::new(checks).with_remarks(remarks), simulation })
 }

@@ -41,7 +41,7 @@ impl Solved {
     }
 
     pub(super) fn verified(&self) -> bool {
-        self.verdict == Verdict::LocalOptimum
+        self.verdict >= Verdict::Extremal
     }
 
     /// Lists a solution without a verified certificate in the sheet.

@@ -1,6 +1,6 @@
-//! Stationarity in the controls, signs of the path multipliers, and constancy of the Hamiltonian, at the nodes.
+//! Stationarity in the controls, signs of the path multipliers, and the Hamiltonian along the phase, at the nodes.
 
-use super::{KIND, PhaseConditions, natural_residual};
+use super::{GAUSS, KIND, Node, PhaseConditions, natural_residual};
 use crate::boundary::row_scale;
 use crate::place::place;
 use crate::worst::{Worst, is_worse, relative};
@@ -50,23 +50,55 @@ impl PhaseConditions<'_> {
         worst.into_check(format!("signs of the path multipliers of {}", phase.name), KIND)
     }
 
-    /// Deviation of the Hamiltonian from its mean, in phases without explicit time.
-    pub(super) fn hamiltonian(&self, settings: &VerifySettings) -> Option<Check> {
-        if !self.equations.is_autonomous() {
-            return None;
-        }
-        let phase = self.equations.phase;
-        let mean = self.mean_hamiltonian();
+    /// `dH/dt = partial L/partial t`: deviation from its mean of the Hamiltonian less what explicit time adds to it since the start.
+    pub(super) fn hamiltonian(&mut self, settings: &VerifySettings) -> Option<Check> {
+        let autonomous = self.equations.is_autonomous();
+        let added = if autonomous { vec![0.0; self.nodes.len()] } else { self.added_by_time() };
+        let rest = |(node, added): (&Node, &f64)| node.hamiltonian - added;
+        let mean = self.nodes.iter().zip(&added).map(rest).sum::<f64>() / self.nodes.len() as f64;
         let (mut largest, mut time) = (f64::NEG_INFINITY, 0.0);
-        for node in &self.nodes {
-            let deviation = (node.hamiltonian - mean).abs();
+        for (node, added) in self.nodes.iter().zip(&added) {
+            let deviation = (rest((node, added)) - mean).abs();
             if is_worse(deviation, largest) {
                 (largest, time) = (deviation, node.time);
             }
         }
         let value = relative(largest, self.hamiltonian_size);
-        let name = format!("Hamiltonian constant along {}", phase.name);
+        let phase = self.equations.phase;
+        let law = if autonomous { "constant" } else { "by its explicit time" };
+        let name = format!("Hamiltonian {law} along {}", phase.name);
         Some(Check::new(name, KIND, value, settings.hamiltonian_tolerance, "-", place(phase, time)))
+    }
+
+    /// Integral of `partial L/partial t` from the start to each node, with what contacts add.
+    fn added_by_time(&mut self) -> Vec<f64> {
+        let found = self.found;
+        let breaks = found.control.breaks();
+        let (mut sum, mut at) = (0.0, found.initial_time);
+        let mut added = Vec::with_capacity(self.nodes.len());
+        for segment in 0..found.control.segments().len() {
+            // H(t+) = H(t-) + nu dg/dt.
+            for impulse in self.impulses.iter().filter(|i| i.end == segment) {
+                sum += impulse.jump.last().copied().unwrap_or(f64::NAN);
+            }
+            for time in found.control.node_times(segment) {
+                sum += self.integral_of_time_slope(segment, at, time);
+                at = time;
+                added.push(sum);
+            }
+            sum += self.integral_of_time_slope(segment, at, breaks[segment + 1]);
+            at = breaks[segment + 1];
+        }
+        added
+    }
+
+    fn integral_of_time_slope(&mut self, segment: usize, a: f64, b: f64) -> f64 {
+        let mut sum = 0.0;
+        for (abscissa, weight) in GAUSS {
+            self.evaluate(segment, a + abscissa * (b - a));
+            sum += weight * (b - a) * self.point.gradient.last().copied().unwrap_or(f64::NAN);
+        }
+        sum
     }
 
     pub(super) fn mean_hamiltonian(&self) -> f64 {

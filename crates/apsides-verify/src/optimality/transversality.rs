@@ -2,19 +2,11 @@
 
 use apsides_ocp::{Bounds, EndpointInput, Ocp, Phase, Scaling, Trajectory};
 
-use super::{KIND, PhaseConditions, natural_residual};
+use super::{GAUSS, KIND, PhaseConditions, natural_residual};
 use crate::ends::{EndGradient, EndScales, Ends};
 use crate::worst::{Worst, relative};
 use crate::{Check, VerifySettings};
 
-/// Abscissae on [0, 1] and weights of the five-point Gauss rule.
-const GAUSS: [(f64, f64); 5] = [
-    (0.046_910_077_030_668_0, 0.118_463_442_528_094_54),
-    (0.230_765_344_947_158_45, 0.239_314_335_249_683_23),
-    (0.5, 0.284_444_444_444_444_44),
-    (0.769_234_655_052_841_55, 0.239_314_335_249_683_23),
-    (0.953_089_922_969_332_0, 0.118_463_442_528_094_54),
-];
 /// Gauss rules per control interval.
 const PANELS: usize = 4;
 
@@ -189,7 +181,7 @@ impl EndConditions<'_> {
 
 impl PhaseConditions<'_> {
     /// Hamiltonian at both ends: its mean where it is constant.
-    fn end_hamiltonians(&mut self) -> [f64; 2] {
+    pub(crate) fn end_hamiltonians(&mut self) -> [f64; 2] {
         if self.equations.is_autonomous() {
             return [self.mean_hamiltonian(); 2];
         }

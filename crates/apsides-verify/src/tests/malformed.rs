@@ -42,7 +42,7 @@ fn error(t: &Trajectory) -> VerifyError {
 
 #[test]
 fn nan_anywhere_fails_and_never_passes() {
-    assert_eq!(certify(&problem(), &exact()).verdict, Verdict::LocalOptimum);
+    assert!(certify(&problem(), &exact()).is_verified());
     for component in 0..3 {
         for (from, to) in [(-1.0, 0.01), (0.4, 0.5), (0.9, 1.1), (-1.0, 1.1)] {
             for bad in [f64::NAN, f64::INFINITY] {

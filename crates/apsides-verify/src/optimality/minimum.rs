@@ -1,0 +1,270 @@
+//! Pontryagin's minimum principle: at each point the control has the least Hamiltonian among all admissible controls, not
+//! among its neighbours alone.
+//!
+//! ```text
+//! H(t, x, lambda, u) <= H(t, x, lambda, v)   for all v with   lower <= v <= upper,   c(t, x, v) within its bounds
+//! ```
+//!
+//! `c` are the path constraint rows in which controls occur. L. S. Pontryagin, V. G. Boltyanskii, R. V. Gamkrelidze, E. F.
+//! Mishchenko, The Mathematical Theory of Optimal Processes, Interscience 1962, chapter 1.
+//!
+//! The least value is searched: a grid over the bounds (over the range met and its surroundings where there is none), each
+//! point moved onto the path constraints, then a compass search from the best ones. What is found is admissible, so that a
+//! failing check shows a better control; a passing one says that the search found none.
+
+use super::{KIND, PhaseConditions};
+use crate::boundary::row_scale;
+use crate::place::place;
+use crate::worst::{Worst, relative};
+use crate::{Check, VerifySettings};
+
+/// Points of a phase at which the control set is searched, at most.
+const POINTS: usize = 160;
+/// Points of the grid in one, two, three, four controls per axis; more controls take a sequence of low discrepancy.
+const GRID: [usize; 4] = [33, 13, 7, 5];
+/// Length of that sequence.
+const SEQUENCE: usize = 600;
+/// Best points of the grid from which the compass search starts, besides the control itself.
+const STARTS: usize = 2;
+/// Halvings of the steps of the compass search.
+const HALVINGS: usize = 12;
+/// Sweeps of projections onto path constraints.
+const SWEEPS: usize = 30;
+/// A candidate meets a path constraint within this times the scale of the row.
+const ROW_TOLERANCE: f64 = 1e-9;
+
+/// A path constraint row in which controls occur.
+struct ControlRow {
+    row: usize,
+    lower: f64,
+    upper: f64,
+    tolerance: f64,
+}
+
+/// The control set at one point, and the search over it.
+struct ControlSet {
+    lower: Vec<f64>,
+    upper: Vec<f64>,
+    rows: Vec<ControlRow>,
+    /// The grid, one control after the other.
+    grid: Vec<f64>,
+}
+
+impl PhaseConditions<'_> {
+    /// The largest excess of the Hamiltonian over its least admissible value.
+    pub(super) fn minimum_principle(&mut self, settings: &VerifySettings) -> Option<Check> {
+        if self.equations.nu == 0 {
+            return None;
+        }
+        let phase = self.equations.phase;
+        let set = self.control_set();
+        let stride = self.nodes.len().div_ceil(POINTS).max(1);
+        let mut worst = Worst::default();
+        let mut k = 0;
+        for segment in 0..self.found.control.segments().len() {
+            for time in self.found.control.node_times(segment) {
+                if k % stride == 0 {
+                    let (gap, better) = self.gap(&set, segment, time);
+                    let residual = relative(gap, self.hamiltonian_size);
+                    let at = || {
+                        let place = place(phase, time);
+                        if better.is_empty() { place } else { format!("{place}; smaller with {better}") }
+                    };
+                    worst.consider(residual, settings.minimum_tolerance, "-", at);
+                }
+                k += 1;
+            }
+        }
+        let open = phase.controls.iter().any(|c| !c.bounds.lower.is_finite() || !c.bounds.upper.is_finite());
+        let remark = open.then(|| "controls without bounds searched about the range met".to_owned());
+        worst.into_check_with(
+            format!("least Hamiltonian among all admissible controls of {}", phase.name),
+            KIND,
+            remark,
+        )
+    }
+
+    fn control_set(&self) -> ControlSet {
+        let phase = self.equations.phase;
+        let (mut lower, mut upper) = (Vec::new(), Vec::new());
+        for (j, control) in phase.controls.iter().enumerate() {
+            let values = || self.nodes.iter().map(|n| n.control[j]);
+            let (least, largest) =
+                values().fold((f64::INFINITY, f64::NEG_INFINITY), |(a, b), v| (a.min(v), b.max(v)));
+            let reach = (largest - least).max(largest.abs()).max(least.abs()).max(self.scaling.controls[j]);
+            let bounds = control.bounds;
+            lower.push(if bounds.lower.is_finite() { bounds.lower } else { least - reach });
+            upper.push(if bounds.upper.is_finite() { bounds.upper } else { largest + reach });
+        }
+        let rows = phase.path.iter().flat_map(|p| &p.rows).enumerate();
+        let rows = rows.filter(|(r, _)| !self.equations.is_free_of_controls(*r)).map(|(row, variable)| {
+            let largest = self.nodes.iter().fold(0.0, |m: f64, n| m.max(n.path[row].abs()));
+            let tolerance = ROW_TOLERANCE * row_scale(variable, largest);
+            ControlRow { row, lower: variable.bounds.lower, upper: variable.bounds.upper, tolerance }
+        });
+        let rows = rows.collect();
+        let grid = grid(&lower, &upper);
+        ControlSet { lower, upper, rows, grid }
+    }
+
+    /// The distance of the trajectory's Hamiltonian above the least one found, and the control that has it in words.
+    fn gap(&mut self, set: &ControlSet, segment: usize, time: f64) -> (f64, String) {
+        let nu = self.equations.nu;
+        let stated = self.evaluate(segment, time).value;
+        let own = self.point.u.clone();
+        let mut search = Search { conditions: self, set, time, trial: vec![0.0; nu] };
+        let mut best: Vec<(f64, Vec<f64>)> = Vec::new();
+        for candidate in set.grid.chunks(nu) {
+            if let Some(h) = search.admissible(candidate) {
+                let at = best.partition_point(|(other, _)| *other <= h);
+                if at < STARTS {
+                    best.insert(at, (h, search.trial.clone()));
+                    best.truncate(STARTS);
+                }
+            }
+        }
+        if let Some(h) = search.admissible(&own) {
+            best.push((h, search.trial.clone()));
+        }
+        let mut least = (stated, own.clone());
+        for (h, u) in best {
+            let (h, u) = search.descend(h, u);
+            if h < least.0 {
+                least = (h, u);
+            }
+        }
+        let phase = self.equations.phase;
+        let words = phase.controls.iter().zip(&least.1).zip(&own).filter(|((_, u), own)| u != own);
+        let better: Vec<_> = words.map(|((c, u), own)| format!("{} {u:.6} for {own:.6}", c.name)).collect();
+        (stated - least.0, better.join(", "))
+    }
+}
+
+/// The search at one point; `trial` is the last admissible candidate.
+struct Search<'c, 'a, 's> {
+    conditions: &'c mut PhaseConditions<'a>,
+    set: &'s ControlSet,
+    time: f64,
+    trial: Vec<f64>,
+}
+
+impl Search<'_, '_, '_> {
+    /// Moves a candidate into the control set, as `trial`, and gives its Hamiltonian; none if it cannot be moved there.
+    fn admissible(&mut self, candidate: &[f64]) -> Option<f64> {
+        self.trial.copy_from_slice(candidate);
+        self.clamp();
+        if !self.set.rows.is_empty() && !self.project() {
+            return None;
+        }
+        let h = self.hamiltonian();
+        h.is_finite().then_some(h)
+    }
+
+    fn clamp(&mut self) {
+        for ((u, lower), upper) in self.trial.iter_mut().zip(&self.set.lower).zip(&self.set.upper) {
+            *u = u.max(*lower).min(*upper);
+        }
+    }
+
+    fn hamiltonian(&mut self) -> f64 {
+        let PhaseConditions { equations, point, .. } = &mut *self.conditions;
+        equations.set(self.time, &point.x, &self.trial);
+        equations.hamiltonian(&point.costate)
+    }
+
+    /// Projections onto one violated row after the other (S. Kaczmarz, 1937); returns true if all hold.
+    fn project(&mut self) -> bool {
+        let controls = self.conditions.equations.nx..self.conditions.equations.nx + self.trial.len();
+        for _ in 0..SWEEPS {
+            let mut inside = true;
+            for r in &self.set.rows {
+                let PhaseConditions { equations, point, .. } = &mut *self.conditions;
+                equations.set(self.time, &point.x, &self.trial);
+                let value = equations.row_gradient(r.row, &mut point.gradient);
+                let excess = (value - r.upper).max(0.0) + (value - r.lower).min(0.0);
+                if excess.abs() <= r.tolerance {
+                    continue;
+                }
+                inside = false;
+                let slope = &point.gradient[controls.clone()];
+                let square: f64 = slope.iter().map(|g| g * g).sum();
+                if !(square > 0.0 && excess.is_finite()) {
+                    return false;
+                }
+                for (u, g) in self.trial.iter_mut().zip(slope) {
+                    *u -= excess * g / square;
+                }
+                self.clamp();
+            }
+            if inside {
+                return true;
+            }
+        }
+        false
+    }
+
+    /// Compass search from an admissible control.
+    fn descend(&mut self, mut h: f64, mut u: Vec<f64>) -> (f64, Vec<f64>) {
+        let widths = self.set.upper.iter().zip(&self.set.lower).map(|(b, a)| b - a);
+        let per_axis = GRID.get(u.len() - 1).copied().unwrap_or(4) as f64;
+        let mut steps: Vec<f64> = widths.map(|w| 0.5 * w / (per_axis - 1.0)).collect();
+        for _ in 0..HALVINGS {
+            let mut improved = false;
+            for j in 0..u.len() {
+                for sign in [1.0, -1.0] {
+                    let mut candidate = u.clone();
+                    candidate[j] += sign * steps[j];
+                    if let Some(lower) = self.admissible(&candidate)
+                        && lower < h
+                    {
+                        (h, improved) = (lower, true);
+                        u.copy_from_slice(&self.trial);
+                        break;
+                    }
+                }
+            }
+            if !improved {
+                steps.iter_mut().for_each(|s| *s *= 0.5);
+            }
+        }
+        (h, u)
+    }
+}
+
+/// Points over a box, ends included: a grid, or the sequence of Halton with the corners along each axis.
+fn grid(lower: &[f64], upper: &[f64]) -> Vec<f64> {
+    let nu = lower.len();
+    let mut points = Vec::new();
+    let at = |j: usize, fraction: f64| lower[j] + fraction * (upper[j] - lower[j]);
+    if let Some(&n) = GRID.get(nu - 1) {
+        for k in 0..n.pow(nu as u32) {
+            let mut rest = k;
+            for j in 0..nu {
+                points.push(at(j, (rest % n) as f64 / (n - 1) as f64));
+                rest /= n;
+            }
+        }
+    } else {
+        for k in 0..SEQUENCE {
+            for j in 0..nu {
+                // Stretched, so that bounds are among the points.
+                let fraction = 1.2 * radical_inverse(k + 1, PRIMES[j % PRIMES.len()]) - 0.1;
+                points.push(at(j, fraction.clamp(0.0, 1.0)));
+            }
+        }
+    }
+    points
+}
+
+const PRIMES: [usize; 12] = [2, 3, 5, 7, 11, 13, 17, 19, 23, 29, 31, 37];
+
+/// Digits of `k` mirrored at the point (J. H. Halton, 1960).
+fn radical_inverse(mut k: usize, base: usize) -> f64 {
+    let (mut value, mut unit) = (0.0, 1.0 / base as f64);
+    while k > 0 {
+        value += unit * (k % base) as f64;
+        k /= base;
+        unit /= base as f64;
+    }
+    value
+}

@@ -1,0 +1,110 @@
+//! Second-order conditions of a local minimum, from the second variation.
+//!
+//! ```text
+//! 2 dJ = [de]' B'' [de] + int [dx; du]' L'' [dx; du] dt     over   dx' = f_x dx + f_u du,   active constraints linearised
+//! ```
+//!
+//! `de` are free ends, free times, corners of the control and static parameters; `B` and `L` as in the first-order
+//! conditions. A negative direction among changes that keep every active bound shows that the trajectory is no minimum: an
+//! extremal beyond its conjugate point, a saddle, a wrong sequence of arcs. The form is coercive on all changes that keep the
+//! bounds against which the solution pushes: then, with the strengthened condition of Legendre and Clebsch and the
+//! minimum principle over all admissible controls, the trajectory is a strict local minimum. Where the control jumps, the times
+//! of the jumps are unknowns of the form, which is the quadratic form in the switching times of a bang-bang control.
+//!
+//! A. E. Bryson and Y.-C. Ho, Applied Optimal Control, 1975, chapter 6; N. P. Osmolovskii and H. Maurer, Applications to Regular
+//! and Bang-Bang Control, SIAM 2012, doi 10.1137/1.9781611972368, chapters 2 and 5; K. Malanowski and H. Maurer, Computational
+//! Optimization and Applications 5 (1996) 253, doi 10.1007/BF00248265, for constraints along the phase.
+
+mod activity;
+mod arcs;
+mod conjugate;
+mod form;
+mod interval;
+mod sweep;
+
+use apsides_ocp::{Ocp, Scaling, Trajectory};
+
+use crate::ends::EndScales;
+use crate::optimality::PhaseConditions;
+use crate::place::place;
+use crate::{Check, CheckKind, VerifySettings};
+use activity::Space;
+use form::Form;
+
+/// Exponents of ten at which the amount of negative curvature is looked for.
+const DECADES: i32 = 3;
+
+/// The findings of the second-order conditions.
+#[derive(Debug, Default)]
+pub(crate) struct SecondOrder {
+    pub(crate) checks: Vec<Check>,
+    /// The reason why a strict minimum is not claimed.
+    pub(crate) remark: Option<String>,
+}
+
+/// The second-order conditions of a trajectory that meets the first-order ones.
+pub(crate) fn conditions(
+    ocp: &Ocp,
+    trajectory: &Trajectory,
+    scaling: &Scaling,
+    settings: &VerifySettings,
+    conditions: &mut [PhaseConditions<'_>],
+) -> SecondOrder {
+    let scales = EndScales::new(ocp, scaling, settings);
+    let not_tested = |why: &str| SecondOrder { checks: Vec::new(), remark: Some(why.to_owned()) };
+    if conditions.iter().any(|c| c.equations.phase.path_rows() > 0 && c.found.path_multipliers.is_none()) {
+        return not_tested("first order only: the trajectory has no multipliers of its path constraints");
+    }
+    if !ocp.constraints.is_empty() && trajectory.constraint_multipliers.is_none() {
+        return not_tested("first order only: the trajectory has no multipliers of its endpoint constraints");
+    }
+    let Some(form) = Form::new(ocp, trajectory, &scales, &scaling.parameters, conditions, settings) else {
+        return not_tested("first order only: the linearised equations of motion could not be solved");
+    };
+    let limit = settings.curvature_tolerance;
+    let mut amount = 0.0;
+    if !form.inertia(Space::Necessary, -limit).is_positive() {
+        amount = limit;
+        let mut trial = limit;
+        for _ in 0..DECADES * 6 {
+            trial *= 10f64.powf(0.5);
+            if form.inertia(Space::Necessary, -trial).is_positive() {
+                break;
+            }
+            amount = trial;
+        }
+        amount *= 10f64.powf(0.25);
+    }
+    let at = if amount > 0.0 { conjugate::place_of(ocp, &form, conditions) } else { String::new() };
+    let mut second = SecondOrder::default();
+    let name = "negative curvature of the second variation";
+    second.checks.push(Check::new(name, CheckKind::Curvature, amount, limit, "-", at));
+    if amount > 0.0 {
+        return second;
+    }
+    for (k, c) in conditions.iter().enumerate() {
+        let (least, time) = form.legendre(k);
+        if least < settings.curvature_tolerance {
+            let place = place(c.equations.phase, time);
+            second.remark = Some(format!(
+                "first order only: the Hamiltonian is not strictly convex in the free controls ({least:.1e}), {place}"
+            ));
+            return second;
+        }
+    }
+    if form.inertia(Space::Sufficient, settings.coercivity).is_positive() {
+        second.checks.push(Check::new(
+            "second variation positive on all admissible changes",
+            CheckKind::Strictness,
+            0.0,
+            0.0,
+            "-",
+            format!("at least {:.0e} of the square of the change", settings.coercivity),
+        ));
+    } else {
+        second.remark = Some(
+            "first order only: the second variation is not positive on all changes that the active constraints allow".to_owned(),
+        );
+    }
+    second
+}

@@ -1,0 +1,89 @@
+//! Arcs of a phase between the corners of its control, cut into intervals.
+
+use apsides_ocp::PhaseTrajectory;
+
+use crate::optimality::PhaseConditions;
+
+/// A jump of a control above this part of the range it has along the phase is a corner.
+const JUMP: f64 = 0.02;
+/// Ranges below this part of the scale of a control are none.
+const LEAST_RANGE: f64 = 1e-4;
+/// Least number of intervals of a phase.
+const INTERVALS: f64 = 40.0;
+/// Gauss points of an interval.
+pub(super) const STAGES: usize = 3;
+
+/// An interval of the accessory problem: part of an interval of the control polynomial.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Span {
+    /// Interval of the control polynomial.
+    pub(super) segment: usize,
+    /// Index of the arc.
+    pub(super) arc: usize,
+    /// Start and end.
+    pub(super) start: f64,
+    pub(super) end: f64,
+    /// Start and end of the arc.
+    pub(super) arc_start: f64,
+    pub(super) arc_end: f64,
+}
+
+impl Span {
+    /// The part of this interval up to a time.
+    pub(super) fn until(self, end: f64) -> Self {
+        Self { end, ..self }
+    }
+}
+
+/// Times at which the control jumps, between the ends of the phase.
+pub(super) fn corners(conditions: &mut PhaseConditions<'_>) -> Vec<f64> {
+    let nu = conditions.equations.nu;
+    let breaks = conditions.found.control.breaks().to_vec();
+    let ranges: Vec<f64> = (0..nu)
+        .map(|j| {
+            let values = || conditions.nodes.iter().map(|n| n.control[j]);
+            let (least, largest) =
+                values().fold((f64::INFINITY, f64::NEG_INFINITY), |(a, b), v| (a.min(v), b.max(v)));
+            (largest - least).max(LEAST_RANGE * conditions.scaling.controls[j])
+        })
+        .collect();
+    let mut before = vec![0.0; nu];
+    let mut corners = Vec::new();
+    for k in 1..breaks.len() - 1 {
+        conditions.evaluate_within_bounds(k - 1, breaks[k]);
+        before.copy_from_slice(&conditions.point.u);
+        conditions.evaluate_within_bounds(k, breaks[k]);
+        let jumps =
+            before.iter().zip(&conditions.point.u).zip(&ranges).any(|((a, b), r)| (a - b).abs() > JUMP * r);
+        if jumps {
+            corners.push(breaks[k]);
+        }
+    }
+    corners
+}
+
+/// The intervals of a phase with these corners.
+pub(super) fn spans(found: &PhaseTrajectory, corners: &[f64]) -> Vec<Span> {
+    let breaks = found.control.breaks();
+    let longest = (found.final_time - found.initial_time) / INTERVALS;
+    let mut spans = Vec::new();
+    for (segment, ends) in breaks.windows(2).enumerate() {
+        let arc = corners.iter().filter(|c| **c <= ends[0]).count();
+        let arc_start = if arc == 0 { breaks[0] } else { corners[arc - 1] };
+        let arc_end = corners.get(arc).copied().unwrap_or(breaks[breaks.len() - 1]);
+        let nodes = found.control.segments()[segment].basis.nodes().len();
+        let parts = nodes.div_ceil(STAGES).max(((ends[1] - ends[0]) / longest).ceil() as usize).max(1);
+        let at = |k: usize| {
+            if k == parts { ends[1] } else { ends[0] + (ends[1] - ends[0]) * k as f64 / parts as f64 }
+        };
+        spans.extend((0..parts).map(|k| Span {
+            segment,
+            arc,
+            start: at(k),
+            end: at(k + 1),
+            arc_start,
+            arc_end,
+        }));
+    }
+    spans
+}

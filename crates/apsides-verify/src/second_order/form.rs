@@ -1,0 +1,506 @@
+//! The second variation of the whole problem: the phases joined by what depends on their ends.
+
+use apsides_ocp::{EndpointInput, Ocp, Trajectory};
+use nalgebra::DMatrix;
+
+use super::activity::{Activity, Space};
+use super::arcs::{self, Span};
+use super::interval::{Interval, Rule};
+use super::sweep::{ROW_SHIFT, Sizes, Swept, ZERO, sweep};
+use crate::VerifySettings;
+use crate::ends::{EndGradient, EndScales, Ends};
+use crate::equations::sign;
+use crate::optimality::PhaseConditions;
+use crate::worst::relative;
+
+/// One phase of the form.
+pub(super) struct PhaseForm {
+    pub(super) intervals: Vec<Interval>,
+    pub(super) spans: Vec<Span>,
+    pub(super) sizes: Sizes,
+    pub(super) duration: f64,
+    /// Largest term of the Hamiltonian times the duration, relative to the size of the form.
+    share: f64,
+    /// Integrals with an active bound.
+    active_integrals: Vec<bool>,
+    /// End of an interval and curvature of a contact there, over `[x, xi_a, xi_b, p]`.
+    contacts: Vec<(usize, DMatrix<f64>)>,
+}
+
+/// The second variation of a problem, in scaled quantities.
+pub(super) struct Form {
+    pub(super) phases: Vec<PhaseForm>,
+    /// The form is divided by this.
+    pub(super) size: f64,
+    /// Index of the first quantity of each phase: states at its start, at its end, times, multipliers of the end, of integrals.
+    offsets: Vec<usize>,
+    parameters_at: usize,
+    total: usize,
+    /// The stand of the end quantities to their bounds; by global index.
+    activities: Vec<Activity>,
+    /// Hessian of end cost and constraints.
+    ends: Vec<(usize, usize, f64)>,
+    rows: Vec<(Vec<(usize, f64)>, Activity)>,
+}
+
+/// The sign of the form on a space.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) struct Inertia {
+    /// Number of negative directions.
+    pub(super) negative: isize,
+    pub(super) singular: bool,
+}
+
+impl Inertia {
+    pub(super) fn is_positive(self) -> bool {
+        self.negative <= 0 && !self.singular
+    }
+}
+
+impl PhaseForm {
+    fn new(conditions: &mut PhaseConditions<'_>, parameters: &[f64], rule: &Rule) -> Option<Self> {
+        let found = conditions.found;
+        let duration = found.final_time - found.initial_time;
+        let corners = arcs::corners(conditions);
+        let spans = arcs::spans(found, &corners);
+        let sizes = Sizes {
+            states: conditions.equations.nx,
+            integrals: conditions.equations.phase.integrals.len(),
+            times: corners.len() + 2,
+            parameters: conditions.equations.np,
+        };
+        let intervals = spans.iter().map(|span| Interval::new(conditions, parameters, rule, *span, duration));
+        let intervals = intervals.collect::<Option<Vec<_>>>()?;
+        let contacts = contacts(conditions, parameters, &spans, duration);
+        let active_integrals = active_integrals(conditions);
+        let share = conditions.hamiltonian_size * duration;
+        let mut form =
+            Self { intervals, spans, sizes, duration, share, active_integrals, contacts: Vec::new() };
+        for (end, hessian, row) in contacts {
+            form.contacts.push((end, hessian));
+            // The state at the end of an interval is a step of its start.
+            if let Some(interval) = form.intervals.get_mut(end.saturating_sub(1)) {
+                interval.add_end_row(&row);
+            }
+        }
+        Some(form)
+    }
+
+    /// Places of `w` without the state: multipliers of the end, of integrals, times.
+    fn swept(&self, size: f64, space: Space, shift: f64) -> Swept {
+        sweep(&self.intervals, self.sizes, size, space, shift * self.share, &self.contacts)
+    }
+
+    /// The number of negative directions among changes that leave the initial state as `fixed` says, and everything from the end of
+    /// `intervals` on.
+    pub(super) fn truncated(
+        &self,
+        intervals: &[Interval],
+        size: f64,
+        shift: f64,
+        fixed: &[bool],
+        times: &[bool],
+    ) -> Inertia {
+        let swept = sweep(intervals, self.sizes, size, Space::Necessary, shift, &self.contacts);
+        let s = self.sizes;
+        let mut keep: Vec<usize> = (0..s.states).filter(|i| !fixed[*i]).collect();
+        let primal = keep.len();
+        keep.extend(s.end_at()..s.end_at() + s.states);
+        keep.extend((0..s.integrals).filter(|q| self.active_integrals[*q]).map(|q| s.integrals_at() + q));
+        let duals = keep.len() - primal;
+        let reached = intervals.last().map_or(0, |i| i.span.arc);
+        // Corners before the end of the last interval.
+        keep.extend((0..=reached).filter(|k| !times[*k]).map(|k| s.times_at() + k));
+        let n = keep.len();
+        let mut matrix = DMatrix::from_fn(n, n, |i, j| swept.value[(keep[i], keep[j])]);
+        for i in 0..n {
+            matrix[(i, i)] -= if (primal..primal + duals).contains(&i) { ROW_SHIFT } else { shift };
+        }
+        let rows = swept.rows.iter().map(|row| keep.iter().map(|k| row[*k]).collect());
+        let rows: Vec<Vec<f64>> = rows.collect();
+        inertia(&with_rows(matrix, &rows), swept.negative - (duals + rows.len()) as isize, swept.singular)
+    }
+}
+
+/// Integrals that are fixed or whose bound has a multiplier.
+fn active_integrals(conditions: &PhaseConditions<'_>) -> Vec<bool> {
+    let integrals = conditions.equations.phase.integrals.iter().enumerate();
+    let multiplier = |q: usize| conditions.found.integral_multipliers.as_ref().map_or(0.0, |m| m[q]);
+    integrals.map(|(q, i)| i.variable.bounds.is_fixed() || multiplier(q).abs() > 0.0).collect()
+}
+
+/// Curvature and row of each contact, both over `[x, xi_a, xi_b, p]`.
+fn contacts(
+    conditions: &mut PhaseConditions<'_>,
+    parameters: &[f64],
+    spans: &[Span],
+    duration: f64,
+) -> Vec<(usize, DMatrix<f64>, Vec<f64>)> {
+    let found = conditions.found;
+    let (nx, nu, np) = (conditions.equations.nx, conditions.equations.nu, conditions.equations.np);
+    let width = nx + nu + np + 1;
+    let mut all = Vec::new();
+    for contact in &found.contacts {
+        let time = found.contact_time(contact);
+        let Some(end) = spans.iter().position(|s| s.end == time).map(|k| k + 1) else { continue };
+        let span = spans[end - 1];
+        conditions.evaluate_within_bounds(span.segment, time);
+        let (mut gradient, mut hessian) = (vec![0.0; width], vec![0.0; width * width]);
+        conditions.equations.row_gradient(contact.row, &mut gradient);
+        conditions.equations.add_row_hessian(contact.row, 1.0, &mut hessian);
+        add_shift_of_contact(conditions, &gradient, &mut hessian);
+        hessian.iter_mut().for_each(|h| *h *= contact.multiplier);
+        let theta = (time - span.arc_start) / (span.arc_end - span.arc_start);
+        // Columns of [x, u, p, t] behind each of [x, xi_a, xi_b, p], with the factor.
+        let column = |k: usize| match k {
+            k if k < nx => (k, conditions.scaling.states[k]),
+            k if k == nx => (width - 1, (1.0 - theta) * duration),
+            k if k == nx + 1 => (width - 1, theta * duration),
+            k => (k - 2 + nu, parameters[k - nx - 2]),
+        };
+        let n = nx + 2 + np;
+        let h = DMatrix::from_fn(n, n, |i, j| {
+            let ((a, fa), (b, fb)) = (column(i), column(j));
+            hessian[a * width + b] * fa * fb
+        });
+        let row = (0..n)
+            .map(|k| {
+                let (a, f) = column(k);
+                gradient[a] * f
+            })
+            .collect();
+        all.push((end, h, row));
+    }
+    all
+}
+
+/// The value of a row at its extremum changes also because the extremum moves: `-(d g')^2 / g''` joins the Hessian of the row
+/// over `[x, u, p, t]`, where no control occurs in `g'` (J. F. Bonnans and A. Hermant, SIAM J. Control Optim. 46 (2007) 1398,
+/// doi 10.1137/06065756X).
+fn add_shift_of_contact(conditions: &mut PhaseConditions<'_>, gradient: &[f64], hessian: &mut [f64]) {
+    let (nx, nu, width) = (conditions.equations.nx, conditions.equations.nu, gradient.len());
+    let (mut rates, mut jacobian) = (vec![0.0; nx], vec![0.0; nx * width]);
+    conditions.equations.dynamics_jacobian(&mut rates, &mut jacobian);
+    // Gradient of g' = g_x f + g_t.
+    let slope = |k: usize| {
+        let through_states =
+            (0..nx).map(|i| hessian[i * width + k] * rates[i] + gradient[i] * jacobian[i * width + k]);
+        through_states.sum::<f64>() + hessian[(width - 1) * width + k]
+    };
+    let slopes: Vec<f64> = (0..width).map(slope).collect();
+    let second = slopes.iter().zip(&rates).map(|(s, f)| s * f).sum::<f64>() + slopes[width - 1];
+    if slopes[nx..nx + nu].iter().any(|s| *s != 0.0) || second == 0.0 {
+        return;
+    }
+    for i in 0..width {
+        for j in 0..width {
+            hessian[i * width + j] -= slopes[i] * slopes[j] / second;
+        }
+    }
+}
+
+impl Form {
+    pub(super) fn new(
+        ocp: &Ocp,
+        trajectory: &Trajectory,
+        scales: &EndScales<'_>,
+        parameters: &[f64],
+        conditions: &mut [PhaseConditions<'_>],
+        settings: &VerifySettings,
+    ) -> Option<Self> {
+        let rule = Rule::new()?;
+        let phases: Option<Vec<_>> =
+            conditions.iter_mut().map(|c| PhaseForm::new(c, parameters, &rule)).collect();
+        let mut phases = phases?;
+        let mut offsets = Vec::new();
+        let mut total = 0;
+        for phase in &phases {
+            offsets.push(total);
+            total += 3 * phase.sizes.states + phase.sizes.integrals + phase.sizes.times;
+        }
+        let parameters_at = total;
+        total += parameters.len();
+        let largest = phases.iter().flat_map(|p| &p.intervals).fold(0.0, |m: f64, i| {
+            let width = i.weights.iter().sum::<f64>();
+            m.max(i.curvature.amax() / width)
+        });
+        let by_rate = phases.iter().map(|p| p.share).fold(0.0, f64::max);
+        let size = if by_rate > 1e-9 * largest { by_rate } else { largest };
+        let size = if size > 0.0 && size.is_finite() { size } else { 1.0 };
+        for phase in &mut phases {
+            // A phase without a Hamiltonian of its own is measured as the largest.
+            phase.share = if phase.share > 1e-9 * size { phase.share / size } else { 1.0 };
+        }
+        let activities = vec![Activity::Free; total];
+        let mut form = Self {
+            phases,
+            size,
+            offsets,
+            parameters_at,
+            total,
+            activities,
+            ends: Vec::new(),
+            rows: Vec::new(),
+        };
+        form.classify(ocp, trajectory, scales, conditions);
+        form.add_ends(ocp, trajectory, scales, conditions, settings);
+        Some(form)
+    }
+
+    fn index(&self, input: EndpointInput) -> usize {
+        let times = |phase: usize| self.offsets[phase] + 2 * self.phases[phase].sizes.states;
+        match input {
+            EndpointInput::InitialState { phase, state } => self.offsets[phase] + state,
+            EndpointInput::FinalState { phase, state } => {
+                self.offsets[phase] + self.phases[phase].sizes.states + state
+            }
+            EndpointInput::InitialTime { phase } => times(phase),
+            EndpointInput::FinalTime { phase } => times(phase) + self.phases[phase].sizes.times - 1,
+            EndpointInput::Parameter { index } => self.parameters_at + index,
+        }
+    }
+
+    fn scale(&self, input: EndpointInput, scales: &EndScales<'_>) -> f64 {
+        match input {
+            EndpointInput::InitialTime { phase } | EndpointInput::FinalTime { phase } => {
+                self.phases[phase].duration
+            }
+            _ => scales.scale(input),
+        }
+    }
+
+    /// Classifies the end quantities by their bounds.
+    fn classify(
+        &mut self,
+        ocp: &Ocp,
+        trajectory: &Trajectory,
+        scales: &EndScales<'_>,
+        conditions: &mut [PhaseConditions<'_>],
+    ) {
+        let ends = Ends::of(trajectory);
+        let mut gradient = EndGradient::of_cost(ocp, &ends);
+        gradient.add_constraints(ocp, &ends, trajectory.constraint_multipliers.as_ref());
+        let costate_size = conditions.iter().fold(0.0, |m: f64, c| m.max(c.costate_size));
+        for (k, c) in conditions.iter_mut().enumerate() {
+            let [first, last] = c.end_hamiltonians();
+            let phase = &ocp.phases[k];
+            let nx = phase.states.len();
+            let (mut start, mut end) = (vec![0.0; nx], vec![0.0; nx]);
+            c.costate.evaluate(c.found.initial_time, &mut start);
+            c.costate.evaluate(c.found.final_time, &mut end);
+            let size = costate_size;
+            let mut quantities = Vec::new();
+            for (i, state) in phase.states.iter().enumerate() {
+                let both = [
+                    (EndpointInput::InitialState { phase: k, state: i }, start[i], state.initial),
+                    (EndpointInput::FinalState { phase: k, state: i }, -end[i], state.terminal),
+                ];
+                quantities
+                    .extend(both.map(|(q, inner, b)| (q, inner, b.intersect(&state.variable.bounds), size)));
+            }
+            let rate = scales.scale(EndpointInput::FinalTime { phase: k }) * c.hamiltonian_size;
+            quantities.push((EndpointInput::InitialTime { phase: k }, -first, phase.initial_time, rate));
+            quantities.push((EndpointInput::FinalTime { phase: k }, last, phase.final_time, rate));
+            for (input, inner, bounds, size) in quantities {
+                let scale = scales.scale(input);
+                let slope =
+                    gradient.value(input).map_or(0.0, |outer| relative((inner + outer) * scale, size));
+                let index = self.index(input);
+                self.activities[index] = Activity::new(slope, ends.value(input), &bounds, scale);
+            }
+        }
+        for (i, p) in ocp.parameters.iter().enumerate() {
+            // Without its slope; a parameter at its bound is left free where positive curvature is to be shown.
+            let activity = Activity::new(
+                0.0,
+                trajectory.parameters[i],
+                &p.bounds,
+                scales.scale(EndpointInput::Parameter { index: i }),
+            );
+            self.activities[self.parameters_at + i] = activity;
+        }
+    }
+
+    /// Hessian of end cost and constraints, and the rows of active constraints.
+    fn add_ends(
+        &mut self,
+        ocp: &Ocp,
+        trajectory: &Trajectory,
+        scales: &EndScales<'_>,
+        conditions: &[PhaseConditions<'_>],
+        settings: &VerifySettings,
+    ) {
+        let ends = Ends::of(trajectory);
+        let sign = sign(ocp);
+        let mut hessian = Vec::new();
+        for (inputs, f) in &ocp.objective.functions {
+            hessian.extend(ends.hessian(f.as_ref(), inputs, &[sign]));
+        }
+        let costate_size = conditions.iter().fold(0.0, |m: f64, c| m.max(c.costate_size));
+        for (k, c) in ocp.constraints.iter().enumerate() {
+            let sizes = scales.row_scales(k, &ends);
+            let values = ends.evaluate(c.function.as_ref(), &c.inputs);
+            let mut rows = vec![Vec::new(); c.rows.len()];
+            for (row, input, v) in ends.jacobian(c.function.as_ref(), &c.inputs) {
+                rows[row].push((self.index(input), v * self.scale(input, scales) / sizes[row]));
+            }
+            let multipliers = trajectory.constraint_multipliers.as_ref().map(|m| &m[k]);
+            if let Some(m) = multipliers {
+                hessian.extend(ends.hessian(c.function.as_ref(), &c.inputs, m));
+            }
+            for (r, row) in rows.into_iter().enumerate() {
+                let slope = multipliers.map_or(0.0, |m| relative(-m[r] * sizes[r], costate_size));
+                let activity = Activity::new(slope, values[r], &c.rows[r].bounds, sizes[r]);
+                self.rows.push((row, activity));
+            }
+        }
+        for (a, b, v) in hessian {
+            let v = v * self.scale(a, scales) * self.scale(b, scales) / self.size;
+            self.ends.push((self.index(a), self.index(b), v));
+        }
+        for (k, phase) in ocp.phases.iter().enumerate() {
+            let duration = self.phases[k].duration;
+            let initial = self.index(EndpointInput::InitialTime { phase: k });
+            let last = self.index(EndpointInput::FinalTime { phase: k });
+            let activity = if phase.duration.is_fixed() {
+                Activity::Strong
+            } else if phase.duration.excess(duration) >= -settings.activity_tolerance * duration {
+                Activity::Weak
+            } else {
+                Activity::Free
+            };
+            self.rows.push((vec![(initial, -1.0), (last, 1.0)], activity));
+        }
+    }
+
+    /// The sign of the form less `shift` times the square norm of controls, free ends, corners and parameters.
+    pub(super) fn inertia(&self, space: Space, shift: f64) -> Inertia {
+        let mut matrix = DMatrix::zeros(self.total, self.total);
+        let (mut negative, mut singular) = (0, false);
+        let mut dual = vec![false; self.total];
+        let mut absent = vec![false; self.total];
+        let mut left: Vec<Vec<(usize, f64)>> = Vec::new();
+        let mut weights = vec![1.0; self.total];
+        for (k, phase) in self.phases.iter().enumerate() {
+            let s = phase.sizes;
+            weights[self.offsets[k]..][..3 * s.states + s.integrals + s.times].fill(phase.share);
+            let swept = phase.swept(self.size, space, shift);
+            negative += swept.negative;
+            singular |= swept.singular;
+            let first = self.offsets[k];
+            let (end, times) = (first + s.states, first + 2 * s.states);
+            let (multipliers, integrals) = (times + s.times, times + s.times + s.states);
+            let at = |i: usize| match i {
+                i if i < s.states => first + i,
+                i if i < s.integrals_at() => multipliers + i - s.end_at(),
+                i if i < s.times_at() => integrals + i - s.integrals_at(),
+                i if i < s.parameters_at() => times + i - s.times_at(),
+                i => self.parameters_at + i - s.parameters_at(),
+            };
+            for i in 0..s.value() {
+                for j in 0..s.value() {
+                    matrix[(at(i), at(j))] += swept.value[(i, j)];
+                }
+            }
+            left.extend(
+                swept
+                    .rows
+                    .iter()
+                    .map(|row| row.iter().enumerate().map(|(i, v)| (at(i), *v)).collect::<Vec<_>>()),
+            );
+            for i in 0..s.states {
+                matrix[(multipliers + i, end + i)] -= 1.0;
+                matrix[(end + i, multipliers + i)] -= 1.0;
+                dual[multipliers + i] = true;
+            }
+            for q in 0..s.integrals {
+                dual[integrals + q] = true;
+                // A multiplier of a bound that is not active is none.
+                absent[integrals + q] = !phase.active_integrals[q];
+            }
+        }
+        for &(i, j, v) in &self.ends {
+            matrix[(i, j)] += v;
+            if i != j {
+                matrix[(j, i)] += v;
+            }
+        }
+        let keep: Vec<usize> = (0..self.total)
+            .filter(|i| if dual[*i] { !absent[*i] } else { !self.activities[*i].is_fixed_in(space) })
+            .collect();
+        let n = keep.len();
+        let mut position = vec![None; self.total];
+        for (i, k) in keep.iter().enumerate() {
+            position[*k] = Some(i);
+        }
+        let active = self.rows.iter().filter(|(_, a)| a.is_fixed_in(space)).map(|(row, _)| row);
+        let rows = active.chain(&left).map(|row| {
+            let mut full = vec![0.0; n];
+            for &(index, v) in row {
+                if let Some(i) = position[index] {
+                    full[i] += v;
+                }
+            }
+            full
+        });
+        let rows: Vec<Vec<f64>> = rows.collect();
+        let mut form = DMatrix::zeros(n, n);
+        let mut duals = rows.len();
+        for i in 0..n {
+            for j in 0..n {
+                form[(i, j)] = matrix[(keep[i], keep[j])];
+            }
+            if dual[keep[i]] {
+                duals += 1;
+                form[(i, i)] -= ROW_SHIFT;
+            } else {
+                form[(i, i)] -= shift * weights[keep[i]];
+            }
+        }
+        inertia(&with_rows(form, &rows), negative - duals as isize, singular)
+    }
+
+    pub(super) fn activity(&self, input: EndpointInput) -> Activity {
+        self.activities[self.index(input)]
+    }
+
+    /// Least eigenvalue of `H_uu`, relative to the size of the form, and the time of it.
+    pub(super) fn legendre(&self, phase: usize) -> (f64, f64) {
+        let intervals = self.phases[phase].intervals.iter();
+        let (least, at) = intervals.fold((f64::INFINITY, f64::NAN), |(least, at), i| {
+            if i.legendre < least { (i.legendre, i.span.start) } else { (least, at) }
+        });
+        (least / (self.size * self.phases[phase].share), at)
+    }
+}
+
+/// A matrix bordered by rows of unit length.
+fn with_rows(matrix: DMatrix<f64>, rows: &[Vec<f64>]) -> DMatrix<f64> {
+    let n = matrix.nrows();
+    let mut bordered = matrix.resize(n + rows.len(), n + rows.len(), 0.0);
+    for (r, row) in rows.iter().enumerate() {
+        let norm = row.iter().map(|v| v * v).sum::<f64>().sqrt();
+        let factor = if norm > 0.0 { 1.0 / norm } else { 0.0 };
+        for (i, v) in row.iter().enumerate() {
+            bordered[(n + r, i)] = factor * v;
+            bordered[(i, n + r)] = factor * v;
+        }
+        bordered[(n + r, n + r)] = -ROW_SHIFT;
+    }
+    bordered
+}
+
+/// Adds the signs of a full matrix to what the sweeps counted.
+fn inertia(matrix: &DMatrix<f64>, counted: isize, singular: bool) -> Inertia {
+    if matrix.nrows() == 0 {
+        return Inertia { negative: counted, singular };
+    }
+    if matrix.iter().any(|v| !v.is_finite()) {
+        return Inertia { negative: 0, singular: true };
+    }
+    let eigenvalues = matrix.clone().symmetric_eigenvalues();
+    let largest = eigenvalues.amax();
+    let negative = eigenvalues.iter().filter(|l| **l < 0.0).count() as isize;
+    let zero = eigenvalues.iter().any(|l| l.abs() <= ZERO * largest);
+    Inertia { negative: counted + negative, singular: singular || zero }
+}
