@@ -2,6 +2,7 @@
 #![allow(clippy::unwrap_used, clippy::print_stdout)]
 
 use apsides::Outcome;
+use apsides::terrain::site::selection::SiteSelection;
 use apsides_tests::shared;
 
 /// Discretisation: stationarity where the tilt leaves its limit; 1e-5 elsewhere.
@@ -51,7 +52,8 @@ fn refused(overrides: &[&str]) -> String {
 #[test]
 fn sites_are_safe_and_the_flight_ends_above_the_second() {
     let outcome = landed(&[]);
-    let [coarse, fine] = &outcome.decisions.sites[..] else { panic!("two sites") };
+    let sites: Vec<&SiteSelection> = outcome.decisions.sites.iter().filter_map(|s| s.choice_as()).collect();
+    let [coarse, fine] = sites[..] else { panic!("two sites") };
     for site in [coarse, fine] {
         let chosen = site.site();
         let criteria = site.hazards.criteria();

@@ -62,7 +62,6 @@ const ARROWS: &[(&str, Arrows)] = &[
             "piecewise",
             "radau",
             "shooting",
-            "terrain",
             "two-layer",
             "verify",
         ]),

@@ -4,8 +4,20 @@ use apsides_pipeline::Registry;
 
 use crate::data::{BODIES, RENAMED, SITES, VEHICLES};
 
-/// Files by their names; one that is not named like its kind says what is special about it.
-const FILES: &[(&str, &str)] = &[
+/// A mission file: its name and its text.
+#[cfg(any(
+    feature = "lunar",
+    feature = "geo",
+    feature = "entry",
+    feature = "chang-e",
+    feature = "moving-mass"
+))]
+type File = (&'static str, &'static str);
+
+// A file that is not named like its kind says what is special about it.
+
+#[cfg(feature = "lunar")]
+const LUNAR: &[File] = &[
     ("lunar-direct", include_str!("../missions/lunar-direct.toml")),
     ("lunar-perilune", include_str!("../missions/lunar-perilune.toml")),
     ("lunar-two-phase", include_str!("../missions/lunar-two-phase.toml")),
@@ -13,6 +25,10 @@ const FILES: &[(&str, &str)] = &[
     ("lunar-coast", include_str!("../missions/lunar-coast.toml")),
     ("lunar-throttled", include_str!("../missions/lunar-throttled.toml")),
     ("lunar-vertical", include_str!("../missions/lunar-vertical.toml")),
+];
+
+#[cfg(feature = "geo")]
+const GEO: &[File] = &[
     ("geo-1-burn", include_str!("../missions/geo-1-burn.toml")),
     ("geo-2-burn", include_str!("../missions/geo-2-burn.toml")),
     ("geo-3-burn", include_str!("../missions/geo-3-burn.toml")),
@@ -21,33 +37,61 @@ const FILES: &[(&str, &str)] = &[
     ("geo-6-burn", include_str!("../missions/geo-6-burn.toml")),
     ("geo-7-burn", include_str!("../missions/geo-7-burn.toml")),
     ("geo-8-burn", include_str!("../missions/geo-8-burn.toml")),
+];
+
+#[cfg(feature = "chang-e")]
+const CHANG_E: &[File] = &[
     ("chang-e-3", include_str!("../missions/chang-e-3.toml")),
     ("chang-e-3-flat", include_str!("../missions/chang-e-3-flat.toml")),
     ("chang-e-3-braking", include_str!("../missions/chang-e-3-braking.toml")),
+];
+
+#[cfg(feature = "entry")]
+const ENTRY: &[File] = &[
     ("capsule-reentry", include_str!("../missions/capsule-reentry.toml")),
     ("capsule-reentry-steered", include_str!("../missions/capsule-reentry-steered.toml")),
     ("capsule-reentry-us76", include_str!("../missions/capsule-reentry-us76.toml")),
+];
+
+#[cfg(feature = "moving-mass")]
+const MOVING_MASS: &[File] = &[
     ("moving-mass-cross", include_str!("../missions/moving-mass-cross.toml")),
     ("moving-mass-radial", include_str!("../missions/moving-mass-radial.toml")),
 ];
 
-/// A registry of all kinds of mission, their files and their data.
+/// A registry of all kinds of mission whose features are on, their files and their data.
 #[must_use]
 pub fn registry() -> Registry {
-    let registry = Registry::new()
+    let registry =
+        Registry::new().with_data(BODIES).with_data(VEHICLES).with_data(SITES).with_renamed(RENAMED);
+    #[cfg(feature = "lunar")]
+    let registry = with_files(LUNAR, registry)
         .with::<crate::lunar::DirectLanding>()
         .with::<crate::lunar::PeriluneLanding>()
         .with::<crate::lunar::TwoPhaseLanding>()
-        .with::<crate::lunar::LunarTransfer>()
-        .with::<crate::geo::GeoInjection>()
-        .with::<crate::entry::CapsuleEntry>()
+        .with::<crate::lunar::LunarTransfer>();
+    #[cfg(feature = "geo")]
+    let registry = with_files(GEO, registry).with::<crate::geo::GeoInjection>();
+    #[cfg(feature = "entry")]
+    let registry = with_files(ENTRY, registry).with::<crate::entry::CapsuleEntry>();
+    #[cfg(feature = "chang-e")]
+    let registry = with_files(CHANG_E, registry)
         .with::<crate::chang_e::MainBraking>()
-        .with::<crate::chang_e::SixStageLanding>()
+        .with::<crate::chang_e::SixStageLanding>();
+    #[cfg(feature = "moving-mass")]
+    let registry = with_files(MOVING_MASS, registry)
         .with::<crate::moving_mass::CrossMasses>()
-        .with::<crate::moving_mass::RadialMasses>()
-        .with_data(BODIES)
-        .with_data(VEHICLES)
-        .with_data(SITES)
-        .with_renamed(RENAMED);
-    FILES.iter().fold(registry, |registry, (name, text)| registry.with_file(name, text))
+        .with::<crate::moving_mass::RadialMasses>();
+    registry
+}
+
+#[cfg(any(
+    feature = "lunar",
+    feature = "geo",
+    feature = "entry",
+    feature = "chang-e",
+    feature = "moving-mass"
+))]
+fn with_files(files: &[File], registry: Registry) -> Registry {
+    files.iter().fold(registry, |registry, (name, text)| registry.with_file(name, text))
 }

@@ -1,4 +1,14 @@
 //! Bodies, vehicles and landing sites as data: a TOML file each, by name or by path. One more is a file and a line here.
+#![cfg_attr(
+    not(all(
+        feature = "lunar",
+        feature = "geo",
+        feature = "entry",
+        feature = "chang-e",
+        feature = "moving-mass"
+    )),
+    allow(dead_code, reason = "some keys belong to some kinds of mission alone")
+)]
 
 use apsides_dynamics::Body;
 use apsides_pipeline::Error;

@@ -21,12 +21,18 @@
 //! | [`site_criteria`] | what a landing site must fulfil, from a file |
 
 mod catalogue;
+#[cfg(feature = "chang-e")]
 pub mod chang_e;
 pub mod data;
+#[cfg(feature = "entry")]
 pub mod entry;
+#[cfg(feature = "geo")]
 pub mod geo;
+#[cfg(feature = "lunar")]
 pub mod lunar;
+#[cfg(feature = "moving-mass")]
 pub mod moving_mass;
+#[cfg(feature = "chang-e")]
 pub mod site_criteria;
 
 pub use catalogue::registry;

@@ -23,6 +23,7 @@
 //! | [`dispersion`], [`montecarlo`] | flights that deviate from a plan |
 //! | [`covariance`] | state-transition matrices and covariances along any trajectory |
 //! | [`simulation`] | flights under a law |
+//! | [`site`] | landing sites that were chosen on maps |
 
 mod checkpoint;
 pub mod covariance;
@@ -42,6 +43,7 @@ pub mod posed;
 pub mod registry;
 pub mod sensitivity;
 pub mod simulation;
+pub mod site;
 pub mod sweep;
 pub mod values;
 
@@ -55,3 +57,4 @@ pub use pipeline::Pipeline;
 pub use posed::{Expansion, Posed};
 pub use registry::Registry;
 pub use simulation::Simulated;
+pub use site::{ChosenSite, SiteSummary};

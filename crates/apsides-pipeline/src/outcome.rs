@@ -4,9 +4,10 @@ use std::collections::BTreeMap;
 
 use apsides_nlp::{SolveReport, Status};
 use apsides_ocp::{Ocp, Trajectory};
-use apsides_terrain::site::selection::{SiteSelection, SiteSummary};
 use apsides_verify::Certificate;
 use serde::{Deserialize, Serialize};
+
+use crate::site::{ChosenSite, SiteSummary};
 
 /// Name, value and unit of the objective.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -140,7 +141,7 @@ pub struct Decisions {
     /// Numbers of keys that were open, as they were decided.
     pub values: Vec<(&'static str, f64)>,
     /// Sites, in the order of the flight.
-    pub sites: Vec<SiteSelection>,
+    pub sites: Vec<ChosenSite>,
 }
 
 /// Derivatives with respect to one key, all per unit of the key.

@@ -7,7 +7,6 @@ use std::time::Instant;
 use apsides_nlp::Status;
 use apsides_ocp::{Guess, Ocp, Solution, Trajectory};
 use apsides_radau::{Explanation, Unmet};
-use apsides_terrain::site::selection::SiteSummary;
 use apsides_verify::{Certificate, Check, CheckKind, Verification, VerifySettings, verify};
 
 use crate::Error;
@@ -485,7 +484,7 @@ impl Pipeline {
             warnings: solution.warnings.iter().map(ToString::to_string).collect(),
             switches: solution.switches.iter().map(ToString::to_string).collect(),
             search: solution.search.map(|record| self.methods.search_summary(record)),
-            sites: decisions.sites.iter().map(SiteSummary::from).collect(),
+            sites: decisions.sites.iter().map(|site| site.summary.clone()).collect(),
             sensitivity: None,
         };
         Outcome {

@@ -1,5 +1,6 @@
 //! Files of the sites that were chosen on maps: a picture and the candidates of each.
 
+use apsides_pipeline::ChosenSite;
 use apsides_terrain::site::selection::SiteSelection;
 
 use crate::ReportError;
@@ -27,10 +28,11 @@ const COLUMNS: [&str; 13] = [
 ];
 
 /// Files of all maps; those without a choice of a site must not stay.
-pub(crate) fn site_files(sites: &[SiteSelection]) -> Result<Vec<Item>, ReportError> {
+pub(crate) fn site_files(sites: &[ChosenSite]) -> Result<Vec<Item>, ReportError> {
     let mut items = Vec::new();
     for (map, picture, table) in NAMES {
-        let site = sites.iter().find(|s| s.name == map);
+        let mut on_maps = sites.iter().filter_map(ChosenSite::choice_as::<SiteSelection>);
+        let site = on_maps.find(|s| s.name == map);
         items.push((picture, site.map(drawn).transpose()?));
         items.push((table, site.map(|s| candidates(table, s)).transpose()?));
     }

@@ -29,6 +29,7 @@
 pub use apsides_ad as ad;
 pub use apsides_basis as basis;
 pub use apsides_control as control;
+#[cfg(feature = "convex")]
 pub use apsides_convex as convex;
 pub use apsides_dynamics as dynamics;
 pub use apsides_flatness as flatness;
@@ -41,6 +42,7 @@ pub use apsides_piecewise as piecewise;
 pub use apsides_pipeline as pipeline;
 pub use apsides_radau as radau;
 pub use apsides_shooting as shooting;
+#[cfg(feature = "terrain")]
 pub use apsides_terrain as terrain;
 pub use apsides_verify as verify;
 

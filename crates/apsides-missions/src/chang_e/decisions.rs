@@ -7,7 +7,7 @@
 use apsides_convex::{DescentLimits, DivertPlanner, DivertSettings, Outcome, PoweredDescent};
 use apsides_ocp::Trajectory;
 use apsides_pipeline::error::Source;
-use apsides_pipeline::{Decisions, Error, Posed};
+use apsides_pipeline::{ChosenSite, Decisions, Error, Posed, SiteSummary};
 use apsides_radau::Radau;
 use apsides_terrain::contact;
 use apsides_terrain::site::selection::{
@@ -77,7 +77,7 @@ pub(super) fn decide(landing: &SixStageLanding) -> Result<Decisions, Error> {
         landing.coarse.site = chosen.offset.map(Some);
         mass_at_hover = chosen.divert.reached().map(|propellant| mass - propellant);
         decisions.values.extend(COARSE.site.into_iter().zip(chosen.offset));
-        decisions.sites.push(site);
+        decisions.sites.push(ChosenSite::new(summary(&site), site));
     }
     if fine {
         if let Some(reason) = landing.ground_too_high() {
@@ -99,9 +99,27 @@ pub(super) fn decide(landing: &SixStageLanding) -> Result<Decisions, Error> {
             divert_cost: FINE_DIVERT_COST,
         })?;
         decisions.values.extend(FINE.site.into_iter().zip(site.site().offset));
-        decisions.sites.push(site);
+        decisions.sites.push(ChosenSite::new(summary(&site), site));
     }
     Ok(decisions)
+}
+
+/// The choice of a site in the summary of the mission.
+fn summary(s: &SiteSelection) -> SiteSummary {
+    let site = s.site();
+    let reached: Vec<f64> = s.candidates.iter().filter_map(|c| c.divert.reached()).collect();
+    // A site that is chosen is within reach.
+    let propellant = site.divert.reached().unwrap_or(f64::NAN);
+    SiteSummary {
+        map: s.name.into(),
+        safe_fraction: s.hazards.counts().safe_fraction(),
+        below: s.below_verdict(),
+        candidates: [s.candidates.len(), reached.len()],
+        offset_m: site.offset,
+        clearance_m: Some(site.site.clearance_m).filter(|c| c.is_finite()),
+        propellant_kg: [propellant, propellant - reached.iter().copied().fold(f64::INFINITY, f64::min)],
+        tilt_deg: site.tilt.map(f64::to_degrees),
+    }
 }
 
 /// The state at the end of a phase of a plan.

@@ -112,7 +112,8 @@ impl Mission for SixStageLanding {
     }
 
     fn checks(&self, decisions: &Decisions, solution: &Trajectory) -> Vec<Check> {
-        site_checks::of(self, &decisions.sites, solution)
+        let sites: Vec<_> = decisions.sites.iter().filter_map(|s| s.choice_as()).collect();
+        site_checks::of(self, &sites, solution)
     }
 
     fn decide(&self) -> Result<Decisions, Error> {

@@ -32,7 +32,7 @@ struct Leg {
 }
 
 /// Checks of the certificate.
-pub(super) fn of(landing: &SixStageLanding, sites: &[SiteSelection], t: &Trajectory) -> Vec<Check> {
+pub(super) fn of(landing: &SixStageLanding, sites: &[&SiteSelection], t: &Trajectory) -> Vec<Check> {
     let mut checks = Vec::new();
     for site in sites {
         let Ok(ground) = Ground::new(&site.map) else { continue };
@@ -53,7 +53,7 @@ pub(super) fn of(landing: &SixStageLanding, sites: &[SiteSelection], t: &Traject
 }
 
 /// The phases that are flown over a map: over the coarse one the way to its site and, where there is no fine one, the rest.
-fn legs(landing: &SixStageLanding, site: &SiteSelection, sites: &[SiteSelection]) -> Vec<Leg> {
+fn legs(landing: &SixStageLanding, site: &SiteSelection, sites: &[&SiteSelection]) -> Vec<Leg> {
     let surface = landing.lander.body.radius;
     let (coarse, fine) = (landing.coarse_divert(), landing.fine_divert());
     let to_coarse = |start, level| Leg {

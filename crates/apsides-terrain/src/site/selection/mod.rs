@@ -7,8 +7,6 @@
 //! from 0 to 1 and the worth `w` of a site without hazard. The site is the first in order of cost on which the lander stands on its four pads
 //! at every heading.
 
-use serde::{Deserialize, Serialize};
-
 use super::{ScoreWeights, SiteRequest, SiteRule, choose_sites};
 use crate::contact::{Ground, Lander};
 use crate::hazard::{HazardMap, Layer, SiteCriteria, Verdict, hazard_map};
@@ -20,7 +18,6 @@ mod no_site;
 pub use candidate::{Candidate, Divert, Unreached};
 pub use no_site::NoSite;
 
-use candidate::place;
 use no_site::exceeded;
 
 /// Headings of the footpads at which a touchdown is tried, in a quarter turn.
@@ -84,67 +81,6 @@ impl SiteSelection {
                 format!("unsafe, {}", exceeded(layer, value, limit))
             }
         }
-    }
-}
-
-/// A choice of a site in the summary of a mission.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-pub struct SiteSummary {
-    /// The name of the map.
-    pub map: String,
-    /// Part of the known pixels that is safe.
-    pub safe_fraction: f64,
-    /// The verdict on the place below the lander, in words.
-    pub below: String,
-    /// Candidates that diverts were planned to, and how many of them are within reach.
-    pub candidates: [usize; 2],
-    /// East, north and up from the ground below the lander to the site, m.
-    pub offset_m: [f64; 3],
-    /// Distance of the site from what is not safe, m; none if all of the map is safe.
-    pub clearance_m: Option<f64>,
-    /// Propellant of the planned divert, and how much of it the cheapest candidate would save, kg.
-    pub propellant_kg: [f64; 2],
-    /// Tilt on the four pads at the worst heading, deg.
-    pub tilt_deg: Option<f64>,
-}
-
-impl From<&SiteSelection> for SiteSummary {
-    fn from(s: &SiteSelection) -> Self {
-        let site = s.site();
-        let reached: Vec<f64> = s.candidates.iter().filter_map(|c| c.divert.reached()).collect();
-        // A site that is chosen is within reach.
-        let propellant = site.divert.reached().unwrap_or(f64::NAN);
-        Self {
-            map: s.name.into(),
-            safe_fraction: s.hazards.counts().safe_fraction(),
-            below: s.below_verdict(),
-            candidates: [s.candidates.len(), reached.len()],
-            offset_m: site.offset,
-            clearance_m: Some(site.site.clearance_m).filter(|c| c.is_finite()),
-            propellant_kg: [propellant, propellant - reached.iter().copied().fold(f64::INFINITY, f64::min)],
-            tilt_deg: site.tilt.map(f64::to_degrees),
-        }
-    }
-}
-
-impl std::fmt::Display for SiteSummary {
-    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        let [all, reached] = self.candidates;
-        write!(
-            f,
-            "{} map: {:.1} % safe; the ground below is {}; {reached} of {all} candidates within reach; site {}, {:.1} m {}",
-            self.map,
-            100.0 * self.safe_fraction,
-            self.below,
-            place(self.offset_m),
-            self.offset_m[2].abs(),
-            if self.offset_m[2] < 0.0 { "lower" } else { "higher" }
-        )?;
-        if let Some(clearance) = self.clearance_m {
-            write!(f, ", {clearance:.1} m clear")?;
-        }
-        let [propellant, more] = self.propellant_kg;
-        write!(f, "; divert {propellant:.2} kg, {more:.2} kg more than to the cheapest")
     }
 }
 

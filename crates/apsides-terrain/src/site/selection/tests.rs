@@ -53,10 +53,8 @@ fn the_cheapest_site_within_reach_is_taken() {
     assert_eq!(site.offset[2], -1.0);
     let costs: Vec<f64> = selection.candidates.iter().filter_map(|c| c.cost).collect();
     assert!(costs.is_sorted() && costs.len() < selection.candidates.len());
-    let summary = SiteSummary::from(&selection);
-    assert_eq!(summary.candidates, [12, costs.len()]);
-    assert!(summary.below.starts_with("unsafe, "), "{summary}");
-    assert!(summary.propellant_kg[1] >= 0.0);
+    assert_eq!(selection.candidates.len(), 12);
+    assert!(selection.below_verdict().starts_with("unsafe, "), "{}", selection.below_verdict());
 }
 
 #[test]
