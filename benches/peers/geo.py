@@ -365,7 +365,7 @@ def compare(program, burns, methods, arguments):
     optimum = OPTIMA[burns]
     points = coarsest(lambda n: ipopt(n, bounds=False), optimum, range(4, 20))
     steps = coarsest(lambda n: Shooting(injection, n), optimum, range(1, 20))
-    same = ["intervals=1", f"points={points}", "max_meshes=1", f"nlp_tolerance={TOLERANCE}"]
+    same = ["intervals=1", f"points={points}", "max_refinements=0", f"nlp_tolerance={TOLERANCE}"]
     same = [word for key in same for word in ("--set", f"radau.{key}")]
     entries = [
         Entry("SciPy", "SciPy solve_ivp", Scipy(injection, compiled=False)),

@@ -249,12 +249,13 @@ fn limited_flight_time() {
         ("geo-4-burn", "9.707788169505234", 15536.4511879826),
     ];
     for (name, limit, propellant) in cases {
-        let time = format!("max_flight_time_h={limit}");
+        let hours: f64 = limit.parse().unwrap();
+        let time = format!("max_flight_time_s={}", hours * 3600.0);
         let outcome = injected(name, &[&time], propellant, COLLOCATION_PROPELLANT_KG);
-        near(&outcome, "flight_time_h", limit.parse().unwrap(), BURN_TIME_S / 3600.0);
+        near(&outcome, "flight_time_h", hours, BURN_TIME_S / 3600.0);
     }
     // A limit above the optimum's own time changes nothing.
-    injected("geo-3-burn", &["max_flight_time_h=9"], 15565.672402671438, PROPELLANT_KG);
+    injected("geo-3-burn", &["max_flight_time_s=32400"], 15565.672402671438, PROPELLANT_KG);
 }
 
 /// Limits that nothing reaches change nothing; others cost.
@@ -309,8 +310,8 @@ fn prices_of_mass_and_time() {
     let found = price("geo-3-burn", &["initial_mass_kg=22135"], "initial_mass_kg");
     assert!((found / slope - 1.0).abs() < PRICE, "{found} {slope}");
     // A difference over 0.115 h, so that its middle is known to a few thousandths.
-    let slope = (15831.000979 - 15797.344) / (5.2414 - 5.3566);
-    let found = price("geo-2-burn", &["max_flight_time_h=5.299"], "max_flight_time_h");
+    let slope = (15831.000979 - 15797.344) / ((5.2414 - 5.3566) * 3600.0);
+    let found = price("geo-2-burn", &["max_flight_time_s=19076.4"], "max_flight_time_s");
     assert!((found / slope - 1.0).abs() < PRICE_OF_TIME, "{found} {slope}");
     // A plane without inclination is another problem.
     let mission = load("geo-3-burn", &[]).unwrap();
@@ -356,7 +357,7 @@ fn bad_input_is_refused_by_name() {
         (&["apogee_cap_km=40000"], "`apogee_cap_km` is 40000, it must not be below the apogee of the target"),
         (&["max_restarts=1"], "`max_restarts` is 1, but 3 burns (`burns`) take 2"),
         (&["max_burn_time_s=800"], "`max_burn_time_s` is 800, but already without losses 3 burns"),
-        (&["max_flight_time_h=0.5"], "`max_flight_time_h` is 0.5"),
+        (&["max_flight_time_s=1800"], "`max_flight_time_s` is 1800"),
         (&["propellant_kg=23000"], "`propellant_kg` is 23000, it must be below `initial_mass_kg`"),
         (&["steering=velocity", "inclination_deg=5"], "cannot change the plane"),
         (&["method=flatness"], "no flat outputs"),

@@ -47,11 +47,11 @@ fn gap(overrides: &[&str]) -> (f64, Outcome) {
 #[test]
 fn gaps_of_equal_and_of_free_lengths() {
     for (n, equal, free) in GAPS {
-        let segments = format!("piecewise.segments={n}");
-        let (found, _) = gap(&[&segments, "piecewise.refine=false"]);
+        let segments = format!("piecewise.intervals={n}");
+        let (found, _) = gap(&[&segments, "piecewise.max_refinements=0"]);
         // The solver stops at 1e-10 of the scaled problem, some 1e-5 kg.
         assert!((found - equal).abs() < SOLVER_KG, "{n} equal: {found} {equal}");
-        let (loose, _) = gap(&[&segments, "piecewise.refine=false", "piecewise.lengths=free"]);
+        let (loose, _) = gap(&[&segments, "piecewise.max_refinements=0", "piecewise.lengths=free"]);
         assert!(loose < free + SOLVER_KG && loose <= found, "{n} free: {loose} {free}");
     }
 }
@@ -76,15 +76,16 @@ fn refined_below_a_gram() {
 
 #[test]
 fn the_same_seed_gives_the_same_flight() {
-    let run =
-        || gap(&["piecewise.segments=5", "piecewise.lengths=free", "piecewise.refine=false"]).0.to_bits();
+    let run = || {
+        gap(&["piecewise.intervals=5", "piecewise.lengths=free", "piecewise.max_refinements=0"]).0.to_bits()
+    };
     assert_eq!(run(), run());
 }
 
 /// Over the rotating Moon the method takes the same problem; against 1345.830856 kg by collocation.
 #[test]
 fn over_the_rotating_moon() {
-    let (_, outcome) = gap(&["motion=space", "piecewise.segments=20", "piecewise.refine=false"]);
+    let (_, outcome) = gap(&["motion=space", "piecewise.intervals=20", "piecewise.max_refinements=0"]);
     let found = 1_345.830_856_263 - outcome.summary.results["final_mass_kg"];
     assert!((0.0..0.05).contains(&found), "{found} kg");
 }
@@ -92,7 +93,7 @@ fn over_the_rotating_moon() {
 #[test]
 fn bad_settings_are_refused_by_name() {
     for (key, value) in [
-        ("piecewise.segments", "0"),
+        ("piecewise.intervals", "0"),
         ("piecewise.epsilon", "-0.001"),
         ("piecewise.epsilon", "nan"),
         ("piecewise.least_length", "0"),

@@ -125,7 +125,7 @@ fn least_peaks() {
         ("goal=peak-heat-rate", "peak_heat_rate_kw_m2", 674.67, 0.3),
     ] {
         let outcome =
-            solve("capsule-reentry", &[pressure, load, heat, margins, goal, "radau.mesh_tolerance=1e-6"]);
+            solve("capsule-reentry", &[pressure, load, heat, margins, goal, "radau.tolerance=1e-6"]);
         assert!(outcome.status.is_success(), "{goal}: {:?}", outcome.explanation);
         near(&outcome, key, expected, tolerance);
     }
@@ -160,7 +160,7 @@ impl Observer for Impatient {
 #[test]
 fn an_interrupted_search_goes_on_from_its_best() {
     let mut observer = Impatient(0);
-    let outcome = load("capsule-reentry", &["method=two-layer", "margins=false", "radau.max_meshes=1"])
+    let outcome = load("capsule-reentry", &["method=two-layer", "margins=false", "radau.max_refinements=0"])
         .unwrap()
         .solve(None, &mut observer)
         .unwrap();
@@ -175,7 +175,7 @@ fn a_seed_fixes_the_search_for_any_number_of_threads() {
     let with = |seed: u64, threads: usize| {
         let mission = load(
             "capsule-reentry",
-            &["method=two-layer", "search.evaluations=600", "margins=false", "radau.max_meshes=1"],
+            &["method=two-layer", "search.evaluations=600", "margins=false", "radau.max_refinements=0"],
         )
         .unwrap()
         .with_seed(seed)
@@ -197,11 +197,18 @@ fn every_algorithm_finds_a_start() {
         "differential-evolution",
         "cma-es",
         "annealing",
+        "islands",
     ] {
         let key = format!("search.algorithm={algorithm}");
         let outcome = solve(
             "capsule-reentry",
-            &["method=two-layer", &key, "search.evaluations=1000", "margins=false", "radau.max_meshes=1"],
+            &[
+                "method=two-layer",
+                &key,
+                "search.evaluations=1000",
+                "margins=false",
+                "radau.max_refinements=0",
+            ],
         );
         assert!(outcome.status.is_success(), "{algorithm}");
         assert!(outcome.summary.search.unwrap().miss_km.unwrap() < 50.0, "{algorithm}");

@@ -80,7 +80,7 @@ fn an_unknown_offset_is_found() {
 #[test]
 fn the_offset_is_the_lift() {
     let solve = |offset: &str| {
-        let overrides = [offset, "margins=false", "radau.mesh_tolerance=1e-6"];
+        let overrides = [offset, "margins=false", "radau.tolerance=1e-6"];
         load(&overrides).solve(None, &mut ()).unwrap()
     };
     let (nine, ten) = (solve("trim_offset_m=0.09"), solve("trim_offset_m=0.1"));

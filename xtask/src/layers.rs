@@ -32,7 +32,7 @@ const ARROWS: &[(&str, Arrows)] = &[
     ("nlp", To(&["basis", "iteration", "kkt"])),
     ("ode", To(&["ad"])),
     // Domain.
-    ("dynamics", To(&["ad"])),
+    ("dynamics", To(&["ad", "basis"])),
     ("terrain", To(&["ad"])),
     ("ocp", To(&["ad", "basis", "iteration"])),
     // Methods, and what their transcriptions have in common.
@@ -54,6 +54,7 @@ const ARROWS: &[(&str, Arrows)] = &[
         To(&[
             "ad",
             "control",
+            "convex",
             "flatness",
             "metaheuristics",
             "nlp",

@@ -120,11 +120,11 @@ fn results_are_written_and_verified_again() {
 fn a_flight_of_burns_and_coasts_is_written_and_verified_again() {
     let dir = tempfile::tempdir().unwrap();
     let out = dir.path().join("results");
-    let limits = ["--set", "inclination_deg=28.5", "--set", "max_flight_time_h=7.5"];
+    let limits = ["--set", "inclination_deg=28.5", "--set", "max_flight_time_s=27000"];
     let solve = ["solve", "geo-3-burn", "--quiet", "--sensitivity", "--out", &path(&out)];
     let o = apsides(&[&solve[..], &limits[..]].concat());
     assert_eq!(o.status.code(), Some(0), "{}{}", stdout(&o), stderr(&o));
-    assert!(stdout(&o).contains("+1 h of max_flight_time_h"), "{}", stdout(&o));
+    assert!(stdout(&o).contains("+1 s of max_flight_time_s"), "{}", stdout(&o));
     let csv = out.join("trajectory.csv");
     let text = std::fs::read_to_string(&csv).unwrap();
     assert!(text.contains("coast-2"));
@@ -283,7 +283,9 @@ fn a_footprint_is_written_with_a_map() {
 #[test]
 fn results_of_shooting_are_written_and_verified_again() {
     let dir = tempfile::tempdir().unwrap();
-    for (method, more) in [("multiple-shooting", "motion=plane"), ("piecewise", "piecewise.refine=false")] {
+    for (method, more) in
+        [("multiple-shooting", "motion=plane"), ("piecewise", "piecewise.max_refinements=0")]
+    {
         let out = path(&dir.path().join(method));
         let o = apsides(&[
             "solve",
@@ -499,7 +501,7 @@ fn a_killed_search_resumes_to_the_same_end() {
         "--set",
         "search.evaluations=20000",
         "--set",
-        "radau.max_meshes=1",
+        "radau.max_refinements=0",
         "--set",
         "margins=false",
     ];

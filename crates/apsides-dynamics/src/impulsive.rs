@@ -30,6 +30,7 @@
 use std::f64::consts::PI;
 
 use apsides_ad::{Dual, Scalar};
+use apsides_basis::golden_section;
 
 use crate::error::positive;
 use crate::{Body, DynamicsError};
@@ -104,11 +105,10 @@ pub struct ImpulsiveTransfer {
     pub impulses: Vec<Impulse>,
 }
 
-/// Steps of the golden section: more than the digits of a number.
-const SEARCH_STEPS: usize = 80;
+/// Evaluations of the golden section: more than the digits of a number.
+const SEARCH_EVALUATIONS: usize = 82;
 /// Part of an impulse after which its cost has no kink yet.
 const BEFORE_THE_KINK: f64 = 0.999;
-const GOLDEN: f64 = 0.618_033_988_749_894_9;
 
 impl ImpulsiveTransfer {
     /// The transfer whose impulses have the least sum.
@@ -283,18 +283,10 @@ fn distance<S: Scalar>(a: Horizontal<S>, b: Horizontal<S>) -> S {
     apsides_ad::vector::norm(&[b[0] - a[0], b[1] - a[1]], 0.0)
 }
 
-/// The minimiser, between zero and `end`, of a function with one minimum there (golden section).
+/// The minimiser, between zero and `end`, of a function with one minimum there.
 fn least(end: f64, function: impl Fn(f64) -> f64) -> f64 {
-    let (mut a, mut b) = (0.0, end);
-    for _ in 0..SEARCH_STEPS {
-        let (left, right) = (b - GOLDEN * (b - a), a + GOLDEN * (b - a));
-        if function(left) < function(right) {
-            b = right;
-        } else {
-            a = left;
-        }
-    }
-    0.5 * (a + b)
+    let [at, _] = golden_section([0.0, end], SEARCH_EVALUATIONS, function);
+    at
 }
 
 #[cfg(test)]

@@ -111,6 +111,7 @@ pub(crate) const RENAMED: &[(&str, &str)] = &[
     ("mass_flow_kg_s", "isp_s"),
     ("mass_kg", "initial_mass_kg"),
     ("max_burn_s", "max_burn_time_s"),
+    ("max_flight_time_h", "max_flight_time_s"),
     ("moon_radius_km", "body_radius_km"),
     ("moon_rotation", "body_rotation"),
     ("planet", "body"),
@@ -159,5 +160,6 @@ pub(crate) const LANDING_SITE: [Key; 4] = [
 /// The body of the values, its gravity and size.
 pub(crate) fn central_body(values: &Values) -> Result<Body, Error> {
     let (parameter, radius) = (values.number(GRAVITATIONAL_PARAMETER)?, values.number(BODY_RADIUS)?);
-    Body::new(parameter * 1e9, radius * 1e3).map_err(Error::model)
+    let refusal = values.refusal(&[GRAVITATIONAL_PARAMETER, BODY_RADIUS]);
+    Body::new(parameter * 1e9, radius * 1e3).map_err(refusal)
 }

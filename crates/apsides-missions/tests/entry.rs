@@ -50,6 +50,37 @@ fn a_file_may_state_another_atmosphere() {
     assert!(former.contains("has no key `planet`; it is now `body`"), "{former}");
 }
 
+/// Lift by drag has no coefficient of pressure in it. Sphere-cone of Viking (nose 0.88 m, base 1.75 m, half angle 70 deg) at -11.2 deg and
+/// the heat shield of Apollo (4.694 m, 1.956 m) at -20 deg by the formulas of `apsides_dynamics::aerodynamics::Newtonian`, in 30 digits.
+#[test]
+fn the_impact_of_the_air_makes_lift_at_an_angle_of_attack() {
+    let lift_to_drag = |nose: f64, base: f64, more: &[&str]| {
+        let area = format!("reference_area_m2={}", std::f64::consts::PI * base * base);
+        let nose = format!("nose_radius_m={nose}");
+        let all: Vec<&str> = ["aerodynamics=newtonian", &area, &nose].iter().chain(more).copied().collect();
+        let vehicle = capsule(&all).flight.vehicle;
+        [5.0, 25.0].map(|mach| vehicle.lift_to_drag(mach))
+    };
+    for found in lift_to_drag(0.88, 1.75, &["cone_half_angle_deg=70", "angle_of_attack_deg=-11.2"]) {
+        assert!((found - 0.17140574353065812).abs() < 1e-13, "{found}");
+    }
+    for found in lift_to_drag(4.694, 1.956, &["angle_of_attack_deg=-20"]) {
+        assert!((found - 0.32550829294889886).abs() < 1e-13, "{found}");
+    }
+    load(&["aerodynamics=newtonian"]).unwrap().pose().unwrap();
+    let refused = |set: &[&str]| {
+        let all: Vec<&str> = ["aerodynamics=newtonian"].iter().chain(set).copied().collect();
+        load(&all).unwrap_err().to_string()
+    };
+    let steep = refused(&["cone_half_angle_deg=30", "nose_radius_m=0.1", "angle_of_attack_deg=40"]);
+    assert!(steep.contains("`angle_of_attack_deg` is 40, but beyond 30.000 deg"), "{steep}");
+    let wide = refused(&["cone_half_angle_deg=10", "nose_radius_m=50"]);
+    assert!(
+        wide.starts_with("--set nose_radius_m=50 (mission `capsule-reentry`): `nose_radius_m`, "),
+        "{wide}"
+    );
+}
+
 #[test]
 fn the_file_with_every_value_is_the_same_mission() {
     for overrides in [&["body=mars"][..], &[], &["goal=reach", "reach_half_width_km=20"]] {

@@ -6,7 +6,7 @@ use apsides_pipeline::Outcome;
 
 fn landing(dry_mass_kg: f64) -> Outcome {
     // Close to the limit the flight is long and delicate: a coarse mesh answers the question.
-    let coarse = ["thrust_n=200", "radau.mesh_tolerance=1e-3", "radau.max_meshes=3"].map(str::to_owned);
+    let coarse = ["thrust_n=200", "radau.tolerance=1e-3", "radau.max_refinements=2"].map(str::to_owned);
     let set: Vec<String> = coarse.into_iter().chain([format!("dry_mass_kg={dry_mass_kg}")]).collect();
     registry().load("lunar-perilune", &set).unwrap().solve(None, &mut ()).unwrap()
 }

@@ -29,6 +29,21 @@ fn every_mission_of_the_program_is_well_posed() {
 }
 
 #[test]
+fn what_is_said_of_a_run_stays_when_a_value_changes() {
+    let mission = registry().load("lunar-perilune", &[]).unwrap();
+    let mission = mission.with_threads(3).with_seed(7).with_tolerance_from(1e-5);
+    let mut changed = mission.with("thrust_n", 500.0).unwrap();
+    changed.set("method", "two-layer").unwrap_err();
+    changed.set("isp_s", 311.0).unwrap();
+    let settings = &changed.methods().radau.settings;
+    assert_eq!((settings.threads, settings.tolerance), (3, 1e-5));
+    assert_eq!((changed.seed(), changed.methods().search_settings().seed), (7, 7));
+    // A file that asks for less keeps it.
+    changed.set("radau.tolerance", 1e-3).unwrap();
+    assert_eq!(changed.methods().radau.settings.tolerance, 1e-3);
+}
+
+#[test]
 fn mistakes_name_line_key_and_remedy() {
     let line2 = |text: &str| refused(&format!("{PERILUNE}{text}\n"));
     let cases = [
@@ -90,7 +105,7 @@ fn mistakes_name_line_key_and_remedy() {
         ),
         (
             "method = \"newton\"",
-            "file `x.toml`, line 2: `method` is \"newton\", allowed is \"radau\" or \"flatness\" or \"multiple-shooting\" or \"indirect\" or \"piecewise\" or \"two-layer\"",
+            "file `x.toml`, line 2: `method` is \"newton\", allowed is \"radau\" or \"flatness\" or \"multiple-shooting\" or \"indirect\" or \"piecewise\" or \"two-layer\" or \"successive-convexification\"",
         ),
         (
             "[flatness]\nplacement = \"even\"",
@@ -100,7 +115,10 @@ fn mistakes_name_line_key_and_remedy() {
             "[flatness]\npoints = 0",
             "file `x.toml`, line 3: `flatness.points` is 0, allowed is a whole number from 1 to 1000",
         ),
-        ("[flatness]\nrefine = 3", "file `x.toml`, line 3: `flatness.refine` is 3, allowed is true or false"),
+        (
+            "[flatness]\nmax_refinements = true",
+            "file `x.toml`, line 3: `flatness.max_refinements` is true, allowed is a whole number from 0 to 999",
+        ),
     ];
     for (text, message) in cases {
         assert_eq!(line2(text), message);
@@ -129,6 +147,32 @@ fn what_no_flight_can_mend_is_a_conflict() {
     assert!(direct.contains("allowed is \"full\" or \"free\""), "{direct}");
     let gate = "mission = \"lunar-two-phase\"\ngate_altitude_km = 20.0\n";
     assert!(refused(gate).contains("must be below the perilune"));
+}
+
+/// What a model refuses stands where the first of its keys does.
+#[test]
+fn refusals_of_models_have_their_places() {
+    assert_eq!(
+        refused(&format!("{PERILUNE}thrust_n = 440.0\nisp_s = 1e308\n")),
+        "file `x.toml`, line 3 (mission `lunar-perilune`): `isp_s`, `standard_gravity_m_s2`, `thrust_n`: \
+         exhaust velocity is inf m/s, allowed is a positive finite number"
+    );
+    let body = refused("mission = \"chang-e-3-braking\"\n\ngravitational_parameter_km3_s2 = 1e300\n");
+    assert!(
+        body.starts_with(
+            "file `x.toml`, line 3 (mission `chang-e-3-braking`): `gravitational_parameter_km3_s2`, "
+        ),
+        "{body}"
+    );
+    let stage = refused("mission = \"geo-injection\"\nisp_s = 1e308\n");
+    assert!(
+        stage.starts_with("file `x.toml`, line 2 (mission `geo-injection`): `isp_s`, `thrust_n`: "),
+        "{stage}"
+    );
+    let error = registry().load("lunar-perilune", &["isp_s=1e308".into()]).unwrap_err();
+    assert!(error.to_string().starts_with("--set isp_s=1e308 (mission `lunar-perilune`): "), "{error}");
+    // What the model said is kept.
+    assert!(std::error::Error::source(&error).unwrap().is::<apsides_dynamics::DynamicsError>());
 }
 
 /// Settings that are refused for what they make of the problem, before any iteration.

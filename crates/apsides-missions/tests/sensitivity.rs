@@ -114,7 +114,7 @@ fn limits_of_a_reentry_have_prices() {
 
 /// To an accuracy that the meshes around touched limits reach soon.
 fn solve_loosely(name: &str, overrides: &[String]) -> (Pipeline, Outcome) {
-    let loose = ["radau.mesh_tolerance=1e-8".to_owned(), "margins=false".to_owned()];
+    let loose = ["radau.tolerance=1e-8".to_owned(), "margins=false".to_owned()];
     let mission = registry().load(name, &[overrides, &loose].concat()).unwrap();
     let outcome = mission.solve(None, &mut ()).unwrap();
     assert!(outcome.status.is_success(), "{:?}", outcome.explanation);

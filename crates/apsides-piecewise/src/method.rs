@@ -41,10 +41,10 @@ fn common(solution: PiecewiseSolution, settings: &PiecewiseSettings) -> Solution
         Accuracy::new("excess along the phases", excess.amount, shooting.path_tolerance, "path_tolerance")
             .at(place),
     ];
-    if let Some(tolerance) = settings.tolerance {
+    if settings.max_refinements > 0 {
         accuracy.insert(
             0,
-            Accuracy::new("expected gain of more segments", solution.gain, tolerance, "tolerance"),
+            Accuracy::new("expected gain of more segments", solution.gain, settings.tolerance, "tolerance"),
         );
     }
     let refinements = solution.meshes.len().saturating_sub(1);

@@ -66,9 +66,11 @@ pub struct PiecewiseSettings {
     pub lengths: Lengths,
     /// Inequalities along a phase; at three points of each segment.
     pub constraints: Constraints,
-    /// Segments are divided until what more of them would gain is within this by extrapolation, relative to the objective; not at
-    /// all where there is nothing.
-    pub tolerance: Option<f64>,
+    /// Largest gain that more segments would bring by extrapolation, relative to the objective, which division brings down to this;
+    /// 5e-7. It is no condition where segments are not divided.
+    pub tolerance: f64,
+    /// Most divisions of the first segments; 0, which leaves them as they are.
+    pub max_refinements: usize,
     /// Most intervals of all phases after refinement; 1000.
     pub max_intervals: usize,
     /// Integration, program, threads, tolerances between the points. What concerns segments and control points is set by this
@@ -82,7 +84,8 @@ impl Default for PiecewiseSettings {
             intervals: 10,
             lengths: Lengths::Equal,
             constraints: Constraints::Points(3),
-            tolerance: None,
+            tolerance: 5e-7,
+            max_refinements: 0,
             max_intervals: 1000,
             shooting: MultipleShootingSettings::default(),
         }
@@ -93,9 +96,7 @@ impl PiecewiseSettings {
     pub(crate) fn check(&self) -> Result<(), ShootingError> {
         count("intervals", self.intervals, 1_000_000, "a whole number from 1 to 1000000")?;
         count("max_intervals", self.max_intervals, usize::MAX, "a whole number from 1")?;
-        if let Some(tolerance) = self.tolerance {
-            positive("tolerance", tolerance)?;
-        }
+        positive("tolerance", self.tolerance)?;
         if let Lengths::Free(free) = self.lengths {
             if !(free.least > 0.0 && free.least < 1.0) {
                 let allowed = "above 0 and below 1";

@@ -219,14 +219,14 @@ impl Run<'_> {
         if let Some(t) = smoothing {
             (best, last) = self.shrink(best, ends, (epsilon, t.tau), &t)?;
         }
-        if let Some(tolerance) = self.settings.tolerance.filter(|_| best.status.is_success()) {
+        if self.settings.max_refinements > 0 && best.status.is_success() {
             let ends = match ends {
                 SegmentEnds::Free { least_length } => {
                     SegmentEnds::Free { least_length: least_length.max(LEAST_OF_DIVIDED) }
                 }
                 SegmentEnds::Fixed => ends,
             };
-            best = self.refine(best, ends, tolerance)?;
+            best = self.refine(best, ends)?;
             if let Some(t) = smoothing {
                 (best, _) = self.shrink(best, ends, last, &t)?;
             }
@@ -240,12 +240,11 @@ impl Run<'_> {
         &mut self,
         first: ShootingSolution,
         ends: SegmentEnds,
-        tolerance: f64,
     ) -> Result<ShootingSolution, ShootingError> {
         let mut best = first;
-        loop {
+        for _ in 0..self.settings.max_refinements {
             let gain = estimate(&best);
-            if self.gain.unwrap_or(gain) <= tolerance {
+            if self.gain.unwrap_or(gain) <= self.settings.tolerance {
                 break;
             }
             let count = segments_of(&best.trajectory);
@@ -471,7 +470,7 @@ impl Run<'_> {
         let last = meshes.last();
         let gain = self.gain.unwrap_or(last.map_or(f64::NAN, |m| m.control_gain));
         let integration_error = last.map_or(f64::NAN, |m| m.integration_error);
-        let enough = self.settings.tolerance.is_none_or(|t| gain <= t);
+        let enough = self.settings.max_refinements == 0 || gain <= self.settings.tolerance;
         Ok(PiecewiseSolution {
             integration_error,
             gain,

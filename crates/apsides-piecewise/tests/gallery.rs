@@ -133,13 +133,14 @@ fn segments_are_divided_until_nothing_is_to_be_gained() {
         ("bryson_denham", Lengths::Free(FreeLengths::default())),
         ("linear_tangent", Lengths::Free(FreeLengths::default())),
     ] {
-        let settings = PiecewiseSettings { tolerance: Some(1e-4), lengths, ..segments(4) };
+        let settings = PiecewiseSettings { tolerance: 1e-4, max_refinements: 100, lengths, ..segments(4) };
         let (solution, gap) = solved(name, settings);
         assert!(gap < 1e-4 && solution.gain <= 1e-4, "{name}: gap {gap}, expected {}", solution.gain);
     }
     let problem = apsides_problems::find("linear_tangent").unwrap();
     let case = problem.pose().unwrap();
-    let settings = PiecewiseSettings { tolerance: Some(1e-9), max_intervals: 20, ..segments(4) };
+    let settings =
+        PiecewiseSettings { tolerance: 1e-9, max_refinements: 100, max_intervals: 20, ..segments(4) };
     let solution = PiecewiseConstant { settings }.solve(&case.ocp, &case.guess).unwrap();
     assert!(solution.status.is_success() && !solution.accurate);
     assert!(solution.trajectory.phases[0].mesh.intervals() <= 20);
@@ -165,7 +166,7 @@ fn bad_settings_are_refused_by_name() {
     };
     refused(segments(0), "intervals");
     refused(PiecewiseSettings { constraints: Constraints::Points(0), ..segments(3) }, "constraints");
-    refused(PiecewiseSettings { tolerance: Some(f64::NAN), ..segments(3) }, "tolerance");
+    refused(PiecewiseSettings { tolerance: f64::NAN, ..segments(3) }, "tolerance");
     refused(PiecewiseSettings { max_intervals: 0, ..segments(3) }, "max_intervals");
     let length = |free: FreeLengths| PiecewiseSettings { lengths: Lengths::Free(free), ..segments(3) };
     refused(length(FreeLengths { least: 0.0, ..Default::default() }), "least");

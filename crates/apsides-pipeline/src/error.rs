@@ -74,8 +74,13 @@ pub enum Error {
     #[error(transparent)]
     Problem(#[from] OcpError),
     /// A vehicle, a law, a map or another model is refused.
-    #[error(transparent)]
-    Model(Source),
+    #[error("{place}{source}")]
+    Model {
+        /// File, line and keys of its parameters, up to the message; empty where it is no key's fault.
+        place: String,
+        /// The refusal.
+        source: Source,
+    },
     /// The method refuses the request.
     #[error(transparent)]
     Method(Source),
@@ -92,7 +97,7 @@ impl Error {
 
     /// A model of a lower layer refuses its parameters.
     pub fn model(source: impl Into<Source>) -> Self {
-        Self::Model(source.into())
+        Self::Model { place: String::new(), source: source.into() }
     }
 
     /// A method refuses the problem or its settings.

@@ -196,7 +196,7 @@ pub fn footprint(
         return Err(refused(format!("{bearings} bearings; at least {FEWEST_BEARINGS} surround an area")));
     }
     let ground = reach.ground();
-    let mission = &mission.clone().with_mesh_tolerance_from(MESH_TOLERANCE);
+    let mission = &mission.clone().with_tolerance_from(MESH_TOLERANCE);
     let mut fan =
         Fan { mission, reach, ground, observer, report, cases: 0, stopped: false, failures: Vec::new() };
     let track = fan.track()?;

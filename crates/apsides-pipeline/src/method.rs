@@ -18,6 +18,8 @@ mod indirect;
 mod multiple_shooting;
 mod piecewise;
 mod radau;
+#[cfg(feature = "successive-convexification")]
+mod successive_convexification;
 mod two_layer;
 
 /// Path of the key.
@@ -38,17 +40,22 @@ pub enum MethodName {
     Piecewise,
     /// A search of control profiles, then collocation.
     TwoLayer,
+    /// A sequence of convex programs.
+    #[cfg(feature = "successive-convexification")]
+    SuccessiveConvexification,
 }
 
 impl MethodName {
     /// All of them, the default first.
-    pub const ALL: [Self; 6] = [
+    pub const ALL: &[Self] = &[
         Self::Radau,
         Self::Flatness,
         Self::MultipleShooting,
         Self::Indirect,
         Self::Piecewise,
         Self::TwoLayer,
+        #[cfg(feature = "successive-convexification")]
+        Self::SuccessiveConvexification,
     ];
 
     /// The word in files.
@@ -61,6 +68,8 @@ impl MethodName {
             Self::Indirect => "indirect",
             Self::Piecewise => "piecewise",
             Self::TwoLayer => "two-layer",
+            #[cfg(feature = "successive-convexification")]
+            Self::SuccessiveConvexification => "successive-convexification",
         }
     }
 }
@@ -77,6 +86,21 @@ const WORDS: [&str; MethodName::ALL.len()] = {
 
 const METHOD: &[Key] = &[Key::choice(KEY, &WORDS, "how the problem is solved")];
 
+/// Former paths of keys, each with the one of today.
+pub(crate) const RENAMED: &[(&str, &str)] = &[
+    ("flatness.refine", "flatness.max_refinements"),
+    ("flatness.segments", "flatness.intervals"),
+    ("indirect.segments", "indirect.intervals"),
+    ("piecewise.max_segments", "piecewise.max_intervals"),
+    ("piecewise.refine", "piecewise.max_refinements"),
+    ("piecewise.segments", "piecewise.intervals"),
+    ("radau.max_meshes", "radau.max_refinements"),
+    ("radau.mesh_tolerance", "radau.tolerance"),
+    ("shooting.control_points", "shooting.points"),
+    ("shooting.max_meshes", "shooting.max_refinements"),
+    ("shooting.segments", "shooting.intervals"),
+];
+
 /// The method that solves a mission, and the settings of all methods.
 #[derive(Clone, Debug)]
 pub struct Methods {
@@ -89,6 +113,8 @@ pub struct Methods {
     indirect: indirect::IndirectMethod,
     piecewise: piecewise::PiecewiseMethod,
     two_layer: two_layer::TwoLayerMethod,
+    #[cfg(feature = "successive-convexification")]
+    convexification: successive_convexification::ConvexificationMethod,
 }
 
 impl Methods {
@@ -102,6 +128,8 @@ impl Methods {
             indirect::KEYS,
             piecewise::KEYS,
             two_layer::KEYS,
+            #[cfg(feature = "successive-convexification")]
+            successive_convexification::KEYS,
         ]
         .into_iter()
         .flatten()
@@ -114,7 +142,7 @@ impl Methods {
     pub fn read(values: &Values) -> Result<Self, Error> {
         let word = values.word(KEY)?;
         // The key takes no other words.
-        let name = MethodName::ALL.into_iter().find(|m| m.word() == word).unwrap_or(MethodName::Radau);
+        let name = MethodName::ALL.iter().copied().find(|m| m.word() == word).unwrap_or(MethodName::Radau);
         let radau = radau::RadauMethod::read(values)?;
         let two_layer = two_layer::TwoLayerMethod::read(values)?;
         if name == MethodName::TwoLayer {
@@ -128,6 +156,8 @@ impl Methods {
             piecewise: piecewise::PiecewiseMethod::read(values)?,
             radau,
             two_layer,
+            #[cfg(feature = "successive-convexification")]
+            convexification: successive_convexification::ConvexificationMethod::read(values)?,
         })
     }
 
@@ -157,7 +187,7 @@ impl Methods {
 
     /// The same, collocation being no more accurate between the points of the mesh than this.
     #[must_use]
-    pub fn with_mesh_tolerance_from(mut self, least: f64) -> Self {
+    pub fn with_tolerance_from(mut self, least: f64) -> Self {
         let tolerance = &mut self.radau.settings.tolerance;
         *tolerance = tolerance.max(least);
         self
@@ -200,6 +230,8 @@ impl Methods {
             }
             MethodName::Indirect => Box::new(self.indirect.method(&self.radau)),
             MethodName::Radau => Box::new(self.radau.method()),
+            #[cfg(feature = "successive-convexification")]
+            MethodName::SuccessiveConvexification => Box::new(self.convexification.method(&posed.ocp)?),
         })
     }
 
@@ -224,6 +256,8 @@ impl Methods {
             MethodName::Indirect => indirect::NAMES,
             MethodName::Piecewise => piecewise::NAMES,
             MethodName::Radau | MethodName::TwoLayer => radau::NAMES,
+            #[cfg(feature = "successive-convexification")]
+            MethodName::SuccessiveConvexification => successive_convexification::NAMES,
         };
         names.iter().find(|(name, _)| *name == setting).map_or(setting, |(_, key)| key).into()
     }

@@ -30,9 +30,24 @@ pub struct Pipeline {
     values: Values,
     mission: Arc<dyn Mission>,
     methods: Methods,
+    run: Run,
+}
+
+/// How a mission is solved besides what its values say: it stays when a value changes.
+#[derive(Clone, Debug)]
+struct Run {
+    threads: usize,
     seed: u64,
+    /// Collocation is no more accurate between the points of the mesh than this.
+    least_tolerance: f64,
     /// Where a search is kept.
     checkpoint: Option<PathBuf>,
+}
+
+impl Default for Run {
+    fn default() -> Self {
+        Self { threads: 1, seed: 0, least_tolerance: 0.0, checkpoint: None }
+    }
 }
 
 impl PartialEq for Pipeline {
@@ -54,7 +69,7 @@ impl Pipeline {
             true => Methods::read(&Values::new(String::new(), String::new(), Methods::keys().collect()))?,
             false => Methods::read(&values)?,
         };
-        let pipeline = Self { kind, kinds, values, mission, methods, seed: 0, checkpoint: None };
+        let pipeline = Self { kind, kinds, values, mission, methods, run: Run::default() };
         if matches!(pipeline.methods.name, MethodName::Flatness | MethodName::TwoLayer) {
             pipeline.methods.check(&pipeline.pose()?, &pipeline.values)?;
         }
@@ -68,10 +83,7 @@ impl Pipeline {
     pub fn with(self, path: &str, value: impl Into<Value>) -> Result<Self, Error> {
         let mut values = self.values;
         values.set(path, value)?;
-        let threads = self.methods.radau.settings.threads;
-        let changed = Self::new(self.kind, self.kinds, values)?;
-        let methods = changed.methods.clone().with_threads(threads).with_seed(self.seed);
-        Ok(Self { methods, seed: self.seed, checkpoint: self.checkpoint, ..changed })
+        Ok(Self::new(self.kind, self.kinds, values)?.running(self.run))
     }
 
     /// Sets the value of a key: a number, a word, a flag.
@@ -83,34 +95,46 @@ impl Pipeline {
         Ok(())
     }
 
+    fn running(self, run: Run) -> Self {
+        let methods = self
+            .methods
+            .with_threads(run.threads)
+            .with_seed(run.seed)
+            .with_tolerance_from(run.least_tolerance);
+        Self { methods, run, ..self }
+    }
+
     /// The mission, to be solved with so many threads, 1 to 1024; no result depends on it.
     #[must_use]
     pub fn with_threads(self, threads: usize) -> Self {
-        Self { methods: self.methods.with_threads(threads), ..self }
+        let run = Run { threads, ..self.run.clone() };
+        self.running(run)
     }
 
     /// The mission, to be solved with this seed of everything random.
     #[must_use]
     pub fn with_seed(self, seed: u64) -> Self {
-        Self { methods: self.methods.with_seed(seed), seed, ..self }
+        let run = Run { seed, ..self.run.clone() };
+        self.running(run)
     }
 
     /// The seed of everything random.
     #[must_use]
     pub fn seed(&self) -> u64 {
-        self.seed
+        self.run.seed
     }
 
     /// The mission, whose search is kept in a file: it goes on from there if the file exists.
     #[must_use]
     pub fn with_checkpoint(self, file: PathBuf) -> Self {
-        Self { checkpoint: Some(file), ..self }
+        Self { run: Run { checkpoint: Some(file), ..self.run }, ..self }
     }
 
     /// The mission, solved no more accurately between the points of the mesh than this.
     #[must_use]
-    pub fn with_mesh_tolerance_from(self, least: f64) -> Self {
-        Self { methods: self.methods.with_mesh_tolerance_from(least), ..self }
+    pub fn with_tolerance_from(self, least: f64) -> Self {
+        let run = Run { least_tolerance: least, ..self.run.clone() };
+        self.running(run)
     }
 
     /// Another mission of the same kind, with the same methods; its values stay those of the file.
@@ -310,8 +334,8 @@ impl Pipeline {
         start: Option<&Trajectory>,
         observer: &mut dyn Observer,
     ) -> Result<Solution, Error> {
-        let checkpoint = self.checkpoint.as_ref().map(|path| {
-            let file = CheckpointFile::new(path, &self.to_file(), self.seed);
+        let checkpoint = self.run.checkpoint.as_ref().map(|path| {
+            let file = CheckpointFile::new(path, &self.to_file(), self.run.seed);
             Arc::new(file) as Arc<dyn apsides_two_layer::Checkpoint>
         });
         self.methods.solve(posed, start, checkpoint, observer)
@@ -426,7 +450,7 @@ impl Pipeline {
             let reason = format!("the flight to follow has no solution: {}", plan.summary.status);
             return Err(Error::in_mission(reason));
         }
-        let mut flight = self.mission.simulate(self.seed, plan.as_ref())?;
+        let mut flight = self.mission.simulate(self.run.seed, plan.as_ref())?;
         flight.summary.mission = self.name().into();
         flight.summary.time_ms = milliseconds(begin);
         flight.mission_file = self.to_file();

@@ -5,6 +5,7 @@ use std::path::Path;
 use crate::Error;
 use crate::file::{Entry, entries, line, parse_override, read};
 use crate::key::{Key, KeyKind, Value};
+use crate::method;
 use crate::mission::{Kind, Mission};
 use crate::named_data::NamedData;
 use crate::pipeline::Pipeline;
@@ -123,7 +124,8 @@ impl Registry {
             stated.push(parse_override(o)?);
         }
         let mut values = Values::new(format!("mission `{}`", kind.name), source.into(), keys.clone())
-            .with_renamed(self.renamed);
+            .with_renamed(self.renamed)
+            .with_renamed(method::RENAMED);
         for e in &mut stated {
             if e.names_table(&keys)
                 && let Value::Word(word) = &mut e.value

@@ -3,6 +3,7 @@
 use std::collections::BTreeMap;
 
 use crate::Error;
+use crate::error::Source;
 use crate::key::{Key, KeyKind, Value, renamed, suggestion};
 
 /// A value and where it is stated.
@@ -24,7 +25,7 @@ pub struct Values {
     source: String,
     keys: Vec<&'static Key>,
     /// Former paths of keys, each with the one of today.
-    renamed: &'static [(&'static str, &'static str)],
+    renamed: Vec<(&'static str, &'static str)>,
     stated: BTreeMap<&'static str, Stated>,
 }
 
@@ -40,13 +41,14 @@ impl Values {
     pub fn new(owner: String, source: String, keys: Vec<&'static Key>) -> Self {
         let default = |key: &&'static Key| Some((key.path, Stated { value: key.default()?, place: None }));
         let stated = keys.iter().filter_map(default).collect();
-        Self { owner, source, keys, renamed: &[], stated }
+        Self { owner, source, keys, renamed: Vec::new(), stated }
     }
 
-    /// The same with former paths of keys, each with the one of today, which messages name.
+    /// The same with more former paths of keys, each with the one of today, which messages name.
     #[must_use]
-    pub fn with_renamed(self, renamed: &'static [(&'static str, &'static str)]) -> Self {
-        Self { renamed, ..self }
+    pub fn with_renamed(mut self, renamed: &[(&'static str, &'static str)]) -> Self {
+        self.renamed.extend_from_slice(renamed);
+        self
     }
 
     /// The keys that have or may have a value.
@@ -63,7 +65,7 @@ impl Values {
             place: place.into(),
             owner: self.owner.clone(),
             key: path.into(),
-            suggestion: renamed(path, &self.keys, self.renamed)
+            suggestion: renamed(path, &self.keys, &self.renamed)
                 .unwrap_or_else(|| suggestion(path, &self.keys)),
         })
     }
@@ -184,9 +186,21 @@ impl Values {
     #[must_use]
     pub fn conflict(&self, reason: impl Into<String>) -> Error {
         let reason = reason.into();
-        let place = reason.split('`').skip(1).step_by(2).find_map(|path| self.place(path));
-        let place = format!("{} ({})", place.unwrap_or(&self.source), self.owner);
+        let place = self.place_of(reason.split('`').skip(1).step_by(2));
         Error::Conflict { place, reason }
+    }
+
+    /// Makes an error of the refusal of a model whose parameters are the values of `keys`. It stands where the first of these is stated.
+    pub fn refusal<E: Into<Source>>(&self, keys: &[&str]) -> impl FnOnce(E) -> Error + use<E> {
+        let names: Vec<String> = keys.iter().map(|key| format!("`{key}`")).collect();
+        let place = format!("{}: {}: ", self.place_of(keys.iter().copied()), names.join(", "));
+        |source| Error::Model { place, source: source.into() }
+    }
+
+    /// The place of the first key that is stated, and the owner.
+    fn place_of<'a>(&self, mut keys: impl Iterator<Item = &'a str>) -> String {
+        let place = keys.find_map(|path| self.place(path));
+        format!("{} ({})", place.unwrap_or(&self.source), self.owner)
     }
 
     /// A request that the mission does not take, in words.

@@ -40,10 +40,10 @@ pub(super) const PUBLICATION: Publication = Publication {
 const OWN_METHOD: &[&str] = &[
     "method=flatness",
     "flatness.order=6",
-    "flatness.segments=10",
+    "flatness.intervals=10",
     "flatness.points=15",
     "flatness.placement=uniform",
-    "flatness.refine=false",
+    "flatness.max_refinements=0",
 ];
 
 const TABLE_2: PrintedTable = PrintedTable {

@@ -8,7 +8,7 @@ use apsides_pipeline::Error;
 use apsides_pipeline::values::Values;
 
 use super::keys;
-use crate::data::{ROTATION_RATE, central_body};
+use crate::data::{BODY_RADIUS, ROTATION_RATE, central_body};
 
 /// The space that a flight is in.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -77,7 +77,8 @@ impl Lander {
         let number = |path| values.number(path);
         let sphere = central_body(values)?;
         let radius = sphere.radius + number(keys::SITE_ALTITUDE)?;
-        let body = Body::new(sphere.gravitational_parameter, radius).map_err(Error::model)?;
+        let body = Body::new(sphere.gravitational_parameter, radius)
+            .map_err(values.refusal(&[keys::SITE_ALTITUDE, BODY_RADIUS]))?;
         let (least, thrust) = (number(keys::LEAST_THRUST)?, number(keys::THRUST)?);
         if least >= thrust {
             return Err(values.conflict(format!(
@@ -86,11 +87,12 @@ impl Lander {
                 keys::THRUST
             )));
         }
-        let engine = Engine::new(thrust, number(keys::ISP)?).map_err(Error::model)?;
+        let engine =
+            Engine::new(thrust, number(keys::ISP)?).map_err(values.refusal(&[keys::ISP, keys::THRUST]))?;
         let motion = if values.word(keys::MOTION)? == keys::PLANE { Motion::Plane } else { Motion::Space };
         let gravity = if values.word(keys::GRAVITY)? == keys::SECOND_DEGREE {
             GravityField::second_degree(body, MOON_REFERENCE_RADIUS, MOON_J2, MOON_C22)
-                .map_err(Error::model)?
+                .map_err(values.refusal(&[keys::GRAVITY, BODY_RADIUS]))?
         } else {
             GravityField::central(body)
         };
@@ -100,7 +102,8 @@ impl Lander {
         let of_orbit = orbit_speeds(body, [perilune_radius, apolune_radius]);
         let lander = Self {
             body,
-            descent: PoweredDescent::new(gravity, rotation, engine).map_err(Error::model)?,
+            descent: PoweredDescent::new(gravity, rotation, engine)
+                .map_err(values.refusal(&[ROTATION_RATE.path]))?,
             least_throttle: least / thrust,
             initial_mass: number(keys::INITIAL_MASS)?,
             dry_mass: number(keys::DRY_MASS)?,

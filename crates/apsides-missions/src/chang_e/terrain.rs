@@ -6,9 +6,9 @@ use std::path::PathBuf;
 
 use apsides_pipeline::Error;
 use apsides_pipeline::values::Values;
-use apsides_terrain::ElevationMap;
 use apsides_terrain::io::{ReadOptions, read};
 use apsides_terrain::synthetic::{Synthetic, Terrain};
+use apsides_terrain::{ElevationMap, TerrainError};
 
 use super::keys::{self, MapKeys};
 
@@ -89,9 +89,12 @@ impl SiteMap {
         })?;
         let options = ReadOptions { pixel_m: self.pixel, ..ReadOptions::default() };
         read(BufReader::new(file), &options).map(Some).map_err(|e| {
-            let reason = e
-                .to_string()
-                .replace("give one (ReadOptions::pixel_m)", &format!("give one with `{}`", keys.pixel));
+            let reason = match e {
+                TerrainError::NoPixelSize { format } => {
+                    format!("{format}, size of a pixel: the file states none: give one with `{}`", keys.pixel)
+                }
+                e => e.to_string(),
+            };
             Error::File { path: path.clone(), reason }
         })
     }

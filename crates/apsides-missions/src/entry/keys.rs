@@ -21,6 +21,9 @@ pub(super) const AERODYNAMICS: &str = "aerodynamics";
 pub(super) const CONSTANT: &str = "constant";
 pub(super) const APOLLO: &str = "apollo-trim";
 pub(super) const OFFSET: &str = "apollo-offset";
+pub(super) const NEWTONIAN: &str = "newtonian";
+pub(super) const ATTACK: &str = "angle_of_attack_deg";
+pub(super) const HALF_ANGLE: &str = "cone_half_angle_deg";
 pub(super) const TRIM_OFFSET: &str = "trim_offset_m";
 pub(super) const STATION: &str = "centre_of_mass_station";
 
@@ -74,9 +77,10 @@ const VEHICLE: &[Key] = &[
     Key::named(data::VEHICLE, REFERENCE_AREA, Range::POSITIVE, "area that the coefficients refer to"),
     Key::choice(
         AERODYNAMICS,
-        &[CONSTANT, APOLLO, OFFSET],
-        "lift and drag: the next two keys, the trim table of Apollo 10 over the Mach number, or Apollo's wind-tunnel coefficients in \
-         the trim of a centre of mass off the axis",
+        &[CONSTANT, APOLLO, OFFSET, NEWTONIAN],
+        "lift and drag: the next two keys, the trim table of Apollo 10 over the Mach number, Apollo's wind-tunnel coefficients in \
+         the trim of a centre of mass off the axis, or the impact of the air on a sphere-cone with the radius `nose_radius_m` and a base \
+         of the reference area",
     ),
     Key::named(data::VEHICLE, LIFT_COEFFICIENT, Range::from(0.0), "of constant aerodynamics"),
     Key::named(data::VEHICLE, DRAG_COEFFICIENT, Range::POSITIVE, "of constant aerodynamics"),
@@ -91,6 +95,17 @@ const VEHICLE: &[Key] = &[
         0.2406,
         Range::closed(0.0, 1.0),
         "of \"apollo-offset\": centre of mass ahead of the aft point of reference, in diameters",
+    ),
+    Key::number(
+        ATTACK,
+        0.0,
+        Range::closed(-90.0, 90.0),
+        "of \"newtonian\": angle of attack all along the flight; the lift of a blunt body is positive at negative angles",
+    ),
+    Key::optional(
+        HALF_ANGLE,
+        Range::open(0.0, 90.0),
+        "of \"newtonian\": half angle of the cone behind the nose; a segment of the sphere where it is open",
     ),
     Key::choice(
         HEATING,

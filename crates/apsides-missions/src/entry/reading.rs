@@ -2,6 +2,7 @@
 
 use apsides_dynamics::aerodynamics::{
     Aerodynamics, AxisymmetricAerodynamics, Damping, EntryVehicle, Interpolation, MachAlphaTable, MachTable,
+    Newtonian,
 };
 use apsides_dynamics::atmosphere::{Atmosphere, Exponential, Gas};
 use apsides_dynamics::entry::{EntryFlight, EntryState, Heading};
@@ -71,7 +72,7 @@ fn start(v: &Values, flight: &EntryFlight) -> Result<EntryState, Error> {
         path_angle: radians(v, "entry_path_angle_deg")?,
         azimuth: radians(v, "entry_azimuth_deg")?,
     };
-    flight.checked(start.array()).map_err(Error::model)?;
+    flight.checked(start.array()).map_err(v.refusal(&["entry_altitude_km", "entry_speed_m_s"]))?;
     let [_, highest] = flight.planet.atmosphere.range();
     if start.altitude > highest {
         return Err(v.conflict(format!(
@@ -102,12 +103,14 @@ fn planet(v: &Values) -> Result<Planet, Error> {
     let rotation_rate = if v.flag("body_rotation")? { v.number(ROTATION_RATE.path)? } else { 0.0 };
     let j2 = if v.flag("oblateness")? { v.number(J2.path)? } else { 0.0 };
     let body = central_body(v)?;
-    Planet::new(body, rotation_rate, j2, atmosphere(v, &body)?).map_err(Error::model)
+    let refusal = v.refusal(&[ROTATION_RATE.path, J2.path]);
+    Planet::new(body, rotation_rate, j2, atmosphere(v, &body)?).map_err(refusal)
 }
 
 fn atmosphere(v: &Values, body: &Body) -> Result<Atmosphere, Error> {
     let (constant, ratio) = (v.number(keys::GAS_CONSTANT)?, v.number(keys::HEAT_CAPACITY_RATIO)?);
-    let gas = Gas::new(constant, ratio).map_err(Error::model)?;
+    let gas =
+        Gas::new(constant, ratio).map_err(v.refusal(&[keys::GAS_CONSTANT, keys::HEAT_CAPACITY_RATIO]))?;
     Ok(match v.word(keys::ATMOSPHERE)? {
         keys::US_1976 => Atmosphere::UsStandard1976,
         keys::US_1976_PRINTED => Atmosphere::UsStandard1976Printed,
@@ -119,13 +122,17 @@ fn atmosphere(v: &Values, body: &Body) -> Result<Atmosphere, Error> {
         _ => {
             let [density, height] = [v.number(keys::SURFACE_DENSITY)?, v.number(keys::SCALE_HEIGHT)?];
             let law = Exponential::new(density, 0.0, height, gas, body.surface_gravity());
-            Atmosphere::Exponential(law.map_err(Error::model)?)
+            Atmosphere::Exponential(law.map_err(v.refusal(&[keys::SURFACE_DENSITY, keys::SCALE_HEIGHT]))?)
         }
     })
 }
 
 fn vehicle(v: &Values, shape: Option<&TrimmedShape>) -> Result<EntryVehicle, Error> {
-    let aerodynamics = match (shape, v.word(keys::AERODYNAMICS)?) {
+    let word = v.word(keys::AERODYNAMICS)?;
+    if word == keys::NEWTONIAN {
+        return newtonian(v);
+    }
+    let aerodynamics = match (shape, word) {
         (Some(shape), _) => shape.aerodynamics.trimmed(shape.offset).map(Aerodynamics::Mach),
         (None, keys::APOLLO) => Ok(Aerodynamics::Mach(MachTable::apollo_10())),
         (None, _) => {
@@ -134,7 +141,36 @@ fn vehicle(v: &Values, shape: Option<&TrimmedShape>) -> Result<EntryVehicle, Err
     };
     let [mass, area] = [v.number("initial_mass_kg")?, v.number(keys::REFERENCE_AREA)?];
     let nose_radius = v.number("nose_radius_m")?;
-    EntryVehicle::new(mass, area, nose_radius, aerodynamics.map_err(Error::model)?).map_err(Error::model)
+    let aerodynamics = aerodynamics.map_err(v.refusal(&[keys::AERODYNAMICS]))?;
+    EntryVehicle::new(mass, area, nose_radius, aerodynamics).map_err(v.refusal(&[
+        "initial_mass_kg",
+        keys::REFERENCE_AREA,
+        "nose_radius_m",
+    ]))
+}
+
+/// A sphere-cone or a segment of a sphere at an angle of attack.
+fn newtonian(v: &Values) -> Result<EntryVehicle, Error> {
+    let [mass, area, nose] =
+        [v.number("initial_mass_kg")?, v.number(keys::REFERENCE_AREA)?, v.number("nose_radius_m")?];
+    let (base, ratio) = (0.5 * diameter(v)?, v.number(keys::HEAT_CAPACITY_RATIO)?);
+    let shape = match v.optional(keys::HALF_ANGLE)? {
+        Some(angle) => Newtonian::sphere_cone(nose, base, angle.to_radians(), ratio),
+        None => Newtonian::segment(nose, base, ratio),
+    };
+    let shape = shape.map_err(v.refusal(&["nose_radius_m", keys::REFERENCE_AREA, keys::HALF_ANGLE]))?;
+    let attack = radians(v, keys::ATTACK)?;
+    if attack.abs() > shape.largest_attack() {
+        return Err(v.conflict(format!(
+            "`{}` is {}, but beyond {:.3} deg a part of the front is in the shadow, which the impact theory leaves out",
+            keys::ATTACK,
+            attack.to_degrees(),
+            shape.largest_attack().to_degrees()
+        )));
+    }
+    EntryVehicle::new(mass, area, nose, Aerodynamics::Newtonian(shape))
+        .and_then(|vehicle| vehicle.at_attack(attack))
+        .map_err(v.refusal(&["initial_mass_kg", keys::REFERENCE_AREA, "nose_radius_m"]))
 }
 
 /// Diameter, m, of the circle of the reference area.
@@ -148,7 +184,10 @@ fn shape(v: &Values) -> Result<TrimmedShape, Error> {
     let shape =
         AxisymmetricAerodynamics::new(table, diameter(v)?, v.number(keys::STATION)?, Damping::constant());
     let offset = v.number(keys::TRIM_OFFSET)?;
-    Ok(TrimmedShape { aerodynamics: shape.map_err(Error::model)?, offset })
+    Ok(TrimmedShape {
+        aerodynamics: shape.map_err(v.refusal(&[keys::REFERENCE_AREA, keys::STATION]))?,
+        offset,
+    })
 }
 
 fn heating(v: &Values) -> Result<HeatingLaw, Error> {

@@ -3,6 +3,7 @@
 use std::collections::BTreeMap;
 
 use apsides_ad::PathFunction;
+use apsides_basis::golden_section;
 use apsides_dynamics::entry::{Banked, EntryState};
 use apsides_dynamics::great_circle::{along_and_across, central_angle};
 use apsides_ocp::{PhaseTrajectory, Trajectory};
@@ -15,9 +16,8 @@ use super::steering::Steering;
 
 /// Samples per interval for figures, and for the search of peaks.
 const SAMPLES: usize = 16;
-/// Steps of the search around the largest sample: the bracket ends at 1e-9 of its length.
-const SEARCH_STEPS: usize = 44;
-const GOLDEN: f64 = 0.618_033_988_749_894_9;
+/// Evaluations of the search around the largest sample: the bracket ends at 1e-9 of its length.
+const SEARCH_EVALUATIONS: usize = 46;
 
 /// A trajectory of the capsule with what follows from state and control.
 struct Flown<'a> {
@@ -85,18 +85,10 @@ impl<'a> Flown<'a> {
         }
         let (_, segment, time, spacing) = largest;
         let breaks = self.phase.control.breaks();
-        let (mut a, mut b) =
-            ((time - spacing).max(breaks[segment]), (time + spacing).min(breaks[segment + 1]));
-        for _ in 0..SEARCH_STEPS {
-            let (left, right) = (b - GOLDEN * (b - a), a + GOLDEN * (b - a));
-            if self.load(index, segment, left) > self.load(index, segment, right) {
-                b = right
-            } else {
-                a = left
-            }
-        }
-        let found = 0.5 * (a + b);
-        [found, self.load(index, segment, found)]
+        let around = [(time - spacing).max(breaks[segment]), (time + spacing).min(breaks[segment + 1])];
+        let [found, lowest] =
+            golden_section(around, SEARCH_EVALUATIONS, |time| -self.load(index, segment, time));
+        [found, -lowest]
     }
 }
 

@@ -59,8 +59,8 @@ impl GeoInjection {
     pub(super) fn from_values(values: &Values) -> Result<Self, Error> {
         let refuse = |reason: String| values.conflict(reason);
         let body = central_body(values)?;
-        let engine =
-            Engine::new(values.number("thrust_n")?, values.number("isp_s")?).map_err(Error::model)?;
+        let engine = Engine::new(values.number("thrust_n")?, values.number("isp_s")?)
+            .map_err(values.refusal(&["isp_s", "thrust_n"]))?;
         let j2 = if values.flag("oblateness")? { values.number(J2.path)? } else { 0.0 };
         let injection = Self {
             flight: OrbitalFlight::new(body, engine).with_j2(j2),
@@ -78,7 +78,7 @@ impl GeoInjection {
                 _ => BurnSteering::Optimal,
             },
             burn_time_limit: values.limit("max_burn_time_s")?,
-            flight_time_limit: values.limit(keys::MAX_FLIGHT_TIME)?.map(|hours| hours * 3600.0),
+            flight_time_limit: values.limit(keys::MAX_FLIGHT_TIME)?,
             apogee_limit: values.limit("apogee_cap_km")?.map(|km| km * 1e3),
             max_restarts: values.count("max_restarts")?,
         };
@@ -249,9 +249,7 @@ impl GeoInjection {
         }
         if let Some(limit) = self.flight_time_limit.filter(|limit| *limit < time) {
             return Err(refuse(format!(
-                "`max_flight_time_h` is {}, but already without losses the burns alone last {:.4} h",
-                limit / 3600.0,
-                time / 3600.0
+                "`max_flight_time_s` is {limit}, but already without losses the burns alone last {time:.1} s"
             )));
         }
         Ok(())

@@ -18,7 +18,7 @@ pub(super) const STAGE: &[Key] = &[
 
 pub(super) const BURNS: &str = "burns";
 pub(super) const PATTERN: &str = "pattern";
-pub(super) const MAX_FLIGHT_TIME: &str = "max_flight_time_h";
+pub(super) const MAX_FLIGHT_TIME: &str = "max_flight_time_s";
 pub(super) const STEERING: &str = "steering";
 pub(super) const OPTIMAL: &str = "optimal";
 pub(super) const VELOCITY: &str = "velocity";

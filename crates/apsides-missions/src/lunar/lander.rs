@@ -80,7 +80,7 @@ impl LunarLander {
         let body = central_body(values)?;
         let exhaust_velocity = values.number("isp_s")? * values.number("standard_gravity_m_s2")?;
         let engine = Engine::with_exhaust_velocity(values.number("thrust_n")?, exhaust_velocity)
-            .map_err(Error::model)?;
+            .map_err(values.refusal(&["isp_s", "standard_gravity_m_s2", "thrust_n"]))?;
         Ok(Self {
             flight: PlanarFlight::new(body, engine),
             initial_mass: values.number("initial_mass_kg")?,

@@ -65,6 +65,23 @@ pub struct LunarTransfer {
     pub perilune_floor: f64,
 }
 
+/// Scalars and curves of a landing, which are those of its lander, and the keys of the results that name it.
+macro_rules! results_of_its_lander {
+    ($headline:expr) => {
+        fn results(&self, solution: &Trajectory) -> Scalars {
+            self.lander.results(solution)
+        }
+
+        fn headline(&self) -> &'static [&'static str] {
+            $headline
+        }
+
+        fn curves(&self, solution: &Trajectory) -> Vec<Curve> {
+            self.lander.curves(solution)
+        }
+    };
+}
+
 impl DirectLanding {
     fn ignition(&self, refuse: Refuse<'_>) -> Result<Ignition, Error> {
         Ignition::in_orbit(&self.lander, refuse)
@@ -90,17 +107,7 @@ impl Mission for DirectLanding {
         single(&self.ignition(&|reason| Error::in_mission(reason))?)
     }
 
-    fn results(&self, solution: &Trajectory) -> Scalars {
-        self.lander.results(solution)
-    }
-
-    fn headline(&self) -> &'static [&'static str] {
-        HEADLINE
-    }
-
-    fn curves(&self, solution: &Trajectory) -> Vec<Curve> {
-        self.lander.curves(solution)
-    }
+    results_of_its_lander!(HEADLINE);
 }
 
 impl PeriluneLanding {
@@ -131,17 +138,7 @@ impl Mission for PeriluneLanding {
         single(&self.ignition(&|reason| Error::in_mission(reason))?)
     }
 
-    fn results(&self, solution: &Trajectory) -> Scalars {
-        self.lander.results(solution)
-    }
-
-    fn headline(&self) -> &'static [&'static str] {
-        HEADLINE
-    }
-
-    fn curves(&self, solution: &Trajectory) -> Vec<Curve> {
-        self.lander.curves(solution)
-    }
+    results_of_its_lander!(HEADLINE);
 }
 
 impl TwoPhaseLanding {
@@ -211,17 +208,13 @@ impl Mission for TwoPhaseLanding {
         Ok(Posed { flat_systems, ..Posed::new(ocp, guess) })
     }
 
-    fn results(&self, solution: &Trajectory) -> Scalars {
-        self.lander.results(solution)
-    }
-
-    fn headline(&self) -> &'static [&'static str] {
-        &["flight_time_s", "braking_time_s", "descent_time_s", "gate_radial_velocity_m_s", "final_mass_kg"]
-    }
-
-    fn curves(&self, solution: &Trajectory) -> Vec<Curve> {
-        self.lander.curves(solution)
-    }
+    results_of_its_lander!(&[
+        "flight_time_s",
+        "braking_time_s",
+        "descent_time_s",
+        "gate_radial_velocity_m_s",
+        "final_mass_kg"
+    ]);
 }
 
 impl LunarTransfer {
@@ -284,17 +277,13 @@ impl Mission for LunarTransfer {
         Ok(Posed::new(ocp, guess))
     }
 
-    fn results(&self, solution: &Trajectory) -> Scalars {
-        self.lander.results(solution)
-    }
-
-    fn headline(&self) -> &'static [&'static str] {
-        &["final_mass_kg", "deorbit_time_s", "coast_time_s", "braking_time_s", "perilune_altitude_km"]
-    }
-
-    fn curves(&self, solution: &Trajectory) -> Vec<Curve> {
-        self.lander.curves(solution)
-    }
+    results_of_its_lander!(&[
+        "final_mass_kg",
+        "deorbit_time_s",
+        "coast_time_s",
+        "braking_time_s",
+        "perilune_altitude_km"
+    ]);
 }
 
 const HEADLINE: &[&str] = &["flight_time_s", "final_mass_kg", "final_thrust_angle_deg"];

@@ -10,7 +10,7 @@ use crate::values::Values;
 
 pub(super) const KEYS: &[Key] = &[
     Key::count("flatness.order", 0, 0, 32, "order of the splines; 0: four above their highest derivative"),
-    Key::count("flatness.segments", 4, 1, 1000, "equal polynomial segments per phase"),
+    Key::count("flatness.intervals", 4, 1, 1000, "equal polynomial segments per phase"),
     Key::count(
         "flatness.points",
         4,
@@ -24,25 +24,30 @@ pub(super) const KEYS: &[Key] = &[
         "where the points are: in each segment, of splines just as smooth as the states must be; or over the whole phase, \
          of splines as smooth as their order allows",
     ),
-    Key::flag(
-        "flatness.refine",
-        true,
-        "refine splines until they meet the equations of motion between the points",
+    Key::count(
+        "flatness.max_refinements",
+        15,
+        0,
+        999,
+        "most refinements until the splines meet the equations of motion between the points; 0 switches refinement off",
     ),
 ];
 
 /// Keys of settings, by the names of their fields.
-pub(super) const NAMES: &[(&str, &str)] = &[("refine", "flatness.refine")];
+pub(super) const NAMES: &[(&str, &str)] =
+    &[("refine", "flatness.max_refinements"), ("max_refinements", "flatness.max_refinements")];
 
 /// Settings of the method.
 #[derive(Clone, Debug)]
 pub(super) struct FlatnessMethod {
     splines: SplineSettings,
+    max_refinements: usize,
 }
 
 impl FlatnessMethod {
     pub(super) fn read(v: &Values) -> Result<Self, Error> {
-        let (order, segments) = (v.count("flatness.order")?, v.count("flatness.segments")?);
+        let (order, segments) = (v.count("flatness.order")?, v.count("flatness.intervals")?);
+        let max_refinements = v.count("flatness.max_refinements")?;
         let placement = match v.word("flatness.placement")? {
             "uniform" => Placement::Uniform,
             "gauss" => Placement::Gauss,
@@ -59,9 +64,9 @@ impl FlatnessMethod {
             },
             points: v.count("flatness.points")?,
             placement,
-            refine: v.flag("flatness.refine")?,
+            refine: max_refinements > 0,
         };
-        Ok(Self { splines })
+        Ok(Self { splines, max_refinements })
     }
 
     /// The method for the phases of a problem.
@@ -70,6 +75,7 @@ impl FlatnessMethod {
             spline: self.splines.clone(),
             // Landings are well posed without the bounds of their states.
             bounds: BoundRows::WhereExceeded,
+            max_refinements: self.max_refinements,
             ..FlatnessSettings::default()
         };
         FlatMethod { flatness: Flatness { settings }, systems }

@@ -8,7 +8,7 @@ use crate::key::{Key, Range};
 use crate::values::Values;
 
 pub(super) const KEYS: &[Key] = &[
-    Key::count("indirect.segments", 1, 1, 1000, "shooting segments per phase"),
+    Key::count("indirect.intervals", 1, 1, 1000, "shooting segments per phase"),
     Key::number("indirect.tolerance", 1e-9, Range::open(0.0, 1.0), "largest scaled correction of a solution"),
     Key::number(
         "indirect.integration_tolerance",
@@ -20,7 +20,7 @@ pub(super) const KEYS: &[Key] = &[
 
 /// Keys of settings, by the names of their fields.
 pub(super) const NAMES: &[(&str, &str)] =
-    &[("intervals", "indirect.segments"), ("tolerance", "indirect.tolerance")];
+    &[("intervals", "indirect.intervals"), ("tolerance", "indirect.tolerance")];
 
 /// Settings of the method.
 #[derive(Clone, Debug)]
@@ -31,7 +31,7 @@ pub(super) struct IndirectMethod {
 impl IndirectMethod {
     pub(super) fn read(v: &Values) -> Result<Self, Error> {
         let settings = IndirectSettings {
-            intervals: v.count("indirect.segments")?,
+            intervals: v.count("indirect.intervals")?,
             tolerance: v.number("indirect.tolerance")?,
             integration_tolerance: v.number("indirect.integration_tolerance")?,
             ..IndirectSettings::default()

@@ -7,9 +7,9 @@ use crate::key::{Key, Range};
 use crate::values::Values;
 
 pub(super) const KEYS: &[Key] = &[
-    Key::count("shooting.segments", 4, 1, 100_000, "segments per phase at the start; 1 is single shooting"),
+    Key::count("shooting.intervals", 4, 1, 100_000, "segments per phase at the start; 1 is single shooting"),
     Key::count(
-        "shooting.control_points",
+        "shooting.points",
         6,
         1,
         60,
@@ -27,13 +27,19 @@ pub(super) const KEYS: &[Key] = &[
         Range::open(0.0, 1.0),
         "scaled optimality error of each solve",
     ),
-    Key::count("shooting.max_meshes", 15, 1, 1000, "most divisions solved; 1 switches refinement off"),
+    Key::count(
+        "shooting.max_refinements",
+        14,
+        0,
+        999,
+        "most refinements of the first division; 0 switches refinement off",
+    ),
 ];
 
 /// Keys of settings, by the names of their fields.
 pub(super) const NAMES: &[(&str, &str)] = &[
     ("integration_tolerance", "shooting.integration_tolerance"),
-    ("max_refinements", "shooting.max_meshes"),
+    ("max_refinements", "shooting.max_refinements"),
 ];
 
 /// Settings of the method.
@@ -45,10 +51,10 @@ pub(super) struct MultipleShootingMethod {
 impl MultipleShootingMethod {
     pub(super) fn read(v: &Values) -> Result<Self, Error> {
         let mut settings = MultipleShootingSettings {
-            intervals: v.count("shooting.segments")?,
-            points: v.count("shooting.control_points")?,
+            intervals: v.count("shooting.intervals")?,
+            points: v.count("shooting.points")?,
             integration_tolerance: v.number("shooting.integration_tolerance")?,
-            max_refinements: v.count("shooting.max_meshes")? - 1,
+            max_refinements: v.count("shooting.max_refinements")?,
             ..MultipleShootingSettings::default()
         };
         settings.nlp.tolerance = v.number("shooting.nlp_tolerance")?;

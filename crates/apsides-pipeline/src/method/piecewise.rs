@@ -13,7 +13,7 @@ const FREE: &str = "free";
 const L_EPSILON: &str = "l-epsilon";
 
 pub(super) const KEYS: &[Key] = &[
-    Key::count("piecewise.segments", 30, 1, 10_000, "segments per phase at the start"),
+    Key::count("piecewise.intervals", 30, 1, 10_000, "segments per phase at the start"),
     Key::choice("piecewise.lengths", &["equal", FREE], "lengths of the segments; free ones are unknowns"),
     Key::number(
         "piecewise.least_length",
@@ -42,14 +42,20 @@ pub(super) const KEYS: &[Key] = &[
         Range::open(0.0, 1.0),
         "largest integral at the start, relative to `piecewise.epsilon` times the duration",
     ),
-    Key::flag("piecewise.refine", true, "whether segments are divided until `piecewise.tolerance` is met"),
+    Key::count(
+        "piecewise.max_refinements",
+        100,
+        0,
+        999,
+        "most divisions of segments until `piecewise.tolerance` is met; 0 switches refinement off",
+    ),
     Key::number(
         "piecewise.tolerance",
         5e-7,
         Range::open(0.0, 1.0),
         "what more segments would gain by extrapolation, relative to the objective",
     ),
-    Key::count("piecewise.max_segments", 1000, 1, 100_000, "most segments of all phases after refinement"),
+    Key::count("piecewise.max_intervals", 1000, 1, 100_000, "most segments of all phases after refinement"),
     Key::number(
         "piecewise.nlp_tolerance",
         1e-10,
@@ -60,10 +66,11 @@ pub(super) const KEYS: &[Key] = &[
 
 /// Keys of settings, by the names of their fields.
 pub(super) const NAMES: &[(&str, &str)] = &[
-    ("intervals", "piecewise.segments"),
-    ("max_intervals", "piecewise.max_segments"),
+    ("intervals", "piecewise.intervals"),
+    ("max_intervals", "piecewise.max_intervals"),
     ("points", "piecewise.points"),
     ("tolerance", "piecewise.tolerance"),
+    ("max_refinements", "piecewise.max_refinements"),
 ];
 
 /// Settings of the method.
@@ -93,15 +100,15 @@ impl PiecewiseMethod {
         } else {
             Constraints::Points(values.count("piecewise.points")?)
         };
-        let mut shooting = MultipleShootingSettings { ..Default::default() };
+        let mut shooting = MultipleShootingSettings::default();
         shooting.nlp.tolerance = values.number("piecewise.nlp_tolerance")?;
-        let tolerance = values.number("piecewise.tolerance")?;
         let settings = PiecewiseSettings {
-            intervals: values.count("piecewise.segments")?,
+            intervals: values.count("piecewise.intervals")?,
             lengths,
             constraints,
-            tolerance: values.flag("piecewise.refine")?.then_some(tolerance),
-            max_intervals: values.count("piecewise.max_segments")?,
+            tolerance: values.number("piecewise.tolerance")?,
+            max_refinements: values.count("piecewise.max_refinements")?,
+            max_intervals: values.count("piecewise.max_intervals")?,
             shooting,
         };
         Ok(Self { settings })

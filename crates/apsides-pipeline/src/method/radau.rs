@@ -10,19 +10,20 @@ use crate::values::Values;
 pub(super) const KEYS: &[Key] = &[
     Key::count("radau.intervals", 10, 1, 100_000, "mesh intervals per phase of the first mesh"),
     Key::count("radau.points", 5, 1, 60, "collocation points per interval of the first mesh"),
-    Key::number(
-        "radau.mesh_tolerance",
-        1e-10,
-        Range::open(0.0, 1.0),
-        "largest relative error between points",
+    Key::number("radau.tolerance", 1e-10, Range::open(0.0, 1.0), "largest relative error between points"),
+    Key::count(
+        "radau.max_refinements",
+        19,
+        0,
+        999,
+        "most refinements of the first mesh; 0 switches refinement off",
     ),
-    Key::count("radau.max_meshes", 20, 1, 1000, "most meshes solved; 1 switches refinement off"),
     Key::number("radau.nlp_tolerance", 1e-10, Range::open(0.0, 1.0), "scaled optimality error of each solve"),
 ];
 
 /// Keys of settings, by the names of their fields.
 pub(super) const NAMES: &[(&str, &str)] =
-    &[("tolerance", "radau.mesh_tolerance"), ("max_refinements", "radau.max_meshes")];
+    &[("tolerance", "radau.tolerance"), ("max_refinements", "radau.max_refinements")];
 
 /// Settings of collocation and of its first mesh.
 #[derive(Clone, Debug)]
@@ -36,8 +37,8 @@ impl RadauMethod {
         let mut settings = RadauSettings {
             intervals: v.count("radau.intervals")?,
             points: v.count("radau.points")?,
-            tolerance: v.number("radau.mesh_tolerance")?,
-            max_refinements: v.count("radau.max_meshes")? - 1,
+            tolerance: v.number("radau.tolerance")?,
+            max_refinements: v.count("radau.max_refinements")?,
             ..RadauSettings::default()
         };
         settings.nlp.tolerance = v.number("radau.nlp_tolerance")?;

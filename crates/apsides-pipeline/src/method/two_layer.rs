@@ -5,7 +5,7 @@ use std::time::Duration;
 
 use apsides_metaheuristics::{
     AnnealingSettings, AntColonySettings, CmaEsSettings, Constraints, CooperationSettings,
-    DifferentialEvolutionSettings, GeneticSettings, Method, ParticleSwarmSettings, Search,
+    DifferentialEvolutionSettings, GeneticSettings, IslandsSettings, Method, ParticleSwarmSettings, Search,
 };
 use apsides_ocp::Ocp;
 use apsides_ocp::method::SearchRecord;
@@ -28,6 +28,7 @@ const COLONY: &str = "ant-colony";
 const EVOLUTION: &str = "differential-evolution";
 const CMA_ES: &str = "cma-es";
 const ANNEALING: &str = "annealing";
+const ISLANDS: &str = "islands";
 
 const ENERGY: &str = "energy";
 const FEASIBILITY: &str = "feasibility";
@@ -39,8 +40,9 @@ const GENERATIONS: u32 = 1_000_000;
 pub(super) const KEYS: &[Key] = &[
     Key::choice(
         ALGORITHM,
-        &[COOPERATION, GENETIC, SWARM, COLONY, EVOLUTION, CMA_ES, ANNEALING],
-        "algorithm of the search; \"cooperation\": particle swarm, ant colony and genetic algorithm that exchange their best",
+        &[COOPERATION, GENETIC, SWARM, COLONY, EVOLUTION, CMA_ES, ANNEALING, ISLANDS],
+        "algorithm of the search; \"cooperation\": particle swarm, ant colony and genetic algorithm that exchange their best; \"islands\": \
+         these and differential evolution side by side, each sending its best to the next from time to time",
     ),
     Key::count("search.evaluations", 3000, 1, 100_000_000, "flights of the search"),
     Key::count(
@@ -50,6 +52,8 @@ pub(super) const KEYS: &[Key] = &[
         POPULATION,
         "flights of a generation of genetic algorithm, swarm and colony, alone or in the cooperation; the others choose their own",
     ),
+    Key::count("search.island_interval", 10, 1, GENERATIONS, "generations between migrations of the islands"),
+    Key::count("search.island_migrants", 1, 0, POPULATION, "points that an island sends to the next"),
     Key::number(
         "search.time_limit_s",
         f64::INFINITY,
@@ -274,6 +278,17 @@ fn method(v: &Values) -> Result<Method, Error> {
         EVOLUTION => Method::DifferentialEvolution(DifferentialEvolutionSettings::default()),
         CMA_ES => Method::CmaEs(CmaEsSettings::default()),
         ANNEALING => Method::SimulatedAnnealing(AnnealingSettings::default()),
+        ISLANDS => Method::Islands(IslandsSettings {
+            islands: vec![
+                Method::ParticleSwarm(swarm),
+                Method::AntColony(colony),
+                Method::Genetic(genetic),
+                Method::DifferentialEvolution(DifferentialEvolutionSettings::default()),
+            ],
+            interval: v.count("search.island_interval")?,
+            migrants: v.count("search.island_migrants")?,
+            ..IslandsSettings::default()
+        }),
         _ => Method::Cooperation(CooperationSettings {
             swarm,
             colony,

@@ -36,9 +36,9 @@ fn jobs(rows: &[Row]) -> Vec<Job> {
         overrides: [
             "motion=plane".into(),
             "method=piecewise".into(),
-            format!("piecewise.segments={n}"),
+            format!("piecewise.intervals={n}"),
             format!("piecewise.lengths={lengths}"),
-            format!("piecewise.refine={refine}"),
+            format!("piecewise.max_refinements={}", if refine { 100 } else { 0 }),
         ]
         .into(),
         reference,

@@ -18,14 +18,14 @@ pub struct ContinuationSettings {
     /// Shortest step, below which the family is given up; 1e-4.
     pub shortest_step: f64,
     /// Most problems solved; 200.
-    pub max_solves: usize,
+    pub max_iterations: usize,
     /// Newton iterations up to which the next step is twice as long; 4.
     pub easy: usize,
 }
 
 impl Default for ContinuationSettings {
     fn default() -> Self {
-        Self { first_step: 0.25, shortest_step: 1e-4, max_solves: 200, easy: 4 }
+        Self { first_step: 0.25, shortest_step: 1e-4, max_iterations: 200, easy: 4 }
     }
 }
 
@@ -135,7 +135,7 @@ fn follow_by<E>(
     let mut step = settings.first_step;
     while continued.solution.status.is_success()
         && continued.parameter < 1.0
-        && continued.records.len() < settings.max_solves
+        && continued.records.len() < settings.max_iterations
     {
         let next = (continued.parameter + step).min(1.0);
         let nodes = &continued.solution.nodes;

@@ -3,7 +3,6 @@
 
 mod formats;
 mod hostile;
-mod large;
 mod pictures;
 mod samples;
 mod tiff_read;
