@@ -49,7 +49,7 @@ Tasks:
   table [--check]    writes docs/gallery.md; --check fails if it is out of date (times and rounding aside)
   readmes [--check]  writes README.md of each crate from its documentation; --check fails if one is out of date
   examples           runs the examples of every crate
-  package [CRATE ..] packages all crates and builds a project of its own against each, or against those named;
+  package [CRATE ..] packages all crates, builds a project of its own and the tests of each, or of those named;
                      prints how many crates each needs and the time of the build
   bless              accepts the present counters of the workspace tests as the golden ones
   bench [--peers] .. criterion benches of kkt, nlp and radau; --peers also runs benches/peers/*.py;

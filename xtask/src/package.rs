@@ -1,4 +1,4 @@
-//! Every crate as a package: what its tarball holds, each feature alone, a project of its own against each tarball.
+//! Every crate as a package: what its tarball holds, each feature alone, a project of its own against each tarball, its tests.
 
 use std::path::{Path, PathBuf};
 use std::process::Command;
@@ -138,7 +138,7 @@ impl Scratch {
             self.write(&format!("{folder}/src/main.rs"), &text)?;
             self.0.join(folder)
         } else {
-            unpacked
+            unpacked.clone()
         };
         let clock = Instant::now();
         run_command(&mut self.cargo(&folder, &["build", "--quiet"]))?;
@@ -148,6 +148,10 @@ impl Scratch {
         }
         let tree = ["tree", "--quiet", "-p", &package.name, "-e", "normal", "--prefix", "none"];
         let crates = count(&output(&mut self.cargo(&folder, &tree))?);
+        // Its tests from its own tarball, so that they name nothing of the repository; dependencies are compiled once for all.
+        let tests = self.0.join("tests");
+        let mut build = self.cargo(&unpacked, &["test", "--no-run", "--quiet"]);
+        run_command(build.env("CARGO_TARGET_DIR", &tests))?;
         // A build directory of its own for each: the disk holds one at a time.
         let _ = std::fs::remove_dir_all(folder.join("target"));
         let project = match (package.library, example) {

@@ -3,7 +3,7 @@
 
 use apsides_missions::registry;
 
-/// Of the target orbit, m: makes a costate of the semi-latus rectum one of a ratio.
+/// Size of the target orbit, m: it makes a costate of the semi-latus rectum one of a ratio.
 const SIZE: f64 = 42_164e3;
 
 /// The gradient of the impulsive cost is the limit for many short burns: it comes nearer as each becomes shorter.

@@ -149,7 +149,7 @@ fn what_no_flight_can_mend_is_a_conflict() {
     assert!(refused(gate).contains("must be below the perilune"));
 }
 
-/// What a model refuses stands where the first of its keys does.
+/// The refusal of a model stands where the first of its keys does.
 #[test]
 fn refusals_of_models_have_their_places() {
     assert_eq!(

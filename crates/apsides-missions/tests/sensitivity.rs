@@ -4,7 +4,7 @@
 use apsides_missions::registry;
 use apsides_pipeline::{Error, Outcome, Pipeline, Price, Summary};
 
-/// Of the objective, from the tolerance of the solves over the width.
+/// Agreement of the objective, from the tolerance of the solves over the width.
 const OBJECTIVE: f64 = 1e-5;
 const FINAL_MASS: f64 = 1e-4;
 

@@ -84,7 +84,7 @@ impl Deviations {
     }
 }
 
-/// How a deviating flight is steered.
+/// The steering of a deviating flight.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Guidance {

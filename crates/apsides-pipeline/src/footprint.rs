@@ -118,7 +118,7 @@ pub struct Footprint {
     pub cases: usize,
     /// Points of the boundary whose certificate is verified.
     pub verified: usize,
-    /// Why bearings have no point, one sentence each.
+    /// The reasons for which bearings have no point, one sentence each.
     pub failures: Vec<String>,
     /// True if all was computed; it was stopped else.
     pub complete: bool,
@@ -145,7 +145,7 @@ impl Footprint {
 /// A case of a footprint.
 #[derive(Clone, Copy, Debug)]
 pub struct FootprintCase<'a> {
-    /// Which one, in words.
+    /// The name of the solve, in words.
     pub name: &'a str,
     /// Status of the last solve, in a word.
     pub status: &'a str,

@@ -195,7 +195,7 @@ pub trait Mission: Any + Debug + Send + Sync {
         Ok(Scalars::new())
     }
 
-    /// How its ends over ground are sought and read; for kinds that offer a footprint.
+    /// The search and the reading of its ends over ground; for kinds that offer a footprint.
     fn reach(&self) -> Option<&dyn Reach> {
         None
     }
@@ -241,7 +241,7 @@ pub struct EasierCase {
     pub method: MethodName,
 }
 
-/// How far the flights of a mission reach over ground; their results are `flight_time_s`, `downrange_km` and `crossrange_km`. Places are
+/// The ends over ground that the flights of a mission reach; their results are `flight_time_s`, `downrange_km` and `crossrange_km`. Places are
 /// longitude and latitude in deg.
 pub trait Reach {
     /// The mission whose optimum ends farthest past a place along a bearing.

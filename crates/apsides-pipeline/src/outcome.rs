@@ -71,11 +71,11 @@ pub struct SearchSummary {
     pub generations: usize,
     /// Flights that failed.
     pub failures: usize,
-    /// Why it ended: `budget`, `time-limit`, `converged`, `interrupted`, `all-failed`.
+    /// The reason for which it ended: `budget`, `time-limit`, `converged`, `interrupted`, `all-failed`.
     pub stop: String,
     /// Objective of the start that it found, without what misses and excesses cost; none where all flights failed.
     pub objective: Option<f64>,
-    /// How far the end of that start misses the target, km.
+    /// Distance of the end of that start from the target, km.
     pub miss_km: Option<f64>,
     /// Wall-clock time, ms.
     pub time_ms: f64,
@@ -176,7 +176,7 @@ pub struct Outcome {
     pub trajectory: Trajectory,
     /// The problem that was solved in its place, if the flight follows from a smaller problem.
     pub reduced: Option<Reduced>,
-    /// How the solve ended.
+    /// The status at the end of the solve.
     pub status: Status,
     /// Report of the last discretised problem, if the method solves one.
     pub report: Option<SolveReport>,

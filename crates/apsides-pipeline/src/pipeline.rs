@@ -33,7 +33,7 @@ pub struct Pipeline {
     run: Run,
 }
 
-/// How a mission is solved besides what its values say: it stays when a value changes.
+/// Options of a solve that are no values of the mission: they stay when a value changes.
 #[derive(Clone, Debug)]
 struct Run {
     threads: usize,

@@ -49,7 +49,7 @@ pub struct SimulationSummary {
     pub law: String,
     /// `completed`, or one word on why the flight ended before.
     pub status: String,
-    /// How the flight ended.
+    /// The end of the flight, in words.
     pub ending: String,
     /// Time of the end, s.
     pub end_time_s: f64,

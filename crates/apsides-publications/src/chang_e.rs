@@ -1,7 +1,7 @@
 //! Landing in the manner of Chang'e-3 in six stages: one published solution of problem A of the Chinese undergraduate contest in
 //! mathematical modelling (CUMCM), 2014.
 //!
-//! What the paper prints stands beside what is solved here, and both beside a reference of its own: Pontryagin's conditions by shooting
+//! Printed numbers stand beside those solved here, and both beside a reference of its own: Pontryagin's conditions by shooting
 //! with DOP853, collocation with Ipopt, the same models.
 //!
 //! | module | subject |

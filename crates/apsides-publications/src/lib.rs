@@ -46,7 +46,7 @@ struct Publication {
     content: Content,
 }
 
-/// What is computed.
+/// The content of a publication that is computed.
 enum Content {
     /// Rows of tables, each three ways.
     Tables(&'static [PrintedTable]),
@@ -98,11 +98,11 @@ struct PrintedRow {
     parameter: f64,
     /// One value per key of the table.
     values: &'static [f64],
-    /// What the numbers alone do not say, with the key it belongs to.
+    /// Notes that the numbers alone do not give, with the key that each belongs to.
     notes: &'static [(&'static str, &'static str)],
 }
 
-/// What the findings of a row are drawn from.
+/// The solutions that the findings of a row are drawn from.
 struct Solved<'a> {
     mission: &'a Pipeline,
     printed: &'static PrintedRow,
@@ -131,13 +131,13 @@ pub struct Reproduction {
     pub tables: Vec<Table>,
     /// Tables with columns of their own, as far as they were reached.
     pub sheets: Vec<Sheet>,
-    /// What was found besides the rows.
+    /// Findings besides the rows.
     pub remarks: Vec<String>,
-    /// Whether all rows are there; not so after an interruption.
+    /// True if all rows are there; false after an interruption.
     pub complete: bool,
 }
 
-/// What is done, as it is done.
+/// A part of the work, reported as it is done.
 #[derive(Clone, Copy, Debug)]
 pub enum Part<'a> {
     /// A table that has a new row, its last one.
@@ -155,11 +155,11 @@ pub struct Table {
     pub figure: &'static str,
     /// Number and subject.
     pub title: &'static str,
-    /// What tells the rows apart; the unit ends the key.
+    /// The key that tells the rows apart; the unit ends it.
     pub parameter: &'static str,
     /// Rows in the printed order.
     pub rows: Vec<Row>,
-    /// What holds for all rows.
+    /// Remarks that hold for all rows.
     pub remarks: &'static [&'static str],
 }
 
@@ -174,7 +174,7 @@ pub struct Row {
     pub miss: Option<Miss>,
     /// Variables and constraints of that program.
     pub size: Option<(usize, usize)>,
-    /// Whether both methods of the optimum converged.
+    /// True if both methods of the optimum converged.
     pub solved: bool,
     /// True if Radau's solution is verified as an extremal at least and the one by flatness as feasible.
     pub verified: bool,
@@ -193,7 +193,7 @@ pub struct Comparison {
     pub flatness: Option<f64>,
     /// By Radau collocation: the optimum.
     pub radau: Option<f64>,
-    /// What is to be said of the printed value.
+    /// Findings on the printed value.
     pub findings: Vec<Finding>,
 }
 

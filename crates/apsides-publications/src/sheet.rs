@@ -7,13 +7,13 @@ pub struct Sheet {
     pub id: &'static str,
     /// Number and subject.
     pub title: String,
-    /// What tells the rows apart.
+    /// The heading of the labels, which tell the rows apart.
     pub heading: &'static str,
     /// Columns after the heading.
     pub columns: Vec<Column>,
     /// Rows, top down.
     pub rows: Vec<SheetRow>,
-    /// What the numbers say, one sentence each.
+    /// Findings from the numbers, one sentence each.
     pub findings: Vec<String>,
     /// Figures of the numbers.
     pub graphs: Vec<Graph>,
@@ -35,7 +35,7 @@ pub struct Column {
 /// A row of a [`Sheet`].
 #[derive(Clone, Debug, PartialEq)]
 pub struct SheetRow {
-    /// What tells it from the others.
+    /// The label that tells it from the others.
     pub label: String,
     /// One value per column, none where there is nothing to state.
     pub values: Vec<Option<f64>>,

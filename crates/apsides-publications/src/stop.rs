@@ -1,4 +1,4 @@
-//! What ends the work on a number early.
+//! The reasons that end the work on a number early.
 
 use apsides_nlp::Status;
 use apsides_ocp::Trajectory;
@@ -6,7 +6,7 @@ use apsides_ocp::Trajectory;
 use super::sheet::Sheet;
 use crate::{Error, Observer, Outcome, Pipeline};
 
-/// What ends the work on a number.
+/// The reason that ends the work on a number.
 pub(super) enum Stop {
     /// The request is ill-posed.
     Refused(Error),
@@ -23,7 +23,7 @@ impl<E: Into<Error>> From<E> for Stop {
 }
 
 impl Stop {
-    /// What a publication's computation returns for it.
+    /// The result that a publication's computation returns for it.
     pub(super) fn end(self, place: &str) -> Result<bool, Error> {
         match self {
             Self::Interrupted => Ok(false),
@@ -33,7 +33,7 @@ impl Stop {
     }
 }
 
-/// Whether a method came to its end.
+/// Checks that a method came to its end.
 pub(super) fn ended(problem: &str, method: &str, status: Status) -> Result<(), Stop> {
     match status {
         Status::Interrupted => Err(Stop::Interrupted),

@@ -20,7 +20,7 @@ enum Event {
     Generation(SearchProgress),
 }
 
-/// What a solve on another thread reports to.
+/// The observer of a solve on another thread, which passes its reports on.
 struct Relay<'a> {
     events: Sender<Event>,
     stopped: &'a AtomicBool,

@@ -4,6 +4,7 @@ use crate::finding::Finding;
 
 /// Folders whose documentation is in whole sentences; the other crates join as they are rewritten.
 const WHOLE_SENTENCES: &[&str] = &[
+    "crates/apsides/",
     "crates/apsides-ad/",
     "crates/apsides-basis/",
     "crates/apsides-cli/",
@@ -15,12 +16,15 @@ const WHOLE_SENTENCES: &[&str] = &[
     "crates/apsides-iteration/",
     "crates/apsides-kkt/",
     "crates/apsides-metaheuristics/",
+    "crates/apsides-missions/",
     "crates/apsides-nlp/",
     "crates/apsides-ocp/",
     "crates/apsides-ode/",
     "crates/apsides-optimality/",
     "crates/apsides-piecewise/",
+    "crates/apsides-pipeline/",
     "crates/apsides-problems/",
+    "crates/apsides-publications/",
     "crates/apsides-radau/",
     "crates/apsides-report/",
     "crates/apsides-shooting/",

@@ -212,7 +212,7 @@ impl Seen<'_> {
             .map_err(|none| refused(self.without_site(&none, &descent)))
     }
 
-    /// Why there is no site, in words.
+    /// Says in words for what reason there is no site.
     fn without_site(&self, none: &NoSite, descent: &PoweredDescent) -> String {
         match none {
             NoSite::OutOfReach { candidates, nearest } => format!(

@@ -124,7 +124,7 @@ impl SixStageLanding {
         Ok(())
     }
 
-    /// Why the ground at the site is too high for the altitudes of the stages, in words; none where it is not.
+    /// Says in words that the ground at the site is too high for the altitudes of the stages; none where it is not.
     pub(super) fn ground_too_high(&self) -> Option<String> {
         let follow = self.hover_radius() < self.coarse_radius() && self.fine_radius() < self.hover_radius();
         (!follow).then(|| {

@@ -105,7 +105,7 @@ fn thresholds(selection: &SiteSelection) -> Vec<Check> {
     layers.chain([check("clearance lacking", lacking, 0.0, "m")]).collect()
 }
 
-/// How much of a required height above the ground is lacking along the path; none where it is never above the map.
+/// The part of a required height above the ground that is lacking along the path; none where it is never above the map.
 fn path_clearance(
     lander: &Lander,
     site: &SiteSelection,

@@ -29,7 +29,7 @@ impl CapsuleEntry {
         Ok(margins)
     }
 
-    /// How far short of the target the capsule falls, and the lift that would reach it, in words; none where it is within reach.
+    /// Says in words by how much the capsule falls short of the target, and the lift that would reach it; none where it is within reach.
     pub(super) fn shortfall(&self, methods: &Methods) -> Option<String> {
         if !self.must_reach_target() {
             return None;

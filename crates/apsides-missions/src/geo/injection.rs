@@ -9,7 +9,7 @@ use apsides_pipeline::values::Values;
 use super::keys;
 use crate::data::{J2, central_body};
 
-/// How the direction of the thrust is found.
+/// The rule for the direction of the thrust.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum BurnSteering {
     /// It is free at every instant.
@@ -39,7 +39,7 @@ pub struct GeoInjection {
     pub target_eccentricity: f64,
     /// Where each burn is, in order: at perigee or at apogee. At least one burn.
     pub pattern: Vec<Apsis>,
-    /// How the direction of the thrust is found.
+    /// The rule for the direction of the thrust.
     pub steering: BurnSteering,
     /// Longest time of each burn, s.
     pub burn_time_limit: Option<f64>,

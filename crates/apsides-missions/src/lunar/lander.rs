@@ -8,7 +8,7 @@ use apsides_pipeline::values::Values;
 use super::keys;
 use crate::data::central_body;
 
-/// How large the thrust is along a landing.
+/// The size of the thrust along a landing.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Throttle {
     /// It is full all the time, and the flight time is least.
@@ -62,7 +62,7 @@ pub struct LunarLander {
     pub orbit_altitude: f64,
     /// Radial speed at touchdown, positive up, m/s.
     pub touchdown_radial_speed: f64,
-    /// How large the thrust is. A [`LunarTransfer`](super::LunarTransfer) coasts in a phase of its own and has full thrust otherwise.
+    /// The size of the thrust. A [`LunarTransfer`](super::LunarTransfer) coasts in a phase of its own and has full thrust otherwise.
     pub throttle: Throttle,
     /// Largest rate of the thrust angle, rad/s; with none the angle may jump.
     pub max_pitch_rate: Option<f64>,

@@ -48,7 +48,7 @@ pub struct Vehicle {
     pub offset: [f64; 2],
     /// Between the knots of the table.
     pub interpolation: Interpolation,
-    /// Which damping.
+    /// The set of damping derivatives.
     pub damping: DampingSet,
     /// Factor on the damping in pitch and yaw.
     pub damping_factor: f64,

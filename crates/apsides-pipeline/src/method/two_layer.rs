@@ -149,7 +149,7 @@ pub(super) const KEYS: &[Key] = &[
 pub struct Found {
     /// The start; none where all flights failed.
     pub start: Option<ProfileStart>,
-    /// How it was found.
+    /// The record of the search that found it.
     pub summary: SearchSummary,
 }
 

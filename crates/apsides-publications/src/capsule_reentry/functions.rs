@@ -70,7 +70,7 @@ impl Function {
         }
     }
 
-    /// What the paper calls the exact minimiser.
+    /// The point that the paper calls the exact minimiser.
     fn printed(self) -> [f64; 2] {
         if self == Self::Rings { [1.0, 1.6606] } else { [0.0, 0.0] }
     }
@@ -132,7 +132,7 @@ pub(super) fn optima() -> Sheet {
     sheet
 }
 
-/// How often and how fast each algorithm finds the least value.
+/// Rate and speed at which each algorithm finds the least value.
 pub(super) fn searches(seeds: u64, budget: usize, workers: &mut Workers<'_>) -> Result<Sheet, Stop> {
     let mut sheet = Sheet::new(
         "function-searches",

@@ -181,7 +181,7 @@ fn findings(model: Model, found: &[Found<'_>]) -> Vec<String> {
     findings
 }
 
-/// Whether a looser limit ever costs heat load, and how far all of them spread it.
+/// Says whether a looser limit ever costs heat load, and how far all of them spread it.
 fn relaxation(rows: &[(&ReferenceRow, &Solved)]) -> Option<String> {
     let looser = |a: &Limits, b: &Limits| a.iter().zip(b).all(|(a, b)| a >= b);
     let worse = |a: &Solved, b: &Solved| a.heat_load > b.heat_load + ACCURACY;
@@ -309,7 +309,7 @@ pub(super) fn layers(
     Ok(sheet)
 }
 
-/// What the search layer buys.
+/// Says what the search layer buys.
 fn buys(pairs: &[[Option<Solved>; 2]]) -> Vec<String> {
     let count = |k: usize| pairs.iter().filter(|p| p[k].is_some()).count();
     let of = |k: usize, value: fn(&Solved) -> f64| {

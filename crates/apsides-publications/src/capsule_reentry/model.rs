@@ -62,7 +62,7 @@ pub(super) fn mission(model: Model, limits: Limits, overrides: &[String]) -> Res
     crate::load(model.mission(), &all)
 }
 
-/// What a table says of one solve.
+/// The numbers of one solve in a table.
 #[derive(Clone, Debug)]
 pub(super) struct Solved {
     /// MJ/m2.
@@ -77,7 +77,7 @@ pub(super) struct Solved {
     /// Iterations on the first mesh, and on all.
     pub(super) iterations: [usize; 2],
     pub(super) meshes: usize,
-    /// Of the search and of the rest, s.
+    /// Times of the search and of the rest, s.
     pub(super) times: [f64; 2],
     /// Time (s) and bank angle (deg).
     pub(super) bank: Vec<[f64; 2]>,
@@ -153,7 +153,7 @@ pub(super) fn solve_twice(
     Ok(Solved { same_mesh, ..solved(&outcome, limits, &iterations) })
 }
 
-/// What a solve returns, and its iterations mesh by mesh.
+/// The outcome of a solve, and its iterations mesh by mesh.
 fn outcome(
     model: Model,
     limits: Limits,

@@ -45,7 +45,7 @@ pub(super) const FORMS: [Form; 3] = [
     },
 ];
 
-/// What profiles are functions of, with the number of algorithms and the part of the searches: over time those of the paper alone.
+/// The abscissae of profiles, with the number of algorithms and the part of the searches: over time those of the paper alone.
 const ABSCISSAE: [(&str, usize, u64); 2] = [("energy", ALGORITHMS.len(), 1), ("time", 4, 2)];
 const LEVELS: [f64; 3] = [5.0, 2.0, 1.0];
 

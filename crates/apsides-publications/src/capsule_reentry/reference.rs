@@ -1,4 +1,4 @@
-//! What another program found for the same models: collocation with Ipopt on 40 to 300 elements, flown again, and its own searches.
+//! Solutions of another program for the same models: collocation with Ipopt on 40 to 300 elements, flown again, and its own searches.
 
 const NONE: f64 = f64::INFINITY;
 
@@ -10,7 +10,7 @@ pub(super) struct ReferenceRow {
     pub(super) heat_load: f64,
     /// s.
     pub(super) flight_time: f64,
-    /// Which limits are active.
+    /// True for each limit that is active.
     pub(super) active: [bool; 3],
 }
 
@@ -42,7 +42,7 @@ pub(super) const FINE_U: Fine = Fine { none: [120.4488, 3e-4], base: [120.690, 3
 
 /// The mesh of the tables: intervals, and points of each, where the limits hold at the points alone.
 pub(super) const MESH: [usize; 2] = [60, 4];
-/// What that mesh is worth; MJ/m2.
+/// Accuracy of that mesh; MJ/m2.
 pub(super) const TOLERANCE_E: f64 = 0.003;
 pub(super) const TOLERANCE_U: f64 = 0.008;
 
@@ -106,7 +106,7 @@ pub(super) const TABLE_U: &[ReferenceRow] = &[
     row([12.0, 34.0, 780.0], 121.60331, 579.376, [false, true, true]),
 ];
 
-/// Of ten searches with 6000 flights each.
+/// Statistics of ten searches with 6000 flights each.
 pub(super) struct ReferenceSearch {
     /// Median of the excess over the optimum, %.
     pub(super) excess: f64,

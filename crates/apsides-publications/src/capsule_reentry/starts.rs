@@ -23,7 +23,7 @@ const MOST_BANK_DEG: f64 = 90.0;
 const TIMES_S: [f64; 2] = [450.0, 800.0];
 /// Speed, path angle and azimuth at the end of a guess; m/s, deg.
 const END: [f64; 3] = [250.0, -50.0, -45.0];
-/// Of the time to an exponent in this range.
+/// Shapes are powers of the time with an exponent in this range.
 const SHAPES: [f64; 2] = [0.3, 3.3];
 const NODES: usize = 6;
 const SAMPLES: usize = 41;

@@ -16,7 +16,7 @@ pub(super) const THRUST: f64 = 7500.0;
 /// Mass at the perilune, kg.
 pub(super) const MASS: f64 = 2400.0;
 
-/// What the sheets say of one solve.
+/// The solution of one case that the sheets report.
 pub(super) struct Solved {
     pub(super) results: BTreeMap<String, f64>,
     pub(super) trajectory: Trajectory,

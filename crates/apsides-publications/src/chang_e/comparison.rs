@@ -20,7 +20,7 @@ pub(super) struct Comparison<'a> {
     pub(super) printed: Option<Known>,
     pub(super) found: f64,
     pub(super) reference: Option<Known>,
-    /// Why the printed value is not found, if it is not.
+    /// The reason for which the printed value is not found, if it is not.
     pub(super) why: String,
 }
 

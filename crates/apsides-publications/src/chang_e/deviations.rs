@@ -31,7 +31,7 @@ const SEED: u64 = 8;
 /// One third of 1 km and of 3 m/s.
 const SIGMA_M: f64 = 1000.0 / 3.0;
 const SIGMA_M_S: f64 = 1.0;
-/// What 600 flights of the reference leave open.
+/// Sampling error of the 600 flights of the reference, relative.
 const SAMPLING: f64 = 0.05;
 
 /// Component, standard deviation of the flights of the reference, and by its state-transition matrix.

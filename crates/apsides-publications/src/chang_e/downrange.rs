@@ -31,7 +31,7 @@ pub(super) const ARCS: [(f64, f64); 15] = [
 pub(super) const PRINTED_TIME: f64 = 450.0;
 const POLAR_ANGLE: usize = 1;
 
-/// What is fixed of a braking that is otherwise that of the mission.
+/// The quantity that is fixed of a braking that is otherwise that of the mission.
 #[derive(Clone, Copy)]
 pub(super) enum Given {
     /// Arc, deg.

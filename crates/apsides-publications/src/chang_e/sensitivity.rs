@@ -1,4 +1,4 @@
-//! What mass, exhaust velocity, thrust and the start are worth at the optimum: by the multipliers and by solving again.
+//! The worth of mass, exhaust velocity, thrust and the start at the optimum: by the multipliers and by solving again.
 
 use apsides_dynamics::engine::STANDARD_GRAVITY;
 
@@ -17,7 +17,7 @@ const KEYS: [(&str, &str, f64, f64, f64); 6] = [
     ("altitude of the start, kg/km", "perilune_altitude_km", 15.0, 0.01, -0.735_388_974_6),
 ];
 
-/// Of a derivative between the two ways, and to the reference.
+/// Agreement of a derivative between the two ways, and to the reference.
 const AGREEMENT: f64 = 1e-4;
 
 pub(super) fn sheet(workers: &mut Workers<'_>) -> Result<Sheet, Stop> {

@@ -32,7 +32,7 @@ pub(super) enum Apsis {
 }
 
 impl Apsis {
-    /// Of burn `k` of `n`: the last one is at apogee.
+    /// The apsis of burn `k` of `n`: the last one is at apogee.
     pub(super) fn of(k: usize, n: usize) -> Self {
         if k + 1 == n { Self::Apogee } else { Self::Perigee }
     }
@@ -45,7 +45,7 @@ impl Apsis {
     }
 }
 
-/// What a burn is to reach, on the line of apses of the orbit before.
+/// The target of a burn, on the line of apses of the orbit before.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) enum Goal {
     Orbit(Orbit),
@@ -127,7 +127,7 @@ fn between_apses(perigee: f64, apogee: f64) -> Orbit {
     Orbit { axis: 0.5 * (perigee + apogee), eccentricity: (apogee - perigee) / (apogee + perigee) }
 }
 
-/// What is free between the burns of a sequence.
+/// The quantities that are free between the burns of a sequence.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Between {
     /// The orbits.
@@ -282,7 +282,7 @@ impl VectorFunction<5, 1> for Ignition {
     }
 }
 
-/// Of an orbit with its perigee on the first axis, `[p, f]`.
+/// The apogee radius of an orbit with its perigee on the first axis, `[p, f]`.
 struct ApogeeRadius;
 
 impl VectorFunction<2, 1> for ApogeeRadius {

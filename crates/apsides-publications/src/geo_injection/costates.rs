@@ -19,7 +19,7 @@ const RATIOS: [f64; 10] = [1.01, 1.02, 1.05, 1.1, 1.15, 1.2, 1.3, 1.4, 1.5, 1.75
 /// Equally spaced ratios up to the limit, for curves and for the quality of the guesses.
 const RADII: usize = 25;
 
-/// How a guess is made.
+/// A way to make a guess.
 struct Method {
     name: &'static str,
     guess: fn(&Circles<'_>, f64) -> AnalyticGuess,
@@ -56,11 +56,11 @@ fn solved(point: &Point) -> [f64; 3] {
     [point.time, point.costates[0], point.costates[1]]
 }
 
-/// What a stage's solutions say of the guesses.
+/// The quality of the guesses by a stage's solutions.
 struct Quality {
     /// Largest relative error of the burn time, by guess.
     time: [f64; 2],
-    /// Whether the costate of the horizontal speed has the sign of the guess anywhere.
+    /// True if the costate of the horizontal speed has the sign of the guess anywhere.
     same_sign: bool,
 }
 

@@ -51,7 +51,7 @@ impl PrintedBurn {
 }
 
 impl PrintedTable {
-    /// Whether the orbit after each burn is printed.
+    /// Returns true if the orbit after each burn is printed.
     pub(super) fn has_orbits(&self) -> bool {
         self.burns.iter().all(|b| b.axis_km.is_some())
     }
@@ -145,7 +145,7 @@ pub(super) const TABLES: [PrintedTable; 5] = [
 
 /// Table 7, canonical units: distance, radial and horizontal speed at the end.
 pub(super) const TABLE_7: [f64; 3] = [6.408, 7.0656e-4, 0.3954];
-/// What the text says that the error of Table 7 costs, kg.
+/// Cost of the error of Table 7 by the text, kg.
 pub(super) const PRINTED_CORRECTION: f64 = 100.0;
 /// Propellant of five burns in the text's reference [20], to which it compares Table 6, kg.
 pub(super) const REFERENCE_20: f64 = 16_037.5;

@@ -19,7 +19,7 @@ pub(super) struct Case {
     indirect: Option<f64>,
 }
 
-/// What later tables need of one printed table.
+/// The parts of one printed table that later tables need.
 pub(super) struct Sequence {
     pub(super) printed: &'static PrintedTable,
     pub(super) used: Case,
@@ -230,7 +230,7 @@ fn range(values: &[f64]) -> (f64, f64) {
     values.iter().fold((f64::INFINITY, f64::NEG_INFINITY), |(a, b), &v| (a.min(v), b.max(v)))
 }
 
-/// How the printed burn times agree with the rule, by initial mass.
+/// Agreement of the printed burn times with the rule, by initial mass.
 pub(super) fn agreement(sequences: &[Sequence], stage: &Stage) -> Sheet {
     let columns = [("burns", 0), ("rms_s", 3), ("bias_s", 3), ("largest_s", 3)];
     let title = "Burn times of Tables 2 to 5 less those by the rule";

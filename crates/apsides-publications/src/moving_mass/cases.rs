@@ -6,7 +6,7 @@ use std::f64::consts::PI;
 
 use apsides_missions::moving_mass::{Allocation, Case, Law, Masses};
 
-/// What the paper says of a case.
+/// The claim of the paper on a case.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Claim {
     /// The angles are held.
@@ -26,9 +26,9 @@ pub(super) struct Figure {
     pub(super) claim: Claim,
     /// Root mean squares of angle of attack and sideslip, deg, by the reference.
     pub(super) reference: [f64; 2],
-    /// Why it comes out as it does.
+    /// The reason for which it comes out as it does.
     pub(super) why: &'static str,
-    /// Whether the law is the one of the reference.
+    /// True if the law is the one of the reference.
     pub(super) law_known: bool,
 }
 

@@ -66,7 +66,7 @@ fn worst_peak(flights: &[Metrics]) -> Option<f64> {
     worst.is_finite().then_some(worst)
 }
 
-/// Whether angles are held in a flight.
+/// Returns true if angles are held in a flight.
 fn held(metrics: &Metrics) -> bool {
     metrics.worst_rms().to_degrees() < HELD
 }
@@ -333,7 +333,7 @@ const RATES: [(f64, Option<[[f64; 3]; 2]>); 5] = [
     ),
 ];
 
-/// What the paper leaves out: masses that move no faster than their drives.
+/// A case that the paper leaves out: masses that move no faster than their drives.
 pub(super) fn rates(threads: usize) -> Result<Sheet, Stop> {
     let mut sheet = Sheet::new(
         "rates",
