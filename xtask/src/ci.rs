@@ -4,7 +4,7 @@ use std::time::{Duration, Instant};
 
 use crate::command::{cargo, run as run_command, run_keeping, written};
 use crate::workspace::Workspace;
-use crate::{crate_readme, doc, examples, layers, readme, table, tidy};
+use crate::{crate_readme, doc, examples, layers, package, readme, table, tidy};
 
 /// A step: its name and what it does.
 type Step = (&'static str, fn(&Workspace) -> Result<(), String>);
@@ -18,6 +18,7 @@ const STEPS: &[Step] = &[
         let lint = ["clippy", "--workspace", "--all-targets", "--locked", "--", "-D", "warnings"];
         run_command(&mut cargo(&w.root, lint))
     }),
+    ("features", package::features),
     ("doc", doc),
     ("test", test),
     ("examples", examples),

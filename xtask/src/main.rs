@@ -49,6 +49,7 @@ Tasks:
   table [--check]    writes docs/gallery.md; --check fails if it is out of date (times and rounding aside)
   readmes [--check]  writes README.md of each crate from its documentation; --check fails if one is out of date
   examples           runs the examples of every crate
+  features           each feature of each crate checked without the others
   package [CRATE ..] packages all crates, builds a project of its own and the tests of each, or of those named;
                      prints how many crates each needs and the time of the build
   bless              accepts the present counters of the workspace tests as the golden ones
@@ -94,6 +95,7 @@ fn perform(arguments: &[String]) -> Result<(), String> {
             _ => Err(format!("`readmes` takes `--check` or nothing, not `{}`", rest.join(" "))),
         },
         "examples" => no_arguments(task, rest).and_then(|()| examples(&Workspace::load()?)),
+        "features" => no_arguments(task, rest).and_then(|()| package::features(&Workspace::load()?)),
         "package" => package::run(&Workspace::load()?, rest),
         "bless" => no_arguments(task, rest).and_then(|()| bless(&Workspace::load()?)),
         "bench" => bench::run_benches(&Workspace::load()?, rest),
@@ -163,8 +165,8 @@ mod tests {
     #[test]
     fn every_task_is_in_the_help() {
         for task in [
-            "ci", "layers", "tidy", "doc", "mission", "table", "readmes", "examples", "package", "bless",
-            "bench",
+            "ci", "layers", "tidy", "doc", "mission", "table", "readmes", "examples", "features", "package",
+            "bless", "bench",
         ] {
             assert!(HELP.lines().any(|l| l.split_whitespace().next() == Some(task)), "{task}");
         }

@@ -21,7 +21,7 @@ pub(crate) fn run(workspace: &Workspace, names: &[String]) -> Result<(), String>
         files(workspace, package)?;
     }
     for package in packages.iter().filter(wanted) {
-        features(workspace, package)?;
+        features_of(workspace, package)?;
     }
     let mut pack = cargo(&workspace.root, ["package", "--locked", "--allow-dirty", "--quiet"]);
     if !names.is_empty() {
@@ -64,8 +64,12 @@ fn files(workspace: &Workspace, package: &Package) -> Result<(), String> {
     Ok(())
 }
 
-/// Each feature builds without the others.
-fn features(workspace: &Workspace, package: &Package) -> Result<(), String> {
+/// Each feature of each crate builds without the others.
+pub(crate) fn features(workspace: &Workspace) -> Result<(), String> {
+    workspace.packages.iter().filter(|p| p.publish).try_for_each(|package| features_of(workspace, package))
+}
+
+fn features_of(workspace: &Workspace, package: &Package) -> Result<(), String> {
     if package.features.is_empty() {
         return Ok(());
     }

@@ -5,6 +5,7 @@ use std::sync::Arc;
 use std::time::Instant;
 
 use apsides_nlp::Status;
+use apsides_ocp::method::Counters;
 use apsides_ocp::{Guess, Ocp, Solution, Trajectory};
 use apsides_radau::{Explanation, Unmet};
 use apsides_verify::{Certificate, Check, CheckKind, Verification, VerifySettings, verify};
@@ -344,7 +345,7 @@ impl Pipeline {
     /// Solves from the mission's own guess, through the easier cases that lead to it where it has some.
     fn solve_from_guess(&self, posed: &Posed, observer: &mut dyn Observer) -> Result<Solution, Error> {
         let mut start: Option<Trajectory> = None;
-        let mut work = apsides_ocp::method::Counters::default();
+        let mut work = Vec::new();
         // Indirect shooting leads its own solution to a limit.
         let own = self.methods.name == MethodName::Indirect && posed.costates.is_some();
         let approach = if own { Vec::new() } else { self.mission.approach(self.methods.name) };
@@ -352,9 +353,7 @@ impl Pipeline {
             let easier = Self { mission, methods: self.methods.clone().with_method(method), ..self.clone() };
             let easier_posed = easier.pose_decided()?;
             let solution = easier.solve_posed(&easier_posed, start.as_ref(), observer)?;
-            work.iterations += solution.counters.iterations;
-            work.factorisations += solution.counters.factorisations;
-            work.discretisations += solution.counters.discretisations;
+            work.push(solution.counters);
             if !solution.status.is_success() {
                 // From here on it would not become easier.
                 break;
@@ -365,9 +364,19 @@ impl Pipeline {
                 Some(if fits { solution.trajectory } else { easier_posed.expand(&solution.trajectory)? });
         }
         let mut solution = self.solve_posed(posed, start.as_ref(), observer)?;
-        solution.counters.iterations += work.iterations;
-        solution.counters.factorisations += work.factorisations;
-        solution.counters.discretisations += work.discretisations;
+        // Constant controls have local optima of their own, between which no single start decides.
+        let several = self.methods.name == MethodName::Piecewise && solution.status != Status::Interrupted;
+        if start.is_some() && several {
+            let other = self.solve_posed(posed, None, observer)?;
+            let cost = |s: &Solution| match s.status.is_success() {
+                true => posed.ocp.objective.sense.sign() * s.trajectory.objective,
+                false => f64::INFINITY,
+            };
+            let worse =
+                if cost(&other) < cost(&solution) { std::mem::replace(&mut solution, other) } else { other };
+            work.push(worse.counters);
+        }
+        solution.counters = Counters::total(work.into_iter().chain([solution.counters]));
         Ok(solution)
     }
 

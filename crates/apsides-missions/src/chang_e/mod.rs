@@ -1,9 +1,12 @@
 //! Landings in the manner of Chang'e-3, from the perilune of an elliptic orbit, with an engine that cannot be shut down below its least
 //! thrust (problem A of the Chinese undergraduate contest in mathematical modelling, 2014).
 
+use std::sync::Arc;
+
 use apsides_ocp::Trajectory;
 use apsides_pipeline::dispersion::Dispersed;
 use apsides_pipeline::method::MethodName;
+use apsides_pipeline::mission::EasierCase;
 use apsides_pipeline::values::Values;
 use apsides_pipeline::{Curve, Decisions, Error, Kind, Mission, Offers, Posed, Scalars};
 use apsides_verify::Check;
@@ -53,6 +56,17 @@ impl Mission for MainBraking {
 
     fn pose(&self, _method: MethodName) -> Result<Posed, Error> {
         self.lander.braking()
+    }
+
+    /// Constant controls, which have local optima with and without least thrust in the first seconds, begin from the collocation of the same
+    /// braking too.
+    fn approach(&self, method: MethodName) -> Vec<EasierCase> {
+        match method {
+            MethodName::Piecewise => {
+                vec![EasierCase { mission: Arc::new(self.clone()), method: MethodName::Radau }]
+            }
+            _ => Vec::new(),
+        }
     }
 
     fn results(&self, solution: &Trajectory) -> Scalars {
