@@ -9,6 +9,8 @@ use apsides_tests::{Run, radau, solve};
 /// What holds of a solution.
 #[derive(Clone, Copy, PartialEq)]
 enum Quality {
+    /// The problem is convex and the first-order conditions hold.
+    GlobalOptimum,
     /// The second-order sufficient conditions hold.
     StrictLocalOptimum,
     /// Pontryagin's minimum principle holds; the Hamiltonian is singular on an arc.
@@ -36,6 +38,7 @@ fn check(name: &str, quality: Quality) {
         assert!(along.is_empty(), "{along:#?}");
     }
     let verdict = match quality {
+        Quality::GlobalOptimum => Verdict::GlobalOptimum,
         Quality::StrictLocalOptimum => Verdict::StrictLocalOptimum,
         Quality::Extremal => Verdict::Extremal,
         Quality::Feasible => Verdict::Feasible,
@@ -54,9 +57,9 @@ macro_rules! literature {
 }
 
 literature! {
-    lqr_scalar: StrictLocalOptimum,
-    di_min_energy: StrictLocalOptimum,
-    di_min_energy_free_speed: StrictLocalOptimum,
+    lqr_scalar: GlobalOptimum,
+    di_min_energy: GlobalOptimum,
+    di_min_energy_free_speed: GlobalOptimum,
     brachistochrone_free_y: Feasible,
     brachistochrone_dymos: Feasible,
     linear_tangent: StrictLocalOptimum,
@@ -74,8 +77,8 @@ literature! {
     rayleigh_path: StrictLocalOptimum,
     brachistochrone_wall: Feasible,
     bryson_denham: Feasible,
-    bryson_denham_contact: StrictLocalOptimum,
-    di_bang_bang: StrictLocalOptimum,
+    bryson_denham_contact: GlobalOptimum,
+    di_bang_bang: GlobalOptimum,
     moon_lander_soft: StrictLocalOptimum,
     free_flying_robot: Feasible,
     powered_descent: StrictLocalOptimum,

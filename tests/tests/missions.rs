@@ -7,7 +7,7 @@
 #![allow(clippy::unwrap_used)]
 
 use apsides::pipeline::sweep;
-use apsides::verify::{Check, Verdict};
+use apsides::verify::Check;
 use apsides::{Error, Outcome};
 use apsides_tests::tolerance::{
     FINAL_MASS_KG, FLAT_TIME_S, FLIGHT_TIME_S, GATE_SPEED_M_S, OPEN_STRUCTURE_MASS_KG, POSITION_MISS_M,
@@ -205,8 +205,8 @@ fn flat_outputs_agree() {
         let outcome = solve(name, &[flat, case]);
         assert_eq!(outcome.summary.status, "optimal");
         near(&outcome, "flight_time_s", time, FLAT_TIME_S);
-        // Without costates optimality is no part of the certificate.
-        assert_eq!(outcome.summary.certificate.verdict, Verdict::Feasible);
+        // Costates from the adjoint equation along the splines.
+        assert!(outcome.summary.certificate.is_verified());
     }
 }
 

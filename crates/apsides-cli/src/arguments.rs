@@ -1,9 +1,13 @@
 //! Command line of the program.
 
+mod certify;
+
 use std::num::NonZero;
 use std::path::PathBuf;
 
 use clap::{Args, Parser, Subcommand, ValueEnum};
+
+pub(crate) use certify::CertifyArguments;
 
 /// Spaceflight trajectory optimisation: solve missions, verify the answers.
 #[derive(Debug, Parser)]
@@ -110,6 +114,19 @@ pub(crate) enum Command {
     /// Make or describe elevation maps.
     #[command(subcommand)]
     Terrain(TerrainCommand),
+    /// List the problems of the gallery, or the optimum of one with its evidence and the columns of its trajectories.
+    #[command(after_help = "Examples:\n  apsides problems\n  apsides problems brachistochrone_free_y")]
+    Problems {
+        /// Show this problem.
+        name: Option<String>,
+    },
+    /// Judge a trajectory of any program: feasible to what, optimal to what, how far from the optimum.
+    #[command(after_help = "Examples:\n  \
+        apsides certify di_min_energy other-program.csv\n  \
+        apsides certify lunar-perilune samples.json --json\n\n\
+        The file has columns (CSV) or arrays (JSON) named `time` and as the states and controls of the problem:\n\
+        see `apsides problems NAME`. Exit status 4: no extremal.")]
+    Certify(CertifyArguments),
     /// Verify the results in a directory again: trajectory.csv against the equations of mission.toml.
     #[command(after_help = "Example:\n  apsides verify results")]
     Verify {

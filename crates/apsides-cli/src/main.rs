@@ -6,12 +6,14 @@
 //! apsides solve lunar-perilune --out results        solves and verifies; writes data and a report
 //! apsides sweep lunar-perilune --set perilune_altitude_km=50,25,15 --out sweep.csv
 //! apsides verify results                            checks stored results again
+//! apsides certify brachistochrone_free_y other.csv  judges the trajectory of any program
 //! ```
 //!
 //! The exit status is 0 for a verified result, 2 for bad input, 3 where nothing was solved, 4 where the result is not verified. What the
 //! program does is in the libraries; it computes nothing by itself.
 
 mod arguments;
+mod certify;
 mod commands;
 mod figures;
 mod footprint;
@@ -54,6 +56,8 @@ fn main() -> ExitCode {
         Command::Hazard(a) => hazard::hazard(&a),
         Command::Terrain(TerrainCommand::Gen(a)) => terrain::generate(&a),
         Command::Terrain(TerrainCommand::Info { map, json }) => terrain::info(&map, json),
+        Command::Problems { name } => certify::problems(name.as_deref()),
+        Command::Certify(a) => certify::certify(&a),
         Command::Verify { directory, json } => commands::verify(&directory, json),
     };
     let exit = result.unwrap_or_else(|sentence| {

@@ -567,3 +567,35 @@ fn tune_and_size_refuse_what_has_no_moving_masses() {
     assert_eq!(o.status.code(), Some(2));
     assert!(stderr(&o).contains("--margin is 0"), "{}", stderr(&o));
 }
+
+#[test]
+fn a_trajectory_of_another_program_is_certified() {
+    let dir = tempfile::tempdir().unwrap();
+    // Rest to rest in one second with the least energy: u = 6 - 12 t, 6 units of energy.
+    let mut optimal = String::from("time,x,v,u\n");
+    let mut slow = String::from("time,x,v,u\n");
+    for k in 0..=20 {
+        let t = f64::from(k) / 20.0;
+        let (x, v) = (3.0 * t * t - 2.0 * t.powi(3), 6.0 * t - 6.0 * t * t);
+        optimal += &format!("{t},{x},{v},{}\n", 6.0 - 12.0 * t);
+        slow += &format!("{t},{x},{v},{}\n", 5.0 - 12.0 * t);
+    }
+    let file = |name: &str, text: &str| {
+        let file = dir.path().join(name);
+        std::fs::write(&file, text).unwrap();
+        path(&file)
+    };
+    let o = apsides(&["certify", "di_min_energy", &file("optimal.csv", &optimal)]);
+    assert_eq!(o.status.code(), Some(0), "{}{}", stdout(&o), stderr(&o));
+    assert!(stdout(&o).contains("certificate: global-optimum"), "{}", stdout(&o));
+    let o = apsides(&["certify", "di_min_energy", &file("slow.csv", &slow), "--json"]);
+    assert_eq!(o.status.code(), Some(4), "{}", stderr(&o));
+    let v: serde_json::Value = serde_json::from_str(&stdout(&o)).unwrap();
+    assert_eq!(v["certificate"]["verdict"], "rejected");
+    assert!(v["feasible_to"].as_f64().unwrap() > 1e3);
+    let o = apsides(&["certify", "di_min_energy", &file("none.csv", "time,x\n0,1\n")]);
+    assert_eq!(o.status.code(), Some(2));
+    assert!(stderr(&o).contains("no column `v`"), "{}", stderr(&o));
+    let o = apsides(&["problems", "di_min_energy"]);
+    assert!(stdout(&o).contains("optimum   6 "), "{}", stdout(&o));
+}

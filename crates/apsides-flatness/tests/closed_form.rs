@@ -3,7 +3,7 @@
 
 use apsides_ad::{FlatMap, Scalar};
 use apsides_flatness::{FlatSystem, Flatness};
-use apsides_verify::{Verdict, VerifySettings, verify};
+use apsides_verify::{VerifySettings, verify};
 
 /// `x' = v`, `v' = u` in the output `x`.
 #[derive(Clone, Copy)]
@@ -31,7 +31,7 @@ fn double_integrators() {
         assert!(problem.optimum.agrees_with(objective), "{name}: {objective}");
         let certificate =
             verify(&case.ocp, &solution.trajectory, &VerifySettings::default()).unwrap().certificate;
-        assert_eq!(certificate.verdict, Verdict::Feasible, "{name}: {certificate:#?}");
+        assert!(certificate.is_verified(), "{name}: {certificate:#?}");
     }
 }
 

@@ -189,6 +189,7 @@ fn certificate(page: &mut String, certificate: &Certificate) {
         (CheckKind::Optimality, "First order"),
         (CheckKind::Curvature, "Second order, necessary"),
         (CheckKind::Strictness, "Second order, sufficient"),
+        (CheckKind::Convexity, "Convexity"),
     ] {
         let mut of_kind = certificate.checks.iter().filter(|c| c.kind == kind).peekable();
         if of_kind.peek().is_some() {

@@ -27,6 +27,7 @@
 //! | `directory`, `files` | the files of a result, written together |
 //! | `trajectory_csv`, `trajectory_reader`, `columns` | `trajectory.csv`: writing, reading, headers |
 //! | `multipliers` | `multipliers.json` |
+//! | `samples_reader` | trajectories of other programs |
 //! | `html`, `page.css`, `markup` | `report.html` |
 //! | `figure`, `axis_layout`, `palette`, `svg` | what a figure shows, where its ticks stand, its colours, how it is drawn |
 //! | `standard_figures` | figures of every result |
@@ -53,6 +54,7 @@ mod palette;
 #[cfg(feature = "parquet")]
 mod parquet_samples;
 mod root_locus;
+mod samples_reader;
 mod simulation;
 mod site_files;
 mod standard_figures;
@@ -74,6 +76,7 @@ pub use multipliers::{
 };
 #[cfg(feature = "parquet")]
 pub use parquet_samples::write_parquet;
+pub use samples_reader::{Samples, read_samples};
 pub use simulation::write_simulation;
 pub use standard_figures::StandardFigures;
 pub use svg::stacked_svg;

@@ -14,6 +14,8 @@ pub enum CheckKind {
     Curvature,
     /// The second-order sufficient conditions hold: the second variation is positive on all admissible changes.
     Strictness,
+    /// The problem is convex: an extremal is a global optimum.
+    Convexity,
 }
 
 /// One verified property: `value <= limit`.
@@ -81,7 +83,7 @@ pub enum Verdict {
     Extremal,
     /// Extremal, and the second-order sufficient conditions hold: better than every trajectory near it.
     StrictLocalOptimum,
-    /// Not worse than any admissible trajectory: optimal for a convex relaxation that is tight.
+    /// Not worse than any admissible trajectory: an extremal of a convex problem.
     GlobalOptimum,
 }
 
@@ -113,7 +115,8 @@ impl Verdict {
                  variation is positive: no trajectory near it is as good."
             }
             Self::GlobalOptimum => {
-                "Every requirement is met, and a convex relaxation has the same optimum: no trajectory is better."
+                "Every requirement is met, Pontryagin's minimum principle holds and the problem is convex: no trajectory is \
+                 better."
             }
         }
     }
@@ -147,6 +150,8 @@ impl Certificate {
             Verdict::Rejected
         } else if !any(CheckKind::Optimality) || !all(CheckKind::Optimality) || !all(CheckKind::Curvature) {
             Verdict::Feasible
+        } else if any(CheckKind::Convexity) && all(CheckKind::Convexity) {
+            Verdict::GlobalOptimum
         } else if any(CheckKind::Curvature) && any(CheckKind::Strictness) && all(CheckKind::Strictness) {
             Verdict::StrictLocalOptimum
         } else {

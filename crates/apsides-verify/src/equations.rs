@@ -65,6 +65,16 @@ impl<'a> Equations<'a> {
         self
     }
 
+    /// Number of inputs `[x, u, p, t]`.
+    pub(crate) fn width(&self) -> usize {
+        self.full.len()
+    }
+
+    /// Weight of an integral in the Hamiltonian.
+    pub(crate) fn weight(&self, integral: usize) -> f64 {
+        self.weights[integral]
+    }
+
     /// Goes to a point.
     pub(crate) fn set(&mut self, t: f64, x: &[f64], u: &[f64]) {
         let (nx, nu) = (self.nx, self.nu);

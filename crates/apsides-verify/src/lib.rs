@@ -52,6 +52,7 @@
 //! | --- | --- |
 //! | [`mod@verify`] | all checks in order |
 //! | [`certificate`] | checks and verdict |
+//! | [`sampled`] | trajectories from the samples of any program |
 //! | [`simulation`] | the re-simulated path |
 //! | [`settings`], [`error`] | tolerances; what is refused |
 //!
@@ -60,11 +61,14 @@
 
 pub mod certificate;
 pub mod error;
+pub mod sampled;
 pub mod settings;
 pub mod simulation;
 pub mod verify;
 
+mod adjoint;
 mod boundary;
+mod convexity;
 mod ends;
 mod equations;
 mod linkage;
@@ -79,6 +83,7 @@ mod worst;
 
 pub use certificate::{Certificate, Check, CheckKind, Verdict};
 pub use error::VerifyError;
+pub use sampled::{Interpolation, PhaseSamples, Sampled, sampled};
 pub use settings::VerifySettings;
 pub use simulation::SimulatedPhase;
 pub use verify::{Verification, verify};

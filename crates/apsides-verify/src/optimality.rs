@@ -189,7 +189,13 @@ impl<'a> PhaseConditions<'a> {
 }
 
 /// Value in the piece of the control interval where both have the same intervals, else wherever `t` is.
-fn evaluate_piece(p: &PiecewisePolynomial, pieces: usize, segment: usize, t: f64, out: &mut [f64]) {
+pub(crate) fn evaluate_piece(
+    p: &PiecewisePolynomial,
+    pieces: usize,
+    segment: usize,
+    t: f64,
+    out: &mut [f64],
+) {
     if p.segments().len() == pieces {
         p.evaluate_in(segment, t, out);
     } else {

@@ -29,6 +29,7 @@ use crate::optimality::PhaseConditions;
 use crate::place::place;
 use crate::{Check, CheckKind, VerifySettings};
 use activity::Space;
+pub(crate) use arcs::corners;
 use form::Form;
 
 /// Exponents of ten at which the amount of negative curvature is looked for.

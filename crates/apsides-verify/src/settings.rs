@@ -51,6 +51,8 @@ pub struct VerifySettings {
     /// A state bound along a phase, or a bound on a duration, counts as active within this times the scale; default
     /// 1e-6. Its multiplier is not part of a trajectory: of the costate only the sign of what drives it is checked there.
     pub activity_tolerance: f64,
+    /// Take costates from the adjoint equation along the trajectory where it states none or they fail; default true.
+    pub adjoint: bool,
 }
 
 impl Default for VerifySettings {
@@ -71,6 +73,7 @@ impl Default for VerifySettings {
             transversality_tolerance: 1e-5,
             contact_tolerance: 1e-4,
             activity_tolerance: 1e-6,
+            adjoint: true,
         }
     }
 }

@@ -10,12 +10,19 @@ mod minimum_time;
 mod non_minima;
 mod parts;
 mod path;
+mod sampled;
 
 use crate::{Certificate, Check, CheckKind, Verdict, VerifySettings, verify};
 use apsides_ocp::{Ocp, Trajectory};
 
 fn certify(ocp: &Ocp, trajectory: &Trajectory) -> Certificate {
     verify(ocp, trajectory, &VerifySettings::default()).expect("the trajectory fits").certificate
+}
+
+/// The same by the stated costates alone.
+fn certify_stated(ocp: &Ocp, trajectory: &Trajectory) -> Certificate {
+    let settings = VerifySettings { adjoint: false, ..VerifySettings::default() };
+    verify(ocp, trajectory, &settings).expect("the trajectory fits").certificate
 }
 
 /// The only check whose name contains `part`.

@@ -5,7 +5,10 @@ use apsides_ocp::{Guess, Ocp, Scaling, Trajectory};
 use crate::boundary::Boundary;
 use crate::equations::Equations;
 use crate::simulation::{self, SimulatedPhase};
-use crate::{Certificate, VerifyError, VerifySettings, optimality, scan, second_order, shape};
+use crate::{
+    Certificate, Check, CheckKind, VerifyError, VerifySettings, adjoint, convexity, optimality, scan,
+    second_order, shape,
+};
 
 /// A certificate and the re-simulated path on which it is based.
 #[derive(Clone, Debug, PartialEq)]
@@ -43,18 +46,61 @@ pub fn verify(
             checks.extend(scan::checks(equations, found, flight, &scaling.phases[k], settings));
         }
     }
-    let mut remarks = Vec::new();
-    if let Some(mut conditions) = optimality::phases(ocp, trajectory, &scaling) {
-        checks.extend(optimality::checks(ocp, trajectory, &scaling, settings, &mut conditions));
-        // Of a trajectory that is no extremal the second variation says nothing.
-        if checks.iter().all(|c| c.passed) {
-            let second = second_order::conditions(ocp, trajectory, &scaling, settings, &mut conditions);
-            checks.extend(second.checks);
-            remarks.extend(second.remark);
-        }
-    }
+    let (optimality, remarks) = optimum(ocp, trajectory, &scaling, settings, checks.iter().all(|c| c.passed));
+    checks.extend(optimality);
     let simulation = (trajectory.phases.iter().zip(&flights))
         .map(|(found, flight)| simulation::sample(found, flight, settings.scan_points))
         .collect();
     Ok(Verification { certificate: Certificate::new(checks).with_remarks(remarks), simulation })
+}
+
+/// Checks of optimality by the stated costates, or by those of the adjoint equation where there are none or they fail.
+fn optimum(
+    ocp: &Ocp,
+    trajectory: &Trajectory,
+    scaling: &Scaling,
+    settings: &VerifySettings,
+    feasible: bool,
+) -> (Vec<Check>, Vec<String>) {
+    let stated = conditions(ocp, trajectory, scaling, settings, feasible);
+    let fails = |checks: &[Check]| checks.is_empty() || checks.iter().any(|c| !c.passed);
+    if !feasible || !settings.adjoint || !fails(&stated.0) {
+        return stated;
+    }
+    let Some(adjoint) = adjoint::with_costates(ocp, trajectory, scaling, settings) else { return stated };
+    let (checks, mut remarks) = conditions(ocp, &adjoint, scaling, settings, feasible);
+    let first_order = |checks: &[Check]| {
+        let optimality = checks.iter().filter(|c| c.kind == CheckKind::Optimality);
+        !checks.is_empty() && optimality.clone().count() > 0 && optimality.clone().all(|c| c.passed)
+    };
+    if !first_order(&checks) && !stated.0.is_empty() || first_order(&stated.0) {
+        return stated;
+    }
+    remarks.insert(0, "costates and multipliers from the adjoint equation along the trajectory".to_owned());
+    (checks, remarks)
+}
+
+fn conditions(
+    ocp: &Ocp,
+    trajectory: &Trajectory,
+    scaling: &Scaling,
+    settings: &VerifySettings,
+    feasible: bool,
+) -> (Vec<Check>, Vec<String>) {
+    let Some(mut conditions) = optimality::phases(ocp, trajectory, scaling) else {
+        return (Vec::new(), Vec::new());
+    };
+    let mut checks = optimality::checks(ocp, trajectory, scaling, settings, &mut conditions);
+    let mut remarks = Vec::new();
+    // Of a trajectory that is no extremal the second variation says nothing.
+    if feasible && checks.iter().all(|c| c.passed) {
+        let second = second_order::conditions(ocp, trajectory, scaling, settings, &mut conditions);
+        checks.extend(second.checks);
+        let convex = convexity::check(ocp, trajectory);
+        if convex.is_none() {
+            remarks.extend(second.remark);
+        }
+        checks.extend(convex);
+    }
+    (checks, remarks)
 }

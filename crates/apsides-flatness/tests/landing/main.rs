@@ -123,8 +123,8 @@ fn refined_splines_meet_the_optimum() {
             assert!(solution.status.is_success() && solution.accurate, "{altitude}: {:?}", solution.solves);
             let difference = solution.trajectory.objective - optimum;
             assert!(difference.abs() < MESH_TIME_S, "{altitude}: {difference}");
-            // Without costates optimality is not part of the certificate.
-            assert_eq!(certificate.verdict, Verdict::Feasible, "{certificate:#?}");
+            // Costates from the adjoint equation along the splines.
+            assert!(certificate.is_verified(), "{certificate:#?}");
             assert!(miss(&certificate, "radius") < MESH_MISS_M);
         }
     }
@@ -141,7 +141,7 @@ fn mass_as_an_output_with_a_residual() {
     assert!(solution.accurate, "{:?}", solution.solves);
     assert!((solution.trajectory.objective - 997.3758488117479).abs() < MESH_TIME_S);
     let certificate = certificate(&ocp, &solution);
-    assert_eq!(certificate.verdict, Verdict::Feasible, "{certificate:#?}");
+    assert!(certificate.is_verified(), "{certificate:#?}");
     assert!(miss(&certificate, "radius") < MESH_MISS_M);
     // 153.736491 kg; the outputs have orders s + 2, s + 2, s + 1.
     assert!((solution.trajectory.phases[0].final_state()[4] - 153.73649062922414).abs() < 1e-6);

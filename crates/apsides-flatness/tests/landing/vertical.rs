@@ -98,7 +98,7 @@ fn two_phases_meet_the_optimum() {
             solution.trajectory.phases[1].state_at(solution.trajectory.phases[1].initial_time)[1];
         assert!((gate_speed - speed).abs() < 1e-6, "{gate}: {gate_speed}");
         let certificate = certificate(&ocp, &solution);
-        assert_eq!(certificate.verdict, Verdict::Feasible, "{certificate:#?}");
+        assert!(certificate.is_verified(), "{certificate:#?}");
         assert!(miss(&certificate, "radius") < MESH_MISS_M);
     }
 }
@@ -197,7 +197,7 @@ fn reversed_thrust_is_seen() {
     let with_sign = FlatSystem::new(vertical);
     let right = Flatness::default().solve(&ocp, &[with_sign], &guess(120.0, -90.0)).unwrap();
     assert!(right.accurate, "{:?}", right.solves);
-    assert_eq!(certificate(&ocp, &right).verdict, Verdict::Feasible);
+    assert!(certificate(&ocp, &right).is_verified());
 
     let squared = FlatSystem::new(Squared(vertical));
     let wrong = Flatness::default().solve(&ocp, &[squared], &guess(60.0, -250.0)).unwrap();

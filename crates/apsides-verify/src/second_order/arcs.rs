@@ -36,7 +36,7 @@ impl Span {
 }
 
 /// Times at which the control jumps, between the ends of the phase.
-pub(super) fn corners(conditions: &mut PhaseConditions<'_>) -> Vec<f64> {
+pub(crate) fn corners(conditions: &mut PhaseConditions<'_>) -> Vec<f64> {
     let nu = conditions.equations.nu;
     let breaks = conditions.found.control.breaks().to_vec();
     let ranges: Vec<f64> = (0..nu)

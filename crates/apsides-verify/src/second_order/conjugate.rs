@@ -11,12 +11,21 @@ use crate::place::place;
 /// Bisections of the interval that holds the conjugate point.
 const BISECTIONS: usize = 44;
 
+/// A conjugate point closer to the start than this part of the duration is none.
+const AT_ONCE: f64 = 1e-6;
+
 /// The conjugate point in words, or what else the negative direction needs.
 pub(super) fn place_of(ocp: &Ocp, form: &Form, conditions: &mut [PhaseConditions<'_>]) -> String {
     if let [phase] = &mut conditions[..]
         && let Some(time) = conjugate_time(ocp, form, phase)
     {
-        return format!("conjugate point at {}", place(&ocp.phases[0], time));
+        let phase = &form.phases[0];
+        // Not a point of the trajectory but its control: the generalised condition of Legendre and Clebsch fails everywhere.
+        return if time - phase.spans[0].start < AT_ONCE * phase.duration {
+            format!("on every interval, however short, from {}", place(&ocp.phases[0], phase.spans[0].start))
+        } else {
+            format!("conjugate point at {}", place(&ocp.phases[0], time))
+        };
     }
     "through the ends, times or parameters; no conjugate point inside the phase".to_owned()
 }

@@ -2,7 +2,7 @@
 //! `lambda = (-12, 12 t - 6)`, `H = -18`. A. E. Bryson and Y.-C. Ho, Applied Optimal Control, 1975, section 5.3.
 
 use super::parts::{self, DoubleIntegrator, Energy, breaks, energy, trajectory};
-use super::{assert_exact, assert_failed, certify, find};
+use super::{assert_exact, assert_failed, certify, certify_stated, find};
 use crate::{CheckKind, VerifySettings, verify};
 use apsides_ocp::{Bounds, Ocp, Phase, State, Trajectory, Variable};
 
@@ -147,7 +147,7 @@ fn costates_of_the_wrong_sign_are_found() {
     let nodes = t.phases[0].costate.as_ref().expect("has costates").segments()[0].basis.nodes().to_vec();
     let negated = |_: usize, t: f64| vec![12.0, 6.0 - 12.0 * t];
     t.phases[0].costate = Some(parts::polynomial(2, &breaks, &nodes, negated));
-    let certificate = certify(&problem(), &t);
+    let certificate = certify_stated(&problem(), &t);
     // The negated costate still solves the costate equation and the ends are fixed: dH/du and H show it.
     assert_failed(&certificate, &["stationarity", "least Hamiltonian", "Hamiltonian constant"]);
     // At the start dH/du = 12, which asks for the whole way from u = 6 to the lower bound: 16 of 20.
@@ -162,7 +162,7 @@ fn a_costate_that_does_not_solve_its_equation_is_found() {
     // Position costate off by 1 %: the equation of the speed costate and the Hamiltonian show it.
     let wrong = |_: usize, t: f64| vec![-12.12, 12.0 * t - 6.0];
     t.phases[0].costate = Some(parts::polynomial(2, &breaks, &nodes, wrong));
-    let certificate = certify(&problem(), &t);
+    let certificate = certify_stated(&problem(), &t);
     assert_failed(&certificate, &["costate equation", "Hamiltonian constant"]);
     let check = find(&certificate, "costate equation");
     assert!((check.value - 0.12 * 0.2 / 12.12).abs() < 1e-6, "{check:?}");
@@ -170,7 +170,7 @@ fn a_costate_that_does_not_solve_its_equation_is_found() {
     // A jump between intervals.
     let jump = |k: usize, t: f64| vec![-12.0, 12.0 * t - 6.0 + if k == 2 { 1e-3 } else { 0.0 }];
     t.phases[0].costate = Some(parts::polynomial(2, &breaks, &nodes, jump));
-    let certificate = certify(&problem(), &t);
+    let certificate = certify_stated(&problem(), &t);
     let check = find(&certificate, "costate equation");
     assert!((check.value - 1e-3 / 12.0).abs() < 1e-9 && !check.passed, "{check:?}");
 }
@@ -261,7 +261,22 @@ fn bounds_on_the_integral_are_checked() {
 fn without_costates_only_feasibility_is_claimed() {
     let mut t = solution(5, 4);
     t.phases[0].costate = None;
-    let certificate = certify(&problem(), &t);
+    let certificate = certify_stated(&problem(), &t);
     assert_eq!(certificate.verdict, crate::Verdict::Feasible);
     assert!(certificate.checks.iter().all(|c| c.kind == CheckKind::Feasibility && c.passed));
+}
+
+#[test]
+fn costates_come_from_the_adjoint_equation_where_none_or_wrong_ones_are_stated() {
+    for wrong in [None, Some(-1.0)] {
+        let mut t = solution(5, 4);
+        let breaks = breaks(0.0, 1.0, 5);
+        let nodes = t.phases[0].state.segments()[0].basis.nodes().to_vec();
+        let scaled =
+            |f: f64| parts::polynomial(2, &breaks, &nodes, |_, t| costate(t).iter().map(|l| f * l).collect());
+        t.phases[0].costate = wrong.map(scaled);
+        let certificate = certify(&problem(), &t);
+        assert_eq!(certificate.verdict, crate::Verdict::StrictLocalOptimum);
+        assert!(certificate.remarks[0].contains("adjoint equation"), "{:?}", certificate.remarks);
+    }
 }

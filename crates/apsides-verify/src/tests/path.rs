@@ -1,7 +1,7 @@
 //! Path constraints and state bounds that are active.
 
 use super::parts::{self, DoubleIntegrator, Energy, energy, trajectory};
-use super::{assert_exact, assert_failed, certify, find};
+use super::{assert_exact, assert_failed, certify, certify_stated, find};
 use crate::Verdict;
 use apsides_ad::{Dynamics, PathFunction, Scalar};
 use apsides_ocp::{Bounds, Ocp, Phase, State, Trajectory, Variable};
@@ -64,12 +64,15 @@ fn an_active_path_constraint_with_its_multiplier() {
 
 #[test]
 fn wrong_or_missing_path_multipliers_are_found() {
-    let certificate = certify(&problem(), &solution(None));
+    let certificate = certify_stated(&problem(), &solution(None));
     assert_failed(&certificate, &["stationarity"]);
     assert!(find(&certificate, "stationarity").at.contains("taken as zero"));
-    assert_failed(&certify(&problem(), &solution(Some([-1.0, 0.0]))), &["stationarity", "signs of the path"]);
+    assert_failed(
+        &certify_stated(&problem(), &solution(Some([-1.0, 0.0]))),
+        &["stationarity", "signs of the path"],
+    );
     // A multiplier on an inactive row: dL/du would vanish, but complementarity does not hold.
-    let certificate = certify(&problem(), &solution(Some([0.0, 1.0])));
+    let certificate = certify_stated(&problem(), &solution(Some([0.0, 1.0])));
     assert!(!find(&certificate, "signs of the path multipliers").passed);
 }
 
@@ -126,7 +129,7 @@ fn an_active_state_bound() {
     let with_jumps_of = |middle: f64| {
         let costate = |k: usize, t: f64| vec![[18.0, middle, -18.0][k / 2], -u(k, t)];
         let found = parts::phase("arc", &breaks, 5, x, |k, t| vec![u(k, t)], costate);
-        certify(&ocp, &trajectory(vec![found], 4.0))
+        certify_stated(&ocp, &trajectory(vec![found], 4.0))
     };
     // On the ceiling only the sign of what drives the costate is known: it may not rise.
     let certificate = with_jumps_of(0.0);

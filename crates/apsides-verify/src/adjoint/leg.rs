@@ -1,0 +1,454 @@
+//! The adjoint equation over the intervals of a phase, for every value at their ends.
+//!
+//! A costate in an interval is linear in the costate at its end, in the multipliers of integrals and in one: a matrix over
+//! `[end, shared, 1]`, each quantity times or divided by its scale.
+
+use std::cell::RefCell;
+use std::sync::Arc;
+
+use apsides_basis::Barycentric;
+use apsides_ocp::{PhaseScaling, PhaseTrajectory, PiecewisePolynomial, Segment};
+use apsides_ode::{FnSystem, Integrator, OdeSettings, Status, Tolerance};
+use nalgebra::DMatrix;
+
+use crate::VerifySettings;
+use crate::boundary::row_scale;
+use crate::equations::Equations;
+
+/// Accuracy of the integration.
+const ACCURACY: f64 = 1e-10;
+/// Times closer to an end of the phase than this part of its duration are at the end.
+const END: f64 = 1e-9;
+
+/// One interval.
+pub(super) struct Leg {
+    /// Costates at the start.
+    pub(super) start: DMatrix<f64>,
+    /// States at a bound, whose costates the adjoint equation does not determine.
+    pub(super) held: Vec<bool>,
+    /// Slopes of the Lagrangian in the free controls at the nodes, to be zero.
+    pub(super) stationarity: Vec<Vec<f64>>,
+    /// Costates at the nodes of the states.
+    nodes: Vec<DMatrix<f64>>,
+    /// Multipliers of the path rows that follow from the costates, at the nodes of the controls.
+    multipliers: Vec<(usize, usize, Vec<f64>)>,
+}
+
+/// A place of a phase: interval and time.
+pub(super) type Point = (usize, f64);
+
+pub(super) struct Legs<'a> {
+    equations: Equations<'a>,
+    found: &'a PhaseTrajectory,
+    scaling: &'a PhaseScaling,
+    /// Shared unknown and index of each integral with an active bound.
+    local: Vec<(usize, usize)>,
+    shared: usize,
+    duration: f64,
+    activity: f64,
+    max_steps: usize,
+    /// Largest magnitude of each path row.
+    row_scales: Vec<f64>,
+}
+
+/// Values and derivatives at one point, over `[x, u, p, t]`.
+struct Local {
+    rates: Vec<f64>,
+    jacobian: Vec<f64>,
+    /// Gradient of what does not depend on costates: of each active integral, then of the weighted ones with given multipliers.
+    sources: Vec<Vec<f64>>,
+    /// Their values without path constraints.
+    values: Vec<f64>,
+}
+
+impl<'a> Legs<'a> {
+    pub(super) fn new(
+        mut equations: Equations<'a>,
+        found: &'a PhaseTrajectory,
+        scaling: &'a PhaseScaling,
+        local: Vec<(usize, usize)>,
+        shared: usize,
+        settings: &VerifySettings,
+    ) -> Option<Self> {
+        let rows = equations.phase.path_rows();
+        let mut largest = vec![0.0f64; rows];
+        let mut path = vec![0.0; rows];
+        let (mut x, mut u) = (vec![0.0; equations.nx], vec![0.0; equations.nu]);
+        for (t, segment) in found.nodes() {
+            found.state.evaluate(t, &mut x);
+            found.control.evaluate_in(segment, t, &mut u);
+            equations.set(t, &x, &u);
+            equations.path(&mut path);
+            largest.iter_mut().zip(&path).for_each(|(l, v)| *l = l.max(v.abs()));
+        }
+        let variables = equations.phase.path.iter().flat_map(|p| &p.rows);
+        let row_scales = variables.zip(&largest).map(|(v, l)| row_scale(v, *l)).collect();
+        let same = found.state.segments().len() == found.control.segments().len();
+        same.then_some(Self {
+            duration: found.final_time - found.initial_time,
+            activity: settings.activity_tolerance,
+            max_steps: settings.max_steps,
+            equations,
+            found,
+            scaling,
+            local,
+            shared,
+            row_scales,
+        })
+    }
+
+    pub(super) fn first_point(&self) -> Point {
+        (0, self.found.initial_time)
+    }
+
+    pub(super) fn last_point(&self) -> Point {
+        (self.found.control.segments().len() - 1, self.found.final_time)
+    }
+
+    /// Goes to a point, with the controls within their bounds, and gives them.
+    fn go(&mut self, (segment, t): Point) -> Vec<f64> {
+        let (mut x, mut u) = (vec![0.0; self.equations.nx], vec![0.0; self.equations.nu]);
+        self.found.state.evaluate_in(segment, t, &mut x);
+        self.found.control.evaluate_in(segment, t, &mut u);
+        for (u, c) in u.iter_mut().zip(&self.equations.phase.controls) {
+            *u = if u.is_nan() { *u } else { c.bounds.clamp(*u) };
+        }
+        self.equations.set(t, &x, &u);
+        u
+    }
+
+    fn local_at(&mut self, (segment, t): Point, given: &[usize]) -> Local {
+        self.go((segment, t));
+        let (nx, width) = (self.equations.nx, self.equations.width());
+        let (mut rates, mut jacobian) = (vec![0.0; nx], vec![0.0; nx * width]);
+        self.equations.dynamics_jacobian(&mut rates, &mut jacobian);
+        let nl = self.local.len();
+        let (mut sources, mut values) = (vec![vec![0.0; width]; nl + 1], vec![0.0; nl + 1]);
+        let mut gradient = vec![0.0; width];
+        for q in 0..self.equations.phase.integrals.len() {
+            let weight = self.equations.weight(q);
+            let unknown = self.local.iter().position(|(_, local)| *local == q);
+            if weight == 0.0 && unknown.is_none() {
+                continue;
+            }
+            let value = self.equations.integrand_gradient(q, &mut gradient);
+            if let Some(l) = unknown {
+                sources[l].copy_from_slice(&gradient);
+                values[l] = value;
+            }
+            sources[nl].iter_mut().zip(&gradient).for_each(|(s, g)| *s += weight * g);
+            values[nl] += weight * value;
+        }
+        if let Some(polynomial) = &self.found.path_multipliers
+            && !given.is_empty()
+        {
+            let mut multipliers = vec![0.0; self.row_scales.len()];
+            crate::optimality::evaluate_piece(
+                polynomial,
+                self.found.control.segments().len(),
+                segment,
+                t,
+                &mut multipliers,
+            );
+            for &r in given.iter().filter(|r| multipliers[**r] != 0.0) {
+                self.equations.row_gradient(r, &mut gradient);
+                sources[nl].iter_mut().zip(&gradient).for_each(|(s, g)| *s += multipliers[r] * g);
+            }
+        }
+        Local { rates, jacobian, sources, values }
+    }
+
+    /// The Hamiltonian at a point over `[costate, shared, 1]`.
+    pub(super) fn hamiltonian(&mut self, point: &Point) -> (Vec<f64>, Vec<f64>) {
+        let local = self.local_at(*point, &[]);
+        let row = local.rates.iter().zip(&self.scaling.states).map(|(f, s)| f / s).collect();
+        let mut rest = vec![0.0; self.shared + 1];
+        for (l, (g, _)) in self.local.iter().enumerate() {
+            rest[*g] = local.values[l];
+        }
+        rest[self.shared] = local.values[self.local.len()];
+        (row, rest)
+    }
+
+    /// The jump of the Hamiltonian at the start of an interval.
+    pub(super) fn jump(&mut self, segment: usize) -> (Vec<f64>, Vec<f64>) {
+        let t = self.found.control.breaks()[segment];
+        let (before, rest_before) = self.hamiltonian(&(segment - 1, t));
+        let (after, rest_after) = self.hamiltonian(&(segment, t));
+        let less = |a: &[f64], b: &[f64]| a.iter().zip(b).map(|(a, b)| a - b).collect();
+        (less(&after, &before), less(&rest_after, &rest_before))
+    }
+
+    /// Integrates the adjoint equation over an interval; none if that fails.
+    pub(super) fn fly(&mut self, segment: usize) -> Option<Leg> {
+        let (nx, nu) = (self.equations.nx, self.equations.nu);
+        let nc = nx + self.local.len() + 1;
+        let breaks = self.found.control.breaks();
+        let (a, b) = (breaks[segment], breaks[segment + 1]);
+        let control_nodes: Vec<f64> = self.found.control.node_times(segment).collect();
+        let state_nodes: Vec<f64> = self.found.state.node_times(segment).collect();
+        let free_at: Vec<Vec<usize>> =
+            control_nodes.iter().map(|t| self.free_controls((segment, *t))).collect();
+        let always: Vec<usize> = (0..nu).filter(|j| free_at.iter().all(|f| f.contains(j))).collect();
+        let followed = self.followed_rows(segment, &control_nodes, &always);
+        let given: Vec<usize> = (0..self.row_scales.len()).filter(|r| !followed.contains(r)).collect();
+
+        // From the end back to each time of interest.
+        let mut times: Vec<f64> = control_nodes.iter().chain(&state_nodes).copied().chain([a, b]).collect();
+        times.sort_by(|p, q| q.total_cmp(p));
+        times.dedup();
+        let settings = OdeSettings {
+            relative_tolerance: ACCURACY,
+            absolute_tolerance: Tolerance::PerComponent(
+                self.scaling.states.iter().flat_map(|s| vec![ACCURACY / s; nc]).collect(),
+            ),
+            max_steps: self.max_steps,
+            stiffness_interval: None,
+            ..OdeSettings::default()
+        };
+        let mut integrator = Integrator::new(nx * nc, settings).ok()?;
+        let mut y = vec![0.0; nx * nc];
+        for i in 0..nx {
+            y[i * nc + i] = 1.0 / self.scaling.states[i];
+        }
+        let mut solution: Vec<(f64, Vec<f64>)> = Vec::new();
+        let mut at = b;
+        for t in times {
+            let mut next = y.clone();
+            if t < at {
+                let this = RefCell::new(&mut *self);
+                let (given, followed, always) = (&given, &followed, &always);
+                let system = FnSystem::new(nx * nc, |t: f64, y: &[f64], rate: &mut [f64]| {
+                    this.borrow_mut().adjoint_rate((segment, t), y, given, followed, always, rate);
+                });
+                let summary = integrator.integrate(&system, at, &y, t, &mut next).ok()?;
+                if summary.status != Status::Completed {
+                    return None;
+                }
+            }
+            at = t;
+            y = next;
+            solution.push((t, y.clone()));
+        }
+        let value = |t: f64| solution.iter().find(|(s, _)| *s == t).map(|(_, y)| y.clone());
+        let start = self.expand(&value(a)?);
+        let nodes = state_nodes.iter().map(|t| value(*t).map(|y| self.expand(&y))).collect::<Option<_>>()?;
+        let (mut stationarity, mut multipliers) = (Vec::new(), Vec::new());
+        for (n, t) in control_nodes.iter().enumerate() {
+            let y = value(*t)?;
+            let local = self.local_at((segment, *t), &given);
+            let slopes = self.control_slopes(&local, &y);
+            let rows = self.row_gradients((segment, *t), &followed);
+            let mu = multipliers_of(&rows, &slopes, nx, &always);
+            for &j in &free_at[n] {
+                let mut row = slopes[j].clone();
+                for (r, gradient) in rows.iter().enumerate() {
+                    row.iter_mut().zip(&mu[r]).for_each(|(s, m)| *s += m * gradient[nx + j]);
+                }
+                let factor = self.scaling.controls[j] * self.duration;
+                stationarity.push(self.expand_row(&row).into_iter().map(|v| v * factor).collect());
+            }
+            for (r, row) in followed.iter().zip(&mu) {
+                multipliers.push((n, *r, self.expand_row(row)));
+            }
+        }
+        let held = self.held(segment);
+        Some(Leg { start, held, stationarity, nodes, multipliers })
+    }
+
+    /// `-H_x - mu . c_x` of every column.
+    fn adjoint_rate(
+        &mut self,
+        point: Point,
+        y: &[f64],
+        given: &[usize],
+        followed: &[usize],
+        always: &[usize],
+        rate: &mut [f64],
+    ) {
+        let nx = self.equations.nx;
+        let nc = y.len() / nx;
+        let width = self.equations.width();
+        let local = self.local_at(point, given);
+        for i in 0..nx {
+            for c in 0..nc {
+                let through: f64 = (0..nx).map(|k| local.jacobian[k * width + i] * y[k * nc + c]).sum();
+                let source = if c < nx { 0.0 } else { local.sources[c - nx][i] };
+                rate[i * nc + c] = -(through + source);
+            }
+        }
+        if !followed.is_empty() {
+            let rows = self.row_gradients(point, followed);
+            let mu = multipliers_of(&rows, &self.control_slopes(&local, y), nx, always);
+            for (gradient, mu) in rows.iter().zip(&mu) {
+                for i in 0..nx {
+                    for c in 0..nc {
+                        rate[i * nc + c] -= mu[c] * gradient[i];
+                    }
+                }
+            }
+        }
+    }
+
+    /// Slope of the Hamiltonian in each control, of every column.
+    fn control_slopes(&self, local: &Local, y: &[f64]) -> Vec<Vec<f64>> {
+        let (nx, nu, width) = (self.equations.nx, self.equations.nu, self.equations.width());
+        let nc = y.len() / nx;
+        let slope = |j: usize, c: usize| {
+            let through: f64 = (0..nx).map(|k| local.jacobian[k * width + nx + j] * y[k * nc + c]).sum();
+            through + if c < nx { 0.0 } else { local.sources[c - nx][nx + j] }
+        };
+        (0..nu).map(|j| (0..nc).map(|c| slope(j, c)).collect()).collect()
+    }
+
+    fn row_gradients(&mut self, point: Point, rows: &[usize]) -> Vec<Vec<f64>> {
+        self.go(point);
+        let width = self.equations.width();
+        let gradient = |r: &usize| {
+            let mut g = vec![0.0; width];
+            self.equations.row_gradient(*r, &mut g);
+            g
+        };
+        rows.iter().map(gradient).collect()
+    }
+
+    fn free_controls(&mut self, point: Point) -> Vec<usize> {
+        let u = self.go(point);
+        let controls = self.equations.phase.controls.iter().enumerate();
+        let free =
+            controls.filter(|(j, c)| c.bounds.excess(u[*j]) < -self.activity * self.scaling.controls[*j]);
+        free.map(|(j, _)| j).collect()
+    }
+
+    /// Path rows that are active at all nodes of an interval and in which free controls occur.
+    fn followed_rows(&mut self, segment: usize, nodes: &[f64], always: &[usize]) -> Vec<usize> {
+        let rows = self.row_scales.len();
+        let mut active = vec![true; rows];
+        let mut path = vec![0.0; rows];
+        for &t in nodes {
+            self.go((segment, t));
+            self.equations.path(&mut path);
+            let variables = self.equations.phase.path.iter().flat_map(|p| &p.rows);
+            for ((r, variable), value) in variables.enumerate().zip(&path) {
+                active[r] &= variable.bounds.is_fixed()
+                    || variable.bounds.excess(*value) >= -self.activity * self.row_scales[r];
+            }
+        }
+        let nx = self.equations.nx;
+        let Some(&middle) = nodes.get(nodes.len() / 2) else { return Vec::new() };
+        let candidates: Vec<usize> = (0..rows).filter(|r| active[*r]).collect();
+        let gradients = self.row_gradients((segment, middle), &candidates);
+        let moved = candidates.into_iter().zip(gradients);
+        moved
+            .filter(|(_, g)| always.iter().any(|j| g[nx + j] != 0.0))
+            .map(|(r, _)| r)
+            .take(always.len())
+            .collect()
+    }
+
+    /// States that touch a bound in an interval, ends of the phase apart.
+    fn held(&self, segment: usize) -> Vec<bool> {
+        let (t0, tf) = (self.found.initial_time, self.found.final_time);
+        let inner = END * (tf - t0);
+        let breaks = &self.found.control.breaks()[segment..segment + 2];
+        let mut held = vec![false; self.equations.nx];
+        let mut x = vec![0.0; self.equations.nx];
+        for t in self.found.state.node_times(segment).chain(breaks.iter().copied()) {
+            if t <= t0 + inner || t >= tf - inner {
+                continue;
+            }
+            self.found.state.evaluate_in(segment, t, &mut x);
+            for (i, state) in self.equations.phase.states.iter().enumerate() {
+                held[i] |= state.variable.bounds.excess(x[i]) >= -self.activity * self.scaling.states[i];
+            }
+        }
+        held
+    }
+
+    /// A solution as a matrix of scaled costates over `[end, shared, 1]`.
+    fn expand(&self, y: &[f64]) -> DMatrix<f64> {
+        let nx = self.equations.nx;
+        let nc = y.len() / nx;
+        let mut matrix = DMatrix::zeros(nx, nx + self.shared + 1);
+        for i in 0..nx {
+            let row = self.expand_row(&y[i * nc..(i + 1) * nc]);
+            for (c, v) in row.into_iter().enumerate() {
+                matrix[(i, c)] = v * self.scaling.states[i];
+            }
+        }
+        matrix
+    }
+
+    /// A row over `[end, integrals of the phase, 1]` as one over `[end, shared, 1]`.
+    fn expand_row(&self, row: &[f64]) -> Vec<f64> {
+        let nx = self.equations.nx;
+        let mut full = vec![0.0; nx + self.shared + 1];
+        full[..nx].copy_from_slice(&row[..nx]);
+        for (l, (g, _)) in self.local.iter().enumerate() {
+            full[nx + g] = row[nx + l];
+        }
+        full[nx + self.shared] = row[nx + self.local.len()];
+        full
+    }
+
+    /// Writes costates and path multipliers into a phase, from the costates at the interval ends and the shared unknowns.
+    pub(super) fn write(
+        &mut self,
+        legs: &[Leg],
+        ends: &[Vec<f64>],
+        shared: &[f64],
+        phase: &mut PhaseTrajectory,
+    ) -> Option<()> {
+        let nx = self.equations.nx;
+        let mut segments = Vec::new();
+        let mut multipliers = self.found.path_multipliers.clone().map(|p| p.segments().to_vec());
+        let rows = self.row_scales.len();
+        for (k, leg) in legs.iter().enumerate() {
+            let unknowns: Vec<f64> = ends[k + 1].iter().chain(shared).copied().chain([1.0]).collect();
+            let basis: &Arc<Barycentric> = &self.found.state.segments()[k].basis;
+            let mut values = Vec::with_capacity(leg.nodes.len() * nx);
+            for node in &leg.nodes {
+                for i in 0..nx {
+                    let sum: f64 = node.row(i).iter().zip(&unknowns).map(|(a, v)| a * v).sum();
+                    values.push(sum / self.scaling.states[i]);
+                }
+            }
+            segments.push(Segment { basis: Arc::clone(basis), values });
+            if rows > 0 {
+                let all = multipliers.get_or_insert_with(|| zero_segments(&self.found.control, rows));
+                for (n, r, row) in &leg.multipliers {
+                    let value: f64 = row.iter().zip(&unknowns).map(|(a, v)| a * v).sum();
+                    *all[k].values.get_mut(n * rows + r)? = value;
+                }
+            }
+        }
+        let breaks = self.found.control.breaks().to_vec();
+        phase.costate = Some(PiecewisePolynomial::new(nx, breaks.clone(), segments).ok()?);
+        if let Some(all) = multipliers {
+            phase.path_multipliers = Some(PiecewisePolynomial::new(rows, breaks, all).ok()?);
+        }
+        Some(())
+    }
+}
+
+fn zero_segments(control: &PiecewisePolynomial, rows: usize) -> Vec<Segment> {
+    let zero = |s: &Segment| Segment {
+        basis: Arc::clone(&s.basis),
+        values: vec![0.0; s.basis.nodes().len() * rows],
+    };
+    control.segments().iter().map(zero).collect()
+}
+
+/// The multipliers by which rows cancel the slopes in the free controls best: one row of columns for each.
+fn multipliers_of(rows: &[Vec<f64>], slopes: &[Vec<f64>], nx: usize, free: &[usize]) -> Vec<Vec<f64>> {
+    let (nr, nc) = (rows.len(), slopes.first().map_or(0, Vec::len));
+    if nr == 0 {
+        return Vec::new();
+    }
+    let c = DMatrix::from_fn(nr, free.len(), |r, j| rows[r][nx + free[j]]);
+    let h = DMatrix::from_fn(free.len(), nc, |j, k| slopes[free[j]][k]);
+    let rhs = -(&c * h);
+    let square = &c * c.transpose();
+    let solved = square.lu().solve(&rhs).unwrap_or_else(|| DMatrix::zeros(nr, nc));
+    (0..nr).map(|r| solved.row(r).iter().copied().collect()).collect()
+}

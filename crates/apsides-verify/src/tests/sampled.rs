@@ -1,0 +1,105 @@
+//! Trajectories from samples.
+
+use super::certify;
+use super::parts::{DoubleIntegrator, Energy, energy};
+use crate::{Interpolation, PhaseSamples, Verdict, VerifySettings, sampled};
+use apsides_ocp::{At, Bounds, Ocp, Phase, State, Variable};
+
+fn settings() -> VerifySettings {
+    VerifySettings::default()
+}
+
+/// Rest to rest with the least energy: `u = 6 - 12 t`, `J = 6`.
+fn energy_problem() -> Ocp {
+    let phase = Phase::new("push", DoubleIntegrator)
+        .states([
+            State::new("position", "m").starts_at(0.0).ends_at(1.0).scaled_by(1.0),
+            State::new("speed", "m/s").starts_at(0.0).ends_at(0.0).scaled_by(1.0),
+        ])
+        .controls([Variable::new("acceleration", "m/s2").within(-10.0, 10.0)])
+        .integral(energy(), Energy)
+        .final_time(Bounds::fixed(1.0));
+    Ocp::builder("energy").phase(phase).minimize_integral("push", "energy").build().expect("well-posed")
+}
+
+fn samples(count: usize, u: impl Fn(f64) -> f64) -> PhaseSamples {
+    let times: Vec<f64> = (0..count).map(|k| k as f64 / (count - 1) as f64).collect();
+    let state = |t: &f64| vec![3.0 * t * t - 2.0 * t.powi(3), 6.0 * t - 6.0 * t * t];
+    PhaseSamples {
+        states: times.iter().map(state).collect(),
+        controls: times.iter().map(|t| vec![u(*t)]).collect(),
+        times,
+    }
+}
+
+#[test]
+fn samples_of_an_optimum_are_certified_without_costates() {
+    let ocp = energy_problem();
+    let found = sampled(&ocp, &[samples(21, |t| 6.0 - 12.0 * t)], &[], None, &settings()).expect("fits");
+    assert!(found.interpolation != Interpolation::Constant && found.deviation < 1e-12, "{found:?}");
+    assert!((found.trajectory.objective - 6.0).abs() < 1e-10);
+    let certificate = certify(&ocp, &found.trajectory);
+    assert_eq!(certificate.verdict, Verdict::StrictLocalOptimum, "{certificate:#?}");
+}
+
+#[test]
+fn samples_of_another_flight_are_not() {
+    let ocp = energy_problem();
+    // Feasible, with a larger energy: a sine added whose first and second integrals vanish at the end.
+    let pi = std::f64::consts::PI;
+    let wave = |t: f64| (2.0 * pi * t).sin() - 2.0 * (4.0 * pi * t).sin();
+    let mut other = samples(201, |t| 6.0 - 12.0 * t + 0.5 * wave(t));
+    let shift = |w: f64, t: f64| (t / w - (w * t).sin() / (w * w), (1.0 - (w * t).cos()) / w);
+    for (t, x) in other.times.clone().iter().zip(&mut other.states) {
+        let ((a, va), (b, vb)) = (shift(2.0 * pi, *t), shift(4.0 * pi, *t));
+        x[0] += 0.5 * (a - 2.0 * b);
+        x[1] += 0.5 * (va - 2.0 * vb);
+    }
+    let found = sampled(&ocp, &[other], &[], None, &settings()).expect("fits");
+    assert_eq!(found.interpolation, Interpolation::Cubic);
+    assert!(found.deviation < 1e-6, "{}", found.deviation);
+    let certificate = certify(&ocp, &found.trajectory);
+    assert_eq!(certificate.verdict, Verdict::Feasible, "{certificate:#?}");
+}
+
+#[test]
+fn two_samples_at_one_time_are_a_jump() {
+    let phase = Phase::new("dash", DoubleIntegrator)
+        .states([
+            State::new("position", "m").within(-1.0, 2.0).starts_at(0.0).ends_at(1.0),
+            State::new("speed", "m/s").within(-2.0, 2.0).starts_at(0.0).ends_at(0.0),
+        ])
+        .controls([Variable::new("acceleration", "m/s2").within(-1.0, 1.0)])
+        .final_time(Bounds::new(0.1, 10.0));
+    let ocp = Ocp::builder("dash")
+        .phase(phase)
+        .minimize("time", "s", At::FinalTime("dash"))
+        .build()
+        .expect("well-posed");
+    let dash = PhaseSamples {
+        times: vec![0.0, 0.5, 1.0, 1.0, 1.5, 2.0],
+        states: [[0.0, 0.0], [0.125, 0.5], [0.5, 1.0], [0.5, 1.0], [0.875, 0.5], [1.0, 0.0]]
+            .map(|x| x.to_vec())
+            .into(),
+        controls: [1.0, 1.0, 1.0, -1.0, -1.0, -1.0].map(|u| vec![u]).into(),
+    };
+    let found = sampled(&ocp, &[dash], &[], None, &settings()).expect("fits");
+    let certificate = certify(&ocp, &found.trajectory);
+    assert_eq!(certificate.verdict, Verdict::StrictLocalOptimum, "{certificate:#?}");
+}
+
+#[test]
+fn unfit_samples_are_refused() {
+    let ocp = energy_problem();
+    let good = || samples(3, |_| 0.0);
+    let refused = |samples: PhaseSamples, part: &str| {
+        let message = sampled(&ocp, &[samples], &[], None, &settings()).expect_err(part).to_string();
+        assert!(message.contains(part), "{message}");
+    };
+    refused(PhaseSamples { times: vec![0.0, 1.0, 0.5], ..good() }, "decrease after sample 2");
+    refused(PhaseSamples { times: vec![0.0, 1.0], ..good() }, "2 times, 3 states");
+    refused(PhaseSamples { times: vec![0.0, f64::NAN, 1.0], ..good() }, "finite");
+    refused(PhaseSamples { controls: vec![vec![]; 3], ..good() }, "expected 2 states and 1 controls");
+    refused(PhaseSamples { times: vec![0.0; 3], ..good() }, "at least two samples");
+    assert!(sampled(&ocp, &[], &[], None, &settings()).is_err());
+}

@@ -1,0 +1,134 @@
+//! Perturbed problems of the gallery at default settings: how many are certified, and whether a certificate is false.
+//!
+//! ```text
+//! cargo run --release -p apsides-tests --example perturbed -- [CASES [PROBLEM]]
+//! ```
+//!
+//! Fixed ends and times move by up to 3 and 5 %, bounds of controls by up to 5 %. What is certified as an extremal at least is solved
+//! again by direct multiple shooting from its own trajectory: an end at a clearly better objective is printed as doubtful.
+#![allow(clippy::print_stdout)]
+
+use apsides::ocp::{Bounds, Guess, Ocp, Sense};
+use apsides::radau::Radau;
+use apsides::shooting::direct::MultipleShooting;
+use apsides::verify::{Verdict, VerifySettings, verify};
+use apsides_problems::GALLERY;
+
+/// Relative change of ends, and of bounds and times.
+const END: f64 = 0.03;
+const BOUND: f64 = 0.05;
+/// A relative gain of the second method that makes a certificate doubtful.
+const GAIN: f64 = 1e-5;
+
+/// Numbers from -1 to 1 (D. E. Knuth's linear congruential generator).
+struct Random(u64);
+
+impl Random {
+    fn next(&mut self) -> f64 {
+        self.0 = self.0.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
+        (self.0 >> 11) as f64 / (1u64 << 52) as f64 - 1.0
+    }
+
+    fn moved(&mut self, bounds: Bounds, amount: f64) -> Bounds {
+        let factor = 1.0 + amount * self.next();
+        if bounds.is_fixed() { Bounds::fixed(bounds.lower * factor) } else { bounds }
+    }
+}
+
+fn perturb(ocp: &mut Ocp, random: &mut Random) {
+    for phase in &mut ocp.phases {
+        for state in &mut phase.states {
+            let within = state.variable.bounds;
+            for end in [&mut state.initial, &mut state.terminal] {
+                *end = random.moved(*end, END);
+                if end.is_fixed() {
+                    *end = Bounds::fixed(within.clamp(end.lower));
+                }
+            }
+        }
+        for control in &mut phase.controls {
+            let (factor, Bounds { lower, upper }) = (1.0 + BOUND * random.next(), control.bounds);
+            if lower.is_finite() && upper.is_finite() {
+                control.bounds = Bounds::new(lower * factor, upper * factor);
+            }
+        }
+        if phase.initial_time.lower == 0.0 && phase.initial_time.is_fixed() {
+            phase.final_time = random.moved(phase.final_time, BOUND);
+        }
+    }
+}
+
+/// How the cases of a problem end.
+#[derive(Default)]
+struct Tally {
+    verdicts: [usize; 5],
+    unsolved: usize,
+    doubtful: usize,
+}
+
+fn main() -> Result<(), Box<dyn std::error::Error>> {
+    let mut arguments = std::env::args().skip(1);
+    let cases: u64 = arguments.next().map_or(Ok(10), |a| a.parse())?;
+    let only = arguments.next();
+    println!("| problem | rejected | feasible | extremal | strict | global | not solved | doubtful |");
+    println!("| --- | ---: | ---: | ---: | ---: | ---: | ---: | ---: |");
+    let mut total = Tally::default();
+    for problem in GALLERY.iter().filter(|p| only.as_ref().is_none_or(|o| o == p.name)) {
+        let mut tally = Tally::default();
+        for case in 0..cases {
+            one(problem, case, &mut tally)?;
+        }
+        row(problem.name, &tally);
+        total.verdicts.iter_mut().zip(tally.verdicts).for_each(|(t, n)| *t += n);
+        total.unsolved += tally.unsolved;
+        total.doubtful += tally.doubtful;
+    }
+    row("all", &total);
+    Ok(())
+}
+
+fn row(name: &str, t: &Tally) {
+    let [rejected, feasible, extremal, strict, global] = t.verdicts;
+    println!(
+        "| {name} | {rejected} | {feasible} | {extremal} | {strict} | {global} | {} | {} |",
+        t.unsolved, t.doubtful
+    );
+}
+
+fn one(
+    problem: &apsides_problems::Problem,
+    case: u64,
+    tally: &mut Tally,
+) -> Result<(), Box<dyn std::error::Error>> {
+    let posed = problem.pose()?;
+    let mut ocp = posed.ocp;
+    let mut random = Random(case.wrapping_mul(7919).wrapping_add(12345));
+    for _ in 0..10 {
+        random.next();
+    }
+    perturb(&mut ocp, &mut random);
+    let solution = Radau::default().solve(&ocp, &posed.guess)?;
+    if !solution.status.is_success() {
+        tally.unsolved += 1;
+        return Ok(());
+    }
+    let settings = VerifySettings::default();
+    let found = solution.trajectory;
+    let verdict = verify(&ocp, &found, &settings)?.certificate.verdict;
+    tally.verdicts[verdict as usize] += 1;
+    if verdict < Verdict::Extremal {
+        return Ok(());
+    }
+    let other = MultipleShooting::default().solve(&ocp, &Guess::earlier(&found))?;
+    let sign = if ocp.objective.sense == Sense::Minimize { 1.0 } else { -1.0 };
+    let gain = sign * (found.objective - other.trajectory.objective);
+    let better = other.status.is_success() && gain > GAIN * found.objective.abs().max(1e-3);
+    if better && verify(&ocp, &other.trajectory, &settings)?.certificate.verdict > Verdict::Rejected {
+        tally.doubtful += 1;
+        println!(
+            "doubtful: {} case {case}: {} {verdict}, then {}",
+            problem.name, found.objective, other.trajectory.objective
+        );
+    }
+    Ok(())
+}
