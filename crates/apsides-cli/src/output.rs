@@ -172,6 +172,13 @@ pub(crate) fn certificate(c: &Certificate) -> String {
             c.at
         );
     }
+    let failed: Vec<_> = c.failures().filter_map(|c| Some((&c.name, c.meaning()?))).collect();
+    if !failed.is_empty() {
+        text += "what failed:\n";
+    }
+    for (name, meaning) in failed {
+        let _ = writeln!(text, "  {name}: {meaning}");
+    }
     text
 }
 

@@ -219,8 +219,9 @@ fn check(page: &mut String, check: &Check) {
     let (class, word) = if check.passed { ("good", "passed") } else { ("bad", "failed") };
     let _ = writeln!(
         page,
-        "<tr><td>{}<small>{}</small></td><td class=\"number\">{}</td><td class=\"number\">{}</td>\
+        "<tr><td{}>{}<small>{}</small></td><td class=\"number\">{}</td><td class=\"number\">{}</td>\
          <td class=\"number\">{}</td><td>{}</td><td>{used}</td><td class=\"{class}\">{word}</td></tr>",
+        check.meaning().map(|m| format!(" title=\"{}\"", escape(m))).unwrap_or_default(),
         escape(&check.name),
         escape(&check.at),
         readable(check.value, 3),

@@ -120,3 +120,33 @@ fn is_convex_quadratic(
     let eigenvalues = hessian.symmetric_eigenvalues();
     eigenvalues.min() >= -ROUNDING * eigenvalues.amax()
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use apsides_ad::{Scalar, VectorFunction, vector_node};
+
+    struct Form(u8);
+    impl VectorFunction<2, 1> for Form {
+        fn evaluate<S: Scalar>(&self, z: &[S; 2]) -> [S; 1] {
+            let [a, b] = *z;
+            [match self.0 {
+                0 => a * a + a * b + b * b,
+                1 => a * a + a * b * 3.0 + b * b,
+                2 => a * a * a * a,
+                _ => a.exp(),
+            }]
+        }
+    }
+
+    #[test]
+    fn only_convex_quadratics_pass() {
+        let points = || (0..8).map(|k| vec![f64::from(k) - 3.5, 0.3 * f64::from(k)]);
+        for (form, weight, expected) in
+            [(0, 1.0, true), (0, -1.0, false), (1, 1.0, false), (2, 1.0, false), (3, 1.0, false)]
+        {
+            let function = vector_node(Form(form));
+            assert_eq!(is_convex_quadratic(function.as_ref(), weight, points()), expected, "{form} {weight}");
+        }
+    }
+}

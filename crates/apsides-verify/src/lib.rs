@@ -72,6 +72,7 @@ mod convexity;
 mod ends;
 mod equations;
 mod linkage;
+mod meaning;
 mod optimality;
 mod place;
 mod scan;

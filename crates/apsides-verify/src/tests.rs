@@ -16,7 +16,12 @@ use crate::{Certificate, Check, CheckKind, Verdict, VerifySettings, verify};
 use apsides_ocp::{Ocp, Trajectory};
 
 fn certify(ocp: &Ocp, trajectory: &Trajectory) -> Certificate {
-    verify(ocp, trajectory, &VerifySettings::default()).expect("the trajectory fits").certificate
+    let certificate =
+        verify(ocp, trajectory, &VerifySettings::default()).expect("the trajectory fits").certificate;
+    for check in &certificate.checks {
+        assert!(check.meaning().is_some(), "no sentence for `{}`", check.name);
+    }
+    certificate
 }
 
 /// The same by the stated costates alone.

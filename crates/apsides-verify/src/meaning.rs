@@ -1,0 +1,138 @@
+//! One sentence for each check: its meaning, and what makes it fail. Terminal, report and documentation have them from here.
+
+use crate::{Check, CheckKind};
+
+/// Part of the name of a check, and its sentence. The first that fits counts.
+const SENTENCES: &[(CheckKind, &str, &str)] = {
+    use CheckKind::{Convexity, Curvature, Feasibility, Optimality, Strictness};
+    &[
+        (
+            Feasibility,
+            "left when its re-simulation stopped",
+            "The flight under the stated controls must reach the end of the phase; it fails at a singularity of the equations or \
+             where they are stiffer than the steps allowed.",
+        ),
+        (
+            Feasibility,
+            "re-simulated ",
+            "The state at the end of the flight, integrated again from the initial state under the stated controls, must be the \
+             stated one; a mesh too coarse for the control or a tampered trajectory makes it fail.",
+        ),
+        (
+            Feasibility,
+            "against the re-simulation",
+            "The stated states at the nodes must be those of the flight integrated again; interpolated or altered states make it fail.",
+        ),
+        (
+            Feasibility,
+            "boundary conditions",
+            "Initial states and the re-simulated final states must be within their bounds.",
+        ),
+        (
+            Feasibility,
+            "bounds on the integrals",
+            "Each integral over the re-simulated flight must be within its bounds.",
+        ),
+        (Feasibility, "bounds on the static parameters", "Each static parameter must be within its bounds."),
+        (Feasibility, "times of", "Start, end and duration of the phase must be within their bounds."),
+        (
+            Feasibility,
+            "objective",
+            "The objective computed from the re-simulated flight must be the stated one.",
+        ),
+        (
+            Feasibility,
+            "constraint ",
+            "A condition between ends of phases must hold at the re-simulated ends.",
+        ),
+        (
+            Feasibility,
+            "control bounds",
+            "The controls must be within their bounds everywhere, between the nodes too; an interpolation that overshoots makes it fail.",
+        ),
+        (
+            Feasibility,
+            "state bounds",
+            "The re-simulated states must be within their bounds everywhere, between the nodes too.",
+        ),
+        (
+            Feasibility,
+            " along ",
+            "A path constraint must hold along the re-simulated flight, between the nodes too.",
+        ),
+        (
+            Optimality,
+            "costate equation",
+            "The costates must solve their differential equation, with jumps only where constraints allow; a mesh too coarse for them \
+             makes it fail.",
+        ),
+        (
+            Optimality,
+            "least Hamiltonian",
+            "No admissible control may have a smaller Hamiltonian at the same state and costate (Pontryagin's minimum principle); where \
+             one has, the trajectory can be improved with it.",
+        ),
+        (
+            Optimality,
+            "stationarity of the Hamiltonian",
+            "The Hamiltonian must be stationary in each control, or push it against its bound.",
+        ),
+        (
+            Optimality,
+            "stationarity in the static parameters",
+            "The objective must be stationary in each static parameter, or push it against its bound.",
+        ),
+        (
+            Optimality,
+            "Hamiltonian across contacts",
+            "The Hamiltonian may jump at a touch point only by what the explicit time of the constraint makes.",
+        ),
+        (
+            Optimality,
+            "Hamiltonian ",
+            "The Hamiltonian may change along the phase only by its explicit time; a corner at the wrong place makes it jump.",
+        ),
+        (
+            Optimality,
+            "rates of the path constraints at contacts",
+            "A constraint that touches its bound has an extremum there.",
+        ),
+        (
+            Optimality,
+            "signs of the path multipliers",
+            "A path constraint may push only at its bound and only inwards.",
+        ),
+        (
+            Optimality,
+            "signs of the endpoint constraint multipliers",
+            "An endpoint constraint may push only at its bound and only inwards.",
+        ),
+        (
+            Optimality,
+            "transversality",
+            "What is free at the ends must be stationary: the costates of free states, and the Hamiltonian of free times, are those of \
+             the cost and the constraints there.",
+        ),
+        (
+            Curvature,
+            "negative curvature",
+            "No admissible change may lower the objective to second order; beyond a conjugate point, at a saddle or at a maximum one does.",
+        ),
+        (
+            Strictness,
+            "second variation positive",
+            "Every admissible change raises the objective to second order, so that no trajectory near this one is as good.",
+        ),
+        (Convexity, "convex problem", "In a convex problem an extremal is a global optimum."),
+    ]
+};
+
+impl Check {
+    /// One sentence that says what the check means and what makes it fail; none for a check of a mission's own.
+    #[must_use]
+    pub fn meaning(&self) -> Option<&'static str> {
+        let fits =
+            |(kind, part, _): &&(CheckKind, &str, &str)| *kind == self.kind && self.name.contains(part);
+        SENTENCES.iter().find(fits).map(|(.., sentence)| *sentence)
+    }
+}
