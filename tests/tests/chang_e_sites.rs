@@ -2,7 +2,10 @@
 #![allow(clippy::unwrap_used, clippy::print_stdout)]
 
 use apsides::Outcome;
+use apsides::terrain::interpolation::{Smoothness, Surface};
+use apsides::terrain::io::{GeoTiffOptions, write_geotiff};
 use apsides::terrain::site::selection::SiteSelection;
+use apsides::terrain::{ElevationMap, Geometry};
 use apsides_tests::shared;
 
 /// Discretisation: stationarity where the tilt leaves its limit; 1e-5 elsewhere.
@@ -19,6 +22,11 @@ const TOUCHDOWN_M_S: f64 = 1e-3;
 const SAME_PLAN: f64 = 1e-4;
 /// Published: the last digit of safe fractions.
 const PUBLISHED_FRACTION: f64 = 1e-5;
+
+/// Discretisation: the height above a map that is held, between the points too, m.
+const CLEARANCE_M: f64 = 1e-2;
+/// Height of the hover above a ridge's far side, m.
+const HOVER_M: f64 = 30.0;
 
 /// Maps of 400 m and 50 m.
 const SMALL: [&str; 3] = ["terrain.coarse_width_m=400", "terrain.fine_width_m=50", "terrain.candidates=8"];
@@ -169,5 +177,73 @@ fn real_maps() {
     assert!(
         (safe[0] - 0.47716).abs() < PUBLISHED_FRACTION && (safe[1] - 0.23524).abs() < PUBLISHED_FRACTION,
         "{safe:?}"
+    );
+}
+
+/// A ridge of 140 m, its top 360 m east of the middle, in front of a site 400 m east.
+fn ridge() -> ElevationMap {
+    let geometry = Geometry::square(301, 901, 1.0).unwrap();
+    let height = |k: usize| {
+        let [east, _] = geometry.position((k / 901) as f64, (k % 901) as f64);
+        let [middle, _] = geometry.position(150.0, 450.0);
+        let way = (east - middle - 360.0) / 30.0;
+        if way.abs() < 1.0 { 140.0 * (std::f64::consts::FRAC_PI_2 * way).cos().powi(2) } else { 0.0 }
+    };
+    ElevationMap::from_heights(geometry, &(0..301 * 901).map(height).collect::<Vec<_>>()).unwrap()
+}
+
+/// Least height above the map along the coarse avoidance, m: its start is above the middle of the map, its course is to the east.
+fn least_height(outcome: &Outcome, map: &ElevationMap) -> f64 {
+    let body_radius = outcome_radius(outcome);
+    let surface = Surface::new(map, Smoothness::C2).unwrap();
+    let middle = map.geometry().position(150.0, 450.0);
+    let phase = outcome.trajectory.phases.iter().find(|p| p.name == "avoidance").unwrap();
+    let height = |k: usize| {
+        let mut x = [0.0; 5];
+        phase.state.evaluate(phase.time_at(k as f64 / 1000.0), &mut x);
+        let [radius, angle, ..] = x;
+        radius - body_radius - surface.height_at([middle[0] + angle * body_radius, middle[1]]).unwrap()
+    };
+    (0..=1000).map(height).fold(f64::INFINITY, f64::min)
+}
+
+/// Distance from the centre of the ground below the start: the hover is 100 m above ground of that height.
+fn outcome_radius(outcome: &Outcome) -> f64 {
+    let phase = outcome.trajectory.phases.iter().find(|p| p.name == "avoidance").unwrap();
+    let mut x = [0.0; 5];
+    phase.state.evaluate(phase.final_time, &mut x);
+    x[0] - HOVER_M
+}
+
+/// Over a ridge the shortest way is too low; held above the map it costs propellant and keeps the height that is asked for.
+#[test]
+fn the_height_above_a_map_is_held_on_the_way() {
+    let dir = tempfile::tempdir().unwrap();
+    let (path, map) = (dir.path().join("ridge.tif"), ridge());
+    write_geotiff(std::fs::File::create(&path).unwrap(), &map, GeoTiffOptions::default()).unwrap();
+    let file = format!("terrain.coarse={}", path.display());
+    let hover = format!("hover_altitude_m={HOVER_M}");
+    let decided = [
+        &file,
+        &hover,
+        "decided.coarse_site_east_m=400",
+        "decided.coarse_site_north_m=0",
+        "decided.coarse_site_up_m=0",
+        "terrain.fine=none",
+        "fine_avoidance_end_altitude_m=20",
+    ];
+    let free = flown(&decided);
+    let lowest = least_height(&free, &map);
+    let wanted = 0.5 * (lowest + HOVER_M);
+    assert!(lowest < HOVER_M - 5.0, "{lowest}");
+    let held = flown(&[&decided[..], &[&format!("terrain.coarse_clearance_m={wanted}")]].concat());
+    let kept = least_height(&held, &map);
+    assert!((kept - wanted).abs() < CLEARANCE_M, "{kept} {wanted}");
+    assert!(held.summary.results["final_mass_kg"] < free.summary.results["final_mass_kg"]);
+    let high = decided.iter().chain(&["terrain.coarse_clearance_m=100"]).map(|o| (*o).to_owned());
+    let refused = apsides::load("chang-e-3", &high.collect::<Vec<_>>()).unwrap_err().to_string();
+    assert!(
+        refused.contains("`terrain.coarse_clearance_m` is 100, it must be below `hover_altitude_m`"),
+        "{refused}"
     );
 }

@@ -144,32 +144,43 @@ impl Surface {
     }
 }
 
-/// The height of a vehicle above a surface, m: a path constraint of an optimal control problem of `NX` states, `NU` controls and `NP`
-/// parameters.
+/// The height of a vehicle above a surface, m: a path constraint of an optimal control problem.
 ///
 /// Beside a gap the height is NaN, and beyond the map it counts from the straight continuation of the surface; bounds on the position
 /// keep a flight on the map.
 #[derive(Clone, Debug)]
-pub struct HeightAbove<const NX: usize, const NU: usize, const NP: usize = 0> {
+pub struct HeightAbove<P> {
     surface: Surface,
-    states: [usize; 3],
+    position: P,
 }
 
-impl<const NX: usize, const NU: usize, const NP: usize> HeightAbove<NX, NU, NP> {
-    /// The height above a surface of a vehicle whose position to the east, to the north and upwards (m, in the coordinates of the map)
-    /// are the states of these indices.
-    pub fn new(surface: Surface, states: [usize; 3]) -> Self {
-        Self { surface, states }
+impl<P> HeightAbove<P> {
+    /// The height above a surface of a vehicle at a position to the east, to the north and upwards (m, in the coordinates of the map), a
+    /// function of time, states, controls and parameters: [`PositionStates`] where states are these coordinates.
+    pub fn new(surface: Surface, position: P) -> Self {
+        Self { surface, position }
     }
 }
 
-impl<const NX: usize, const NU: usize, const NP: usize> PathFunction<NX, NU, 1, NP>
-    for HeightAbove<NX, NU, NP>
+impl<P, const NX: usize, const NU: usize, const NP: usize> PathFunction<NX, NU, 1, NP> for HeightAbove<P>
+where
+    P: PathFunction<NX, NU, 3, NP>,
 {
     #[inline]
-    fn evaluate<S: Scalar>(&self, _t: S, x: &[S; NX], _u: &[S; NU], _p: &[S; NP]) -> [S; 1] {
-        let [east, north, up] = self.states.map(|k| x[k]);
+    fn evaluate<S: Scalar>(&self, t: S, x: &[S; NX], u: &[S; NU], p: &[S; NP]) -> [S; 1] {
+        let [east, north, up] = self.position.evaluate(t, x, u, p);
         [up - self.surface.height(east, north)]
+    }
+}
+
+/// The position whose coordinates to the east, to the north and upwards are the states of these indices.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct PositionStates(pub [usize; 3]);
+
+impl<const NX: usize, const NU: usize, const NP: usize> PathFunction<NX, NU, 3, NP> for PositionStates {
+    #[inline]
+    fn evaluate<S: Scalar>(&self, _t: S, x: &[S; NX], _u: &[S; NU], _p: &[S; NP]) -> [S; 3] {
+        self.0.map(|k| x[k])
     }
 }
 

@@ -4,7 +4,7 @@
 use apsides_ad::{Dynamics, PathFunction, Scalar};
 use apsides_ocp::{Bounds, Guess, Ocp, Phase, State, Variable};
 use apsides_radau::Radau;
-use apsides_terrain::interpolation::{HeightAbove, Smoothness, Surface};
+use apsides_terrain::interpolation::{HeightAbove, PositionStates, Smoothness, Surface};
 use apsides_terrain::{ElevationMap, Geometry};
 
 /// Relative agreement of a refined mesh with the closed form.
@@ -54,9 +54,9 @@ fn least_effort_over_a_slope() {
         .controls([Variable::new("acceleration", "m/s2").within(-50.0, 50.0)])
         .final_time(Bounds::fixed(1.0))
         .integral(Variable::new("effort", "m2/s3"), Effort)
-        .path(
+        .path::<_, 4, 1, 1, 0>(
             [Variable::new("height above the map", "m").at_least(-LEAST)],
-            HeightAbove::<4, 1>::new(surface.clone(), [0, 1, 2]),
+            HeightAbove::new(surface.clone(), PositionStates([0, 1, 2])),
         );
     let ocp =
         Ocp::builder("overflight").phase(phase).minimize_integral("overflight", "effort").build().unwrap();

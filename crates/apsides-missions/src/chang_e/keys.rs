@@ -152,6 +152,7 @@ pub(super) struct MapKeys {
     pub(super) criteria: &'static str,
     pub(super) hazard_worth: &'static str,
     pub(super) tilt: &'static str,
+    pub(super) clearance: &'static str,
     /// The site that is decided on it.
     pub(super) site: [&'static str; 3],
 }
@@ -164,6 +165,7 @@ pub(super) const COARSE: MapKeys = MapKeys {
     criteria: "terrain.coarse_criteria",
     hazard_worth: "terrain.coarse_hazard_worth_kg",
     tilt: "terrain.coarse_tilt_limit_deg",
+    clearance: "terrain.coarse_clearance_m",
     site: ["decided.coarse_site_east_m", "decided.coarse_site_north_m", "decided.coarse_site_up_m"],
 };
 
@@ -175,6 +177,7 @@ pub(super) const FINE: MapKeys = MapKeys {
     criteria: "terrain.fine_criteria",
     hazard_worth: "terrain.fine_hazard_worth_kg",
     tilt: "terrain.fine_tilt_limit_deg",
+    clearance: "terrain.fine_clearance_m",
     site: ["decided.fine_site_east_m", "decided.fine_site_north_m", "decided.fine_site_up_m"],
 };
 
@@ -224,6 +227,16 @@ pub(super) const TERRAIN: &[Key] = &[
         "largest tilt of the thrust from the vertical in the coarse avoidance",
     ),
     Key::number(FINE.tilt, 30.0, Range::closed(1.0, 85.0), "the same in the fine avoidance"),
+    Key::optional(
+        COARSE.clearance,
+        Range::POSITIVE,
+        "least height above the coarse map all along the coarse avoidance, below `hover_altitude_m`; not limited where it is open",
+    ),
+    Key::optional(
+        FINE.clearance,
+        Range::POSITIVE,
+        "the same above the fine map in the fine avoidance, below `fine_avoidance_end_altitude_m`",
+    ),
     Key::number(
         CENTRE_OF_MASS,
         2.0,

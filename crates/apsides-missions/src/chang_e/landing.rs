@@ -111,6 +111,17 @@ impl SixStageLanding {
         if let Some(reason) = self.ground_too_high() {
             return Err(values.conflict(reason));
         }
+        let ends = [
+            (&self.coarse, COARSE.clearance, keys::HOVER_ALTITUDE, self.hover_altitude),
+            (&self.fine, FINE.clearance, keys::FINE_ALTITUDE, self.fine_altitude),
+        ];
+        for (map, key, end, altitude) in ends {
+            if let Some(clearance) = map.clearance.filter(|c| *c >= altitude) {
+                return Err(values.conflict(format!(
+                    "`{key}` is {clearance}, it must be below `{end}` = {altitude}, where the way over the map ends"
+                )));
+            }
+        }
         let maps = [(COARSE.map, &self.coarse), (FINE.map, &self.fine)];
         if let Some((key, _)) = maps.into_iter().find(|(_, m)| m.source != MapSource::None)
             && self.lander.motion == Motion::Plane

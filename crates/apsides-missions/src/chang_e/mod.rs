@@ -14,6 +14,7 @@ use apsides_verify::Check;
 use dispersed::PlannedBraking;
 
 mod braking;
+mod clearance;
 mod decisions;
 mod dispersed;
 mod divert;

@@ -7,8 +7,10 @@
 use apsides_dynamics::planar;
 use apsides_ocp::{At, Bounds, Guess, Ocp, OcpBuilder, Phase, PhaseGuess, Sense, Term};
 use apsides_pipeline::{Error, Posed};
+use apsides_terrain::synthetic::Terrain;
 
 use super::guess::Sample;
+use super::keys::{COARSE, FINE};
 use super::landing::SixStageLanding;
 use super::phases::{ADJUSTMENT, AVOIDANCE, DESCENT, FINE_AVOIDANCE, PATH, ends_at};
 
@@ -61,6 +63,8 @@ impl SixStageLanding {
 
         let coarse = self.coarse_divert();
         let avoidance = lander.avoidance(AVOIDANCE, &coarse, [self.hover_radius(), self.coarse_radius()]);
+        let over_map = (&self.coarse, &COARSE, Terrain::coarse());
+        let avoidance = self.above_map(avoidance, over_map, &coarse, lander.body.radius)?;
         phases.push(lander.ends_with(avoidance, Some(0.0), None));
         let mut at = lander.next_sample(adjusted, self.hover_radius(), 0.0);
         guesses.push(lander.avoidance_guess(&coarse, &[adjusted, at], 0.5)?);
@@ -74,7 +78,9 @@ impl SixStageLanding {
             at = after;
         }
         let fine = self.fine_divert();
-        phases.push(lander.avoidance(FINE_AVOIDANCE, &fine, [self.fine_radius(), self.hover_radius()]));
+        let avoidance = lander.avoidance(FINE_AVOIDANCE, &fine, [self.fine_radius(), self.hover_radius()]);
+        let over_map = (&self.fine, &FINE, Terrain::fine());
+        phases.push(self.above_map(avoidance, over_map, &fine, lander.body.radius + coarse.rise)?);
         let avoided = lander.next_sample(at, self.fine_radius(), AFTER_FINE_AVOIDANCE);
         guesses.push(lander.avoidance_guess(&fine, &[at, avoided], 0.3)?);
 

@@ -38,6 +38,8 @@ pub struct SiteMap {
     pub hazard_worth: f64,
     /// Largest tilt of the thrust from the vertical on the way to the site, rad.
     pub tilt: f64,
+    /// Least height above the map on the way to the site, m; none where it is not limited.
+    pub clearance: Option<f64>,
     /// The site that is decided on the map: east, north and up from the ground below the lander, m. Open coordinates are none.
     pub site: [Option<f64>; 3],
 }
@@ -57,6 +59,7 @@ impl SiteMap {
             criteria: values.word(keys.criteria)?.into(),
             hazard_worth: values.number(keys.hazard_worth)?,
             tilt: values.number(keys.tilt)?.to_radians(),
+            clearance: values.optional(keys.clearance)?,
             site: [decided(values, east)?, decided(values, north)?, decided(values, up)?],
         })
     }
