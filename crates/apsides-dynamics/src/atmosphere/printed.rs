@@ -33,7 +33,7 @@ pub(super) fn density(altitude: f64) -> [f64; 3] {
     if altitude <= BASE {
         return standard::density(altitude);
     }
-    let above = PRINTED.partition_point(|row| row.0 <= altitude).min(PRINTED.len() - 1);
+    let above = PRINTED.partition_point(|row| row.0 <= altitude).clamp(1, PRINTED.len() - 1);
     let ((low, first), (high, last)) = (PRINTED[above - 1], PRINTED[above]);
     // Continuous with the layers, of which the table has four digits.
     let first = if above == 1 { standard::density(BASE)[0] } else { first };

@@ -3,7 +3,7 @@
 use std::ops::ControlFlow;
 use std::sync::Arc;
 
-use apsides_basis::{Barycentric, Lobatto};
+use apsides_basis::{Barycentric, Lgr};
 use apsides_ocp::{Ocp, Phase, PhaseMesh, PhaseTrajectory, PiecewisePolynomial, Segment, Trajectory};
 use apsides_ode::{DenseSolution, Observer, Occurrence, Step};
 
@@ -12,10 +12,11 @@ use super::flow::SegmentFlight;
 use super::hamiltonian::{ControlSwitch, Hamiltonian};
 use crate::ShootingError;
 
-/// Nodes of a piece: enough for the dense output, which has degree 7.
-const NODES: usize = 9;
-/// Where controls are compared with their polynomials, in half lengths of a piece from its ends, and how near they are to be,
-/// relative to their size or one.
+/// Radau points of a piece: with its end enough for the dense output, which has degree 7. Controls have no node at the end, where the
+/// next piece may begin with another value.
+const POINTS: usize = 9;
+/// Where controls are compared with their polynomials, in half lengths of a piece after its start and at its end, and how near they are
+/// to be, relative to their size or one.
 const UNSEEN: f64 = 0.045;
 const CONTROL_TOLERANCE: f64 = 1e-9;
 /// Halvings of the time between two nodes in the search for a change of the working set, and how often a step is divided.
@@ -60,8 +61,7 @@ pub(super) fn extract(
     z: &[f64],
     tolerance: f64,
 ) -> Result<Result<Extremal, FailedSegment>, ShootingError> {
-    let Some(rule) = Lobatto::new(NODES).ok() else { unreachable!("nine points make a rule") };
-    let basis = Arc::new(rule.support_basis().clone());
+    let Some(nodes) = Nodes::new() else { unreachable!("nine points make a rule") };
     let layout = equations.layout.clone();
     let parameters = z[layout.first_parameter..layout.first_parameter + layout.parameters].to_vec();
     let mut phases = Vec::with_capacity(ocp.phases.len());
@@ -76,7 +76,7 @@ pub(super) fn extract(
         let mut sampler = Sampler {
             phase,
             parameters: &parameters,
-            rule: &rule,
+            nodes: &nodes,
             pieces: Pieces { breaks: vec![z[p.initial_time]], ..Pieces::default() },
             integrals: vec![0.0; phase.integrals.len()],
             wrong_level: 0.0,
@@ -119,7 +119,7 @@ pub(super) fn extract(
             }
             switches.extend(passage.switches);
         }
-        phases.push(sampler.pieces.phase(phase, &basis, tolerance)?);
+        phases.push(sampler.pieces.phase(phase, &nodes, tolerance)?);
         let duration = z[p.final_time] - z[p.initial_time];
         wrong_level = wrong_level.max(sampler.wrong_level * duration / layout.objective);
         integrals.push(sampler.integrals);
@@ -140,11 +140,28 @@ pub(super) fn extract(
     Ok(Ok(Extremal { trajectory, switches: all_switches, wrong_level }))
 }
 
+/// The nodes of a piece, the same for all.
+struct Nodes {
+    rule: Lgr,
+    /// Through the Radau points and the end: states and costates.
+    with_end: Arc<Barycentric>,
+    /// Through the Radau points: controls and multipliers.
+    points: Arc<Barycentric>,
+}
+
+impl Nodes {
+    fn new() -> Option<Self> {
+        let rule = Lgr::new(POINTS).ok()?;
+        let points = Arc::new(Barycentric::new(rule.nodes()).ok()?);
+        Some(Self { with_end: Arc::new(rule.support_basis().clone()), points, rule })
+    }
+}
+
 /// Samples the steps of one phase.
 struct Sampler<'a> {
     phase: &'a Phase,
     parameters: &'a [f64],
-    rule: &'a Lobatto,
+    nodes: &'a Nodes,
     pieces: Pieces,
     integrals: Vec<f64>,
     /// Largest value of [`Hamiltonian::wrong_level`].
@@ -170,7 +187,7 @@ impl Sampler<'_> {
             (y[..nx].to_vec(), y[nx..2 * nx].to_vec())
         };
         let half = 0.5 * (to - from);
-        let times: Vec<f64> = self.rule.nodes().iter().map(|x| from + half * (x + 1.0)).collect();
+        let times: Vec<f64> = self.nodes.rule.support().iter().map(|x| from + half * (x + 1.0)).collect();
         let mut values: [Vec<f64>; 4] = Default::default();
         let mut sums = vec![0.0; self.integrals.len()];
         let mut rows = vec![0.0; self.phase.path_rows()];
@@ -194,8 +211,12 @@ impl Sampler<'_> {
             }
             before = Some(places);
             self.wrong_level = self.wrong_level.max(h.wrong_level());
+            values[0].extend_from_slice(&x);
+            values[1].extend_from_slice(&costate);
+            // The end is a node of states and costates alone.
+            let Some(weight) = self.nodes.rule.weights().get(j) else { break };
+            let weight = half * weight;
             h.write_multipliers(&mut rows);
-            let weight = half * self.rule.weights()[j];
             for (sum, q) in sums.iter_mut().zip(&self.phase.integrals) {
                 let takes = self.phase.takes_parameters(q.function.as_ref());
                 let parameters = if takes { self.parameters } else { &[] };
@@ -203,17 +224,15 @@ impl Sampler<'_> {
                 q.function.value(&[&x, h.control(), parameters, &[t]].concat(), &mut value);
                 *sum += weight * value[0];
             }
-            for (list, row) in values.iter_mut().zip([&x[..], &costate, h.control(), &rows]) {
-                list.extend_from_slice(row);
-            }
+            values[2].extend_from_slice(h.control());
+            values[3].extend_from_slice(&rows);
         }
         // The controls are no polynomials of the degree of the states.
         let nu = self.phase.controls.len();
-        let basis = self.rule.support_basis();
         let mut between = vec![0.0; nu];
-        let rough = [from + UNSEEN * half, to - UNSEEN * half].into_iter().any(|t| {
+        let rough = [from + UNSEEN * half, to].into_iter().any(|t| {
             look(h, t);
-            basis.evaluate_all(&values[2], (t - from) / half - 1.0, &mut between);
+            self.nodes.points.evaluate_all(&values[2], (t - from) / half - 1.0, &mut between);
             let off = |(a, b): (&f64, &f64)| (a - b).abs() > CONTROL_TOLERANCE * b.abs().max(1.0);
             between.iter().zip(h.control()).any(off)
         });
@@ -246,16 +265,16 @@ impl Pieces {
     fn phase(
         self,
         phase: &Phase,
-        basis: &Arc<Barycentric>,
+        nodes: &Nodes,
         tolerance: f64,
     ) -> Result<PhaseTrajectory, ShootingError> {
         let count = self.values[0].len();
         let (start, end) = (self.breaks[0], self.breaks[count]);
         let mut fractions: Vec<f64> = self.breaks.iter().map(|b| (b - start) / (end - start)).collect();
         fractions[count] = 1.0;
-        let polynomial = |dimension: usize, values: Vec<Vec<f64>>| {
+        let polynomial = |dimension: usize, basis: &Arc<Barycentric>, values: Vec<Vec<f64>>| {
             let segments =
-                values.into_iter().map(|values| Segment { basis: basis.clone(), values }).collect();
+                values.into_iter().map(|values| Segment { basis: Arc::clone(basis), values }).collect();
             PiecewisePolynomial::new(dimension, self.breaks.clone(), segments)
         };
         let (nx, rows) = (phase.states.len(), phase.path_rows());
@@ -264,11 +283,11 @@ impl Pieces {
             name: phase.name.clone(),
             initial_time: start,
             final_time: end,
-            mesh: PhaseMesh::new(fractions, vec![NODES - 1; count])?,
-            state: polynomial(nx, states)?,
-            control: polynomial(phase.controls.len(), controls)?,
-            costate: Some(polynomial(nx, costates)?),
-            path_multipliers: if rows > 0 { Some(polynomial(rows, multipliers)?) } else { None },
+            mesh: PhaseMesh::new(fractions, vec![POINTS; count])?,
+            state: polynomial(nx, &nodes.with_end, states)?,
+            control: polynomial(phase.controls.len(), &nodes.points, controls)?,
+            costate: Some(polynomial(nx, &nodes.with_end, costates)?),
+            path_multipliers: if rows > 0 { Some(polynomial(rows, &nodes.points, multipliers)?) } else { None },
             contacts: Vec::new(),
             integral_multipliers: None,
             interval_errors: vec![tolerance; count],
