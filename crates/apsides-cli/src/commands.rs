@@ -97,7 +97,7 @@ pub(crate) fn missions(name: Option<&str>) -> Result<Exit, Refusal> {
         return Ok(Exit::Verified);
     };
     let mission = apsides::load(name, &[]).map_err(refusal)?;
-    print(&format!("{}: {}\n\n", mission.name(), mission.title()));
+    print(&heading(name, &mission));
     let width = mission.keys().map(|k| k.path.len()).max().unwrap_or(0);
     for key in mission.keys() {
         let value = mission.values().get(key.path).map(ToString::to_string);
@@ -105,6 +105,16 @@ pub(crate) fn missions(name: Option<&str>) -> Result<Exit, Refusal> {
         print(&format!("{:<width$} = {value:<10}  {} ({allowed})\n", key.path, key.meaning));
     }
     Ok(Exit::Verified)
+}
+
+/// What a mission is, by its own name where it comes with the program, and of which kind.
+fn heading(name: &str, mission: &apsides::Pipeline) -> String {
+    let registry = apsides::registry();
+    match registry.files().find(|(file, _)| *file == name) {
+        Some((file, title)) if file == mission.name() => format!("{file}: {title}\n\n"),
+        Some((file, title)) => format!("{file}: {title}\nmission = \"{}\": {}\n\n", mission.name(), mission.title()),
+        None => format!("{name}: mission = \"{}\": {}\n\n", mission.name(), mission.title()),
+    }
 }
 
 /// Lists the data that the key `key` of missions may name.

@@ -34,6 +34,8 @@ pub(crate) fn montecarlo(a: &MonteCarloArguments) -> Result<Exit, Refusal> {
         onboard: Onboard { engine_known: !a.engine_unknown, full_thrust_n: a.full_thrust },
     };
     a.refuse(&a.of_descents(), "are of missions that are simulated")?;
+    // Before the work, not after it.
+    run.check(&mission).map_err(refusal)?;
     let columns = mission.kind().offers.dispersed;
     if a.format == SampleFormat::Parquet && !cfg!(feature = "parquet") {
         return Err("this program is built without Parquet: build it with `--features parquet`".into());

@@ -29,14 +29,14 @@ pub enum Error {
         reason: String,
     },
     /// No mission has this name.
-    #[error("{place}: no mission is named `{name}`; known: {known}")]
+    #[error("{place}: no mission is named `{name}`{suggestion}")]
     UnknownMission {
         /// Where the name stands.
         place: String,
         /// The name.
         name: String,
-        /// Names of all missions.
-        known: String,
+        /// The nearest name, as the end of the sentence.
+        suggestion: String,
     },
     /// The mission or the vehicle has no such key.
     #[error("{place}: {owner} has no key `{key}`{suggestion}")]

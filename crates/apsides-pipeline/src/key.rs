@@ -316,15 +316,30 @@ pub fn suggestion(key: &str, keys: &[&Key]) -> String {
     if let Some(k) = keys.iter().find(|k| stem(k.path) == stem(key) && k.path.contains('_')) {
         return format!("; in its unit it is `{}`", k.path);
     }
-    let nearest = keys
-        .iter()
-        .map(|k| (strsim::damerau_levenshtein(key, k.path), k.path))
-        .min()
-        .filter(|(distance, path)| *distance <= path.len() / 2);
-    match nearest {
-        Some((_, path)) => format!("; the nearest is `{path}`"),
+    match nearest(key, keys.iter().map(|k| k.path)) {
+        Some(path) => format!("; the nearest is `{path}`"),
         None => format!("; keys: {}", keys.iter().map(|k| k.path).collect::<Vec<_>>().join(", ")),
     }
+}
+
+/// The end of the sentence that refuses a name: it says the nearest one, or all of them, which are `what`, where none is near.
+#[must_use]
+pub fn suggested_name(name: &str, what: &str, names: &[&str]) -> String {
+    match nearest(name, names.iter().copied()) {
+        Some(name) => format!("; the nearest is `{name}`"),
+        None => format!("; {what}: {}", quoted(names)),
+    }
+}
+
+/// Names in quotes, one after the other.
+pub(crate) fn quoted(names: &[&str]) -> String {
+    names.iter().map(|n| format!("`{n}`")).collect::<Vec<_>>().join(", ")
+}
+
+/// The word that differs least from another, unless half of it or more differs.
+fn nearest<'a>(word: &str, among: impl Iterator<Item = &'a str>) -> Option<&'a str> {
+    let distances = among.map(|other| (strsim::damerau_levenshtein(word, other), other));
+    distances.min().filter(|(distance, other)| *distance <= other.len() / 2).map(|(_, other)| other)
 }
 
 /// Ends of keys and the units they stand for, longer ones first.

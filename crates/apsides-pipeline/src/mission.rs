@@ -50,7 +50,8 @@ pub struct Offers {
     pub simulation: bool,
     /// The ends over ground that they can reach make a footprint.
     pub footprint: bool,
-    /// Names of the results of flights that deviate from a solved one, the unit at the end; empty where there is no Monte Carlo.
+    /// Names of the results of flights that deviate from a solved or a simulated one, the unit at the end; empty where there is no Monte
+    /// Carlo.
     pub dispersed: &'static [&'static str],
 }
 

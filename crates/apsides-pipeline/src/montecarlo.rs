@@ -105,17 +105,10 @@ impl MonteCarlo {
         done: Vec<Sample>,
         each: impl FnMut(&Sample) -> bool,
     ) -> Result<(Vec<Sample>, Statistics), Error> {
-        check_sizes(&Deviations::names(), &self.dispersions.values())?;
-        self.check_steering()?;
+        self.check(mission)?;
         let columns = mission.kind().offers.dispersed;
         let flights = mission.decided(&plan.decisions)?.mission().dispersed(&plan.trajectory)?;
-        let Some(flights) = flights else {
-            return Err(Error::in_mission(format!(
-                "`{}` has no Monte Carlo; missions that have: {}",
-                mission.name(),
-                mission.kinds_that(|o| !o.dispersed.is_empty())
-            )));
-        };
+        let flights = flights.ok_or_else(|| without_flights(mission))?;
         let fly = |_: &mut (), index: usize| {
             let deviation = self.dispersions.sample(self.seed, index);
             let results = flights.fly(&deviation, &self.guidance, &self.onboard);
@@ -128,6 +121,18 @@ impl MonteCarlo {
         };
         let statistics = statistics(&done, columns, linear);
         Ok((done, statistics))
+    }
+
+    /// Refuses, before a plan is solved, what [`run`](Self::run) would refuse after it.
+    ///
+    /// # Errors
+    /// A mission without dispersions; negative or infinite sizes, a steering that makes no sense.
+    pub fn check(&self, mission: &Pipeline) -> Result<(), Error> {
+        if mission.kind().offers.dispersed.is_empty() {
+            return Err(without_flights(mission));
+        }
+        check_sizes(&Deviations::names(), &self.dispersions.values())?;
+        self.check_steering()
     }
 
     fn check_steering(&self) -> Result<(), Error> {
@@ -148,6 +153,14 @@ impl MonteCarlo {
             _ => Ok(()),
         }
     }
+}
+
+fn without_flights(mission: &Pipeline) -> Error {
+    Error::in_mission(format!(
+        "`{}` has no Monte Carlo; missions that have: {}",
+        mission.name(),
+        mission.kinds_that(|o| !o.dispersed.is_empty())
+    ))
 }
 
 /// Refuses standard deviations that are negative or not finite.

@@ -4,7 +4,7 @@ use std::path::Path;
 
 use crate::Error;
 use crate::file::{Entry, entries, line, parse_override, read};
-use crate::key::{Key, KeyKind, Value};
+use crate::key::{Key, KeyKind, Value, quoted, suggested_name};
 use crate::method;
 use crate::mission::{Kind, Mission};
 use crate::named_data::NamedData;
@@ -93,8 +93,31 @@ impl Registry {
         {
             return self.parse(text, &format!("mission `{file_or_name}`"), overrides);
         }
+        if !path.exists() {
+            return Err(self.no_mission(path));
+        }
         let text = read(path, "mission", &self.names())?;
         self.parse_in(path.parent(), &text, &format!("file `{file_or_name}`"), overrides)
+    }
+
+    /// There is neither a file nor a mission of this name: what may be meant.
+    fn no_mission(&self, path: &Path) -> Error {
+        let name = path.file_stem().map_or_else(String::new, |n| n.to_string_lossy().into_owned());
+        let whole = path.to_string_lossy();
+        let files: Vec<&str> = self.files.iter().map(|(name, _)| *name).collect();
+        let of_kind = |kind: &Kind| -> Vec<&str> {
+            let is_of = |text: &str| text.lines().any(|l| l.trim() == format!("mission = \"{}\"", kind.name));
+            self.files.iter().filter(|(_, text)| is_of(text)).map(|(name, _)| *name).collect()
+        };
+        let hint = match self.kinds.iter().find(|k| k.name == whole) {
+            Some(kind) => match of_kind(kind)[..] {
+                [] => "; it is a kind of mission: name a file with `mission = ` and this name".into(),
+                ref names => format!("; it is the kind of mission of {}", quoted(names)),
+            },
+            None if files.contains(&&*name) => format!("; without its ending `{name}` is a mission"),
+            None => suggested_name(&name, "missions", &files),
+        };
+        Error::File { path: path.into(), reason: format!("no such file, and no mission of this name{hint}") }
     }
 
     /// Reads a mission from the text of a file; `source` names it in messages.
@@ -164,8 +187,11 @@ impl Registry {
         };
         self.kinds.iter().copied().find(|k| k.name == name).ok_or_else(|| Error::UnknownMission {
             place: header.place,
+            suggestion: {
+                let kinds: Vec<&str> = self.kinds.iter().map(|k| k.name).collect();
+                suggested_name(&name, "known", &kinds)
+            },
             name,
-            known: self.names(),
         })
     }
 

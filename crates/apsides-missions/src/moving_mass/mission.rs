@@ -13,6 +13,7 @@ use super::case::{
     Vehicle,
 };
 use super::descent::Descent;
+use super::dispersion::Descents;
 use super::keys;
 use super::law::{Law, RegulatorSizes, SlidingSizes};
 use super::simulation::simulate;
@@ -59,7 +60,7 @@ fn seeded(case: &Case, seed: u64) -> Case {
     case
 }
 
-const OFFERS: Offers = Offers { simulated_only: true, simulation: false, footprint: false, dispersed: &[] };
+const OFFERS: Offers = Offers { simulated_only: true, simulation: false, footprint: false, dispersed: Descents::COLUMNS };
 
 impl Mission for CrossMasses {
     fn kind() -> Kind {
