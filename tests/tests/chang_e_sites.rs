@@ -88,6 +88,25 @@ fn sites_are_safe_and_the_flight_ends_above_the_second() {
     let last = outcome.trajectory.phases.last().unwrap().final_state();
     assert!((last[0] - 1_737_013.0 - rise - 4.0).abs() < TOUCHDOWN_M);
     assert!((results["touchdown_speed_m_s"] - 3.6055).abs() < TOUCHDOWN_M_S);
+    distance_on_the_ground(&outcome, results["coarse_divert_m"] + results["fine_divert_m"]);
+}
+
+/// The profile goes forward to above the site that is aimed at; from there diverts lead anywhere, by their length at most.
+fn distance_on_the_ground(outcome: &Outcome, diverts: f64) {
+    let title = "Altitude over distance on the ground";
+    let profile = outcome.curves.iter().find(|c| c.title == title).unwrap();
+    assert_eq!(profile.series.len(), 6);
+    let distances = |k: std::ops::Range<usize>| -> Vec<f64> {
+        profile.series[k].iter().flat_map(|(_, points)| points).map(|[distance, _]| *distance).collect()
+    };
+    let (steered, vertical) = (distances(0..2), distances(2..6));
+    assert!(steered.windows(2).all(|pair| pair[1] >= pair[0]), "{steered:?}");
+    let aimed = steered[steered.len() - 1];
+    let off = vertical.iter().map(|distance| (distance - aimed).abs()).fold(0.0, f64::max);
+    assert!(off <= diverts + TOUCHDOWN_M, "{off} {diverts}");
+    // The Moon turns by less than half a degree: 440 km in inertial space.
+    let downrange = outcome.summary.results["downrange_km"];
+    assert!((aimed / 1e3 - downrange).abs() < 0.01 * downrange, "{aimed} {downrange}");
 }
 
 /// What was flown before the decision is the plan without maps.

@@ -107,12 +107,14 @@ pub(crate) fn missions(name: Option<&str>) -> Result<Exit, Refusal> {
     Ok(Exit::Verified)
 }
 
-/// What a mission is, by its own name where it comes with the program, and of which kind.
+/// The name and title of a mission that comes with the program, and its kind.
 fn heading(name: &str, mission: &apsides::Pipeline) -> String {
     let registry = apsides::registry();
     match registry.files().find(|(file, _)| *file == name) {
         Some((file, title)) if file == mission.name() => format!("{file}: {title}\n\n"),
-        Some((file, title)) => format!("{file}: {title}\nmission = \"{}\": {}\n\n", mission.name(), mission.title()),
+        Some((file, title)) => {
+            format!("{file}: {title}\nmission = \"{}\": {}\n\n", mission.name(), mission.title())
+        }
         None => format!("{name}: mission = \"{}\": {}\n\n", mission.name(), mission.title()),
     }
 }
@@ -144,6 +146,12 @@ pub(crate) fn check(a: &MissionArguments) -> Result<Exit, Refusal> {
 
 pub(crate) fn verify(directory: &Path, json: bool) -> Result<Exit, Refusal> {
     let file = directory.join("mission.toml");
+    if !file.is_file() {
+        let place = directory.display();
+        return Err(format!(
+            "{place}: no result directory (it has no mission.toml); give one that `apsides solve --out` wrote"
+        ));
+    }
     let mission = apsides::load(&file.to_string_lossy(), &[]).map_err(refusal)?;
     let posed = mission.pose().map_err(refusal)?;
     let trajectory = read_outcome_trajectory(directory, posed.flight()).map_err(refusal)?;

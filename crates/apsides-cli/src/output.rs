@@ -63,6 +63,9 @@ pub(crate) fn written(files: &[std::path::PathBuf]) -> String {
 pub(crate) fn outcome(o: &Outcome) -> String {
     let s = &o.summary;
     let mut text = format!("mission {} by {}: {}\n", s.mission, s.method, s.status);
+    if s.solved_by != s.method {
+        text += &format!("what follows is the solution by {}\n", s.solved_by);
+    }
     if let Some(why) = &o.explanation {
         text += &format!("{why}\n");
     }
@@ -98,7 +101,9 @@ pub(crate) fn outcome(o: &Outcome) -> String {
         s.timing_ms.solve,
         s.timing_ms.verify
     );
-    text + &certificate(&s.certificate)
+    let of =
+        if s.solved_by == s.method { String::new() } else { format!(" of the solution by {}", s.solved_by) };
+    text + &titled_certificate(&of, &s.certificate)
 }
 
 /// One sentence on the search that a solve began with.
@@ -153,7 +158,11 @@ pub(crate) fn significant(v: f64) -> String {
 
 /// The certificate as a table.
 pub(crate) fn certificate(c: &Certificate) -> String {
-    let mut text = format!("certificate: {}\n  {}\n", c.verdict, c.verdict.meaning());
+    titled_certificate("", c)
+}
+
+fn titled_certificate(of: &str, c: &Certificate) -> String {
+    let mut text = format!("certificate{of}: {}\n  {}\n", c.verdict, c.verdict.meaning());
     for remark in &c.remarks {
         let _ = writeln!(text, "  {remark}");
     }

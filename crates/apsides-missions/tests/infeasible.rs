@@ -1,5 +1,5 @@
 //! Missions that cannot be flown: the relaxation that the explanation asks for is enough.
-#![allow(clippy::unwrap_used)]
+#![allow(clippy::unwrap_used, clippy::print_stdout)]
 
 use apsides_missions::registry;
 use apsides_pipeline::Outcome;
@@ -23,4 +23,57 @@ fn the_dry_mass_that_an_explanation_asks_for_can_be_landed() {
     // Minimum time at constant thrust burns least: the final mass is the largest dry mass that can be landed.
     let final_mass = solved.summary.results["final_mass_kg"];
     assert!((final_mass - least).abs() < 1e-3 * least, "{final_mass} {why}");
+}
+
+/// Names of the guards of the kinds of mission, whose bounds the user does not state.
+const GUARDED: [&str; 4] = ["polar angle", "semi-latus rectum", "thrust angle", "latitude"];
+
+/// In the words and units of the keys, the requirements that keys state before others, the same as text and as data.
+#[test]
+fn explanations_speak_of_keys() {
+    let cases: [(&str, &[&str], &str); 5] = [
+        ("lunar-direct", &["thrust_n=100", "dry_mass_kg=60"], "dry_mass_kg"),
+        ("lunar-perilune", &["throttle=free", "dry_mass_kg=154"], "dry_mass_kg"),
+        ("lunar-two-phase", &["dry_mass_kg=152"], "dry_mass_kg"),
+        ("lunar-vertical", &["dry_mass_kg=154"], "dry_mass_kg"),
+        ("geo-1-burn", &[], ""),
+    ];
+    for (name, set, key) in cases {
+        let set: Vec<String> = set.iter().map(|s| (*s).to_owned()).collect();
+        let mission = registry().load(name, &set).unwrap();
+        let outcome = mission.solve(None, &mut ()).unwrap();
+        let summary = &outcome.summary;
+        println!("{name}: {:?}", summary.message);
+        assert_eq!(summary.message, outcome.explanation, "{name}");
+        let why = summary.explanation.as_ref().unwrap_or_else(|| panic!("{name}: {:?}", summary.message));
+        let conflicts = why.conflicts.iter().map(|c| &c.requirement);
+        let requirements: Vec<_> = conflicts.chain(why.remedies.iter().map(|r| &r.requirement)).collect();
+        // The dry mass of an upper stage is no key of its own.
+        assert_eq!(requirements[0].key.as_deref().unwrap_or_default(), key, "{name}: {why:#?}");
+        for r in requirements {
+            assert!(!r.unit.starts_with("rad"), "{name}: {r:?}");
+            assert!(!GUARDED.contains(&r.quantity.as_str()), "{name}: {r:?}");
+            if let Some(key) = &r.key {
+                assert_eq!(mission.values().number(key).unwrap(), r.limit, "{name}: {r:?}");
+            }
+        }
+        assert!(why.conflicts.iter().all(|c| c.amount > 0.0 && !c.requirement.unit.is_empty()), "{why:#?}");
+    }
+}
+
+/// The bound on the polar angle follows from the burn: half a revolution, or what a burn of all mass flies at the speed of its start and a
+/// fifth more.
+#[test]
+fn the_polar_angle_leaves_room_for_long_burns() {
+    let bound = |thrust: &str| {
+        let set = [format!("thrust_n={thrust}"), "dry_mass_kg=30".to_owned()];
+        let posed = registry().load("lunar-direct", &set).unwrap().pose().unwrap();
+        let states = &posed.ocp.phases[0].states;
+        let angle = states.iter().find(|s| s.variable.name == "polar angle").unwrap();
+        assert_eq!(angle.variable.guards, [true; 2]);
+        angle.variable.bounds.upper
+    };
+    assert_eq!(bound("440"), std::f64::consts::PI);
+    // 1634 m/s at 1837.1 km; 300 kg at 100 N and 310 s last 9120 s.
+    assert!((bound("100") / 9.74 - 1.0).abs() < 1e-2, "{}", bound("100"));
 }

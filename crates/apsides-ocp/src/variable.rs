@@ -103,13 +103,16 @@ pub struct Variable {
     pub bounds: Bounds,
     /// Typical size in `unit`; derived from bounds and guess when absent.
     pub scale: Option<f64>,
+    /// True for a lower, and for an upper bound that is a guard: no solution is meant to reach it, it keeps a solve where the equations hold.
+    /// An explanation of an infeasible problem never asks to relax a guard.
+    pub guards: [bool; 2],
 }
 
 impl Variable {
     /// A quantity without bounds.
     #[must_use]
     pub fn new(name: impl Into<String>, unit: impl Into<String>) -> Self {
-        Self { name: name.into(), unit: unit.into(), bounds: Bounds::FREE, scale: None }
+        Self { name: name.into(), unit: unit.into(), bounds: Bounds::FREE, scale: None, guards: [false; 2] }
     }
 
     /// Allowed values `[lower, upper]`.
@@ -140,6 +143,24 @@ impl Variable {
     #[must_use]
     pub fn scaled_by(self, scale: f64) -> Self {
         Self { scale: Some(scale), ..self }
+    }
+
+    /// Both bounds are [guards](Self::guards).
+    #[must_use]
+    pub fn guarded(self) -> Self {
+        Self { guards: [true; 2], ..self }
+    }
+
+    /// The upper bound is a [guard](Self::guards), the lower one is not.
+    #[must_use]
+    pub fn guarded_above(self) -> Self {
+        Self { guards: [false, true], ..self }
+    }
+
+    /// The lower bound is a [guard](Self::guards), the upper one is not.
+    #[must_use]
+    pub fn guarded_below(self) -> Self {
+        Self { guards: [true, false], ..self }
     }
 
     /// Stated scale, else the largest finite bound that is not zero.
@@ -232,6 +253,24 @@ impl State {
     #[must_use]
     pub fn scaled_by(self, scale: f64) -> Self {
         Self { variable: self.variable.scaled_by(scale), ..self }
+    }
+
+    /// Both bounds along the phase are [guards](Variable::guards).
+    #[must_use]
+    pub fn guarded(self) -> Self {
+        Self { variable: self.variable.guarded(), ..self }
+    }
+
+    /// The upper bound along the phase is a [guard](Variable::guards), the lower one is not.
+    #[must_use]
+    pub fn guarded_above(self) -> Self {
+        Self { variable: self.variable.guarded_above(), ..self }
+    }
+
+    /// The lower bound along the phase is a [guard](Variable::guards), the upper one is not.
+    #[must_use]
+    pub fn guarded_below(self) -> Self {
+        Self { variable: self.variable.guarded_below(), ..self }
     }
 
     /// Largest miss that a re-simulation may show, in the state's unit.

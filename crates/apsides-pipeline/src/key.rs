@@ -290,6 +290,10 @@ impl From<&str> for Value {
 impl std::fmt::Display for Value {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
         match self {
+            // Hundreds of digits say less than an exponent.
+            Self::Number(v) if *v != 0.0 && v.is_finite() && !(1e-7..1e15).contains(&v.abs()) => {
+                write!(f, "{v:e}")
+            }
             Self::Number(v) => write!(f, "{v}"),
             Self::Word(w) => write!(f, "\"{w}\""),
             Self::Flag(v) => write!(f, "{v}"),

@@ -29,6 +29,7 @@ mod checkpoint;
 pub mod covariance;
 pub mod dispersion;
 pub mod error;
+pub mod explanation;
 pub mod file;
 pub mod footprint;
 pub mod key;

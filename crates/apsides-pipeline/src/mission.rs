@@ -183,6 +183,11 @@ pub trait Mission: Any + Debug + Send + Sync {
         Vec::new()
     }
 
+    /// The distance from the centre of the body that altitudes count from, m, where distances of the problem are to be said as altitudes.
+    fn datum(&self) -> Option<f64> {
+        None
+    }
+
     /// A sentence on what is missing, besides the requirements that conflict.
     fn missing(&self, _methods: &Methods, _explanation: &Explanation) -> Option<String> {
         None

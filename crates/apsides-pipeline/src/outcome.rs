@@ -7,6 +7,8 @@ use apsides_ocp::{Ocp, Trajectory};
 use apsides_verify::Certificate;
 use serde::{Deserialize, Serialize};
 
+use crate::explanation::ExplanationSummary;
+
 use crate::site::{ChosenSite, SiteSummary};
 
 /// Name, value and unit of the objective.
@@ -91,10 +93,19 @@ pub struct SearchSummary {
 pub struct Summary {
     /// Mission name.
     pub mission: String,
-    /// Method name.
+    /// Name of the method that was asked.
     pub method: String,
+    /// Name of the method whose solution it is; another one where the method that was asked did not converge.
+    #[serde(default)]
+    pub solved_by: String,
     /// `optimal`, `acceptable`, `infeasible`, ...
     pub status: String,
+    /// One sentence for the reader when the status is not `optimal`.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub message: Option<String>,
+    /// The requirements that conflict, and what helps, when the mission cannot be flown.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub explanation: Option<ExplanationSummary>,
     /// The objective.
     pub objective: ObjectiveValue,
     /// Mission scalars; the unit ends the key.

@@ -12,6 +12,7 @@ use apsides_verify::{Certificate, Check, CheckKind, Verification, VerifySettings
 
 use crate::Error;
 use crate::checkpoint::CheckpointFile;
+use crate::explanation::{ExplanationSummary, in_keys};
 use crate::file::written;
 use crate::key::{Key, Value};
 use crate::method::{MethodName, Methods};
@@ -493,7 +494,8 @@ impl Pipeline {
             unit: ocp.objective.unit.clone(),
         };
         let missing = conflict.and_then(|c| self.mission.missing(&self.methods, c));
-        let explanation = explain(&self.methods, &solution, conflict).map(|text| match missing {
+        let conflict = conflict.map(|c| in_keys(c, &self.values, self.mission.datum()));
+        let explanation = explain(&self.methods, &solution, conflict.as_ref()).map(|text| match &missing {
             Some(missing) => format!("{text}; {missing}"),
             None => text,
         });
@@ -508,7 +510,12 @@ impl Pipeline {
         let summary = Summary {
             mission: self.name().into(),
             method: self.methods.name.word().into(),
+            solved_by: solution.instead.unwrap_or(self.methods.name.word()).into(),
             status,
+            message: explanation.clone(),
+            explanation: conflict
+                .filter(|c| c.status.is_success())
+                .map(|c| ExplanationSummary::new(&c, missing)),
             objective,
             results: self.results(&trajectory).into_iter().chain(margins).collect(),
             counters: solution.counters.into(),

@@ -11,7 +11,7 @@ use apsides_ocp::{Guess, Mesh, Ocp, PhaseMesh, Scaling, Unmet};
 use crate::RadauError;
 use crate::error_estimate::estimate;
 use crate::refinement::refine;
-use crate::relaxation::{Item, Requirement, items};
+use crate::relaxation::{Item, Requirement, items, outward, short};
 use crate::settings::RadauSettings;
 use crate::solver::Radau;
 use crate::transcription::{Transcription, with_movable_bounds};
@@ -245,29 +245,6 @@ impl Relaxed {
     }
 }
 
-/// Six significant digits.
-fn short(v: f64) -> f64 {
-    round(v, f64::round)
-}
-
-/// Six significant digits, rounded so that the relaxation does not become smaller by more than a hundredth of the last.
-fn outward(v: f64, side: Side) -> f64 {
-    match side {
-        Side::Lower => round(v, |v| (v + 0.01).floor()),
-        Side::Upper => round(v, |v| (v - 0.01).ceil()),
-    }
-}
-
-fn round(v: f64, to_whole: fn(f64) -> f64) -> f64 {
-    if v == 0.0 || !v.is_finite() {
-        return v;
-    }
-    let digits = 5 - v.abs().log10().floor() as i32;
-    // Dividing by a power of ten gives the nearest decimal, multiplying by its inverse does not.
-    let unit = 10f64.powi(digits.abs());
-    if digits >= 0 { to_whole(v * unit) / unit } else { to_whole(v / unit) * unit }
-}
-
 impl fmt::Display for Conflict {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let r = &self.requirement;
@@ -277,10 +254,10 @@ impl fmt::Display for Conflict {
             (_, Side::Upper) => "exceeded by",
         };
         write!(f, "{r}: {verb} {} {}", short(self.amount), r.unit)?;
-        match self.at {
-            Some(t) => write!(f, " at t = {t:.3} {}", self.time_unit),
-            None => Ok(()),
+        if let Some(t) = self.at {
+            write!(f, " at t = {t:.3} {}", self.time_unit)?;
         }
+        r.stated_by.as_ref().map_or(Ok(()), |name| write!(f, " (`{name}`)"))
     }
 }
 
@@ -288,7 +265,9 @@ impl fmt::Display for Remedy {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let r = &self.requirement;
         let change = if r.side == Side::Lower { "lowered" } else { "raised" };
-        write!(f, "{} is {change} from {} to {} {}", r.quantity(), r.limit, outward(self.to, r.side), r.unit)
+        let (from, to) = (short(r.limit), outward(self.to, r.side));
+        write!(f, "{} is {change} from {from} to {to} {}", r.quantity(), r.unit)?;
+        r.stated_by.as_ref().map_or(Ok(()), |name| write!(f, " (`{name}`)"))
     }
 }
 

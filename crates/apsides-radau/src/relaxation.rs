@@ -1,7 +1,7 @@
 //! Requirements of a problem, item by item: every bound that a user states, as limits of the discretised problem.
 //!
-//! The equations of motion, the links between phases, a fixed start time and the least duration are no requirements: they
-//! hold in every relaxation.
+//! The equations of motion, the links between phases, a fixed start time, the least duration and bounds that are guards are no
+//! requirements: they hold in every relaxation.
 
 use std::fmt;
 
@@ -39,6 +39,13 @@ pub enum RequirementKind {
     Parameter,
 }
 
+impl RequirementKind {
+    /// Returns true for the bounds of a quantity itself, not those at an end.
+    fn is_along(self) -> bool {
+        matches!(self, Self::State | Self::Control | Self::Path | Self::Integral | Self::Parameter)
+    }
+}
+
 /// One side of a bound that the problem states.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Requirement {
@@ -56,6 +63,8 @@ pub struct Requirement {
     pub fixed: bool,
     /// Unit of the quantity.
     pub unit: String,
+    /// The name that the user states the bound by, such as the key of a file, where it is known.
+    pub stated_by: Option<String>,
 }
 
 impl Requirement {
@@ -88,8 +97,31 @@ impl fmt::Display for Requirement {
             (_, Side::Lower) => "at least",
             (_, Side::Upper) => "at most",
         };
-        write!(f, "{} {relation} {} {}", self.quantity(), self.limit, self.unit)
+        write!(f, "{} {relation} {} {}", self.quantity(), short(self.limit), self.unit)
     }
+}
+
+/// Six significant digits.
+pub(crate) fn short(v: f64) -> f64 {
+    round(v, f64::round)
+}
+
+/// Six significant digits, rounded so that the relaxation does not become smaller by more than a hundredth of the last.
+pub(crate) fn outward(v: f64, side: Side) -> f64 {
+    match side {
+        Side::Lower => round(v, |v| (v + 0.01).floor()),
+        Side::Upper => round(v, |v| (v - 0.01).ceil()),
+    }
+}
+
+fn round(v: f64, to_whole: fn(f64) -> f64) -> f64 {
+    if v == 0.0 || !v.is_finite() {
+        return v;
+    }
+    let digits = 5 - v.abs().log10().floor() as i32;
+    // Dividing by a power of ten gives the nearest decimal, multiplying by its inverse does not.
+    let unit = 10f64.powi(digits.abs());
+    if digits >= 0 { to_whole(v * unit) / unit } else { to_whole(v / unit) * unit }
 }
 
 /// A requirement with its limits.
@@ -228,7 +260,8 @@ impl Items {
                 f64::INFINITY
             };
             let described = self.describe(kind, variable, side, value, bounds.is_fixed());
-            self.push(Some(described), limits, instants, most);
+            let guard = kind.is_along() && variable.guards[usize::from(side == Side::Upper)];
+            self.push((!guard).then_some(described), limits, instants, most);
         }
     }
 
@@ -241,7 +274,16 @@ impl Items {
         fixed: bool,
     ) -> Requirement {
         let phase = self.phase.as_ref().map(|(_, name)| name.clone());
-        Requirement { phase, name: v.name.clone(), kind, side, limit, fixed, unit: v.unit.clone() }
+        Requirement {
+            phase,
+            name: v.name.clone(),
+            kind,
+            side,
+            limit,
+            fixed,
+            unit: v.unit.clone(),
+            stated_by: None,
+        }
     }
 
     fn push(

@@ -21,8 +21,8 @@ use crate::{Multipliers, ReportError};
 /// come from `multipliers`, if given.
 ///
 /// # Errors
-/// [`ReportError::Trajectory`] with the line of a truncated, malformed or unfit file, or of a value that is not a finite
-/// number; [`ReportError::Multipliers`] when these do not fit the problem or the nodes.
+/// [`ReportError::Trajectory`] with the line of a truncated, malformed or unfit file, or of a value other than the objective that is not a
+/// finite number; [`ReportError::Multipliers`] when these do not fit the problem or the nodes.
 pub fn read_trajectory<R: Read>(
     csv: R,
     ocp: &Ocp,
@@ -70,10 +70,17 @@ struct Node {
 }
 
 /// Values that are the same in every row.
-#[derive(Default, PartialEq)]
+#[derive(Default)]
 struct Constants {
     parameters: Vec<f64>,
     objective: f64,
+}
+
+impl PartialEq for Constants {
+    /// To the bit: the objective of a solve that failed may not be a number.
+    fn eq(&self, other: &Self) -> bool {
+        self.parameters == other.parameters && self.objective.to_bits() == other.objective.to_bits()
+    }
 }
 
 /// The file, its columns found.
@@ -118,7 +125,7 @@ impl<R: Read> Table<R> {
             check_order(nodes.last(), &node, ocp)?;
             let constants = Constants {
                 parameters: row.numbers(&self.columns.parameters)?,
-                objective: row.number(&self.columns.objective)?,
+                objective: row.any_number(&self.columns.objective)?,
             };
             match &self.constants {
                 None => self.constants = Some(constants),
@@ -193,10 +200,19 @@ impl Row<'_> {
     }
 
     fn number(&self, header: &str) -> Result<f64, ReportError> {
+        match self.any_number(header)? {
+            value if value.is_finite() => Ok(value),
+            _ => {
+                let text = self.cell(header);
+                refuse(self.line, format!("`{text}` in `{header}` is not a finite number"))
+            }
+        }
+    }
+
+    fn any_number(&self, header: &str) -> Result<f64, ReportError> {
         let text = self.cell(header);
         match text.parse::<f64>() {
-            Ok(value) if value.is_finite() => Ok(value),
-            Ok(_) => refuse(self.line, format!("`{text}` in `{header}` is not a finite number")),
+            Ok(value) => Ok(value),
             Err(_) if text.is_empty() => refuse(self.line, format!("`{header}` is empty")),
             Err(_) => refuse(self.line, format!("`{text}` in `{header}` is no number")),
         }

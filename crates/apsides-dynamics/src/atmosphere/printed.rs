@@ -52,6 +52,11 @@ mod tests {
     use super::*;
 
     #[test]
+    fn not_a_number_stays_one() {
+        assert!(density(f64::NAN)[0].is_nan());
+    }
+
+    #[test]
     fn layers_below_and_straight_lines_above() {
         for z in [-1e3, 0.0, 33_333.0, 85_999.0] {
             assert_eq!(density(z), standard::density(z));

@@ -129,7 +129,8 @@ pub(super) const STAGES_BELOW: &[Key] = &[
         PATH_WEIGHT,
         0.0,
         Range::from(0.0),
-        "propellant that a metre of path in the adjustment counts as; large: the shortest path, as in the contest",
+        "propellant that a metre of path in the adjustment counts as; large: the shortest path, as in the contest; above 0 the thrust of the \
+         adjustment only slows",
     ),
     Key::number(
         HOVER_ALTITUDE,

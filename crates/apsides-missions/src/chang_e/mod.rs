@@ -74,6 +74,10 @@ impl Mission for MainBraking {
         results::braking(&self.lander, solution)
     }
 
+    fn datum(&self) -> Option<f64> {
+        Some(self.lander.body.radius)
+    }
+
     fn headline(&self) -> &'static [&'static str] {
         &["final_mass_kg", "flight_time_s", "perilune_speed_m_s", "central_angle_deg"]
     }
@@ -116,6 +120,10 @@ impl Mission for SixStageLanding {
 
     fn results(&self, solution: &Trajectory) -> Scalars {
         results::landing(self, solution)
+    }
+
+    fn datum(&self) -> Option<f64> {
+        Some(self.lander.body.radius)
     }
 
     fn headline(&self) -> &'static [&'static str] {

@@ -30,6 +30,8 @@ pub(super) const ABOVE_M: f64 = 50e3;
 const MOST_LATITUDE: f64 = 1.55;
 /// Controls of a flight in the plane.
 const PLANE_CONTROLS: [Quantity; 2] = [planar::THRUST_ANGLE, planar::THROTTLE];
+/// Largest angle between the course of a thrust that only slows and backwards, rad.
+const ASIDE: f64 = PI / 3.0;
 /// Shortest phase, s.
 const SHORTEST_S: f64 = 0.5;
 
@@ -98,11 +100,11 @@ impl Lander {
     }
 
     fn mass(&self) -> State {
-        state(planar::MASS, MASS_MISS_KG).within(self.dry_mass, 1.05 * self.initial_mass)
+        state(planar::MASS, MASS_MISS_KG).within(self.dry_mass, 1.05 * self.initial_mass).guarded_above()
     }
 
     fn speed(&self, q: Quantity) -> State {
-        state(q, SPEED_MISS_M_S).within(-1.5 * self.start_speed, 1.5 * self.start_speed)
+        state(q, SPEED_MISS_M_S).within(-1.5 * self.start_speed, 1.5 * self.start_speed).guarded()
     }
 
     fn angle(&self, q: Quantity) -> State {
@@ -116,7 +118,7 @@ impl Lander {
 
     /// Flight with the thrust in any direction within a tilt (rad) from the vertical, between two distances from the centre.
     pub(super) fn steered(&self, name: &str, tilt: f64, [low, high]: [f64; 2]) -> Phase {
-        let radius = state(planar::RADIUS, POSITION_MISS_M).within(low - BELOW_M, high + ABOVE_M);
+        let radius = state(planar::RADIUS, POSITION_MISS_M).within(low - BELOW_M, high + ABOVE_M).guarded();
         let control = |q: Quantity, least, most| Variable::new(q.name, q.unit).within(least, most);
         let phase = match self.motion {
             Motion::Plane => {
@@ -125,7 +127,7 @@ impl Lander {
                 Phase::new(name, ThrottledThrust(self.planar()))
                     .states([
                         radius,
-                        self.angle(angle).within(-0.1, PI),
+                        self.angle(angle).within(-0.1, PI).guarded(),
                         self.speed(along),
                         self.speed(upward),
                         self.mass(),
@@ -143,15 +145,15 @@ impl Lander {
                 Phase::new(name, AngledThrust(self.descent.clone()))
                     .states([
                         radius,
-                        self.angle(longitude).within(site_longitude - PI, site_longitude + PI),
-                        self.angle(latitude).within(-MOST_LATITUDE, MOST_LATITUDE),
+                        self.angle(longitude).within(site_longitude - PI, site_longitude + PI).guarded(),
+                        self.angle(latitude).within(-MOST_LATITUDE, MOST_LATITUDE).guarded(),
                         self.speed(upward),
                         self.speed(east),
                         self.speed(north),
                         self.mass(),
                     ])
                     .controls([
-                        control(powered_descent::THRUST_COURSE, self.azimuth, self.azimuth + 2.0 * PI),
+                        control(powered_descent::THRUST_COURSE, self.azimuth, self.azimuth + 2.0 * PI).guarded(),
                         pitch,
                         self.throttle(),
                     ])
@@ -162,6 +164,22 @@ impl Lander {
             }
         };
         phase.initial_time(self.times()).final_time(self.times()).duration(Bounds::at_least(SHORTEST_S))
+    }
+
+    /// The thrust only slows the flight along its course. A shortest path has no optimum without this rule: the least thrust, which cannot be
+    /// switched off, would be turned from side to side ever faster so as not to hold up the fall.
+    pub(super) fn without_forward_thrust(&self, phase: &mut Phase) {
+        let (name, backwards) = match self.motion {
+            Motion::Plane => (planar::THRUST_ANGLE.name, Bounds::new(FRAC_PI_2, 1.5 * PI)),
+            Motion::Space => {
+                let course = self.azimuth + PI;
+                (powered_descent::THRUST_COURSE.name, Bounds::new(course - ASIDE, course + ASIDE))
+            }
+        };
+        if let Some(u) = phase.controls.iter_mut().find(|u| u.name == name) {
+            u.bounds = u.bounds.intersect(&backwards);
+            u.guards = [true; 2];
+        }
     }
 
     /// The phase with the length of its path as an integral.
@@ -176,7 +194,7 @@ impl Lander {
     /// States of vertical flight above a place.
     fn vertical_states(&self, [low, high]: [f64; 2]) -> [State; 3] {
         let (upward, _) = self.speeds();
-        let radius = state(planar::RADIUS, POSITION_MISS_M).within(low - BELOW_M, high + BELOW_M);
+        let radius = state(planar::RADIUS, POSITION_MISS_M).within(low - BELOW_M, high + BELOW_M).guarded();
         [radius, self.speed(upward), self.mass()]
     }
 
@@ -210,7 +228,7 @@ impl Lander {
         Phase::new(name, model)
             .states([
                 radius.ends_at(low),
-                own(self.angle(angle).within(-divert.angle, 2.0 * divert.angle))
+                own(self.angle(angle).within(-divert.angle, 2.0 * divert.angle).guarded())
                     .starts_at(0.0)
                     .ends_at(divert.angle),
                 upward,

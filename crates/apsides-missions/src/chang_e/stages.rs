@@ -11,6 +11,7 @@ use apsides_terrain::synthetic::Terrain;
 
 use super::guess::Sample;
 use super::keys::{COARSE, FINE};
+use super::lander::GateDirection;
 use super::landing::SixStageLanding;
 use super::phases::{ADJUSTMENT, AVOIDANCE, DESCENT, FINE_AVOIDANCE, PATH, ends_at};
 
@@ -30,11 +31,21 @@ impl SixStageLanding {
         let ocp = names.windows(2).fold(ocp, |ocp, pair| ocp.link(&pair[0], &pair[1]));
         let ocp = lander
             .on_orbital_plane(lander.with_gate_speed(ocp))
-            .objective(Sense::Maximize, "final_mass", "kg", self.worth())
-            .objective_scale(lander.initial_mass)
+            .objective(Sense::Maximize, self.objective_name(), "kg", self.worth())
+            .objective_scale(lander.initial_mass + self.path_weight * self.shortest_path())
             .build()?;
         let guess = Guess::from_phases(&ocp, guesses);
         Ok(Posed::new(ocp, guess))
+    }
+
+    /// The objective is called what it is.
+    fn objective_name(&self) -> &'static str {
+        if self.path_weight > 0.0 { "final_mass_less_weighted_path" } else { "final_mass" }
+    }
+
+    /// The way straight down that the adjustment takes at least, m.
+    fn shortest_path(&self) -> f64 {
+        self.lander.gate_radius - self.coarse_radius()
     }
 
     /// The final mass, less what the path of the adjustment counts as.
@@ -50,7 +61,13 @@ impl SixStageLanding {
             lander.steered(ADJUSTMENT, self.adjustment_tilt, [self.coarse_radius(), lander.gate_radius]);
         let mut phase = lander.ends_with(lander.ending_at_site(phase), self.adjusted_speed, Some(0.0));
         ends_at(&mut phase, &[(planar::RADIUS, Bounds::fixed(self.coarse_radius()))]);
-        if self.path_weight == 0.0 { phase } else { lander.with_path(phase) }
+        if self.path_weight == 0.0 {
+            return phase;
+        }
+        if lander.gate_direction != GateDirection::Down {
+            lander.without_forward_thrust(&mut phase);
+        }
+        lander.with_path(phase)
     }
 
     /// Adds the phases after the main braking.

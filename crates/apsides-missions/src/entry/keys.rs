@@ -183,8 +183,16 @@ const LIMITS: &[Key] = &[
         Range::POSITIVE_OR_UNLIMITED,
         "largest stagnation heat rate; inf: not limited",
     ),
-    Key::number("max_flight_time_s", 3000.0, Range::POSITIVE, "longest time from start to end"),
+    Key::number(
+        "max_flight_time_s",
+        3000.0,
+        Range::from(SHORTEST_FLIGHT_S),
+        "longest time from start to end",
+    ),
 ];
+
+/// Shortest flight, s.
+pub(super) const SHORTEST_FLIGHT_S: f64 = 20.0;
 
 pub(super) const GOAL: &str = "goal";
 pub(super) const HEAT_LOAD: &str = "heat-load";

@@ -12,6 +12,7 @@ use apsides_ocp::{
 };
 
 use super::capsule::{CapsuleEntry, Goal};
+use super::keys::SHORTEST_FLIGHT_S;
 use super::load::LoadOf;
 use super::steering::Steering;
 
@@ -27,7 +28,6 @@ const ABOVE_ENTRY_M: f64 = 50e3;
 const LEAST_SPEED_M_S: f64 = 10.0;
 const STEEPEST_DEG: f64 = 89.0;
 const MOST_LATITUDE_DEG: f64 = 89.0;
-const SHORTEST_FLIGHT_S: f64 = 20.0;
 /// Longest component of the bank vector: some freedom above the length one for the iterates.
 const LONGEST_COMPONENT: f64 = 1.2;
 pub(super) const LARGEST_FACTOR: f64 = 3.0;
@@ -136,15 +136,15 @@ impl CapsuleEntry {
     fn angle_phase(&self) -> Phase {
         let phase = self.phase(Banked(self.flight.clone()));
         phase
-            .controls([
-                Variable::new(BANK.name, BANK.unit).within(-std::f64::consts::PI, std::f64::consts::PI)
-            ])
+            .controls([Variable::new(BANK.name, BANK.unit)
+                .within(-std::f64::consts::PI, std::f64::consts::PI)
+                .guarded()])
             .direction(Direction::InPlane { angle: 0 })
     }
 
     fn vector_phase(&self) -> Phase {
         let most = if self.goal == Goal::LeastLift { LARGEST_FACTOR } else { LONGEST_COMPONENT };
-        let component = |q: Quantity| Variable::new(q.name, q.unit).within(-most, most);
+        let component = |q: Quantity| Variable::new(q.name, q.unit).within(-most, most).guarded();
         let phase = self
             .phase(BankVector(self.flight.clone()))
             .controls([component(BANK_COSINE), component(BANK_SINE)]);
@@ -216,7 +216,7 @@ impl CapsuleEntry {
         };
         let state = |(q, start): (Quantity, f64)| {
             let mut state =
-                State::new(q.name, q.unit).miss_below(miss(q)).scaled_by(scale(q)).starts_at(start);
+                State::new(q.name, q.unit).miss_below(miss(q)).scaled_by(scale(q)).starts_at(start).guarded();
             state.variable.bounds = bounds(q);
             state.terminal = end(q).map_or(Bounds::FREE, Bounds::fixed);
             state

@@ -221,7 +221,7 @@ impl GeoInjection {
                 .controls([in_plane])
                 .direction(Direction::InPlane { angle: 0 }),
             (BurnSteering::Optimal, true) => {
-                let out_of_plane = control(OUT_OF_PLANE_ANGLE).within(-FRAC_PI_2, FRAC_PI_2);
+                let out_of_plane = control(OUT_OF_PLANE_ANGLE).within(-FRAC_PI_2, FRAC_PI_2).guarded();
                 Phase::new("burn", SpatialThrust(self.flight))
                     .controls([in_plane, out_of_plane])
                     .direction(Direction::InSpace { in_plane: 0, out_of_plane: 1 })
@@ -250,10 +250,14 @@ impl GeoInjection {
         let mut states: Vec<State> = self.coast_states().iter().map(|q| self.state(*q)).collect();
         for (s, q) in states.iter_mut().zip(self.coast_states()) {
             match *q {
-                MASS => s.variable.bounds = Bounds::new(self.dry_mass(), 1.1 * self.initial_mass),
+                MASS => {
+                    s.variable.bounds = Bounds::new(self.dry_mass(), 1.1 * self.initial_mass);
+                    s.variable.guards = [false, true];
+                }
                 // Only a trajectory without sense would reach it: it keeps the iterates on orbits.
                 SEMI_LATUS_RECTUM => {
                     s.variable.bounds = Bounds::at_least(LEAST_SEMI_LATUS_RECTUM * self.parking_radius);
+                    s.variable.guards = [true; 2];
                 }
                 _ => {}
             }
@@ -279,6 +283,7 @@ impl GeoInjection {
                 self.is_supersynchronous() && self.pattern[k..].iter().all(|a| *a == Apsis::Periapsis);
             let middle = if retro { PI } else { 0.0 };
             in_plane.bounds = Bounds::new(middle - PI, middle + PI);
+            in_plane.guards = [true; 2];
         }
         let longest = self.burn_time_limit.unwrap_or(f64::INFINITY);
         phase.states(states).duration(Bounds::new(SHORTEST_BURN.min(longest), longest))

@@ -8,6 +8,10 @@ use apsides_pipeline::Error;
 
 use super::lander::{LunarLander, Refuse};
 
+/// Times in which an engine may burn all propellant, s: a landing is neither an impulse nor a spiral of days.
+const SHORTEST_BURN_S: f64 = 2.0;
+const LONGEST_BURN_S: f64 = 1e6;
+
 /// A lander at its first ignition, in horizontal flight.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Ignition {
@@ -94,6 +98,15 @@ impl Ignition {
             return Err(refuse(format!(
                 "`thrust_n` is {}, it cannot stop the vehicle: even empty (`dry_mass_kg` = {dry_mass}) it weighs {weight:.1} N \
                  on the surface; raise the thrust or reduce the dry mass",
+                engine.thrust
+            )));
+        }
+        let burn = self.burn_time();
+        if !(SHORTEST_BURN_S..=LONGEST_BURN_S).contains(&burn) {
+            let change = if burn < SHORTEST_BURN_S { "reduce" } else { "raise" };
+            return Err(refuse(format!(
+                "`thrust_n` is {:e}, it burns the propellant in {burn:.3e} s; this must be {SHORTEST_BURN_S} to {LONGEST_BURN_S:e} s: \
+                 {change} the thrust",
                 engine.thrust
             )));
         }

@@ -5,8 +5,6 @@
 //! deorbit burn and coast ([`LunarTransfer`]). All end with zero horizontal speed and a given radial speed. The throttle may be free, the
 //! rate of the thrust angle limited. All share a [`LunarLander`].
 
-use std::f64::consts::TAU;
-
 use apsides_dynamics::Hohmann;
 use apsides_dynamics::planar::flat::FlatVerticalThrust;
 use apsides_dynamics::planar::{HORIZONTAL_SPEED, MASS, RADIAL_SPEED, RADIUS};
@@ -70,6 +68,10 @@ macro_rules! results_of_its_lander {
     ($headline:expr) => {
         fn results(&self, solution: &Trajectory) -> Scalars {
             self.lander.results(solution)
+        }
+
+        fn datum(&self) -> Option<f64> {
+            Some(self.lander.flight.body.radius)
         }
 
         fn headline(&self) -> &'static [&'static str] {
@@ -249,7 +251,7 @@ impl Mission for LunarTransfer {
         let times = Bounds::new(0.0, parking.longest_burn() + parking.longest_coast());
         let target = parking.touchdown();
         let mut phases = vec![parking.deorbit(times), parking.coast(times)];
-        phases.extend(parking.braking(target, TAU, times));
+        phases.extend(parking.braking(target, parking.longest_angle(true), times));
         let last = phases[phases.len() - 1].name.clone();
         let altitude = Variable::new("perilune altitude", "m")
             .at_least(self.perilune_floor)

@@ -30,6 +30,9 @@ pub(super) const BRAKING: &str = "braking";
 pub(super) const PITCH_UP: &str = "pitch-up";
 pub(super) const DESCENT: &str = "descent";
 
+/// The angle of a burn at most, as a part of the one that is flown at the speed of its start.
+const BURN_ANGLE: f64 = 1.2;
+
 /// Where a flight above the surface ends.
 #[derive(Clone, Copy)]
 pub(super) struct Target {
@@ -63,12 +66,13 @@ impl Ignition {
         let ceiling = self.radius + 100e3;
         let fast = 1.5 * self.horizontal_speed;
         [
-            state(RADIUS, POSITION_MISS_M).within(self.body_radius(), ceiling),
+            state(RADIUS, POSITION_MISS_M).within(self.body_radius(), ceiling).guarded_above(),
             state(POLAR_ANGLE, POSITION_MISS_M / self.body_radius())
-                .within(-0.1 * longest_angle, longest_angle),
-            state(HORIZONTAL_SPEED, SPEED_MISS_M_S).within(-0.1 * fast, fast),
-            state(RADIAL_SPEED, SPEED_MISS_M_S).within(-fast, fast),
-            state(MASS, MASS_MISS_KG).within(self.lander.dry_mass, 1.1 * self.mass),
+                .within(-0.1 * longest_angle, longest_angle)
+                .guarded(),
+            state(HORIZONTAL_SPEED, SPEED_MISS_M_S).within(-0.1 * fast, fast).guarded(),
+            state(RADIAL_SPEED, SPEED_MISS_M_S).within(-fast, fast).guarded(),
+            state(MASS, MASS_MISS_KG).within(self.lander.dry_mass, 1.1 * self.mass).guarded_above(),
         ]
     }
 
@@ -86,11 +90,11 @@ impl Ignition {
     fn powered(&self, name: &str, longest_angle: f64) -> Phase {
         let lander = &self.lander;
         let mut states = self.states(longest_angle).to_vec();
-        let angle = control(THRUST_ANGLE).within(-0.5 * PI, 1.5 * PI);
+        let angle = control(THRUST_ANGLE).within(-0.5 * PI, 1.5 * PI).guarded();
         let mut controls = Vec::new();
         if let Some(rate) = lander.max_pitch_rate {
             let Bounds { lower, upper } = angle.bounds;
-            states.push(state(THRUST_ANGLE, ANGLE_MISS_RAD).within(lower, upper));
+            states.push(state(THRUST_ANGLE, ANGLE_MISS_RAD).within(lower, upper).guarded());
             controls.push(control(PITCH_RATE).within(-rate, rate));
         } else {
             controls.push(angle);
@@ -107,10 +111,16 @@ impl Ignition {
         self.longest_burn() + if self.lander.saves_propellant() { self.longest_coast() } else { 0.0 }
     }
 
+    /// Above the polar angle of any burn, rad, and of a coast of half a revolution before it where the flight has one.
+    pub(super) fn longest_angle(&self, with_coast: bool) -> f64 {
+        let burn = BURN_ANGLE * self.horizontal_speed / self.radius * self.longest_burn();
+        if with_coast { TAU.max(PI + burn) } else { PI.max(burn) }
+    }
+
     /// The flight from the start to the target: a coast if the ignition is free, braking, and turning upright where that is a phase
     /// of its own.
     pub(super) fn landing(&self, target: Target) -> Vec<Phase> {
-        let angle = if self.lander.saves_propellant() { TAU } else { PI };
+        let angle = self.longest_angle(self.lander.saves_propellant());
         let longest = self.longest_flight();
         if self.lander.throttle == Throttle::Coast {
             let times = Bounds::new(0.0, longest);
@@ -162,12 +172,13 @@ impl Ignition {
     /// Full thrust that leaves the orbit.
     pub(super) fn deorbit(&self, times: Bounds) -> Phase {
         let full = Self { lander: self.lander.at_full_thrust(), ..*self };
-        self.first(full.powered(DEORBIT, TAU)).final_time(times)
+        self.first(full.powered(DEORBIT, self.longest_angle(true))).final_time(times)
     }
 
     /// Flight without thrust.
     pub(super) fn coast(&self, times: Bounds) -> Phase {
-        let phase = Phase::new(COAST, Coasting(self.lander.flight)).states(self.states(TAU));
+        let phase =
+            Phase::new(COAST, Coasting(self.lander.flight)).states(self.states(self.longest_angle(true)));
         phase.initial_time(times).final_time(times)
     }
 
@@ -183,11 +194,12 @@ impl Ignition {
         };
         phase
             .states([
-                state(RADIUS, POSITION_MISS_M).within(surface, self.radius).ends_at(surface),
+                state(RADIUS, POSITION_MISS_M).within(surface, self.radius).guarded_above().ends_at(surface),
                 state(RADIAL_SPEED, SPEED_MISS_M_S)
                     .within(-0.5 * self.horizontal_speed, 0.0)
+                    .guarded()
                     .ends_at(self.lander.touchdown_radial_speed),
-                state(MASS, MASS_MISS_KG).within(self.lander.dry_mass, self.mass),
+                state(MASS, MASS_MISS_KG).within(self.lander.dry_mass, self.mass).guarded_above(),
             ])
             .initial_time(times)
             .final_time(times)

@@ -60,7 +60,8 @@ fn seeded(case: &Case, seed: u64) -> Case {
     case
 }
 
-const OFFERS: Offers = Offers { simulated_only: true, simulation: false, footprint: false, dispersed: Descents::COLUMNS };
+const OFFERS: Offers =
+    Offers { simulated_only: true, simulation: false, footprint: false, dispersed: Descents::COLUMNS };
 
 impl Mission for CrossMasses {
     fn kind() -> Kind {

@@ -34,6 +34,8 @@ pub struct Solution {
     pub switches: Vec<Switch>,
     /// The search that came before the solve, if there was one.
     pub search: Option<SearchRecord>,
+    /// The method that gave the trajectory, where it is another one than was asked.
+    pub instead: Option<&'static str>,
 }
 
 impl Solution {
@@ -51,6 +53,7 @@ impl Solution {
             warnings: Vec::new(),
             switches: Vec::new(),
             search: None,
+            instead: None,
         }
     }
 

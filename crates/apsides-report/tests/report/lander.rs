@@ -196,6 +196,9 @@ pub(crate) fn outcome() -> Outcome {
         summary: Summary {
             mission: "lunar landing <test> & more".into(),
             method: "radau".into(),
+            solved_by: "radau".into(),
+            message: None,
+            explanation: None,
             status: "optimal".into(),
             objective: ObjectiveValue {
                 name: "final_mass".into(),

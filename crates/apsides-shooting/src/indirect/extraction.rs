@@ -262,12 +262,7 @@ impl Pieces {
         }
     }
 
-    fn phase(
-        self,
-        phase: &Phase,
-        nodes: &Nodes,
-        tolerance: f64,
-    ) -> Result<PhaseTrajectory, ShootingError> {
+    fn phase(self, phase: &Phase, nodes: &Nodes, tolerance: f64) -> Result<PhaseTrajectory, ShootingError> {
         let count = self.values[0].len();
         let (start, end) = (self.breaks[0], self.breaks[count]);
         let mut fractions: Vec<f64> = self.breaks.iter().map(|b| (b - start) / (end - start)).collect();
@@ -287,7 +282,11 @@ impl Pieces {
             state: polynomial(nx, &nodes.with_end, states)?,
             control: polynomial(phase.controls.len(), &nodes.points, controls)?,
             costate: Some(polynomial(nx, &nodes.with_end, costates)?),
-            path_multipliers: if rows > 0 { Some(polynomial(rows, &nodes.points, multipliers)?) } else { None },
+            path_multipliers: if rows > 0 {
+                Some(polynomial(rows, &nodes.points, multipliers)?)
+            } else {
+                None
+            },
             contacts: Vec::new(),
             integral_multipliers: None,
             interval_errors: vec![tolerance; count],

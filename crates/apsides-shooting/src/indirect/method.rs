@@ -76,7 +76,7 @@ impl Method for DirectIndirect {
         }
         let mut direct = self.direct.solve(problem, start, observer)?;
         if !direct.status.is_success() {
-            return Ok(direct);
+            return Ok(Solution { instead: Some(self.direct.name()), ..direct });
         }
         let intervals = self.indirect.settings.intervals;
         let begin = IndirectStart::from_trajectory(&direct.trajectory, intervals).map_err(&refuse)?;
@@ -91,7 +91,8 @@ impl Method for DirectIndirect {
         let reason =
             Reason::NotConverged { method: NAME, status: solution.status, instead: self.direct.name() };
         let remedies = vec![Remedy::Raise(&["intervals"]), Remedy::Method(self.direct.name())];
-        Ok(Solution { warnings, deficiency: Some(Deficiency { reason, remedies }), ..direct })
+        let instead = Some(self.direct.name());
+        Ok(Solution { warnings, deficiency: Some(Deficiency { reason, remedies }), instead, ..direct })
     }
 }
 
