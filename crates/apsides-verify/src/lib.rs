@@ -52,7 +52,7 @@
 //! | --- | --- |
 //! | [`mod@verify`] | all checks in order |
 //! | [`certificate`] | checks and verdict |
-//! | [`sampled`] | trajectories from the samples of any program |
+//! | [`mod@sampled`] | trajectories from the samples of any program |
 //! | [`simulation`] | the re-simulated path |
 //! | [`settings`], [`error`] | tolerances; what is refused |
 //!
