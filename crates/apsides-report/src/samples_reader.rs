@@ -45,8 +45,10 @@ fn plain(name: &str) -> String {
 /// The index of the header of a quantity.
 fn find(headers: &[String], name: &str, unit: &str) -> Option<usize> {
     let (bare, with_unit) = (plain(name), plain(&format!("{name}{unit}")));
+    // As this crate writes it.
+    let spelt = plain(&format!("{name}{}", unit.replace('/', "per")));
     let position = |wanted: &str| headers.iter().position(|h| plain(h) == wanted);
-    position(&bare).or_else(|| position(&with_unit))
+    position(&bare).or_else(|| position(&with_unit)).or_else(|| position(&spelt))
 }
 
 fn time_column(headers: &[String], phase: &Phase) -> Option<usize> {
@@ -223,7 +225,7 @@ mod tests {
             states: vec![vec![0.0, 1.0], vec![1.5, 2.0]],
             controls: vec![vec![1.0], vec![1.0]],
         };
-        let csv = "Time_s, speed_m_s, position, other, acceleration_m_s2\n0,1,0,x,1\n1,2,1.5,y,1\n";
+        let csv = "Time_s, speed_m_per_s, position, other, acceleration_m_s2\n0,1,0,x,1\n1,2,1.5,y,1\n";
         let flat = r#"{"t": [0, 1], "position": [0, 1.5], "speed": [1, 2], "acceleration": [1, 1]}"#;
         let nested = r#"{"phases": [{"name": "run", "time": [0, 1], "states": {"position": [0, 1.5], "speed": [1, 2]},
             "controls": {"acceleration": [1, 1]}}], "parameters": {}}"#;
