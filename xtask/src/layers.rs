@@ -26,6 +26,7 @@ const ARROWS: &[(&str, Arrows)] = &[
     ("basis", To(&[])),
     ("iteration", To(&[])),
     ("kkt", To(&[])),
+    ("expressions", To(&[])),
     // Engines.
     ("conic", To(&[])),
     ("metaheuristics", To(&[])),
@@ -55,6 +56,7 @@ const ARROWS: &[(&str, Arrows)] = &[
             "ad",
             "control",
             "convex",
+            "expressions",
             "flatness",
             "metaheuristics",
             "nlp",

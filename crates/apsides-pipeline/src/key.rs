@@ -1,5 +1,7 @@
 //! Keys of mission files: name with unit, meaning, default, allowed values.
 
+use apsides_expressions::suggestion::nearest;
+
 use crate::Error;
 
 /// Ends of an interval of numbers.
@@ -324,26 +326,6 @@ pub fn suggestion(key: &str, keys: &[&Key]) -> String {
         Some(path) => format!("; the nearest is `{path}`"),
         None => format!("; keys: {}", keys.iter().map(|k| k.path).collect::<Vec<_>>().join(", ")),
     }
-}
-
-/// The end of the sentence that refuses a name: it says the nearest one, or all of them, which are `what`, where none is near.
-#[must_use]
-pub fn suggested_name(name: &str, what: &str, names: &[&str]) -> String {
-    match nearest(name, names.iter().copied()) {
-        Some(name) => format!("; the nearest is `{name}`"),
-        None => format!("; {what}: {}", quoted(names)),
-    }
-}
-
-/// Names in quotes, one after the other.
-pub(crate) fn quoted(names: &[&str]) -> String {
-    names.iter().map(|n| format!("`{n}`")).collect::<Vec<_>>().join(", ")
-}
-
-/// The word that differs least from another, unless half of it or more differs.
-fn nearest<'a>(word: &str, among: impl Iterator<Item = &'a str>) -> Option<&'a str> {
-    let distances = among.map(|other| (strsim::damerau_levenshtein(word, other), other));
-    distances.min().filter(|(distance, other)| *distance <= other.len() / 2).map(|(_, other)| other)
 }
 
 /// Ends of keys and the units they stand for, longer ones first.

@@ -2,9 +2,11 @@
 
 use std::path::Path;
 
+use apsides_expressions::suggestion::{quoted, suggested_name};
+
 use crate::Error;
 use crate::file::{Entry, entries, line, parse_override, read};
-use crate::key::{Key, KeyKind, Value, quoted, suggested_name};
+use crate::key::{Key, KeyKind, Value};
 use crate::method;
 use crate::mission::{Kind, Mission};
 use crate::named_data::NamedData;

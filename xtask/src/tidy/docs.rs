@@ -12,6 +12,7 @@ const WHOLE_SENTENCES: &[&str] = &[
     "crates/apsides-control/",
     "crates/apsides-convex/",
     "crates/apsides-dynamics/",
+    "crates/apsides-expressions/",
     "crates/apsides-flatness/",
     "crates/apsides-iteration/",
     "crates/apsides-kkt/",
