@@ -43,7 +43,7 @@ pub(crate) fn solve(a: &SolveArguments) -> Result<Exit, Refusal> {
     let mut progress = Progress::table(a.run.quiet, StopFlag::install());
     let mut solved = mission.solve(None, &mut progress).map_err(refusal)?;
     if a.sensitivity && solved.report.as_ref().is_some_and(|report| report.status.is_success()) {
-        let keys: Vec<&str> = mission.priced_keys().map(|k| k.path).collect();
+        let keys: Vec<&str> = mission.priced_keys().map(|k| &*k.path).collect();
         solved.summary.sensitivity = Some(mission.sensitivities(&solved, &keys).map_err(refusal)?);
     }
     let exit = Exit::of(&solved.summary);
@@ -100,7 +100,7 @@ pub(crate) fn missions(name: Option<&str>) -> Result<Exit, Refusal> {
     print(&heading(name, &mission));
     let width = mission.keys().map(|k| k.path.len()).max().unwrap_or(0);
     for key in mission.keys() {
-        let value = mission.values().get(key.path).map(ToString::to_string);
+        let value = mission.values().get(&key.path).map(ToString::to_string);
         let (value, allowed) = (value.unwrap_or_default(), key.allowed());
         print(&format!("{:<width$} = {value:<10}  {} ({allowed})\n", key.path, key.meaning));
     }

@@ -132,11 +132,13 @@ pub(crate) const fn vehicle_key(default: &'static str) -> Key {
     Key::path(VEHICLE, default, NAME_OR_PATH, "vehicle; its file has the numbers of the vehicle")
 }
 
-/// The keys of gravity and size that the body has.
-pub(crate) const GRAVITY: [Key; 2] = [
-    Key::named(BODY, GRAVITATIONAL_PARAMETER, Range::POSITIVE, "gravitational parameter of the body"),
-    Key::named(BODY, BODY_RADIUS, Range::POSITIVE, "radius of the body, from which altitudes count"),
-];
+/// The gravity that the body has.
+pub(crate) const GRAVITY: Key =
+    Key::named(BODY, GRAVITATIONAL_PARAMETER, Range::POSITIVE, "gravitational parameter of the body");
+
+/// The size that the body has.
+pub(crate) const RADIUS: Key =
+    Key::named(BODY, BODY_RADIUS, Range::POSITIVE, "radius of the body, from which altitudes count");
 
 /// The rotation that the body has.
 pub(crate) const ROTATION_RATE: Key = Key::named(

@@ -25,7 +25,7 @@ const ANGLE: Range = Range { least: (0.0, false), most: (90.0, false) };
 const THRESHOLD: Range = Range::POSITIVE_OR_UNLIMITED;
 
 /// Keys of a file of criteria; none has a default.
-const KEYS: [Key; 15] = [
+static KEYS: [Key; 15] = [
     Key::text(
         "preset",
         "",

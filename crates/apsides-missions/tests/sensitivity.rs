@@ -76,7 +76,7 @@ fn prices_hold_across_a_linkage() {
 fn every_number_of_the_flight_has_a_price() {
     // The touchdown speed stands at the end of its range.
     let (mission, outcome) = solve("lunar-direct", &["touchdown_radial_velocity_m_s=0".into()]);
-    let keys: Vec<&str> = mission.priced_keys().map(|k| k.path).collect();
+    let keys: Vec<&str> = mission.priced_keys().map(|k| &*k.path).collect();
     let prices = mission.sensitivities(&outcome, &keys).unwrap();
     assert_eq!(prices.len(), 9);
     for p in &prices {

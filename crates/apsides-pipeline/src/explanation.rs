@@ -7,7 +7,7 @@ use apsides_nlp::Side;
 use apsides_radau::{Conflict, Explanation, Remedy, Requirement, RequirementKind};
 use serde::{Deserialize, Serialize};
 
-use crate::key::{Value, name_of, unit_of};
+use crate::key::{Key, Value, name_of};
 use crate::values::Values;
 
 /// The requirements of a mission that conflict, and the relaxations that help; all numbers in the unit beside them.
@@ -154,27 +154,28 @@ const UNITS: &[(&str, &str, f64)] = &[
 const ROUNDING: f64 = 1e-12;
 
 /// A requirement with its key, if one states it, and the unit in which it is said.
-fn worded(r: &Requirement, values: &Values, datum: Option<f64>) -> (Requirement, Unit) {
+fn worded<'a>(r: &Requirement, values: &'a Values, datum: Option<f64>) -> (Requirement, Unit) {
     let above = datum.filter(|_| r.name == RADIUS);
     let name = if above.is_some() { ALTITUDE.to_owned() } else { r.name.clone() };
     let origin = above.unwrap_or(0.0);
     let words = words_of(r, &name);
-    let shared = |path: &str| words.iter().filter(|w| name_of(path).split('_').any(|p| p == **w)).count();
+    let shared =
+        |key: &Key| words.iter().filter(|w| name_of(&key.path).split(['_', '.']).any(|p| p == **w)).count();
     let size = |unit: &str| match UNITS.iter().find(|(key, si, _)| *key == unit && *si == r.unit) {
         Some((_, _, size)) => Some(*size),
         None => (unit == r.unit).then_some(1.0),
     };
-    let states = |path: &'static str| {
-        let Some(Value::Number(value)) = values.get(path) else { return None };
-        let size = size(unit_of(path))?;
+    let states = |key: &'a Key| {
+        let Some(Value::Number(value)) = values.get(&key.path) else { return None };
+        let size = size(key.unit())?;
         let same = *value != 0.0 && (value * size - (r.limit - origin)).abs() <= ROUNDING * r.limit.abs();
-        (same && shared(path) > 0).then_some((path, size))
+        (same && shared(key) > 0).then_some((key, size))
     };
-    let found = values.keys().filter(|k| k.is_number()).filter_map(|k| states(k.path));
+    let found = values.keys().filter(|k| k.is_number()).filter_map(states);
     // The first of those that share most words.
     let stated = found.reduce(|best, next| if shared(next.0) > shared(best.0) { next } else { best });
     let (unit, size) = match (stated, &*r.unit) {
-        (Some((path, size)), _) => (unit_of(path), size),
+        (Some((key, size)), _) => (key.unit(), size),
         (None, "rad") => ("deg", PI / 180.0),
         (None, "rad/s") => ("deg/s", PI / 180.0),
         (None, "m") if name == ALTITUDE => ("km", 1e3),
@@ -183,9 +184,9 @@ fn worded(r: &Requirement, values: &Values, datum: Option<f64>) -> (Requirement,
     let unit = Unit { name: unit.into(), origin, size };
     let requirement = Requirement {
         name,
-        limit: stated.and_then(|(path, _)| values.number(path).ok()).unwrap_or_else(|| unit.of(r.limit)),
+        limit: stated.and_then(|(key, _)| values.number(&key.path).ok()).unwrap_or_else(|| unit.of(r.limit)),
         unit: unit.name.clone(),
-        stated_by: stated.map(|(path, _)| path.to_owned()),
+        stated_by: stated.map(|(key, _)| key.path.clone().into_owned()),
         ..r.clone()
     };
     (requirement, unit)

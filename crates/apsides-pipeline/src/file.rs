@@ -42,9 +42,9 @@ impl Entry {
     }
 
     /// Returns true if its key is a table and its value the path of the file that has it.
-    pub(crate) fn names_table(&self, keys: &[&Key]) -> bool {
+    pub(crate) fn names_table(&self, keys: &[Key]) -> bool {
         let is_path = |word: &str| word.ends_with(".csv") && !word.contains('\n');
-        let is_table = |k: &&Key| k.path == self.path && matches!(k.kind, KeyKind::Table(..));
+        let is_table = |k: &Key| k.path == self.path && matches!(k.kind, KeyKind::Table(..));
         keys.iter().any(is_table) && matches!(&self.value, Value::Word(word) if is_path(word))
     }
 }
@@ -55,7 +55,7 @@ pub(crate) fn written(title: &str, name: &str, values: &Values) -> String {
     let mut tables: std::collections::BTreeMap<&str, String> = std::collections::BTreeMap::new();
     for key in values.keys() {
         // What is open stays open.
-        let Some(value) = values.get(key.path) else { continue };
+        let Some(value) = values.get(&key.path) else { continue };
         let value = match value {
             // TOML tells whole numbers and fractions apart.
             Value::Number(v) if key.is_number() => format!("{v:?}"),

@@ -1,5 +1,7 @@
 //! Keys of mission files: name with unit, meaning, default, allowed values.
 
+use std::borrow::Cow;
+
 use apsides_expressions::suggestion::nearest;
 
 use crate::Error;
@@ -97,21 +99,44 @@ pub enum KeyKind {
 }
 
 /// One key of a mission file.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq)]
 pub struct Key {
     /// Path with the unit at its end: `perilune_altitude_km`, `radau.points`.
-    pub path: &'static str,
+    pub path: Cow<'static, str>,
     /// Meaning, in one line.
-    pub meaning: &'static str,
+    pub meaning: Cow<'static, str>,
     /// Type, default, allowed values.
     pub kind: KeyKind,
+    /// The unit, where the path does not end with it.
+    pub unit: Option<Cow<'static, str>>,
 }
 
 impl Key {
+    const fn of(path: &'static str, meaning: &'static str, kind: KeyKind) -> Self {
+        Self { path: Cow::Borrowed(path), meaning: Cow::Borrowed(meaning), kind, unit: None }
+    }
+
+    /// A number of a file that says itself which keys it has, with its unit.
+    #[must_use]
+    pub fn of_file(path: String, default: f64, range: Range, meaning: String, unit: String) -> Self {
+        Self {
+            path: path.into(),
+            meaning: meaning.into(),
+            kind: KeyKind::Number(default, range),
+            unit: Some(unit.into()),
+        }
+    }
+
+    /// The unit, which the path ends with unless the key states it; empty without one.
+    #[must_use]
+    pub fn unit(&self) -> &str {
+        self.unit.as_deref().unwrap_or_else(|| unit_of(&self.path))
+    }
+
     /// A number.
     #[must_use]
     pub const fn number(path: &'static str, default: f64, range: Range, meaning: &'static str) -> Self {
-        Self { path, meaning, kind: KeyKind::Number(default, range) }
+        Self::of(path, meaning, KeyKind::Number(default, range))
     }
 
     /// A whole number.
@@ -123,19 +148,19 @@ impl Key {
         most: u32,
         meaning: &'static str,
     ) -> Self {
-        Self { path, meaning, kind: KeyKind::Count(default, least, most) }
+        Self::of(path, meaning, KeyKind::Count(default, least, most))
     }
 
     /// One of several words, the first being the default.
     #[must_use]
     pub const fn choice(path: &'static str, words: &'static [&'static str], meaning: &'static str) -> Self {
-        Self { path, meaning, kind: KeyKind::Choice(words) }
+        Self::of(path, meaning, KeyKind::Choice(words))
     }
 
     /// True or false.
     #[must_use]
     pub const fn flag(path: &'static str, default: bool, meaning: &'static str) -> Self {
-        Self { path, meaning, kind: KeyKind::Flag(default) }
+        Self::of(path, meaning, KeyKind::Flag(default))
     }
 
     /// Free text; `allowed` says in words what it may be.
@@ -146,7 +171,7 @@ impl Key {
         allowed: &'static str,
         meaning: &'static str,
     ) -> Self {
-        Self { path, meaning, kind: KeyKind::Text(default, allowed) }
+        Self::of(path, meaning, KeyKind::Text(default, allowed))
     }
 
     /// A word or the path of a file; `allowed` says in words what it may be.
@@ -157,7 +182,7 @@ impl Key {
         allowed: &'static str,
         meaning: &'static str,
     ) -> Self {
-        Self { path, meaning, kind: KeyKind::Path(default, allowed) }
+        Self::of(path, meaning, KeyKind::Path(default, allowed))
     }
 
     /// A table as text or the path of its file; `allowed` says in words what it may be.
@@ -168,19 +193,19 @@ impl Key {
         allowed: &'static str,
         meaning: &'static str,
     ) -> Self {
-        Self { path, meaning, kind: KeyKind::Table(default, allowed) }
+        Self::of(path, meaning, KeyKind::Table(default, allowed))
     }
 
     /// A number that may be left open: it has no value unless the file, or a decision on the way, states one.
     #[must_use]
     pub const fn optional(path: &'static str, range: Range, meaning: &'static str) -> Self {
-        Self { path, meaning, kind: KeyKind::Optional(range) }
+        Self::of(path, meaning, KeyKind::Optional(range))
     }
 
     /// A number that the data named by the key `data`, such as `vehicle`, have unless the mission file states it.
     #[must_use]
     pub const fn named(data: &'static str, path: &'static str, range: Range, meaning: &'static str) -> Self {
-        Self { path, meaning, kind: KeyKind::Named(data, range) }
+        Self::of(path, meaning, KeyKind::Named(data, range))
     }
 
     /// Returns true if the key takes any number of a range.
@@ -245,7 +270,7 @@ impl Key {
         }
         Err(Error::Value {
             place: place.into(),
-            key: self.path.into(),
+            key: self.path.clone().into_owned(),
             found: value.to_string(),
             allowed: self.allowed(),
         })
@@ -316,15 +341,15 @@ pub fn renamed(path: &str, keys: &[&Key], renamed: &[(&str, &str)]) -> Option<St
 #[must_use]
 pub fn suggestion(key: &str, keys: &[&Key]) -> String {
     let stem = |s: &str| s.rsplit_once('_').map_or(s.to_owned(), |(a, _)| a.to_owned());
-    if let Some(k) = keys.iter().find(|k| stem(k.path) == key) {
+    if let Some(k) = keys.iter().find(|k| stem(&k.path) == key) {
         return format!("; its unit is missing: `{}`", k.path);
     }
-    if let Some(k) = keys.iter().find(|k| stem(k.path) == stem(key) && k.path.contains('_')) {
+    if let Some(k) = keys.iter().find(|k| stem(&k.path) == stem(key) && k.path.contains('_')) {
         return format!("; in its unit it is `{}`", k.path);
     }
-    match nearest(key, keys.iter().map(|k| k.path)) {
+    match nearest(key, keys.iter().map(|k| &*k.path)) {
         Some(path) => format!("; the nearest is `{path}`"),
-        None => format!("; keys: {}", keys.iter().map(|k| k.path).collect::<Vec<_>>().join(", ")),
+        None => format!("; keys: {}", keys.iter().map(|k| &*k.path).collect::<Vec<_>>().join(", ")),
     }
 }
 

@@ -5,6 +5,7 @@
 //! ```
 
 use std::any::Any;
+use std::borrow::Cow;
 use std::collections::BTreeMap;
 use std::fmt::Debug;
 use std::sync::Arc;
@@ -15,6 +16,7 @@ use apsides_verify::Check;
 
 use crate::Error;
 use crate::dispersion::Dispersed;
+use crate::file::written;
 use crate::key::Key;
 use crate::method::{MethodName, Methods};
 use crate::outcome::{Curve, Decisions, Outcome};
@@ -25,20 +27,27 @@ use crate::values::Values;
 /// Scalars by name; the unit ends the key.
 pub type Scalars = BTreeMap<String, f64>;
 
+/// What a kind makes of values.
+type Reads = dyn Fn(&Values) -> Result<Arc<dyn Mission>, Error> + Send + Sync;
+
+/// The text of a file with values.
+type Writes = dyn Fn(&Values) -> String + Send + Sync;
+
 /// A kind of mission: its name, its keys, and how values of these keys become a mission.
-#[derive(Clone, Copy)]
+#[derive(Clone)]
 pub struct Kind {
     /// Name, as in the first key of a mission file: `lunar-perilune`.
-    pub name: &'static str,
+    pub name: Cow<'static, str>,
     /// The purpose of the mission, in one line.
-    pub title: &'static str,
-    /// Keys of the vehicle and the flight, in groups.
-    pub keys: &'static [&'static [Key]],
+    pub title: Cow<'static, str>,
+    /// Keys of the vehicle and the flight.
+    pub keys: Arc<[Key]>,
     /// Numbers that change the problem where they leave zero, so that they have no price there.
     pub nothing_at_zero: &'static [&'static str],
     /// Flights besides the solve that a mission of this kind offers.
     pub offers: Offers,
-    read: fn(&Values) -> Result<Arc<dyn Mission>, Error>,
+    reads: Arc<Reads>,
+    writes: Option<Arc<Writes>>,
 }
 
 /// The flights that missions of a kind offer besides a solve.
@@ -58,25 +67,57 @@ pub struct Offers {
 impl Kind {
     /// A kind whose missions are optimised.
     #[must_use]
-    pub const fn new<M: Mission>(
-        name: &'static str,
-        title: &'static str,
-        keys: &'static [&'static [Key]],
+    pub fn new<M: Mission>(name: &'static str, title: &'static str, keys: &'static [&'static [Key]]) -> Self {
+        Self {
+            name: name.into(),
+            title: title.into(),
+            keys: keys.concat().into(),
+            nothing_at_zero: &[],
+            offers: Offers::default(),
+            reads: Arc::new(|v| Ok(Arc::new(M::read(v)?))),
+            writes: None,
+        }
+    }
+
+    /// The kind of one file, which says itself which keys it has. `reads` makes the mission of values of these keys, `writes` the text of
+    /// the file with values.
+    pub fn of_file(
+        name: String,
+        title: String,
+        keys: Vec<Key>,
+        reads: impl Fn(&Values) -> Result<Arc<dyn Mission>, Error> + Send + Sync + 'static,
+        writes: impl Fn(&Values) -> String + Send + Sync + 'static,
     ) -> Self {
-        let offers = Offers { simulated_only: false, simulation: false, footprint: false, dispersed: &[] };
-        Self { name, title, keys, nothing_at_zero: &[], offers, read: |v| Ok(Arc::new(M::read(v)?)) }
+        Self {
+            name: name.into(),
+            title: title.into(),
+            keys: keys.into(),
+            nothing_at_zero: &[],
+            offers: Offers::default(),
+            reads: Arc::new(reads),
+            writes: Some(Arc::new(writes)),
+        }
     }
 
     /// The same with what its missions offer.
     #[must_use]
-    pub const fn offering(self, offers: Offers) -> Self {
+    pub fn offering(self, offers: Offers) -> Self {
         Self { offers, ..self }
     }
 
     /// The same with numbers that have no price at zero.
     #[must_use]
-    pub const fn nothing_at_zero(self, nothing_at_zero: &'static [&'static str]) -> Self {
+    pub fn nothing_at_zero(self, nothing_at_zero: &'static [&'static str]) -> Self {
         Self { nothing_at_zero, ..self }
+    }
+
+    /// The mission file with every value written out.
+    #[must_use]
+    pub fn written(&self, values: &Values) -> String {
+        match &self.writes {
+            Some(writes) => writes(values),
+            None => written(&self.title, &self.name, values),
+        }
     }
 
     /// The mission of values.
@@ -84,23 +125,24 @@ impl Kind {
     /// # Errors
     /// Values that do not go together, and what no flight can mend, in words that name the keys.
     pub fn read(&self, values: &Values) -> Result<Arc<dyn Mission>, Error> {
-        (self.read)(values)
+        (self.reads)(values)
     }
 
     /// The numbers of vehicle and flight that have a price at these values: not a limit that is infinite or open, nor a zero that leaves
     /// something out of the problem.
-    pub fn priced_keys(self, values: &Values) -> impl Iterator<Item = &'static Key> {
-        let has_price = move |k: &&'static Key| {
-            let value = k.is_number().then(|| values.limit(k.path).ok().flatten()).flatten();
-            value.is_some_and(|v| v != 0.0 || !self.nothing_at_zero.contains(&k.path))
+    pub fn priced_keys<'a>(&'a self, values: &'a Values) -> impl Iterator<Item = &'a Key> {
+        let has_price = move |k: &&Key| {
+            let value = k.is_number().then(|| values.limit(&k.path).ok().flatten()).flatten();
+            value.is_some_and(|v| v != 0.0 || !self.nothing_at_zero.contains(&&*k.path))
         };
-        self.keys.iter().copied().flatten().filter(has_price)
+        self.keys.iter().filter(has_price)
     }
 
     /// All keys: those of vehicle and flight, and those of the methods where something is optimised.
-    pub fn all_keys(&self) -> impl Iterator<Item = &'static Key> + use<> {
+    #[must_use]
+    pub fn all_keys(&self) -> Arc<[Key]> {
         let of_methods = (!self.offers.simulated_only).then(Methods::keys);
-        self.keys.iter().copied().flatten().chain(of_methods.into_iter().flatten())
+        self.keys.iter().cloned().chain(of_methods.into_iter().flatten().cloned()).collect()
     }
 
     /// A request that missions of this kind do not take, in words.
@@ -112,13 +154,13 @@ impl Kind {
 
 impl Debug for Kind {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        f.write_str(self.name)
+        f.write_str(&self.name)
     }
 }
 
 impl PartialEq for Kind {
     fn eq(&self, other: &Self) -> bool {
-        self.name == other.name
+        self.name == other.name && self.title == other.title && self.keys == other.keys
     }
 }
 

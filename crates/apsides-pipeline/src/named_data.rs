@@ -19,7 +19,7 @@ pub struct NamedData {
 }
 
 /// Words that every file may have.
-const WORDS: [Key; 2] = [
+static WORDS: [Key; 2] = [
     Key::text("source", "", "text", "where the numbers come from"),
     Key::text("remarks", "", "text", "what to know about them"),
 ];
@@ -35,7 +35,7 @@ impl NamedData {
     pub fn words(&self, name: &str) -> [Option<String>; 2] {
         let text = self.files.iter().find(|(n, _)| *n == name).map_or("", |(_, text)| text);
         let found = entries(text, |_| String::new()).unwrap_or_default();
-        WORDS.map(|key| match found.iter().find(|e| e.path == key.path).map(|e| &e.value) {
+        WORDS.each_ref().map(|key| match found.iter().find(|e| e.path == key.path).map(|e| &e.value) {
             Some(Value::Word(word)) => Some(word.clone()),
             _ => None,
         })
@@ -56,13 +56,13 @@ impl NamedData {
     ///
     /// # Errors
     /// A name that is not known, a file that cannot be read, an unknown key, a number that is missing or not allowed.
-    pub fn numbers(
+    pub fn numbers<'k>(
         &self,
         name: &str,
-        wanted: &[&'static Key],
+        wanted: &'k [Key],
         place: &str,
         renamed: &[(&str, &str)],
-    ) -> Result<Vec<(&'static str, f64, String)>, Error> {
+    ) -> Result<Vec<(&'k str, f64, String)>, Error> {
         let (text, source) = if Self::is_file(name) {
             (read(Path::new(name), self.key, &self.known())?, format!("file `{name}`"))
         } else {
@@ -87,19 +87,19 @@ impl NamedData {
                 other => other,
             })?;
         }
-        let number = |key: &&'static Key| match found.iter().find(|e| e.path == key.path) {
+        let number = |key: &'k Key| match found.iter().find(|e| e.path == key.path) {
             Some(Entry { value: value @ Value::Number(v), place, .. }) => {
                 key.accept(value, place)?;
-                Ok((key.path, *v, place.clone()))
+                Ok((&*key.path, *v, place.clone()))
             }
             _ => Err(Error::Value {
                 place: source.clone(),
-                key: key.path.into(),
+                key: key.path.clone().into_owned(),
                 found: "missing".into(),
                 allowed: key.allowed(),
             }),
         };
-        let of_this = |k: &&&'static Key| matches!(k.kind, KeyKind::Named(data, _) if data == self.key);
+        let of_this = |k: &&'k Key| matches!(k.kind, KeyKind::Named(data, _) if data == self.key);
         wanted.iter().filter(of_this).map(number).collect()
     }
 }

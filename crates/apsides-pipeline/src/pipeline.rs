@@ -13,7 +13,6 @@ use apsides_verify::{Certificate, Check, CheckKind, Verification, VerifySettings
 use crate::Error;
 use crate::checkpoint::CheckpointFile;
 use crate::explanation::{ExplanationSummary, in_keys};
-use crate::file::written;
 use crate::key::{Key, Value};
 use crate::method::{MethodName, Methods};
 use crate::mission::{EasierCase, Kind, Mission, Offers, Scalars, downcast};
@@ -55,7 +54,7 @@ impl Default for Run {
 impl PartialEq for Pipeline {
     /// Two are equal when their kind and all values are.
     fn eq(&self, other: &Self) -> bool {
-        self.kind == other.kind && self.values == other.values
+        self.kind == other.kind && self.values == other.values && self.to_file() == other.to_file()
     }
 }
 
@@ -68,7 +67,9 @@ impl Pipeline {
         let mission = kind.read(&values)?;
         let methods = match kind.offers.simulated_only {
             // Its values have no keys of methods.
-            true => Methods::read(&Values::new(String::new(), String::new(), Methods::keys().collect()))?,
+            true => {
+                Methods::read(&Values::new(String::new(), String::new(), Methods::keys().cloned().collect()))?
+            }
             false => Methods::read(&values)?,
         };
         let pipeline = Self { kind, kinds, values, mission, methods, run: Run::default() };
@@ -147,20 +148,20 @@ impl Pipeline {
 
     /// The name of the kind of mission.
     #[must_use]
-    pub fn name(&self) -> &'static str {
-        self.kind.name
+    pub fn name(&self) -> &str {
+        &self.kind.name
     }
 
     /// One line on what the mission does.
     #[must_use]
-    pub fn title(&self) -> &'static str {
-        self.kind.title
+    pub fn title(&self) -> &str {
+        &self.kind.title
     }
 
     /// The kind of mission.
     #[must_use]
-    pub fn kind(&self) -> Kind {
-        self.kind
+    pub fn kind(&self) -> &Kind {
+        &self.kind
     }
 
     /// Names of the kinds of mission that offer something, for messages.
@@ -170,7 +171,7 @@ impl Pipeline {
     }
 
     /// Keys of the mission.
-    pub fn keys(&self) -> impl Iterator<Item = &'static Key> + use<'_> {
+    pub fn keys(&self) -> impl Iterator<Item = &Key> {
         self.values.keys()
     }
 
@@ -201,7 +202,7 @@ impl Pipeline {
     /// The mission file with every value written out.
     #[must_use]
     pub fn to_file(&self) -> String {
-        written(self.title(), self.name(), &self.values)
+        self.kind.written(&self.values)
     }
 
     /// Returns true if the mission is simulated under a law, not optimised.

@@ -1,6 +1,7 @@
 //! The kinds of mission, mission files and named data that a program knows: reading a mission by file or name.
 
 use std::path::Path;
+use std::sync::Arc;
 
 use apsides_expressions::suggestion::{quoted, suggested_name};
 
@@ -20,7 +21,25 @@ pub struct Registry {
     files: Vec<(&'static str, &'static str)>,
     data: Vec<NamedData>,
     renamed: &'static [(&'static str, &'static str)],
+    of_files: Vec<(&'static str, ReadsKind)>,
 }
+
+/// The text of a mission file that says itself what its mission is.
+#[derive(Clone, Copy, Debug)]
+pub struct Document<'a> {
+    /// The text.
+    pub text: &'a str,
+    /// Name of the file in messages.
+    pub source: &'a str,
+    /// The directory that paths in the file count from; none of a text that is in no file.
+    pub directory: Option<&'a Path>,
+}
+
+/// Makes the kind of mission of one file, and the values that the file states.
+pub type ReadsKind = fn(&Document<'_>) -> Result<(Kind, Vec<Entry>), Error>;
+
+/// The key of the word that such files begin with.
+const KIND: &str = "kind";
 
 impl Registry {
     /// A registry that knows nothing.
@@ -35,6 +54,14 @@ impl Registry {
         let kind = M::kind();
         self.kinds.retain(|k| k.name != kind.name);
         self.kinds.push(kind);
+        self
+    }
+
+    /// The same with files that say themselves what their mission is, which begin with `kind = ` and the word.
+    #[must_use]
+    pub fn with_kind_of_file(mut self, word: &'static str, reads: ReadsKind) -> Self {
+        self.of_files.retain(|k| k.0 != word);
+        self.of_files.push((word, reads));
         self
     }
 
@@ -139,8 +166,11 @@ impl Registry {
         overrides: &[String],
     ) -> Result<Pipeline, Error> {
         let mut stated = entries(text, |offset| format!("{source}, line {}", line(text, offset)))?;
-        let kind = self.take_kind(&mut stated, source)?;
-        let keys: Vec<&'static Key> = kind.all_keys().collect();
+        let (kind, mut stated) = match stated.iter().find(|e| e.path == KIND) {
+            Some(word) => self.kind_of_file(word)?(&Document { text, source, directory })?,
+            None => (self.take_kind(&mut stated, source)?, stated),
+        };
+        let keys = kind.all_keys();
         if let Some(directory) = directory {
             // A mission file and the files that it names move together.
             stated.iter_mut().for_each(|e| self.relative_to(directory, &keys, e));
@@ -148,7 +178,7 @@ impl Registry {
         for o in overrides {
             stated.push(parse_override(o)?);
         }
-        let mut values = Values::new(format!("mission `{}`", kind.name), source.into(), keys.clone())
+        let mut values = Values::new(format!("mission `{}`", kind.name), source.into(), Arc::clone(&keys))
             .with_renamed(self.renamed)
             .with_renamed(method::RENAMED);
         for e in &mut stated {
@@ -172,6 +202,24 @@ impl Registry {
         Pipeline::new(kind, self.kinds.as_slice().into(), values)
     }
 
+    /// How the kind of a file is read that begins with a word.
+    fn kind_of_file(&self, word: &Entry) -> Result<ReadsKind, Error> {
+        let words: Vec<&str> = self.of_files.iter().map(|k| k.0).collect();
+        let found = self.of_files.iter().find(|k| word.value == Value::from(k.0));
+        found.map(|k| k.1).ok_or_else(|| Error::Value {
+            place: word.place.clone(),
+            key: KIND.into(),
+            found: word.value.to_string(),
+            allowed: match words[..] {
+                [] => format!(
+                    "no word here; a mission file begins with `mission = ` and one of {}",
+                    self.names()
+                ),
+                _ => format!("{}; a mission file begins with `mission = ` instead", quoted(&words)),
+            },
+        })
+    }
+
     /// The kind that the entries name, which leaves them.
     fn take_kind(&self, stated: &mut Vec<Entry>, source: &str) -> Result<Kind, Error> {
         let refused = |place: &str, found: String| Error::Value {
@@ -187,10 +235,10 @@ impl Registry {
         let Value::Word(name) = header.value else {
             return Err(refused(&header.place, header.value.to_string()));
         };
-        self.kinds.iter().copied().find(|k| k.name == name).ok_or_else(|| Error::UnknownMission {
+        self.kinds.iter().find(|k| k.name == name).cloned().ok_or_else(|| Error::UnknownMission {
             place: header.place,
             suggestion: {
-                let kinds: Vec<&str> = self.kinds.iter().map(|k| k.name).collect();
+                let kinds: Vec<&str> = self.kinds.iter().map(|k| &*k.name).collect();
                 suggested_name(&name, "known", &kinds)
             },
             name,
@@ -198,7 +246,7 @@ impl Registry {
     }
 
     /// Makes the path of a file that an entry names one that counts from a directory.
-    fn relative_to(&self, directory: &Path, keys: &[&Key], entry: &mut Entry) {
+    fn relative_to(&self, directory: &Path, keys: &[Key], entry: &mut Entry) {
         let is_path = keys.iter().any(|k| k.path == entry.path && matches!(k.kind, KeyKind::Path(..)));
         let is_table = entry.names_table(keys);
         let is_data = self.data.iter().any(|d| d.key == entry.path);

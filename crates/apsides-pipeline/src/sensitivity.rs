@@ -14,7 +14,7 @@ use apsides_ocp::{Guess, Mesh, Ocp, Sense, Trajectory};
 use apsides_radau::{RadauError, Transcription};
 
 use crate::Error;
-use crate::key::{Key, KeyKind, suggestion, unit_of};
+use crate::key::{Key, KeyKind, suggestion};
 use crate::method::MethodName;
 use crate::outcome::{Outcome, Price};
 use crate::pipeline::Pipeline;
@@ -26,7 +26,7 @@ const RELATIVE_STEP: f64 = 1e-5;
 impl Pipeline {
     /// The keys with a price: the numbers of vehicle and flight, but not a limit that is infinite, nor a zero that leaves something
     /// out of the problem.
-    pub fn priced_keys(&self) -> impl Iterator<Item = &'static Key> {
+    pub fn priced_keys(&self) -> impl Iterator<Item = &Key> {
         self.kind().priced_keys(self.values())
     }
 
@@ -64,7 +64,7 @@ impl Pipeline {
         }
     }
 
-    fn priced_key(&self, path: &str) -> Result<&'static Key, Error> {
+    fn priced_key(&self, path: &str) -> Result<&Key, Error> {
         let keys: Vec<_> = self.priced_keys().collect();
         keys.iter().copied().find(|k| k.path == path).ok_or_else(|| Error::UnknownKey {
             place: PLACE.into(),
@@ -75,8 +75,8 @@ impl Pipeline {
     }
 
     /// The mission with another value of a number, if it can be posed.
-    fn posed_with(&self, key: &'static Key, value: f64) -> Result<(Self, Posed), Error> {
-        let changed = self.clone().with(key.path, value)?;
+    fn posed_with(&self, key: &Key, value: f64) -> Result<(Self, Posed), Error> {
+        let changed = self.clone().with(&key.path, value)?;
         let posed = changed.pose()?;
         Ok((changed, posed))
     }
@@ -119,8 +119,8 @@ impl<'a> Solution<'a> {
         Ok(Self { mission, ocp, report, mesh, guess, transcription, sensitivity })
     }
 
-    fn price(&mut self, key: &'static Key) -> Result<Price, Error> {
-        let value = self.mission.values().number(key.path)?;
+    fn price(&mut self, key: &Key) -> Result<Price, Error> {
+        let value = self.mission.values().number(&key.path)?;
         let default = match key.kind {
             KeyKind::Number(default, _) if default.is_finite() => default.abs(),
             _ => 0.0,
@@ -165,9 +165,9 @@ impl<'a> Solution<'a> {
             Sense::Maximize => -1.0,
         };
         Ok(Price {
-            key: key.path.into(),
+            key: key.path.clone().into_owned(),
             value,
-            unit: unit_of(key.path).into(),
+            unit: key.unit().into(),
             objective: sign * objective,
             results,
         })

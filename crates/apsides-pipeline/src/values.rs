@@ -1,6 +1,8 @@
 //! The values of all keys of a mission, each with the place where it is stated.
 
+use std::borrow::Cow;
 use std::collections::BTreeMap;
+use std::sync::Arc;
 
 use crate::Error;
 use crate::error::Source;
@@ -23,10 +25,10 @@ pub struct Values {
     owner: String,
     /// Where the values come from, in messages: a file.
     source: String,
-    keys: Vec<&'static Key>,
+    keys: Arc<[Key]>,
     /// Former paths of keys, each with the one of today.
     renamed: Vec<(&'static str, &'static str)>,
-    stated: BTreeMap<&'static str, Stated>,
+    stated: BTreeMap<Cow<'static, str>, Stated>,
 }
 
 impl PartialEq for Values {
@@ -38,8 +40,8 @@ impl PartialEq for Values {
 impl Values {
     /// The defaults of keys. `owner` and `source` name in messages what they belong to and where they come from.
     #[must_use]
-    pub fn new(owner: String, source: String, keys: Vec<&'static Key>) -> Self {
-        let default = |key: &&'static Key| Some((key.path, Stated { value: key.default()?, place: None }));
+    pub fn new(owner: String, source: String, keys: Arc<[Key]>) -> Self {
+        let default = |key: &Key| Some((key.path.clone(), Stated { value: key.default()?, place: None }));
         let stated = keys.iter().filter_map(default).collect();
         Self { owner, source, keys, renamed: Vec::new(), stated }
     }
@@ -52,21 +54,23 @@ impl Values {
     }
 
     /// The keys that have or may have a value.
-    pub fn keys(&self) -> impl Iterator<Item = &'static Key> + use<'_> {
-        self.keys.iter().copied()
+    pub fn keys(&self) -> impl Iterator<Item = &Key> {
+        self.keys.iter()
     }
 
     /// The key of this path.
     ///
     /// # Errors
     /// [`Error::UnknownKey`], with the nearest key, when the mission declares none; `place` is where it is asked for.
-    pub fn key(&self, path: &str, place: &str) -> Result<&'static Key, Error> {
-        self.keys.iter().copied().find(|k| k.path == path).ok_or_else(|| Error::UnknownKey {
-            place: place.into(),
-            owner: self.owner.clone(),
-            key: path.into(),
-            suggestion: renamed(path, &self.keys, &self.renamed)
-                .unwrap_or_else(|| suggestion(path, &self.keys)),
+    pub fn key(&self, path: &str, place: &str) -> Result<&Key, Error> {
+        self.keys.iter().find(|k| k.path == path).ok_or_else(|| {
+            let keys: Vec<&Key> = self.keys.iter().collect();
+            Error::UnknownKey {
+                place: place.into(),
+                owner: self.owner.clone(),
+                key: path.into(),
+                suggestion: renamed(path, &keys, &self.renamed).unwrap_or_else(|| suggestion(path, &keys)),
+            }
         })
     }
 
@@ -83,7 +87,8 @@ impl Values {
     pub fn state(&mut self, path: &str, value: Value, place: &str) -> Result<(), Error> {
         let key = self.key(path, place)?;
         key.accept(&value, place)?;
-        self.stated.insert(key.path, Stated { value, place: Some(place.into()) });
+        let path = key.path.clone();
+        self.stated.insert(path, Stated { value, place: Some(place.into()) });
         Ok(())
     }
 
@@ -131,7 +136,7 @@ impl Values {
     /// # Errors
     /// A key that is not declared as such a number.
     pub fn optional(&self, path: &str) -> Result<Option<f64>, Error> {
-        match (self.get(path), self.key(path, &self.source)?.kind) {
+        match (self.get(path), &self.key(path, &self.source)?.kind) {
             (Some(Value::Number(v)), _) => Ok(Some(*v)),
             (None, KeyKind::Optional(_)) => Ok(None),
             (other, _) => Err(self.missing(path, other, "a number that may be open")),
@@ -210,8 +215,8 @@ impl Values {
     }
 
     /// Every key that has a value, with it, by key.
-    pub fn iter(&self) -> impl Iterator<Item = (&'static str, &Value)> {
-        self.stated.iter().map(|(k, s)| (*k, &s.value))
+    pub fn iter(&self) -> impl Iterator<Item = (&str, &Value)> {
+        self.stated.iter().map(|(k, s)| (&**k, &s.value))
     }
 }
 
@@ -228,7 +233,7 @@ mod tests {
     ];
 
     fn values() -> Values {
-        Values::new("mission `m`".into(), "file `f`".into(), KEYS.iter().collect())
+        Values::new("mission `m`".into(), "file `f`".into(), KEYS.into())
     }
 
     #[test]

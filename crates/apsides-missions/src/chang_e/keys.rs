@@ -29,8 +29,8 @@ pub(super) const SECOND_DEGREE: &str = "degree-2";
 
 pub(super) const MOON: &[Key] = &[
     data::body_key("moon-2014"),
-    data::GRAVITY[0],
-    data::GRAVITY[1],
+    data::GRAVITY,
+    data::RADIUS,
     data::ROTATION_RATE,
     Key::choice(
         MOTION,

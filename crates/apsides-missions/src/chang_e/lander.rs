@@ -96,14 +96,14 @@ impl Lander {
         } else {
             GravityField::central(body)
         };
-        let rotation = if values.flag(keys::ROTATION)? { number(ROTATION_RATE.path)? } else { 0.0 };
+        let rotation = if values.flag(keys::ROTATION)? { values.number(&ROTATION_RATE.path)? } else { 0.0 };
         let [perilune_radius, apolune_radius] =
             [number(keys::PERILUNE)?, number(keys::APOLUNE)?].map(|altitude| body.radius + altitude * 1e3);
         let of_orbit = orbit_speeds(body, [perilune_radius, apolune_radius]);
         let lander = Self {
             body,
             descent: PoweredDescent::new(gravity, rotation, engine)
-                .map_err(values.refusal(&[ROTATION_RATE.path]))?,
+                .map_err(values.refusal(&[&ROTATION_RATE.path]))?,
             least_throttle: least / thrust,
             initial_mass: number(keys::INITIAL_MASS)?,
             dry_mass: number(keys::DRY_MASS)?,

@@ -47,8 +47,8 @@ pub(super) const ALL: &[&[Key]] = &[PLANET, VEHICLE, FLIGHT, LIMITS, GOALS, CONT
 
 const PLANET: &[Key] = &[
     data::body_key("earth"),
-    data::GRAVITY[0],
-    data::GRAVITY[1],
+    data::GRAVITY,
+    data::RADIUS,
     data::ROTATION_RATE,
     Key::flag("body_rotation", true, "whether the body and its atmosphere rotate"),
     data::J2,

@@ -100,10 +100,10 @@ fn target_altitude(v: &Values, planet: &Planet, start: &EntryState) -> Result<f6
 }
 
 fn planet(v: &Values) -> Result<Planet, Error> {
-    let rotation_rate = if v.flag("body_rotation")? { v.number(ROTATION_RATE.path)? } else { 0.0 };
-    let j2 = if v.flag("oblateness")? { v.number(J2.path)? } else { 0.0 };
+    let rotation_rate = if v.flag("body_rotation")? { v.number(&ROTATION_RATE.path)? } else { 0.0 };
+    let j2 = if v.flag("oblateness")? { v.number(&J2.path)? } else { 0.0 };
     let body = central_body(v)?;
-    let refusal = v.refusal(&[ROTATION_RATE.path, J2.path]);
+    let refusal = v.refusal(&[&ROTATION_RATE.path, &J2.path]);
     Planet::new(body, rotation_rate, j2, atmosphere(v, &body)?).map_err(refusal)
 }
 

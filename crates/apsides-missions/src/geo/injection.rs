@@ -61,7 +61,7 @@ impl GeoInjection {
         let body = central_body(values)?;
         let engine = Engine::new(values.number("thrust_n")?, values.number("isp_s")?)
             .map_err(values.refusal(&["isp_s", "thrust_n"]))?;
-        let j2 = if values.flag("oblateness")? { values.number(J2.path)? } else { 0.0 };
+        let j2 = if values.flag("oblateness")? { values.number(&J2.path)? } else { 0.0 };
         let injection = Self {
             flight: OrbitalFlight::new(body, engine).with_j2(j2),
             initial_mass: values.number("initial_mass_kg")?,

@@ -11,8 +11,8 @@ pub(super) const STAGE: &[Key] = &[
     Key::named(data::VEHICLE, "thrust_n", Range::POSITIVE, "thrust, full on every burn"),
     Key::named(data::VEHICLE, "isp_s", Range::POSITIVE, "specific impulse"),
     data::body_key("earth"),
-    data::GRAVITY[0],
-    data::GRAVITY[1],
+    data::GRAVITY,
+    data::RADIUS,
     data::J2,
 ];
 

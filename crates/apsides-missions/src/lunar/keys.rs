@@ -11,8 +11,8 @@ pub(super) const COMMON: &[Key] = &[
     Key::named(data::VEHICLE, "thrust_n", Range::POSITIVE, "full thrust"),
     Key::named(data::VEHICLE, "isp_s", Range::POSITIVE, "specific impulse"),
     data::body_key("moon-2017"),
-    data::GRAVITY[0],
-    data::GRAVITY[1],
+    data::GRAVITY,
+    data::RADIUS,
     Key::number(
         "orbit_altitude_km",
         100.0,
