@@ -12,7 +12,7 @@
 
 use std::collections::BTreeMap;
 
-use crate::trace::{Binary, Formula, Operation, Unary};
+use crate::formula::{Binary, Formula, Operation, Unary};
 use crate::{HyperDual, NodePattern, Scalar};
 
 /// Most numbers, and most adjoints, of a plan: they stand on the stack.
@@ -197,7 +197,7 @@ impl<'a> Builder<'a> {
     fn finish(mut self, pattern: &NodePattern) -> Option<AdjointPlan> {
         let formula = self.formula;
         for &operation in formula.operations() {
-            let value = self.value_of(operation);
+            let value = self.value_of(operation)?;
             self.values.push(value);
             if self.numbers.len() > MAX_SLOTS {
                 return None;
@@ -229,8 +229,9 @@ impl<'a> Builder<'a> {
         Some(plan)
     }
 
-    fn value_of(&mut self, operation: Operation) -> Value {
-        match operation {
+    /// None for operations that such a plan has not.
+    fn value_of(&mut self, operation: Operation) -> Option<Value> {
+        Some(match operation {
             Operation::Constant(c) => Value::Constant(c),
             Operation::Unary(g, a) => match (g, self.values[a]) {
                 (_, Value::Constant(c)) => Value::Constant(g.apply(c)),
@@ -259,8 +260,12 @@ impl<'a> Builder<'a> {
                 Value::Constant(c) => Value::Constant(c.powf(n)),
                 Value::Variable(x, i) => self.of_one(Step::Powf(x, n), i),
             },
+            Operation::Binary(Binary::Pow | Binary::Min | Binary::Max, ..)
+            | Operation::Select(..)
+            | Operation::Curve(..)
+            | Operation::Surface(..) => return None,
             Operation::Binary(g, a, b) => self.of_two(g, self.values[a], self.values[b]),
-        }
+        })
     }
 
     fn of_two(&mut self, g: Binary, a: Value, b: Value) -> Value {
@@ -291,7 +296,7 @@ impl<'a> Builder<'a> {
                     self.product(a, reciprocal)
                 }
             },
-            Binary::Atan2 => {
+            _ => {
                 let k = self.step(Step::Atan2(x, y), 6);
                 let first = variables([(a, k + 1), (b, k + 2)]);
                 let second = match (a, b) {

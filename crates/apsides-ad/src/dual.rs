@@ -5,7 +5,7 @@
 
 use std::ops::{Add, Div, Mul, Neg, Sub};
 
-use crate::scalar::{Scalar, derived_operators};
+use crate::scalar::{Scalar, branches, derived_operators};
 
 /// A value and its derivatives along `N` directions.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -145,4 +145,6 @@ impl<const N: usize> Scalar for Dual<N> {
     fn map2_all<const K: usize>(self, other: Self, g: impl Fn(f64, f64) -> [[f64; 6]; K]) -> [Self; K] {
         g(self.re, other.re).map(|jet| self.map2(other, |_, _| jet))
     }
+
+    branches!(|x| x.re);
 }

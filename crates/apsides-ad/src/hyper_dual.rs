@@ -6,7 +6,7 @@
 
 use std::ops::{Add, Div, Mul, Neg, Sub};
 
-use crate::scalar::{Scalar, derived_operators};
+use crate::scalar::{Scalar, branches, derived_operators};
 
 /// A value with, per lane, two first derivatives and their mixed second derivative.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -168,4 +168,6 @@ impl<const L: usize> Scalar for HyperDual<L> {
     fn map2_all<const K: usize>(self, o: Self, g: impl Fn(f64, f64) -> [[f64; 6]; K]) -> [Self; K] {
         g(self.re, o.re).map(|jet| self.map2(o, |_, _| jet))
     }
+
+    branches!(|x| x.re);
 }

@@ -9,9 +9,11 @@
 //! and evaluated on `f64` for values, on [`Dual`] for Jacobians, on [`HyperDual`] for Hessians weighted by
 //! multipliers, and on [`Dependence`] for the structure of both. Where the model is made of elementary functions alone, the
 //! Hessian comes from its formula by second-order adjoints instead, which is several times as fast. A [`NodeFunction`] hides the scalar and the array sizes, so
-//! that a transcription can hold models of any size.
+//! that a transcription can hold models of any size. A [`FormulaBuilder`] makes the same functions from operations, with tables and choices,
+//! for models that are read at run time.
 //!
-//! The crate does not differentiate loops over time and does not build global sparse matrices: it is meant for functions of up to 64 inputs that are evaluated at many points.
+//! The crate does not differentiate loops over time and does not build global sparse matrices: it is meant for functions that are evaluated at many points. Models in Rust
+//! have at most 64 inputs, formulas any number.
 //!
 //! ```
 //! use apsides_ad::{Dynamics, NodeFunction, Scalar, dynamics_node};
@@ -39,9 +41,13 @@
 //! | [`pattern`] | structure of Jacobian and Hessian |
 //! | [`model`] | the traits that a user implements |
 //! | [`node`] | models with sizes and scalar erased |
-//! | [`trace`] | models as formulas that other tools can read |
+//! | [`formula`] | straight-line programs as data, and their JSON |
+//! | [`builder`] | formulas made operation by operation |
+//! | [`kinks`] | where a formula is not smooth |
+//! | [`trace`] | models as formulas |
 //! | [`spline`] | tables in one and two variables as functions of scalars |
 //! | [`pchip`] | tables in one variable that keep the shape of their data |
+//! | [`table`] | tables as operations of formulas |
 //! | [`vector`] | products and smooth norms |
 //!
 //! References: J. Fike and J. Alonso, The development of hyper-dual numbers for exact second-derivative calculations,
@@ -49,23 +55,39 @@
 //! Optim. Methods Softw. 27 (2012), doi 10.1080/10556788.2011.580098.
 
 mod adjoint;
+pub mod builder;
+mod derivatives;
 pub mod dual;
+pub mod formula;
+mod formula_node;
+mod graph;
 pub mod hyper_dual;
+pub mod kinks;
+mod linear;
 pub mod model;
 pub mod node;
 pub mod pattern;
 pub mod pchip;
+mod plan;
+mod program;
 pub mod scalar;
 pub mod spline;
+mod structure;
+pub mod table;
+mod tape;
 pub mod trace;
 pub mod vector;
 
+pub use builder::{FormulaBuilder, Value};
 pub use dual::Dual;
+pub use formula::{Formula, FormulaError};
+pub use formula_node::formula_node;
 pub use hyper_dual::HyperDual;
+pub use kinks::{Condition, FormulaKink};
 pub use model::{Dynamics, FlatMap, PathFunction, VectorFunction};
 pub use node::{NodeFunction, dynamics_node, flat_node, path_node, vector_node};
 pub use pattern::{Dependence, NodePattern};
 pub use pchip::{Outside, Pchip};
 pub use scalar::Scalar;
 pub use spline::{BicubicSpline, CubicSpline, SplineError};
-pub use trace::Formula;
+pub use table::Table;

@@ -3,9 +3,10 @@
 use std::sync::Arc;
 
 use crate::adjoint::AdjointPlan;
+use crate::formula::Formula;
 use crate::model::{Dynamics, FlatMap, PathFunction, VectorFunction};
 use crate::pattern::{MAX_INPUTS, NodePattern};
-use crate::trace::{self, Formula, OpaqueFunction, Trace};
+use crate::trace::{self, OpaqueFunction, Trace};
 use crate::{Dependence, Dual, HyperDual, Scalar};
 
 /// Lanes of the hyper-dual pass: four fill the vector registers without spilling.

@@ -168,4 +168,25 @@ impl Scalar for Dependence {
         let all = self.inputs | other.inputs;
         self.union(&other).cross(all, all)
     }
+
+    // One side or the other, of which each is linear.
+    fn abs(self) -> Self {
+        self
+    }
+
+    fn sign(self) -> Self {
+        Self::from(0.0)
+    }
+
+    fn min(self, other: Self) -> Self {
+        self.union(&other)
+    }
+
+    fn max(self, other: Self) -> Self {
+        self.union(&other)
+    }
+
+    fn select(self, a: Self, b: Self) -> Self {
+        a.union(&b)
+    }
 }

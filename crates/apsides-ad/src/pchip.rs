@@ -14,7 +14,6 @@
 //! # Ok::<(), apsides_ad::SplineError>(())
 //! ```
 
-use crate::Scalar;
 use crate::spline::{SplineError, check_knots, check_values};
 
 /// The rule by which a table continues outside its knots.
@@ -53,13 +52,25 @@ impl Pchip {
         &self.knots
     }
 
-    /// The value at `x`.
-    #[inline]
-    pub fn at<S: Scalar>(&self, x: S) -> S {
-        x.map(|x| self.derivatives(x))
+    /// The values at the knots.
+    pub fn values(&self) -> impl Iterator<Item = f64> + '_ {
+        self.nodes.iter().map(|node| node[0])
     }
 
-    /// Value, first and second derivative at `x`; for compositions inside one [`Scalar::map`].
+    /// The rule outside the knots.
+    #[must_use]
+    pub fn outside(&self) -> Outside {
+        self.outside
+    }
+
+    /// Knots at which the slope jumps: the ends, where the value stays what it is there and the slope before is not zero.
+    pub fn kinks(&self) -> impl Iterator<Item = f64> + '_ {
+        let last = self.knots.len() - 1;
+        let ends = [0, last].into_iter().filter(|&k| self.nodes[k][1] != 0.0);
+        ends.filter(|_| self.outside == Outside::Constant).map(|k| self.knots[k])
+    }
+
+    /// Value, first and second derivative at `x`; for compositions inside one [`Scalar::map`](crate::Scalar::map).
     #[inline]
     #[must_use]
     pub fn derivatives(&self, x: f64) -> [f64; 3] {

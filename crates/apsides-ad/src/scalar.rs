@@ -3,11 +3,16 @@
 use std::fmt::Debug;
 use std::ops::{Add, AddAssign, Div, DivAssign, Mul, MulAssign, Neg, Sub, SubAssign};
 
+use crate::pchip::Pchip;
+use crate::spline::{BicubicSpline, CubicSpline};
+
 /// A number that a model can be evaluated on.
 ///
 /// Everything follows from the arithmetic operators and the two composition rules [`Scalar::map`] and
 /// [`Scalar::map2`]. There is no way to read the value of a scalar: a model must not branch on it, so that
-/// derivatives and sparsity patterns hold everywhere.
+/// derivatives and sparsity patterns hold everywhere. [`Scalar::abs`], [`Scalar::min`], [`Scalar::max`], [`Scalar::sign`] and
+/// [`Scalar::select`] choose for it; their derivatives are those of the side that is chosen, and where they switch a problem has to
+/// declare a kink ([`Formula::kinks`](crate::Formula::kinks) lists them).
 pub trait Scalar:
     Copy
     + Debug
@@ -174,6 +179,43 @@ pub trait Scalar:
         })
     }
 
+    /// Inverse hyperbolic sine.
+    #[inline]
+    fn asinh(self) -> Self {
+        self.map(|x| {
+            let d = 1.0 / (1.0 + x * x).sqrt();
+            [x.asinh(), d, -x * d * d * d]
+        })
+    }
+
+    /// Inverse hyperbolic cosine.
+    #[inline]
+    fn acosh(self) -> Self {
+        self.map(|x| {
+            let d = 1.0 / ((x - 1.0) * (x + 1.0)).sqrt();
+            [x.acosh(), d, -x * d * d * d]
+        })
+    }
+
+    /// Inverse hyperbolic tangent.
+    #[inline]
+    fn atanh(self) -> Self {
+        self.map(|x| {
+            let d = 1.0 / ((1.0 - x) * (1.0 + x));
+            [x.atanh(), d, 2.0 * x * d * d]
+        })
+    }
+
+    /// Cube root; its derivatives are infinite at zero.
+    #[inline]
+    fn cbrt(self) -> Self {
+        self.map(|x| {
+            let c = x.cbrt();
+            let d = 1.0 / (3.0 * c * c);
+            [c, d, -2.0 / 3.0 * d / x]
+        })
+    }
+
     /// Reciprocal.
     #[inline]
     fn recip(self) -> Self {
@@ -198,7 +240,7 @@ pub trait Scalar:
             _ => {
                 let k = f64::from(n);
                 self.map(|x| {
-                    let p2 = x.powi(n - 2);
+                    let p2 = x.powi(n.saturating_sub(2));
                     [x.powi(n), k * (p2 * x), k * (k - 1.0) * p2]
                 })
             }
@@ -216,7 +258,137 @@ pub trait Scalar:
             [p, n * p1, n * (n - 1.0) * p2]
         })
     }
+
+    /// Power of a non-negative number with an exponent that may vary. At zero the derivatives with respect to the exponent are those
+    /// of a positive exponent, which are zero.
+    #[inline]
+    fn pow(self, exponent: Self) -> Self {
+        self.map2(exponent, |x, y| {
+            let (p, ln) = (x.powf(y), ln_or_zero(x));
+            let p1 = x.powf(y - 1.0);
+            let p2 = x.powf(y - 2.0);
+            [p, guarded(y, p1), p * ln, guarded(y * (y - 1.0), p2), p1 * (1.0 + y * ln), p * ln * ln]
+        })
+    }
+
+    /// Absolute value; at zero, where it has a kink, its derivative is zero.
+    #[inline]
+    fn abs(self) -> Self {
+        self.map(|x| [x.abs(), sign(x), 0.0])
+    }
+
+    /// Sign: -1, 0 or 1. It jumps at zero, and its derivatives are zero.
+    #[inline]
+    fn sign(self) -> Self {
+        self.map(|x| [sign(x), 0.0, 0.0])
+    }
+
+    /// The smaller of two numbers, the first where they are equal; a kink there.
+    #[inline]
+    fn min(self, other: Self) -> Self {
+        self.map2(other, |x, y| {
+            if precedes(x, y) { [x, 1.0, 0.0, 0.0, 0.0, 0.0] } else { [y, 0.0, 1.0, 0.0, 0.0, 0.0] }
+        })
+    }
+
+    /// The larger of two numbers, the first where they are equal; a kink there.
+    #[inline]
+    fn max(self, other: Self) -> Self {
+        self.map2(other, |x, y| {
+            if follows(x, y) { [x, 1.0, 0.0, 0.0, 0.0, 0.0] } else { [y, 0.0, 1.0, 0.0, 0.0, 0.0] }
+        })
+    }
+
+    /// `a` where this is at least zero, else `b`; NaN where it is NaN. What is not chosen may be anything, also not a number.
+    #[must_use]
+    fn select(self, a: Self, b: Self) -> Self;
+
+    /// The value of a [`CubicSpline`], as an operation of its own.
+    #[inline]
+    fn cubic_spline(self, table: &CubicSpline) -> Self {
+        self.map(|x| table.derivatives(x))
+    }
+
+    /// The value of a [`Pchip`], as an operation of its own.
+    #[inline]
+    fn pchip(self, table: &Pchip) -> Self {
+        self.map(|x| table.derivatives(x))
+    }
+
+    /// The value of a [`BicubicSpline`] at this and `y`, as an operation of its own.
+    #[inline]
+    fn bicubic_spline(self, y: Self, table: &BicubicSpline) -> Self {
+        self.map2(y, |x, y| table.derivatives(x, y))
+    }
 }
+
+/// The sign of a number: -1, 0 or 1, or NaN.
+#[inline]
+pub(crate) fn sign(x: f64) -> f64 {
+    if x > 0.0 {
+        1.0
+    } else if x < 0.0 {
+        -1.0
+    } else {
+        // Zero or NaN.
+        x.abs()
+    }
+}
+
+/// Says whether the first number is the smaller of two; NaN is what is not hidden.
+#[inline]
+pub(crate) fn precedes(x: f64, y: f64) -> bool {
+    x <= y || x.is_nan()
+}
+
+/// Says whether the first number is the larger of two; NaN is what is not hidden.
+#[inline]
+pub(crate) fn follows(x: f64, y: f64) -> bool {
+    x >= y || x.is_nan()
+}
+
+/// The product, zero where the first factor is zero, whatever the second.
+#[inline]
+pub(crate) fn guarded(x: f64, y: f64) -> f64 {
+    if x == 0.0 { 0.0 } else { x * y }
+}
+
+/// The natural logarithm, and zero at zero: it stands beside powers that vanish faster.
+#[inline]
+pub(crate) fn ln_or_zero(x: f64) -> f64 {
+    if x == 0.0 { 0.0 } else { x.ln() }
+}
+
+/// Writes the functions that choose one of two scalars, given how to read the value.
+macro_rules! branches {
+    ($value:expr) => {
+        #[inline]
+        fn min(self, other: Self) -> Self {
+            let value: fn(&Self) -> f64 = $value;
+            if crate::scalar::precedes(value(&self), value(&other)) { self } else { other }
+        }
+
+        #[inline]
+        fn max(self, other: Self) -> Self {
+            let value: fn(&Self) -> f64 = $value;
+            if crate::scalar::follows(value(&self), value(&other)) { self } else { other }
+        }
+
+        #[inline]
+        fn select(self, a: Self, b: Self) -> Self {
+            let value: fn(&Self) -> f64 = $value;
+            let condition = value(&self);
+            if condition >= 0.0 {
+                a
+            } else if condition.is_nan() {
+                Self::from(f64::NAN)
+            } else {
+                b
+            }
+        }
+    };
+}
+pub(crate) use branches;
 
 impl Scalar for f64 {
     const ORDER: usize = 0;
@@ -245,6 +417,8 @@ impl Scalar for f64 {
     fn sin_cos(self) -> (Self, Self) {
         f64::sin_cos(self)
     }
+
+    branches!(|x| *x);
 }
 
 /// Writes the operators that follow from `Add`, `Sub`, `Mul`, `Div` between scalars of one type.

@@ -13,8 +13,6 @@
 
 use std::fmt;
 
-use crate::Scalar;
-
 /// The reasons for which a table cannot be interpolated.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum SplineError {
@@ -75,13 +73,19 @@ impl CubicSpline {
         Ok(Self { knots: knots.into(), values: values.into(), curvatures: curvatures(knots, values) })
     }
 
-    /// The value at `x`.
-    #[inline]
-    pub fn at<S: Scalar>(&self, x: S) -> S {
-        x.map(|x| self.derivatives(x))
+    /// The knots.
+    #[must_use]
+    pub fn knots(&self) -> &[f64] {
+        &self.knots
     }
 
-    /// Value, first and second derivative at `x`; for compositions inside one [`Scalar::map`].
+    /// The values at the knots.
+    #[must_use]
+    pub fn values(&self) -> &[f64] {
+        &self.values
+    }
+
+    /// Value, first and second derivative at `x`; for compositions inside one [`Scalar::map`](crate::Scalar::map).
     #[inline]
     #[must_use]
     pub fn derivatives(&self, x: f64) -> [f64; 3] {
@@ -117,14 +121,22 @@ impl BicubicSpline {
         Ok(Self { x: x.into(), y: y.into(), nodes })
     }
 
-    /// The value at `(x, y)`.
-    #[inline]
-    pub fn at<S: Scalar>(&self, x: S, y: S) -> S {
-        x.map2(y, |x, y| self.derivatives(x, y))
+    /// The knots of `x` and of `y`.
+    #[must_use]
+    pub fn knots(&self) -> [&[f64]; 2] {
+        [&self.x, &self.y]
     }
 
-    /// Value, derivatives by `x` and `y`, second derivatives by `xx`, `xy` and `yy`.
-    fn derivatives(&self, x: f64, y: f64) -> [f64; 6] {
+    /// The values at the knots, with one row per knot of `x` and one column per knot of `y`.
+    pub fn values(&self) -> impl Iterator<Item = f64> + '_ {
+        self.nodes.iter().map(|node| node[0])
+    }
+
+    /// Value, derivatives by `x` and `y`, second derivatives by `xx`, `xy` and `yy`, at `(x, y)`; for compositions inside one
+    /// [`Scalar::map2`](crate::Scalar::map2).
+    #[inline]
+    #[must_use]
+    pub fn derivatives(&self, x: f64, y: f64) -> [f64; 6] {
         let (i, in_x) = weights(&self.x, x);
         let (j, in_y) = weights(&self.y, y);
         let sum = |p: usize, q: usize| {

@@ -1,4 +1,4 @@
-//! Models as formulas: a straight-line program that other tools can read.
+//! Models as formulas.
 //!
 //! [`NodeFunction::formula`](crate::NodeFunction::formula) runs a model once on a scalar that records every operation.
 //! The result is a [`Formula`], which evaluates to the same numbers as the model on `f64` and is written as JSON by
@@ -21,83 +21,15 @@
 //! ```
 
 use std::cell::RefCell;
-use std::collections::HashMap;
-use std::fmt::Write;
 use std::ops::{Add, Div, Mul, Neg, Sub};
+use std::sync::Arc;
 
+use crate::formula::{Binary, Formula, Operation, Unary};
+use crate::pchip::Pchip;
 use crate::scalar::{Scalar, derived_operators};
-
-/// Functions of one operand.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
-pub enum Unary {
-    /// Opposite number.
-    Neg,
-    /// Sine (argument in rad).
-    Sin,
-    /// Cosine (argument in rad).
-    Cos,
-    /// Tangent (argument in rad).
-    Tan,
-    /// Arc sine, in rad.
-    Asin,
-    /// Arc cosine, in rad.
-    Acos,
-    /// Arc tangent, in rad.
-    Atan,
-    /// Square root.
-    Sqrt,
-    /// Exponential.
-    Exp,
-    /// Natural logarithm.
-    Ln,
-    /// Hyperbolic sine.
-    Sinh,
-    /// Hyperbolic cosine.
-    Cosh,
-    /// Hyperbolic tangent.
-    Tanh,
-    /// Reciprocal.
-    Recip,
-}
-
-/// Functions of two operands.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
-pub enum Binary {
-    /// Sum.
-    Add,
-    /// Difference.
-    Sub,
-    /// Product.
-    Mul,
-    /// Quotient.
-    Div,
-    /// Angle of the point (second, first operand) in (-pi, pi].
-    Atan2,
-}
-
-/// One operation of a [`Formula`]. Operands are values: value `k` is input `k` for `k` below the number of inputs, then
-/// the results of the operations in their order.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub enum Operation {
-    /// A number.
-    Constant(f64),
-    /// A function of one value.
-    Unary(Unary, usize),
-    /// A function of two values.
-    Binary(Binary, usize, usize),
-    /// Integer power of a value.
-    Powi(usize, i32),
-    /// Power of a value with a constant real exponent.
-    Powf(usize, f64),
-}
-
-/// A straight-line program. No operation is written twice, and each one reaches an output.
-#[derive(Clone, Debug, PartialEq)]
-pub struct Formula {
-    inputs: usize,
-    operations: Vec<Operation>,
-    outputs: Vec<usize>,
-}
+use crate::spline::{BicubicSpline, CubicSpline};
+use crate::table::Table;
+use crate::tape::Tape;
 
 /// A model contains a function that is known by its values alone.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -114,231 +46,16 @@ impl std::fmt::Display for OpaqueFunction {
 
 impl std::error::Error for OpaqueFunction {}
 
-impl Unary {
-    /// Name in the JSON.
-    #[must_use]
-    pub fn name(self) -> &'static str {
-        match self {
-            Self::Neg => "neg",
-            Self::Sin => "sin",
-            Self::Cos => "cos",
-            Self::Tan => "tan",
-            Self::Asin => "asin",
-            Self::Acos => "acos",
-            Self::Atan => "atan",
-            Self::Sqrt => "sqrt",
-            Self::Exp => "exp",
-            Self::Ln => "ln",
-            Self::Sinh => "sinh",
-            Self::Cosh => "cosh",
-            Self::Tanh => "tanh",
-            Self::Recip => "recip",
-        }
-    }
-
-    /// The function at `x`.
-    pub(crate) fn apply<S: Scalar>(self, x: S) -> S {
-        match self {
-            Self::Neg => -x,
-            Self::Sin => x.sin(),
-            Self::Cos => x.cos(),
-            Self::Tan => x.tan(),
-            Self::Asin => x.asin(),
-            Self::Acos => x.acos(),
-            Self::Atan => x.atan(),
-            Self::Sqrt => x.sqrt(),
-            Self::Exp => x.exp(),
-            Self::Ln => x.ln(),
-            Self::Sinh => x.sinh(),
-            Self::Cosh => x.cosh(),
-            Self::Tanh => x.tanh(),
-            Self::Recip => x.recip(),
-        }
-    }
-}
-
-impl Binary {
-    /// Name in the JSON.
-    #[must_use]
-    pub fn name(self) -> &'static str {
-        match self {
-            Self::Add => "add",
-            Self::Sub => "sub",
-            Self::Mul => "mul",
-            Self::Div => "div",
-            Self::Atan2 => "atan2",
-        }
-    }
-
-    /// The function at the operands.
-    pub(crate) fn apply(self, x: f64, y: f64) -> f64 {
-        match self {
-            Self::Add => x + y,
-            Self::Sub => x - y,
-            Self::Mul => x * y,
-            Self::Div => x / y,
-            Self::Atan2 => x.atan2(y),
-        }
-    }
-}
-
-impl Operation {
-    fn operands(self) -> impl Iterator<Item = usize> {
-        let (a, b) = match self {
-            Self::Constant(_) => (None, None),
-            Self::Unary(_, a) | Self::Powi(a, _) | Self::Powf(a, _) => (Some(a), None),
-            Self::Binary(_, a, b) => (Some(a), Some(b)),
-        };
-        a.into_iter().chain(b)
-    }
-
-    fn map_operands(self, f: impl Fn(usize) -> usize) -> Self {
-        match self {
-            Self::Constant(c) => Self::Constant(c),
-            Self::Unary(op, a) => Self::Unary(op, f(a)),
-            Self::Binary(op, a, b) => Self::Binary(op, f(a), f(b)),
-            Self::Powi(a, n) => Self::Powi(f(a), n),
-            Self::Powf(a, n) => Self::Powf(f(a), n),
-        }
-    }
-}
-
-impl Formula {
-    /// Number of inputs.
-    #[must_use]
-    pub fn inputs(&self) -> usize {
-        self.inputs
-    }
-
-    /// The operations in the order of evaluation.
-    #[must_use]
-    pub fn operations(&self) -> &[Operation] {
-        &self.operations
-    }
-
-    /// The value that each output is.
-    #[must_use]
-    pub fn outputs(&self) -> &[usize] {
-        &self.outputs
-    }
-
-    /// The outputs at `z`, of length [`inputs`](Self::inputs); bit for bit those of the model on `f64`.
-    #[must_use]
-    pub fn evaluate(&self, z: &[f64]) -> Vec<f64> {
-        let mut values = z[..self.inputs].to_vec();
-        for operation in &self.operations {
-            values.push(match *operation {
-                Operation::Constant(c) => c,
-                Operation::Unary(op, a) => op.apply(values[a]),
-                Operation::Binary(op, a, b) => op.apply(values[a], values[b]),
-                Operation::Powi(a, n) => values[a].powi(n),
-                Operation::Powf(a, n) => values[a].powf(n),
-            });
-        }
-        self.outputs.iter().map(|&k| values[k]).collect()
-    }
-
-    /// One JSON object: `inputs`, their number; `operations`, each a list of its name, operands and exponent (`["add", 0, 1]`,
-    /// `["powf", 2, 1.5]`, `["constant", 0.25]`); `outputs`, the value that each is. Numbers that are not finite are
-    /// the strings `"inf"`, `"-inf"` and `"NaN"`.
-    #[must_use]
-    pub fn to_json(&self) -> String {
-        let operations = self.operations.iter().map(|operation| match *operation {
-            Operation::Constant(c) => format!(r#"["constant",{}]"#, json_number(c)),
-            Operation::Unary(op, a) => format!(r#"["{}",{a}]"#, op.name()),
-            Operation::Binary(op, a, b) => format!(r#"["{}",{a},{b}]"#, op.name()),
-            Operation::Powi(a, n) => format!(r#"["powi",{a},{n}]"#),
-            Operation::Powf(a, n) => format!(r#"["powf",{a},{}]"#, json_number(n)),
-        });
-        format!(
-            r#"{{"inputs":{},"operations":[{}],"outputs":[{}]}}"#,
-            self.inputs,
-            joined(operations),
-            joined(&self.outputs)
-        )
-    }
-
-    /// Drops the operations that reach no output.
-    fn pruned(self) -> Self {
-        let Self { inputs, operations, mut outputs } = self;
-        let mut needed = vec![false; inputs + operations.len()];
-        for &k in &outputs {
-            needed[k] = true;
-        }
-        for (k, operation) in operations.iter().enumerate().rev() {
-            if needed[inputs + k] {
-                operation.operands().for_each(|a| needed[a] = true);
-            }
-        }
-        let mut place: Vec<usize> = (0..inputs).collect();
-        let mut kept = Vec::new();
-        for (k, operation) in operations.into_iter().enumerate() {
-            place.push(inputs + kept.len());
-            if needed[inputs + k] {
-                kept.push(operation.map_operands(|a| place[a]));
-            }
-        }
-        for k in &mut outputs {
-            *k = place[*k];
-        }
-        Self { inputs, operations: kept, outputs }
-    }
-}
-
-fn json_number(x: f64) -> String {
-    if x.is_finite() { format!("{x:?}") } else { format!(r#""{x}""#) }
-}
-
-fn joined<T: std::fmt::Display>(items: impl IntoIterator<Item = T>) -> String {
-    let mut list = String::new();
-    for item in items {
-        let comma = if list.is_empty() { "" } else { "," };
-        // Writing to a string does not fail.
-        let _ = write!(list, "{comma}{item}");
-    }
-    list
-}
-
 /// The operations that a recording has seen so far.
 #[derive(Default)]
-struct Tape {
-    inputs: usize,
-    operations: Vec<Operation>,
-    /// Value of each operation, so that none is written twice; numbers by their bits.
-    known: HashMap<Key, usize>,
+struct Recording {
+    tape: Tape,
     opaque: Option<OpaqueFunction>,
 }
 
-#[derive(PartialEq, Eq, Hash)]
-enum Key {
-    Constant(u64),
-    Unary(Unary, usize),
-    Binary(Binary, usize, usize),
-    Powi(usize, i32),
-    Powf(usize, u64),
-}
-
-impl Tape {
-    fn push(&mut self, operation: Operation) -> usize {
-        let key = match operation {
-            Operation::Constant(c) => Key::Constant(c.to_bits()),
-            Operation::Unary(op, a) => Key::Unary(op, a),
-            Operation::Binary(op, a, b) => Key::Binary(op, a, b),
-            Operation::Powi(a, n) => Key::Powi(a, n),
-            Operation::Powf(a, n) => Key::Powf(a, n.to_bits()),
-        };
-        let next = self.inputs + self.operations.len();
-        let value = *self.known.entry(key).or_insert(next);
-        if value == next {
-            self.operations.push(operation);
-        }
-        value
-    }
-}
-
 thread_local! {
-    // A scalar is `Copy` and cannot hold its tape.
-    static TAPE: RefCell<Tape> = RefCell::default();
+    // A scalar is `Copy` and cannot hold its recording.
+    static RECORDING: RefCell<Recording> = RefCell::default();
 }
 
 /// A value of the recording that runs on this thread. It exists inside [`record`] alone.
@@ -351,18 +68,18 @@ pub(crate) fn record(
     model: impl FnOnce(&dyn Fn(usize) -> Trace) -> Vec<Trace>,
 ) -> Result<Formula, OpaqueFunction> {
     // A model may itself ask for the formula of another one.
-    let outer = TAPE.replace(Tape { inputs, ..Tape::default() });
-    let outputs = model(&Trace);
-    let Tape { operations, opaque, .. } = TAPE.replace(outer);
+    let outer = RECORDING.replace(Recording { tape: Tape::new(inputs), opaque: None });
+    let outputs: Vec<usize> = model(&Trace).iter().map(|v| v.0).collect();
+    let Recording { tape, opaque } = RECORDING.replace(outer);
     match opaque {
         Some(function) => Err(function),
-        None => Ok(Formula { inputs, operations, outputs: outputs.iter().map(|v| v.0).collect() }.pruned()),
+        None => Ok(tape.formula(&outputs)),
     }
 }
 
 impl Trace {
     fn push(operation: Operation) -> Self {
-        TAPE.with_borrow_mut(|tape| Self(tape.push(operation)))
+        RECORDING.with_borrow_mut(|r| Self(r.tape.push(operation)))
     }
 
     fn unary(self, op: Unary) -> Self {
@@ -373,14 +90,18 @@ impl Trace {
         Self::push(Operation::Binary(op, self.0, other.0))
     }
 
+    fn table(table: impl Into<Table>) -> usize {
+        let table = Arc::new(table.into());
+        RECORDING.with_borrow_mut(|r| r.tape.table(table))
+    }
+
     fn opaque<G>(self, _: &G) -> Self {
-        TAPE.with_borrow_mut(|tape| {
-            tape.opaque.get_or_insert_with(|| OpaqueFunction { name: std::any::type_name::<G>().into() });
+        RECORDING.with_borrow_mut(|r| {
+            r.opaque.get_or_insert_with(|| OpaqueFunction { name: std::any::type_name::<G>().into() });
         });
         self
     }
 }
-
 impl From<f64> for Trace {
     fn from(c: f64) -> Self {
         Self::push(Operation::Constant(c))
@@ -430,11 +151,39 @@ impl Scalar for Trace {
 
     recorded_functions!(
         sin Sin, cos Cos, tan Tan, asin Asin, acos Acos, atan Atan, sqrt Sqrt, exp Exp, ln Ln, sinh Sinh, cosh Cosh,
-        tanh Tanh, recip Recip
+        tanh Tanh, asinh Asinh, acosh Acosh, atanh Atanh, cbrt Cbrt, recip Recip, abs Abs, sign Sign
     );
 
     fn atan2(self, x: Self) -> Self {
         self.binary(Binary::Atan2, x)
+    }
+
+    fn pow(self, exponent: Self) -> Self {
+        self.binary(Binary::Pow, exponent)
+    }
+
+    fn min(self, other: Self) -> Self {
+        self.binary(Binary::Min, other)
+    }
+
+    fn max(self, other: Self) -> Self {
+        self.binary(Binary::Max, other)
+    }
+
+    fn select(self, a: Self, b: Self) -> Self {
+        Self::push(Operation::Select(self.0, a.0, b.0))
+    }
+
+    fn cubic_spline(self, table: &CubicSpline) -> Self {
+        Self::push(Operation::Curve(Self::table(table.clone()), self.0))
+    }
+
+    fn pchip(self, table: &Pchip) -> Self {
+        Self::push(Operation::Curve(Self::table(table.clone()), self.0))
+    }
+
+    fn bicubic_spline(self, y: Self, table: &BicubicSpline) -> Self {
+        Self::push(Operation::Surface(Self::table(table.clone()), self.0, y.0))
     }
 
     fn powi(self, n: i32) -> Self {

@@ -21,7 +21,7 @@
 
 use std::sync::{Arc, Mutex, PoisonError};
 
-use apsides_ad::trace::{Formula, OpaqueFunction};
+use apsides_ad::{Formula, trace::OpaqueFunction};
 use apsides_ad::{NodeFunction, NodePattern};
 use apsides_ocp::Bounds;
 

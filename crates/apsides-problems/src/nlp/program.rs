@@ -193,7 +193,7 @@ mod tests {
     use std::sync::atomic::{AtomicUsize, Ordering};
 
     use apsides_ad::NodePattern;
-    use apsides_ad::trace::{Formula, OpaqueFunction};
+    use apsides_ad::{Formula, trace::OpaqueFunction};
 
     use super::*;
     use crate::nlp::hock_schittkowski::collection;
