@@ -36,6 +36,7 @@ const ARROWS: &[(&str, Arrows)] = &[
     ("dynamics", To(&["ad", "basis"])),
     ("terrain", To(&["ad"])),
     ("ocp", To(&["ad", "basis", "iteration"])),
+    ("problem-file", To(&["ad", "expressions", "ocp"])),
     // Methods, and what their transcriptions have in common.
     ("transcription", To(&["ocp", "nlp"])),
     ("radau", To(&["ad", "ocp", "basis", "nlp", "transcription"])),
@@ -83,6 +84,7 @@ const ARROWS: &[(&str, Arrows)] = &[
             "ocp",
             "ode",
             "pipeline",
+            "problem-file",
             "radau",
             "shooting",
             "terrain",

@@ -17,6 +17,7 @@ pub(crate) use certify::CertifyArguments;
     about,
     after_help = "Examples:\n  \
         apsides missions\n  \
+        apsides new problem my-problem.toml\n  \
         apsides solve lunar-perilune --out results\n  \
         apsides solve lunar-direct --set thrust_n=500 --json\n  \
         apsides simulate moving-mass-cross --out descent\n  \
@@ -86,6 +87,15 @@ pub(crate) enum Command {
         /// Show the keys of this mission with default, allowed values and meaning.
         name: Option<String>,
     },
+    /// Write a file to begin with: a problem with equations of its own, with comments.
+    #[command(after_help = "Examples:\n  apsides new problem\n  apsides new problem my-lander.toml")]
+    New {
+        /// Kind of the file.
+        #[arg(value_enum)]
+        kind: NewKind,
+        /// File to write, by default named like its kind; an existing one stays as it is.
+        file: Option<PathBuf>,
+    },
     /// List the bodies that missions may name, with the source of their numbers.
     Bodies,
     /// List the vehicles that missions may name, with the source of their numbers.
@@ -136,6 +146,13 @@ pub(crate) enum Command {
         #[arg(long)]
         json: bool,
     },
+}
+
+/// Kinds of files that can be begun.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub(crate) enum NewKind {
+    /// Equations, bounds and objective of one's own.
+    Problem,
 }
 
 /// A mission and its values.

@@ -5,7 +5,7 @@ use std::path::Path;
 
 use apsides_report::{read_outcome_trajectory, write_outcome};
 
-use crate::arguments::{MissionArguments, SolveArguments};
+use crate::arguments::{MissionArguments, NewKind, SolveArguments};
 use crate::figures::figures;
 use crate::output::{Exit, certificate, outcome, prices, print, titles, written};
 use crate::progress::{Progress, StopFlag};
@@ -115,6 +115,7 @@ fn heading(name: &str, mission: &apsides::Pipeline) -> String {
         Some((file, title)) => {
             format!("{file}: {title}\nmission = \"{}\": {}\n\n", mission.name(), mission.title())
         }
+        None if mission.kind().is_of_file() => format!("{name}: {}: {}\n\n", mission.name(), mission.title()),
         None => format!("{name}: mission = \"{}\": {}\n\n", mission.name(), mission.title()),
     }
 }
@@ -131,6 +132,25 @@ pub(crate) fn named_data(key: &str) -> Result<Exit, Refusal> {
             print(&format!("{:<width$}  {remarks}\n", ""));
         }
     }
+    Ok(Exit::Verified)
+}
+
+/// Writes a file to begin with; what is there stays.
+pub(crate) fn new(kind: NewKind, file: Option<&Path>) -> Result<Exit, Refusal> {
+    let (text, usual) = match kind {
+        NewKind::Problem => (apsides::missions::problem::STARTER, "problem.toml"),
+    };
+    let path = file.unwrap_or_else(|| usual.as_ref());
+    let refused = |e: std::io::Error| match e.kind() {
+        std::io::ErrorKind::AlreadyExists => {
+            format!("{}: exists and stays as it is; name another file", path.display())
+        }
+        _ => format!("{}: {e}", path.display()),
+    };
+    let mut file = std::fs::File::create_new(path).map_err(refused)?;
+    file.write_all(text.as_bytes()).map_err(refused)?;
+    let shown = path.display();
+    print(&format!("written: {shown}\n\napsides check {shown}\napsides solve {shown} --out results\n"));
     Ok(Exit::Verified)
 }
 

@@ -3,6 +3,7 @@
 //! ```text
 //! apsides missions                                  missions, and the keys of one
 //! apsides bodies, apsides vehicles, apsides sites   data that missions name
+//! apsides new problem my-problem.toml               a file to begin with: equations of one's own
 //! apsides solve lunar-perilune --out results        solves and verifies; writes data and a report
 //! apsides sweep lunar-perilune --set perilune_altitude_km=50,25,15 --out sweep.csv
 //! apsides verify results                            checks stored results again
@@ -48,6 +49,7 @@ fn main() -> ExitCode {
         Command::Footprint(a) => footprint::footprint(&a),
         Command::Montecarlo(a) => montecarlo::montecarlo(&a),
         Command::Missions { name } => commands::missions(name.as_deref()),
+        Command::New { kind, file } => commands::new(kind, file.as_deref()),
         Command::Bodies => commands::named_data(BODY),
         Command::Vehicles => commands::named_data(VEHICLE),
         Command::Sites => commands::named_data(SITE),

@@ -131,10 +131,10 @@ pub(crate) fn prices(o: &Outcome) -> String {
     for p in prices {
         let change = significant(p.objective);
         let _ = write!(text, "  {:<width$} {change} {} {}", head(p) + ":", objective.unit, objective.name);
-        for key in o.headline {
+        for key in &o.headline {
             // The objective is often among them.
             if name_of(key) != objective.name
-                && let Some(change) = p.results.get(*key)
+                && let Some(change) = p.results.get(key)
             {
                 let _ = write!(text, ", {} {} {}", significant(*change), unit_of(key), name_of(key));
             }

@@ -95,7 +95,7 @@ impl Row<'_> {
         for axis in self.axes {
             text += &format!("{:>22} ", axis.key);
         }
-        for key in self.solved.headline {
+        for key in &self.solved.headline {
             text += &format!("{key:>24} ");
         }
         for name in self.price_names() {
@@ -124,8 +124,8 @@ impl Row<'_> {
             text += &format!("{value:>22} ");
         }
         let s = &self.solved.summary;
-        for key in self.solved.headline {
-            text += &format!("{:>24.8} ", s.results.get(*key).copied().unwrap_or(f64::NAN));
+        for key in &self.solved.headline {
+            text += &format!("{:>24.8} ", s.results.get(key).copied().unwrap_or(f64::NAN));
         }
         for (name, price) in self.price_names().zip(self.shown_prices()) {
             let price = price.map_or_else(|| "-".into(), significant);

@@ -87,6 +87,21 @@ impl<'a, R: Recorder> Compiler<'a, R> {
         Ok(found)
     }
 
+    /// The difference of two quantities that a comparison joins.
+    ///
+    /// # Errors
+    /// Units that differ; `at` is the place of the comparison.
+    pub fn difference(
+        &mut self,
+        left: Quantity<R::Value>,
+        comparison: Comparison,
+        right: Quantity<R::Value>,
+        at: &Span,
+    ) -> Result<Quantity<R::Value>, ExpressionError> {
+        self.same(&[left, right], comparison.symbol(), &|| at.clone())?;
+        self.operate(Operator::Subtract, left, right, &|| at.clone())
+    }
+
     /// The number of a formula of numbers alone.
     ///
     /// # Errors

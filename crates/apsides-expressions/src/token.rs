@@ -39,6 +39,12 @@ pub enum Comparison {
 }
 
 impl Comparison {
+    /// Returns true for `<` and `<=`.
+    #[must_use]
+    pub fn is_less(self) -> bool {
+        matches!(self, Self::Less | Self::AtMost)
+    }
+
     /// As written.
     #[must_use]
     pub fn symbol(self) -> &'static str {

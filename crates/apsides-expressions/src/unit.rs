@@ -137,15 +137,11 @@ impl Unit {
         &self.coherent
     }
 
-    /// The unit as a unit of itself: what a value in coherent SI units has.
+    /// The coherent SI unit of a dimension, in base units.
     #[must_use]
-    pub fn to_coherent(&self) -> Self {
-        Self {
-            factor: 1.0,
-            dimension: self.dimension,
-            text: self.coherent.clone(),
-            coherent: self.coherent.clone(),
-        }
+    pub fn coherent_of(dimension: Dimension) -> Self {
+        let text = if dimension.is_none() { "-".to_owned() } else { dimension.to_string() };
+        Self { factor: 1.0, dimension, text: text.clone(), coherent: text }
     }
 
     /// Names of all units.

@@ -82,6 +82,8 @@ pub fn registry() -> Registry {
     let registry = with_files(MOVING_MASS, registry)
         .with::<crate::moving_mass::CrossMasses>()
         .with::<crate::moving_mass::RadialMasses>();
+    #[cfg(feature = "problem")]
+    let registry = registry.with_kind_of_file(crate::problem::WORD, crate::problem::read);
     registry
 }
 

@@ -17,6 +17,7 @@
 //! | [`entry`] | re-entry of a capsule |
 //! | [`chang_e`] | a landing in six stages over the rotating Moon |
 //! | [`moving_mass`] | a capsule steered by internal masses, flown under a law |
+//! | [`problem`] | problems with equations of their own file |
 //! | [`data`] | bodies, vehicles and sites |
 //! | [`site_criteria`] | what a landing site must fulfil, from a file |
 
@@ -32,6 +33,8 @@ pub mod geo;
 pub mod lunar;
 #[cfg(feature = "moving-mass")]
 pub mod moving_mass;
+#[cfg(feature = "problem")]
+pub mod problem;
 #[cfg(feature = "chang-e")]
 pub mod site_criteria;
 

@@ -139,7 +139,7 @@ impl OcpBuilder {
     /// Adds a constraint on end quantities; one row per output of the function.
     #[must_use]
     pub fn constrain<F, const N: usize, const M: usize>(
-        mut self,
+        self,
         name: impl Into<String>,
         rows: [Variable; M],
         inputs: [At<'_>; N],
@@ -148,15 +148,22 @@ impl OcpBuilder {
     where
         F: VectorFunction<N, M> + 'static,
     {
+        self.constrain_node(name, rows.into(), &inputs, vector_node(function))
+    }
+
+    /// Adds a constraint on end quantities by a node function; one row per output of the function.
+    #[must_use]
+    pub fn constrain_node(
+        mut self,
+        name: impl Into<String>,
+        rows: Vec<Variable>,
+        inputs: &[At<'_>],
+        function: Arc<dyn NodeFunction>,
+    ) -> Self {
         let name = name.into();
         let place = format!("constraint `{name}`");
-        match self.resolve(&place, &inputs) {
-            Ok(inputs) => self.constraints.push(EndpointConstraint {
-                name,
-                rows: rows.into(),
-                inputs,
-                function: vector_node(function),
-            }),
+        match self.resolve(&place, inputs) {
+            Ok(inputs) => self.constraints.push(EndpointConstraint { name, rows, inputs, function }),
             Err(e) => self.fail(e),
         }
         self
@@ -164,8 +171,15 @@ impl OcpBuilder {
 
     /// Makes time and every state that two phases share by name continuous from the end of `from` to the start of `to`.
     #[must_use]
-    pub fn link(mut self, from: &str, to: &str) -> Self {
-        match self.shared_quantities(from, to) {
+    pub fn link(self, from: &str, to: &str) -> Self {
+        self.link_with_jumps(from, to, |_| Some(0.0))
+    }
+
+    /// Joins two phases in time, and in every state that they share by name: at the start of `to` it is `jump` of the state's name, in
+    /// the state's unit, more than at the end of `from`. A state without a jump is not joined.
+    #[must_use]
+    pub fn link_with_jumps(mut self, from: &str, to: &str, jump: impl Fn(&str) -> Option<f64>) -> Self {
+        match self.shared_quantities(from, to, jump) {
             Ok(links) => self.constraints.extend(links),
             Err(e) => self.fail(e),
         }
@@ -309,7 +323,12 @@ impl OcpBuilder {
         Ok(())
     }
 
-    fn shared_quantities(&self, from: &str, to: &str) -> Result<Vec<EndpointConstraint>, OcpError> {
+    fn shared_quantities(
+        &self,
+        from: &str,
+        to: &str,
+        jump: impl Fn(&str) -> Option<f64>,
+    ) -> Result<Vec<EndpointConstraint>, OcpError> {
         let name = format!("link {from}-{to}");
         let place = format!("constraint `{name}`");
         let (a, b) = (self.names().phase(&place, from)?, self.names().phase(&place, to)?);
@@ -320,8 +339,12 @@ impl OcpBuilder {
             EndpointInput::InitialTime { phase: b },
         )];
         for (i, s) in self.phases[a].states.iter().enumerate() {
-            if let Some(j) = self.phases[b].state_index(&s.variable.name) {
-                let row = Variable::new(s.variable.name.clone(), s.variable.unit.clone()).equal_to(0.0);
+            if let Some(j) = self.phases[b].state_index(&s.variable.name)
+                && let Some(jump) = jump(&s.variable.name)
+            {
+                // A zero without its sign.
+                let row =
+                    Variable::new(s.variable.name.clone(), s.variable.unit.clone()).equal_to(0.0 - jump);
                 links.push(EndpointConstraint::difference(
                     name.clone(),
                     Variable { scale: s.variable.scale, ..row },

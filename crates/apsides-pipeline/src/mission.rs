@@ -27,7 +27,7 @@ use crate::values::Values;
 /// Scalars by name; the unit ends the key.
 pub type Scalars = BTreeMap<String, f64>;
 
-/// What a kind makes of values.
+/// The function that makes a mission of values.
 type Reads = dyn Fn(&Values) -> Result<Arc<dyn Mission>, Error> + Send + Sync;
 
 /// The text of a file with values.
@@ -97,6 +97,12 @@ impl Kind {
             reads: Arc::new(reads),
             writes: Some(Arc::new(writes)),
         }
+    }
+
+    /// Returns true if it is the kind of one file, which says itself which keys it has.
+    #[must_use]
+    pub fn is_of_file(&self) -> bool {
+        self.writes.is_some()
     }
 
     /// The same with what its missions offer.
@@ -198,8 +204,8 @@ pub trait Mission: Any + Debug + Send + Sync {
     }
 
     /// Keys of the results that name a case in a table, in order.
-    fn headline(&self) -> &'static [&'static str] {
-        &[]
+    fn headline(&self) -> Vec<&str> {
+        Vec::new()
     }
 
     /// Figures besides the standard ones.

@@ -194,7 +194,7 @@ pub struct Outcome {
     /// The numbers.
     pub summary: Summary,
     /// Keys of the results that name a case in a table, in order.
-    pub headline: &'static [&'static str],
+    pub headline: Vec<String>,
     /// The mission's own figures.
     pub curves: Vec<Curve>,
     /// The mission file that gives this result again, with every value written out.

@@ -529,7 +529,7 @@ impl Pipeline {
             sensitivity: None,
         };
         Outcome {
-            headline: self.mission.headline(),
+            headline: self.mission.headline().into_iter().map(str::to_owned).collect(),
             curves: self.mission.curves(&trajectory),
             ocp,
             trajectory,

@@ -202,7 +202,7 @@ impl Registry {
         Pipeline::new(kind, self.kinds.as_slice().into(), values)
     }
 
-    /// How the kind of a file is read that begins with a word.
+    /// The function that reads a file that begins with a word.
     fn kind_of_file(&self, word: &Entry) -> Result<ReadsKind, Error> {
         let words: Vec<&str> = self.of_files.iter().map(|k| k.0).collect();
         let found = self.of_files.iter().find(|k| word.value == Value::from(k.0));

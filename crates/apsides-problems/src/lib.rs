@@ -28,7 +28,7 @@
 //! | [`di_bang_bang`], [`moon_lander_soft`], [`free_flying_robot`], [`powered_descent`] | jumps of the control |
 //! | [`di_singular_arc`], [`catmix`], [`goddard_cops`] | singular arcs |
 //!
-//! [`search`] has functions for searches without derivatives, [`nlp`] nonlinear programs.
+//! [`files`] has the same problems without Rust, as files that `apsides solve` takes. [`search`] has functions for searches without derivatives, [`nlp`] nonlinear programs.
 //!
 //! Values of collections that are those of a coarse discretisation, or of a statement with a misprint, are not used;
 //! the modules say where that matters.
@@ -45,6 +45,7 @@ pub mod di_min_energy;
 pub mod di_min_energy_free_speed;
 pub mod di_singular_arc;
 pub mod double_integrator;
+pub mod files;
 pub mod free_flying_robot;
 pub mod goddard_cops;
 pub mod hanging_chain;
@@ -64,6 +65,7 @@ pub mod shuttle_heat_limit;
 pub mod shuttle_reentry;
 pub mod van_der_pol;
 
+pub use files::file;
 pub use problem::{Case, Evidence, Optimum, Problem, Structure};
 
 /// Every problem, the simple ones first.

@@ -24,6 +24,7 @@ const WHOLE_SENTENCES: &[&str] = &[
     "crates/apsides-optimality/",
     "crates/apsides-piecewise/",
     "crates/apsides-pipeline/",
+    "crates/apsides-problem-file/",
     "crates/apsides-problems/",
     "crates/apsides-publications/",
     "crates/apsides-radau/",

@@ -78,8 +78,8 @@ impl Mission for MainBraking {
         Some(self.lander.body.radius)
     }
 
-    fn headline(&self) -> &'static [&'static str] {
-        &["final_mass_kg", "flight_time_s", "perilune_speed_m_s", "central_angle_deg"]
+    fn headline(&self) -> Vec<&str> {
+        vec!["final_mass_kg", "flight_time_s", "perilune_speed_m_s", "central_angle_deg"]
     }
 
     fn curves(&self, solution: &Trajectory) -> Vec<Curve> {
@@ -126,8 +126,8 @@ impl Mission for SixStageLanding {
         Some(self.lander.body.radius)
     }
 
-    fn headline(&self) -> &'static [&'static str] {
-        &["final_mass_kg", "propellant_kg", "flight_time_s", "touchdown_speed_m_s"]
+    fn headline(&self) -> Vec<&str> {
+        vec!["final_mass_kg", "propellant_kg", "flight_time_s", "touchdown_speed_m_s"]
     }
 
     fn curves(&self, solution: &Trajectory) -> Vec<Curve> {

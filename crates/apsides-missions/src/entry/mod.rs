@@ -77,8 +77,8 @@ impl Mission for CapsuleEntry {
         results::results(self, solution)
     }
 
-    fn headline(&self) -> &'static [&'static str] {
-        &[
+    fn headline(&self) -> Vec<&str> {
+        vec![
             "heat_load_mj_m2",
             "flight_time_s",
             "peak_dynamic_pressure_kpa",

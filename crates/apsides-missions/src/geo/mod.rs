@@ -72,8 +72,8 @@ impl Mission for GeoInjection {
         results::results(self, solution)
     }
 
-    fn headline(&self) -> &'static [&'static str] {
-        &["propellant_kg", "burn_time_s", "flight_time_h", "losses_m_s"]
+    fn headline(&self) -> Vec<&str> {
+        vec!["propellant_kg", "burn_time_s", "flight_time_h", "losses_m_s"]
     }
 
     fn curves(&self, solution: &Trajectory) -> Vec<Curve> {

@@ -74,8 +74,8 @@ macro_rules! results_of_its_lander {
             Some(self.lander.flight.body.radius)
         }
 
-        fn headline(&self) -> &'static [&'static str] {
-            $headline
+        fn headline(&self) -> Vec<&str> {
+            $headline.to_vec()
         }
 
         fn curves(&self, solution: &Trajectory) -> Vec<Curve> {

@@ -186,7 +186,7 @@ pub(crate) fn outcome() -> Outcome {
         ("undefined_deg", f64::NAN),
     ];
     Outcome {
-        headline: &[],
+        headline: Vec::new(),
         curves: Vec::new(),
         ocp: ocp(),
         trajectory: trajectory(),

@@ -1,0 +1,205 @@
+//! Problems with equations of their own file: `kind = "problem"`.
+//!
+//! The file says what states, controls, equations of motion, constraints and the objective are; its constants are the keys of the mission.
+
+use std::sync::Arc;
+
+use apsides_ocp::{PhaseTrajectory, Trajectory};
+use apsides_pipeline::file::{Entry, line};
+use apsides_pipeline::key::{Key, KeyKind, Range, Value};
+use apsides_pipeline::method::{MethodName, Methods};
+use apsides_pipeline::registry::Document;
+use apsides_pipeline::values::Values;
+use apsides_pipeline::{Error, Kind, Mission, Posed, Scalars};
+use apsides_problem_file::{Constant, DeclaredUnit, PosedProblem, ProblemFile, Written};
+
+/// The word that files of this kind begin with.
+pub const WORD: &str = "problem";
+
+/// A file of this kind, with comments, that is solved as it is.
+pub const STARTER: &str = include_str!("../../missions/problem/starter.toml");
+
+/// A problem with the values of its constants.
+#[derive(Clone)]
+pub struct OwnProblem {
+    file: Arc<ProblemFile>,
+    posed: PosedProblem,
+    /// Keys of the results that name a case in a table.
+    headline: Vec<String>,
+}
+
+impl std::fmt::Debug for OwnProblem {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        f.debug_struct("OwnProblem").field("name", &self.file.name()).finish_non_exhaustive()
+    }
+}
+
+/// The kind of mission of a file, and what the file states besides its equations.
+///
+/// # Errors
+/// The first mistake with its place, or all that is missing.
+pub fn read(document: &Document<'_>) -> Result<(Kind, Vec<Entry>), Error> {
+    let files =
+        |path: &str| std::fs::read_to_string(document.directory.unwrap_or_else(|| "".as_ref()).join(path));
+    let mut others: Vec<&str> = Methods::keys().filter_map(|k| k.path.split('.').next()).collect();
+    others.dedup();
+    let file = ProblemFile::parse(document.text, document.source, &files, &others).map_err(Error::model)?;
+    let file = Arc::new(file);
+    let path = |c: &Constant| format!("constants.{}", c.name);
+    let key = |c: &Constant| {
+        let range = match c.range.map(|v| (v, v.is_finite())) {
+            [least, most] => Range { least, most },
+        };
+        let unit = if c.unit.to_string() == "-" { String::new() } else { c.unit.to_string() };
+        let meaning = if c.meaning.is_empty() {
+            format!("constant `{}` of the problem", c.name)
+        } else {
+            c.meaning.clone()
+        };
+        Key::of_file(path(c), c.value, range, meaning, unit)
+    };
+    let keys: Vec<Key> = file.constants().iter().map(key).collect();
+    let place = |offset| format!("{}, line {}", document.source, line(document.text, offset));
+    let mut stated = apsides_pipeline::file::entries(document.text, place)?;
+    stated.retain(|e| others.contains(&e.path.split('.').next().unwrap_or_default()));
+    stated.extend(file.constants().iter().map(|c| Entry {
+        path: path(c),
+        value: Value::Number(c.value),
+        place: format!("{}, line {}", document.source, file.line_of(c)),
+    }));
+    let (reads, writes) = (Arc::clone(&file), Arc::clone(&file));
+    let kind = Kind::of_file(
+        file.name().to_owned(),
+        file.title().to_owned(),
+        keys,
+        move |values| Ok(Arc::new(OwnProblem::new(&reads, values)?)),
+        move |values| written(&writes, values),
+    );
+    Ok((kind, stated))
+}
+
+fn constants(file: &ProblemFile, values: &Values) -> Result<Vec<f64>, Error> {
+    file.constants().iter().map(|c| values.number(&format!("constants.{}", c.name))).collect()
+}
+
+fn written(file: &ProblemFile, values: &Values) -> String {
+    // The keys are those of the file.
+    let numbers = constants(file, values).unwrap_or_default();
+    let of_method =
+        values.keys().filter(|k| !k.path.starts_with("constants.") && values.place(&k.path).is_some());
+    let of_method = of_method.filter_map(|k| {
+        let written = match (values.get(&k.path)?, &k.kind) {
+            (Value::Number(v), KeyKind::Count(..)) => Written::Count(*v as i64),
+            (Value::Number(v), _) => Written::Number(*v),
+            (Value::Word(w), _) => Written::Word(w),
+            (Value::Flag(v), _) => Written::Flag(*v),
+            (Value::Other(_), _) => return None,
+        };
+        Some((&*k.path, written))
+    });
+    file.written(&numbers, of_method)
+}
+
+impl OwnProblem {
+    fn new(file: &Arc<ProblemFile>, values: &Values) -> Result<Self, Error> {
+        let posed = file.pose(&constants(file, values)?).map_err(Error::model)?;
+        let mut headline = vec![objective_key(&posed)];
+        let times = posed.ocp.phases.iter().map(|p| {
+            let unit = file.time_unit(&p.name).map_or_else(String::new, |u| u.name);
+            with_unit(&before(&p.name, posed.ocp.phases.len() > 1, "final_time"), &unit)
+        });
+        headline.extend(times);
+        Ok(Self { file: Arc::clone(file), posed, headline })
+    }
+
+    /// The problem with a start.
+    #[must_use]
+    pub fn posed(&self) -> &PosedProblem {
+        &self.posed
+    }
+
+    /// Times, and states at both ends, of one phase.
+    fn of_phase(&self, flight: &PhaseTrajectory, several: bool) -> Scalars {
+        let mut scalars = Scalars::new();
+        let mut add = |name: String, value: f64, unit: Option<DeclaredUnit>| {
+            let unit = unit.unwrap_or_else(|| DeclaredUnit { name: "-".into(), factor: 1.0 });
+            let key = with_unit(&before(&flight.name, several, &name), &unit.name);
+            scalars.insert(key, value / unit.factor);
+        };
+        add("final_time".into(), flight.final_time, self.file.time_unit(&flight.name));
+        if flight.initial_time != 0.0 {
+            add("initial_time".into(), flight.initial_time, self.file.time_unit(&flight.name));
+        }
+        let Some(phase) = self.posed.ocp.phases.iter().find(|p| p.name == flight.name) else {
+            return scalars;
+        };
+        let (start, end) = (flight.state_at(flight.initial_time), flight.final_state());
+        for (k, state) in phase.states.iter().enumerate() {
+            let name = &state.variable.name;
+            let unit = || self.file.state_unit(&flight.name, name);
+            add(format!("final_{name}"), end[k], unit());
+            if !state.initial.is_fixed() {
+                add(format!("initial_{name}"), start[k], unit());
+            }
+        }
+        scalars
+    }
+}
+
+/// A key of a phase, with the name of the phase where there are several.
+fn before(phase: &str, several: bool, name: &str) -> String {
+    if several { format!("{phase}_{name}") } else { name.to_owned() }
+}
+
+/// The key of the objective among the results.
+fn objective_key(posed: &PosedProblem) -> String {
+    let objective = &posed.ocp.objective;
+    let name: String = objective.name.chars().map(|c| if c.is_alphanumeric() { c } else { '_' }).collect();
+    with_unit(&format!("objective_{name}"), &objective.unit)
+}
+
+/// A key that ends with its unit.
+fn with_unit(name: &str, unit: &str) -> String {
+    if unit == "-" {
+        return name.to_owned();
+    }
+    let mut key = name.to_owned();
+    for part in unit.split(|c: char| !c.is_alphanumeric()).filter(|part| !part.is_empty()) {
+        key.push('_');
+        key.push_str(&part.to_lowercase());
+    }
+    key
+}
+
+impl Mission for OwnProblem {
+    /// A file has a kind of its own: see [`read`].
+    fn kind() -> Kind {
+        Kind::new::<Self>(WORD, "A problem with equations of its file", &[])
+    }
+
+    /// Refused: see [`read`].
+    fn read(values: &Values) -> Result<Self, Error> {
+        Err(values.conflict("a problem has its equations in a file that begins with `kind = \"problem\"`"))
+    }
+
+    fn pose(&self, _method: MethodName) -> Result<Posed, Error> {
+        let PosedProblem { ocp, guess } = self.posed.clone();
+        Ok(Posed::new(ocp, guess))
+    }
+
+    fn headline(&self) -> Vec<&str> {
+        self.headline.iter().map(String::as_str).collect()
+    }
+
+    fn results(&self, solution: &Trajectory) -> Scalars {
+        let several = solution.phases.len() > 1;
+        let mut scalars: Scalars = solution.phases.iter().flat_map(|p| self.of_phase(p, several)).collect();
+        for (parameter, value) in self.posed.ocp.parameters.iter().zip(&solution.parameters) {
+            if let Some(unit) = self.file.parameter_unit(&parameter.name) {
+                scalars.insert(with_unit(&parameter.name, &unit.name), value / unit.factor);
+            }
+        }
+        scalars.insert(objective_key(&self.posed), solution.objective);
+        scalars
+    }
+}

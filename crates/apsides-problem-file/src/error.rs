@@ -1,0 +1,99 @@
+//! Reasons to refuse the file of a problem.
+
+use apsides_ad::{FormulaError, SplineError};
+use apsides_expressions::ExpressionError;
+use apsides_ocp::OcpError;
+
+use crate::place::Place;
+
+/// A mistake in the file of a problem: where, what, and what is allowed.
+#[derive(Debug, thiserror::Error)]
+#[non_exhaustive]
+pub enum ProblemError {
+    /// The text is not TOML.
+    #[error("{at}: {reason}{}", at.caret())]
+    Syntax {
+        /// The place.
+        at: Box<Place>,
+        /// The parser's message.
+        reason: String,
+    },
+    /// A key that is not known.
+    #[error("{at}: {owner} has no key `{key}`{suggestion}{}", at.caret())]
+    UnknownKey {
+        /// The place.
+        at: Box<Place>,
+        /// The table that it stands in.
+        owner: String,
+        /// The key.
+        key: String,
+        /// The nearest key or all of them, as the end of the sentence.
+        suggestion: String,
+    },
+    /// A value of a wrong sort or size.
+    #[error("{at}: {what} is {found}, allowed is {allowed}{}", at.caret())]
+    Value {
+        /// The place.
+        at: Box<Place>,
+        /// The value's path.
+        what: String,
+        /// The value.
+        found: String,
+        /// The values that are allowed.
+        allowed: String,
+    },
+    /// A mistake in a formula.
+    #[error("{at}: {source}{}", at.caret())]
+    Formula {
+        /// The place.
+        at: Box<Place>,
+        /// The mistake.
+        source: ExpressionError,
+    },
+    /// Statements that do not go together, or a name that is used twice.
+    #[error("{at}: {reason}{}", at.caret())]
+    Conflict {
+        /// The place.
+        at: Box<Place>,
+        /// The contradiction, and what to do.
+        reason: String,
+    },
+    /// Parts of the problem that are not stated, all of them.
+    #[error("{file}: the problem is not complete; missing {}:{}", if .missing.len() == 1 { "is" } else { "are" }, list(.missing))]
+    Missing {
+        /// Name of the file.
+        file: String,
+        /// The parts that are missing, and how to state each.
+        missing: Vec<String>,
+    },
+    /// A table that cannot be interpolated.
+    #[error("{at}: table `{name}`: {source}{}", at.caret())]
+    Table {
+        /// The place.
+        at: Box<Place>,
+        /// Name of the table.
+        name: String,
+        /// The mistake.
+        source: SplineError,
+    },
+    /// A formula without a value at any point.
+    #[error("{at}: {source}{}", at.caret())]
+    Program {
+        /// The place.
+        at: Box<Place>,
+        /// The mistake.
+        source: FormulaError,
+    },
+    /// The problem is refused as a whole.
+    #[error("{file}: {source}")]
+    Problem {
+        /// Name of the file.
+        file: String,
+        /// The mistake.
+        source: OcpError,
+    },
+}
+
+fn list(missing: &[String]) -> String {
+    missing.iter().map(|m| format!("\n  - {m}")).collect()
+}

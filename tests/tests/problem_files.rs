@@ -1,0 +1,34 @@
+//! The problems of the gallery as files: the same optima as those of the compiled statements, by the same method, in the same iterations.
+#![allow(clippy::unwrap_used)]
+
+use apsides::ocp::{Method, Start};
+use apsides_problems::{GALLERY, file};
+
+/// Solver class: the tolerance of the interior-point method on two statements whose operations differ in their order.
+const SOLVER: f64 = 1e-8;
+
+/// Files that state the same in other numbers: metres for feet, a guess with other points, an expression that two formulas share.
+const OTHERWISE: [&str; 4] = ["brachistochrone_free_y", "brachistochrone_wall", "delta_iii", "hanging_chain"];
+
+#[test]
+fn each_file_has_the_optimum_of_the_compiled_problem() {
+    let mut wrong = Vec::new();
+    for problem in GALLERY {
+        let method = apsides_tests::radau(problem);
+        let case = problem.pose().unwrap();
+        let compiled = Method::solve(&method, &case.ocp, &Start::new(case.guess), &mut ()).unwrap();
+        let read = apsides::parse(file(problem.name).unwrap(), problem.name, &[]).unwrap();
+        let posed = read.pose().unwrap();
+        let found = Method::solve(&method, &posed.ocp, &Start::new(posed.guess), &mut ()).unwrap();
+        let (a, b) = (compiled.trajectory.objective, found.trajectory.objective);
+        let difference = (b - a) / a.abs();
+        if difference.is_nan() || difference.abs() > SOLVER || !found.status.is_success() {
+            wrong.push(format!("{}: {b} instead of {a}, {}", problem.name, found.status));
+        }
+        let (a, b) = (compiled.counters.iterations, found.counters.iterations);
+        if a != b && !OTHERWISE.contains(&problem.name) {
+            wrong.push(format!("{}: {b} iterations instead of {a}", problem.name));
+        }
+    }
+    assert!(wrong.is_empty(), "{wrong:#?}");
+}
