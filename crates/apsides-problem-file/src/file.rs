@@ -151,16 +151,11 @@ impl ProblemFile {
     }
 
     fn link(&self, amounts: &mut Amounts<'_>, mut builder: OcpBuilder) -> Result<OcpBuilder, ProblemError> {
-        let names: Vec<&str> = self.model.phases.iter().map(|p| p.name.as_str()).collect();
         for link in &self.model.links {
-            let mut phases = Vec::new();
-            for name in [&link.from, &link.to] {
-                let Some(phase) = self.model.phases.iter().find(|p| p.name == *name) else {
-                    let suggestion = suggested_name(name, "phases", &names);
-                    return Err(amounts.conflict(&link.at, format!("no phase is named `{name}`{suggestion}")));
-                };
-                phases.push(phase);
-            }
+            let phase = |name: &str| self.model.phases.iter().find(|p| p.name == name);
+            // Names were checked when the file was read.
+            let (Some(from), Some(to)) = (phase(&link.from), phase(&link.to)) else { continue };
+            let phases = [from, to];
             if link.from == link.to {
                 return Err(
                     amounts.conflict(&link.at, format!("phase `{}` cannot be linked to itself", link.from))

@@ -4,6 +4,7 @@ use std::collections::HashMap;
 use std::ops::Range;
 
 use apsides_expressions::function_names;
+use apsides_expressions::suggestion::suggested_name;
 
 use crate::error::ProblemError;
 use crate::model::Model;
@@ -12,7 +13,7 @@ use crate::place::Source;
 /// Names that formulas read in a way of their own.
 const RESERVED: [&str; 5] = ["time", "start", "end", "duration", "if"];
 
-/// Refuses a name that stands for two things, or for a function that every formula knows.
+/// Refuses a name that stands for two things, or for a function that every formula knows, and links of phases that do not exist.
 pub(crate) fn check(source: &Source, model: &Model) -> Result<(), ProblemError> {
     let mut common = HashMap::new();
     let quantities = model.constants.iter().map(|c| (c.name.as_str(), &c.at, "a constant"));
@@ -22,6 +23,13 @@ pub(crate) fn check(source: &Source, model: &Model) -> Result<(), ProblemError> 
     let parameters = model.parameters.iter().map(|p| (p.name.as_str(), &p.at, "a parameter"));
     for entry in quantities.chain(definitions).chain(tables).chain(parameters) {
         add(source, &mut common, entry)?;
+    }
+    let phases: Vec<&str> = model.phases.iter().map(|p| p.name.as_str()).collect();
+    for link in &model.links {
+        if let Some(name) = [&link.from, &link.to].into_iter().find(|n| !phases.contains(&n.as_str())) {
+            let reason = format!("no phase is named `{name}`{}", suggested_name(name, "phases", &phases));
+            return Err(ProblemError::Conflict { at: source.place(&link.at), reason });
+        }
     }
     for phase in &model.phases {
         let mut names = common.clone();

@@ -8,7 +8,7 @@ use crate::model::{
     Bounded, Constant, Guess, Link, Model, Objective, Phase, Profile, Row, Stated, Times, Variable,
 };
 use crate::place::Source;
-use crate::reader::{Field, Files, Node, Reader, Texts, described, fields, quantity};
+use crate::reader::{Field, Files, Node, Reader, Texts, described, fields, quantity, wrong_unit};
 use crate::tables;
 
 /// The tables and keys of a file.
@@ -136,8 +136,12 @@ impl Reader<'_> {
         constant.value = match value.get_ref() {
             DeValue::String(text) => {
                 let Some((number, unit)) = quantity(text) else {
-                    let allowed = "a number, or one with its unit as in \"3500 N\"; what follows from others stands in [definitions]";
-                    return Err(self.refused(&value.span(), &what, described(value.get_ref()), allowed));
+                    let mut allowed =
+                        "a number, or one with its unit as in \"3500 N\"; what follows from others stands in [definitions]".to_owned();
+                    if let Some(reason) = wrong_unit(text) {
+                        allowed = format!("a number with a unit: {reason}");
+                    }
+                    return Err(self.refused(&value.span(), &what, described(value.get_ref()), &allowed));
                 };
                 self.has_units = true;
                 if constant.unit != Unit::none() {

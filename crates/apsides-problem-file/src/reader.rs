@@ -272,6 +272,14 @@ pub(crate) fn quantity(text: &str) -> Option<(f64, Unit)> {
     begins.then(|| Unit::parse(unit).ok()).flatten().map(|unit| (number, unit))
 }
 
+/// The reason for which the unit behind a number is none.
+pub(crate) fn wrong_unit(text: &str) -> Option<String> {
+    let (number, unit) = text.trim().split_once(char::is_whitespace)?;
+    let is_number = number.replace('_', "").parse::<f64>().is_ok();
+    let begins = unit.trim().starts_with(char::is_alphabetic);
+    (is_number && begins).then(|| Unit::parse(unit).err()).flatten().map(|e| e.reason)
+}
+
 /// A value in words.
 pub(crate) fn described(value: &DeValue<'_>) -> String {
     match value {
