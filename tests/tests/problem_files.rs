@@ -32,3 +32,35 @@ fn each_file_has_the_optimum_of_the_compiled_problem() {
     }
     assert!(wrong.is_empty(), "{wrong:#?}");
 }
+
+/// A file of the project.
+fn read(path: &str) -> String {
+    std::fs::read_to_string(format!("{}/../{path}", env!("CARGO_MANIFEST_DIR"))).unwrap()
+}
+
+/// The block of a page that begins with a mark.
+fn block<'a>(page: &'a str, mark: &str) -> &'a str {
+    page.split("```").find_map(|part| part.strip_prefix(mark)).unwrap()
+}
+
+#[test]
+fn the_page_on_problems_says_what_is_so() {
+    let page = read("docs/problems.md");
+    let solved =
+        apsides::parse(block(&page, "toml\n"), "the page", &[]).unwrap().solve(None, &mut ()).unwrap();
+    // Solver class: the closed form of the gallery's `linear_tangent` in other units, and the digits that the page shows.
+    assert!((solved.trajectory.objective - 55.457_087_833_460_31).abs() < 1e-6);
+    assert!(page.contains("55.4570878 s"));
+    assert_eq!(solved.summary.certificate.verdict.to_string(), "strict-local-optimum");
+    // Its commands are those that the tests of the program run.
+    let run = read("crates/apsides-cli/tests/program.rs");
+    for command in block(&page, "sh\n").lines() {
+        assert!(run.contains(command), "{command}");
+    }
+    // Each function and unit is named.
+    let words = apsides::missions::problem::function_names().chain(apsides::missions::problem::unit_names());
+    for word in words {
+        let named = |c: char| !c.is_alphanumeric();
+        assert!(page.split(named).any(|w| w == word), "{word}");
+    }
+}

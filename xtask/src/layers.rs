@@ -79,6 +79,7 @@ const ARROWS: &[(&str, Arrows)] = &[
             "control",
             "convex",
             "dynamics",
+            "expressions",
             "flatness",
             "metaheuristics",
             "ocp",

@@ -656,3 +656,57 @@ fn a_trajectory_of_another_program_is_certified() {
     let o = apsides(&["problems", "di_min_energy"]);
     assert!(stdout(&o).contains("optimum   6 "), "{}", stdout(&o));
 }
+
+/// The commands of docs/problems.md.
+const OWN_PROBLEM: [&str; 7] = [
+    "apsides new problem lander.toml",
+    "apsides check lander.toml",
+    "apsides solve lander.toml --out results",
+    "apsides solve lander.toml --set constants.thrust=50 --sensitivity",
+    "apsides sweep lander.toml --set constants.thrust=45,50,55 --out sweep.csv",
+    "apsides certify lander.toml results/trajectory.csv",
+    "apsides verify results",
+];
+
+#[test]
+fn a_problem_of_ones_own_is_begun_solved_swept_and_verified() {
+    let dir = tempfile::tempdir().unwrap();
+    let run = |command: &str| {
+        let arguments = command.split(' ').skip(1);
+        Command::new(env!("CARGO_BIN_EXE_apsides")).args(arguments).current_dir(dir.path()).output().unwrap()
+    };
+    for command in OWN_PROBLEM {
+        let o = run(command);
+        assert_eq!(o.status.code(), Some(0), "{command}: {}{}", stdout(&o), stderr(&o));
+        if command.contains("--sensitivity") {
+            assert!(stdout(&o).contains("+1 kN of constants.thrust"), "{}", stdout(&o));
+        }
+    }
+    // The written file stands alone and has the values that were set.
+    let o =
+        run("apsides solve lander.toml --set constants.thrust=50 --set radau.points=6 --out other --quiet");
+    assert_eq!(o.status.code(), Some(0), "{}", stderr(&o));
+    let written = std::fs::read_to_string(dir.path().join("other/mission.toml")).unwrap();
+    assert!(written.contains("thrust = \"50.0 kN\"") && written.contains("points = 6"), "{written}");
+    assert!(written.contains("# The rate of each state."), "comments stay: {written}");
+    let again = run("apsides solve other/mission.toml --json --quiet");
+    let first =
+        run("apsides solve lander.toml --set constants.thrust=50 --set radau.points=6 --json --quiet");
+    let objective = |o: &Output| {
+        let json: serde_json::Value = serde_json::from_str(&stdout(o)).unwrap();
+        json["objective"]["value"].as_f64().unwrap()
+    };
+    assert_eq!(objective(&again), objective(&first));
+    // What is there stays.
+    let o = run("apsides new problem lander.toml");
+    assert_eq!(o.status.code(), Some(2));
+    assert!(stderr(&o).contains("exists and stays as it is"), "{}", stderr(&o));
+    let o = run("apsides solve lander.toml --set constants.thrst=50");
+    assert!(stderr(&o).contains("the nearest is `constants.thrust`"), "{}", stderr(&o));
+    // A mistake has its place.
+    let text = std::fs::read_to_string(dir.path().join("lander.toml")).unwrap();
+    std::fs::write(dir.path().join("wrong.toml"), text.replace("- gravity", "- gravity*3 [s]")).unwrap();
+    let o = run("apsides check wrong.toml");
+    assert_eq!(o.status.code(), Some(2));
+    assert!(stderr(&o).contains("file `wrong.toml`, line 33, column 6: `-` takes"), "{}", stderr(&o));
+}

@@ -4,6 +4,7 @@
 
 use std::sync::Arc;
 
+pub use apsides_expressions::function_names;
 use apsides_ocp::{PhaseTrajectory, Trajectory};
 use apsides_pipeline::file::{Entry, line};
 use apsides_pipeline::key::{Key, KeyKind, Range, Value};
@@ -12,6 +13,11 @@ use apsides_pipeline::registry::Document;
 use apsides_pipeline::values::Values;
 use apsides_pipeline::{Error, Kind, Mission, Posed, Scalars};
 use apsides_problem_file::{Constant, DeclaredUnit, PosedProblem, ProblemFile, Written};
+
+/// Names of the units that files may declare.
+pub fn unit_names() -> impl Iterator<Item = &'static str> {
+    apsides_expressions::Unit::names()
+}
 
 /// The word that files of this kind begin with.
 pub const WORD: &str = "problem";
