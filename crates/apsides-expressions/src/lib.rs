@@ -24,7 +24,7 @@
 //!
 //! | module | subject |
 //! | --- | --- |
-//! | [`dimension`], [`unit`] | exponents of base units; units by name |
+//! | [`dimension`], [`unit`](mod@unit) | exponents of base units; units by name |
 //! | [`syntax`] | the parser |
 //! | [`function`] | the functions that every formula knows |
 //! | [`library`], [`quantity`] | definitions and tables; values with dimensions |
