@@ -1,6 +1,7 @@
 //! Command line of the program.
 
 mod certify;
+mod words;
 
 use std::num::NonZero;
 use std::path::PathBuf;
@@ -8,6 +9,7 @@ use std::path::PathBuf;
 use clap::{Args, Parser, Subcommand, ValueEnum};
 
 pub(crate) use certify::CertifyArguments;
+pub(crate) use words::{GuidanceWord, NewKind, SampleFormat};
 
 /// Spaceflight trajectory optimisation: solve missions, verify the answers.
 #[derive(Debug, Parser)]
@@ -78,6 +80,7 @@ pub(crate) enum Command {
     #[command(after_help = "Examples:\n  \
         apsides montecarlo chang-e-3-braking --position-m 333 --velocity-m-s 1 --out flights\n  \
         apsides montecarlo chang-e-3-braking --position-m 333 --guidance replanned --replan-at 0,200\n  \
+        apsides montecarlo lander.toml --sigma constants.thrust=0.5 --sigma constants.isp=2 --samples 200\n  \
         apsides montecarlo chang-e-3-braking --set thrust_n=7000 --full-thrust-n 7500 --thrust-percent 0.5 \\\n    \
         --engine-unknown --guidance polynomial")]
     Montecarlo(MonteCarloArguments),
@@ -146,13 +149,6 @@ pub(crate) enum Command {
         #[arg(long)]
         json: bool,
     },
-}
-
-/// Kinds of files that can be begun.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
-pub(crate) enum NewKind {
-    /// Equations, bounds and objective of one's own.
-    Problem,
 }
 
 /// A mission and its values.
@@ -318,28 +314,6 @@ pub(crate) struct SweepArguments {
     pub(crate) run: RunArguments,
 }
 
-/// Files of the samples of a Monte Carlo run.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
-pub(crate) enum SampleFormat {
-    /// CSV alone.
-    Csv,
-    /// CSV and Parquet.
-    Parquet,
-}
-
-/// Steering of a deviating flight.
-#[derive(Clone, Copy, Debug, clap::ValueEnum)]
-pub(crate) enum GuidanceWord {
-    /// The thrust of the plan as a function of time, along the same directions in space.
-    OpenLoop,
-    /// The optimum to the planned end from where the flight is, at the times of --replan-at and --replan-every.
-    Replanned,
-    /// Full thrust with a radial acceleration linear in time; the range is not controlled.
-    LinearRadial,
-    /// An acceleration linear in time to the planned end (E-guidance), within the limits of the thrust.
-    Polynomial,
-}
-
 /// Arguments of `montecarlo`. Deviations are normal and independent; the sizes are standard deviations.
 #[derive(Debug, Args)]
 pub(crate) struct MonteCarloArguments {
@@ -348,6 +322,10 @@ pub(crate) struct MonteCarloArguments {
     /// Number of flights; with --out those in the file count.
     #[arg(long, value_name = "N", default_value_t = 1000, value_parser = clap::value_parser!(u32).range(2..=10_000_000))]
     pub(crate) samples: u32,
+    /// Standard deviation of a number of the mission, in its unit; may be repeated. Each sample is an optimum: the mission solved again with
+    /// drawn numbers.
+    #[arg(long, value_name = "KEY=SIGMA", value_parser = sized_key)]
+    pub(crate) sigma: Vec<(String, f64)>,
     /// Position along each axis (up, along the course, across), m.
     #[arg(long = "position-m", value_name = "SIGMA", default_value_t = 0.0)]
     pub(crate) position: f64,
@@ -579,6 +557,13 @@ pub(crate) enum Ground {
     Coarse,
     /// Craters of 1 to 30 m, boulders of 0.2 to 3 m.
     Fine,
+}
+
+fn sized_key(text: &str) -> Result<(String, f64), String> {
+    match text.split_once('=').map(|(key, size)| (key.trim().to_owned(), size.trim().parse())) {
+        Some((key, Ok(size))) if !key.is_empty() => Ok((key, size)),
+        _ => Err("a key and a standard deviation are expected: key=sigma".into()),
+    }
 }
 
 fn range(text: &str) -> Result<[f64; 2], String> {

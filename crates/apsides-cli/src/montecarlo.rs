@@ -4,6 +4,8 @@ use std::fmt::Write as _;
 
 use apsides::missions::moving_mass::{DescentDeviations, Descents, case};
 use apsides::pipeline::dispersion::{Deviations, Guidance, Onboard, Replanning};
+use apsides::pipeline::draws::Draws;
+use apsides::pipeline::key::{name_of, unit_of};
 use apsides::pipeline::montecarlo::{Ellipse, MonteCarlo, Sample, Statistics};
 use apsides_report::{Axis, Figure, SampleFile, distribution_figure, landing_figure, write_statistics};
 
@@ -14,6 +16,9 @@ use crate::progress::{Progress, StopFlag};
 
 pub(crate) fn montecarlo(a: &MonteCarloArguments) -> Result<Exit, Refusal> {
     let mission = a.mission.load()?.with_threads(a.run.threads.count()).with_seed(a.run.seed);
+    if !a.sigma.is_empty() {
+        return draws(a, &mission);
+    }
     if mission.is_simulated() {
         return descents(a, &mission);
     }
@@ -53,6 +58,37 @@ pub(crate) fn montecarlo(a: &MonteCarloArguments) -> Result<Exit, Refusal> {
         own,
         |done, each| run.run(&mission, &plan, done, each).map_err(refusal),
         |title, samples, statistics| landing_figure(title, samples, columns, statistics),
+    )
+}
+
+/// Optima of a mission whose numbers are drawn.
+fn draws(a: &MonteCarloArguments, mission: &apsides::Pipeline) -> Result<Exit, Refusal> {
+    a.refuse(&a.of_plans(), "are of flights that deviate from a plan, not of optima (`--sigma`)")?;
+    a.refuse(&a.of_descents(), "are of missions that are simulated")?;
+    let run = Draws {
+        samples: a.samples as usize,
+        seed: a.run.seed,
+        threads: a.run.threads.count(),
+        sigmas: a.sigma.clone(),
+    };
+    run.check(mission).map_err(refusal)?;
+    let stop = StopFlag::install();
+    let plan = mission.solve(None, &mut Progress::table(true, stop.clone())).map_err(refusal)?;
+    if !plan.status.is_success() {
+        return Err(format!("the mission itself is not solved ({}): no optimum to begin with", plan.status));
+    }
+    let columns = Draws::columns(&plan);
+    let names: Vec<&str> = a.sigma.iter().map(|(key, _)| key.as_str()).collect();
+    let shown = plan.headline.first().map_or("", String::as_str);
+    let statement = format!("# Draws: {:?}\n{}", a.sigma, plan.mission_file);
+    let frame = Frame { a, names: &names, columns: &columns, statement, stop };
+    frame.fly(
+        |index| run.deviations(index),
+        |done, each| run.run(mission, &plan, done, each).map_err(refusal),
+        |title, samples, _| {
+            let axis = Axis::new(name_of(shown).replace('_', " "), unit_of(shown));
+            distribution_figure(title, axis, samples, &columns, &[(shown, "optimum")])
+        },
     )
 }
 
@@ -134,8 +170,8 @@ impl MonteCarloArguments {
 /// The arguments and columns of a run, with its file, progress and results.
 struct Frame<'a> {
     a: &'a MonteCarloArguments,
-    names: &'a [&'static str],
-    columns: &'static [&'static str],
+    names: &'a [&'a str],
+    columns: &'a [&'a str],
     /// Mission and steering: what samples are of.
     statement: String,
     stop: StopFlag,

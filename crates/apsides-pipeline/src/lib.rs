@@ -21,6 +21,7 @@
 //! | [`sweep`] | parameter sweeps |
 //! | [`footprint`](mod@footprint) | the ends that a vehicle can reach |
 //! | [`dispersion`], [`montecarlo`] | flights that deviate from a plan |
+//! | [`draws`] | optima of a mission whose numbers are uncertain |
 //! | [`covariance`] | state-transition matrices and covariances along any trajectory |
 //! | [`simulation`] | flights under a law |
 //! | [`site`] | landing sites that were chosen on maps |
@@ -28,6 +29,7 @@
 mod checkpoint;
 pub mod covariance;
 pub mod dispersion;
+pub mod draws;
 pub mod error;
 pub mod explanation;
 pub mod file;

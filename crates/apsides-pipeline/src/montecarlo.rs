@@ -50,7 +50,7 @@ pub struct Sample {
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Spread {
     /// Its name, the unit at the end.
-    pub name: &'static str,
+    pub name: String,
     /// Mean.
     pub mean: f64,
     /// Standard deviation.
@@ -227,21 +227,17 @@ pub fn fly_all<W>(
 
 /// The statistics of samples, by the names of their results; `linear_covariance` is that of the first ones by the state-transition matrix.
 #[must_use]
-pub fn statistics(
-    samples: &[Sample],
-    columns: &'static [&'static str],
-    linear_covariance: Option<Vec<f64>>,
-) -> Statistics {
+pub fn statistics(samples: &[Sample], columns: &[&str], linear_covariance: Option<Vec<f64>>) -> Statistics {
     let linear = linear_covariance.as_deref().unwrap_or_default();
     let rows = linear.len().isqrt();
     let ended: Vec<&Sample> = samples.iter().filter(|s| s.results.iter().all(|v| v.is_finite())).collect();
     let column = |name: &str| columns.iter().position(|c| *c == name);
-    let spread = |(k, name): (usize, &&'static str)| {
+    let spread = |(k, name): (usize, &&str)| {
         let mut values: Vec<f64> = ended.iter().map(|s| s.results[k]).collect();
         values.sort_by(f64::total_cmp);
         let mean = mean(&values);
         Spread {
-            name,
+            name: (*name).to_owned(),
             mean,
             sigma: covariance(&values, &values, mean, mean).sqrt(),
             linear_sigma: (k < rows).then(|| linear[k * rows + k].sqrt()),

@@ -39,7 +39,7 @@ impl SampleFile {
         dir: &Path,
         names: &[&str],
         deviations: impl Fn(usize) -> Vec<f64>,
-        columns: &'static [&'static str],
+        columns: &[&str],
         statement: &str,
     ) -> Result<(Self, Vec<Sample>), ReportError> {
         let path = dir.join(DATA);
@@ -111,7 +111,7 @@ fn read(
     path: &Path,
     names: &[&str],
     own: impl Fn(usize) -> Vec<f64>,
-    columns: &'static [&'static str],
+    columns: &[&str],
 ) -> Result<Vec<Sample>, ReportError> {
     let mut reader = csv::ReaderBuilder::new().flexible(true).from_path(path).map_err(table)?;
     let heads: Vec<String> = reader.headers().map_err(table)?.iter().map(str::to_owned).collect();
@@ -156,12 +156,7 @@ pub fn write_statistics(
 
 /// The ends over ground, to scale, with the ellipses of one and three standard deviations, and that of the state-transition matrix.
 #[must_use]
-pub fn landing_figure(
-    title: &str,
-    samples: &[Sample],
-    columns: &'static [&'static str],
-    statistics: &Statistics,
-) -> Figure {
+pub fn landing_figure(title: &str, samples: &[Sample], columns: &[&str], statistics: &Statistics) -> Figure {
     let column = |name: &str| columns.iter().position(|c| *c == name);
     let (along, across) = (column("along_m"), column("across_m"));
     let place = |s: &Sample| Some([*s.results.get(across?)?, *s.results.get(along?)?]);
@@ -187,7 +182,7 @@ pub fn distribution_figure(
     title: &str,
     x: Axis,
     samples: &[Sample],
-    columns: &'static [&'static str],
+    columns: &[&str],
     results: &[(&str, &str)],
 ) -> Figure {
     let mut figure = Figure::new(title, x, Axis::new("part of all flights", "-").including(0.0));

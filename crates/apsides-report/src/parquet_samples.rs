@@ -31,8 +31,8 @@ const ROWS: usize = 65_536;
 pub fn write_parquet(
     dir: &Path,
     samples: &[Sample],
-    names: &[&'static str],
-    columns: &'static [&'static str],
+    names: &[&str],
+    columns: &[&str],
 ) -> Result<PathBuf, ReportError> {
     let path = dir.join(DATA);
     let next = dir.join(format!("{DATA}.part"));
@@ -46,8 +46,8 @@ pub fn write_parquet(
 fn write(
     file: impl std::io::Write + Send,
     samples: &[Sample],
-    names: &[&'static str],
-    columns: &'static [&'static str],
+    names: &[&str],
+    columns: &[&str],
     rows: usize,
 ) -> Result<(), ParquetError> {
     let column = |name: &str, kind| -> Result<_, ParquetError> {
