@@ -3,15 +3,16 @@
 //! Names given as arguments restrict the table.
 #![allow(clippy::print_stdout)]
 
+use apsides::radau::Radau;
 use apsides_problems::GALLERY;
-use apsides_tests::{radau, solve};
+use apsides_tests::solve;
 
 fn main() {
     let wanted: Vec<String> = std::env::args().skip(1).collect();
     println!("# Gallery of benchmark problems\n");
     println!(
         "Radau collocation with mesh refinement. Statements, sources and evidence of the optima are in \
-         `apsides-problems`, the settings in `apsides-tests`.\n"
+         `apsides-problems`, the settings are the default ones.\n"
     );
     println!(
         "| problem | optimum | found | relative difference | verdict | meshes | points | iterations | ms |"
@@ -21,7 +22,7 @@ fn main() {
         if !wanted.is_empty() && !wanted.iter().any(|w| w == problem.name) {
             continue;
         }
-        match solve(problem, &radau(problem)) {
+        match solve(problem, &Radau::default()) {
             Ok(run) => println!("{}", run.table_row()),
             Err(e) => println!("| {} | {} |", problem.name, e),
         }

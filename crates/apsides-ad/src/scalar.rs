@@ -231,6 +231,28 @@ pub trait Scalar:
         self * self
     }
 
+    /// Smooth absolute value `sqrt(x^2 + width^2)`: `width` above `|x|` at zero, `width^2 / (2 |x|)` far from it. The width is
+    /// positive and in the unit of the argument.
+    #[inline]
+    fn smooth_abs(self, width: f64) -> Self {
+        self.map(|x| {
+            let a = x.hypot(width);
+            [a, x / a, (width / a) * (width / a) / a]
+        })
+    }
+
+    /// Smooth maximum `(x + y + sqrt((x - y)^2 + width^2)) / 2`: `width / 2` above the maximum where both are equal, less elsewhere.
+    #[inline]
+    fn smooth_max(self, other: Self, width: f64) -> Self {
+        (self + other + (self - other).smooth_abs(width)) * 0.5
+    }
+
+    /// Smooth minimum `(x + y - sqrt((x - y)^2 + width^2)) / 2`: `width / 2` below the minimum where both are equal, less elsewhere.
+    #[inline]
+    fn smooth_min(self, other: Self, width: f64) -> Self {
+        (self + other - (self - other).smooth_abs(width)) * 0.5
+    }
+
     /// Integer power.
     #[inline]
     fn powi(self, n: i32) -> Self {
@@ -453,6 +475,34 @@ macro_rules! derived_operators {
             #[inline]
             fn sub(self, rhs: f64) -> Self {
                 self + (-rhs)
+            }
+        }
+        impl<$($generics)*> std::ops::Add<$type> for f64 {
+            type Output = $type;
+            #[inline]
+            fn add(self, rhs: $type) -> $type {
+                rhs + self
+            }
+        }
+        impl<$($generics)*> std::ops::Sub<$type> for f64 {
+            type Output = $type;
+            #[inline]
+            fn sub(self, rhs: $type) -> $type {
+                -rhs + self
+            }
+        }
+        impl<$($generics)*> std::ops::Mul<$type> for f64 {
+            type Output = $type;
+            #[inline]
+            fn mul(self, rhs: $type) -> $type {
+                rhs * self
+            }
+        }
+        impl<$($generics)*> std::ops::Div<$type> for f64 {
+            type Output = $type;
+            #[inline]
+            fn div(self, rhs: $type) -> $type {
+                <$type>::from(self) / rhs
             }
         }
     };

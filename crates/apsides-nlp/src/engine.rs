@@ -109,7 +109,7 @@ impl Engine {
         }
     }
 
-    fn measure_errors(&mut self, model: &impl BarrierModel) {
+    pub(crate) fn measure_errors(&mut self, model: &impl BarrierModel) {
         let (dual, complementarity) = self.state.error_divisors();
         let raw = Residuals {
             dual_infeasibility: max_abs(&self.state.dual_residual),
@@ -190,7 +190,7 @@ impl Engine {
             || (feasible && self.state.current.objective < -settings.unbounded_objective)
     }
 
-    fn is_optimal(&self) -> bool {
+    pub(crate) fn is_optimal(&self) -> bool {
         let (settings, unscaled) = (&self.state.settings, &self.state.errors.unscaled);
         self.state.errors.scaled.max() <= settings.tolerance
             && unscaled.dual_infeasibility <= settings.dual_tolerance
@@ -246,6 +246,17 @@ impl Engine {
         self.state.current.copy_from(&self.state.trial);
         self.state.errors = errors;
         false
+    }
+
+    /// Returns true if the last matrix had the inertia of a minimum without regularisation.
+    pub(crate) fn has_regular_curvature(&self) -> bool {
+        self.steps > 0 && self.regularisation.used == 0.0
+    }
+
+    /// Goes back to an earlier point.
+    pub(crate) fn return_to(&mut self, model: &mut impl BarrierModel, point: &Point) {
+        self.best.copy_from(point);
+        self.recall_best(model);
     }
 
     /// Goes back to the iterate with the least optimality error.

@@ -23,6 +23,12 @@ use crate::warm_start::WarmStart;
 /// Restorations that end at a feasible point without the filter's consent, per solve.
 const MAX_FILTER_OVERRIDES: usize = 5;
 
+/// Least gain of the objective, relative to its size where that is above one, for which a saddle is left.
+const BETTER: f64 = 1e-4;
+
+/// Most iterations of one way out of a saddle.
+const ESCAPE_ITERATIONS: usize = 100;
+
 /// The interior point method with filter line search of Waechter and Biegler (2006).
 #[derive(Debug, Clone, Default)]
 pub struct InteriorPoint {
@@ -117,10 +123,32 @@ impl InteriorPoint {
             None => engine.start_cold(&mut problem, &mut system),
         };
         let mut restorations = 0;
-        let status = match started {
+        let mut status = match started {
             Ok(()) => iterate(&mut engine, &mut problem, &mut system, &mut session, &mut restorations),
             Err(what) => Status::EvaluationFailed(what),
         };
+        for _ in 0..self.settings.max_saddle_escapes {
+            if status != Status::Optimal {
+                break;
+            }
+            let saddle = engine.state.current.clone();
+            if !engine.leaves_saddle(&mut problem, &mut system) {
+                break;
+            }
+            let most = session.iteration + ESCAPE_ITERATIONS;
+            engine.state.settings.max_iterations = most.min(self.settings.max_iterations);
+            status = iterate(&mut engine, &mut problem, &mut system, &mut session, &mut restorations);
+            let reached = &engine.state.current;
+            let is_better = reached.objective < saddle.objective - BETTER * saddle.objective.abs().max(1.0);
+            if !(is_better && matches!(status, Status::Optimal | Status::Diverging)) {
+                engine.return_to(&mut problem, &saddle);
+                status = Status::Optimal;
+                break;
+            }
+        }
+        if status == Status::Optimal && self.settings.polish {
+            engine.polish(&mut problem, &mut system);
+        }
         let keeps_point = matches!(
             status,
             Status::Optimal | Status::Infeasible | Status::Diverging | Status::EvaluationFailed(_)

@@ -74,6 +74,7 @@
 //! | `model` | the problem as the engine sees it |
 //! | `engine` | the iteration, with what begins and ends it (`start`) |
 //! | `step`, `line_search`, `barrier` | the strategies of the iteration: direction, step length, barrier parameter |
+//! | `curvature`, `active_set` | the end of a solve: saddles are left, weakly active bounds met exactly |
 //! | `state`, `iterate`, `filter`, `vector` | the state that they share: points, directions, bounds, filter |
 //! | `augmented` | the linear system without slacks and elastic variables |
 //! | `restoration` | the same engine on the constraint violation |
@@ -89,8 +90,10 @@
 //! - H. Pirnay, R. Lopez-Negrete, L. T. Biegler, Optimal sensitivity based on IPOPT, Math. Program. Comput. 4 (2012),
 //!   doi 10.1007/s12532-012-0043-2
 
+mod active_set;
 mod augmented;
 mod barrier;
+mod curvature;
 mod derivative_check;
 mod diagnosis;
 mod elastic;

@@ -258,6 +258,21 @@ impl<'a> ScaledProblem<'a> {
         (&self.constraint_bounds.0, &self.constraint_bounds.1)
     }
 
+    /// The bounds of variables and slacks as the user states them, scaled: not widened.
+    pub(crate) fn exact_bounds(&self) -> (Vec<f64>, Vec<f64>) {
+        let side = |relaxed: &[f64], exact: &[f64]| {
+            let mut bounds = relaxed.to_vec();
+            let slacks = &mut bounds[self.structure.variables..];
+            for (bound, unit) in slacks.iter_mut().zip(&self.structure.units) {
+                let row = self.kept[unit.row];
+                *bound = exact[row] * self.factors.constraints[row];
+            }
+            bounds
+        };
+        let (lower, upper) = &self.constraint_bounds;
+        (side(&self.lower, lower), side(&self.upper, upper))
+    }
+
     /// The starting point, scaled, free variables only.
     pub(crate) fn scaled_start(&self, v: &mut [f64]) {
         for (value, &i) in v.iter_mut().zip(&self.free) {

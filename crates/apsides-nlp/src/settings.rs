@@ -136,6 +136,11 @@ pub struct NlpSettings {
     pub warm_start_push: f64,
     /// Least barrier parameter of a warm start that names none; 1e-6.
     pub warm_start_barrier: f64,
+    /// Most steps along negative curvature from a point that meets the first-order conditions and is no minimum; 0 leaves such
+    /// a point as the solution; 0.
+    pub max_saddle_escapes: usize,
+    /// True if a solution that meets a few of its bounds only, at most a twentieth of them, ends with Newton's method on its active set; off.
+    pub polish: bool,
     /// Settings of the linear systems. With [`Nlp::stages`](crate::Nlp::stages) the default ordering becomes the
     /// ordering by stages.
     pub kkt: KktSettings,
@@ -184,6 +189,8 @@ impl Default for NlpSettings {
             dual_regularisation: 1e-8,
             warm_start_push: 1e-9,
             warm_start_barrier: 1e-6,
+            max_saddle_escapes: 0,
+            polish: false,
             kkt: KktSettings::default(),
         }
     }

@@ -1,4 +1,7 @@
-//! Starting points: straight lines, samples, or an earlier trajectory.
+//! Starting points: straight lines, samples, a flight with given controls, or an earlier trajectory.
+
+mod controls;
+mod flight;
 
 use crate::{Bounds, Ocp, OcpError, Phase, PhaseTrajectory, Trajectory};
 
@@ -49,9 +52,25 @@ impl PhaseGuess {
         })
     }
 
-    /// Straight lines between what the bounds allow at both ends.
+    /// Straight lines between what the bounds allow at both ends, with the constant controls that follow them best; static parameters
+    /// are taken from the middle of their bounds.
     #[must_use]
-    pub fn linear(phase: &Phase) -> Self {
+    pub fn linear(phase: &Phase, parameters: &[f64]) -> Self {
+        let (times, ends) = Self::straight(phase);
+        let (controls, final_time) = controls::fitted(phase, parameters, times, &ends);
+        Self {
+            initial_time: times.0,
+            final_time,
+            profile: Profile::Samples {
+                fractions: vec![0.0, 1.0],
+                states: ends.into(),
+                controls: vec![controls.clone(), controls],
+            },
+        }
+    }
+
+    /// Times and states at both ends.
+    fn straight(phase: &Phase) -> ((f64, f64), [Vec<f64>; 2]) {
         let initial_time = phase.initial_time.representative();
         let final_time = {
             let reach = Bounds::new(
@@ -65,7 +84,6 @@ impl PhaseGuess {
             let pick = |s: &crate::State| bounds(s).intersect(&s.variable.bounds).representative();
             phase.states.iter().map(pick).collect()
         };
-        let controls: Vec<f64> = phase.controls.iter().map(|c| c.bounds.representative()).collect();
         let mut ends = [end(|s| s.initial), end(|s| s.terminal)];
         // An end without a bound of its own takes the other end's value.
         for (k, s) in phase.states.iter().enumerate() {
@@ -76,15 +94,7 @@ impl PhaseGuess {
                 ends[0][k] = ends[1][k];
             }
         }
-        Self {
-            initial_time,
-            final_time,
-            profile: Profile::Samples {
-                fractions: vec![0.0, 1.0],
-                states: ends.into(),
-                controls: vec![controls.clone(), controls],
-            },
-        }
+        ((initial_time, final_time), ends)
     }
 
     /// An earlier trajectory of the same phase.
@@ -150,10 +160,12 @@ pub struct Guess {
 }
 
 impl Guess {
-    /// Straight lines between what the bounds allow.
+    /// Straight lines between what the bounds allow, with the constant controls that follow them best. Where nothing bounds a
+    /// final time it is the one for which they do, if that makes a difference.
     #[must_use]
     pub fn linear(ocp: &Ocp) -> Self {
-        Self::from_phases(ocp, ocp.phases.iter().map(PhaseGuess::linear).collect())
+        let parameters: Vec<f64> = ocp.parameters.iter().map(|p| p.bounds.representative()).collect();
+        Self::from_phases(ocp, ocp.phases.iter().map(|p| PhaseGuess::linear(p, &parameters)).collect())
     }
 
     /// Given phases, parameters from the middle of their bounds.
@@ -192,6 +204,9 @@ impl Guess {
             );
         }
         for (g, p) in self.phases.iter().zip(&ocp.phases) {
+            if let Some(missing) = p.controls.get(g.widths().1).filter(|_| g.widths().0 == p.states.len()) {
+                return fail(&p.name, format!("it has no control `{}`", missing.name));
+            }
             let (found, expected) = (g.widths(), (p.states.len(), p.controls.len()));
             if found != expected {
                 return fail(

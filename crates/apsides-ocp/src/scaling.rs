@@ -1,6 +1,8 @@
 //! Typical sizes of every quantity, from stated scales, else bounds, else the guess.
 
-use crate::{Guess, Ocp, Phase, Variable};
+use apsides_ad::NodeFunction;
+
+use crate::{Guess, Ocp, Phase, PhaseGuess, Variable};
 
 /// Scales of one phase.
 #[derive(Clone, Debug, PartialEq)]
@@ -11,6 +13,10 @@ pub struct PhaseScaling {
     pub controls: Vec<f64>,
     /// Time.
     pub time: f64,
+    /// Per row of the path constraints.
+    pub path: Vec<f64>,
+    /// Per integral.
+    pub integrals: Vec<f64>,
 }
 
 /// Scales of a problem: a quantity divided by its scale is of the order of one.
@@ -27,10 +33,15 @@ pub struct Scaling {
 /// Points at which the guess is looked at for quantities without bounds.
 const SAMPLES: usize = 11;
 
+/// A guess below is rounding and says nothing of a size.
+const ROUNDING: f64 = 1e-12;
+
 impl Scaling {
     /// Scales of a problem with a guess that fits it (see [`Guess::check`]).
     #[must_use]
     pub fn new(ocp: &Ocp, guess: &Guess) -> Self {
+        let parameters = ocp.parameters.iter().zip(&guess.parameters).map(|(v, &g)| size(v, g.abs()));
+        let parameters: Vec<f64> = parameters.collect();
         let phases = ocp
             .phases
             .iter()
@@ -45,18 +56,74 @@ impl Scaling {
                     enlarge(&mut largest_x, &x);
                     enlarge(&mut largest_u, &u);
                 }
-                PhaseScaling {
-                    states: (phase.states.iter().map(|s| &s.variable))
-                        .zip(&largest_x)
-                        .map(|(v, &g)| size(v, g))
-                        .collect(),
+                let states = phase.states.iter().map(|s| &s.variable).zip(&largest_x);
+                let scaling = PhaseScaling {
+                    states: states.map(|(v, &g)| size(v, g)).collect(),
                     controls: phase.controls.iter().zip(&largest_u).map(|(v, &g)| size(v, g)).collect(),
                     time: time_size(phase, g.final_time - g.initial_time),
-                }
+                    path: Vec::new(),
+                    integrals: Vec::new(),
+                };
+                scaling.with_functions(phase, g, &guess.parameters, &parameters)
             })
             .collect();
-        let parameters = ocp.parameters.iter().zip(&guess.parameters).map(|(v, &g)| size(v, g.abs()));
-        Self { phases, parameters: parameters.collect(), objective: ocp.objective.scale }
+        Self { phases, parameters, objective: ocp.objective.scale }
+    }
+}
+
+impl PhaseScaling {
+    /// Adds the scales of path constraints and integrals: stated, else from the bounds, else what the functions change by along the
+    /// guess when every input moves by its scale. No value of the constraint itself enters: it is to vanish where the bound is zero.
+    fn with_functions(self, phase: &Phase, guess: &PhaseGuess, parameters: &[f64], scales: &[f64]) -> Self {
+        let change = |function: &dyn NodeFunction| self.changes(phase, function, guess, (parameters, scales));
+        let mut path = Vec::new();
+        for c in &phase.path {
+            let changes = change(c.function.as_ref());
+            path.extend(c.rows.iter().zip(changes).map(|(row, change)| row_size(row, change)));
+        }
+        let integrals = phase.integrals.iter().map(|q| {
+            let rate = change(q.function.as_ref()).into_iter().fold(0.0, f64::max);
+            row_size(&q.variable, rate * self.time)
+        });
+        let integrals = integrals.collect();
+        Self { path, integrals, ..self }
+    }
+
+    /// The largest change of each output along the guess when every input moves by its scale.
+    fn changes(
+        &self,
+        phase: &Phase,
+        function: &dyn NodeFunction,
+        guess: &PhaseGuess,
+        (parameters, scales): (&[f64], &[f64]),
+    ) -> Vec<f64> {
+        let (nx, nu) = (phase.states.len(), phase.controls.len());
+        let mut z = vec![0.0; function.inputs()];
+        let mut size = vec![0.0; function.inputs()];
+        let time = z.len() - 1;
+        size[..nx].copy_from_slice(&self.states);
+        size[nx..nx + nu].copy_from_slice(&self.controls);
+        if phase.takes_parameters(function) {
+            z[nx + nu..time].copy_from_slice(parameters);
+            size[nx + nu..time].copy_from_slice(scales);
+        }
+        size[time] = self.time;
+        let mut values = vec![0.0; function.outputs()];
+        let mut entries = vec![0.0; function.pattern().jacobian_len()];
+        let mut largest = vec![0.0_f64; function.outputs()];
+        for k in 0..SAMPLES {
+            let fraction = k as f64 / (SAMPLES - 1) as f64;
+            guess.state(fraction, &mut z[..nx]);
+            guess.control(fraction, &mut z[nx..nx + nu]);
+            z[time] = (1.0 - fraction) * guess.initial_time + fraction * guess.final_time;
+            function.jacobian(&z, &mut values, &mut entries);
+            let mut change = vec![0.0; largest.len()];
+            for ((row, column), v) in function.pattern().jacobian_entries().zip(&entries) {
+                change[row] += v.abs() * size[column];
+            }
+            enlarge(&mut largest, &change);
+        }
+        largest
     }
 }
 
@@ -69,8 +136,15 @@ fn enlarge(largest: &mut [f64], values: &[f64]) {
 /// Stated scale, else width of the bounds, else the guess; one if all are zero or infinite.
 fn size(variable: &Variable, guess: f64) -> f64 {
     let width = variable.bounds.upper - variable.bounds.lower;
-    let usable = |s: &f64| *s > 0.0 && s.is_finite();
+    let usable = |s: &f64| *s > ROUNDING && s.is_finite();
     variable.scale.or(Some(width).filter(usable)).or(Some(guess).filter(usable)).unwrap_or(1.0)
+}
+
+/// Stated scale, else width of the bounds, else the larger finite bound, else the given change; one if all are zero or infinite.
+fn row_size(row: &Variable, change: f64) -> f64 {
+    let usable = |s: &f64| *s > 0.0 && s.is_finite();
+    let width = row.bounds.upper - row.bounds.lower;
+    row.scale.or(Some(width).filter(usable)).or(row.size()).or(Some(change).filter(usable)).unwrap_or(1.0)
 }
 
 /// The guess, or what the bounds allow where that is less.

@@ -26,8 +26,8 @@ const NO_EVIDENCE: f64 = 1e-5;
 /// Relative multipliers below are that of the average over the phase of this part of the objective's scale.
 const LEAST_SLOPE: f64 = 1e-2;
 
-/// A control whose second derivative of the Hamiltonian, times its range, is below this part of its largest first one jumps;
-/// others meet their bounds continuously. What a jump leaves of the stationarity is this part at most, as certificates allow.
+/// A control whose second derivative of the Hamiltonian, times its range, is below this part of its largest first one jumps, as does one
+/// that the Hamiltonian is concave in; others meet their bounds continuously. What a jump leaves of the stationarity is this part at most, as certificates allow.
 const AFFINE: f64 = 1e-5;
 
 /// Relative multipliers of a bound that is active at so few nodes that it may be an oscillation along a singular arc.
@@ -191,7 +191,7 @@ pub(crate) fn samples(
             QuantityKind::Control(c) => {
                 let column = p.control_column(node) + c;
                 let multiplier = report.lower_multipliers[column] - report.upper_multipliers[column];
-                curvature = curvature.max(solution.curvatures[column].abs() * q.range.powi(2) / seconds);
+                curvature = curvature.max(solution.curvatures[column] * q.range.powi(2) / seconds);
                 (report.x[column], multiplier, holds.controls.get(c))
             }
             QuantityKind::Row(r) => {

@@ -123,7 +123,7 @@ struct Excess {
     of_states: f64,
     /// The excess of rows in the two intervals beside their touch points, which a better place of these removes first.
     beside_touch: f64,
-    /// The excess of bounds on controls and of inequalities with controls.
+    /// The excess of bounds on controls and of path constraints with controls, equalities among them.
     of_controls: f64,
 }
 
@@ -157,9 +157,8 @@ fn excesses(
                 for (first, c) in constraints {
                     along.value(c.function.as_ref(), k, t, &mut rows[..c.rows.len()]);
                     for ((index, row), v) in (*first..).zip(&c.rows).zip(&rows) {
-                        let excess = row.bounds.excess(*v) / row.size().unwrap_or(1.0);
+                        let excess = row.bounds.excess(*v) / row.size().unwrap_or(scales.path[index]);
                         match of_controls {
-                            true if row.bounds.is_fixed() => {}
                             true => raise(&mut found.of_controls, excess),
                             false if is_beside_touch(index) => raise(&mut found.beside_touch, excess),
                             false => raise(&mut found.of_states, excess),

@@ -26,7 +26,9 @@ impl Method for Radau {
             None => self.uniform_mesh(problem).map_err(MethodError::by(NAME))?,
         };
         let solution = self.solve_on(problem, &start.guess, mesh, observer).map_err(MethodError::by(NAME))?;
-        Ok(self.common(solution))
+        let mut solution = self.common(solution);
+        solution.warnings.extend(Warning::without_control(problem));
+        Ok(solution)
     }
 }
 
@@ -37,9 +39,13 @@ impl Radau {
         let (error, tolerance) = (last.map_or(f64::NAN, |m| m.error), self.settings.tolerance);
         let accuracy = vec![Accuracy::new("error between the points", error, tolerance, "tolerance")];
         let refinements = solution.meshes.len().saturating_sub(1);
-        let remedy = Remedy::Raise(&["max_refinements"]);
+        let deficiency = if solution.stalled {
+            Deficiency::stalled(&accuracy, refinements, Remedy::Raise(&["tolerance", "path_tolerance"]))
+        } else {
+            Deficiency::inaccurate(&accuracy, refinements, Remedy::Raise(&["max_refinements"]))
+        };
         Solution {
-            deficiency: (!solution.accurate).then(|| Deficiency::inaccurate(&accuracy, refinements, remedy)),
+            deficiency: (!solution.accurate).then_some(deficiency),
             accuracy,
             counters: Counters::total(solution.meshes.iter().map(MeshRecord::counters)),
             unmet: solution.unmet,

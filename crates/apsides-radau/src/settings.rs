@@ -17,6 +17,9 @@ pub struct RadauSettings {
     /// Largest excess between the points of a bound on a state or of a path constraint without controls, relative to its
     /// scale; 5e-7. Bounds on controls are not looked at: next to a jump a polynomial oversteps them on any mesh.
     pub path_tolerance: f64,
+    /// Largest error of the costates over an interval, relative to the largest costate, both in the scales of their states. Where the states are
+    /// accurate, up to three more meshes are made as long as they help; infinity switches it off; 2e-6, a fifth of what certificates allow.
+    pub costate_tolerance: f64,
     /// True if switches of controls and path constraints between their bounds are looked for after each mesh. The next one has
     /// breaks there, whose times are unknowns, and holds along each arc what is active there, so that jumps are met
     /// exactly. So are contacts, where a path constraint without controls touches its bound in one instant; on.
@@ -34,7 +37,7 @@ pub struct RadauSettings {
     /// Threads that evaluate the nodes of long phases, 1 to 1024; the results do not depend on it; 1.
     pub threads: usize,
     /// Settings of the interior-point method; problem scaling, tolerance 1e-9, adaptive barrier from 1e-3: a guess of a
-    /// trajectory is seldom so bad that a larger one pays.
+    /// trajectory is seldom so bad that a larger one pays; the last solution is left if it is a saddle.
     pub nlp: NlpSettings,
 }
 
@@ -45,6 +48,7 @@ impl Default for RadauSettings {
             points: 4,
             tolerance: 1e-8,
             path_tolerance: 5e-7,
+            costate_tolerance: 2e-6,
             switches: true,
             max_refinements: 19,
             min_points: 3,
@@ -59,6 +63,8 @@ impl Default for RadauSettings {
                 barrier_oracle: BarrierOracle::Probing,
                 initial_barrier: 1e-3,
                 initial_bound_multiplier: 1e-3,
+                max_saddle_escapes: 3,
+                polish: true,
                 ..NlpSettings::default()
             },
         }
@@ -86,6 +92,11 @@ impl RadauSettings {
             if !(value > 0.0 && value.is_finite()) {
                 return Err(RadauError::Setting { name, value, allowed: "a positive number" });
             }
+        }
+        let value = self.costate_tolerance;
+        if value.is_nan() || value <= 0.0 {
+            let allowed = "a positive number or infinity";
+            return Err(RadauError::Setting { name: "costate_tolerance", value, allowed });
         }
         Ok(())
     }

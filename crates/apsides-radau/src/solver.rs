@@ -9,9 +9,12 @@ use apsides_transcription::Workers;
 use crate::RadauError;
 use crate::breaks::{Instants, with_instants};
 use crate::contact::{Contacts, SolvedMesh};
+use crate::costate_error::CostateMeshes;
 use crate::crossing::{Crossings, with_forced};
 use crate::error_estimate::estimate;
+use crate::progress::Progress;
 use crate::refinement::refine;
+use crate::saddle::{Watch, beyond_saddle};
 use crate::scales::{ScaleWarning, scale_warnings};
 pub use crate::settings::RadauSettings;
 use crate::switches::{Structure, Switch};
@@ -66,6 +69,8 @@ pub struct RadauSolution {
     pub status: Status,
     /// True if the error estimate meets the tolerance.
     pub accurate: bool,
+    /// True if refinement ended because the last meshes gained nothing.
+    pub stalled: bool,
     /// Every mesh.
     pub meshes: Vec<MeshRecord>,
     /// The constraint that could not be met, when the last solve did not succeed.
@@ -84,6 +89,7 @@ struct Solved {
     report: SolveReport,
     switches: Vec<Switch>,
     accurate: bool,
+    stalled: bool,
     /// The next mesh without any breaks, should those of the next one lead nowhere.
     plain: Mesh,
 }
@@ -126,6 +132,9 @@ impl Radau {
         let mut warnings = Vec::new();
         let mut last: Option<Solved> = None;
         let mut excess = f64::INFINITY;
+        let mut progress = Progress::new();
+        let mut costates = CostateMeshes::default();
+        let mut looked_beyond = self.settings.nlp.max_saddle_escapes == 0;
         let mut revisions = if self.settings.switches { MOST_REVISIONS } else { 0 };
         let mut contacts = Contacts::new(self.settings.switches);
         let mut crossings = Crossings::new(self.settings.switches);
@@ -141,20 +150,23 @@ impl Radau {
                 warnings = scale_warnings(&mut nlp, ocp);
             }
             let mut settings = self.settings.nlp.clone();
+            settings.max_saddle_escapes = 0;
             if has_arcs(&mesh) && last.is_some() {
                 settings.max_iterations = settings.max_iterations.min(MOST_ITERATIONS_WITH_BREAKS);
             }
             if forced.is_some() {
                 settings.max_iterations = settings.max_iterations.min(MOST_ITERATIONS_WITH_KINKS);
             }
-            let report = nlp.solve(ocp, &guess, &settings, observer)?;
+            let mut watch = Watch::new(observer);
+            let report = nlp.solve(ocp, &guess, &settings, &mut watch)?;
+            let in_doubt = watch.is_in_doubt();
             let mut trajectory = nlp.trajectory(ocp, &report)?;
             let scaling = Scaling::new(ocp, &guess);
             let estimate = estimate(ocp, &scaling, &self.settings, &mut trajectory)?;
             let (error, controls) = (estimate.error, estimate.controls);
             meshes.push(MeshRecord {
                 intervals: mesh.phases.iter().map(PhaseMesh::intervals).sum(),
-                points: mesh.phases.iter().map(PhaseMesh::total_points).sum(),
+                points: total_points(&mesh),
                 error,
                 variables: nlp.layout.variables,
                 constraints: nlp.layout.constraints,
@@ -162,6 +174,7 @@ impl Radau {
                 factorisations: report.counters.factorisations,
                 time: begin.elapsed(),
             });
+            let points = total_points(&mesh);
             let status = report.status;
             let out_of_meshes = meshes.len() > self.settings.max_refinements;
             if let Some(forced) =
@@ -183,9 +196,28 @@ impl Radau {
                 let unmet = nlp.unmet(ocp, &report);
                 let solved = match last {
                     Some(solved) => solved,
-                    None => Solved { trajectory, report, switches: Vec::new(), accurate: false, plain: mesh },
+                    None => Solved::first(trajectory, report, mesh),
                 };
                 return Ok(solved.into_solution(status, unmet, meshes, warnings));
+            }
+            if error <= self.settings.tolerance && in_doubt && !looked_beyond {
+                looked_beyond = true;
+                let solved = (&trajectory, &report);
+                let (beyond, counters) =
+                    beyond_saddle(ocp, &mesh, solved, &self.settings.nlp, &workers, observer)?;
+                if let Some(record) = meshes.last_mut() {
+                    record.iterations += counters.iterations;
+                    record.factorisations += counters.factorisations;
+                }
+                if let Some((trajectory, report)) = beyond {
+                    if !report.status.is_success() {
+                        let solved = Solved::first(trajectory, report, mesh);
+                        let status = solved.report.status;
+                        return Ok(solved.into_solution(status, None, meshes, warnings));
+                    }
+                    guess = Guess::earlier(&trajectory);
+                    continue;
+                }
             }
             let found = Structure::of(ocp, &mut nlp, &report, &trajectory);
             let in_bounds = controls <= self.settings.tolerance;
@@ -209,6 +241,8 @@ impl Radau {
             if accurate && settled {
                 excess = controls;
             }
+            let finished = accurate && settled && within;
+            let wants_costates = finished && costates.want(ocp, &scaling, &self.settings, &mut trajectory)?;
             let plain = refine(&trajectory, &self.settings)?;
             let phases = touching.touch_points.iter().zip(&passages.phases);
             let instants: Vec<Instants> =
@@ -224,12 +258,17 @@ impl Radau {
                 let refined = refine(&touching.spared(spared), &self.settings)?;
                 found.mesh(&refined, &instants).unwrap_or_else(|_| plain.clone())
             };
-            let size: usize = next.phases.iter().map(PhaseMesh::total_points).sum();
+            let size = total_points(&next);
             guess = Guess::earlier(&touching.start(trajectory.clone())?);
             let switches = found.switches(ocp, &trajectory);
             let plain = Mesh { phases: plain.phases.into_iter().map(PhaseMesh::without_arcs).collect() };
-            let solved = Solved { trajectory, report, switches, accurate, plain };
-            if (accurate && settled && within) || out_of_meshes || size > self.settings.max_total_points {
+            let stalled = progress.has_stalled(error, trajectory.objective, points) && !accurate;
+            let solved = Solved { trajectory, report, switches, accurate, stalled, plain };
+            if stalled
+                || (finished && !wants_costates)
+                || out_of_meshes
+                || size > self.settings.max_total_points
+            {
                 return Ok(solved.into_solution(status, None, meshes, warnings));
             }
             if touching.has_new() && before_contacts.is_none() {
@@ -246,6 +285,11 @@ impl Radau {
 }
 
 impl Solved {
+    /// That of a solve that was not followed up.
+    fn first(trajectory: Trajectory, report: SolveReport, mesh: Mesh) -> Self {
+        Self { trajectory, report, switches: Vec::new(), accurate: false, stalled: false, plain: mesh }
+    }
+
     fn into_solution(
         self,
         status: Status,
@@ -253,9 +297,13 @@ impl Solved {
         meshes: Vec<MeshRecord>,
         warnings: Vec<ScaleWarning>,
     ) -> RadauSolution {
-        let Self { trajectory, report, switches, accurate, .. } = self;
-        RadauSolution { trajectory, status, accurate, meshes, unmet, warnings, switches, report }
+        let Self { trajectory, report, switches, accurate, stalled, .. } = self;
+        RadauSolution { trajectory, status, accurate, stalled, meshes, unmet, warnings, switches, report }
     }
+}
+
+fn total_points(mesh: &Mesh) -> usize {
+    mesh.phases.iter().map(PhaseMesh::total_points).sum()
 }
 
 fn has_arcs(mesh: &Mesh) -> bool {

@@ -1,12 +1,15 @@
 //! Rows of the discretised problem in the words of its statement.
 
-use apsides_nlp::SolveReport;
+use apsides_nlp::{SolveReport, Violation};
 use apsides_ocp::{Ocp, Phase, RowOrigin, Unmet};
 
 use crate::discretisation::Discretisation;
 use crate::phase::PhaseLayout;
 use crate::places::PhaseEnds;
 use crate::transcription::Transcription;
+
+/// A violation below this part of the scale of its row is rounding.
+const ROUNDING: f64 = 1e-12;
 
 /// The origin of a row that belongs to a phase as a whole.
 #[must_use]
@@ -31,10 +34,11 @@ impl<D: Discretisation> Transcription<D> {
         })
     }
 
-    /// The constraint that the point of a report violates most.
+    /// The constraint that the point of a report violates most; none where that is met but for rounding.
     #[must_use]
     pub fn unmet(&self, ocp: &Ocp, report: &SolveReport) -> Option<Unmet> {
-        let worst = report.worst_constraint?;
+        let is_violated = |v: &Violation| v.amount.abs() > ROUNDING * self.scales.constraints[v.constraint];
+        let worst = report.worst_constraint.filter(is_violated)?;
         let origin = self.row_origin(ocp, worst.constraint, &report.x)?;
         Some(Unmet { origin, amount: worst.amount })
     }

@@ -92,8 +92,9 @@ impl Boundary<'_> {
     fn integral_bounds(&self, k: usize) -> Option<Check> {
         let phase = &self.ocp.phases[k];
         let mut worst = Worst::default();
-        for (q, value) in phase.integrals.iter().zip(&self.flights[k].integrals) {
-            let limit = self.settings.end_tolerance * row_scale(&q.variable, *value);
+        let scales = &self.scaling.phases[k].integrals;
+        for ((q, value), scale) in phase.integrals.iter().zip(&self.flights[k].integrals).zip(scales) {
+            let limit = self.settings.end_tolerance * scale;
             if q.variable.bounds != Bounds::FREE {
                 let at = || format!("{}, phase `{}`", q.variable.name, phase.name);
                 worst.consider(q.variable.bounds.excess(*value), limit, &q.variable.unit, at);
@@ -183,14 +184,14 @@ impl Boundary<'_> {
 }
 
 /// Typical size of a bounded quantity: as stated, else the width of its bounds, else the larger finite bound, else the
-/// largest value met, else one.
-pub(crate) fn row_scale(variable: &Variable, largest_value: f64) -> f64 {
+/// given one, else one.
+pub(crate) fn row_scale(variable: &Variable, size: f64) -> f64 {
     let usable = |s: &f64| *s > 0.0 && s.is_finite();
     let width = variable.bounds.upper - variable.bounds.lower;
     variable
         .scale
         .or(Some(width).filter(usable))
         .or(Some(largest_bound(variable)).filter(usable))
-        .or(Some(largest_value.abs()).filter(usable))
+        .or(Some(size.abs()).filter(usable))
         .unwrap_or(1.0)
 }

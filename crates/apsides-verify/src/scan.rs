@@ -23,7 +23,8 @@ struct Watched<'a> {
     /// Smallest limit, whatever the scale.
     floor: f64,
     excess: f64,
-    largest: f64,
+    /// Typical size where neither a scale nor a bound says one.
+    size: f64,
     leg: usize,
     time: f64,
 }
@@ -80,7 +81,6 @@ pub(crate) fn checks(
             evaluate(leg, t, &mut row);
             for w in &mut watched {
                 let value = row[w.row];
-                w.largest = w.largest.max(value.abs());
                 let excess = w.variable.bounds.excess(value);
                 if is_worse(excess, w.excess) {
                     (w.excess, w.leg, w.time) = (excess, leg, t);
@@ -105,12 +105,12 @@ pub(crate) fn checks(
 }
 
 fn watched<'a>(phase: &'a Phase, scaling: &PhaseScaling, settings: &VerifySettings) -> Vec<Watched<'a>> {
-    let watch = |row, variable, floor| Watched {
+    let watch = |row, variable, floor, size| Watched {
         row,
         variable,
         floor,
         excess: f64::NEG_INFINITY,
-        largest: 0.0,
+        size,
         leg: 0,
         time: 0.0,
     };
@@ -118,10 +118,15 @@ fn watched<'a>(phase: &'a Phase, scaling: &PhaseScaling, settings: &VerifySettin
     let states = phase.states.iter().enumerate().map(|(i, s)| {
         // The path may leave its bounds by as much as its end may miss.
         let floor = s.tolerance.unwrap_or(settings.end_tolerance * scaling.states[i]);
-        watch(i, &s.variable, floor)
+        watch(i, &s.variable, floor, scaling.states[i])
     });
-    let controls = phase.controls.iter().enumerate().map(|(i, c)| watch(nx + i, c, 0.0));
-    let path = phase.path.iter().flat_map(|p| &p.rows).enumerate().map(|(i, r)| watch(nx + nu + i, r, 0.0));
+    let controls = phase.controls.iter().enumerate().map(|(i, c)| watch(nx + i, c, 0.0, scaling.controls[i]));
+    let path = phase
+        .path
+        .iter()
+        .flat_map(|p| &p.rows)
+        .enumerate()
+        .map(|(i, r)| watch(nx + nu + i, r, 0.0, scaling.path[i]));
     let bounded = |w: &Watched<'_>| w.variable.bounds != Bounds::FREE;
     states.chain(controls).chain(path).filter(bounded).collect()
 }
@@ -138,7 +143,7 @@ fn report(
     let mut rows = Vec::new();
     for w in &watched {
         let variable = w.variable;
-        let limit = (settings.path_tolerance * row_scale(variable, w.largest)).max(w.floor);
+        let limit = (settings.path_tolerance * row_scale(variable, w.size)).max(w.floor);
         let named = || format!("{}, {}", variable.name, place(phase, w.time));
         if w.row < nx {
             states.consider(w.excess, limit, &variable.unit, named);

@@ -62,7 +62,11 @@ pub(crate) fn conditions(
     let Some(form) = Form::new(ocp, trajectory, &scales, &scaling.parameters, conditions, settings) else {
         return not_tested("first order only: the linearised equations of motion could not be solved");
     };
-    let limit = settings.curvature_tolerance;
+    let legendre: Vec<(f64, f64)> = (0..conditions.len()).map(|k| form.legendre(k)).collect();
+    let least = legendre.iter().map(|l| l.0).fold(f64::INFINITY, f64::min);
+    let is_singular = least.abs() < settings.curvature_tolerance;
+    let limit =
+        if is_singular { settings.singular_curvature_tolerance } else { settings.curvature_tolerance };
     let mut amount = 0.0;
     if !form.inertia(Space::Necessary, -limit).is_positive() {
         amount = limit;
@@ -83,8 +87,7 @@ pub(crate) fn conditions(
     if amount > 0.0 {
         return second;
     }
-    for (k, c) in conditions.iter().enumerate() {
-        let (least, time) = form.legendre(k);
+    for (c, &(least, time)) in conditions.iter().zip(&legendre) {
         if least < settings.curvature_tolerance {
             let place = place(c.equations.phase, time);
             second.remark = Some(format!(

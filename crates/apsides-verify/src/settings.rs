@@ -39,6 +39,9 @@ pub struct VerifySettings {
     /// changes of the controls, free ends, corners and parameters of the size of their scales; default 1e-5. The Hessian
     /// of the Hamiltonian in the free controls must exceed it for the strengthened condition of Legendre and Clebsch.
     pub curvature_tolerance: f64,
+    /// The same where the Hamiltonian is linear in a free control: along a singular arc nothing damps what the discretisation of the
+    /// control leaves, and no strict minimum is claimed; default 1e-3.
+    pub singular_curvature_tolerance: f64,
     /// Least curvature, in the same measure, that shows a strict minimum; default 1e-7.
     pub coercivity: f64,
     /// Allowed residual of the transversality conditions, relative to the largest costate times the scale of its state
@@ -69,6 +72,7 @@ impl Default for VerifySettings {
             minimum_tolerance: 1e-5,
             hamiltonian_tolerance: 1e-5,
             curvature_tolerance: 1e-5,
+            singular_curvature_tolerance: 1e-3,
             coercivity: 1e-7,
             transversality_tolerance: 1e-5,
             contact_tolerance: 1e-4,
@@ -94,6 +98,7 @@ impl VerifySettings {
             ("minimum_tolerance", self.minimum_tolerance),
             ("hamiltonian_tolerance", self.hamiltonian_tolerance),
             ("curvature_tolerance", self.curvature_tolerance),
+            ("singular_curvature_tolerance", self.singular_curvature_tolerance),
             ("coercivity", self.coercivity),
             ("transversality_tolerance", self.transversality_tolerance),
             ("contact_tolerance", self.contact_tolerance),

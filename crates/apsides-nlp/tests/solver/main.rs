@@ -9,5 +9,6 @@ mod malformed;
 mod no_solution;
 mod optimal_control;
 mod scaling_and_warm_start;
+mod second_order;
 mod sensitivity;
 mod support;

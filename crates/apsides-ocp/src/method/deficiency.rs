@@ -26,6 +26,13 @@ pub enum Reason {
         /// Refinements of the first discretisation.
         refinements: usize,
     },
+    /// The discretisation is too coarse, and finer ones gained nothing, as where a control chatters or nothing determines it.
+    Stalled {
+        /// Measures of accuracy, those that miss their tolerance among them.
+        measures: Vec<Accuracy>,
+        /// Refinements of the first discretisation.
+        refinements: usize,
+    },
     /// Bounds along the phases that the method does not impose are exceeded.
     BoundsExceeded(Vec<Exceeded>),
     /// The method did not converge; the solution is that of the method it started from.
@@ -72,11 +79,19 @@ impl Deficiency {
         Self { reason, remedies: vec![remedy] }
     }
 
+    /// A discretisation that is too coarse by its measures of accuracy and that the last of so many refinements did not better.
+    #[must_use]
+    pub fn stalled(measures: &[Accuracy], refinements: usize, remedy: Remedy) -> Self {
+        let reason = Reason::Stalled { measures: measures.to_vec(), refinements };
+        Self { reason, remedies: vec![remedy] }
+    }
+
     /// The word for files and scripts.
     #[must_use]
     pub fn word(&self) -> &'static str {
         match self.reason {
             Reason::Inaccurate { .. } => "mesh-limit",
+            Reason::Stalled { .. } => "mesh-stalled",
             Reason::BoundsExceeded(_) => "limits-exceeded",
             Reason::NotConverged { .. } => "not-converged",
         }
@@ -88,6 +103,10 @@ impl Deficiency {
     pub fn sentence(&self, name: &dyn Fn(&'static str) -> String) -> String {
         let mut text = match &self.reason {
             Reason::Inaccurate { measures, refinements } => inaccurate(measures, *refinements, name),
+            Reason::Stalled { measures, refinements } => format!(
+                "{}; the last refinements have not brought it down",
+                inaccurate(measures, *refinements, name)
+            ),
             Reason::BoundsExceeded(exceeded) => format!(
                 "limits along the flight that the method does not impose are exceeded ({})",
                 exceeded.iter().map(ToString::to_string).collect::<Vec<_>>().join("; ")

@@ -2,6 +2,8 @@
 
 use std::fmt;
 
+use crate::Ocp;
+
 /// A doubt about a solve, or a remark on the way it took.
 #[derive(Clone, Debug, PartialEq)]
 #[non_exhaustive]
@@ -17,6 +19,36 @@ pub enum Warning {
     },
     /// Every flight of a search failed, and the solve began from the guess.
     SearchFailed,
+    /// A path equality has no control in it.
+    WithoutControl {
+        /// The phase.
+        phase: String,
+        /// The row of the path constraints.
+        row: String,
+    },
+}
+
+impl Warning {
+    /// The path equalities of a problem that contain no control. With the equations of motion they are differential-algebraic equations
+    /// of index two or higher, whose costates no collocation gives to the order of its states (U. Ascher and L. Petzold, Computer
+    /// Methods for Ordinary Differential Equations and Differential-Algebraic Equations, SIAM 1998, section 10.1).
+    #[must_use]
+    pub fn without_control(ocp: &Ocp) -> Vec<Self> {
+        let mut found = Vec::new();
+        for phase in &ocp.phases {
+            let controls = phase.states.len()..phase.states.len() + phase.controls.len();
+            for c in &phase.path {
+                let pattern = c.function.pattern();
+                for (row, ends) in c.rows.iter().zip(pattern.row_offsets.windows(2)) {
+                    let has_control = pattern.columns[ends[0]..ends[1]].iter().any(|i| controls.contains(i));
+                    if row.bounds.is_fixed() && !has_control {
+                        found.push(Self::WithoutControl { phase: phase.name.clone(), row: row.name.clone() });
+                    }
+                }
+            }
+        }
+        found
+    }
 }
 
 /// A scale that does not fit what it scales.
@@ -66,6 +98,11 @@ impl fmt::Display for Warning {
             Self::StartedAgain { iterations, from } => write!(
                 f,
                 "shooting from the costates at hand gave no flight in {iterations} iterations; it starts from the solution by {from}"
+            ),
+            Self::WithoutControl { phase, row } => write!(
+                f,
+                "phase `{phase}`: the path equality `{row}` has no control in it, so that costates come out inaccurate; state its derivative \
+                 with respect to time along the path, as often as it takes for a control to appear, and the equality itself at the start"
             ),
             Self::SearchFailed => {
                 f.write_str("every flight of the search failed; the solve began from the guess")

@@ -88,6 +88,14 @@ fn a_maximum_of_the_hamiltonian() {
 }
 
 #[test]
+fn a_singular_arc_that_is_a_maximum() {
+    // -x^2 with x' = u: the Hamiltonian does not depend on u, and every change lowers the cost.
+    let certificate = rest(Cost::NegativeState, Bounds::new(-1.0, 1.0), 1.0);
+    assert_failed(&certificate, &["negative curvature"]);
+    assert_eq!(certificate.verdict, Verdict::Feasible);
+}
+
+#[test]
 fn beyond_the_conjugate_point() {
     // u^2 - x^2: the fields x = sin t meet again at pi.
     for to in [3.2, 5.0] {

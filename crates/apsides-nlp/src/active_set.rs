@@ -1,0 +1,228 @@
+//! The end of a solve: Newton's method on the active set that the interior point method has found.
+//!
+//! The barrier keeps every bound at a distance: where slack and multiplier both vanish, both are of the size of the square root of
+//! the barrier parameter, and so is the error of the solution. With the active bounds held as equations and the others left
+//! out the conditions are smooth, and a few Newton steps meet them to rounding. A bound whose multiplier comes out with the wrong
+//! sign is released, one that is overstepped is held, for a few rounds (P. Gill, W. Murray, M. Wright, Practical
+//! Optimization, Academic Press 1981, section 5.2). A system whose inertia is not that of a strict minimum, or a set that does
+//! not settle, leaves the point of the interior point method as it is.
+
+use crate::augmented::AugmentedSystem;
+use crate::engine::Engine;
+use crate::iterate::Point;
+use crate::model::{BarrierModel, Structure};
+use crate::scaled::ScaledProblem;
+use crate::state::SolverState;
+use crate::step::SINGULAR_RESIDUAL;
+use crate::vector::max_abs;
+
+/// Changes of the set.
+const ROUNDS: usize = 6;
+/// Newton steps for one set.
+const STEPS: usize = 4;
+/// Residuals at which the steps end: rounding of the scaled functions.
+const ROUNDING: f64 = 1e-13;
+/// Diagonal entry of a variable that is held.
+const HELD: f64 = 1e16;
+/// Diagonal entry of a slack that is free: its row takes no part.
+const FREE_SLACK: f64 = 1e-14;
+/// Multipliers of the wrong sign, and excesses of bounds, that are rounding.
+const LEAST: f64 = 1e-12;
+
+/// A slack below so many roots of the barrier parameter is close: one whose multiplier vanishes too is of the size of that root.
+const CLOSE_BOUND: f64 = 100.0;
+/// Part of all bounds that is a few.
+const FEW: f64 = 0.05;
+/// A step that moves a variable by more, relative to its size where that is above one, leads to another solution: what determines it is
+/// the barrier alone, as along singular arcs.
+const CLOSE: f64 = 3e-2;
+
+/// Where a variable stands.
+#[derive(Clone, Copy, PartialEq)]
+enum Side {
+    Free,
+    Lower,
+    Upper,
+}
+
+impl Engine {
+    /// Moves an optimal point to the exact solution for its active set; false, and the point as it was, if there is none close by.
+    pub(crate) fn polish(&mut self, problem: &mut ScaledProblem<'_>, system: &mut AugmentedSystem) -> bool {
+        if !self.state.meets_few_bounds() {
+            return false;
+        }
+        self.state.trial.copy_from(&self.state.current);
+        let errors = self.state.errors;
+        let (lower, upper) = problem.exact_bounds();
+        let mut sides = self.state.sides();
+        for _ in 0..ROUNDS {
+            if !self.state.newton(problem, system, &sides, &lower, &upper) {
+                break;
+            }
+            if !self.state.revise(&mut sides, &lower, &upper) {
+                self.state.take_multipliers(&sides);
+                self.state.set_exact_slacks(&lower, &upper);
+                self.state.update_dual_residual(problem);
+                self.measure_errors(problem);
+                if self.is_optimal() {
+                    return true;
+                }
+                break;
+            }
+        }
+        self.state.current.copy_from(&self.state.trial);
+        self.state.errors = errors;
+        if self.state.differentiate(problem).is_ok() {
+            self.measure_errors(problem);
+        }
+        false
+    }
+}
+
+impl SolverState {
+    /// Returns true if the point is close to a few of its bounds at most: what lies along bounds as an arc leaves its exact set to the mesh.
+    fn meets_few_bounds(&self) -> bool {
+        let Point { lower_slack, upper_slack, .. } = &self.current;
+        let close = CLOSE_BOUND * self.barrier.sqrt();
+        let lower = self.bounds.lower_set.iter().filter(|&&i| lower_slack[i] < close).count();
+        let upper = self.bounds.upper_set.iter().filter(|&&i| upper_slack[i] < close).count();
+        let met = lower + upper;
+        met <= 1 || met as f64 <= FEW * self.bounds.len() as f64
+    }
+
+    /// At a bound where the multiplier is larger than the slack.
+    fn sides(&self) -> Vec<Side> {
+        let Point { zl, zu, lower_slack, upper_slack, .. } = &self.current;
+        let side = |i: usize| match (zl[i] > lower_slack[i], zu[i] > upper_slack[i]) {
+            (true, false) => Side::Lower,
+            (false, true) => Side::Upper,
+            _ => Side::Free,
+        };
+        (0..zl.len()).map(side).collect()
+    }
+
+    /// Newton's method with the bounds of `sides` held; false where it does not get to rounding, or the system is not that
+    /// of a strict minimum.
+    fn newton(
+        &mut self,
+        problem: &mut ScaledProblem<'_>,
+        system: &mut AugmentedSystem,
+        sides: &[Side],
+        lower: &[f64],
+        upper: &[f64],
+    ) -> bool {
+        for (i, side) in sides.iter().enumerate() {
+            match side {
+                Side::Free => {}
+                Side::Lower => self.current.v[i] = lower[i],
+                Side::Upper => self.current.v[i] = upper[i],
+            }
+        }
+        self.current.zl.fill(0.0);
+        self.current.zu.fill(0.0);
+        for step in 0..=STEPS {
+            if !(self.current.evaluate(problem) && self.differentiate(problem).is_ok()) {
+                return false;
+            }
+            let free = |(r, side): (&f64, &Side)| if *side == Side::Free { r.abs() } else { 0.0 };
+            let dual = self.dual_residual.iter().zip(sides).map(free).fold(0.0, f64::max);
+            if dual.max(max_abs(&self.current.constraints)) <= ROUNDING {
+                return true;
+            }
+            if step == STEPS {
+                let size = max_abs(&self.current.y).max(1.0);
+                return dual.max(max_abs(&self.current.constraints)) <= 1e2 * ROUNDING * size;
+            }
+            let structure = problem.structure().clone();
+            problem.hessian(&self.current.v, &self.current.y, &mut self.hessian, &mut self.diagonal);
+            if !self.newton_step(&structure, system, sides) {
+                return false;
+            }
+        }
+        false
+    }
+
+    fn newton_step(&mut self, structure: &Structure, system: &mut AugmentedSystem, sides: &[Side]) -> bool {
+        for (i, side) in sides.iter().enumerate() {
+            if *side != Side::Free {
+                self.diagonal[i] = HELD;
+            } else if i >= structure.variables {
+                self.diagonal[i] = FREE_SLACK;
+            }
+        }
+        system.load(Some(&self.hessian), &self.diagonal, &self.jacobian);
+        let inertia = system.factor(structure, &self.diagonal, 0.0, 0.0);
+        if !inertia.is_some_and(|i| i.negative == structure.constraints && i.zero == 0) {
+            return false;
+        }
+        for ((rhs, residual), side) in self.work.iter_mut().zip(&self.dual_residual).zip(sides) {
+            *rhs = if *side == Side::Free { *residual } else { 0.0 };
+        }
+        let step = &mut self.step;
+        let residual = system.solve(
+            structure,
+            &self.jacobian,
+            &self.work,
+            &self.current.constraints,
+            &mut step.v,
+            &mut step.y,
+        );
+        if residual > SINGULAR_RESIDUAL {
+            return false;
+        }
+        let far =
+            |((v, d), side): ((&f64, &f64), &Side)| *side == Side::Free && d.abs() > CLOSE * v.abs().max(1.0);
+        if self.current.v.iter().zip(&step.v).zip(sides).any(far) {
+            return false;
+        }
+        for ((v, d), side) in self.current.v.iter_mut().zip(&step.v).zip(sides) {
+            if *side == Side::Free {
+                *v += d;
+            }
+        }
+        for (y, d) in self.current.y.iter_mut().zip(&step.y) {
+            *y += d;
+        }
+        true
+    }
+
+    /// Releases bounds with multipliers of the wrong sign and holds those that are overstepped; false if there is none.
+    fn revise(&self, sides: &mut [Side], lower: &[f64], upper: &[f64]) -> bool {
+        let mut changed = false;
+        let least = LEAST * max_abs(&self.current.y).max(1.0);
+        for (i, side) in sides.iter_mut().enumerate() {
+            let (v, z) = (self.current.v[i], self.dual_residual[i]);
+            let next = match side {
+                Side::Lower if z < -least => Side::Free,
+                Side::Upper if z > least => Side::Free,
+                Side::Free if v < lower[i] - LEAST => Side::Lower,
+                Side::Free if v > upper[i] + LEAST => Side::Upper,
+                _ => *side,
+            };
+            changed |= next != *side;
+            *side = next;
+        }
+        changed
+    }
+
+    /// The multipliers of the bounds that are held, from the gradient of the Lagrangian.
+    fn take_multipliers(&mut self, sides: &[Side]) {
+        for (i, side) in sides.iter().enumerate() {
+            let z = self.dual_residual[i];
+            match side {
+                Side::Free => {}
+                Side::Lower => self.current.zl[i] = z.max(0.0),
+                Side::Upper => self.current.zu[i] = (-z).max(0.0),
+            }
+        }
+    }
+
+    fn set_exact_slacks(&mut self, lower: &[f64], upper: &[f64]) {
+        for &i in &self.bounds.lower_set {
+            self.current.lower_slack[i] = (self.current.v[i] - lower[i]).max(0.0);
+        }
+        for &i in &self.bounds.upper_set {
+            self.current.upper_slack[i] = (upper[i] - self.current.v[i]).max(0.0);
+        }
+    }
+}

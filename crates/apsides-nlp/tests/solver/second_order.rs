@@ -1,0 +1,88 @@
+//! The end of a solve: saddles and maxima are left, weakly active bounds are met exactly.
+#![allow(clippy::unwrap_used)]
+
+use apsides_nlp::{InteriorPoint, NlpSettings, SolveReport, Status};
+
+use crate::support::{Dense, INF, Jet};
+
+/// Round-off of Newton's method at its end.
+const ROUNDING: f64 = 1e-12;
+
+fn solve<const N: usize, const M: usize>(problem: &Dense<N, M>, settings: NlpSettings) -> SolveReport {
+    InteriorPoint::new(settings).solve(&mut problem.clone()).unwrap()
+}
+
+fn escaping() -> NlpSettings {
+    NlpSettings { max_saddle_escapes: 3, ..NlpSettings::default() }
+}
+
+/// `x^4 - x^2` is stationary at 0 and has its minima of -1/4 at `x^2 = 1/2`.
+#[test]
+fn a_maximum_is_left() {
+    let problem = Dense::unconstrained([0.0], |x: &[Jet<1>; 1]| x[0].powi(4) - x[0].powi(2));
+    let stays = solve(&problem, NlpSettings::default());
+    assert_eq!((stays.status, stays.objective), (Status::Optimal, 0.0));
+    let leaves = solve(&problem, escaping());
+    assert_eq!(leaves.status, Status::Optimal);
+    assert!((leaves.objective + 0.25).abs() < ROUNDING, "{}", leaves.objective);
+}
+
+/// `-x^2` between -1 and 1: the minima are both bounds.
+#[test]
+fn a_concave_cost_ends_at_a_bound() {
+    let problem = Dense {
+        start: [0.0],
+        lower: [-1.0],
+        upper: [1.0],
+        constraint_lower: [],
+        constraint_upper: [],
+        objective: |x: &[Jet<1>; 1]| -(x[0].powi(2)),
+        constraints: |_| [],
+    };
+    let report = solve(&problem, escaping());
+    assert_eq!(report.status, Status::Optimal);
+    assert!((report.objective + 1.0).abs() < 1e-7, "{}", report.objective);
+}
+
+/// A saddle of `x y` on the line `x + y = 0` is its maximum there; on `x - y = 0` it is the minimum.
+#[test]
+fn curvature_counts_on_the_constraints_alone() {
+    let on = |sign: fn(&[Jet<2>; 2]) -> [Jet<2>; 1]| Dense {
+        start: [0.0; 2],
+        lower: [-2.0; 2],
+        upper: [2.0; 2],
+        constraint_lower: [0.0],
+        constraint_upper: [0.0],
+        objective: |x: &[Jet<2>; 2]| x[0] * x[1],
+        constraints: sign,
+    };
+    let down = solve(&on(|x| [x[0] + x[1]]), escaping());
+    assert!((down.objective + 4.0).abs() < 1e-6, "{}", down.objective);
+    let up = solve(&on(|x| [x[0] - x[1]]), escaping());
+    assert!(up.objective.abs() < 1e-9, "{}", up.objective);
+}
+
+#[test]
+fn an_unbounded_problem_is_called_diverging() {
+    let problem = Dense::unconstrained([0.0], |x: &[Jet<1>; 1]| -(x[0].powi(2)));
+    assert_eq!(solve(&problem, escaping()).status, Status::Diverging);
+}
+
+/// `x^2 + (y - 1)^2` with `x >= 0`, where slack and multiplier vanish: the barrier leaves `x` at the root of its parameter.
+#[test]
+fn a_weakly_active_bound_is_met_exactly() {
+    let problem = Dense {
+        start: [1.0, 0.0],
+        lower: [0.0, -INF],
+        upper: [INF, INF],
+        constraint_lower: [],
+        constraint_upper: [],
+        objective: |x: &[Jet<2>; 2]| x[0].powi(2) + (x[1] - 1.0).powi(2),
+        constraints: |_| [],
+    };
+    let rough = solve(&problem, NlpSettings::default());
+    assert!(rough.x[0] > 1e-6, "{:?}", rough.x);
+    let exact = solve(&problem, NlpSettings { polish: true, ..NlpSettings::default() });
+    assert_eq!(exact.status, Status::Optimal);
+    assert!(exact.x[0].abs() < ROUNDING && (exact.x[1] - 1.0).abs() < ROUNDING, "{:?}", exact.x);
+}

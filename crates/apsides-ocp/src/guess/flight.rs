@@ -1,0 +1,83 @@
+//! Guesses that fly: the equations of motion integrated with given controls.
+
+use crate::{Guess, Ocp, OcpError, Phase, PhaseGuess};
+
+/// Steps of a flight, which are the intervals of the guess.
+const STEPS: usize = 100;
+
+impl Guess {
+    /// The flight of each phase with the controls that `control` gives for the index of the phase, the time and the states, from the
+    /// start and for the duration that [`Guess::linear`] has. A phase starts where the one before it ends if it has as many states.
+    ///
+    /// # Errors
+    /// [`OcpError::Guess`] when the flight or a control is not finite, or a control is missing.
+    pub fn fly(ocp: &Ocp, control: impl Fn(usize, f64, &[f64]) -> Vec<f64>) -> Result<Self, OcpError> {
+        let linear = Self::linear(ocp);
+        let mut phases: Vec<PhaseGuess> = Vec::new();
+        for (k, (phase, guess)) in ocp.phases.iter().zip(&linear.phases).enumerate() {
+            let mut start = vec![0.0; phase.states.len()];
+            guess.state(0.0, &mut start);
+            let duration = guess.final_time - guess.initial_time;
+            let mut initial_time = guess.initial_time;
+            let before = phases.last().filter(|_| ocp.phases[k - 1].states.len() == start.len());
+            if let Some(before) = before {
+                before.state(1.0, &mut start);
+                initial_time = before.final_time;
+            }
+            let times = (initial_time, initial_time + duration);
+            phases.push(flight(phase, &linear.parameters, times, start, |t, x| control(k, t, x))?);
+        }
+        Ok(Self { phases, ..linear })
+    }
+}
+
+/// One phase by the classical Runge-Kutta method.
+fn flight(
+    phase: &Phase,
+    parameters: &[f64],
+    times: (f64, f64),
+    start: Vec<f64>,
+    control: impl Fn(f64, &[f64]) -> Vec<f64>,
+) -> Result<PhaseGuess, OcpError> {
+    let fail = |reason: String| OcpError::Guess { place: phase.name.clone(), reason };
+    let dynamics = phase.dynamics.as_ref();
+    let steer = |t: f64, x: &[f64]| {
+        let u = control(t, x);
+        match phase.controls.get(u.len()) {
+            Some(missing) => Err(fail(format!("the flight has no control `{}`", missing.name))),
+            None => Ok(u),
+        }
+    };
+    let rate = |t: f64, x: &[f64]| {
+        let mut z = x.to_vec();
+        z.extend(&steer(t, x)?[..phase.controls.len()]);
+        if phase.takes_parameters(dynamics) {
+            z.extend_from_slice(parameters);
+        }
+        z.push(t);
+        let mut rates = vec![0.0; x.len()];
+        dynamics.value(&z, &mut rates);
+        Ok(rates)
+    };
+    let step = (times.1 - times.0) / STEPS as f64;
+    let moved =
+        |x: &[f64], rates: &[f64], h: f64| x.iter().zip(rates).map(|(x, r)| x + h * r).collect::<Vec<f64>>();
+    let (mut at, mut states, mut controls) = (vec![times.0], vec![start], Vec::new());
+    for k in 0..STEPS {
+        let (t, x) = (at[k], &states[k]);
+        controls.push(steer(t, x)?);
+        let a = rate(t, x)?;
+        let b = rate(t + 0.5 * step, &moved(x, &a, 0.5 * step))?;
+        let c = rate(t + 0.5 * step, &moved(x, &b, 0.5 * step))?;
+        let d = rate(t + step, &moved(x, &c, step))?;
+        let mean: Vec<f64> = (0..x.len()).map(|i| (a[i] + 2.0 * (b[i] + c[i]) + d[i]) / 6.0).collect();
+        let next = moved(x, &mean, step);
+        if !next.iter().all(|v| v.is_finite()) {
+            return Err(fail(format!("the flight is not finite after {t} {}", phase.time_unit)));
+        }
+        at.push(times.0 + (k + 1) as f64 * step);
+        states.push(next);
+    }
+    controls.push(steer(times.1, &states[STEPS])?);
+    PhaseGuess::samples(&at, states, controls)
+}

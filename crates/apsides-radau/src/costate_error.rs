@@ -1,0 +1,254 @@
+//! The distance of the costates from their differential equation.
+//!
+//! States converge faster than costates: where they are accurate, the costates of a coarse mesh may still be wrong by more than a
+//! test of optimality allows. Over each interval `lambda' = -dL/dx` is integrated by a Radau rule of one point more and compared with the
+//! costate, as the equations of motion are in [`error_estimate`](crate::error_estimate) (Patterson, Hager, Rao 2015, doi
+//! 10.1002/oca.2114). Intervals in which a bound on a state or a path constraint without controls is active are left out, since what the
+//! bound adds to the costate is not a matter of more points, and those beside kinks.
+
+use apsides_ad::NodeFunction;
+use apsides_basis::Lgr;
+use apsides_ocp::{Ocp, Phase, PhaseScaling, PhaseTrajectory, Scaling, Sense, Trajectory};
+
+use crate::RadauError;
+use crate::settings::RadauSettings;
+
+/// A state closer to its bound than this part of its scale is at it.
+const AT_BOUND: f64 = 1e-6;
+/// A multiplier whose integral over an interval is below this part of the largest costate is what a barrier leaves.
+const PUSHES: f64 = 1e-6;
+
+/// Most meshes of a solve for the sake of its costates.
+const MOST_MESHES: usize = 3;
+/// Part of the error that such a mesh must leave at most for another one.
+const GAIN: f64 = 0.9;
+/// Part of the tolerance that an interval keeps when the mesh is refined: what one is rid of comes to stand in those before it.
+const SHARE: f64 = 0.2;
+
+/// Meshes for the sake of the costates alone.
+#[derive(Default)]
+pub(crate) struct CostateMeshes {
+    made: usize,
+    /// Largest error of the last one.
+    error: Option<f64>,
+}
+
+impl CostateMeshes {
+    /// Returns true, and raises the errors of the intervals with inaccurate costates, if another mesh is worth its while.
+    pub(crate) fn want(
+        &mut self,
+        ocp: &Ocp,
+        scaling: &Scaling,
+        settings: &RadauSettings,
+        trajectory: &mut Trajectory,
+    ) -> Result<bool, RadauError> {
+        if self.made == MOST_MESHES || settings.costate_tolerance.is_infinite() {
+            return Ok(false);
+        }
+        let errors = costate_errors(ocp, scaling, trajectory)?;
+        let largest = errors.iter().flatten().copied().fold(0.0, f64::max);
+        let helped = self.error.is_none_or(|before| largest < GAIN * before);
+        if largest <= settings.costate_tolerance || !helped {
+            return Ok(false);
+        }
+        (self.error, self.made) = (Some(largest), self.made + 1);
+        let weight = settings.tolerance / (SHARE * settings.costate_tolerance);
+        for (phase, errors) in trajectory.phases.iter_mut().zip(errors) {
+            for (known, error) in phase.interval_errors.iter_mut().zip(errors) {
+                *known = known.max(weight * error);
+            }
+        }
+        Ok(true)
+    }
+}
+
+/// Per phase and interval, the largest relative error of the costates; zero where they are not known, or constrained.
+fn costate_errors(
+    ocp: &Ocp,
+    scaling: &Scaling,
+    trajectory: &Trajectory,
+) -> Result<Vec<Vec<f64>>, RadauError> {
+    let phases = ocp.phases.iter().zip(&trajectory.phases).zip(&scaling.phases).enumerate();
+    phases
+        .map(|(k, ((phase, found), scaling))| {
+            Slopes::new(ocp, k, phase, found, &trajectory.parameters).errors(scaling)
+        })
+        .collect()
+}
+
+/// The slope of the Lagrangian of a phase in its states.
+struct Slopes<'a> {
+    phase: &'a Phase,
+    found: &'a PhaseTrajectory,
+    parameters: &'a [f64],
+    /// Weight of each integral in the minimised objective, plus the multiplier of its bounds.
+    weights: Vec<f64>,
+    inputs: Vec<f64>,
+    values: Vec<f64>,
+    entries: Vec<f64>,
+    costate: Vec<f64>,
+    multipliers: Vec<f64>,
+}
+
+impl<'a> Slopes<'a> {
+    fn new(
+        ocp: &Ocp,
+        index: usize,
+        phase: &'a Phase,
+        found: &'a PhaseTrajectory,
+        parameters: &'a [f64],
+    ) -> Self {
+        let sign = if ocp.objective.sense == Sense::Maximize { -1.0 } else { 1.0 };
+        let multiplier = |q: usize| found.integral_multipliers.as_ref().map_or(0.0, |m| m[q]);
+        let weight = |q: usize| sign * ocp.objective.integral_weight(index, q) + multiplier(q);
+        let functions = || {
+            let path = phase.path.iter().map(|c| &c.function);
+            std::iter::once(&phase.dynamics).chain(path).chain(phase.integrals.iter().map(|q| &q.function))
+        };
+        let rows = phase.path.iter().map(|c| c.rows.len()).sum();
+        Self {
+            phase,
+            found,
+            parameters,
+            weights: (0..phase.integrals.len()).map(weight).collect(),
+            inputs: vec![0.0; phase.states.len() + phase.controls.len() + parameters.len() + 1],
+            values: vec![0.0; functions().map(|f| f.outputs()).max().unwrap_or(0)],
+            entries: vec![0.0; functions().map(|f| f.pattern().jacobian_len()).max().unwrap_or(0)],
+            costate: vec![0.0; phase.states.len()],
+            multipliers: vec![0.0; rows],
+        }
+    }
+
+    fn errors(mut self, scaling: &PhaseScaling) -> Result<Vec<f64>, RadauError> {
+        let intervals = self.found.mesh.intervals();
+        let Some(costate) = &self.found.costate else { return Ok(vec![0.0; intervals]) };
+        let nx = self.phase.states.len();
+        let rows = costate.segments().iter().flat_map(|s| s.values.chunks(nx));
+        let sizes = rows.flat_map(|row| row.iter().zip(&scaling.states).map(|(l, s)| (l * s).abs()));
+        let largest = sizes.fold(0.0, f64::max);
+        let mut errors = vec![0.0; intervals];
+        if largest > 0.0 && largest.is_finite() {
+            for (k, error) in errors.iter_mut().enumerate() {
+                if !self.is_constrained(k, scaling, largest) {
+                    *error = self.error(k, &scaling.states)? / largest;
+                }
+            }
+        }
+        Ok(errors)
+    }
+
+    /// Returns true if a bound on a state or a path constraint without controls is active in interval `k`, ends of the phase apart, or a
+    /// kink at its end;
+    /// `size` is that of the costates, in the unit of the objective.
+    fn is_constrained(&self, k: usize, scaling: &PhaseScaling, size: f64) -> bool {
+        let (nx, nu) = (self.phase.states.len(), self.phase.controls.len());
+        // At a kink the slope is that of either side.
+        if self.found.mesh.crossings().iter().any(|c| c.end == k || c.end == k + 1) {
+            return true;
+        }
+        let breaks = self.found.state.breaks();
+        let (first, last) = (breaks[0], breaks[breaks.len() - 1]);
+        let mut x = vec![0.0; nx];
+        for t in self.found.state.node_times(k).filter(|t| *t > first && *t < last) {
+            self.found.state.evaluate_in(k, t, &mut x);
+            let states = self.phase.states.iter().zip(&x).zip(&scaling.states);
+            for ((state, value), scale) in states {
+                let bounds = state.variable.bounds;
+                if (bounds.upper - value).min(value - bounds.lower) <= AT_BOUND * scale {
+                    return true;
+                }
+            }
+        }
+        let Some(path) = &self.found.path_multipliers else { return false };
+        let duration = breaks[k + 1] - breaks[k];
+        let limits = self.phase.path.iter().flat_map(|c| {
+            let with_control = c.function.pattern().columns.iter().any(|i| (nx..nx + nu).contains(i));
+            std::iter::repeat_n(
+                if with_control { f64::INFINITY } else { PUSHES * size / duration },
+                c.rows.len(),
+            )
+        });
+        let limits: Vec<f64> = limits.zip(&scaling.path).map(|(limit, scale)| limit / scale).collect();
+        let values = path.segments()[k].values.chunks(limits.len().max(1));
+        values.flat_map(|row| row.iter().zip(&limits)).any(|(m, limit)| m.abs() > *limit)
+    }
+
+    /// The largest difference in interval `k`, in the unit of the objective.
+    fn error(&mut self, k: usize, scales: &[f64]) -> Result<f64, RadauError> {
+        let Some(costate) = &self.found.costate else { return Ok(0.0) };
+        let nx = scales.len();
+        let rule = Lgr::new((self.found.mesh.points()[k] + 1).min(apsides_basis::MAX_POINTS))?;
+        let m = rule.points();
+        let (start, end) = (costate.breaks()[k], costate.breaks()[k + 1]);
+        let half = 0.5 * (end - start);
+        let time = |tau: f64| start + half * (tau + 1.0);
+        let mut slopes = vec![0.0; m * nx];
+        for (&tau, slope) in rule.nodes().iter().zip(slopes.chunks_mut(nx)) {
+            self.add_slope(k, time(tau), slope);
+        }
+        let (mut first, mut stated) = (vec![0.0; nx], vec![0.0; nx]);
+        costate.evaluate_in(k, start, &mut first);
+        // Elsewhere the start of the next interval, so that the costate is one continuous solution.
+        let jumps =
+            k + 1 == self.found.mesh.intervals() || self.found.contacts.iter().any(|c| c.end == k + 1);
+        let mut worst = 0.0_f64;
+        for (j, &tau) in rule.support()[1..].iter().enumerate() {
+            let own = tau < 1.0 || jumps;
+            costate.evaluate_in(if own { k } else { k + 1 }, time(tau), &mut stated);
+            let weights = &rule.integration()[j * m..(j + 1) * m];
+            for s in 0..nx {
+                let sum: f64 = weights.iter().enumerate().map(|(l, w)| w * slopes[l * nx + s]).sum();
+                worst = worst.max(((first[s] - half * sum - stated[s]) * scales[s]).abs());
+            }
+        }
+        Ok(worst)
+    }
+
+    /// Adds the slope of the Lagrangian at a time.
+    fn add_slope(&mut self, k: usize, t: f64, slope: &mut [f64]) {
+        let (phase, found) = (self.phase, self.found);
+        let (nx, nu) = (phase.states.len(), phase.controls.len());
+        found.state.evaluate_in(k, t, &mut self.inputs[..nx]);
+        found.control.evaluate_in(k, t, &mut self.inputs[nx..nx + nu]);
+        if let Some(costate) = &found.costate {
+            costate.evaluate_in(k, t, &mut self.costate);
+        }
+        self.multipliers.fill(0.0);
+        if let Some(path) = &found.path_multipliers {
+            path.evaluate_in(k, t, &mut self.multipliers);
+        }
+        let costate = std::mem::take(&mut self.costate);
+        self.add(phase.dynamics.as_ref(), &costate, t, slope);
+        self.costate = costate;
+        for (q, integral) in phase.integrals.iter().enumerate() {
+            self.add(integral.function.as_ref(), &[self.weights[q]], t, slope);
+        }
+        let multipliers = std::mem::take(&mut self.multipliers);
+        let mut rest = multipliers.as_slice();
+        for constraint in &phase.path {
+            let (rows, others) = rest.split_at(constraint.rows.len());
+            if rows.iter().any(|m| *m != 0.0) {
+                self.add(constraint.function.as_ref(), rows, t, slope);
+            }
+            rest = others;
+        }
+        self.multipliers = multipliers;
+    }
+
+    fn add(&mut self, function: &dyn NodeFunction, weights: &[f64], t: f64, slope: &mut [f64]) {
+        let first = self.phase.states.len() + self.phase.controls.len();
+        // What is left of the inputs are all parameters or none, then the time.
+        let count = function.inputs() - 1 - first;
+        self.inputs[first..first + count].copy_from_slice(&self.parameters[..count]);
+        self.inputs[first + count] = t;
+        let pattern = function.pattern();
+        let entries = &mut self.entries[..pattern.jacobian_len()];
+        let values = &mut self.values[..function.outputs()];
+        function.jacobian(&self.inputs[..function.inputs()], values, entries);
+        for ((row, column), entry) in pattern.jacobian_entries().zip(entries) {
+            if let Some(s) = slope.get_mut(column) {
+                *s += weights[row] * *entry;
+            }
+        }
+    }
+}

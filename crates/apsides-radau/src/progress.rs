@@ -1,0 +1,62 @@
+//! The gain of meshes: a refinement that costs much and gains nothing for a few meshes will not do so later.
+
+/// Meshes in a row without gain after which refinement ends.
+const PATIENCE: usize = 3;
+
+/// Growth of the number of points, since the mesh with the least error, from which on its want of gain is one of refinement: at fewer
+/// points breaks still look for their places.
+const GROWTH: usize = 2;
+
+/// Part of the least error that a gain leaves at most.
+const GAIN: f64 = 0.9;
+
+/// Change of the objective, relative to its size where that is above one, by which a mesh still finds another solution.
+const SAME: f64 = 1e-6;
+
+/// Errors, objectives and sizes of the meshes so far.
+pub(crate) struct Progress {
+    least_error: f64,
+    /// Points of the mesh with the least error.
+    points: usize,
+    objective: f64,
+    without_gain: usize,
+}
+
+impl Progress {
+    pub(crate) fn new() -> Self {
+        Self { least_error: f64::INFINITY, points: 0, objective: f64::NAN, without_gain: 0 }
+    }
+
+    /// Takes another mesh; true if the last ones have many more points, no less error and the same objective.
+    pub(crate) fn has_stalled(&mut self, error: f64, objective: f64, points: usize) -> bool {
+        let moved = (objective - self.objective).abs() > SAME * objective.abs().max(1.0);
+        let better = error < GAIN * self.least_error;
+        self.without_gain = if better || moved { 0 } else { self.without_gain + 1 };
+        if better {
+            (self.least_error, self.points) = (error, points);
+        }
+        self.objective = objective;
+        self.without_gain >= PATIENCE && points >= GROWTH * self.points
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn three_meshes_without_gain_are_the_end() {
+        let mut progress = Progress::new();
+        let meshes = [(1e-2, 40), (1e-3, 60), (2e-3, 90), (1e-3, 120)];
+        assert!(meshes.iter().all(|&(error, points)| !progress.has_stalled(error, 1.0, points)));
+        assert!(progress.has_stalled(1e-3, 1.0, 130));
+    }
+
+    #[test]
+    fn a_falling_error_another_solution_and_few_points_go_on() {
+        let mut progress = Progress::new();
+        assert!((0..9).all(|k| !progress.has_stalled(0.5_f64.powi(k), 1.0, 1 << k)));
+        assert!((0..9).all(|k| !progress.has_stalled(1.0, f64::from(k), 1000)));
+        assert!((0..9).all(|_| !progress.has_stalled(1.0, 1.0, 300)));
+    }
+}
