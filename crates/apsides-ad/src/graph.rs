@@ -121,45 +121,18 @@ impl Graph {
             (_, Some(1.0)) => a,
             (Some(-1.0), _) => self.neg(b),
             (_, Some(-1.0)) => self.neg(a),
-            (Some(c), _) => self.scale(b, c),
-            (_, Some(c)) => self.scale(a, c),
-            _ => match (self.opposite(a), self.opposite(b)) {
-                (Some(a), Some(b)) => self.mul(a, b),
-                (Some(a), _) | (_, Some(a)) if self.opposite(b).is_none() => {
-                    let product = self.mul(a, b);
-                    self.neg(product)
-                }
-                (_, Some(b)) => {
-                    let product = self.mul(a, b);
-                    self.neg(product)
-                }
-                _ => self.plain(Op::Mul, &[a, b]),
-            },
+            _ => {
+                let (p, q) = (self.opposite(a), self.opposite(b));
+                let product = self.plain(Op::Mul, &[p.unwrap_or(a), q.unwrap_or(b)]);
+                if p.is_some() == q.is_some() { product } else { self.neg(product) }
+            }
         }
     }
 
-    /// Product with a number; that of a product with a number has one.
+    /// Product with a number.
     pub(crate) fn scale(&mut self, a: Term, factor: f64) -> Term {
-        let (mut a, mut factor) = (a, factor);
-        let node = self.nodes[a as usize];
-        if let (Op::Mul, [x, y, _]) = (node.op, node.operands) {
-            for (number, other) in [(x, y), (y, x)] {
-                if let Some(c) = self.number(number) {
-                    (a, factor) = (other, factor * c);
-                    break;
-                }
-            }
-        } else if let Some(opposite) = self.opposite(a) {
-            (a, factor) = (opposite, -factor);
-        }
-        if factor == 1.0 {
-            a
-        } else if factor == -1.0 {
-            self.neg(a)
-        } else {
-            let c = self.constant(factor);
-            self.plain(Op::Mul, &[a, c])
-        }
+        let factor = self.constant(factor);
+        self.mul(a, factor)
     }
 
     /// The product, zero where the first factor is zero whatever the second.
