@@ -139,7 +139,10 @@ fn nodes(c: &mut Criterion) {
         measure(c, &format!("{name}, model"), &*model, start);
         let formula = model.formula().expect("elementary functions alone");
         println!("{name}: {} operations", formula.operations().len());
-        measure(c, &format!("{name}, formula"), &*formula_node(formula), start);
+        measure(c, &format!("{name}, formula"), &*formula_node(formula.clone()), start);
+        c.bench_function(&format!("{name}, building"), |b| {
+            b.iter(|| formula_node(black_box(&formula).clone()))
+        });
     }
 }
 

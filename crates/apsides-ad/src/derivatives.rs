@@ -14,6 +14,7 @@
 //! of such tangents, are computed once for each direction.
 
 use std::collections::BTreeMap;
+use std::collections::btree_map::Entry;
 
 use crate::graph::{Graph, Term};
 use crate::linear::{Linearised, Variable};
@@ -137,9 +138,15 @@ fn pull(graph: &mut Graph, variable: &Variable, adjoint: Term, g: Term) -> Term 
 }
 
 fn accumulate<K: Ord>(graph: &mut Graph, adjoints: &mut BTreeMap<K, Term>, key: K, part: Term) {
-    let zero = graph.constant(0.0);
-    let sum = adjoints.entry(key).or_insert(zero);
-    *sum = graph.add(*sum, part);
+    match adjoints.entry(key) {
+        Entry::Vacant(place) => {
+            place.insert(part);
+        }
+        Entry::Occupied(mut sum) => {
+            let added = graph.add(*sum.get(), part);
+            sum.insert(added);
+        }
+    }
 }
 
 fn ends(graph: &mut Graph) -> (&mut Graph, Term, Term) {
