@@ -12,7 +12,7 @@ fn main() {
     println!("# Gallery of benchmark problems\n");
     println!(
         "Radau collocation with mesh refinement. Statements, sources and evidence of the optima are in \
-         `apsides-problems`, the settings are the default ones.\n"
+         `apsides-problems`; the settings are the default ones.\n"
     );
     println!(
         "| problem | optimum | found | relative difference | verdict | meshes | points | iterations | ms |"
