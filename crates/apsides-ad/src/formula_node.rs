@@ -38,27 +38,15 @@ impl NodeFunction for FormulaNode {
     }
 
     fn value(&self, z: &[f64], out: &mut [f64]) {
-        self.plan.values(1, z, out);
+        self.plan.value(z, out);
     }
 
     fn jacobian(&self, z: &[f64], out: &mut [f64], entries: &mut [f64]) {
-        self.plan.jacobians(1, z, out, entries);
+        self.plan.jacobian(z, out, entries);
     }
 
     fn hessian(&self, z: &[f64], weights: &[f64], entries: &mut [f64]) {
-        self.plan.hessians(1, z, weights, entries);
-    }
-
-    fn values(&self, points: usize, z: &[f64], out: &mut [f64]) {
-        self.plan.values(points, z, out);
-    }
-
-    fn jacobians(&self, points: usize, z: &[f64], out: &mut [f64], entries: &mut [f64]) {
-        self.plan.jacobians(points, z, out, entries);
-    }
-
-    fn hessians(&self, points: usize, z: &[f64], weights: &[f64], entries: &mut [f64]) {
-        self.plan.hessians(points, z, weights, entries);
+        self.plan.hessian(z, weights, entries);
     }
 
     fn formula(&self) -> Result<Formula, OpaqueFunction> {
