@@ -2,7 +2,7 @@
 
 use std::sync::Arc;
 
-use apsides_basis::{Barycentric, BasisError};
+use apsides_basis::{Barycentric, BasisError, chebyshev_lobatto};
 
 use crate::{Mesh, Ocp, OcpError, PhaseMesh, PiecewisePolynomial};
 
@@ -79,8 +79,9 @@ impl PhaseTrajectory {
         u
     }
 
-    /// The same phase, with its controls at all nodes of the states but the last of each interval where those are more: the nodes of
-    /// the controls and the ends then determine the states too.
+    /// The same phase, with its controls at all nodes of the states but the last of each interval where those are more, and at Chebyshev
+    /// points where a node of the controls stands at the end of its interval: the nodes of the controls and the ends then determine the
+    /// states too, and no two of them have the same time.
     ///
     /// # Errors
     /// [`OcpError::Mesh`] when states and controls differ in their intervals.
@@ -88,10 +89,16 @@ impl PhaseTrajectory {
         let pieces = self.control.segments().iter().zip(self.state.segments());
         let bases = pieces.map(|(control, state)| {
             let inner = state.basis.nodes().split_last().map_or(&[][..], |(_, inner)| inner);
-            if inner.len() <= control.basis.nodes().len() {
-                return Ok(Arc::clone(&control.basis));
-            }
+            let own = control.basis.nodes();
             let fail = |e: BasisError| OcpError::Mesh { place: self.name.clone(), reason: e.to_string() };
+            if inner.len() <= own.len() {
+                if own.last().is_none_or(|last| *last < 1.0) {
+                    return Ok(Arc::clone(&control.basis));
+                }
+                let mut nodes = chebyshev_lobatto(own.len() + 1).map_err(fail)?;
+                nodes.pop();
+                return Barycentric::new(&nodes).map(Arc::new).map_err(fail);
+            }
             Barycentric::new(inner).map(Arc::new).map_err(fail)
         });
         let bases: Vec<_> = bases.collect::<Result<_, _>>()?;

@@ -1,6 +1,6 @@
 //! The verification of a trajectory: all checks in order.
 
-use apsides_ocp::{Guess, Ocp, Scaling, Trajectory};
+use apsides_ocp::{Guess, Ocp, PhaseTrajectory, Scaling, Trajectory};
 
 use crate::boundary::Boundary;
 use crate::equations::Equations;
@@ -46,12 +46,20 @@ pub fn verify(
             checks.extend(scan::checks(equations, found, flight, &scaling.phases[k], settings));
         }
     }
-    let (optimality, remarks) = optimum(ocp, trajectory, &scaling, settings, checks.iter().all(|c| c.passed));
+    let feasible = checks.iter().all(|c| c.passed);
+    let (optimality, remarks) = optimum(ocp, &at_state_nodes(trajectory), &scaling, settings, feasible);
     checks.extend(optimality);
     let simulation = (trajectory.phases.iter().zip(&flights))
         .map(|(found, flight)| simulation::sample(found, flight, settings.scan_points))
         .collect();
     Ok(Verification { certificate: Certificate::new(checks).with_remarks(remarks), simulation })
+}
+
+/// The trajectory with its controls at the nodes that its states need: what a control has few nodes for, such as one that is constant over an
+/// interval, must be optimal at every time. As it is where states and controls differ in their intervals.
+fn at_state_nodes(trajectory: &Trajectory) -> Trajectory {
+    let phase = |p: &PhaseTrajectory| p.with_controls_at_state_nodes().unwrap_or_else(|_| p.clone());
+    Trajectory { phases: trajectory.phases.iter().map(phase).collect(), ..trajectory.clone() }
 }
 
 /// Checks of optimality by the stated costates, or by those of the adjoint equation where there are none or they fail.

@@ -239,3 +239,24 @@ fn trajectories_that_nodes_do_not_determine_are_refused() {
     let error = write_trajectory(Vec::new(), &lander::ocp(), &trajectory).unwrap_err();
     assert_eq!(error.to_string(), "trajectory of phase `braking`: interval 0 has no node at its start");
 }
+
+/// Of a control with a node at the end of its interval, where the next one starts.
+#[test]
+fn no_two_nodes_have_the_same_time() {
+    let mut trajectory = lander::trajectory();
+    let phase = &mut trajectory.phases[0];
+    let nodes = apsides_basis::chebyshev_lobatto(6).unwrap();
+    let closed = std::sync::Arc::new(apsides_basis::Barycentric::new(&nodes).unwrap());
+    phase.control = phase.control.on(vec![closed; 4]).unwrap();
+    phase.mesh = phase.mesh.clone().with_points(vec![6; 4]).unwrap();
+    let times = |trajectory: &Trajectory| trajectory.phases[0].nodes().map(|n| n.0).collect::<Vec<_>>();
+    assert!(times(&trajectory).windows(2).any(|w| w[0] == w[1]));
+    trajectory.phases[0] = trajectory.phases[0].with_controls_at_state_nodes().unwrap();
+    assert!(times(&trajectory).windows(2).all(|w| w[0] < w[1]));
+    let (a, again) = (&trajectory.phases[0], read(&csv(&trajectory)).unwrap());
+    for s in 0..50 {
+        let t = a.time_at(f64::from(s) / 50.0);
+        assert!(difference(&a.state, &again.phases[0].state, t) <= 1e-12);
+        assert!(difference(&a.control, &again.phases[0].control, t) <= 1e-12);
+    }
+}

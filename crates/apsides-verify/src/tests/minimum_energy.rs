@@ -281,3 +281,37 @@ fn costates_come_from_the_adjoint_equation_where_none_or_wrong_ones_are_stated()
         assert!(certificate.remarks[0].contains("adjoint equation"), "{:?}", certificate.remarks);
     }
 }
+
+/// With a constant control in each interval the means of the optimal one, stretched so that the end is met, are best: at the middle of each
+/// interval the Hamiltonian is stationary, beside it it is not.
+#[test]
+fn a_constant_control_is_judged_at_all_times() {
+    let intervals = 4;
+    let h = 1.0 / intervals as f64;
+    let stretch = 1.0 / (1.0 - h * h);
+    let breaks = breaks(0.0, 1.0, intervals);
+    let middle = |k: usize| (k as f64 + 0.5) * h;
+    let control = |k: usize| stretch * (6.0 - 12.0 * middle(k));
+    // The sums of the midpoint rule, and the parabola of the interval.
+    let state = |k: usize, t: f64| {
+        let (mut x, mut v) = (0.0, 0.0);
+        for j in 0..k {
+            x += v * h + 0.5 * control(j) * h * h;
+            v += control(j) * h;
+        }
+        let s = t - breaks[k];
+        vec![x + v * s + 0.5 * control(k) * s * s, v + control(k) * s]
+    };
+    let stretched = |_: usize, t: f64| costate(t).iter().map(|c| stretch * c).collect();
+    let mut phase = parts::phase("push", &breaks, 2, state, |k, _| vec![control(k)], stretched);
+    phase.control = parts::polynomial(1, &breaks, &[0.0], |k, _| vec![control(k)]);
+    phase.mesh = phase.mesh.with_points(vec![1; intervals]).expect("one point each");
+    let objective: f64 = (0..intervals).map(|k| 0.5 * h * control(k).powi(2)).sum();
+    let certificate = certify_stated(&problem(), &trajectory(vec![phase], objective));
+    assert_failed(&certificate, &["stationarity", "least Hamiltonian"]);
+    // At the start of each interval the slope is that of half an interval of the costate and asks for a larger control; the last interval,
+    // where it is -4.8, is farthest from the upper bound: 14.8 of 20.
+    let check = find(&certificate, "stationarity");
+    assert_eq!(check.at, "acceleration, phase `push`, t = 0.75 s");
+    assert!((check.value - 0.74).abs() < 1e-12, "{check:?}");
+}
