@@ -101,6 +101,12 @@ impl Unary {
         ("sign", Self::Sign, Rule::Any),
     ];
 
+    /// Its name in formulas; the opposite number is a sign and has none.
+    #[must_use]
+    pub fn name(self) -> Option<&'static str> {
+        Self::NAMES.iter().find(|(_, f, _)| *f == self).map(|(name, ..)| *name)
+    }
+
     /// The function at a number.
     #[must_use]
     pub fn at(self, x: f64) -> f64 {

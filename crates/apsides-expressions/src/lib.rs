@@ -26,6 +26,7 @@
 //! | --- | --- |
 //! | [`dimension`], [`unit`](mod@unit) | exponents of base units; units by name |
 //! | [`syntax`] | the parser |
+//! | [`build`] | formulas that are not written as text |
 //! | [`function`] | the functions that every formula knows |
 //! | [`library`], [`quantity`] | definitions and tables; values with dimensions |
 //! | [`compile`], [`recorder`], [`numbers`] | operations from formulas, and what takes them |
@@ -33,6 +34,7 @@
 //!
 //! Reference: V. Pratt, Top down operator precedence, POPL 1973, doi 10.1145/512927.512931.
 
+pub mod build;
 pub mod compile;
 pub mod dimension;
 pub mod error;

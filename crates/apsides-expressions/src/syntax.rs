@@ -2,6 +2,7 @@
 //!
 //! The parser is that of V. Pratt, Top down operator precedence, POPL 1973, doi 10.1145/512927.512931.
 
+use std::collections::HashMap;
 use std::ops::Range;
 
 use crate::error::{ExpressionError, Span};
@@ -70,9 +71,13 @@ impl Expression {
     #[must_use]
     pub fn terms(&self) -> Vec<(f64, Self)> {
         let mut terms = Vec::new();
+        let mut uses = vec![0_usize; self.parts.len()];
+        self.parts.iter().flat_map(|(part, _)| part.operands()).for_each(|k| uses[k] += 1);
         let mut open = vec![(1.0, self.parts.len() - 1)];
         while let Some((sign, part)) = open.pop() {
             match self.parts[part].0 {
+                // A sum that is used several times would be taken apart as often, and sums of it again.
+                _ if uses[part] > 1 => terms.push((sign, self.part(part))),
                 Part::Binary(Operator::Add, a, b) => open.extend([(sign, b), (sign, a)]),
                 Part::Binary(Operator::Subtract, a, b) => open.extend([(-sign, b), (sign, a)]),
                 Part::Negate(a) => open.push((-sign, a)),
@@ -119,28 +124,46 @@ impl Expression {
         Span { text: self.text, bytes: all.unwrap_or(0..0) }
     }
 
-    /// A part with all that it is made of, which stands before it without a gap.
-    fn part(&self, root: usize) -> Self {
-        let mut first = root;
-        loop {
-            first = match &self.parts[first].0 {
-                Part::Negate(a) | Part::Binary(_, a, _) => *a,
-                Part::Call(_, arguments) if !arguments.is_empty() => arguments[0],
-                _ => break,
-            };
+    /// A part with all that it is made of, in the order of the whole.
+    pub(crate) fn part(&self, root: usize) -> Self {
+        let mut kept = vec![root];
+        let mut places = HashMap::from([(root, 0)]);
+        let mut next = 0;
+        while let Some(part) = kept.get(next) {
+            for operand in self.parts[*part].0.operands() {
+                if places.insert(operand, 0).is_none() {
+                    kept.push(operand);
+                }
+            }
+            next += 1;
         }
-        let moved = |(part, bytes): &(Part, Range<usize>)| {
+        kept.sort_unstable();
+        places.extend(kept.iter().enumerate().map(|(place, part)| (*part, place)));
+        let moved = |part: &usize| {
+            let (part, bytes) = &self.parts[*part];
             let part = match part {
-                Part::Negate(a) => Part::Negate(a - first),
-                Part::Binary(op, a, b) => Part::Binary(*op, a - first, b - first),
+                Part::Negate(a) => Part::Negate(places[a]),
+                Part::Binary(op, a, b) => Part::Binary(*op, places[a], places[b]),
                 Part::Call(name, arguments) => {
-                    Part::Call(name.clone(), arguments.iter().map(|a| a - first).collect())
+                    Part::Call(name.clone(), arguments.iter().map(|a| places[a]).collect())
                 }
                 leaf => leaf.clone(),
             };
             (part, bytes.clone())
         };
-        Self { text: self.text, parts: self.parts[first..=root].iter().map(moved).collect() }
+        Self { text: self.text, parts: kept.iter().map(moved).collect() }
+    }
+}
+
+impl Part {
+    fn operands(&self) -> impl Iterator<Item = usize> + '_ {
+        let (one, two, many) = match self {
+            Self::Negate(a) => (Some(*a), None, &[][..]),
+            Self::Binary(_, a, b) => (Some(*a), Some(*b), &[][..]),
+            Self::Call(_, arguments) => (None, None, &arguments[..]),
+            Self::Number(_) | Self::Quantity(..) | Self::Name(_) => (None, None, &[][..]),
+        };
+        one.into_iter().chain(two).chain(many.iter().copied())
     }
 }
 

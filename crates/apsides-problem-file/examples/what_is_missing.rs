@@ -26,7 +26,7 @@ fn main() -> Result<(), ProblemError> {
 
     let complete =
         BEGUN.replace("end = 0 }", "start = 0, end = 0 }").replace("x = \"v\" }", "x = \"v\", v = \"u\" }");
-    let posed = read(&format!("{complete}[objective]\nminimize = \"effort\"\n"))?.pose(&[])?;
+    let posed = read(&format!("{complete}[objective]\nminimize = \"effort\"\n"))?.statement().pose(&[])?;
     let objective = &posed.ocp.objective;
     println!("minimise {} in {}", objective.name, objective.unit);
     assert_eq!((objective.name.as_str(), objective.unit.as_str()), ("effort", "m2/s3"));

@@ -29,7 +29,7 @@ impl<'a> Amounts<'a> {
     pub(crate) fn new(source: &'a Source, texts: &'a Texts, model: &'a Model, values: &[f64]) -> Self {
         let constants: Vec<f64> =
             model.constants.iter().zip(values).map(|(c, v)| v * c.unit.factor).collect();
-        let mut numbers = Compiler::new(Numbers, &model.library, model.has_units);
+        let mut numbers = Compiler::new(Numbers, &model.library, model.checks_units);
         name_constants(&mut numbers, model, &constants);
         let refuse = |what: &str, name: &str| format!("`{name}` is {what}; {OF_CONSTANTS}");
         numbers.refuse("time", &refuse("no constant", "time"));
@@ -45,7 +45,7 @@ impl<'a> Amounts<'a> {
 
     /// A compiler of formulas over what a recorder has as inputs; it knows the constants.
     pub(crate) fn compiler<R: Recorder>(&self, recorder: R) -> Compiler<'a, R> {
-        let mut compiler = Compiler::new(recorder, &self.model.library, self.model.has_units);
+        let mut compiler = Compiler::new(recorder, &self.model.library, self.model.checks_units);
         name_constants(&mut compiler, self.model, &self.constants);
         compiler
     }
@@ -214,7 +214,7 @@ impl<'a> Amounts<'a> {
     pub(crate) fn unit_of(&self, stated: Option<&Unit>, dimension: Dimension) -> Unit {
         match stated {
             Some(unit) => unit.clone(),
-            None if self.model.has_units => Unit::coherent_of(dimension),
+            None if self.model.checks_units => Unit::coherent_of(dimension),
             None => Unit::none(),
         }
     }

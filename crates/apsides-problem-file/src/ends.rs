@@ -11,9 +11,9 @@ use std::sync::Arc;
 
 use crate::amounts::Amounts;
 use crate::error::ProblemError;
-use crate::formula::Program;
 use crate::model::{Model, Phase};
 use crate::pose::{TIME, time_unit};
+use crate::program::Program;
 
 /// A quantity that formulas of ends may name.
 #[derive(Clone, Debug, PartialEq)]
@@ -68,6 +68,10 @@ pub(crate) fn objective(
     let unit = match (&objective.unit, objective.formula.as_name().and_then(|n| declared(model, n))) {
         (Some(unit), _) => unit.clone(),
         (None, Some(unit)) if model.has_units => Unit::parse(unit.coherent()).unwrap_or(unit),
+        // A quantity has its unit, also where units of formulas are not checked.
+        (None, None) if model.has_units && objective.formula.as_name().is_some() => {
+            Unit::coherent_of(found.dimension)
+        }
         (None, _) => amounts.unit_of(None, found.dimension),
     };
     let (terms, others) = split(amounts, &names, &objective.formula, unit.factor);

@@ -4,9 +4,10 @@ use apsides_ad::{FormulaError, SplineError};
 use apsides_expressions::ExpressionError;
 use apsides_ocp::OcpError;
 
+use crate::missing::Missing;
 use crate::place::Place;
 
-/// A mistake in the file of a problem: where, what, and what is allowed.
+/// A mistake in the statement of a problem: where, what, and what is allowed.
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
 pub enum ProblemError {
@@ -63,8 +64,8 @@ pub enum ProblemError {
     Missing {
         /// Name of the file.
         file: String,
-        /// The parts that are missing, and how to state each.
-        missing: Vec<String>,
+        /// The parts that are missing.
+        missing: Vec<Missing>,
     },
     /// A table that cannot be interpolated.
     #[error("{at}: table `{name}`: {source}{}", at.caret())]
@@ -94,6 +95,6 @@ pub enum ProblemError {
     },
 }
 
-fn list(missing: &[String]) -> String {
+fn list(missing: &[Missing]) -> String {
     missing.iter().map(|m| format!("\n  - {m}")).collect()
 }

@@ -1,43 +1,15 @@
-//! A problem as its file states it, and the problem that values of its constants make of it.
+//! Problems in TOML files.
 
-use apsides_ad::{BicubicSpline, CubicSpline, Outside, Pchip, SplineError, Table};
-use apsides_expressions::suggestion::suggested_name;
-use apsides_ocp::{Guess, Ocp, OcpBuilder};
-
-use crate::amounts::Amounts;
 use crate::error::ProblemError;
-use crate::missing::missing;
-use crate::model::{Constant, Model, Shape, TableData};
-use crate::place::Source;
+use crate::place::{Source, StatedIn};
 use crate::read;
-use crate::reader::{Files, Texts};
-use crate::{ends, guess, names, pose};
+use crate::reader::Files;
+use crate::statement::Statement;
 
-/// A problem that was read from a file.
+/// A problem that was read from a file: its statement, and the text.
 #[derive(Clone, Debug)]
 pub struct ProblemFile {
-    source: Source,
-    texts: Texts,
-    model: Model,
-    tables: Vec<Table>,
-}
-
-/// A problem with a start.
-#[derive(Clone)]
-pub struct PosedProblem {
-    /// The problem, in coherent SI units.
-    pub ocp: Ocp,
-    /// The point where a method starts.
-    pub guess: Guess,
-}
-
-/// A quantity in the unit that the file declares.
-#[derive(Clone, Debug, PartialEq)]
-pub struct DeclaredUnit {
-    /// The unit as written; `-` for none.
-    pub name: String,
-    /// Its size in the coherent SI unit.
-    pub factor: f64,
+    statement: Statement,
 }
 
 impl ProblemFile {
@@ -52,165 +24,27 @@ impl ProblemFile {
         files: &dyn Fn(&str) -> std::io::Result<String>,
         others: &[&str],
     ) -> Result<Self, ProblemError> {
-        let source = Source { name: source.to_owned(), text: text.to_owned() };
+        let source = Source { name: source.to_owned(), stated: StatedIn::Text(text.to_owned()) };
         let files: &Files<'_> = files;
         let (model, texts) = read::read(&source, files, others)?;
-        names::check(&source, &model)?;
-        let missing = missing(&model);
-        if !missing.is_empty() {
-            return Err(ProblemError::Missing { file: source.name, missing });
-        }
-        let table = |t: &TableData| {
-            curve(t).map_err(|e| ProblemError::Table {
-                at: source.place(&t.at),
-                name: t.name.clone(),
-                source: e,
-            })
-        };
-        let tables = model.tables.iter().map(table).collect::<Result<_, _>>()?;
-        Ok(Self { source, texts, model, tables })
+        Ok(Self { statement: Statement::checked(source, texts, model)? })
     }
 
-    /// Name of the problem; `problem` where the file states none.
+    /// The problem that the file states.
     #[must_use]
-    pub fn name(&self) -> &str {
-        self.model.name.as_deref().unwrap_or("problem")
-    }
-
-    /// The purpose of the problem, in one line.
-    #[must_use]
-    pub fn title(&self) -> &str {
-        self.model.title.as_deref().unwrap_or("problem with equations of its file")
-    }
-
-    /// The constants in the order of the file.
-    #[must_use]
-    pub fn constants(&self) -> &[Constant] {
-        &self.model.constants
-    }
-
-    /// The line of a constant in the file, from 1.
-    #[must_use]
-    pub fn line_of(&self, constant: &Constant) -> usize {
-        self.source.place(&constant.at).line
+    pub fn statement(&self) -> &Statement {
+        &self.statement
     }
 
     /// The text of the file.
     #[must_use]
     pub fn text(&self) -> &str {
-        &self.source.text
+        self.statement.source.text()
     }
 
     /// The texts of the CSV files that tables were read from, each with the name of its table.
     pub fn csv_tables(&self) -> impl Iterator<Item = (&str, &str)> {
-        self.model.tables.iter().filter_map(|t| Some((t.name.as_str(), t.csv.as_deref()?)))
+        let tables = self.statement.model.tables.iter();
+        tables.filter_map(|t| Some((t.name.as_str(), t.csv.as_deref()?)))
     }
-
-    /// The unit in which a state of a phase is declared.
-    #[must_use]
-    pub fn state_unit(&self, phase: &str, state: &str) -> Option<DeclaredUnit> {
-        let phase = self.model.phases.iter().find(|p| p.name == phase)?;
-        phase.states.iter().find(|s| s.name == state).map(|s| declared(&s.unit))
-    }
-
-    /// The unit in which a parameter is declared.
-    #[must_use]
-    pub fn parameter_unit(&self, name: &str) -> Option<DeclaredUnit> {
-        self.model.parameters.iter().find(|p| p.name == name).map(|p| declared(&p.unit))
-    }
-
-    /// The unit in which the times of a phase are stated.
-    #[must_use]
-    pub fn time_unit(&self, phase: &str) -> Option<DeclaredUnit> {
-        let phase = self.model.phases.iter().find(|p| p.name == phase)?;
-        let stated = phase.times.as_ref().and_then(|t| t.unit.as_ref()).map(declared);
-        let usual = if self.model.has_units { "s" } else { "-" };
-        Some(stated.unwrap_or_else(|| DeclaredUnit { name: usual.into(), factor: 1.0 }))
-    }
-
-    /// The problem and a start, for values of the constants in their units and in their order.
-    ///
-    /// # Errors
-    /// The first mistake in a formula, a bound or the guess, with its place.
-    pub fn pose(&self, constants: &[f64]) -> Result<PosedProblem, ProblemError> {
-        let mut amounts = Amounts::new(&self.source, &self.texts, &self.model, constants);
-        let mut builder = Ocp::builder(self.name());
-        for phase in pose::phases(&mut amounts, &self.tables)? {
-            builder = builder.phase(phase);
-        }
-        for parameter in pose::parameters(&mut amounts)? {
-            builder = builder.parameter(parameter);
-        }
-        builder = self.link(&mut amounts, builder)?;
-        builder = ends::boundary(&mut amounts, &self.tables, builder)?;
-        builder = ends::objective(&mut amounts, &self.tables, builder)?;
-        let problem = |source| ProblemError::Problem { file: self.source.name.clone(), source };
-        let ocp = builder.build().map_err(problem)?;
-        let guess = guess::guess(&mut amounts, &self.tables, &ocp)?;
-        Ok(PosedProblem { ocp, guess })
-    }
-
-    fn link(&self, amounts: &mut Amounts<'_>, mut builder: OcpBuilder) -> Result<OcpBuilder, ProblemError> {
-        for link in &self.model.links {
-            let phase = |name: &str| self.model.phases.iter().find(|p| p.name == name);
-            // Names were checked when the file was read.
-            let (Some(from), Some(to)) = (phase(&link.from), phase(&link.to)) else { continue };
-            let phases = [from, to];
-            if link.from == link.to {
-                return Err(
-                    amounts.conflict(&link.at, format!("phase `{}` cannot be linked to itself", link.from))
-                );
-            }
-            let shared: Vec<&str> = (phases[0].states.iter())
-                .filter(|s| phases[1].states.iter().any(|o| o.name == s.name))
-                .map(|s| s.name.as_str())
-                .collect();
-            let stated = link
-                .jumps
-                .iter()
-                .map(|(name, at, _)| (name, at))
-                .chain(link.free.iter().map(|(n, at)| (n, at)));
-            for (name, at) in stated {
-                if !shared.contains(&name.as_str()) {
-                    let suggestion = suggested_name(name, "states of both", &shared);
-                    let reason = format!("`{name}` is no state of both phases{suggestion}");
-                    return Err(amounts.conflict(at, reason));
-                }
-            }
-            for state in &phases[0].states {
-                let other = phases[1].states.iter().find(|o| o.name == state.name);
-                if let Some(other) = other.filter(|o| o.unit.dimension != state.unit.dimension) {
-                    let (a, b) = (&state.unit, &other.unit);
-                    let reason =
-                        format!("`{}` has the unit {a} in one phase and {b} in the other", state.name);
-                    return Err(amounts.conflict(&link.at, reason));
-                }
-            }
-            let mut jumps: Vec<(&str, f64)> = Vec::new();
-            for (name, _, stated) in &link.jumps {
-                let unit = phases[0].states.iter().find(|s| s.name == *name).map(|s| s.unit.clone());
-                let unit = unit.unwrap_or_else(apsides_expressions::Unit::none);
-                jumps.push((name, amounts.amount(stated, &unit, &format!("the jump of `{name}`"))?));
-            }
-            let free = |name: &str| link.free.iter().any(|(n, _)| n == name);
-            let jump = |name: &str| match jumps.iter().find(|(n, _)| *n == name) {
-                Some((_, jump)) => Some(*jump),
-                None => (!free(name)).then_some(0.0),
-            };
-            builder = builder.link_with_jumps(&link.from, &link.to, jump);
-        }
-        Ok(builder)
-    }
-}
-
-fn declared(unit: &apsides_expressions::Unit) -> DeclaredUnit {
-    DeclaredUnit { name: unit.to_string(), factor: unit.factor }
-}
-
-fn curve(t: &TableData) -> Result<Table, SplineError> {
-    Ok(match (t.y.is_empty(), t.shape) {
-        (true, Shape::Spline) => CubicSpline::new(&t.x, &t.values)?.into(),
-        (true, Shape::Monotone) => Pchip::new(&t.x, &t.values, Outside::Constant)?.into(),
-        (false, _) => BicubicSpline::new(&t.x, &t.y, &t.values)?.into(),
-    })
 }

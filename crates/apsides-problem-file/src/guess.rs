@@ -7,9 +7,9 @@ use apsides_ocp::{Guess, Ocp, PhaseGuess};
 
 use crate::amounts::Amounts;
 use crate::error::ProblemError;
-use crate::formula::Program;
 use crate::model::{self, Phase, Profile, Variable};
 use crate::pose::{TIME, time_unit};
+use crate::program::Program;
 
 /// Points at which a formula of time is taken.
 const POINTS: usize = 21;

@@ -4,7 +4,7 @@
 //! text -> parts with their places -> formulas with their units checked -> Ocp and Guess of apsides-ocp, in SI
 //! ```
 //!
-//! The whole language of [`apsides_ocp`] can be written in a file; `docs/problems.md` of the project describes it. Every mistake is
+//! A program can state the same parts ([`Model`]) and has the same checks and messages. The whole language of [`apsides_ocp`] can be written in a file; `docs/problems.md` of the project describes it. Every mistake is
 //! refused with line, column and what is allowed; all that is missing is said at once. The crate reads no files by itself and holds no
 //! method.
 //!
@@ -25,12 +25,12 @@
 //! minimize = "end.time"
 //! "#;
 //! let file = ProblemFile::parse(text, "slide.toml", &|_| Err(std::io::ErrorKind::NotFound.into()), &[])?;
-//! let values: Vec<f64> = file.constants().iter().map(|c| c.value).collect();
-//! let posed = file.pose(&values)?;
+//! let values: Vec<f64> = file.statement().constants().iter().map(|c| c.value).collect();
+//! let posed = file.statement().pose(&values)?;
 //! assert_eq!(posed.ocp.phases[0].controls[0].bounds.upper, std::f64::consts::PI);
 //!
 //! let wrong = text.replace("v*cos(angle)", "v + x");
-//! let refused = ProblemFile::parse(&wrong, "slide.toml", &|_| Err(std::io::ErrorKind::NotFound.into()), &[])?.pose(&values);
+//! let refused = ProblemFile::parse(&wrong, "slide.toml", &|_| Err(std::io::ErrorKind::NotFound.into()), &[])?.statement().pose(&values);
 //! let sentence = refused.err().map(|e| e.to_string()).unwrap_or_default();
 //! assert!(sentence.starts_with("slide.toml, line 10, column 43: `+` takes quantities of one unit, these are m/s and m"));
 //! # Ok::<(), apsides_problem_file::ProblemError>(())
@@ -38,28 +38,35 @@
 //!
 //! | module | subject |
 //! | --- | --- |
-//! | [`file`](mod@file) | [`ProblemFile`]: reading, posing |
+//! | [`file`](mod@file) | [`ProblemFile`]: reading |
 //! | [`write`](mod@write) | the file with other values |
-//! | [`error`], [`place`] | mistakes and their places |
+//! | [`model`] | the parts of a problem, which a program can state, too |
+//! | [`statement`] | [`Statement`]: the checked problem, posed for values of its constants |
+//! | [`error`], [`missing`], [`place`] | mistakes, what is missing, and their places |
+//! | [`program`] | formulas as programs of `apsides-ad` |
 
 mod amounts;
 mod ends;
 pub mod error;
 pub mod file;
-mod formula;
 mod guess;
-mod missing;
-mod model;
+pub mod missing;
+pub mod model;
 mod names;
 pub mod place;
 mod pose;
+pub mod program;
 mod read;
 mod reader;
+pub mod statement;
 mod tables;
 pub mod write;
 
 pub use error::ProblemError;
-pub use file::{DeclaredUnit, PosedProblem, ProblemFile};
-pub use model::Constant;
+pub use file::ProblemFile;
+pub use missing::Missing;
+pub use model::{Constant, Model};
 pub use place::Place;
+pub use program::Program;
+pub use statement::{DeclaredUnit, PosedProblem, Statement};
 pub use write::Written;

@@ -1,33 +1,75 @@
 //! Everything that a problem still needs, in one message.
 
+use std::fmt;
+
 use crate::model::{Model, Phase};
 
-/// The parts that are missing, and how to state each.
-pub(crate) fn missing(model: &Model) -> Vec<String> {
+/// A part that a problem still needs.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub enum Missing {
+    /// There is no phase.
+    Phase,
+    /// A phase has neither end time nor duration.
+    EndTime(String),
+    /// A phase has no states.
+    States(String),
+    /// A phase has a state without a start.
+    Start(String, String),
+    /// A phase has a state without a rate.
+    Rate(String, String),
+    /// There is no objective.
+    Objective,
+}
+
+impl fmt::Display for Missing {
+    /// Writes what is missing, and how a file states it.
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Phase => f.write_str("a phase: a table [phase.NAME] with `time`, `states`, `dynamics`"),
+            Self::EndTime(name) => write!(
+                f,
+                "the end time of phase `{name}`: time = {{ end = 10 }} for a fixed one, {{ end = [1, 100] }} for a free one"
+            ),
+            Self::States(name) => {
+                write!(f, "the states of phase `{name}`: [phase.{name}.states] with one key for each")
+            }
+            Self::Start(name, state) => write!(
+                f,
+                "the start of `{state}` in phase `{name}`: start = 0 for a value, [0, 1] for a range, \"free\" for any"
+            ),
+            Self::Rate(name, state) => write!(
+                f,
+                "the rate of `{state}` in phase `{name}`: {state} = \"a formula\" in [phase.{name}.dynamics]"
+            ),
+            Self::Objective => f.write_str(
+                "the objective: [objective] with minimize = \"a formula\" or maximize = \"a formula\"",
+            ),
+        }
+    }
+}
+
+/// The parts that are missing.
+pub(crate) fn missing(model: &Model) -> Vec<Missing> {
     let mut missing = Vec::new();
     if model.phases.is_empty() {
-        missing.push("a phase: a table [phase.NAME] with `time`, `states`, `dynamics`".into());
+        missing.push(Missing::Phase);
     }
     for phase in &model.phases {
         of_phase(model, phase, &mut missing);
     }
     if model.objective.is_none() {
-        missing.push(
-            "the objective: [objective] with minimize = \"a formula\" or maximize = \"a formula\"".into(),
-        );
+        missing.push(Missing::Objective);
     }
     missing
 }
 
-fn of_phase(model: &Model, phase: &Phase, missing: &mut Vec<String>) {
+fn of_phase(model: &Model, phase: &Phase, missing: &mut Vec<Missing>) {
     let name = &phase.name;
     if phase.times.as_ref().is_none_or(|t| t.end.is_none() && t.duration.is_none()) {
-        missing.push(format!(
-            "the end time of phase `{name}`: time = {{ end = 10 }} for a fixed one, {{ end = [1, 100] }} for a free one"
-        ));
+        missing.push(Missing::EndTime(name.clone()));
     }
     if phase.states.is_empty() {
-        missing.push(format!("the states of phase `{name}`: [phase.{name}.states] with one key for each"));
+        missing.push(Missing::States(name.clone()));
     }
     let before: Vec<&Phase> = model
         .links
@@ -40,16 +82,10 @@ fn of_phase(model: &Model, phase: &Phase, missing: &mut Vec<String>) {
     for state in &phase.states {
         let joined = before.iter().any(|p| p.states.iter().any(|s| s.name == state.name));
         if state.start.is_none() && !joined {
-            missing.push(format!(
-                "the start of `{}` in phase `{name}`: start = 0 for a value, [0, 1] for a range, \"free\" for any",
-                state.name
-            ));
+            missing.push(Missing::Start(name.clone(), state.name.clone()));
         }
         if !phase.dynamics.iter().any(|(rate, ..)| *rate == state.name) {
-            missing.push(format!(
-                "the rate of `{0}` in phase `{name}`: {0} = \"a formula\" in [phase.{name}.dynamics]",
-                state.name
-            ));
+            missing.push(Missing::Rate(name.clone(), state.name.clone()));
         }
     }
 }

@@ -1,4 +1,7 @@
-//! The parts of a problem as its file states them.
+//! The parts of a problem as they are stated, in a file or by a program.
+//!
+//! Each part has a place, `at`: bytes of the text of a file, or the index of a place where a program states it, as an empty range
+//! ([`at_place`]).
 
 use std::ops::Range;
 
@@ -6,23 +9,30 @@ use apsides_expressions::{Expression, Library, Relation, Unit};
 
 /// A number in the unit of its quantity, or a formula of constants.
 #[derive(Clone, Debug, PartialEq)]
-pub(crate) enum Amount {
+pub enum Amount {
+    /// A number.
     Number(f64),
+    /// A formula of constants, in coherent SI units.
     Formula(Expression),
 }
 
-/// An amount with its bytes in the file.
+/// An amount with its place.
 #[derive(Clone, Debug, PartialEq)]
-pub(crate) struct Stated {
-    pub(crate) amount: Amount,
-    pub(crate) at: Range<usize>,
+pub struct Stated {
+    /// The number, or the formula that it follows from.
+    pub amount: Amount,
+    /// Its place.
+    pub at: Range<usize>,
 }
 
 /// Allowed values at an end.
 #[derive(Clone, Debug, PartialEq)]
-pub(crate) enum End {
+pub enum End {
+    /// Any value.
     Free,
+    /// One value.
     Fixed(Stated),
+    /// Values from the first to the second.
     Between(Stated, Stated),
 }
 
@@ -39,28 +49,32 @@ pub struct Constant {
     pub range: [f64; 2],
     /// Its meaning, in the words of the file.
     pub meaning: String,
-    /// The bytes of its name in the file.
-    pub(crate) at: Range<usize>,
+    /// The place of its name.
+    pub at: Range<usize>,
 }
 
 /// The table of a function of one or two variables.
 #[derive(Clone, Debug, PartialEq)]
-pub(crate) struct TableData {
-    pub(crate) name: String,
-    pub(crate) x: Vec<f64>,
+pub struct TableData {
+    /// Its name.
+    pub name: String,
+    /// Knots of the first variable, in coherent SI units.
+    pub x: Vec<f64>,
     /// Empty in a table of one variable.
-    pub(crate) y: Vec<f64>,
+    pub y: Vec<f64>,
     /// A row for each `x`.
-    pub(crate) values: Vec<f64>,
-    pub(crate) shape: Shape,
+    pub values: Vec<f64>,
+    /// The curve through the values.
+    pub shape: Shape,
     /// The text of its file, where it comes from one.
-    pub(crate) csv: Option<String>,
-    pub(crate) at: Range<usize>,
+    pub csv: Option<String>,
+    /// Its place.
+    pub at: Range<usize>,
 }
 
 /// The curve through a table.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) enum Shape {
+pub enum Shape {
     /// Cubic splines with two continuous derivatives.
     Spline,
     /// Piecewise cubics that keep the shape of the data, constant outside.
@@ -69,92 +83,138 @@ pub(crate) enum Shape {
 
 /// A named quantity with unit and bounds: a state, a control, a parameter.
 #[derive(Clone, Debug, PartialEq)]
-pub(crate) struct Variable {
-    pub(crate) name: String,
-    pub(crate) at: Range<usize>,
-    pub(crate) unit: Unit,
-    pub(crate) least: Option<Stated>,
-    pub(crate) most: Option<Stated>,
-    pub(crate) scale: Option<Stated>,
-    pub(crate) guards: [bool; 2],
-    pub(crate) start: Option<End>,
-    pub(crate) end: Option<End>,
-    pub(crate) tolerance: Option<Stated>,
-    pub(crate) guess: Option<Stated>,
+pub struct Variable {
+    /// Its name.
+    pub name: String,
+    /// Its place.
+    pub at: Range<usize>,
+    /// The unit that its numbers are in.
+    pub unit: Unit,
+    /// Smallest value; none where there is no bound.
+    pub least: Option<Stated>,
+    /// Largest value; none where there is no bound.
+    pub most: Option<Stated>,
+    /// A typical size; one is chosen where none is stated.
+    pub scale: Option<Stated>,
+    /// Bounds that no solution is meant to reach, the smallest and the largest value.
+    pub guards: [bool; 2],
+    /// Values at the start of the phase, of a state.
+    pub start: Option<End>,
+    /// Values at the end of the phase, of a state.
+    pub end: Option<End>,
+    /// The largest miss that a re-simulation may show, of a state.
+    pub tolerance: Option<Stated>,
+    /// The value where a solve begins, of a parameter.
+    pub guess: Option<Stated>,
 }
 
 /// A formula with bounds: a path constraint, a constraint of ends, an integral.
 #[derive(Clone, Debug, PartialEq)]
-pub(crate) struct Row {
-    pub(crate) name: String,
-    pub(crate) at: Range<usize>,
-    pub(crate) formula: Bounded,
-    pub(crate) unit: Option<Unit>,
-    pub(crate) scale: Option<Stated>,
-    pub(crate) guards: [bool; 2],
+pub struct Row {
+    /// Its name.
+    pub name: String,
+    /// Its place.
+    pub at: Range<usize>,
+    /// The formula, and its bounds.
+    pub formula: Bounded,
+    /// Its unit, where one is stated.
+    pub unit: Option<Unit>,
+    /// A typical size.
+    pub scale: Option<Stated>,
+    /// Bounds that no solution is meant to reach.
+    pub guards: [bool; 2],
 }
 
 /// A formula and its bounds.
 #[derive(Clone, Debug, PartialEq)]
-pub(crate) enum Bounded {
+pub enum Bounded {
     /// As comparisons: `a <= b <= c`.
     Relation(Relation),
     /// As keys.
-    Keys { value: Expression, least: Option<Stated>, most: Option<Stated> },
+    Keys {
+        /// The formula.
+        value: Expression,
+        /// Smallest value.
+        least: Option<Stated>,
+        /// Largest value.
+        most: Option<Stated>,
+    },
 }
 
 /// Times of a phase.
 #[derive(Clone, Debug, PartialEq)]
-pub(crate) struct Times {
-    pub(crate) start: Option<End>,
-    pub(crate) end: Option<End>,
-    pub(crate) duration: Option<End>,
-    pub(crate) unit: Option<Unit>,
-    pub(crate) at: Range<usize>,
+pub struct Times {
+    /// The time at which the phase begins.
+    pub start: Option<End>,
+    /// The time at which it ends.
+    pub end: Option<End>,
+    /// The time that it takes.
+    pub duration: Option<End>,
+    /// The unit of these times.
+    pub unit: Option<Unit>,
+    /// Its place.
+    pub at: Range<usize>,
 }
 
 /// A phase.
 #[derive(Clone, Debug, PartialEq)]
-pub(crate) struct Phase {
-    pub(crate) name: String,
-    pub(crate) at: Range<usize>,
-    pub(crate) times: Option<Times>,
-    pub(crate) states: Vec<Variable>,
-    pub(crate) controls: Vec<Variable>,
+pub struct Phase {
+    /// Its name.
+    pub name: String,
+    /// Its place.
+    pub at: Range<usize>,
+    /// Its times.
+    pub times: Option<Times>,
+    /// States, in order.
+    pub states: Vec<Variable>,
+    /// Controls, in order.
+    pub controls: Vec<Variable>,
     /// Name of a state, its bytes, its rate.
-    pub(crate) dynamics: Vec<(String, Range<usize>, Expression)>,
-    pub(crate) path: Vec<Row>,
-    pub(crate) integrals: Vec<Row>,
-    pub(crate) kinks: Vec<(String, Range<usize>, Vec<Stated>)>,
+    pub dynamics: Vec<(String, Range<usize>, Expression)>,
+    /// Constraints along the phase.
+    pub path: Vec<Row>,
+    /// Integrals over the phase.
+    pub integrals: Vec<Row>,
+    /// Names of states, and values at which formulas have a kink.
+    pub kinks: Vec<(String, Range<usize>, Vec<Stated>)>,
     /// Names of controls that are the angles of a direction, one or two.
-    pub(crate) directions: Vec<(Vec<String>, Range<usize>)>,
+    pub directions: Vec<(Vec<String>, Range<usize>)>,
 }
 
 /// The end of one phase is the start of another.
 #[derive(Clone, Debug, PartialEq)]
-pub(crate) struct Link {
-    pub(crate) from: String,
-    pub(crate) to: String,
-    pub(crate) at: Range<usize>,
+pub struct Link {
+    /// The phase that ends.
+    pub from: String,
+    /// The phase that begins.
+    pub to: String,
+    /// Its place.
+    pub at: Range<usize>,
     /// States that change between the phases by an amount.
-    pub(crate) jumps: Vec<(String, Range<usize>, Stated)>,
+    pub jumps: Vec<(String, Range<usize>, Stated)>,
     /// States that are not joined.
-    pub(crate) free: Vec<(String, Range<usize>)>,
+    pub free: Vec<(String, Range<usize>)>,
 }
 
 /// The objective.
 #[derive(Clone, Debug, PartialEq)]
-pub(crate) struct Objective {
-    pub(crate) maximize: bool,
-    pub(crate) formula: Expression,
-    pub(crate) name: Option<String>,
-    pub(crate) unit: Option<Unit>,
-    pub(crate) scale: Option<Stated>,
+pub struct Objective {
+    /// It is maximised, not minimised.
+    pub maximize: bool,
+    /// The formula, of quantities at ends, parameters and integrals.
+    pub formula: Expression,
+    /// Its name.
+    pub name: Option<String>,
+    /// Its unit.
+    pub unit: Option<Unit>,
+    /// A typical size.
+    pub scale: Option<Stated>,
 }
 
 /// Values of a quantity along a phase.
 #[derive(Clone, Debug, PartialEq)]
-pub(crate) enum Profile {
+pub enum Profile {
+    /// Values along the phase.
     Samples(Vec<Stated>),
     /// A formula of time and of constants.
     Formula(Expression),
@@ -162,29 +222,52 @@ pub(crate) enum Profile {
 
 /// The guess of a phase.
 #[derive(Clone, Debug, PartialEq)]
-pub(crate) struct Guess {
-    pub(crate) phase: Option<String>,
-    pub(crate) at: Range<usize>,
-    pub(crate) times: Option<Vec<Stated>>,
-    pub(crate) profiles: Vec<(String, Range<usize>, Profile)>,
+pub struct Guess {
+    /// The phase; none of the only one.
+    pub phase: Option<String>,
+    /// Its place.
+    pub at: Range<usize>,
+    /// At least two times that increase.
+    pub times: Option<Vec<Stated>>,
+    /// Names of states and controls, and their values.
+    pub profiles: Vec<(String, Range<usize>, Profile)>,
 }
 
 /// Everything that a file states.
 #[derive(Clone, Debug, Default, PartialEq)]
-pub(crate) struct Model {
-    pub(crate) name: Option<String>,
-    pub(crate) title: Option<String>,
-    pub(crate) constants: Vec<Constant>,
-    pub(crate) library: Library,
-    /// Bytes of the names of the definitions.
-    pub(crate) definitions: Vec<Range<usize>>,
-    pub(crate) tables: Vec<TableData>,
-    pub(crate) parameters: Vec<Variable>,
-    pub(crate) phases: Vec<Phase>,
-    pub(crate) links: Vec<Link>,
-    pub(crate) boundary: Vec<Row>,
-    pub(crate) objective: Option<Objective>,
-    pub(crate) guess: Vec<Guess>,
-    /// Units are declared, and so they are checked.
-    pub(crate) has_units: bool,
+pub struct Model {
+    /// Its name.
+    pub name: Option<String>,
+    /// Its purpose, in one line.
+    pub title: Option<String>,
+    /// Constants, the keys of a mission.
+    pub constants: Vec<Constant>,
+    /// Definitions and tables that formulas name.
+    pub library: Library,
+    /// Places of the definitions.
+    pub definitions: Vec<Range<usize>>,
+    /// The data of the tables, in the order of the library.
+    pub tables: Vec<TableData>,
+    /// Unknown constants of the whole problem.
+    pub parameters: Vec<Variable>,
+    /// The phases in order.
+    pub phases: Vec<Phase>,
+    /// Phases that are joined.
+    pub links: Vec<Link>,
+    /// Constraints of quantities at ends.
+    pub boundary: Vec<Row>,
+    /// The objective.
+    pub objective: Option<Objective>,
+    /// Where a solve begins.
+    pub guess: Vec<Guess>,
+    /// Units are declared.
+    pub has_units: bool,
+    /// Units are checked through all formulas.
+    pub checks_units: bool,
+}
+
+/// The place of a part that a program states, by the index of the place.
+#[must_use]
+pub fn at_place(index: usize) -> Range<usize> {
+    index..index
 }

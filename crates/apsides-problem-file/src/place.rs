@@ -6,11 +6,20 @@ use std::ops::Range;
 /// Characters of a line that a message shows.
 const WIDEST: usize = 100;
 
-/// The text of a file with its name.
+/// The file or the program that the parts of a problem are stated in.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) struct Source {
+    /// Name of the file or of the problem.
     pub(crate) name: String,
-    pub(crate) text: String,
+    pub(crate) stated: StatedIn,
+}
+
+#[derive(Clone, Debug, PartialEq)]
+pub(crate) enum StatedIn {
+    /// The text of a file.
+    Text(String),
+    /// Places in a program, by their index.
+    Program(Vec<Place>),
 }
 
 /// A place in a file.
@@ -18,18 +27,32 @@ pub(crate) struct Source {
 pub struct Place {
     /// Name of the file.
     pub source: String,
-    /// Line, from 1.
+    /// Line, from 1; 0 where it is not known.
     pub line: usize,
-    /// Column in characters, from 1.
+    /// Column in characters, from 1; 0 where it is the whole line.
     pub column: usize,
     /// The part of the line that is shown, the column of its first character less one, and the number of carets.
     shown: (String, usize, usize),
 }
 
 impl Source {
-    /// The place of some bytes.
+    /// The text; empty of a program.
+    pub(crate) fn text(&self) -> &str {
+        match &self.stated {
+            StatedIn::Text(text) => text,
+            StatedIn::Program(_) => "",
+        }
+    }
+
+    /// The place of some bytes, or of the index of one.
     pub(crate) fn place(&self, bytes: &Range<usize>) -> Box<Place> {
-        let text = &self.text;
+        let text = match &self.stated {
+            StatedIn::Text(text) => text,
+            StatedIn::Program(places) => {
+                let unknown = || Place::of_line(self.name.clone(), 0, "");
+                return Box::new(places.get(bytes.start).cloned().unwrap_or_else(unknown));
+            }
+        };
         let floor = |mut at: usize| {
             at = at.min(text.len());
             while !text.is_char_boundary(at) {
@@ -56,9 +79,20 @@ impl Source {
 }
 
 impl Place {
+    /// A line of a program, from 1, and its text; 0 where the line is not known.
+    #[must_use]
+    pub fn of_line(source: String, line: usize, text: &str) -> Self {
+        let part = text.trim().chars().take(WIDEST).collect();
+        Self { source, line, column: 0, shown: (part, 0, 0) }
+    }
+
     /// The line with carets under the place, with a line break before it.
     #[must_use]
     pub fn caret(&self) -> String {
+        if self.column == 0 {
+            let (part, ..) = &self.shown;
+            return if part.is_empty() { String::new() } else { format!("\n  {} | {part}", self.line) };
+        }
         let (part, skipped, carets) = &self.shown;
         let indent = " ".repeat(self.line.to_string().len());
         let before = " ".repeat(self.column - 1 - skipped);
@@ -74,6 +108,10 @@ impl Place {
 
 impl fmt::Display for Place {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        write!(f, "{}, line {}, column {}", self.source, self.line, self.column)
+        match (self.line, self.column) {
+            (0, _) => f.write_str(&self.source),
+            (line, 0) => write!(f, "{}, line {line}", self.source),
+            (line, column) => write!(f, "{}, line {line}, column {column}", self.source),
+        }
     }
 }

@@ -10,8 +10,8 @@ use apsides_ocp::{Bounds, Direction, Integral, Kink, PathConstraint, Phase, Stat
 
 use crate::amounts::Amounts;
 use crate::error::ProblemError;
-use crate::formula::Program;
 use crate::model;
+use crate::program::Program;
 
 /// Names that stand for the time in formulas.
 pub(crate) const TIME: &str = "time";

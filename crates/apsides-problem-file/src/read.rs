@@ -40,7 +40,7 @@ pub(crate) fn read(
     files: &Files<'_>,
     others: &[&str],
 ) -> Result<(Model, Texts), ProblemError> {
-    let table = DeTable::parse(&source.text).map_err(|e| ProblemError::Syntax {
+    let table = DeTable::parse(source.text()).map_err(|e| ProblemError::Syntax {
         at: source.place(&e.span().unwrap_or(0..0)),
         reason: e.message().to_owned(),
     })?;
@@ -96,7 +96,7 @@ pub(crate) fn read(
             }
         }
     }
-    model.has_units = reader.has_units;
+    (model.has_units, model.checks_units) = (reader.has_units, reader.has_units);
     Ok((model, reader.texts))
 }
 

@@ -35,7 +35,8 @@ impl Texts {
         match self.0.get(span.text) {
             Some(Text { first: Some(first), .. }) => first + span.bytes.start..first + span.bytes.end,
             Some(Text { at, first: None }) => at.clone(),
-            None => 0..0,
+            // A formula that a program states has the number of its place.
+            None => span.text..span.text,
         }
     }
 
@@ -180,7 +181,7 @@ impl Reader<'_> {
     pub(crate) fn unit(&mut self, value: &Node<'_>, what: &str) -> Result<Unit, ProblemError> {
         let text = self.string(value, what)?;
         self.has_units = true;
-        let number = self.texts.add(text, &self.source.text[value.span()], value.span());
+        let number = self.texts.add(text, &self.source.text()[value.span()], value.span());
         Unit::parse(text).map_err(|e| {
             let bytes = self.texts.bytes(&Span { text: number, bytes: e.offset..text.len() });
             self.refused(&bytes, what, format!("\"{text}\""), &format!("a unit such as m/s2: {}", e.reason))
@@ -199,7 +200,7 @@ impl Reader<'_> {
 
     /// The text of a formula, which may be a number, and the number of the text.
     fn text(&mut self, value: &Node<'_>, what: &str) -> Result<(String, usize), ProblemError> {
-        let raw = &self.source.text[value.span()];
+        let raw = &self.source.text()[value.span()];
         let text = match value.get_ref() {
             DeValue::String(text) => text.to_string(),
             DeValue::Float(_) | DeValue::Integer(_) => format!("{}", self.finite(value, what)?),
@@ -213,7 +214,7 @@ impl Reader<'_> {
 
     /// The number of the key of a definition, for messages.
     pub(crate) fn key_text(&mut self, field: &Field<'_, '_>) -> usize {
-        self.texts.add(field.name, &self.source.text[field.at.clone()], field.at.clone())
+        self.texts.add(field.name, &self.source.text()[field.at.clone()], field.at.clone())
     }
 
     pub(crate) fn heading(&mut self, field: &Field<'_, '_>) -> Result<(String, Vec<String>), ProblemError> {
@@ -227,7 +228,7 @@ impl Reader<'_> {
             DeValue::String(text) => match quantity(text) {
                 Some((number, unit)) => {
                     self.has_units = true;
-                    let at = self.texts.add(text, &self.source.text[value.span()], value.span());
+                    let at = self.texts.add(text, &self.source.text()[value.span()], value.span());
                     Amount::Formula(Expression::quantity(number, &unit, at))
                 }
                 None => Amount::Formula(self.formula(value, what)?),

@@ -38,7 +38,7 @@ impl ProblemFile {
     ) -> String {
         // The text was read before.
         let Ok(mut document) = self.text().parse::<DocumentMut>() else { return self.text().to_owned() };
-        for (constant, number) in self.constants().iter().zip(constants) {
+        for (constant, number) in self.statement().constants().iter().zip(constants) {
             if constant.value == *number {
                 continue;
             }

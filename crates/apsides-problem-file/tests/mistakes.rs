@@ -99,8 +99,8 @@ fn whole() -> String {
 fn pose(text: &str) -> Result<(), ProblemError> {
     let files = |_: &str| Err(std::io::ErrorKind::NotFound.into());
     let file = ProblemFile::parse(text, "p.toml", &files, &["method", "radau"])?;
-    let values: Vec<f64> = file.constants().iter().map(|c| c.value).collect();
-    file.pose(&values)?;
+    let values: Vec<f64> = file.statement().constants().iter().map(|c| c.value).collect();
+    file.statement().pose(&values)?;
     Ok(())
 }
 

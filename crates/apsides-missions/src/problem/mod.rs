@@ -1,6 +1,6 @@
-//! Problems with equations of their own file: `kind = "problem"`.
+//! Problems with equations of their own: files with `kind = "problem"`, and statements of a program.
 //!
-//! The file says what states, controls, equations of motion, constraints and the objective are; its constants are the keys of the mission.
+//! They say what states, controls, equations of motion, constraints and the objective are; their constants are the keys of the mission.
 
 use std::sync::Arc;
 
@@ -11,8 +11,8 @@ use apsides_pipeline::key::{Key, KeyKind, Range, Value};
 use apsides_pipeline::method::{MethodName, Methods};
 use apsides_pipeline::registry::Document;
 use apsides_pipeline::values::Values;
-use apsides_pipeline::{Error, Kind, Mission, Posed, Scalars};
-use apsides_problem_file::{Constant, DeclaredUnit, PosedProblem, ProblemFile, Written};
+use apsides_pipeline::{Error, Kind, Mission, Pipeline, Posed, Scalars};
+use apsides_problem_file::{Constant, DeclaredUnit, PosedProblem, ProblemFile, Statement, Written};
 
 /// Names of the units that files may declare.
 pub fn unit_names() -> impl Iterator<Item = &'static str> {
@@ -28,7 +28,7 @@ pub const STARTER: &str = include_str!("../../missions/problem/starter.toml");
 /// A problem with the values of its constants.
 #[derive(Clone)]
 pub struct OwnProblem {
-    file: Arc<ProblemFile>,
+    statement: Arc<Statement>,
     posed: PosedProblem,
     /// Keys of the results that name a case in a table.
     headline: Vec<String>,
@@ -36,7 +36,7 @@ pub struct OwnProblem {
 
 impl std::fmt::Debug for OwnProblem {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        f.debug_struct("OwnProblem").field("name", &self.file.name()).finish_non_exhaustive()
+        f.debug_struct("OwnProblem").field("name", &self.statement.name()).finish_non_exhaustive()
     }
 }
 
@@ -50,8 +50,46 @@ pub fn read(document: &Document<'_>) -> Result<(Kind, Vec<Entry>), Error> {
     let mut others: Vec<&str> = Methods::keys().filter_map(|k| k.path.split('.').next()).collect();
     others.dedup();
     let file = ProblemFile::parse(document.text, document.source, &files, &others).map_err(Error::model)?;
-    let file = Arc::new(file);
-    let path = |c: &Constant| format!("constants.{}", c.name);
+    let place = |offset| format!("{}, line {}", document.source, line(document.text, offset));
+    let mut stated = apsides_pipeline::file::entries(document.text, place)?;
+    stated.retain(|e| others.contains(&e.path.split('.').next().unwrap_or_default()));
+    let statement = Arc::new(file.statement().clone());
+    stated.extend(stated_constants(&statement));
+    Ok((kind_of(statement, move |values| written(&file, values)), stated))
+}
+
+/// The pipeline of a problem that a program states. `writes` makes the text that stands in for its mission file.
+///
+/// # Errors
+/// Values that do not make a problem.
+pub fn pipeline(
+    statement: Arc<Statement>,
+    writes: impl Fn(&Values) -> String + Send + Sync + 'static,
+) -> Result<Pipeline, Error> {
+    let stated = stated_constants(&statement);
+    let kind = kind_of(statement, writes);
+    let mut values = Values::new(format!("problem `{}`", kind.name), kind.name.to_string(), kind.all_keys());
+    for e in stated {
+        values.state(&e.path, e.value, &e.place)?;
+    }
+    Pipeline::new(kind.clone(), vec![kind].into(), values)
+}
+
+fn path(constant: &Constant) -> String {
+    format!("constants.{}", constant.name)
+}
+
+fn stated_constants(statement: &Statement) -> Vec<Entry> {
+    let entry = |c: &Constant| {
+        let place = statement.place_of(c);
+        let place = format!("{}, line {}", place.source, place.line);
+        Entry { path: path(c), value: Value::Number(c.value), place }
+    };
+    statement.constants().iter().map(entry).collect()
+}
+
+/// The kind of mission of a problem: its constants are keys.
+fn kind_of(statement: Arc<Statement>, writes: impl Fn(&Values) -> String + Send + Sync + 'static) -> Kind {
     let key = |c: &Constant| {
         let range = match c.range.map(|v| (v, v.is_finite())) {
             [least, most] => Range { least, most },
@@ -64,33 +102,18 @@ pub fn read(document: &Document<'_>) -> Result<(Kind, Vec<Entry>), Error> {
         };
         Key::of_file(path(c), c.value, range, meaning, unit)
     };
-    let keys: Vec<Key> = file.constants().iter().map(key).collect();
-    let place = |offset| format!("{}, line {}", document.source, line(document.text, offset));
-    let mut stated = apsides_pipeline::file::entries(document.text, place)?;
-    stated.retain(|e| others.contains(&e.path.split('.').next().unwrap_or_default()));
-    stated.extend(file.constants().iter().map(|c| Entry {
-        path: path(c),
-        value: Value::Number(c.value),
-        place: format!("{}, line {}", document.source, file.line_of(c)),
-    }));
-    let (reads, writes) = (Arc::clone(&file), Arc::clone(&file));
-    let kind = Kind::of_file(
-        file.name().to_owned(),
-        file.title().to_owned(),
-        keys,
-        move |values| Ok(Arc::new(OwnProblem::new(&reads, values)?)),
-        move |values| written(&writes, values),
-    );
-    Ok((kind, stated))
+    let keys: Vec<Key> = statement.constants().iter().map(key).collect();
+    let (name, title) = (statement.name().to_owned(), statement.title().to_owned());
+    Kind::of_file(name, title, keys, move |values| Ok(Arc::new(OwnProblem::new(&statement, values)?)), writes)
 }
 
-fn constants(file: &ProblemFile, values: &Values) -> Result<Vec<f64>, Error> {
-    file.constants().iter().map(|c| values.number(&format!("constants.{}", c.name))).collect()
+fn constants(statement: &Statement, values: &Values) -> Result<Vec<f64>, Error> {
+    statement.constants().iter().map(|c| values.number(&path(c))).collect()
 }
 
 fn written(file: &ProblemFile, values: &Values) -> String {
     // The keys are those of the file.
-    let numbers = constants(file, values).unwrap_or_default();
+    let numbers = constants(file.statement(), values).unwrap_or_default();
     let of_method =
         values.keys().filter(|k| !k.path.starts_with("constants.") && values.place(&k.path).is_some());
     let of_method = of_method.filter_map(|k| {
@@ -107,15 +130,21 @@ fn written(file: &ProblemFile, values: &Values) -> String {
 }
 
 impl OwnProblem {
-    fn new(file: &Arc<ProblemFile>, values: &Values) -> Result<Self, Error> {
-        let posed = file.pose(&constants(file, values)?).map_err(Error::model)?;
+    fn new(statement: &Arc<Statement>, values: &Values) -> Result<Self, Error> {
+        let posed = statement.pose(&constants(statement, values)?).map_err(Error::model)?;
         let mut headline = vec![objective_key(&posed)];
         let times = posed.ocp.phases.iter().map(|p| {
-            let unit = file.time_unit(&p.name).map_or_else(String::new, |u| u.name);
+            let unit = statement.time_unit(&p.name).map_or_else(String::new, |u| u.name);
             with_unit(&before(&p.name, posed.ocp.phases.len() > 1, "final_time"), &unit)
         });
         headline.extend(times);
-        Ok(Self { file: Arc::clone(file), posed, headline })
+        Ok(Self { statement: Arc::clone(statement), posed, headline })
+    }
+
+    /// The problem as it is stated.
+    #[must_use]
+    pub fn statement(&self) -> &Statement {
+        &self.statement
     }
 
     /// The problem with a start.
@@ -132,9 +161,9 @@ impl OwnProblem {
             let key = with_unit(&before(&flight.name, several, &name), &unit.name);
             scalars.insert(key, value / unit.factor);
         };
-        add("final_time".into(), flight.final_time, self.file.time_unit(&flight.name));
+        add("final_time".into(), flight.final_time, self.statement.time_unit(&flight.name));
         if flight.initial_time != 0.0 {
-            add("initial_time".into(), flight.initial_time, self.file.time_unit(&flight.name));
+            add("initial_time".into(), flight.initial_time, self.statement.time_unit(&flight.name));
         }
         let Some(phase) = self.posed.ocp.phases.iter().find(|p| p.name == flight.name) else {
             return scalars;
@@ -142,7 +171,7 @@ impl OwnProblem {
         let (start, end) = (flight.state_at(flight.initial_time), flight.final_state());
         for (k, state) in phase.states.iter().enumerate() {
             let name = &state.variable.name;
-            let unit = || self.file.state_unit(&flight.name, name);
+            let unit = || self.statement.unit_of(&flight.name, name);
             add(format!("final_{name}"), end[k], unit());
             if !state.initial.is_fixed() {
                 add(format!("initial_{name}"), start[k], unit());
@@ -201,7 +230,7 @@ impl Mission for OwnProblem {
         let several = solution.phases.len() > 1;
         let mut scalars: Scalars = solution.phases.iter().flat_map(|p| self.of_phase(p, several)).collect();
         for (parameter, value) in self.posed.ocp.parameters.iter().zip(&solution.parameters) {
-            if let Some(unit) = self.file.parameter_unit(&parameter.name) {
+            if let Some(unit) = self.statement.parameter_unit(&parameter.name) {
                 scalars.insert(with_unit(&parameter.name, &unit.name), value / unit.factor);
             }
         }

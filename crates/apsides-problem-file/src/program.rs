@@ -1,4 +1,4 @@
-//! Formulas of the file as programs of `apsides-ad`.
+//! Formulas as programs of `apsides-ad`.
 
 use apsides_ad::formula::{Binary as AdBinary, Unary as AdUnary};
 use apsides_ad::{FormulaBuilder, Table, Value};
@@ -6,14 +6,18 @@ use apsides_expressions::function::{Binary, Unary};
 use apsides_expressions::{Comparison, Recorder};
 
 /// Records the operations of formulas over common inputs.
-pub(crate) struct Program {
-    pub(crate) builder: FormulaBuilder,
+#[derive(Debug)]
+pub struct Program {
+    /// The operations so far.
+    pub builder: FormulaBuilder,
     /// Index in the builder and number of variables of each table.
     tables: Vec<(usize, usize)>,
 }
 
 impl Program {
-    pub(crate) fn new(inputs: usize, tables: &[Table]) -> Self {
+    /// A program of so many inputs; tables are known by their index.
+    #[must_use]
+    pub fn new(inputs: usize, tables: &[Table]) -> Self {
         let mut builder = FormulaBuilder::new(inputs);
         let tables = tables.iter().map(|t| (builder.table(t.clone()), t.variables())).collect();
         Self { builder, tables }
