@@ -10,6 +10,7 @@
 //! | `table` | generated documents |
 //! | `bench` | benchmarks, and the same problems in other programs |
 //! | `package` | every crate as a package, used by a project of its own |
+//! | `python` | the wheel of the Python package, tested in a fresh environment |
 //! | `readme`, `crate_readme` | the commands of README.md; README.md of each crate |
 //! | `source`, `workspace`, `command` | Rust text without comments, packages, processes |
 
@@ -25,6 +26,7 @@ mod crate_readme;
 mod finding;
 mod layers;
 mod package;
+mod python;
 mod readme;
 mod signatures;
 mod source;
@@ -52,6 +54,7 @@ Tasks:
   features           each feature of each crate checked without the others
   package [CRATE ..] packages all crates, builds a project of its own and the tests of each, or of those named;
                      prints how many crates each needs and the time of the build
+  python             the wheel of the Python package, its tests and its tutorial in a fresh environment
   bless              accepts the present counters of the workspace tests as the golden ones
   bench [--peers] .. criterion benches of kkt, nlp and radau; --peers also runs benches/peers/*.py;
                      further arguments go to criterion
@@ -97,6 +100,7 @@ fn perform(arguments: &[String]) -> Result<(), String> {
         "examples" => no_arguments(task, rest).and_then(|()| examples(&Workspace::load()?)),
         "features" => no_arguments(task, rest).and_then(|()| package::features(&Workspace::load()?)),
         "package" => package::run(&Workspace::load()?, rest),
+        "python" => no_arguments(task, rest).and_then(|()| python::build(&Workspace::load()?)),
         "bless" => no_arguments(task, rest).and_then(|()| bless(&Workspace::load()?)),
         "bench" => bench::run_benches(&Workspace::load()?, rest),
         _ => Err(format!("no task `{task}`; `cargo xtask help` lists them")),

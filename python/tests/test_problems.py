@@ -1,0 +1,297 @@
+"""Problems stated in Python have the known optima of the literature, and those of the same problems in files."""
+
+import pathlib
+
+import numpy as np
+import pytest
+
+import apsides
+
+FILES = pathlib.Path(__file__).resolve().parents[2] / "crates" / "apsides-problems" / "problems"
+
+# Two solves of one problem on the same mesh: the formulas are the same up to the order of operations.
+SAME = 1e-8
+
+
+def brachistochrone():
+    p = apsides.Problem("brachistochrone")
+    ph = p.phase("slide", duration=(0.1, 10))
+    x = ph.state("x", unit="m", start=0, end=10, lower=0, upper=10)
+    y = ph.state("y", unit="m", start=0, end=5, lower=0, upper=10)
+    v = ph.state("v", unit="m/s", start=0, lower=0, upper=20)
+    angle = ph.control("angle", unit="deg", lower=0, upper=180)
+    ph.dynamics(x=v * np.sin(angle), y=v * np.cos(angle), v=9.80665 * np.cos(angle))
+    p.minimize(ph.final_time)
+    return p
+
+
+def cycloid():
+    """The time to slide from rest to 10 m away and 5 m down: a cycloid (Johann Bernoulli, 1696)."""
+    low, high = 0.1, 6.2
+    for _ in range(200):
+        middle = (low + high) / 2
+        if (middle - np.sin(middle)) / (1 - np.cos(middle)) < 2:
+            low = middle
+        else:
+            high = middle
+    return low * np.sqrt(5 / (1 - np.cos(low)) / 9.80665)
+
+
+def test_brachistochrone_is_the_cycloid():
+    s = brachistochrone().solve()
+    assert s.objective == pytest.approx(cycloid(), rel=SAME)
+    assert s.success and s.verdict == "strict-local-optimum"
+    assert s["x"][-1] == pytest.approx(10) and s.units["angle"] == "deg"
+    assert s["angle"].max() <= 180.0 + 1e-6
+    assert s.summary["objective"]["unit"] == "s"
+
+
+def test_least_effort_in_vector_style():
+    # Rest to rest over 1 m in 1 s: u = 6 - 12 t, the objective is 6 (A. E. Bryson and Y.-C. Ho, 1975).
+    p = apsides.Problem("push")
+    ph = p.phase("push", end=1)
+    ph.states("x v", start=[0, 0], end=[1, 0])
+    ph.control("u")
+    ph.dynamics(lambda t, x, u: [x[1], u[0]])
+    p.minimize(ph.integral(lambda t, x, u: u[0] ** 2 / 2))
+    s = p.solve()
+    assert s.objective == pytest.approx(6.0, rel=1e-9)
+    assert s["u"][0] == pytest.approx(6.0, abs=1e-6)
+    assert np.allclose(s["u"], 6 - 12 * s.time, atol=1e-6)
+
+
+def test_linear_tangent_in_kilometres():
+    # A. E. Bryson and Y.-C. Ho, Applied Optimal Control, 1975: 55.4570878 s.
+    p = apsides.Problem("linear tangent")
+    a = p.constant("acceleration", 10, "m/s2")
+    ph = p.phase("ascent", end=(10, 200))
+    ph.state("x", unit="km", lower=0, upper=30, start=0)
+    vx = ph.state("vx", unit="m/s", lower=0, upper=1000, start=0, end=450)
+    ph.state("y", unit="km", lower=0, upper=10, start=0, end=5)
+    vy = ph.state("vy", unit="m/s", lower=-500, upper=500, start=0, end=0)
+    angle = ph.control("angle", unit="deg", lower=-90, upper=90)
+    ph.dynamics([vx, a * np.cos(angle), vy, a * np.sin(angle)])
+    ph.guess([0, 60], x=[0, 12])
+    p.minimize(ph.final_time)
+    s = p.solve()
+    assert s.objective == pytest.approx(55.4570878, rel=1e-8)
+    assert s["y"][-1] == pytest.approx(5.0)
+    price = s.sensitivity("acceleration")["acceleration"]["objective"]
+    higher = p.solve(acceleration=10.01)
+    lower = p.solve(acceleration=9.99)
+    assert price == pytest.approx((higher.objective - lower.objective) / 0.02, rel=1e-4)
+    cases = p.sweep(acceleration=[9, 10, 11])
+    assert [c.case["acceleration"] for c in cases] == [9, 10, 11]
+    assert cases[1].objective == pytest.approx(s.objective, rel=SAME)
+
+
+def test_two_phases_with_a_link_and_a_jump():
+    # A sounding rocket without drag: closed form of the example `own_mission` of apsides-pipeline.
+    m0, propellant, thrust, c, g = 300.0, 120.0, 12_000.0, 230.0 * 9.80665, 9.80665
+    p = apsides.Problem("sounding rocket")
+    burn = p.phase("burn", end=(1, 200))
+    h, v, m = burn.state("h", start=0), burn.state("v", start=0), burn.state("m", start=m0, end=(m0 - propellant, m0), lower=100, upper=400)
+    k = burn.control("k", lower=0, upper=1)
+    burn.dynamics(h=v, v=k * thrust / m - g, m=-k * thrust / c)
+    burn.guess([0, 40], h=[0, 5000], v=[0, 300], m=[300, 180], k=0.5)
+    coast = p.phase("coast", end=(1, 500))
+    H, V = coast.state("h"), coast.state("v", end=0)
+    coast.dynamics(h=V, v=-g)
+    coast.guess([40, 70], h=[5000, 10000], v=[300, 0])
+    p.link(burn, coast)
+    p.maximize(H.end)
+    s = p.solve()
+    ratio, t = m0 / (m0 - propellant), propellant * c / thrust
+    h1 = c * t * (1 - np.log(ratio) / (ratio - 1)) - g * t * t / 2
+    v1 = c * np.log(ratio) - g * t
+    assert s.objective == pytest.approx(h1 + v1 * v1 / (2 * g), rel=1e-7)
+    assert s.phase("burn").time[-1] == pytest.approx(t, rel=1e-6)
+    assert s["coast", "h"].size == s.phase("coast").time.size
+    frame = s.to_pandas()
+    assert set(frame["phase"]) == {"burn", "coast"}
+    assert s.to_xarray().sizes["node"] == len(frame)
+
+
+def test_parameters_and_constraints_of_ends():
+    # The rectangle of largest area under y = 4 - x^2, as parameters of a phase without choice: (8/9) sqrt(12) = 32 / (3 sqrt 3) / 2 * 2.
+    p = apsides.Problem("rectangle")
+    ph = p.phase("run", end=1)
+    z = ph.state("z", start=0)
+    ph.dynamics(z=1.0)
+    a = p.parameter("a", lower=0.1, upper=1.9, guess=1.0)
+    b = p.parameter("b", lower=0.1, upper=4, guess=1.0)
+    p.constrain(b <= 4 - a**2)
+    p.constrain(z.end == 1)
+    p.maximize(2 * a * b)
+    s = p.solve()
+    assert s.objective == pytest.approx(32 / (3 * np.sqrt(3)), rel=1e-8)
+    assert s.parameters["a"] == pytest.approx(2 / np.sqrt(3), rel=1e-6)
+    assert float(s["a"]) == s.parameters["a"]
+
+
+def test_state_constraint():
+    # A. E. Bryson, W. F. Denham, S. E. Dreyfus, 1963: for a limit l <= 1/6 the least effort is 4 / (9 l).
+    limit = 0.1
+    p = apsides.Problem("bryson-denham")
+    ph = p.phase("path", end=1)
+    x = ph.state("x", start=0, end=0, lower=0)
+    v = ph.state("v", start=1, end=-1)
+    u = ph.control("u")
+    ph.dynamics(x=v, v=u)
+    ph.path(x <= limit, name="ceiling")
+    p.minimize(ph.integral(u**2 / 2))
+    s = p.solve()
+    assert s.objective == pytest.approx(4 / (9 * limit), rel=1e-6)
+    assert s["ceiling"].max() <= limit + 1e-6
+
+
+def test_where_and_abs_and_tables():
+    # A road with a slow half: x' = speed(x), where the speed is 1 before x = 1 and 1/2 after it; 1 + 2 = 3 s.
+    p = apsides.Problem("road")
+    ph = p.phase("drive", duration=(0.1, 10))
+    x = ph.state("x", start=0, end=2, lower=0, upper=2)
+    throttle = ph.control("throttle", lower=0, upper=1)
+    ph.dynamics(x=throttle * apsides.where(x < 1, 1.0, 0.5))
+    p.minimize(ph.duration)
+    assert p.solve().objective == pytest.approx(3.0, rel=1e-6)
+
+    speed = apsides.table(np.linspace(0, 2, 9), 1 + np.linspace(0, 2, 9))
+    q = apsides.Problem("table")
+    ph = q.phase("drive", duration=(0.1, 10))
+    x = ph.state("x", start=0, end=2, lower=0, upper=2)
+    throttle = ph.control("throttle", lower=0, upper=1)
+    ph.dynamics(x=throttle * speed(x))
+    q.minimize(ph.duration)
+    # The integral of 1 / (1 + x).
+    assert q.solve().objective == pytest.approx(np.log(3), rel=1e-7)
+
+    xs, ys = np.linspace(0, 2, 7), np.linspace(0, 1, 6)
+    plane = apsides.table(xs, 1 + xs[:, None] + 0 * ys[None, :], ys)
+    assert plane(0.5, 0.3) == pytest.approx(1.5)
+    assert np.allclose(plane(np.array([0.5, 1.0]), 0.3), [1.5, 2.0])
+
+
+@pytest.mark.parametrize("method", ["radau", "multiple-shooting"])
+def test_methods(method):
+    s = brachistochrone().solve(method)
+    assert s.summary["method"] == method
+    assert s.objective == pytest.approx(cycloid(), rel=1e-7)
+
+
+def van_der_pol():
+    p = apsides.Problem("van_der_pol")
+    ph = p.phase("damp", end=5)
+    x1, x2 = ph.states("x1 x2", start=[0, 1])
+    u = ph.control("u", lower=-0.3, upper=1)
+    ph.dynamics(x1=(1 - x2**2) * x1 - x2 + u, x2=x1)
+    p.minimize(ph.integral(x1**2 + x2**2 + u**2, name="cost"))
+    return p
+
+
+def goddard_cops():
+    p = apsides.Problem("goddard_cops")
+    max_thrust = p.constant("max_thrust", 3.5)
+    ph = p.phase("ascent", end=(0.05, 1))
+    h = ph.state("h", lower=1, upper=1.1, start=1, scale=0.01)
+    v = ph.state("v", lower=0, upper=1, start=0, scale=0.1)
+    m = ph.state("m", lower=0.6, upper=1, start=1, end=0.6)
+    T = ph.control("T", lower=0, upper=max_thrust)
+    ph.dynamics(h=v, v=(T - 310 * v**2 * np.exp(-500 * (h - 1))) / m - h**-2.0, m=-2 * T)
+    p.maximize(h.end, name="altitude", scale=0.01)
+    ph.guess([0, 0.2], h=[1, 1.01], v=[0, 0.1], T=1.75)
+    return p
+
+
+@pytest.mark.skipif(not FILES.is_dir(), reason="the problem files of the repository are not here")
+@pytest.mark.parametrize("problem", [van_der_pol, goddard_cops])
+def test_the_same_optimum_as_the_file(problem):
+    file = apsides.load(FILES / f"{problem.__name__}.toml").solve()
+    here = problem().solve()
+    assert here.objective == pytest.approx(file.objective, rel=SAME)
+    assert here.verdict == file.verdict
+    # Counters, not times: the same formulas take the same work.
+    assert here.counters == file.counters
+
+
+def test_missions():
+    assert "lunar-perilune" in apsides.missions()
+    s = apsides.mission("lunar-perilune", perilune_altitude_km=20).solve()
+    # The example of the Rust crate `apsides`.
+    assert s.results["flight_time_s"] == pytest.approx(999.356984, abs=1e-5)
+    assert s.certificate.is_verified
+    assert s.mission.keys["perilune_altitude_km"] == 20.0
+    again = s.mission.solve(start=s)
+    assert again.counters["iterations"] < s.counters["iterations"]
+    cheap = apsides.mission("lunar-perilune").solve(tolerance=1e-4)
+    assert cheap.success
+
+
+def test_report_and_certify(tmp_path):
+    s = brachistochrone().solve()
+    paths = s.report(tmp_path / "results")
+    assert any(p.endswith("report.html") for p in paths)
+    assert s.mission.certify(tmp_path / "results").verdict == s.verdict
+    assert s.verify().verdict == s.verdict
+    assert "<svg" in s._repr_html_()
+    data = s.to_dict()
+    assert data["phases"]["slide"]["x"][-1] == pytest.approx(10)
+    sample = s.sample(11)
+    assert sample["time"].shape == (11,)
+    assert s.sample([0.0, 0.5])["x"][0] == pytest.approx(0)
+    assert "verdict: strict-local-optimum" in repr(s.certificate)
+    assert s.to_xarray()["x"].attrs["units"] == "m"
+
+
+def test_progress_stops_and_raises():
+    seen = []
+    s = brachistochrone().solve(progress=seen.append)
+    assert len(seen) >= s.counters["iterations"] and "objective" in seen[0]
+    stopped = brachistochrone().solve(progress=lambda record: record["iteration"] < 3)
+    assert stopped.status == "interrupted" and not stopped.success
+
+    def fail(record):
+        raise RuntimeError("enough")
+
+    with pytest.raises(RuntimeError, match="enough"):
+        brachistochrone().solve(progress=fail)
+
+
+def test_control_c():
+    import _thread
+    import threading
+
+    def interrupt(record):
+        if record["iteration"] == 2:
+            _thread.interrupt_main()
+
+    assert threading.current_thread() is threading.main_thread()
+    with pytest.raises(KeyboardInterrupt):
+        brachistochrone().solve(progress=interrupt)
+
+
+def test_many_operations():
+    # 1e5 operations whose sum is the simple problem.
+    p = apsides.Problem("long")
+    ph = p.phase("push", end=1)
+    x, v = ph.state("x", start=0, end=1), ph.state("v", start=0, end=0)
+    u = ph.control("u")
+    force = u
+    for k in range(50_000):
+        force = (force + k) - k
+    ph.dynamics(x=v, v=force)
+    p.minimize(ph.integral(u**2 / 2))
+    assert p.mission().name == "long"
+    del force, p, ph
+
+
+def test_deep_sharing():
+    p = apsides.Problem("shared")
+    ph = p.phase("run", end=1)
+    x = ph.state("x", start=0)
+    total = x
+    for _ in range(200):
+        total = total + total
+    ph.dynamics(x=1.0)
+    p.minimize(x.end)
+    ph.path(total * 2.0**-200 <= 2)
+    assert p.solve().success
