@@ -40,15 +40,15 @@ pub(crate) fn refused(e: apsides::Error) -> PyErr {
     use apsides::Error as E;
     match e {
         E::UnknownKey { .. } | E::Value { .. } | E::UnknownMission { .. } => {
-            SettingError::new_err(sentence(&e.to_string()))
+            SettingError::new_err(e.to_string())
         }
         E::Model { source, place } => match source.downcast::<Mistake>() {
             Ok(mistake) => of_problem(&mistake),
-            Err(source) => Error::new_err(sentence(&format!("{place}{source}"))),
+            Err(source) => Error::new_err(format!("{place}{source}")),
         },
-        E::Method(_) => SolveError::new_err(sentence(&e.to_string())),
-        E::Problem(_) => ProblemError::new_err(sentence(&e.to_string())),
-        _ => Error::new_err(sentence(&e.to_string())),
+        E::Method(_) => SolveError::new_err(e.to_string()),
+        E::Problem(_) => ProblemError::new_err(e.to_string()),
+        _ => Error::new_err(e.to_string()),
     }
 }
 
@@ -61,11 +61,7 @@ pub(crate) fn of_problem(e: &Mistake) -> PyErr {
                 missing.iter().map(|m| format!("\n  - {}", crate::statement::in_python(m))).collect();
             IncompleteError::new_err(format!("{file}: the problem is not complete; missing {verb}:{list}"))
         }
-        _ => ProblemError::new_err(sentence(&e.to_string())),
+        _ => ProblemError::new_err(e.to_string()),
     }
 }
 
-/// The commands of the program in a message, in the words of Python.
-fn sentence(message: &str) -> String {
-    message.replace("`apsides simulate`", "`simulate()`").replace("`apsides solve`", "`solve()`")
-}

@@ -158,6 +158,8 @@ def test_settings():
     assert "points" in message(lambda: p.solve(points=-3))
     assert "points" in message(lambda: p.solve(points=[1, 2]))
     assert "threads" in message(lambda: p.solve(threads=0))
+    assert "threads" in message(lambda: p.solve(threads=1.5))
+    assert "seed" in message(lambda: p.solve(seed=-1))
     assert "lunar-perilune" in message(lambda: apsides.mission("lunar-perilun"))
     assert "no such file" in message(lambda: apsides.load("nothing.toml"))
     with pytest.raises(apsides.SettingError, match="perilune_altitude_km"):
@@ -181,6 +183,8 @@ def test_unknown_quantities():
     with pytest.raises(KeyError):
         s.costate("u")
     assert message(lambda: s.sample(0))
+    assert "outside" in message(lambda: s.sample([0.5, 2.0]))
+    assert "outside" in message(lambda: s.sample([math.nan]))
 
 
 def test_units():

@@ -227,6 +227,13 @@ def unit(name: str) -> float:
     return _native.unit_factor(name)
 
 
+def count(value: Any, name: str, least: int) -> int:
+    """A whole number that is large enough."""
+    if isinstance(value, (bool, np.bool_)) or not isinstance(value, numbers.Integral) or value < least:
+        raise _native.SettingError(f"`{name}` is {value!r}, allowed is a whole number from {least}")
+    return int(value)
+
+
 def is_number(value: Any) -> bool:
     """True of a number of Python or NumPy."""
     return isinstance(value, numbers.Real) and not isinstance(value, bool)

@@ -9,6 +9,7 @@ from collections.abc import Callable, Iterable, Mapping
 from typing import Any
 
 from . import _native
+from ._functions import count
 from ._solution import Certificate, Solution
 
 
@@ -75,7 +76,7 @@ class Mission:
         """
         changed = {**({} if method is None else {"method": method}), **(settings or {}), **values}
         native = self._native.having(changed) if changed else self._native
-        found = native.solve(None if start is None else start._native, progress, threads, seed)
+        found = native.solve(None if start is None else start._native, progress, count(threads, "threads", 1), count(seed, "seed", 0))
         return Solution(found, Mission(native))
 
     def verify(self, solution: Solution) -> Certificate:

@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from . import _native
-from ._functions import is_number
+from ._functions import count, is_number
 from ._native import Condition, Symbol
 from ._numpy import symbol_array
 
@@ -116,6 +116,8 @@ def _constraints(constraints: Any, x: np.ndarray) -> list[tuple[Symbol, float, f
         else:
             raise _native.Error(f"{what}: allowed is (function, lower, upper), a function that returns comparisons, or a dictionary as of SciPy")
         values = _symbols(function(x), what)
+        if not values:
+            continue
         lows, highs = (np.broadcast_to(np.asarray(-np.inf if v is None and not isinstance(values[0], Condition) else v, dtype=object), len(values))
                        for v in (low, np.inf if high is None else high))
         for value, least, most in zip(values, lows, highs):
@@ -170,6 +172,8 @@ def minimize(
     objective = _symbols(fun(x, *args), "the objective")
     if len(objective) != 1 or isinstance(objective[0], Condition):
         raise _native.Error(f"the objective returns {len(objective)} values, allowed is one formula")
+    if max_iterations is not None:
+        max_iterations = count(max_iterations, "max_iterations", 1)
     lower, upper = _bounds(bounds, start.size)
     rows = _constraints(constraints, x)
     found = _native.minimize(
@@ -273,7 +277,7 @@ def integrate(
         stated.append((_symbol(values[0], t), direction, bool(getattr(event, "terminal", False))))
     times = None if t_eval is None else _vector(t_eval, "`t_eval`").tolist()
     found = _native.integrate(
-        owner, rates, stated, (span[0], span[1]), start.tolist(), times, method, (rtol, atol), max_step, max_steps
+        owner, rates, stated, (span[0], span[1]), start.tolist(), times, method, (rtol, atol), max_step, count(max_steps, "max_steps", 1)
     )
     records = found.pop("events")
     by_event = [[r for r in records if r[0] == k] for k in range(len(stated))]
@@ -333,7 +337,5 @@ def search(
     """
     pairs = list(bounds) if not hasattr(bounds, "lb") else bounds
     lower, upper = _bounds(pairs, len(pairs) if isinstance(pairs, list) else np.size(bounds.lb))
-    if isinstance(budget, bool) or not isinstance(budget, (int, np.integer)) or budget < 1:
-        raise _native.SettingError(f"`budget` is {budget!r}, allowed is a whole number from 1")
     points = [_vector(point, "a point of `start`").tolist() for point in start]
-    return Found(**_native.search(fun, lower.tolist(), upper.tolist(), method, int(budget), seed, target, points))
+    return Found(**_native.search(fun, lower.tolist(), upper.tolist(), method, count(budget, "budget", 1), count(seed, "seed", 0), target, points))

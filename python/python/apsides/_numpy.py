@@ -10,11 +10,15 @@ import numpy as np
 from . import _functions as f
 from ._native import Condition, Symbol
 
-_COMPARISONS = {
+_COMPARISONS: dict[Any, Any] = {
     np.less: operator.lt, np.less_equal: operator.le, np.greater: operator.gt, np.greater_equal: operator.ge, np.equal: operator.eq,
     np.not_equal: operator.ne,
 }
-_UFUNCS = {np.maximum: f.max, np.minimum: f.min, np.fmax: f.max, np.fmin: f.min, np.sign: f.sign, np.arctan2: f.arctan2}
+_UFUNCS: dict[Any, Any] = {
+    np.maximum: f.max, np.minimum: f.min, np.fmax: f.max, np.fmin: f.min, np.sign: f.sign, np.arctan2: f.arctan2,
+    np.log1p: lambda x: np.log(1.0 + x), np.expm1: lambda x: np.exp(x) - 1.0, np.float_power: operator.pow, np.reciprocal: lambda x: 1.0 / x,
+    np.heaviside: lambda x, middle: f.where(x > 0, 1.0, f.where(x < 0, 0.0, middle)),
+}
 
 
 class SymbolArray(np.ndarray):
@@ -66,7 +70,17 @@ def array_ufunc(ufunc: Any, method: str, inputs: tuple[Any, ...], kwargs: dict[s
             return _ours(_UFUNCS[ufunc](*map(_scalar, inputs)))
     if "out" in kwargs:
         kwargs = {**kwargs, "out": tuple(_plain(v) for v in kwargs["out"])}
-    return _ours(getattr(ufunc, method)(*map(_plain, inputs), **kwargs))
+    try:
+        return _ours(getattr(ufunc, method)(*map(_plain, inputs), **kwargs))
+    except TypeError as e:
+        raise _refused(ufunc, e) from None
+
+
+def _refused(function: Any, error: TypeError) -> TypeError:
+    """Our own sentences stay."""
+    text = str(error)
+    name = getattr(function, "__name__", str(function))
+    return error if "traced" in text else TypeError(f"numpy.{name} does not take symbols, whose values are not known while equations are traced ({text})")
 
 
 def _norm(x: Any, ord: Any = None, axis: Any = None, keepdims: bool = False) -> Any:  # noqa: A002
@@ -76,7 +90,7 @@ def _norm(x: Any, ord: Any = None, axis: Any = None, keepdims: bool = False) -> 
     return np.sqrt((array * array).sum(axis=axis))
 
 
-_FUNCTIONS = {np.where: f.where, np.clip: f.clip, np.cross: f.cross, np.linalg.norm: _norm}
+_FUNCTIONS: dict[Any, Any] = {np.where: f.where, np.clip: f.clip, np.cross: f.cross, np.linalg.norm: _norm}
 
 
 def array_function(function: Any, args: tuple[Any, ...], kwargs: dict[str, Any]) -> Any:
@@ -87,4 +101,7 @@ def array_function(function: Any, args: tuple[Any, ...], kwargs: dict[str, Any])
     def plain(value: Any) -> Any:
         return [plain(v) for v in value] if isinstance(value, (list, tuple)) and f._is_symbolic(value) else _plain(value)
 
-    return _ours(function(*map(plain, args), **{key: plain(value) for key, value in kwargs.items()}))
+    try:
+        return _ours(function(*map(plain, args), **{key: plain(value) for key, value in kwargs.items()}))
+    except TypeError as e:
+        raise _refused(function, e) from None

@@ -460,8 +460,10 @@ class Problem:
             rows = []
             flat = list(np.asarray(constraint, dtype=object).ravel())
             for k, item in enumerate(flat):
-                bounds = [v[k] if isinstance(v, (list, tuple, np.ndarray)) and len(v) == len(flat) else v for v in (lower, upper, equals)]
-                rows.extend(self._rows(item, *bounds, f"{name}_{k + 1}", unit, scale, guard, at))
+                low, high, same = (
+                    v[k] if isinstance(v, (list, tuple, np.ndarray)) and len(v) == len(flat) else v for v in (lower, upper, equals)
+                )
+                rows.extend(self._rows(item, low, high, same, f"{name}_{k + 1}", unit, scale, guard, at))
             return rows
         if isinstance(constraint, (bool, np.bool_)):
             raise places.error(at, "a constraint of numbers alone leaves nothing to choose: compare formulas of states and controls")

@@ -37,6 +37,11 @@ class Certificate:
         """True unless it is rejected."""
         return self.verdict != "rejected"
 
+    @property
+    def failed(self) -> list[dict[str, Any]]:
+        """The checks that are not passed."""
+        return [check for check in self.checks if not check["passed"]]
+
     def __repr__(self) -> str:
         lines = [f"verdict: {self.verdict}"]
         for c in self.checks:
@@ -94,7 +99,13 @@ class PhaseSolution:
                 raise _native.Error(f"a sample of {points} points: allowed is a whole number from 1 to 10000000")
             columns = self._native.columns(self._index, int(points), None)
         else:
-            columns = self._native.columns(self._index, None, np.asarray(points, dtype=float).ravel().tolist())
+            times = np.asarray(points, dtype=float).ravel()
+            first, last = self.time[0], self.time[-1]
+            rounding = 1e-9 * (abs(first) + abs(last))
+            outside = times[~((first - rounding <= times) & (times <= last + rounding))]
+            if outside.size:
+                raise _native.Error(f"phase `{self.name}` lasts from {first} to {last}, time {outside[0]} is outside")
+            columns = self._native.columns(self._index, None, times.tolist())
         return {name: values for name, _, sort, values in columns if sort != "costate"}
 
 
@@ -286,7 +297,11 @@ class Solution(Mapping[str, np.ndarray]):
         objective = self._summary["objective"]
         unit = "" if objective["unit"] == "-" else f" {objective['unit']}"
         text = f"<solution of `{self._summary['mission']}`: {self.status}, {self.verdict}, {objective['name']} = {self.objective:.9g}{unit}"
-        return f"{text}; {self.message}>" if self.message else f"{text}>"
+        reasons = [self.message] if self.message else []
+        if self.success and self.verdict == "rejected":
+            checks = [f"{c['name']}: {c['value']:.3g}, allowed is {c['limit']:.3g}" for c in self.certificate.failed]
+            reasons.append(f"not verified: {'; '.join(checks)}")
+        return "; ".join([text, *reasons]) + ">"
 
     def __eq__(self, other: object) -> bool:
         return self is other
