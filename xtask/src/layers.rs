@@ -147,6 +147,7 @@ const ARROWS: &[(&str, Arrows)] = &[
 /// Heavy dependencies and the one crate that may use each; one that is listed twice has two owners.
 const OWNERS: &[(&str, &str)] = &[
     ("faer", "kkt"),
+    ("pulp", "ad"),
     ("pulp", "kkt"),
     ("pulp", "terrain"),
     ("clarabel", "conic"),

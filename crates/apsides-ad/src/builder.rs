@@ -1,20 +1,27 @@
 //! Formulas built operation by operation, for models that are not written in Rust.
 //!
 //! ```
-//! use apsides_ad::{FormulaBuilder, NodeFunction, formula_node};
+//! use apsides_ad::{CubicSpline, FormulaBuilder, formula_node};
 //!
-//! // A pendulum: angle, rate, torque, time.
-//! let mut b = FormulaBuilder::new(4);
-//! let [angle, rate, torque] = [0, 1, 2].map(|k| b.input(k));
-//! let (stiffness, sine) = (b.constant(4.9), b.sin(angle));
-//! let pull = b.mul(sine, stiffness);
-//! let acceleration = b.sub(torque, pull);
-//! let node = formula_node(b.formula(&[rate, acceleration])?);
+//! // The density (kg/m3) of a table up to 3 km, and drag by the square of the speed against the motion; altitude (km), speed (m/s).
+//! let mut b = FormulaBuilder::new(2);
+//! let [altitude, speed] = [0, 1].map(|k| b.input(k));
+//! let table = b.table(CubicSpline::new(&[0.0, 1.0, 2.0, 3.0], &[1.225, 1.112, 1.007, 0.909])?);
+//! let top = b.constant(3.0);
+//! let inside = b.min(altitude, top);
+//! let density = b.curve(table, inside);
+//! let size = b.abs(speed);
+//! let (square, half) = (b.mul(size, speed), b.constant(-0.5));
+//! let pressure = b.mul(square, half);
+//! let drag = b.mul(pressure, density);
+//! let formula = b.formula(&[drag])?;
 //!
-//! let (mut out, mut jacobian) = ([0.0; 2], [0.0; 3]);
-//! node.jacobian(&[0.0, 0.5, 0.1, 0.0], &mut out, &mut jacobian);
-//! assert_eq!((out, jacobian), ([0.5, 0.1], [1.0, -4.9, 1.0]));
-//! # Ok::<(), apsides_ad::FormulaError>(())
+//! let kinks: Vec<_> = formula.kinks().iter().map(|kink| kink.input).collect();
+//! assert_eq!(kinks, [Some((0, 3.0)), Some((1, 0.0))]);
+//! let (mut out, mut jacobian) = ([0.0], [0.0; 2]);
+//! formula_node(formula).jacobian(&[5.0, -10.0], &mut out, &mut jacobian);
+//! assert_eq!((out, jacobian), ([50.0 * 0.909], [0.0, -10.0 * 0.909]));
+//! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
 
 use std::sync::Arc;
@@ -33,7 +40,7 @@ pub struct Value {
 
 /// Builds [`Formula`]s over common inputs.
 ///
-/// Equal operations are kept once. Functions of constants are constants. Sums with zero, products with zero and one, quotients by one,
+/// Equal operations are kept once. Functions of constants are constants. Sums with zero, differences of a value with itself, products with zero and one, quotients by one,
 /// opposites of opposites and powers with exponents 0, 1 and 2 are simplified, which is exact for finite numbers but for the sign of a
 /// zero.
 ///
@@ -476,6 +483,7 @@ impl FormulaBuilder {
             (Binary::Mul, _, Some(0.0)) | (Binary::Mul | Binary::Div, Some(0.0), _) => self.constant(0.0),
             (Binary::Div, Some(1.0), _) => self.recip(y),
             (Binary::Min | Binary::Max, _, _) if x == y => x,
+            (Binary::Sub, _, _) if x == y => self.constant(0.0),
             _ => return None,
         })
     }

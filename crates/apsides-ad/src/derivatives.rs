@@ -14,6 +14,7 @@
 //! of such tangents, are computed once for each direction.
 
 use std::collections::BTreeMap;
+use std::collections::btree_map::Entry;
 
 use crate::graph::{Graph, Term};
 use crate::linear::{Linearised, Variable};
@@ -51,8 +52,9 @@ pub(crate) fn by_tangents(f: &mut Linearised, pattern: &NodePattern, budget: Bud
             continue;
         }
         let mut row: Row = Vec::new();
-        for &(j, g) in &variable.first {
-            let operand = if last_use[j as usize] == i {
+        for (place, &(j, g)) in variable.first.iter().enumerate() {
+            let again = variable.first[place + 1..].iter().any(|f| f.0 == j);
+            let operand = if last_use[j as usize] == i && !again {
                 std::mem::take(&mut rows[j as usize])
             } else {
                 rows[j as usize].clone()
@@ -136,9 +138,15 @@ fn pull(graph: &mut Graph, variable: &Variable, adjoint: Term, g: Term) -> Term 
 }
 
 fn accumulate<K: Ord>(graph: &mut Graph, adjoints: &mut BTreeMap<K, Term>, key: K, part: Term) {
-    let zero = graph.constant(0.0);
-    let sum = adjoints.entry(key).or_insert(zero);
-    *sum = graph.add(*sum, part);
+    match adjoints.entry(key) {
+        Entry::Vacant(place) => {
+            place.insert(part);
+        }
+        Entry::Occupied(mut sum) => {
+            let added = graph.add(*sum.get(), part);
+            sum.insert(added);
+        }
+    }
 }
 
 fn ends(graph: &mut Graph) -> (&mut Graph, Term, Term) {
@@ -184,8 +192,9 @@ pub(crate) fn by_edges(f: &mut Linearised, pattern: &NodePattern, budget: Budget
             for &(j, g) in &variable.first {
                 let part = pull(graph, variable, edge, g);
                 // A diagonal entry is reached from both sides.
-                let part = if p == j { graph.scale(part, 2.0) } else { part };
-                accumulate(graph, &mut second, (p.max(j), p.min(j)), part);
+                for _ in 0..times(p, j) {
+                    accumulate(graph, &mut second, (p.max(j), p.min(j)), part);
+                }
             }
         }
         for (place, &(j, g)) in own.iter().flat_map(|_| variable.first.iter().enumerate()) {
@@ -194,13 +203,20 @@ pub(crate) fn by_edges(f: &mut Linearised, pattern: &NodePattern, budget: Budget
             accumulate(graph, &mut second, (j, j), part);
             for &(k, g) in &variable.first[place + 1..] {
                 let part = pull(graph, variable, half, g);
-                accumulate(graph, &mut second, (j.max(k), j.min(k)), part);
+                for _ in 0..times(j, k) {
+                    accumulate(graph, &mut second, (j.max(k), j.min(k)), part);
+                }
             }
         }
         budget.check(graph)?;
     }
     let entry = |&(i, j): &(usize, usize)| second.get(&(i as u32, j as u32)).copied().unwrap_or(zero);
     Some(pattern.hessian.iter().map(entry).collect())
+}
+
+/// The number of times that the edge of a pair counts.
+fn times(i: u32, j: u32) -> usize {
+    if i == j { 2 } else { 1 }
 }
 
 /// The derivative of each output along a direction, the components of which are the inputs after those of the formula and the
@@ -228,8 +244,8 @@ fn tangents(f: &mut Linearised) -> Vec<Term> {
     tangents
 }
 
-/// The gradient of the weighted sum of the outputs, and its derivative along a direction: for each input.
-pub(crate) fn gradient_along_direction(f: &mut Linearised) -> (Vec<Term>, Vec<Term>) {
+/// The derivative along a direction of the gradient of the weighted sum of the outputs.
+pub(crate) fn gradient_along_direction(f: &mut Linearised) -> Vec<Term> {
     let tangents = tangents(f);
     let seeds = seeds(f);
     let (graph, zero, _) = ends(&mut f.graph);
@@ -249,13 +265,12 @@ pub(crate) fn gradient_along_direction(f: &mut Linearised) -> (Vec<Term>, Vec<Te
         }
         for &(j, k, g) in &variable.second {
             let bend = pull(graph, variable, adjoint, g);
-            let ways = if j == k { [(j, Some(k)), (k, None)] } else { [(j, Some(k)), (k, Some(j))] };
-            for (to, from) in ways.into_iter().filter_map(|(to, from)| Some((to, from?))) {
+            for (to, from) in [(j, k), (k, j)].into_iter().take(if j == k { 1 } else { 2 }) {
                 let part = graph.guarded(bend, tangents[from as usize]);
                 turned[to as usize] = graph.add(turned[to as usize], part);
             }
         }
     }
-    let inputs = f.inputs;
-    (adjoints[..inputs].to_vec(), turned[..inputs].to_vec())
+    turned.truncate(f.inputs);
+    turned
 }

@@ -38,15 +38,27 @@ impl NodeFunction for FormulaNode {
     }
 
     fn value(&self, z: &[f64], out: &mut [f64]) {
-        self.plan.value(z, out);
+        self.plan.values(1, z, out);
     }
 
     fn jacobian(&self, z: &[f64], out: &mut [f64], entries: &mut [f64]) {
-        self.plan.jacobian(z, out, entries);
+        self.plan.jacobians(1, z, out, entries);
     }
 
     fn hessian(&self, z: &[f64], weights: &[f64], entries: &mut [f64]) {
-        self.plan.hessian(z, weights, entries);
+        self.plan.hessians(1, z, weights, entries);
+    }
+
+    fn values(&self, points: usize, z: &[f64], out: &mut [f64]) {
+        self.plan.values(points, z, out);
+    }
+
+    fn jacobians(&self, points: usize, z: &[f64], out: &mut [f64], entries: &mut [f64]) {
+        self.plan.jacobians(points, z, out, entries);
+    }
+
+    fn hessians(&self, points: usize, z: &[f64], weights: &[f64], entries: &mut [f64]) {
+        self.plan.hessians(points, z, weights, entries);
     }
 
     fn formula(&self) -> Result<Formula, OpaqueFunction> {

@@ -1,6 +1,7 @@
 //! Expressions that share their parts: formulas and their derivatives before they become a [`Program`].
 
 use std::collections::HashMap;
+use std::hash::{BuildHasherDefault, Hash, Hasher};
 use std::sync::Arc;
 
 use crate::formula::Unary;
@@ -12,7 +13,7 @@ mod lowering;
 /// A term of the graph: an index that is larger than those of its operands.
 pub(crate) type Term = u32;
 
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
 struct Node {
     op: Op,
     operands: [Term; 3],
@@ -20,17 +21,62 @@ struct Node {
     number: u64,
 }
 
+impl Hash for Node {
+    fn hash<H: Hasher>(&self, hasher: &mut H) {
+        let [a, b, c] = self.operands;
+        self.op.hash(hasher);
+        hasher.write_u64(u64::from(a) << 32 | u64::from(b));
+        hasher.write_u64(u64::from(c) ^ self.number);
+    }
+}
+
+/// Hashes of terms: small numbers, of which every one counts. Building a graph is looking terms up, and the standard hash takes half of it.
+#[derive(Debug, Default)]
+struct Mixer(u64);
+
+impl Hasher for Mixer {
+    fn finish(&self) -> u64 {
+        // The table takes its places from the low bits.
+        self.0 ^ (self.0 >> 32)
+    }
+
+    fn write(&mut self, bytes: &[u8]) {
+        bytes.iter().for_each(|b| self.write_u64(u64::from(*b)));
+    }
+
+    fn write_u8(&mut self, x: u8) {
+        self.write_u64(u64::from(x));
+    }
+
+    fn write_u32(&mut self, x: u32) {
+        self.write_u64(u64::from(x));
+    }
+
+    fn write_u64(&mut self, x: u64) {
+        // An odd factor near 2^64 by the golden ratio.
+        self.0 = (self.0.rotate_left(23) ^ x).wrapping_mul(0x9e37_79b9_7f4a_7c15);
+    }
+
+    fn write_usize(&mut self, x: usize) {
+        self.write_u64(x as u64);
+    }
+
+    fn write_isize(&mut self, x: isize) {
+        self.write_u64(x as u64);
+    }
+}
+
 /// Terms that are written once. Functions of numbers are numbers.
 #[derive(Debug)]
 pub(crate) struct Graph {
     nodes: Vec<Node>,
-    known: HashMap<Node, Term>,
+    known: HashMap<Node, Term, BuildHasherDefault<Mixer>>,
     tables: Arc<[Arc<Table>]>,
 }
 
 impl Graph {
     pub(crate) fn new(tables: &[Arc<Table>]) -> Self {
-        Self { nodes: Vec::new(), known: HashMap::new(), tables: tables.into() }
+        Self { nodes: Vec::new(), known: HashMap::default(), tables: tables.into() }
     }
 
     /// Number of terms.
@@ -121,45 +167,18 @@ impl Graph {
             (_, Some(1.0)) => a,
             (Some(-1.0), _) => self.neg(b),
             (_, Some(-1.0)) => self.neg(a),
-            (Some(c), _) => self.scale(b, c),
-            (_, Some(c)) => self.scale(a, c),
-            _ => match (self.opposite(a), self.opposite(b)) {
-                (Some(a), Some(b)) => self.mul(a, b),
-                (Some(a), _) | (_, Some(a)) if self.opposite(b).is_none() => {
-                    let product = self.mul(a, b);
-                    self.neg(product)
-                }
-                (_, Some(b)) => {
-                    let product = self.mul(a, b);
-                    self.neg(product)
-                }
-                _ => self.plain(Op::Mul, &[a, b]),
-            },
+            _ => {
+                let (p, q) = (self.opposite(a), self.opposite(b));
+                let product = self.plain(Op::Mul, &[p.unwrap_or(a), q.unwrap_or(b)]);
+                if p.is_some() == q.is_some() { product } else { self.neg(product) }
+            }
         }
     }
 
-    /// Product with a number; that of a product with a number has one.
+    /// Product with a number.
     pub(crate) fn scale(&mut self, a: Term, factor: f64) -> Term {
-        let (mut a, mut factor) = (a, factor);
-        let node = self.nodes[a as usize];
-        if let (Op::Mul, [x, y, _]) = (node.op, node.operands) {
-            for (number, other) in [(x, y), (y, x)] {
-                if let Some(c) = self.number(number) {
-                    (a, factor) = (other, factor * c);
-                    break;
-                }
-            }
-        } else if let Some(opposite) = self.opposite(a) {
-            (a, factor) = (opposite, -factor);
-        }
-        if factor == 1.0 {
-            a
-        } else if factor == -1.0 {
-            self.neg(a)
-        } else {
-            let c = self.constant(factor);
-            self.plain(Op::Mul, &[a, c])
-        }
+        let factor = self.constant(factor);
+        self.mul(a, factor)
     }
 
     /// The product, zero where the first factor is zero whatever the second.

@@ -7,10 +7,10 @@
 //! ```
 //!
 //! and evaluated on `f64` for values, on [`Dual`] for Jacobians, on [`HyperDual`] for Hessians weighted by
-//! multipliers, and on [`Dependence`] for the structure of both. Where the model is made of elementary functions alone, the
-//! Hessian comes from its formula by second-order adjoints instead, which is several times as fast. A [`NodeFunction`] hides the scalar and the array sizes, so
-//! that a transcription can hold models of any size. A [`FormulaBuilder`] makes the same functions from operations, with tables and choices,
-//! for models that are read at run time.
+//! multipliers, and on [`Dependence`] for the structure of both. Where the model is made of elementary functions, choices and tables alone,
+//! Hessians, and Jacobians at many points, come from its formula by straight-line programs in vector lanes instead, which are several times as
+//! fast. A [`NodeFunction`] hides the scalar and the array sizes, so that a transcription can hold models of any size. A
+//! [`FormulaBuilder`] makes node functions of operations, for models that are read at run time.
 //!
 //! The crate does not differentiate loops over time and does not build global sparse matrices: it is meant for functions that are evaluated at many points. Models in Rust
 //! have at most 64 inputs, formulas any number.
@@ -34,6 +34,24 @@
 //! assert_eq!(jacobian, [1.0, -4.9, 1.0]); // d(angle')/d(rate), d(rate')/d(angle), d(rate')/d(torque)
 //! ```
 //!
+//! The same from a formula, evaluated at two points in one call:
+//!
+//! ```
+//! use apsides_ad::{FormulaBuilder, formula_node};
+//!
+//! let mut b = FormulaBuilder::new(4);
+//! let [angle, rate, torque] = [0, 1, 2].map(|k| b.input(k));
+//! let (stiffness, sine) = (b.constant(4.9), b.sin(angle));
+//! let pull = b.mul(sine, stiffness);
+//! let acceleration = b.sub(torque, pull);
+//! let node = formula_node(b.formula(&[rate, acceleration])?);
+//!
+//! let mut rates = [0.0; 4];
+//! node.values(2, &[0.0, 0.5, 0.1, 0.0, 0.0, 0.7, 0.2, 1.0], &mut rates);
+//! assert_eq!(rates, [0.5, 0.1, 0.7, 0.2]);
+//! # Ok::<(), apsides_ad::FormulaError>(())
+//! ```
+//!
 //! | module | subject |
 //! | --- | --- |
 //! | [`scalar`] | the trait and its elementary functions |
@@ -54,7 +72,6 @@
 //! AIAA 2011-886, doi 10.2514/6.2011-886. R. Gower and M. Mello, A new framework for the computation of Hessians,
 //! Optim. Methods Softw. 27 (2012), doi 10.1080/10556788.2011.580098.
 
-mod adjoint;
 pub mod builder;
 mod derivatives;
 pub mod dual;

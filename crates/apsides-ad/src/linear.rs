@@ -1,4 +1,6 @@
 //! The partial derivatives of each operation of a formula, as terms of a graph.
+//!
+//! They are written like those of [`Scalar`](crate::Scalar), and no sums are merged: tangents have every bit of those of dual numbers.
 
 use crate::formula::{Binary, Formula, Operation, Unary};
 use crate::graph::{Graph, Term};
@@ -7,9 +9,10 @@ use crate::program::Op;
 /// A quantity that depends on inputs: an input or the result of an operation.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Variable {
-    /// Variables before it with the partial derivatives, each once.
+    /// Variables before it with the partial derivatives.
     pub(crate) first: Vec<(u32, Term)>,
-    /// Pairs of variables, the later one first, with the second derivatives, each once.
+    /// Pairs of variables, the later one first, with the second derivatives; mixed ones of two variables once, of a variable with itself
+    /// from both sides.
     pub(crate) second: Vec<(u32, u32, Term)>,
     /// One of its operands is chosen: its derivatives are zero for the others, which may be anything.
     pub(crate) chooses: bool,
@@ -34,25 +37,35 @@ struct Value {
     variable: Option<u32>,
 }
 
+/// The derivatives that are asked for.
+#[derive(Clone, Copy, PartialEq, Eq)]
+pub(crate) enum Order {
+    /// First ones.
+    First,
+    /// First and second ones; a quotient is a product with a reciprocal.
+    Second,
+}
+
 struct Builder {
+    order: Order,
     graph: Graph,
     variables: Vec<Variable>,
     values: Vec<Value>,
 }
 
 impl Linearised {
-    pub(crate) fn new(formula: &Formula) -> Self {
+    pub(crate) fn new(formula: &Formula, order: Order) -> Self {
         let mut graph = Graph::new(formula.tables());
         let inputs = formula.inputs();
         let values: Vec<Value> =
             (0..inputs).map(|k| Value { term: graph.input(k), variable: Some(k as u32) }).collect();
         let variables = vec![Variable::default(); inputs];
-        let mut builder = Builder { graph, variables, values };
+        let mut builder = Builder { order, graph, variables, values };
         for &operation in formula.operations() {
             let value = builder.value(operation);
             builder.values.push(value);
         }
-        let Builder { graph, mut variables, values } = builder;
+        let Builder { graph, mut variables, values, .. } = builder;
         for i in (inputs..variables.len()).rev() {
             if variables[i].chooses || variables[i].optional {
                 for k in 0..variables[i].first.len() {
@@ -70,14 +83,7 @@ impl Builder {
     fn value(&mut self, operation: Operation) -> Value {
         match operation {
             Operation::Constant(c) => self.constant(c),
-            Operation::Unary(f, a) => {
-                let a = self.values[a];
-                let term = match f {
-                    Unary::Recip => self.graph.recip(a.term),
-                    _ => self.graph.unary(f, a.term),
-                };
-                self.of_one(term, a, |graph, x, v| unary(graph, f, x, v))
-            }
+            Operation::Unary(f, a) => self.unary(f, self.values[a]),
             Operation::Powi(a, n) => {
                 let a = self.values[a];
                 let term = self.graph.powi(a.term, n);
@@ -122,6 +128,15 @@ impl Builder {
         }
     }
 
+    fn unary(&mut self, f: Unary, a: Value) -> Value {
+        let term = match f {
+            Unary::Neg => self.graph.neg(a.term),
+            Unary::Recip => self.graph.recip(a.term),
+            _ => self.graph.unary(f, a.term),
+        };
+        self.of_one(term, a, |graph, x, v| unary(graph, f, x, v))
+    }
+
     fn constant(&mut self, c: f64) -> Value {
         Value { term: self.graph.constant(c), variable: None }
     }
@@ -146,29 +161,39 @@ impl Builder {
                 let term = graph.plain(Op::Mul, &[x, y]);
                 self.of_two(term, (a, b), [y, x], [zero, one, zero])
             }
-            Binary::Div => {
-                let term = graph.plain(Op::Div, &[x, y]);
-                let by_x = graph.recip(y);
-                let quotient = graph.mul(term, by_x);
-                let by_y = graph.neg(quotient);
-                let square = graph.mul(by_x, by_x);
-                let mixed = graph.neg(square);
-                let product = graph.mul(by_y, by_x);
-                let yy = graph.scale(product, -2.0);
-                self.of_two(term, (a, b), [by_x, by_y], [zero, mixed, yy])
-            }
+            Binary::Div => match (graph.number(y), self.order) {
+                (Some(c), Order::Second) => {
+                    let b = self.constant(1.0 / c);
+                    self.binary(Binary::Mul, a, b)
+                }
+                (None, Order::Second) => {
+                    let b = self.unary(Unary::Recip, b);
+                    self.binary(Binary::Mul, a, b)
+                }
+                (_, Order::First) => {
+                    let term = graph.plain(Op::Div, &[x, y]);
+                    let by_x = graph.recip(y);
+                    let quotient = graph.mul(x, by_x);
+                    let product = graph.mul(quotient, by_x);
+                    let by_y = graph.neg(product);
+                    self.of_two(term, (a, b), [by_x, by_y], [zero; 3])
+                }
+            },
             Binary::Atan2 => {
                 // The ordinate comes first.
                 let term = graph.plain(Op::Atan2, &[x, y]);
-                let (xx, yy) = (graph.mul(x, x), graph.mul(y, y));
-                let square = graph.add(xx, yy);
+                let (xx, yy) = (graph.mul(y, y), graph.mul(x, x));
+                let square = graph.plain(Op::Add, &[xx, yy]);
                 let by_ordinate = graph.plain(Op::Div, &[y, square]);
                 let quotient = graph.plain(Op::Div, &[x, square]);
                 let by_abscissa = graph.neg(quotient);
-                let product = graph.mul(by_ordinate, by_abscissa);
-                let (first, last) = (graph.scale(product, 2.0), graph.scale(product, -2.0));
-                let (p, q) = (graph.mul(by_abscissa, by_abscissa), graph.mul(by_ordinate, by_ordinate));
-                let mixed = graph.sub(p, q);
+                let fourth = graph.mul(square, square);
+                let twice = graph.scale(y, 2.0);
+                let product = graph.mul(twice, x);
+                let last = graph.plain(Op::Div, &[product, fourth]);
+                let first = graph.neg(last);
+                let difference = graph.plain(Op::Sub, &[yy, xx]);
+                let mixed = graph.plain(Op::Div, &[difference, fourth]);
                 self.of_two(term, (a, b), [by_ordinate, by_abscissa], [first, mixed, last])
             }
             Binary::Pow => self.power(a, b),
@@ -231,15 +256,12 @@ impl Builder {
         [x, y]: [Term; 2],
         [xx, xy, yy]: [Term; 3],
     ) -> Value {
-        let graph = &mut self.graph;
         let (first, second) = match (a.variable, b.variable) {
             (None, None) => return Value { term, variable: None },
             (Some(i), None) => (vec![(i, x)], vec![(i, i, xx)]),
             (None, Some(j)) => (vec![(j, y)], vec![(j, j, yy)]),
             (Some(i), Some(j)) if i == j => {
-                let twice = graph.scale(xy, 2.0);
-                let sum = graph.add(xx, yy);
-                (vec![(i, graph.add(x, y))], vec![(i, i, graph.add(sum, twice))])
+                (vec![(i, x), (i, y)], vec![(i, i, xx), (i, i, xy), (i, i, yy), (i, i, xy)])
             }
             (Some(i), Some(j)) => {
                 (vec![(i, x), (j, y)], vec![(i, i, xx), (i.max(j), i.min(j), xy), (j, j, yy)])
@@ -298,27 +320,26 @@ fn unary(graph: &mut Graph, f: Unary, x: Term, v: Term) -> [Term; 2] {
             let square = graph.mul(x, x);
             let sum = graph.add(square, one);
             let first = graph.recip(sum);
-            let (product, twice) = (graph.mul(first, first), graph.scale(x, -2.0));
-            [first, graph.mul(product, twice)]
+            let twice = graph.scale(x, -2.0);
+            let product = graph.mul(twice, first);
+            [first, graph.mul(product, first)]
         }
         Unary::Sqrt => {
             let half = graph.constant(0.5);
-            let first = graph.plain(Op::Div, &[half, v]);
-            let quotient = graph.plain(Op::Div, &[first, x]);
-            [first, graph.scale(quotient, -0.5)]
+            let (product, quarter) = (graph.mul(v, x), graph.constant(-0.25));
+            [graph.plain(Op::Div, &[half, v]), graph.plain(Op::Div, &[quarter, product])]
         }
         Unary::Cbrt => {
-            let square = graph.mul(v, v);
-            let third = graph.constant(1.0 / 3.0);
-            let first = graph.plain(Op::Div, &[third, square]);
-            let quotient = graph.plain(Op::Div, &[first, x]);
-            [first, graph.scale(quotient, -2.0 / 3.0)]
+            let triple = graph.scale(v, 3.0);
+            let square = graph.mul(triple, v);
+            let first = graph.recip(square);
+            let product = graph.scale(first, -2.0 / 3.0);
+            [first, graph.plain(Op::Div, &[product, x])]
         }
         Unary::Exp => [v, v],
         Unary::Ln => {
-            let first = graph.recip(x);
-            let square = graph.mul(first, first);
-            [first, graph.neg(square)]
+            let (square, minus) = (graph.mul(x, x), graph.constant(-1.0));
+            [graph.recip(x), graph.plain(Op::Div, &[minus, square])]
         }
         Unary::Sinh => [graph.unary(Unary::Cosh, x), v],
         Unary::Cosh => [graph.unary(Unary::Sinh, x), v],
@@ -340,8 +361,9 @@ fn unary(graph: &mut Graph, f: Unary, x: Term, v: Term) -> [Term; 2] {
             let (below, above) = (graph.sub(one, x), graph.add(x, one));
             let product = graph.mul(below, above);
             let first = graph.recip(product);
-            let (square, twice) = (graph.mul(first, first), graph.scale(x, 2.0));
-            [first, graph.mul(square, twice)]
+            let twice = graph.scale(x, 2.0);
+            let product = graph.mul(twice, first);
+            [first, graph.mul(product, first)]
         }
         Unary::Recip => {
             let square = graph.mul(v, v);
@@ -361,8 +383,9 @@ fn inverse_root(graph: &mut Graph, x: Term) -> Term {
 
 /// `x d^3`.
 fn cube(graph: &mut Graph, d: Term, x: Term) -> Term {
-    let (square, product) = (graph.mul(d, d), graph.mul(d, x));
-    graph.mul(square, product)
+    let product = graph.mul(x, d);
+    let square = graph.mul(product, d);
+    graph.mul(square, d)
 }
 
 fn powi(graph: &mut Graph, x: Term, n: i32) -> [Term; 2] {

@@ -2,10 +2,10 @@
 
 use std::sync::Arc;
 
-use crate::adjoint::AdjointPlan;
 use crate::formula::Formula;
 use crate::model::{Dynamics, FlatMap, PathFunction, VectorFunction};
 use crate::pattern::{MAX_INPUTS, NodePattern};
+use crate::plan::Plan;
 use crate::trace::{self, OpaqueFunction, Trace};
 use crate::{Dependence, Dual, HyperDual, Scalar};
 
@@ -35,11 +35,51 @@ pub trait NodeFunction: Send + Sync {
     /// Writes the entries of the Hessian of `sum_k weights[k] out[k]` in the order of [`NodePattern::hessian`].
     fn hessian(&self, z: &[f64], weights: &[f64], entries: &mut [f64]);
 
+    /// [`value`](Self::value) at several points: `z` and `out` hold those of the first point, then of the next one.
+    ///
+    /// Each point has the numbers of a call for it alone, to the last bit but for the signs of zeros, however many points there are; that
+    /// holds for the two methods below, too.
+    fn values(&self, points: usize, z: &[f64], out: &mut [f64]) {
+        let (n, m) = (self.inputs(), self.outputs());
+        for p in 0..points {
+            self.value(&z[p * n..(p + 1) * n], &mut out[p * m..(p + 1) * m]);
+        }
+    }
+
+    /// [`jacobian`](Self::jacobian) at several points.
+    fn jacobians(&self, points: usize, z: &[f64], out: &mut [f64], entries: &mut [f64]) {
+        one_by_one(self, points, z, out, entries);
+    }
+
+    /// [`hessian`](Self::hessian) at several points, each with weights of its own.
+    fn hessians(&self, points: usize, z: &[f64], weights: &[f64], entries: &mut [f64]) {
+        let (n, m, e) = (self.inputs(), self.outputs(), self.pattern().hessian_len());
+        for p in 0..points {
+            let entries = &mut entries[p * e..(p + 1) * e];
+            self.hessian(&z[p * n..(p + 1) * n], &weights[p * m..(p + 1) * m], entries);
+        }
+    }
+
     /// The function as a straight-line program, for other tools.
     ///
     /// # Errors
     /// The function contains one that is known by its values alone ([`Scalar::map`], [`Scalar::map2`]).
     fn formula(&self) -> Result<Formula, OpaqueFunction>;
+}
+
+/// Jacobians at several points, one after the other.
+fn one_by_one<F: NodeFunction + ?Sized>(
+    f: &F,
+    points: usize,
+    z: &[f64],
+    out: &mut [f64],
+    entries: &mut [f64],
+) {
+    let (n, m, e) = (f.inputs(), f.outputs(), f.pattern().jacobian_len());
+    for p in 0..points {
+        let (out, entries) = (&mut out[p * m..(p + 1) * m], &mut entries[p * e..(p + 1) * e]);
+        f.jacobian(&z[p * n..(p + 1) * n], out, entries);
+    }
 }
 
 /// Erases the equations of motion: `z = [x, u, p, t]`, outputs `dx/dt`.
@@ -199,8 +239,8 @@ struct Node<E> {
     active: Vec<usize>,
     /// Lane of each Jacobian entry within its pass, and the pass.
     entry_lane: Vec<(usize, usize)>,
-    /// None where the Hessian comes from passes of hyper-dual numbers.
-    adjoint: Option<AdjointPlan>,
+    /// None where a function is known by its values alone: the Hessian comes from passes of hyper-dual numbers.
+    plan: Option<Plan>,
 }
 
 /// Lane that no input has: seeds a constant.
@@ -229,9 +269,8 @@ impl<E: Seeded> Node<E> {
             .filter_map(|c| active.iter().position(|a| a == c))
             .map(|k| (k / lanes, k % lanes))
             .collect();
-        let mut node = Self { model, pattern, active, entry_lane, adjoint: None };
-        let formula = node.formula().ok();
-        node.adjoint = formula.and_then(|f| AdjointPlan::new(&f, &node.pattern, HESSIAN_LANES));
+        let mut node = Self { model, pattern, active, entry_lane, plan: None };
+        node.plan = node.formula().ok().map(|f| Plan::of_model(&f, &node.pattern));
         node
     }
 
@@ -331,9 +370,28 @@ impl<E: Seeded> NodeFunction for Node<E> {
     }
 
     fn hessian(&self, z: &[f64], weights: &[f64], entries: &mut [f64]) {
-        match &self.adjoint {
-            Some(plan) => plan.hessian(z, weights, entries),
+        match &self.plan {
+            Some(plan) => plan.hessians(1, z, weights, entries),
             None => self.hessian_in_lanes(z, weights, entries),
+        }
+    }
+
+    // A pass over one point is slower than dual numbers, one over many points faster.
+    fn jacobians(&self, points: usize, z: &[f64], out: &mut [f64], entries: &mut [f64]) {
+        match &self.plan {
+            Some(plan) => plan.jacobians(points, z, out, entries),
+            None => one_by_one(self, points, z, out, entries),
+        }
+    }
+
+    fn hessians(&self, points: usize, z: &[f64], weights: &[f64], entries: &mut [f64]) {
+        let (n, m, e) = (E::INPUTS, E::OUTPUTS, self.pattern.hessian_len());
+        match &self.plan {
+            Some(plan) => plan.hessians(points, z, weights, entries),
+            None => (0..points).for_each(|p| {
+                let entries = &mut entries[p * e..(p + 1) * e];
+                self.hessian_in_lanes(&z[p * n..(p + 1) * n], &weights[p * m..(p + 1) * m], entries);
+            }),
         }
     }
 

@@ -4,35 +4,79 @@ use crate::derivatives::{
     Budget, along_direction, by_adjoints, by_edges, by_tangents, gradient_along_direction,
 };
 use crate::formula::Formula;
-use crate::linear::Linearised;
+use crate::graph::Term;
+use crate::linear::{Linearised, Order};
 use crate::pattern::NodePattern;
-use crate::program::Program;
+use crate::program::{Program, Results};
 use crate::structure;
 
 /// Terms of derivatives for each operation, and in addition, before directions are preferred.
 const TERMS: (usize, usize) = (12, 50_000);
-
-/// Directions that are computed at once.
-const DIRECTIONS: usize = 8;
 
 /// A derivative.
 enum Derivative {
     /// All entries in one program.
     Entries(Program),
     /// A program along a direction, once for each.
-    Directions {
-        program: Program,
-        /// Inputs that take part.
-        inputs: Vec<u32>,
-        /// For each of them the entries, and the output of the program that each is.
-        entries: Vec<Vec<(u32, u32)>>,
-    },
+    Directions { program: Program, directions: Directions },
+}
+
+/// A way to find the entries of a Jacobian.
+type Way = fn(&mut Linearised, &NodePattern, Budget) -> Option<Vec<Term>>;
+
+impl Derivative {
+    fn jacobian(mut f: Linearised, outputs: &[Term], pattern: &NodePattern, ways: &[Way]) -> Self {
+        let mut programs = Vec::new();
+        for way in ways {
+            let limit = budget(&f);
+            if let Some(entries) = way(&mut f, pattern, limit) {
+                let all: Vec<_> = outputs.iter().copied().chain(entries).collect();
+                programs.push(f.graph.program(&all));
+            }
+        }
+        match programs.into_iter().min_by_key(|p| p.instructions.len()) {
+            Some(program) => Self::Entries(program),
+            None => {
+                let along = along_direction(&mut f);
+                let entries = pattern.jacobian_entries().map(|(r, c)| (c, r));
+                let directions = Directions::new(f.inputs, entries);
+                Self::Directions { program: f.graph.program(&along), directions }
+            }
+        }
+    }
+
+    fn hessian(mut f: Linearised, pattern: &NodePattern) -> Self {
+        let limit = budget(&f);
+        match by_edges(&mut f, pattern, limit) {
+            Some(entries) => Self::Entries(f.graph.program(&entries)),
+            None => {
+                let turned = gradient_along_direction(&mut f);
+                let entries = pattern.hessian.iter().map(|&(i, j)| (j, i));
+                let directions = Directions::new(f.inputs, entries);
+                Self::Directions { program: f.graph.program(&turned), directions }
+            }
+        }
+    }
+}
+
+fn budget(f: &Linearised) -> Budget {
+    Budget(f.graph.len() + TERMS.0 * f.variables.len() + TERMS.1)
+}
+
+/// Unit directions and what they give.
+struct Directions {
+    /// Inputs that take part.
+    inputs: Vec<u32>,
+    /// For each of them the outputs of the program that are entries, in ascending order, and the entries.
+    entries: Vec<Vec<(u32, u32)>>,
 }
 
 /// Programs of one formula.
 pub(crate) struct Plan {
     inputs: usize,
     outputs: usize,
+    /// Entries of the Jacobian and of the Hessian.
+    entries: (usize, usize),
     value: Program,
     /// Outputs come first.
     jacobian: Derivative,
@@ -42,43 +86,28 @@ pub(crate) struct Plan {
 impl Plan {
     /// The plan of a formula, and its pattern.
     pub(crate) fn with_pattern(formula: &Formula) -> (Self, NodePattern) {
-        let linearised = Linearised::new(formula);
-        let pattern = structure::pattern(&linearised);
-        (Self::of(linearised, formula, &pattern), pattern)
+        let second = Linearised::new(formula, Order::Second);
+        let pattern = structure::pattern(&second);
+        (Self::of(formula, &pattern, second, &[by_tangents, by_adjoints]), pattern)
     }
 
-    fn of(mut f: Linearised, formula: &Formula, pattern: &NodePattern) -> Self {
-        let outputs: Vec<_> = f.outputs.iter().map(|o| o.0).collect();
-        let value = f.graph.program(&outputs);
-        let budget = |f: &Linearised| Budget(f.graph.len() + TERMS.0 * formula.operations().len() + TERMS.1);
-        let mut entries = Vec::new();
-        for derive in [by_tangents, by_adjoints] {
-            let limit = budget(&f);
-            if let Some(terms) = derive(&mut f, pattern, limit) {
-                let all: Vec<_> = outputs.iter().copied().chain(terms).collect();
-                entries.push(f.graph.program(&all));
-            }
+    /// The plan of the formula of a model with its pattern, which may have entries that are always zero. Jacobians have every bit of
+    /// those by dual numbers.
+    pub(crate) fn of_model(formula: &Formula, pattern: &NodePattern) -> Self {
+        Self::of(formula, pattern, Linearised::new(formula, Order::Second), &[by_tangents])
+    }
+
+    fn of(formula: &Formula, pattern: &NodePattern, second: Linearised, ways: &[Way]) -> Self {
+        let first = Linearised::new(formula, Order::First);
+        let outputs: Vec<_> = first.outputs.iter().map(|o| o.0).collect();
+        Self {
+            inputs: formula.inputs(),
+            outputs: outputs.len(),
+            entries: (pattern.jacobian_len(), pattern.hessian_len()),
+            value: first.graph.program(&outputs),
+            jacobian: Derivative::jacobian(first, &outputs, pattern, ways),
+            hessian: Derivative::hessian(second, pattern),
         }
-        let jacobian = match entries.into_iter().min_by_key(|p| p.instructions.len()) {
-            Some(program) => Derivative::Entries(program),
-            None => {
-                let along = along_direction(&mut f);
-                let all: Vec<_> = outputs.iter().copied().chain(along).collect();
-                let first = outputs.len();
-                let entries = pattern.jacobian_entries().map(|(r, c)| (c, first + r));
-                Derivative::directions(f.graph.program(&all), f.inputs, entries)
-            }
-        };
-        let limit = budget(&f);
-        let hessian = match by_edges(&mut f, pattern, limit) {
-            Some(terms) => Derivative::Entries(f.graph.program(&terms)),
-            None => {
-                let (_, turned) = gradient_along_direction(&mut f);
-                let entries = pattern.hessian.iter().map(|&(i, j)| (j, i));
-                Derivative::directions(f.graph.program(&turned), f.inputs, entries)
-            }
-        };
-        Self { inputs: formula.inputs(), outputs: outputs.len(), value, jacobian, hessian }
     }
 
     /// Instructions of the value, of the Jacobian and of the Hessian.
@@ -92,60 +121,63 @@ impl Plan {
         [self.value.instructions.len(), of(&self.jacobian), of(&self.hessian)]
     }
 
-    /// Writes the outputs at `z`.
-    pub(crate) fn value(&self, z: &[f64], out: &mut [f64]) {
-        self.value.run::<1>(|k, _| z[k], |k, &[v]| out[k] = v);
+    /// Writes the outputs at `points` points, each of which has its inputs and outputs together.
+    pub(crate) fn values(&self, points: usize, z: &[f64], out: &mut [f64]) {
+        let (n, m) = (self.inputs, self.outputs);
+        self.value.run(
+            points,
+            |k, p| z[p * n + k],
+            |p, results| results.write(0, &mut out[p * m..(p + 1) * m]),
+        );
     }
 
-    /// Writes the outputs and the entries of the Jacobian.
-    pub(crate) fn jacobian(&self, z: &[f64], out: &mut [f64], entries: &mut [f64]) {
-        let m = self.outputs;
+    /// Writes the outputs and the entries of the Jacobians.
+    pub(crate) fn jacobians(&self, points: usize, z: &[f64], out: &mut [f64], entries: &mut [f64]) {
+        let (n, m, e) = (self.inputs, self.outputs, self.entries.0);
         match &self.jacobian {
-            Derivative::Entries(program) => program.run::<1>(
-                |k, _| z[k],
-                |k, &[v]| match k.checked_sub(m) {
-                    Some(entry) => entries[entry] = v,
-                    None => out[k] = v,
+            Derivative::Entries(program) => program.run(
+                points,
+                |k, p| z[p * n + k],
+                |p, results| {
+                    results.write(0, &mut out[p * m..(p + 1) * m]);
+                    results.write(m, &mut entries[p * e..(p + 1) * e]);
                 },
             ),
-            Derivative::Directions { program, inputs, entries: places } => {
-                if inputs.is_empty() {
-                    self.value(z, out);
-                }
-                let n = self.inputs;
-                for (inputs, places) in inputs.chunks(DIRECTIONS).zip(places.chunks(DIRECTIONS)) {
-                    let mut next = places_by_output(places);
-                    program.run::<DIRECTIONS>(
-                        |k, lane| if k < n { z[k] } else { direction(inputs, k - n - m, lane) },
-                        |k, v| {
-                            if k < m {
-                                out[k] = v[0];
-                            }
-                            next(k, v, entries);
-                        },
+            Derivative::Directions { program, directions } => {
+                self.values(points, z, out);
+                for p in 0..points {
+                    let (z, entries) = (&z[p * n..(p + 1) * n], &mut entries[p * e..(p + 1) * e]);
+                    program.run(
+                        directions.inputs.len(),
+                        |k, d| if k < n { z[k] } else { directions.component(d, k - n - m) },
+                        |d, results| directions.put(d, results, entries),
                     );
                 }
             }
         }
     }
 
-    /// Writes the entries of the weighted Hessian.
-    pub(crate) fn hessian(&self, z: &[f64], weights: &[f64], entries: &mut [f64]) {
-        let (n, m) = (self.inputs, self.outputs);
+    /// Writes the entries of the weighted Hessians.
+    pub(crate) fn hessians(&self, points: usize, z: &[f64], weights: &[f64], entries: &mut [f64]) {
+        let (n, m, e) = (self.inputs, self.outputs, self.entries.1);
         match &self.hessian {
-            Derivative::Entries(program) => {
-                program.run::<1>(|k, _| if k < n { z[k] } else { weights[k - n] }, |k, &[v]| entries[k] = v);
-            }
-            Derivative::Directions { program, inputs, entries: places } => {
-                for (inputs, places) in inputs.chunks(DIRECTIONS).zip(places.chunks(DIRECTIONS)) {
-                    let mut next = places_by_output(places);
-                    program.run::<DIRECTIONS>(
-                        |k, lane| match k {
+            Derivative::Entries(program) => program.run(
+                points,
+                |k, p| if k < n { z[p * n + k] } else { weights[p * m + k - n] },
+                |p, results| results.write(0, &mut entries[p * e..(p + 1) * e]),
+            ),
+            Derivative::Directions { program, directions } => {
+                for p in 0..points {
+                    let (z, weights) = (&z[p * n..(p + 1) * n], &weights[p * m..(p + 1) * m]);
+                    let entries = &mut entries[p * e..(p + 1) * e];
+                    program.run(
+                        directions.inputs.len(),
+                        |k, d| match k {
                             k if k < n => z[k],
                             k if k < n + m => weights[k - n],
-                            k => direction(inputs, k - n - m, lane),
+                            k => directions.component(d, k - n - m),
                         },
-                        |k, v| next(k, v, entries),
+                        |d, results| directions.put(d, results, entries),
                     );
                 }
             }
@@ -153,38 +185,31 @@ impl Plan {
     }
 }
 
-/// Component of the unit direction of a lane.
-fn direction(inputs: &[u32], component: usize, lane: usize) -> f64 {
-    if inputs.get(lane).is_some_and(|&k| k as usize == component) { 1.0 } else { 0.0 }
-}
-
-/// Puts the results of directions into their entries; outputs come in ascending order.
-fn places_by_output(places: &[Vec<(u32, u32)>]) -> impl FnMut(usize, &[f64; DIRECTIONS], &mut [f64]) + '_ {
-    let mut next = [0; DIRECTIONS];
-    move |output, values, entries| {
-        for ((places, next), value) in places.iter().zip(&mut next).zip(values) {
-            if let Some(&(entry, of)) = places.get(*next)
-                && of as usize == output
-            {
-                entries[entry as usize] = *value;
-                *next += 1;
-            }
-        }
-    }
-}
-
-impl Derivative {
+impl Directions {
     /// `entries` gives the input and the output of the program for each entry.
-    fn directions(program: Program, inputs: usize, entries: impl Iterator<Item = (usize, usize)>) -> Self {
+    fn new(inputs: usize, entries: impl Iterator<Item = (usize, usize)>) -> Self {
         let mut of_input: Vec<Vec<(u32, u32)>> = vec![Vec::new(); inputs];
         for (entry, (input, output)) in (0..).zip(entries) {
-            of_input[input].push((entry, output as u32));
-        }
-        for places in &mut of_input {
-            places.sort_unstable_by_key(|p| p.1);
+            of_input[input].push((output as u32, entry));
         }
         let used = (0..).zip(of_input).filter(|(_, places)| !places.is_empty());
-        let (inputs, entries) = used.unzip();
-        Self::Directions { program, inputs, entries }
+        let (inputs, mut entries): (Vec<u32>, Vec<Vec<(u32, u32)>>) = used.unzip();
+        entries.iter_mut().for_each(|places| places.sort_unstable());
+        Self { inputs, entries }
+    }
+
+    /// Component of a unit direction.
+    fn component(&self, direction: usize, component: usize) -> f64 {
+        if self.inputs[direction] as usize == component { 1.0 } else { 0.0 }
+    }
+
+    /// Writes the results of a direction to its entries.
+    fn put(&self, direction: usize, results: Results<'_>, entries: &mut [f64]) {
+        let mut places = self.entries[direction].iter().peekable();
+        for (output, number) in (0..).zip(results.iter()) {
+            if let Some(&(_, entry)) = places.next_if(|p| p.0 == output) {
+                entries[entry as usize] = number;
+            }
+        }
     }
 }

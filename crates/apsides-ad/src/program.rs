@@ -11,6 +11,8 @@
 use std::cell::RefCell;
 use std::sync::Arc;
 
+use pulp::{Arch, Simd, WithSimd};
+
 use crate::Scalar;
 use crate::formula::Unary;
 use crate::scalar::{follows, guarded, ln_or_zero, precedes, sign};
@@ -87,10 +89,9 @@ pub(crate) enum Op {
     SurfaceJet,
 }
 
-/// An operation with the slots of its operands and the first slot of its results.
+/// The slots of an operation's operands and result.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Instruction {
-    pub(crate) op: Op,
     pub(crate) target: u32,
     pub(crate) operands: [u32; 3],
     pub(crate) number: f64,
@@ -100,6 +101,8 @@ pub(crate) struct Instruction {
 #[derive(Debug, Default)]
 pub(crate) struct Program {
     pub(crate) instructions: Vec<Instruction>,
+    /// Operations with the numbers of instructions in a row that they have.
+    pub(crate) runs: Vec<(Op, usize)>,
     /// Slots of the results of operations with several.
     pub(crate) wide: Vec<[u32; 6]>,
     /// Inputs that the program needs, with their slots.
@@ -207,94 +210,198 @@ thread_local! {
     static WORKSPACE: RefCell<Vec<f64>> = const { RefCell::new(Vec::new()) };
 }
 
-/// Numbers to which the workspace is aligned: a cache line.
-const ALIGNMENT: usize = 8;
+/// Points at once: a cache line of numbers, to which the workspace is aligned.
+pub(crate) const LANES: usize = 8;
+
+/// Fewer points are computed one by one; more fill a pass whose other lanes repeat the last.
+const WORTH_LANES: usize = 3;
+
+/// The results of a program at one point.
+pub(crate) struct Results<'a> {
+    outputs: &'a [u32],
+    slots: &'a [f64],
+    lanes: usize,
+    lane: usize,
+}
+
+impl Results<'_> {
+    /// All of them in their order.
+    #[inline(always)]
+    pub(crate) fn iter(&self) -> impl Iterator<Item = f64> + '_ {
+        self.outputs.iter().map(|&slot| self.slots[slot as usize * self.lanes + self.lane])
+    }
+
+    /// Writes those from a number on.
+    #[inline(always)]
+    pub(crate) fn write(&self, first: usize, target: &mut [f64]) {
+        for (number, &slot) in target.iter_mut().zip(&self.outputs[first..]) {
+            *number = self.slots[slot as usize * self.lanes + self.lane];
+        }
+    }
+}
+
+/// A program with its points.
+struct Run<'a, I, O> {
+    program: &'a Program,
+    points: usize,
+    slots: &'a mut [f64],
+    input: I,
+    output: O,
+}
+
+impl<I: Fn(usize, usize) -> f64, O: FnMut(usize, Results<'_>)> WithSimd for Run<'_, I, O> {
+    type Output = ();
+
+    /// The vector instructions follow from the target features of the caller alone.
+    #[inline(always)]
+    fn with_simd<S: Simd>(self, _: S) {
+        self.call();
+    }
+}
+
+impl<I: Fn(usize, usize) -> f64, O: FnMut(usize, Results<'_>)> Run<'_, I, O> {
+    #[inline(always)]
+    fn call(mut self) {
+        let mut first = 0;
+        while self.points - first >= WORTH_LANES {
+            self.pass::<LANES>(first);
+            first = (first + LANES).min(self.points);
+        }
+        for point in first..self.points {
+            self.pass::<1>(point);
+        }
+    }
+
+    /// Computes `L` points, or those that are left.
+    #[inline(always)]
+    fn pass<const L: usize>(&mut self, first: usize) {
+        let (slots, _) = self.slots.as_chunks_mut::<L>();
+        let last = self.points - 1;
+        for &(k, slot) in &self.program.inputs {
+            slots[slot as usize] =
+                std::array::from_fn(|lane| (self.input)(k as usize, (first + lane).min(last)));
+        }
+        let mut rest = self.program.instructions.as_slice();
+        for &(op, count) in &self.program.runs {
+            let (run, after) = rest.split_at(count);
+            self.program.step(op, run, slots);
+            rest = after;
+        }
+        for lane in 0..L.min(self.points - first) {
+            let results = Results { outputs: &self.program.outputs, slots: self.slots, lanes: L, lane };
+            (self.output)(first + lane, results);
+        }
+    }
+}
 
 impl Program {
-    /// Runs the program for `L` points at once. `input(k, lane)` is an input, and `output` gets all results with the number of the
-    /// output; lanes of no use have any input.
-    #[inline(always)]
-    pub(crate) fn run<const L: usize>(
+    /// Runs the program at several points. `input(k, point)` is an input, and `output(point, results)` gets the results of each point.
+    pub(crate) fn run(
         &self,
+        points: usize,
         input: impl Fn(usize, usize) -> f64,
-        mut output: impl FnMut(usize, &[f64; L]),
+        output: impl FnMut(usize, Results<'_>),
     ) {
         WORKSPACE.with_borrow_mut(|workspace| {
-            let needed = self.slots * L + ALIGNMENT;
+            let needed = self.slots * LANES + LANES;
             if workspace.len() < needed {
                 workspace.resize(needed, 0.0);
             }
-            let start = workspace.as_ptr().align_offset(ALIGNMENT * size_of::<f64>()).min(ALIGNMENT);
-            let (slots, _) = workspace[start..start + self.slots * L].as_chunks_mut::<L>();
-            for &(k, slot) in &self.inputs {
-                slots[slot as usize] = std::array::from_fn(|lane| input(k as usize, lane));
-            }
-            for instruction in &self.instructions {
-                self.step(instruction, slots);
-            }
-            for (k, &slot) in self.outputs.iter().enumerate() {
-                output(k, &slots[slot as usize]);
-            }
+            let start = workspace.as_ptr().align_offset(LANES * size_of::<f64>()).min(LANES);
+            let slots = &mut workspace[start..start + self.slots * LANES];
+            let run = Run { program: self, points, slots, input, output };
+            // A single point gains nothing from vector instructions.
+            if points < WORTH_LANES { run.call() } else { Arch::new().dispatch(run) }
         });
     }
 
+    /// Runs instructions of one operation.
     #[inline(always)]
-    fn step<const L: usize>(&self, instruction: &Instruction, v: &mut [[f64; L]]) {
-        let Instruction { op, target, operands: [i, j, k], number: n } = *instruction;
-        let (t, i, j, k) = (target as usize, i as usize, j as usize, k as usize);
+    fn step<const L: usize>(&self, op: Op, run: &[Instruction], v: &mut [[f64; L]]) {
+        macro_rules! each {
+            (|$t:ident, $i:ident, $j:ident, $k:ident, $n:ident| $body:expr) => {
+                for &Instruction { target, operands: [$i, $j, $k], number: $n } in run {
+                    let ($t, $i, $j, $k) = (target as usize, $i as usize, $j as usize, $k as usize);
+                    $body
+                }
+            };
+        }
         macro_rules! lanes {
-            (|$($x:ident = $place:ident),*| $result:expr) => {{
-                $(let $x = v[$place];)*
-                v[t] = std::array::from_fn(|l| { $(let $x = $x[l];)* $result });
-            }};
+            (|$a:ident, $n:ident| $result:expr) => {
+                each!(|t, i, _j, _k, $n| {
+                    let $a = v[i];
+                    v[t] = std::array::from_fn(|l| {
+                        let $a = $a[l];
+                        $result
+                    });
+                })
+            };
+            (|$a:ident, $b:ident, _| $result:expr) => {
+                each!(|t, i, j, _k, _n| {
+                    let ($a, $b) = (v[i], v[j]);
+                    v[t] = std::array::from_fn(|l| {
+                        let ($a, $b) = ($a[l], $b[l]);
+                        $result
+                    });
+                })
+            };
+            (|$a:ident, $b:ident, $c:ident, $n:ident| $result:expr) => {
+                each!(|t, i, j, k, $n| {
+                    let ($a, $b, $c) = (v[i], v[j], v[k]);
+                    v[t] = std::array::from_fn(|l| {
+                        let ($a, $b, $c) = ($a[l], $b[l], $c[l]);
+                        $result
+                    });
+                })
+            };
         }
         match op {
-            Op::Constant => v[t] = [n; L],
-            Op::Add => lanes!(|a = i, b = j| a + b),
-            Op::Sub => lanes!(|a = i, b = j| a - b),
-            Op::Mul => lanes!(|a = i, b = j| a * b),
-            Op::Div => lanes!(|a = i, b = j| a / b),
-            Op::AddNumber => lanes!(|a = i| a + n),
-            Op::MulNumber => lanes!(|a = i| a * n),
-            Op::NumberSub => lanes!(|a = i| n - a),
-            Op::DivNumber => lanes!(|a = i| a / n),
-            Op::NumberDiv => lanes!(|a = i| n / a),
-            Op::MulAdd => lanes!(|a = i, b = j, c = k| a * b + c),
-            Op::MulSub => lanes!(|a = i, b = j, c = k| c - a * b),
-            Op::MulNumberAdd => lanes!(|a = i, c = k| a * n + c),
-            Op::Guarded => lanes!(|a = i, b = j| guarded(a, b)),
-            Op::Unary(Unary::Neg) => lanes!(|a = i| -a),
-            Op::Unary(Unary::Sqrt) => lanes!(|a = i| a.sqrt()),
-            Op::Unary(Unary::Abs) => lanes!(|a = i| a.abs()),
-            Op::Unary(Unary::Sign) => lanes!(|a = i| sign(a)),
-            Op::SinCos => {
+            Op::Constant => each!(|t, _i, _j, _k, n| v[t] = [n; L]),
+            Op::Add => lanes!(|a, b, _| a + b),
+            Op::Sub => lanes!(|a, b, _| a - b),
+            Op::Mul => lanes!(|a, b, _| a * b),
+            Op::Div => lanes!(|a, b, _| a / b),
+            Op::AddNumber => lanes!(|a, n| a + n),
+            Op::MulNumber => lanes!(|a, n| a * n),
+            Op::NumberSub => lanes!(|a, n| n - a),
+            Op::DivNumber => lanes!(|a, n| a / n),
+            Op::NumberDiv => lanes!(|a, n| n / a),
+            Op::MulAdd => lanes!(|a, b, c, _n| a * b + c),
+            Op::MulSub => lanes!(|a, b, c, _n| c - a * b),
+            Op::MulNumberAdd => each!(|t, i, _j, k, n| {
+                let (a, c) = (v[i], v[k]);
+                v[t] = std::array::from_fn(|l| a[l] * n + c[l]);
+            }),
+            Op::Guarded => lanes!(|a, b, _| guarded(a, b)),
+            Op::Unary(Unary::Neg) => lanes!(|a, _n| -a),
+            Op::Unary(Unary::Sqrt) => lanes!(|a, _n| a.sqrt()),
+            Op::Unary(Unary::Abs) => lanes!(|a, _n| a.abs()),
+            Op::Unary(Unary::Sign) => lanes!(|a, _n| sign(a)),
+            Op::SinCos => each!(|t, i, _j, _k, _n| {
                 let both = v[i].map(f64::sin_cos);
                 let [sine, cosine, ..] = self.wide[t];
                 v[sine as usize] = both.map(|(s, _)| s);
                 v[cosine as usize] = both.map(|(_, c)| c);
-            }
-            Op::CurveJet => {
+            }),
+            Op::CurveJet => each!(|t, i, _j, k, _n| {
                 let jets = v[i].map(|a| self.tables[k].curve_jet(a));
                 for (part, &slot) in self.wide[t][..3].iter().enumerate() {
                     v[slot as usize] = jets.map(|jet| jet[part]);
                 }
-            }
-            Op::SurfaceJet => {
+            }),
+            Op::SurfaceJet => each!(|t, i, j, k, _n| {
                 let (a, b) = (v[i], v[j]);
                 let jets: [[f64; 6]; L] = std::array::from_fn(|l| self.tables[k].surface_jet(a[l], b[l]));
                 for (part, &slot) in self.wide[t].iter().enumerate() {
                     v[slot as usize] = jets.map(|jet| jet[part]);
                 }
-            }
-            Op::Curve(_) | Op::Surface(_) => {
+            }),
+            Op::Curve(_) | Op::Surface(_) => each!(|t, i, j, k, n| {
                 let (a, b, table) = (v[i], v[j], &*self.tables[k]);
                 v[t] = std::array::from_fn(|l| op.apply([a[l], b[l], 0.0], n, Some(table)));
-            }
+            }),
             // What calls a scalar function lane by lane.
-            _ => {
-                let [a, b, c] = [i, j, k].map(|place| v[place]);
-                v[t] = std::array::from_fn(|l| op.apply([a[l], b[l], c[l]], n, None));
-            }
+            _ => lanes!(|a, b, c, n| op.apply([a, b, c], n, None)),
         }
     }
 }

@@ -10,3 +10,17 @@ pub struct Inertia {
     /// Pivots that are zero to rounding. All rows, if the factorisation overflowed.
     pub zero: usize,
 }
+
+impl Inertia {
+    /// Adds a pivot, which counts as zero up to `zero`.
+    #[inline(always)]
+    pub(crate) fn count(&mut self, pivot: f64, zero: f64) {
+        if pivot.abs() <= zero {
+            self.zero += 1;
+        } else if pivot > 0.0 {
+            self.positive += 1;
+        } else {
+            self.negative += 1;
+        }
+    }
+}

@@ -32,8 +32,9 @@
 //!
 //! 1. The triplets are placed once into the upper triangle by columns, permuted by the elimination order.
 //! 2. `factor` scales rows and columns by powers of two (Ruiz), adds the static shift to a copy, and runs a
-//!    multifrontal LDL^T without pivoting. Expected signs are never imposed. A pivot that is zero to rounding counts
-//!    in [`Inertia::zero`] and is replaced by a small one.
+//!    multifrontal LDL^T without pivoting. Expected signs are never imposed. A pivot that is zero to rounding
+//!    is replaced by a small one, and the signs are counted anew in the pivoted factor of step 4: only what is zero
+//!    there, too, counts in [`Inertia::zero`].
 //!    Dense blocks are eliminated with the vector instructions that the processor has.
 //! 3. `solve` refines against the matrix without the static shift: classical steps while they contract by ten, then
 //!    GMRES with the factor as preconditioner. A factor of tiny pivots (zero Hessian diagonals) still serves.

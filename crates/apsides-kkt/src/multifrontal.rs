@@ -11,7 +11,7 @@ use crate::supernodes::Supernodes;
 use crate::{Inertia, KktError};
 
 /// Multiples of the size of a row: a pivot up to the first counts as zero and is replaced by the second.
-const ZERO_PIVOT: f64 = f64::EPSILON;
+pub(crate) const ZERO_PIVOT: f64 = f64::EPSILON;
 const REPLACED_PIVOT: f64 = 1e-8;
 
 /// Structure, factor and work space. Nothing is allocated after construction.
@@ -416,13 +416,9 @@ fn fill_factors<const C: usize>(block: &[f64], stride: usize, row: usize, factor
 /// Counts a pivot, or replaces it if it is zero to rounding. `None` after an overflow.
 #[inline(always)]
 fn pivot(value: &mut f64, unit: f64, inertia: &mut Inertia) -> Option<f64> {
+    inertia.count(*value, ZERO_PIVOT * unit);
     if value.abs() <= ZERO_PIVOT * unit {
         *value = REPLACED_PIVOT * unit;
-        inertia.zero += 1;
-    } else if *value > 0.0 {
-        inertia.positive += 1;
-    } else {
-        inertia.negative += 1;
     }
     (value.is_finite() && (1.0 / *value).is_finite()).then_some(*value)
 }

@@ -11,9 +11,10 @@ use faer::sparse::linalg::cholesky::{
 use faer::sparse::{SparseColMat, SymbolicSparseColMat, SymbolicSparseColMatRef};
 use faer::{Conj, MatMut, Par, Side};
 
-use crate::KktError;
+use crate::multifrontal::ZERO_PIVOT;
 use crate::pattern::Pattern;
 use crate::refine::Substitution;
+use crate::{Inertia, KktError};
 
 /// A matrix and its factor.
 pub(crate) struct Pivoted {
@@ -91,6 +92,46 @@ impl Pivoted {
             Default::default(),
         );
     }
+
+    /// The inertia of the factor: the signs of the blocks of B. `unit` is the size of the smallest row of the matrix.
+    /// `None` after an overflow.
+    pub(crate) fn inertia(&self, unit: f64) -> Option<Inertia> {
+        let mut inertia = Inertia::default();
+        let factor = self.factored();
+        for s in 0..supernodes(&self.symbolic).n_supernodes() {
+            let block = factor.supernode(s);
+            let (start, values) = (block.start(), block.val());
+            let mut i = 0;
+            while i < values.ncols() {
+                let (first, below) = (values[(i, i)], self.subdiagonal[start + i]);
+                if below == 0.0 {
+                    inertia.count(first, ZERO_PIVOT * unit);
+                    i += 1;
+                } else {
+                    let determinant = first * values[(i + 1, i + 1)] - below * below;
+                    if !determinant.is_finite() {
+                        return None;
+                    }
+                    inertia.count(first.signum(), 0.0);
+                    inertia.count(first.signum() * determinant, 0.0);
+                    i += 2;
+                }
+                if !first.is_finite() {
+                    return None;
+                }
+            }
+        }
+        Some(inertia)
+    }
+
+    fn factored(&self) -> supernodal::SupernodalIntranodeLbltRef<'_, u32, f64> {
+        supernodal::SupernodalIntranodeLbltRef::new(
+            supernodes(&self.symbolic),
+            &self.entries,
+            &self.subdiagonal,
+            PermRef::new_checked(&self.forward, &self.inverse, self.permuted.len()),
+        )
+    }
 }
 
 impl Substitution for Pivoted {
@@ -99,6 +140,7 @@ impl Substitution for Pivoted {
         for (p, &f) in self.permuted.iter_mut().zip(&self.forward) {
             *p = x[f as usize];
         }
+        // `factored` would borrow the vector that is solved in place.
         supernodal::SupernodalIntranodeLbltRef::new(
             supernodes(&self.symbolic),
             &self.entries,

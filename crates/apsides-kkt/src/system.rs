@@ -144,7 +144,8 @@ impl KktSystem {
     /// `primal_shift` to the diagonal of the primal rows and subtracting `dual_shift` from that of the dual rows.
     /// Both shifts belong to the system that [`solve`](Self::solve) solves.
     ///
-    /// The inertia is that of the factor, which also carries the static shift. A singular matrix is no error: look
+    /// The inertia is that of the factor, which also carries the static shift; where a pivot of the fixed order is zero,
+    /// it is that of a second, pivoted factorisation. A singular matrix is no error: look
     /// at [`Inertia::zero`], and at the [`SolveQuality`] of the solutions.
     ///
     /// # Errors
@@ -185,7 +186,27 @@ impl KktSystem {
         }
         self.counters.factorisations += 1;
         self.factored = true;
-        Ok(self.factor.factor(&self.values, &self.static_shifts, self.unit))
+        let inertia = self.factor.factor(&self.values, &self.static_shifts, self.unit);
+        if inertia.zero == 0 {
+            return Ok(inertia);
+        }
+        // A zero pivot of a fixed order is no proof of a singular matrix: it may be an accident of the order.
+        let unit = self.unit;
+        Ok(self.pivoted()?.inertia(unit).unwrap_or(inertia))
+    }
+
+    /// The pivoted factorisation of the matrix last given to [`factor`](Self::factor).
+    fn pivoted(&mut self) -> Result<&mut Pivoted, KktError> {
+        let fallback = match &mut self.fallback {
+            Some(fallback) => fallback,
+            none => none.insert(Pivoted::new(&self.pattern)?),
+        };
+        if !self.fallback_current {
+            fallback.factor(&self.pattern, &self.values, &self.static_shifts);
+            self.fallback_current = true;
+            self.counters.fallbacks += 1;
+        }
+        Ok(fallback)
     }
 
     /// Solves with the matrix last given to [`factor`](Self::factor), without the static shift. If refinement with
@@ -253,15 +274,15 @@ impl KktSystem {
         if direct.converged {
             return Ok(quality);
         }
-        let fallback = match &mut self.fallback {
-            Some(fallback) => fallback,
-            none => none.insert(Pivoted::new(&self.pattern)?),
+        self.pivoted()?;
+        let system = System {
+            pattern: &self.pattern,
+            values: &self.values,
+            rhs: &self.rhs,
+            rhs_norm,
+            unit: self.unit,
         };
-        if !self.fallback_current {
-            fallback.factor(&self.pattern, &self.values, &self.static_shifts);
-            self.fallback_current = true;
-            self.counters.fallbacks += 1;
-        }
+        let Some(fallback) = &mut self.fallback else { return Ok(quality) };
         let pivoted = self.refiner.solve(system, fallback, &mut self.solution, tolerance, limit);
         quality.residual = pivoted.residual;
         quality.refinements += pivoted.solves;

@@ -231,6 +231,26 @@ fn zero_pivots_are_reported_without_static_shift() {
     assert!(quality.residual <= TOLERANCE);
 }
 
+/// The second pivot of the given order cancels; the determinant is -1.
+#[test]
+fn zero_pivot_of_a_regular_matrix_is_no_zero_eigenvalue() {
+    let mut t = Triplets::new(3, 3);
+    for (i, j, v) in [(0, 0, 1.0), (1, 0, 1.0), (1, 1, 1.0), (2, 1, 1.0), (2, 2, 1.0)] {
+        t.push(i, j, v);
+    }
+    let settings = KktSettings {
+        static_shift: 0.0,
+        ordering: Ordering::Custom(vec![0, 1, 2]),
+        ..KktSettings::default()
+    };
+    let mut system = t.analyse(settings);
+    let inertia = system.factor(&t.values, 0.0, 0.0).expect("finite");
+    assert_eq!(inertia, Inertia { positive: 2, negative: 1, zero: 0 });
+    let (x, quality) = solve(&mut system, &[1.0, 2.0, 3.0]);
+    assert!(quality.residual <= TOLERANCE);
+    assert!(t.plain_residual(&x, &[1.0, 2.0, 3.0]) < 1e-12);
+}
+
 #[test]
 fn inconsistent_singular_system_is_not_called_solved() {
     let mut t = Triplets::new(4, 2);

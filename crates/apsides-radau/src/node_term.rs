@@ -5,6 +5,7 @@
 //! normalised time `s` of the point. The chain rule to `t0` and `tf` is applied here, once, for every method of
 //! differentiation above it.
 
+use std::ops::Range;
 use std::sync::Arc;
 
 use apsides_ad::NodeFunction;
@@ -20,6 +21,9 @@ pub(crate) enum Target {
     /// The sum over the nodes goes to a row, if there is one, and to the cost with a weight.
     Sum { row: Option<usize>, cost: f64 },
 }
+
+/// Nodes whose functions are evaluated in one call.
+const BATCH: usize = 32;
 
 /// A node function on one arc, with the places of its inputs and outputs.
 pub(crate) struct NodeTerm {
@@ -55,12 +59,13 @@ pub(crate) struct Point {
     pub(crate) factor: f64,
 }
 
+/// Inputs, weights and Hessians of a batch of nodes.
 #[derive(Clone)]
 struct Scratch {
     inputs: Vec<f64>,
     weights: Vec<f64>,
-    hessian: Vec<f64>,
-    /// Gradient of the weighted sum of outputs with respect to the inputs.
+    hessians: Vec<f64>,
+    /// Gradient of the weighted sum of outputs of one node with respect to the inputs.
     slope: Vec<f64>,
 }
 
@@ -93,9 +98,9 @@ impl NodeTerm {
             entries: vec![0.0; points.len() * entries],
             outputs: vec![0.0; points.len() * outputs],
             scratch: vec![Scratch {
-                inputs: vec![0.0; function.inputs()],
-                weights: vec![0.0; outputs],
-                hessian: vec![0.0; function.pattern().hessian_len()],
+                inputs: vec![0.0; BATCH * function.inputs()],
+                weights: vec![0.0; BATCH * outputs],
+                hessians: vec![0.0; BATCH * function.pattern().hessian_len()],
                 slope: vec![0.0; function.inputs()],
             }],
             emitted: (0, 0),
@@ -135,6 +140,13 @@ impl NodeTerm {
         (b > a && p.columns[b - 1] == self.time_input).then(|| b - 1)
     }
 
+    /// Inputs of consecutive nodes.
+    fn fill_batch(&self, nodes: Range<usize>, x: &[f64], inputs: &mut [f64]) {
+        for (node, inputs) in nodes.zip(inputs.chunks_exact_mut(self.function.inputs())) {
+            self.fill_inputs(node, x, inputs);
+        }
+    }
+
     fn fill_inputs(&self, node: usize, x: &[f64], inputs: &mut [f64]) {
         let p = self.points[node];
         inputs[..self.node_inputs].copy_from_slice(&x[p.column..p.column + self.node_inputs]);
@@ -162,9 +174,11 @@ impl NodeTerm {
             (std::mem::take(&mut self.outputs), std::mem::take(&mut self.scratch));
         // Values are cheap: more threads did not pay at 15,000 nodes.
         in_pieces(&mut scratch[..1], self.points.len(), [(&mut outputs, m)], |nodes, scratch, [outputs]| {
-            for (node, k) in nodes.zip(0..) {
-                self.fill_inputs(node, x, &mut scratch.inputs);
-                self.function.value(&scratch.inputs, &mut outputs[k * m..(k + 1) * m]);
+            let first = nodes.start;
+            for batch in batches(nodes) {
+                self.fill_batch(batch.clone(), x, &mut scratch.inputs);
+                let outputs = &mut outputs[(batch.start - first) * m..(batch.end - first) * m];
+                self.function.values(batch.len(), &scratch.inputs, outputs);
             }
         });
         (self.outputs, self.scratch) = (outputs, scratch);
@@ -198,10 +212,12 @@ impl NodeTerm {
         let (mut values, mut entries) = (std::mem::take(&mut self.values), std::mem::take(&mut self.entries));
         let targets = [(&mut values[..], m), (&mut entries[..], e)];
         in_pieces(&mut scratch, self.points.len(), targets, |nodes, scratch, [values, entries]| {
-            for (node, k) in nodes.zip(0..) {
-                self.fill_inputs(node, x, &mut scratch.inputs);
-                let (values, entries) = (&mut values[k * m..(k + 1) * m], &mut entries[k * e..(k + 1) * e]);
-                self.function.jacobian(&scratch.inputs, values, entries);
+            let first = nodes.start;
+            for batch in batches(nodes) {
+                self.fill_batch(batch.clone(), x, &mut scratch.inputs);
+                let (from, to) = (batch.start - first, batch.end - first);
+                let (values, entries) = (&mut values[from * m..to * m], &mut entries[from * e..to * e]);
+                self.function.jacobians(batch.len(), &scratch.inputs, values, entries);
             }
         });
         (self.values, self.entries, self.scratch) = (values, entries, scratch);
@@ -212,16 +228,17 @@ impl NodeTerm {
     pub(crate) fn add_patterns(
         &mut self,
         jacobian: &mut Vec<(usize, usize)>,
-        hessian: &mut Vec<(usize, usize)>,
+        places: &mut Vec<(usize, usize)>,
     ) {
-        let scratch = &self.scratch[0];
-        let before = (jacobian.len(), hessian.len());
+        let Scratch { hessians, slope, .. } = &self.scratch[0];
+        let hessian = &hessians[..self.function.pattern().hessian_len()];
+        let before = (jacobian.len(), places.len());
         for node in 0..self.points.len() {
             self.node_jacobian(node, 1.0, |r, c, _| jacobian.push((r, c)));
-            self.node_hessian(node, 1.0, scratch, |i, j, _| hessian.push((i, j)));
+            self.node_hessian(node, 1.0, (hessian, slope), |i, j, _| places.push((i, j)));
         }
         let nodes = self.points.len().max(1);
-        self.emitted = ((jacobian.len() - before.0) / nodes, (hessian.len() - before.1) / nodes);
+        self.emitted = ((jacobian.len() - before.0) / nodes, (places.len() - before.1) / nodes);
     }
 
     /// Writes the Jacobian entries of the rows into the head of `entries` and returns the rest.
@@ -297,31 +314,45 @@ impl NodeTerm {
     ) -> &'a mut [f64] {
         let duration = self.duration(x);
         let width = self.emitted.1;
+        let (m, e) = (self.function.outputs(), self.function.pattern().hessian_len());
         let (own, rest) = values.split_at_mut(self.points.len() * width);
         let mut scratch = std::mem::take(&mut self.scratch);
         in_pieces(&mut scratch, self.points.len(), [(own, width)], |nodes, scratch, [own]| {
             let mut next = own.iter_mut();
-            for node in nodes {
-                self.weigh(node, x, cost, multipliers, scratch);
-                self.node_hessian(node, duration, scratch, |_, _, v| write_next(&mut next, v));
+            for batch in batches(nodes) {
+                self.weigh(batch.clone(), x, cost, multipliers, scratch);
+                for (k, node) in batch.enumerate() {
+                    self.fill_slope(node, &scratch.weights[k * m..(k + 1) * m], &mut scratch.slope);
+                    let hessian = &scratch.hessians[k * e..(k + 1) * e];
+                    self.node_hessian(node, duration, (hessian, &scratch.slope), |_, _, v| {
+                        write_next(&mut next, v);
+                    });
+                }
             }
         });
         self.scratch = scratch;
         rest
     }
 
-    /// Hessian, and gradient for the products with the duration, of the weighted sum of outputs at one node.
-    fn weigh(&self, node: usize, x: &[f64], cost: f64, multipliers: &[f64], scratch: &mut Scratch) {
-        let Scratch { inputs, weights, hessian, slope } = scratch;
-        self.fill_inputs(node, x, inputs);
-        for (k, weight) in weights.iter_mut().enumerate() {
-            let mut w = self.row(node, k).map_or(0.0, |r| multipliers[r]);
-            if let Target::Sum { cost: share, .. } = self.target {
-                w += cost * share;
+    /// Weights of the outputs, and Hessians of their weighted sums, of a batch of nodes.
+    fn weigh(&self, batch: Range<usize>, x: &[f64], cost: f64, multipliers: &[f64], scratch: &mut Scratch) {
+        let Scratch { inputs, weights, hessians, .. } = scratch;
+        let m = self.function.outputs();
+        for (k, node) in batch.clone().enumerate() {
+            for (output, weight) in weights[k * m..(k + 1) * m].iter_mut().enumerate() {
+                let mut w = self.row(node, output).map_or(0.0, |r| multipliers[r]);
+                if let Target::Sum { cost: share, .. } = self.target {
+                    w += cost * share;
+                }
+                *weight = w * self.points[node].factor;
             }
-            *weight = w * self.points[node].factor;
         }
-        self.function.hessian(inputs, weights, hessian);
+        self.fill_batch(batch.clone(), x, inputs);
+        self.function.hessians(batch.len(), inputs, weights, hessians);
+    }
+
+    /// Gradient of the weighted sum of outputs at a node, for the products with the duration.
+    fn fill_slope(&self, node: usize, weights: &[f64], slope: &mut [f64]) {
         let pattern = self.function.pattern();
         let e = pattern.jacobian_len();
         slope.fill(0.0);
@@ -334,7 +365,7 @@ impl NodeTerm {
         &self,
         node: usize,
         duration: f64,
-        scratch: &Scratch,
+        (hessian, slope): (&[f64], &[f64]),
         mut emit: impl FnMut(usize, usize, f64),
     ) {
         let p = self.points[node];
@@ -342,7 +373,7 @@ impl NodeTerm {
         let (from_start, from_end) = (1.0 - p.fraction, p.fraction);
         let time = self.time_input;
         let mut by_time_twice = 0.0;
-        for (&(i, j), &h) in pattern.hessian.iter().zip(&scratch.hessian) {
+        for (&(i, j), &h) in pattern.hessian.iter().zip(hessian) {
             let h = duration * h;
             if i != time {
                 emit_lower(self.column(&p, i), self.column(&p, j), h, &mut emit);
@@ -355,12 +386,12 @@ impl NodeTerm {
         }
         if self.is_rate {
             for &i in &self.active {
-                let (column, s) = (self.column(&p, i), scratch.slope[i]);
+                let (column, s) = (self.column(&p, i), slope[i]);
                 self.each_time(-s, s, |t, v| emit_lower(t, column, v, &mut emit));
             }
         }
         if pattern.columns.contains(&time) {
-            let s = if self.is_rate { scratch.slope[time] } else { 0.0 };
+            let s = if self.is_rate { slope[time] } else { 0.0 };
             let (a, b) = (from_start, from_end);
             if !self.time_fixed.0 {
                 emit(self.initial_time, self.initial_time, a * a * by_time_twice - 2.0 * a * s);
@@ -382,6 +413,12 @@ impl NodeTerm {
             emit(self.final_time, at_end);
         }
     }
+}
+
+/// Nodes in batches.
+fn batches(nodes: Range<usize>) -> impl Iterator<Item = Range<usize>> {
+    let end = nodes.end;
+    nodes.step_by(BATCH).map(move |first| first..(first + BATCH).min(end))
 }
 
 #[inline]

@@ -5,7 +5,7 @@ use super::*;
 use crate::formula::{Binary, Operation, Unary};
 use crate::{
     BicubicSpline, Condition, CubicSpline, Dual, FormulaBuilder, FormulaError, HyperDual, Outside, Pchip,
-    Scalar, Table, Value, VectorFunction, vector_node,
+    Scalar, Table, Value, VectorFunction, vector, vector_node,
 };
 
 /// Round-off of two orders of the same sums, relative to the largest number of a derivative.
@@ -533,6 +533,23 @@ impl VectorFunction<5, 3> for Model {
     }
 }
 
+/// Operations whose derivatives are written in more than one way.
+struct Compositions;
+impl VectorFunction<5, 5> for Compositions {
+    fn evaluate<S: Scalar>(&self, z: &[S; 5]) -> [S; 5] {
+        let [a, b, c, d, e] = *z;
+        let shifted = a + 2.0;
+        [
+            shifted * (a - 1.0) * c / (shifted + 0.5) - (-b).exp() * 3.0 / d,
+            a.atan2(a + 1.0) + S::from(2.0).atan2(b) + c.atan2(S::from(3.0)) * (S::from(2.0).sqrt() - d),
+            (b * c).powi(2).powi(-3) * d.powf(0.7) + (a * b + 4.0).powf(2.5) / 3.0,
+            (e * 0.1).tanh() * a.tan() + (b * 0.1).asin() * (c * 0.2).acos() - d.ln() * e.atan() + a.cosh(),
+            vector::norm(&[a, b, c], 1e-3) * (a.sin() * e.cos() + d.sinh()) + c.cbrt() * b.asinh()
+                - S::from(1.0) / e,
+        ]
+    }
+}
+
 /// Sums of functions of a few inputs each, chains, and values that all reach each other.
 fn large(kind: usize, operations: usize, inputs: usize) -> Formula {
     let mut b = FormulaBuilder::new(inputs);
@@ -592,4 +609,79 @@ fn a_hundred_thousand_operations() {
         // Ten times the operations, about ten times the instructions.
         assert!(small.iter().zip(large).all(|(s, l)| l <= 12 * s), "kind {kind}: {small:?} {large:?}");
     }
+}
+
+fn bits(numbers: &[f64]) -> Vec<u64> {
+    // What is not a number has no sign.
+    numbers.iter().map(|x| if x.is_nan() { u64::MAX } else { x.to_bits() }).collect()
+}
+
+/// Any number of points at once gives, to the last bit, what each point gives alone.
+fn assert_lanes(node: &dyn NodeFunction, z: &[f64]) {
+    let (n, m, pattern) = (node.inputs(), node.outputs(), node.pattern());
+    let (e, h) = (pattern.jacobian_len(), pattern.hessian_len());
+    let points = z.len() / n;
+    let weights: Vec<f64> = (0..points * m).map(|k| 1.0 - 0.3 * (k % 7) as f64).collect();
+    let fill = |counts: &[usize]| {
+        let (mut out, mut values) = (vec![f64::NAN; points * m], vec![f64::NAN; points * m]);
+        let (mut entries, mut hessian) = (vec![f64::NAN; points * e], vec![f64::NAN; points * h]);
+        let mut first = 0;
+        for &count in counts {
+            let last = first + count;
+            let z = &z[first * n..last * n];
+            node.values(count, z, &mut out[first * m..last * m]);
+            node.jacobians(count, z, &mut values[first * m..last * m], &mut entries[first * e..last * e]);
+            node.hessians(count, z, &weights[first * m..last * m], &mut hessian[first * h..last * h]);
+            first = last;
+        }
+        assert_eq!(first, points);
+        [out, values, entries, hessian].map(|list| bits(&list))
+    };
+    let alone = fill(&vec![1; points]);
+    assert_eq!(alone[0], alone[1]);
+    let (mut rest, mut row, mut own) = (vec![0.0; h], vec![0.0; e], vec![0.0; m]);
+    for p in 0..points {
+        node.jacobian(&z[p * n..(p + 1) * n], &mut own, &mut row);
+        assert_eq!(bits(&own), alone[1][p * m..(p + 1) * m]);
+        // Zeros of models have either sign.
+        let same = |(a, b): (&f64, &u64)| *a == f64::from_bits(*b) || bits(&[*a]) == [*b];
+        assert!(row.iter().zip(&alone[2][p * e..(p + 1) * e]).all(same), "{row:?}");
+        node.hessian(&z[p * n..(p + 1) * n], &weights[p * m..(p + 1) * m], &mut rest);
+        assert_eq!(bits(&rest), alone[3][p * h..(p + 1) * h]);
+    }
+    for split in [vec![points], vec![2, points - 2], vec![8, 0, 3, points - 11], vec![points - 9, 9]] {
+        assert_eq!(fill(&split), alone, "{split:?}");
+    }
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig::with_cases(60))]
+    #[test]
+    fn lanes_do_not_change_a_bit(
+        codes in prop::collection::vec((any::<u8>(), any::<u16>(), any::<u16>(), -1.0..1.0), 1..40),
+        z in prop::collection::vec(-1e3..1e3, 21 * 4),
+    ) {
+        let formula = random(4, &codes);
+        assert_lanes(&*formula_node(formula), &z);
+    }
+}
+
+#[test]
+fn lanes_of_models_and_of_directions() {
+    let z: Vec<f64> = (0..21 * 5).map(|k| (f64::from(k) * 0.7).sin() * 2.0).collect();
+    assert_lanes(&*vector_node(Model), &z);
+    assert_lanes(&*vector_node(Compositions), &z.iter().map(|x| 2.5 + x).collect::<Vec<_>>());
+    let z: Vec<f64> = (0..13 * 8).map(|k| (f64::from(k) * 0.7).sin() + 0.2).collect();
+    // Its derivatives come from directions.
+    let formula = large(2, 30_000, 8);
+    let plan = Plan::with_pattern(&formula).0;
+    assert!(plan.sizes()[2] < 8 * formula.operations().len());
+    assert_lanes(&*formula_node(formula), &z);
+    struct Opaque;
+    impl VectorFunction<1, 1> for Opaque {
+        fn evaluate<S: Scalar>(&self, z: &[S; 1]) -> [S; 1] {
+            [z[0].map(|x| [x * x * x, 3.0 * x * x, 6.0 * x])]
+        }
+    }
+    assert_lanes(&*vector_node(Opaque), &z);
 }

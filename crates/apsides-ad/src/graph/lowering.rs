@@ -1,7 +1,7 @@
 //! From terms to instructions: numbers and products that one instruction alone needs become part of it, results that are found
 //! together are computed at once, and slots are used again.
 
-use std::collections::HashMap;
+use std::collections::{HashMap, VecDeque};
 
 use super::{Graph, Node, Term};
 use crate::formula::Unary;
@@ -48,7 +48,64 @@ pub(super) fn program(graph: &Graph, outputs: &[Term]) -> Program {
         }
     }
     lowering.drafts.reverse();
-    allocate(graph, &lowering.drafts, &inputs, outputs)
+    let mut drafts = Vec::with_capacity(lowering.drafts.len());
+    let mut producer = vec![NONE; graph.len()];
+    while !lowering.drafts.is_empty() {
+        let window = lowering.drafts.drain(..WINDOW.min(lowering.drafts.len())).collect();
+        schedule(window, &mut producer, &mut drafts);
+    }
+    allocate(graph, &drafts, &inputs, outputs)
+}
+
+/// Instructions that are sorted among each other; more would keep more numbers alive at a time.
+const WINDOW: usize = 2048;
+
+/// Sorts instructions by operation as far as their operands allow, since changing the operation costs more than an operation.
+fn schedule(window: Vec<Draft>, producer: &mut [Term], sorted: &mut Vec<Draft>) {
+    for (k, draft) in (0..).zip(&window) {
+        for &result in draft.results.iter().filter(|r| **r != NONE) {
+            producer[result as usize] = k;
+        }
+    }
+    let mut waiting = vec![0; window.len()];
+    let mut users: Vec<Vec<usize>> = vec![Vec::new(); window.len()];
+    for (k, draft) in window.iter().enumerate() {
+        for &operand in &draft.operands[..draft.op.arity()] {
+            if let Some(users) = users.get_mut(producer[operand as usize] as usize) {
+                users.push(k);
+                waiting[k] += 1;
+            }
+        }
+    }
+    for &result in window.iter().flat_map(|d| &d.results).filter(|r| **r != NONE) {
+        producer[result as usize] = NONE;
+    }
+    let mut ready: Vec<(Op, VecDeque<usize>)> = Vec::new();
+    let enqueue = |ready: &mut Vec<(Op, VecDeque<usize>)>, k: usize| {
+        let op = window[k].op;
+        match ready.iter_mut().find(|r| r.0 == op) {
+            Some((_, queue)) => queue.push_back(k),
+            None => ready.push((op, VecDeque::from([k]))),
+        }
+    };
+    (0..window.len()).filter(|&k| waiting[k] == 0).for_each(|k| enqueue(&mut ready, k));
+    let mut order = Vec::with_capacity(window.len());
+    while let Some(next) = (0..ready.len()).rev().max_by_key(|&r| ready[r].1.len())
+        && !ready[next].1.is_empty()
+    {
+        // What becomes ready on the way joins the queue.
+        while let Some(k) = ready[next].1.pop_front() {
+            order.push(k);
+            for &user in &users[k] {
+                waiting[user] -= 1;
+                if waiting[user] == 0 {
+                    enqueue(&mut ready, user);
+                }
+            }
+        }
+    }
+    let mut window: Vec<Option<Draft>> = window.into_iter().map(Some).collect();
+    sorted.extend(order.into_iter().filter_map(|k| window[k].take()));
 }
 
 impl Lowering<'_> {
@@ -214,7 +271,11 @@ fn allocate(graph: &Graph, drafts: &[Draft], inputs: &[(u32, Term)], outputs: &[
             slot_of[draft.results[0] as usize] = place;
             place
         };
-        program.instructions.push(Instruction { op: draft.op, target, operands, number: draft.number });
+        match program.runs.last_mut() {
+            Some((op, count)) if *op == draft.op => *count += 1,
+            _ => program.runs.push((draft.op, 1)),
+        }
+        program.instructions.push(Instruction { target, operands, number: draft.number });
     }
     program.outputs = outputs.iter().map(|&term| slot_of[term as usize]).collect();
     program.slots = slots.count.max(1) as usize;
