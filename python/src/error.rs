@@ -64,4 +64,3 @@ pub(crate) fn of_problem(e: &Mistake) -> PyErr {
         _ => ProblemError::new_err(e.to_string()),
     }
 }
-

@@ -160,18 +160,7 @@ pub(crate) fn state(py: Python<'_>, problem: ProblemIn) -> PyResult<Mission> {
     let places = reader.places;
     py.detach(|| {
         let statement = Statement::new(model, &source, places).map_err(|e| of_problem(&e))?;
-        let file = format!(
-            "# The problem `{}` is stated in Python; this file has its constants and settings.\n",
-            statement.name()
-        );
-        let writes = move |values: &apsides::pipeline::values::Values| {
-            let key = |key: &apsides::pipeline::key::Key| {
-                let value = values.get(&key.path)?;
-                Some(format!("{} = {value}\n", key.path))
-            };
-            values.keys().filter_map(key).fold(file.clone(), |text, line| text + &line)
-        };
-        let pipeline = apsides::missions::problem::pipeline(Arc::new(statement), writes).map_err(refused)?;
+        let pipeline = apsides::missions::problem::pipeline(Arc::new(statement)).map_err(refused)?;
         Ok(Mission::new(pipeline))
     })
 }

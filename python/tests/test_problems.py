@@ -295,3 +295,33 @@ def test_deep_sharing():
     p.minimize(x.end)
     ph.path(total * 2.0**-200 <= 2)
     assert p.solve().success
+
+
+def test_the_file_of_a_problem(tmp_path):
+    # A problem with units, links, jumps, tables, parameters, shared parts and a guess: its file gives the same optimum.
+    density = apsides.table([0.0, 1e3, 2e3, 3e3, 4e3], [1.2, 1.0, 0.85, 0.7, 0.6])
+    p = apsides.Problem("hop")
+    thrust = p.constant("thrust", 0.3, "kN", lower=0.1, upper=1)
+    up = p.phase("up", end=(0.1, 1), unit="min")
+    h, v = up.state("h", unit="km", start=0), up.state("v", unit="m/s", start=0, end=(0, 200))
+    k = up.control("k", lower=0, upper=1)
+    drag = 1e-4 * density(h) * v**2
+    up.dynamics(h=v, v=k * thrust / 10 - 9.81 - apsides.max(drag, 0.0))
+    up.path(k * v, upper=180, unit="m/s", name="kv")
+    up.guess([0, 0.5], h=[0, 1], k=0.5)
+    coast = p.phase("coast", duration=(1, 60))
+    H, V = coast.state("h", unit="km"), coast.state("v", unit="m/s", end=0)
+    coast.dynamics(h=V, v=-9.81)
+    coast.guess([30, 45], h=[1, 1.5], v=[100, 0])
+    p.link(up, coast, jump={"v": -10})
+    limit = p.parameter("limit", unit="km", lower=0, upper=1.5, guess=1)
+    p.constrain(H.end <= limit)
+    p.maximize(H.end - 10 * up.integral(k**2))
+    s = p.solve()
+    s.report(tmp_path / "results")
+    again = apsides.load(tmp_path / "results" / "mission.toml").solve()
+    assert s.success and again.objective == pytest.approx(s.objective, rel=SAME)
+    assert again.counters == s.counters
+    changed = p.mission().having(thrust=0.4)
+    (tmp_path / "changed.toml").write_text(changed.to_file())
+    assert apsides.load(tmp_path / "changed.toml").keys["constants.thrust"] == 400.0

@@ -26,7 +26,7 @@
 //! | --- | --- |
 //! | [`dimension`], [`unit`](mod@unit) | exponents of base units; units by name |
 //! | [`syntax`] | the parser |
-//! | [`build`] | formulas that are not written as text |
+//! | [`build`], [`text`] | formulas that are not written as text; formulas as text again |
 //! | [`function`] | the functions that every formula knows |
 //! | [`library`], [`quantity`] | definitions and tables; values with dimensions |
 //! | [`compile`], [`recorder`], [`numbers`] | operations from formulas, and what takes them |
@@ -45,6 +45,7 @@ pub mod quantity;
 pub mod recorder;
 pub mod suggestion;
 pub mod syntax;
+pub mod text;
 mod token;
 pub mod unit;
 

@@ -156,7 +156,7 @@ impl Expression {
 }
 
 impl Part {
-    fn operands(&self) -> impl Iterator<Item = usize> + '_ {
+    pub(crate) fn operands(&self) -> impl Iterator<Item = usize> + '_ {
         let (one, two, many) = match self {
             Self::Negate(a) => (Some(*a), None, &[][..]),
             Self::Binary(_, a, b) => (Some(*a), Some(*b), &[][..]),

@@ -39,7 +39,7 @@
 //! | module | subject |
 //! | --- | --- |
 //! | [`file`](mod@file) | [`ProblemFile`]: reading |
-//! | [`write`](mod@write) | the file with other values |
+//! | [`write`](mod@write), [`export`] | the file with other values; the file of a problem that a program states |
 //! | [`model`] | the parts of a problem, which a program can state, too |
 //! | [`statement`] | [`Statement`]: the checked problem, posed for values of its constants |
 //! | [`error`], [`missing`], [`place`] | mistakes, what is missing, and their places |
@@ -48,6 +48,7 @@
 mod amounts;
 mod ends;
 pub mod error;
+pub mod export;
 pub mod file;
 mod guess;
 pub mod missing;

@@ -119,3 +119,17 @@ fn terms_of_sums_that_are_used_twice_do_not_multiply() {
     }
     assert_eq!(b.expression(sum).terms().len(), 2);
 }
+
+#[test]
+fn the_file_of_a_stated_problem() -> Result<(), ProblemError> {
+    let statement = Statement::new(stated(), "run.py", places())?;
+    let text = statement.exported();
+    assert!(text.contains("[definitions]\npart_1 = \"sin(u)\""), "{text}");
+    let file = ProblemFile::parse(&text, "run.toml", &|_| Err(std::io::ErrorKind::NotFound.into()), &[])?;
+    let (here, there) = (statement.pose(&[])?, file.statement().pose(&[])?);
+    let formulas = [&here, &there].map(|p| p.ocp.phases[0].dynamics.formula().map(|f| f.to_json()).ok());
+    assert_eq!(formulas[0], formulas[1]);
+    assert_eq!(here.ocp.phases[0].states, there.ocp.phases[0].states);
+    assert_eq!(here.ocp.phases[0].final_time, there.ocp.phases[0].final_time);
+    Ok(())
+}

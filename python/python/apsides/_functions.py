@@ -47,6 +47,19 @@ def _array(value: Any) -> np.ndarray:
     return np.asarray(value, dtype=object) if _is_symbolic(value) else np.asarray(value)
 
 
+def _operand(value: Any, function: str) -> Any:
+    if isinstance(value, Symbol) or is_number(value) or isinstance(value, (bool, np.bool_)):
+        return value
+    raise TypeError(f"apsides.{function} takes numbers and formulas, not a value of type {type(value).__name__}")
+
+
+def _floats(values: Any, what: str) -> np.ndarray:
+    try:
+        return np.asarray(values, dtype=float)
+    except (TypeError, ValueError):
+        raise _native.Error(f"a table: {what} is a list of numbers") from None
+
+
 def where(condition: Any, then: Any, otherwise: Any) -> Any:
     """``then`` where the condition holds, else ``otherwise``: the choice that Python's ``if`` cannot make of symbols.
 
@@ -61,8 +74,10 @@ def where(condition: Any, then: Any, otherwise: Any) -> Any:
         return found.item() if found.ndim == 0 else found
 
     def choose(c: Any, a: Any, b: Any) -> Any:
+        if not isinstance(c, (Condition, bool, np.bool_)):
+            raise TypeError(f"apsides.where chooses by a comparison such as `x > 1`, not by a value of type {type(c).__name__}")
         if isinstance(c, Condition):
-            return _native.choose(c, a, b)
+            return _native.choose(c, _operand(a, "where"), _operand(b, "where"))
         return a if c else b
 
     return _each(choose, condition, then, otherwise)
@@ -82,7 +97,7 @@ def _extreme(name: str, function: Any, first: Any, others: tuple[Any, ...]) -> A
 
     def pair(a: Any, b: Any) -> Any:
         if isinstance(a, Symbol) or isinstance(b, Symbol):
-            return _native.binary(name, a, b)
+            return _native.binary(name, _operand(a, name), _operand(b, name))
         return function(a, b)
 
     found = values[0]
@@ -181,7 +196,9 @@ class _Table:
         values = (x,) if y is None else (x, y)
 
         def look_up(*at: Any) -> Any:
-            return self._native.symbol(*at) if _is_symbolic(*at) else self._native.number(*map(float, at))
+            if _is_symbolic(*at):
+                return self._native.symbol(*(_operand(v, "table") for v in at))
+            return self._native.number(*(_floats(v, "its variable").item() for v in at))
 
         found = _each(look_up, *values)
         symbolic = _is_symbolic(*values)
@@ -206,9 +223,9 @@ def table(x: ArrayLike, values: ArrayLike, y: ArrayLike | None = None, *, shape:
     >>> round(square(2.5), 9)
     6.25
     """
-    knots = np.asarray(x, dtype=float)
-    second = np.empty(0) if y is None else np.asarray(y, dtype=float)
-    data = np.asarray(values, dtype=float)
+    knots = _floats(x, "`x`")
+    second = np.empty(0) if y is None else _floats(y, "`y`")
+    data = _floats(values, "`values`")
     shape_wanted = (knots.size,) if y is None else (knots.size, second.size)
     if knots.ndim != 1 or second.ndim != 1:
         raise _native.Error("a table: `x` and `y` are lists of numbers")

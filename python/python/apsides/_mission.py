@@ -74,6 +74,12 @@ class Mission:
 
         A flight that cannot be flown is no error: `Solution.status` and `Solution.message` say why.
         """
+        if start is not None and not isinstance(start, Solution):
+            raise _native.SettingError(f"`start` is of type {type(start).__name__}, allowed is a solution")
+        if method is not None and not isinstance(method, str):
+            raise _native.SettingError(f"`method` is of type {type(method).__name__}, allowed is a word such as \"radau\"")
+        if settings is not None and not isinstance(settings, Mapping):
+            raise _native.SettingError(f"`settings` is of type {type(settings).__name__}, allowed is a dictionary {{\"radau.points\": 5}}")
         changed = {**({} if method is None else {"method": method}), **(settings or {}), **values}
         native = self._native.having(changed) if changed else self._native
         found = native.solve(None if start is None else start._native, progress, count(threads, "threads", 1), count(seed, "seed", 0))
@@ -118,6 +124,8 @@ def mission(name: str, **values: Any) -> Mission:
     >>> apsides.mission("lunar-perilune", perilune_altitude_km=20.0).keys["perilune_altitude_km"]
     20.0
     """
+    if not isinstance(name, str):
+        raise _native.SettingError(f"the name of a mission is of type {type(name).__name__}, allowed is a text")
     return Mission(_native.load(name)).having(**values)
 
 
@@ -128,4 +136,6 @@ def missions() -> dict[str, str]:
 
 def load(path: str | os.PathLike[str], **values: Any) -> Mission:
     """A mission from its file, with other values of its keys. Files with ``kind = "problem"`` have equations of their own."""
-    return Mission(_native.load(os.fspath(path))).having(**values)
+    if not isinstance(path, (str, os.PathLike)):
+        raise _native.SettingError(f"the path of a mission file is of type {type(path).__name__}, allowed is a text or a path")
+    return Mission(_native.load(str(os.fspath(path)))).having(**values)

@@ -62,6 +62,27 @@ def _scalar(value: Any, what: str, places: _Places) -> Any:
     return float(value)
 
 
+def _word(value: Any, what: str, places: _Places) -> Any:
+    """A text; None stays."""
+    if value is None or isinstance(value, str):
+        return value
+    raise places.error(places.here(), f"{what} is of type {type(value).__name__}, allowed is a text")
+
+
+def _numbers(values: Any, what: str, places: _Places) -> list[float]:
+    try:
+        return [float(v) for v in np.asarray(values, dtype=float).ravel()]
+    except (TypeError, ValueError):
+        raise places.error(places.here(), f"{what} is a list of numbers") from None
+
+
+def _symbol_name(value: Any, what: str, places: _Places) -> str:
+    name = value.name if isinstance(value, Symbol) else None
+    if name is None:
+        raise places.error(places.here(), f"{what} is of type {type(value).__name__}, allowed is the symbol of a state or a control")
+    return name
+
+
 def _end(value: Any, what: str, places: _Places) -> Any:
     """A value at an end: a number, (least, most), "free"; None stays."""
     if isinstance(value, str):
@@ -142,7 +163,7 @@ class Phase:
         variable = {
             "name": name,
             "at": at,
-            "unit": stated["unit"] or "",
+            "unit": _word(stated["unit"], f"`unit` of {what}", places) or "",
             "guard": _guards(stated["guard"], places),
             "guess": None,
         }
@@ -200,6 +221,8 @@ class Phase:
         return self._several(self.control, names, stated)
 
     def _several(self, add: Callable[..., Symbol], names: Sequence[str] | str, stated: dict[str, Any]) -> np.ndarray:
+        if not isinstance(names, (str, list, tuple)):
+            raise self._places.error(self._places.here(), f"names are of type {type(names).__name__}, allowed is a list, or a text with blanks")
         names = names.split() if isinstance(names, str) else list(names)
         for key, value in stated.items():
             if isinstance(value, (list, np.ndarray)) and len(value) != len(names):
@@ -277,7 +300,7 @@ class Phase:
         if callable(constraint):
             constraint = self._call(constraint)
         self._path.extend(
-            self._problem._rows(constraint, lower, upper, equals, name or f"path{len(self._path) + 1}", unit, scale, guard, at)
+            self._problem._rows(constraint, lower, upper, equals, _word(name, "the name of a constraint", self._places) or f"path{len(self._path) + 1}", unit, scale, guard, at)
         )
 
     def integral(
@@ -293,15 +316,18 @@ class Phase:
         """Adds the integral of a rate over the phase, with bounds where they are stated, and returns its symbol for the objective."""
         places = self._places
         at = places.here()
-        name = name or f"integral{len(self._integrals) + 1}"
+        name = _word(name, "the name of an integral", places) or f"integral{len(self._integrals) + 1}"
         self._problem._check_name(name, "the name of an integral", at)
         if callable(rate):
             rate = self._call(rate)
+        rate = _scalar(rate, f"the rate of integral `{name}`", places)
+        if rate is None:
+            raise places.error(at, f"the rate of integral `{name}` is None, allowed is a number or a formula")
         self._integrals.append({
             "name": name,
             "at": at,
-            "formula": _scalar(rate, f"the rate of integral `{name}`", places),
-            "unit": unit,
+            "formula": rate,
+            "unit": _word(unit, f"`unit` of integral `{name}`", places),
             "lower": _scalar(lower, "`lower`", places),
             "upper": _scalar(upper, "`upper`", places),
             "scale": _scalar(scale, "`scale`", places),
@@ -312,11 +338,13 @@ class Phase:
     def kink(self, state: Symbol, *values: Any) -> None:
         """Says that equations have a kink where a state passes values, so that the mesh gets a node there."""
         at = self._places.here()
-        self._kinks.append((state.name or repr(state), at, [_scalar(v, "the kink", self._places) for v in values]))
+        if not values or any(v is None for v in values):
+            raise self._places.error(at, "a kink is at values of the state: phase.kink(h, 11e3)")
+        self._kinks.append((_symbol_name(state, "what has a kink", self._places), at, [_scalar(v, "the kink", self._places) for v in values]))
 
     def direction(self, *angles: Symbol) -> None:
         """Says that one control is the angle of a direction in a plane, or two those of a direction in space."""
-        self._directions.append(([a.name or repr(a) for a in angles], self._places.here()))
+        self._directions.append(([_symbol_name(a, "an angle", self._places) for a in angles], self._places.here()))
 
     def guess(self, time: Sequence[float] | None = None, /, **profiles: Any) -> None:
         """States where a solve begins; what is not stated is a straight line between the bounds.
@@ -331,15 +359,14 @@ class Phase:
         for name, profile in profiles.items():
             if callable(profile):
                 profile = profile(self.time)
+            if profile is None:
+                raise self._places.error(at, f"the guess of `{name}` is None, allowed is a number, a list or a formula of the time")
             if isinstance(profile, (list, tuple, np.ndarray)) and np.ndim(profile) > 0:
-                try:
-                    profile = [float(v) for v in profile]
-                except TypeError:
-                    raise self._places.error(at, f"the guess of `{name}` is a list of numbers along the phase") from None
+                profile = _numbers(profile, f"the guess of `{name}`", self._places)
             else:
                 profile = _scalar(profile, f"the guess of `{name}`", self._places)
             found.append((name, at, profile))
-        times = None if time is None else [float(t) for t in np.asarray(time, dtype=float).ravel()]
+        times = None if time is None else _numbers(time, "the time of a guess", self._places)
         self._guess = {"phase": self.name, "at": at, "time": times, "profiles": found}
 
     def _stated(self) -> dict[str, Any]:
@@ -375,10 +402,10 @@ class Problem:
     """
 
     def __init__(self, name: str = "problem", title: str | None = None) -> None:
-        self.name = name
-        self.title = title
-        self._owner = next(_owners)
         self._places = _Places()
+        self.name = _word(name, "the name of a problem", self._places) or "problem"
+        self.title = _word(title, "the title of a problem", self._places)
+        self._owner = next(_owners)
         self._constants: dict[str, dict[str, Any]] = {}
         self._parameters: dict[str, dict[str, Any]] = {}
         self._phases: dict[str, Phase] = {}
@@ -400,7 +427,7 @@ class Problem:
         self._check_name(name, "the name of a phase", at)
         if name in self._phases:
             raise places.error(at, f"there is a phase `{name}` already: choose another name")
-        time = {"at": at, "unit": unit}
+        time = {"at": at, "unit": _word(unit, f"`unit` of phase `{name}`", places)}
         for key, value in (("start", start), ("end", end), ("duration", duration)):
             time[key] = _end(value, f"the {key} of phase `{name}`", places)
         found = Phase(self, name, time)
@@ -415,8 +442,12 @@ class Problem:
         self._check_name(name, "the name of a constant", at)
         if not is_number(value):
             raise self._places.error(at, f"constant `{name}` is of type {type(value).__name__}, allowed is a number")
+        for bound in (lower, upper):
+            if bound is not None and not is_number(bound):
+                raise self._places.error(at, f"a bound of constant `{name}` is of type {type(bound).__name__}, allowed is a number")
         self._constants[name] = {
-            "name": name, "at": at, "value": float(value), "unit": unit or "", "lower": lower, "upper": upper, "meaning": meaning,
+            "name": name, "at": at, "value": float(value), "unit": _word(unit, f"`unit` of constant `{name}`", self._places) or "",
+            "lower": lower, "upper": upper, "meaning": _word(meaning, f"`meaning` of constant `{name}`", self._places),
         }
         return Symbol.quantity(self._owner, name, None, False)
 
@@ -429,7 +460,7 @@ class Problem:
         self._check_name(name, "the name of a parameter", at)
         stated = {"lower": lower, "upper": upper, "scale": scale, "guess": guess}
         self._parameters[name] = {
-            "name": name, "at": at, "unit": unit or "", "guard": (False, False), "start": None, "end": None, "tolerance": None,
+            "name": name, "at": at, "unit": _word(unit, f"`unit` of parameter `{name}`", places) or "", "guard": (False, False), "start": None, "end": None, "tolerance": None,
             **{key: _scalar(value, f"`{key}` of parameter `{name}`", places) for key, value in stated.items()},
         }
         return Symbol.quantity(self._owner, name, None, False)
@@ -447,7 +478,9 @@ class Problem:
         """
         places = self._places
         at = places.here()
-        names = [p.name if isinstance(p, Phase) else str(p) for p in (first, second)]
+        names = [p.name if isinstance(p, Phase) else _word(p, "a linked phase", places) for p in (first, second)]
+        if None in names or not isinstance(jump, (Mapping, type(None))) or isinstance(free, str) or not isinstance(free, Iterable):
+            raise places.error(at, "a link is of two phases, with `jump`, a dictionary of amounts, and `free`, a list of names of states")
         amounts = [(name, _scalar(value, f"the jump of `{name}`", places)) for name, value in (jump or {}).items()]
         self._links.append({"from": names[0], "to": names[1], "at": at, "jump": amounts, "free": list(free)})
 
@@ -456,6 +489,8 @@ class Problem:
     ) -> list[dict[str, Any]]:
         places = self._places
         self._check_name(name, "the name of a constraint", at)
+        if callable(constraint) and not isinstance(constraint, Symbol):
+            raise places.error(at, "a function is no constraint of ends: give its value at symbols such as `x.end`")
         if isinstance(constraint, (list, tuple, np.ndarray)) and np.ndim(constraint) > 0:
             rows = []
             flat = list(np.asarray(constraint, dtype=object).ravel())
@@ -467,6 +502,8 @@ class Problem:
             return rows
         if isinstance(constraint, (bool, np.bool_)):
             raise places.error(at, "a constraint of numbers alone leaves nothing to choose: compare formulas of states and controls")
+        if constraint is None:
+            raise places.error(at, f"constraint `{name}` is None, allowed is a comparison, or a formula with bounds")
         if isinstance(constraint, Condition):
             if lower is not None or upper is not None or equals is not None:
                 raise places.error(at, "a comparison has its bound: leave `lower`, `upper` and `equals` away, or give them with a formula")
@@ -480,7 +517,7 @@ class Problem:
             "name": name,
             "at": at,
             "formula": constraint,
-            "unit": unit,
+            "unit": _word(unit, f"`unit` of constraint `{name}`", places),
             "lower": _scalar(lower, f"`lower` of constraint `{name}`", places),
             "upper": _scalar(upper, f"`upper` of constraint `{name}`", places),
             "scale": _scalar(scale, f"`scale` of constraint `{name}`", places),
@@ -500,7 +537,7 @@ class Problem:
     ) -> None:
         """Adds a constraint of quantities at ends and of parameters: ``constrain(v.end**2 * r.end == mu)``."""
         at = self._places.here()
-        rows = self._rows(constraint, lower, upper, equals, name or f"end{len(self._boundary) + 1}", unit, scale, False, at)
+        rows = self._rows(constraint, lower, upper, equals, _word(name, "the name of a constraint", self._places) or f"end{len(self._boundary) + 1}", unit, scale, False, at)
         self._boundary.extend(rows)
 
     def minimize(self, objective: Any, *, name: str | None = None, unit: str | None = None, scale: Any = None) -> None:
@@ -518,7 +555,8 @@ class Problem:
         if formula is None:
             raise places.error(at, "the objective is None, allowed is a formula of values at ends, integrals and parameters")
         self._objective = {
-            "maximize": maximize, "formula": formula, "name": name, "unit": unit, "at": at, "scale": _scalar(scale, "the scale of the objective", places),
+            "maximize": maximize, "formula": formula, "name": _word(name, "the name of the objective", places),
+            "unit": _word(unit, "the unit of the objective", places), "at": at, "scale": _scalar(scale, "the scale of the objective", places),
         }
 
     def mission(self) -> Mission:
@@ -528,8 +566,8 @@ class Problem:
         """
         return Mission(_native.state({
             "owner": self._owner,
-            "name": self.name,
-            "title": self.title,
+            "name": _word(self.name, "the name of a problem", self._places) or "problem",
+            "title": _word(self.title, "the title of a problem", self._places),
             "constants": list(self._constants.values()),
             "parameters": list(self._parameters.values()),
             "phases": [phase._stated() for phase in self._phases.values()],

@@ -2,7 +2,7 @@
 //!
 //! They say what states, controls, equations of motion, constraints and the objective are; their constants are the keys of the mission.
 
-use std::sync::Arc;
+use std::sync::{Arc, OnceLock};
 
 pub use apsides_expressions::function_names;
 use apsides_ocp::{PhaseTrajectory, Trajectory};
@@ -58,15 +58,26 @@ pub fn read(document: &Document<'_>) -> Result<(Kind, Vec<Entry>), Error> {
     Ok((kind_of(statement, move |values| written(&file, values)), stated))
 }
 
-/// The pipeline of a problem that a program states. `writes` makes the text that stands in for its mission file.
+/// The pipeline of a problem that a program states. Its mission file is that of the same problem in SI units.
 ///
 /// # Errors
 /// Values that do not make a problem.
-pub fn pipeline(
-    statement: Arc<Statement>,
-    writes: impl Fn(&Values) -> String + Send + Sync + 'static,
-) -> Result<Pipeline, Error> {
-    let stated = stated_constants(&statement);
+pub fn pipeline(statement: Arc<Statement>) -> Result<Pipeline, Error> {
+    let (stated, exported) = (stated_constants(&statement), Arc::clone(&statement));
+    // The text is made when it is asked for, and once.
+    let file = OnceLock::new();
+    let writes = move |values: &Values| {
+        let source = format!("problem `{}`", exported.name());
+        let none = |_: &str| Err(std::io::ErrorKind::NotFound.into());
+        let read = || ProblemFile::parse(&exported.exported(), &source, &none, &[]).ok();
+        let numbers = constants(&exported, values).unwrap_or_default();
+        let in_si =
+            numbers.iter().zip(exported.constants()).map(|(v, c)| v * c.unit.factor).collect::<Vec<_>>();
+        match file.get_or_init(read) {
+            Some(file) => with_settings(file, &in_si, values),
+            None => format!("# The formulas of {source} are too long for a file.\n"),
+        }
+    };
     let kind = kind_of(statement, writes);
     let mut values = Values::new(format!("problem `{}`", kind.name), kind.name.to_string(), kind.all_keys());
     for e in stated {
@@ -113,7 +124,11 @@ fn constants(statement: &Statement, values: &Values) -> Result<Vec<f64>, Error> 
 
 fn written(file: &ProblemFile, values: &Values) -> String {
     // The keys are those of the file.
-    let numbers = constants(file.statement(), values).unwrap_or_default();
+    with_settings(file, &constants(file.statement(), values).unwrap_or_default(), values)
+}
+
+/// The file with numbers of its constants, and with the settings of methods that are stated.
+fn with_settings(file: &ProblemFile, numbers: &[f64], values: &Values) -> String {
     let of_method =
         values.keys().filter(|k| !k.path.starts_with("constants.") && values.place(&k.path).is_some());
     let of_method = of_method.filter_map(|k| {
@@ -126,7 +141,7 @@ fn written(file: &ProblemFile, values: &Values) -> String {
         };
         Some((&*k.path, written))
     });
-    file.written(&numbers, of_method)
+    file.written(numbers, of_method)
 }
 
 impl OwnProblem {
