@@ -29,7 +29,8 @@ pub(crate) fn build(workspace: &Workspace) -> Result<(), String> {
     }
     empty(&wheels)?;
     let mut maturin = Command::new(program(&tools, "maturin"));
-    maturin.current_dir(&package).args(["build", "--release", "--locked", "--out"]).arg(&wheels);
+    // Not locked: the lock file follows when a crate of ours changes what it depends on.
+    maturin.current_dir(&package).args(["build", "--release", "--out"]).arg(&wheels);
     // Those that do not depend on Python are compiled once for all.
     run(maturin.env("CARGO_TARGET_DIR", &workspace.target))?;
     let wheel = only_wheel(&wheels)?;
