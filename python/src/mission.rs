@@ -60,7 +60,8 @@ fn path(pipeline: &Pipeline, method: &str, name: &str) -> String {
     let constant = format!("constants.{name}");
     let of_method = format!("{}.{name}", method.replace('-', "_"));
     let dotted = name.replacen("__", ".", 1);
-    [name.to_owned(), of_method, constant].into_iter().find(|p| declared(p)).unwrap_or(dotted)
+    // A constant of the problem comes before a setting of the same name, which has a path of its own.
+    [name.to_owned(), constant, of_method].into_iter().find(|p| declared(p)).unwrap_or(dotted)
 }
 
 #[pymethods]

@@ -325,3 +325,21 @@ def test_the_file_of_a_problem(tmp_path):
     changed = p.mission().having(thrust=0.4)
     (tmp_path / "changed.toml").write_text(changed.to_file())
     assert apsides.load(tmp_path / "changed.toml").keys["constants.thrust"] == 400.0
+
+
+def test_constants_and_settings_of_one_name():
+    p = apsides.Problem("push")
+    points = p.constant("points", 1.0)
+    ph = p.phase("push", end=1)
+    x, v, u = ph.state("x", start=0, end=points), ph.state("v", start=0, end=0), ph.control("u")
+    ph.dynamics(x=v, v=u)
+    p.minimize(ph.integral(u**2 / 2))
+    # The effort grows with the square of the distance.
+    assert p.solve(points=2).objective == pytest.approx(24.0, rel=1e-9)
+    assert p.mission().having(**{"radau.points": 7}).keys["radau.points"] == 7
+
+
+def test_every_method():
+    expected = van_der_pol().solve().objective
+    for method in ("multiple-shooting", "indirect", "piecewise", "successive-convexification"):
+        assert van_der_pol().solve(method).objective == pytest.approx(expected, rel=1e-4), method

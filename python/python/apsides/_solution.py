@@ -312,6 +312,8 @@ class Solution(Mapping[str, np.ndarray]):
     def _repr_html_(self) -> str:
         """The results and the figures of the report, for notebooks."""
         page = self._native.html()
-        figures = re.findall(r"<svg.*?</svg>", page, flags=re.DOTALL)
+        # Pictures, not the keys of their legends.
+        pictures = re.findall(r'<svg[^>]*role="img".*?</svg>', page, flags=re.DOTALL)
+        figures = [f'<div style="display:inline-block;width:360px;max-width:100%">{picture}</div>' for picture in pictures]
         rows = "".join(f"<tr><td>{html.escape(k)}</td><td>{v:.9g}</td></tr>" for k, v in self.results.items() if v is not None)
         return f"<div><p><b>{html.escape(repr(self)[1:-1])}</b></p><table>{rows}</table>{''.join(figures)}</div>"
