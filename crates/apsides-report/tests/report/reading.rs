@@ -240,7 +240,7 @@ fn trajectories_that_nodes_do_not_determine_are_refused() {
     assert_eq!(error.to_string(), "trajectory of phase `braking`: interval 0 has no node at its start");
 }
 
-/// Of a control with a node at the end of its interval, where the next one starts.
+/// A control may have a node at the end of its interval, where the next one starts.
 #[test]
 fn no_two_nodes_have_the_same_time() {
     let mut trajectory = lander::trajectory();
