@@ -128,7 +128,8 @@ struct Excess {
 }
 
 /// The excess in each interval half way between neighbouring nodes: there a polynomial strays farthest. That of controls is
-/// looked at where switches are located, and at the end of the interval too, since the control has no node there.
+/// looked at where switches are located, and at both ends of the interval too: the control has no node at the end, and along an arc
+/// that has left its bounds out the node at the start may be beyond them.
 fn excesses(
     phase: &Phase,
     scales: &PhaseScaling,
@@ -176,7 +177,7 @@ fn excesses(
             of_rows(&without, t, found, false);
         }
         if with_controls {
-            for t in middles.into_iter().chain(nodes.last().copied()) {
+            for t in middles.into_iter().chain(nodes.first().copied()).chain(nodes.last().copied()) {
                 p.control.evaluate_in(k, t, &mut u);
                 for ((control, v), scale) in phase.controls.iter().zip(&u).zip(&scales.controls) {
                     raise(&mut found.of_controls, control.bounds.excess(*v) / scale);

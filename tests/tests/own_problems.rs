@@ -1,0 +1,64 @@
+//! Problems as a user first writes them, at default settings, against closed forms.
+#![allow(clippy::unwrap_used)]
+
+use std::f64::consts::PI;
+use std::io::ErrorKind::NotFound;
+
+use apsides::verify::{Verdict, VerifySettings, verify};
+use apsides_problem_file::ProblemFile;
+
+/// Objective, verdict and the times of the breaks of the only phase, as parts of it.
+fn solve(text: &str) -> (f64, Verdict, Vec<f64>) {
+    let file = ProblemFile::parse(text, "own.toml", &|_| Err(NotFound.into()), &[]).unwrap();
+    let posed = file.statement().pose(&[]).unwrap();
+    let solution = apsides::radau::Radau::default().solve(&posed.ocp, &posed.guess).unwrap();
+    assert!(solution.status.is_success() && solution.accurate);
+    let verdict = verify(&posed.ocp, &solution.trajectory, &VerifySettings::default()).unwrap();
+    let mesh = &solution.trajectory.phases[0].mesh;
+    let breaks = mesh.breaks().iter().map(|b| mesh.fractions()[b.end]).collect();
+    (solution.trajectory.objective, verdict.certificate.verdict, breaks)
+}
+
+/// A quarter turn about the first axis, from rest to rest, for time and effort. The torque is 1 for a part of the flight, falls
+/// through zero and is -1 at its end. With half of the time `h` and half of the time of the fall `b` the angle is `h^2 - b^2/3` and
+/// the objective `2.2 h - 0.4 b/3`; it is least at `b = h/5.5`.
+#[test]
+fn slew_whose_torque_leaves_its_bounds_continuously() {
+    let text = r#"
+        kind = "problem"
+        [phase.turn]
+        time = { end = [0.5, 20] }
+        [phase.turn.states]
+        q1 = { start = 0, end = "sin(pi/4)" }
+        q2 = { start = 0, end = 0 }
+        q3 = { start = 0, end = 0 }
+        q4 = { start = 1 }
+        w1 = { start = 0, end = 0 }
+        w2 = { start = 0, end = 0 }
+        w3 = { start = 0, end = 0 }
+        [phase.turn.controls]
+        m1 = [-1, 1]
+        m2 = [-1, 1]
+        m3 = [-1, 1]
+        [phase.turn.dynamics]
+        q1 = "0.5*(q4*w1 - q3*w2 + q2*w3)"
+        q2 = "0.5*(q3*w1 + q4*w2 - q1*w3)"
+        q3 = "0.5*(-q2*w1 + q1*w2 + q4*w3)"
+        q4 = "-0.5*(q1*w1 + q2*w2 + q3*w3)"
+        w1 = "m1 - w2*w3"
+        w2 = "(m2 + 2*w3*w1)/2"
+        w3 = "(m3 - w1*w2)/3"
+        [phase.turn.integrals]
+        effort = "m1^2 + m2^2 + m3^2"
+        [objective]
+        minimize = "end.time + 0.1*effort"
+    "#;
+    let (objective, verdict, breaks) = solve(text);
+    let half = (PI / 2.0 / (1.0 - 1.0 / (3.0 * 5.5 * 5.5))).sqrt();
+    let optimum = half * (2.2 - 0.4 / 3.0 / 5.5);
+    assert!((objective / optimum - 1.0).abs() < 1e-10, "{objective} {optimum}");
+    assert_eq!(verdict, Verdict::StrictLocalOptimum);
+    let leaves = 0.5 * (1.0 - 1.0 / 5.5);
+    assert_eq!(breaks.len(), 2);
+    assert!((breaks[0] - leaves).abs() < 1e-8 && (breaks[1] - (1.0 - leaves)).abs() < 1e-8, "{breaks:?}");
+}
