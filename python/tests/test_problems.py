@@ -321,10 +321,11 @@ def test_the_file_of_a_problem(tmp_path):
     s.report(tmp_path / "results")
     again = apsides.load(tmp_path / "results" / "mission.toml").solve()
     assert s.success and again.objective == pytest.approx(s.objective, rel=SAME)
-    assert again.counters == s.counters
+    assert again.counters == s.counters and again.units == s.units
+    assert again.mission.certify(tmp_path / "results").verdict == s.verdict
     changed = p.mission().having(thrust=0.4)
     (tmp_path / "changed.toml").write_text(changed.to_file())
-    assert apsides.load(tmp_path / "changed.toml").keys["constants.thrust"] == 400.0
+    assert apsides.load(tmp_path / "changed.toml").keys["constants.thrust"] == 0.4
 
 
 def test_constants_and_settings_of_one_name():

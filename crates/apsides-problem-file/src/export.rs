@@ -1,4 +1,4 @@
-//! The file of a problem that a program states. All numbers are in coherent SI units, and no units are declared.
+//! The file of a problem that a program states: the same quantities in the same units, which formulas are not checked for.
 
 use std::fmt::Write;
 
@@ -12,7 +12,7 @@ use crate::model::{
 use crate::statement::Statement;
 
 impl Statement {
-    /// The text of a file with this problem in coherent SI units. What formulas have in common becomes definitions.
+    /// The text of a file with this problem. What formulas have in common becomes definitions.
     #[must_use]
     pub fn exported(&self) -> String {
         Exporter::new(&self.model).file(&self.model, self.name(), self.title())
@@ -45,7 +45,7 @@ impl<'a> Exporter<'a> {
             self.phase(&mut body, phase);
         }
         for link in &model.links {
-            self.link(&mut body, link, model);
+            self.link(&mut body, link);
         }
         if !model.boundary.is_empty() {
             body += "\n[boundary]\n";
@@ -63,14 +63,18 @@ impl<'a> Exporter<'a> {
         for parameter in &model.parameters {
             line(&mut parameters, &parameter.name, &self.variable(parameter));
         }
-        let mut file = "# All numbers are in SI units.\nkind = \"problem\"\n".to_owned();
+        let mut file = "kind = \"problem\"\n".to_owned();
         line(&mut file, "name", &quoted(name));
         line(&mut file, "title", &quoted(title));
+        if model.has_units && !model.checks_units {
+            line(&mut file, "check_units", "false");
+        }
         if !model.constants.is_empty() {
             file += "\n[constants]\n";
             for c in &model.constants {
-                let [least, most] = c.range.map(|v| v * c.unit.factor);
-                let mut items = vec![format!("value = {:?}", c.value * c.unit.factor)];
+                let [least, most] = c.range;
+                let mut items = vec![format!("value = {:?}", c.value)];
+                items.extend(unit_item(&c.unit));
                 items.extend(least.is_finite().then(|| format!("min = {least:?}")));
                 items.extend(most.is_finite().then(|| format!("max = {most:?}")));
                 items.extend((!c.meaning.is_empty()).then(|| format!("meaning = {}", quoted(&c.meaning))));
@@ -114,25 +118,25 @@ impl<'a> Exporter<'a> {
         self.formulas.text(formula, &renamed)
     }
 
-    fn stated(&mut self, stated: &Stated, unit: &Unit) -> String {
+    fn stated(&mut self, stated: &Stated) -> String {
         match &stated.amount {
-            Amount::Number(number) => format!("{:?}", number * unit.factor),
+            Amount::Number(number) => format!("{number:?}"),
             Amount::Formula(formula) => quoted(&self.formula(formula)),
         }
     }
 
-    fn end(&mut self, end: &End, unit: &Unit) -> String {
+    fn end(&mut self, end: &End) -> String {
         match end {
             End::Free => quoted("free"),
-            End::Fixed(stated) => self.stated(stated, unit),
+            End::Fixed(stated) => self.stated(stated),
             End::Between(least, most) => {
-                format!("[{}, {}]", self.stated(least, unit), self.stated(most, unit))
+                format!("[{}, {}]", self.stated(least), self.stated(most))
             }
         }
     }
 
     fn variable(&mut self, v: &Variable) -> String {
-        let mut items = Vec::new();
+        let mut items: Vec<String> = unit_item(&v.unit).into_iter().collect();
         let amounts = [
             ("min", &v.least),
             ("max", &v.most),
@@ -141,18 +145,17 @@ impl<'a> Exporter<'a> {
             ("guess", &v.guess),
         ];
         for (key, stated) in amounts {
-            items.extend(stated.as_ref().map(|s| format!("{key} = {}", self.stated(s, &v.unit))));
+            items.extend(stated.as_ref().map(|s| format!("{key} = {}", self.stated(s))));
         }
         for (key, end) in [("start", &v.start), ("end", &v.end)] {
-            items.extend(end.as_ref().map(|e| format!("{key} = {}", self.end(e, &v.unit))));
+            items.extend(end.as_ref().map(|e| format!("{key} = {}", self.end(e))));
         }
         items.extend(guard(v.guards));
         braces(&items)
     }
 
     fn row(&mut self, row: &Row) -> String {
-        let unit = row.unit.clone().unwrap_or_else(Unit::none);
-        let mut items = Vec::new();
+        let mut items: Vec<String> = row.unit.as_ref().and_then(unit_item).into_iter().collect();
         match &row.formula {
             Bounded::Relation(relation) => {
                 let sides: Vec<String> = relation.sides.iter().map(|s| self.formula(s)).collect();
@@ -165,7 +168,7 @@ impl<'a> Exporter<'a> {
             Bounded::Keys { value, least, most } => {
                 items.push(format!("value = {}", quoted(&self.formula(value))));
                 for (key, stated) in [("min", least), ("max", most), ("scale", &row.scale)] {
-                    items.extend(stated.as_ref().map(|s| format!("{key} = {}", self.stated(s, &unit))));
+                    items.extend(stated.as_ref().map(|s| format!("{key} = {}", self.stated(s))));
                 }
             }
         }
@@ -176,11 +179,11 @@ impl<'a> Exporter<'a> {
     fn phase(&mut self, out: &mut String, phase: &Phase) {
         let _ = writeln!(out, "\n[phase.{}]", phase.name);
         if let Some(times) = &phase.times {
-            let unit = times.unit.clone().unwrap_or_else(Unit::none);
             let ends = [("start", &times.start), ("end", &times.end), ("duration", &times.duration)];
             let stated = ends.into_iter().filter_map(|(key, end)| Some((key, end.as_ref()?)));
-            let items: Vec<String> =
-                stated.map(|(key, end)| format!("{key} = {}", self.end(end, &unit))).collect();
+            let mut items: Vec<String> =
+                stated.map(|(key, end)| format!("{key} = {}", self.end(end))).collect();
+            items.extend(times.unit.as_ref().and_then(unit_item));
             line(out, "time", &braces(&items));
         }
         for state in &phase.states {
@@ -199,9 +202,7 @@ impl<'a> Exporter<'a> {
             line(out, &format!("integrals.{}", row.name), &self.row(row));
         }
         for (state, _, values) in &phase.kinks {
-            let unit =
-                phase.states.iter().find(|s| s.name == *state).map_or_else(Unit::none, |s| s.unit.clone());
-            let values: Vec<String> = values.iter().map(|v| self.stated(v, &unit)).collect();
+            let values: Vec<String> = values.iter().map(|v| self.stated(v)).collect();
             line(out, &format!("kinks.{state}"), &format!("[{}]", values.join(", ")));
         }
         if !phase.directions.is_empty() {
@@ -213,13 +214,9 @@ impl<'a> Exporter<'a> {
         }
     }
 
-    fn link(&mut self, out: &mut String, link: &Link, model: &Model) {
-        let states = || model.phases.iter().filter(|p| p.name == link.from).flat_map(|p| &p.states);
+    fn link(&mut self, out: &mut String, link: &Link) {
         let mut items = vec![format!("to = {}", quoted(&link.to))];
-        let jumps = link.jumps.iter().map(|(name, _, by)| {
-            let unit = states().find(|s| s.name == *name).map_or_else(Unit::none, |s| s.unit.clone());
-            format!("{name} = {}", self.stated(by, &unit))
-        });
+        let jumps = link.jumps.iter().map(|(name, _, by)| format!("{name} = {}", self.stated(by)));
         let jumps: Vec<String> = jumps.collect();
         items.extend((!jumps.is_empty()).then(|| format!("jump = {}", braces(&jumps))));
         let free: Vec<String> = link.free.iter().map(|(name, _)| quoted(name)).collect();
@@ -236,9 +233,11 @@ impl<'a> Exporter<'a> {
         if let Some(name) = &objective.name {
             line(out, "name", &quoted(name));
         }
+        if let Some(unit) = objective.unit.as_ref().filter(|u| **u != Unit::none()) {
+            line(out, "unit", &quoted(&unit.to_string()));
+        }
         if let Some(scale) = &objective.scale {
-            let unit = objective.unit.clone().unwrap_or_else(Unit::none);
-            let scale = self.stated(scale, &unit);
+            let scale = self.stated(scale);
             line(out, "scale", &scale);
         }
     }
@@ -250,21 +249,16 @@ impl<'a> Exporter<'a> {
             Some(phase) => writeln!(out, "\n[guess.{}]", phase.name),
             None => writeln!(out, "\n[guess]"),
         };
-        let list = |of: &mut Self, values: &[Stated], unit: &Unit| {
-            let values: Vec<String> = values.iter().map(|v| of.stated(v, unit)).collect();
+        let list = |of: &mut Self, values: &[Stated]| {
+            let values: Vec<String> = values.iter().map(|v| of.stated(v)).collect();
             format!("[{}]", values.join(", "))
         };
         if let Some(times) = &guess.times {
-            let unit =
-                phase.and_then(|p| p.times.as_ref()).and_then(|t| t.unit.clone()).unwrap_or_else(Unit::none);
-            line(out, "time", &list(self, times, &unit));
+            line(out, "time", &list(self, times));
         }
         for (name, _, profile) in &guess.profiles {
-            let variables = phase.into_iter().flat_map(|p| p.states.iter().chain(&p.controls));
-            let unit =
-                variables.into_iter().find(|v| v.name == *name).map_or_else(Unit::none, |v| v.unit.clone());
             let text = match profile {
-                Profile::Samples(values) => list(self, values, &unit),
+                Profile::Samples(values) => list(self, values),
                 Profile::Formula(formula) => quoted(&self.formula(formula)),
             };
             line(out, name, &text);
@@ -274,6 +268,11 @@ impl<'a> Exporter<'a> {
 
 fn table_name(index: usize) -> String {
     format!("table_{}", index + 1)
+}
+
+/// None where there is no unit.
+fn unit_item(unit: &Unit) -> Option<String> {
+    (*unit != Unit::none()).then(|| format!("unit = {}", quoted(&unit.to_string())))
 }
 
 fn guard(guards: [bool; 2]) -> Option<String> {

@@ -12,10 +12,11 @@ use crate::reader::{Field, Files, Node, Reader, Texts, described, fields, quanti
 use crate::tables;
 
 /// The tables and keys of a file.
-pub(crate) const TOP: [&str; 12] = [
+pub(crate) const TOP: [&str; 13] = [
     "kind",
     "name",
     "title",
+    "check_units",
     "constants",
     "definitions",
     "tables",
@@ -46,12 +47,24 @@ pub(crate) fn read(
     })?;
     let mut reader = Reader { source, texts: Texts::default(), has_units: false };
     let mut model = Model::default();
+    let mut checks_units = true;
     for field in fields(table.get_ref()) {
         let value = field.value;
         match field.name {
             "kind" => {}
             "name" => model.name = Some(reader.string(value, "name")?.to_owned()),
             "title" => model.title = Some(reader.string(value, "title")?.to_owned()),
+            "check_units" => match value.get_ref() {
+                DeValue::Boolean(checks) => checks_units = *checks,
+                other => {
+                    return Err(reader.refused(
+                        &value.span(),
+                        "check_units",
+                        described(other),
+                        "true or false",
+                    ));
+                }
+            },
             "constants" => {
                 for field in reader.table(value, "constants")? {
                     model.constants.push(reader.constant(&field)?);
@@ -96,7 +109,8 @@ pub(crate) fn read(
             }
         }
     }
-    (model.has_units, model.checks_units) = (reader.has_units, reader.has_units);
+    model.has_units = reader.has_units;
+    model.checks_units = checks_units && reader.has_units;
     Ok((model, reader.texts))
 }
 

@@ -122,7 +122,10 @@ fn terms_of_sums_that_are_used_twice_do_not_multiply() {
 
 #[test]
 fn the_file_of_a_stated_problem() -> Result<(), ProblemError> {
-    let statement = Statement::new(stated(), "run.py", places())?;
+    let mut model = stated();
+    model.phases[0].controls[0].unit = Unit::parse("deg").unwrap_or_else(|_| Unit::none());
+    model.has_units = true;
+    let statement = Statement::new(model, "run.py", places())?;
     let text = statement.exported();
     assert!(text.contains("[definitions]\npart_1 = \"sin(u)\""), "{text}");
     let file = ProblemFile::parse(&text, "run.toml", &|_| Err(std::io::ErrorKind::NotFound.into()), &[])?;
@@ -131,5 +134,7 @@ fn the_file_of_a_stated_problem() -> Result<(), ProblemError> {
     assert_eq!(formulas[0], formulas[1]);
     assert_eq!(here.ocp.phases[0].states, there.ocp.phases[0].states);
     assert_eq!(here.ocp.phases[0].final_time, there.ocp.phases[0].final_time);
+    assert_eq!(here.ocp.phases[0].controls, there.ocp.phases[0].controls);
+    assert_eq!(there.ocp.phases[0].controls[0].bounds.upper, 10_f64.to_radians());
     Ok(())
 }

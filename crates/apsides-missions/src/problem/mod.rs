@@ -58,7 +58,7 @@ pub fn read(document: &Document<'_>) -> Result<(Kind, Vec<Entry>), Error> {
     Ok((kind_of(statement, move |values| written(&file, values)), stated))
 }
 
-/// The pipeline of a problem that a program states. Its mission file is that of the same problem in SI units.
+/// The pipeline of a problem that a program states. Its mission file is that of the same problem.
 ///
 /// # Errors
 /// Values that do not make a problem.
@@ -69,12 +69,14 @@ pub fn pipeline(statement: Arc<Statement>) -> Result<Pipeline, Error> {
     let writes = move |values: &Values| {
         let source = format!("problem `{}`", exported.name());
         let none = |_: &str| Err(std::io::ErrorKind::NotFound.into());
-        let read = || ProblemFile::parse(&exported.exported(), &source, &none, &[]).ok();
         let numbers = constants(&exported, values).unwrap_or_default();
-        let in_si =
-            numbers.iter().zip(exported.constants()).map(|(v, c)| v * c.unit.factor).collect::<Vec<_>>();
+        // Definitions in definitions have a limit.
+        let read = || {
+            let file = ProblemFile::parse(&exported.exported(), &source, &none, &[]).ok()?;
+            file.statement().pose(&numbers).is_ok().then_some(file)
+        };
         match file.get_or_init(read) {
-            Some(file) => with_settings(file, &in_si, values),
+            Some(file) => with_settings(file, &numbers, values),
             None => format!("# The formulas of {source} are too long for a file.\n"),
         }
     };
