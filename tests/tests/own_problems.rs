@@ -62,3 +62,30 @@ fn slew_whose_torque_leaves_its_bounds_continuously() {
     assert_eq!(breaks.len(), 2);
     assert!((breaks[0] - leaves).abs() < 1e-8 && (breaks[1] - (1.0 - leaves)).abs() < 1e-8, "{breaks:?}");
 }
+
+/// The largest area under a curve of length 1.2 between two points 1 apart: an arc of a circle with `a/sin(a) = 1.2`. The straight line
+/// that a solve starts from has no length that changes to first order.
+#[test]
+fn largest_area_under_a_curve_of_given_length() {
+    let text = r#"
+        kind = "problem"
+        [phase.curve]
+        time = { end = 1 }
+        states.y = { start = 0, end = 0 }
+        controls.slope = {}
+        dynamics.y = "slope"
+        [phase.curve.integrals]
+        area = "y"
+        length = { value = "sqrt(1 + slope^2)", equals = 1.2 }
+        [objective]
+        maximize = "area"
+    "#;
+    // By Newton's method on a - 1.2 sin a.
+    let half_angle = (0..20).fold(1.0_f64, |a, _| a - (a - 1.2 * a.sin()) / (1.0 - 1.2 * a.cos()));
+    let radius = 0.5 / half_angle.sin();
+    let area = radius * radius * (half_angle - half_angle.sin() * half_angle.cos());
+    let (objective, verdict, _) = solve(text);
+    let tolerance = apsides::radau::RadauSettings::default().tolerance;
+    assert!((objective / area - 1.0).abs() < tolerance, "{objective} {area}");
+    assert_ne!(verdict, Verdict::Rejected);
+}

@@ -2,6 +2,7 @@
 
 mod controls;
 mod flight;
+mod stationary;
 
 use crate::{Bounds, Ocp, OcpError, Phase, PhaseTrajectory, Trajectory};
 

@@ -126,7 +126,7 @@ impl Radau {
         observer: &mut dyn Observer,
     ) -> Result<RadauSolution, RadauError> {
         self.settings.check()?;
-        let mut guess = guess.clone();
+        let mut guess = guess.clone().off_stationary_integrals(ocp);
         let mut mesh = mesh;
         let mut meshes: Vec<MeshRecord> = Vec::new();
         let mut warnings = Vec::new();

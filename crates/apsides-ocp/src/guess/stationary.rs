@@ -1,0 +1,98 @@
+//! Starts that are left because a condition on an integral has no gradient there.
+//!
+//! The length of a curve that begins as a straight line changes by nothing to first order: a method of Newton's kind that must make
+//! it longer has no direction to go. The controls that the integrand depends on get a swing then.
+
+use std::f64::consts::PI;
+
+use super::{Guess, PhaseGuess};
+use crate::{Integral, Ocp, Phase};
+
+/// Points of the quadrature and of the new samples.
+const POINTS: usize = 33;
+/// Size of the swing, relative to that of the control.
+const SWING: f64 = 0.3;
+/// Derivatives, times the size of what they are by and relative to the violation, up to which there is no gradient.
+const NO_GRADIENT: f64 = 1e-8;
+/// Violation relative to the scale of the integral from which on it is one.
+const VIOLATION: f64 = 1e-6;
+
+impl Guess {
+    /// The guess with other controls where it violates the bounds of an integral whose integrand has no gradient anywhere along it.
+    /// A guess that stands on an earlier trajectory stays.
+    #[must_use]
+    pub fn off_stationary_integrals(mut self, ocp: &Ocp) -> Self {
+        for (phase, guess) in ocp.phases.iter().zip(&mut self.phases) {
+            if guess.as_trajectory().is_some() {
+                continue;
+            }
+            let mut swings = vec![false; phase.controls.len()];
+            for integral in &phase.integrals {
+                if is_stationary(integral, phase, guess, &self.parameters) {
+                    let first = phase.states.len();
+                    let columns = integral.function.pattern().columns.iter();
+                    columns.for_each(|c| {
+                        if let Some(swing) = c.checked_sub(first).and_then(|c| swings.get_mut(c)) {
+                            *swing = true;
+                        }
+                    });
+                }
+            }
+            if swings.contains(&true) {
+                swing(phase, guess, &swings);
+            }
+        }
+        self
+    }
+}
+
+fn fractions() -> impl Iterator<Item = f64> {
+    (0..POINTS).map(|k| k as f64 / (POINTS - 1) as f64)
+}
+
+/// True if the integral is outside its bounds and no state and no control changes it to first order.
+fn is_stationary(integral: &Integral, phase: &Phase, guess: &PhaseGuess, parameters: &[f64]) -> bool {
+    let (nx, nu) = (phase.states.len(), phase.controls.len());
+    let f = &integral.function;
+    let sizes: Vec<f64> = phase.states.iter().map(|s| &s.variable).chain(&phase.controls).map(size).collect();
+    let mut z = vec![0.0; f.inputs()];
+    let (mut value, mut entries) = ([0.0], vec![0.0; f.pattern().jacobian_len()]);
+    let (mut sum, mut steepest) = (0.0, 0.0_f64);
+    let duration = guess.final_time - guess.initial_time;
+    let last = f.inputs() - 1;
+    for (k, fraction) in fractions().enumerate() {
+        guess.state(fraction, &mut z[..nx]);
+        guess.control(fraction, &mut z[nx..nx + nu]);
+        z[nx + nu..last].copy_from_slice(&parameters[..last - nx - nu]);
+        z[last] = guess.initial_time + fraction * duration;
+        f.jacobian(&z, &mut value, &mut entries);
+        let weight = if k == 0 || k + 1 == POINTS { 0.5 } else { 1.0 };
+        sum += weight * value[0] * duration / (POINTS - 1) as f64;
+        for ((_, column), entry) in f.pattern().jacobian_entries().zip(&entries) {
+            steepest = sizes.get(column).map_or(steepest, |s| steepest.max((entry * s * duration).abs()));
+        }
+    }
+    let violation = integral.variable.bounds.excess(sum);
+    violation > VIOLATION * size(&integral.variable) && steepest <= NO_GRADIENT * violation
+}
+
+fn size(variable: &crate::Variable) -> f64 {
+    variable.size().unwrap_or(1.0)
+}
+
+/// Adds half a wave, which leaves the mean as it is.
+fn swing(phase: &Phase, guess: &mut PhaseGuess, swings: &[bool]) {
+    let (mut states, mut controls) = (Vec::new(), Vec::new());
+    for fraction in fractions() {
+        let (mut x, mut u) = (vec![0.0; phase.states.len()], vec![0.0; phase.controls.len()]);
+        guess.state(fraction, &mut x);
+        guess.control(fraction, &mut u);
+        for ((u, control), _) in u.iter_mut().zip(&phase.controls).zip(swings).filter(|(_, s)| **s) {
+            let moved = *u + SWING * size(control) * (PI * fraction).cos();
+            *u = moved.max(control.bounds.lower).min(control.bounds.upper);
+        }
+        states.push(x);
+        controls.push(u);
+    }
+    guess.profile = super::Profile::Samples { fractions: fractions().collect(), states, controls };
+}
