@@ -265,3 +265,30 @@ fn gates_follow_each_other() {
         assert!(error.contains(words), "{error}");
     }
 }
+
+/// The shorter the path is to be, the more propellant it takes; the main braking stays at its own optimum, that of a landing whose path counts
+/// nothing.
+#[test]
+fn paths_count_as_little_or_as_much_as_wanted() {
+    for motion in ["plane", "space"] {
+        let stages = |weight: &str| {
+            let weight = format!("adjustment_path_weight_kg_m={weight}");
+            landing(&[&format!("motion={motion}"), "optimised=by-stages", &weight])
+        };
+        let braking = stages("0").summary.results["braking_propellant_kg"];
+        let (mut last_path, mut last_mass) = (f64::INFINITY, f64::INFINITY);
+        for weight in [0.1, 1.0, 10.0, 100.0, 1000.0] {
+            let outcome = stages(&weight.to_string());
+            verified(&outcome);
+            near(&outcome, "braking_propellant_kg", braking, STAGE_MASS_KG);
+            let objective = &outcome.summary.objective;
+            assert_eq!(objective.name, "final_mass_less_weighted_path");
+            let mass = outcome.summary.results["final_mass_kg"];
+            let path = (mass - objective.value) / weight;
+            assert!(path < last_path && mass < last_mass, "{motion} {weight}: {path} m, {mass} kg");
+            // Straight down it would be the 600 m between the gates.
+            assert!(path > 600.0, "{path}");
+            (last_path, last_mass) = (path, mass);
+        }
+    }
+}

@@ -87,7 +87,6 @@ fn former_paths_of_keys_name_those_of_today() {
         ("lunar-perilune", "flatness.segments", "flatness.intervals"),
         ("lunar-perilune", "indirect.segments", "indirect.intervals"),
         ("lunar-perilune", "piecewise.refine", "piecewise.max_refinements"),
-        ("lunar-perilune", "radau.max_meshes", "radau.max_refinements"),
         ("lunar-perilune", "radau.mesh_tolerance", "radau.tolerance"),
         ("lunar-perilune", "shooting.control_points", "shooting.points"),
         ("moving-mass-cross", "vehicle_mass_kg", "initial_mass_kg"),
@@ -97,4 +96,9 @@ fn former_paths_of_keys_name_those_of_today() {
         let found = registry().load(mission, &[format!("{former}=1")]).unwrap_err().to_string();
         assert!(found.ends_with(&format!("has no key `{former}`; it is now `{today}`")), "{found}");
     }
+    // Refinements are one less than meshes.
+    let found =
+        registry().load("lunar-perilune", &["radau.max_meshes=5".to_owned()]).unwrap_err().to_string();
+    let today = "it is now `radau.max_refinements` = 4, one less: the first mesh does not count";
+    assert!(found.ends_with(today), "{found}");
 }

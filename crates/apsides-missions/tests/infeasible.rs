@@ -77,3 +77,15 @@ fn the_polar_angle_leaves_room_for_long_burns() {
     // 1634 m/s at 1837.1 km; 300 kg at 100 N and 310 s last 9120 s.
     assert!((bound("100") / 9.74 - 1.0).abs() < 1e-2, "{}", bound("100"));
 }
+
+/// With little thrust the flight ends at one ratio of thrust and mass, whatever the thrust: the dry mass that would do is a part of it, and the
+/// thrust that would do with the dry mass as it is the same for all.
+#[test]
+fn little_thrust_is_said_to_be_too_little() {
+    for (thrust, dry) in [("100", "45.7759"), ("130", "59.5087")] {
+        let mission = registry().load("lunar-perilune", &[format!("thrust_n={thrust}")]).unwrap();
+        let why = mission.solve(None, &mut ()).unwrap().explanation.unwrap();
+        assert!(why.contains(&format!("mass is lowered from 60 to {dry} kg (`dry_mass_kg`)")), "{why}");
+        assert!(why.contains("`thrust_n` has to be about 131.1"), "{why}");
+    }
+}

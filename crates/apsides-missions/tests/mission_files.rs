@@ -319,3 +319,34 @@ fn every_upper_stage_of_the_program_flies() {
     }
     assert_eq!(stages, 6);
 }
+
+/// Sizes that no quantity has, and tolerances below rounding, are refused where they stand.
+#[test]
+fn absurd_numbers_are_refused_with_what_is_allowed() {
+    let cases = [
+        (
+            "capsule-reentry",
+            "heat_rate_limit_kw_m2=1e-300",
+            "`heat_rate_limit_kw_m2` is 1e-300, allowed is a number above 0, or inf, 0 or 1e-30 to 1e30 in size",
+        ),
+        (
+            "moving-mass-cross",
+            "pid.attack_p=1e300",
+            "`pid.attack_p` is 1e300, allowed is a finite number, 0 or 1e-30 to 1e30 in size",
+        ),
+        (
+            "lunar-perilune",
+            "radau.tolerance=1e-300",
+            "`radau.tolerance` is 1e-300, allowed is a number at least 0.00000000000001 and below 1",
+        ),
+        (
+            "geo-3-burn",
+            "thrust_n=1e15",
+            "`thrust_n` is 1e15, it burns the propellant (`propellant_kg` = 19800) in 6.450e-8 s; this must be at least 1 s: reduce the thrust",
+        ),
+    ];
+    for (mission, set, message) in cases {
+        let found = registry().load(mission, &[set.to_owned()]).unwrap_err().to_string();
+        assert!(found.ends_with(message), "{found}");
+    }
+}

@@ -1,6 +1,7 @@
 //! Keys of mission files: name with unit, meaning, default, allowed values.
 
 use std::borrow::Cow;
+use std::ops::RangeInclusive;
 
 use apsides_expressions::suggestion::nearest;
 
@@ -14,6 +15,9 @@ pub struct Range {
     /// Largest value, and whether it is allowed itself.
     pub most: (f64, bool),
 }
+
+/// Sizes of numbers, in the units of the keys: far beyond any quantity of spaceflight; products of a few of them are still numbers.
+const SIZES: RangeInclusive<f64> = 1e-30..=1e30;
 
 impl Range {
     /// Above zero.
@@ -43,6 +47,9 @@ impl Range {
     pub const fn from(least: f64) -> Self {
         Self { least: (least, true), most: (f64::INFINITY, false) }
     }
+
+    /// A part of what double precision resolves: from a hundred times its spacing up, below one.
+    pub const TOLERANCE: Self = Self { least: (1e-14, true), most: (1.0, false) };
 
     fn contains(&self, v: f64) -> bool {
         let above = v > self.least.0 || (self.least.1 && v == self.least.0);
@@ -265,15 +272,31 @@ impl Key {
             | (KeyKind::Text(..) | KeyKind::Path(..) | KeyKind::Table(..), Value::Word(_)) => true,
             _ => false,
         };
-        if fits {
-            return Ok(());
+        if fits { Ok(()) } else { Err(self.refusal(value, place, self.allowed())) }
+    }
+
+    /// Checks the size of a number that stands at `place`: no method gets anywhere with one that no quantity has.
+    ///
+    /// # Errors
+    /// [`Error::Value`] when the size is beyond any.
+    pub(crate) fn accept_size(&self, value: &Value, place: &str) -> Result<(), Error> {
+        match value {
+            Value::Number(v) if *v != 0.0 && v.is_finite() && !SIZES.contains(&v.abs()) => {
+                let allowed =
+                    format!("{}, 0 or {:e} to {:e} in size", self.allowed(), SIZES.start(), SIZES.end());
+                Err(self.refusal(value, place, allowed))
+            }
+            _ => Ok(()),
         }
-        Err(Error::Value {
+    }
+
+    fn refusal(&self, value: &Value, place: &str, allowed: String) -> Error {
+        Error::Value {
             place: place.into(),
             key: self.path.clone().into_owned(),
             found: value.to_string(),
-            allowed: self.allowed(),
-        })
+            allowed,
+        }
     }
 }
 

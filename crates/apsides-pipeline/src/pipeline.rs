@@ -65,6 +65,7 @@ impl Pipeline {
     /// Values that do not go together, and what no flight or method can mend.
     pub fn new(kind: Kind, kinds: Arc<[Kind]>, values: Values) -> Result<Self, Error> {
         let mission = kind.read(&values)?;
+        values.check_sizes()?;
         let methods = match kind.offers.simulated_only {
             // Its values have no keys of methods.
             true => {

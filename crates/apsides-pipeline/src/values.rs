@@ -85,10 +85,23 @@ impl Values {
     /// # Errors
     /// A key that the mission does not declare, a value that it does not take.
     pub fn state(&mut self, path: &str, value: Value, place: &str) -> Result<(), Error> {
-        let key = self.key(path, place)?;
+        let key = self.key(path, place).map_err(|e| with_refinements(e, path, &value))?;
         key.accept(&value, place)?;
         let path = key.path.clone();
         self.stated.insert(path, Stated { value, place: Some(place.into()) });
+        Ok(())
+    }
+
+    /// Refuses numbers of a size that no quantity has. Models come before: they say more of what they refuse.
+    ///
+    /// # Errors
+    /// [`Error::Value`] of the first of them.
+    pub(crate) fn check_sizes(&self) -> Result<(), Error> {
+        for key in self.keys.iter() {
+            if let Some(Stated { value, place }) = self.stated.get(&key.path) {
+                key.accept_size(value, place.as_deref().unwrap_or(&self.source))?;
+            }
+        }
         Ok(())
     }
 
@@ -217,6 +230,20 @@ impl Values {
     /// Every key that has a value, with it, by key.
     pub fn iter(&self) -> impl Iterator<Item = (&str, &Value)> {
         self.stated.iter().map(|(k, s)| (&**k, &s.value))
+    }
+}
+
+/// The refusal of a former number of meshes says the number of refinements too, which is one less.
+fn with_refinements(error: Error, path: &str, value: &Value) -> Error {
+    match (error, value) {
+        (Error::UnknownKey { place, owner, key, suggestion }, Value::Number(meshes))
+            if path.ends_with(".max_meshes") && suggestion.contains("max_refinements") && *meshes >= 1.0 =>
+        {
+            let suggestion =
+                format!("{suggestion} = {}, one less: the first mesh does not count", meshes - 1.0);
+            Error::UnknownKey { place, owner, key, suggestion }
+        }
+        (error, _) => error,
     }
 }
 

@@ -95,6 +95,8 @@ pub(crate) struct NodeSample {
     pub(crate) below_upper: f64,
     /// Relative multiplier: positive where the lower bound would be active.
     pub(crate) slope: f64,
+    /// True for a control that the Hamiltonian is linear or concave in here: between its bounds it has no minimum.
+    pub(crate) is_concave: bool,
     pub(crate) class: Class,
     pub(crate) course: Option<ArcKind>,
 }
@@ -177,7 +179,7 @@ pub(crate) fn samples(
     let duration = t.final_time - t.initial_time;
     let Bounds { lower, upper } = q.variable.bounds;
     let mut samples: Vec<NodeSample> = Vec::new();
-    let mut curvature = 0.0_f64;
+    let mut bends = Vec::new();
     let collapsed: Vec<bool> =
         (0..p.arcs.len()).map(|k| is_collapsed(p.arc_duration(k, &report.x), t)).collect();
     for (node, n) in p.nodes.iter().enumerate() {
@@ -191,7 +193,7 @@ pub(crate) fn samples(
             QuantityKind::Control(c) => {
                 let column = p.control_column(node) + c;
                 let multiplier = report.lower_multipliers[column] - report.upper_multipliers[column];
-                curvature = curvature.max(solution.curvatures[column] * q.range.powi(2) / seconds);
+                bends.push(solution.curvatures[column] * q.range.powi(2) / seconds);
                 (report.x[column], multiplier, holds.controls.get(c))
             }
             QuantityKind::Row(r) => {
@@ -207,13 +209,17 @@ pub(crate) fn samples(
             above_lower: (value - lower) / q.range,
             below_upper: (upper - value) / q.range,
             slope: multiplier * q.range / seconds,
+            is_concave: false,
             class: Class::Between,
             course: hold.copied().flatten(),
         });
     }
     let least = LEAST_SLOPE * solution.objective / duration;
     let largest = samples.iter().fold(least, |m, s| m.max(s.slope.abs()));
-    let affine = curvature <= AFFINE * largest;
+    for (s, bend) in samples.iter_mut().zip(&bends) {
+        s.is_concave = *bend <= AFFINE * largest;
+    }
+    let affine = bends.iter().all(|bend| *bend <= AFFINE * largest);
     let is_regular = matches!(q.kind, QuantityKind::Control(_)) && !affine;
     for s in &mut samples {
         s.slope = if largest > 0.0 { s.slope / largest } else { 0.0 };

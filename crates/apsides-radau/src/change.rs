@@ -61,7 +61,9 @@ fn change(quantity: usize, q: &Quantity<'_>, samples: &[NodeSample], a: &Run, b:
     let (before, after) = (&samples[a.last], &samples[b.first]);
     let crosses = a.class.opposite(b.class);
     let is_row = matches!(q.kind, QuantityKind::Row(_));
-    let kind = if q.affine || (is_row && (crosses || jumps(samples, a, b))) {
+    // From bound to bound across what is no minimum.
+    let turns_over = crosses && before.is_concave && after.is_concave;
+    let kind = if q.affine || turns_over || (is_row && (crosses || jumps(samples, a, b))) {
         ChangeKind::Jump
     } else if !crosses && is_kink(a, b) && !jumps(samples, a, b) {
         ChangeKind::Kink

@@ -42,7 +42,10 @@ impl Radau {
         let deficiency = if solution.stalled {
             Deficiency::stalled(&accuracy, refinements, Remedy::Raise(&["tolerance", "path_tolerance"]))
         } else {
-            Deficiency::inaccurate(&accuracy, refinements, Remedy::Raise(&["max_refinements"]))
+            // The next mesh would have been too large, or one too many.
+            let too_large = refinements < self.settings.max_refinements;
+            let setting: &[&str] = if too_large { &["max_total_points"] } else { &["max_refinements"] };
+            Deficiency::inaccurate(&accuracy, refinements, Remedy::Raise(setting))
         };
         Solution {
             deficiency: (!solution.accurate).then_some(deficiency),

@@ -5,7 +5,7 @@
 //! the landing site. What was flown before a decision stays as it was planned: the velocity there is fixed.
 
 use apsides_convex::{DescentLimits, DivertPlanner, DivertSettings, Outcome, PoweredDescent};
-use apsides_ocp::Trajectory;
+use apsides_ocp::{Guess, Trajectory};
 use apsides_pipeline::error::Source;
 use apsides_pipeline::{ChosenSite, Decisions, Error, Posed, SiteSummary};
 use apsides_radau::Radau;
@@ -33,29 +33,41 @@ const FINE_DIVERT_COST: f64 = 0.03;
 /// Least distance between candidates, by the least clearance of a site.
 const SEPARATION: f64 = 2.0;
 
+/// The plan without maps, in messages.
+const AT_SITE_AIMED_AT: &str = "the landing at the site aimed at";
+
 /// Decides what a landing leaves open.
 pub(super) fn decide(landing: &SixStageLanding) -> Result<Decisions, Error> {
     let mut landing = landing.clone();
     let mut decisions = Decisions::default();
-    if landing.order == StageOrder::ByStages && landing.lander.gate_velocity.is_none() {
-        let braking = solved(&landing.lander.braking()?, "the main braking alone")?;
+    let open = landing.lander.gate_velocity.is_none() || landing.gate_mass.is_none();
+    if landing.order == StageOrder::ByStages && open {
+        let braking = solved(&landing.lander.braking()?, None, "the main braking alone")?;
         let end = braking.phases.first().and_then(|p| FlightState::end(landing.lander.motion, p));
-        let velocity = match end {
-            Some(FlightState { upward, across: Across::Plane { forward, .. }, .. }) => [upward, 0.0, forward],
-            Some(FlightState { upward, across: Across::Space { eastward, northward, .. }, .. }) => {
-                [upward, eastward, northward]
+        let (own, mass) = match end {
+            Some(FlightState { upward, mass, across: Across::Plane { forward, .. }, .. }) => {
+                ([upward, 0.0, forward], mass)
+            }
+            Some(FlightState { upward, mass, across: Across::Space { eastward, northward, .. }, .. }) => {
+                ([upward, eastward, northward], mass)
             }
             _ => return Err(Error::in_mission("the main braking has no velocity at its end")),
         };
-        landing.lander.gate_velocity = Some(velocity);
+        let velocity = *landing.lander.gate_velocity.get_or_insert(own);
+        let mass = *landing.gate_mass.get_or_insert(mass);
         decisions.values.extend(keys::GATE_VELOCITY.into_iter().zip(velocity));
+        decisions.values.push((keys::GATE_MASS, mass));
     }
     let (coarse, fine) = (landing.coarse.is_open(), landing.fine.is_open());
     if !coarse && !fine {
         return Ok(decisions);
     }
     // The plan without maps, as far as the end of the adjustment.
-    let plan = solved(&landing.problem()?, "the landing at the site aimed at")?;
+    let mut start = None;
+    for lighter in landing.lighter_paths() {
+        start = Some(solved(&lighter.problem()?, start.as_ref(), AT_SITE_AIMED_AT)?);
+    }
+    let plan = solved(&landing.problem()?, start.as_ref(), AT_SITE_AIMED_AT)?;
     let adjusted = end_of(&plan, &landing.lander, ADJUSTMENT);
     let Some(FlightState { upward, mass, across: Across::Space { .. }, .. }) = adjusted else {
         return Err(Error::in_mission("maps need a flight in space"));
@@ -127,8 +139,13 @@ fn end_of(plan: &Trajectory, lander: &Lander, phase: &str) -> Option<FlightState
     plan.phases.iter().find(|p| p.name == phase).and_then(|p| FlightState::end(lander.motion, p))
 }
 
-fn solved(posed: &Posed, what: &str) -> Result<Trajectory, Error> {
-    let solved = Radau::default().solve(&posed.ocp, &posed.guess)?;
+/// The solution of a problem, from that of an easier one if there is one.
+fn solved(posed: &Posed, start: Option<&Trajectory>, what: &str) -> Result<Trajectory, Error> {
+    let radau = Radau::default();
+    let solved = match start {
+        Some(start) => radau.solve_on(&posed.ocp, &Guess::earlier(start), start.mesh(), &mut ())?,
+        None => radau.solve(&posed.ocp, &posed.guess)?,
+    };
     if solved.status.is_success() {
         return Ok(solved.trajectory);
     }

@@ -49,7 +49,11 @@ impl FlightState {
             (Motion::Space, &[radius, angle, upward, _forward, mass]) => {
                 (radius, upward, mass, Across::Divert { angle })
             }
-            (Motion::Space, &[radius, longitude, latitude, upward, eastward, northward, mass]) => {
+            // The thrust of an adjustment by the shortest path has its course as a state.
+            (
+                Motion::Space,
+                &[radius, longitude, latitude, upward, eastward, northward, mass, ref course @ ..],
+            ) if course.len() < 2 => {
                 (radius, upward, mass, Across::Space { longitude, latitude, eastward, northward })
             }
             _ => return None,

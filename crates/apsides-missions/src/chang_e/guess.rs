@@ -72,6 +72,12 @@ impl Lander {
 
     /// A phase with the thrust in any direction.
     pub(super) fn steered_guess(&self, samples: &[Sample]) -> Result<PhaseGuess, OcpError> {
+        let (times, states, controls) = self.steered_samples(samples);
+        PhaseGuess::samples(&times, states, controls)
+    }
+
+    /// Times, states and controls of such a phase.
+    pub(super) fn steered_samples(&self, samples: &[Sample]) -> (Vec<f64>, Vec<Vec<f64>>, Vec<Vec<f64>>) {
         let first = samples.first().map_or(0.0, |s| s.angle);
         let (sin, cos) = self.azimuth.sin_cos();
         let [longitude, latitude] = self.site;
@@ -98,9 +104,8 @@ impl Lander {
                 )
             }
         };
-        let times: Vec<f64> = samples.iter().map(|s| s.time).collect();
         let (states, controls) = samples.iter().map(row).unzip();
-        PhaseGuess::samples(&times, states, controls)
+        (samples.iter().map(|s| s.time).collect(), states, controls)
     }
 
     /// From above one place to above another at constant speed; vertical where they are the same.

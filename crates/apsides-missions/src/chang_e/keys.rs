@@ -248,6 +248,7 @@ pub(super) const TERRAIN: &[Key] = &[
 
 pub(super) const GATE_VELOCITY: [&str; 3] =
     ["decided.gate_upward_speed_m_s", "decided.gate_eastward_speed_m_s", "decided.gate_northward_speed_m_s"];
+pub(super) const GATE_MASS: &str = "decided.gate_mass_kg";
 pub(super) const ADJUSTED_SPEED: &str = "decided.adjusted_upward_speed_m_s";
 
 /// Keys of the decisions in flight; open until then.
@@ -258,6 +259,7 @@ pub(super) const DECIDED: &[Key] = &[
     ),
     decided(GATE_VELOCITY[1], "eastward speed there"),
     decided(GATE_VELOCITY[2], "northward speed there, of a flight in the plane the forward one"),
+    decided(GATE_MASS, "mass there by the main braking's own optimum"),
     decided(
         ADJUSTED_SPEED,
         "upward speed at the end of the adjustment; where it is open it is free, or that of the plan without maps",

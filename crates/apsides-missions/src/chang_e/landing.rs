@@ -8,6 +8,11 @@ use super::keys::{self, COARSE, FINE};
 use super::lander::{Lander, Motion};
 use super::terrain::{MapSource, SiteMap, decided};
 
+/// A path that counts so much is found from the guess, kg/m.
+const FOUND_UNAIDED: f64 = 10.0;
+/// One that counts so many times as much is found from the last.
+const HEAVIER: f64 = 3.0;
+
 /// The order in which phases are optimised.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum StageOrder {
@@ -42,6 +47,8 @@ pub struct SixStageLanding {
     pub fine_altitude: f64,
     /// Altitude at rest where the engine is cut off, m.
     pub cutoff_altitude: f64,
+    /// Mass at the gate by the main braking's own optimum, where that is optimised for itself, kg.
+    pub gate_mass: Option<f64>,
     /// Upward speed at the end of the adjustment where it is decided, m/s.
     pub adjusted_speed: Option<f64>,
     /// The map that is seen at the end of the adjustment.
@@ -79,6 +86,7 @@ impl SixStageLanding {
             hover_time: number(keys::HOVER_TIME)?,
             fine_altitude: number(keys::FINE_ALTITUDE)?,
             cutoff_altitude: number(keys::CUTOFF_ALTITUDE)?,
+            gate_mass: decided(values, keys::GATE_MASS)?,
             adjusted_speed: decided(values, keys::ADJUSTED_SPEED)?,
             coarse: SiteMap::read(values, &COARSE)?,
             fine: SiteMap::read(values, &FINE)?,
@@ -133,6 +141,14 @@ impl SixStageLanding {
             )));
         }
         Ok(())
+    }
+
+    /// The same landing with paths that count less, each a start of the next: the more a path counts, the shorter are the arcs between full
+    /// thrust against the flight and the fall, so that no mesh finds them unaided.
+    pub(super) fn lighter_paths(&self) -> Vec<Self> {
+        let weights = std::iter::successors(Some(FOUND_UNAIDED), |w| Some(w * HEAVIER));
+        let lighter = weights.take_while(|w| *w < self.path_weight);
+        lighter.map(|path_weight| Self { path_weight, ..self.clone() }).collect()
     }
 
     /// Says in words that the ground at the site is too high for the altitudes of the stages; none where it is not.

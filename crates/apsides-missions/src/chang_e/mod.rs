@@ -23,6 +23,7 @@ mod guess;
 mod keys;
 mod lander;
 mod landing;
+mod one_plane;
 mod phases;
 mod results;
 mod site_checks;
@@ -137,6 +138,14 @@ impl Mission for SixStageLanding {
     fn checks(&self, decisions: &Decisions, solution: &Trajectory) -> Vec<Check> {
         let sites: Vec<_> = decisions.sites.iter().filter_map(|s| s.choice_as()).collect();
         site_checks::of(self, &sites, solution)
+    }
+
+    fn approach(&self, method: MethodName) -> Vec<EasierCase> {
+        if method != MethodName::Radau {
+            return Vec::new();
+        }
+        let lighter = self.lighter_paths().into_iter();
+        lighter.map(|mission| EasierCase { mission: Arc::new(mission), method }).collect()
     }
 
     fn decide(&self) -> Result<Decisions, Error> {

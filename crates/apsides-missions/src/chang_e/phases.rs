@@ -2,7 +2,7 @@
 
 use std::f64::consts::{FRAC_PI_2, PI};
 
-use apsides_ad::{PathFunction, Scalar, VectorFunction};
+use apsides_ad::{Scalar, VectorFunction};
 use apsides_dynamics::Quantity;
 use apsides_dynamics::planar::{self, ThrottledThrust};
 use apsides_dynamics::powered_descent::{self, AngledThrust, Hovering, PlumbThrust, VerticalPlaneThrust};
@@ -30,8 +30,6 @@ pub(super) const ABOVE_M: f64 = 50e3;
 const MOST_LATITUDE: f64 = 1.55;
 /// Controls of a flight in the plane.
 const PLANE_CONTROLS: [Quantity; 2] = [planar::THRUST_ANGLE, planar::THROTTLE];
-/// Largest angle between the course of a thrust that only slows and backwards, rad.
-const ASIDE: f64 = PI / 3.0;
 /// Shortest phase, s.
 const SHORTEST_S: f64 = 0.5;
 
@@ -41,32 +39,6 @@ struct SquaredSpeed;
 impl<const N: usize> VectorFunction<N, 1> for SquaredSpeed {
     fn evaluate<S: Scalar>(&self, v: &[S; N]) -> [S; 1] {
         [v.iter().fold(S::from(0.0), |sum, v| sum + v.square())]
-    }
-}
-
-/// The path's length in an adjustment, as an integral of the speed.
-pub(super) const PATH: &str = "path length";
-
-/// The speed of a flight relative to the ground.
-struct Speed;
-
-fn speed<S: Scalar>(components: &[S]) -> S {
-    components.iter().fold(S::from(0.0), |sum, v| sum + v.square()).sqrt()
-}
-
-impl PathFunction<5, 2, 1> for Speed {
-    /// States in the order of [`planar::STATES`].
-    fn evaluate<S: Scalar>(&self, _t: S, x: &[S; 5], _u: &[S; 2], _p: &[S; 0]) -> [S; 1] {
-        let [_radius, _angle, along, upward, _mass] = *x;
-        [speed(&[along, upward])]
-    }
-}
-
-impl PathFunction<7, 3, 1> for Speed {
-    /// States in the order of [`powered_descent::STATES`].
-    fn evaluate<S: Scalar>(&self, _t: S, x: &[S; 7], _u: &[S; 3], _p: &[S; 0]) -> [S; 1] {
-        let [_radius, _longitude, _latitude, upward, east, north, _mass] = *x;
-        [speed(&[upward, east, north])]
     }
 }
 
@@ -164,31 +136,6 @@ impl Lander {
             }
         };
         phase.initial_time(self.times()).final_time(self.times()).duration(Bounds::at_least(SHORTEST_S))
-    }
-
-    /// The thrust only slows the flight along its course. A shortest path has no optimum without this rule: the least thrust, which cannot be
-    /// switched off, would be turned from side to side ever faster so as not to hold up the fall.
-    pub(super) fn without_forward_thrust(&self, phase: &mut Phase) {
-        let (name, backwards) = match self.motion {
-            Motion::Plane => (planar::THRUST_ANGLE.name, Bounds::new(FRAC_PI_2, 1.5 * PI)),
-            Motion::Space => {
-                let course = self.azimuth + PI;
-                (powered_descent::THRUST_COURSE.name, Bounds::new(course - ASIDE, course + ASIDE))
-            }
-        };
-        if let Some(u) = phase.controls.iter_mut().find(|u| u.name == name) {
-            u.bounds = u.bounds.intersect(&backwards);
-            u.guards = [true; 2];
-        }
-    }
-
-    /// The phase with the length of its path as an integral.
-    pub(super) fn with_path(&self, phase: Phase) -> Phase {
-        let length = Variable::new(PATH, "m").scaled_by(1e3);
-        match self.motion {
-            Motion::Plane => phase.integral::<_, 5, 2, 0>(length, Speed),
-            Motion::Space => phase.integral::<_, 7, 3, 0>(length, Speed),
-        }
     }
 
     /// States of vertical flight above a place.

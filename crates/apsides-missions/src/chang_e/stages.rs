@@ -4,6 +4,7 @@
 //! on the flight is vertical, the thrust upright but for what the rotation of the Moon takes, or, where maps ask for a divert, in the
 //! vertical plane through both places with a limited tilt.
 
+use apsides_ad::{Scalar, VectorFunction};
 use apsides_dynamics::planar;
 use apsides_ocp::{At, Bounds, Guess, Ocp, OcpBuilder, Phase, PhaseGuess, Sense, Term};
 use apsides_pipeline::{Error, Posed};
@@ -11,13 +12,26 @@ use apsides_terrain::synthetic::Terrain;
 
 use super::guess::Sample;
 use super::keys::{COARSE, FINE};
-use super::lander::GateDirection;
-use super::landing::SixStageLanding;
-use super::phases::{ADJUSTMENT, AVOIDANCE, DESCENT, FINE_AVOIDANCE, PATH, ends_at};
+use super::lander::Lander;
+use super::landing::{SixStageLanding, StageOrder};
+use super::one_plane::PATH;
+use super::phases::{ADJUSTMENT, AVOIDANCE, BRAKING, DESCENT, FINE_AVOIDANCE, ends_at};
 
 /// Guessed upward speeds at the end of the adjustment and of the fine avoidance, m/s.
 const AFTER_ADJUSTMENT: f64 = -50.0;
 pub(super) const AFTER_FINE_AVOIDANCE: f64 = -8.0;
+
+/// The worth of a mass at the gate above or below that of the main braking's own optimum: zero there.
+struct OwnOptimum {
+    mass: f64,
+    weight: f64,
+}
+
+impl VectorFunction<1, 1> for OwnOptimum {
+    fn evaluate<S: Scalar>(&self, z: &[S; 1]) -> [S; 1] {
+        [(z[0] - self.mass) * self.weight]
+    }
+}
 
 impl SixStageLanding {
     /// The flight from the perilune to the cut-off of the engine.
@@ -32,7 +46,7 @@ impl SixStageLanding {
         let ocp = lander
             .on_orbital_plane(lander.with_gate_speed(ocp))
             .objective(Sense::Maximize, self.objective_name(), "kg", self.worth())
-            .objective_scale(lander.initial_mass + self.path_weight * self.shortest_path())
+            .objective_scale(lander.initial_mass)
             .build()?;
         let guess = Guess::from_phases(&ocp, guesses);
         Ok(Posed::new(ocp, guess))
@@ -43,15 +57,21 @@ impl SixStageLanding {
         if self.path_weight > 0.0 { "final_mass_less_weighted_path" } else { "final_mass" }
     }
 
-    /// The way straight down that the adjustment takes at least, m.
-    fn shortest_path(&self) -> f64 {
-        self.lander.gate_radius - self.coarse_radius()
-    }
-
-    /// The final mass, less what the path of the adjustment counts as.
-    fn worth(&self) -> impl Iterator<Item = Term<'static>> {
-        let path = (self.path_weight > 0.0).then_some(Term::Integral(ADJUSTMENT, PATH, -self.path_weight));
-        [Term::End(At::FinalState(DESCENT, planar::MASS.name), 1.0)].into_iter().chain(path)
+    /// The final mass, less what the path of the adjustment counts as. A main braking that is optimised for itself stays at its optimum: a
+    /// lighter lander stops on a shorter path, so that propellant would be burnt in vain before.
+    fn worth(&self) -> Vec<Term<'static>> {
+        let mut worth = vec![Term::End(At::FinalState(DESCENT, planar::MASS.name), 1.0)];
+        if self.path_weight > 0.0 {
+            worth.push(Term::Integral(ADJUSTMENT, PATH, -self.path_weight));
+            if let Some(optimum) = self.gate_mass.filter(|_| self.order == StageOrder::ByStages) {
+                let Lander { gate_speed, descent, .. } = &self.lander;
+                // Of the way to a stop, v^2 m / (2 T), by the mass.
+                let weight = self.path_weight * gate_speed.powi(2) / (2.0 * descent.engine.thrust);
+                let at_gate = [At::FinalState(BRAKING, planar::MASS.name)];
+                worth.push(Term::function(at_gate, OwnOptimum { mass: optimum, weight }));
+            }
+        }
+        worth
     }
 
     /// The flight from the gate to above the site that is aimed at, with the length of its path as an integral, where it counts.
@@ -61,13 +81,7 @@ impl SixStageLanding {
             lander.steered(ADJUSTMENT, self.adjustment_tilt, [self.coarse_radius(), lander.gate_radius]);
         let mut phase = lander.ends_with(lander.ending_at_site(phase), self.adjusted_speed, Some(0.0));
         ends_at(&mut phase, &[(planar::RADIUS, Bounds::fixed(self.coarse_radius()))]);
-        if self.path_weight == 0.0 {
-            return phase;
-        }
-        if lander.gate_direction != GateDirection::Down {
-            lander.without_forward_thrust(&mut phase);
-        }
-        lander.with_path(phase)
+        if self.path_weight > 0.0 { lander.with_path(phase) } else { phase }
     }
 
     /// Adds the phases after the main braking.
@@ -76,7 +90,13 @@ impl SixStageLanding {
         let [_, gate] = lander.braking_samples();
         phases.push(self.adjustment());
         let adjusted = lander.next_sample(gate, self.coarse_radius(), AFTER_ADJUSTMENT);
-        guesses.push(lander.steered_guess(&[gate, adjusted])?);
+        let samples = [gate, adjusted];
+        let weighted = self.path_weight > 0.0;
+        guesses.push(if weighted {
+            lander.guess_with_path(samples)?
+        } else {
+            lander.steered_guess(&samples)?
+        });
 
         let coarse = self.coarse_divert();
         let avoidance = lander.avoidance(AVOIDANCE, &coarse, [self.hover_radius(), self.coarse_radius()]);

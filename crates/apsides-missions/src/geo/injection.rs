@@ -51,6 +51,9 @@ pub struct GeoInjection {
     pub max_restarts: usize,
 }
 
+/// Shortest time in which the engine may burn all propellant, s: a burn is no impulse.
+const SHORTEST_BURN_S: f64 = 1.0;
+
 /// Makes an error of a sentence that names keys.
 type Refuse<'a> = &'a dyn Fn(String) -> Error;
 
@@ -92,6 +95,15 @@ impl GeoInjection {
             return Err(refuse(format!("`{}` is 0, an injection takes one at least", keys::BURNS)));
         }
         self.check_orbits(refuse)?;
+        let burn = self.propellant / self.engine().mass_flow();
+        if burn < SHORTEST_BURN_S {
+            return Err(refuse(format!(
+                "`thrust_n` is {:e}, it burns the propellant (`propellant_kg` = {}) in {burn:.3e} s; this must be at least {SHORTEST_BURN_S} s: \
+                 reduce the thrust",
+                self.engine().thrust,
+                self.propellant
+            )));
+        }
         if self.max_restarts + 1 < self.burns() {
             return Err(refuse(format!(
                 "`max_restarts` is {}, but {} burns (`burns`) take {}",

@@ -1,9 +1,10 @@
 //! The common part of all lunar missions: the vehicle, its parking orbit, and what may be done with the engine.
 
 use apsides_dynamics::Engine;
-use apsides_dynamics::planar::PlanarFlight;
+use apsides_dynamics::planar::{MASS, PlanarFlight};
 use apsides_pipeline::Error;
 use apsides_pipeline::values::Values;
+use apsides_radau::Explanation;
 
 use super::keys;
 use crate::data::central_body;
@@ -71,10 +72,31 @@ pub struct LunarLander {
     pub touchdown_thrust: TouchdownThrust,
 }
 
+/// Part of the weight at ignition up to which a lander needs to burn propellant before it can brake.
+const LITTLE_THRUST: f64 = 0.4;
+
 /// Makes an error of a sentence that names keys.
 pub(super) type Refuse<'a> = &'a dyn Fn(String) -> Error;
 
 impl LunarLander {
+    /// With little thrust the mass at the end is what matters: how the lander brakes follows from the thrust by the mass, and all that comes
+    /// before burns propellant until the thrust is enough for it. What a smaller dry mass would mend, so much more thrust would, too.
+    pub(super) fn missing_thrust(&self, explanation: &Explanation) -> Option<String> {
+        let engine = self.flight.engine;
+        let gravity = self.flight.body.surface_gravity();
+        if self.throttle != Throttle::Full || engine.thrust > LITTLE_THRUST * self.initial_mass * gravity {
+            return None;
+        }
+        let of_mass = explanation.remedies.iter().find(|r| r.requirement.name == MASS.name)?;
+        let dry_mass = Some(of_mass.to).filter(|m| (0.0..self.dry_mass).contains(m))?;
+        let thrust = engine.thrust * self.dry_mass / dry_mass;
+        Some(format!(
+            "with `dry_mass_kg` as it is, `thrust_n` has to be about {thrust:.1}: the braking ends with {:.3} m/s2 of thrust by mass, and the \
+             engine burns all the time",
+            engine.thrust / dry_mass
+        ))
+    }
+
     /// The keys that all lunar missions have; full thrust, whose direction at touchdown is free.
     pub(super) fn read(values: &Values) -> Result<Self, Error> {
         let body = central_body(values)?;

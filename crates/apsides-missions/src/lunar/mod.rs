@@ -10,9 +10,10 @@ use apsides_dynamics::planar::flat::FlatVerticalThrust;
 use apsides_dynamics::planar::{HORIZONTAL_SPEED, MASS, RADIAL_SPEED, RADIUS};
 use apsides_flatness::FlatSystem;
 use apsides_ocp::{At, Bounds, Guess, Ocp, OcpBuilder, Phase, PhaseGuess, Sense, Term, Trajectory, Variable};
-use apsides_pipeline::method::MethodName;
+use apsides_pipeline::method::{MethodName, Methods};
 use apsides_pipeline::values::Values;
 use apsides_pipeline::{Curve, Error, Kind, Mission, Posed, Scalars};
+use apsides_radau::Explanation;
 
 use ignition::Ignition;
 use lander::Refuse;
@@ -72,6 +73,10 @@ macro_rules! results_of_its_lander {
 
         fn datum(&self) -> Option<f64> {
             Some(self.lander.flight.body.radius)
+        }
+
+        fn missing(&self, _methods: &Methods, explanation: &Explanation) -> Option<String> {
+            self.lander.missing_thrust(explanation)
         }
 
         fn headline(&self) -> Vec<&str> {

@@ -9,11 +9,11 @@ use crate::values::Values;
 
 pub(super) const KEYS: &[Key] = &[
     Key::count("indirect.intervals", 1, 1, 1000, "shooting segments per phase"),
-    Key::number("indirect.tolerance", 1e-9, Range::open(0.0, 1.0), "largest scaled correction of a solution"),
+    Key::number("indirect.tolerance", 1e-9, Range::TOLERANCE, "largest scaled correction of a solution"),
     Key::number(
         "indirect.integration_tolerance",
         1e-11,
-        Range::open(0.0, 1.0),
+        Range::TOLERANCE,
         "relative tolerance of the integration",
     ),
 ];

@@ -18,15 +18,10 @@ pub(super) const KEYS: &[Key] = &[
     Key::number(
         "shooting.integration_tolerance",
         1e-10,
-        Range::open(0.0, 1.0),
+        Range::TOLERANCE,
         "largest relative error of the integration of a segment",
     ),
-    Key::number(
-        "shooting.nlp_tolerance",
-        1e-10,
-        Range::open(0.0, 1.0),
-        "scaled optimality error of each solve",
-    ),
+    Key::number("shooting.nlp_tolerance", 1e-10, Range::TOLERANCE, "scaled optimality error of each solve"),
     Key::count(
         "shooting.max_refinements",
         14,

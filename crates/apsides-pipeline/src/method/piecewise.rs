@@ -52,16 +52,11 @@ pub(super) const KEYS: &[Key] = &[
     Key::number(
         "piecewise.tolerance",
         5e-7,
-        Range::open(0.0, 1.0),
+        Range::TOLERANCE,
         "what more segments would gain by extrapolation, relative to the objective",
     ),
     Key::count("piecewise.max_intervals", 1000, 1, 100_000, "most segments of all phases after refinement"),
-    Key::number(
-        "piecewise.nlp_tolerance",
-        1e-10,
-        Range::open(0.0, 1.0),
-        "scaled optimality error of each solve",
-    ),
+    Key::number("piecewise.nlp_tolerance", 1e-10, Range::TOLERANCE, "scaled optimality error of each solve"),
 ];
 
 /// Keys of settings, by the names of their fields.

@@ -10,7 +10,7 @@ use crate::values::Values;
 pub(super) const KEYS: &[Key] = &[
     Key::count("radau.intervals", 10, 1, 100_000, "mesh intervals per phase of the first mesh"),
     Key::count("radau.points", 5, 1, 60, "collocation points per interval of the first mesh"),
-    Key::number("radau.tolerance", 1e-10, Range::open(0.0, 1.0), "largest relative error between points"),
+    Key::number("radau.tolerance", 1e-10, Range::TOLERANCE, "largest relative error between points"),
     Key::count(
         "radau.max_refinements",
         19,
@@ -18,12 +18,22 @@ pub(super) const KEYS: &[Key] = &[
         999,
         "most refinements of the first mesh; 0 switches refinement off",
     ),
-    Key::number("radau.nlp_tolerance", 1e-10, Range::open(0.0, 1.0), "scaled optimality error of each solve"),
+    Key::count(
+        "radau.max_total_points",
+        3000,
+        100,
+        1_000_000,
+        "most collocation points of all phases; refinement ends there",
+    ),
+    Key::number("radau.nlp_tolerance", 1e-10, Range::TOLERANCE, "scaled optimality error of each solve"),
 ];
 
 /// Keys of settings, by the names of their fields.
-pub(super) const NAMES: &[(&str, &str)] =
-    &[("tolerance", "radau.tolerance"), ("max_refinements", "radau.max_refinements")];
+pub(super) const NAMES: &[(&str, &str)] = &[
+    ("tolerance", "radau.tolerance"),
+    ("max_refinements", "radau.max_refinements"),
+    ("max_total_points", "radau.max_total_points"),
+];
 
 /// Settings of collocation and of its first mesh.
 #[derive(Clone, Debug)]
@@ -39,6 +49,7 @@ impl RadauMethod {
             points: v.count("radau.points")?,
             tolerance: v.number("radau.tolerance")?,
             max_refinements: v.count("radau.max_refinements")?,
+            max_total_points: v.count("radau.max_total_points")?,
             ..RadauSettings::default()
         };
         settings.nlp.tolerance = v.number("radau.nlp_tolerance")?;

@@ -19,13 +19,13 @@ pub(super) const KEYS: &[Key] = &[
     Key::number(
         "convexification.tolerance",
         1e-7,
-        Range::open(0.0, 1.0),
+        Range::TOLERANCE,
         "gain promised by the convex model at which the method ends, relative to the objective",
     ),
     Key::number(
         "convexification.feasibility_tolerance",
         1e-6,
-        Range::open(0.0, 1.0),
+        Range::TOLERANCE,
         "largest violation of equations of motion and constraints, relative to their scales",
     ),
 ];
