@@ -9,9 +9,9 @@ use super::lander::{Lander, Motion};
 use super::terrain::{MapSource, SiteMap, decided};
 
 /// A path that counts so much is found from the guess, kg/m.
-const FOUND_UNAIDED: f64 = 10.0;
+const FOUND_UNAIDED: f64 = 3.0;
 /// One that counts so many times as much is found from the last.
-const HEAVIER: f64 = 3.0;
+const HEAVIER: f64 = 2.0;
 
 /// The order in which phases are optimised.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
