@@ -277,7 +277,7 @@ fn paths_count_as_little_or_as_much_as_wanted() {
         };
         let braking = stages("0").summary.results["braking_propellant_kg"];
         let (mut last_path, mut last_mass) = (f64::INFINITY, f64::INFINITY);
-        for weight in [0.1, 1.0, 10.0, 100.0, 1000.0] {
+        for weight in [0.1, 0.3, 1.0, 3.0, 10.0, 30.0, 100.0, 300.0, 1000.0] {
             let outcome = stages(&weight.to_string());
             verified(&outcome);
             near(&outcome, "braking_propellant_kg", braking, STAGE_MASS_KG);
