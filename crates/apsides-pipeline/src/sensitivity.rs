@@ -1,15 +1,16 @@
 //! Prices: what one more unit of a key is worth at the solution of a mission.
 //!
 //! The data of the discretised problem (functions, gradient of the Lagrangian, bounds) are differenced between two
-//! missions whose key differs a little, at the same point; nothing is solved again. The derivative of the objective then
+//! missions whose key differs a little, at the same point; nothing is solved again, unless bounds of states were path constraints of the solve. The derivative of the objective then
 //! follows from the multipliers (envelope theorem), that of the solution from one solve with the factorised optimality
 //! conditions ([`apsides_nlp::Sensitivity`]), and that of the results from the trajectory moved along it.
 //!
 //! A price holds as long as the solution keeps its active bounds, and on the mesh of the solution.
 
+use std::borrow::Cow;
 use std::collections::BTreeMap;
 
-use apsides_nlp::{InteriorPoint, NlpError, Perturbation, Sensitivity, SolutionDerivative, SolveReport};
+use apsides_nlp::{InteriorPoint, Nlp, NlpError, Perturbation, Sensitivity, SolutionDerivative, SolveReport};
 use apsides_ocp::{Guess, Mesh, Ocp, Sense, Trajectory};
 use apsides_radau::{RadauError, Transcription};
 
@@ -96,7 +97,7 @@ fn method(e: NlpError) -> Error {
 struct Solution<'a> {
     mission: &'a Pipeline,
     ocp: &'a Ocp,
-    report: &'a SolveReport,
+    report: Cow<'a, SolveReport>,
     mesh: Mesh,
     guess: Guess,
     transcription: Transcription,
@@ -110,8 +111,17 @@ impl<'a> Solution<'a> {
         let mesh = Mesh { phases: trajectory.phases.iter().map(|p| p.mesh.clone()).collect() };
         let guess = Guess::earlier(trajectory);
         let mut transcription = Transcription::new(ocp, &mesh, &guess)?;
-        let solver = InteriorPoint::new(mission.methods().radau.settings.nlp.clone());
-        let sensitivity = match solver.sensitivity(&mut transcription, report) {
+        let settings = &mission.methods().radau.settings.nlp;
+        let is_of_mesh = report.x.len() == transcription.variables()
+            && report.constraint_multipliers.len() == transcription.constraints();
+        // A report of the problem with bounds of states as path constraints is none of the one that was posed.
+        let report = if is_of_mesh {
+            Cow::Borrowed(report)
+        } else {
+            Cow::Owned(transcription.solve(ocp, &guess, settings, &mut ()).map_err(method)?)
+        };
+        let solver = InteriorPoint::new(settings.clone());
+        let sensitivity = match solver.sensitivity(&mut transcription, &report) {
             Ok(sensitivity) => Some(sensitivity),
             Err(NlpError::NoDerivative { .. }) => None,
             Err(e) => return Err(method(e)),
@@ -139,8 +149,8 @@ impl<'a> Solution<'a> {
         let width = above.2 - below.2;
         let transcribe = |posed: &Posed| Transcription::new(&posed.ocp, &self.mesh, &self.guess);
         let (mut a, mut b) = (transcribe(&below.1)?, transcribe(&above.1)?);
-        let perturbation = Perturbation::between(&mut a, &mut b, self.report, width).map_err(method)?;
-        let objective = perturbation.objective_derivative(self.report).map_err(method)?;
+        let perturbation = Perturbation::between(&mut a, &mut b, &self.report, width).map_err(method)?;
+        let objective = perturbation.objective_derivative(&self.report).map_err(method)?;
         let derivative = match &mut self.sensitivity {
             None => None,
             Some(sensitivity) => match sensitivity.solve(&perturbation) {
@@ -175,7 +185,7 @@ impl<'a> Solution<'a> {
 
     /// The trajectory moved along its derivative.
     fn moved(&self, derivative: &SolutionDerivative, change: f64) -> Result<Trajectory, Error> {
-        let mut report = self.report.clone();
+        let mut report = self.report.clone().into_owned();
         report.objective += change * derivative.objective;
         for (x, dx) in report.x.iter_mut().zip(&derivative.x) {
             *x += change * dx;

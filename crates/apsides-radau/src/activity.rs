@@ -8,6 +8,7 @@ use apsides_nlp::{Nlp, SolveReport};
 use apsides_ocp::{ArcKind, Bounds, Phase, PhaseTrajectory, Variable};
 
 use crate::bounds::LEAST_ARC;
+use crate::junction::order;
 use crate::layout::CollocationPhase;
 use crate::transcription::Transcription;
 
@@ -16,6 +17,9 @@ pub(crate) const CROSSING: usize = 2;
 
 /// Arcs and intervals shorter than this part of the phase have come to nothing.
 pub(crate) const COLLAPSED: f64 = 10.0 * LEAST_ARC;
+
+/// Active nodes with fewer inactive ones between them belong together.
+pub(crate) const APART: usize = 4;
 
 /// Part of the range of a quantity within which a bound can be active.
 pub(crate) const NEAR: f64 = 1e-2;
@@ -31,12 +35,15 @@ const LEAST_SLOPE: f64 = 1e-2;
 const AFFINE: f64 = 1e-5;
 
 /// Relative multipliers of a bound that is active at so few nodes that it may be an oscillation along a singular arc.
-const OSCILLATION: f64 = 1e-2;
+pub(crate) const OSCILLATION: f64 = 1e-2;
 
 /// So many runs in a row, each of at most so many nodes, are an oscillation.
 const OSCILLATING: usize = 4;
 
 const SHORT_RUN: usize = 4;
+
+/// Part of its range within which a control is at its bound.
+const AT_BOUND: f64 = 1e-5;
 
 /// Excess of a bound that was left out, relative to the range, from which on it is not clear of it.
 const VIOLATION: f64 = 1e-8;
@@ -63,11 +70,12 @@ impl Class {
     }
 }
 
-/// Index of a control or of a path constraint row.
+/// Index of a control, of a path constraint row or of a state.
 #[derive(Clone, Copy, PartialEq)]
 pub(crate) enum QuantityKind {
     Control(usize),
     Row(usize),
+    State(usize),
 }
 
 /// A control or path constraint row with bounds between which it can move.
@@ -77,6 +85,8 @@ pub(crate) struct Quantity<'a> {
     pub(crate) range: f64,
     /// True for a control that the Hamiltonian is linear in.
     pub(crate) affine: bool,
+    /// For a row without controls whose arcs along its bounds have junctions, the controls that hold it there; else none.
+    pub(crate) held_by: Vec<(usize, &'a Variable)>,
 }
 
 /// A quantity at a node.
@@ -120,24 +130,44 @@ pub(crate) struct Solution<'a> {
     pub(crate) objective: f64,
 }
 
-/// The quantities that can switch: controls, and path constraint rows with controls, that have bounds and are not fixed.
+/// The quantities that can switch: controls, path constraint rows with controls, and rows without that can have arcs along their bounds;
+/// all with bounds, and not fixed.
 pub(crate) fn quantities(phase: &Phase) -> Vec<Quantity<'_>> {
     let controls = phase.controls.iter().enumerate().map(|(c, v)| (QuantityKind::Control(c), v));
+    let others = controls.chain(rows(phase, true)).filter_map(|(kind, v)| Quantity::new(kind, v));
     // Without a control in it a row cannot jump.
-    controls.chain(rows(phase, true)).filter_map(|(kind, v)| quantity(kind, v)).collect()
+    let boundary = rows_without_controls(phase).into_iter().filter_map(|q| {
+        let QuantityKind::Row(row) = q.kind else { return None };
+        Some(q.held_by(phase, order(phase, row)?.controls))
+    });
+    others.chain(boundary).collect()
 }
 
 /// Path constraint rows without controls that have bounds and are not fixed.
 pub(crate) fn rows_without_controls(phase: &Phase) -> Vec<Quantity<'_>> {
-    rows(phase, false).filter_map(|(kind, v)| quantity(kind, v)).collect()
+    rows(phase, false).filter_map(|(kind, v)| Quantity::new(kind, v)).collect()
 }
 
-fn quantity(kind: QuantityKind, variable: &Variable) -> Option<Quantity<'_>> {
-    let bounds = variable.bounds;
-    let width = bounds.upper - bounds.lower;
-    let range = if width.is_finite() { width } else { variable.size().unwrap_or(1.0) };
-    let usable = bounds != Bounds::FREE && !bounds.is_fixed();
-    usable.then_some(Quantity { kind, variable, range, affine: false })
+impl<'a> Quantity<'a> {
+    /// A quantity with bounds between which it can move.
+    pub(crate) fn new(kind: QuantityKind, variable: &'a Variable) -> Option<Self> {
+        let bounds = variable.bounds;
+        let width = bounds.upper - bounds.lower;
+        let range = if width.is_finite() { width } else { variable.size().unwrap_or(1.0) };
+        let usable = bounds != Bounds::FREE && !bounds.is_fixed();
+        let held_by = Vec::new();
+        usable.then_some(Self { kind, variable, range, affine: false, held_by })
+    }
+
+    /// As one without controls that some of these hold along arcs at its bounds.
+    pub(crate) fn held_by(self, phase: &'a Phase, controls: Vec<usize>) -> Self {
+        Self { held_by: controls.into_iter().map(|c| (c, &phase.controls[c])).collect(), ..self }
+    }
+
+    /// Says whether it is a row without controls that can have arcs along its bounds.
+    pub(crate) fn is_boundary(&self) -> bool {
+        !self.held_by.is_empty()
+    }
 }
 
 /// Path constraint rows with or without a control in them.
@@ -198,7 +228,13 @@ pub(crate) fn samples(
             }
             QuantityKind::Row(r) => {
                 let row = p.path_row(node) + r;
-                (report.constraint_values[row], -report.constraint_multipliers[row], holds.rows.get(r))
+                let is_left_out = p.is_beside_junction(node, r);
+                let hold = if is_left_out { Some(&Some(ArcKind::Free)) } else { holds.rows.get(r) };
+                (report.constraint_values[row], -report.constraint_multipliers[row], hold)
+            }
+            QuantityKind::State(s) => {
+                let column = p.state_column(node) + s;
+                (report.x[column], report.lower_multipliers[column] - report.upper_multipliers[column], None)
             }
         };
         samples.push(NodeSample {
@@ -220,13 +256,27 @@ pub(crate) fn samples(
         s.is_concave = *bend <= AFFINE * largest;
     }
     let affine = bends.iter().all(|bend| *bend <= AFFINE * largest);
-    let is_regular = matches!(q.kind, QuantityKind::Control(_)) && !affine;
+    let is_regular = q.is_boundary() || matches!(q.kind, QuantityKind::Control(_)) && !affine;
     for s in &mut samples {
         s.slope = if largest > 0.0 { s.slope / largest } else { 0.0 };
         s.class = class(s, is_regular);
+        // What controls at their bounds leave where it is needs nothing to hold it.
+        if q.is_boundary()
+            && !q.held_by.iter().any(|(c, v)| is_between(report.x[p.control_column(s.node) + c], v))
+        {
+            s.class = Class::Between;
+        }
     }
     keep_ends(&mut samples);
     (samples, affine && matches!(q.kind, QuantityKind::Control(_)))
+}
+
+/// Says whether a control is away from its bounds.
+fn is_between(value: f64, variable: &Variable) -> bool {
+    let Bounds { lower, upper } = variable.bounds;
+    let width = upper - lower;
+    let room = AT_BOUND * if width.is_finite() { width } else { variable.size().unwrap_or(1.0) };
+    lower + room < value && value < upper - room
 }
 
 /// A multiplier of the wrong sign at the very ends of what is held says that it is not yet exact, since the break stands at
@@ -333,6 +383,87 @@ pub(crate) fn pulses(samples: &[NodeSample], runs: &mut [Run]) {
             (r.class, r.is_pulse) = (other, true);
         }
     }
+}
+
+/// Runs of a row without controls: what stays close to a bound between two nodes that are active there is an arc. A coarse mesh lets the
+/// row leave the bound between them, where that gains from the error of the rule.
+pub(crate) fn boundary_runs(samples: &[NodeSample]) -> Vec<Run> {
+    let mut runs: Vec<Run> = Vec::new();
+    let mut classes: Vec<Class> = samples.iter().map(|s| s.class).collect();
+    let at_bound = |i: usize| classes[i] != Class::Between;
+    let active: Vec<usize> = (0..samples.len()).filter(|i| at_bound(*i)).collect();
+    let close = |class: Class, i: usize| {
+        let s = &samples[i];
+        let distance = if class == Class::Lower { s.above_lower } else { s.below_upper };
+        distance < NEAR
+    };
+    let is_coarse = samples.iter().all(|s| s.course.is_none());
+    let joins: Vec<(usize, usize)> = (active.windows(2))
+        .filter(|w| {
+            is_coarse && classes[w[0]] == classes[w[1]] && (w[0] + 1..w[1]).all(|i| close(classes[w[0]], i))
+        })
+        .map(|w| (w[0], w[1]))
+        .collect();
+    for (a, b) in joins {
+        let class = classes[a];
+        classes[a..b].fill(class);
+    }
+    keep_held(samples, &mut classes);
+    for (i, class) in classes.into_iter().enumerate() {
+        match runs.last_mut() {
+            Some(r) if r.class == class => r.last = i,
+            _ => runs.push(Run { class, first: i, last: i, is_pulse: false }),
+        }
+    }
+    for r in &mut runs {
+        let seen = &samples[r.first..=r.last];
+        let is_held = seen.iter().any(|s| matches!(s.course, Some(ArcKind::Lower | ArcKind::Upper)));
+        let evidence = seen.iter().fold(0.0_f64, |m, s| m.max(s.slope.abs()));
+        // One or two nodes close to each other are a contact.
+        let nodes = active.iter().filter(|i| (r.first..=r.last).contains(i)).count();
+        let is_arc = (nodes > CROSSING || r.last - r.first > APART) && evidence >= OSCILLATION;
+        // Nothing holds the row at the very end of the phase, which has no node.
+        if r.last + 1 == samples.len() || (!is_held && !is_arc) {
+            r.class = Class::Between;
+        }
+    }
+    joined(&mut runs);
+    runs
+}
+
+/// A few nodes along an arc with multipliers of the wrong sign are an error of the mesh; those of half of the arc say that it is none.
+fn keep_held(samples: &[NodeSample], classes: &mut [Class]) {
+    let mut start = 0;
+    while start < samples.len() {
+        let course = samples[start].course;
+        let end = (start..samples.len()).find(|&i| samples[i].course != course).unwrap_or(samples.len());
+        let own = match course {
+            Some(ArcKind::Lower) => Class::Lower,
+            Some(ArcKind::Upper) => Class::Upper,
+            _ => Class::Between,
+        };
+        let wrong = classes[start..end].iter().filter(|c| **c != own).count();
+        if own != Class::Between && 2 * wrong < end - start {
+            classes[start..end].fill(own);
+        }
+        start = end;
+    }
+}
+
+/// Leaves out runs of a few nodes between others where a row without controls meets its bound or leaves it.
+pub(crate) fn settle_beside(samples: &[NodeSample], runs: &mut Vec<Run>, gaps: &[(f64, f64)]) {
+    let mut k = 1;
+    while k + 1 < runs.len() {
+        let nodes = &samples[runs[k].first..=runs[k].last];
+        let is_beside = |s: &NodeSample| gaps.iter().any(|g| (g.0..=g.1).contains(&s.fraction));
+        let is_known = nodes.iter().any(|s| s.course.is_some());
+        if nodes.len() <= CROSSING && !is_known && nodes.iter().any(is_beside) {
+            runs.remove(k);
+        } else {
+            k += 1;
+        }
+    }
+    joined(runs);
 }
 
 /// Several short runs in a row are a singular arc where the control oscillates.

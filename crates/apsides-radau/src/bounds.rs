@@ -42,9 +42,11 @@ pub(crate) fn set_rows(p: &CollocationPhase, start: &PhaseStart<'_>, limits: &mu
     for node in 0..p.nodes.len() {
         let held = &p.mesh.arcs()[p.arc_of(node)].rows;
         for (k, row) in start.phase.path.iter().flat_map(|c| &c.rows).enumerate() {
-            let bounds = match p.touch_at(node, k) {
-                Some(t) => Bounds::fixed(if t.upper { row.bounds.upper } else { row.bounds.lower }),
-                None if p.is_beside_touch(node, k) => Bounds::FREE,
+            let met = p.touch_at(node, k).map(|t| t.upper).or(p.exit_at(node, k).map(|j| j.upper));
+            let bounds = match met {
+                Some(upper) => Bounds::fixed(if upper { row.bounds.upper } else { row.bounds.lower }),
+                None if p.is_beside_touch(node, k) || p.is_beside_junction(node, k) => Bounds::FREE,
+                None if p.implied_rows.contains(&(node, k)) => Bounds::FREE,
                 None => bounds_along(row.bounds, held, k),
             };
             limits.set(p.path_row(node) + k, bounds);

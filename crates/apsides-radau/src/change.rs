@@ -37,6 +37,9 @@ pub(crate) enum ChangeKind {
     /// It meets its bound continuously: to first and second order the time does not matter, so that it follows from where the
     /// free side meets the bound.
     Kink,
+    /// A row without controls meets its bound or leaves it, along which it stays for an arc: the time is an unknown, determined by the
+    /// conditions of [`crate::junction`].
+    Junction,
     /// The change is not clear yet.
     Unclear,
 }
@@ -63,7 +66,9 @@ fn change(quantity: usize, q: &Quantity<'_>, samples: &[NodeSample], a: &Run, b:
     let is_row = matches!(q.kind, QuantityKind::Row(_));
     // From bound to bound across what is no minimum.
     let turns_over = crosses && before.is_concave && after.is_concave;
-    let kind = if q.affine || turns_over || (is_row && (crosses || jumps(samples, a, b))) {
+    let kind = if q.is_boundary() {
+        if crosses { ChangeKind::Unclear } else { ChangeKind::Junction }
+    } else if q.affine || turns_over || (is_row && (crosses || jumps(samples, a, b))) {
         ChangeKind::Jump
     } else if !crosses && is_kink(a, b) && !jumps(samples, a, b) {
         ChangeKind::Kink
@@ -99,7 +104,7 @@ pub(crate) fn settle(changes: &mut [Change], mesh: &PhaseMesh) {
     for c in changes.iter_mut() {
         match c.kind {
             // Nearest to the estimate of those between the two nodes.
-            ChangeKind::Jump => {
+            ChangeKind::Jump | ChangeKind::Junction => {
                 c.known = nearest(&free, c, c.gap.0, c.gap.1);
                 c.at = c.known.unwrap_or(c.at);
             }
@@ -118,9 +123,12 @@ pub(crate) fn settle(changes: &mut [Change], mesh: &PhaseMesh) {
         let Some(last) = before.iter().rev().find(|b| clear(b)).filter(|_| clear(c)) else { continue };
         let same_quantity = before.iter().any(|b| clear(b) && b.quantity == c.quantity && b.at == last.at);
         let jumps = c.kind == ChangeKind::Jump && last.kind == ChangeKind::Jump;
+        // A control that jumps where a row meets its bound does so there.
+        let meets = [c.kind, last.kind].contains(&ChangeKind::Junction) && c.kind != last.kind;
         // Two kinks, or a jump and a kink, are kept apart as far as an arc between them can last.
         let same =
-            if jumps { c.known.is_none() && c.at - last.at < SAME } else { c.at - last.at < COLLAPSED };
+            if jumps { c.known.is_none() && c.at - last.at < SAME } else { c.at - last.at < COLLAPSED }
+                || meets && c.known.is_none() && c.gap.0 <= last.gap.1;
         if same && !same_quantity {
             (c.at, c.known) = (last.at, last.known);
         }

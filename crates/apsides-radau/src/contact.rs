@@ -3,7 +3,7 @@
 //! There the multiplier of the row is an impulse and the costates jump, which no polynomial follows. Where one or two nodes carry the
 //! multiplier of a row, the next mesh has an interval end at their centroid, which is that of the impulse, and the row is held
 //! at its bound there; its bounds are left out beside it, so that the solution is smooth on both sides. The time of this end is an
-//! unknown, the rate of the row vanishes there ([`crate::touch`]). Where that leads to a multiplier of the wrong sign or to an
+//! unknown, the rate of the row vanishes there ([`crate::rate_term`]). Where that leads to a multiplier of the wrong sign or to an
 //! excess beside the contact, as on an arc, refinement goes on without the contact.
 
 use apsides_nlp::SolveReport;
@@ -11,11 +11,14 @@ use apsides_ocp::{Contact, Ocp, Phase, PhaseTrajectory, PiecewisePolynomial, Tou
 
 use crate::RadauError;
 use crate::activity::{
-    COLLAPSED, CROSSING, Class, NodeSample, Quantity, QuantityKind, Solution, rows_without_controls, samples,
+    APART, COLLAPSED, CROSSING, Class, NodeSample, Quantity, QuantityKind, Solution, rows_without_controls,
+    samples,
 };
 use crate::breaks::Touch;
+use crate::junction::depends_on_time;
 use crate::layout::CollocationPhase;
 use crate::settings::RadauSettings;
+use crate::switches::Structure;
 use crate::transcription::Transcription;
 
 /// Most meshes for the sake of contacts.
@@ -26,9 +29,6 @@ const MOST_REFUTED: usize = 2;
 
 /// The nodes that were no contact are looked at again when they are closer than this part of what they were.
 const CLOSER: f64 = 0.25;
-
-/// Active nodes with fewer inactive ones between them belong together.
-const APART: usize = 4;
 
 /// Error of an interval from which on what happens beside it says nothing about contacts: the mesh is refined first.
 const ROUGH: f64 = 1e-4;
@@ -99,6 +99,8 @@ pub(crate) struct SolvedMesh<'a> {
     /// Per phase and interval, the excess of rows beside touch points, relative as the error of the mesh.
     pub(crate) beside_touch: &'a [Vec<f64>],
     pub(crate) settings: &'a RadauSettings,
+    /// Arcs along bounds are no contacts.
+    pub(crate) structure: &'a Structure<'a>,
 }
 
 impl Contacts {
@@ -130,6 +132,9 @@ impl Contacts {
         for (k, (phase, t)) in ocp.phases.iter().zip(&trajectory.phases).enumerate() {
             for q in rows_without_controls(phase) {
                 let Some(course) = RowCourse::new(phase, t, &q) else { continue };
+                if solved.structure.has_arcs_along(k, course.row) {
+                    continue;
+                }
                 let p = &nlp.layout.phases[k];
                 let (samples, _) = samples(&q, p, t, &solution);
                 let active = active_nodes(&samples, course.row, p, report);
@@ -340,16 +345,7 @@ impl<'a> RowCourse<'a> {
     /// None for a row that depends on the time itself: its rate is no function of the states alone.
     fn new(phase: &Phase, trajectory: &'a PhaseTrajectory, q: &Quantity<'_>) -> Option<Self> {
         let QuantityKind::Row(row) = q.kind else { return None };
-        let mut first = 0;
-        let path = phase.path.iter().find(|c| {
-            first += c.rows.len();
-            row < first
-        })?;
-        let pattern = path.function.pattern();
-        let output = row + path.rows.len() - first;
-        let columns = &pattern.columns[pattern.row_offsets[output]..pattern.row_offsets[output + 1]];
-        let by_time = path.function.inputs() - 1;
-        (!columns.contains(&by_time)).then(|| Self {
+        (!depends_on_time(phase, row)).then(|| Self {
             trajectory,
             row,
             scale: q.variable.size().unwrap_or(1.0),

@@ -3,7 +3,7 @@
 use std::sync::Arc;
 
 use apsides_basis::Barycentric;
-use apsides_ocp::{Contact, PhaseMesh, PhaseTrajectory, PiecewisePolynomial, Segment, TouchPoint};
+use apsides_ocp::{Contact, PhaseMesh, PhaseTrajectory, PiecewisePolynomial, Segment};
 
 use crate::RadauError;
 use crate::layout::CollocationPhase;
@@ -26,9 +26,8 @@ pub(crate) fn phase_trajectory(
     let path_rows = p.rows_per_node - p.states;
     let mut bases = std::collections::BTreeMap::new();
     let (mut state, mut control, mut costate, mut path) = (vec![], vec![], vec![], vec![]);
-    let touches: Vec<(usize, TouchPoint)> =
-        mesh.touch_points().iter().map(|t| (p.path_row(p.touch_node(t)) + t.row, *t)).collect();
-    let is_touch = |row: usize| touches.iter().any(|(r, _)| *r == row);
+    let impulses = impulses(p, &mesh, x, y);
+    let density_at = |row: usize| impulses.iter().find(|i| i.at == row).map(|i| i.density);
     for (k, rule) in p.rules.iter().enumerate() {
         let n = rule.points();
         if let std::collections::btree_map::Entry::Vacant(e) = bases.entry(n) {
@@ -50,7 +49,7 @@ pub(crate) fn phase_trajectory(
             // Per unit of time, as in the Hamiltonian.
             let seconds = p.nodes[first + j].weight * p.arc_duration(p.arc_of(first + j), x);
             let row = p.path_row(first + j);
-            let density = |r: usize| if is_touch(r) { 0.0 } else { y[r] / seconds };
+            let density = |r: usize| density_at(r).unwrap_or(y[r] / seconds);
             segment.path.extend((row..row + path_rows).map(density));
         }
         let d = rule.differentiation();
@@ -63,8 +62,8 @@ pub(crate) fn phase_trajectory(
         costate.push(Segment { basis: Arc::clone(support), values: segment.costate });
         path.push(Segment { basis: Arc::clone(nodes), values: segment.path });
     }
-    let contacts =
-        touches.iter().map(|(row, t)| Contact { end: t.end, row: t.row, multiplier: y[*row] }).collect();
+    let mut contacts: Vec<Contact> = impulses.iter().filter_map(|i| i.contact).collect();
+    contacts.sort_by_key(|c| (c.end, c.row));
     let polynomial = |dimension, segments| PiecewisePolynomial::new(dimension, breaks.clone(), segments);
     Ok(PhaseTrajectory {
         name: name.into(),
@@ -79,6 +78,57 @@ pub(crate) fn phase_trajectory(
         integral_multipliers: Some(p.ends.integral_multipliers(y)),
         interval_errors: vec![f64::NAN; p.mesh.intervals()],
     })
+}
+
+/// Nodes from which the density of a multiplier is continued to others.
+const CONTINUED_FROM: usize = 4;
+
+/// A multiplier of a path row at a node that is more or less than a density.
+struct Impulse {
+    /// Constraint row.
+    at: usize,
+    contact: Option<Contact>,
+    /// The density of the multiplier there.
+    density: f64,
+}
+
+/// The impulses at touch points and junctions. Where an arc begins along the bound of a row of order one the controls are continuous, so
+/// that there is none; along others the multiplier of the first node is an impulse and a density, which is that of the nodes after it.
+fn impulses(p: &CollocationPhase, mesh: &PhaseMesh, x: &[f64], y: &[f64]) -> Vec<Impulse> {
+    let seconds = |node: usize| p.nodes[node].weight * p.arc_duration(p.arc_of(node), x);
+    let value = |node: usize, row: usize| y[p.path_row(node) + row];
+    // The density at a node as the polynomial through nodes after it has it.
+    let continued = |node: usize, first: usize, row: usize| {
+        let interval = p.nodes[node].interval;
+        let last = p.interval_start(interval) + p.mesh.points()[interval];
+        let from: Vec<usize> = (first..last).take(CONTINUED_FROM).collect();
+        let place = |node: usize| p.nodes[node].fraction;
+        let terms = from.iter().map(|&i| {
+            let others = from.iter().filter(|j| **j != i);
+            let basis: f64 = others.map(|&j| (place(node) - place(j)) / (place(i) - place(j))).product();
+            basis * value(i, row) / seconds(i)
+        });
+        terms.sum::<f64>()
+    };
+    let alone = |end: usize, row: usize| {
+        let at = p.path_row(p.interval_start(end)) + row;
+        Impulse { at, contact: Some(Contact { end, row, multiplier: y[at] }), density: 0.0 }
+    };
+    let entry = |end: usize, row: usize| {
+        let node = p.interval_start(end);
+        let density = continued(node, node + 1, row);
+        let multiplier = value(node, row) - density * seconds(node);
+        Impulse { at: p.path_row(node) + row, contact: Some(Contact { end, row, multiplier }), density }
+    };
+    let implied = |&(node, row): &(usize, usize)| {
+        let count = p.implied_rows.iter().filter(|(_, r)| *r == row).count();
+        Impulse { at: p.path_row(node) + row, contact: None, density: continued(node, count, row) }
+    };
+    let touches = mesh.touch_points().iter().map(|t| alone(t.end, t.row));
+    let exits = p.junctions.iter().filter(|j| !j.is_entry).map(|j| alone(j.end, j.row));
+    let entries = p.junctions.iter().filter(|j| j.is_entry && (j.order > 1 || !j.is_smooth));
+    let entries = entries.map(|j| entry(j.end, j.row));
+    touches.chain(exits).chain(entries).chain(p.implied_rows.iter().map(implied)).collect()
 }
 
 /// The mesh with its breaks where the point `x` has them.

@@ -3,7 +3,7 @@
 //! Variables: per phase, node after node `[x, u]`, the end node with `[x]` alone, then the start time, the times of the
 //! breaks and the end time; the static parameters come last. Constraints: per phase, node after node `[defects, path
 //! rows]`, then the integrals with bounds, the duration, the durations of the arcs if there are several, the times of breaks
-//! that are not free, the degrees of singular controls, the rates at touch points; the endpoint constraints come last.
+//! that are not free, the degrees of singular controls, the rates at touch points and junctions; the endpoint constraints come last.
 
 use std::collections::BTreeMap;
 use std::collections::btree_map::Entry;
@@ -15,6 +15,7 @@ use apsides_ocp::{ArcKind, Break, Mesh, Ocp, Phase, PhaseMesh, TouchPoint};
 use apsides_transcription::{Layout, PhaseEnds, Places};
 
 use crate::RadauError;
+use crate::junction::{Junction, RateRow, implied_at_start, junctions, rate_rows as rate_rows_of};
 
 /// Stages of the elimination order that an interval has.
 pub(crate) const STAGES: u32 = 4;
@@ -70,8 +71,12 @@ pub struct CollocationPhase {
     pub(crate) pinned_rows: Vec<(usize, usize, f64)>,
     /// Row, interval and control of each condition that the highest degree of a control vanishes.
     pub(crate) degree_rows: Vec<(usize, usize, usize)>,
-    /// Row of the rate of each touch point whose time is free.
-    pub(crate) rate_rows: Vec<(usize, TouchPoint)>,
+    /// Rates that vanish at touch points and junctions with free times.
+    pub(crate) rate_rows: Vec<RateRow>,
+    /// Ends of arcs along bounds of path rows without controls.
+    pub(crate) junctions: Vec<Junction>,
+    /// Nodes and path rows that are held along the first arc and implied by the initial states.
+    pub(crate) implied_rows: Vec<(usize, usize)>,
     /// The first of [`STAGES`] stages of the first interval in the elimination order.
     pub(crate) first_stage: u32,
 }
@@ -117,6 +122,20 @@ impl CollocationPhase {
     /// The touch point of a path row at a node.
     pub(crate) fn touch_at(&self, node: usize, row: usize) -> Option<&TouchPoint> {
         self.mesh.touch_points().iter().find(|t| t.row == row && self.touch_node(t) == node)
+    }
+
+    /// The end of an arc along a bound of a path row that begins the interval of a node.
+    pub(crate) fn exit_at(&self, node: usize, row: usize) -> Option<&Junction> {
+        let exits = self.junctions.iter().filter(|j| !j.is_entry && j.row == row);
+        exits.into_iter().find(|j| self.interval_start(j.end) == node)
+    }
+
+    /// Says whether a node is in the interval beside a smooth junction of a row, where its bounds are left out: the rate that vanishes
+    /// there keeps the row within them, once the junction has its place.
+    pub(crate) fn is_beside_junction(&self, node: usize, row: usize) -> bool {
+        let interval = self.nodes[node].interval;
+        let beside = |j: &Junction| interval == if j.is_entry { j.end - 1 } else { j.end };
+        self.junctions.iter().any(|j| j.is_smooth && j.row == row && beside(j))
     }
 
     /// Rows of the durations of the arcs, if there are several.
@@ -189,7 +208,17 @@ impl CollocationPhase {
         let degree_rows = singular(&mesh).map(|(interval, c)| (places.take_rows(1), interval, c)).collect();
         let is_free = |t: &&TouchPoint| mesh.breaks().iter().any(|b| b.end == t.end && b.free);
         let touch_points = mesh.touch_points().iter().filter(is_free);
-        let rate_rows = touch_points.map(|t| (places.take_rows(1), *t)).collect();
+        let mut rate_rows: Vec<RateRow> = touch_points
+            .map(|t| RateRow {
+                at: places.take_rows(1),
+                row: t.row,
+                interval: t.end,
+                at_end: false,
+                order: 1,
+            })
+            .collect();
+        let (junctions, implied_rows) = (junctions(phase, &mesh), implied_at_start(phase, &mesh));
+        rate_rows.extend(junctions.iter().flat_map(|j| rate_rows_of(j, || places.take_rows(1))));
         Ok(Self {
             ends,
             states: nx,
@@ -204,6 +233,8 @@ impl CollocationPhase {
             pinned_rows,
             degree_rows,
             rate_rows,
+            junctions,
+            implied_rows,
             first_stage: places.take_stages(STAGES * (mesh.intervals() as u32 + 1)),
             mesh,
         })

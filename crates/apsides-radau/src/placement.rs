@@ -67,8 +67,8 @@ impl PhaseLayout for CollocationPhase {
         for &(row, _, c) in &self.degree_rows {
             constraints[row] = s.controls[c];
         }
-        for (row, touch) in &self.rate_rows {
-            constraints[*row] = constraints[self.path_row(self.touch_node(touch)) + touch.row];
+        for rate in &self.rate_rows {
+            constraints[rate.at] = constraints[self.path_row(self.interval_start(rate.interval)) + rate.row];
         }
     }
 
@@ -112,9 +112,9 @@ impl PhaseLayout for CollocationPhase {
         if self.pinned_rows.iter().any(|r| r.0 == row) {
             return Some(phase_row(phase, "start of an arc", &phase.time_unit));
         }
-        if let Some((_, touch)) = self.rate_rows.iter().find(|r| r.0 == row) {
-            let v = phase.path.iter().flat_map(|c| &c.rows).nth(touch.row)?;
-            return Some(phase_row(phase, format!("rate of {} where it touches its bound", v.name), &v.unit));
+        if let Some(rate) = self.rate_rows.iter().find(|r| r.at == row) {
+            let v = phase.path.iter().flat_map(|c| &c.rows).nth(rate.row)?;
+            return Some(phase_row(phase, format!("rate of {} where it meets its bound", v.name), &v.unit));
         }
         let (_, _, c) = self.degree_rows.iter().find(|r| r.0 == row)?;
         let v = &phase.controls[*c];
@@ -139,7 +139,8 @@ impl PhaseLayout for CollocationPhase {
                 m.evaluate(time, rows);
                 let seconds = node.weight * self.arc_duration(self.arc_of(i), x);
                 for (k, v) in rows.iter_mut().enumerate() {
-                    *v *= if self.is_beside_touch(i, k) { 0.0 } else { seconds };
+                    let is_left_out = self.is_beside_touch(i, k) || self.exit_at(i, k).is_some();
+                    *v *= if is_left_out { 0.0 } else { seconds };
                 }
             }
         }
@@ -177,8 +178,8 @@ impl PhaseLayout for CollocationPhase {
         for &(row, interval, _) in &self.degree_rows {
             constraints[row] = stage_of(interval) + 3;
         }
-        for (row, touch) in &self.rate_rows {
-            constraints[*row] = stage_of(touch.end) + 3;
+        for rate in &self.rate_rows {
+            constraints[rate.at] = stage_of(rate.interval) + 3;
         }
     }
 }

@@ -17,6 +17,7 @@ use crate::refinement::refine;
 use crate::saddle::{Watch, beyond_saddle};
 use crate::scales::{ScaleWarning, scale_warnings};
 pub use crate::settings::RadauSettings;
+use crate::state_bounds::{StateRows, without_arcs};
 use crate::switches::{Structure, Switch};
 use crate::transcription::Transcription;
 
@@ -83,6 +84,27 @@ pub struct RadauSolution {
     pub report: SolveReport,
 }
 
+/// The beginning of a solve, or what it goes on with.
+#[derive(Clone)]
+struct Attempt {
+    guess: Guess,
+    mesh: Mesh,
+    /// The meshes before.
+    meshes: Vec<MeshRecord>,
+    /// Number of meshes that led nowhere.
+    spent: usize,
+    warnings: Vec<ScaleWarning>,
+    /// True if bounds of states may become rows.
+    follows_states: bool,
+}
+
+/// The end of an attempt.
+enum Ending {
+    Solution(Box<RadauSolution>),
+    /// States are at bounds: the problem with rows for them, and what to go on with.
+    AtStateBounds(Box<StateRows>, Box<Attempt>),
+}
+
 /// A mesh that was solved.
 struct Solved {
     trajectory: Trajectory,
@@ -126,10 +148,50 @@ impl Radau {
         observer: &mut dyn Observer,
     ) -> Result<RadauSolution, RadauError> {
         self.settings.check()?;
-        let mut guess = guess.clone().off_stationary_integrals(ocp);
-        let mut mesh = mesh;
-        let mut meshes: Vec<MeshRecord> = Vec::new();
-        let mut warnings = Vec::new();
+        let guess = guess.clone().off_stationary_integrals(ocp);
+        let follows_states = self.settings.switches;
+        let (meshes, warnings) = (Vec::new(), Vec::new());
+        let mut attempt = Attempt { guess, mesh, meshes, spent: 0, warnings, follows_states };
+        let mut with_rows: Option<(StateRows, Attempt)> = None;
+        let mut inaccurate: Option<RadauSolution> = None;
+        loop {
+            let posed = with_rows.as_ref().map_or(ocp, |(rows, _)| &rows.ocp);
+            match (self.attempt(posed, attempt, observer)?, with_rows.take()) {
+                (Ending::AtStateBounds(rows, next), _) => {
+                    attempt = (*next).clone();
+                    with_rows = Some((*rows, *next));
+                }
+                (Ending::Solution(mut solution), None) => {
+                    let error = |s: &RadauSolution| s.meshes.last().map_or(f64::NAN, |m| m.error);
+                    let is_better = |s: &RadauSolution| s.status.is_success() && error(s) < error(&solution);
+                    if let Some(other) = inaccurate.take().filter(|s| !solution.accurate && is_better(s)) {
+                        *solution = RadauSolution { meshes: solution.meshes, ..other };
+                    }
+                    return Ok(*solution);
+                }
+                (Ending::Solution(mut solution), Some((rows, before))) => {
+                    solution.trajectory = rows.as_posed(solution.trajectory)?;
+                    let is_solved = solution.status.is_success() && solution.accurate;
+                    if is_solved || !may_go_on(solution.status) {
+                        return Ok(*solution);
+                    }
+                    // The bounds as they were posed may do better.
+                    let spent = solution.meshes.len() - before.meshes.len();
+                    attempt = Attempt { meshes: solution.meshes.clone(), spent, ..before };
+                    inaccurate = Some(*solution);
+                }
+            }
+        }
+    }
+
+    /// Solves from mesh to mesh, until the error meets the tolerance or states turn out to be at bounds that can be rows.
+    fn attempt(
+        &self,
+        ocp: &Ocp,
+        attempt: Attempt,
+        observer: &mut dyn Observer,
+    ) -> Result<Ending, RadauError> {
+        let Attempt { mut guess, mut mesh, mut meshes, spent, mut warnings, follows_states } = attempt;
         let mut last: Option<Solved> = None;
         let mut excess = f64::INFINITY;
         let mut progress = Progress::new();
@@ -176,7 +238,7 @@ impl Radau {
             });
             let points = total_points(&mesh);
             let status = report.status;
-            let out_of_meshes = meshes.len() > self.settings.max_refinements;
+            let out_of_meshes = meshes.len() - spent > self.settings.max_refinements;
             if let Some(forced) =
                 forced.take().filter(|_| !status.is_success() && may_go_on(status) && !out_of_meshes)
             {
@@ -198,7 +260,7 @@ impl Radau {
                     Some(solved) => solved,
                     None => Solved::first(trajectory, report, mesh),
                 };
-                return Ok(solved.into_solution(status, unmet, meshes, warnings));
+                return Ok(solved.into_ending(status, unmet, meshes, warnings));
             }
             if error <= self.settings.tolerance && in_doubt && !looked_beyond {
                 looked_beyond = true;
@@ -213,11 +275,20 @@ impl Radau {
                     if !report.status.is_success() {
                         let solved = Solved::first(trajectory, report, mesh);
                         let status = solved.report.status;
-                        return Ok(solved.into_solution(status, None, meshes, warnings));
+                        return Ok(solved.into_ending(status, None, meshes, warnings));
                     }
                     guess = Guess::earlier(&trajectory);
                     continue;
                 }
+            }
+            if follows_states
+                && !out_of_meshes
+                && let Some(rows) = StateRows::of(ocp, &nlp, &report, &trajectory, &scaling)
+            {
+                let guess = Guess::earlier(&trajectory);
+                let mesh = without_arcs(mesh);
+                let next = Attempt { guess, mesh, meshes, spent, warnings, follows_states: false };
+                return Ok(Ending::AtStateBounds(Box::new(rows), Box::new(next)));
             }
             let found = Structure::of(ocp, &mut nlp, &report, &trajectory);
             let in_bounds = controls <= self.settings.tolerance;
@@ -227,6 +298,7 @@ impl Radau {
                 trajectory: &trajectory,
                 beside_touch: &estimate.beside_touch,
                 settings: &self.settings,
+                structure: &found,
             };
             let touching = contacts.step(&solved, &mut nlp);
             if touching.settled {
@@ -269,7 +341,7 @@ impl Radau {
                 || out_of_meshes
                 || size > self.settings.max_total_points
             {
-                return Ok(solved.into_solution(status, None, meshes, warnings));
+                return Ok(solved.into_ending(status, None, meshes, warnings));
             }
             if touching.has_new() && before_contacts.is_none() {
                 before_contacts = Some((Guess::earlier(&solved.trajectory), solved.plain.clone()));
@@ -290,15 +362,26 @@ impl Solved {
         Self { trajectory, report, switches: Vec::new(), accurate: false, stalled: false, plain: mesh }
     }
 
-    fn into_solution(
+    fn into_ending(
         self,
         status: Status,
         unmet: Option<Unmet>,
         meshes: Vec<MeshRecord>,
         warnings: Vec<ScaleWarning>,
-    ) -> RadauSolution {
+    ) -> Ending {
         let Self { trajectory, report, switches, accurate, stalled, .. } = self;
-        RadauSolution { trajectory, status, accurate, stalled, meshes, unmet, warnings, switches, report }
+        let solution = RadauSolution {
+            trajectory,
+            status,
+            accurate,
+            stalled,
+            meshes,
+            unmet,
+            warnings,
+            switches,
+            report,
+        };
+        Ending::Solution(Box::new(solution))
     }
 }
 

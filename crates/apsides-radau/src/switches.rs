@@ -11,7 +11,8 @@ use apsides_ocp::{ArcKind, Bounds, Mesh, Ocp, Phase, PhaseArc, PhaseTrajectory, 
 
 use crate::RadauError;
 use crate::activity::{
-    Class, Quantity, QuantityKind, Solution, curvatures, pulses, quantities, runs, samples,
+    Class, Quantity, QuantityKind, Solution, boundary_runs, curvatures, pulses, quantities, runs, samples,
+    settle_beside,
 };
 use crate::breaks::{ArcBreak, Instants, with_breaks};
 use crate::change::{Change, ChangeKind, changes, settle};
@@ -49,7 +50,9 @@ impl<'a> Structure<'a> {
     pub(crate) fn switches(&self, ocp: &Ocp, trajectory: &Trajectory) -> Vec<Switch> {
         let mut switches = Vec::new();
         for ((found, phase), t) in self.phases.iter().zip(&ocp.phases).zip(&trajectory.phases) {
-            for c in found.of_kind(ChangeKind::Jump) {
+            let instants =
+                found.changes.iter().filter(|c| matches!(c.kind, ChangeKind::Jump | ChangeKind::Junction));
+            for c in instants {
                 let v = found.quantities[c.quantity].variable;
                 switches.push(Switch {
                     phase: phase.name.clone(),
@@ -64,6 +67,13 @@ impl<'a> Structure<'a> {
             }
         }
         switches
+    }
+
+    /// Says whether a path constraint row without controls stays at its bounds along arcs.
+    pub(crate) fn has_arcs_along(&self, phase: usize, row: usize) -> bool {
+        let found = &self.phases[phase];
+        let is_row = |c: &Change| found.quantities[c.quantity].kind == QuantityKind::Row(row);
+        found.of_kind(ChangeKind::Junction).any(is_row)
     }
 
     /// Says whether the mesh of the trajectory has exactly the breaks and arcs that were found; kinks may stand beside their breaks
@@ -117,7 +127,7 @@ impl PhaseStructure<'_> {
     fn breaks(&self) -> Vec<ArcBreak> {
         let mut breaks: Vec<ArcBreak> = Vec::new();
         for c in self.changes.iter().filter(|c| c.kind != ChangeKind::Unclear) {
-            let free = c.kind == ChangeKind::Jump;
+            let free = matches!(c.kind, ChangeKind::Jump | ChangeKind::Junction);
             match breaks.last_mut().filter(|b| c.at <= b.at) {
                 Some(b) => b.free |= free,
                 None => breaks.push(ArcBreak { at: c.at, free, known: c.known }),
@@ -153,9 +163,13 @@ impl PhaseStructure<'_> {
                     (whole[c.quantity], class[c.quantity]) = (false, c.to);
                 }
             }
+            let boundary = self.quantities.iter().zip(&class).filter(|(q, _)| q.is_boundary());
+            let is_along_bound = boundary.into_iter().any(|(_, class)| *class != Class::Between);
             for (index, ((q, class), whole)) in self.quantities.iter().zip(&class).zip(whole).enumerate() {
                 let has_kink = self.of_kind(ChangeKind::Kink).any(|c| c.quantity == index);
                 let between = match (q.affine, has_kink) {
+                    // Along a bound the row determines the control.
+                    (true, _) if is_along_bound => None,
                     (true, _) => Some(ArcKind::Singular),
                     (false, true) => Some(ArcKind::Free),
                     (false, false) => None,
@@ -164,6 +178,7 @@ impl PhaseStructure<'_> {
                 match q.kind {
                     QuantityKind::Control(c) => arc.controls[c] = course,
                     QuantityKind::Row(r) => arc.rows[r] = course,
+                    QuantityKind::State(_) => {}
                 }
             }
             if arc.controls.iter().chain(&arc.rows).all(Option::is_none) {
@@ -186,16 +201,24 @@ fn phase_structure<'a>(
     solution: &Solution<'_>,
 ) -> PhaseStructure<'a> {
     let mut quantities = quantities(phase);
-    let mut found = PhaseStructure { quantities: Vec::new(), first: Vec::new(), changes: Vec::new() };
-    for (k, q) in quantities.iter_mut().enumerate() {
+    let first = vec![Class::Between; quantities.len()];
+    let mut found = PhaseStructure { quantities: Vec::new(), first, changes: Vec::new() };
+    // Where rows meet their bounds controls may oscillate for a few nodes.
+    let mut gaps: Vec<(f64, f64)> = Vec::new();
+    for (k, q) in quantities.iter_mut().enumerate().rev() {
         let (samples, affine) = samples(q, p, t, solution);
         q.affine = affine;
-        let mut runs = runs(&samples);
+        let mut runs = if q.is_boundary() { boundary_runs(&samples) } else { runs(&samples) };
         if q.affine {
+            settle_beside(&samples, &mut runs, &gaps);
             pulses(&samples, &mut runs);
         }
-        found.first.push(runs.first().map_or(Class::Between, |r| r.class));
-        found.changes.extend(changes(k, q, &samples, &runs));
+        found.first[k] = runs.first().map_or(Class::Between, |r| r.class);
+        let changes = changes(k, q, &samples, &runs);
+        if q.is_boundary() {
+            gaps.extend(changes.iter().map(|c| c.gap));
+        }
+        found.changes.extend(changes);
     }
     found.quantities = quantities;
     found.changes.sort_by(|a, b| a.at.total_cmp(&b.at));

@@ -19,7 +19,7 @@ use crate::RadauError;
 use crate::extraction::phase_trajectory;
 use crate::layout::{CollocationPhase, collocation_layout};
 use crate::node_term::{NodeTerm, Target};
-use crate::touch::{RateTerm, rate_terms};
+use crate::rate_term::{RateTerm, rate_terms};
 
 /// A problem on a mesh, as a nonlinear program that [`apsides_nlp::InteriorPoint`] or any other solver can take.
 ///

@@ -158,7 +158,14 @@ fn arcs(name: &str) -> (Case, Mesh) {
 
 #[test]
 fn derivatives_with_breaks() {
-    for name in ["rayleigh_path", "di_singular_arc", "goddard_cops", "orbit_raising"] {
+    for name in [
+        "rayleigh_path",
+        "di_singular_arc",
+        "goddard_cops",
+        "orbit_raising",
+        "bryson_denham_contact",
+        "brachistochrone_wall",
+    ] {
         let (mut case, mesh) = arcs(name);
         // Fixed times have no derivatives.
         let phase = &mut case.ocp.phases[0];

@@ -45,6 +45,15 @@ impl Activity {
         }
     }
 
+    /// The one of two stands that is farther from the bound.
+    pub(super) fn weaker(self, other: Self) -> Self {
+        match (self, other) {
+            (Self::Free, _) | (_, Self::Free) => Self::Free,
+            (Self::Weak, _) | (_, Self::Weak) => Self::Weak,
+            (Self::Strong, Self::Strong) => Self::Strong,
+        }
+    }
+
     /// Returns true if the quantity does not change in a space.
     pub(super) fn is_fixed_in(self, space: Space) -> bool {
         match space {

@@ -1,6 +1,6 @@
 //! The second variation of the whole problem: the phases joined by what depends on their ends.
 
-use apsides_ocp::{EndpointInput, Ocp, Trajectory};
+use apsides_ocp::{Contact, EndpointInput, Ocp, Trajectory};
 use nalgebra::DMatrix;
 
 use super::activity::{Activity, Space};
@@ -8,10 +8,14 @@ use super::arcs::{self, Span};
 use super::interval::{Interval, Rule};
 use super::sweep::{ROW_SHIFT, Sizes, Swept, ZERO, sweep};
 use crate::VerifySettings;
+use crate::boundary::row_scale;
 use crate::ends::{EndGradient, EndScales, Ends};
 use crate::equations::sign;
 use crate::optimality::PhaseConditions;
 use crate::worst::relative;
+
+/// Distance from a bound, relative to the scale of a row, along an arc there.
+const AT_BOUND: f64 = 1e-7;
 
 /// One phase of the form.
 pub(super) struct PhaseForm {
@@ -80,10 +84,28 @@ impl PhaseForm {
             form.contacts.push((end, hessian));
             // The state at the end of an interval is a step of its start.
             if let Some(interval) = form.intervals.get_mut(end.saturating_sub(1)) {
-                interval.add_end_row(&row);
+                interval.add_end_row(&row, Activity::Strong);
             }
         }
+        form.add_entries();
         Some(form)
+    }
+
+    /// Where a state comes to a bound at which it stays, it is there at the start already: the stages of the rule alone would let it be
+    /// beside the bound by turns.
+    fn add_entries(&mut self) {
+        let s = self.sizes;
+        for k in 1..self.intervals.len() {
+            let (before, after) = self.intervals.split_at_mut(k);
+            let (before, after) = (&mut before[k - 1], &after[0]);
+            for i in 0..s.states {
+                if before.at_bounds[i] == Activity::Free && after.at_bounds[i] != Activity::Free {
+                    let mut row = vec![0.0; s.states + 2 + s.parameters];
+                    row[i] = 1.0;
+                    before.add_end_row(&row, after.at_bounds[i]);
+                }
+            }
+        }
     }
 
     /// Places of `w` without the state: multipliers of the end, of integrals, times.
@@ -148,7 +170,9 @@ fn contacts(
         let (mut gradient, mut hessian) = (vec![0.0; width], vec![0.0; width * width]);
         conditions.equations.row_gradient(contact.row, &mut gradient);
         conditions.equations.add_row_hessian(contact.row, 1.0, &mut hessian);
-        add_shift_of_contact(conditions, &gradient, &mut hessian);
+        if !begins_or_ends_arc(conditions, contact) {
+            add_shift_of_contact(conditions, &gradient, &mut hessian);
+        }
         hessian.iter_mut().for_each(|h| *h *= contact.multiplier);
         let theta = (time - span.arc_start) / (span.arc_end - span.arc_start);
         // Columns of [x, u, p, t] behind each of [x, xi_a, xi_b, p], with the factor.
@@ -172,6 +196,23 @@ fn contacts(
         all.push((end, h, row));
     }
     all
+}
+
+/// Says whether the row of a contact stays at its bound on one side: then no extremum of it moves.
+fn begins_or_ends_arc(conditions: &PhaseConditions<'_>, contact: &Contact) -> bool {
+    let breaks = conditions.found.control.breaks();
+    let mut rows = conditions.equations.phase.path.iter().flat_map(|p| &p.rows);
+    let Some(variable) = rows.nth(contact.row) else { return false };
+    let values = || conditions.nodes.iter().map(|n| n.path[contact.row]);
+    let scale = row_scale(variable, values().fold(0.0, |m: f64, v| m.max(v.abs())));
+    let stays = |interval: usize| {
+        let inside = breaks[interval]..breaks[interval + 1];
+        let nodes = conditions.nodes.iter().filter(|n| n.time > inside.start && n.time < inside.end);
+        let mut nodes = nodes.peekable();
+        nodes.peek().is_some()
+            && nodes.all(|n| variable.bounds.excess(n.path[contact.row]) >= -AT_BOUND * scale)
+    };
+    (contact.end > 0 && stays(contact.end - 1)) || (contact.end + 1 < breaks.len() && stays(contact.end))
 }
 
 /// The value of a row at its extremum changes also because the extremum moves: `-(d g')^2 / g''` joins the Hessian of the row

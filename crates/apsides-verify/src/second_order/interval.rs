@@ -43,6 +43,8 @@ pub(super) struct Interval {
     /// Least eigenvalue of the Hessian in the controls that do not push against a bound, along the constraints that do;
     /// infinite where none is left.
     pub(super) legendre: f64,
+    /// The stand of each state to its bounds at the stage where it is farthest from one.
+    pub(super) at_bounds: Vec<Activity>,
 }
 
 /// Multipliers of state bounds come from a derivative of the costate; smaller ones, relative, are not surely different from
@@ -76,6 +78,7 @@ struct Stage {
     integrals: DMatrix<f64>,
     controls: Vec<Activity>,
     legendre: f64,
+    at_bounds: Vec<Activity>,
 }
 
 impl Interval {
@@ -136,6 +139,7 @@ impl Interval {
         let mut integrals = DMatrix::zeros(ni, nv);
         let (mut rows, mut controls, mut legendre) = (Vec::new(), Vec::new(), f64::INFINITY);
         let mut weights = [0.0; STAGES];
+        let mut at_bounds = vec![Activity::Strong; nx];
         for (i, (stage, map)) in stages.into_iter().zip(&mut maps).enumerate() {
             map.view_mut((0, 0), (nx, nv)).copy_from(&states.view((i * nx, 0), (nx, nv)));
             let weight = h * rule.weights[i];
@@ -145,15 +149,16 @@ impl Interval {
             rows.extend(stage.rows.into_iter().map(|r| Row { gradient: map.transpose() * r.gradient, ..r }));
             controls.extend(stage.controls);
             legendre = legendre.min(stage.legendre);
+            at_bounds.iter_mut().zip(&stage.at_bounds).for_each(|(a, b)| *a = a.weaker(*b));
             weights[i] = weight * length / duration;
         }
-        Some(Self { span, curvature, step, rows, integrals, controls, weights, legendre })
+        Some(Self { span, curvature, step, rows, integrals, controls, weights, legendre, at_bounds })
     }
 }
 
 impl Interval {
     /// Adds a constraint on `[x, xi_a, xi_b, p]` at the end of the interval.
-    pub(super) fn add_end_row(&mut self, row: &[f64]) {
+    pub(super) fn add_end_row(&mut self, row: &[f64], activity: Activity) {
         let nx = self.step.nrows();
         let nv = self.step.ncols();
         let mut gradient = DVector::zeros(nv);
@@ -164,7 +169,7 @@ impl Interval {
         for (k, v) in row[nx..].iter().enumerate() {
             gradient[others + k] += v;
         }
-        self.rows.push(Row { gradient, activity: Activity::Strong });
+        self.rows.push(Row { gradient, activity });
     }
 }
 
@@ -291,6 +296,7 @@ impl Stage {
                 rows.push(Row { gradient: gradient_of(value, &gradient, false) / row_size, activity });
             }
         }
+        let mut at_bounds = vec![Activity::Free; nx];
         for (i, state) in conditions.equations.phase.states.iter().enumerate() {
             let bounds = &state.variable.bounds;
             if Activity::new(0.0, conditions.point.x[i], bounds, scale(i)) != Activity::Free {
@@ -300,17 +306,43 @@ impl Stage {
                 let slope = if slope.abs() > SURE { slope } else { 0.0 };
                 let mut gradient = DVector::zeros(local);
                 gradient[i] = 1.0;
-                let activity = Activity::new(slope, conditions.point.x[i], bounds, scale(i));
-                rows.push(Row { gradient, activity });
+                at_bounds[i] = Activity::new(slope, conditions.point.x[i], bounds, scale(i));
+                rows.push(Row { gradient, activity: at_bounds[i] });
             }
         }
-        let legendre = legendre(&curvature, nx, &controls, &rows, duration / length);
-        Self { rates, curvature, rows, integrals, controls, legendre }
+        let legendre = legendre(&curvature, &rates, &controls, &rows, duration / length);
+        Self { rates, curvature, rows, integrals, controls, legendre, at_bounds }
     }
 }
 
+/// Rates of a row of states in which a control is looked for.
+const MOST_RATES: usize = 3;
+
+/// The direction in the controls in which a row moves: that of the row itself or, for one of states, of its first rate with a control in
+/// it. While the row stays at its bound it holds them there.
+fn direction(row: &Row, rates: &DMatrix<f64>, nu: usize) -> DVector<f64> {
+    let nx = rates.nrows();
+    let mut by_states = row.gradient.rows(0, nx).into_owned();
+    let mut by_controls = row.gradient.rows(nx, nu).into_owned();
+    for _ in 0..MOST_RATES {
+        if by_controls.iter().any(|v| *v != 0.0) {
+            break;
+        }
+        by_controls = rates.columns(nx, nu).transpose() * &by_states;
+        by_states = rates.columns(0, nx).transpose() * by_states;
+    }
+    by_controls
+}
+
 /// Least eigenvalue of `H_uu` of the whole phase's duration over the controls and along the rows that are not surely active.
-fn legendre(curvature: &DMatrix<f64>, nx: usize, controls: &[Activity], rows: &[Row], factor: f64) -> f64 {
+fn legendre(
+    curvature: &DMatrix<f64>,
+    rates: &DMatrix<f64>,
+    controls: &[Activity],
+    rows: &[Row],
+    factor: f64,
+) -> f64 {
+    let nx = rates.nrows();
     let free: Vec<usize> = (0..controls.len()).filter(|j| controls[*j] != Activity::Strong).collect();
     if free.is_empty() {
         return f64::INFINITY;
@@ -320,7 +352,8 @@ fn legendre(curvature: &DMatrix<f64>, nx: usize, controls: &[Activity], rows: &[
     // Rows by Gram-Schmidt; their span is moved out of the way.
     let mut basis: Vec<DVector<f64>> = Vec::new();
     for row in rows.iter().filter(|r| r.activity == Activity::Strong) {
-        let mut g = DVector::from_fn(n, |i, _| row.gradient[nx + free[i]]);
+        let along = direction(row, rates, controls.len());
+        let mut g = DVector::from_fn(n, |i, _| along[free[i]]);
         let size = g.norm();
         for b in &basis {
             g -= b * b.dot(&g);

@@ -1,0 +1,164 @@
+//! Junctions: where an arc along which a path constraint row without controls stays at a bound begins and ends.
+//!
+//! A row of order `q` has the control in its rate of order `q` first. Along the arc the row is held at its bound at every node, and at
+//! its end, where its rates below the order vanish too: without these the last interval keeps a freedom that costs nothing. The time is
+//! an unknown, which the cost alone does not determine: any part of the right arc would do as well. Where the controls are continuous the
+//! rate of order `q` vanishes on the free side (Jacobson, Lele, Speyer, J. Math. Anal. Appl. 35 (1971) 255,
+//! doi 10.1016/0022-247X(71)90219-8), which is the condition that determines the time. Its multiplier is zero at the optimum.
+
+use apsides_ocp::{ArcKind, PathConstraint, Phase, PhaseArc, PhaseMesh};
+
+/// Rows of higher order are left to refinement.
+const MOST_ORDER: usize = 2;
+
+/// An end of an arc along a bound, with a free time.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) struct Junction {
+    /// Index of the interval end.
+    pub(crate) end: usize,
+    /// Index of the row among those of the phase.
+    pub(crate) row: usize,
+    /// True at the start of the arc, false at its end.
+    pub(crate) is_entry: bool,
+    /// True along the upper bound.
+    pub(crate) upper: bool,
+    /// The least order of a rate of the row that depends on a control.
+    pub(crate) order: usize,
+    /// True where the controls are continuous.
+    pub(crate) is_smooth: bool,
+}
+
+/// A path constraint and the index of one of its rows, by the index of the row among those of the phase.
+pub(crate) fn row_function(phase: &Phase, row: usize) -> Option<(&PathConstraint, usize)> {
+    let mut first = 0;
+    let path = phase.path.iter().find(|c| {
+        first += c.rows.len();
+        row < first
+    })?;
+    Some((path, row + path.rows.len() - first))
+}
+
+/// The inputs that a row depends on.
+fn columns(phase: &Phase, row: usize) -> Option<&[usize]> {
+    let (path, output) = row_function(phase, row)?;
+    let pattern = path.function.pattern();
+    Some(&pattern.columns[pattern.row_offsets[output]..pattern.row_offsets[output + 1]])
+}
+
+/// Says whether a row depends on the time itself.
+pub(crate) fn depends_on_time(phase: &Phase, row: usize) -> bool {
+    let time = row_function(phase, row).map(|(path, _)| path.function.inputs() - 1);
+    columns(phase, row).is_none_or(|columns| columns.iter().any(|c| Some(*c) == time))
+}
+
+/// The dependence of the rates of a row without controls.
+pub(crate) struct Order {
+    /// The least order of a rate that depends on a control.
+    pub(crate) order: usize,
+    /// The controls that this rate depends on.
+    pub(crate) controls: Vec<usize>,
+    /// The states that the row and each of its rates below the order depend on.
+    states: Vec<Vec<usize>>,
+}
+
+/// The order of a row without controls; none where it is too high.
+pub(crate) fn order(phase: &Phase, row: usize) -> Option<Order> {
+    let (nx, nu) = (phase.states.len(), phase.controls.len());
+    let inputs = columns(phase, row)?;
+    if inputs.iter().any(|c| (nx..nx + nu).contains(c)) {
+        return None;
+    }
+    order_of(phase, inputs.iter().copied().filter(|c| *c < nx).collect())
+}
+
+/// The order of a function of these states, as [`order`].
+pub(crate) fn order_of(phase: &Phase, states: Vec<usize>) -> Option<Order> {
+    let (nx, nu) = (phase.states.len(), phase.controls.len());
+    let pattern = phase.dynamics.pattern();
+    let mut states = vec![states];
+    for order in 1..=MOST_ORDER {
+        let last = &states[order - 1];
+        let mut next: Vec<usize> = (last.iter())
+            .flat_map(|s| &pattern.columns[pattern.row_offsets[*s]..pattern.row_offsets[s + 1]])
+            .chain(last)
+            .copied()
+            .collect();
+        next.sort_unstable();
+        next.dedup();
+        let controls: Vec<usize> =
+            (next.iter().filter(|c| (nx..nx + nu).contains(c))).map(|c| c - nx).collect();
+        if !controls.is_empty() {
+            return Some(Order { order, controls, states });
+        }
+        next.retain(|c| *c < nx);
+        states.push(next);
+    }
+    None
+}
+
+/// The nodes of the first arc, from the start of the phase on, that leave a row out which is held along it: the row and its rates below
+/// the order say nothing new as far as the initial states are fixed.
+pub(crate) fn implied_at_start(phase: &Phase, mesh: &PhaseMesh) -> Vec<(usize, usize)> {
+    let held = |row: &usize| held(&mesh.arcs()[0], *row).is_some();
+    let nodes = |row: usize| {
+        let order = order(phase, row)?;
+        let is_fixed = |states: &&Vec<usize>| states.iter().all(|s| phase.states[*s].initial.is_fixed());
+        let is_timed = depends_on_time(phase, row) && !phase.initial_time.is_fixed();
+        let implied = if is_timed { 0 } else { order.states.iter().take_while(is_fixed).count() };
+        (implied < mesh.points()[0]).then(move || (0..implied).map(move |node| (node, row)))
+    };
+    (0..phase.path_rows()).filter(held).filter_map(nodes).flatten().collect()
+}
+
+/// The bound that a row is held at along an arc.
+fn held(arc: &PhaseArc, row: usize) -> Option<ArcKind> {
+    let course = arc.rows.get(row).copied().flatten();
+    course.filter(|c| matches!(c, ArcKind::Lower | ArcKind::Upper))
+}
+
+/// The junctions of a mesh, in order of time.
+pub(crate) fn junctions(phase: &Phase, mesh: &PhaseMesh) -> Vec<Junction> {
+    let mut found = Vec::new();
+    for (arcs, at) in mesh.arcs().windows(2).zip(mesh.breaks()).filter(|(_, at)| at.free) {
+        for row in 0..phase.path_rows() {
+            let sides = [held(&arcs[0], row), held(&arcs[1], row)];
+            let (course, free) = match sides {
+                [Some(course), None] => (course, &arcs[1]),
+                [None, Some(course)] => (course, &arcs[0]),
+                _ => continue,
+            };
+            let Some(Order { order, controls, .. }) = order(phase, row) else { continue };
+            let is_smooth = controls.iter().all(|c| {
+                let course = free.controls.get(*c).copied().flatten();
+                matches!(course, None | Some(ArcKind::Free))
+            });
+            let (is_entry, upper) = (sides[0].is_none(), course == ArcKind::Upper);
+            found.push(Junction { end: at.end, row, is_entry, upper, order, is_smooth });
+        }
+    }
+    found
+}
+
+/// A condition that a rate of a row vanishes at an end of an interval.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) struct RateRow {
+    /// Constraint row.
+    pub(crate) at: usize,
+    /// Index of the path constraint row.
+    pub(crate) row: usize,
+    /// Interval whose polynomial has the rate.
+    pub(crate) interval: usize,
+    /// True at the end of the interval, false at its start.
+    pub(crate) at_end: bool,
+    /// Order of the rate.
+    pub(crate) order: usize,
+}
+
+/// The rates that vanish at a junction, with constraint rows from a source of them.
+pub(crate) fn rate_rows(j: &Junction, mut take: impl FnMut() -> usize) -> Vec<RateRow> {
+    let interval = if j.is_entry { j.end - 1 } else { j.end };
+    let least = if j.is_entry { j.order } else { 1 };
+    let most = if j.is_smooth { j.order } else { j.order - 1 };
+    let rate = |order| RateRow { at: take(), row: j.row, interval, at_end: j.is_entry, order };
+    (least..=most).map(rate).collect()
+}

@@ -1,0 +1,215 @@
+//! Rates of path constraint rows that vanish at touch points and at the junctions of arcs along bounds, both with free times.
+//!
+//! With the time of a touch point as an unknown and the rate as a condition the program has the curvature of the problem itself: a contact
+//! that is pushed down moves aside. Held at a fixed time instead, it is often no minimum.
+
+use std::sync::Arc;
+
+use apsides_ad::NodeFunction;
+use apsides_ocp::{Ocp, PathConstraint, Phase};
+use apsides_transcription::Layout;
+
+use crate::junction::{RateRow, row_function};
+use crate::layout::CollocationPhase;
+
+/// The rate of a row at an end of an interval: a derivative of the polynomial through the values of the row at the points of the
+/// interval, in units in which the largest factor is one.
+pub(crate) struct RateTerm {
+    function: Arc<dyn NodeFunction>,
+    /// Per output of the function, its part in what is differentiated.
+    parts: Vec<f64>,
+    row: usize,
+    points: Vec<RatePoint>,
+    inputs: Vec<f64>,
+    values: Vec<f64>,
+    weights: Vec<f64>,
+    hessian: Vec<f64>,
+}
+
+/// A point of the polynomial.
+struct RatePoint {
+    factor: f64,
+    /// Per input the columns that it is a sum of, with factors: the time comes from those of the ends of the arc.
+    columns: Vec<Vec<(usize, f64)>>,
+    /// Derivatives of all outputs at the point of [`RateTerm::refresh`].
+    entries: Vec<f64>,
+    inputs: Vec<f64>,
+}
+
+/// All rates that vanish.
+pub(crate) fn rate_terms(ocp: &Ocp, layout: &Layout<CollocationPhase>) -> Vec<RateTerm> {
+    let mut terms = Vec::new();
+    for (phase, p) in ocp.phases.iter().zip(&layout.phases) {
+        for rate in &p.rate_rows {
+            if let Some((path, output)) = row_function(phase, rate.row) {
+                let (function, parts, order) = differentiated(phase, path, output, rate.order);
+                terms.push(RateTerm::new(&function, parts, rate, order, p, layout.first_parameter));
+            }
+        }
+    }
+    terms
+}
+
+/// The function whose derivative is the rate, its parts, and the order of the derivative. The second rate of a row that is linear in the
+/// states is the first derivative of a sum of rates: these are values of the equations of motion, which determine the rate better than the
+/// states do.
+fn differentiated(
+    phase: &Phase,
+    path: &PathConstraint,
+    output: usize,
+    order: usize,
+) -> (Arc<dyn NodeFunction>, Vec<f64>, usize) {
+    let pattern = path.function.pattern();
+    let inputs = path.function.inputs();
+    let (mut values, mut entries) = (vec![0.0; path.function.outputs()], vec![0.0; pattern.jacobian_len()]);
+    let mut parts = vec![0.0; path.function.outputs()];
+    parts[output] = 1.0;
+    let here = || pattern.jacobian_entries().zip(0..).filter(|((r, _), _)| *r == output);
+    let is_linear = pattern.hessian.is_empty() && here().all(|((_, c), _)| c < phase.states.len());
+    if order < 2 || !is_linear {
+        return (Arc::clone(&path.function), parts, order);
+    }
+    path.function.jacobian(&vec![0.0; inputs], &mut values, &mut entries);
+    let mut rates = vec![0.0; phase.states.len()];
+    for ((_, c), k) in here() {
+        rates[c] += entries[k];
+    }
+    (Arc::clone(&phase.dynamics), rates, order - 1)
+}
+
+/// Weights of the values at the support points of an interval in a derivative at one of its ends by the normalised time of the mesh.
+fn slopes(p: &CollocationPhase, rate: &RateRow, order: usize) -> Vec<f64> {
+    let support = p.rules[rate.interval].support_basis();
+    let n = support.nodes().len();
+    let once = support.differentiation_matrix();
+    let end = if rate.at_end { n - 1 } else { 0 };
+    let mut row = once[end * n..(end + 1) * n].to_vec();
+    for _ in 1..order {
+        row = (0..n).map(|j| row.iter().enumerate().map(|(k, v)| v * once[k * n + j]).sum()).collect();
+    }
+    let [start, end] = [rate.interval, rate.interval + 1].map(|k| p.mesh.fractions()[k]);
+    let factor = (2.0 / (end - start)).powi(order as i32);
+    row.iter_mut().for_each(|v| *v *= factor);
+    row
+}
+
+impl RateTerm {
+    fn new(
+        function: &Arc<dyn NodeFunction>,
+        parts: Vec<f64>,
+        rate: &RateRow,
+        order: usize,
+        p: &CollocationPhase,
+        first_parameter: usize,
+    ) -> Self {
+        let inputs = vec![0.0; function.inputs()];
+        let nodes = p.interval_start(rate.interval)..;
+        let points = slopes(p, rate, order).into_iter().zip(nodes).map(|(factor, node)| RatePoint {
+            factor,
+            columns: columns(p, rate.interval, node, inputs.len(), first_parameter),
+            entries: vec![0.0; function.pattern().jacobian_len()],
+            inputs: inputs.clone(),
+        });
+        Self {
+            parts,
+            row: rate.at,
+            points: points.collect(),
+            values: vec![0.0; function.outputs()],
+            weights: vec![0.0; function.outputs()],
+            hessian: vec![0.0; function.pattern().hessian_len()],
+            inputs,
+            function: Arc::clone(function),
+        }
+    }
+
+    /// Adds the positions of the entries, in their order.
+    pub(crate) fn add_patterns(&self, jacobian: &mut Vec<(usize, usize)>, hessian: &mut Vec<(usize, usize)>) {
+        self.each_jacobian(|r, c, _| jacobian.push((r, c)));
+        for point in &self.points {
+            for &pair in &self.function.pattern().hessian {
+                point.each_pair(pair, 0.0, |i, j, _| hessian.push((i, j)));
+            }
+        }
+    }
+
+    pub(crate) fn add_values(&mut self, x: &[f64], rows: &mut [f64]) {
+        for point in &self.points {
+            fill(&mut self.inputs, &point.columns, x);
+            self.function.value(&self.inputs, &mut self.values);
+            let value: f64 = self.values.iter().zip(&self.parts).map(|(v, part)| v * part).sum();
+            rows[self.row] += point.factor * value;
+        }
+    }
+
+    pub(crate) fn refresh(&mut self, x: &[f64]) {
+        for point in &mut self.points {
+            fill(&mut point.inputs, &point.columns, x);
+            self.function.jacobian(&point.inputs, &mut self.values, &mut point.entries);
+        }
+    }
+
+    /// Calls `emit(row, column, value)`, after [`refresh`](Self::refresh).
+    pub(crate) fn each_jacobian(&self, mut emit: impl FnMut(usize, usize, f64)) {
+        for point in &self.points {
+            for ((r, c), v) in self.function.pattern().jacobian_entries().zip(&point.entries) {
+                let factor = point.factor * self.parts[r];
+                if factor != 0.0 {
+                    point.columns[c].iter().for_each(|(c, f)| emit(self.row, *c, factor * v * f));
+                }
+            }
+        }
+    }
+
+    /// Calls `emit(i, j, value)` with `i >= j`, after [`refresh`](Self::refresh).
+    pub(crate) fn each_hessian(&mut self, multipliers: &[f64], mut emit: impl FnMut(usize, usize, f64)) {
+        for point in &self.points {
+            for (w, part) in self.weights.iter_mut().zip(&self.parts) {
+                *w = point.factor * part * multipliers[self.row];
+            }
+            self.function.hessian(&point.inputs, &self.weights, &mut self.hessian);
+            for (&pair, &h) in self.function.pattern().hessian.iter().zip(&self.hessian) {
+                point.each_pair(pair, h, &mut emit);
+            }
+        }
+    }
+}
+
+impl RatePoint {
+    /// Calls `emit(i, j, value)` with `i >= j` for the second derivative by a pair of inputs.
+    fn each_pair(&self, (i, j): (usize, usize), h: f64, mut emit: impl FnMut(usize, usize, f64)) {
+        for (k, (a, fa)) in self.columns[i].iter().enumerate() {
+            let others = if i == j { &self.columns[j][..=k] } else { &self.columns[j][..] };
+            for (b, fb) in others {
+                emit(*a.max(b), *a.min(b), h * fa * fb);
+            }
+        }
+    }
+}
+
+fn fill(inputs: &mut [f64], columns: &[Vec<(usize, f64)>], x: &[f64]) {
+    for (z, columns) in inputs.iter_mut().zip(columns) {
+        *z = columns.iter().map(|(c, f)| x[*c] * f).sum();
+    }
+}
+
+/// Columns of states, controls, parameters and time at a point of the polynomial of an interval. These rows do not depend on controls, so
+/// that any columns do for them.
+fn columns(
+    p: &CollocationPhase,
+    interval: usize,
+    node: usize,
+    inputs: usize,
+    first_parameter: usize,
+) -> Vec<Vec<(usize, f64)>> {
+    let states = p.state_column(node)..p.state_column(node) + p.states;
+    let control = p.control_column(node.min(p.nodes.len() - 1));
+    let parameters = inputs - p.states - p.controls - 1;
+    let arc = &p.arcs[p.arc_of(p.interval_start(interval))];
+    let share = if node < arc.nodes.end { p.nodes[node].share } else { 1.0 };
+    states
+        .chain(control..control + p.controls)
+        .chain(first_parameter..first_parameter + parameters)
+        .map(|column| vec![(column, 1.0)])
+        .chain([vec![(arc.start_time, 1.0 - share), (arc.end_time, share)]])
+        .collect()
+}

@@ -1,0 +1,117 @@
+//! Bounds of states, at which a solution stays or that it touches, as path constraints of the same problem.
+//!
+//! The multiplier of a bound of a state is a density along arcs and an impulse where the state touches it, as that of a path constraint
+//! without controls. So the arcs and contacts of both are found and followed in the same way.
+
+use std::sync::Arc;
+
+use apsides_ad::{FormulaBuilder, formula_node};
+use apsides_nlp::SolveReport;
+use apsides_ocp::{
+    Bounds, Mesh, Ocp, PathConstraint, Phase, PhaseMesh, PiecewisePolynomial, Scaling, Segment, Trajectory,
+    Variable,
+};
+
+use crate::RadauError;
+use crate::activity::{Class, OSCILLATION, Quantity, QuantityKind, Solution, samples};
+use crate::junction::order_of;
+use crate::transcription::Transcription;
+
+/// A problem with bounds of some of its states as path constraints.
+pub(crate) struct StateRows {
+    pub(crate) ocp: Ocp,
+    /// Per phase, the number of rows of the problem as it was posed.
+    stated_rows: Vec<usize>,
+}
+
+impl StateRows {
+    /// The problem with rows for the states that are at a bound between the ends of their phase; none if there are none.
+    pub(crate) fn of(
+        ocp: &Ocp,
+        nlp: &Transcription,
+        report: &SolveReport,
+        trajectory: &Trajectory,
+        scaling: &Scaling,
+    ) -> Option<Self> {
+        let solution = Solution { report, curvatures: &[], objective: nlp.scales.objective.abs() };
+        let mut with_rows = ocp.clone();
+        let mut any = false;
+        for (k, phase) in ocp.phases.iter().enumerate() {
+            let (p, t) = (&nlp.layout.phases[k], &trajectory.phases[k]);
+            let scales = &scaling.phases[k].states;
+            let is_met = |s: &usize| {
+                let variable = &phase.states[*s].variable;
+                let Some(q) = Quantity::new(QuantityKind::State(*s), variable) else { return false };
+                let Some(order) = order_of(phase, vec![*s]) else { return false };
+                let q = q.held_by(phase, order.controls);
+                let (samples, _) = samples(&q, p, t, &solution);
+                let inner = samples.get(1..samples.len().saturating_sub(1)).unwrap_or_default();
+                inner.iter().any(|s| s.slope.abs() >= OSCILLATION && is_stated(variable, s.class))
+            };
+            let met: Vec<usize> = (0..phase.states.len()).filter(is_met).collect();
+            add_rows(&mut with_rows.phases[k], &met, scales);
+            any |= !met.is_empty();
+        }
+        let stated_rows = ocp.phases.iter().map(Phase::path_rows).collect();
+        any.then_some(Self { ocp: with_rows, stated_rows })
+    }
+
+    /// The trajectory as one of the problem as it was posed: without what the rows of states have.
+    ///
+    /// # Errors
+    /// None: the polynomials keep their sizes.
+    pub(crate) fn as_posed(&self, mut trajectory: Trajectory) -> Result<Trajectory, RadauError> {
+        for ((t, phase), &rows) in trajectory.phases.iter_mut().zip(&self.ocp.phases).zip(&self.stated_rows) {
+            if phase.path_rows() == rows {
+                continue;
+            }
+            t.contacts.retain(|c| c.row < rows);
+            t.mesh = t.mesh.clone().without_arcs();
+            let stated = t.path_multipliers.take().filter(|_| rows > 0);
+            t.path_multipliers = stated.map(|m| with_fewer(&m, rows)).transpose()?;
+        }
+        Ok(trajectory)
+    }
+}
+
+/// A mesh whose phases with rows of states have no arcs.
+pub(crate) fn without_arcs(mesh: Mesh) -> Mesh {
+    Mesh { phases: mesh.phases.into_iter().map(PhaseMesh::without_arcs).collect() }
+}
+
+/// Says whether a state is at a bound that is no guard.
+fn is_stated(variable: &Variable, class: Class) -> bool {
+    match class {
+        Class::Lower => !variable.guards[0],
+        Class::Upper => !variable.guards[1],
+        Class::Between => false,
+    }
+}
+
+/// The first components of a polynomial.
+fn with_fewer(p: &PiecewisePolynomial, dimension: usize) -> Result<PiecewisePolynomial, RadauError> {
+    let segments = p.segments().iter().map(|s| {
+        let values = s.values.chunks(p.dimension()).flat_map(|v| &v[..dimension]).copied().collect();
+        Segment { basis: Arc::clone(&s.basis), values }
+    });
+    Ok(PiecewisePolynomial::new(dimension, p.breaks().to_vec(), segments.collect())?)
+}
+
+/// Turns the bounds of states along a phase into rows; those at the ends stay.
+fn add_rows(phase: &mut Phase, states: &[usize], scales: &[f64]) {
+    if states.is_empty() {
+        return;
+    }
+    let mut builder = FormulaBuilder::new(phase.states.len() + phase.controls.len() + 1);
+    let outputs: Vec<_> = states.iter().map(|s| builder.input(*s)).collect();
+    let Ok(formula) = builder.formula(&outputs) else { return };
+    let mut rows = Vec::new();
+    for &s in states {
+        let state = &mut phase.states[s];
+        let along = std::mem::replace(&mut state.variable.bounds, Bounds::FREE);
+        state.variable.scale = Some(scales[s]);
+        (state.initial, state.terminal) = (state.initial.intersect(&along), state.terminal.intersect(&along));
+        rows.push(Variable { bounds: along, ..state.variable.clone() });
+    }
+    phase.path.push(PathConstraint { rows, function: formula_node(formula) });
+}
