@@ -75,7 +75,7 @@ literature! {
     bryson_denham_contact: GlobalOptimum,
     di_bang_bang: GlobalOptimum,
     moon_lander_soft: StrictLocalOptimum,
-    free_flying_robot: Feasible,
+    free_flying_robot: Extremal,
     powered_descent: StrictLocalOptimum,
     powered_descent_glide_slope: StrictLocalOptimum,
     di_singular_arc: Extremal,

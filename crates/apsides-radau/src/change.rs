@@ -16,6 +16,15 @@ const KINK_NEAR: f64 = 0.02;
 /// Distances beyond a node, in halves of that to the node before, within which a kink is looked for.
 const REACH: usize = 8;
 
+/// Steps in which a zero of a switching function is looked for along an interval.
+const STEPS: usize = 40;
+
+/// Nodes whose polynomial shows a switching function.
+const LEAST_NODES: usize = 3;
+
+/// A switching function of the wrong sign, relative to its largest value, that is none of rounding; certificates allow less.
+const EVIDENT: f64 = 1e-5;
+
 /// A change of class.
 pub(crate) struct Change {
     pub(crate) quantity: usize,
@@ -28,6 +37,8 @@ pub(crate) struct Change {
     pub(crate) kind: ChangeKind,
     /// Normalised time of the break of the mesh that it belongs to already.
     pub(crate) known: Option<f64>,
+    /// Where the switching function changes its sign shortly before and after a break that stands at another zero of it.
+    zeros: [Option<f64>; 2],
 }
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -82,7 +93,56 @@ fn change(quantity: usize, q: &Quantity<'_>, samples: &[NodeSample], a: &Run, b:
         _ => 0.5 * (before.fraction + after.fraction),
     };
     let gap = (before.fraction, after.fraction);
-    Change { quantity, gap, at, from: a.class, to: b.class, kind, known: None }
+    let zeros = if q.affine && kind == ChangeKind::Jump {
+        [zero_beside(samples, a.last, gap.1), zero_beside(samples, b.first, gap.0)]
+    } else {
+        [None; 2]
+    };
+    Change { quantity, gap, at, from: a.class, to: b.class, kind, known: None, zeros }
+}
+
+/// A zero of the switching function within the interval of a node that is held at a bound, if the function has the wrong sign from there on
+/// towards the end of the interval on the side of `towards`. A break is stationary at each zero; where the function touches zero
+/// it is no minimum.
+fn zero_beside(samples: &[NodeSample], node: usize, towards: f64) -> Option<f64> {
+    let sign = match samples[node].course {
+        Some(ArcKind::Lower) => 1.0,
+        Some(ArcKind::Upper) => -1.0,
+        _ => return None,
+    };
+    let nodes: Vec<&NodeSample> = samples.iter().filter(|s| s.interval == samples[node].interval).collect();
+    let (first, last) = (nodes.first()?.fraction, nodes.last()?.fraction);
+    if nodes.len() < LEAST_NODES || first >= last {
+        return None;
+    }
+    let value = |f: f64| sign * through(&nodes, |s| s.slope, f);
+    // The interval goes on beyond its last node by about the last distance between two.
+    let (near, far) = if towards > samples[node].fraction {
+        (towards.min(2.0 * last - nodes[nodes.len() - 2].fraction), first)
+    } else {
+        (first, last)
+    };
+    let at = |k: usize| near + (far - near) * k as f64 / STEPS as f64;
+    let wrong = (0..=STEPS).take_while(|k| value(at(*k)) < 0.0 || *k == 0).last()?;
+    let depth = (0..=wrong).map(|k| -value(at(k))).fold(0.0, f64::max);
+    if wrong == 0 || wrong == STEPS || depth < EVIDENT {
+        return None;
+    }
+    let (mut inside, mut outside) = (at(wrong), at(wrong + 1));
+    for _ in 0..60 {
+        let middle = 0.5 * (inside + outside);
+        if value(middle) < 0.0 { inside = middle } else { outside = middle }
+    }
+    Some(outside)
+}
+
+/// The polynomial through a quantity at nodes.
+fn through(nodes: &[&NodeSample], quantity: impl Fn(&NodeSample) -> f64, at: f64) -> f64 {
+    let basis = |i: usize| -> f64 {
+        let others = nodes.iter().enumerate().filter(|(j, _)| *j != i);
+        others.map(|(_, s)| (at - s.fraction) / (nodes[i].fraction - s.fraction)).product()
+    };
+    nodes.iter().enumerate().map(|(i, s)| quantity(s) * basis(i)).sum()
 }
 
 /// True when there are nodes enough on both sides of a change for a kink.
@@ -91,8 +151,35 @@ fn is_kink(a: &Run, b: &Run) -> bool {
     bound.last - bound.first >= CROSSING && between.last - between.first > CROSSING
 }
 
+/// Changes of a control whose switching function has other zeros beside a break. A break is stationary at each zero; where the function has
+/// the wrong sign on one side, it belongs to the zero there, and where it has on both, the control switches at all three.
+fn at_other_zeros(changes: &mut Vec<Change>) {
+    let mut more = Vec::new();
+    for c in changes.iter_mut().filter(|c| c.known.is_some()) {
+        match std::mem::take(&mut c.zeros) {
+            [Some(before), Some(after)] => {
+                let change = |at, known, from, to| Change {
+                    at,
+                    known,
+                    from,
+                    to,
+                    gap: (before, after),
+                    zeros: [None; 2],
+                    ..*c
+                };
+                more.push(change(c.at, c.known, c.to, c.from));
+                more.push(change(after, None, c.from, c.to));
+                (c.at, c.known) = (before, None);
+            }
+            [Some(zero), None] | [None, Some(zero)] => (c.at, c.known) = (zero, None),
+            [None, None] => {}
+        }
+    }
+    changes.extend(more);
+}
+
 /// Gives every change the break that it belongs to, or joins it with others close by.
-pub(crate) fn settle(changes: &mut [Change], mesh: &PhaseMesh) {
+pub(crate) fn settle(changes: &mut Vec<Change>, mesh: &PhaseMesh) {
     let times = |free: bool| -> Vec<f64> {
         mesh.breaks().iter().filter(|b| b.free == free).map(|b| mesh.fractions()[b.end]).collect()
     };
@@ -115,6 +202,7 @@ pub(crate) fn settle(changes: &mut [Change], mesh: &PhaseMesh) {
             ChangeKind::Unclear => {}
         }
     }
+    at_other_zeros(changes);
     changes.sort_by(|a, b| a.at.total_cmp(&b.at));
     for i in 1..changes.len() {
         let (before, rest) = changes.split_at_mut(i);
@@ -196,13 +284,7 @@ fn meeting(samples: &[NodeSample], a: &Run, b: &Run) -> f64 {
         let free = free.filter(|s| !matches!(s.course, Some(ArcKind::Lower | ArcKind::Upper)));
         if between_first { free.rev().take(3).collect() } else { free.take(3).collect() }
     };
-    let value = |f: f64| -> f64 {
-        let basis = |i: usize| -> f64 {
-            let others = nodes.iter().enumerate().filter(|(j, _)| *j != i);
-            others.map(|(_, s)| (f - s.fraction) / (nodes[i].fraction - s.fraction)).product()
-        };
-        nodes.iter().enumerate().map(|(i, s)| distance(s) * basis(i)).sum()
-    };
+    let value = |f: f64| through(&nodes, distance, f);
     let (mut inside, far) = (samples[near].fraction, samples[far].fraction);
     let mut outside = inside;
     // The bound is met between the two nodes, or a little beyond.
