@@ -89,3 +89,71 @@ fn largest_area_under_a_curve_of_given_length() {
     assert!((objective / area - 1.0).abs() < 1e-6, "{objective} {area}");
     assert_ne!(verdict, Verdict::Rejected);
 }
+
+/// Light across the border of two media: a steering angle within a turn, which is caught at a bound at some nodes of a first mesh. The place of
+/// the passage minimises the sum of both times.
+#[test]
+fn angles_between_bounds_a_turn_apart() {
+    let text = r#"
+        kind = "problem"
+        [phase.a]
+        time = { end = [0.01, 10] }
+        states.x = { start = 0 }
+        states.y = { start = 1, end = 0 }
+        controls.h = [-3.2, 3.2]
+        dynamics.x = "cos(h)"
+        dynamics.y = "sin(h)"
+        [phase.b]
+        time = { end = [0.01, 10] }
+        states.x = { end = 2 }
+        states.y = { end = -1 }
+        controls.h = [-3.2, 3.2]
+        dynamics.x = "0.5*cos(h)"
+        dynamics.y = "0.5*sin(h)"
+        [links]
+        a = "b"
+        [objective]
+        minimize = "b.end.time"
+    "#;
+    let (objective, verdict, _) = solve(text);
+    // Snell: the sines of both angles are as the speeds; bisection for where.
+    let excess = |s: f64| s / s.hypot(1.0) - 2.0 * (2.0 - s) / (2.0 - s).hypot(1.0);
+    let (mut low, mut high) = (0.0, 2.0);
+    for _ in 0..60 {
+        let middle = 0.5 * (low + high);
+        if excess(middle) < 0.0 { low = middle } else { high = middle }
+    }
+    let optimum = low.hypot(1.0) + 2.0 * (2.0 - low).hypot(1.0);
+    assert!((objective / optimum - 1.0).abs() < 1e-10, "{objective} {optimum}");
+    assert_eq!(verdict, Verdict::StrictLocalOptimum);
+}
+
+/// Zermelo's boat in a current that grows with the distance from the shore, with angles that a first mesh mixes by whole turns: the heading falls
+/// from 240 to 105 degrees backwards in time, which takes `tan 240 - tan 105` (A. E. Bryson, Y.-C. Ho, Applied Optimal Control, 1975,
+/// section 2.7, problem 1).
+#[test]
+fn angles_that_differ_by_whole_turns() {
+    let (start, end) = (105f64.to_radians(), 240f64.to_radians());
+    let sec = |a: f64| 1.0 / a.cos();
+    let y = sec(start) - sec(end);
+    let logarithm = ((end.tan() + sec(end)) / (start.tan() + sec(start))).ln();
+    let x = -0.5 * (sec(end) * (end.tan() - start.tan()) - start.tan() * (sec(end) - sec(start)) + logarithm);
+    let text = format!(
+        r#"
+        kind = "problem"
+        [phase.a]
+        time = {{ end = [0.1, 20] }}
+        states.x = {{ start = {x}, end = 0 }}
+        states.y = {{ start = {y}, end = 0 }}
+        controls.h = [-7, 7]
+        dynamics.x = "cos(h) - y"
+        dynamics.y = "sin(h)"
+        [objective]
+        minimize = "end.time"
+    "#
+    );
+    let (objective, verdict, _) = solve(&text);
+    let optimum = end.tan() - start.tan();
+    assert!((objective / optimum - 1.0).abs() < 1e-9, "{objective} {optimum}");
+    assert_eq!(verdict, Verdict::StrictLocalOptimum);
+}

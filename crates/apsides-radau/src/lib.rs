@@ -67,6 +67,7 @@ pub mod explanation;
 mod extraction;
 mod junction;
 mod layout;
+mod lower_hamiltonian;
 mod method;
 mod node_term;
 mod placement;

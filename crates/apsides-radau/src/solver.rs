@@ -12,6 +12,7 @@ use crate::contact::{Contacts, SolvedMesh};
 use crate::costate_error::CostateMeshes;
 use crate::crossing::{Crossings, with_forced};
 use crate::error_estimate::estimate;
+use crate::lower_hamiltonian::with_lower_hamiltonian;
 use crate::progress::Progress;
 use crate::refinement::refine;
 use crate::saddle::{Watch, beyond_saddle};
@@ -23,6 +24,12 @@ use crate::transcription::Transcription;
 
 /// Most changes of the structure of switches in a solve: what has not settled then is left to refinement.
 const MOST_REVISIONS: usize = 8;
+
+/// Most meshes that are solved again since single nodes are caught at controls that are no minimum.
+const MOST_CAUGHT: usize = 3;
+
+/// Least fall of the objective from better controls, relative.
+const LEAST_FALL: f64 = 1e-10;
 
 /// Iterations of a solve with breaks, unless it is the first.
 const MOST_ITERATIONS_WITH_BREAKS: usize = 200;
@@ -204,6 +211,10 @@ impl Radau {
         let mut forced =
             with_forced(ocp, &guess, &mesh).ok().filter(|m| self.settings.switches && *m != mesh);
         let mut before_contacts: Option<(Guess, Mesh)> = None;
+        // The objective at caught controls, while the mesh is solved from better ones.
+        let mut caught_at: Option<f64> = None;
+        let mut left_caught = false;
+        let mut may_catch = if self.settings.switches { MOST_CAUGHT } else { 0 };
         let workers = Workers::new(self.settings.threads);
         loop {
             let begin = Instant::now();
@@ -247,9 +258,10 @@ impl Radau {
             }
             // Breaks in the wrong places can make a problem infeasible, or hard.
             let misled = !status.is_success() && may_go_on(status);
-            if let Some(solved) = last.as_ref().filter(|_| misled && has_arcs(&mesh) && !out_of_meshes) {
+            let may_lead_back = has_arcs(&mesh) || std::mem::take(&mut left_caught);
+            if let Some(solved) = last.as_ref().filter(|_| misled && may_lead_back && !out_of_meshes) {
                 (guess, mesh) = (Guess::earlier(&solved.trajectory), solved.plain.clone());
-                revisions = 0;
+                (revisions, may_catch) = (0, 0);
                 contacts.give_up();
                 crossings.give_up();
                 continue;
@@ -289,6 +301,25 @@ impl Radau {
                 let mesh = without_arcs(mesh);
                 let next = Attempt { guess, mesh, meshes, spent, warnings, follows_states: false };
                 return Ok(Ending::AtStateBounds(Box::new(rows), Box::new(next)));
+            }
+            let gains_nothing = caught_at.take().is_some_and(|b| !is_lower(ocp, trajectory.objective, b));
+            if let Some(solved) = last.as_ref().filter(|_| gains_nothing) {
+                // The other controls cost as much.
+                may_catch = 0;
+                guess = Guess::earlier(&solved.trajectory);
+                continue;
+            }
+            if may_catch > 0
+                && !out_of_meshes
+                && let Some(better) = with_lower_hamiltonian(ocp, &trajectory)
+            {
+                may_catch -= 1;
+                left_caught = true;
+                caught_at = better.costs_less.then_some(trajectory.objective);
+                let plain = without_arcs(mesh.clone());
+                guess = Guess::earlier(&better.trajectory);
+                last = Some(Solved::first(trajectory, report, plain));
+                continue;
             }
             let found = Structure::of(ocp, &mut nlp, &report, &trajectory);
             let in_bounds = controls <= self.settings.tolerance;
@@ -391,6 +422,11 @@ fn total_points(mesh: &Mesh) -> usize {
 
 fn has_arcs(mesh: &Mesh) -> bool {
     mesh.phases.iter().any(PhaseMesh::has_arcs)
+}
+
+/// True if an objective is better than another one by more than rounding.
+fn is_lower(ocp: &Ocp, objective: f64, other: f64) -> bool {
+    ocp.objective.sense.sign() * (other - objective) > LEAST_FALL * other.abs().max(objective.abs())
 }
 
 /// True if the solve ended for a reason that another mesh may not have.
