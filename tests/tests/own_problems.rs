@@ -157,3 +157,24 @@ fn angles_that_differ_by_whole_turns() {
     assert!((objective / optimum - 1.0).abs() < 1e-9, "{objective} {optimum}");
     assert_eq!(verdict, Verdict::StrictLocalOptimum);
 }
+
+/// An objective whose parts cancel: the integral of `1 - t` over twice the time in which it is positive. What is recomputed of it is held
+/// against the size of its parts.
+#[test]
+fn an_objective_of_zero() {
+    let text = r#"
+        kind = "problem"
+        [phase.p]
+        time = { end = 2 }
+        states.x = { start = 1 }
+        controls.u = [-1, 1]
+        dynamics.x = "u"
+        integrals.area = "x"
+        [objective]
+        minimize = "area"
+    "#;
+    let (objective, verdict, _) = solve(text);
+    // A control along its bound is above it by what the barrier leaves.
+    assert!(objective.abs() < 2e-8, "{objective}");
+    assert_eq!(verdict, Verdict::GlobalOptimum);
+}

@@ -3,12 +3,16 @@
 use apsides_ocp::{Bounds, EndpointInput, Ocp, Scaling, Trajectory, Variable};
 
 use crate::ends::{EndScales, Ends, PhaseEnds, largest_bound};
+use crate::equations::Equations;
 use crate::place::place;
 use crate::simulation::Flight;
 use crate::worst::Worst;
 use crate::{Check, CheckKind, VerifySettings, linkage};
 
 const KIND: CheckKind = CheckKind::Feasibility;
+
+/// Parts of an objective that cancel each other to less than this part of the largest one determine its size.
+const CANCELLING: f64 = 0.1;
 
 /// Everything that is compared at the ends of phases.
 pub(crate) struct Boundary<'a> {
@@ -175,11 +179,35 @@ impl Boundary<'_> {
         let stated = self.trajectory.objective;
         let value = ends.objective(self.ocp, &integrals);
         let o = &self.ocp.objective;
-        let size = stated.abs().max(o.scale.unwrap_or(0.0));
+        let size = stated.abs().max(o.scale.unwrap_or(0.0)).max(CANCELLING * self.largest_part(&ends));
         let size = if size > 0.0 && size.is_finite() { size } else { 1.0 };
         let at = format!("recomputed {value}, stated {stated}");
         let limit = self.settings.objective_tolerance * size;
         Check::new(format!("objective {}", o.name), KIND, (value - stated).abs(), limit, o.unit.clone(), at)
+    }
+
+    /// Size of the largest part of the objective: parts that cancel each other leave the rounding of each. An integral counts with the
+    /// magnitude of its integrand.
+    fn largest_part(&self, ends: &Ends) -> f64 {
+        let o = &self.ocp.objective;
+        let linear = o.linear.iter().map(|(input, weight)| (weight * ends.value(*input)).abs());
+        let integrals = o.integrals.iter().map(|&(phase, q, weight)| {
+            let found = &self.trajectory.phases[phase];
+            let mut equations = Equations::new(self.ocp, phase, &self.trajectory.parameters);
+            let (mut x, mut u) = (vec![0.0; equations.nx], vec![0.0; equations.nu]);
+            let mut rates = vec![0.0; equations.nx + equations.phase.integrals.len()];
+            let (mut sum, mut count) = (0.0, 0.0);
+            for (t, segment) in found.nodes() {
+                found.state.evaluate(t, &mut x);
+                found.control.evaluate_in(segment, t, &mut u);
+                equations.set(t, &x, &u);
+                equations.rates(&mut rates);
+                sum += rates[equations.nx + q].abs();
+                count += 1.0;
+            }
+            weight.abs() * (found.final_time - found.initial_time) * sum / count
+        });
+        linear.chain(integrals).filter(|part| part.is_finite()).fold(0.0, f64::max)
     }
 }
 
