@@ -188,8 +188,12 @@ pub(crate) fn generate(a: &GenArguments) -> Result<Exit, Refusal> {
         ..preset
     };
     let ground = Synthetic::new(terrain, a.run.seed).map_err(refusal)?;
+    // Before the work, not after it. The features of a truth are written for the whole map.
+    for (first, count) in bands(terrain.rows, terrain.cols).take(1) {
+        let count = if a.truth.is_some() { terrain.rows } else { count };
+        ground.check(first, 0, count, terrain.cols).map_err(|e| format!("terrain gen: {e}"))?;
+    }
     if let Some(dir) = &a.truth {
-        // Before the work, not after it.
         probe_directory(dir)?;
     }
     let pool = pool(&a.run.threads)?;

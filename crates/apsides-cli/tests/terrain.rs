@@ -250,6 +250,13 @@ fn bad_input_is_refused_with_status_2() {
     refused(&["hazard", &place("none.tif")], "none.tif: no such file");
     refused(&["terrain", "info", &place("none.tif")], "none.tif: no such file");
     refused(&["hazard", &path(dir.path())], "is a directory");
+    // More craters than memory holds: said before anything is written.
+    let large = place("large.tif");
+    refused(
+        &["terrain", "gen", &large, "--rows", "20", "--cols", "20", "--pixel", "1e18"],
+        "at most 2e7 are drawn at once: take smaller pixels, or fewer of them at once",
+    );
+    assert!(!Path::new(&large).exists());
     refused(&["terrain", "info", &place("short.tif")], "short.tif: ");
     refused(&["hazard", &place("text.tif")], "not the beginning of a GeoTIFF");
     refused(&["hazard", &file, "--criteria", &place("misspelt.toml")], "the nearest is `slope_max_deg`");

@@ -61,6 +61,7 @@ mod matrix;
 pub mod nonlinear_pid;
 pub mod pid;
 pub mod record;
+mod response;
 pub mod schedule;
 pub mod sensor;
 pub mod simulation;

@@ -9,6 +9,7 @@ use std::f64::consts::{PI, TAU};
 use nalgebra::Complex;
 
 use crate::error::{ControlError, ordered, positive};
+use crate::response::Response;
 use crate::state_space::StateSpace;
 
 /// A point of the frequency response of a loop.
@@ -50,6 +51,7 @@ pub struct Margins {
 #[derive(Clone, Debug)]
 pub struct LoopAnalysis {
     system: StateSpace,
+    response: Response,
     delay: f64,
     range: [f64; 2],
     points: usize,
@@ -87,11 +89,11 @@ impl LoopAnalysis {
         let nyquist = system.sample_time().map_or(f64::INFINITY, |t| PI / t);
         let range = ordered("frequencies of a response", [range[0], range[1].min(nyquist)])?;
         positive("largest frequency", range[1])?;
-        Ok(Self { system: system.clone(), delay, range, points })
+        Ok(Self { system: system.clone(), response: Response::new(system, 0, 0), delay, range, points })
     }
 
     fn at(&self, frequency: f64) -> Complex<f64> {
-        let l = self.system.response(0, 0, frequency);
+        let l = self.response.at(frequency);
         match self.system.sample_time() {
             // Real at the Nyquist frequency, but for round-off.
             Some(time) if frequency == PI / time => Complex::new(l.re, 0.0),

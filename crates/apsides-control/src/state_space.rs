@@ -5,7 +5,7 @@
 
 use std::f64::consts::PI;
 
-use nalgebra::{Complex, DMatrix};
+use nalgebra::DMatrix;
 
 use crate::error::{ControlError, not_negative, positive};
 use crate::linear::{Eigenvalue, Plant, eigenvalues_of};
@@ -353,26 +353,6 @@ impl StateSpace {
             }
         }
         Ok(locus)
-    }
-
-    /// Response of the output `output` to the input `input` at a frequency (rad/s); NaN at a pole.
-    pub(crate) fn response(&self, input: usize, output: usize, frequency: f64) -> Complex<f64> {
-        let point = match self.sample_time {
-            Some(time) => Complex::new(0.0, frequency * time).exp(),
-            None => Complex::new(0.0, frequency),
-        };
-        let n = self.a.nrows();
-        let system = DMatrix::from_fn(n, n, |i, j| {
-            let diagonal = if i == j { point } else { Complex::new(0.0, 0.0) };
-            diagonal - Complex::from(self.a[(i, j)])
-        });
-        let right = self.b.column(input).map(Complex::from);
-        match system.lu().solve(&right) {
-            Some(x) => {
-                (0..n).map(|k| x[k] * self.c[(output, k)]).sum::<Complex<f64>>() + self.d[(output, input)]
-            }
-            None => Complex::new(f64::NAN, f64::NAN),
-        }
     }
 
     fn require_same_time(&self, other: &Self) -> Result<(), ControlError> {

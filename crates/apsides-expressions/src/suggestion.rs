@@ -19,12 +19,25 @@ pub fn quoted(names: &[&str]) -> String {
 /// Longest name that is compared: more is no slip of the hand, and comparing takes the product of the lengths.
 const LONGEST: usize = 200;
 
+/// The number of letters to insert, remove, replace or swap that makes one word another.
+#[must_use]
+pub fn distance(a: &str, b: &str) -> usize {
+    if a.len().max(b.len()) > LONGEST { a.len().max(b.len()) } else { strsim::damerau_levenshtein(a, b) }
+}
+
+/// Returns true if two words differ by no more than a slip of the hand: two letters, and less than a third of the shorter one.
+#[must_use]
+pub fn is_slip(a: &str, b: &str) -> bool {
+    let distance = distance(a, b);
+    distance <= 2 && 3 * distance < a.len().min(b.len())
+}
+
 /// The word that differs least from another, unless half of it or more differs.
 #[must_use]
 pub fn nearest<'a>(word: &str, among: impl Iterator<Item = &'a str>) -> Option<&'a str> {
     if word.len() > LONGEST {
         return None;
     }
-    let distances = among.map(|other| (strsim::damerau_levenshtein(word, other), other));
+    let distances = among.map(|other| (distance(word, other), other));
     distances.min().filter(|(distance, other)| *distance <= other.len() / 2).map(|(_, other)| other)
 }

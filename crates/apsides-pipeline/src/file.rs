@@ -31,7 +31,7 @@ impl Entry {
     pub fn key<'a>(&self, keys: &[&'a Key], owner: &str) -> Result<&'a Key, Error> {
         let Some(key) = keys.iter().find(|k| k.path == self.path) else {
             return Err(Error::UnknownKey {
-                suggestion: suggestion(&self.path, keys),
+                suggestion: suggestion(&self.path, keys, ""),
                 place: self.place.clone(),
                 owner: owner.into(),
                 key: self.path.clone(),

@@ -3,7 +3,7 @@
 use std::borrow::Cow;
 use std::ops::RangeInclusive;
 
-use apsides_expressions::suggestion::nearest;
+use apsides_expressions::suggestion::{distance, is_slip, nearest, quoted};
 
 use crate::Error;
 
@@ -63,12 +63,12 @@ impl Range {
     }
 
     fn describe(&self) -> String {
-        let bound = |(v, included): (f64, bool), least: bool| match (v.is_finite(), included, least) {
-            (false, ..) => None,
-            (_, true, true) => Some(format!("at least {v}")),
-            (_, false, true) => Some(format!("above {v}")),
-            (_, true, false) => Some(format!("at most {v}")),
-            (_, false, false) => Some(format!("below {v}")),
+        let bound = |(v, included): (f64, bool), least: bool| match (Value::Number(v), included, least) {
+            _ if !v.is_finite() => None,
+            (v, true, true) => Some(format!("at least {v}")),
+            (v, false, true) => Some(format!("above {v}")),
+            (v, true, false) => Some(format!("at most {v}")),
+            (v, false, false) => Some(format!("below {v}")),
         };
         let parts: Vec<_> =
             [bound(self.least, true), bound(self.most, false)].into_iter().flatten().collect();
@@ -282,8 +282,9 @@ impl Key {
     pub(crate) fn accept_size(&self, value: &Value, place: &str) -> Result<(), Error> {
         match value {
             Value::Number(v) if *v != 0.0 && v.is_finite() && !SIZES.contains(&v.abs()) => {
-                let allowed =
-                    format!("{}, 0 or {:e} to {:e} in size", self.allowed(), SIZES.start(), SIZES.end());
+                let zero = if self.accept(&Value::Number(0.0), place).is_ok() { "0 or " } else { "" };
+                let (least, most) = (SIZES.start(), SIZES.end());
+                let allowed = format!("{}; in size {zero}{least:e} to {most:e}", self.allowed());
                 Err(self.refusal(value, place, allowed))
             }
             _ => Ok(()),
@@ -360,20 +361,62 @@ pub fn renamed(path: &str, keys: &[&Key], renamed: &[(&str, &str)]) -> Option<St
     renamed.iter().find(today).map(|(_, today)| format!("; it is now `{today}`"))
 }
 
-/// The end of the sentence that refuses a key: it names the nearest key, and the unit where only that is wrong or missing.
+/// The end of the sentence that refuses a key: it names the nearest key, and the unit where only that is wrong or missing. Where no key is
+/// near, it names those that are similar and where the `list` of all stands.
 #[must_use]
-pub fn suggestion(key: &str, keys: &[&Key]) -> String {
-    let stem = |s: &str| s.rsplit_once('_').map_or(s.to_owned(), |(a, _)| a.to_owned());
-    if let Some(k) = keys.iter().find(|k| stem(&k.path) == key) {
+pub fn suggestion(key: &str, keys: &[&Key], list: &str) -> String {
+    let stem = key.rsplit_once('_').map_or(key, |(stem, _)| stem);
+    let named = |name: &str| keys.iter().find(|k| !unit_of(&k.path).is_empty() && name_of(&k.path) == name);
+    if let Some(k) = named(key) {
         return format!("; its unit is missing: `{}`", k.path);
     }
-    if let Some(k) = keys.iter().find(|k| stem(&k.path) == stem(key) && k.path.contains('_')) {
+    if let Some(k) = named(stem).or_else(|| named(name_of(key))) {
         return format!("; in its unit it is `{}`", k.path);
     }
-    match nearest(key, keys.iter().map(|k| &*k.path)) {
-        Some(path) => format!("; the nearest is `{path}`"),
-        None => format!("; keys: {}", keys.iter().map(|k| &*k.path).collect::<Vec<_>>().join(", ")),
+    let paths: Vec<&str> = keys.iter().map(|k| &*k.path).collect();
+    let similar = similar(key, &paths);
+    match nearest(key, paths.iter().copied()) {
+        Some(path) if similar.is_empty() || is_slip(key, path) || similar[..] == [path] => {
+            format!("; the nearest is `{path}`")
+        }
+        _ if paths.len() <= MOST_SIMILAR => format!("; keys: {}", quoted(&paths)),
+        _ => {
+            let named = match similar[..] {
+                [] => "none is similar".to_owned(),
+                [one] => format!("similar is {}", quoted(&[one])),
+                _ => format!("similar are {}", quoted(&similar)),
+            };
+            let all = if list.is_empty() { String::new() } else { format!("; all keys: {list}") };
+            format!("; {named}{all}")
+        }
     }
+}
+
+/// As many keys are named where none is near.
+const MOST_SIMILAR: usize = 5;
+
+/// The keys that share words with a path, most words first, then those that begin with the same table, then the nearest.
+fn similar<'a>(path: &str, keys: &[&'a str]) -> Vec<&'a str> {
+    let asked = words(path);
+    let ranked = keys.iter().filter_map(|key| {
+        let found = words(key);
+        let shared = asked.iter().filter(|a| found.iter().any(|b| is_like(a, b))).count();
+        (shared > 0).then(|| (std::cmp::Reverse(shared), distance(path, key), *key))
+    });
+    let mut ranked: Vec<_> = ranked.collect();
+    ranked.sort_unstable();
+    ranked.into_iter().take(MOST_SIMILAR).map(|(.., key)| key).collect()
+}
+
+/// The words of a path without its unit; those of two letters say nothing.
+fn words(path: &str) -> Vec<&str> {
+    name_of(path).split(['_', '.', '-', ' ']).filter(|w| w.len() > 2).collect()
+}
+
+/// Returns true if two words are the same but for an ending of at most two letters, or a slip.
+fn is_like(a: &str, b: &str) -> bool {
+    let ending = |long: &str, short: &str| long.strip_prefix(short).is_some_and(|end| end.len() <= 2);
+    ending(a, b) || ending(b, a) || (a.len() > 4 && is_slip(a, b))
 }
 
 /// Ends of keys and the units they stand for, longer ones first.

@@ -35,6 +35,17 @@ pub struct Document<'a> {
     pub directory: Option<&'a Path>,
 }
 
+/// How a mission is asked for.
+#[derive(Clone, Copy, Default)]
+struct Asked<'a> {
+    /// The directory that paths in its file count from; none of a text that is in no file.
+    directory: Option<&'a Path>,
+    /// The name of the mission, or the path of its file; none of a text.
+    name: Option<&'a str>,
+    /// Says whether the name is the path of a file.
+    is_file: bool,
+}
+
 /// Makes the kind of mission of one file, and the values that the file states.
 pub type ReadsKind = fn(&Document<'_>) -> Result<(Kind, Vec<Entry>), Error>;
 
@@ -120,13 +131,16 @@ impl Registry {
         if let Some((_, text)) = self.files.iter().find(|f| f.0 == file_or_name)
             && !path.is_file()
         {
-            return self.parse(text, &format!("mission `{file_or_name}`"), overrides);
+            let source = format!("mission `{file_or_name}`");
+            let asked = Asked { directory: None, name: Some(file_or_name), is_file: false };
+            return self.parse_in(asked, text, &source, overrides);
         }
         if !path.exists() {
             return Err(self.no_mission(path));
         }
         let text = read(path, "mission", &self.names())?;
-        self.parse_in(path.parent(), &text, &format!("file `{file_or_name}`"), overrides)
+        let asked = Asked { directory: path.parent(), name: Some(file_or_name), is_file: true };
+        self.parse_in(asked, &text, &format!("file `{file_or_name}`"), overrides)
     }
 
     /// There is neither a file nor a mission of this name: what may be meant.
@@ -154,17 +168,18 @@ impl Registry {
     /// # Errors
     /// The first mistake, with its place.
     pub fn parse(&self, text: &str, source: &str, overrides: &[String]) -> Result<Pipeline, Error> {
-        self.parse_in(None, text, source, overrides)
+        self.parse_in(Asked::default(), text, source, overrides)
     }
 
-    /// Reads a mission from the text of a file in a directory.
+    /// Reads a mission from the text of a file, as it is asked for.
     fn parse_in(
         &self,
-        directory: Option<&Path>,
+        asked: Asked<'_>,
         text: &str,
         source: &str,
         overrides: &[String],
     ) -> Result<Pipeline, Error> {
+        let directory = asked.directory;
         let mut stated = entries(text, |offset| format!("{source}, line {}", line(text, offset)))?;
         let (kind, mut stated) = match stated.iter().find(|e| e.path == KIND) {
             Some(word) => self.kind_of_file(word)?(&Document { text, source, directory })?,
@@ -178,7 +193,9 @@ impl Registry {
         for o in overrides {
             stated.push(parse_override(o)?);
         }
-        let mut values = Values::new(format!("mission `{}`", kind.name), source.into(), Arc::clone(&keys))
+        let owner = asked.name.filter(|_| !asked.is_file).unwrap_or(&kind.name);
+        let mut values = Values::new(format!("mission `{owner}`"), source.into(), Arc::clone(&keys))
+            .with_list(asked.name.map_or_else(String::new, |name| format!("`apsides missions {name}`")))
             .with_renamed(self.renamed)
             .with_renamed(method::RENAMED);
         for e in &mut stated {

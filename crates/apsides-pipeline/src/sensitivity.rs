@@ -15,7 +15,7 @@ use apsides_ocp::{Guess, Mesh, Ocp, Sense, Trajectory};
 use apsides_radau::{RadauError, Transcription};
 
 use crate::Error;
-use crate::key::{Key, KeyKind, suggestion};
+use crate::key::{Key, KeyKind};
 use crate::method::MethodName;
 use crate::outcome::{Outcome, Price};
 use crate::pipeline::Pipeline;
@@ -67,12 +67,8 @@ impl Pipeline {
 
     fn priced_key(&self, path: &str) -> Result<&Key, Error> {
         let keys: Vec<_> = self.priced_keys().collect();
-        keys.iter().copied().find(|k| k.path == path).ok_or_else(|| Error::UnknownKey {
-            place: PLACE.into(),
-            owner: format!("mission `{}`", self.name()),
-            key: path.into(),
-            suggestion: suggestion(path, &keys),
-        })
+        let found = keys.iter().copied().find(|k| k.path == path);
+        found.ok_or_else(|| self.values().unknown(path, &keys, PLACE))
     }
 
     /// The mission with another value of a number, if it can be posed.

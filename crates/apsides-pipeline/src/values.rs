@@ -23,6 +23,8 @@ struct Stated {
 pub struct Values {
     /// The owner of the keys in messages: mission `lunar-perilune`.
     owner: String,
+    /// Where all keys are listed, in messages; empty where nothing lists them.
+    list: String,
     /// Where the values come from, in messages: a file.
     source: String,
     keys: Arc<[Key]>,
@@ -33,7 +35,7 @@ pub struct Values {
 
 impl PartialEq for Values {
     fn eq(&self, other: &Self) -> bool {
-        self.owner == other.owner && self.iter().eq(other.iter())
+        self.keys == other.keys && self.iter().eq(other.iter())
     }
 }
 
@@ -43,7 +45,13 @@ impl Values {
     pub fn new(owner: String, source: String, keys: Arc<[Key]>) -> Self {
         let default = |key: &Key| Some((key.path.clone(), Stated { value: key.default()?, place: None }));
         let stated = keys.iter().filter_map(default).collect();
-        Self { owner, source, keys, renamed: Vec::new(), stated }
+        Self { owner, list: String::new(), source, keys, renamed: Vec::new(), stated }
+    }
+
+    /// The same, whose messages say where all keys are listed.
+    #[must_use]
+    pub fn with_list(self, list: String) -> Self {
+        Self { list, ..self }
     }
 
     /// The same with more former paths of keys, each with the one of today, which messages name.
@@ -65,13 +73,19 @@ impl Values {
     pub fn key(&self, path: &str, place: &str) -> Result<&Key, Error> {
         self.keys.iter().find(|k| k.path == path).ok_or_else(|| {
             let keys: Vec<&Key> = self.keys.iter().collect();
-            Error::UnknownKey {
-                place: place.into(),
-                owner: self.owner.clone(),
-                key: path.into(),
-                suggestion: renamed(path, &keys, &self.renamed).unwrap_or_else(|| suggestion(path, &keys)),
-            }
+            self.unknown(path, &keys, place)
         })
+    }
+
+    /// The refusal of a path that none of `keys` has; `place` is where it is asked for.
+    pub(crate) fn unknown(&self, path: &str, keys: &[&Key], place: &str) -> Error {
+        let renamed = renamed(path, keys, &self.renamed);
+        Error::UnknownKey {
+            place: place.into(),
+            owner: self.owner.clone(),
+            key: path.into(),
+            suggestion: renamed.unwrap_or_else(|| suggestion(path, keys, &self.list)),
+        }
     }
 
     /// Returns true if the mission declares a key of this path.
@@ -217,8 +231,10 @@ impl Values {
 
     /// The place of the first key that is stated, and the owner.
     fn place_of<'a>(&self, mut keys: impl Iterator<Item = &'a str>) -> String {
-        let place = keys.find_map(|path| self.place(path));
-        format!("{} ({})", place.unwrap_or(&self.source), self.owner)
+        match keys.find_map(|path| self.place(path)).unwrap_or(&self.source) {
+            place if place.starts_with(&self.owner) => place.to_owned(),
+            place => format!("{place} ({})", self.owner),
+        }
     }
 
     /// A request that the mission does not take, in words.

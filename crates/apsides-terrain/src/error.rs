@@ -61,7 +61,7 @@ pub enum TerrainError {
         values: usize,
     },
     /// A number outside its range.
-    #[error("{name} is {value}: {allowed}")]
+    #[error("{name} is {}: {allowed}", short(*value))]
     Number {
         /// Its name.
         name: &'static str,
@@ -106,4 +106,10 @@ pub enum TerrainError {
         /// Pixels of the map.
         pixels: usize,
     },
+}
+
+/// A number in few digits: hundreds of them say less than an exponent.
+fn short(value: f64) -> String {
+    let digits = value == 0.0 || !value.is_finite() || (1e-7..1e15).contains(&value.abs());
+    if digits { value.to_string() } else { format!("{value:.3e}") }
 }

@@ -120,7 +120,7 @@ fn numbers<R: Read + Seek>(
     let (rows, cols) = (geometry.rows(), geometry.cols());
     let pixel = geometry.square_pixel()?;
     // Twice the least clearance, then more as long as the site is clearer than the window can tell.
-    let mut clear = ((2.0 * criteria.clearance_min_m / pixel) as usize).clamp(16, rows.max(cols));
+    let mut clear = ((2.0 * criteria.clearance_min_m / pixel) as usize).max(16).min(rows.max(cols));
     loop {
         let around = clear + reach;
         let (top, left) = (row.saturating_sub(around), col.saturating_sub(around));

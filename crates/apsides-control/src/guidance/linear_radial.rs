@@ -33,6 +33,8 @@ const ACCURACY: f64 = 1e-12;
 const MOST_ITERATIONS: usize = 60;
 /// The longest time to go, as a part of the time that burns the whole mass.
 const LONGEST: f64 = 0.999;
+/// The shortest time to go that a search starts from, s.
+const SHORTEST: f64 = 1e-3;
 
 /// A state in the vertical plane of its velocity.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -77,10 +79,13 @@ impl LinearRadialLaw {
     /// The command at a state; `guess` is a time to go (s) to start from, if there is one.
     ///
     /// # Errors
-    /// States that are not finite, horizontal speeds that are at or below the target's, and targets that the propellant does not reach.
+    /// States that are not finite, an engine without thrust or exhaust velocity, horizontal speeds that are at or below the target's, and
+    /// targets that the propellant does not reach.
     pub fn command(&self, state: &DescentState, guess: Option<f64>) -> Result<AngleCommand, ControlError> {
         positive("the radius", state.radius)?;
         positive("the mass", state.mass)?;
+        positive("the thrust", self.engine.thrust)?;
+        positive("the exhaust velocity", self.engine.exhaust_velocity)?;
         finite("the radial speed", state.radial_speed)?;
         finite("the horizontal speed", state.horizontal_speed)?;
         let time_to_go = self.time_to_go(state, guess)?;
@@ -140,7 +145,7 @@ impl LinearRadialLaw {
         let start = guess.filter(|t| t.is_finite()).unwrap_or(1.02 * shortest);
         // A bracket around the start, widened until the excess changes its sign.
         let (mut low, mut high) = (start, start);
-        let mut above = self.excess(s, start.clamp(1e-3, longest));
+        let mut above = self.excess(s, start.max(SHORTEST).min(longest));
         let mut below;
         let mut step = 1e-3 * start.abs() + 1e-3;
         if above > 0.0 {

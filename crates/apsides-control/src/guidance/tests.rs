@@ -243,3 +243,18 @@ fn thrust_stays_within_its_limits() {
     let error = law.command(&POSITION, &VELOCITY, -1.0, &GRAVITY, 100.0).unwrap_err();
     assert!(error.to_string().contains("the mass is -1"), "{error}");
 }
+
+/// Neither an engine without thrust or exhaust velocity nor a mass that burns within a millisecond has a time to go.
+#[test]
+fn engines_that_cannot_brake_are_refused() {
+    let state =
+        DescentState { radius: MOON + 15e3, radial_speed: 0.0, horizontal_speed: 1692.0, mass: 2400.0 };
+    let refused = |thrust: f64, exhaust_velocity: f64| {
+        let engine = Engine { thrust, exhaust_velocity };
+        LinearRadialLaw { engine, ..law() }.command(&state, None).unwrap_err().to_string()
+    };
+    assert!(refused(-100.0, 2940.0).contains("the thrust is -100"));
+    assert!(refused(f64::NAN, 2940.0).contains("the thrust is NaN"));
+    assert!(refused(7500.0, -100.0).contains("the exhaust velocity is -100"));
+    assert!(refused(7500.0, 1e-6).contains("no time to go leads from this state to the target"));
+}

@@ -1,11 +1,24 @@
 //! Closed forms of linear systems.
 
+use nalgebra::Complex;
+
 use super::*;
 use crate::margins::LoopAnalysis;
 use crate::pid::{Pid, PidGains};
+use crate::response::Response;
 
 /// A few operations on doubles.
 const ROUNDING: f64 = 1e-12;
+
+trait Responds {
+    fn response(&self, input: usize, output: usize, frequency: f64) -> Complex<f64>;
+}
+
+impl Responds for StateSpace {
+    fn response(&self, input: usize, output: usize, frequency: f64) -> Complex<f64> {
+        Response::new(self, input, output).at(frequency)
+    }
+}
 
 fn near(found: Complex<f64>, expected: Complex<f64>) {
     assert!((found - expected).norm() < ROUNDING * (1.0 + expected.norm()), "{found} {expected}");

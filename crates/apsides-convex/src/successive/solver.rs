@@ -215,7 +215,8 @@ impl Iteration<'_> {
             weight = (weight * factor).clamp(WEIGHTS[0], WEIGHTS[1]);
             // A penalty far above the multipliers makes every curvature of a constraint look large.
             if raises == 0 && here.violation().1 < NEARLY_MET {
-                penalty = (PENALTY_MARGIN * price).clamp(LEAST_PENALTY, s.penalty);
+                // The user's own may be below the least.
+                penalty = (PENALTY_MARGIN * price).max(LEAST_PENALTY).min(s.penalty);
             }
         }
         let violation = here.violation().1;

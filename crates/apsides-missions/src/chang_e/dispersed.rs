@@ -237,6 +237,15 @@ fn fly(
 
 impl Dispersed for PlannedBraking {
     fn fly(&self, deviations: &Deviations, guidance: &Guidance, onboard: &Onboard) -> Option<Vec<f64>> {
+        // Neither an engine without thrust nor a lander without mass flies anywhere.
+        let left = [
+            1.0 + deviations.thrust,
+            1.0 + deviations.exhaust_velocity,
+            self.start[MASS_AT] + deviations.mass_kg,
+        ];
+        if !left.iter().all(|v| *v > 0.0) {
+            return None;
+        }
         match guidance {
             Guidance::OpenLoop => self.fly_open_loop(deviations),
             Guidance::Replanned(times) => self.fly_replanned(deviations, onboard, times),

@@ -42,6 +42,9 @@ pub struct MarginRow {
 /// Frequencies over which responses are looked at, rad/s.
 const FREQUENCIES: [f64; 2] = [1e-3, 1e4];
 const POINTS: usize = 600;
+/// Most samples of delay that margins are looked for with: each is a state of both loops, and the eigenvalues of twice as many take a tenth
+/// of a second at each height.
+const MOST_DELAY: f64 = 64.0;
 /// Least amplitudes that secant gains are taken at: rad, rad s, rad/s.
 const AMPLITUDE: f64 = 1e-3;
 
@@ -79,14 +82,21 @@ impl Dynamics<4, 2> for ShortPeriod<'_> {
 }
 
 impl Descent {
-    /// Margins at heights (m) that a recorded flight passes, in falling order. A descent without law, and one that no linear law stands for,
-    /// has none.
+    /// The samples of delay of a law whose loops have more of them than margins are looked for with.
+    #[must_use]
+    pub fn too_long_delay(&self) -> Option<f64> {
+        let samples = (self.case().actuators.delay + self.case().sensors.delay) / self.case().run.sample_time;
+        (self.case().law != Law::None && samples > MOST_DELAY).then_some(samples)
+    }
+
+    /// Margins at heights (m) that a recorded flight passes, in falling order. A descent without law has none, nor one with
+    /// [delays of many samples](Self::too_long_delay).
     ///
     /// # Errors
     /// A linear system without response, such as one that is not finite.
     pub fn margins(&self, record: &Record, altitudes: &[f64]) -> Result<Vec<MarginRow>, Error> {
         let mut rows = Vec::new();
-        if self.case().law == Law::None {
+        if self.case().law == Law::None || self.too_long_delay().is_some() {
             return Ok(rows);
         }
         let mut wanted = altitudes.iter().copied();
@@ -238,13 +248,16 @@ impl LeastMargins {
     /// some sets of damping derivatives.
     ///
     /// # Errors
-    /// Those of [`Descent::new`], [`Descent::fly`] and [`Descent::margins`].
+    /// Those of [`Descent::new`], [`Descent::fly`] and [`Descent::margins`]; delays too long for margins.
     pub fn of(case: &Case, damping: &[DampingSet], record: &mut Record) -> Result<Self, Error> {
         let mut rows = Vec::new();
         for damping in damping {
             let mut case = case.clone();
             case.vehicle.damping = *damping;
             let descent = Descent::new(&case)?;
+            if let Some(samples) = descent.too_long_delay() {
+                return Err(Error::in_mission(without_margins(samples)));
+            }
             descent.fly(record)?;
             let found = descent.margins(record, &MARGIN_HEIGHTS)?;
             rows.extend(found.into_iter().filter(|row| row.dynamic_pressure >= Self::PRESSURE));
@@ -273,6 +286,14 @@ impl MarginRow {
             least(|m| m.phase.map(|c| c.frequency / TAU)),
         ]
     }
+}
+
+/// Says that delays of so many samples are too long for margins.
+pub(super) fn without_margins(samples: f64) -> String {
+    format!(
+        "`actuator_delay_s` and `sensor_delay_s` together are {samples:.0} samples of the law; margins and root locus are given for at \
+         most {MOST_DELAY:.0}: raise `sample_time_s` or shorten the delays for them"
+    )
 }
 
 /// The factor by which the gain may grow, or fall, whichever is less.

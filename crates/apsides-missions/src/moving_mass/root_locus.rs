@@ -24,7 +24,9 @@ impl Descent {
         let known = record.samples().iter().filter(|s| pressure(s).is_finite());
         let densest = known.max_by(|a, b| pressure(a).total_cmp(&pressure(b)));
         match densest {
-            Some(sample) if self.case().law != Law::None => self.root_locus_at(sample, gains),
+            Some(sample) if self.case().law != Law::None && self.too_long_delay().is_none() => {
+                self.root_locus_at(sample, gains)
+            }
             _ => Ok(None),
         }
     }

@@ -9,7 +9,7 @@ use apsides_pipeline::{Curve, Error};
 
 use super::case::{Case, Masses};
 use super::descent::{Descent, Metrics, Record, ending_text, ending_word};
-use super::margins::{LeastMargins, MARGIN_HEIGHTS, MarginRow};
+use super::margins::{LeastMargins, MARGIN_HEIGHTS, MarginRow, without_margins};
 
 /// Steps of a root locus from a tenth of the gain to the gain, and from there to ten times it.
 const LOCUS_STEPS: i32 = 100;
@@ -34,6 +34,7 @@ pub(super) fn simulate(case: &Case) -> Result<Simulated, Error> {
             metrics.beyond_table
         ));
     }
+    warnings.extend(descent.too_long_delay().map(without_margins));
     if let Some(row) = margins.iter().find(|row| !row.stable()) {
         warnings.push(format!(
             "the linear loop is not stable at {:.1} km, {:.1} s",

@@ -5,9 +5,10 @@ use apsides_control::pid::PidGains;
 use apsides_control::simulation::{Breach, Ending};
 use apsides_dynamics::aerodynamics::Interpolation;
 
+use super::simulation::simulate;
 use super::{
-    Allocation, Case, Descent, DescentDeviations, Descents, Earth, Law, Masses, Metrics, Record,
-    RegulatorSizes, SlidingSizes, case,
+    Allocation, Case, Descent, DescentDeviations, Descents, Earth, Law, LeastMargins, Masses, Metrics,
+    Record, RegulatorSizes, SlidingSizes, case,
 };
 
 fn fly(case: &Case) -> Metrics {
@@ -243,4 +244,29 @@ fn dispersed_descents_do_not_depend_on_threads() {
     let optimised = crate::registry().load("capsule-reentry", &[]).unwrap();
     let refused = super::case(&optimised).unwrap_err().to_string();
     assert!(refused.contains("optimised, not simulated"), "{refused}");
+}
+
+/// Delays of many samples end in time: with the margins as long as these are found soon, with a sentence and the flight beyond.
+#[test]
+fn long_delays_keep_the_flight() {
+    let delayed = |delay: f64| {
+        let mut case = Case::cross(10.0);
+        case.actuators.delay = delay;
+        simulate(&case).unwrap()
+    };
+    // 50 samples.
+    let flight = delayed(0.5);
+    assert_eq!((flight.summary.status.as_str(), flight.summary.margins.len()), ("tumbling", 4));
+    // 1000 samples.
+    let flight = delayed(10.0);
+    assert_eq!(flight.summary.status, "tumbling");
+    assert!(flight.rows.len() > 1000 && flight.summary.margins.is_empty() && flight.root_locus.is_none());
+    let said = flight.summary.warnings.iter().any(|w| {
+        w.contains("are 1000 samples of the law") && w.contains("at most 64") && w.contains("`sample_time_s`")
+    });
+    assert!(said, "{:?}", flight.summary.warnings);
+    let mut case = Case::cross(10.0);
+    case.actuators.delay = 10.0;
+    let refused = LeastMargins::of(&case, &[case.vehicle.damping], &mut Record::every(1)).unwrap_err();
+    assert!(refused.to_string().contains("are 1000 samples"), "{refused}");
 }

@@ -8,7 +8,8 @@ use rand_xoshiro::rand_core::{Rng, SeedableRng};
 use serde::Serialize;
 
 use super::fractal::{lattice, mix};
-use super::{Boulders, Craters};
+use super::{Boulders, Craters, Terrain};
+use crate::TerrainError;
 
 /// Distance over the radius at which the ejecta of a crater end.
 const EJECTA: f64 = 3.0;
@@ -166,6 +167,12 @@ impl Class {
         classes
     }
 
+    /// Mean number of features whose cells may touch a box of (west, east, south, north) limits, at least.
+    fn expected(&self, [west, east, south, north]: [f64; 4]) -> f64 {
+        let side = |low: f64, high: f64| high - low + 2.0 * self.reach;
+        self.density * side(west, east) * side(south, north)
+    }
+
     /// Draws the features whose cells may touch a box of (east, north) limits, always in the same order.
     fn draw<F>(
         &self,
@@ -194,11 +201,57 @@ fn touches(feature: &impl Feature, [west, east, south, north]: [f64; 4]) -> bool
     x + r >= west && x - r <= east && y + r >= south && y - r <= north
 }
 
-/// Craters that may change a box of (west, east, south, north) limits, m, the smallest first.
-pub(super) fn craters(law: &Craters, seed: u64, limits: [f64; 4]) -> Vec<Crater> {
+/// Most features of a sort that are drawn at once: those of a thousand square kilometres of coarse ground, one or two gigabytes.
+const MOST: f64 = 2e7;
+
+/// Classes whose features in a box of (west, east, south, north) limits, m, memory holds.
+fn classes_for(
+    limits: [f64; 4],
+    name: &'static str,
+    classes: Vec<Class>,
+) -> Result<Vec<Class>, TerrainError> {
+    let value: f64 = classes.iter().map(|class| class.expected(limits)).sum();
+    if value <= MOST {
+        return Ok(classes);
+    }
+    let allowed = "at most 2e7 are drawn at once: take smaller pixels, or fewer of them at once";
+    Err(TerrainError::Number { name, value: value.round(), allowed })
+}
+
+fn crater_classes(law: &Craters, seed: u64, limits: [f64; 4]) -> Result<Vec<Class>, TerrainError> {
     let density = |[a, b]: [f64; 2]| law.density * (a.powf(-law.exponent) - b.powf(-law.exponent));
+    let classes = Class::all(law.diameters, seed, density, |d| 0.5 * EJECTA * d);
+    classes_for(limits, "number of craters on these pixels", classes)
+}
+
+/// Decay of the area of boulders over their diameter, 1/m; none without boulders.
+fn decay(law: &Boulders) -> Option<f64> {
+    (law.abundance > 0.0).then(|| 1.79 + 0.152 / law.abundance)
+}
+
+fn boulder_classes(law: &Boulders, seed: u64, limits: [f64; 4]) -> Result<Vec<Class>, TerrainError> {
+    let Some(q) = decay(law) else { return Ok(Vec::new()) };
+    // From the area k exp(-q D) follows the number per diameter, k q exp(-q D) / (pi D^2 / 4). It is drawn from 1 / D^2 and
+    // thinned by the exponential.
+    let density = |[a, b]: [f64; 2]| law.abundance * q * (-q * a).exp() / FRAC_PI_4 * (a.recip() - b.recip());
+    let reach = |d: f64| 0.5 * d / law.least_aspect.sqrt();
+    let classes = Class::all(law.diameters, seed, density, reach);
+    classes_for(limits, "number of boulders on these pixels", classes)
+}
+
+/// Refuses a box of (west, east, south, north) limits, m, with more craters or boulders than memory holds.
+pub(super) fn check(terrain: &Terrain, limits: [f64; 4]) -> Result<(), TerrainError> {
+    crater_classes(&terrain.craters, 0, limits)?;
+    boulder_classes(&terrain.boulders, 0, limits).map(drop)
+}
+
+/// Craters that may change a box of (west, east, south, north) limits, m, the smallest first.
+///
+/// # Errors
+/// More craters than memory holds.
+pub(super) fn craters(law: &Craters, seed: u64, limits: [f64; 4]) -> Result<Vec<Crater>, TerrainError> {
     let mut all = Vec::new();
-    for class in Class::all(law.diameters, seed, density, |d| 0.5 * EJECTA * d) {
+    for class in crater_classes(law, seed, limits)? {
         class.draw(limits, &mut all, |draw, centre, diameters| {
             let diameter = draw.power_law(diameters, law.exponent);
             let fresh = draw.between([law.least_fresh, 1.0]);
@@ -211,21 +264,17 @@ pub(super) fn craters(law: &Craters, seed: u64, limits: [f64; 4]) -> Vec<Crater>
             touches(&crater, limits).then_some(crater)
         });
     }
-    all
+    Ok(all)
 }
 
 /// Boulders that may change a box of (west, east, south, north) limits, m, the smallest first.
-pub(super) fn boulders(law: &Boulders, seed: u64, limits: [f64; 4]) -> Vec<Boulder> {
-    if law.abundance <= 0.0 {
-        return Vec::new();
-    }
-    // From the area k exp(-q D) follows the number per diameter, k q exp(-q D) / (pi D^2 / 4). It is drawn from 1 / D^2 and
-    // thinned by the exponential.
-    let q = 1.79 + 0.152 / law.abundance;
-    let density = |[a, b]: [f64; 2]| law.abundance * q * (-q * a).exp() / FRAC_PI_4 * (a.recip() - b.recip());
-    let reach = |d: f64| 0.5 * d / law.least_aspect.sqrt();
+///
+/// # Errors
+/// More boulders than memory holds.
+pub(super) fn boulders(law: &Boulders, seed: u64, limits: [f64; 4]) -> Result<Vec<Boulder>, TerrainError> {
+    let Some(q) = decay(law) else { return Ok(Vec::new()) };
     let mut all = Vec::new();
-    for class in Class::all(law.diameters, seed, density, reach) {
+    for class in boulder_classes(law, seed, limits)? {
         class.draw(limits, &mut all, |draw, centre, diameters| {
             let diameter = draw.power_law(diameters, 1.0);
             let kept = draw.uniform() < (-q * (diameter - diameters[0])).exp();
@@ -240,7 +289,7 @@ pub(super) fn boulders(law: &Boulders, seed: u64, limits: [f64; 4]) -> Vec<Bould
             (kept && touches(&boulder, limits)).then_some(boulder)
         });
     }
-    all
+    Ok(all)
 }
 
 #[cfg(test)]
@@ -266,7 +315,7 @@ mod tests {
                 rim: 0.036,
                 least_fresh: 0.5,
             };
-            let all = inside(&craters(&law, 11, [0.0, SQUARE, 0.0, SQUARE]));
+            let all = inside(&craters(&law, 11, [0.0, SQUARE, 0.0, SQUARE]).unwrap());
             let expected = density * (4.0_f64.powf(-exponent) - 400.0_f64.powf(-exponent)) * SQUARE * SQUARE;
             let count = all.len() as f64;
             assert!((count - expected).abs() < 4.0 * expected.sqrt(), "{count} {expected}");
@@ -285,6 +334,7 @@ mod tests {
             let q = 1.79 + 0.152 / k;
             let side: f64 = 400.0;
             let all: Vec<Boulder> = boulders(&law, 5, [0.0, side, 0.0, side])
+                .unwrap()
                 .into_iter()
                 .filter(|b| b.centre.iter().all(|&x| (0.0..side).contains(&x)))
                 .collect();

@@ -4,7 +4,7 @@ use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 
 use super::Terrain;
-use super::features::{Boulder, Crater, Feature, boulders, craters};
+use super::features::{self, Boulder, Crater, Feature, boulders, craters};
 use super::fractal::{Fractal, mix};
 use crate::{ElevationMap, Geometry, Raster, TerrainError};
 
@@ -59,7 +59,7 @@ impl Synthetic {
     /// The whole map.
     ///
     /// # Errors
-    /// None for a terrain that was made.
+    /// A map with more craters or boulders than memory holds.
     pub fn map(&self) -> Result<ElevationMap, TerrainError> {
         self.window(0, 0, self.terrain.rows, self.terrain.cols)
     }
@@ -67,7 +67,7 @@ impl Synthetic {
     /// The window of `rows` x `cols` pixels whose first pixel is (`row`, `col`): the same bits as in the whole map.
     ///
     /// # Errors
-    /// A window that is empty or leaves the map.
+    /// A window that is empty or leaves the map, or with more craters or boulders than memory holds.
     pub fn window(
         &self,
         row: usize,
@@ -77,9 +77,9 @@ impl Synthetic {
     ) -> Result<ElevationMap, TerrainError> {
         let geometry = self.geometry.window(row, col, rows, cols)?;
         let limits = self.limits(row, col, rows, cols);
-        let craters = Placed::new(self, craters(&self.terrain.craters, self.seed_of(1), limits), row, rows);
+        let craters = Placed::new(self, craters(&self.terrain.craters, self.seed_of(1), limits)?, row, rows);
         let boulders =
-            Placed::new(self, boulders(&self.terrain.boulders, self.seed_of(2), limits), row, rows);
+            Placed::new(self, boulders(&self.terrain.boulders, self.seed_of(2), limits)?, row, rows);
         let (s, c) = self.terrain.upslope.sin_cos();
         let tangent = self.terrain.slope.tan();
         let mut data = vec![0.0_f32; geometry.pixels()];
@@ -105,10 +105,19 @@ impl Synthetic {
         ElevationMap::from_relative(Raster::new(geometry, data)?, 0.0)
     }
 
+    /// Says before the work whether a window can be made.
+    ///
+    /// # Errors
+    /// As of [`window`](Self::window).
+    pub fn check(&self, row: usize, col: usize, rows: usize, cols: usize) -> Result<(), TerrainError> {
+        self.geometry.window(row, col, rows, cols)?;
+        features::check(&self.terrain, self.limits(row, col, rows, cols))
+    }
+
     /// Craters whose centres are in a window, in the order in which they are laid down.
     ///
     /// # Errors
-    /// A window that is empty or leaves the map.
+    /// A window that is empty or leaves the map, or with more craters or boulders than memory holds.
     pub fn craters(
         &self,
         row: usize,
@@ -118,13 +127,13 @@ impl Synthetic {
     ) -> Result<Vec<Crater>, TerrainError> {
         self.geometry.window(row, col, rows, cols)?;
         let limits = self.limits(row, col, rows, cols);
-        Ok(centred(craters(&self.terrain.craters, self.seed_of(1), limits), limits))
+        Ok(centred(craters(&self.terrain.craters, self.seed_of(1), limits)?, limits))
     }
 
     /// Boulders whose centres are in a window.
     ///
     /// # Errors
-    /// A window that is empty or leaves the map.
+    /// A window that is empty or leaves the map, or with more craters or boulders than memory holds.
     pub fn boulders(
         &self,
         row: usize,
@@ -134,13 +143,13 @@ impl Synthetic {
     ) -> Result<Vec<Boulder>, TerrainError> {
         self.geometry.window(row, col, rows, cols)?;
         let limits = self.limits(row, col, rows, cols);
-        Ok(centred(boulders(&self.terrain.boulders, self.seed_of(2), limits), limits))
+        Ok(centred(boulders(&self.terrain.boulders, self.seed_of(2), limits)?, limits))
     }
 
     /// Where the hazards of a window are: [`CRATER`] inside the rim of a crater and [`BOULDER`] on a boulder that reach `least`.
     ///
     /// # Errors
-    /// A window that is empty or leaves the map.
+    /// A window that is empty or leaves the map, or with more craters or boulders than memory holds.
     pub fn hazards(
         &self,
         row: usize,
@@ -151,9 +160,9 @@ impl Synthetic {
     ) -> Result<Raster<u8>, TerrainError> {
         let geometry = self.geometry.window(row, col, rows, cols)?;
         let limits = self.limits(row, col, rows, cols);
-        let mut deep = craters(&self.terrain.craters, self.seed_of(1), limits);
+        let mut deep = craters(&self.terrain.craters, self.seed_of(1), limits)?;
         deep.retain(|c| c.depth >= least.crater_depth);
-        let mut high = boulders(&self.terrain.boulders, self.seed_of(2), limits);
+        let mut high = boulders(&self.terrain.boulders, self.seed_of(2), limits)?;
         high.retain(|b| b.height >= least.boulder_height);
         let (deep, high) = (Placed::new(self, deep, row, rows), Placed::new(self, high, row, rows));
         let mut data = vec![0_u8; geometry.pixels()];
@@ -295,6 +304,29 @@ mod tests {
             let other = Synthetic::new(Terrain { rows: 210, cols: 170, ..terrain }, seed + 1).unwrap();
             assert_ne!(bits(&other.map().unwrap()), bits(&whole));
         }
+    }
+
+    #[test]
+    fn more_features_than_memory_holds_are_refused() {
+        let ground =
+            Synthetic::new(Terrain { rows: 20, cols: 20, pixel: 1e18, ..Terrain::coarse() }, 1).unwrap();
+        let refused = |e: TerrainError| {
+            let text = e.to_string();
+            assert!(text.starts_with("number of craters on these pixels is "), "{text}");
+            assert!(
+                text.len() < 160 && text.contains("at most 2e7") && text.contains("smaller pixels"),
+                "{text}"
+            );
+        };
+        refused(ground.map().unwrap_err());
+        refused(ground.check(0, 0, 1, 1).unwrap_err());
+        refused(ground.craters(0, 0, 20, 20).unwrap_err());
+        refused(
+            ground.hazards(0, 0, 20, 20, &Limits { crater_depth: 0.1, boulder_height: 0.1 }).unwrap_err(),
+        );
+        assert!(ground.check(0, 0, 21, 20).is_err());
+        let preset = Synthetic::new(Terrain::coarse(), 1).unwrap();
+        assert!(preset.check(0, 0, 2300, 2300).is_ok());
     }
 
     /// A far window of a map that would not fit in memory.

@@ -2,7 +2,7 @@
 //! same braking.
 
 use apsides_pipeline::dispersion::Replanning;
-use apsides_pipeline::montecarlo::{MonteCarlo, Spread, Statistics};
+use apsides_pipeline::montecarlo::{MonteCarlo, Sample, Spread, Statistics};
 use apsides_pipeline::{Outcome, Pipeline};
 
 use super::*;
@@ -313,4 +313,26 @@ fn steering_that_cannot_be_is_refused() {
     assert!(refused(run(often)).contains("too often"));
     let onboard = Onboard { full_thrust_n: Some(f64::NAN), ..Onboard::default() };
     assert!(refused(MonteCarlo { onboard, ..run(Guidance::OpenLoop) }).contains("not a thrust"));
+}
+
+/// An engine that a deviation leaves without thrust or exhaust velocity, and a lander without mass, are flights that do not end.
+#[test]
+fn flights_without_thrust_or_fuel_are_outcomes() {
+    let (mission, plan) = planned();
+    let without = [
+        Deviations { thrust: 0.6, ..Deviations::default() },
+        Deviations { exhaust_velocity: 0.6, ..Deviations::default() },
+        Deviations { mass_kg: 2e3, ..Deviations::default() },
+    ];
+    for guidance in [Guidance::LinearRadial, Guidance::Polynomial, Guidance::OpenLoop] {
+        for dispersions in without {
+            let samples = MonteCarlo { samples: 50, dispersions, ..run(guidance.clone()) };
+            let (flown, s) = samples.run(&mission, &plan, Vec::new(), |_| true).unwrap();
+            let lost = |f: &&Sample| f.deviations[6] <= -1.0 || f.deviations[7] <= -1.0;
+            let lost = flown.iter().filter(lost).count();
+            assert_eq!(s.samples, 50);
+            assert!(s.failed >= lost && flown.iter().all(|f| f.results.len() == flown[0].results.len()));
+            assert!(lost > 0 || dispersions.mass_kg > 0.0, "{dispersions:?}");
+        }
+    }
 }
