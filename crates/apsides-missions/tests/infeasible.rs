@@ -89,3 +89,22 @@ fn little_thrust_is_said_to_be_too_little() {
         assert!(why.contains("`thrust_n` has to be about 131.1"), "{why}");
     }
 }
+
+/// At 150 N the lander burns for most of an hour until its thrust is enough, and the way of the thrust until then is all the same: the costates of
+/// the speeds are a millionth of those at the end. That is said where the tolerance is not met; at 440 N there is nothing to say.
+#[test]
+fn a_thrust_without_effect_is_said_to_have_none() {
+    let solve = |thrust: &str, refinements: &str| {
+        let set = [format!("thrust_n={thrust}"), format!("radau.max_refinements={refinements}")];
+        let mission = registry().load("lunar-perilune", &set).unwrap();
+        mission.solve(None, &mut ()).unwrap().explanation.unwrap_or_default()
+    };
+    let why = solve("150", "1");
+    assert!(why.contains("the direction of the thrust has no effect on the objective"), "{why}");
+    assert!(
+        why.contains("raise `thrust_n` (150 N now)") && why.contains("raise `radau.max_refinements`"),
+        "{why}"
+    );
+    let why = solve("440", "0");
+    assert!(why.contains("raise `radau.max_refinements`") && !why.contains("no effect"), "{why}");
+}

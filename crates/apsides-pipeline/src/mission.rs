@@ -243,6 +243,11 @@ pub trait Mission: Any + Debug + Send + Sync {
         None
     }
 
+    /// A sentence on why a trajectory that is not accurate enough stays so: what is the matter with the mission, and what would mend it.
+    fn undetermined(&self, _solution: &Trajectory) -> Option<String> {
+        None
+    }
+
     /// Scalars that take solves of their own, of a mission that is solved.
     ///
     /// # Errors

@@ -497,9 +497,12 @@ impl Pipeline {
         };
         let missing = conflict.and_then(|c| self.mission.missing(&self.methods, c));
         let conflict = conflict.map(|c| in_keys(c, &self.values, self.mission.datum()));
-        let explanation = explain(&self.methods, &solution, conflict.as_ref()).map(|text| match &missing {
-            Some(missing) => format!("{text}; {missing}"),
-            None => text,
+        let cause = match solution.deficiency.is_some() {
+            true => self.mission.undetermined(&solution.trajectory),
+            false => None,
+        };
+        let explanation = explain(&self.methods, &solution, conflict.as_ref()).map(|text| {
+            [Some(text), cause, missing.clone()].into_iter().flatten().collect::<Vec<_>>().join("; ")
         });
         let status = solution.word().into();
         let certificate = flight.certificate;

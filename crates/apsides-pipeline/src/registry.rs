@@ -35,7 +35,7 @@ pub struct Document<'a> {
     pub directory: Option<&'a Path>,
 }
 
-/// How a mission is asked for.
+/// The name or file by which a mission is asked for.
 #[derive(Clone, Copy, Default)]
 struct Asked<'a> {
     /// The directory that paths in its file count from; none of a text that is in no file.

@@ -1,7 +1,8 @@
 //! The common part of all lunar missions: the vehicle, its parking orbit, and what may be done with the engine.
 
 use apsides_dynamics::Engine;
-use apsides_dynamics::planar::{MASS, PlanarFlight};
+use apsides_dynamics::planar::{HORIZONTAL_SPEED, MASS, PlanarFlight, RADIAL_SPEED, STATES};
+use apsides_ocp::Trajectory;
 use apsides_pipeline::Error;
 use apsides_pipeline::values::Values;
 use apsides_radau::Explanation;
@@ -75,6 +76,13 @@ pub struct LunarLander {
 /// Part of the weight at ignition up to which a lander needs to burn propellant before it can brake.
 const LITTLE_THRUST: f64 = 0.4;
 
+/// Times of a flight at which its costates are looked at.
+const LOOKS: u32 = 200;
+/// Size of the costates of the speeds, by their largest one, below which the direction of the thrust has no effect.
+const NO_EFFECT: f64 = 1e-4;
+/// Part of a flight from which that is worth saying.
+const LEAST_PART: f64 = 0.1;
+
 /// Makes an error of a sentence that names keys.
 pub(super) type Refuse<'a> = &'a dyn Fn(String) -> Error;
 
@@ -94,6 +102,35 @@ impl LunarLander {
             "with `dry_mass_kg` as it is, `thrust_n` has to be about {thrust:.1}: the braking ends with {:.3} m/s2 of thrust by mass, and the \
              engine burns all the time",
             engine.thrust / dry_mass
+        ))
+    }
+
+    /// With little thrust the direction of the thrust may matter for the last part of the flight alone: the engine has to burn until the
+    /// mass is small enough to land on it, and all flights that keep clear of the ground until then are equally good.
+    pub(super) fn without_direction(&self, solution: &Trajectory) -> Option<String> {
+        let phase = solution.phases.last()?;
+        let costates = phase.costate.as_ref()?;
+        let speeds = [HORIZONTAL_SPEED, RADIAL_SPEED].map(|q| STATES.iter().position(|s| s.name == q.name));
+        let [Some(u), Some(w)] = speeds else { return None };
+        let mut at = vec![0.0; costates.dimension()];
+        let sizes: Vec<f64> = (0..=LOOKS)
+            .map(|k| {
+                costates.evaluate(phase.time_at(f64::from(k) / f64::from(LOOKS)), &mut at);
+                at.get(u).zip(at.get(w)).map_or(f64::NAN, |(u, w)| u.hypot(*w))
+            })
+            .collect();
+        let largest = sizes.iter().copied().fold(0.0, f64::max);
+        let without = sizes.iter().take_while(|size| **size < NO_EFFECT * largest).count();
+        let part = without as f64 / f64::from(LOOKS);
+        if part < LEAST_PART {
+            return None;
+        }
+        Some(format!(
+            "until t = {:.0} s the direction of the thrust has no effect on the objective: the engine burns until the mass is small enough to \
+             land, so that many flights are equally good and none is found to the tolerance; raise `thrust_n` ({} N now), or accept a flight \
+             that is feasible alone, by `--method multiple-shooting`",
+            phase.time_at(part.min(1.0)),
+            self.flight.engine.thrust
         ))
     }
 

@@ -79,6 +79,10 @@ macro_rules! results_of_its_lander {
             self.lander.missing_thrust(explanation)
         }
 
+        fn undetermined(&self, solution: &Trajectory) -> Option<String> {
+            self.lander.without_direction(solution)
+        }
+
         fn headline(&self) -> Vec<&str> {
             $headline.to_vec()
         }
