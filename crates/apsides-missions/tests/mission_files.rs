@@ -359,6 +359,22 @@ fn an_unknown_key_is_answered_in_short() {
     assert!(error.ends_with(&format!("all keys: `apsides missions {file}`")), "{error}");
 }
 
+/// A flight of more steps than anyone waits for is refused before it begins.
+#[test]
+fn flights_of_too_many_steps_are_refused() {
+    let load = |set: &[&str]| {
+        registry().load("moving-mass-cross", &set.iter().map(|s| (*s).to_owned()).collect::<Vec<_>>())
+    };
+    let error = load(&["sample_time_s=1e-4", "max_flight_time_s=1e5"]).unwrap_err().to_string();
+    assert_eq!(
+        error,
+        "--set sample_time_s=1e-4 (mission `moving-mass-cross`): `sample_time_s`, `steps_per_sample` and `max_flight_time_s` make \
+         1.0e9 steps, at most 2e7 are flown: 1 every 0.0001 s for up to 100000 s; raise the first or lower the others"
+    );
+    assert!(load(&["steps_per_sample=1000"]).is_err());
+    assert!(load(&["sample_time_s=1e-4"]).is_ok());
+}
+
 /// Sizes that no quantity has, and tolerances below rounding, are refused where they stand.
 #[test]
 fn absurd_numbers_are_refused_with_what_is_allowed() {

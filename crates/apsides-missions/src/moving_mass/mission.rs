@@ -213,6 +213,9 @@ fn read_entry(v: &Values) -> Result<Entry, Error> {
     })
 }
 
+/// Most steps of a flight: those of half a minute, with a record of a gigabyte or two.
+const MOST_STEPS: f64 = 2e7;
+
 fn read_run(v: &Values, entry: &Entry) -> Result<Run, Error> {
     let [stop, top] = [metres(v, "stop_altitude_km")?, metres(v, "window_top_km")?];
     if stop >= entry.altitude {
@@ -221,11 +224,20 @@ fn read_run(v: &Values, entry: &Entry) -> Result<Run, Error> {
     if top <= stop {
         return Err(v.conflict("`window_top_km` must be above `stop_altitude_km`"));
     }
+    let (sample_time, time_limit) = (v.number("sample_time_s")?, v.number("max_flight_time_s")?);
+    let substeps = v.count("steps_per_sample")?;
+    let steps = time_limit / sample_time * substeps as f64;
+    if steps > MOST_STEPS {
+        return Err(v.conflict(format!(
+            "`sample_time_s`, `steps_per_sample` and `max_flight_time_s` make {steps:.1e} steps, at most {MOST_STEPS:e} are flown: \
+             {substeps} every {sample_time} s for up to {time_limit} s; raise the first or lower the others"
+        )));
+    }
     Ok(Run {
-        sample_time: v.number("sample_time_s")?,
-        substeps: v.count("steps_per_sample")?,
+        sample_time,
+        substeps,
         stop_altitude: stop,
-        time_limit: v.number("max_flight_time_s")?,
+        time_limit,
         window: [stop, top],
         tumbling: radians(v, "tumbling_angle_deg")?,
         anti_windup: match v.word("anti_windup")? {
