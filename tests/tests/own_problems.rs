@@ -178,3 +178,172 @@ fn an_objective_of_zero() {
     assert!(objective.abs() < 2e-8, "{objective}");
     assert_eq!(verdict, Verdict::GlobalOptimum);
 }
+
+/// The shortest flight to a speed of 45 at an altitude of 500 without climb, with the components of the direction of the thrust as controls:
+/// the tangent of its angle falls from `a` to `-a` linearly in time (A. E. Bryson, Y.-C. Ho, Applied Optimal Control, 1975, section 2.7).
+/// The bounds of the components say nothing beside the length of one, or are not there.
+#[test]
+fn direction_of_length_one() {
+    let time = |a: f64| 4.5 * a / a.asinh();
+    let altitude = |a: f64| 2.5 * time(a).powi(2) * (a * a.hypot(1.0) - a.asinh()) / (a * a);
+    let (mut low, mut high) = (1.0, 100.0);
+    for _ in 0..80 {
+        let middle = 0.5 * (low + high);
+        if altitude(middle) < 500.0 { low = middle } else { high = middle }
+    }
+    for (bounds, row) in [
+        ("[-1, 1]", "c^2 + s^2 == 1"),
+        ("[-1.1, 1.1]", "c^2 + s^2 == 1"),
+        ("{}", "c^2 + s^2 == 1"),
+        ("[-1, 1]", "c^2 + s^2 <= 1"),
+    ] {
+        let text = format!(
+            r#"
+            kind = "problem"
+            [phase.a]
+            time = {{ end = [0.1, 100] }}
+            states.x = {{ start = 0 }}
+            states.vx = {{ start = 0, end = 45 }}
+            states.y = {{ start = 0, end = 500 }}
+            states.vy = {{ start = 0, end = 0 }}
+            controls.c = {bounds}
+            controls.s = {bounds}
+            dynamics = {{ x = "vx", vx = "10*c", y = "vy", vy = "10*s" }}
+            path.unit = "{row}"
+            [objective]
+            minimize = "end.time"
+        "#
+        );
+        let (objective, verdict, _) = solve(&text);
+        // Along an inequality the barrier leaves a part.
+        assert!((objective / time(low) - 1.0).abs() < 2e-8, "{bounds} {row}: {objective} {}", time(low));
+        assert_eq!(verdict, Verdict::StrictLocalOptimum, "{bounds} {row}");
+    }
+}
+
+/// A distance of 100 along an axis at an acceleration of 4 in a free direction takes `sqrt(50)`: some nodes begin with the opposite one.
+#[test]
+fn direction_in_space_along_an_axis() {
+    let text = r#"
+        kind = "problem"
+        [phase.a]
+        time = { end = [0.1, 100] }
+        states.x = { start = 0, end = 100 }
+        states.y = { start = 0, end = 0 }
+        states.z = { start = 0, end = 0 }
+        states.vx = { start = 0 }
+        states.vy = { start = 0 }
+        states.vz = { start = 0 }
+        controls.ux = [-1, 1]
+        controls.uy = [-1, 1]
+        controls.uz = [-1, 1]
+        dynamics = { x = "vx", y = "vy", z = "vz", vx = "4*ux", vy = "4*uy", vz = "4*uz" }
+        path.unit = "ux^2 + uy^2 + uz^2 == 1"
+        [objective]
+        minimize = "end.time"
+    "#;
+    let (objective, verdict, _) = solve(text);
+    assert!((objective / 50f64.sqrt() - 1.0).abs() < 1e-9, "{objective}");
+    assert_eq!(verdict, Verdict::StrictLocalOptimum);
+}
+
+/// A turn by 1.5 rad in 4 s from rest to rest with least effort, `12 * 1.5^2 / 4^3`, whose quaternion is asked to keep the length that its
+/// equations of motion keep.
+#[test]
+fn length_of_a_quaternion_as_path_constraint() {
+    let text = r#"
+        kind = "problem"
+        [phase.turn]
+        time = { end = 4 }
+        states.q1 = { start = 0, end = "sin(0.75)" }
+        states.q2 = { start = 0, end = 0 }
+        states.q3 = { start = 0, end = 0 }
+        states.q4 = { start = 1, end = "cos(0.75)" }
+        states.w1 = { start = 0, end = 0 }
+        states.w2 = { start = 0, end = 0 }
+        states.w3 = { start = 0, end = 0 }
+        controls = { m1 = {}, m2 = {}, m3 = {} }
+        dynamics.q1 = "0.5*(q4*w1 - q3*w2 + q2*w3)"
+        dynamics.q2 = "0.5*(q3*w1 + q4*w2 - q1*w3)"
+        dynamics.q3 = "0.5*(-q2*w1 + q1*w2 + q4*w3)"
+        dynamics.q4 = "-0.5*(q1*w1 + q2*w2 + q3*w3)"
+        dynamics.w1 = "m1"
+        dynamics.w2 = "m2"
+        dynamics.w3 = "m3"
+        path.unit = "q1^2 + q2^2 + q3^2 + q4^2 == 1"
+        integrals.effort = "m1^2 + m2^2 + m3^2"
+        [objective]
+        minimize = "effort"
+    "#;
+    let (objective, verdict, _) = solve(text);
+    assert!((objective / 0.421875 - 1.0).abs() < 1e-9, "{objective}");
+    assert_eq!(verdict, Verdict::StrictLocalOptimum);
+}
+
+/// The largest area under a curve of length 1.2 over a chord of 1, with the length as a state: the straight line, from which the length
+/// grows by nothing to first order, is no start. The curve is an arc of radius `r`, `1 = 2 r sin(0.6/r)`.
+#[test]
+fn length_as_a_state() {
+    let text = r#"
+        kind = "problem"
+        [phase.curve]
+        time = { end = 1 }
+        states.y = { start = 0, end = 0 }
+        states.l = { start = 0, end = 1.2 }
+        controls.slope = {}
+        dynamics = { y = "slope", l = "sqrt(1 + slope^2)" }
+        integrals.area = "y"
+        [objective]
+        maximize = "area"
+    "#;
+    let (objective, verdict, _) = solve(text);
+    let (mut low, mut high) = (0.5, 2.0);
+    for _ in 0..80 {
+        let half = 0.5 * (low + high);
+        if 2.0 * f64::sin(0.6 / half) * half < 1.0 { low = half } else { high = half }
+    }
+    let area = 0.5 * low * low * (1.2 / low - (1.2 / low).sin());
+    assert!((objective / area - 1.0).abs() < 1e-8, "{objective} {area}");
+    assert_eq!(verdict, Verdict::StrictLocalOptimum);
+}
+
+/// The stiffness of a spring from its motion: a sum of squares of zero, which is held against what the tolerance of the states makes of it.
+#[test]
+fn a_sum_of_squares_of_zero() {
+    let text = r#"
+        kind = "problem"
+        [parameters]
+        k = { min = 0.1, max = 10, guess = 1 }
+        [phase.a]
+        time = { end = 2 }
+        states.x = { start = 1 }
+        states.v = { start = 0 }
+        dynamics = { x = "v", v = "-k*x" }
+        integrals.misfit = "(x - cos(1.7*time))^2"
+        [objective]
+        minimize = "misfit"
+    "#;
+    let (objective, verdict, _) = solve(text);
+    assert!(objective.abs() < 1e-14, "{objective}");
+    assert_eq!(verdict, Verdict::StrictLocalOptimum);
+}
+
+/// Full speed one way and back gains as much as any number of turns: another control has the same Hamiltonian all along, and the optimum is
+/// not strict.
+#[test]
+fn controls_as_good_as_those_found() {
+    let text = r#"
+        kind = "problem"
+        [phase.a]
+        time = { end = 1 }
+        states.x = { start = 0, end = 0 }
+        controls.u = [-1, 1]
+        dynamics.x = "u"
+        integrals.gain = "u^2"
+        [objective]
+        maximize = "gain"
+    "#;
+    let (objective, verdict, _) = solve(text);
+    assert!((objective - 1.0).abs() < 1e-7, "{objective}");
+    assert_eq!(verdict, Verdict::Extremal);
+}

@@ -36,6 +36,9 @@ const SAMPLES: usize = 11;
 /// A guess below is rounding and says nothing of a size.
 const ROUNDING: f64 = 1e-12;
 
+/// So is one that is less than this part of the largest guess of a quantity with the same unit.
+const NOTHING_BESIDE: f64 = 1e-9;
+
 impl Scaling {
     /// Scales of a problem with a guess that fits it (see [`Guess::check`]).
     #[must_use]
@@ -56,10 +59,11 @@ impl Scaling {
                     enlarge(&mut largest_x, &x);
                     enlarge(&mut largest_u, &u);
                 }
-                let states = phase.states.iter().map(|s| &s.variable).zip(&largest_x);
+                let states: Vec<&Variable> = phase.states.iter().map(|s| &s.variable).collect();
+                let controls: Vec<&Variable> = phase.controls.iter().collect();
                 let scaling = PhaseScaling {
-                    states: states.map(|(v, &g)| size(v, g)).collect(),
-                    controls: phase.controls.iter().zip(&largest_u).map(|(v, &g)| size(v, g)).collect(),
+                    states: sizes(&states, &largest_x),
+                    controls: sizes(&controls, &largest_u),
                     time: time_size(phase, g.final_time - g.initial_time),
                     path: Vec::new(),
                     integrals: Vec::new(),
@@ -131,6 +135,14 @@ fn enlarge(largest: &mut [f64], values: &[f64]) {
     for (l, v) in largest.iter_mut().zip(values) {
         *l = l.max(v.abs());
     }
+}
+
+/// The [`size`] of each, where guesses that are rounding beside others count as zero.
+fn sizes(variables: &[&Variable], guesses: &[f64]) -> Vec<f64> {
+    let pairs = || variables.iter().zip(guesses);
+    let largest = |unit: &str| pairs().filter(|(v, _)| v.unit == unit).map(|(_, g)| *g).fold(0.0, f64::max);
+    let beside = |v: &Variable, g: f64| if g < NOTHING_BESIDE * largest(&v.unit) { 0.0 } else { g };
+    pairs().map(|(v, &g)| size(v, beside(v, g))).collect()
 }
 
 /// Stated scale, else width of the bounds, else the guess; one if all are zero or infinite.

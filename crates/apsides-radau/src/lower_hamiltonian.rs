@@ -7,10 +7,15 @@
 
 use std::f64::consts::TAU;
 
-use apsides_ocp::{Bounds, Ocp, Phase, PhaseTrajectory, PiecewisePolynomial, Segment, Trajectory, Variable};
+use apsides_ocp::{
+    Bounds, Ocp, PathConstraint, Phase, PhaseTrajectory, PiecewisePolynomial, Segment, Trajectory, Variable,
+};
 
 /// Values of each control between its bounds that are tried.
 const GRID: usize = 8;
+
+/// Controls of other nodes that are tried.
+const ELSEWHERE: usize = 16;
 
 /// A Hamiltonian that is lower by more than this part of its largest term is.
 const EVIDENT: f64 = 1e-6;
@@ -133,7 +138,7 @@ impl<'a> NodeHamiltonian<'a> {
                 let theirs = values[m * nu..(m + 1) * nu].iter().zip(own).zip(&held);
                 theirs.map(|((theirs, own), held)| if *held { *own } else { *theirs }).collect()
             });
-            let candidates = neighbours.chain(self.grid(&held, own));
+            let candidates = neighbours.chain(self.grid(&held, own)).chain(self.beyond(&held, own, &values));
             let candidates = candidates.filter(|u| self.are_apart(u, own) && self.is_within_bounds(u));
             let candidates: Vec<Vec<f64>> = candidates.collect();
             let stated = self.value(*at, own);
@@ -141,8 +146,8 @@ impl<'a> NodeHamiltonian<'a> {
             for u in candidates {
                 let h = self.value(*at, &u);
                 if h < least
-                    && !self.is_affine(*at, [(own, stated), (&u, h)], size)
                     && self.is_admissible(*at, &u)
+                    && !self.is_affine(*at, [(own, stated), (&u, h)], size)
                 {
                     least = h;
                     better[n * nu..(n + 1) * nu].copy_from_slice(&u);
@@ -172,11 +177,11 @@ impl<'a> NodeHamiltonian<'a> {
         Some((control, caught > 0))
     }
 
-    /// Says whether the Hamiltonian is linear from one control to another: then no minimum in between keeps a solution at the wrong one, and
-    /// the time of its switch is an unknown of its own.
+    /// Says whether the Hamiltonian is linear from one control to another, and those between are admissible: then no minimum in between
+    /// keeps a solution at the wrong one, and the time of its switch is an unknown of its own.
     fn is_affine(&mut self, at: (usize, f64), [(a, ha), (b, hb)]: [(&[f64], f64); 2], size: f64) -> bool {
         let middle: Vec<f64> = a.iter().zip(b).map(|(a, b)| 0.5 * (a + b)).collect();
-        (self.value(at, &middle) - 0.5 * (ha + hb)).abs() <= SAME * size
+        (self.value(at, &middle) - 0.5 * (ha + hb)).abs() <= SAME * size && self.is_admissible(at, &middle)
     }
 
     /// Says whether a turn of a control changes nothing, and its bounds leave room for one.
@@ -228,6 +233,24 @@ impl<'a> NodeHamiltonian<'a> {
             }
         }
         grid
+    }
+
+    /// Where path constraints bind controls to each other, the opposite of all that are not held, and the controls of some of the nodes:
+    /// those of a grid would seldom be admissible.
+    fn beyond(&self, held: &[bool], own: &[f64], values: &[f64]) -> Vec<Vec<f64>> {
+        let (nx, nu) = (self.phase.states.len(), own.len());
+        let binds = |c: &PathConstraint| {
+            c.function.pattern().columns.iter().filter(|i| (nx..nx + nu).contains(i)).nth(1).is_some()
+        };
+        if !self.phase.path.iter().any(binds) {
+            return Vec::new();
+        }
+        let but_held = |u: &[f64]| -> Vec<f64> {
+            u.iter().zip(own).zip(held).map(|((u, own), held)| if *held { *own } else { *u }).collect()
+        };
+        let opposite: Vec<f64> = own.iter().map(|u| -u).collect();
+        let stride = (values.len() / nu).div_ceil(ELSEWHERE).max(1);
+        std::iter::once(opposite.as_slice()).chain(values.chunks(nu).step_by(stride)).map(but_held).collect()
     }
 
     fn are_apart(&self, one: &[f64], other: &[f64]) -> bool {
@@ -287,17 +310,24 @@ impl<'a> NodeHamiltonian<'a> {
         self.terms(at, u).1
     }
 
-    /// Says whether path constraints with controls are met.
+    /// Says whether path constraints with controls are met, at the bounds that the mesh holds them at: where these switch is an unknown of its
+    /// own.
     fn is_admissible(&mut self, at: (usize, f64), u: &[f64]) -> bool {
         let (nx, nu) = (self.phase.states.len(), u.len());
+        let mut first = 0;
+        let courses = &self.found.mesh.arcs()[self.arc(at.0)].rows;
         for c in &self.phase.path {
+            let courses = courses.get(first..first + c.rows.len());
+            first += c.rows.len();
             if !c.function.pattern().columns.iter().any(|i| (nx..nx + nu).contains(i)) {
                 continue;
             }
             self.go(at, u, c.function.inputs());
             c.function.value(&self.inputs, &mut self.rows[..c.rows.len()]);
-            let is_met = c.rows.iter().zip(&self.rows).all(|(row, value)| {
-                row.bounds.excess(*value) <= ADMISSIBLE * row.size().unwrap_or_else(|| value.abs().max(1.0))
+            let is_met = c.rows.iter().zip(&self.rows).enumerate().all(|(k, (row, value))| {
+                let margin = ADMISSIBLE * row.size().unwrap_or_else(|| value.abs().max(1.0));
+                let held = courses.and_then(|courses| courses[k]?.held(&row.bounds));
+                row.bounds.excess(*value) <= margin && held.is_none_or(|held| (value - held).abs() <= margin)
             });
             if !is_met {
                 return false;

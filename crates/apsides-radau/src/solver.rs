@@ -14,10 +14,12 @@ use crate::crossing::{Crossings, with_forced};
 use crate::error_estimate::estimate;
 use crate::lower_hamiltonian::with_lower_hamiltonian;
 use crate::progress::Progress;
+use crate::redundant::Irredundant;
 use crate::refinement::refine;
 use crate::saddle::{Watch, beyond_saddle};
 use crate::scales::{ScaleWarning, scale_warnings};
 pub use crate::settings::RadauSettings;
+use crate::starts;
 use crate::state_bounds::{StateRows, without_arcs};
 use crate::switches::{Structure, Switch};
 use crate::transcription::Transcription;
@@ -37,8 +39,14 @@ const MOST_ITERATIONS_WITH_BREAKS: usize = 200;
 /// Iterations on a first mesh across kinks, before one with interval ends there is tried.
 const MOST_ITERATIONS_WITH_KINKS: usize = 300;
 
+/// Iterations on a first mesh from a guess, before another start is tried.
+const MOST_ITERATIONS_FROM_GUESS: usize = 300;
+
+/// Iterations on a first mesh from a guess that was moved to where constraints have a gradient, when the problem looks infeasible.
+const MOST_ITERATIONS_WITHOUT_GRADIENT: usize = 100;
+
 /// A mesh for the sake of the bounds on controls alone must bring their excess below this part of what it was.
-const LEAST_GAIN: f64 = 0.2;
+const LEAST_GAIN: f64 = 0.5;
 
 /// The method: hp Legendre-Gauss-Radau collocation.
 #[derive(Clone, Debug, Default)]
@@ -103,6 +111,8 @@ struct Attempt {
     warnings: Vec<ScaleWarning>,
     /// True if bounds of states may become rows.
     follows_states: bool,
+    /// Most iterations on the first mesh.
+    most_iterations: usize,
 }
 
 /// The end of an attempt.
@@ -156,9 +166,78 @@ impl Radau {
     ) -> Result<RadauSolution, RadauError> {
         self.settings.check()?;
         let guess = guess.clone().off_stationary_integrals(ocp);
+        let Some(irredundant) = Irredundant::of(ocp) else {
+            return self.solve_with_starts(ocp, &guess, &mesh, observer);
+        };
+        let mesh = irredundant.as_meant(mesh);
+        let mut solution = self.solve_with_starts(&irredundant.ocp, &guess, &mesh, observer)?;
+        solution.trajectory = irredundant.as_posed(solution.trajectory)?;
+        Ok(solution)
+    }
+
+    /// Solves from a guess; where that leads nowhere on the first mesh, from the solution of an easier problem.
+    fn solve_with_starts(
+        &self,
+        ocp: &Ocp,
+        guess: &Guess,
+        mesh: &Mesh,
+        observer: &mut dyn Observer,
+    ) -> Result<RadauSolution, RadauError> {
+        if guess.phases.iter().any(|g| g.as_trajectory().is_some()) {
+            return self.solve_from_guess(ocp, guess.clone(), mesh.clone(), usize::MAX, observer);
+        }
+        let mut most = MOST_ITERATIONS_FROM_GUESS.min(self.settings.nlp.max_iterations);
+        let first = self.solve_from_guess(ocp, guess.clone(), mesh.clone(), most, observer)?;
+        let leads_nowhere = |s: &RadauSolution| !s.status.is_success() && s.meshes.len() == 1;
+        if !(leads_nowhere(&first) && may_go_on(first.status)) {
+            return Ok(first);
+        }
+        let mut meshes = first.meshes.clone();
+        let start = if first.status == Status::Infeasible {
+            most = most.min(MOST_ITERATIONS_WITHOUT_GRADIENT);
+            // What cannot be met from there cannot be met for another objective: the guess itself may have no way out.
+            guess.swung(ocp)
+        } else {
+            let mut once = self.clone();
+            once.settings.max_refinements = 0;
+            let start = starts::easier(ocp, guess)
+                .map(|easier| once.solve_from_guess(&easier, guess.clone(), mesh.clone(), most, observer));
+            let start = start.transpose()?;
+            meshes.extend(start.iter().flat_map(|s| s.meshes.iter().cloned()));
+            if let Some(ended) = start.as_ref().filter(|s| !may_go_on(s.status)) {
+                return Ok(RadauSolution { meshes, status: ended.status, ..first });
+            }
+            start.filter(|s| s.status.is_success()).map(|s| starts::along(&s.trajectory)).transpose()?
+        };
+        if let Some(start) = start {
+            let second = self.solve_from_guess(ocp, start, mesh.clone(), most, observer)?;
+            meshes.extend(second.meshes.iter().cloned());
+            if !(leads_nowhere(&second) && may_go_on(second.status)) {
+                return Ok(RadauSolution { meshes, ..second });
+            }
+        }
+        let was_cut = MOST_ITERATIONS_FROM_GUESS < self.settings.nlp.max_iterations;
+        if first.status == Status::IterationLimit && was_cut {
+            let last = self.solve_from_guess(ocp, guess.clone(), mesh.clone(), usize::MAX, observer)?;
+            meshes.extend(last.meshes.iter().cloned());
+            return Ok(RadauSolution { meshes, ..last });
+        }
+        Ok(RadauSolution { meshes, ..first })
+    }
+
+    /// Solves from one guess, with at most so many iterations on the first mesh.
+    fn solve_from_guess(
+        &self,
+        ocp: &Ocp,
+        guess: Guess,
+        mesh: Mesh,
+        most_iterations: usize,
+        observer: &mut dyn Observer,
+    ) -> Result<RadauSolution, RadauError> {
         let follows_states = self.settings.switches;
         let (meshes, warnings) = (Vec::new(), Vec::new());
-        let mut attempt = Attempt { guess, mesh, meshes, spent: 0, warnings, follows_states };
+        let mut attempt =
+            Attempt { guess, mesh, meshes, spent: 0, warnings, follows_states, most_iterations };
         let mut with_rows: Option<(StateRows, Attempt)> = None;
         let mut inaccurate: Option<RadauSolution> = None;
         loop {
@@ -198,7 +277,8 @@ impl Radau {
         attempt: Attempt,
         observer: &mut dyn Observer,
     ) -> Result<Ending, RadauError> {
-        let Attempt { mut guess, mut mesh, mut meshes, spent, mut warnings, follows_states } = attempt;
+        let Attempt { mut guess, mut mesh, mut meshes, spent, mut warnings, follows_states, most_iterations } =
+            attempt;
         let mut last: Option<Solved> = None;
         let mut excess = f64::INFINITY;
         let mut progress = Progress::new();
@@ -224,6 +304,9 @@ impl Radau {
             }
             let mut settings = self.settings.nlp.clone();
             settings.max_saddle_escapes = 0;
+            if last.is_none() {
+                settings.max_iterations = settings.max_iterations.min(most_iterations);
+            }
             if has_arcs(&mesh) && last.is_some() {
                 settings.max_iterations = settings.max_iterations.min(MOST_ITERATIONS_WITH_BREAKS);
             }
@@ -299,7 +382,15 @@ impl Radau {
             {
                 let guess = Guess::earlier(&trajectory);
                 let mesh = without_arcs(mesh);
-                let next = Attempt { guess, mesh, meshes, spent, warnings, follows_states: false };
+                let next = Attempt {
+                    guess,
+                    mesh,
+                    meshes,
+                    spent,
+                    warnings,
+                    follows_states: false,
+                    most_iterations: usize::MAX,
+                };
                 return Ok(Ending::AtStateBounds(Box::new(rows), Box::new(next)));
             }
             let gains_nothing = caught_at.take().is_some_and(|b| !is_lower(ocp, trajectory.objective, b));

@@ -1,5 +1,6 @@
 //! Feasibility at the ends: misses of the re-simulation, bounds, endpoint constraints, objective.
 
+use apsides_ad::NodeFunction;
 use apsides_ocp::{Bounds, EndpointInput, Ocp, Scaling, Trajectory, Variable};
 
 use crate::ends::{EndScales, Ends, PhaseEnds, largest_bound};
@@ -40,7 +41,7 @@ impl Boundary<'_> {
         }
         checks.extend(self.parameters());
         checks.extend(self.constraints(&scales));
-        checks.push(self.objective());
+        checks.push(self.objective(&scales));
         checks
     }
 
@@ -162,7 +163,7 @@ impl Boundary<'_> {
             .collect()
     }
 
-    fn objective(&self) -> Check {
+    fn objective(&self, scales: &EndScales<'_>) -> Check {
         let ends = Ends {
             phases: (self.trajectory.phases.iter())
                 .zip(self.flights)
@@ -182,8 +183,43 @@ impl Boundary<'_> {
         let size = stated.abs().max(o.scale.unwrap_or(0.0)).max(CANCELLING * self.largest_part(&ends));
         let size = if size > 0.0 && size.is_finite() { size } else { 1.0 };
         let at = format!("recomputed {value}, stated {stated}");
-        let limit = self.settings.objective_tolerance * size;
+        let limit = (self.settings.objective_tolerance * size).max(self.share_of_curvature(&ends, scales));
         Check::new(format!("objective {}", o.name), KIND, (value - stated).abs(), limit, o.unit.clone(), at)
+    }
+
+    /// Change of the objective to second order when every state, control and end quantity moves by its tolerance: what is left of an
+    /// objective such as a sum of squares that can be brought down to zero.
+    fn share_of_curvature(&self, ends: &Ends, scales: &EndScales<'_>) -> f64 {
+        let o = &self.ocp.objective;
+        let functions = o.functions.iter().map(|(inputs, f)| {
+            let z: Vec<f64> = inputs.iter().map(|i| ends.value(*i)).collect();
+            let steps: Vec<f64> = inputs.iter().map(|i| scales.tolerance(*i)).collect();
+            second_order(f.as_ref(), &z, &steps)
+        });
+        let integrals = o.integrals.iter().map(|&(phase, q, weight)| {
+            let (posed, found) = (&self.ocp.phases[phase], &self.trajectory.phases[phase]);
+            let of = &self.scaling.phases[phase];
+            let f = posed.integrals[q].function.as_ref();
+            let mut steps: Vec<f64> = of.states.iter().chain(&of.controls).copied().collect();
+            steps.iter_mut().for_each(|s| *s *= self.settings.path_tolerance);
+            steps.resize(f.inputs(), 0.0);
+            let width = of.states.len() + of.controls.len();
+            let (mut sum, mut count) = (0.0, 0.0);
+            for (t, segment) in found.nodes() {
+                let mut z = vec![0.0; f.inputs()];
+                let (x, rest) = z.split_at_mut(of.states.len());
+                found.state.evaluate(t, x);
+                found.control.evaluate_in(segment, t, &mut rest[..of.controls.len()]);
+                let last = z.len() - 1;
+                z[width..last].copy_from_slice(&self.trajectory.parameters[..last - width]);
+                z[last] = t;
+                sum += second_order(f, &z, &steps);
+                count += 1.0;
+            }
+            weight.abs() * (found.final_time - found.initial_time) * sum / count
+        });
+        let parts = functions.chain(integrals).filter(|part| part.is_finite());
+        parts.sum()
     }
 
     /// Size of the largest part of the objective: parts that cancel each other leave the rounding of each. An integral counts with the
@@ -209,6 +245,17 @@ impl Boundary<'_> {
         });
         linear.chain(integrals).filter(|part| part.is_finite()).fold(0.0, f64::max)
     }
+}
+
+/// The change of the only output to second order for steps of its inputs, with all signs that add up.
+fn second_order(f: &dyn NodeFunction, z: &[f64], steps: &[f64]) -> f64 {
+    let mut entries = vec![0.0; f.pattern().hessian_len()];
+    f.hessian(z, &[1.0], &mut entries);
+    let terms = f.pattern().hessian.iter().zip(&entries).map(|((i, j), h)| {
+        let share = if i == j { 0.5 } else { 1.0 };
+        (share * h * steps[*i] * steps[*j]).abs()
+    });
+    terms.sum()
 }
 
 /// Typical size of a bounded quantity: as stated, else the width of its bounds, else the larger finite bound, else the

@@ -69,6 +69,9 @@ pub(crate) fn checks(
     checks
 }
 
+/// Costates, times the scales of their states, are held against this part of the Hamiltonian times the duration where they are less.
+const SMALLEST_COSTATE: f64 = 1e-4;
+
 /// One phase with its costates, looked at in the nodes of its control.
 pub(crate) struct PhaseConditions<'a> {
     pub(crate) equations: Equations<'a>,
@@ -81,6 +84,8 @@ pub(crate) struct PhaseConditions<'a> {
     /// Largest costate times the scale of its state over the nodes.
     pub(crate) costate_size: f64,
     pub(crate) point: Point,
+    /// Another control with the same Hamiltonian along an arc, in words.
+    pub(crate) rival: Option<String>,
     /// Conditions at the contacts of the trajectory.
     impulses: Vec<contact::Impulse>,
 }
@@ -128,6 +133,7 @@ impl<'a> PhaseConditions<'a> {
             hamiltonian_size: 0.0,
             costate_size: 0.0,
             point,
+            rival: None,
             impulses: Vec::new(),
         };
         for segment in 0..found.control.segments().len() {
@@ -135,6 +141,9 @@ impl<'a> PhaseConditions<'a> {
                 conditions.add_node(segment, time);
             }
         }
+        // What is less has no part in the Hamiltonian but that of rounding.
+        let least = SMALLEST_COSTATE * conditions.hamiltonian_size * scaling.time;
+        conditions.costate_size = conditions.costate_size.max(least);
         conditions.find_impulses();
         Some(conditions)
     }

@@ -96,6 +96,12 @@ pub(crate) fn conditions(
             return second;
         }
     }
+    if let Some(rival) = conditions.iter().find_map(|c| c.rival.as_ref()) {
+        second.remark = Some(format!(
+            "first order only: another control has the same Hamiltonian along an arc ({rival})"
+        ));
+        return second;
+    }
     if form.inertia(Space::Sufficient, settings.coercivity).is_positive() {
         second.checks.push(Check::new(
             "second variation positive on all admissible changes",

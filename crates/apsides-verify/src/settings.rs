@@ -20,7 +20,8 @@ pub struct VerifySettings {
     /// Points per interval of the control polynomial at which bounds and path constraints are looked at, at least 2;
     /// default 16. The surroundings of the worst one are then searched by golden section.
     pub scan_points: usize,
-    /// Allowed difference of the recomputed objective, relative to the larger of its value and its scale; default 1e-7.
+    /// Allowed difference of the recomputed objective, relative to the larger of its value and its scale; default 1e-7. Allowed too is what
+    /// states and controls within `path_tolerance`, and end quantities within `end_tolerance`, change to second order.
     pub objective_tolerance: f64,
     /// Allowed residual of the costate equation over one interval, relative to the largest costate of the phase, each
     /// costate times the scale of its state; default 1e-5.

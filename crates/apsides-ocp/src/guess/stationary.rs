@@ -6,7 +6,7 @@
 use std::f64::consts::PI;
 
 use super::{Guess, PhaseGuess};
-use crate::{Integral, Ocp, Phase};
+use crate::{Bounds, Integral, Ocp, Phase};
 
 /// Points of the quadrature and of the new samples.
 const POINTS: usize = 33;
@@ -44,6 +44,24 @@ impl Guess {
         }
         self
     }
+
+    /// The guess with a swing of the controls of phases in which the rate of a state has no gradient by any control anywhere along the guess;
+    /// none where there are no such phases, or it stands on an earlier trajectory.
+    #[must_use]
+    pub fn swung(&self, ocp: &Ocp) -> Option<Self> {
+        let mut swung = self.clone();
+        let mut any = false;
+        for (phase, guess) in ocp.phases.iter().zip(&mut swung.phases) {
+            if guess.as_trajectory().is_some() {
+                return None;
+            }
+            if has_stationary_rate(phase, guess, &self.parameters) {
+                any = true;
+                swing(phase, guess, &vec![true; phase.controls.len()]);
+            }
+        }
+        any.then_some(swung)
+    }
 }
 
 fn fractions() -> impl Iterator<Item = f64> {
@@ -74,6 +92,51 @@ fn is_stationary(integral: &Integral, phase: &Phase, guess: &PhaseGuess, paramet
     }
     let violation = integral.variable.bounds.excess(sum);
     violation > VIOLATION * size(&integral.variable) && steepest <= NO_GRADIENT * violation
+}
+
+/// True if there is a state with conditions at both ends whose rate does not take it from one to the other, and changes by controls to
+/// second order alone, towards what is missing.
+fn has_stationary_rate(phase: &Phase, guess: &PhaseGuess, parameters: &[f64]) -> bool {
+    let (nx, nu) = (phase.states.len(), phase.controls.len());
+    let f = &phase.dynamics;
+    let mut z = vec![0.0; f.inputs()];
+    let last = f.inputs() - 1;
+    let duration = guess.final_time - guess.initial_time;
+    let go = |fraction: f64, z: &mut [f64]| {
+        guess.state(fraction, &mut z[..nx]);
+        guess.control(fraction, &mut z[nx..nx + nu]);
+        z[nx + nu..last].copy_from_slice(&parameters[..last - nx - nu]);
+        z[last] = guess.initial_time + fraction * duration;
+    };
+    let (mut value, mut entries) = (vec![0.0; nx], vec![0.0; f.pattern().jacobian_len()]);
+    let (mut steepest, mut change) = (vec![0.0_f64; nx], vec![0.0_f64; nx]);
+    for fraction in fractions() {
+        go(fraction, &mut z);
+        f.jacobian(&z, &mut value, &mut entries);
+        for ((row, column), entry) in f.pattern().jacobian_entries().zip(&entries) {
+            if let Some(control) = column.checked_sub(nx).and_then(|c| phase.controls.get(c)) {
+                steepest[row] = steepest[row].max((entry * size(control) * duration).abs());
+            }
+        }
+        change.iter_mut().zip(&value).for_each(|(c, v)| *c += v * duration / POINTS as f64);
+    }
+    let mut curvatures = vec![0.0; f.pattern().hessian_len()];
+    phase.states.iter().enumerate().any(|(row, state)| {
+        let wanted = state.terminal.representative() - state.initial.representative();
+        let missing = wanted - change[row];
+        let is_asked = state.initial != Bounds::FREE && state.terminal != Bounds::FREE;
+        if !is_asked || steepest[row] > NO_GRADIENT * missing.abs() {
+            return false;
+        }
+        let mut weights = vec![0.0; nx];
+        weights[row] = missing;
+        fractions().any(|fraction| {
+            go(fraction, &mut z);
+            f.hessian(&z, &weights, &mut curvatures);
+            let mut terms = f.pattern().hessian.iter().zip(&curvatures);
+            terms.any(|((i, j), h)| i == j && (nx..nx + nu).contains(i) && *h > 0.0)
+        })
+    })
 }
 
 fn size(variable: &crate::Variable) -> f64 {

@@ -11,6 +11,10 @@
 //! The least value is searched: a grid over the bounds (over the range met and its surroundings where there is none), each
 //! point moved onto the path constraints, then a compass search from the best ones. What is found is admissible, so that a
 //! failing check shows a better control; a passing one says that the search found none.
+//!
+//! A strict minimum needs a strict least Hamiltonian: where along an arc, and not in one instant alone, another control with other
+//! rates has the same Hamiltonian, controls that alternate between the two are as good to first order (N. P. Osmolovskii and H.
+//! Maurer, Applications to Regular and Bang-Bang Control, SIAM 2012, doi 10.1137/1.9781611972368, section 2.1).
 
 use super::{KIND, PhaseConditions};
 use crate::boundary::row_scale;
@@ -30,6 +34,15 @@ const STARTS: usize = 2;
 const HALVINGS: usize = 12;
 /// Sweeps of projections onto path constraints.
 const SWEEPS: usize = 30;
+/// Controls are apart if one of them differs by more than this part of its range.
+const APART: f64 = 0.1;
+/// Hamiltonians that differ by less, relative to the largest term, are equal: rounding of costates.
+const EQUAL: f64 = 1e-9;
+/// States and path constraints are at a bound within this, relative to their scales.
+const AT_BOUND: f64 = 1e-6;
+/// Rates that differ by less, over the duration and relative to the scales of their states, are those of one motion: a control found by
+/// search to the root of [`EQUAL`] has them.
+const SAME_RATES: f64 = 1e-3;
 /// A candidate meets a path constraint within this times the scale of the row.
 const ROW_TOLERANCE: f64 = 1e-9;
 
@@ -62,9 +75,16 @@ impl PhaseConditions<'_> {
         let mut worst = Worst::default();
         let mut k = 0;
         for segment in 0..self.found.control.segments().len() {
+            let mut shared = false;
             for time in self.found.control.node_times(segment) {
                 if k % stride == 0 {
-                    let (gap, better) = self.gap(&set, segment, time);
+                    let (gap, better, rival) = self.gap(&set, segment, time);
+                    // Along a bound of a state the state itself determines the control.
+                    let rival = rival.filter(|_| !self.is_at_state_bound(segment, time));
+                    if self.rival.is_none() && shared {
+                        self.rival.clone_from(&rival);
+                    }
+                    shared = rival.is_some();
                     let residual = relative(gap, self.hamiltonian_size);
                     let at = || {
                         let place = place(phase, time);
@@ -107,13 +127,15 @@ impl PhaseConditions<'_> {
         ControlSet { lower, upper, rows, grid }
     }
 
-    /// The distance of the trajectory's Hamiltonian above the least one found, and the control that has it in words.
-    fn gap(&mut self, set: &ControlSet, segment: usize, time: f64) -> (f64, String) {
+    /// The distance of the trajectory's Hamiltonian above the least one found, the control that has it in words, and in words
+    /// another control far from the trajectory's with the same Hamiltonian.
+    fn gap(&mut self, set: &ControlSet, segment: usize, time: f64) -> (f64, String, Option<String>) {
         let nu = self.equations.nu;
         let stated = self.evaluate(segment, time).value;
         let own = self.point.u.clone();
         let mut search = Search { conditions: self, set, time, trial: vec![0.0; nu] };
         let mut best: Vec<(f64, Vec<f64>)> = Vec::new();
+        let mut far: Option<(f64, Vec<f64>)> = None;
         for candidate in set.grid.chunks(nu) {
             if let Some(h) = search.admissible(candidate) {
                 let at = best.partition_point(|(other, _)| *other <= h);
@@ -121,8 +143,13 @@ impl PhaseConditions<'_> {
                     best.insert(at, (h, search.trial.clone()));
                     best.truncate(STARTS);
                 }
+                if set.are_apart(&search.trial, &own) && far.as_ref().is_none_or(|(other, _)| h < *other) {
+                    far = Some((h, search.trial.clone()));
+                }
             }
         }
+        let far = far.map(|(h, u)| search.descend(h, u));
+        let far = far.filter(|(_, u)| set.are_apart(u, &own));
         if let Some(h) = search.admissible(&own) {
             best.push((h, search.trial.clone()));
         }
@@ -134,9 +161,65 @@ impl PhaseConditions<'_> {
             }
         }
         let phase = self.equations.phase;
-        let words = phase.controls.iter().zip(&least.1).zip(&own).filter(|((_, u), own)| u != own);
-        let better: Vec<_> = words.map(|((c, u), own)| format!("{} {u:.6} for {own:.6}", c.name)).collect();
-        (stated - least.0, better.join(", "))
+        let in_words = |u: &[f64]| {
+            let words = phase.controls.iter().zip(u).zip(&own).filter(|((_, u), own)| u != own);
+            words
+                .map(|((c, u), own)| format!("{} {u:.6} for {own:.6}", c.name))
+                .collect::<Vec<_>>()
+                .join(", ")
+        };
+        let rival = far.filter(|(h, u)| {
+            h - stated <= EQUAL * self.hamiltonian_size && self.has_other_rates(time, u, &own)
+        });
+        let rival = rival.map(|(_, u)| format!("{}, {}", in_words(&u), place(phase, time)));
+        (stated - least.0, in_words(&least.1), rival)
+    }
+
+    /// Says whether a state, or a path constraint without controls, is at a bound.
+    fn is_at_state_bound(&mut self, segment: usize, time: f64) -> bool {
+        self.evaluate(segment, time);
+        let Self { equations, point, scaling, .. } = self;
+        let phase = equations.phase;
+        let states = phase.states.iter().zip(&point.x).zip(&scaling.states);
+        if states.into_iter().any(|((s, x), scale)| s.variable.bounds.excess(*x) >= -AT_BOUND * scale) {
+            return true;
+        }
+        let mut values = vec![0.0; phase.path_rows()];
+        equations.path(&mut values);
+        let controls = equations.nx..equations.nx + equations.nu;
+        let mut values = values.iter().zip(&scaling.path);
+        phase.path.iter().any(|c| {
+            let pattern = c.function.pattern();
+            let rows: Vec<_> = values.by_ref().take(c.rows.len()).collect();
+            let mut rows = c.rows.iter().zip(rows).enumerate();
+            rows.any(|(k, (row, (value, scale)))| {
+                let columns = &pattern.columns[pattern.row_offsets[k]..pattern.row_offsets[k + 1]];
+                !columns.iter().any(|c| controls.contains(c))
+                    && row.bounds.excess(*value) >= -AT_BOUND * scale
+            })
+        })
+    }
+
+    /// True if the rates of states and integrals differ: the controls are not two descriptions of one motion, as an angle and
+    /// itself after a full turn.
+    fn has_other_rates(&mut self, time: f64, one: &[f64], other: &[f64]) -> bool {
+        let Self { equations, point, scaling, .. } = self;
+        let mut rates = |u: &[f64]| {
+            let mut out = vec![0.0; equations.nx + equations.phase.integrals.len()];
+            equations.set(time, &point.x, u);
+            equations.rates(&mut out);
+            out
+        };
+        let (one, other) = (rates(one), rates(other));
+        let scales = scaling.states.iter().chain(&scaling.integrals);
+        one.iter().zip(&other).zip(scales).any(|((a, b), s)| (a - b).abs() * scaling.time > SAME_RATES * s)
+    }
+}
+
+impl ControlSet {
+    fn are_apart(&self, one: &[f64], other: &[f64]) -> bool {
+        let widths = self.upper.iter().zip(&self.lower).map(|(b, a)| b - a);
+        one.iter().zip(other).zip(widths).any(|((a, b), width)| (a - b).abs() > APART * width)
     }
 }
 

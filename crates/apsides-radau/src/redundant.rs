@@ -1,0 +1,255 @@
+//! Statements that follow from others: bounds of controls that a path constraint implies, and path constraints that the equations of
+//! motion keep.
+//!
+//! The components of a direction of length one need no bounds of one, and the attitude quaternion of a rigid body keeps its length.
+//! Stated all the same, their gradients depend on those of the others: multipliers are not unique, and Newton's method converges slowly.
+//! So such constraints are left out while the problem is solved, and such bounds are moved away.
+
+use std::sync::Arc;
+
+use apsides_ocp::{
+    Bounds, Mesh, Ocp, PathConstraint, Phase, PiecewisePolynomial, Segment, Trajectory, Variable,
+};
+
+use crate::RadauError;
+
+/// Values that are equal to this, relative to their parts, differ by rounding or by the digits of a bound.
+const ROUNDING: f64 = 1e-7;
+/// A constraint is met at the start of a phase within this, relative to its size.
+const MET: f64 = 1e-9;
+/// Part of the size of a control by which an implied bound is moved away: where it stands it guides the first iterations still.
+const ROOM: f64 = 0.2;
+/// Points at which a function is tried, as parts of the sizes of its inputs.
+const PROBES: [f64; 6] = [0.31, -0.74, 1.0, -1.57, 0.08, 2.9];
+
+/// A problem without statements that follow from its others.
+pub(crate) struct Irredundant {
+    pub(crate) ocp: Ocp,
+    /// Per phase, for each row of the path constraints as they were posed, whether it is still there.
+    kept: Vec<Vec<bool>>,
+}
+
+impl Irredundant {
+    /// The problem without the statements that follow from its others; none if there are none.
+    pub(crate) fn of(ocp: &Ocp) -> Option<Self> {
+        let mut rest = ocp.clone();
+        let mut any = false;
+        let mut kept = Vec::new();
+        for phase in &mut rest.phases {
+            any |= drop_implied_bounds(phase);
+            let keeps: Vec<bool> = phase.path.iter().map(|c| !is_kept_by_motion(phase, c)).collect();
+            kept.push(phase.path.iter().zip(&keeps).flat_map(|(c, k)| vec![*k; c.rows.len()]).collect());
+            any |= keeps.contains(&false);
+            let mut keep = keeps.into_iter();
+            phase.path.retain(|_| keep.next().unwrap_or(true));
+        }
+        any.then_some(Self { ocp: rest, kept })
+    }
+
+    /// The mesh without the arcs of phases that have fewer rows.
+    pub(crate) fn as_meant(&self, mesh: Mesh) -> Mesh {
+        let phases = mesh.phases.into_iter().zip(&self.kept);
+        let phases = phases.map(|(m, kept)| if kept.contains(&false) { m.without_arcs() } else { m });
+        Mesh { phases: phases.collect() }
+    }
+
+    /// The trajectory as one of the problem as it was posed: the rows that were left out have no multipliers.
+    ///
+    /// # Errors
+    /// None: the polynomials keep their nodes.
+    pub(crate) fn as_posed(&self, mut trajectory: Trajectory) -> Result<Trajectory, RadauError> {
+        for (t, kept) in trajectory.phases.iter_mut().zip(&self.kept) {
+            if !kept.contains(&false) {
+                continue;
+            }
+            let posed: Vec<usize> = (0..kept.len()).filter(|row| kept[*row]).collect();
+            t.contacts.iter_mut().for_each(|c| c.row = posed.get(c.row).copied().unwrap_or(c.row));
+            t.mesh = t.mesh.clone().without_arcs();
+            let control = &t.control;
+            t.path_multipliers = Some(match t.path_multipliers.take() {
+                Some(multipliers) => with_rows(&multipliers, kept)?,
+                None => {
+                    let nodes = control.segments().iter();
+                    let zeros = nodes.map(|s| Segment {
+                        basis: Arc::clone(&s.basis),
+                        values: vec![0.0; s.basis.nodes().len() * kept.len()],
+                    });
+                    PiecewisePolynomial::new(kept.len(), control.breaks().to_vec(), zeros.collect())?
+                }
+            });
+        }
+        Ok(trajectory)
+    }
+}
+
+/// A polynomial with zeros in the components that it has not.
+fn with_rows(p: &PiecewisePolynomial, kept: &[bool]) -> Result<PiecewisePolynomial, RadauError> {
+    let segments = p.segments().iter().map(|s| {
+        let widened = s.values.chunks(p.dimension().max(1)).flat_map(|row| {
+            let mut rest = row.iter();
+            kept.iter().map(move |k| if *k { rest.next().copied().unwrap_or(0.0) } else { 0.0 })
+        });
+        Segment { basis: Arc::clone(&s.basis), values: widened.collect() }
+    });
+    Ok(PiecewisePolynomial::new(kept.len(), p.breaks().to_vec(), segments.collect())?)
+}
+
+/// Moves the bounds of controls away beyond which a row cannot be met; returns true if there are any.
+fn drop_implied_bounds(phase: &mut Phase) -> bool {
+    let rows: Vec<(Separable, Bounds)> = (phase.path.iter())
+        .flat_map(|c| {
+            let rows = c.rows.iter().enumerate();
+            rows.filter_map(|(k, row)| Some((Separable::of(phase, c, k)?, row.bounds)))
+        })
+        .collect();
+    let mut any = false;
+    for (quadratic, bounds) in rows {
+        for term in &quadratic.terms {
+            for upper in [false, true] {
+                let control = &phase.controls[term.control];
+                let bound = if upper { control.bounds.upper } else { control.bounds.lower };
+                if !bound.is_finite() || control.bounds.is_fixed() {
+                    continue;
+                }
+                let beyond = if upper { Bounds::at_least(bound) } else { Bounds::at_most(bound) };
+                if quadratic.is_met(&phase.controls, term.control, beyond, bounds) {
+                    continue;
+                }
+                let (scale, room) = (control.size(), ROOM * control.size().unwrap_or(1.0));
+                // One that is so far beyond is no trouble.
+                let inner =
+                    if upper { Bounds::at_least(bound - room) } else { Bounds::at_most(bound + room) };
+                if !quadratic.is_met(&phase.controls, term.control, inner, bounds) {
+                    continue;
+                }
+                let control = &mut phase.controls[term.control];
+                let end = if upper { &mut control.bounds.upper } else { &mut control.bounds.lower };
+                *end = if upper { bound + room } else { bound - room };
+                control.scale = scale;
+                any = true;
+            }
+        }
+    }
+    any
+}
+
+/// A term `square u^2 + linear u`.
+struct Term {
+    control: usize,
+    square: f64,
+    linear: f64,
+}
+
+impl Term {
+    /// Least value between bounds.
+    fn least(&self, bounds: Bounds) -> f64 {
+        let at = |u: f64| match (self.square, self.linear) {
+            _ if u.is_finite() => u * (self.square * u + self.linear),
+            (0.0, 0.0) => 0.0,
+            (0.0, linear) => linear * u,
+            (square, _) => square * f64::INFINITY,
+        };
+        let vertex = (self.square > 0.0).then(|| bounds.clamp(-self.linear / (2.0 * self.square)));
+        vertex.map_or_else(|| at(bounds.lower).min(at(bounds.upper)), at)
+    }
+
+    fn negated(&self) -> Self {
+        Self { square: -self.square, linear: -self.linear, ..*self }
+    }
+}
+
+/// A row that is a sum of quadratic functions of one control each.
+struct Separable {
+    constant: f64,
+    terms: Vec<Term>,
+}
+
+impl Separable {
+    fn of(phase: &Phase, constraint: &PathConstraint, row: usize) -> Option<Self> {
+        let (nx, nu) = (phase.states.len(), phase.controls.len());
+        let f = constraint.function.as_ref();
+        let pattern = f.pattern();
+        let entries = pattern.row_offsets[row]..pattern.row_offsets[row + 1];
+        let columns = &pattern.columns[entries.clone()];
+        if columns.len() < 2 || columns.iter().any(|c| !(nx..nx + nu).contains(c)) {
+            return None;
+        }
+        let mut weights = vec![0.0; f.outputs()];
+        weights[row] = 1.0;
+        let mut values = vec![0.0; f.outputs()];
+        let (mut slopes, mut curvatures) =
+            (vec![0.0; pattern.jacobian_len()], vec![0.0; pattern.hessian_len()]);
+        let mut z = vec![0.0; f.inputs()];
+        f.jacobian(&z, &mut values, &mut slopes);
+        f.hessian(&z, &weights, &mut curvatures);
+        let constant = values[row];
+        let square = |c: usize| {
+            let found = pattern.hessian.iter().zip(&curvatures).find(|((i, j), _)| i == j && *i == c);
+            found.map_or(0.0, |(_, h)| 0.5 * h)
+        };
+        let terms: Vec<Term> = (columns.iter().zip(&slopes[entries]))
+            .map(|(&c, &linear)| Term { control: c - nx, square: square(c), linear })
+            .collect();
+        // What is not that sum at any of the probes is something else.
+        let of_controls: Vec<f64> = phase.controls.iter().map(|c| c.size().unwrap_or(1.0)).collect();
+        for (k, probe) in PROBES.iter().enumerate() {
+            for (j, term) in terms.iter().enumerate() {
+                let part = PROBES[(k + j) % PROBES.len()];
+                z[nx + term.control] = part * probe.abs() * of_controls[term.control];
+            }
+            f.value(&z, &mut values);
+            let parts = terms.iter().map(|t| {
+                let u = z[nx + t.control];
+                u * (t.square * u + t.linear)
+            });
+            let (sum, size) = parts.fold((constant, constant.abs()), |(s, a), p| (s + p, a + p.abs()));
+            let is_that_sum = (values[row] - sum).abs() <= 1e-12 * size;
+            if !is_that_sum {
+                return None;
+            }
+        }
+        Some(Self { constant, terms })
+    }
+
+    /// Says whether the row can be met, and not touched alone, where one control is in `region` and the others between their bounds.
+    fn is_met(&self, controls: &[Variable], control: usize, region: Bounds, row: Bounds) -> bool {
+        let within = |t: &Term| if t.control == control { region } else { controls[t.control].bounds };
+        let size = [row.lower, row.upper, self.constant].map(f64::abs).into_iter().filter(|v| v.is_finite());
+        let margin = ROUNDING * size.fold(0.0, f64::max);
+        let least = self.constant + self.terms.iter().map(|t| t.least(within(t))).sum::<f64>();
+        let largest = self.constant - self.terms.iter().map(|t| t.negated().least(within(t))).sum::<f64>();
+        !(least >= row.upper - margin || largest <= row.lower + margin)
+    }
+}
+
+/// Says whether all rows of a constraint hold at the fixed start of a phase, and keep their values by the equations of motion whatever
+/// the controls are.
+fn is_kept_by_motion(phase: &Phase, constraint: &PathConstraint) -> bool {
+    let nx = phase.states.len();
+    let (row, motion) = (constraint.function.as_ref(), phase.dynamics.as_ref());
+    let columns = &row.pattern().columns;
+    if columns.is_empty() || columns.iter().any(|c| *c >= nx || !phase.states[*c].initial.is_fixed()) {
+        return false;
+    }
+    let mut z = vec![0.0; row.inputs().max(motion.inputs())];
+    let mut values = vec![0.0; row.outputs()];
+    let (mut slopes, mut rates) = (vec![0.0; row.pattern().jacobian_len()], vec![0.0; nx]);
+    for (k, probe) in PROBES.iter().enumerate() {
+        for (j, v) in z.iter_mut().enumerate() {
+            *v = PROBES[(k * j + k + j) % PROBES.len()] * probe;
+        }
+        row.jacobian(&z[..row.inputs()], &mut values, &mut slopes);
+        motion.value(&z[..motion.inputs()], &mut rates);
+        let mut change = vec![(0.0, 0.0); row.outputs()];
+        for ((r, c), slope) in row.pattern().jacobian_entries().zip(&slopes) {
+            let part = slope * rates[c];
+            change[r] = (change[r].0 + part, change[r].1 + f64::abs(part));
+        }
+        if !change.iter().all(|(sum, size): &(f64, f64)| sum.abs() <= 1e-13 * size) {
+            return false;
+        }
+    }
+    z.iter_mut().zip(&phase.states).for_each(|(z, s)| *z = s.initial.representative());
+    row.value(&z[..row.inputs()], &mut values);
+    constraint.rows.iter().zip(&values).all(|(r, v)| r.bounds.excess(*v) <= MET * r.size().unwrap_or(1.0))
+}
