@@ -32,12 +32,10 @@ pub(crate) fn run(workspace: &Workspace, names: &[String]) -> Result<(), String>
 
     let scratch = Scratch::new()?;
     scratch.unpack(workspace, &packages)?;
-    let mut rows = Vec::new();
-    for package in packages.iter().filter(wanted) {
-        rows.push(scratch.use_alone(&packages, package)?);
-    }
     println!("{:24} {:>6} {:>9}  project", "crate", "crates", "build [s]");
-    rows.iter().for_each(|row| println!("{row}"));
+    for package in packages.iter().filter(wanted) {
+        println!("{}", scratch.use_alone(&packages, package)?);
+    }
     Ok(())
 }
 
