@@ -80,10 +80,10 @@ pub enum OcpError {
         /// The value given.
         value: f64,
     },
-    /// A mesh that does not fit.
-    #[error("mesh of {place}: {reason}")]
+    /// A mesh, or nodes of a polynomial or of samples, that do not fit.
+    #[error("{place}: {reason}")]
     Mesh {
-        /// Phase.
+        /// Phase, mesh, polynomial or samples.
         place: String,
         /// The mistake, and what is allowed instead.
         reason: String,

@@ -99,7 +99,8 @@ impl PhaseMesh {
     /// # Errors
     /// [`OcpError::Mesh`] when the ends do not increase from 0 to 1 or an interval has no point.
     pub fn new(fractions: Vec<f64>, points: Vec<usize>) -> Result<Self, OcpError> {
-        let fail = |reason: &str| Err(OcpError::Mesh { place: "a phase".into(), reason: reason.into() });
+        let fail =
+            |reason: &str| Err(OcpError::Mesh { place: "mesh of a phase".into(), reason: reason.into() });
         if points.is_empty() || fractions.len() != points.len() + 1 {
             return fail("needs at least one interval and one end more than intervals");
         }
@@ -140,7 +141,7 @@ impl PhaseMesh {
         if !inner || breaks.windows(2).any(|w| w[0].end >= w[1].end) || arcs.len() != breaks.len() + 1 {
             let reason =
                 "breaks must be increasing inner interval ends, with one arc more than breaks".into();
-            return Err(OcpError::Mesh { place: "a phase".into(), reason });
+            return Err(OcpError::Mesh { place: "mesh of a phase".into(), reason });
         }
         Ok(Self { breaks, arcs, ..self })
     }
@@ -154,7 +155,7 @@ impl PhaseMesh {
         let inner = touch_points.iter().all(|t| (1..self.intervals()).contains(&t.end));
         if !inner || touch_points.windows(2).any(|w| (w[0].end, w[0].row) >= (w[1].end, w[1].row)) {
             let reason = "touch points must be inner interval ends in increasing order".into();
-            return Err(OcpError::Mesh { place: "a phase".into(), reason });
+            return Err(OcpError::Mesh { place: "mesh of a phase".into(), reason });
         }
         Ok(Self { touch_points, ..self })
     }
@@ -167,7 +168,7 @@ impl PhaseMesh {
         let inner = crossings.iter().all(|c| (1..self.intervals()).contains(&c.end));
         if !inner || crossings.windows(2).any(|w| w[0].end >= w[1].end) {
             let reason = "crossings must be increasing inner interval ends".into();
-            return Err(OcpError::Mesh { place: "a phase".into(), reason });
+            return Err(OcpError::Mesh { place: "mesh of a phase".into(), reason });
         }
         Ok(Self { crossings, ..self })
     }

@@ -90,7 +90,10 @@ impl PhaseTrajectory {
         let bases = pieces.map(|(control, state)| {
             let inner = state.basis.nodes().split_last().map_or(&[][..], |(_, inner)| inner);
             let own = control.basis.nodes();
-            let fail = |e: BasisError| OcpError::Mesh { place: self.name.clone(), reason: e.to_string() };
+            let fail = |e: BasisError| OcpError::Mesh {
+                place: format!("phase `{}`", self.name),
+                reason: e.to_string(),
+            };
             if inner.len() <= own.len() {
                 if own.last().is_none_or(|last| *last < 1.0) {
                     return Ok(Arc::clone(&control.basis));
