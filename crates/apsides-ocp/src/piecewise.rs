@@ -61,6 +61,22 @@ impl PiecewisePolynomial {
         Self::new(self.dimension, self.breaks.clone(), pieces.collect())
     }
 
+    /// Polynomials with other values at the same nodes: `f` gets the values at a node, one node after the other, and fills the
+    /// `dimension` values in their place.
+    #[must_use]
+    pub fn map_nodes(&self, dimension: usize, mut f: impl FnMut(&[f64], &mut [f64])) -> Self {
+        let segments = self.segments.iter().map(|s| {
+            let nodes = s.basis.nodes().len();
+            let mut values = vec![0.0; nodes * dimension];
+            for node in 0..nodes {
+                let [from, to] = [self.dimension, dimension].map(|d| node * d..(node + 1) * d);
+                f(&s.values[from], &mut values[to]);
+            }
+            Segment { basis: Arc::clone(&s.basis), values }
+        });
+        Self { dimension, breaks: self.breaks.clone(), segments: segments.collect() }
+    }
+
     /// Number of components.
     #[must_use]
     pub fn dimension(&self) -> usize {

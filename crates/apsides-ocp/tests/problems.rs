@@ -196,6 +196,12 @@ fn piecewise_polynomials_check_their_shape() {
     assert!((v[0] - 2.0).abs() < 1e-14);
     assert_eq!((p.segment_at(-4.0), p.segment_at(9.0)), (0, 1));
     assert_eq!(p.node_times(1).collect::<Vec<_>>(), [1.0, 3.0]);
+    let pairs = p.map_nodes(2, |one, two| two.copy_from_slice(&[10.0, one[0]]));
+    assert_eq!((pairs.dimension(), pairs.component(2.0, 0), pairs.component(2.0, 1)), (2, 10.0, 7.0));
+    assert_eq!(
+        pairs.map_nodes(0, |_, _| ()).map_nodes(1, |none, v| v[0] = none.len() as f64).component(2.0, 0),
+        0.0
+    );
 }
 
 proptest! {

@@ -5,16 +5,14 @@
 //! Stated all the same, their gradients depend on those of the others: multipliers are not unique, and Newton's method converges slowly.
 //! So such constraints are left out while the problem is solved, and such bounds are moved away.
 
-use std::sync::Arc;
-
-use apsides_ocp::{
-    Bounds, Mesh, Ocp, PathConstraint, Phase, PiecewisePolynomial, Segment, Trajectory, Variable,
-};
-
-use crate::RadauError;
+use apsides_ocp::{Bounds, Mesh, Ocp, PathConstraint, Phase, Trajectory, Variable};
 
 /// Values that are equal to this, relative to their parts, differ by rounding or by the digits of a bound.
 const ROUNDING: f64 = 1e-7;
+/// A row is a sum of terms of one control each if it differs from it by less than this, relative to the terms.
+const SUM: f64 = 1e-12;
+/// A sum of products vanishes if it is less than this part of the largest sum that they could have: rounding alone.
+const VANISHING: f64 = 1e-13;
 /// A constraint is met at the start of a phase within this, relative to its size.
 const MET: f64 = 1e-9;
 /// Part of the size of a control by which an implied bound is moved away: where it stands it guides the first iterations still.
@@ -32,18 +30,27 @@ pub(crate) struct Irredundant {
 impl Irredundant {
     /// The problem without the statements that follow from its others; none if there are none.
     pub(crate) fn of(ocp: &Ocp) -> Option<Self> {
+        let moved: Vec<Option<Vec<Variable>>> =
+            ocp.phases.iter().map(controls_between_wider_bounds).collect();
+        let keeps = ocp.phases.iter().map(|phase| {
+            let keeps = phase.path.iter().map(|c| !is_kept_by_motion(phase, c));
+            keeps.collect::<Vec<bool>>()
+        });
+        let keeps: Vec<Vec<bool>> = keeps.collect();
+        if moved.iter().all(Option::is_none) && !keeps.iter().flatten().any(|keep| !keep) {
+            return None;
+        }
         let mut rest = ocp.clone();
-        let mut any = false;
         let mut kept = Vec::new();
-        for phase in &mut rest.phases {
-            any |= drop_implied_bounds(phase);
-            let keeps: Vec<bool> = phase.path.iter().map(|c| !is_kept_by_motion(phase, c)).collect();
+        for ((phase, moved), keeps) in rest.phases.iter_mut().zip(moved).zip(keeps) {
             kept.push(phase.path.iter().zip(&keeps).flat_map(|(c, k)| vec![*k; c.rows.len()]).collect());
-            any |= keeps.contains(&false);
             let mut keep = keeps.into_iter();
             phase.path.retain(|_| keep.next().unwrap_or(true));
+            if let Some(controls) = moved {
+                phase.controls = controls;
+            }
         }
-        any.then_some(Self { ocp: rest, kept })
+        Some(Self { ocp: rest, kept })
     }
 
     /// The mesh without the arcs of phases that have fewer rows.
@@ -53,11 +60,8 @@ impl Irredundant {
         Mesh { phases: phases.collect() }
     }
 
-    /// The trajectory as one of the problem as it was posed: the rows that were left out have no multipliers.
-    ///
-    /// # Errors
-    /// None: the polynomials keep their nodes.
-    pub(crate) fn as_posed(&self, mut trajectory: Trajectory) -> Result<Trajectory, RadauError> {
+    /// The trajectory as one of the problem as it was posed: the rows that were left out have multipliers of zero.
+    pub(crate) fn as_posed(&self, mut trajectory: Trajectory) -> Trajectory {
         for (t, kept) in trajectory.phases.iter_mut().zip(&self.kept) {
             if !kept.contains(&false) {
                 continue;
@@ -65,37 +69,20 @@ impl Irredundant {
             let posed: Vec<usize> = (0..kept.len()).filter(|row| kept[*row]).collect();
             t.contacts.iter_mut().for_each(|c| c.row = posed.get(c.row).copied().unwrap_or(c.row));
             t.mesh = t.mesh.clone().without_arcs();
-            let control = &t.control;
-            t.path_multipliers = Some(match t.path_multipliers.take() {
-                Some(multipliers) => with_rows(&multipliers, kept)?,
-                None => {
-                    let nodes = control.segments().iter();
-                    let zeros = nodes.map(|s| Segment {
-                        basis: Arc::clone(&s.basis),
-                        values: vec![0.0; s.basis.nodes().len() * kept.len()],
-                    });
-                    PiecewisePolynomial::new(kept.len(), control.breaks().to_vec(), zeros.collect())?
-                }
-            });
+            let solved = t.path_multipliers.take();
+            // Without rows that were solved, the nodes are those of the control.
+            let solved = solved.unwrap_or_else(|| t.control.map_nodes(0, |_, _| ()));
+            t.path_multipliers = Some(solved.map_nodes(kept.len(), |solved, all| {
+                posed.iter().zip(solved).for_each(|(row, multiplier)| all[*row] = *multiplier);
+            }));
         }
-        Ok(trajectory)
+        trajectory
     }
 }
 
-/// A polynomial with zeros in the components that it has not.
-fn with_rows(p: &PiecewisePolynomial, kept: &[bool]) -> Result<PiecewisePolynomial, RadauError> {
-    let segments = p.segments().iter().map(|s| {
-        let widened = s.values.chunks(p.dimension().max(1)).flat_map(|row| {
-            let mut rest = row.iter();
-            kept.iter().map(move |k| if *k { rest.next().copied().unwrap_or(0.0) } else { 0.0 })
-        });
-        Segment { basis: Arc::clone(&s.basis), values: widened.collect() }
-    });
-    Ok(PiecewisePolynomial::new(kept.len(), p.breaks().to_vec(), segments.collect())?)
-}
-
-/// Moves the bounds of controls away beyond which a row cannot be met; returns true if there are any.
-fn drop_implied_bounds(phase: &mut Phase) -> bool {
+/// The controls with the bounds moved away beyond which a row cannot be met; none if there are none.
+fn controls_between_wider_bounds(phase: &Phase) -> Option<Vec<Variable>> {
+    let mut controls = phase.controls.clone();
     let rows: Vec<(Separable, Bounds)> = (phase.path.iter())
         .flat_map(|c| {
             let rows = c.rows.iter().enumerate();
@@ -106,23 +93,23 @@ fn drop_implied_bounds(phase: &mut Phase) -> bool {
     for (quadratic, bounds) in rows {
         for term in &quadratic.terms {
             for upper in [false, true] {
-                let control = &phase.controls[term.control];
+                let control = &controls[term.control];
                 let bound = if upper { control.bounds.upper } else { control.bounds.lower };
                 if !bound.is_finite() || control.bounds.is_fixed() {
                     continue;
                 }
                 let beyond = if upper { Bounds::at_least(bound) } else { Bounds::at_most(bound) };
-                if quadratic.is_met(&phase.controls, term.control, beyond, bounds) {
+                if quadratic.is_met(&controls, term.control, beyond, bounds) {
                     continue;
                 }
                 let (scale, room) = (control.size(), ROOM * control.size().unwrap_or(1.0));
                 // One that is so far beyond is no trouble.
                 let inner =
                     if upper { Bounds::at_least(bound - room) } else { Bounds::at_most(bound + room) };
-                if !quadratic.is_met(&phase.controls, term.control, inner, bounds) {
+                if !quadratic.is_met(&controls, term.control, inner, bounds) {
                     continue;
                 }
-                let control = &mut phase.controls[term.control];
+                let control = &mut controls[term.control];
                 let end = if upper { &mut control.bounds.upper } else { &mut control.bounds.lower };
                 *end = if upper { bound + room } else { bound - room };
                 control.scale = scale;
@@ -130,7 +117,7 @@ fn drop_implied_bounds(phase: &mut Phase) -> bool {
             }
         }
     }
-    any
+    any.then_some(controls)
 }
 
 /// A term `square u^2 + linear u`.
@@ -203,7 +190,7 @@ impl Separable {
                 u * (t.square * u + t.linear)
             });
             let (sum, size) = parts.fold((constant, constant.abs()), |(s, a), p| (s + p, a + p.abs()));
-            let is_that_sum = (values[row] - sum).abs() <= 1e-12 * size;
+            let is_that_sum = (values[row] - sum).abs() <= SUM * size;
             if !is_that_sum {
                 return None;
             }
@@ -245,7 +232,7 @@ fn is_kept_by_motion(phase: &Phase, constraint: &PathConstraint) -> bool {
             let part = slope * rates[c];
             change[r] = (change[r].0 + part, change[r].1 + f64::abs(part));
         }
-        if !change.iter().all(|(sum, size): &(f64, f64)| sum.abs() <= 1e-13 * size) {
+        if !change.iter().all(|(sum, size): &(f64, f64)| sum.abs() <= VANISHING * size) {
             return false;
         }
     }

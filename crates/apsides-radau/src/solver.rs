@@ -171,7 +171,7 @@ impl Radau {
         };
         let mesh = irredundant.as_meant(mesh);
         let mut solution = self.solve_with_starts(&irredundant.ocp, &guess, &mesh, observer)?;
-        solution.trajectory = irredundant.as_posed(solution.trajectory)?;
+        solution.trajectory = irredundant.as_posed(solution.trajectory);
         Ok(solution)
     }
 
@@ -256,7 +256,7 @@ impl Radau {
                     return Ok(*solution);
                 }
                 (Ending::Solution(mut solution), Some((rows, before))) => {
-                    solution.trajectory = rows.as_posed(solution.trajectory)?;
+                    solution.trajectory = rows.as_posed(solution.trajectory);
                     let is_solved = solution.status.is_success() && solution.accurate;
                     if is_solved || !may_go_on(solution.status) {
                         return Ok(*solution);

@@ -3,16 +3,10 @@
 //! The multiplier of a bound of a state is a density along arcs and an impulse where the state touches it, as that of a path constraint
 //! without controls. So the arcs and contacts of both are found and followed in the same way.
 
-use std::sync::Arc;
-
 use apsides_ad::{FormulaBuilder, formula_node};
 use apsides_nlp::SolveReport;
-use apsides_ocp::{
-    Bounds, Mesh, Ocp, PathConstraint, Phase, PhaseMesh, PiecewisePolynomial, Scaling, Segment, Trajectory,
-    Variable,
-};
+use apsides_ocp::{Bounds, Mesh, Ocp, PathConstraint, Phase, PhaseMesh, Scaling, Trajectory, Variable};
 
-use crate::RadauError;
 use crate::activity::{Class, OSCILLATION, Quantity, QuantityKind, Solution, samples};
 use crate::junction::order_of;
 use crate::transcription::Transcription;
@@ -57,10 +51,7 @@ impl StateRows {
     }
 
     /// The trajectory as one of the problem as it was posed: without what the rows of states have.
-    ///
-    /// # Errors
-    /// None: the polynomials keep their sizes.
-    pub(crate) fn as_posed(&self, mut trajectory: Trajectory) -> Result<Trajectory, RadauError> {
+    pub(crate) fn as_posed(&self, mut trajectory: Trajectory) -> Trajectory {
         for ((t, phase), &rows) in trajectory.phases.iter_mut().zip(&self.ocp.phases).zip(&self.stated_rows) {
             if phase.path_rows() == rows {
                 continue;
@@ -68,9 +59,10 @@ impl StateRows {
             t.contacts.retain(|c| c.row < rows);
             t.mesh = t.mesh.clone().without_arcs();
             let stated = t.path_multipliers.take().filter(|_| rows > 0);
-            t.path_multipliers = stated.map(|m| with_fewer(&m, rows)).transpose()?;
+            t.path_multipliers =
+                stated.map(|m| m.map_nodes(rows, |all, first| first.copy_from_slice(&all[..rows])));
         }
-        Ok(trajectory)
+        trajectory
     }
 }
 
@@ -86,15 +78,6 @@ fn is_stated(variable: &Variable, class: Class) -> bool {
         Class::Upper => !variable.guards[1],
         Class::Between => false,
     }
-}
-
-/// The first components of a polynomial.
-fn with_fewer(p: &PiecewisePolynomial, dimension: usize) -> Result<PiecewisePolynomial, RadauError> {
-    let segments = p.segments().iter().map(|s| {
-        let values = s.values.chunks(p.dimension()).flat_map(|v| &v[..dimension]).copied().collect();
-        Segment { basis: Arc::clone(&s.basis), values }
-    });
-    Ok(PiecewisePolynomial::new(dimension, p.breaks().to_vec(), segments.collect())?)
 }
 
 /// Turns the bounds of states along a phase into rows; those at the ends stay.

@@ -4,7 +4,6 @@ use apsides_ad::NodeFunction;
 use apsides_ocp::{Bounds, EndpointInput, Ocp, Scaling, Trajectory, Variable};
 
 use crate::ends::{EndScales, Ends, PhaseEnds, largest_bound};
-use crate::equations::Equations;
 use crate::place::place;
 use crate::simulation::Flight;
 use crate::worst::Worst;
@@ -197,26 +196,12 @@ impl Boundary<'_> {
             second_order(f.as_ref(), &z, &steps)
         });
         let integrals = o.integrals.iter().map(|&(phase, q, weight)| {
-            let (posed, found) = (&self.ocp.phases[phase], &self.trajectory.phases[phase]);
             let of = &self.scaling.phases[phase];
-            let f = posed.integrals[q].function.as_ref();
+            let f = self.ocp.phases[phase].integrals[q].function.as_ref();
             let mut steps: Vec<f64> = of.states.iter().chain(&of.controls).copied().collect();
             steps.iter_mut().for_each(|s| *s *= self.settings.path_tolerance);
             steps.resize(f.inputs(), 0.0);
-            let width = of.states.len() + of.controls.len();
-            let (mut sum, mut count) = (0.0, 0.0);
-            for (t, segment) in found.nodes() {
-                let mut z = vec![0.0; f.inputs()];
-                let (x, rest) = z.split_at_mut(of.states.len());
-                found.state.evaluate(t, x);
-                found.control.evaluate_in(segment, t, &mut rest[..of.controls.len()]);
-                let last = z.len() - 1;
-                z[width..last].copy_from_slice(&self.trajectory.parameters[..last - width]);
-                z[last] = t;
-                sum += second_order(f, &z, &steps);
-                count += 1.0;
-            }
-            weight.abs() * (found.final_time - found.initial_time) * sum / count
+            weight.abs() * self.mean_along(phase, q, |f, z| second_order(f, z, &steps))
         });
         let parts = functions.chain(integrals).filter(|part| part.is_finite());
         parts.sum()
@@ -227,23 +212,43 @@ impl Boundary<'_> {
     fn largest_part(&self, ends: &Ends) -> f64 {
         let o = &self.ocp.objective;
         let linear = o.linear.iter().map(|(input, weight)| (weight * ends.value(*input)).abs());
+        let mut value = [0.0];
+        let functions = o.functions.iter().map(|(inputs, f)| ends.evaluate(f.as_ref(), inputs)[0].abs());
         let integrals = o.integrals.iter().map(|&(phase, q, weight)| {
-            let found = &self.trajectory.phases[phase];
-            let mut equations = Equations::new(self.ocp, phase, &self.trajectory.parameters);
-            let (mut x, mut u) = (vec![0.0; equations.nx], vec![0.0; equations.nu]);
-            let mut rates = vec![0.0; equations.nx + equations.phase.integrals.len()];
-            let (mut sum, mut count) = (0.0, 0.0);
-            for (t, segment) in found.nodes() {
-                found.state.evaluate(t, &mut x);
-                found.control.evaluate_in(segment, t, &mut u);
-                equations.set(t, &x, &u);
-                equations.rates(&mut rates);
-                sum += rates[equations.nx + q].abs();
-                count += 1.0;
-            }
-            weight.abs() * (found.final_time - found.initial_time) * sum / count
+            let magnitude = |f: &dyn NodeFunction, z: &[f64]| {
+                f.value(z, &mut value);
+                value[0].abs()
+            };
+            weight.abs() * self.mean_along(phase, q, magnitude)
         });
-        linear.chain(integrals).filter(|part| part.is_finite()).fold(0.0, f64::max)
+        let parts = linear.chain(functions).chain(integrals);
+        parts.filter(|part| part.is_finite()).fold(0.0, f64::max)
+    }
+
+    /// Mean over the nodes of a phase of something made of an integrand and its inputs there, times the duration.
+    fn mean_along(
+        &self,
+        phase: usize,
+        integral: usize,
+        mut of: impl FnMut(&dyn NodeFunction, &[f64]) -> f64,
+    ) -> f64 {
+        let (posed, found) = (&self.ocp.phases[phase], &self.trajectory.phases[phase]);
+        let f = posed.integrals[integral].function.as_ref();
+        let taken = if posed.takes_parameters(f) { &self.trajectory.parameters[..] } else { &[] };
+        let mut z = vec![0.0; f.inputs()];
+        let (mut sum, mut count) = (0.0, 0.0);
+        for (t, segment) in found.nodes() {
+            let (x, rest) = z.split_at_mut(posed.states.len());
+            let (u, rest) = rest.split_at_mut(posed.controls.len());
+            let (p, time) = rest.split_at_mut(taken.len());
+            found.state.evaluate(t, x);
+            found.control.evaluate_in(segment, t, u);
+            p.copy_from_slice(taken);
+            time.fill(t);
+            sum += of(f, &z);
+            count += 1.0;
+        }
+        (found.final_time - found.initial_time) * sum / count
     }
 }
 

@@ -70,6 +70,7 @@ pub(crate) fn checks(
 }
 
 /// Costates, times the scales of their states, are held against this part of the Hamiltonian times the duration where they are less.
+/// A rate of the size of a state over the duration then adds less than this part to the Hamiltonian: such costates are rounding.
 const SMALLEST_COSTATE: f64 = 1e-4;
 
 /// One phase with its costates, looked at in the nodes of its control.

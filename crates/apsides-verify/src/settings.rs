@@ -24,7 +24,8 @@ pub struct VerifySettings {
     /// states and controls within `path_tolerance`, and end quantities within `end_tolerance`, change to second order.
     pub objective_tolerance: f64,
     /// Allowed residual of the costate equation over one interval, relative to the largest costate of the phase, each
-    /// costate times the scale of its state; default 1e-5.
+    /// costate times the scale of its state, and to 1e-4 of the Hamiltonian times the duration where all costates are less;
+    /// default 1e-5.
     pub costate_tolerance: f64,
     /// Allowed slope of the Hamiltonian in a control (or in a static parameter), relative to its largest term divided by
     /// the scale of the control; default 1e-5. Where the slope pushes against a bound, the smaller of slope and relative

@@ -69,7 +69,10 @@ impl Mission for CapsuleEntry {
             return Ok(posed);
         }
         let whole = self.problem(Steering::Angle)?;
-        let expansion = Some(Expansion { ocp: whole, expand: Arc::new(expansion::expand) });
+        let expansion = Some(Expansion {
+            ocp: whole,
+            expand: Arc::new(|ocp, solution| Ok(expansion::expand(ocp, solution))),
+        });
         Ok(Posed { expansion, ..posed })
     }
 

@@ -1,11 +1,13 @@
-//! Starts that are left because a condition on an integral has no gradient there.
+//! Starts that are left because a condition on an integral, or on a state at both ends, has no gradient there.
 //!
 //! The length of a curve that begins as a straight line changes by nothing to first order: a method of Newton's kind that must make
-//! it longer has no direction to go. The controls that the integrand depends on get a swing then.
+//! it longer has no direction to go. The controls that the integrand, or the rate of the state, depends on get a swing then.
 
 use std::f64::consts::PI;
 
 use super::{Guess, PhaseGuess};
+use apsides_ad::NodeFunction;
+
 use crate::{Bounds, Integral, Ocp, Phase};
 
 /// Points of the quadrature and of the new samples.
@@ -45,8 +47,9 @@ impl Guess {
         self
     }
 
-    /// The guess with a swing of the controls of phases in which the rate of a state has no gradient by any control anywhere along the guess;
-    /// none where there are no such phases, or it stands on an earlier trajectory.
+    /// The guess with a swing of the controls of phases in which a state with conditions at both ends does not get from one to the other
+    /// along the guess, and its rate changes by controls to second order alone, towards what is missing; none where there are no such
+    /// phases, or the guess stands on an earlier trajectory.
     #[must_use]
     pub fn swung(&self, ocp: &Ocp) -> Option<Self> {
         let mut swung = self.clone();
@@ -68,21 +71,48 @@ fn fractions() -> impl Iterator<Item = f64> {
     (0..POINTS).map(|k| k as f64 / (POINTS - 1) as f64)
 }
 
+/// The inputs of a function along a guess.
+struct Along<'a> {
+    guess: &'a PhaseGuess,
+    states: usize,
+    controls: usize,
+    /// The parameters that the function takes: all or none.
+    parameters: &'a [f64],
+}
+
+impl<'a> Along<'a> {
+    fn new(phase: &Phase, guess: &'a PhaseGuess, parameters: &'a [f64], function: &dyn NodeFunction) -> Self {
+        let taken = if phase.takes_parameters(function) { parameters } else { &[] };
+        Self { guess, states: phase.states.len(), controls: phase.controls.len(), parameters: taken }
+    }
+
+    fn duration(&self) -> f64 {
+        self.guess.final_time - self.guess.initial_time
+    }
+
+    /// The inputs `[x, u, p, t]` at a part of the duration.
+    fn point(&self, fraction: f64, z: &mut [f64]) {
+        let (x, rest) = z.split_at_mut(self.states);
+        let (u, rest) = rest.split_at_mut(self.controls);
+        let (p, t) = rest.split_at_mut(self.parameters.len());
+        self.guess.state(fraction, x);
+        self.guess.control(fraction, u);
+        p.copy_from_slice(self.parameters);
+        t.fill(self.guess.initial_time + fraction * self.duration());
+    }
+}
+
 /// True if the integral is outside its bounds and no state and no control changes it to first order.
 fn is_stationary(integral: &Integral, phase: &Phase, guess: &PhaseGuess, parameters: &[f64]) -> bool {
-    let (nx, nu) = (phase.states.len(), phase.controls.len());
     let f = &integral.function;
     let sizes: Vec<f64> = phase.states.iter().map(|s| &s.variable).chain(&phase.controls).map(size).collect();
+    let along = Along::new(phase, guess, parameters, f.as_ref());
     let mut z = vec![0.0; f.inputs()];
     let (mut value, mut entries) = ([0.0], vec![0.0; f.pattern().jacobian_len()]);
     let (mut sum, mut steepest) = (0.0, 0.0_f64);
-    let duration = guess.final_time - guess.initial_time;
-    let last = f.inputs() - 1;
+    let duration = along.duration();
     for (k, fraction) in fractions().enumerate() {
-        guess.state(fraction, &mut z[..nx]);
-        guess.control(fraction, &mut z[nx..nx + nu]);
-        z[nx + nu..last].copy_from_slice(&parameters[..last - nx - nu]);
-        z[last] = guess.initial_time + fraction * duration;
+        along.point(fraction, &mut z);
         f.jacobian(&z, &mut value, &mut entries);
         let weight = if k == 0 || k + 1 == POINTS { 0.5 } else { 1.0 };
         sum += weight * value[0] * duration / (POINTS - 1) as f64;
@@ -99,19 +129,13 @@ fn is_stationary(integral: &Integral, phase: &Phase, guess: &PhaseGuess, paramet
 fn has_stationary_rate(phase: &Phase, guess: &PhaseGuess, parameters: &[f64]) -> bool {
     let (nx, nu) = (phase.states.len(), phase.controls.len());
     let f = &phase.dynamics;
+    let along = Along::new(phase, guess, parameters, f.as_ref());
     let mut z = vec![0.0; f.inputs()];
-    let last = f.inputs() - 1;
-    let duration = guess.final_time - guess.initial_time;
-    let go = |fraction: f64, z: &mut [f64]| {
-        guess.state(fraction, &mut z[..nx]);
-        guess.control(fraction, &mut z[nx..nx + nu]);
-        z[nx + nu..last].copy_from_slice(&parameters[..last - nx - nu]);
-        z[last] = guess.initial_time + fraction * duration;
-    };
+    let duration = along.duration();
     let (mut value, mut entries) = (vec![0.0; nx], vec![0.0; f.pattern().jacobian_len()]);
     let (mut steepest, mut change) = (vec![0.0_f64; nx], vec![0.0_f64; nx]);
     for fraction in fractions() {
-        go(fraction, &mut z);
+        along.point(fraction, &mut z);
         f.jacobian(&z, &mut value, &mut entries);
         for ((row, column), entry) in f.pattern().jacobian_entries().zip(&entries) {
             if let Some(control) = column.checked_sub(nx).and_then(|c| phase.controls.get(c)) {
@@ -131,7 +155,7 @@ fn has_stationary_rate(phase: &Phase, guess: &PhaseGuess, parameters: &[f64]) ->
         let mut weights = vec![0.0; nx];
         weights[row] = missing;
         fractions().any(|fraction| {
-            go(fraction, &mut z);
+            along.point(fraction, &mut z);
             f.hessian(&z, &weights, &mut curvatures);
             let mut terms = f.pattern().hessian.iter().zip(&curvatures);
             terms.any(|((i, j), h)| i == j && (nx..nx + nu).contains(i) && *h > 0.0)

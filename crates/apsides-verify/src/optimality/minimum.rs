@@ -16,6 +16,8 @@
 //! rates has the same Hamiltonian, controls that alternate between the two are as good to first order (N. P. Osmolovskii and H.
 //! Maurer, Applications to Regular and Bang-Bang Control, SIAM 2012, doi 10.1137/1.9781611972368, section 2.1).
 
+use apsides_ocp::{Phase, Variable};
+
 use super::{KIND, PhaseConditions};
 use crate::boundary::row_scale;
 use crate::place::place;
@@ -38,8 +40,6 @@ const SWEEPS: usize = 30;
 const APART: f64 = 0.1;
 /// Hamiltonians that differ by less, relative to the largest term, are equal: rounding of costates.
 const EQUAL: f64 = 1e-9;
-/// States and path constraints are at a bound within this, relative to their scales.
-const AT_BOUND: f64 = 1e-6;
 /// Rates that differ by less, over the duration and relative to the scales of their states, are those of one motion: a control found by
 /// search to the root of [`EQUAL`] has them.
 const SAME_RATES: f64 = 1e-3;
@@ -52,6 +52,16 @@ struct ControlRow {
     lower: f64,
     upper: f64,
     tolerance: f64,
+}
+
+/// What the search over the control set found at one point.
+struct Compared {
+    /// Distance of the trajectory's Hamiltonian above the least one found.
+    gap: f64,
+    /// The control that has it.
+    least: Vec<f64>,
+    /// Another control far from the trajectory's with the same Hamiltonian.
+    rival: Option<Vec<f64>>,
 }
 
 /// The control set at one point, and the search over it.
@@ -78,16 +88,18 @@ impl PhaseConditions<'_> {
             let mut shared = false;
             for time in self.found.control.node_times(segment) {
                 if k % stride == 0 {
-                    let (gap, better, rival) = self.gap(&set, segment, time);
+                    let own = self.found_control(segment, time);
+                    let Compared { gap, least, rival } = self.compare(&set, segment, time);
                     // Along a bound of a state the state itself determines the control.
-                    let rival = rival.filter(|_| !self.is_at_state_bound(segment, time));
-                    if self.rival.is_none() && shared {
-                        self.rival.clone_from(&rival);
+                    let rival = rival.filter(|_| !self.is_at_state_bound(segment, time, settings));
+                    if let Some(rival) = rival.as_ref().filter(|_| self.rival.is_none() && shared) {
+                        self.rival =
+                            Some(format!("{}, {}", in_words(phase, rival, &own), place(phase, time)));
                     }
                     shared = rival.is_some();
                     let residual = relative(gap, self.hamiltonian_size);
                     let at = || {
-                        let place = place(phase, time);
+                        let (place, better) = (place(phase, time), in_words(phase, &least, &own));
                         if better.is_empty() { place } else { format!("{place}; smaller with {better}") }
                     };
                     worst.consider(residual, settings.minimum_tolerance, "-", at);
@@ -127,9 +139,14 @@ impl PhaseConditions<'_> {
         ControlSet { lower, upper, rows, grid }
     }
 
-    /// The distance of the trajectory's Hamiltonian above the least one found, the control that has it in words, and in words
-    /// another control far from the trajectory's with the same Hamiltonian.
-    fn gap(&mut self, set: &ControlSet, segment: usize, time: f64) -> (f64, String, Option<String>) {
+    fn found_control(&self, segment: usize, time: f64) -> Vec<f64> {
+        let mut control = vec![0.0; self.equations.nu];
+        self.found.control.evaluate_in(segment, time, &mut control);
+        control
+    }
+
+    /// Compares the trajectory's control at a point with all others that are admissible there.
+    fn compare(&mut self, set: &ControlSet, segment: usize, time: f64) -> Compared {
         let nu = self.equations.nu;
         let stated = self.evaluate(segment, time).value;
         let own = self.point.u.clone();
@@ -160,44 +177,29 @@ impl PhaseConditions<'_> {
                 least = (h, u);
             }
         }
-        let phase = self.equations.phase;
-        let in_words = |u: &[f64]| {
-            let words = phase.controls.iter().zip(u).zip(&own).filter(|((_, u), own)| u != own);
-            words
-                .map(|((c, u), own)| format!("{} {u:.6} for {own:.6}", c.name))
-                .collect::<Vec<_>>()
-                .join(", ")
-        };
         let rival = far.filter(|(h, u)| {
             h - stated <= EQUAL * self.hamiltonian_size && self.has_other_rates(time, u, &own)
         });
-        let rival = rival.map(|(_, u)| format!("{}, {}", in_words(&u), place(phase, time)));
-        (stated - least.0, in_words(&least.1), rival)
+        Compared { gap: stated - least.0, least: least.1, rival: rival.map(|(_, u)| u) }
     }
 
     /// Says whether a state, or a path constraint without controls, is at a bound.
-    fn is_at_state_bound(&mut self, segment: usize, time: f64) -> bool {
+    fn is_at_state_bound(&mut self, segment: usize, time: f64, settings: &VerifySettings) -> bool {
         self.evaluate(segment, time);
         let Self { equations, point, scaling, .. } = self;
         let phase = equations.phase;
-        let states = phase.states.iter().zip(&point.x).zip(&scaling.states);
-        if states.into_iter().any(|((s, x), scale)| s.variable.bounds.excess(*x) >= -AT_BOUND * scale) {
+        let is_at = |variable: &Variable, value: f64, scale: f64| {
+            variable.bounds.excess(value) >= -settings.activity_tolerance * scale
+        };
+        let mut states = phase.states.iter().zip(&point.x).zip(&scaling.states);
+        if states.any(|((s, x), scale)| is_at(&s.variable, *x, *scale)) {
             return true;
         }
         let mut values = vec![0.0; phase.path_rows()];
         equations.path(&mut values);
-        let controls = equations.nx..equations.nx + equations.nu;
-        let mut values = values.iter().zip(&scaling.path);
-        phase.path.iter().any(|c| {
-            let pattern = c.function.pattern();
-            let rows: Vec<_> = values.by_ref().take(c.rows.len()).collect();
-            let mut rows = c.rows.iter().zip(rows).enumerate();
-            rows.any(|(k, (row, (value, scale)))| {
-                let columns = &pattern.columns[pattern.row_offsets[k]..pattern.row_offsets[k + 1]];
-                !columns.iter().any(|c| controls.contains(c))
-                    && row.bounds.excess(*value) >= -AT_BOUND * scale
-            })
-        })
+        let rows = phase.path.iter().flat_map(|p| &p.rows).zip(&values).zip(&scaling.path).enumerate();
+        let mut met = rows.filter(|(_, ((row, value), scale))| is_at(row, **value, **scale));
+        met.any(|(row, _)| equations.is_free_of_controls(row))
     }
 
     /// True if the rates of states and integrals differ: the controls are not two descriptions of one motion, as an angle and
@@ -312,6 +314,13 @@ impl Search<'_, '_, '_> {
         }
         (h, u)
     }
+}
+
+/// The controls that differ, with those of the trajectory.
+fn in_words(phase: &Phase, controls: &[f64], own: &[f64]) -> String {
+    let differ = phase.controls.iter().zip(controls).zip(own).filter(|((_, u), own)| u != own);
+    let words = differ.map(|((c, u), own)| format!("{} {u:.6} for {own:.6}", c.name));
+    words.collect::<Vec<_>>().join(", ")
 }
 
 /// Points over a box, ends included: a grid, or the sequence of Halton with the corners along each axis.
