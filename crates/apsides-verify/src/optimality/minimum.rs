@@ -54,7 +54,7 @@ struct ControlRow {
     tolerance: f64,
 }
 
-/// What the search over the control set found at one point.
+/// The outcome of the search over the control set at one point.
 struct Compared {
     /// Distance of the trajectory's Hamiltonian above the least one found.
     gap: f64,
