@@ -58,13 +58,13 @@ impl Run {
     /// Interior-point iterations over all meshes.
     #[must_use]
     pub fn iterations(&self) -> usize {
-        self.solution.meshes.iter().map(|m| m.iterations).sum()
+        self.solution.meshes.iter().map(|m| m.counters.iterations).sum()
     }
 
     /// Factorisations over all meshes.
     #[must_use]
     pub fn factorisations(&self) -> usize {
-        self.solution.meshes.iter().map(|m| m.factorisations).sum()
+        self.solution.meshes.iter().map(|m| m.counters.factorisations).sum()
     }
 
     /// Failed checks of feasibility, those of bounds along a phase apart from the others.

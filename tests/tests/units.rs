@@ -75,7 +75,7 @@ fn si_kilometres_and_canonical_units_take_the_same_iterations() {
         solution
     };
     let work = |s: &RadauSolution| -> Vec<[usize; 3]> {
-        s.meshes.iter().map(|m| [m.points, m.iterations, m.factorisations]).collect()
+        s.meshes.iter().map(|m| [m.points, m.counters.iterations, m.counters.factorisations]).collect()
     };
     let reference = solve(si);
     for units in [kilometres, canonical] {

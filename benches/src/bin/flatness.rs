@@ -183,7 +183,9 @@ fn calls(arguments: &Arguments, splines: Splines) -> Result<Calls, Failure> {
             let programs = solution.presolve.iter().chain(&solution.solves);
             return Ok(Calls {
                 call_ms,
-                programs: programs.map(|s| (s.variables, s.constraints, s.iterations)).collect(),
+                programs: programs
+                    .map(|s| (s.counters.variables, s.counters.constraints, s.counters.iterations))
+                    .collect(),
                 objective: solution.trajectory.objective,
             });
         }

@@ -84,9 +84,9 @@ fn landings(c: &mut Criterion) {
                 .min();
             println!(
                 "{name}: {} variables, {} constraints, {} iterations, {:.3} ms in the interior-point method",
-                s.variables,
-                s.constraints,
-                s.iterations,
+                s.counters.variables,
+                s.counters.constraints,
+                s.counters.iterations,
                 least.map_or(0.0, |t| t.as_secs_f64() * 1e3)
             );
         }

@@ -4,7 +4,7 @@ use apsides_nlp::Observer;
 use apsides_ocp::method::{Accuracy, Counters, Deficiency, Remedy};
 use apsides_ocp::{Method, MethodError, Ocp, Solution, Start};
 
-use crate::{FlatSystem, Flatness, FlatnessSettings, FlatnessSolution, SolveRecord};
+use crate::{FlatSystem, Flatness, FlatnessSettings, FlatnessSolution};
 
 /// The name of the method.
 const NAME: &str = "flatness";
@@ -52,8 +52,8 @@ fn common(solution: FlatnessSolution, settings: &FlatnessSettings) -> Solution {
     let refinements = solution.solves.len().saturating_sub(1);
     let remedy =
         if settings.spline.refine { Remedy::Raise(&["max_refinements"]) } else { Remedy::Enable("refine") };
-    let first = solution.presolve.iter().map(|s| Counters { discretisations: 0, ..s.counters() });
-    let rest = solution.solves.iter().map(SolveRecord::counters);
+    let first = solution.presolve.iter().map(|s| Counters { discretisations: 0, ..s.counters });
+    let rest = solution.solves.iter().map(|s| s.counters);
     Solution {
         deficiency: (!solution.accurate).then(|| Deficiency::inaccurate(&accuracy, refinements, remedy)),
         accuracy,
@@ -61,18 +61,5 @@ fn common(solution: FlatnessSolution, settings: &FlatnessSettings) -> Solution {
         unmet: solution.unmet,
         report: Some(solution.report),
         ..Solution::new(solution.trajectory, solution.status)
-    }
-}
-
-impl SolveRecord {
-    /// The work of this solve.
-    fn counters(&self) -> Counters {
-        Counters {
-            iterations: self.iterations,
-            factorisations: self.factorisations,
-            variables: self.variables,
-            constraints: self.constraints,
-            discretisations: 1,
-        }
     }
 }

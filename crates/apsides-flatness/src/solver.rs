@@ -3,6 +3,7 @@
 use std::time::{Duration, Instant};
 
 use apsides_nlp::{InteriorPoint, Nlp, Observer, SolveReport, Status};
+use apsides_ocp::method::Counters;
 use apsides_ocp::{Guess, Ocp, RowOrigin, Scaling, Trajectory, Unmet};
 
 use crate::curve::PhaseSplines;
@@ -47,14 +48,8 @@ pub struct SolveRecord {
     pub error: f64,
     /// Objective in its own sense and unit.
     pub objective: f64,
-    /// Variables.
-    pub variables: usize,
-    /// Constraints.
-    pub constraints: usize,
-    /// Interior-point iterations.
-    pub iterations: usize,
-    /// Factorisations.
-    pub factorisations: usize,
+    /// Size of the discretised problem, and the work of the interior-point method.
+    pub counters: Counters,
     /// The end of the solve.
     pub status: Status,
     /// Wall-clock time of the interior-point method.
@@ -264,10 +259,7 @@ impl Flatness {
             points: stage.meshes.iter().map(|g| g.points.len()).sum(),
             error: largest(estimates.iter().flat_map(|e| e.errors.iter().copied())),
             objective: nlp.sign * report.objective,
-            variables: nlp.variables(),
-            constraints: nlp.constraints(),
-            iterations: report.counters.iterations,
-            factorisations: report.counters.factorisations,
+            counters: Counters::of(nlp.variables(), nlp.constraints(), &report),
             status: report.status,
             solve_time,
             time: begin.elapsed(),

@@ -3,7 +3,6 @@
 use apsides_nlp::Observer;
 use apsides_ocp::method::{Accuracy, Counters, Deficiency, Remedy};
 use apsides_ocp::{Method, MethodError, Ocp, Solution, Start};
-use apsides_shooting::direct::ShootingRecord;
 
 use crate::{PiecewiseConstant, PiecewiseSettings, PiecewiseSolution};
 
@@ -52,7 +51,7 @@ fn common(solution: PiecewiseSolution, settings: &PiecewiseSettings) -> Solution
     Solution {
         deficiency: (!solution.accurate).then(|| Deficiency::inaccurate(&accuracy, refinements, remedy)),
         accuracy,
-        counters: Counters::total(solution.meshes.iter().map(ShootingRecord::counters)),
+        counters: Counters::total(solution.meshes.iter().map(|m| m.counters)),
         unmet: solution.unmet,
         report: Some(solution.report),
         ..Solution::new(solution.trajectory, solution.status)

@@ -4,7 +4,7 @@ use apsides_nlp::Observer;
 use apsides_ocp::method::{Accuracy, Counters, Deficiency, Remedy, Warning};
 use apsides_ocp::{Method, MethodError, Ocp, Solution, Start};
 
-use crate::{MeshRecord, Radau, RadauSolution};
+use crate::{Radau, RadauSolution};
 
 /// The name of the method.
 const NAME: &str = "radau";
@@ -50,25 +50,12 @@ impl Radau {
         Solution {
             deficiency: (!solution.accurate).then_some(deficiency),
             accuracy,
-            counters: Counters::total(solution.meshes.iter().map(MeshRecord::counters)),
+            counters: Counters::total(solution.meshes.iter().map(|m| m.counters)),
             unmet: solution.unmet,
             warnings: solution.warnings.into_iter().map(Warning::Scale).collect(),
             switches: solution.switches,
             report: Some(solution.report),
             ..Solution::new(solution.trajectory, solution.status)
-        }
-    }
-}
-
-impl MeshRecord {
-    /// The work on this mesh.
-    fn counters(&self) -> Counters {
-        Counters {
-            iterations: self.iterations,
-            factorisations: self.factorisations,
-            variables: self.variables,
-            constraints: self.constraints,
-            discretisations: 1,
         }
     }
 }

@@ -3,6 +3,7 @@
 use std::time::{Duration, Instant};
 
 use apsides_nlp::{Observer, SolveReport, Status};
+use apsides_ocp::method::Counters;
 use apsides_ocp::{Guess, Mesh, Ocp, PhaseMesh, Scaling, Trajectory, Unmet};
 use apsides_transcription::Workers;
 
@@ -64,14 +65,8 @@ pub struct MeshRecord {
     pub points: usize,
     /// Largest estimated relative error.
     pub error: f64,
-    /// Variables of the discretised problem.
-    pub variables: usize,
-    /// Constraints of the discretised problem.
-    pub constraints: usize,
-    /// Interior-point iterations.
-    pub iterations: usize,
-    /// Factorisations.
-    pub factorisations: usize,
+    /// Size of the discretised problem, and the work of the interior-point method.
+    pub counters: Counters,
     /// Wall-clock time of the mesh: transcription, solve, estimate.
     pub time: Duration,
 }
@@ -324,10 +319,7 @@ impl Radau {
                 intervals: mesh.phases.iter().map(PhaseMesh::intervals).sum(),
                 points: total_points(&mesh),
                 error,
-                variables: nlp.layout.variables,
-                constraints: nlp.layout.constraints,
-                iterations: report.counters.iterations,
-                factorisations: report.counters.factorisations,
+                counters: Counters::of(nlp.layout.variables, nlp.layout.constraints, &report),
                 time: begin.elapsed(),
             });
             let points = total_points(&mesh);
@@ -363,8 +355,8 @@ impl Radau {
                 let (beyond, counters) =
                     beyond_saddle(ocp, &mesh, solved, &self.settings.nlp, &workers, observer)?;
                 if let Some(record) = meshes.last_mut() {
-                    record.iterations += counters.iterations;
-                    record.factorisations += counters.factorisations;
+                    record.counters.iterations += counters.iterations;
+                    record.counters.factorisations += counters.factorisations;
                 }
                 if let Some((trajectory, report)) = beyond {
                     if !report.status.is_success() {

@@ -53,7 +53,7 @@ fn landed([r, phi, u, v, m]: [State; 5]) -> [State; 5] {
 }
 
 fn describe(s: &RadauSolution) -> String {
-    let meshes: Vec<_> = s.meshes.iter().map(|m| (m.points, m.iterations)).collect();
+    let meshes: Vec<_> = s.meshes.iter().map(|m| (m.points, m.counters.iterations)).collect();
     let switches: Vec<_> = s.switches.iter().map(ToString::to_string).collect();
     format!("{:.7} {:?} {:?} {switches:#?}", s.trajectory.objective, s.status, meshes)
 }

@@ -211,7 +211,7 @@ fn breaks_that_make_no_mesh_are_refused() {
 fn an_interrupted_mesh_leaves_the_one_before() {
     let case = case("goddard_cops");
     let whole = Radau::default().solve(&case.ocp, &case.guess).unwrap();
-    let first = whole.meshes[0].iterations;
+    let first = whole.meshes[0].counters.iterations;
     let mut seen = 0;
     let mut observer = |_: &IterationRecord| {
         seen += 1;

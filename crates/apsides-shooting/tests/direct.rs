@@ -330,7 +330,7 @@ fn a_solution_by_collocation_is_a_start() {
     let collocated = Radau::default().solve(&case.ocp, &case.guess).unwrap();
     let shot = MultipleShooting::default().solve(&case.ocp, &Guess::earlier(&collocated.trajectory)).unwrap();
     assert!(shot.status.is_success() && shot.accurate);
-    assert!(shot.meshes[0].iterations <= 6, "{:#?}", shot.meshes[0]);
+    assert!(shot.meshes[0].counters.iterations <= 6, "{:#?}", shot.meshes[0]);
     let difference = shot.trajectory.objective - collocated.trajectory.objective;
     assert!(difference.abs() < 1e-6 * collocated.trajectory.objective, "{difference}");
 }

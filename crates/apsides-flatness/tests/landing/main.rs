@@ -73,7 +73,10 @@ pub(crate) fn miss(certificate: &Certificate, state: &str) -> f64 {
 fn the_paper_problem_is_solved_and_rejected() {
     let (solution, certificate) = solve(&landing(15e3), &method(6, 15, Placement::Uniform, false));
     let last = &solution.solves[0];
-    assert_eq!((last.variables, last.constraints, last.segments, last.points), (31, 22, 10, 15));
+    assert_eq!(
+        (last.counters.variables, last.counters.constraints, last.segments, last.points),
+        (31, 22, 10, 15)
+    );
     assert_eq!(solution.solves.len(), 1);
     assert_eq!(solution.status, Status::Optimal);
     assert!(!solution.accurate && solution.error > 1e-4, "{}", solution.error);
@@ -168,14 +171,17 @@ fn bounds_where_exceeded() {
         bound(&mut ocp, surface + 150e3);
         let solution = method.solve(&ocp, &[landing.system()], &guess).unwrap();
         assert_eq!(solution.solves.len(), 1, "{altitude}: {:?}", solution.solves);
-        assert_eq!((solution.solves[0].variables, solution.solves[0].constraints), (31, 22));
+        assert_eq!(
+            (solution.solves[0].counters.variables, solution.solves[0].counters.constraints),
+            (31, 22)
+        );
     }
     // The unbounded flight rises to 21.0 km.
     let landing = landing(15e3);
     let (mut ocp, guess) = landing.pose();
     bound(&mut ocp, surface + 18e3);
     let solution = method.solve(&ocp, &[landing.system()], &guess).unwrap();
-    let rows: Vec<usize> = solution.solves.iter().map(|s| s.constraints).collect();
+    let rows: Vec<usize> = solution.solves.iter().map(|s| s.counters.constraints).collect();
     // The 13 inner points; the ends are fixed.
     assert_eq!(rows, [22, 35]);
     assert!(solution.status.is_success());

@@ -114,8 +114,8 @@ fn what_the_map_makes_a_function_of_time_has_no_row() {
     let solution = method.solve(&ocp, &maps, &guess).unwrap();
     // Order 6, 4 segments of 4 points: 18 coefficients an output; two times, since the linked ones are one. 16 + 16 residuals;
     // 4 + 2 states at the ends of braking, 2 at touchdown; duration of the descent; linkage of radius and radial speed.
-    assert_eq!(solution.solves[0].variables, 3 * 18 + 2);
-    assert_eq!(solution.solves[0].constraints, 32 + 6 + 2 + 1 + 2);
+    assert_eq!(solution.solves[0].counters.variables, 3 * 18 + 2);
+    assert_eq!(solution.solves[0].counters.constraints, 32 + 6 + 2 + 1 + 2);
     // A map with another mass cannot meet the start.
     let heavier = FlatConstantThrust { mass: landing.mass + 1.0, ..landing.flat() };
     let wrong = [FlatSystem::new(heavier), maps[1].clone()];
@@ -292,7 +292,10 @@ fn two_phases_of_the_paper() {
         let method = crate::method(6, 15, placement, false);
         let solution = method.solve(&ocp, &[landing.system(), landing.system()], &guess).unwrap();
         assert!(solution.status.is_success(), "{placement:?}: {}", solution.status);
-        assert_eq!((solution.solves[0].variables, solution.solves[0].constraints), (62, 44));
+        assert_eq!(
+            (solution.solves[0].counters.variables, solution.solves[0].counters.constraints),
+            (62, 44)
+        );
         assert!((solution.trajectory.objective - total).abs() < tolerance, "{placement:?}");
         assert!(!solution.accurate);
         assert_eq!(certificate(&ocp, &solution).verdict, Verdict::Rejected);

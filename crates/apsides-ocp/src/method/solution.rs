@@ -89,6 +89,19 @@ pub struct Counters {
 }
 
 impl Counters {
+    /// The work of one discretised problem with so many variables and constraints.
+    #[must_use]
+    pub fn of(variables: usize, constraints: usize, report: &SolveReport) -> Self {
+        let done = &report.counters;
+        Self {
+            iterations: done.iterations,
+            factorisations: done.factorisations,
+            variables,
+            constraints,
+            discretisations: 1,
+        }
+    }
+
     /// The work of several solves, one after the other: iterations, factorisations and discretisations are added, and sizes are those of
     /// the last one.
     #[must_use]

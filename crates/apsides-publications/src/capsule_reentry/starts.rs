@@ -129,7 +129,10 @@ impl Start<'_> {
         }
         let (_, _, fine) = Model::E.reference();
         let near = (solution.trajectory.objective / fine.base[0] - 1.0).abs() < SAME;
-        Ok((solution.meshes.iter().map(|m| m.iterations).sum(), solution.status.is_success() && near))
+        Ok((
+            solution.meshes.iter().map(|m| m.counters.iterations).sum(),
+            solution.status.is_success() && near,
+        ))
     }
 }
 

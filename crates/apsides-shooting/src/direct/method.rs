@@ -40,7 +40,7 @@ fn common(solution: ShootingSolution, settings: &MultipleShootingSettings) -> So
     Solution {
         deficiency: (!solution.accurate).then(|| Deficiency::inaccurate(&accuracy, refinements, remedy)),
         accuracy,
-        counters: Counters::total(solution.meshes.iter().map(ShootingRecord::counters)),
+        counters: Counters::total(solution.meshes.iter().map(|m| m.counters)),
         unmet: solution.unmet,
         report: Some(solution.report),
         ..Solution::new(solution.trajectory, solution.status)
@@ -48,18 +48,6 @@ fn common(solution: ShootingSolution, settings: &MultipleShootingSettings) -> So
 }
 
 impl ShootingRecord {
-    /// The work of this solve.
-    #[must_use]
-    pub fn counters(&self) -> Counters {
-        Counters {
-            iterations: self.iterations,
-            factorisations: self.factorisations,
-            variables: self.variables,
-            constraints: self.constraints,
-            discretisations: 1,
-        }
-    }
-
     /// The measures of accuracy, with the tolerances of the settings.
     fn accuracy(&self, settings: &MultipleShootingSettings) -> Vec<Accuracy> {
         let of = Accuracy::new;

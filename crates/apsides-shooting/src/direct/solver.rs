@@ -4,6 +4,7 @@ use std::cell::RefCell;
 use std::time::{Duration, Instant};
 
 use apsides_nlp::{Observer, SolveReport, Status};
+use apsides_ocp::method::Counters;
 use apsides_ocp::{Guess, Mesh, Ocp, Trajectory, Unmet};
 use apsides_ode::{FnSystem, Integrator, OdeSettings, SmoothSystem, Tolerance};
 use apsides_transcription::Workers;
@@ -48,14 +49,8 @@ pub struct ShootingRecord {
     /// Largest excess of a bound on a control, or of an inequality with controls, between control points, relative to its scale: no
     /// condition of accuracy.
     pub control_excess: f64,
-    /// Variables of the discretised problem.
-    pub variables: usize,
-    /// Constraints of the discretised problem.
-    pub constraints: usize,
-    /// Interior-point iterations.
-    pub iterations: usize,
-    /// Factorisations.
-    pub factorisations: usize,
+    /// Size of the discretised problem, and the work of the interior-point method.
+    pub counters: Counters,
     /// Objective in its own sense.
     pub objective: f64,
     /// Wall-clock time: transcription, solve, estimate.
@@ -261,10 +256,7 @@ fn record(
         control_gain: all().map(|e| e.gain).sum(),
         path_excess: largest(estimates, |e| e.state_excess.max(e.equality_excess)),
         control_excess: largest(estimates, |e| e.control_excess.max(e.mixed_excess)),
-        variables: nlp.layout.variables,
-        constraints: nlp.layout.constraints,
-        iterations: report.counters.iterations,
-        factorisations: report.counters.factorisations,
+        counters: Counters::of(nlp.layout.variables, nlp.layout.constraints, report),
         objective: nlp.sign() * report.objective,
         time,
     }
