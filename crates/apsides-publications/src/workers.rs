@@ -1,13 +1,16 @@
 //! Independent solves on several threads, seen by one observer.
 
 use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
-use std::sync::mpsc::{self, Sender};
+use std::sync::mpsc::{self, SyncSender};
 use std::thread;
 
 use apsides_nlp::{Flow, IterationRecord};
 
 use super::stop::Stop;
 use crate::{Observer, SearchProgress};
+
+/// Reports that solves may be ahead of the observer: one that wants an end is heard after as many at most.
+const MOST_AHEAD: usize = 64;
 
 /// Threads with the observer of all their solves.
 pub(super) struct Workers<'a> {
@@ -22,7 +25,7 @@ enum Event {
 
 /// The observer of a solve on another thread, which passes its reports on.
 struct Relay<'a> {
-    events: Sender<Event>,
+    events: SyncSender<Event>,
     stopped: &'a AtomicBool,
 }
 
@@ -52,7 +55,7 @@ impl Workers<'_> {
         work: impl Fn(&J, &mut dyn Observer) -> Result<R, Stop> + Sync,
     ) -> Result<Vec<Result<R, String>>, Stop> {
         let (next, stopped) = (AtomicUsize::new(0), AtomicBool::new(false));
-        let (events, inbox) = mpsc::channel();
+        let (events, inbox) = mpsc::sync_channel(MOST_AHEAD);
         let mut done: Vec<(usize, Result<R, Stop>)> = thread::scope(|scope| {
             let (next, stopped, work) = (&next, &stopped, &work);
             let spawn = |_| {
