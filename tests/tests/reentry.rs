@@ -13,7 +13,7 @@ const HEAT_MJ_M2: f64 = 1e-3;
 const SAME_HEAT_MJ_M2: f64 = 1e-7;
 /// Published: two units of the last digit of the heat load, MJ/m2.
 const DIGITS_MJ_M2: f64 = 2e-6;
-/// Discretisation: the heat load with tables under limits, MJ/m2.
+/// Discretisation: the heat load under limits, MJ/m2.
 const LIMITED_HEAT_MJ_M2: f64 = 3e-3;
 /// Solver: the target is met to it, km.
 const MISS_KM: f64 = 1e-5;
@@ -85,6 +85,34 @@ fn exponential_atmosphere_with_limits_touches_two() {
     near(&outcome, "peak_load_time_s", 270.2, 0.5);
     near(&outcome, "least_lift_to_drag", 0.2974, LIFT_TO_DRAG);
     near(&outcome, "range_km", 2609.0, 1.0);
+}
+
+/// Arcs along limits of second order and touch points beside them, short ones among them: each is an optimum, not feasible alone. References
+/// on 60 elements; limits of dynamic pressure (kPa), load (m/s2) and heat rate (kW/m2).
+#[test]
+fn arcs_along_limits_are_verified_as_optima() {
+    let rows = [
+        (["13", "inf", "inf"], 122.77025),
+        (["12", "inf", "inf"], 123.3855),
+        (["11", "inf", "inf"], 124.13063),
+        (["inf", "37", "inf"], 122.9255),
+        (["inf", "34", "inf"], 123.59278),
+        (["inf", "inf", "760"], 123.29409),
+        (["13", "40", "800"], 123.1919),
+        (["15", "36", "800"], 123.4394),
+        (["15", "40", "780"], 123.22586),
+    ];
+    for ([pressure, load, heat_rate], heat_load) in rows {
+        let limits = [
+            &format!("dynamic_pressure_limit_kpa={pressure}"),
+            &format!("load_limit_m_s2={load}"),
+            &format!("heat_rate_limit_kw_m2={heat_rate}"),
+            "margins=false",
+        ];
+        let outcome = solve("capsule-reentry", &limits);
+        verified(&outcome);
+        near(&outcome, "heat_load_mj_m2", heat_load, LIMITED_HEAT_MJ_M2);
+    }
 }
 
 #[test]

@@ -7,7 +7,9 @@
 //! excess beside the contact, as on an arc, refinement goes on without the contact.
 
 use apsides_nlp::SolveReport;
-use apsides_ocp::{Contact, Ocp, Phase, PhaseTrajectory, PiecewisePolynomial, TouchPoint, Trajectory};
+use apsides_ocp::{
+    ArcKind, Contact, Ocp, Phase, PhaseTrajectory, PiecewisePolynomial, TouchPoint, Trajectory,
+};
 
 use crate::RadauError;
 use crate::activity::{
@@ -67,6 +69,8 @@ struct Refuted {
 pub(crate) struct Contacts {
     tracked: Vec<Tracked>,
     refuted: Vec<Refuted>,
+    /// Phases and rows with contacts that arcs have become.
+    from_arcs: Vec<(usize, usize)>,
     moves: usize,
 }
 
@@ -105,7 +109,8 @@ pub(crate) struct SolvedMesh<'a> {
 
 impl Contacts {
     pub(crate) fn new(enabled: bool) -> Self {
-        Self { tracked: Vec::new(), refuted: Vec::new(), moves: if enabled { MOST_MOVES } else { 0 } }
+        let moves = if enabled { MOST_MOVES } else { 0 };
+        Self { tracked: Vec::new(), refuted: Vec::new(), from_arcs: Vec::new(), moves }
     }
 
     /// Looks for no more contacts.
@@ -142,6 +147,7 @@ impl Contacts {
                     past.iter().filter(|c| c.phase == k && c.touch.point.row == course.row).collect();
                 let largest_wrong = WRONG_SIGN * solution.objective / course.scale;
                 placed.extend(self.known(k, &past, &course, largest_wrong, solved));
+                self.collapsed(k, &course, &mut next);
                 if self.refuted.len() < MOST_REFUTED {
                     self.found(k, &samples, &active, &course, p, &mut next);
                 }
@@ -193,6 +199,31 @@ impl Contacts {
             }
         }
         placed
+    }
+
+    /// Contacts where arcs along the bound of a row have come to nothing: once for each row, since arcs come from contacts that were none.
+    fn collapsed(&mut self, phase: usize, course: &RowCourse<'_>, next: &mut NextContacts) {
+        let (mesh, row) = (&course.trajectory.mesh, course.row);
+        if self.from_arcs.contains(&(phase, row)) {
+            return;
+        }
+        for (k, arc) in mesh.arcs().iter().enumerate() {
+            let upper = match arc.rows.get(row) {
+                Some(Some(ArcKind::Upper)) => true,
+                Some(Some(ArcKind::Lower)) => false,
+                _ => continue,
+            };
+            let intervals = mesh.arc_intervals(k);
+            let (start, end) = (mesh.fractions()[intervals.start], mesh.fractions()[intervals.end]);
+            if end - start > COLLAPSED {
+                continue;
+            }
+            self.from_arcs.push((phase, row));
+            next.settled = false;
+            next.spared.extend((intervals.start.saturating_sub(1)..=intervals.end).map(|k| (phase, k)));
+            let touch = Touch { at: 0.5 * (start + end), point: TouchPoint { end: 0, row, upper } };
+            self.tracked.push(Tracked { phase, touch, gap: COLLAPSED });
+        }
     }
 
     /// New contacts of a row: one or two nodes that have its multiplier, apart from others.
@@ -303,7 +334,9 @@ impl NextContacts {
     /// The trajectory without errors that a better place of the contacts removes.
     pub(crate) fn spared(&self, mut trajectory: Trajectory) -> Trajectory {
         for &(phase, interval) in &self.spared {
-            trajectory.phases[phase].interval_errors[interval] = 0.0;
+            if let Some(error) = trajectory.phases[phase].interval_errors.get_mut(interval) {
+                *error = 0.0;
+            }
         }
         trajectory
     }

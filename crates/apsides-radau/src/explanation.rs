@@ -209,7 +209,7 @@ impl Relaxer<'_> {
             let mut trajectory = nlp.trajectory(self.ocp, &result.report)?;
             let scaling = Scaling::new(self.ocp, &guess);
             let error = estimate(self.ocp, &scaling, &self.settings, &mut trajectory)?.error;
-            let next = refine(&trajectory, &self.settings)?;
+            let next = refine(self.ocp, &trajectory, &self.settings)?;
             guess = Guess::earlier(&trajectory);
             let found = result.report.objective;
             agreements = if (found - earlier).abs() <= SETTLED * found.abs() { agreements + 1 } else { 0 };

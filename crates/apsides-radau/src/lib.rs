@@ -55,6 +55,7 @@
 //! optimal control, Optim. Control Appl. Methods 36 (2015), doi 10.1002/oca.2114.
 
 mod activity;
+mod boundary_arcs;
 mod bounds;
 mod breaks;
 mod change;
@@ -76,6 +77,7 @@ mod rate_term;
 mod redundant;
 mod refinement;
 pub mod relaxation;
+mod row_rate;
 mod saddle;
 pub mod scales;
 pub mod settings;

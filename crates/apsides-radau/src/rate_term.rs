@@ -11,6 +11,7 @@ use apsides_transcription::Layout;
 
 use crate::junction::{RateRow, row_function};
 use crate::layout::CollocationPhase;
+use crate::row_rate::RowRate;
 
 /// The rate of a row at an end of an interval: a derivative of the polynomial through the values of the row at the points of the
 /// interval, in units in which the largest factor is one.
@@ -50,9 +51,10 @@ pub(crate) fn rate_terms(ocp: &Ocp, layout: &Layout<CollocationPhase>) -> Vec<Ra
     terms
 }
 
-/// The function whose derivative is the rate, its parts, and the order of the derivative. The second rate of a row that is linear in the
-/// states is the first derivative of a sum of rates: these are values of the equations of motion, which determine the rate better than the
-/// states do.
+/// The function whose derivative is the rate, its parts, and the order of the derivative. The second rate is the first derivative of the
+/// first one, made of values of the equations of motion: a second derivative of the polynomial of the row is bent so much by
+/// the multiplier of the condition that the condition has another solution near by. Where the row is linear in the states the
+/// first rate is a sum of rates.
 fn differentiated(
     phase: &Phase,
     path: &PathConstraint,
@@ -66,8 +68,14 @@ fn differentiated(
     parts[output] = 1.0;
     let here = || pattern.jacobian_entries().zip(0..).filter(|((r, _), _)| *r == output);
     let is_linear = pattern.hessian.is_empty() && here().all(|((_, c), _)| c < phase.states.len());
-    if order < 2 || !is_linear {
+    if order < 2 {
         return (Arc::clone(&path.function), parts, order);
+    }
+    if !is_linear {
+        return match RowRate::new(&path.function, output, &phase.dynamics) {
+            Some(rate) => (Arc::new(rate), vec![1.0], order - 1),
+            None => (Arc::clone(&path.function), parts, order),
+        };
     }
     path.function.jacobian(&vec![0.0; inputs], &mut values, &mut entries);
     let mut rates = vec![0.0; phase.states.len()];

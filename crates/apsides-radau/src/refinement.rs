@@ -3,25 +3,36 @@
 //! Patterson, Hager, Rao 2015 (doi 10.1002/oca.2114), with the number of points bounded so that an interval is divided when it would need
 //! more than the largest number.
 
-use apsides_ocp::{Break, Crossing, Mesh, PhaseMesh, TouchPoint, Trajectory};
+use apsides_ocp::{Break, Crossing, Mesh, Ocp, PhaseMesh, TouchPoint, Trajectory};
 
 use crate::RadauError;
+use crate::boundary_arcs::{POINTS, beside_bounds};
 use crate::settings::RadauSettings;
 
 /// Fewest points added to an interval: one at a time costs a mesh for little.
 const LEAST_INCREASE: usize = 2;
 
 /// The next mesh; equal to the last one when every interval meets the tolerance.
-pub(crate) fn refine(trajectory: &Trajectory, settings: &RadauSettings) -> Result<Mesh, RadauError> {
-    let phases = trajectory
-        .phases
-        .iter()
-        .map(|p| refine_phase(&p.mesh, &p.interval_errors, settings))
+pub(crate) fn refine(
+    ocp: &Ocp,
+    trajectory: &Trajectory,
+    settings: &RadauSettings,
+) -> Result<Mesh, RadauError> {
+    let phases = (ocp.phases.iter().zip(&trajectory.phases))
+        .map(|(phase, t)| {
+            let long = beside_bounds(phase, &t.mesh);
+            refine_phase(&t.mesh, &t.interval_errors, &long, settings)
+        })
         .collect::<Result<_, _>>()?;
     Ok(Mesh { phases })
 }
 
-fn refine_phase(mesh: &PhaseMesh, errors: &[f64], settings: &RadauSettings) -> Result<PhaseMesh, RadauError> {
+fn refine_phase(
+    mesh: &PhaseMesh,
+    errors: &[f64],
+    long: &[bool],
+    settings: &RadauSettings,
+) -> Result<PhaseMesh, RadauError> {
     let mut fractions = vec![0.0];
     let mut points = Vec::new();
     let (mut breaks, mut touch_points, mut crossings) = (Vec::new(), Vec::new(), Vec::new());
@@ -45,11 +56,12 @@ fn refine_phase(mesh: &PhaseMesh, errors: &[f64], settings: &RadauSettings) -> R
             fractions.push(end);
             points.push(wanted);
         } else {
-            let parts = (wanted / settings.min_points).clamp(2, settings.max_parts);
+            let least = if long[k] { POINTS.min(settings.max_points) } else { settings.min_points };
+            let parts = (wanted / least).clamp(2, settings.max_parts);
             for j in 1..=parts {
                 let f = j as f64 / parts as f64;
                 fractions.push(if j == parts { end } else { start + f * (end - start) });
-                points.push(settings.min_points);
+                points.push(least);
             }
         }
     }

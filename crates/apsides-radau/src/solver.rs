@@ -8,6 +8,7 @@ use apsides_ocp::{Guess, Mesh, Ocp, PhaseMesh, Scaling, Trajectory, Unmet};
 use apsides_transcription::Workers;
 
 use crate::RadauError;
+use crate::boundary_arcs::with_long_intervals;
 use crate::breaks::{Instants, with_instants};
 use crate::contact::{Contacts, SolvedMesh};
 use crate::costate_error::CostateMeshes;
@@ -429,20 +430,26 @@ impl Radau {
             }
             let finished = accurate && settled && within;
             let wants_costates = finished && costates.want(ocp, &scaling, &self.settings, &mut trajectory)?;
-            let plain = refine(&trajectory, &self.settings)?;
+            let plain = refine(ocp, &trajectory, &self.settings)?;
             let phases = touching.touch_points.iter().zip(&passages.phases);
             let instants: Vec<Instants> =
                 phases.map(|(t, c)| Instants { touch_points: t.clone(), crossings: c.clone() }).collect();
             // Breaks that make no mesh are left out.
             let next = if revisions == 0 {
                 let spared = passages.spared(trajectory.clone());
-                let refined = refine(&touching.spared(spared), &self.settings)?;
+                let refined = refine(ocp, &touching.spared(spared), &self.settings)?;
                 with_instants(&refined, &instants).unwrap_or_else(|_| plain.clone())
             } else {
                 revisions -= usize::from(!switches_settled);
                 let spared = passages.spared(found.spared(&trajectory));
-                let refined = refine(&touching.spared(spared), &self.settings)?;
-                found.mesh(&refined, &instants).unwrap_or_else(|_| plain.clone())
+                let refined = refine(ocp, &touching.spared(spared), &self.settings)?;
+                let placed = found.mesh(&refined, &instants);
+                match placed {
+                    Ok(mesh) if !switches_settled => {
+                        with_long_intervals(ocp, &mesh, self.settings.max_points)?
+                    }
+                    placed => placed.unwrap_or_else(|_| plain.clone()),
+                }
             };
             let size = total_points(&next);
             guess = Guess::earlier(&touching.start(trajectory.clone())?);

@@ -1,0 +1,84 @@
+//! Intervals along arcs at the bound of a path constraint without controls.
+//!
+//! Along such an arc the equations of motion and the constraint are differential-algebraic equations of an index above one, whose
+//! multiplier is a high derivative of what is solved for: in many short intervals it is as wrong as the inverse of a power of their length is
+//! large, and so are the costates (Hairer, Wanner, Solving Ordinary Differential Equations II, section VI.1). Few intervals of
+//! many points keep both. Beside the arc the solution is smooth up to the junction, once that is an interval end.
+
+use apsides_ocp::{ArcKind, Break, Crossing, Mesh, Ocp, Phase, PhaseMesh, TouchPoint};
+
+use crate::RadauError;
+use crate::junction::order;
+
+/// Least points of an interval there, as far as there are as many.
+pub(crate) const POINTS: usize = 10;
+
+/// Least order of a row of such an arc.
+const LEAST_ORDER: usize = 2;
+
+/// Per interval, true along an arc that holds a row without controls at a bound, along the arcs before and after it, and beside a
+/// touch point.
+pub(crate) fn beside_bounds(phase: &Phase, mesh: &PhaseMesh) -> Vec<bool> {
+    let beside = arcs_beside_bounds(phase, mesh);
+    let touches = |k: usize| mesh.touch_points().iter().any(|t| t.end == k || t.end == k + 1);
+    arc_of_intervals(mesh).enumerate().map(|(k, arc)| beside[arc] || touches(k)).collect()
+}
+
+/// Per arc, true for those that hold such a row, and for those before and after them.
+fn arcs_beside_bounds(phase: &Phase, mesh: &PhaseMesh) -> Vec<bool> {
+    let arcs = mesh.arcs().len();
+    let at_bound: Vec<bool> = (0..arcs).map(|k| is_at_bound(phase, mesh, k)).collect();
+    (0..arcs).map(|k| at_bound[k.saturating_sub(1)..(k + 2).min(arcs)].contains(&true)).collect()
+}
+
+fn is_at_bound(phase: &Phase, mesh: &PhaseMesh, arc: usize) -> bool {
+    let rows = &mesh.arcs()[arc].rows;
+    let held = |k: &usize| matches!(rows[*k], Some(ArcKind::Lower | ArcKind::Upper));
+    (0..rows.len()).filter(held).any(|k| order(phase, k).is_some_and(|o| o.order >= LEAST_ORDER))
+}
+
+/// The arc of each interval.
+fn arc_of_intervals(mesh: &PhaseMesh) -> impl Iterator<Item = usize> {
+    (0..mesh.intervals()).map(|k| mesh.breaks().iter().take_while(|b| b.end <= k).count())
+}
+
+/// The mesh with as many points in fewer intervals along such arcs, and along the arcs that they follow or are followed by.
+pub(crate) fn with_long_intervals(ocp: &Ocp, mesh: &Mesh, most: usize) -> Result<Mesh, RadauError> {
+    let phases = ocp.phases.iter().zip(&mesh.phases);
+    let phases = phases.map(|(phase, mesh)| {
+        let beside = arcs_beside_bounds(phase, mesh);
+        if beside.contains(&true) { joined(mesh, &beside, most) } else { Ok(mesh.clone()) }
+    });
+    Ok(Mesh { phases: phases.collect::<Result<_, _>>()? })
+}
+
+/// The mesh with the intervals of these arcs joined until they have [`POINTS`], `most` at most.
+fn joined(mesh: &PhaseMesh, arcs: &[bool], most: usize) -> Result<PhaseMesh, RadauError> {
+    let fixed = |end: usize| {
+        mesh.breaks().iter().any(|b| b.end == end)
+            || mesh.touch_points().iter().any(|t| t.end == end)
+            || mesh.crossings().iter().any(|c| c.end == end)
+    };
+    let (mut ends, mut points) = (vec![0.0], Vec::<usize>::new());
+    // The new index of each end that is kept.
+    let mut index = vec![0; mesh.intervals() + 1];
+    let mut may_join = false;
+    for (k, (&n, arc)) in mesh.points().iter().zip(arc_of_intervals(mesh)).enumerate() {
+        let is_full = |n: usize| n >= POINTS.min(most);
+        match points.last_mut().filter(|last| may_join && arcs[arc] && !is_full(**last) && !fixed(k)) {
+            Some(last) => {
+                *last = (*last + n).min(most);
+                ends.pop();
+            }
+            None => points.push(n),
+        }
+        ends.push(mesh.fractions()[k + 1]);
+        index[k + 1] = points.len();
+        may_join = arcs[arc];
+    }
+    let breaks = mesh.breaks().iter().map(|b| Break { end: index[b.end], ..*b }).collect();
+    let touch_points = mesh.touch_points().iter().map(|t| TouchPoint { end: index[t.end], ..*t }).collect();
+    let crossings = mesh.crossings().iter().map(|c| Crossing { end: index[c.end], ..*c }).collect();
+    let mesh = PhaseMesh::new(ends, points)?.with_arcs(breaks, mesh.arcs().to_vec())?;
+    Ok(mesh.with_touch_points(touch_points)?.with_crossings(crossings)?)
+}
