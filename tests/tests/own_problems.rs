@@ -280,6 +280,33 @@ fn length_of_a_quaternion_as_path_constraint() {
     assert_eq!(verdict, Verdict::StrictLocalOptimum);
 }
 
+/// A quarter of a circle from given points along which the states are held by an equality without controls: `(pi/2)^2`.
+#[test]
+fn equality_of_states() {
+    let text = r#"
+        kind = "problem"
+        [phase.arc]
+        time = { end = 1 }
+        states.x = { start = 1, end = 0 }
+        states.y = { start = 0, end = 1 }
+        controls = { u = {}, v = {} }
+        dynamics = { x = "u", y = "v" }
+        path.circle = "x^2 + y^2 == 1"
+        integrals.effort = "u^2 + v^2"
+        [objective]
+        minimize = "effort"
+    "#;
+    let (objective, verdict, _) = solve(text);
+    assert!((objective / (0.25 * PI * PI) - 1.0).abs() < 1e-12, "{objective}");
+    assert_eq!(verdict, Verdict::StrictLocalOptimum);
+    // A start beside the circle meets no such equality.
+    let beside = text.replace("start = 1, end = 0", "start = 1.1, end = 0");
+    let file = ProblemFile::parse(&beside, "own.toml", &|_| Err(NotFound.into()), &[]).unwrap();
+    let posed = file.statement().pose(&[]).unwrap();
+    let solution = apsides::radau::Radau::default().solve(&posed.ocp, &posed.guess).unwrap();
+    assert!(!solution.status.is_success(), "{:?}", solution.status);
+}
+
 /// The largest area under a curve of length 1.2 over a chord of 1, with the length as a state: the straight line, from which the length
 /// grows by nothing to first order, is no start. The curve is an arc of radius `r`, `1 = 2 r sin(0.6/r)`.
 #[test]

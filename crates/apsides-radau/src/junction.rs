@@ -8,6 +8,9 @@
 
 use apsides_ocp::{ArcKind, PathConstraint, Phase, PhaseArc, PhaseMesh};
 
+/// An equality is met at the start of a phase within this, relative to its size.
+const MET: f64 = 1e-9;
+
 /// Rows of higher order are left to refinement.
 const MOST_ORDER: usize = 2;
 
@@ -96,8 +99,8 @@ pub(crate) fn order_of(phase: &Phase, states: Vec<usize>) -> Option<Order> {
     None
 }
 
-/// The nodes of the first arc, from the start of the phase on, that leave a row out which is held along it: the row and its rates below
-/// the order say nothing new as far as the initial states are fixed.
+/// The nodes of the first arc, from the start of the phase on, that leave a row out which is held along it or is an equality: the row and its
+/// rates below the order say nothing new as far as the initial states are fixed.
 pub(crate) fn implied_at_start(phase: &Phase, mesh: &PhaseMesh) -> Vec<(usize, usize)> {
     let held = |row: &usize| held(&mesh.arcs()[0], *row).is_some();
     let nodes = |row: usize| {
@@ -107,7 +110,33 @@ pub(crate) fn implied_at_start(phase: &Phase, mesh: &PhaseMesh) -> Vec<(usize, u
         let implied = if is_timed { 0 } else { order.states.iter().take_while(is_fixed).count() };
         (implied < mesh.points()[0]).then(move || (0..implied).map(move |node| (node, row)))
     };
-    (0..phase.path_rows()).filter(held).filter_map(nodes).flatten().collect()
+    let along_arc = (0..phase.path_rows()).filter(held).filter_map(nodes).flatten();
+    let equalities = (0..phase.path_rows()).filter(|row| !held(row) && is_met_at_start(phase, *row));
+    along_arc.chain(equalities.map(|row| (0, row))).collect()
+}
+
+/// Says whether a row is an equality of states and of time that are fixed at the start of the phase, and met there.
+fn is_met_at_start(phase: &Phase, row: usize) -> bool {
+    let Some((path, output)) = row_function(phase, row) else { return false };
+    let bounds = path.rows[output].bounds;
+    let Some(columns) = columns(phase, row).filter(|_| bounds.is_fixed()) else { return false };
+    let mut z = vec![0.0; path.function.inputs()];
+    let time = z.len() - 1;
+    for &c in columns {
+        let at_start = match phase.states.get(c) {
+            Some(state) => state.initial,
+            None if c == time => phase.initial_time,
+            None => return false,
+        };
+        if !at_start.is_fixed() {
+            return false;
+        }
+        z[c] = at_start.lower;
+    }
+    let mut values = vec![0.0; path.function.outputs()];
+    path.function.value(&z, &mut values);
+    let size = path.rows[output].size().unwrap_or(1.0).max(bounds.lower.abs());
+    (values[output] - bounds.lower).abs() <= MET * size
 }
 
 /// The bound that a row is held at along an arc.
