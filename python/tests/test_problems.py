@@ -258,15 +258,22 @@ def test_progress_stops_and_raises():
 
 def test_control_c():
     import _thread
+    import signal
     import threading
+
+    # Processes in the background of a shell ignore the signal.
+    before = signal.signal(signal.SIGINT, signal.default_int_handler)
 
     def interrupt(record):
         if record["iteration"] == 2:
             _thread.interrupt_main()
 
     assert threading.current_thread() is threading.main_thread()
-    with pytest.raises(KeyboardInterrupt):
-        brachistochrone().solve(progress=interrupt)
+    try:
+        with pytest.raises(KeyboardInterrupt):
+            brachistochrone().solve(progress=interrupt)
+    finally:
+        signal.signal(signal.SIGINT, before)
 
 
 def test_many_operations():

@@ -307,6 +307,91 @@ fn equality_of_states() {
     assert!(!solution.status.is_success(), "{:?}", solution.status);
 }
 
+/// A path constraint of states that binds at the very end of its phase, where there is no collocation point: `v = 2.5 t - 5/4 t^2 + ...` of least
+/// effort with a given rise, `x(1) = 0.3` for `u = 0.9 (1 - t)`, and 0.27 of effort.
+#[test]
+fn path_constraint_that_binds_at_the_end() {
+    let text = r#"
+        kind = "problem"
+        [phase.p]
+        time = { end = 1 }
+        states.x = { start = 0 }
+        states.v = { start = 0 }
+        controls.u = [-5, 5]
+        dynamics = { x = "v", v = "u" }
+        path.lid = "x <= 0.3"
+        integrals.e = "u^2"
+        [objective]
+        maximize = "end.x - 0.01*e"
+    "#;
+    let (objective, verdict, _) = solve(text);
+    assert!((objective - (0.3 - 0.0027)).abs() < 1e-9, "{objective}");
+    assert_eq!(verdict, Verdict::GlobalOptimum);
+    // Of order one: the arc along it lasts to the end.
+    let text = text.replace("x <= 0.3", "x + 0.1*v <= 0.3");
+    let (_, verdict, _) = solve(&text);
+    assert_eq!(verdict, Verdict::GlobalOptimum);
+}
+
+/// An arc along a bound of a state that lasts to the end: `u = -1` until `x^2 = 0.26`, then `u^2 = 10 (x^2 - 0.16)`, then `x = 0.4`.
+#[test]
+fn arc_to_the_end_of_the_phase() {
+    let text = r#"
+        kind = "problem"
+        [phase.p]
+        time = { end = 3 }
+        states.x = { start = 1, min = 0.4 }
+        controls.u = [-1, 1]
+        dynamics.x = "u"
+        integrals.j = "x^2 + 0.1*u^2"
+        [objective]
+        minimize = "j"
+    "#;
+    let (objective, verdict, _) = solve(text);
+    let kink = 0.26_f64.sqrt();
+    let first = (1.0 - kink * kink * kink) / 3.0 + 0.1 * (1.0 - kink);
+    // With x = 0.4 cosh(s), dx = -sqrt(10) 0.4 sinh(s) dt: the integral of 2 x^2 - 0.16.
+    let s = (kink / 0.4).acosh();
+    let second = 0.16 / 10.0_f64.sqrt() * 0.5 * (2.0 * s).sinh();
+    let time = 1.0 - kink + s / 10.0_f64.sqrt();
+    let optimum = first + second + 0.16 * (3.0 - time);
+    assert!((objective / optimum - 1.0).abs() < 1e-9, "{objective} {optimum}");
+    assert_eq!(verdict, Verdict::GlobalOptimum);
+}
+
+/// States held together by an equality of time, with free ends: one function `x(t)` is left, with `y = x + sin(3t)`.
+#[test]
+fn equality_of_states_with_free_ends() {
+    let text = r#"
+        kind = "problem"
+        [phase.p]
+        time = { end = 1 }
+        states.x = { start = [-2, 2], end = 0 }
+        states.y = { start = [-2, 2], end = [-2, 2] }
+        controls = { u = {}, v = {} }
+        dynamics = { x = "u", y = "v" }
+        path.line = "y == sin(3*time) + x"
+        integrals.e = "u^2 + v^2 + (x - 1)^2"
+        [objective]
+        minimize = "e"
+    "#;
+    let (objective, verdict, _) = solve(text);
+    let eliminated = r#"
+        kind = "problem"
+        [phase.p]
+        time = { end = 1 }
+        states.x = { start = [-2, 2], end = 0 }
+        controls.u = {}
+        dynamics.x = "u"
+        integrals.e = "u^2 + (u + 3*cos(3*time))^2 + (x - 1)^2"
+        [objective]
+        minimize = "e"
+    "#;
+    let (expected, ..) = solve(eliminated);
+    assert!((objective / expected - 1.0).abs() < 1e-9, "{objective} {expected}");
+    assert_eq!(verdict, Verdict::StrictLocalOptimum);
+}
+
 /// The largest area under a curve of length 1.2 over a chord of 1, with the length as a state: the straight line, from which the length
 /// grows by nothing to first order, is no start. The curve is an arc of radius `r`, `1 = 2 r sin(0.6/r)`.
 #[test]

@@ -47,6 +47,7 @@
 //! | [`problem`] | the whole, its builder and checks |
 //! | [`scaling`] | typical sizes |
 //! | [`origin`] | where a row of a discretised problem comes from |
+//! | [`path_ends`] | path constraints at the ends of their phases |
 //! | [`guess`], [`mesh`] | what a method starts from |
 //! | [`piecewise`], [`trajectory`] | states, controls and costates of a solution |
 //! | [`method`] | the interface of methods and what each of them returns |
@@ -61,6 +62,7 @@ pub mod guess;
 pub mod mesh;
 pub mod method;
 pub mod origin;
+pub mod path_ends;
 pub mod phase;
 pub mod piecewise;
 pub mod problem;
@@ -75,6 +77,7 @@ pub use guess::{Guess, PhaseGuess};
 pub use mesh::{ArcKind, Break, Crossing, Mesh, PhaseArc, PhaseMesh, TouchPoint};
 pub use method::{Method, MethodError, Solution, Start};
 pub use origin::{RowOrigin, Unmet};
+pub use path_ends::{PathEnd, PathEnds};
 pub use phase::{Direction, Integral, Kink, PathConstraint, Phase};
 pub use piecewise::{PiecewisePolynomial, Segment};
 pub use problem::{Objective, Ocp, OcpBuilder, Sense, Term};

@@ -13,7 +13,8 @@ use crate::{Mesh, Ocp, OcpError, PhaseMesh, PiecewisePolynomial};
 /// R. G. Vickson, SIAM Review 37 (1995) 181, doi 10.1137/1037043.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Contact {
-    /// Index of its time, an inner interval end, among the breaks of the control polynomial.
+    /// Index of its time, an interval end, among the breaks of the control polynomial. At an end of the phase the multiplier joins what the
+    /// end cost gives there ([`crate::PathEnds`]).
     pub end: usize,
     /// Index of the path constraint row, in the phase's order.
     pub row: usize,

@@ -386,8 +386,9 @@ pub(crate) fn pulses(samples: &[NodeSample], runs: &mut [Run]) {
 }
 
 /// Runs of a row without controls: what stays close to a bound between two nodes that are active there is an arc. A coarse mesh lets the
-/// row leave the bound between them, where that gains from the error of the rule.
-pub(crate) fn boundary_runs(samples: &[NodeSample]) -> Vec<Run> {
+/// row leave the bound between them, where that gains from the error of the rule. An arc may last to the end of the phase, which is no node,
+/// where a constraint of the end holds the row.
+pub(crate) fn boundary_runs(samples: &[NodeSample], may_last: bool) -> Vec<Run> {
     let mut runs: Vec<Run> = Vec::new();
     let mut classes: Vec<Class> = samples.iter().map(|s| s.class).collect();
     let at_bound = |i: usize| classes[i] != Class::Between;
@@ -422,8 +423,7 @@ pub(crate) fn boundary_runs(samples: &[NodeSample]) -> Vec<Run> {
         // One or two nodes close to each other are a contact.
         let nodes = active.iter().filter(|i| (r.first..=r.last).contains(i)).count();
         let is_arc = (nodes > CROSSING || r.last - r.first > APART) && evidence >= OSCILLATION;
-        // Nothing holds the row at the very end of the phase, which has no node.
-        if r.last + 1 == samples.len() || (!is_held && !is_arc) {
+        if (r.last + 1 == samples.len() && !may_last) || (!is_held && !is_arc) {
             r.class = Class::Between;
         }
     }

@@ -93,7 +93,8 @@ struct Impulse {
 }
 
 /// The impulses at touch points and junctions. Where an arc begins along the bound of a row of order one the controls are continuous, so
-/// that there is none; along others the multiplier of the first node is an impulse and a density, which is that of the nodes after it.
+/// that there is none; along others, and where a row is held from the start of the phase on, the multiplier of the first node is an impulse and
+/// a density, which is that of the nodes after it.
 fn impulses(p: &CollocationPhase, mesh: &PhaseMesh, x: &[f64], y: &[f64]) -> Vec<Impulse> {
     let seconds = |node: usize| p.nodes[node].weight * p.arc_duration(p.arc_of(node), x);
     let value = |node: usize, row: usize| y[p.path_row(node) + row];
@@ -128,7 +129,8 @@ fn impulses(p: &CollocationPhase, mesh: &PhaseMesh, x: &[f64], y: &[f64]) -> Vec
     let exits = p.junctions.iter().filter(|j| !j.is_entry).map(|j| alone(j.end, j.row));
     let entries = p.junctions.iter().filter(|j| j.is_entry && (j.order > 1 || !j.is_smooth));
     let entries = entries.map(|j| entry(j.end, j.row));
-    touches.chain(exits).chain(entries).chain(p.implied_rows.iter().map(implied)).collect()
+    let starts = p.rows_at_start.iter().map(|row| entry(0, *row));
+    touches.chain(exits).chain(entries).chain(starts).chain(p.implied_rows.iter().map(implied)).collect()
 }
 
 /// The mesh with its breaks where the point `x` has them.

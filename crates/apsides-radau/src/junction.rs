@@ -115,6 +115,22 @@ pub(crate) fn implied_at_start(phase: &Phase, mesh: &PhaseMesh) -> Vec<(usize, u
     along_arc.chain(equalities.map(|row| (0, row))).collect()
 }
 
+/// The rows without controls that are held from the start of the phase on, where the initial states do not imply them.
+pub(crate) fn held_at_start(phase: &Phase, mesh: &PhaseMesh, implied: &[(usize, usize)]) -> Vec<usize> {
+    let (nx, nu) = (phase.states.len(), phase.controls.len());
+    let is_held = |row: &usize| {
+        let is_equality = row_function(phase, *row).is_some_and(|(path, k)| path.rows[k].bounds.is_fixed());
+        is_equality || held(&mesh.arcs()[0], *row).is_some()
+    };
+    let is_free_of_controls = |row: &usize| {
+        columns(phase, *row).is_some_and(|columns| !columns.iter().any(|c| (nx..nx + nu).contains(c)))
+    };
+    let is_implied = |row: &usize| implied.iter().any(|(_, r)| r == row);
+    (0..phase.path_rows())
+        .filter(|row| is_held(row) && is_free_of_controls(row) && !is_implied(row))
+        .collect()
+}
+
 /// Says whether a row is an equality of states and of time that are fixed at the start of the phase, and met there.
 fn is_met_at_start(phase: &Phase, row: usize) -> bool {
     let Some((path, output)) = row_function(phase, row) else { return false };

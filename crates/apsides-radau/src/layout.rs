@@ -15,7 +15,9 @@ use apsides_ocp::{ArcKind, Break, Mesh, Ocp, Phase, PhaseMesh, TouchPoint};
 use apsides_transcription::{Layout, PhaseEnds, Places};
 
 use crate::RadauError;
-use crate::junction::{Junction, RateRow, implied_at_start, junctions, rate_rows as rate_rows_of};
+use crate::junction::{
+    Junction, RateRow, held_at_start, implied_at_start, junctions, rate_rows as rate_rows_of,
+};
 
 /// Stages of the elimination order that an interval has.
 pub(crate) const STAGES: u32 = 4;
@@ -77,6 +79,8 @@ pub struct CollocationPhase {
     pub(crate) junctions: Vec<Junction>,
     /// Nodes and path rows that are held along the first arc and implied by the initial states.
     pub(crate) implied_rows: Vec<(usize, usize)>,
+    /// Path rows without controls that are held at the first node, where their multiplier may be an impulse.
+    pub(crate) rows_at_start: Vec<usize>,
     /// The first of [`STAGES`] stages of the first interval in the elimination order.
     pub(crate) first_stage: u32,
 }
@@ -234,6 +238,7 @@ impl CollocationPhase {
             degree_rows,
             rate_rows,
             junctions,
+            rows_at_start: held_at_start(phase, &mesh, &implied_rows),
             implied_rows,
             first_stage: places.take_stages(STAGES * (mesh.intervals() as u32 + 1)),
             mesh,

@@ -1,21 +1,28 @@
 //! Bounds of states, at which a solution stays or that it touches, as path constraints of the same problem.
 //!
 //! The multiplier of a bound of a state is a density along arcs and an impulse where the state touches it, as that of a path constraint
-//! without controls. So the arcs and contacts of both are found and followed in the same way.
+//! without controls. So the arcs and contacts of both are found and followed in the same way. The end of a phase is no collocation point: what
+//! is at a bound there, or beyond, becomes a constraint of the end.
 
 use apsides_ad::{FormulaBuilder, formula_node};
 use apsides_nlp::SolveReport;
-use apsides_ocp::{Bounds, Mesh, Ocp, PathConstraint, Phase, PhaseMesh, Scaling, Trajectory, Variable};
+use apsides_ocp::{
+    Bounds, Mesh, Ocp, PathConstraint, PathEnd, PathEnds, Phase, PhaseMesh, Scaling, Trajectory, Variable,
+};
 
 use crate::activity::{Class, OSCILLATION, Quantity, QuantityKind, Solution, samples};
 use crate::junction::order_of;
 use crate::transcription::Transcription;
+
+/// A row closer to a bound than this part of its scale is at it at the end of its phase.
+const AT_END: f64 = 1e-6;
 
 /// A problem with bounds of some of its states as path constraints.
 pub(crate) struct StateRows {
     pub(crate) ocp: Ocp,
     /// Per phase, the number of rows of the problem as it was posed.
     stated_rows: Vec<usize>,
+    ends: PathEnds,
 }
 
 impl StateRows {
@@ -47,11 +54,15 @@ impl StateRows {
             any |= !met.is_empty();
         }
         let stated_rows = ocp.phases.iter().map(Phase::path_rows).collect();
-        any.then_some(Self { ocp: with_rows, stated_rows })
+        let at_ends = rows_at_ends(ocp, trajectory, scaling);
+        any |= !at_ends.is_empty();
+        let ends = PathEnds::new(&with_rows, &at_ends);
+        any.then(|| Self { ocp: ends.ocp.clone(), stated_rows, ends })
     }
 
     /// The trajectory as one of the problem as it was posed: without what the rows of states have.
-    pub(crate) fn as_posed(&self, mut trajectory: Trajectory) -> Trajectory {
+    pub(crate) fn as_posed(&self, trajectory: Trajectory) -> Trajectory {
+        let mut trajectory = self.ends.as_posed(trajectory);
         for ((t, phase), &rows) in trajectory.phases.iter_mut().zip(&self.ocp.phases).zip(&self.stated_rows) {
             if phase.path_rows() == rows {
                 continue;
@@ -64,6 +75,40 @@ impl StateRows {
         }
         trajectory
     }
+}
+
+/// The rows without controls that are at a bound at the end of their phase, or beyond, which the states there do not imply.
+fn rows_at_ends(ocp: &Ocp, trajectory: &Trajectory, scaling: &Scaling) -> Vec<PathEnd> {
+    let mut found = Vec::new();
+    for (k, (phase, t)) in ocp.phases.iter().zip(&trajectory.phases).enumerate() {
+        let (nx, nu) = (phase.states.len(), phase.controls.len());
+        let mut row = 0;
+        for path in &phase.path {
+            let pattern = path.function.pattern();
+            let mut z = vec![0.0; path.function.inputs()];
+            let time = z.len() - 1;
+            z[..nx].copy_from_slice(&t.final_state());
+            z[nx + nu..time].copy_from_slice(&trajectory.parameters[..time - nx - nu]);
+            z[time] = t.final_time;
+            let mut values = vec![0.0; path.function.outputs()];
+            path.function.value(&z, &mut values);
+            for (output, variable) in path.rows.iter().enumerate() {
+                let columns = &pattern.columns[pattern.row_offsets[output]..pattern.row_offsets[output + 1]];
+                let has_control = columns.iter().any(|c| (nx..nx + nu).contains(c));
+                let is_fixed = |c: &usize| match phase.states.get(*c) {
+                    Some(state) => state.terminal.is_fixed(),
+                    None => *c == time && phase.final_time.is_fixed(),
+                };
+                let scale = variable.size().unwrap_or(scaling.phases[k].path[row]);
+                let is_met = variable.bounds.excess(values[output]) >= -AT_END * scale;
+                if !has_control && is_met && !columns.iter().all(is_fixed) {
+                    found.push(PathEnd { phase: k, row, is_final: true });
+                }
+                row += 1;
+            }
+        }
+    }
+    found
 }
 
 /// A mesh whose phases with rows of states have no arcs.

@@ -159,8 +159,8 @@ impl Multipliers {
             let Some(row) = row_names(&ocp.phases[index]).position(|name| *name == contact.row) else {
                 return refuse(&contact.row, format!("no path constraint of phase `{}`", contact.phase));
             };
-            if !(1..phase.mesh.intervals()).contains(&contact.interval_end) {
-                return refuse(&contact.row, format!("{} is no inner interval end", contact.interval_end));
+            if contact.interval_end > phase.mesh.intervals() {
+                return refuse(&contact.row, format!("{} is no interval end", contact.interval_end));
             }
             let (end, multiplier) = (contact.interval_end, contact.value);
             phase.contacts.push(Contact { end, row, multiplier });

@@ -1,6 +1,6 @@
 //! The verification of a trajectory: all checks in order.
 
-use apsides_ocp::{Guess, Ocp, PhaseTrajectory, Scaling, Trajectory};
+use apsides_ocp::{Guess, Ocp, PathEnds, PhaseTrajectory, Scaling, Trajectory};
 
 use crate::boundary::Boundary;
 use crate::equations::Equations;
@@ -34,8 +34,12 @@ pub fn verify(
     settings: &VerifySettings,
 ) -> Result<Verification, VerifyError> {
     settings.check()?;
+    shape::check(ocp, trajectory, &Guess::earlier(trajectory))?;
+    // Impulses at ends of phases are multipliers of constraints there.
+    let with_ends = PathEnds::of_contacts(ocp, trajectory);
+    let (ocp, trajectory) =
+        with_ends.as_ref().map_or((ocp, trajectory), |(posed, meant)| (&posed.ocp, meant));
     let guess = Guess::earlier(trajectory);
-    shape::check(ocp, trajectory, &guess)?;
     let scaling = Scaling::new(ocp, &guess);
     let flights = simulation::fly(ocp, trajectory, &scaling, settings);
     let mut checks = Boundary { ocp, trajectory, flights: &flights, scaling: &scaling, settings }.checks();

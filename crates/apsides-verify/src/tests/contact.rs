@@ -81,8 +81,8 @@ fn jumps_without_their_contact_are_found() {
 #[test]
 fn contacts_that_cannot_be_fail() {
     let good = contact(2, 0, 2.0 * SLOPE);
-    // At the ends of the phase and beyond, of a row that does not exist, of one with a control.
-    for bad in [contact(0, 0, 0.0), contact(4, 0, 0.0), contact(9, 0, 0.0), contact(1, 7, 0.0)] {
+    // Beyond the ends of the phase, of a row that does not exist, of one with a control.
+    for bad in [contact(9, 0, 0.0), contact(1, 7, 0.0), contact(0, 1, 0.0), contact(4, 7, 0.0)] {
         let certificate = certify(&problem(), &solution(&[good, bad]));
         for part in ["signs", "rates", "Hamiltonian across"] {
             let check = find(&certificate, part);
@@ -91,4 +91,16 @@ fn contacts_that_cannot_be_fail() {
     }
     let certificate = certify(&problem(), &solution(&[good, contact(1, 1, 0.0)]));
     assert!(find(&certificate, "signs").value.is_nan() && find(&certificate, "costate").value.is_nan());
+}
+
+/// Where the row is away from its bound at an end of the phase it gives the costates there nothing.
+#[test]
+fn impulses_at_the_ends_are_multipliers_of_constraints_there() {
+    let good = contact(2, 0, 2.0 * SLOPE);
+    let none = certify(&problem(), &solution(&[good, contact(0, 0, 0.0), contact(4, 0, 0.0)]));
+    assert!(none.checks.iter().all(|c| c.passed), "{:#?}", none.checks);
+    for end in [0, 4] {
+        let certificate = certify(&problem(), &solution(&[good, contact(end, 0, 0.1)]));
+        assert!(!find(&certificate, "signs of the endpoint").passed, "{end}");
+    }
 }
