@@ -359,6 +359,28 @@ fn arc_to_the_end_of_the_phase() {
     assert_eq!(verdict, Verdict::GlobalOptimum);
 }
 
+/// The same of order two: `x'' = u` from `x(0) = 1` with a free rate, along `x = 0.4` to the end. The problem is convex, so that the values of
+/// many meshes without arcs agree: 0.990369 to six digits with 300 points.
+#[test]
+fn arc_of_order_two_to_the_end_of_the_phase() {
+    let text = r#"
+        kind = "problem"
+        [phase.p]
+        time = { end = 4 }
+        states.x = { start = 1 }
+        states.v = { start = [-1, 1] }
+        controls.u = [-3, 3]
+        dynamics = { x = "v", v = "u" }
+        path.floor = "x >= 0.4"
+        integrals.j = "x^2 + 0.1*u^2"
+        [objective]
+        minimize = "j"
+    "#;
+    let (objective, verdict, breaks) = solve(text);
+    assert!((objective - 0.990_369).abs() < 1e-6, "{objective}");
+    assert_eq!((verdict, breaks.len()), (Verdict::GlobalOptimum, 1));
+}
+
 /// States held together by an equality of time, with free ends: one function `x(t)` is left, with `y = x + sin(3t)`.
 #[test]
 fn equality_of_states_with_free_ends() {

@@ -386,9 +386,9 @@ pub(crate) fn pulses(samples: &[NodeSample], runs: &mut [Run]) {
 }
 
 /// Runs of a row without controls: what stays close to a bound between two nodes that are active there is an arc. A coarse mesh lets the
-/// row leave the bound between them, where that gains from the error of the rule. An arc may last to the end of the phase, which is no node,
-/// where a constraint of the end holds the row.
-pub(crate) fn boundary_runs(samples: &[NodeSample], may_last: bool) -> Vec<Run> {
+/// row leave the bound between them, where that gains from the error of the rule. An arc may last to the end of the phase, which is no node:
+/// a constraint of the end holds the row there.
+pub(crate) fn boundary_runs(samples: &[NodeSample]) -> Vec<Run> {
     let mut runs: Vec<Run> = Vec::new();
     let mut classes: Vec<Class> = samples.iter().map(|s| s.class).collect();
     let at_bound = |i: usize| classes[i] != Class::Between;
@@ -423,7 +423,7 @@ pub(crate) fn boundary_runs(samples: &[NodeSample], may_last: bool) -> Vec<Run> 
         // One or two nodes close to each other are a contact.
         let nodes = active.iter().filter(|i| (r.first..=r.last).contains(i)).count();
         let is_arc = (nodes > CROSSING || r.last - r.first > APART) && evidence >= OSCILLATION;
-        if (r.last + 1 == samples.len() && !may_last) || (!is_held && !is_arc) {
+        if !is_held && !is_arc {
             r.class = Class::Between;
         }
     }

@@ -80,6 +80,9 @@ pub(crate) fn phase_trajectory(
     })
 }
 
+/// A multiplier at the first node below this part of the largest of its row is what a barrier leaves.
+const ACTIVE: f64 = 1e-6;
+
 /// Nodes from which the density of a multiplier is continued to others.
 const CONTINUED_FROM: usize = 4;
 
@@ -129,7 +132,11 @@ fn impulses(p: &CollocationPhase, mesh: &PhaseMesh, x: &[f64], y: &[f64]) -> Vec
     let exits = p.junctions.iter().filter(|j| !j.is_entry).map(|j| alone(j.end, j.row));
     let entries = p.junctions.iter().filter(|j| j.is_entry && (j.order > 1 || !j.is_smooth));
     let entries = entries.map(|j| entry(j.end, j.row));
-    let starts = p.rows_at_start.iter().map(|row| entry(0, *row));
+    let is_active_at_start = |row: &&usize| {
+        let largest = (0..p.nodes.len()).fold(0.0_f64, |m, node| m.max(value(node, **row).abs()));
+        value(0, **row).abs() > ACTIVE * largest && p.touch_at(0, **row).is_none()
+    };
+    let starts = p.rows_at_start.iter().filter(is_active_at_start).map(|row| entry(0, *row));
     touches.chain(exits).chain(entries).chain(starts).chain(p.implied_rows.iter().map(implied)).collect()
 }
 

@@ -115,20 +115,14 @@ pub(crate) fn implied_at_start(phase: &Phase, mesh: &PhaseMesh) -> Vec<(usize, u
     along_arc.chain(equalities.map(|row| (0, row))).collect()
 }
 
-/// The rows without controls that are held from the start of the phase on, where the initial states do not imply them.
-pub(crate) fn held_at_start(phase: &Phase, mesh: &PhaseMesh, implied: &[(usize, usize)]) -> Vec<usize> {
-    let (nx, nu) = (phase.states.len(), phase.controls.len());
-    let is_held = |row: &usize| {
-        let is_equality = row_function(phase, *row).is_some_and(|(path, k)| path.rows[k].bounds.is_fixed());
-        is_equality || held(&mesh.arcs()[0], *row).is_some()
-    };
+/// The rows without controls that the initial states do not imply.
+pub(crate) fn free_at_start(phase: &Phase, implied: &[(usize, usize)]) -> Vec<usize> {
+    let controls = phase.states.len()..phase.states.len() + phase.controls.len();
     let is_free_of_controls = |row: &usize| {
-        columns(phase, *row).is_some_and(|columns| !columns.iter().any(|c| (nx..nx + nu).contains(c)))
+        columns(phase, *row).is_some_and(|columns| !columns.iter().any(|c| controls.contains(c)))
     };
     let is_implied = |row: &usize| implied.iter().any(|(_, r)| r == row);
-    (0..phase.path_rows())
-        .filter(|row| is_held(row) && is_free_of_controls(row) && !is_implied(row))
-        .collect()
+    (0..phase.path_rows()).filter(|row| is_free_of_controls(row) && !is_implied(row)).collect()
 }
 
 /// Says whether a row is an equality of states and of time that are fixed at the start of the phase, and met there.
@@ -197,6 +191,20 @@ pub(crate) struct RateRow {
     pub(crate) at_end: bool,
     /// Order of the rate.
     pub(crate) order: usize,
+}
+
+/// The first rates that vanish at the end of the phase, where an arc along the bound of a row of order two lasts to it, with constraint rows
+/// from a source of them.
+pub(crate) fn rate_rows_at_end(
+    phase: &Phase,
+    mesh: &PhaseMesh,
+    mut take: impl FnMut() -> usize,
+) -> Vec<RateRow> {
+    let last = &mesh.arcs()[mesh.arcs().len() - 1];
+    let rows = (0..phase.path_rows()).filter(|row| held(last, *row).is_some());
+    let second = rows.filter(|row| order(phase, *row).is_some_and(|o| o.order == MOST_ORDER));
+    let interval = mesh.intervals() - 1;
+    second.map(|row| RateRow { at: take(), row, interval, at_end: true, order: 1 }).collect()
 }
 
 /// The rates that vanish at a junction, with constraint rows from a source of them.

@@ -16,7 +16,8 @@ use apsides_transcription::{Layout, PhaseEnds, Places};
 
 use crate::RadauError;
 use crate::junction::{
-    Junction, RateRow, held_at_start, implied_at_start, junctions, rate_rows as rate_rows_of,
+    Junction, RateRow, free_at_start, implied_at_start, junctions, rate_rows as rate_rows_of,
+    rate_rows_at_end,
 };
 
 /// Stages of the elimination order that an interval has.
@@ -79,7 +80,7 @@ pub struct CollocationPhase {
     pub(crate) junctions: Vec<Junction>,
     /// Nodes and path rows that are held along the first arc and implied by the initial states.
     pub(crate) implied_rows: Vec<(usize, usize)>,
-    /// Path rows without controls that are held at the first node, where their multiplier may be an impulse.
+    /// Path rows without controls whose multiplier may be an impulse at the first node: the initial states do not imply them.
     pub(crate) rows_at_start: Vec<usize>,
     /// The first of [`STAGES`] stages of the first interval in the elimination order.
     pub(crate) first_stage: u32,
@@ -223,6 +224,7 @@ impl CollocationPhase {
             .collect();
         let (junctions, implied_rows) = (junctions(phase, &mesh), implied_at_start(phase, &mesh));
         rate_rows.extend(junctions.iter().flat_map(|j| rate_rows_of(j, || places.take_rows(1))));
+        rate_rows.extend(rate_rows_at_end(phase, &mesh, || places.take_rows(1)));
         Ok(Self {
             ends,
             states: nx,
@@ -238,7 +240,7 @@ impl CollocationPhase {
             degree_rows,
             rate_rows,
             junctions,
-            rows_at_start: held_at_start(phase, &mesh, &implied_rows),
+            rows_at_start: free_at_start(phase, &implied_rows),
             implied_rows,
             first_stage: places.take_stages(STAGES * (mesh.intervals() as u32 + 1)),
             mesh,

@@ -43,7 +43,9 @@ pub(crate) fn rate_terms(ocp: &Ocp, layout: &Layout<CollocationPhase>) -> Vec<Ra
     for (phase, p) in ocp.phases.iter().zip(&layout.phases) {
         for rate in &p.rate_rows {
             if let Some((path, output)) = row_function(phase, rate.row) {
-                let (function, parts, order) = differentiated(phase, path, output, rate.order);
+                // No equation of motion holds the polynomials at the very end: there the rate is that of the equations.
+                let from_rates = rate.order > 1 || rate.at_end && rate.interval + 1 == p.mesh.intervals();
+                let (function, parts, order) = differentiated(phase, path, output, rate.order, from_rates);
                 terms.push(RateTerm::new(&function, parts, rate, order, p, layout.first_parameter));
             }
         }
@@ -60,6 +62,7 @@ fn differentiated(
     path: &PathConstraint,
     output: usize,
     order: usize,
+    from_rates: bool,
 ) -> (Arc<dyn NodeFunction>, Vec<f64>, usize) {
     let pattern = path.function.pattern();
     let inputs = path.function.inputs();
@@ -68,7 +71,7 @@ fn differentiated(
     parts[output] = 1.0;
     let here = || pattern.jacobian_entries().zip(0..).filter(|((r, _), _)| *r == output);
     let is_linear = pattern.hessian.is_empty() && here().all(|((_, c), _)| c < phase.states.len());
-    if order < 2 {
+    if !from_rates {
         return (Arc::clone(&path.function), parts, order);
     }
     if !is_linear {
@@ -91,8 +94,8 @@ fn slopes(p: &CollocationPhase, rate: &RateRow, order: usize) -> Vec<f64> {
     let n = support.nodes().len();
     let once = support.differentiation_matrix();
     let end = if rate.at_end { n - 1 } else { 0 };
-    let mut row = once[end * n..(end + 1) * n].to_vec();
-    for _ in 1..order {
+    let mut row: Vec<f64> = (0..n).map(|j| f64::from(u8::from(j == end))).collect();
+    for _ in 0..order {
         row = (0..n).map(|j| row.iter().enumerate().map(|(k, v)| v * once[k * n + j]).sum()).collect();
     }
     let [start, end] = [rate.interval, rate.interval + 1].map(|k| p.mesh.fractions()[k]);

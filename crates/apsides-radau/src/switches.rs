@@ -16,7 +16,6 @@ use crate::activity::{
 };
 use crate::breaks::{ArcBreak, Instants, with_breaks};
 use crate::change::{Change, ChangeKind, changes, settle};
-use crate::junction::order;
 use crate::layout::CollocationPhase;
 use crate::transcription::Transcription;
 
@@ -209,8 +208,7 @@ fn phase_structure<'a>(
     for (k, q) in quantities.iter_mut().enumerate().rev() {
         let (samples, affine) = samples(q, p, t, solution);
         q.affine = affine;
-        let mut runs =
-            if q.is_boundary() { boundary_runs(&samples, may_last(phase, q)) } else { runs(&samples) };
+        let mut runs = if q.is_boundary() { boundary_runs(&samples) } else { runs(&samples) };
         if q.affine {
             settle_beside(&samples, &mut runs, &gaps);
             pulses(&samples, &mut runs);
@@ -226,12 +224,6 @@ fn phase_structure<'a>(
     found.changes.sort_by(|a, b| a.at.total_cmp(&b.at));
     settle(&mut found.changes, &t.mesh);
     found
-}
-
-/// Says whether an arc along a bound of a row without controls may last to the end of the phase: the value of the row there is all that
-/// needs to be held.
-fn may_last(phase: &Phase, q: &Quantity<'_>) -> bool {
-    matches!(q.kind, QuantityKind::Row(row) if order(phase, row).is_some_and(|o| o.order == 1))
 }
 
 /// The level that a class stands for.
