@@ -381,6 +381,37 @@ fn arc_of_order_two_to_the_end_of_the_phase() {
     assert_eq!((verdict, breaks.len()), (Verdict::GlobalOptimum, 1));
 }
 
+/// The largest area over a chord of 1 under a curve of at most a length, from a straight line: an arc of a circle of radius `r` with half of
+/// its angle `a = length/(2r)`, `1 = 2r sin(a)`, whose area is `r^2 (a - sin(a) cos(a))`.
+#[test]
+fn length_that_bounds_an_area() {
+    for length in [1.05, 1.3, 1.5] {
+        let text = r#"
+            kind = "problem"
+            [phase.curve]
+            time = { end = 1 }
+            states.y = { start = 0, end = 0 }
+            controls.slope = {}
+            dynamics.y = "slope"
+            integrals.area = "y"
+            integrals.length = { value = "sqrt(1 + slope^2)", max = LENGTH }
+            [objective]
+            maximize = "area"
+        "#;
+        let (objective, verdict, _) = solve(&text.replace("LENGTH", &length.to_string()));
+        let (mut low, mut high) = (1e-3, 0.5 * PI);
+        for _ in 0..100 {
+            let a = 0.5 * (low + high);
+            // The chord falls with the angle.
+            if length * a.sin() / a > 1.0 { low = a } else { high = a }
+        }
+        let radius = 0.5 * length / low;
+        let area = radius * radius * (low - low.sin() * low.cos());
+        assert!((objective / area - 1.0).abs() < 1e-6, "{length}: {objective} {area}");
+        assert_eq!(verdict, Verdict::StrictLocalOptimum, "{length}");
+    }
+}
+
 /// States held together by an equality of time, with free ends: one function `x(t)` is left, with `y = x + sin(3t)`.
 #[test]
 fn equality_of_states_with_free_ends() {

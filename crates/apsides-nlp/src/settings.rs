@@ -122,6 +122,8 @@ pub struct NlpSettings {
     pub watchdog_trials: usize,
     /// Soft restoration steps in a row before the restoration phase; 10.
     pub max_soft_restorations: usize,
+    /// Largest violation of the constraints that an iterate may have, times that of the starting point, at least 1; 1e4.
+    pub largest_violation: f64,
     /// Weight of the constraint violation in the restoration phase; 1000.
     pub restoration_penalty: f64,
     /// The restoration phase must reduce the violation to this fraction; 0.9.
@@ -182,6 +184,7 @@ impl Default for NlpSettings {
             watchdog_trigger: 10,
             watchdog_trials: 3,
             max_soft_restorations: 10,
+            largest_violation: 1e4,
             restoration_penalty: 1e3,
             restoration_reduction: 0.9,
             first_regularisation: 1e-4,
@@ -205,7 +208,8 @@ impl NlpSettings {
     /// # Errors
     /// The first field outside its range.
     pub(crate) fn validate(&self) -> Result<(), NlpError> {
-        let positive: [(&'static str, f64); 18] = [
+        let positive: [(&'static str, f64); 19] = [
+            ("largest_violation", self.largest_violation),
             ("tolerance", self.tolerance),
             ("dual_tolerance", self.dual_tolerance),
             ("constraint_tolerance", self.constraint_tolerance),

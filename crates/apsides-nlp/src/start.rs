@@ -10,8 +10,7 @@ use crate::scaled::ScaledProblem;
 use crate::state::SolverState;
 use crate::warm_start::WarmStart;
 
-/// Limits of the violation, relative to the starting point's (at least 1).
-const MAX_VIOLATION: f64 = 1e4;
+/// A violation relative to the starting point's (at least 1) below which steps may go by the objective alone.
 const MIN_VIOLATION: f64 = 1e-4;
 /// Bounds farther than this from the start get a smaller multiplier.
 const FAR_BOUND: f64 = 1e4;
@@ -96,7 +95,8 @@ impl Engine {
             return Err(if failed_objective { Evaluation::Objective } else { Evaluation::Constraints });
         }
         self.state.filter.clear();
-        self.state.filter.max_violation = MAX_VIOLATION * self.state.current.violation.max(1.0);
+        self.state.filter.max_violation =
+            self.state.settings.largest_violation * self.state.current.violation.max(1.0);
         self.search.min_violation = MIN_VIOLATION * self.state.current.violation.max(1.0);
         self.search.restart();
         self.control.restart();

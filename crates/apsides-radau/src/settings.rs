@@ -71,7 +71,25 @@ impl Default for RadauSettings {
     }
 }
 
+/// Barrier parameter, multipliers of bounds and largest violation of a second solve from a guess from which the first one went astray.
+const CAREFUL_BARRIER: f64 = 0.1;
+const CAREFUL_MULTIPLIER: f64 = 1.0;
+const CAREFUL_VIOLATION: f64 = 1.0;
+
 impl RadauSettings {
+    /// The settings with short steps from a guess: where constraints alone bend the problem, such as a length that bounds an area, small
+    /// multipliers make steps that leave the guess far behind.
+    pub(crate) fn careful(&self) -> Self {
+        let nlp = NlpSettings {
+            barrier: BarrierStrategy::Monotone,
+            initial_barrier: CAREFUL_BARRIER,
+            initial_bound_multiplier: CAREFUL_MULTIPLIER,
+            largest_violation: CAREFUL_VIOLATION,
+            ..self.nlp.clone()
+        };
+        Self { nlp, ..self.clone() }
+    }
+
     pub(crate) fn check(&self) -> Result<(), RadauError> {
         let counts = [
             ("intervals", self.intervals, 1, 1_000_000),

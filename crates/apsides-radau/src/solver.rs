@@ -189,6 +189,14 @@ impl Radau {
             return Ok(first);
         }
         let mut meshes = first.meshes.clone();
+        if first.status != Status::Infeasible {
+            let careful = Self { settings: self.settings.careful() };
+            let again = careful.solve_from_guess(ocp, guess.clone(), mesh.clone(), most, observer)?;
+            meshes.extend(again.meshes.iter().cloned());
+            if !(leads_nowhere(&again) && may_go_on(again.status)) {
+                return Ok(RadauSolution { meshes, ..again });
+            }
+        }
         let start = if first.status == Status::Infeasible {
             most = most.min(MOST_ITERATIONS_WITHOUT_GRADIENT);
             // What cannot be met from there cannot be met for another objective: the guess itself may have no way out.
