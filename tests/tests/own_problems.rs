@@ -412,6 +412,36 @@ fn length_that_bounds_an_area() {
     }
 }
 
+/// The shortest way of a car with a least radius of one to a disc: a turn, then a tangent towards the centre, along which the control is
+/// singular. The end of the turn is found, though the singular arc could go on with it at first.
+#[test]
+fn turn_that_ends_on_a_tangent() {
+    let text = r#"
+        kind = "problem"
+        [phase.way]
+        time = { end = [0.1, 10] }
+        states.x = { start = 3 }
+        states.y = { start = 1 }
+        states.h = { start = 2 }
+        controls.w = [-1, 1]
+        dynamics = { x = "cos(h)", y = "sin(h)", h = "w" }
+        [boundary]
+        disc = "end.x^2 + end.y^2 <= 0.5"
+        [objective]
+        minimize = "end.time"
+    "#;
+    let (objective, verdict, breaks) = solve(text);
+    // The centre of the turn is on the left; the tangent from it passes the centre of the disc at the distance of one.
+    let (x, y) = (3.0 - 2f64.sin(), 1.0 + 2f64.cos());
+    let distance = x.hypot(y);
+    let tangent = (distance * distance - 1.0).sqrt();
+    let heading = (-y).atan2(-x) + 2.0 * PI + (1.0 / distance).asin();
+    let length = heading - 2.0 + tangent - 0.5_f64.sqrt();
+    assert!((objective / length - 1.0).abs() < 1e-9, "{objective} {length}");
+    assert_eq!(verdict, Verdict::Extremal);
+    assert!((breaks[0] * objective - (heading - 2.0)).abs() < 1e-6, "{breaks:?}");
+}
+
 /// States held together by an equality of time, with free ends: one function `x(t)` is left, with `y = x + sin(3t)`.
 #[test]
 fn equality_of_states_with_free_ends() {

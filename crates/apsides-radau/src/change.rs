@@ -22,6 +22,9 @@ const STEPS: usize = 40;
 /// Nodes whose polynomial shows a switching function.
 const LEAST_NODES: usize = 3;
 
+/// Multiples of what is near a bound from which on a control is away from it.
+const CLEAR: f64 = 10.0;
+
 /// A switching function of the wrong sign, relative to its largest value, that is none of rounding; certificates allow less.
 const EVIDENT: f64 = 1e-5;
 
@@ -94,7 +97,10 @@ fn change(quantity: usize, q: &Quantity<'_>, samples: &[NodeSample], a: &Run, b:
     };
     let gap = (before.fraction, after.fraction);
     let zeros = if q.affine && kind == ChangeKind::Jump {
-        [zero_beside(samples, a.last, gap.1), zero_beside(samples, b.first, gap.0)]
+        match beyond_singular(samples, a, b) {
+            Some(at) => [Some(at), None],
+            None => [zero_beside(samples, a.last, gap.1), zero_beside(samples, b.first, gap.0)],
+        }
     } else {
         [None; 2]
     };
@@ -134,6 +140,28 @@ fn zero_beside(samples: &[NodeSample], node: usize, towards: f64) -> Option<f64>
         if value(middle) < 0.0 { inside = middle } else { outside = middle }
     }
     Some(outside)
+}
+
+/// The end of an arc at a bound that goes on beyond its break, in the interval of a singular arc beside it: there the control is still at
+/// the bound at first, so that the Hamiltonian is continuous at the break wherever it stands. The part of the interval at the bound
+/// follows from the mean of the control.
+fn beyond_singular(samples: &[NodeSample], a: &Run, b: &Run) -> Option<f64> {
+    let (near, bound, edge, sign) = match (a.class, b.class) {
+        (Class::Between, bound) => (a.last, bound, samples[b.first].fraction, -1.0),
+        (bound, Class::Between) => (b.first, bound, samples[b.first].fraction, 1.0),
+        _ => return None,
+    };
+    let inside =
+        |s: &&NodeSample| s.interval == samples[near].interval && s.course == Some(ArcKind::Singular);
+    let nodes: Vec<&NodeSample> = samples.iter().filter(inside).collect();
+    let distance = |s: &NodeSample| if bound == Class::Lower { s.above_lower } else { s.below_upper };
+    let far = if sign > 0.0 { nodes.last()? } else { nodes.first()? };
+    let is_beyond = distance(&samples[near]) < NEAR
+        && samples[near].slope.abs() > EVIDENT
+        && distance(far) > CLEAR * NEAR
+        && nodes.len() >= LEAST_NODES;
+    let at_bound = nodes.iter().map(|s| s.width * (1.0 - distance(s) / distance(far))).sum::<f64>();
+    (is_beyond && at_bound > 0.0).then_some(edge + sign * at_bound)
 }
 
 /// The polynomial through a quantity at nodes.
