@@ -54,6 +54,12 @@ pub(super) fn open<R: Read + Seek>(mut reader: R, len: u64) -> Result<(Head, Sto
     let head = Head::plain(NAME, rows, cols, sample);
     let stored = if by_column { [cols, rows] } else { [rows, cols] };
     let stride = stored[1].saturating_mul(sample.size() as u64);
+    let end = stored[0].checked_mul(stride).and_then(|size| size.checked_add(start as u64));
+    if let Some(more) =
+        end.and_then(|end| len.checked_sub(end)).filter(|more| *more > 0 && !stored.contains(&0))
+    {
+        return Err(malformed(NAME, "data", format!("{more} bytes after the end of the array")));
+    }
     let layout = Layout { by_column, ..Layout::rows(NAME, stored, sample, order, start as u64, stride) };
     Ok((head, Store::Raw(Raw::new(reader, len, layout)?)))
 }

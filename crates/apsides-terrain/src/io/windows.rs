@@ -7,6 +7,12 @@ use super::source::{Head, Store};
 use super::{Format, ReadOptions, ascii, geotiff, length, malformed, npy, pds3, pds4, png_map, unreadable};
 use crate::{ElevationMap, Geometry, TerrainError};
 
+/// No ground has heights that differ by more: a spike would take the resolution of all others.
+const LARGEST_RELIEF_M: f64 = 1e6;
+
+/// Heights whose median stands for that of all.
+const SAMPLES: usize = 1024;
+
 /// A map that is read in windows.
 ///
 /// GeoTIFF, `.npy` and PDS rasters are read where a window needs them: whole strips or tiles if they are compressed (64 MiB of them are
@@ -152,6 +158,16 @@ impl<R: Read + Seek> Windows<R> {
         if self.head.south_up {
             turn_over(&mut heights, cols);
         }
+        if let Some(k) = spike(&heights) {
+            return Err(malformed(
+                self.head.format,
+                format!("row {}, column {}", row + k / cols, col + k % cols),
+                format!(
+                    "height of {:e} m: more than {LARGEST_RELIEF_M:e} m from the others; if the number marks missing heights, state it as such (nodata)",
+                    heights[k]
+                ),
+            ));
+        }
         ElevationMap::from_heights(geometry, &heights)
     }
 
@@ -174,6 +190,20 @@ impl<R: Read + Seek> Windows<R> {
             *value = if missing.contains(value) { f64::NAN } else { *value * scale + offset };
         }
     }
+}
+
+/// The first height too far from the others; none where all are near each other.
+fn spike(heights: &[f64]) -> Option<usize> {
+    let finite = || heights.iter().copied().filter(|z| z.is_finite());
+    let (low, high) = finite().fold((f64::INFINITY, f64::NEG_INFINITY), |(l, h), z| (l.min(z), h.max(z)));
+    if low > high || high - low <= LARGEST_RELIEF_M {
+        return None;
+    }
+    let mut some: Vec<f64> = finite().step_by(heights.len().div_ceil(SAMPLES)).collect();
+    some.sort_unstable_by(f64::total_cmp);
+    let middle = some[some.len() / 2];
+    let far = |z: &f64| z.is_finite() && (z - middle).abs() > 0.5 * LARGEST_RELIEF_M;
+    heights.iter().position(far)
 }
 
 /// Reverses the order of rows.

@@ -117,6 +117,7 @@ fn arrays_that_are_no_maps_are_refused() {
         (npy(1, "<f4", false, "(0, 4)", &data), "at least one pixel"),
         (npy(1, "<f4", false, "(-1, 4)", &data), "whole numbers"),
         (npy(1, "<f4", false, "(4, 5)", &data), "do not fit"),
+        (npy(1, "<f4", false, "(4, 3)", &data), "16 bytes after the end of the array"),
         (npy(1, "<f4", false, "(4294967296, 4294967296)", &data), "do not fit"),
         (npy(1, "<f4", false, "(18446744073709551615, 2)", &data), "do not fit"),
         (npy(9, "<f4", false, "(4, 4)", &data), "version 9"),
@@ -125,6 +126,23 @@ fn arrays_that_are_no_maps_are_refused() {
         assert!(text.contains(expected), "{expected}: {text}");
     }
     assert!(message(read_bytes(&npy(1, "<f4", false, "(4, 4)", &data))).contains("pixel_m"));
+}
+
+#[test]
+fn heights_of_no_ground_are_refused_with_their_place() {
+    let heights = |spike: f64| {
+        let data: Vec<u8> =
+            [10.0, 11.0, 12.0, 13.0, 14.0, spike].iter().flat_map(|z: &f64| z.to_le_bytes()).collect();
+        read_at_1m(&npy(1, "<f8", false, "(2, 3)", &data))
+    };
+    for spike in [1e300, -1e30, 1.001e6] {
+        let text = message(heights(spike));
+        assert!(text.contains("row 1, column 2") && text.contains("nodata"), "{text}");
+    }
+    let map = heights(-9.999e5).unwrap();
+    assert_eq!(map.height(0, 1), Some(11.0));
+    // What is no number is a gap.
+    assert_eq!(heights(f64::INFINITY).unwrap().height(1, 2), None);
 }
 
 #[test]
