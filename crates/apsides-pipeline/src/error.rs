@@ -117,12 +117,15 @@ macro_rules! from_method {
     };
 }
 
-from_method!(
-    apsides_metaheuristics::SearchError,
-    apsides_ocp::MethodError,
-    apsides_radau::RadauError,
-    apsides_shooting::ShootingError
-);
+from_method!(apsides_metaheuristics::SearchError, apsides_ocp::MethodError, apsides_radau::RadauError);
+
+#[cfg(any(
+    feature = "indirect",
+    feature = "multiple-shooting",
+    feature = "piecewise",
+    feature = "two-layer"
+))]
+from_method!(apsides_shooting::ShootingError);
 
 impl From<apsides_control::ControlError> for Error {
     fn from(e: apsides_control::ControlError) -> Self {

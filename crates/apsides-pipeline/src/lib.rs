@@ -26,7 +26,6 @@
 //! | [`simulation`] | flights under a law |
 //! | [`site`] | landing sites that were chosen on maps |
 
-mod checkpoint;
 pub mod covariance;
 pub mod dispersion;
 pub mod draws;

@@ -1,10 +1,11 @@
 //! The methods behind the key `method`: their settings, read once from the values of a mission, and one way to call each.
 
+use std::fmt::Debug;
+use std::path::PathBuf;
 use std::sync::Arc;
 
 use apsides_ocp::method::SearchRecord;
 use apsides_ocp::{Mesh, Method, Ocp, Solution, Start, Trajectory};
-use apsides_two_layer::Checkpoint;
 
 use crate::Error;
 use crate::key::Key;
@@ -13,14 +14,23 @@ use crate::outcome::SearchSummary;
 use crate::posed::Posed;
 use crate::values::Values;
 
+#[cfg(feature = "flatness")]
 mod flatness;
+#[cfg(feature = "indirect")]
 mod indirect;
+#[cfg(feature = "multiple-shooting")]
 mod multiple_shooting;
+#[cfg(feature = "piecewise")]
 mod piecewise;
 mod radau;
 #[cfg(feature = "successive-convexification")]
 mod successive_convexification;
+#[cfg(feature = "two-layer")]
 mod two_layer;
+
+pub use radau::RadauMethod;
+#[cfg(feature = "two-layer")]
+pub use two_layer::Found;
 
 /// Path of the key.
 pub const KEY: &str = "method";
@@ -41,22 +51,20 @@ pub enum MethodName {
     /// A search of control profiles, then collocation.
     TwoLayer,
     /// A sequence of convex programs.
-    #[cfg(feature = "successive-convexification")]
     SuccessiveConvexification,
 }
 
 impl MethodName {
-    /// All of them, the default first.
-    pub const ALL: &[Self] = &[
-        Self::Radau,
-        Self::Flatness,
-        Self::MultipleShooting,
-        Self::Indirect,
-        Self::Piecewise,
-        Self::TwoLayer,
-        #[cfg(feature = "successive-convexification")]
-        Self::SuccessiveConvexification,
-    ];
+    /// Those that the features of this crate bring, the default first.
+    pub const ALL: &[Self] = &{
+        let mut names = [Self::Radau; METHODS.len()];
+        let mut k = 0;
+        while k < names.len() {
+            names[k] = METHODS[k].name;
+            k += 1;
+        }
+        names
+    };
 
     /// The word in files.
     #[must_use]
@@ -68,9 +76,92 @@ impl MethodName {
             Self::Indirect => "indirect",
             Self::Piecewise => "piecewise",
             Self::TwoLayer => "two-layer",
-            #[cfg(feature = "successive-convexification")]
             Self::SuccessiveConvexification => "successive-convexification",
         }
+    }
+
+    /// The entry of the method, if a feature of this crate brings it.
+    fn entry(self) -> Option<&'static Entry> {
+        METHODS.iter().find(|entry| entry.name == self)
+    }
+}
+
+/// The entry that a file in this folder offers.
+struct Entry {
+    name: MethodName,
+    /// Its keys, the same for all missions.
+    keys: &'static [Key],
+    /// Keys of settings, by the names of their fields in the crate of the method.
+    names: &'static [(&'static str, &'static str)],
+    /// The reason that it cannot treat the problems of a mission, for a method that asks more of them than equations.
+    refuses: Option<fn(&Posed, &Values) -> Option<Error>>,
+    /// Its settings by the values of a mission.
+    read: fn(&Values) -> Result<Arc<dyn MethodSettings>, Error>,
+}
+
+/// The methods, the default first.
+const METHODS: &[Entry] = &[
+    radau::ENTRY,
+    #[cfg(feature = "flatness")]
+    flatness::ENTRY,
+    #[cfg(feature = "multiple-shooting")]
+    multiple_shooting::ENTRY,
+    #[cfg(feature = "indirect")]
+    indirect::ENTRY,
+    #[cfg(feature = "piecewise")]
+    piecewise::ENTRY,
+    #[cfg(feature = "two-layer")]
+    two_layer::ENTRY,
+    #[cfg(feature = "successive-convexification")]
+    successive_convexification::ENTRY,
+];
+
+/// The settings of a method.
+trait MethodSettings: Debug + Send + Sync {
+    /// The method for a problem.
+    ///
+    /// # Errors
+    /// A problem that the method cannot treat.
+    fn method(&self, case: &Case<'_>) -> Result<Box<dyn Method>, Error>;
+
+    /// Refuses settings that do not go together; looked at where the mission names the method.
+    fn check(&self, _values: &Values) -> Result<(), Error> {
+        Ok(())
+    }
+
+    /// The summary of a search, for a method that begins with one.
+    fn search_summary(&self, _record: SearchRecord) -> Option<SearchSummary> {
+        None
+    }
+}
+
+/// A problem, and what does not belong to the settings of one method.
+#[cfg_attr(
+    not(feature = "two-layer"),
+    expect(dead_code, reason = "seed and checkpoint are those of searches")
+)]
+struct Case<'a> {
+    posed: &'a Posed,
+    /// The collocation that other methods begin or end with.
+    radau: &'a RadauMethod,
+    threads: usize,
+    seed: u64,
+    checkpoint: Option<&'a CheckpointFile>,
+}
+
+/// The file of a search, for one mission and seed.
+#[derive(Clone, Debug)]
+#[cfg_attr(not(feature = "two-layer"), expect(dead_code, reason = "only searches have checkpoints"))]
+pub(crate) struct CheckpointFile {
+    path: PathBuf,
+    /// All values of the mission, and the seed.
+    mission: String,
+}
+
+impl CheckpointFile {
+    /// The checkpoint of a mission, by its file with every value written out, and a seed.
+    pub(crate) fn new(path: PathBuf, mission_file: &str, seed: u64) -> Self {
+        Self { path, mission: format!("{mission_file}\nseed {seed}\n") }
     }
 }
 
@@ -107,32 +198,18 @@ pub struct Methods {
     /// The method that solves the mission.
     pub name: MethodName,
     /// Settings of collocation, which other methods begin or explain with.
-    pub radau: radau::RadauMethod,
-    flatness: flatness::FlatnessMethod,
-    multiple_shooting: multiple_shooting::MultipleShootingMethod,
-    indirect: indirect::IndirectMethod,
-    piecewise: piecewise::PiecewiseMethod,
-    two_layer: two_layer::TwoLayerMethod,
-    #[cfg(feature = "successive-convexification")]
-    convexification: successive_convexification::ConvexificationMethod,
+    pub radau: RadauMethod,
+    #[cfg(feature = "two-layer")]
+    two_layer: Arc<two_layer::TwoLayerMethod>,
+    all: Vec<(MethodName, Arc<dyn MethodSettings>)>,
+    threads: usize,
+    seed: u64,
 }
 
 impl Methods {
     /// Keys of the methods, the same for all missions.
     pub fn keys() -> impl Iterator<Item = &'static Key> {
-        [
-            METHOD,
-            radau::KEYS,
-            flatness::KEYS,
-            multiple_shooting::KEYS,
-            indirect::KEYS,
-            piecewise::KEYS,
-            two_layer::KEYS,
-            #[cfg(feature = "successive-convexification")]
-            successive_convexification::KEYS,
-        ]
-        .into_iter()
-        .flatten()
+        METHOD.iter().chain(METHODS.iter().flat_map(|entry| entry.keys))
     }
 
     /// The settings that values state.
@@ -143,40 +220,31 @@ impl Methods {
         let word = values.word(KEY)?;
         // The key takes no other words.
         let name = MethodName::ALL.iter().copied().find(|m| m.word() == word).unwrap_or(MethodName::Radau);
-        let radau = radau::RadauMethod::read(values)?;
-        let two_layer = two_layer::TwoLayerMethod::read(values)?;
-        if name == MethodName::TwoLayer {
-            two_layer.check(values)?;
-        }
-        Ok(Self {
+        let all = METHODS.iter().map(|entry| Ok((entry.name, (entry.read)(values)?)));
+        let methods = Self {
             name,
-            flatness: flatness::FlatnessMethod::read(values)?,
-            multiple_shooting: multiple_shooting::MultipleShootingMethod::read(values)?,
-            indirect: indirect::IndirectMethod::read(values)?,
-            piecewise: piecewise::PiecewiseMethod::read(values)?,
-            radau,
-            two_layer,
-            #[cfg(feature = "successive-convexification")]
-            convexification: successive_convexification::ConvexificationMethod::read(values)?,
-        })
+            radau: RadauMethod::read(values)?,
+            #[cfg(feature = "two-layer")]
+            two_layer: Arc::new(two_layer::TwoLayerMethod::read(values)?),
+            all: all.collect::<Result<_, Error>>()?,
+            threads: 1,
+            seed: 0,
+        };
+        methods.settings()?.check(values)?;
+        Ok(methods)
     }
 
     /// The same with so many threads; no result depends on it.
     #[must_use]
     pub fn with_threads(mut self, threads: usize) -> Self {
         self.radau.settings.threads = threads;
-        self.multiple_shooting.settings.threads = threads.clamp(1, 1024);
-        self.indirect.settings.threads = threads;
-        self.piecewise.settings.shooting.threads = threads.clamp(1, 1024);
-        self.two_layer.search.threads = threads;
-        self
+        Self { threads, ..self }
     }
 
     /// The same with a seed of everything random.
     #[must_use]
-    pub fn with_seed(mut self, seed: u64) -> Self {
-        self.two_layer.search.seed = seed;
-        self
+    pub fn with_seed(self, seed: u64) -> Self {
+        Self { seed, ..self }
     }
 
     /// The same with another method.
@@ -201,38 +269,31 @@ impl Methods {
         self.radau.first_mesh(ocp)
     }
 
-    /// Refuses a problem that the method cannot treat.
-    pub(crate) fn check(&self, posed: &Posed, values: &Values) -> Result<(), Error> {
-        match self.name {
-            MethodName::Flatness if posed.flat_systems.is_none() => Err(not_flat(values)),
-            MethodName::TwoLayer if posed.search.is_none() => Err(not_searched(values)),
-            _ => Ok(()),
+    /// The settings of the method of the mission.
+    fn settings(&self) -> Result<&dyn MethodSettings, Error> {
+        let settings = self.all.iter().find(|(name, _)| *name == self.name);
+        settings.map(|(_, settings)| &**settings).ok_or_else(|| {
+            let word = self.name.word();
+            Error::in_mission(format!(
+                "`method` is \"{word}\", without which this program was built; build it with the feature `{word}`"
+            ))
+        })
+    }
+
+    /// Refuses a mission whose problems the method can never treat; `pose` poses one.
+    pub(crate) fn check(
+        &self,
+        pose: impl FnOnce() -> Result<Posed, Error>,
+        values: &Values,
+    ) -> Result<(), Error> {
+        match self.name.entry().and_then(|entry| entry.refuses) {
+            Some(refuses) => refuses(&pose()?, values).map_or(Ok(()), Err),
+            None => Ok(()),
         }
     }
 
-    /// The method of the mission, for its problem; a search is kept in a checkpoint, where there is one.
-    fn method(
-        &self,
-        posed: &Posed,
-        checkpoint: Option<Arc<dyn Checkpoint>>,
-    ) -> Result<Box<dyn Method>, Error> {
-        let refused = |reason: &str| Error::in_mission(reason);
-        Ok(match self.name {
-            MethodName::Flatness => {
-                let systems = posed.flat_systems.clone().ok_or_else(|| refused(NO_FLAT_OUTPUTS))?;
-                Box::new(self.flatness.method(systems))
-            }
-            MethodName::MultipleShooting => Box::new(self.multiple_shooting.method()),
-            MethodName::Piecewise => Box::new(self.piecewise.method()),
-            MethodName::TwoLayer => {
-                let model = posed.search.as_ref().ok_or_else(|| refused(NO_PROFILES))?;
-                Box::new(self.two_layer.method(&self.radau, model, checkpoint))
-            }
-            MethodName::Indirect => Box::new(self.indirect.method(&self.radau)),
-            MethodName::Radau => Box::new(self.radau.method()),
-            #[cfg(feature = "successive-convexification")]
-            MethodName::SuccessiveConvexification => Box::new(self.convexification.method(&posed.ocp)?),
-        })
+    fn case<'a>(&'a self, posed: &'a Posed, checkpoint: Option<&'a CheckpointFile>) -> Case<'a> {
+        Case { posed, radau: &self.radau, threads: self.threads, seed: self.seed, checkpoint }
     }
 
     /// Solves a problem. `start` replaces the guess of the mission; a search is kept in a checkpoint, where there is one.
@@ -240,66 +301,40 @@ impl Methods {
         &self,
         posed: &Posed,
         start: Option<&Trajectory>,
-        checkpoint: Option<Arc<dyn Checkpoint>>,
+        checkpoint: Option<&CheckpointFile>,
         observer: &mut dyn Observer,
     ) -> Result<Solution, Error> {
         let own = || Start { costates: posed.costates.clone(), ..Start::new(posed.guess.clone()) };
         let start = start.map_or_else(own, |t| Start::from_trajectory(t.clone()));
-        Ok(self.method(posed, checkpoint)?.solve(&posed.ocp, &start, observer)?)
+        let method = self.settings()?.method(&self.case(posed, checkpoint))?;
+        Ok(method.solve(&posed.ocp, &start, observer)?)
     }
 
     /// The key of a setting of the method, by the name of its field; that name where it has no key.
     pub(crate) fn key_of(&self, setting: &'static str) -> String {
-        let names = match self.name {
-            MethodName::Flatness => flatness::NAMES,
-            MethodName::MultipleShooting => multiple_shooting::NAMES,
-            MethodName::Indirect => indirect::NAMES,
-            MethodName::Piecewise => piecewise::NAMES,
-            MethodName::Radau | MethodName::TwoLayer => radau::NAMES,
-            #[cfg(feature = "successive-convexification")]
-            MethodName::SuccessiveConvexification => successive_convexification::NAMES,
-        };
+        let names = self.name.entry().map_or(&[][..], |entry| entry.names);
         names.iter().find(|(name, _)| *name == setting).map_or(setting, |(_, key)| key).into()
     }
 
-    /// The summary of a search.
-    pub(crate) fn search_summary(&self, record: SearchRecord) -> SearchSummary {
-        self.two_layer.summary(record)
+    /// The summary of a search, if the method of the mission begins with one.
+    pub(crate) fn search_summary(&self, record: SearchRecord) -> Option<SearchSummary> {
+        self.settings().ok()?.search_summary(record)
     }
+}
 
+#[cfg(feature = "two-layer")]
+impl Methods {
     /// The search that finds a start, alone.
     ///
     /// # Errors
     /// A problem without control profiles, settings that the search refuses.
-    pub fn search(&self, posed: &Posed, observer: &mut dyn Observer) -> Result<two_layer::Found, Error> {
-        let model = posed.search.as_ref().ok_or_else(|| Error::in_mission(NO_PROFILES))?;
-        self.two_layer.search(&self.radau, &posed.ocp, model, observer)
+    pub fn search(&self, posed: &Posed, observer: &mut dyn Observer) -> Result<Found, Error> {
+        self.two_layer.search(&self.case(posed, None), observer)
     }
 
     /// The settings of the search.
     #[must_use]
-    pub fn search_settings(&self) -> &apsides_metaheuristics::Search {
-        &self.two_layer.search
+    pub fn search_settings(&self) -> apsides_metaheuristics::Search {
+        self.two_layer.search_settings(self.threads, self.seed)
     }
-}
-
-pub use radau::RadauMethod;
-pub use two_layer::Found;
-
-const NO_FLAT_OUTPUTS: &str =
-    "`method` is \"flatness\", but the mission has no flat outputs; choose `method` = \"radau\"";
-const NO_PROFILES: &str =
-    "`method` is \"two-layer\", which searches control profiles of a re-entry; choose `method` = \"radau\"";
-
-fn not_flat(values: &Values) -> Error {
-    values.refused(if values.declares("throttle") {
-        "`method` is \"flatness\", which flies full thrust in a direction that may jump; choose `throttle` = \
-         \"full\" and `max_pitch_rate_deg_s` = inf, or `method` = \"radau\""
-    } else {
-        NO_FLAT_OUTPUTS
-    })
-}
-
-fn not_searched(values: &Values) -> Error {
-    values.refused(NO_PROFILES)
 }

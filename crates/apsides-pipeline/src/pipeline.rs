@@ -11,10 +11,9 @@ use apsides_radau::{Explanation, Unmet};
 use apsides_verify::{Certificate, Check, CheckKind, Verification, VerifySettings, verify};
 
 use crate::Error;
-use crate::checkpoint::CheckpointFile;
 use crate::explanation::{ExplanationSummary, in_keys};
 use crate::key::{Key, Value};
-use crate::method::{MethodName, Methods};
+use crate::method::{CheckpointFile, MethodName, Methods};
 use crate::mission::{EasierCase, Kind, Mission, Offers, Scalars, downcast};
 use crate::observer::Observer;
 use crate::outcome::{Decisions, ObjectiveValue, Outcome, Reduced, Summary, Timing};
@@ -74,9 +73,7 @@ impl Pipeline {
             false => Methods::read(&values)?,
         };
         let pipeline = Self { kind, kinds, values, mission, methods, run: Run::default() };
-        if matches!(pipeline.methods.name, MethodName::Flatness | MethodName::TwoLayer) {
-            pipeline.methods.check(&pipeline.pose()?, &pipeline.values)?;
-        }
+        pipeline.methods.check(|| pipeline.pose(), &pipeline.values)?;
         Ok(pipeline)
     }
 
@@ -338,11 +335,9 @@ impl Pipeline {
         start: Option<&Trajectory>,
         observer: &mut dyn Observer,
     ) -> Result<Solution, Error> {
-        let checkpoint = self.run.checkpoint.as_ref().map(|path| {
-            let file = CheckpointFile::new(path, &self.to_file(), self.run.seed);
-            Arc::new(file) as Arc<dyn apsides_two_layer::Checkpoint>
-        });
-        self.methods.solve(posed, start, checkpoint, observer)
+        let path = self.run.checkpoint.clone();
+        let checkpoint = path.map(|path| CheckpointFile::new(path, &self.to_file(), self.run.seed));
+        self.methods.solve(posed, start, checkpoint.as_ref(), observer)
     }
 
     /// Solves from the mission's own guess, through the easier cases that lead to it where it has some.
@@ -528,7 +523,7 @@ impl Pipeline {
             certificate,
             warnings: solution.warnings.iter().map(ToString::to_string).collect(),
             switches: solution.switches.iter().map(ToString::to_string).collect(),
-            search: solution.search.map(|record| self.methods.search_summary(record)),
+            search: solution.search.and_then(|record| self.methods.search_summary(record)),
             sites: decisions.sites.iter().map(|site| site.summary.clone()).collect(),
             sensitivity: None,
         };

@@ -2,8 +2,10 @@
 
 use std::sync::Arc;
 
+#[cfg(feature = "flatness")]
 use apsides_flatness::FlatSystem;
 use apsides_ocp::{Guess, Ocp, Trajectory};
+#[cfg(feature = "two-layer")]
 use apsides_two_layer::ProfileModel;
 
 use crate::Error;
@@ -17,18 +19,29 @@ pub struct Posed {
     /// Costates (of the minimised objective) at start and end of each phase of the guess, if they are known.
     pub costates: Option<Vec<[Vec<f64>; 2]>>,
     /// The flat description of each phase, if all have one.
+    #[cfg(feature = "flatness")]
     pub flat_systems: Option<Vec<FlatSystem>>,
     /// The whole flight, where the problem is a reduction of it.
     pub expansion: Option<Expansion>,
     /// Control profiles that a search can fly, if there are any; distances are in km.
-    pub search: Option<ProfileModel>,
+    #[cfg(feature = "two-layer")]
+    pub profile: Option<ProfileModel>,
 }
 
 impl Posed {
     /// A problem that is the whole flight, with a start.
     #[must_use]
     pub fn new(ocp: Ocp, guess: Guess) -> Self {
-        Self { ocp, guess, costates: None, flat_systems: None, expansion: None, search: None }
+        Self {
+            ocp,
+            guess,
+            costates: None,
+            #[cfg(feature = "flatness")]
+            flat_systems: None,
+            expansion: None,
+            #[cfg(feature = "two-layer")]
+            profile: None,
+        }
     }
 
     /// The whole flight as a problem.

@@ -74,7 +74,7 @@ fn sheets(workers: &mut Workers<'_>, hand_on: HandOn<'_>) -> Result<(), Stop> {
 /// The search of a mission that names this algorithm, on one thread.
 fn algorithm(word: &str, budget: usize) -> Result<Search, Error> {
     let overrides = [format!("search.algorithm={word}"), format!("search.evaluations={budget}")];
-    Ok(crate::load("capsule-reentry", &overrides)?.methods().search_settings().clone())
+    Ok(crate::load("capsule-reentry", &overrides)?.methods().search_settings())
 }
 
 fn remarks() -> Vec<String> {

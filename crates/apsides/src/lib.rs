@@ -16,10 +16,13 @@
 //! # Ok::<(), apsides::Error>(())
 //! ```
 //!
+//! Kinds of mission and methods are features, all of them on by default: `default-features = false, features = ["lunar"]` solves lunar
+//! landings by collocation, with neither terrain nor conic solver; `"lunar", "flatness"` in flat outputs too.
+//!
 //! | crate | subject |
 //! | --- | --- |
 //! | [`pipeline`] | from a mission to a verified outcome: keys, methods, sweeps, sensitivities, Monte Carlo, footprints |
-//! | [`missions`] | the kinds of mission; a feature each |
+//! | [`missions`] | the kinds of mission |
 //! | [`ocp`] | the language of optimal control problems |
 //! | [`radau`], [`flatness`], [`shooting`], [`piecewise`], [`convex`] | methods |
 //! | [`verify`] | certificates |
@@ -32,15 +35,18 @@ pub use apsides_control as control;
 #[cfg(feature = "convex")]
 pub use apsides_convex as convex;
 pub use apsides_dynamics as dynamics;
+#[cfg(feature = "flatness")]
 pub use apsides_flatness as flatness;
 pub use apsides_metaheuristics as metaheuristics;
 pub use apsides_missions as missions;
 pub use apsides_nlp as nlp;
 pub use apsides_ocp as ocp;
 pub use apsides_ode as ode;
+#[cfg(feature = "piecewise")]
 pub use apsides_piecewise as piecewise;
 pub use apsides_pipeline as pipeline;
 pub use apsides_radau as radau;
+#[cfg(feature = "shooting")]
 pub use apsides_shooting as shooting;
 #[cfg(feature = "terrain")]
 pub use apsides_terrain as terrain;

@@ -36,6 +36,7 @@ mod problem;
 mod reach;
 mod reading;
 mod results;
+#[cfg(feature = "two-layer")]
 mod search;
 mod steered;
 mod steering;
@@ -63,8 +64,9 @@ impl Mission for CapsuleEntry {
         let steering = if method == MethodName::Indirect { Steering::Angle } else { self.steering };
         let ocp = self.problem(steering)?;
         let guess = self.straight_lines(&ocp, steering)?;
-        let search = self.profiles();
-        let posed = Posed { search, ..Posed::new(ocp, guess) };
+        let posed = Posed::new(ocp, guess);
+        #[cfg(feature = "two-layer")]
+        let posed = Posed { profile: self.profiles(), ..posed };
         if steering == Steering::Angle || self.goal == Goal::LeastLift {
             return Ok(posed);
         }

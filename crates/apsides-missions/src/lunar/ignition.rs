@@ -3,7 +3,6 @@
 use std::f64::consts::TAU;
 
 use apsides_dynamics::Hohmann;
-use apsides_dynamics::planar::flat::FlatConstantThrust;
 use apsides_pipeline::Error;
 
 use super::lander::{LunarLander, Refuse};
@@ -76,11 +75,6 @@ impl Ignition {
         };
         ignition.check(refuse)?;
         Ok((transfer, ignition))
-    }
-
-    /// Full thrust from here on, in flat outputs.
-    pub(super) fn flat(&self) -> FlatConstantThrust {
-        FlatConstantThrust { flight: self.lander.flight, ignition: 0.0, mass: self.mass }
     }
 
     /// Refuses what no flight can mend: too little thrust even when empty, too little propellant even without losses.

@@ -200,11 +200,6 @@ impl LunarLander {
         self.touchdown_thrust == TouchdownThrust::Vertical
     }
 
-    /// Returns true if radius and polar angle are flat outputs: full thrust in a direction that may jump.
-    pub(super) fn is_flat(&self) -> bool {
-        self.throttle == Throttle::Full && !self.pitches()
-    }
-
     /// The rate of the phase that ends the flight by turning the thrust upright, rad/s, where there is one. With a free throttle it is
     /// not known beforehand how the vehicle turns.
     pub(super) fn turn_rate(&self) -> Option<f64> {

@@ -6,9 +6,7 @@
 //! rate of the thrust angle limited. All share a [`LunarLander`].
 
 use apsides_dynamics::Hohmann;
-use apsides_dynamics::planar::flat::FlatVerticalThrust;
 use apsides_dynamics::planar::{HORIZONTAL_SPEED, MASS, RADIAL_SPEED, RADIUS};
-use apsides_flatness::FlatSystem;
 use apsides_ocp::{At, Bounds, Guess, Ocp, OcpBuilder, Phase, PhaseGuess, Sense, Term, Trajectory, Variable};
 use apsides_pipeline::method::{MethodName, Methods};
 use apsides_pipeline::values::Values;
@@ -19,6 +17,8 @@ use ignition::Ignition;
 use lander::Refuse;
 use phases::{COAST, DESCENT, PeriluneAltitude, Target};
 
+#[cfg(feature = "flatness")]
+mod flat;
 mod guess;
 mod ignition;
 mod keys;
@@ -212,11 +212,11 @@ impl Mission for TwoPhaseLanding {
             ],
             vec![vec![1.0; usize::from(lander.throttles())]; 2],
         )?);
-        let flat = ignition.flat();
-        let flat_systems =
-            lander.is_flat().then(|| vec![FlatSystem::new(flat), FlatSystem::new(FlatVerticalThrust(flat))]);
         let guess = Guess::from_phases(&ocp, guesses);
-        Ok(Posed { flat_systems, ..Posed::new(ocp, guess) })
+        let posed = Posed::new(ocp, guess);
+        #[cfg(feature = "flatness")]
+        let posed = ignition.with_flat_two_phase_landing(posed);
+        Ok(posed)
     }
 
     results_of_its_lander!(&[
@@ -332,9 +332,11 @@ fn single(ignition: &Ignition) -> Result<Posed, Error> {
     let last = phases[phases.len() - 1].name.clone();
     let ocp = objective(chain("lunar landing", phases), &last, ignition).build()?;
     let (guesses, _) = landing_guess(ignition, ignition.touchdown(), lander.touchdown_radial_speed)?;
-    let flat_systems = lander.is_flat().then(|| vec![FlatSystem::new(ignition.flat())]);
     let guess = Guess::from_phases(&ocp, guesses);
-    Ok(Posed { flat_systems, ..Posed::new(ocp, guess) })
+    let posed = Posed::new(ocp, guess);
+    #[cfg(feature = "flatness")]
+    let posed = ignition.with_flat_landing(posed);
+    Ok(posed)
 }
 
 /// Guesses of the phases of a landing with a guessed radial speed at the target, and time and mass there.

@@ -1,14 +1,26 @@
 //! Flat outputs on B-splines by `apsides-flatness`.
 
-use apsides_flatness::{
-    BoundRows, Breaks, FlatMethod, FlatSystem, Flatness, FlatnessSettings, Placement, SplineSettings,
-};
+use std::sync::Arc;
 
+use apsides_flatness::{
+    BoundRows, Breaks, FlatMethod, Flatness, FlatnessSettings, Placement, SplineSettings,
+};
+use apsides_ocp::Method;
+
+use super::{Case, Entry, MethodName, MethodSettings};
 use crate::Error;
 use crate::key::Key;
 use crate::values::Values;
 
-pub(super) const KEYS: &[Key] = &[
+pub(super) const ENTRY: Entry = Entry {
+    name: MethodName::Flatness,
+    keys: KEYS,
+    names: NAMES,
+    refuses: Some(|posed, values| posed.flat_systems.is_none().then(|| not_flat(values))),
+    read: |values| Ok(Arc::new(FlatnessMethod::read(values)?)),
+};
+
+const KEYS: &[Key] = &[
     Key::count("flatness.order", 0, 0, 32, "order of the splines; 0: four above their highest derivative"),
     Key::count("flatness.intervals", 4, 1, 1000, "equal polynomial segments per phase"),
     Key::count(
@@ -34,18 +46,18 @@ pub(super) const KEYS: &[Key] = &[
 ];
 
 /// Keys of settings, by the names of their fields.
-pub(super) const NAMES: &[(&str, &str)] =
+const NAMES: &[(&str, &str)] =
     &[("refine", "flatness.max_refinements"), ("max_refinements", "flatness.max_refinements")];
 
 /// Settings of the method.
 #[derive(Clone, Debug)]
-pub(super) struct FlatnessMethod {
+struct FlatnessMethod {
     splines: SplineSettings,
     max_refinements: usize,
 }
 
 impl FlatnessMethod {
-    pub(super) fn read(v: &Values) -> Result<Self, Error> {
+    fn read(v: &Values) -> Result<Self, Error> {
         let (order, segments) = (v.count("flatness.order")?, v.count("flatness.intervals")?);
         let max_refinements = v.count("flatness.max_refinements")?;
         let placement = match v.word("flatness.placement")? {
@@ -68,9 +80,11 @@ impl FlatnessMethod {
         };
         Ok(Self { splines, max_refinements })
     }
+}
 
-    /// The method for the phases of a problem.
-    pub(super) fn method(&self, systems: Vec<FlatSystem>) -> FlatMethod {
+impl MethodSettings for FlatnessMethod {
+    fn method(&self, case: &Case<'_>) -> Result<Box<dyn Method>, Error> {
+        let systems = case.posed.flat_systems.clone().ok_or_else(|| Error::in_mission(NO_FLAT_OUTPUTS))?;
         let settings = FlatnessSettings {
             spline: self.splines.clone(),
             // Landings are well posed without the bounds of their states.
@@ -78,6 +92,18 @@ impl FlatnessMethod {
             max_refinements: self.max_refinements,
             ..FlatnessSettings::default()
         };
-        FlatMethod { flatness: Flatness { settings }, systems }
+        Ok(Box::new(FlatMethod { flatness: Flatness { settings }, systems }))
     }
+}
+
+const NO_FLAT_OUTPUTS: &str =
+    "`method` is \"flatness\", but the mission has no flat outputs; choose `method` = \"radau\"";
+
+fn not_flat(values: &Values) -> Error {
+    values.refused(if values.declares("throttle") {
+        "`method` is \"flatness\", which flies full thrust in a direction that may jump; choose `throttle` = \
+         \"full\" and `max_pitch_rate_deg_s` = inf, or `method` = \"radau\""
+    } else {
+        NO_FLAT_OUTPUTS
+    })
 }

@@ -1,13 +1,24 @@
 //! Pontryagin's conditions by `apsides-shooting`.
 
+use std::sync::Arc;
+
+use apsides_ocp::Method;
 use apsides_shooting::indirect::{DirectIndirect, IndirectSettings, IndirectShooting};
 
-use super::radau::RadauMethod;
+use super::{Case, Entry, MethodName, MethodSettings};
 use crate::Error;
 use crate::key::{Key, Range};
 use crate::values::Values;
 
-pub(super) const KEYS: &[Key] = &[
+pub(super) const ENTRY: Entry = Entry {
+    name: MethodName::Indirect,
+    keys: KEYS,
+    names: NAMES,
+    refuses: None,
+    read: |values| Ok(Arc::new(IndirectMethod::read(values)?)),
+};
+
+const KEYS: &[Key] = &[
     Key::count("indirect.intervals", 1, 1, 1000, "shooting segments per phase"),
     Key::number("indirect.tolerance", 1e-9, Range::TOLERANCE, "largest scaled correction of a solution"),
     Key::number(
@@ -19,17 +30,16 @@ pub(super) const KEYS: &[Key] = &[
 ];
 
 /// Keys of settings, by the names of their fields.
-pub(super) const NAMES: &[(&str, &str)] =
-    &[("intervals", "indirect.intervals"), ("tolerance", "indirect.tolerance")];
+const NAMES: &[(&str, &str)] = &[("intervals", "indirect.intervals"), ("tolerance", "indirect.tolerance")];
 
 /// Settings of the method.
 #[derive(Clone, Debug)]
-pub(super) struct IndirectMethod {
-    pub(super) settings: IndirectSettings,
+struct IndirectMethod {
+    settings: IndirectSettings,
 }
 
 impl IndirectMethod {
-    pub(super) fn read(v: &Values) -> Result<Self, Error> {
+    fn read(v: &Values) -> Result<Self, Error> {
         let settings = IndirectSettings {
             intervals: v.count("indirect.intervals")?,
             tolerance: v.number("indirect.tolerance")?,
@@ -38,10 +48,14 @@ impl IndirectMethod {
         };
         Ok(Self { settings })
     }
+}
 
-    /// The method: from the costates of a start, or where there are none or they lead nowhere from those of a collocation.
-    pub(super) fn method(&self, radau: &RadauMethod) -> DirectIndirect {
-        let indirect = IndirectShooting { settings: self.settings.clone() };
-        DirectIndirect { direct: Box::new(radau.method()), indirect }
+impl MethodSettings for IndirectMethod {
+    /// From the costates of a start, or where there are none or they lead nowhere from those of a collocation.
+    fn method(&self, case: &Case<'_>) -> Result<Box<dyn Method>, Error> {
+        let indirect = IndirectShooting {
+            settings: IndirectSettings { threads: case.threads, ..self.settings.clone() },
+        };
+        Ok(Box::new(DirectIndirect { direct: Box::new(case.radau.method()), indirect }))
     }
 }

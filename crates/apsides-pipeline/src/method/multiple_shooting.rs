@@ -1,12 +1,27 @@
 //! Direct multiple shooting by `apsides-shooting`.
 
+use std::sync::Arc;
+
+use apsides_ocp::Method;
 use apsides_shooting::direct::{MultipleShooting, MultipleShootingSettings};
 
+use super::{Case, Entry, MethodName, MethodSettings};
 use crate::Error;
 use crate::key::{Key, Range};
 use crate::values::Values;
 
-pub(super) const KEYS: &[Key] = &[
+pub(super) const ENTRY: Entry = Entry {
+    name: MethodName::MultipleShooting,
+    keys: KEYS,
+    names: NAMES,
+    refuses: None,
+    read: |values| Ok(Arc::new(MultipleShootingMethod::read(values)?)),
+};
+
+/// Most threads that integrate segments.
+const MAX_THREADS: usize = 1024;
+
+const KEYS: &[Key] = &[
     Key::count("shooting.intervals", 4, 1, 100_000, "segments per phase at the start; 1 is single shooting"),
     Key::count(
         "shooting.points",
@@ -32,19 +47,19 @@ pub(super) const KEYS: &[Key] = &[
 ];
 
 /// Keys of settings, by the names of their fields.
-pub(super) const NAMES: &[(&str, &str)] = &[
+const NAMES: &[(&str, &str)] = &[
     ("integration_tolerance", "shooting.integration_tolerance"),
     ("max_refinements", "shooting.max_refinements"),
 ];
 
 /// Settings of the method.
 #[derive(Clone, Debug)]
-pub(super) struct MultipleShootingMethod {
-    pub(super) settings: MultipleShootingSettings,
+struct MultipleShootingMethod {
+    settings: MultipleShootingSettings,
 }
 
 impl MultipleShootingMethod {
-    pub(super) fn read(v: &Values) -> Result<Self, Error> {
+    fn read(v: &Values) -> Result<Self, Error> {
         let mut settings = MultipleShootingSettings {
             intervals: v.count("shooting.intervals")?,
             points: v.count("shooting.points")?,
@@ -55,9 +70,13 @@ impl MultipleShootingMethod {
         settings.nlp.tolerance = v.number("shooting.nlp_tolerance")?;
         Ok(Self { settings })
     }
+}
 
-    /// The method.
-    pub(super) fn method(&self) -> MultipleShooting {
-        MultipleShooting { settings: self.settings.clone() }
+impl MethodSettings for MultipleShootingMethod {
+    fn method(&self, case: &Case<'_>) -> Result<Box<dyn Method>, Error> {
+        let threads = case.threads.clamp(1, MAX_THREADS);
+        Ok(Box::new(MultipleShooting {
+            settings: MultipleShootingSettings { threads, ..self.settings.clone() },
+        }))
     }
 }

@@ -1,18 +1,33 @@
 //! Piecewise-constant controls by `apsides-piecewise`.
 
+use std::sync::Arc;
+
+use apsides_ocp::Method;
 use apsides_piecewise::{
     Constraints, FreeLengths, Lengths, PiecewiseConstant, PiecewiseSettings, Transcription,
 };
 use apsides_shooting::direct::MultipleShootingSettings;
 
+use super::{Case, Entry, MethodName, MethodSettings};
 use crate::Error;
 use crate::key::{Key, Range};
 use crate::values::Values;
 
+/// Most threads that integrate segments.
+const MAX_THREADS: usize = 1024;
+
 const FREE: &str = "free";
 const L_EPSILON: &str = "l-epsilon";
 
-pub(super) const KEYS: &[Key] = &[
+pub(super) const ENTRY: Entry = Entry {
+    name: MethodName::Piecewise,
+    keys: KEYS,
+    names: NAMES,
+    refuses: None,
+    read: |values| Ok(Arc::new(PiecewiseMethod::read(values)?)),
+};
+
+const KEYS: &[Key] = &[
     Key::count("piecewise.intervals", 30, 1, 10_000, "segments per phase at the start"),
     Key::choice("piecewise.lengths", &["equal", FREE], "lengths of the segments; free ones are unknowns"),
     Key::number(
@@ -60,7 +75,7 @@ pub(super) const KEYS: &[Key] = &[
 ];
 
 /// Keys of settings, by the names of their fields.
-pub(super) const NAMES: &[(&str, &str)] = &[
+const NAMES: &[(&str, &str)] = &[
     ("intervals", "piecewise.intervals"),
     ("max_intervals", "piecewise.max_intervals"),
     ("points", "piecewise.points"),
@@ -70,12 +85,12 @@ pub(super) const NAMES: &[(&str, &str)] = &[
 
 /// Settings of the method.
 #[derive(Clone, Debug)]
-pub(super) struct PiecewiseMethod {
-    pub(super) settings: PiecewiseSettings,
+struct PiecewiseMethod {
+    settings: PiecewiseSettings,
 }
 
 impl PiecewiseMethod {
-    pub(super) fn read(values: &Values) -> Result<Self, Error> {
+    fn read(values: &Values) -> Result<Self, Error> {
         let lengths = if values.word("piecewise.lengths")? == FREE {
             Lengths::Free(FreeLengths {
                 least: values.number("piecewise.least_length")?,
@@ -108,9 +123,12 @@ impl PiecewiseMethod {
         };
         Ok(Self { settings })
     }
+}
 
-    /// The method.
-    pub(super) fn method(&self) -> PiecewiseConstant {
-        PiecewiseConstant { settings: self.settings.clone() }
+impl MethodSettings for PiecewiseMethod {
+    fn method(&self, case: &Case<'_>) -> Result<Box<dyn Method>, Error> {
+        let mut settings = self.settings.clone();
+        settings.shooting.threads = case.threads.clamp(1, MAX_THREADS);
+        Ok(Box::new(PiecewiseConstant { settings }))
     }
 }

@@ -1,13 +1,24 @@
 //! Collocation by `apsides-radau`.
 
-use apsides_ocp::{Mesh, Ocp};
+use std::sync::Arc;
+
+use apsides_ocp::{Mesh, Method, Ocp};
 use apsides_radau::{Radau, RadauSettings};
 
+use super::{Case, Entry, MethodName, MethodSettings};
 use crate::Error;
 use crate::key::{Key, Range};
 use crate::values::Values;
 
-pub(super) const KEYS: &[Key] = &[
+pub(super) const ENTRY: Entry = Entry {
+    name: MethodName::Radau,
+    keys: KEYS,
+    names: NAMES,
+    refuses: None,
+    read: |values| Ok(Arc::new(RadauMethod::read(values)?)),
+};
+
+const KEYS: &[Key] = &[
     Key::count("radau.intervals", 10, 1, 100_000, "mesh intervals per phase of the first mesh"),
     Key::count("radau.points", 5, 1, 60, "collocation points per interval of the first mesh"),
     Key::number("radau.tolerance", 1e-10, Range::TOLERANCE, "largest relative error between points"),
@@ -29,7 +40,7 @@ pub(super) const KEYS: &[Key] = &[
 ];
 
 /// Keys of settings, by the names of their fields.
-pub(super) const NAMES: &[(&str, &str)] = &[
+const NAMES: &[(&str, &str)] = &[
     ("tolerance", "radau.tolerance"),
     ("max_refinements", "radau.max_refinements"),
     ("max_total_points", "radau.max_total_points"),
@@ -68,5 +79,12 @@ impl RadauMethod {
     /// No intervals, or no points in them.
     pub fn first_mesh(&self, ocp: &Ocp) -> Result<Mesh, Error> {
         Ok(self.method().uniform_mesh(ocp)?)
+    }
+}
+
+impl MethodSettings for RadauMethod {
+    /// The one of the case, which knows threads and accuracy of a run.
+    fn method(&self, case: &Case<'_>) -> Result<Box<dyn Method>, Error> {
+        Ok(Box::new(case.radau.method()))
     }
 }

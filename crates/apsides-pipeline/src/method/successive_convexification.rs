@@ -1,13 +1,24 @@
 //! Successive convexification by `apsides-convex`.
 
-use apsides_convex::{SuccessiveConvexification, SuccessiveSettings};
-use apsides_ocp::Ocp;
+use std::sync::Arc;
 
+use apsides_convex::{SuccessiveConvexification, SuccessiveSettings};
+use apsides_ocp::Method;
+
+use super::{Case, Entry, MethodName, MethodSettings};
 use crate::Error;
 use crate::key::{Key, Range};
 use crate::values::Values;
 
-pub(super) const KEYS: &[Key] = &[
+pub(super) const ENTRY: Entry = Entry {
+    name: MethodName::SuccessiveConvexification,
+    keys: KEYS,
+    names: NAMES,
+    refuses: None,
+    read: |values| Ok(Arc::new(ConvexificationMethod::read(values)?)),
+};
+
+const KEYS: &[Key] = &[
     Key::count(
         "convexification.intervals",
         40,
@@ -31,7 +42,7 @@ pub(super) const KEYS: &[Key] = &[
 ];
 
 /// Keys of settings, by the names of their fields.
-pub(super) const NAMES: &[(&str, &str)] = &[
+const NAMES: &[(&str, &str)] = &[
     ("intervals", "convexification.intervals"),
     ("max_iterations", "convexification.max_iterations"),
     ("tolerance", "convexification.tolerance"),
@@ -40,12 +51,12 @@ pub(super) const NAMES: &[(&str, &str)] = &[
 
 /// Settings of the method.
 #[derive(Clone, Debug)]
-pub(super) struct ConvexificationMethod {
+struct ConvexificationMethod {
     settings: SuccessiveSettings,
 }
 
 impl ConvexificationMethod {
-    pub(super) fn read(v: &Values) -> Result<Self, Error> {
+    fn read(v: &Values) -> Result<Self, Error> {
         let settings = SuccessiveSettings {
             intervals: v.count("convexification.intervals")?,
             max_iterations: v.count("convexification.max_iterations")?,
@@ -55,13 +66,12 @@ impl ConvexificationMethod {
         };
         Ok(Self { settings })
     }
+}
 
-    /// The method for a problem.
-    ///
-    /// # Errors
-    /// A path constraint that is an equality, which controls cannot keep between the nodes.
-    pub(super) fn method(&self, ocp: &Ocp) -> Result<SuccessiveConvexification, Error> {
-        for phase in &ocp.phases {
+impl MethodSettings for ConvexificationMethod {
+    /// Refuses a path constraint that is an equality, which controls cannot keep between the nodes.
+    fn method(&self, case: &Case<'_>) -> Result<Box<dyn Method>, Error> {
+        for phase in &case.posed.ocp.phases {
             let mut rows = phase.path.iter().flat_map(|path| &path.rows);
             if let Some(row) = rows.find(|row| row.bounds.is_fixed()) {
                 return Err(Error::in_mission(format!(
@@ -71,6 +81,6 @@ impl ConvexificationMethod {
                 )));
             }
         }
-        Ok(SuccessiveConvexification { settings: self.settings })
+        Ok(Box::new(SuccessiveConvexification { settings: self.settings }))
     }
 }

@@ -5,20 +5,23 @@ use std::time::Duration;
 
 use apsides_metaheuristics::{
     AnnealingSettings, AntColonySettings, CmaEsSettings, Constraints, CooperationSettings,
-    DifferentialEvolutionSettings, GeneticSettings, IslandsSettings, Method, ParticleSwarmSettings, Search,
+    DifferentialEvolutionSettings, GeneticSettings, IslandsSettings, Method as Algorithm,
+    ParticleSwarmSettings, Search,
 };
-use apsides_ocp::Ocp;
+use apsides_ocp::Method;
 use apsides_ocp::method::SearchRecord;
 use apsides_radau::RadauSettings;
 use apsides_shooting::profile::{Independent, MeshWish, ProfileStart};
 use apsides_two_layer::{Checkpoint, ProfileModel, Ranking, TwoLayer, TwoLayerSettings};
 
-use super::radau::RadauMethod;
+use super::{Case, Entry, MethodName, MethodSettings};
 use crate::Error;
 use crate::key::{Key, Range};
 use crate::observer::Observer;
 use crate::outcome::SearchSummary;
 use crate::values::Values;
+
+mod checkpoint;
 
 const ALGORITHM: &str = "search.algorithm";
 const COOPERATION: &str = "cooperation";
@@ -37,7 +40,15 @@ const FEASIBILITY: &str = "feasibility";
 const POPULATION: u32 = 100_000;
 const GENERATIONS: u32 = 1_000_000;
 
-pub(super) const KEYS: &[Key] = &[
+pub(super) const ENTRY: Entry = Entry {
+    name: MethodName::TwoLayer,
+    keys: KEYS,
+    names: super::radau::ENTRY.names,
+    refuses: Some(|posed, values| posed.profile.is_none().then(|| values.refused(NO_PROFILES))),
+    read: |values| Ok(Arc::new(TwoLayerMethod::read(values)?)),
+};
+
+const KEYS: &[Key] = &[
     Key::choice(
         ALGORITHM,
         &[COOPERATION, GENETIC, SWARM, COLONY, EVOLUTION, CMA_ES, ANNEALING, ISLANDS],
@@ -156,8 +167,7 @@ pub struct Found {
 /// Settings of the search.
 #[derive(Clone, Debug)]
 pub(super) struct TwoLayerMethod {
-    /// The search.
-    pub(super) search: Search,
+    search: Search,
     algorithm: String,
     /// True if misses and excesses come before the objective.
     by_rules: bool,
@@ -174,12 +184,10 @@ impl TwoLayerMethod {
     pub(super) fn read(v: &Values) -> Result<Self, Error> {
         let limit = v.limit("search.time_limit_s")?;
         let search = Search {
-            method: method(v)?,
-            seed: 0,
+            method: algorithm(v)?,
             budget: v.count("search.evaluations")?,
             time_limit: limit.map(|limit| Duration::from_secs_f64(limit.min(1e9))),
             constraints: Constraints::FeasibilityRules,
-            threads: 1,
             ..Search::default()
         };
         Ok(Self {
@@ -196,30 +204,21 @@ impl TwoLayerMethod {
         })
     }
 
-    /// Refuses intervals that do not go together.
-    pub(super) fn check(&self, values: &Values) -> Result<(), Error> {
-        let [least, most] = self.intervals;
-        if least > most {
-            return Err(values.refused(&format!(
-                "`search.least_intervals` is {least}, it must not be above `search.most_intervals` = {most}"
-            )));
-        }
-        Ok(())
+    /// The search.
+    pub(super) fn search_settings(&self, threads: usize, seed: u64) -> Search {
+        Search { threads, seed, ..self.search.clone() }
     }
 
     /// A search for a start, then collocation.
-    pub(super) fn method(
-        &self,
-        radau: &RadauMethod,
-        model: &ProfileModel,
-        checkpoint: Option<Arc<dyn Checkpoint>>,
-    ) -> TwoLayer {
+    fn two_layers(&self, case: &Case<'_>) -> Result<TwoLayer, Error> {
+        let model = case.posed.profile.as_ref().ok_or_else(|| Error::in_mission(NO_PROFILES))?;
         let [least_intervals, most_intervals] = self.intervals;
-        let RadauSettings { intervals, points, .. } = radau.settings;
+        let RadauSettings { intervals, points, .. } = case.radau.settings;
         let independent = if self.over_energy { model.independent.clone() } else { Independent::Time };
-        TwoLayer {
+        let checkpoint = case.checkpoint.map(|file| Arc::new(file.clone()) as Arc<dyn Checkpoint>);
+        Ok(TwoLayer {
             settings: TwoLayerSettings {
-                search: self.search.clone(),
+                search: self.search_settings(case.threads, case.seed),
                 degree: self.degree,
                 least_intervals,
                 most_intervals,
@@ -231,25 +230,18 @@ impl TwoLayerMethod {
                 mesh: MeshWish { intervals, points, joints: false },
             },
             profile: ProfileModel { independent, ..model.clone() },
-            second: Box::new(radau.method()),
+            second: Box::new(case.radau.method()),
             checkpoint,
-        }
+        })
     }
 
     /// The search layer alone.
-    pub(super) fn search(
-        &self,
-        radau: &RadauMethod,
-        ocp: &Ocp,
-        model: &ProfileModel,
-        observer: &mut dyn Observer,
-    ) -> Result<Found, Error> {
-        let found = self.method(radau, model, None).search(ocp, observer).map_err(Error::method)?;
+    pub(super) fn search(&self, case: &Case<'_>, observer: &mut dyn Observer) -> Result<Found, Error> {
+        let found = self.two_layers(case)?.search(&case.posed.ocp, observer).map_err(Error::method)?;
         Ok(Found { start: found.start, summary: self.summary(found.record) })
     }
 
-    /// The summary of a search.
-    pub(super) fn summary(&self, record: SearchRecord) -> SearchSummary {
+    fn summary(&self, record: SearchRecord) -> SearchSummary {
         SearchSummary {
             algorithm: self.algorithm.clone(),
             variables: record.variables,
@@ -266,30 +258,54 @@ impl TwoLayerMethod {
     }
 }
 
-fn method(v: &Values) -> Result<Method, Error> {
+impl MethodSettings for TwoLayerMethod {
+    fn method(&self, case: &Case<'_>) -> Result<Box<dyn Method>, Error> {
+        Ok(Box::new(self.two_layers(case)?))
+    }
+
+    /// Refuses intervals that do not go together.
+    fn check(&self, values: &Values) -> Result<(), Error> {
+        let [least, most] = self.intervals;
+        if least > most {
+            return Err(values.refused(&format!(
+                "`search.least_intervals` is {least}, it must not be above `search.most_intervals` = {most}"
+            )));
+        }
+        Ok(())
+    }
+
+    fn search_summary(&self, record: SearchRecord) -> Option<SearchSummary> {
+        Some(self.summary(record))
+    }
+}
+
+const NO_PROFILES: &str =
+    "`method` is \"two-layer\", which searches control profiles of a re-entry; choose `method` = \"radau\"";
+
+fn algorithm(v: &Values) -> Result<Algorithm, Error> {
     let population = v.count("search.population")?;
     let genetic = GeneticSettings { population, ..GeneticSettings::default() };
     let swarm = ParticleSwarmSettings { particles: population, ..ParticleSwarmSettings::default() };
     let colony = AntColonySettings { archive: population, ants: population, ..AntColonySettings::default() };
     Ok(match v.word(ALGORITHM)? {
-        GENETIC => Method::Genetic(genetic),
-        SWARM => Method::ParticleSwarm(swarm),
-        COLONY => Method::AntColony(colony),
-        EVOLUTION => Method::DifferentialEvolution(DifferentialEvolutionSettings::default()),
-        CMA_ES => Method::CmaEs(CmaEsSettings::default()),
-        ANNEALING => Method::SimulatedAnnealing(AnnealingSettings::default()),
-        ISLANDS => Method::Islands(IslandsSettings {
+        GENETIC => Algorithm::Genetic(genetic),
+        SWARM => Algorithm::ParticleSwarm(swarm),
+        COLONY => Algorithm::AntColony(colony),
+        EVOLUTION => Algorithm::DifferentialEvolution(DifferentialEvolutionSettings::default()),
+        CMA_ES => Algorithm::CmaEs(CmaEsSettings::default()),
+        ANNEALING => Algorithm::SimulatedAnnealing(AnnealingSettings::default()),
+        ISLANDS => Algorithm::Islands(IslandsSettings {
             islands: vec![
-                Method::ParticleSwarm(swarm),
-                Method::AntColony(colony),
-                Method::Genetic(genetic),
-                Method::DifferentialEvolution(DifferentialEvolutionSettings::default()),
+                Algorithm::ParticleSwarm(swarm),
+                Algorithm::AntColony(colony),
+                Algorithm::Genetic(genetic),
+                Algorithm::DifferentialEvolution(DifferentialEvolutionSettings::default()),
             ],
             interval: v.count("search.island_interval")?,
             migrants: v.count("search.island_migrants")?,
             ..IslandsSettings::default()
         }),
-        _ => Method::Cooperation(CooperationSettings {
+        _ => Algorithm::Cooperation(CooperationSettings {
             swarm,
             colony,
             genetic,

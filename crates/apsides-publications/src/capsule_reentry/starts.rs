@@ -76,7 +76,7 @@ impl Start<'_> {
         let ocp = &self.posed.ocp;
         let search = self
             .posed
-            .search
+            .profile
             .as_ref()
             .ok_or_else(|| Error::in_mission("the mission has no control profiles"))?;
         let rules = FlightRules::new(ProfileShape::new(0, 1, search.bounds.clone()))

@@ -1,20 +1,13 @@
 //! A search on disk: where it was, so that it goes on after the program was killed.
 
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 
 use apsides_metaheuristics::Run;
 use apsides_two_layer::Checkpoint;
 use serde::{Deserialize, Serialize};
 
+use super::super::CheckpointFile;
 use crate::Error;
-
-/// The file of a search, for one mission and seed.
-#[derive(Debug)]
-pub(crate) struct CheckpointFile {
-    path: PathBuf,
-    /// All values of the mission, and the seed.
-    mission: String,
-}
 
 #[derive(Serialize)]
 struct Written<'a> {
@@ -29,11 +22,6 @@ struct Read {
 }
 
 impl CheckpointFile {
-    /// The checkpoint of a mission, by its file with every value written out, and a seed.
-    pub(crate) fn new(path: &Path, mission_file: &str, seed: u64) -> Self {
-        Self { path: path.into(), mission: format!("{mission_file}\nseed {seed}\n") }
-    }
-
     /// The search so far, if there is one.
     fn read(&self) -> Result<Option<Run>, Error> {
         let text = match std::fs::read_to_string(&self.path) {
