@@ -173,9 +173,14 @@ pub(crate) fn in_python(missing: &Missing) -> String {
             "the end time of phase `{phase}`: duration=10 or end=10 for a fixed one, duration=(1, 100) for a free one"
         ),
         Missing::States(phase) => format!("the states of phase `{phase}`: x = phase.state(\"x\", start=0)"),
-        Missing::Start(phase, state) => format!(
-            "the start of `{state}` in phase `{phase}`: start=0 for a value, start=(0, 1) for a range, start=\"free\" for any"
-        ),
+        Missing::Start(phase, state, before) => {
+            let goes_on = before.as_ref().map_or_else(String::new, |before| {
+                format!("; where phase `{before}` goes on in it: problem.link({before}, {phase})")
+            });
+            format!(
+                "the start of `{state}` in phase `{phase}`: start=0 for a value, start=(0, 1) for a range, start=\"free\" for any{goes_on}"
+            )
+        }
         Missing::Rate(phase, state) => {
             format!("the rate of `{state}` in phase `{phase}`: phase.dynamics({state}=..)")
         }

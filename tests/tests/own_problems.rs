@@ -542,3 +542,113 @@ fn controls_as_good_as_those_found() {
     assert!((objective - 1.0).abs() < 1e-7, "{objective}");
     assert_eq!(verdict, Verdict::Extremal);
 }
+
+/// Ascent over a flat Moon in the least time, by direction cosines: the tangent of the thrust angle is linear in time. Its two constants
+/// and the time from the three conditions at the end, by Newton's method over a quadrature of the rates: 288.398286038 s.
+#[test]
+fn direction_cosines_in_the_least_time() {
+    for bounds in ["[-1, 1]", "[-2, 2]", "[-inf, inf]"] {
+        let text = format!(
+            r#"
+            kind = "problem"
+            [phase.ascent]
+            time = {{ end = [100, 800] }}
+            states = {{ x = {{ start = 0 }}, y = {{ start = 0, end = 18500 }}, u = {{ start = 0, end = 1650 }}, v = {{ start = 0, end = 0 }} }}
+            controls = {{ cx = {bounds}, cy = {bounds} }}
+            dynamics = {{ x = "u", y = "v", u = "6*cx", v = "6*cy - 1.62" }}
+            path.unit = "cx^2 + cy^2 == 1"
+            [objective]
+            minimize = "end.time"
+            "#
+        );
+        let (objective, verdict, _) = solve(&text);
+        assert!((objective / 288.398_286_038_379_75 - 1.0).abs() < 1e-9, "{bounds}: {objective}");
+        assert_eq!(verdict, Verdict::StrictLocalOptimum, "{bounds}");
+    }
+}
+
+/// A swing to rest in the least time: full force to alternate sides, pi between the switches. The first and the last part from the
+/// conditions at the end: 0.51936, twice pi, 0.84107. The straight line to the end leads to times too short for any force.
+#[test]
+fn a_swing_to_rest() {
+    let text = r#"
+        kind = "problem"
+        [phase.swing]
+        time = { end = [0.1, 40] }
+        states = { x = { start = 4, end = 0 }, v = { start = 2, end = 0 } }
+        controls.u = [-1, 1]
+        dynamics = { x = "v", v = "-x + u" }
+        [objective]
+        minimize = "end.time"
+    "#;
+    let (objective, verdict, _) = solve(text);
+    assert!((objective / 7.643_615_260_941_419 - 1.0).abs() < 1e-9, "{objective}");
+    assert_eq!(verdict, Verdict::StrictLocalOptimum);
+}
+
+/// Least effort between opposite speeds under a ceiling (Bryson, Denham and Dreyfus, AIAA Journal 1 (1963) 2544): 4/(9 l) below 1/6.
+/// How wide the control's own bounds are says nothing about the optimum.
+#[test]
+fn a_ceiling_under_any_bounds_of_the_control() {
+    for (ceiling, most) in [(0.05, 40.0), (0.08, 40.0), (0.09, 100.0), (0.12, 100.0), (0.1, 1000.0)] {
+        let text = format!(
+            r#"
+            kind = "problem"
+            [phase.p]
+            time = {{ end = 1 }}
+            states = {{ x = {{ start = 0, end = 0, max = {ceiling} }}, v = {{ start = 1, end = -1 }} }}
+            controls.a = [-{most}, {most}]
+            dynamics = {{ x = "v", v = "a" }}
+            integrals.e = "0.5*a^2"
+            [objective]
+            minimize = "e"
+            "#
+        );
+        let (objective, verdict, _) = solve(&text);
+        assert!((objective * 9.0 * ceiling / 4.0 - 1.0).abs() < 1e-9, "{ceiling} {most}: {objective}");
+        assert_eq!(verdict, Verdict::GlobalOptimum, "{ceiling} {most}");
+    }
+}
+
+/// A bound of a state whose multiplier is small beside the costate at the fixed start of that state. The optimum is that of multiple
+/// shooting, and of collocation with bounds on the nodes alone, to their digits: 3.694055.
+#[test]
+fn a_bound_of_a_state_with_a_large_costate_at_its_start() {
+    let text = r#"
+        kind = "problem"
+        [phase.p]
+        time = { end = 5 }
+        states = { x = { start = 0, end = [-5, 5] }, y = { start = 1, end = [-5, 5], min = -0.3 } }
+        controls.u = [-1, 1]
+        dynamics = { x = "y", y = "-x + (1 - x^2)*y + u" }
+        integrals.j = "x^2 + y^2 + u^2"
+        [objective]
+        minimize = "j"
+    "#;
+    let (objective, verdict, _) = solve(text);
+    assert!((objective / 3.694_055_28 - 1.0).abs() < 1e-8, "{objective}");
+    assert_eq!(verdict, Verdict::StrictLocalOptimum);
+}
+
+/// Goddard's rocket (COPS 3.0, problem 10: 1.01283) with the mass of the empty vehicle as a bound all along the flight.
+#[test]
+fn a_mass_that_must_not_fall_below_that_of_the_empty_vehicle() {
+    let text = r#"
+        kind = "problem"
+        [phase.flight]
+        time = { end = [0.05, 1] }
+        states.h = { start = 1, min = 1, max = 2 }
+        states.v = { start = 0, min = 0, max = 1 }
+        states.m = { start = 1, end = "free", min = 0.6, max = 1 }
+        controls.T = [0, 3.5]
+        dynamics.h = "v"
+        dynamics.v = "(T - 310*v^2*exp(-500*(h - 1)))/m - 1/h^2"
+        dynamics.m = "-2*T"
+        [objective]
+        maximize = "end.h"
+    "#;
+    let (objective, verdict, breaks) = solve(text);
+    assert!((objective - 1.012_837).abs() < 1e-6, "{objective}");
+    assert_eq!(verdict, Verdict::Extremal);
+    assert_eq!(breaks.len(), 2, "{breaks:?}");
+}

@@ -75,6 +75,7 @@
 pub mod builder;
 mod derivatives;
 pub mod dual;
+mod enclosure;
 pub mod formula;
 mod formula_node;
 mod graph;

@@ -13,8 +13,8 @@ pub enum Missing {
     EndTime(String),
     /// A phase has no states.
     States(String),
-    /// A phase has a state without a start.
-    Start(String, String),
+    /// A phase has a state without a start; the phase before it in the file, if there is one.
+    Start(String, String, Option<String>),
     /// A phase has a state without a rate.
     Rate(String, String),
     /// There is no objective.
@@ -33,10 +33,14 @@ impl fmt::Display for Missing {
             Self::States(name) => {
                 write!(f, "the states of phase `{name}`: [phase.{name}.states] with one key for each")
             }
-            Self::Start(name, state) => write!(
-                f,
-                "the start of `{state}` in phase `{name}`: start = 0 for a value, [0, 1] for a range, \"free\" for any"
-            ),
+            Self::Start(name, state, before) => {
+                write!(
+                    f,
+                    "the start of `{state}` in phase `{name}`: start = 0 for a value, [0, 1] for a range, \"free\" for any"
+                )?;
+                let Some(before) = before else { return Ok(()) };
+                write!(f, "; where phase `{before}` goes on in it: [links] with {before} = \"{name}\"")
+            }
             Self::Rate(name, state) => write!(
                 f,
                 "the rate of `{state}` in phase `{name}`: {state} = \"a formula\" in [phase.{name}.dynamics]"
@@ -82,7 +86,10 @@ fn of_phase(model: &Model, phase: &Phase, missing: &mut Vec<Missing>) {
     for state in &phase.states {
         let joined = before.iter().any(|p| p.states.iter().any(|s| s.name == state.name));
         if state.start.is_none() && !joined {
-            missing.push(Missing::Start(name.clone(), state.name.clone()));
+            let earlier = model.phases.iter().take_while(|p| p.name != *name).last();
+            let goes_on = earlier.filter(|p| p.states.iter().any(|s| s.name == state.name));
+            let goes_on = goes_on.map(|p| p.name.clone());
+            missing.push(Missing::Start(name.clone(), state.name.clone(), goes_on));
         }
         if !phase.dynamics.iter().any(|(rate, ..)| *rate == state.name) {
             missing.push(Missing::Rate(name.clone(), state.name.clone()));

@@ -232,6 +232,8 @@ pub(crate) fn samples(
                 let hold = if is_left_out { Some(&Some(ArcKind::Free)) } else { holds.rows.get(r) };
                 (report.constraint_values[row], -report.constraint_multipliers[row], hold)
             }
+            // The multiplier there is that of the start of the phase.
+            QuantityKind::State(_) if node == 0 => continue,
             QuantityKind::State(s) => {
                 let column = p.state_column(node) + s;
                 (report.x[column], report.lower_multipliers[column] - report.upper_multipliers[column], None)

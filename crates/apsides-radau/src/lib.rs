@@ -70,6 +70,7 @@ mod junction;
 mod layout;
 mod lower_hamiltonian;
 mod method;
+mod monotone;
 mod node_term;
 mod placement;
 mod progress;

@@ -21,7 +21,6 @@ use crate::refinement::refine;
 use crate::saddle::{Watch, beyond_saddle};
 use crate::scales::{ScaleWarning, scale_warnings};
 pub use crate::settings::RadauSettings;
-use crate::starts;
 use crate::state_bounds::{StateRows, without_arcs};
 use crate::switches::{Structure, Switch};
 use crate::transcription::Transcription;
@@ -40,12 +39,6 @@ const MOST_ITERATIONS_WITH_BREAKS: usize = 200;
 
 /// Iterations on a first mesh across kinks, before one with interval ends there is tried.
 const MOST_ITERATIONS_WITH_KINKS: usize = 300;
-
-/// Iterations on a first mesh from a guess, before another start is tried.
-const MOST_ITERATIONS_FROM_GUESS: usize = 300;
-
-/// Iterations on a first mesh from a guess that was moved to where constraints have a gradient, when the problem looks infeasible.
-const MOST_ITERATIONS_WITHOUT_GRADIENT: usize = 100;
 
 /// A mesh for the sake of the bounds on controls alone must bring their excess below this part of what it was.
 const LEAST_GAIN: f64 = 0.5;
@@ -114,8 +107,8 @@ struct Attempt {
 /// The end of an attempt.
 enum Ending {
     Solution(Box<RadauSolution>),
-    /// States are at bounds: the problem with rows for them, and what to go on with.
-    AtStateBounds(Box<StateRows>, Box<Attempt>),
+    /// States are at bounds: the problem with rows for them, what to go on with, and what is solved so far.
+    AtStateBounds(Box<StateRows>, Box<Attempt>, Box<Solved>),
 }
 
 /// A mesh that was solved.
@@ -171,66 +164,8 @@ impl Radau {
         Ok(solution)
     }
 
-    /// Solves from a guess; where that leads nowhere on the first mesh, from the solution of an easier problem.
-    fn solve_with_starts(
-        &self,
-        ocp: &Ocp,
-        guess: &Guess,
-        mesh: &Mesh,
-        observer: &mut dyn Observer,
-    ) -> Result<RadauSolution, RadauError> {
-        if guess.phases.iter().any(|g| g.as_trajectory().is_some()) {
-            return self.solve_from_guess(ocp, guess.clone(), mesh.clone(), usize::MAX, observer);
-        }
-        let mut most = MOST_ITERATIONS_FROM_GUESS.min(self.settings.nlp.max_iterations);
-        let first = self.solve_from_guess(ocp, guess.clone(), mesh.clone(), most, observer)?;
-        let leads_nowhere = |s: &RadauSolution| !s.status.is_success() && s.meshes.len() == 1;
-        if !(leads_nowhere(&first) && may_go_on(first.status)) {
-            return Ok(first);
-        }
-        let mut meshes = first.meshes.clone();
-        if first.status != Status::Infeasible {
-            let careful = Self { settings: self.settings.careful() };
-            let again = careful.solve_from_guess(ocp, guess.clone(), mesh.clone(), most, observer)?;
-            meshes.extend(again.meshes.iter().cloned());
-            if !(leads_nowhere(&again) && may_go_on(again.status)) {
-                return Ok(RadauSolution { meshes, ..again });
-            }
-        }
-        let start = if first.status == Status::Infeasible {
-            most = most.min(MOST_ITERATIONS_WITHOUT_GRADIENT);
-            // What cannot be met from there cannot be met for another objective: the guess itself may have no way out.
-            guess.swung(ocp)
-        } else {
-            let mut once = self.clone();
-            once.settings.max_refinements = 0;
-            let start = starts::easier(ocp, guess)
-                .map(|easier| once.solve_from_guess(&easier, guess.clone(), mesh.clone(), most, observer));
-            let start = start.transpose()?;
-            meshes.extend(start.iter().flat_map(|s| s.meshes.iter().cloned()));
-            if let Some(ended) = start.as_ref().filter(|s| !may_go_on(s.status)) {
-                return Ok(RadauSolution { meshes, status: ended.status, ..first });
-            }
-            start.filter(|s| s.status.is_success()).map(|s| starts::along(&s.trajectory)).transpose()?
-        };
-        if let Some(start) = start {
-            let second = self.solve_from_guess(ocp, start, mesh.clone(), most, observer)?;
-            meshes.extend(second.meshes.iter().cloned());
-            if !(leads_nowhere(&second) && may_go_on(second.status)) {
-                return Ok(RadauSolution { meshes, ..second });
-            }
-        }
-        let was_cut = MOST_ITERATIONS_FROM_GUESS < self.settings.nlp.max_iterations;
-        if first.status == Status::IterationLimit && was_cut {
-            let last = self.solve_from_guess(ocp, guess.clone(), mesh.clone(), usize::MAX, observer)?;
-            meshes.extend(last.meshes.iter().cloned());
-            return Ok(RadauSolution { meshes, ..last });
-        }
-        Ok(RadauSolution { meshes, ..first })
-    }
-
     /// Solves from one guess, with at most so many iterations on the first mesh.
-    fn solve_from_guess(
+    pub(crate) fn solve_from_guess(
         &self,
         ocp: &Ocp,
         guess: Guess,
@@ -244,12 +179,14 @@ impl Radau {
             Attempt { guess, mesh, meshes, spent: 0, warnings, follows_states, most_iterations };
         let mut with_rows: Option<(StateRows, Attempt)> = None;
         let mut inaccurate: Option<RadauSolution> = None;
+        let mut reached: Option<Solved> = None;
         loop {
             let posed = with_rows.as_ref().map_or(ocp, |(rows, _)| &rows.ocp);
             match (self.attempt(posed, attempt, observer)?, with_rows.take()) {
-                (Ending::AtStateBounds(rows, next), _) => {
+                (Ending::AtStateBounds(rows, next, solved), _) => {
                     attempt = (*next).clone();
                     with_rows = Some((*rows, *next));
+                    reached = Some(*solved);
                 }
                 (Ending::Solution(mut solution), None) => {
                     let error = |s: &RadauSolution| s.meshes.last().map_or(f64::NAN, |m| m.error);
@@ -262,6 +199,11 @@ impl Radau {
                 (Ending::Solution(mut solution), Some((rows, before))) => {
                     solution.trajectory = rows.as_posed(solution.trajectory);
                     let is_solved = solution.status.is_success() && solution.accurate;
+                    let has_any = solution.report.status.is_success();
+                    if let Some(solved) = reached.take().filter(|_| !has_any && !may_go_on(solution.status)) {
+                        let RadauSolution { status, meshes, warnings, .. } = *solution;
+                        return Ok(solved.into_solution(status, None, meshes, warnings));
+                    }
                     if is_solved || !may_go_on(solution.status) {
                         return Ok(*solution);
                     }
@@ -382,6 +324,7 @@ impl Radau {
                 && let Some(rows) = StateRows::of(ocp, &nlp, &report, &trajectory, &scaling)
             {
                 let guess = Guess::earlier(&trajectory);
+                let solved = Solved::first(trajectory, report, mesh.clone());
                 let mesh = without_arcs(mesh);
                 let next = Attempt {
                     guess,
@@ -392,7 +335,7 @@ impl Radau {
                     follows_states: false,
                     most_iterations: usize::MAX,
                 };
-                return Ok(Ending::AtStateBounds(Box::new(rows), Box::new(next)));
+                return Ok(Ending::AtStateBounds(Box::new(rows), Box::new(next), Box::new(solved)));
             }
             let gains_nothing = caught_at.take().is_some_and(|b| !is_lower(ocp, trajectory.objective, b));
             if let Some(solved) = last.as_ref().filter(|_| gains_nothing) {
@@ -498,19 +441,18 @@ impl Solved {
         meshes: Vec<MeshRecord>,
         warnings: Vec<ScaleWarning>,
     ) -> Ending {
+        Ending::Solution(Box::new(self.into_solution(status, unmet, meshes, warnings)))
+    }
+
+    fn into_solution(
+        self,
+        status: Status,
+        unmet: Option<Unmet>,
+        meshes: Vec<MeshRecord>,
+        warnings: Vec<ScaleWarning>,
+    ) -> RadauSolution {
         let Self { trajectory, report, switches, accurate, stalled, .. } = self;
-        let solution = RadauSolution {
-            trajectory,
-            status,
-            accurate,
-            stalled,
-            meshes,
-            unmet,
-            warnings,
-            switches,
-            report,
-        };
-        Ending::Solution(Box::new(solution))
+        RadauSolution { trajectory, status, accurate, stalled, meshes, unmet, warnings, switches, report }
     }
 }
 
@@ -528,6 +470,6 @@ fn is_lower(ocp: &Ocp, objective: f64, other: f64) -> bool {
 }
 
 /// True if the solve ended for a reason that another mesh may not have.
-fn may_go_on(status: Status) -> bool {
+pub(crate) fn may_go_on(status: Status) -> bool {
     !matches!(status, Status::Interrupted | Status::TimeLimit)
 }

@@ -1,14 +1,180 @@
-//! A second start, where the first mesh could not be solved from a guess.
+//! Second starts, where the first mesh could not be solved from a guess.
 //!
 //! Far from a solution an objective leads astray: a least time pulls to times that no control can meet, and Newton's method wanders
 //! among stationary points of the discretised problem. An easier problem has the same constraints, and asks for the controls and times
-//! closest to the guess. Its solution is a start that meets all constraints.
+//! closest to the guess. Its solution is a start that meets all constraints. Equalities of controls, such as a direction of length one,
+//! have no gradient in the middle of what they enclose: the problem in which they hold to one side alone has that middle inside.
 
 use apsides_ad::{FormulaBuilder, formula_node};
+use apsides_nlp::{Observer, Side, Status};
 use apsides_ocp::{
-    EndpointInput, Guess, Integral, Objective, Ocp, OcpError, PhaseGuess, Scaling, Sense, Trajectory,
+    EndpointInput, Guess, Integral, Mesh, Objective, Ocp, OcpError, PhaseGuess, Scaling, Sense, Trajectory,
     Variable,
 };
+
+use crate::RadauError;
+use crate::solver::{MeshRecord, Radau, RadauSolution, may_go_on};
+
+/// Iterations on a first mesh from a guess, before another start is tried.
+const MOST_ITERATIONS: usize = 300;
+
+/// Iterations on a first mesh from a guess that was moved to where constraints have a gradient, when the problem looks infeasible.
+const MOST_ITERATIONS_WITHOUT_GRADIENT: usize = 100;
+
+/// A second start.
+#[derive(Clone, Copy, Debug, PartialEq)]
+enum Second {
+    /// The solution of the problem whose equalities of controls hold to one side alone.
+    OneSided(Side),
+    /// The guess itself, with short steps.
+    Careful,
+    /// The guess with swinging controls.
+    Swung,
+    /// The feasible trajectory closest to the guess.
+    Closest,
+    /// The guess itself, with all iterations of the settings.
+    Patient,
+}
+
+impl Second {
+    /// The starts to try after one that ended so.
+    fn after(status: Status) -> &'static [Self] {
+        use Second::{Careful, Closest, OneSided, Patient, Swung};
+        match status {
+            // The guess itself may have no way out, or the objective may have led to times that are too short.
+            Status::Infeasible => &[OneSided(Side::Upper), OneSided(Side::Lower), Swung, Closest],
+            Status::IterationLimit => {
+                &[OneSided(Side::Upper), OneSided(Side::Lower), Careful, Closest, Patient]
+            }
+            _ => &[OneSided(Side::Upper), OneSided(Side::Lower), Careful, Closest],
+        }
+    }
+}
+
+/// Solves of a problem from one start after the other.
+struct Solves<'a> {
+    ocp: &'a Ocp,
+    mesh: &'a Mesh,
+    observer: &'a mut dyn Observer,
+    /// The meshes of all of them.
+    meshes: Vec<MeshRecord>,
+}
+
+impl Solves<'_> {
+    fn solve(
+        &mut self,
+        radau: &Radau,
+        ocp: &Ocp,
+        guess: Guess,
+        most: usize,
+    ) -> Result<RadauSolution, RadauError> {
+        let most = most.min(radau.settings.nlp.max_iterations);
+        let solution = radau.solve_from_guess(ocp, guess, self.mesh.clone(), most, self.observer)?;
+        self.meshes.extend(solution.meshes.iter().cloned());
+        Ok(solution)
+    }
+
+    /// The solution of another problem on the first mesh as a start; an error of an attempt that must not go on is its status.
+    fn through(
+        &mut self,
+        radau: &Radau,
+        other: &Ocp,
+        guess: &Guess,
+    ) -> Result<Result<Option<Guess>, Status>, RadauError> {
+        let mut once = radau.clone();
+        once.settings.max_refinements = 0;
+        let solution = self.solve(&once, other, guess.clone(), MOST_ITERATIONS)?;
+        Ok(match solution.status {
+            s if s.is_success() => Ok(Some(along(&solution.trajectory)?)),
+            s if may_go_on(s) => Ok(None),
+            s => Err(s),
+        })
+    }
+}
+
+impl Radau {
+    /// Solves from a guess; where that leads nowhere on the first mesh, from other starts.
+    pub(crate) fn solve_with_starts(
+        &self,
+        ocp: &Ocp,
+        guess: &Guess,
+        mesh: &Mesh,
+        observer: &mut dyn Observer,
+    ) -> Result<RadauSolution, RadauError> {
+        if guess.phases.iter().any(|g| g.as_trajectory().is_some()) {
+            return self.solve_from_guess(ocp, guess.clone(), mesh.clone(), usize::MAX, observer);
+        }
+        let leads_on =
+            |s: &RadauSolution| s.status.is_success() || s.meshes.len() > 1 || !may_go_on(s.status);
+        let mut solves = Solves { ocp, mesh, observer, meshes: Vec::new() };
+        let first = solves.solve(self, ocp, guess.clone(), MOST_ITERATIONS)?;
+        if leads_on(&first) {
+            return Ok(first);
+        }
+        let has_free_times = ocp.phases.iter().any(|phase| !phase.final_time.is_fixed());
+        for second in Second::after(first.status) {
+            let mut most = MOST_ITERATIONS;
+            let mut radau = self.clone();
+            let start = match second {
+                Second::OneSided(side) => match one_sided(ocp, *side) {
+                    Some(other) => solves.through(self, &other, guess)?,
+                    None => Ok(None),
+                },
+                // For an objective that moves no times the constraints are as hard to meet.
+                Second::Closest if first.status == Status::Infeasible && !has_free_times => Ok(None),
+                Second::Closest => match easier(ocp, guess) {
+                    Some(other) => solves.through(self, &other, guess)?,
+                    None => Ok(None),
+                },
+                Second::Careful => {
+                    radau.settings = self.settings.careful();
+                    Ok(Some(guess.clone()))
+                }
+                Second::Swung => {
+                    most = MOST_ITERATIONS_WITHOUT_GRADIENT;
+                    Ok(guess.swung(ocp))
+                }
+                Second::Patient => {
+                    most = usize::MAX;
+                    Ok((MOST_ITERATIONS < self.settings.nlp.max_iterations).then(|| guess.clone()))
+                }
+            };
+            let start = match start {
+                Ok(Some(start)) => start,
+                Ok(None) => continue,
+                Err(status) => return Ok(RadauSolution { meshes: solves.meshes, status, ..first }),
+            };
+            let solution = solves.solve(&radau, solves.ocp, start, most)?;
+            if leads_on(&solution) || *second == Second::Patient {
+                return Ok(RadauSolution { meshes: solves.meshes, ..solution });
+            }
+        }
+        Ok(RadauSolution { meshes: solves.meshes, ..first })
+    }
+}
+
+/// The problem in which equalities of path constraints that controls enter nonlinearly hold to one side alone; none if there are none.
+fn one_sided(ocp: &Ocp, side: Side) -> Option<Ocp> {
+    let mut other = ocp.clone();
+    let mut any = false;
+    for phase in &mut other.phases {
+        let controls = phase.states.len()..phase.states.len() + phase.controls.len();
+        for constraint in &mut phase.path {
+            let mut entries = constraint.function.pattern().hessian.iter();
+            if !entries.any(|(i, j)| controls.contains(i) && controls.contains(j)) {
+                continue;
+            }
+            for row in constraint.rows.iter_mut().filter(|row| row.bounds.is_fixed()) {
+                any = true;
+                match side {
+                    Side::Upper => row.bounds.lower = f64::NEG_INFINITY,
+                    Side::Lower => row.bounds.upper = f64::INFINITY,
+                }
+            }
+        }
+    }
+    any.then_some(other)
+}
 
 /// The problem with the mean square distance of its controls from the constant ones in the middle of the guess, in their scales, and the
 /// squares of relative changes of final times as objective; none where it has neither.

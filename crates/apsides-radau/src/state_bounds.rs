@@ -2,7 +2,7 @@
 //!
 //! The multiplier of a bound of a state is a density along arcs and an impulse where the state touches it, as that of a path constraint
 //! without controls. So the arcs and contacts of both are found and followed in the same way. The end of a phase is no collocation point: what
-//! is at a bound there, or beyond, becomes a constraint of the end.
+//! is at a bound there, or beyond, becomes a constraint of the end. So does the bound of a state that cannot come back from it.
 
 use apsides_ad::{FormulaBuilder, formula_node};
 use apsides_nlp::SolveReport;
@@ -12,6 +12,7 @@ use apsides_ocp::{
 
 use crate::activity::{Class, OSCILLATION, Quantity, QuantityKind, Solution, samples};
 use crate::junction::order_of;
+use crate::monotone::{bound_at_ends, trends};
 use crate::transcription::Transcription;
 
 /// A row closer to a bound than this part of its scale is at it at the end of its phase.
@@ -46,12 +47,22 @@ impl StateRows {
                 let Some(order) = order_of(phase, vec![*s]) else { return false };
                 let q = q.held_by(phase, order.controls);
                 let (samples, _) = samples(&q, p, t, &solution);
-                let inner = samples.get(1..samples.len().saturating_sub(1)).unwrap_or_default();
+                let inner = samples.get(..samples.len().saturating_sub(1)).unwrap_or_default();
                 inner.iter().any(|s| s.slope.abs() >= OSCILLATION && is_stated(variable, s.class))
             };
             let met: Vec<usize> = (0..phase.states.len()).filter(is_met).collect();
-            add_rows(&mut with_rows.phases[k], &met, scales);
-            any |= !met.is_empty();
+            if met.is_empty() {
+                continue;
+            }
+            any = true;
+            let trends = trends(ocp, phase);
+            let (at_ends, along): (Vec<usize>, Vec<usize>) =
+                met.into_iter().partition(|s| trends[*s].is_some());
+            for s in at_ends {
+                let state = &mut with_rows.phases[k].states[s];
+                trends[s].into_iter().for_each(|trend| bound_at_ends(state, trend, scales[s]));
+            }
+            add_rows(&mut with_rows.phases[k], &along, scales);
         }
         let stated_rows = ocp.phases.iter().map(Phase::path_rows).collect();
         let at_ends = rows_at_ends(ocp, trajectory, scaling);

@@ -56,7 +56,7 @@ pub(super) struct Swept {
     pub(super) value: DMatrix<f64>,
     /// Constraints on `w` that no control could meet.
     pub(super) rows: Vec<DVector<f64>>,
-    /// Negative eigenvalues met, less those that the rows account for.
+    /// Negative eigenvalues met, beside those that the rows account for.
     pub(super) negative: isize,
     /// A block was singular.
     pub(super) singular: bool,
@@ -152,23 +152,19 @@ fn step(swept: &mut Swept, interval: &Interval, sizes: Sizes, size: f64, space: 
     }
     let Split { here, earlier } = split(rows, nw, &free);
     swept.rows = earlier;
-    let (nf, nr) = (free.len(), here.len());
+    if free.is_empty() {
+        swept.value = form.view((0, 0), (nw, nw)).into_owned();
+        return;
+    }
+    let (form, rest) = with_rows_met(&form, nw, &free, &here);
     let remaining = form.view((0, 0), (nw, nw)).into_owned();
-    if nf + nr == 0 {
+    if rest == 0 {
         swept.value = remaining;
         return;
     }
-    let block = DMatrix::from_fn(nf + nr, nf + nr, |i, j| match (i < nf, j < nf) {
-        (true, true) => form[(nw + free[i], nw + free[j])],
-        (true, false) => here[j - nf][nw + free[i]],
-        (false, true) => here[i - nf][nw + free[j]],
-        (false, false) => 0.0,
-    });
-    let coupling =
-        DMatrix::from_fn(nf + nr, nw, |i, j| if i < nf { form[(nw + free[i], j)] } else { here[i - nf][j] });
-    let eigen = block.symmetric_eigen();
+    let eigen = form.view((nw, nw), (rest, rest)).into_owned().symmetric_eigen();
     let largest = eigen.eigenvalues.amax();
-    let unscaled = eigen.eigenvectors.transpose() * coupling;
+    let unscaled = eigen.eigenvectors.transpose() * form.view((nw, 0), (rest, nw));
     let mut scaled = unscaled.clone();
     for (i, lambda) in eigen.eigenvalues.iter().enumerate() {
         if lambda.abs() <= ZERO * largest || !lambda.is_finite() {
@@ -181,10 +177,35 @@ fn step(swept: &mut Swept, interval: &Interval, sizes: Sizes, size: f64, space: 
         }
         scaled.row_mut(i).scale_mut(1.0 / lambda);
     }
-    swept.negative -= nr as isize;
     let value = remaining - unscaled.transpose() * scaled;
     // Rounding would make it unsymmetric.
     swept.value = (&value + value.transpose()) * 0.5;
+}
+
+/// The form over `[w, b]` and the number of `b`: the controls `U = Z b - Y r` meet rows `Y' U + r = 0`, the columns of `Y` orthonormal
+/// and those of `Z` their complement. The rows and as many controls have as many negative eigenvalues as rows between them, so that those of
+/// the rest decide.
+fn with_rows_met(
+    form: &DMatrix<f64>,
+    nw: usize,
+    free: &[usize],
+    rows: &[DVector<f64>],
+) -> (DMatrix<f64>, usize) {
+    let (nf, nr) = (free.len(), rows.len());
+    let by_rows = DMatrix::from_fn(nf, nr, |i, r| rows[r][nw + free[i]]);
+    let complement = (DMatrix::identity(nf, nf) - &by_rows * by_rows.transpose()).symmetric_eigen();
+    let kept: Vec<usize> = (0..nf).filter(|k| complement.eigenvalues[*k] > 0.5).collect();
+    let mut map = DMatrix::zeros(form.nrows(), nw + kept.len());
+    map.view_mut((0, 0), (nw, nw)).fill_with_identity();
+    let of_w = DMatrix::from_fn(nr, nw, |r, j| rows[r][j]);
+    let met = -&by_rows * of_w;
+    for (i, control) in free.iter().enumerate() {
+        map.view_mut((nw + control, 0), (1, nw)).copy_from(&met.row(i));
+        for (column, k) in kept.iter().enumerate() {
+            map[(nw + control, nw + column)] = complement.eigenvectors[(i, *k)];
+        }
+    }
+    (map.transpose() * form * map, kept.len())
 }
 
 /// Rows that the controls of an interval can meet, and those that are left to earlier ones.
