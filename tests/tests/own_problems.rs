@@ -652,3 +652,34 @@ fn a_mass_that_must_not_fall_below_that_of_the_empty_vehicle() {
     assert_eq!(verdict, Verdict::Extremal);
     assert_eq!(breaks.len(), 2, "{breaks:?}");
 }
+
+/// Landing on Mars with least propellant between two thrusts, above the ground: the multipliers of the ground, which the flight meets at
+/// its end alone, are zero, not what the barrier leaves of them.
+#[test]
+fn a_landing_above_the_ground() {
+    let text = r#"
+        kind = "problem"
+        [phase.p]
+        time = { end = [10, 120] }
+        states.x = { start = 400, end = 0 }
+        states.z = { start = 1000, end = 0 }
+        states.u = { start = 10, end = 0 }
+        states.w = { start = -60, end = 0 }
+        states.m = { start = 2000, end = "free", min = 1200 }
+        controls = { tx = [-20000, 20000], tz = [-20000, 20000], s = [6000, 18000] }
+        dynamics.x = "u"
+        dynamics.z = "w"
+        dynamics.u = "tx/m"
+        dynamics.w = "tz/m - 3.71"
+        dynamics.m = "-s/2200"
+        path.thrust = "tx^2 + tz^2 <= s^2"
+        path.ground = "z >= 0"
+        [objective]
+        maximize = "end.m"
+    "#;
+    let (mass, verdict, _) = solve(text);
+    // Without the ground the flight is the same.
+    let (free, ..) = solve(&text.replace("path.ground = \"z >= 0\"", ""));
+    assert!((mass / free - 1.0).abs() < 1e-9, "{mass} {free}");
+    assert_eq!(verdict, Verdict::Extremal);
+}

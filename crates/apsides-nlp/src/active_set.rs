@@ -31,8 +31,6 @@ const LEAST: f64 = 1e-12;
 
 /// A slack below so many roots of the barrier parameter is close: one whose multiplier vanishes too is of the size of that root.
 const CLOSE_BOUND: f64 = 100.0;
-/// Part of all bounds that is a few.
-const FEW: f64 = 0.05;
 /// A step that moves a variable by more, relative to its size where that is above one, leads to another solution: what determines it is
 /// the barrier alone, as along singular arcs.
 const CLOSE: f64 = 3e-2;
@@ -46,9 +44,15 @@ enum Side {
 }
 
 impl Engine {
-    /// Moves an optimal point to the exact solution for its active set; false, and the point as it was, if there is none close by.
-    pub(crate) fn polish(&mut self, problem: &mut ScaledProblem<'_>, system: &mut AugmentedSystem) -> bool {
-        if !self.state.meets_few_bounds() {
+    /// Moves an optimal point to the exact solution for its active set; false, and the point as it was, if there is none close by, or it
+    /// meets more than a part of its bounds.
+    pub(crate) fn polish(
+        &mut self,
+        part: f64,
+        problem: &mut ScaledProblem<'_>,
+        system: &mut AugmentedSystem,
+    ) -> bool {
+        if !self.state.meets_few_bounds(part) {
             return false;
         }
         self.state.trial.copy_from(&self.state.current);
@@ -80,14 +84,14 @@ impl Engine {
 }
 
 impl SolverState {
-    /// Returns true if the point is close to a few of its bounds at most: what lies along bounds as an arc leaves its exact set to the mesh.
-    fn meets_few_bounds(&self) -> bool {
+    /// Returns true if the point is close to one of its bounds, or to a part of them, at most.
+    fn meets_few_bounds(&self, part: f64) -> bool {
         let Point { lower_slack, upper_slack, .. } = &self.current;
         let close = CLOSE_BOUND * self.barrier.sqrt();
         let lower = self.bounds.lower_set.iter().filter(|&&i| lower_slack[i] < close).count();
         let upper = self.bounds.upper_set.iter().filter(|&&i| upper_slack[i] < close).count();
         let met = lower + upper;
-        met <= 1 || met as f64 <= FEW * self.bounds.len() as f64
+        met <= 1 || met as f64 <= part * self.bounds.len() as f64
     }
 
     /// At a bound where the multiplier is larger than the slack.

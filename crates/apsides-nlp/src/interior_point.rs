@@ -146,8 +146,8 @@ impl InteriorPoint {
                 break;
             }
         }
-        if status == Status::Optimal && self.settings.polish {
-            engine.polish(&mut problem, &mut system);
+        if status == Status::Optimal && self.settings.polish > 0.0 {
+            engine.polish(self.settings.polish, &mut problem, &mut system);
         }
         let keeps_point = matches!(
             status,

@@ -141,8 +141,8 @@ pub struct NlpSettings {
     /// Most steps along negative curvature from a point that meets the first-order conditions and is no minimum; 0 leaves such
     /// a point as the solution; 0.
     pub max_saddle_escapes: usize,
-    /// True if a solution that meets a few of its bounds only, at most a twentieth of them, ends with Newton's method on its active set; off.
-    pub polish: bool,
+    /// A solution that meets at most this part of its bounds ends with Newton's method on its active set; 0, no solution does.
+    pub polish: f64,
     /// Settings of the linear systems. With [`Nlp::stages`](crate::Nlp::stages) the default ordering becomes the
     /// ordering by stages.
     pub kkt: KktSettings,
@@ -193,7 +193,7 @@ impl Default for NlpSettings {
             warm_start_push: 1e-9,
             warm_start_barrier: 1e-6,
             max_saddle_escapes: 0,
-            polish: false,
+            polish: 0.0,
             kkt: KktSettings::default(),
         }
     }

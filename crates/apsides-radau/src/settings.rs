@@ -64,12 +64,15 @@ impl Default for RadauSettings {
                 initial_barrier: 1e-3,
                 initial_bound_multiplier: 1e-3,
                 max_saddle_escapes: 3,
-                polish: true,
+                polish: POLISH,
                 ..NlpSettings::default()
             },
         }
     }
 }
+
+/// Part of the bounds up to which a solution is made exact on any mesh: what lies along bounds as an arc leaves its exact set to the mesh.
+const POLISH: f64 = 0.05;
 
 /// Barrier parameter, multipliers of bounds and largest violation of a second solve from a guess from which the first one went astray.
 const CAREFUL_BARRIER: f64 = 0.1;

@@ -240,6 +240,7 @@ impl Radau {
         // The objective at caught controls, while the mesh is solved from better ones.
         let mut caught_at: Option<f64> = None;
         let mut left_caught = false;
+        let mut is_settled = false;
         let mut may_catch = if self.settings.switches { MOST_CAUGHT } else { 0 };
         let workers = Workers::new(self.settings.threads);
         loop {
@@ -258,6 +259,9 @@ impl Radau {
             }
             if forced.is_some() {
                 settings.max_iterations = settings.max_iterations.min(MOST_ITERATIONS_WITH_KINKS);
+            }
+            if is_settled {
+                settings.polish = settings.polish.max(1.0);
             }
             let mut watch = Watch::new(observer);
             let report = nlp.solve(ocp, &guess, &settings, &mut watch)?;
@@ -373,6 +377,8 @@ impl Radau {
             let switches_settled = revisions == 0 || found.is_that_of(&trajectory, in_bounds);
             let passages = crossings.step(ocp, &trajectory);
             let settled = switches_settled && touching.settled && passages.settled;
+            // Before, the exact active set of a mesh would hide the arcs of the solution.
+            is_settled = settled;
             let accurate = error <= self.settings.tolerance;
             // Worth meshes of their own as long as they help.
             let within = in_bounds || controls > LEAST_GAIN * excess;

@@ -82,7 +82,7 @@ fn a_weakly_active_bound_is_met_exactly() {
     };
     let rough = solve(&problem, NlpSettings::default());
     assert!(rough.x[0] > 1e-6, "{:?}", rough.x);
-    let exact = solve(&problem, NlpSettings { polish: true, ..NlpSettings::default() });
+    let exact = solve(&problem, NlpSettings { polish: 0.05, ..NlpSettings::default() });
     assert_eq!(exact.status, Status::Optimal);
     assert!(exact.x[0].abs() < ROUNDING && (exact.x[1] - 1.0).abs() < ROUNDING, "{:?}", exact.x);
 }
