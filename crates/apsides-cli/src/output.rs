@@ -4,7 +4,7 @@ use std::fmt::Write as _;
 
 use apsides::pipeline::key::{name_of, unit_of};
 use apsides::{Outcome, Price, SearchSummary, Summary};
-use apsides_verify::Certificate;
+use apsides_verify::{Certificate, Check};
 
 /// The exit status of a command.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -163,13 +163,33 @@ pub(crate) fn certificate(c: &Certificate) -> String {
 
 fn titled_certificate(of: &str, c: &Certificate) -> String {
     let mut text = format!("certificate{of}: {}\n  {}\n", c.verdict, c.verdict.meaning());
+    if let Some(claim) = &c.claim {
+        let _ = writeln!(text, "  claim: {}", claim.words());
+    }
     for remark in &c.remarks {
         let _ = writeln!(text, "  {remark}");
     }
-    let width = c.checks.iter().map(|c| c.name.chars().count()).max().unwrap_or(0);
+    text += &table_of(&c.checks);
+    if let Some(claim) = &c.claim {
+        let _ = writeln!(text, "claim: {}\n{}", claim.words(), table_of(&claim.checks).trim_end());
+    }
+    let failed: Vec<_> = c.failures().filter_map(|c| Some((&c.name, c.meaning()?))).collect();
+    if !failed.is_empty() {
+        text += "what failed:\n";
+    }
+    for (name, meaning) in failed {
+        let _ = writeln!(text, "  {name}: {meaning}");
+    }
+    text
+}
+
+/// Checks, one a line.
+fn table_of(checks: &[Check]) -> String {
+    let mut text = String::new();
+    let width = checks.iter().map(|c| c.name.chars().count()).max().unwrap_or(0);
     let _ =
         writeln!(text, "  {:<width$}  {:>9}  {:>9}  {:<5}       where", "check", "value", "limit", "unit");
-    for c in &c.checks {
+    for c in checks {
         let verdict = if c.passed { "ok  " } else { "FAIL" };
         let _ = writeln!(
             text,
@@ -180,13 +200,6 @@ fn titled_certificate(of: &str, c: &Certificate) -> String {
             c.unit,
             c.at
         );
-    }
-    let failed: Vec<_> = c.failures().filter_map(|c| Some((&c.name, c.meaning()?))).collect();
-    if !failed.is_empty() {
-        text += "what failed:\n";
-    }
-    for (name, meaning) in failed {
-        let _ = writeln!(text, "  {name}: {meaning}");
     }
     text
 }

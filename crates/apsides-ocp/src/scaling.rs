@@ -1,8 +1,11 @@
 //! Typical sizes of every quantity, from stated scales, else bounds, else the guess.
+//!
+//! Bounds that are far apart beside what is known of a quantity, from its fixed ends and the guess, are there to keep it from going astray
+//! and say nothing of its size ([`Variable::size_within_bounds`]).
 
 use apsides_ad::NodeFunction;
 
-use crate::{Guess, Ocp, Phase, PhaseGuess, Variable};
+use crate::{Bounds, Guess, Ocp, Phase, PhaseGuess, Variable};
 
 /// Scales of one phase.
 #[derive(Clone, Debug, PartialEq)]
@@ -36,6 +39,9 @@ const SAMPLES: usize = 11;
 /// A guess below is rounding and says nothing of a size.
 const ROUNDING: f64 = 1e-12;
 
+/// A scale this many times a size is coarse.
+const COARSE: f64 = 1e6;
+
 /// So is one that is less than this part of the largest guess of a quantity with the same unit.
 const NOTHING_BESIDE: f64 = 1e-9;
 
@@ -59,6 +65,11 @@ impl Scaling {
                     enlarge(&mut largest_x, &x);
                     enlarge(&mut largest_u, &u);
                 }
+                for (largest, state) in largest_x.iter_mut().zip(&phase.states) {
+                    for end in [state.initial, state.terminal].into_iter().filter(Bounds::is_fixed) {
+                        *largest = largest.max(end.lower.abs());
+                    }
+                }
                 let states: Vec<&Variable> = phase.states.iter().map(|s| &s.variable).collect();
                 let controls: Vec<&Variable> = phase.controls.iter().collect();
                 let scaling = PhaseScaling {
@@ -72,6 +83,25 @@ impl Scaling {
             })
             .collect();
         Self { phases, parameters, objective: ocp.objective.scale }
+    }
+
+    /// True if quantities between two bounds are much smaller by `other`, which knows more of them.
+    #[must_use]
+    pub fn is_coarse_beside(&self, ocp: &Ocp, other: &Self) -> bool {
+        let is_coarse = |(variable, own, other): (&Variable, &f64, &f64)| {
+            variable.scale.is_none() && variable.size_within_bounds(0.0).is_some() && *own > COARSE * other
+        };
+        let coarse = |variables: Vec<&Variable>, own: &[f64], other: &[f64]| {
+            variables.into_iter().zip(own).zip(other).any(|((v, a), b)| is_coarse((v, a, b)))
+        };
+        let mut phases = ocp.phases.iter().zip(&self.phases).zip(&other.phases);
+        phases.any(|((phase, a), b)| {
+            let states = phase.states.iter().map(|s| &s.variable).collect();
+            let integrals = phase.integrals.iter().map(|i| &i.variable).collect();
+            coarse(states, &a.states, &b.states)
+                || coarse(phase.controls.iter().collect(), &a.controls, &b.controls)
+                || coarse(integrals, &a.integrals, &b.integrals)
+        }) || coarse(ocp.parameters.iter().collect(), &self.parameters, &other.parameters)
     }
 }
 
@@ -145,18 +175,18 @@ fn sizes(variables: &[&Variable], guesses: &[f64]) -> Vec<f64> {
     pairs().map(|(v, &g)| size(v, beside(v, g))).collect()
 }
 
-/// Stated scale, else width of the bounds, else the guess; one if all are zero or infinite.
+/// Stated scale, else that from the bounds, else the guess; one if all are zero or infinite.
 fn size(variable: &Variable, guess: f64) -> f64 {
-    let width = variable.bounds.upper - variable.bounds.lower;
     let usable = |s: &f64| *s > ROUNDING && s.is_finite();
-    variable.scale.or(Some(width).filter(usable)).or(Some(guess).filter(usable)).unwrap_or(1.0)
+    let within = variable.size_within_bounds(guess);
+    variable.scale.or(within).or(Some(guess).filter(usable)).unwrap_or(1.0)
 }
 
-/// Stated scale, else width of the bounds, else the larger finite bound, else the given change; one if all are zero or infinite.
+/// Stated scale, else that from the bounds, else the larger finite bound, else the given change; one if all are zero or infinite.
 fn row_size(row: &Variable, change: f64) -> f64 {
     let usable = |s: &f64| *s > 0.0 && s.is_finite();
-    let width = row.bounds.upper - row.bounds.lower;
-    row.scale.or(Some(width).filter(usable)).or(row.size()).or(Some(change).filter(usable)).unwrap_or(1.0)
+    let within = row.size_within_bounds(change);
+    row.scale.or(within).or(row.size()).or(Some(change).filter(usable)).unwrap_or(1.0)
 }
 
 /// The guess, or what the bounds allow where that is less.

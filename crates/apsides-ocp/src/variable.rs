@@ -163,11 +163,27 @@ impl Variable {
         Self { guards: [true, false], ..self }
     }
 
-    /// Stated scale, else the largest finite bound that is not zero.
+    /// The size of a quantity with two finite bounds, of which `met` is the largest magnitude that is known: the width of the bounds, or `met`
+    /// where they are so far apart that they say nothing of it. None without two bounds.
+    #[must_use]
+    pub fn size_within_bounds(&self, met: f64) -> Option<f64> {
+        let width = self.bounds.upper - self.bounds.lower;
+        if !(width > LEAST_WIDTH && width.is_finite()) {
+            return None;
+        }
+        let is_known = met.is_finite() && met > NOISE * width.min(WIDE);
+        Some(if is_known && width > FAR_APART * met { met } else { width })
+    }
+
+    /// Stated scale, else the largest finite bound that is not zero; of two bounds of which one is a million times the other the smaller one,
+    /// none where that is zero.
     #[must_use]
     pub fn size(&self) -> Option<f64> {
-        let bounds = [self.bounds.lower, self.bounds.upper].map(f64::abs);
-        self.scale.or(bounds.into_iter().filter(|b| b.is_finite() && *b > 0.0).reduce(f64::max))
+        let [a, b] = [self.bounds.lower, self.bounds.upper].map(f64::abs);
+        let (near, far) = (a.min(b), a.max(b));
+        let is_fence = far.is_finite() && far >= FENCE * near.max(1.0);
+        let bound = [if is_fence { near } else { far }, near];
+        self.scale.or(bound.into_iter().find(|b| b.is_finite() && *b > 0.0))
     }
 
     pub(crate) fn check(&self, place: &str, kind: &'static str) -> Result<(), OcpError> {
@@ -181,6 +197,17 @@ impl Variable {
         }
     }
 }
+
+/// A bound of at least this many times the other one, and of at least this size, only keeps a quantity from going astray.
+const FENCE: f64 = 1e6;
+/// Bounds that are closer are one value.
+const LEAST_WIDTH: f64 = 1e-12;
+/// Bounds that are this many times farther apart than what lies between them are fences, not sizes.
+const FAR_APART: f64 = 1e6;
+/// Values below this part of the width of bounds, or of wide ones if it is less, are what a solver leaves of zero.
+const NOISE: f64 = 1e-8;
+/// See there.
+const WIDE: f64 = 1e2;
 
 /// A state: bounds along the phase, at its start and at its end.
 #[derive(Clone, Debug, PartialEq)]

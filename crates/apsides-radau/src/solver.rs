@@ -31,6 +31,9 @@ const MOST_REVISIONS: usize = 8;
 /// Most meshes that are solved again since single nodes are caught at controls that are no minimum.
 const MOST_CAUGHT: usize = 3;
 
+/// Most meshes that are solved again since quantities are much smaller than their scales.
+const MOST_RESCALED: usize = 3;
+
 /// Least fall of the objective from better controls, relative.
 const LEAST_FALL: f64 = 1e-10;
 
@@ -118,6 +121,8 @@ struct Solved {
     switches: Vec<Switch>,
     accurate: bool,
     stalled: bool,
+    /// Nothing is left but the accuracy of the costates.
+    finished: bool,
     /// The next mesh without any breaks, should those of the next one lead nowhere.
     plain: Mesh,
 }
@@ -242,6 +247,7 @@ impl Radau {
         let mut left_caught = false;
         let mut is_settled = false;
         let mut may_catch = if self.settings.switches { MOST_CAUGHT } else { 0 };
+        let mut may_rescale = MOST_RESCALED;
         let workers = Workers::new(self.settings.threads);
         loop {
             let begin = Instant::now();
@@ -298,11 +304,27 @@ impl Radau {
             }
             if !status.is_success() {
                 let unmet = nlp.unmet(ocp, &report);
-                let solved = match last {
-                    Some(solved) => solved,
-                    None => Solved::first(trajectory, report, mesh),
-                };
-                return Ok(solved.into_ending(status, unmet, meshes, warnings));
+                return Ok(match last {
+                    // Meshes for the sake of the costates alone.
+                    Some(solved) if solved.finished && may_go_on(status) => {
+                        let status = solved.report.status;
+                        solved.into_ending(status, None, meshes, warnings)
+                    }
+                    Some(solved) => solved.into_ending(status, unmet, meshes, warnings),
+                    None => {
+                        Solved::first(trajectory, report, mesh).into_ending(status, unmet, meshes, warnings)
+                    }
+                });
+            }
+            // Bounds far apart hid the sizes of what lies between them.
+            let earlier = Guess::earlier(&trajectory);
+            if may_rescale > 0
+                && !out_of_meshes
+                && scaling.is_coarse_beside(ocp, &Scaling::new(ocp, &earlier))
+            {
+                may_rescale -= 1;
+                guess = earlier;
+                continue;
             }
             if error <= self.settings.tolerance && in_doubt && !looked_beyond {
                 looked_beyond = true;
@@ -413,7 +435,7 @@ impl Radau {
             let switches = found.switches(ocp, &trajectory);
             let plain = Mesh { phases: plain.phases.into_iter().map(PhaseMesh::without_arcs).collect() };
             let stalled = progress.has_stalled(error, trajectory.objective, points) && !accurate;
-            let solved = Solved { trajectory, report, switches, accurate, stalled, plain };
+            let solved = Solved { trajectory, report, switches, accurate, stalled, finished, plain };
             if stalled
                 || (finished && !wants_costates)
                 || out_of_meshes
@@ -437,7 +459,8 @@ impl Radau {
 impl Solved {
     /// That of a solve that was not followed up.
     fn first(trajectory: Trajectory, report: SolveReport, mesh: Mesh) -> Self {
-        Self { trajectory, report, switches: Vec::new(), accurate: false, stalled: false, plain: mesh }
+        let (accurate, stalled, finished) = (false, false, false);
+        Self { trajectory, report, switches: Vec::new(), accurate, stalled, finished, plain: mesh }
     }
 
     fn into_ending(

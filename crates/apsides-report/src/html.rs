@@ -80,7 +80,7 @@ fn header(page: &mut String, summary: &Summary, explanation: Option<&str>) {
         page,
         "<p class=\"lead\">Method: {}. Verification: {}.</p>",
         escape(&summary.method),
-        escape(&summary.certificate.verdict.to_string())
+        escape(&summary.certificate.words())
     );
     if let Some(explanation) = explanation {
         let _ = writeln!(page, "<p class=\"explanation\">{}</p>", escape(explanation));
@@ -92,6 +92,7 @@ fn header(page: &mut String, summary: &Summary, explanation: Option<&str>) {
         format!("{} {}", readable(summary.objective.value, DIGITS), escape(&pretty(&summary.objective.unit)));
     let (verdict, class) = match summary.certificate.verdict {
         v @ (Verdict::GlobalOptimum | Verdict::StrictLocalOptimum | Verdict::Extremal) => (v.word(), "good"),
+        v @ Verdict::Feasible if summary.certificate.is_verified() => (v.word(), "good"),
         v @ Verdict::Feasible => (v.word(), "warn"),
         v @ Verdict::Rejected => (v.word(), "bad"),
     };
@@ -179,6 +180,14 @@ fn certificate(page: &mut String, certificate: &Certificate) {
     if certificate.checks.is_empty() {
         return;
     }
+    table_of(page, &certificate.checks);
+    if let Some(claim) = &certificate.claim {
+        let _ = writeln!(page, "<h3>Claim: {}</h3>", escape(&claim.words()));
+        table_of(page, &claim.checks);
+    }
+}
+
+fn table_of(page: &mut String, checks: &[Check]) {
     page.push_str(
         "<div class=\"card\"><table>\n<thead><tr><th>Check, and where it is largest</th><th class=\"number\">Value</th>\
          <th class=\"number\">Limit</th><th class=\"number\">Margin</th><th>Unit</th><th>Used</th><th>Result</th>\
@@ -191,7 +200,7 @@ fn certificate(page: &mut String, certificate: &Certificate) {
         (CheckKind::Strictness, "Second order, sufficient"),
         (CheckKind::Convexity, "Convexity"),
     ] {
-        let mut of_kind = certificate.checks.iter().filter(|c| c.kind == kind).peekable();
+        let mut of_kind = checks.iter().filter(|c| c.kind == kind).peekable();
         if of_kind.peek().is_some() {
             let _ = writeln!(page, "<tr class=\"group\"><th colspan=\"7\">{name}</th></tr>");
         }

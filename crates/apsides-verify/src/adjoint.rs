@@ -23,7 +23,7 @@ use apsides_ocp::{Bounds, EndpointInput, Ocp, PiecewisePolynomial, Scaling, Segm
 use crate::VerifySettings;
 use crate::ends::{EndGradient, EndScales, Ends};
 use crate::equations::Equations;
-use crate::optimality;
+use crate::optimality::{self, Among};
 use crate::second_order::corners;
 use leg::{Leg, Legs};
 use triangle::Triangle;
@@ -63,7 +63,7 @@ pub(crate) fn with_costates(
         }
     }
     let stated = result.clone();
-    let mut conditions = optimality::phases(ocp, &stated, scaling)?;
+    let mut conditions = optimality::phases(ocp, &stated, scaling, Among::All)?;
     let ends = Ends::of(trajectory);
     let scales = EndScales::new(ocp, scaling, settings);
     let globals = globals(ocp, trajectory, &ends, &scales, settings);

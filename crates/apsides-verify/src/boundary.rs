@@ -263,14 +263,13 @@ fn second_order(f: &dyn NodeFunction, z: &[f64], steps: &[f64]) -> f64 {
     terms.sum()
 }
 
-/// Typical size of a bounded quantity: as stated, else the width of its bounds, else the larger finite bound, else the
+/// Typical size of a bounded quantity: as stated, else from its bounds and what is met between them, else the larger finite bound, else the
 /// given one, else one.
 pub(crate) fn row_scale(variable: &Variable, size: f64) -> f64 {
     let usable = |s: &f64| *s > 0.0 && s.is_finite();
-    let width = variable.bounds.upper - variable.bounds.lower;
     variable
         .scale
-        .or(Some(width).filter(usable))
+        .or(variable.size_within_bounds(size.abs()))
         .or(Some(largest_bound(variable)).filter(usable))
         .or(Some(size.abs()).filter(usable))
         .unwrap_or(1.0)

@@ -128,6 +128,25 @@ impl std::fmt::Display for Verdict {
     }
 }
 
+/// What holds among a part of the admissible controls, where it does not among all of them.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Claim {
+    /// The controls among which it holds, for instance `controls constant on each of 30 intervals`.
+    pub among: String,
+    /// The conclusion, of these controls.
+    pub verdict: Verdict,
+    /// The checks of optimality among them.
+    pub checks: Vec<Check>,
+}
+
+impl Claim {
+    /// The claim in a few words.
+    #[must_use]
+    pub fn words(&self) -> String {
+        format!("{} among {}", self.verdict, self.among)
+    }
+}
+
 /// The result of a verification.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Certificate {
@@ -138,6 +157,9 @@ pub struct Certificate {
     /// Reasons why the verdict is not a stronger one, where no failed check says it.
     #[serde(default)]
     pub remarks: Vec<String>,
+    /// What holds among controls of the trajectory's own kind, where the verdict is less than `extremal`.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub claim: Option<Claim>,
 }
 
 impl Certificate {
@@ -157,13 +179,21 @@ impl Certificate {
         } else {
             Verdict::Extremal
         };
-        Self { verdict, checks, remarks: Vec::new() }
+        Self { verdict, checks, remarks: Vec::new(), claim: None }
     }
 
     /// The certificate with further checks, for instance those of a mission; the verdict is drawn again.
     #[must_use]
     pub fn with_checks(self, checks: impl IntoIterator<Item = Check>) -> Self {
-        Self::new(self.checks.into_iter().chain(checks).collect()).with_remarks(self.remarks)
+        Self::new(self.checks.into_iter().chain(checks).collect())
+            .with_remarks(self.remarks)
+            .with_claim(self.claim)
+    }
+
+    /// The same with a claim.
+    #[must_use]
+    pub(crate) fn with_claim(self, claim: Option<Claim>) -> Self {
+        Self { claim, ..self }
     }
 
     /// The same with remarks.
@@ -172,15 +202,23 @@ impl Certificate {
         Self { remarks: remarks.into_iter().collect(), ..self }
     }
 
+    /// The verdict in words, with the claim where there is one.
+    #[must_use]
+    pub fn words(&self) -> String {
+        let claim = self.claim.as_ref().map(|c| format!("; {}", c.words()));
+        format!("{}{}", self.verdict, claim.unwrap_or_default())
+    }
+
     /// The checks that failed.
     pub fn failures(&self) -> impl Iterator<Item = &Check> {
         self.checks.iter().filter(|c| !c.passed)
     }
 
-    /// Returns true if the trajectory is feasible and at least an extremal.
+    /// Returns true if the trajectory is feasible and at least an extremal, of all controls or of those that its claim names.
     #[must_use]
     pub fn is_verified(&self) -> bool {
-        self.verdict >= Verdict::Extremal
+        let claimed = self.claim.as_ref().is_some_and(|c| c.verdict >= Verdict::Extremal);
+        self.verdict >= Verdict::Extremal || self.verdict == Verdict::Feasible && claimed
     }
 }
 

@@ -68,6 +68,7 @@ pub mod verify;
 
 mod adjoint;
 mod boundary;
+mod constant_controls;
 mod convexity;
 mod ends;
 mod equations;
@@ -82,7 +83,7 @@ mod shape;
 mod tests;
 mod worst;
 
-pub use certificate::{Certificate, Check, CheckKind, Verdict};
+pub use certificate::{Certificate, Check, CheckKind, Claim, Verdict};
 pub use error::VerifyError;
 pub use sampled::{Interpolation, PhaseSamples, Sampled, sampled};
 pub use settings::VerifySettings;

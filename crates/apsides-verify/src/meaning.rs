@@ -74,6 +74,12 @@ const SENTENCES: &[(CheckKind, &str, &str)] = {
         ),
         (
             Optimality,
+            "mean stationarity of the Hamiltonian",
+            "Among constant controls the mean of the Hamiltonian over each interval must be stationary in each control, or push it \
+             against its bound.",
+        ),
+        (
+            Optimality,
             "stationarity of the Hamiltonian",
             "The Hamiltonian must be stationary in each control, or push it against its bound.",
         ),

@@ -17,6 +17,7 @@
 //! Not part of a trajectory, so not known here: multipliers of state bounds along a phase (what the costate equation lacks
 //! where a state is at its bound must have their sign), of duration bounds.
 
+mod constant;
 mod contact;
 mod costate;
 mod minimum;
@@ -26,7 +27,10 @@ mod transversality;
 use apsides_ocp::{Bounds, Ocp, PhaseScaling, PhaseTrajectory, PiecewisePolynomial, Scaling, Trajectory};
 
 use crate::equations::{Equations, Hamiltonian};
+use crate::worst::relative;
 use crate::{Check, CheckKind, VerifySettings};
+pub(crate) use constant::Lengths;
+pub(crate) use transversality::parameter_slopes;
 
 const KIND: CheckKind = CheckKind::Optimality;
 /// Abscissae on [0, 1] and weights of the five-point Gauss rule.
@@ -38,13 +42,24 @@ const GAUSS: [(f64, f64); 5] = [
     (0.953_089_922_969_332_0, 0.118_463_442_528_094_54),
 ];
 
+/// The controls among which a trajectory is looked at.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Among {
+    /// All that are admissible.
+    All,
+    /// Those that are constant on each interval of the trajectory's control.
+    Constant(Lengths),
+}
+
 /// The phases with their costates; none unless every phase has some, because part of the conditions says nothing.
 pub(crate) fn phases<'a>(
     ocp: &'a Ocp,
     trajectory: &'a Trajectory,
     scaling: &'a Scaling,
+    among: Among,
 ) -> Option<Vec<PhaseConditions<'a>>> {
-    (0..ocp.phases.len()).map(|k| PhaseConditions::new(ocp, trajectory, k, &scaling.phases[k])).collect()
+    let phase = |k: usize| PhaseConditions::new(ocp, trajectory, k, &scaling.phases[k], among);
+    (0..ocp.phases.len()).map(phase).collect()
 }
 
 /// All first-order checks.
@@ -58,16 +73,31 @@ pub(crate) fn checks(
     let mut checks = Vec::new();
     for phase in &mut *conditions {
         checks.extend(phase.costate_equation(settings));
-        checks.extend(phase.stationarity(settings));
-        checks.extend(phase.path_multipliers(settings));
-        checks.extend(phase.minimum_principle(settings));
-        checks.extend(phase.hamiltonian(settings));
+        match phase.among {
+            Among::All => {
+                let minimum = phase.minimum_principle(settings);
+                checks.extend(phase.stationarity(settings));
+                checks.extend(phase.path_multipliers(settings));
+                checks.extend(minimum);
+                checks.extend(phase.hamiltonian(settings));
+            }
+            Among::Constant(lengths) => {
+                checks.extend(phase.mean_stationarity(settings));
+                checks.extend(phase.path_multipliers(settings));
+                // Where the intervals may change their lengths the Hamiltonian is continuous.
+                checks.extend((lengths == Lengths::Free).then(|| phase.hamiltonian(settings)).flatten());
+            }
+        }
         checks.extend(phase.contact_rates(settings));
         checks.extend(phase.contact_hamiltonian(settings));
     }
     checks.extend(transversality::checks(ocp, trajectory, scaling, settings, conditions));
     checks
 }
+
+/// What is held against the range of the Hamiltonian over the controls counts this much: costates, accurate relative to the largest of them,
+/// are less so relative to a small range, as that of a weak thrust.
+const RANGE_WEIGHT: f64 = 1e-2;
 
 /// Costates, times the scales of their states, are held against this part of the Hamiltonian times the duration where they are less.
 /// A rate of the size of a state over the duration then adds less than this part to the Hamiltonian: such costates are rounding.
@@ -82,11 +112,16 @@ pub(crate) struct PhaseConditions<'a> {
     pub(crate) nodes: Vec<Node>,
     /// Largest term of the Hamiltonian over the nodes.
     pub(crate) hamiltonian_size: f64,
+    /// Largest change of the Hamiltonian by controls at one time, as far as the minimum principle has been looked at.
+    control_range: f64,
     /// Largest costate times the scale of its state over the nodes.
     pub(crate) costate_size: f64,
     pub(crate) point: Point,
+    pub(crate) among: Among,
     /// Another control with the same Hamiltonian along an arc, in words.
     pub(crate) rival: Option<String>,
+    /// The first jump of a costate where the equations of motion jump.
+    pub(crate) jump: Option<costate::Jump>,
     /// Conditions at the contacts of the trajectory.
     impulses: Vec<contact::Impulse>,
 }
@@ -112,7 +147,13 @@ pub(crate) struct Node {
 }
 
 impl<'a> PhaseConditions<'a> {
-    fn new(ocp: &'a Ocp, trajectory: &'a Trajectory, k: usize, scaling: &'a PhaseScaling) -> Option<Self> {
+    fn new(
+        ocp: &'a Ocp,
+        trajectory: &'a Trajectory,
+        k: usize,
+        scaling: &'a PhaseScaling,
+        among: Among,
+    ) -> Option<Self> {
         let found = &trajectory.phases[k];
         let equations = Equations::new(ocp, k, &trajectory.parameters)
             .with_integral_multipliers(found.integral_multipliers.as_ref());
@@ -132,9 +173,12 @@ impl<'a> PhaseConditions<'a> {
             scaling,
             nodes: Vec::new(),
             hamiltonian_size: 0.0,
+            control_range: 0.0,
             costate_size: 0.0,
             point,
+            among,
             rival: None,
+            jump: None,
             impulses: Vec::new(),
         };
         for segment in 0..found.control.segments().len() {
@@ -147,6 +191,14 @@ impl<'a> PhaseConditions<'a> {
         conditions.costate_size = conditions.costate_size.max(least);
         conditions.find_impulses();
         Some(conditions)
+    }
+
+    /// A change of the Hamiltonian that controls make, relative to its largest term, and to what controls can change of it.
+    fn relative_to_controls(&self, change: f64) -> f64 {
+        let of_range =
+            if self.control_range > 0.0 { RANGE_WEIGHT * change / self.control_range } else { 0.0 };
+        let of_terms = relative(change, self.hamiltonian_size);
+        if of_range.abs() > of_terms.abs() { of_range } else { of_terms }
     }
 
     fn add_node(&mut self, segment: usize, time: f64) {

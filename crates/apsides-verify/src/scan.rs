@@ -16,6 +16,11 @@ use crate::{Check, CheckKind, VerifySettings};
 /// Evaluations of the search: the bracket ends at 1e-8 of its length.
 const SEARCH_EVALUATIONS: usize = 41;
 
+/// Scales count up to this many times the largest value along the path, and values up to this part of the scale are none.
+const BESIDE_FAR_BOUNDS: f64 = 1e3;
+/// See there.
+const NOTHING_MET: f64 = 1e-6;
+
 /// A quantity that is watched, in the row `[x, u, path rows]`.
 struct Watched<'a> {
     row: usize,
@@ -25,8 +30,20 @@ struct Watched<'a> {
     excess: f64,
     /// Typical size where neither a scale nor a bound says one.
     size: f64,
+    /// Largest magnitude along the path.
+    met: f64,
     leg: usize,
     time: f64,
+}
+
+impl Watched<'_> {
+    /// The allowed excess. Where no scale is stated, and bounds are far apart beside what lies between them, that counts.
+    fn limit(&self, settings: &VerifySettings) -> f64 {
+        let scale = row_scale(self.variable, self.size);
+        let most = BESIDE_FAR_BOUNDS * self.met.max(NOTHING_MET * scale);
+        let size = if self.variable.scale.is_some() { scale } else { scale.min(most) };
+        (settings.path_tolerance * size).max(self.floor)
+    }
 }
 
 /// The trajectory's states at their own nodes against the re-simulated path.
@@ -82,6 +99,7 @@ pub(crate) fn checks(
             for w in &mut watched {
                 let value = row[w.row];
                 let excess = w.variable.bounds.excess(value);
+                w.met = w.met.max(value.abs());
                 if is_worse(excess, w.excess) {
                     (w.excess, w.leg, w.time) = (excess, leg, t);
                 }
@@ -111,14 +129,14 @@ fn watched<'a>(phase: &'a Phase, scaling: &PhaseScaling, settings: &VerifySettin
         floor,
         excess: f64::NEG_INFINITY,
         size,
+        met: 0.0,
         leg: 0,
         time: 0.0,
     };
     let (nx, nu) = (phase.states.len(), phase.controls.len());
     let states = phase.states.iter().enumerate().map(|(i, s)| {
-        // The path may leave its bounds by as much as its end may miss.
-        let floor = s.tolerance.unwrap_or(settings.end_tolerance * scaling.states[i]);
-        watch(i, &s.variable, floor, scaling.states[i])
+        // The path may leave its bounds by as much as a stated tolerance lets its end miss.
+        watch(i, &s.variable, s.tolerance.unwrap_or(0.0), scaling.states[i])
     });
     let controls = phase.controls.iter().enumerate().map(|(i, c)| watch(nx + i, c, 0.0, scaling.controls[i]));
     let path = phase
@@ -143,7 +161,7 @@ fn report(
     let mut rows = Vec::new();
     for w in &watched {
         let variable = w.variable;
-        let limit = (settings.path_tolerance * row_scale(variable, w.size)).max(w.floor);
+        let limit = w.limit(settings);
         let named = || format!("{}, {}", variable.name, place(phase, w.time));
         if w.row < nx {
             states.consider(w.excess, limit, &variable.unit, named);

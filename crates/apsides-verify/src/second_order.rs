@@ -18,6 +18,7 @@
 mod activity;
 mod arcs;
 mod conjugate;
+mod constant;
 mod form;
 mod interval;
 mod sweep;
@@ -25,7 +26,7 @@ mod sweep;
 use apsides_ocp::{Ocp, Scaling, Trajectory};
 
 use crate::ends::EndScales;
-use crate::optimality::PhaseConditions;
+use crate::optimality::{Among, PhaseConditions};
 use crate::place::place;
 use crate::{Check, CheckKind, VerifySettings};
 use activity::Space;
@@ -59,6 +60,14 @@ pub(crate) fn conditions(
     if !ocp.constraints.is_empty() && trajectory.constraint_multipliers.is_none() {
         return not_tested("first order only: the trajectory has no multipliers of its endpoint constraints");
     }
+    if let Some((c, jump)) = conditions.iter().find_map(|c| Some((c, c.jump?))) {
+        let state = &c.equations.phase.states[jump.state].variable.name;
+        let at = place(c.equations.phase, jump.time);
+        return not_tested(&format!(
+            "first order only: the equations of motion jump with {state} ({at}), where its costate jumps by {:.1e} of the largest",
+            jump.size
+        ));
+    }
     let Some(form) = Form::new(ocp, trajectory, &scales, &scaling.parameters, conditions, settings) else {
         return not_tested("first order only: the linearised equations of motion could not be solved");
     };
@@ -80,7 +89,8 @@ pub(crate) fn conditions(
         }
         amount *= 10f64.powf(0.25);
     }
-    let at = if amount > 0.0 { conjugate::place_of(ocp, &form, conditions) } else { String::new() };
+    let has_place = amount > 0.0 && conditions.iter().all(|c| c.among == Among::All);
+    let at = if has_place { conjugate::place_of(ocp, &form, conditions) } else { String::new() };
     let mut second = SecondOrder::default();
     let name = "negative curvature of the second variation";
     second.checks.push(Check::new(name, CheckKind::Curvature, amount, limit, "-", at));

@@ -1,6 +1,7 @@
 //! Problems with closed-form solutions, exact and perturbed.
 
 mod brachistochrone;
+mod constant_controls;
 mod contact;
 mod end_conditions;
 mod linked;

@@ -4,10 +4,11 @@ use apsides_ocp::{Guess, Ocp, PathEnds, PhaseTrajectory, Scaling, Trajectory};
 
 use crate::boundary::Boundary;
 use crate::equations::Equations;
+use crate::optimality::{self, Among};
 use crate::simulation::{self, SimulatedPhase};
 use crate::{
-    Certificate, Check, CheckKind, VerifyError, VerifySettings, adjoint, convexity, optimality, scan,
-    second_order, shape,
+    Certificate, Check, CheckKind, Verdict, VerifyError, VerifySettings, adjoint, constant_controls,
+    convexity, scan, second_order, shape,
 };
 
 /// A certificate and the re-simulated path on which it is based.
@@ -51,12 +52,20 @@ pub fn verify(
         }
     }
     let feasible = checks.iter().all(|c| c.passed);
-    let (optimality, remarks) = optimum(ocp, &at_state_nodes(trajectory), &scaling, settings, feasible);
+    let fine = at_state_nodes(trajectory);
+    let (optimality, remarks) = optimum(ocp, &fine, &scaling, settings, feasible);
     checks.extend(optimality);
+    let mut certificate = Certificate::new(checks).with_remarks(remarks);
+    if certificate.verdict == Verdict::Feasible && constant_controls::has_only(trajectory) {
+        match constant_controls::claim(ocp, &fine, &scaling, settings) {
+            Ok(claim) => certificate = certificate.with_claim(Some(claim)),
+            Err(reason) => certificate.remarks.extend(reason),
+        }
+    }
     let simulation = (trajectory.phases.iter().zip(&flights))
         .map(|(found, flight)| simulation::sample(found, flight, settings.scan_points))
         .collect();
-    Ok(Verification { certificate: Certificate::new(checks).with_remarks(remarks), simulation })
+    Ok(Verification { certificate, simulation })
 }
 
 /// The trajectory with its controls at the nodes that its states need: what a control has few nodes for, such as one that is constant over an
@@ -99,7 +108,7 @@ fn conditions(
     settings: &VerifySettings,
     feasible: bool,
 ) -> (Vec<Check>, Vec<String>) {
-    let Some(mut conditions) = optimality::phases(ocp, trajectory, scaling) else {
+    let Some(mut conditions) = optimality::phases(ocp, trajectory, scaling, Among::All) else {
         return (Vec::new(), Vec::new());
     };
     let mut checks = optimality::checks(ocp, trajectory, scaling, settings, &mut conditions);
@@ -108,7 +117,7 @@ fn conditions(
     if feasible && checks.iter().all(|c| c.passed) {
         let second = second_order::conditions(ocp, trajectory, scaling, settings, &mut conditions);
         checks.extend(second.checks);
-        let convex = convexity::check(ocp, trajectory);
+        let convex = convexity::check(ocp);
         if convex.is_none() {
             remarks.extend(second.remark);
         }

@@ -6,7 +6,6 @@ use apsides_ocp::Method;
 use apsides_piecewise::{
     Constraints, FreeLengths, Lengths, PiecewiseConstant, PiecewiseSettings, Transcription,
 };
-use apsides_shooting::direct::MultipleShootingSettings;
 
 use super::{Case, Entry, MethodName, MethodSettings};
 use crate::Error;
@@ -110,7 +109,7 @@ impl PiecewiseMethod {
         } else {
             Constraints::Points(values.count("piecewise.points")?)
         };
-        let mut shooting = MultipleShootingSettings::default();
+        let mut shooting = PiecewiseSettings::default().shooting;
         shooting.nlp.tolerance = values.number("piecewise.nlp_tolerance")?;
         let settings = PiecewiseSettings {
             intervals: values.count("piecewise.intervals")?,

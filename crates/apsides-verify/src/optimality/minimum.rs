@@ -8,6 +8,9 @@
 //! `c` are the path constraint rows in which controls occur. L. S. Pontryagin, V. G. Boltyanskii, R. V. Gamkrelidze, E. F.
 //! Mishchenko, The Mathematical Theory of Optimal Processes, Interscience 1962, chapter 1.
 //!
+//! The excess is held against the largest term of the Hamiltonian, and a hundred times less strictly against what controls can change of it: a
+//! large term that no control enters, or that cancels another one, would hide a better control.
+//!
 //! The least value is searched: a grid over the bounds (over the range met and its surroundings where there is none), each
 //! point moved onto the path constraints, then a compass search from the best ones. What is found is admissible, so that a
 //! failing check shows a better control; a passing one says that the search found none.
@@ -21,7 +24,7 @@ use apsides_ocp::{Phase, Variable};
 use super::{KIND, PhaseConditions};
 use crate::boundary::row_scale;
 use crate::place::place;
-use crate::worst::{Worst, relative};
+use crate::worst::Worst;
 use crate::{Check, VerifySettings};
 
 /// Points of a phase at which the control set is searched, at most.
@@ -40,8 +43,8 @@ const SWEEPS: usize = 30;
 const APART: f64 = 0.1;
 /// Hamiltonians that differ by less, relative to the largest term, are equal: rounding of costates.
 const EQUAL: f64 = 1e-9;
-/// Rates that differ by less, over the duration and relative to the scales of their states, are those of one motion: a control found by
-/// search to the root of [`EQUAL`] has them.
+/// Rates that differ by less, over the duration and relative to the scales of their states or to themselves, are those of one motion: a
+/// control found by search to the root of [`EQUAL`] has them.
 const SAME_RATES: f64 = 1e-3;
 /// A candidate meets a path constraint within this times the scale of the row.
 const ROW_TOLERANCE: f64 = 1e-9;
@@ -58,6 +61,8 @@ struct ControlRow {
 struct Compared {
     /// Distance of the trajectory's Hamiltonian above the least one found.
     gap: f64,
+    /// Distance of the largest one found above the least one.
+    range: f64,
     /// The control that has it.
     least: Vec<f64>,
     /// Another control far from the trajectory's with the same Hamiltonian.
@@ -83,13 +88,15 @@ impl PhaseConditions<'_> {
         let set = self.control_set();
         let stride = self.nodes.len().div_ceil(POINTS).max(1);
         let mut worst = Worst::default();
+        let mut gaps: Vec<(f64, f64, String)> = Vec::new();
         let mut k = 0;
         for segment in 0..self.found.control.segments().len() {
             let mut shared = false;
             for time in self.found.control.node_times(segment) {
                 if k % stride == 0 {
                     let own = self.found_control(segment, time);
-                    let Compared { gap, least, rival } = self.compare(&set, segment, time);
+                    let Compared { gap, range, least, rival } = self.compare(&set, segment, time);
+                    self.control_range = self.control_range.max(range);
                     // Along a bound of a state the state itself determines the control.
                     let rival = rival.filter(|_| !self.is_at_state_bound(segment, time, settings));
                     if let Some(rival) = rival.as_ref().filter(|_| self.rival.is_none() && shared) {
@@ -97,15 +104,17 @@ impl PhaseConditions<'_> {
                             Some(format!("{}, {}", in_words(phase, rival, &own), place(phase, time)));
                     }
                     shared = rival.is_some();
-                    let residual = relative(gap, self.hamiltonian_size);
-                    let at = || {
-                        let (place, better) = (place(phase, time), in_words(phase, &least, &own));
-                        if better.is_empty() { place } else { format!("{place}; smaller with {better}") }
-                    };
-                    worst.consider(residual, settings.minimum_tolerance, "-", at);
+                    gaps.push((gap, time, in_words(phase, &least, &own)));
                 }
                 k += 1;
             }
+        }
+        for (gap, time, better) in gaps {
+            let at = || {
+                let place = place(phase, time);
+                if better.is_empty() { place } else { format!("{place}; smaller with {better}") }
+            };
+            worst.consider(self.relative_to_controls(gap), settings.minimum_tolerance, "-", at);
         }
         let open = phase.controls.iter().any(|c| !c.bounds.lower.is_finite() || !c.bounds.upper.is_finite());
         let remark = open.then(|| "controls without bounds searched about the range met".to_owned());
@@ -152,9 +161,11 @@ impl PhaseConditions<'_> {
         let own = self.point.u.clone();
         let mut search = Search { conditions: self, set, time, trial: vec![0.0; nu] };
         let mut best: Vec<(f64, Vec<f64>)> = Vec::new();
+        let mut largest = stated;
         let mut far: Option<(f64, Vec<f64>)> = None;
         for candidate in set.grid.chunks(nu) {
             if let Some(h) = search.admissible(candidate) {
+                largest = largest.max(h);
                 let at = best.partition_point(|(other, _)| *other <= h);
                 if at < STARTS {
                     best.insert(at, (h, search.trial.clone()));
@@ -180,7 +191,8 @@ impl PhaseConditions<'_> {
         let rival = far.filter(|(h, u)| {
             h - stated <= EQUAL * self.hamiltonian_size && self.has_other_rates(time, u, &own)
         });
-        Compared { gap: stated - least.0, least: least.1, rival: rival.map(|(_, u)| u) }
+        let (gap, range) = (stated - least.0, largest - least.0);
+        Compared { gap, range, least: least.1, rival: rival.map(|(_, u)| u) }
     }
 
     /// Says whether a state, or a path constraint without controls, is at a bound.
@@ -202,6 +214,19 @@ impl PhaseConditions<'_> {
         met.any(|(row, _)| equations.is_free_of_controls(row))
     }
 
+    /// True if a control changes the rates of states and integrals at the point as it was evaluated, whatever its derivatives there.
+    pub(crate) fn has_effect(&mut self, time: f64, control: usize) -> bool {
+        let own = self.point.u.clone();
+        let bounds = self.equations.phase.controls[control].bounds;
+        let scale = self.scaling.controls[control];
+        let others = [bounds.lower, bounds.upper, own[control] - scale, own[control] + scale];
+        others.into_iter().filter(|v| v.is_finite()).any(|value| {
+            let mut other = own.clone();
+            other[control] = bounds.clamp(value);
+            self.has_other_rates(time, &other, &own)
+        })
+    }
+
     /// True if the rates of states and integrals differ: the controls are not two descriptions of one motion, as an angle and
     /// itself after a full turn.
     fn has_other_rates(&mut self, time: f64, one: &[f64], other: &[f64]) -> bool {
@@ -214,7 +239,11 @@ impl PhaseConditions<'_> {
         };
         let (one, other) = (rates(one), rates(other));
         let scales = scaling.states.iter().chain(&scaling.integrals);
-        one.iter().zip(&other).zip(scales).any(|((a, b), s)| (a - b).abs() * scaling.time > SAME_RATES * s)
+        one.iter().zip(&other).zip(scales).any(|((a, b), s)| {
+            // Beside wide bounds the rates themselves tell what is much.
+            let size = s.min(a.abs().max(b.abs()) * scaling.time);
+            (a - b).abs() * scaling.time > SAME_RATES * size
+        })
     }
 }
 

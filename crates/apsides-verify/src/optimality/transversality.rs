@@ -2,8 +2,9 @@
 
 use apsides_ocp::{Bounds, EndpointInput, Ocp, Phase, Scaling, Trajectory};
 
-use super::{GAUSS, KIND, PhaseConditions, natural_residual};
+use super::{Among, GAUSS, KIND, Lengths, PhaseConditions, Point, natural_residual};
 use crate::ends::{EndGradient, EndScales, Ends};
+use crate::equations::Equations;
 use crate::worst::{Worst, relative};
 use crate::{Check, VerifySettings};
 
@@ -143,11 +144,7 @@ impl EndConditions<'_> {
 
     /// `integral of dL/dp + dB/dp = 0` over all phases.
     fn parameters(&self, conditions: &mut [PhaseConditions<'_>]) -> Option<Check> {
-        let n = self.ocp.parameters.len();
-        let (mut slopes, mut sizes) = (vec![0.0; n], vec![0.0; n]);
-        for phase in conditions.iter_mut().filter(|_| n > 0) {
-            phase.add_parameter_slopes(&mut slopes, &mut sizes);
-        }
+        let (slopes, sizes) = parameter_slopes(self.ocp.parameters.len(), conditions);
         let mut worst = Worst::default();
         for (i, p) in self.ocp.parameters.iter().enumerate() {
             let input = EndpointInput::Parameter { index: i };
@@ -179,9 +176,39 @@ impl EndConditions<'_> {
     }
 }
 
+/// The integrals over all phases of `dL/dp` and of its magnitude.
+pub(crate) fn parameter_slopes(n: usize, conditions: &mut [PhaseConditions<'_>]) -> (Vec<f64>, Vec<f64>) {
+    let (mut slopes, mut sizes) = (vec![0.0; n], vec![0.0; n]);
+    for phase in conditions.iter_mut().filter(|_| n > 0) {
+        phase.add_parameter_slopes(&mut slopes, &mut sizes);
+    }
+    (slopes, sizes)
+}
+
 impl PhaseConditions<'_> {
-    /// Hamiltonian at both ends: its mean where it is constant.
+    /// Values of the integrals of the phase.
+    pub(crate) fn integrals(&mut self) -> Vec<f64> {
+        let (nx, count) = (self.equations.nx, self.equations.phase.integrals.len());
+        let mut sums = vec![0.0; count];
+        let mut rates = vec![0.0; nx + count];
+        for segment in 0..self.found.control.segments().len() {
+            if count == 0 {
+                break;
+            }
+            self.integrate_over(segment, |equations, _, _, _, weight| {
+                equations.rates(&mut rates);
+                sums.iter_mut().zip(&rates[nx..]).for_each(|(s, r)| *s += weight * r);
+            });
+        }
+        sums
+    }
+
+    /// Hamiltonian at both ends: its mean where it is constant. Where the intervals keep their parts of the duration, what the cost gains
+    /// by an earlier start or a later end.
     pub(crate) fn end_hamiltonians(&mut self) -> [f64; 2] {
+        if self.among == Among::Constant(Lengths::Given) {
+            return self.stretching_hamiltonians();
+        }
         if self.equations.is_autonomous() {
             return [self.mean_hamiltonian(); 2];
         }
@@ -199,18 +226,30 @@ impl PhaseConditions<'_> {
                 sizes[i] += impulse.jump[first + i].abs();
             }
         }
-        let breaks = self.found.control.breaks();
-        for segment in 0..breaks.len() - 1 {
-            let panel = (breaks[segment + 1] - breaks[segment]) / PANELS as f64;
-            for k in 0..PANELS {
-                for (abscissa, weight) in GAUSS {
-                    self.evaluate(segment, breaks[segment] + (k as f64 + abscissa) * panel);
-                    for i in 0..slopes.len() {
-                        let part = weight * panel * self.point.gradient[first + i];
-                        slopes[i] += part;
-                        sizes[i] += part.abs();
-                    }
+        for segment in 0..self.found.control.segments().len() {
+            self.integrate_over(segment, |_, point, _, _, weight| {
+                for i in 0..slopes.len() {
+                    let part = weight * point.gradient[first + i];
+                    slopes[i] += part;
+                    sizes[i] += part.abs();
                 }
+            });
+        }
+    }
+
+    /// Calls `add(equations, point, hamiltonian, time, weight)` at the points of a quadrature over an interval of the control.
+    pub(super) fn integrate_over(
+        &mut self,
+        segment: usize,
+        mut add: impl FnMut(&mut Equations<'_>, &Point, f64, f64, f64),
+    ) {
+        let (a, b) = (self.found.control.breaks()[segment], self.found.control.breaks()[segment + 1]);
+        let panel = (b - a) / PANELS as f64;
+        for k in 0..PANELS {
+            for (abscissa, weight) in GAUSS {
+                let time = a + (k as f64 + abscissa) * panel;
+                let h = self.evaluate(segment, time).value;
+                add(&mut self.equations, &self.point, h, time, weight * panel);
             }
         }
     }

@@ -5,17 +5,23 @@ use nalgebra::DMatrix;
 
 use super::activity::{Activity, Space};
 use super::arcs::{self, Span};
+use super::constant;
 use super::interval::{Interval, Rule};
 use super::sweep::{ROW_SHIFT, Sizes, Swept, ZERO, sweep};
 use crate::VerifySettings;
 use crate::boundary::row_scale;
 use crate::ends::{EndGradient, EndScales, Ends};
 use crate::equations::sign;
-use crate::optimality::PhaseConditions;
+use crate::optimality::{Among, Lengths, PhaseConditions, parameter_slopes};
 use crate::worst::relative;
 
 /// Distance from a bound, relative to the scale of a row, along an arc there.
 const AT_BOUND: f64 = 1e-7;
+
+/// Part of another size below which a size is none.
+const NOTHING: f64 = 1e-9;
+/// Part of the Hamiltonian below which the second derivatives have a size of their own.
+const LITTLE: f64 = 1e-3;
 
 /// One phase of the form.
 pub(super) struct PhaseForm {
@@ -25,8 +31,8 @@ pub(super) struct PhaseForm {
     pub(super) duration: f64,
     /// Largest term of the Hamiltonian times the duration, relative to the size of the form.
     share: f64,
-    /// Integrals with an active bound.
-    active_integrals: Vec<bool>,
+    /// The stand of the integrals to their bounds.
+    integrals: Vec<Activity>,
     /// End of an interval and curvature of a contact there, over `[x, xi_a, xi_b, p]`.
     contacts: Vec<(usize, DMatrix<f64>)>,
 }
@@ -65,21 +71,29 @@ impl PhaseForm {
     fn new(conditions: &mut PhaseConditions<'_>, parameters: &[f64], rule: &Rule) -> Option<Self> {
         let found = conditions.found;
         let duration = found.final_time - found.initial_time;
-        let corners = arcs::corners(conditions);
-        let spans = arcs::spans(found, &corners);
+        let breaks = found.control.breaks();
+        let corners = match conditions.among {
+            Among::All => arcs::corners(conditions),
+            Among::Constant(_) => breaks[1..breaks.len() - 1].to_vec(),
+        };
+        let mut spans = arcs::spans(found, &corners);
+        let intervals = spans.iter().map(|span| Interval::new(conditions, parameters, rule, *span, duration));
+        let mut intervals = intervals.collect::<Option<Vec<_>>>()?;
+        if let Among::Constant(lengths) = conditions.among {
+            intervals = constant::joined(&intervals, conditions, lengths);
+            spans = intervals.iter().map(|i| i.span).collect();
+        }
+        let times = if conditions.among == Among::Constant(Lengths::Given) { 2 } else { corners.len() + 2 };
         let sizes = Sizes {
             states: conditions.equations.nx,
             integrals: conditions.equations.phase.integrals.len(),
-            times: corners.len() + 2,
+            times,
             parameters: conditions.equations.np,
         };
-        let intervals = spans.iter().map(|span| Interval::new(conditions, parameters, rule, *span, duration));
-        let intervals = intervals.collect::<Option<Vec<_>>>()?;
         let contacts = contacts(conditions, parameters, &spans, duration);
-        let active_integrals = active_integrals(conditions);
+        let integrals = integrals(conditions);
         let share = conditions.hamiltonian_size * duration;
-        let mut form =
-            Self { intervals, spans, sizes, duration, share, active_integrals, contacts: Vec::new() };
+        let mut form = Self { intervals, spans, sizes, duration, share, integrals, contacts: Vec::new() };
         for (end, hessian, row) in contacts {
             form.contacts.push((end, hessian));
             // The state at the end of an interval is a step of its start.
@@ -128,7 +142,11 @@ impl PhaseForm {
         let mut keep: Vec<usize> = (0..s.states).filter(|i| !fixed[*i]).collect();
         let primal = keep.len();
         keep.extend(s.end_at()..s.end_at() + s.states);
-        keep.extend((0..s.integrals).filter(|q| self.active_integrals[*q]).map(|q| s.integrals_at() + q));
+        keep.extend(
+            (0..s.integrals)
+                .filter(|q| self.integrals[*q].is_fixed_in(Space::Necessary))
+                .map(|q| s.integrals_at() + q),
+        );
         let duals = keep.len() - primal;
         let reached = intervals.last().map_or(0, |i| i.span.arc);
         // Corners before the end of the last interval.
@@ -144,11 +162,19 @@ impl PhaseForm {
     }
 }
 
-/// Integrals that are fixed or whose bound has a multiplier.
-fn active_integrals(conditions: &PhaseConditions<'_>) -> Vec<bool> {
-    let integrals = conditions.equations.phase.integrals.iter().enumerate();
-    let multiplier = |q: usize| conditions.found.integral_multipliers.as_ref().map_or(0.0, |m| m[q]);
-    integrals.map(|(q, i)| i.variable.bounds.is_fixed() || multiplier(q).abs() > 0.0).collect()
+/// The stand of each integral to its bounds.
+fn integrals(conditions: &mut PhaseConditions<'_>) -> Vec<Activity> {
+    let values = conditions.integrals();
+    let found = conditions.found;
+    let size = conditions.hamiltonian_size * (found.final_time - found.initial_time);
+    let integrals = conditions.equations.phase.integrals.iter().enumerate().zip(&values);
+    integrals
+        .map(|((q, integral), value)| {
+            let scale = row_scale(&integral.variable, conditions.scaling.integrals[q]);
+            let multiplier = found.integral_multipliers.as_ref().map_or(0.0, |m| m[q]);
+            Activity::new(relative(-multiplier * scale, size), *value, &integral.variable.bounds, scale)
+        })
+        .collect()
 }
 
 /// Curvature and row of each contact, both over `[x, xi_a, xi_b, p]`.
@@ -261,12 +287,18 @@ impl Form {
         }
         let parameters_at = total;
         total += parameters.len();
-        let largest = phases.iter().flat_map(|p| &p.intervals).fold(0.0, |m: f64, i| {
-            let width = i.weights.iter().sum::<f64>();
-            m.max(i.curvature.amax() / width)
-        });
         let by_rate = phases.iter().map(|p| p.share).fold(0.0, f64::max);
-        let size = if by_rate > 1e-9 * largest { by_rate } else { largest };
+        let density = |i: &Interval| i.curvature.amax() / i.weights.iter().sum::<f64>();
+        let largest = phases.iter().flat_map(|p| &p.intervals).map(density).fold(0.0, f64::max);
+        // Large terms without curvature, or next to no Hamiltonian, say nothing about the size of the second variation.
+        let is_curved = largest > NOTHING * by_rate;
+        let size = if (is_curved && largest < LITTLE * by_rate) || by_rate <= NOTHING * largest {
+            let factor = if by_rate > 0.0 { largest / by_rate } else { 0.0 };
+            phases.iter_mut().for_each(|p| p.share *= factor);
+            largest
+        } else {
+            by_rate
+        };
         let size = if size > 0.0 && size.is_finite() { size } else { 1.0 };
         for phase in &mut phases {
             // A phase without a Hamiltonian of its own is measured as the largest.
@@ -350,14 +382,14 @@ impl Form {
                 self.activities[index] = Activity::new(slope, ends.value(input), &bounds, scale);
             }
         }
+        let (slopes, sizes) = parameter_slopes(ocp.parameters.len(), conditions);
         for (i, p) in ocp.parameters.iter().enumerate() {
-            // Without its slope; a parameter at its bound is left free where positive curvature is to be shown.
-            let activity = Activity::new(
-                0.0,
-                trajectory.parameters[i],
-                &p.bounds,
-                scales.scale(EndpointInput::Parameter { index: i }),
-            );
+            let input = EndpointInput::Parameter { index: i };
+            let scale = scales.scale(input);
+            let slope = gradient.value(input).map_or(0.0, |outer| {
+                relative((slopes[i] + outer) * scale, (scale * sizes[i].max(outer.abs())).max(costate_size))
+            });
+            let activity = Activity::new(slope, trajectory.parameters[i], &p.bounds, scale);
             self.activities[self.parameters_at + i] = activity;
         }
     }
@@ -457,7 +489,7 @@ impl Form {
             for q in 0..s.integrals {
                 dual[integrals + q] = true;
                 // A multiplier of a bound that is not active is none.
-                absent[integrals + q] = !phase.active_integrals[q];
+                absent[integrals + q] = !phase.integrals[q].is_fixed_in(space);
             }
         }
         for &(i, j, v) in &self.ends {

@@ -39,7 +39,7 @@ pub(super) struct Interval {
     /// The stand of each control of each stage to its bounds.
     pub(super) controls: Vec<Activity>,
     /// Weight of each stage in the square norm of the controls: part of the phase's duration.
-    pub(super) weights: [f64; STAGES],
+    pub(super) weights: Vec<f64>,
     /// Least eigenvalue of the Hessian in the controls that do not push against a bound, along the constraints that do;
     /// infinite where none is left.
     pub(super) legendre: f64,
@@ -138,7 +138,7 @@ impl Interval {
         step.view_mut((0, 0), (nx, nx)).fill_with_identity();
         let mut integrals = DMatrix::zeros(ni, nv);
         let (mut rows, mut controls, mut legendre) = (Vec::new(), Vec::new(), f64::INFINITY);
-        let mut weights = [0.0; STAGES];
+        let mut weights = vec![0.0; STAGES];
         let mut at_bounds = vec![Activity::Strong; nx];
         for (i, (stage, map)) in stages.into_iter().zip(&mut maps).enumerate() {
             map.view_mut((0, 0), (nx, nv)).copy_from(&states.view((i * nx, 0), (nx, nv)));
@@ -274,16 +274,26 @@ impl Stage {
                 Activity::new(slope, conditions.point.u[j], bounds, scale)
             })
             .collect();
+        // A control without effect, as the direction of no thrust, is none.
         let activity = |j: usize, controls: &[Activity]| {
-            // A control without effect, as the direction of no thrust, is none.
             let moves = (0..nx).any(|i| rates[(i, nx + j)] != 0.0);
             let bends = |k: usize| {
                 let fixed = k >= nx && k < nx + nu && controls[k - nx] == Activity::Strong;
                 !fixed && curvature[(nx + j, k)] != 0.0
             };
-            if moves || (0..local).any(bends) { controls[j] } else { Activity::Strong }
+            moves || (0..local).any(bends)
         };
-        let controls: Vec<Activity> = (0..nu).map(|j| activity(j, &controls)).collect();
+        let has_slope: Vec<bool> = (0..nu).map(|j| activity(j, &controls)).collect();
+        let controls: Vec<Activity> =
+            (0..nu)
+                .map(|j| {
+                    if has_slope[j] || conditions.has_effect(time, j) {
+                        controls[j]
+                    } else {
+                        Activity::Strong
+                    }
+                })
+                .collect();
         let mut rows = Vec::new();
         let variables: Vec<_> = conditions.equations.phase.path.iter().flat_map(|p| &p.rows).collect();
         for (r, variable) in variables.into_iter().enumerate() {
