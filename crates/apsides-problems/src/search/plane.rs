@@ -63,6 +63,9 @@ mod tests {
 
     use super::*;
 
+    /// Round-off of the arithmetic.
+    const ROUNDING: f64 = 1e-12;
+
     /// Least of a grid over the whole box and of ever finer ones around its best points.
     fn scanned(function: PlaneFunction) -> ([f64; 2], f64) {
         let n = 2000;
@@ -132,6 +135,6 @@ mod tests {
     fn linear_waves_vanish_at_more_than_the_origin() {
         // 30 (0.5 + x)^0.2 = 3 pi / 2 + 8 pi on the positive axis.
         let x = (9.5 * std::f64::consts::PI / 30.0).powi(5) - 0.5;
-        assert!(x > 0.1 && PlaneFunction::LinearWaves.value([x, 0.0]).abs() < 1e-12, "{x}");
+        assert!(x > 0.1 && PlaneFunction::LinearWaves.value([x, 0.0]).abs() < ROUNDING, "{x}");
     }
 }
