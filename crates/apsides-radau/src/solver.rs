@@ -435,7 +435,7 @@ impl Radau {
 }
 
 impl Solved {
-    /// That of a solve that was not followed up.
+    /// The solution of a solve that was not followed up.
     fn first(trajectory: Trajectory, report: SolveReport, mesh: Mesh) -> Self {
         Self { trajectory, report, switches: Vec::new(), accurate: false, stalled: false, plain: mesh }
     }
