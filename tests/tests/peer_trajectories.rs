@@ -8,7 +8,7 @@ use apsides::verify::{Interpolation, Verdict, VerifySettings, sampled, verify};
 use apsides_problems::find;
 use apsides_report::read_samples;
 
-/// What is known of a file.
+/// The facts about a file.
 struct Judged {
     verdict: Verdict,
     interpolation: Interpolation,

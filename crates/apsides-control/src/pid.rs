@@ -152,7 +152,7 @@ impl ErrorMemory {
         self.undone = false;
     }
 
-    /// As before the first sample.
+    /// Sets it back to what it was before the first sample.
     fn clear(&mut self) {
         (self.integral, self.derivative, self.previous) = (0.0, 0.0, None);
         (self.integral_before, self.undone) = (0.0, false);
@@ -245,7 +245,7 @@ impl<T: Terms> PidLaw<T> {
         }
     }
 
-    /// As before the first sample.
+    /// Sets it back to what it was before the first sample.
     pub fn reset(&mut self) {
         self.memory.clear();
         (self.unlimited, self.limited) = (0.0, 0.0);

@@ -114,10 +114,13 @@ pub fn from_flow(azimuth: f64, path: f64, bank: f64, attack: f64, sideslip: f64)
 mod tests {
     use super::*;
 
+    /// Round-off of the arithmetic.
+    const ROUNDING: f64 = 1e-14;
+
     const ANGLES: [f64; 3] = [2.1, -1.2, 0.7];
 
     fn close(a: &[f64], b: &[f64]) {
-        assert!(a.len() == b.len() && a.iter().zip(b).all(|(a, b)| (a - b).abs() < 1e-14), "{a:?} {b:?}");
+        assert!(a.len() == b.len() && a.iter().zip(b).all(|(a, b)| (a - b).abs() < ROUNDING), "{a:?} {b:?}");
     }
 
     #[test]

@@ -37,7 +37,7 @@ pub struct GravityField {
 }
 
 /// Components of an acceleration upwards, to the east and to the north, m/s2.
-pub type Local<S> = [S; 3];
+pub type LocalAcceleration<S> = [S; 3];
 
 const fn index(n: usize, m: usize) -> usize {
     n * (n + 1) / 2 + m
@@ -143,7 +143,7 @@ impl GravityField {
     /// Gravity upwards, to the east and to the north, m/s2, at a distance from the centre (m), a longitude and a geocentric latitude
     /// (rad); not at the poles unless the field is central.
     #[inline]
-    pub fn acceleration<S: Scalar>(&self, r: S, longitude: S, latitude: S) -> Local<S> {
+    pub fn acceleration<S: Scalar>(&self, r: S, longitude: S, latitude: S) -> LocalAcceleration<S> {
         let zero = S::from(0.0);
         let central = r.powi(-2) * self.mu;
         if self.degree == 0 {

@@ -3,6 +3,9 @@
 use apsides_kkt::{Inertia, KktError, KktSettings, KktSystem, Ordering, SolveQuality};
 use proptest::prelude::*;
 
+/// Round-off of the arithmetic.
+const ROUNDING: f64 = 1e-12;
+
 /// Residual every well-posed test system must reach.
 const TOLERANCE: f64 = 1e-10;
 
@@ -184,7 +187,7 @@ fn triangles_and_duplicates_are_one_matrix() {
     let (mut one, mut two) = (t.analyse(KktSettings::default()), split.analyse(KktSettings::default()));
     assert_eq!(one.factor_nonzeros(), two.factor_nonzeros());
     assert_eq!(one.factor(&t.values, 0.0, 0.0), two.factor(&split.values, 0.0, 0.0));
-    assert_close(&solve(&mut one, &b).0, &solve(&mut two, &b).0, 1e-12);
+    assert_close(&solve(&mut one, &b).0, &solve(&mut two, &b).0, ROUNDING);
 }
 
 #[test]
@@ -248,7 +251,7 @@ fn zero_pivot_of_a_regular_matrix_is_no_zero_eigenvalue() {
     assert_eq!(inertia, Inertia { positive: 2, negative: 1, zero: 0 });
     let (x, quality) = solve(&mut system, &[1.0, 2.0, 3.0]);
     assert!(quality.residual <= TOLERANCE);
-    assert!(t.plain_residual(&x, &[1.0, 2.0, 3.0]) < 1e-12);
+    assert!(t.plain_residual(&x, &[1.0, 2.0, 3.0]) < ROUNDING);
 }
 
 #[test]
@@ -563,7 +566,7 @@ fn unlimited_refinement_terminates() {
     let mut system = t.analyse(settings);
     system.factor(&t.values, 0.0, 0.0).expect("finite");
     let (_, quality) = solve(&mut system, &[1.0; 40]);
-    assert!(quality.residual < 1e-14 && quality.refinements < 100, "{quality:?}");
+    assert!(quality.residual < 1e-2 * ROUNDING && quality.refinements < 100, "{quality:?}");
 }
 
 #[test]

@@ -222,6 +222,9 @@ mod tests {
 
     use super::*;
 
+    /// Round-off of the arithmetic.
+    const ROUNDING: f64 = 1e-11;
+
     struct Curve;
 
     impl PathFunction<2, 1, 2> for Curve {
@@ -236,13 +239,13 @@ mod tests {
         let epsilon = 0.3;
         for end in [-epsilon, epsilon] {
             let (before, after) = (smoothed(end - 1e-12, epsilon), smoothed(end + 1e-12, epsilon));
-            assert!((before[0] - after[0]).abs() < 1e-11, "{before:?} {after:?}");
-            assert!((before[1] - after[1]).abs() < 1e-11, "{before:?} {after:?}");
+            assert!((before[0] - after[0]).abs() < ROUNDING, "{before:?} {after:?}");
+            assert!((before[1] - after[1]).abs() < ROUNDING, "{before:?} {after:?}");
             let other = (end - epsilon).powi(2) / (4.0 * epsilon);
-            assert!(((other - smoothed(end, epsilon)[0]).abs() - epsilon).abs() < 1e-14);
+            assert!(((other - smoothed(end, epsilon)[0]).abs() - epsilon).abs() < 1e-3 * ROUNDING);
         }
         assert!(smoothed(f64::NAN, epsilon)[0].is_nan());
-        assert!((smoothed(1e-3, 1e-9)[0] - 1e-3).abs() < 1e-15);
+        assert!((smoothed(1e-3, 1e-9)[0] - 1e-3).abs() < 1e-4 * ROUNDING);
     }
 
     #[test]

@@ -10,6 +10,9 @@ use apsides_radau::Radau;
 use apsides_shooting::direct::{MultipleShooting, MultipleShootingSettings, SegmentEnds, ShootingSolution};
 use apsides_verify::{CheckKind, Verdict, VerifySettings, verify};
 
+/// Round-off of the arithmetic.
+const ROUNDING: f64 = 1e-12;
+
 fn solved(name: &str, settings: MultipleShootingSettings) -> (Ocp, ShootingSolution) {
     let problem = find(name).unwrap();
     let case = problem.pose().unwrap();
@@ -124,8 +127,8 @@ fn costates_of_the_hanging_chain() {
     let (_, solution) = solved("hanging_chain", settings);
     let tolerance = 3.0 * (gain * solution.trajectory.objective).sqrt();
     let (a, b) = (0.163_697_529_524_834_f64, 0.410_079_941_219_704);
-    assert!((2.0 * a * (0.5 / a).sinh() - 12f64.sqrt()).abs() < 1e-12);
-    assert!((((0.5 - b) / a).tanh() - 0.5).abs() < 1e-12);
+    assert!((2.0 * a * (0.5 / a).sinh() - 12f64.sqrt()).abs() < ROUNDING);
+    assert!((((0.5 - b) / a).tanh() - 0.5).abs() < ROUNDING);
     let costate = solution.trajectory.phases[0].costate.as_ref().unwrap();
     for k in 0..=40 {
         let t = f64::from(k) / 40.0;
@@ -160,7 +163,7 @@ fn the_other_method_and_continuous_controls_find_the_same() {
             control.evaluate_in(k - 1, control.breaks()[k], &mut before);
             control.evaluate_in(k, control.breaks()[k], &mut after);
             for (a, b) in before.iter().zip(&after) {
-                assert!((a - b).abs() < 1e-12, "{name}, node {k}: {a} {b}");
+                assert!((a - b).abs() < ROUNDING, "{name}, node {k}: {a} {b}");
             }
         }
     }

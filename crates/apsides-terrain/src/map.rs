@@ -39,7 +39,7 @@ impl ElevationMap {
         Ok(ElevationMap { relative, datum })
     }
 
-    /// Where the pixels are.
+    /// The places of the pixels.
     pub fn geometry(&self) -> &Geometry {
         self.relative.geometry()
     }

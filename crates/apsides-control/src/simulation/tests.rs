@@ -121,8 +121,8 @@ fn adaptive_integration_between_the_samples() {
     let flight =
         simulation.fly(&[1.0], &mut constant([-1.0]), &mut Ideal, None, &mut Recording::every(1)).unwrap();
     assert_eq!(flight.ending, Ending::Stop("half"));
-    assert!((flight.time - 2.0_f64.ln()).abs() < 1e-11);
-    assert!((flight.state[0] - 0.5).abs() < 1e-11);
+    assert!((flight.time - 2.0_f64.ln()).abs() < ROUNDING);
+    assert!((flight.state[0] - 0.5).abs() < ROUNDING);
 }
 
 #[test]

@@ -1,6 +1,9 @@
 use super::*;
 use crate::Hohmann;
 
+/// Round-off of the arithmetic.
+const ROUNDING: f64 = 1e-14;
+
 /// Constants of the paper (Table 1).
 fn paper() -> PlanarFlight {
     let body = Body::new(4904.8695e9, 1737.1e3).unwrap();
@@ -14,8 +17,8 @@ fn circular_orbit_stays_circular() {
     assert!((speed - 1633.98).abs() < 5e-3, "eq. 11 of the paper gives 1633.98 m/s");
     let r = f.body.radius + 100e3;
     let rate = ThrottledThrust(f).rate(0.0, &[r, 0.3, speed, 0.0, 300.0], &[1.0, 0.0], &[]);
-    assert!(rate[2].abs() < 1e-14 && rate[3].abs() < 1e-14);
-    assert!((rate[1] - speed / r).abs() < 1e-18);
+    assert!(rate[2].abs() < ROUNDING && rate[3].abs() < ROUNDING);
+    assert!((rate[1] - speed / r).abs() < 1e-4 * ROUNDING);
     assert_eq!(rate[4], 0.0);
 }
 
@@ -25,7 +28,7 @@ fn full_throttle_is_constant_thrust() {
     let a = ConstantThrust(paper()).rate(0.0, &x, &[2.1], &[]);
     let b = ThrottledThrust(paper()).rate(0.0, &x, &[2.1, 1.0], &[]);
     assert_eq!(a, b);
-    assert!((a[4] + 0.144_728_748_721_288_6).abs() < 1e-15, "mass flow of the reference");
+    assert!((a[4] + 0.144_728_748_721_288_6).abs() < 0.1 * ROUNDING, "mass flow of the reference");
 }
 
 #[test]
@@ -68,7 +71,7 @@ fn throttled_vertical_flight() {
     assert_eq!(full, VerticalThrust(paper()).rate(0.0, &x, &[], &[]));
     let fall = ThrottledVerticalThrust(paper()).rate(0.0, &x, &[0.0], &[]);
     let gravity = 4904.8695e9 / (1.738e6 * 1.738e6);
-    assert!((fall[1] + gravity).abs() < 1e-15 && fall[2] == 0.0);
+    assert!((fall[1] + gravity).abs() < 0.1 * ROUNDING && fall[2] == 0.0);
 }
 
 /// Along a transfer: the end points, the lowest point as seen from each point, and the equations of motion by central
@@ -80,7 +83,9 @@ fn points_of_a_transfer_lie_on_one_orbit() {
         let t = Hohmann::new(&f.body, from, to).unwrap();
         let (first, last) = (t.point(0.0), t.point(std::f64::consts::PI));
         assert!((first.radius - from).abs() < 1e-6 && (last.radius - to).abs() < 1e-6);
-        assert!((last.time - t.duration).abs() < 1e-9 && (last.angle - std::f64::consts::PI).abs() < 1e-14);
+        assert!(
+            (last.time - t.duration).abs() < 1e-9 && (last.angle - std::f64::consts::PI).abs() < ROUNDING
+        );
         assert!((last.horizontal_speed - t.arrival_speed).abs() < 1e-9);
         for k in 0..=10 {
             let p = t.point(f64::from(k) * 0.1 * std::f64::consts::PI);
@@ -155,16 +160,16 @@ fn flat_maps_invert_the_equations_of_motion() {
         let jet = [[x[0], r1, v1], [x[1], phi1, (u1 - r1 * phi1) / x[0]]];
         let (state, [angle], [residual]) = flat.evaluate(t, &jet, &[]);
         for (a, b) in state.iter().zip(x) {
-            assert!((a - b).abs() < 1e-12 * b.abs(), "{a} {b}");
+            assert!((a - b).abs() < 100.0 * ROUNDING * b.abs(), "{a} {b}");
         }
-        assert!((angle - beta).abs() < 1e-12 && residual.abs() < 1e-9 * thrust * thrust);
+        assert!((angle - beta).abs() < 100.0 * ROUNDING && residual.abs() < 1e-9 * thrust * thrust);
         assert_eq!(flat.outputs(t, &x, &[beta], &[]), [x[0], x[1]]);
     }
     let x = [1.738e6, -50.0, m];
     let [r1, v1, _] = VerticalThrust(flight).rate(t, &x, &[], &[]);
     let vertical = FlatVerticalThrust(flat);
     let (state, [], [residual]) = vertical.evaluate(t, &[[x[0], r1, v1]], &[]);
-    assert!((state[2] - m).abs() < 1e-12 * m && (state[0], state[1]) == (x[0], x[1]));
+    assert!((state[2] - m).abs() < 100.0 * ROUNDING * m && (state[0], state[1]) == (x[0], x[1]));
     assert!(residual.abs() < 1e-9 * thrust);
     // Thrust down is no solution.
     let down = v1 - 2.0 * thrust / m;

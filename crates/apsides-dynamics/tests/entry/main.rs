@@ -18,6 +18,12 @@ use apsides_ode::{FnSystem, Integrator, OdeSettings, Status, Tolerance};
 mod derivatives;
 mod series;
 
+/// Round-off of the arithmetic.
+const ROUNDING: f64 = 1e-16;
+
+/// Discretisation: the tolerances of the integration and what its steps add up to.
+const INTEGRATION: f64 = 1e-11;
+
 const DEG: f64 = std::f64::consts::PI / 180.0;
 
 fn integrate(
@@ -103,7 +109,7 @@ fn vacuum_flight_is_two_body_motion_in_inertial_space() {
             for j2 in [0.0, EARTH_J2, 0.05] {
                 for (course, latitude) in [(0.4, 0.6), (2.3, -0.4), (-1.9, 0.1), (-0.5, -0.2)] {
                     let miss = miss(heading, rotation, j2, course, latitude);
-                    assert!(miss < 1e-11, "{heading:?} {rotation} {j2} {course}: {miss:e}");
+                    assert!(miss < INTEGRATION, "{heading:?} {rotation} {j2} {course}: {miss:e}");
                 }
             }
         }
@@ -196,7 +202,7 @@ fn great_circle_of_the_published_flight() {
     let (start, target) = ([41.5 * DEG, 40.5 * DEG], [59.99 * DEG, 22.98 * DEG]);
     assert!((central_angle(start, target) * Body::EARTH.radius - 2609e3).abs() < 500.0);
     assert!((initial_course(start, target) / DEG - 132.8).abs() < 0.05);
-    assert!((central_angle([0.0, 0.3], [0.0, 0.3 + 1e-6]) - 1e-6).abs() < 1e-16);
+    assert!((central_angle([0.0, 0.3], [0.0, 0.3 + 1e-6]) - 1e-6).abs() < ROUNDING);
 }
 
 /// The largest loads of a flight at a constant bank from 120 km down to 15 km: pressure (Pa), acceleration (m/s2), heat rate (W/m2).
@@ -240,7 +246,7 @@ fn one_flight_in_every_form() {
         let mut other = Banked(north).rate(0.0, &mirrored, &[-bank], &[]);
         other[5] = -other[5];
         for (a, b) in rate.iter().zip(other) {
-            assert!((a - b).abs() < 1e-13 * a.abs().max(1e-3), "{rate:?} {other:?}");
+            assert!((a - b).abs() < 1e3 * ROUNDING * a.abs().max(1e-3), "{rate:?} {other:?}");
         }
         assert_eq!(BankVector(east.clone()).rate(0.0, &x, &[bank.cos(), bank.sin()], &[]), rate);
         assert_eq!(BankedAtAttack(east.clone()).rate(0.0, &x, &[bank, 0.0], &[]), rate);
@@ -249,7 +255,7 @@ fn one_flight_in_every_form() {
         assert_eq!(loads, vector);
         // The components along the axes of the body make the same total.
         let turned = BodyLoads(BankedAtAttack(east)).evaluate(0.0, &x, &[bank, -0.35], &[]);
-        assert!((turned[0].hypot(turned[1]) / loads[1] - 1.0).abs() < 1e-14);
+        assert!((turned[0].hypot(turned[1]) / loads[1] - 1.0).abs() < 100.0 * ROUNDING);
     }
     assert_eq!(BankVectorNorm.evaluate(0.0, &[0.0; 6], &[0.6, -0.8], &[]), [1.0]);
 }

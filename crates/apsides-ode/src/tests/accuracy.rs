@@ -4,6 +4,12 @@ use std::ops::ControlFlow;
 use super::*;
 use crate::{DenseSolution, FnSystem, OdeError, Status, Step, Tolerance};
 
+/// Round-off of the arithmetic.
+const ROUND_OFF: f64 = 1e-15;
+
+/// Discretisation: the tolerances of the integration and what its steps add up to.
+const INTEGRATION: f64 = 1e-11;
+
 /// Gravitational parameter of the Moon, m^3/s^2, and the radius of a 100 km orbit, m.
 const MOON: f64 = 4.9048695e12;
 const RADIUS: f64 = 1.838e6;
@@ -167,7 +173,7 @@ fn dense_output_backward_and_of_no_length() {
     for k in 0..=120 {
         let t = -f64::from(k) / 10.0;
         dense.evaluate(t, &mut x).unwrap();
-        close(x[0], t.cos(), 1e-11);
+        close(x[0], t.cos(), INTEGRATION);
     }
     assert!(dense.evaluate(0.1, &mut x).is_err());
     let point = DenseSolution::new(3.0, &[4.0, 5.0]);
@@ -186,7 +192,7 @@ fn sample_times_forward_and_backward() {
         let summary = integrator.sample(&system, 0.0, &[1.0, 0.0], &times, &mut states).unwrap();
         assert_eq!((summary.status, summary.time), (Status::Completed, sign * 25.0));
         for (t, x) in times.iter().zip(states.chunks(2)) {
-            close(x[0], t.cos(), 1e-11);
+            close(x[0], t.cos(), INTEGRATION);
         }
         assert_eq!(states[..4], [1.0, 0.0, 1.0, 0.0]);
     }
@@ -270,5 +276,5 @@ fn step_limits_are_kept() {
         integrator.integrate_observed(&system, 4.0, &[1.0, 0.0], 0.0, &mut x1, &[], &mut observer).unwrap();
     close(lengths[0], 1e-3, 1e-15);
     assert!(lengths.iter().all(|&h| h > 0.0 && h <= 0.125 + 1e-15));
-    close(summary.next_step, 0.125, 1e-15);
+    close(summary.next_step, 0.125, ROUND_OFF);
 }

@@ -9,6 +9,9 @@ use apsides_shooting::profile::{
     ProfileShooting, Steering, Stop,
 };
 
+/// Discretisation: the tolerances of the integration and what its steps add up to.
+const INTEGRATION: f64 = 1e-12;
+
 /// `x' = u + sqrt(1 - x)`, NaN beyond one; or `x' = u x^2`, infinite at `1 / (u x0)`; or `x' = u`.
 enum Rate {
     Root,
@@ -87,7 +90,7 @@ fn energy_held_at_a_joint() {
     // Up on both sides: 1.5 m, half of them at half the speed.
     let flight = flown(&ocp, rules, &[1.0, 0.5]);
     assert_eq!(flight.end, FlightEnd::Stopped);
-    assert!((flight.final_time - 2.25).abs() < 1e-12, "{}", flight.final_time);
+    assert!((flight.final_time - 2.25).abs() < INTEGRATION, "{}", flight.final_time);
 }
 
 #[test]

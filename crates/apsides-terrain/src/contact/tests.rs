@@ -11,6 +11,9 @@ use super::field::to_parry;
 use super::*;
 use crate::{Geometry, Raster};
 
+/// Round-off of the arithmetic.
+const ROUNDING: f64 = 1e-12;
+
 /// Rows x cols pixels about the origin, heights from (east, north).
 fn map(rows: usize, cols: usize, pixel: f64, height: impl Fn(f64, f64) -> f64) -> ElevationMap {
     let north_west = [-0.5 * (cols - 1) as f64 * pixel, 0.5 * (rows - 1) as f64 * pixel];
@@ -77,7 +80,7 @@ fn rows_go_south_and_cells_are_cut_from_south_west_to_north_east() {
         for (x, y) in [(-1.3, 2.2), (0.1, 0.4), (1.9, -2.9), (-1.2, -2.6)] {
             let ray = Ray::new(to_parry([x, y, 10.0]), -Vector::Y);
             let depth = ground.shape().cast_local_ray(&ray, 100.0, false).unwrap();
-            assert!((110.0 - depth - ground.height([x, y]).unwrap()).abs() < 1e-12);
+            assert!((110.0 - depth - ground.height([x, y]).unwrap()).abs() < ROUNDING);
         }
     }
 }
@@ -131,9 +134,9 @@ fn tilted_planes_are_recovered() {
                         rest.tilt.to_degrees()
                     );
                     assert_eq!(rest.pads, [true; 4]);
-                    assert!((rest.axis[0] + a * tilt.cos()).abs() < 1e-12);
+                    assert!((rest.axis[0] + a * tilt.cos()).abs() < ROUNDING);
                     let (ahead, left) = (rest.pitch.sin(), rest.roll.sin());
-                    assert!((ahead.hypot(left) - tilt.sin()).abs() < 1e-12);
+                    assert!((ahead.hypot(left) - tilt.sin()).abs() < ROUNDING);
                     // Pads of radius r touch with their upper rim: the middle is r tan(tilt) above the plane.
                     let lift = lander.pad_radius * tilt.tan();
                     assert!((rest.middle[2] - (0.3 * a - 0.4 * b + lift)).abs() < 1e-9);
@@ -156,10 +159,10 @@ fn a_rock_under_one_pad() {
     assert_eq!(down.rests.len(), 2);
     for rest in &down.rests {
         // Heights of pads 0, 2 and 1 are 0.5, 0, 0: elevations of the two axes have sines 0.5 / 5 and -0.25 / 2.5.
-        assert!((rest.tilt - 0.02_f64.sqrt().asin()).abs() < 1e-12, "{}", rest.tilt.to_degrees());
-        assert!((rest.pitch.sin() - 0.1).abs() < 1e-12 && (rest.roll.sin().abs() - 0.1).abs() < 1e-12);
+        assert!((rest.tilt - 0.02_f64.sqrt().asin()).abs() < ROUNDING, "{}", rest.tilt.to_degrees());
+        assert!((rest.pitch.sin() - 0.1).abs() < ROUNDING && (rest.roll.sin().abs() - 0.1).abs() < ROUNDING);
         assert!(rest.pads[0] && rest.pads[2] && rest.pads[1] != rest.pads[3]);
-        assert!((rest.middle[2] - 0.25).abs() < 1e-12);
+        assert!((rest.middle[2] - 0.25).abs() < ROUNDING);
     }
     // With the centre of mass above the pads both stay, until the shift of 0.1 h leaves the triangle.
     let rests = |height| {
@@ -188,7 +191,7 @@ fn a_cone_shaped_crater() {
     let centred = down(&ground, &lander, [0.0, 0.0], 0.0);
     let rest = centred.worst().unwrap();
     assert_eq!((centred.rests.len(), rest.pads), (1, [true; 4]));
-    assert!(rest.tilt < 1e-12 && (rest.middle[2] - 3.0 * slope).abs() < 1e-12);
+    assert!(rest.tilt < ROUNDING && (rest.middle[2] - 3.0 * slope).abs() < ROUNDING);
     // Chords of the cone are above it by at most slope pixel^2 / (8 radius) a side.
     let excess = 0.5 + 3.0 * slope - 2.0 * slope - rest.clearance.unwrap();
     assert!((0.0..slope * 0.25 * 0.25 / (4.0 * 2.0)).contains(&excess), "{excess}");
@@ -359,9 +362,9 @@ fn a_wall_blocks_and_the_first_one_counts() {
     let see = |z0, z1| ground.line_of_sight([-8.0, 0.3, z0], [8.0, 0.3, z1]);
     assert_eq!(see(4.0, 4.0), Sight::Clear);
     let Sight::Blocked { point, distance } = see(1.0, 1.0) else { panic!() };
-    assert!((point[0] + 2.5).abs() < 1e-12 && (distance - 5.5).abs() < 1e-12);
+    assert!((point[0] + 2.5).abs() < ROUNDING && (distance - 5.5).abs() < ROUNDING);
     let Sight::Blocked { point, distance } = see(3.0, 3.0) else { panic!() };
-    assert!((point[0] - 2.75).abs() < 1e-12 && (distance - 10.75).abs() < 1e-12);
+    assert!((point[0] - 2.75).abs() < ROUNDING && (distance - 10.75).abs() < ROUNDING);
     // From the ground, along the ground, out of the ground.
     assert_eq!(ground.line_of_sight([-8.0, 0.0, 0.0], [-4.0, 3.0, 0.0]), Sight::Clear);
     assert_eq!(ground.line_of_sight([-8.0, 0.0, 0.0], [-8.0, 0.0, 90.0]), Sight::Clear);
@@ -371,9 +374,9 @@ fn a_wall_blocks_and_the_first_one_counts() {
     assert_eq!(distance, 0.0);
     let path = [[-8.0, 0.3, 3.0], [0.0, 0.3, 3.0], [0.0, 2.0, 3.0], [8.0, 2.0, 5.0]];
     let least = ground.path_clearance(&path).unwrap();
-    assert!((least.height - (3.0 + 2.0 * 3.0 / 8.0 - 4.0)).abs() < 1e-12);
-    assert!((least.distance - (8.0 + 1.7 + 3.0 / 8.0 * 68.0_f64.sqrt())).abs() < 1e-12);
-    assert!((least.point[0] - 3.0).abs() < 1e-12);
+    assert!((least.height - (3.0 + 2.0 * 3.0 / 8.0 - 4.0)).abs() < ROUNDING);
+    assert!((least.distance - (8.0 + 1.7 + 3.0 / 8.0 * 68.0_f64.sqrt())).abs() < ROUNDING);
+    assert!((least.point[0] - 3.0).abs() < ROUNDING);
     assert_eq!(ground.path_clearance(&[]), None);
     assert_eq!(ground.path_clearance(&[[3.0, 0.0, 5.0]]).unwrap().height, 1.0);
 }

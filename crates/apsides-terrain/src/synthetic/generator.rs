@@ -51,7 +51,7 @@ impl Synthetic {
         &self.terrain
     }
 
-    /// Where the pixels of the whole map are.
+    /// The places of the pixels of the whole map.
     pub fn geometry(&self) -> &Geometry {
         &self.geometry
     }
@@ -146,7 +146,7 @@ impl Synthetic {
         Ok(centred(boulders(&self.terrain.boulders, self.seed_of(2), limits)?, limits))
     }
 
-    /// Where the hazards of a window are: [`CRATER`] inside the rim of a crater and [`BOULDER`] on a boulder that reach `least`.
+    /// The hazards of a window: [`CRATER`] inside the rim of a crater and [`BOULDER`] on a boulder that reach `least`.
     ///
     /// # Errors
     /// A window that is empty or leaves the map, or with more craters or boulders than memory holds.
