@@ -296,7 +296,7 @@ fn interpolation_of_runge_converges_geometrically() {
             assert_eq!(out[0], basis.evaluate(&values, 2, 0, x));
             close(out[1], 3.0, 25.0 * ROUNDING);
             basis.derivative_all(&values, x, &mut derivative);
-            close(derivative[1], 0.0, 1e-10);
+            close(derivative[1], 0.0, 250000.0 * ROUNDING);
             worst = worst.max((out[0] - f(x)).abs());
             worst_slope = worst_slope.max((derivative[0] - slope(x)).abs());
         }
@@ -325,7 +325,7 @@ fn interpolation_is_exact_at_nodes_and_smooth_beside_them() {
         for shift in [1e-15, 1e-12, 1e-9, 1e-6, 1e-3] {
             close(basis.evaluate(&values, 1, 0, x + shift), (2.0 * (x + shift)).sin(), 250.0 * ROUNDING);
             basis.derivative_all(&values, x + shift, &mut slope);
-            close(slope[0], 2.0 * (2.0 * (x + shift)).cos(), 2e-11);
+            close(slope[0], 2.0 * (2.0 * (x + shift)).cos(), 50000.0 * ROUNDING);
         }
     }
     // Far from zero and of another unit.

@@ -179,7 +179,7 @@ mod tests {
         let rim = radial(0.0);
         let [y, z] = rim.direct(&[0.0, PI], &[1e-4, -3e-4]).centre;
         assert!((y - 0.0075 * 4e-4).abs() < ROUNDING);
-        assert!(z.abs() < 1e-9);
+        assert!(z.abs() < 1e3 * ROUNDING);
     }
 
     #[test]
@@ -196,7 +196,7 @@ mod tests {
             }
             before = now.positions;
         }
-        assert!((before[0] - before[1] - (TAU - 2.0 * (2.0_f64 / 3.0).acos())).abs() < 1e-9);
+        assert!((before[0] - before[1] - (TAU - 2.0 * (2.0_f64 / 3.0).acos())).abs() < 1e3 * ROUNDING);
     }
 
     #[test]
@@ -208,7 +208,7 @@ mod tests {
             let a = TAU * f64::from(k) / f64::from(steps);
             before = rim.invert(&[0.004 * a.sin(), 0.004 * a.cos()], &before).positions;
         }
-        assert!((0.5 * (before[0] + before[1]) - 3.0 * TAU).abs() < 1e-9, "{before:?}");
+        assert!((0.5 * (before[0] + before[1]) - 3.0 * TAU).abs() < 1e3 * ROUNDING, "{before:?}");
     }
 
     #[test]

@@ -8,6 +8,9 @@ use apsides_ode::{FnSystem, Integrator, OdeSettings};
 use apsides_problems::powered_descent::{GLIDE_SLOPE, PROBLEM};
 use proptest::prelude::*;
 
+/// Solver: the tolerances at which the iterations stop.
+const SOLVER: f64 = 1e-4;
+
 /// Start and vehicle of B. Acikmese and S. Ploen, J. Guid. Control Dyn. 30 (2007) 1353, doi 10.2514/1.27553.
 fn mars(glide_slope_deg: Option<f64>) -> DescentProblem {
     let limits =
@@ -53,7 +56,7 @@ fn the_mars_cases_reach_the_optimum_and_the_printed_figures() {
         // Linear controls over 100 intervals cost 0.022 kg; less than the optimum is impossible.
         assert!(s.propellant > optimum - 1e-4 && s.propellant < optimum + 0.03, "{}", s.propellant);
         assert!((s.flight_time - time).abs() < 0.1, "{}", s.flight_time);
-        assert!(s.relaxation_gap < 1e-6 && s.mass_change < 1e-8);
+        assert!(s.relaxation_gap < 1e-2 * SOLVER && s.mass_change < 1e-4 * SOLVER);
     }
     // Printed for whole seconds; the optima for them are 387.901250 and 399.352318 kg (page of the problem).
     for (slope, time, printed, optimum) in
@@ -86,7 +89,7 @@ fn the_number_of_eliminated_states_does_not_matter() {
         let (one, all) = (of(1), of(100));
         assert_eq!(one.outcome, Outcome::Landed);
         for block in [5, 7, 24] {
-            assert!((of(block).propellant - one.propellant).abs() < 1e-4);
+            assert!((of(block).propellant - one.propellant).abs() < SOLVER);
         }
         let last = |s: &DescentSolution| s.positions[12];
         assert!((0..3).all(|c| (last(&one)[c] - last(&all)[c]).abs() < 0.5));
@@ -128,7 +131,7 @@ fn the_second_order_bound_agrees_with_the_tangent_when_the_mass_has_settled() {
         let settings = DescentSettings { lower_bound, ..with(40, Some(75.0)) };
         solve(&mars(None), settings).propellant
     };
-    assert!((of(LowerBound::Quadratic) - of(LowerBound::Tangent)).abs() < 1e-4);
+    assert!((of(LowerBound::Quadratic) - of(LowerBound::Tangent)).abs() < SOLVER);
     // In one pass the second-order bound keeps the least thrust.
     let settings =
         DescentSettings { lower_bound: LowerBound::Quadratic, mass_passes: 1, ..with(40, Some(75.0)) };
@@ -204,7 +207,7 @@ fn plans_renewed_in_flight_agree_with_the_first() {
     let there = solver.solve().unwrap();
     let fresh = solve(&DescentProblem { target: [100.0, 50.0, 0.0], ..problem }, with(60, None));
     assert_eq!(there.outcome, Outcome::Landed);
-    assert!((there.propellant - fresh.propellant).abs() < 1e-3);
+    assert!((there.propellant - fresh.propellant).abs() < 10.0 * SOLVER);
 }
 
 #[test]
@@ -231,7 +234,10 @@ fn too_little_propellant_is_said_with_what_is_needed() {
     let problem = DescentProblem { dry_mass: 1905.0 - 380.0, ..mars(None) };
     let s = solve(&problem, with(50, None));
     let Outcome::TooLittlePropellant { needed, available, .. } = s.outcome else { panic!("{}", s.outcome) };
-    assert!((needed - PROBLEM.optimum.value).abs() < 0.15 && (available - 380.0).abs() < 1e-9, "{needed}");
+    assert!(
+        (needed - PROBLEM.optimum.value).abs() < 0.15 && (available - 380.0).abs() < 1e-5 * SOLVER,
+        "{needed}"
+    );
 }
 
 #[test]

@@ -87,12 +87,12 @@ mod tests {
         let (pi, vi) = frame.to_inertial(5e4, p, v);
         let (p2, v2) = frame.to_fixed(5e4, pi, vi);
         for k in 0..3 {
-            assert!((p2[k] - p[k]).abs() < 1e-8 && (v2[k] - v[k]).abs() < ROUNDING);
+            assert!((p2[k] - p[k]).abs() < 1e3 * ROUNDING && (v2[k] - v[k]).abs() < ROUNDING);
         }
         let (r, longitude, latitude) = Local::spherical(p);
         let local = Local::at(longitude, latitude);
         let [w, e, n] = local.components(p);
-        assert!((w - r).abs() < 1e-8 && e.abs() < 1e-8 && n.abs() < 1e-8);
+        assert!((w - r).abs() < 1e3 * ROUNDING && e.abs() < 1e3 * ROUNDING && n.abs() < 1e3 * ROUNDING);
         let back = local.vector(local.components(v));
         assert!((0..3).all(|k| (back[k] - v[k]).abs() < ROUNDING));
     }

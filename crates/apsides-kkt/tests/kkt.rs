@@ -3,6 +3,9 @@
 use apsides_kkt::{Inertia, KktError, KktSettings, KktSystem, Ordering, SolveQuality};
 use proptest::prelude::*;
 
+/// Solver: the tolerances at which the iterations stop.
+const SOLVER: f64 = 1e-9;
+
 /// Round-off of the arithmetic.
 const ROUNDING: f64 = 1e-12;
 
@@ -147,7 +150,7 @@ fn agrees_with_dense_elimination_for_every_order() {
                 assert_eq!(inertia, Inertia { positive: nx, negative: m, zero: 0 });
                 let (x, quality) = solve(&mut system, &b);
                 assert!(quality.residual <= TOLERANCE && !quality.fallback, "{quality:?}");
-                assert_close(&x, &reference, 1e-9);
+                assert_close(&x, &reference, SOLVER);
             }
         }
     }
@@ -165,7 +168,7 @@ fn shifts_belong_to_the_system() {
     let mut system = t.analyse(KktSettings::default());
     system.factor(&t.values, 0.5, 0.25).expect("finite");
     let (x, _) = solve(&mut system, &b);
-    assert_close(&x, &dense_solve(dense, &b), 1e-9);
+    assert_close(&x, &dense_solve(dense, &b), SOLVER);
 }
 
 #[test]
@@ -226,7 +229,7 @@ fn zero_pivots_are_reported_without_static_shift() {
     assert!(quality.residual > 1e-8, "{quality:?}");
     // A consistent right-hand side has solutions.
     let (x, _) = solve(&mut system, &[0.0, 0.0, 1.0, 1.0]);
-    assert!(t.plain_residual(&x, &[0.0, 0.0, 1.0, 1.0]) < 1e-9);
+    assert!(t.plain_residual(&x, &[0.0, 0.0, 1.0, 1.0]) < SOLVER);
     // The dual shift makes the system regular.
     let inertia = system.factor(&t.values, 0.0, 1e-6).expect("finite");
     assert_eq!(inertia, Inertia { positive: 2, negative: 2, zero: 0 });
@@ -286,7 +289,7 @@ fn empty_and_scalar_systems() {
     let mut scalar = KktSystem::analyse(1, 1, &[0], &[0], KktSettings::default()).expect("scalar");
     assert_eq!(scalar.factor(&[4.0], 0.0, 0.0).expect("finite").positive, 1);
     let (x, _) = solve(&mut scalar, &[2.0]);
-    assert!((x[0] - 0.5).abs() < 1e-10);
+    assert!((x[0] - 0.5).abs() < 0.1 * SOLVER);
 }
 
 #[test]
@@ -421,14 +424,14 @@ fn scales_from_1e_minus_12_to_1e12() {
     let (x, quality) = solve(&mut system, &scaled_b);
     assert!(quality.residual <= TOLERANCE && !quality.fallback, "{quality:?}");
     let unscaled: Vec<f64> = x.iter().zip(&units).map(|(x, u)| x * u).collect();
-    assert_close(&unscaled, &reference, 1e-7);
+    assert_close(&unscaled, &reference, 100.0 * SOLVER);
     // Right-hand sides tiny or huge.
     for unit in [1e-300, 1e-200, 1e200] {
         let mut system = t.analyse(KktSettings::default());
         system.factor(&t.values, 0.0, 0.0).expect("finite");
         let (x, quality) = solve(&mut system, &b.iter().map(|v| v * unit).collect::<Vec<_>>());
         assert!(quality.residual <= TOLERANCE && !quality.fallback);
-        assert_close(&x.iter().map(|v| v / unit).collect::<Vec<_>>(), &reference, 1e-8);
+        assert_close(&x.iter().map(|v| v / unit).collect::<Vec<_>>(), &reference, 10.0 * SOLVER);
     }
     // All entries tiny or huge.
     for unit in [1e-12, 1e12, 1e-150, 1e150] {
@@ -438,7 +441,7 @@ fn scales_from_1e_minus_12_to_1e12() {
         let (x, quality) = solve(&mut system, &b);
         assert!(quality.residual <= TOLERANCE);
         let x: Vec<f64> = x.iter().map(|v| v * unit).collect();
-        assert_close(&x, &reference, 1e-8);
+        assert_close(&x, &reference, 10.0 * SOLVER);
     }
 }
 
@@ -480,7 +483,7 @@ fn pivoted_fallback_takes_over_when_refinement_cannot() {
         system.factor(&t.values, 0.0, 0.0).expect("finite");
         let (x, quality) = solve(&mut system, &b);
         assert!(quality.fallback && quality.residual <= TOLERANCE, "{quality:?}");
-        assert_close(&x, &reference, 1e-8);
+        assert_close(&x, &reference, 10.0 * SOLVER);
         solve(&mut system, &b);
     }
     // One pivoted factorisation for each set of values, however many right-hand sides.
@@ -632,7 +635,7 @@ proptest! {
         let reference = dense_solve(t.dense(), &b);
         let size = reference.iter().fold(1.0f64, |m, v| m.max(v.abs()));
         for (x, y) in x.iter().zip(&reference) {
-            prop_assert!((x - y).abs() <= 1e-6 * size);
+            prop_assert!((x - y).abs() <= 1e3 * SOLVER * size);
         }
     }
 
@@ -655,7 +658,7 @@ proptest! {
         let (x, y) = (solve(&mut amd, &b), solve(&mut custom, &b));
         prop_assert!(x.1.residual <= TOLERANCE && y.1.residual <= TOLERANCE);
         for (x, y) in x.0.iter().zip(&y.0) {
-            prop_assert!((x - y).abs() <= 1e-7);
+            prop_assert!((x - y).abs() <= 100.0 * SOLVER);
         }
     }
 }

@@ -2,6 +2,12 @@ use apsides_ad::Dual;
 
 use super::*;
 
+/// Published: half a unit of the last digit that the source prints, or a few of them where it was computed with less.
+const PUBLISHED: f64 = 1e-4;
+
+/// Discretisation: difference quotients, by their steps.
+const DIFFERENCES: f64 = 1e-8;
+
 /// Round-off of the arithmetic.
 const ROUNDING: f64 = 1e-14;
 
@@ -43,8 +49,8 @@ fn assert_derivatives(model: &Aerodynamics, mach: f64, attack: f64) {
     let by_mach = [mach + h, mach - h].map(|m| model.coefficients(m, attack));
     let by_attack = [attack + h, attack - h].map(|a| model.coefficients(mach, a));
     for k in 0..2 {
-        near("by Mach", found[k].eps[0], (by_mach[0][k] - by_mach[1][k]) / (2.0 * h), 1e-8);
-        near("by attack", found[k].eps[1], (by_attack[0][k] - by_attack[1][k]) / (2.0 * h), 1e-8);
+        near("by Mach", found[k].eps[0], (by_mach[0][k] - by_mach[1][k]) / (2.0 * h), DIFFERENCES);
+        near("by attack", found[k].eps[1], (by_attack[0][k] - by_attack[1][k]) / (2.0 * h), DIFFERENCES);
     }
 }
 
@@ -94,10 +100,10 @@ fn stagnation_pressure_as_published() {
     let c = |mach: f64| stagnation_pressure_coefficient(mach, 1.4);
     near("Mach 0", c(0.0), 1.0, 0.1 * ROUNDING);
     near("series", c(0.1 - 1e-12), c(0.1 + 1e-12), 1e3 * ROUNDING);
-    near("Mach 1", c(1.0), 0.8929 / 0.7, 1e-4);
-    near("Mach 2", c(2.0), 4.640 / 2.8, 2e-4);
-    near("Mach 10", c(10.0), 128.2 / 70.0, 1e-3);
-    near("limit", c(1e6), 1.839, 5e-4);
+    near("Mach 1", c(1.0), 0.8929 / 0.7, PUBLISHED);
+    near("Mach 2", c(2.0), 4.640 / 2.8, 2.0 * PUBLISHED);
+    near("Mach 10", c(10.0), 128.2 / 70.0, 10.0 * PUBLISHED);
+    near("limit", c(1e6), 1.839, 5.0 * PUBLISHED);
     // Two continuous derivatives where the shock begins.
     let jet = |mach: f64| c_jet(mach);
     let (below, above) = (jet(1.0 - 1e-9), jet(1.0 + 1e-9));
@@ -148,7 +154,12 @@ fn newtonian_forces_are_sums_of_the_pressure() {
         let (found, expected) =
             (shape.body_coefficients(8.0, attack), by_sums(nose, base, half_angle, attack));
         for k in 0..2 {
-            near("force", found[k] / stagnation_pressure_coefficient(8.0, 1.4), expected[k], 2e-6);
+            near(
+                "force",
+                found[k] / stagnation_pressure_coefficient(8.0, 1.4),
+                expected[k],
+                0.02 * PUBLISHED,
+            );
         }
         let [lift, drag] = shape.coefficients(8.0, attack);
         near("lift", lift, found[0] * attack.cos() - found[1] * attack.sin(), ROUNDING);

@@ -2,6 +2,12 @@ use apsides_ad::Dual;
 
 use super::*;
 
+/// Discretisation: difference quotients, by their steps.
+const DIFFERENCES: f64 = 2e-3;
+
+/// Published: half a unit of the last digit that the source prints, or a few of them where it was computed with less.
+const PUBLISHED: f64 = 5e-5;
+
 /// Round-off of the arithmetic.
 const ROUNDING: f64 = 1e-14;
 
@@ -60,19 +66,19 @@ const UPPER: [(f64, f64, f64); 24] = [
 fn standard_layers_as_published() {
     for (km, temperature, pressure, density) in LOWER {
         let state = Atmosphere::UsStandard1976.state(km * 1e3).unwrap();
-        assert!((state.temperature - temperature).abs() < 1e-3, "{km}: {state:?}");
-        near("pressure", state.pressure, pressure, 1e-4);
-        near("density", state.density, density, 5e-5);
+        assert!((state.temperature - temperature).abs() < 20.0 * PUBLISHED, "{km}: {state:?}");
+        near("pressure", state.pressure, pressure, 2.0 * PUBLISHED);
+        near("density", state.density, density, PUBLISHED);
     }
-    near("sound at sea level", Atmosphere::UsStandard1976.speed_of_sound(0.0), 340.294, 1e-6);
-    near("sound at 50 km", Atmosphere::UsStandard1976.speed_of_sound(50e3), 329.799, 2e-6);
+    near("sound at sea level", Atmosphere::UsStandard1976.speed_of_sound(0.0), 340.294, 0.02 * PUBLISHED);
+    near("sound at 50 km", Atmosphere::UsStandard1976.speed_of_sound(50e3), 329.799, 0.04 * PUBLISHED);
 }
 
 #[test]
 fn standard_thermosphere_as_published() {
     for (km, temperature, density) in UPPER {
         let state = Atmosphere::UsStandard1976.state(km * 1e3).unwrap();
-        assert!((state.temperature - temperature).abs() < 6e-3, "{km}: {state:?}");
+        assert!((state.temperature - temperature).abs() < 120.0 * PUBLISHED, "{km}: {state:?}");
         near("density", state.density, density, if km <= 500.0 { 4e-4 } else { 1e-3 });
     }
     let state = |km: f64| Atmosphere::UsStandard1976.state(km * 1e3).unwrap();
@@ -94,7 +100,7 @@ fn standard_as_in_another_implementation() {
         (80e3, 1.8457895946854748e-5),
     ];
     for (altitude, density) in reference {
-        near("density", Atmosphere::UsStandard1976.density(altitude), density, 8e-6);
+        near("density", Atmosphere::UsStandard1976.density(altitude), density, 0.16 * PUBLISHED);
     }
 }
 
@@ -111,9 +117,9 @@ fn continuous_and_defined_everywhere() {
     for altitude in [constants::BOTTOM, 11_019.1, 20_063.1, 32_161.9, 47_350.1, 51_412.5, 71_802.0, 86e3, 1e6]
     {
         let (low, high) = (altitude - 0.1, altitude + 0.1);
-        near("density", standard.density(low), standard.density(high), 5e-5);
-        near("sound", standard.speed_of_sound(low), standard.speed_of_sound(high), 5e-5);
-        near("temperature", standard.temperature(low), standard.temperature(high), 1e-4);
+        near("density", standard.density(low), standard.density(high), PUBLISHED);
+        near("sound", standard.speed_of_sound(low), standard.speed_of_sound(high), PUBLISHED);
+        near("temperature", standard.temperature(low), standard.temperature(high), 2.0 * PUBLISHED);
     }
     let table = AtmosphereTable::isothermal(&[0.0, 1e4], &[1.0, 0.3], 250.0, Gas::AIR).unwrap();
     let models = [
@@ -147,7 +153,7 @@ fn derivatives_of_every_layer() {
                 let difference = (high[order] - low[order]) / (2.0 * h);
                 let size = (mid[order + 1].abs()).max(1e-9 * mid[0].abs() / h);
                 assert!(
-                    (difference - mid[order + 1]).abs() < 2e-3 * size,
+                    (difference - mid[order + 1]).abs() < DIFFERENCES * size,
                     "{z} {order} {difference} {mid:?}"
                 );
             }

@@ -4,6 +4,9 @@ use std::f64::consts::{PI, TAU};
 use super::*;
 use crate::Body;
 
+/// Published: half a unit of the last digit that the source prints, or a few of them where it was computed with less.
+const PUBLISHED: f64 = 1e-6;
+
 /// Round-off of the arithmetic.
 const ROUNDING: f64 = 1e-12;
 
@@ -136,14 +139,18 @@ fn elements_of_a_state_of_the_literature() {
     let orbit = state.to_classical(MU).unwrap();
     assert!((orbit.semi_latus_rectum - 11_067.790e3).abs() < 10.0, "{orbit:?}");
     assert!((orbit.semi_major_axis() - 36_127.343e3).abs() < 10.0, "{orbit:?}");
-    assert!((orbit.eccentricity - 0.832_853).abs() < 1e-6, "{orbit:?}");
+    assert!((orbit.eccentricity - 0.832_853).abs() < PUBLISHED, "{orbit:?}");
     for (angle, degrees) in [
         (orbit.inclination, 87.870),
         (orbit.node, 227.898),
         (orbit.periapsis, 53.38),
         (orbit.true_anomaly, 92.335),
     ] {
-        assert!((angle.to_degrees() - degrees).abs() < 6e-3, "{} {degrees}", angle.to_degrees());
+        assert!(
+            (angle.to_degrees() - degrees).abs() < 6000.0 * PUBLISHED,
+            "{} {degrees}",
+            angle.to_degrees()
+        );
     }
 }
 
@@ -174,7 +181,7 @@ fn elements_of_another_state_of_the_literature() {
     let orbit = state.to_classical(398_600e9).unwrap();
     let momentum = (orbit.semi_latus_rectum * 398_600e9).sqrt();
     assert!((momentum - 58_310e6).abs() < 5e6, "{momentum}");
-    assert!((orbit.eccentricity - 0.1712).abs() < 5e-5, "{orbit:?}");
+    assert!((orbit.eccentricity - 0.1712).abs() < 50.0 * PUBLISHED, "{orbit:?}");
     for (angle, degrees) in [
         (orbit.inclination, 153.2),
         (orbit.node, 255.3),
@@ -220,12 +227,12 @@ fn undefined_angles_follow_the_convention() {
 #[test]
 fn sizes_of_an_orbit() {
     let orbit = Classical::with_semi_major_axis(24_371e3, 0.73, 0.5, 0.0, 0.0, 0.0).unwrap();
-    assert!((orbit.semi_major_axis() - 24_371e3).abs() < 1e-8);
-    assert!((orbit.periapsis_radius() - 24_371e3 * 0.27).abs() < 1e-8);
-    assert!((orbit.apoapsis_radius() - 24_371e3 * 1.73).abs() < 1e-8);
-    assert!((orbit.period(MU) - TAU * (24_371e3_f64.powi(3) / MU).sqrt()).abs() < 1e-9);
+    assert!((orbit.semi_major_axis() - 24_371e3).abs() < 1e4 * ROUNDING);
+    assert!((orbit.periapsis_radius() - 24_371e3 * 0.27).abs() < 1e4 * ROUNDING);
+    assert!((orbit.apoapsis_radius() - 24_371e3 * 1.73).abs() < 1e4 * ROUNDING);
+    assert!((orbit.period(MU) - TAU * (24_371e3_f64.powi(3) / MU).sqrt()).abs() < 1e3 * ROUNDING);
     let hyperbola = Classical::with_semi_major_axis(-2e7, 1.5, 0.5, 0.0, 0.0, 0.0).unwrap();
-    assert!((hyperbola.semi_latus_rectum - 2.5e7).abs() < 1e-8);
+    assert!((hyperbola.semi_latus_rectum - 2.5e7).abs() < 1e4 * ROUNDING);
     assert!(hyperbola.period(MU).is_infinite() && hyperbola.apoapsis_radius().is_infinite());
 }
 

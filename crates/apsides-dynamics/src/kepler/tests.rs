@@ -6,6 +6,12 @@ use super::*;
 use crate::Body;
 use crate::elements::{Cartesian, Classical};
 
+/// Discretisation: difference quotients, by their steps.
+const DIFFERENCES: f64 = 1e-8;
+
+/// Published: half a unit of the last digit that the source prints, or a few of them where it was computed with less.
+const PUBLISHED: f64 = 5e-9;
+
 /// Round-off of the arithmetic.
 const ROUNDING: f64 = 1e-14;
 
@@ -25,11 +31,11 @@ fn keplers_equation_of_the_literature() {
     let e = eccentric_anomaly(235.4_f64.to_radians(), 0.4).unwrap();
     assert!((e.to_degrees() - 220.512_074_767_522).abs() < 1e3 * ROUNDING, "{}", e.to_degrees());
     let h = hyperbolic_anomaly(235.4_f64.to_radians(), 2.4).unwrap();
-    assert!((h - 1.601_376_144).abs() < 5e-9, "{h}");
+    assert!((h - 1.601_376_144).abs() < PUBLISHED, "{h}");
     // 53.7874 min after the periapsis of a parabola with p = 25512 km.
     let p = 25_512e3_f64;
     let d = parabolic_anomaly(2.0 * (MU / p.powi(3)).sqrt() * 53.7874 * 60.0).unwrap();
-    assert!((d - 0.817_751).abs() < 5e-6, "{d}");
+    assert!((d - 0.817_751).abs() < 1e3 * PUBLISHED, "{d}");
 }
 
 /// Vallado 2013, example 2-4: 40 minutes on an ellipse.
@@ -39,7 +45,7 @@ fn a_flight_of_the_literature() {
         Cartesian { position: [1131.340e3, -2282.343e3, 6672.423e3], velocity: [-5643.05, 4303.33, 2428.79] };
     let end = propagate(MU, &state, 2400.0).unwrap();
     assert!(apart(&end.position, &[-4219.7527e3, 4363.0292e3, -3958.7666e3]) < 0.1, "{end:?}");
-    assert!(apart(&end.velocity, &[3689.866, -1916.735, -6112.511]) < 1e-3, "{end:?}");
+    assert!(apart(&end.velocity, &[3689.866, -1916.735, -6112.511]) < 200000.0 * PUBLISHED, "{end:?}");
 }
 
 /// Curtis, Orbital Mechanics for Engineering Students, example 3.7 (mu = 398600 km3/s2): an hour on an ellipse in the plane, printed to
@@ -231,7 +237,7 @@ fn the_duration_of_a_coast_has_derivatives() {
         up[k] += step;
         down[k] -= step;
         let difference = (duration(up) - duration(down)) / (2.0 * step);
-        assert!((difference - exact.eps[k]).abs() < 1e-8 * exact.eps[k].abs(), "{k}");
+        assert!((difference - exact.eps[k]).abs() < DIFFERENCES * exact.eps[k].abs(), "{k}");
     }
     // Smooth at a circle too: dt/df = (2 / n) (sin(from) - sin(to)) there.
     let [p, l0, l1] = [7e6, 0.7, 3.0].map(Dual::<1>::constant);

@@ -18,6 +18,9 @@ use apsides_ode::{FnSystem, Integrator, OdeSettings, Status, Tolerance};
 mod derivatives;
 mod series;
 
+/// Published: half a unit of the last digit that the source prints, or a few of them where it was computed with less.
+const PUBLISHED: f64 = 1e-4;
+
 /// Round-off of the arithmetic.
 const ROUNDING: f64 = 1e-16;
 
@@ -184,7 +187,10 @@ fn published_loads() {
     let peaks =
         series::BASE.iter().map(loads).fold([0.0_f64; 3], |a, b| std::array::from_fn(|k| a[k].max(b[k])));
     let [pressure, acceleration, heat] = peaks;
-    assert!((pressure - 13_764.03).abs() < 2.0 && (acceleration - 40.0003).abs() < 5e-3, "{peaks:?}");
+    assert!(
+        (pressure - 13_764.03).abs() < 2.0 && (acceleration - 40.0003).abs() < 50.0 * PUBLISHED,
+        "{peaks:?}"
+    );
     assert!((heat - 800.006e3).abs() < 500.0, "{peaks:?}");
     let same = loads(&series::BASE[24]);
     let vector = EntryLoads(BankVector(flight.clone())).evaluate(
@@ -321,6 +327,6 @@ fn load_of_a_capsule_is_nearly_axial() {
     let x = [60e3, 0.7, 0.6, 3000.0, -0.03, 2.0];
     let force = flight.dynamic_pressure(x[0], x[3]) * flight.vehicle.reference_area / flight.vehicle.mass;
     let [normal, axial] = BodyLoads(Banked(flight)).evaluate(0.0, &x, &[0.0], &[]);
-    assert!((normal / force + expected[0]).abs() < 1e-4, "{}", normal / force);
-    assert!((axial / force - expected[1]).abs() < 1e-4, "{}", axial / force);
+    assert!((normal / force + expected[0]).abs() < PUBLISHED, "{}", normal / force);
+    assert!((axial / force - expected[1]).abs() < PUBLISHED, "{}", axial / force);
 }

@@ -4,6 +4,9 @@ use std::ops::ControlFlow;
 use super::*;
 use crate::{DenseSolution, FnSystem, OdeError, Status, Step, Tolerance};
 
+/// Published: half a unit of the last digit that the source prints, or a few of them where it was computed with less.
+const PUBLISHED: f64 = 1e-7;
+
 /// Round-off of the arithmetic.
 const ROUND_OFF: f64 = 1e-15;
 
@@ -83,8 +86,8 @@ fn arenstorf_orbit_passes_the_published_points() {
     let mut states = [0.0; 12];
     integrator(4, Method::Dopri5, 1e-7).sample(&system, 0.0, &x0, &times, &mut states).unwrap();
     for (state, p) in states.chunks(4).zip(published) {
-        close(state[0], p.1, 1e-7);
-        close(state[1], p.2, 1e-7);
+        close(state[0], p.1, PUBLISHED);
+        close(state[1], p.2, PUBLISHED);
     }
     let mut x1 = [0.0; 4];
     let summary = integrator(4, Method::Dopri5, 1e-7).integrate(&system, 0.0, &x0, period, &mut x1).unwrap();
@@ -104,8 +107,8 @@ fn van_der_pol() {
         integrator.integrate(&system, 0.0, &[2.0, 0.0], 2.0, &mut x1).unwrap().status,
         Status::Completed
     );
-    close(x1[0], 1.7632345, 1e-7);
-    close(x1[1], -0.83568868, 1e-7);
+    close(x1[0], 1.7632345, PUBLISHED);
+    close(x1[1], -0.83568868, PUBLISHED);
 }
 
 /// Errors at the end and in the dense output of `steps` fixed steps over one orbit of eccentricity 0.2.
@@ -215,7 +218,7 @@ fn round_trip_returns_to_the_start() {
         integrator.integrate(&kepler, 2.0, &x0, 20.0, &mut there).unwrap();
         let summary = integrator.integrate(&kepler, 20.0, &there, 2.0, &mut back).unwrap();
         assert_eq!(summary.time, 2.0);
-        assert!(distance(&back, &x0) < 2e-10, "{method:?}: {:e}", distance(&back, &x0));
+        assert!(distance(&back, &x0) < 20.0 * INTEGRATION, "{method:?}: {:e}", distance(&back, &x0));
     }
 }
 
@@ -248,7 +251,7 @@ fn observer_sees_every_step_and_may_stop() {
     let mut steps = 0;
     let mut observer = |step: &Step<'_>| {
         assert_eq!(step.start(), reached);
-        close(step.start_state()[0], step.start().cos(), 1e-7);
+        close(step.start_state()[0], step.start().cos(), 1e4 * INTEGRATION);
         reached = step.end();
         steps += 1;
         if step.end() > 5.0 { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
@@ -257,7 +260,7 @@ fn observer_sees_every_step_and_may_stop() {
         integrator.integrate_observed(&system, 0.0, &[1.0, 0.0], 100.0, &mut x1, &[], &mut observer).unwrap();
     assert_eq!(summary.status, Status::Stopped);
     assert_eq!((summary.time, summary.statistics.accepted), (reached, steps));
-    close(x1[0], summary.time.cos(), 1e-7);
+    close(x1[0], summary.time.cos(), 1e4 * INTEGRATION);
 }
 
 #[test]

@@ -1,6 +1,9 @@
 use super::*;
 use crate::{DiscreteFlow, OdeError, SmoothSystem, Status};
 
+/// Discretisation: difference quotients, by their steps.
+const DIFFERENCES: f64 = 1e-9;
+
 /// Round-off of the arithmetic.
 const ROUND_OFF: f64 = 1e-15;
 
@@ -131,7 +134,7 @@ fn the_steps_are_those_of_the_integrator() {
         let plain = flow.value(4).to_vec();
         flow.differentiate(&mut Pendulum, &V[..2], &V[2..]).unwrap();
         assert_eq!(flow.value(4), plain, "{method:?}");
-        assert_eq!((flow.steps(), flow.grid()[1]), (4, 0.25));
+        assert_eq!((flow.steps(), flow.step_ends()[1]), (4, 0.25));
     }
 }
 
@@ -152,10 +155,10 @@ fn derivatives_are_those_of_the_discrete_map() {
             let ahead = weighted(&mut flow, &moved);
             moved[c] = V[c] - step;
             let behind = weighted(&mut flow, &moved);
-            close(gradient[c], (ahead.0 - behind.0) / (2.0 * step), 1e-9);
+            close(gradient[c], (ahead.0 - behind.0) / (2.0 * step), DIFFERENCES);
             for r in 0..5 {
                 let entry = hessian[r.max(c) * 5 + r.min(c)];
-                close(entry, (ahead.1[r] - behind.1[r]) / (2.0 * step), 1e-9);
+                close(entry, (ahead.1[r] - behind.1[r]) / (2.0 * step), DIFFERENCES);
             }
         }
     }

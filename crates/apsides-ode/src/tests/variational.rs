@@ -39,10 +39,10 @@ fn matrix_is_symplectic() {
             for j in 0..6 {
                 let product: f64 = (0..3).map(|k| at(k, i) * at(k + 3, j) - at(k + 3, i) * at(k, j)).sum();
                 let expected = f64::from(i8::from(i + 3 == j)) - f64::from(i8::from(j + 3 == i));
-                close(product, expected, 1e-10);
+                close(product, expected, 10.0 * INTEGRATION);
             }
         }
-        close(determinant(&phi, 6), 1.0, 1e-10);
+        close(determinant(&phi, 6), 1.0, 10.0 * INTEGRATION);
     }
 }
 
