@@ -261,7 +261,7 @@ mod tests {
             assert_eq!(band.verdict, &self.whole.verdict().data()[at..at + band.verdict.len()]);
             let slopes = band.layer(Layer::Slope).unwrap();
             for (a, b) in slopes.iter().zip(&self.whole.layer(Layer::Slope).unwrap().data()[at..]) {
-                assert!((a - b).abs() < SINGLE || (a.is_nan() && b.is_nan()));
+                assert!(f64::from((a - b).abs()) < SINGLE || (a.is_nan() && b.is_nan()));
             }
             self.next[0] += band.verdict.len() / cols;
             self.bands += 1;

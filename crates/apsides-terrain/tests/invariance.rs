@@ -11,7 +11,7 @@ use apsides_terrain::{ElevationMap, Geometry, TerrainError};
 use proptest::prelude::*;
 
 /// Round-off of single precision, in which rasters are stored.
-const SINGLE: f64 = 1e-5;
+const SINGLE: f32 = 1e-5;
 
 /// Everything is tested, and about half of a rough map is safe.
 const CRITERIA: SiteCriteria = SiteCriteria {
