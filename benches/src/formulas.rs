@@ -39,7 +39,7 @@ pub struct Formulas {
 /// One formula at many points.
 #[derive(Debug, Serialize)]
 pub struct Term {
-    /// As [`Formula::to_json`].
+    /// It is written as by [`Formula::to_json`].
     #[serde(serialize_with = "as_json")]
     pub formula: Formula,
     /// Per point, the columns of the inputs.
@@ -50,7 +50,7 @@ pub struct Term {
     pub fractions: Vec<f64>,
     /// Per point, the factor of the outputs.
     pub factors: Vec<f64>,
-    /// Whether the outputs are rates.
+    /// True if the outputs are rates.
     pub rate: bool,
     /// Per point and output, the row.
     pub rows: Vec<Vec<Option<usize>>>,
@@ -202,7 +202,7 @@ fn as_json<S: Serializer>(formula: &Formula, serializer: S) -> Result<S::Ok, S::
     value.serialize(serializer)
 }
 
-/// Where the transcription puts variables and constraints. Variables: per phase, node after node `[x, u]`, the end
+/// The places of variables and constraints in the transcription. Variables: per phase, node after node `[x, u]`, the end
 /// node with `[x]` alone, start and end time; parameters last. Constraints: per phase, node after node `[defects, path rows]`,
 /// integrals with bounds, the duration; those of the ends last.
 struct Places {

@@ -18,7 +18,7 @@ pub const COARSE_INTERVALS: usize = 20;
 /// run into worse local optima.
 pub const FINE_INTERVALS: usize = 1000;
 
-/// Where a solve starts.
+/// The start of a solve.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, clap::ValueEnum)]
 pub enum Start {
     /// From the coarse mesh on fine meshes, from the mission's straight line on others.
@@ -29,7 +29,7 @@ pub enum Start {
     Coarse,
 }
 
-/// What went wrong, for the programs that print it.
+/// The error of a program that prints it.
 pub type Failure = Box<dyn std::error::Error>;
 
 /// The mission as a problem, with its guess.

@@ -14,7 +14,7 @@ use pyo3::types::PyDict;
 use crate::error::Error;
 use crate::mission::to_json;
 
-/// What a solve returns.
+/// The result of a solve.
 #[pyclass(frozen, module = "apsides")]
 pub(crate) struct Solution {
     pipeline: Pipeline,
@@ -30,7 +30,7 @@ impl Solution {
         &self.outcome
     }
 
-    /// Where a neighbouring case starts.
+    /// The start of a neighbouring case.
     pub(crate) fn start(&self) -> &Trajectory {
         self.outcome.solved().1
     }

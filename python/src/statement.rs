@@ -165,7 +165,7 @@ pub(crate) fn state(py: Python<'_>, problem: ProblemIn) -> PyResult<Mission> {
     })
 }
 
-/// What is missing, as Python states it.
+/// The missing parts, as Python states them.
 pub(crate) fn in_python(missing: &Missing) -> String {
     match missing {
         Missing::Phase => "a phase: phase = problem.phase(\"name\", duration=(1, 10))".into(),

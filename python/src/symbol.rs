@@ -115,7 +115,7 @@ impl Operand {
     }
 }
 
-/// What Python's operators take; anything else may know the operation itself, as an array does.
+/// An operand of Python's operators; anything else may know the operation itself, as an array does.
 fn operand(other: &Bound<'_, PyAny>) -> Option<Symbol> {
     if let Ok(symbol) = other.cast::<Symbol>() {
         return Some(symbol.get().clone());

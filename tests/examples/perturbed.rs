@@ -58,7 +58,7 @@ fn perturb(ocp: &mut Ocp, random: &mut Random) {
     }
 }
 
-/// How the cases of a problem end.
+/// The ends of the cases of a problem.
 #[derive(Default)]
 struct Tally {
     verdicts: [usize; 5],

@@ -56,7 +56,7 @@ fn path() -> PathBuf {
     PathBuf::from(env!("CARGO_MANIFEST_DIR")).join("golden/counters.json")
 }
 
-/// Whether the stored counters are to be written anew.
+/// True if the stored counters are to be written anew.
 #[must_use]
 pub fn blessing() -> bool {
     std::env::var_os("APSIDES_BLESS").is_some_and(|v| v == "1")

@@ -1,4 +1,4 @@
-//! What the tests across crates share: tolerances by class, settings of a method by problem, one verified run.
+//! The parts that tests across crates share: tolerances by class, settings of a method by problem, one verified run.
 //!
 //! | module | subject |
 //! | --- | --- |

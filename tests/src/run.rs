@@ -11,7 +11,7 @@ pub type Failure = Box<dyn std::error::Error>;
 
 /// A problem of the gallery, solved and verified.
 pub struct Run {
-    /// What was solved.
+    /// The problem that was solved.
     pub problem: &'static Problem,
     /// The solution.
     pub solution: RadauSolution,

@@ -4,7 +4,7 @@
 //! are zero throughout relative to the largest of the phase, both in units of the states' scales. The reference is indirect shooting
 //! where it applies, else direct shooting. `--nocapture` prints the differences.
 //!
-//! Of smooth problems collocation has the least accurate costates, worst at the ends of a phase: its default mesh tolerance, 1e-8, is
+//! Collocation has the least accurate costates of smooth problems, worst at the ends of a phase: its default mesh tolerance, 1e-8, is
 //! one of the states and leaves 1e-7 to 6e-5 of the costates. Where controls have kinks, direct shooting is worse by a power of ten
 //! or more.
 #![allow(clippy::unwrap_used, clippy::print_stdout)]
@@ -29,7 +29,7 @@ enum Indirect {
 
 use Indirect::{FromRadau, FromShooting, No};
 
-/// How far the methods agree.
+/// The agreement of the methods.
 struct Agreement {
     indirect: Indirect,
     /// Largest relative difference of two objectives.
@@ -37,14 +37,14 @@ struct Agreement {
     /// Largest relative difference of the costates of collocation and of direct shooting from the reference.
     radau: f64,
     shooting: f64,
-    /// Whether the ends of phases count. Where a state is given at a bound there, its costate may jump by the multiplier of that
+    /// True if the ends of phases count. Where a state is given at a bound there, its costate may jump by the multiplier of that
     /// bound, and only the values inside are determined: with wider bounds those of the collocation of the slides agree there, too.
     ends: bool,
     /// States that stand on a bound along an arc, whose costates are not determined there.
     undetermined: &'static [&'static str],
     /// Tolerance of the mesh where costates are far apart in size and each is compared by itself.
     mesh: Option<f64>,
-    /// Whether a problem with jumps is shot with a tighter tolerance of its program.
+    /// True if a problem with jumps is shot with a tighter tolerance of its program.
     tight: bool,
 }
 

@@ -68,7 +68,7 @@ fn in_the_plane() {
     assert!(switch.contains("throttle: 0.2 -> 1 - at t = 14.65"), "{switch}");
 }
 
-/// Of the final mass in the plane: by the multipliers, by the costates at the start and by solving again on both sides, against the
+/// Derivatives of the final mass in the plane: by the multipliers, by the costates at the start and by solving again on both sides, against the
 /// adjoint of the indirect solution, whose own differences agree to 1e-6 (to 4e-6 for the full thrust, 2e-5 for the least).
 #[test]
 fn sensitivities_in_the_plane() {

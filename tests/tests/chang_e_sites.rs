@@ -109,7 +109,7 @@ fn distance_on_the_ground(outcome: &Outcome, diverts: f64) {
     assert!((aimed / 1e3 - downrange).abs() < 0.01 * downrange, "{aimed} {downrange}");
 }
 
-/// What was flown before the decision is the plan without maps.
+/// The flight before the decision is the plan without maps.
 #[test]
 fn what_was_flown_before_stays() {
     let flat =

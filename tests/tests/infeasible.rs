@@ -19,7 +19,7 @@ fn explained(ocp: &Ocp, solution: &RadauSolution, radau: &Radau) -> Explanation 
     radau.explain(ocp, &Guess::earlier(&solution.trajectory), &mesh).unwrap()
 }
 
-/// What the heating rate peaks at, BTU/ft2/s, when the entry begins with the largest lift, upwards: this least heated
+/// The peak of the heating rate, BTU/ft2/s, when the entry begins with the largest lift, upwards: this least heated
 /// attitude decides the first peak, and the later ones can be kept lower. Fourth-order Runge-Kutta method.
 fn peak_with_full_lift(case: &Case) -> f64 {
     let phase = &case.ocp.phases[0];

@@ -6,7 +6,7 @@ use apsides::verify::Verdict;
 use apsides_problems::GALLERY;
 use apsides_tests::{Run, radau, solve};
 
-/// What holds of a solution.
+/// The properties of a solution.
 #[derive(Clone, Copy, PartialEq)]
 enum Quality {
     /// The problem is convex and the first-order conditions hold.

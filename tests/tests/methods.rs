@@ -92,7 +92,7 @@ fn methods(problem: &Problem) -> Vec<Box<dyn Method>> {
 const NO_FLAT_OUTPUTS: &str = "no flat outputs are stated for it";
 const NO_PROFILE: &str = "no control profile that ends with a state is stated for it";
 
-/// Why a problem is out of a method's reach, if it is.
+/// The reason for which a problem is out of a method's reach, if it is.
 fn out_of_reach(method: &str, problem: &str) -> Option<&'static str> {
     OUT_OF_REACH
         .iter()

@@ -319,7 +319,7 @@ fn sweeps_across_structures() {
     assert_eq!(masses.len(), 4);
 }
 
-/// What would do is known from the masses above: 153.7513 kg are left, 154 kg with the floor at 7.634 km.
+/// The change that would do is known from the masses above: 153.7513 kg are left, 154 kg with the floor at 7.634 km.
 #[test]
 fn too_much_dry_mass_is_explained_by_the_floor() {
     let outcome = solve("lunar-transfer", &["dry_mass_kg=154"]);

@@ -7,6 +7,12 @@ use std::io::ErrorKind::NotFound;
 use apsides::verify::{Verdict, VerifySettings, verify};
 use apsides_problem_file::ProblemFile;
 
+/// Published: digits of the reference.
+const PUBLISHED: f64 = 1e-6;
+
+/// Discretisation: the error between the points of the mesh at default settings, in the objective to second order.
+const MESH: f64 = 1e-9;
+
 /// Objective, verdict and the times of the breaks of the only phase, as parts of it.
 fn solve(text: &str) -> (f64, Verdict, Vec<f64>) {
     let file = ProblemFile::parse(text, "own.toml", &|_| Err(NotFound.into()), &[]).unwrap();
@@ -56,11 +62,14 @@ fn slew_whose_torque_leaves_its_bounds_continuously() {
     let (objective, verdict, breaks) = solve(text);
     let half = (PI / 2.0 / (1.0 - 1.0 / (3.0 * 5.5 * 5.5))).sqrt();
     let optimum = half * (2.2 - 0.4 / 3.0 / 5.5);
-    assert!((objective / optimum - 1.0).abs() < 1e-10, "{objective} {optimum}");
+    assert!((objective / optimum - 1.0).abs() < 0.1 * MESH, "{objective} {optimum}");
     assert_eq!(verdict, Verdict::StrictLocalOptimum);
     let leaves = 0.5 * (1.0 - 1.0 / 5.5);
     assert_eq!(breaks.len(), 2);
-    assert!((breaks[0] - leaves).abs() < 1e-8 && (breaks[1] - (1.0 - leaves)).abs() < 1e-8, "{breaks:?}");
+    assert!(
+        (breaks[0] - leaves).abs() < 10.0 * MESH && (breaks[1] - (1.0 - leaves)).abs() < 10.0 * MESH,
+        "{breaks:?}"
+    );
 }
 
 /// The largest area under a curve of length 1.2 between two points 1 apart: an arc of a circle with `a/sin(a) = 1.2`. The straight line
@@ -86,7 +95,7 @@ fn largest_area_under_a_curve_of_given_length() {
     let area = radius * radius * (half_angle - half_angle.sin() * half_angle.cos());
     let (objective, verdict, _) = solve(text);
     // The quadrature of the length is no part of the error of the mesh: 5e-8 is left.
-    assert!((objective / area - 1.0).abs() < 1e-6, "{objective} {area}");
+    assert!((objective / area - 1.0).abs() < 1e3 * MESH, "{objective} {area}");
     assert_ne!(verdict, Verdict::Rejected);
 }
 
@@ -124,7 +133,7 @@ fn angles_between_bounds_a_turn_apart() {
         if excess(middle) < 0.0 { low = middle } else { high = middle }
     }
     let optimum = low.hypot(1.0) + 2.0 * (2.0 - low).hypot(1.0);
-    assert!((objective / optimum - 1.0).abs() < 1e-10, "{objective} {optimum}");
+    assert!((objective / optimum - 1.0).abs() < 0.1 * MESH, "{objective} {optimum}");
     assert_eq!(verdict, Verdict::StrictLocalOptimum);
 }
 
@@ -154,7 +163,7 @@ fn angles_that_differ_by_whole_turns() {
     );
     let (objective, verdict, _) = solve(&text);
     let optimum = end.tan() - start.tan();
-    assert!((objective / optimum - 1.0).abs() < 1e-9, "{objective} {optimum}");
+    assert!((objective / optimum - 1.0).abs() < MESH, "{objective} {optimum}");
     assert_eq!(verdict, Verdict::StrictLocalOptimum);
 }
 
@@ -175,7 +184,7 @@ fn an_objective_of_zero() {
     "#;
     let (objective, verdict, _) = solve(text);
     // A control along its bound is above it by what the barrier leaves.
-    assert!(objective.abs() < 2e-8, "{objective}");
+    assert!(objective.abs() < 20.0 * MESH, "{objective}");
     assert_eq!(verdict, Verdict::GlobalOptimum);
 }
 
@@ -216,7 +225,11 @@ fn direction_of_length_one() {
         );
         let (objective, verdict, _) = solve(&text);
         // Along an inequality the barrier leaves a part.
-        assert!((objective / time(low) - 1.0).abs() < 2e-8, "{bounds} {row}: {objective} {}", time(low));
+        assert!(
+            (objective / time(low) - 1.0).abs() < 20.0 * MESH,
+            "{bounds} {row}: {objective} {}",
+            time(low)
+        );
         assert_eq!(verdict, Verdict::StrictLocalOptimum, "{bounds} {row}");
     }
 }
@@ -243,7 +256,7 @@ fn direction_in_space_along_an_axis() {
         minimize = "end.time"
     "#;
     let (objective, verdict, _) = solve(text);
-    assert!((objective / 50f64.sqrt() - 1.0).abs() < 1e-9, "{objective}");
+    assert!((objective / 50f64.sqrt() - 1.0).abs() < MESH, "{objective}");
     assert_eq!(verdict, Verdict::StrictLocalOptimum);
 }
 
@@ -276,7 +289,7 @@ fn length_of_a_quaternion_as_path_constraint() {
         minimize = "effort"
     "#;
     let (objective, verdict, _) = solve(text);
-    assert!((objective / 0.421875 - 1.0).abs() < 1e-9, "{objective}");
+    assert!((objective / 0.421875 - 1.0).abs() < MESH, "{objective}");
     assert_eq!(verdict, Verdict::StrictLocalOptimum);
 }
 
@@ -297,7 +310,7 @@ fn equality_of_states() {
         minimize = "effort"
     "#;
     let (objective, verdict, _) = solve(text);
-    assert!((objective / (0.25 * PI * PI) - 1.0).abs() < 1e-12, "{objective}");
+    assert!((objective / (0.25 * PI * PI) - 1.0).abs() < 1e-3 * MESH, "{objective}");
     assert_eq!(verdict, Verdict::StrictLocalOptimum);
     // A start beside the circle meets no such equality.
     let beside = text.replace("start = 1, end = 0", "start = 1.1, end = 0");
@@ -325,7 +338,7 @@ fn path_constraint_that_binds_at_the_end() {
         maximize = "end.x - 0.01*e"
     "#;
     let (objective, verdict, _) = solve(text);
-    assert!((objective - (0.3 - 0.0027)).abs() < 1e-9, "{objective}");
+    assert!((objective - (0.3 - 0.0027)).abs() < MESH, "{objective}");
     assert_eq!(verdict, Verdict::GlobalOptimum);
     // Of order one: the arc along it lasts to the end.
     let text = text.replace("x <= 0.3", "x + 0.1*v <= 0.3");
@@ -355,7 +368,7 @@ fn arc_to_the_end_of_the_phase() {
     let second = 0.16 / 10.0_f64.sqrt() * 0.5 * (2.0 * s).sinh();
     let time = 1.0 - kink + s / 10.0_f64.sqrt();
     let optimum = first + second + 0.16 * (3.0 - time);
-    assert!((objective / optimum - 1.0).abs() < 1e-9, "{objective} {optimum}");
+    assert!((objective / optimum - 1.0).abs() < MESH, "{objective} {optimum}");
     assert_eq!(verdict, Verdict::GlobalOptimum);
 }
 
@@ -377,7 +390,7 @@ fn arc_of_order_two_to_the_end_of_the_phase() {
         minimize = "j"
     "#;
     let (objective, verdict, breaks) = solve(text);
-    assert!((objective - 0.990_369).abs() < 1e-6, "{objective}");
+    assert!((objective - 0.990_369).abs() < PUBLISHED, "{objective}");
     assert_eq!((verdict, breaks.len()), (Verdict::GlobalOptimum, 1));
 }
 
@@ -407,7 +420,7 @@ fn length_that_bounds_an_area() {
         }
         let radius = 0.5 * length / low;
         let area = radius * radius * (low - low.sin() * low.cos());
-        assert!((objective / area - 1.0).abs() < 1e-6, "{length}: {objective} {area}");
+        assert!((objective / area - 1.0).abs() < 1e3 * MESH, "{length}: {objective} {area}");
         assert_eq!(verdict, Verdict::StrictLocalOptimum, "{length}");
     }
 }
@@ -437,9 +450,9 @@ fn turn_that_ends_on_a_tangent() {
     let tangent = (distance * distance - 1.0).sqrt();
     let heading = (-y).atan2(-x) + 2.0 * PI + (1.0 / distance).asin();
     let length = heading - 2.0 + tangent - 0.5_f64.sqrt();
-    assert!((objective / length - 1.0).abs() < 1e-9, "{objective} {length}");
+    assert!((objective / length - 1.0).abs() < MESH, "{objective} {length}");
     assert_eq!(verdict, Verdict::Extremal);
-    assert!((breaks[0] * objective - (heading - 2.0)).abs() < 1e-6, "{breaks:?}");
+    assert!((breaks[0] * objective - (heading - 2.0)).abs() < 1e3 * MESH, "{breaks:?}");
 }
 
 /// States held together by an equality of time, with free ends: one function `x(t)` is left, with `y = x + sin(3t)`.
@@ -471,7 +484,7 @@ fn equality_of_states_with_free_ends() {
         minimize = "e"
     "#;
     let (expected, ..) = solve(eliminated);
-    assert!((objective / expected - 1.0).abs() < 1e-9, "{objective} {expected}");
+    assert!((objective / expected - 1.0).abs() < MESH, "{objective} {expected}");
     assert_eq!(verdict, Verdict::StrictLocalOptimum);
 }
 
@@ -498,7 +511,7 @@ fn length_as_a_state() {
         if 2.0 * f64::sin(0.6 / half) * half < 1.0 { low = half } else { high = half }
     }
     let area = 0.5 * low * low * (1.2 / low - (1.2 / low).sin());
-    assert!((objective / area - 1.0).abs() < 1e-8, "{objective} {area}");
+    assert!((objective / area - 1.0).abs() < 10.0 * MESH, "{objective} {area}");
     assert_eq!(verdict, Verdict::StrictLocalOptimum);
 }
 
@@ -519,7 +532,7 @@ fn a_sum_of_squares_of_zero() {
         minimize = "misfit"
     "#;
     let (objective, verdict, _) = solve(text);
-    assert!(objective.abs() < 1e-14, "{objective}");
+    assert!(objective.abs() < 1e-5 * MESH, "{objective}");
     assert_eq!(verdict, Verdict::StrictLocalOptimum);
 }
 
@@ -539,7 +552,7 @@ fn controls_as_good_as_those_found() {
         maximize = "gain"
     "#;
     let (objective, verdict, _) = solve(text);
-    assert!((objective - 1.0).abs() < 1e-7, "{objective}");
+    assert!((objective - 1.0).abs() < 100.0 * MESH, "{objective}");
     assert_eq!(verdict, Verdict::Extremal);
 }
 
@@ -562,7 +575,7 @@ fn direction_cosines_in_the_least_time() {
             "#
         );
         let (objective, verdict, _) = solve(&text);
-        assert!((objective / 288.398_286_038_379_75 - 1.0).abs() < 1e-9, "{bounds}: {objective}");
+        assert!((objective / 288.398_286_038_379_75 - 1.0).abs() < MESH, "{bounds}: {objective}");
         assert_eq!(verdict, Verdict::StrictLocalOptimum, "{bounds}");
     }
 }
@@ -582,7 +595,7 @@ fn a_swing_to_rest() {
         minimize = "end.time"
     "#;
     let (objective, verdict, _) = solve(text);
-    assert!((objective / 7.643_615_260_941_419 - 1.0).abs() < 1e-9, "{objective}");
+    assert!((objective / 7.643_615_260_941_419 - 1.0).abs() < MESH, "{objective}");
     assert_eq!(verdict, Verdict::StrictLocalOptimum);
 }
 
@@ -605,7 +618,7 @@ fn a_ceiling_under_any_bounds_of_the_control() {
             "#
         );
         let (objective, verdict, _) = solve(&text);
-        assert!((objective * 9.0 * ceiling / 4.0 - 1.0).abs() < 1e-9, "{ceiling} {most}: {objective}");
+        assert!((objective * 9.0 * ceiling / 4.0 - 1.0).abs() < MESH, "{ceiling} {most}: {objective}");
         assert_eq!(verdict, Verdict::GlobalOptimum, "{ceiling} {most}");
     }
 }
@@ -626,7 +639,7 @@ fn a_bound_of_a_state_with_a_large_costate_at_its_start() {
         minimize = "j"
     "#;
     let (objective, verdict, _) = solve(text);
-    assert!((objective / 3.694_055_28 - 1.0).abs() < 1e-8, "{objective}");
+    assert!((objective / 3.694_055_28 - 1.0).abs() < 1e-2 * PUBLISHED, "{objective}");
     assert_eq!(verdict, Verdict::StrictLocalOptimum);
 }
 
@@ -648,7 +661,7 @@ fn a_mass_that_must_not_fall_below_that_of_the_empty_vehicle() {
         maximize = "end.h"
     "#;
     let (objective, verdict, breaks) = solve(text);
-    assert!((objective - 1.012_837).abs() < 1e-6, "{objective}");
+    assert!((objective - 1.012_837).abs() < PUBLISHED, "{objective}");
     assert_eq!(verdict, Verdict::Extremal);
     assert_eq!(breaks.len(), 2, "{breaks:?}");
 }
@@ -680,6 +693,6 @@ fn a_landing_above_the_ground() {
     let (mass, verdict, _) = solve(text);
     // Without the ground the flight is the same.
     let (free, ..) = solve(&text.replace("path.ground = \"z >= 0\"", ""));
-    assert!((mass / free - 1.0).abs() < 1e-9, "{mass} {free}");
+    assert!((mass / free - 1.0).abs() < MESH, "{mass} {free}");
     assert_eq!(verdict, Verdict::Extremal);
 }

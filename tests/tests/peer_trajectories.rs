@@ -8,7 +8,13 @@ use apsides::verify::{Interpolation, Verdict, VerifySettings, sampled, verify};
 use apsides_problems::find;
 use apsides_report::read_samples;
 
-/// What is known of a file.
+/// Published: digits of the ratio that the README of the peers prints.
+const PUBLISHED: f64 = 1e-5;
+
+/// Discretisation: what a re-simulation differs by from nodes of a converged mesh.
+const MESH: f64 = 1e-8;
+
+/// The facts about a file.
 struct Judged {
     verdict: Verdict,
     interpolation: Interpolation,
@@ -40,8 +46,8 @@ fn multiple_shooting_of_casadi_is_feasible_and_no_optimum_among_all_controls() {
     let judged = judge("van_der_pol", "casadi_van_der_pol.csv");
     assert_eq!(judged.verdict, Verdict::Feasible);
     assert_eq!(judged.interpolation, Interpolation::Constant);
-    assert!(judged.deviation < 1e-8, "{}", judged.deviation);
-    assert!((judged.ratio - 1.000182).abs() < 1e-5, "{}", judged.ratio);
+    assert!(judged.deviation < MESH, "{}", judged.deviation);
+    assert!((judged.ratio - 1.000182).abs() < PUBLISHED, "{}", judged.ratio);
 }
 
 /// 4e-11 above the cycloid; the control of its lower bound, 0.01 deg, is not that of the cycloid at the start.
@@ -49,7 +55,7 @@ fn multiple_shooting_of_casadi_is_feasible_and_no_optimum_among_all_controls() {
 fn collocation_of_dymos_meets_the_optimum() {
     let judged = judge("brachistochrone_dymos", "dymos_brachistochrone.csv");
     assert_eq!(judged.verdict, Verdict::Feasible);
-    assert!(judged.deviation < 1e-6, "{}", judged.deviation);
+    assert!(judged.deviation < 100.0 * MESH, "{}", judged.deviation);
     assert!((0.0..1e-9).contains(&(judged.ratio - 1.0)), "{}", judged.ratio);
 }
 
@@ -58,6 +64,6 @@ fn collocation_of_dymos_meets_the_optimum() {
 fn successive_convexification_of_openscvx_does_not_meet_the_end() {
     let judged = judge("brachistochrone_dymos", "openscvx_brachistochrone.csv");
     assert_eq!(judged.verdict, Verdict::Rejected);
-    assert!(judged.deviation > 1e-3, "{}", judged.deviation);
-    assert!((judged.ratio - 1.0414).abs() < 1e-3, "{}", judged.ratio);
+    assert!(judged.deviation > 1e5 * MESH, "{}", judged.deviation);
+    assert!((judged.ratio - 1.0414).abs() < 100.0 * PUBLISHED, "{}", judged.ratio);
 }

@@ -188,7 +188,7 @@ fn printed_rows_that_contradict_themselves() {
     }
 }
 
-/// What the notes say of trends, from the numbers.
+/// The trends of the notes, from the numbers.
 #[test]
 fn notes_follow_from_the_numbers() {
     let rows = &table("table-2").rows;

@@ -7,6 +7,12 @@ use apsides::radau::{Radau, RadauSolution};
 use apsides::verify::{Verdict, VerifySettings, verify};
 use apsides_problem_file::ProblemFile;
 
+/// Published: half a unit of the last digit that Jacobson and Lele print, a fifth of it for that of CasADi.
+const PUBLISHED: f64 = 5e-5;
+
+/// Discretisation: the ends of an arc, whose times the objective determines to second order.
+const ARC_ENDS: f64 = 1e-6;
+
 /// Solver: objectives relative to closed forms.
 const OBJECTIVE: f64 = 1e-9;
 
@@ -55,7 +61,11 @@ fn first_order() {
         assert_eq!(verdict, Verdict::GlobalOptimum);
         assert!(s.meshes.len() <= 4, "{} meshes", s.meshes.len());
         let [a, b] = &s.switches[..] else { panic!("{:?}", s.switches) };
-        assert!((a.time - entry).abs() < 1e-6 && (b.time - (3.0 - entry)).abs() < 1e-6, "{:?}", s.switches);
+        assert!(
+            (a.time - entry).abs() < ARC_ENDS && (b.time - (3.0 - entry)).abs() < ARC_ENDS,
+            "{:?}",
+            s.switches
+        );
     }
 }
 
@@ -84,7 +94,7 @@ fn second_order_and_a_touch() {
         near(&s, 4.0 / 9.0 / 0.08);
         assert_eq!(verdict, Verdict::GlobalOptimum);
         let times: Vec<f64> = s.switches.iter().map(|s| s.time).collect();
-        assert!((times[0] - 0.24).abs() < 1e-6 && (times[1] - 0.76).abs() < 1e-6, "{times:?}");
+        assert!((times[0] - 0.24).abs() < ARC_ENDS && (times[1] - 0.76).abs() < ARC_ENDS, "{times:?}");
     }
     for (s, verdict) in both(body, [state, "x = { start = 0, end = 0, max = 0.2 }"], "x <= 0.2") {
         near(&s, 2.24);
@@ -147,7 +157,7 @@ fn a_moving_limit() {
         minimize = "cost"
     "#;
     let (s, verdict) = solve(body);
-    assert!((s.trajectory.objective - 0.1698).abs() < 5e-5, "{}", s.trajectory.objective);
+    assert!((s.trajectory.objective - 0.1698).abs() < PUBLISHED, "{}", s.trajectory.objective);
     assert_eq!(verdict, Verdict::GlobalOptimum);
 }
 
@@ -177,7 +187,7 @@ fn bounds_of_state_and_control() {
         )
     };
     let (s, verdict) = solve(&body([0.0, 1.0], 10.0, -0.25));
-    assert!((s.trajectory.objective - 3.61518).abs() < 1e-5, "{}", s.trajectory.objective);
+    assert!((s.trajectory.objective - 3.61518).abs() < 0.2 * PUBLISHED, "{}", s.trajectory.objective);
     assert_eq!(verdict, Verdict::StrictLocalOptimum);
     let (_, verdict) = solve(&body([1.0, 0.0], 5.0, -0.4));
     assert_eq!(verdict, Verdict::StrictLocalOptimum);

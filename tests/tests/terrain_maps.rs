@@ -8,6 +8,9 @@ use apsides_terrain::io::{ReadOptions, Windows, read};
 
 use apsides_tests::shared;
 
+/// Published: digits that the labels of the maps print.
+const PUBLISHED: f64 = 1e-3;
+
 fn open(name: &str) -> File {
     File::open(shared(&format!("terrain/{name}"))).unwrap()
 }
@@ -32,7 +35,7 @@ fn gale_from_ctx() {
     let map = read(file, &ReadOptions::default()).unwrap();
     let g = map.geometry();
     assert_eq!((g.rows(), g.cols()), (2100, 504));
-    assert!((g.square_pixel().unwrap() - 20.0).abs() < 1e-3);
+    assert!((g.square_pixel().unwrap() - 20.0).abs() < PUBLISHED);
     let valid = 1.0 - map.gaps() as f64 / g.pixels() as f64;
     assert!((valid - 0.53).abs() < 0.005, "{valid}");
 }
@@ -45,7 +48,7 @@ fn boulders_as_an_array() {
     let map = read(file, &options).unwrap();
     assert_eq!((map.geometry().rows(), map.geometry().cols()), (501, 502));
     let [low, high] = map.range().unwrap();
-    assert!(low.abs() < 1e-6 && (high - 3.981).abs() < 5e-4, "{low} {high}");
+    assert!(low.abs() < 1e-3 * PUBLISHED && (high - 3.981).abs() < 0.5 * PUBLISHED, "{low} {high}");
 }
 
 #[test]
@@ -56,7 +59,7 @@ fn the_moon_in_degrees() {
     let mut windows = Windows::open(file, &options).unwrap();
     let g = *windows.geometry();
     assert_eq!((g.rows(), g.cols(), g.unit()), (512, 1024, MapUnit::Degree));
-    assert!((g.pixel()[0] - 0.3516).abs() < 1e-4);
+    assert!((g.pixel()[0] - 0.3516).abs() < 0.1 * PUBLISHED);
     let window = windows.window(100, 200, 50, 60).unwrap();
     // Lunar heights stay within 11 km of the sphere.
     let [low, high] = window.range().unwrap();

@@ -19,6 +19,9 @@ use serde_json::Value;
 
 use apsides_tests::shared;
 
+/// Published: digits of the reference program, whose maps are stored in single precision.
+const PUBLISHED: f64 = 1e-4;
+
 /// Heights of a file, m. The last column of the boulder scene is none.
 fn load(file: &str, pixel_m: f64) -> ElevationMap {
     let bytes = fs::read(shared(&format!("terrain/{file}"))).unwrap();
@@ -94,19 +97,19 @@ fn check(map: &ElevationMap, criteria: &SiteCriteria, name: &str) -> HazardMap {
         .iter()
         .enumerate()
         .fold((0, 0.0), |(best, largest), (k, &c)| if c > largest { (k, c) } else { (best, largest) });
-    assert!((f64::from(largest) - truth["max_clearance_m"].as_f64().unwrap()).abs() < 1e-4);
+    assert!((f64::from(largest) - truth["max_clearance_m"].as_f64().unwrap()).abs() < PUBLISHED);
     let cols = map.geometry().cols();
     assert_eq!(truth["site_max_clearance"], serde_json::json!([best / cols, best % cols]));
     let site = &truth["spiral_site"];
     let at = |key: &str| site[key].as_u64().unwrap() as usize;
     let there = f64::from(clearance.get(at("row"), at("col")));
-    assert!((there - site["clearance_m"].as_f64().unwrap()).abs() < 1e-4);
+    assert!((there - site["clearance_m"].as_f64().unwrap()).abs() < PUBLISHED);
 
     let spiral = choose_sites(map, &hazards, &SiteRequest::default()).unwrap();
     let found = &spiral.sites[0];
     assert_eq!((found.row, found.col), (at("row"), at("col")));
     assert_eq!(found.visited, site["visited"].as_u64().unwrap());
-    assert!((found.height_m - site["z"].as_f64().unwrap()).abs() < 1e-4);
+    assert!((found.height_m - site["z"].as_f64().unwrap()).abs() < PUBLISHED);
     assert_eq!(spiral.passed_over.iter().map(|(_, count)| count).sum::<u64>() + 1, found.visited);
     let request = SiteRequest { rule: SiteRule::Clearance, ..SiteRequest::default() };
     let roomy = &choose_sites(map, &hazards, &request).unwrap().sites[0];
@@ -158,14 +161,14 @@ fn check_normals(map: &ElevationMap, name: &str) {
     let hazards = hazard_map_with(map, &SiteCriteria::CHANG_E_3_COARSE, &options).unwrap();
     let relative = hazards.layer(Layer::RelativeElevation).unwrap().data();
     let largest = relative.iter().fold(0.0, |largest: f32, z| largest.max(z.abs()));
-    assert!((f64::from(largest) - truth["rel_abs_max"].as_f64().unwrap()).abs() < 1e-4);
+    assert!((f64::from(largest) - truth["rel_abs_max"].as_f64().unwrap()).abs() < PUBLISHED);
     for (probe, degrees) in
         truth["probes"].as_array().unwrap().iter().zip(published["deg"].as_array().unwrap())
     {
         let at = |key: &str| probe[key].as_u64().unwrap() as usize;
         let radius = published["rho_m"].as_f64().unwrap();
         let angle = median_normal_angle(map, &plane, at("row"), at("col"), radius).unwrap().unwrap();
-        assert!((angle.to_degrees() - degrees.as_f64().unwrap()).abs() < 1e-3, "{probe}");
+        assert!((angle.to_degrees() - degrees.as_f64().unwrap()).abs() < 10.0 * PUBLISHED, "{probe}");
     }
 }
 

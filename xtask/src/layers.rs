@@ -1,11 +1,14 @@
-//! Who may depend on whom: the layers of the workspace as a table.
+//! The dependencies that are allowed: the layers of the workspace as a table.
 //!
 //! A dependency of the library or program itself is checked; tests, examples and benches depend on what they need.
-//! Within a crate, modules do not import each other in a circle.
+//! What the table allows is taken, and ARCHITECTURE.md draws it. Within a crate, modules do not import each other in a circle, and
+//! a type has a name of its own.
 
 use crate::circles;
 use crate::finding::{Finding, report};
+use crate::map;
 use crate::signatures;
+use crate::type_names;
 use crate::workspace::{Package, Purpose, Workspace};
 
 /// Dependencies that a crate of ours may have on others of ours.
@@ -31,7 +34,7 @@ const ARROWS: &[(&str, Arrows)] = &[
     ("conic", To(&[])),
     ("metaheuristics", To(&[])),
     ("nlp", To(&["basis", "iteration", "kkt"])),
-    ("ode", To(&["ad"])),
+    ("ode", To(&[])),
     // Domain.
     ("dynamics", To(&["ad", "basis"])),
     ("terrain", To(&["ad"])),
@@ -49,7 +52,7 @@ const ARROWS: &[(&str, Arrows)] = &[
     ("convex", To(&["ad", "basis", "iteration", "ocp", "ode", "conic"])),
     // What follows a solution: no solver and no method.
     ("control", To(&["ad", "dynamics", "ode"])),
-    ("verify", To(&["ad", "basis", "ocp", "ode", "terrain"])),
+    ("verify", To(&["ad", "basis", "ocp", "ode"])),
     // From missions to outcomes.
     (
         "pipeline",
@@ -138,7 +141,7 @@ const ARROWS: &[(&str, Arrows)] = &[
     ("cli", ToAny),
     // Development.
     ("optimality", To(&["nlp"])),
-    ("problems", To(&["ad", "dynamics", "nlp", "ocp"])),
+    ("problems", To(&["ad", "nlp", "ocp"])),
     ("tests", ToAny),
     ("benches", ToAny),
     ("xtask", To(&[])),
@@ -153,7 +156,6 @@ const OWNERS: &[(&str, &str)] = &[
     ("clarabel", "conic"),
     ("parry3d-f64", "terrain"),
     ("png", "terrain"),
-    ("rand", "metaheuristics"),
     ("parquet", "report"),
     ("clap", "cli"),
     ("indicatif", "cli"),
@@ -165,12 +167,20 @@ const OWNERS: &[(&str, &str)] = &[
 /// Packages for development alone: heavy dependencies are free there.
 const DEVELOPMENT: &[&str] = &["optimality", "problems", "tests", "benches", "xtask"];
 
+/// Packages that no registry gets, and the map shows by their folders alone.
+const UNPUBLISHED: &[&str] = &["tests", "benches", "xtask"];
+
+/// The file of these tables, for messages.
+const TABLE: &str = "xtask/src/layers.rs";
+
 /// Crates whose types no public signature names.
 const HIDDEN: &[&str] = &["faer", "pulp", "clarabel", "parry3d_f64", "parry3d", "glam"];
 
 /// Checks the whole workspace.
 pub(crate) fn run(workspace: &Workspace) -> Result<(), String> {
     let mut findings = check(&workspace.packages, ARROWS, OWNERS);
+    findings.extend(idle(&workspace.packages, ARROWS, OWNERS));
+    findings.extend(map::check(&read(workspace, map::FILE)?, &drawn()));
     let files = workspace.files()?;
     for package in &workspace.packages {
         findings.extend(lints(workspace, package)?);
@@ -178,6 +188,9 @@ pub(crate) fn run(workspace: &Workspace) -> Result<(), String> {
         let own = files.iter().filter(|f| f.starts_with(&format!("{source}/")) && f.ends_with(".rs"));
         let texts: Vec<(&str, String)> =
             own.map(|f| Ok((f.as_str(), read(workspace, f)?))).collect::<Result<_, String>>()?;
+        if source.starts_with("crates/") {
+            findings.extend(type_names::check(texts.iter().map(|(path, text)| (*path, text.as_str()))));
+        }
         findings.extend(circles::check(short(&package.name), &source, texts.into_iter()));
     }
     for path in files.iter().filter(|p| p.starts_with("crates/") && p.ends_with(".rs")) {
@@ -252,6 +265,35 @@ fn check(packages: &[Package], arrows: &[(&str, Arrows)], owners: &[(&str, &str)
     findings
 }
 
+/// Arrows and owners that the tables allow and no crate takes.
+fn idle(packages: &[Package], arrows: &[(&str, Arrows)], owners: &[(&str, &str)]) -> Vec<Finding> {
+    let depends = |from: &str, to: &str| {
+        let of = |p: &&Package| short(&p.name) == from;
+        packages.iter().find(of).is_some_and(|p| p.dependencies.iter().any(|d| short(&d.name) == to))
+    };
+    let ours = arrows.iter().flat_map(|(from, allowed)| match allowed {
+        To(targets) => targets.iter().map(|to| (*from, *to)).collect(),
+        ToAny => Vec::new(),
+    });
+    let heavy = owners.iter().map(|(heavy, owner)| (*owner, *heavy));
+    let not_taken = ours.chain(heavy).filter(|(from, to)| !depends(from, to));
+    not_taken
+        .map(|(from, to)| {
+            Finding::of(TABLE, format!("`{from}` may depend on `{to}` and does not: take it off"))
+        })
+        .collect()
+}
+
+/// The arrows that the map of the library's crates shows; packages for development alone are not in it.
+fn drawn() -> Vec<(&'static str, Option<&'static [&'static str]>)> {
+    let shown = ARROWS.iter().filter(|(name, _)| !UNPUBLISHED.contains(name));
+    let targets = |allowed: Arrows| match allowed {
+        To(targets) => Some(targets),
+        ToAny => None,
+    };
+    shown.map(|(name, allowed)| (*name, targets(*allowed))).collect()
+}
+
 /// A dependency on a crate of ours.
 fn arrow(path: &str, from: &str, to: &str, allowed: Arrows) -> Option<Finding> {
     let To(targets) = allowed else { return None };
@@ -306,7 +348,7 @@ mod tests {
             let verify = package("apsides-verify", &[("apsides-nlp", purpose)]);
             assert_eq!(
                 messages(&[verify, nlp.clone()]),
-                ["`apsides-verify` depends on `apsides-nlp`; allowed: ad, basis, ocp, ode, terrain"]
+                ["`apsides-verify` depends on `apsides-nlp`; allowed: ad, basis, ocp, ode"]
             );
         }
     }

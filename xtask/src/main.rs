@@ -25,6 +25,7 @@ mod command;
 mod crate_readme;
 mod finding;
 mod layers;
+mod map;
 mod package;
 mod python;
 mod readme;
@@ -32,6 +33,7 @@ mod signatures;
 mod source;
 mod table;
 mod tidy;
+mod type_names;
 mod workspace;
 
 use command::{cargo, run};

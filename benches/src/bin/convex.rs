@@ -5,7 +5,7 @@ use std::io::{Write, stdout};
 use apsides_benches::CpuTime;
 use apsides_benches::landing::Failure;
 use apsides_convex::{
-    DescentLimits, DescentSettings, DescentSolver, DivertPlanner, DivertSettings, Outcome, PoweredDescent,
+    DescentLimits, DescentProblem, DescentSettings, DescentSolver, DivertPlanner, DivertSettings, Outcome,
 };
 use clap::{Parser, Subcommand};
 use serde::Serialize;
@@ -28,7 +28,7 @@ enum Which {
         /// Intervals per block of eliminated states.
         #[arg(long, default_value_t = DescentSettings::default().block)]
         block: usize,
-        /// Whether it stays above a slope of 4 deg.
+        /// If given, it stays above a slope of 4 deg.
         #[arg(long)]
         glide_slope: bool,
         /// Flight time, s.
@@ -90,15 +90,15 @@ fn main() -> Result<(), Failure> {
 }
 
 /// B. Acikmese and S. Ploen, J. Guid. Control Dyn. 30 (2007) 1353, doi 10.2514/1.27553.
-fn mars(glide_slope: bool) -> PoweredDescent {
+fn mars(glide_slope: bool) -> DescentProblem {
     let limits =
         DescentLimits { glide_slope: glide_slope.then_some(4_f64.to_radians()), ..DescentLimits::default() };
-    PoweredDescent { limits, ..PoweredDescent::mars_lander() }
+    DescentProblem { limits, ..DescentProblem::mars_lander() }
 }
 
 /// A lander of 1322 kg at 2.4 km, to hover at 100 m.
-fn moon(target: [f64; 3]) -> PoweredDescent {
-    PoweredDescent {
+fn moon(target: [f64; 3]) -> DescentProblem {
+    DescentProblem {
         gravity: [0.0, 0.0, -1.62494],
         rotation: [0.0; 3],
         mass: 1322.299,
@@ -114,7 +114,7 @@ fn moon(target: [f64; 3]) -> PoweredDescent {
 }
 
 fn descent(
-    problem: &PoweredDescent,
+    problem: &DescentProblem,
     settings: DescentSettings,
     flight_time: f64,
     runs: usize,

@@ -43,7 +43,7 @@ struct Arguments {
 enum Which {
     /// Flat outputs on B-splines.
     Flat {
-        /// Which splines.
+        /// The splines.
         #[arg(value_enum)]
         splines: Splines,
         /// Start from the guess fitted to splines, not from the method's coarse solution.
@@ -61,7 +61,7 @@ enum Which {
     },
     /// The whole call of the method on B-splines: start, solves, estimates, trajectory.
     Call {
-        /// Which splines; refined with the default settings.
+        /// The splines; refined with the default settings.
         #[arg(value_enum)]
         splines: Splines,
     },
@@ -148,7 +148,7 @@ fn write(path: &PathBuf, content: &impl Serialize) -> Result<(), Failure> {
     Ok(())
 }
 
-/// What the re-simulated flight misses at the end, by state and in its unit.
+/// The misses of the re-simulated flight at the end, by state and in its unit.
 fn misses(
     arguments: &Arguments,
     ocp: &Ocp,

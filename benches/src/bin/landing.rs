@@ -25,7 +25,7 @@ struct Arguments {
     /// Timed repetitions of set-up and solve.
     #[arg(long, default_value_t = 1, value_parser = clap::value_parser!(u32).range(1..))]
     repeat: u32,
-    /// Where the solve starts.
+    /// The start of the solve.
     #[arg(long, value_enum, default_value = "auto")]
     start: Start,
     /// Settings of the Radau method instead of Ipopt's defaults.

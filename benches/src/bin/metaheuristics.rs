@@ -76,7 +76,7 @@ struct Runs {
     json: bool,
 }
 
-/// What counts as the minimum, which is 0.
+/// A value below this counts as the minimum, which is 0.
 const TARGET: f64 = 1e-8;
 
 /// An algorithm with a name for tables.
@@ -150,7 +150,7 @@ struct Overhead {
     dimension: usize,
     /// Per evaluation, less the function itself.
     nanoseconds: f64,
-    /// Of the function.
+    /// The name of the function.
     function: f64,
 }
 

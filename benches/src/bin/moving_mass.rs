@@ -44,7 +44,7 @@ const INERTIA: [f64; 3] = [100.71072, 85.20192, 85.20192];
 /// Heights of the atmosphere that a peer interpolates, m: the standard's law of layers ends below.
 const HIGH: [f64; 3] = [86e3, 101e3, 50.0];
 
-/// What a peer needs.
+/// The data that a peer needs.
 #[derive(Serialize)]
 struct Model {
     step: f64,
@@ -70,7 +70,7 @@ struct Model {
     high_sound: Vec<f64>,
 }
 
-/// What flights amount to.
+/// The numbers of all flights.
 #[derive(Serialize)]
 struct Report {
     flight_s: f64,

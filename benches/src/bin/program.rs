@@ -76,7 +76,7 @@ impl Strategy {
     }
 }
 
-/// What is common to both kinds of programs.
+/// The part that both kinds of programs have.
 #[derive(Serialize)]
 struct Entry<T> {
     name: String,

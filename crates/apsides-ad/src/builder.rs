@@ -27,7 +27,8 @@
 use std::sync::Arc;
 use std::sync::atomic::{AtomicU32, Ordering};
 
-use crate::formula::{Binary, Formula, FormulaError, MAX_VALUES, Operation, Unary};
+use crate::error::AdError;
+use crate::formula::{Binary, Formula, MAX_VALUES, Operation, Unary};
 use crate::table::Table;
 use crate::tape::Tape;
 
@@ -50,7 +51,7 @@ pub struct Value {
 pub struct FormulaBuilder {
     tape: Tape,
     owner: u32,
-    error: Option<FormulaError>,
+    error: Option<AdError>,
 }
 
 /// Builders so far: handles know theirs.
@@ -81,8 +82,7 @@ impl FormulaBuilder {
     #[must_use]
     pub fn new(inputs: usize) -> Self {
         let owner = BUILDERS.fetch_add(1, Ordering::Relaxed);
-        let (inputs, error) =
-            if inputs < MAX_VALUES { (inputs, None) } else { (0, Some(FormulaError::TooLarge)) };
+        let (inputs, error) = if inputs < MAX_VALUES { (inputs, None) } else { (0, Some(AdError::TooLarge)) };
         Self { tape: Tape::new(inputs), owner, error }
     }
 
@@ -94,14 +94,14 @@ impl FormulaBuilder {
 
     /// The first mistake so far.
     #[must_use]
-    pub fn error(&self) -> Option<FormulaError> {
+    pub fn error(&self) -> Option<AdError> {
         self.error
     }
 
     /// An input.
     pub fn input(&mut self, index: usize) -> Value {
         let inputs = self.inputs();
-        if index < inputs { self.handle(index) } else { self.refuse(FormulaError::Input { index, inputs }) }
+        if index < inputs { self.handle(index) } else { self.refuse(AdError::Input { index, inputs }) }
     }
 
     /// A number; it may be infinite.
@@ -333,40 +333,16 @@ impl FormulaBuilder {
         self.push(Operation::Binary(function, a, b))
     }
 
-    /// The outputs of another formula, the inputs of which are values here.
-    pub fn compose(&mut self, formula: &Formula, inputs: &[Value]) -> Vec<Value> {
-        if inputs.len() != formula.inputs() {
-            self.refuse(FormulaError::Input { index: inputs.len(), inputs: formula.inputs() });
-            return formula.outputs().iter().map(|_| self.handle(0)).collect();
-        }
-        let tables: Vec<usize> = formula.tables().iter().map(|t| self.tape.table(Arc::clone(t))).collect();
-        let mut values = inputs.to_vec();
-        for operation in formula.operations() {
-            let value = match *operation {
-                Operation::Constant(c) => self.constant(c),
-                Operation::Unary(f, a) => self.unary(f, values[a]),
-                Operation::Binary(f, a, b) => self.binary(f, values[a], values[b]),
-                Operation::Powi(a, n) => self.powi(values[a], n),
-                Operation::Powf(a, n) => self.powf(values[a], n),
-                Operation::Select(c, a, b) => self.select(values[c], values[a], values[b]),
-                Operation::Curve(t, a) => self.curve(tables[t], values[a]),
-                Operation::Surface(t, a, b) => self.surface(tables[t], values[a], values[b]),
-            };
-            values.push(value);
-        }
-        formula.outputs().iter().map(|&k| values[k]).collect()
-    }
-
     /// The formula of some values, without what they do not need. Several formulas may come from one builder.
     ///
     /// # Errors
     /// The first mistake, or an output that belongs to another builder.
-    pub fn formula(&self, outputs: &[Value]) -> Result<Formula, FormulaError> {
+    pub fn formula(&self, outputs: &[Value]) -> Result<Formula, AdError> {
         if let Some(error) = self.error {
             return Err(error);
         }
         let places: Option<Vec<usize>> = outputs.iter().map(|&v| self.place(v)).collect();
-        Ok(self.tape.formula(&places.ok_or(FormulaError::Foreign)?))
+        Ok(self.tape.formula(&places.ok_or(AdError::Foreign)?))
     }
 
     fn handle(&self, place: usize) -> Value {
@@ -387,7 +363,7 @@ impl FormulaBuilder {
     }
 
     /// Keeps a mistake; what follows from it is never returned.
-    fn refuse(&mut self, error: FormulaError) -> Value {
+    fn refuse(&mut self, error: AdError) -> Value {
         self.error.get_or_insert(error);
         self.handle(0)
     }
@@ -396,7 +372,7 @@ impl FormulaBuilder {
     fn own(&mut self, values: &[Value]) -> bool {
         let own = values.iter().all(|v| v.owner == self.owner);
         if !own {
-            self.refuse(FormulaError::Foreign);
+            self.refuse(AdError::Foreign);
         }
         own
     }
@@ -409,14 +385,14 @@ impl FormulaBuilder {
         let known = self.tape.tables().get(table).is_some_and(|t| t.variables() == variables);
         if !known {
             let operation = self.tape.values() - self.inputs();
-            self.refuse(FormulaError::Table { operation, table });
+            self.refuse(AdError::Table { operation, table });
         }
         known
     }
 
     fn width(&mut self, width: f64) -> Value {
         if !(width > 0.0 && width.is_finite()) {
-            return self.refuse(FormulaError::Width);
+            return self.refuse(AdError::Width);
         }
         self.constant(width)
     }
@@ -440,19 +416,19 @@ impl FormulaBuilder {
             let result = operation.apply(|k| number(k).unwrap_or(f64::NAN), self.tape.tables());
             if result.is_nan() {
                 let operation = self.tape.values() - self.inputs();
-                return self.refuse(FormulaError::NotANumber { operation });
+                return self.refuse(AdError::NotANumber { operation });
             }
             Operation::Constant(result)
         } else if let Operation::Powf(_, n) = operation
             && n.is_nan()
         {
             let operation = self.tape.values() - self.inputs();
-            return self.refuse(FormulaError::NotANumber { operation });
+            return self.refuse(AdError::NotANumber { operation });
         } else {
             operation
         };
         if self.tape.values() >= MAX_VALUES {
-            return self.refuse(FormulaError::TooLarge);
+            return self.refuse(AdError::TooLarge);
         }
         let place = self.tape.push(operation);
         self.handle(place)

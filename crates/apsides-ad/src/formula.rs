@@ -9,6 +9,7 @@ use std::fmt::Write;
 use std::sync::Arc;
 
 use crate::Scalar;
+use crate::error::{AdError, Taker};
 use crate::table::Table;
 
 /// Functions of one operand.
@@ -107,78 +108,6 @@ pub struct Formula {
     tables: Vec<Arc<Table>>,
     outputs: Vec<usize>,
 }
-
-/// The reasons for which a formula is refused.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum FormulaError {
-    /// An input that the formula does not have.
-    Input {
-        /// Its index.
-        index: usize,
-        /// Number of inputs.
-        inputs: usize,
-    },
-    /// An operation takes a value that does not stand before it.
-    Operand {
-        /// Index of the operation.
-        operation: usize,
-        /// The value.
-        value: usize,
-    },
-    /// An output is a value that does not exist.
-    Output {
-        /// Index of the output.
-        output: usize,
-        /// The value.
-        value: usize,
-    },
-    /// An operation looks up a table that does not exist or has another number of variables.
-    Table {
-        /// Index of the operation.
-        operation: usize,
-        /// Index of the table.
-        table: usize,
-    },
-    /// A value, an exponent or a function of constants is not a number.
-    NotANumber {
-        /// Index of the operation.
-        operation: usize,
-    },
-    /// A handle belongs to another builder.
-    Foreign,
-    /// The width of a smooth function is not a positive number.
-    Width,
-    /// There are more than 2^31 values.
-    TooLarge,
-}
-
-impl fmt::Display for FormulaError {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        match self {
-            Self::Input { index, inputs } => write!(f, "there is no input {index}: there are {inputs}"),
-            Self::Operand { operation, value } => {
-                write!(f, "operation {operation} takes value {value}, which does not stand before it")
-            }
-            Self::Output { output, value } => {
-                write!(f, "output {output} is value {value}, which does not exist")
-            }
-            Self::Table { operation, table } => {
-                write!(
-                    f,
-                    "operation {operation} looks up table {table}, which does not exist or has another number of variables"
-                )
-            }
-            Self::NotANumber { operation } => {
-                write!(f, "operation {operation} is a constant that is not a number")
-            }
-            Self::Foreign => f.write_str("a value belongs to another formula"),
-            Self::Width => f.write_str("the width of a smooth function must be positive and finite"),
-            Self::TooLarge => f.write_str("a formula has at most 2^31 values"),
-        }
-    }
-}
-
-impl std::error::Error for FormulaError {}
 
 /// Most values of a formula: their places are 32-bit numbers.
 pub(crate) const MAX_VALUES: usize = 1 << 31;
@@ -360,28 +289,28 @@ impl Formula {
         operations: Vec<Operation>,
         tables: Vec<Table>,
         outputs: Vec<usize>,
-    ) -> Result<Self, FormulaError> {
+    ) -> Result<Self, AdError> {
         if inputs > MAX_VALUES || operations.len() > MAX_VALUES - inputs {
-            return Err(FormulaError::TooLarge);
+            return Err(AdError::TooLarge);
         }
         for (k, operation) in operations.iter().enumerate() {
             if let Some(value) = operation.operands().find(|&a| a >= inputs + k) {
-                return Err(FormulaError::Operand { operation: k, value });
+                return Err(AdError::Operand { taker: Taker::Operation(k), value });
             }
             if let Some((table, variables)) = operation.table()
                 && tables.get(table).is_none_or(|t| t.variables() != variables)
             {
-                return Err(FormulaError::Table { operation: k, table });
+                return Err(AdError::Table { operation: k, table });
             }
             if let Operation::Constant(c) | Operation::Powf(_, c) = operation
                 && c.is_nan()
             {
-                return Err(FormulaError::NotANumber { operation: k });
+                return Err(AdError::NotANumber { operation: k });
             }
         }
         let values = inputs + operations.len();
         if let Some((output, &value)) = outputs.iter().enumerate().find(|(_, v)| **v >= values) {
-            return Err(FormulaError::Output { output, value });
+            return Err(AdError::Operand { taker: Taker::Output(output), value });
         }
         Ok(Self::pruned(inputs, &operations, &tables.into_iter().map(Arc::new).collect::<Vec<_>>(), &outputs))
     }

@@ -14,14 +14,14 @@ mod lowering;
 pub(crate) type Term = u32;
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-struct Node {
+struct Vertex {
     op: Op,
     operands: [Term; 3],
     /// Bits of the number.
     number: u64,
 }
 
-impl Hash for Node {
+impl Hash for Vertex {
     fn hash<H: Hasher>(&self, hasher: &mut H) {
         let [a, b, c] = self.operands;
         self.op.hash(hasher);
@@ -69,8 +69,8 @@ impl Hasher for Mixer {
 /// Terms that are written once. Functions of numbers are numbers.
 #[derive(Debug)]
 pub(crate) struct Graph {
-    nodes: Vec<Node>,
-    known: HashMap<Node, Term, BuildHasherDefault<Mixer>>,
+    nodes: Vec<Vertex>,
+    known: HashMap<Vertex, Term, BuildHasherDefault<Mixer>>,
     tables: Arc<[Arc<Table>]>,
 }
 
@@ -85,7 +85,7 @@ impl Graph {
     }
 
     fn term(&mut self, op: Op, operands: [Term; 3], number: f64) -> Term {
-        let node = Node { op, operands, number: number.to_bits() };
+        let node = Vertex { op, operands, number: number.to_bits() };
         let next = self.nodes.len() as Term;
         let term = *self.known.entry(node).or_insert(next);
         if term == next {

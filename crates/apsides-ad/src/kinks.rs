@@ -1,4 +1,4 @@
-//! Where a formula is not smooth.
+//! The kinks of formulas.
 
 use std::collections::HashSet;
 
@@ -21,7 +21,7 @@ pub enum Condition {
 /// A place at which a formula has a kink or a jump.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct FormulaKink {
-    /// Where it is.
+    /// The condition under which a formula is not smooth.
     pub condition: Condition,
     /// The input, and its number there, if the condition is that one input has a number.
     pub input: Option<(usize, f64)>,

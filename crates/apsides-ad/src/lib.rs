@@ -49,7 +49,7 @@
 //! let mut rates = [0.0; 4];
 //! node.values(2, &[0.0, 0.5, 0.1, 0.0, 0.0, 0.7, 0.2, 1.0], &mut rates);
 //! assert_eq!(rates, [0.5, 0.1, 0.7, 0.2]);
-//! # Ok::<(), apsides_ad::FormulaError>(())
+//! # Ok::<(), apsides_ad::AdError>(())
 //! ```
 //!
 //! | module | subject |
@@ -67,6 +67,7 @@
 //! | [`pchip`] | tables in one variable that keep the shape of their data |
 //! | [`table`] | tables as operations of formulas |
 //! | [`vector`] | products and smooth norms |
+//! | [`error`] | reasons to refuse a formula or a table |
 //!
 //! References: J. Fike and J. Alonso, The development of hyper-dual numbers for exact second-derivative calculations,
 //! AIAA 2011-886, doi 10.2514/6.2011-886. R. Gower and M. Mello, A new framework for the computation of Hessians,
@@ -76,6 +77,7 @@ pub mod builder;
 mod derivatives;
 pub mod dual;
 mod enclosure;
+pub mod error;
 pub mod formula;
 mod formula_node;
 mod graph;
@@ -98,7 +100,8 @@ pub mod vector;
 
 pub use builder::{FormulaBuilder, Value};
 pub use dual::Dual;
-pub use formula::{Formula, FormulaError};
+pub use error::{AdError, Taker};
+pub use formula::Formula;
 pub use formula_node::formula_node;
 pub use hyper_dual::HyperDual;
 pub use kinks::{Condition, FormulaKink};
@@ -107,5 +110,5 @@ pub use node::{NodeFunction, dynamics_node, flat_node, path_node, vector_node};
 pub use pattern::{Dependence, NodePattern};
 pub use pchip::{Outside, Pchip};
 pub use scalar::Scalar;
-pub use spline::{BicubicSpline, CubicSpline, SplineError};
+pub use spline::{BicubicSpline, CubicSpline};
 pub use table::Table;

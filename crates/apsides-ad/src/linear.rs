@@ -32,7 +32,7 @@ pub(crate) struct Linearised {
 
 /// A value of the formula. A shift by a constant has the variable of its operand.
 #[derive(Clone, Copy)]
-struct Value {
+struct Operand {
     term: Term,
     variable: Option<u32>,
 }
@@ -50,15 +50,15 @@ struct Builder {
     order: Order,
     graph: Graph,
     variables: Vec<Variable>,
-    values: Vec<Value>,
+    values: Vec<Operand>,
 }
 
 impl Linearised {
     pub(crate) fn new(formula: &Formula, order: Order) -> Self {
         let mut graph = Graph::new(formula.tables());
         let inputs = formula.inputs();
-        let values: Vec<Value> =
-            (0..inputs).map(|k| Value { term: graph.input(k), variable: Some(k as u32) }).collect();
+        let values: Vec<Operand> =
+            (0..inputs).map(|k| Operand { term: graph.input(k), variable: Some(k as u32) }).collect();
         let variables = vec![Variable::default(); inputs];
         let mut builder = Builder { order, graph, variables, values };
         for &operation in formula.operations() {
@@ -80,7 +80,7 @@ impl Linearised {
 }
 
 impl Builder {
-    fn value(&mut self, operation: Operation) -> Value {
+    fn value(&mut self, operation: Operation) -> Operand {
         match operation {
             Operation::Constant(c) => self.constant(c),
             Operation::Unary(f, a) => self.unary(f, self.values[a]),
@@ -128,7 +128,7 @@ impl Builder {
         }
     }
 
-    fn unary(&mut self, f: Unary, a: Value) -> Value {
+    fn unary(&mut self, f: Unary, a: Operand) -> Operand {
         let term = match f {
             Unary::Neg => self.graph.neg(a.term),
             Unary::Recip => self.graph.recip(a.term),
@@ -137,11 +137,11 @@ impl Builder {
         self.of_one(term, a, |graph, x, v| unary(graph, f, x, v))
     }
 
-    fn constant(&mut self, c: f64) -> Value {
-        Value { term: self.graph.constant(c), variable: None }
+    fn constant(&mut self, c: f64) -> Operand {
+        Operand { term: self.graph.constant(c), variable: None }
     }
 
-    fn binary(&mut self, f: Binary, a: Value, b: Value) -> Value {
+    fn binary(&mut self, f: Binary, a: Operand, b: Operand) -> Operand {
         let (x, y) = (a.term, b.term);
         let graph = &mut self.graph;
         let zero = graph.constant(0.0);
@@ -152,8 +152,8 @@ impl Builder {
                     if f == Binary::Add { (Op::Add, one) } else { (Op::Sub, graph.constant(-1.0)) };
                 let term = graph.plain(op, &[x, y]);
                 match (a.variable, b.variable) {
-                    (Some(i), None) => Value { term, variable: Some(i) },
-                    (None, Some(j)) if f == Binary::Add => Value { term, variable: Some(j) },
+                    (Some(i), None) => Operand { term, variable: Some(i) },
+                    (None, Some(j)) if f == Binary::Add => Operand { term, variable: Some(j) },
                     _ => self.of_two(term, (a, b), [one, sign], [zero; 3]),
                 }
             }
@@ -206,7 +206,7 @@ impl Builder {
         }
     }
 
-    fn power(&mut self, a: Value, b: Value) -> Value {
+    fn power(&mut self, a: Operand, b: Operand) -> Operand {
         let (x, y) = (a.term, b.term);
         let graph = &mut self.graph;
         let p = graph.plain(Op::Pow, &[x, y]);
@@ -227,7 +227,7 @@ impl Builder {
     }
 
     /// One of two values, the first where `chosen` is one, the second where it is zero.
-    fn choice(&mut self, term: Term, chosen: Term, a: Value, b: Value) -> Value {
+    fn choice(&mut self, term: Term, chosen: Term, a: Operand, b: Operand) -> Operand {
         let (zero, one) = (self.graph.constant(0.0), self.graph.constant(1.0));
         let other = self.graph.sub(one, chosen);
         let value = self.of_two(term, (a, b), [chosen, other], [zero; 3]);
@@ -240,10 +240,10 @@ impl Builder {
     fn of_one(
         &mut self,
         term: Term,
-        a: Value,
+        a: Operand,
         derivatives: impl FnOnce(&mut Graph, Term, Term) -> [Term; 2],
-    ) -> Value {
-        let Some(i) = a.variable else { return Value { term, variable: None } };
+    ) -> Operand {
+        let Some(i) = a.variable else { return Operand { term, variable: None } };
         let [first, second] = derivatives(&mut self.graph, a.term, term);
         self.variable(term, vec![(i, first)], vec![(i, i, second)])
     }
@@ -252,12 +252,12 @@ impl Builder {
     fn of_two(
         &mut self,
         term: Term,
-        (a, b): (Value, Value),
+        (a, b): (Operand, Operand),
         [x, y]: [Term; 2],
         [xx, xy, yy]: [Term; 3],
-    ) -> Value {
+    ) -> Operand {
         let (first, second) = match (a.variable, b.variable) {
-            (None, None) => return Value { term, variable: None },
+            (None, None) => return Operand { term, variable: None },
             (Some(i), None) => (vec![(i, x)], vec![(i, i, xx)]),
             (None, Some(j)) => (vec![(j, y)], vec![(j, j, yy)]),
             (Some(i), Some(j)) if i == j => {
@@ -275,15 +275,15 @@ impl Builder {
         term: Term,
         mut first: Vec<(u32, Term)>,
         mut second: Vec<(u32, u32, Term)>,
-    ) -> Value {
+    ) -> Operand {
         let graph = &self.graph;
         first.retain(|&(_, g)| graph.number(g) != Some(0.0));
         second.retain(|&(_, _, g)| graph.number(g) != Some(0.0));
         if first.is_empty() && second.is_empty() {
-            return Value { term, variable: None };
+            return Operand { term, variable: None };
         }
         self.variables.push(Variable { first, second, ..Variable::default() });
-        Value { term, variable: Some((self.variables.len() - 1) as u32) }
+        Operand { term, variable: Some((self.variables.len() - 1) as u32) }
     }
 }
 

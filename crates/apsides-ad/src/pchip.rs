@@ -11,10 +11,11 @@
 //! let step = Pchip::new(&[0.0, 1.0, 2.0, 3.0], &[0.0, 0.0, 1.0, 1.0], Outside::Constant)?;
 //! assert_eq!(step.at(1.5_f64), 0.5);
 //! assert_eq!(step.at(7.0_f64), 1.0); // no overshoot, no extrapolation
-//! # Ok::<(), apsides_ad::SplineError>(())
+//! # Ok::<(), apsides_ad::AdError>(())
 //! ```
 
-use crate::spline::{SplineError, check_knots, check_values};
+use crate::error::AdError;
+use crate::spline::{check_knots, check_values};
 
 /// The rule by which a table continues outside its knots.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -38,8 +39,8 @@ impl Pchip {
     /// The table with the given values at increasing knots, at least two.
     ///
     /// # Errors
-    /// The table does not fit: see [`SplineError`].
-    pub fn new(knots: &[f64], values: &[f64], outside: Outside) -> Result<Self, SplineError> {
+    /// The table does not fit: see [`AdError`].
+    pub fn new(knots: &[f64], values: &[f64], outside: Outside) -> Result<Self, AdError> {
         check_knots(knots, 2)?;
         check_values(values, knots.len())?;
         let nodes = values.iter().zip(slopes(knots, values)).map(|(v, s)| [*v, s]).collect();
@@ -142,6 +143,9 @@ fn end_slope(h0: f64, h1: f64, outer: f64, inner: f64) -> f64 {
 mod tests {
     use super::*;
 
+    /// Round-off of the arithmetic.
+    const ROUNDING: f64 = 1e-13;
+
     const KNOTS: [f64; 7] = [-1.0, 0.0, 0.4, 1.5, 2.0, 3.0, 3.5];
     const VALUES: [f64; 7] = [2.0, 1.0, 1.0, -0.5, -0.6, 4.0, 3.0];
 
@@ -164,7 +168,7 @@ mod tests {
         for (x, expected) in SCIPY {
             for (found, expected) in table.derivatives(x).into_iter().zip(expected) {
                 assert!(
-                    (found - expected).abs() < 1e-13 * expected.abs().max(1.0),
+                    (found - expected).abs() < ROUNDING * expected.abs().max(1.0),
                     "{x}: {found} {expected}"
                 );
             }
@@ -194,10 +198,10 @@ mod tests {
     #[test]
     fn tables_that_do_not_fit() {
         let error = |knots: &[f64], values: &[f64]| Pchip::new(knots, values, Outside::Constant).unwrap_err();
-        assert_eq!(error(&[0.0], &[0.0]), SplineError::TooShort { least: 2 });
-        assert_eq!(error(&[0.0, 1.0, 1.0], &[0.0; 3]), SplineError::Knots);
-        assert_eq!(error(&[0.0, f64::NAN], &[0.0; 2]), SplineError::Knots);
-        assert_eq!(error(&[0.0, 1.0], &[0.0, f64::INFINITY]), SplineError::Knots);
-        assert_eq!(error(&[0.0, 1.0], &[0.0; 3]), SplineError::Length { expected: 2, found: 3 });
+        assert_eq!(error(&[0.0], &[0.0]), AdError::TooShort { least: 2 });
+        assert_eq!(error(&[0.0, 1.0, 1.0], &[0.0; 3]), AdError::Knots);
+        assert_eq!(error(&[0.0, f64::NAN], &[0.0; 2]), AdError::Knots);
+        assert_eq!(error(&[0.0, 1.0], &[0.0, f64::INFINITY]), AdError::Knots);
+        assert_eq!(error(&[0.0, 1.0], &[0.0; 3]), AdError::Length { expected: 2, found: 3 });
     }
 }

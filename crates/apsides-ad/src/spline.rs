@@ -8,41 +8,10 @@
 //!
 //! let table = CubicSpline::new(&[0.0, 1.0, 2.0, 4.0], &[0.0, 1.0, 8.0, 64.0])?;
 //! assert!((table.at(3.0_f64) - 27.0).abs() < 1e-12);
-//! # Ok::<(), apsides_ad::SplineError>(())
+//! # Ok::<(), apsides_ad::AdError>(())
 //! ```
 
-use std::fmt;
-
-/// The reasons for which a table cannot be interpolated.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum SplineError {
-    /// Fewer knots in a direction than the table takes.
-    TooShort {
-        /// The fewest knots.
-        least: usize,
-    },
-    /// Knots that do not increase, or a number that is not finite.
-    Knots,
-    /// The number of values is not that of the knots.
-    Length {
-        /// Values that the knots ask for.
-        expected: usize,
-        /// Values given.
-        found: usize,
-    },
-}
-
-impl fmt::Display for SplineError {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        match self {
-            Self::TooShort { least } => write!(f, "the table takes at least {least} knots in each direction"),
-            Self::Knots => f.write_str("the knots must be finite and increase, the values be finite"),
-            Self::Length { expected, found } => write!(f, "{found} values for {expected} knots"),
-        }
-    }
-}
-
-impl std::error::Error for SplineError {}
+use crate::error::AdError;
 
 /// A cubic spline through a table of one variable.
 #[derive(Clone, Debug, PartialEq)]
@@ -66,8 +35,8 @@ impl CubicSpline {
     /// The spline with the given values at increasing knots, at least four.
     ///
     /// # Errors
-    /// The table does not fit: see [`SplineError`].
-    pub fn new(knots: &[f64], values: &[f64]) -> Result<Self, SplineError> {
+    /// The table does not fit: see [`AdError`].
+    pub fn new(knots: &[f64], values: &[f64]) -> Result<Self, AdError> {
         check(knots)?;
         check_values(values, knots.len())?;
         Ok(Self { knots: knots.into(), values: values.into(), curvatures: curvatures(knots, values) })
@@ -100,8 +69,8 @@ impl BicubicSpline {
     /// The spline with the values of a table with one row per knot of `x` and one column per knot of `y`.
     ///
     /// # Errors
-    /// The table does not fit: see [`SplineError`].
-    pub fn new(x: &[f64], y: &[f64], values: &[f64]) -> Result<Self, SplineError> {
+    /// The table does not fit: see [`AdError`].
+    pub fn new(x: &[f64], y: &[f64], values: &[f64]) -> Result<Self, AdError> {
         check(x)?;
         check(y)?;
         check_values(values, x.len() * y.len())?;
@@ -157,24 +126,24 @@ impl BicubicSpline {
 }
 
 /// Knots of a spline.
-fn check(knots: &[f64]) -> Result<(), SplineError> {
+fn check(knots: &[f64]) -> Result<(), AdError> {
     check_knots(knots, 4)
 }
 
 /// Increasing knots, not fewer than a number.
-pub(crate) fn check_knots(knots: &[f64], least: usize) -> Result<(), SplineError> {
+pub(crate) fn check_knots(knots: &[f64], least: usize) -> Result<(), AdError> {
     if knots.len() < least {
-        return Err(SplineError::TooShort { least });
+        return Err(AdError::TooShort { least });
     }
     let increasing = knots.windows(2).all(|w| w[0] < w[1]) && knots.iter().all(|k| k.is_finite());
-    if increasing { Ok(()) } else { Err(SplineError::Knots) }
+    if increasing { Ok(()) } else { Err(AdError::Knots) }
 }
 
-pub(crate) fn check_values(values: &[f64], expected: usize) -> Result<(), SplineError> {
+pub(crate) fn check_values(values: &[f64], expected: usize) -> Result<(), AdError> {
     if values.len() != expected {
-        return Err(SplineError::Length { expected, found: values.len() });
+        return Err(AdError::Length { expected, found: values.len() });
     }
-    if values.iter().all(|v| v.is_finite()) { Ok(()) } else { Err(SplineError::Knots) }
+    if values.iter().all(|v| v.is_finite()) { Ok(()) } else { Err(AdError::Knots) }
 }
 
 /// The interval of `x`, and the weights of the values and of the second derivatives at its ends in the value, the first
@@ -229,10 +198,16 @@ fn curvatures(knots: &[f64], values: &[f64]) -> Vec<f64> {
 mod tests {
     use super::*;
 
+    /// Round-off of the arithmetic.
+    const ROUNDING: f64 = 1e-11;
+
     const KNOTS: [f64; 6] = [-1.0, 0.0, 0.4, 1.5, 2.0, 3.0];
 
     fn near(found: f64, expected: f64) {
-        assert!((found - expected).abs() < 1e-11 * expected.abs().max(1.0), "{found} instead of {expected}");
+        assert!(
+            (found - expected).abs() < ROUNDING * expected.abs().max(1.0),
+            "{found} instead of {expected}"
+        );
     }
 
     #[test]
@@ -279,9 +254,9 @@ mod tests {
     #[test]
     fn tables_that_do_not_fit() {
         let error = |knots: &[f64], values: &[f64]| CubicSpline::new(knots, values).unwrap_err();
-        assert_eq!(error(&[0.0, 1.0, 2.0], &[0.0; 3]), SplineError::TooShort { least: 4 });
-        assert_eq!(error(&[0.0, 1.0, 1.0, 2.0], &[0.0; 4]), SplineError::Knots);
-        assert_eq!(error(&[0.0, 1.0, 2.0, 3.0], &[f64::NAN; 4]), SplineError::Knots);
-        assert_eq!(error(&[0.0, 1.0, 2.0, 3.0], &[0.0; 3]), SplineError::Length { expected: 4, found: 3 });
+        assert_eq!(error(&[0.0, 1.0, 2.0], &[0.0; 3]), AdError::TooShort { least: 4 });
+        assert_eq!(error(&[0.0, 1.0, 1.0, 2.0], &[0.0; 4]), AdError::Knots);
+        assert_eq!(error(&[0.0, 1.0, 2.0, 3.0], &[f64::NAN; 4]), AdError::Knots);
+        assert_eq!(error(&[0.0, 1.0, 2.0, 3.0], &[0.0; 3]), AdError::Length { expected: 4, found: 3 });
     }
 }

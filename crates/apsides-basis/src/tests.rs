@@ -220,9 +220,9 @@ fn radau_integration_is_the_inverse_of_the_last_columns() {
         let d = nalgebra::DMatrix::from_row_slice(n, n + 1, lgr.differentiation());
         let a = nalgebra::DMatrix::from_row_slice(n, n, lgr.integration());
         let inverse = d.columns(1, n).into_owned().try_inverse().unwrap();
-        assert!((&a - inverse).amax() < 1e-12, "N = {n}");
+        assert!((&a - inverse).amax() < 2500.0 * ROUNDING, "N = {n}");
         for j in 0..n {
-            close(a[(n - 1, j)], lgr.weights()[j], 1e-15);
+            close(a[(n - 1, j)], lgr.weights()[j], 2.5 * ROUNDING);
         }
     }
 }
@@ -238,7 +238,7 @@ fn gauss_nodes_are_the_eigenvalues_of_the_jacobi_matrix() {
     let mut eigenvalues: Vec<f64> = matrix.symmetric_eigenvalues().iter().copied().collect();
     eigenvalues.sort_by(f64::total_cmp);
     for (e, x) in eigenvalues.iter().zip(Gauss::new(n).unwrap().nodes()) {
-        close(*e, *x, 1e-14);
+        close(*e, *x, 25.0 * ROUNDING);
     }
 }
 
@@ -294,9 +294,9 @@ fn interpolation_of_runge_converges_geometrically() {
             let x = -1.0 + k as f64 / 250.0;
             basis.evaluate_all(&values, x, &mut out);
             assert_eq!(out[0], basis.evaluate(&values, 2, 0, x));
-            close(out[1], 3.0, 1e-14);
+            close(out[1], 3.0, 25.0 * ROUNDING);
             basis.derivative_all(&values, x, &mut derivative);
-            close(derivative[1], 0.0, 1e-10);
+            close(derivative[1], 0.0, 250000.0 * ROUNDING);
             worst = worst.max((out[0] - f(x)).abs());
             worst_slope = worst_slope.max((derivative[0] - slope(x)).abs());
         }
@@ -321,17 +321,17 @@ fn interpolation_is_exact_at_nodes_and_smooth_beside_them() {
         assert_eq!(basis.evaluate(&values, 1, 0, x), values[k]);
         basis.derivative_all(&values, x, &mut slope);
         let row: f64 = matrix[k * 25..(k + 1) * 25].iter().zip(&values).map(|(d, v)| d * v).sum();
-        close(slope[0], row, 1e-12);
+        close(slope[0], row, 2500.0 * ROUNDING);
         for shift in [1e-15, 1e-12, 1e-9, 1e-6, 1e-3] {
-            close(basis.evaluate(&values, 1, 0, x + shift), (2.0 * (x + shift)).sin(), 1e-13);
+            close(basis.evaluate(&values, 1, 0, x + shift), (2.0 * (x + shift)).sin(), 250.0 * ROUNDING);
             basis.derivative_all(&values, x + shift, &mut slope);
-            close(slope[0], 2.0 * (2.0 * (x + shift)).cos(), 2e-11);
+            close(slope[0], 2.0 * (2.0 * (x + shift)).cos(), 50000.0 * ROUNDING);
         }
     }
     // Far from zero and of another unit.
     let nodes: Vec<f64> = basis.nodes().iter().map(|x| 1e6 + 500.0 * x).collect();
     let scaled = Barycentric::new(&nodes).unwrap();
-    close(scaled.evaluate(&values, 1, 0, 1e6 + 125.0), 0.5f64.sin(), 1e-13);
+    close(scaled.evaluate(&values, 1, 0, 1e6 + 125.0), 0.5f64.sin(), 250.0 * ROUNDING);
 }
 
 #[test]
@@ -349,7 +349,7 @@ fn small_and_large_sets_of_nodes() {
     let nodes: Vec<f64> = chebyshev_lobatto(1000).unwrap().iter().map(|x| 1e8 * x).collect();
     let many = Barycentric::new(&nodes).unwrap();
     let values: Vec<f64> = nodes.iter().map(|x| (3e-7 * x).cos()).collect();
-    close(many.evaluate(&values, 1, 0, 1.234e7), 3.702f64.cos(), 1e-11);
+    close(many.evaluate(&values, 1, 0, 1.234e7), 3.702f64.cos(), 25000.0 * ROUNDING);
     assert!(many.weights().iter().all(|w| w.is_finite() && *w != 0.0));
 }
 
@@ -385,12 +385,12 @@ proptest! {
         let basis = lgr.support_basis();
         let mut l = vec![0.0; n + 1];
         basis.basis(x, &mut l);
-        prop_assert!((l.iter().sum::<f64>() - 1.0).abs() < 1e-13);
+        prop_assert!((l.iter().sum::<f64>() - 1.0).abs() < 250.0 * ROUNDING);
         let moment: f64 = l.iter().zip(lgr.support()).map(|(l, t)| l * t).sum();
-        prop_assert!((moment - x).abs() < 1e-13);
+        prop_assert!((moment - x).abs() < 250.0 * ROUNDING);
         let values: Vec<f64> = lgr.support().iter().map(|t| t.exp()).collect();
         let direct: f64 = l.iter().zip(&values).map(|(l, v)| l * v).sum();
-        prop_assert!((direct - basis.evaluate(&values, 1, 0, x)).abs() < 1e-13);
+        prop_assert!((direct - basis.evaluate(&values, 1, 0, x)).abs() < 250.0 * ROUNDING);
     }
 
     /// A polynomial of the degree of the nodes and its derivative come back, wherever the nodes lie.

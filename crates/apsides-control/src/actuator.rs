@@ -175,7 +175,7 @@ impl Actuator {
         self.speed = 0.0;
     }
 
-    /// As before the first step.
+    /// Sets it back to what it was before the first step.
     pub fn reset(&mut self) {
         (self.drive, self.speed, self.load) = (self.settings.start, 0.0, self.settings.start);
         self.waiting.fill(self.settings.start);
@@ -242,7 +242,7 @@ impl RimPair {
         [self.actuators[0].load, self.actuators[1].load]
     }
 
-    /// As before the first step.
+    /// Sets it back to what it was before the first step.
     pub fn reset(&mut self) {
         self.actuators.iter_mut().for_each(Actuator::reset);
         self.met = false;

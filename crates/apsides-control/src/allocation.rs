@@ -151,23 +151,26 @@ mod tests {
     fn authority_of_both_layouts() {
         // m 0.7 / M per axis and 2 m r / M: 10 kg of 700 kg and 5 kg of 750 kg give 1 cm.
         let cross = CrossLayout::new(10.0, 700.0, [[-0.7, 0.7]; 2]).unwrap();
-        assert!((cross.centre(&[0.7, -0.7])[0] - 0.01).abs() < 1e-17);
+        assert!((cross.centre(&[0.7, -0.7])[0] - 0.01).abs() < 1e-5 * ROUNDING);
         let rim = RadialLayout::new(5.0, 750.0, 0.75, 0.0).unwrap();
-        assert!((rim.reach() - 0.01).abs() < 1e-17);
-        assert!((rim.centre(&[0.0, 0.0])[1] - 0.01).abs() < 1e-17);
+        assert!((rim.reach() - 0.01).abs() < 1e-5 * ROUNDING);
+        assert!((rim.centre(&[0.0, 0.0])[1] - 0.01).abs() < 1e-5 * ROUNDING);
         // Masses that are 60 deg apart at least reach cos 30 deg of it.
-        assert!((radial(PI / 3.0).reach() - 0.015 * 0.75_f64.sqrt()).abs() < 1e-16);
+        assert!((radial(PI / 3.0).reach() - 0.015 * 0.75_f64.sqrt()).abs() < 1e-4 * ROUNDING);
     }
 
     #[test]
     fn cross_inverts_and_clamps_each_axis() {
         let cross = CrossLayout::new(10.0, 500.0, [[-0.7, 0.7], [0.0, 0.7]]).unwrap();
         let found = cross.invert(&[0.01, 0.002]);
-        assert!((found.positions[0] - 0.5).abs() < 1e-15 && (found.positions[1] - 0.1).abs() < 1e-15);
+        assert!(
+            (found.positions[0] - 0.5).abs() < 1e-3 * ROUNDING
+                && (found.positions[1] - 0.1).abs() < 1e-3 * ROUNDING
+        );
         assert!(!found.saturated);
         let beyond = cross.invert(&[0.02, -0.01]);
         assert_eq!((beyond.positions, beyond.saturated), ([0.7, 0.0], true));
-        assert!((beyond.centre[0] - 0.014).abs() < 1e-17);
+        assert!((beyond.centre[0] - 0.014).abs() < 1e-5 * ROUNDING);
     }
 
     #[test]
@@ -175,8 +178,8 @@ mod tests {
         // The derivative of the centre by the angles at (0, pi) has a zero row: z does not change to first order.
         let rim = radial(0.0);
         let [y, z] = rim.direct(&[0.0, PI], &[1e-4, -3e-4]).centre;
-        assert!((y - 0.0075 * 4e-4).abs() < 1e-12);
-        assert!(z.abs() < 1e-9);
+        assert!((y - 0.0075 * 4e-4).abs() < ROUNDING);
+        assert!(z.abs() < 1e3 * ROUNDING);
     }
 
     #[test]
@@ -187,13 +190,13 @@ mod tests {
         for k in 1..=2000 {
             let z = 0.01 * (1.0 - f64::from(k) / 1000.0);
             let now = rim.invert(&[0.0, z], &before);
-            assert!(!now.saturated && (now.centre[1] - z).abs() < 1e-16);
+            assert!(!now.saturated && (now.centre[1] - z).abs() < 1e-4 * ROUNDING);
             for (a, b) in now.positions.iter().zip(&before) {
                 assert!((a - b).abs() < 0.003, "{k} {a} {b}");
             }
             before = now.positions;
         }
-        assert!((before[0] - before[1] - (TAU - 2.0 * (2.0_f64 / 3.0).acos())).abs() < 1e-9);
+        assert!((before[0] - before[1] - (TAU - 2.0 * (2.0_f64 / 3.0).acos())).abs() < 1e3 * ROUNDING);
     }
 
     #[test]
@@ -205,7 +208,7 @@ mod tests {
             let a = TAU * f64::from(k) / f64::from(steps);
             before = rim.invert(&[0.004 * a.sin(), 0.004 * a.cos()], &before).positions;
         }
-        assert!((0.5 * (before[0] + before[1]) - 3.0 * TAU).abs() < 1e-9, "{before:?}");
+        assert!((0.5 * (before[0] + before[1]) - 3.0 * TAU).abs() < 1e3 * ROUNDING, "{before:?}");
     }
 
     #[test]
@@ -213,9 +216,9 @@ mod tests {
         let rim = radial(0.2);
         let found = rim.invert(&[0.03, 0.04], &[0.5, -0.5]);
         assert!(found.saturated);
-        assert!((found.centre[0] - 0.6 * rim.reach()).abs() < 1e-15);
-        assert!((found.centre[1] - 0.8 * rim.reach()).abs() < 1e-15);
-        assert!((found.positions[0] - found.positions[1] - 0.2).abs() < 1e-12);
+        assert!((found.centre[0] - 0.6 * rim.reach()).abs() < 1e-3 * ROUNDING);
+        assert!((found.centre[1] - 0.8 * rim.reach()).abs() < 1e-3 * ROUNDING);
+        assert!((found.positions[0] - found.positions[1] - 0.2).abs() < ROUNDING);
     }
 
     #[test]

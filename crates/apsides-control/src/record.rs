@@ -94,6 +94,9 @@ pub struct Statistics {
 mod tests {
     use super::*;
 
+    /// Round-off of the arithmetic.
+    const ROUNDING: f64 = 1e-15;
+
     #[test]
     fn statistics_in_a_window() {
         let mut record = Recording::<2, 1>::every(1);
@@ -106,7 +109,7 @@ mod tests {
         // -2, -1, 0, 1, 2, 3.
         let found = record.statistics(|s| s.state[1], |s| s.state[0], [5.0, 10.0]).unwrap();
         assert_eq!((found.mean, found.peak, found.count), (0.5, 3.0, 6));
-        assert!((found.rms - (19.0_f64 / 6.0).sqrt()).abs() < 1e-15);
+        assert!((found.rms - (19.0_f64 / 6.0).sqrt()).abs() < ROUNDING);
         assert!(record.statistics(|s| s.state[1], |s| s.state[0], [50.0, 60.0]).is_none());
         assert!(record.statistics(|_| f64::NAN, |s| s.state[0], [5.0, 10.0]).unwrap().peak.is_nan());
     }

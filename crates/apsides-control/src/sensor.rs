@@ -101,7 +101,7 @@ impl<const N: usize> Sensor<N> {
         seen
     }
 
-    /// As before the first measurement, with the noise of the seed again.
+    /// Sets it back to what it was before the first measurement, with the noise of the seed again.
     pub fn reset(&mut self) {
         self.generator = Xoshiro256PlusPlus::seed_from_u64(self.settings.seed);
         (self.steps, self.oldest) = (0, 0);

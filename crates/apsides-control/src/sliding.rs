@@ -79,6 +79,9 @@ impl SlidingMode {
 mod tests {
     use super::*;
 
+    /// Round-off of the arithmetic.
+    const ROUNDING: f64 = 1e-15;
+
     const LAW: SlidingMode = SlidingMode {
         lambda: 4.0,
         reaching: 0.5,
@@ -91,9 +94,9 @@ mod tests {
     #[test]
     fn control_by_hand() {
         // s = 1 + 4*0.5 = 3, beyond the layer; v = -1 - 4 = -5; k = 1.5*2.5 + 0.5*5 = 6.25; u = (-5 - 6.25)/3.
-        assert!((LAW.control(0.5, 1.0, 1.0) + 3.75).abs() < 1e-15);
+        assert!((LAW.control(0.5, 1.0, 1.0) + 3.75).abs() < ROUNDING);
         // s = 0.05, half the layer, at rest: k = 3.75.
-        assert!((LAW.control(0.0125, 0.0, 0.0) + 0.625).abs() < 1e-15);
+        assert!((LAW.control(0.0125, 0.0, 0.0) + 0.625).abs() < ROUNDING);
         assert_eq!(LAW.error_bound(), 0.025);
     }
 

@@ -14,6 +14,12 @@ use apsides_control::simulation::{Breach, Ending, Flight, Simulation, Simulation
 use apsides_control::state_space::StateSpace;
 use apsides_ode::Direction;
 
+/// Discretisation: the tolerances of the integration and what its steps add up to.
+const INTEGRATION: f64 = 1e-10;
+
+/// Round-off of the arithmetic.
+const ROUNDING: f64 = 1e-14;
+
 /// Gravity of the Moon at its surface, m/s^2.
 const GRAVITY: f64 = 1.62;
 /// Exhaust speed, m/s.
@@ -137,10 +143,10 @@ fn torque_free_spin_keeps_momentum_energy_and_norm() {
     let momentum = |x: &[f64; 13]| (0..3).map(|k| (INERTIA[k] * x[4 + k]).powi(2)).sum::<f64>().sqrt();
     let energy = |x: &[f64; 13]| (0..3).map(|k| 0.5 * INERTIA[k] * x[4 + k].powi(2)).sum::<f64>();
     // Order four at 10 ms over 60 s.
-    assert!((momentum(&flight.state) / momentum(&SPIN) - 1.0).abs() < 1e-10);
-    assert!((energy(&flight.state) / energy(&SPIN) - 1.0).abs() < 1e-10);
-    assert!((flight.state[..4].iter().map(|q| q * q).sum::<f64>() - 1.0).abs() < 1e-14);
-    assert!(flight.step_error < 1e-10, "{}", flight.step_error);
+    assert!((momentum(&flight.state) / momentum(&SPIN) - 1.0).abs() < INTEGRATION);
+    assert!((energy(&flight.state) / energy(&SPIN) - 1.0).abs() < INTEGRATION);
+    assert!((flight.state[..4].iter().map(|q| q * q).sum::<f64>() - 1.0).abs() < ROUNDING);
+    assert!(flight.step_error < INTEGRATION, "{}", flight.step_error);
 }
 
 #[test]
@@ -161,7 +167,7 @@ fn regulator_of_a_reduced_plant_brings_the_body_to_rest() {
     let settings = SimulationSettings { control_step: 0.05, time_limit: 60.0, ..Default::default() };
     let simulation = Simulation::new(&Body, settings).unwrap().projection(normalise);
     let flight = simulation.fly(&SPIN, &mut law, &mut Ideal, None, &mut Recording::every(0)).unwrap();
-    assert!(flight.state[1..7].iter().all(|v| v.abs() < 1e-8), "{:?}", flight.state);
+    assert!(flight.state[1..7].iter().all(|v| v.abs() < 100.0 * INTEGRATION), "{:?}", flight.state);
 }
 
 /// `x'' = u`.

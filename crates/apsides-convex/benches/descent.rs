@@ -5,14 +5,14 @@ use std::hint::black_box;
 use std::time::Duration;
 
 use apsides_convex::{
-    DescentLimits, DescentSettings, DescentSolver, DivertPlanner, DivertSettings, PoweredDescent,
+    DescentLimits, DescentProblem, DescentSettings, DescentSolver, DivertPlanner, DivertSettings,
 };
 use criterion::{BenchmarkId, Criterion, criterion_group, criterion_main};
 
-fn mars(glide_slope: bool) -> PoweredDescent {
+fn mars(glide_slope: bool) -> DescentProblem {
     let limits =
         DescentLimits { glide_slope: glide_slope.then_some(4_f64.to_radians()), ..DescentLimits::default() };
-    PoweredDescent { limits, ..PoweredDescent::mars_lander() }
+    DescentProblem { limits, ..DescentProblem::mars_lander() }
 }
 
 fn one_program(c: &mut Criterion) {

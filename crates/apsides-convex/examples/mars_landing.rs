@@ -1,12 +1,12 @@
 //! A powered descent to Mars with a throttled engine, and what a glide slope costs (Acikmese and Ploen 2007, doi 10.2514/1.27553).
 #![allow(clippy::print_stdout)]
 
-use apsides_convex::{ConvexError, DescentLimits, DescentSettings, DescentSolver, Outcome, PoweredDescent};
+use apsides_convex::{ConvexError, DescentLimits, DescentProblem, DescentSettings, DescentSolver, Outcome};
 
 fn main() -> Result<(), ConvexError> {
     // Six engines of 3100 N, canted by 27 deg, between 30 and 80 % of their thrust.
     let cant = 27_f64.to_radians().cos();
-    let mut problem = PoweredDescent {
+    let mut problem = DescentProblem {
         gravity: [0.0, 0.0, -3.7114],
         rotation: [0.0; 3],
         mass: 1905.0,

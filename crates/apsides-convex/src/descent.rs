@@ -27,11 +27,11 @@
 //! Clarabel allocates in a solve is its own.
 //!
 //! ```
-//! use apsides_convex::{DescentLimits, DivertPlanner, DivertSettings, Outcome, PoweredDescent};
+//! use apsides_convex::{DescentLimits, DivertPlanner, DivertSettings, Outcome, DescentProblem};
 //!
 //! // A lunar lander at 2.4 km, tilt at most 60 deg, to hover at 100 m over one of three sites.
 //! let limits = DescentLimits { pointing: Some(60_f64.to_radians()), ..DescentLimits::default() };
-//! let problem = PoweredDescent {
+//! let problem = DescentProblem {
 //!     gravity: [0.0, 0.0, -1.625],
 //!     rotation: [0.0; 3],
 //!     mass: 1322.3,
@@ -74,7 +74,7 @@ pub mod solver;
 mod transition;
 
 pub use divert::{Divert, DivertPlanner, DivertSettings};
-pub use problem::{DescentLimits, PoweredDescent};
+pub use problem::{DescentLimits, DescentProblem};
 pub use settings::{DescentSettings, FlightTime, LowerBound};
 pub use solution::{ActiveArc, DescentSolution, Limit, Outcome};
 pub use solver::DescentSolver;

@@ -11,11 +11,11 @@
 //! Successive convexification ([`successive`]) takes any [`Ocp`](apsides_ocp::Ocp) and a guess.
 //!
 //! ```
-//! use apsides_convex::{DescentLimits, DescentSettings, DescentSolver, Outcome, PoweredDescent};
+//! use apsides_convex::{DescentLimits, DescentSettings, DescentSolver, Outcome, DescentProblem};
 //!
 //! // Case c of Acikmese and Ploen 2007: Mars, six canted engines, a glide slope of 4 deg.
 //! let cant = 27_f64.to_radians().cos();
-//! let problem = PoweredDescent {
+//! let problem = DescentProblem {
 //!     gravity: [0.0, 0.0, -3.7114],
 //!     rotation: [0.0; 3],
 //!     mass: 1905.0,
@@ -54,8 +54,8 @@ mod rows;
 pub mod successive;
 
 pub use descent::{
-    ActiveArc, DescentLimits, DescentSettings, DescentSolution, DescentSolver, Divert, DivertPlanner,
-    DivertSettings, FlightTime, Hold, Limit, LowerBound, Outcome, PoweredDescent,
+    ActiveArc, DescentLimits, DescentProblem, DescentSettings, DescentSolution, DescentSolver, Divert,
+    DivertPlanner, DivertSettings, FlightTime, Hold, Limit, LowerBound, Outcome,
 };
 pub use error::ConvexError;
 pub use successive::{SuccessiveConvexification, SuccessiveRecord, SuccessiveSettings, SuccessiveSolution};

@@ -1,23 +1,26 @@
 //! Powered descents against the literature, and what cannot be flown.
 
 use apsides_convex::{
-    ConvexError, DescentLimits, DescentSettings, DescentSolution, DescentSolver, DivertPlanner,
-    DivertSettings, FlightTime, Hold, LowerBound, Outcome, PoweredDescent,
+    ConvexError, DescentLimits, DescentProblem, DescentSettings, DescentSolution, DescentSolver,
+    DivertPlanner, DivertSettings, FlightTime, Hold, LowerBound, Outcome,
 };
 use apsides_ode::{FnSystem, Integrator, OdeSettings};
 use apsides_problems::powered_descent::{GLIDE_SLOPE, PROBLEM};
 use proptest::prelude::*;
 
+/// Solver: the tolerances at which the iterations stop.
+const SOLVER: f64 = 1e-4;
+
 /// Start and vehicle of B. Acikmese and S. Ploen, J. Guid. Control Dyn. 30 (2007) 1353, doi 10.2514/1.27553.
-fn mars(glide_slope_deg: Option<f64>) -> PoweredDescent {
+fn mars(glide_slope_deg: Option<f64>) -> DescentProblem {
     let limits =
         DescentLimits { glide_slope: glide_slope_deg.map(f64::to_radians), ..DescentLimits::default() };
-    PoweredDescent { limits, ..PoweredDescent::mars_lander() }
+    DescentProblem { limits, ..DescentProblem::mars_lander() }
 }
 
 /// Lunar lander at 2.4 km over the landing site, to hover at 100 m over a site beside it.
-fn moon(divert: f64, tilt_deg: f64) -> PoweredDescent {
-    PoweredDescent {
+fn moon(divert: f64, tilt_deg: f64) -> DescentProblem {
+    DescentProblem {
         // 4.902793455e12 m3/s2 at 1737.013 km.
         gravity: [0.0, 0.0, -4.902_793_455e12 / 1_737_013.0_f64.powi(2)],
         rotation: [0.0; 3],
@@ -33,7 +36,7 @@ fn moon(divert: f64, tilt_deg: f64) -> PoweredDescent {
     }
 }
 
-fn solve(problem: &PoweredDescent, settings: DescentSettings) -> DescentSolution {
+fn solve(problem: &DescentProblem, settings: DescentSettings) -> DescentSolution {
     DescentSolver::new(problem, settings).and_then(|mut s| s.solve()).expect("well-posed")
 }
 
@@ -53,7 +56,7 @@ fn the_mars_cases_reach_the_optimum_and_the_printed_figures() {
         // Linear controls over 100 intervals cost 0.022 kg; less than the optimum is impossible.
         assert!(s.propellant > optimum - 1e-4 && s.propellant < optimum + 0.03, "{}", s.propellant);
         assert!((s.flight_time - time).abs() < 0.1, "{}", s.flight_time);
-        assert!(s.relaxation_gap < 1e-6 && s.mass_change < 1e-8);
+        assert!(s.relaxation_gap < 1e-2 * SOLVER && s.mass_change < 1e-4 * SOLVER);
     }
     // Printed for whole seconds; the optima for them are 387.901250 and 399.352318 kg (page of the problem).
     for (slope, time, printed, optimum) in
@@ -74,7 +77,7 @@ fn the_error_falls_with_the_square_of_the_interval() {
 
 #[test]
 fn the_number_of_eliminated_states_does_not_matter() {
-    let mut problem = PoweredDescent { dry_mass: 1480.0, ..mars(Some(4.0)) };
+    let mut problem = DescentProblem { dry_mass: 1480.0, ..mars(Some(4.0)) };
     problem.rotation = [4e-5, -2e-5, 6e-5];
     problem.velocity[1] = 12.0;
     problem.limits.speed = Some(140.0);
@@ -86,7 +89,7 @@ fn the_number_of_eliminated_states_does_not_matter() {
         let (one, all) = (of(1), of(100));
         assert_eq!(one.outcome, Outcome::Landed);
         for block in [5, 7, 24] {
-            assert!((of(block).propellant - one.propellant).abs() < 1e-4);
+            assert!((of(block).propellant - one.propellant).abs() < SOLVER);
         }
         let last = |s: &DescentSolution| s.positions[12];
         assert!((0..3).all(|c| (last(&one)[c] - last(&all)[c]).abs() < 0.5));
@@ -95,7 +98,7 @@ fn the_number_of_eliminated_states_does_not_matter() {
 
 #[test]
 fn limits_hold_and_are_named() {
-    let mut problem = PoweredDescent { dry_mass: 1480.0, ..mars(Some(4.0)) };
+    let mut problem = DescentProblem { dry_mass: 1480.0, ..mars(Some(4.0)) };
     problem.limits.pointing = Some(50_f64.to_radians());
     problem.limits.speed = Some(130.0);
     problem.limits.thrust_rate = Some(2000.0);
@@ -128,7 +131,7 @@ fn the_second_order_bound_agrees_with_the_tangent_when_the_mass_has_settled() {
         let settings = DescentSettings { lower_bound, ..with(40, Some(75.0)) };
         solve(&mars(None), settings).propellant
     };
-    assert!((of(LowerBound::Quadratic) - of(LowerBound::Tangent)).abs() < 1e-4);
+    assert!((of(LowerBound::Quadratic) - of(LowerBound::Tangent)).abs() < SOLVER);
     // In one pass the second-order bound keeps the least thrust.
     let settings =
         DescentSettings { lower_bound: LowerBound::Quadratic, mass_passes: 1, ..with(40, Some(75.0)) };
@@ -175,7 +178,7 @@ fn a_planner_finds_what_a_solver_finds() {
     assert!(planner.solves() <= 17 + 7 * sites.len());
     for d in &diverts {
         assert_eq!(d.outcome, Outcome::Landed, "{d:?}");
-        let s = solve(&PoweredDescent { target: d.target, ..problem }, with(20, None));
+        let s = solve(&DescentProblem { target: d.target, ..problem }, with(20, None));
         assert!((d.propellant - s.propellant).abs() < 0.01, "{d:?} {}", s.propellant);
     }
     let far = planner.divert([12_000.0, 0.0, 100.0]).unwrap();
@@ -202,9 +205,9 @@ fn plans_renewed_in_flight_agree_with_the_first() {
     solver.set_start(problem.position, problem.velocity, problem.mass).unwrap();
     solver.set_target([100.0, 50.0, 0.0]).unwrap();
     let there = solver.solve().unwrap();
-    let fresh = solve(&PoweredDescent { target: [100.0, 50.0, 0.0], ..problem }, with(60, None));
+    let fresh = solve(&DescentProblem { target: [100.0, 50.0, 0.0], ..problem }, with(60, None));
     assert_eq!(there.outcome, Outcome::Landed);
-    assert!((there.propellant - fresh.propellant).abs() < 1e-3);
+    assert!((there.propellant - fresh.propellant).abs() < 10.0 * SOLVER);
 }
 
 #[test]
@@ -228,17 +231,20 @@ fn a_distant_target_is_out_of_reach_by_the_landing_error() {
 
 #[test]
 fn too_little_propellant_is_said_with_what_is_needed() {
-    let problem = PoweredDescent { dry_mass: 1905.0 - 380.0, ..mars(None) };
+    let problem = DescentProblem { dry_mass: 1905.0 - 380.0, ..mars(None) };
     let s = solve(&problem, with(50, None));
     let Outcome::TooLittlePropellant { needed, available, .. } = s.outcome else { panic!("{}", s.outcome) };
-    assert!((needed - PROBLEM.optimum.value).abs() < 0.15 && (available - 380.0).abs() < 1e-9, "{needed}");
+    assert!(
+        (needed - PROBLEM.optimum.value).abs() < 0.15 && (available - 380.0).abs() < 1e-5 * SOLVER,
+        "{needed}"
+    );
 }
 
 #[test]
 fn too_short_a_flight_does_not_arrive() {
     let s = solve(&mars(None), with(30, Some(20.0)));
     assert!(matches!(s.outcome, Outcome::NoArrival { .. } | Outcome::OutOfReach { .. }), "{}", s.outcome);
-    let weak = PoweredDescent { thrust: [100.0, 3000.0], ..mars(None) };
+    let weak = DescentProblem { thrust: [100.0, 3000.0], ..mars(None) };
     let s = solve(&weak, with(30, None));
     assert!(matches!(s.outcome, Outcome::NoArrival { speed, .. } if speed > 1.0), "{}", s.outcome);
 }
@@ -258,7 +264,7 @@ fn no_flight_is_said_when_the_propellant_does_not_last_at_least_thrust() {
 
 #[test]
 fn ill_posed_requests_are_refused_by_name() {
-    let refusal = |change: fn(&mut PoweredDescent)| {
+    let refusal = |change: fn(&mut DescentProblem)| {
         let mut problem = mars(None);
         change(&mut problem);
         DescentSolver::new(&problem, DescentSettings::default()).unwrap_err().to_string()
@@ -291,7 +297,7 @@ fn ill_posed_requests_are_refused_by_name() {
 }
 
 /// Flies the equations of motion with the thrust of a solution, `T = m u` and `u` linear between the nodes; position, velocity, mass at the end.
-fn fly(problem: &PoweredDescent, solution: &DescentSolution) -> [f64; 7] {
+fn fly(problem: &DescentProblem, solution: &DescentSolution) -> [f64; 7] {
     let cross = |a: &[f64; 3], b: &[f64; 3]| -> [f64; 3] {
         std::array::from_fn(|k| a[(k + 1) % 3] * b[(k + 2) % 3] - a[(k + 2) % 3] * b[(k + 1) % 3])
     };
@@ -332,7 +338,7 @@ proptest! {
         x in -1500.0..1500.0_f64, y in -1500.0..1500.0_f64, z in 1200.0..2500.0_f64,
         vx in -60.0..60.0_f64, vy in -60.0..60.0_f64, vz in -80.0..0.0_f64, spin in 0.0..2e-4_f64,
     ) {
-        let problem = PoweredDescent {
+        let problem = DescentProblem {
             position: [x, y, z],
             velocity: [vx, vy, vz],
             rotation: [spin, -0.5 * spin, spin],

@@ -5,6 +5,9 @@ use apsides_convex::{ConvexError, SuccessiveConvexification, SuccessiveSettings,
 use apsides_iteration::Status;
 use apsides_ocp::{At, Bounds, Guess, Ocp, OcpError, Phase, State, Variable};
 
+/// Solver: the tolerances at which the iterations stop.
+const SOLVER: f64 = 1e-6;
+
 fn solve(ocp: &Ocp, guess: &Guess, settings: SuccessiveSettings) -> SuccessiveSolution {
     SuccessiveConvexification { settings }.solve(ocp, guess).expect("well-posed")
 }
@@ -17,7 +20,7 @@ fn difference(name: &str, intervals: usize, most_iterations: usize) -> f64 {
         SuccessiveSettings { intervals, max_iterations: most_iterations, ..SuccessiveSettings::default() };
     let s = solve(&case.ocp, &case.guess, settings);
     assert_eq!(s.status, Status::Optimal, "{name}");
-    assert!(s.violation < 1e-6, "{name}: {:e}", s.violation);
+    assert!(s.violation < SOLVER, "{name}: {:e}", s.violation);
     problem.optimum.relative_difference(s.trajectory.objective)
 }
 
@@ -119,9 +122,9 @@ fn two_linked_phases_are_one_flight() {
     // The cycloid through (10, 5): x = r (a - sin a), depth = r (1 - cos a), time a sqrt(r / g).
     assert!((s.trajectory.objective - 1.801_603_1).abs() < 1e-5, "{}", s.trajectory.objective);
     let [a, b] = [&s.trajectory.phases[0], &s.trajectory.phases[1]];
-    assert!((a.final_time - b.initial_time).abs() < 1e-6);
+    assert!((a.final_time - b.initial_time).abs() < SOLVER);
     let (end, start) = (a.final_state(), b.state_at(b.initial_time));
-    assert!(end.iter().zip(&start).all(|(e, s)| (e - s).abs() < 1e-4));
+    assert!(end.iter().zip(&start).all(|(e, s)| (e - s).abs() < 100.0 * SOLVER));
 }
 
 struct Cart;

@@ -114,10 +114,16 @@ pub fn from_flow(azimuth: f64, path: f64, bank: f64, attack: f64, sideslip: f64)
 mod tests {
     use super::*;
 
+    /// Discretisation: difference quotients, by their steps.
+    const DIFFERENCES: f64 = 1e-10;
+
+    /// Round-off of the arithmetic.
+    const ROUNDING: f64 = 1e-14;
+
     const ANGLES: [f64; 3] = [2.1, -1.2, 0.7];
 
     fn close(a: &[f64], b: &[f64]) {
-        assert!(a.len() == b.len() && a.iter().zip(b).all(|(a, b)| (a - b).abs() < 1e-14), "{a:?} {b:?}");
+        assert!(a.len() == b.len() && a.iter().zip(b).all(|(a, b)| (a - b).abs() < ROUNDING), "{a:?} {b:?}");
     }
 
     #[test]
@@ -153,7 +159,7 @@ mod tests {
         };
         let (before, after, found) = (step(-h), step(h), rate(&q, &w));
         for k in 0..4 {
-            assert!((found[k] - (after[k] - before[k]) / (2.0 * h)).abs() < 1e-10);
+            assert!((found[k] - (after[k] - before[k]) / (2.0 * h)).abs() < DIFFERENCES);
         }
     }
 

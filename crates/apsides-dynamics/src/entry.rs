@@ -75,8 +75,6 @@ pub const DYNAMIC_PRESSURE: Quantity = Quantity::new("dynamic pressure", "Pa");
 pub const AERODYNAMIC_ACCELERATION: Quantity = Quantity::new("aerodynamic acceleration", "m/s2");
 /// Aerodynamic force across the body's axis by mass.
 pub const NORMAL_ACCELERATION: Quantity = Quantity::new("normal acceleration", "m/s2");
-/// Aerodynamic force along the body's axis, towards its rear, by mass.
-pub const AXIAL_ACCELERATION: Quantity = Quantity::new("axial acceleration", "m/s2");
 
 /// States of all models.
 pub const STATES: [Quantity; 6] = [ALTITUDE, LONGITUDE, LATITUDE, SPEED, FLIGHT_PATH_ANGLE, AZIMUTH];
@@ -118,7 +116,7 @@ impl From<[f64; 6]> for EntryState {
     }
 }
 
-/// Where the azimuth counts from.
+/// The direction that the azimuth counts from.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Heading {
     /// From north, clockwise: east is 90 deg.
@@ -156,7 +154,7 @@ pub struct EntryFlight {
     pub planet: Planet,
     /// The vehicle.
     pub vehicle: EntryVehicle,
-    /// Where the azimuth counts from.
+    /// The direction that the azimuth counts from.
     pub heading: Heading,
     /// The law of heating.
     pub heating: HeatingLaw,
@@ -414,8 +412,8 @@ impl<M: EntryModel<NU>, const NU: usize> PathFunction<6, NU, 3> for EntryLoads<M
     }
 }
 
-/// Aerodynamic accelerations of a model along the axes of the body: [`NORMAL_ACCELERATION`] `L cos a + D sin a` and
-/// [`AXIAL_ACCELERATION`] `D cos a - L sin a`, over the mass.
+/// Aerodynamic accelerations of a model along the axes of the body: [`NORMAL_ACCELERATION`] `L cos a + D sin a`, and the axial one
+/// towards the rear `D cos a - L sin a`, over the mass.
 ///
 /// A capsule with its heat shield as the nose lifts at a negative angle of attack, about -20 deg: its load is nearly all axial.
 #[derive(Clone, Debug, PartialEq)]

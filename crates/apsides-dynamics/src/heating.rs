@@ -81,11 +81,14 @@ impl HeatingLaw {
 mod tests {
     use super::*;
 
+    /// Round-off of the arithmetic.
+    const ROUNDING: f64 = 1e-12;
+
     #[test]
     fn laws_at_their_published_constants() {
         let (density, speed) = (3e-4, 6500.0_f64);
         let size = speed.powi(3) * density.sqrt();
-        let near = |found: f64, expected: f64| assert!((found / expected - 1.0).abs() < 1e-12, "{found}");
+        let near = |found: f64, expected: f64| assert!((found / expected - 1.0).abs() < ROUNDING, "{found}");
         near(HeatingLaw::CAPSULE.rate(density, speed, 3.36), 1.294e-4 * size);
         // 1.7415e-4 / sqrt(3.36), and the radius that makes 1.294e-4.
         near(HeatingLaw::SUTTON_GRAVES_EARTH.rate(density, speed, 3.36), 9.500661396149519e-5 * size);

@@ -17,6 +17,12 @@ use apsides_dynamics::planar::{ConstantThrust, PlanarFlight};
 use apsides_dynamics::{Body, Engine, kepler};
 use apsides_ode::{FnSystem, Integrator, OdeSettings, Status, Tolerance};
 
+/// Discretisation: the tolerances of the integration and what its steps add up to.
+const INTEGRATION: f64 = 1e-10;
+
+/// Round-off of the arithmetic.
+const ROUNDING: f64 = 1e-12;
+
 const MU: f64 = Body::EARTH.gravitational_parameter;
 
 /// Breeze-M: 20 kN, 6.14 kg/s.
@@ -69,8 +75,8 @@ fn length(a: &[f64; 3]) -> f64 {
 fn assert_same(what: &str, (a, mass_a): (Cartesian, f64), (b, mass_b): (Cartesian, f64)) {
     let apart = |x: &[f64; 3], y: &[f64; 3]| length(&[x[0] - y[0], x[1] - y[1], x[2] - y[2]]) / length(y);
     let (far, fast) = (apart(&a.position, &b.position), apart(&a.velocity, &b.velocity));
-    assert!(far < 1e-10 && fast < 1e-10, "{what}: {far:e} {fast:e}");
-    assert!((mass_a - mass_b).abs() < 1e-12 * mass_b, "{what}: {mass_a} {mass_b}");
+    assert!(far < INTEGRATION && fast < INTEGRATION, "{what}: {far:e} {fast:e}");
+    assert!((mass_a - mass_b).abs() < ROUNDING * mass_b, "{what}: {mass_a} {mass_b}");
 }
 
 fn of_plane([p, f, g, l, m]: [f64; 5]) -> (Cartesian, f64) {
@@ -211,7 +217,7 @@ fn the_duration_of_a_coast_is_what_integration_takes() {
     for to in [0.5, 2.0, 4.0, 6.5, 20.0] {
         let duration = kepler::coast_duration(MU, p, f, g, from, to);
         let end = fly(&PlanarCoast(breeze()), [p, f, g, from, 1e4], PLANAR, duration, |_| []);
-        assert!((end[3] - to).abs() < 1e-10, "{} {to}", end[3]);
+        assert!((end[3] - to).abs() < INTEGRATION, "{} {to}", end[3]);
     }
 }
 
@@ -249,5 +255,5 @@ fn a_perigee_burn_along_the_velocity() {
     let [p, f, g, _, m] = fly(&PlanarVelocityThrust(breeze()), start, PLANAR, 12_480.0 / 6.14, |_| []);
     let a = p / (1.0 - f * f - g * g);
     assert!((a - 25_462e3).abs() < 500.0, "{a}");
-    assert!((m - 9690.0).abs() < 1e-8, "{m}");
+    assert!((m - 9690.0).abs() < 100.0 * INTEGRATION, "{m}");
 }

@@ -1,6 +1,9 @@
 use super::*;
 use crate::function::{Binary, Unary};
 
+/// Round-off of the arithmetic.
+const ROUNDING: f64 = 1e-14;
+
 /// Evaluates while it records: the oracle of the operations.
 #[derive(Default)]
 struct Tape(Vec<f64>);
@@ -125,7 +128,7 @@ fn formulas_have_values_and_units() {
     ];
     for (text, value, unit) in cases {
         let found = evaluate(text).unwrap_or_else(|e| panic!("{text}: {e}"));
-        assert!((found.0 - value).abs() <= 1e-14 * value.abs(), "{text}: {} instead of {value}", found.0);
+        assert!((found.0 - value).abs() <= ROUNDING * value.abs(), "{text}: {} instead of {value}", found.0);
         assert_eq!(found.1, unit, "{text}");
     }
 }

@@ -45,7 +45,7 @@ impl Comparison {
         matches!(self, Self::Less | Self::AtMost)
     }
 
-    /// As written.
+    /// The text as written.
     #[must_use]
     pub fn symbol(self) -> &'static str {
         match self {

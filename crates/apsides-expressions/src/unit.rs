@@ -313,6 +313,9 @@ impl Reader<'_> {
 mod tests {
     use super::*;
 
+    /// Round-off of the arithmetic.
+    const ROUNDING: f64 = 1e-15;
+
     fn of(text: &str) -> (f64, String, String) {
         let unit = Unit::parse(text).unwrap();
         (unit.factor, unit.dimension.to_string(), unit.coherent().to_owned())
@@ -336,7 +339,7 @@ mod tests {
         ];
         for (text, factor, dimension, coherent) in cases {
             let found = of(text);
-            assert!((found.0 - factor).abs() <= 1e-15 * factor, "{text}: {}", found.0);
+            assert!((found.0 - factor).abs() <= ROUNDING * factor, "{text}: {}", found.0);
             assert_eq!((found.1.as_str(), found.2.as_str()), (dimension, coherent), "{text}");
         }
     }

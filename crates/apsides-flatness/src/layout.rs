@@ -1,4 +1,4 @@
-//! Where everything stands in the decision vector.
+//! Places in the decision vector.
 //!
 //! Per phase the coefficients of the outputs, one output after the other, then start and end time where they are free; the static
 //! parameters come last. The start of a phase that a linkage makes equal to the end of an earlier one has no variable of its own.

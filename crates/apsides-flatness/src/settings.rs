@@ -51,7 +51,7 @@ pub struct SplineSettings {
     pub breaks: Breaks,
     /// Collocation points; 4.
     pub points: usize,
-    /// Where they are; in each segment.
+    /// Their places in each segment.
     pub placement: Placement,
     /// True if the phase is refined until the error estimate meets the tolerance; true.
     pub refine: bool,

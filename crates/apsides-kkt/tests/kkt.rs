@@ -3,6 +3,12 @@
 use apsides_kkt::{Inertia, KktError, KktSettings, KktSystem, Ordering, SolveQuality};
 use proptest::prelude::*;
 
+/// Solver: the tolerances at which the iterations stop.
+const SOLVER: f64 = 1e-9;
+
+/// Round-off of the arithmetic.
+const ROUNDING: f64 = 1e-12;
+
 /// Residual every well-posed test system must reach.
 const TOLERANCE: f64 = 1e-10;
 
@@ -144,7 +150,7 @@ fn agrees_with_dense_elimination_for_every_order() {
                 assert_eq!(inertia, Inertia { positive: nx, negative: m, zero: 0 });
                 let (x, quality) = solve(&mut system, &b);
                 assert!(quality.residual <= TOLERANCE && !quality.fallback, "{quality:?}");
-                assert_close(&x, &reference, 1e-9);
+                assert_close(&x, &reference, SOLVER);
             }
         }
     }
@@ -162,7 +168,7 @@ fn shifts_belong_to_the_system() {
     let mut system = t.analyse(KktSettings::default());
     system.factor(&t.values, 0.5, 0.25).expect("finite");
     let (x, _) = solve(&mut system, &b);
-    assert_close(&x, &dense_solve(dense, &b), 1e-9);
+    assert_close(&x, &dense_solve(dense, &b), SOLVER);
 }
 
 #[test]
@@ -184,7 +190,7 @@ fn triangles_and_duplicates_are_one_matrix() {
     let (mut one, mut two) = (t.analyse(KktSettings::default()), split.analyse(KktSettings::default()));
     assert_eq!(one.factor_nonzeros(), two.factor_nonzeros());
     assert_eq!(one.factor(&t.values, 0.0, 0.0), two.factor(&split.values, 0.0, 0.0));
-    assert_close(&solve(&mut one, &b).0, &solve(&mut two, &b).0, 1e-12);
+    assert_close(&solve(&mut one, &b).0, &solve(&mut two, &b).0, ROUNDING);
 }
 
 #[test]
@@ -223,7 +229,7 @@ fn zero_pivots_are_reported_without_static_shift() {
     assert!(quality.residual > 1e-8, "{quality:?}");
     // A consistent right-hand side has solutions.
     let (x, _) = solve(&mut system, &[0.0, 0.0, 1.0, 1.0]);
-    assert!(t.plain_residual(&x, &[0.0, 0.0, 1.0, 1.0]) < 1e-9);
+    assert!(t.plain_residual(&x, &[0.0, 0.0, 1.0, 1.0]) < SOLVER);
     // The dual shift makes the system regular.
     let inertia = system.factor(&t.values, 0.0, 1e-6).expect("finite");
     assert_eq!(inertia, Inertia { positive: 2, negative: 2, zero: 0 });
@@ -248,7 +254,7 @@ fn zero_pivot_of_a_regular_matrix_is_no_zero_eigenvalue() {
     assert_eq!(inertia, Inertia { positive: 2, negative: 1, zero: 0 });
     let (x, quality) = solve(&mut system, &[1.0, 2.0, 3.0]);
     assert!(quality.residual <= TOLERANCE);
-    assert!(t.plain_residual(&x, &[1.0, 2.0, 3.0]) < 1e-12);
+    assert!(t.plain_residual(&x, &[1.0, 2.0, 3.0]) < ROUNDING);
 }
 
 #[test]
@@ -283,7 +289,7 @@ fn empty_and_scalar_systems() {
     let mut scalar = KktSystem::analyse(1, 1, &[0], &[0], KktSettings::default()).expect("scalar");
     assert_eq!(scalar.factor(&[4.0], 0.0, 0.0).expect("finite").positive, 1);
     let (x, _) = solve(&mut scalar, &[2.0]);
-    assert!((x[0] - 0.5).abs() < 1e-10);
+    assert!((x[0] - 0.5).abs() < 0.1 * SOLVER);
 }
 
 #[test]
@@ -418,14 +424,14 @@ fn scales_from_1e_minus_12_to_1e12() {
     let (x, quality) = solve(&mut system, &scaled_b);
     assert!(quality.residual <= TOLERANCE && !quality.fallback, "{quality:?}");
     let unscaled: Vec<f64> = x.iter().zip(&units).map(|(x, u)| x * u).collect();
-    assert_close(&unscaled, &reference, 1e-7);
+    assert_close(&unscaled, &reference, 100.0 * SOLVER);
     // Right-hand sides tiny or huge.
     for unit in [1e-300, 1e-200, 1e200] {
         let mut system = t.analyse(KktSettings::default());
         system.factor(&t.values, 0.0, 0.0).expect("finite");
         let (x, quality) = solve(&mut system, &b.iter().map(|v| v * unit).collect::<Vec<_>>());
         assert!(quality.residual <= TOLERANCE && !quality.fallback);
-        assert_close(&x.iter().map(|v| v / unit).collect::<Vec<_>>(), &reference, 1e-8);
+        assert_close(&x.iter().map(|v| v / unit).collect::<Vec<_>>(), &reference, 10.0 * SOLVER);
     }
     // All entries tiny or huge.
     for unit in [1e-12, 1e12, 1e-150, 1e150] {
@@ -435,7 +441,7 @@ fn scales_from_1e_minus_12_to_1e12() {
         let (x, quality) = solve(&mut system, &b);
         assert!(quality.residual <= TOLERANCE);
         let x: Vec<f64> = x.iter().map(|v| v * unit).collect();
-        assert_close(&x, &reference, 1e-8);
+        assert_close(&x, &reference, 10.0 * SOLVER);
     }
 }
 
@@ -477,7 +483,7 @@ fn pivoted_fallback_takes_over_when_refinement_cannot() {
         system.factor(&t.values, 0.0, 0.0).expect("finite");
         let (x, quality) = solve(&mut system, &b);
         assert!(quality.fallback && quality.residual <= TOLERANCE, "{quality:?}");
-        assert_close(&x, &reference, 1e-8);
+        assert_close(&x, &reference, 10.0 * SOLVER);
         solve(&mut system, &b);
     }
     // One pivoted factorisation for each set of values, however many right-hand sides.
@@ -563,7 +569,7 @@ fn unlimited_refinement_terminates() {
     let mut system = t.analyse(settings);
     system.factor(&t.values, 0.0, 0.0).expect("finite");
     let (_, quality) = solve(&mut system, &[1.0; 40]);
-    assert!(quality.residual < 1e-14 && quality.refinements < 100, "{quality:?}");
+    assert!(quality.residual < 1e-2 * ROUNDING && quality.refinements < 100, "{quality:?}");
 }
 
 #[test]
@@ -629,7 +635,7 @@ proptest! {
         let reference = dense_solve(t.dense(), &b);
         let size = reference.iter().fold(1.0f64, |m, v| m.max(v.abs()));
         for (x, y) in x.iter().zip(&reference) {
-            prop_assert!((x - y).abs() <= 1e-6 * size);
+            prop_assert!((x - y).abs() <= 1e3 * SOLVER * size);
         }
     }
 
@@ -652,7 +658,7 @@ proptest! {
         let (x, y) = (solve(&mut amd, &b), solve(&mut custom, &b));
         prop_assert!(x.1.residual <= TOLERANCE && y.1.residual <= TOLERANCE);
         for (x, y) in x.0.iter().zip(&y.0) {
-            prop_assert!((x - y).abs() <= 1e-7);
+            prop_assert!((x - y).abs() <= 100.0 * SOLVER);
         }
     }
 }

@@ -74,7 +74,7 @@ pub struct Annealing {
     start: Points,
     /// Coordinates that are not fixed; a fixed one where all are.
     free: Vec<usize>,
-    /// Where the walkers stand.
+    /// The points of the walkers.
     walkers: Population,
     /// Step lengths as parts of the box, for each walker and coordinate.
     steps: Points,

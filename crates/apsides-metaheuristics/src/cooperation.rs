@@ -214,7 +214,7 @@ impl Algorithm for Cooperation {
         self.members().map(Algorithm::spread).fold(0.0, f64::max)
     }
 
-    /// When all three have.
+    /// It has converged when all three have.
     fn converged(&self) -> Option<Convergence> {
         self.members().map(Algorithm::converged).reduce(|all, one| all.and(one)).flatten()
     }

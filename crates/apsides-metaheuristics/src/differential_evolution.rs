@@ -37,7 +37,7 @@ pub enum DifferentialMutation {
     },
 }
 
-/// Where the factor `F` and the crossover rate `CR` come from.
+/// The source of the factor `F` and the crossover rate `CR`.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub enum DifferentialAdaptation {
     /// The same for all.

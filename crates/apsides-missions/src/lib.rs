@@ -39,3 +39,7 @@ pub mod problem;
 pub mod site_criteria;
 
 pub use catalogue::registry;
+
+/// Makes an error of a sentence that names keys.
+#[cfg(any(feature = "lunar", feature = "geo"))]
+type Refuse<'a> = &'a dyn Fn(String) -> apsides_pipeline::Error;

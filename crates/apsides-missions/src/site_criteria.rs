@@ -14,7 +14,7 @@
 use std::path::Path;
 
 use apsides_pipeline::Error;
-use apsides_pipeline::file::{Entry, entries, line, read};
+use apsides_pipeline::file::{StatedValue, entries, line, read};
 use apsides_pipeline::key::{Key, Range, Value};
 use apsides_terrain::hazard::{Belly, SiteCriteria};
 
@@ -82,7 +82,7 @@ pub fn parse(text: &str, source: &str) -> Result<SiteCriteria, Error> {
         entry.key(&keys, "a file of site criteria")?;
     }
     let preset = match found.iter().find(|e| e.path == "preset") {
-        Some(Entry { value: Value::Word(name), place, .. }) => {
+        Some(StatedValue { value: Value::Word(name), place, .. }) => {
             Some(SiteCriteria::preset(name).ok_or_else(|| Error::Value {
                 place: place.clone(),
                 key: "preset".into(),

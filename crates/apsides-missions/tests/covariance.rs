@@ -7,6 +7,9 @@ use apsides_ocp::{Ocp, Trajectory};
 use apsides_ode::{Integrator, OdeSettings};
 use apsides_pipeline::covariance::{Transition, along};
 
+/// Discretisation: difference quotients, by their steps.
+const DIFFERENCES: f64 = 1e-8;
+
 struct Flights {
     ocp: Ocp,
     trajectory: Trajectory,
@@ -74,7 +77,7 @@ fn check_derivatives(flights: &Flights, state_steps: &[f64], control_steps: &[f6
             let entry = h * if column < n { last.phi[i * n + column] } else { last.psi[i * k + column - n] };
             // The size of a row: the change that the steps of all states make.
             let size: f64 = (0..n).map(|j| (last.phi[i * n + j] * state_steps[j]).abs()).sum();
-            assert!((change - entry).abs() < 1e-8 * size, "{i} {column}: {change} {entry} of {size}");
+            assert!((change - entry).abs() < DIFFERENCES * size, "{i} {column}: {change} {entry} of {size}");
         }
     }
 }

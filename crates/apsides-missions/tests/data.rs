@@ -42,6 +42,34 @@ fn the_moon_of_grail_is_another_body_than_the_printed_one() {
     assert_eq!((own.radius, own.gravitational_parameter), (1.738e6, grail.gravitational_parameter));
 }
 
+/// A name that is set from Rust brings the numbers of the body, as one in the file does.
+#[test]
+fn a_body_that_is_set_brings_its_numbers() {
+    let body = |mission: &apsides_pipeline::Pipeline| {
+        mission.mission_as::<DirectLanding>().unwrap().lander.flight.body
+    };
+    let mut mission = registry().load("lunar-direct", &[]).unwrap();
+    mission.set("body", "moon").unwrap();
+    let named = registry().load("lunar-direct", &["body=moon".into()]).unwrap();
+    assert_eq!(body(&mission), body(&named));
+    assert_eq!(mission, named);
+    // A number of the mission stays.
+    mission.set("body_radius_km", 1738.0).unwrap();
+    mission.set("body", "moon-2014").unwrap();
+    assert_eq!(body(&mission).radius, 1.738e6);
+    assert_eq!(mission.values().number("gravitational_parameter_km3_s2").unwrap(), 4_902.793_455);
+    let unknown = mission.set("body", "pluto").unwrap_err().to_string();
+    assert!(unknown.contains("`moon-2014`"), "{unknown}");
+    assert_eq!(mission.values().word("body").unwrap(), "moon-2014");
+
+    let typed = registry().load_with("lunar-direct", [("body", "moon".into()), ("thrust_n", 500.0.into())]);
+    let texts = registry().load("lunar-direct", &["body=moon".into(), "thrust_n=500".into()]);
+    assert_eq!(typed.unwrap(), texts.unwrap());
+    let refused =
+        registry().load_with("lunar-direct", [("thrust_n", (-1.0).into())]).unwrap_err().to_string();
+    assert!(refused.starts_with("thrust_n = -1: `thrust_n` is -1, allowed is"), "{refused}");
+}
+
 #[test]
 fn every_file_says_where_its_numbers_come_from() {
     for data in [BODIES, VEHICLES, SITES] {

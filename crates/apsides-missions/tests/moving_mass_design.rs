@@ -9,6 +9,9 @@ use apsides_missions::moving_mass::{
     worst_flight,
 };
 
+/// Round-off of the arithmetic.
+const ROUNDING: f64 = 1e-12;
+
 /// With the gains (30, 30, 10) of the reference.
 fn stiff(case: Case) -> Case {
     Case { law: Law::pid(PidGains::new(30.0, 30.0, 10.0)), ..case }
@@ -34,7 +37,7 @@ fn least_masses_follow_statics() {
     {
         let case = stiff(case);
         let statics = case.static_moving_mass([0.01, 0.0]);
-        assert!((statics / expected - 1.0).abs() < 1e-12, "{statics}");
+        assert!((statics / expected - 1.0).abs() < ROUNDING, "{statics}");
         let set = CaseSet { directions: 4, attacks: vec![case.entry.attack], ..CaseSet::around(&case) };
         let found = sizing.least_moving_mass(&case, &set).unwrap().unwrap();
         assert!((found / expected - 1.0).abs() < 0.03, "{found} instead of {expected}");

@@ -35,9 +35,9 @@ const CLOSE_BOUND: f64 = 100.0;
 /// the barrier alone, as along singular arcs.
 const CLOSE: f64 = 3e-2;
 
-/// Where a variable stands.
+/// The place of a variable between its bounds.
 #[derive(Clone, Copy, PartialEq)]
-enum Side {
+enum Standing {
     Free,
     Lower,
     Upper,
@@ -95,12 +95,12 @@ impl SolverState {
     }
 
     /// At a bound where the multiplier is larger than the slack.
-    fn sides(&self) -> Vec<Side> {
+    fn sides(&self) -> Vec<Standing> {
         let Point { zl, zu, lower_slack, upper_slack, .. } = &self.current;
         let side = |i: usize| match (zl[i] > lower_slack[i], zu[i] > upper_slack[i]) {
-            (true, false) => Side::Lower,
-            (false, true) => Side::Upper,
-            _ => Side::Free,
+            (true, false) => Standing::Lower,
+            (false, true) => Standing::Upper,
+            _ => Standing::Free,
         };
         (0..zl.len()).map(side).collect()
     }
@@ -111,15 +111,15 @@ impl SolverState {
         &mut self,
         problem: &mut ScaledProblem<'_>,
         system: &mut AugmentedSystem,
-        sides: &[Side],
+        sides: &[Standing],
         lower: &[f64],
         upper: &[f64],
     ) -> bool {
         for (i, side) in sides.iter().enumerate() {
             match side {
-                Side::Free => {}
-                Side::Lower => self.current.v[i] = lower[i],
-                Side::Upper => self.current.v[i] = upper[i],
+                Standing::Free => {}
+                Standing::Lower => self.current.v[i] = lower[i],
+                Standing::Upper => self.current.v[i] = upper[i],
             }
         }
         self.current.zl.fill(0.0);
@@ -128,7 +128,7 @@ impl SolverState {
             if !(self.current.evaluate(problem) && self.differentiate(problem).is_ok()) {
                 return false;
             }
-            let free = |(r, side): (&f64, &Side)| if *side == Side::Free { r.abs() } else { 0.0 };
+            let free = |(r, side): (&f64, &Standing)| if *side == Standing::Free { r.abs() } else { 0.0 };
             let dual = self.dual_residual.iter().zip(sides).map(free).fold(0.0, f64::max);
             if dual.max(max_abs(&self.current.constraints)) <= ROUNDING {
                 return true;
@@ -146,9 +146,14 @@ impl SolverState {
         false
     }
 
-    fn newton_step(&mut self, structure: &Structure, system: &mut AugmentedSystem, sides: &[Side]) -> bool {
+    fn newton_step(
+        &mut self,
+        structure: &Structure,
+        system: &mut AugmentedSystem,
+        sides: &[Standing],
+    ) -> bool {
         for (i, side) in sides.iter().enumerate() {
-            if *side != Side::Free {
+            if *side != Standing::Free {
                 self.diagonal[i] = HELD;
             } else if i >= structure.variables {
                 self.diagonal[i] = FREE_SLACK;
@@ -160,7 +165,7 @@ impl SolverState {
             return false;
         }
         for ((rhs, residual), side) in self.work.iter_mut().zip(&self.dual_residual).zip(sides) {
-            *rhs = if *side == Side::Free { *residual } else { 0.0 };
+            *rhs = if *side == Standing::Free { *residual } else { 0.0 };
         }
         let step = &mut self.step;
         let residual = system.solve(
@@ -174,13 +179,14 @@ impl SolverState {
         if residual > SINGULAR_RESIDUAL {
             return false;
         }
-        let far =
-            |((v, d), side): ((&f64, &f64), &Side)| *side == Side::Free && d.abs() > CLOSE * v.abs().max(1.0);
+        let far = |((v, d), side): ((&f64, &f64), &Standing)| {
+            *side == Standing::Free && d.abs() > CLOSE * v.abs().max(1.0)
+        };
         if self.current.v.iter().zip(&step.v).zip(sides).any(far) {
             return false;
         }
         for ((v, d), side) in self.current.v.iter_mut().zip(&step.v).zip(sides) {
-            if *side == Side::Free {
+            if *side == Standing::Free {
                 *v += d;
             }
         }
@@ -191,16 +197,16 @@ impl SolverState {
     }
 
     /// Releases bounds with multipliers of the wrong sign and holds those that are overstepped; false if there is none.
-    fn revise(&self, sides: &mut [Side], lower: &[f64], upper: &[f64]) -> bool {
+    fn revise(&self, sides: &mut [Standing], lower: &[f64], upper: &[f64]) -> bool {
         let mut changed = false;
         let least = LEAST * max_abs(&self.current.y).max(1.0);
         for (i, side) in sides.iter_mut().enumerate() {
             let (v, z) = (self.current.v[i], self.dual_residual[i]);
             let next = match side {
-                Side::Lower if z < -least => Side::Free,
-                Side::Upper if z > least => Side::Free,
-                Side::Free if v < lower[i] - LEAST => Side::Lower,
-                Side::Free if v > upper[i] + LEAST => Side::Upper,
+                Standing::Lower if z < -least => Standing::Free,
+                Standing::Upper if z > least => Standing::Free,
+                Standing::Free if v < lower[i] - LEAST => Standing::Lower,
+                Standing::Free if v > upper[i] + LEAST => Standing::Upper,
                 _ => *side,
             };
             changed |= next != *side;
@@ -210,13 +216,13 @@ impl SolverState {
     }
 
     /// The multipliers of the bounds that are held, from the gradient of the Lagrangian.
-    fn take_multipliers(&mut self, sides: &[Side]) {
+    fn take_multipliers(&mut self, sides: &[Standing]) {
         for (i, side) in sides.iter().enumerate() {
             let z = self.dual_residual[i];
             match side {
-                Side::Free => {}
-                Side::Lower => self.current.zl[i] = z.max(0.0),
-                Side::Upper => self.current.zu[i] = (-z).max(0.0),
+                Standing::Free => {}
+                Standing::Lower => self.current.zl[i] = z.max(0.0),
+                Standing::Upper => self.current.zu[i] = (-z).max(0.0),
             }
         }
     }

@@ -41,7 +41,7 @@ pub enum OcpError {
     /// A reference to something that does not exist.
     #[error("{place}: no {kind} is named `{name}`; known: {known}")]
     UnknownName {
-        /// Where the reference stands.
+        /// The place of the reference.
         place: String,
         /// Phase, state, ...
         kind: &'static str,

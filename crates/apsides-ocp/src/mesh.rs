@@ -204,13 +204,13 @@ impl PhaseMesh {
         start..self.breaks.get(arc).map_or(self.intervals(), |b| b.end)
     }
 
-    /// Where path constraint rows touch their bounds.
+    /// The contacts of path constraint rows with their bounds.
     #[must_use]
     pub fn touch_points(&self) -> &[TouchPoint] {
         &self.touch_points
     }
 
-    /// Where states pass kinks of the equations.
+    /// The crossings of states over kinks of the equations.
     #[must_use]
     pub fn crossings(&self) -> &[Crossing] {
         &self.crossings

@@ -2,7 +2,7 @@
 
 use std::fmt;
 
-/// Where a constraint row of a discretised problem comes from.
+/// The origin of a constraint row of a discretised problem.
 #[derive(Clone, Debug, PartialEq)]
 pub struct RowOrigin {
     /// Phase, unless the row joins ends of phases.

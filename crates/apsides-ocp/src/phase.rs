@@ -106,7 +106,7 @@ pub struct Phase {
     pub integrals: Vec<Integral>,
     /// Controls that are angles of directions.
     pub directions: Vec<Direction>,
-    /// Where the equations have a kink.
+    /// The kinks of the equations.
     pub kinks: Vec<Kink>,
 }
 

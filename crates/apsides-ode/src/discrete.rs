@@ -143,7 +143,7 @@ impl DiscreteFlow {
     }
 
     /// Ends of the steps.
-    pub fn grid(&self) -> &[f64] {
+    pub fn step_ends(&self) -> &[f64] {
         &self.grid
     }
 

@@ -25,7 +25,7 @@ pub struct Excess {
     pub amount: f64,
     /// Phase and constraint.
     pub place: String,
-    /// When.
+    /// The time at which it is exceeded most.
     pub time: f64,
 }
 

@@ -222,6 +222,12 @@ mod tests {
 
     use super::*;
 
+    /// Discretisation: difference quotients, by their steps.
+    const DIFFERENCES: f64 = 1e-9;
+
+    /// Round-off of the arithmetic.
+    const ROUNDING: f64 = 1e-11;
+
     struct Curve;
 
     impl PathFunction<2, 1, 2> for Curve {
@@ -236,13 +242,13 @@ mod tests {
         let epsilon = 0.3;
         for end in [-epsilon, epsilon] {
             let (before, after) = (smoothed(end - 1e-12, epsilon), smoothed(end + 1e-12, epsilon));
-            assert!((before[0] - after[0]).abs() < 1e-11, "{before:?} {after:?}");
-            assert!((before[1] - after[1]).abs() < 1e-11, "{before:?} {after:?}");
+            assert!((before[0] - after[0]).abs() < ROUNDING, "{before:?} {after:?}");
+            assert!((before[1] - after[1]).abs() < ROUNDING, "{before:?} {after:?}");
             let other = (end - epsilon).powi(2) / (4.0 * epsilon);
-            assert!(((other - smoothed(end, epsilon)[0]).abs() - epsilon).abs() < 1e-14);
+            assert!(((other - smoothed(end, epsilon)[0]).abs() - epsilon).abs() < 1e-3 * ROUNDING);
         }
         assert!(smoothed(f64::NAN, epsilon)[0].is_nan());
-        assert!((smoothed(1e-3, 1e-9)[0] - 1e-3).abs() < 1e-15);
+        assert!((smoothed(1e-3, 1e-9)[0] - 1e-3).abs() < 1e-4 * ROUNDING);
     }
 
     #[test]
@@ -274,13 +280,16 @@ mod tests {
                     let slope = (plus.0 - minus.0) / (2.0 * step);
                     let known = smooth.pattern().columns.iter().position(|c| *c == column);
                     let expected = known.map_or(0.0, |k| exact[k]);
-                    assert!((slope - expected).abs() < 1e-9, "{z:?} {column}: {slope} {expected}");
+                    assert!((slope - expected).abs() < DIFFERENCES, "{z:?} {column}: {slope} {expected}");
                     for (k, &i) in smooth.pattern().columns.iter().enumerate() {
                         let bend = (plus.1[k] - minus.1[k]) / step;
                         let pair = (i.max(column), i.min(column));
                         let known = smooth.pattern().hessian.iter().position(|p| *p == pair);
                         let expected = known.map_or(0.0, |k| hessian[k]);
-                        assert!((bend - expected).abs() < 1e-8, "{z:?} {pair:?}: {bend} {expected}");
+                        assert!(
+                            (bend - expected).abs() < 10.0 * DIFFERENCES,
+                            "{z:?} {pair:?}: {bend} {expected}"
+                        );
                     }
                 }
             }

@@ -100,7 +100,7 @@ pub enum Guidance {
     Polynomial,
 }
 
-/// When a flight is planned anew.
+/// The rule by which a flight is planned anew.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Replanning {
     /// Times, s.

@@ -31,7 +31,7 @@ pub enum Error {
     /// No mission has this name.
     #[error("{place}: no mission is named `{name}`{suggestion}")]
     UnknownMission {
-        /// Where the name stands.
+        /// The place of the name.
         place: String,
         /// The name.
         name: String,

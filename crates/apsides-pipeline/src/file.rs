@@ -14,7 +14,7 @@ pub const MAX_FILE_BYTES: u64 = 1 << 20;
 
 /// One value with its place, before it is matched with a key.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Entry {
+pub struct StatedValue {
     /// Path of the key: tables and name, joined by dots.
     pub path: String,
     /// The value.
@@ -23,7 +23,7 @@ pub struct Entry {
     pub place: String,
 }
 
-impl Entry {
+impl StatedValue {
     /// The key that it is for.
     ///
     /// # Errors
@@ -112,7 +112,7 @@ pub fn line(text: &str, offset: usize) -> usize {
 ///
 /// # Errors
 /// [`Error::Syntax`] when the text is not TOML.
-pub fn entries(text: &str, place: impl Fn(usize) -> String) -> Result<Vec<Entry>, Error> {
+pub fn entries(text: &str, place: impl Fn(usize) -> String) -> Result<Vec<StatedValue>, Error> {
     let table = DeTable::parse(text).map_err(|e| Error::Syntax {
         place: place(e.span().map_or(0, |s| s.start)),
         reason: e.message().to_owned(),
@@ -122,13 +122,18 @@ pub fn entries(text: &str, place: impl Fn(usize) -> String) -> Result<Vec<Entry>
     Ok(entries)
 }
 
-fn flatten(table: &DeTable<'_>, prefix: &str, place: &impl Fn(usize) -> String, entries: &mut Vec<Entry>) {
+fn flatten(
+    table: &DeTable<'_>,
+    prefix: &str,
+    place: &impl Fn(usize) -> String,
+    entries: &mut Vec<StatedValue>,
+) {
     for (key, value) in table {
         let path =
             if prefix.is_empty() { key.get_ref().to_string() } else { format!("{prefix}.{}", key.get_ref()) };
         match value.get_ref() {
             DeValue::Table(inner) => flatten(inner, &path, place, entries),
-            _ => entries.push(Entry { path, value: scalar(value), place: place(key.span().start) }),
+            _ => entries.push(StatedValue { path, value: scalar(value), place: place(key.span().start) }),
         }
     }
 }
@@ -150,7 +155,7 @@ fn scalar(value: &Spanned<DeValue<'_>>) -> Value {
 ///
 /// # Errors
 /// [`Error::Syntax`] when there is no equals sign.
-pub(crate) fn parse_override(text: &str) -> Result<Entry, Error> {
+pub(crate) fn parse_override(text: &str) -> Result<StatedValue, Error> {
     let place = format!("--set {text}");
     let Some((key, value)) = text.split_once('=') else {
         return Err(Error::Syntax { place, reason: "expected key=value".into() });
@@ -162,5 +167,5 @@ pub(crate) fn parse_override(text: &str) -> Result<Entry, Error> {
         Some(e) => e.value,
         None => Value::Word(value.to_owned()),
     };
-    Ok(Entry { path, value, place })
+    Ok(StatedValue { path, value, place })
 }

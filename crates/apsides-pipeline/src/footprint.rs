@@ -220,7 +220,7 @@ fn centre(hull: &[Place], ground: &Ground) -> Place {
 }
 
 /// A flight to the boundary.
-struct Found {
+struct BoundaryFlight {
     /// The bearing that it was to end farthest along, deg.
     asked: f64,
     point: BoundaryPoint,
@@ -270,7 +270,7 @@ impl<R: FnMut(&FootprintCase<'_>) -> bool> Fan<'_, R> {
         kind: PointKind,
         past: &Past,
         starts: &[&Trajectory],
-    ) -> Result<Result<Found, String>, Error> {
+    ) -> Result<Result<BoundaryFlight, String>, Error> {
         let mission = self.mission.clone().with_mission(self.reach.past(past));
         let mut status = "interrupted".to_owned();
         for start in starts.iter().copied().map(Some).chain([None]) {
@@ -288,14 +288,16 @@ impl<R: FnMut(&FootprintCase<'_>) -> bool> Fan<'_, R> {
         Ok(Err(status))
     }
 
-    fn found(&self, kind: PointKind, asked: f64, outcome: &Outcome) -> Option<Found> {
+    fn found(&self, kind: PointKind, asked: f64, outcome: &Outcome) -> Option<BoundaryFlight> {
         let [longitude_deg, latitude_deg] = *self.reach.track(&outcome.trajectory).last()?;
         let summary = &outcome.summary;
         let result = |key: &str| summary.results.get(key).copied().unwrap_or(f64::NAN);
+        // As seen from the target, until the middle of the footprint is known.
+        let [bearing_deg, distance_km] = self.map(self.ground.target).polar([longitude_deg, latitude_deg]);
         let point = BoundaryPoint {
             kind,
-            bearing_deg: f64::NAN,
-            distance_km: f64::NAN,
+            bearing_deg,
+            distance_km,
             longitude_deg,
             latitude_deg,
             flight_time_s: result("flight_time_s"),
@@ -305,16 +307,26 @@ impl<R: FnMut(&FootprintCase<'_>) -> bool> Fan<'_, R> {
             verdict: summary.certificate.verdict,
             verified: summary.certificate.is_verified(),
         };
-        Some(Found { asked, point, solution: outcome.solved().1.clone() })
+        Some(BoundaryFlight { asked, point, solution: outcome.solved().1.clone() })
     }
 
     /// As [`Self::farthest`], and tells of it; a failure is kept.
-    fn case(&mut self, kind: PointKind, past: &Past, starts: &[&Trajectory]) -> Result<Option<Found>, Error> {
+    fn case(
+        &mut self,
+        kind: PointKind,
+        past: &Past,
+        starts: &[&Trajectory],
+    ) -> Result<Option<BoundaryFlight>, Error> {
         let found = self.farthest(kind, past, starts)?;
         Ok(self.told(kind, past.bearing, found))
     }
 
-    fn told(&mut self, kind: PointKind, bearing: f64, found: Result<Found, String>) -> Option<Found> {
+    fn told(
+        &mut self,
+        kind: PointKind,
+        bearing: f64,
+        found: Result<BoundaryFlight, String>,
+    ) -> Option<BoundaryFlight> {
         let from = match kind {
             PointKind::Extreme => "farthest along",
             PointKind::Ray => "from the centre along",
@@ -334,10 +346,10 @@ impl<R: FnMut(&FootprintCase<'_>) -> bool> Fan<'_, R> {
     }
 
     /// The farthest ends along bearings, in their order.
-    fn extremes(&mut self, bearings: usize) -> Result<Vec<Found>, Error> {
+    fn extremes(&mut self, bearings: usize) -> Result<Vec<BoundaryFlight>, Error> {
         let map = self.map(self.ground.target);
         let past = |bearing| Past { place: map.middle, bearing, half_width: None };
-        let mut found: Vec<Found> = Vec::new();
+        let mut found: Vec<BoundaryFlight> = Vec::new();
         for bearing in fan_of(bearings) {
             if self.stopped {
                 break;
@@ -346,7 +358,7 @@ impl<R: FnMut(&FootprintCase<'_>) -> bool> Fan<'_, R> {
             found.extend(self.case(PointKind::Extreme, &past(bearing), &starts)?);
         }
         // A flight to another bearing that ends farther shows a local optimum, and is a better start.
-        let along = |bearing: f64, f: &Found| map.along(bearing, f.point.place())[0];
+        let along = |bearing: f64, f: &BoundaryFlight| map.along(bearing, f.point.place())[0];
         for k in 0..found.len() {
             let bearing = found[k].asked;
             let best = found.iter().max_by(|a, b| along(bearing, a).total_cmp(&along(bearing, b)));
@@ -362,14 +374,15 @@ impl<R: FnMut(&FootprintCase<'_>) -> bool> Fan<'_, R> {
             }
         }
         // What is still short of another end is no extreme.
-        let is_extreme = |f: &Found| found.iter().all(|o| along(f.asked, o) <= along(f.asked, f) + SHORT_KM);
+        let is_extreme =
+            |f: &BoundaryFlight| found.iter().all(|o| along(f.asked, o) <= along(f.asked, f) + SHORT_KM);
         let mut extreme = found.iter().map(is_extreme).collect::<Vec<_>>().into_iter();
         found.retain(|_| extreme.next().unwrap_or(false));
         Ok(found)
     }
 
     /// Adds the boundary on rays from the centre.
-    fn rays(&mut self, bearings: usize, centre: Place, found: &mut Vec<Found>) -> Result<(), Error> {
+    fn rays(&mut self, bearings: usize, centre: Place, found: &mut Vec<BoundaryFlight>) -> Result<(), Error> {
         let map = self.map(centre);
         let mut hull: Vec<Place> = found.iter().map(|f| f.point.place()).collect();
         hull.sort_by(|a, b| map.polar(*a)[0].total_cmp(&map.polar(*b)[0]));
@@ -378,7 +391,7 @@ impl<R: FnMut(&FootprintCase<'_>) -> bool> Fan<'_, R> {
             if self.stopped {
                 break;
             }
-            let off = |f: &Found| {
+            let off = |f: &BoundaryFlight| {
                 let [along, right] = map.along(bearing, f.point.place());
                 right.atan2(along).abs()
             };
@@ -387,7 +400,7 @@ impl<R: FnMut(&FootprintCase<'_>) -> bool> Fan<'_, R> {
             let past = Past { place: centre, bearing, half_width: Some(0.0) };
             let starts: Vec<&Trajectory> = near.iter().chain(&last).collect();
             let Some(mut ray) = self.case(PointKind::Ray, &past, &starts)? else { continue };
-            let length = |f: &Found| map.along(bearing, f.point.place())[0];
+            let length = |f: &BoundaryFlight| map.along(bearing, f.point.place())[0];
             let expected = map.distance_along(bearing, &hull).unwrap_or(0.0) * (1.0 - SHORT_OF_HULL);
             if length(&ray) < expected && !self.stopped {
                 // Either the outline is not convex here, or this is a local optimum.
@@ -406,15 +419,16 @@ impl<R: FnMut(&FootprintCase<'_>) -> bool> Fan<'_, R> {
 
     /// The boundary point nearest to the target, as far as the outline is convex there: the farthest end along a bearing that lies on
     /// the line from the target along it.
-    fn nearest(&mut self, found: &[Found]) -> Result<Option<Found>, Error> {
+    fn nearest(&mut self, found: &[BoundaryFlight]) -> Result<Option<BoundaryFlight>, Error> {
         let map = self.map(self.ground.target);
-        let seen = |f: &Found| map.along(f.asked, f.point.place());
-        let extremes: Vec<&Found> = found.iter().filter(|f| f.point.kind == PointKind::Extreme).collect();
+        let seen = |f: &BoundaryFlight| map.along(f.asked, f.point.place());
+        let extremes: Vec<&BoundaryFlight> =
+            found.iter().filter(|f| f.point.kind == PointKind::Extreme).collect();
         let least =
             (0..extremes.len()).min_by(|a, b| seen(extremes[*a])[0].total_cmp(&seen(extremes[*b])[0]));
         let Some(k) = least.filter(|_| extremes.len() >= FEWEST_BEARINGS) else { return Ok(None) };
         // The end's distance to the right is the derivative of its distance along the bearing: at the minimum it passes zero.
-        let side = |f: &Found| {
+        let side = |f: &BoundaryFlight| {
             let turns = ((f.asked - extremes[k].asked) / 360.0).round();
             [f.asked - 360.0 * turns, seen(f)[1]]
         };
@@ -422,7 +436,7 @@ impl<R: FnMut(&FootprintCase<'_>) -> bool> Fan<'_, R> {
         let (mut low, mut high) = (side(extremes[(k + count - 1) % count]), side(extremes[(k + 1) % count]));
         let [bearing, right] = side(extremes[k]);
         *(if right < 0.0 { &mut low } else { &mut high }) = [bearing, right];
-        let mut nearest: Option<Result<Found, String>> = None;
+        let mut nearest: Option<Result<BoundaryFlight, String>> = None;
         for step in 0..MOST_NEAREST {
             if self.stopped || low[1] >= 0.0 || high[1] <= 0.0 {
                 break;
@@ -443,7 +457,7 @@ impl<R: FnMut(&FootprintCase<'_>) -> bool> Fan<'_, R> {
         Ok(nearest.and_then(|found| self.told(PointKind::Nearest, bearing, found)))
     }
 
-    fn finish(self, centre: Place, found: Vec<Found>, track_deg: Vec<Place>) -> Footprint {
+    fn finish(self, centre: Place, found: Vec<BoundaryFlight>, track_deg: Vec<Place>) -> Footprint {
         let map = self.map(centre);
         let mut points: Vec<BoundaryPoint> = found.into_iter().map(|f| f.point).collect();
         for p in &mut points {

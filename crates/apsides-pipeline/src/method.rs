@@ -122,7 +122,7 @@ trait MethodSettings: Debug + Send + Sync {
     ///
     /// # Errors
     /// A problem that the method cannot treat.
-    fn method(&self, case: &Case<'_>) -> Result<Box<dyn Method>, Error>;
+    fn method(&self, case: &PosedCase<'_>) -> Result<Box<dyn Method>, Error>;
 
     /// Refuses settings that do not go together; looked at where the mission names the method.
     fn check(&self, _values: &Values) -> Result<(), Error> {
@@ -140,7 +140,7 @@ trait MethodSettings: Debug + Send + Sync {
     not(feature = "two-layer"),
     expect(dead_code, reason = "seed and checkpoint are those of searches")
 )]
-struct Case<'a> {
+struct PosedCase<'a> {
     posed: &'a Posed,
     /// The collocation that other methods begin or end with.
     radau: &'a RadauMethod,
@@ -292,8 +292,8 @@ impl Methods {
         }
     }
 
-    fn case<'a>(&'a self, posed: &'a Posed, checkpoint: Option<&'a CheckpointFile>) -> Case<'a> {
-        Case { posed, radau: &self.radau, threads: self.threads, seed: self.seed, checkpoint }
+    fn case<'a>(&'a self, posed: &'a Posed, checkpoint: Option<&'a CheckpointFile>) -> PosedCase<'a> {
+        PosedCase { posed, radau: &self.radau, threads: self.threads, seed: self.seed, checkpoint }
     }
 
     /// Solves a problem. `start` replaces the guess of the mission; a search is kept in a checkpoint, where there is one.

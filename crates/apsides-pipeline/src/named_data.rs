@@ -3,8 +3,9 @@
 use std::path::Path;
 
 use crate::Error;
-use crate::file::{Entry, entries, line, read};
+use crate::file::{StatedValue, entries, line, read};
 use crate::key::{Key, KeyKind, Value};
+use crate::values::Values;
 
 /// Named data of one sort, such as vehicles. A mission that has the key `key` takes from them the numbers of its keys
 /// [`KeyKind::Named`], unless its own file states these.
@@ -51,6 +52,20 @@ impl NamedData {
         self.names().map(|n| format!("`{n}`")).collect::<Vec<_>>().join(", ")
     }
 
+    /// States the numbers of the one that `values` name, but those that the mission states itself.
+    ///
+    /// # Errors
+    /// As of [`Self::numbers`].
+    pub(crate) fn state_numbers(&self, values: &mut Values) -> Result<(), Error> {
+        let Some(Value::Word(name)) = values.get(self.key).cloned() else { return Ok(()) };
+        let keys = values.shared_keys();
+        let place = values.place_or_source(self.key).to_owned();
+        for (path, number, place) in self.numbers(&name, &keys, &place, values.renamed())? {
+            values.state_of_data(path, number, &place)?;
+        }
+        Ok(())
+    }
+
     /// The numbers that the keys `wanted` take from the data of this name or path, each with its place. `place` is where the name stands,
     /// `renamed` has former paths of keys with those of today.
     ///
@@ -88,7 +103,7 @@ impl NamedData {
             })?;
         }
         let number = |key: &'k Key| match found.iter().find(|e| e.path == key.path) {
-            Some(Entry { value: value @ Value::Number(v), place, .. }) => {
+            Some(StatedValue { value: value @ Value::Number(v), place, .. }) => {
                 key.accept(value, place)?;
                 Ok((&*key.path, *v, place.clone()))
             }

@@ -1,3 +1,3 @@
-//! Who sees a solve while it runs.
+//! Observers of a solve while it runs.
 
 pub use apsides_nlp::{Observer, SearchProgress};

@@ -15,6 +15,7 @@ use crate::explanation::{ExplanationSummary, in_keys};
 use crate::key::{Key, Value};
 use crate::method::{CheckpointFile, MethodName, Methods};
 use crate::mission::{EasierCase, Kind, Mission, Offers, Scalars, downcast};
+use crate::named_data::NamedData;
 use crate::observer::Observer;
 use crate::outcome::{Decisions, ObjectiveValue, Outcome, Reduced, Summary, Timing};
 use crate::posed::Posed;
@@ -28,6 +29,8 @@ pub struct Pipeline {
     /// The kinds that it was chosen among.
     kinds: Arc<[Kind]>,
     values: Values,
+    /// Data that keys name, such as vehicles.
+    data: Arc<[NamedData]>,
     mission: Arc<dyn Mission>,
     methods: Methods,
     run: Run,
@@ -40,7 +43,7 @@ struct Run {
     seed: u64,
     /// Collocation is no more accurate between the points of the mesh than this.
     least_tolerance: f64,
-    /// Where a search is kept.
+    /// The file in which a search is kept.
     checkpoint: Option<PathBuf>,
 }
 
@@ -72,19 +75,29 @@ impl Pipeline {
             }
             false => Methods::read(&values)?,
         };
-        let pipeline = Self { kind, kinds, values, mission, methods, run: Run::default() };
+        let data = Arc::default();
+        let pipeline = Self { kind, kinds, values, data, mission, methods, run: Run::default() };
         pipeline.methods.check(|| pipeline.pose(), &pipeline.values)?;
         Ok(pipeline)
     }
 
-    /// The same mission with another value of a key: a number, a word, a flag.
+    /// The mission with the data that its keys name, so that another name brings other numbers.
+    pub(crate) fn with_data(self, data: Arc<[NamedData]>) -> Self {
+        Self { data, ..self }
+    }
+
+    /// The same mission with another value of a key: a number, a word, a flag. The name of a body, a vehicle or a site brings the numbers
+    /// that the mission does not state itself.
     ///
     /// # Errors
     /// A key that the mission does not have, a value that it does not take, values that do not go together.
     pub fn with(self, path: &str, value: impl Into<Value>) -> Result<Self, Error> {
         let mut values = self.values;
         values.set(path, value)?;
-        Ok(Self::new(self.kind, self.kinds, values)?.running(self.run))
+        if let Some(data) = self.data.iter().find(|d| d.key == path) {
+            data.state_numbers(&mut values)?;
+        }
+        Ok(Self::new(self.kind, self.kinds, values)?.with_data(self.data).running(self.run))
     }
 
     /// Sets the value of a key: a number, a word, a flag.

@@ -6,7 +6,7 @@ use std::sync::Arc;
 use apsides_expressions::suggestion::{quoted, suggested_name};
 
 use crate::Error;
-use crate::file::{Entry, entries, line, parse_override, read};
+use crate::file::{StatedValue, entries, line, parse_override, read};
 use crate::key::{Key, KeyKind, Value};
 use crate::method;
 use crate::mission::{Kind, Mission};
@@ -46,8 +46,11 @@ struct Asked<'a> {
     is_file: bool,
 }
 
+/// Values that replace those of a file, in their order; one may be a text that is none.
+type Changes<'a> = &'a mut dyn Iterator<Item = Result<StatedValue, Error>>;
+
 /// Makes the kind of mission of one file, and the values that the file states.
-pub type ReadsKind = fn(&Document<'_>) -> Result<(Kind, Vec<Entry>), Error>;
+pub type ReadsKind = fn(&Document<'_>) -> Result<(Kind, Vec<StatedValue>), Error>;
 
 /// The key of the word that such files begin with.
 const KIND: &str = "kind";
@@ -127,20 +130,41 @@ impl Registry {
     /// # Errors
     /// The first mistake, with its place.
     pub fn load(&self, file_or_name: &str, overrides: &[String]) -> Result<Pipeline, Error> {
+        self.load_stated(file_or_name, &mut overrides.iter().map(|o| parse_override(o)))
+    }
+
+    /// Reads a mission as [`Self::load`] does, where `changes` replace values of the file by ones of their types.
+    ///
+    /// # Errors
+    /// The first mistake, with its place.
+    pub fn load_with<'a>(
+        &self,
+        file_or_name: &str,
+        changes: impl IntoIterator<Item = (&'a str, Value)>,
+    ) -> Result<Pipeline, Error> {
+        let stated = |(path, value): (&str, Value)| StatedValue {
+            place: format!("{path} = {value}"),
+            path: path.to_owned(),
+            value,
+        };
+        self.load_stated(file_or_name, &mut changes.into_iter().map(|change| Ok(stated(change))))
+    }
+
+    fn load_stated(&self, file_or_name: &str, changes: Changes<'_>) -> Result<Pipeline, Error> {
         let path = Path::new(file_or_name);
         if let Some((_, text)) = self.files.iter().find(|f| f.0 == file_or_name)
             && !path.is_file()
         {
             let source = format!("mission `{file_or_name}`");
             let asked = Asked { directory: None, name: Some(file_or_name), is_file: false };
-            return self.parse_in(asked, text, &source, overrides);
+            return self.parse_in(asked, text, &source, changes);
         }
         if !path.exists() {
             return Err(self.no_mission(path));
         }
         let text = read(path, "mission", &self.names())?;
         let asked = Asked { directory: path.parent(), name: Some(file_or_name), is_file: true };
-        self.parse_in(asked, &text, &format!("file `{file_or_name}`"), overrides)
+        self.parse_in(asked, &text, &format!("file `{file_or_name}`"), changes)
     }
 
     /// There is neither a file nor a mission of this name: what may be meant.
@@ -168,7 +192,7 @@ impl Registry {
     /// # Errors
     /// The first mistake, with its place.
     pub fn parse(&self, text: &str, source: &str, overrides: &[String]) -> Result<Pipeline, Error> {
-        self.parse_in(Asked::default(), text, source, overrides)
+        self.parse_in(Asked::default(), text, source, &mut overrides.iter().map(|o| parse_override(o)))
     }
 
     /// Reads a mission from the text of a file, as it is asked for.
@@ -177,7 +201,7 @@ impl Registry {
         asked: Asked<'_>,
         text: &str,
         source: &str,
-        overrides: &[String],
+        changes: Changes<'_>,
     ) -> Result<Pipeline, Error> {
         let directory = asked.directory;
         let mut stated = entries(text, |offset| format!("{source}, line {}", line(text, offset)))?;
@@ -190,8 +214,8 @@ impl Registry {
             // A mission file and the files that it names move together.
             stated.iter_mut().for_each(|e| self.relative_to(directory, &keys, e));
         }
-        for o in overrides {
-            stated.push(parse_override(o)?);
+        for change in changes {
+            stated.push(change?);
         }
         let owner = asked.name.filter(|_| !asked.is_file).unwrap_or(&kind.name);
         let mut values = Values::new(format!("mission `{owner}`"), source.into(), Arc::clone(&keys))
@@ -207,20 +231,13 @@ impl Registry {
             values.state(&e.path, e.value.clone(), &e.place)?;
         }
         for data in &self.data {
-            let Some(Value::Word(name)) = values.get(data.key).cloned() else { continue };
-            let place = values.place(data.key).unwrap_or(source).to_owned();
-            for (path, number, place) in data.numbers(&name, &keys, &place, self.renamed)? {
-                // The mission's own file comes first.
-                if values.place(path).is_none() {
-                    values.state(path, Value::Number(number), &place)?;
-                }
-            }
+            data.state_numbers(&mut values)?;
         }
-        Pipeline::new(kind, self.kinds.as_slice().into(), values)
+        Ok(Pipeline::new(kind, self.kinds.as_slice().into(), values)?.with_data(self.data.as_slice().into()))
     }
 
     /// The function that reads a file that begins with a word.
-    fn kind_of_file(&self, word: &Entry) -> Result<ReadsKind, Error> {
+    fn kind_of_file(&self, word: &StatedValue) -> Result<ReadsKind, Error> {
         let words: Vec<&str> = self.of_files.iter().map(|k| k.0).collect();
         let found = self.of_files.iter().find(|k| word.value == Value::from(k.0));
         found.map(|k| k.1).ok_or_else(|| Error::Value {
@@ -238,7 +255,7 @@ impl Registry {
     }
 
     /// The kind that the entries name, which leaves them.
-    fn take_kind(&self, stated: &mut Vec<Entry>, source: &str) -> Result<Kind, Error> {
+    fn take_kind(&self, stated: &mut Vec<StatedValue>, source: &str) -> Result<Kind, Error> {
         let refused = |place: &str, found: String| Error::Value {
             place: place.into(),
             key: "mission".into(),
@@ -263,7 +280,7 @@ impl Registry {
     }
 
     /// Makes the path of a file that an entry names one that counts from a directory.
-    fn relative_to(&self, directory: &Path, keys: &[Key], entry: &mut Entry) {
+    fn relative_to(&self, directory: &Path, keys: &[Key], entry: &mut StatedValue) {
         let is_path = keys.iter().any(|k| k.path == entry.path && matches!(k.kind, KeyKind::Path(..)));
         let is_table = entry.names_table(keys);
         let is_data = self.data.iter().any(|d| d.key == entry.path);

@@ -14,6 +14,8 @@ struct Stated {
     value: Value,
     /// File and line, or `--set`; none of a default.
     place: Option<String>,
+    /// True if named data have it, such as those of a vehicle.
+    of_data: bool,
 }
 
 /// Values of the keys of a mission, checked one by one; a key that is open has none.
@@ -43,7 +45,9 @@ impl Values {
     /// The defaults of keys. `owner` and `source` name in messages what they belong to and where they come from.
     #[must_use]
     pub fn new(owner: String, source: String, keys: Arc<[Key]>) -> Self {
-        let default = |key: &Key| Some((key.path.clone(), Stated { value: key.default()?, place: None }));
+        let default = |key: &Key| {
+            Some((key.path.clone(), Stated { value: key.default()?, place: None, of_data: false }))
+        };
         let stated = keys.iter().filter_map(default).collect();
         Self { owner, list: String::new(), source, keys, renamed: Vec::new(), stated }
     }
@@ -102,8 +106,38 @@ impl Values {
         let key = self.key(path, place).map_err(|e| with_refinements(e, path, &value))?;
         key.accept(&value, place)?;
         let path = key.path.clone();
-        self.stated.insert(path, Stated { value, place: Some(place.into()) });
+        self.stated.insert(path, Stated { value, place: Some(place.into()), of_data: false });
         Ok(())
+    }
+
+    /// States a number of named data, unless the mission states one of its own.
+    ///
+    /// # Errors
+    /// A key that the mission does not declare, a value that it does not take.
+    pub(crate) fn state_of_data(&mut self, path: &str, number: f64, place: &str) -> Result<(), Error> {
+        if self.stated.get(path).is_some_and(|s| s.place.is_some() && !s.of_data) {
+            return Ok(());
+        }
+        self.state(path, Value::Number(number), place)?;
+        if let Some(stated) = self.stated.get_mut(path) {
+            stated.of_data = true;
+        }
+        Ok(())
+    }
+
+    /// The keys, shared.
+    pub(crate) fn shared_keys(&self) -> Arc<[Key]> {
+        Arc::clone(&self.keys)
+    }
+
+    /// The place where the value of a key is stated, or that of all values for a default.
+    pub(crate) fn place_or_source(&self, path: &str) -> &str {
+        self.place(path).unwrap_or(&self.source)
+    }
+
+    /// Former paths of keys, each with the one of today.
+    pub(crate) fn renamed(&self) -> &[(&'static str, &'static str)] {
+        &self.renamed
     }
 
     /// Refuses numbers of a size that no quantity has. Models come before: they say more of what they refuse.
@@ -112,7 +146,7 @@ impl Values {
     /// [`Error::Value`] of the first of them.
     pub(crate) fn check_sizes(&self) -> Result<(), Error> {
         for key in self.keys.iter() {
-            if let Some(Stated { value, place }) = self.stated.get(&key.path) {
+            if let Some(Stated { value, place, .. }) = self.stated.get(&key.path) {
                 key.accept_size(value, place.as_deref().unwrap_or(&self.source))?;
             }
         }

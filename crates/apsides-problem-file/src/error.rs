@@ -1,6 +1,6 @@
 //! Reasons to refuse the file of a problem.
 
-use apsides_ad::{FormulaError, SplineError};
+use apsides_ad::AdError;
 use apsides_expressions::ExpressionError;
 use apsides_ocp::OcpError;
 
@@ -75,7 +75,7 @@ pub enum ProblemError {
         /// Name of the table.
         name: String,
         /// The mistake.
-        source: SplineError,
+        source: AdError,
     },
     /// A formula without a value at any point.
     #[error("{at}: {source}{}", at.caret())]
@@ -83,7 +83,7 @@ pub enum ProblemError {
         /// The place.
         at: Box<Place>,
         /// The mistake.
-        source: FormulaError,
+        source: AdError,
     },
     /// The problem is refused as a whole.
     #[error("{file}: {source}")]

@@ -48,13 +48,13 @@ pub(crate) fn guess(amounts: &mut Amounts<'_>, tables: &[Table], ocp: &Ocp) -> R
 }
 
 /// Values of one quantity, as a function of time and of the part of the phase.
-enum Shape {
+enum GuessCurve {
     /// Parts of the phase and the values there.
     Samples(Vec<f64>, Vec<f64>),
     Formula(Formula),
 }
 
-impl Shape {
+impl GuessCurve {
     fn at(&self, time: f64, fraction: f64) -> f64 {
         match self {
             Self::Samples(fractions, values) => interpolate(fractions, values, fraction),
@@ -86,7 +86,7 @@ fn of_phase(
     let (first, last) = (times[0], times[times.len() - 1]);
     let fractions: Vec<f64> = times.iter().map(|t| (t - first) / (last - first)).collect();
     let named: Vec<&Variable> = phase.states.iter().chain(&phase.controls).collect();
-    let mut shapes: Vec<Option<Shape>> = named.iter().map(|_| None).collect();
+    let mut shapes: Vec<Option<GuessCurve>> = named.iter().map(|_| None).collect();
     let mut points = fractions.clone();
     for (name, at, profile) in &stated.profiles {
         let Some(k) = named.iter().position(|v| v.name == *name) else {
@@ -104,11 +104,11 @@ fn of_phase(
                     let amount =
                         model::Stated { amount: model::Amount::Formula(formula.clone()), at: at.clone() };
                     let value = amounts.amount(&amount, &named[k].unit, &role)?;
-                    Shape::Samples(vec![0.0], vec![value])
+                    GuessCurve::Samples(vec![0.0], vec![value])
                 }
                 None => {
                     points.extend((0..POINTS).map(|k| k as f64 / (POINTS - 1) as f64));
-                    Shape::Formula(program(amounts, tables, formula, &named[k].unit, &unit, &role)?)
+                    GuessCurve::Formula(program(amounts, tables, formula, &named[k].unit, &unit, &role)?)
                 }
             },
             Profile::Samples(samples) => {
@@ -124,7 +124,7 @@ fn of_phase(
                     (0..values.len()).map(|k| k as f64 / last).collect()
                 };
                 points.extend(&places);
-                Shape::Samples(places, values)
+                GuessCurve::Samples(places, values)
             }
         };
         shapes[k] = Some(shape);

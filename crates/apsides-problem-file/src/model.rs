@@ -128,9 +128,9 @@ pub struct Row {
 /// A formula and its bounds.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Bounded {
-    /// As comparisons: `a <= b <= c`.
+    /// A row of comparisons: `a <= b <= c`.
     Relation(Relation),
-    /// As keys.
+    /// A row of keys.
     Keys {
         /// The formula.
         value: Expression,
@@ -258,7 +258,7 @@ pub struct Model {
     pub boundary: Vec<Row>,
     /// The objective.
     pub objective: Option<Objective>,
-    /// Where a solve begins.
+    /// The start of a solve.
     pub guess: Vec<Guess>,
     /// Units are declared.
     pub has_units: bool,

@@ -3,7 +3,7 @@
 use std::ops::Range;
 use std::sync::Arc;
 
-use apsides_ad::{FormulaError, NodeFunction, Table, Value as AdValue, formula_node};
+use apsides_ad::{AdError, NodeFunction, Table, Value as AdValue, formula_node};
 use apsides_expressions::suggestion::suggested_name;
 use apsides_expressions::{Compiler, Dimension, Quantity, Unit, Value};
 use apsides_ocp::{Bounds, Direction, Integral, Kink, PathConstraint, Phase, State, Variable};
@@ -17,12 +17,12 @@ use crate::program::Program;
 pub(crate) const TIME: &str = "time";
 
 /// The time that a phase is over, and that it begins at where that is stated.
-type Times = (Option<Bounds>, Bounds, Bounds);
+type PhaseTimes = (Option<Bounds>, Bounds, Bounds);
 
 /// Builds the phases in the order of the file.
 pub(crate) fn phases(amounts: &mut Amounts<'_>, tables: &[Table]) -> Result<Vec<Phase>, ProblemError> {
     let model = amounts.model;
-    let times: Vec<Times> = model.phases.iter().map(|p| times(amounts, p)).collect::<Result<_, _>>()?;
+    let times: Vec<PhaseTimes> = model.phases.iter().map(|p| times(amounts, p)).collect::<Result<_, _>>()?;
     let begins: Vec<Bounds> = model
         .phases
         .iter()
@@ -52,7 +52,7 @@ pub(crate) fn time_unit(amounts: &Amounts<'_>, phase: &model::Phase) -> Unit {
     stated.unwrap_or(usual)
 }
 
-fn times(amounts: &mut Amounts<'_>, phase: &model::Phase) -> Result<Times, ProblemError> {
+fn times(amounts: &mut Amounts<'_>, phase: &model::Phase) -> Result<PhaseTimes, ProblemError> {
     let unit = time_unit(amounts, phase);
     let at_least_zero = Bounds::at_least(0.0);
     let Some(times) = &phase.times else { return Ok((None, at_least_zero, at_least_zero)) };
@@ -131,10 +131,7 @@ impl<'a> Inputs<'a> {
         Self { compiler }
     }
 
-    fn node(
-        &mut self,
-        outputs: &[Quantity<AdValue>],
-    ) -> Result<(Arc<dyn NodeFunction>, Switches), FormulaError> {
+    fn node(&mut self, outputs: &[Quantity<AdValue>]) -> Result<(Arc<dyn NodeFunction>, Switches), AdError> {
         let values: Vec<AdValue> = outputs.iter().map(|q| self.compiler.recorded(*q)).collect();
         let formula = self.compiler.recorder().builder.formula(&values)?;
         let kinks = formula.kinks().into_iter().filter_map(|k| k.input).collect();

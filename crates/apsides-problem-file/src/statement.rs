@@ -1,6 +1,6 @@
 //! A problem as it is stated, and the problem that values of its constants make of it.
 
-use apsides_ad::{BicubicSpline, CubicSpline, Outside, Pchip, SplineError, Table};
+use apsides_ad::{AdError, BicubicSpline, CubicSpline, Outside, Pchip, Table};
 use apsides_expressions::suggestion::suggested_name;
 use apsides_ocp::{Guess, Ocp, OcpBuilder};
 
@@ -198,7 +198,7 @@ fn declared(unit: &apsides_expressions::Unit) -> DeclaredUnit {
 ///
 /// # Errors
 /// Too few values, knots that do not increase, numbers that are not finite.
-pub fn curve(t: &TableData) -> Result<Table, SplineError> {
+pub fn curve(t: &TableData) -> Result<Table, AdError> {
     Ok(match (t.y.is_empty(), t.shape) {
         (true, Shape::Spline) => CubicSpline::new(&t.x, &t.values)?.into(),
         (true, Shape::Monotone) => Pchip::new(&t.x, &t.values, Outside::Constant)?.into(),

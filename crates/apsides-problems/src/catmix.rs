@@ -180,6 +180,9 @@ fn pose_arcs() -> Result<Case, OcpError> {
 mod tests {
     use super::*;
 
+    /// Round-off of the arithmetic.
+    const ROUNDING: f64 = 1e-15;
+
     #[test]
     fn the_optimum_is_that_of_the_closed_form() {
         let r = (10.0 - 10.0_f64.sqrt()) / 90.0;
@@ -188,10 +191,10 @@ mod tests {
         let (t1, t2) = (-decay.ln() / 11.0, 1.0 + (10.0 * r).ln());
         let x1 = (10.0 + decay) / 11.0 * (u * (10.0 * r - 1.0) * (t2 - t1)).exp();
         let objective = x1 * (1.0 + 10.0 * r * r) - 1.0;
-        assert!((objective - OPTIMUM.value).abs() < 1e-15);
+        assert!((objective - OPTIMUM.value).abs() < ROUNDING);
         // On the ray the feedback is the constant share, and the direction of the state stays.
         let rate = Arc::Singular.rate(0.0, &[1.0, r], &[], &[]);
         let constant = reaction(&[1.0, r], u);
-        assert!((rate[0] - constant[0]).abs() < 1e-15 && (rate[1] - r * rate[0]).abs() < 1e-15);
+        assert!((rate[0] - constant[0]).abs() < ROUNDING && (rate[1] - r * rate[0]).abs() < ROUNDING);
     }
 }

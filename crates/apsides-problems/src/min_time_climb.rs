@@ -17,7 +17,7 @@
 //! splines here it is 320.72134 s from three initial meshes. The tolerance is the spread of these values.
 //! Guess: straight lines in 300 s, no angle of attack.
 
-use apsides_ad::{BicubicSpline, CubicSpline, Dynamics, Scalar, SplineError};
+use apsides_ad::{AdError, BicubicSpline, CubicSpline, Dynamics, Scalar};
 use apsides_ocp::{At, Bounds, Ocp, OcpError, Phase, State, Variable};
 
 use crate::{Case, Evidence, Optimum, Problem, Structure};
@@ -87,7 +87,7 @@ struct Fighter {
 }
 
 impl Fighter {
-    fn new() -> Result<Self, SplineError> {
+    fn new() -> Result<Self, AdError> {
         let of_mach = |values: &[f64]| CubicSpline::new(&AERODYNAMICS_MACH, values);
         let altitudes: [f64; 19] = std::array::from_fn(|k| k as f64 * ATMOSPHERE_STEP);
         let of_altitude = |values: &[f64]| CubicSpline::new(&altitudes, values);

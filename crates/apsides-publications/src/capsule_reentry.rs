@@ -19,6 +19,7 @@ use super::stop::Stop;
 use super::workers::Workers;
 use super::{Content, HandOn, Publication};
 use crate::Error;
+use crate::change::{number, word};
 use model::Model;
 
 mod functions;
@@ -72,9 +73,9 @@ fn sheets(workers: &mut Workers<'_>, hand_on: HandOn<'_>) -> Result<(), Stop> {
 }
 
 /// The search of a mission that names this algorithm, on one thread.
-fn algorithm(word: &str, budget: usize) -> Result<Search, Error> {
-    let overrides = [format!("search.algorithm={word}"), format!("search.evaluations={budget}")];
-    Ok(crate::load("capsule-reentry", &overrides)?.methods().search_settings())
+fn algorithm(name: &str, budget: usize) -> Result<Search, Error> {
+    let changes = [word("search.algorithm", name), number("search.evaluations", budget as f64)];
+    Ok(crate::load("capsule-reentry", &changes)?.methods().search_settings())
 }
 
 fn remarks() -> Vec<String> {

@@ -7,7 +7,7 @@
 //! | module | subject |
 //! | --- | --- |
 //! | `comparison` | rows of a printed, a found and a reference value |
-//! | `case` | the missions with overrides |
+//! | `case` | the missions with changed values |
 //! | `orbit` | landing orbit |
 //! | `braking` | main braking, its ends and datums |
 //! | `downrange` | main braking over a given arc |

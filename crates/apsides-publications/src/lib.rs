@@ -13,11 +13,13 @@ use apsides_ocp::Trajectory;
 use apsides_verify::Verdict;
 
 use apsides_pipeline::{Error, Observer, Outcome, Pipeline, Posed, SearchProgress};
+use change::Change;
 use stop::Stop;
 use workers::Workers;
 
 mod capsule_reentry;
 mod chang_e;
+mod change;
 mod geo_injection;
 mod lunar_landing;
 mod moving_mass;
@@ -32,8 +34,8 @@ pub use sheet::{Column, Graph, GraphSeries, Sheet, SheetRow};
 pub use sheet_text::sheet_text;
 
 /// Reads one of the missions that come with apsides.
-fn load(name: &str, overrides: &[String]) -> Result<Pipeline, Error> {
-    apsides_missions::registry().load(name, overrides)
+fn load(name: &str, changes: &[Change<'_>]) -> Result<Pipeline, Error> {
+    apsides_missions::registry().load_with(name, changes.iter().map(Change::stated))
 }
 
 /// A publication whose tables can be computed again.
@@ -79,10 +81,10 @@ struct PrintedTable {
     keys: &'static [&'static str],
     rows: &'static [PrintedRow],
     remarks: &'static [&'static str],
-    /// Pipeline and override of the case with this parameter.
-    case: fn(f64) -> (&'static str, String),
-    /// Overrides that give the publication's own nonlinear program.
-    own_method: &'static [&'static str],
+    /// Mission of the case with this parameter, and the value that it changes.
+    case: fn(f64) -> (&'static str, Change<'static>),
+    /// Changes that give the publication's own nonlinear program.
+    own_method: &'static [Change<'static>],
     findings: fn(&Solved<'_>, &mut [Comparison]) -> Result<(), Error>,
 }
 
@@ -125,7 +127,7 @@ pub struct Reproduction {
     pub name: &'static str,
     /// One line on the subject.
     pub title: &'static str,
-    /// Where the printed values stand.
+    /// The place of the printed values.
     pub source: &'static str,
     /// Tables in their order; those that were not reached have no rows.
     pub tables: Vec<Table>,
@@ -170,7 +172,7 @@ pub struct Row {
     pub parameter: f64,
     /// Printed quantities, the minimised one first.
     pub quantities: Vec<Comparison>,
-    /// Where the solution of the publication's own nonlinear program leads; none if it does not converge.
+    /// The end to which the solution of the publication's own nonlinear program leads; none if it does not converge.
     pub miss: Option<Miss>,
     /// Variables and constraints of that program.
     pub size: Option<(usize, usize)>,
@@ -185,7 +187,7 @@ pub struct Row {
 pub struct Comparison {
     /// Key of the quantity among the mission's results.
     pub key: &'static str,
-    /// As printed.
+    /// The printed value.
     pub paper: f64,
     /// By the publication's own nonlinear program.
     pub paper_nlp: Option<f64>,
@@ -362,7 +364,7 @@ impl Work<'_> {
     fn row(&mut self, printed: &'static PrintedRow) -> Result<Option<Row>, Error> {
         let mission = self.mission(printed, &[])?;
         let Some(radau) = self.solve(&mission, None)? else { return Ok(None) };
-        let refined = self.mission(printed, &["method=flatness"])?;
+        let refined = self.mission(printed, &[change::word("method", "flatness")])?;
         let Some(flatness) = self.solve(&refined, None)? else { return Ok(None) };
         let own = self.mission(printed, self.printed.own_method)?;
         let Some(own) = self.own(&own, &radau)? else { return Ok(None) };
@@ -416,11 +418,9 @@ impl Work<'_> {
         Ok(Some(row))
     }
 
-    fn mission(&self, printed: &PrintedRow, method: &[&str]) -> Result<Pipeline, Error> {
+    fn mission(&self, printed: &PrintedRow, method: &[Change<'_>]) -> Result<Pipeline, Error> {
         let (name, case) = (self.printed.case)(printed.parameter);
-        let mut overrides = vec![case];
-        overrides.extend(method.iter().map(|m| (*m).to_owned()));
-        Ok(crate::load(name, &overrides)?.with_threads(self.threads))
+        Ok(load(name, &[&[case], method].concat())?.with_threads(self.threads))
     }
 
     fn solve(&mut self, mission: &Pipeline, start: Option<&Trajectory>) -> Result<Option<Outcome>, Error> {

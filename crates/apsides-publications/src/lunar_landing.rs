@@ -11,6 +11,7 @@ use apsides_ode::{FnSystem, Integrator, OdeSettings, Status};
 use apsides_verify::{VerifySettings, verify};
 
 use super::{Comparison, Content, FindingKind, Miss, PrintedRow, PrintedTable, Publication, Solved};
+use crate::change::{Change, number, word};
 use crate::{Error, Outcome, Pipeline};
 
 const TIME: &str = "flight_time_s";
@@ -37,13 +38,13 @@ pub(super) const PUBLICATION: Publication = Publication {
     content: Content::Tables(&[TABLE_2, TABLE_3]),
 };
 
-const OWN_METHOD: &[&str] = &[
-    "method=flatness",
-    "flatness.order=6",
-    "flatness.intervals=10",
-    "flatness.points=15",
-    "flatness.placement=uniform",
-    "flatness.max_refinements=0",
+const OWN_METHOD: &[Change<'static>] = &[
+    word("method", "flatness"),
+    number("flatness.order", 6.0),
+    number("flatness.intervals", 10.0),
+    number("flatness.points", 15.0),
+    word("flatness.placement", "uniform"),
+    number("flatness.max_refinements", 0.0),
 ];
 
 const TABLE_2: PrintedTable = PrintedTable {
@@ -77,9 +78,9 @@ const TABLE_2: PrintedTable = PrintedTable {
     remarks: &[],
     case: |altitude| {
         if altitude == ORBIT_KM {
-            ("lunar-direct", format!("orbit_altitude_km={altitude}"))
+            ("lunar-direct", number("orbit_altitude_km", altitude))
         } else {
-            ("lunar-perilune", format!("perilune_altitude_km={altitude}"))
+            ("lunar-perilune", number("perilune_altitude_km", altitude))
         }
     },
     own_method: OWN_METHOD,
@@ -114,7 +115,7 @@ const TABLE_3: PrintedTable = PrintedTable {
          second one it has 62 and the same times.",
         "Altitude and mass at the gate determine the speed there and the time of an upright descent at full thrust.",
     ],
-    case: |gate| ("lunar-two-phase", format!("gate_altitude_km={gate}")),
+    case: |gate| ("lunar-two-phase", number("gate_altitude_km", gate)),
     own_method: OWN_METHOD,
     findings: |found, quantities| {
         bounds(quantities);

@@ -4,6 +4,7 @@ use apsides_nlp::Status;
 use apsides_ocp::Trajectory;
 
 use super::sheet::Sheet;
+use crate::change::Change;
 use crate::{Error, Observer, Outcome, Pipeline};
 
 /// The reason that ends the work on a number.
@@ -45,14 +46,15 @@ pub(super) fn ended(problem: &str, method: &str, status: Status) -> Result<(), S
 /// A mission by its own method, from its own guess or from a solution.
 pub(super) fn solved(
     name: &str,
-    overrides: &[String],
+    changes: &[Change<'_>],
     threads: usize,
     start: Option<&Trajectory>,
     observer: &mut dyn Observer,
 ) -> Result<(Pipeline, Outcome), Stop> {
-    let mission = crate::load(name, overrides)?.with_threads(threads);
+    let mission = crate::load(name, changes)?.with_threads(threads);
     let outcome = mission.solve(start, observer)?;
-    let place = format!("{name} with {}", overrides.join(", "));
+    let changed: Vec<String> = changes.iter().map(ToString::to_string).collect();
+    let place = format!("{name} with {}", changed.join(", "));
     ended(&place, &outcome.summary.method, outcome.status)?;
     match outcome.explanation {
         Some(why) => Err(Stop::NotSolved(format!("{place}: {why}"))),

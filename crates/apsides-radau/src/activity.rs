@@ -48,7 +48,7 @@ const AT_BOUND: f64 = 1e-5;
 /// Excess of a bound that was left out, relative to the range, from which on it is not clear of it.
 const VIOLATION: f64 = 1e-8;
 
-/// Where a quantity stands.
+/// The place of a quantity between its bounds.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Class {
     Lower,

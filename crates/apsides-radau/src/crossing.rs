@@ -111,7 +111,7 @@ fn ordered(mut passages: Vec<Passage>) -> Vec<Passage> {
     passages
 }
 
-/// Where states pass kinks; a crossing of the mesh keeps its place.
+/// The passages of states over kinks; a crossing of the mesh keeps its place.
 fn passages(phase: &Phase, t: &PhaseTrajectory) -> Vec<Passage> {
     let (mut found, mut x): (Vec<Passage>, _) = (Vec::new(), vec![0.0; phase.states.len()]);
     if phase.kinks.is_empty() {

@@ -1,4 +1,4 @@
-//! Where everything stands in the decision vector and in the constraint vector.
+//! Places in the decision vector and in the constraint vector.
 //!
 //! Variables: per phase, node after node `[x, u]`, the end node with `[x]` alone, then the start time, the times of the
 //! breaks and the end time; the static parameters come last. Constraints: per phase, node after node `[defects, path

@@ -13,7 +13,7 @@ use apsides_transcription::{Workers, in_pieces, write_next};
 
 use crate::layout::{ArcLayout, CollocationPhase};
 
-/// Where the outputs of a term go.
+/// The place to which the outputs of a term go.
 #[derive(Clone, Copy)]
 pub(crate) enum Target {
     /// Output `k` at node `i` of the arc goes to row `first + i * stride + k`.

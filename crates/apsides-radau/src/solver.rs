@@ -457,7 +457,7 @@ impl Radau {
 }
 
 impl Solved {
-    /// That of a solve that was not followed up.
+    /// The solution of a solve that was not followed up.
     fn first(trajectory: Trajectory, report: SolveReport, mesh: Mesh) -> Self {
         let (accurate, stalled, finished) = (false, false, false);
         Self { trajectory, report, switches: Vec::new(), accurate, stalled, finished, plain: mesh }

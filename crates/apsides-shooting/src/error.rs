@@ -12,7 +12,7 @@ pub enum ShootingError {
     /// A size does not fit the problem.
     #[error("{place}: expected {expected} {what}, found {found}")]
     Dimension {
-        /// Where.
+        /// The place.
         place: String,
         /// The things that are counted.
         what: &'static str,
@@ -34,7 +34,7 @@ pub enum ShootingError {
     /// The start cannot be used.
     #[error("start, {place}: {reason}")]
     Start {
-        /// Where.
+        /// The place.
         place: String,
         /// The missing part, and what to do.
         reason: String,
@@ -42,7 +42,7 @@ pub enum ShootingError {
     /// The method does not cover the problem.
     #[error("{place}: {what} is beyond indirect shooting; {remedy}")]
     Unsupported {
-        /// Where.
+        /// The place.
         place: String,
         /// The feature that is not covered.
         what: String,
@@ -52,7 +52,7 @@ pub enum ShootingError {
     /// A profile or the rules of its flights do not fit the problem.
     #[error("profile, {place}: {reason}")]
     Profile {
-        /// Where.
+        /// The place.
         place: String,
         /// The misfit, and what to do.
         reason: String,

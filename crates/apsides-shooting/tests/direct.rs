@@ -10,6 +10,15 @@ use apsides_radau::Radau;
 use apsides_shooting::direct::{MultipleShooting, MultipleShootingSettings, SegmentEnds, ShootingSolution};
 use apsides_verify::{CheckKind, Verdict, VerifySettings, verify};
 
+/// Discretisation: the steps and control points of the transcription.
+const MESH: f64 = 1e-6;
+
+/// Solver: the tolerances at which the iterations stop.
+const SOLVER: f64 = 1e-8;
+
+/// Round-off of the arithmetic.
+const ROUNDING: f64 = 1e-12;
+
 fn solved(name: &str, settings: MultipleShootingSettings) -> (Ocp, ShootingSolution) {
     let problem = find(name).unwrap();
     let case = problem.pose().unwrap();
@@ -124,8 +133,8 @@ fn costates_of_the_hanging_chain() {
     let (_, solution) = solved("hanging_chain", settings);
     let tolerance = 3.0 * (gain * solution.trajectory.objective).sqrt();
     let (a, b) = (0.163_697_529_524_834_f64, 0.410_079_941_219_704);
-    assert!((2.0 * a * (0.5 / a).sinh() - 12f64.sqrt()).abs() < 1e-12);
-    assert!((((0.5 - b) / a).tanh() - 0.5).abs() < 1e-12);
+    assert!((2.0 * a * (0.5 / a).sinh() - 12f64.sqrt()).abs() < ROUNDING);
+    assert!((((0.5 - b) / a).tanh() - 0.5).abs() < ROUNDING);
     let costate = solution.trajectory.phases[0].costate.as_ref().unwrap();
     for k in 0..=40 {
         let t = f64::from(k) / 40.0;
@@ -160,7 +169,7 @@ fn the_other_method_and_continuous_controls_find_the_same() {
             control.evaluate_in(k - 1, control.breaks()[k], &mut before);
             control.evaluate_in(k, control.breaks()[k], &mut after);
             for (a, b) in before.iter().zip(&after) {
-                assert!((a - b).abs() < 1e-12, "{name}, node {k}: {a} {b}");
+                assert!((a - b).abs() < ROUNDING, "{name}, node {k}: {a} {b}");
             }
         }
     }
@@ -230,10 +239,10 @@ fn unknown_segment_ends_find_a_switch() {
         let phase = &solution.trajectory.phases[0];
         let middle = 0.5 * (phase.initial_time + phase.final_time);
         let nearest = phase.control.breaks().iter().map(|t| (t - middle).abs()).fold(1.0, f64::min);
-        assert!(nearest < 1e-6, "{control_points} points: {:?}", phase.control.breaks());
+        assert!(nearest < MESH, "{control_points} points: {:?}", phase.control.breaks());
         let optimum = apsides_problems::find("di_bang_bang").unwrap().optimum;
         let difference = optimum.relative_difference(solution.trajectory.objective);
-        assert!(difference.abs() < 1e-7, "{control_points} points: {difference}");
+        assert!(difference.abs() < 0.1 * MESH, "{control_points} points: {difference}");
     }
 }
 
@@ -260,17 +269,17 @@ fn constraint_points_apart_from_control_points() {
 fn costates_of_the_double_integrator() {
     let ocp = cart(f64::INFINITY);
     let s = MultipleShooting::default().solve(&ocp, &Guess::linear(&ocp)).unwrap();
-    assert!((s.trajectory.objective - 6.0).abs() < 1e-10);
+    assert!((s.trajectory.objective - 6.0).abs() < 1e-2 * SOLVER);
     let p = &s.trajectory.phases[0];
     for t in [0.0, 0.25, 0.61, 1.0] {
         let mut costate = [0.0; 2];
         p.costate.as_ref().unwrap().evaluate(t, &mut costate);
         assert!(
-            (costate[0] + 12.0).abs() < 1e-8 && (costate[1] - (12.0 * t - 6.0)).abs() < 1e-8,
+            (costate[0] + 12.0).abs() < SOLVER && (costate[1] - (12.0 * t - 6.0)).abs() < SOLVER,
             "{costate:?}"
         );
-        assert!((p.control_at(t)[0] - (6.0 - 12.0 * t)).abs() < 1e-8);
-        assert!((p.state_at(t)[0] - (3.0 * t * t - 2.0 * t * t * t)).abs() < 1e-10);
+        assert!((p.control_at(t)[0] - (6.0 - 12.0 * t)).abs() < SOLVER);
+        assert!((p.state_at(t)[0] - (3.0 * t * t - 2.0 * t * t * t)).abs() < 1e-2 * SOLVER);
     }
 }
 
@@ -283,7 +292,7 @@ fn a_state_bound_between_the_nodes() {
     let settings = MultipleShootingSettings { intervals: 3, ..Default::default() };
     let s = MultipleShooting { settings }.solve(&ocp, &Guess::linear(&ocp)).unwrap();
     assert!(s.accurate, "{:#?}", s.meshes);
-    assert!((s.trajectory.objective - 7.68).abs() < 1e-5, "{}", s.trajectory.objective);
+    assert!((s.trajectory.objective - 7.68).abs() < 10.0 * MESH, "{}", s.trajectory.objective);
     let p = &s.trajectory.phases[0];
     assert!((0..=1000).all(|k| p.state_at(f64::from(k) / 1000.0)[1] < 1.2 + 1e-6));
 }
@@ -319,8 +328,8 @@ fn a_parameter_and_a_free_time_without_controls() {
     let s = MultipleShooting::default().solve(&ocp, &Guess::linear(&ocp)).unwrap();
     assert!(s.status.is_success() && s.accurate);
     let root = std::f64::consts::LN_2.sqrt();
-    assert!((s.trajectory.parameters[0] - root).abs() < 1e-8, "{:?}", s.trajectory.parameters);
-    assert!((s.trajectory.phases[0].final_time - root).abs() < 1e-8);
+    assert!((s.trajectory.parameters[0] - root).abs() < SOLVER, "{:?}", s.trajectory.parameters);
+    assert!((s.trajectory.phases[0].final_time - root).abs() < SOLVER);
 }
 
 /// Solutions of either method start the other; the second needs few iterations.
@@ -332,7 +341,7 @@ fn a_solution_by_collocation_is_a_start() {
     assert!(shot.status.is_success() && shot.accurate);
     assert!(shot.meshes[0].counters.iterations <= 6, "{:#?}", shot.meshes[0]);
     let difference = shot.trajectory.objective - collocated.trajectory.objective;
-    assert!(difference.abs() < 1e-6 * collocated.trajectory.objective, "{difference}");
+    assert!(difference.abs() < MESH * collocated.trajectory.objective, "{difference}");
 }
 
 /// Unstable equations over segments of 1000 time units leave the range of numbers: no error, a status and the start.
@@ -344,7 +353,7 @@ fn a_diverging_integration_is_a_status() {
     assert!(!s.accurate);
     let mut x = [0.0];
     case.guess.phases[0].state(0.5, &mut x);
-    assert!((s.trajectory.phases[0].state_at(5000.0)[0] - x[0]).abs() < 1e-9);
+    assert!((s.trajectory.phases[0].state_at(5000.0)[0] - x[0]).abs() < 0.1 * SOLVER);
 }
 
 /// Not a number from the model, everywhere.
@@ -435,7 +444,7 @@ fn constant_controls() {
     let settings =
         MultipleShootingSettings { intervals: 5, points: 1, max_refinements: 0, ..Default::default() };
     let s = MultipleShooting { settings }.solve(&ocp, &Guess::linear(&ocp)).unwrap();
-    assert!((s.trajectory.objective - 6.25).abs() < 1e-9, "{}", s.trajectory.objective);
+    assert!((s.trajectory.objective - 6.25).abs() < 0.1 * SOLVER, "{}", s.trajectory.objective);
     assert!(!s.accurate);
     let gain = s.meshes[0].control_gain;
     assert!(gain > 0.01 && gain < 0.4, "the gain is 0.04 of the objective: {gain}");

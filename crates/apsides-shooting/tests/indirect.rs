@@ -11,6 +11,12 @@ use apsides_shooting::indirect::{
 };
 use apsides_verify::{Verdict, VerifySettings, verify};
 
+/// Published: half a unit of the last digit that the source prints, or a few of them where it was computed with less.
+const PUBLISHED: f64 = 1e-6;
+
+/// Solver: the tolerance of both iterations on the costates, in the objective to second order.
+const SOLVER: f64 = 1e-12;
+
 /// The same costates at both ends of the only phase.
 fn both(costates: Vec<f64>) -> [[Vec<f64>; 2]; 1] {
     [[costates.clone(), costates]]
@@ -95,7 +101,7 @@ fn smoothing_leads_to_the_switch() {
     }
     assert_verified("moon_lander_soft", &case.ocp, &continued.solution);
     let [switch] = continued.solution.switches[0][..] else { panic!("one switch") };
-    assert!((switch.time - 0.239_259).abs() < 1e-6 && switch.rises);
+    assert!((switch.time - 0.239_259).abs() < PUBLISHED && switch.rises);
 }
 
 /// Linear tangent steering to heights from 5 to 15 from the solution at 5; the last one again from its own costates.
@@ -115,7 +121,11 @@ fn a_family_is_followed() {
     let last = family(1.0).unwrap();
     let radau = Radau::default().solve(&last, &Guess::linear(&last)).unwrap();
     let time = continued.solution.trajectory.unwrap().objective;
-    assert!((time - radau.trajectory.objective).abs() < 1e-9, "{time} {}", radau.trajectory.objective);
+    assert!(
+        (time - radau.trajectory.objective).abs() < 1e3 * SOLVER,
+        "{time} {}",
+        radau.trajectory.objective
+    );
 }
 
 /// An angle that is known to be that of a direction has the same solution as by Newton's method.
@@ -128,9 +138,9 @@ fn directions_agree_with_newton() {
     let newton = solve(&ocp);
     ocp.phases[0].directions.push(Direction::InPlane { angle: 0 });
     let closed = solve(&ocp);
-    assert!((closed.objective - newton.objective).abs() < 1e-12);
+    assert!((closed.objective - newton.objective).abs() < SOLVER);
     for t in [0.0, 0.2, 0.5] {
-        assert!((closed.phases[0].control_at(t)[0] - newton.phases[0].control_at(t)[0]).abs() < 1e-9);
+        assert!((closed.phases[0].control_at(t)[0] - newton.phases[0].control_at(t)[0]).abs() < 1e3 * SOLVER);
     }
 }
 

@@ -8,6 +8,9 @@ use apsides_shooting::indirect::{IndirectSettings, IndirectShooting, IndirectSta
 use nalgebra::{Matrix2, Matrix4, Vector2, Vector4};
 use proptest::prelude::*;
 
+/// Discretisation: the tolerances of the integration and what its steps add up to.
+const INTEGRATION: f64 = 1e-8;
+
 /// `x' = A x + b u` with the cost `(x^T Q x + r u^2) / 2 + u s^T x`.
 #[derive(Clone, Copy, Debug)]
 struct Plant {
@@ -120,15 +123,15 @@ proptest! {
             let x = found.state_at(t);
             for i in 0..2 {
                 let costate = found.costate.as_ref().unwrap().component(t, i);
-                prop_assert!((x[i] - exact[i]).abs() < 1e-8 * size, "state {i} at {t}: {} {}", x[i], exact[i]);
+                prop_assert!((x[i] - exact[i]).abs() < INTEGRATION * size, "state {i} at {t}: {} {}", x[i], exact[i]);
                 let off = (costate - exact[2 + i]).abs();
-                prop_assert!(off < 1e-8 * size, "costate {i} at {t}: {costate} {}", exact[2 + i]);
+                prop_assert!(off < INTEGRATION * size, "costate {i} at {t}: {costate} {}", exact[2 + i]);
             }
             let control = -(plant.s[0] * exact[0] + plant.s[1] * exact[1] + plant.b[0] * exact[2] + plant.b[1] * exact[3]) / plant.r;
-            prop_assert!((found.control_at(t)[0] - control).abs() < 1e-8 * size);
+            prop_assert!((found.control_at(t)[0] - control).abs() < INTEGRATION * size);
         }
         let end = last * first;
         let cost = 0.5 * (costate.dot(&Vector2::from(start)) - end[2] * end[0] - end[3] * end[1]);
-        prop_assert!((trajectory.objective - cost).abs() < 1e-8 * size, "{} {cost}", trajectory.objective);
+        prop_assert!((trajectory.objective - cost).abs() < INTEGRATION * size, "{} {cost}", trajectory.objective);
     }
 }

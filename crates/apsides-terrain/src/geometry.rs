@@ -1,4 +1,4 @@
-//! Where the pixels of a raster are.
+//! Places of the pixels of a raster.
 
 use serde::{Deserialize, Serialize};
 

@@ -126,6 +126,9 @@ mod tests {
     use crate::Geometry;
     use crate::ray::tests::{meets_by_definition, rough};
 
+    /// Round-off of single precision, in which rasters are stored.
+    const SINGLE: f64 = 1e-6;
+
     fn deg(x: f64) -> f64 {
         x.to_radians()
     }
@@ -145,7 +148,7 @@ mod tests {
         let normal = [-by_east, -by_north, 1.0_f64].map(|x| x / 1.05_f64.sqrt());
         let expected: f64 = normal.iter().zip(sun.direction()).map(|(a, b)| a * b).sum();
         for found in incidence(&map, &sun).unwrap().data() {
-            assert!((f64::from(*found) - expected).abs() < 1e-6);
+            assert!((f64::from(*found) - expected).abs() < SINGLE);
         }
     }
 

@@ -39,7 +39,7 @@ impl ElevationMap {
         Ok(ElevationMap { relative, datum })
     }
 
-    /// Where the pixels are.
+    /// The places of the pixels.
     pub fn geometry(&self) -> &Geometry {
         self.relative.geometry()
     }
@@ -91,12 +91,15 @@ impl ElevationMap {
 mod tests {
     use super::*;
 
+    /// Round-off of single precision, in which rasters are stored.
+    const SINGLE: f64 = 1e-6;
+
     #[test]
     fn heights_keep_their_resolution_far_from_zero() {
         let geometry = Geometry::square(1, 4, 1.0).unwrap();
         let map = ElevationMap::from_heights(geometry, &[-4450.001, -4449.9997, f64::NAN, -4440.0]).unwrap();
-        assert!((map.height(0, 0).unwrap() + 4450.001).abs() < 1e-6);
-        assert!((map.height(0, 1).unwrap() + 4449.9997).abs() < 1e-6);
+        assert!((map.height(0, 0).unwrap() + 4450.001).abs() < SINGLE);
+        assert!((map.height(0, 1).unwrap() + 4449.9997).abs() < SINGLE);
         assert_eq!((map.height(0, 2), map.gaps()), (None, 1));
         assert_eq!(map.range().unwrap()[1], -4440.0);
     }

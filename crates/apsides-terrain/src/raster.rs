@@ -25,7 +25,7 @@ impl<T> Raster<T> {
         Ok(Raster { geometry, data })
     }
 
-    /// Where the pixels are.
+    /// The places of the pixels.
     pub fn geometry(&self) -> &Geometry {
         &self.geometry
     }

@@ -152,6 +152,9 @@ mod tests {
     use super::*;
     use crate::MapUnit;
 
+    /// Round-off of single precision, in which rasters are stored.
+    const SINGLE: f64 = 1e-5;
+
     fn plane(rows: usize, cols: usize) -> ElevationMap {
         let geometry = Geometry::new(rows, cols, [1.0; 2], [100.0, 200.0], MapUnit::Metre).unwrap();
         let heights: Vec<f64> = (0..rows * cols).map(|k| height(&geometry, k / cols, k % cols)).collect();
@@ -178,7 +181,7 @@ mod tests {
             assert_eq!(g.position(-0.5, -0.5), map.geometry().position(-0.5, -0.5));
             for (row, col) in [(1, 1), (2, 3), (size.0 - 2, size.1 - 2)] {
                 let error = (new.height(row, col).unwrap() - height(g, row, col)).abs();
-                assert!(error < 1e-5, "{pixel} {by:?} {row} {col}: {error}");
+                assert!(error < SINGLE, "{pixel} {by:?} {row} {col}: {error}");
             }
         }
     }
@@ -211,7 +214,7 @@ mod tests {
             m.relative().data().iter().map(|&z| f64::from(z)).sum::<f64>() / m.geometry().pixels() as f64
         };
         for level in &levels {
-            assert!((mean(level) - mean(&map)).abs() < 1e-5);
+            assert!((mean(level) - mean(&map)).abs() < SINGLE);
         }
         assert!(pyramid(&plane(1, 1), 1).unwrap().is_empty());
     }

@@ -10,6 +10,9 @@ use apsides_terrain::site::{SiteRequest, SiteRule, choose_sites};
 use apsides_terrain::{ElevationMap, Geometry, TerrainError};
 use proptest::prelude::*;
 
+/// Round-off of single precision, in which rasters are stored.
+const SINGLE: f32 = 1e-5;
+
 /// Everything is tested, and about half of a rough map is safe.
 const CRITERIA: SiteCriteria = SiteCriteria {
     footprint_radius_m: 2.3,
@@ -105,8 +108,8 @@ proptest! {
                 mirrored[row * cols + cols - 1 - col] = heights[row * cols + col];
             }
         }
-        agree(&one, &hazards(cols, rows, &turned), |row, col| (col, rows - 1 - row), 1e-5);
-        agree(&one, &hazards(rows, cols, &mirrored), |row, col| (row, cols - 1 - col), 1e-5);
+        agree(&one, &hazards(cols, rows, &turned), |row, col| (col, rows - 1 - row), SINGLE);
+        agree(&one, &hazards(rows, cols, &mirrored), |row, col| (row, cols - 1 - col), SINGLE);
     }
 
     #[test]
@@ -116,7 +119,7 @@ proptest! {
         let plane = Plane { height_m: constant, ..PLANE };
         let options = HazardOptions { plane: Some(plane), ..all() };
         let other = hazard_map_with(&map_of(40, 40, &higher), &CRITERIA, &options).unwrap();
-        agree(&hazards(40, 40, &heights), &other, |row, col| (row, col), 1e-5);
+        agree(&hazards(40, 40, &heights), &other, |row, col| (row, col), SINGLE);
     }
 
     #[test]
@@ -134,7 +137,7 @@ proptest! {
         let slope = east.hypot(north).atan() as f32;
         // Heights are rounded to 2^-21 m or less, over lengths of 1 m or more.
         let near = |layer: Layer, map: &HazardMap, value: f32| {
-            map.layer(layer).unwrap().data().iter().all(|z| z.is_nan() || (z - value).abs() < 5e-6)
+            map.layer(layer).unwrap().data().iter().all(|z| z.is_nan() || (z - value).abs() < 0.5 * SINGLE)
         };
         prop_assert!(near(Layer::Slope, &found, slope));
         prop_assert!(near(Layer::Roughness, &found, 0.0));

@@ -23,7 +23,7 @@ pub enum StartingPoint {
 /// The structure is found once; evaluations write into the caller's slices. Bounds, start and scales may be changed before a
 /// solve.
 pub struct Transcription<D: Discretisation> {
-    /// Where everything stands.
+    /// The places of variables and rows.
     pub layout: Layout<D::Phase>,
     /// The terms along the phases.
     pub discretisation: D,

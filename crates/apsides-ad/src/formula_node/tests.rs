@@ -2,10 +2,11 @@ use num_dual::{Dual2_64, DualNum, HyperDual64};
 use proptest::prelude::*;
 
 use super::*;
+use crate::error::Taker;
 use crate::formula::{Binary, Operation, Unary};
 use crate::{
-    BicubicSpline, Condition, CubicSpline, Dual, FormulaBuilder, FormulaError, HyperDual, Outside, Pchip,
-    Scalar, Table, Value, VectorFunction, vector, vector_node,
+    AdError, BicubicSpline, Condition, CubicSpline, Dual, FormulaBuilder, HyperDual, Outside, Pchip, Scalar,
+    Table, Value, VectorFunction, vector, vector_node,
 };
 
 /// Round-off of two orders of the same sums, relative to the largest number of a derivative.
@@ -373,17 +374,20 @@ fn mistakes_are_errors() {
         Formula::new(2, operations, tables, outputs).unwrap_err()
     };
     let sum = |a, b| Operation::Binary(Binary::Add, a, b);
-    assert_eq!(new(vec![sum(0, 2)], vec![], vec![]), FormulaError::Operand { operation: 0, value: 2 });
-    assert_eq!(new(vec![sum(0, 1)], vec![], vec![3]), FormulaError::Output { output: 0, value: 3 });
+    assert_eq!(
+        new(vec![sum(0, 2)], vec![], vec![]),
+        AdError::Operand { taker: Taker::Operation(0), value: 2 }
+    );
+    assert_eq!(new(vec![sum(0, 1)], vec![], vec![3]), AdError::Operand { taker: Taker::Output(0), value: 3 });
     let table = || tables()[0].clone();
-    let outside = FormulaError::Table { operation: 0, table: 1 };
+    let outside = AdError::Table { operation: 0, table: 1 };
     assert_eq!(new(vec![Operation::Curve(1, 0)], vec![table()], vec![]), outside);
-    let surface = FormulaError::Table { operation: 0, table: 0 };
+    let surface = AdError::Table { operation: 0, table: 0 };
     assert_eq!(new(vec![Operation::Surface(0, 0, 1)], vec![table()], vec![]), surface);
-    let nan = FormulaError::NotANumber { operation: 0 };
+    let nan = AdError::NotANumber { operation: 0 };
     assert_eq!(new(vec![Operation::Constant(f64::NAN)], vec![], vec![]), nan);
     assert_eq!(new(vec![Operation::Powf(0, f64::NAN)], vec![], vec![]), nan);
-    assert_eq!(Formula::new(usize::MAX, vec![], vec![], vec![]), Err(FormulaError::TooLarge));
+    assert_eq!(Formula::new(usize::MAX, vec![], vec![], vec![]), Err(AdError::TooLarge));
 
     let build = |f: fn(&mut FormulaBuilder, Value) -> Value| {
         let mut b = FormulaBuilder::new(2);
@@ -393,23 +397,23 @@ fn mistakes_are_errors() {
         assert_eq!(b.error(), b.formula(&[y]).err());
         b.formula(&[y]).unwrap_err()
     };
-    assert_eq!(build(|b, _| b.input(2)), FormulaError::Input { index: 2, inputs: 2 });
+    assert_eq!(build(|b, _| b.input(2)), AdError::Input { index: 2, inputs: 2 });
     assert_eq!(build(|b, _| b.constant(f64::NAN)), nan);
     assert_eq!(build(|b, x| b.powf(x, f64::NAN)), nan);
-    assert_eq!(build(|b, x| b.smooth_abs(x, 0.0)), FormulaError::Width);
-    assert_eq!(build(|b, x| b.smooth_step(x, f64::NAN)), FormulaError::Width);
+    assert_eq!(build(|b, x| b.smooth_abs(x, 0.0)), AdError::Width);
+    assert_eq!(build(|b, x| b.smooth_step(x, f64::NAN)), AdError::Width);
     assert_eq!(build(|b, x| b.curve(0, x)), surface);
-    assert_eq!(build(|b, _| FormulaBuilder::new(1).input(0).pipe(|x| b.cos(x))), FormulaError::Foreign);
-    assert_eq!(build(|b, x| FormulaBuilder::new(1).input(0).pipe(|y| b.add(x, y))), FormulaError::Foreign);
+    assert_eq!(build(|b, _| FormulaBuilder::new(1).input(0).pipe(|x| b.cos(x))), AdError::Foreign);
+    assert_eq!(build(|b, x| FormulaBuilder::new(1).input(0).pipe(|y| b.add(x, y))), AdError::Foreign);
     let no_root = |b: &mut FormulaBuilder, _: Value| {
         let minus = b.constant(-1.0);
         b.sqrt(minus)
     };
-    assert_eq!(build(no_root), FormulaError::NotANumber { operation: 1 });
-    assert_eq!(FormulaBuilder::new(usize::MAX).error(), Some(FormulaError::TooLarge));
+    assert_eq!(build(no_root), AdError::NotANumber { operation: 1 });
+    assert_eq!(FormulaBuilder::new(usize::MAX).error(), Some(AdError::TooLarge));
     let foreign = FormulaBuilder::new(1).input(0);
-    assert_eq!(FormulaBuilder::new(1).formula(&[foreign]), Err(FormulaError::Foreign));
-    for error in [nan, outside, FormulaError::Foreign, FormulaError::Width, FormulaError::TooLarge] {
+    assert_eq!(FormulaBuilder::new(1).formula(&[foreign]), Err(AdError::Foreign));
+    for error in [nan, outside, AdError::Foreign, AdError::Width, AdError::TooLarge] {
         assert!(!error.to_string().is_empty());
     }
 }

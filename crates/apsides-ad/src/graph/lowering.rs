@@ -3,7 +3,7 @@
 
 use std::collections::{HashMap, VecDeque};
 
-use super::{Graph, Node, Term};
+use super::{Graph, Term, Vertex};
 use crate::formula::Unary;
 use crate::program::{Instruction, Op, Program};
 
@@ -138,7 +138,7 @@ impl Lowering<'_> {
         families
     }
 
-    fn share(&mut self, node: Node, results: [Term; 6]) {
+    fn share(&mut self, node: Vertex, results: [Term; 6]) {
         let op = match node.op {
             Op::Curve(_) => Op::CurveJet,
             Op::Surface(_) => Op::SurfaceJet,
@@ -153,7 +153,7 @@ impl Lowering<'_> {
     }
 
     /// Chooses the instruction of a term.
-    fn select(&mut self, term: Term, node: Node) {
+    fn select(&mut self, term: Term, node: Vertex) {
         let [a, b, _] = node.operands;
         let numbers = match node.op.arity() {
             2 => [a, b].map(|k| self.graph.number(k)),
@@ -179,7 +179,7 @@ impl Lowering<'_> {
     }
 
     /// A sum with a product that is used here alone computes it, rounded like apart.
-    fn select_product(&mut self, term: Term, node: Node) {
+    fn select_product(&mut self, term: Term, node: Vertex) {
         let [a, b, _] = node.operands;
         let alone = |k: Term| {
             (self.graph.nodes[k as usize].op == Op::Mul && self.uses[k as usize] == 1 && a != b).then_some(k)
@@ -211,7 +211,7 @@ fn is_shared(op: Op) -> bool {
     matches!(op, Op::Unary(Unary::Sin | Unary::Cos) | Op::Curve(_) | Op::Surface(_))
 }
 
-fn family(node: &Node) -> Family {
+fn family(node: &Vertex) -> Family {
     let kind = match node.op {
         Op::Curve(_) => 0,
         Op::Surface(_) => 1,

@@ -121,8 +121,8 @@ fn derivatives_against_closed_forms() {
         for x in points(&basis) {
             let size = x.abs().max(1.0);
             close(value(&basis, &greville, 0, x), x, 4.0 * ROUNDING * size);
-            close(value(&basis, &greville, 1, x), 1.0, 1e-13);
-            close(value(&basis, &greville, 2, x), 0.0, 1e-10);
+            close(value(&basis, &greville, 1, x), 1.0, 25.0 * ROUNDING);
+            close(value(&basis, &greville, 2, x), 0.0, 25000.0 * ROUNDING);
             let mut factor = 1.0;
             for d in 0..=degree.min(4) {
                 let expected = factor * (y - x).powi((degree - d) as i32);
@@ -189,7 +189,7 @@ fn ends_of_clamped_splines_are_coefficients() {
     assert_eq!(value(&basis, &c, 0, 0.0), 0.0);
     assert_eq!(value(&basis, &c, 0, 1.0), 14.0);
     // First derivative at the start: degree times the difference over the first knot interval.
-    close(value(&basis, &c, 1, 0.0), 5.0 / 0.1, 1e-12);
+    close(value(&basis, &c, 1, 0.0), 5.0 / 0.1, 250.0 * ROUNDING);
     let greville = basis.greville().unwrap();
     assert_eq!((greville[0], greville[14]), (0.0, 1.0));
     close(greville[1], 0.02, ROUNDING);

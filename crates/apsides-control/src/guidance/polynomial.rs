@@ -88,7 +88,7 @@ impl ThrustLimits {
 /// The law with its target.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct PolynomialLaw {
-    /// Where to be.
+    /// The state to reach.
     pub target: Target,
     /// The acceleration over time.
     pub profile: Profile,

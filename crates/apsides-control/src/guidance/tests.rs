@@ -8,6 +8,15 @@ use super::linear_radial::{DescentState, LinearRadialLaw};
 use super::polynomial::{PolynomialLaw, Profile, Target, ThrustCommand, ThrustLimits};
 use crate::ControlError;
 
+/// Discretisation: the tolerances of the integration and what its steps add up to.
+const INTEGRATION: f64 = 1e-6;
+
+/// Published: half a unit of the last digit that the source prints, or a few of them where it was computed with less.
+const PUBLISHED: f64 = 1e-2;
+
+/// Round-off of the arithmetic.
+const ROUNDING: f64 = 1e-12;
+
 const MU: f64 = 4.902_793_455e12;
 const MOON: f64 = 1_737_013.0;
 /// From here on commands are held.
@@ -79,14 +88,14 @@ const START: [f64; 5] = [MOON + 15e3, 0.0, 0.0, 1692.0, 2400.0];
 fn linear_radial_acceleration_over_the_planar_moon() {
     let nominal = flown(&law(), START);
     // What the angle, held, turns less over two seconds; the reference ends 0.11 m low and 0.02 m/s fast, by its steps.
-    assert!((nominal.radius - law().radius).abs() < 1e-2);
-    assert!((nominal.radial_speed - law().radial_speed).abs() < 1e-2);
-    assert!((nominal.horizontal_speed - law().horizontal_speed).abs() < 5e-3);
+    assert!((nominal.radius - law().radius).abs() < PUBLISHED);
+    assert!((nominal.radial_speed - law().radial_speed).abs() < PUBLISHED);
+    assert!((nominal.horizontal_speed - law().horizontal_speed).abs() < 0.5 * PUBLISHED);
     let gap = OPTIMUM_KG - nominal.mass;
     assert!((gap - 1.137_795).abs() < STEP_KG, "{gap}");
     // The same equations by SciPy (cubic radius, DOP853 at 1e-11): 413.672118121 s.
-    assert!((nominal.time - 413.672_118_121).abs() < 1e-6, "{}", nominal.time);
-    assert!((gap - 1.117_687_856).abs() < 1e-5, "{gap}");
+    assert!((nominal.time - 413.672_118_121).abs() < 1e-4 * PUBLISHED, "{}", nominal.time);
+    assert!((gap - 1.117_687_856).abs() < 1e-3 * PUBLISHED, "{gap}");
     assert!((nominal.downrange_km - 386.608_411).abs() < 0.015);
 }
 
@@ -94,7 +103,7 @@ fn linear_radial_acceleration_over_the_planar_moon() {
 fn the_range_is_what_comes_out() {
     let nominal = flown(&law(), START).downrange_km;
     let faster = flown(&law(), [START[0], 0.0, 0.0, 1695.0, 2400.0]);
-    assert!((faster.downrange_km - nominal - 1.223_090).abs() < 2e-3, "{}", faster.downrange_km);
+    assert!((faster.downrange_km - nominal - 1.223_090).abs() < 0.2 * PUBLISHED, "{}", faster.downrange_km);
     let engine = Engine::with_exhaust_velocity(0.97 * 7500.0, 2940.0).unwrap();
     let weaker = flown(&LinearRadialLaw { engine, ..law() }, START);
     assert!((weaker.downrange_km - nominal - 12.370_464).abs() < 0.015, "{}", weaker.downrange_km);
@@ -153,13 +162,13 @@ fn on_flat_ground_the_polynomials_meet_their_target() {
             Profile::Linear => {
                 // a0 + a1 t with both ends met.
                 let a1 = (6.0 * total * sum - 12.0 * way) / total.powi(3);
-                assert!((a[0] + a1 * total - a_t).abs() < 1e-12);
+                assert!((a[0] + a1 * total - a_t).abs() < ROUNDING);
             }
             Profile::Quadratic { jerk } => {
                 // a0 + a1 t + a2 t^2 with both ends and the last acceleration met.
                 let a2 = (a_t * total * total - 4.0 * sum * total + 6.0 * way) * 6.0 / total.powi(4);
                 let a1 = (a_t - a[0] - a2 * total * total) / total;
-                assert!((a1 + 2.0 * a2 * total - jerk).abs() < 1e-12, "{}", a1 + 2.0 * a2 * total);
+                assert!((a1 + 2.0 * a2 * total - jerk).abs() < ROUNDING, "{}", a1 + 2.0 * a2 * total);
             }
         }
         // Flown with the law asked at every moment.
@@ -174,14 +183,14 @@ fn on_flat_ground_the_polynomials_meet_their_target() {
         let mut x = [0.0; 6];
         integrator.integrate(&system, 0.0, &start, total - ASKED_UNTIL_S, &mut x).unwrap();
         let last = ask(&law, &x, ASKED_UNTIL_S);
-        assert!((last.time_to_go - ASKED_UNTIL_S).abs() < 1e-9, "{}", last.time_to_go);
+        assert!((last.time_to_go - ASKED_UNTIL_S).abs() < 1e3 * ROUNDING, "{}", last.time_to_go);
         let end = law.acceleration(&[x[0], x[1], x[2]], &[x[3], x[4], x[5]], ASKED_UNTIL_S);
         for k in 0..3 {
             // The acceleration changes by 1e-4 m/s2 over the time that it is held.
             let speed = x[3 + k] + ASKED_UNTIL_S * end[k];
             let place = x[k] + ASKED_UNTIL_S * (x[3 + k] + 0.5 * ASKED_UNTIL_S * end[k]);
-            assert!((place - TARGET.position[k]).abs() < 1e-6, "{place}");
-            assert!((speed - TARGET.velocity[k]).abs() < 2e-4, "{speed}");
+            assert!((place - TARGET.position[k]).abs() < INTEGRATION, "{place}");
+            assert!((speed - TARGET.velocity[k]).abs() < 200.0 * INTEGRATION, "{speed}");
         }
     }
 }
@@ -202,15 +211,15 @@ fn along_its_polynomial_the_linear_law_does_not_change_its_mind() {
     };
     for (k, x) in at(total).iter().enumerate() {
         let wanted = if k < 3 { TARGET.position[k] } else { TARGET.velocity[k - 3] };
-        assert!((x - wanted).abs() < 1e-11 * 9_000.0, "{x} {wanted}");
+        assert!((x - wanted).abs() < 10.0 * ROUNDING * 9_000.0, "{x} {wanted}");
     }
     for part in [0.2, 0.5, 0.9] {
         let t = part * total;
         let command = ask(&law, &at(t), total - t);
-        assert!((command.time_to_go - (total - t)).abs() < 1e-9);
+        assert!((command.time_to_go - (total - t)).abs() < 1e3 * ROUNDING);
         for k in 0..3 {
             let expected = 1000.0 * (a0[k] + a1[k] * t - GRAVITY[k]);
-            assert!((command.thrust[k] - expected).abs() < 1e-6);
+            assert!((command.thrust[k] - expected).abs() < 1e6 * ROUNDING);
         }
     }
 }
@@ -221,13 +230,13 @@ fn thrust_stays_within_its_limits() {
     let free = ask(&polynomial(Profile::Linear, 1e9), &start, 100.0);
     let size = |f: [f64; 3]| f.iter().map(|c| c * c).sum::<f64>().sqrt();
     let limited = ask(&polynomial(Profile::Linear, 1000.0), &start, 100.0);
-    assert!(limited.saturated && (size(limited.thrust) - 1000.0).abs() < 1e-9);
+    assert!(limited.saturated && (size(limited.thrust) - 1000.0).abs() < 1e3 * ROUNDING);
     for (a, b) in limited.thrust.iter().zip(free.thrust) {
-        assert!((a / 1000.0 - b / size(free.thrust)).abs() < 1e-12);
+        assert!((a / 1000.0 - b / size(free.thrust)).abs() < ROUNDING);
     }
     let limits = ThrustLimits::new(5e4, 6e4).unwrap();
     let least = ask(&PolynomialLaw { limits, ..polynomial(Profile::Linear, 1e9) }, &start, 100.0);
-    assert!(least.saturated && (size(least.thrust) - 5e4).abs() < 1e-9);
+    assert!(least.saturated && (size(least.thrust) - 5e4).abs() < 1e3 * ROUNDING);
     let refused = ThrustLimits::new(2.0, 1.0);
     assert!(
         matches!(refused, Err(ControlError::Parameter { what: "least thrust", value: 2.0, .. })),

@@ -172,7 +172,9 @@ fn a_branch_crosses_the_axis_at_the_gain_margin() {
         let [before, at, beyond] =
             [0.999, 1.0, 1.001].map(|k| open.continuous_root_locus(&[k * margin.margin]).unwrap().remove(0));
         assert!(before.poles.iter().all(|p| p.re < 0.0) && beyond.poles.iter().any(|p| p.re > 0.0));
-        let crosses = |p: &Eigenvalue| p.re.abs() < 1e-10 && (p.im - margin.frequency).abs() < 1e-10;
+        let crosses = |p: &Eigenvalue| {
+            p.re.abs() < 100.0 * ROUNDING && (p.im - margin.frequency).abs() < 100.0 * ROUNDING
+        };
         assert!(at.poles.iter().any(crosses), "{margin:?} {at:?}");
     }
 }

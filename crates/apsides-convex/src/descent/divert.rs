@@ -4,7 +4,7 @@ use apsides_basis::try_golden_section;
 use apsides_conic::Status;
 
 use super::flight_time::valley;
-use super::problem::PoweredDescent;
+use super::problem::DescentProblem;
 use super::program::DescentProgram;
 use super::settings::DescentSettings;
 use super::solution::Outcome;
@@ -62,7 +62,7 @@ impl DivertPlanner {
     ///
     /// # Errors
     /// [`ConvexError`] when problem or settings are ill-posed.
-    pub fn new(problem: &PoweredDescent, settings: DivertSettings) -> Result<Self, ConvexError> {
+    pub fn new(problem: &DescentProblem, settings: DivertSettings) -> Result<Self, ConvexError> {
         problem.check()?;
         settings.descent.check()?;
         require(settings.solves >= 3, "solves per site", settings.solves as f64, "", "at least 3")?;

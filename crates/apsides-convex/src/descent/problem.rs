@@ -25,7 +25,7 @@ pub struct DescentLimits {
 /// r'' = g + T/m - 2 w x r' - w x (w x r),   m' = -|T|/c,   T1 <= |T| <= T2,   m(tf) >= dry mass
 /// ```
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct PoweredDescent {
+pub struct DescentProblem {
     /// `g` at the origin, its centrifugal part included, m/s2.
     pub gravity: [f64; 3],
     /// `w`, rotation of the frame, rad/s.
@@ -50,7 +50,7 @@ pub struct PoweredDescent {
     pub limits: DescentLimits,
 }
 
-impl PoweredDescent {
+impl DescentProblem {
     /// The landing on Mars of B. Acikmese and S. Ploen, J. Guid. Control Dyn. 30 (2007) 1353, doi 10.2514/1.27553: six engines of 3100 N,
     /// canted by 27 deg, between 0.3 and 0.8 of their thrust, without limits along the flight (case a; case c has a glide slope of
     /// 4 deg).

@@ -17,7 +17,7 @@
 
 use apsides_conic::{Cone, ConicProgram, ConicReport, Status, Triplets};
 
-use super::problem::{PoweredDescent, difference, norm};
+use super::problem::{DescentProblem, difference, norm};
 use super::settings::{DescentSettings, LowerBound};
 use super::transition::{BlockMaps, Hold, Transition};
 use crate::ConvexError;
@@ -40,7 +40,7 @@ struct Units {
 }
 
 impl Units {
-    fn of(p: &PoweredDescent) -> Self {
+    fn of(p: &DescentProblem) -> Self {
         let acceleration = p.thrust[1] / p.mass;
         let change = norm(&difference(&p.target_velocity, &p.velocity));
         let length = norm(&difference(&p.target, &p.position)).max(change * change / acceleration).max(1.0);
@@ -60,7 +60,7 @@ impl Units {
 /// The program, its data and the place of its variables. Owns all storage.
 #[derive(Debug)]
 pub(crate) struct DescentProgram {
-    problem: PoweredDescent,
+    problem: DescentProblem,
     units: Units,
     intervals: usize,
     block: usize,
@@ -86,7 +86,7 @@ pub(crate) struct DescentProgram {
 }
 
 impl DescentProgram {
-    pub(crate) fn new(problem: &PoweredDescent, settings: &DescentSettings) -> Self {
+    pub(crate) fn new(problem: &DescentProblem, settings: &DescentSettings) -> Self {
         let n = settings.intervals;
         let block = settings.block.clamp(1, n);
         let inputs = inputs(n, settings.hold);
@@ -116,13 +116,13 @@ impl DescentProgram {
         program
     }
 
-    pub(crate) fn problem(&self) -> &PoweredDescent {
+    pub(crate) fn problem(&self) -> &DescentProblem {
         &self.problem
     }
 
     /// Another target; the pattern stays.
     pub(crate) fn set_target(&mut self, target: [f64; 3]) -> Result<(), ConvexError> {
-        let problem = PoweredDescent { target, ..self.problem };
+        let problem = DescentProblem { target, ..self.problem };
         problem.check()?;
         self.problem = problem;
         Ok(())
@@ -135,7 +135,7 @@ impl DescentProgram {
         velocity: [f64; 3],
         mass: f64,
     ) -> Result<(), ConvexError> {
-        let problem = PoweredDescent { position, velocity, mass, ..self.problem };
+        let problem = DescentProblem { position, velocity, mass, ..self.problem };
         problem.check()?;
         self.problem = problem;
         self.value = f64::INFINITY;
@@ -514,7 +514,7 @@ mod tests {
     fn a_second_solve_allocates_what_the_conic_solver_does() {
         let limits =
             DescentLimits { glide_slope: Some(0.05), pointing: Some(1.4), ..DescentLimits::default() };
-        let problem = PoweredDescent { limits, ..PoweredDescent::mars_lander() };
+        let problem = DescentProblem { limits, ..DescentProblem::mars_lander() };
         let mut program = DescentProgram::new(&problem, &DescentSettings::default());
         program.reset_reference(78.0);
         program.solve(78.0).unwrap();

@@ -22,7 +22,7 @@ pub enum FlightTime {
     /// Given, s.
     Fixed(f64),
     /// Golden section between two times, s, with so many solves; between those of
-    /// [`PoweredDescent::time_range`](super::PoweredDescent::time_range) if none are given.
+    /// [`DescentProblem::time_range`](super::DescentProblem::time_range) if none are given.
     GoldenSection {
         /// Interval, s.
         range: Option<[f64; 2]>,

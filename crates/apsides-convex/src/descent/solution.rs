@@ -2,7 +2,7 @@
 
 use apsides_conic::{ConicReport, Status};
 
-use super::problem::{PoweredDescent, difference, norm};
+use super::problem::{DescentProblem, difference, norm};
 use super::program::DescentProgram;
 
 /// The end of a descent: the target is reached, or something is lacking.
@@ -156,7 +156,7 @@ impl DescentSolution {
         solution
     }
 
-    fn find_active(&mut self, p: &PoweredDescent) {
+    fn find_active(&mut self, p: &DescentProblem) {
         let [least, most] = p.thrust;
         let l = p.limits;
         let (thrusts, throttles) = (self.thrusts.clone(), self.throttles.clone());

@@ -3,7 +3,7 @@
 use apsides_basis::try_golden_section;
 use apsides_conic::Status;
 
-use super::problem::PoweredDescent;
+use super::problem::DescentProblem;
 use super::program::DescentProgram;
 use super::settings::{DescentSettings, FlightTime};
 use super::solution::{DescentSolution, Outcome};
@@ -22,7 +22,7 @@ pub struct DescentSolver {
 impl DescentSolver {
     /// # Errors
     /// [`ConvexError`] when problem or settings are ill-posed.
-    pub fn new(problem: &PoweredDescent, settings: DescentSettings) -> Result<Self, ConvexError> {
+    pub fn new(problem: &DescentProblem, settings: DescentSettings) -> Result<Self, ConvexError> {
         problem.check()?;
         settings.check()?;
         let program = DescentProgram::new(problem, &settings);
@@ -161,7 +161,7 @@ impl DescentSolver {
     /// Propellant with which the target would be reached, up to nine tenths of the mass, and the flight time, if there is such a flight.
     fn flight_with_more_propellant(&mut self) -> Result<Option<(f64, f64)>, ConvexError> {
         let problem =
-            PoweredDescent { dry_mass: 0.1 * self.program.problem().mass, ..*self.program.problem() };
+            DescentProblem { dry_mass: 0.1 * self.program.problem().mass, ..*self.program.problem() };
         if problem.dry_mass >= self.program.problem().dry_mass {
             return Ok(None);
         }

@@ -157,6 +157,9 @@ fn sum(a: &Gain, b: &Gain) -> Gain {
 mod tests {
     use super::*;
 
+    /// Round-off of the arithmetic.
+    const ROUNDING: f64 = 1e-10;
+
     /// Runge-Kutta steps of order 4, fine enough for twelve digits.
     fn fly(w: &[f64; 3], x: [f64; 6], u: impl Fn(f64) -> [f64; 3], h: f64) -> [f64; 6] {
         let a = system(w);
@@ -199,14 +202,14 @@ mod tests {
                     let forced: f64 = (0..=j + 1)
                         .map(|i| (0..3).map(|c| maps.gain(j + 1, i)[r][c] * controls[i][c]).sum::<f64>())
                         .sum();
-                    assert!((free + forced - x[r]).abs() < 1e-10, "{hold:?} {j} {r}");
+                    assert!((free + forced - x[r]).abs() < ROUNDING, "{hold:?} {j} {r}");
                 }
             }
             let constant = fly(&w, [0.0; 6], |_| [0.1, -0.4, 0.9], 3.0 * h);
             for r in 0..6 {
                 let share = maps.constant[3][r];
                 let value = 0.1 * share[0] - 0.4 * share[1] + 0.9 * share[2];
-                assert!((value - constant[r]).abs() < 1e-10);
+                assert!((value - constant[r]).abs() < ROUNDING);
             }
         }
     }

@@ -6,6 +6,9 @@ use apsides_ode::{OdeSettings, StmPropagator};
 
 use super::*;
 
+/// Discretisation: difference quotients, by their steps.
+const DIFFERENCES: f64 = 1e-8;
+
 struct Model;
 
 impl Dynamics<2, 1, 1> for Model {
@@ -44,7 +47,7 @@ fn derivatives_are_those_of_the_end_state_and_integrals() {
         let (plus, minus) = (end(&shifted(h), &inputs).0, end(&shifted(-h), &inputs).0);
         for r in 0..3 {
             assert!(
-                ((plus[r] - minus[r]) / (2.0 * h) - stm[r * 3 + c]).abs() < 1e-8,
+                ((plus[r] - minus[r]) / (2.0 * h) - stm[r * 3 + c]).abs() < DIFFERENCES,
                 "state {c}, output {r}"
             );
         }
@@ -54,7 +57,7 @@ fn derivatives_are_those_of_the_end_state_and_integrals() {
         let (plus, minus) = (end(&x, &shifted(h)).0, end(&x, &shifted(-h)).0);
         for r in 0..3 {
             let difference = (plus[r] - minus[r]) / (2.0 * h);
-            assert!((difference - sensitivity[r * 5 + c]).abs() < 1e-8, "input {c}, output {r}");
+            assert!((difference - sensitivity[r * 5 + c]).abs() < DIFFERENCES, "input {c}, output {r}");
         }
     }
 }

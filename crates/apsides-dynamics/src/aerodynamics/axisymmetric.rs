@@ -408,6 +408,9 @@ fn angle_far_from_axis(u: f64, p: f64) -> [f64; 6] {
 mod tests {
     use super::*;
 
+    /// Round-off of the arithmetic.
+    const ROUNDING: f64 = 1e-15;
+
     /// Against differences of the values and of the first derivatives.
     #[test]
     fn the_angle_by_the_crossflow_is_smooth() {
@@ -417,7 +420,7 @@ mod tests {
             let at = angle_by_crossflow(u, p);
             let r = f64::sqrt(p);
             if p > 0.0 {
-                assert!((at[0] * r - r.atan2(u)).abs() < 1e-15, "{u} {p}");
+                assert!((at[0] * r - r.atan2(u)).abs() < ROUNDING, "{u} {p}");
             }
             let h = [1e-4 * u.abs().max(1.0), 1e-4 * p.max(1.0)];
             let start = if p > 0.0 { -1.0 } else { 0.0 };

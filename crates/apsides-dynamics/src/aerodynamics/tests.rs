@@ -2,6 +2,15 @@ use apsides_ad::Dual;
 
 use super::*;
 
+/// Published: half a unit of the last digit that the source prints, or a few of them where it was computed with less.
+const PUBLISHED: f64 = 1e-4;
+
+/// Discretisation: difference quotients, by their steps.
+const DIFFERENCES: f64 = 1e-8;
+
+/// Round-off of the arithmetic.
+const ROUNDING: f64 = 1e-14;
+
 fn near(what: &str, found: f64, expected: f64, tolerance: f64) {
     assert!((found - expected).abs() < tolerance, "{what}: {found} instead of {expected}");
 }
@@ -23,14 +32,14 @@ fn apollo_table_as_by_scipy() {
     ];
     for (mach, lift, drag) in reference {
         let [found_lift, found_drag] = table.coefficients(mach);
-        near("lift", found_lift, lift, 1e-14);
-        near("drag", found_drag, drag, 1e-14);
+        near("lift", found_lift, lift, ROUNDING);
+        near("drag", found_drag, drag, ROUNDING);
     }
     assert_eq!(table.coefficients(0.0), [0.2317, 0.82584]);
     assert_eq!(table.coefficients(40.0), [0.379, 1.30136]);
     let [lift, drag] = table.coefficients(Dual::<1>::variable(0.0, 0));
     assert_eq!([lift.eps, drag.eps], [[0.0], [0.0]]);
-    near("trim", MachTable::apollo_10_attack()[12][1].to_degrees(), 157.4, 1e-12);
+    near("trim", MachTable::apollo_10_attack()[12][1].to_degrees(), 157.4, 100.0 * ROUNDING);
 }
 
 /// Derivatives against differences.
@@ -40,8 +49,8 @@ fn assert_derivatives(model: &Aerodynamics, mach: f64, attack: f64) {
     let by_mach = [mach + h, mach - h].map(|m| model.coefficients(m, attack));
     let by_attack = [attack + h, attack - h].map(|a| model.coefficients(mach, a));
     for k in 0..2 {
-        near("by Mach", found[k].eps[0], (by_mach[0][k] - by_mach[1][k]) / (2.0 * h), 1e-8);
-        near("by attack", found[k].eps[1], (by_attack[0][k] - by_attack[1][k]) / (2.0 * h), 1e-8);
+        near("by Mach", found[k].eps[0], (by_mach[0][k] - by_mach[1][k]) / (2.0 * h), DIFFERENCES);
+        near("by attack", found[k].eps[1], (by_attack[0][k] - by_attack[1][k]) / (2.0 * h), DIFFERENCES);
     }
 }
 
@@ -76,8 +85,8 @@ fn attack_table_inside_and_beyond_its_edges() {
     let table = attack_table();
     let expect = |mach: f64, attack: f64, at: [f64; 2]| {
         let (found, expected) = (table.coefficients(mach, attack), polynomial(at[0], at[1]));
-        near("lift", found[0], expected[0], 1e-12);
-        near("drag", found[1], expected[1], 1e-12);
+        near("lift", found[0], expected[0], 100.0 * ROUNDING);
+        near("drag", found[1], expected[1], 100.0 * ROUNDING);
     };
     expect(2.5, 0.25, [2.5, 0.25]);
     expect(0.0, -0.3, [0.3, -0.3]);
@@ -89,12 +98,12 @@ fn attack_table_inside_and_beyond_its_edges() {
 #[test]
 fn stagnation_pressure_as_published() {
     let c = |mach: f64| stagnation_pressure_coefficient(mach, 1.4);
-    near("Mach 0", c(0.0), 1.0, 1e-15);
-    near("series", c(0.1 - 1e-12), c(0.1 + 1e-12), 1e-11);
-    near("Mach 1", c(1.0), 0.8929 / 0.7, 1e-4);
-    near("Mach 2", c(2.0), 4.640 / 2.8, 2e-4);
-    near("Mach 10", c(10.0), 128.2 / 70.0, 1e-3);
-    near("limit", c(1e6), 1.839, 5e-4);
+    near("Mach 0", c(0.0), 1.0, 0.1 * ROUNDING);
+    near("series", c(0.1 - 1e-12), c(0.1 + 1e-12), 1e3 * ROUNDING);
+    near("Mach 1", c(1.0), 0.8929 / 0.7, PUBLISHED);
+    near("Mach 2", c(2.0), 4.640 / 2.8, 2.0 * PUBLISHED);
+    near("Mach 10", c(10.0), 128.2 / 70.0, 10.0 * PUBLISHED);
+    near("limit", c(1e6), 1.839, 5.0 * PUBLISHED);
     // Two continuous derivatives where the shock begins.
     let jet = |mach: f64| c_jet(mach);
     let (below, above) = (jet(1.0 - 1e-9), jet(1.0 + 1e-9));
@@ -145,11 +154,16 @@ fn newtonian_forces_are_sums_of_the_pressure() {
         let (found, expected) =
             (shape.body_coefficients(8.0, attack), by_sums(nose, base, half_angle, attack));
         for k in 0..2 {
-            near("force", found[k] / stagnation_pressure_coefficient(8.0, 1.4), expected[k], 2e-6);
+            near(
+                "force",
+                found[k] / stagnation_pressure_coefficient(8.0, 1.4),
+                expected[k],
+                0.02 * PUBLISHED,
+            );
         }
         let [lift, drag] = shape.coefficients(8.0, attack);
-        near("lift", lift, found[0] * attack.cos() - found[1] * attack.sin(), 1e-14);
-        near("drag", drag, found[0] * attack.sin() + found[1] * attack.cos(), 1e-14);
+        near("lift", lift, found[0] * attack.cos() - found[1] * attack.sin(), ROUNDING);
+        near("drag", drag, found[0] * attack.sin() + found[1] * attack.cos(), ROUNDING);
     }
 }
 
@@ -159,13 +173,13 @@ fn newtonian_forces_are_sums_of_the_pressure() {
 fn newtonian_shapes() {
     let c = stagnation_pressure_coefficient(10.0, 1.4);
     let cone = Newtonian::sphere_cone(0.0, 1.0, 0.3, 1.4).unwrap();
-    near("cone", cone.coefficients(10.0, 0.0)[1], c * 0.3_f64.sin().powi(2), 1e-14);
+    near("cone", cone.coefficients(10.0, 0.0)[1], c * 0.3_f64.sin().powi(2), ROUNDING);
     let nearly = Newtonian::segment(1.0, 1.0 - 1e-12, 1.4).unwrap();
     near("hemisphere", nearly.coefficients(10.0, 0.0)[1], c / 2.0, 1e-6);
     let apollo = Newtonian::segment(4.694, 1.956, 1.4).unwrap();
     let [lift, drag] = apollo.coefficients(20.0, -20_f64.to_radians());
     assert!((0.25..0.35).contains(&(lift / drag)) && (1.2..1.5).contains(&drag), "{lift} {drag}");
-    near("largest angle", apollo.largest_attack(), (1.956_f64 / 4.694).acos(), 1e-14);
+    near("largest angle", apollo.largest_attack(), (1.956_f64 / 4.694).acos(), ROUNDING);
 }
 
 #[test]
@@ -216,18 +230,18 @@ fn trim_of_a_centre_of_mass_off_the_axis() {
     let angle = 20_f64.to_radians();
     let (sin, cos) = angle.sin_cos();
     let [lift, drag] = shape.lift_and_drag(9.0, angle);
-    near("lift", lift, 1.4006 * sin - 0.0822 * cos, 1e-14);
-    near("drag", drag, 1.4006 * cos + 0.0822 * sin, 1e-14);
+    near("lift", lift, 1.4006 * sin - 0.0822 * cos, ROUNDING);
+    near("drag", drag, 1.4006 * cos + 0.0822 * sin, ROUNDING);
     // Moment about the station of the centre of mass, and the offset that balances it.
     let offset = 2.8 * (0.0638 - 0.2406 * 0.0822) / 1.4006;
     let trims = shape.trims(offset).unwrap();
     let (mach, found) = trims.last().unwrap();
     assert_eq!(*mach, 9.0);
-    near("trim", *found, angle, 1e-12);
+    near("trim", *found, angle, 100.0 * ROUNDING);
     let table = shape.trimmed(offset).unwrap();
     let [found_lift, found_drag] = table.coefficients(9.0);
-    near("lift in trim", found_lift, lift, 1e-12);
-    near("drag in trim", found_drag, drag, 1e-12);
+    near("lift in trim", found_lift, lift, 100.0 * ROUNDING);
+    near("drag in trim", found_drag, drag, 100.0 * ROUNDING);
     assert!(trims.windows(2).all(|w| w[0].0 < w[1].0));
     let far = shape.trimmed(0.3).unwrap_err().to_string();
     assert!(far.contains("offset of the centre of mass") && far.contains("0.3"), "{far}");

@@ -2,6 +2,15 @@ use apsides_ad::Dual;
 
 use super::*;
 
+/// Discretisation: difference quotients, by their steps.
+const DIFFERENCES: f64 = 2e-3;
+
+/// Published: half a unit of the last digit that the source prints, or a few of them where it was computed with less.
+const PUBLISHED: f64 = 5e-5;
+
+/// Round-off of the arithmetic.
+const ROUNDING: f64 = 1e-14;
+
 fn near(what: &str, found: f64, expected: f64, relative: f64) {
     assert!((found / expected - 1.0).abs() < relative, "{what}: {found:e} instead of {expected:e}");
 }
@@ -57,19 +66,19 @@ const UPPER: [(f64, f64, f64); 24] = [
 fn standard_layers_as_published() {
     for (km, temperature, pressure, density) in LOWER {
         let state = Atmosphere::UsStandard1976.state(km * 1e3).unwrap();
-        assert!((state.temperature - temperature).abs() < 1e-3, "{km}: {state:?}");
-        near("pressure", state.pressure, pressure, 1e-4);
-        near("density", state.density, density, 5e-5);
+        assert!((state.temperature - temperature).abs() < 20.0 * PUBLISHED, "{km}: {state:?}");
+        near("pressure", state.pressure, pressure, 2.0 * PUBLISHED);
+        near("density", state.density, density, PUBLISHED);
     }
-    near("sound at sea level", Atmosphere::UsStandard1976.speed_of_sound(0.0), 340.294, 1e-6);
-    near("sound at 50 km", Atmosphere::UsStandard1976.speed_of_sound(50e3), 329.799, 2e-6);
+    near("sound at sea level", Atmosphere::UsStandard1976.speed_of_sound(0.0), 340.294, 0.02 * PUBLISHED);
+    near("sound at 50 km", Atmosphere::UsStandard1976.speed_of_sound(50e3), 329.799, 0.04 * PUBLISHED);
 }
 
 #[test]
 fn standard_thermosphere_as_published() {
     for (km, temperature, density) in UPPER {
         let state = Atmosphere::UsStandard1976.state(km * 1e3).unwrap();
-        assert!((state.temperature - temperature).abs() < 6e-3, "{km}: {state:?}");
+        assert!((state.temperature - temperature).abs() < 120.0 * PUBLISHED, "{km}: {state:?}");
         near("density", state.density, density, if km <= 500.0 { 4e-4 } else { 1e-3 });
     }
     let state = |km: f64| Atmosphere::UsStandard1976.state(km * 1e3).unwrap();
@@ -91,7 +100,7 @@ fn standard_as_in_another_implementation() {
         (80e3, 1.8457895946854748e-5),
     ];
     for (altitude, density) in reference {
-        near("density", Atmosphere::UsStandard1976.density(altitude), density, 8e-6);
+        near("density", Atmosphere::UsStandard1976.density(altitude), density, 0.16 * PUBLISHED);
     }
 }
 
@@ -108,9 +117,9 @@ fn continuous_and_defined_everywhere() {
     for altitude in [constants::BOTTOM, 11_019.1, 20_063.1, 32_161.9, 47_350.1, 51_412.5, 71_802.0, 86e3, 1e6]
     {
         let (low, high) = (altitude - 0.1, altitude + 0.1);
-        near("density", standard.density(low), standard.density(high), 5e-5);
-        near("sound", standard.speed_of_sound(low), standard.speed_of_sound(high), 5e-5);
-        near("temperature", standard.temperature(low), standard.temperature(high), 1e-4);
+        near("density", standard.density(low), standard.density(high), PUBLISHED);
+        near("sound", standard.speed_of_sound(low), standard.speed_of_sound(high), PUBLISHED);
+        near("temperature", standard.temperature(low), standard.temperature(high), 2.0 * PUBLISHED);
     }
     let table = AtmosphereTable::isothermal(&[0.0, 1e4], &[1.0, 0.3], 250.0, Gas::AIR).unwrap();
     let models = [
@@ -144,7 +153,7 @@ fn derivatives_of_every_layer() {
                 let difference = (high[order] - low[order]) / (2.0 * h);
                 let size = (mid[order + 1].abs()).max(1e-9 * mid[0].abs() / h);
                 assert!(
-                    (difference - mid[order + 1]).abs() < 2e-3 * size,
+                    (difference - mid[order + 1]).abs() < DIFFERENCES * size,
                     "{z} {order} {difference} {mid:?}"
                 );
             }
@@ -155,11 +164,11 @@ fn derivatives_of_every_layer() {
 #[test]
 fn exponential_above_and_below_its_reference() {
     let law = Exponential::new(0.0158, 10e3, 9354.5, Gas::MARS, 3.71).unwrap();
-    near("at", law.density(10e3), 0.0158, 1e-15);
-    near("below", law.density(-5e3), 0.0158 * (15e3_f64 / 9354.5).exp(), 1e-14);
+    near("at", law.density(10e3), 0.0158, 0.1 * ROUNDING);
+    near("below", law.density(-5e3), 0.0158 * (15e3_f64 / 9354.5).exp(), ROUNDING);
     // Hydrostatic: p = rho g H.
     let model = Atmosphere::Exponential(law);
-    near("pressure", model.pressure(20e3), law.density(20e3) * 3.71 * 9354.5, 1e-14);
+    near("pressure", model.pressure(20e3), law.density(20e3) * 3.71 * 9354.5, ROUNDING);
 }
 
 #[test]
@@ -167,8 +176,8 @@ fn tables_keep_their_rows_and_go_on_with_the_last_scale_height() {
     let (z, rho, t) = ([0.0, 10e3, 30e3, 60e3], [1.2, 0.4, 0.018, 3e-4], [288.0, 223.0, 226.0, 247.0]);
     let table = AtmosphereTable::new(&z, &rho, &t, Gas::AIR).unwrap();
     for k in 0..4 {
-        near("density", table.density(z[k]), rho[k], 1e-14);
-        near("temperature", table.temperature(z[k]), t[k], 1e-14);
+        near("density", table.density(z[k]), rho[k], ROUNDING);
+        near("temperature", table.temperature(z[k]), t[k], ROUNDING);
     }
     let scale = |a: f64, b: f64| (b - a) / (table.density(a) / table.density(b)).ln();
     near("scale height", scale(61e3, 62e3), scale(70e3, 90e3), 1e-10);

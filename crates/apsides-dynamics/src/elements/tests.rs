@@ -4,6 +4,12 @@ use std::f64::consts::{PI, TAU};
 use super::*;
 use crate::Body;
 
+/// Published: half a unit of the last digit that the source prints, or a few of them where it was computed with less.
+const PUBLISHED: f64 = 1e-6;
+
+/// Round-off of the arithmetic.
+const ROUNDING: f64 = 1e-12;
+
 const MU: f64 = Body::EARTH.gravitational_parameter;
 
 /// Largest difference of two states, position by radius and velocity by the speed `sqrt(mu / r)`.
@@ -49,9 +55,9 @@ proptest! {
     fn classical_elements_and_states(orbit in orbits()) {
         let state = orbit.to_cartesian(MU).unwrap();
         let back = state.to_classical(MU).unwrap();
-        prop_assert!((back.semi_latus_rectum / orbit.semi_latus_rectum - 1.0).abs() < 1e-12);
-        prop_assert!((back.eccentricity - orbit.eccentricity).abs() < 1e-13 * (1.0 + orbit.eccentricity));
-        prop_assert!((back.inclination - orbit.inclination).abs() < 1e-13);
+        prop_assert!((back.semi_latus_rectum / orbit.semi_latus_rectum - 1.0).abs() < ROUNDING);
+        prop_assert!((back.eccentricity - orbit.eccentricity).abs() < 0.1 * ROUNDING * (1.0 + orbit.eccentricity));
+        prop_assert!((back.inclination - orbit.inclination).abs() < 0.1 * ROUNDING);
         prop_assert!((0.0..TAU).contains(&back.node) && (0.0..TAU).contains(&back.periapsis));
         prop_assert!((0.0..=PI).contains(&back.inclination) && back.true_anomaly.abs() <= PI);
         let (lean, e) = (orbit.inclination.sin(), orbit.eccentricity);
@@ -59,12 +65,12 @@ proptest! {
             prop_assert!(apart(back.node, orbit.node) < 1e-13 / lean);
         }
         if e > 1e-3 {
-            prop_assert!(apart(back.true_anomaly, orbit.true_anomaly) < 1e-13 * (1.0 + 1.0 / e));
+            prop_assert!(apart(back.true_anomaly, orbit.true_anomaly) < 0.1 * ROUNDING * (1.0 + 1.0 / e));
             if lean > 1e-3 {
-                prop_assert!(apart(back.periapsis, orbit.periapsis) < 1e-13 * (1.0 + 1.0 / e) / lean);
+                prop_assert!(apart(back.periapsis, orbit.periapsis) < 0.1 * ROUNDING * (1.0 + 1.0 / e) / lean);
             }
         }
-        prop_assert!(distance(&back.to_cartesian(MU).unwrap(), &state) < 1e-12);
+        prop_assert!(distance(&back.to_cartesian(MU).unwrap(), &state) < ROUNDING);
     }
 
     /// Both senses hold the same orbit, as far as they are regular there.
@@ -80,15 +86,15 @@ proptest! {
                 continue;
             }
             let elements = state.to_equinoctial(MU, sense);
-            prop_assert!(distance(&elements.to_cartesian(MU), &state) < 1e-12);
+            prop_assert!(distance(&elements.to_cartesian(MU), &state) < ROUNDING);
             let direct = orbit.to_equinoctial(sense).unwrap();
-            prop_assert!(distance(&direct.to_cartesian(MU), &state) < 1e-12);
-            prop_assert!((elements.semi_latus_rectum / orbit.semi_latus_rectum - 1.0).abs() < 1e-12);
+            prop_assert!(distance(&direct.to_cartesian(MU), &state) < ROUNDING);
+            prop_assert!((elements.semi_latus_rectum / orbit.semi_latus_rectum - 1.0).abs() < ROUNDING);
             for (a, b) in [(elements.f, direct.f), (elements.g, direct.g), (elements.h, direct.h), (elements.k, direct.k)] {
-                prop_assert!((a - b).abs() < 1e-12 * (1.0 + b * b) * (1.0 + orbit.eccentricity), "{a} {b}");
+                prop_assert!((a - b).abs() < ROUNDING * (1.0 + b * b) * (1.0 + orbit.eccentricity), "{a} {b}");
             }
             let classical = elements.to_classical().unwrap();
-            prop_assert!(distance(&classical.to_cartesian(MU).unwrap(), &state) < 1e-12);
+            prop_assert!(distance(&classical.to_cartesian(MU).unwrap(), &state) < ROUNDING);
         }
     }
 
@@ -112,14 +118,14 @@ proptest! {
         let polar = elements.to_polar(MU);
         prop_assert_eq!(polar.angle, elements.true_longitude);
         let back = polar.checked().unwrap().to_equinoctial(MU);
-        prop_assert!((back.semi_latus_rectum / elements.semi_latus_rectum - 1.0).abs() < 1e-12);
+        prop_assert!((back.semi_latus_rectum / elements.semi_latus_rectum - 1.0).abs() < ROUNDING);
         let e = orbit.eccentricity;
-        prop_assert!((back.f - elements.f).abs() < 1e-13 * (1.0 + e) && (back.g - elements.g).abs() < 1e-13 * (1.0 + e));
+        prop_assert!((back.f - elements.f).abs() < 0.1 * ROUNDING * (1.0 + e) && (back.g - elements.g).abs() < 0.1 * ROUNDING * (1.0 + e));
         // The same point in space.
         let (sin, cos) = polar.angle.sin_cos();
         let at = |radial: f64, transverse: f64| [radial * cos - transverse * sin, radial * sin + transverse * cos, 0.0];
         let state = Cartesian { position: at(polar.radius, 0.0), velocity: at(polar.radial_speed, polar.horizontal_speed) };
-        prop_assert!(distance(&state, &flat.to_cartesian(MU).unwrap()) < 1e-12);
+        prop_assert!(distance(&state, &flat.to_cartesian(MU).unwrap()) < ROUNDING);
     }
 }
 
@@ -133,14 +139,18 @@ fn elements_of_a_state_of_the_literature() {
     let orbit = state.to_classical(MU).unwrap();
     assert!((orbit.semi_latus_rectum - 11_067.790e3).abs() < 10.0, "{orbit:?}");
     assert!((orbit.semi_major_axis() - 36_127.343e3).abs() < 10.0, "{orbit:?}");
-    assert!((orbit.eccentricity - 0.832_853).abs() < 1e-6, "{orbit:?}");
+    assert!((orbit.eccentricity - 0.832_853).abs() < PUBLISHED, "{orbit:?}");
     for (angle, degrees) in [
         (orbit.inclination, 87.870),
         (orbit.node, 227.898),
         (orbit.periapsis, 53.38),
         (orbit.true_anomaly, 92.335),
     ] {
-        assert!((angle.to_degrees() - degrees).abs() < 6e-3, "{} {degrees}", angle.to_degrees());
+        assert!(
+            (angle.to_degrees() - degrees).abs() < 6000.0 * PUBLISHED,
+            "{} {degrees}",
+            angle.to_degrees()
+        );
     }
 }
 
@@ -171,7 +181,7 @@ fn elements_of_another_state_of_the_literature() {
     let orbit = state.to_classical(398_600e9).unwrap();
     let momentum = (orbit.semi_latus_rectum * 398_600e9).sqrt();
     assert!((momentum - 58_310e6).abs() < 5e6, "{momentum}");
-    assert!((orbit.eccentricity - 0.1712).abs() < 5e-5, "{orbit:?}");
+    assert!((orbit.eccentricity - 0.1712).abs() < 50.0 * PUBLISHED, "{orbit:?}");
     for (angle, degrees) in [
         (orbit.inclination, 153.2),
         (orbit.node, 255.3),
@@ -189,35 +199,40 @@ fn undefined_angles_follow_the_convention() {
     let state = Cartesian { position: [0.0, r, 0.0], velocity: [-v, 0.0, 0.0] };
     let orbit = state.to_classical(MU).unwrap();
     assert_eq!([orbit.eccentricity, orbit.inclination, orbit.node, orbit.periapsis], [0.0; 4]);
-    assert!((orbit.true_anomaly - 0.5 * PI).abs() < 1e-15);
+    assert!((orbit.true_anomaly - 0.5 * PI).abs() < 1e-3 * ROUNDING);
     // The same the other way round.
     let state = Cartesian { position: [0.0, r, 0.0], velocity: [v, 0.0, 0.0] };
     let orbit = state.to_classical(MU).unwrap();
     assert_eq!([orbit.eccentricity, orbit.inclination, orbit.node, orbit.periapsis], [0.0, PI, 0.0, 0.0]);
-    assert!((orbit.true_anomaly + 0.5 * PI).abs() < 1e-15);
+    assert!((orbit.true_anomaly + 0.5 * PI).abs() < 1e-3 * ROUNDING);
     // Circular and polar: the anomaly counts from the node.
     let state = Cartesian { position: [0.0, 0.0, r], velocity: [0.0, -v, 0.0] };
     let orbit = state.to_classical(MU).unwrap();
     assert_eq!([orbit.eccentricity, orbit.periapsis], [0.0; 2]);
-    assert!((orbit.node - 0.5 * PI).abs() < 1e-15 && (orbit.true_anomaly - 0.5 * PI).abs() < 1e-15);
+    assert!(
+        (orbit.node - 0.5 * PI).abs() < 1e-3 * ROUNDING
+            && (orbit.true_anomaly - 0.5 * PI).abs() < 1e-3 * ROUNDING
+    );
     // Equatorial ellipse: the argument of periapsis counts from the first axis.
     let state = Cartesian { position: [0.0, r, 0.0], velocity: [-1.1 * v, 0.0, 0.0] };
     let orbit = state.to_classical(MU).unwrap();
     assert!(
-        (orbit.periapsis - 0.5 * PI).abs() < 1e-15 && orbit.true_anomaly.abs() < 1e-15 && orbit.node == 0.0
+        (orbit.periapsis - 0.5 * PI).abs() < 1e-3 * ROUNDING
+            && orbit.true_anomaly.abs() < 1e-3 * ROUNDING
+            && orbit.node == 0.0
     );
-    assert!((orbit.eccentricity - 0.21).abs() < 1e-15);
+    assert!((orbit.eccentricity - 0.21).abs() < 1e-3 * ROUNDING);
 }
 
 #[test]
 fn sizes_of_an_orbit() {
     let orbit = Classical::with_semi_major_axis(24_371e3, 0.73, 0.5, 0.0, 0.0, 0.0).unwrap();
-    assert!((orbit.semi_major_axis() - 24_371e3).abs() < 1e-8);
-    assert!((orbit.periapsis_radius() - 24_371e3 * 0.27).abs() < 1e-8);
-    assert!((orbit.apoapsis_radius() - 24_371e3 * 1.73).abs() < 1e-8);
-    assert!((orbit.period(MU) - TAU * (24_371e3_f64.powi(3) / MU).sqrt()).abs() < 1e-9);
+    assert!((orbit.semi_major_axis() - 24_371e3).abs() < 1e4 * ROUNDING);
+    assert!((orbit.periapsis_radius() - 24_371e3 * 0.27).abs() < 1e4 * ROUNDING);
+    assert!((orbit.apoapsis_radius() - 24_371e3 * 1.73).abs() < 1e4 * ROUNDING);
+    assert!((orbit.period(MU) - TAU * (24_371e3_f64.powi(3) / MU).sqrt()).abs() < 1e3 * ROUNDING);
     let hyperbola = Classical::with_semi_major_axis(-2e7, 1.5, 0.5, 0.0, 0.0, 0.0).unwrap();
-    assert!((hyperbola.semi_latus_rectum - 2.5e7).abs() < 1e-8);
+    assert!((hyperbola.semi_latus_rectum - 2.5e7).abs() < 1e4 * ROUNDING);
     assert!(hyperbola.period(MU).is_infinite() && hyperbola.apoapsis_radius().is_infinite());
 }
 
@@ -293,6 +308,6 @@ fn conversions_carry_derivatives() {
     let rate = (MU * 1.2e7).sqrt() / (r * r);
     for (k, element) in moved.into_iter().enumerate() {
         let (expected, unit) = if k == 5 { (rate, rate) } else { (0.0, rate * element.re.abs()) };
-        assert!((element.eps[0] - expected).abs() < 1e-14 * unit, "{k} {}", element.eps[0]);
+        assert!((element.eps[0] - expected).abs() < 1e-2 * ROUNDING * unit, "{k} {}", element.eps[0]);
     }
 }

@@ -4,6 +4,9 @@ use std::f64::consts::PI;
 use super::*;
 use crate::elements::{Cartesian, Equinoctial, Sense};
 
+/// Round-off of the arithmetic.
+const ROUNDING: f64 = 1e-14;
+
 fn breeze() -> OrbitalFlight {
     OrbitalFlight::new(Body::EARTH, Engine::with_exhaust_velocity(20e3, 20e3 / 6.14).unwrap())
 }
@@ -77,11 +80,14 @@ fn the_rates_are_newtons_law() {
                 let pull = gravity(&flight, r);
                 let scale = vector::norm(&pull, 0.0);
                 for c in 0..3 {
-                    assert!((velocity[c] - v[c]).abs() < 1e-14 * vector::norm(&v, 0.0), "{orbit:?} {case}");
+                    assert!(
+                        (velocity[c] - v[c]).abs() < ROUNDING * vector::norm(&v, 0.0),
+                        "{orbit:?} {case}"
+                    );
                     let expected = pull[c] + direction[c] * thrust / mass;
-                    assert!((acceleration[c] - expected).abs() < 1e-14 * scale, "{orbit:?} {case}");
+                    assert!((acceleration[c] - expected).abs() < ROUNDING * scale, "{orbit:?} {case}");
                 }
-                assert!((rates[6] + thrust * 6.14 / 20e3).abs() < 1e-15);
+                assert!((rates[6] + thrust * 6.14 / 20e3).abs() < 0.1 * ROUNDING);
             }
         }
     }
@@ -111,9 +117,9 @@ fn retrograde_elements_obey_the_same_equations() {
         let momentum = vector::cross(&r, &v);
         let size = vector::norm(&momentum, 0.0);
         for c in 0..3 {
-            assert!((state.position[c].eps[0] - v[c]).abs() < 1e-14 * vector::norm(&v, 0.0));
+            assert!((state.position[c].eps[0] - v[c]).abs() < ROUNDING * vector::norm(&v, 0.0));
             let expected = pull[c] + momentum[c] / size * flight.engine.thrust / mass;
-            assert!((state.velocity[c].eps[0] - expected).abs() < 1e-14 * scale);
+            assert!((state.velocity[c].eps[0] - expected).abs() < ROUNDING * scale);
         }
     }
 }
@@ -148,7 +154,7 @@ fn flight_in_the_plane_is_flight_in_space() {
             ];
             for (planar, [p1, f1, g1, h1, k1, l1, m1]) in pairs {
                 for (a, b) in planar.into_iter().zip([p1, f1, g1, l1, m1]) {
-                    assert!((a - b).abs() <= 1e-14 * (b.abs() + 1e-3), "{a} {b}");
+                    assert!((a - b).abs() <= ROUNDING * (b.abs() + 1e-3), "{a} {b}");
                 }
                 assert_eq!([h1, k1], [0.0, 0.0]);
             }
@@ -164,8 +170,8 @@ fn a_circular_orbit_keeps_its_elements() {
     assert_eq!([rate[0], rate[1], rate[2], rate[4]], [0.0; 4]);
     let speed = flight.body.circular_speed(200e3).unwrap();
     // Speed of the parking orbit of the reference: 7784.2617485656265 m/s.
-    assert!((speed - 7_784.261_748_565_626).abs() < 1e-9);
-    assert!((rate[3] - speed / r).abs() < 1e-18);
+    assert!((speed - 7_784.261_748_565_626).abs() < 1e5 * ROUNDING);
+    assert!((rate[3] - speed / r).abs() < 1e-4 * ROUNDING);
 }
 
 /// A solver gets formulas of the models, and for a coast the rate of the true longitude as the only one that depends on the state.

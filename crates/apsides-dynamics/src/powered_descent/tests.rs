@@ -4,6 +4,12 @@ use super::*;
 use crate::Body;
 use crate::frames::{BodyFixed, Local};
 
+/// Discretisation: difference quotients, by their steps.
+const DIFFERENCES: f64 = 2e-6;
+
+/// Round-off of the arithmetic.
+const ROUNDING: f64 = 1e-15;
+
 fn descent() -> PoweredDescent {
     let engine = Engine::with_exhaust_velocity(7500.0, 2940.0).unwrap();
     PoweredDescent::new(GravityField::central(Body::MOON), 40.0 * MOON_ROTATION_RATE, engine).unwrap()
@@ -46,9 +52,9 @@ fn the_same_acceleration_as_in_inertial_axes() {
         for k in 0..6 {
             let slope = (after[k] - before[k]) / (2.0 * h);
             let size = [1.0, 1e-3, 1e-3, 1.0, 1.0, 1.0][k];
-            assert!((rates[k] - slope).abs() < 2e-6 * size, "{k}: {} {slope}", rates[k]);
+            assert!((rates[k] - slope).abs() < DIFFERENCES * size, "{k}: {} {slope}", rates[k]);
         }
-        assert!((rates[6] + u[2] * 7500.0 / 2940.0).abs() < 1e-12);
+        assert!((rates[6] + u[2] * 7500.0 / 2940.0).abs() < 1e3 * ROUNDING);
     }
 }
 
@@ -62,14 +68,14 @@ fn the_forms_of_the_thrust_are_one() {
     let u = [direction[0], direction[1], direction[2], throttle];
     let directed = DirectedThrust(flight.clone()).rate(0.0, &x, &u, &[]);
     let [norm] = DirectionNorm.evaluate(0.0, &x, &u, &[]);
-    assert!((norm - 1.0).abs() < 1e-15);
+    assert!((norm - 1.0).abs() < ROUNDING);
     for (a, d) in angled.iter().zip(directed) {
-        assert!((a - d).abs() < 1e-12 * (1.0 + a.abs()));
+        assert!((a - d).abs() < 1e3 * ROUNDING * (1.0 + a.abs()));
     }
     let upright = UprightThrust(flight.clone()).rate(0.0, &x, &[throttle], &[]);
     let same = AngledThrust(flight).rate(0.0, &x, &[0.0, std::f64::consts::FRAC_PI_2, throttle], &[]);
     for (a, d) in upright.iter().zip(same) {
-        assert!((a - d).abs() < 1e-12 * (1.0 + a.abs()));
+        assert!((a - d).abs() < 1e3 * ROUNDING * (1.0 + a.abs()));
     }
 }
 
@@ -96,15 +102,17 @@ fn vertical_flight_stays_above_its_place() {
     let (east, north) = (-falling[4] / size, -falling[5] / size);
     let up = (1.0 - east * east - north * north).sqrt();
     let in_space = DirectedThrust(flight).rate(0.0, &x, &[up, east, north, throttle], &[]);
-    assert!(in_space[4].abs() < 1e-15 && in_space[5].abs() < 1e-15 && east.abs() > 1e-5);
+    assert!(in_space[4].abs() < ROUNDING && in_space[5].abs() < ROUNDING && east.abs() > 1e-5);
     assert_eq!(in_space[0], vertical[0]);
-    assert!((in_space[3] - vertical[1]).abs() < 1e-14 && (in_space[6] - vertical[2]).abs() < 1e-15);
+    assert!(
+        (in_space[3] - vertical[1]).abs() < 10.0 * ROUNDING && (in_space[6] - vertical[2]).abs() < ROUNDING
+    );
     // At rest with the hovering thrust nothing moves.
     let hover = Hovering(plumb.clone());
     let balance = hover.acceleration(r) * m / 7500.0;
     let still = plumb.rate(0.0, &[r, 0.0, m], &[balance], &[]);
-    assert!(still[0] == 0.0 && still[1].abs() < 1e-14);
-    assert!((hover.rate(0.0, &[r, 0.0, m], &[], &[])[2] - still[2]).abs() < 1e-14);
+    assert!(still[0] == 0.0 && still[1].abs() < 10.0 * ROUNDING);
+    assert!((hover.rate(0.0, &[r, 0.0, m], &[], &[])[2] - still[2]).abs() < 10.0 * ROUNDING);
 }
 
 /// The same flight in spherical coordinates, under the thrust that keeps it in its plane.
@@ -156,6 +164,6 @@ fn flight_in_a_vertical_plane_is_one_in_space() {
     for k in 0..7 {
         let slope = (after[k] - before[k]) / (2.0 * h);
         let size = [1.0, 1e-3, 1e-3, 1.0, 1.0, 1.0, 1.0][k];
-        assert!((expected[k] - slope).abs() < 1e-6 * size, "{k}: {} {slope}", expected[k]);
+        assert!((expected[k] - slope).abs() < 0.5 * DIFFERENCES * size, "{k}: {} {slope}", expected[k]);
     }
 }

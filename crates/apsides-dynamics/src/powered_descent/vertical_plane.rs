@@ -13,7 +13,7 @@ pub const DIVERT_ANGLE: Quantity = Quantity::new("divert angle", "rad");
 pub const FORWARD_SPEED: Quantity = Quantity::new("forward speed", "m/s");
 /// Angle of the thrust from the vertical, forwards, in the plane of a divert.
 pub const THRUST_TILT: Quantity = Quantity::new("thrust tilt", "rad");
-/// Where the thrust is between the one whose upward part is the least thrust (0) and full thrust (1).
+/// The place of the thrust between the one whose upward part is the least thrust (0) and full thrust (1).
 pub const THRUST_PART: Quantity = Quantity::new("thrust part", "-");
 
 /// Flight in the vertical plane through a place along a course: the thrust leans across by what keeps the flight in it, a few

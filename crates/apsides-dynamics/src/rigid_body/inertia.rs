@@ -128,17 +128,20 @@ fn smallest_principal(m: &[[f64; 3]; 3]) -> f64 {
 mod tests {
     use super::*;
 
+    /// Round-off of the arithmetic.
+    const ROUNDING: f64 = 1e-14;
+
     #[test]
     fn inertia_of_bodies() {
         let m = [[100.0, 3.0, -2.0], [3.0, 80.0, 1.5], [-2.0, 1.5, 90.0]];
         let inertia = Inertia::new(m).unwrap();
         let v = [0.3, -1.2, 0.8];
         let back = inertia.solve(&inertia.times(&v));
-        assert!((0..3).all(|k| (back[k] - v[k]).abs() < 1e-14));
+        assert!((0..3).all(|k| (back[k] - v[k]).abs() < ROUNDING));
         // Eigenvalues 1, 2 and 4 of a matrix turned in a plane.
         let (s, c) = 0.4_f64.sin_cos();
         let turned = [[c * c + 2.0 * s * s, s * c, 0.0], [s * c, s * s + 2.0 * c * c, 0.0], [0.0, 0.0, 4.0]];
-        assert!((smallest_principal(&turned) - 1.0).abs() < 1e-14);
+        assert!((smallest_principal(&turned) - 1.0).abs() < ROUNDING);
     }
 
     #[test]

@@ -18,6 +18,15 @@ use apsides_ode::{FnSystem, Integrator, OdeSettings, Status, Tolerance};
 mod derivatives;
 mod series;
 
+/// Published: half a unit of the last digit that the source prints, or a few of them where it was computed with less.
+const PUBLISHED: f64 = 1e-4;
+
+/// Round-off of the arithmetic.
+const ROUNDING: f64 = 1e-16;
+
+/// Discretisation: the tolerances of the integration and what its steps add up to.
+const INTEGRATION: f64 = 1e-11;
+
 const DEG: f64 = std::f64::consts::PI / 180.0;
 
 fn integrate(
@@ -103,7 +112,7 @@ fn vacuum_flight_is_two_body_motion_in_inertial_space() {
             for j2 in [0.0, EARTH_J2, 0.05] {
                 for (course, latitude) in [(0.4, 0.6), (2.3, -0.4), (-1.9, 0.1), (-0.5, -0.2)] {
                     let miss = miss(heading, rotation, j2, course, latitude);
-                    assert!(miss < 1e-11, "{heading:?} {rotation} {j2} {course}: {miss:e}");
+                    assert!(miss < INTEGRATION, "{heading:?} {rotation} {j2} {course}: {miss:e}");
                 }
             }
         }
@@ -178,7 +187,10 @@ fn published_loads() {
     let peaks =
         series::BASE.iter().map(loads).fold([0.0_f64; 3], |a, b| std::array::from_fn(|k| a[k].max(b[k])));
     let [pressure, acceleration, heat] = peaks;
-    assert!((pressure - 13_764.03).abs() < 2.0 && (acceleration - 40.0003).abs() < 5e-3, "{peaks:?}");
+    assert!(
+        (pressure - 13_764.03).abs() < 2.0 && (acceleration - 40.0003).abs() < 50.0 * PUBLISHED,
+        "{peaks:?}"
+    );
     assert!((heat - 800.006e3).abs() < 500.0, "{peaks:?}");
     let same = loads(&series::BASE[24]);
     let vector = EntryLoads(BankVector(flight.clone())).evaluate(
@@ -196,7 +208,7 @@ fn great_circle_of_the_published_flight() {
     let (start, target) = ([41.5 * DEG, 40.5 * DEG], [59.99 * DEG, 22.98 * DEG]);
     assert!((central_angle(start, target) * Body::EARTH.radius - 2609e3).abs() < 500.0);
     assert!((initial_course(start, target) / DEG - 132.8).abs() < 0.05);
-    assert!((central_angle([0.0, 0.3], [0.0, 0.3 + 1e-6]) - 1e-6).abs() < 1e-16);
+    assert!((central_angle([0.0, 0.3], [0.0, 0.3 + 1e-6]) - 1e-6).abs() < ROUNDING);
 }
 
 /// The largest loads of a flight at a constant bank from 120 km down to 15 km: pressure (Pa), acceleration (m/s2), heat rate (W/m2).
@@ -240,7 +252,7 @@ fn one_flight_in_every_form() {
         let mut other = Banked(north).rate(0.0, &mirrored, &[-bank], &[]);
         other[5] = -other[5];
         for (a, b) in rate.iter().zip(other) {
-            assert!((a - b).abs() < 1e-13 * a.abs().max(1e-3), "{rate:?} {other:?}");
+            assert!((a - b).abs() < 1e3 * ROUNDING * a.abs().max(1e-3), "{rate:?} {other:?}");
         }
         assert_eq!(BankVector(east.clone()).rate(0.0, &x, &[bank.cos(), bank.sin()], &[]), rate);
         assert_eq!(BankedAtAttack(east.clone()).rate(0.0, &x, &[bank, 0.0], &[]), rate);
@@ -249,7 +261,7 @@ fn one_flight_in_every_form() {
         assert_eq!(loads, vector);
         // The components along the axes of the body make the same total.
         let turned = BodyLoads(BankedAtAttack(east)).evaluate(0.0, &x, &[bank, -0.35], &[]);
-        assert!((turned[0].hypot(turned[1]) / loads[1] - 1.0).abs() < 1e-14);
+        assert!((turned[0].hypot(turned[1]) / loads[1] - 1.0).abs() < 100.0 * ROUNDING);
     }
     assert_eq!(BankVectorNorm.evaluate(0.0, &[0.0; 6], &[0.6, -0.8], &[]), [1.0]);
 }
@@ -315,6 +327,6 @@ fn load_of_a_capsule_is_nearly_axial() {
     let x = [60e3, 0.7, 0.6, 3000.0, -0.03, 2.0];
     let force = flight.dynamic_pressure(x[0], x[3]) * flight.vehicle.reference_area / flight.vehicle.mass;
     let [normal, axial] = BodyLoads(Banked(flight)).evaluate(0.0, &x, &[0.0], &[]);
-    assert!((normal / force + expected[0]).abs() < 1e-4, "{}", normal / force);
-    assert!((axial / force - expected[1]).abs() < 1e-4, "{}", axial / force);
+    assert!((normal / force + expected[0]).abs() < PUBLISHED, "{}", normal / force);
+    assert!((axial / force - expected[1]).abs() < PUBLISHED, "{}", axial / force);
 }

@@ -10,6 +10,12 @@ use apsides_ode::{FnSystem, Integrator, OdeSettings, Status, Tolerance};
 
 use crate::{DEG, ENTRY, INERTIA, capsule, flat, step};
 
+/// Discretisation: the tolerances of the integration and what its steps add up to.
+const INTEGRATION: f64 = 1e-10;
+
+/// Round-off of the arithmetic.
+const ROUNDING: f64 = 1e-13;
+
 const STATION: f64 = 0.2;
 const MASSES: [f64; 2] = [10.0, 7.0];
 const OFFSET: [f64; 2] = [0.01, -0.02];
@@ -126,10 +132,12 @@ fn moving_masses_in_vacuum() {
         let errors = [0, 1, 2].map(|k| (after[k] - before[k]) / size);
         let energy = (later - end[13] - kinetic) / kinetic;
         println!("{layout:?}: momentum {errors:?}, energy {energy:.1e}, work {} of {kinetic} J", end[13]);
-        assert!(errors.iter().all(|e| e.abs() < 1e-10), "{errors:?}");
-        assert!(energy.abs() < 1e-10 && end[13].abs() > 0.01 * kinetic, "{energy}");
+        assert!(errors.iter().all(|e| e.abs() < INTEGRATION), "{errors:?}");
+        assert!(energy.abs() < INTEGRATION && end[13].abs() > 0.01 * kinetic, "{energy}");
         let fallen = start[2] + 60.0 * start[5] + 0.5 * 9.8 * 3600.0;
-        assert!((end[2] - fallen).abs() < 1e-7 && (end[5] - start[5] - 588.0).abs() < 1e-10);
+        assert!(
+            (end[2] - fallen).abs() < 1e3 * INTEGRATION && (end[5] - start[5] - 588.0).abs() < INTEGRATION
+        );
     }
 }
 
@@ -143,13 +151,13 @@ fn locked_masses_in_vacuum() {
         let u = [at[0], at[1], 0.0, 0.0, 0.0, 0.0];
         let end = fly(&vehicle, &start, 60.0, |_| u);
         let ((before, kinetic), (after, later)) = (sums(layout, &start, &u), sums(layout, &end, &u));
-        assert!((later / kinetic - 1.0).abs() < 1e-10 && end[13] == 0.0);
+        assert!((later / kinetic - 1.0).abs() < INTEGRATION && end[13] == 0.0);
         let size = dot(&before, &before).sqrt();
-        assert!((0..3).all(|k| (after[k] - before[k]).abs() < 1e-10 * size));
+        assert!((0..3).all(|k| (after[k] - before[k]).abs() < INTEGRATION * size));
         // The energy by the inertia of the whole.
         let inertia = vehicle.inertia(at);
         let turned = inertia.map(|row| dot(&row, &SPIN));
-        assert!((0.5 * dot(&SPIN, &turned) / kinetic - 1.0).abs() < 1e-13);
+        assert!((0.5 * dot(&SPIN, &turned) / kinetic - 1.0).abs() < ROUNDING);
     }
 }
 
@@ -163,7 +171,8 @@ fn both_models_are_one_at_rest_on_the_axis() {
     let full = Dynamics::<13, 6>::rate(&vehicle, 0.0, &x, &[0.0; 6], &[]);
     for k in 0..13 {
         assert!(
-            (body[k] - quasi[k]).abs() < 1e-13 && (body[k] - full[k]).abs() < 1e-12 * (1.0 + body[k].abs())
+            (body[k] - quasi[k]).abs() < ROUNDING
+                && (body[k] - full[k]).abs() < 10.0 * ROUNDING * (1.0 + body[k].abs())
         );
     }
     // Off the axis forces agree, and moments but for the inertia.
@@ -193,7 +202,7 @@ fn orbit_of_the_ellipsoid() {
     };
     for (before, after) in kept(&start).iter().zip(kept(&end)) {
         println!("{before} {:.1e}", after / before - 1.0);
-        assert!((after / before - 1.0).abs() < 1e-10, "{before} {after}");
+        assert!((after / before - 1.0).abs() < INTEGRATION, "{before} {after}");
     }
     let ((before, kinetic), (after, later)) =
         (sums(Layout::CROSS, &start, &u), sums(Layout::CROSS, &end, &u));
@@ -201,8 +210,8 @@ fn orbit_of_the_ellipsoid() {
     let (sin, cos) = (earth.rotation_rate * duration).sin_cos();
     let after = [cos * after[0] - sin * after[1], sin * after[0] + cos * after[1], after[2]];
     let size = dot(&before, &before).sqrt();
-    assert!((0..3).all(|k| (after[k] - before[k]).abs() < 1e-9 * size), "{before:?} {after:?}");
-    assert!((later / kinetic - 1.0).abs() < 1e-9);
+    assert!((0..3).all(|k| (after[k] - before[k]).abs() < 10.0 * INTEGRATION * size), "{before:?} {after:?}");
+    assert!((later / kinetic - 1.0).abs() < 10.0 * INTEGRATION);
 }
 
 /// The body rolled by a right angle with its centre of mass turned back by it flies the same path.
@@ -223,10 +232,10 @@ fn no_direction_across_the_axis_is_special() {
         b = step(&other, [0.01 * f64::from(k), 0.01], &b, |_| []);
     }
     for k in 0..6 {
-        assert!((a[k] - b[k]).abs() < 1e-7 * (1.0 + a[k].abs()), "{k}: {} {}", a[k], b[k]);
+        assert!((a[k] - b[k]).abs() < 1e3 * INTEGRATION * (1.0 + a[k].abs()), "{k}: {} {}", a[k], b[k]);
     }
     let turned = [b[10], -b[12], b[11]];
-    assert!((0..3).all(|k| (a[10 + k] - turned[k]).abs() < 1e-8), "{a:?} {b:?}");
+    assert!((0..3).all(|k| (a[10 + k] - turned[k]).abs() < 100.0 * INTEGRATION), "{a:?} {b:?}");
     let (c, d) = (one.condition(&a), other.condition(&b));
-    assert!((c.total_attack - d.total_attack).abs() < 1e-8);
+    assert!((c.total_attack - d.total_attack).abs() < 100.0 * INTEGRATION);
 }

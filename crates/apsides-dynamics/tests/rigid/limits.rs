@@ -8,6 +8,9 @@ use apsides_dynamics::{Atmosphere, Ellipsoid, MovingMassVehicle};
 
 use crate::{DEG, ENTRY, INERTIA, capsule, flat};
 
+/// Round-off of the arithmetic.
+const ROUNDING: f64 = 1e-12;
+
 fn body(ground: Ground) -> RigidBody {
     capsule(ground, Atmosphere::UsStandard1976, Interpolation::Smooth, Damping::constant(), [0.01, 0.0])
         .unwrap()
@@ -55,7 +58,7 @@ fn what_leaves_its_range_is_named() {
         fast.quantity.name == "Mach number" && (fast.value - 40.0).abs() < 0.2 && fast.range == [0.4, 9.0]
     );
     let tumbled = vehicle.range_left(&at(30e3, 1000.0, 3.0), [0.0; 2]).unwrap_err();
-    assert!(tumbled.quantity.name == "total angle of attack" && (tumbled.value - 3.0).abs() < 1e-12);
+    assert!(tumbled.quantity.name == "total angle of attack" && (tumbled.value - 3.0).abs() < ROUNDING);
     let travel = vehicle.range_left(&inside, [0.1, -0.71]).unwrap_err();
     assert_eq!(travel.to_string(), "mass along z is -0.71 m, the table covers -0.7 to 0.7");
     assert!(
@@ -96,9 +99,13 @@ fn a_flight_starts_as_stated() {
     for ground in [flat(), Ground::Ellipsoid(Ellipsoid::WGS84)] {
         let start = Start { azimuth: 130.0 * DEG, longitude: -1.3, bank: 0.4, ..ENTRY };
         let condition = body(ground).condition(&ground.state(&start).unwrap());
-        assert!((condition.altitude - 100e3).abs() < 1e-6 && (condition.airspeed - 700.0).abs() < 1e-10);
         assert!(
-            (condition.attack - 2.0 * DEG).abs() < 1e-13 && (condition.sideslip - 2.0 * DEG).abs() < 1e-13
+            (condition.altitude - 100e3).abs() < 1e6 * ROUNDING
+                && (condition.airspeed - 700.0).abs() < 100.0 * ROUNDING
+        );
+        assert!(
+            (condition.attack - 2.0 * DEG).abs() < 0.1 * ROUNDING
+                && (condition.sideslip - 2.0 * DEG).abs() < 0.1 * ROUNDING
         );
     }
 }
@@ -131,11 +138,11 @@ fn wind_is_a_velocity_of_the_air() {
     carried[3] += 12.0;
     carried[4] -= 5.0;
     let (a, b) = (calm.rate(0.0, &x, &[], &[]), windy.rate(0.0, &carried, &[], &[]));
-    assert!((3..13).all(|k| (a[k] - b[k]).abs() < 1e-12 * (1.0 + a[k].abs())));
-    assert!((windy.condition(&carried).airspeed - 200.0).abs() < 1e-12);
+    assert!((3..13).all(|k| (a[k] - b[k]).abs() < ROUNDING * (1.0 + a[k].abs())));
+    assert!((windy.condition(&carried).airspeed - 200.0).abs() < ROUNDING);
     // Over the ellipsoid the wind lies in the local horizontal.
     let round = Ground::Ellipsoid(Ellipsoid::WGS84);
     let still = Start { altitude: 12e3, speed: 0.0, ..ENTRY };
     let windy = body(round).in_wind(Wind::new(&[0.0, 30e3], &[12.0, 12.0], &[-5.0, -5.0]).unwrap());
-    assert!((windy.condition(&round.state(&still).unwrap()).airspeed - 13.0).abs() < 1e-12);
+    assert!((windy.condition(&round.state(&still).unwrap()).airspeed - 13.0).abs() < ROUNDING);
 }

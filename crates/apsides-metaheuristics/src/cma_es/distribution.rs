@@ -201,6 +201,9 @@ fn add_outers<'a>(matrix: &mut [f64], mut terms: impl Iterator<Item = (f64, &'a 
 mod tests {
     use super::*;
 
+    /// Round-off of the arithmetic.
+    const ROUNDING: f64 = 1e-12;
+
     #[test]
     fn drawing_and_whitening_are_inverse() {
         let n = 6;
@@ -218,7 +221,7 @@ mod tests {
         d.draw(&mut generator, &mut z[..n], &mut y[..n]);
         d.whiten(&y[..n], &mut back);
         for (a, b) in z.iter().zip(&back) {
-            assert!((a - b).abs() < 1e-12);
+            assert!((a - b).abs() < ROUNDING);
         }
     }
 

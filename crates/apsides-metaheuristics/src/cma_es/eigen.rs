@@ -138,6 +138,9 @@ mod tests {
     use super::*;
     use crate::Generator;
 
+    /// Round-off of the arithmetic.
+    const ROUNDING: f64 = 1e-14;
+
     fn check(matrix: &[f64], n: usize) -> Vec<f64> {
         let (mut vectors, mut values, mut work) = (matrix.to_vec(), vec![0.0; n], vec![0.0; n]);
         assert!(decompose(&mut vectors, &mut values, &mut work));
@@ -145,12 +148,12 @@ mod tests {
         for (v, value) in vectors.chunks_exact(n).zip(&values) {
             for i in 0..n {
                 let product: f64 = (0..n).map(|j| matrix[i * n + j] * v[j]).sum();
-                assert!((product - value * v[i]).abs() <= 1e-14 * n as f64 * size, "{n}");
+                assert!((product - value * v[i]).abs() <= ROUNDING * n as f64 * size, "{n}");
             }
             for (k, w) in vectors.chunks_exact(n).enumerate() {
                 let product: f64 = v.iter().zip(w).map(|(a, b)| a * b).sum();
                 let same = f64::from(u8::from(std::ptr::eq(v, w)));
-                assert!((product - same).abs() < 1e-14 * n as f64, "{n} {k} {product}");
+                assert!((product - same).abs() < ROUNDING * n as f64, "{n} {k} {product}");
             }
         }
         values.sort_by(f64::total_cmp);
@@ -185,7 +188,7 @@ mod tests {
         }
         for (k, value) in check(&matrix, n).iter().enumerate() {
             let exact = 2.0 - 2.0 * ((k + 1) as f64 * std::f64::consts::PI / (n + 1) as f64).cos();
-            assert!((value - exact).abs() < 1e-14);
+            assert!((value - exact).abs() < ROUNDING);
         }
     }
 

@@ -10,7 +10,7 @@ use serde::{Deserialize, Serialize};
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub(super) struct Start {
     pub(super) population: usize,
-    /// As a part of the first run's.
+    /// The step as a part of the first run's.
     pub(super) step: f64,
 }
 

@@ -76,6 +76,9 @@ impl Weights {
 mod tests {
     use super::*;
 
+    /// Round-off of the arithmetic.
+    const ROUNDING: f64 = 1e-14;
+
     #[test]
     fn constants_of_ten_dimensions() {
         // The formulas of the table worked out by hand for n = 10, lambda = 10, mu = 5.
@@ -89,7 +92,7 @@ mod tests {
         near(w.c_c, 0.29499);
         near(w.c_1, 0.015284);
         near(w.c_mu, 0.020153);
-        assert!((w.ranked[..5].iter().sum::<f64>() - 1.0).abs() < 1e-14);
+        assert!((w.ranked[..5].iter().sum::<f64>() - 1.0).abs() < ROUNDING);
         assert!(w.ranked[5..].iter().all(|&w| w < 0.0));
         // Expected length, sqrt(2) gamma(5.5) / gamma(5).
         near(w.length, 3.0843);
@@ -99,7 +102,7 @@ mod tests {
     fn without_the_active_update_no_weight_is_negative() {
         let w = Weights::new(5, 8, false);
         assert!(w.ranked.iter().all(|&w| w >= 0.0));
-        assert!((w.sum - 1.0).abs() < 1e-14);
+        assert!((w.sum - 1.0).abs() < ROUNDING);
     }
 
     #[test]

@@ -7,7 +7,7 @@ use crate::{
 };
 use serde::{Deserialize, Serialize};
 
-/// Who sends to whom.
+/// The pairs of islands of which one sends to the other.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub enum Topology {
     /// Each island to the next, the last to the first.
@@ -198,7 +198,7 @@ impl Algorithm for Islands {
         self.islands.iter().map(Algorithm::spread).fold(0.0, f64::max)
     }
 
-    /// When all islands have.
+    /// It has converged when all islands have.
     fn converged(&self) -> Option<Convergence> {
         self.islands.iter().map(Algorithm::converged).reduce(|all, one| all.and(one)).flatten()
     }

@@ -4,7 +4,7 @@
 //! seen; the flight goes on to the site that is chosen on it. Above that one, at the hover, the fine map is seen, and the flight goes on to
 //! the landing site. What was flown before a decision stays as it was planned: the velocity there is fixed.
 
-use apsides_convex::{DescentLimits, DivertPlanner, DivertSettings, Outcome, PoweredDescent};
+use apsides_convex::{DescentLimits, DescentProblem, DivertPlanner, DivertSettings, Outcome};
 use apsides_ocp::{Guess, Trajectory};
 use apsides_pipeline::error::Source;
 use apsides_pipeline::{ChosenSite, Decisions, Error, Posed, SiteSummary};
@@ -76,7 +76,8 @@ pub(super) fn decide(landing: &SixStageLanding) -> Result<Decisions, Error> {
     decisions.values.push((keys::ADJUSTED_SPEED, upward));
     let mut mass_at_hover = None;
     if coarse {
-        let seen = Seen { keys: &COARSE, landing: &landing, radius: landing.coarse_radius(), upward, mass };
+        let seen =
+            LanderOverMap { keys: &COARSE, landing: &landing, radius: landing.coarse_radius(), upward, mass };
         let site = seen.select(&SiteWanted {
             map: &landing.coarse,
             terrain: Terrain::coarse(),
@@ -101,7 +102,7 @@ pub(super) fn decide(landing: &SixStageLanding) -> Result<Decisions, Error> {
         let before = mass_at_hover.unwrap_or_else(planned);
         let mass = descent.engine.mass_after(before, landing.hover_time * body.surface_gravity());
         let radius = landing.hover_radius();
-        let seen = Seen { keys: &FINE, landing: &landing, radius, upward: 0.0, mass };
+        let seen = LanderOverMap { keys: &FINE, landing: &landing, radius, upward: 0.0, mass };
         let site = seen.select(&SiteWanted {
             map: &landing.fine,
             terrain: Terrain::fine(),
@@ -167,7 +168,7 @@ struct SiteWanted<'a> {
 }
 
 /// The lander above the middle of a map.
-struct Seen<'a> {
+struct LanderOverMap<'a> {
     keys: &'a MapKeys,
     landing: &'a SixStageLanding,
     radius: f64,
@@ -175,9 +176,9 @@ struct Seen<'a> {
     mass: f64,
 }
 
-impl Seen<'_> {
+impl LanderOverMap<'_> {
     /// The descent that is ahead, in axes to the east, to the north and upwards from the ground below.
-    fn descent(&self, wanted: &SiteWanted<'_>) -> PoweredDescent {
+    fn descent(&self, wanted: &SiteWanted<'_>) -> DescentProblem {
         let Lander { descent, body, least_throttle, dry_mass, .. } = &self.landing.lander;
         let [longitude, latitude] = wanted.from.from;
         let ground = body.radius + self.landing.coarse_divert().rise;
@@ -185,7 +186,7 @@ impl Seen<'_> {
         let (sin, cos) = latitude.sin_cos();
         let turn = descent.rotation_rate;
         let centrifugal = self.radius * turn * turn * cos;
-        PoweredDescent {
+        DescentProblem {
             gravity: [east, north - centrifugal * sin, up + centrifugal * cos],
             rotation: [0.0, turn * cos, turn * sin],
             mass: self.mass,
@@ -230,7 +231,7 @@ impl Seen<'_> {
     }
 
     /// Says in words for what reason there is no site.
-    fn without_site(&self, none: &NoSite, descent: &PoweredDescent) -> String {
+    fn without_site(&self, none: &NoSite, descent: &DescentProblem) -> String {
         match none {
             NoSite::OutOfReach { candidates, nearest } => format!(
                 "none of {candidates} safe sites is within reach with a tilt of at most {} deg and {:.1} kg of propellant; \
@@ -247,7 +248,7 @@ impl Seen<'_> {
 /// The effort of a flight to a place above a site; `planner` is that of the descent from its first use on.
 fn plan_divert(
     planner: &mut Option<DivertPlanner>,
-    descent: &PoweredDescent,
+    descent: &DescentProblem,
     [east, north, up]: [f64; 3],
 ) -> Result<selection::Divert, Source> {
     let planner = match planner {

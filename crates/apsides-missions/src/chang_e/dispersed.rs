@@ -35,7 +35,7 @@ pub(super) const COLUMNS: &[&str] = &[
 const N: usize = cartesian::STATES.len();
 /// Number of components of a vector in space.
 const AXES: usize = 3;
-/// Where velocity and mass begin in it.
+/// The first places of velocity and mass in it.
 const VELOCITY_AT: usize = cartesian::VELOCITY[0].index_in(&cartesian::STATES);
 const MASS_AT: usize = MASS.index_in(&cartesian::STATES);
 /// Number of constant errors: of thrust and of exhaust velocity, in this order.
@@ -59,7 +59,7 @@ pub(super) struct PlannedBraking {
 }
 
 /// The engine of a flight, and what is known of it.
-struct Vehicle {
+struct FlownVehicle {
     /// The lander that plans and laws take for true, its full thrust included.
     known: Lander,
     /// Thrust of plans by the full one: what is above is a reserve.
@@ -106,7 +106,7 @@ impl PlannedBraking {
     }
 
     /// The engine of a deviating flight.
-    fn vehicle(&self, d: &Deviations, onboard: &Onboard) -> Vehicle {
+    fn vehicle(&self, d: &Deviations, onboard: &Onboard) -> FlownVehicle {
         let mut known = self.lander.clone();
         let planned = known.descent.engine;
         let actual = Engine {
@@ -122,7 +122,7 @@ impl PlannedBraking {
             thrust = 1.0;
         }
         let model = CartesianForce { body: self.lander.body, exhaust_velocity: actual.exhaust_velocity };
-        Vehicle { known, planned: planned.thrust / actual.thrust, thrust, model }
+        FlownVehicle { known, planned: planned.thrust / actual.thrust, thrust, model }
     }
 
     /// A state from deviations of the planned start.

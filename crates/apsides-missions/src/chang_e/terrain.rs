@@ -12,7 +12,7 @@ use apsides_terrain::{ElevationMap, TerrainError};
 
 use super::keys::{self, MapKeys};
 
-/// Where an elevation map comes from.
+/// The source of an elevation map.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum MapSource {
     /// There is no map.
@@ -26,7 +26,7 @@ pub enum MapSource {
 /// A map that is seen in flight, its middle below the lander, and what is wanted on it. The map itself is read when a site is chosen.
 #[derive(Clone, Debug, PartialEq)]
 pub struct SiteMap {
-    /// Where the map comes from.
+    /// The source of the map.
     pub source: MapSource,
     /// Size of a pixel, m; none for what the file states, or the usual one of a generated map.
     pub pixel: Option<f64>,

@@ -52,12 +52,15 @@ pub(super) fn parse(
 mod tests {
     use super::*;
 
+    /// Round-off of the arithmetic.
+    const ROUNDING: f64 = 1e-15;
+
     #[test]
     fn rows_headings_and_comments() {
         let rows = "altitude, density, temperature\n0, 1.2, 288 # ground\n\n10000, 0.4, 223\n";
         let table = parse(rows, Gas::AIR, Error::in_mission).unwrap();
         assert_eq!(table.range(), [0.0, 10_000.0]);
-        assert!((table.density(0.0) - 1.2).abs() < 1e-15);
+        assert!((table.density(0.0) - 1.2).abs() < ROUNDING);
     }
 
     #[test]

@@ -117,6 +117,9 @@ mod tests {
 
     use super::*;
 
+    /// Round-off of the arithmetic.
+    const ROUNDING: f64 = 1e-13;
+
     /// Half an ellipse from perigee takes half the period (Kepler's third law), each revolution a whole one, both ways.
     #[test]
     fn revolutions_take_periods() {
@@ -126,14 +129,14 @@ mod tests {
             let conic = Conic::new(a * (1.0 - e * e), e * f64::cos(apse), e * f64::sin(apse));
             for (turns, expected) in [(0.5, 0.5), (1.0, 1.0), (3.5, 3.5)] {
                 let time = conic.time(mu, apse, apse + turns * TAU);
-                assert!((time / period - expected).abs() < 1e-14, "{time}");
+                assert!((time / period - expected).abs() < 0.1 * ROUNDING, "{time}");
             }
             for k in 0..40 {
                 let longitude = -PI + 0.35 * f64::from(k);
                 let eccentric = conic.eccentric_longitude(longitude);
-                assert!((conic.true_longitude(eccentric) - longitude).abs() < 1e-13);
+                assert!((conic.true_longitude(eccentric) - longitude).abs() < ROUNDING);
                 let mean = conic.mean_longitude(eccentric);
-                assert!((conic.eccentric_at(mean, eccentric + 0.2) - eccentric).abs() < 1e-13);
+                assert!((conic.eccentric_at(mean, eccentric + 0.2) - eccentric).abs() < ROUNDING);
             }
         }
     }

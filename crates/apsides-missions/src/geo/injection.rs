@@ -7,6 +7,7 @@ use apsides_pipeline::Error;
 use apsides_pipeline::values::Values;
 
 use super::keys;
+use crate::Refuse;
 use crate::data::{J2, central_body};
 
 /// The rule for the direction of the thrust.
@@ -53,9 +54,6 @@ pub struct GeoInjection {
 
 /// Shortest time in which the engine may burn all propellant, s: a burn is no impulse.
 const SHORTEST_BURN_S: f64 = 1.0;
-
-/// Makes an error of a sentence that names keys.
-type Refuse<'a> = &'a dyn Fn(String) -> Error;
 
 impl GeoInjection {
     /// The injection of values, checked.

@@ -11,7 +11,7 @@ use super::phases::Target;
 
 /// Backwards and up: between braking (180 deg) and holding the height (90 deg).
 const THRUST_ANGLE: f64 = 150.0 / 180.0 * PI;
-/// Where the thrust begins to turn upright.
+/// The angle at which the thrust begins to turn upright.
 const TURN_FROM: f64 = 130.0 / 180.0 * PI;
 /// Against the motion.
 const BACKWARDS: f64 = PI;

@@ -5,7 +5,8 @@ use std::f64::consts::TAU;
 use apsides_dynamics::Hohmann;
 use apsides_pipeline::Error;
 
-use super::lander::{LunarLander, Refuse};
+use super::lander::LunarLander;
+use crate::Refuse;
 
 /// Times in which an engine may burn all propellant, s: a landing is neither an impulse nor a spiral of days.
 const SHORTEST_BURN_S: f64 = 2.0;

@@ -63,7 +63,7 @@ pub(super) const VERTICAL: &str = "vertical";
 
 pub(super) const THROTTLE_PATH: &str = "throttle";
 
-/// Where a coast leads down: on an ellipse.
+/// The throttle of flights on an ellipse, along which a coast leads down.
 pub(super) const THROTTLE: &[Key] = &[Key::choice(
     THROTTLE_PATH,
     &[FULL, COAST, FREE],

@@ -8,6 +8,7 @@ use apsides_pipeline::values::Values;
 use apsides_radau::Explanation;
 
 use super::keys;
+use crate::Refuse;
 use crate::data::central_body;
 
 /// The size of the thrust along a landing.
@@ -82,9 +83,6 @@ const LOOKS: u32 = 200;
 const NO_EFFECT: f64 = 1e-4;
 /// Part of a flight from which that is worth saying.
 const LEAST_PART: f64 = 0.1;
-
-/// Makes an error of a sentence that names keys.
-pub(super) type Refuse<'a> = &'a dyn Fn(String) -> Error;
 
 impl LunarLander {
     /// With little thrust the mass at the end is what matters: how the lander brakes follows from the thrust by the mass, and all that comes

@@ -13,8 +13,8 @@ use apsides_pipeline::values::Values;
 use apsides_pipeline::{Curve, Error, Kind, Mission, Posed, Scalars};
 use apsides_radau::Explanation;
 
+use crate::Refuse;
 use ignition::Ignition;
-use lander::Refuse;
 use phases::{COAST, DESCENT, PeriluneAltitude, Target};
 
 #[cfg(feature = "flatness")]

@@ -33,7 +33,7 @@ pub(super) const DESCENT: &str = "descent";
 /// The angle of a burn at most, as a part of the one that is flown at the speed of its start.
 const BURN_ANGLE: f64 = 1.2;
 
-/// Where a flight above the surface ends.
+/// The end of a flight above the surface.
 #[derive(Clone, Copy)]
 pub(super) struct Target {
     /// Distance from the centre of the body, m.

@@ -9,7 +9,7 @@ use apsides_ode::Direction;
 use super::case::{Case, Masses, Run};
 use super::drives::Drives;
 use super::state::BodyState;
-use super::steering::{Design, Steering, angles};
+use super::steering::{Design, SteeringLaw, angles};
 use apsides_pipeline::Error;
 
 /// A record of a descent: states, commands and positions of the masses. Flights that are judged are recorded at every step.
@@ -106,7 +106,7 @@ impl Descent {
         let settings = settings(&case.run);
         let descent = Self { case: case.clone(), vehicle, design, start, settings };
         Drives::new(&case.masses, &case.actuators, case.run.sample_time)?;
-        Steering::new(case, &descent.vehicle, &descent.design)?;
+        SteeringLaw::new(case, &descent.vehicle, &descent.design)?;
         descent.simulation()?;
         Ok(descent)
     }
@@ -160,7 +160,7 @@ impl Descent {
     /// # Errors
     /// When memory has no room for the record.
     pub fn fly(&self, record: &mut Record) -> Result<Metrics, Error> {
-        let mut law = Steering::new(&self.case, &self.vehicle, &self.design)?;
+        let mut law = SteeringLaw::new(&self.case, &self.vehicle, &self.design)?;
         let mut drives = Drives::new(&self.case.masses, &self.case.actuators, self.case.run.sample_time)?;
         let flight = self.simulation()?.fly(&self.start, &mut law, &mut drives, None, record)?;
         Ok(self.metrics(&flight, record.samples()))

@@ -189,7 +189,7 @@ enum Place {
 }
 
 /// The law of a descent with its memory: from the state to commands for the masses.
-pub(super) struct Steering<'a> {
+pub(super) struct SteeringLaw<'a> {
     know: Knowledge<'a>,
     axes: [Axis<'a>; 2],
     place: Place,
@@ -200,7 +200,7 @@ pub(super) struct Steering<'a> {
     needs_flow: bool,
 }
 
-impl<'a> Steering<'a> {
+impl<'a> SteeringLaw<'a> {
     pub(super) fn new(
         case: &Case,
         vehicle: &'a MovingMassVehicle,
@@ -280,7 +280,7 @@ impl<'a> Steering<'a> {
     }
 }
 
-impl Controller<13, 2> for Steering<'_> {
+impl Controller<13, 2> for SteeringLaw<'_> {
     fn command(&mut self, _t: f64, x: &[f64; 13]) -> [f64; 2] {
         let (altitude, air) = self.know.body.air(x);
         let [attack, sideslip] = angles(&air);

@@ -6,7 +6,7 @@ use std::sync::{Arc, OnceLock};
 
 pub use apsides_expressions::function_names;
 use apsides_ocp::{PhaseTrajectory, Trajectory};
-use apsides_pipeline::file::{Entry, line};
+use apsides_pipeline::file::{StatedValue, line};
 use apsides_pipeline::key::{Key, KeyKind, Range, Value};
 use apsides_pipeline::method::{MethodName, Methods};
 use apsides_pipeline::registry::Document;
@@ -44,7 +44,7 @@ impl std::fmt::Debug for OwnProblem {
 ///
 /// # Errors
 /// The first mistake with its place, or all that is missing.
-pub fn read(document: &Document<'_>) -> Result<(Kind, Vec<Entry>), Error> {
+pub fn read(document: &Document<'_>) -> Result<(Kind, Vec<StatedValue>), Error> {
     let files =
         |path: &str| std::fs::read_to_string(document.directory.unwrap_or_else(|| "".as_ref()).join(path));
     let mut others: Vec<&str> = Methods::keys().filter_map(|k| k.path.split('.').next()).collect();
@@ -92,11 +92,11 @@ fn path(constant: &Constant) -> String {
     format!("constants.{}", constant.name)
 }
 
-fn stated_constants(statement: &Statement) -> Vec<Entry> {
+fn stated_constants(statement: &Statement) -> Vec<StatedValue> {
     let entry = |c: &Constant| {
         let place = statement.place_of(c);
         let place = format!("{}, line {}", place.source, place.line);
-        Entry { path: path(c), value: Value::Number(c.value), place }
+        StatedValue { path: path(c), value: Value::Number(c.value), place }
     };
     statement.constants().iter().map(entry).collect()
 }

@@ -1,8 +1,8 @@
-//! Where a solve begins.
+//! The start of a solve.
 
 use crate::{Guess, Mesh, Trajectory};
 
-/// Where a solve begins: a guess, and what else is known of the solution.
+/// The start of a solve: a guess, and what else is known of the solution.
 #[derive(Clone, Debug)]
 pub struct Start {
     /// States, controls, times and parameters.

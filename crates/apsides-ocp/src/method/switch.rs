@@ -2,7 +2,7 @@
 
 use std::fmt;
 
-/// Where a control or path constraint stands along an arc.
+/// The place of a control or path constraint between its bounds along an arc.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Level {
     /// At its lower bound, of this value.

@@ -7,7 +7,7 @@ use apsides_flatness::{
 };
 use apsides_ocp::Method;
 
-use super::{Case, Entry, MethodName, MethodSettings};
+use super::{Entry, MethodName, MethodSettings, PosedCase};
 use crate::Error;
 use crate::key::Key;
 use crate::values::Values;
@@ -83,7 +83,7 @@ impl FlatnessMethod {
 }
 
 impl MethodSettings for FlatnessMethod {
-    fn method(&self, case: &Case<'_>) -> Result<Box<dyn Method>, Error> {
+    fn method(&self, case: &PosedCase<'_>) -> Result<Box<dyn Method>, Error> {
         let systems = case.posed.flat_systems.clone().ok_or_else(|| Error::in_mission(NO_FLAT_OUTPUTS))?;
         let settings = FlatnessSettings {
             spline: self.splines.clone(),

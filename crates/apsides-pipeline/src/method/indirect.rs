@@ -5,7 +5,7 @@ use std::sync::Arc;
 use apsides_ocp::Method;
 use apsides_shooting::indirect::{DirectIndirect, IndirectSettings, IndirectShooting};
 
-use super::{Case, Entry, MethodName, MethodSettings};
+use super::{Entry, MethodName, MethodSettings, PosedCase};
 use crate::Error;
 use crate::key::{Key, Range};
 use crate::values::Values;
@@ -52,7 +52,7 @@ impl IndirectMethod {
 
 impl MethodSettings for IndirectMethod {
     /// From the costates of a start, or where there are none or they lead nowhere from those of a collocation.
-    fn method(&self, case: &Case<'_>) -> Result<Box<dyn Method>, Error> {
+    fn method(&self, case: &PosedCase<'_>) -> Result<Box<dyn Method>, Error> {
         let indirect = IndirectShooting {
             settings: IndirectSettings { threads: case.threads, ..self.settings.clone() },
         };

@@ -5,7 +5,7 @@ use std::sync::Arc;
 use apsides_ocp::Method;
 use apsides_shooting::direct::{MultipleShooting, MultipleShootingSettings};
 
-use super::{Case, Entry, MethodName, MethodSettings};
+use super::{Entry, MethodName, MethodSettings, PosedCase};
 use crate::Error;
 use crate::key::{Key, Range};
 use crate::values::Values;
@@ -73,7 +73,7 @@ impl MultipleShootingMethod {
 }
 
 impl MethodSettings for MultipleShootingMethod {
-    fn method(&self, case: &Case<'_>) -> Result<Box<dyn Method>, Error> {
+    fn method(&self, case: &PosedCase<'_>) -> Result<Box<dyn Method>, Error> {
         let threads = case.threads.clamp(1, MAX_THREADS);
         Ok(Box::new(MultipleShooting {
             settings: MultipleShootingSettings { threads, ..self.settings.clone() },

@@ -7,7 +7,7 @@ use apsides_piecewise::{
     Constraints, FreeLengths, Lengths, PiecewiseConstant, PiecewiseSettings, Transcription,
 };
 
-use super::{Case, Entry, MethodName, MethodSettings};
+use super::{Entry, MethodName, MethodSettings, PosedCase};
 use crate::Error;
 use crate::key::{Key, Range};
 use crate::values::Values;
@@ -125,7 +125,7 @@ impl PiecewiseMethod {
 }
 
 impl MethodSettings for PiecewiseMethod {
-    fn method(&self, case: &Case<'_>) -> Result<Box<dyn Method>, Error> {
+    fn method(&self, case: &PosedCase<'_>) -> Result<Box<dyn Method>, Error> {
         let mut settings = self.settings.clone();
         settings.shooting.threads = case.threads.clamp(1, MAX_THREADS);
         Ok(Box::new(PiecewiseConstant { settings }))

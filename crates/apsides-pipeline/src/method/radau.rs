@@ -5,7 +5,7 @@ use std::sync::Arc;
 use apsides_ocp::{Mesh, Method, Ocp};
 use apsides_radau::{Radau, RadauSettings};
 
-use super::{Case, Entry, MethodName, MethodSettings};
+use super::{Entry, MethodName, MethodSettings, PosedCase};
 use crate::Error;
 use crate::key::{Key, Range};
 use crate::values::Values;
@@ -84,7 +84,7 @@ impl RadauMethod {
 
 impl MethodSettings for RadauMethod {
     /// The one of the case, which knows threads and accuracy of a run.
-    fn method(&self, case: &Case<'_>) -> Result<Box<dyn Method>, Error> {
+    fn method(&self, case: &PosedCase<'_>) -> Result<Box<dyn Method>, Error> {
         Ok(Box::new(case.radau.method()))
     }
 }

@@ -5,7 +5,7 @@ use std::sync::Arc;
 use apsides_convex::{SuccessiveConvexification, SuccessiveSettings};
 use apsides_ocp::Method;
 
-use super::{Case, Entry, MethodName, MethodSettings};
+use super::{Entry, MethodName, MethodSettings, PosedCase};
 use crate::Error;
 use crate::key::{Key, Range};
 use crate::values::Values;
@@ -70,7 +70,7 @@ impl ConvexificationMethod {
 
 impl MethodSettings for ConvexificationMethod {
     /// Refuses a path constraint that is an equality, which controls cannot keep between the nodes.
-    fn method(&self, case: &Case<'_>) -> Result<Box<dyn Method>, Error> {
+    fn method(&self, case: &PosedCase<'_>) -> Result<Box<dyn Method>, Error> {
         for phase in &case.posed.ocp.phases {
             let mut rows = phase.path.iter().flat_map(|path| &path.rows);
             if let Some(row) = rows.find(|row| row.bounds.is_fixed()) {

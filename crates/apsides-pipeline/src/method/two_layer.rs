@@ -14,7 +14,7 @@ use apsides_radau::RadauSettings;
 use apsides_shooting::profile::{Independent, MeshWish, ProfileStart};
 use apsides_two_layer::{Checkpoint, ProfileModel, Ranking, TwoLayer, TwoLayerSettings};
 
-use super::{Case, Entry, MethodName, MethodSettings};
+use super::{Entry, MethodName, MethodSettings, PosedCase};
 use crate::Error;
 use crate::key::{Key, Range};
 use crate::observer::Observer;
@@ -210,7 +210,7 @@ impl TwoLayerMethod {
     }
 
     /// A search for a start, then collocation.
-    fn two_layers(&self, case: &Case<'_>) -> Result<TwoLayer, Error> {
+    fn two_layers(&self, case: &PosedCase<'_>) -> Result<TwoLayer, Error> {
         let model = case.posed.profile.as_ref().ok_or_else(|| Error::in_mission(NO_PROFILES))?;
         let [least_intervals, most_intervals] = self.intervals;
         let RadauSettings { intervals, points, .. } = case.radau.settings;
@@ -236,7 +236,7 @@ impl TwoLayerMethod {
     }
 
     /// The search layer alone.
-    pub(super) fn search(&self, case: &Case<'_>, observer: &mut dyn Observer) -> Result<Found, Error> {
+    pub(super) fn search(&self, case: &PosedCase<'_>, observer: &mut dyn Observer) -> Result<Found, Error> {
         let found = self.two_layers(case)?.search(&case.posed.ocp, observer).map_err(Error::method)?;
         Ok(Found { start: found.start, summary: self.summary(found.record) })
     }
@@ -259,7 +259,7 @@ impl TwoLayerMethod {
 }
 
 impl MethodSettings for TwoLayerMethod {
-    fn method(&self, case: &Case<'_>) -> Result<Box<dyn Method>, Error> {
+    fn method(&self, case: &PosedCase<'_>) -> Result<Box<dyn Method>, Error> {
         Ok(Box::new(self.two_layers(case)?))
     }
 

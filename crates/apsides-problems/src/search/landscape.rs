@@ -132,13 +132,16 @@ fn schwefel(z: f64, n: usize) -> f64 {
 mod tests {
     use super::*;
 
+    /// Round-off of the arithmetic.
+    const ROUNDING: f64 = 1e-11;
+
     #[test]
     fn the_least_value_is_0_at_the_offset() {
         for landscape in Landscape::ALL {
             for n in [1, 2, 10, 30] {
                 let z = vec![landscape.offset(); n];
                 let least = landscape.value(&z);
-                assert!(least.abs() < 1e-11, "{landscape:?} {n}: {least:e}");
+                assert!(least.abs() < ROUNDING, "{landscape:?} {n}: {least:e}");
                 // Every direction goes up, the diagonal too.
                 for i in 0..=n {
                     for step in [-1e-3, 1e-3] {
@@ -157,7 +160,7 @@ mod tests {
 
     #[test]
     fn values_by_hand() {
-        let near = |a: f64, b: f64| assert!((a - b).abs() < 1e-12 * b.abs().max(1.0), "{a} {b}");
+        let near = |a: f64, b: f64| assert!((a - b).abs() < 0.1 * ROUNDING * b.abs().max(1.0), "{a} {b}");
         near(Landscape::Sphere.value(&[3.0, -4.0]), 25.0);
         near(Landscape::Rosenbrock.value(&[-1.2, 1.0]), 24.2);
         near(Landscape::Rosenbrock.value(&[0.0, 0.0, 0.0]), 2.0);

@@ -76,7 +76,7 @@ impl Function {
     }
 }
 
-/// Where a function changes its sign from minus to plus.
+/// The argument at which a function changes its sign from minus to plus.
 fn root([mut a, mut b]: [f64; 2], f: impl Fn(f64) -> f64) -> f64 {
     for _ in 0..BISECTIONS {
         let middle = 0.5 * (a + b);
@@ -170,7 +170,7 @@ pub(super) fn searches(seeds: u64, budget: usize, workers: &mut Workers<'_>) -> 
     Ok(sheet)
 }
 
-/// Where the cooperation is ahead.
+/// A sentence that says where the cooperation is ahead.
 fn sentence(name: &str, counts: &[(&str, [Option<f64>; 3])], seeds: u64) -> Option<String> {
     let (_, own) = counts.iter().find(|c| c.0 == "cooperation")?;
     // More successes, or as many with fewer evaluations.

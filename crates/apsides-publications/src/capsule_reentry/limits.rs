@@ -2,7 +2,7 @@
 
 use std::collections::BTreeMap;
 
-use super::model::{Begin, Limits, Model, Solved, label, solve, solve_twice};
+use super::model::{Begin, Limits, Model, SolveNumbers, label, solve, solve_twice};
 use super::reference::{BASE, FINER_E, MESH, ReferenceRow};
 use crate::sheet::{Graph, GraphSeries, Sheet, median};
 use crate::stop::Stop;
@@ -16,8 +16,8 @@ const ACCURACY: f64 = 1e-4;
 /// A row with what was found for it.
 pub(super) struct Found<'a> {
     pub(super) reference: &'a ReferenceRow,
-    pub(super) solved: Option<Solved>,
-    /// Where the solve began that succeeded: with the search only where straight lines fail.
+    pub(super) solved: Option<SolveNumbers>,
+    /// The start of the solve that succeeded: with the search only where straight lines fail.
     pub(super) begin: Begin,
 }
 
@@ -87,8 +87,8 @@ pub(super) fn table<'a>(
     Ok((sheet, found))
 }
 
-fn values(reference: &ReferenceRow, solved: Option<&Solved>, tolerance: f64) -> Vec<Option<f64>> {
-    let of = |value: fn(&Solved) -> f64| solved.map(value);
+fn values(reference: &ReferenceRow, solved: Option<&SolveNumbers>, tolerance: f64) -> Vec<Option<f64>> {
+    let of = |value: fn(&SolveNumbers) -> f64| solved.map(value);
     let by_limit = |k: usize| solved.and_then(|s| s.by_limit[k]);
     vec![
         of(|s| s.heat_load),
@@ -111,9 +111,9 @@ fn values(reference: &ReferenceRow, solved: Option<&Solved>, tolerance: f64) -> 
 
 fn findings(model: Model, found: &[Found<'_>]) -> Vec<String> {
     let (_, tolerance, fine) = model.reference();
-    let rows: Vec<(&ReferenceRow, &Solved)> =
+    let rows: Vec<(&ReferenceRow, &SolveNumbers)> =
         found.iter().filter_map(|f| Some((f.reference, f.solved.as_ref()?))).collect();
-    let off = |r: &(&ReferenceRow, &Solved)| (r.1.heat_load - r.0.heat_load).abs();
+    let off = |r: &(&ReferenceRow, &SolveNumbers)| (r.1.heat_load - r.0.heat_load).abs();
     let outside: Vec<_> = rows.iter().filter(|r| off(r) > tolerance).collect();
     let mut findings = vec![format!(
         "{} of {} rows are within {tolerance} MJ/m2 of the reference.",
@@ -182,9 +182,9 @@ fn findings(model: Model, found: &[Found<'_>]) -> Vec<String> {
 }
 
 /// Says whether a looser limit ever costs heat load, and how far all of them spread it.
-fn relaxation(rows: &[(&ReferenceRow, &Solved)]) -> Option<String> {
+fn relaxation(rows: &[(&ReferenceRow, &SolveNumbers)]) -> Option<String> {
     let looser = |a: &Limits, b: &Limits| a.iter().zip(b).all(|(a, b)| a >= b);
-    let worse = |a: &Solved, b: &Solved| a.heat_load > b.heat_load + ACCURACY;
+    let worse = |a: &SolveNumbers, b: &SolveNumbers| a.heat_load > b.heat_load + ACCURACY;
     let pairs = rows.iter().flat_map(|a| rows.iter().map(move |b| (a, b)));
     let against = pairs.filter(|(a, b)| looser(&a.0.limits, &b.0.limits) && worse(a.1, b.1)).count();
     let heat = || rows.iter().map(|r| r.1.heat_load);
@@ -285,8 +285,8 @@ pub(super) fn layers(
                 None
             }
         };
-        let flag = |s: &Option<Solved>| Some(f64::from(u8::from(s.is_some())));
-        let of = |s: &Option<Solved>, value: fn(&Solved) -> f64| s.as_ref().map(value);
+        let flag = |s: &Option<SolveNumbers>| Some(f64::from(u8::from(s.is_some())));
+        let of = |s: &Option<SolveNumbers>, value: fn(&SolveNumbers) -> f64| s.as_ref().map(value);
         let difference = straight.as_ref().zip(two.as_ref()).map(|(a, b)| (b.heat_load - a.heat_load).abs());
         sheet.push(
             format!("{}, {}", model.name(), label(*limits)),
@@ -310,9 +310,9 @@ pub(super) fn layers(
 }
 
 /// Says what the search layer buys.
-fn buys(pairs: &[[Option<Solved>; 2]]) -> Vec<String> {
+fn buys(pairs: &[[Option<SolveNumbers>; 2]]) -> Vec<String> {
     let count = |k: usize| pairs.iter().filter(|p| p[k].is_some()).count();
-    let of = |k: usize, value: fn(&Solved) -> f64| {
+    let of = |k: usize, value: fn(&SolveNumbers) -> f64| {
         median(pairs.iter().filter_map(|p| p[k].as_ref()).map(value)).unwrap_or(f64::NAN)
     };
     let [straight, two] = [0, 1].map(|k| {

@@ -7,6 +7,7 @@ use apsides_ocp::{Guess, Mesh};
 use super::reference::{
     FINE_E, FINE_U, Fine, MESH, ReferenceRow, TABLE_E, TABLE_U, TOLERANCE_E, TOLERANCE_U,
 };
+use crate::change::{Change, flag, number, word};
 use crate::stop::Stop;
 use crate::{Error, Observer, Outcome, Pipeline, SearchProgress};
 use apsides_pipeline::method::MethodName;
@@ -55,16 +56,16 @@ pub(super) fn label(limits: Limits) -> String {
 }
 
 /// The mission under limits.
-pub(super) fn mission(model: Model, limits: Limits, overrides: &[String]) -> Result<Pipeline, Error> {
-    let mut all: Vec<String> = LIMIT_KEYS.iter().zip(limits).map(|(key, l)| format!("{key}={l}")).collect();
-    all.push("margins=false".into());
-    all.extend_from_slice(overrides);
+pub(super) fn mission(model: Model, limits: Limits, changes: &[Change<'_>]) -> Result<Pipeline, Error> {
+    let mut all: Vec<Change<'_>> = LIMIT_KEYS.iter().zip(limits).map(|(key, l)| number(key, l)).collect();
+    all.push(flag("margins", false));
+    all.extend_from_slice(changes);
     crate::load(model.mission(), &all)
 }
 
 /// The numbers of one solve in a table.
 #[derive(Clone, Debug)]
-pub(super) struct Solved {
+pub(super) struct SolveNumbers {
     /// MJ/m2.
     pub(super) heat_load: f64,
     /// s.
@@ -85,7 +86,7 @@ pub(super) struct Solved {
     pub(super) same_mesh: Option<f64>,
 }
 
-impl Solved {
+impl SolveNumbers {
     pub(super) fn active(&self) -> [bool; 3] {
         self.by_limit.map(|ratio| ratio.is_some_and(|r| r > ACTIVE))
     }
@@ -111,7 +112,7 @@ impl Observer for Meshes<'_> {
     }
 }
 
-/// Where a solve begins.
+/// The start of a solve.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Begin {
     /// At straight lines.
@@ -126,7 +127,7 @@ pub(super) fn solve(
     limits: Limits,
     begin: Begin,
     observer: &mut dyn Observer,
-) -> Result<Solved, Stop> {
+) -> Result<SolveNumbers, Stop> {
     let (outcome, iterations) = outcome(model, limits, begin, observer)?;
     Ok(solved(&outcome, limits, &iterations))
 }
@@ -137,7 +138,7 @@ pub(super) fn solve_twice(
     limits: Limits,
     begin: Begin,
     observer: &mut dyn Observer,
-) -> Result<Solved, Stop> {
+) -> Result<SolveNumbers, Stop> {
     let (outcome, iterations) = outcome(model, limits, begin, observer)?;
     let mission = mission(model, limits, &[])?;
     let ocp = mission.pose()?.ocp;
@@ -150,7 +151,7 @@ pub(super) fn solve_twice(
         return Err(Stop::Interrupted);
     }
     let same_mesh = solution.status.is_success().then_some(solution.trajectory.objective);
-    Ok(Solved { same_mesh, ..solved(&outcome, limits, &iterations) })
+    Ok(SolveNumbers { same_mesh, ..solved(&outcome, limits, &iterations) })
 }
 
 /// The outcome of a solve, and its iterations mesh by mesh.
@@ -161,7 +162,7 @@ fn outcome(
     observer: &mut dyn Observer,
 ) -> Result<(Outcome, Vec<usize>), Stop> {
     let method = if begin == Begin::Search { MethodName::TwoLayer } else { MethodName::Radau };
-    let mission = mission(model, limits, &[format!("method={}", method.word())])?;
+    let mission = mission(model, limits, &[word("method", method.word())])?;
     let mut observer = Meshes { observer, last: Vec::new() };
     let outcome = mission.solve(None, &mut observer)?;
     if outcome.status == Status::Interrupted {
@@ -174,12 +175,12 @@ fn outcome(
     Ok((outcome, observer.last))
 }
 
-fn solved(outcome: &Outcome, limits: Limits, iterations: &[usize]) -> Solved {
+fn solved(outcome: &Outcome, limits: Limits, iterations: &[usize]) -> SolveNumbers {
     let summary = &outcome.summary;
     let result = |key: &str| summary.results.get(key).copied().unwrap_or(f64::NAN);
     let ratio = |k: usize| limits[k].is_finite().then(|| result(PEAK_KEYS[k]) / limits[k]);
     let search = summary.search.as_ref().map_or(0.0, |s| s.time_ms);
-    Solved {
+    SolveNumbers {
         heat_load: result("heat_load_mj_m2"),
         flight_time: result("flight_time_s"),
         by_limit: [0, 1, 2].map(ratio),

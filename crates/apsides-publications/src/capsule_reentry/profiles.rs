@@ -3,6 +3,7 @@
 use super::model::{Begin, Model, bank, mission, solve};
 use super::reference::{BASE, search_of};
 use super::{ALGORITHMS, COOPERATION};
+use crate::change::{Change, flag, number, word};
 use crate::sheet::{Graph, GraphSeries, Sheet, median};
 use crate::stop::Stop;
 use crate::workers::Workers;
@@ -11,8 +12,8 @@ use crate::{Error, Pipeline};
 /// A form of the bank profile.
 pub(super) struct Form {
     name: &'static str,
-    /// Keys of the mission.
-    keys: &'static [&'static str],
+    /// Values of the mission.
+    changes: &'static [Change<'static>],
     /// Figure of its searches over energy.
     figure: &'static str,
 }
@@ -20,26 +21,30 @@ pub(super) struct Form {
 pub(super) const FORMS: [Form; 3] = [
     Form {
         name: "3 constants",
-        keys: &["search.degree=0", "search.least_intervals=3", "search.most_intervals=3"],
+        changes: &[
+            number("search.degree", 0.0),
+            number("search.least_intervals", 3.0),
+            number("search.most_intervals", 3.0),
+        ],
         figure: "searches_3_constants.svg",
     },
     Form {
         name: "5 lines",
-        keys: &[
-            "search.degree=1",
-            "search.least_intervals=5",
-            "search.most_intervals=5",
-            "search.continuous=false",
+        changes: &[
+            number("search.degree", 1.0),
+            number("search.least_intervals", 5.0),
+            number("search.most_intervals", 5.0),
+            flag("search.continuous", false),
         ],
         figure: "searches_5_lines.svg",
     },
     Form {
         name: "3 joined lines of free lengths",
-        keys: &[
-            "search.degree=1",
-            "search.least_intervals=3",
-            "search.most_intervals=3",
-            "search.free_lengths=true",
+        changes: &[
+            number("search.degree", 1.0),
+            number("search.least_intervals", 3.0),
+            number("search.most_intervals", 3.0),
+            flag("search.free_lengths", true),
         ],
         figure: "searches_3_joined_lines.svg",
     },
@@ -153,7 +158,7 @@ fn groups(forms: &[Form], seeds: u64, budget: usize, workers: &mut Workers<'_>) 
     for (form, f) in forms.iter().enumerate() {
         for (abscissa, (over, algorithms, part)) in ABSCISSAE.iter().enumerate() {
             for (algorithm, (word, _)) in ALGORITHMS[..*algorithms].iter().enumerate() {
-                let mission = searched(f.keys, over, word, budget)?;
+                let mission = searched(f.changes, over, word, budget)?;
                 jobs.extend((0..seeds / part).map(|seed| (groups.len(), mission.clone(), seed)));
                 groups.push(Group { form, abscissa, algorithm, runs: Vec::new() });
             }
@@ -179,14 +184,13 @@ fn groups(forms: &[Form], seeds: u64, budget: usize, workers: &mut Workers<'_>) 
     Ok(groups)
 }
 
-fn searched(keys: &[&str], over: &str, algorithm: &str, budget: usize) -> Result<Pipeline, Error> {
-    let mut overrides: Vec<String> = keys.iter().map(|k| (*k).to_owned()).collect();
-    overrides.extend([
-        format!("search.profile={over}"),
-        format!("search.algorithm={algorithm}"),
-        format!("search.evaluations={budget}"),
-    ]);
-    mission(Model::E, BASE, &overrides)
+fn searched(form: &[Change<'_>], over: &str, algorithm: &str, budget: usize) -> Result<Pipeline, Error> {
+    let search = [
+        word("search.profile", over),
+        word("search.algorithm", algorithm),
+        number("search.evaluations", budget as f64),
+    ];
+    mission(Model::E, BASE, &[form, &search].concat())
 }
 
 /// Medians nearer to each other than this are equal, %.

@@ -6,6 +6,7 @@ use apsides_shooting::profile::{FlightRules, MeshWish, ProfileShape, ProfileShoo
 
 use super::model::{Model, mission};
 use super::reference::BASE;
+use crate::change::{number, word};
 use crate::sheet::{Sheet, median};
 use crate::stop::Stop;
 use crate::workers::Workers;
@@ -14,7 +15,7 @@ use crate::{Error, Observer, Pipeline, Posed};
 /// The mesh of all solves.
 const INTERVALS: usize = 10;
 const POINTS: usize = 4;
-/// As in the reference.
+/// The limit of the reference.
 const MOST_ITERATIONS: usize = 500;
 const FLIGHTS: usize = 3000;
 /// Relative distance from the optimum that counts as the same: the coarse mesh alone is worth 8e-4.
@@ -161,14 +162,14 @@ pub(super) fn sheet(seeds: u64, workers: &mut Workers<'_>) -> Result<Sheet, Stop
             ("reference_median_iterations", 0),
         ],
     );
-    for (control, word) in CONTROLS {
-        let overrides = [
-            format!("steering={word}"),
-            format!("search.evaluations={FLIGHTS}"),
-            format!("radau.intervals={INTERVALS}"),
-            format!("radau.points={POINTS}"),
+    for (control, steering) in CONTROLS {
+        let changes = [
+            word("steering", steering),
+            number("search.evaluations", FLIGHTS as f64),
+            number("radau.intervals", INTERVALS as f64),
+            number("radau.points", POINTS as f64),
         ];
-        let mission = mission(Model::E, BASE, &overrides)?;
+        let mission = mission(Model::E, BASE, &changes)?;
         let posed = mission.pose()?;
         let start =
             Start { mission: &mission, posed: &posed, is_angle: posed.ocp.phases[0].controls.len() == 1 };
@@ -183,7 +184,7 @@ pub(super) fn sheet(seeds: u64, workers: &mut Workers<'_>) -> Result<Sheet, Stop
             let (count, middle) = (successes.len(), median(successes.iter().copied()));
             let most = successes.iter().copied().reduce(f64::max);
             // The reference has cosine and sine.
-            let printed = |v: f64| (word == CONTROLS[0].1).then_some(v);
+            let printed = |v: f64| (steering == CONTROLS[0].1).then_some(v);
             sheet.push(
                 format!("{name}, {control}"),
                 vec![Some(count as f64), middle, most, printed(reference[0]), printed(reference[1])],

@@ -9,6 +9,12 @@ use crate::sheet::Sheet;
 use crate::stop::Stop;
 use crate::workers::Workers;
 
+/// Solver: the tolerances at which the iterations stop.
+const SOLVER: f64 = 1e-10;
+
+/// Published: half a unit of the last digit that the source prints.
+const PUBLISHED: f64 = 1e-12;
+
 fn on_two<T>(work: impl FnOnce(&mut Workers<'_>) -> Result<T, Stop>) -> T {
     match work(&mut Workers { threads: 2, observer: &mut () }) {
         Ok(done) => done,
@@ -27,10 +33,10 @@ fn near(sheet: &Sheet, row: &str, key: &str, expected: f64, tolerance: f64) {
 #[test]
 fn minima_of_the_test_functions() {
     let sheet = functions::optima();
-    near(&sheet, "(6)", "least_value", -0.335_586_525_247, 1e-12);
-    near(&sheet, "(6)", "y", 1.660_605_319_779, 1e-11);
-    near(&sheet, "(5), exponent 0.25", "least_value", -0.247_405_194_039, 1e-12);
-    near(&sheet, "(5), exponent 0.25", "x", -0.202_149_94, 1e-8);
+    near(&sheet, "(6)", "least_value", -0.335_586_525_247, PUBLISHED);
+    near(&sheet, "(6)", "y", 1.660_605_319_779, 10.0 * PUBLISHED);
+    near(&sheet, "(5), exponent 0.25", "least_value", -0.247_405_194_039, PUBLISHED);
+    near(&sheet, "(5), exponent 0.25", "x", -0.202_149_94, 1e4 * PUBLISHED);
     near(&sheet, "(5), exponent 0.25", "value_at_printed", 0.0, 0.0);
     near(&sheet, "(5), exponent 0.5", "least_value", 0.0, 0.0);
     assert!(sheet.findings[0].contains("no global minimiser with the exponent 0.25"));
@@ -47,8 +53,8 @@ fn moon_lander() {
     for (key, expected) in
         [("burn_starts", 1.4154037504), ("landing", 4.1641408342), ("impulse", 8.2462112513)]
     {
-        near(&sheet, "closed form", key, expected, 1e-10);
-        near(&sheet, "Radau", key, expected, 1e-8);
+        near(&sheet, "closed form", key, expected, SOLVER);
+        near(&sheet, "Radau", key, expected, 100.0 * SOLVER);
     }
 }
 

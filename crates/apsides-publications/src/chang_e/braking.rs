@@ -1,91 +1,108 @@
 //! The main braking: ends at the gate, datums, plane and space.
 
-use super::case::{BRAKING, Solved, solve, solve_from};
+use apsides_dynamics::planar;
+
+use super::case::{BRAKING, PLANE, SolvedCase, solve, solve_from};
 use crate::Observer;
+use crate::change::{Change, number, word};
 use crate::sheet::{Graph, GraphSeries, Sheet};
 use crate::stop::Stop;
 use crate::workers::Workers;
 
 /// A case with what the reference found for it: propellant (kg), time (s), central angle (deg).
-struct Row {
+struct BrakingCase {
     label: &'static str,
-    overrides: &'static [&'static str],
+    changes: &'static [Change<'static>],
     /// The case whose solution it starts from: without one it ends in another local optimum.
-    from: Option<&'static [&'static str]>,
+    from: Option<&'static [Change<'static>]>,
     reference: [f64; 3],
 }
 
-const PLANE: &str = "motion=plane";
-const HORIZONTAL: &str = "gate_direction=horizontal";
+const HORIZONTAL: Change<'static> = word("gate_direction", "horizontal");
 /// Altitudes above the perilune of 15 x 100 km over the mean radius, the gate over the site.
-const MIXED: [&str; 3] =
-    ["site_altitude_m=-2641", "perilune_altitude_km=17.641", "apolune_altitude_km=102.641"];
+const MIXED: [Change<'static>; 3] = [
+    number("site_altitude_m", -2641.0),
+    number("perilune_altitude_km", 17.641),
+    number("apolune_altitude_km", 102.641),
+];
 
-impl Row {
-    const fn new(label: &'static str, overrides: &'static [&'static str], reference: [f64; 3]) -> Self {
-        Self { label, overrides, from: None, reference }
+impl BrakingCase {
+    const fn new(label: &'static str, changes: &'static [Change<'static>], reference: [f64; 3]) -> Self {
+        Self { label, changes, from: None, reference }
     }
 
-    const fn from(self, from: &'static [&'static str]) -> Self {
+    const fn from(self, from: &'static [Change<'static>]) -> Self {
         Self { from: Some(from), ..self }
     }
 }
 
-const ROWS: [Row; 15] = [
-    Row::new("plane, 57 m/s", &[PLANE], [1_054.168_327_758, 424.955_306, 13.323_735]),
-    Row::new(
+const ROWS: [BrakingCase; 15] = [
+    BrakingCase::new("plane, 57 m/s", &[PLANE], [1_054.168_327_758, 424.955_306, 13.323_735]),
+    BrakingCase::new(
         "plane, 57 m/s down",
-        &[PLANE, "gate_direction=down"],
+        &[PLANE, word("gate_direction", "down")],
         [1_071.642_258_191, 439.365_003, 13.693_924],
     ),
-    Row::new("plane, 57 m/s horizontal", &[PLANE, HORIZONTAL], [1_057.206_553_882, 534.523_578, 19.153_172]),
-    Row::new("plane, at rest", &[PLANE, "gate_speed_m_s=0"], [1_083.627_316_859, 446.772_169, 13.909_219]),
-    Row::new(
+    BrakingCase::new(
+        "plane, 57 m/s horizontal",
+        &[PLANE, HORIZONTAL],
+        [1_057.206_553_882, 534.523_578, 19.153_172],
+    ),
+    BrakingCase::new(
+        "plane, at rest",
+        &[PLANE, number("gate_speed_m_s", 0.0)],
+        [1_083.627_316_859, 446.772_169, 13.909_219],
+    ),
+    BrakingCase::new(
         "plane, start at 1692.528 m/s",
-        &[PLANE, "start_speed_m_s=inf"],
+        &[PLANE, number("start_speed_m_s", f64::INFINITY)],
         [1_054.402_023_468, 425.175_092, 13.337_961],
     ),
-    Row::new(
+    BrakingCase::new(
         "plane, full thrust all along",
-        &[PLANE, "min_thrust_n=7499.999"],
+        &[PLANE, number("min_thrust_n", 7499.999)],
         [1_054.170_037_370, 413.234_655, 12.677_526],
     ),
-    Row::new(
+    BrakingCase::new(
         "plane, altitudes from the site",
-        &[PLANE, "site_altitude_m=-2641", "start_speed_m_s=inf"],
+        &[PLANE, number("site_altitude_m", -2641.0), number("start_speed_m_s", f64::INFINITY)],
         [1_055.159_831_712, 425.619_190, 13.385_516],
     ),
-    Row::new(
+    BrakingCase::new(
         "plane, perilune over the mean radius, gate over the site",
         &[PLANE, MIXED[0], MIXED[1], MIXED[2]],
         [1_056.321_950_905, 514.972_066, 18.120_741],
     )
     .from(&[PLANE, HORIZONTAL]),
-    Row::new("space, northwards", &[], [1_054.169_143_737, 424.956_432, 13.323_826]),
-    Row::new(
+    BrakingCase::new("space, northwards", &[], [1_054.169_143_737, 424.956_432, 13.323_826]),
+    BrakingCase::new(
         "space, northwards, indirect shooting",
-        &["method=indirect"],
+        &[word("method", "indirect")],
         [1_054.169_143_737, 424.956_432, 13.323_826],
     ),
-    Row::new(
+    BrakingCase::new(
         "space, start at 1692.528 m/s",
-        &["start_speed_m_s=inf"],
+        &[number("start_speed_m_s", f64::INFINITY)],
         [1_054.402_838_737, 425.176_229, 13.338_052],
     ),
-    Row::new("space, southwards", &["orbit_azimuth_deg=180"], [1_054.170_233_288, 424.955_702, 13.323_758]),
-    Row::new(
+    BrakingCase::new(
+        "space, southwards",
+        &[number("orbit_azimuth_deg", 180.0)],
+        [1_054.170_233_288, 424.955_702, 13.323_758],
+    ),
+    BrakingCase::new(
         "space, altitudes from the site",
-        &["site_altitude_m=-2641", "start_speed_m_s=inf"],
+        &[number("site_altitude_m", -2641.0), number("start_speed_m_s", f64::INFINITY)],
         [1_055.160_640_922, 425.620_315, 13.385_607],
     ),
-    Row::new(
+    BrakingCase::new(
         "space, perilune over the mean radius, gate over the site",
-        &[MIXED[0], MIXED[1], MIXED[2], "start_speed_m_s=inf"],
+        &[MIXED[0], MIXED[1], MIXED[2], number("start_speed_m_s", f64::INFINITY)],
         [1_056.555_994_888, 515.319_582, 18.141_659],
     )
     .from(&[HORIZONTAL]),
     // The reference has none.
-    Row::new("space, oblate Moon (J2, C22)", &["gravity=degree-2"], [f64::NAN; 3]),
+    BrakingCase::new("space, oblate Moon (J2, C22)", &[word("gravity", "degree-2")], [f64::NAN; 3]),
 ];
 
 const COLUMNS: &[(&str, usize)] = &[
@@ -121,7 +138,7 @@ pub(super) fn sheet(workers: &mut Workers<'_>) -> Result<Sheet, Stop> {
             Ok(s) => {
                 sheet.push(row.label, values(row, Some(&s)));
                 s.check(row.label, &mut sheet);
-                if row.overrides.contains(&PLANE) {
+                if row.changes.contains(&PLANE) {
                     graph.push(GraphSeries { label: row.label.into(), line: profile(&s), dots: Vec::new() });
                 }
                 found.push((row, s));
@@ -143,18 +160,18 @@ pub(super) fn sheet(workers: &mut Workers<'_>) -> Result<Sheet, Stop> {
     Ok(sheet)
 }
 
-fn solve_row(row: &Row, observer: &mut dyn Observer) -> Result<Solved, Stop> {
+fn solve_row(row: &BrakingCase, observer: &mut dyn Observer) -> Result<SolvedCase, Stop> {
     let start = match row.from {
         Some(from) => Some(solve(BRAKING, from, observer)?.trajectory),
         None => None,
     };
-    solve_from(BRAKING, row.overrides, start.as_ref(), observer).map(|(_, o)| Solved::of(o))
+    solve_from(BRAKING, row.changes, start.as_ref(), observer).map(|(_, o)| SolvedCase::of(o))
 }
 
-fn values(row: &Row, solved: Option<&Solved>) -> Vec<Option<f64>> {
+fn values(row: &BrakingCase, solved: Option<&SolvedCase>) -> Vec<Option<f64>> {
     let of = |key: &str| solved.map(|s| s.get(key)).filter(|v| v.is_finite());
     let [propellant, time, angle] = row.reference.map(|v| Some(v).filter(|v| v.is_finite()));
-    let switches = solved.map(Solved::switches).unwrap_or_default();
+    let switches = solved.map(SolvedCase::switches).unwrap_or_default();
     vec![
         of("propellant_kg"),
         propellant,
@@ -171,10 +188,10 @@ fn values(row: &Row, solved: Option<&Solved>) -> Vec<Option<f64>> {
     ]
 }
 
-fn findings(found: &[(&Row, Solved)]) -> Vec<String> {
+fn findings(found: &[(&BrakingCase, SolvedCase)]) -> Vec<String> {
     let of = |label: &str| found.iter().find(|(r, _)| r.label == label).map(|(_, s)| s.get("propellant_kg"));
     let known = found.iter().filter(|(r, _)| r.reference[0].is_finite());
-    let off = |(r, s): &&(&Row, Solved)| s.get("propellant_kg") - r.reference[0];
+    let off = |(r, s): &&(&BrakingCase, SolvedCase)| s.get("propellant_kg") - r.reference[0];
     let (near, far): (Vec<_>, Vec<_>) = known.partition(|f| off(f).abs() <= AGREEMENT_KG);
     let mut findings = vec![format!("{} rows are within {AGREEMENT_KG} kg of the reference.", near.len())];
     for f in far {
@@ -200,13 +217,16 @@ fn findings(found: &[(&Row, Solved)]) -> Vec<String> {
 }
 
 const SAMPLES: usize = 300;
+/// Places of the angle and the radius among the states of a flight in the plane.
+const ANGLE_AT: usize = planar::POLAR_ANGLE.index_in(&planar::STATES);
+const RADIUS_AT: usize = planar::RADIUS.index_in(&planar::STATES);
 
-fn profile(solved: &Solved) -> Vec<[f64; 2]> {
+fn profile(solved: &SolvedCase) -> Vec<[f64; 2]> {
     let Some(phase) = solved.trajectory.phases.first() else { return Vec::new() };
     let radius = super::orbit::RADIUS;
     let point = |k: usize| {
         let x = phase.state_at(phase.time_at(k as f64 / SAMPLES as f64));
-        [x[1] * radius, x[0] - radius]
+        [x[ANGLE_AT] * radius, x[RADIUS_AT] - radius]
     };
     (0..=SAMPLES).map(point).collect()
 }

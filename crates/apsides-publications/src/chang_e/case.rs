@@ -1,10 +1,11 @@
-//! The two missions with overrides.
+//! The two missions with changed values.
 
 use std::collections::BTreeMap;
 
 use apsides_ocp::{PhaseTrajectory, Trajectory};
 use apsides_verify::Verdict;
 
+use crate::change::{Change, word};
 use crate::sheet::Sheet;
 use crate::stop::{Stop, solved};
 use crate::{Observer, Outcome, Pipeline};
@@ -17,14 +18,14 @@ pub(super) const THRUST: f64 = 7500.0;
 pub(super) const MASS: f64 = 2400.0;
 
 /// The solution of one case that the sheets report.
-pub(super) struct Solved {
+pub(super) struct SolvedCase {
     pub(super) results: BTreeMap<String, f64>,
     pub(super) trajectory: Trajectory,
     pub(super) verdict: Verdict,
     pub(super) failed_checks: Vec<String>,
 }
 
-impl Solved {
+impl SolvedCase {
     pub(super) fn of(outcome: Outcome) -> Self {
         let certificate = &outcome.summary.certificate;
         Self {
@@ -62,34 +63,37 @@ fn breaks(phase: &PhaseTrajectory) -> Vec<f64> {
     phase.mesh.breaks().iter().filter(|b| b.free).map(|b| of(b.end)).collect()
 }
 
-fn overrides(all: &[&str]) -> Vec<String> {
-    all.iter().map(|o| (*o).to_owned()).collect()
-}
+/// The motion in the plane of the orbit.
+pub(super) const PLANE: Change<'static> = word("motion", "plane");
 
-/// The mission with overrides, and what its solve returns, on one thread.
+/// The mission with changed values, and what its solve returns, on one thread.
 pub(super) fn outcome(
     mission: &str,
-    all: &[&str],
+    changes: &[Change<'_>],
     observer: &mut dyn Observer,
 ) -> Result<(Pipeline, Outcome), Stop> {
-    solve_from(mission, all, None, observer)
+    solve_from(mission, changes, None, observer)
 }
 
 /// The same from a solution of another case.
 pub(super) fn solve_from(
     mission: &str,
-    all: &[&str],
+    changes: &[Change<'_>],
     start: Option<&Trajectory>,
     observer: &mut dyn Observer,
 ) -> Result<(Pipeline, Outcome), Stop> {
-    solved(mission, &overrides(all), 1, start, observer)
+    solved(mission, changes, 1, start, observer)
 }
 
-pub(super) fn solve(mission: &str, all: &[&str], observer: &mut dyn Observer) -> Result<Solved, Stop> {
-    outcome(mission, all, observer).map(|(_, o)| Solved::of(o))
+pub(super) fn solve(
+    mission: &str,
+    changes: &[Change<'_>],
+    observer: &mut dyn Observer,
+) -> Result<SolvedCase, Stop> {
+    outcome(mission, changes, observer).map(|(_, o)| SolvedCase::of(o))
 }
 
-/// The mission with overrides.
-pub(super) fn load(mission: &str, all: &[&str]) -> Result<Pipeline, Stop> {
-    Ok(crate::load(mission, &overrides(all))?)
+/// The mission with changed values.
+pub(super) fn load(mission: &str, changes: &[Change<'_>]) -> Result<Pipeline, Stop> {
+    Ok(crate::load(mission, changes)?)
 }

@@ -15,7 +15,7 @@ pub(super) fn to(value: f64, within: f64) -> Option<Known> {
 }
 
 /// One quantity; the unit ends the label.
-pub(super) struct Comparison<'a> {
+pub(super) struct Compared<'a> {
     pub(super) label: &'a str,
     pub(super) printed: Option<Known>,
     pub(super) found: f64,
@@ -31,8 +31,8 @@ pub(super) fn row(
     found: f64,
     reference: Option<Known>,
     why: impl Into<String>,
-) -> Comparison<'_> {
-    Comparison { label, printed, found, reference, why: why.into() }
+) -> Compared<'_> {
+    Compared { label, printed, found, reference, why: why.into() }
 }
 
 const COLUMNS: &[(&str, usize)] = &[
@@ -45,7 +45,7 @@ const COLUMNS: &[(&str, usize)] = &[
     ("reference_is_reproduced", 0),
 ];
 
-pub(super) fn sheet(id: &'static str, title: &str, rows: Vec<Comparison<'_>>) -> Sheet {
+pub(super) fn sheet(id: &'static str, title: &str, rows: Vec<Compared<'_>>) -> Sheet {
     let any_printed = rows.iter().any(|r| r.printed.is_some());
     let shown = |key: &str| any_printed || !key.starts_with("printed");
     let columns: Vec<(&'static str, usize)> = COLUMNS.iter().copied().filter(|(key, _)| shown(key)).collect();

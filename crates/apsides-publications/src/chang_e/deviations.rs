@@ -5,7 +5,7 @@ use apsides_dynamics::powered_descent::MOON_ROTATION_RATE;
 use apsides_metaheuristics::Generator;
 
 use super::case::{BRAKING, outcome};
-use super::comparison::{self, Comparison, Known, row, to};
+use super::comparison::{self, Compared, Known, row, to};
 use super::orbit::RADIUS;
 use crate::sheet::{Graph, GraphSeries, Sheet};
 use crate::stop::Stop;
@@ -108,7 +108,7 @@ pub(super) fn near(flights: usize, replanned: usize, workers: &mut Workers<'_>) 
     Ok(sheet)
 }
 
-fn rows(labels: &[(String, f64, Option<Known>)]) -> Vec<Comparison<'_>> {
+fn rows(labels: &[(String, f64, Option<Known>)]) -> Vec<Compared<'_>> {
     labels.iter().map(|(label, found, reference)| row(label, None, *found, *reference, "")).collect()
 }
 
@@ -137,11 +137,15 @@ struct Far {
 
 fn far_starts(plan: &Outcome, count: usize) -> Vec<Far> {
     let Some(phase) = plan.trajectory.phases.first() else { return Vec::new() };
-    let x = phase.state_at(phase.initial_time);
-    let local = Local::at(x[1], x[2]);
+    let state = phase.state_at(phase.initial_time);
+    let &[radius, longitude, latitude, upward, eastward, northward, _mass] = &state[..] else {
+        return Vec::new();
+    };
+    let local = Local::at(longitude, latitude);
     // Inertial axes are those of the Moon at the start.
     let frame = BodyFixed { rotation_rate: MOON_ROTATION_RATE, epoch_angle: 0.0 };
-    let (p, v) = frame.to_inertial(0.0, local.up.map(|c| c * x[0]), local.vector([x[3], x[4], x[5]]));
+    let position = local.up.map(|c| c * radius);
+    let (p, v) = frame.to_inertial(0.0, position, local.vector([upward, eastward, northward]));
     let mut random = Generator::new(SEED);
     let mut start = || {
         let mut off = |v: [f64; 3]| v.map(|c| c * random.between(-PART, PART));

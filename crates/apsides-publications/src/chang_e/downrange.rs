@@ -2,7 +2,7 @@
 
 use apsides_ocp::{Bounds, Guess, Trajectory};
 
-use super::case::{BRAKING, Solved, load, solve};
+use super::case::{BRAKING, PLANE, SolvedCase, load, solve};
 use super::orbit::{PRINTED_PERILUNE, SITE, arc};
 use crate::sheet::{Graph, GraphSeries, Sheet};
 use crate::stop::{Stop, ended, keep};
@@ -46,7 +46,7 @@ pub(super) fn braking(
     start: &Trajectory,
     workers: &mut Workers<'_>,
 ) -> Result<Trajectory, Stop> {
-    let mission = load(BRAKING, &["motion=plane"])?;
+    let mission = load(BRAKING, &[PLANE])?;
     let mut ocp = mission.pose()?.ocp;
     let Some(phase) = ocp.phases.first_mut() else { return Err(Stop::NotSolved("no phase".into())) };
     match given {
@@ -77,7 +77,7 @@ pub(super) fn sheet(arcs: &[(f64, f64)], workers: &mut Workers<'_>) -> Result<Sh
             ("flight_time_s", 3),
         ],
     );
-    let free = solve(BRAKING, &["motion=plane"], &mut *workers.observer)?;
+    let free = solve(BRAKING, &[PLANE], &mut *workers.observer)?;
     let best = free.trajectory.objective;
     let push = |sheet: &mut Sheet, label: String, found: Option<&Trajectory>, reference: Option<f64>| {
         let mass = found.map(|t| t.objective);
@@ -134,7 +134,7 @@ pub(super) fn sheet(arcs: &[(f64, f64)], workers: &mut Workers<'_>) -> Result<Sh
 }
 
 fn findings(
-    free: &Solved,
+    free: &SolvedCase,
     printed: f64,
     found: &[(f64, Option<f64>, Option<Trajectory>)],
     timed: Option<&Trajectory>,

@@ -4,6 +4,7 @@ use apsides_dynamics::great_circle::central_angle;
 
 use super::case::{BRAKING, solve};
 use super::comparison::{self, row, to};
+use crate::change::{Change, number};
 use crate::sheet::Sheet;
 use crate::stop::Stop;
 use crate::workers::Workers;
@@ -24,7 +25,8 @@ pub(super) fn arc(from: [f64; 2], to: [f64; 2]) -> f64 {
 }
 
 pub(super) fn sheet(workers: &mut Workers<'_>) -> Result<Sheet, Stop> {
-    let cases: [&[&str]; 2] = [&[], &["site_altitude_m=-2641", "start_speed_m_s=inf"]];
+    let cases: [&[Change<'_>]; 2] =
+        [&[], &[number("site_altitude_m", -2641.0), number("start_speed_m_s", f64::INFINITY)]];
     let [mean, low] = workers.each(&cases, |c, observer| solve(BRAKING, c, observer))?;
     let speeds = ["perilune_speed_m_s", "apolune_speed_m_s"];
     let [perilune, apolune] = speeds.map(|k| mean.get(k));

@@ -2,15 +2,16 @@
 
 use apsides_verify::Verdict;
 
-use super::case::{BRAKING, solve};
+use super::case::{BRAKING, PLANE, solve};
+use crate::change::{Change, number, word};
 use crate::sheet::{Graph, GraphSeries, Sheet};
 use crate::stop::Stop;
 use crate::workers::Workers;
 
 /// Number of segments, and the gaps of the reference with equal and with free lengths (the best of its starts), kg.
-pub(super) type Row = (usize, f64, f64);
+pub(super) type SegmentGaps = (usize, f64, f64);
 
-pub(super) const ROWS: [Row; 6] = [
+pub(super) const ROWS: [SegmentGaps; 6] = [
     (2, 2.030_192, 1.922_719),
     (5, 0.273_453, 0.247_349),
     (10, 0.068_220, 0.061_371),
@@ -26,21 +27,20 @@ const ACCURACY_KG: f64 = 5e-5;
 
 struct Job {
     label: String,
-    overrides: Vec<String>,
+    changes: [Change<'static>; 5],
     reference: Option<f64>,
 }
 
-fn jobs(rows: &[Row]) -> Vec<Job> {
-    let job = |n: usize, lengths: &str, refine: bool, reference| Job {
+fn jobs(rows: &[SegmentGaps]) -> Vec<Job> {
+    let job = |n: usize, lengths: &'static str, refine: bool, reference| Job {
         label: format!("{n} of {lengths} lengths{}", if refine { ", divided on" } else { "" }),
-        overrides: [
-            "motion=plane".into(),
-            "method=piecewise".into(),
-            format!("piecewise.intervals={n}"),
-            format!("piecewise.lengths={lengths}"),
-            format!("piecewise.max_refinements={}", if refine { 100 } else { 0 }),
-        ]
-        .into(),
+        changes: [
+            PLANE,
+            word("method", "piecewise"),
+            number("piecewise.intervals", n as f64),
+            word("piecewise.lengths", lengths),
+            number("piecewise.max_refinements", if refine { 100.0 } else { 0.0 }),
+        ],
         reference,
     };
     let sides = rows.iter().flat_map(|&(n, equal, free)| {
@@ -51,7 +51,7 @@ fn jobs(rows: &[Row]) -> Vec<Job> {
     sides.chain(divided).collect()
 }
 
-pub(super) fn sheet(rows: &[Row], workers: &mut Workers<'_>) -> Result<Sheet, Stop> {
+pub(super) fn sheet(rows: &[SegmentGaps], workers: &mut Workers<'_>) -> Result<Sheet, Stop> {
     let mut sheet = Sheet::new(
         "segments",
         "Main braking in the plane with piecewise-constant controls: what they miss of the optimum, beside the reference",
@@ -65,12 +65,9 @@ pub(super) fn sheet(rows: &[Row], workers: &mut Workers<'_>) -> Result<Sheet, St
             ("flight_time_s", 3),
         ],
     );
-    let best = solve(BRAKING, &["motion=plane"], &mut *workers.observer)?.get("final_mass_kg");
+    let best = solve(BRAKING, &[PLANE], &mut *workers.observer)?.get("final_mass_kg");
     let jobs = jobs(rows);
-    let solved = workers.all(&jobs, |job, observer| {
-        let overrides: Vec<&str> = job.overrides.iter().map(String::as_str).collect();
-        solve(BRAKING, &overrides, observer)
-    })?;
+    let solved = workers.all(&jobs, |job, observer| solve(BRAKING, &job.changes, observer))?;
     let mut found = Vec::new();
     for (job, solved) in jobs.iter().zip(solved) {
         let solved = match solved {
@@ -102,8 +99,9 @@ pub(super) fn sheet(rows: &[Row], workers: &mut Workers<'_>) -> Result<Sheet, St
     }
     sheet.findings = findings(&sheet, &jobs, &found);
     let side = |k: usize, label: &str| {
-        let of = |(i, row): (usize, &Row)| Some([row.0 as f64, found.get(2 * i + k).copied()??.log10()]);
-        let reference = |row: &Row| [row.0 as f64, [row.1, row.2][k].log10()];
+        let of =
+            |(i, row): (usize, &SegmentGaps)| Some([row.0 as f64, found.get(2 * i + k).copied()??.log10()]);
+        let reference = |row: &SegmentGaps| [row.0 as f64, [row.1, row.2][k].log10()];
         GraphSeries {
             label: label.into(),
             line: rows.iter().enumerate().filter_map(of).collect(),

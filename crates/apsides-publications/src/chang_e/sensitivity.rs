@@ -2,7 +2,8 @@
 
 use apsides_dynamics::engine::STANDARD_GRAVITY;
 
-use super::case::{BRAKING, MASS, Solved, THRUST, outcome, solve};
+use super::case::{BRAKING, MASS, PLANE, SolvedCase, THRUST, outcome, solve};
+use crate::change::{Change, number};
 use crate::sheet::{Graph, GraphSeries, Sheet};
 use crate::stop::Stop;
 use crate::workers::Workers;
@@ -33,16 +34,15 @@ pub(super) fn sheet(workers: &mut Workers<'_>) -> Result<Sheet, Stop> {
             ("found_by_reference_less_one", 6),
         ],
     );
-    let (mission, base) = outcome(BRAKING, &["motion=plane"], &mut *workers.observer)?;
+    let (mission, base) = outcome(BRAKING, &[PLANE], &mut *workers.observer)?;
     let keys = KEYS.map(|k| k.1);
     let prices = mission.sensitivities(&base, &keys)?;
-    let jobs: Vec<String> = KEYS
+    let jobs: Vec<Change<'_>> = KEYS
         .iter()
-        .flat_map(|(_, key, value, step, _)| [-1.0, 1.0].map(|s| format!("{key}={:?}", value + s * step)))
+        .flat_map(|(_, key, value, step, _)| [-1.0, 1.0].map(|s| number(key, value + s * step)))
         .collect();
-    let again = workers.all(&jobs, |set, observer| {
-        Ok(solve(BRAKING, &["motion=plane", set], observer)?.get("final_mass_kg"))
-    })?;
+    let again = workers
+        .all(&jobs, |set, observer| Ok(solve(BRAKING, &[PLANE, *set], observer)?.get("final_mass_kg")))?;
     let mass = base.trajectory.objective;
     let (mut off, mut apart): (f64, f64) = (0.0, 0.0);
     for (k, ((label, _, value, step, reference), price)) in KEYS.iter().zip(&prices).enumerate() {
@@ -67,7 +67,7 @@ pub(super) fn sheet(workers: &mut Workers<'_>) -> Result<Sheet, Stop> {
             ],
         );
     }
-    Solved::of(base).check("main braking in the plane", &mut sheet);
+    SolvedCase::of(base).check("main braking in the plane", &mut sheet);
     sheet.findings = vec![
         format!(
             "The derivatives by the multipliers are those of the reference to {off:.0e}{}, those of solving again to {apart:.0e}.",
@@ -113,9 +113,9 @@ pub(super) fn thrusts(thrusts: &[(f64, f64)], workers: &mut Workers<'_>) -> Resu
             ("central_angle_deg", 3),
         ],
     );
-    let base = solve(BRAKING, &["motion=plane"], &mut *workers.observer)?.get("final_mass_kg");
+    let base = solve(BRAKING, &[PLANE], &mut *workers.observer)?.get("final_mass_kg");
     let solved = workers.all(thrusts, |(thrust, _), observer| {
-        solve(BRAKING, &["motion=plane", &format!("thrust_n={thrust}")], observer)
+        solve(BRAKING, &[PLANE, number("thrust_n", *thrust)], observer)
     })?;
     let mut line = Vec::new();
     for ((thrust, reference), solved) in thrusts.iter().zip(solved) {

@@ -1,15 +1,16 @@
 //! The six stages: one after the other, as in the paper, and together.
 
-use super::case::{LANDING, MASS, Solved, solve};
+use super::case::{LANDING, MASS, PLANE, SolvedCase, solve};
+use crate::change::{Change, number, word};
 use crate::sheet::{Graph, GraphSeries, Sheet};
 use crate::stop::Stop;
 use crate::workers::Workers;
 
 /// Label, keys of the mission whose sum it is, references by stages and together. The reference scans the angle at the gate in steps of
 /// 5 deg for the gates together: the total is that of the best step, its parts are those of this step.
-type Row = (&'static str, &'static [&'static str], Option<f64>, Option<f64>);
+type StageRow = (&'static str, &'static [&'static str], Option<f64>, Option<f64>);
 
-const ROWS: [Row; 16] = [
+const ROWS: [StageRow; 16] = [
     ("braking to 3 km, kg", &["braking_propellant_kg"], Some(1_054.168_328), Some(1_059.807_406)),
     ("adjustment to 2.4 km, kg", &["adjustment_propellant_kg"], Some(23.529_420), Some(13.742_474)),
     (
@@ -47,8 +48,8 @@ const HOVER: &str = "hover";
 /// Mass at which the reference hovers, kg.
 const HOVERING_MASS: f64 = 1_267.25;
 
-const CASES: [&[&str]; 4] =
-    [&["motion=plane", "optimised=by-stages"], &["motion=plane"], &[], &["motion=plane", "hover_time_s=5"]];
+const CASES: [&[Change<'static>]; 4] =
+    [&[PLANE, word("optimised", "by-stages")], &[PLANE], &[], &[PLANE, number("hover_time_s", 5.0)]];
 const LABELS: [&str; 3] = ["stages one after the other", "gates together", "gates together, in space"];
 
 pub(super) fn sheet(workers: &mut Workers<'_>) -> Result<Sheet, Stop> {
@@ -66,8 +67,9 @@ pub(super) fn sheet(workers: &mut Workers<'_>) -> Result<Sheet, Stop> {
     );
     let [alone, plane, space, hovering] = workers.each(&CASES, |c, observer| solve(LANDING, c, observer))?;
     let rate = HOVERING_MASS * mass_rate(&hovering).unwrap_or(f64::NAN);
-    let value =
-        |s: &Solved, keys: &[&str]| Some(keys.iter().map(|k| s.get(k)).sum()).filter(|v: &f64| v.is_finite());
+    let value = |s: &SolvedCase, keys: &[&str]| {
+        Some(keys.iter().map(|k| s.get(k)).sum()).filter(|v: &f64| v.is_finite())
+    };
     for (label, keys, by_stages, together) in ROWS {
         if keys.contains(&HOVER) {
             sheet.push(label, vec![None, None, Some(rate), together, None]);
@@ -88,15 +90,15 @@ pub(super) fn sheet(workers: &mut Workers<'_>) -> Result<Sheet, Stop> {
 }
 
 /// Rate of the logarithm of the mass in the hover, 1/s: the thrust is the weight.
-fn mass_rate(solved: &Solved) -> Option<f64> {
+fn mass_rate(solved: &SolvedCase) -> Option<f64> {
     let hover = solved.trajectory.phases.iter().find(|p| p.name == "hover")?;
     let mass = |time: f64| hover.state_at(time).last().copied();
     let (start, end) = (hover.initial_time, hover.final_time);
     Some((mass(start)? / mass(end)?).ln() / (end - start))
 }
 
-fn findings(alone: &Solved, plane: &Solved, space: &Solved) -> Vec<String> {
-    let all = |s: &Solved| s.get("propellant_kg");
+fn findings(alone: &SolvedCase, plane: &SolvedCase, space: &SolvedCase) -> Vec<String> {
+    let all = |s: &SolvedCase| s.get("propellant_kg");
     let gates = [all(alone), all(plane)];
     vec![
         format!(
@@ -116,15 +118,22 @@ fn findings(alone: &Solved, plane: &Solved, space: &Solved) -> Vec<String> {
 
 const SAMPLES: usize = 120;
 
-/// Altitude and upward speed below the first gate.
-fn graph(cases: &[&Solved]) -> Graph {
+/// Upward speed (m/s) and altitude (m) of a state of a flight in the plane or along the vertical; none of another one.
+fn upward_speed_and_altitude(state: &[f64]) -> Option<[f64; 2]> {
+    match *state {
+        [radius, upward, _mass] | [radius, _, _, upward, _mass] => {
+            Some([upward, radius - super::orbit::RADIUS])
+        }
+        _ => None,
+    }
+}
+
+/// Altitude and upward speed below the first gate, of flights in the plane.
+fn graph(cases: &[&SolvedCase]) -> Graph {
     let series = cases.iter().zip(LABELS).map(|(s, label)| {
         let points = s.trajectory.phases.iter().skip(1).flat_map(|p| {
-            (0..=SAMPLES).map(|k| {
-                let x = p.state_at(p.time_at(k as f64 / SAMPLES as f64));
-                let upward = if x.len() > 3 { x[3] } else { x[1] };
-                [upward, x[0] - super::orbit::RADIUS]
-            })
+            let sample = |k| p.state_at(p.time_at(k as f64 / SAMPLES as f64));
+            (0..=SAMPLES).filter_map(move |k| upward_speed_and_altitude(&sample(k)))
         });
         GraphSeries { label: label.into(), line: points.collect(), dots: Vec::new() }
     });

@@ -6,6 +6,9 @@ use crate::sheet::Sheet;
 use crate::stop::Stop;
 use crate::workers::Workers;
 
+/// Published: half a unit of the last digit that the source prints, or a few of them where it was computed with less.
+const PUBLISHED: f64 = 5e-5;
+
 fn on_two(work: impl FnOnce(&mut Workers<'_>) -> Result<Sheet, Stop>) -> Sheet {
     match work(&mut Workers { threads: 2, observer: &mut () }) {
         Ok(sheet) => {
@@ -47,7 +50,7 @@ fn few_segments() {
         ("5 of equal lengths", 0.273_453),
         ("5 of free lengths", 0.247_349),
     ] {
-        near(&sheet, row, "gap_kg", gap, 5e-5);
+        near(&sheet, row, "gap_kg", gap, PUBLISHED);
     }
 }
 
@@ -72,7 +75,7 @@ fn prices_and_thrusts() {
 fn flights_that_deviate() {
     let sheet = on_two(|w| deviations::near(400, 4, w));
     for (row, sigma) in [("upwards, m", 593.3052), ("along, m", 515.6662), ("across, m", 514.3924)] {
-        near(&sheet, &format!("sigma by the matrix, {row}"), "found", sigma, 1e-3);
+        near(&sheet, &format!("sigma by the matrix, {row}"), "found", sigma, 20.0 * PUBLISHED);
         // 400 flights: four standard errors of 3.5 %.
         near(&sheet, &format!("sigma {row}"), "found", sigma, 0.14 * sigma);
     }
@@ -94,7 +97,7 @@ fn error_table() {
     for (row, expected) in
         [("1 %: first angle, deg", 6.34), ("2 %: second angle, deg", 3.20), ("2 %: thrust, N", 5.20)]
     {
-        near(&sheet, row, "relative_error_percent", expected, 5e-3);
+        near(&sheet, row, "relative_error_percent", expected, 100.0 * PUBLISHED);
     }
     assert!(sheet.rows.iter().all(|r| r.values.last() == Some(&Some(0.0))));
     assert!(sheet.findings[1].starts_with("10 of 10 thrusts"), "{}", sheet.findings[1]);

@@ -2,7 +2,7 @@
 
 use apsides_dynamics::powered_descent::MOON_ROTATION_RATE;
 
-use super::case::{BRAKING, MASS, THRUST, solve};
+use super::case::{BRAKING, MASS, PLANE, THRUST, solve};
 use super::comparison::{self, row, to};
 use super::downrange::PRINTED_TIME;
 use super::orbit::{MU, RADIUS, SITE, arc};
@@ -66,7 +66,7 @@ pub(super) fn errors(workers: &mut Workers<'_>) -> Result<Sheet, Stop> {
             );
         }
     }
-    let base = solve(BRAKING, &["motion=plane"], &mut *workers.observer)?;
+    let base = solve(BRAKING, &[PLANE], &mut *workers.observer)?;
     let full = base.trajectory.phases.first().map_or(f64::NAN, |p| {
         (0..=100).map(|k| p.control_at(p.time_at(f64::from(k) / 100.0))[1]).fold(0.0, f64::max)
     });
@@ -87,7 +87,7 @@ pub(super) fn errors(workers: &mut Workers<'_>) -> Result<Sheet, Stop> {
 
 /// Single numbers of the text beside ours.
 pub(super) fn numbers(workers: &mut Workers<'_>) -> Result<Sheet, Stop> {
-    let flight = solve(BRAKING, &["motion=plane"], &mut *workers.observer)?;
+    let flight = solve(BRAKING, &[PLANE], &mut *workers.observer)?;
     let time = flight.get("flight_time_s");
     let speed = flight.get("gate_upward_speed_m_s").hypot(flight.get("gate_horizontal_speed_m_s"));
     let down = -flight.get("gate_upward_speed_m_s");

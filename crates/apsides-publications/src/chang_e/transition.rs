@@ -1,7 +1,7 @@
 //! The state-transition matrix of the main braking: sizes of its blocks.
 
 use super::case::{BRAKING, outcome};
-use super::comparison::{self, Comparison, Known, to};
+use super::comparison::{self, Compared, Known, to};
 use super::deviations::{flights, steered};
 use super::orbit::{MU, RADIUS};
 use crate::sheet::Sheet;
@@ -41,7 +41,7 @@ pub(super) fn sheet(workers: &mut Workers<'_>) -> Result<Sheet, Stop> {
     let norms = blocks.map(|row| row.map(|block| norm(&block)));
     let [[rr, rv], [vr, vv]] = norms;
     let printed = |power: i32| Some(Known { value: 10_f64.powi(power), within: 0.9 * 10_f64.powi(power) });
-    let row = |label, found, reference: f64, power: Option<i32>| Comparison {
+    let row = |label, found, reference: f64, power: Option<i32>| Compared {
         label,
         printed: power.and_then(printed),
         found,

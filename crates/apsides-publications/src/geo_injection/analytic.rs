@@ -15,7 +15,7 @@
 
 /// Bisections: more than the digits of a number.
 const STEPS: usize = 200;
-/// Where `k` is.
+/// The interval that `k` is in.
 const RATIOS: (f64, f64) = (1e-12, 50.0);
 
 /// A guess in canonical units, costates scaled by `lambda_r = -1`.

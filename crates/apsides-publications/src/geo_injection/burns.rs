@@ -24,7 +24,7 @@ use apsides_ocp::{
 
 use super::stage::{Orbit, Solver, Stage, Stop};
 
-/// Where on the orbit before the middle of a burn is: its true longitude.
+/// The place of the middle of a burn on the orbit before: its true longitude.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Apsis {
     Perigee,
@@ -75,14 +75,19 @@ pub(super) struct Flown {
     pub(super) cut_off: f64,
 }
 
+/// Places among the states.
+const LATUS_RECTUM_AT: usize = SEMI_LATUS_RECTUM.index_in(&PLANAR_STATES);
+const ECCENTRICITY_AT: usize = ECCENTRICITY_F.index_in(&PLANAR_STATES);
+const TRUE_LONGITUDE_AT: usize = TRUE_LONGITUDE.index_in(&PLANAR_STATES);
+
 impl Flown {
     fn of(indirect: &PhaseTrajectory, radau: &PhaseTrajectory) -> Self {
         let end = indirect.final_state();
         Self {
             time: indirect.final_time - indirect.initial_time,
             radau_time: radau.final_time - radau.initial_time,
-            orbit: Orbit::of_latus_rectum(end[0], end[1]),
-            cut_off: end[3],
+            orbit: Orbit::of_latus_rectum(end[LATUS_RECTUM_AT], end[ECCENTRICITY_AT]),
+            cut_off: end[TRUE_LONGITUDE_AT],
         }
     }
 }

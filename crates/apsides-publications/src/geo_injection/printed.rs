@@ -19,7 +19,7 @@ pub(super) struct PrintedBurn {
 }
 
 /// One of Tables 2 to 6.
-pub(super) struct PrintedTable {
+pub(super) struct BurnTable {
     pub(super) id: &'static str,
     pub(super) number: usize,
     pub(super) burns: &'static [PrintedBurn],
@@ -50,7 +50,7 @@ impl PrintedBurn {
     }
 }
 
-impl PrintedTable {
+impl BurnTable {
     /// Returns true if the orbit after each burn is printed.
     pub(super) fn has_orbits(&self) -> bool {
         self.burns.iter().all(|b| b.axis_km.is_some())
@@ -83,15 +83,9 @@ impl PrintedTable {
 pub(super) const TWO_BURNS: &[PrintedBurn; 2] =
     &[PrintedBurn::new(24588.0, 0.7142, 2033.0, 12480.0), PrintedBurn::new(42164.0, 0.0, 562.0, 3451.0)];
 
-pub(super) const TABLES: [PrintedTable; 5] = [
-    PrintedTable {
-        id: "table-2",
-        number: 2,
-        burns: TWO_BURNS,
-        time: (2595.0, 0.5),
-        propellant: (15931.0, 0.5),
-    },
-    PrintedTable {
+pub(super) const TABLES: [BurnTable; 5] = [
+    BurnTable { id: "table-2", number: 2, burns: TWO_BURNS, time: (2595.0, 0.5), propellant: (15931.0, 0.5) },
+    BurnTable {
         id: "table-3",
         number: 3,
         burns: &[
@@ -102,7 +96,7 @@ pub(super) const TABLES: [PrintedTable; 5] = [
         time: (2552.4, 0.05),
         propellant: (15672.0, 0.5),
     },
-    PrintedTable {
+    BurnTable {
         id: "table-4",
         number: 4,
         burns: &[
@@ -114,7 +108,7 @@ pub(super) const TABLES: [PrintedTable; 5] = [
         time: (2546.0, 0.5),
         propellant: (15630.0, 0.5),
     },
-    PrintedTable {
+    BurnTable {
         id: "table-5",
         number: 5,
         burns: &[
@@ -128,7 +122,7 @@ pub(super) const TABLES: [PrintedTable; 5] = [
         time: (2540.0, 0.5),
         propellant: (15595.6, 0.05),
     },
-    PrintedTable {
+    BurnTable {
         id: "table-6",
         number: 6,
         burns: &[

@@ -6,6 +6,7 @@ use apsides_ocp::{Guess, Mesh, Ocp, Trajectory};
 use apsides_radau::{Radau, RadauSettings};
 use apsides_shooting::indirect::{IndirectShooting, IndirectSolution, IndirectStart};
 
+use crate::change::{Change, number, word};
 use crate::stop::solved;
 use crate::{Error, Observer, Outcome};
 
@@ -30,9 +31,9 @@ pub(super) struct Stage {
 impl Stage {
     /// A vehicle of the program in the orbits of the mission, with its own initial mass or another one (kg).
     pub(super) fn of(vehicle: &str, mass: Option<f64>) -> Result<Self, Error> {
-        let mut overrides = vec![format!("vehicle={vehicle}")];
-        overrides.extend(mass.map(|m| format!("initial_mass_kg={m}")));
-        let mission = crate::load("geo-2-burn", &overrides)?;
+        let mut changes = vec![word("vehicle", vehicle)];
+        changes.extend(mass.map(|m| number("initial_mass_kg", m)));
+        let mission = crate::load("geo-2-burn", &changes)?;
         let no_injection = || Error::in_mission("the mission is no injection");
         let injection = mission.mission_as::<GeoInjection>().ok_or_else(no_injection)?;
         Ok(Self {
@@ -145,10 +146,10 @@ impl Solver<'_> {
     pub(super) fn mission(
         &mut self,
         name: &str,
-        overrides: &[String],
+        changes: &[Change<'_>],
         start: Option<&Trajectory>,
     ) -> Result<Outcome, Stop> {
-        let (_, outcome) = solved(name, overrides, self.threads, start, &mut *self.observer)?;
+        let (_, outcome) = solved(name, changes, self.threads, start, &mut *self.observer)?;
         Ok(outcome)
     }
 }

@@ -3,9 +3,10 @@
 use std::collections::BTreeMap;
 
 use super::burns::{Apsis, Between, Burn, Flown, Goal, flight_time, sequence};
-use super::printed::{PrintedTable, REFERENCE_20, STATED_MASS, USED_MASS};
+use super::printed::{BurnTable, REFERENCE_20, STATED_MASS, USED_MASS};
 use super::stage::{Solver, Stage, Stop, keep};
 use crate::Outcome;
+use crate::change::{number, word};
 use crate::sheet::Sheet;
 use apsides_pipeline::method::MethodName;
 
@@ -21,7 +22,7 @@ pub(super) struct Case {
 
 /// The parts of one printed table that later tables need.
 pub(super) struct Sequence {
-    pub(super) printed: &'static PrintedTable,
+    pub(super) printed: &'static BurnTable,
     pub(super) used: Case,
     pub(super) stated: Case,
     /// Propellant with free orbits between the burns, by the printed rule otherwise, kg.
@@ -30,7 +31,7 @@ pub(super) struct Sequence {
 
 impl Case {
     fn of(
-        printed: &PrintedTable,
+        printed: &BurnTable,
         stage: &Stage,
         solver: &mut Solver<'_>,
         sheet: &mut Sheet,
@@ -45,8 +46,8 @@ impl Case {
         let mut joint = |method: MethodName| {
             let method = method.word();
             let (name, mass) = (format!("geo-{n}-burn"), stage.mass);
-            let overrides = [format!("initial_mass_kg={mass}"), format!("method={method}")];
-            let Some(outcome) = keep(sheet, solver.mission(&name, &overrides, None))? else {
+            let changes = [number("initial_mass_kg", mass), word("method", method)];
+            let Some(outcome) = keep(sheet, solver.mission(&name, &changes, None))? else {
                 return Ok(None);
             };
             if !outcome.summary.certificate.is_verified() {
@@ -83,7 +84,7 @@ fn less(a: Option<f64>, b: Option<f64>) -> Option<f64> {
 
 /// The shortest burn of each row, from the printed orbit and with the printed mass before it.
 fn rows(
-    printed: &PrintedTable,
+    printed: &BurnTable,
     stage: &Stage,
     solver: &mut Solver<'_>,
     sheet: &mut Sheet,
@@ -117,7 +118,7 @@ pub(super) const TOTAL: &str = "sum";
 
 /// One of Tables 2 to 6 for the initial masses that were used and stated.
 pub(super) fn table(
-    printed: &'static PrintedTable,
+    printed: &'static BurnTable,
     [used, stated]: &[Stage; 2],
     solver: &mut Solver<'_>,
 ) -> Result<(Sheet, Sequence), Stop> {
@@ -342,16 +343,16 @@ fn along_velocity(
     sheet: &mut Sheet,
 ) -> Result<[Option<f64>; 2], Stop> {
     let name = format!("geo-{n}-burn");
-    let overrides = |k: usize| [format!("initial_mass_kg={}", stages[k].mass), "steering=velocity".into()];
+    let changes = |k: usize| [number("initial_mass_kg", stages[k].mass), word("steering", "velocity")];
     let mut own = Vec::new();
     for k in 0..2 {
-        own.push(keep(sheet, solver.mission(&name, &overrides(k), None))?);
+        own.push(keep(sheet, solver.mission(&name, &changes(k), None))?);
     }
     let propellant = |outcome: &Outcome| outcome.summary.results.get("propellant_kg").copied();
     let mut least = [0, 1].map(|k: usize| own[k].as_ref().and_then(propellant));
     for k in 0..2 {
         let Some(other) = &own[1 - k] else { continue };
-        let again = keep(sheet, solver.mission(&name, &overrides(k), Some(other.solved().1)))?;
+        let again = keep(sheet, solver.mission(&name, &changes(k), Some(other.solved().1)))?;
         if let Some(found) = again.as_ref().and_then(propellant) {
             least[k] = Some(least[k].map_or(found, |l| l.min(found)));
         }

@@ -7,6 +7,7 @@ use apsides_dynamics::entry::EntryState;
 use apsides_dynamics::great_circle::along_and_across;
 
 use super::sheets::{DIRECTIONS, fly_all};
+use crate::change::flag;
 use crate::sheet::Sheet;
 use crate::stop::{Stop, solved};
 use crate::{Error, Observer};
@@ -41,7 +42,7 @@ fn fly(
 }
 
 pub(super) fn sheet(threads: usize, observer: &mut dyn Observer) -> Result<Sheet, Stop> {
-    let (mission, outcome) = solved(MISSION, &["margins=false".into()], threads, None, observer)?;
+    let (mission, outcome) = solved(MISSION, &[flag("margins", false)], threads, None, observer)?;
     let no_capsule = || Error::in_mission("the mission is no re-entry");
     let capsule = mission.mission_as::<CapsuleEntry>().ok_or_else(no_capsule)?;
     let entry = capsule.steered_entry()?;

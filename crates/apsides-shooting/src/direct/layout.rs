@@ -1,4 +1,4 @@
-//! Where everything stands in the decision vector and in the constraint vector.
+//! Places in the decision vector and in the constraint vector.
 //!
 //! Variables: per phase, segment after segment `[x at its start, its start time if that is an unknown of its own, controls at its
 //! points]`, then the end state, the start time and the end time; the static parameters come last. Constraints: per phase, segment

@@ -66,13 +66,16 @@ pub(crate) fn step_grid(steps: usize, stops: &[f64]) -> (Vec<f64>, Vec<usize>) {
 mod tests {
     use super::*;
 
+    /// Round-off of the arithmetic.
+    const ROUNDING: f64 = 1e-15;
+
     #[test]
     fn steps_end_at_the_stops() {
         let (grid, at) = step_grid(4, &[0.0, 0.3, 1.0]);
         assert_eq!(at, [0, 2, 5]);
         let expected = [0.0, 0.15, 0.3, 0.3 + 0.7 / 3.0, 0.3 + 1.4 / 3.0, 1.0];
         for (a, b) in grid.iter().zip(expected) {
-            assert!((a - b).abs() < 1e-15, "{grid:?}");
+            assert!((a - b).abs() < ROUNDING, "{grid:?}");
         }
         assert_eq!(
             step_grid(5, &[0.2, 0.8]),

@@ -6,7 +6,7 @@ use apsides_ode::Method;
 
 use crate::error::ShootingError;
 
-/// Where the segments of a phase end.
+/// The ends of the segments of a phase.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub enum SegmentEnds {
     /// At the fractions of the phase that the mesh has.
@@ -33,7 +33,7 @@ pub struct MultipleShootingSettings {
     /// Points of each segment at which path constraints and bounds on states hold, Lobatto points of the segment or its middle. Where
     /// nothing is stated, path constraints hold at the control points, bounds on states there where they would be overstepped.
     pub constraint_points: Option<usize>,
-    /// Where the segments end; at the fractions of the mesh.
+    /// The ends of the segments; at the fractions of the mesh.
     pub segment_ends: SegmentEnds,
     /// True if controls are continuous from segment to segment, which needs two control points; false.
     pub continuous_controls: bool,

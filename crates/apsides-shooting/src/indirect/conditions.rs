@@ -25,7 +25,7 @@ pub struct FailedSegment {
     pub phase: usize,
     /// Index of the segment in the phase.
     pub segment: usize,
-    /// Why.
+    /// The reason.
     pub reason: FlowFailure,
 }
 

@@ -17,7 +17,7 @@ use apsides_ocp::{Bounds, Direction, Ocp};
 
 use super::term::Term;
 
-/// Where a control or a row is.
+/// The place of a control or a row between its bounds.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Place {
     Inside,
@@ -192,7 +192,7 @@ impl Hamiltonian {
         &self.z[self.states..self.states + self.controls]
     }
 
-    /// Where the search for the controls starts.
+    /// Sets the controls from which their search starts.
     pub(super) fn start_control(&mut self, control: &[f64]) {
         for (u, &value) in control.iter().enumerate() {
             if self.kinds[u] != ControlKind::Switching {

@@ -56,6 +56,9 @@ mod tests {
 
     use super::*;
 
+    /// Round-off of the arithmetic.
+    const ROUNDING: f64 = 1e-13;
+
     #[test]
     fn solves_with_pivoting() {
         let mut a = [0.0, 2.0, 1.0, 1.0];
@@ -88,7 +91,7 @@ mod tests {
                 for j in 0..columns {
                     let product: f64 = (0..n).map(|k| a[i * n + k] * x[k * columns + j]).sum();
                     let size = (0..n).fold(1.0_f64, |m, k| m.max(x[k * columns + j].abs()));
-                    prop_assert!((product - b[i * columns + j]).abs() < 1e-13 * size);
+                    prop_assert!((product - b[i * columns + j]).abs() < ROUNDING * size);
                 }
             }
         }

@@ -1,4 +1,4 @@
-//! Where an indirect solve starts: states and costates at the nodes of every phase.
+//! The start of an indirect solve: states and costates at the nodes of every phase.
 
 use apsides_ocp::{Guess, Ocp, PhaseTrajectory, Trajectory};
 

@@ -173,7 +173,7 @@ pub struct FlightRules {
     pub independent: Independent,
     /// The map from its components to controls.
     pub steering: Steering,
-    /// Where the flight ends before its time; without, it ends at the end time of the phase.
+    /// The event that ends the flight before its time; without, it ends at the end time of the phase.
     pub stop: Option<Stop>,
     /// The settings of the integration.
     pub settings: FlightSettings,
@@ -192,7 +192,7 @@ impl FlightRules {
         }
     }
 
-    /// As a function of something else.
+    /// The same as a function of something else.
     #[must_use]
     pub fn of(self, independent: Independent) -> Self {
         Self { independent, ..self }

@@ -141,12 +141,15 @@ impl Observer for Watch<'_> {
 mod tests {
     use super::extremum;
 
+    /// Round-off of the arithmetic.
+    const ROUNDING: f64 = 1e-15;
+
     #[test]
     fn parabolas_are_met_and_steep_ends_cut_off() {
         let p = |t: f64| 3.0 - 2.0 * (t - 1.2_f64).powi(2);
         for sign in [1.0, -1.0] {
             let (t, v) = extremum([0.0, 1.0, 2.5], [p(0.0), p(1.0), p(2.5)].map(|v| sign * v)).unwrap();
-            assert!((t - 1.2).abs() < 1e-15 && (v - 3.0 * sign).abs() < 1e-15);
+            assert!((t - 1.2).abs() < ROUNDING && (v - 3.0 * sign).abs() < ROUNDING);
         }
         assert_eq!(extremum([0.0, 1.0, 2.0], [0.0, 1.0, 2.0]), None);
         assert_eq!(extremum([f64::NAN, 1.0, 2.0], [0.0, 1.0, 0.0]), None);

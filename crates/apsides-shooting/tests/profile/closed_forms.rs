@@ -8,6 +8,12 @@ use apsides_shooting::profile::{
     ProfileShape, ProfileShooting, Quantity, Steering, Stop,
 };
 
+/// Round-off of the arithmetic.
+const ROUNDING: f64 = 1e-13;
+
+/// Discretisation: the tolerances of the integration and what its steps add up to.
+const INTEGRATION: f64 = 1e-11;
+
 /// `x' = v`, `v' = u - g`.
 struct Cart {
     gravity: f64,
@@ -67,10 +73,10 @@ fn powers_of_time_of_every_degree() {
         let flight = fly(&ocp, FlightRules::new(shape), &decision);
         let d = degree as f64;
         assert_eq!((flight.end, flight.final_time), (FlightEnd::EndTime, 2.0));
-        close(flight.final_state[1], 2.0 / (d + 1.0), 1e-11);
-        close(flight.final_state[0], 4.0 / ((d + 1.0) * (d + 2.0)), 1e-11);
-        close(flight.objective, 2.0 / (2.0 * d + 1.0), 1e-11);
-        close(flight.state_misses[0], 4.0 / ((d + 1.0) * (d + 2.0)) - 1.0, 1e-11);
+        close(flight.final_state[1], 2.0 / (d + 1.0), INTEGRATION);
+        close(flight.final_state[0], 4.0 / ((d + 1.0) * (d + 2.0)), INTEGRATION);
+        close(flight.objective, 2.0 / (2.0 * d + 1.0), INTEGRATION);
+        close(flight.state_misses[0], 4.0 / ((d + 1.0) * (d + 2.0)) - 1.0, INTEGRATION);
         assert_eq!(flight.state_misses[1], 0.0);
     }
 }
@@ -82,9 +88,9 @@ fn jumps_in_time_are_ends_of_steps() {
     let rules = FlightRules::new(ProfileShape::of_controls(0, 2, &ocp.phases[0]));
     let rough = ProfileShooting::new(&ocp, rules).unwrap();
     let flight = rough.flown(&[1.0, -1.0], Flight::clone).unwrap();
-    close(flight.final_state[0], 1.0, 1e-14);
-    close(flight.final_state[1], 0.0, 1e-14);
-    close(flight.objective, 2.0, 1e-14);
+    close(flight.final_state[0], 1.0, 0.1 * ROUNDING);
+    close(flight.final_state[1], 0.0, 0.1 * ROUNDING);
+    close(flight.objective, 2.0, 0.1 * ROUNDING);
 }
 
 const START: [f64; 2] = [10.0, -2.0];
@@ -117,20 +123,20 @@ fn moon_lander_to_its_closed_form() {
     let flight = fly(&ocp, rules.clone(), &decision);
     assert_eq!(flight.end, FlightEnd::EndTime);
     // The times are given to 1e-10.
-    close(flight.final_state[0], 0.0, 1e-9);
-    close(flight.final_state[1], 0.0, 1e-9);
-    close(flight.objective, 8.246_211_251_3, 1e-9);
+    close(flight.final_state[0], 0.0, 100.0 * INTEGRATION);
+    close(flight.final_state[1], 0.0, 100.0 * INTEGRATION);
+    close(flight.objective, 8.246_211_251_3, 100.0 * INTEGRATION);
     close(flight.initial_state[0], START[0], 0.0);
     // As a start for another method: the switch is an end of an interval, and the thrust is sharp there.
     let shooting = ProfileShooting::new(&ocp, accurate(rules)).unwrap();
     let start = shooting.start(&decision, MeshWish { intervals: 4, points: 3, joints: true }).unwrap();
     let phase = &start.trajectory.phases[0];
     assert_eq!(start.mesh.phases[0].intervals(), 5);
-    close(start.mesh.phases[0].fractions()[2], SWITCH / LANDING, 1e-9);
+    close(start.mesh.phases[0].fractions()[2], SWITCH / LANDING, 100.0 * INTEGRATION);
     assert_eq!((phase.control_at(SWITCH - 1e-6), phase.control_at(SWITCH + 1e-6)), (vec![0.0], vec![3.0]));
-    close(phase.state_at(SWITCH)[0], 17.0 / 3.0, 1e-9);
-    close(phase.state_at(SWITCH)[1], -4.123_105_625_6, 1e-9);
-    close(start.trajectory.objective, 8.246_211_251_3, 1e-9);
+    close(phase.state_at(SWITCH)[0], 17.0 / 3.0, 100.0 * INTEGRATION);
+    close(phase.state_at(SWITCH)[1], -4.123_105_625_6, 100.0 * INTEGRATION);
+    close(start.trajectory.objective, 8.246_211_251_3, 100.0 * INTEGRATION);
     start.guess.check(&ocp).unwrap();
     let uniform = shooting.start(&decision, MeshWish { intervals: 7, points: 2, joints: false }).unwrap();
     assert_eq!(uniform.mesh.phases[0].intervals(), 7);
@@ -149,10 +155,10 @@ fn moon_lander_stops_at_the_ground() {
     let (h, v) = (10.0 - 2.0 * begin - 0.75 * begin * begin, -2.0 - 1.5 * begin);
     let speed = -(v * v - 3.0 * h).sqrt();
     assert_eq!(flight.end, FlightEnd::Stopped);
-    close(flight.final_time, begin + (speed - v) / 1.5, 1e-9);
-    close(flight.final_state[0], 0.0, 1e-12);
-    close(flight.state_misses[1], speed, 1e-9);
-    close(flight.objective, 3.0 * (flight.final_time - begin), 1e-9);
+    close(flight.final_time, begin + (speed - v) / 1.5, 100.0 * INTEGRATION);
+    close(flight.final_state[0], 0.0, 10.0 * ROUNDING);
+    close(flight.state_misses[1], speed, 100.0 * INTEGRATION);
+    close(flight.objective, 3.0 * (flight.final_time - begin), 100.0 * INTEGRATION);
     let shooting = ProfileShooting::new(&ocp, rules.clone()).unwrap();
     let score = ProfileScore {
         miss_weights: vec![7.0, 2.0],
@@ -160,7 +166,7 @@ fn moon_lander_stops_at_the_ground() {
         excess_weight: 100.0,
         excess_tolerance: 1e-6,
     };
-    close(score.violation(&flight), 2.0 * (speed.abs() - 0.25), 1e-9);
+    close(score.violation(&flight), 2.0 * (speed.abs() - 0.25), 100.0 * INTEGRATION);
     assert_eq!(score.penalised(&flight), flight.objective + score.violation(&flight));
     assert_eq!(score.separate(&flight), (flight.objective, score.violation(&flight)));
     let default = ProfileScore::new(&shooting, 40.0);
@@ -171,7 +177,7 @@ fn moon_lander_stops_at_the_ground() {
     assert_eq!((early.end, early.final_time), (FlightEnd::TimeLimit, 8.0));
     // Thrust is kept beyond the end of the profile; the height bound of 20 m is respected, that of the end is not.
     let t = 8.0 - 1.0;
-    close(early.state_misses[0], 10.0 - 2.0 - 0.75 - 3.5 * t + 0.75 * t * t, 1e-9);
+    close(early.state_misses[0], 10.0 - 2.0 - 0.75 - 3.5 * t + 0.75 * t * t, 100.0 * INTEGRATION);
     let height = shooting.watched().iter().position(|l| l.quantity == Quantity::State(0)).unwrap();
     close(early.peaks[height].amount, (early.final_state[0] - 20.0).max(-1.0 - 3.166_666_666_7), 1e-3);
 }
@@ -188,15 +194,15 @@ fn jumps_in_energy_are_ends_of_steps() {
     assert_eq!(ProfileShooting::new(&ocp, rules.clone()).unwrap().space().0.len(), 2);
     let flight = fly(&ocp, rules.clone(), &[1.0, -1.0]);
     assert_eq!(flight.end, FlightEnd::Stopped);
-    close(flight.final_time, 2.0 * (3.0_f64.sqrt() - 1.0), 1e-11);
-    close(flight.final_state[1], 1.0, 1e-11);
-    close(flight.objective, flight.final_time, 1e-11);
+    close(flight.final_time, 2.0 * (3.0_f64.sqrt() - 1.0), INTEGRATION);
+    close(flight.final_state[1], 1.0, INTEGRATION);
+    close(flight.objective, flight.final_time, INTEGRATION);
     // Steps of order 8 are exact on each side of the jump: few of them.
     assert!(flight.steps < 30, "{}", flight.steps);
     let shooting = ProfileShooting::new(&ocp, accurate(rules)).unwrap();
     let start = shooting.start(&[1.0, -1.0], MeshWish { intervals: 2, points: 3, joints: true }).unwrap();
     let switch = start.trajectory.phases[0].time_at(start.mesh.phases[0].fractions()[1]);
-    close(switch, 3.0_f64.sqrt() - 1.0, 1e-11);
+    close(switch, 3.0_f64.sqrt() - 1.0, INTEGRATION);
     assert_eq!(start.trajectory.phases[0].control_at(switch + 1e-9), [-1.0]);
 }
 
@@ -216,8 +222,8 @@ fn linear_in_energy() {
             direction: Direction::Any,
         });
         let flight = fly(&ocp, rules, &decision);
-        close(flight.final_state[1], 3.0_f64.sqrt(), 1e-11);
-        close(flight.final_time, 2.0_f64.sqrt() * 2.0_f64.sqrt().asinh(), 1e-11);
+        close(flight.final_state[1], 3.0_f64.sqrt(), INTEGRATION);
+        close(flight.final_time, 2.0_f64.sqrt() * 2.0_f64.sqrt().asinh(), INTEGRATION);
     }
 }
 
@@ -231,8 +237,8 @@ fn energy_may_come_back_through_a_joint() {
     let flight = fly(&ocp, rules, &[-0.4, -2.0]);
     let joint = 0.2_f64.sqrt();
     assert_eq!(flight.end, FlightEnd::Stopped);
-    close(flight.final_state[1], -1.0, 1e-11);
-    close(flight.final_time, 2.0 * ((1.0 - joint) / 0.4 + joint / 2.0), 1e-11);
+    close(flight.final_state[1], -1.0, INTEGRATION);
+    close(flight.final_time, 2.0 * ((1.0 - joint) / 0.4 + joint / 2.0), INTEGRATION);
 }
 
 /// `x' = p cos(a)`, `y' = p sin(a)`, in which start and speed are open.
@@ -303,25 +309,25 @@ fn open_times_starts_and_parameters() {
     let flight = shooting.flown(&[angle, 4.0, 1.0, 0.5, 2.0], Flight::clone).unwrap();
     let (x, y) = (0.5 + 6.0 * angle.cos(), 6.0 * angle.sin());
     assert_eq!((flight.initial_time, flight.final_time, &flight.parameters[..]), (1.0, 4.0, &[2.0][..]));
-    close(flight.final_state[0], x, 1e-13);
-    close(flight.final_state[1], y, 1e-13);
-    close(flight.objective, -(2.0 * x - 4.0 + y), 1e-12);
-    close(flight.state_misses[0], x - 5.0, 1e-13);
+    close(flight.final_state[0], x, ROUNDING);
+    close(flight.final_state[1], y, ROUNDING);
+    close(flight.objective, -(2.0 * x - 4.0 + y), 10.0 * ROUNDING);
+    close(flight.state_misses[0], x - 5.0, ROUNDING);
     let names: Vec<&str> = shooting.end_conditions().iter().map(|l| l.name.as_str()).collect();
     assert_eq!(names, ["way: length", "final time"]);
     // 5.81 m of 5 m; at most 2 s, which it takes 3 for.
-    close(flight.end_conditions[0].amount, x - 0.5 - 5.0, 1e-13);
-    close(flight.end_conditions[0].relative, (x - 0.5 - 5.0) / 5.0, 1e-13);
-    close(flight.end_conditions[1].amount, 1.0, 1e-13);
+    close(flight.end_conditions[0].amount, x - 0.5 - 5.0, ROUNDING);
+    close(flight.end_conditions[0].relative, (x - 0.5 - 5.0) / 5.0, ROUNDING);
+    close(flight.end_conditions[1].amount, 1.0, ROUNDING);
     let norm = shooting.watched().iter().position(|l| l.quantity == Quantity::Path(0)).unwrap();
-    close(flight.peaks[norm].amount, 0.0, 1e-15);
+    close(flight.peaks[norm].amount, 0.0, 1e-2 * ROUNDING);
     let cosine = shooting.watched().iter().position(|l| l.quantity == Quantity::Control(0)).unwrap();
-    close(flight.peaks[cosine].amount, angle.cos() - 1.0, 1e-15);
+    close(flight.peaks[cosine].amount, angle.cos() - 1.0, 1e-2 * ROUNDING);
     // The same by a map of the caller, and an angle outside of the bound of its cosine.
     let rules = rules.steered(Steering::map(|a, u| (u[0], u[1]) = (a[0].cos(), a[0].sin())));
     let shooting = ProfileShooting::new(&ocp, rules).unwrap();
     assert_eq!(shooting.flown(&[angle, 4.0, 1.0, 0.5, 2.0], |f| f.objective).unwrap(), flight.objective);
     let back = shooting.flown(&[3.0, 4.0, 1.0, 0.5, 2.0], |f| f.peaks[cosine]).unwrap();
-    close(back.amount, -0.5 - 3.0_f64.cos(), 1e-15);
-    close(back.relative, (-0.5 - 3.0_f64.cos()) / 0.5, 1e-15);
+    close(back.amount, -0.5 - 3.0_f64.cos(), 1e-2 * ROUNDING);
+    close(back.relative, (-0.5 - 3.0_f64.cos()) / 0.5, 1e-2 * ROUNDING);
 }

@@ -10,6 +10,12 @@ use apsides_shooting::profile::{
 
 use crate::capsule::{TARGET, bank, energy, in_energy, in_time, ocp, score};
 
+/// Discretisation: the tolerances of the integration and what its steps add up to.
+const INTEGRATION: f64 = 1e-6;
+
+/// Round-off of the arithmetic.
+const ROUNDING: f64 = 1e-12;
+
 /// Bank angle in degrees every 10 s from 0 to 560 s of the optimum with limits of 15 kPa, 40 m/s2, 800 kW/m2 (Radau collocation with 300
 /// elements of degree 3 by CasADi and Ipopt).
 const OPTIMUM: [f64; 57] = [
@@ -54,7 +60,7 @@ fn bank_angle_of_the_optimum() {
     assert_eq!(flight.end, FlightEnd::Stopped);
     close(flight.objective, 122.9272e6, 0.8e6);
     close(flight.final_time, 570.78, 4.0);
-    close(flight.final_state[0], TARGET[0], 1e-6);
+    close(flight.final_state[0], TARGET[0], INTEGRATION);
     close(flight.final_state[3], 228.6, 0.3);
     close(flight.final_state[4].to_degrees(), -54.7, 0.1);
     let [pressure, acceleration, heat, ..] = flight.peaks[..] else { panic!("three path rows") };
@@ -62,7 +68,7 @@ fn bank_angle_of_the_optimum() {
     close(heat.time, 239.7, 0.3);
     close(acceleration.value, 40.0, 1.0);
     close(acceleration.time, 270.2, 3.0);
-    close(acceleration.relative, acceleration.value / 40.0 - 1.0, 1e-12);
+    close(acceleration.relative, acceleration.value / 40.0 - 1.0, ROUNDING);
     // Both are proportional to density times the square of the speed.
     close(pressure.value / acceleration.value, 13_764.032 / 40.000_32, 0.01);
     // 0.2 MJ/m2 per km, and 100 MJ/m2 per excess as large as the limit.
@@ -198,9 +204,9 @@ fn a_start_for_other_methods() {
     }
     for k in 0..=400 {
         let u = phase.control_at(phase.time_at(f64::from(k) / 400.0));
-        close(u[0].hypot(u[1]), 1.0, 1e-12);
+        close(u[0].hypot(u[1]), 1.0, ROUNDING);
         let bank = u[1].atan2(u[0]);
-        assert!(CONSTANTS[..3].iter().any(|b| (b - bank).abs() < 1e-12), "{bank}");
+        assert!(CONSTANTS[..3].iter().any(|b| (b - bank).abs() < ROUNDING), "{bank}");
     }
 }
 

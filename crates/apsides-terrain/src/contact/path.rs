@@ -13,14 +13,14 @@ pub enum Sight {
     Clear,
     /// The ground.
     Blocked {
-        /// Where the line enters it (for a body: where its middle is then).
+        /// The point where the line enters it (for a body: its middle then).
         point: [f64; 3],
         /// Distance from the first point, m.
         distance: f64,
     },
     /// A hole or the edge of the map, with nothing before it.
     Unknown {
-        /// Where the line comes to it.
+        /// The point where the line comes to it.
         point: [f64; 3],
         /// Distance from the first point, m.
         distance: f64,

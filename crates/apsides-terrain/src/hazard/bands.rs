@@ -10,7 +10,7 @@ use crate::{ElevationMap, Geometry, TerrainError};
 
 /// A map that is read by rows.
 pub trait HeightSource {
-    /// Where the pixels of the whole map are.
+    /// The places of the pixels of the whole map.
     fn geometry(&self) -> &Geometry;
 
     /// Height that the rows are relative to, m.
@@ -59,7 +59,7 @@ impl HazardBand<'_> {
     }
 }
 
-/// Where finished rows go.
+/// A receiver of finished rows.
 pub trait HazardSink {
     /// Layers and verdicts, from north to south.
     ///

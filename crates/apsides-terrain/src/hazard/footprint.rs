@@ -3,7 +3,7 @@
 use super::SiteCriteria;
 use crate::disk::{Disk, ROUNDING};
 
-/// Where the height under the centre of a footpad is read: the pixel to the north west and the fractions of the way to the next ones.
+/// The place where the height under the centre of a footpad is read: the pixel to the north west and the fractions of the way to the next ones.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Tap {
     pub(super) row: isize,

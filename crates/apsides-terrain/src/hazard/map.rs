@@ -102,7 +102,7 @@ pub fn hazard_map_with(
 }
 
 impl HazardMap {
-    /// Where the pixels are.
+    /// The places of the pixels.
     pub fn geometry(&self) -> &Geometry {
         self.verdict.geometry()
     }

@@ -221,7 +221,7 @@ impl Plan {
         }
     }
 
-    /// Where a layer has to be made.
+    /// The pixels at which a layer has to be made.
     fn active<'a>(&self, work_active: &'a [u8], known: &'a [u8]) -> &'a [u8] {
         if self.short_cuts { work_active } else { known }
     }

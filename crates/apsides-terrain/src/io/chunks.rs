@@ -15,7 +15,7 @@ const LARGEST: u64 = 1 << 28;
 /// Bytes of decoded strips and tiles that are kept.
 const KEPT: usize = 1 << 26;
 
-/// Where the strips or tiles of a raster are.
+/// The places of the strips or tiles of a raster.
 pub(super) struct Grid {
     pub(super) rows: u64,
     pub(super) cols: u64,

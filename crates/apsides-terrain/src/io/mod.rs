@@ -28,7 +28,6 @@ use crate::{ElevationMap, TerrainError};
 
 mod ascii;
 mod chunks;
-mod csv;
 mod digits;
 mod geo_keys;
 mod geotiff;
@@ -45,7 +44,6 @@ mod source;
 mod windows;
 
 pub use ascii::write_ascii_grid;
-pub use csv::write_csv;
 pub use geo_keys::GeoKeys;
 pub use geotiff::{GeoTiffOptions, GeoTiffWriter, write_geotiff};
 pub use npy::write_npy;

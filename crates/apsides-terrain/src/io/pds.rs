@@ -10,7 +10,7 @@ use crate::TerrainError;
 /// Longest label, bytes.
 pub(super) const LONGEST_LABEL: u64 = 1 << 20;
 
-/// Where the rows of a raster are in the file of the raster.
+/// The places of the rows of a raster in its file.
 pub(super) struct RowLayout {
     pub(super) order: Order,
     /// First byte of the first number.

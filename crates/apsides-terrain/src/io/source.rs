@@ -64,7 +64,7 @@ impl Head {
     }
 }
 
-/// Where stored numbers come from.
+/// The source of stored numbers.
 pub(super) enum Store<R> {
     /// From uncompressed bytes.
     Raw(Raw<R>),

@@ -106,7 +106,7 @@ impl<R: Read + Seek> Windows<R> {
         Ok(Windows { store, head, geometry, options: *options, capacity })
     }
 
-    /// Where the pixels of the whole map are.
+    /// The places of the pixels of the whole map.
     pub fn geometry(&self) -> &Geometry {
         &self.geometry
     }

@@ -209,12 +209,15 @@ mod tests {
     use super::*;
     use crate::Geometry;
 
+    /// Round-off of the arithmetic.
+    const ROUNDING: f64 = 1e-12;
+
     /// The finest octave in closed form, 1 - 2 (3/8)^2 + (35/128)^2; the next as simulated by Starck et al., 0.200 and 0.086.
     #[test]
     fn noise_of_the_octaves() {
         let (found, rest) = noise_of_levels();
         let finest = (1.0 - 2.0 * 0.375_f64.powi(2) + (35.0 / 128.0_f64).powi(2)).sqrt();
-        assert!((found[0] - finest).abs() < 1e-12);
+        assert!((found[0] - finest).abs() < ROUNDING);
         assert!((found[1] - 0.200).abs() < 1e-3 && (found[2] - 0.086).abs() < 1e-3, "{found:?}");
         assert!(rest > 0.0 && rest < found[2]);
     }

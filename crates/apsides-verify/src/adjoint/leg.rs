@@ -35,7 +35,7 @@ pub(super) struct Leg {
 }
 
 /// A place of a phase: interval and time.
-pub(super) type Point = (usize, f64);
+pub(super) type LegPoint = (usize, f64);
 
 pub(super) struct Legs<'a> {
     equations: Equations<'a>,
@@ -97,16 +97,16 @@ impl<'a> Legs<'a> {
         })
     }
 
-    pub(super) fn first_point(&self) -> Point {
+    pub(super) fn first_point(&self) -> LegPoint {
         (0, self.found.initial_time)
     }
 
-    pub(super) fn last_point(&self) -> Point {
+    pub(super) fn last_point(&self) -> LegPoint {
         (self.found.control.segments().len() - 1, self.found.final_time)
     }
 
     /// Goes to a point, with the controls within their bounds, and gives them.
-    fn go(&mut self, (segment, t): Point) -> Vec<f64> {
+    fn go(&mut self, (segment, t): LegPoint) -> Vec<f64> {
         let (mut x, mut u) = (vec![0.0; self.equations.nx], vec![0.0; self.equations.nu]);
         self.found.state.evaluate_in(segment, t, &mut x);
         self.found.control.evaluate_in(segment, t, &mut u);
@@ -117,7 +117,7 @@ impl<'a> Legs<'a> {
         u
     }
 
-    fn local_at(&mut self, (segment, t): Point, given: &[usize]) -> Local {
+    fn local_at(&mut self, (segment, t): LegPoint, given: &[usize]) -> Local {
         self.go((segment, t));
         let (nx, width) = (self.equations.nx, self.equations.width());
         let (mut rates, mut jacobian) = (vec![0.0; nx], vec![0.0; nx * width]);
@@ -159,7 +159,7 @@ impl<'a> Legs<'a> {
     }
 
     /// The Hamiltonian at a point over `[costate, shared, 1]`.
-    pub(super) fn hamiltonian(&mut self, point: &Point) -> (Vec<f64>, Vec<f64>) {
+    pub(super) fn hamiltonian(&mut self, point: &LegPoint) -> (Vec<f64>, Vec<f64>) {
         let local = self.local_at(*point, &[]);
         let row = local.rates.iter().zip(&self.scaling.states).map(|(f, s)| f / s).collect();
         let mut rest = vec![0.0; self.shared + 1];
@@ -259,7 +259,7 @@ impl<'a> Legs<'a> {
     /// `-H_x - mu . c_x` of every column.
     fn adjoint_rate(
         &mut self,
-        point: Point,
+        point: LegPoint,
         y: &[f64],
         given: &[usize],
         followed: &[usize],
@@ -301,7 +301,7 @@ impl<'a> Legs<'a> {
         (0..nu).map(|j| (0..nc).map(|c| slope(j, c)).collect()).collect()
     }
 
-    fn row_gradients(&mut self, point: Point, rows: &[usize]) -> Vec<Vec<f64>> {
+    fn row_gradients(&mut self, point: LegPoint, rows: &[usize]) -> Vec<Vec<f64>> {
         self.go(point);
         let width = self.equations.width();
         let gradient = |r: &usize| {
@@ -312,7 +312,7 @@ impl<'a> Legs<'a> {
         rows.iter().map(gradient).collect()
     }
 
-    fn free_controls(&mut self, point: Point) -> Vec<usize> {
+    fn free_controls(&mut self, point: LegPoint) -> Vec<usize> {
         let u = self.go(point);
         let controls = self.equations.phase.controls.iter().enumerate();
         let free =

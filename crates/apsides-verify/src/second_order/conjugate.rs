@@ -1,4 +1,4 @@
-//! Where the second variation turns negative: the conjugate point of the start.
+//! The conjugate point of the start, from which on the second variation is negative.
 
 use apsides_ocp::{EndpointInput, Ocp};
 

@@ -10,7 +10,7 @@ use apsides_dynamics::powered_descent::AngledThrust;
 use apsides_ode::Integrator;
 use apsides_pipeline::dispersion::{Deviations, Onboard};
 
-use super::{N, OverGround, PlannedBraking, Pushed, Vehicle, course_axes, fly, parts, settings};
+use super::{FlownVehicle, N, OverGround, PlannedBraking, Pushed, course_axes, fly, parts, settings};
 use crate::chang_e::flight_state::{Across, FlightState};
 use crate::chang_e::lander::{Lander, Motion};
 
@@ -92,7 +92,7 @@ impl PlannedBraking {
     /// Flies a law from a state on; it commands a thrust (N) in the axes of the body and says how long is to go, s.
     fn fly_by(
         &self,
-        vehicle: &Vehicle,
+        vehicle: &FlownVehicle,
         d: &Deviations,
         (mut now, mut x): (f64, [f64; N]),
         law: impl Fn(Fixed, f64, f64) -> Result<([f64; 3], f64), ControlError>,
@@ -123,7 +123,7 @@ impl PlannedBraking {
         None
     }
 
-    /// When the plan goes to full thrust.
+    /// The time at which the plan goes to full thrust.
     fn full_thrust_time(&self) -> f64 {
         let plan = &self.plan;
         let middle = 0.5 * (1.0 + self.lander.least_throttle);

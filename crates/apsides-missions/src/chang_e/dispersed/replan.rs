@@ -11,7 +11,7 @@ use apsides_pipeline::Error;
 use apsides_pipeline::dispersion::{Deviations, Onboard, Replanning};
 use apsides_radau::Radau;
 
-use super::{N, PlannedBraking, Vehicle, parts};
+use super::{FlownVehicle, N, PlannedBraking, parts};
 use crate::chang_e::lander::Lander;
 use crate::chang_e::phases::{ABOVE_M, BELOW_M, BRAKING, ends_at, state_of};
 
@@ -69,7 +69,7 @@ impl PlannedBraking {
     /// the end. A plan with the whole reserve would brake late and leave nothing for the next one.
     fn replan_within(
         &self,
-        vehicle: &Vehicle,
+        vehicle: &FlownVehicle,
         earlier: &PhaseTrajectory,
         time: f64,
         x: &[f64; N],

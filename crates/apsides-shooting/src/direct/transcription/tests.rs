@@ -6,6 +6,9 @@ use apsides_ode::Method;
 use super::*;
 use crate::direct::settings::SegmentEnds;
 
+/// Round-off of the arithmetic.
+const ROUNDING: f64 = 1e-13;
+
 /// Explicit time, parameter, nonlinear everywhere.
 struct Everything;
 
@@ -165,13 +168,13 @@ fn unknown_ends_at_the_mesh_give_the_same_rows() {
     free.constraint_values(&z, &mut b);
     let lengths: Vec<f64> = length_rows.iter().map(|r| b[*r]).collect();
     for (length, width) in lengths.iter().zip([0.3, 0.7]) {
-        assert!((length - 0.9 * width * (tf - t0)).abs() < 1e-14, "{lengths:?}");
+        assert!((length - 0.9 * width * (tf - t0)).abs() < 0.1 * ROUNDING, "{lengths:?}");
     }
     let rest = b.iter().enumerate().filter(|(r, _)| !length_rows.contains(r)).map(|(_, v)| v);
     for (a, b) in a.iter().zip(rest) {
-        assert!((a - b).abs() < 1e-13, "{a} {b}");
+        assert!((a - b).abs() < ROUNDING, "{a} {b}");
     }
-    assert!((fixed.objective(&x) - free.objective(&z)).abs() < 1e-13);
+    assert!((fixed.objective(&x) - free.objective(&z)).abs() < ROUNDING);
 }
 
 /// Rows shared at nodes are stated once: the state constraint at every node, the mixed one for both controls there.

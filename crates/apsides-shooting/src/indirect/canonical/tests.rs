@@ -5,6 +5,9 @@ use proptest::prelude::*;
 use super::*;
 use crate::indirect::hamiltonian::Place;
 
+/// Round-off of the arithmetic.
+const ROUNDING: f64 = 1e-12;
+
 /// Explicit time, parameters, and the first and third control joined by an equality; the second one is at its lower bound.
 struct Everything;
 
@@ -91,7 +94,7 @@ proptest! {
         let mut rates = [0.0; 6];
         h.rates(t, &y, &p, &mut rates);
         prop_assert_eq!(h.control_places[1], Place::Lower);
-        prop_assert!((h.row_values[0] - 0.4).abs() < 1e-12);
+        prop_assert!((h.row_values[0] - 0.4).abs() < ROUNDING);
         let time_slope = h.gradient[h.inputs() - 1];
         let mut least = |t: f64, y: &[f64], p: &[f64]| {
             assert!(h.find_control(t, &y[..2], &y[2..4], p));
@@ -128,7 +131,7 @@ proptest! {
         prop_assert_eq!(h.control_places[1], Place::Lower);
         h.rates(t, &y, &p, &mut again);
         for (a, b) in rates.iter().zip(&again) {
-            prop_assert!((a - b).abs() <= 1e-12 * a.abs().max(1.0));
+            prop_assert!((a - b).abs() <= ROUNDING * a.abs().max(1.0));
         }
         for k in 0..8 {
             let [up, down] = [STEP, -STEP].map(|by| {

@@ -4,6 +4,9 @@ use proptest::prelude::*;
 
 use super::*;
 
+/// Discretisation: the tolerances of the integration and what its steps add up to.
+const INTEGRATION: f64 = 1e-11;
+
 /// The second control enters linearly, the first one with a square; time and a parameter explicitly.
 struct Push;
 
@@ -60,7 +63,7 @@ proptest! {
         prop_assert!(time > 0.05 && time < 0.95, "{time}");
         let alone = fly(&mut flow, &y, p, false);
         for (a, b) in alone.end.iter().zip(&passage.end) {
-            prop_assert!((a - b).abs() < 1e-11, "{a} {b}");
+            prop_assert!((a - b).abs() < INTEGRATION, "{a} {b}");
         }
         // Columns: states, costates, the integral of dH/dp, the parameter.
         for column in [0, 1, 2, 3, 5] {
