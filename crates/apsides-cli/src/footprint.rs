@@ -6,9 +6,10 @@ use apsides::pipeline::footprint::{FEWEST_BEARINGS, Footprint, FootprintCase, co
 use apsides_report::{footprint_map, write_footprint};
 
 use crate::arguments::FootprintArguments;
-use crate::commands::{Refusal, probe_directory, refusal};
-use crate::output::{Exit, print, written};
-use crate::progress::{Progress, StopFlag};
+use crate::commands::probe_directory;
+use crate::exit::{Exit, Refusal, refusal};
+use crate::output::{print, written};
+use crate::progress::Progress;
 
 pub(crate) fn footprint(a: &FootprintArguments) -> Result<Exit, Refusal> {
     let mission = a.mission.load()?.with_threads(a.run.threads.count()).with_seed(a.run.seed);
@@ -17,9 +18,9 @@ pub(crate) fn footprint(a: &FootprintArguments) -> Result<Exit, Refusal> {
         // Before the work, not after it.
         probe_directory(dir)?;
     }
-    let stop = StopFlag::install();
+    let stop = a.run.limit.stop();
     let bearings = a.bearings as usize;
-    let mut progress = Progress::line(a.run.quiet, stop.clone(), count(bearings) as u64);
+    let mut progress = Progress::line(a.run.quiet, stop, count(bearings) as u64);
     let ticker = progress.clone();
     if !a.json {
         print(&format!("footprint of {} along {bearings} bearings\n\n{HEAD}", a.mission.mission));
@@ -39,7 +40,7 @@ pub(crate) fn footprint(a: &FootprintArguments) -> Result<Exit, Refusal> {
         print(&text(&found));
     }
     if let Some(dir) = &a.out {
-        let files = write_footprint(dir, &found).map_err(refusal)?;
+        let files = write_footprint(dir, &found)?;
         if !a.json {
             print(&written(&files));
             print(&format!("\ncolours of the map: {}\n", footprint_map(&found).legend()));

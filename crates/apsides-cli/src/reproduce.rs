@@ -7,9 +7,10 @@ use apsides_publications::{
 };
 
 use crate::arguments::ReproduceArguments;
-use crate::commands::{Refusal, probe_directory, refusal};
-use crate::output::{Exit, print, titles, written};
-use crate::progress::{Progress, StopFlag};
+use crate::commands::probe_directory;
+use crate::exit::{Exit, Refusal, refusal};
+use crate::output::{print, titles, written};
+use crate::progress::Progress;
 
 pub(crate) fn reproduce(a: &ReproduceArguments) -> Result<Exit, Refusal> {
     let Some(name) = &a.name else {
@@ -21,8 +22,8 @@ pub(crate) fn reproduce(a: &ReproduceArguments) -> Result<Exit, Refusal> {
         // Before the work, not after it.
         probe_directory(dir)?;
     }
-    let stop = StopFlag::install();
-    let mut progress = Progress::line(a.run.quiet, stop.clone(), parts as u64);
+    let stop = a.run.limit.stop();
+    let mut progress = Progress::line(a.run.quiet, stop, parts as u64);
     let ticker = progress.clone();
     let done = compute(name, a.run.threads.count(), &mut progress, |part| {
         ticker.above(&match part {
@@ -41,7 +42,7 @@ pub(crate) fn reproduce(a: &ReproduceArguments) -> Result<Exit, Refusal> {
         print("\ninterrupted: rows are missing\n");
     }
     if let Some(dir) = &a.out {
-        print(&written(&write_reproduction(dir, &done).map_err(refusal)?));
+        print(&written(&write_reproduction(dir, &done)?));
     }
     let any = |test: fn(&Row) -> bool| done.tables.iter().flat_map(|t| &t.rows).any(test);
     let any_sheet = |test: fn(&Sheet) -> bool| done.sheets.iter().any(test);

@@ -21,16 +21,19 @@
 //! | [`sweep`] | parameter sweeps |
 //! | [`footprint`](mod@footprint) | the ends that a vehicle can reach |
 //! | [`dispersion`], [`montecarlo`] | flights that deviate from a plan |
+//! | [`fault`] | panics of one case among many |
 //! | [`draws`] | optima of a mission whose numbers are uncertain |
 //! | [`covariance`] | state-transition matrices and covariances along any trajectory |
 //! | [`simulation`] | flights under a law |
 //! | [`site`] | landing sites that were chosen on maps |
+//! | [`whole_file`] | the one writer of files |
 
 pub mod covariance;
 pub mod dispersion;
 pub mod draws;
 pub mod error;
 pub mod explanation;
+pub mod fault;
 pub mod file;
 pub mod footprint;
 pub mod key;
@@ -48,6 +51,7 @@ pub mod simulation;
 pub mod site;
 pub mod sweep;
 pub mod values;
+pub mod whole_file;
 
 pub use error::Error;
 pub use mission::{Kind, Mission, Offers, Scalars};

@@ -18,7 +18,7 @@ use crate::mission::{EasierCase, Kind, Mission, Offers, Scalars, downcast};
 use crate::observer::Observer;
 use crate::outcome::{Decisions, ObjectiveValue, Outcome, Reduced, Summary, Timing};
 use crate::posed::Posed;
-use crate::simulation::Simulated;
+use crate::simulation::{Simulated, Watch};
 use crate::values::Values;
 
 /// A mission that was read, with all it takes to solve it: the values of its keys, the mission made of them, methods and their settings.
@@ -442,6 +442,18 @@ impl Pipeline {
     /// A mission that is optimised and not modelled further, values that do not make a case, a problem without a solution. A flight that
     /// fails is not an error: see [`SimulationSummary::status`](crate::simulation::SimulationSummary::status).
     pub fn simulate(&self) -> Result<Simulated, Error> {
+        self.simulate_watched(&mut (), &|_| true)
+    }
+
+    /// As [`simulate`](Self::simulate); the observer sees the solve of what is flown, `watch` the flight, and each may end it.
+    ///
+    /// # Errors
+    /// As of [`simulate`](Self::simulate).
+    pub fn simulate_watched(
+        &self,
+        observer: &mut dyn Observer,
+        watch: &Watch<'_>,
+    ) -> Result<Simulated, Error> {
         let offers = &self.kind.offers;
         if !offers.simulated_only && !offers.simulation {
             return Err(self.kind.refused("it is optimised, not simulated: use `apsides solve`"));
@@ -451,13 +463,13 @@ impl Pipeline {
         let plan = match offers.simulated_only {
             true => None,
             // Margins take solves of their own.
-            false => Some(self.solve_with(None, false, &mut ())?),
+            false => Some(self.solve_with(None, false, observer)?),
         };
         if let Some(plan) = plan.as_ref().filter(|plan| !plan.status.is_success()) {
             let reason = format!("the flight to follow has no solution: {}", plan.summary.status);
             return Err(Error::in_mission(reason));
         }
-        let mut flight = self.mission.simulate(self.run.seed, plan.as_ref())?;
+        let mut flight = self.mission.simulate(self.run.seed, plan.as_ref(), watch)?;
         flight.summary.mission = self.name().into();
         flight.summary.time_ms = milliseconds(begin);
         flight.mission_file = self.to_file();

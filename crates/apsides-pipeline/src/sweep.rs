@@ -3,6 +3,7 @@
 use apsides_ocp::Trajectory;
 
 use crate::Error;
+use crate::fault::guarded;
 use crate::observer::Observer;
 use crate::outcome::{Outcome, Price};
 use crate::pipeline::Pipeline;
@@ -74,14 +75,14 @@ pub fn cases(registry: &Registry, file_or_name: &str, axes: &[Axis]) -> Result<V
 }
 
 /// Solves the cases in order, each from the last one that was solved; `report` gets each outcome as soon as it is there and
-/// ends the sweep by returning false.
+/// ends the sweep by returning false. A case whose solve panics is a case without an outcome: `report` gets the message.
 ///
 /// # Errors
 /// When a case is ill-posed.
 pub fn sweep(
     cases: &[Case],
     observer: &mut dyn Observer,
-    mut report: impl FnMut(&Case, &Outcome) -> bool,
+    mut report: impl FnMut(&Case, Result<&Outcome, &str>) -> bool,
 ) -> Result<(), Error> {
     let mut neighbour: Option<Trajectory> = None;
     for case in cases {
@@ -90,12 +91,24 @@ pub fn sweep(
             Some(trajectory) if case.mission.has_phases_of(trajectory)? => Some(trajectory),
             _ => None,
         };
-        let mut outcome = case.mission.solve(start, observer)?;
-        if start.is_some() && outcome.explanation.is_some() {
-            // A neighbour too far away may mislead; the mission's own guess decides.
-            outcome = case.mission.solve(None, observer)?;
-        }
-        let go_on = report(case, &outcome);
+        let solved = guarded(|| {
+            let outcome = case.mission.solve(start, observer)?;
+            if start.is_some() && outcome.explanation.is_some() {
+                // A neighbour too far away may mislead; the mission's own guess decides.
+                return case.mission.solve(None, observer);
+            }
+            Ok::<_, Error>(outcome)
+        });
+        let outcome = match solved {
+            Ok(outcome) => outcome?,
+            Err(fault) => {
+                if report(case, Err(&fault)) {
+                    continue;
+                }
+                break;
+            }
+        };
+        let go_on = report(case, Ok(&outcome));
         if outcome.explanation.is_none() {
             neighbour = Some(outcome.solved().1.clone());
         }

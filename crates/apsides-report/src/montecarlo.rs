@@ -1,12 +1,13 @@
 //! Monte Carlo runs: samples as CSV, written as they come and read again to go on; statistics as JSON; the ends as a figure.
 
 use std::fs::{File, OpenOptions};
-use std::io::BufWriter;
+use std::io::{BufWriter, Write as _};
 use std::path::{Path, PathBuf};
 
 use apsides_pipeline::montecarlo::{Ellipse, Sample, Statistics};
+use apsides_pipeline::whole_file::{WholeFile, publish_together};
 
-use crate::files::{Item, json, replace, table_error};
+use crate::files::{Item, failed, json, replace, table_error};
 use crate::trajectory_csv::shortest;
 use crate::{Axis, Figure, ReportError, Series};
 
@@ -57,18 +58,18 @@ impl SampleFile {
         } else {
             Vec::new()
         };
-        std::fs::write(&stated, statement).map_err(io("write"))?;
-        // The file anew with what is sound, in one step.
-        let next = dir.join(format!("{DATA}.part"));
-        let mut csv = csv::Writer::from_writer(BufWriter::new(File::create(&next).map_err(io("write"))?));
+        // Both anew, the samples with what is sound.
+        let mut statement_file = WholeFile::create(&stated).map_err(failed("write", &stated))?;
+        statement_file.write_all(statement.as_bytes()).map_err(failed("write", &stated))?;
+        let mut csv = csv::Writer::from_writer(WholeFile::create(&path).map_err(io("write"))?);
         let heads = std::iter::once(INDEX).chain(names.iter().copied()).chain(columns.iter().copied());
         csv.write_record(heads).map_err(table)?;
         for sample in &done {
             csv.write_record(record(sample)).map_err(table)?;
         }
-        csv.flush().map_err(io("write"))?;
-        drop(csv);
-        std::fs::rename(&next, &path).map_err(io("write"))?;
+        let samples = csv.into_inner().map_err(|e| io("write")(e.into_error()))?;
+        publish_together(vec![statement_file, samples], &[])
+            .map_err(|(path, source)| failed("write", &path)(source))?;
         let file = OpenOptions::new().append(true).open(&path).map_err(io("write"))?;
         let csv = csv::WriterBuilder::new().has_headers(false).from_writer(BufWriter::new(file));
         Ok((Self { path, csv }, done))
@@ -79,7 +80,11 @@ impl SampleFile {
     /// # Errors
     /// When the system refuses to write.
     pub fn add(&mut self, sample: &Sample) -> Result<(), ReportError> {
-        self.csv.write_record(record(sample)).map_err(table)
+        let unwritten = |e: csv::Error| match e.is_io_error() {
+            true => failed("write", &self.path)(e.into()),
+            false => table(e),
+        };
+        self.csv.write_record(record(sample)).map_err(unwritten)
     }
 
     /// Writes what is not written yet, and returns the path.
@@ -87,7 +92,8 @@ impl SampleFile {
     /// # Errors
     /// When the system refuses to write.
     pub fn finish(mut self) -> Result<PathBuf, ReportError> {
-        match self.csv.flush() {
+        let settled = self.csv.flush().and_then(|()| self.csv.get_ref().get_ref().sync_all());
+        match settled {
             Ok(()) => Ok(self.path),
             Err(source) => Err(ReportError::Io { action: "write", path: self.path, source }),
         }

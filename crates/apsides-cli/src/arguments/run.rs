@@ -1,0 +1,59 @@
+//! Arguments that long commands share: threads, seed, progress, the longest time.
+
+use std::num::NonZero;
+
+use clap::Args;
+
+use crate::stop::StopFlag;
+
+/// The number of threads.
+#[derive(Debug, Args)]
+pub(crate) struct Threads {
+    /// Threads to use, by default one for each core; the results do not depend on it.
+    #[arg(long = "threads", value_name = "N", value_parser = clap::value_parser!(u32).range(1..=1024))]
+    given: Option<u32>,
+}
+
+impl Threads {
+    pub(crate) fn count(&self) -> usize {
+        let cores = || std::thread::available_parallelism().map_or(1, NonZero::get);
+        self.given.map_or_else(cores, |given| given as usize)
+    }
+}
+
+/// Arguments that solves share.
+#[derive(Debug, Args)]
+pub(crate) struct RunArguments {
+    /// No progress on stderr.
+    #[arg(long)]
+    pub(crate) quiet: bool,
+    #[command(flatten)]
+    pub(crate) threads: Threads,
+    /// Seed of everything random: searches.
+    #[arg(long, value_name = "N", default_value_t = 0)]
+    pub(crate) seed: u64,
+    #[command(flatten)]
+    pub(crate) limit: TimeLimit,
+}
+
+/// The longest time of a command.
+#[derive(Clone, Copy, Debug, Args)]
+pub(crate) struct TimeLimit {
+    /// End after so many seconds with what was found until then, and exit status 3.
+    #[arg(long = "time-limit", value_name = "SECONDS", value_parser = seconds)]
+    pub(crate) time_limit: Option<f64>,
+}
+
+impl TimeLimit {
+    /// The flag that is set once a signal comes or the time is over.
+    pub(crate) fn stop(self) -> StopFlag {
+        StopFlag::within(self.time_limit)
+    }
+}
+
+fn seconds(text: &str) -> Result<f64, String> {
+    match text.trim().parse() {
+        Ok(seconds) if seconds > 0.0 && f64::is_finite(seconds) => Ok(seconds),
+        _ => Err("a number of seconds above 0 is expected".into()),
+    }
+}
