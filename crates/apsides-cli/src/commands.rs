@@ -21,7 +21,12 @@ impl MissionArguments {
 }
 
 pub(crate) fn solve(a: &SolveArguments) -> Result<Exit, Refusal> {
-    let mut mission = a.mission.load()?.with_threads(a.run.threads.count()).with_seed(a.run.seed);
+    let mut mission = a
+        .mission
+        .load()?
+        .with_threads(a.run.threads.count())
+        .with_seed(a.run.seed)
+        .with_memory(a.run.memory());
     if let Some(file) = &a.checkpoint {
         probe_file("--checkpoint", file)?;
         mission = mission.with_checkpoint(file.clone());

@@ -12,7 +12,12 @@ use crate::output::{print, written};
 use crate::progress::Progress;
 
 pub(crate) fn footprint(a: &FootprintArguments) -> Result<Exit, Refusal> {
-    let mission = a.mission.load()?.with_threads(a.run.threads.count()).with_seed(a.run.seed);
+    let mission = a
+        .mission
+        .load()?
+        .with_threads(a.run.threads.count())
+        .with_seed(a.run.seed)
+        .with_memory(a.run.memory());
     mission.check_footprint().map_err(refusal)?;
     if let Some(dir) = &a.out {
         // Before the work, not after it.

@@ -6,7 +6,8 @@ use apsides::missions::moving_mass::{DescentDeviations, Descents, case};
 use apsides::pipeline::dispersion::{Deviations, Guidance, Onboard, Replanning};
 use apsides::pipeline::draws::Draws;
 use apsides::pipeline::key::{name_of, unit_of};
-use apsides::pipeline::montecarlo::{Ellipse, MonteCarlo, Sample, Statistics};
+use apsides::pipeline::memory::Foreseen;
+use apsides::pipeline::montecarlo::{Batch, Ellipse, MonteCarlo, Sample, Statistics};
 use apsides_report::{Axis, Figure, SampleFile, distribution_figure, landing_figure, write_statistics};
 
 use crate::arguments::{GuidanceWord, MonteCarloArguments, SampleFormat};
@@ -16,7 +17,12 @@ use crate::progress::Progress;
 use crate::stop::StopFlag;
 
 pub(crate) fn montecarlo(a: &MonteCarloArguments) -> Result<Exit, Refusal> {
-    let mission = a.mission.load()?.with_threads(a.run.threads.count()).with_seed(a.run.seed);
+    let mission = a
+        .mission
+        .load()?
+        .with_threads(a.run.threads.count())
+        .with_seed(a.run.seed)
+        .with_memory(a.run.memory());
     if !a.sigma.is_empty() {
         return draws(a, &mission);
     }
@@ -81,6 +87,11 @@ fn draws(a: &MonteCarloArguments, mission: &apsides::Pipeline) -> Result<Exit, R
         sigmas: a.sigma.clone(),
     };
     run.check(mission).map_err(refusal)?;
+    // Each thread has a solve of its own.
+    let one = mission.foreseen_memory().map_err(refusal)?;
+    let cause = format!("{} on each of {} threads", one.cause, run.threads);
+    let all = Foreseen { bytes: one.bytes * run.threads as f64, cause };
+    all.within(a.run.memory()).map_err(refusal)?;
     let stop = a.run.limit.stop();
     let plan = mission.solve(None, &mut Progress::table(true, stop)).map_err(refusal)?;
     if !plan.status.is_success() {
@@ -198,6 +209,8 @@ impl Frame<'_> {
         figure: impl FnOnce(&str, &[Sample], &Statistics) -> Figure,
     ) -> Result<Exit, Refusal> {
         let (a, stop, wanted) = (self.a, self.stop, self.a.samples as usize);
+        let foreseen = Batch::foreseen_memory(wanted, self.names.len(), self.columns.len());
+        foreseen.within(a.run.memory()).map_err(refusal)?;
         let (mut file, done) = match &a.out {
             Some(dir) => {
                 let (file, done) = SampleFile::open(dir, self.names, own, self.columns, &self.statement)?;

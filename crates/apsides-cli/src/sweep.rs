@@ -21,7 +21,12 @@ pub(crate) fn run_sweep(a: &SweepArguments) -> Result<Exit, Refusal> {
     }
     let mut cases = cases(&apsides::registry(), &a.mission, &axes).map_err(refusal)?;
     for case in &mut cases {
-        case.mission = case.mission.clone().with_threads(a.run.threads.count()).with_seed(a.run.seed);
+        case.mission = case
+            .mission
+            .clone()
+            .with_threads(a.run.threads.count())
+            .with_seed(a.run.seed)
+            .with_memory(a.run.memory());
     }
     let priced =
         if a.sensitivity { priced_axes(&axes, &cases).map_err(refusal)? } else { vec![false; axes.len()] };

@@ -4,6 +4,7 @@ use std::fs::File;
 use std::io::{BufReader, Read as _};
 use std::path::{Path, PathBuf};
 
+use apsides::pipeline::memory::Foreseen;
 use apsides::pipeline::whole_file::{WholeFile, write_whole};
 use apsides::terrain::io::{Format, GeoTiffOptions, GeoTiffWriter, ReadOptions, Windows};
 use apsides::terrain::synthetic::{Limits, Synthetic, Terrain};
@@ -194,7 +195,10 @@ pub(crate) fn generate(a: &GenArguments) -> Result<Exit, Refusal> {
     // Before the work, not after it. The features of a truth are written for the whole map.
     for (first, count) in bands(terrain.rows, terrain.cols).take(1) {
         let count = if a.truth.is_some() { terrain.rows } else { count };
-        ground.check(first, 0, count, terrain.cols).map_err(|e| format!("terrain gen: {e}"))?;
+        let bytes = ground.foreseen_memory(first, 0, count, terrain.cols);
+        let bytes = bytes.map_err(|e| format!("terrain gen: {e}"))?;
+        let cause = format!("--cols {} of {} m", terrain.cols, terrain.pixel);
+        Foreseen { bytes, cause }.within(a.run.memory()).map_err(refusal)?;
     }
     if let Some(dir) = &a.truth {
         probe_directory(dir)?;

@@ -317,6 +317,59 @@ fn a_time_limit_ends_with_the_best_so_far() {
     }
 }
 
+/// Documented maxima that took more than the machine has are answered at once, and nothing is written.
+#[test]
+fn memory_is_foreseen() {
+    let dir = tempfile::tempdir().unwrap();
+    let out = path(&dir.path().join("out"));
+    let points = ["--set", "radau.intervals=100000", "--set", "radau.points=60"];
+    let segments = ["--method", "multiple-shooting", "--set", "shooting.intervals=100000"];
+    let little = ["--memory", "1"];
+    for (arguments, cause) in [
+        (
+            [&["solve", "lunar-direct", "--out", &out][..], &points].concat(),
+            "`radau.intervals` = 100000, `radau.points` = 60",
+        ),
+        (
+            [&["solve", "lunar-direct", "--explain", "--out", &out][..], &points].concat(),
+            "`radau.points` = 60",
+        ),
+        (
+            [&["solve", "capsule-reentry", "--memory", "4096", "--out", &out][..], &segments].concat(),
+            "`shooting.intervals` = 100000",
+        ),
+        (
+            [&["sweep", "lunar-direct", "--set", "thrust_n=440,450"][..], &points].concat(),
+            "`radau.points` = 60",
+        ),
+        (
+            [&["montecarlo", "moving-mass-cross", "--samples", "10000000", "--out", &out][..], &little]
+                .concat(),
+            "10000000 samples",
+        ),
+        ([&["footprint", "capsule-reentry", "--out", &out][..], &little].concat(), "`radau.intervals` = "),
+        (
+            [&["terrain", "gen", &out, "--rows", "1", "--cols", "500000", "--pixel", "0.01"][..], &little]
+                .concat(),
+            "--cols 500000",
+        ),
+    ] {
+        let begin = std::time::Instant::now();
+        let o = apsides(&arguments);
+        assert_eq!(o.status.code(), Some(2), "{arguments:?}: {}{}", stdout(&o), stderr(&o));
+        let text = stderr(&o);
+        let sentence = text.lines().last().unwrap();
+        assert!(sentence.contains("this takes about ") && sentence.contains(" GiB are allowed: "), "{text}");
+        assert!(sentence.contains(cause), "{cause}: {text}");
+        assert!(begin.elapsed() < Duration::from_secs(20), "{arguments:?}");
+    }
+    assert!(names(dir.path()).is_empty());
+    let o = apsides(&["terrain", "gen", &out, "--rows", "20", "--cols", "20", "--pixel", "1e18"]);
+    assert_eq!(o.status.code(), Some(2), "{}", stderr(&o));
+    let o = apsides(&["solve", "lunar-direct", "--quiet", "--json", "--memory", "64"]);
+    assert_eq!(o.status.code(), Some(0), "{}", stderr(&o));
+}
+
 #[test]
 fn the_table_of_statuses_is_in_the_help() {
     let o = apsides(&["--help"]);

@@ -13,6 +13,7 @@
 //! | [`file`](mod@file), [`registry`] | reading mission files |
 //! | [`named_data`] | bodies, vehicles and sites as data |
 //! | [`mission`] | [`Mission`]: what a kind of mission is |
+//! | [`memory`] | the memory that a solve takes |
 //! | [`posed`] | a mission as an optimal control problem, with a start |
 //! | [`method`] | the methods, their keys and settings |
 //! | [`pipeline`] | [`Pipeline`]: pose, solve, verify |
@@ -37,6 +38,7 @@ pub mod fault;
 pub mod file;
 pub mod footprint;
 pub mod key;
+pub mod memory;
 pub mod method;
 pub mod mission;
 pub mod montecarlo;

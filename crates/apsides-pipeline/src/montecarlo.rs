@@ -12,6 +12,7 @@ use serde::Serialize;
 use crate::Error;
 use crate::dispersion::{Deviations, Guidance, Onboard};
 use crate::fault::{Fault, guarded};
+use crate::memory::Foreseen;
 use crate::outcome::Outcome;
 use crate::pipeline::Pipeline;
 
@@ -195,6 +196,16 @@ pub struct Batch {
     pub seed: u64,
     /// Results of a sample.
     pub columns: usize,
+}
+
+impl Batch {
+    /// The memory of all samples with their deviations and statistics.
+    #[must_use]
+    pub fn foreseen_memory(samples: usize, deviations: usize, columns: usize) -> Foreseen {
+        // The numbers of a sample, its two lists with what the allocator adds, and one column sorted.
+        let each = 8 * (deviations + columns) + 128;
+        Foreseen { bytes: samples as f64 * each as f64, cause: format!("{samples} samples") }
+    }
 }
 
 /// Flies samples behind those that are done on several threads, each with a workspace of its own, and hands them on in their order.

@@ -42,11 +42,13 @@ struct Run {
     least_tolerance: f64,
     /// Where a search is kept.
     checkpoint: Option<PathBuf>,
+    /// Bytes that a solve may take, as far as that is foreseen.
+    memory: Option<u64>,
 }
 
 impl Default for Run {
     fn default() -> Self {
-        Self { threads: 1, seed: 0, least_tolerance: 0.0, checkpoint: None }
+        Self { threads: 1, seed: 0, least_tolerance: 0.0, checkpoint: None, memory: None }
     }
 }
 
@@ -129,6 +131,12 @@ impl Pipeline {
     #[must_use]
     pub fn with_checkpoint(self, file: PathBuf) -> Self {
         Self { run: Run { checkpoint: Some(file), ..self.run }, ..self }
+    }
+
+    /// The mission, refused where a solve would take more memory than so many bytes.
+    #[must_use]
+    pub fn with_memory(self, bytes: u64) -> Self {
+        Self { run: Run { memory: Some(bytes), ..self.run }, ..self }
     }
 
     /// The mission, solved no more accurately between the points of the mesh than this.
@@ -307,6 +315,7 @@ impl Pipeline {
         observer: &mut dyn Observer,
     ) -> Result<Outcome, Error> {
         let posed = self.pose_decided()?;
+        self.check_memory(&posed, self.run.memory)?;
         let build = milliseconds(begin);
         let begin = Instant::now();
         let solution = match start {
@@ -481,7 +490,9 @@ impl Pipeline {
     /// # Errors
     /// When the values do not make a problem.
     pub fn guess_residuals(&self, most: usize) -> Result<Vec<Unmet>, Error> {
-        let Posed { ocp, guess, .. } = self.pose()?;
+        let posed = self.pose()?;
+        self.check_memory(&posed, self.run.memory)?;
+        let Posed { ocp, guess, .. } = posed;
         let mesh = self.methods.first_mesh(&ocp)?;
         Ok(self.methods.radau.method().guess_residuals(&ocp, &guess, &mesh, most)?)
     }

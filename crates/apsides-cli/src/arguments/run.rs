@@ -34,6 +34,31 @@ pub(crate) struct RunArguments {
     pub(crate) seed: u64,
     #[command(flatten)]
     pub(crate) limit: TimeLimit,
+    /// Memory that the work may take as far as that is foreseen, MiB; by default half of the machine's.
+    #[arg(long, value_name = "MIB", value_parser = clap::value_parser!(u32).range(1..))]
+    memory: Option<u32>,
+}
+
+impl RunArguments {
+    /// Bytes that the work may take.
+    pub(crate) fn memory(&self) -> u64 {
+        self.memory.map_or_else(half_of_the_machine, |mebibytes| u64::from(mebibytes) << 20)
+    }
+}
+
+/// Memory of a machine that does not tell, bytes.
+const USUAL: u64 = 8 << 30;
+
+/// Half of the memory of the machine, bytes.
+fn half_of_the_machine() -> u64 {
+    let told = std::fs::read_to_string("/proc/meminfo").ok().and_then(|text| total(&text));
+    told.unwrap_or(USUAL) / 2
+}
+
+/// Bytes of memory by the text of `/proc/meminfo`.
+fn total(text: &str) -> Option<u64> {
+    let line = text.lines().find_map(|line| line.strip_prefix("MemTotal:"))?;
+    line.trim().strip_suffix("kB")?.trim().parse::<u64>().ok().map(|kilobytes| kilobytes << 10)
 }
 
 /// The longest time of a command.
@@ -55,5 +80,18 @@ fn seconds(text: &str) -> Result<f64, String> {
     match text.trim().parse() {
         Ok(seconds) if seconds > 0.0 && f64::is_finite(seconds) => Ok(seconds),
         _ => Err("a number of seconds above 0 is expected".into()),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::total;
+
+    #[test]
+    fn the_memory_of_the_machine_is_read() {
+        let text = "MemTotal:       24649916 kB\nMemFree:        21924020 kB\n";
+        assert_eq!(total(text), Some(24_649_916 << 10));
+        assert_eq!(total("MemFree: 1 kB"), None);
+        assert_eq!(total("MemTotal: many"), None);
     }
 }

@@ -11,6 +11,7 @@ use apsides_shooting::direct::MultipleShootingSettings;
 use super::{Case, Entry, MethodName, MethodSettings};
 use crate::Error;
 use crate::key::{Key, Range};
+use crate::memory::{Foreseen, of_segments};
 use crate::values::Values;
 
 /// Most threads that integrate segments.
@@ -130,5 +131,10 @@ impl MethodSettings for PiecewiseMethod {
         let mut settings = self.settings.clone();
         settings.shooting.threads = case.threads.clamp(1, MAX_THREADS);
         Ok(Box::new(PiecewiseConstant { settings }))
+    }
+
+    fn foreseen(&self, case: &Case<'_>) -> Foreseen {
+        let intervals = self.settings.intervals;
+        Foreseen::new(of_segments(&case.posed.ocp, intervals), &[("piecewise.intervals", intervals)])
     }
 }
