@@ -57,6 +57,7 @@ const ARROWS: &[(&str, Arrows)] = &[
             "ad",
             "control",
             "convex",
+            "basis",
             "expressions",
             "flatness",
             "metaheuristics",

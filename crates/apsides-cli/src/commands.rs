@@ -3,13 +3,15 @@
 use std::io::Write as _;
 use std::path::Path;
 
+use apsides::pipeline::lock::DirectoryLock;
+use apsides::pipeline::record::Record;
 use apsides::pipeline::whole_file::{check_directory, check_file, write_whole};
 use apsides_report::{read_outcome_trajectory, write_outcome};
 
 use crate::arguments::{MissionArguments, NewKind, SolveArguments};
 use crate::exit::{Exit, Refusal, refusal, unwritten, unwritten_option};
 use crate::figures::figures;
-use crate::output::{certificate, outcome, prices, print, say, titles, written};
+use crate::output::{certificate, outcome, prices, print, say, titles, warn, written};
 use crate::progress::Progress;
 
 impl MissionArguments {
@@ -41,6 +43,7 @@ pub(crate) fn solve(a: &SolveArguments) -> Result<Exit, Refusal> {
     if a.explain {
         explain_guess(&mission)?;
     }
+    let _lock = a.out.as_deref().map(claim).transpose()?;
     let mut progress = Progress::table(a.run.quiet, a.run.limit.stop());
     let mut solved = mission.solve(None, &mut progress).map_err(refusal)?;
     if a.sensitivity && solved.report.as_ref().is_some_and(|report| report.status.is_success()) {
@@ -86,6 +89,32 @@ fn explain_guess(mission: &apsides::Pipeline) -> Result<(), Refusal> {
 /// Refuses a directory that cannot be written, and leaves nothing there.
 pub(crate) fn probe_directory(dir: &Path) -> Result<(), Refusal> {
     check_directory(dir).map_err(unwritten_option("--out", dir))
+}
+
+/// A directory that no other process writes into meanwhile.
+pub(crate) fn claim(dir: &Path) -> Result<DirectoryLock, Refusal> {
+    let words = std::env::args().skip(1).take(2).collect::<Vec<_>>().join(" ");
+    DirectoryLock::take(dir, &format!("apsides {words}")).map_err(unwritten_option("--out", dir))
+}
+
+/// Solves on disk, from which the same command goes on.
+pub(crate) fn keep_solves(dir: &Path) -> Result<Record, Refusal> {
+    Record::open(dir).map_err(unwritten_option("--out", dir))
+}
+
+/// Removes the solves of work that is complete; says where the others are, and which could not be kept.
+pub(crate) fn settle(record: Option<Record>, dir: &Path, complete: bool, exit: Exit) -> Exit {
+    let Some(record) = record else { return exit };
+    if let Some(why) = record.lost() {
+        say(&format!("solves are not kept: {why}"));
+        return exit.or(Exit::Unwritten);
+    }
+    if complete {
+        record.remove();
+    } else {
+        warn(&format!("what is solved is kept in {}: the same command goes on from there", dir.display()));
+    }
+    exit
 }
 
 /// A directory, made where it is missing.

@@ -3,10 +3,11 @@
 use std::fmt::Write as _;
 
 use apsides::pipeline::footprint::{FEWEST_BEARINGS, Footprint, FootprintCase, count, footprint as compute};
+use apsides::pipeline::record::SOLVES;
 use apsides_report::{footprint_map, write_footprint};
 
 use crate::arguments::FootprintArguments;
-use crate::commands::probe_directory;
+use crate::commands::{claim, keep_solves, probe_directory, settle};
 use crate::exit::{Exit, Refusal, refusal};
 use crate::output::{print, written};
 use crate::progress::Progress;
@@ -23,6 +24,9 @@ pub(crate) fn footprint(a: &FootprintArguments) -> Result<Exit, Refusal> {
         // Before the work, not after it.
         probe_directory(dir)?;
     }
+    let _lock = a.out.as_deref().map(claim).transpose()?;
+    let solves = a.out.as_deref().map(|dir| dir.join(SOLVES)).unwrap_or_default();
+    let record = a.out.as_ref().map(|_| keep_solves(&solves)).transpose()?;
     let stop = a.run.limit.stop();
     let bearings = a.bearings as usize;
     let mut progress = Progress::line(a.run.quiet, stop, count(bearings) as u64);
@@ -51,13 +55,14 @@ pub(crate) fn footprint(a: &FootprintArguments) -> Result<Exit, Refusal> {
             print(&format!("\ncolours of the map: {}\n", footprint_map(&found).legend()));
         }
     }
-    Ok(if !found.complete || !found.failures.is_empty() {
+    let exit = if !found.complete || !found.failures.is_empty() {
         Exit::NotSolved
     } else if found.verified < found.points.len() {
         Exit::NotVerified
     } else {
         Exit::Verified
-    })
+    };
+    Ok(settle(record, &solves, found.complete, exit))
 }
 
 const HEAD: &str = "\

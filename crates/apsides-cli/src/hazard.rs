@@ -16,7 +16,7 @@ use apsides_report::HazardPicture;
 use serde::Serialize;
 
 use crate::arguments::{HazardArguments, Rule};
-use crate::commands::{made, probe_directory};
+use crate::commands::{claim, made, probe_directory};
 use crate::exit::{Exit, Refusal, refusal};
 use crate::hazard_features::Features;
 use crate::hazard_files::{Files, Rows, csv, stem};
@@ -222,6 +222,7 @@ pub(crate) fn hazard(a: &HazardArguments) -> Result<Exit, Refusal> {
         // Before the work, not after it.
         probe_directory(dir)?;
     }
+    let _lock = a.out.as_deref().map(claim).transpose()?;
     let tested: Vec<Layer> = Layer::ALL.into_iter().filter(|l| criteria.limit(*l).is_some()).collect();
     let options = GeoTiffOptions { deflate: true, nodata: None, geo_keys: map.geo_keys().cloned() };
     let files = match &a.out {

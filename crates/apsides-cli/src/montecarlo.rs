@@ -11,6 +11,7 @@ use apsides::pipeline::montecarlo::{Batch, Ellipse, MonteCarlo, Sample, Statisti
 use apsides_report::{Axis, Figure, SampleFile, distribution_figure, landing_figure, write_statistics};
 
 use crate::arguments::{GuidanceWord, MonteCarloArguments, SampleFormat};
+use crate::commands::claim;
 use crate::exit::{Exit, Refusal, refusal};
 use crate::output::{number, print, warn, written};
 use crate::progress::Progress;
@@ -211,6 +212,7 @@ impl Frame<'_> {
         let (a, stop, wanted) = (self.a, self.stop, self.a.samples as usize);
         let foreseen = Batch::foreseen_memory(wanted, self.names.len(), self.columns.len());
         foreseen.within(a.run.memory()).map_err(refusal)?;
+        let _lock = a.out.as_deref().map(claim).transpose()?;
         let (mut file, done) = match &a.out {
             Some(dir) => {
                 let (file, done) = SampleFile::open(dir, self.names, own, self.columns, &self.statement)?;

@@ -6,7 +6,7 @@ use apsides::pipeline::simulation::SimulationSummary;
 use apsides_report::write_simulation;
 
 use crate::arguments::SimulateArguments;
-use crate::commands::probe_directory;
+use crate::commands::{claim, probe_directory};
 use crate::exit::{Exit, Refusal, refusal};
 use crate::figures::curve_figures;
 use crate::output::{number, print, written};
@@ -18,6 +18,7 @@ pub(crate) fn simulate(a: &SimulateArguments) -> Result<Exit, Refusal> {
     if let Some(dir) = &a.out {
         probe_directory(dir)?;
     }
+    let _lock = a.out.as_deref().map(claim).transpose()?;
     let stop = a.limit.stop();
     let progress = Progress::clock(a.quiet || a.json, stop);
     let clock = progress.clone();

@@ -6,7 +6,7 @@ use apsides::missions::moving_mass::{MassRow, SizeStudy, Sizing, case};
 use apsides_report::{Axis, Figure, Series, replace};
 
 use crate::arguments::SizeArguments;
-use crate::commands::probe_directory;
+use crate::commands::{claim, probe_directory};
 use crate::exit::{Exit, Refusal, refusal};
 use crate::output::{print, written};
 
@@ -23,6 +23,7 @@ pub(crate) fn size(a: &SizeArguments) -> Result<Exit, Refusal> {
     if let Some(dir) = &a.out {
         probe_directory(dir)?;
     }
+    let _lock = a.out.as_deref().map(claim).transpose()?;
     let study = Sizing::default().study(&case, &offsets, margin).map_err(refusal)?;
     let json = serde_json::to_string_pretty(&study).map_err(refusal)? + "\n";
     print(if a.json { &json } else { "" });

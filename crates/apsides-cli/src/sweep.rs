@@ -5,10 +5,11 @@ use std::path::{Path, PathBuf};
 use apsides::pipeline::sweep::{Axis, Case, cases, priced_axes, prices, sweep};
 use apsides::pipeline::whole_file::write_whole;
 use apsides::{Outcome, Price};
+use apsides_nlp::Status;
 use apsides_report::stacked_svg;
 
 use crate::arguments::SweepArguments;
-use crate::commands::probe_file;
+use crate::commands::{claim, keep_solves, probe_file, settle};
 use crate::exit::{Exit, Refusal, refusal, unwritten_option};
 use crate::figures::PriceCurves;
 use crate::output::{print, significant};
@@ -26,21 +27,31 @@ pub(crate) fn run_sweep(a: &SweepArguments) -> Result<Exit, Refusal> {
             .clone()
             .with_threads(a.run.threads.count())
             .with_seed(a.run.seed)
-            .with_memory(a.run.memory());
+            .with_memory(a.run.memory())
+            .with_prices(a.sensitivity);
     }
     let priced =
         if a.sensitivity { priced_axes(&axes, &cases).map_err(refusal)? } else { vec![false; axes.len()] };
     let mut curves = a.figure.as_deref().map(|path| Drawing::create(path, &axes, &priced)).transpose()?;
+    // The solves are kept beside the file until all are done.
+    let solves = a.out.as_deref().map(partial).unwrap_or_default();
+    let _lock = a.out.as_ref().map(|_| claim(&solves)).transpose()?;
+    let record = a.out.as_ref().map(|_| keep_solves(&solves)).transpose()?;
     let mut csv = a.out.as_deref().map(|path| SweepFile::create(path, &axes)).transpose()?;
     let stop = a.run.limit.stop();
     let mut progress = Progress::line(a.run.quiet, stop, cases.len() as u64);
     let ticker = progress.clone();
     let mut worst = Exit::Verified;
     let mut failure = None;
-    let mut first = true;
+    let (mut first, mut done) = (true, 0);
     print(&format!("sweep of {} cases: {}\n", cases.len(), a.mission));
     sweep(&cases, &mut progress, |case, solved| {
+        done += 1;
         let solved = match solved {
+            Ok(solved) if solved.status == Status::Interrupted => {
+                done -= 1;
+                solved
+            }
             Ok(solved) => solved,
             Err(fault) => {
                 let values: String = case_values(case).map(|v| format!("{v:>22} ")).collect();
@@ -85,7 +96,14 @@ pub(crate) fn run_sweep(a: &SweepArguments) -> Result<Exit, Refusal> {
     if let Some(drawing) = curves {
         print(&format!("written: {}\n", drawing.finish()?));
     }
-    Ok(worst)
+    Ok(settle(record, &solves, done == cases.len(), worst))
+}
+
+/// The directory of the solves of a sweep.
+fn partial(file: &Path) -> PathBuf {
+    let mut name = file.as_os_str().to_owned();
+    name.push(".partial");
+    name.into()
 }
 
 /// A case with what is shown of it.

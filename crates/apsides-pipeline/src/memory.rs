@@ -6,8 +6,6 @@
 use apsides_ocp::{Ocp, Phase};
 
 use crate::Error;
-use crate::pipeline::Pipeline;
-use crate::posed::Posed;
 
 /// Bytes in a gibibyte.
 const GIBIBYTE: f64 = (1_u64 << 30) as f64;
@@ -73,21 +71,6 @@ pub(crate) fn of_cones(ocp: &Ocp, intervals: usize) -> f64 {
 #[cfg(any(feature = "flatness", feature = "indirect"))]
 pub(crate) fn of_dense(ocp: &Ocp, intervals: usize) -> f64 {
     over_phases(ocp, |phase| (intervals as f64).powi(2) * 50.0 * width(phase).powi(2))
-}
-
-impl Pipeline {
-    /// The memory that a solve takes by the first discretisation.
-    ///
-    /// # Errors
-    /// When the values do not make a problem.
-    pub fn foreseen_memory(&self) -> Result<Foreseen, Error> {
-        self.methods().foreseen(&self.pose()?)
-    }
-
-    /// Refuses a solve that takes more.
-    pub(crate) fn check_memory(&self, posed: &Posed, most: Option<u64>) -> Result<(), Error> {
-        most.map_or(Ok(()), |most| self.methods().foreseen(posed)?.within(most))
-    }
 }
 
 impl Foreseen {

@@ -18,7 +18,6 @@ use crate::mission::{EasierCase, Kind, Mission, Offers, Scalars, downcast};
 use crate::observer::Observer;
 use crate::outcome::{Decisions, ObjectiveValue, Outcome, Reduced, Summary, Timing};
 use crate::posed::Posed;
-use crate::simulation::{Simulated, Watch};
 use crate::values::Values;
 
 /// A mission that was read, with all it takes to solve it: the values of its keys, the mission made of them, methods and their settings.
@@ -44,11 +43,13 @@ struct Run {
     checkpoint: Option<PathBuf>,
     /// Bytes that a solve may take, as far as that is foreseen.
     memory: Option<u64>,
+    /// Prices are asked for after a solve.
+    priced: bool,
 }
 
 impl Default for Run {
     fn default() -> Self {
-        Self { threads: 1, seed: 0, least_tolerance: 0.0, checkpoint: None, memory: None }
+        Self { threads: 1, seed: 0, least_tolerance: 0.0, checkpoint: None, memory: None, priced: false }
     }
 }
 
@@ -139,6 +140,18 @@ impl Pipeline {
         Self { run: Run { memory: Some(bytes), ..self.run }, ..self }
     }
 
+    /// The mission, of whose solutions prices are asked afterwards.
+    #[must_use]
+    pub fn with_prices(self, priced: bool) -> Self {
+        Self { run: Run { priced, ..self.run }, ..self }
+    }
+
+    /// All that decides the result of a solve beside its start.
+    pub(crate) fn statement(&self) -> String {
+        let Run { seed, least_tolerance, .. } = self.run;
+        format!("{:?}\n{}\nseed {seed}, tolerance {least_tolerance:e}\n", self.mission, self.to_file())
+    }
+
     /// The mission, solved no more accurately between the points of the mesh than this.
     #[must_use]
     pub fn with_tolerance_from(self, least: f64) -> Self {
@@ -226,7 +239,7 @@ impl Pipeline {
         self.decided(&self.decide()?)?.pose_decided()
     }
 
-    fn pose_decided(&self) -> Result<Posed, Error> {
+    pub(crate) fn pose_decided(&self) -> Result<Posed, Error> {
         self.mission.pose(self.methods.name)
     }
 
@@ -292,18 +305,20 @@ impl Pipeline {
     }
 
     /// Solves with or without the scalars that take solves of their own.
-    fn solve_with(
+    pub(crate) fn solve_with(
         &self,
         start: Option<&Trajectory>,
         margins: bool,
         observer: &mut dyn Observer,
     ) -> Result<Outcome, Error> {
         self.optimised()?;
-        let begin = Instant::now();
-        let decisions = self.decide()?;
-        let decided = self.decided(&decisions)?;
-        let outcome = decided.solve_decided(decisions, begin, start, margins, observer)?;
-        Ok(Outcome { mission_file: self.to_file(), ..outcome })
+        self.kept(start, margins, self.run.priced, || {
+            let begin = Instant::now();
+            let decisions = self.decide()?;
+            let decided = self.decided(&decisions)?;
+            let outcome = decided.solve_decided(decisions, begin, start, margins, observer)?;
+            Ok(Outcome { mission_file: self.to_file(), ..outcome })
+        })
     }
 
     fn solve_decided(
@@ -444,47 +459,6 @@ impl Pipeline {
         Ok(method.explain(&posed.ocp, &posed.guess, &self.methods.first_mesh(&posed.ocp)?)?)
     }
 
-    /// Flies a mission that is simulated, or the solution of one that is optimised with what its problem leaves out, where that is
-    /// modelled.
-    ///
-    /// # Errors
-    /// A mission that is optimised and not modelled further, values that do not make a case, a problem without a solution. A flight that
-    /// fails is not an error: see [`SimulationSummary::status`](crate::simulation::SimulationSummary::status).
-    pub fn simulate(&self) -> Result<Simulated, Error> {
-        self.simulate_watched(&mut (), &|_| true)
-    }
-
-    /// As [`simulate`](Self::simulate); the observer sees the solve of what is flown, `watch` the flight, and each may end it.
-    ///
-    /// # Errors
-    /// As of [`simulate`](Self::simulate).
-    pub fn simulate_watched(
-        &self,
-        observer: &mut dyn Observer,
-        watch: &Watch<'_>,
-    ) -> Result<Simulated, Error> {
-        let offers = &self.kind.offers;
-        if !offers.simulated_only && !offers.simulation {
-            return Err(self.kind.refused("it is optimised, not simulated: use `apsides solve`"));
-        }
-        let begin = Instant::now();
-        self.mission.check_simulation()?;
-        let plan = match offers.simulated_only {
-            true => None,
-            // Margins take solves of their own.
-            false => Some(self.solve_with(None, false, observer)?),
-        };
-        if let Some(plan) = plan.as_ref().filter(|plan| !plan.status.is_success()) {
-            let reason = format!("the flight to follow has no solution: {}", plan.summary.status);
-            return Err(Error::in_mission(reason));
-        }
-        let mut flight = self.mission.simulate(self.run.seed, plan.as_ref(), watch)?;
-        flight.summary.mission = self.name().into();
-        flight.summary.time_ms = milliseconds(begin);
-        flight.mission_file = self.to_file();
-        Ok(flight)
-    }
-
     /// The largest residuals of the mission's own guess before the first iteration, by name, at most `most`.
     ///
     /// # Errors
@@ -562,6 +536,7 @@ impl Pipeline {
             mission_file: self.to_file(),
             decisions,
             explanation,
+            kept: None,
         }
     }
 }
@@ -572,7 +547,7 @@ struct Flight {
     expanded: Option<Trajectory>,
 }
 
-fn milliseconds(begin: Instant) -> f64 {
+pub(crate) fn milliseconds(begin: Instant) -> f64 {
     begin.elapsed().as_secs_f64() * 1e3
 }
 

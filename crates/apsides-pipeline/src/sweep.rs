@@ -7,6 +7,7 @@ use crate::fault::guarded;
 use crate::observer::Observer;
 use crate::outcome::{Outcome, Price};
 use crate::pipeline::Pipeline;
+use crate::record;
 use crate::registry::Registry;
 
 /// Values of one key.
@@ -143,10 +144,20 @@ pub fn priced_axes(axes: &[Axis], cases: &[Case]) -> Result<Vec<bool>, Error> {
 /// # Errors
 /// As of [`Pipeline::sensitivities`].
 pub fn prices(axes: &[Axis], case: &Case, outcome: &Outcome) -> Result<Vec<Option<Price>>, Error> {
-    let solved = outcome.report.as_ref().is_some_and(|report| report.status.is_success());
+    let record = record::current().zip(outcome.kept.as_ref());
+    let kept = record.as_ref().and_then(|(record, key)| record.find_prices(key));
+    let has_report = outcome.report.as_ref().is_some_and(|report| report.status.is_success());
+    let solved = has_report || kept.as_ref().is_some_and(|prices| !prices.is_empty());
     let is_priced = |key: &str| solved && case.mission.priced_keys().any(|k| k.path == key);
     let keys: Vec<&str> = axes.iter().map(|a| a.key.as_str()).filter(|key| is_priced(key)).collect();
-    let mut found = if keys.is_empty() { Vec::new() } else { case.mission.sensitivities(outcome, &keys)? };
+    let mut found = match kept {
+        Some(kept) => kept,
+        None if keys.is_empty() => Vec::new(),
+        None => case.mission.sensitivities(outcome, &keys)?,
+    };
+    if let Some((record, key)) = record {
+        record.keep_prices(key, &found);
+    }
     let mut price = |axis: &Axis| {
         let place = found.iter().position(|p| p.key == axis.key)?;
         Some(found.swap_remove(place))
