@@ -6,12 +6,12 @@ use std::path::Path;
 use apsides::pipeline::lock::DirectoryLock;
 use apsides::pipeline::record::Record;
 use apsides::pipeline::whole_file::{check_directory, check_file, write_whole};
-use apsides_report::{read_outcome_trajectory, write_outcome};
+use apsides_report::write_outcome;
 
 use crate::arguments::{MissionArguments, NewKind, SolveArguments};
 use crate::exit::{Exit, Refusal, refusal, unwritten, unwritten_option};
 use crate::figures::figures;
-use crate::output::{certificate, outcome, prices, print, say, titles, warn, written};
+use crate::output::{outcome, prices, print, say, titles, warn, written};
 use crate::progress::Progress;
 
 impl MissionArguments {
@@ -196,27 +196,4 @@ pub(crate) fn check(a: &MissionArguments) -> Result<Exit, Refusal> {
     }
     print(&format!("{} is well-posed: {}\n\n{}", a.mission, mission.title(), mission.to_file()));
     Ok(Exit::Verified)
-}
-
-pub(crate) fn verify(directory: &Path, json: bool) -> Result<Exit, Refusal> {
-    let file = directory.join("mission.toml");
-    if !file.is_file() {
-        let place = directory.display();
-        return Err(format!(
-            "{place}: no result directory (it has no mission.toml); give one that `apsides solve --out` wrote"
-        )
-        .into());
-    }
-    let mission = apsides::load(&file.to_string_lossy(), &[]).map_err(refusal)?;
-    let posed = mission.pose().map_err(refusal)?;
-    let trajectory = read_outcome_trajectory(directory, posed.flight()).map_err(refusal)?;
-    let found = mission.verify(&trajectory).map_err(refusal)?;
-    if json {
-        let text = serde_json::to_string_pretty(&found).map_err(refusal)?;
-        print(&format!("{text}\n"));
-    } else {
-        print(&format!("{}: mission {}\n", directory.display(), mission.name()));
-        print(&certificate(&found));
-    }
-    Ok(if found.is_verified() { Exit::Verified } else { Exit::NotVerified })
 }

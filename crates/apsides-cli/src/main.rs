@@ -32,6 +32,7 @@ mod stop;
 mod sweep;
 mod terrain;
 mod tune;
+mod verify;
 
 use std::process::ExitCode;
 
@@ -96,6 +97,6 @@ fn command(command: Command) -> Result<Exit, Refusal> {
         Command::Terrain(TerrainCommand::Info { map, json }) => terrain::info(&map, json),
         Command::Problems { name } => certify::problems(name.as_deref()),
         Command::Certify(a) => certify::certify(&a),
-        Command::Verify { directory, json } => commands::verify(&directory, json),
+        Command::Verify { directory, json } => verify::verify(&directory, json),
     }
 }

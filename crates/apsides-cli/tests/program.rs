@@ -172,6 +172,73 @@ fn results_are_written_and_verified_again() {
     assert_eq!(apsides(&["verify", &path(&out)]).status.code(), Some(2));
 }
 
+/// Replaces a text in a file.
+fn edit(file: &Path, from: &str, to: &str) {
+    let text = std::fs::read_to_string(file).unwrap();
+    assert!(text.contains(from), "{from}: {text}");
+    std::fs::write(file, text.replacen(from, to, 1)).unwrap();
+}
+
+/// The sentence on an alteration of a result directory, which it makes.
+type Alteration<'a> = (&'a str, &'a dyn Fn(&Path));
+
+/// Results, certificates and trajectories that were altered, and files that are missing, are named, also where the digests were altered too.
+#[test]
+fn what_was_altered_is_named() {
+    let dir = tempfile::tempdir().unwrap();
+    let out = dir.path().join("results");
+    let solve = ["solve", "lunar-two-phase", "--quiet", "--out", &path(&out)];
+    let number = |text: &str, key: &str| {
+        let rest = text.split_once(&format!("\"{key}\": ")).unwrap().1;
+        rest.split([',', '\n']).next().unwrap().to_owned()
+    };
+    let alterations: [Alteration<'_>; 7] = [
+        ("summary.json, `results.final_mass_kg` is 1", &|out| {
+            let file = out.join("summary.json");
+            let mass = number(&std::fs::read_to_string(&file).unwrap(), "final_mass_kg");
+            let more = mass.parse::<f64>().unwrap() * (1.0 + 1e-5);
+            edit(&file, &format!("\"final_mass_kg\": {mass}"), &format!("\"final_mass_kg\": {more}"));
+        }),
+        ("summary.json, `objective.value` is 1.0", &|out| {
+            let file = out.join("summary.json");
+            let text = std::fs::read_to_string(&file).unwrap();
+            let value = number(&text[text.find("\"objective\"").unwrap()..], "value");
+            edit(&file, &format!("\"value\": {value}"), "\"value\": 1.0");
+        }),
+        ("summary.json: the verdict is global-optimum, computed again strict-local-optimum", &|out| {
+            edit(&out.join("summary.json"), "\"strict-local-optimum\"", "\"global-optimum\"");
+        }),
+        ("certificate.json has no certificate", &|out| {
+            std::fs::write(out.join("certificate.json"), "{}").unwrap();
+        }),
+        ("certificate.json is missing", &|out| std::fs::remove_file(out.join("certificate.json")).unwrap()),
+        ("trajectory.csv was changed since it was written", &|out| {
+            let file = out.join("trajectory.csv");
+            let text = std::fs::read_to_string(&file).unwrap();
+            let costate =
+                text.lines().next().unwrap().split(',').find(|h| h.starts_with("costate_mass")).unwrap();
+            std::fs::write(&file, tamper(&text, costate, 10..11, 1e-9)).unwrap();
+        }),
+        ("report.html was changed since it was written", &|out| {
+            edit(&out.join("report.html"), "</html>", "</html> ");
+        }),
+    ];
+    for (sentence, alter) in alterations {
+        assert_eq!(apsides(&solve).status.code(), Some(0));
+        let o = apsides(&["verify", &path(&out)]);
+        assert_eq!(o.status.code(), Some(0), "{}", stdout(&o));
+        assert!(stdout(&o).contains("files and their numbers are those of the trajectory"), "{}", stdout(&o));
+        alter(&out);
+        let o = apsides(&["verify", &path(&out)]);
+        assert_eq!(o.status.code(), Some(4), "{sentence}: {}{}", stdout(&o), stderr(&o));
+        assert!(stdout(&o).contains(sentence), "{sentence}: {}", stdout(&o));
+    }
+    let json = apsides(&["verify", &path(&out), "--json"]);
+    let found: serde_json::Value = serde_json::from_slice(&json.stdout).unwrap();
+    assert_eq!(found["differences"][0], "report.html was changed since it was written");
+    assert_eq!(found["verdict"], "strict-local-optimum");
+}
+
 /// The files hold the whole flight, also where only its burns were solved.
 #[test]
 fn a_flight_of_burns_and_coasts_is_written_and_verified_again() {

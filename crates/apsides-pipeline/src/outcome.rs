@@ -204,7 +204,7 @@ pub struct Outcome {
     /// One sentence for the reader when the status is not `optimal`.
     pub explanation: Option<String>,
     /// Its name in the open [`record`](crate::record), if there is one.
-    pub(crate) kept: Option<String>,
+    pub kept: Option<String>,
 }
 
 impl Outcome {

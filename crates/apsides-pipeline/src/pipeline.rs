@@ -413,6 +413,21 @@ impl Pipeline {
         decided.certify(decided.pose_decided()?.flight(), &decisions, trajectory)
     }
 
+    /// The certificate and the scalars of a trajectory of the whole flight, with those that take solves of their own where it is `solved`: what a
+    /// solve states of it.
+    ///
+    /// # Errors
+    /// When the values do not make a problem, or the trajectory does not fit it.
+    pub fn recomputed(&self, trajectory: &Trajectory, solved: bool) -> Result<(Certificate, Scalars), Error> {
+        let certificate = self.verify(trajectory)?;
+        let decided = self.decided(&self.decide()?)?;
+        let margins = match solved {
+            true => decided.mission.margins(&decided.methods, trajectory)?,
+            false => Scalars::new(),
+        };
+        Ok((certificate, decided.results(trajectory).into_iter().chain(margins).collect()))
+    }
+
     fn certify(
         &self,
         flight: &Ocp,
