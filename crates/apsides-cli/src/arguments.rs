@@ -149,6 +149,24 @@ pub(crate) enum Command {
     },
 }
 
+impl Command {
+    /// Values that replace those of the mission.
+    pub(crate) fn set(&self) -> &[String] {
+        match self {
+            Self::Solve(a) => &a.mission.set,
+            Self::Simulate(a) => &a.mission.set,
+            Self::Tune(a) => &a.mission.set,
+            Self::Size(a) => &a.mission.set,
+            Self::Sweep(a) => &a.set,
+            Self::Footprint(a) => &a.mission.set,
+            Self::Montecarlo(a) => &a.mission.set,
+            Self::Check(a) => &a.set,
+            Self::Certify(a) => &a.set,
+            _ => &[],
+        }
+    }
+}
+
 /// A mission and its values.
 #[derive(Debug, Args)]
 pub(crate) struct MissionArguments {

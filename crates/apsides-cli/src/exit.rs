@@ -7,6 +7,8 @@ use apsides::Summary;
 use apsides::pipeline::whole_file::is_refusal;
 use apsides_report::ReportError;
 
+use crate::sentence::name;
+
 /// The exit status of a command.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Exit {
@@ -133,7 +135,7 @@ pub(crate) fn unwritten(path: &Path) -> impl Fn(io::Error) -> Refusal + use<> {
     let path = path.to_owned();
     move |e| {
         let exit = if is_refusal(&e) { Exit::BadInput } else { Exit::Unwritten };
-        Refusal { exit, sentence: format!("{}: {e}", path.display()) }
+        Refusal { exit, sentence: format!("{}: {e}", name(&path.to_string_lossy())) }
     }
 }
 

@@ -26,6 +26,7 @@ mod montecarlo;
 mod output;
 mod progress;
 mod reproduce;
+mod sentence;
 mod simulate;
 mod size;
 mod stop;
@@ -67,10 +68,11 @@ fn run() -> Exit {
             return if e.use_stderr() { Exit::BadInput } else { Exit::Verified };
         }
     };
+    let set = arguments.command.set().to_vec();
     match command(arguments.command) {
         Ok(exit) => stop::status_of(exit),
         Err(refusal) => {
-            output::say(&refusal.sentence);
+            output::say(&sentence::with_set(refusal.sentence, &set));
             stop::status_of(refusal.exit)
         }
     }

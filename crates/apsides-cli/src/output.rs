@@ -8,6 +8,8 @@ use apsides::pipeline::key::{name_of, unit_of};
 use apsides::{Outcome, Price, SearchSummary};
 use apsides_verify::Certificate;
 
+use crate::sentence::readable;
+
 /// The first failure of stdout, which is an output like any other.
 static LOST: OnceLock<String> = OnceLock::new();
 
@@ -33,12 +35,12 @@ pub(crate) fn lost() -> Option<&'static str> {
 
 /// A failure on stderr, in the program's name.
 pub(crate) fn say(text: &str) {
-    let _ = writeln!(std::io::stderr().lock(), "apsides: {text}");
+    let _ = writeln!(std::io::stderr().lock(), "apsides: {}", readable(text));
 }
 
 /// A warning on stderr; nobody there to read it is not an error of what follows.
 pub(crate) fn warn(text: &str) {
-    let _ = writeln!(std::io::stderr().lock(), "warning: {text}");
+    let _ = writeln!(std::io::stderr().lock(), "warning: {}", readable(text));
 }
 
 /// Four decimals, or an exponent where these say little.

@@ -16,6 +16,7 @@ use crate::commands::{made, probe_directory};
 use crate::exit::{Exit, Refusal, refusal, unwritten};
 use crate::output::{print, written};
 use crate::progress::Progress;
+use crate::sentence::name;
 use crate::stop::{StopFlag, stopped};
 
 /// A map file that is read in windows.
@@ -58,7 +59,7 @@ impl MapArguments {
 
     /// A sentence on what is wrong with the map.
     pub(crate) fn defect(&self, e: TerrainError) -> Refusal {
-        let file = self.map.display();
+        let file = name(&self.map.to_string_lossy());
         refusal(match e {
             TerrainError::NoPixelSize { format } => {
                 format!("{file}: {format}, size of a pixel: the file states none: give one with --pixel")
@@ -68,7 +69,7 @@ impl MapArguments {
     }
 
     fn unreadable(&self, e: std::io::Error) -> Refusal {
-        refusal(format!("{}: {e}", self.map.display()))
+        refusal(format!("{}: {e}", name(&self.map.to_string_lossy())))
     }
 
     /// The raster beside a label: the file of the same name with another ending.
@@ -83,12 +84,13 @@ impl MapArguments {
 }
 
 fn open(path: &Path) -> Result<File, Refusal> {
+    let shown = name(&path.to_string_lossy());
     let file = File::open(path).map_err(|e| match e.kind() {
-        std::io::ErrorKind::NotFound => format!("{}: no such file", path.display()),
-        _ => format!("{}: {e}", path.display()),
+        std::io::ErrorKind::NotFound => format!("{shown}: no such file"),
+        _ => format!("{shown}: {e}"),
     })?;
     match file.metadata() {
-        Ok(m) if m.is_dir() => Err(format!("{}: is a directory; give a map", path.display()).into()),
+        Ok(m) if m.is_dir() => Err(format!("{shown}: is a directory; give a map").into()),
         _ => Ok(file),
     }
 }

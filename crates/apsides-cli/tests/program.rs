@@ -297,6 +297,53 @@ fn bad_input_is_one_sentence_and_leaves_results_alone() {
     }
 }
 
+/// Refusals are one sentence of a line or two, name the key that was set, and answer at once.
+#[test]
+fn sentences_name_the_key_and_are_short() {
+    let dir = tempfile::tempdir().unwrap();
+    let refused = |arguments: &[&str]| {
+        let begin = std::time::Instant::now();
+        let o = apsides(arguments);
+        assert_eq!(o.status.code(), Some(2), "{arguments:?}");
+        assert!(begin.elapsed().as_secs() < 20);
+        let text = stderr(&o);
+        assert!(text.len() < 1000 && text.lines().count() == 1, "{text}");
+        assert!(!text.trim_end().chars().any(char::is_control), "{text:?}");
+        text
+    };
+    for (mission, set) in [
+        ("lunar-two-phase", "gate_altitude_km=1e-300"),
+        ("lunar-two-phase", "initial_mass_kg=1e300"),
+        ("lunar-two-phase", "isp_s=1e300"),
+        ("lunar-two-phase", "body_radius_km=1e-300"),
+        ("lunar-two-phase", "gravitational_parameter_km3_s2=1e-12"),
+        ("lunar-direct", "thrust_n=1e300"),
+        ("moving-mass-cross", "moving_mass_kg=1e300"),
+        ("moving-mass-cross", "offset_y_m=1e300"),
+    ] {
+        let text = refused(&["check", mission, "--set", set]);
+        assert!(text.contains(set.split_once('=').unwrap().0), "{set}: {text}");
+    }
+    let file = |name: &str, text: &str| {
+        let file = dir.path().join(name);
+        std::fs::write(&file, text).unwrap();
+        path(&file)
+    };
+    let long = format!("mission = \"lunar-direct\"\n{} = 1\n", "k".repeat(1_000_000));
+    let text = refused(&["check", &file("long.toml", &long)]);
+    assert!(text.contains("kkkk..(10000") && text.contains(" characters).."), "{text}");
+    let value = format!("mission = \"lunar-direct\"\nmethod = \"{}\"\n", "m".repeat(1_000_000));
+    assert!(refused(&["check", &file("value.toml", &value)]).contains("method"));
+    let escaped = refused(&["terrain", "info", &file("a\u{1b}[31m\nb.asc", "\u{1b}[2J")]);
+    assert!(escaped.contains("a\\u{1b}[31m\\nb.asc"), "{escaped}");
+    // Integers of any base are numbers.
+    for (set, shown) in [("thrust_n=0x1B8", "thrust_n = 440.0"), ("radau.points=0b110", "points = 6")] {
+        let o = apsides(&["check", "lunar-direct", "--set", set]);
+        assert_eq!(o.status.code(), Some(0), "{}", stderr(&o));
+        assert!(stdout(&o).contains(shown), "{}", stdout(&o));
+    }
+}
+
 #[test]
 fn a_mission_that_cannot_be_flown_says_what_is_missing() {
     let o =

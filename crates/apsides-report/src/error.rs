@@ -51,7 +51,7 @@ pub enum ReportError {
         /// Name of the file.
         file: &'static str,
         /// The contents that differ from those of this run.
-        found: &'static str,
+        found: String,
     },
     /// A trajectory file that is truncated, malformed or does not fit the problem.
     #[error("trajectory, line {line}: {reason}")]
