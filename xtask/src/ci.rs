@@ -26,6 +26,7 @@ const STEPS: &[Step] = &[
     ("table", table::check),
     ("readme", first_command),
     ("deny", demand::deny_if_there),
+    ("fly", demand::fly_if_there),
     ("python", python::run_if_there),
 ];
 

@@ -57,3 +57,37 @@ pub(crate) fn fuzz(workspace: &Workspace, arguments: &[String]) -> Result<(), St
     }
     Ok(())
 }
+
+/// Missions whose equations `tests/references/fly.py` knows.
+const FLOWN: [&str; 7] = [
+    "lunar-direct",
+    "lunar-perilune",
+    "lunar-two-phase",
+    "lunar-coast",
+    "lunar-throttled",
+    "lunar-vertical",
+    "chang-e-3-braking",
+];
+
+/// Trajectories of missions flown again by SciPy; left out with a sentence where Python has none.
+pub(crate) fn fly_if_there(workspace: &Workspace) -> Result<(), String> {
+    let mut probe = Command::new("python3");
+    let found =
+        probe.args(["-c", "import scipy, tomllib"]).stdout(Stdio::null()).stderr(Stdio::null()).status();
+    if !found.is_ok_and(|status| status.success()) {
+        println!(
+            "left out: `python3` has no SciPy: `pip install -r tests/references/requirements.txt` gets it"
+        );
+        return Ok(());
+    }
+    let out = workspace.target.join("fly");
+    let mut fly = Command::new("python3");
+    fly.current_dir(&workspace.root).arg("tests/references/fly.py");
+    for mission in FLOWN {
+        let results = out.join(mission);
+        let solve = ["run", "--quiet", "--release", "-p", "apsides-cli", "--", "solve", mission, "--quiet"];
+        run(cargo(&workspace.root, solve).arg("--out").arg(&results))?;
+        fly.arg(results);
+    }
+    run(&mut fly)
+}

@@ -10,7 +10,7 @@
 //! | `table` | generated documents |
 //! | `bench` | benchmarks, and the same problems in other programs |
 //! | `package` | every crate as a package, used by a project of its own |
-//! | `demand` | checks by tools that need not be there: cargo-deny, cargo-fuzz |
+//! | `demand` | checks by tools that need not be there: cargo-deny, cargo-fuzz, SciPy |
 //! | `python` | the wheel of the Python package, tested in a fresh environment |
 //! | `readme`, `crate_readme` | the commands of README.md; README.md of each crate |
 //! | `source`, `workspace`, `command` | Rust text without comments, packages, processes |
@@ -59,6 +59,7 @@ Tasks:
   python             the wheel of the Python package, its tests and its tutorial in a fresh environment
   torture            every key of every mission at extreme values, checked and solved for two seconds each; hours
   fuzz [SECONDS]     each fuzz target for so long, 20 s without a number; needs nightly and cargo-fuzz
+  fly                trajectories of missions flown again by SciPy; left out where Python has none
   deny               licences, bans and sources of dependencies; needs cargo-deny
   bless              accepts the present counters of the workspace tests as the golden ones
   bench [--peers] .. criterion benches of kkt, nlp and radau; --peers also runs benches/peers/*.py;
@@ -108,6 +109,7 @@ fn perform(arguments: &[String]) -> Result<(), String> {
         "python" => no_arguments(task, rest).and_then(|()| python::build(&Workspace::load()?)),
         "torture" => no_arguments(task, rest).and_then(|()| torture(&Workspace::load()?)),
         "fuzz" => demand::fuzz(&Workspace::load()?, rest),
+        "fly" => no_arguments(task, rest).and_then(|()| demand::fly_if_there(&Workspace::load()?)),
         "deny" => no_arguments(task, rest).and_then(|()| demand::deny(&Workspace::load()?)),
         "bless" => no_arguments(task, rest).and_then(|()| bless(&Workspace::load()?)),
         "bench" => bench::run_benches(&Workspace::load()?, rest),
@@ -184,7 +186,7 @@ mod tests {
     fn every_task_is_in_the_help() {
         for task in [
             "ci", "layers", "tidy", "doc", "mission", "table", "readmes", "examples", "features", "package",
-            "bless", "bench", "torture", "fuzz", "deny",
+            "bless", "bench", "torture", "fuzz", "fly", "deny",
         ] {
             assert!(HELP.lines().any(|l| l.split_whitespace().next() == Some(task)), "{task}");
         }

@@ -11,7 +11,7 @@ use std::time::{Duration, Instant};
 const IN_TIME: Duration = Duration::from_secs(20);
 
 /// One of so many values is in the sample; a prime, so that all kinds of values and keys are met.
-const ONE_OF: usize = 67;
+const ONE_OF: usize = 101;
 /// One of so many of these is solved too.
 const SOLVED_ONE_OF: usize = 11;
 
