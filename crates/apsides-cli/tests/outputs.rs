@@ -245,7 +245,20 @@ fn a_time_limit_ends_with_the_best_so_far() {
     let limit = ["--time-limit", "0.3"];
     let search = ["--method", "two-layer", "--set", "search.evaluations=100000000"];
     for (arguments, file) in [
-        (&["solve", "capsule-reentry", "--quiet", "--out", &at("a")][..], "a/trajectory.csv"),
+        (
+            &[
+                "solve",
+                "capsule-reentry",
+                "--quiet",
+                "--set",
+                "radau.points=20",
+                "--set",
+                "radau.intervals=80",
+                "--out",
+                &at("a"),
+            ][..],
+            "a/trajectory.csv",
+        ),
         (
             &[
                 "solve",
@@ -284,7 +297,7 @@ fn a_time_limit_ends_with_the_best_so_far() {
                 "capsule-reentry",
                 "--quiet",
                 "--set",
-                "heat_rate_limit_kw_m2=900,890,880",
+                "heat_rate_limit_kw_m2=900,890,880,870,860,850,840,830",
                 "--out",
                 &at("e.csv"),
             ],
