@@ -289,6 +289,7 @@ fn sweeps_start_from_neighbours() {
     let cases = sweep::cases(&apsides::registry(), "geo-3-burn", &[axis]).unwrap();
     let mut propellants = Vec::new();
     sweep::sweep(&cases, &mut (), |_, outcome| {
+        let outcome = outcome.unwrap();
         verified(outcome);
         propellants.push(outcome.summary.results["propellant_kg"]);
         true

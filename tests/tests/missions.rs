@@ -309,6 +309,7 @@ fn sweeps_across_structures() {
     let cases = sweep::cases(&apsides::registry(), "lunar-perilune", &axes).unwrap();
     let mut masses = Vec::new();
     sweep::sweep(&cases, &mut (), |_, outcome| {
+        let outcome = outcome.unwrap();
         verified(outcome);
         masses.push(outcome.summary.results["final_mass_kg"]);
         true

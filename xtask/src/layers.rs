@@ -60,6 +60,7 @@ const ARROWS: &[(&str, Arrows)] = &[
             "ad",
             "control",
             "convex",
+            "basis",
             "expressions",
             "flatness",
             "metaheuristics",

@@ -10,6 +10,7 @@
 //! | `table` | generated documents |
 //! | `bench` | benchmarks, and the same problems in other programs |
 //! | `package` | every crate as a package, used by a project of its own |
+//! | `demand` | checks by tools that need not be there: cargo-deny, cargo-fuzz, SciPy |
 //! | `python` | the wheel of the Python package, tested in a fresh environment |
 //! | `readme`, `crate_readme` | the commands of README.md; README.md of each crate |
 //! | `source`, `workspace`, `command` | Rust text without comments, packages, processes |
@@ -23,6 +24,7 @@ mod ci;
 mod circles;
 mod command;
 mod crate_readme;
+mod demand;
 mod finding;
 mod layers;
 mod map;
@@ -57,6 +59,10 @@ Tasks:
   package [CRATE ..] packages all crates, builds a project of its own and the tests of each, or of those named;
                      prints how many crates each needs and the time of the build
   python             the wheel of the Python package, its tests and its tutorial in a fresh environment
+  torture            every key of every mission at extreme values, checked and solved for two seconds each; hours
+  fuzz [SECONDS]     each fuzz target for so long, 20 s without a number; needs nightly and cargo-fuzz
+  fly                trajectories of missions flown again by SciPy; left out where Python has none
+  deny               licences, bans and sources of dependencies; needs cargo-deny
   bless              accepts the present counters of the workspace tests as the golden ones
   bench [--peers] .. criterion benches of kkt, nlp and radau; --peers also runs benches/peers/*.py;
                      further arguments go to criterion
@@ -103,6 +109,10 @@ fn perform(arguments: &[String]) -> Result<(), String> {
         "features" => no_arguments(task, rest).and_then(|()| package::features(&Workspace::load()?)),
         "package" => package::run(&Workspace::load()?, rest),
         "python" => no_arguments(task, rest).and_then(|()| python::build(&Workspace::load()?)),
+        "torture" => no_arguments(task, rest).and_then(|()| torture(&Workspace::load()?)),
+        "fuzz" => demand::fuzz(&Workspace::load()?, rest),
+        "fly" => no_arguments(task, rest).and_then(|()| demand::fly_if_there(&Workspace::load()?)),
+        "deny" => no_arguments(task, rest).and_then(|()| demand::deny(&Workspace::load()?)),
         "bless" => no_arguments(task, rest).and_then(|()| bless(&Workspace::load()?)),
         "bench" => bench::run_benches(&Workspace::load()?, rest),
         _ => Err(format!("no task `{task}`; `cargo xtask help` lists them")),
@@ -144,6 +154,12 @@ fn mission(workspace: &Workspace, arguments: &[String]) -> Result<(), String> {
     run(solve.args(arguments))
 }
 
+/// All of the property that the tests have a sample of.
+fn torture(workspace: &Workspace) -> Result<(), String> {
+    let test = ["test", "--release", "-p", "apsides-cli", "--test", "torture", "--locked"];
+    run(cargo(&workspace.root, test).args(["--", "--ignored", "--nocapture"]))
+}
+
 fn bless(workspace: &Workspace) -> Result<(), String> {
     run(cargo(&workspace.root, ["test", "-p", "apsides-tests"]).env("APSIDES_BLESS", "1"))
 }
@@ -172,7 +188,7 @@ mod tests {
     fn every_task_is_in_the_help() {
         for task in [
             "ci", "layers", "tidy", "doc", "mission", "table", "readmes", "examples", "features", "package",
-            "bless", "bench",
+            "bless", "bench", "torture", "fuzz", "fly", "deny",
         ] {
             assert!(HELP.lines().any(|l| l.split_whitespace().next() == Some(task)), "{task}");
         }

@@ -1,14 +1,17 @@
 //! Command line of the program.
 
 mod certify;
+mod run;
 mod words;
 
-use std::num::NonZero;
 use std::path::PathBuf;
 
 use clap::{Args, Parser, Subcommand, ValueEnum};
 
+use crate::exit::statuses;
+
 pub(crate) use certify::CertifyArguments;
+pub(crate) use run::{RunArguments, Threads, TimeLimit};
 pub(crate) use words::{GuidanceWord, NewKind, SampleFormat};
 
 /// Spaceflight trajectory optimisation: solve missions, verify the answers.
@@ -17,7 +20,7 @@ pub(crate) use words::{GuidanceWord, NewKind, SampleFormat};
     name = "apsides",
     version,
     about,
-    after_help = "Examples:\n  \
+    after_help = format!("Examples:\n  \
         apsides missions\n  \
         apsides new problem my-problem.toml\n  \
         apsides solve lunar-perilune --out results\n  \
@@ -27,9 +30,7 @@ pub(crate) use words::{GuidanceWord, NewKind, SampleFormat};
         apsides footprint capsule-reentry --out footprint\n  \
         apsides verify results\n  \
         apsides reproduce lunar-landing --out reproduction\n  \
-        apsides hazard map.tif --criteria chang-e-3-fine --out hazards\n\n\
-        Exit status: 0 optimal and verified, 2 bad input, 3 not converged, infeasible or no safe site, \
-        4 solved but not verified."
+        apsides hazard map.tif --criteria chang-e-3-fine --out hazards\n\n{}", statuses(100))
 )]
 pub(crate) struct Arguments {
     #[command(subcommand)]
@@ -51,14 +52,12 @@ pub(crate) enum Command {
         apsides simulate moving-mass-cross --out descent\n  \
         apsides simulate moving-mass-cross --set moving_mass_kg=5 --set rate_limit_m_s=0.2\n  \
         apsides simulate moving-mass-radial --set allocation=angles --json\n  \
-        apsides simulate capsule-reentry-steered --set steered.offset_z_m=0.01\n\n\
-        Exit status 3: the flight failed; the reason and the time are stated.")]
+        apsides simulate capsule-reentry-steered --set steered.offset_z_m=0.01")]
     Simulate(SimulateArguments),
     /// Search PID gains of a mission with moving masses: the worst of a set of descents counts.
     #[command(after_help = "Examples:\n  \
         apsides tune moving-mass-cross --set rate_limit_m_s=0.1 --out tuned.toml\n  \
-        apsides tune moving-mass-cross --set rate_limit_m_s=0.05 --all-damping --evaluations 200\n\n\
-        Exit status 3: no gains were found that hold every descent.")]
+        apsides tune moving-mass-cross --set rate_limit_m_s=0.05 --all-damping --evaluations 200")]
     Tune(TuneArguments),
     /// Find the least moving masses and rates that hold an offset: by statics and by simulation, cross against rim.
     #[command(after_help = "Examples:\n  \
@@ -121,8 +120,7 @@ pub(crate) enum Command {
         apsides hazard map.tif --criteria chang-e-3-coarse --out hazards\n  \
         apsides hazard scene.npy --pixel 0.1 --criteria my-lander.toml --start 500,500 --sites 3 --json\n  \
         apsides hazard scene.npy --pixel 0.1 --craters 2,20 --boulders 0.3 --noise 0.05 --out hazards\n\n\
-        A file of criteria is TOML: thresholds by name, `preset = \"NAME\"` for what it does not state.\n\
-        Exit status 3: no safe site.")]
+        A file of criteria is TOML: thresholds by name, `preset = \"NAME\"` for what it does not state.")]
     Hazard(HazardArguments),
     /// Make or describe elevation maps.
     #[command(subcommand)]
@@ -138,7 +136,7 @@ pub(crate) enum Command {
         apsides certify di_min_energy other-program.csv\n  \
         apsides certify lunar-perilune samples.json --json\n\n\
         The file has columns (CSV) or arrays (JSON) named `time` and as the states and controls of the problem:\n\
-        see `apsides problems NAME`. Exit status 4: no extremal.")]
+        see `apsides problems NAME`.")]
     Certify(CertifyArguments),
     /// Verify the results in a directory again: trajectory.csv against the equations of mission.toml.
     #[command(after_help = "Example:\n  apsides verify results")]
@@ -149,6 +147,24 @@ pub(crate) enum Command {
         #[arg(long)]
         json: bool,
     },
+}
+
+impl Command {
+    /// Values that replace those of the mission.
+    pub(crate) fn set(&self) -> &[String] {
+        match self {
+            Self::Solve(a) => &a.mission.set,
+            Self::Simulate(a) => &a.mission.set,
+            Self::Tune(a) => &a.mission.set,
+            Self::Size(a) => &a.mission.set,
+            Self::Sweep(a) => &a.set,
+            Self::Footprint(a) => &a.mission.set,
+            Self::Montecarlo(a) => &a.mission.set,
+            Self::Check(a) => &a.set,
+            Self::Certify(a) => &a.set,
+            _ => &[],
+        }
+    }
 }
 
 /// A mission and its values.
@@ -162,34 +178,6 @@ pub(crate) struct MissionArguments {
     /// Method, short for `--set method=M`.
     #[arg(long, value_name = "M")]
     pub(crate) method: Option<String>,
-}
-
-/// The number of threads.
-#[derive(Debug, Args)]
-pub(crate) struct Threads {
-    /// Threads to use, by default one for each core; the results do not depend on it.
-    #[arg(long = "threads", value_name = "N", value_parser = clap::value_parser!(u32).range(1..=1024))]
-    given: Option<u32>,
-}
-
-impl Threads {
-    pub(crate) fn count(&self) -> usize {
-        let cores = || std::thread::available_parallelism().map_or(1, NonZero::get);
-        self.given.map_or_else(cores, |given| given as usize)
-    }
-}
-
-/// Arguments that solves share.
-#[derive(Debug, Args)]
-pub(crate) struct RunArguments {
-    /// No progress on stderr.
-    #[arg(long)]
-    pub(crate) quiet: bool,
-    #[command(flatten)]
-    pub(crate) threads: Threads,
-    /// Seed of everything random: searches.
-    #[arg(long, value_name = "N", default_value_t = 0)]
-    pub(crate) seed: u64,
 }
 
 /// Arguments of `solve`.
@@ -227,9 +215,14 @@ pub(crate) struct SimulateArguments {
     /// Print one JSON object on stdout and nothing else.
     #[arg(long)]
     pub(crate) json: bool,
+    /// No progress on stderr.
+    #[arg(long)]
+    pub(crate) quiet: bool,
     /// Seed of the noise of sensors.
     #[arg(long, value_name = "N", default_value_t = 0)]
     pub(crate) seed: u64,
+    #[command(flatten)]
+    pub(crate) limit: TimeLimit,
 }
 
 /// Arguments of `tune`.
@@ -269,6 +262,8 @@ pub(crate) struct TuneArguments {
     /// Seed of the search.
     #[arg(long, value_name = "N", default_value_t = 0)]
     pub(crate) seed: u64,
+    #[command(flatten)]
+    pub(crate) limit: TimeLimit,
 }
 
 /// Arguments of `size`.

@@ -11,9 +11,10 @@ use apsides_verify::{Certificate, CheckKind, Interpolation, Sampled, VerifySetti
 use serde::Serialize;
 
 use crate::arguments::CertifyArguments;
-use crate::commands::{Refusal, refusal};
-use crate::output::{Exit, certificate, print};
-use crate::progress::{Progress, StopFlag};
+use crate::exit::{Exit, Refusal, refusal};
+use crate::output::{certificate, print};
+use crate::progress::Progress;
+use crate::stop::StopFlag;
 
 /// The problem against which a trajectory is judged.
 enum Problem {
@@ -87,7 +88,7 @@ fn words(evidence: Evidence) -> &'static str {
 
 fn unknown(name: &str) -> Refusal {
     let names: Vec<_> = GALLERY.iter().map(|p| p.name).collect();
-    format!("no problem of the gallery is named `{name}`: {}", names.join(", "))
+    format!("no problem of the gallery is named `{name}`: {}", names.join(", ")).into()
 }
 
 pub(crate) fn certify(a: &CertifyArguments) -> Result<Exit, Refusal> {

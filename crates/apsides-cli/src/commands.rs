@@ -3,19 +3,16 @@
 use std::io::Write as _;
 use std::path::Path;
 
-use apsides_report::{read_outcome_trajectory, write_outcome};
+use apsides::pipeline::lock::DirectoryLock;
+use apsides::pipeline::record::Record;
+use apsides::pipeline::whole_file::{check_directory, check_file, write_whole};
+use apsides_report::write_outcome;
 
 use crate::arguments::{MissionArguments, NewKind, SolveArguments};
+use crate::exit::{Exit, Refusal, refusal, unwritten, unwritten_option};
 use crate::figures::figures;
-use crate::output::{Exit, certificate, outcome, prices, print, titles, written};
-use crate::progress::{Progress, StopFlag};
-
-/// One sentence for the reader; exit status 2.
-pub(crate) type Refusal = String;
-
-pub(crate) fn refusal(e: impl std::fmt::Display) -> Refusal {
-    e.to_string()
-}
+use crate::output::{outcome, prices, print, say, titles, warn, written};
+use crate::progress::Progress;
 
 impl MissionArguments {
     pub(crate) fn load(&self) -> Result<apsides::Pipeline, Refusal> {
@@ -26,8 +23,14 @@ impl MissionArguments {
 }
 
 pub(crate) fn solve(a: &SolveArguments) -> Result<Exit, Refusal> {
-    let mut mission = a.mission.load()?.with_threads(a.run.threads.count()).with_seed(a.run.seed);
+    let mut mission = a
+        .mission
+        .load()?
+        .with_threads(a.run.threads.count())
+        .with_seed(a.run.seed)
+        .with_memory(a.run.memory());
     if let Some(file) = &a.checkpoint {
+        probe_file("--checkpoint", file)?;
         mission = mission.with_checkpoint(file.clone());
     }
     if let Some(dir) = &a.out {
@@ -40,13 +43,14 @@ pub(crate) fn solve(a: &SolveArguments) -> Result<Exit, Refusal> {
     if a.explain {
         explain_guess(&mission)?;
     }
-    let mut progress = Progress::table(a.run.quiet, StopFlag::install());
+    let _lock = a.out.as_deref().map(claim).transpose()?;
+    let mut progress = Progress::table(a.run.quiet, a.run.limit.stop());
     let mut solved = mission.solve(None, &mut progress).map_err(refusal)?;
     if a.sensitivity && solved.report.as_ref().is_some_and(|report| report.status.is_success()) {
         let keys: Vec<&str> = mission.priced_keys().map(|k| &*k.path).collect();
         solved.summary.sensitivity = Some(mission.sensitivities(&solved, &keys).map_err(refusal)?);
     }
-    let exit = Exit::of(&solved.summary);
+    let mut exit = Exit::of(&solved.summary);
     if a.json {
         let text = serde_json::to_string_pretty(&solved.summary).map_err(refusal)?;
         print(&format!("{text}\n"));
@@ -55,10 +59,14 @@ pub(crate) fn solve(a: &SolveArguments) -> Result<Exit, Refusal> {
         print(&prices(&solved));
     }
     if let Some(dir) = &a.out {
-        let files = write_outcome(dir, &solved, &figures(&solved)).map_err(refusal)?;
+        let files = write_outcome(dir, &solved, &figures(&solved))?;
         if !a.json {
             print(&written(&files));
         }
+    }
+    if let Some(why) = solved.summary.search.as_ref().and_then(|s| s.remark.as_deref()) {
+        say(&format!("the search is not kept: {why}"));
+        exit = exit.or(Exit::Unwritten);
     }
     Ok(exit)
 }
@@ -78,16 +86,46 @@ fn explain_guess(mission: &apsides::Pipeline) -> Result<(), Refusal> {
     Ok(())
 }
 
-/// Refuses a directory that cannot be written.
+/// Refuses a directory that cannot be written, and leaves nothing there.
 pub(crate) fn probe_directory(dir: &Path) -> Result<(), Refusal> {
-    let fail = |e: std::io::Error| format!("--out {}: {e}", dir.display());
-    if dir.exists() && !dir.is_dir() {
-        return Err(format!("--out {}: is a file; give a directory", dir.display()));
+    check_directory(dir).map_err(unwritten_option("--out", dir))
+}
+
+/// A directory that no other process writes into meanwhile.
+pub(crate) fn claim(dir: &Path) -> Result<DirectoryLock, Refusal> {
+    let words = std::env::args().skip(1).take(2).collect::<Vec<_>>().join(" ");
+    DirectoryLock::take(dir, &format!("apsides {words}")).map_err(unwritten_option("--out", dir))
+}
+
+/// Solves on disk, from which the same command goes on.
+pub(crate) fn keep_solves(dir: &Path) -> Result<Record, Refusal> {
+    Record::open(dir).map_err(unwritten_option("--out", dir))
+}
+
+/// Removes the solves of work that is complete; says where the others are, and which could not be kept.
+pub(crate) fn settle(record: Option<Record>, dir: &Path, complete: bool, exit: Exit) -> Exit {
+    let Some(record) = record else { return exit };
+    if let Some(why) = record.lost() {
+        say(&format!("solves are not kept: {why}"));
+        return exit.or(Exit::Unwritten);
     }
-    std::fs::create_dir_all(dir).map_err(fail)?;
-    let probe = dir.join(format!(".apsides-{}", std::process::id()));
-    std::fs::File::create(&probe).map_err(fail)?;
-    std::fs::remove_file(&probe).map_err(fail)
+    if complete {
+        record.remove();
+    } else {
+        warn(&format!("what is solved is kept in {}: the same command goes on from there", dir.display()));
+    }
+    exit
+}
+
+/// A directory, made where it is missing.
+pub(crate) fn made(dir: &Path) -> Result<&Path, Refusal> {
+    std::fs::create_dir_all(dir).map_err(unwritten_option("--out", dir))?;
+    Ok(dir)
+}
+
+/// Refuses a file that cannot be written, and leaves nothing there.
+pub(crate) fn probe_file(option: &str, file: &Path) -> Result<(), Refusal> {
+    check_file(file).map_err(unwritten_option(option, file))
 }
 
 pub(crate) fn missions(name: Option<&str>) -> Result<Exit, Refusal> {
@@ -123,7 +161,7 @@ fn heading(name: &str, mission: &apsides::Pipeline) -> String {
 /// Lists the data that the key `key` of missions may name.
 pub(crate) fn named_data(key: &str) -> Result<Exit, Refusal> {
     let registry = apsides::registry();
-    let Some(data) = registry.data(key) else { return Err(format!("no data are named by `{key}`")) };
+    let Some(data) = registry.data(key) else { return Err(format!("no data are named by `{key}`").into()) };
     let width = data.names().map(str::len).max().unwrap_or(0);
     for name in data.names() {
         let [source, remarks] = data.words(name);
@@ -141,14 +179,10 @@ pub(crate) fn new(kind: NewKind, file: Option<&Path>) -> Result<Exit, Refusal> {
         NewKind::Problem => (apsides::missions::problem::STARTER, "problem.toml"),
     };
     let path = file.unwrap_or_else(|| usual.as_ref());
-    let refused = |e: std::io::Error| match e.kind() {
-        std::io::ErrorKind::AlreadyExists => {
-            format!("{}: exists and stays as it is; name another file", path.display())
-        }
-        _ => format!("{}: {e}", path.display()),
-    };
-    let mut file = std::fs::File::create_new(path).map_err(refused)?;
-    file.write_all(text.as_bytes()).map_err(refused)?;
+    if std::fs::symlink_metadata(path).is_ok() {
+        return Err(format!("{}: exists and stays as it is; name another file", path.display()).into());
+    }
+    write_whole(path, text.as_bytes()).map_err(unwritten(path))?;
     let shown = path.display();
     print(&format!("written: {shown}\n\napsides check {shown}\napsides solve {shown} --out results\n"));
     Ok(Exit::Verified)
@@ -162,27 +196,4 @@ pub(crate) fn check(a: &MissionArguments) -> Result<Exit, Refusal> {
     }
     print(&format!("{} is well-posed: {}\n\n{}", a.mission, mission.title(), mission.to_file()));
     Ok(Exit::Verified)
-}
-
-pub(crate) fn verify(directory: &Path, json: bool) -> Result<Exit, Refusal> {
-    let file = directory.join("mission.toml");
-    if !file.is_file() {
-        let place = directory.display();
-        return Err(format!(
-            "{place}: no result directory (it has no mission.toml); give one that `apsides solve --out` wrote"
-        ));
-    }
-    let mission = apsides::load(&file.to_string_lossy(), &[]).map_err(refusal)?;
-    let posed = mission.pose().map_err(refusal)?;
-    let trajectory = read_outcome_trajectory(directory, posed.flight()).map_err(refusal)?;
-    let found = mission.verify(&trajectory).map_err(refusal)?;
-    if json {
-        let text = serde_json::to_string_pretty(&found).map_err(refusal)?;
-        print(&format!("{text}\n"));
-    } else {
-        print(&format!("{}: mission {}\n", directory.display(), mission.name()));
-        print(&certificate(&found));
-    }
-    let _ = std::io::stdout().flush();
-    Ok(if found.is_verified() { Exit::Verified } else { Exit::NotVerified })
 }

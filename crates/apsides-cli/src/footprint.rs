@@ -3,23 +3,33 @@
 use std::fmt::Write as _;
 
 use apsides::pipeline::footprint::{FEWEST_BEARINGS, Footprint, FootprintCase, count, footprint as compute};
+use apsides::pipeline::record::SOLVES;
 use apsides_report::{footprint_map, write_footprint};
 
 use crate::arguments::FootprintArguments;
-use crate::commands::{Refusal, probe_directory, refusal};
-use crate::output::{Exit, print, written};
-use crate::progress::{Progress, StopFlag};
+use crate::commands::{claim, keep_solves, probe_directory, settle};
+use crate::exit::{Exit, Refusal, refusal};
+use crate::output::{print, written};
+use crate::progress::Progress;
 
 pub(crate) fn footprint(a: &FootprintArguments) -> Result<Exit, Refusal> {
-    let mission = a.mission.load()?.with_threads(a.run.threads.count()).with_seed(a.run.seed);
+    let mission = a
+        .mission
+        .load()?
+        .with_threads(a.run.threads.count())
+        .with_seed(a.run.seed)
+        .with_memory(a.run.memory());
     mission.check_footprint().map_err(refusal)?;
     if let Some(dir) = &a.out {
         // Before the work, not after it.
         probe_directory(dir)?;
     }
-    let stop = StopFlag::install();
+    let _lock = a.out.as_deref().map(claim).transpose()?;
+    let solves = a.out.as_deref().map(|dir| dir.join(SOLVES)).unwrap_or_default();
+    let record = a.out.as_ref().map(|_| keep_solves(&solves)).transpose()?;
+    let stop = a.run.limit.stop();
     let bearings = a.bearings as usize;
-    let mut progress = Progress::line(a.run.quiet, stop.clone(), count(bearings) as u64);
+    let mut progress = Progress::line(a.run.quiet, stop, count(bearings) as u64);
     let ticker = progress.clone();
     if !a.json {
         print(&format!("footprint of {} along {bearings} bearings\n\n{HEAD}", a.mission.mission));
@@ -39,19 +49,20 @@ pub(crate) fn footprint(a: &FootprintArguments) -> Result<Exit, Refusal> {
         print(&text(&found));
     }
     if let Some(dir) = &a.out {
-        let files = write_footprint(dir, &found).map_err(refusal)?;
+        let files = write_footprint(dir, &found)?;
         if !a.json {
             print(&written(&files));
             print(&format!("\ncolours of the map: {}\n", footprint_map(&found).legend()));
         }
     }
-    Ok(if !found.complete || !found.failures.is_empty() {
+    let exit = if !found.complete || !found.failures.is_empty() {
         Exit::NotSolved
     } else if found.verified < found.points.len() {
         Exit::NotVerified
     } else {
         Exit::Verified
-    })
+    };
+    Ok(settle(record, &solves, found.complete, exit))
 }
 
 const HEAD: &str = "\

@@ -2,6 +2,7 @@
 
 use std::collections::BTreeMap;
 use std::fmt::Write as _;
+use std::path::Path;
 
 use apsides::missions::site_criteria;
 use apsides::terrain::hazard::{
@@ -15,12 +16,14 @@ use apsides_report::HazardPicture;
 use serde::Serialize;
 
 use crate::arguments::{HazardArguments, Rule};
-use crate::commands::{Refusal, probe_directory, refusal};
+use crate::commands::{claim, made, probe_directory};
+use crate::exit::{Exit, Refusal, refusal};
 use crate::hazard_features::Features;
 use crate::hazard_files::{Files, Rows, csv, stem};
-use crate::output::{Exit, print, written};
-use crate::progress::{Progress, StopFlag};
-use crate::terrain::{MapFile, MapSummary, pool, write};
+use crate::output::{print, written};
+use crate::progress::Progress;
+use crate::stop::{StopFlag, stopped};
+use crate::terrain::{MapFile, MapSummary, pool, unwritten_raster, write};
 
 /// From this size of a pixel a map is coarse, m.
 const COARSE_PIXEL: f64 = 0.5;
@@ -128,6 +131,8 @@ struct Bands<'a> {
     heights: MapFile,
     progress: Progress,
     stop: StopFlag,
+    /// The reason for which the work ended, if that is not the map.
+    failure: Option<Refusal>,
 }
 
 impl HazardSink for Bands<'_> {
@@ -137,18 +142,20 @@ impl HazardSink for Bands<'_> {
         let (top, bottom) = (first.saturating_sub(1), (first + count + 1).min(rows));
         let heights = self.heights.window(top, 0, bottom - top, cols)?;
         let layer = |layer: Layer| band.layer(layer);
-        self.account.rows(&Rows {
+        let written = self.account.rows(&Rows {
             heights: &heights,
             skip: first - top,
             verdict: band.verdict,
             layer: &layer,
-        })?;
+        });
+        self.or_end(written)?;
         self.advance(count)
     }
 
     fn clearance(&mut self, _: usize, clearance: &[f32]) -> Result<(), TerrainError> {
         if let Some(files) = &mut self.account.files {
-            files.clearance(clearance)?;
+            let written = files.clearance(clearance);
+            self.or_end(written)?;
         }
         self.advance(clearance.len() / self.heights.geometry().cols())
     }
@@ -156,13 +163,25 @@ impl HazardSink for Bands<'_> {
 
 impl Bands<'_> {
     /// Shows that rows are done, and ends the work if the user asks to.
-    fn advance(&self, rows: usize) -> Result<(), TerrainError> {
+    fn advance(&mut self, rows: usize) -> Result<(), TerrainError> {
         self.progress.advance(rows as u64);
         if self.stop.is_set() {
-            let source = std::io::ErrorKind::Interrupted.into();
-            return Err(TerrainError::Io { doing: "stopped; the files are not complete", source });
+            return Err(self.end(stopped("no file is written")));
         }
         Ok(())
+    }
+
+    /// Ends the work where a file could not be written.
+    fn or_end(&mut self, written: Result<(), TerrainError>) -> Result<(), TerrainError> {
+        written.map_err(|e| {
+            let dir = self.account.files.as_ref().map_or(Path::new(""), Files::dir);
+            self.end(unwritten_raster(dir)(e))
+        })
+    }
+
+    fn end(&mut self, failure: Refusal) -> TerrainError {
+        self.failure = Some(failure);
+        TerrainError::Io { doing: "writing", source: std::io::ErrorKind::Interrupted.into() }
     }
 }
 
@@ -175,11 +194,11 @@ pub(crate) fn hazard(a: &HazardArguments) -> Result<Exit, Refusal> {
     let start = a.start.unwrap_or([geometry.rows() / 2, geometry.cols() / 2]);
     if start[0] >= geometry.rows() || start[1] >= geometry.cols() {
         let (row, col, rows, cols) = (start[0], start[1], geometry.rows(), geometry.cols());
-        return Err(format!("--start: {}", TerrainError::Outside { row, col, rows, cols }));
+        return Err(format!("--start: {}", TerrainError::Outside { row, col, rows, cols }).into());
     }
     let separation = a.separation.unwrap_or(2.0 * criteria.clearance_min_m);
     if !(separation.is_finite() && separation >= 0.0) {
-        return Err(format!("--separation: {separation} m; it must be finite and not negative"));
+        return Err(format!("--separation: {separation} m; it must be finite and not negative").into());
     }
     let in_memory = fits(&geometry, memory);
     if !in_memory && a.rule != Rule::Spiral {
@@ -189,7 +208,7 @@ pub(crate) fn hazard(a: &HazardArguments) -> Result<Exit, Refusal> {
             geometry.rows(),
             geometry.cols(),
             a.memory
-        ));
+        ).into());
     }
     if let Some(option) = Features::asked(a).filter(|_| !in_memory) {
         return Err(format!(
@@ -197,16 +216,17 @@ pub(crate) fn hazard(a: &HazardArguments) -> Result<Exit, Refusal> {
             a.memory,
             geometry.rows(),
             geometry.cols()
-        ));
+        ).into());
     }
     if let Some(dir) = &a.out {
         // Before the work, not after it.
         probe_directory(dir)?;
     }
+    let _lock = a.out.as_deref().map(claim).transpose()?;
     let tested: Vec<Layer> = Layer::ALL.into_iter().filter(|l| criteria.limit(*l).is_some()).collect();
     let options = GeoTiffOptions { deflate: true, nodata: None, geo_keys: map.geo_keys().cloned() };
     let files = match &a.out {
-        Some(dir) => Some(Files::new(dir, &geometry, &tested, &options)?),
+        Some(dir) => Some(Files::new(made(dir)?, &geometry, &tested, &options)?),
         None => None,
     };
     let mut account = Account {
@@ -304,9 +324,10 @@ impl Work<'_> {
         let hazards = hazard_map_with(&map, self.criteria, &HazardOptions::default()).map_err(defect)?;
         let layer = |layer| hazards.layer(layer).map(Raster::data);
         let rows = Rows { heights: &map, skip: 0, verdict: hazards.verdict().data(), layer: &layer };
-        account.rows(&rows).map_err(refusal)?;
+        let dir = self.a.out.as_deref().unwrap_or(Path::new(""));
+        account.rows(&rows).map_err(unwritten_raster(dir))?;
         if let Some(files) = &mut account.files {
-            files.clearance(hazards.clearance().data()).map_err(refusal)?;
+            files.clearance(hazards.clearance().data()).map_err(unwritten_raster(dir))?;
             files.layer_pictures(&hazards)?;
         }
         let request = SiteRequest {
@@ -334,7 +355,7 @@ impl Work<'_> {
         let stop = StopFlag::install();
         // Each row comes twice: with its hazards and with its clearance.
         let steps = 2 * geometry.rows() as u64;
-        let progress = Progress::counted(self.a.quiet || self.a.json, stop.clone(), steps, "rows");
+        let progress = Progress::counted(self.a.quiet || self.a.json, stop, steps, "rows");
         let options = SurveyOptions {
             memory,
             start: Some(self.start),
@@ -343,9 +364,12 @@ impl Work<'_> {
             ..SurveyOptions::default()
         };
         let heights = self.a.map.open(memory / PIXEL_BYTES)?;
-        let mut bands = Bands { account, heights, progress: progress.clone(), stop };
+        let mut bands = Bands { account, heights, progress: progress.clone(), stop, failure: None };
         let found = survey(map, self.criteria, &options, &mut bands);
         progress.finish();
+        if let Some(failure) = bands.failure.take() {
+            return Err(failure);
+        }
         let (counts, sites) = found.map_err(|e| self.a.map.defect(e))?;
         if counts.safe + counts.unsafe_ == 0 && account.summary.height_min_m.is_none() {
             return Err(self.a.map.defect(TerrainError::Empty { pixels: geometry.pixels() }));

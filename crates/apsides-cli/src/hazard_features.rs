@@ -11,9 +11,9 @@ use apsides::terrain::{ElevationMap, Geometry, Raster, TerrainError};
 use serde::Serialize;
 
 use crate::arguments::HazardArguments;
-use crate::commands::{Refusal, refusal};
+use crate::exit::Refusal;
 use crate::hazard_files::{csv, write_picture};
-use crate::terrain::{tiff, write};
+use crate::terrain::{publish, tiff, unwritten_raster, write};
 
 /// A crater or a boulder: its centre (east, north), its diameter, and its depth or height, m.
 #[derive(Serialize)]
@@ -134,8 +134,8 @@ impl Features {
         if let Some(Probability { raster, .. }) = &self.probability {
             let path = dir.join("probability.tif");
             let mut file = tiff(&path, geometry, options.clone())?;
-            file.write_rows(raster.data()).map_err(refusal)?;
-            file.finish().map_err(refusal)?;
+            file.write_rows(raster.data()).map_err(unwritten_raster(&path))?;
+            publish(&path, file)?;
             paths.push(path);
             paths.push(write_picture(dir, "probability", raster, "-")?);
         }

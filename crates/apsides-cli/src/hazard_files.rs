@@ -1,22 +1,21 @@
 //! Files of `apsides hazard`: layers, and the map with hazards and sites.
 
-use std::fs::File;
-use std::io::BufWriter;
 use std::path::{Path, PathBuf};
 
+use apsides::pipeline::whole_file::WholeFile;
 use apsides::terrain::hazard::{HazardMap, Layer, Verdict};
 use apsides::terrain::io::{ColourMap, GeoTiffOptions, GeoTiffWriter, Legend, write_png};
 use apsides::terrain::site::Site;
 use apsides::terrain::{ElevationMap, Geometry, Raster, TerrainError};
 use apsides_report::HazardPicture;
 
-use crate::commands::{Refusal, refusal};
-use crate::terrain::tiff;
+use crate::exit::{Refusal, refusal, unwritten};
+use crate::terrain::{publish, tiff, unwritten_raster};
 
 /// A raster that is written row by row.
 struct Target {
     path: PathBuf,
-    file: GeoTiffWriter<BufWriter<File>>,
+    file: GeoTiffWriter<WholeFile>,
 }
 
 /// Rows of a map with what was found on them.
@@ -63,6 +62,11 @@ impl Files {
         })
     }
 
+    /// The directory of the files.
+    pub(crate) fn dir(&self) -> &Path {
+        &self.dir
+    }
+
     /// The next rows, from north to south.
     pub(crate) fn rows(&mut self, rows: &Rows<'_>) -> Result<(), TerrainError> {
         let mut values = Vec::new();
@@ -103,13 +107,14 @@ impl Files {
         let mut paths = Vec::new();
         let layers = self.layers.into_iter().map(|(_, target)| target);
         for target in layers.chain([self.verdict, self.clearance]) {
-            target.file.finish().map_err(|e| format!("{}: {e}", target.path.display()))?;
+            publish(&target.path, target.file)?;
             paths.push(target.path);
         }
         let path = self.dir.join("map.png");
-        let file = File::create(&path).map_err(|e| format!("{}: {e}", path.display()))?;
+        let mut file = WholeFile::create(&path).map_err(unwritten(&path))?;
         let places = sites.iter().map(|s| [s.row, s.col]);
-        self.picture.write(BufWriter::new(file), places, ring).map_err(refusal)?;
+        self.picture.write(&mut file, places, ring).map_err(unwritten_raster(&path))?;
+        file.publish().map_err(unwritten(&path))?;
         paths.extend(self.pictures);
         paths.push(path);
         Ok(paths)
@@ -124,10 +129,10 @@ pub(crate) fn write_picture(
     unit: &str,
 ) -> Result<PathBuf, Refusal> {
     let path = dir.join(format!("{name}.png"));
-    let fail = |e: &dyn std::fmt::Display| format!("{}: {e}", path.display());
-    let file = BufWriter::new(File::create(&path).map_err(|e| fail(&e))?);
+    let mut file = WholeFile::create(&path).map_err(unwritten(&path))?;
     let legend = Legend { unit: unit.into() };
-    write_png(file, raster, ColourMap::Viridis, None, Some(&legend)).map_err(|e| fail(&e))?;
+    write_png(&mut file, raster, ColourMap::Viridis, None, Some(&legend)).map_err(unwritten_raster(&path))?;
+    file.publish().map_err(unwritten(&path))?;
     Ok(path)
 }
 

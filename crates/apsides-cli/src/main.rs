@@ -10,12 +10,13 @@
 //! apsides certify brachistochrone_free_y other.csv  judges the trajectory of any program
 //! ```
 //!
-//! The exit status is 0 for a verified result, 2 for bad input, 3 where nothing was solved, 4 where the result is not verified. What the
-//! program does is in the libraries; it computes nothing by itself.
+//! The exit statuses of all commands are in one table (`exit.rs`), which `apsides --help` shows. What the program does is in the libraries; it
+//! computes nothing by itself.
 
 mod arguments;
 mod certify;
 mod commands;
+mod exit;
 mod figures;
 mod footprint;
 mod hazard;
@@ -25,11 +26,14 @@ mod montecarlo;
 mod output;
 mod progress;
 mod reproduce;
+mod sentence;
 mod simulate;
 mod size;
+mod stop;
 mod sweep;
 mod terrain;
 mod tune;
+mod verify;
 
 use std::process::ExitCode;
 
@@ -37,10 +41,45 @@ use apsides::missions::data::{BODY, SITE, VEHICLE};
 use clap::Parser;
 
 use arguments::{Arguments, Command, TerrainCommand};
-use output::Exit;
+use exit::{Exit, Refusal};
 
 fn main() -> ExitCode {
-    let result = match Arguments::parse().command {
+    stop::catch_signals();
+    // A panic is a fault: what is half written is taken away as it unwinds.
+    let exit = std::panic::catch_unwind(run).unwrap_or(Exit::Fault);
+    let exit = match output::lost() {
+        Some(why) => {
+            output::say(&format!("stdout could not be written: {why}"));
+            exit.or(Exit::Unwritten)
+        }
+        None => exit,
+    };
+    ExitCode::from(exit as u8)
+}
+
+fn run() -> Exit {
+    let arguments = match Arguments::try_parse() {
+        Ok(arguments) => arguments,
+        // Help and version are such errors too.
+        Err(e) => {
+            if let Err(lost) = e.print() {
+                output::unprinted(&lost);
+            }
+            return if e.use_stderr() { Exit::BadInput } else { Exit::Verified };
+        }
+    };
+    let set = arguments.command.set().to_vec();
+    match command(arguments.command) {
+        Ok(exit) => stop::status_of(exit),
+        Err(refusal) => {
+            output::say(&sentence::with_set(refusal.sentence, &set));
+            stop::status_of(refusal.exit)
+        }
+    }
+}
+
+fn command(command: Command) -> Result<Exit, Refusal> {
+    match command {
         Command::Solve(a) => commands::solve(&a),
         Command::Simulate(a) => simulate::simulate(&a),
         Command::Tune(a) => tune::tune(&a),
@@ -60,12 +99,6 @@ fn main() -> ExitCode {
         Command::Terrain(TerrainCommand::Info { map, json }) => terrain::info(&map, json),
         Command::Problems { name } => certify::problems(name.as_deref()),
         Command::Certify(a) => certify::certify(&a),
-        Command::Verify { directory, json } => commands::verify(&directory, json),
-    };
-    let exit = result.unwrap_or_else(|sentence| {
-        use std::io::Write as _;
-        let _ = writeln!(std::io::stderr().lock(), "apsides: {sentence}");
-        Exit::BadInput
-    });
-    ExitCode::from(exit as u8)
+        Command::Verify { directory, json } => verify::verify(&directory, json),
+    }
 }

@@ -6,16 +6,24 @@ use apsides::missions::moving_mass::{DescentDeviations, Descents, case};
 use apsides::pipeline::dispersion::{Deviations, Guidance, Onboard, Replanning};
 use apsides::pipeline::draws::Draws;
 use apsides::pipeline::key::{name_of, unit_of};
-use apsides::pipeline::montecarlo::{Ellipse, MonteCarlo, Sample, Statistics};
+use apsides::pipeline::memory::Foreseen;
+use apsides::pipeline::montecarlo::{Batch, Ellipse, MonteCarlo, Sample, Statistics};
 use apsides_report::{Axis, Figure, SampleFile, distribution_figure, landing_figure, write_statistics};
 
 use crate::arguments::{GuidanceWord, MonteCarloArguments, SampleFormat};
-use crate::commands::{Refusal, refusal};
-use crate::output::{Exit, number, print, warn, written};
-use crate::progress::{Progress, StopFlag};
+use crate::commands::claim;
+use crate::exit::{Exit, Refusal, refusal};
+use crate::output::{number, print, warn, written};
+use crate::progress::Progress;
+use crate::stop::StopFlag;
 
 pub(crate) fn montecarlo(a: &MonteCarloArguments) -> Result<Exit, Refusal> {
-    let mission = a.mission.load()?.with_threads(a.run.threads.count()).with_seed(a.run.seed);
+    let mission = a
+        .mission
+        .load()?
+        .with_threads(a.run.threads.count())
+        .with_seed(a.run.seed)
+        .with_memory(a.run.memory());
     if !a.sigma.is_empty() {
         return draws(a, &mission);
     }
@@ -45,10 +53,10 @@ pub(crate) fn montecarlo(a: &MonteCarloArguments) -> Result<Exit, Refusal> {
     if a.format == SampleFormat::Parquet && !cfg!(feature = "parquet") {
         return Err("this program is built without Parquet: build it with `--features parquet`".into());
     }
-    let stop = StopFlag::install();
-    let plan = mission.solve(None, &mut Progress::table(true, stop.clone())).map_err(refusal)?;
+    let stop = a.run.limit.stop();
+    let plan = mission.solve(None, &mut Progress::table(true, stop)).map_err(refusal)?;
     if !plan.status.is_success() {
-        return Err(format!("the mission itself is not solved ({}): no plan to deviate from", plan.status));
+        return Err(unsolved(plan.status, "no plan to deviate from"));
     }
     let own = |index| run.dispersions.sample(run.seed, index).values().to_vec();
     let steering = serde_json::to_string(&(&run.guidance, &run.onboard)).map_err(refusal)?;
@@ -59,6 +67,14 @@ pub(crate) fn montecarlo(a: &MonteCarloArguments) -> Result<Exit, Refusal> {
         |done, each| run.run(&mission, &plan, done, each).map_err(refusal),
         |title, samples, statistics| landing_figure(title, samples, columns, statistics),
     )
+}
+
+/// Nothing to fly samples of.
+fn unsolved(status: impl std::fmt::Display, what: &str) -> Refusal {
+    Refusal {
+        exit: Exit::NotSolved,
+        sentence: format!("the mission itself is not solved ({status}): {what}"),
+    }
 }
 
 /// Optima of a mission whose numbers are drawn.
@@ -72,10 +88,15 @@ fn draws(a: &MonteCarloArguments, mission: &apsides::Pipeline) -> Result<Exit, R
         sigmas: a.sigma.clone(),
     };
     run.check(mission).map_err(refusal)?;
-    let stop = StopFlag::install();
-    let plan = mission.solve(None, &mut Progress::table(true, stop.clone())).map_err(refusal)?;
+    // Each thread has a solve of its own.
+    let one = mission.foreseen_memory().map_err(refusal)?;
+    let cause = format!("{} on each of {} threads", one.cause, run.threads);
+    let all = Foreseen { bytes: one.bytes * run.threads as f64, cause };
+    all.within(a.run.memory()).map_err(refusal)?;
+    let stop = a.run.limit.stop();
+    let plan = mission.solve(None, &mut Progress::table(true, stop)).map_err(refusal)?;
     if !plan.status.is_success() {
-        return Err(format!("the mission itself is not solved ({}): no optimum to begin with", plan.status));
+        return Err(unsolved(plan.status, "no optimum to begin with"));
     }
     let columns = Draws::columns(&plan);
     let names: Vec<&str> = a.sigma.iter().map(|(key, _)| key.as_str()).collect();
@@ -117,7 +138,7 @@ fn descents(a: &MonteCarloArguments, mission: &apsides::Pipeline) -> Result<Exit
     let columns = Descents::COLUMNS;
     let statement = mission.to_file();
     let names = DescentDeviations::NAMES;
-    let frame = Frame { a, names, columns, statement, stop: StopFlag::install() };
+    let frame = Frame { a, names, columns, statement, stop: a.run.limit.stop() };
     frame.fly(
         own,
         |done, each| run.run(&case, done, each).map_err(refusal),
@@ -162,7 +183,8 @@ impl MonteCarloArguments {
                 "{}: deviations of this name {why}, `{}` is not",
                 given.join(", "),
                 self.mission.mission
-            )),
+            )
+            .into()),
         }
     }
 }
@@ -187,42 +209,46 @@ impl Frame<'_> {
         run: impl FnOnce(Vec<Sample>, Each<'_>) -> Result<(Vec<Sample>, Statistics), Refusal>,
         figure: impl FnOnce(&str, &[Sample], &Statistics) -> Figure,
     ) -> Result<Exit, Refusal> {
-        let (a, stop, wanted) = (self.a, &self.stop, self.a.samples as usize);
+        let (a, stop, wanted) = (self.a, self.stop, self.a.samples as usize);
+        let foreseen = Batch::foreseen_memory(wanted, self.names.len(), self.columns.len());
+        foreseen.within(a.run.memory()).map_err(refusal)?;
+        let _lock = a.out.as_deref().map(claim).transpose()?;
         let (mut file, done) = match &a.out {
             Some(dir) => {
-                let (file, done) =
-                    SampleFile::open(dir, self.names, own, self.columns, &self.statement).map_err(refusal)?;
+                let (file, done) = SampleFile::open(dir, self.names, own, self.columns, &self.statement)?;
                 (Some(file), done)
             }
             None => (None, Vec::new()),
         };
         let first = done.len();
-        let progress =
-            Progress::counted(a.run.quiet, stop.clone(), wanted.saturating_sub(first) as u64, "flights");
+        let progress = Progress::counted(a.run.quiet, stop, wanted.saturating_sub(first) as u64, "flights");
         let mut failure = None;
         let (samples, statistics) = run(done, &mut |sample| {
             progress.step();
             if let Some(file) = &mut file
                 && let Err(e) = file.add(sample)
             {
-                failure = Some(refusal(e));
+                failure = Some(Refusal::from(e));
             }
             failure.is_none() && !stop.is_set()
         })?;
         if let Some(e) = failure {
             return Err(e);
         }
+        for fault in &statistics.faults {
+            warn(&fault.to_string());
+        }
         let mut files = Vec::new();
         if let (Some(dir), Some(file)) = (&a.out, file) {
-            files.push(file.finish().map_err(refusal)?);
+            files.push(file.finish()?);
             #[cfg(feature = "parquet")]
             if a.format == SampleFormat::Parquet {
                 let path = apsides_report::write_parquet(dir, &samples, self.names, self.columns);
-                files.push(path.map_err(refusal)?);
+                files.push(path?);
             }
             let title = format!("{}: {} flights", a.mission.mission, samples.len());
             let figure = figure(&title, &samples, &statistics);
-            files.extend(write_statistics(dir, &figure, &statistics).map_err(refusal)?);
+            files.extend(write_statistics(dir, &figure, &statistics)?);
         }
         if a.json {
             let text = serde_json::to_string_pretty(&statistics).map_err(refusal)?;

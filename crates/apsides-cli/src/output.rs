@@ -1,44 +1,46 @@
 //! Readable results on stdout.
 
 use std::fmt::Write as _;
+use std::io::Write as _;
+use std::sync::OnceLock;
 
 use apsides::pipeline::key::{name_of, unit_of};
-use apsides::{Outcome, Price, SearchSummary, Summary};
+use apsides::{Outcome, Price, SearchSummary};
 use apsides_verify::{Certificate, Check};
 
-/// The exit status of a command.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) enum Exit {
-    /// Optimal and verified.
-    Verified = 0,
-    /// Bad input.
-    BadInput = 2,
-    /// Not converged or infeasible.
-    NotSolved = 3,
-    /// Solved but not verified.
-    NotVerified = 4,
-}
+use crate::sentence::readable;
 
-impl Exit {
-    pub(crate) fn of(summary: &Summary) -> Self {
-        match (summary.status.as_str(), summary.certificate.is_verified()) {
-            ("optimal" | "acceptable", true) => Self::Verified,
-            ("optimal" | "acceptable", false) => Self::NotVerified,
-            _ => Self::NotSolved,
-        }
+/// The first failure of stdout, which is an output like any other.
+static LOST: OnceLock<String> = OnceLock::new();
+
+/// Prints text. A reader that went away is not an error of the solve; anything else that keeps text from its place is one ([`lost`]).
+pub(crate) fn print(text: &str) {
+    let mut out = std::io::stdout().lock();
+    if let Err(e) = out.write_all(text.as_bytes()).and_then(|()| out.flush()) {
+        unprinted(&e);
     }
 }
 
-/// Prints text; a reader that went away is not an error of the solve.
-pub(crate) fn print(text: &str) {
-    use std::io::Write as _;
-    let _ = std::io::stdout().lock().write_all(text.as_bytes());
+/// Takes note of a failure of stdout.
+pub(crate) fn unprinted(e: &std::io::Error) {
+    if e.kind() != std::io::ErrorKind::BrokenPipe {
+        let _ = LOST.set(e.to_string());
+    }
+}
+
+/// Says what kept text from stdout.
+pub(crate) fn lost() -> Option<&'static str> {
+    LOST.get().map(String::as_str)
+}
+
+/// A failure on stderr, in the program's name.
+pub(crate) fn say(text: &str) {
+    let _ = writeln!(std::io::stderr().lock(), "apsides: {}", readable(text));
 }
 
 /// A warning on stderr; nobody there to read it is not an error of what follows.
 pub(crate) fn warn(text: &str) {
-    use std::io::Write as _;
-    let _ = writeln!(std::io::stderr().lock(), "warning: {text}");
+    let _ = writeln!(std::io::stderr().lock(), "warning: {}", readable(text));
 }
 
 /// Four decimals, or an exponent where these say little.

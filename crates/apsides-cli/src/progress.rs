@@ -1,45 +1,12 @@
-//! Progress on stderr, and stopping at Ctrl-C without losing the best iterate.
+//! Progress on stderr.
 
 use std::io::{IsTerminal, Write};
-use std::sync::Arc;
-use std::sync::atomic::{AtomicBool, Ordering};
 
 use crate::output::{print, scientific};
+use crate::stop::StopFlag;
 use apsides::SearchProgress;
 use apsides_nlp::{Flow, IterationRecord, Observer};
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
-
-/// Set once the user asks to stop.
-#[derive(Clone)]
-pub(crate) struct StopFlag(Arc<AtomicBool>);
-
-impl StopFlag {
-    /// Catches Ctrl-C: the first asks to stop, the second ends the program.
-    pub(crate) fn install() -> Self {
-        let flag = Arc::new(AtomicBool::new(false));
-        let set = Arc::clone(&flag);
-        // Without a handler Ctrl-C ends the program at once, which is the fallback.
-        let _ = ctrlc::set_handler(move || {
-            if set.swap(true, Ordering::SeqCst) {
-                std::process::exit(130);
-            }
-        });
-        Self(flag)
-    }
-
-    pub(crate) fn is_set(&self) -> bool {
-        self.0.load(Ordering::SeqCst)
-    }
-
-    /// As [`flow`](Self::flow), but what stops then is only a part of the work: the rest goes on until the user asks again.
-    fn flow_of_part(&self) -> Flow {
-        if self.0.swap(false, Ordering::SeqCst) { Flow::Stop } else { Flow::Continue }
-    }
-
-    fn flow(&self) -> Flow {
-        if self.is_set() { Flow::Stop } else { Flow::Continue }
-    }
-}
 
 /// The display of a solve while it runs; clones share it.
 #[derive(Clone)]
@@ -72,6 +39,25 @@ impl Progress {
             bar.set_style(style);
         }
         Self::Line(stop, bar)
+    }
+
+    /// A changing line of what is told.
+    pub(crate) fn clock(quiet: bool, stop: StopFlag) -> Self {
+        let line = Self::counted(quiet, stop, 0, "");
+        if let (Self::Line(_, bar), Ok(style)) = (&line, ProgressStyle::with_template("{elapsed} {msg}")) {
+            bar.set_style(style);
+        }
+        line
+    }
+
+    /// Shows a text, ten times a second at most.
+    pub(crate) fn tell(&self, text: impl Fn() -> String) {
+        let Self::Line(_, bar) = self else { return };
+        let tenth = (bar.elapsed().as_millis() / 100) as u64;
+        if tenth != bar.position() {
+            bar.set_position(tenth);
+            bar.set_message(text());
+        }
     }
 
     /// Prints with the changing line out of the way.

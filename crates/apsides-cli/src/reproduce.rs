@@ -1,15 +1,17 @@
 //! Published tables computed again: each part on stdout as it is done.
 
 use apsides::pipeline::key::quantity_label;
+use apsides::pipeline::record::SOLVES;
 use apsides_publications::{
     COMPARISON_HEADS, Part, Row, Sheet, Table, comparison_columns, list, miss_sentence, parts as count,
     reproduce as compute, sheet_text, write_reproduction,
 };
 
 use crate::arguments::ReproduceArguments;
-use crate::commands::{Refusal, probe_directory, refusal};
-use crate::output::{Exit, print, titles, written};
-use crate::progress::{Progress, StopFlag};
+use crate::commands::{claim, keep_solves, probe_directory, settle};
+use crate::exit::{Exit, Refusal, refusal};
+use crate::output::{print, titles, written};
+use crate::progress::Progress;
 
 pub(crate) fn reproduce(a: &ReproduceArguments) -> Result<Exit, Refusal> {
     let Some(name) = &a.name else {
@@ -21,8 +23,11 @@ pub(crate) fn reproduce(a: &ReproduceArguments) -> Result<Exit, Refusal> {
         // Before the work, not after it.
         probe_directory(dir)?;
     }
-    let stop = StopFlag::install();
-    let mut progress = Progress::line(a.run.quiet, stop.clone(), parts as u64);
+    let _lock = a.out.as_deref().map(claim).transpose()?;
+    let solves = a.out.as_deref().map(|dir| dir.join(SOLVES)).unwrap_or_default();
+    let record = a.out.as_ref().map(|_| keep_solves(&solves)).transpose()?;
+    let stop = a.run.limit.stop();
+    let mut progress = Progress::line(a.run.quiet, stop, parts as u64);
     let ticker = progress.clone();
     let done = compute(name, a.run.threads.count(), &mut progress, |part| {
         ticker.above(&match part {
@@ -41,17 +46,18 @@ pub(crate) fn reproduce(a: &ReproduceArguments) -> Result<Exit, Refusal> {
         print("\ninterrupted: rows are missing\n");
     }
     if let Some(dir) = &a.out {
-        print(&written(&write_reproduction(dir, &done).map_err(refusal)?));
+        print(&written(&write_reproduction(dir, &done)?));
     }
     let any = |test: fn(&Row) -> bool| done.tables.iter().flat_map(|t| &t.rows).any(test);
     let any_sheet = |test: fn(&Sheet) -> bool| done.sheets.iter().any(test);
-    Ok(if !done.complete || any(|row| !row.solved) || any_sheet(|s| !s.failures.is_empty()) {
+    let exit = if !done.complete || any(|row| !row.solved) || any_sheet(|s| !s.failures.is_empty()) {
         Exit::NotSolved
     } else if any(|row| !row.verified) || any_sheet(|s| !s.unverified.is_empty()) {
         Exit::NotVerified
     } else {
         Exit::Verified
-    })
+    };
+    Ok(settle(record, &solves, done.complete, exit))
 }
 
 const QUANTITY_WIDTH: usize = 30;

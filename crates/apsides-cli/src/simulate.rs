@@ -6,16 +6,28 @@ use apsides::pipeline::simulation::SimulationSummary;
 use apsides_report::write_simulation;
 
 use crate::arguments::SimulateArguments;
-use crate::commands::{Refusal, probe_directory, refusal};
+use crate::commands::{claim, probe_directory};
+use crate::exit::{Exit, Refusal, refusal};
 use crate::figures::curve_figures;
-use crate::output::{Exit, number, print, written};
+use crate::output::{number, print, written};
+use crate::progress::Progress;
+use crate::stop::status_of;
 
 pub(crate) fn simulate(a: &SimulateArguments) -> Result<Exit, Refusal> {
     let mission = a.mission.load()?.with_seed(a.seed);
     if let Some(dir) = &a.out {
         probe_directory(dir)?;
     }
-    let flight = mission.simulate().map_err(refusal)?;
+    let _lock = a.out.as_deref().map(claim).transpose()?;
+    let stop = a.limit.stop();
+    let progress = Progress::clock(a.quiet || a.json, stop);
+    let clock = progress.clone();
+    let watch = move |time: f64| {
+        clock.tell(|| format!("{time:.1} s of flight"));
+        !stop.is_set()
+    };
+    let flight = mission.simulate_watched(&mut progress.clone(), &watch).map_err(ended)?;
+    progress.finish();
     if a.json {
         let text = serde_json::to_string_pretty(&flight.summary).map_err(refusal)?;
         print(&format!("{text}\n"));
@@ -23,12 +35,18 @@ pub(crate) fn simulate(a: &SimulateArguments) -> Result<Exit, Refusal> {
         print(&text(&flight.summary));
     }
     if let Some(dir) = &a.out {
-        let files = write_simulation(dir, &flight, &curve_figures(&flight.curves)).map_err(refusal)?;
+        let files = write_simulation(dir, &flight, &curve_figures(&flight.curves))?;
         if !a.json {
             print(&written(&files));
         }
     }
     Ok(if flight.summary.status == "completed" { Exit::Verified } else { Exit::NotSolved })
+}
+
+/// A plan that a signal or the time limit ended is no bad input.
+fn ended(e: apsides::pipeline::Error) -> Refusal {
+    let Refusal { exit, sentence } = refusal(e);
+    Refusal { exit: status_of(exit), sentence }
 }
 
 fn text(s: &SimulationSummary) -> String {

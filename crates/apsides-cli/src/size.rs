@@ -1,14 +1,14 @@
 //! `apsides size`.
 
 use std::fmt::Write as _;
-use std::path::{Path, PathBuf};
 
 use apsides::missions::moving_mass::{MassRow, SizeStudy, Sizing, case};
-use apsides_report::{Axis, Figure, Series};
+use apsides_report::{Axis, Figure, Series, replace};
 
 use crate::arguments::SizeArguments;
-use crate::commands::{Refusal, probe_directory, refusal};
-use crate::output::{Exit, print, written};
+use crate::commands::{claim, probe_directory};
+use crate::exit::{Exit, Refusal, refusal};
+use crate::output::{print, written};
 
 pub(crate) fn size(a: &SizeArguments) -> Result<Exit, Refusal> {
     let mission = a.mission.load()?;
@@ -23,6 +23,7 @@ pub(crate) fn size(a: &SizeArguments) -> Result<Exit, Refusal> {
     if let Some(dir) = &a.out {
         probe_directory(dir)?;
     }
+    let _lock = a.out.as_deref().map(claim).transpose()?;
     let study = Sizing::default().study(&case, &offsets, margin).map_err(refusal)?;
     let json = serde_json::to_string_pretty(&study).map_err(refusal)? + "\n";
     print(if a.json { &json } else { "" });
@@ -31,18 +32,13 @@ pub(crate) fn size(a: &SizeArguments) -> Result<Exit, Refusal> {
     }
     if let Some(dir) = &a.out {
         let svg = figure(&study).to_svg();
-        let files = [file(dir, "size.json", &json)?, file(dir, "size.svg", &svg)?];
+        let items = [("size.json", Some(json.into_bytes())), ("size.svg", Some(svg.into_bytes()))];
+        let files = replace(dir, &items)?;
         if !a.json {
             print(&written(&files));
         }
     }
     Ok(Exit::Verified)
-}
-
-fn file(dir: &Path, name: &str, text: &str) -> Result<PathBuf, Refusal> {
-    let path = dir.join(name);
-    std::fs::write(&path, text).map_err(|e| format!("--out {}: {e}", path.display()))?;
-    Ok(path)
 }
 
 fn number(value: Option<f64>) -> String {

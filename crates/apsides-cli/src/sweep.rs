@@ -3,14 +3,17 @@
 use std::path::{Path, PathBuf};
 
 use apsides::pipeline::sweep::{Axis, Case, cases, priced_axes, prices, sweep};
+use apsides::pipeline::whole_file::write_whole;
 use apsides::{Outcome, Price};
+use apsides_nlp::Status;
 use apsides_report::stacked_svg;
 
 use crate::arguments::SweepArguments;
-use crate::commands::{Refusal, refusal};
+use crate::commands::{claim, keep_solves, probe_file, settle};
+use crate::exit::{Exit, Refusal, refusal, unwritten_option};
 use crate::figures::PriceCurves;
-use crate::output::{Exit, print, significant};
-use crate::progress::{Progress, StopFlag};
+use crate::output::{print, significant};
+use crate::progress::Progress;
 
 pub(crate) fn run_sweep(a: &SweepArguments) -> Result<Exit, Refusal> {
     let mut axes = a.set.iter().map(|t| Axis::parse(t)).collect::<Result<Vec<_>, _>>().map_err(refusal)?;
@@ -19,20 +22,50 @@ pub(crate) fn run_sweep(a: &SweepArguments) -> Result<Exit, Refusal> {
     }
     let mut cases = cases(&apsides::registry(), &a.mission, &axes).map_err(refusal)?;
     for case in &mut cases {
-        case.mission = case.mission.clone().with_threads(a.run.threads.count()).with_seed(a.run.seed);
+        case.mission = case
+            .mission
+            .clone()
+            .with_threads(a.run.threads.count())
+            .with_seed(a.run.seed)
+            .with_memory(a.run.memory())
+            .with_prices(a.sensitivity);
     }
     let priced =
         if a.sensitivity { priced_axes(&axes, &cases).map_err(refusal)? } else { vec![false; axes.len()] };
     let mut curves = a.figure.as_deref().map(|path| Drawing::create(path, &axes, &priced)).transpose()?;
-    let mut csv = a.out.as_deref().map(SweepFile::create).transpose()?;
-    let stop = StopFlag::install();
-    let mut progress = Progress::line(a.run.quiet, stop.clone(), cases.len() as u64);
+    // The solves are kept beside the file until all are done.
+    let solves = a.out.as_deref().map(partial).unwrap_or_default();
+    let _lock = a.out.as_ref().map(|_| claim(&solves)).transpose()?;
+    let record = a.out.as_ref().map(|_| keep_solves(&solves)).transpose()?;
+    let mut csv = a.out.as_deref().map(|path| SweepFile::create(path, &axes)).transpose()?;
+    let stop = a.run.limit.stop();
+    let mut progress = Progress::line(a.run.quiet, stop, cases.len() as u64);
     let ticker = progress.clone();
     let mut worst = Exit::Verified;
     let mut failure = None;
-    let mut first = true;
+    let (mut first, mut done) = (true, 0);
     print(&format!("sweep of {} cases: {}\n", cases.len(), a.mission));
     sweep(&cases, &mut progress, |case, solved| {
+        done += 1;
+        let solved = match solved {
+            Ok(solved) if solved.status == Status::Interrupted => {
+                done -= 1;
+                solved
+            }
+            Ok(solved) => solved,
+            Err(fault) => {
+                let values: String = case_values(case).map(|v| format!("{v:>22} ")).collect();
+                ticker.above(&format!(
+                    "{values}no result by a fault of the program ({fault}): please report it\n"
+                ));
+                ticker.step();
+                worst = worst.or(Exit::NotSolved);
+                if let Some(file) = &mut csv {
+                    file.fault(case);
+                }
+                return !stop.is_set();
+            }
+        };
         let prices = if a.sensitivity { prices(&axes, case, solved) } else { Ok(Vec::new()) };
         let prices = prices.unwrap_or_else(|e| {
             failure = Some(refusal(e));
@@ -44,11 +77,9 @@ pub(crate) fn run_sweep(a: &SweepArguments) -> Result<Exit, Refusal> {
         }
         ticker.above(&row.text());
         ticker.step();
-        worst = worse(worst, Exit::of(&solved.summary));
-        if let Some(file) = &mut csv
-            && let Err(e) = file.row(&row)
-        {
-            failure = Some(e);
+        worst = worst.or(Exit::of(&solved.summary));
+        if let Some(file) = &mut csv {
+            file.row(&row);
         }
         if let Some(drawing) = &mut curves {
             drawing.curves.add(case, solved, &prices);
@@ -65,17 +96,14 @@ pub(crate) fn run_sweep(a: &SweepArguments) -> Result<Exit, Refusal> {
     if let Some(drawing) = curves {
         print(&format!("written: {}\n", drawing.finish()?));
     }
-    Ok(worst)
+    Ok(settle(record, &solves, done == cases.len(), worst))
 }
 
-fn worse(a: Exit, b: Exit) -> Exit {
-    let rank = |e| match e {
-        Exit::Verified => 0,
-        Exit::NotVerified => 1,
-        Exit::NotSolved => 2,
-        Exit::BadInput => 3,
-    };
-    if rank(b) > rank(a) { b } else { a }
+/// The directory of the solves of a sweep.
+fn partial(file: &Path) -> PathBuf {
+    let mut name = file.as_os_str().to_owned();
+    name.push(".partial");
+    name.into()
 }
 
 /// A case with what is shown of it.
@@ -115,7 +143,7 @@ impl Row<'_> {
     }
 
     fn values(&self) -> impl Iterator<Item = &str> {
-        self.case.overrides.iter().map(|o| o.split_once('=').map_or("", |(_, v)| v))
+        case_values(self.case)
     }
 
     fn text(&self) -> String {
@@ -139,6 +167,10 @@ impl Row<'_> {
     }
 }
 
+fn case_values(case: &Case) -> impl Iterator<Item = &str> {
+    case.overrides.iter().map(|o| o.split_once('=').map_or("", |(_, v)| v))
+}
+
 /// Name of the column with the prices of a key.
 fn price_name(axis: &Axis) -> String {
     format!("price_{}", axis.key)
@@ -152,56 +184,47 @@ struct Drawing {
 
 impl Drawing {
     fn create(path: &Path, axes: &[Axis], priced: &[bool]) -> Result<Self, Refusal> {
-        let refused = |why: &str| format!("--figure {}: {why}", path.display());
-        if path.is_dir() {
-            return Err(refused("is a directory; give a file"));
-        }
-        if path.parent().is_some_and(|p| !p.as_os_str().is_empty() && !p.is_dir()) {
-            return Err(refused("its directory does not exist"));
-        }
+        probe_file("--figure", path)?;
         Ok(Self { path: path.into(), curves: PriceCurves::new(axes, priced) })
     }
 
     fn finish(self) -> Result<String, Refusal> {
         let svg = stacked_svg(&self.curves.figures());
-        std::fs::write(&self.path, svg).map_err(|e| format!("--figure {}: {e}", self.path.display()))?;
+        write_whole(&self.path, svg.as_bytes()).map_err(unwritten_option("--figure", &self.path))?;
         let legend = self.curves.legend();
         let legend = if legend.is_empty() { legend } else { format!(" ({legend})") };
         Ok(format!("{}{legend}", self.path.display()))
     }
 }
 
-/// A CSV file that grows next to its final place and is renamed at the end: what was there before stays until then,
-/// and what was computed is never lost.
+/// The rows of a sweep, as CSV in one piece at the end.
 struct SweepFile {
-    path: std::path::PathBuf,
-    partial: std::path::PathBuf,
-    writer: csv::Writer<std::fs::File>,
-    header: bool,
+    path: PathBuf,
+    header: Vec<String>,
+    rows: Vec<CsvRow>,
 }
 
+enum CsvRow {
+    Solved(Vec<String>),
+    /// The values of a case without an outcome.
+    Fault(Vec<String>),
+}
+
+/// Columns of every case behind its results.
+const LAST: [&str; 5] = ["status", "verdict", "iterations", "mesh_iterations", "solve_ms"];
+
 impl SweepFile {
-    fn create(path: &Path) -> Result<Self, Refusal> {
-        if path.is_dir() {
-            return Err(format!("--out {}: is a directory; give a file", path.display()));
-        }
-        let mut name = path.as_os_str().to_owned();
-        name.push(".partial");
-        let partial = std::path::PathBuf::from(name);
-        let writer =
-            csv::Writer::from_path(&partial).map_err(|e| format!("--out {}: {e}", path.display()))?;
-        Ok(Self { path: path.into(), partial, writer, header: false })
+    fn create(path: &Path, axes: &[Axis]) -> Result<Self, Refusal> {
+        probe_file("--out", path)?;
+        let header = axes.iter().map(|a| a.key.clone()).collect();
+        Ok(Self { path: path.into(), header, rows: Vec::new() })
     }
 
-    fn row(&mut self, row: &Row<'_>) -> Result<(), Refusal> {
+    fn row(&mut self, row: &Row<'_>) {
         let s = &row.solved.summary;
-        let fail = |e: csv::Error| e.to_string();
-        if !std::mem::replace(&mut self.header, true) {
-            let header = (row.axes.iter().map(|a| a.key.clone()))
-                .chain(s.results.keys().cloned())
-                .chain(row.price_names())
-                .chain(["status", "verdict", "iterations", "mesh_iterations", "solve_ms"].map(String::from));
-            self.writer.write_record(header).map_err(fail)?;
+        if self.header.len() == row.axes.len() {
+            let names = s.results.keys().cloned().chain(row.price_names());
+            self.header.extend(names.chain(LAST.map(String::from)));
         }
         let prices = row.shown_prices().map(|p| p.map_or(String::new(), |p| p.to_string()));
         let results = s.results.values().map(f64::to_string);
@@ -212,17 +235,35 @@ impl SweepFile {
             s.counters.mesh_iterations.to_string(),
             s.timing_ms.solve.to_string(),
         ];
-        self.writer
-            .write_record(row.values().map(str::to_owned).chain(results).chain(prices).chain(last))
-            .map_err(fail)?;
-        self.writer.flush().map_err(refusal)
+        let cells = row.values().map(str::to_owned).chain(results).chain(prices).chain(last);
+        self.rows.push(CsvRow::Solved(cells.collect()));
     }
 
-    fn finish(mut self) -> Result<String, Refusal> {
-        self.writer.flush().map_err(refusal)?;
-        std::fs::rename(&self.partial, &self.path).map_err(|e| {
-            format!("--out {}: {e}; the rows are in {}", self.path.display(), self.partial.display())
-        })?;
+    fn fault(&mut self, case: &Case) {
+        self.rows.push(CsvRow::Fault(case_values(case).map(str::to_owned).collect()));
+    }
+
+    /// Writes the rows that there are.
+    fn finish(self) -> Result<String, Refusal> {
+        let mut table = csv::Writer::from_writer(Vec::new());
+        let mut header = self.header;
+        if self.rows.iter().all(|row| matches!(row, CsvRow::Fault(_))) {
+            header.extend(LAST.map(String::from));
+        }
+        table.write_record(&header).map_err(refusal)?;
+        for row in self.rows {
+            let cells = match row {
+                CsvRow::Solved(cells) => cells,
+                CsvRow::Fault(mut cells) => {
+                    cells.resize(header.len(), String::new());
+                    cells[header.len() - LAST.len()] = "fault".into();
+                    cells
+                }
+            };
+            table.write_record(cells).map_err(refusal)?;
+        }
+        let text = table.into_inner().map_err(refusal)?;
+        write_whole(&self.path, &text).map_err(unwritten_option("--out", &self.path))?;
         Ok(self.path.display().to_string())
     }
 }

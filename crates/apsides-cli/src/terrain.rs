@@ -1,18 +1,23 @@
 //! `apsides terrain`, and reading maps.
 
 use std::fs::File;
-use std::io::{BufReader, BufWriter, Read as _, Write as _};
+use std::io::{BufReader, Read as _};
 use std::path::{Path, PathBuf};
 
+use apsides::pipeline::memory::Foreseen;
+use apsides::pipeline::whole_file::{WholeFile, write_whole};
 use apsides::terrain::io::{Format, GeoTiffOptions, GeoTiffWriter, ReadOptions, Windows};
 use apsides::terrain::synthetic::{Limits, Synthetic, Terrain};
 use apsides::terrain::{Geometry, MapUnit, TerrainError};
 use serde::Serialize;
 
 use crate::arguments::{GenArguments, Ground, MapArguments, Threads};
-use crate::commands::{Refusal, probe_directory, refusal};
-use crate::output::{Exit, print, written};
-use crate::progress::{Progress, StopFlag};
+use crate::commands::{made, probe_directory};
+use crate::exit::{Exit, Refusal, refusal, unwritten};
+use crate::output::{print, written};
+use crate::progress::Progress;
+use crate::sentence::name;
+use crate::stop::{StopFlag, stopped};
 
 /// A map file that is read in windows.
 pub(crate) type MapFile = Windows<BufReader<File>>;
@@ -54,17 +59,17 @@ impl MapArguments {
 
     /// A sentence on what is wrong with the map.
     pub(crate) fn defect(&self, e: TerrainError) -> Refusal {
-        let file = self.map.display();
-        match e {
+        let file = name(&self.map.to_string_lossy());
+        refusal(match e {
             TerrainError::NoPixelSize { format } => {
                 format!("{file}: {format}, size of a pixel: the file states none: give one with --pixel")
             }
             e => format!("{file}: {e}"),
-        }
+        })
     }
 
     fn unreadable(&self, e: std::io::Error) -> Refusal {
-        format!("{}: {e}", self.map.display())
+        refusal(format!("{}: {e}", name(&self.map.to_string_lossy())))
     }
 
     /// The raster beside a label: the file of the same name with another ending.
@@ -73,18 +78,19 @@ impl MapArguments {
         let found = endings.iter().map(|e| self.map.with_extension(e)).find(|p| p.is_file());
         found.ok_or_else(|| {
             let label = self.map.display();
-            format!("{label}: the raster of the label is not beside it; expected the same name ending in .img or .dat")
+            refusal(format!("{label}: the raster of the label is not beside it; expected the same name ending in .img or .dat"))
         })
     }
 }
 
 fn open(path: &Path) -> Result<File, Refusal> {
+    let shown = name(&path.to_string_lossy());
     let file = File::open(path).map_err(|e| match e.kind() {
-        std::io::ErrorKind::NotFound => format!("{}: no such file", path.display()),
-        _ => format!("{}: {e}", path.display()),
+        std::io::ErrorKind::NotFound => format!("{shown}: no such file"),
+        _ => format!("{shown}: {e}"),
     })?;
     match file.metadata() {
-        Ok(m) if m.is_dir() => Err(format!("{}: is a directory; give a map", path.display())),
+        Ok(m) if m.is_dir() => Err(format!("{shown}: is a directory; give a map").into()),
         _ => Ok(file),
     }
 }
@@ -191,15 +197,19 @@ pub(crate) fn generate(a: &GenArguments) -> Result<Exit, Refusal> {
     // Before the work, not after it. The features of a truth are written for the whole map.
     for (first, count) in bands(terrain.rows, terrain.cols).take(1) {
         let count = if a.truth.is_some() { terrain.rows } else { count };
-        ground.check(first, 0, count, terrain.cols).map_err(|e| format!("terrain gen: {e}"))?;
+        let bytes = ground.foreseen_memory(first, 0, count, terrain.cols);
+        let bytes = bytes.map_err(|e| format!("terrain gen: {e}"))?;
+        let cause = format!("--cols {} of {} m", terrain.cols, terrain.pixel);
+        Foreseen { bytes, cause }.within(a.run.memory()).map_err(refusal)?;
     }
     if let Some(dir) = &a.truth {
         probe_directory(dir)?;
+        made(dir)?;
     }
     let pool = pool(&a.run.threads)?;
-    let stop = StopFlag::install();
+    let stop = a.run.limit.stop();
     let (rows, cols) = (terrain.rows, terrain.cols);
-    let progress = Progress::counted(a.run.quiet, stop.clone(), rows as u64, "rows");
+    let progress = Progress::counted(a.run.quiet, stop, rows as u64, "rows");
     let mut summary = MapSummary::new(&a.out, ground.geometry());
     let mut files = vec![a.out.clone()];
     let options = GeoTiffOptions { deflate: true, ..GeoTiffOptions::default() };
@@ -211,29 +221,25 @@ pub(crate) fn generate(a: &GenArguments) -> Result<Exit, Refusal> {
         }
         None => None,
     };
-    let fail = |path: &Path| {
-        let path = path.display().to_string();
-        move |e: TerrainError| format!("{path}: {e}")
-    };
     for (first, count) in bands(rows, cols) {
         let part = pool.install(|| ground.window(first, 0, count, cols)).map_err(refusal)?;
         summary.add(part.range(), part.gaps());
         let heights: Vec<f32> =
             part.relative().data().iter().map(|z| (part.datum() + f64::from(*z)) as f32).collect();
-        map.write_rows(&heights).map_err(fail(&a.out))?;
+        map.write_rows(&heights).map_err(unwritten_raster(&a.out))?;
         if let Some(file) = &mut hazards {
             let mask = pool.install(|| ground.hazards(first, 0, count, cols, &TRUTH)).map_err(refusal)?;
             let mask: Vec<f32> = mask.data().iter().map(|bits| f32::from(*bits)).collect();
-            file.write_rows(&mask).map_err(refusal)?;
+            file.write_rows(&mask).map_err(unwritten_raster(&files[1]))?;
         }
         progress.advance(count as u64);
         if stop.is_set() {
-            return Err("stopped; the files are not complete".into());
+            return Err(stopped("no file is written"));
         }
     }
-    map.finish().map_err(fail(&a.out))?;
+    publish(&a.out, map)?;
     if let Some(file) = hazards {
-        file.finish().map_err(refusal)?;
+        publish(&files[1], file)?;
     }
     progress.finish();
     if let Some(dir) = &a.truth {
@@ -249,10 +255,23 @@ pub(crate) fn tiff(
     path: &Path,
     geometry: &Geometry,
     options: GeoTiffOptions,
-) -> Result<GeoTiffWriter<BufWriter<File>>, Refusal> {
-    let fail = |e: &dyn std::fmt::Display| format!("{}: {e}", path.display());
-    let file = File::create(path).map_err(|e| fail(&e))?;
-    GeoTiffWriter::new(BufWriter::new(file), *geometry, options).map_err(|e| fail(&e))
+) -> Result<GeoTiffWriter<WholeFile>, Refusal> {
+    let file = WholeFile::create(path).map_err(unwritten(path))?;
+    GeoTiffWriter::new(file, *geometry, options).map_err(unwritten_raster(path))
+}
+
+/// Ends a GeoTIFF and puts it into its place.
+pub(crate) fn publish(path: &Path, file: GeoTiffWriter<WholeFile>) -> Result<(), Refusal> {
+    file.finish().map_err(unwritten_raster(path))?.publish().map_err(unwritten(path))
+}
+
+/// A raster that is not written: by the system's fault, or its own.
+pub(crate) fn unwritten_raster(path: &Path) -> impl Fn(TerrainError) -> Refusal + use<> {
+    let path = path.to_owned();
+    move |e| match e {
+        TerrainError::Io { source, .. } => unwritten(&path)(source),
+        e => format!("{}: {e}", path.display()).into(),
+    }
 }
 
 /// Threads of the work.
@@ -305,7 +324,6 @@ fn write_truth(dir: &Path, ground: &Synthetic, seed: u64) -> Result<Vec<PathBuf>
 
 /// Writes a text file and returns its path.
 pub(crate) fn write(path: &Path, text: &str) -> Result<PathBuf, Refusal> {
-    let fail = |e: std::io::Error| format!("{}: {e}", path.display());
-    File::create(path).and_then(|mut f| f.write_all(text.as_bytes())).map_err(fail)?;
+    write_whole(path, text.as_bytes()).map_err(unwritten(path))?;
     Ok(path.to_owned())
 }

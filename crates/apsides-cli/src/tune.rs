@@ -1,15 +1,19 @@
 //! `apsides tune`.
 
 use std::fmt::Write as _;
+use std::time::Duration;
 
 use apsides::missions::moving_mass::{
     DampingSet, LeastMargins, RequiredMargins, SetFlight, Tuned, Tuning, case, tune as search,
 };
+use apsides::pipeline::whole_file::write_whole;
 use serde_json::json;
 
 use crate::arguments::TuneArguments;
-use crate::commands::{Refusal, refusal};
-use crate::output::{Exit, print, written};
+use crate::commands::probe_file;
+use crate::exit::{Exit, Refusal, refusal, unwritten_option};
+use crate::output::{print, warn, written};
+use crate::stop::LONGEST;
 
 pub(crate) fn tune(a: &TuneArguments) -> Result<Exit, Refusal> {
     let mission = a.mission.load()?.with_seed(a.seed);
@@ -23,7 +27,7 @@ pub(crate) fn tune(a: &TuneArguments) -> Result<Exit, Refusal> {
         ("--least-delay-margin-s", a.least_delay_margin_s),
     ];
     if let Some((name, _)) = required.iter().find(|(_, value)| !(0.0..f64::INFINITY).contains(value)) {
-        return Err(format!("{name}: a finite number from 0 on is needed"));
+        return Err(format!("{name}: a finite number from 0 on is needed").into());
     }
     let mut tuning = Tuning::new(&case);
     tuning.required = RequiredMargins {
@@ -37,6 +41,11 @@ pub(crate) fn tune(a: &TuneArguments) -> Result<Exit, Refusal> {
         tuning.set = tuning.set.with_all_damping();
     }
     (tuning.evaluations, tuning.threads, tuning.seed) = (a.evaluations as usize, a.threads.count(), a.seed);
+    if let Some(file) = &a.out {
+        // Before the work, not after it.
+        probe_file("--out", file)?;
+    }
+    tuning.time_limit = a.limit.time_limit.map(|limit| Duration::from_secs_f64(limit.min(LONGEST)));
     let found = search(&case, &tuning).map_err(refusal)?;
     let keys = keys(&found);
     let robust = tuning.required.met_by(&found.margins);
@@ -53,12 +62,16 @@ pub(crate) fn tune(a: &TuneArguments) -> Result<Exit, Refusal> {
         overrides.push("law=pid".into());
         overrides.extend(keys);
         let tuned = apsides::load(&a.mission.mission, &overrides).map_err(refusal)?;
-        std::fs::write(file, tuned.to_file()).map_err(|e| format!("--out {}: {e}", file.display()))?;
+        write_whole(file, tuned.to_file().as_bytes()).map_err(unwritten_option("--out", file))?;
         if !a.json {
             print(&written(std::slice::from_ref(file)));
         }
     }
-    Ok(if found.held() && robust { Exit::Verified } else { Exit::NotSolved })
+    let late = found.ended_by_time();
+    if late {
+        warn("the time limit (--time-limit) is over: these are the best gains so far");
+    }
+    Ok(if found.held() && robust && !late { Exit::Verified } else { Exit::NotSolved })
 }
 
 /// Gains as `--set` takes them.

@@ -172,6 +172,73 @@ fn results_are_written_and_verified_again() {
     assert_eq!(apsides(&["verify", &path(&out)]).status.code(), Some(2));
 }
 
+/// Replaces a text in a file.
+fn edit(file: &Path, from: &str, to: &str) {
+    let text = std::fs::read_to_string(file).unwrap();
+    assert!(text.contains(from), "{from}: {text}");
+    std::fs::write(file, text.replacen(from, to, 1)).unwrap();
+}
+
+/// The sentence on an alteration of a result directory, which it makes.
+type Alteration<'a> = (&'a str, &'a dyn Fn(&Path));
+
+/// Results, certificates and trajectories that were altered, and files that are missing, are named, also where the digests were altered too.
+#[test]
+fn what_was_altered_is_named() {
+    let dir = tempfile::tempdir().unwrap();
+    let out = dir.path().join("results");
+    let solve = ["solve", "lunar-two-phase", "--quiet", "--out", &path(&out)];
+    let number = |text: &str, key: &str| {
+        let rest = text.split_once(&format!("\"{key}\": ")).unwrap().1;
+        rest.split([',', '\n']).next().unwrap().to_owned()
+    };
+    let alterations: [Alteration<'_>; 7] = [
+        ("summary.json, `results.final_mass_kg` is 1", &|out| {
+            let file = out.join("summary.json");
+            let mass = number(&std::fs::read_to_string(&file).unwrap(), "final_mass_kg");
+            let more = mass.parse::<f64>().unwrap() * (1.0 + 1e-5);
+            edit(&file, &format!("\"final_mass_kg\": {mass}"), &format!("\"final_mass_kg\": {more}"));
+        }),
+        ("summary.json, `objective.value` is 1.0", &|out| {
+            let file = out.join("summary.json");
+            let text = std::fs::read_to_string(&file).unwrap();
+            let value = number(&text[text.find("\"objective\"").unwrap()..], "value");
+            edit(&file, &format!("\"value\": {value}"), "\"value\": 1.0");
+        }),
+        ("summary.json: the verdict is global-optimum, computed again strict-local-optimum", &|out| {
+            edit(&out.join("summary.json"), "\"strict-local-optimum\"", "\"global-optimum\"");
+        }),
+        ("certificate.json has no certificate", &|out| {
+            std::fs::write(out.join("certificate.json"), "{}").unwrap();
+        }),
+        ("certificate.json is missing", &|out| std::fs::remove_file(out.join("certificate.json")).unwrap()),
+        ("trajectory.csv was changed since it was written", &|out| {
+            let file = out.join("trajectory.csv");
+            let text = std::fs::read_to_string(&file).unwrap();
+            let costate =
+                text.lines().next().unwrap().split(',').find(|h| h.starts_with("costate_mass")).unwrap();
+            std::fs::write(&file, tamper(&text, costate, 10..11, 1e-9)).unwrap();
+        }),
+        ("report.html was changed since it was written", &|out| {
+            edit(&out.join("report.html"), "</html>", "</html> ");
+        }),
+    ];
+    for (sentence, alter) in alterations {
+        assert_eq!(apsides(&solve).status.code(), Some(0));
+        let o = apsides(&["verify", &path(&out)]);
+        assert_eq!(o.status.code(), Some(0), "{}", stdout(&o));
+        assert!(stdout(&o).contains("files and their numbers are those of the trajectory"), "{}", stdout(&o));
+        alter(&out);
+        let o = apsides(&["verify", &path(&out)]);
+        assert_eq!(o.status.code(), Some(4), "{sentence}: {}{}", stdout(&o), stderr(&o));
+        assert!(stdout(&o).contains(sentence), "{sentence}: {}", stdout(&o));
+    }
+    let json = apsides(&["verify", &path(&out), "--json"]);
+    let found: serde_json::Value = serde_json::from_slice(&json.stdout).unwrap();
+    assert_eq!(found["differences"][0], "report.html was changed since it was written");
+    assert_eq!(found["verdict"], "strict-local-optimum");
+}
+
 /// The files hold the whole flight, also where only its burns were solved.
 #[test]
 fn a_flight_of_burns_and_coasts_is_written_and_verified_again() {
@@ -227,6 +294,53 @@ fn bad_input_is_one_sentence_and_leaves_results_alone() {
         assert_eq!(o.status.code(), Some(2));
         assert!(stderr(&o).contains(&bad), "{}", stderr(&o));
         assert!(o.stdout.is_empty(), "nothing is solved in vain");
+    }
+}
+
+/// Refusals are one sentence of a line or two, name the key that was set, and answer at once.
+#[test]
+fn sentences_name_the_key_and_are_short() {
+    let dir = tempfile::tempdir().unwrap();
+    let refused = |arguments: &[&str]| {
+        let begin = std::time::Instant::now();
+        let o = apsides(arguments);
+        assert_eq!(o.status.code(), Some(2), "{arguments:?}");
+        assert!(begin.elapsed().as_secs() < 20);
+        let text = stderr(&o);
+        assert!(text.len() < 1000 && text.lines().count() == 1, "{text}");
+        assert!(!text.trim_end().chars().any(char::is_control), "{text:?}");
+        text
+    };
+    for (mission, set) in [
+        ("lunar-two-phase", "gate_altitude_km=1e-300"),
+        ("lunar-two-phase", "initial_mass_kg=1e300"),
+        ("lunar-two-phase", "isp_s=1e300"),
+        ("lunar-two-phase", "body_radius_km=1e-300"),
+        ("lunar-two-phase", "gravitational_parameter_km3_s2=1e-12"),
+        ("lunar-direct", "thrust_n=1e300"),
+        ("moving-mass-cross", "moving_mass_kg=1e300"),
+        ("moving-mass-cross", "offset_y_m=1e300"),
+    ] {
+        let text = refused(&["check", mission, "--set", set]);
+        assert!(text.contains(set.split_once('=').unwrap().0), "{set}: {text}");
+    }
+    let file = |name: &str, text: &str| {
+        let file = dir.path().join(name);
+        std::fs::write(&file, text).unwrap();
+        path(&file)
+    };
+    let long = format!("mission = \"lunar-direct\"\n{} = 1\n", "k".repeat(1_000_000));
+    let text = refused(&["check", &file("long.toml", &long)]);
+    assert!(text.contains("kkkk..(10000") && text.contains(" characters).."), "{text}");
+    let value = format!("mission = \"lunar-direct\"\nmethod = \"{}\"\n", "m".repeat(1_000_000));
+    assert!(refused(&["check", &file("value.toml", &value)]).contains("method"));
+    let escaped = refused(&["terrain", "info", &file("a\u{1b}[31m\nb.asc", "\u{1b}[2J")]);
+    assert!(escaped.contains("a\\u{1b}[31m\\nb.asc"), "{escaped}");
+    // Integers of any base are numbers.
+    for (set, shown) in [("thrust_n=0x1B8", "thrust_n = 440.0"), ("radau.points=0b110", "points = 6")] {
+        let o = apsides(&["check", "lunar-direct", "--set", set]);
+        assert_eq!(o.status.code(), Some(0), "{}", stderr(&o));
+        assert!(stdout(&o).contains(shown), "{}", stdout(&o));
     }
 }
 

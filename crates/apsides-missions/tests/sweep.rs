@@ -9,6 +9,7 @@ fn compare(mission: &str, axis: &str) {
     let cases = cases(&registry(), mission, &[Axis::parse(axis).unwrap()]).unwrap();
     let mut place = 0;
     sweep(&cases, &mut (), |case, warm| {
+        let warm = warm.unwrap();
         let cold = case.mission.solve(None, &mut ()).unwrap();
         let (a, b) = (&cold.summary, &warm.summary);
         println!(

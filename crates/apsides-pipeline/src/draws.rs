@@ -6,7 +6,7 @@ use apsides_metaheuristics::Generator;
 
 use crate::Error;
 use crate::dispersion::sample_seed;
-use crate::montecarlo::{Sample, Statistics, check_sizes, fly_all, statistics};
+use crate::montecarlo::{Batch, Sample, Statistics, check_sizes, fly_all, statistics};
 use crate::outcome::Outcome;
 use crate::pipeline::Pipeline;
 
@@ -83,13 +83,11 @@ impl Draws {
             let solved = outcome.status.is_success();
             solved.then(|| columns.iter().map(|c| results.get(*c).copied().unwrap_or(f64::NAN)).collect())
         };
-        let fly = |_: &mut (), index: usize| {
-            let deviations = self.deviations(index);
-            let results = solve(&deviations);
-            (deviations, results)
-        };
-        let done = fly_all([self.samples, self.threads], columns.len(), done, || (), fly, each);
-        let statistics = statistics(&done, &columns, None);
+        let fly = |_: &mut (), index: usize| solve(&self.deviations(index));
+        let of =
+            Batch { samples: self.samples, threads: self.threads, seed: self.seed, columns: columns.len() };
+        let (done, faults) = fly_all(of, done, |index| self.deviations(index), || (), fly, each);
+        let statistics = Statistics { faults, ..statistics(&done, &columns, None) };
         Ok((done, statistics))
     }
 }

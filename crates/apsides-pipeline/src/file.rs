@@ -145,6 +145,14 @@ fn scalar(value: &Spanned<DeValue<'_>>) -> Value {
         DeValue::Integer(i) if i.radix() == 10 => {
             number(i.as_str()).unwrap_or_else(|_| Value::Other(i.as_str().into()))
         }
+        DeValue::Integer(i) => {
+            let digits =
+                i.as_str().trim_start_matches("0x").trim_start_matches("0o").trim_start_matches("0b");
+            match i64::from_str_radix(&digits.replace('_', ""), i.radix()) {
+                Ok(whole) => Value::Number(whole as f64),
+                Err(_) => Value::Other(format!("{} to base {}", i.as_str(), i.radix())),
+            }
+        }
         DeValue::String(s) => Value::Word(s.to_string()),
         DeValue::Boolean(v) => Value::Flag(*v),
         other => Value::Other(format!("a value of type {}", other.type_str())),

@@ -10,6 +10,7 @@ use apsides_verify::Verdict;
 use serde::Serialize;
 
 use crate::Error;
+use crate::fault::guarded;
 use crate::mission::{Ground, Past, Reach};
 use crate::observer::Observer;
 use crate::outcome::Outcome;
@@ -277,7 +278,13 @@ impl<R: FnMut(&FootprintCase<'_>) -> bool> Fan<'_, R> {
             if self.stopped {
                 break;
             }
-            let outcome = self.solve(&mission, start)?;
+            let outcome = match guarded(|| self.solve(&mission, start)) {
+                Ok(outcome) => outcome?,
+                Err(fault) => {
+                    status = format!("a fault of the program ({fault}): please report it");
+                    continue;
+                }
+            };
             if outcome.status.is_success()
                 && let Some(found) = self.found(kind, past.bearing, &outcome)
             {

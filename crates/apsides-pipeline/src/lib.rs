@@ -13,27 +13,37 @@
 //! | [`file`](mod@file), [`registry`] | reading mission files |
 //! | [`named_data`] | bodies, vehicles and sites as data |
 //! | [`mission`] | [`Mission`]: what a kind of mission is |
+//! | [`memory`], `foreseen` | the memory that a solve takes |
 //! | [`posed`] | a mission as an optimal control problem, with a start |
 //! | [`method`] | the methods, their keys and settings |
 //! | [`pipeline`] | [`Pipeline`]: pose, solve, verify |
 //! | [`outcome`], [`observer`] | results and progress |
 //! | [`sensitivity`] | what one more unit of a key is worth |
+//! | [`record`] | solves on disk, from which work goes on |
 //! | [`sweep`] | parameter sweeps |
 //! | [`footprint`](mod@footprint) | the ends that a vehicle can reach |
 //! | [`dispersion`], [`montecarlo`] | flights that deviate from a plan |
+//! | [`fault`] | panics of one case among many |
 //! | [`draws`] | optima of a mission whose numbers are uncertain |
 //! | [`covariance`] | state-transition matrices and covariances along any trajectory |
-//! | [`simulation`] | flights under a law |
+//! | [`simulation`], `closed_loop` | flights under a law |
 //! | [`site`] | landing sites that were chosen on maps |
+//! | [`lock`] | one process for a directory of results |
+//! | [`whole_file`] | the one writer of files |
 
+mod closed_loop;
 pub mod covariance;
 pub mod dispersion;
 pub mod draws;
 pub mod error;
 pub mod explanation;
+pub mod fault;
 pub mod file;
 pub mod footprint;
+mod foreseen;
 pub mod key;
+pub mod lock;
+pub mod memory;
 pub mod method;
 pub mod mission;
 pub mod montecarlo;
@@ -42,12 +52,14 @@ pub mod observer;
 pub mod outcome;
 pub mod pipeline;
 pub mod posed;
+pub mod record;
 pub mod registry;
 pub mod sensitivity;
 pub mod simulation;
 pub mod site;
 pub mod sweep;
 pub mod values;
+pub mod whole_file;
 
 pub use error::Error;
 pub use mission::{Kind, Mission, Offers, Scalars};

@@ -9,6 +9,7 @@ use apsides_ocp::{Mesh, Method, Ocp, Solution, Start, Trajectory};
 
 use crate::Error;
 use crate::key::Key;
+use crate::memory::Foreseen;
 use crate::observer::Observer;
 use crate::outcome::SearchSummary;
 use crate::posed::Posed;
@@ -123,6 +124,9 @@ trait MethodSettings: Debug + Send + Sync {
     /// # Errors
     /// A problem that the method cannot treat.
     fn method(&self, case: &PosedCase<'_>) -> Result<Box<dyn Method>, Error>;
+
+    /// The memory of a solve of a case.
+    fn foreseen(&self, case: &PosedCase<'_>) -> Foreseen;
 
     /// Refuses settings that do not go together; looked at where the mission names the method.
     fn check(&self, _values: &Values) -> Result<(), Error> {
@@ -294,6 +298,14 @@ impl Methods {
 
     fn case<'a>(&'a self, posed: &'a Posed, checkpoint: Option<&'a CheckpointFile>) -> PosedCase<'a> {
         PosedCase { posed, radau: &self.radau, threads: self.threads, seed: self.seed, checkpoint }
+    }
+
+    /// The memory that a solve takes.
+    ///
+    /// # Errors
+    /// A method without which the program was built.
+    pub(crate) fn foreseen(&self, posed: &Posed) -> Result<Foreseen, Error> {
+        Ok(self.settings()?.foreseen(&self.case(posed, None)))
     }
 
     /// Solves a problem. `start` replaces the guess of the mission; a search is kept in a checkpoint, where there is one.

@@ -21,7 +21,7 @@ use crate::key::Key;
 use crate::method::{MethodName, Methods};
 use crate::outcome::{Curve, Decisions, Outcome};
 use crate::posed::Posed;
-use crate::simulation::Simulated;
+use crate::simulation::{Simulated, Watch};
 use crate::values::Values;
 
 /// Scalars by name; the unit ends the key.
@@ -278,12 +278,12 @@ pub trait Mission: Any + Debug + Send + Sync {
     }
 
     /// Flies the mission under its law with a seed of everything random, along the solution `plan` where one is optimised; for kinds that
-    /// offer a simulation.
+    /// offer a simulation. A flight that `watch` ends has the status [`INTERRUPTED`](crate::simulation::INTERRUPTED).
     ///
     /// # Errors
     /// A mission that cannot be flown. A flight that fails is not an error: see
     /// [`SimulationSummary::status`](crate::simulation::SimulationSummary::status).
-    fn simulate(&self, _seed: u64, _plan: Option<&Outcome>) -> Result<Simulated, Error> {
+    fn simulate(&self, _seed: u64, _plan: Option<&Outcome>, _watch: &Watch<'_>) -> Result<Simulated, Error> {
         Err(Error::in_mission("it is optimised, not simulated: use `apsides solve`"))
     }
 }

@@ -4,13 +4,15 @@
 //! continued behind the samples that are there.
 
 use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
-use std::sync::mpsc;
+use std::sync::{Mutex, PoisonError, mpsc};
 use std::thread;
 
 use serde::Serialize;
 
 use crate::Error;
 use crate::dispersion::{Deviations, Guidance, Onboard};
+use crate::fault::{Fault, guarded};
+use crate::memory::Foreseen;
 use crate::outcome::Outcome;
 use crate::pipeline::Pipeline;
 
@@ -91,6 +93,9 @@ pub struct Statistics {
     pub linear_ellipse: Option<Ellipse>,
     /// Covariance of the results that have a linear sigma, by the state-transition matrix, row-major.
     pub linear_covariance: Option<Vec<f64>>,
+    /// Samples whose computation panicked; they count among those that failed.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub faults: Vec<Fault>,
 }
 
 impl MonteCarlo {
@@ -109,17 +114,19 @@ impl MonteCarlo {
         let columns = mission.kind().offers.dispersed;
         let flights = mission.decided(&plan.decisions)?.mission().dispersed(&plan.trajectory)?;
         let flights = flights.ok_or_else(|| without_flights(mission))?;
+        let deviations = |index: usize| self.dispersions.sample(self.seed, index).values().to_vec();
         let fly = |_: &mut (), index: usize| {
             let deviation = self.dispersions.sample(self.seed, index);
-            let results = flights.fly(&deviation, &self.guidance, &self.onboard);
-            (deviation.values().to_vec(), results)
+            flights.fly(&deviation, &self.guidance, &self.onboard)
         };
-        let done = fly_all([self.samples, self.threads], columns.len(), done, || (), fly, each);
+        let of =
+            Batch { samples: self.samples, threads: self.threads, seed: self.seed, columns: columns.len() };
+        let (done, faults) = fly_all(of, done, deviations, || (), fly, each);
         let linear = match self.guidance {
             Guidance::OpenLoop => flights.linear_covariance(&self.dispersions),
             _ => None,
         };
-        let statistics = statistics(&done, columns, linear);
+        let statistics = Statistics { faults, ..statistics(&done, columns, linear) };
         Ok((done, statistics))
     }
 
@@ -178,16 +185,42 @@ pub fn check_sizes(names: &[&str], sizes: &[f64]) -> Result<(), Error> {
     }
 }
 
-/// Flies samples behind those that are done on several threads, each with a workspace of its own, and hands them on in their order. `fly` gives
-/// deviations and results of an index, no results where a flight did not end.
+/// Samples that are computed together.
+#[derive(Clone, Copy, Debug)]
+pub struct Batch {
+    /// Number of samples, those that are there already included.
+    pub samples: usize,
+    /// Threads; the results do not depend on it.
+    pub threads: usize,
+    /// Seed of the deviations.
+    pub seed: u64,
+    /// Results of a sample.
+    pub columns: usize,
+}
+
+impl Batch {
+    /// The memory of all samples with their deviations and statistics.
+    #[must_use]
+    pub fn foreseen_memory(samples: usize, deviations: usize, columns: usize) -> Foreseen {
+        // The numbers of a sample, its two lists with what the allocator adds, and one column sorted.
+        let each = 8 * (deviations + columns) + 128;
+        Foreseen { bytes: samples as f64 * each as f64, cause: format!("{samples} samples") }
+    }
+}
+
+/// Flies samples behind those that are done on several threads, each with a workspace of its own, and hands them on in their order.
+/// `deviations` gives those of an index, `fly` the results, none where a flight did not end. A sample whose flight panics has none either; its
+/// fault is returned.
 pub fn fly_all<W>(
-    [samples, threads]: [usize; 2],
-    columns: usize,
+    batch: Batch,
     mut done: Vec<Sample>,
+    deviations: impl Fn(usize) -> Vec<f64> + Sync,
     workspace: impl Fn() -> W + Sync,
-    fly: impl Fn(&mut W, usize) -> (Vec<f64>, Option<Vec<f64>>) + Sync,
+    fly: impl Fn(&mut W, usize) -> Option<Vec<f64>> + Sync,
     mut each: impl FnMut(&Sample) -> bool,
-) -> Vec<Sample> {
+) -> (Vec<Sample>, Vec<Fault>) {
+    let Batch { samples, threads, seed, columns } = batch;
+    let faults = Mutex::new(Vec::new());
     done.truncate(samples);
     let (next, stopped) = (AtomicUsize::new(done.len()), AtomicBool::new(false));
     let (sender, inbox) = mpsc::channel::<Sample>();
@@ -195,17 +228,24 @@ pub fn fly_all<W>(
         for _ in 0..threads.max(1) {
             let sender = sender.clone();
             let (next, stopped, workspace, fly) = (&next, &stopped, &workspace, &fly);
+            let (deviations, faults) = (&deviations, &faults);
             scope.spawn(move || {
-                let mut workspace = workspace();
+                let mut place = workspace();
                 loop {
                     let index = next.fetch_add(1, Ordering::Relaxed);
                     if index >= samples || stopped.load(Ordering::Relaxed) {
                         break;
                     }
-                    let (deviations, results) = fly(&mut workspace, index);
+                    let results = guarded(|| fly(&mut place, index)).unwrap_or_else(|message| {
+                        // A flight that broke off may have left anything in its workspace.
+                        place = workspace();
+                        let fault = Fault { index, seed, message };
+                        faults.lock().unwrap_or_else(PoisonError::into_inner).push(fault);
+                        None
+                    });
                     let results = results.unwrap_or_else(|| vec![f64::NAN; columns]);
                     // The receiver outlives all threads.
-                    let _ = sender.send(Sample { index, deviations, results });
+                    let _ = sender.send(Sample { index, deviations: deviations(index), results });
                 }
             });
         }
@@ -222,7 +262,9 @@ pub fn fly_all<W>(
             }
         }
     });
-    done
+    let mut faults = faults.into_inner().unwrap_or_else(PoisonError::into_inner);
+    faults.sort_by_key(|f| f.index);
+    (done, faults)
 }
 
 /// The statistics of samples, by the names of their results; `linear_covariance` is that of the first ones by the state-transition matrix.
@@ -269,6 +311,7 @@ pub fn statistics(samples: &[Sample], columns: &[&str], linear_covariance: Optio
         ellipse,
         linear_ellipse,
         linear_covariance,
+        faults: Vec::new(),
     }
 }
 
@@ -312,7 +355,31 @@ impl Ellipse {
 
 #[cfg(test)]
 mod tests {
-    use super::{ellipse, percentile};
+    #![allow(clippy::unwrap_used)]
+    use super::*;
+
+    #[test]
+    fn a_panic_is_a_sample_that_failed() {
+        let batch = |threads| Batch { samples: 40, threads, seed: 7, columns: 1 };
+        let fly = |state: &mut f64, index: usize| {
+            *state += 1.0;
+            assert!(index != 5 && index != 23, "flight {index} broke off");
+            (index != 11).then(|| vec![index as f64])
+        };
+        let deviations = |index: usize| vec![0.5 * index as f64];
+        let flown = |threads| fly_all(batch(threads), Vec::new(), deviations, || 0.0, fly, |_| true);
+        let (samples, faults) = flown(3);
+        assert_eq!(samples.len(), 40);
+        let failed: Vec<usize> = samples.iter().filter(|s| s.results[0].is_nan()).map(|s| s.index).collect();
+        assert_eq!(failed, [5, 11, 23]);
+        assert!(samples.iter().all(|s| s.deviations == deviations(s.index)));
+        let message = |index: usize| Fault { index, seed: 7, message: format!("flight {index} broke off") };
+        assert_eq!(faults, [message(5), message(23)]);
+        assert!(faults[1].to_string().starts_with("sample 23 of seed 7 has no result"));
+        assert_eq!(flown(1).1, faults);
+        let statistics = Statistics { faults, ..statistics(&samples, &["end_m"], None) };
+        assert_eq!((statistics.samples, statistics.failed, statistics.faults.len()), (40, 3, 2));
+    }
 
     /// Round-off of the arithmetic.
     const ROUNDING: f64 = 1e-12;

@@ -203,6 +203,8 @@ pub struct Outcome {
     pub decisions: Decisions,
     /// One sentence for the reader when the status is not `optimal`.
     pub explanation: Option<String>,
+    /// Its name in the open [`record`](crate::record), if there is one.
+    pub kept: Option<String>,
 }
 
 impl Outcome {

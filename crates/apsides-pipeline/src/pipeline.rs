@@ -19,7 +19,6 @@ use crate::named_data::NamedData;
 use crate::observer::Observer;
 use crate::outcome::{Decisions, ObjectiveValue, Outcome, Reduced, Summary, Timing};
 use crate::posed::Posed;
-use crate::simulation::Simulated;
 use crate::values::Values;
 
 /// A mission that was read, with all it takes to solve it: the values of its keys, the mission made of them, methods and their settings.
@@ -45,11 +44,15 @@ struct Run {
     least_tolerance: f64,
     /// The file in which a search is kept.
     checkpoint: Option<PathBuf>,
+    /// Bytes that a solve may take, as far as that is foreseen.
+    memory: Option<u64>,
+    /// Prices are asked for after a solve.
+    priced: bool,
 }
 
 impl Default for Run {
     fn default() -> Self {
-        Self { threads: 1, seed: 0, least_tolerance: 0.0, checkpoint: None }
+        Self { threads: 1, seed: 0, least_tolerance: 0.0, checkpoint: None, memory: None, priced: false }
     }
 }
 
@@ -144,6 +147,24 @@ impl Pipeline {
         Self { run: Run { checkpoint: Some(file), ..self.run }, ..self }
     }
 
+    /// The mission, refused where a solve would take more memory than so many bytes.
+    #[must_use]
+    pub fn with_memory(self, bytes: u64) -> Self {
+        Self { run: Run { memory: Some(bytes), ..self.run }, ..self }
+    }
+
+    /// The mission, of whose solutions prices are asked afterwards.
+    #[must_use]
+    pub fn with_prices(self, priced: bool) -> Self {
+        Self { run: Run { priced, ..self.run }, ..self }
+    }
+
+    /// All that decides the result of a solve beside its start.
+    pub(crate) fn statement(&self) -> String {
+        let Run { seed, least_tolerance, .. } = self.run;
+        format!("{:?}\n{}\nseed {seed}, tolerance {least_tolerance:e}\n", self.mission, self.to_file())
+    }
+
     /// The mission, solved no more accurately between the points of the mesh than this.
     #[must_use]
     pub fn with_tolerance_from(self, least: f64) -> Self {
@@ -231,7 +252,7 @@ impl Pipeline {
         self.decided(&self.decide()?)?.pose_decided()
     }
 
-    fn pose_decided(&self) -> Result<Posed, Error> {
+    pub(crate) fn pose_decided(&self) -> Result<Posed, Error> {
         self.mission.pose(self.methods.name)
     }
 
@@ -297,18 +318,20 @@ impl Pipeline {
     }
 
     /// Solves with or without the scalars that take solves of their own.
-    fn solve_with(
+    pub(crate) fn solve_with(
         &self,
         start: Option<&Trajectory>,
         margins: bool,
         observer: &mut dyn Observer,
     ) -> Result<Outcome, Error> {
         self.optimised()?;
-        let begin = Instant::now();
-        let decisions = self.decide()?;
-        let decided = self.decided(&decisions)?;
-        let outcome = decided.solve_decided(decisions, begin, start, margins, observer)?;
-        Ok(Outcome { mission_file: self.to_file(), ..outcome })
+        self.kept(start, margins, self.run.priced, || {
+            let begin = Instant::now();
+            let decisions = self.decide()?;
+            let decided = self.decided(&decisions)?;
+            let outcome = decided.solve_decided(decisions, begin, start, margins, observer)?;
+            Ok(Outcome { mission_file: self.to_file(), ..outcome })
+        })
     }
 
     fn solve_decided(
@@ -320,6 +343,7 @@ impl Pipeline {
         observer: &mut dyn Observer,
     ) -> Result<Outcome, Error> {
         let posed = self.pose_decided()?;
+        self.check_memory(&posed, self.run.memory)?;
         let build = milliseconds(begin);
         let begin = Instant::now();
         let solution = match start {
@@ -402,6 +426,21 @@ impl Pipeline {
         decided.certify(decided.pose_decided()?.flight(), &decisions, trajectory)
     }
 
+    /// The certificate and the scalars of a trajectory of the whole flight, with those that take solves of their own where it is `solved`: what a
+    /// solve states of it.
+    ///
+    /// # Errors
+    /// When the values do not make a problem, or the trajectory does not fit it.
+    pub fn recomputed(&self, trajectory: &Trajectory, solved: bool) -> Result<(Certificate, Scalars), Error> {
+        let certificate = self.verify(trajectory)?;
+        let decided = self.decided(&self.decide()?)?;
+        let margins = match solved {
+            true => decided.mission.margins(&decided.methods, trajectory)?,
+            false => Scalars::new(),
+        };
+        Ok((certificate, decided.results(trajectory).into_iter().chain(margins).collect()))
+    }
+
     fn certify(
         &self,
         flight: &Ocp,
@@ -448,41 +487,14 @@ impl Pipeline {
         Ok(method.explain(&posed.ocp, &posed.guess, &self.methods.first_mesh(&posed.ocp)?)?)
     }
 
-    /// Flies a mission that is simulated, or the solution of one that is optimised with what its problem leaves out, where that is
-    /// modelled.
-    ///
-    /// # Errors
-    /// A mission that is optimised and not modelled further, values that do not make a case, a problem without a solution. A flight that
-    /// fails is not an error: see [`SimulationSummary::status`](crate::simulation::SimulationSummary::status).
-    pub fn simulate(&self) -> Result<Simulated, Error> {
-        let offers = &self.kind.offers;
-        if !offers.simulated_only && !offers.simulation {
-            return Err(self.kind.refused("it is optimised, not simulated: use `apsides solve`"));
-        }
-        let begin = Instant::now();
-        self.mission.check_simulation()?;
-        let plan = match offers.simulated_only {
-            true => None,
-            // Margins take solves of their own.
-            false => Some(self.solve_with(None, false, &mut ())?),
-        };
-        if let Some(plan) = plan.as_ref().filter(|plan| !plan.status.is_success()) {
-            let reason = format!("the flight to follow has no solution: {}", plan.summary.status);
-            return Err(Error::in_mission(reason));
-        }
-        let mut flight = self.mission.simulate(self.run.seed, plan.as_ref())?;
-        flight.summary.mission = self.name().into();
-        flight.summary.time_ms = milliseconds(begin);
-        flight.mission_file = self.to_file();
-        Ok(flight)
-    }
-
     /// The largest residuals of the mission's own guess before the first iteration, by name, at most `most`.
     ///
     /// # Errors
     /// When the values do not make a problem.
     pub fn guess_residuals(&self, most: usize) -> Result<Vec<Unmet>, Error> {
-        let Posed { ocp, guess, .. } = self.pose()?;
+        let posed = self.pose()?;
+        self.check_memory(&posed, self.run.memory)?;
+        let Posed { ocp, guess, .. } = posed;
         let mesh = self.methods.first_mesh(&ocp)?;
         Ok(self.methods.radau.method().guess_residuals(&ocp, &guess, &mesh, most)?)
     }
@@ -552,6 +564,7 @@ impl Pipeline {
             mission_file: self.to_file(),
             decisions,
             explanation,
+            kept: None,
         }
     }
 }
@@ -562,7 +575,7 @@ struct Flight {
     expanded: Option<Trajectory>,
 }
 
-fn milliseconds(begin: Instant) -> f64 {
+pub(crate) fn milliseconds(begin: Instant) -> f64 {
     begin.elapsed().as_secs_f64() * 1e3
 }
 

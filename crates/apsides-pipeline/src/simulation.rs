@@ -7,6 +7,12 @@ use serde::Serialize;
 
 use crate::outcome::Curve;
 
+/// Is told the time of a flight, s, again and again while it is computed, and says whether to go on.
+pub type Watch<'a> = dyn Fn(f64) -> bool + Send + Sync + 'a;
+
+/// The word of a flight that its [`Watch`] ended.
+pub const INTERRUPTED: &str = "interrupted";
+
 /// A simulated flight.
 pub struct Simulated {
     /// The summary of the flight.

@@ -3,9 +3,11 @@
 use apsides_ocp::Trajectory;
 
 use crate::Error;
+use crate::fault::guarded;
 use crate::observer::Observer;
 use crate::outcome::{Outcome, Price};
 use crate::pipeline::Pipeline;
+use crate::record;
 use crate::registry::Registry;
 
 /// Values of one key.
@@ -74,14 +76,14 @@ pub fn cases(registry: &Registry, file_or_name: &str, axes: &[Axis]) -> Result<V
 }
 
 /// Solves the cases in order, each from the last one that was solved; `report` gets each outcome as soon as it is there and
-/// ends the sweep by returning false.
+/// ends the sweep by returning false. A case whose solve panics is a case without an outcome: `report` gets the message.
 ///
 /// # Errors
 /// When a case is ill-posed.
 pub fn sweep(
     cases: &[Case],
     observer: &mut dyn Observer,
-    mut report: impl FnMut(&Case, &Outcome) -> bool,
+    mut report: impl FnMut(&Case, Result<&Outcome, &str>) -> bool,
 ) -> Result<(), Error> {
     let mut neighbour: Option<Trajectory> = None;
     for case in cases {
@@ -90,12 +92,24 @@ pub fn sweep(
             Some(trajectory) if case.mission.has_phases_of(trajectory)? => Some(trajectory),
             _ => None,
         };
-        let mut outcome = case.mission.solve(start, observer)?;
-        if start.is_some() && outcome.explanation.is_some() {
-            // A neighbour too far away may mislead; the mission's own guess decides.
-            outcome = case.mission.solve(None, observer)?;
-        }
-        let go_on = report(case, &outcome);
+        let solved = guarded(|| {
+            let outcome = case.mission.solve(start, observer)?;
+            if start.is_some() && outcome.explanation.is_some() {
+                // A neighbour too far away may mislead; the mission's own guess decides.
+                return case.mission.solve(None, observer);
+            }
+            Ok::<_, Error>(outcome)
+        });
+        let outcome = match solved {
+            Ok(outcome) => outcome?,
+            Err(fault) => {
+                if report(case, Err(&fault)) {
+                    continue;
+                }
+                break;
+            }
+        };
+        let go_on = report(case, Ok(&outcome));
         if outcome.explanation.is_none() {
             neighbour = Some(outcome.solved().1.clone());
         }
@@ -130,10 +144,20 @@ pub fn priced_axes(axes: &[Axis], cases: &[Case]) -> Result<Vec<bool>, Error> {
 /// # Errors
 /// As of [`Pipeline::sensitivities`].
 pub fn prices(axes: &[Axis], case: &Case, outcome: &Outcome) -> Result<Vec<Option<Price>>, Error> {
-    let solved = outcome.report.as_ref().is_some_and(|report| report.status.is_success());
+    let record = record::current().zip(outcome.kept.as_ref());
+    let kept = record.as_ref().and_then(|(record, key)| record.find_prices(key));
+    let has_report = outcome.report.as_ref().is_some_and(|report| report.status.is_success());
+    let solved = has_report || kept.as_ref().is_some_and(|prices| !prices.is_empty());
     let is_priced = |key: &str| solved && case.mission.priced_keys().any(|k| k.path == key);
     let keys: Vec<&str> = axes.iter().map(|a| a.key.as_str()).filter(|key| is_priced(key)).collect();
-    let mut found = if keys.is_empty() { Vec::new() } else { case.mission.sensitivities(outcome, &keys)? };
+    let mut found = match kept {
+        Some(kept) => kept,
+        None if keys.is_empty() => Vec::new(),
+        None => case.mission.sensitivities(outcome, &keys)?,
+    };
+    if let Some((record, key)) = record {
+        record.keep_prices(key, &found);
+    }
     let mut price = |axis: &Axis| {
         let place = found.iter().position(|p| p.key == axis.key)?;
         Some(found.swap_remove(place))

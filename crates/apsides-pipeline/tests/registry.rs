@@ -5,7 +5,7 @@ use std::collections::BTreeMap;
 
 use apsides_pipeline::key::{Key, Range};
 use apsides_pipeline::named_data::NamedData;
-use apsides_pipeline::simulation::SimulationSummary;
+use apsides_pipeline::simulation::{SimulationSummary, Watch};
 use apsides_pipeline::values::Values;
 use apsides_pipeline::{Error, Kind, Mission, Offers, Outcome, Pipeline, Registry, Simulated};
 
@@ -58,7 +58,7 @@ impl Mission for Drop {
         Ok(drop)
     }
 
-    fn simulate(&self, _seed: u64, _plan: Option<&Outcome>) -> Result<Simulated, Error> {
+    fn simulate(&self, _seed: u64, _plan: Option<&Outcome>, _watch: &Watch<'_>) -> Result<Simulated, Error> {
         let time = (2.0 * (self.height - self.floor.unwrap_or(0.0)) / self.gravity).sqrt();
         Ok(Simulated {
             summary: SimulationSummary {

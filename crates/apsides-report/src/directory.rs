@@ -7,6 +7,7 @@ use std::path::{Path, PathBuf};
 use apsides_ocp::{Ocp, PhaseTrajectory, Trajectory};
 use apsides_pipeline::Outcome;
 
+use crate::digests::digests;
 use crate::files::{Item, TRAJECTORY, failed, json, replace};
 use crate::site_files::site_files;
 use crate::{Figure, Multipliers, ReportError, read_trajectory, render_html, write_trajectory};
@@ -20,7 +21,8 @@ const REPORT: &str = "report.html";
 
 /// Writes the result directory of an outcome and returns the paths written: `summary.json`, `certificate.json`,
 /// `sensitivity.json` (when it was asked for), `trajectory.csv`, `multipliers.json` (when there are any), `mission.toml`, `report.html` with the mission's own
-/// `figures` before the standard ones, and a picture and the candidates of each map that a site was chosen on.
+/// `figures` before the standard ones, a picture and the candidates of each map that a site was chosen on, and `digests.json` with the SHA-256 of
+/// every other file.
 ///
 /// The directory and its parents are made when missing. Numbers that are not finite are `null` in JSON.
 ///
@@ -75,5 +77,6 @@ fn render(outcome: &Outcome, figures: &[Figure]) -> Result<Vec<Item>, ReportErro
         (REPORT, Some(render_html(outcome, figures)?.into_bytes())),
     ];
     items.extend(site_files(&outcome.decisions.sites)?);
+    items.push(digests(&items, &[MISSION, TRAJECTORY, MULTIPLIERS])?);
     Ok(items)
 }

@@ -4,6 +4,7 @@ use std::io;
 use std::path::PathBuf;
 
 use apsides_ocp::OcpError;
+use apsides_pipeline::whole_file::is_refusal;
 use apsides_terrain::TerrainError;
 
 /// The errors of reading and writing results, each with its place.
@@ -50,7 +51,7 @@ pub enum ReportError {
         /// Name of the file.
         file: &'static str,
         /// The contents that differ from those of this run.
-        found: &'static str,
+        found: String,
     },
     /// A trajectory file that is truncated, malformed or does not fit the problem.
     #[error("trajectory, line {line}: {reason}")]
@@ -92,4 +93,13 @@ pub enum ReportError {
         /// The reason.
         source: TerrainError,
     },
+}
+
+impl ReportError {
+    /// True where the system did not write what was to be written: a full disk, missing rights. A request that names a device or a
+    /// directory in place of a file is not.
+    #[must_use]
+    pub fn is_lost_output(&self) -> bool {
+        matches!(self, Self::Io { action, source, .. } if *action != "read" && !is_refusal(source))
+    }
 }

@@ -1,15 +1,15 @@
 //! The files of a result, replaced together or not at all.
 //!
-//! Every file is first rendered in memory, then written and flushed to the disk in a hidden directory inside the result
-//! directory (so on the same file system), and only then are they moved into place by renaming. If a rename fails, the
+//! Every file is first rendered in memory, then written and flushed to the disk under a hidden name beside its place
+//! ([`apsides_pipeline::whole_file`]), and only then are they moved into place by renaming. If a rename fails, the
 //! ones done are undone. A file of the earlier result that the new one does not have is removed. Readers see each file
-//! old or new, never in part; a program that is killed between two renames leaves the hidden directory
-//! `.apsides-*` behind with the missing files.
+//! old or new, never in part; a program that is killed between two renames leaves hidden files `.apsides-*` behind.
 
-use std::fs::{self, File};
+use std::fs;
 use std::io::{self, Write};
 use std::path::{Path, PathBuf};
 
+use apsides_pipeline::whole_file::{WholeFile, publish_together};
 use serde::Serialize;
 
 use crate::ReportError;
@@ -61,92 +61,34 @@ pub fn replace(dir: &Path, items: &[Item]) -> Result<Vec<PathBuf>, ReportError> 
         dir.ancestors().take_while(|d| !d.as_os_str().is_empty() && !d.exists()).collect();
     let written = fs::create_dir_all(dir)
         .map_err(failed("create the directory", dir))
-        .and_then(|()| Staging::new(dir))
-        .and_then(|staging| {
-            items.iter().try_for_each(|item| staging.write(item))?;
-            staging.publish(dir, items)
+        .and_then(|()| staged(dir, items))
+        .and_then(|(files, stale)| {
+            publish_together(files, &stale).map_err(|(path, source)| failed("replace", &path)(source))
         });
-    if written.is_err() {
+    if let Err(e) = written {
         for made in missing {
             // Not empty if somebody else uses it by now: then it stays.
             let _ = fs::remove_dir(made);
         }
+        return Err(e);
     }
-    written
+    Ok(items.iter().filter(|(_, content)| content.is_some()).map(|(name, _)| dir.join(name)).collect())
 }
 
-/// A hidden directory for files in the making, removed when dropped.
-struct Staging {
-    new: PathBuf,
-    old: PathBuf,
-    root: PathBuf,
-}
-
-impl Staging {
-    fn new(dir: &Path) -> Result<Self, ReportError> {
-        let process = std::process::id();
-        let mut number = 0;
-        loop {
-            let root = dir.join(format!(".apsides-{process}-{number}"));
-            match fs::create_dir(&root) {
-                Ok(()) => {
-                    let staging = Self { new: root.join("new"), old: root.join("old"), root };
-                    for part in [&staging.new, &staging.old] {
-                        fs::create_dir(part).map_err(failed("write into", dir))?;
-                    }
-                    return Ok(staging);
-                }
-                // Another thread of this process, or a killed one, has this number.
-                Err(e) if e.kind() == io::ErrorKind::AlreadyExists && number < 10_000 => number += 1,
-                Err(e) => return Err(failed("write into", dir)(e)),
-            }
-        }
-    }
-
-    fn write(&self, (name, content): &Item) -> Result<(), ReportError> {
-        let Some(content) = content else { return Ok(()) };
-        let path = self.new.join(name);
-        let write = |path: &Path| -> io::Result<()> {
-            let mut file = File::create_new(path)?;
-            file.write_all(content)?;
-            file.sync_all()
+/// The new files, not in their places yet, and those that must not stay.
+fn staged(dir: &Path, items: &[Item]) -> Result<(Vec<WholeFile>, Vec<PathBuf>), ReportError> {
+    let (mut files, mut stale) = (Vec::new(), Vec::new());
+    for (name, content) in items {
+        let path = dir.join(name);
+        let Some(content) = content else {
+            stale.push(path);
+            continue;
         };
-        write(&path).map_err(failed("write", &path))
+        let mut file = WholeFile::create(&path).map_err(failed("write", &path))?;
+        file.write_all(content).map_err(failed("write", &path))?;
+        files.push(file);
     }
-
-    /// Moves every file into place, the earlier ones aside; undoes all moves when one fails.
-    fn publish(&self, dir: &Path, items: &[Item]) -> Result<Vec<PathBuf>, ReportError> {
-        let mut moves: Vec<(PathBuf, PathBuf)> = Vec::new();
-        let mut written = Vec::new();
-        for (name, content) in items {
-            let target = dir.join(name);
-            let mut steps = vec![(target.clone(), self.old.join(name))];
-            if content.is_some() {
-                steps.push((self.new.join(name), target.clone()));
-                written.push(target.clone());
-            }
-            for (from, to) in steps {
-                match fs::rename(&from, &to) {
-                    Ok(()) => moves.push((from, to)),
-                    // No earlier result to move aside.
-                    Err(e) if e.kind() == io::ErrorKind::NotFound && from == target => {}
-                    Err(e) => {
-                        for (from, to) in moves.iter().rev() {
-                            let _ = fs::rename(to, from);
-                        }
-                        return Err(failed("replace", &target)(e));
-                    }
-                }
-            }
-        }
-        Ok(written)
-    }
-}
-
-impl Drop for Staging {
-    fn drop(&mut self) {
-        let _ = fs::remove_dir_all(&self.root);
-    }
+    Ok((files, stale))
 }
 
 #[cfg(test)]

@@ -26,6 +26,7 @@
 //! | --- | --- |
 //! | `directory`, `files` | the files of a result, written together |
 //! | `trajectory_csv`, `trajectory_reader`, `columns` | `trajectory.csv`: writing, reading, headers |
+//! | `digests` | `digests.json`: files that were changed later are named |
 //! | `multipliers` | `multipliers.json` |
 //! | `samples_reader` | trajectories of other programs |
 //! | `html`, `page.css`, `markup` | `report.html` |
@@ -39,6 +40,7 @@
 
 mod axis_layout;
 mod columns;
+mod digests;
 mod directory;
 mod error;
 mod figure;
@@ -63,6 +65,7 @@ mod trajectory_csv;
 mod trajectory_reader;
 mod units;
 
+pub use digests::{FileState, changed_files};
 pub use directory::{read_outcome_trajectory, write_outcome};
 pub use error::ReportError;
 pub use figure::{Axis, AxisScale, Figure, ReferenceLine, Series, SeriesStyle, Span};

@@ -1,12 +1,14 @@
 //! Monte Carlo runs: samples as CSV, written as they come and read again to go on; statistics as JSON; the ends as a figure.
 
 use std::fs::{File, OpenOptions};
-use std::io::BufWriter;
+use std::io::{BufWriter, Write as _};
 use std::path::{Path, PathBuf};
 
 use apsides_pipeline::montecarlo::{Ellipse, Sample, Statistics};
+use apsides_pipeline::whole_file::{WholeFile, publish_together};
+use sha2::{Digest as _, Sha256};
 
-use crate::files::{Item, json, replace, table_error};
+use crate::files::{Item, failed, json, replace, table_error};
 use crate::trajectory_csv::shortest;
 use crate::{Axis, Figure, ReportError, Series};
 
@@ -16,6 +18,8 @@ const FIGURE: &str = "montecarlo.svg";
 /// The mission and its deviations: a file of samples is continued only with the same.
 const RUN: &str = "montecarlo.toml";
 pub(crate) const INDEX: &str = "index";
+/// A number that tells whether a row is as it was written.
+const DIGEST: &str = "digest";
 
 /// Points of the outline of an ellipse.
 const OUTLINE: usize = 180;
@@ -25,6 +29,7 @@ const OUTLINE: usize = 180;
 pub struct SampleFile {
     path: PathBuf,
     csv: csv::Writer<BufWriter<File>>,
+    statement: String,
 }
 
 impl SampleFile {
@@ -53,25 +58,24 @@ impl SampleFile {
             if std::fs::read_to_string(&stated).ok().is_none_or(|earlier| earlier != statement) {
                 return Err(other("samples of another mission or steering"));
             }
-            read(&path, names, deviations, columns)?
+            read(&path, names, deviations, columns, statement)?
         } else {
             Vec::new()
         };
-        std::fs::write(&stated, statement).map_err(io("write"))?;
-        // The file anew with what is sound, in one step.
-        let next = dir.join(format!("{DATA}.part"));
-        let mut csv = csv::Writer::from_writer(BufWriter::new(File::create(&next).map_err(io("write"))?));
-        let heads = std::iter::once(INDEX).chain(names.iter().copied()).chain(columns.iter().copied());
-        csv.write_record(heads).map_err(table)?;
+        // Both anew, the samples with what is sound.
+        let mut statement_file = WholeFile::create(&stated).map_err(failed("write", &stated))?;
+        statement_file.write_all(statement.as_bytes()).map_err(failed("write", &stated))?;
+        let mut csv = csv::Writer::from_writer(WholeFile::create(&path).map_err(io("write"))?);
+        csv.write_record(heads(names, columns)).map_err(table)?;
         for sample in &done {
-            csv.write_record(record(sample)).map_err(table)?;
+            csv.write_record(record(sample, statement)).map_err(table)?;
         }
-        csv.flush().map_err(io("write"))?;
-        drop(csv);
-        std::fs::rename(&next, &path).map_err(io("write"))?;
+        let samples = csv.into_inner().map_err(|e| io("write")(e.into_error()))?;
+        publish_together(vec![statement_file, samples], &[])
+            .map_err(|(path, source)| failed("write", &path)(source))?;
         let file = OpenOptions::new().append(true).open(&path).map_err(io("write"))?;
         let csv = csv::WriterBuilder::new().has_headers(false).from_writer(BufWriter::new(file));
-        Ok((Self { path, csv }, done))
+        Ok((Self { path, csv, statement: statement.into() }, done))
     }
 
     /// Appends a sample.
@@ -79,7 +83,11 @@ impl SampleFile {
     /// # Errors
     /// When the system refuses to write.
     pub fn add(&mut self, sample: &Sample) -> Result<(), ReportError> {
-        self.csv.write_record(record(sample)).map_err(table)
+        let unwritten = |e: csv::Error| match e.is_io_error() {
+            true => failed("write", &self.path)(e.into()),
+            false => table(e),
+        };
+        self.csv.write_record(record(sample, &self.statement)).map_err(unwritten)
     }
 
     /// Writes what is not written yet, and returns the path.
@@ -87,24 +95,38 @@ impl SampleFile {
     /// # Errors
     /// When the system refuses to write.
     pub fn finish(mut self) -> Result<PathBuf, ReportError> {
-        match self.csv.flush() {
+        let settled = self.csv.flush().and_then(|()| self.csv.get_ref().get_ref().sync_all());
+        match settled {
             Ok(()) => Ok(self.path),
             Err(source) => Err(ReportError::Io { action: "write", path: self.path, source }),
         }
     }
 }
 
-fn other(found: &'static str) -> ReportError {
-    ReportError::OtherRun { file: DATA, found }
+fn other(found: impl Into<String>) -> ReportError {
+    ReportError::OtherRun { file: DATA, found: found.into() }
+}
+
+/// Names of the columns.
+fn heads<'a>(names: &[&'a str], columns: &[&'a str]) -> Vec<&'a str> {
+    [&[INDEX], names, columns, &[DIGEST]].concat()
 }
 
 fn table(e: csv::Error) -> ReportError {
     table_error(DATA, e)
 }
 
-fn record(sample: &Sample) -> impl Iterator<Item = String> + '_ {
+/// The cells of a sample, the last one made of those before it and of what is flown.
+fn record(sample: &Sample, statement: &str) -> Vec<String> {
     let numbers = sample.deviations.iter().chain(&sample.results).copied().map(shortest);
-    std::iter::once(sample.index.to_string()).chain(numbers)
+    let mut cells: Vec<String> = std::iter::once(sample.index.to_string()).chain(numbers).collect();
+    let mut digest = Sha256::new();
+    digest.update(statement);
+    digest.update(cells.join(","));
+    // So many bytes that every reader of tables has the number to its last digit.
+    let number = digest.finalize().iter().take(6).fold(0_u64, |number, byte| number << 8 | u64::from(*byte));
+    cells.push(number.to_string());
+    cells
 }
 
 fn read(
@@ -112,32 +134,38 @@ fn read(
     names: &[&str],
     own: impl Fn(usize) -> Vec<f64>,
     columns: &[&str],
+    statement: &str,
 ) -> Result<Vec<Sample>, ReportError> {
     let mut reader = csv::ReaderBuilder::new().flexible(true).from_path(path).map_err(table)?;
-    let heads: Vec<String> = reader.headers().map_err(table)?.iter().map(str::to_owned).collect();
-    let expected: Vec<&str> =
-        std::iter::once(INDEX).chain(names.iter().copied()).chain(columns.iter().copied()).collect();
-    if heads != expected {
+    let expected = heads(names, columns);
+    if reader.headers().map_err(table)?.iter().ne(expected.iter().copied()) {
         return Err(other("other columns"));
     }
-    let mut done: Vec<Sample> = Vec::new();
+    let (mut done, mut first_altered) = (Vec::<Sample>::new(), None);
     for line in reader.records() {
         let Ok(line) = line else { break };
         let numbers: Option<Vec<f64>> = line.iter().map(|field| field.parse().ok()).collect();
         let Some(numbers) = numbers.filter(|n| n.len() == expected.len() && n[0] == done.len() as f64) else {
             break;
         };
-        let (deviations, results) = numbers[1..].split_at(names.len());
+        let (deviations, results) = numbers[1..=names.len() + columns.len()].split_at(names.len());
         if deviations != own(done.len()) {
             return Err(other("deviations of another seed or other sizes"));
         }
-        done.push(Sample { index: done.len(), deviations: deviations.to_vec(), results: results.to_vec() });
+        let sample = Sample { index: done.len(), deviations: deviations.to_vec(), results: results.to_vec() };
+        if first_altered.is_none() && line.iter().ne(record(&sample, statement).iter().map(String::as_str)) {
+            first_altered = Some(sample.index);
+        }
+        done.push(sample);
     }
     // The last line may lack its end.
     let text = std::fs::read(path).unwrap_or_default();
     let ends = text.iter().filter(|b| **b == b'\n').count();
     done.truncate(ends.saturating_sub(1));
-    Ok(done)
+    match first_altered.filter(|index| *index < done.len()) {
+        Some(index) => Err(other(format!("a sample that was altered, that of index {index}"))),
+        None => Ok(done),
+    }
 }
 
 /// Writes `montecarlo.json` and a figure as `montecarlo.svg` into a directory, and returns the paths written.
@@ -260,6 +288,12 @@ mod tests {
         file.finish().unwrap();
         let (_, done) = open(dir.path(), &of, COLUMNS).unwrap();
         assert_eq!(done.len(), 4);
+        // A result that was altered.
+        let text = std::fs::read_to_string(&path).unwrap();
+        std::fs::write(&path, text.replacen(",0.2,", ",0.25,", 1)).unwrap();
+        let error = open(dir.path(), &of, COLUMNS).err().unwrap().to_string();
+        assert!(error.contains("a sample that was altered, that of index 2"), "{error}");
+        std::fs::write(&path, text).unwrap();
         // Another statement, another seed, other columns.
         let own = |k| of.dispersions.sample(of.seed, k).values().to_vec();
         let other = SampleFile::open(dir.path(), &Deviations::names(), own, COLUMNS, "another");

@@ -3,12 +3,11 @@
 //! A Parquet file ends with its index and cannot be continued: the file of a run that was stopped is `montecarlo.csv`, and this one is
 //! made of all samples at the end.
 
-use std::fs::File;
-use std::io::BufWriter;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
 use apsides_pipeline::montecarlo::Sample;
+use apsides_pipeline::whole_file::WholeFile;
 use parquet::basic::{Repetition, Type as Physical};
 use parquet::data_type::{DoubleType, Int64Type};
 use parquet::errors::ParquetError;
@@ -16,7 +15,7 @@ use parquet::file::writer::SerializedFileWriter;
 use parquet::schema::types::Type;
 
 use crate::ReportError;
-use crate::files::table_error;
+use crate::files::{failed, table_error};
 use crate::montecarlo::INDEX;
 
 const DATA: &str = "montecarlo.parquet";
@@ -35,11 +34,9 @@ pub fn write_parquet(
     columns: &[&str],
 ) -> Result<PathBuf, ReportError> {
     let path = dir.join(DATA);
-    let next = dir.join(format!("{DATA}.part"));
-    let io = |source| ReportError::Io { action: "write", path: path.clone(), source };
-    let file = BufWriter::new(File::create(&next).map_err(io)?);
-    write(file, samples, names, columns, ROWS).map_err(|e| table_error(DATA, e))?;
-    std::fs::rename(&next, &path).map_err(io)?;
+    let mut file = WholeFile::create(&path).map_err(failed("write", &path))?;
+    write(&mut file, samples, names, columns, ROWS).map_err(|e| table_error(DATA, e))?;
+    file.publish().map_err(failed("write", &path))?;
     Ok(path)
 }
 
@@ -85,6 +82,8 @@ fn write(
 mod tests {
     #![allow(clippy::unwrap_used)]
     use super::*;
+    use std::fs::File;
+
     use apsides_pipeline::dispersion::Deviations;
     use parquet::file::reader::{FileReader, SerializedFileReader};
     use parquet::record::RowAccessor;

@@ -92,7 +92,7 @@ pub(crate) fn checks(
         equations.set(t, x, u);
         equations.path(path);
     };
-    let mut watched = watched(phase, scaling, settings);
+    let mut watched = watched(phase, scaling);
     for leg in 0..flight.legs() {
         for t in sample_times(flight.leg_times(leg), settings.scan_points) {
             evaluate(leg, t, &mut row);
@@ -122,7 +122,7 @@ pub(crate) fn checks(
     report(phase, nx, nu, watched, settings)
 }
 
-fn watched<'a>(phase: &'a Phase, scaling: &PhaseScaling, settings: &VerifySettings) -> Vec<Watched<'a>> {
+fn watched<'a>(phase: &'a Phase, scaling: &PhaseScaling) -> Vec<Watched<'a>> {
     let watch = |row, variable, floor, size| Watched {
         row,
         variable,

@@ -21,6 +21,7 @@ use std::sync::Arc;
 use apsides_ocp::Trajectory;
 use apsides_pipeline::method::{MethodName, Methods};
 use apsides_pipeline::mission::{EasierCase, Reach};
+use apsides_pipeline::simulation::Watch;
 use apsides_pipeline::values::Values;
 use apsides_pipeline::{Curve, Error, Expansion, Kind, Mission, Offers, Outcome, Posed, Scalars, Simulated};
 use apsides_radau::Explanation;
@@ -121,9 +122,9 @@ impl Mission for CapsuleEntry {
         self.steered_entry()?.ready(None).map(|_| ())
     }
 
-    fn simulate(&self, _seed: u64, plan: Option<&Outcome>) -> Result<Simulated, Error> {
+    fn simulate(&self, _seed: u64, plan: Option<&Outcome>, watch: &Watch<'_>) -> Result<Simulated, Error> {
         match plan {
-            Some(plan) => self.fly_steered(plan),
+            Some(plan) => self.fly_steered(plan, watch),
             None => Err(Error::in_mission(
                 "the flight in six degrees of freedom follows a solution of the mission",
             )),

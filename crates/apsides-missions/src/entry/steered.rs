@@ -4,7 +4,7 @@ use apsides_control::record::Sample;
 use apsides_dynamics::entry::EntryState;
 use apsides_dynamics::great_circle::along_and_across;
 use apsides_ocp::Trajectory;
-use apsides_pipeline::simulation::{SimulationSummary, figure};
+use apsides_pipeline::simulation::{SimulationSummary, Watch, figure};
 use apsides_pipeline::{Curve, Error, Outcome, Scalars, Simulated};
 
 use super::capsule::CapsuleEntry;
@@ -82,13 +82,13 @@ impl CapsuleEntry {
     }
 
     /// Flies the bank angles of a solution. Names and times of the report are those of the mission, which fills them in.
-    pub(super) fn fly_steered(&self, plan: &Outcome) -> Result<Simulated, Error> {
+    pub(super) fn fly_steered(&self, plan: &Outcome, watch: &Watch<'_>) -> Result<Simulated, Error> {
         let entry = self.steered_entry()?;
         let (_, planned) = plan.solved();
         let profile = self.bank_profile(planned)?;
         let ready = entry.ready(Some(&profile))?;
         let mut record = Record::every(1);
-        let flight = ready.fly(&mut record)?;
+        let flight = ready.fly_watched(&mut record, watch)?;
         let rows = rows(&ready, &record);
         let mut results = scalars(&entry, &flight, planned);
         for key in ["heat_load_mj_m2", "flight_time_s"] {

@@ -11,6 +11,7 @@ use super::drives::Drives;
 use super::state::BodyState;
 use super::steering::{Design, SteeringLaw, angles};
 use apsides_pipeline::Error;
+use apsides_pipeline::simulation::{INTERRUPTED, Watch};
 
 /// A record of a descent: states, commands and positions of the masses. Flights that are judged are recorded at every step.
 pub type Record = Recording<13, 2>;
@@ -160,9 +161,18 @@ impl Descent {
     /// # Errors
     /// When memory has no room for the record.
     pub fn fly(&self, record: &mut Record) -> Result<Metrics, Error> {
+        self.fly_watched(record, &|_| true)
+    }
+
+    /// As [`fly`](Self::fly); `watch` may end the flight.
+    ///
+    /// # Errors
+    /// As of [`fly`](Self::fly).
+    pub fn fly_watched(&self, record: &mut Record, watch: &Watch<'_>) -> Result<Metrics, Error> {
         let mut law = SteeringLaw::new(&self.case, &self.vehicle, &self.design)?;
         let mut drives = Drives::new(&self.case.masses, &self.case.actuators, self.case.run.sample_time)?;
-        let flight = self.simulation()?.fly(&self.start, &mut law, &mut drives, None, record)?;
+        let simulation = watched(self.simulation()?, watch);
+        let flight = simulation.fly(&self.start, &mut law, &mut drives, None, record)?;
         Ok(self.metrics(&flight, record.samples()))
     }
 
@@ -295,6 +305,14 @@ pub(super) fn simulation(
         }))
 }
 
+/// The simulation, ended by who watches it.
+pub(super) fn watched<'a>(
+    simulation: Simulation<'a, MovingMassVehicle, 13, 2>,
+    watch: &'a Watch<'_>,
+) -> Simulation<'a, MovingMassVehicle, 13, 2> {
+    simulation.monitor(Breach::Limit(INTERRUPTED), move |t, _, _| if watch(t) { 1.0 } else { -1.0 })
+}
+
 /// Makes the quaternion of a state one of length one again.
 pub(super) fn unit_attitude(x: &mut [f64; 13]) {
     // Not by `attitude::normalised`, which makes one of any: what is not finite must stay so and end the flight.
@@ -315,6 +333,7 @@ pub fn ending_word(ending: &Ending) -> &'static str {
         Ending::Breach(Breach::MassesMet) => "masses-met",
         Ending::Breach(Breach::TravelExceeded) => "travel-exceeded",
         Ending::Breach(Breach::TableLeft) => "table-left",
+        Ending::Breach(Breach::Limit(INTERRUPTED)) => INTERRUPTED,
         Ending::Breach(_) => "limit",
         Ending::State { .. } | Ending::Command { .. } | Ending::Control { .. } => "not-finite",
         Ending::StepTooLong { .. } => "step-too-long",
@@ -339,6 +358,7 @@ pub fn ending_text(run: &Run, vehicle: &MovingMassVehicle, ending: &Ending) -> S
             let [_, fastest] = vehicle.body().aerodynamics().table().mach_range();
             format!("the Mach number exceeds {fastest}, where the table of coefficients ends")
         }
+        Ending::Breach(Breach::Limit(INTERRUPTED)) => "interrupted".into(),
         Ending::Breach(other) => format!("a limit is exceeded: {other:?}"),
         Ending::State { index } => {
             format!("{} is no longer finite", STATES.get(*index).map_or("a state", |s| s.name))

@@ -3,7 +3,7 @@
 use apsides_metaheuristics::Generator;
 use apsides_pipeline::Error;
 use apsides_pipeline::dispersion::sample_seed;
-use apsides_pipeline::montecarlo::{Sample, Statistics, check_sizes, fly_all, statistics};
+use apsides_pipeline::montecarlo::{Batch, Sample, Statistics, check_sizes, fly_all, statistics};
 use serde::Serialize;
 
 use super::case::Case;
@@ -127,11 +127,13 @@ impl Descents {
             case.sensors.seed = noise;
             // Deviations may make an impossible case, such as a gain below zero: it failed.
             let metrics = Descent::new(&case).and_then(|descent| descent.fly(record)).ok();
-            (deviations.values().to_vec(), metrics.filter(Metrics::held).as_ref().map(descent_results))
+            metrics.filter(Metrics::held).as_ref().map(descent_results)
         };
-        let size = Self::COLUMNS.len();
-        let done = fly_all([self.samples, self.threads], size, done, || Record::every(1), fly, each);
-        let statistics = statistics(&done, Self::COLUMNS, None);
+        let columns = Self::COLUMNS.len();
+        let of = Batch { samples: self.samples, threads: self.threads, seed: self.seed, columns };
+        let deviations = |index: usize| self.dispersions.sample(self.seed, index).0.values().to_vec();
+        let (done, faults) = fly_all(of, done, deviations, || Record::every(1), fly, each);
+        let statistics = Statistics { faults, ..statistics(&done, Self::COLUMNS, None) };
         Ok((done, statistics))
     }
 }

@@ -5,6 +5,7 @@ use apsides_control::pid::PidGains;
 use apsides_dynamics::aerodynamics::Interpolation;
 use apsides_pipeline::key::Key;
 use apsides_pipeline::mission::downcast;
+use apsides_pipeline::simulation::Watch;
 use apsides_pipeline::values::Values;
 use apsides_pipeline::{Error, Kind, Mission, Offers, Outcome, Pipeline, Simulated};
 
@@ -83,8 +84,8 @@ impl Mission for CrossMasses {
         Ok(Self { case: read_case(values, read_cross)? })
     }
 
-    fn simulate(&self, seed: u64, _plan: Option<&Outcome>) -> Result<Simulated, Error> {
-        simulate(&seeded(&self.case, seed))
+    fn simulate(&self, seed: u64, _plan: Option<&Outcome>, watch: &Watch<'_>) -> Result<Simulated, Error> {
+        simulate(&seeded(&self.case, seed), watch)
     }
 }
 
@@ -109,8 +110,8 @@ impl Mission for RadialMasses {
         Ok(Self { case: read_case(values, read_radial)? })
     }
 
-    fn simulate(&self, seed: u64, _plan: Option<&Outcome>) -> Result<Simulated, Error> {
-        simulate(&seeded(&self.case, seed))
+    fn simulate(&self, seed: u64, _plan: Option<&Outcome>, watch: &Watch<'_>) -> Result<Simulated, Error> {
+        simulate(&seeded(&self.case, seed), watch)
     }
 }
 

@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 
 use apsides_control::record::Sample;
 use apsides_dynamics::rigid_body::STATES;
-use apsides_pipeline::simulation::{MarginLine, Simulated, SimulationSummary, figure};
+use apsides_pipeline::simulation::{MarginLine, Simulated, SimulationSummary, Watch, figure};
 use apsides_pipeline::{Curve, Error};
 
 use super::case::{Case, Masses};
@@ -17,10 +17,10 @@ const LOCUS_STEPS: i32 = 100;
 const MOST_ROWS: usize = 4000;
 
 /// Flies a case once. Names and times of the report are those of the mission, which fills them in.
-pub(super) fn simulate(case: &Case) -> Result<Simulated, Error> {
+pub(super) fn simulate(case: &Case, watch: &Watch<'_>) -> Result<Simulated, Error> {
     let descent = Descent::new(case)?;
     let mut record = Record::every(1);
-    let metrics = descent.fly(&mut record)?;
+    let metrics = descent.fly_watched(&mut record, watch)?;
     let margins = descent.margins(&record, &MARGIN_HEIGHTS)?;
     let factor = |k: i32| 10_f64.powf(f64::from(k) / f64::from(LOCUS_STEPS));
     let factors: Vec<f64> = (-LOCUS_STEPS..=LOCUS_STEPS).map(factor).collect();

@@ -32,10 +32,11 @@ use apsides_dynamics::rigid_body::{FlightCondition, Ground, Inertia, RigidBody, 
 use apsides_dynamics::{DynamicsError, Ellipsoid, MovingMassVehicle};
 
 use super::case::{ActuatorLimits, Allocation, AntiWindupBy, Masses, Run};
-use super::descent::{Record, settings, simulation, unit_attitude};
+use super::descent::{Record, settings, simulation, unit_attitude, watched};
 use super::drives::Drives;
 use super::state::BodyState;
 use apsides_pipeline::Error;
+use apsides_pipeline::simulation::Watch;
 
 /// Dynamic pressure, Pa, from which the bank angle is judged and the integral of the law runs: below, the air moves nothing.
 pub const JUDGED_PRESSURE: f64 = 100.0;
@@ -320,9 +321,17 @@ impl SteeredReady<'_> {
     /// # Errors
     /// When memory has no room for the record.
     pub fn fly(&self, record: &mut Record) -> Result<SteeredFlight, Error> {
+        self.fly_watched(record, &|_| true)
+    }
+
+    /// As [`fly`](Self::fly); `watch` may end the flight.
+    ///
+    /// # Errors
+    /// As of [`fly`](Self::fly).
+    pub fn fly_watched(&self, record: &mut Record, watch: &Watch<'_>) -> Result<SteeredFlight, Error> {
         let mut drives = self.drives()?;
         let standing = self.standing();
-        let simulation = self.simulation()?;
+        let simulation = watched(self.simulation()?, watch);
         let flight = match self.profile {
             Some(profile) => {
                 let mut law = Pointing {

@@ -252,7 +252,7 @@ fn long_delays_keep_the_flight() {
     let delayed = |delay: f64| {
         let mut case = Case::cross(10.0);
         case.actuators.delay = delay;
-        simulate(&case).unwrap()
+        simulate(&case, &|_| true).unwrap()
     };
     // 50 samples.
     let flight = delayed(0.5);

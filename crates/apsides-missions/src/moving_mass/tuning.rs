@@ -3,6 +3,8 @@
 //! The same gains for both angles, which are alike by symmetry. They are searched by their logarithms with CMA-ES of
 //! [`apsides_metaheuristics`]; the result depends on the seed, not on the number of threads.
 
+use std::time::Duration;
+
 use apsides_control::pid::PidGains;
 use apsides_metaheuristics::{
     CmaEsSettings, Evaluation, Method, Restarts, Search, SearchSpace, Stagnation, StopReason,
@@ -30,6 +32,8 @@ pub struct Tuning {
     pub seed: u64,
     /// Threads; the result does not depend on it.
     pub threads: usize,
+    /// Longest time of the search, looked at after each generation; the result depends on it.
+    pub time_limit: Option<Duration>,
 }
 
 /// Gains that a search found.
@@ -116,6 +120,7 @@ impl Tuning {
             evaluations: 300,
             seed: 0,
             threads: 1,
+            time_limit: None,
         }
     }
 }
@@ -170,6 +175,7 @@ pub fn tune(case: &Case, tuning: &Tuning) -> Result<Tuned, Error> {
         seed: tuning.seed,
         budget: tuning.evaluations,
         threads: tuning.threads,
+        time_limit: tuning.time_limit,
         stagnation: Some(Stagnation { generations: 60, improvement: 1e-9 }),
         start: tuning
             .starts
@@ -191,6 +197,12 @@ pub fn tune(case: &Case, tuning: &Tuning) -> Result<Tuned, Error> {
 }
 
 impl Tuned {
+    /// True if the search ended by its time limit: the gains are the best until then.
+    #[must_use]
+    pub fn ended_by_time(&self) -> bool {
+        self.stop == StopReason::TimeLimit
+    }
+
     /// The flight with the largest root mean square of an angle.
     #[must_use]
     pub fn worst(&self) -> Option<&SetFlight> {

@@ -10,6 +10,7 @@ use apsides_ocp::Method;
 use super::{Entry, MethodName, MethodSettings, PosedCase};
 use crate::Error;
 use crate::key::Key;
+use crate::memory::{Foreseen, of_dense};
 use crate::values::Values;
 
 pub(super) const ENTRY: Entry = Entry {
@@ -53,6 +54,7 @@ const NAMES: &[(&str, &str)] =
 #[derive(Clone, Debug)]
 struct FlatnessMethod {
     splines: SplineSettings,
+    intervals: usize,
     max_refinements: usize,
 }
 
@@ -78,7 +80,7 @@ impl FlatnessMethod {
             placement,
             refine: max_refinements > 0,
         };
-        Ok(Self { splines, max_refinements })
+        Ok(Self { splines, intervals: segments, max_refinements })
     }
 }
 
@@ -93,6 +95,11 @@ impl MethodSettings for FlatnessMethod {
             ..FlatnessSettings::default()
         };
         Ok(Box::new(FlatMethod { flatness: Flatness { settings }, systems }))
+    }
+
+    fn foreseen(&self, case: &PosedCase<'_>) -> Foreseen {
+        let intervals = self.intervals;
+        Foreseen::new(of_dense(&case.posed.ocp, intervals), &[("flatness.intervals", intervals)])
     }
 }
 

@@ -8,6 +8,7 @@ use apsides_shooting::indirect::{DirectIndirect, IndirectSettings, IndirectShoot
 use super::{Entry, MethodName, MethodSettings, PosedCase};
 use crate::Error;
 use crate::key::{Key, Range};
+use crate::memory::{Foreseen, of_dense};
 use crate::values::Values;
 
 pub(super) const ENTRY: Entry = Entry {
@@ -57,5 +58,10 @@ impl MethodSettings for IndirectMethod {
             settings: IndirectSettings { threads: case.threads, ..self.settings.clone() },
         };
         Ok(Box::new(DirectIndirect { direct: Box::new(case.radau.method()), indirect }))
+    }
+
+    fn foreseen(&self, case: &PosedCase<'_>) -> Foreseen {
+        let intervals = self.settings.intervals;
+        Foreseen::new(of_dense(&case.posed.ocp, intervals), &[("indirect.intervals", intervals)])
     }
 }

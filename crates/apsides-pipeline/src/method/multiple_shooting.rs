@@ -8,6 +8,7 @@ use apsides_shooting::direct::{MultipleShooting, MultipleShootingSettings};
 use super::{Entry, MethodName, MethodSettings, PosedCase};
 use crate::Error;
 use crate::key::{Key, Range};
+use crate::memory::{Foreseen, of_shooting};
 use crate::values::Values;
 
 pub(super) const ENTRY: Entry = Entry {
@@ -78,5 +79,11 @@ impl MethodSettings for MultipleShootingMethod {
         Ok(Box::new(MultipleShooting {
             settings: MultipleShootingSettings { threads, ..self.settings.clone() },
         }))
+    }
+
+    fn foreseen(&self, case: &PosedCase<'_>) -> Foreseen {
+        let MultipleShootingSettings { intervals, points, .. } = self.settings;
+        let bytes = of_shooting(&case.posed.ocp, intervals, points);
+        Foreseen::new(bytes, &[("shooting.intervals", intervals), ("shooting.points", points)])
     }
 }

@@ -10,6 +10,7 @@ use apsides_piecewise::{
 use super::{Entry, MethodName, MethodSettings, PosedCase};
 use crate::Error;
 use crate::key::{Key, Range};
+use crate::memory::{Foreseen, of_segments};
 use crate::values::Values;
 
 /// Most threads that integrate segments.
@@ -129,5 +130,10 @@ impl MethodSettings for PiecewiseMethod {
         let mut settings = self.settings.clone();
         settings.shooting.threads = case.threads.clamp(1, MAX_THREADS);
         Ok(Box::new(PiecewiseConstant { settings }))
+    }
+
+    fn foreseen(&self, case: &PosedCase<'_>) -> Foreseen {
+        let intervals = self.settings.intervals;
+        Foreseen::new(of_segments(&case.posed.ocp, intervals), &[("piecewise.intervals", intervals)])
     }
 }

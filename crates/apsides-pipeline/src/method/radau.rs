@@ -8,6 +8,7 @@ use apsides_radau::{Radau, RadauSettings};
 use super::{Entry, MethodName, MethodSettings, PosedCase};
 use crate::Error;
 use crate::key::{Key, Range};
+use crate::memory::{Foreseen, of_collocation};
 use crate::values::Values;
 
 pub(super) const ENTRY: Entry = Entry {
@@ -73,6 +74,13 @@ impl RadauMethod {
         Radau { settings: self.settings.clone() }
     }
 
+    /// The memory of a solve on the first mesh.
+    pub(super) fn foreseen(&self, ocp: &Ocp) -> Foreseen {
+        let RadauSettings { intervals, points, .. } = self.settings;
+        let bytes = of_collocation(ocp, intervals, points);
+        Foreseen::new(bytes, &[("radau.intervals", intervals), ("radau.points", points)])
+    }
+
     /// The first mesh.
     ///
     /// # Errors
@@ -86,5 +94,9 @@ impl MethodSettings for RadauMethod {
     /// The one of the case, which knows threads and accuracy of a run.
     fn method(&self, case: &PosedCase<'_>) -> Result<Box<dyn Method>, Error> {
         Ok(Box::new(case.radau.method()))
+    }
+
+    fn foreseen(&self, case: &PosedCase<'_>) -> Foreseen {
+        case.radau.foreseen(&case.posed.ocp)
     }
 }

@@ -8,6 +8,7 @@ use apsides_ocp::Method;
 use super::{Entry, MethodName, MethodSettings, PosedCase};
 use crate::Error;
 use crate::key::{Key, Range};
+use crate::memory::{Foreseen, of_cones};
 use crate::values::Values;
 
 pub(super) const ENTRY: Entry = Entry {
@@ -82,5 +83,10 @@ impl MethodSettings for ConvexificationMethod {
             }
         }
         Ok(Box::new(SuccessiveConvexification { settings: self.settings }))
+    }
+
+    fn foreseen(&self, case: &PosedCase<'_>) -> Foreseen {
+        let intervals = self.settings.intervals;
+        Foreseen::new(of_cones(&case.posed.ocp, intervals), &[("convexification.intervals", intervals)])
     }
 }

@@ -17,6 +17,7 @@ use apsides_two_layer::{Checkpoint, ProfileModel, Ranking, TwoLayer, TwoLayerSet
 use super::{Entry, MethodName, MethodSettings, PosedCase};
 use crate::Error;
 use crate::key::{Key, Range};
+use crate::memory::Foreseen;
 use crate::observer::Observer;
 use crate::outcome::SearchSummary;
 use crate::values::Values;
@@ -261,6 +262,11 @@ impl TwoLayerMethod {
 impl MethodSettings for TwoLayerMethod {
     fn method(&self, case: &PosedCase<'_>) -> Result<Box<dyn Method>, Error> {
         Ok(Box::new(self.two_layers(case)?))
+    }
+
+    /// That of the collocation at the end.
+    fn foreseen(&self, case: &PosedCase<'_>) -> Foreseen {
+        case.radau.foreseen(&case.posed.ocp)
     }
 
     /// Refuses intervals that do not go together.

@@ -61,16 +61,32 @@ fn a_failed_rename_is_undone() {
     let dir = tempfile::tempdir().unwrap();
     replace(dir.path(), &items("first")).unwrap();
     let before = content(dir.path());
-    let staging = Staging::new(dir.path()).unwrap();
-    let second = items("second");
-    for item in &second[..2] {
-        staging.write(item).unwrap();
-    }
-    // The third file is missing from the staging directory: its rename fails after those of the others.
-    let error = staging.publish(dir.path(), &second).unwrap_err();
-    assert!(matches!(error, ReportError::Io { action: "replace", .. }), "{error}");
-    drop(staging);
+    let (files, stale) = staged(dir.path(), &items("second")).unwrap();
+    // A directory takes the place of the third file: its rename fails after those of the others.
+    fs::remove_file(dir.path().join(REPORT)).unwrap();
+    fs::create_dir(dir.path().join(REPORT)).unwrap();
+    let (path, _) = publish_together(files, &stale).unwrap_err();
+    assert_eq!(path, dir.path().join(REPORT));
+    fs::remove_dir(&path).unwrap();
+    fs::write(&path, "first").unwrap();
     assert_eq!(content(dir.path()), before);
+}
+
+#[cfg(unix)]
+#[test]
+fn a_result_file_that_is_a_link_or_a_device() {
+    let dir = tempfile::tempdir().unwrap();
+    let other = tempfile::tempdir().unwrap();
+    std::os::unix::fs::symlink(other.path().join("kept.json"), dir.path().join(SUMMARY)).unwrap();
+    replace(dir.path(), &items("first")).unwrap();
+    replace(dir.path(), &items("second")).unwrap();
+    assert_eq!(fs::read_to_string(other.path().join("kept.json")).unwrap(), "second");
+    assert!(fs::symlink_metadata(dir.path().join(SUMMARY)).unwrap().is_symlink());
+    fs::remove_file(dir.path().join(SUMMARY)).unwrap();
+    std::os::unix::fs::symlink("/dev/null", dir.path().join(SUMMARY)).unwrap();
+    let error = replace(dir.path(), &items("third")).unwrap_err().to_string();
+    assert!(error.ends_with("is a device; give a file") && error.contains(SUMMARY), "{error}");
+    assert_eq!(fs::read_to_string(dir.path().join(REPORT)).unwrap(), "second");
 }
 
 #[test]

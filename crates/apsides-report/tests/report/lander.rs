@@ -224,5 +224,6 @@ pub(crate) fn outcome() -> Outcome {
         decisions: apsides_pipeline::Decisions::default(),
         mission_file: "# A lander\n[mission]\nname = \"lunar landing <test> & more\"\n\n[vehicle]\ninitial_mass_kg = 600.0\nisp_s = 300.0\n".into(),
         explanation: None,
+        kept: None,
     }
 }

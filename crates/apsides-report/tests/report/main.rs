@@ -32,7 +32,10 @@ fn a_result_directory_has_all_files() {
     let outcome = lander::outcome();
     let written = write_outcome(&dir, &outcome, &[flight_path()]).unwrap();
     let names: Vec<_> = written.iter().map(|p| p.file_name().unwrap().to_str().unwrap()).collect();
-    assert_eq!(names, ["summary.json", "certificate.json", "trajectory.csv", "mission.toml", "report.html"]);
+    assert_eq!(
+        names,
+        ["summary.json", "certificate.json", "trajectory.csv", "mission.toml", "report.html", "digests.json"]
+    );
     assert_eq!(fs::read_dir(&dir).unwrap().count(), names.len(), "nothing else is left behind");
     assert_eq!(fs::read_to_string(dir.join("mission.toml")).unwrap(), outcome.mission_file);
 

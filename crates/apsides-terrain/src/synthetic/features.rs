@@ -239,6 +239,16 @@ fn boulder_classes(law: &Boulders, seed: u64, limits: [f64; 4]) -> Result<Vec<Cl
     classes_for(limits, "number of boulders on these pixels", classes)
 }
 
+/// Mean number of craters and boulders of a box of (west, east, south, north) limits, m.
+///
+/// # Errors
+/// As of [`check`].
+pub(super) fn expected(terrain: &Terrain, limits: [f64; 4]) -> Result<[f64; 2], TerrainError> {
+    let count = |classes: Vec<Class>| classes.iter().map(|class| class.expected(limits)).sum();
+    let craters = crater_classes(&terrain.craters, 0, limits)?;
+    Ok([count(craters), count(boulder_classes(&terrain.boulders, 0, limits)?)])
+}
+
 /// Refuses a box of (west, east, south, north) limits, m, with more craters or boulders than memory holds.
 pub(super) fn check(terrain: &Terrain, limits: [f64; 4]) -> Result<(), TerrainError> {
     crater_classes(&terrain.craters, 0, limits)?;

@@ -11,6 +11,9 @@ use crate::{ElevationMap, Geometry, Raster, TerrainError};
 /// Rows that are made together.
 const BAND: usize = 32;
 
+/// Bytes of a pixel while it is made: height, mask, and both as they are written.
+const BYTES_PER_PIXEL: f64 = 24.0;
+
 /// Bit of a mask: inside the rim of a crater.
 pub const CRATER: u8 = 1;
 
@@ -112,6 +115,25 @@ impl Synthetic {
     pub fn check(&self, row: usize, col: usize, rows: usize, cols: usize) -> Result<(), TerrainError> {
         self.geometry.window(row, col, rows, cols)?;
         features::check(&self.terrain, self.limits(row, col, rows, cols))
+    }
+
+    /// Bytes that a window takes while it is made: its features, and pixels with what is added to them.
+    ///
+    /// # Errors
+    /// As of [`window`](Self::window).
+    pub fn foreseen_memory(
+        &self,
+        row: usize,
+        col: usize,
+        rows: usize,
+        cols: usize,
+    ) -> Result<f64, TerrainError> {
+        let window = self.geometry.window(row, col, rows, cols)?;
+        let [craters, boulders] = features::expected(&self.terrain, self.limits(row, col, rows, cols))?;
+        let sizes = [size_of::<Crater>(), size_of::<Boulder>()];
+        // Lists grow by doubling.
+        let features = 2.0 * (craters * sizes[0] as f64 + boulders * sizes[1] as f64);
+        Ok(features + BYTES_PER_PIXEL * window.pixels() as f64)
     }
 
     /// Craters whose centres are in a window, in the order in which they are laid down.

@@ -5,7 +5,7 @@
 //! them a polynomial of degree two is what its second derivatives are, which are the same everywhere.
 
 use apsides_ad::formula::{Binary, Formula, Operation, Unary};
-use apsides_ad::{FormulaError, NodeFunction};
+use apsides_ad::{AdError, NodeFunction};
 use nalgebra::DMatrix;
 
 /// Eigenvalues below this part of the largest are zero.
@@ -127,7 +127,7 @@ fn quadratic(function: &dyn NodeFunction, output: usize) -> Curvature {
     }
 }
 
-fn shapes(formula: &Formula, bounds: &[[f64; 2]], is_variable: &[bool]) -> Result<Vec<Shape>, FormulaError> {
+fn shapes(formula: &Formula, bounds: &[[f64; 2]], is_variable: &[bool]) -> Result<Vec<Shape>, AdError> {
     let inputs = formula.inputs();
     // The same operations with every value as an output.
     let tables = formula.tables().iter().map(|t| (**t).clone()).collect();

@@ -1,13 +1,12 @@
 //! A search on disk: where it was, so that it goes on after the program was killed.
 
-use std::path::PathBuf;
-
 use apsides_metaheuristics::Run;
 use apsides_two_layer::Checkpoint;
 use serde::{Deserialize, Serialize};
 
 use super::super::CheckpointFile;
 use crate::Error;
+use crate::whole_file::write_whole;
 
 #[derive(Serialize)]
 struct Written<'a> {
@@ -40,15 +39,11 @@ impl CheckpointFile {
         Ok(Some(read.run))
     }
 
-    /// Writes beside the file, then takes its place: a file that is there is always whole.
+    /// A file that is there is always whole.
     fn write(&self, run: &Run) -> Result<(), Error> {
         let fail = |e: &dyn std::fmt::Display| self.refuse(&e.to_string());
         let text = serde_json::to_string(&Written { mission: &self.mission, run }).map_err(|e| fail(&e))?;
-        let mut name = self.path.as_os_str().to_owned();
-        name.push(".partial");
-        let partial = PathBuf::from(name);
-        std::fs::write(&partial, text).map_err(|e| fail(&e))?;
-        std::fs::rename(&partial, &self.path).map_err(|e| fail(&e))
+        write_whole(&self.path, text.as_bytes()).map_err(|e| fail(&e))
     }
 
     fn refuse(&self, reason: &str) -> Error {

@@ -1,0 +1,87 @@
+//! Sentences for a terminal: without control characters, no word longer than a line.
+
+/// Longest word that is shown as it is, characters.
+const LONGEST: usize = 120;
+/// Characters that are left of each end of a longer one.
+const ENDS: usize = 40;
+/// Most digits of a number.
+const DIGITS: usize = 25;
+
+/// The text with control characters escaped, long words and long numbers shortened.
+pub(crate) fn readable(text: &str) -> String {
+    let mut shown = String::with_capacity(text.len().min(4096));
+    for (k, line) in text.split('\n').enumerate() {
+        if k > 0 {
+            shown.push('\n');
+        }
+        for (k, word) in line.split(' ').enumerate() {
+            if k > 0 {
+                shown.push(' ');
+            }
+            shown += &shortened(&number(word).unwrap_or_else(|| word.to_owned()));
+        }
+    }
+    shown
+}
+
+/// A name of a file or a key on one line.
+pub(crate) fn name(text: &str) -> String {
+    readable(&text.replace('\n', "\\n"))
+}
+
+/// A number with more digits than anyone reads, with an exponent.
+fn number(word: &str) -> Option<String> {
+    let bare = word.trim_end_matches([',', ';', ':', '.']);
+    let digits = bare.chars().filter(char::is_ascii_digit).count();
+    let plain = bare.chars().all(|c| c.is_ascii_digit() || matches!(c, '-' | '.'));
+    let value = (digits > DIGITS && plain).then(|| bare.parse::<f64>().ok())??;
+    Some(format!("{value:e}{}", &word[bare.len()..]))
+}
+
+fn shortened(word: &str) -> String {
+    let escaped = |text: &str| -> String {
+        let escape = |c: char| if c.is_control() { c.escape_default().to_string() } else { c.to_string() };
+        text.chars().map(escape).collect()
+    };
+    let count = word.chars().count();
+    if count <= LONGEST {
+        return escaped(word);
+    }
+    let start: String = word.chars().take(ENDS).collect();
+    let end: String = word.chars().skip(count - ENDS).collect();
+    format!("{}..({count} characters)..{}", escaped(&start), escaped(&end))
+}
+
+/// The sentence of a refusal with the values that were set, where it names none of their keys.
+pub(crate) fn with_set(sentence: String, set: &[String]) -> String {
+    let key = |text: &String| text.split_once('=').map_or(text.clone(), |(key, _)| key.trim().to_owned());
+    if set.is_empty() || set.iter().any(|text| sentence.contains(&key(text))) {
+        return sentence;
+    }
+    format!("{sentence} (with --set {})", set.join(" --set "))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn what_no_terminal_should_get_is_escaped_or_shortened() {
+        assert_eq!(readable("file `a\u{1b}[31m\tb`: no"), "file `a\\u{1b}[31m\\tb`: no");
+        assert_eq!(name("a\nb"), "a\\nb");
+        let long = "k".repeat(1_000_000);
+        let text = readable(&format!("no key `{long}` here"));
+        assert!(text.len() < 150 && text.contains("..(1000002 characters).."), "{text}");
+        let huge = format!("{:.1}", 2e300);
+        assert_eq!(readable(&format!("is -{huge} kg")), "is -2e300 kg");
+        assert_eq!(readable("is 153.751306834322 kg, line 12"), "is 153.751306834322 kg, line 12");
+    }
+
+    #[test]
+    fn the_key_that_was_set_is_named() {
+        let set = ["isp_s=1e300".to_owned()];
+        assert_eq!(with_set("`isp_s` is bad".into(), &set), "`isp_s` is bad");
+        assert_eq!(with_set("`thrust_n` is bad".into(), &set), "`thrust_n` is bad (with --set isp_s=1e300)");
+        assert_eq!(with_set("bad".into(), &[]), "bad");
+    }
+}

@@ -1,0 +1,178 @@
+//! `apsides verify`: every number of a result directory that can be computed again is, and the ones that differ are named.
+
+use std::collections::BTreeMap;
+use std::fmt::Write as _;
+use std::num::NonZero;
+use std::path::Path;
+
+use apsides_ocp::Trajectory;
+use apsides_report::{changed_files, read_outcome_trajectory};
+use apsides_verify::{Certificate, Check};
+use serde::Serialize;
+use serde_json::Value;
+
+use crate::exit::{Exit, Refusal, refusal};
+use crate::output::{certificate, number, print};
+
+const MISSION: &str = "mission.toml";
+const SUMMARY: &str = "summary.json";
+const CERTIFICATE: &str = "certificate.json";
+
+/// Files without which a result is not complete.
+const NEEDED: [&str; 4] = [MISSION, SUMMARY, CERTIFICATE, "trajectory.csv"];
+
+/// Numbers computed twice from the same trajectory agree to this, relative to their size; some take solves of their own.
+const AGREEMENT: f64 = 1e-6;
+/// Numbers below this are zero in all units of files.
+const NOTHING: f64 = 1e-9;
+/// Residuals agree to this part of their limits.
+const RESIDUAL: f64 = 1e-3;
+
+/// The certificate of today, and what differs from it.
+#[derive(Serialize)]
+struct Found {
+    #[serde(flatten)]
+    certificate: Certificate,
+    /// One sentence for each file and number that is not what it should be.
+    differences: Vec<String>,
+}
+
+pub(crate) fn verify(directory: &Path, json: bool) -> Result<Exit, Refusal> {
+    let file = directory.join(MISSION);
+    if !file.is_file() {
+        let place = directory.display();
+        return Err(refusal(format!(
+            "{place}: no result directory (it has no mission.toml); give one that `apsides solve --out` wrote"
+        )));
+    }
+    let cores = std::thread::available_parallelism().map_or(1, NonZero::get);
+    let mission = apsides::load(&file.to_string_lossy(), &[]).map_err(refusal)?.with_threads(cores);
+    let posed = mission.pose().map_err(refusal)?;
+    let trajectory = read_outcome_trajectory(directory, posed.flight()).map_err(refusal)?;
+    let mut differences = Differences(Vec::new());
+    let summary = differences.read(directory, SUMMARY);
+    let status = summary.as_ref().and_then(|s| s["status"].as_str());
+    let solved = matches!(status, Some("optimal" | "acceptable"));
+    let (certificate, results) = mission.recomputed(&trajectory, solved).map_err(refusal)?;
+    for (name, state) in changed_files(directory, &NEEDED).map_err(refusal)? {
+        differences.0.push(format!("{name} {}", state.words()));
+    }
+    if let Some(stored) = differences.read(directory, CERTIFICATE) {
+        differences.certificate(CERTIFICATE, &stored, &certificate);
+    }
+    if let Some(stored) = summary {
+        differences.summary(&stored, &mission, &trajectory, &results);
+        differences.certificate(SUMMARY, &stored["certificate"], &certificate);
+    }
+    let found = Found { certificate, differences: differences.0 };
+    if json {
+        let text = serde_json::to_string_pretty(&found).map_err(refusal)?;
+        print(&format!("{text}\n"));
+    } else {
+        print(&text(directory, mission.name(), &found));
+    }
+    Ok(if found.certificate.is_verified() && found.differences.is_empty() {
+        Exit::Verified
+    } else {
+        Exit::NotVerified
+    })
+}
+
+fn text(directory: &Path, mission: &str, found: &Found) -> String {
+    let mut text = format!("{}: mission {mission}\n{}", directory.display(), certificate(&found.certificate));
+    if found.differences.is_empty() {
+        text += "files and their numbers are those of the trajectory\n";
+    } else {
+        text += "what differs:\n";
+    }
+    for difference in &found.differences {
+        let _ = writeln!(text, "  {difference}");
+    }
+    text
+}
+
+struct Differences(Vec<String>);
+
+impl Differences {
+    /// A JSON file; its absence is named by its digest.
+    fn read(&mut self, directory: &Path, name: &str) -> Option<Value> {
+        let text = std::fs::read(directory.join(name)).ok()?;
+        match serde_json::from_slice(&text) {
+            Ok(value) => Some(value),
+            Err(e) => {
+                self.0.push(format!("{name} is no JSON: {e}"));
+                None
+            }
+        }
+    }
+
+    fn summary(
+        &mut self,
+        stored: &Value,
+        mission: &apsides::Pipeline,
+        trajectory: &Trajectory,
+        results: &BTreeMap<String, f64>,
+    ) {
+        let words = [("mission", mission.name()), ("method", mission.methods().name.word())];
+        for (key, word) in words {
+            if stored[key] != word {
+                self.0.push(format!("{SUMMARY}, `{key}` is {}, the mission has \"{word}\"", stored[key]));
+            }
+        }
+        self.number(SUMMARY, "objective.value", &stored["objective"]["value"], trajectory.objective);
+        let none = serde_json::Map::new();
+        let stored = stored["results"].as_object().unwrap_or(&none);
+        for (key, value) in results {
+            self.number(SUMMARY, &format!("results.{key}"), stored.get(key).unwrap_or(&Value::Null), *value);
+        }
+        for key in stored.keys().filter(|key| !results.contains_key(*key)) {
+            self.0.push(format!("{SUMMARY}, `results.{key}` is no result of the mission"));
+        }
+    }
+
+    /// Numbers that are not finite are null in files.
+    fn number(&mut self, file: &str, key: &str, stored: &Value, now: f64) {
+        let differs = match stored.as_f64() {
+            Some(then) => !now.is_finite() || (then - now).abs() > NOTHING.max(AGREEMENT * now.abs()),
+            None => now.is_finite() || !stored.is_null(),
+        };
+        if differs {
+            self.0.push(format!("{file}, `{key}` is {stored}, computed again {}", number(now)));
+        }
+    }
+
+    fn certificate(&mut self, file: &str, stored: &Value, now: &Certificate) {
+        let then = match serde_json::from_value::<Certificate>(stored.clone()) {
+            Ok(then) => then,
+            Err(e) => return self.0.push(format!("{file} has no certificate: {e}")),
+        };
+        if then.verdict != now.verdict {
+            self.0.push(format!("{file}: the verdict is {}, computed again {}", then.verdict, now.verdict));
+        }
+        let of = |name: &str| then.checks.iter().find(|c| c.name == name);
+        for check in &now.checks {
+            match of(&check.name) {
+                None => self.0.push(format!("{file}: the check `{}` is missing", check.name)),
+                Some(stored) if differ(stored, check) => self.0.push(format!(
+                    "{file}: the check `{}` is {:e} of {:e}, computed again {:e} of {:e}",
+                    check.name, stored.value, stored.limit, check.value, check.limit
+                )),
+                Some(_) => {}
+            }
+        }
+        for check in then.checks.iter().filter(|c| !now.checks.iter().any(|n| n.name == c.name)) {
+            self.0.push(format!("{file}: there is no check `{}`", check.name));
+        }
+    }
+}
+
+fn differ(then: &Check, now: &Check) -> bool {
+    let finite = now.value.is_finite() && now.limit.is_finite();
+    let close = |a: f64, b: f64| (a - b).abs() <= RESIDUAL * now.limit.abs().max(now.value.abs());
+    let values = if finite {
+        close(then.value, now.value) && close(then.limit, now.limit) && close(then.margin, now.margin)
+    } else {
+        then.value.is_finite() == now.value.is_finite() && then.limit.is_finite() == now.limit.is_finite()
+    };
+    !values || then.passed != now.passed || then.unit != now.unit
+}

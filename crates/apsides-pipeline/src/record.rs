@@ -1,0 +1,236 @@
+//! Solves on disk: work that was ended goes on from there.
+//!
+//! While a [`Record`] is open, every solve of a mission is kept in its directory, under a digest of all that decides it: the mission with its
+//! values, the seed, the trajectory it starts from. The same work done again takes from there what is done, to the last bit, and solves the
+//! rest. The directory is removed when the work is complete.
+
+use std::fs;
+use std::io;
+use std::path::{Path, PathBuf};
+use std::sync::{Arc, Mutex, PoisonError, RwLock};
+
+use apsides_nlp::Status;
+use apsides_ocp::Trajectory;
+use serde::{Deserialize, Serialize};
+use sha2::{Digest as _, Sha256};
+
+use crate::Error;
+use crate::outcome::{Outcome, Price, Reduced, Summary};
+use crate::pipeline::Pipeline;
+use crate::whole_file::write_whole;
+use stored::Stored;
+
+mod stored;
+
+/// Name of the directory of solves in a directory of results.
+pub const SOLVES: &str = ".apsides-solves";
+
+/// The record that the solves of this process are kept in.
+static OPEN: RwLock<Option<Arc<Directory>>> = RwLock::new(None);
+
+/// An open record. One is open at a time; it is closed when dropped.
+#[derive(Debug)]
+pub struct Record(Arc<Directory>);
+
+#[derive(Debug)]
+pub(crate) struct Directory {
+    path: PathBuf,
+    /// The first failure to keep a solve.
+    lost: Mutex<Option<String>>,
+    found: Mutex<usize>,
+}
+
+impl Record {
+    /// Keeps solves in a directory, which is made when missing, and takes from there those that were kept before.
+    ///
+    /// # Errors
+    /// The system's.
+    pub fn open(path: &Path) -> io::Result<Self> {
+        fs::create_dir_all(path)?;
+        let directory =
+            Arc::new(Directory { path: path.into(), lost: Mutex::default(), found: Mutex::default() });
+        *OPEN.write().unwrap_or_else(PoisonError::into_inner) = Some(Arc::clone(&directory));
+        Ok(Self(directory))
+    }
+
+    /// Solves that were taken from the directory.
+    #[must_use]
+    pub fn found(&self) -> usize {
+        *self.0.found.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+
+    /// The reason for which a solve could not be kept.
+    #[must_use]
+    pub fn lost(&self) -> Option<String> {
+        self.0.lost.lock().unwrap_or_else(PoisonError::into_inner).clone()
+    }
+
+    /// Removes the directory: the work is complete.
+    pub fn remove(self) {
+        let _ = fs::remove_dir_all(&self.0.path);
+    }
+}
+
+impl Drop for Record {
+    fn drop(&mut self) {
+        *OPEN.write().unwrap_or_else(PoisonError::into_inner) = None;
+        // One without solves is of no use.
+        let _ = fs::remove_dir(&self.0.path);
+    }
+}
+
+/// The open record.
+pub(crate) fn current() -> Option<Arc<Directory>> {
+    OPEN.read().unwrap_or_else(PoisonError::into_inner).clone()
+}
+
+impl Pipeline {
+    /// The outcome of a solve from the open record; else that of `solve`, which is kept there.
+    pub(crate) fn kept(
+        &self,
+        start: Option<&Trajectory>,
+        margins: bool,
+        priced: bool,
+        solve: impl FnOnce() -> Result<Outcome, Error>,
+    ) -> Result<Outcome, Error> {
+        let Some(record) = current() else { return solve() };
+        let Some(key) = record.key(self, start, margins) else { return solve() };
+        if let Some(kept) = record.find(&key, self, priced) {
+            return Ok(kept);
+        }
+        let outcome = solve()?;
+        record.keep(&key, &outcome);
+        Ok(Outcome { kept: Some(key), ..outcome })
+    }
+}
+
+/// The file of a solve.
+#[derive(Serialize, Deserialize)]
+struct Kept {
+    status: String,
+    /// TOML, which has numbers that are not finite.
+    summary: String,
+    explanation: Option<String>,
+    trajectory: Stored,
+    reduced: Option<Stored>,
+}
+
+/// Prices, as TOML needs a table around them.
+#[derive(Serialize, Deserialize)]
+struct Prices {
+    prices: Vec<Price>,
+}
+
+/// Statuses of solves that end the same way when they are made again.
+const REPEATABLE: [Status; 7] = [
+    Status::Optimal,
+    Status::Acceptable,
+    Status::Infeasible,
+    Status::Diverging,
+    Status::IterationLimit,
+    Status::RestorationFailed,
+    Status::StepTooSmall,
+];
+
+impl Directory {
+    /// A digest of all that decides a solve.
+    pub(crate) fn key(
+        &self,
+        mission: &Pipeline,
+        start: Option<&Trajectory>,
+        margins: bool,
+    ) -> Option<String> {
+        let mut digest = Sha256::new();
+        digest.update(env!("CARGO_PKG_VERSION"));
+        digest.update(mission.statement());
+        digest.update([u8::from(margins), u8::from(start.is_some())]);
+        if let Some(start) = start {
+            digest.update(serde_json::to_vec(&Stored::of(start)).ok()?);
+        }
+        let bytes = digest.finalize();
+        Some(bytes.iter().take(16).map(|byte| format!("{byte:02x}")).collect())
+    }
+
+    fn file(&self, key: &str) -> PathBuf {
+        self.path.join(format!("{key}.json"))
+    }
+
+    fn prices_file(&self, key: &str) -> PathBuf {
+        self.path.join(format!("{key}.prices.toml"))
+    }
+
+    /// A solve that was kept, if all of it can be read. With `priced`, only one whose prices are kept too.
+    pub(crate) fn find(&self, key: &str, mission: &Pipeline, priced: bool) -> Option<Outcome> {
+        let text = fs::read(self.file(key)).ok()?;
+        let kept: Kept = serde_json::from_slice(&text).ok()?;
+        let status = REPEATABLE.into_iter().find(|status| status.word() == kept.status)?;
+        if priced && status.is_success() && !self.prices_file(key).exists() {
+            return None;
+        }
+        let summary: Summary = toml::from_str(&kept.summary).ok()?;
+        let decisions = mission.decide().ok()?;
+        let decided = mission.decided(&decisions).ok()?;
+        let posed = decided.pose_decided().ok()?;
+        let trajectory = kept.trajectory.restored()?;
+        let (ocp, reduced) = match kept.reduced {
+            Some(reduced) => {
+                let reduced = Reduced { ocp: posed.ocp, trajectory: reduced.restored()? };
+                (posed.expansion?.ocp, Some(reduced))
+            }
+            None => (posed.ocp, None),
+        };
+        *self.found.lock().unwrap_or_else(PoisonError::into_inner) += 1;
+        Some(Outcome {
+            headline: decided.mission().headline().into_iter().map(str::to_owned).collect(),
+            curves: decided.mission().curves(&trajectory),
+            ocp,
+            trajectory,
+            reduced,
+            status,
+            report: None,
+            summary,
+            mission_file: mission.to_file(),
+            decisions,
+            explanation: kept.explanation,
+            kept: Some(key.into()),
+        })
+    }
+
+    /// Keeps a solve that would end the same way again.
+    pub(crate) fn keep(&self, key: &str, outcome: &Outcome) {
+        if !REPEATABLE.contains(&outcome.status) {
+            return;
+        }
+        let Ok(summary) = toml::to_string(&outcome.summary) else { return };
+        let kept = Kept {
+            status: outcome.status.word().into(),
+            summary,
+            explanation: outcome.explanation.clone(),
+            trajectory: Stored::of(&outcome.trajectory),
+            reduced: outcome.reduced.as_ref().map(|r| Stored::of(&r.trajectory)),
+        };
+        if let Ok(text) = serde_json::to_vec(&kept) {
+            self.write(&self.file(key), &text);
+        }
+    }
+
+    /// Prices that were kept for a solve.
+    pub(crate) fn find_prices(&self, key: &str) -> Option<Vec<Price>> {
+        let text = fs::read_to_string(self.prices_file(key)).ok()?;
+        toml::from_str(&text).ok().map(|Prices { prices }| prices)
+    }
+
+    /// Keeps the prices of a solve.
+    pub(crate) fn keep_prices(&self, key: &str, prices: &[Price]) {
+        if let Ok(text) = toml::to_string(&Prices { prices: prices.to_vec() }) {
+            self.write(&self.prices_file(key), text.as_bytes());
+        }
+    }
+
+    fn write(&self, path: &Path, text: &[u8]) {
+        if let Err(e) = write_whole(path, text) {
+            let mut lost = self.lost.lock().unwrap_or_else(PoisonError::into_inner);
+            lost.get_or_insert_with(|| format!("{}: {e}", path.display()));
+        }
+    }
+}

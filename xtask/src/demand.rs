@@ -1,0 +1,93 @@
+//! Checks by tools that need not be there: without them a sentence says how to get them.
+
+use std::process::{Command, Stdio};
+
+use crate::command::{cargo, run};
+use crate::workspace::Workspace;
+
+/// Seconds of a fuzz target that nobody states.
+const SHORT: u32 = 20;
+
+/// True if cargo has a subcommand.
+fn has(workspace: &Workspace, toolchain: &[&str], subcommand: &str) -> bool {
+    let mut probe = Command::new("cargo");
+    probe.current_dir(&workspace.root).args(toolchain).args([subcommand, "--version"]);
+    probe.stdout(Stdio::null()).stderr(Stdio::null()).status().is_ok_and(|status| status.success())
+}
+
+/// Licences, bans and sources of all dependencies by `deny.toml`.
+pub(crate) fn deny(workspace: &Workspace) -> Result<(), String> {
+    if !has(workspace, &[], "deny") {
+        return Err("`cargo deny` is not there: `cargo install --locked cargo-deny` gets it".into());
+    }
+    run(&mut cargo(&workspace.root, ["deny", "check", "licenses", "bans", "sources"]))
+}
+
+/// As [`deny`], left out with a sentence where the tool is not there.
+pub(crate) fn deny_if_there(workspace: &Workspace) -> Result<(), String> {
+    match deny(workspace) {
+        Err(why) if !has(workspace, &[], "deny") => {
+            println!("left out: {why}");
+            Ok(())
+        }
+        other => other,
+    }
+}
+
+/// Every fuzz target for so many seconds.
+pub(crate) fn fuzz(workspace: &Workspace, arguments: &[String]) -> Result<(), String> {
+    let seconds = match arguments {
+        [] => SHORT,
+        [text] => text.parse().map_err(|_| format!("`fuzz` takes a number of seconds, not `{text}`"))?,
+        _ => return Err(format!("`fuzz` takes a number of seconds, not `{}`", arguments.join(" "))),
+    };
+    if !has(workspace, &["+nightly"], "fuzz") {
+        return Err("`cargo +nightly fuzz` is not there: `cargo install --locked cargo-fuzz` and a nightly toolchain get it".into());
+    }
+    let folder = workspace.root.join("fuzz/fuzz_targets");
+    let entries = std::fs::read_dir(&folder).map_err(|e| format!("{}: {e}", folder.display()))?;
+    let mut targets: Vec<String> =
+        entries.filter_map(|entry| Some(entry.ok()?.path().file_stem()?.to_str()?.to_owned())).collect();
+    targets.sort();
+    for target in targets {
+        let limit = format!("-max_total_time={seconds}");
+        let mut command = Command::new("cargo");
+        command.current_dir(&workspace.root).args(["+nightly", "fuzz", "run", &target, "--", &limit]);
+        run(&mut command)?;
+    }
+    Ok(())
+}
+
+/// Missions whose equations `tests/references/fly.py` knows.
+const FLOWN: [&str; 7] = [
+    "lunar-direct",
+    "lunar-perilune",
+    "lunar-two-phase",
+    "lunar-coast",
+    "lunar-throttled",
+    "lunar-vertical",
+    "chang-e-3-braking",
+];
+
+/// Trajectories of missions flown again by SciPy; left out with a sentence where Python has none.
+pub(crate) fn fly_if_there(workspace: &Workspace) -> Result<(), String> {
+    let mut probe = Command::new("python3");
+    let found =
+        probe.args(["-c", "import scipy, tomllib"]).stdout(Stdio::null()).stderr(Stdio::null()).status();
+    if !found.is_ok_and(|status| status.success()) {
+        println!(
+            "left out: `python3` has no SciPy: `pip install -r tests/references/requirements.txt` gets it"
+        );
+        return Ok(());
+    }
+    let out = workspace.target.join("fly");
+    let mut fly = Command::new("python3");
+    fly.current_dir(&workspace.root).arg("tests/references/fly.py");
+    for mission in FLOWN {
+        let results = out.join(mission);
+        let solve = ["run", "--quiet", "--release", "-p", "apsides-cli", "--", "solve", mission, "--quiet"];
+        run(cargo(&workspace.root, solve).arg("--out").arg(&results))?;
+        fly.arg(results);
+    }
+    run(&mut fly)
+}
