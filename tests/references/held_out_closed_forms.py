@@ -1,0 +1,358 @@
+"""Optima of the problems in tests/problems that have a closed form, or whose conditions leave a few equations.
+
+    python held_out_closed_forms.py
+
+Each line of OPTIMA states the optimum of the file of its name; where it needs more than a formula, a function above says what is solved. Prints
+name and value.
+"""
+
+from math import acos, asin, atan, atan2, cos, cosh, exp, hypot, inf, log, pi, sin, sinh, sqrt, tanh
+
+import numpy as np
+from scipy.integrate import quad
+from scipy.linalg import expm
+from scipy.optimize import brentq, fsolve, least_squares, minimize, minimize_scalar
+
+
+def root(function, low, high):
+    return brentq(function, low, high, xtol=1e-15, rtol=1e-15)
+
+
+def least(function, low, high):
+    return minimize_scalar(function, bounds=(low, high), method="bounded", options={"xatol": 1e-13}).fun
+
+
+def integral(function, low, high):
+    return quad(function, low, high, epsabs=1e-14, epsrel=1e-13, limit=500)[0]
+
+
+def crossing(dx, dy, wx, wy):
+    """|d - w T| = T."""
+    a, b, c = 1 - wx**2 - wy**2, wx * dx + wy * dy, dx**2 + dy**2
+    return (-b + sqrt(b * b + a * c)) / a
+
+
+def around_disc(p, q, radius, other_side=False):
+    """Two tangents and the arc between them."""
+    dp, dq = hypot(*p), hypot(*q)
+    angle = abs(atan2(p[1], p[0]) - atan2(q[1], q[0]))
+    angle = min(angle, 2 * pi - angle)
+    angle = 2 * pi - angle if other_side else angle
+    return sqrt(dp**2 - radius**2) + sqrt(dq**2 - radius**2) + radius * (angle - acos(radius / dp) - acos(radius / dq))
+
+
+def string_over_parabola():
+    """Tangents from (-1, 0) and (1, 0) to 1/2 - t^2 meet it where a^2 - 2 a + 1/2 = 0."""
+    a = 1 - sqrt(0.5)
+    return 2 * ((2 * a) ** 2 * (1 - a) + 4 * a**3 / 3)
+
+
+def string_over_bump(t=0.5137, w=0.001):
+    """Tangents to a narrow bump of height one."""
+    g = lambda s: exp(-(((s - t) / w) ** 2))
+    slope = lambda s: -2 * (s - t) / w**2 * g(s)
+    a = root(lambda s: g(s) - s * slope(s), t - 0.5 * w, t)
+    b = root(lambda s: g(s) - (s - 1) * slope(s), t, t + 0.5 * w)
+    return g(a) ** 2 / a + g(b) ** 2 / (1 - b) + integral(lambda s: slope(s) ** 2, a, b)
+
+
+def oscillator(x, v):
+    """x'' = -x + u to rest: circles about 1 and -1 by turns, pi each but for the first and the last."""
+    best = inf
+    for sign in (1, -1):
+        for arcs in range(2, 15):
+
+            def end(ends):
+                z, u = complex(x, v), sign
+                for t in [ends[0]] + [pi] * (arcs - 2) + [ends[1]]:
+                    z, u = u + (z - u) * np.exp(-1j * t), -u
+                return [z.real, z.imag]
+
+            for a in np.linspace(0.1, 3.1, 7):
+                for b in np.linspace(0.1, 3.1, 7):
+                    p, _, found, _ = fsolve(end, [a, b], full_output=True, xtol=1e-14)
+                    if found == 1 and np.abs(end(p)).max() < 1e-10 and 0 <= min(p) and max(p) <= pi + 1e-9:
+                        best = min(best, p[0] + p[1] + pi * (arcs - 2))
+    return best
+
+
+def oscillator_speed_limit(x=1.5, most=0.7):
+    """u = -1, then 1, so that v = -most is met at x = 1, where it can be held; along it to the circle into the origin."""
+
+    def meets(p):
+        z = -1 + (x + 1) * np.exp(-1j * p[0])
+        z = 1 + (z - 1) * np.exp(-1j * p[1])
+        return [z.real - 1, z.imag + most]
+
+    first, second = fsolve(meets, [0.22, 0.68], xtol=1e-14)
+    leaves = 1 - sqrt(1 - most**2)
+    return first + second + (1 - leaves) / most + asin(most)
+
+
+def two_masses():
+    """Bang-bang with three switches, odd about the middle: distance of the centre of mass, no vibration left."""
+    w = sqrt(2)
+
+    def rest(p):
+        t, b = p
+        switches = [0, t - b, t, t + b, 2 * t]
+        spans = list(zip((1, -1, 1, -1), switches, switches[1:]))
+        way = sum(s * ((2 * t - a) ** 2 - (2 * t - c) ** 2) / 4 for s, a, c in spans)
+        return [way - 1, sum(s * (cos(w * (a - t)) - cos(w * (c - t))) / w for s, a, c in spans)]
+
+    best = inf
+    for a in np.linspace(1, 4, 13):
+        for part in np.linspace(0.1, 0.9, 9):
+            p, _, found, _ = fsolve(rest, [a, part * a], full_output=True, xtol=1e-14)
+            if found == 1 and 0 < p[1] < p[0] and np.abs(rest(p)).max() < 1e-10:
+                best = min(best, 2 * p[0])
+    return best
+
+
+def fuller(x=1.0, v=0.0):
+    """Switches on x + C v |v| = 0 (A. T. Fuller, 1963); the arcs between them in closed form."""
+    c = sqrt((sqrt(33) - 1) / 24)
+    total, u = 0.0, -1
+    while abs(v) + abs(x) > 1e-9:
+        g = lambda t: x + v * t + u * t * t / 2 + c * (v + u * t) * abs(v + u * t)
+        step = 1e-3 * (abs(v) + sqrt(abs(x)))
+        a = step
+        while g(a) * g(step) > 0:
+            a += step
+        t = brentq(g, a - step, a, xtol=1e-16, rtol=1e-15)
+        total += x * x * t + x * v * t**2 + (v * v + x * u) * t**3 / 3 + v * u * t**4 / 4 + t**5 / 20
+        x, v, u = x + v * t + u * t * t / 2, v + u * t, -u
+    return total
+
+
+def staging():
+    """Tsiolkovsky's equation for both stages."""
+    speed = lambda m: 3 * log(100 / (100 - 0.9 * m)) + 3.5 * log((100 - m) / (1 + 0.1 * (99 - m)))
+    return -least(lambda m: -speed(m), 40, 98.9)
+
+
+def chain(d, h, length):
+    """y = c + a cosh((x - b)/a)."""
+    a = root(lambda a: 2 * a * sinh(d / (2 * a)) - sqrt(length**2 - h**2), 0.05, 10)
+    b = d / 2 - a * asinh(h / (2 * a * sinh(d / (2 * a))))
+    c = -a * cosh(b / a)
+    return integral(lambda x: (c + a * cosh((x - b) / a)) * cosh((x - b) / a), 0, d)
+
+
+def asinh(x):
+    return log(x + sqrt(x * x + 1))
+
+
+def catenoid(d):
+    c = root(lambda c: c * cosh(d / 2 / c) - 1, 0.42 * d, 5)
+    return c * (d / 2 + 0.5 * c * sinh(d / c))
+
+
+def newton_body(length):
+    """y = y0/4 (1 + p^2)^2/p^3, x = y0/4 (3/(4 p^4) + 1/p^2 - 7/4 + ln p) from p = 1 at the nose (I. Newton, Principia, book 2)."""
+    y = lambda y0, p: y0 / 4 * (1 + p * p) ** 2 / p**3
+    last = lambda y0: root(lambda p: y(y0, p) - 1, 1e-3, 1)
+    x = lambda y0, p: y0 / 4 * (3 / (4 * p**4) + 1 / p**2 - 7 / 4 + log(p))
+    y0 = root(lambda y0: x(y0, last(y0)) - length, 1e-4, 0.999)
+    rate = lambda p: y0 / 4 * (3 / p**5 + 2 / p**3 - 1 / p)
+    return y0**2 / 2 + integral(lambda p: y(y0, p) * p**3 / (1 + p * p) * rate(p), last(y0), 1)
+
+
+def gramian(a, b, time, start, end):
+    """Least integral of u'u between two states of a linear system."""
+    a, b = np.array(a, float), np.array(b, float)
+    n = len(a)
+    e = expm(np.block([[-a, b @ b.T], [np.zeros((n, n)), a.T]]) * time)
+    d = np.array(end) - expm(a * time) @ np.array(start)
+    return float(d @ np.linalg.solve(e[n:, n:].T @ e[:n, n:], d))
+
+
+def dubins(x, y, heading):
+    """The best of the six words (L. E. Dubins, 1957), at the heading as it is stated, whole turns included."""
+
+    def end(word, parts):
+        p, q, h = 0.0, 0.0, 0.0
+        for letter, t in zip(word, parts):
+            k = {"L": 1, "R": -1}.get(letter)
+            if k is None:
+                p, q = p + t * cos(h), q + t * sin(h)
+            else:
+                p, q, h = p + k * (sin(h + k * t) - sin(h)), q - k * (cos(h + k * t) - cos(h)), h + k * t
+        return p - x, q - y, h - heading
+
+    best = inf
+    starts = np.linspace(0.1, 6, 6)
+    for word in ("LSL", "RSR", "LSR", "RSL", "LRL", "RLR"):
+        for guess in [(a, b, c) for a in starts for b in starts for c in starts]:
+            p, _, found, _ = fsolve(lambda p: end(word, p), guess, full_output=True, xtol=1e-14)
+            if found == 1 and min(p) > -1e-9 and max(map(abs, end(word, p))) < 1e-10:
+                best = min(best, sum(p))
+    return best
+
+
+def quadrature(time):
+    points, weights = np.polynomial.legendre.leggauss(400)
+    return 0.5 * time * (points + 1), 0.5 * time * weights
+
+
+def fit_of_logistic_growth():
+    t, w = quadrature(10)
+    data = 2 / (1 + 19 * np.exp(-0.9 * t)) + 0.05 * np.sin(3 * t)
+    misses = lambda p: np.sqrt(w) * (p[1] / (1 + (p[1] / p[2] - 1) * np.exp(-p[0] * t)) - data)
+    return 2 * least_squares(misses, [0.9, 2, 0.1], xtol=1e-15, ftol=1e-15, gtol=1e-15).cost
+
+
+def fit_of_a_product():
+    t, w = quadrature(2)
+    return least(lambda k: float(w @ (np.exp(-k * t) - np.exp(-2 * t) - 0.1 * np.sin(5 * t)) ** 2), 0.5, 5)
+
+
+def fit_of_a_frequency():
+    """The local minimum next to the guess."""
+    over = lambda a: sin(6 * a) / a
+    return least(lambda k: 6 + over(2 * sqrt(k)) / 2 + over(10) / 2 - over(sqrt(k) - 5) - over(sqrt(k) + 5), 1.5, 3.5)
+
+
+def full_rate_beyond_the_crest():
+    """An admissible control, not the optimum."""
+    near = integral(lambda t: (1 + 10 * t) ** 2 + 1, 0, 2.9)
+    return near + integral(lambda t: 900 - 200 * (1 + 10 * t - 30) + 1, 2.9, 10)
+
+
+def well(depth, at, width, low, high):
+    """The least of u^2 - depth exp(-((u - at)/width)^2)."""
+    return least(lambda u: u * u - depth * exp(-(((u - at) / width) ** 2)), low, high)
+
+
+def wells(depth, at, square):
+    """The same in several controls."""
+    at = np.array(at)
+    f = lambda z: sum(z**2) - depth * np.exp(-sum((z - at) ** 2) / square)
+    return float(minimize(f, 0.98 * at, tol=1e-14).fun)
+
+
+def cycloid(x, y, g):
+    p = root(lambda p: (p - sin(p)) / (1 - cos(p)) - x / y, 1e-3, 2 * pi - 1e-3)
+    return p * sqrt(y / (1 - cos(p)) / g)
+
+
+def intercept(t):
+    return (60 / t**2) ** 2 + (80 / t**2) ** 2 + (40 / t**2 + 1.62) ** 2 - 16
+
+
+def hill(n=1.1e-3):
+    return [[0, 0, 1, 0], [0, 0, 0, 1], [3 * n**2, 0, 0, 2 * n], [0, 0, -2 * n, 0]]
+
+
+TROLLEY = [[0, 1, 0, 0], [0, 0, 0, 0], [0, 0, 0, 1], [0, 0, -2, 0]]
+
+OPTIMA = {
+    "astronomical_unit": lambda: 2 * sqrt(149597870700 / 4e-3),
+    "best_damping": lambda: 1,
+    "body_of_least_drag": lambda: newton_body(1.0),
+    "car_to_a_pose": lambda: dubins(4.0, 3.0, 2.0),
+    "car_turns_round": lambda: dubins(0.0, 0.0, pi),
+    "chain_between_unequal_ends": lambda: chain(1.0, 0.4, 1.6),
+    "cosines_constant_current": lambda: crossing(10, 4, 0.5, 0.3),
+    "cosines_intercept_under_gravity": lambda: root(intercept, 1, 50),
+    "cosines_moving_target": lambda: root(lambda t: (5 + 0.4 * t) ** 2 + (3 - 0.2 * t) ** 2 - t**2, 0.1, 50),
+    "cosines_rest_to_rest_in_space": lambda: 2 * sqrt(13),
+    "crane_by_least_effort": lambda: gramian(TROLLEY, [[0], [1], [0], [-1]], 6, [0, 0, 0, 0], [1, 0, 0, 0]),
+    "deep_well_in_kilometres": lambda: 2 * sqrt(7e6 / 2.5),
+    "descent_by_one_burn": lambda: 2 * sqrt(10),
+    "dido_along_a_shore": lambda: pi / 2,
+    "double_integrator_from_speed": lambda: 3 + 2 * sqrt(4.5 + 10),
+    "draining_tank": lambda: 2 * (1 - 0.01),
+    "effort_of_a_growing_gain": lambda: 3,
+    "end_at_bounds": lambda: 12 / 8,
+    "end_in_a_wide_range": lambda: 3,
+    "fishery": lambda: 0.25 * (10 - log(9) - 2 * atan(0.6)) + atan(0.6),
+    "fit_of_logistic_growth": fit_of_logistic_growth,
+    "floor_with_a_far_ceiling": lambda: 4 / 9 / 0.08,
+    "free_initial_time": lambda: 0.25,
+    "free_start_linear_quadratic": lambda: 0.5,
+    "free_start_on_a_circle": lambda: 3 * (3 - sqrt(2)) ** 2,
+    "friction_of_coulomb": lambda: sqrt(2 * (1 / 0.7 + 1 / 1.3)),
+    "fuller": fuller,
+    "harmonic_five_switches": lambda: oscillator(9.3, 2.1),
+    "integral_with_a_far_side": lambda: 20 * 0.3**2,
+    "least_fuel_by_magnitude": lambda: 2 * (2 - sqrt(3)),
+    "least_fuel_by_two_thrusters": lambda: 2 * (2 - sqrt(3)),
+    "least_time_with_an_energy": lambda: 4 ** (1 / 3),
+    "limit_with_a_far_side": string_over_parabola,
+    "micrometre": lambda: 12e-12,
+    "micronewton_drag_free": lambda: 2 * sqrt(1e-6 / 1e-9),
+    "miss_by_its_magnitude": lambda: 0.2,
+    "oscillator_three_switches": lambda: oscillator(-5.0, 1.0),
+    "oscillator_with_limited_speed": oscillator_speed_limit,
+    "quadruple_integrator": lambda: 384 ** (1 / 4),
+    "refraction_with_an_if": lambda: least(lambda s: hypot(s, 1) + hypot(2 - s, 1) / 0.5, 0, 2),
+    "rendezvous_by_least_effort": lambda: gramian(hill(), [[0, 0], [0, 0], [1, 0], [0, 1]], 2400, [-800, -3000, 0.5, 1.2], [0, 0, 0, 0]),
+    "saturated_actuator": lambda: 2,
+    "singular_tracking": lambda: integral(lambda t: (0.5 - t - sin(t)) ** 2, 0, root(lambda s: 0.5 - s - sin(s), 0, 1)),
+    "slew_with_limited_total_torque": lambda: 2 * sqrt(pi / 2),
+    "soap_film": lambda: catenoid(1.0),
+    "speed_limit_in_large_units": lambda: 1 / 0.7 + 0.7,
+    "speed_limit_in_small_units": lambda: 1 / 0.7 + 0.7,
+    "staging": staging,
+    "string_over_a_parabola": string_over_parabola,
+    "through_a_waypoint": lambda: 24,
+    "trap_any_phase_of_an_oscillation": lambda: 0,
+    "trap_any_time_of_departure": lambda: 2,
+    "trap_any_way_is_as_good": lambda: 1,
+    "trap_around_the_wrong_side": lambda: around_disc((-2, 0), (2, 0.5), 1.0, other_side=True),
+    "trap_axis_with_slack": lambda: 4,
+    "trap_between_two_circles": lambda: 1,
+    "trap_between_two_circles_with_a_budget": lambda: 1,
+    "trap_boundary_at_its_bound": lambda: 2**2 - 2 * 2**2,
+    "trap_constant_in_the_cost": lambda: 1e5,
+    "trap_cost_that_turns_far_away": full_rate_beyond_the_crest,
+    "trap_end_by_its_magnitude": lambda: 0.7**2,
+    "trap_far_side_of_a_circle": lambda: 0.5**2,
+    "trap_faster_current_on_both_sides": lambda: 0.1**2 / 2 + 2**2 / 2 + 2 * (3 - 2.1),
+    "trap_film_that_breaks": lambda: catenoid(1.2),
+    "trap_four_thrusters": lambda: wells(8, [0.75, 0.25, -0.75, 0.25], 0.06),
+    "trap_frequency_fit": fit_of_a_frequency,
+    "trap_large_terms_that_cancel": lambda: 0,
+    "trap_largest_of_a_square": lambda: -9,
+    "trap_length_in_any_measure": lambda: 5,
+    "trap_narrow_well": lambda: well(90, 9, 0.1, 8.9, 9.1),
+    "trap_narrow_well_nonlinear": lambda: well(90, 9, 0.1, 8.9, 9.1),
+    "trap_no_effect_to_first_order": lambda: 16 - 3 * 16,
+    "trap_one_sided_kink": lambda: 0.9 - 4.5,
+    "trap_parameter_at_a_maximum": lambda: 0,
+    "trap_parameter_at_its_bound": lambda: -1,
+    "trap_periodic_rest": lambda: -0.25 * 4,
+    "trap_rest_at_a_bound_of_the_end": lambda: 1 - 3,
+    "trap_ridge": lambda: -1 / 3,
+    "trap_rival_under_wide_bounds": lambda: 1,
+    "trap_second_mode": lambda: pi**2,
+    "trap_shifted_time_weight": lambda: least(lambda t: 1 / t + 0.1 * t + sin(3 * t), 1.2, 2.0),
+    "trap_small_debris": lambda: around_disc((-1.9863, 0.001), (2.0137, 0.001), 0.004),
+    "trap_small_objective_beside_a_large_one": lambda: 1e6 + 12e-6,
+    "trap_tabulated_hill": lambda: 64 - 100,
+    "trap_thin_wall": string_over_bump,
+    "trap_three_thrusters": lambda: wells(12, [0.5, 0.5, -0.5], 0.02),
+    "trap_through_the_middle_of_a_disc": lambda: around_disc((-2, 0), (2, 0), 1.0),
+    "trap_time_at_a_maximum": lambda: -1,
+    "trap_two_parameters_as_one": fit_of_a_product,
+    "trap_two_switches_too_many": lambda: 2,
+    "trap_unbounded_nonlinear": lambda: least(lambda u: u**2 * (1 - u / 20) ** 2 + 0.01 * u**2 - 0.3 * u, 15, 25),
+    "trap_way_off_a_magnitude": lambda: -3,
+    "trap_weak_not_strong": lambda: -3,
+    "trap_well_of_an_unbounded_control": lambda: well(900, 20, 1.5, 18, 20.5),
+    "trap_wider_well": lambda: well(90, 7, 0.7, 6.5, 7.2),
+    "trap_wrong_half_of_the_controls": lambda: 0.4**2,
+    "triple_integrator": lambda: 32 ** (1 / 3),
+    "two_masses_and_a_spring": two_masses,
+    "two_media": lambda: 6,
+    "two_media_given_time": lambda: least(lambda s: 1 / s + 4 / (3 - s), 0.1, 2.9),
+    "way_around_a_disc": lambda: around_disc((-2, 0), (2, 0.5), 1.0),
+    "wide_bounds": lambda: 12,
+    "wide_time": lambda: 2,
+    "wind_from_a_table": lambda: crossing(5, 3, 0.4, 0.0),
+}
+
+if __name__ == "__main__":
+    for name, value in OPTIMA.items():
+        print(f"{name:44} {float(value())!r}")
