@@ -155,7 +155,6 @@ impl PiecewiseConstant {
                 Constraints::LEpsilon(_) => None,
             },
             least_steps: 1,
-            polish: self.settings.shooting.nlp.polish,
             gain: None,
             starts: Vec::new(),
             passes: Vec::new(),
@@ -179,8 +178,6 @@ struct Run<'a> {
     points: Option<usize>,
     /// Steps per segment that the smoothing needs.
     least_steps: usize,
-    /// Part of the bounds up to which a solution is made exact for its active set.
-    polish: f64,
     /// Gain that more segments would bring, by extrapolation.
     gain: Option<f64>,
     starts: Vec<StartRecord>,
@@ -208,12 +205,11 @@ impl Run<'_> {
             self.smooth(epsilon, t.tau);
             best = self.shoot(self.guess, mesh.clone(), SegmentEnds::Fixed, None)?;
         }
-        let mut ends = match self.settings.lengths {
+        let ends = match self.settings.lengths {
             Lengths::Equal => SegmentEnds::Fixed,
             Lengths::Free(free) => SegmentEnds::Free { least_length: free.least },
         };
         if let Lengths::Free(free) = self.settings.lengths {
-            best = self.exact(best, SegmentEnds::Fixed)?;
             best = self.best_of_starts(best, &mesh, ends, free.starts, free.seed)?;
         }
         if best.status == Status::Interrupted {
@@ -224,32 +220,18 @@ impl Run<'_> {
             (best, last) = self.shrink(best, ends, (epsilon, t.tau), &t)?;
         }
         if self.settings.max_refinements > 0 && best.status.is_success() {
-            if let SegmentEnds::Free { least_length } = &mut ends {
-                *least_length = least_length.max(LEAST_OF_DIVIDED);
-            }
+            let ends = match ends {
+                SegmentEnds::Free { least_length } => {
+                    SegmentEnds::Free { least_length: least_length.max(LEAST_OF_DIVIDED) }
+                }
+                SegmentEnds::Fixed => ends,
+            };
             best = self.refine(best, ends)?;
             if let Some(t) = smoothing {
                 (best, _) = self.shrink(best, ends, last, &t)?;
             }
         }
-        self.exact(best, ends)
-    }
-
-    /// The solution with controls and lengths exactly at those bounds against which they push, which a barrier leaves beside them.
-    fn exact(
-        &mut self,
-        best: ShootingSolution,
-        ends: SegmentEnds,
-    ) -> Result<ShootingSolution, ShootingError> {
-        if !best.status.is_success() || self.smooths() {
-            return Ok(best);
-        }
-        self.polish = 1.0;
-        let exact = self.again(&best, ends, None)?;
-        self.polish = self.settings.shooting.nlp.polish;
-        let loses = (best.trajectory.objective - exact.trajectory.objective).abs()
-            > self.settings.tolerance * best.trajectory.objective.abs();
-        Ok(if exact.status == Status::Optimal && !loses { exact } else { best })
+        Ok(best)
     }
 
     /// Divides the segments with most to gain by the estimate, or all in two where it sees none. What `n` segments miss the optimum by
@@ -333,7 +315,6 @@ impl Run<'_> {
     ) -> Result<ShootingSolution, ShootingError> {
         let segments: usize = mesh.phases.iter().map(PhaseMesh::intervals).sum();
         let mut nlp = self.settings.shooting.nlp.clone();
-        nlp.polish = self.polish;
         if self.problem.is_some() {
             nlp.max_iterations = nlp.max_iterations.min(MOST_ITERATIONS);
         }
