@@ -219,7 +219,7 @@ class Problem:
         self.sign = 1.0 if "minimize" in goal else -1.0
         objective = self.sign * formula(goal.get("minimize", goal.get("maximize")), names)
         self.low, self.high = np.array(low), np.array(high)
-        options = {"ipopt.print_level": 0, "print_time": False, "ipopt.sb": "yes", "ipopt.tol": 1e-10, "ipopt.max_iter": 300}
+        options = {"ipopt.print_level": 0, "print_time": False, "ipopt.sb": "yes", "ipopt.tol": 1e-10, "ipopt.max_iter": 1000}
         nlp = {"x": ca.vertcat(*symbols), "f": objective, "g": ca.vertcat(*rows)}
         solver = ca.nlpsol("solver", "ipopt", nlp, {**options, "ipopt.bound_relax_factor": 0.0, "ipopt.mu_strategy": "adaptive"})
 
