@@ -71,7 +71,7 @@ fn rows() -> BTreeMap<String, Expected> {
     toml::from_str(&std::fs::read_to_string(folder().join("expected.toml")).unwrap()).unwrap()
 }
 
-/// What of an outcome is not as expected, one sentence each.
+/// The differences of an outcome from what is expected, one sentence each.
 fn differences(name: &str, expected: &Expected) -> Vec<String> {
     let path = folder().join(format!("{name}.toml"));
     let summary = match apsides::load(&path.to_string_lossy(), &[]).and_then(|m| m.solve(None, &mut ())) {

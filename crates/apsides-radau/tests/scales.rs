@@ -23,7 +23,8 @@ impl PathFunction<2, 1, 1> for Load {
 fn solved(longest: f64, load: Variable, factor: f64, objective_scale: Option<f64>) -> RadauSolution {
     let phase = Phase::new("move", Cart)
         .states([
-            State::new("x", "m").within(0.0, longest).starts_at(0.0).ends_at(1.0),
+            // Stated: bounds so far apart beside its ends would be no scale.
+            State::new("x", "m").within(0.0, longest).scaled_by(longest).starts_at(0.0).ends_at(1.0),
             State::new("v", "m/s").within(-2.0, 2.0).starts_at(0.0).ends_at(0.0),
         ])
         .controls([Variable::new("a", "m/s2").within(-1.0, 1.0)])

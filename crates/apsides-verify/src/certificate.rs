@@ -128,7 +128,7 @@ impl std::fmt::Display for Verdict {
     }
 }
 
-/// What holds among a part of the admissible controls, where it does not among all of them.
+/// A conclusion that holds among a part of the admissible controls, where it does not among all of them.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Claim {
     /// The controls among which it holds, for instance `controls constant on each of 30 intervals`.
@@ -157,7 +157,7 @@ pub struct Certificate {
     /// Reasons why the verdict is not a stronger one, where no failed check says it.
     #[serde(default)]
     pub remarks: Vec<String>,
-    /// What holds among controls of the trajectory's own kind, where the verdict is less than `extremal`.
+    /// The conclusion among controls of the trajectory's own kind, where the verdict is less than `extremal`.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub claim: Option<Claim>,
 }

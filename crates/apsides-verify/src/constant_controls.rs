@@ -1,4 +1,4 @@
-//! What holds of a trajectory with piecewise-constant controls among all controls of that kind.
+//! The optimality of a trajectory with piecewise-constant controls among all controls of that kind.
 //!
 //! Zero-order holds, as of control parameterisation, convex guidance or a digital autopilot, do not minimise the Hamiltonian between
 //! their steps. They may still be the best controls that are constant on their intervals: the solution of a nonlinear program in the
@@ -12,6 +12,9 @@ use crate::{Certificate, Check, CheckKind, VerifySettings, second_order};
 
 /// Values of a control over an interval that differ by less, relative to the largest one along the phase, are one.
 const SAME: f64 = 1e-12;
+
+/// Most intervals of a phase whose lengths are looked at as unknowns: the second variation takes the cube of their number for each of them.
+const MOST_FREE: usize = 60;
 
 /// Returns true if every control of a trajectory keeps one value over each of its intervals.
 pub(crate) fn has_only(trajectory: &Trajectory) -> bool {
@@ -36,8 +39,12 @@ pub(crate) fn claim(
     scaling: &Scaling,
     settings: &VerifySettings,
 ) -> Result<Claim, Option<String>> {
-    claim_among(ocp, trajectory, scaling, settings, Lengths::Free)
-        .or_else(|_| claim_among(ocp, trajectory, scaling, settings, Lengths::Given))
+    let among = |lengths| claim_among(ocp, trajectory, scaling, settings, lengths);
+    let may_be_free = trajectory.phases.iter().all(|p| p.control.segments().len() <= MOST_FREE);
+    if !may_be_free {
+        return among(Lengths::Given);
+    }
+    among(Lengths::Free).or_else(|_| among(Lengths::Given))
 }
 
 fn claim_among(

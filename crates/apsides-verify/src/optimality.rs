@@ -95,7 +95,7 @@ pub(crate) fn checks(
     checks
 }
 
-/// What is held against the range of the Hamiltonian over the controls counts this much: costates, accurate relative to the largest of them,
+/// A change that is held against the range of the Hamiltonian over the controls counts this much: costates, accurate relative to the largest of them,
 /// are less so relative to a small range, as that of a weak thrust.
 const RANGE_WEIGHT: f64 = 1e-2;
 

@@ -19,7 +19,7 @@ const SEARCH_EVALUATIONS: usize = 41;
 /// Scales count up to this many times the largest value along the path, and values up to this part of the scale are none.
 const BESIDE_FAR_BOUNDS: f64 = 1e3;
 /// See there.
-const NOTHING_MET: f64 = 1e-6;
+const NOTHING_MET: f64 = 1e-5;
 
 /// A quantity that is watched, in the row `[x, u, path rows]`.
 struct Watched<'a> {

@@ -57,7 +57,7 @@ impl PhaseConditions<'_> {
         )
     }
 
-    /// What takes the place of the Hamiltonian at both ends where all intervals are stretched with the phase.
+    /// The quantities that take the place of the Hamiltonian at both ends where all intervals are stretched with the phase.
     pub(super) fn stretching_hamiltonians(&mut self) -> [f64; 2] {
         let (t0, tf) = (self.found.initial_time, self.found.final_time);
         let duration = tf - t0;
