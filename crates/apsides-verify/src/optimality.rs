@@ -95,9 +95,12 @@ pub(crate) fn checks(
     checks
 }
 
-/// A change that is held against the range of the Hamiltonian over the controls counts this much: costates, accurate relative to the largest of them,
+/// A change that is held against the range of the Hamiltonian over the controls counts this much, two percent at the default tolerance: costates, accurate relative to the largest of them,
 /// are less so relative to a small range, as that of a weak thrust.
-const RANGE_WEIGHT: f64 = 1e-2;
+const RANGE_WEIGHT: f64 = 5e-4;
+/// A range below this part of the largest term is taken as this part: costates may err by as much, and along an arc on which a control has no
+/// effect the range is rounding.
+const LEAST_RANGE: f64 = 1e-5;
 
 /// Costates, times the scales of their states, are held against this part of the Hamiltonian times the duration where they are less.
 /// A rate of the size of a state over the duration then adds less than this part to the Hamiltonian: such costates are rounding.
@@ -195,8 +198,8 @@ impl<'a> PhaseConditions<'a> {
 
     /// A change of the Hamiltonian that controls make, relative to its largest term, and to what controls can change of it.
     fn relative_to_controls(&self, change: f64) -> f64 {
-        let of_range =
-            if self.control_range > 0.0 { RANGE_WEIGHT * change / self.control_range } else { 0.0 };
+        let range = self.control_range.max(LEAST_RANGE * self.hamiltonian_size);
+        let of_range = RANGE_WEIGHT * relative(change, range);
         let of_terms = relative(change, self.hamiltonian_size);
         if of_range.abs() > of_terms.abs() { of_range } else { of_terms }
     }

@@ -37,11 +37,12 @@ struct Watched<'a> {
 }
 
 impl Watched<'_> {
-    /// The allowed excess. Where no scale is stated, and bounds are far apart beside what lies between them, that counts.
+    /// The allowed excess. Where the scale is the width of bounds, and they are far apart beside what lies between them, that counts.
     fn limit(&self, settings: &VerifySettings) -> f64 {
         let scale = row_scale(self.variable, self.size);
         let most = BESIDE_FAR_BOUNDS * self.met.max(NOTHING_MET * scale);
-        let size = if self.variable.scale.is_some() { scale } else { scale.min(most) };
+        let is_width = self.variable.scale.is_none() && self.variable.size_within_bounds(0.0).is_some();
+        let size = if is_width { scale.min(most) } else { scale };
         (settings.path_tolerance * size).max(self.floor)
     }
 }

@@ -44,6 +44,14 @@ pub(crate) struct SecondOrder {
     pub(crate) remark: Option<String>,
 }
 
+/// The words with which a remark of this module begins.
+const FIRST_ORDER_ONLY: &str = "first order only";
+
+/// Says whether a remark is of this module: where the problem is convex there is nothing to remark.
+pub(crate) fn is_remark(remark: &str) -> bool {
+    remark.starts_with(FIRST_ORDER_ONLY)
+}
+
 /// The second-order conditions of a trajectory that meets the first-order ones.
 pub(crate) fn conditions(
     ocp: &Ocp,

@@ -36,6 +36,7 @@ pub fn verify(
 ) -> Result<Verification, VerifyError> {
     settings.check()?;
     shape::check(ocp, trajectory, &Guess::earlier(trajectory))?;
+    let convex = convexity::check(ocp);
     // Impulses at ends of phases are multipliers of constraints there.
     let with_ends = PathEnds::of_contacts(ocp, trajectory);
     let (ocp, trajectory) =
@@ -53,8 +54,13 @@ pub fn verify(
     }
     let feasible = checks.iter().all(|c| c.passed);
     let fine = at_state_nodes(trajectory);
-    let (optimality, remarks) = optimum(ocp, &fine, &scaling, settings, feasible);
+    let (optimality, mut remarks) = optimum(ocp, &fine, &scaling, settings, feasible);
+    let is_extremal = feasible && !optimality.is_empty() && optimality.iter().all(|c| c.passed);
     checks.extend(optimality);
+    if let Some(convex) = convex.filter(|_| is_extremal) {
+        checks.push(convex);
+        remarks.retain(|r| !second_order::is_remark(r));
+    }
     let mut certificate = Certificate::new(checks).with_remarks(remarks);
     if certificate.verdict == Verdict::Feasible && constant_controls::has_only(trajectory) {
         match constant_controls::claim(ocp, &fine, &scaling, settings) {
@@ -117,11 +123,7 @@ fn conditions(
     if feasible && checks.iter().all(|c| c.passed) {
         let second = second_order::conditions(ocp, trajectory, scaling, settings, &mut conditions);
         checks.extend(second.checks);
-        let convex = convexity::check(ocp);
-        if convex.is_none() {
-            remarks.extend(second.remark);
-        }
-        checks.extend(convex);
+        remarks.extend(second.remark);
     }
     (checks, remarks)
 }

@@ -8,7 +8,7 @@
 //! `c` are the path constraint rows in which controls occur. L. S. Pontryagin, V. G. Boltyanskii, R. V. Gamkrelidze, E. F.
 //! Mishchenko, The Mathematical Theory of Optimal Processes, Interscience 1962, chapter 1.
 //!
-//! The excess is held against the largest term of the Hamiltonian, and a hundred times less strictly against what controls can change of it: a
+//! The excess is held against the largest term of the Hamiltonian, and to two percent against what controls can change of it: a
 //! large term that no control enters, or that cancels another one, would hide a better control.
 //!
 //! The least value is searched: a grid over the bounds (over the range met and its surroundings where there is none), each
@@ -114,7 +114,8 @@ impl PhaseConditions<'_> {
                 let place = place(phase, time);
                 if better.is_empty() { place } else { format!("{place}; smaller with {better}") }
             };
-            worst.consider(self.relative_to_controls(gap), settings.minimum_tolerance, "-", at);
+            let excess = self.relative_to_controls(gap);
+            worst.consider(excess, settings.minimum_tolerance, "-", at);
         }
         let open = phase.controls.iter().any(|c| !c.bounds.lower.is_finite() || !c.bounds.upper.is_finite());
         let remark = open.then(|| "controls without bounds searched about the range met".to_owned());
