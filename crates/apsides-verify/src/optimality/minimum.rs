@@ -224,13 +224,26 @@ impl PhaseConditions<'_> {
         others.into_iter().filter(|v| v.is_finite()).any(|value| {
             let mut other = own.clone();
             other[control] = bounds.clamp(value);
-            self.has_other_rates(time, &other, &own)
+            // By the scales of the states alone: what a barrier leaves of a thrust gives its direction rates, and no effect.
+            self.rates_differ(time, &other, &own, |_, scale| scale)
         })
     }
 
     /// True if the rates of states and integrals differ: the controls are not two descriptions of one motion, as an angle and
     /// itself after a full turn.
     fn has_other_rates(&mut self, time: f64, one: &[f64], other: &[f64]) -> bool {
+        // Beside wide bounds the rates themselves tell what is much.
+        self.rates_differ(time, one, other, f64::min)
+    }
+
+    /// True if the changes of states and integrals over the duration differ by much, relative to `size(largest change, scale)`.
+    fn rates_differ(
+        &mut self,
+        time: f64,
+        one: &[f64],
+        other: &[f64],
+        size: impl Fn(f64, f64) -> f64,
+    ) -> bool {
         let Self { equations, point, scaling, .. } = self;
         let mut rates = |u: &[f64]| {
             let mut out = vec![0.0; equations.nx + equations.phase.integrals.len()];
@@ -240,10 +253,9 @@ impl PhaseConditions<'_> {
         };
         let (one, other) = (rates(one), rates(other));
         let scales = scaling.states.iter().chain(&scaling.integrals);
-        one.iter().zip(&other).zip(scales).any(|((a, b), s)| {
-            // Beside wide bounds the rates themselves tell what is much.
-            let size = s.min(a.abs().max(b.abs()) * scaling.time);
-            (a - b).abs() * scaling.time > SAME_RATES * size
+        one.iter().zip(&other).zip(scales).any(|((a, b), scale)| {
+            let largest = a.abs().max(b.abs()) * scaling.time;
+            (a - b).abs() * scaling.time > SAME_RATES * size(largest, *scale)
         })
     }
 }
