@@ -67,7 +67,7 @@ impl Curvature {
         if holds { curvature } else { Self::Unknown }
     }
 
-    /// The times that weights take do not matter: the same function with its sense.
+    /// The curvature of the function times a number.
     pub(super) fn weighted(self, weight: f64) -> Self {
         if weight == 0.0 { Self::Constant } else { self.times([weight; 2]) }
     }
