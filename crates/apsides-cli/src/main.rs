@@ -31,6 +31,7 @@ mod simulate;
 mod size;
 mod stop;
 mod sweep;
+mod sweep_file;
 mod terrain;
 mod tune;
 mod verify;

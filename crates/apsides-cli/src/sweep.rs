@@ -14,6 +14,7 @@ use crate::exit::{Exit, Refusal, refusal, unwritten_option};
 use crate::figures::PriceCurves;
 use crate::output::{print, significant};
 use crate::progress::Progress;
+use crate::sweep_file::SweepFile;
 
 pub(crate) fn run_sweep(a: &SweepArguments) -> Result<Exit, Refusal> {
     let mut axes = a.set.iter().map(|t| Axis::parse(t)).collect::<Result<Vec<_>, _>>().map_err(refusal)?;
@@ -37,7 +38,9 @@ pub(crate) fn run_sweep(a: &SweepArguments) -> Result<Exit, Refusal> {
     let solves = a.out.as_deref().map(partial).unwrap_or_default();
     let _lock = a.out.as_ref().map(|_| claim(&solves)).transpose()?;
     let record = a.out.as_ref().map(|_| keep_solves(&solves)).transpose()?;
-    let mut csv = a.out.as_deref().map(|path| SweepFile::create(path, &axes)).transpose()?;
+    let price_names = axes.iter().zip(&priced).filter(|(_, shown)| **shown).map(|(axis, _)| price_name(axis));
+    let keys = axes.iter().map(|axis| axis.key.clone());
+    let mut csv = a.out.as_deref().map(|path| SweepFile::create(path, keys, price_names)).transpose()?;
     let stop = a.run.limit.stop();
     let mut progress = Progress::line(a.run.quiet, stop, cases.len() as u64);
     let ticker = progress.clone();
@@ -61,7 +64,7 @@ pub(crate) fn run_sweep(a: &SweepArguments) -> Result<Exit, Refusal> {
                 ticker.step();
                 worst = worst.or(Exit::NotSolved);
                 if let Some(file) = &mut csv {
-                    file.fault(case);
+                    file.fault(case_values(case));
                 }
                 return !stop.is_set();
             }
@@ -79,7 +82,7 @@ pub(crate) fn run_sweep(a: &SweepArguments) -> Result<Exit, Refusal> {
         ticker.step();
         worst = worst.or(Exit::of(&solved.summary));
         if let Some(file) = &mut csv {
-            file.row(&row);
+            file.row(&row.solved.summary, row.values(), row.shown_prices());
         }
         if let Some(drawing) = &mut curves {
             drawing.curves.add(case, solved, &prices);
@@ -194,76 +197,5 @@ impl Drawing {
         let legend = self.curves.legend();
         let legend = if legend.is_empty() { legend } else { format!(" ({legend})") };
         Ok(format!("{}{legend}", self.path.display()))
-    }
-}
-
-/// The rows of a sweep, as CSV in one piece at the end.
-struct SweepFile {
-    path: PathBuf,
-    header: Vec<String>,
-    rows: Vec<CsvRow>,
-}
-
-enum CsvRow {
-    Solved(Vec<String>),
-    /// The values of a case without an outcome.
-    Fault(Vec<String>),
-}
-
-/// Columns of every case behind its results.
-const LAST: [&str; 5] = ["status", "verdict", "iterations", "mesh_iterations", "solve_ms"];
-
-impl SweepFile {
-    fn create(path: &Path, axes: &[Axis]) -> Result<Self, Refusal> {
-        probe_file("--out", path)?;
-        let header = axes.iter().map(|a| a.key.clone()).collect();
-        Ok(Self { path: path.into(), header, rows: Vec::new() })
-    }
-
-    fn row(&mut self, row: &Row<'_>) {
-        let s = &row.solved.summary;
-        if self.header.len() == row.axes.len() {
-            let names = s.results.keys().cloned().chain(row.price_names());
-            self.header.extend(names.chain(LAST.map(String::from)));
-        }
-        let prices = row.shown_prices().map(|p| p.map_or(String::new(), |p| p.to_string()));
-        let results = s.results.values().map(f64::to_string);
-        let last = [
-            s.status.clone(),
-            s.certificate.verdict.to_string(),
-            s.counters.iterations.to_string(),
-            s.counters.mesh_iterations.to_string(),
-            s.timing_ms.solve.to_string(),
-        ];
-        let cells = row.values().map(str::to_owned).chain(results).chain(prices).chain(last);
-        self.rows.push(CsvRow::Solved(cells.collect()));
-    }
-
-    fn fault(&mut self, case: &Case) {
-        self.rows.push(CsvRow::Fault(case_values(case).map(str::to_owned).collect()));
-    }
-
-    /// Writes the rows that there are.
-    fn finish(self) -> Result<String, Refusal> {
-        let mut table = csv::Writer::from_writer(Vec::new());
-        let mut header = self.header;
-        if self.rows.iter().all(|row| matches!(row, CsvRow::Fault(_))) {
-            header.extend(LAST.map(String::from));
-        }
-        table.write_record(&header).map_err(refusal)?;
-        for row in self.rows {
-            let cells = match row {
-                CsvRow::Solved(cells) => cells,
-                CsvRow::Fault(mut cells) => {
-                    cells.resize(header.len(), String::new());
-                    cells[header.len() - LAST.len()] = "fault".into();
-                    cells
-                }
-            };
-            table.write_record(cells).map_err(refusal)?;
-        }
-        let text = table.into_inner().map_err(refusal)?;
-        write_whole(&self.path, &text).map_err(unwritten_option("--out", &self.path))?;
-        Ok(self.path.display().to_string())
     }
 }

@@ -378,6 +378,21 @@ fn sweep_writes_a_row_per_case() {
     assert!(!dir.path().join("sweep.csv.partial").exists());
 }
 
+/// A transfer of three burns has results that one of two burns does not have; the table has the columns of both.
+#[test]
+fn cases_of_a_sweep_need_not_have_the_same_results() {
+    let dir = tempfile::tempdir().unwrap();
+    let csv = dir.path().join("sweep.csv");
+    let o = apsides(&["sweep", "geo-2-burn", "--set", "burns=3,2", "--out", &path(&csv)]);
+    assert_eq!(o.status.code(), Some(0), "{}", stderr(&o));
+    let mut table = csv::Reader::from_path(&csv).unwrap();
+    let column = table.headers().unwrap().iter().position(|name| name == "burn_3_time_s").unwrap();
+    let rows: Vec<csv::StringRecord> = table.records().collect::<Result<_, _>>().unwrap();
+    assert_eq!(rows.len(), 2);
+    assert!(rows[0][column].parse::<f64>().unwrap() > 0.0, "{rows:?}");
+    assert_eq!(&rows[1][column], "", "{rows:?}");
+}
+
 #[test]
 fn sweep_gives_prices_and_draws_them() {
     let dir = tempfile::tempdir().unwrap();
