@@ -10,6 +10,7 @@ from math import acos, asin, atan, atan2, cos, cosh, exp, hypot, inf, log, pi, s
 
 import numpy as np
 from scipy.integrate import quad
+from scipy.interpolate import PchipInterpolator
 from scipy.linalg import expm
 from scipy.optimize import brentq, fsolve, least_squares, minimize, minimize_scalar
 
@@ -246,6 +247,12 @@ def hill(n=1.1e-3):
 
 TROLLEY = [[0, 1, 0, 0], [0, 0, 0, 0], [0, 0, 0, 1], [0, 0, -2, 0]]
 
+def tabulated_hill():
+    """The bottom of a monotone spline with a well (PCHIP: F. N. Fritsch, R. E. Carlson, SIAM J. Numer. Anal. 17 (1980) 238)."""
+    hill = PchipInterpolator([-10, -8, -6, -4, -2, 0, 2, 4, 6, 7, 8, 9, 10], [0] * 10 + [-100, 0, 0])
+    return least(lambda u: u**2 + float(hill(u)), 7.5, 8.5)
+
+
 OPTIMA = {
     "astronomical_unit": lambda: 2 * sqrt(149597870700 / 4e-3),
     "best_damping": lambda: 1,
@@ -305,7 +312,7 @@ OPTIMA = {
     "trap_between_two_circles": lambda: 1,
     "trap_between_two_circles_with_a_budget": lambda: 1,
     "trap_boundary_at_its_bound": lambda: 2**2 - 2 * 2**2,
-    "trap_constant_in_the_cost": lambda: 1e5,
+    "trap_constant_in_the_cost": lambda: 1e5 + least(lambda u: 2 * (u**2 - 1) ** 2 + 0.375 * (1 - u), 0.5, 1.5),
     "trap_cost_that_turns_far_away": full_rate_beyond_the_crest,
     "trap_end_by_its_magnitude": lambda: 0.7**2,
     "trap_far_side_of_a_circle": lambda: 0.5**2,
@@ -330,11 +337,11 @@ OPTIMA = {
     "trap_shifted_time_weight": lambda: least(lambda t: 1 / t + 0.1 * t + sin(3 * t), 1.2, 2.0),
     "trap_small_debris": lambda: around_disc((-1.9863, 0.001), (2.0137, 0.001), 0.004),
     "trap_small_objective_beside_a_large_one": lambda: 1e6 + 12e-6,
-    "trap_tabulated_hill": lambda: 64 - 100,
+    "trap_tabulated_hill": tabulated_hill,
     "trap_thin_wall": string_over_bump,
     "trap_three_thrusters": lambda: wells(12, [0.5, 0.5, -0.5], 0.02),
     "trap_through_the_middle_of_a_disc": lambda: around_disc((-2, 0), (2, 0), 1.0),
-    "trap_time_at_a_maximum": lambda: -1,
+    "trap_time_at_a_maximum": lambda: cos(5),
     "trap_two_parameters_as_one": fit_of_a_product,
     "trap_two_switches_too_many": lambda: 2,
     "trap_unbounded_nonlinear": lambda: least(lambda u: u**2 * (1 - u / 20) ** 2 + 0.01 * u**2 - 0.3 * u, 15, 25),

@@ -21,6 +21,8 @@ const SMOOTH: f64 = 1e-8;
 const GRID: f64 = 2e-5;
 /// Published: four digits behind the point.
 const PUBLISHED: f64 = 2e-5;
+/// Published: three digits behind the point.
+const PUBLISHED_SHORT: f64 = 2e-4;
 /// Optima of zero are held against one.
 const NOTHING: f64 = 1e-12;
 
@@ -33,6 +35,7 @@ enum Tolerance {
     Smooth,
     Grid,
     Published,
+    PublishedShort,
 }
 
 impl Tolerance {
@@ -43,6 +46,7 @@ impl Tolerance {
             Self::Smooth => SMOOTH,
             Self::Grid => GRID,
             Self::Published => PUBLISHED,
+            Self::PublishedShort => PUBLISHED_SHORT,
         }
     }
 }

@@ -133,6 +133,25 @@ impl PhaseGuess {
         }
     }
 
+    /// The guess at so many fractions, 0 and 1 among them, each with its states and controls changed.
+    pub(crate) fn with_samples(
+        &self,
+        count: usize,
+        mut change: impl FnMut(f64, &mut [f64], &mut [f64]),
+    ) -> Self {
+        let (nx, nu) = self.widths();
+        let fractions: Vec<f64> = (0..count).map(|k| k as f64 / (count - 1) as f64).collect();
+        let sample = |fraction: &f64| {
+            let (mut x, mut u) = (vec![0.0; nx], vec![0.0; nu]);
+            self.state(*fraction, &mut x);
+            self.control(*fraction, &mut u);
+            change(*fraction, &mut x, &mut u);
+            (x, u)
+        };
+        let (states, controls) = fractions.iter().map(sample).unzip();
+        Self { profile: Profile::Samples { fractions, states, controls }, ..self.clone() }
+    }
+
     fn widths(&self) -> (usize, usize) {
         match &self.profile {
             Profile::Samples { states, controls, .. } => (states[0].len(), controls[0].len()),
@@ -184,6 +203,25 @@ impl Guess {
             parameters: trajectory.parameters.clone(),
             constraint_multipliers: trajectory.constraint_multipliers.clone(),
         }
+    }
+
+    /// The states, controls and times of a trajectory, joined by straight lines, and nothing else of it.
+    ///
+    /// # Errors
+    /// [`OcpError::Guess`] when a value is not finite.
+    pub fn along(trajectory: &Trajectory) -> Result<Self, OcpError> {
+        let phase = |t: &PhaseTrajectory| {
+            let mut times: Vec<f64> = t.nodes().map(|(time, _)| time).collect();
+            times.dedup_by(|next, before| *next <= *before);
+            let states = times.iter().map(|time| t.state_at(*time)).collect();
+            let controls = times.iter().map(|time| t.control_at(*time)).collect();
+            PhaseGuess::samples(&times, states, controls)
+        };
+        Ok(Self {
+            phases: trajectory.phases.iter().map(phase).collect::<Result<_, _>>()?,
+            parameters: trajectory.parameters.clone(),
+            constraint_multipliers: None,
+        })
     }
 
     /// Checks that the guess has the problem's sizes and positive durations.

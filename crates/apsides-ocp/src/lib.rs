@@ -55,6 +55,7 @@
 //! Reference: J. T. Betts, Practical Methods for Optimal Control and Estimation Using Nonlinear Programming, SIAM
 //! 2010, doi 10.1137/1.9780898718577.
 
+mod bent;
 pub mod endpoint;
 pub mod endpoint_term;
 pub mod error;

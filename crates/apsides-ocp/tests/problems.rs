@@ -148,6 +148,36 @@ fn linear_guess_keeps_to_what_the_ends_allow() {
     assert_eq!(scaling.phases[0].time, 5.0);
 }
 
+/// A bent guess keeps its ends, keeps to the bounds, is the same each time and another one for another number.
+#[test]
+fn a_bent_guess_has_no_symmetry() {
+    let ocp = problem(cart("go")).build().unwrap();
+    let straight = Guess::linear(&ocp);
+    let middle = |guess: &Guess| {
+        let (mut x, mut u) = ([0.0; 2], [0.0]);
+        guess.phases[0].state(0.5, &mut x);
+        guess.phases[0].control(0.3, &mut u);
+        assert!((-1.0..=5.0).contains(&x[0]) && (-2.0..=2.0).contains(&u[0]), "{x:?}, {u:?}");
+        [x[0], x[1], u[0], guess.phases[0].final_time]
+    };
+    let mut seen = vec![middle(&straight)];
+    for number in 1..=5 {
+        let bent = straight.bent(&ocp, number);
+        bent.check(&ocp).unwrap();
+        for fraction in [0.0, 1.0] {
+            let (mut before, mut after) = ([0.0; 2], [0.0; 2]);
+            straight.phases[0].state(fraction, &mut before);
+            bent.phases[0].state(fraction, &mut after);
+            let moved = before.iter().zip(&after).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max);
+            assert!(moved < 1e-12, "{moved}");
+        }
+        let found = middle(&bent);
+        assert_eq!(found.map(f64::to_bits), middle(&straight.bent(&ocp, number)).map(f64::to_bits));
+        assert!(seen.iter().all(|s| s.iter().zip(&found).all(|(a, b)| (a - b).abs() > 1e-3)), "{found:?}");
+        seen.push(found);
+    }
+}
+
 #[test]
 fn malformed_guesses_and_meshes_are_refused() {
     let rows = |n: usize, w: usize| vec![vec![0.0; w]; n];

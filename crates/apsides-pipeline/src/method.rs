@@ -5,7 +5,7 @@ use std::path::PathBuf;
 use std::sync::Arc;
 
 use apsides_ocp::method::SearchRecord;
-use apsides_ocp::{Mesh, Method, Ocp, Solution, Start, Trajectory};
+use apsides_ocp::{Guess, Mesh, Method, Ocp, Solution, Start, Trajectory};
 
 use crate::Error;
 use crate::key::Key;
@@ -320,6 +320,25 @@ impl Methods {
         let start = start.map_or_else(own, |t| Start::from_trajectory(t.clone()));
         let method = self.settings()?.method(&self.case(posed, checkpoint))?;
         Ok(method.solve(&posed.ocp, &start, observer)?)
+    }
+
+    /// Solves a problem from another guess than that of the mission.
+    pub(crate) fn solve_from(
+        &self,
+        posed: &Posed,
+        guess: &Guess,
+        observer: &mut dyn Observer,
+    ) -> Result<Solution, Error> {
+        let method = self.settings()?.method(&self.case(posed, None))?;
+        Ok(method.solve(&posed.ocp, &Start::new(guess.clone()), observer)?)
+    }
+
+    /// The same, collocation taking at most so many iterations on a mesh.
+    #[must_use]
+    pub(crate) fn with_most_iterations(mut self, most: usize) -> Self {
+        let iterations = &mut self.radau.settings.nlp.max_iterations;
+        *iterations = most.min(*iterations);
+        self
     }
 
     /// The key of a setting of the method, by the name of its field; that name where it has no key.

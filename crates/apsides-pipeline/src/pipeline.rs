@@ -1,14 +1,16 @@
 //! From a mission to a verified outcome.
 
+mod certified;
+mod further_starts;
+
 use std::path::PathBuf;
 use std::sync::Arc;
 use std::time::Instant;
 
 use apsides_nlp::Status;
 use apsides_ocp::method::Counters;
-use apsides_ocp::{Guess, Ocp, Solution, Trajectory};
+use apsides_ocp::{Guess, Solution, Trajectory};
 use apsides_radau::{Explanation, Unmet};
-use apsides_verify::{Certificate, Check, CheckKind, Verification, VerifySettings, verify};
 
 use crate::Error;
 use crate::explanation::{ExplanationSummary, in_keys};
@@ -20,6 +22,8 @@ use crate::observer::Observer;
 use crate::outcome::{Decisions, ObjectiveValue, Outcome, Reduced, Summary, Timing};
 use crate::posed::Posed;
 use crate::values::Values;
+
+use certified::{Certified, Flight};
 
 /// A mission that was read, with all it takes to solve it: the values of its keys, the mission made of them, methods and their settings.
 #[derive(Clone, Debug)]
@@ -350,19 +354,27 @@ impl Pipeline {
             Some(_) => self.solve_posed(&posed, start, observer)?,
             None => self.solve_from_guess(&posed, observer)?,
         };
-        let solve = milliseconds(begin);
+        let mut solve = milliseconds(begin);
         let begin = Instant::now();
         let flight = self.flight(&posed, &decisions, &solution.trajectory)?;
-        let solved = solution.is_success();
-        let margins = match solved && margins {
+        let mut verify = milliseconds(begin);
+        let mut found = Certified::new(solution, flight);
+        if matches!(found.solution.status, Status::Infeasible | Status::RestorationFailed) {
+            found.conflict = Some(self.conflict(&posed, &found.solution)?);
+        }
+        if start.is_none() {
+            let begin = Instant::now();
+            found = self.better_from_elsewhere(&posed, &decisions, found, observer)?;
+            solve += milliseconds(begin);
+        }
+        let Certified { solution, flight, conflict } = found;
+        let begin = Instant::now();
+        let margins = match solution.is_success() && margins {
             true => self.mission.margins(&self.methods, &solution.trajectory)?,
             false => Scalars::new(),
         };
-        let timing_ms = Timing { build, solve, verify: milliseconds(begin) };
-        let conflict = match solution.status {
-            Status::Infeasible | Status::RestorationFailed => Some(self.conflict(&posed, &solution)?),
-            _ => None,
-        };
+        verify += milliseconds(begin);
+        let timing_ms = Timing { build, solve, verify };
         Ok(self.outcome(posed, decisions, solution, margins, conflict.as_ref(), flight, timing_ms))
     }
 
@@ -413,65 +425,6 @@ impl Pipeline {
         }
         solution.counters = Counters::total(work.into_iter().chain([solution.counters]));
         Ok(solution)
-    }
-
-    /// The certificate of a trajectory of the whole flight.
-    ///
-    /// # Errors
-    /// When the values do not make a problem, or the trajectory does not fit it.
-    pub fn verify(&self, trajectory: &Trajectory) -> Result<Certificate, Error> {
-        self.optimised()?;
-        let decisions = self.decide()?;
-        let decided = self.decided(&decisions)?;
-        decided.certify(decided.pose_decided()?.flight(), &decisions, trajectory)
-    }
-
-    /// The certificate and the scalars of a trajectory of the whole flight, with those that take solves of their own where it is `solved`: what a
-    /// solve states of it.
-    ///
-    /// # Errors
-    /// When the values do not make a problem, or the trajectory does not fit it.
-    pub fn recomputed(&self, trajectory: &Trajectory, solved: bool) -> Result<(Certificate, Scalars), Error> {
-        let certificate = self.verify(trajectory)?;
-        let decided = self.decided(&self.decide()?)?;
-        let margins = match solved {
-            true => decided.mission.margins(&decided.methods, trajectory)?,
-            false => Scalars::new(),
-        };
-        Ok((certificate, decided.results(trajectory).into_iter().chain(margins).collect()))
-    }
-
-    fn certify(
-        &self,
-        flight: &Ocp,
-        decisions: &Decisions,
-        trajectory: &Trajectory,
-    ) -> Result<Certificate, Error> {
-        let Verification { certificate, .. } = verify(flight, trajectory, &VerifySettings::default())?;
-        Ok(certificate.with_checks(self.mission.checks(decisions, trajectory)))
-    }
-
-    /// The whole flight of a solution with its certificate. What cannot be expanded, as after a solve that failed, is certified as
-    /// far as it goes.
-    fn flight(&self, posed: &Posed, decisions: &Decisions, solution: &Trajectory) -> Result<Flight, Error> {
-        if posed.expansion.is_none() {
-            return Ok(Flight {
-                certificate: self.certify(&posed.ocp, decisions, solution)?,
-                expanded: None,
-            });
-        }
-        match posed.expand(solution) {
-            Ok(trajectory) => {
-                let certificate = self.certify(posed.flight(), decisions, &trajectory)?;
-                Ok(Flight { certificate, expanded: Some(trajectory) })
-            }
-            Err(e) => {
-                let found = verify(&posed.ocp, solution, &VerifySettings::default())?;
-                let name = "phases that are not joined to a flight";
-                let check = Check::new(name, CheckKind::Feasibility, 1.0, 0.0, "-", e.to_string());
-                Ok(Flight { certificate: found.certificate.with_checks([check]), expanded: None })
-            }
-        }
     }
 
     /// Explains what conflicts and what to relax: from the best trajectory reached, else from the guess.
@@ -567,12 +520,6 @@ impl Pipeline {
             kept: None,
         }
     }
-}
-
-/// The certificate of a whole flight, and its trajectory where that is not the solution itself.
-struct Flight {
-    certificate: Certificate,
-    expanded: Option<Trajectory>,
 }
 
 pub(crate) fn milliseconds(begin: Instant) -> f64 {

@@ -6,7 +6,7 @@
 use std::fmt;
 
 use apsides_nlp::{Nlp, NlpError, Requirement as NlpRequirement, Side, Status, relax};
-use apsides_ocp::{Guess, Mesh, Ocp, PhaseMesh, Scaling, Unmet};
+use apsides_ocp::{Guess, Mesh, Ocp, PhaseMesh, Scaling, Trajectory, Unmet};
 
 use crate::RadauError;
 use crate::error_estimate::estimate;
@@ -79,19 +79,8 @@ impl Radau {
     /// # Errors
     /// When the request is ill-posed.
     pub fn explain(&self, ocp: &Ocp, guess: &Guess, mesh: &Mesh) -> Result<Explanation, RadauError> {
-        self.settings.check()?;
-        let mut settings = RadauSettings {
-            tolerance: MESH_TOLERANCE.max(self.settings.tolerance),
-            switches: false,
-            ..self.settings.clone()
-        };
-        settings.nlp.tolerance = settings.nlp.tolerance.max(TOLERANCE);
-        settings.nlp.complementarity_tolerance = settings.nlp.complementarity_tolerance.min(COMPLEMENTARITY);
-        settings.nlp.max_iterations = settings.nlp.max_iterations.min(MAX_ITERATIONS);
-        let relaxer = Relaxer { ocp, settings };
-        // What is held along an arc says nothing about a relaxed problem.
-        let mesh = &Mesh { phases: mesh.phases.iter().cloned().map(PhaseMesh::without_arcs).collect() };
-        let all = relaxer.relax(guess, mesh, None)?;
+        let (relaxer, mesh) = self.relaxer(ocp, mesh)?;
+        let all = relaxer.relax(guess, &mesh, None)?;
         let mut explanation =
             Explanation { status: all.result.report.status, conflicts: Vec::new(), remedies: Vec::new() };
         if !all.result.is_success() {
@@ -125,6 +114,33 @@ impl Radau {
         remedies.sort_by(|a, b| a.0.total_cmp(&b.0));
         explanation.remedies = remedies.into_iter().map(|(_, r)| r).collect();
         Ok(explanation)
+    }
+
+    /// A trajectory that meets all requirements, next to a guess: none where none is found, or requirements conflict.
+    ///
+    /// # Errors
+    /// When the request is ill-posed.
+    pub fn feasible(&self, ocp: &Ocp, guess: &Guess, mesh: &Mesh) -> Result<Option<Trajectory>, RadauError> {
+        let (relaxer, mesh) = self.relaxer(ocp, mesh)?;
+        let all = relaxer.relax(guess, &mesh, None)?;
+        let is_met = all.result.is_success() && all.result.conflicts(&all.limits()).is_empty();
+        Ok(if is_met { Some(all.nlp.trajectory(ocp, &all.result.report)?) } else { None })
+    }
+
+    /// Relaxes the requirements of a problem; with the mesh to begin on.
+    fn relaxer<'a>(&self, ocp: &'a Ocp, mesh: &Mesh) -> Result<(Relaxer<'a>, Mesh), RadauError> {
+        self.settings.check()?;
+        let mut settings = RadauSettings {
+            tolerance: MESH_TOLERANCE.max(self.settings.tolerance),
+            switches: false,
+            ..self.settings.clone()
+        };
+        settings.nlp.tolerance = settings.nlp.tolerance.max(TOLERANCE);
+        settings.nlp.complementarity_tolerance = settings.nlp.complementarity_tolerance.min(COMPLEMENTARITY);
+        settings.nlp.max_iterations = settings.nlp.max_iterations.min(MAX_ITERATIONS);
+        // What is held along an arc says nothing about a relaxed problem.
+        let mesh = Mesh { phases: mesh.phases.iter().cloned().map(PhaseMesh::without_arcs).collect() };
+        Ok((Relaxer { ocp, settings }, mesh))
     }
 
     /// The largest residuals of a guess on a mesh before the first iteration: one per constraint, relative to its scale

@@ -7,10 +7,7 @@
 
 use apsides_ad::{FormulaBuilder, formula_node};
 use apsides_nlp::{Observer, Side, Status};
-use apsides_ocp::{
-    EndpointInput, Guess, Integral, Mesh, Objective, Ocp, OcpError, PhaseGuess, Scaling, Sense, Trajectory,
-    Variable,
-};
+use apsides_ocp::{EndpointInput, Guess, Integral, Mesh, Objective, Ocp, Scaling, Sense, Variable};
 
 use crate::RadauError;
 use crate::solver::{MeshRecord, Radau, RadauSolution, may_go_on};
@@ -85,7 +82,7 @@ impl Solves<'_> {
         once.settings.max_refinements = 0;
         let solution = self.solve(&once, other, guess.clone(), MOST_ITERATIONS)?;
         Ok(match solution.status {
-            s if s.is_success() => Ok(Some(along(&solution.trajectory)?)),
+            s if s.is_success() => Ok(Some(Guess::along(&solution.trajectory)?)),
             s if may_go_on(s) => Ok(None),
             s => Err(s),
         })
@@ -234,23 +231,4 @@ fn distance() -> Objective {
         functions: Vec::new(),
         scale: None,
     }
-}
-
-/// A guess with the states and controls of a trajectory, and nothing else.
-///
-/// # Errors
-/// [`OcpError::Guess`] when a value is not finite.
-pub(crate) fn along(trajectory: &Trajectory) -> Result<Guess, OcpError> {
-    let phase = |t: &apsides_ocp::PhaseTrajectory| {
-        let mut times: Vec<f64> = t.nodes().map(|(time, _)| time).collect();
-        times.dedup_by(|next, before| *next <= *before);
-        let states = times.iter().map(|time| t.state_at(*time)).collect();
-        let controls = times.iter().map(|time| t.control_at(*time)).collect();
-        PhaseGuess::samples(&times, states, controls)
-    };
-    Ok(Guess {
-        phases: trajectory.phases.iter().map(phase).collect::<Result<_, _>>()?,
-        parameters: trajectory.parameters.clone(),
-        constraint_multipliers: None,
-    })
 }

@@ -2,6 +2,9 @@
 
 use serde::{Deserialize, Deserializer, Serialize};
 
+/// The name of the check of the minimum principle, before that of the phase.
+pub(crate) const LEAST_HAMILTONIAN: &str = "least Hamiltonian among all admissible controls";
+
 /// The property of a trajectory that a check concerns.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
@@ -212,6 +215,18 @@ impl Certificate {
     /// The checks that failed.
     pub fn failures(&self) -> impl Iterator<Item = &Check> {
         self.checks.iter().filter(|c| !c.passed)
+    }
+
+    /// Returns true if the trajectory is feasible and what it fails by shows a better one: a control with a smaller Hamiltonian, or a change
+    /// of negative curvature, where all else of an extremal holds.
+    #[must_use]
+    pub fn names_something_better(&self) -> bool {
+        let names_it = |c: &Check| match c.kind {
+            CheckKind::Curvature => true,
+            CheckKind::Optimality => c.name.starts_with(LEAST_HAMILTONIAN),
+            _ => false,
+        };
+        self.verdict == Verdict::Feasible && self.failures().count() > 0 && self.failures().all(names_it)
     }
 
     /// Returns true if the trajectory is feasible and at least an extremal, of all controls or of those that its claim names.

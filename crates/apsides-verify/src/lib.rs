@@ -85,6 +85,7 @@ mod worst;
 
 pub use certificate::{Certificate, Check, CheckKind, Claim, Verdict};
 pub use error::VerifyError;
+pub use optimality::with_least_hamiltonian;
 pub use sampled::{Interpolation, PhaseSamples, Sampled, sampled};
 pub use settings::VerifySettings;
 pub use simulation::SimulatedPhase;

@@ -24,11 +24,13 @@ mod minimum;
 mod stationarity;
 mod transversality;
 
-use apsides_ocp::{Bounds, Ocp, PhaseScaling, PhaseTrajectory, PiecewisePolynomial, Scaling, Trajectory};
+use apsides_ocp::{
+    Bounds, Guess, Ocp, PhaseScaling, PhaseTrajectory, PiecewisePolynomial, Scaling, Trajectory,
+};
 
 use crate::equations::{Equations, Hamiltonian};
 use crate::worst::relative;
-use crate::{Check, CheckKind, VerifySettings};
+use crate::{Check, CheckKind, VerifyError, VerifySettings, shape};
 pub(crate) use constant::Lengths;
 pub(crate) use transversality::parameter_slopes;
 
@@ -60,6 +62,31 @@ pub(crate) fn phases<'a>(
 ) -> Option<Vec<PhaseConditions<'a>>> {
     let phase = |k: usize| PhaseConditions::new(ocp, trajectory, k, &scaling.phases[k], among);
     (0..ocp.phases.len()).map(phase).collect()
+}
+
+/// The trajectory with the controls that have the least Hamiltonian at its states and costates, a start from which a solve may end lower: none
+/// where no other controls have less, or a phase has no costates.
+///
+/// # Errors
+/// [`VerifyError`] when the trajectory does not have the sizes of the problem.
+pub fn with_least_hamiltonian(
+    ocp: &Ocp,
+    trajectory: &Trajectory,
+    settings: &VerifySettings,
+) -> Result<Option<Trajectory>, VerifyError> {
+    let guess = Guess::earlier(trajectory);
+    shape::check(ocp, trajectory, &guess)?;
+    let scaling = Scaling::new(ocp, &guess);
+    let Some(mut conditions) = phases(ocp, trajectory, &scaling, Among::All) else { return Ok(None) };
+    let mut better = trajectory.clone();
+    let mut any = false;
+    for (phase, conditions) in better.phases.iter_mut().zip(&mut conditions) {
+        if let Some(control) = conditions.least_controls(settings) {
+            phase.control = control;
+            any = true;
+        }
+    }
+    Ok(any.then_some(better))
 }
 
 /// All first-order checks.
@@ -105,6 +132,11 @@ const LEAST_RANGE: f64 = 1e-5;
 /// Costates, times the scales of their states, are held against this part of the Hamiltonian times the duration where they are less.
 /// A rate of the size of a state over the duration then adds less than this part to the Hamiltonian: such costates are rounding.
 const SMALLEST_COSTATE: f64 = 1e-4;
+
+/// A Hamiltonian that changes an objective by less than this part of it over the duration is rounding.
+const ROUNDING: f64 = 1e-12;
+/// An objective below is nothing in any unit that makes sense.
+const NO_OBJECTIVE: f64 = 1e-15;
 
 /// One phase with its costates, looked at in the nodes of its control.
 pub(crate) struct PhaseConditions<'a> {
@@ -189,6 +221,11 @@ impl<'a> PhaseConditions<'a> {
                 conditions.add_node(segment, time);
             }
         }
+        // Where cost and costates are nothing, what they leave is rounding of the objective.
+        let objective = trajectory.objective.abs();
+        let objective = if objective < NO_OBJECTIVE { 1.0 } else { objective };
+        let least = ROUNDING * objective / (found.final_time - found.initial_time);
+        conditions.hamiltonian_size = conditions.hamiltonian_size.max(least);
         // What is less has no part in the Hamiltonian but that of rounding.
         let least = SMALLEST_COSTATE * conditions.hamiltonian_size * scaling.time;
         conditions.costate_size = conditions.costate_size.max(least);

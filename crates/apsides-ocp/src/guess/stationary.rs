@@ -169,17 +169,9 @@ fn size(variable: &crate::Variable) -> f64 {
 
 /// Adds half a wave, which leaves the mean as it is.
 fn swing(phase: &Phase, guess: &mut PhaseGuess, swings: &[bool]) {
-    let (mut states, mut controls) = (Vec::new(), Vec::new());
-    for fraction in fractions() {
-        let (mut x, mut u) = (vec![0.0; phase.states.len()], vec![0.0; phase.controls.len()]);
-        guess.state(fraction, &mut x);
-        guess.control(fraction, &mut u);
+    *guess = guess.with_samples(POINTS, |fraction, _, u| {
         for ((u, control), _) in u.iter_mut().zip(&phase.controls).zip(swings).filter(|(_, s)| **s) {
-            let moved = *u + SWING * size(control) * (PI * fraction).cos();
-            *u = moved.max(control.bounds.lower).min(control.bounds.upper);
+            *u = control.bounds.clamp(*u + SWING * size(control) * (PI * fraction).cos());
         }
-        states.push(x);
-        controls.push(u);
-    }
-    guess.profile = super::Profile::Samples { fractions: fractions().collect(), states, controls };
+    });
 }

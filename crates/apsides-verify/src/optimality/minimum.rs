@@ -19,10 +19,11 @@
 //! rates has the same Hamiltonian, controls that alternate between the two are as good to first order (N. P. Osmolovskii and H.
 //! Maurer, Applications to Regular and Bang-Bang Control, SIAM 2012, doi 10.1137/1.9781611972368, section 2.1).
 
-use apsides_ocp::{Phase, Variable};
+use apsides_ocp::{Phase, PiecewisePolynomial, Variable};
 
 use super::{KIND, PhaseConditions};
 use crate::boundary::row_scale;
+use crate::certificate::LEAST_HAMILTONIAN;
 use crate::place::place;
 use crate::worst::Worst;
 use crate::{Check, VerifySettings};
@@ -119,11 +120,34 @@ impl PhaseConditions<'_> {
         }
         let open = phase.controls.iter().any(|c| !c.bounds.lower.is_finite() || !c.bounds.upper.is_finite());
         let remark = open.then(|| "controls without bounds searched about the range met".to_owned());
-        worst.into_check_with(
-            format!("least Hamiltonian among all admissible controls of {}", phase.name),
-            KIND,
-            remark,
-        )
+        worst.into_check_with(format!("{LEAST_HAMILTONIAN} of {}", phase.name), KIND, remark)
+    }
+
+    /// The control with the least Hamiltonian found at each node; none where nowhere one is lower by more than the limit of the check.
+    pub(super) fn least_controls(&mut self, settings: &VerifySettings) -> Option<PiecewisePolynomial> {
+        let set = self.control_set();
+        let stride = self.nodes.len().div_ceil(POINTS).max(1);
+        let mut largest = 0.0_f64;
+        let mut least = Vec::new();
+        let mut segments = self.found.control.segments().to_vec();
+        let mut k = 0;
+        for (segment, piece) in segments.iter_mut().enumerate() {
+            let times = self.found.control.node_times(segment);
+            for (time, values) in times.zip(piece.values.chunks_mut(self.equations.nu.max(1))) {
+                // Between the nodes that are searched the control is that of the one before.
+                if k % stride == 0 {
+                    let found = self.compare(&set, segment, time);
+                    self.control_range = self.control_range.max(found.range);
+                    largest = largest.max(found.gap);
+                    least = found.least;
+                }
+                values.copy_from_slice(&least);
+                k += 1;
+            }
+        }
+        let is_evident = self.relative_to_controls(largest) > settings.minimum_tolerance;
+        let breaks = self.found.control.breaks().to_vec();
+        is_evident.then(|| PiecewisePolynomial::new(self.equations.nu, breaks, segments).ok()).flatten()
     }
 
     fn control_set(&self) -> ControlSet {

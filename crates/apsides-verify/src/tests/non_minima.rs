@@ -3,7 +3,7 @@
 
 use super::parts::{breaks, phase, trajectory};
 use super::{assert_failed, certify, find};
-use crate::{Certificate, Verdict};
+use crate::{Certificate, Verdict, VerifySettings, with_least_hamiltonian};
 use apsides_ad::{Dynamics, PathFunction, Scalar, VectorFunction};
 use apsides_ocp::{At, Bounds, Ocp, Phase, Sense, State, Term, Trajectory, Variable};
 
@@ -85,6 +85,24 @@ fn rest(cost: Cost, control: Bounds, to: f64) -> Certificate {
 fn a_maximum_of_the_hamiltonian() {
     let certificate = rest(Cost::NegativeSquare, Bounds::new(-1.0, 1.0), 1.0);
     assert_failed(&certificate, &["least Hamiltonian"]);
+}
+
+/// Better controls are at their bounds where rest is a maximum; a minimum has none.
+#[test]
+fn better_controls_of_a_maximum() {
+    let settings = VerifySettings::default();
+    let state = || State::new("x", "-").starts_at(0.0).ends_at(0.0);
+    let control = Bounds::new(-1.0, 1.0);
+    let rest = solution((0.0, 1.0), 0.0, |_| 0.0, |_| 0.0, |_| 0.0);
+    let maximum = problem(Cost::NegativeSquare, state(), control, 0.0, 1.0);
+    let better = with_least_hamiltonian(&maximum, &rest, &settings).unwrap().expect("better controls");
+    let values = better.phases[0].control.segments().iter().flat_map(|s| &s.values);
+    assert!(values.clone().count() > 100);
+    for u in values {
+        assert!((u.abs() - 1.0).abs() < 1e-12, "{u}");
+    }
+    let minimum = problem(Cost::Oscillator, state(), control, 0.0, 1.0);
+    assert!(with_least_hamiltonian(&minimum, &rest, &settings).unwrap().is_none());
 }
 
 #[test]

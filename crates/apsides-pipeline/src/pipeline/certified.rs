@@ -1,0 +1,103 @@
+//! Solutions with their certificates.
+
+use apsides_nlp::Status;
+use apsides_ocp::{Ocp, Solution, Trajectory};
+use apsides_radau::Explanation;
+use apsides_verify::{Certificate, Check, CheckKind, Verdict, Verification, VerifySettings, verify};
+
+use crate::Error;
+use crate::mission::Scalars;
+use crate::outcome::Decisions;
+use crate::posed::Posed;
+
+use super::Pipeline;
+
+/// A solution with its certificate, and what was found to conflict in it.
+pub(super) struct Certified {
+    pub(super) solution: Solution,
+    pub(super) flight: Flight,
+    pub(super) conflict: Option<Explanation>,
+}
+
+/// The certificate of a whole flight, and its trajectory where that is not the solution itself.
+pub(super) struct Flight {
+    pub(super) certificate: Certificate,
+    pub(super) expanded: Option<Trajectory>,
+}
+
+impl Certified {
+    /// A solution with its certificate. A solve whose steps became too small at a point that is certified has solved the problem.
+    pub(super) fn new(mut solution: Solution, flight: Flight) -> Self {
+        if solution.status == Status::StepTooSmall && flight.certificate.verdict >= Verdict::Extremal {
+            solution.status = Status::Acceptable;
+            solution.deficiency = None;
+        }
+        Self { solution, flight, conflict: None }
+    }
+}
+
+impl Pipeline {
+    /// The certificate of a trajectory of the whole flight.
+    ///
+    /// # Errors
+    /// When the values do not make a problem, or the trajectory does not fit it.
+    pub fn verify(&self, trajectory: &Trajectory) -> Result<Certificate, Error> {
+        self.optimised()?;
+        let decisions = self.decide()?;
+        let decided = self.decided(&decisions)?;
+        decided.certify(decided.pose_decided()?.flight(), &decisions, trajectory)
+    }
+
+    /// The certificate and the scalars of a trajectory of the whole flight, with those that take solves of their own where it is `solved`: what a
+    /// solve states of it.
+    ///
+    /// # Errors
+    /// When the values do not make a problem, or the trajectory does not fit it.
+    pub fn recomputed(&self, trajectory: &Trajectory, solved: bool) -> Result<(Certificate, Scalars), Error> {
+        let certificate = self.verify(trajectory)?;
+        let decided = self.decided(&self.decide()?)?;
+        let margins = match solved {
+            true => decided.mission().margins(decided.methods(), trajectory)?,
+            false => Scalars::new(),
+        };
+        Ok((certificate, decided.results(trajectory).into_iter().chain(margins).collect()))
+    }
+
+    fn certify(
+        &self,
+        flight: &Ocp,
+        decisions: &Decisions,
+        trajectory: &Trajectory,
+    ) -> Result<Certificate, Error> {
+        let Verification { certificate, .. } = verify(flight, trajectory, &VerifySettings::default())?;
+        Ok(certificate.with_checks(self.mission().checks(decisions, trajectory)))
+    }
+
+    /// The whole flight of a solution with its certificate. What cannot be expanded, as after a solve that failed, is certified as
+    /// far as it goes.
+    pub(super) fn flight(
+        &self,
+        posed: &Posed,
+        decisions: &Decisions,
+        solution: &Trajectory,
+    ) -> Result<Flight, Error> {
+        if posed.expansion.is_none() {
+            return Ok(Flight {
+                certificate: self.certify(&posed.ocp, decisions, solution)?,
+                expanded: None,
+            });
+        }
+        match posed.expand(solution) {
+            Ok(trajectory) => {
+                let certificate = self.certify(posed.flight(), decisions, &trajectory)?;
+                Ok(Flight { certificate, expanded: Some(trajectory) })
+            }
+            Err(e) => {
+                let found = verify(&posed.ocp, solution, &VerifySettings::default())?;
+                let name = "phases that are not joined to a flight";
+                let check = Check::new(name, CheckKind::Feasibility, 1.0, 0.0, "-", e.to_string());
+                Ok(Flight { certificate: found.certificate.with_checks([check]), expanded: None })
+            }
+        }
+    }
+}

@@ -1,0 +1,133 @@
+//! Further starts, where one leads to no minimum or to no solution though there is a feasible trajectory.
+//!
+//! The certificate of a solution that is stationary and no minimum says so: another control has a smaller Hamiltonian, or a change lowers the
+//! objective to second order. From the better controls, and from bent trajectories, which have no symmetry to keep, a solve may end at
+//! a better one. So it may where a straight line led nowhere: through the middle of an obstacle, or where nothing has a gradient.
+
+use std::collections::VecDeque;
+
+use apsides_nlp::Status;
+use apsides_ocp::Guess;
+use apsides_ocp::method::Counters;
+use apsides_verify::{Verdict, VerifySettings, with_least_hamiltonian};
+
+use crate::Error;
+use crate::method::MethodName;
+use crate::observer::Observer;
+use crate::outcome::Decisions;
+use crate::posed::Posed;
+
+use super::Pipeline;
+use super::certified::Certified;
+
+/// Bent starts that are tried from one trajectory.
+const BENT: usize = 3;
+/// Further starts that are tried in all.
+const MOST_STARTS: usize = 8;
+/// Iterations from a further start.
+const MOST_ITERATIONS: usize = 300;
+/// Iterations times variables of a first solve above which no further start is tried: each may take as long.
+const MOST_WORK: usize = 2_000_000;
+/// Least gain of the objective, relative to its size where that is above one.
+const LEAST_GAIN: f64 = 1e-6;
+
+impl Certified {
+    /// True if the solve succeeded and its certificate names something better.
+    fn is_no_minimum(&self) -> bool {
+        self.solution.is_success() && self.flight.certificate.names_something_better()
+    }
+
+    /// True if a start failed where another one may not.
+    fn may_be_missed(&self) -> bool {
+        match self.solution.status {
+            Status::IterationLimit | Status::StepTooSmall => true,
+            Status::Infeasible | Status::RestorationFailed => self.has_feasible(),
+            _ => false,
+        }
+    }
+
+    /// True if the requirements do not conflict.
+    fn has_feasible(&self) -> bool {
+        self.conflict.as_ref().is_some_and(|c| c.status.is_success() && c.conflicts.is_empty())
+    }
+}
+
+impl Pipeline {
+    /// The solution, or a better one from another start where it is none or no minimum.
+    ///
+    /// # Errors
+    /// As of a solve.
+    pub(super) fn better_from_elsewhere(
+        &self,
+        posed: &Posed,
+        decisions: &Decisions,
+        first: Certified,
+        observer: &mut dyn Observer,
+    ) -> Result<Certified, Error> {
+        let Counters { iterations, variables, .. } = first.solution.counters;
+        let is_little = iterations.saturating_mul(variables) <= MOST_WORK;
+        let is_called_for = first.is_no_minimum() || first.may_be_missed();
+        if self.methods().name != MethodName::Radau || !is_little || !is_called_for {
+            return Ok(first);
+        }
+        let few = self.methods().clone().with_most_iterations(MOST_ITERATIONS);
+        let mut best = first;
+        let mut starts = VecDeque::from(self.further_starts(posed, &best)?);
+        let mut work = Vec::new();
+        while let Some(start) = starts.pop_front().filter(|_| work.len() < MOST_STARTS) {
+            let solution = few.solve_from(posed, &start, observer)?;
+            let is_interrupted = solution.status == Status::Interrupted;
+            let flight = self.flight(posed, decisions, &solution.trajectory)?;
+            let found = Certified::new(solution, flight);
+            if is_better(posed, &found, &best) {
+                work.push(std::mem::replace(&mut best, found).solution.counters);
+                if best.is_no_minimum() {
+                    starts = self.further_starts(posed, &best)?.into();
+                } else if best.flight.certificate.is_verified() {
+                    starts.clear();
+                }
+            } else {
+                work.push(found.solution.counters);
+            }
+            if is_interrupted {
+                break;
+            }
+        }
+        best.solution.counters = Counters::total(work.into_iter().chain([best.solution.counters]));
+        Ok(best)
+    }
+
+    /// The starts from which a solve may end elsewhere, the most promising one first.
+    fn further_starts(&self, posed: &Posed, first: &Certified) -> Result<Vec<Guess>, Error> {
+        let (ocp, found) = (&posed.ocp, &first.solution.trajectory);
+        let mut starts = Vec::new();
+        let base = if first.is_no_minimum() {
+            if posed.expansion.is_none()
+                && let Some(better) = with_least_hamiltonian(ocp, found, &VerifySettings::default())?
+            {
+                starts.push(Guess::along(&better)?);
+            }
+            Guess::along(found)?
+        } else {
+            if first.has_feasible() {
+                let method = self.methods().radau.method();
+                let mesh = self.methods().first_mesh(ocp)?;
+                let feasible = method.feasible(ocp, &posed.guess, &mesh)?;
+                starts.extend(feasible.map(|t| Guess::along(&t)).transpose()?);
+            }
+            posed.guess.clone()
+        };
+        starts.extend((1..=BENT).map(|number| base.bent(ocp, number)));
+        Ok(starts)
+    }
+}
+
+/// True if a solve that succeeded has a lower objective than another one, or the other one failed.
+fn is_better(posed: &Posed, found: &Certified, than: &Certified) -> bool {
+    if !found.solution.is_success() || found.flight.certificate.verdict == Verdict::Rejected {
+        return false;
+    }
+    let cost = |c: &Certified| posed.ocp.objective.sense.sign() * c.solution.trajectory.objective;
+    let (found, other) = (cost(found), cost(than));
+    !than.solution.is_success() || found < other - LEAST_GAIN * other.abs().max(1.0)
+}
