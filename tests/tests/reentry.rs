@@ -5,7 +5,7 @@
 #![allow(clippy::unwrap_used)]
 
 use apsides::nlp::Flow;
-use apsides::{Observer, Outcome, SearchProgress};
+use apsides::{Observer, SearchProgress};
 use apsides_tests::mission::{load, near, solve, verified};
 
 /// Discretisation: heat loads against collocation, MJ/m2.
