@@ -4,13 +4,18 @@
 //! | --- | --- |
 //! | [`tolerance`] | named tolerances |
 //! | [`run`] | a problem of the gallery, solved and verified |
+//! | [`mission`] | a mission through the facade: solved, verified, compared |
+//! | [`patience`] | an observer that interrupts |
 //! | [`golden`] | stored counters |
 //! | [`shared`](mod@shared) | maps and references outside the project |
 
 pub mod golden;
+pub mod mission;
+pub mod patience;
 pub mod run;
 pub mod shared;
 pub mod tolerance;
 
+pub use patience::Patience;
 pub use run::{Failure, Run, radau, solve};
 pub use shared::shared;

@@ -5,9 +5,10 @@
 //! cap, oblateness or a limited flight time come from the collocation alone. `references/geo_injection.py` prints two to four burns.
 #![allow(clippy::unwrap_used)]
 
+use apsides::Outcome;
 use apsides::pipeline::sweep;
 use apsides::verify::{CheckKind, Verdict};
-use apsides::{Error, Outcome};
+use apsides_tests::mission::{self, load, near, solve};
 use apsides_tests::tolerance::{BURN_TIME_S, COLLOCATION_PROPELLANT_KG, IGNITION_TIME_S, PROPELLANT_KG};
 
 /// Discretisation: the re-simulated flight misses the velocity of the target by less, m/s.
@@ -33,25 +34,10 @@ const PRICE: f64 = 1e-4;
 /// Discretisation: the same over a wide step, relative.
 const PRICE_OF_TIME: f64 = 1e-2;
 
-fn load(name: &str, overrides: &[&str]) -> Result<apsides::Pipeline, Error> {
-    let overrides: Vec<String> = overrides.iter().map(|o| (*o).into()).collect();
-    apsides::load(name, &overrides)
-}
-
-fn solve(name: &str, overrides: &[&str]) -> Outcome {
-    load(name, overrides).unwrap().solve(None, &mut ()).unwrap()
-}
-
-fn near(outcome: &Outcome, key: &str, expected: f64, tolerance: f64) {
-    let found = outcome.summary.results[key];
-    assert!((found - expected).abs() < tolerance, "{key}: found {found}, expected {expected}");
-}
-
 /// Verified, with the target orbit met in Cartesian coordinates to 1 m and 1 mm/s.
 fn verified(outcome: &Outcome) {
-    assert_eq!(outcome.summary.status, "optimal", "{:?}", outcome.explanation);
+    mission::verified(outcome);
     let certificate = &outcome.summary.certificate;
-    assert!(certificate.is_verified(), "{:#?}", certificate.failures().collect::<Vec<_>>());
     for (start, limit) in [("position off the target", 1.0), ("velocity off the target", MISS_M_S)] {
         let check = certificate.checks.iter().find(|c| c.name.starts_with(start)).unwrap();
         assert!(check.value < limit && check.kind == CheckKind::Feasibility, "{check:?}");
@@ -75,19 +61,7 @@ const ON_COASTS: &str = "switching function below zero on a coast";
 
 #[test]
 fn equatorial_with_two_to_six_burns() {
-    let cases = [
-        ("22100", "geo-2-burn", 15750.247336058106),
-        ("22100", "geo-3-burn", 15565.672402671438),
-        ("22100", "geo-4-burn", 15524.886148083533),
-        ("22100", "geo-5-burn", 15510.099937002784),
-        ("22100", "geo-6-burn", 15503.165417920809),
-        ("22170", "geo-2-burn", 15801.500887467913),
-        ("22170", "geo-3-burn", 15615.431377139967),
-        ("22170", "geo-4-burn", 15574.273849856629),
-        ("22170", "geo-5-burn", 15559.349782895875),
-        ("22170", "geo-6-burn", 15552.350024452735),
-    ];
-    for (mass, name, propellant) in cases {
+    for (mass, name, propellant) in mission::EQUATORIAL_INJECTIONS {
         let outcome = injected(name, &[&format!("initial_mass_kg={mass}")], propellant, PROPELLANT_KG);
         assert!(has_check(&outcome, ON_BURNS) && has_check(&outcome, ON_COASTS));
     }

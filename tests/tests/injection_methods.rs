@@ -3,6 +3,7 @@
 #![allow(clippy::unwrap_used)]
 
 use apsides::Outcome;
+use apsides_tests::mission::EQUATORIAL_INJECTIONS;
 use apsides_tests::tolerance::PROPELLANT_KG;
 
 /// Published: digits of the final mass by collocation.
@@ -30,22 +31,9 @@ fn injected(name: &str, method: &str, overrides: &[&str], propellant: f64, toler
     outcome
 }
 
-const EQUATORIAL: [(&str, &str, f64); 10] = [
-    ("22100", "geo-2-burn", 15750.247336058106),
-    ("22100", "geo-3-burn", 15565.672402671438),
-    ("22100", "geo-4-burn", 15524.886148083533),
-    ("22100", "geo-5-burn", 15510.099937002784),
-    ("22100", "geo-6-burn", 15503.165417920809),
-    ("22170", "geo-2-burn", 15801.500887467913),
-    ("22170", "geo-3-burn", 15615.431377139967),
-    ("22170", "geo-4-burn", 15574.273849856629),
-    ("22170", "geo-5-burn", 15559.349782895875),
-    ("22170", "geo-6-burn", 15552.350024452735),
-];
-
 #[test]
 fn equatorial() {
-    for (mass, name, propellant) in EQUATORIAL {
+    for (mass, name, propellant) in EQUATORIAL_INJECTIONS {
         let mass = format!("initial_mass_kg={mass}");
         injected(name, "indirect", &[&mass], propellant, PROPELLANT_KG);
         injected(name, "multiple-shooting", &[&mass], propellant, PROPELLANT_KG);

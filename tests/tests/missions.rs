@@ -9,6 +9,7 @@
 use apsides::pipeline::sweep;
 use apsides::verify::Check;
 use apsides::{Error, Outcome};
+use apsides_tests::mission::{near, solve};
 use apsides_tests::tolerance::{
     FINAL_MASS_KG, FLAT_TIME_S, FLIGHT_TIME_S, GATE_SPEED_M_S, OPEN_STRUCTURE_MASS_KG, POSITION_MISS_M,
     PRINTED_MASS_KG, SPEED_MISS_M_S, TWO_PHASE_TIME_S,
@@ -22,16 +23,6 @@ const ATTITUDE_DEG: f64 = 1e-6;
 const PRICE: f64 = 1e-3;
 /// Solver: the derivative of a key by itself.
 const IDENTITY: f64 = 1e-6;
-
-fn solve(name: &str, overrides: &[&str]) -> Outcome {
-    let overrides: Vec<String> = overrides.iter().map(|o| (*o).into()).collect();
-    apsides::load(name, &overrides).unwrap().solve(None, &mut ()).unwrap()
-}
-
-fn near(outcome: &Outcome, key: &str, expected: f64, tolerance: f64) {
-    let found = outcome.summary.results[key];
-    assert!((found - expected).abs() < tolerance, "{key}: found {found}, expected {expected}");
-}
 
 fn verified(outcome: &Outcome) {
     assert_eq!(outcome.summary.status, "optimal", "{:?}", outcome.explanation);

@@ -56,7 +56,7 @@ fn the_page_on_problems_says_what_is_so() {
     assert!(page.contains("55.4570878 s"));
     assert_eq!(solved.summary.certificate.verdict.to_string(), "strict-local-optimum");
     // Its commands are those that the tests of the program run.
-    let run = read("crates/apsides-cli/tests/program.rs");
+    let run = read("crates/apsides-cli/tests/results.rs");
     for command in block(&page, "sh\n").lines() {
         assert!(run.contains(command), "{command}");
     }

@@ -5,7 +5,8 @@
 #![allow(clippy::unwrap_used)]
 
 use apsides::nlp::Flow;
-use apsides::{Error, Observer, Outcome, SearchProgress};
+use apsides::{Observer, SearchProgress};
+use apsides_tests::mission::{load, near, solve, verified};
 
 /// Discretisation: heat loads against collocation, MJ/m2.
 const HEAT_MJ_M2: f64 = 1e-3;
@@ -33,26 +34,6 @@ const LIFT_TO_DRAG: f64 = 1e-4;
 const LEAST_PRESSURE_KPA: f64 = 2e-3;
 /// Discretisation: the least peak of the load, m/s2.
 const LEAST_LOAD_M_S2: f64 = 5e-3;
-
-fn load(name: &str, overrides: &[&str]) -> Result<apsides::Pipeline, Error> {
-    let overrides: Vec<String> = overrides.iter().map(|o| (*o).into()).collect();
-    apsides::load(name, &overrides)
-}
-
-fn solve(name: &str, overrides: &[&str]) -> Outcome {
-    load(name, overrides).unwrap().solve(None, &mut ()).unwrap()
-}
-
-fn near(outcome: &Outcome, key: &str, expected: f64, tolerance: f64) {
-    let found = outcome.summary.results[key];
-    assert!((found - expected).abs() < tolerance, "{key}: found {found}, expected {expected}");
-}
-
-fn verified(outcome: &Outcome) {
-    assert_eq!(outcome.summary.status, "optimal", "{:?}", outcome.explanation);
-    let certificate = &outcome.summary.certificate;
-    assert!(certificate.is_verified(), "{:#?}", certificate.failures().collect::<Vec<_>>());
-}
 
 const UNLIMITED: [&str; 4] =
     ["dynamic_pressure_limit_kpa=inf", "load_limit_m_s2=inf", "heat_rate_limit_kw_m2=inf", "margins=false"];

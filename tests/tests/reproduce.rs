@@ -7,8 +7,8 @@
 
 use std::sync::OnceLock;
 
-use apsides::nlp::{Flow, IterationRecord, Observer};
 use apsides_publications::{Comparison, FindingKind, Part, Reproduction, Row, Table, reproduce};
+use apsides_tests::Patience;
 use apsides_tests::tolerance::{FLIGHT_TIME_S, GATE_SPEED_M_S, TWO_PHASE_TIME_S};
 
 /// Flight times by refined flatness against shooting, s: one phase.
@@ -209,16 +209,6 @@ fn notes_follow_from_the_numbers() {
     near(differences[1], -6.256, PAPER_TIME_S, "descent");
     let orbit = &reproduction().remarks[0];
     assert!(orbit.contains("1633.98 m/s") && orbit.contains("1680.36 m/s"), "{orbit}");
-}
-
-/// Stops after so many iterations.
-struct Patience(usize);
-
-impl Observer for Patience {
-    fn iteration(&mut self, _: &IterationRecord) -> Flow {
-        self.0 = self.0.saturating_sub(1);
-        if self.0 == 0 { Flow::Stop } else { Flow::Continue }
-    }
 }
 
 #[test]

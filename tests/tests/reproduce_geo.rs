@@ -7,8 +7,8 @@
 
 use std::sync::OnceLock;
 
-use apsides::nlp::{Flow, IterationRecord, Observer};
 use apsides_publications::{Part, Reproduction, Sheet, reproduce};
+use apsides_tests::Patience;
 
 /// Half of the last digit of the reference for burns by the rule, s.
 const BURN_S: f64 = 5e-4;
@@ -212,16 +212,6 @@ fn guesses_at_the_limit_of_the_propellant() {
     assert!(
         graphs.iter().all(|g| g.series.len() == 6 && g.series.iter().all(|s| s.dots.len() == s.line.len()))
     );
-}
-
-/// Stops after so many iterations.
-struct Patience(usize);
-
-impl Observer for Patience {
-    fn iteration(&mut self, _: &IterationRecord) -> Flow {
-        self.0 = self.0.saturating_sub(1);
-        if self.0 == 0 { Flow::Stop } else { Flow::Continue }
-    }
 }
 
 #[test]

@@ -1,14 +1,14 @@
 //! The commands.
 
 use std::io::Write as _;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 use apsides::pipeline::lock::DirectoryLock;
-use apsides::pipeline::record::Record;
+use apsides::pipeline::record::{Record, SOLVES};
 use apsides::pipeline::whole_file::{check_directory, check_file, write_whole};
 use apsides_report::write_outcome;
 
-use crate::arguments::{MissionArguments, NewKind, SolveArguments};
+use crate::arguments::{MissionArguments, NewKind, RunArguments, SolveArguments};
 use crate::exit::{Exit, Refusal, refusal, unwritten, unwritten_option};
 use crate::figures::figures;
 use crate::output::{outcome, prices, print, say, titles, warn, written};
@@ -20,15 +20,16 @@ impl MissionArguments {
         overrides.extend(self.method.iter().map(|m| format!("method={m}")));
         apsides::load(&self.mission, &overrides).map_err(refusal)
     }
+
+    /// The mission with the threads, the seed and the memory of the arguments.
+    pub(crate) fn load_for(&self, run: &RunArguments) -> Result<apsides::Pipeline, Refusal> {
+        let mission = self.load()?.with_threads(run.threads.count());
+        Ok(mission.with_seed(run.seed).with_memory(run.memory()))
+    }
 }
 
 pub(crate) fn solve(a: &SolveArguments) -> Result<Exit, Refusal> {
-    let mut mission = a
-        .mission
-        .load()?
-        .with_threads(a.run.threads.count())
-        .with_seed(a.run.seed)
-        .with_memory(a.run.memory());
+    let mut mission = a.mission.load_for(&a.run)?;
     if let Some(file) = &a.checkpoint {
         probe_file("--checkpoint", file)?;
         mission = mission.with_checkpoint(file.clone());
@@ -95,6 +96,32 @@ pub(crate) fn probe_directory(dir: &Path) -> Result<(), Refusal> {
 pub(crate) fn claim(dir: &Path) -> Result<DirectoryLock, Refusal> {
     let words = std::env::args().skip(1).take(2).collect::<Vec<_>>().join(" ");
     DirectoryLock::take(dir, &format!("apsides {words}")).map_err(unwritten_option("--out", dir))
+}
+
+/// The directory of a command that keeps its solves there until all are done; none where nothing is written.
+pub(crate) struct KeptWork {
+    record: Option<Record>,
+    solves: PathBuf,
+    /// It ends last: with it goes the directory if nothing is left in it.
+    _lock: Option<DirectoryLock>,
+}
+
+impl KeptWork {
+    pub(crate) fn open(out: Option<&Path>) -> Result<Self, Refusal> {
+        if let Some(dir) = out {
+            // Before the work, not after it.
+            probe_directory(dir)?;
+        }
+        let lock = out.map(claim).transpose()?;
+        let solves = out.map(|dir| dir.join(SOLVES)).unwrap_or_default();
+        let record = out.map(|_| keep_solves(&solves)).transpose()?;
+        Ok(Self { record, solves, _lock: lock })
+    }
+
+    /// Ends the work as [`settle`] does.
+    pub(crate) fn settle(self, complete: bool, exit: Exit) -> Exit {
+        settle(self.record, &self.solves, complete, exit)
+    }
 }
 
 /// Solves on disk, from which the same command goes on.

@@ -3,30 +3,18 @@
 use std::fmt::Write as _;
 
 use apsides::pipeline::footprint::{FEWEST_BEARINGS, Footprint, FootprintCase, count, footprint as compute};
-use apsides::pipeline::record::SOLVES;
 use apsides_report::{footprint_map, write_footprint};
 
 use crate::arguments::FootprintArguments;
-use crate::commands::{claim, keep_solves, probe_directory, settle};
+use crate::commands::KeptWork;
 use crate::exit::{Exit, Refusal, refusal};
 use crate::output::{print, written};
 use crate::progress::Progress;
 
 pub(crate) fn footprint(a: &FootprintArguments) -> Result<Exit, Refusal> {
-    let mission = a
-        .mission
-        .load()?
-        .with_threads(a.run.threads.count())
-        .with_seed(a.run.seed)
-        .with_memory(a.run.memory());
+    let mission = a.mission.load_for(&a.run)?;
     mission.check_footprint().map_err(refusal)?;
-    if let Some(dir) = &a.out {
-        // Before the work, not after it.
-        probe_directory(dir)?;
-    }
-    let _lock = a.out.as_deref().map(claim).transpose()?;
-    let solves = a.out.as_deref().map(|dir| dir.join(SOLVES)).unwrap_or_default();
-    let record = a.out.as_ref().map(|_| keep_solves(&solves)).transpose()?;
+    let kept = KeptWork::open(a.out.as_deref())?;
     let stop = a.run.limit.stop();
     let bearings = a.bearings as usize;
     let mut progress = Progress::line(a.run.quiet, stop, count(bearings) as u64);
@@ -62,7 +50,7 @@ pub(crate) fn footprint(a: &FootprintArguments) -> Result<Exit, Refusal> {
     } else {
         Exit::Verified
     };
-    Ok(settle(record, &solves, found.complete, exit))
+    Ok(kept.settle(found.complete, exit))
 }
 
 const HEAD: &str = "\

@@ -2,7 +2,7 @@
 
 use std::collections::BTreeMap;
 use std::fmt::Write as _;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 use apsides::missions::site_criteria;
 use apsides::terrain::hazard::{
@@ -191,32 +191,10 @@ pub(crate) fn hazard(a: &HazardArguments) -> Result<Exit, Refusal> {
     let geometry = *map.geometry();
     let pixel = geometry.square_pixel().map_err(|e| a.map.defect(e))?;
     let (criteria_name, criteria) = criteria(a, pixel)?;
-    let start = a.start.unwrap_or([geometry.rows() / 2, geometry.cols() / 2]);
-    if start[0] >= geometry.rows() || start[1] >= geometry.cols() {
-        let (row, col, rows, cols) = (start[0], start[1], geometry.rows(), geometry.cols());
-        return Err(format!("--start: {}", TerrainError::Outside { row, col, rows, cols }).into());
-    }
-    let separation = a.separation.unwrap_or(2.0 * criteria.clearance_min_m);
-    if !(separation.is_finite() && separation >= 0.0) {
-        return Err(format!("--separation: {separation} m; it must be finite and not negative").into());
-    }
+    let work = Work::new(a, &criteria, &geometry)?;
     let in_memory = fits(&geometry, memory);
-    if !in_memory && a.rule != Rule::Spiral {
-        return Err(format!(
-            "--rule: a map of {} x {} pixels is read in bands with {} MiB, where sites are sought on the spiral only; \
-             give more with --memory",
-            geometry.rows(),
-            geometry.cols(),
-            a.memory
-        ).into());
-    }
-    if let Some(option) = Features::asked(a).filter(|_| !in_memory) {
-        return Err(format!(
-            "{option}: needs the whole map in memory, {} MiB are too few for {} x {} pixels; give more with --memory",
-            a.memory,
-            geometry.rows(),
-            geometry.cols()
-        ).into());
+    if !in_memory {
+        refuse_whole_map(a, &geometry)?;
     }
     if let Some(dir) = &a.out {
         // Before the work, not after it.
@@ -235,7 +213,6 @@ pub(crate) fn hazard(a: &HazardArguments) -> Result<Exit, Refusal> {
         summary: MapSummary::new(&a.map.map, &geometry),
         files,
     };
-    let work = Work { a, criteria: &criteria, start, separation };
     let pool = pool(&a.threads)?;
     let found = pool.install(|| {
         if in_memory {
@@ -245,53 +222,36 @@ pub(crate) fn hazard(a: &HazardArguments) -> Result<Exit, Refusal> {
         }
     });
     let (sites, features) = found?;
-    let mut paths = match account.files {
+    let mut paths = match account.files.take() {
         Some(files) => files.finish(&sites, criteria.clearance_min_m / pixel)?,
         None => Vec::new(),
     };
     if let Some(dir) = &a.out {
         paths.extend(features.write(dir, &geometry, &options)?);
     }
-    let mut report = Report {
-        map: account.summary,
-        criteria_name,
-        criteria,
-        safe_fraction: account.counts.safe_fraction(),
-        pixels: Pixels {
-            safe: account.counts.safe,
-            not_safe: account.counts.unsafe_,
-            unknown: account.counts.unknown,
-        },
-        unsafe_by: account.by,
-        start,
-        rule: match a.rule {
-            Rule::Spiral => "spiral",
-            Rule::Clearance => "clearance",
-            Rule::Score => "score",
-        },
-        separation_m: separation,
-        sites: sites.iter().map(SiteRow::new).collect(),
-        features,
-        files: Vec::new(),
-    };
+    let mut report = work.report(criteria_name, account, &sites, features);
     if let Some(dir) = &a.out {
-        paths.push(write(&dir.join("sites.csv"), &report.csv()?)?);
-        paths.push(dir.join("hazard.json"));
-        report.files = paths.iter().map(|p| p.display().to_string()).collect();
-        let text = serde_json::to_string_pretty(&report).map_err(refusal)?;
-        write(&dir.join("hazard.json"), &format!("{text}\n"))?;
+        report.write(dir, &mut paths)?;
     }
-    if a.json {
-        let text = serde_json::to_string_pretty(&report).map_err(refusal)?;
-        print(&format!("{text}\n"));
-    } else {
-        print(&report.text());
-        if a.out.is_some() {
-            print(&written(&paths));
-            print(&format!("\ncolours of map.png: {}\n", HazardPicture::LEGEND));
-        }
-    }
+    report.show(a, &paths)?;
     Ok(if report.sites.is_empty() { Exit::NotSolved } else { Exit::Verified })
+}
+
+/// Refuses options that need the whole map in memory.
+fn refuse_whole_map(a: &HazardArguments, geometry: &Geometry) -> Result<(), Refusal> {
+    let (rows, cols, memory) = (geometry.rows(), geometry.cols(), a.memory);
+    if a.rule != Rule::Spiral {
+        return Err(format!(
+            "--rule: a map of {rows} x {cols} pixels is read in bands with {memory} MiB, where sites are sought on the spiral only; \
+             give more with --memory"
+        ).into());
+    }
+    if let Some(option) = Features::asked(a) {
+        return Err(format!(
+            "{option}: needs the whole map in memory, {memory} MiB are too few for {rows} x {cols} pixels; give more with --memory"
+        ).into());
+    }
+    Ok(())
 }
 
 fn criteria(a: &HazardArguments, pixel: f64) -> Result<(String, SiteCriteria), Refusal> {
@@ -309,7 +269,21 @@ struct Work<'a> {
     separation: f64,
 }
 
-impl Work<'_> {
+impl<'a> Work<'a> {
+    fn new(a: &'a HazardArguments, criteria: &'a SiteCriteria, geometry: &Geometry) -> Result<Self, Refusal> {
+        let (rows, cols) = (geometry.rows(), geometry.cols());
+        let start = a.start.unwrap_or([rows / 2, cols / 2]);
+        if start[0] >= rows || start[1] >= cols {
+            let (row, col) = (start[0], start[1]);
+            return Err(format!("--start: {}", TerrainError::Outside { row, col, rows, cols }).into());
+        }
+        let separation = a.separation.unwrap_or(2.0 * criteria.clearance_min_m);
+        if !(separation.is_finite() && separation >= 0.0) {
+            return Err(format!("--separation: {separation} m; it must be finite and not negative").into());
+        }
+        Ok(Self { a, criteria, start, separation })
+    }
+
     fn in_memory(
         &self,
         map: &mut MapFile,
@@ -376,9 +350,57 @@ impl Work<'_> {
         }
         Ok(sites)
     }
+
+    fn report(&self, criteria_name: String, account: Account, sites: &[Site], features: Features) -> Report {
+        let counts = account.counts;
+        Report {
+            map: account.summary,
+            criteria_name,
+            criteria: *self.criteria,
+            safe_fraction: counts.safe_fraction(),
+            pixels: Pixels { safe: counts.safe, not_safe: counts.unsafe_, unknown: counts.unknown },
+            unsafe_by: account.by,
+            start: self.start,
+            rule: match self.a.rule {
+                Rule::Spiral => "spiral",
+                Rule::Clearance => "clearance",
+                Rule::Score => "score",
+            },
+            separation_m: self.separation,
+            sites: sites.iter().map(SiteRow::new).collect(),
+            features,
+            files: Vec::new(),
+        }
+    }
 }
 
 impl Report {
+    /// Writes the report beside the other files, and lists them all.
+    fn write(&mut self, dir: &Path, paths: &mut Vec<PathBuf>) -> Result<(), Refusal> {
+        paths.push(write(&dir.join("sites.csv"), &self.csv()?)?);
+        paths.push(dir.join("hazard.json"));
+        self.files = paths.iter().map(|p| p.display().to_string()).collect();
+        write(&dir.join("hazard.json"), &self.json()?)?;
+        Ok(())
+    }
+
+    fn show(&self, a: &HazardArguments, paths: &[PathBuf]) -> Result<(), Refusal> {
+        if a.json {
+            print(&self.json()?);
+            return Ok(());
+        }
+        print(&self.text());
+        if a.out.is_some() {
+            print(&written(paths));
+            print(&format!("\ncolours of map.png: {}\n", HazardPicture::LEGEND));
+        }
+        Ok(())
+    }
+
+    fn json(&self) -> Result<String, Refusal> {
+        Ok(format!("{}\n", serde_json::to_string_pretty(self).map_err(refusal)?))
+    }
+
     fn columns(&self) -> Vec<&String> {
         self.sites.first().map_or(Vec::new(), |site| site.layers.keys().collect())
     }

@@ -18,12 +18,7 @@ use crate::progress::Progress;
 use crate::stop::StopFlag;
 
 pub(crate) fn montecarlo(a: &MonteCarloArguments) -> Result<Exit, Refusal> {
-    let mission = a
-        .mission
-        .load()?
-        .with_threads(a.run.threads.count())
-        .with_seed(a.run.seed)
-        .with_memory(a.run.memory());
+    let mission = a.mission.load_for(&a.run)?;
     if !a.sigma.is_empty() {
         return draws(a, &mission);
     }

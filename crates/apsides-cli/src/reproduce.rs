@@ -1,14 +1,13 @@
 //! Published tables computed again: each part on stdout as it is done.
 
 use apsides::pipeline::key::quantity_label;
-use apsides::pipeline::record::SOLVES;
 use apsides_publications::{
     COMPARISON_HEADS, Part, Row, Sheet, Table, comparison_columns, list, miss_sentence, parts as count,
     reproduce as compute, sheet_text, write_reproduction,
 };
 
 use crate::arguments::ReproduceArguments;
-use crate::commands::{claim, keep_solves, probe_directory, settle};
+use crate::commands::KeptWork;
 use crate::exit::{Exit, Refusal, refusal};
 use crate::output::{print, titles, written};
 use crate::progress::Progress;
@@ -19,13 +18,7 @@ pub(crate) fn reproduce(a: &ReproduceArguments) -> Result<Exit, Refusal> {
         return Ok(Exit::Verified);
     };
     let parts = count(name).map_err(refusal)?;
-    if let Some(dir) = &a.out {
-        // Before the work, not after it.
-        probe_directory(dir)?;
-    }
-    let _lock = a.out.as_deref().map(claim).transpose()?;
-    let solves = a.out.as_deref().map(|dir| dir.join(SOLVES)).unwrap_or_default();
-    let record = a.out.as_ref().map(|_| keep_solves(&solves)).transpose()?;
+    let kept = KeptWork::open(a.out.as_deref())?;
     let stop = a.run.limit.stop();
     let mut progress = Progress::line(a.run.quiet, stop, parts as u64);
     let ticker = progress.clone();
@@ -57,7 +50,7 @@ pub(crate) fn reproduce(a: &ReproduceArguments) -> Result<Exit, Refusal> {
     } else {
         Exit::Verified
     };
-    Ok(settle(record, &solves, done.complete, exit))
+    Ok(kept.settle(done.complete, exit))
 }
 
 const QUANTITY_WIDTH: usize = 30;

@@ -1,9 +1,11 @@
 //! `apsides terrain` and `apsides hazard` as a user meets them.
 #![allow(clippy::unwrap_used)]
 
+mod support;
+
 use std::io::Cursor;
 use std::path::Path;
-use std::process::{Command, Output};
+use std::process::Output;
 
 use apsides::terrain::ElevationMap;
 use apsides::terrain::detect::{BoulderSearch, CraterSearch, boulders, craters};
@@ -13,20 +15,10 @@ use apsides::terrain::probability::{Criteria, safe_landing, with_navigation_erro
 use apsides::terrain::site::{SiteRequest, choose_sites};
 use apsides::terrain::synthetic::{Synthetic, Terrain};
 
-fn apsides(arguments: &[&str]) -> Output {
-    Command::new(env!("CARGO_BIN_EXE_apsides")).args(arguments).output().unwrap()
-}
-
-fn stderr(o: &Output) -> String {
-    String::from_utf8_lossy(&o.stderr).into_owned()
-}
+use support::{apsides, path, stderr};
 
 fn json(o: &Output) -> serde_json::Value {
     serde_json::from_slice(&o.stdout).unwrap_or_else(|e| panic!("{e}: {}", stderr(o)))
-}
-
-fn path(p: &Path) -> String {
-    p.to_string_lossy().into_owned()
 }
 
 /// A generated map and its path.

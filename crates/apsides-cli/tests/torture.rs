@@ -3,9 +3,12 @@
 //! A sample runs with the tests, all of it by `cargo xtask torture`.
 #![allow(clippy::unwrap_used, clippy::print_stdout)]
 
+mod support;
+
 use std::collections::BTreeMap;
-use std::process::{Command, Output};
 use std::time::{Duration, Instant};
+
+use support::apsides;
 
 /// Longest time of an answer.
 const IN_TIME: Duration = Duration::from_secs(20);
@@ -14,10 +17,6 @@ const IN_TIME: Duration = Duration::from_secs(20);
 const ONE_OF: usize = 101;
 /// One of so many of these is solved too.
 const SOLVED_ONE_OF: usize = 11;
-
-fn apsides(arguments: &[&str]) -> Output {
-    Command::new(env!("CARGO_BIN_EXE_apsides")).args(arguments).output().unwrap()
-}
 
 fn lines(arguments: &[&str]) -> Vec<String> {
     let o = apsides(arguments);

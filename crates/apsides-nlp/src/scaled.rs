@@ -93,6 +93,122 @@ fn inverse_index(kept: &[usize], total: usize) -> Vec<usize> {
     inverse
 }
 
+/// The problem as the user states it, checked.
+struct Stated {
+    /// Lower and upper bounds.
+    variables: (Vec<f64>, Vec<f64>),
+    constraints: (Vec<f64>, Vec<f64>),
+    jacobian: Pattern,
+    /// Lower triangle.
+    hessian: Pattern,
+}
+
+impl Stated {
+    fn read(nlp: &dyn Nlp, settings: &NlpSettings) -> Result<Self, NlpError> {
+        let (n, m) = (nlp.variables(), nlp.constraints());
+        let (mut xl, mut xu) = (vec![f64::NAN; n], vec![f64::NAN; n]);
+        nlp.variable_bounds(&mut xl, &mut xu);
+        check_bounds("variable", &mut xl, &mut xu, settings.infinite_bound)?;
+        let (mut cl, mut cu) = (vec![f64::NAN; m], vec![f64::NAN; m]);
+        nlp.constraint_bounds(&mut cl, &mut cu);
+        check_bounds("constraint", &mut cl, &mut cu, settings.infinite_bound)?;
+        let jacobian = nlp.jacobian_pattern();
+        jacobian.check("Jacobian", m, n)?;
+        let hessian = nlp.hessian_pattern();
+        hessian.check("Hessian", n, n)?;
+        for (entry, (&row, &col)) in hessian.rows.iter().zip(&hessian.cols).enumerate() {
+            if row < col {
+                return Err(NlpError::UpperTriangle { entry, row, col });
+            }
+        }
+        Ok(Self { variables: (xl, xu), constraints: (cl, cu), jacobian, hessian })
+    }
+
+    /// The starting point, `given` or the problem's own, with fixed variables at their values.
+    fn start(&self, nlp: &dyn Nlp, given: Option<&[f64]>) -> Result<Vec<f64>, NlpError> {
+        let (lower, upper) = &self.variables;
+        let mut x = vec![f64::NAN; lower.len()];
+        match given {
+            Some(given) if given.len() != x.len() => {
+                return Err(NlpError::Length { what: "warm start x", found: given.len(), expected: x.len() });
+            }
+            Some(given) => x.copy_from_slice(given),
+            None => nlp.initial_point(&mut x),
+        }
+        for (index, value) in x.iter_mut().enumerate() {
+            if !value.is_finite() {
+                return Err(NlpError::Start { what: "initial point", index, value: *value });
+            }
+            if lower[index] == upper[index] {
+                *value = lower[index];
+            }
+        }
+        Ok(x)
+    }
+
+    /// Indices of the variables that are not fixed.
+    fn free(&self) -> Vec<usize> {
+        let (lower, upper) = &self.variables;
+        (0..lower.len()).filter(|&i| lower[i] != upper[i]).collect()
+    }
+
+    /// Indices of the constraints that have a bound.
+    fn kept(&self) -> Vec<usize> {
+        let (lower, upper) = &self.constraints;
+        (0..lower.len()).filter(|&i| lower[i].is_finite() || upper[i].is_finite()).collect()
+    }
+}
+
+/// The kept constraints as equalities, with slacks for the inequalities, and the bounds of variables and slacks.
+struct Rows {
+    units: Vec<UnitVariable>,
+    lower: Vec<f64>,
+    upper: Vec<f64>,
+    target: Vec<f64>,
+    /// Residuals relative to the problem's own sizes: what is left are the reductions by the gradients.
+    residuals: ResidualUnits,
+}
+
+impl Rows {
+    fn new(
+        stated: &Stated,
+        free: &[usize],
+        kept: &[usize],
+        factors: &ScalingFactors,
+        sizes: &ScalingFactors,
+        settings: &NlpSettings,
+    ) -> Self {
+        let ((xl, xu), (cl, cu)) = (&stated.variables, &stated.constraints);
+        let mut lower: Vec<f64> = free.iter().map(|&i| xl[i] * factors.variables[i]).collect();
+        let mut upper: Vec<f64> = free.iter().map(|&i| xu[i] * factors.variables[i]).collect();
+        let reduction = factors.objective / sizes.objective;
+        let mut dual: Vec<f64> =
+            free.iter().map(|&i| factors.variables[i] / sizes.variables[i] / reduction).collect();
+        let mut primal = Vec::with_capacity(kept.len());
+        let mut target = vec![0.0; kept.len()];
+        let mut units = Vec::new();
+        for (row, &i) in kept.iter().enumerate() {
+            let factor = factors.constraints[i];
+            primal.push(sizes.constraints[i] / factor);
+            if cl[i] == cu[i] {
+                target[row] = cl[i] * factor;
+            } else {
+                units.push(UnitVariable { row, sign: -1.0 });
+                // No wider than the tolerance of the unscaled problem.
+                let most = RELAXED_PART * settings.constraint_tolerance * factor / sizes.constraints[i];
+                let relax = |bound: f64| (settings.bound_relaxation * bound.abs().max(1.0)).min(most);
+                let (low, high) = (cl[i] * factor, cu[i] * factor);
+                lower.push(low - relax(low));
+                upper.push(high + relax(high));
+                dual.push(factor / sizes.constraints[i] / reduction);
+            }
+        }
+        let (complementarity, objective) = (1.0 / reduction, 1.0 / factors.objective);
+        let residuals = ResidualUnits { dual, primal, complementarity, objective };
+        Self { units, lower, upper, target, residuals }
+    }
+}
+
 impl<'a> ScaledProblem<'a> {
     /// Reads and checks the structure, chooses the scaling at the starting point `start` (the problem's own if none)
     /// unless its `factors` are given.
@@ -102,101 +218,40 @@ impl<'a> ScaledProblem<'a> {
         start: Option<&[f64]>,
         factors: Option<&ScalingFactors>,
     ) -> Result<Self, NlpError> {
+        let stated = Stated::read(nlp, settings)?;
+        let x = stated.start(nlp, start)?;
         let (n, m) = (nlp.variables(), nlp.constraints());
-        let (mut xl, mut xu) = (vec![f64::NAN; n], vec![f64::NAN; n]);
-        nlp.variable_bounds(&mut xl, &mut xu);
-        check_bounds("variable", &mut xl, &mut xu, settings.infinite_bound)?;
-        let (mut cl, mut cu) = (vec![f64::NAN; m], vec![f64::NAN; m]);
-        nlp.constraint_bounds(&mut cl, &mut cu);
-        check_bounds("constraint", &mut cl, &mut cu, settings.infinite_bound)?;
-        let jacobian_pattern = nlp.jacobian_pattern();
-        jacobian_pattern.check("Jacobian", m, n)?;
-        let hessian_pattern = nlp.hessian_pattern();
-        hessian_pattern.check("Hessian", n, n)?;
-        for (entry, (&row, &col)) in hessian_pattern.rows.iter().zip(&hessian_pattern.cols).enumerate() {
-            if row < col {
-                return Err(NlpError::UpperTriangle { entry, row, col });
-            }
-        }
-        let mut x = vec![f64::NAN; n];
-        match start {
-            Some(start) if start.len() != n => {
-                return Err(NlpError::Length { what: "warm start x", found: start.len(), expected: n });
-            }
-            Some(start) => x.copy_from_slice(start),
-            None => nlp.initial_point(&mut x),
-        }
-        for (index, value) in x.iter_mut().enumerate() {
-            if !value.is_finite() {
-                return Err(NlpError::Start { what: "initial point", index, value: *value });
-            }
-            if xl[index] == xu[index] {
-                *value = xl[index];
-            }
-        }
-        let free: Vec<usize> = (0..n).filter(|&i| xl[i] != xu[i]).collect();
-        let kept: Vec<usize> = (0..m).filter(|&i| cl[i].is_finite() || cu[i].is_finite()).collect();
-
+        let (free, kept) = (stated.free(), stated.kept());
         let (mut counters, mut time) = (Counters::default(), Duration::ZERO);
         let user_scaling = match settings.scaling {
             ScalingMethod::User | ScalingMethod::UserThenGradient { .. } => nlp.scaling(),
             _ => None,
         };
         let sizes = choose_units(user_scaling, n, m)?;
-        let factors = match factors {
-            Some(factors) => factors.clone(),
-            None => {
+        let factors = match (factors, settings.scaling) {
+            (Some(factors), _) => factors.clone(),
+            (None, ScalingMethod::Gradient { max } | ScalingMethod::UserThenGradient { max }) => {
                 let mut factors = sizes.clone();
-                if let ScalingMethod::Gradient { max } | ScalingMethod::UserThenGradient { max } =
-                    settings.scaling
-                {
-                    let clock = Instant::now();
-                    gradient_factors(nlp, &x, &free, &jacobian_pattern, max, &mut factors);
-                    counters.gradient += 1;
-                    counters.jacobian += 1;
-                    time += clock.elapsed();
-                }
+                let clock = Instant::now();
+                gradient_factors(nlp, &x, &free, &stated.jacobian, max, &mut factors);
+                counters.gradient += 1;
+                counters.jacobian += 1;
+                time += clock.elapsed();
                 factors
             }
+            (None, _) => sizes.clone(),
         };
 
-        let free_index = inverse_index(&free, n);
-        let kept_index = inverse_index(&kept, m);
+        let (free_index, kept_index) = (inverse_index(&free, n), inverse_index(&kept, m));
         // The units of the variables divide: d/d(scaled x) = (1 / factor) d/dx.
         let step = |i: usize| 1.0 / factors.variables[i];
-        let (jacobian, jacobian_source) =
-            restrict(&jacobian_pattern, &kept_index, &free_index, |row, col| {
-                factors.constraints[row] * step(col)
-            });
+        let (jacobian, jacobian_source) = restrict(&stated.jacobian, &kept_index, &free_index, |row, col| {
+            factors.constraints[row] * step(col)
+        });
         let (hessian, hessian_source) =
-            restrict(&hessian_pattern, &free_index, &free_index, |row, col| step(row) * step(col));
-
-        let mut lower: Vec<f64> = free.iter().map(|&i| xl[i] * factors.variables[i]).collect();
-        let mut upper: Vec<f64> = free.iter().map(|&i| xu[i] * factors.variables[i]).collect();
-        // Residuals relative to the problem's own sizes: what is left are the reductions by the gradients.
-        let reduction = factors.objective / sizes.objective;
-        let mut dual_units: Vec<f64> =
-            free.iter().map(|&i| factors.variables[i] / sizes.variables[i] / reduction).collect();
-        let mut primal_units = Vec::with_capacity(kept.len());
-        let mut target = vec![0.0; kept.len()];
-        let mut slack_of_row = Vec::new();
-        for (row, &i) in kept.iter().enumerate() {
-            let factor = factors.constraints[i];
-            primal_units.push(sizes.constraints[i] / factor);
-            if cl[i] == cu[i] {
-                target[row] = cl[i] * factor;
-            } else {
-                slack_of_row.push(UnitVariable { row, sign: -1.0 });
-                // No wider than the tolerance of the unscaled problem.
-                let most = RELAXED_PART * settings.constraint_tolerance * factor / sizes.constraints[i];
-                let relax = |bound: f64| (settings.bound_relaxation * bound.abs().max(1.0)).min(most);
-                let (low, high) = (cl[i] * factor, cu[i] * factor);
-                lower.push(low - relax(low));
-                upper.push(high + relax(high));
-                dual_units.push(factor / sizes.constraints[i] / reduction);
-            }
-        }
-
+            restrict(&stated.hessian, &free_index, &free_index, |row, col| step(row) * step(col));
+        let Rows { units: slack_of_row, lower, upper, target, residuals } =
+            Rows::new(&stated, &free, &kept, &factors, &sizes, settings);
         Ok(Self {
             structure: Structure {
                 variables: free.len(),
@@ -211,24 +266,19 @@ impl<'a> ScaledProblem<'a> {
             target,
             jacobian_source,
             hessian_source,
-            units: ResidualUnits {
-                dual: dual_units,
-                primal: primal_units,
-                complementarity: 1.0 / reduction,
-                objective: 1.0 / factors.objective,
-            },
+            units: residuals,
             x,
             gradient: vec![0.0; n],
             constraints: vec![0.0; m],
             multipliers: vec![0.0; m],
-            jacobian: vec![0.0; jacobian_pattern.len()],
-            hessian: vec![0.0; hessian_pattern.len()],
+            jacobian: vec![0.0; stated.jacobian.len()],
+            hessian: vec![0.0; stated.hessian.len()],
             nlp,
             free,
             kept,
             factors,
-            variable_bounds: (xl, xu),
-            constraint_bounds: (cl, cu),
+            variable_bounds: stated.variables,
+            constraint_bounds: stated.constraints,
             counters,
             time,
         })

@@ -197,7 +197,6 @@ impl Integrator {
         observer: &mut O,
     ) -> Summary {
         let Self { dimension, settings, weights, stages, events: tracker, .. } = self;
-        let n = *dimension;
         let mut statistics = Statistics::default();
         let ended = |status, time, next_step: f64, statistics| Summary {
             status,
@@ -208,87 +207,47 @@ impl Integrator {
         if t0 == t1 {
             return ended(Status::Completed, t0, 0.0, statistics);
         }
-        let direction = (t1 - t0).signum();
-        let span = (t1 - t0).abs();
         system.rate(t0, &stages.x, &mut stages.k[0]);
         statistics.evaluations += 1;
         if !all_finite(&stages.k[0]) {
             return ended(Status::NotFinite, t0, 0.0, statistics);
         }
-        let limit = settings.fixed_step.unwrap_or(settings.max_step);
-        let mut size = match (settings.fixed_step, settings.initial_step) {
-            (Some(step), _) => step,
-            (None, Some(step)) => step.min(limit),
-            (None, None) => {
-                statistics.evaluations += 1;
-                first_step::<M, S>(system, t0, direction, limit.min(span), stages, weights)
-            }
-        };
+        let mut pace = Pace::new::<M, S>(settings, system, (t0, t1), stages, weights, &mut statistics);
         tracker.start(events, t0, &stages.x);
         let dense = O::OBSERVES_STEPS || !events.is_empty();
-        let mut control = StepControl::new();
         let mut stiffness = StiffnessTest::new(settings.stiffness_interval);
         let mut finite = true;
         let mut t = t0;
         loop {
             if statistics.accepted + statistics.rejected >= settings.max_steps {
-                return ended(Status::TooManySteps, t, size, statistics);
+                return ended(Status::TooManySteps, t, pace.size, statistics);
             }
-            let remaining = t1 - t;
-            let reach =
-                if settings.fixed_step.is_some() { STRETCH * size } else { (STRETCH * size).min(limit) };
-            let last = remaining.abs() <= reach;
-            if !last && size <= RESOLUTION * t.abs().max(SMALLEST_TIME) {
+            let Some((h, last)) = pace.step(t, t1) else {
                 let status = if finite { Status::StepTooSmall } else { Status::NotFinite };
-                return ended(status, t, size, statistics);
-            }
-            let h = if last { remaining } else { direction * size };
-
-            let error = M::attempt(system, t, h, stages, weights);
-            statistics.evaluations += M::EVALUATIONS.0;
-            let within = error <= 1.0 || (settings.fixed_step.is_some() && !error.is_nan());
-            let mut good = within && all_finite(&stages.next);
-            if good {
-                M::complete(system, t, h, stages);
-                statistics.evaluations += M::EVALUATIONS.1;
-                good = all_finite(&stages.k[M::LAST]);
-            }
-            if !good {
-                statistics.rejected += 1;
-                finite = !within && error.is_finite();
-                if settings.fixed_step.is_some() {
-                    return ended(Status::NotFinite, t, size, statistics);
-                }
-                size = h.abs() * control.rejected::<M>(if finite { error } else { f64::NAN });
-                continue;
-            }
-            finite = true;
-            statistics.accepted += 1;
-            let proposed = if settings.fixed_step.is_some() {
-                size
-            } else {
-                (h.abs() * control.accepted::<M>(error)).min(limit)
+                return ended(status, t, pace.size, statistics);
             };
-            // A last step cut short says little about the next.
-            size = if last { size.max(proposed) } else { proposed };
+            let tried = try_step::<M, S>(system, t, h, pace.is_fixed, stages, weights, &mut statistics);
+            let error = match tried {
+                Ok(error) => error,
+                Err(_) if pace.is_fixed => return ended(Status::NotFinite, t, pace.size, statistics),
+                Err(error) => {
+                    finite = !error.is_nan();
+                    pace.reject::<M>(h, error);
+                    continue;
+                }
+            };
+            finite = true;
+            pace.accept::<M>(h, error, last);
             let stiff = stiffness.stiff::<M>(statistics.accepted, h, stages);
             let mut status = None;
             let mut end = if last { t1 } else { t + h };
             if dense {
                 M::dense(system, t, h, stages);
                 statistics.evaluations += M::EVALUATIONS.2;
-                let rows = &stages.rows[..M::ROWS * n];
-                let mut step = Step { start: t, end, size: h, dimension: n, rows };
-                if !events.is_empty()
-                    && let Some(terminal) = tracker.scan(&step, &stages.next, events, observer)
-                {
-                    end = terminal.time;
-                    step.end = end;
-                    status = Some(Status::Event(terminal.event));
-                }
-                if O::OBSERVES_STEPS && observer.step(&step).is_break() {
-                    status = status.or(Some(Status::Stopped));
-                }
+                let rows = &stages.rows[..M::ROWS * *dimension];
+                let mut step = Step { start: t, end, size: h, dimension: *dimension, rows };
+                status = show(&mut step, &stages.next, tracker, events, observer);
+                end = step.end;
             }
             if let Some(Status::Event(_)) = status {
                 stages.x.copy_from_slice(tracker.state());
@@ -299,10 +258,124 @@ impl Integrator {
             t = end;
             let reached = last.then_some(Status::Completed);
             if let Some(status) = status.or(reached).or(stiff.then_some(Status::Stiff)) {
-                return ended(status, t, size, statistics);
+                return ended(status, t, pace.size, statistics);
             }
         }
     }
+}
+
+/// The size of the steps from one to the next.
+struct Pace {
+    size: f64,
+    is_fixed: bool,
+    limit: f64,
+    direction: f64,
+    control: StepControl,
+}
+
+impl Pace {
+    /// The first step from `stages.x`, whose rates are known; an estimate of its size takes an evaluation.
+    fn new<M: Scheme, S: OdeSystem>(
+        settings: &OdeSettings,
+        system: &S,
+        (t0, t1): (f64, f64),
+        stages: &mut Stages,
+        weights: &ErrorWeights,
+        statistics: &mut Statistics,
+    ) -> Self {
+        let direction = (t1 - t0).signum();
+        let span = (t1 - t0).abs();
+        let limit = settings.fixed_step.unwrap_or(settings.max_step);
+        let size = match (settings.fixed_step, settings.initial_step) {
+            (Some(step), _) => step,
+            (None, Some(step)) => step.min(limit),
+            (None, None) => {
+                statistics.evaluations += 1;
+                first_step::<M, S>(system, t0, direction, limit.min(span), stages, weights)
+            }
+        };
+        let is_fixed = settings.fixed_step.is_some();
+        Self { size, is_fixed, limit, direction, control: StepControl::new() }
+    }
+
+    /// The next step, and whether it reaches the end; none if the time does not resolve it.
+    #[inline]
+    fn step(&self, t: f64, t1: f64) -> Option<(f64, bool)> {
+        let remaining = t1 - t;
+        let stretched = STRETCH * self.size;
+        let last = remaining.abs() <= if self.is_fixed { stretched } else { stretched.min(self.limit) };
+        if !last && self.size <= RESOLUTION * t.abs().max(SMALLEST_TIME) {
+            return None;
+        }
+        Some((if last { remaining } else { self.direction * self.size }, last))
+    }
+
+    /// Goes on after a step that was rejected for its error, NaN where it was not finite.
+    #[inline]
+    fn reject<M: Scheme>(&mut self, h: f64, error: f64) {
+        self.size = h.abs() * self.control.rejected::<M>(error);
+    }
+
+    #[inline]
+    fn accept<M: Scheme>(&mut self, h: f64, error: f64, last: bool) {
+        let proposed = if self.is_fixed {
+            self.size
+        } else {
+            (h.abs() * self.control.accepted::<M>(error)).min(self.limit)
+        };
+        // A last step cut short says little about the next.
+        self.size = if last { self.size.max(proposed) } else { proposed };
+    }
+}
+
+/// Tries a step: its error, as an error where it is too large, NaN where numbers are not finite.
+#[inline]
+fn try_step<M: Scheme, S: OdeSystem>(
+    system: &S,
+    t: f64,
+    h: f64,
+    is_fixed: bool,
+    stages: &mut Stages,
+    weights: &ErrorWeights,
+    statistics: &mut Statistics,
+) -> Result<f64, f64> {
+    let error = M::attempt(system, t, h, stages, weights);
+    statistics.evaluations += M::EVALUATIONS.0;
+    let within = error <= 1.0 || (is_fixed && !error.is_nan());
+    let mut good = within && all_finite(&stages.next);
+    if good {
+        M::complete(system, t, h, stages);
+        statistics.evaluations += M::EVALUATIONS.1;
+        good = all_finite(&stages.k[M::LAST]);
+    }
+    if good {
+        statistics.accepted += 1;
+        return Ok(error);
+    }
+    statistics.rejected += 1;
+    Err(if !within && error.is_finite() { error } else { f64::NAN })
+}
+
+/// Shows a step and the events in it; the status if it is the last one, which a terminal event cuts short.
+#[inline]
+fn show<O: Observer>(
+    step: &mut Step<'_>,
+    next: &[f64],
+    tracker: &mut EventTracker,
+    events: &[Event<'_>],
+    observer: &mut O,
+) -> Option<Status> {
+    let mut status = None;
+    if !events.is_empty()
+        && let Some(terminal) = tracker.scan(step, next, events, observer)
+    {
+        step.end = terminal.time;
+        status = Some(Status::Event(terminal.event));
+    }
+    if O::OBSERVES_STEPS && observer.step(step).is_break() {
+        status = status.or(Some(Status::Stopped));
+    }
+    status
 }
 
 /// Returns true if no value is NaN or infinite: such a one leaves zero times it NaN.

@@ -44,7 +44,8 @@
 //! | module | subject |
 //! | --- | --- |
 //! | [`transcription`] | the nonlinear program |
-//! | [`solver`], [`settings`] | the method: refinement loop, solution; what can be chosen |
+//! | [`solver`], [`settings`] | the method and its solution; what can be chosen |
+//! | `mesh_sequence` | from mesh to mesh: solve, estimate, refine |
 //! | `method` | the method as an [`apsides_ocp::Method`] |
 //! | [`switches`] | where controls switch between their bounds |
 //! | [`scales`] | scales, and warnings where they do not fit |
@@ -55,6 +56,7 @@
 //! optimal control, Optim. Control Appl. Methods 36 (2015), doi 10.1002/oca.2114.
 
 mod activity;
+mod attempts;
 mod boundary_arcs;
 mod bounds;
 mod breaks;
@@ -64,11 +66,14 @@ mod costate_error;
 mod crossing;
 pub mod error;
 mod error_estimate;
+mod events;
 pub mod explanation;
 mod extraction;
 mod junction;
 mod layout;
 mod lower_hamiltonian;
+mod mesh_sequence;
+mod mesh_solve;
 mod method;
 mod monotone;
 mod node_term;

@@ -1,7 +1,8 @@
 //! Settings of the method.
 
 use apsides_basis::MAX_POINTS;
-use apsides_nlp::{BarrierOracle, BarrierStrategy, NlpSettings, ScalingMethod};
+use apsides_nlp::{BarrierStrategy, NlpSettings};
+use apsides_transcription::solve::trajectory_settings;
 
 use crate::RadauError;
 
@@ -56,17 +57,7 @@ impl Default for RadauSettings {
             max_parts: 4,
             max_total_points: 20_000,
             threads: 1,
-            nlp: NlpSettings {
-                tolerance: 1e-9,
-                scaling: ScalingMethod::UserThenGradient { max: 100.0 },
-                barrier: BarrierStrategy::Adaptive,
-                barrier_oracle: BarrierOracle::Probing,
-                initial_barrier: 1e-3,
-                initial_bound_multiplier: 1e-3,
-                max_saddle_escapes: 3,
-                polish: POLISH,
-                ..NlpSettings::default()
-            },
+            nlp: NlpSettings { max_saddle_escapes: 3, polish: POLISH, ..trajectory_settings() },
         }
     }
 }

@@ -1,11 +1,29 @@
 //! The call of the interior-point method, from a guess or from the multipliers of an earlier trajectory.
 
-use apsides_nlp::{InteriorPoint, NlpError, NlpSettings, Observer, SolveReport, WarmStart};
+use apsides_nlp::{
+    BarrierOracle, BarrierStrategy, InteriorPoint, NlpError, NlpSettings, Observer, ScalingMethod,
+    SolveReport, WarmStart,
+};
 use apsides_ocp::{Guess, Ocp, PhaseTrajectory};
 
 use crate::discretisation::Discretisation;
 use crate::phase::PhaseLayout;
 use crate::transcription::Transcription;
+
+/// Settings of the interior-point method for a trajectory and a guess of it: the scales of the problem, tolerance 1e-9, and an adaptive barrier
+/// from 1e-3, since such a guess is seldom so bad that a larger one pays.
+#[must_use]
+pub fn trajectory_settings() -> NlpSettings {
+    NlpSettings {
+        tolerance: 1e-9,
+        scaling: ScalingMethod::UserThenGradient { max: 100.0 },
+        barrier: BarrierStrategy::Adaptive,
+        barrier_oracle: BarrierOracle::Probing,
+        initial_barrier: 1e-3,
+        initial_bound_multiplier: 1e-3,
+        ..NlpSettings::default()
+    }
+}
 
 impl<D: Discretisation> Transcription<D> {
     /// Solves from the start, with the multipliers that the guess gives if it is an earlier trajectory with costates.

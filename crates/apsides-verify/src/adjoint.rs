@@ -18,14 +18,17 @@ mod triangle;
 
 use std::sync::Arc;
 
-use apsides_ocp::{Bounds, EndpointInput, Ocp, PiecewisePolynomial, Scaling, Segment, Trajectory};
+use apsides_ocp::{
+    Bounds, EndpointInput, Ocp, Phase, PhaseScaling, PhaseTrajectory, PiecewisePolynomial, Scaling, Segment,
+    Trajectory,
+};
 
 use crate::VerifySettings;
 use crate::ends::{EndGradient, EndScales, Ends};
 use crate::equations::Equations;
 use crate::optimality::{self, Among};
 use crate::second_order::corners;
-use leg::{Leg, Legs};
+use leg::{Leg, LegPoint, Legs};
 use triangle::Triangle;
 
 /// Weight of the end conditions against the stationarity at one node.
@@ -47,6 +50,12 @@ impl Globals {
     fn len(&self) -> usize {
         self.rows.len() + self.integrals.len()
     }
+
+    /// Unknown and index of each active integral of a phase.
+    fn integrals_of(&self, phase: usize) -> Vec<(usize, usize)> {
+        let integrals = self.integrals.iter().enumerate().filter(|(_, (p, _))| *p == phase);
+        integrals.map(|(i, (_, q))| (self.rows.len() + i, *q)).collect()
+    }
 }
 
 /// The trajectory with costates and multipliers of its own; none if the equations cannot be integrated.
@@ -56,121 +65,222 @@ pub(crate) fn with_costates(
     scaling: &Scaling,
     settings: &VerifySettings,
 ) -> Option<Trajectory> {
+    let stated = with_any_costates(trajectory)?;
+    let mut conditions = optimality::phases(ocp, &stated, scaling, Among::All)?;
+    let ends = Ends::of(trajectory);
+    let scales = EndScales::new(ocp, scaling, settings);
+    let globals = globals(ocp, trajectory, &ends, &scales, settings);
+    let free_ends = FreeEnds::new(ocp, &ends, &scales, &globals, settings);
+    let mut shared = Triangle::new(0, globals.len());
+    let mut chains = Vec::new();
+    for (k, conditions) in conditions.iter_mut().enumerate() {
+        let equations = Equations::new(ocp, k, &trajectory.parameters);
+        let (found, scaling) = (&stated.phases[k], &scaling.phases[k]);
+        let local = globals.integrals_of(k);
+        let legs = Legs::new(equations, found, scaling, local, globals.len(), settings)?;
+        let mut chain = Chain {
+            index: k,
+            phase: &ocp.phases[k],
+            found,
+            scaling,
+            ends: &free_ends,
+            legs,
+            triangle: Triangle::new(ocp.phases[k].states.len(), globals.len()),
+            flown: Vec::new(),
+        };
+        chain.start();
+        chain.fly(&corners(conditions))?;
+        chain.end();
+        shared.add_remainder(chain.triangle.close()?);
+        chains.push(chain);
+    }
+    // Multipliers that nothing decides are zero.
+    shared.add_prior(PRIOR_WEIGHT);
+    let multipliers = shared.solve()?;
+    let mut result = stated.clone();
+    for (chain, phase) in chains.into_iter().zip(&mut result.phases) {
+        chain.write(&multipliers, phase)?;
+    }
+    write_globals(ocp, &globals, &free_ends.row_scales, &multipliers, &mut result);
+    Some(result)
+}
+
+/// The trajectory with costates of zero where it has none.
+fn with_any_costates(trajectory: &Trajectory) -> Option<Trajectory> {
     let mut result = trajectory.clone();
     for phase in &mut result.phases {
         if phase.costate.is_none() {
             phase.costate = Some(zero_like(&phase.state)?);
         }
     }
-    let stated = result.clone();
-    let mut conditions = optimality::phases(ocp, &stated, scaling, Among::All)?;
-    let ends = Ends::of(trajectory);
-    let scales = EndScales::new(ocp, scaling, settings);
-    let globals = globals(ocp, trajectory, &ends, &scales, settings);
-    let ng = globals.len();
-    let cost = EndGradient::of_cost(ocp, &ends);
-    // Coefficients of the multipliers at each end quantity, and their scales.
-    let row_scales: Vec<Vec<f64>> = (0..ocp.constraints.len()).map(|k| scales.row_scales(k, &ends)).collect();
-    let mut coefficients: Vec<(EndpointInput, usize, f64)> = Vec::new();
-    for (g, &(k, r)) in globals.rows.iter().enumerate() {
-        let c = &ocp.constraints[k];
-        let entries = ends.jacobian(c.function.as_ref(), &c.inputs).into_iter();
-        coefficients
-            .extend(entries.filter(|e| e.0 == r).map(|(_, input, v)| (input, g, v / row_scales[k][r])));
+    Some(result)
+}
+
+/// Conditions for what is free at the ends of phases, linear in the multipliers of endpoint constraints.
+struct FreeEnds<'a> {
+    ends: &'a Ends,
+    scales: &'a EndScales<'a>,
+    tolerance: f64,
+    /// Number of multipliers that belong to no interval.
+    globals: usize,
+    cost: EndGradient,
+    /// Per endpoint constraint and row.
+    row_scales: Vec<Vec<f64>>,
+    /// The multipliers at each end quantity, with their coefficients.
+    coefficients: Vec<(EndpointInput, usize, f64)>,
+}
+
+impl<'a> FreeEnds<'a> {
+    fn new(
+        ocp: &Ocp,
+        ends: &'a Ends,
+        scales: &'a EndScales<'a>,
+        globals: &Globals,
+        settings: &VerifySettings,
+    ) -> Self {
+        let row_scales: Vec<Vec<f64>> =
+            (0..ocp.constraints.len()).map(|k| scales.row_scales(k, ends)).collect();
+        let mut coefficients: Vec<(EndpointInput, usize, f64)> = Vec::new();
+        for (g, &(k, r)) in globals.rows.iter().enumerate() {
+            let c = &ocp.constraints[k];
+            let entries = ends.jacobian(c.function.as_ref(), &c.inputs).into_iter();
+            coefficients
+                .extend(entries.filter(|e| e.0 == r).map(|(_, input, v)| (input, g, v / row_scales[k][r])));
+        }
+        Self {
+            ends,
+            scales,
+            tolerance: settings.activity_tolerance,
+            globals: globals.len(),
+            cost: EndGradient::of_cost(ocp, ends),
+            row_scales,
+            coefficients,
+        }
     }
-    let end_row = |input: EndpointInput, scale: f64| {
-        let mut row = vec![0.0; ng + 1];
-        for &(_, g, v) in coefficients.iter().filter(|c| c.0 == input) {
+
+    /// Derivative of the endpoint function by one quantity, times a scale: a coefficient per multiplier, then the rest.
+    fn row(&self, input: EndpointInput, scale: f64) -> Vec<f64> {
+        let mut row = vec![0.0; self.globals + 1];
+        for &(_, g, v) in self.coefficients.iter().filter(|c| c.0 == input) {
             row[g] += v * scale;
         }
-        row[ng] = cost.value(input).unwrap_or(0.0) * scale;
+        row[self.globals] = self.cost.value(input).unwrap_or(0.0) * scale;
         row
-    };
-    let free = |input: EndpointInput, bounds: Bounds| {
-        let distance = -bounds.excess(ends.value(input));
-        !bounds.is_fixed() && distance > settings.activity_tolerance * scales.scale(input)
-    };
+    }
 
-    let mut shared = Triangle::new(0, ng);
-    let mut chains = Vec::new();
-    for (k, phase) in ocp.phases.iter().enumerate() {
-        let found = &stated.phases[k];
-        let equations = Equations::new(ocp, k, &trajectory.parameters);
-        let corners = corners(&mut conditions[k]);
-        let local: Vec<(usize, usize)> = (globals.integrals.iter().enumerate())
-            .filter(|(_, (p, _))| *p == k)
-            .map(|(i, (_, q))| (globals.rows.len() + i, *q))
-            .collect();
-        let mut legs = Legs::new(equations, found, &scaling.phases[k], local, ng, settings)?;
-        let nx = phase.states.len();
-        let costate = found.costate.as_ref()?;
-        let mut triangle = Triangle::new(nx, ng);
-        let duration = found.final_time - found.initial_time;
-        // Initial states and time, then each interval, then the end.
-        let (initial, last) = (legs.first_point(), legs.last_point());
-        for (i, state) in phase.states.iter().enumerate() {
-            let input = EndpointInput::InitialState { phase: k, state: i };
-            if free(input, state.initial.intersect(&state.variable.bounds)) {
-                let mut row = vec![0.0; nx];
-                row[i] = 1.0;
-                triangle.add_current(&row, &end_row(input, scaling.phases[k].states[i]), END_WEIGHT);
-            }
+    fn is_free(&self, input: EndpointInput, bounds: Bounds) -> bool {
+        let distance = -bounds.excess(self.ends.value(input));
+        !bounds.is_fixed() && distance > self.tolerance * self.scales.scale(input)
+    }
+}
+
+/// The intervals of one phase, joined one after the other.
+struct Chain<'a> {
+    index: usize,
+    phase: &'a Phase,
+    found: &'a PhaseTrajectory,
+    scaling: &'a PhaseScaling,
+    ends: &'a FreeEnds<'a>,
+    legs: Legs<'a>,
+    triangle: Triangle,
+    flown: Vec<Leg>,
+}
+
+impl Chain<'_> {
+    fn duration(&self) -> f64 {
+        self.found.final_time - self.found.initial_time
+    }
+
+    /// Conditions for the initial states and time.
+    fn start(&mut self) {
+        let states = self.phase.states.iter().enumerate();
+        for (i, bounds) in states.map(|(i, s)| (i, s.initial.intersect(&s.variable.bounds))) {
+            self.add_state(EndpointInput::InitialState { phase: self.index, state: i }, i, bounds, 1.0);
         }
-        let (t0, tf) = (EndpointInput::InitialTime { phase: k }, EndpointInput::FinalTime { phase: k });
-        let duration_is_free = phase.duration.excess(duration) < -settings.activity_tolerance * duration;
-        if duration_is_free && free(t0, phase.initial_time) {
-            let (row, rest) = legs.hamiltonian(&initial);
-            let end = end_row(t0, duration);
-            let rest: Vec<f64> = rest.iter().zip(&end).map(|(h, e)| e - h * duration).collect();
-            triangle.add_current(&row.iter().map(|v| -v * duration).collect::<Vec<_>>(), &rest, END_WEIGHT);
+        let input = EndpointInput::InitialTime { phase: self.index };
+        self.add_time(input, self.legs.first_point(), self.phase.initial_time, -1.0);
+    }
+
+    /// Conditions for the final states and time.
+    fn end(&mut self) {
+        let states = self.phase.states.iter().enumerate();
+        for (i, bounds) in states.map(|(i, s)| (i, s.terminal.intersect(&s.variable.bounds))) {
+            self.add_state(EndpointInput::FinalState { phase: self.index, state: i }, i, bounds, -1.0);
         }
-        let breaks = found.control.breaks().to_vec();
-        let mut flown: Vec<Leg> = Vec::new();
+        let input = EndpointInput::FinalTime { phase: self.index };
+        self.add_time(input, self.legs.last_point(), self.phase.final_time, 1.0);
+    }
+
+    /// The condition for a state at an end, if it is free there.
+    fn add_state(&mut self, input: EndpointInput, state: usize, bounds: Bounds, sign: f64) {
+        if self.ends.is_free(input, bounds) {
+            let row = self.unit(state, sign);
+            self.triangle.add_current(&row, &self.ends.row(input, self.scaling.states[state]), END_WEIGHT);
+        }
+    }
+
+    /// The condition for the Hamiltonian at an end, if its time is free and the duration too.
+    fn add_time(&mut self, input: EndpointInput, point: LegPoint, bounds: Bounds, sign: f64) {
+        let duration = self.duration();
+        let duration_is_free = self.phase.duration.excess(duration) < -self.ends.tolerance * duration;
+        if duration_is_free && self.ends.is_free(input, bounds) {
+            let (row, rest) = self.legs.hamiltonian(&point);
+            let end = self.ends.row(input, duration);
+            let rest: Vec<f64> = rest.iter().zip(&end).map(|(h, e)| e + sign * h * duration).collect();
+            let row: Vec<f64> = row.iter().map(|v| sign * v * duration).collect();
+            self.triangle.add_current(&row, &rest, END_WEIGHT);
+        }
+    }
+
+    /// Integrates the adjoint equation over each interval; the Hamiltonian is continuous at the corners.
+    fn fly(&mut self, corners: &[f64]) -> Option<()> {
+        let duration = self.duration();
+        let costate = self.found.costate.as_ref()?;
+        let breaks = self.found.control.breaks();
         for segment in 0..breaks.len() - 1 {
-            let leg = legs.fly(segment)?;
+            let leg = self.legs.fly(segment)?;
             if corners.contains(&breaks[segment]) {
-                let (row, rest) = legs.jump(segment);
+                let (row, rest) = self.legs.jump(segment);
                 let row: Vec<f64> = row.iter().map(|v| v * duration).collect();
-                triangle.add_current(&row, &rest.iter().map(|v| v * duration).collect::<Vec<_>>(), 1.0);
+                let rest: Vec<f64> = rest.iter().map(|v| v * duration).collect();
+                self.triangle.add_current(&row, &rest, 1.0);
             }
-            let mut prior = vec![0.0; nx];
+            let mut prior = vec![0.0; self.phase.states.len()];
             optimality::evaluate_piece(costate, breaks.len() - 1, segment, breaks[segment], &mut prior);
-            for i in 0..nx {
-                let mut row = vec![0.0; nx];
-                row[i] = 1.0;
-                let mut rest = vec![0.0; ng + 1];
-                rest[ng] = -prior[i] * scaling.phases[k].states[i];
-                triangle.add_current(&row, &rest, PRIOR_WEIGHT);
+            for (i, (prior, scale)) in prior.iter().zip(&self.scaling.states).enumerate() {
+                let mut rest = vec![0.0; self.ends.globals + 1];
+                rest[self.ends.globals] = -prior * scale;
+                let row = self.unit(i, 1.0);
+                self.triangle.add_current(&row, &rest, PRIOR_WEIGHT);
             }
-            triangle.advance(&leg, ADJOINT_WEIGHT)?;
-            flown.push(leg);
+            self.triangle.advance(&leg, ADJOINT_WEIGHT)?;
+            self.flown.push(leg);
         }
-        for (i, state) in phase.states.iter().enumerate() {
-            let input = EndpointInput::FinalState { phase: k, state: i };
-            if free(input, state.terminal.intersect(&state.variable.bounds)) {
-                let mut row = vec![0.0; nx];
-                row[i] = -1.0;
-                triangle.add_current(&row, &end_row(input, scaling.phases[k].states[i]), END_WEIGHT);
-            }
-        }
-        if duration_is_free && free(tf, phase.final_time) {
-            let (row, rest) = legs.hamiltonian(&last);
-            let end = end_row(tf, duration);
-            let rest: Vec<f64> = rest.iter().zip(&end).map(|(h, e)| e + h * duration).collect();
-            triangle.add_current(&row.iter().map(|v| v * duration).collect::<Vec<_>>(), &rest, END_WEIGHT);
-        }
-        shared.add_remainder(triangle.close()?);
-        chains.push((triangle, flown, legs));
+        Some(())
     }
-    // Multipliers that nothing decides are zero.
-    shared.add_prior(PRIOR_WEIGHT);
-    let multipliers = shared.solve()?;
-    for ((triangle, flown, mut legs), phase) in chains.into_iter().zip(&mut result.phases) {
-        let ends = triangle.back(&multipliers);
-        legs.write(&flown, &ends, &multipliers, phase)?;
+
+    fn unit(&self, state: usize, sign: f64) -> Vec<f64> {
+        let mut row = vec![0.0; self.phase.states.len()];
+        row[state] = sign;
+        row
     }
+
+    fn write(mut self, multipliers: &[f64], phase: &mut PhaseTrajectory) -> Option<()> {
+        let ends = self.triangle.back(multipliers);
+        self.legs.write(&self.flown, &ends, multipliers, phase)
+    }
+}
+
+/// Writes the multipliers that belong to no interval.
+fn write_globals(
+    ocp: &Ocp,
+    globals: &Globals,
+    row_scales: &[Vec<f64>],
+    multipliers: &[f64],
+    result: &mut Trajectory,
+) {
     let mut constraint: Vec<Vec<f64>> = ocp.constraints.iter().map(|c| vec![0.0; c.rows.len()]).collect();
-    for (&(k, r), v) in globals.rows.iter().zip(&multipliers) {
+    for (&(k, r), v) in globals.rows.iter().zip(multipliers) {
         constraint[k][r] = v / row_scales[k][r];
     }
     result.constraint_multipliers = Some(constraint);
@@ -178,7 +288,6 @@ pub(crate) fn with_costates(
         let count = ocp.phases[p].integrals.len();
         result.phases[p].integral_multipliers.get_or_insert_with(|| vec![0.0; count])[q] = *v;
     }
-    Some(result)
 }
 
 fn zero_like(states: &PiecewisePolynomial) -> Option<PiecewisePolynomial> {

@@ -21,6 +21,7 @@ mod conjugate;
 mod constant;
 mod form;
 mod interval;
+mod stage;
 mod sweep;
 
 use apsides_ocp::{Ocp, Scaling, Trajectory};

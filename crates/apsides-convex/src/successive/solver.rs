@@ -1,5 +1,6 @@
 //! The iteration.
 
+use std::ops::ControlFlow;
 use std::sync::Arc;
 
 use apsides_basis::{Barycentric, chebyshev_lobatto};
@@ -103,8 +104,7 @@ impl SuccessiveConvexification {
         let subproblem = Subproblem::new(ocp, &layout, scales.clone(), self.settings.conic);
         let mut z = layout.start(guess);
         subproblem.clamp(&mut z);
-        let records = Vec::new();
-        Iteration { ocp, settings: self.settings, lineariser, subproblem, scales, records, observer }.run(z)
+        Iteration::new(ocp, self.settings, lineariser, subproblem, scales, z, observer)?.run()
     }
 }
 
@@ -114,116 +114,181 @@ struct Iteration<'a> {
     lineariser: Lineariser<'a>,
     subproblem: Subproblem,
     scales: Vec<f64>,
+    row_scales: RowScales,
+    objective_scale: f64,
     records: Vec<SuccessiveRecord>,
     observer: &'a mut dyn Observer,
+    /// The best point, and the rows there.
+    z: Vec<f64>,
+    here: Linearisation,
+    step: Vec<f64>,
+    /// The point that the step leads to, and the rows there.
+    trial: Vec<f64>,
+    there: Linearisation,
+    /// The rows with their curvature along the step.
+    corrected: Linearisation,
+    penalty: f64,
+    weight: f64,
+    penalty_raises: usize,
 }
 
-impl Iteration<'_> {
-    fn run(mut self, mut z: Vec<f64>) -> Result<SuccessiveSolution, ConvexError> {
-        let s = self.settings;
-        let (mut here, mut there, mut corrected) =
-            (Linearisation::default(), Linearisation::default(), Linearisation::default());
-        self.lineariser.evaluate(&z, &mut here)?;
-        let row_scales = RowScales::new(self.ocp, &here, &self.scales, self.lineariser.layout);
+/// The end of the iteration: its status, and the constraint that could not be met.
+type End = ControlFlow<(Status, Option<Unmet>)>;
+
+impl<'a> Iteration<'a> {
+    fn new(
+        ocp: &'a Ocp,
+        settings: SuccessiveSettings,
+        mut lineariser: Lineariser<'a>,
+        subproblem: Subproblem,
+        scales: Vec<f64>,
+        z: Vec<f64>,
+        observer: &'a mut dyn Observer,
+    ) -> Result<Self, ConvexError> {
+        let mut here = Linearisation::default();
+        lineariser.evaluate(&z, &mut here)?;
+        let row_scales = RowScales::new(ocp, &here, &scales, lineariser.layout);
         row_scales.apply(&mut here);
-        let scale = self.ocp.objective.scale.unwrap_or_else(|| self.objective_scale(&here));
-        let (mut penalty, mut weight, mut raises) = (s.penalty, s.proximal_weight, 0);
-        let mut step = vec![0.0; z.len()];
-        let mut trial = z.clone();
-        let mut status = if here.valid {
-            Status::IterationLimit
-        } else {
-            Status::EvaluationFailed(Evaluation::Constraints)
-        };
-        let mut unmet = None;
-        while here.valid && self.records.len() < s.max_iterations {
-            let merit = |rows: &Linearisation| rows.objective / scale + penalty * rows.violation().0;
-            let before = merit(&here);
-            let (conic, model, price) =
-                self.subproblem.solve(&z, &here, scale, (penalty, weight), &mut step)?;
-            let mut record = SuccessiveRecord {
-                objective: self.lineariser.sign() * here.objective,
-                violation: here.violation().1,
-                predicted: before - model,
-                actual: f64::NAN,
-                proximal_weight: weight,
-                penalty,
-                step: step.iter().zip(&self.scales).map(|(d, s)| (d / s).abs()).fold(0.0, f64::max),
-            };
-            if !conic.has_solution() {
-                let flow = self.record(record);
-                if weight >= WEIGHTS[1] || conic == ConicStatus::Infeasible {
-                    status = Status::StepTooSmall;
-                    break;
-                }
-                if flow == Flow::Stop {
-                    status = Status::Interrupted;
-                    break;
-                }
-                weight = (10.0 * weight).min(WEIGHTS[1]);
-                continue;
-            }
-            // A heavy weight makes every promise small.
-            if record.predicted * weight.max(1.0) <= s.tolerance {
-                let flow = self.record(record);
-                let (_, worst, at) = here.violation();
-                if worst <= s.feasibility_tolerance {
-                    status = Status::Optimal;
-                    break;
-                }
-                if raises == PENALTY_RAISES {
-                    status = Status::Infeasible;
-                    unmet = Some(self.unmet(&here.rows[at], &z));
-                    break;
-                }
-                if flow == Flow::Stop {
-                    status = Status::Interrupted;
-                    break;
-                }
-                raises += 1;
-                penalty *= 10.0;
-                continue;
-            }
-            self.go(&z, &step, &mut trial, &mut there, &row_scales)?;
-            record.actual = if there.valid { before - merit(&there) } else { f64::NEG_INFINITY };
-            if there.valid && record.actual < GOOD * record.predicted {
-                corrected.correct(&here, &there, &step);
-                let (conic, ..) =
-                    self.subproblem.solve(&z, &corrected, scale, (penalty, weight), &mut step)?;
-                if conic.has_solution() {
-                    self.go(&z, &step, &mut trial, &mut there, &row_scales)?;
-                    let actual = if there.valid { before - merit(&there) } else { f64::NEG_INFINITY };
-                    record.actual = actual;
-                }
-            }
-            let ratio = record.actual / record.predicted;
-            let flow = self.record(record);
-            if ratio > 0.05 {
-                std::mem::swap(&mut here, &mut there);
-                std::mem::swap(&mut z, &mut trial);
-            }
-            if flow == Flow::Stop {
-                status = Status::Interrupted;
-                break;
-            }
-            let factor = match ratio {
-                r if r > GOOD => 0.25,
-                r if r > 0.5 => 0.6,
-                r if r > 0.2 => 1.5,
-                _ => 4.0,
-            };
-            weight = (weight * factor).clamp(WEIGHTS[0], WEIGHTS[1]);
-            // A penalty far above the multipliers makes every curvature of a constraint look large.
-            if raises == 0 && here.violation().1 < NEARLY_MET {
-                // The user's own may be below the least.
-                penalty = (PENALTY_MARGIN * price).max(LEAST_PENALTY).min(s.penalty);
-            }
-        }
-        let violation = here.violation().1;
-        let trajectory = self.trajectory(&z, &here)?;
-        let (variables, constraints) = (z.len(), here.rows.len());
+        let objective_scale = ocp.objective.scale.unwrap_or_else(|| objective_scale(&here, &scales));
+        Ok(Self {
+            ocp,
+            settings,
+            lineariser,
+            subproblem,
+            scales,
+            row_scales,
+            objective_scale,
+            records: Vec::new(),
+            observer,
+            step: vec![0.0; z.len()],
+            trial: z.clone(),
+            z,
+            here,
+            there: Linearisation::default(),
+            corrected: Linearisation::default(),
+            penalty: settings.penalty,
+            weight: settings.proximal_weight,
+            penalty_raises: 0,
+        })
+    }
+
+    fn run(mut self) -> Result<SuccessiveSolution, ConvexError> {
+        let (status, unmet) = self.iterate()?;
+        let violation = self.here.violation().1;
+        let trajectory = self.trajectory(&self.z, &self.here)?;
+        let (variables, constraints) = (self.z.len(), self.here.rows.len());
         let records = self.records;
         Ok(SuccessiveSolution { status, unmet, trajectory, violation, variables, constraints, records })
+    }
+
+    fn iterate(&mut self) -> Result<(Status, Option<Unmet>), ConvexError> {
+        if !self.here.valid {
+            return Ok((Status::EvaluationFailed(Evaluation::Constraints), None));
+        }
+        while self.here.valid && self.records.len() < self.settings.max_iterations {
+            if let ControlFlow::Break(end) = self.advance()? {
+                return Ok(end);
+            }
+        }
+        Ok((Status::IterationLimit, None))
+    }
+
+    /// One iteration: a step of the convex model, judged by the rows where it leads.
+    fn advance(&mut self) -> Result<End, ConvexError> {
+        let before = self.merit(&self.here);
+        let prices = (self.penalty, self.weight);
+        let (conic, model, price) =
+            self.subproblem.solve(&self.z, &self.here, self.objective_scale, prices, &mut self.step)?;
+        let sizes = self.step.iter().zip(&self.scales).map(|(d, s)| (d / s).abs());
+        let mut record = SuccessiveRecord {
+            objective: self.lineariser.sign() * self.here.objective,
+            violation: self.here.violation().1,
+            predicted: before - model,
+            actual: f64::NAN,
+            proximal_weight: self.weight,
+            penalty: self.penalty,
+            step: sizes.fold(0.0, f64::max),
+        };
+        if !conic.has_solution() {
+            return Ok(self.follow_no_step(record, conic));
+        }
+        // A heavy weight makes every promise small.
+        if record.predicted * self.weight.max(1.0) <= self.settings.tolerance {
+            return Ok(self.follow_no_promise(record));
+        }
+        record.actual = self.go(before)?;
+        if self.there.valid && record.actual < GOOD * record.predicted {
+            self.corrected.correct(&self.here, &self.there, &self.step);
+            let rows = &self.corrected;
+            let (conic, ..) =
+                self.subproblem.solve(&self.z, rows, self.objective_scale, prices, &mut self.step)?;
+            if conic.has_solution() {
+                record.actual = self.go(before)?;
+            }
+        }
+        Ok(self.judge(record, price))
+    }
+
+    fn merit(&self, rows: &Linearisation) -> f64 {
+        rows.objective / self.objective_scale + self.penalty * rows.violation().0
+    }
+
+    /// Shortens the next step where the conic solver found none.
+    fn follow_no_step(&mut self, record: SuccessiveRecord, conic: ConicStatus) -> End {
+        let flow = self.record(record);
+        if self.weight >= WEIGHTS[1] || conic == ConicStatus::Infeasible {
+            return ControlFlow::Break((Status::StepTooSmall, None));
+        }
+        if flow == Flow::Stop {
+            return ControlFlow::Break((Status::Interrupted, None));
+        }
+        self.weight = (10.0 * self.weight).min(WEIGHTS[1]);
+        ControlFlow::Continue(())
+    }
+
+    /// Ends where the convex model promises no more, unless a larger penalty may still meet the constraints.
+    fn follow_no_promise(&mut self, record: SuccessiveRecord) -> End {
+        let flow = self.record(record);
+        let (_, worst, at) = self.here.violation();
+        if worst <= self.settings.feasibility_tolerance {
+            return ControlFlow::Break((Status::Optimal, None));
+        }
+        if self.penalty_raises == PENALTY_RAISES {
+            let unmet = self.unmet(&self.here.rows[at], &self.z);
+            return ControlFlow::Break((Status::Infeasible, Some(unmet)));
+        }
+        if flow == Flow::Stop {
+            return ControlFlow::Break((Status::Interrupted, None));
+        }
+        self.penalty_raises += 1;
+        self.penalty *= 10.0;
+        ControlFlow::Continue(())
+    }
+
+    /// Accepts or rejects the step, and chooses weight and penalty of the next one.
+    fn judge(&mut self, record: SuccessiveRecord, price: f64) -> End {
+        let ratio = record.actual / record.predicted;
+        let flow = self.record(record);
+        if ratio > 0.05 {
+            std::mem::swap(&mut self.here, &mut self.there);
+            std::mem::swap(&mut self.z, &mut self.trial);
+        }
+        if flow == Flow::Stop {
+            return ControlFlow::Break((Status::Interrupted, None));
+        }
+        let factor = match ratio {
+            r if r > GOOD => 0.25,
+            r if r > 0.5 => 0.6,
+            r if r > 0.2 => 1.5,
+            _ => 4.0,
+        };
+        self.weight = (self.weight * factor).clamp(WEIGHTS[0], WEIGHTS[1]);
+        // A penalty far above the multipliers makes every curvature of a constraint look large.
+        if self.penalty_raises == 0 && self.here.violation().1 < NEARLY_MET {
+            // The user's own may be below the least.
+            self.penalty = (PENALTY_MARGIN * price).max(LEAST_PENALTY).min(self.settings.penalty);
+        }
+        ControlFlow::Continue(())
     }
 
     /// Keeps the record of an iteration and shows it to the observer.
@@ -241,29 +306,15 @@ impl Iteration<'_> {
         })
     }
 
-    /// Takes a step and evaluates the rows there.
-    fn go(
-        &mut self,
-        z: &[f64],
-        step: &[f64],
-        trial: &mut [f64],
-        there: &mut Linearisation,
-        scales: &RowScales,
-    ) -> Result<(), ConvexError> {
-        for ((t, z), d) in trial.iter_mut().zip(z).zip(step) {
+    /// Takes the step and evaluates the rows there: the decrease of the merit, none where they cannot be evaluated.
+    fn go(&mut self, before: f64) -> Result<f64, ConvexError> {
+        for ((t, z), d) in self.trial.iter_mut().zip(&self.z).zip(&self.step) {
             *t = z + d;
         }
-        self.subproblem.clamp(trial);
-        self.lineariser.evaluate(trial, there)?;
-        scales.apply(there);
-        Ok(())
-    }
-
-    /// The largest change that a step of unit size makes.
-    fn objective_scale(&self, rows: &Linearisation) -> f64 {
-        let reach = rows.gradient.iter().zip(&self.scales).map(|(g, s)| (g * s).abs()).fold(0.0, f64::max);
-        let size = reach.max(rows.objective.abs());
-        if size > 0.0 && size.is_finite() { size } else { 1.0 }
+        self.subproblem.clamp(&mut self.trial);
+        self.lineariser.evaluate(&self.trial, &mut self.there)?;
+        self.row_scales.apply(&mut self.there);
+        Ok(if self.there.valid { before - self.merit(&self.there) } else { f64::NEG_INFINITY })
     }
 
     fn unmet(&self, row: &LinearRow, z: &[f64]) -> Unmet {
@@ -358,4 +409,11 @@ impl Iteration<'_> {
             constraint_multipliers: None,
         })
     }
+}
+
+/// The largest change that a step of unit size makes.
+fn objective_scale(rows: &Linearisation, scales: &[f64]) -> f64 {
+    let reach = rows.gradient.iter().zip(scales).map(|(g, s)| (g * s).abs()).fold(0.0, f64::max);
+    let size = reach.max(rows.objective.abs());
+    if size > 0.0 && size.is_finite() { size } else { 1.0 }
 }

@@ -2,8 +2,8 @@
 
 use apsides_dynamics::great_circle::central_angle;
 
-use super::case::{BRAKING, solve};
-use super::comparison::{self, row, to};
+use super::case::{BRAKING, SolvedCase, solve};
+use super::comparison::{self, Compared, row, to};
 use crate::change::{Change, number};
 use crate::sheet::Sheet;
 use crate::stop::Stop;
@@ -28,16 +28,20 @@ pub(super) fn sheet(workers: &mut Workers<'_>) -> Result<Sheet, Stop> {
     let cases: [&[Change<'_>]; 2] =
         [&[], &[number("site_altitude_m", -2641.0), number("start_speed_m_s", f64::INFINITY)]];
     let [mean, low] = workers.each(&cases, |c, observer| solve(BRAKING, c, observer))?;
+    let rows = [speeds(&mean, &low), places(&mean)].into_iter().flatten().collect();
+    let mut sheet = comparison::sheet("orbit", "Landing orbit: perilune and apolune", rows);
+    mean.check("altitudes from the mean radius", &mut sheet);
+    low.check("altitudes from the site", &mut sheet);
+    Ok(sheet)
+}
+
+fn speeds(mean: &SolvedCase, low: &SolvedCase) -> Vec<Compared<'static>> {
     let speeds = ["perilune_speed_m_s", "apolune_speed_m_s"];
     let [perilune, apolune] = speeds.map(|k| mean.get(k));
     let [low_perilune, low_apolune] = speeds.map(|k| low.get(k));
     // v1 of (5.9) is sqrt(2 g / (r1 + r2)) r2, v2 the same with r1.
     let by_gravity = |g: f64, radius: f64| (2.0 * g / (PERILUNE + APOLUNE)).sqrt() * radius;
     let (surface, fitting) = (MU / (RADIUS * RADIUS), MU / (PERILUNE * APOLUNE));
-    let place = ["perilune_longitude_deg", "perilune_latitude_deg"].map(|k| mean.get(k));
-    let far = ["apolune_longitude_deg", "apolune_latitude_deg"].map(|k| mean.get(k));
-    let antipode = [PRINTED_PERILUNE[0] + 180.0, -PRINTED_PERILUNE[1]];
-    let flat = "the optimum is flat, another arc of the braking costs grams (sheet `downrange`)";
     let equal_areas = format!(
         "r1 v1 = r2 v2, as the paper has it, gives {:.1} m/s from the printed speed at the perilune",
         1692.0 * PERILUNE / APOLUNE
@@ -46,7 +50,7 @@ pub(super) fn sheet(workers: &mut Workers<'_>) -> Result<Sheet, Stop> {
         "with the gravity on the surface, {surface:.4} m/s2, (5.9) does not give the printed speed; the energy asks for mu / (r1 r2) = \
          {fitting:.4} m/s2 there"
     );
-    let rows = vec![
+    vec![
         row(
             "speed at the perilune, m/s",
             to(1692.0, 1.0),
@@ -83,6 +87,15 @@ pub(super) fn sheet(workers: &mut Workers<'_>) -> Result<Sheet, Stop> {
             to(1_615.346_468_017, 1e-6),
             "",
         ),
+    ]
+}
+
+fn places(mean: &SolvedCase) -> Vec<Compared<'static>> {
+    let place = ["perilune_longitude_deg", "perilune_latitude_deg"].map(|k| mean.get(k));
+    let far = ["apolune_longitude_deg", "apolune_latitude_deg"].map(|k| mean.get(k));
+    let antipode = [PRINTED_PERILUNE[0] + 180.0, -PRINTED_PERILUNE[1]];
+    let flat = "the optimum is flat, another arc of the braking costs grams (sheet `downrange`)";
+    vec![
         row(
             "longitude of the perilune, deg",
             to(PRINTED_PERILUNE[0], 5e-3),
@@ -125,9 +138,5 @@ pub(super) fn sheet(workers: &mut Workers<'_>) -> Result<Sheet, Stop> {
             to(14.027_266_854_6, 1e-6),
             "",
         ),
-    ];
-    let mut sheet = comparison::sheet("orbit", "Landing orbit: perilune and apolune", rows);
-    mean.check("altitudes from the mean radius", &mut sheet);
-    low.check("altitudes from the site", &mut sheet);
-    Ok(sheet)
+    ]
 }

@@ -2,8 +2,8 @@
 
 use apsides_dynamics::powered_descent::MOON_ROTATION_RATE;
 
-use super::case::{BRAKING, MASS, PLANE, THRUST, solve};
-use super::comparison::{self, row, to};
+use super::case::{BRAKING, MASS, PLANE, SolvedCase, THRUST, solve};
+use super::comparison::{self, Compared, row, to};
 use super::downrange::PRINTED_TIME;
 use super::orbit::{MU, RADIUS, SITE, arc};
 use crate::sheet::Sheet;
@@ -88,19 +88,19 @@ pub(super) fn errors(workers: &mut Workers<'_>) -> Result<Sheet, Stop> {
 /// Single numbers of the text beside ours.
 pub(super) fn numbers(workers: &mut Workers<'_>) -> Result<Sheet, Stop> {
     let flight = solve(BRAKING, &[PLANE], &mut *workers.observer)?;
+    let rows = [braking(&flight), moon_and_sites()].into_iter().flatten().collect();
+    let mut sheet = comparison::sheet("text", "Numbers of the text beside those of the problem", rows);
+    flight.check("main braking in the plane", &mut sheet);
+    Ok(sheet)
+}
+
+fn braking(flight: &SolvedCase) -> Vec<Compared<'static>> {
     let time = flight.get("flight_time_s");
     let speed = flight.get("gate_upward_speed_m_s").hypot(flight.get("gate_horizontal_speed_m_s"));
     let down = -flight.get("gate_upward_speed_m_s");
     let final_mass = flight.get("final_mass_kg");
     let way = flight.get("downrange_km");
-    // The text counts them from the centre to the ground at the site.
-    let ground = RADIUS - 2641.0;
-    let orbital = (MU / ground.powi(3)).sqrt();
-    let carried = MOON_ROTATION_RATE * ground * SITE[1].to_radians().cos();
-    let flattening: f64 = 1.0 / 963.7256;
-    let km = |from, to| arc(from, to).to_radians() * RADIUS / 1e3;
-    let (coarse, fine) = ([-19.51, 35.12], [-18.4, 33.7]);
-    let rows = vec![
+    vec![
         row(
             "downward speed at 3 km, m/s",
             to(197.99, 5e-3),
@@ -133,6 +133,19 @@ pub(super) fn numbers(workers: &mut Workers<'_>) -> Result<Sheet, Stop> {
             to(424.955_306, 1e-3),
             "not the optimum, though close to it in propellant (sheet `downrange`)",
         ),
+    ]
+}
+
+/// The Moon, and the sites of the stages.
+fn moon_and_sites() -> Vec<Compared<'static>> {
+    // The text counts them from the centre to the ground at the site.
+    let ground = RADIUS - 2641.0;
+    let orbital = (MU / ground.powi(3)).sqrt();
+    let carried = MOON_ROTATION_RATE * ground * SITE[1].to_radians().cos();
+    let flattening: f64 = 1.0 / 963.7256;
+    let km = |from, to| arc(from, to).to_radians() * RADIUS / 1e3;
+    let (coarse, fine) = ([-19.51, 35.12], [-18.4, 33.7]);
+    vec![
         row(
             "semi-major axis of the Moon, km",
             to(384_339.0, 0.5),
@@ -185,8 +198,5 @@ pub(super) fn numbers(workers: &mut Workers<'_>) -> Result<Sheet, Stop> {
             to(51.224_432, 1e-4),
             "the fine stage begins where the coarse one ends",
         ),
-    ];
-    let mut sheet = comparison::sheet("text", "Numbers of the text beside those of the problem", rows);
-    flight.check("main braking in the plane", &mut sheet);
-    Ok(sheet)
+    ]
 }

@@ -109,20 +109,22 @@ const SINGULAR: &str = "at a balanced neutral the derivative of the centre of ma
 
 /// All cases, in the order of the sheet.
 pub(super) fn figures() -> Vec<Figure> {
+    [without_law(), on_the_cross(), on_the_rim_by_angles(), on_the_rim_by_inversion()]
+        .into_iter()
+        .flatten()
+        .collect()
+}
+
+fn figure(label: &'static str, case: Case, claim: Claim, reference: [f64; 2], why: &'static str) -> Figure {
+    Figure { label, case, claim, reference, why, law_known: true }
+}
+
+fn without_law() -> Vec<Figure> {
     let without = |mut case: Case, offset: [f64; 2]| {
         case.law = Law::None;
         case.vehicle.offset = offset;
         case
     };
-    let with = |mut case: Case, law: Law| {
-        case.law = law;
-        case
-    };
-    let one_sided = Masses::Cross { mass: 10.0, travel: [0.0, 0.7] };
-    let linear = |gains| Law::pid(gains);
-    let (opposite, together) = ([0.0, PI], [0.0, 0.0]);
-    let figure =
-        |label, case, claim, reference, why| Figure { label, case, claim, reference, why, law_known: true };
     vec![
         figure(
             "no law, no offset",
@@ -138,6 +140,16 @@ pub(super) fn figures() -> Vec<Figure> {
             [2.0336743010710836, 2.0320474742734502],
             "the offset trims the capsule at an angle: CA offset / (D |Cm_alpha|)",
         ),
+    ]
+}
+
+fn on_the_cross() -> Vec<Figure> {
+    let with = |mut case: Case, law: Law| {
+        case.law = law;
+        case
+    };
+    let one_sided = Masses::Cross { mass: 10.0, travel: [0.0, 0.7] };
+    vec![
         figure(
             "cross 10 kg, PID",
             Case::cross(10.0),
@@ -147,7 +159,10 @@ pub(super) fn figures() -> Vec<Figure> {
         ),
         figure(
             "cross 10 kg, PID, travel 0 to 70 cm",
-            with(Case { masses: one_sided, ..Case::cross(10.0) }, linear(PidGains::new(235.0, 312.1, 4.995))),
+            with(
+                Case { masses: one_sided, ..Case::cross(10.0) },
+                Law::pid(PidGains::new(235.0, 312.1, 4.995)),
+            ),
             Claim::None,
             [2.0336743010710836, 2.0320474742734502],
             "a positive offset needs negative positions, which a travel to one side does not have",
@@ -163,7 +178,7 @@ pub(super) fn figures() -> Vec<Figure> {
             "cross 5 kg, PID, gains of the reference",
             with(
                 Case::cross(5.0),
-                linear(PidGains::new(0.7858760944091405, 0.35346145759918907, 8.46893493447689)),
+                Law::pid(PidGains::new(0.7858760944091405, 0.35346145759918907, 8.46893493447689)),
             ),
             Claim::Fails,
             [0.58853, 0.58811],
@@ -179,16 +194,22 @@ pub(super) fn figures() -> Vec<Figure> {
                 "with the form at hand the masses do not even come to their stops, and no law moves them beyond",
             )
         },
+    ]
+}
+
+fn on_the_rim_by_angles() -> Vec<Figure> {
+    let (opposite, together) = ([0.0, PI], [0.0, 0.0]);
+    vec![
         figure(
             "radial 10 kg, PID on angles, neutral (0, 0)",
-            angles(10.0, together, linear(fixed())),
+            angles(10.0, together, Law::pid(fixed())),
             Claim::Fails,
             [163.5852574153463, 14.063514412385716],
             "both masses start on one side, 3 cm of offset that the law must first undo, with a gain whose sign turns with the angle",
         ),
         figure(
             "radial 10 kg, PID on angles, neutral (0, 180)",
-            angles(10.0, opposite, linear(fixed())),
+            angles(10.0, opposite, Law::pid(fixed())),
             Claim::Fails,
             [2.0336, 2.0319],
             SINGULAR,
@@ -209,7 +230,7 @@ pub(super) fn figures() -> Vec<Figure> {
         ),
         figure(
             "radial 5 kg, PID on angles, neutral (0, 180)",
-            angles(5.0, opposite, linear(fixed())),
+            angles(5.0, opposite, Law::pid(fixed())),
             Claim::Fails,
             [2.0336, 2.0319],
             SINGULAR,
@@ -239,6 +260,11 @@ pub(super) fn figures() -> Vec<Figure> {
                  is missing is the inversion, not a nonlinear gain",
             )
         },
+    ]
+}
+
+fn on_the_rim_by_inversion() -> Vec<Figure> {
+    vec![
         figure(
             "radial 10 kg, PID by inversion",
             Case::radial(10.0),

@@ -1,8 +1,9 @@
 //! Settings of direct shooting.
 
 use apsides_basis::MAX_POINTS;
-use apsides_nlp::{BarrierOracle, BarrierStrategy, NlpSettings, ScalingMethod};
+use apsides_nlp::NlpSettings;
 use apsides_ode::Method;
+use apsides_transcription::solve::trajectory_settings;
 
 use crate::error::ShootingError;
 
@@ -76,15 +77,7 @@ impl Default for MultipleShootingSettings {
             max_refinements: 14,
             max_intervals: 2000,
             threads: 1,
-            nlp: NlpSettings {
-                tolerance: 1e-9,
-                scaling: ScalingMethod::UserThenGradient { max: 100.0 },
-                barrier: BarrierStrategy::Adaptive,
-                barrier_oracle: BarrierOracle::Probing,
-                initial_barrier: 1e-3,
-                initial_bound_multiplier: 1e-3,
-                ..NlpSettings::default()
-            },
+            nlp: trajectory_settings(),
         }
     }
 }

@@ -1,0 +1,251 @@
+//! Results as files: written, altered, verified again.
+#![allow(clippy::unwrap_used)]
+
+mod support;
+
+use std::path::Path;
+use std::process::{Command, Output};
+
+use support::{apsides, path, stderr, stdout};
+
+/// Adds to one column of some rows.
+fn tamper(csv: &str, column: &str, rows: std::ops::Range<usize>, change: f64) -> String {
+    let index = csv.lines().next().unwrap().split(',').position(|h| h == column).unwrap();
+    let line = |(k, line): (usize, &str)| {
+        let mut cells: Vec<String> = line.split(',').map(str::to_owned).collect();
+        if rows.contains(&k) {
+            cells[index] = (cells[index].parse::<f64>().unwrap() + change).to_string();
+        }
+        cells.join(",") + "\n"
+    };
+    csv.lines().enumerate().map(line).collect()
+}
+
+#[test]
+fn results_are_written_and_verified_again() {
+    let dir = tempfile::tempdir().unwrap();
+    let out = dir.path().join("results");
+    let o = apsides(&["solve", "lunar-two-phase", "--quiet", "--out", &path(&out)]);
+    assert_eq!(o.status.code(), Some(0), "{}", stderr(&o));
+    assert!(stdout(&o).contains("certificate: strict-local-optimum"));
+    assert!(stdout(&o).contains("report.html"));
+    for file in ["summary.json", "trajectory.csv", "certificate.json", "mission.toml", "report.html"] {
+        assert!(out.join(file).is_file(), "{file}");
+    }
+    let again = apsides(&["verify", &path(&out)]);
+    assert_eq!(again.status.code(), Some(0), "{}{}", stdout(&again), stderr(&again));
+
+    let csv = out.join("trajectory.csv");
+    let text = std::fs::read_to_string(&csv).unwrap();
+    std::fs::write(&csv, tamper(&text, "thrust_angle_rad", 10..20, 1e-4)).unwrap();
+    let again = apsides(&["verify", &path(&out)]);
+    assert_eq!(again.status.code(), Some(4), "{}", stdout(&again));
+    assert!(stdout(&again).contains("certificate: rejected"));
+    std::fs::write(&csv, "phase,interval\n").unwrap();
+    assert_eq!(apsides(&["verify", &path(&out)]).status.code(), Some(2));
+}
+
+/// Replaces a text in a file.
+fn edit(file: &Path, from: &str, to: &str) {
+    let text = std::fs::read_to_string(file).unwrap();
+    assert!(text.contains(from), "{from}: {text}");
+    std::fs::write(file, text.replacen(from, to, 1)).unwrap();
+}
+
+/// The sentence on an alteration of a result directory, which it makes.
+type Alteration<'a> = (&'a str, &'a dyn Fn(&Path));
+
+/// Results, certificates and trajectories that were altered, and files that are missing, are named, also where the digests were altered too.
+#[test]
+fn what_was_altered_is_named() {
+    let dir = tempfile::tempdir().unwrap();
+    let out = dir.path().join("results");
+    let solve = ["solve", "lunar-two-phase", "--quiet", "--out", &path(&out)];
+    let number = |text: &str, key: &str| {
+        let rest = text.split_once(&format!("\"{key}\": ")).unwrap().1;
+        rest.split([',', '\n']).next().unwrap().to_owned()
+    };
+    let alterations: [Alteration<'_>; 7] = [
+        ("summary.json, `results.final_mass_kg` is 1", &|out| {
+            let file = out.join("summary.json");
+            let mass = number(&std::fs::read_to_string(&file).unwrap(), "final_mass_kg");
+            let more = mass.parse::<f64>().unwrap() * (1.0 + 1e-5);
+            edit(&file, &format!("\"final_mass_kg\": {mass}"), &format!("\"final_mass_kg\": {more}"));
+        }),
+        ("summary.json, `objective.value` is 1.0", &|out| {
+            let file = out.join("summary.json");
+            let text = std::fs::read_to_string(&file).unwrap();
+            let value = number(&text[text.find("\"objective\"").unwrap()..], "value");
+            edit(&file, &format!("\"value\": {value}"), "\"value\": 1.0");
+        }),
+        ("summary.json: the verdict is global-optimum, computed again strict-local-optimum", &|out| {
+            edit(&out.join("summary.json"), "\"strict-local-optimum\"", "\"global-optimum\"");
+        }),
+        ("certificate.json has no certificate", &|out| {
+            std::fs::write(out.join("certificate.json"), "{}").unwrap();
+        }),
+        ("certificate.json is missing", &|out| std::fs::remove_file(out.join("certificate.json")).unwrap()),
+        ("trajectory.csv was changed since it was written", &|out| {
+            let file = out.join("trajectory.csv");
+            let text = std::fs::read_to_string(&file).unwrap();
+            let costate =
+                text.lines().next().unwrap().split(',').find(|h| h.starts_with("costate_mass")).unwrap();
+            std::fs::write(&file, tamper(&text, costate, 10..11, 1e-9)).unwrap();
+        }),
+        ("report.html was changed since it was written", &|out| {
+            edit(&out.join("report.html"), "</html>", "</html> ");
+        }),
+    ];
+    for (sentence, alter) in alterations {
+        assert_eq!(apsides(&solve).status.code(), Some(0));
+        let o = apsides(&["verify", &path(&out)]);
+        assert_eq!(o.status.code(), Some(0), "{}", stdout(&o));
+        assert!(stdout(&o).contains("files and their numbers are those of the trajectory"), "{}", stdout(&o));
+        alter(&out);
+        let o = apsides(&["verify", &path(&out)]);
+        assert_eq!(o.status.code(), Some(4), "{sentence}: {}{}", stdout(&o), stderr(&o));
+        assert!(stdout(&o).contains(sentence), "{sentence}: {}", stdout(&o));
+    }
+    let json = apsides(&["verify", &path(&out), "--json"]);
+    let found: serde_json::Value = serde_json::from_slice(&json.stdout).unwrap();
+    assert_eq!(found["differences"][0], "report.html was changed since it was written");
+    assert_eq!(found["verdict"], "strict-local-optimum");
+}
+
+/// The files hold the whole flight, also where only its burns were solved.
+#[test]
+fn a_flight_of_burns_and_coasts_is_written_and_verified_again() {
+    let dir = tempfile::tempdir().unwrap();
+    let out = dir.path().join("results");
+    let limits = ["--set", "inclination_deg=28.5", "--set", "max_flight_time_s=27000"];
+    let solve = ["solve", "geo-3-burn", "--quiet", "--sensitivity", "--out", &path(&out)];
+    let o = apsides(&[&solve[..], &limits[..]].concat());
+    assert_eq!(o.status.code(), Some(0), "{}{}", stdout(&o), stderr(&o));
+    assert!(stdout(&o).contains("+1 s of max_flight_time_s"), "{}", stdout(&o));
+    let csv = out.join("trajectory.csv");
+    let text = std::fs::read_to_string(&csv).unwrap();
+    assert!(text.contains("coast-2"));
+    let again = apsides(&["verify", &path(&out)]);
+    assert_eq!(again.status.code(), Some(0), "{}{}", stdout(&again), stderr(&again));
+    assert!(stdout(&again).contains("flown in Cartesian coordinates"));
+    std::fs::write(&csv, tamper(&text, "out_of_plane_thrust_angle_rad", 10..20, 1e-4)).unwrap();
+    assert_eq!(apsides(&["verify", &path(&out)]).status.code(), Some(4));
+}
+
+/// Methods whose states have more nodes than their controls.
+#[test]
+fn results_of_shooting_are_written_and_verified_again() {
+    let dir = tempfile::tempdir().unwrap();
+    // Feasible, with controls on a grid that are no extremal; constant ones are the best of their kind.
+    let claim = "claim: strict-local-optimum among controls constant on each of";
+    for (method, more, status, words) in [
+        ("multiple-shooting", "motion=plane", 4, "feasible"),
+        ("piecewise", "piecewise.max_refinements=0", 0, claim),
+    ] {
+        let out = path(&dir.path().join(method));
+        let o = apsides(&[
+            "solve",
+            "chang-e-3-braking",
+            "--set",
+            "motion=plane",
+            "--set",
+            more,
+            "--method",
+            method,
+            "--quiet",
+            "--out",
+            &out,
+        ]);
+        assert_eq!(o.status.code(), Some(status), "{}", stderr(&o));
+        let again = apsides(&["verify", &out]);
+        assert_eq!(again.status.code(), Some(status), "{}{}", stdout(&again), stderr(&again));
+        assert!(stdout(&again).contains(words), "{}", stdout(&again));
+    }
+}
+
+#[test]
+fn a_trajectory_of_another_program_is_certified() {
+    let dir = tempfile::tempdir().unwrap();
+    // Rest to rest in one second with the least energy: u = 6 - 12 t, 6 units of energy.
+    let mut optimal = String::from("time,x,v,u\n");
+    let mut slow = String::from("time,x,v,u\n");
+    for k in 0..=20 {
+        let t = f64::from(k) / 20.0;
+        let (x, v) = (3.0 * t * t - 2.0 * t.powi(3), 6.0 * t - 6.0 * t * t);
+        optimal += &format!("{t},{x},{v},{}\n", 6.0 - 12.0 * t);
+        slow += &format!("{t},{x},{v},{}\n", 5.0 - 12.0 * t);
+    }
+    let file = |name: &str, text: &str| {
+        let file = dir.path().join(name);
+        std::fs::write(&file, text).unwrap();
+        path(&file)
+    };
+    let o = apsides(&["certify", "di_min_energy", &file("optimal.csv", &optimal)]);
+    assert_eq!(o.status.code(), Some(0), "{}{}", stdout(&o), stderr(&o));
+    assert!(stdout(&o).contains("certificate: global-optimum"), "{}", stdout(&o));
+    let o = apsides(&["certify", "di_min_energy", &file("slow.csv", &slow), "--json"]);
+    assert_eq!(o.status.code(), Some(4), "{}", stderr(&o));
+    let v: serde_json::Value = serde_json::from_str(&stdout(&o)).unwrap();
+    assert_eq!(v["certificate"]["verdict"], "rejected");
+    assert!(v["feasible_to"].as_f64().unwrap() > 1e3);
+    let o = apsides(&["certify", "di_min_energy", &file("none.csv", "time,x\n0,1\n")]);
+    assert_eq!(o.status.code(), Some(2));
+    assert!(stderr(&o).contains("no column `v`"), "{}", stderr(&o));
+    let o = apsides(&["problems", "di_min_energy"]);
+    assert!(stdout(&o).contains("optimum   6 "), "{}", stdout(&o));
+}
+
+/// The commands of docs/problems.md.
+const OWN_PROBLEM: [&str; 8] = [
+    "apsides new problem lander.toml",
+    "apsides check lander.toml",
+    "apsides solve lander.toml --out results",
+    "apsides solve lander.toml --set constants.thrust=50 --sensitivity",
+    "apsides sweep lander.toml --set constants.thrust=45,50,55 --out sweep.csv",
+    "apsides montecarlo lander.toml --sigma constants.thrust=0.5 --sigma constants.isp=2 --samples 50 --out cases",
+    "apsides certify lander.toml results/trajectory.csv",
+    "apsides verify results",
+];
+
+#[test]
+fn a_problem_of_ones_own_is_begun_solved_swept_and_verified() {
+    let dir = tempfile::tempdir().unwrap();
+    let run = |command: &str| {
+        let arguments = command.split(' ').skip(1);
+        Command::new(env!("CARGO_BIN_EXE_apsides")).args(arguments).current_dir(dir.path()).output().unwrap()
+    };
+    for command in OWN_PROBLEM {
+        let o = run(command);
+        assert_eq!(o.status.code(), Some(0), "{command}: {}{}", stdout(&o), stderr(&o));
+        if command.contains("--sensitivity") {
+            assert!(stdout(&o).contains("+1 kN of constants.thrust"), "{}", stdout(&o));
+        }
+    }
+    // The written file stands alone and has the values that were set.
+    let o =
+        run("apsides solve lander.toml --set constants.thrust=50 --set radau.points=6 --out other --quiet");
+    assert_eq!(o.status.code(), Some(0), "{}", stderr(&o));
+    let written = std::fs::read_to_string(dir.path().join("other/mission.toml")).unwrap();
+    assert!(written.contains("thrust = \"50.0 kN\"") && written.contains("points = 6"), "{written}");
+    assert!(written.contains("# The rate of each state."), "comments stay: {written}");
+    let again = run("apsides solve other/mission.toml --json --quiet");
+    let first =
+        run("apsides solve lander.toml --set constants.thrust=50 --set radau.points=6 --json --quiet");
+    let objective = |o: &Output| {
+        let json: serde_json::Value = serde_json::from_str(&stdout(o)).unwrap();
+        json["objective"]["value"].as_f64().unwrap()
+    };
+    assert_eq!(objective(&again), objective(&first));
+    // What is there stays.
+    let o = run("apsides new problem lander.toml");
+    assert_eq!(o.status.code(), Some(2));
+    assert!(stderr(&o).contains("exists and stays as it is"), "{}", stderr(&o));
+    let o = run("apsides solve lander.toml --set constants.thrst=50");
+    assert!(stderr(&o).contains("the nearest is `constants.thrust`"), "{}", stderr(&o));
+    // A mistake has its place.
+    let text = std::fs::read_to_string(dir.path().join("lander.toml")).unwrap();
+    std::fs::write(dir.path().join("wrong.toml"), text.replace("- gravity", "- gravity*3 [s]")).unwrap();
+    let o = run("apsides check wrong.toml");
+    assert_eq!(o.status.code(), Some(2));
+    assert!(stderr(&o).contains("file `wrong.toml`, line 33, column 6: `-` takes"), "{}", stderr(&o));
+}

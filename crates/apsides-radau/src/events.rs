@@ -1,0 +1,114 @@
+//! Events of a solve from mesh to mesh: switches between bounds, contacts, crossings of kinks, and the mesh that has interval ends there.
+
+use apsides_ocp::{Mesh, Ocp, Trajectory};
+
+use crate::RadauError;
+use crate::boundary_arcs::with_long_intervals;
+use crate::breaks::{Instants, with_instants};
+use crate::contact::{Contacts, NextContacts, SolvedMesh};
+use crate::crossing::{Crossings, Passages};
+use crate::mesh_solve::MeshSolve;
+use crate::refinement::refine;
+use crate::settings::RadauSettings;
+use crate::switches::Structure;
+
+/// Most changes of the structure of switches in a solve: what has not settled then is left to refinement.
+const MOST_REVISIONS: usize = 8;
+
+/// The search for events after each mesh.
+pub(crate) struct Events {
+    /// Changes of the structure of switches that are left.
+    revisions: usize,
+    contacts: Contacts,
+    crossings: Crossings,
+}
+
+impl Events {
+    pub(crate) fn new(enabled: bool) -> Self {
+        Self {
+            revisions: if enabled { MOST_REVISIONS } else { 0 },
+            contacts: Contacts::new(enabled),
+            crossings: Crossings::new(enabled),
+        }
+    }
+
+    /// Looks for no more of them.
+    pub(crate) fn give_up(&mut self) {
+        self.revisions = 0;
+        self.contacts.give_up();
+        self.crossings.give_up();
+    }
+
+    /// Compares those of the mesh with the trajectory on it, which gets the errors beside contacts that stand where they should.
+    pub(crate) fn step<'a>(
+        &mut self,
+        ocp: &'a Ocp,
+        solve: &mut MeshSolve,
+        settings: &RadauSettings,
+    ) -> FoundEvents<'a> {
+        let structure = Structure::of(ocp, &mut solve.nlp, &solve.report, &solve.trajectory);
+        let solved = SolvedMesh {
+            ocp,
+            report: &solve.report,
+            trajectory: &solve.trajectory,
+            beside_touch: &solve.estimate.beside_touch,
+            settings,
+            structure: &structure,
+        };
+        let contacts = self.contacts.step(&solved, &mut solve.nlp);
+        if contacts.settled {
+            solve.estimate.add_beside_touch(&mut solve.trajectory);
+        }
+        let in_bounds = solve.is_in_bounds(settings);
+        let switches_settled = self.revisions == 0 || structure.is_that_of(&solve.trajectory, in_bounds);
+        let passages = self.crossings.step(ocp, &solve.trajectory);
+        FoundEvents { structure, switches_settled, contacts, passages }
+    }
+
+    /// The next mesh: refined where events say nothing, with interval ends at those that were found. Those that make no mesh are left out.
+    pub(crate) fn next_mesh(
+        &mut self,
+        found: &FoundEvents<'_>,
+        ocp: &Ocp,
+        trajectory: &Trajectory,
+        plain: &Mesh,
+        settings: &RadauSettings,
+    ) -> Result<Mesh, RadauError> {
+        let FoundEvents { structure, switches_settled, contacts, passages } = found;
+        let instants = found.instants();
+        if self.revisions == 0 {
+            let spared = passages.spared(trajectory.clone());
+            let refined = refine(ocp, &contacts.spared(spared), settings)?;
+            return Ok(with_instants(&refined, &instants).unwrap_or_else(|_| plain.clone()));
+        }
+        self.revisions -= usize::from(!switches_settled);
+        let spared = passages.spared(structure.spared(trajectory));
+        let refined = refine(ocp, &contacts.spared(spared), settings)?;
+        match structure.mesh(&refined, &instants) {
+            Ok(mesh) if !switches_settled => with_long_intervals(ocp, &mesh, settings.max_points),
+            placed => Ok(placed.unwrap_or_else(|_| plain.clone())),
+        }
+    }
+}
+
+/// The events along a trajectory.
+pub(crate) struct FoundEvents<'a> {
+    pub(crate) structure: Structure<'a>,
+    /// True when the mesh has the breaks and arcs of the structure, or no more are looked for.
+    switches_settled: bool,
+    pub(crate) contacts: NextContacts,
+    passages: Passages,
+}
+
+impl FoundEvents<'_> {
+    /// True when the mesh has exactly these.
+    pub(crate) fn are_settled(&self) -> bool {
+        self.switches_settled && self.contacts.settled && self.passages.settled
+    }
+
+    /// Per phase, those that stand in one instant.
+    fn instants(&self) -> Vec<Instants> {
+        let phases = self.contacts.touch_points.iter().zip(&self.passages.phases);
+        phases.map(|(t, c)| Instants { touch_points: t.clone(), crossings: c.clone() }).collect()
+    }
+}

@@ -1,0 +1,434 @@
+//! Solve, estimate, refine, until the error between the points meets the tolerance.
+
+use std::ops::ControlFlow;
+use std::time::Instant;
+
+use apsides_nlp::{NlpSettings, Observer, SolveReport, Status};
+use apsides_ocp::{Guess, Mesh, Ocp, PhaseMesh, Scaling, Trajectory, Unmet};
+use apsides_transcription::Workers;
+
+use crate::RadauError;
+use crate::costate_error::CostateMeshes;
+use crate::crossing::with_forced;
+use crate::events::{Events, FoundEvents};
+use crate::lower_hamiltonian::{Better, with_lower_hamiltonian};
+use crate::mesh_solve::{MeshSolve, total_points};
+use crate::progress::Progress;
+use crate::refinement::refine;
+use crate::saddle::beyond_saddle;
+use crate::scales::{ScaleWarning, scale_warnings};
+use crate::settings::RadauSettings;
+use crate::solver::{MeshRecord, RadauSolution, may_go_on};
+use crate::state_bounds::{StateRows, without_arcs};
+use crate::switches::Switch;
+use crate::transcription::Transcription;
+
+/// Most meshes that are solved again since single nodes are caught at controls that are no minimum.
+const MOST_CAUGHT: usize = 3;
+
+/// Most meshes that are solved again since quantities are much smaller than their scales.
+const MOST_RESCALED: usize = 3;
+
+/// Least fall of the objective from better controls, relative.
+const LEAST_FALL: f64 = 1e-10;
+
+/// Iterations of a solve with breaks, unless it is the first.
+const MOST_ITERATIONS_WITH_BREAKS: usize = 200;
+
+/// Iterations on a first mesh across kinks, before one with interval ends there is tried.
+const MOST_ITERATIONS_WITH_KINKS: usize = 300;
+
+/// A mesh for the sake of the bounds on controls alone must bring their excess below this part of what it was.
+const LEAST_GAIN: f64 = 0.5;
+
+/// The beginning of a solve, or what it goes on with.
+#[derive(Clone)]
+pub(crate) struct Attempt {
+    pub(crate) guess: Guess,
+    pub(crate) mesh: Mesh,
+    /// The meshes before.
+    pub(crate) meshes: Vec<MeshRecord>,
+    /// Number of meshes that led nowhere.
+    pub(crate) spent: usize,
+    pub(crate) warnings: Vec<ScaleWarning>,
+    /// True if bounds of states may become rows.
+    pub(crate) follows_states: bool,
+    /// Most iterations on the first mesh.
+    pub(crate) most_iterations: usize,
+}
+
+/// The end of an attempt.
+pub(crate) enum Ending {
+    Solution(Box<RadauSolution>),
+    /// States are at bounds: the problem with rows for them, what to go on with, and what is solved so far.
+    AtStateBounds(Box<StateRows>, Box<Attempt>, Box<Solved>),
+}
+
+/// A mesh that was solved.
+pub(crate) struct Solved {
+    trajectory: Trajectory,
+    report: SolveReport,
+    switches: Vec<Switch>,
+    accurate: bool,
+    stalled: bool,
+    /// Nothing is left but the accuracy of the costates.
+    finished: bool,
+    /// The next mesh without any breaks, should those of the next one lead nowhere.
+    plain: Mesh,
+}
+
+/// Better controls at single nodes, from which a mesh is solved again.
+struct Catches {
+    left: usize,
+    /// The objective at caught controls, while the mesh is solved from better ones.
+    caught_at: Option<f64>,
+    /// True until a solve from better controls has ended.
+    is_under_way: bool,
+}
+
+/// An attempt on its way from mesh to mesh.
+pub(crate) struct MeshSequence<'a> {
+    settings: &'a RadauSettings,
+    ocp: &'a Ocp,
+    workers: Workers,
+    /// The next guess and mesh, and what the attempt has so far.
+    attempt: Attempt,
+    last: Option<Solved>,
+    events: Events,
+    /// A first mesh with an interval end at each kink: Newton's method can fail to settle on one side of a kink.
+    forced: Option<Mesh>,
+    before_contacts: Option<(Guess, Mesh)>,
+    is_settled: bool,
+    catches: Catches,
+    /// Solves of a mesh in scales of its solution that are left.
+    may_rescale: usize,
+    looked_beyond: bool,
+    costates: CostateMeshes,
+    progress: Progress,
+    /// Excess of the bounds on controls on the last mesh that met the tolerance.
+    excess: f64,
+}
+
+impl<'a> MeshSequence<'a> {
+    pub(crate) fn new(settings: &'a RadauSettings, ocp: &'a Ocp, attempt: Attempt) -> Self {
+        let forced = with_forced(ocp, &attempt.guess, &attempt.mesh).ok();
+        let forced = forced.filter(|m| settings.switches && *m != attempt.mesh);
+        Self {
+            settings,
+            ocp,
+            workers: Workers::new(settings.threads),
+            attempt,
+            last: None,
+            events: Events::new(settings.switches),
+            forced,
+            before_contacts: None,
+            is_settled: false,
+            catches: Catches {
+                left: if settings.switches { MOST_CAUGHT } else { 0 },
+                caught_at: None,
+                is_under_way: false,
+            },
+            may_rescale: MOST_RESCALED,
+            looked_beyond: settings.nlp.max_saddle_escapes == 0,
+            costates: CostateMeshes::default(),
+            progress: Progress::new(),
+            excess: f64::INFINITY,
+        }
+    }
+
+    /// Solves from mesh to mesh, until the error meets the tolerance or states turn out to be at bounds that can be rows.
+    pub(crate) fn run(mut self, observer: &mut dyn Observer) -> Result<Ending, RadauError> {
+        loop {
+            let solve = self.solve(observer)?;
+            if let ControlFlow::Break(ending) = self.follow(solve, observer)? {
+                return Ok(ending);
+            }
+        }
+    }
+
+    /// Solves the mesh.
+    fn solve(&mut self, observer: &mut dyn Observer) -> Result<MeshSolve, RadauError> {
+        let begin = Instant::now();
+        let nlp_settings = self.nlp_settings();
+        let Attempt { guess, mesh, meshes, warnings, .. } = &mut self.attempt;
+        let mut nlp = Transcription::new(self.ocp, mesh, guess)?.with_workers(&self.workers);
+        if meshes.is_empty() {
+            *warnings = scale_warnings(&mut nlp, self.ocp);
+        }
+        let solve = MeshSolve::new(self.ocp, nlp, guess, self.settings, &nlp_settings, observer)?;
+        meshes.push(solve.record(mesh, begin.elapsed()));
+        Ok(solve)
+    }
+
+    fn nlp_settings(&self) -> NlpSettings {
+        let mut settings = self.settings.nlp.clone();
+        settings.max_saddle_escapes = 0;
+        if self.last.is_none() {
+            settings.max_iterations = settings.max_iterations.min(self.attempt.most_iterations);
+        }
+        if has_arcs(&self.attempt.mesh) && self.last.is_some() {
+            settings.max_iterations = settings.max_iterations.min(MOST_ITERATIONS_WITH_BREAKS);
+        }
+        if self.forced.is_some() {
+            settings.max_iterations = settings.max_iterations.min(MOST_ITERATIONS_WITH_KINKS);
+        }
+        if self.is_settled {
+            settings.polish = settings.polish.max(1.0);
+        }
+        settings
+    }
+
+    fn is_out_of_meshes(&self) -> bool {
+        self.attempt.meshes.len() - self.attempt.spent > self.settings.max_refinements
+    }
+
+    /// Decides what follows on a mesh: another solve, or the end.
+    fn follow(
+        &mut self,
+        solve: MeshSolve,
+        observer: &mut dyn Observer,
+    ) -> Result<ControlFlow<Ending>, RadauError> {
+        let forced = self.forced.take();
+        // Breaks in the wrong places can make a problem infeasible, or hard.
+        let may_lead_back = has_arcs(&self.attempt.mesh) || std::mem::take(&mut self.catches.is_under_way);
+        if !solve.status().is_success() {
+            return Ok(self.follow_failure(solve, forced, may_lead_back));
+        }
+        if self.rescale(&solve) {
+            return Ok(ControlFlow::Continue(()));
+        }
+        if let Some(flow) = self.look_beyond(&solve, observer)? {
+            return Ok(flow);
+        }
+        if let Some(rows) = self.rows_of_states(&solve) {
+            return Ok(ControlFlow::Break(self.end_at_state_bounds(rows, solve)));
+        }
+        if self.leave_equal_controls(&solve) {
+            return Ok(ControlFlow::Continue(()));
+        }
+        if let Some(better) = self.better_controls(&solve) {
+            self.catch(&better, solve);
+            return Ok(ControlFlow::Continue(()));
+        }
+        self.refine(solve)
+    }
+
+    /// Tries the mesh with kinks, or the last one without breaks; else the attempt ends without success.
+    fn follow_failure(
+        &mut self,
+        solve: MeshSolve,
+        forced: Option<Mesh>,
+        may_lead_back: bool,
+    ) -> ControlFlow<Ending> {
+        let status = solve.status();
+        if may_go_on(status) && !self.is_out_of_meshes() {
+            if let Some(mesh) = forced {
+                self.attempt.mesh = mesh;
+                return ControlFlow::Continue(());
+            }
+            if let Some(solved) = self.last.as_ref().filter(|_| may_lead_back) {
+                self.attempt.guess = Guess::earlier(&solved.trajectory);
+                self.attempt.mesh = solved.plain.clone();
+                self.catches.left = 0;
+                self.events.give_up();
+                return ControlFlow::Continue(());
+            }
+        }
+        let unmet = solve.nlp.unmet(self.ocp, &solve.report);
+        match self.last.take() {
+            // Meshes for the sake of the costates alone.
+            Some(solved) if solved.finished && may_go_on(status) => {
+                let status = solved.report.status;
+                self.end(solved, status, None)
+            }
+            Some(solved) => self.end(solved, status, unmet),
+            None => {
+                let solved = Solved::first(solve.trajectory, solve.report, self.attempt.mesh.clone());
+                self.end(solved, status, unmet)
+            }
+        }
+    }
+
+    /// Solves the mesh again where bounds far apart hid the sizes of what lies between them.
+    fn rescale(&mut self, solve: &MeshSolve) -> bool {
+        let earlier = Guess::earlier(&solve.trajectory);
+        let is_coarse = self.may_rescale > 0
+            && !self.is_out_of_meshes()
+            && solve.scaling.is_coarse_beside(self.ocp, &Scaling::new(self.ocp, &earlier));
+        if is_coarse {
+            self.may_rescale -= 1;
+            self.attempt.guess = earlier;
+        }
+        is_coarse
+    }
+
+    /// Looks once for a way out of a solution that may be no minimum; none where there is none.
+    fn look_beyond(
+        &mut self,
+        solve: &MeshSolve,
+        observer: &mut dyn Observer,
+    ) -> Result<Option<ControlFlow<Ending>>, RadauError> {
+        if !solve.is_accurate(self.settings) || !solve.in_doubt || self.looked_beyond {
+            return Ok(None);
+        }
+        self.looked_beyond = true;
+        let solved = (&solve.trajectory, &solve.report);
+        let mesh = &self.attempt.mesh;
+        let (beyond, counters) =
+            beyond_saddle(self.ocp, mesh, solved, &self.settings.nlp, &self.workers, observer)?;
+        if let Some(record) = self.attempt.meshes.last_mut() {
+            record.counters.iterations += counters.iterations;
+            record.counters.factorisations += counters.factorisations;
+        }
+        let Some((trajectory, report)) = beyond else { return Ok(None) };
+        if !report.status.is_success() {
+            let status = report.status;
+            let solved = Solved::first(trajectory, report, mesh.clone());
+            return Ok(Some(self.end(solved, status, None)));
+        }
+        self.attempt.guess = Guess::earlier(&trajectory);
+        Ok(Some(ControlFlow::Continue(())))
+    }
+
+    /// The problem with rows for the states at bounds, if the attempt looks for them and there are any.
+    fn rows_of_states(&self, solve: &MeshSolve) -> Option<StateRows> {
+        if !self.attempt.follows_states || self.is_out_of_meshes() {
+            return None;
+        }
+        StateRows::of(self.ocp, &solve.nlp, &solve.report, &solve.trajectory, &solve.scaling)
+    }
+
+    fn end_at_state_bounds(&mut self, rows: StateRows, solve: MeshSolve) -> Ending {
+        let mesh = self.attempt.mesh.clone();
+        let next = Attempt {
+            guess: Guess::earlier(&solve.trajectory),
+            mesh: without_arcs(mesh.clone()),
+            meshes: std::mem::take(&mut self.attempt.meshes),
+            spent: self.attempt.spent,
+            warnings: std::mem::take(&mut self.attempt.warnings),
+            follows_states: false,
+            most_iterations: usize::MAX,
+        };
+        let solved = Solved::first(solve.trajectory, solve.report, mesh);
+        Ending::AtStateBounds(Box::new(rows), Box::new(next), Box::new(solved))
+    }
+
+    /// Goes back to the last solution where other controls cost as much.
+    fn leave_equal_controls(&mut self, solve: &MeshSolve) -> bool {
+        let caught_at = self.catches.caught_at.take();
+        let gains_nothing = caught_at.is_some_and(|b| !is_lower(self.ocp, solve.trajectory.objective, b));
+        let Some(solved) = self.last.as_ref().filter(|_| gains_nothing) else { return false };
+        self.catches.left = 0;
+        self.attempt.guess = Guess::earlier(&solved.trajectory);
+        true
+    }
+
+    fn better_controls(&self, solve: &MeshSolve) -> Option<Better> {
+        if self.catches.left == 0 || self.is_out_of_meshes() {
+            return None;
+        }
+        with_lower_hamiltonian(self.ocp, &solve.trajectory)
+    }
+
+    /// Solves the mesh again from better controls.
+    fn catch(&mut self, better: &Better, solve: MeshSolve) {
+        self.catches = Catches {
+            left: self.catches.left - 1,
+            caught_at: better.costs_less.then_some(solve.trajectory.objective),
+            is_under_way: true,
+        };
+        self.attempt.guess = Guess::earlier(&better.trajectory);
+        let plain = without_arcs(self.attempt.mesh.clone());
+        self.last = Some(Solved::first(solve.trajectory, solve.report, plain));
+    }
+
+    /// Goes on to the next mesh, refined and with interval ends at events, unless nothing is left to do or no mesh would help.
+    fn refine(&mut self, mut solve: MeshSolve) -> Result<ControlFlow<Ending>, RadauError> {
+        let (ocp, settings) = (self.ocp, self.settings);
+        let found = self.events.step(ocp, &mut solve, settings);
+        self.is_settled = found.are_settled();
+        let accurate = solve.is_accurate(settings);
+        let finished = self.is_finished(&solve);
+        let wants_costates =
+            finished && self.costates.want(ocp, &solve.scaling, settings, &mut solve.trajectory)?;
+        let MeshSolve { trajectory, report, estimate, .. } = solve;
+        let plain = refine(ocp, &trajectory, settings)?;
+        let next = self.events.next_mesh(&found, ocp, &trajectory, &plain, settings)?;
+        self.attempt.guess = Guess::earlier(&found.contacts.start(trajectory.clone())?);
+        let switches = found.structure.switches(ocp, &trajectory);
+        let plain = without_arcs(plain);
+        let points = total_points(&self.attempt.mesh);
+        let stalled = self.progress.has_stalled(estimate.error, trajectory.objective, points) && !accurate;
+        let solved = Solved { trajectory, report, switches, accurate, stalled, finished, plain };
+        if stalled
+            || (finished && !wants_costates)
+            || self.is_out_of_meshes()
+            || total_points(&next) > settings.max_total_points
+        {
+            let status = solved.report.status;
+            return Ok(self.end(solved, status, None));
+        }
+        self.attempt.mesh = next;
+        self.last = Some(solved);
+        self.leave_refuted_contacts(&found);
+        Ok(ControlFlow::Continue(()))
+    }
+
+    /// True if nothing is left but the accuracy of the costates.
+    fn is_finished(&mut self, solve: &MeshSolve) -> bool {
+        let controls = solve.estimate.controls;
+        // Worth meshes of their own as long as they help.
+        let within = solve.is_in_bounds(self.settings) || controls > LEAST_GAIN * self.excess;
+        let is_done = solve.is_accurate(self.settings) && self.is_settled;
+        if is_done {
+            self.excess = controls;
+        }
+        is_done && within
+    }
+
+    /// Goes back to the mesh before the first contacts when all were none: what was refined for them is of no use.
+    fn leave_refuted_contacts(&mut self, found: &FoundEvents<'_>) {
+        if found.contacts.has_new() && self.before_contacts.is_none() {
+            let before = self.last.as_ref().map(|s| (Guess::earlier(&s.trajectory), s.plain.clone()));
+            self.before_contacts = before;
+        }
+        if let Some(earlier) = self.before_contacts.take_if(|_| found.contacts.refuted) {
+            (self.attempt.guess, self.attempt.mesh) = earlier;
+        }
+    }
+
+    fn end(&mut self, solved: Solved, status: Status, unmet: Option<Unmet>) -> ControlFlow<Ending> {
+        let meshes = std::mem::take(&mut self.attempt.meshes);
+        let warnings = std::mem::take(&mut self.attempt.warnings);
+        let solution = solved.into_solution(status, unmet, meshes, warnings);
+        ControlFlow::Break(Ending::Solution(Box::new(solution)))
+    }
+}
+
+impl Solved {
+    /// The solution of a solve that was not followed up.
+    fn first(trajectory: Trajectory, report: SolveReport, mesh: Mesh) -> Self {
+        let (accurate, stalled, finished) = (false, false, false);
+        Self { trajectory, report, switches: Vec::new(), accurate, stalled, finished, plain: mesh }
+    }
+
+    pub(crate) fn into_solution(
+        self,
+        status: Status,
+        unmet: Option<Unmet>,
+        meshes: Vec<MeshRecord>,
+        warnings: Vec<ScaleWarning>,
+    ) -> RadauSolution {
+        let Self { trajectory, report, switches, accurate, stalled, .. } = self;
+        RadauSolution { trajectory, status, accurate, stalled, meshes, unmet, warnings, switches, report }
+    }
+}
+
+fn has_arcs(mesh: &Mesh) -> bool {
+    mesh.phases.iter().any(PhaseMesh::has_arcs)
+}
+
+/// True if an objective is better than another one by more than rounding.
+fn is_lower(ocp: &Ocp, objective: f64, other: f64) -> bool {
+    ocp.objective.sense.sign() * (other - objective) > LEAST_FALL * other.abs().max(objective.abs())
+}

@@ -1,0 +1,75 @@
+//! The solve of one mesh: the solution of the nonlinear program and its error between the points.
+
+use std::time::Duration;
+
+use apsides_nlp::{NlpSettings, Observer, SolveReport, Status};
+use apsides_ocp::method::Counters;
+use apsides_ocp::{Guess, Mesh, Ocp, PhaseMesh, Scaling, Trajectory};
+
+use crate::RadauError;
+use crate::error_estimate::{Estimate, estimate};
+use crate::saddle::Watch;
+use crate::settings::RadauSettings;
+use crate::solver::MeshRecord;
+use crate::transcription::Transcription;
+
+/// A mesh that was just solved, with success or without.
+pub(crate) struct MeshSolve {
+    pub(crate) nlp: Transcription,
+    pub(crate) report: SolveReport,
+    pub(crate) trajectory: Trajectory,
+    /// The scales that the guess gives.
+    pub(crate) scaling: Scaling,
+    pub(crate) estimate: Estimate,
+    /// True if nothing shows that the solution is a minimum.
+    pub(crate) in_doubt: bool,
+}
+
+impl MeshSolve {
+    pub(crate) fn new(
+        ocp: &Ocp,
+        mut nlp: Transcription,
+        guess: &Guess,
+        settings: &RadauSettings,
+        nlp_settings: &NlpSettings,
+        observer: &mut dyn Observer,
+    ) -> Result<Self, RadauError> {
+        let mut watch = Watch::new(observer);
+        let report = nlp.solve(ocp, guess, nlp_settings, &mut watch)?;
+        let in_doubt = watch.is_in_doubt();
+        let mut trajectory = nlp.trajectory(ocp, &report)?;
+        let scaling = Scaling::new(ocp, guess);
+        let estimate = estimate(ocp, &scaling, settings, &mut trajectory)?;
+        Ok(Self { nlp, report, trajectory, scaling, estimate, in_doubt })
+    }
+
+    pub(crate) fn record(&self, mesh: &Mesh, time: Duration) -> MeshRecord {
+        let layout = &self.nlp.layout;
+        MeshRecord {
+            intervals: mesh.phases.iter().map(PhaseMesh::intervals).sum(),
+            points: total_points(mesh),
+            error: self.estimate.error,
+            counters: Counters::of(layout.variables, layout.constraints, &self.report),
+            time,
+        }
+    }
+
+    pub(crate) fn status(&self) -> Status {
+        self.report.status
+    }
+
+    /// True if states and integrals meet the tolerance.
+    pub(crate) fn is_accurate(&self, settings: &RadauSettings) -> bool {
+        self.estimate.error <= settings.tolerance
+    }
+
+    /// True if controls, and path constraints with controls, meet the tolerance.
+    pub(crate) fn is_in_bounds(&self, settings: &RadauSettings) -> bool {
+        self.estimate.controls <= settings.tolerance
+    }
+}
+
+/// Collocation points of all phases.
+pub(crate) fn total_points(mesh: &Mesh) -> usize {
+    mesh.phases.iter().map(PhaseMesh::total_points).sum()
+}
