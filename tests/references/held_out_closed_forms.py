@@ -341,7 +341,7 @@ OPTIMA = {
     "trap_thin_wall": string_over_bump,
     "trap_three_thrusters": lambda: wells(12, [0.5, 0.5, -0.5], 0.02),
     "trap_through_the_middle_of_a_disc": lambda: around_disc((-2, 0), (2, 0), 1.0),
-    "trap_time_at_a_maximum": lambda: cos(5),
+    "trap_time_at_a_maximum": lambda: -1,
     "trap_two_parameters_as_one": fit_of_a_product,
     "trap_two_switches_too_many": lambda: 2,
     "trap_unbounded_nonlinear": lambda: least(lambda u: u**2 * (1 - u / 20) ** 2 + 0.01 * u**2 - 0.3 * u, 15, 25),

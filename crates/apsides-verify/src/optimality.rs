@@ -134,7 +134,7 @@ const LEAST_RANGE: f64 = 1e-5;
 const SMALLEST_COSTATE: f64 = 1e-4;
 
 /// A Hamiltonian that changes an objective by less than this part of it over the duration is rounding.
-const ROUNDING: f64 = 1e-12;
+const ROUNDING: f64 = 1e-9;
 /// An objective below is nothing in any unit that makes sense.
 const NO_OBJECTIVE: f64 = 1e-15;
 
