@@ -247,6 +247,52 @@ def hill(n=1.1e-3):
 
 TROLLEY = [[0, 1, 0, 0], [0, 0, 0, 0], [0, 0, 0, 1], [0, 0, -2, 0]]
 
+def fuel_and_energy():
+    """u = +-(|lambda| - 1) / 0.2 up to one, with lambda a line through zero in the middle; its slope follows from the distance."""
+
+    def thrust(slope, t):
+        return min(max((slope * (1 - t / 3) - 1) / 0.2, 0.0), 1.0)
+
+    def corners(slope):
+        return [t for t in (3 * (1 - 1.2 / slope), 3 * (1 - 1 / slope)) if 0 < t < 3]
+
+    def over_half(function, slope):
+        return quad(function, 0, 3, points=corners(slope), epsabs=1e-14, epsrel=1e-13, limit=500)[0]
+
+    slope = root(lambda c: over_half(lambda t: thrust(c, t) * (6 - 2 * t), c) - 1, 1.001, 10)
+    return 2 * over_half(lambda t: thrust(slope, t) + 0.1 * thrust(slope, t) ** 2, slope)
+
+
+def fuel_in_a_plane():
+    """Each axis thrusts, coasts and thrusts back; two conditions at its end leave the two durations."""
+    a = 3 - sqrt(8)
+
+    def x(t):
+        return 1 - t**2 / 2 if t < a else 1 - a**2 / 2 - a * (t - a) if t < 6 - a else (6 - t) ** 2 / 2
+
+    pull = 0.1 * quad(x, 0, 6, points=[a, 6 - a], epsabs=1e-14)[0]
+    moved = 0.1 * quad(lambda t: (6 - t) * x(t), 0, 6, points=[a, 6 - a], epsabs=1e-14)[0]
+
+    def end(durations):
+        p, q = durations
+        return [0.2 + p - q - pull, -1 + 0.2 * 6 + p * (6 - p / 2) - q**2 / 2 - moved]
+
+    return 2 * a + sum(fsolve(end, [0.2, 0.1], xtol=1e-14))
+
+
+def rocket_sled():
+    """Thrust, coast, thrust back: the speed gained is lost again, so that masses have one ratio; the first duration is the best one."""
+
+    def cost(burn):
+        kept = 1 - burn / 3
+        speed, back = -3 * log(kept), 3 * (kept - kept**2)
+        way = integral(lambda t: -3 * log(1 - t / 3), 0, burn)
+        way += integral(lambda t: speed + 3 * log(1 - t / (3 * kept)), 0, back)
+        return 2 * (burn + back) + (1 - way) / speed - 3
+
+    return least(cost, 0.3, 1.0)
+
+
 def tabulated_hill():
     """The bottom of a monotone spline with a well (PCHIP: F. N. Fritsch, R. E. Carlson, SIAM J. Numer. Anal. 17 (1980) 238)."""
     hill = PchipInterpolator([-10, -8, -6, -4, -2, 0, 2, 4, 6, 7, 8, 9, 10], [0] * 10 + [-100, 0, 0])
@@ -280,6 +326,9 @@ OPTIMA = {
     "free_start_linear_quadratic": lambda: 0.5,
     "free_start_on_a_circle": lambda: 3 * (3 - sqrt(2)) ** 2,
     "friction_of_coulomb": lambda: sqrt(2 * (1 / 0.7 + 1 / 1.3)),
+    "fuel_and_energy": fuel_and_energy,
+    "fuel_in_a_plane_by_magnitudes": fuel_in_a_plane,
+    "fuel_of_a_rocket_by_magnitude": rocket_sled,
     "fuller": fuller,
     "harmonic_five_switches": lambda: oscillator(9.3, 2.1),
     "integral_with_a_far_side": lambda: 20 * 0.3**2,

@@ -251,7 +251,9 @@ impl Operation {
         }
     }
 
-    pub(crate) fn map(self, value: impl Fn(usize) -> usize, table: impl Fn(usize) -> usize) -> Self {
+    /// The operation with other operands, and tables at other indices.
+    #[must_use]
+    pub fn with_operands(self, value: impl Fn(usize) -> usize, table: impl Fn(usize) -> usize) -> Self {
         match self {
             Self::Constant(c) => Self::Constant(c),
             Self::Unary(op, a) => Self::Unary(op, value(a)),
@@ -340,7 +342,7 @@ impl Formula {
         for (k, operation) in operations.iter().enumerate() {
             place.push(inputs + kept.len());
             if needed[inputs + k] {
-                kept.push(operation.map(|a| place[a], |t| table_place[t]));
+                kept.push(operation.with_operands(|a| place[a], |t| table_place[t]));
             }
         }
         Self {

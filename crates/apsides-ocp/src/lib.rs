@@ -56,6 +56,7 @@
 //! 2010, doi 10.1137/1.9780898718577.
 
 mod bent;
+pub mod by_parts;
 pub mod endpoint;
 pub mod endpoint_term;
 pub mod error;
@@ -71,6 +72,7 @@ pub mod scaling;
 pub mod trajectory;
 pub mod variable;
 
+pub use by_parts::ByParts;
 pub use endpoint::{At, EndpointConstraint, EndpointInput};
 pub use endpoint_term::EndpointTerm;
 pub use error::OcpError;

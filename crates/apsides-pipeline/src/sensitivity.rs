@@ -11,7 +11,7 @@ use std::borrow::Cow;
 use std::collections::BTreeMap;
 
 use apsides_nlp::{InteriorPoint, Nlp, NlpError, Perturbation, Sensitivity, SolutionDerivative, SolveReport};
-use apsides_ocp::{Guess, Mesh, Ocp, Sense, Trajectory};
+use apsides_ocp::{ByParts, Guess, Mesh, Ocp, Sense, Trajectory};
 use apsides_radau::{RadauError, Transcription};
 
 use crate::Error;
@@ -89,10 +89,17 @@ fn method(e: NlpError) -> Error {
     RadauError::from(e).into()
 }
 
+/// The problem with parts of magnitudes of controls, which has derivatives where they have none.
+fn with_parts(ocp: &Ocp) -> Cow<'_, Ocp> {
+    ByParts::of(ocp).map_or(Cow::Borrowed(ocp), |parts| Cow::Owned(parts.ocp))
+}
+
 /// The data that all prices of a solution share.
 struct Solution<'a> {
     mission: &'a Pipeline,
-    ocp: &'a Ocp,
+    ocp: Cow<'a, Ocp>,
+    /// The parts of magnitudes of controls, where the problem has some: `ocp` is the one with parts then.
+    parts: Option<ByParts>,
     report: Cow<'a, SolveReport>,
     mesh: Mesh,
     guess: Guess,
@@ -105,8 +112,11 @@ impl<'a> Solution<'a> {
     fn new(mission: &'a Pipeline, outcome: &'a Outcome, report: &'a SolveReport) -> Result<Self, Error> {
         let (ocp, trajectory) = outcome.solved();
         let mesh = Mesh { phases: trajectory.phases.iter().map(|p| p.mesh.clone()).collect() };
-        let guess = Guess::earlier(trajectory);
-        let mut transcription = Transcription::new(ocp, &mesh, &guess)?;
+        let parts = ByParts::of(ocp);
+        let earlier = Guess::earlier(trajectory);
+        let guess = parts.as_ref().map_or_else(|| earlier.clone(), |parts| parts.guess(&earlier));
+        let ocp = with_parts(ocp);
+        let mut transcription = Transcription::new(&ocp, &mesh, &guess)?;
         let settings = &mission.methods().radau.settings.nlp;
         let is_of_mesh = report.x.len() == transcription.variables()
             && report.constraint_multipliers.len() == transcription.constraints();
@@ -114,7 +124,7 @@ impl<'a> Solution<'a> {
         let report = if is_of_mesh {
             Cow::Borrowed(report)
         } else {
-            Cow::Owned(transcription.solve(ocp, &guess, settings, &mut ()).map_err(method)?)
+            Cow::Owned(transcription.solve(&ocp, &guess, settings, &mut ()).map_err(method)?)
         };
         let solver = InteriorPoint::new(settings.clone());
         let sensitivity = match solver.sensitivity(&mut transcription, &report) {
@@ -122,7 +132,7 @@ impl<'a> Solution<'a> {
             Err(NlpError::NoDerivative { .. }) => None,
             Err(e) => return Err(method(e)),
         };
-        Ok(Self { mission, ocp, report, mesh, guess, transcription, sensitivity })
+        Ok(Self { mission, ocp, parts, report, mesh, guess, transcription, sensitivity })
     }
 
     fn price(&mut self, key: &Key) -> Result<Price, Error> {
@@ -143,7 +153,7 @@ impl<'a> Solution<'a> {
             (Err(refused), Err(_)) => return Err(refused),
         };
         let width = above.2 - below.2;
-        let transcribe = |posed: &Posed| Transcription::new(&posed.ocp, &self.mesh, &self.guess);
+        let transcribe = |posed: &Posed| Transcription::new(&with_parts(&posed.ocp), &self.mesh, &self.guess);
         let (mut a, mut b) = (transcribe(&below.1)?, transcribe(&above.1)?);
         let perturbation = Perturbation::between(&mut a, &mut b, &self.report, width).map_err(method)?;
         let objective = perturbation.objective_derivative(&self.report).map_err(method)?;
@@ -186,6 +196,10 @@ impl<'a> Solution<'a> {
         for (x, dx) in report.x.iter_mut().zip(&derivative.x) {
             *x += change * dx;
         }
-        Ok(self.transcription.trajectory(self.ocp, &report)?)
+        let moved = self.transcription.trajectory(&self.ocp, &report)?;
+        Ok(match &self.parts {
+            Some(parts) => parts.as_posed(moved),
+            None => moved,
+        })
     }
 }

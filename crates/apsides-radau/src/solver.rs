@@ -4,13 +4,16 @@ use std::time::Duration;
 
 use apsides_nlp::{Observer, SolveReport, Status};
 use apsides_ocp::method::Counters;
-use apsides_ocp::{Guess, Mesh, Ocp, Trajectory, Unmet};
+use apsides_ocp::{ByParts, Guess, Mesh, Ocp, PhaseMesh, Trajectory, Unmet};
 
 use crate::RadauError;
 use crate::redundant::Irredundant;
 use crate::scales::ScaleWarning;
 pub use crate::settings::RadauSettings;
 use crate::switches::Switch;
+
+/// Largest overlap of the parts of a magnitude of which a solution is one of the problem as it was posed.
+const OVERLAP: f64 = 1e-6;
 
 /// The method: hp Legendre-Gauss-Radau collocation.
 #[derive(Clone, Debug, Default)]
@@ -90,11 +93,38 @@ impl Radau {
     ) -> Result<RadauSolution, RadauError> {
         self.settings.check()?;
         let guess = guess.clone().off_stationary_integrals(ocp);
+        let Some(parts) = ByParts::of(ocp) else {
+            return self.solve_irredundant(ocp, &guess, mesh, observer);
+        };
+        // An arc of a control is none of its parts.
+        let phases = mesh.phases.iter().cloned().map(PhaseMesh::without_arcs);
+        let plain = Mesh { phases: phases.collect() };
+        let mut solution = self.solve_irredundant(&parts.ocp, &parts.guess(&guess), plain, observer)?;
+        let is_that_of_the_problem =
+            solution.status.is_success() && parts.overlap(&solution.trajectory) <= OVERLAP;
+        if is_that_of_the_problem || !may_go_on(solution.status) {
+            solution.trajectory = parts.as_posed(solution.trajectory);
+            return Ok(solution);
+        }
+        // Parts that overlap gain what the magnitude does not.
+        let posed = self.solve_irredundant(ocp, &guess, mesh, observer)?;
+        let meshes = solution.meshes.into_iter().chain(posed.meshes).collect();
+        Ok(RadauSolution { meshes, ..posed })
+    }
+
+    /// Solves without statements that follow from others.
+    fn solve_irredundant(
+        &self,
+        ocp: &Ocp,
+        guess: &Guess,
+        mesh: Mesh,
+        observer: &mut dyn Observer,
+    ) -> Result<RadauSolution, RadauError> {
         let Some(irredundant) = Irredundant::of(ocp) else {
-            return self.solve_with_starts(ocp, &guess, &mesh, observer);
+            return self.solve_with_starts(ocp, guess, &mesh, observer);
         };
         let mesh = irredundant.as_meant(mesh);
-        let mut solution = self.solve_with_starts(&irredundant.ocp, &guess, &mesh, observer)?;
+        let mut solution = self.solve_with_starts(&irredundant.ocp, guess, &mesh, observer)?;
         solution.trajectory = irredundant.as_posed(solution.trajectory);
         Ok(solution)
     }

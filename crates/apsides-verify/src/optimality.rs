@@ -20,6 +20,7 @@
 mod constant;
 mod contact;
 mod costate;
+mod kink;
 mod minimum;
 mod stationarity;
 mod transversality;
@@ -172,6 +173,8 @@ pub(crate) struct Point {
 }
 
 pub(crate) struct Node {
+    /// Index of its interval.
+    segment: usize,
     pub(crate) time: f64,
     pub(crate) control: Vec<f64>,
     /// Gradient of the Lagrangian with respect to the controls.
@@ -251,6 +254,7 @@ impl<'a> PhaseConditions<'a> {
             self.costate_size = self.costate_size.max((lambda * scale).abs());
         }
         self.nodes.push(Node {
+            segment,
             time,
             control: self.point.u.clone(),
             slope: self.point.gradient[nx..nx + nu].to_vec(),

@@ -7,15 +7,25 @@ use crate::worst::{Worst, is_worse, relative};
 use crate::{Check, VerifySettings};
 
 impl PhaseConditions<'_> {
-    /// `dL/du = 0`, or pushing against a bound.
-    pub(super) fn stationarity(&self, settings: &VerifySettings) -> Option<Check> {
+    /// `dL/du = 0`, or pushing against a bound or a kink.
+    pub(super) fn stationarity(&mut self, settings: &VerifySettings) -> Option<Check> {
         let phase = self.equations.phase;
         let mut worst = Worst::default();
-        for node in &self.nodes {
+        for k in 0..self.nodes.len() {
             for (j, control) in phase.controls.iter().enumerate() {
+                let node = &self.nodes[k];
                 let scale = self.scaling.controls[j];
                 let slope = relative(node.slope[j] * scale, self.hamiltonian_size);
-                let residual = natural_residual(slope, node.control[j], &control.bounds, scale);
+                let mut residual = natural_residual(slope, node.control[j], &control.bounds, scale);
+                if residual > settings.stationarity_tolerance {
+                    let (segment, time) = (node.segment, node.time);
+                    self.evaluate(segment, time);
+                    if let Some([left, right]) = self.slopes_at_kink(time, j) {
+                        let outwards = relative(left.max(-right).max(0.0) * scale, self.hamiltonian_size);
+                        residual = residual.min(outwards);
+                    }
+                }
+                let node = &self.nodes[k];
                 let at = || format!("{}, {}", control.name, place(phase, node.time));
                 worst.consider(residual, settings.stationarity_tolerance, "-", at);
             }

@@ -45,6 +45,11 @@ impl Activity {
         }
     }
 
+    /// The stand of a quantity to a kink, whose smaller slope away from it is this one, relative.
+    pub(super) fn of_kink(slope: f64) -> Self {
+        if slope > STRICT { Self::Strong } else { Self::Weak }
+    }
+
     /// The one of two stands that is farther from the bound.
     pub(super) fn weaker(self, other: Self) -> Self {
         match (self, other) {

@@ -202,7 +202,7 @@ fn integrals(conditions: &mut PhaseConditions<'_>, coordinates: &Coordinates) ->
     integrals
 }
 
-/// The stand of each control to its bounds. A control without effect, as the direction of no thrust, is none.
+/// The stand of each control to its bounds and kinks. A control without effect, as the direction of no thrust, is none.
 fn controls(
     conditions: &mut PhaseConditions<'_>,
     slopes: &Slopes,
@@ -220,6 +220,17 @@ fn controls(
             Activity::new(slope, conditions.point.u[j], bounds, scale)
         })
         .collect();
+    let mut stands = stands;
+    for (j, stand) in stands.iter_mut().enumerate() {
+        if *stand == Activity::Strong {
+            continue;
+        }
+        if let Some([left, right]) = conditions.slopes_at_kink(time, j) {
+            let scale = conditions.scaling.controls[j];
+            let least = relative(right.min(-left) * scale, conditions.hamiltonian_size);
+            *stand = Activity::of_kink(least);
+        }
+    }
     let has_slope = |j: usize| {
         let moves = (0..nx).any(|i| rates[(i, nx + j)] != 0.0);
         let bends = |k: usize| {
