@@ -76,7 +76,14 @@ pub(crate) fn with_breaks(
     }
     // An end that a touch point or a crossing has left is of no use.
     let left = mesh.touch_points().iter().map(|t| t.end).chain(mesh.crossings().iter().map(|c| c.end));
-    let left_alone: Vec<f64> = left.map(|end| mesh.fractions()[end]).collect();
+    let mut left_alone: Vec<f64> = left.map(|end| mesh.fractions()[end]).collect();
+    // So are those within an arc that has come to nothing.
+    for arc in (0..mesh.arcs().len()).map(|k| mesh.arc_intervals(k)) {
+        let ends = &mesh.fractions()[arc.start..=arc.end];
+        if ends[ends.len() - 1] - ends[0] <= COLLAPSED {
+            left_alone.extend(&ends[1..ends.len() - 1]);
+        }
+    }
     let of_breaks = mesh.breaks().iter().map(|b| mesh.fractions()[b.end]);
     let old: Vec<f64> = of_breaks.chain(left_alone.iter().copied()).collect();
     let new = |f: f64| breaks.contains(&f) && !old.contains(&f);
