@@ -14,6 +14,8 @@ pub(crate) struct ArcBreak {
     pub(crate) at: f64,
     /// True when its time can be an unknown.
     pub(crate) free: bool,
+    /// True where a row meets its bound tangentially.
+    pub(crate) is_tangent: bool,
     /// Time of the break of the mesh that it belongs to already.
     pub(crate) known: Option<f64>,
 }
@@ -48,7 +50,7 @@ pub(crate) fn with_instants(mesh: &Mesh, instants: &[Instants]) -> Result<Mesh, 
     let phases = mesh.phases.iter().zip(instants).map(|(mesh, instants)| {
         let breaks = mesh.breaks().iter().map(|b| {
             let at = mesh.fractions()[b.end];
-            ArcBreak { at, free: b.free, known: Some(at) }
+            ArcBreak { at, free: b.free, is_tangent: b.is_tangent, known: Some(at) }
         });
         with_breaks(mesh, &breaks.collect::<Vec<_>>(), mesh.arcs().to_vec(), instants)
     });
@@ -102,7 +104,8 @@ pub(crate) fn with_breaks(
         }
     }
     let index = |f: f64| ends.partition_point(|e| *e < f);
-    let at = found.iter().map(|b| Break { end: index(b.at), free: b.free }).collect();
+    let at =
+        found.iter().map(|b| Break { end: index(b.at), free: b.free, is_tangent: b.is_tangent }).collect();
     let mut touch_points: Vec<TouchPoint> =
         touch_points.iter().map(|t| TouchPoint { end: index(t.at), ..t.point }).collect();
     touch_points.sort_by_key(|t| (t.end, t.row));

@@ -83,7 +83,10 @@ impl<'a> Structure<'a> {
             let breaks = found.breaks();
             breaks.iter().all(|b| b.known.is_some_and(|f| f == b.at || within))
                 && breaks.len() == t.mesh.breaks().len()
-                && breaks.iter().zip(t.mesh.breaks()).all(|(a, b)| a.free == b.free)
+                && breaks
+                    .iter()
+                    .zip(t.mesh.breaks())
+                    .all(|(a, b)| a.free == b.free && a.is_tangent == b.is_tangent)
                 && found.arcs(&breaks) == t.mesh.arcs()
         })
     }
@@ -130,10 +133,20 @@ impl PhaseStructure<'_> {
             let free = matches!(c.kind, ChangeKind::Jump | ChangeKind::Junction);
             match breaks.last_mut().filter(|b| c.at <= b.at) {
                 Some(b) => b.free |= free,
-                None => breaks.push(ArcBreak { at: c.at, free, known: c.known }),
+                None => {
+                    let is_tangent = self.is_tangent(c.at);
+                    breaks.push(ArcBreak { at: c.at, free, is_tangent, known: c.known });
+                }
             }
         }
         breaks
+    }
+
+    /// Says whether a row meets its bound at a break where a control leaves its own, or comes to it, without a jump.
+    fn is_tangent(&self, at: f64) -> bool {
+        let mut here = self.changes.iter().filter(|c| c.kind != ChangeKind::Unclear && c.at == at);
+        here.clone().any(|c| c.kind == ChangeKind::Junction)
+            && here.any(|c| c.kind != ChangeKind::Junction && c.is_continuous)
     }
 
     /// The courses of all quantities along the arcs between the breaks.
@@ -163,13 +176,14 @@ impl PhaseStructure<'_> {
                     (whole[c.quantity], class[c.quantity]) = (false, c.to);
                 }
             }
+            let ends = &breaks[k.saturating_sub(1)..(k + 1).min(breaks.len())];
             let boundary = self.quantities.iter().zip(&class).filter(|(q, _)| q.is_boundary());
             let is_along_bound = boundary.into_iter().any(|(_, class)| *class != Class::Between);
             for (index, ((q, class), whole)) in self.quantities.iter().zip(&class).zip(whole).enumerate() {
                 let has_kink = self.of_kind(ChangeKind::Kink).any(|c| c.quantity == index);
                 let between = match (q.affine, has_kink) {
-                    // Along a bound the row determines the control.
-                    (true, _) if is_along_bound => None,
+                    // Along a bound the row determines the control, also where it is at its own bound at an end of the arc.
+                    (true, _) if is_along_bound => ends.iter().any(|b| b.is_tangent).then_some(ArcKind::Free),
                     (true, _) => Some(ArcKind::Singular),
                     (false, true) => Some(ArcKind::Free),
                     (false, false) => None,
