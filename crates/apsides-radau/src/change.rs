@@ -40,6 +40,8 @@ pub(crate) struct Change {
     pub(crate) kind: ChangeKind,
     /// Normalised time of the break of the mesh that it belongs to already.
     pub(crate) known: Option<f64>,
+    /// True at a kink where nodes that are held at the bound are pushed away from it: it is not in its place.
+    pub(crate) is_pushed: bool,
     /// True where a control leaves a bound that it is held at, or comes to it, without a jump.
     pub(crate) is_continuous: bool,
     /// Where the switching function changes its sign shortly before and after a break that stands at another zero of it.
@@ -107,7 +109,29 @@ fn change(quantity: usize, q: &Quantity<'_>, samples: &[NodeSample], a: &Run, b:
         [None; 2]
     };
     let is_continuous = is_continuous(samples, a, b);
-    Change { quantity, gap, at, from: a.class, to: b.class, kind, known: None, is_continuous, zeros }
+    let is_pushed = kind == ChangeKind::Kink
+        && (is_pushed(&samples[a.first..=a.last]) || is_pushed(&samples[b.first..=b.last]));
+    Change {
+        quantity,
+        gap,
+        at,
+        from: a.class,
+        to: b.class,
+        kind,
+        known: None,
+        is_pushed,
+        is_continuous,
+        zeros,
+    }
+}
+
+/// True when nodes that are held at a bound have multipliers of the wrong sign.
+fn is_pushed(samples: &[NodeSample]) -> bool {
+    samples.iter().any(|s| match s.course {
+        Some(ArcKind::Lower) => s.slope < -EVIDENT,
+        Some(ArcKind::Upper) => s.slope > EVIDENT,
+        _ => false,
+    })
 }
 
 /// True when a quantity that is held at a bound on one side of a break is there on the other side too. The break is the first node after it.

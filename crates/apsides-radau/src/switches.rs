@@ -81,7 +81,7 @@ impl<'a> Structure<'a> {
     pub(crate) fn is_that_of(&self, trajectory: &Trajectory, within: bool) -> bool {
         self.phases.iter().zip(&trajectory.phases).all(|(found, t)| {
             let breaks = found.breaks();
-            breaks.iter().all(|b| b.known.is_some_and(|f| f == b.at || within))
+            breaks.iter().all(|b| b.known.is_some_and(|f| f == b.at || within && !found.is_pushed(b.at)))
                 && breaks.len() == t.mesh.breaks().len()
                 && breaks
                     .iter()
@@ -140,6 +140,11 @@ impl PhaseStructure<'_> {
             }
         }
         breaks
+    }
+
+    /// Says whether a kink at a break is not in its place.
+    fn is_pushed(&self, at: f64) -> bool {
+        self.of_kind(ChangeKind::Kink).any(|c| c.at == at && c.is_pushed)
     }
 
     /// Says whether a row meets its bound at a break where a control leaves its own, or comes to it, without a jump.
