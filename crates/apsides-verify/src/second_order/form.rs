@@ -18,6 +18,9 @@ use crate::worst::relative;
 /// Distance from a bound, relative to the scale of a row, along an arc there.
 const AT_BOUND: f64 = 1e-7;
 
+/// Eigenvalues this close to the shift of rows, relative, are those of rows that depend on others.
+const DEPENDENT: f64 = 1e-3;
+
 /// Part of another size below which a size is none.
 const NOTHING: f64 = 1e-9;
 /// Part of the Hamiltonian below which the second derivatives have a size of their own.
@@ -574,6 +577,8 @@ fn inertia(matrix: &DMatrix<f64>, counted: isize, singular: bool) -> Inertia {
     let eigenvalues = matrix.clone().symmetric_eigenvalues();
     let largest = eigenvalues.amax();
     let negative = eigenvalues.iter().filter(|l| **l < 0.0).count() as isize;
-    let zero = eigenvalues.iter().any(|l| l.abs() <= ZERO * largest);
+    // Dependent rows have the shift alone, which is small beside large entries and no zero.
+    let is_dependent = |l: f64| (l + ROW_SHIFT).abs() <= DEPENDENT * ROW_SHIFT;
+    let zero = eigenvalues.iter().any(|l| l.abs() <= ZERO * largest && !is_dependent(*l));
     Inertia { negative: counted + negative, singular: singular || zero }
 }
