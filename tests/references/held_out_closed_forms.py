@@ -47,6 +47,18 @@ def string_over_parabola():
     return 2 * ((2 * a) ** 2 * (1 - a) + 4 * a**3 / 3)
 
 
+def two_touches():
+    """Cubic pieces that touch the ceiling at t and 1 - t, for the best t."""
+    at, rate = lambda t: 0.3 + 0.1 * cos(4 * pi * t), lambda t: -0.4 * pi * sin(4 * pi * t)
+
+    def effort(x, v, y, w, time):
+        d, e = y - x - v * time, w - v
+        return 12 * d**2 / time**3 - 12 * d * e / time**2 + 4 * e**2 / time
+
+    both = lambda t: 2 * effort(0, 2, at(t), rate(t), t) + effort(at(t), rate(t), at(t), -rate(t), 1 - 2 * t)
+    return least(both, 0.24, 0.28)
+
+
 def string_over_bump(t=0.5137, w=0.001):
     """Tangents to a narrow bump of height one."""
     g = lambda s: exp(-(((s - t) / w) ** 2))
@@ -347,6 +359,7 @@ OPTIMA = {
     "two_masses_and_a_spring": two_masses,
     "two_media": lambda: 6,
     "two_media_given_time": lambda: least(lambda s: 1 / s + 4 / (3 - s), 0.1, 2.9),
+    "two_touches": two_touches,
     "way_around_a_disc": lambda: around_disc((-2, 0), (2, 0.5), 1.0),
     "wide_bounds": lambda: 12,
     "wide_time": lambda: 2,
