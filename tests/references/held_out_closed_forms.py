@@ -6,7 +6,7 @@ Each line of OPTIMA states the optimum of the file of its name; where it needs m
 name and value.
 """
 
-from math import acos, asin, atan, atan2, cos, cosh, exp, hypot, inf, log, pi, sin, sinh, sqrt, tanh
+from math import acos, acosh, asin, atan, atan2, cos, cosh, exp, hypot, inf, log, pi, sin, sinh, sqrt, tanh
 
 import numpy as np
 from scipy.integrate import quad
@@ -57,6 +57,12 @@ def two_touches():
 
     both = lambda t: 2 * effort(0, 2, at(t), rate(t), t) + effort(at(t), rate(t), at(t), -rate(t), 1 - 2 * t)
     return least(both, 0.24, 0.28)
+
+
+def string_over_a_wave():
+    """Tangents from (0, 0) and (pi, 0) to sin^2/2 meet it where tan a = 2 a."""
+    a = root(lambda a: sin(a) - 2 * a * cos(a), 1, 1.4)
+    return 2 * ((sin(2 * a) / 2) ** 2 * a + integral(lambda t: (sin(2 * t) / 2) ** 2, a, pi / 2))
 
 
 def string_over_bump(t=0.5137, w=0.001):
@@ -264,6 +270,7 @@ OPTIMA = {
     "body_of_least_drag": lambda: newton_body(1.0),
     "car_to_a_pose": lambda: dubins(4.0, 3.0, 2.0),
     "car_turns_round": lambda: dubins(0.0, 0.0, pi),
+    "ceiling_kept_to_the_end": lambda: 4 - acosh(2) + 2 * sqrt(3),
     "chain_between_unequal_ends": lambda: chain(1.0, 0.4, 1.6),
     "cosines_constant_current": lambda: crossing(10, 4, 0.5, 0.3),
     "cosines_intercept_under_gravity": lambda: root(intercept, 1, 50),
@@ -275,11 +282,14 @@ OPTIMA = {
     "dido_along_a_shore": lambda: pi / 2,
     "double_integrator_from_speed": lambda: 3 + 2 * sqrt(4.5 + 10),
     "draining_tank": lambda: 2 * (1 - 0.01),
+    "effort_and_time_with_a_limit_of_the_speed": lambda: 8 * 1.5**2 / (3 * 3) + (10 + 2 * 1.5 * 3 / 3) / 1.5,
     "effort_of_a_growing_gain": lambda: 3,
+    "effort_with_a_limit_of_the_speed": lambda: 8 * 0.6**2 / (3 * 0.5),
     "end_at_bounds": lambda: 12 / 8,
     "end_in_a_wide_range": lambda: 3,
     "fishery": lambda: 0.25 * (10 - log(9) - 2 * atan(0.6)) + atan(0.6),
     "fit_of_logistic_growth": fit_of_logistic_growth,
+    "floor_between_falling_and_rising": lambda: 4 / (9 * 0.1) / 2,
     "floor_with_a_far_ceiling": lambda: 4 / 9 / 0.08,
     "free_initial_time": lambda: 0.25,
     "free_start_linear_quadratic": lambda: 0.5,
@@ -291,6 +301,7 @@ OPTIMA = {
     "least_fuel_by_magnitude": lambda: 2 * (2 - sqrt(3)),
     "least_fuel_by_two_thrusters": lambda: 2 * (2 - sqrt(3)),
     "least_time_with_an_energy": lambda: 4 ** (1 / 3),
+    "limit_of_the_speed_from_the_start": lambda: 4 * 0.6**2 / 3,
     "limit_with_a_far_side": string_over_parabola,
     "micrometre": lambda: 12e-12,
     "micronewton_drag_free": lambda: 2 * sqrt(1e-6 / 1e-9),
@@ -306,8 +317,11 @@ OPTIMA = {
     "soap_film": lambda: catenoid(1.0),
     "speed_limit_in_large_units": lambda: 1 / 0.7 + 0.7,
     "speed_limit_in_small_units": lambda: 1 / 0.7 + 0.7,
+    "speed_limit_with_drag": lambda: log(3) + 10 + 2 * log(0.75),
     "staging": staging,
     "string_over_a_parabola": string_over_parabola,
+    "string_over_a_wave": string_over_a_wave,
+    "there_and_back_with_limits": lambda: 1 / 0.7 + 0.7 + 1 / 0.5 + 0.5,
     "through_a_waypoint": lambda: 24,
     "trap_any_phase_of_an_oscillation": lambda: 0,
     "trap_any_time_of_departure": lambda: 2,

@@ -454,6 +454,14 @@ fn keep_held(samples: &[NodeSample], classes: &mut [Class]) {
     }
 }
 
+/// Within an arc along which a row stays at its bound the control that holds it there is between its own, whatever a coarse mesh shows.
+pub(crate) fn settle_inside(q: &Quantity<'_>, samples: &mut [NodeSample], held: &[(usize, f64, f64)]) {
+    for &(_, first, last) in held.iter().filter(|h| q.kind == QuantityKind::Control(h.0)) {
+        let inside = samples.iter_mut().filter(|s| first < s.fraction && s.fraction < last);
+        inside.filter(|s| s.course.is_none()).for_each(|s| s.class = Class::Between);
+    }
+}
+
 /// Leaves out runs of a few nodes between others where a row without controls meets its bound or leaves it.
 pub(crate) fn settle_beside(samples: &[NodeSample], runs: &mut Vec<Run>, gaps: &[(f64, f64)]) {
     let mut k = 1;

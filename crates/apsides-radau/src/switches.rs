@@ -12,7 +12,7 @@ use apsides_ocp::{ArcKind, Bounds, Mesh, Ocp, Phase, PhaseArc, PhaseTrajectory, 
 use crate::RadauError;
 use crate::activity::{
     Class, Quantity, QuantityKind, Solution, boundary_runs, curvatures, pulses, quantities, runs, samples,
-    settle_beside,
+    settle_beside, settle_inside,
 };
 use crate::breaks::{ArcBreak, Instants, with_breaks};
 use crate::change::{Change, ChangeKind, changes, settle};
@@ -224,8 +224,11 @@ fn phase_structure<'a>(
     let mut found = PhaseStructure { quantities: Vec::new(), first, changes: Vec::new() };
     // Where rows meet their bounds controls may oscillate for a few nodes.
     let mut gaps: Vec<(f64, f64)> = Vec::new();
+    // Controls that alone hold a row along an arc at its bound, and the first and last node of the arc.
+    let mut held: Vec<(usize, f64, f64)> = Vec::new();
     for (k, q) in quantities.iter_mut().enumerate().rev() {
-        let (samples, affine) = samples(q, p, t, solution);
+        let (mut samples, affine) = samples(q, p, t, solution);
+        settle_inside(q, &mut samples, &held);
         q.affine = affine;
         let mut runs = if q.is_boundary() { boundary_runs(&samples) } else { runs(&samples) };
         if q.affine {
@@ -236,6 +239,10 @@ fn phase_structure<'a>(
         let changes = changes(k, q, &samples, &runs);
         if q.is_boundary() {
             gaps.extend(changes.iter().map(|c| c.gap));
+            if let [(control, _)] = q.held_by[..] {
+                let arcs = runs.iter().filter(|r| r.class != Class::Between);
+                held.extend(arcs.map(|r| (control, samples[r.first].fraction, samples[r.last].fraction)));
+            }
         }
         found.changes.extend(changes);
     }
