@@ -6,7 +6,7 @@ use nalgebra::DMatrix;
 use super::activity::{Activity, Space};
 use super::arcs::{self, Span};
 use super::constant;
-use super::interval::{Interval, Rule};
+use super::interval::{self, Interval, Rule};
 use super::sweep::{ROW_SHIFT, Sizes, Swept, ZERO, sweep};
 use crate::VerifySettings;
 use crate::boundary::row_scale;
@@ -104,13 +104,13 @@ impl PhaseForm {
                 interval.add_end_row(&row, Activity::Strong);
             }
         }
-        form.add_entries();
+        form.add_entries(conditions, parameters);
         Some(form)
     }
 
     /// Where a state comes to a bound at which it stays, it is there at the start already: the stages of the rule alone would let it be
     /// beside the bound by turns.
-    fn add_entries(&mut self) {
+    fn add_entries(&mut self, conditions: &mut PhaseConditions<'_>, parameters: &[f64]) {
         let s = self.sizes;
         for k in 1..self.intervals.len() {
             let (before, after) = self.intervals.split_at_mut(k);
@@ -120,6 +120,9 @@ impl PhaseForm {
                     let mut row = vec![0.0; s.states + 2 + s.parameters];
                     row[i] = 1.0;
                     before.add_end_row(&row, after.at_bounds[i]);
+                    if let Some(rate) = interval::rate_row(conditions, parameters, before.span, i) {
+                        before.add_end_row(&rate, after.at_bounds[i]);
+                    }
                 }
             }
         }
