@@ -6,7 +6,7 @@ Each line of OPTIMA states the optimum of the file of its name; where it needs m
 name and value.
 """
 
-from math import acos, asin, atan, atan2, cos, cosh, exp, hypot, inf, log, pi, sin, sinh, sqrt, tanh
+from math import acos, acosh, asin, atan, atan2, cos, cosh, exp, hypot, inf, log, pi, sin, sinh, sqrt, tanh
 
 import numpy as np
 from scipy.integrate import quad
@@ -46,6 +46,24 @@ def string_over_parabola():
     """Tangents from (-1, 0) and (1, 0) to 1/2 - t^2 meet it where a^2 - 2 a + 1/2 = 0."""
     a = 1 - sqrt(0.5)
     return 2 * ((2 * a) ** 2 * (1 - a) + 4 * a**3 / 3)
+
+
+def two_touches():
+    """Cubic pieces that touch the ceiling at t and 1 - t, for the best t."""
+    at, rate = lambda t: 0.3 + 0.1 * cos(4 * pi * t), lambda t: -0.4 * pi * sin(4 * pi * t)
+
+    def effort(x, v, y, w, time):
+        d, e = y - x - v * time, w - v
+        return 12 * d**2 / time**3 - 12 * d * e / time**2 + 4 * e**2 / time
+
+    both = lambda t: 2 * effort(0, 2, at(t), rate(t), t) + effort(at(t), rate(t), at(t), -rate(t), 1 - 2 * t)
+    return least(both, 0.24, 0.28)
+
+
+def string_over_a_wave():
+    """Tangents from (0, 0) and (pi, 0) to sin^2/2 meet it where tan a = 2 a."""
+    a = root(lambda a: sin(a) - 2 * a * cos(a), 1, 1.4)
+    return 2 * ((sin(2 * a) / 2) ** 2 * a + integral(lambda t: (sin(2 * t) / 2) ** 2, a, pi / 2))
 
 
 def string_over_bump(t=0.5137, w=0.001):
@@ -305,6 +323,7 @@ OPTIMA = {
     "body_of_least_drag": lambda: newton_body(1.0),
     "car_to_a_pose": lambda: dubins(4.0, 3.0, 2.0),
     "car_turns_round": lambda: dubins(0.0, 0.0, pi),
+    "ceiling_kept_to_the_end": lambda: 4 - acosh(2) + 2 * sqrt(3),
     "chain_between_unequal_ends": lambda: chain(1.0, 0.4, 1.6),
     "cosines_constant_current": lambda: crossing(10, 4, 0.5, 0.3),
     "cosines_intercept_under_gravity": lambda: root(intercept, 1, 50),
@@ -316,11 +335,14 @@ OPTIMA = {
     "dido_along_a_shore": lambda: pi / 2,
     "double_integrator_from_speed": lambda: 3 + 2 * sqrt(4.5 + 10),
     "draining_tank": lambda: 2 * (1 - 0.01),
+    "effort_and_time_with_a_limit_of_the_speed": lambda: 8 * 1.5**2 / (3 * 3) + (10 + 2 * 1.5 * 3 / 3) / 1.5,
     "effort_of_a_growing_gain": lambda: 3,
+    "effort_with_a_limit_of_the_speed": lambda: 8 * 0.6**2 / (3 * 0.5),
     "end_at_bounds": lambda: 12 / 8,
     "end_in_a_wide_range": lambda: 3,
     "fishery": lambda: 0.25 * (10 - log(9) - 2 * atan(0.6)) + atan(0.6),
     "fit_of_logistic_growth": fit_of_logistic_growth,
+    "floor_between_falling_and_rising": lambda: 4 / (9 * 0.1) / 2,
     "floor_with_a_far_ceiling": lambda: 4 / 9 / 0.08,
     "free_initial_time": lambda: 0.25,
     "free_start_linear_quadratic": lambda: 0.5,
@@ -332,9 +354,11 @@ OPTIMA = {
     "fuller": fuller,
     "harmonic_five_switches": lambda: oscillator(9.3, 2.1),
     "integral_with_a_far_side": lambda: 20 * 0.3**2,
+    "jerk_within_limits": lambda: 4 / 1.2 + 1.2 / 1 + 1 / 2,
     "least_fuel_by_magnitude": lambda: 2 * (2 - sqrt(3)),
     "least_fuel_by_two_thrusters": lambda: 2 * (2 - sqrt(3)),
     "least_time_with_an_energy": lambda: 4 ** (1 / 3),
+    "limit_of_the_speed_from_the_start": lambda: 4 * 0.6**2 / 3,
     "limit_with_a_far_side": string_over_parabola,
     "micrometre": lambda: 12e-12,
     "micronewton_drag_free": lambda: 2 * sqrt(1e-6 / 1e-9),
@@ -350,8 +374,11 @@ OPTIMA = {
     "soap_film": lambda: catenoid(1.0),
     "speed_limit_in_large_units": lambda: 1 / 0.7 + 0.7,
     "speed_limit_in_small_units": lambda: 1 / 0.7 + 0.7,
+    "speed_limit_with_drag": lambda: log(3) + 10 + 2 * log(0.75),
     "staging": staging,
     "string_over_a_parabola": string_over_parabola,
+    "string_over_a_wave": string_over_a_wave,
+    "there_and_back_with_limits": lambda: 1 / 0.7 + 0.7 + 1 / 0.5 + 0.5,
     "through_a_waypoint": lambda: 24,
     "trap_any_phase_of_an_oscillation": lambda: 0,
     "trap_any_time_of_departure": lambda: 2,
@@ -403,6 +430,8 @@ OPTIMA = {
     "two_masses_and_a_spring": two_masses,
     "two_media": lambda: 6,
     "two_media_given_time": lambda: least(lambda s: 1 / s + 4 / (3 - s), 0.1, 2.9),
+    "two_phases_on_a_limit": lambda: 8 * 0.6**2 / (3 * 0.5),
+    "two_touches": two_touches,
     "way_around_a_disc": lambda: around_disc((-2, 0), (2, 0.5), 1.0),
     "wide_bounds": lambda: 12,
     "wide_time": lambda: 2,

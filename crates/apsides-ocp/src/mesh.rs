@@ -35,6 +35,8 @@ pub struct Break {
     pub end: usize,
     /// True if its time is an unknown; else it stays at its fraction of the phase.
     pub free: bool,
+    /// True where a path constraint row meets its bound tangentially while a control is at its own, which that control leaves without a jump.
+    pub is_tangent: bool,
 }
 
 /// An inner interval end at which a path constraint row without controls touches its bound, in this instant alone.

@@ -175,11 +175,11 @@ fn sizes(variables: &[&Variable], guesses: &[f64]) -> Vec<f64> {
     pairs().map(|(v, &g)| size(v, beside(v, g))).collect()
 }
 
-/// Stated scale, else that from the bounds, else the guess; one if all are zero or infinite.
+/// Stated scale, else that from two bounds, else the guess, else the only bound; one if all are zero or infinite.
 fn size(variable: &Variable, guess: f64) -> f64 {
     let usable = |s: &f64| *s > ROUNDING && s.is_finite();
     let within = variable.size_within_bounds(guess);
-    variable.scale.or(within).or(Some(guess).filter(usable)).unwrap_or(1.0)
+    variable.scale.or(within).or(Some(guess).filter(usable)).or(variable.size()).unwrap_or(1.0)
 }
 
 /// Stated scale, else that from the bounds, else the larger finite bound, else the given change; one if all are zero or infinite.

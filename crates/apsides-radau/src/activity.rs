@@ -24,6 +24,9 @@ pub(crate) const APART: usize = 4;
 /// Part of the range of a quantity within which a bound can be active.
 pub(crate) const NEAR: f64 = 1e-2;
 
+/// Part of the range by which a row may leave its bound at one node or two between others that are active there.
+const BETWEEN: f64 = 0.1;
+
 /// Relative multipliers below are rounding: no evidence of a bound, nor against one that is held.
 const NO_EVIDENCE: f64 = 1e-5;
 
@@ -395,16 +398,15 @@ pub(crate) fn boundary_runs(samples: &[NodeSample]) -> Vec<Run> {
     let mut classes: Vec<Class> = samples.iter().map(|s| s.class).collect();
     let at_bound = |i: usize| classes[i] != Class::Between;
     let active: Vec<usize> = (0..samples.len()).filter(|i| at_bound(*i)).collect();
-    let close = |class: Class, i: usize| {
-        let s = &samples[i];
-        let distance = if class == Class::Lower { s.above_lower } else { s.below_upper };
-        distance < NEAR
+    let close = |class: Class, nodes: std::ops::Range<usize>| {
+        let room = if nodes.len() <= CROSSING { BETWEEN } else { NEAR };
+        samples[nodes]
+            .iter()
+            .all(|s| (if class == Class::Lower { s.above_lower } else { s.below_upper }) < room)
     };
     let is_coarse = samples.iter().all(|s| s.course.is_none());
     let joins: Vec<(usize, usize)> = (active.windows(2))
-        .filter(|w| {
-            is_coarse && classes[w[0]] == classes[w[1]] && (w[0] + 1..w[1]).all(|i| close(classes[w[0]], i))
-        })
+        .filter(|w| is_coarse && classes[w[0]] == classes[w[1]] && close(classes[w[0]], w[0] + 1..w[1]))
         .map(|w| (w[0], w[1]))
         .collect();
     for (a, b) in joins {
@@ -449,6 +451,14 @@ fn keep_held(samples: &[NodeSample], classes: &mut [Class]) {
             classes[start..end].fill(own);
         }
         start = end;
+    }
+}
+
+/// Within an arc along which a row stays at its bound the control that holds it there is between its own, whatever a coarse mesh shows.
+pub(crate) fn settle_inside(q: &Quantity<'_>, samples: &mut [NodeSample], held: &[(usize, f64, f64)]) {
+    for &(_, first, last) in held.iter().filter(|h| q.kind == QuantityKind::Control(h.0)) {
+        let inside = samples.iter_mut().filter(|s| first < s.fraction && s.fraction < last);
+        inside.filter(|s| s.course.is_none()).for_each(|s| s.class = Class::Between);
     }
 }
 

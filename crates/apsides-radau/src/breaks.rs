@@ -14,6 +14,8 @@ pub(crate) struct ArcBreak {
     pub(crate) at: f64,
     /// True when its time can be an unknown.
     pub(crate) free: bool,
+    /// True where a row meets its bound tangentially.
+    pub(crate) is_tangent: bool,
     /// Time of the break of the mesh that it belongs to already.
     pub(crate) known: Option<f64>,
 }
@@ -48,7 +50,7 @@ pub(crate) fn with_instants(mesh: &Mesh, instants: &[Instants]) -> Result<Mesh, 
     let phases = mesh.phases.iter().zip(instants).map(|(mesh, instants)| {
         let breaks = mesh.breaks().iter().map(|b| {
             let at = mesh.fractions()[b.end];
-            ArcBreak { at, free: b.free, known: Some(at) }
+            ArcBreak { at, free: b.free, is_tangent: b.is_tangent, known: Some(at) }
         });
         with_breaks(mesh, &breaks.collect::<Vec<_>>(), mesh.arcs().to_vec(), instants)
     });
@@ -76,7 +78,14 @@ pub(crate) fn with_breaks(
     }
     // An end that a touch point or a crossing has left is of no use.
     let left = mesh.touch_points().iter().map(|t| t.end).chain(mesh.crossings().iter().map(|c| c.end));
-    let left_alone: Vec<f64> = left.map(|end| mesh.fractions()[end]).collect();
+    let mut left_alone: Vec<f64> = left.map(|end| mesh.fractions()[end]).collect();
+    // So are those within an arc that has come to nothing.
+    for arc in (0..mesh.arcs().len()).map(|k| mesh.arc_intervals(k)) {
+        let ends = &mesh.fractions()[arc.start..=arc.end];
+        if ends[ends.len() - 1] - ends[0] <= COLLAPSED {
+            left_alone.extend(&ends[1..ends.len() - 1]);
+        }
+    }
     let of_breaks = mesh.breaks().iter().map(|b| mesh.fractions()[b.end]);
     let old: Vec<f64> = of_breaks.chain(left_alone.iter().copied()).collect();
     let new = |f: f64| breaks.contains(&f) && !old.contains(&f);
@@ -95,7 +104,8 @@ pub(crate) fn with_breaks(
         }
     }
     let index = |f: f64| ends.partition_point(|e| *e < f);
-    let at = found.iter().map(|b| Break { end: index(b.at), free: b.free }).collect();
+    let at =
+        found.iter().map(|b| Break { end: index(b.at), free: b.free, is_tangent: b.is_tangent }).collect();
     let mut touch_points: Vec<TouchPoint> =
         touch_points.iter().map(|t| TouchPoint { end: index(t.at), ..t.point }).collect();
     touch_points.sort_by_key(|t| (t.end, t.row));

@@ -40,6 +40,10 @@ pub(crate) struct Change {
     pub(crate) kind: ChangeKind,
     /// Normalised time of the break of the mesh that it belongs to already.
     pub(crate) known: Option<f64>,
+    /// True at a kink where nodes that are held at the bound are pushed away from it: it is not in its place.
+    pub(crate) is_pushed: bool,
+    /// True where a control leaves a bound that it is held at, or comes to it, without a jump.
+    pub(crate) is_continuous: bool,
     /// Where the switching function changes its sign shortly before and after a break that stands at another zero of it.
     zeros: [Option<f64>; 2],
 }
@@ -104,7 +108,41 @@ fn change(quantity: usize, q: &Quantity<'_>, samples: &[NodeSample], a: &Run, b:
     } else {
         [None; 2]
     };
-    Change { quantity, gap, at, from: a.class, to: b.class, kind, known: None, zeros }
+    let is_continuous = is_continuous(samples, a, b);
+    let is_pushed = kind == ChangeKind::Kink
+        && (is_pushed(&samples[a.first..=a.last]) || is_pushed(&samples[b.first..=b.last]));
+    Change {
+        quantity,
+        gap,
+        at,
+        from: a.class,
+        to: b.class,
+        kind,
+        known: None,
+        is_pushed,
+        is_continuous,
+        zeros,
+    }
+}
+
+/// True when nodes that are held at a bound have multipliers of the wrong sign.
+fn is_pushed(samples: &[NodeSample]) -> bool {
+    samples.iter().any(|s| match s.course {
+        Some(ArcKind::Lower) => s.slope < -EVIDENT,
+        Some(ArcKind::Upper) => s.slope > EVIDENT,
+        _ => false,
+    })
+}
+
+/// True when a quantity that is held at a bound on one side of a break is there on the other side too. The break is the first node after it.
+fn is_continuous(samples: &[NodeSample], a: &Run, b: &Run) -> bool {
+    let (near, beyond, bound) =
+        if a.class == Class::Between { (a.last, b.first, b.class) } else { (b.first, a.last, a.class) };
+    let is_held = matches!(samples[beyond].course, Some(ArcKind::Lower | ArcKind::Upper));
+    let interval = samples[near].interval;
+    let nodes: Vec<&NodeSample> = samples.iter().filter(|s| s.interval == interval).collect();
+    let distance = |s: &NodeSample| if bound == Class::Lower { s.above_lower } else { s.below_upper };
+    is_held && through(&nodes, distance, samples[b.first].fraction).abs() < NEAR
 }
 
 /// A zero of the switching function within the interval of a node that is held at a bound, if the function has the wrong sign from there on
@@ -236,8 +274,10 @@ pub(crate) fn settle(changes: &mut Vec<Change>, mesh: &PhaseMesh) {
         let (before, rest) = changes.split_at_mut(i);
         let c = &mut rest[0];
         let clear = |c: &Change| c.kind != ChangeKind::Unclear;
-        let Some(last) = before.iter().rev().find(|b| clear(b)).filter(|_| clear(c)) else { continue };
-        let same_quantity = before.iter().any(|b| clear(b) && b.quantity == c.quantity && b.at == last.at);
+        let Some(last) = before.iter().rposition(clear).filter(|_| clear(c)) else { continue };
+        let at = before[last].at;
+        let same_quantity = before.iter().any(|b| clear(b) && b.quantity == c.quantity && b.at == at);
+        let last = &mut before[last];
         let jumps = c.kind == ChangeKind::Jump && last.kind == ChangeKind::Jump;
         // A control that jumps where a row meets its bound does so there.
         let meets = [c.kind, last.kind].contains(&ChangeKind::Junction) && c.kind != last.kind;
@@ -245,7 +285,11 @@ pub(crate) fn settle(changes: &mut Vec<Change>, mesh: &PhaseMesh) {
         let same =
             if jumps { c.known.is_none() && c.at - last.at < SAME } else { c.at - last.at < COLLAPSED }
                 || meets && c.known.is_none() && c.gap.0 <= last.gap.1;
-        if same && !same_quantity {
+        if same && !same_quantity && c.known.is_some() && last.kind == ChangeKind::Kink && last.is_continuous
+        {
+            // Where a row meets its bound its condition tells the time better.
+            (last.at, last.known) = (c.at, c.known);
+        } else if same && !same_quantity {
             (c.at, c.known) = (last.at, last.known);
         }
     }

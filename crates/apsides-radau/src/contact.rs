@@ -17,7 +17,7 @@ use crate::activity::{
     samples,
 };
 use crate::breaks::Touch;
-use crate::junction::depends_on_time;
+use crate::junction::{depends_on_time, order};
 use crate::layout::CollocationPhase;
 use crate::settings::RadauSettings;
 use crate::switches::Structure;
@@ -375,13 +375,11 @@ struct RowCourse<'a> {
 }
 
 impl<'a> RowCourse<'a> {
-    /// None for a row that depends on the time itself: its rate is no function of the states alone.
+    /// None for a row that depends on the time itself and whose first rate depends on a control: such a rate need not vanish where the row
+    /// touches its bound.
     fn new(phase: &Phase, trajectory: &'a PhaseTrajectory, q: &Quantity<'_>) -> Option<Self> {
         let QuantityKind::Row(row) = q.kind else { return None };
-        (!depends_on_time(phase, row)).then(|| Self {
-            trajectory,
-            row,
-            scale: q.variable.size().unwrap_or(1.0),
-        })
+        let has_corner = depends_on_time(phase, row) && order(phase, row).is_some_and(|o| o.order == 1);
+        (!has_corner).then(|| Self { trajectory, row, scale: q.variable.size().unwrap_or(1.0) })
     }
 }

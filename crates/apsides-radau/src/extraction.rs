@@ -24,6 +24,8 @@ pub(crate) fn phase_trajectory(
     let mesh = moved_mesh(p, x)?;
     let breaks: Vec<f64> = mesh.fractions().iter().map(|f| (1.0 - f) * t0 + f * tf).collect();
     let path_rows = p.rows_per_node - p.states;
+    let smooth = smooth_at_start(p, y);
+    let y = smooth.as_slice();
     let mut bases = std::collections::BTreeMap::new();
     let (mut state, mut control, mut costate, mut path) = (vec![], vec![], vec![], vec![]);
     let impulses = impulses(p, &mesh, x, y);
@@ -80,6 +82,42 @@ pub(crate) fn phase_trajectory(
     })
 }
 
+/// The multipliers with those that are smooth at the start of rows whose first rate the initial states imply. Along the first interval such
+/// a row gives its rate at the first node, as the equations of motion do there: what the multiplier of one has more, those of the
+/// other have less. The costates at the nodes after it say which part is that of the equations.
+fn smooth_at_start(p: &CollocationPhase, y: &[f64]) -> Vec<f64> {
+    let mut y = y.to_vec();
+    let (rule, count) = (&p.rules[0], p.mesh.points()[0]);
+    let weights = rule.weights();
+    for (row, coefficients) in p.implied_rates.iter().filter(|_| count > CONTINUED_FROM) {
+        let size: f64 = coefficients.iter().map(|(_, c)| c * c).sum();
+        let along = |node: usize| {
+            let parts = coefficients.iter().map(|&(s, c)| -c * y[p.defect_row(node) + s] / weights[node]);
+            parts.sum::<f64>() / size
+        };
+        let from: Vec<usize> = (1..=CONTINUED_FROM).collect();
+        let excess = along(0) - continued(p, 0, &from, |i, part| part * along(i));
+        let part = weights[0] * excess;
+        coefficients.iter().for_each(|&(s, c)| y[p.defect_row(0) + s] += part * c);
+        // The end of the interval is the first node of the next one.
+        for node in 1..(count + 1).min(p.nodes.len()) {
+            y[p.path_row(node) + row] -= part * rule.differentiation()[node];
+        }
+    }
+    y
+}
+
+/// The value at a node of the polynomial through the values at others, from the part that each of them has in it.
+fn continued(p: &CollocationPhase, node: usize, from: &[usize], term: impl Fn(usize, f64) -> f64) -> f64 {
+    let place = |node: usize| p.nodes[node].fraction;
+    let terms = from.iter().map(|&i| {
+        let others = from.iter().filter(|j| **j != i);
+        let basis: f64 = others.map(|&j| (place(node) - place(j)) / (place(i) - place(j))).product();
+        term(i, basis)
+    });
+    terms.sum()
+}
+
 /// A multiplier at the first node below this part of the largest of its row is what a barrier leaves.
 const ACTIVE: f64 = 1e-6;
 
@@ -106,13 +144,7 @@ fn impulses(p: &CollocationPhase, mesh: &PhaseMesh, x: &[f64], y: &[f64]) -> Vec
         let interval = p.nodes[node].interval;
         let last = p.interval_start(interval) + p.mesh.points()[interval];
         let from: Vec<usize> = (first..last).take(CONTINUED_FROM).collect();
-        let place = |node: usize| p.nodes[node].fraction;
-        let terms = from.iter().map(|&i| {
-            let others = from.iter().filter(|j| **j != i);
-            let basis: f64 = others.map(|&j| (place(node) - place(j)) / (place(i) - place(j))).product();
-            basis * value(i, row) / seconds(i)
-        });
-        terms.sum::<f64>()
+        continued(p, node, &from, |i, part| part * value(i, row) / seconds(i))
     };
     let alone = |end: usize, row: usize| {
         let at = p.path_row(p.interval_start(end)) + row;
@@ -130,7 +162,7 @@ fn impulses(p: &CollocationPhase, mesh: &PhaseMesh, x: &[f64], y: &[f64]) -> Vec
     };
     let touches = mesh.touch_points().iter().map(|t| alone(t.end, t.row));
     let exits = p.junctions.iter().filter(|j| !j.is_entry).map(|j| alone(j.end, j.row));
-    let entries = p.junctions.iter().filter(|j| j.is_entry && (j.order > 1 || !j.is_smooth));
+    let entries = p.junctions.iter().filter(|j| j.is_entry && j.has_impulse);
     let entries = entries.map(|j| entry(j.end, j.row));
     let is_active_at_start = |row: &&usize| {
         let largest = (0..p.nodes.len()).fold(0.0_f64, |m, node| m.max(value(node, **row).abs()));

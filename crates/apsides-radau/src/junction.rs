@@ -29,6 +29,8 @@ pub(crate) struct Junction {
     pub(crate) order: usize,
     /// True where the controls are continuous.
     pub(crate) is_smooth: bool,
+    /// True where the costates may jump.
+    pub(crate) has_impulse: bool,
 }
 
 /// A path constraint and the index of one of its rows, by the index of the row among those of the phase.
@@ -115,6 +117,23 @@ pub(crate) fn implied_at_start(phase: &Phase, mesh: &PhaseMesh) -> Vec<(usize, u
     along_arc.chain(equalities.map(|row| (0, row))).collect()
 }
 
+/// The rows of those that are left out at the first two nodes which are linear in the states, with their coefficients.
+pub(crate) fn implied_rates(phase: &Phase, implied: &[(usize, usize)]) -> Vec<(usize, Vec<(usize, f64)>)> {
+    let linear = |&(_, row): &(usize, usize)| {
+        let (path, output) = row_function(phase, row)?;
+        let pattern = path.function.pattern();
+        let here = || pattern.jacobian_entries().zip(0..).filter(|((r, _), _)| *r == output);
+        if !pattern.hessian.is_empty() || here().any(|((_, c), _)| c >= phase.states.len()) {
+            return None;
+        }
+        let mut entries = vec![0.0; pattern.jacobian_len()];
+        let (z, mut values) = (vec![0.0; path.function.inputs()], vec![0.0; path.function.outputs()]);
+        path.function.jacobian(&z, &mut values, &mut entries);
+        Some((row, here().map(|((_, c), k)| (c, entries[k])).collect()))
+    };
+    implied.iter().filter(|(node, _)| *node == 1).filter_map(linear).collect()
+}
+
 /// The rows without controls that the initial states do not imply.
 pub(crate) fn free_at_start(phase: &Phase, implied: &[(usize, usize)]) -> Vec<usize> {
     let controls = phase.states.len()..phase.states.len() + phase.controls.len();
@@ -167,12 +186,14 @@ pub(crate) fn junctions(phase: &Phase, mesh: &PhaseMesh) -> Vec<Junction> {
                 _ => continue,
             };
             let Some(Order { order, controls, .. }) = order(phase, row) else { continue };
-            let is_smooth = controls.iter().all(|c| {
-                let course = free.controls.get(*c).copied().flatten();
-                matches!(course, None | Some(ArcKind::Free))
-            });
+            let course_of = |arc: &PhaseArc, c: usize| arc.controls.get(c).copied().flatten();
+            let is_held = |c: &usize| !matches!(course_of(free, *c), None | Some(ArcKind::Free));
+            // A control at its bound that the arc begins with keeps the row from crossing its own.
+            let meets = |c: &usize| !is_held(c) || at.is_tangent;
+            let is_smooth = controls.iter().all(meets);
+            let has_impulse = order > 1 || controls.iter().any(is_held);
             let (is_entry, upper) = (sides[0].is_none(), course == ArcKind::Upper);
-            found.push(Junction { end: at.end, row, is_entry, upper, order, is_smooth });
+            found.push(Junction { end: at.end, row, is_entry, upper, order, is_smooth, has_impulse });
         }
     }
     found

@@ -16,7 +16,7 @@ use apsides_transcription::{Layout, PhaseEnds, Places};
 
 use crate::RadauError;
 use crate::junction::{
-    Junction, RateRow, free_at_start, implied_at_start, junctions, rate_rows as rate_rows_of,
+    Junction, RateRow, free_at_start, implied_at_start, implied_rates, junctions, rate_rows as rate_rows_of,
     rate_rows_at_end,
 };
 
@@ -80,6 +80,8 @@ pub struct CollocationPhase {
     pub(crate) junctions: Vec<Junction>,
     /// Nodes and path rows that are held along the first arc and implied by the initial states.
     pub(crate) implied_rows: Vec<(usize, usize)>,
+    /// Path rows that are linear in the states and whose first rate the initial states imply too, with their coefficients.
+    pub(crate) implied_rates: Vec<(usize, Vec<(usize, f64)>)>,
     /// Path rows without controls whose multiplier may be an impulse at the first node: the initial states do not imply them.
     pub(crate) rows_at_start: Vec<usize>,
     /// The first of [`STAGES`] stages of the first interval in the elimination order.
@@ -240,6 +242,7 @@ impl CollocationPhase {
             degree_rows,
             rate_rows,
             junctions,
+            implied_rates: implied_rates(phase, &implied_rows),
             rows_at_start: free_at_start(phase, &implied_rows),
             implied_rows,
             first_stage: places.take_stages(STAGES * (mesh.intervals() as u32 + 1)),
@@ -257,7 +260,7 @@ fn freed(mesh: &PhaseMesh) -> Result<PhaseMesh, RadauError> {
         match breaks.get_mut(k).filter(|b| b.end == end) {
             Some(b) => b.free = true,
             None => {
-                breaks.insert(k, Break { end, free: true });
+                breaks.insert(k, Break { end, free: true, is_tangent: false });
                 arcs.insert(k, arcs[k].clone());
             }
         }

@@ -12,7 +12,7 @@ use apsides_ocp::{ArcKind, Bounds, Mesh, Ocp, Phase, PhaseArc, PhaseTrajectory, 
 use crate::RadauError;
 use crate::activity::{
     Class, Quantity, QuantityKind, Solution, boundary_runs, curvatures, pulses, quantities, runs, samples,
-    settle_beside,
+    settle_beside, settle_inside,
 };
 use crate::breaks::{ArcBreak, Instants, with_breaks};
 use crate::change::{Change, ChangeKind, changes, settle};
@@ -81,9 +81,12 @@ impl<'a> Structure<'a> {
     pub(crate) fn is_that_of(&self, trajectory: &Trajectory, within: bool) -> bool {
         self.phases.iter().zip(&trajectory.phases).all(|(found, t)| {
             let breaks = found.breaks();
-            breaks.iter().all(|b| b.known.is_some_and(|f| f == b.at || within))
+            breaks.iter().all(|b| b.known.is_some_and(|f| f == b.at || within && !found.is_pushed(b.at)))
                 && breaks.len() == t.mesh.breaks().len()
-                && breaks.iter().zip(t.mesh.breaks()).all(|(a, b)| a.free == b.free)
+                && breaks
+                    .iter()
+                    .zip(t.mesh.breaks())
+                    .all(|(a, b)| a.free == b.free && a.is_tangent == b.is_tangent)
                 && found.arcs(&breaks) == t.mesh.arcs()
         })
     }
@@ -130,10 +133,25 @@ impl PhaseStructure<'_> {
             let free = matches!(c.kind, ChangeKind::Jump | ChangeKind::Junction);
             match breaks.last_mut().filter(|b| c.at <= b.at) {
                 Some(b) => b.free |= free,
-                None => breaks.push(ArcBreak { at: c.at, free, known: c.known }),
+                None => {
+                    let is_tangent = self.is_tangent(c.at);
+                    breaks.push(ArcBreak { at: c.at, free, is_tangent, known: c.known });
+                }
             }
         }
         breaks
+    }
+
+    /// Says whether a kink at a break is not in its place.
+    fn is_pushed(&self, at: f64) -> bool {
+        self.of_kind(ChangeKind::Kink).any(|c| c.at == at && c.is_pushed)
+    }
+
+    /// Says whether a row meets its bound at a break where a control leaves its own, or comes to it, without a jump.
+    fn is_tangent(&self, at: f64) -> bool {
+        let mut here = self.changes.iter().filter(|c| c.kind != ChangeKind::Unclear && c.at == at);
+        here.clone().any(|c| c.kind == ChangeKind::Junction)
+            && here.any(|c| c.kind != ChangeKind::Junction && c.is_continuous)
     }
 
     /// The courses of all quantities along the arcs between the breaks.
@@ -163,13 +181,14 @@ impl PhaseStructure<'_> {
                     (whole[c.quantity], class[c.quantity]) = (false, c.to);
                 }
             }
+            let ends = &breaks[k.saturating_sub(1)..(k + 1).min(breaks.len())];
             let boundary = self.quantities.iter().zip(&class).filter(|(q, _)| q.is_boundary());
             let is_along_bound = boundary.into_iter().any(|(_, class)| *class != Class::Between);
             for (index, ((q, class), whole)) in self.quantities.iter().zip(&class).zip(whole).enumerate() {
                 let has_kink = self.of_kind(ChangeKind::Kink).any(|c| c.quantity == index);
                 let between = match (q.affine, has_kink) {
-                    // Along a bound the row determines the control.
-                    (true, _) if is_along_bound => None,
+                    // Along a bound the row determines the control, also where it is at its own bound at an end of the arc.
+                    (true, _) if is_along_bound => ends.iter().any(|b| b.is_tangent).then_some(ArcKind::Free),
                     (true, _) => Some(ArcKind::Singular),
                     (false, true) => Some(ArcKind::Free),
                     (false, false) => None,
@@ -205,8 +224,11 @@ fn phase_structure<'a>(
     let mut found = PhaseStructure { quantities: Vec::new(), first, changes: Vec::new() };
     // Where rows meet their bounds controls may oscillate for a few nodes.
     let mut gaps: Vec<(f64, f64)> = Vec::new();
+    // Controls that alone hold a row along an arc at its bound, and the first and last node of the arc.
+    let mut held: Vec<(usize, f64, f64)> = Vec::new();
     for (k, q) in quantities.iter_mut().enumerate().rev() {
-        let (samples, affine) = samples(q, p, t, solution);
+        let (mut samples, affine) = samples(q, p, t, solution);
+        settle_inside(q, &mut samples, &held);
         q.affine = affine;
         let mut runs = if q.is_boundary() { boundary_runs(&samples) } else { runs(&samples) };
         if q.affine {
@@ -217,6 +239,10 @@ fn phase_structure<'a>(
         let changes = changes(k, q, &samples, &runs);
         if q.is_boundary() {
             gaps.extend(changes.iter().map(|c| c.gap));
+            if let [(control, _)] = q.held_by[..] {
+                let arcs = runs.iter().filter(|r| r.class != Class::Between);
+                held.extend(arcs.map(|r| (control, samples[r.first].fraction, samples[r.last].fraction)));
+            }
         }
         found.changes.extend(changes);
     }

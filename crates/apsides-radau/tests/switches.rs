@@ -145,7 +145,10 @@ fn arcs(name: &str) -> (Case, Mesh) {
     let phase = PhaseMesh::new(vec![0.0, 0.2, 0.35, 0.6, 1.0], vec![3, 4, 2, 5])
         .unwrap()
         .with_arcs(
-            vec![Break { end: 1, free: true }, Break { end: 3, free: false }],
+            vec![
+                Break { end: 1, free: true, is_tangent: false },
+                Break { end: 3, free: false, is_tangent: false },
+            ],
             vec![
                 arc(&[Some(ArcKind::Singular)], &vec![Some(ArcKind::Free); rows]),
                 arc(&[], &vec![Some(ArcKind::Upper); rows]),
@@ -196,7 +199,7 @@ fn times_of_breaks() {
 #[test]
 fn breaks_that_make_no_mesh_are_refused() {
     let mesh = PhaseMesh::uniform(3, 2).unwrap();
-    let at = |end| Break { end, free: true };
+    let at = |end| Break { end, free: true, is_tangent: false };
     for (breaks, arcs) in [(vec![at(0)], 2), (vec![at(3)], 2), (vec![at(2), at(1)], 3), (vec![at(1)], 1)] {
         assert!(mesh.clone().with_arcs(breaks, vec![PhaseArc::default(); arcs]).is_err());
     }

@@ -56,7 +56,8 @@ struct StoredPolynomial {
 struct StoredMesh {
     fractions: Bits,
     points: Vec<usize>,
-    breaks: Vec<(usize, bool)>,
+    /// End, free, tangent.
+    breaks: Vec<(usize, bool, bool)>,
     /// Controls and rows.
     arcs: Vec<[Vec<Option<u8>>; 2]>,
     touch_points: Vec<(usize, usize, bool)>,
@@ -171,7 +172,7 @@ impl StoredMesh {
         Self {
             fractions: bits(m.fractions()),
             points: m.points().to_vec(),
-            breaks: m.breaks().iter().map(|b| (b.end, b.free)).collect(),
+            breaks: m.breaks().iter().map(|b| (b.end, b.free, b.is_tangent)).collect(),
             arcs: m.arcs().iter().map(|a| [places(&a.controls), places(&a.rows)]).collect(),
             touch_points: m.touch_points().iter().map(|t| (t.end, t.row, t.upper)).collect(),
             crossings: m.crossings().iter().map(|c| (c.end, c.kink)).collect(),
@@ -189,7 +190,8 @@ impl StoredMesh {
         let arc = |[controls, rows]: &[Vec<Option<u8>>; 2]| {
             Some(PhaseArc { controls: kinds(controls)?, rows: kinds(rows)? })
         };
-        let breaks = self.breaks.iter().map(|&(end, free)| Break { end, free }).collect();
+        let breaks =
+            self.breaks.iter().map(|&(end, free, is_tangent)| Break { end, free, is_tangent }).collect();
         let arcs = self.arcs.iter().map(arc).collect::<Option<Vec<_>>>()?;
         let touches = self.touch_points.iter().map(|&(end, row, upper)| TouchPoint { end, row, upper });
         let crossings = self.crossings.iter().map(|&(end, kink)| Crossing { end, kink });

@@ -6,7 +6,7 @@ use nalgebra::DMatrix;
 use super::activity::{Activity, Space};
 use super::arcs::{self, Span};
 use super::constant;
-use super::interval::{Interval, Rule};
+use super::interval::{self, Interval, Rule};
 use super::sweep::{ROW_SHIFT, Sizes, Swept, ZERO, sweep};
 use crate::VerifySettings;
 use crate::boundary::row_scale;
@@ -17,6 +17,9 @@ use crate::worst::relative;
 
 /// Distance from a bound, relative to the scale of a row, along an arc there.
 const AT_BOUND: f64 = 1e-7;
+
+/// Eigenvalues this close to the shift of rows, relative, are those of rows that depend on others.
+const DEPENDENT: f64 = 1e-3;
 
 /// Part of another size below which a size is none.
 const NOTHING: f64 = 1e-9;
@@ -101,13 +104,13 @@ impl PhaseForm {
                 interval.add_end_row(&row, Activity::Strong);
             }
         }
-        form.add_entries();
+        form.add_entries(conditions, parameters);
         Some(form)
     }
 
     /// Where a state comes to a bound at which it stays, it is there at the start already: the stages of the rule alone would let it be
     /// beside the bound by turns.
-    fn add_entries(&mut self) {
+    fn add_entries(&mut self, conditions: &mut PhaseConditions<'_>, parameters: &[f64]) {
         let s = self.sizes;
         for k in 1..self.intervals.len() {
             let (before, after) = self.intervals.split_at_mut(k);
@@ -117,6 +120,9 @@ impl PhaseForm {
                     let mut row = vec![0.0; s.states + 2 + s.parameters];
                     row[i] = 1.0;
                     before.add_end_row(&row, after.at_bounds[i]);
+                    if let Some(rate) = interval::rate_row(conditions, parameters, before.span, i) {
+                        before.add_end_row(&rate, after.at_bounds[i]);
+                    }
                 }
             }
         }
@@ -574,6 +580,8 @@ fn inertia(matrix: &DMatrix<f64>, counted: isize, singular: bool) -> Inertia {
     let eigenvalues = matrix.clone().symmetric_eigenvalues();
     let largest = eigenvalues.amax();
     let negative = eigenvalues.iter().filter(|l| **l < 0.0).count() as isize;
-    let zero = eigenvalues.iter().any(|l| l.abs() <= ZERO * largest);
+    // Dependent rows have the shift alone, which is small beside large entries and no zero.
+    let is_dependent = |l: f64| (l + ROW_SHIFT).abs() <= DEPENDENT * ROW_SHIFT;
+    let zero = eigenvalues.iter().any(|l| l.abs() <= ZERO * largest && !is_dependent(*l));
     Inertia { negative: counted + negative, singular: singular || zero }
 }

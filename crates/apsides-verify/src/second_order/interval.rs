@@ -155,3 +155,30 @@ impl Interval {
         self.rows.push(Row { gradient, activity });
     }
 }
+
+/// The rate of a state over `[x, xi_a, xi_b, p]` at the end of an interval, of unit length; none where a control occurs in it. A state that
+/// stays at its bound from there on has none there.
+pub(super) fn rate_row(
+    conditions: &mut PhaseConditions<'_>,
+    parameters: &[f64],
+    span: Span,
+    state: usize,
+) -> Option<Vec<f64>> {
+    conditions.evaluate_within_bounds(span.segment, span.end);
+    let (nx, nu, np) = (conditions.equations.nx, conditions.equations.nu, conditions.equations.np);
+    let width = nx + nu + np + 1;
+    let duration = conditions.found.final_time - conditions.found.initial_time;
+    let (mut rates, mut jacobian) = (vec![0.0; nx], vec![0.0; nx * width]);
+    conditions.equations.dynamics_jacobian(&mut rates, &mut jacobian);
+    let gradient = &jacobian[state * width..(state + 1) * width];
+    if gradient[nx..nx + nu].iter().any(|g| *g != 0.0) {
+        return None;
+    }
+    let theta = (span.end - span.arc_start) / (span.arc_end - span.arc_start);
+    let by_time = gradient[width - 1] * duration;
+    let mut row: Vec<f64> = (0..nx).map(|k| gradient[k] * conditions.scaling.states[k]).collect();
+    row.extend([(1.0 - theta) * by_time, theta * by_time]);
+    row.extend((0..np).map(|k| gradient[nx + nu + k] * parameters[k]));
+    let length = row.iter().map(|v| v * v).sum::<f64>().sqrt();
+    (length > 0.0).then(|| row.iter().map(|v| v / length).collect())
+}
