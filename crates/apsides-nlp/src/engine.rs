@@ -44,6 +44,8 @@ pub(crate) struct Engine {
     best: Point,
     best_error: f64,
     acceptable_in_a_row: usize,
+    /// The objective at the first iterate.
+    first_objective: Option<f64>,
     steps: usize,
 }
 
@@ -67,6 +69,7 @@ impl Engine {
             best: Point::new(n, m),
             best_error: f64::INFINITY,
             acceptable_in_a_row: 0,
+            first_objective: None,
             steps: 0,
         }
     }
@@ -159,6 +162,7 @@ impl Engine {
         if self.is_optimal() {
             return Some(Status::Optimal);
         }
+        let first = *self.first_objective.get_or_insert(self.state.current.objective);
         let settings = &self.state.settings;
         if self.is_acceptable() {
             self.acceptable_in_a_row += 1;
@@ -170,7 +174,7 @@ impl Engine {
         } else {
             self.acceptable_in_a_row = 0;
         }
-        if self.diverges() {
+        if self.diverges_from(first) {
             return Some(Status::Diverging);
         }
         if session.iteration >= settings.max_iterations {
@@ -182,12 +186,14 @@ impl Engine {
         None
     }
 
-    /// Returns true if the point is too far away, or the objective too low at a point that is feasible but for rounding.
-    fn diverges(&self) -> bool {
+    /// Returns true if the point is too far away, or the objective too low beside the first one, at a point that is feasible but for
+    /// rounding.
+    fn diverges_from(&self, first: f64) -> bool {
         let (settings, largest) = (&self.state.settings, max_abs(&self.state.current.v));
         let feasible = self.state.errors.scaled.primal_infeasibility <= settings.tolerance * largest.max(1.0);
         largest > settings.diverging_threshold
-            || (feasible && self.state.current.objective < -settings.unbounded_objective)
+            || (feasible
+                && self.state.current.objective < first - settings.unbounded_objective * first.abs().max(1.0))
     }
 
     pub(crate) fn is_optimal(&self) -> bool {

@@ -78,7 +78,8 @@ pub struct NlpSettings {
     pub time_limit: Option<Duration>,
     /// An iterate with an entry above this (scaled) is called diverging; 1e20.
     pub diverging_threshold: f64,
-    /// A feasible iterate with the objective below minus this (scaled) is called diverging; 1e15.
+    /// A feasible iterate is called diverging with an objective (scaled) that has fallen by more than this times that of the first iterate,
+    /// or times one where that is less; 1e15.
     pub unbounded_objective: f64,
     /// A bound of at least this magnitude counts as absent; 1e19.
     pub infinite_bound: f64,

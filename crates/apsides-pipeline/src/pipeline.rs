@@ -2,6 +2,7 @@
 
 mod certified;
 mod further_starts;
+mod unsolved;
 
 use std::path::PathBuf;
 use std::sync::Arc;
@@ -24,6 +25,7 @@ use crate::posed::Posed;
 use crate::values::Values;
 
 use certified::{Certified, Flight};
+use unsolved::explain;
 
 /// A mission that was read, with all it takes to solve it: the values of its keys, the mission made of them, methods and their settings.
 #[derive(Clone, Debug)]
@@ -474,7 +476,7 @@ impl Pipeline {
             true => self.mission.undetermined(&solution.trajectory),
             false => None,
         };
-        let explanation = explain(&self.methods, &solution, conflict.as_ref()).map(|text| {
+        let explanation = explain(&self.methods, &ocp, &solution, conflict.as_ref()).map(|text| {
             [Some(text), cause, missing.clone()].into_iter().flatten().collect::<Vec<_>>().join("; ")
         });
         let status = solution.word().into();
@@ -524,18 +526,4 @@ impl Pipeline {
 
 pub(crate) fn milliseconds(begin: Instant) -> f64 {
     begin.elapsed().as_secs_f64() * 1e3
-}
-
-/// Says what is missing, in the user's units.
-fn explain(methods: &Methods, solution: &Solution, conflict: Option<&Explanation>) -> Option<String> {
-    if solution.status.is_success() {
-        return solution.deficiency.as_ref().map(|d| d.sentence(&|setting| methods.key_of(setting)));
-    }
-    let mut text = format!("{}", solution.status);
-    match (conflict.filter(|c| c.status.is_success()), &solution.unmet) {
-        (Some(found), _) => text += &format!(": {found}"),
-        (None, Some(unmet)) => text += &format!(": {unmet}: cannot be met"),
-        (None, None) => {}
-    }
-    Some(text)
 }

@@ -69,6 +69,7 @@ mod error_estimate;
 mod events;
 pub mod explanation;
 mod extraction;
+mod idle_controls;
 mod junction;
 mod layout;
 mod lower_hamiltonian;

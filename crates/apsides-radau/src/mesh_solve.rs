@@ -8,6 +8,7 @@ use apsides_ocp::{Guess, Mesh, Ocp, PhaseMesh, Scaling, Trajectory};
 
 use crate::RadauError;
 use crate::error_estimate::{Estimate, estimate};
+use crate::idle_controls::keep_idle;
 use crate::saddle::Watch;
 use crate::settings::RadauSettings;
 use crate::solver::MeshRecord;
@@ -39,6 +40,7 @@ impl MeshSolve {
         let in_doubt = watch.is_in_doubt();
         let mut trajectory = nlp.trajectory(ocp, &report)?;
         let scaling = Scaling::new(ocp, guess);
+        keep_idle(ocp, &scaling, &mut trajectory);
         let estimate = estimate(ocp, &scaling, settings, &mut trajectory)?;
         Ok(Self { nlp, report, trajectory, scaling, estimate, in_doubt })
     }

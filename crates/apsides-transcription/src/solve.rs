@@ -10,6 +10,9 @@ use crate::discretisation::Discretisation;
 use crate::phase::PhaseLayout;
 use crate::transcription::Transcription;
 
+/// A fall of the objective, in scales of its quantities and relative to its first value, beyond which nothing bounds it.
+const UNBOUNDED: f64 = 1e8;
+
 /// Settings of the interior-point method for a trajectory and a guess of it: the scales of the problem, tolerance 1e-9, and an adaptive barrier
 /// from 1e-3, since such a guess is seldom so bad that a larger one pays.
 #[must_use]
@@ -21,6 +24,7 @@ pub fn trajectory_settings() -> NlpSettings {
         barrier_oracle: BarrierOracle::Probing,
         initial_barrier: 1e-3,
         initial_bound_multiplier: 1e-3,
+        unbounded_objective: UNBOUNDED,
         ..NlpSettings::default()
     }
 }

@@ -40,7 +40,7 @@ impl Certified {
     /// True if a start failed where another one may not.
     fn may_be_missed(&self) -> bool {
         match self.solution.status {
-            Status::IterationLimit | Status::StepTooSmall => true,
+            Status::IterationLimit | Status::StepTooSmall | Status::Diverging => true,
             Status::Infeasible | Status::RestorationFailed => self.has_feasible(),
             _ => false,
         }

@@ -202,6 +202,10 @@ fn integrals(conditions: &mut PhaseConditions<'_>, coordinates: &Coordinates) ->
     integrals
 }
 
+/// A control that changes states, relative to their scales, or the integral of the Hamiltonian, relative to its size, by less than this has no
+/// effect by its derivatives: a thrust that is zero to rounding.
+const NOTHING: f64 = 1e-12;
+
 /// The stand of each control to its bounds and kinks. A control without effect, as the direction of no thrust, is none.
 fn controls(
     conditions: &mut PhaseConditions<'_>,
@@ -231,11 +235,12 @@ fn controls(
             *stand = Activity::of_kink(least);
         }
     }
+    let least_bend = NOTHING * conditions.hamiltonian_size * conditions.scaling.time;
     let has_slope = |j: usize| {
-        let moves = (0..nx).any(|i| rates[(i, nx + j)] != 0.0);
+        let moves = (0..nx).any(|i| rates[(i, nx + j)].abs() > NOTHING);
         let bends = |k: usize| {
             let fixed = k >= nx && k < nx + nu && stands[k - nx] == Activity::Strong;
-            !fixed && curvature[(nx + j, k)] != 0.0
+            !fixed && curvature[(nx + j, k)].abs() > least_bend
         };
         moves || (0..curvature.ncols()).any(bends)
     };

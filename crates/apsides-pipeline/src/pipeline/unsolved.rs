@@ -1,0 +1,75 @@
+//! The sentence about a mission that was not solved.
+
+use apsides_nlp::Status;
+use apsides_ocp::{Bounds, Ocp, Sense, Solution, Trajectory};
+use apsides_radau::Explanation;
+
+use crate::method::Methods;
+
+/// Says what is missing, in the user's units.
+pub(super) fn explain(
+    methods: &Methods,
+    ocp: &Ocp,
+    solution: &Solution,
+    conflict: Option<&Explanation>,
+) -> Option<String> {
+    if solution.status.is_success() {
+        return solution.deficiency.as_ref().map(|d| d.sentence(&|setting| methods.key_of(setting)));
+    }
+    if solution.status == Status::Diverging {
+        return Some(diverging(ocp, &solution.trajectory));
+    }
+    let mut text = format!("{}", solution.status);
+    match (conflict.filter(|c| c.status.is_success()), &solution.unmet) {
+        (Some(found), _) => text += &format!(": {found}"),
+        (None, Some(unmet)) => text += &format!(": {unmet}: cannot be met"),
+        (None, None) => {}
+    }
+    Some(text)
+}
+
+/// Says of an objective without a bound which quantity has gone farthest where nothing bounds it.
+fn diverging(ocp: &Ocp, trajectory: &Trajectory) -> String {
+    let verb = match ocp.objective.sense {
+        Sense::Minimize => "falls",
+        Sense::Maximize => "grows",
+    };
+    let mut farthest: Option<(f64, String)> = None;
+    let mut consider = |bounds: Bounds, value: f64, name: &str, phase: &str, unit: &str| {
+        let is_open = if value > 0.0 { bounds.upper } else { bounds.lower }.is_infinite();
+        if is_open && farthest.as_ref().is_none_or(|(largest, _)| value.abs() > *largest) {
+            let text = format!(
+                "nothing bounds `{name}` of phase `{phase}`, which has come to {value:.3e}{}",
+                with_space(unit)
+            );
+            farthest = Some((value.abs(), text));
+        }
+    };
+    for (phase, found) in ocp.phases.iter().zip(&trajectory.phases) {
+        let (nx, nu) = (phase.states.len(), phase.controls.len());
+        for (variables, polynomial, n) in [
+            (phase.states.iter().map(|s| &s.variable).collect::<Vec<_>>(), &found.state, nx),
+            (phase.controls.iter().collect(), &found.control, nu),
+        ] {
+            for values in polynomial.segments().iter().flat_map(|s| s.values.chunks(n.max(1))) {
+                for (v, value) in variables.iter().zip(values) {
+                    consider(v.bounds, *value, &v.name, &phase.name, &v.unit);
+                }
+            }
+        }
+        consider(phase.final_time, found.final_time, "final time", &phase.name, &phase.time_unit);
+    }
+    let objective = &ocp.objective;
+    let reached = trajectory.objective;
+    let unit = with_space(&objective.unit);
+    let text = format!("the objective {verb} without bound, to {reached:.3e}{unit} so far");
+    match farthest {
+        Some((_, cause)) => format!("{text}: {cause}; state bounds, or what it costs"),
+        None => text,
+    }
+}
+
+/// A unit behind a number; nothing where there is none.
+fn with_space(unit: &str) -> String {
+    if unit == "-" { String::new() } else { format!(" {unit}") }
+}
