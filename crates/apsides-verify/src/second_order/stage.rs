@@ -4,6 +4,8 @@ use nalgebra::{DMatrix, DVector};
 
 use super::activity::Activity;
 use super::arcs::Span;
+use apsides_ocp::Bounds;
+
 use crate::boundary::row_scale;
 use crate::optimality::PhaseConditions;
 use crate::worst::relative;
@@ -47,7 +49,7 @@ impl Stage {
         let curvature = curvature(conditions, &coordinates);
         let rates = rates(conditions, &coordinates);
         let integrals = integrals(conditions, &coordinates);
-        let controls = controls(conditions, &slopes, time, &rates, &curvature);
+        let controls = controls(conditions, &slopes, time, coordinates.length, &rates, &curvature);
         let mut rows = path_rows(conditions, &coordinates);
         let (at_bounds, state_rows) = states(conditions, &coordinates, &slopes);
         rows.extend(state_rows);
@@ -203,14 +205,15 @@ fn integrals(conditions: &mut PhaseConditions<'_>, coordinates: &Coordinates) ->
 }
 
 /// A control that changes states, relative to their scales, or the integral of the Hamiltonian, relative to its size, by less than this has no
-/// effect by its derivatives: a thrust that is zero to rounding.
-const NOTHING: f64 = 1e-12;
+/// effect by its derivatives: it gives its direction to a thrust that is zero but for what a barrier leaves.
+const NOTHING: f64 = 1e-5;
 
 /// The stand of each control to its bounds and kinks. A control without effect, as the direction of no thrust, is none.
 fn controls(
     conditions: &mut PhaseConditions<'_>,
     slopes: &Slopes,
     time: f64,
+    length: f64,
     rates: &DMatrix<f64>,
     curvature: &DMatrix<f64>,
 ) -> Vec<Activity> {
@@ -229,8 +232,13 @@ fn controls(
         if *stand == Activity::Strong {
             continue;
         }
-        if let Some([left, right]) = conditions.slopes_at_kink(time, j) {
-            let scale = conditions.scaling.controls[j];
+        let scale = conditions.scaling.controls[j];
+        let (slope, bend) =
+            (slopes.lagrangian[nx + j], curvature[(nx + j, nx + j)] / (length * scale * scale));
+        let bounds = &conditions.equations.phase.controls[j].bounds;
+        if is_kept_at_bound(slope, bend, conditions.point.u[j], bounds, conditions.hamiltonian_size) {
+            *stand = Activity::Strong;
+        } else if let Some([left, right]) = conditions.slopes_at_kink(time, j) {
             let least = relative(right.min(-left) * scale, conditions.hamiltonian_size);
             *stand = Activity::of_kink(least);
         }
@@ -248,6 +256,24 @@ fn controls(
         if has_slope(j) || conditions.has_effect(time, j) { stands[j] } else { Activity::Strong }
     };
     (0..nu).map(with_effect).collect()
+}
+
+/// Distance from a bound, relative to the width of the bounds, that a barrier may leave.
+const LEFT_BY_BARRIER: f64 = 1e-6;
+/// A change of the Hamiltonian over the width of the bounds, relative to its size, that is surely one.
+const EVIDENT: f64 = 1e-4;
+/// A slope that changes by less than this part up to the bound is the same there.
+const CONSTANT: f64 = 1e-2;
+
+/// True if a control is at a bound but for what a barrier leaves and pushes against it, whatever its scale: one that stays there all along
+/// has no size but the width of its bounds. Before a stationary point inside, the slope would change up to the bound.
+fn is_kept_at_bound(slope: f64, bend: f64, value: f64, bounds: &Bounds, size: f64) -> bool {
+    let width = bounds.upper - bounds.lower;
+    let room = if slope > 0.0 { value - bounds.lower } else { bounds.upper - value };
+    width.is_finite()
+        && room <= LEFT_BY_BARRIER * width
+        && slope.abs() * width > EVIDENT * size
+        && (bend * room).abs() <= CONSTANT * slope.abs()
 }
 
 /// The path constraints at a bound.
@@ -353,4 +379,25 @@ fn legendre(
         h += b * b.transpose() * (2.0 * largest * n as f64);
     }
     h.symmetric_eigenvalues().min()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_control_that_stays_at_its_bound_is_kept_there_whatever_its_scale() {
+        let unit = Bounds::new(0.0, 1.0);
+        // What a barrier leaves of a part of the thrust, with a constant slope.
+        assert!(is_kept_at_bound(7.0, 0.0, 2e-8, &unit, 10.0));
+        assert!(is_kept_at_bound(-7.0, 0.0, 1.0 - 2e-8, &unit, 10.0));
+        // It pulls away from the bound, or is not at it, or the bound is none.
+        assert!(!is_kept_at_bound(-7.0, 0.0, 2e-8, &unit, 10.0));
+        assert!(!is_kept_at_bound(7.0, 0.0, 1e-3, &unit, 10.0));
+        assert!(!is_kept_at_bound(7.0, 0.0, 2e-8, &Bounds::FREE, 10.0));
+        // A stationary point inside bounds far apart: the slope is rounding beside what the curvature makes of the distance.
+        assert!(!is_kept_at_bound(1e-9, 2.0, 1.0, &Bounds::new(0.0, 1e8), 10.0));
+        // A singular control, whose slope is rounding.
+        assert!(!is_kept_at_bound(1e-12, 0.0, 2e-8, &unit, 10.0));
+    }
 }
