@@ -17,6 +17,8 @@ use apsides_ad::{AdError, Formula, FormulaBuilder, NodeFunction, Value, formula_
 
 use crate::{Bounds, Guess, Ocp, PathConstraint, Phase, PhaseGuess, PhaseTrajectory, Trajectory, Variable};
 
+/// Points at which the parts of a guess are taken.
+const SAMPLES: usize = 65;
 /// Most magnitudes of a phase that get parts.
 const MOST: usize = 8;
 
@@ -55,13 +57,13 @@ impl ByParts {
     pub fn of(ocp: &Ocp) -> Option<Self> {
         let mut by_parts = ocp.clone();
         let mut phases = Vec::new();
-        for phase in &mut by_parts.phases {
-            let (controls, rows) = (phase.controls.len(), phase.path_rows());
+        for (phase, posed) in by_parts.phases.iter_mut().zip(&ocp.phases) {
+            let mut magnitudes = Vec::new();
             // Of a function that is no formula nothing is known, and a phase without magnitudes stays as it is.
-            let found = Search::of(ocp, phase).and_then(|search| search.split(phase).ok());
-            let (split, magnitudes) = found.unwrap_or_else(|| (phase.clone(), Vec::new()));
-            *phase = split;
-            phases.push(PhaseParts { magnitudes, controls, rows });
+            if let Some(Ok(split)) = Search::of(ocp, posed).map(|search| search.split()) {
+                (*phase, magnitudes) = split;
+            }
+            phases.push(PhaseParts { magnitudes, controls: posed.controls.len(), rows: posed.path_rows() });
         }
         phases.iter().any(|p| !p.magnitudes.is_empty()).then_some(Self { ocp: by_parts, phases })
     }
@@ -115,13 +117,14 @@ impl PhaseParts {
     fn guess(&self, guess: &PhaseGuess, phase: &Phase, parameters: &[f64]) -> PhaseGuess {
         let controls = phase.controls.len();
         let (begin, duration) = (guess.initial_time, guess.final_time - guess.initial_time);
-        guess.with_controls(controls, |fraction, x, posed, u| {
-            u[..posed.len()].copy_from_slice(posed);
+        guess.with_samples(SAMPLES, |fraction, x, u| {
+            let posed = u.clone();
+            u.resize(controls, 0.0);
             for m in &self.magnitudes {
                 let e = match &m.difference {
                     Origin::Control(j) => posed[*j],
                     Origin::Formula(f) => {
-                        let mut z = [x, posed].concat();
+                        let mut z = [&*x, &posed].concat();
                         if f.inputs() > z.len() + 1 {
                             z.extend_from_slice(parameters);
                         }
@@ -240,7 +243,7 @@ impl<'a> Search<'a> {
                 };
                 uses.insert(operation_index, place);
             }
-            let table = |t: usize| numbers_of_table(formula, t);
+            let table = |t: usize| table_identity(formula, t);
             ids.push(numbers.of(format!("{:?}", operation.with_operands(|v| ids[v], table))));
             steered.push(operation.operands().any(|v| steered[v]));
         }
@@ -248,7 +251,8 @@ impl<'a> Search<'a> {
     }
 
     /// The phase with parts in place of magnitudes, and the magnitudes.
-    fn split(&self, phase: &Phase) -> Result<(Phase, Vec<Magnitude>), AdError> {
+    fn split(&self) -> Result<(Phase, Vec<Magnitude>), AdError> {
+        let phase = self.phase;
         let mut split = phase.clone();
         let mut magnitudes = Vec::new();
         for found in &self.found {
@@ -325,8 +329,8 @@ impl<'a> Search<'a> {
     }
 }
 
-/// The number of a table in a formula, the same wherever the table is shared.
-fn numbers_of_table(formula: &Formula, table: usize) -> usize {
+/// The identity of a table of a formula, the same wherever the table is shared.
+fn table_identity(formula: &Formula, table: usize) -> usize {
     Arc::as_ptr(&formula.tables()[table]) as usize
 }
 

@@ -6,9 +6,6 @@ mod stationary;
 
 use crate::{Bounds, Ocp, OcpError, Phase, PhaseTrajectory, Trajectory};
 
-/// Points at which a guess with other controls is taken.
-const SAMPLES: usize = 65;
-
 /// Guess of one phase on its normalised time from 0 to 1.
 #[derive(Clone, Debug)]
 pub struct PhaseGuess {
@@ -136,11 +133,11 @@ impl PhaseGuess {
         }
     }
 
-    /// The guess at so many fractions, 0 and 1 among them, each with its states and controls changed.
+    /// The guess at so many fractions, 0 and 1 among them, each with its states and controls changed; their number may change.
     pub(crate) fn with_samples(
         &self,
         count: usize,
-        mut change: impl FnMut(f64, &mut [f64], &mut [f64]),
+        mut change: impl FnMut(f64, &mut [f64], &mut Vec<f64>),
     ) -> Self {
         let (nx, nu) = self.widths();
         let fractions: Vec<f64> = (0..count).map(|k| k as f64 / (count - 1) as f64).collect();
@@ -153,26 +150,6 @@ impl PhaseGuess {
         };
         let (states, controls) = fractions.iter().map(sample).unzip();
         Self { profile: Profile::Samples { fractions, states, controls }, ..self.clone() }
-    }
-
-    /// The guess with another number of controls: `fill` gets the fraction, the states, the controls and the new ones.
-    pub(crate) fn with_controls(
-        &self,
-        count: usize,
-        mut fill: impl FnMut(f64, &[f64], &[f64], &mut [f64]),
-    ) -> Self {
-        let mut controls = Vec::new();
-        let sampled = self.with_samples(SAMPLES, |fraction, x, u| {
-            let mut other = vec![0.0; count];
-            fill(fraction, x, u, &mut other);
-            controls.push(other);
-        });
-        match sampled.profile {
-            Profile::Samples { fractions, states, .. } => {
-                Self { profile: Profile::Samples { fractions, states, controls }, ..sampled }
-            }
-            Profile::Earlier(_) => sampled,
-        }
     }
 
     fn widths(&self) -> (usize, usize) {

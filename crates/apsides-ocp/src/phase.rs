@@ -237,6 +237,14 @@ impl Phase {
         function.inputs() > self.states.len() + self.controls.len() + 1
     }
 
+    /// Says whether controls enter a path constraint of this phase nonlinearly, as they do in a direction of length one.
+    #[must_use]
+    pub fn binds_controls(&self, constraint: &PathConstraint) -> bool {
+        let controls = self.states.len()..self.states.len() + self.controls.len();
+        let mut entries = constraint.function.pattern().hessian.iter();
+        entries.any(|(i, j)| controls.contains(i) && controls.contains(j))
+    }
+
     /// Bounds on start and end time, with those on the duration where one of the times is fixed.
     #[must_use]
     pub fn time_bounds(&self) -> (Bounds, Bounds) {

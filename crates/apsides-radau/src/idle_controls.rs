@@ -15,7 +15,7 @@ const MET: f64 = 1e-9;
 /// Lets controls without effect along whole intervals keep their values, in phases in which path constraints bind controls to each other.
 pub(crate) fn keep_idle(ocp: &Ocp, scaling: &Scaling, trajectory: &mut Trajectory) {
     for (k, phase) in ocp.phases.iter().enumerate() {
-        if !binds_controls(phase) {
+        if !phase.path.iter().any(|c| phase.binds_controls(c)) {
             continue;
         }
         let kept = Keeper::new(phase, &trajectory.phases[k], &trajectory.parameters).kept(&scaling.phases[k]);
@@ -23,15 +23,6 @@ pub(crate) fn keep_idle(ocp: &Ocp, scaling: &Scaling, trajectory: &mut Trajector
             trajectory.phases[k].control = control;
         }
     }
-}
-
-/// True if a path constraint is nonlinear in the controls.
-fn binds_controls(phase: &Phase) -> bool {
-    let controls = phase.states.len()..phase.states.len() + phase.controls.len();
-    phase.path.iter().any(|c| {
-        let mut entries = c.function.pattern().hessian.iter();
-        entries.any(|(i, j)| controls.contains(i) && controls.contains(j))
-    })
 }
 
 struct Keeper<'a> {
@@ -113,14 +104,17 @@ impl<'a> Keeper<'a> {
         idle
     }
 
-    /// True if the path constraints hold at the nodes of an interval with other controls.
+    /// True if the path constraints with controls hold at the nodes of an interval with other ones.
     fn is_admissible(&mut self, segment: usize, values: &[f64], scaling: &PhaseScaling) -> bool {
-        let nu = self.phase.controls.len();
+        let (nx, nu) = (self.phase.states.len(), self.phase.controls.len());
         let times: Vec<f64> = self.found.control.node_times(segment).collect();
         let mut first = 0;
         for c in &self.phase.path {
             let scales = &scaling.path[first..first + c.rows.len()];
             first += c.rows.len();
+            if !c.function.pattern().columns.iter().any(|i| (nx..nx + nu).contains(i)) {
+                continue;
+            }
             let mut rows = vec![0.0; c.rows.len()];
             for (time, u) in times.iter().zip(values.chunks(nu)) {
                 self.go(segment, *time, u, c.function.inputs());
@@ -136,10 +130,8 @@ impl<'a> Keeper<'a> {
 
     /// The inputs of a function at a time with given controls.
     fn go(&mut self, segment: usize, time: f64, u: &[f64], inputs: usize) {
-        let mut state = vec![0.0; self.phase.states.len()];
-        self.found.state.evaluate_in(segment, time, &mut state);
-        self.inputs.clear();
-        self.inputs.extend_from_slice(&state);
+        self.inputs.resize(self.phase.states.len(), 0.0);
+        self.found.state.evaluate_in(segment, time, &mut self.inputs);
         self.inputs.extend_from_slice(u);
         if inputs > self.inputs.len() + 1 {
             self.inputs.extend_from_slice(self.parameters);

@@ -155,12 +155,8 @@ fn one_sided(ocp: &Ocp, side: Side) -> Option<Ocp> {
     let mut other = ocp.clone();
     let mut any = false;
     for phase in &mut other.phases {
-        let controls = phase.states.len()..phase.states.len() + phase.controls.len();
-        for constraint in &mut phase.path {
-            let mut entries = constraint.function.pattern().hessian.iter();
-            if !entries.any(|(i, j)| controls.contains(i) && controls.contains(j)) {
-                continue;
-            }
+        let binding: Vec<bool> = phase.path.iter().map(|c| phase.binds_controls(c)).collect();
+        for (constraint, _) in phase.path.iter_mut().zip(binding).filter(|(_, binds)| *binds) {
             for row in constraint.rows.iter_mut().filter(|row| row.bounds.is_fixed()) {
                 any = true;
                 match side {

@@ -28,7 +28,7 @@ const MOST_STARTS: usize = 8;
 const MOST_ITERATIONS: usize = 300;
 /// Iterations times variables of a first solve above which no further start is tried: each may take as long.
 const MOST_WORK: usize = 2_000_000;
-/// Least gain of the objective, relative to its size where that is above one.
+/// Least gain of the objective, relative to the larger of the two.
 const LEAST_GAIN: f64 = 1e-6;
 
 impl Certified {
@@ -129,5 +129,5 @@ fn is_better(posed: &Posed, found: &Certified, than: &Certified) -> bool {
     }
     let cost = |c: &Certified| posed.ocp.objective.sense.sign() * c.solution.trajectory.objective;
     let (found, other) = (cost(found), cost(than));
-    !than.solution.is_success() || found < other - LEAST_GAIN * other.abs().max(1.0)
+    !than.solution.is_success() || found < other - LEAST_GAIN * other.abs().max(found.abs())
 }

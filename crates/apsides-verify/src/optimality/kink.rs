@@ -10,6 +10,8 @@ use super::PhaseConditions;
 const STEPS: [f64; 2] = [1e-4, 1e-5];
 /// Slopes that differ by less than this part of the jump from one side to the other are the same.
 const SAME: f64 = 0.1;
+/// A jump of the slope, times the scale of the control and relative to the Hamiltonian, that is none is rounding of values at those steps.
+const LEAST_JUMP: f64 = 1e-8;
 
 impl PhaseConditions<'_> {
     /// The slopes of the Lagrangian to both sides in a control, where it has a convex kink at the point as it was evaluated.
@@ -19,7 +21,8 @@ impl PhaseConditions<'_> {
         self.equations.set(time, &self.point.x, &self.point.u);
         let jump = far[1] - far[0];
         let is_same = |side: usize| (far[side] - near[side]).abs() <= SAME * jump;
-        (jump > 0.0 && is_same(0) && is_same(1)).then_some(near)
+        let is_jump = jump * scale > LEAST_JUMP * self.hamiltonian_size;
+        (is_jump && is_same(0) && is_same(1)).then_some(near)
     }
 
     fn one_sided_slopes(&mut self, time: f64, control: usize, step: f64) -> [f64; 2] {
