@@ -15,6 +15,7 @@ use std::sync::Arc;
 use apsides_ad::formula::{Binary, Operation, Unary};
 use apsides_ad::{AdError, Formula, FormulaBuilder, NodeFunction, Value, formula_node};
 
+use crate::rewrite::rewrite;
 use crate::{Bounds, Guess, Ocp, PathConstraint, Phase, PhaseGuess, PhaseTrajectory, Trajectory, Variable};
 
 /// Points at which the parts of a guess are taken.
@@ -346,43 +347,31 @@ impl<'a> Rewrite<'a> {
     fn of(search: &'a Search<'_>, magnitudes: &[Magnitude], controls: usize, k: usize) -> Self {
         let formula = &search.formulas[k];
         let (nx, nu) = (search.phase.states.len(), search.phase.controls.len());
-        let mut b = FormulaBuilder::new(formula.inputs() + controls - nu);
-        let tables: Vec<usize> = formula.tables().iter().map(|t| b.table((**t).clone())).collect();
-        let mut values = Vec::new();
-        for i in 0..formula.inputs() {
+        let mut builder = FormulaBuilder::new(formula.inputs() + controls - nu);
+        let input = |b: &mut FormulaBuilder, i: usize| {
             let own = |m: &&Magnitude| matches!(m.difference, Origin::Control(j) if nx + j == i);
-            let value = match magnitudes.iter().find(own) {
+            match magnitudes.iter().find(own) {
                 Some(m) => {
                     let (p, n) = (b.input(nx + m.positive), b.input(nx + m.negative));
                     b.sub(p, n)
                 }
                 None => b.input(if i < nx + nu { i } else { i + controls - nu }),
-            };
-            values.push(value);
-        }
-        for (place, operation) in formula.operations().iter().enumerate() {
-            let part = search.uses[k].get(&place).map(|(m, reversed)| {
-                let m = &magnitudes[*m];
-                let (p, n) = (b.input(nx + m.positive), b.input(nx + m.negative));
-                if *reversed { (n, p) } else { (p, n) }
-            });
-            let v = |k: usize| values[k];
-            let value = match (*operation, part) {
-                (Operation::Unary(Unary::Abs, _), Some((p, n))) => b.add(p, n),
-                (Operation::Binary(Binary::Max, _, second), Some((p, _))) => b.add(v(second), p),
-                (Operation::Binary(Binary::Min, _, second), Some((_, n))) => b.sub(v(second), n),
-                (Operation::Constant(c), _) => b.constant(c),
-                (Operation::Unary(f, a), _) => b.unary(f, v(a)),
-                (Operation::Binary(f, x, y), _) => b.binary(f, v(x), v(y)),
-                (Operation::Powi(a, n), _) => b.powi(v(a), n),
-                (Operation::Powf(a, e), _) => b.powf(v(a), e),
-                (Operation::Select(c, x, y), _) => b.select(v(c), v(x), v(y)),
-                (Operation::Curve(t, x), _) => b.curve(tables[t], v(x)),
-                (Operation::Surface(t, x, y), _) => b.surface(tables[t], v(x), v(y)),
-            };
-            values.push(value);
-        }
-        Self { builder: b, values, outputs: formula.outputs(), states: nx }
+            }
+        };
+        let replace = |b: &mut FormulaBuilder, place: usize, values: &[Value]| {
+            let (m, reversed) = search.uses[k].get(&place)?;
+            let m = &magnitudes[*m];
+            let (p, n) = (b.input(nx + m.positive), b.input(nx + m.negative));
+            let (p, n) = if *reversed { (n, p) } else { (p, n) };
+            match formula.operations()[place] {
+                Operation::Unary(Unary::Abs, _) => Some(b.add(p, n)),
+                Operation::Binary(Binary::Max, _, second) => Some(b.add(values[second], p)),
+                Operation::Binary(Binary::Min, _, second) => Some(b.sub(values[second], n)),
+                _ => None,
+            }
+        };
+        let values = rewrite(formula, &mut builder, input, replace);
+        Self { builder, values, outputs: formula.outputs(), states: nx }
     }
 
     fn function(self) -> Result<Arc<dyn NodeFunction>, AdError> {

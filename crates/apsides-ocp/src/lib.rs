@@ -56,11 +56,13 @@
 //! 2010, doi 10.1137/1.9780898718577.
 
 mod bent;
+pub mod by_direction;
 pub mod by_parts;
 pub mod endpoint;
 pub mod endpoint_term;
 pub mod error;
 pub mod guess;
+pub mod lagrangian;
 pub mod mesh;
 pub mod method;
 pub mod origin;
@@ -68,15 +70,19 @@ pub mod path_ends;
 pub mod phase;
 pub mod piecewise;
 pub mod problem;
+mod rewrite;
 pub mod scaling;
 pub mod trajectory;
 pub mod variable;
+pub mod without_kinks;
 
+pub use by_direction::ByDirection;
 pub use by_parts::ByParts;
 pub use endpoint::{At, EndpointConstraint, EndpointInput};
 pub use endpoint_term::EndpointTerm;
 pub use error::OcpError;
 pub use guess::{Guess, PhaseGuess};
+pub use lagrangian::LagrangianSlope;
 pub use mesh::{ArcKind, Break, Crossing, Mesh, PhaseArc, PhaseMesh, TouchPoint};
 pub use method::{Method, MethodError, Solution, Start};
 pub use origin::{RowOrigin, Unmet};
@@ -87,3 +93,4 @@ pub use problem::{Objective, Ocp, OcpBuilder, Sense, Term};
 pub use scaling::{PhaseScaling, Scaling};
 pub use trajectory::{Contact, PhaseTrajectory, Trajectory};
 pub use variable::{Bounds, State, Variable};
+pub use without_kinks::WithoutKinks;

@@ -11,7 +11,7 @@ use std::borrow::Cow;
 use std::collections::BTreeMap;
 
 use apsides_nlp::{InteriorPoint, Nlp, NlpError, Perturbation, Sensitivity, SolutionDerivative, SolveReport};
-use apsides_ocp::{ByParts, Guess, Mesh, Ocp, Sense, Trajectory};
+use apsides_ocp::{Guess, Mesh, Ocp, Sense, Trajectory, WithoutKinks};
 use apsides_radau::{RadauError, Transcription};
 
 use crate::Error;
@@ -89,17 +89,17 @@ fn method(e: NlpError) -> Error {
     RadauError::from(e).into()
 }
 
-/// The problem with parts of magnitudes of controls, which has derivatives where they have none.
-fn with_parts(ocp: &Ocp) -> Cow<'_, Ocp> {
-    ByParts::of(ocp).map_or(Cow::Borrowed(ocp), |parts| Cow::Owned(parts.ocp))
+/// The problem without kinks of controls, which has derivatives where they have none.
+fn without_kinks(ocp: &Ocp) -> Cow<'_, Ocp> {
+    WithoutKinks::of(ocp).map_or(Cow::Borrowed(ocp), |smooth| Cow::Owned(smooth.ocp))
 }
 
 /// The data that all prices of a solution share.
 struct Solution<'a> {
     mission: &'a Pipeline,
     ocp: Cow<'a, Ocp>,
-    /// The parts of magnitudes of controls, where the problem has some: `ocp` is the one with parts then.
-    parts: Option<ByParts>,
+    /// The problem without kinks of controls, where it has some: `ocp` is that one then.
+    parts: Option<WithoutKinks>,
     report: Cow<'a, SolveReport>,
     mesh: Mesh,
     guess: Guess,
@@ -112,10 +112,10 @@ impl<'a> Solution<'a> {
     fn new(mission: &'a Pipeline, outcome: &'a Outcome, report: &'a SolveReport) -> Result<Self, Error> {
         let (ocp, trajectory) = outcome.solved();
         let mesh = Mesh { phases: trajectory.phases.iter().map(|p| p.mesh.clone()).collect() };
-        let parts = ByParts::of(ocp);
+        let parts = WithoutKinks::of(ocp);
         let earlier = Guess::earlier(trajectory);
         let guess = parts.as_ref().map_or_else(|| earlier.clone(), |parts| parts.guess(&earlier));
-        let ocp = with_parts(ocp);
+        let ocp = without_kinks(ocp);
         let mut transcription = Transcription::new(&ocp, &mesh, &guess)?;
         let settings = &mission.methods().radau.settings.nlp;
         let is_of_mesh = report.x.len() == transcription.variables()
@@ -153,7 +153,8 @@ impl<'a> Solution<'a> {
             (Err(refused), Err(_)) => return Err(refused),
         };
         let width = above.2 - below.2;
-        let transcribe = |posed: &Posed| Transcription::new(&with_parts(&posed.ocp), &self.mesh, &self.guess);
+        let transcribe =
+            |posed: &Posed| Transcription::new(&without_kinks(&posed.ocp), &self.mesh, &self.guess);
         let (mut a, mut b) = (transcribe(&below.1)?, transcribe(&above.1)?);
         let perturbation = Perturbation::between(&mut a, &mut b, &self.report, width).map_err(method)?;
         let objective = perturbation.objective_derivative(&self.report).map_err(method)?;

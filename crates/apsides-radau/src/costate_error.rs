@@ -6,9 +6,8 @@
 //! 10.1002/oca.2114). Intervals in which a bound on a state or a path constraint without controls is active are left out, since what the
 //! bound adds to the costate is not a matter of more points, and those beside kinks.
 
-use apsides_ad::NodeFunction;
 use apsides_basis::Lgr;
-use apsides_ocp::{Ocp, Phase, PhaseScaling, PhaseTrajectory, Scaling, Sense, Trajectory};
+use apsides_ocp::{LagrangianSlope, Ocp, Phase, PhaseScaling, PhaseTrajectory, Scaling, Trajectory};
 
 use crate::RadauError;
 use crate::settings::RadauSettings;
@@ -71,54 +70,20 @@ fn costate_errors(
     let phases = ocp.phases.iter().zip(&trajectory.phases).zip(&scaling.phases).enumerate();
     phases
         .map(|(k, ((phase, found), scaling))| {
-            Slopes::new(ocp, k, phase, found, &trajectory.parameters).errors(scaling)
+            let lagrangian = LagrangianSlope::new(ocp, k, found, &trajectory.parameters);
+            Slopes { phase, found, lagrangian }.errors(scaling)
         })
         .collect()
 }
 
-/// The slope of the Lagrangian of a phase in its states.
+/// The costates of a phase, and the slope that their differential equation has.
 struct Slopes<'a> {
     phase: &'a Phase,
     found: &'a PhaseTrajectory,
-    parameters: &'a [f64],
-    /// Weight of each integral in the minimised objective, plus the multiplier of its bounds.
-    weights: Vec<f64>,
-    inputs: Vec<f64>,
-    values: Vec<f64>,
-    entries: Vec<f64>,
-    costate: Vec<f64>,
-    multipliers: Vec<f64>,
+    lagrangian: LagrangianSlope<'a>,
 }
 
-impl<'a> Slopes<'a> {
-    fn new(
-        ocp: &Ocp,
-        index: usize,
-        phase: &'a Phase,
-        found: &'a PhaseTrajectory,
-        parameters: &'a [f64],
-    ) -> Self {
-        let sign = if ocp.objective.sense == Sense::Maximize { -1.0 } else { 1.0 };
-        let multiplier = |q: usize| found.integral_multipliers.as_ref().map_or(0.0, |m| m[q]);
-        let weight = |q: usize| sign * ocp.objective.integral_weight(index, q) + multiplier(q);
-        let functions = || {
-            let path = phase.path.iter().map(|c| &c.function);
-            std::iter::once(&phase.dynamics).chain(path).chain(phase.integrals.iter().map(|q| &q.function))
-        };
-        let rows = phase.path.iter().map(|c| c.rows.len()).sum();
-        Self {
-            phase,
-            found,
-            parameters,
-            weights: (0..phase.integrals.len()).map(weight).collect(),
-            inputs: vec![0.0; phase.states.len() + phase.controls.len() + parameters.len() + 1],
-            values: vec![0.0; functions().map(|f| f.outputs()).max().unwrap_or(0)],
-            entries: vec![0.0; functions().map(|f| f.pattern().jacobian_len()).max().unwrap_or(0)],
-            costate: vec![0.0; phase.states.len()],
-            multipliers: vec![0.0; rows],
-        }
-    }
-
+impl Slopes<'_> {
     fn errors(mut self, scaling: &PhaseScaling) -> Result<Vec<f64>, RadauError> {
         let intervals = self.found.mesh.intervals();
         let Some(costate) = &self.found.costate else { return Ok(vec![0.0; intervals]) };
@@ -184,7 +149,7 @@ impl<'a> Slopes<'a> {
         let time = |tau: f64| start + half * (tau + 1.0);
         let mut slopes = vec![0.0; m * nx];
         for (&tau, slope) in rule.nodes().iter().zip(slopes.chunks_mut(nx)) {
-            self.add_slope(k, time(tau), slope);
+            self.lagrangian.add(k, time(tau), slope);
         }
         let (mut first, mut stated) = (vec![0.0; nx], vec![0.0; nx]);
         costate.evaluate_in(k, start, &mut first);
@@ -202,53 +167,5 @@ impl<'a> Slopes<'a> {
             }
         }
         Ok(worst)
-    }
-
-    /// Adds the slope of the Lagrangian at a time.
-    fn add_slope(&mut self, k: usize, t: f64, slope: &mut [f64]) {
-        let (phase, found) = (self.phase, self.found);
-        let (nx, nu) = (phase.states.len(), phase.controls.len());
-        found.state.evaluate_in(k, t, &mut self.inputs[..nx]);
-        found.control.evaluate_in(k, t, &mut self.inputs[nx..nx + nu]);
-        if let Some(costate) = &found.costate {
-            costate.evaluate_in(k, t, &mut self.costate);
-        }
-        self.multipliers.fill(0.0);
-        if let Some(path) = &found.path_multipliers {
-            path.evaluate_in(k, t, &mut self.multipliers);
-        }
-        let costate = std::mem::take(&mut self.costate);
-        self.add(phase.dynamics.as_ref(), &costate, t, slope);
-        self.costate = costate;
-        for (q, integral) in phase.integrals.iter().enumerate() {
-            self.add(integral.function.as_ref(), &[self.weights[q]], t, slope);
-        }
-        let multipliers = std::mem::take(&mut self.multipliers);
-        let mut rest = multipliers.as_slice();
-        for constraint in &phase.path {
-            let (rows, others) = rest.split_at(constraint.rows.len());
-            if rows.iter().any(|m| *m != 0.0) {
-                self.add(constraint.function.as_ref(), rows, t, slope);
-            }
-            rest = others;
-        }
-        self.multipliers = multipliers;
-    }
-
-    fn add(&mut self, function: &dyn NodeFunction, weights: &[f64], t: f64, slope: &mut [f64]) {
-        let first = self.phase.states.len() + self.phase.controls.len();
-        // What is left of the inputs are all parameters or none, then the time.
-        let count = function.inputs() - 1 - first;
-        self.inputs[first..first + count].copy_from_slice(&self.parameters[..count]);
-        self.inputs[first + count] = t;
-        let pattern = function.pattern();
-        let entries = &mut self.entries[..pattern.jacobian_len()];
-        let values = &mut self.values[..function.outputs()];
-        function.jacobian(&self.inputs[..function.inputs()], values, entries);
-        for ((row, column), entry) in pattern.jacobian_entries().zip(entries) {
-            if let Some(s) = slope.get_mut(column) {
-                *s += weights[row] * *entry;
-            }
-        }
     }
 }

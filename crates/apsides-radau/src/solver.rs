@@ -4,7 +4,7 @@ use std::time::Duration;
 
 use apsides_nlp::{Observer, SolveReport, Status};
 use apsides_ocp::method::Counters;
-use apsides_ocp::{ByParts, Guess, Mesh, Ocp, PhaseMesh, Trajectory, Unmet};
+use apsides_ocp::{Guess, Mesh, Ocp, PhaseMesh, Trajectory, Unmet, WithoutKinks};
 
 use crate::RadauError;
 use crate::redundant::Irredundant;
@@ -93,23 +93,41 @@ impl Radau {
     ) -> Result<RadauSolution, RadauError> {
         self.settings.check()?;
         let guess = guess.clone().off_stationary_integrals(ocp);
-        let Some(parts) = ByParts::of(ocp) else {
+        let Some(smooth) = WithoutKinks::of(ocp) else {
             return self.solve_irredundant(ocp, &guess, mesh, observer);
         };
         // An arc of a control is none of its parts.
         let phases = mesh.phases.iter().cloned().map(PhaseMesh::without_arcs);
         let plain = Mesh { phases: phases.collect() };
-        let mut solution = self.solve_irredundant(&parts.ocp, &parts.guess(&guess), plain, observer)?;
+        let rounded = match smooth.rounded() {
+            Some(rounded) => self.rounded_start(rounded, &guess, plain.clone(), observer)?,
+            None => None,
+        };
+        let start = smooth.guess(rounded.as_ref().unwrap_or(&guess));
+        let mut solution = self.solve_irredundant(&smooth.ocp, &start, plain, observer)?;
         let is_that_of_the_problem =
-            solution.status.is_success() && parts.overlap(&solution.trajectory) <= OVERLAP;
+            solution.status.is_success() && smooth.overlap(&solution.trajectory) <= OVERLAP;
         if is_that_of_the_problem || !may_go_on(solution.status) {
-            solution.trajectory = parts.as_posed(solution.trajectory);
+            solution.trajectory = smooth.as_posed(solution.trajectory);
             return Ok(solution);
         }
         // Parts that overlap gain what the magnitude does not.
         let posed = self.solve_irredundant(ocp, &guess, mesh, observer)?;
         let meshes = solution.meshes.into_iter().chain(posed.meshes).collect();
         Ok(RadauSolution { meshes, ..posed })
+    }
+
+    /// The solution with rounded lengths of vectors of controls on the first mesh; none where it has none.
+    fn rounded_start(
+        &self,
+        rounded: &Ocp,
+        guess: &Guess,
+        mesh: Mesh,
+        observer: &mut dyn Observer,
+    ) -> Result<Option<Guess>, RadauError> {
+        let settings = RadauSettings { max_refinements: 0, ..self.settings.clone() };
+        let solution = Self { settings }.solve_on(rounded, guess, mesh, observer)?;
+        Ok(solution.status.is_success().then(|| Guess::earlier(&solution.trajectory)))
     }
 
     /// Solves without statements that follow from others.

@@ -1,6 +1,6 @@
 //! The verification of a trajectory: all checks in order.
 
-use apsides_ocp::{Guess, Ocp, PathEnds, PhaseTrajectory, Scaling, Trajectory};
+use apsides_ocp::{ByDirection, Guess, Ocp, PathEnds, PhaseTrajectory, Scaling, Trajectory};
 
 use crate::boundary::Boundary;
 use crate::equations::Equations;
@@ -54,7 +54,15 @@ pub fn verify(
     }
     let feasible = checks.iter().all(|c| c.passed);
     let fine = at_state_nodes(trajectory);
-    let (optimality, mut remarks) = optimum(ocp, &fine, &scaling, settings, feasible);
+    let (optimality, mut remarks) = match ByDirection::of(ocp) {
+        // A length has no slope where the vector is nothing.
+        Some(by_direction) => {
+            let ocp = &by_direction.ocp;
+            let split = by_direction.with_directions(&fine);
+            optimum(ocp, &split, &Scaling::new(ocp, &Guess::earlier(&split)), settings, feasible)
+        }
+        None => optimum(ocp, &fine, &scaling, settings, feasible),
+    };
     let is_extremal = feasible && !optimality.is_empty() && optimality.iter().all(|c| c.passed);
     checks.extend(optimality);
     if let Some(convex) = convex.filter(|_| is_extremal) {

@@ -1,0 +1,112 @@
+//! Where the lengths of vectors of controls occur in the functions of a phase.
+
+use apsides_ad::Formula;
+use apsides_ad::formula::{Binary, Operation, Unary};
+
+use crate::{PathConstraint, Phase};
+
+/// The functions of a phase as formulas: that of the equations of motion, those of the path constraints, those of the integrals.
+pub(super) struct Lengths<'a> {
+    pub(super) phase: &'a Phase,
+    pub(super) formulas: Vec<Formula>,
+}
+
+/// A value that a vector of controls alone determines.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Measure {
+    Length,
+    Square,
+}
+
+impl<'a> Lengths<'a> {
+    /// None where a function is no formula: of such a one nothing is known.
+    pub(super) fn of(phase: &'a Phase) -> Option<Self> {
+        let path = phase.path.iter().map(|c| &c.function);
+        let integrals = phase.integrals.iter().map(|i| &i.function);
+        let functions = std::iter::once(&phase.dynamics).chain(path).chain(integrals);
+        let formulas = functions.map(|f| f.formula()).collect::<Result<_, _>>().ok()?;
+        Some(Self { phase, formulas })
+    }
+
+    /// True if the length of a vector of controls occurs.
+    pub(super) fn occur(&self) -> bool {
+        self.formulas.iter().any(|f| (0..f.operations().len()).any(|k| self.length(f, k).is_some()))
+    }
+
+    /// Vectors whose lengths occur elsewhere than as the rows of path constraints; none where two of them share a control.
+    pub(super) fn vectors(&self) -> Vec<Vec<usize>> {
+        let mut found: Vec<Vec<usize>> = Vec::new();
+        for (k, formula) in self.formulas.iter().enumerate() {
+            // A row that is a length has a square without a kink.
+            if self.constraint(k).is_some_and(|c| self.limited(c, k).is_some()) {
+                continue;
+            }
+            for operation in 0..formula.operations().len() {
+                if let Some(components) = self.length(formula, operation)
+                    && !found.contains(&components)
+                {
+                    found.push(components);
+                }
+            }
+        }
+        let mut all: Vec<usize> = found.concat();
+        all.sort_unstable();
+        if all.windows(2).any(|w| w[0] == w[1]) { Vec::new() } else { found }
+    }
+
+    /// The path constraint of a formula.
+    pub(super) fn constraint(&self, formula: usize) -> Option<&'a PathConstraint> {
+        formula.checked_sub(1).and_then(|k| self.phase.path.get(k))
+    }
+
+    /// The vector whose lengths or squares all rows of a path constraint are, and which of them each row is.
+    pub(super) fn limited(
+        &self,
+        constraint: &PathConstraint,
+        formula: usize,
+    ) -> Option<(Vec<usize>, Vec<Measure>)> {
+        let formula = &self.formulas[formula];
+        let mut vector: Option<Vec<usize>> = None;
+        let mut measures = Vec::with_capacity(constraint.rows.len());
+        for output in formula.outputs() {
+            let operation = output.checked_sub(formula.inputs())?;
+            let (components, measure) = match self.length(formula, operation) {
+                Some(components) => (components, Measure::Length),
+                None => (self.square(formula, *output)?, Measure::Square),
+            };
+            if vector.get_or_insert_with(|| components.clone()) != &components {
+                return None;
+            }
+            measures.push(measure);
+        }
+        vector.map(|vector| (vector, measures))
+    }
+
+    /// The controls of which an operation is the length, in their order; at least two.
+    pub(super) fn length(&self, formula: &Formula, operation: usize) -> Option<Vec<usize>> {
+        match formula.operations()[operation] {
+            Operation::Unary(Unary::Sqrt, of) => self.square(formula, of),
+            Operation::Powf(of, 0.5) => self.square(formula, of),
+            _ => None,
+        }
+    }
+
+    /// The controls of whose vector a value is the square, in their order; at least two.
+    pub(super) fn square(&self, formula: &Formula, value: usize) -> Option<Vec<usize>> {
+        let (nx, n) = (self.phase.states.len(), formula.inputs());
+        let control = |v: usize| v.checked_sub(nx).filter(|c| *c < self.phase.controls.len());
+        let mut components = Vec::new();
+        let mut open = vec![value];
+        while let Some(v) = open.pop() {
+            match v.checked_sub(n).map(|o| formula.operations()[o])? {
+                Operation::Binary(Binary::Add, a, b) => open.extend([a, b]),
+                Operation::Binary(Binary::Mul, a, b) if a == b => components.push(control(a)?),
+                Operation::Powi(a, 2) => components.push(control(a)?),
+                _ => return None,
+            }
+        }
+        components.sort_unstable();
+        let is_set = components.windows(2).all(|w| w[0] != w[1]);
+        (is_set && components.len() > 1).then_some(components)
+    }
+}

@@ -1,0 +1,55 @@
+//! Problems whose magnitudes and lengths of controls are stated without kinks.
+
+use crate::{ByDirection, ByParts, Guess, Ocp, Trajectory};
+
+/// A problem with directions in place of vectors of controls, and parts in place of magnitudes.
+pub struct WithoutKinks {
+    /// The problem without kinks.
+    pub ocp: Ocp,
+    directions: Option<ByDirection>,
+    parts: Option<ByParts>,
+}
+
+impl WithoutKinks {
+    /// The problem without kinks of controls; none where it has none.
+    #[must_use]
+    pub fn of(ocp: &Ocp) -> Option<Self> {
+        let directions = ByDirection::of(ocp);
+        let parts = ByParts::of(directions.as_ref().map_or(ocp, |d| &d.ocp));
+        let smooth = parts.as_ref().map(|p| &p.ocp).or_else(|| directions.as_ref().map(|d| &d.ocp));
+        let ocp = smooth?.clone();
+        Some(Self { ocp, directions, parts })
+    }
+
+    /// A guess of the problem as it was posed, as one of the problem without kinks.
+    #[must_use]
+    pub fn guess(&self, guess: &Guess) -> Guess {
+        let guess = self.directions.as_ref().map_or_else(|| guess.clone(), |d| d.guess(guess));
+        self.parts.as_ref().map_or_else(|| guess.clone(), |p| p.guess(&guess))
+    }
+
+    /// The problem as it was posed with rounded lengths, as [`ByDirection::rounded`] says.
+    #[must_use]
+    pub fn rounded(&self) -> Option<&Ocp> {
+        self.directions.as_ref().and_then(|d| d.rounded.as_ref())
+    }
+
+    /// The overlap of parts of magnitudes, as [`ByParts::overlap`] says.
+    #[must_use]
+    pub fn overlap(&self, trajectory: &Trajectory) -> f64 {
+        self.parts.as_ref().map_or(0.0, |p| p.overlap(trajectory))
+    }
+
+    /// A trajectory of the problem without kinks as one of the problem as it was posed.
+    #[must_use]
+    pub fn as_posed(&self, trajectory: Trajectory) -> Trajectory {
+        let trajectory = match &self.parts {
+            Some(parts) => parts.as_posed(trajectory),
+            None => trajectory,
+        };
+        match &self.directions {
+            Some(directions) => directions.as_posed(&trajectory),
+            None => trajectory,
+        }
+    }
+}
