@@ -1,12 +1,8 @@
 //! Bounds of a formula over a box, by interval arithmetic (R. E. Moore, R. B. Kearfott, M. J. Cloud: Introduction to Interval Analysis,
 //! SIAM 2009).
 
-use crate::formula::{Binary, Formula, Operation, Unary};
-
-/// All that a value can be, least and largest.
-type Interval = [f64; 2];
-
-const ALL: Interval = [f64::NEG_INFINITY, f64::INFINITY];
+use crate::formula::{Binary, Formula, Operation};
+use crate::interval::{ALL, binary, hull, known, power, real_power, unary};
 
 impl Formula {
     /// Least and largest values of the outputs where each input is anywhere between its own, which may be infinite.
@@ -35,89 +31,10 @@ impl Formula {
                 },
                 Operation::Curve(..) | Operation::Surface(..) => ALL,
             };
-            values.push(if value.iter().any(|v| v.is_nan()) { ALL } else { value });
+            values.push(known(value));
         }
         self.outputs().iter().map(|k| values[*k]).collect()
     }
-}
-
-fn hull(a: Interval, b: Interval) -> Interval {
-    [a[0].min(b[0]), a[1].max(b[1])]
-}
-
-/// A function that grows, on the part of the interval where it is defined.
-fn growing(x: Interval, domain: Interval, f: impl Fn(f64) -> f64) -> Interval {
-    let [a, b] = [x[0].max(domain[0]), x[1].min(domain[1])];
-    if a <= b { [f(a), f(b)] } else { ALL }
-}
-
-fn unary(f: Unary, x: Interval) -> Interval {
-    let apply = |v: f64| f.apply(v);
-    match f {
-        Unary::Neg => [-x[1], -x[0]],
-        // Their values are these anywhere; a full turn is not looked for.
-        Unary::Sin | Unary::Cos => [-1.0, 1.0],
-        Unary::Tan => ALL,
-        Unary::Asin | Unary::Atanh => growing(x, [-1.0, 1.0], apply),
-        Unary::Acos => {
-            let [a, b] = growing(x, [-1.0, 1.0], |v| v);
-            [b.acos(), a.acos()]
-        }
-        Unary::Atan | Unary::Cbrt | Unary::Exp | Unary::Sinh | Unary::Tanh | Unary::Asinh | Unary::Sign => {
-            growing(x, ALL, apply)
-        }
-        Unary::Sqrt | Unary::Ln => growing(x, [0.0, f64::INFINITY], apply),
-        Unary::Acosh => growing(x, [1.0, f64::INFINITY], apply),
-        Unary::Cosh => growing(unary(Unary::Abs, x), ALL, apply),
-        Unary::Recip => quotient([1.0, 1.0], x),
-        Unary::Abs if x[0] >= 0.0 => x,
-        Unary::Abs if x[1] <= 0.0 => [-x[1], -x[0]],
-        Unary::Abs => [0.0, x[1].max(-x[0])],
-    }
-}
-
-fn binary(f: Binary, x: Interval, y: Interval) -> Interval {
-    match f {
-        Binary::Add => [x[0] + y[0], x[1] + y[1]],
-        Binary::Sub => [x[0] - y[1], x[1] - y[0]],
-        Binary::Mul => product(x, y),
-        Binary::Div => quotient(x, y),
-        Binary::Atan2 => [-std::f64::consts::PI, std::f64::consts::PI],
-        Binary::Pow => [0.0, f64::INFINITY],
-        Binary::Min => [x[0].min(y[0]), x[1].min(y[1])],
-        Binary::Max => [x[0].max(y[0]), x[1].max(y[1])],
-    }
-}
-
-fn product(x: Interval, y: Interval) -> Interval {
-    // Nothing times anything finite is nothing, however large that is.
-    let times = |a: f64, b: f64| if a == 0.0 || b == 0.0 { 0.0 } else { a * b };
-    let corners = [times(x[0], y[0]), times(x[0], y[1]), times(x[1], y[0]), times(x[1], y[1])];
-    corners.into_iter().fold([f64::INFINITY, f64::NEG_INFINITY], |all, v| [all[0].min(v), all[1].max(v)])
-}
-
-fn quotient(x: Interval, y: Interval) -> Interval {
-    if y[0] < 0.0 && y[1] > 0.0 || y == [0.0, 0.0] {
-        return ALL;
-    }
-    // An end at zero is approached from within.
-    let inverse = |v: f64, sign: f64| if v == 0.0 { sign * f64::INFINITY } else { v.recip() };
-    let sign = if y[1] > 0.0 { 1.0 } else { -1.0 };
-    product(x, [inverse(y[1], sign), inverse(y[0], sign)])
-}
-
-fn power(x: Interval, n: i32) -> Interval {
-    match n {
-        0 => [1.0, 1.0],
-        n if n < 0 => quotient([1.0, 1.0], power(x, -n)),
-        n if n % 2 == 0 => growing(unary(Unary::Abs, x), ALL, |v| v.powi(n)),
-        n => growing(x, ALL, |v| v.powi(n)),
-    }
-}
-
-fn real_power(x: Interval, p: f64) -> Interval {
-    let grown = growing(x, [0.0, f64::INFINITY], |v| v.powf(p.abs()));
-    if p < 0.0 { quotient([1.0, 1.0], grown) } else { grown }
 }
 
 #[cfg(test)]

@@ -61,6 +61,7 @@
 //! | [`node`] | models with sizes and scalar erased |
 //! | [`formula`] | straight-line programs as data, and their JSON |
 //! | [`builder`] | formulas made operation by operation |
+//! | [`expansion`] | values and derivatives of a formula over a box |
 //! | [`kinks`] | where a formula is not smooth |
 //! | [`trace`] | models as formulas |
 //! | [`spline`] | tables in one and two variables as functions of scalars |
@@ -78,10 +79,12 @@ mod derivatives;
 pub mod dual;
 mod enclosure;
 pub mod error;
+pub mod expansion;
 pub mod formula;
 mod formula_node;
 mod graph;
 pub mod hyper_dual;
+mod interval;
 pub mod kinks;
 mod linear;
 pub mod model;
@@ -91,6 +94,7 @@ pub mod pchip;
 mod plan;
 mod program;
 pub mod scalar;
+mod specialised;
 pub mod spline;
 mod structure;
 pub mod table;
@@ -101,6 +105,7 @@ pub mod vector;
 pub use builder::{FormulaBuilder, Value};
 pub use dual::Dual;
 pub use error::{AdError, Taker};
+pub use expansion::Expansion;
 pub use formula::Formula;
 pub use formula_node::formula_node;
 pub use hyper_dual::HyperDual;

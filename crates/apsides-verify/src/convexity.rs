@@ -7,7 +7,7 @@
 
 mod curvature;
 
-use apsides_ad::NodeFunction;
+use apsides_ad::{Formula, NodeFunction};
 use apsides_ocp::{Bounds, EndpointInput, Ocp, Phase};
 
 use crate::equations::sign;
@@ -21,6 +21,12 @@ pub(crate) fn check(ocp: &Ocp) -> Option<Check> {
         let words = "affine equations over fixed times, convex constraints, convex cost";
         Check::new("convex problem", CheckKind::Convexity, 0.0, 0.0, "-", words)
     })
+}
+
+/// Returns true if the rules call the sum of the outputs, each times its weight, convex in all inputs over a box.
+pub(crate) fn sum_is_convex(formula: &Formula, weights: &[f64], bounds: &[[f64; 2]]) -> bool {
+    let curvatures = curvature::by_rules(formula, bounds);
+    curvatures.into_iter().zip(weights).all(|(c, weight)| c.weighted(*weight).is_convex())
 }
 
 fn interval(bounds: &Bounds) -> [f64; 2] {

@@ -75,6 +75,11 @@ impl<'a> Equations<'a> {
         self.weights[integral]
     }
 
+    /// The static parameters.
+    pub(crate) fn parameters(&self) -> &[f64] {
+        &self.full[self.nx + self.nu..self.nx + self.nu + self.np]
+    }
+
     /// Goes to a point.
     pub(crate) fn set(&mut self, t: f64, x: &[f64], u: &[f64]) {
         let (nx, nu) = (self.nx, self.nu);

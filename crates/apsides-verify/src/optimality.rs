@@ -17,11 +17,14 @@
 //! Not part of a trajectory, so not known here: multipliers of state bounds along a phase (what the costate equation lacks
 //! where a state is at its bound must have their sign), of duration bounds.
 
+mod branch_and_bound;
 mod constant;
 mod contact;
+mod control_set;
 mod costate;
 mod kink;
 mod minimum;
+mod proof;
 mod stationarity;
 mod transversality;
 
@@ -242,6 +245,12 @@ impl<'a> PhaseConditions<'a> {
         let of_range = RANGE_WEIGHT * relative(change, range);
         let of_terms = relative(change, self.hamiltonian_size);
         if of_range.abs() > of_terms.abs() { of_range } else { of_terms }
+    }
+
+    /// The largest change that is within a limit by [`relative_to_controls`](Self::relative_to_controls).
+    fn allowed_gap(&self, limit: f64) -> f64 {
+        let range = self.control_range.max(LEAST_RANGE * self.hamiltonian_size);
+        (limit * self.hamiltonian_size).min(limit * range / RANGE_WEIGHT)
     }
 
     fn add_node(&mut self, segment: usize, time: f64) {

@@ -8,6 +8,7 @@ mod linked;
 mod malformed;
 mod minimum_energy;
 mod minimum_time;
+mod narrow_wells;
 mod non_minima;
 mod parts;
 mod path;

@@ -102,6 +102,15 @@ pub(super) fn curvatures(
     formula.outputs().iter().enumerate().map(output).collect()
 }
 
+/// The curvature of each output of a formula by the rules alone, in all inputs.
+pub(super) fn by_rules(formula: &Formula, bounds: &[[f64; 2]]) -> Vec<Curvature> {
+    let outputs = formula.outputs();
+    shapes(formula, bounds, &vec![true; bounds.len()]).map_or_else(
+        |_| vec![Curvature::Unknown; outputs.len()],
+        |shapes| outputs.iter().map(|value| shapes[*value].curvature).collect(),
+    )
+}
+
 /// The curvature of an output that is a polynomial of degree two.
 fn quadratic(function: &dyn NodeFunction, output: usize) -> Curvature {
     let pairs = &function.pattern().hessian;
