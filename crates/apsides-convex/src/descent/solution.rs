@@ -33,6 +33,16 @@ pub enum Outcome {
         /// Least distance from the target with it, m; NaN when there is no flight with it at all.
         distance: f64,
     },
+    /// The target is reached by the relaxation alone, in which the thrust may be below its bound `s`: this is no flight, and the propellant is
+    /// a lower bound of that of any. Along isolated control points it may be so in a flight, too.
+    Relaxed {
+        /// Start of the first arc along which the thrust is below its bound, s.
+        from: f64,
+        /// End of that arc, s.
+        until: f64,
+        /// Largest `1 - |u| / s` along it.
+        gap: f64,
+    },
     /// No flight at all keeps the limits, or the conic solver gave up.
     NoFlight(Status),
 }
@@ -53,6 +63,12 @@ impl std::fmt::Display for Outcome {
                     write!(f, "misses by {distance:.2} m")
                 }
             }
+            Self::Relaxed { from, until, gap } => write!(
+                f,
+                "no flight: from {from:.2} to {until:.2} s the thrust is below the least one by up to {:.1} %; the propellant is a lower \
+                 bound (the relaxation of the thrust bounds is not tight: change the pointing limit or the flight time)",
+                100.0 * gap
+            ),
             Self::NoFlight(status) => {
                 write!(f, "no flight keeps thrust bounds, propellant and limits ({status:?})")
             }
@@ -125,6 +141,10 @@ pub struct DescentSolution {
 
 /// Part of a limit within which it counts as active.
 const ACTIVE: f64 = 1e-4;
+/// Largest `1 - |u| / s` of a thrust that is at its bound, as conic programs are solved.
+const TIGHT: f64 = 1e-3;
+/// The same, and the largest change of the logarithm of mass in the last pass, with which a solution is a global optimum.
+const GLOBAL: f64 = 1e-6;
 
 impl DescentSolution {
     pub(crate) fn of(program: &DescentProgram, outcome: Outcome) -> Self {
@@ -154,6 +174,24 @@ impl DescentSolution {
         };
         solution.find_active(p);
         solution
+    }
+
+    /// True if the relaxation is tight and its reference mass has settled: no flight of the same duration, with controls on the same nodes,
+    /// needs less propellant (Acikmese and Ploen 2007, doi 10.2514/1.27553, lemma 2).
+    #[must_use]
+    pub fn is_global_optimum(&self) -> bool {
+        let settled = self.mass_change <= GLOBAL && self.relaxation_gap <= GLOBAL;
+        self.outcome == Outcome::Landed && settled
+    }
+
+    /// The first arc of two or more control points at which the thrust is below its bound.
+    pub(crate) fn relaxed(&self) -> Option<Outcome> {
+        let gaps = self.thrusts.iter().zip(&self.throttles).map(|(thrust, s)| 1.0 - norm(thrust) / s);
+        let gaps: Vec<f64> = gaps.collect();
+        let first = gaps.windows(2).position(|w| w.iter().all(|g| *g > TIGHT))?;
+        let arc = gaps[first..].iter().take_while(|g| **g > TIGHT);
+        let (count, gap) = arc.fold((0, 0.0_f64), |(count, gap), g| (count + 1, gap.max(*g)));
+        Some(Outcome::Relaxed { from: self.times[first], until: self.times[first + count - 1], gap })
     }
 
     fn find_active(&mut self, p: &DescentProblem) {

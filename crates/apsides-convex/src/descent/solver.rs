@@ -54,6 +54,11 @@ impl DescentSolver {
                 solution = self.solution(outcome);
             }
         }
+        if solution.outcome == Outcome::Landed
+            && let Some(relaxed) = solution.relaxed()
+        {
+            solution.outcome = relaxed;
+        }
         (solution.solves, solution.iterations) = (self.solves, self.iterations);
         Ok(solution)
     }

@@ -260,7 +260,7 @@ fn plan_divert(
     let distance = match divert.outcome {
         Outcome::OutOfReach { distance } | Outcome::NoArrival { distance, .. } => Some(distance),
         Outcome::TooLittlePropellant { distance, .. } => Some(distance).filter(|d| d.is_finite()),
-        Outcome::Landed | Outcome::NoFlight(_) => None,
+        Outcome::Landed | Outcome::Relaxed { .. } | Outcome::NoFlight(_) => None,
     };
     let unreached = (divert.outcome != Outcome::Landed)
         .then(|| Unreached { reason: divert.outcome.to_string(), distance });
