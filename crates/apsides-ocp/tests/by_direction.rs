@@ -35,7 +35,7 @@ impl Dynamics<3, 3> for Smooth {
     }
 }
 
-fn problem<D: Dynamics<3, 3> + Send + Sync + 'static>(dynamics: D, limit: f64) -> Ocp {
+fn problem<D: Dynamics<3, 3> + Send + Sync + 'static>(dynamics: D, [least, limit]: [f64; 2]) -> Ocp {
     let component = |name: &str| Variable::new(name, "N").within(-2.0, 3.0);
     let phase = Phase::new("go", dynamics)
         .states([State::new("x", "m"), State::new("v", "m/s"), State::new("m", "kg")])
@@ -43,7 +43,7 @@ fn problem<D: Dynamics<3, 3> + Send + Sync + 'static>(dynamics: D, limit: f64) -
         .path([Variable::new("pump", "N").within(-1.0, 9.0)], Pump)
         .path(
             [
-                Variable::new("thrust", "N").within(0.5, limit),
+                Variable::new("thrust", "N").within(least, limit),
                 Variable::new("square", "N2").within(-1.0, 81.0),
             ],
             Limits,
@@ -54,11 +54,11 @@ fn problem<D: Dynamics<3, 3> + Send + Sync + 'static>(dynamics: D, limit: f64) -
 
 #[test]
 fn a_length_in_limits_alone_becomes_its_square() {
-    let by_direction = ByDirection::of(&problem(Smooth, 1.5)).unwrap();
+    let by_direction = ByDirection::of(&problem(Smooth, [-0.5, 1.5])).unwrap();
     assert!(by_direction.rounded.is_none());
     let phase = &by_direction.ocp.phases[0];
     assert_eq!((phase.controls.len(), phase.path_rows()), (3, 3));
-    assert_eq!(phase.path[1].rows[0].bounds, Bounds::new(0.25, 2.25));
+    assert_eq!(phase.path[1].rows[0].bounds, Bounds::new(-0.25, 2.25));
     assert_eq!(phase.path[1].rows[1].bounds, Bounds::new(-1.0, 81.0));
     let mut rows = [0.0; 2];
     phase.path[1].function.value(&[0.0, 0.0, 0.0, 3.0, 4.0, 7.0, 0.0], &mut rows);
@@ -67,20 +67,22 @@ fn a_length_in_limits_alone_becomes_its_square() {
 
 #[test]
 fn limits_of_a_length_are_bounds_of_it() {
-    let of = |limit: f64| ByDirection::of(&problem(Vehicle, limit)).unwrap();
+    let of = |limit: f64| ByDirection::of(&problem(Vehicle, [0.0, limit])).unwrap();
     let phase = &of(1.5).ocp.phases[0];
     let names: Vec<&str> = phase.controls.iter().map(|c| c.name.as_str()).collect();
     assert_eq!(names, ["direction of a", "direction of b", "pump", "length of (a, b)"]);
-    assert_eq!(phase.controls[3].bounds, Bounds::new(0.5, 1.5));
+    assert_eq!(phase.controls[3].bounds, Bounds::new(0.0, 1.5));
     // The pump's row and that of the direction: components of at most 1.5 are within their bounds.
     assert_eq!(phase.path_rows(), 2);
+    // A thrust that is never nothing has a slope everywhere.
+    assert!(ByDirection::of(&problem(Vehicle, [0.5, 1.5])).is_none());
     // Components of at most 8 are not.
     assert_eq!(of(8.0).ocp.phases[0].path_rows(), 4);
 }
 
 #[test]
 fn functions_of_length_and_direction_are_those_of_the_vector() {
-    let ocp = problem(Vehicle, 8.0);
+    let ocp = problem(Vehicle, [0.0, 8.0]);
     let by_direction = ByDirection::of(&ocp).unwrap();
     let (posed, split) = (&ocp.phases[0], &by_direction.ocp.phases[0]);
     for u in [[0.6, -0.8, 0.1], [3.0, 1.5, -2.0], [-1e-3, 2.0, 0.0]] {
@@ -106,7 +108,7 @@ fn functions_of_length_and_direction_are_those_of_the_vector() {
 
 #[test]
 fn at_nothing_derivatives_are_finite() {
-    let by_direction = ByDirection::of(&problem(Vehicle, 8.0)).unwrap();
+    let by_direction = ByDirection::of(&problem(Vehicle, [0.0, 8.0])).unwrap();
     let rounded = by_direction.rounded.as_ref().unwrap();
     for (phase, u) in
         [(&by_direction.ocp.phases[0], &[0.6, 0.8, 0.0, 0.0][..]), (&rounded.phases[0], &[0.0; 3])]

@@ -9,6 +9,8 @@ use crate::{PathConstraint, Phase};
 pub(super) struct Lengths<'a> {
     pub(super) phase: &'a Phase,
     pub(super) formulas: Vec<Formula>,
+    /// Vectors that a limit keeps from being nothing: their lengths have slopes everywhere.
+    never_nothing: Vec<Vec<usize>>,
 }
 
 /// A value that a vector of controls alone determines.
@@ -25,10 +27,21 @@ impl<'a> Lengths<'a> {
         let integrals = phase.integrals.iter().map(|i| &i.function);
         let functions = std::iter::once(&phase.dynamics).chain(path).chain(integrals);
         let formulas = functions.map(|f| f.formula()).collect::<Result<_, _>>().ok()?;
-        Some(Self { phase, formulas })
+        Some(Self { phase, formulas, never_nothing: Vec::new() }.with_limits())
     }
 
-    /// True if the length of a vector of controls occurs.
+    fn with_limits(mut self) -> Self {
+        for (k, constraint) in self.phase.path.iter().enumerate() {
+            if let Some((components, _)) = self.limited(constraint, k + 1)
+                && constraint.rows.iter().any(|row| row.bounds.lower > 0.0)
+            {
+                self.never_nothing.push(components);
+            }
+        }
+        self
+    }
+
+    /// True if the length of a vector of controls that may be nothing occurs.
     pub(super) fn occur(&self) -> bool {
         self.formulas.iter().any(|f| (0..f.operations().len()).any(|k| self.length(f, k).is_some()))
     }
@@ -82,13 +95,13 @@ impl<'a> Lengths<'a> {
         vector.map(|vector| (vector, measures))
     }
 
-    /// The controls of which an operation is the length, in their order; at least two.
+    /// The controls of which an operation is the length, in their order; at least two, which may all be nothing.
     pub(super) fn length(&self, formula: &Formula, operation: usize) -> Option<Vec<usize>> {
-        match formula.operations()[operation] {
-            Operation::Unary(Unary::Sqrt, of) => self.square(formula, of),
-            Operation::Powf(of, 0.5) => self.square(formula, of),
-            _ => None,
-        }
+        let components = match formula.operations()[operation] {
+            Operation::Unary(Unary::Sqrt, of) | Operation::Powf(of, 0.5) => self.square(formula, of)?,
+            _ => return None,
+        };
+        (!self.never_nothing.contains(&components)).then_some(components)
     }
 
     /// The controls of whose vector a value is the square, in their order; at least two.
