@@ -31,11 +31,11 @@ impl<'a> Lengths<'a> {
     }
 
     fn with_limits(mut self) -> Self {
-        for (k, constraint) in self.phase.path.iter().enumerate() {
-            if let Some((components, _)) = self.limited(constraint, k + 1)
-                && constraint.rows.iter().any(|row| row.bounds.lower > 0.0)
-            {
-                self.never_nothing.push(components);
+        for (constraint, formula) in self.phase.path.iter().zip(&self.formulas[1..]) {
+            let rows = constraint.rows.iter().zip(formula.outputs());
+            for (_, output) in rows.filter(|(row, _)| row.bounds.lower > 0.0) {
+                let length = output.checked_sub(formula.inputs()).and_then(|k| self.length(formula, k));
+                self.never_nothing.extend(length.or_else(|| self.square(formula, *output)));
             }
         }
         self
