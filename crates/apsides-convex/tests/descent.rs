@@ -88,6 +88,9 @@ fn a_relaxation_that_is_not_tight_is_no_landing() {
     assert!(!upwards.is_global_optimum());
     assert!(upwards.propellant < 303.44, "a lower bound: {}", upwards.propellant);
     assert!(upwards.outcome.to_string().contains("lower bound"), "{}", upwards.outcome);
+    // A thrust of nothing is not below a least one of nothing.
+    let coasting = solve(&DescentProblem { thrust: [0.0, above.thrust[1]], ..above }, with(100, None));
+    assert_eq!(coasting.outcome, Outcome::Landed);
 }
 
 #[test]

@@ -63,8 +63,9 @@ enum Row {
     Kept(usize),
     /// The row at an index, which is the square of the length of controls.
     Squared(usize, Vec<usize>),
-    /// The bound of the length of a vector: its index, and true for a row that was the square.
-    Bound { vector: usize, squared: bool, bounds: Bounds },
+    /// The upper bound of the length of a vector: its index, and true for a row that was the square. A lower one would keep it from being
+    /// nothing.
+    Bound { vector: usize, squared: bool, most: f64 },
 }
 
 impl ByDirection {
@@ -190,24 +191,22 @@ impl PhaseVectors {
         phase: &Phase,
         solved: &PhaseTrajectory,
         all: &PiecewisePolynomial,
-        mut slope: LagrangianSlope<'_>,
+        slope: LagrangianSlope<'_>,
     ) -> PiecewisePolynomial {
-        let (nx, nu) = (phase.states.len(), phase.controls.len());
-        let mut slopes = vec![0.0; nx + nu];
-        let (mut u, mut at) = (vec![0.0; nu], Nodes::new(all));
+        let nx = phase.states.len();
+        let mut at = Slopes::new(all, phase, solved, slope);
         all.map_nodes(self.rows.len(), |found, posed| {
-            let (interval, time) = at.next();
-            solved.control.evaluate_in(interval, time, &mut u);
-            slopes.fill(0.0);
-            slope.add(interval, time, &mut slopes);
+            let (u, slopes) = at.next();
             for (row, multiplier) in self.rows.iter().zip(posed) {
                 *multiplier = match row {
                     Row::Kept(k) => found[*k],
-                    Row::Squared(k, components) => 2.0 * length(&u, components) * found[*k],
-                    Row::Bound { vector, squared, bounds } => {
+                    Row::Squared(k, components) => 2.0 * length(u, components) * found[*k],
+                    Row::Bound { vector, squared, most } => {
                         let length = self.vectors[*vector].length;
-                        let push = pushed(u[length], -slopes[nx + length], bounds);
-                        if *squared { push / (2.0 * u[length]) } else { push }
+                        let is_at = u[length] >= (1.0 - AT_BOUND) * most;
+                        let push = if is_at { (-slopes[nx + length]).max(0.0) } else { 0.0 };
+                        // Along a coast the limit of the square pushes nothing.
+                        if *squared && push > 0.0 { push / (2.0 * u[length]) } else { push }
                     }
                 };
             }
@@ -259,21 +258,16 @@ impl PhaseVectors {
         &self,
         phase: &Phase,
         split: &PhaseTrajectory,
-        mut slope: LagrangianSlope<'_>,
+        slope: LagrangianSlope<'_>,
     ) -> PiecewisePolynomial {
-        let (nx, nu) = (phase.states.len(), phase.controls.len());
-        let mut slopes = vec![0.0; nx + nu];
-        let mut u = vec![0.0; nu];
+        let nx = phase.states.len();
         let known = split.path_multipliers.as_ref().unwrap_or(&split.control);
         let rows = known.dimension();
         let first = rows - self.components.len() - self.vectors.len();
-        let mut at = Nodes::new(known);
+        let mut at = Slopes::new(known, phase, split, slope);
         known.map_nodes(rows, |known, all| {
             all.copy_from_slice(known);
-            let (interval, time) = at.next();
-            split.control.evaluate_in(interval, time, &mut u);
-            slopes.fill(0.0);
-            slope.add(interval, time, &mut slopes);
+            let (u, slopes) = at.next();
             for (k, v) in self.vectors.iter().enumerate() {
                 let s = u[v.length];
                 let bounded = |j: usize| {
@@ -307,17 +301,6 @@ impl ControlVector {
     }
 }
 
-/// The multiplier of bounds, positive at the upper and negative at the lower one, where a value is at one of them and pushes against it.
-fn pushed(value: f64, multiplier: f64, bounds: &Bounds) -> f64 {
-    let is_at = |bound: f64| (value - bound).abs() <= AT_BOUND * bound.abs();
-    match (is_at(bounds.upper), is_at(bounds.lower)) {
-        (true, true) => multiplier,
-        (true, false) => multiplier.max(0.0),
-        (false, true) => multiplier.min(0.0),
-        (false, false) => 0.0,
-    }
-}
-
 /// The length of the vector of controls.
 fn length(u: &[f64], components: &[usize]) -> f64 {
     components.iter().map(|j| u[*j] * u[*j]).sum::<f64>().sqrt()
@@ -334,6 +317,37 @@ impl Nodes {
 
     fn next(&mut self) -> (usize, f64) {
         self.0.next().unwrap_or_default()
+    }
+}
+
+/// Controls and slope of the Lagrangian at each node of polynomials, one after the other.
+struct Slopes<'a> {
+    nodes: Nodes,
+    control: &'a PiecewisePolynomial,
+    lagrangian: LagrangianSlope<'a>,
+    u: Vec<f64>,
+    slopes: Vec<f64>,
+}
+
+impl<'a> Slopes<'a> {
+    fn new(
+        at: &PiecewisePolynomial,
+        phase: &Phase,
+        found: &'a PhaseTrajectory,
+        lagrangian: LagrangianSlope<'a>,
+    ) -> Self {
+        let nu = phase.controls.len();
+        let (u, slopes) = (vec![0.0; nu], vec![0.0; phase.states.len() + nu]);
+        Self { nodes: Nodes::new(at), control: &found.control, lagrangian, u, slopes }
+    }
+
+    /// Controls, and slopes in the states and the controls.
+    fn next(&mut self) -> (&[f64], &[f64]) {
+        let (interval, time) = self.nodes.next();
+        self.control.evaluate_in(interval, time, &mut self.u);
+        self.slopes.fill(0.0);
+        self.lagrangian.add(interval, time, &mut self.slopes);
+        (&self.u, &self.slopes)
     }
 }
 
@@ -382,7 +396,7 @@ fn split(lengths: &Lengths<'_>, rounded: &mut Phase) -> Result<(Phase, PhaseVect
                     let bounds = if squared { lengths_of(row.bounds) } else { row.bounds };
                     let of_length = &mut split.controls[vectors[vector].length].bounds;
                     *of_length = of_length.intersect(&bounds);
-                    rows.push(Row::Bound { vector, squared, bounds });
+                    rows.push(Row::Bound { vector, squared, most: bounds.upper });
                 }
             }
             (Some((components, measures)), None) if measures.contains(&Measure::Length) => {

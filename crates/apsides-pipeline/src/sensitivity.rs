@@ -99,7 +99,7 @@ struct Solution<'a> {
     mission: &'a Pipeline,
     ocp: Cow<'a, Ocp>,
     /// The problem without kinks of controls, where it has some: `ocp` is that one then.
-    parts: Option<WithoutKinks>,
+    smooth: Option<WithoutKinks>,
     report: Cow<'a, SolveReport>,
     mesh: Mesh,
     guess: Guess,
@@ -112,10 +112,10 @@ impl<'a> Solution<'a> {
     fn new(mission: &'a Pipeline, outcome: &'a Outcome, report: &'a SolveReport) -> Result<Self, Error> {
         let (ocp, trajectory) = outcome.solved();
         let mesh = Mesh { phases: trajectory.phases.iter().map(|p| p.mesh.clone()).collect() };
-        let parts = WithoutKinks::of(ocp);
+        let smooth = WithoutKinks::of(ocp);
         let earlier = Guess::earlier(trajectory);
-        let guess = parts.as_ref().map_or_else(|| earlier.clone(), |parts| parts.guess(&earlier));
-        let ocp = without_kinks(ocp);
+        let guess = smooth.as_ref().map_or_else(|| earlier.clone(), |smooth| smooth.guess(&earlier));
+        let ocp = smooth.as_ref().map_or(Cow::Borrowed(ocp), |smooth| Cow::Owned(smooth.ocp.clone()));
         let mut transcription = Transcription::new(&ocp, &mesh, &guess)?;
         let settings = &mission.methods().radau.settings.nlp;
         let is_of_mesh = report.x.len() == transcription.variables()
@@ -132,7 +132,7 @@ impl<'a> Solution<'a> {
             Err(NlpError::NoDerivative { .. }) => None,
             Err(e) => return Err(method(e)),
         };
-        Ok(Self { mission, ocp, parts, report, mesh, guess, transcription, sensitivity })
+        Ok(Self { mission, ocp, smooth, report, mesh, guess, transcription, sensitivity })
     }
 
     fn price(&mut self, key: &Key) -> Result<Price, Error> {
@@ -198,8 +198,8 @@ impl<'a> Solution<'a> {
             *x += change * dx;
         }
         let moved = self.transcription.trajectory(&self.ocp, &report)?;
-        Ok(match &self.parts {
-            Some(parts) => parts.as_posed(moved),
+        Ok(match &self.smooth {
+            Some(smooth) => smooth.as_posed(moved),
             None => moved,
         })
     }

@@ -33,14 +33,14 @@ pub enum Outcome {
         /// Least distance from the target with it, m; NaN when there is no flight with it at all.
         distance: f64,
     },
-    /// The target is reached by the relaxation alone, in which the thrust may be below its bound `s`: this is no flight, and the propellant is
-    /// a lower bound of that of any. Along isolated control points it may be so in a flight, too.
+    /// The target is reached by the relaxation alone, in which the thrust may be below its least value: this is no flight, and the propellant
+    /// is a lower bound of that of any. At isolated control points, such as a switch, it may be so in a flight, too.
     Relaxed {
-        /// Start of the first arc along which the thrust is below its bound, s.
+        /// Start of the first arc along which the thrust is below its least value, s.
         from: f64,
         /// End of that arc, s.
         until: f64,
-        /// Largest `1 - |u| / s` along it.
+        /// Largest part of the least thrust that lacks along it.
         gap: f64,
     },
     /// No flight at all keeps the limits, or the conic solver gave up.
@@ -141,9 +141,9 @@ pub struct DescentSolution {
 
 /// Part of a limit within which it counts as active.
 const ACTIVE: f64 = 1e-4;
-/// Largest `1 - |u| / s` of a thrust that is at its bound, as conic programs are solved.
+/// Part of the least thrust that a thrust at it may lack, as conic programs are solved.
 const TIGHT: f64 = 1e-3;
-/// The same, and the largest change of the logarithm of mass in the last pass, with which a solution is a global optimum.
+/// Largest gap of the relaxation, and largest change of the logarithm of mass in the last pass, with which a solution is a global optimum.
 const GLOBAL: f64 = 1e-6;
 
 impl DescentSolution {
@@ -184,13 +184,12 @@ impl DescentSolution {
         self.outcome == Outcome::Landed && settled
     }
 
-    /// The first arc of two or more control points at which the thrust is below its bound.
-    pub(crate) fn relaxed(&self) -> Option<Outcome> {
-        let gaps = self.thrusts.iter().zip(&self.throttles).map(|(thrust, s)| 1.0 - norm(thrust) / s);
-        let gaps: Vec<f64> = gaps.collect();
-        let first = gaps.windows(2).position(|w| w.iter().all(|g| *g > TIGHT))?;
-        let arc = gaps[first..].iter().take_while(|g| **g > TIGHT);
-        let (count, gap) = arc.fold((0, 0.0_f64), |(count, gap), g| (count + 1, gap.max(*g)));
+    /// The first arc of two or more control points at which the thrust is below its least value.
+    pub(crate) fn relaxed(&self, least: f64) -> Option<Outcome> {
+        let lacks: Vec<f64> = self.thrusts.iter().map(|thrust| 1.0 - norm(thrust) / least).collect();
+        let first = lacks.windows(2).position(|w| w.iter().all(|lack| *lack > TIGHT))?;
+        let arc = lacks[first..].iter().take_while(|lack| **lack > TIGHT);
+        let (count, gap) = arc.fold((0, 0.0_f64), |(count, gap), lack| (count + 1, gap.max(*lack)));
         Some(Outcome::Relaxed { from: self.times[first], until: self.times[first + count - 1], gap })
     }
 

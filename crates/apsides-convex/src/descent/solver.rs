@@ -55,7 +55,7 @@ impl DescentSolver {
             }
         }
         if solution.outcome == Outcome::Landed
-            && let Some(relaxed) = solution.relaxed()
+            && let Some(relaxed) = solution.relaxed(self.program.problem().thrust[0])
         {
             solution.outcome = relaxed;
         }
