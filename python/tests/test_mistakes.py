@@ -90,7 +90,7 @@ def test_mistakes_have_their_line():
         (lambda p, ph, x, v, u: p.minimize(u), "control"),
         (lambda p, ph, x, v, u: p.minimize(None), "None"),
         (lambda p, ph, x, v, u: p.minimize((x * v).end), "only a state"),
-        (lambda p, ph, x, v, u: p.minimize(ph.integral(u**2) ** 2), "integral"),
+        (lambda p, ph, x, v, u: ph.path(ph.integral(u**2) <= 1), "quantity of an end"),
         (lambda p, ph, x, v, u: p.constrain(u.end == 0), "control"),
         (lambda p, ph, x, v, u: p.constrain(x.end), "no bound"),
         (lambda p, ph, x, v, u: p.constrain(x.end == 1, upper=3), "has its bound"),

@@ -351,3 +351,28 @@ def test_every_method():
     expected = van_der_pol().solve().objective
     for method in ("multiple-shooting", "indirect", "piecewise", "successive-convexification"):
         assert van_der_pol().solve(method).objective == pytest.approx(expected, rel=1e-4), method
+
+
+def test_ratio_of_integrals():
+    # u = 2 (1 - t), by the inequality of Cauchy and Schwarz.
+    p = apsides.Problem("ratio")
+    ph = p.phase("a", end=1)
+    x = ph.state("x", start=0, end=1)
+    u = ph.control("u")
+    ph.dynamics(x=u)
+    p.minimize(ph.integral(u**2) / ph.integral(x) ** 2)
+    s = p.solve()
+    assert s.objective == pytest.approx(3, rel=1e-8)
+    assert s.verdict == "strict-local-optimum"
+
+
+def test_bound_on_a_ratio_of_integrals():
+    # u = 3/2 (1 - t) + sqrt(3)/2.
+    p = apsides.Problem("share")
+    ph = p.phase("a", end=1)
+    x = ph.state("x", start=0)
+    u = ph.control("u")
+    ph.dynamics(x=u)
+    p.constrain(ph.integral(u**2) / ph.integral(x) <= 3)
+    p.maximize(x.end)
+    assert p.solve().objective == pytest.approx(0.75 + 0.75**0.5, rel=1e-8)

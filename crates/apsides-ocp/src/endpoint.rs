@@ -6,7 +6,7 @@ use apsides_ad::{NodeFunction, Scalar, VectorFunction, vector_node};
 
 use crate::{OcpError, Phase, Variable};
 
-/// A quantity at an end of a phase, or a static parameter, by name.
+/// A quantity at an end of a phase, an integral over it, or a static parameter, by name.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum At<'a> {
     /// Start time of a phase.
@@ -17,6 +17,8 @@ pub enum At<'a> {
     InitialState(&'a str, &'a str),
     /// Phase and state, at the end.
     FinalState(&'a str, &'a str),
+    /// Phase and integral: its value over the whole phase.
+    Integral(&'a str, &'a str),
     /// A static parameter.
     Parameter(&'a str),
 }
@@ -156,6 +158,11 @@ impl Names<'_> {
             At::FinalState(p, s) => {
                 let phase = self.phase(place, p)?;
                 EndpointInput::FinalState { phase, state: self.state(place, phase, s)? }
+            }
+            At::Integral(p, q) => {
+                let phase = self.phase(place, p)?;
+                let integral = self.integral(place, phase, q)?;
+                EndpointInput::FinalState { phase, state: self.phases[phase].state_to_be(integral) }
             }
             At::Parameter(name) => EndpointInput::Parameter {
                 index: self.parameters.iter().position(|v| v.name == name).ok_or_else(|| {

@@ -152,7 +152,36 @@ impl PhaseGuess {
         Self { profile: Profile::Samples { fractions, states, controls }, ..self.clone() }
     }
 
-    fn widths(&self) -> (usize, usize) {
+    /// At least so many intervals with the samples among their ends, of so many states, to which `extend` adds, and controls.
+    pub(crate) fn refined(
+        &self,
+        intervals: usize,
+        states: usize,
+        controls: usize,
+        mut extend: impl FnMut(f64, &mut Vec<f64>),
+    ) -> Self {
+        let own = match &self.profile {
+            Profile::Samples { fractions, .. } => fractions.clone(),
+            Profile::Earlier(_) => vec![0.0, 1.0],
+        };
+        let parts = intervals.div_ceil(own.len() - 1);
+        let inner = |w: &[f64]| {
+            let (a, b) = (w[0], w[1]);
+            (0..parts).map(move |k| a + (b - a) * k as f64 / parts as f64).collect::<Vec<f64>>()
+        };
+        let fractions: Vec<f64> = own.windows(2).flat_map(inner).chain([1.0]).collect();
+        let sample = |fraction: &f64| {
+            let (mut x, mut u) = (vec![0.0; states], vec![0.0; controls]);
+            self.state(*fraction, &mut x);
+            self.control(*fraction, &mut u);
+            extend(*fraction, &mut x);
+            (x, u)
+        };
+        let (states, controls) = fractions.iter().map(sample).unzip();
+        Self { profile: Profile::Samples { fractions, states, controls }, ..self.clone() }
+    }
+
+    pub(crate) fn widths(&self) -> (usize, usize) {
         match &self.profile {
             Profile::Samples { states, controls, .. } => (states[0].len(), controls[0].len()),
             Profile::Earlier(t) => (t.state.dimension(), t.control.dimension()),
@@ -192,7 +221,7 @@ impl Guess {
     #[must_use]
     pub fn from_phases(ocp: &Ocp, phases: Vec<PhaseGuess>) -> Self {
         let parameters = ocp.parameters.iter().map(|p| p.bounds.representative()).collect();
-        Self { phases, parameters, constraint_multipliers: None }
+        Self { phases, parameters, constraint_multipliers: None }.with_accumulated(ocp)
     }
 
     /// An earlier trajectory.

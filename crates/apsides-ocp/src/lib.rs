@@ -44,6 +44,7 @@
 //! | [`phase`] | one phase |
 //! | [`endpoint`] | boundary conditions, linkages |
 //! | [`endpoint_term`] | those, as a method sees them |
+//! | [`accumulated`] | integrals in boundary conditions |
 //! | [`problem`] | the whole, its builder and checks |
 //! | [`scaling`] | typical sizes |
 //! | [`origin`] | where a row of a discretised problem comes from |
@@ -55,6 +56,7 @@
 //! Reference: J. T. Betts, Practical Methods for Optimal Control and Estimation Using Nonlinear Programming, SIAM
 //! 2010, doi 10.1137/1.9780898718577.
 
+pub mod accumulated;
 mod bent;
 pub mod by_direction;
 pub mod by_parts;

@@ -15,7 +15,7 @@ pub struct PathConstraint {
     pub function: Arc<dyn NodeFunction>,
 }
 
-/// The integral over the phase of `g(t, x, u, p)`, available to the objective by name.
+/// The integral over the phase of `g(t, x, u, p)`, available to the objective and to boundary conditions by name.
 #[derive(Clone)]
 pub struct Integral {
     /// Name, unit of the integral, bounds on its value, scale.
@@ -108,6 +108,9 @@ pub struct Phase {
     pub directions: Vec<Direction>,
     /// The kinks of the equations.
     pub kinks: Vec<Kink>,
+    /// The integrals that are the last states, since boundary conditions or functions of the objective take them; see
+    /// [`accumulated`](crate::accumulated).
+    pub accumulated: Vec<usize>,
 }
 
 impl Phase {
@@ -132,6 +135,7 @@ impl Phase {
             integrals: Vec::new(),
             directions: Vec::new(),
             kinks: Vec::new(),
+            accumulated: Vec::new(),
         }
     }
 

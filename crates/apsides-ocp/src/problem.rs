@@ -287,7 +287,7 @@ impl OcpBuilder {
         }
         Ok(Ocp {
             name: self.name,
-            phases: self.phases,
+            phases: self.phases.into_iter().map(Phase::with_accumulated_states).collect::<Result<_, _>>()?,
             parameters: self.parameters,
             constraints: self.constraints,
             objective,
@@ -302,16 +302,27 @@ impl OcpBuilder {
         Names { phases: &self.phases, parameters: &self.parameters }
     }
 
-    fn resolve(&self, place: &str, inputs: &[At<'_>]) -> Result<Vec<EndpointInput>, OcpError> {
-        inputs.iter().map(|at| self.names().input(place, at)).collect()
+    fn resolve(&mut self, place: &str, inputs: &[At<'_>]) -> Result<Vec<EndpointInput>, OcpError> {
+        inputs.iter().map(|at| self.input(place, at)).collect()
     }
 
-    fn add_term(&self, objective: &mut Objective, term: Term<'_>) -> Result<(), OcpError> {
+    fn input(&mut self, place: &str, at: &At<'_>) -> Result<EndpointInput, OcpError> {
+        if let At::Integral(phase, integral) = *at {
+            let phase = self.names().phase(place, phase)?;
+            let integral = self.names().integral(place, phase, integral)?;
+            self.phases[phase].accumulate(integral);
+        }
+        self.names().input(place, at)
+    }
+
+    fn add_term(&mut self, objective: &mut Objective, term: Term<'_>) -> Result<(), OcpError> {
         let place = format!("objective `{}`", objective.name);
         match term {
-            Term::End(at, weight) => {
-                objective.linear.push((self.names().input(&place, &at)?, weight));
+            // A weighted integral needs no state.
+            Term::End(At::Integral(phase, integral), weight) => {
+                return self.add_term(objective, Term::Integral(phase, integral, weight));
             }
+            Term::End(at, weight) => objective.linear.push((self.input(&place, &at)?, weight)),
             Term::Integral(phase, integral, weight) => {
                 let p = self.names().phase(&place, phase)?;
                 objective.integrals.push((p, self.names().integral(&place, p, integral)?, weight));

@@ -20,7 +20,7 @@ use crate::program::Program;
 enum Named<'a> {
     End(At<'a>),
     Duration(&'a str),
-    /// Phase and integral, which stand in the objective alone, as terms.
+    /// Phase and integral.
     Integral(&'a str, &'a str),
 }
 
@@ -42,7 +42,7 @@ pub(crate) fn boundary(
             crate::model::Bounded::Relation(relation) => relation.sides.iter().collect(),
             crate::model::Bounded::Keys { value, .. } => vec![value],
         };
-        let mut ends = Ends::new(amounts, &names, &formulas, tables, false);
+        let mut ends = Ends::new(amounts, &names, &formulas, tables);
         let found = amounts.row(&mut ends.compiler, row, &format!("boundary condition `{}`", row.name));
         let (value, variable) = found.map_err(|e| of_ends(e, &names))?;
         let function = ends.node(amounts, &[value], &row.at)?;
@@ -61,7 +61,7 @@ pub(crate) fn objective(
     let Some(objective) = &model.objective else { return Ok(builder) };
     let names = names(amounts);
     // All of it once, for names and units.
-    let mut whole = Ends::new(amounts, &names, &[&objective.formula], tables, true);
+    let mut whole = Ends::new(amounts, &names, &[&objective.formula], tables);
     let wanted = objective.unit.as_ref().map(|u| u.dimension);
     let found = whole.compiler.compile(&objective.formula, wanted, "the objective");
     let found = found.map_err(|e| of_ends(amounts.formula_error(e), &names))?;
@@ -92,7 +92,7 @@ pub(crate) fn objective(
     }
     if !functions.is_empty() {
         let formulas: Vec<&Expression> = functions.iter().map(|(_, f)| f).collect();
-        let mut ends = Ends::new(amounts, &names, &formulas, tables, false);
+        let mut ends = Ends::new(amounts, &names, &formulas, tables);
         let sum = ends.sum(&functions, unit.factor).map_err(|e| of_ends(amounts.formula_error(e), &names))?;
         let at = amounts.texts.bytes(&objective.formula.at());
         let function = ends.node(amounts, &[sum], &at)?;
@@ -155,14 +155,7 @@ struct Ends<'n> {
 }
 
 impl<'n> Ends<'n> {
-    /// `with_integrals` gives integrals a value, for a look at names and units alone.
-    fn new(
-        amounts: &Amounts<'n>,
-        names: &Names<'n>,
-        formulas: &[&Expression],
-        tables: &[Table],
-        with_integrals: bool,
-    ) -> Self {
+    fn new(amounts: &Amounts<'n>, names: &Names<'n>, formulas: &[&Expression], tables: &[Table]) -> Self {
         let used = used(amounts.model, formulas);
         let mut inputs: Vec<At<'n>> = Vec::new();
         let mut place = |at: At<'n>| match inputs.iter().position(|i| *i == at) {
@@ -177,12 +170,12 @@ impl<'n> Ends<'n> {
             let places = match &entry.1 {
                 Named::End(at) => vec![place(at.clone())],
                 Named::Duration(phase) => vec![place(At::FinalTime(phase)), place(At::InitialTime(phase))],
-                Named::Integral(..) => vec![],
+                Named::Integral(phase, integral) => vec![place(At::Integral(phase, integral))],
             };
             values.push((entry, places));
         }
         if inputs.is_empty() {
-            // A formula of integrals or constants alone still is a function of something.
+            // A formula of constants alone still is a function of something.
             inputs.extend(amounts.model.phases.first().map(|p| At::FinalTime(&p.name)));
         }
         let mut compiler = amounts.compiler(Program::new(inputs.len(), tables));
@@ -192,14 +185,6 @@ impl<'n> Ends<'n> {
                 (Named::Duration(_), [end, start]) => {
                     let (end, start) = (builder.input(*end), builder.input(*start));
                     builder.sub(end, start)
-                }
-                (Named::Integral(..), _) if !with_integrals => {
-                    let reason = format!(
-                        "`{name}` is an integral: in the objective it is a term of its own, times a constant at most; \
-                         anywhere else make it a state with this rate"
-                    );
-                    compiler.refuse(name, &reason);
-                    continue;
                 }
                 (_, [k]) => builder.input(*k),
                 _ => builder.input(0),

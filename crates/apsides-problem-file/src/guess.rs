@@ -43,6 +43,7 @@ pub(crate) fn guess(amounts: &mut Amounts<'_>, tables: &[Table], ocp: &Ocp) -> R
         let usual = &guess.phases[phase];
         guess.phases[phase] = of_phase(amounts, tables, &model.phases[phase], stated, usual)?;
     }
+    let guess = guess.with_accumulated(ocp);
     guess.check(ocp).map_err(|source| ProblemError::Problem { file: amounts.source.name.clone(), source })?;
     Ok(guess)
 }

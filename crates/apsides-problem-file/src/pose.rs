@@ -209,6 +209,7 @@ fn phase(
         integrals,
         directions,
         kinks,
+        accumulated: Vec::new(),
     })
 }
 

@@ -246,7 +246,17 @@ fn each_sort_of_mistake_says_what_to_do() {
             "`throttle` is a control, which has no value at an end",
         ),
         ("ascent.end.m >= 600 [kg]", "end.m >= 600 [kg]", "there are several phases"),
-        ("ascent.end.m >= 600 [kg]", "ascent.loss >= 600 [m/s]", "is an integral"),
+        (
+            "ascent.end.m >= 600 [kg]",
+            "ascent.los >= 600 [m/s]",
+            "no quantity is named `ascent.los`; the nearest is `ascent.loss`",
+        ),
+        (
+            "ascent.end.m >= 600 [kg]",
+            "coast.loss >= 600 [m/s]",
+            "no quantity is named `coast.loss`; the nearest is `ascent.loss`",
+        ),
+        ("ascent.end.m >= 600 [kg]", "ascent.loss >= 600 [kg]", "these are m/s and kg"),
         ("maximize =", "minimise =", "has no key `minimise`; the nearest is `minimize`"),
         ("h = [0, 30, 100]", "q = [0, 30, 100]", "has no state and no control `q`"),
         ("time = [0, 100, 200]", "time = [0, 100, 50]", "two times that increase"),

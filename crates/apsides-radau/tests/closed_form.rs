@@ -3,7 +3,7 @@
 
 use apsides_ad::{Dynamics, PathFunction, Scalar, VectorFunction};
 use apsides_nlp::Status;
-use apsides_ocp::{At, Bounds, Guess, Ocp, Phase, State, Variable};
+use apsides_ocp::{At, Bounds, Guess, Ocp, Phase, Sense, State, Term, Variable};
 use apsides_radau::{Radau, RadauSettings, Transcription};
 
 struct Cart;
@@ -210,5 +210,56 @@ fn a_point_without_duration_is_replaced_by_the_start() {
         report.x.fill(broken);
         let t = nlp.trajectory(&ocp, &report).unwrap();
         assert_eq!(t.phases[0].final_time, guess.phases[0].final_time);
+    }
+}
+
+struct Line;
+impl Dynamics<1, 1> for Line {
+    fn rate<S: Scalar>(&self, _t: S, _x: &[S; 1], u: &[S; 1], _p: &[S; 0]) -> [S; 1] {
+        [u[0]]
+    }
+}
+struct Square;
+impl PathFunction<1, 1, 1> for Square {
+    fn evaluate<S: Scalar>(&self, _t: S, _x: &[S; 1], u: &[S; 1], _p: &[S; 0]) -> [S; 1] {
+        [u[0].square()]
+    }
+}
+struct Height;
+impl PathFunction<1, 1, 1> for Height {
+    fn evaluate<S: Scalar>(&self, _t: S, x: &[S; 1], _u: &[S; 1], _p: &[S; 0]) -> [S; 1] {
+        [x[0]]
+    }
+}
+struct EffortPerSquaredArea;
+impl VectorFunction<2, 1> for EffortPerSquaredArea {
+    fn evaluate<S: Scalar>(&self, z: &[S; 2]) -> [S; 1] {
+        [z[0] / z[1].square()]
+    }
+}
+
+/// Effort over the square of the area below the curve: u = 2 (1 - t), J = 3, and the costates of the two integrals are the derivatives of
+/// the objective, `1 / area^2 = 9/4` and `-2 effort / area^3 = -9`.
+#[test]
+fn a_ratio_of_integrals() {
+    let phase = Phase::new("a", Line)
+        .states([State::new("x", "m").starts_at(0.0).ends_at(1.0)])
+        .controls([Variable::new("u", "m/s")])
+        .final_time(Bounds::fixed(1.0))
+        .integral(Variable::new("effort", "m2/s"), Square)
+        .integral(Variable::new("area", "m s"), Height);
+    let ratio =
+        Term::function([At::Integral("a", "effort"), At::Integral("a", "area")], EffortPerSquaredArea);
+    let ocp =
+        Ocp::builder("ratio").phase(phase).objective(Sense::Minimize, "ratio", "-", [ratio]).build().unwrap();
+    let s = Radau::default().solve(&ocp, &Guess::linear(&ocp)).unwrap();
+    assert_eq!(s.status, Status::Optimal);
+    assert!((s.trajectory.objective - 3.0).abs() < 1e-8, "{}", s.trajectory.objective);
+    let p = &s.trajectory.phases[0];
+    for t in [0.0, 0.3, 1.0] {
+        assert!((p.control_at(t)[0] - 2.0 * (1.0 - t)).abs() < 1e-6, "{t}");
+        let mut costate = [0.0; 3];
+        p.costate.as_ref().unwrap().evaluate(t, &mut costate);
+        assert!((costate[1] - 2.25).abs() < 1e-6 && (costate[2] + 9.0).abs() < 1e-6, "{costate:?}");
     }
 }

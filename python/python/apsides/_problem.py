@@ -313,7 +313,7 @@ class Phase:
         unit: str | None = None,
         scale: Any = None,
     ) -> Symbol:
-        """Adds the integral of a rate over the phase, with bounds where they are stated, and returns its symbol for the objective."""
+        """Adds the integral of a rate over the phase, with bounds where they are stated, and returns its symbol for `minimize`, `maximize` and `constrain`."""
         places = self._places
         at = places.here()
         name = _word(name, "the name of an integral", places) or f"integral{len(self._integrals) + 1}"
@@ -535,7 +535,7 @@ class Problem:
         unit: str | None = None,
         scale: Any = None,
     ) -> None:
-        """Adds a constraint of quantities at ends and of parameters: ``constrain(v.end**2 * r.end == mu)``."""
+        """Adds a constraint of quantities at ends, durations, integrals and parameters: ``constrain(v.end**2 * r.end == mu)``."""
         at = self._places.here()
         rows = self._rows(constraint, lower, upper, equals, _word(name, "the name of a constraint", self._places) or f"end{len(self._boundary) + 1}", unit, scale, False, at)
         self._boundary.extend(rows)
