@@ -38,6 +38,7 @@ struct VariableIn {
     end: Option<EndIn>,
     tolerance: Option<Operand>,
     guess: Option<Operand>,
+    rate: Option<(Operand, Operand)>,
 }
 
 #[derive(FromPyObject)]
@@ -236,7 +237,7 @@ impl Reader {
             )),
             (Scope::Phase(own), Where::Ends) => wrong(format!(
                 "`{name}` has many values along phase `{own}`: write {name}.end or {name}.start of a state, {own}.final_time for the time, \
-                 or an integral; a control has no value at an end"
+                 or an integral; a control has such a value where it has a `rate`"
             )),
             (Scope::End, Where::Ends) => Ok(name.clone()),
             (Scope::End, Where::Phase(_)) => wrong(format!(
@@ -302,6 +303,10 @@ impl Reader {
             end: self.end(v.end, at)?,
             tolerance: self.optional(v.tolerance, at)?,
             guess: self.optional(v.guess, at)?,
+            rate: v
+                .rate
+                .map(|(a, b)| Ok::<_, PyErr>([self.stated(a, at)?, self.stated(b, at)?]))
+                .transpose()?,
         })
     }
 

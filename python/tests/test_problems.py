@@ -12,6 +12,9 @@ FILES = pathlib.Path(__file__).resolve().parents[2] / "crates" / "apsides-proble
 # Two solves of one problem on the same mesh: the formulas are the same up to the order of operations.
 SAME = 1e-8
 
+# Optima in closed form.
+CLOSED_FORM = 1e-8
+
 
 def brachistochrone():
     p = apsides.Problem("brachistochrone")
@@ -376,3 +379,17 @@ def test_bound_on_a_ratio_of_integrals():
     p.constrain(ph.integral(u**2) / ph.integral(x) <= 3)
     p.maximize(x.end)
     assert p.solve().objective == pytest.approx(0.75 + 0.75**0.5, rel=1e-8)
+
+
+def test_a_thrust_that_is_vertical_at_the_end():
+    p = apsides.Problem("thrust")
+    ph = p.phase("run", end=1)
+    x, v = ph.states("x v", start=0)
+    angle = ph.control("angle", unit="deg", start=0, rate=(-180, 180))
+    ph.dynamics(x=v, v=np.cos(angle))
+    p.constrain(angle.end == np.pi / 2)
+    p.maximize(x.end)
+    s = p.solve()
+    assert s.objective == pytest.approx(3 / 8 + 1 / np.pi**2, rel=CLOSED_FORM)
+    assert s["angle"][-1] == pytest.approx(90, rel=CLOSED_FORM)
+    assert np.abs(s["angle_rate"]).max() <= 180 * (1 + CLOSED_FORM)

@@ -23,6 +23,11 @@ def least(function, low, high):
     return minimize_scalar(function, bounds=(low, high), method="bounded", options={"xatol": 1e-13}).fun
 
 
+def moving_wall():
+    touch = root(lambda t: 0.25 * t**1.5 + 0.5 * (0.375 * sqrt(t)) ** 2 - 5.5, 1, 20)
+    return touch + 0.375 * sqrt(touch)
+
+
 def integral(function, low, high):
     return quad(function, low, high, epsabs=1e-14, epsrel=1e-13, limit=500)[0]
 
@@ -368,6 +373,7 @@ OPTIMA = {
     "micrometre": lambda: 12e-12,
     "micronewton_drag_free": lambda: 2 * sqrt(1e-6 / 1e-9),
     "miss_by_its_magnitude": lambda: 0.2,
+    "moving_wall": moving_wall,
     "oscillator_three_switches": lambda: oscillator(-5.0, 1.0),
     "oscillator_with_limited_speed": oscillator_speed_limit,
     "product_of_integrals_of_two_phases": lambda: 1 / 2 + 1 / 16,
@@ -434,6 +440,7 @@ OPTIMA = {
     "trap_well_of_an_unbounded_control": lambda: well(900, 20, 1.5, 18, 20.5),
     "trap_wider_well": lambda: well(90, 7, 0.7, 6.5, 7.2),
     "trap_wrong_half_of_the_controls": lambda: 0.4**2,
+    "thrust_up_at_the_end": lambda: 3 / 8 + 1 / pi**2,
     "triple_integrator": lambda: 32 ** (1 / 3),
     "two_masses_and_a_spring": two_masses,
     "two_media": lambda: 6,

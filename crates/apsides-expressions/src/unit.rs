@@ -109,6 +109,14 @@ impl Unit {
         Self { factor: 1.0, dimension: Dimension::TIME, text: "s".into(), coherent: "s".into() }
     }
 
+    /// The unit of the rate of a quantity: `deg/s` of `deg`.
+    #[must_use]
+    pub fn per_second(&self) -> Self {
+        let of = |text: &str| format!("{}/s", if text == "-" { "1" } else { text });
+        let dimension = self.dimension / Dimension::TIME;
+        Self { factor: self.factor, dimension, text: of(&self.text), coherent: of(&self.coherent) }
+    }
+
     /// Reads a unit: names with exponents, joined by `/`, `*` or a space, and parentheses. An exponent follows its name, with or without
     /// `^`: `m/s2`, `kg m^2/s^2`, `J/(kg K)`. A `-` alone is that of a pure number.
     ///
@@ -319,6 +327,20 @@ mod tests {
     fn of(text: &str) -> (f64, String, String) {
         let unit = Unit::parse(text).unwrap();
         (unit.factor, unit.dimension.to_string(), unit.coherent().to_owned())
+    }
+
+    #[test]
+    fn the_rate_of_a_unit_is_read_again() {
+        for (text, rate, coherent) in [
+            ("deg", "deg/s", "rad/s"),
+            ("-", "1/s", "1/s"),
+            ("J/(kg K)", "J/(kg K)/s", "J/(kg K)/s"),
+            ("kg m2/s2", "kg m2/s2/s", "kg m2/s2/s"),
+        ] {
+            let unit = Unit::parse(text).unwrap().per_second();
+            assert_eq!((unit.to_string().as_str(), unit.coherent()), (rate, coherent));
+            assert_eq!(Unit::parse(rate).unwrap(), unit);
+        }
     }
 
     #[test]

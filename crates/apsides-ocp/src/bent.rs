@@ -16,7 +16,7 @@ const GOLDEN: f64 = 0.618_033_988_749_894_9;
 
 impl Guess {
     /// The guess, with states and controls bent to either side by up to a third of their scales, and durations that are free longer or shorter
-    /// by up to a third, all within their bounds; the states at the ends stay. Each number, from 1 on, gives another bend, that many times as
+    /// by up to a third, all within their bounds; fixed states at the ends, and those where phases meet, stay. Each number, from 1 on, gives another bend, that many times as
     /// large, and the same one each time.
     #[must_use]
     pub fn bent(&self, ocp: &Ocp, number: usize) -> Self {
@@ -28,12 +28,22 @@ impl Guess {
         let longer = bends.by_ref().next().unwrap_or_default().exp();
         let mut begin = self.phases.first().map_or(0.0, |guess| guess.initial_time);
         let mut phases = Vec::new();
-        for ((guess, phase), scales) in self.phases.iter().zip(&ocp.phases).zip(&scaling.phases) {
+        for (k, ((guess, phase), scales)) in
+            self.phases.iter().zip(&ocp.phases).zip(&scaling.phases).enumerate()
+        {
+            let (is_first, is_last) = (k == 0, k + 1 == ocp.phases.len());
             let by_state: Vec<f64> = scales.states.iter().zip(&mut bends).map(|(s, b)| s * b).collect();
             let by_control: Vec<f64> = scales.controls.iter().zip(&mut bends).map(|(s, b)| s * b).collect();
             let mut bent = guess.with_samples(POINTS, |fraction, x, u| {
-                let bow = (PI * fraction).sin();
                 for ((x, by), state) in x.iter_mut().zip(&by_state).zip(&phase.states) {
+                    let keeps_start = !is_first || state.initial.is_fixed();
+                    let keeps_end = !is_last || state.terminal.is_fixed();
+                    let bow = match (keeps_start, keeps_end) {
+                        (true, true) => (PI * fraction).sin(),
+                        (true, false) => (0.5 * PI * fraction).sin(),
+                        (false, true) => (0.5 * PI * fraction).cos(),
+                        (false, false) => 1.0,
+                    };
                     *x = state.variable.bounds.clamp(*x + by * bow);
                 }
                 // Half a wave on a mean: some controls change their sign on the way, others do not.

@@ -330,8 +330,8 @@ fn refuse<R: Recorder>(compiler: &mut Compiler<'_, R>, model: &Model) {
         for c in &phase.controls {
             let name = &c.name;
             let reason = format!(
-                "`{name}` is a control, which has no value at an end: make it a state whose rate is a control, or bound it by a path \
-                 constraint"
+                "`{name}` is a control, which may jump at any time and has no value at an end: limit its rate, \
+                 `controls.{name} = {{ rate = [least, most] }}`, or bound it by a path constraint"
             );
             for written in [name.clone(), format!("end.{name}"), format!("start.{name}")] {
                 compiler.refuse(&format!("{}.{written}", phase.name), &reason);

@@ -57,6 +57,7 @@ mod names;
 pub mod place;
 mod pose;
 pub mod program;
+mod rates;
 mod read;
 mod reader;
 pub mod statement;

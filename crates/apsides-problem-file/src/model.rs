@@ -106,6 +106,8 @@ pub struct Variable {
     pub tolerance: Option<Stated>,
     /// The value where a solve begins, of a parameter.
     pub guess: Option<Stated>,
+    /// Smallest and largest rate of a control, in its unit per second. It has values at the ends then, as a state has.
+    pub rate: Option<[Stated; 2]>,
 }
 
 /// A formula with bounds: a path constraint, a constraint of ends, an integral.

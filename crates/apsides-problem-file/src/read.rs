@@ -28,7 +28,7 @@ pub(crate) const TOP: [&str; 13] = [
     "guess",
 ];
 
-const BOUNDS: [&str; 5] = ["unit", "min", "max", "scale", "guard"];
+const CONTROL: [&str; 9] = ["unit", "min", "max", "scale", "guard", "rate", "start", "end", "tolerance"];
 const STATE: [&str; 8] = ["unit", "min", "max", "scale", "guard", "start", "end", "tolerance"];
 const PARAMETER: [&str; 6] = ["unit", "min", "max", "scale", "guard", "guess"];
 const ROW: [&str; 7] = ["value", "unit", "min", "max", "equals", "scale", "guard"];
@@ -232,6 +232,7 @@ impl Reader<'_> {
             end: None,
             tolerance: None,
             guess: None,
+            rate: None,
         };
         match field.value.get_ref() {
             DeValue::String(_) => v.unit = self.unit(field.value, &what)?,
@@ -250,6 +251,7 @@ impl Reader<'_> {
                         "guard" => v.guards = self.guards(value, &what)?,
                         "start" => v.start = Some(self.end(value, &what)?),
                         "end" => v.end = Some(self.end(value, &what)?),
+                        "rate" => v.rate = Some(self.pair(value, &what)?),
                         "tolerance" => v.tolerance = Some(self.stated(value, &what)?),
                         _ => v.guess = Some(self.stated(value, &what)?),
                     }
@@ -357,7 +359,7 @@ impl Reader<'_> {
             match field.name {
                 "time" => phase.times = Some(self.times(&field, &what)?),
                 "states" => phase.states = self.variables(value, &what, &STATE)?,
-                "controls" => phase.controls = self.variables(value, &what, &BOUNDS)?,
+                "controls" => phase.controls = self.variables(value, &what, &CONTROL)?,
                 "dynamics" => {
                     for field in self.table(value, &what)? {
                         let formula = self.formula(field.value, &format!("{what}.{}", field.name))?;

@@ -9,6 +9,7 @@ use crate::error::ProblemError;
 use crate::missing::missing;
 use crate::model::{Constant, Model, Shape, TableData};
 use crate::place::{Place, Source, StatedIn};
+use crate::rates::with_limited_rates;
 use crate::reader::Texts;
 use crate::{ends, guess, names, pose};
 
@@ -51,6 +52,7 @@ impl Statement {
     }
 
     pub(crate) fn checked(source: Source, texts: Texts, model: Model) -> Result<Self, ProblemError> {
+        let model = with_limited_rates(&source, model)?;
         names::check(&source, &model)?;
         let missing = missing(&model);
         if !missing.is_empty() {

@@ -243,7 +243,22 @@ fn each_sort_of_mistake_says_what_to_do() {
         (
             "ascent.end.m >= 600 [kg]",
             "ascent.end.throttle >= 0.5",
-            "`throttle` is a control, which has no value at an end",
+            "`throttle` is a control, which may jump at any time and has no value at an end: limit its rate",
+        ),
+        (
+            "throttle = [0, 1]",
+            "throttle = { min = 0, max = 1, end = 0 }",
+            "control `throttle` has `end`, but a control may jump at any time and has no value at an end: limit its rate",
+        ),
+        (
+            "throttle = [0, 1]",
+            "throttle = { min = 0, max = 1, rate = 0.1 }",
+            "phase.ascent.controls.throttle.rate is 0.1, allowed is a list in brackets",
+        ),
+        (
+            "throttle = [0, 1]",
+            "throttle = { min = 0, max = 1, rate = [\"-1 m/s\", 1] }",
+            "control `throttle_rate` has the unit 1/s, this is m/s",
         ),
         ("ascent.end.m >= 600 [kg]", "end.m >= 600 [kg]", "there are several phases"),
         (

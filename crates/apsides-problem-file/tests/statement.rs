@@ -23,6 +23,7 @@ fn variable(name: &str) -> Variable {
         end: None,
         tolerance: None,
         guess: None,
+        rate: None,
     }
 }
 
@@ -84,6 +85,46 @@ fn the_same_problem_as_a_file() -> Result<(), ProblemError> {
     assert_eq!(formulas[0], formulas[1]);
     assert_eq!(posed.ocp.phases[0].states, read.ocp.phases[0].states);
     assert_eq!(posed.guess.parameters, read.guess.parameters);
+    Ok(())
+}
+
+#[test]
+fn a_control_with_a_limited_rate_is_a_state() -> Result<(), ProblemError> {
+    let text = r#"kind = "problem"
+[phase.run]
+time.end = [1, 5]
+states.x = { unit = "m", start = 0, end = 1 }
+controls.pitch = { unit = "deg", min = -90, max = 90, rate = [-2, 3], end = 90 }
+controls.thrust = { unit = "m/s2", min = 0, max = 2 }
+dynamics.x = "cos(pitch)*1 [m/s] + thrust*time"
+[boundary]
+above = "end.pitch >= start.pitch"
+[objective]
+minimize = "end.time"
+[guess]
+pitch = ["10 deg", "80 deg"]
+"#;
+    let file = ProblemFile::parse(text, "run.toml", &|_| Err(std::io::ErrorKind::NotFound.into()), &[])?;
+    let posed = file.statement().pose(&[])?;
+    let phase = &posed.ocp.phases[0];
+    let states: Vec<&str> = phase.states.iter().map(|s| s.variable.name.as_str()).collect();
+    let controls: Vec<&str> = phase.controls.iter().map(|c| c.name.as_str()).collect();
+    assert_eq!((states, controls), (vec!["x", "pitch"], vec!["pitch_rate", "thrust"]));
+    let degree = std::f64::consts::PI / 180.0;
+    assert_eq!(phase.controls[0].unit, "rad/s");
+    assert_eq!(
+        [phase.controls[0].bounds.lower, phase.controls[0].bounds.upper],
+        [-2.0 * degree, 3.0 * degree]
+    );
+    assert_eq!(phase.states[1].terminal.lower, 90.0 * degree);
+    let mut rates = [0.0; 2];
+    // Inputs are x, pitch, pitch_rate, thrust and time.
+    phase.dynamics.value(&[0.0, 0.0, 0.25, 1.0, 3.0], &mut rates);
+    assert_eq!(rates, [4.0, 0.25]);
+    let mut x = [0.0; 2];
+    posed.guess.phases[0].state(1.0, &mut x);
+    assert_eq!(x[1], 80.0 * degree);
+    assert_eq!(file.statement().unit_of("run", "pitch_rate").map(|u| u.name), Some("deg/s".into()));
     Ok(())
 }
 

@@ -292,10 +292,10 @@ impl NodeTerm {
             let direct = if self.is_rate { values[output] } else { 0.0 };
             if self.is_rate || time_entry.is_some() {
                 if !self.time_fixed.0 {
-                    emit(output, self.initial_time, p.factor * ((1.0 - p.fraction) * by_time - direct));
+                    emit(output, self.initial_time, p.factor * (share(1.0 - p.fraction, by_time) - direct));
                 }
                 if !self.time_fixed.1 {
-                    emit(output, self.final_time, p.factor * (p.fraction * by_time + direct));
+                    emit(output, self.final_time, p.factor * (share(p.fraction, by_time) + direct));
                 }
             }
         }
@@ -379,7 +379,8 @@ impl NodeTerm {
                 emit_lower(self.column(&p, i), self.column(&p, j), h, &mut emit);
             } else if j != time {
                 let column = self.column(&p, j);
-                self.each_time(from_start * h, from_end * h, |t, v| emit_lower(t, column, v, &mut emit));
+                let (at_start, at_end) = (share(from_start, h), share(from_end, h));
+                self.each_time(at_start, at_end, |t, v| emit_lower(t, column, v, &mut emit));
             } else {
                 by_time_twice = h;
             }
@@ -394,13 +395,13 @@ impl NodeTerm {
             let s = if self.is_rate { slope[time] } else { 0.0 };
             let (a, b) = (from_start, from_end);
             if !self.time_fixed.0 {
-                emit(self.initial_time, self.initial_time, a * a * by_time_twice - 2.0 * a * s);
+                emit(self.initial_time, self.initial_time, share(a * a, by_time_twice) - 2.0 * a * s);
             }
             if !self.time_fixed.1 {
-                emit(self.final_time, self.final_time, b * b * by_time_twice + 2.0 * b * s);
+                emit(self.final_time, self.final_time, share(b * b, by_time_twice) + 2.0 * b * s);
             }
             if !self.time_fixed.0 && !self.time_fixed.1 {
-                emit(self.final_time, self.initial_time, a * b * by_time_twice + (a - b) * s);
+                emit(self.final_time, self.initial_time, share(a * b, by_time_twice) + (a - b) * s);
             }
         }
     }
@@ -413,6 +414,12 @@ impl NodeTerm {
             emit(self.final_time, at_end);
         }
     }
+}
+
+/// The part of a derivative by time that a time of an end has. At the other end it has none, even of an infinite one, as that of
+/// `t^1.5` is at zero.
+fn share(weight: f64, derivative: f64) -> f64 {
+    if weight == 0.0 { 0.0 } else { weight * derivative }
 }
 
 /// Nodes in batches.

@@ -63,7 +63,9 @@ fn columns(headers: &[String], phase: &Phase) -> Result<[Vec<usize>; 3], ReportE
     };
     let time = time_column(headers, phase).ok_or_else(|| missing("time", &phase.time_unit))?;
     let of = |name: &str, unit: &str| find(headers, name, unit).ok_or_else(|| missing(name, unit));
-    let states = phase.states.iter().map(|s| of(&s.variable.name, &s.variable.unit));
+    // Integrals that are states follow from the others.
+    let own = &phase.states[..phase.model_states()];
+    let states = own.iter().map(|s| of(&s.variable.name, &s.variable.unit));
     let controls = phase.controls.iter().map(|c| of(&c.name, &c.unit));
     Ok([vec![time], states.collect::<Result<_, _>>()?, controls.collect::<Result<_, _>>()?])
 }

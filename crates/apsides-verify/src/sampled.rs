@@ -4,6 +4,7 @@
 //! others. The states are those of that flight, so that everything else is judged as for any trajectory; how far the samples are
 //! from it is told. Two samples at one time are a jump of the controls.
 
+use std::borrow::Cow;
 use std::sync::Arc;
 
 use apsides_basis::{Barycentric, Lobatto};
@@ -23,7 +24,7 @@ const NODES: usize = 6;
 pub struct PhaseSamples {
     /// Times, not decreasing.
     pub times: Vec<f64>,
-    /// States at each time, in the order of the phase.
+    /// States at each time, in the order of the phase. Integrals that are states, the last ones, may be left away.
     pub states: Vec<Vec<f64>>,
     /// Controls at each time, in the order of the phase.
     pub controls: Vec<Vec<f64>>,
@@ -121,8 +122,9 @@ fn check(ocp: &Ocp, phases: &[PhaseSamples], parameters: &[f64]) -> Result<(), V
             return Err(unfit(format!("phase `{name}`: the times decrease after sample {}", k + 1)));
         }
         let sizes = |rows: &[Vec<f64>], n: usize| rows.iter().all(|r| r.len() == n);
-        if !sizes(states, phase.states.len()) || !sizes(controls, phase.controls.len()) {
-            let (x, u) = (phase.states.len(), phase.controls.len());
+        let has_states = sizes(states, phase.model_states()) || sizes(states, phase.states.len());
+        if !has_states || !sizes(controls, phase.controls.len()) {
+            let (x, u) = (phase.model_states(), phase.controls.len());
             return Err(unfit(format!(
                 "phase `{name}`: expected {x} states and {u} controls in every sample"
             )));
@@ -144,7 +146,7 @@ fn fly(
 ) -> Result<Sampled, VerifyError> {
     let straight = |(phase, s): (&apsides_ocp::Phase, &PhaseSamples)| {
         let control = controls(s, phase.controls.len(), interpolation)?;
-        let state = lines(s, phase.states.len())?;
+        let state = lines(&with_integrals(phase, s, parameters), phase.states.len())?;
         let (first, last) = (s.times[0], s.times[s.times.len() - 1]);
         let intervals = control.segments().len();
         let ends = control.breaks();
@@ -201,6 +203,43 @@ fn fly(
     let integrals: Vec<_> = flights.iter().map(|f| f.integrals.clone()).collect();
     trajectory.objective = Ends::of(&trajectory).objective(ocp, &integrals);
     Ok(Sampled { trajectory, interpolation, deviation, place })
+}
+
+/// The states with the integrals that are states, where they were left away, by the trapezoidal rule.
+fn with_integrals<'a>(
+    phase: &apsides_ocp::Phase,
+    samples: &'a PhaseSamples,
+    parameters: &[f64],
+) -> Cow<'a, PhaseSamples> {
+    let (own, all) = (phase.model_states(), phase.states.len());
+    if samples.states[0].len() == all {
+        return Cow::Borrowed(samples);
+    }
+    let taken = if phase.takes_parameters(phase.dynamics.as_ref()) { parameters } else { &[] };
+    let mut rates = vec![0.0; all];
+    let mut rates_at = |k: usize| {
+        let mut z = samples.states[k].clone();
+        z.resize(all, 0.0);
+        z.extend_from_slice(&samples.controls[k]);
+        z.extend_from_slice(taken);
+        z.push(samples.times[k]);
+        phase.dynamics.value(&z, &mut rates);
+        rates[own..].to_vec()
+    };
+    let mut extended = samples.clone();
+    let (mut sums, mut before) = (vec![0.0; all - own], rates_at(0));
+    for (k, x) in extended.states.iter_mut().enumerate() {
+        let here = rates_at(k);
+        let step = if k == 0 { 0.0 } else { samples.times[k] - samples.times[k - 1] };
+        for ((q, a), b) in sums.iter_mut().zip(&before).zip(&here) {
+            let share = 0.5 * step * (a + b);
+            // An integrand without a value leaves the flight to judge.
+            *q += if share.is_finite() { share } else { 0.0 };
+        }
+        x.extend_from_slice(&sums);
+        before = here;
+    }
+    Cow::Owned(extended)
 }
 
 /// Intervals between samples at different times: indices of the samples at their ends.

@@ -96,6 +96,15 @@ def _end(value: Any, what: str, places: _Places) -> Any:
     return _scalar(value, what, places)
 
 
+def _pair(value: Any, what: str, places: _Places) -> Any:
+    """Two numbers; None stays."""
+    if value is None:
+        return None
+    if not isinstance(value, (tuple, list, np.ndarray)) or len(value) != 2:
+        raise places.error(places.here(), f"{what} is to be (least, most)")
+    return tuple(_scalar(v, what, places) for v in value)
+
+
 def _guards(guard: bool | str, places: _Places) -> tuple[bool, bool]:
     known = {False: (False, False), True: (True, True), "lower": (True, False), "upper": (False, True)}
     try:
@@ -166,6 +175,7 @@ class Phase:
             "unit": _word(stated["unit"], f"`unit` of {what}", places) or "",
             "guard": _guards(stated["guard"], places),
             "guess": None,
+            "rate": _pair(stated.get("rate"), f"`rate` of {what}", places),
         }
         for key in ("lower", "upper", "scale", "tolerance"):
             variable[key] = _scalar(stated.get(key), f"`{key}` of {what}", places)
@@ -201,12 +211,22 @@ class Phase:
         *,
         lower: Any = None,
         upper: Any = None,
+        rate: Any = None,
+        start: Any = None,
+        end: Any = None,
         unit: str | None = None,
         scale: Any = None,
+        tolerance: Any = None,
         guard: bool | str = False,
     ) -> Symbol:
-        """Adds a control and returns its symbol. Numbers are in ``unit``; in equations the control is in SI, an angle in rad."""
-        return self._add("control", name, lower=lower, upper=upper, unit=unit, scale=scale, guard=guard)
+        """Adds a control and returns its symbol. Numbers are in ``unit``; in equations the control is in SI, an angle in rad.
+
+        A control may jump at any time. With ``rate=(least, most)``, in its unit per second, it does not, and has values at the ends as a state has:
+        ``start`` and ``end`` may be stated, ``u.start`` and ``u.end`` stand in constraints. In the solved problem it is a state, after those of
+        `state`, and ``u_rate`` is the control.
+        """
+        stated = {"rate": rate, "start": start, "end": end, "tolerance": tolerance}
+        return self._add("control", name, lower=lower, upper=upper, unit=unit, scale=scale, guard=guard, **stated)
 
     def states(self, names: Sequence[str] | str, **stated: Any) -> np.ndarray:
         """Adds several states and returns their symbols as an array of shape (n,).
@@ -460,7 +480,7 @@ class Problem:
         self._check_name(name, "the name of a parameter", at)
         stated = {"lower": lower, "upper": upper, "scale": scale, "guess": guess}
         self._parameters[name] = {
-            "name": name, "at": at, "unit": _word(unit, f"`unit` of parameter `{name}`", places) or "", "guard": (False, False), "start": None, "end": None, "tolerance": None,
+            "name": name, "at": at, "unit": _word(unit, f"`unit` of parameter `{name}`", places) or "", "guard": (False, False), "start": None, "end": None, "tolerance": None, "rate": None,
             **{key: _scalar(value, f"`{key}` of parameter `{name}`", places) for key, value in stated.items()},
         }
         return Symbol.quantity(self._owner, name, None, False)

@@ -2,7 +2,7 @@
 //!
 //! The certificate of a solution that is stationary and no minimum says so: another control has a smaller Hamiltonian, or a change lowers the
 //! objective to second order. From the better controls, and from bent trajectories, which have no symmetry to keep, a solve may end at
-//! a better one. So it may where a straight line led nowhere: through the middle of an obstacle, or where nothing has a gradient.
+//! a better one. So it may where a straight line led nowhere: through the middle of an obstacle, or where nothing has a gradient or a value.
 
 use std::collections::VecDeque;
 
@@ -28,6 +28,8 @@ const MOST_STARTS: usize = 8;
 const MOST_ITERATIONS: usize = 300;
 /// Iterations times variables of a first solve above which no further start is tried: each may take as long.
 const MOST_WORK: usize = 2_000_000;
+/// The same of a solve that ended at a conflict: most conflicts are real.
+const MOST_WORK_TO_A_CONFLICT: usize = 100_000;
 /// Least gain of the objective, relative to the larger of the two.
 const LEAST_GAIN: f64 = 1e-6;
 
@@ -37,13 +39,23 @@ impl Certified {
         self.solution.is_success() && self.flight.certificate.names_something_better()
     }
 
-    /// True if a start failed where another one may not.
+    /// True if the solve found requirements that conflict, near where it ended at least.
+    fn ended_at_a_conflict(&self) -> bool {
+        matches!(self.solution.status, Status::Infeasible | Status::RestorationFailed) && !self.has_feasible()
+    }
+
+    /// True if a start failed where another one may not. Infeasibility is local: where the slope of a condition vanishes there is no way to
+    /// meet it, as that of `cos(angle) == 0` from an angle of zero.
     fn may_be_missed(&self) -> bool {
-        match self.solution.status {
-            Status::IterationLimit | Status::StepTooSmall | Status::Diverging => true,
-            Status::Infeasible | Status::RestorationFailed => self.has_feasible(),
-            _ => false,
-        }
+        matches!(
+            self.solution.status,
+            Status::IterationLimit
+                | Status::StepTooSmall
+                | Status::Diverging
+                | Status::EvaluationFailed(_)
+                | Status::Infeasible
+                | Status::RestorationFailed
+        )
     }
 
     /// True if the requirements do not conflict.
@@ -65,7 +77,8 @@ impl Pipeline {
         observer: &mut dyn Observer,
     ) -> Result<Certified, Error> {
         let Counters { iterations, variables, .. } = first.solution.counters;
-        let is_little = iterations.saturating_mul(variables) <= MOST_WORK;
+        let most = if first.ended_at_a_conflict() { MOST_WORK_TO_A_CONFLICT } else { MOST_WORK };
+        let is_little = iterations.saturating_mul(variables) <= most;
         let is_called_for = first.is_no_minimum() || first.may_be_missed();
         if self.methods().name != MethodName::Radau || !is_little || !is_called_for {
             return Ok(first);

@@ -3,6 +3,7 @@
 use super::certify;
 use super::parts::{DoubleIntegrator, Energy, energy};
 use crate::{Interpolation, PhaseSamples, Verdict, VerifySettings, sampled};
+use apsides_ad::{Scalar, VectorFunction};
 use apsides_ocp::{At, Bounds, Ocp, Phase, State, Variable};
 
 fn settings() -> VerifySettings {
@@ -102,4 +103,38 @@ fn unfit_samples_are_refused() {
     refused(PhaseSamples { controls: vec![vec![]; 3], ..good() }, "expected 2 states and 1 controls");
     refused(PhaseSamples { times: vec![0.0; 3], ..good() }, "at least two samples");
     assert!(sampled(&ocp, &[], &[], None, &settings()).is_err());
+}
+
+struct Share;
+impl VectorFunction<2, 1> for Share {
+    fn evaluate<S: Scalar>(&self, z: &[S; 2]) -> [S; 1] {
+        [z[0] / z[1]]
+    }
+}
+
+/// An integral in a condition of ends is a state, which no other program writes.
+#[test]
+fn samples_need_no_integrals_that_are_states() {
+    let phase = Phase::new("climb", DoubleIntegrator)
+        .states([State::new("position", "m").starts_at(0.0), State::new("speed", "m/s").starts_at(0.0)])
+        .controls([Variable::new("acceleration", "m/s2").within(-10.0, 10.0)])
+        .integral(energy(), Energy)
+        .final_time(Bounds::fixed(1.0));
+    let ocp = Ocp::builder("share")
+        .phase(phase)
+        .constrain(
+            "share",
+            [Variable::new("share", "m/s3").at_most(7.0)],
+            [At::Integral("climb", "energy"), At::FinalState("climb", "position")],
+            Share,
+        )
+        .minimize_integral("climb", "energy")
+        .build()
+        .expect("well-posed");
+    assert_eq!((ocp.phases[0].model_states(), ocp.phases[0].states.len()), (2, 3));
+    let found = sampled(&ocp, &[samples(21, |t| 6.0 - 12.0 * t)], &[], None, &settings()).expect("fits");
+    let mut x = [0.0; 3];
+    found.trajectory.phases[0].state.evaluate(1.0, &mut x);
+    // By the energy of the flight, 6.
+    assert!(found.deviation < 1e-12 && (x[2] - 6.0).abs() < 1e-10, "{x:?}");
 }

@@ -1,0 +1,62 @@
+//! Controls with a limited rate.
+//!
+//! A control may jump at any time, so that its value at an instant, as at an end, changes neither flight nor cost. One whose rate has
+//! limits has such a value: it is a state, and its rate is the control.
+
+use apsides_expressions::Unit;
+use apsides_expressions::build::ExpressionBuilder;
+
+use crate::error::ProblemError;
+use crate::model::{End, Model, Phase, Variable};
+use crate::place::Source;
+
+/// The problem in which each control with a limited rate is a state, and its rate, `u_rate`, the control.
+pub(crate) fn with_limited_rates(source: &Source, mut model: Model) -> Result<Model, ProblemError> {
+    let has_units = model.has_units;
+    for phase in &mut model.phases {
+        for k in 0..phase.controls.len() {
+            limit(source, phase, k, has_units)?;
+        }
+    }
+    Ok(model)
+}
+
+fn limit(source: &Source, phase: &mut Phase, k: usize, has_units: bool) -> Result<(), ProblemError> {
+    let control = &mut phase.controls[k];
+    let Some([least, most]) = control.rate.take() else {
+        let stated = [("start", control.start.is_some()), ("end", control.end.is_some())];
+        let stated = stated.into_iter().chain([("tolerance", control.tolerance.is_some())]);
+        return match stated.filter(|(_, is_stated)| *is_stated).map(|(key, _)| key).next() {
+            None => Ok(()),
+            Some(key) => Err(ProblemError::Conflict {
+                at: source.place(&control.at),
+                reason: format!(
+                    "control `{}` has `{key}`, but a control may jump at any time and has no value at an end: limit its rate, \
+                     `rate = [least, most]`, or make it a state",
+                    control.name
+                ),
+            }),
+        };
+    };
+    let rate = Variable {
+        name: format!("{}_rate", control.name),
+        at: control.at.clone(),
+        unit: if has_units { control.unit.per_second() } else { Unit::none() },
+        least: Some(least),
+        most: Some(most),
+        scale: None,
+        guards: [false; 2],
+        start: None,
+        end: None,
+        tolerance: None,
+        guess: None,
+        rate: None,
+    };
+    let mut formula = ExpressionBuilder::new(0);
+    let part = formula.name(&rate.name);
+    let mut state = std::mem::replace(control, rate);
+    state.start.get_or_insert(End::Free);
+    phase.dynamics.push((state.name.clone(), state.at.clone(), formula.expression(part)));
+    phase.states.push(state);
+    Ok(())
+}
