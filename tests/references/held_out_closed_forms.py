@@ -422,6 +422,7 @@ OPTIMA = {
     "trap_periodic_rest": lambda: -0.25 * 4,
     "trap_rest_at_a_bound_of_the_end": lambda: 1 - 3,
     "trap_ridge": lambda: -1 / 3,
+    "trap_rival_beside_a_parked_state": lambda: 0,
     "trap_rival_under_wide_bounds": lambda: 1,
     "trap_second_mode": lambda: pi**2,
     "trap_shifted_time_weight": lambda: least(lambda t: 1 / t + 0.1 * t + sin(3 * t), 1.2, 2.0),

@@ -172,6 +172,16 @@ fn impulses(p: &CollocationPhase, mesh: &PhaseMesh, x: &[f64], y: &[f64]) -> Vec
     touches.chain(exits).chain(entries).chain(starts).chain(p.implied_rows.iter().map(implied)).collect()
 }
 
+/// Moves ends apart that rounding has made one, as of an arc that has come to nothing.
+fn separate(fractions: &mut [f64]) {
+    for i in 1..fractions.len() - 1 {
+        fractions[i] = fractions[i].max(fractions[i - 1].next_up());
+    }
+    for i in (1..fractions.len() - 1).rev() {
+        fractions[i] = fractions[i].min(fractions[i + 1].next_down());
+    }
+}
+
 /// The mesh with its breaks where the point `x` has them.
 fn moved_mesh(p: &CollocationPhase, x: &[f64]) -> Result<PhaseMesh, RadauError> {
     if p.arcs.len() == 1 {
@@ -190,6 +200,7 @@ fn moved_mesh(p: &CollocationPhase, x: &[f64]) -> Result<PhaseMesh, RadauError> 
             fractions[i] = (time - t0) / (tf - t0);
         }
     }
+    separate(&mut fractions);
     let mesh = PhaseMesh::new(fractions, p.mesh.points().to_vec())?;
     let mesh = mesh.with_arcs(p.stated_mesh.breaks().to_vec(), p.stated_mesh.arcs().to_vec())?;
     let mesh = mesh.with_touch_points(p.mesh.touch_points().to_vec())?;

@@ -12,7 +12,10 @@ use crate::settings::RadauSettings;
 /// Fewest points added to an interval: one at a time costs a mesh for little.
 const LEAST_INCREASE: usize = 2;
 
-/// The next mesh; equal to the last one when every interval meets the tolerance.
+/// Intervals this short beside the phase are not divided: their ends would be one in double precision.
+const LEAST_LENGTH: f64 = 1e-12;
+
+/// The next mesh; equal to the last one when every interval meets the tolerance or is too short to be divided.
 pub(crate) fn refine(
     ocp: &Ocp,
     trajectory: &Trajectory,
@@ -43,7 +46,7 @@ fn refine_phase(
         touch_points.extend(here.map(|t| TouchPoint { end: points.len(), ..*t }));
         let here = mesh.crossings().iter().filter(|c| c.end == k);
         crossings.extend(here.map(|c| Crossing { end: points.len(), ..*c }));
-        if error <= settings.tolerance {
+        if error <= settings.tolerance || end - start <= LEAST_LENGTH {
             fractions.push(end);
             points.push(n);
             continue;

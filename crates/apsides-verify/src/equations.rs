@@ -174,6 +174,16 @@ impl<'a> Equations<'a> {
         })
     }
 
+    /// The states that a path constraint row takes.
+    pub(crate) fn states_of_row(&self, row: usize) -> impl Iterator<Item = usize> {
+        let columns = self.path_row(row).map(|(function, output)| {
+            let pattern = function.pattern();
+            pattern.columns[pattern.row_offsets[output]..pattern.row_offsets[output + 1]].to_vec()
+        });
+        let nx = self.nx;
+        columns.into_iter().flatten().filter(move |c| *c < nx)
+    }
+
     /// Value of a path constraint row, and its gradient with respect to `[x, u, p, t]`; NaN where there is no such row.
     pub(crate) fn row_gradient(&mut self, row: usize, gradient: &mut [f64]) -> f64 {
         let Some((function, output)) = self.path_row(row) else { return f64::NAN };

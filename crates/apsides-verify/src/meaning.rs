@@ -116,6 +116,11 @@ const SENTENCES: &[(CheckKind, &str, &str)] = {
         ),
         (
             Optimality,
+            "signs of the multipliers of integrals",
+            "A bound on an integral may push only where it is met and only inwards.",
+        ),
+        (
+            Optimality,
             "transversality",
             "What is free at the ends must be stationary: the costates of free states, and the Hamiltonian of free times, are those of \
              the cost and the constraints there.",

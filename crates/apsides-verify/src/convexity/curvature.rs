@@ -8,7 +8,7 @@ use apsides_ad::formula::{Binary, Formula, Operation, Unary};
 use apsides_ad::{AdError, NodeFunction};
 use nalgebra::DMatrix;
 
-/// Eigenvalues below this part of the largest are zero.
+/// Eigenvalues above minus this, beside a diagonal of ones, are zero.
 const ROUNDING: f64 = 1e-12;
 
 /// The curvature of a function over the whole range of its variables.
@@ -127,13 +127,27 @@ fn quadratic(function: &dyn NodeFunction, output: usize) -> Curvature {
         hessian[(i, j)] = *v;
         hessian[(j, i)] = *v;
     }
-    let eigenvalues = hessian.symmetric_eigenvalues();
-    let zero = ROUNDING * eigenvalues.amax();
-    if eigenvalues.min() >= -zero {
+    if is_positive_semidefinite(&hessian) {
         Curvature::Convex
     } else {
-        Curvature::when(eigenvalues.max() <= zero, Curvature::Concave)
+        Curvature::when(is_positive_semidefinite(&-hessian), Curvature::Concave)
     }
+}
+
+/// By the eigenvalues with a diagonal of ones: a variable of a large weight says nothing of the others.
+fn is_positive_semidefinite(matrix: &DMatrix<f64>) -> bool {
+    let n = matrix.nrows();
+    let sizes: Vec<f64> = (0..n).map(|i| matrix[(i, i)].sqrt()).collect();
+    // A negative entry of the diagonal has no root. Beside one that is zero nothing else may stand.
+    let is_possible = (0..n).all(|i| match sizes[i] {
+        size if size > 0.0 => true,
+        size if size == 0.0 => matrix.row(i).iter().all(|v| *v == 0.0),
+        _ => false,
+    });
+    let scaled = |i: usize, j: usize| {
+        if sizes[i] == 0.0 || sizes[j] == 0.0 { 0.0 } else { matrix[(i, j)] / sizes[i] / sizes[j] }
+    };
+    is_possible && DMatrix::from_fn(n, n, scaled).symmetric_eigenvalues().min() >= -ROUNDING
 }
 
 fn shapes(formula: &Formula, bounds: &[[f64; 2]], is_variable: &[bool]) -> Result<Vec<Shape>, AdError> {
@@ -313,6 +327,9 @@ mod tests {
                 16 => a.powi(4),
                 17 => a.powi(3),
                 18 => a.sin(),
+                // A large weight beside a small one of the other sign is no rounding.
+                19 => b.square() * 1e13 - a.square(),
+                20 => (a * 1e-7 + b * 1e7).square(),
                 _ => (a - 30.0).select(a * 900.0, a.square()),
             }]
         }
@@ -323,7 +340,7 @@ mod tests {
         use Curvature::{Affine, Concave, Convex, Unknown};
         let expected = [
             Affine, Convex, Unknown, Concave, Convex, Concave, Convex, Unknown, Convex, Unknown, Convex,
-            Convex, Concave, Unknown, Convex, Unknown, Convex, Unknown, Unknown, Unknown,
+            Convex, Concave, Unknown, Convex, Unknown, Convex, Unknown, Unknown, Unknown, Convex, Unknown,
         ];
         for (case, expected) in expected.into_iter().enumerate() {
             let function = vector_node(Case(case as u8));

@@ -64,9 +64,9 @@ impl PhaseConditions<'_> {
         let (searched, remark) = self.search_points(settings);
         let mut shared = (usize::MAX, false);
         for point in &searched {
-            // Along a bound of a state the state itself determines the control.
+            // Along a bound of a state the rate of the state is determined.
             let rival = point.rival.as_ref();
-            let rival = rival.filter(|_| !self.is_at_state_bound(point.segment, point.time, settings));
+            let rival = rival.filter(|u| self.keeps_to_state_bounds(point.segment, point.time, u, settings));
             if let Some(rival) = rival.filter(|_| self.rival.is_none() && shared == (point.segment, true)) {
                 let own = self.found_control(point.segment, point.time);
                 self.rival = Some(format!("{}, {}", in_words(phase, rival, &own), place(phase, point.time)));
@@ -193,23 +193,40 @@ impl PhaseConditions<'_> {
         Compared { segment, time, stated, range, least, rival: rival.map(|(_, u)| u) }
     }
 
-    /// Says whether a state, or a path constraint without controls, is at a bound.
-    fn is_at_state_bound(&mut self, segment: usize, time: f64, settings: &VerifySettings) -> bool {
+    /// Says whether a control leaves the states that are at their bounds, those of path constraints without controls that are, and those
+    /// that the rates of these take, the rates that they have.
+    fn keeps_to_state_bounds(
+        &mut self,
+        segment: usize,
+        time: f64,
+        control: &[f64],
+        settings: &VerifySettings,
+    ) -> bool {
         self.evaluate(segment, time);
         let Self { equations, point, scaling, .. } = self;
         let phase = equations.phase;
         let is_at = |variable: &Variable, value: f64, scale: f64| {
             variable.bounds.excess(value) >= -settings.activity_tolerance * scale
         };
-        let mut states = phase.states.iter().zip(&point.x).zip(&scaling.states);
-        if states.any(|((s, x), scale)| is_at(&s.variable, *x, *scale)) {
-            return true;
-        }
+        let states = phase.states.iter().zip(&point.x).zip(&scaling.states);
+        let mut bound: Vec<bool> = states.map(|((s, x), scale)| is_at(&s.variable, *x, *scale)).collect();
         let mut values = vec![0.0; phase.path_rows()];
         equations.path(&mut values);
         let rows = phase.path.iter().flat_map(|p| &p.rows).zip(&values).zip(&scaling.path).enumerate();
-        let mut met = rows.filter(|(_, ((row, value), scale))| is_at(row, **value, **scale));
-        met.any(|(row, _)| equations.is_free_of_controls(row))
+        for (row, _) in rows.filter(|(_, ((row, value), scale))| is_at(row, **value, **scale)) {
+            if equations.is_free_of_controls(row) {
+                equations.states_of_row(row).for_each(|state| bound[state] = true);
+            }
+        }
+        // The rate of a state at its bound keeps still as well, and so do the states that it takes.
+        let pattern = phase.dynamics.pattern();
+        while let Some((_, state)) =
+            pattern.jacobian_entries().find(|(of, column)| bound[*of] && bound.get(*column) == Some(&false))
+        {
+            bound[state] = true;
+        }
+        let own = point.u.clone();
+        !self.rates_differ(time, control, &own, &|k| bound.get(k) == Some(&true), f64::min)
     }
 
     /// True if a control changes the rates of states and integrals at the point as it was evaluated, whatever its derivatives there.
@@ -222,7 +239,7 @@ impl PhaseConditions<'_> {
             let mut other = own.clone();
             other[control] = bounds.clamp(value);
             // By the scales of the states alone: what a barrier leaves of a thrust gives its direction rates, and no effect.
-            self.rates_differ(time, &other, &own, |_, scale| scale)
+            self.rates_differ(time, &other, &own, &|_| true, |_, scale| scale)
         })
     }
 
@@ -230,15 +247,16 @@ impl PhaseConditions<'_> {
     /// itself after a full turn.
     fn has_other_rates(&mut self, time: f64, one: &[f64], other: &[f64]) -> bool {
         // Beside wide bounds the rates themselves tell what is much.
-        self.rates_differ(time, one, other, f64::min)
+        self.rates_differ(time, one, other, &|_| true, f64::min)
     }
 
-    /// True if the changes of states and integrals over the duration differ by much, relative to `size(largest change, scale)`.
+    /// True if the changes over the duration of `those` states and integrals differ by much, relative to `size(largest change, scale)`.
     fn rates_differ(
         &mut self,
         time: f64,
         one: &[f64],
         other: &[f64],
+        those: &dyn Fn(usize) -> bool,
         size: impl Fn(f64, f64) -> f64,
     ) -> bool {
         let Self { equations, point, scaling, .. } = self;
@@ -250,7 +268,8 @@ impl PhaseConditions<'_> {
         };
         let (one, other) = (rates(one), rates(other));
         let scales = scaling.states.iter().chain(&scaling.integrals);
-        one.iter().zip(&other).zip(scales).any(|((a, b), scale)| {
+        let all = one.iter().zip(&other).zip(scales).enumerate().filter(|(k, _)| those(*k));
+        all.into_iter().any(|(_, ((a, b), scale))| {
             let largest = a.abs().max(b.abs()) * scaling.time;
             (a - b).abs() * scaling.time > SAME_RATES * size(largest, *scale)
         })

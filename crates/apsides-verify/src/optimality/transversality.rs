@@ -27,6 +27,7 @@ pub(super) fn checks(
     let end_conditions = EndConditions {
         ocp,
         trajectory,
+        scaling,
         settings,
         ends: &ends,
         scales: &scales,
@@ -40,12 +41,14 @@ pub(super) fn checks(
     }
     checks.extend(end_conditions.parameters(conditions));
     checks.extend(end_conditions.multipliers());
+    checks.extend(end_conditions.integral_multipliers(conditions));
     checks
 }
 
 struct EndConditions<'a> {
     ocp: &'a Ocp,
     trajectory: &'a Trajectory,
+    scaling: &'a Scaling,
     settings: &'a VerifySettings,
     ends: &'a Ends,
     scales: &'a EndScales<'a>,
@@ -72,17 +75,26 @@ impl EndConditions<'_> {
     fn phase(&self, k: usize, conditions: &mut PhaseConditions<'_>) -> Option<Check> {
         let phase = &self.ocp.phases[k];
         let mut all = self.state_conditions(k, phase, conditions);
-        all.extend(self.time_conditions(k, phase, conditions));
+        let times = self.time_conditions(k, phase, conditions);
         let mut worst = Worst::default();
         let mut unknown = 0;
+        if self.is_duration_at_bound(k, phase) {
+            match self.with_a_bound_on_the_duration(k, phase, &times) {
+                Some(residual) => {
+                    let at = || format!("times with the bound on the duration, phase `{}`", phase.name);
+                    worst.consider(residual, self.settings.transversality_tolerance, "-", at);
+                }
+                None => unknown += 1,
+            }
+        } else {
+            all.extend(times);
+        }
         for c in all {
-            let Some(outer) = self.gradient.value(c.input) else {
+            let Some(slope) = self.slope(&c) else {
                 unknown += usize::from(!c.bounds.is_fixed());
                 continue;
             };
-            let scale = self.scales.scale(c.input);
-            let slope = relative((c.inner + outer) * scale, c.size);
-            let residual = natural_residual(slope, self.ends.value(c.input), &c.bounds, scale);
+            let residual = self.residual(&c, slope);
             let at = || format!("{}, phase `{}`", c.name, phase.name);
             worst.consider(residual, self.settings.transversality_tolerance, "-", at);
         }
@@ -116,30 +128,69 @@ impl EndConditions<'_> {
         all
     }
 
-    /// Conditions on the times, none where an active bound on the duration has an unknown part in them.
+    /// The slope of cost and constraints in a quantity, relative to the size of the condition; none without multipliers of constraints.
+    fn slope(&self, c: &Condition) -> Option<f64> {
+        let outer = self.gradient.value(c.input)?;
+        Some(relative((c.inner + outer) * self.scales.scale(c.input), c.size))
+    }
+
+    fn residual(&self, c: &Condition, slope: f64) -> f64 {
+        natural_residual(slope, self.ends.value(c.input), &c.bounds, self.scales.scale(c.input))
+    }
+
+    fn is_duration_at_bound(&self, k: usize, phase: &Phase) -> bool {
+        let scale = self.scales.scale(EndpointInput::InitialTime { phase: k });
+        phase.duration.excess(self.duration(k)) >= -self.settings.activity_tolerance * scale
+    }
+
+    fn duration(&self, k: usize) -> f64 {
+        self.ends.phases[k].final_time - self.ends.phases[k].initial_time
+    }
+
+    /// The residual of both times with the multiplier of an active bound on the duration, positive at the upper one and negative at the
+    /// lower one, that leaves the least: it takes the same from the slope in the initial time as it adds to that in the final time. None
+    /// without multipliers of constraints.
+    fn with_a_bound_on_the_duration(&self, k: usize, phase: &Phase, times: &[Condition]) -> Option<f64> {
+        let [first, last] = times else { return None };
+        let known = |c: &Condition| self.slope(c).or_else(|| c.bounds.is_fixed().then_some(0.0));
+        let (at_start, at_end) = (known(first)?, known(last)?);
+        let (to_lower, to_upper) =
+            (self.duration(k) - phase.duration.lower, phase.duration.upper - self.duration(k));
+        let allowed = match phase.duration.is_fixed() {
+            true => Bounds::FREE,
+            false if to_lower < to_upper => Bounds::new(f64::NEG_INFINITY, 0.0),
+            false => Bounds::new(0.0, f64::INFINITY),
+        };
+        let residual = |multiplier: f64| {
+            let multiplier = allowed.clamp(multiplier);
+            self.residual(first, at_start - multiplier).max(self.residual(last, at_end + multiplier))
+        };
+        let candidates = [0.0, at_start, -at_end, 0.5 * (at_start - at_end)];
+        Some(candidates.map(residual).into_iter().fold(f64::INFINITY, f64::min))
+    }
+
+    /// Conditions on the times, in which an active bound on the duration has a part.
     fn time_conditions(
         &self,
         k: usize,
         phase: &Phase,
         conditions: &mut PhaseConditions<'_>,
     ) -> Vec<Condition> {
-        let (t0, tf) = (self.ends.phases[k].initial_time, self.ends.phases[k].final_time);
         let initial = EndpointInput::InitialTime { phase: k };
         let scale = self.scales.scale(initial);
-        if phase.duration.excess(tf - t0) >= -self.settings.activity_tolerance * scale {
-            return Vec::new();
-        }
         let [first, last] = conditions.end_hamiltonians();
         let ends = [
             (initial, "initial time", -first, phase.initial_time),
             (EndpointInput::FinalTime { phase: k }, "final time", last, phase.final_time),
         ];
-        let condition = |(input, which, inner, bounds): (EndpointInput, &str, f64, Bounds)| {
-            let cost = self.cost.value(input).unwrap_or(0.0);
-            let size = scale * conditions.hamiltonian_size.max(cost.abs());
+        let costs = ends.map(|(input, ..)| self.cost.value(input).unwrap_or(0.0).abs());
+        // A bound on the duration has the same part in both, so that they are measured alike.
+        let common = self.is_duration_at_bound(k, phase).then_some(costs[0].max(costs[1]));
+        let condition = |((input, which, inner, bounds), cost): ((EndpointInput, &str, f64, Bounds), f64)| {
+            let size = scale * conditions.hamiltonian_size.max(common.unwrap_or(cost));
             Condition { name: which.into(), input, inner, bounds, size }
         };
-        ends.into_iter().map(condition).collect()
+        ends.into_iter().zip(costs).map(condition).collect()
     }
 
     /// `integral of dL/dp + dB/dp = 0` over all phases.
@@ -173,6 +224,26 @@ impl EndConditions<'_> {
             }
         }
         worst.into_check("signs of the endpoint constraint multipliers", KIND)
+    }
+
+    /// The same of the bounds on integrals.
+    fn integral_multipliers(&self, conditions: &mut [PhaseConditions<'_>]) -> Option<Check> {
+        let mut worst = Worst::default();
+        for (k, phase) in conditions.iter_mut().enumerate() {
+            let Some(multipliers) = self.trajectory.phases[k].integral_multipliers.as_ref() else { continue };
+            let values = phase.integrals();
+            for (q, integral) in self.ocp.phases[k].integrals.iter().enumerate() {
+                if integral.variable.bounds == Bounds::FREE {
+                    continue;
+                }
+                let scale = self.scaling.phases[k].integrals[q];
+                let slope = relative(-multipliers[q] * scale, self.costate_size);
+                let residual = natural_residual(slope, values[q], &integral.variable.bounds, scale);
+                let at = || format!("{}, phase `{}`", integral.variable.name, self.ocp.phases[k].name);
+                worst.consider(residual, self.settings.transversality_tolerance, "-", at);
+            }
+        }
+        worst.into_check("signs of the multipliers of integrals", KIND)
     }
 }
 

@@ -149,3 +149,47 @@ fn a_static_parameter_is_stationary() {
     assert_failed(&certificate, &["bounds on the static parameters"]);
     assert!((find(&certificate, "bounds on the static parameters").value - 0.5).abs() < 1e-12);
 }
+
+/// The least energy from rest to rest over 1 m is `6/T^3`, less in more time: at the longest duration that is the optimum, at the shortest
+/// it is not, be both times free or one.
+#[test]
+fn a_bound_on_the_duration_takes_its_side() {
+    for initial in [Bounds::fixed(0.0), Bounds::new(-5.0, 5.0)] {
+        for (duration, optimal) in [(Bounds::new(0.5, 1.0), true), (Bounds::new(1.0, 2.0), false)] {
+            let mut phase = free_speed().final_time(Bounds::new(-9.0, 9.0));
+            phase.states[1].terminal = Bounds::fixed(0.0);
+            (phase.initial_time, phase.duration) = (initial, duration);
+            let ocp = Ocp::builder("in time")
+                .phase(phase)
+                .minimize_integral("push", "energy")
+                .build()
+                .expect("well-posed");
+            let failures: &[&str] = if optimal { &[] } else { &["transversality"] };
+            assert_failed(&certify(&ocp, &rest_to_rest()), failures);
+        }
+    }
+}
+
+/// The least energy, 1.5, with a bound at this value and a multiplier that takes a share of the cost: it may add to the cost, as it does
+/// at the upper bound, and not take from it.
+#[test]
+fn a_bound_on_an_integral_takes_its_side() {
+    for (multiplier, optimal) in [(1.0, true), (-0.5, false)] {
+        let mut phase = free_speed();
+        phase.integrals[0].variable.bounds = Bounds::at_most(1.5);
+        let ocp = Ocp::builder("budget")
+            .phase(phase)
+            .minimize_integral("push", "energy")
+            .build()
+            .expect("well-posed");
+        let mut found = free_speed_solution();
+        let x = |_: usize, t: f64| vec![1.5 * t * t - 0.5 * t.powi(3), 3.0 * t - 1.5 * t * t];
+        let u = |_: usize, t: f64| vec![3.0 - 3.0 * t];
+        let costate =
+            |_: usize, t: f64| vec![-3.0 * (1.0 + multiplier), (3.0 * t - 3.0) * (1.0 + multiplier)];
+        found.phases[0] = parts::phase("push", &breaks(0.0, 1.0, 3), 4, x, u, costate);
+        found.phases[0].integral_multipliers = Some(vec![multiplier]);
+        let failures: &[&str] = if optimal { &[] } else { &["signs of the multipliers of integrals"] };
+        assert_failed(&certify_stated(&ocp, &found), failures);
+    }
+}
