@@ -131,6 +131,11 @@ const SENTENCES: &[(CheckKind, &str, &str)] = {
             "No admissible change may lower the objective to second order; beyond a conjugate point, at a saddle or at a maximum one does.",
         ),
         (
+            Curvature,
+            "ridges of the objective",
+            "Where a magnitude, a least or a largest value in the objective has its kink, its slope may not fall: both sides would be better.",
+        ),
+        (
             Strictness,
             "second variation positive",
             "Every admissible change raises the objective to second order, so that no trajectory near this one is as good.",

@@ -25,6 +25,7 @@ mod costate;
 mod kink;
 mod minimum;
 mod proof;
+mod ridges;
 mod stationarity;
 mod transversality;
 

@@ -139,11 +139,8 @@ fn is_positive_semidefinite(matrix: &DMatrix<f64>) -> bool {
     let n = matrix.nrows();
     let sizes: Vec<f64> = (0..n).map(|i| matrix[(i, i)].sqrt()).collect();
     // A negative entry of the diagonal has no root. Beside one that is zero nothing else may stand.
-    let is_possible = (0..n).all(|i| match sizes[i] {
-        size if size > 0.0 => true,
-        size if size == 0.0 => matrix.row(i).iter().all(|v| *v == 0.0),
-        _ => false,
-    });
+    let is_possible =
+        (0..n).all(|i| sizes[i] > 0.0 || sizes[i] == 0.0 && matrix.row(i).iter().all(|v| *v == 0.0));
     let scaled = |i: usize, j: usize| {
         if sizes[i] == 0.0 || sizes[j] == 0.0 { 0.0 } else { matrix[(i, j)] / sizes[i] / sizes[j] }
     };

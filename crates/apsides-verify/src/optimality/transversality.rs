@@ -2,7 +2,7 @@
 
 use apsides_ocp::{Bounds, EndpointInput, Ocp, Phase, Scaling, Trajectory};
 
-use super::{Among, GAUSS, KIND, Lengths, PhaseConditions, Point, natural_residual};
+use super::{Among, GAUSS, KIND, Lengths, PhaseConditions, Point, natural_residual, ridges};
 use crate::ends::{EndGradient, EndScales, Ends};
 use crate::equations::Equations;
 use crate::worst::{Worst, relative};
@@ -42,6 +42,7 @@ pub(super) fn checks(
     checks.extend(end_conditions.parameters(conditions));
     checks.extend(end_conditions.multipliers());
     checks.extend(end_conditions.integral_multipliers(conditions));
+    checks.extend(ridges::check(ocp, &ends, &scales, settings));
     checks
 }
 
