@@ -421,7 +421,7 @@ mod tests {
                 let (left, right) = (curvature(e - d, n), curvature(e + d, n));
                 let jump = (left[0] - right[0]).abs();
                 assert!(
-                    if kind == Smoothness::C2 { jump < 1e-6 } else { jump > 1e-3 },
+                    if kind == Smoothness::C2 { jump < DIFFERENCES } else { jump > 1e-3 },
                     "{kind:?} {e}: {jump}"
                 );
             }
