@@ -47,6 +47,15 @@ impl PlaneFunction {
     }
 
     /// Position of the minimum; any one point of the many of [`Self::LinearWaves`].
+    ///
+    /// # Examples
+    /// ```
+    /// use apsides_problems::search::PlaneFunction;
+    ///
+    /// for function in PlaneFunction::ALL {
+    ///     assert!(function.minimisers().iter().all(|at| (function.value(*at) - function.least()).abs() < 1e-9));
+    /// }
+    /// ```
     #[must_use]
     pub fn minimisers(self) -> &'static [[f64; 2]] {
         match self {
