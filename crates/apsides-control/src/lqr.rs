@@ -100,6 +100,20 @@ pub fn lqr<const NX: usize, const NU: usize>(
 ///
 /// # Errors
 /// As [`lqr`], with the unit circle for the imaginary axis.
+///
+/// # Examples
+/// ```
+/// use apsides_control::linear::Plant;
+/// use apsides_control::lqr::lqr_discrete;
+///
+/// // x+ = 2 x + u at unit costs: the cost solves X = 4 X - 4 X^2 / (1 + X) + 1, and X = 2 + sqrt 5.
+/// let plant = Plant { a: [[2.0]], b: [[1.0]] };
+/// let regulator = lqr_discrete(&plant, &[[1.0]], &[[1.0]])?;
+/// let cost = 2.0 + 5.0_f64.sqrt();
+/// assert!((regulator.cost[0][0] - cost).abs() < 1e-12);
+/// assert!((regulator.gain[0][0] - 2.0 * cost / (1.0 + cost)).abs() < 1e-12);
+/// # Ok::<(), apsides_control::ControlError>(())
+/// ```
 pub fn lqr_discrete<const NX: usize, const NU: usize>(
     plant: &Plant<NX, NU>,
     q: &[[f64; NX]; NX],
