@@ -257,6 +257,23 @@ impl FormulaBuilder {
     }
 
     /// Smooth maximum `(a + b + smooth_abs(a - b)) / 2`: too large by half the width where both are equal.
+    ///
+    /// # Examples
+    /// ```
+    /// use apsides_ad::{FormulaBuilder, formula_node};
+    ///
+    /// // A throttle between a tenth and one, without kinks.
+    /// let mut b = FormulaBuilder::new(1);
+    /// let (x, least, most) = (b.input(0), b.constant(0.1), b.constant(1.0));
+    /// let raised = b.smooth_max(x, least, 1e-3);
+    /// let held = b.smooth_min(raised, most, 1e-3);
+    /// let node = formula_node(b.formula(&[held])?);
+    ///
+    /// let mut held = [0.0; 3];
+    /// node.values(3, &[-5.0, 0.5, 7.0], &mut held);
+    /// assert!(held.iter().zip([0.1, 0.5, 1.0]).all(|(found, expected)| (found - expected).abs() < 1e-5));
+    /// # Ok::<(), apsides_ad::AdError>(())
+    /// ```
     pub fn smooth_max(&mut self, a: Value, b: Value, width: f64) -> Value {
         let (sum, difference) = (self.add(a, b), self.sub(a, b));
         let distance = self.smooth_abs(difference, width);
@@ -265,6 +282,22 @@ impl FormulaBuilder {
     }
 
     /// Smooth minimum `(a + b - smooth_abs(a - b)) / 2`: too small by half the width where both are equal.
+    ///
+    /// # Examples
+    /// ```
+    /// use apsides_ad::{FormulaBuilder, formula_node};
+    ///
+    /// let mut b = FormulaBuilder::new(2);
+    /// let [x, y] = [0, 1].map(|k| b.input(k));
+    /// let least = b.smooth_min(x, y, 0.2);
+    /// let node = formula_node(b.formula(&[least])?);
+    ///
+    /// // Half the width too small where both are equal.
+    /// let mut least = [0.0];
+    /// node.values(1, &[3.0, 3.0], &mut least);
+    /// assert!((least[0] - 2.9).abs() < 1e-15);
+    /// # Ok::<(), apsides_ad::AdError>(())
+    /// ```
     pub fn smooth_min(&mut self, a: Value, b: Value, width: f64) -> Value {
         let (sum, difference) = (self.add(a, b), self.sub(a, b));
         let distance = self.smooth_abs(difference, width);
@@ -282,6 +315,24 @@ impl FormulaBuilder {
     }
 
     /// `a` for large `x` and `b` for small `x`, with a [smooth step](Self::smooth_step) between.
+    ///
+    /// # Examples
+    /// ```
+    /// use apsides_ad::{FormulaBuilder, formula_node};
+    ///
+    /// // The drag coefficient rises from 0.3 to 0.5 at Mach 1.
+    /// let mut b = FormulaBuilder::new(1);
+    /// let (mach, one) = (b.input(0), b.constant(1.0));
+    /// let beyond = b.sub(mach, one);
+    /// let (supersonic, subsonic) = (b.constant(0.5), b.constant(0.3));
+    /// let drag = b.smooth_select(beyond, supersonic, subsonic, 0.02);
+    /// let node = formula_node(b.formula(&[drag])?);
+    ///
+    /// let mut drag = [0.0; 3];
+    /// node.values(3, &[0.5, 1.0, 2.0], &mut drag);
+    /// assert!(drag.iter().zip([0.3, 0.4, 0.5]).all(|(found, expected)| (found - expected).abs() < 1e-12));
+    /// # Ok::<(), apsides_ad::AdError>(())
+    /// ```
     pub fn smooth_select(&mut self, x: Value, a: Value, b: Value, width: f64) -> Value {
         let (step, difference) = (self.smooth_step(x, width), self.sub(a, b));
         let part = self.mul(step, difference);

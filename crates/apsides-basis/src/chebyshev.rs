@@ -30,6 +30,16 @@ pub fn chebyshev_lobatto(points: usize) -> Result<Vec<f64>, BasisError> {
 ///
 /// # Errors
 /// [`BasisError::PointCount`] unless `points` is 2 to 4096.
+///
+/// # Examples
+/// ```
+/// use apsides_basis::clenshaw_curtis;
+///
+/// let (points, weights) = clenshaw_curtis(16)?;
+/// let integral: f64 = points.iter().zip(&weights).map(|(x, w)| w * x.exp()).sum();
+/// assert!((integral - 2.0 * 1.0_f64.sinh()).abs() < 1e-14);
+/// # Ok::<(), apsides_basis::BasisError>(())
+/// ```
 pub fn clenshaw_curtis(points: usize) -> Result<(Vec<f64>, Vec<f64>), BasisError> {
     check("Clenshaw-Curtis", points)?;
     let nodes = chebyshev_lobatto(points)?;

@@ -257,6 +257,9 @@ mod tests {
     /// Sums of some hundred steps.
     const ROUNDING: f64 = 1e-12;
 
+    /// Discretisation: a share of a turn, counted in whole steps.
+    const WHOLE_STEPS: f64 = 0.02;
+
     fn actuator(change: impl Fn(&mut ActuatorSettings)) -> Result<Actuator, ControlError> {
         let mut settings = ActuatorSettings::default();
         change(&mut settings);
@@ -356,7 +359,7 @@ mod tests {
         }
         // It rests while the sine falls from 1 to 0.6: acos(0.6) of each half turn, 29.5 %.
         let share = f64::from(rests) / 299.0;
-        assert!((share - 0.6_f64.acos() / std::f64::consts::PI).abs() < 0.02, "{share}");
+        assert!((share - 0.6_f64.acos() / std::f64::consts::PI).abs() < WHOLE_STEPS, "{share}");
     }
 
     fn pair(least: f64) -> RimPair {

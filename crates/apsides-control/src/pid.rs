@@ -214,6 +214,17 @@ impl<T: Terms> PidLaw<T> {
     }
 
     /// As [`update`](Self::update), with a measured rate of the error instead of its difference.
+    ///
+    /// # Examples
+    /// ```
+    /// use apsides_control::pid::{Pid, PidGains, PidSettings};
+    ///
+    /// // A rate gyro measures 0.5 rad/s: its derivative is not taken from the error.
+    /// let gains = PidGains { proportional: 2.0, integral: 0.0, derivative: 4.0 };
+    /// let mut law = Pid::new(PidSettings::new(gains, 0.1))?;
+    /// assert_eq!(law.update_with_rate(1.0, 0.5), 2.0 * 1.0 + 4.0 * 0.5);
+    /// # Ok::<(), apsides_control::ControlError>(())
+    /// ```
     pub fn update_with_rate(&mut self, error: f64, rate: f64) -> f64 {
         self.take(error, Some(rate))
     }

@@ -69,6 +69,24 @@ impl SlidingMode {
     }
 
     /// Largest error once the layer is reached: `width / lambda`.
+    ///
+    /// # Examples
+    /// ```
+    /// use apsides_control::sliding::SlidingMode;
+    ///
+    /// // An error of 0.1 rad may stay: half the layer is 0.2 rad/s thick.
+    /// let law = SlidingMode {
+    ///     lambda: 2.0,
+    ///     reaching: 1.0,
+    ///     uncertainty: 0.5,
+    ///     effectiveness: 1.0,
+    ///     effectiveness_factor: 1.2,
+    ///     boundary: 0.2,
+    /// }
+    /// .checked()?;
+    /// assert_eq!(law.error_bound(), 0.1);
+    /// # Ok::<(), apsides_control::ControlError>(())
+    /// ```
     #[must_use]
     pub fn error_bound(&self) -> f64 {
         self.boundary / self.lambda

@@ -52,6 +52,16 @@ impl StateSpace {
     /// # Errors
     /// [`ControlError::Dimension`] where the numerator has the higher degree or the denominator is empty,
     /// [`ControlError::Parameter`] where a number is not finite, the leading coefficient zero or the sample time not positive.
+    ///
+    /// # Examples
+    /// ```
+    /// use apsides_control::state_space::StateSpace;
+    ///
+    /// // The loop 1 / (s (s + 1) (s + 2)) is stable up to a gain of 6, at which it oscillates with sqrt 2 rad/s.
+    /// let open = StateSpace::of_transfer(&[1.0], &[1.0, 3.0, 2.0, 0.0], None)?;
+    /// assert!(open.closed(5.99)?.is_stable()? && !open.closed(6.01)?.is_stable()?);
+    /// # Ok::<(), apsides_control::ControlError>(())
+    /// ```
     pub fn of_transfer(
         numerator: &[f64],
         denominator: &[f64],
@@ -86,6 +96,18 @@ impl StateSpace {
     ///
     /// # Errors
     /// [`ControlError::Parameter`] where a number is not finite or the sample time (s) not positive.
+    ///
+    /// # Examples
+    /// ```
+    /// use apsides_control::state_space::StateSpace;
+    ///
+    /// // A gain of 3 before an integrator: closed, a pole at -3.
+    /// let law = StateSpace::of_gain(&[[3.0]], None)?;
+    /// let plant = StateSpace::of_transfer(&[1.0], &[1.0, 0.0], None)?;
+    /// let poles = plant.series(&law)?.closed(1.0)?.poles()?;
+    /// assert!((poles[0].re + 3.0).abs() < 1e-14 && poles[0].im == 0.0);
+    /// # Ok::<(), apsides_control::ControlError>(())
+    /// ```
     pub fn of_gain<const NU: usize, const NY: usize>(
         gain: &[[f64; NU]; NY],
         sample_time: Option<f64>,

@@ -25,6 +25,15 @@ const GRAVITY: f64 = 1.62;
 /// Exhaust speed, m/s.
 const EXHAUST: f64 = 3000.0;
 
+/// Discretisation: how far from the site the samples of the law end, m.
+const LANDED_M: f64 = 0.05;
+
+/// Discretisation: the same for the speed, m/s.
+const LANDED_M_S: f64 = 0.2;
+
+/// Discretisation: samples of 0.05 s, and the last half second, where the law holds its gain; relative.
+const SAMPLING: f64 = 2e-4;
+
 /// Position and velocity (z up), mass; thrust as control.
 struct Lander;
 
@@ -73,9 +82,13 @@ fn landing_of_a_point_mass() {
     );
     assert!((flight.time - 40.0).abs() < 1.0, "{}", flight.time);
     for k in 0..2 {
-        assert!(flight.state[k].abs() < 0.05 && flight.state[3 + k].abs() < 0.2, "{:?}", flight.state);
+        assert!(
+            flight.state[k].abs() < LANDED_M && flight.state[3 + k].abs() < LANDED_M_S,
+            "{:?}",
+            flight.state
+        );
     }
-    assert!(flight.state[5].abs() < 0.2, "{:?}", flight.state);
+    assert!(flight.state[5].abs() < LANDED_M_S, "{:?}", flight.state);
     // The command is a = c0 + c1 t along each axis until the end; its integral over the mass gives what was burnt.
     let (r0, v0) = ([400.0, -100.0, 800.0], [-15.0, 4.0, -30.0]);
     let go: f64 = 40.0;
@@ -94,8 +107,7 @@ fn landing_of_a_point_mass() {
         integral += squares.sqrt() * go / f64::from(n);
     }
     let mass = 1000.0 * (-integral / EXHAUST).exp();
-    // Sampling at 0.05 s and the last half second, where the law holds its gain.
-    assert!((flight.state[6] / mass - 1.0).abs() < 2e-4, "{} {mass}", flight.state[6]);
+    assert!((flight.state[6] / mass - 1.0).abs() < SAMPLING, "{} {mass}", flight.state[6]);
 }
 
 /// Quaternion, body rates and six more states of free motion: thirteen, as of a vehicle; torque as control.

@@ -13,6 +13,33 @@ const SOLVER: f64 = 1e-4;
 /// Figures printed of programs with another discretisation.
 const PUBLISHED: f64 = 5e-3;
 
+/// Discretisation: propellant with 50 and 200 intervals, kg.
+const MESH_KG: [f64; 2] = [0.1, 0.01];
+
+/// Solver: thrust against throttle where limits of rate and pointing keep the relaxation from being exact, relative.
+const RELAXATION: f64 = 1e-2;
+
+/// Solver: horizontal thrust at touchdown, N.
+const VERTICAL_N: f64 = 1e-3;
+
+/// Discretisation: 50 intervals against collocation, relative.
+const COLLOCATION: f64 = 2e-3;
+
+/// Solver: thrust against throttle where the relaxation is exact, relative.
+const TIGHT: f64 = 1e-5;
+
+/// Solver: the times of flight that a planner and a solver find, in propellant, kg.
+const SEARCH_KG: f64 = 0.01;
+
+/// Discretisation: a plan that is renewed in flight has a finer mesh, kg.
+const RENEWED_KG: f64 = 0.06;
+
+/// Discretisation: the propellant needed, with 50 intervals, kg.
+const NEEDED_KG: f64 = 0.15;
+
+/// Discretisation: ends of a flight with the controls of 30 intervals, m and m/s.
+const ARRIVAL: f64 = 0.02;
+
 /// Start and vehicle of B. Acikmese and S. Ploen, J. Guid. Control Dyn. 30 (2007) 1353, doi 10.2514/1.27553.
 fn mars(glide_slope_deg: Option<f64>) -> DescentProblem {
     let limits =
@@ -97,7 +124,10 @@ fn a_relaxation_that_is_not_tight_is_no_landing() {
 fn the_error_falls_with_the_square_of_the_interval() {
     let error = |n| solve(&mars(None), with(n, None)).propellant - PROBLEM.optimum.value;
     let (coarse, fine) = (error(50), error(200));
-    assert!(coarse < 0.1 && fine < 0.01 && fine > 0.0 && fine < 0.15 * coarse, "{coarse} {fine}");
+    assert!(
+        coarse < MESH_KG[0] && fine < MESH_KG[1] && fine > 0.0 && fine < 0.15 * coarse,
+        "{coarse} {fine}"
+    );
 }
 
 #[test]
@@ -135,7 +165,7 @@ fn limits_hold_and_are_named() {
     for (t, throttle) in s.thrusts.iter().zip(&s.throttles) {
         assert!(t[2] > 50_f64.to_radians().cos() * norm(t) - 1.0);
         assert!(*throttle > problem.thrust[0] - 1.0 && *throttle < problem.thrust[1] + 1.0);
-        assert!((norm(t) - throttle).abs() < 1e-2 * throttle, "relaxation of {throttle}: {}", norm(t));
+        assert!((norm(t) - throttle).abs() < RELAXATION * throttle, "relaxation of {throttle}: {}", norm(t));
     }
     for w in s.thrusts.windows(2) {
         let rate: [f64; 3] = std::array::from_fn(|c| (w[1][c] - w[0][c]) / step);
@@ -144,7 +174,7 @@ fn limits_hold_and_are_named() {
     assert!(s.velocities.iter().all(|v| norm(v) < 130.0 + 1e-3));
     assert!(s.positions.iter().all(|r| r[2] > 4_f64.to_radians().tan() * r[0].hypot(r[1]) - 1e-2));
     let end = s.thrusts[s.thrusts.len() - 1];
-    assert!(end[0].abs() < 1e-3 && end[1].abs() < 1e-3);
+    assert!(end[0].abs() < VERTICAL_N && end[1].abs() < VERTICAL_N);
     for limit in [apsides_convex::Limit::Pointing, apsides_convex::Limit::ThrustRate] {
         assert!(s.active.iter().any(|a| a.limit == limit && a.until >= a.from), "{limit:?}: {:?}", s.active);
     }
@@ -180,11 +210,15 @@ fn lunar_diverts_agree_with_collocation() {
     for (divert, tilt, reference) in LUNAR {
         let s = solve(&moon(divert, tilt), with(50, None));
         assert_eq!(s.outcome, Outcome::Landed, "{divert} {tilt}");
-        assert!((s.propellant / reference - 1.0).abs() < 2e-3, "{divert} m, {tilt} deg: {}", s.propellant);
+        assert!(
+            (s.propellant / reference - 1.0).abs() < COLLOCATION,
+            "{divert} m, {tilt} deg: {}",
+            s.propellant
+        );
         // At the start of the vertical fall less upward thrust than the least would be best: not tight at one control point.
         let gaps = s.thrusts.iter().zip(&s.throttles).map(|(t, m)| 1.0 - t[0].hypot(t[2]) / m);
-        let first = if divert == 0.0 { 0.01 } else { 1e-5 };
-        assert!(gaps.clone().next().unwrap() < first && gaps.skip(1).all(|g| g < 1e-5), "{divert} {tilt}");
+        let first = if divert == 0.0 { 0.01 } else { TIGHT };
+        assert!(gaps.clone().next().unwrap() < first && gaps.skip(1).all(|g| g < TIGHT), "{divert} {tilt}");
     }
 }
 
@@ -204,7 +238,7 @@ fn a_planner_finds_what_a_solver_finds() {
     for d in &diverts {
         assert_eq!(d.outcome, Outcome::Landed, "{d:?}");
         let s = solve(&DescentProblem { target: d.target, ..problem }, with(20, None));
-        assert!((d.propellant - s.propellant).abs() < 0.01, "{d:?} {}", s.propellant);
+        assert!((d.propellant - s.propellant).abs() < SEARCH_KG, "{d:?} {}", s.propellant);
     }
     let far = planner.divert([12_000.0, 0.0, 100.0]).unwrap();
     assert!(matches!(far.outcome, Outcome::OutOfReach { distance } if distance > 100.0), "{far:?}");
@@ -221,7 +255,7 @@ fn plans_renewed_in_flight_agree_with_the_first() {
         assert_eq!(again.outcome, Outcome::Landed);
         let left = first.masses[node] - first.masses[first.masses.len() - 1];
         // By the principle of optimality, but for the discretisation, which is finer now.
-        assert!((again.propellant - left).abs() < 0.06, "{node}: {} {left}", again.propellant);
+        assert!((again.propellant - left).abs() < RENEWED_KG, "{node}: {} {left}", again.propellant);
         assert!((again.flight_time + first.times[node] - first.flight_time).abs() < 0.3);
     }
     assert!(solver.set_start([0.0, 0.0, -5.0], [0.0; 3], 1600.0).is_err());
@@ -260,7 +294,7 @@ fn too_little_propellant_is_said_with_what_is_needed() {
     let s = solve(&problem, with(50, None));
     let Outcome::TooLittlePropellant { needed, available, .. } = s.outcome else { panic!("{}", s.outcome) };
     assert!(
-        (needed - PROBLEM.optimum.value).abs() < 0.15 && (available - 380.0).abs() < 1e-5 * SOLVER,
+        (needed - PROBLEM.optimum.value).abs() < NEEDED_KG && (available - 380.0).abs() < 1e-5 * SOLVER,
         "{needed}"
     );
 }
@@ -373,7 +407,7 @@ proptest! {
         prop_assert_eq!(s.outcome, Outcome::Landed);
         let end = fly(&problem, &s);
         for c in 0..3 {
-            prop_assert!((end[c] - problem.target[c]).abs() < 0.02 && end[3 + c].abs() < 0.02, "{:?}", end);
+            prop_assert!((end[c] - problem.target[c]).abs() < ARRIVAL && end[3 + c].abs() < ARRIVAL, "{:?}", end);
         }
         // The relaxed flow is an upper bound between the nodes, where linear controls turn.
         let mass = s.masses[s.masses.len() - 1];

@@ -191,6 +191,12 @@ mod tests {
 
     const EARTH: Ellipsoid = Ellipsoid::WGS84;
 
+    /// Published: the digits of the zonals, relative.
+    const ZONALS: f64 = 1e-8;
+
+    /// Published: gravity by the formula of the reference, whose constants have these digits, m/s2.
+    const PUBLISHED_M_S2: f64 = 1e-10;
+
     #[test]
     fn geodetic_coordinates_there_and_back() {
         for (longitude, latitude, altitude) in
@@ -219,7 +225,7 @@ mod tests {
             let sign = if n % 2.0 == 0.0 { -1.0 } else { 1.0 };
             sign * 3.0 * e2.powf(n) / ((2.0 * n + 1.0) * (2.0 * n + 3.0)) * (1.0 - n + 5.0 * n * j2 / e2)
         };
-        assert!((zonal(2.0) / j4 - 1.0).abs() < 1e-8 && (zonal(3.0) / j6 - 1.0).abs() < 1e-8);
+        assert!((zonal(2.0) / j4 - 1.0).abs() < ZONALS && (zonal(3.0) / j6 - 1.0).abs() < ZONALS);
     }
 
     /// Gravitation and centrifugal acceleration on the surface make Somigliana's gravity, along the normal; J8 and beyond, which are
@@ -240,7 +246,7 @@ mod tests {
         }
         // g0 of the moving-mass reference, WGS 84 at 35 deg.
         let g = EARTH.surface_gravity(35.0_f64.to_radians());
-        assert!((g - 9.797_336_012_948_563).abs() < 1e-10, "{g}");
+        assert!((g - 9.797_336_012_948_563).abs() < PUBLISHED_M_S2, "{g}");
     }
 
     /// With height, against the full field along the normal. The polynomial leaves out terms of the orders `(h / a)^3`, `f^2 h / a` and

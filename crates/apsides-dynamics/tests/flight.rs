@@ -25,6 +25,12 @@ const ROUNDING: f64 = 1e-12;
 
 const MU: f64 = Body::EARTH.gravitational_parameter;
 
+/// Published: the drift of the node to first order in J2, relative.
+const FIRST_ORDER: f64 = 5e-3;
+
+/// Published: the same, against the mean motion of the Sun, deg a day.
+const SUN_DEG: f64 = 0.01;
+
 /// Breeze-M: 20 kN, 6.14 kg/s.
 fn breeze() -> OrbitalFlight {
     OrbitalFlight::new(Body::EARTH, Engine::with_exhaust_velocity(20e3, 20e3 / 6.14).unwrap())
@@ -243,8 +249,8 @@ fn the_node_of_a_sun_synchronous_orbit_follows_the_sun() {
     let end = Equinoctial::prograde([p, f, g, h, k, l]).to_classical().unwrap();
     let drift = (end.node - 0.5) / duration;
     let expected = -1.5 * n * EARTH_J2 * (Body::EARTH.radius / a).powi(2) * inclination.cos();
-    assert!((drift / expected - 1.0).abs() < 5e-3, "{drift} {expected}");
-    assert!((drift * 86_400.0 * 180.0 / PI - 0.9856).abs() < 0.01, "{}", drift * 86_400.0 * 180.0 / PI);
+    assert!((drift / expected - 1.0).abs() < FIRST_ORDER, "{drift} {expected}");
+    assert!((drift * 86_400.0 * 180.0 / PI - 0.9856).abs() < SUN_DEG, "{}", drift * 86_400.0 * 180.0 / PI);
 }
 
 /// The first of two burns of Alavipour, Nikkhah and Roshanian (Modares Mechanical Engineering 18(1), 2018, table 2: 12480 kg of 22.17 t

@@ -336,13 +336,14 @@ mod tests {
         let mut annealing = annealing(&AnnealingSettings::default(), 1000);
         annealing.temperatures = [2.0, 0.5];
         const DRAWS: usize = 20_000;
+        /// Four standard deviations of a share of the draws, at most `4 sqrt(0.25 / DRAWS)`.
+        const FOUR_DEVIATIONS: f64 = 0.0142;
         let mut share = |old: Evaluation, new: Evaluation| {
             (0..DRAWS).filter(|_| annealing.accepts(&old, &new)).count() as f64 / DRAWS as f64
         };
         let with = |objective, violation| Evaluation { objective, violation };
-        // Four standard deviations are at most 4 sqrt(0.25 / DRAWS) = 0.0142.
-        assert!((share(with(1.0, 0.0), with(2.0, 0.0)) - (-0.5_f64).exp()).abs() < 0.0142);
-        assert!((share(with(1.0, 0.0), with(-9.0, 0.5)) - (-1.0_f64).exp()).abs() < 0.0142);
+        assert!((share(with(1.0, 0.0), with(2.0, 0.0)) - (-0.5_f64).exp()).abs() < FOUR_DEVIATIONS);
+        assert!((share(with(1.0, 0.0), with(-9.0, 0.5)) - (-1.0_f64).exp()).abs() < FOUR_DEVIATIONS);
         assert_eq!(share(with(1.0, 0.2), with(9.0, 0.1)), 1.0);
         assert_eq!(share(with(1.0, 0.2), Evaluation::FAILED), 0.0);
         assert_eq!(share(Evaluation::FAILED, with(1.0, 3.0)), 1.0);
@@ -350,9 +351,11 @@ mod tests {
 
     #[test]
     fn budget_sets_the_last_temperature() {
+        /// Round-off of fifty factors.
+        const ROUNDING: f64 = 1e-12;
         // Two coordinates, 20 rounds, 5 changes: 200 evaluations for each temperature, after 20 random points.
         let settings = AnnealingSettings { changes: 5, ..Default::default() };
         let annealing = annealing(&settings, 20 + 200 * 50);
-        assert!((annealing.cooling.powi(50) / COOLED - 1.0).abs() < 1e-12);
+        assert!((annealing.cooling.powi(50) / COOLED - 1.0).abs() < ROUNDING);
     }
 }

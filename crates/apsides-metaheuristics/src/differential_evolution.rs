@@ -97,6 +97,24 @@ impl Default for DifferentialEvolutionSettings {
 
 impl DifferentialEvolutionSettings {
     /// Storn and Price's rand/1 with `F = 0.5` and `CR = 0.9`.
+    ///
+    /// # Examples
+    /// ```
+    /// use apsides_metaheuristics::{DifferentialEvolutionSettings, Evaluation, Method, Search, SearchSpace};
+    ///
+    /// let space = SearchSpace::cube(2, -5.0, 5.0)?;
+    /// let valley = |x: &[f64]| Evaluation::new((1.0 - x[0]).powi(2) + 100.0 * (x[1] - x[0] * x[0]).powi(2));
+    /// for settings in [DifferentialEvolutionSettings::classic(), DifferentialEvolutionSettings::self_adaptive()] {
+    ///     let search = Search {
+    ///         method: Method::DifferentialEvolution(settings),
+    ///         budget: 20_000,
+    ///         target: Some(1e-6),
+    ///         ..Search::default()
+    ///     };
+    ///     assert!(search.minimize(&space, &valley)?.best.is_some_and(|best| best.evaluation.objective <= 1e-6));
+    /// }
+    /// # Ok::<(), apsides_metaheuristics::SearchError>(())
+    /// ```
     pub fn classic() -> Self {
         Self {
             mutation: DifferentialMutation::Rand,

@@ -57,6 +57,39 @@ pub fn relax<N: Nlp + ?Sized>(
 ///
 /// # Errors
 /// As [`relax`].
+///
+/// # Examples
+/// ```
+/// use apsides_nlp::{Nlp, NlpSettings, Pattern, diagnose, requirements_of};
+///
+/// /// A number of at least 2 and at most 5, whose double is at most 3.
+/// struct TooMuch;
+///
+/// impl Nlp for TooMuch {
+///     fn variables(&self) -> usize { 1 }
+///     fn constraints(&self) -> usize { 1 }
+///     fn variable_bounds(&self, lower: &mut [f64], upper: &mut [f64]) { (lower[0], upper[0]) = (2.0, 5.0) }
+///     fn constraint_bounds(&self, lower: &mut [f64], upper: &mut [f64]) { (lower[0], upper[0]) = (f64::NEG_INFINITY, 3.0) }
+///     fn initial_point(&self, x: &mut [f64]) { x[0] = 3.0 }
+///     fn jacobian_pattern(&self) -> Pattern { Pattern::dense(1, 1) }
+///     fn hessian_pattern(&self) -> Pattern { Pattern::lower_triangle(1) }
+///     fn objective(&mut self, x: &[f64]) -> f64 { x[0] }
+///     fn gradient(&mut self, _: &[f64], gradient: &mut [f64]) { gradient[0] = 1.0 }
+///     fn constraint_values(&mut self, x: &[f64], values: &mut [f64]) { values[0] = 2.0 * x[0] }
+///     fn jacobian(&mut self, _: &[f64], values: &mut [f64]) { values[0] = 2.0 }
+///     fn hessian(&mut self, _: &[f64], _: f64, _: &[f64], values: &mut [f64]) { values[0] = 0.0 }
+/// }
+///
+/// // Bounds in the order of the variables, then the constraints: at least 2, at most 5, at most 3.
+/// let requirements = requirements_of(&TooMuch);
+/// let found = diagnose(&mut TooMuch, &requirements, &[3.0], &NlpSettings::default())?;
+/// // The number would have to be lowered to 1.5, or the limit raised to 4.
+/// let mut remedies = found.remedies;
+/// remedies.sort_by_key(|(requirement, _)| *requirement);
+/// let [(0, lowered), (2, raised)] = remedies[..] else { panic!("{remedies:?}") };
+/// assert!((lowered - 0.5).abs() < 1e-5 && (raised - 1.0).abs() < 1e-5);
+/// # Ok::<(), apsides_nlp::NlpError>(())
+/// ```
 pub fn diagnose<N: Nlp + ?Sized>(
     nlp: &mut N,
     requirements: &[Requirement],

@@ -98,6 +98,32 @@ impl Relaxation {
 }
 
 /// One requirement per finite bound of a problem, in the order of the variables, then the constraints.
+///
+/// # Examples
+/// ```
+/// use apsides_nlp::{Limit, Place, Side, requirements_of};
+/// # use apsides_nlp::{Nlp, Pattern};
+/// # struct Box;
+/// # impl Nlp for Box {
+/// #     fn variables(&self) -> usize { 1 }
+/// #     fn constraints(&self) -> usize { 0 }
+/// #     fn variable_bounds(&self, lower: &mut [f64], upper: &mut [f64]) { (lower[0], upper[0]) = (f64::NEG_INFINITY, 5.0) }
+/// #     fn constraint_bounds(&self, _: &mut [f64], _: &mut [f64]) {}
+/// #     fn initial_point(&self, x: &mut [f64]) { x[0] = 3.0 }
+/// #     fn jacobian_pattern(&self) -> Pattern { Pattern::dense(0, 1) }
+/// #     fn hessian_pattern(&self) -> Pattern { Pattern::lower_triangle(1) }
+/// #     fn objective(&mut self, x: &[f64]) -> f64 { x[0] }
+/// #     fn gradient(&mut self, _: &[f64], gradient: &mut [f64]) { gradient[0] = 1.0 }
+/// #     fn constraint_values(&mut self, _: &[f64], _: &mut [f64]) {}
+/// #     fn jacobian(&mut self, _: &[f64], _: &mut [f64]) {}
+/// #     fn hessian(&mut self, _: &[f64], _: f64, _: &[f64], values: &mut [f64]) { values[0] = 0.0 }
+/// # }
+///
+/// // A variable without a lower bound and of at most 5 has one requirement.
+/// let requirements = requirements_of(&Box);
+/// assert_eq!(requirements.len(), 1);
+/// assert_eq!(requirements[0].limits, [Limit { place: Place::Variable(0), side: Side::Upper, value: 5.0 }]);
+/// ```
 pub fn requirements_of<N: Nlp + ?Sized>(nlp: &N) -> Vec<Requirement> {
     let (n, m) = (nlp.variables(), nlp.constraints());
     let bounds = |size: usize, read: &dyn Fn(&mut [f64], &mut [f64])| {

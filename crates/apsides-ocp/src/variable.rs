@@ -265,6 +265,16 @@ impl State {
     }
 
     /// Allowed values at the start.
+    ///
+    /// # Examples
+    /// ```
+    /// use apsides_ocp::{Bounds, State};
+    ///
+    /// // A launch from between 0 and 10 m, along heights up to 100 m, to at least 90 m.
+    /// let height = State::new("height", "m").within(0.0, 100.0).starts_within(0.0, 10.0).ends_within(90.0, 100.0);
+    /// assert_eq!(height.initial, Bounds::new(0.0, 10.0));
+    /// assert_eq!(height.terminal, Bounds::new(90.0, 100.0));
+    /// ```
     #[must_use]
     pub fn starts_within(self, lower: f64, upper: f64) -> Self {
         Self { initial: Bounds::new(lower, upper), ..self }

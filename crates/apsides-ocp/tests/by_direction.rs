@@ -4,6 +4,9 @@
 use apsides_ad::{Dynamics, PathFunction, Scalar};
 use apsides_ocp::{At, Bounds, ByDirection, Guess, Ocp, Phase, PhaseGuess, State, Variable};
 
+/// Round-off of the arithmetic.
+const ROUNDING: f64 = 1e-14;
+
 /// A vehicle with a thrust in a plane and a pump.
 struct Vehicle;
 impl Dynamics<3, 3> for Vehicle {
@@ -91,17 +94,17 @@ fn functions_of_length_and_direction_are_those_of_the_vector() {
         let guess = by_direction.guess(&Guess::from_phases(&ocp, vec![guess]));
         let mut controls = [0.0; 4];
         guess.phases[0].control(0.5, &mut controls);
-        assert!((controls[0].hypot(controls[1]) - 1.0).abs() < 1e-15, "{controls:?}");
+        assert!((controls[0].hypot(controls[1]) - 1.0).abs() < 0.1 * ROUNDING, "{controls:?}");
         let at = |u: &[f64]| [&[1.0, 4.0, 2.0], u, &[1.5]].concat();
         let (mut expected, mut found) = ([0.0; 3], [0.0; 3]);
         posed.dynamics.value(&at(&u), &mut expected);
         split.dynamics.value(&at(&controls), &mut found);
-        assert!(expected.iter().zip(&found).all(|(e, f)| (e - f).abs() < 1e-14), "{expected:?} {found:?}");
+        assert!(expected.iter().zip(&found).all(|(e, f)| (e - f).abs() < ROUNDING), "{expected:?} {found:?}");
         // Rows: pump, direction, both components.
         for (row, value) in split.path.iter().zip([u[2] + u[0], 1.0, u[0], u[1]]) {
             let mut out = [0.0];
             row.function.value(&at(&controls), &mut out);
-            assert!((out[0] - value).abs() < 1e-14, "{} {}", row.rows[0].name, out[0]);
+            assert!((out[0] - value).abs() < ROUNDING, "{} {}", row.rows[0].name, out[0]);
         }
     }
 }

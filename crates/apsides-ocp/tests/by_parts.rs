@@ -4,6 +4,9 @@
 use apsides_ad::{Dynamics, PathFunction, Scalar};
 use apsides_ocp::{At, Bounds, ByParts, Guess, Ocp, Phase, PhaseGuess, State, Variable};
 
+/// Round-off of the arithmetic.
+const ROUNDING: f64 = 1e-14;
+
 /// A cart whose propellant flows by the magnitude of its thrust, beside a pump that works by the larger of two powers.
 struct Cart;
 impl Dynamics<3, 2> for Cart {
@@ -70,15 +73,15 @@ fn functions_of_the_parts_are_those_of_the_magnitudes() {
         let (mut expected, mut found) = ([0.0; 3], [0.0; 3]);
         ocp.phases[0].dynamics.value(&at(&[u, w]), &mut expected);
         phase.dynamics.value(&at(&controls), &mut found);
-        assert!(expected.iter().zip(&found).all(|(a, b)| (a - b).abs() < 1e-14), "{expected:?} {found:?}");
+        assert!(expected.iter().zip(&found).all(|(a, b)| (a - b).abs() < ROUNDING), "{expected:?} {found:?}");
         let (mut expected, mut found) = ([0.0; 2], [0.0; 2]);
         ocp.phases[0].path[0].function.value(&at(&[u, w]), &mut expected);
         phase.path[0].function.value(&at(&controls), &mut found);
-        assert!(expected.iter().zip(&found).all(|(a, b)| (a - b).abs() < 1e-14), "{expected:?} {found:?}");
+        assert!(expected.iter().zip(&found).all(|(a, b)| (a - b).abs() < ROUNDING), "{expected:?} {found:?}");
         for c in &phase.path[1..] {
             let mut balance = [f64::NAN];
             c.function.value(&at(&controls), &mut balance);
-            assert!(balance[0].abs() < 1e-14, "{balance:?}");
+            assert!(balance[0].abs() < ROUNDING, "{balance:?}");
             assert_eq!(c.rows[0].bounds, Bounds::fixed(0.0));
         }
     }

@@ -11,6 +11,15 @@ use apsides_ocp::{
 };
 use proptest::prelude::*;
 
+/// Round-off of the arithmetic.
+const ROUNDING: f64 = 1e-14;
+
+/// Round-off at ends that a swing leaves as they are.
+const ROUNDING_OF_ENDS: f64 = 1e-12;
+
+/// Round-off of numbers of some millions.
+const ROUNDING_OF_MILLIONS: f64 = 1e-9;
+
 struct Cart;
 impl Dynamics<2, 1> for Cart {
     fn rate<S: Scalar>(&self, _t: S, x: &[S; 2], u: &[S; 1], _p: &[S; 0]) -> [S; 2] {
@@ -172,7 +181,7 @@ fn a_bent_guess_has_no_symmetry() {
                 let end = if fraction == 0.0 { state.initial } else { state.terminal };
                 let moved = (before - after).abs();
                 assert!(
-                    if end.is_fixed() { moved < 1e-12 } else { moved > 1e-3 },
+                    if end.is_fixed() { moved < ROUNDING_OF_ENDS } else { moved > 1e-3 },
                     "{}: {moved}",
                     state.variable.name
                 );
@@ -230,7 +239,7 @@ fn piecewise_polynomials_check_their_shape() {
     p.evaluate_in(0, 1.0, &mut v);
     assert_eq!(v, [1.0]);
     p.derivative_in(1, 2.0, &mut v);
-    assert!((v[0] - 2.0).abs() < 1e-14);
+    assert!((v[0] - 2.0).abs() < ROUNDING);
     assert_eq!((p.segment_at(-4.0), p.segment_at(9.0)), (0, 1));
     assert_eq!(p.node_times(1).collect::<Vec<_>>(), [1.0, 3.0]);
     let pairs = p.map_nodes(2, |one, two| two.copy_from_slice(&[10.0, one[0]]));
@@ -248,6 +257,6 @@ proptest! {
         let b = Bounds::new(a, a + w);
         let inside = b.clamp(v);
         prop_assert!(b.excess(inside) <= 0.0);
-        prop_assert!(((v - inside).abs() - b.excess(v).max(0.0)).abs() <= 1e-9);
+        prop_assert!(((v - inside).abs() - b.excess(v).max(0.0)).abs() <= ROUNDING_OF_MILLIONS);
     }
 }

@@ -142,11 +142,6 @@ impl DiscreteFlow {
         self.tableau.order
     }
 
-    /// Ends of the steps.
-    pub fn step_ends(&self) -> &[f64] {
-        &self.grid
-    }
-
     /// Number of steps.
     pub fn steps(&self) -> usize {
         self.grid.len() - 1

@@ -174,6 +174,19 @@ impl Integrator {
     ///
     /// # Errors
     /// As [`integrate`](Self::integrate).
+    ///
+    /// # Examples
+    /// ```
+    /// use apsides_ode::{FnSystem, Integrator, OdeSettings, Status};
+    ///
+    /// let decay = FnSystem::new(1, |_t, x, dx| dx[0] = -x[0]);
+    /// let (summary, solution) = Integrator::new(1, OdeSettings::default())?.solve_dense(&decay, 0.0, &[1.0], 5.0)?;
+    /// assert_eq!(summary.status, Status::Completed);
+    /// let mut x = [0.0];
+    /// solution.evaluate(2.5, &mut x)?;
+    /// assert!((x[0] - (-2.5_f64).exp()).abs() < 1e-9);
+    /// # Ok::<(), apsides_ode::OdeError>(())
+    /// ```
     pub fn solve_dense<S: OdeSystem>(
         &mut self,
         system: &S,

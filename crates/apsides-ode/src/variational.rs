@@ -176,6 +176,28 @@ pub struct Stm {
 ///
 /// # Errors
 /// As [`StmPropagator::new`] and [`StmPropagator::propagate`].
+///
+/// # Examples
+/// ```
+/// use apsides_ode::{Linearised, OdeSettings, OdeSystem, propagate_with_stm};
+///
+/// /// `x'' = -x`, which turns position and speed by the time.
+/// struct Oscillator;
+///
+/// impl OdeSystem for Oscillator {
+///     fn dimension(&self) -> usize { 2 }
+///     fn rate(&self, _t: f64, x: &[f64], dx: &mut [f64]) { (dx[0], dx[1]) = (x[1], -x[0]) }
+/// }
+///
+/// impl Linearised for Oscillator {
+///     fn jacobian(&self, _t: f64, _x: &[f64], jac: &mut [f64]) { jac.copy_from_slice(&[0.0, 1.0, -1.0, 0.0]) }
+/// }
+///
+/// let end = propagate_with_stm(&Oscillator, 0.0, &[1.0, 0.0], 2.0, OdeSettings::default())?;
+/// let (sin, cos) = 2_f64.sin_cos();
+/// assert!(end.phi.iter().zip([cos, sin, -sin, cos]).all(|(found, expected)| (found - expected).abs() < 1e-8));
+/// # Ok::<(), apsides_ode::OdeError>(())
+/// ```
 pub fn propagate_with_stm<S: Linearised>(
     system: &S,
     t0: f64,

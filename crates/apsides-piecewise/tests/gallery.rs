@@ -9,6 +9,27 @@ use apsides_piecewise::{
     Constraints, FreeLengths, Lengths, PiecewiseConstant, PiecewiseSettings, PiecewiseSolution, Transcription,
 };
 
+/// Discretisation: the objective with 40 segments, relative.
+const FORTY_SEGMENTS: f64 = 2e-3;
+
+/// Solver: `PiecewiseSettings::path_tolerance`.
+const EXCESS: f64 = 5e-7;
+
+/// Discretisation: two treatments of constraints between the points, relative to the objective.
+const TREATMENTS: f64 = 5e-4;
+
+/// Discretisation: the same where controls enter a constraint.
+const TREATMENTS_WITH_CONTROLS: f64 = 2e-3;
+
+/// Solver: objectives and times that constant controls give exactly.
+const SOLVER: f64 = 1e-6;
+
+/// Solver: an objective at its optimum, relative.
+const SOLVER_OPTIMUM: f64 = 1e-7;
+
+/// Discretisation: the gain at which segments are no longer divided, relative.
+const TOLERANCE: f64 = 1e-4;
+
 /// The miss of an optimum in the sense that is no gain, relative to it; the program may gain its tolerance.
 fn solved(name: &str, settings: PiecewiseSettings) -> (PiecewiseSolution, f64) {
     let problem = apsides_problems::find(name).unwrap();
@@ -52,7 +73,7 @@ fn the_gap_falls_with_the_square_of_the_segment_length() {
             let ratio = pair[0] / pair[1];
             assert!((3.5..4.5).contains(&ratio), "{name}: {gaps:?}");
         }
-        assert!(gaps[2] < 2e-3, "{name}: {gaps:?}");
+        assert!(gaps[2] < FORTY_SEGMENTS, "{name}: {gaps:?}");
     }
 }
 
@@ -64,8 +85,8 @@ fn both_treatments_of_constraints_agree() {
         for n in [10, 20] {
             let (at_points, gap) = solved(name, segments(n));
             let (smooth, smooth_gap) = solved(name, smoothed(n));
-            assert!(smooth.excess.amount <= 5e-7 && at_points.excess.amount <= 5e-7);
-            assert!((smooth_gap - gap).abs() < 5e-4, "{name}, {n} segments: {gap} {smooth_gap}");
+            assert!(smooth.excess.amount <= EXCESS && at_points.excess.amount <= EXCESS);
+            assert!((smooth_gap - gap).abs() < TREATMENTS, "{name}, {n} segments: {gap} {smooth_gap}");
             assert!(smooth_gap < 0.5 * last, "{name}, {n} segments: {last} {smooth_gap}");
             last = smooth_gap;
             assert!(at_points.passes.is_empty() && at_points.trajectory.phases[0].costate.is_some());
@@ -83,7 +104,7 @@ fn a_constraint_with_controls() {
     let gaps = [10, 20, 40].map(|n| solved("rayleigh_path", segments(n)).1);
     assert!(gaps[1] < 0.5 * gaps[0] && gaps[2] < 0.5 * gaps[1], "{gaps:?}");
     let (_, gap) = solved("rayleigh_path", smoothed(10));
-    assert!((gap - gaps[0]).abs() < 2e-3, "{gap} {gaps:?}");
+    assert!((gap - gaps[0]).abs() < TREATMENTS_WITH_CONTROLS, "{gap} {gaps:?}");
 }
 
 /// A switch in the middle of one of five equal segments.
@@ -93,12 +114,16 @@ fn free_lengths_find_a_switch() {
     let case = problem.pose().unwrap();
     let equal = PiecewiseConstant { settings: segments(5) }.solve(&case.ocp, &case.guess).unwrap();
     let found = problem.optimum.relative_difference(equal.trajectory.objective).abs();
-    assert!((found - 0.04).abs() < 1e-6, "{found}");
+    assert!((found - 0.04).abs() < SOLVER, "{found}");
     let (solution, gap) = solved("di_bang_bang", free(5));
-    assert!(gap.abs() < 1e-7, "{gap}");
+    assert!(gap.abs() < SOLVER_OPTIMUM, "{gap}");
     let phase = &solution.trajectory.phases[0];
     let middle = 0.5 * (phase.initial_time + phase.final_time);
-    assert!(phase.control.breaks().iter().any(|t| (t - middle).abs() < 1e-6), "{:?}", phase.control.breaks());
+    assert!(
+        phase.control.breaks().iter().any(|t| (t - middle).abs() < SOLVER),
+        "{:?}",
+        phase.control.breaks()
+    );
 }
 
 #[test]
@@ -133,9 +158,14 @@ fn segments_are_divided_until_nothing_is_to_be_gained() {
         ("bryson_denham", Lengths::Free(FreeLengths::default())),
         ("linear_tangent", Lengths::Free(FreeLengths::default())),
     ] {
-        let settings = PiecewiseSettings { tolerance: 1e-4, max_refinements: 100, lengths, ..segments(4) };
+        let settings =
+            PiecewiseSettings { tolerance: TOLERANCE, max_refinements: 100, lengths, ..segments(4) };
         let (solution, gap) = solved(name, settings);
-        assert!(gap < 1e-4 && solution.gain <= 1e-4, "{name}: gap {gap}, expected {}", solution.gain);
+        assert!(
+            gap < TOLERANCE && solution.gain <= TOLERANCE,
+            "{name}: gap {gap}, expected {}",
+            solution.gain
+        );
     }
     let problem = apsides_problems::find("linear_tangent").unwrap();
     let case = problem.pose().unwrap();

@@ -96,6 +96,35 @@ impl PhaseTransitions {
     ///
     /// # Errors
     /// When their numbers do not fit.
+    ///
+    /// # Examples
+    /// ```
+    /// use apsides_ad::{Dynamics, Scalar};
+    /// use apsides_ocp::{At, Bounds, Guess, Ocp, Phase, State, Variable};
+    /// use apsides_pipeline::covariance::along;
+    /// use apsides_radau::Radau;
+    ///
+    /// /// A cart that is pushed.
+    /// struct Cart;
+    /// impl Dynamics<2, 1> for Cart {
+    ///     fn rate<S: Scalar>(&self, _t: S, x: &[S; 2], u: &[S; 1], _p: &[S; 0]) -> [S; 2] {
+    ///         [x[1], u[0]]
+    ///     }
+    /// }
+    ///
+    /// let phase = Phase::new("push", Cart)
+    ///     .states([State::new("x", "m").starts_at(0.0).ends_at(1.0), State::new("v", "m/s").starts_at(0.0).ends_at(0.0)])
+    ///     .controls([Variable::new("a", "m/s2").within(-1.0, 1.0)])
+    ///     .final_time(Bounds::new(0.5, 5.0));
+    /// let ocp = Ocp::builder("cart").phase(phase).minimize("time", "s", At::FinalTime("push")).build()?;
+    /// let solution = Radau::default().solve(&ocp, &Guess::linear(&ocp))?;
+    /// // The place and the speed of the start are known to 3 cm and 2 cm/s, the acceleration to 1 cm/s2; the flight takes 2 s.
+    /// let transitions = along(&ocp, &solution.trajectory, 0, 1e-10)?;
+    /// let all = transitions.covariances(&[0.03_f64.powi(2), 0.0, 0.0, 0.02_f64.powi(2)], &[0.01])?;
+    /// let variance = 0.03_f64.powi(2) + (2.0 * 0.02_f64).powi(2) + (0.5 * 4.0 * 0.01_f64).powi(2);
+    /// assert!(all.last().is_some_and(|end| (end[0] / variance - 1.0).abs() < 1e-5));
+    /// # Ok::<(), Box<dyn std::error::Error>>(())
+    /// ```
     pub fn covariances(&self, start: &[f64], sigmas: &[f64]) -> Result<Vec<Vec<f64>>, Error> {
         self.transitions.iter().map(|t| t.covariance(start, sigmas)).collect()
     }

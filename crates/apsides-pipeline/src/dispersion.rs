@@ -170,19 +170,23 @@ mod tests {
             navigation_velocity_m_s: [0.1, 0.2, 0.3],
         };
         const N: usize = 20_000;
+        /// Four standard deviations of a mean of so many samples, `4 / sqrt(N)`, and a little more.
+        const MEAN: f64 = 0.03;
+        /// Five standard deviations of their variance, `5 sqrt(2 / N)`.
+        const VARIANCE: f64 = 0.05;
         let samples: Vec<[f64; NUMBER]> = (0..N).map(|k| dispersions.sample(7, k).values()).collect();
         let sigmas = dispersions.values();
         let mean_of = |f: &dyn Fn(&[f64; NUMBER]) -> f64| samples.iter().map(f).sum::<f64>() / N as f64;
         for i in 0..NUMBER {
-            assert!(mean_of(&|s| s[i] / sigmas[i]).abs() < 0.03);
-            assert!((mean_of(&|s| (s[i] / sigmas[i]).powi(2)) - 1.0).abs() < 0.05);
+            assert!(mean_of(&|s| s[i] / sigmas[i]).abs() < MEAN);
+            assert!((mean_of(&|s| (s[i] / sigmas[i]).powi(2)) - 1.0).abs() < VARIANCE);
             for j in 0..i {
-                assert!(mean_of(&|s| s[i] * s[j] / (sigmas[i] * sigmas[j])).abs() < 0.03);
+                assert!(mean_of(&|s| s[i] * s[j] / (sigmas[i] * sigmas[j])).abs() < MEAN);
             }
         }
         // The next sample of the same component as well.
         let successive = samples.windows(2).map(|w| w[0][0] * w[1][0]).sum::<f64>() / N as f64 / 1e4;
-        assert!(successive.abs() < 0.03);
+        assert!(successive.abs() < MEAN);
         assert_eq!(dispersions.sample(7, 12), dispersions.sample(7, 12));
         assert_ne!(dispersions.sample(7, 12), dispersions.sample(8, 12));
     }

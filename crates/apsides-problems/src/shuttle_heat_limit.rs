@@ -79,6 +79,15 @@ pub fn pose_with_limit(name: &str, limit: f64) -> Result<Case, OcpError> {
 ///
 /// # Errors
 /// None.
+///
+/// # Examples
+/// ```
+/// // Like the others of the gallery it has a guess that fits.
+/// let case = apsides_problems::shuttle_heat_limit::pose_least_peak()?;
+/// case.guess.check(&case.ocp)?;
+/// assert_eq!(case.ocp.parameters[0].name, "peak");
+/// # Ok::<(), apsides_ocp::OcpError>(())
+/// ```
 pub fn pose_least_peak() -> Result<Case, OcpError> {
     let above = Variable::new("heating rate above peak", UNIT).at_most(0.0).scaled_by(10.0);
     let ocp = Ocp::builder("shuttle_least_peak")

@@ -10,6 +10,18 @@ use apsides_ocp::{Bounds, Guess, Ocp, Phase, State, Variable};
 use apsides_problems::double_integrator::{DoubleIntegrator, Effort};
 use apsides_radau::{Radau, RadauSettings, RadauSolution};
 
+/// Discretisation: objectives of polynomials between contacts.
+const MESH: f64 = 1e-9;
+
+/// Round-off of a state that a bound holds.
+const ROUNDING: f64 = 1e-12;
+
+/// Discretisation: times of a contact, and the objective with an arc.
+const CONTACT: f64 = 1e-6;
+
+/// Discretisation: a costate that jumps nearby.
+const COSTATE: f64 = 1e-2;
+
 /// `sign * x`.
 struct Position {
     sign: f64,
@@ -55,7 +67,7 @@ fn a_ceiling_touched_in_the_middle() {
         for intervals in [10, 7] {
             let solution = solve(&turn(l, -1.0, upper), intervals);
             assert!(solution.accurate && solution.meshes.len() <= 5, "{l} {:?}", solution.meshes);
-            close(solution.trajectory.objective, 2.0 + 6.0 * (1.0 - 4.0 * l).powi(2), 1e-9);
+            close(solution.trajectory.objective, 2.0 + 6.0 * (1.0 - 4.0 * l).powi(2), MESH);
             let t = &solution.trajectory.phases[0];
             let rise = 24.0 * (1.0 - 4.0 * l);
             let costate = t.costate.as_ref().unwrap();
@@ -73,7 +85,7 @@ fn a_ceiling_touched_in_the_middle() {
                 let (time, sign) = (t.contact_time(&t.contacts[0]), if upper { 1.0 } else { -1.0 });
                 close(time, 0.5, if l < 0.17 { 1e-3 } else { 1e-6 });
                 close(t.contacts[0].multiplier, sign * 2.0 * rise, 2.0 * tolerance);
-                close(t.state_at(time)[0], l, 1e-12);
+                close(t.state_at(time)[0], l, ROUNDING);
             }
         }
     }
@@ -108,8 +120,8 @@ fn a_contact_that_no_mesh_knows() {
             assert!(solution.accurate && solution.meshes.len() <= 6, "{l} {:?}", solution.meshes);
             let t = &solution.trajectory.phases[0];
             assert_eq!(t.contacts.len(), 1, "{l} {:?}", t.contacts);
-            close(solution.trajectory.objective, optimum, 1e-9);
-            close(t.contact_time(&t.contacts[0]), time, 1e-6);
+            close(solution.trajectory.objective, optimum, MESH);
+            close(t.contact_time(&t.contacts[0]), time, CONTACT);
         }
     }
 }
@@ -120,7 +132,7 @@ fn an_arc_has_contacts_at_its_ends_or_none() {
     let l = 0.15;
     let solution = solve(&turn(l, -1.0, true), 10);
     assert!(solution.accurate);
-    close(solution.trajectory.objective, 4.0 / (9.0 * l), 1e-6);
+    close(solution.trajectory.objective, 4.0 / (9.0 * l), CONTACT);
     let costate = solution.trajectory.phases[0].costate.as_ref().unwrap();
-    close(costate.component(0.1, 0), 2.0 / (9.0 * l * l), 1e-2);
+    close(costate.component(0.1, 0), 2.0 / (9.0 * l * l), COSTATE);
 }

@@ -5,6 +5,12 @@ use apsides_ad::{Dynamics, PathFunction, Scalar};
 use apsides_ocp::{At, Bounds, Guess, Mesh, Ocp, OcpError, Phase, State, Variable};
 use apsides_radau::{Explanation, Radau, Requirement, RequirementKind, Side};
 
+/// Solver: amounts of the elastic problem, relative, or absolute below one.
+const SOLVER: f64 = 1e-3;
+
+/// Round-off of the arithmetic.
+const ROUNDING: f64 = 1e-12;
+
 struct Cart;
 impl Dynamics<2, 1> for Cart {
     fn rate<S: Scalar>(&self, _t: S, x: &[S; 2], u: &[S; 1], _p: &[S; 0]) -> [S; 2] {
@@ -73,7 +79,7 @@ fn remedy(e: &Explanation, kind: RequirementKind, name: &str, side: Side) -> f64
 
 #[track_caller]
 fn near(found: f64, expected: f64) {
-    assert!((found - expected).abs() < 1e-3 * expected.abs().max(1.0), "{found} instead of {expected}");
+    assert!((found - expected).abs() < SOLVER * expected.abs().max(1.0), "{found} instead of {expected}");
 }
 
 /// 1 m in 1 s at no more than 0.5 m/s.
@@ -221,5 +227,5 @@ fn residuals_of_a_guess_by_name() {
     assert_eq!(worst.len(), 1, "{worst:?}");
     assert_eq!(worst[0].origin.name, "equation of motion of x");
     // On an interval of a quarter: dx/dtau = 1/8.
-    assert!((worst[0].amount - 0.125).abs() < 1e-12, "{worst:?}");
+    assert!((worst[0].amount - 0.125).abs() < ROUNDING, "{worst:?}");
 }

@@ -175,6 +175,9 @@ fn title(label: &str, unit: &str, power: i32) -> String {
 mod tests {
     use super::*;
 
+    /// Round-off of a range that is drawn about one value.
+    const ROUNDING: f64 = 1e-6;
+
     fn labels(layout: &AxisLayout) -> Vec<&str> {
         layout.ticks.iter().map(|t| t.label.as_str()).collect()
     }
@@ -196,7 +199,7 @@ mod tests {
         for value in [0.0, 1e-300, 1e149, -3.0, 1e6] {
             let axis = AxisLayout::new(&Axis::new("x", "-"), [value].into_iter(), 0.05, 5);
             let position = axis.position(value).expect("drawable");
-            assert!((position - 0.5).abs() < 1e-6, "{value}: {position}");
+            assert!((position - 0.5).abs() < ROUNDING, "{value}: {position}");
             assert!((2..12).contains(&axis.ticks.len()), "{value}: {}", axis.ticks.len());
         }
         let noisy = AxisLayout::new(&Axis::new("x", "kg"), [600.0, 600.0 + 1e-9].into_iter(), 0.05, 5);

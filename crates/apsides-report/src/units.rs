@@ -168,6 +168,9 @@ fn symbol(token: &str) -> Option<String> {
 mod tests {
     use super::*;
 
+    /// Round-off of the arithmetic.
+    const ROUNDING: f64 = 1e-12;
+
     #[test]
     fn quotients_of_units() {
         assert_eq!(quotient("kg", "m/s"), "kg s/m");
@@ -185,7 +188,7 @@ mod tests {
         assert_eq!(display_unit("m", 150.0).name, "m");
         assert_eq!(display_unit("N", 2e7).name, "MN");
         assert_eq!(display_unit("rad/s", 1.0).name, "deg/s");
-        assert!((display_unit("rad", 1.0).factor * PI - 180.0).abs() < 1e-12);
+        assert!((display_unit("rad", 1.0).factor * PI - 180.0).abs() < ROUNDING);
         assert_eq!(display_unit("W/m2", 5e5).name, "kW/m²");
         assert_eq!(display_unit("m/s", 1700.0).name, "m/s");
         assert_eq!(display_unit("s", 1e6).name, "d");

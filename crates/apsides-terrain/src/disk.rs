@@ -99,6 +99,12 @@ mod tests {
     use super::*;
     use crate::{ElevationMap, Geometry};
 
+    /// Round-off of sums over rows, m.
+    const ROUNDING_M: f64 = 1e-9;
+
+    /// Round-off of the slopes of exact heights.
+    const ROUNDING_OF_SLOPES: f64 = 1e-12;
+
     #[test]
     fn the_disks_of_the_references() {
         let counts = [5.0, 25.0].map(|r| Disk::new(r, 1.0).count);
@@ -116,8 +122,11 @@ mod tests {
         let sums = RowSums::new(map.relative());
         let disk = Disk::new(3.2, 1.0);
         let plane = sums.plane(&disk, 12, 20).unwrap();
-        assert!((plane.height + map.datum() - 10.0).abs() < 1e-9);
-        assert!((plane.rise[0] - 0.5).abs() < 1e-12 && (plane.rise[1] + 0.25).abs() < 1e-12);
+        assert!((plane.height + map.datum() - 10.0).abs() < ROUNDING_M);
+        assert!(
+            (plane.rise[0] - 0.5).abs() < ROUNDING_OF_SLOPES
+                && (plane.rise[1] + 0.25).abs() < ROUNDING_OF_SLOPES
+        );
         assert!(sums.plane(&disk, 6, 7).is_none() && sums.plane(&disk, 2, 15).is_none());
         assert!(sums.plane(&disk, 9, 9).is_some());
     }

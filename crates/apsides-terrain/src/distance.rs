@@ -15,6 +15,19 @@ pub(crate) const BAND: usize = 128;
 ///
 /// # Errors
 /// Pixels that are not square, in metres.
+///
+/// # Examples
+/// ```
+/// use apsides_terrain::{Geometry, Raster, distance_to_nearest};
+///
+/// // One mark in the middle of pixels of 2 m.
+/// let geometry = Geometry::square(9, 9, 2.0)?;
+/// let mut marked = Raster::filled(geometry, false);
+/// marked.data_mut()[geometry.index(4, 4)] = true;
+/// let distance = distance_to_nearest(&marked)?;
+/// assert_eq!((distance.get(4, 4), distance.get(0, 1)), (0.0, 10.0));
+/// # Ok::<(), apsides_terrain::TerrainError>(())
+/// ```
 pub fn distance_to_nearest(marked: &Raster<bool>) -> Result<Raster<f32>, TerrainError> {
     to_nearest(marked.geometry(), marked.geometry().square_pixel()?, |k| marked.data()[k])
 }

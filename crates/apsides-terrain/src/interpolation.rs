@@ -80,6 +80,20 @@ impl Surface {
     }
 
     /// Gradient of the height (to the east, to the north; m/m) at a point (east, north; m); none beside a gap and outside the map.
+    ///
+    /// # Examples
+    /// ```
+    /// use apsides_terrain::interpolation::{Smoothness, Surface};
+    /// use apsides_terrain::{ElevationMap, Geometry};
+    ///
+    /// // Ground that rises by an eighth to the east.
+    /// let geometry = Geometry::square(9, 9, 8.0)?;
+    /// let heights: Vec<f64> = (0..81).map(|k| f64::from(k % 9)).collect();
+    /// let surface = Surface::new(&ElevationMap::from_heights(geometry, &heights)?, Smoothness::C2)?;
+    /// assert!(surface.gradient_at([20.0, -20.0]).is_some_and(|[e, n]| (e - 0.125).abs() < 1e-12 && n.abs() < 1e-12));
+    /// assert_eq!(surface.gradient_at([-1.0, -20.0]), None, "outside of the map");
+    /// # Ok::<(), apsides_terrain::TerrainError>(())
+    /// ```
     pub fn gradient_at(&self, [east, north]: [f64; 2]) -> Option<[f64; 2]> {
         Some(self.gradient(east, north))
             .filter(|g| g.iter().all(|g| g.is_finite()) && self.contains([east, north]))
@@ -421,7 +435,7 @@ mod tests {
                 let (left, right) = (curvature(e - d, n), curvature(e + d, n));
                 let jump = (left[0] - right[0]).abs();
                 assert!(
-                    if kind == Smoothness::C2 { jump < 1e-6 } else { jump > 1e-3 },
+                    if kind == Smoothness::C2 { jump < DIFFERENCES } else { jump > 1e-3 },
                     "{kind:?} {e}: {jump}"
                 );
             }

@@ -87,6 +87,21 @@ pub fn incidence(map: &ElevationMap, sun: &Sun) -> Result<Raster<f32>, TerrainEr
 ///
 /// # Errors
 /// Pixels that are not square or in degrees.
+///
+/// # Examples
+/// ```
+/// use apsides_terrain::light::{Sun, cast_shadow};
+/// use apsides_terrain::{ElevationMap, Geometry};
+///
+/// // A wall of 5 m on the flat, along the column 20 m east.
+/// let geometry = Geometry::square(41, 41, 1.0)?;
+/// let heights: Vec<f64> = (0..41 * 41).map(|k| if k % 41 == 20 { 5.0 } else { 0.0 }).collect();
+/// let map = ElevationMap::from_heights(geometry, &heights)?;
+/// // The Sun in the west, 45 deg high: the shadow of the wall ends 5 m behind it.
+/// let lit = cast_shadow(&map, &Sun::new(-0.5 * std::f64::consts::PI, 0.25 * std::f64::consts::PI)?)?;
+/// assert_eq!([19, 22, 24, 26].map(|col| lit.get(20, col)), [1.0, 0.0, 0.0, 1.0]);
+/// # Ok::<(), apsides_terrain::TerrainError>(())
+/// ```
 pub fn cast_shadow(map: &ElevationMap, sun: &Sun) -> Result<Raster<f32>, TerrainError> {
     let pixel = map.geometry().square_pixel()?;
     let ground = RayGround::new(map.relative());

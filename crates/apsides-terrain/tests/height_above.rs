@@ -15,6 +15,9 @@ const SPEED: f64 = 100.0;
 const SLOPE: f64 = 0.125;
 const PIXEL: f64 = 8.0;
 
+/// Discretisation: the least height between the nodes, on samples, m.
+const LEAST_M: f64 = 1e-4;
+
 /// `east' = 100 m/s, north' = 0, up' = v, v' = a`.
 struct Overflight;
 
@@ -73,5 +76,5 @@ fn least_effort_over_a_slope() {
             x[2] - surface.height_at([x[0], x[1]]).unwrap()
         })
         .fold(f64::INFINITY, f64::min);
-    assert!((least + LEAST).abs() < 1e-4, "{least}");
+    assert!((least + LEAST).abs() < LEAST_M, "{least}");
 }

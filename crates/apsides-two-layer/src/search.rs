@@ -5,7 +5,7 @@ use std::fmt::Debug;
 use std::time::{Duration, Instant};
 
 use apsides_iteration::{Flow, Observer, SearchProgress};
-use apsides_metaheuristics::{Algorithm, Evaluation, Progress, Run, SearchSpace, StopReason};
+use apsides_metaheuristics::{Algorithm, Evaluation, Progress, Run, Search, SearchSpace, StopReason};
 use apsides_ocp::Ocp;
 use apsides_ocp::method::{SearchEnd, SearchRecord};
 use apsides_shooting::profile::{
@@ -71,7 +71,7 @@ pub fn search(
     };
     let saved = checkpoint.map(|c| c.load().map_err(TwoLayerError::Checkpoint)).transpose()?.flatten();
     let mut run = match saved {
-        Some(run) => run,
+        Some(run) => continued(run, &settings.search),
         None => Run::new(&settings.search, &space)?,
     };
     let mut last_saved = Instant::now();
@@ -114,6 +114,13 @@ pub fn search(
     Ok(Found { start, record })
 }
 
+/// A search that goes on, on as many threads as there are now, and beyond the time that it had before.
+fn continued(mut run: Run, search: &Search) -> Run {
+    run.set_threads(search.threads);
+    run.reopen();
+    run
+}
+
 fn rules(ocp: &Ocp, profile: &ProfileModel, s: &TwoLayerSettings) -> Result<FlightRules, TwoLayerError> {
     let shape = ProfileShape {
         least_intervals: s.least_intervals,
@@ -151,5 +158,84 @@ fn end_of(stop: StopReason) -> SearchEnd {
         StopReason::Stopped => SearchEnd::Interrupted,
         StopReason::AllFailed => SearchEnd::AllFailed,
         _ => SearchEnd::Converged,
+    }
+}
+
+#[cfg(test)]
+#[allow(clippy::unwrap_used)]
+mod tests {
+    use std::sync::Mutex;
+
+    use apsides_ad::{Dynamics, Scalar};
+    use apsides_ocp::{At, Bounds, Phase, State, Variable};
+    use apsides_shooting::profile::{Independent, Steering};
+
+    use super::*;
+
+    /// Height and speed of a fall that a thrust slows down.
+    struct Fall;
+
+    impl Dynamics<2, 1> for Fall {
+        fn rate<S: Scalar>(&self, _t: S, x: &[S; 2], u: &[S; 1], _p: &[S; 0]) -> [S; 2] {
+            [x[1], u[0] - 10.0]
+        }
+    }
+
+    /// A checkpoint in memory.
+    #[derive(Debug, Default)]
+    struct Memory(Mutex<Option<String>>);
+
+    impl Checkpoint for Memory {
+        fn load(&self) -> Result<Option<Run>, Box<dyn Error + Send + Sync>> {
+            Ok(self.0.lock().unwrap().as_deref().map(serde_json::from_str).transpose()?)
+        }
+
+        fn save(&self, run: &Run) -> Result<(), Box<dyn Error + Send + Sync>> {
+            *self.0.lock().unwrap() = Some(serde_json::to_string(run)?);
+            Ok(())
+        }
+    }
+
+    fn searched(search: Search, checkpoint: Option<&dyn Checkpoint>) -> SearchRecord {
+        let phase = Phase::new("fall", Fall)
+            .states([
+                State::new("height", "m").within(-1.0, 200.0).starts_at(100.0).ends_at(0.0),
+                State::new("speed", "m/s").within(-60.0, 60.0).starts_at(0.0).ends_at(0.0),
+            ])
+            .controls([Variable::new("thrust", "m/s2").within(0.0, 20.0)])
+            .final_time(Bounds::new(1.0, 20.0));
+        let ocp =
+            Ocp::builder("fall").phase(phase).minimize("time", "s", At::FinalTime("fall")).build().unwrap();
+        let profile = ProfileModel {
+            independent: Independent::Time,
+            bounds: vec![Bounds::new(0.0, 20.0)],
+            steering: Steering::Controls,
+            stop: "height".into(),
+            distance_per_unit: vec![1.0, 1.0],
+        };
+        let settings = TwoLayerSettings { search, ..TwoLayerSettings::default() };
+        super::search(&ocp, &profile, &settings, checkpoint, &mut ()).unwrap().record
+    }
+
+    #[test]
+    fn a_search_goes_on_with_the_time_and_the_threads_of_today() {
+        let search = Search { budget: 300, threads: 1, ..Search::default() };
+        let whole = searched(search.clone(), None);
+        assert_eq!(whole.end, SearchEnd::Budget);
+        // One generation at a time.
+        let limited = Search { time_limit: Some(Duration::ZERO), ..search };
+        let memory = Memory::default();
+        let first = searched(limited.clone(), Some(&memory));
+        assert_eq!((first.end, first.generations), (SearchEnd::TimeLimit, 1));
+        let on_two = Search { threads: 2, ..limited };
+        let second = searched(on_two.clone(), Some(&memory));
+        assert_eq!((second.end, second.generations), (SearchEnd::TimeLimit, 2));
+        let kept: serde_json::Value =
+            serde_json::from_str(memory.0.lock().unwrap().as_deref().unwrap()).unwrap();
+        assert_eq!(kept["search"]["threads"], 2);
+        let rest = (second.generations..whole.generations).map(|_| searched(on_two.clone(), Some(&memory)));
+        let last = rest.last().unwrap();
+        assert_eq!((last.end, last.generations), (SearchEnd::Budget, whole.generations));
+        assert_eq!((last.objective, last.miss), (whole.objective, whole.miss));
     }
 }

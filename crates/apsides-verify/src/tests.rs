@@ -17,6 +17,9 @@ mod sampled;
 use crate::{Certificate, Check, CheckKind, Verdict, VerifySettings, verify};
 use apsides_ocp::{Ocp, Trajectory};
 
+/// Discretisation: the part of its limit that a check of an exact solution may need.
+const EXACT: f64 = 1e-3;
+
 fn certify(ocp: &Ocp, trajectory: &Trajectory) -> Certificate {
     let certificate =
         verify(ocp, trajectory, &VerifySettings::default()).expect("the trajectory fits").certificate;
@@ -48,7 +51,7 @@ fn failed(certificate: &Certificate) -> Vec<&str> {
 fn assert_exact(certificate: &Certificate) {
     assert!(certificate.verdict >= Verdict::Extremal, "{certificate:#?}");
     for c in &certificate.checks {
-        assert!(c.value <= 1e-3 * c.limit, "{c:#?}");
+        assert!(c.value <= EXACT * c.limit, "{c:#?}");
         assert_eq!(c.margin, c.limit - c.value);
     }
 }

@@ -11,6 +11,12 @@ use crate::sensor::SensorSettings;
 /// Sums of some thousand terms.
 const ROUNDING: f64 = 1e-11;
 
+/// Discretisation: a sampled controller against a continuous one, of first order in the sample time.
+const SAMPLING: f64 = 1e-3;
+
+/// Discretisation: terms of second order in the sample time.
+const SECOND_ORDER: f64 = 0.01;
+
 /// x'' = u.
 struct Mass;
 
@@ -65,8 +71,8 @@ fn pid_deviation(step: f64) -> f64 {
 fn pid_on_a_double_integrator() {
     // Sampling is of first order in the step.
     let (coarse, fine) = (pid_deviation(2e-3), pid_deviation(1e-3));
-    assert!(fine < 1e-3, "{fine}");
-    assert!((coarse / fine - 2.0).abs() < 0.01, "{coarse} {fine}");
+    assert!(fine < SAMPLING, "{fine}");
+    assert!((coarse / fine - 2.0).abs() < SECOND_ORDER, "{coarse} {fine}");
 }
 
 #[test]

@@ -67,6 +67,18 @@ impl DescentSolver {
     ///
     /// # Errors
     /// [`ConvexError`] when the time is not positive, or of the conic solver.
+    ///
+    /// # Examples
+    /// ```
+    /// use apsides_convex::{DescentProblem, DescentSettings, DescentSolver};
+    ///
+    /// // The landing on Mars of Acikmese and Ploen, without a search for the time.
+    /// let mut solver = DescentSolver::new(&DescentProblem::mars_lander(), DescentSettings::default())?;
+    /// let short = solver.solve_at(60.0, 3)?;
+    /// let long = solver.solve_at(72.0, 3)?;
+    /// assert!(long.propellant < short.propellant);
+    /// # Ok::<(), apsides_convex::ConvexError>(())
+    /// ```
     pub fn solve_at(&mut self, flight_time: f64, passes: usize) -> Result<DescentSolution, ConvexError> {
         let valid = flight_time > 0.0 && flight_time.is_finite();
         crate::error::require(valid, "flight time", flight_time, "s", "positive and finite")?;

@@ -11,6 +11,12 @@ const DIFFERENCES: f64 = 1e-8;
 /// Round-off of the arithmetic.
 const ROUNDING: f64 = 1e-14;
 
+/// Discretisation: coefficients a little below and above Mach 1.
+const ACROSS_MACH_1: f64 = 1e-7;
+
+/// Discretisation: a cap that lacks little of a hemisphere.
+const NEARLY_A_HEMISPHERE: f64 = 1e-6;
+
 fn near(what: &str, found: f64, expected: f64, tolerance: f64) {
     assert!((found - expected).abs() < tolerance, "{what}: {found} instead of {expected}");
 }
@@ -108,7 +114,7 @@ fn stagnation_pressure_as_published() {
     let jet = |mach: f64| c_jet(mach);
     let (below, above) = (jet(1.0 - 1e-9), jet(1.0 + 1e-9));
     for k in 0..3 {
-        near("Mach 1", below[k], above[k], 1e-7);
+        near("Mach 1", below[k], above[k], ACROSS_MACH_1);
     }
 }
 
@@ -175,7 +181,7 @@ fn newtonian_shapes() {
     let cone = Newtonian::sphere_cone(0.0, 1.0, 0.3, 1.4).unwrap();
     near("cone", cone.coefficients(10.0, 0.0)[1], c * 0.3_f64.sin().powi(2), ROUNDING);
     let nearly = Newtonian::segment(1.0, 1.0 - 1e-12, 1.4).unwrap();
-    near("hemisphere", nearly.coefficients(10.0, 0.0)[1], c / 2.0, 1e-6);
+    near("hemisphere", nearly.coefficients(10.0, 0.0)[1], c / 2.0, NEARLY_A_HEMISPHERE);
     let apollo = Newtonian::segment(4.694, 1.956, 1.4).unwrap();
     let [lift, drag] = apollo.coefficients(20.0, -20_f64.to_radians());
     assert!((0.25..0.35).contains(&(lift / drag)) && (1.2..1.5).contains(&drag), "{lift} {drag}");

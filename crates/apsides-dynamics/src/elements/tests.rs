@@ -12,6 +12,9 @@ const ROUNDING: f64 = 1e-12;
 
 const MU: f64 = Body::EARTH.gravitational_parameter;
 
+/// Published: elements with four digits, of a state with as few, deg.
+const PUBLISHED_DEG: f64 = 0.06;
+
 /// Largest difference of two states, position by radius and velocity by the speed `sqrt(mu / r)`.
 fn distance(a: &Cartesian, b: &Cartesian) -> f64 {
     let radius = length(&b.position);
@@ -62,7 +65,7 @@ proptest! {
         prop_assert!((0.0..=PI).contains(&back.inclination) && back.true_anomaly.abs() <= PI);
         let (lean, e) = (orbit.inclination.sin(), orbit.eccentricity);
         if lean > 1e-3 {
-            prop_assert!(apart(back.node, orbit.node) < 1e-13 / lean);
+            prop_assert!(apart(back.node, orbit.node) < 0.1 * ROUNDING / lean);
         }
         if e > 1e-3 {
             prop_assert!(apart(back.true_anomaly, orbit.true_anomaly) < 0.1 * ROUNDING * (1.0 + 1.0 / e));
@@ -188,7 +191,7 @@ fn elements_of_another_state_of_the_literature() {
         (orbit.periapsis, 20.07),
         (orbit.true_anomaly, 28.45),
     ] {
-        assert!((angle.to_degrees() - degrees).abs() < 0.06, "{} {degrees}", angle.to_degrees());
+        assert!((angle.to_degrees() - degrees).abs() < PUBLISHED_DEG, "{} {degrees}", angle.to_degrees());
     }
 }
 

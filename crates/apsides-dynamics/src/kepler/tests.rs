@@ -17,6 +17,12 @@ const ROUNDING: f64 = 1e-14;
 
 const MU: f64 = Body::EARTH.gravitational_parameter;
 
+/// Discretisation: the speed after a thousand years against its limit, relative.
+const ASYMPTOTE_SPEED: f64 = 1e-7;
+
+/// Discretisation: the distance after a thousand years against that at the last speed, relative.
+const ASYMPTOTE_DISTANCE: f64 = 1e-5;
+
 fn length(a: &[f64; 3]) -> f64 {
     vector::norm(a, 0.0)
 }
@@ -244,7 +250,7 @@ fn the_duration_of_a_coast_has_derivatives() {
     let circle = coast_duration(MU, p, Dual::variable(0.0, 0), Dual::constant(0.0), l0, l1);
     let n = (MU / 7e6_f64.powi(3)).sqrt();
     let expected = 2.0 / n * (0.7_f64.sin() - 3.0_f64.sin());
-    assert!((circle.eps[0] - expected).abs() < 1e-13 / n);
+    assert!((circle.eps[0] - expected).abs() < 10.0 * ROUNDING / n);
 }
 
 #[test]
@@ -257,8 +263,8 @@ fn extreme_flights() {
     let energy = 0.5 * 1.5e4_f64.powi(2) - MU / 7e6;
     let end = propagate(MU, &fast, 3.2e10).unwrap();
     let excess = (2.0 * energy).sqrt();
-    assert!((length(&end.velocity) / excess - 1.0).abs() < 1e-7);
-    assert!((length(&end.position) / (excess * 3.2e10) - 1.0).abs() < 1e-5);
+    assert!((length(&end.velocity) / excess - 1.0).abs() < ASYMPTOTE_SPEED);
+    assert!((length(&end.position) / (excess * 3.2e10) - 1.0).abs() < ASYMPTOTE_DISTANCE);
     // A fall past the centre at 1 m: the angular momentum stays.
     let grazing = Cartesian { position: [1e8, 0.0, 0.0], velocity: [-1e3, (2.0 * MU).sqrt() / 1e8, 0.0] };
     let period = grazing.to_classical(MU).unwrap().period(MU);

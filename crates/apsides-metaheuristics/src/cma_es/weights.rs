@@ -79,11 +79,14 @@ mod tests {
     /// Round-off of the arithmetic.
     const ROUNDING: f64 = 1e-14;
 
+    /// Published: half a unit of the last of the digits that were worked out by hand, relative.
+    const PUBLISHED: f64 = 5e-4;
+
     #[test]
     fn constants_of_ten_dimensions() {
         // The formulas of the table worked out by hand for n = 10, lambda = 10, mu = 5.
         let w = Weights::new(10, 10, true);
-        let near = |a: f64, b: f64| assert!((a - b).abs() < 5e-4 * b.abs(), "{a} {b}");
+        let near = |a: f64, b: f64| assert!((a - b).abs() < PUBLISHED * b.abs(), "{a} {b}");
         near(w.ranked[0], 0.4563);
         near(w.ranked[4], 0.0255);
         near(w.effective, 3.1673);

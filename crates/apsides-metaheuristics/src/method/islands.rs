@@ -100,11 +100,6 @@ impl Islands {
         })
     }
 
-    /// The algorithms.
-    pub fn engines(&self) -> &[Engine] {
-        &self.islands
-    }
-
     fn migrate(&mut self) {
         for (island, sent) in self.islands.iter().zip(&mut self.sent) {
             sent.clear();
@@ -244,7 +239,7 @@ mod tests {
             let evaluations: Vec<_> = points.rows().enumerate().map(marked).collect();
             islands.tell(&points, &evaluations);
             let value = |e: &Engine| e.best().expect("a best point").evaluation.objective;
-            best.push(islands.engines().iter().filter(|e| value(e) == -1.0).count());
+            best.push(islands.islands.iter().filter(|e| value(e) == -1.0).count());
         }
         assert_eq!(best, [1, 2, 2, 3, 3, 4, 4, 4]);
     }

@@ -6,6 +6,9 @@ use apsides_metaheuristics::{
 };
 use std::f64::consts::PI;
 
+/// Solver: what a search of 10 000 evaluations leaves above the minimum where half of them fail.
+const SOLVER: f64 = 1e-3;
+
 #[test]
 fn every_method_finds_the_minimum_of_a_sphere() {
     let space = SearchSpace::cube(6, -5.0, 4.0).expect("a box");
@@ -100,7 +103,7 @@ fn failed_evaluations_are_passed_by() {
     for (name, method) in methods() {
         let report = search(&method, 10_000).minimize(&space, &objective).expect(name);
         assert!(report.failures > 0, "{name}");
-        assert!(report.best.expect(name).evaluation.objective < 1e-3, "{name}");
+        assert!(report.best.expect(name).evaluation.objective < SOLVER, "{name}");
     }
 }
 

@@ -11,6 +11,12 @@ use super::{
     Record, RegulatorSizes, SlidingSizes, case,
 };
 
+/// Published: root mean squares of the reference, as its steps leave them, relative.
+const PUBLISHED: f64 = 0.01;
+
+/// Discretisation: root mean square of an angle that is held, deg, as samples and stops of the masses leave it.
+const HELD_DEG: f64 = 0.01;
+
 fn fly(case: &Case) -> Metrics {
     Descent::new(case).unwrap().fly(&mut Record::every(1)).unwrap()
 }
@@ -57,7 +63,7 @@ fn root_mean_squares_of_the_reference() {
     ] {
         let found = fly(&case).window.unwrap().rms.map(f64::to_degrees);
         for (f, e) in found.iter().zip(expected) {
-            assert!((f / e - 1.0).abs() < 0.01, "{what}: {found:?} instead of {expected:?}");
+            assert!((f / e - 1.0).abs() < PUBLISHED, "{what}: {found:?} instead of {expected:?}");
         }
     }
     // Held to the last digits: the error follows the trim, which changes with the Mach number.
@@ -67,7 +73,7 @@ fn root_mean_squares_of_the_reference() {
         (Case { law: steep(), ..Case::radial(10.0) }, 1.727e-6),
     ] {
         let found = fly(&case).window.unwrap().rms[0].to_degrees();
-        assert!((found / expected - 1.0).abs() < 0.01, "{found} instead of {expected}");
+        assert!((found / expected - 1.0).abs() < PUBLISHED, "{found} instead of {expected}");
     }
 }
 
@@ -75,12 +81,12 @@ fn root_mean_squares_of_the_reference() {
 fn ten_kg_on_a_cross_and_five_on_a_rim_hold_all_directions() {
     let cross = worst_of_eight(&Case::cross(10.0));
     let rim = worst_of_eight(&Case::radial(5.0));
-    assert!(cross < 0.01 && rim < 0.01, "{cross} {rim}");
+    assert!(cross < HELD_DEG && rim < HELD_DEG, "{cross} {rim}");
     // Five on a cross stand at their stops, but for offsets between the axes, 0.707 cm along each.
     let saturated = fly(&towards(&Case::cross(5.0), 0)).worst_rms().to_degrees();
-    assert!((saturated / 0.589 - 1.0).abs() < 0.01, "{saturated}");
+    assert!((saturated / 0.589 - 1.0).abs() < PUBLISHED, "{saturated}");
     let between = fly(&towards(&Case::cross(5.0), 1)).worst_rms().to_degrees();
-    assert!(between < 0.02, "{between}");
+    assert!(between < 2.0 * HELD_DEG, "{between}");
     assert!(fly(&Case::cross(5.0)).saturated_time > 190.0);
 }
 
@@ -96,7 +102,7 @@ fn laws_on_the_angles_of_a_rim_fail() {
         assert!(rms.iter().filter(|rms| **rms > 1.0).count() >= 5, "{rms:?}");
         // `radial_direct_linear`: 2.03 deg, as without a law.
         let nominal = fly(&case).worst_rms().to_degrees();
-        assert!((nominal / 2.0336 - 1.0).abs() < 0.01, "{nominal}");
+        assert!((nominal / 2.0336 - 1.0).abs() < PUBLISHED, "{nominal}");
     }
 }
 
@@ -146,14 +152,14 @@ fn other_laws_hold() {
         for case in [Case::cross(10.0), Case::radial(10.0)] {
             let case = Case { law: law.clone(), ..case };
             let worst = worst_of_eight(&case);
-            assert!(worst < 0.01, "{law:?}: {worst}");
+            assert!(worst < HELD_DEG, "{law:?}: {worst}");
         }
     }
     let mut real =
         Case { law: pid(1.7249398417493524, 2.8545196158869044, 10.860345106216773), ..Case::cross(10.0) };
     real.actuators.rate = Some(0.2);
     let worst = worst_of_eight(&real);
-    assert!(worst < 0.01, "{worst}");
+    assert!(worst < HELD_DEG, "{worst}");
     let mut seen = real.clone();
     seen.sensors.angle_noise = 0.05_f64.to_radians();
     let noisy = fly(&seen);

@@ -15,6 +15,13 @@ use apsides_pipeline::{Error, Kind, Mission, Pipeline, Posed, Scalars};
 use apsides_problem_file::{Constant, DeclaredUnit, PosedProblem, ProblemFile, Statement, Written};
 
 /// Names of the units that files may declare.
+///
+/// # Examples
+/// ```
+/// use apsides_missions::problem::unit_names;
+///
+/// assert!(["km", "kg", "deg"].iter().all(|name| unit_names().any(|known| known == *name)));
+/// ```
 pub fn unit_names() -> impl Iterator<Item = &'static str> {
     apsides_expressions::Unit::names()
 }

@@ -3,10 +3,14 @@
 
 use crate::support::{Dense, INF, Jet, assert_success};
 
+/// Solver: without multipliers an objective is known to the root of the tolerance at best, and some strategies end
+/// earlier.
+const SOLVER: f64 = 1e-3;
+
 /// Solves by every strategy; `values` are those of the local minima.
 fn assert_minimum<const N: usize, const M: usize>(problem: &Dense<N, M>, values: &[f64]) {
     assert_success(problem, |report| {
-        let near = values.iter().any(|value| (report.objective - value).abs() < 1e-3);
+        let near = values.iter().any(|value| (report.objective - value).abs() < SOLVER);
         assert!(near, "{} at {:?}", report.objective, report.x);
     });
 }

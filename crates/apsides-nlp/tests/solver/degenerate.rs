@@ -5,6 +5,27 @@ use apsides_nlp::Status;
 
 use crate::support::{Dense, INF, Jet, assert_near, assert_success, solve_by_all, solve_with, strategies};
 
+/// Solver: `NlpSettings::tolerance`.
+const SOLVER: f64 = 1e-8;
+
+/// Solver: the same divided by the curvature, or by the distance of an active limit.
+const SOLVER_AT_BOUNDS: f64 = 1e-7;
+
+/// Solver: the same where bounds are far away or nearly equal.
+const FAR_OR_NEAR: f64 = 1e-6;
+
+/// Solver: the root of the tolerance, where solutions are not isolated or have no interior.
+const WITHOUT_INTERIOR: f64 = 1e-4;
+
+/// Solver: ten times the root of the tolerance, where conditions vanish with the square of the distance.
+const SQUARE: f64 = 1e-3;
+
+/// Solver: some times the cube root of the tolerance, where conditions vanish with the third power of the distance.
+const THIRD_POWER: f64 = 1e-2;
+
+/// Solver: the start scales the objective by 1e-8, and the conditions with it.
+const HUGE_GRADIENT: f64 = 1e-3;
+
 /// Waechter and Biegler 2000, doi 10.1007/PL00011386: methods that only take Newton steps for the constraints fail
 /// here. The solution has `x0 = max(1, offset)`; a stationary point of the 1-norm of the violation lies at (-1, 0, 0).
 #[test]
@@ -28,7 +49,7 @@ fn waechter_biegler_counterexample() {
             [0.0, 0.0, 0.0],
         ] {
             solve_by_all(&problem(start, offset), Status::Optimal, |report| {
-                assert_near(&report.x, &solution, 1e-7);
+                assert_near(&report.x, &solution, SOLVER_AT_BOUNDS);
             });
         }
     }
@@ -47,7 +68,7 @@ fn powell_singular_equations() {
         objective: |_| Jet::constant(0.0),
         constraints: |x| [x[0], 10.0 * x[0] / (x[0] + 0.1) + 2.0 * x[1] * x[1]],
     };
-    solve_by_all(&problem, Status::Optimal, |report| assert_near(&report.x, &[0.0, 0.0], 1e-3));
+    solve_by_all(&problem, Status::Optimal, |report| assert_near(&report.x, &[0.0, 0.0], SQUARE));
 }
 
 /// Kuhn and Tucker 1951: the gradients of the active constraints at the solution (1, 0) are opposite to each other, so
@@ -63,7 +84,7 @@ fn kuhn_tucker_cusp() {
         objective: |x| x[0] * -1.0,
         constraints: |x| [(1.0 - x[0]).powi(3) - x[1]],
     };
-    assert_success(&problem, |report| assert_near(&report.x, &[1.0, 0.0], 1e-2));
+    assert_success(&problem, |report| assert_near(&report.x, &[1.0, 0.0], THIRD_POWER));
 }
 
 /// A line of feasible points, where the gradient of the constraint vanishes.
@@ -78,13 +99,13 @@ fn square_at_most_zero() {
         objective: |x| x[0] + (x[1] - 1.0).powi(2),
         constraints: |x| [x[0] * x[0]],
     };
-    assert_success(&problem, |report| assert_near(&report.x, &[0.0, 1.0], 1e-3));
+    assert_success(&problem, |report| assert_near(&report.x, &[0.0, 1.0], SQUARE));
 }
 
 #[test]
 fn singular_hessian_at_the_solution() {
     let problem = Dense::unconstrained([3.0, -2.0], |x| x[0].powi(4) + (x[0] - x[1]).powi(4));
-    solve_by_all(&problem, Status::Optimal, |report| assert_near(&report.x, &[0.0, 0.0], 1e-2));
+    solve_by_all(&problem, Status::Optimal, |report| assert_near(&report.x, &[0.0, 0.0], THIRD_POWER));
 }
 
 #[test]
@@ -99,7 +120,7 @@ fn solutions_that_are_not_isolated() {
         constraints: |x| [x[0] - x[1]],
     };
     solve_by_all(&problem, Status::Optimal, |report| {
-        assert_near(&[report.x[0] + report.x[1]], &[2.0], 1e-4);
+        assert_near(&[report.x[0] + report.x[1]], &[2.0], WITHOUT_INTERIOR);
     });
 }
 
@@ -114,7 +135,7 @@ fn more_nonlinear_equalities_than_variables() {
         objective: |x| x[0] - x[1],
         constraints: |x| [x[0] * x[0] + x[1] * x[1], x[0] * x[0] - 4.0 * x[1], x[0] + x[1], x[0] * x[1]],
     };
-    solve_by_all(&problem, Status::Optimal, |report| assert_near(&report.x, &[2.0, 1.0], 1e-7));
+    solve_by_all(&problem, Status::Optimal, |report| assert_near(&report.x, &[2.0, 1.0], SOLVER_AT_BOUNDS));
 }
 
 /// After the first step only the multipliers have to converge.
@@ -129,7 +150,7 @@ fn equalities_that_fix_every_variable() {
         objective: |x| 0.6 * x[0],
         constraints: |x| [2.9 * x[0]],
     };
-    solve_by_all(&problem, Status::Optimal, |report| assert_near(&report.x, &[2.5 / 2.9], 1e-8));
+    solve_by_all(&problem, Status::Optimal, |report| assert_near(&report.x, &[2.5 / 2.9], SOLVER));
 }
 
 #[test]
@@ -150,7 +171,7 @@ fn redundant_equalities() {
     for settings in strategies() {
         let report = solve_with(&problem, &settings);
         assert_eq!(report.status, Status::Optimal);
-        assert_near(&report.x, &[0.4, 0.2, 0.4], 1e-7);
+        assert_near(&report.x, &[0.4, 0.2, 0.4], SOLVER_AT_BOUNDS);
     }
 }
 
@@ -178,10 +199,10 @@ fn no_interior() {
     for settings in strategies() {
         let report = solve_with(&line, &settings);
         assert!(report.status.is_success(), "{}", report.status);
-        assert_near(&report.x, &[0.5, 0.5], 1e-4);
+        assert_near(&report.x, &[0.5, 0.5], WITHOUT_INTERIOR);
         let report = solve_with(&vertex, &settings);
         assert_eq!(report.status, Status::Optimal);
-        assert_near(&report.x, &[0.0, 0.0], 1e-7);
+        assert_near(&report.x, &[0.0, 0.0], SOLVER_AT_BOUNDS);
     }
 }
 
@@ -197,7 +218,7 @@ fn start_with_a_huge_gradient() {
         objective: |x| (x[0] - 1.0).powi(2),
         constraints: |_| [],
     };
-    solve_by_all(&problem, Status::Optimal, |report| assert_near(&report.x, &[2.0], 1e-3));
+    solve_by_all(&problem, Status::Optimal, |report| assert_near(&report.x, &[2.0], HUGE_GRADIENT));
 }
 
 #[test]
@@ -212,7 +233,7 @@ fn bounds_far_away() {
         constraints: |x| [x[0] + x[1]],
     };
     // Projection of (1, 4) on the half plane.
-    solve_by_all(&problem, Status::Optimal, |report| assert_near(&report.x, &[-0.5, 2.5], 1e-6));
+    solve_by_all(&problem, Status::Optimal, |report| assert_near(&report.x, &[-0.5, 2.5], FAR_OR_NEAR));
 }
 
 #[test]
@@ -228,6 +249,6 @@ fn nearly_equal_bounds() {
     };
     // The rows fix x1 and x0 + x2.
     solve_by_all(&problem, Status::Optimal, |report| {
-        assert_near(&report.x, &[1.0, 1.0 / 0.9, 1.0 - 0.1 / 0.9], 1e-6);
+        assert_near(&report.x, &[1.0, 1.0 / 0.9, 1.0 - 0.1 / 0.9], FAR_OR_NEAR);
     });
 }

@@ -6,6 +6,9 @@ use apsides_nlp::{
 
 use crate::support::{Dense, INF, hs71};
 
+/// Discretisation: difference quotients, by their steps.
+const DIFFERENCES: f64 = 1e-7;
+
 /// Problem 71 with one answer replaced.
 struct Broken {
     problem: Dense<4, 2>,
@@ -187,7 +190,7 @@ fn wrong_derivatives_are_found() {
         (3, 3),
     ]));
     let report = apsides_nlp::check_derivatives(&mut broken, &[1.5, 4.0, 3.0, 2.0]).unwrap();
-    assert!(report.gradient.error < 1e-7 && report.jacobian.error < 1e-7);
+    assert!(report.gradient.error < DIFFERENCES && report.jacobian.error < DIFFERENCES);
     assert!(report.hessian.error > 1e-2 && report.hessian.row + report.hessian.col >= 4, "{report:?}");
     assert!(apsides_nlp::check_derivatives(&mut broken, &[1.0]).is_err());
 }

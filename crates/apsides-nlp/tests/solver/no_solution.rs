@@ -4,6 +4,21 @@ use apsides_nlp::{Evaluation, Status};
 
 use crate::support::{Dense, INF, assert_near, solve, solve_by_all, solve_with, strategies};
 
+/// Solver: `NlpSettings::tolerance`.
+const SOLVER: f64 = 1e-8;
+
+/// Solver: the same at a bound.
+const SOLVER_AT_BOUND: f64 = 1e-7;
+
+/// Solver: how near a solve comes to the edge of a domain before it fails.
+const EDGE: f64 = 1e-3;
+
+/// Solver: the restoration ends where the violations hardly fall.
+const LEAST_VIOLATION: f64 = 1e-3;
+
+/// Solver: the same for linear constraints.
+const LINEAR_VIOLATION: f64 = 1e-6;
+
 /// The circle and the parabola meet at (2, 1) and (-2, 1); the line passes through neither.
 #[test]
 fn inconsistent_nonlinear_equalities() {
@@ -57,7 +72,7 @@ fn growing_exponential_diverges() {
 #[test]
 fn infimum_that_is_not_attained() {
     let problem = Dense::unconstrained([0.0], |x| (-x[0]).exp());
-    solve_by_all(&problem, Status::Optimal, |report| assert!(report.objective <= 1e-8));
+    solve_by_all(&problem, Status::Optimal, |report| assert!(report.objective <= SOLVER));
 }
 
 /// Defined from 1 on, and still falling there.
@@ -67,7 +82,7 @@ fn objective_falls_to_the_edge_of_its_domain() {
     for settings in strategies() {
         let report = solve_with(&problem, &settings);
         assert!(!report.status.is_success(), "{}", report.status);
-        assert_near(&report.x, &[1.0], 1e-3);
+        assert_near(&report.x, &[1.0], EDGE);
     }
 }
 
@@ -76,7 +91,7 @@ fn objective_falls_to_the_edge_of_its_domain() {
 fn bound_at_the_edge_of_the_domain() {
     let free = Dense::unconstrained([3.0], |x: &[_; 1]| x[0] + (x[0] - 1.0).powf(1.5));
     let problem = Dense { lower: [1.0], ..free };
-    solve_by_all(&problem, Status::Optimal, |report| assert_near(&report.x, &[1.0], 1e-7));
+    solve_by_all(&problem, Status::Optimal, |report| assert_near(&report.x, &[1.0], SOLVER_AT_BOUND));
 }
 
 #[test]
@@ -96,7 +111,7 @@ fn infeasible_names_the_worst_constraint() {
         // Least sum of violations: on the circle at 45 degrees, where x + y = sqrt 2.
         let worst = report.worst_constraint.unwrap();
         assert_eq!(worst.constraint, 1);
-        assert!((worst.amount - (2.0_f64.sqrt() - 4.0)).abs() < 1e-3, "{worst:?}");
+        assert!((worst.amount - (2.0_f64.sqrt() - 4.0)).abs() < LEAST_VIOLATION, "{worst:?}");
     }
 }
 
@@ -113,7 +128,7 @@ fn infeasible_linear_equalities() {
     };
     let report = solve(&problem);
     assert_eq!(report.status, Status::Infeasible);
-    assert!((report.worst_constraint.unwrap().amount + 1.0).abs() < 1e-6);
+    assert!((report.worst_constraint.unwrap().amount + 1.0).abs() < LINEAR_VIOLATION);
 }
 
 #[test]
@@ -153,7 +168,7 @@ fn functions_may_fail_away_from_the_start() {
     let problem = Dense::unconstrained([5.0], |x| x[0] - x[0].ln() * 0.01);
     let report = solve(&problem);
     assert_eq!(report.status, Status::Optimal);
-    assert_near(&report.x, &[0.01], 1e-8);
+    assert_near(&report.x, &[0.01], SOLVER);
     let at_start = Dense::unconstrained([-1.0], |x| x[0].ln());
     assert_eq!(solve(&at_start).status, Status::EvaluationFailed(Evaluation::Objective));
     let constraint = Dense {

@@ -134,7 +134,7 @@ fn the_steps_are_those_of_the_integrator() {
         let plain = flow.value(4).to_vec();
         flow.differentiate(&mut Pendulum, &V[..2], &V[2..]).unwrap();
         assert_eq!(flow.value(4), plain, "{method:?}");
-        assert_eq!((flow.steps(), flow.step_ends()[1]), (4, 0.25));
+        assert_eq!(flow.steps(), 4);
     }
 }
 

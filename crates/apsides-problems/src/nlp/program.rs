@@ -103,15 +103,6 @@ impl Program {
         (objective - self.optimum).abs() <= self.tolerance * self.optimum.abs().max(1.0)
     }
 
-    /// The same program from ten times its start, clipped into the bounds.
-    #[must_use]
-    pub fn from_far(mut self) -> Self {
-        for (x, (lower, upper)) in self.start.iter_mut().zip(self.lower.iter().zip(&self.upper)) {
-            *x = (10.0 * *x).clamp(*lower, *upper);
-        }
-        self
-    }
-
     /// Output 0 is the objective, the others are the constraints.
     #[must_use]
     pub fn function(&self) -> &dyn NodeFunction {

@@ -6,6 +6,9 @@ use proptest::prelude::*;
 
 use crate::lander;
 
+/// Round-off of polynomials through values that are read again.
+const ROUNDING: f64 = 1e-12;
+
 fn csv(trajectory: &Trajectory) -> String {
     let mut out = Vec::new();
     write_trajectory(&mut out, &lander::ocp(), trajectory).expect("fits");
@@ -58,10 +61,10 @@ proptest! {
             prop_assert_eq!(&a.interval_errors, &b.interval_errors);
             for s in &places {
                 let t = a.time_at(*s);
-                prop_assert!(difference(&a.state, &b.state, t) <= 1e-12);
-                prop_assert!(difference(&a.control, &b.control, t) <= 1e-12);
+                prop_assert!(difference(&a.state, &b.state, t) <= ROUNDING);
+                prop_assert!(difference(&a.control, &b.control, t) <= ROUNDING);
                 let (c, d) = (a.costate.as_ref().unwrap(), b.costate.as_ref().unwrap());
-                prop_assert!(difference(c, d, t) <= 1e-12);
+                prop_assert!(difference(c, d, t) <= ROUNDING);
             }
         }
     }
@@ -186,7 +189,7 @@ fn multipliers_read_back() {
     assert!(path(&again, 1).is_none());
     let (a, b) = (path(&trajectory, 0).unwrap(), path(&again, 0).unwrap());
     for t in [0.0, 3.0, 149.9, 150.0, 555.5, 800.0] {
-        assert!(difference(&a, &b, t) < 1e-12);
+        assert!(difference(&a, &b, t) < ROUNDING);
     }
     assert_eq!(again.phases[0].contacts, trajectory.phases[0].contacts);
     assert!(Multipliers::of(&ocp, &lander::trajectory()).is_none());
@@ -256,7 +259,7 @@ fn no_two_nodes_have_the_same_time() {
     let (a, again) = (&trajectory.phases[0], read(&csv(&trajectory)).unwrap());
     for s in 0..50 {
         let t = a.time_at(f64::from(s) / 50.0);
-        assert!(difference(&a.state, &again.phases[0].state, t) <= 1e-12);
-        assert!(difference(&a.control, &again.phases[0].control, t) <= 1e-12);
+        assert!(difference(&a.state, &again.phases[0].state, t) <= ROUNDING);
+        assert!(difference(&a.control, &again.phases[0].control, t) <= ROUNDING);
     }
 }

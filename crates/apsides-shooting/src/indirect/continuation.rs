@@ -85,6 +85,20 @@ impl IndirectShooting {
     ///
     /// # Errors
     /// As [`solve`](Self::solve).
+    ///
+    /// # Examples
+    /// ```
+    /// use apsides_shooting::indirect::{ContinuationSettings, IndirectShooting, IndirectStart};
+    ///
+    /// // The soft landing, from costates that are far from the solution's; its thrust is on from 0.239259 of the time.
+    /// let case = apsides_problems::find("moon_lander_soft").ok_or("in the gallery")?.pose()?;
+    /// let start = IndirectStart::from_guess(&case.ocp, &case.guess, &[[vec![0.5, -1.0, 0.5], vec![0.5, -1.0, 0.5]]], 1)?;
+    /// let settings = ContinuationSettings::default();
+    /// let continued = IndirectShooting::default().solve_smoothed(&case.ocp, &start, 1.0, &settings, &mut ())?;
+    /// assert!(continued.solution.status.is_success());
+    /// assert_eq!(continued.solution.switches[0].len(), 1);
+    /// # Ok::<(), Box<dyn std::error::Error>>(())
+    /// ```
     pub fn solve_smoothed(
         &self,
         ocp: &Ocp,

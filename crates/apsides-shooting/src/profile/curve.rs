@@ -137,6 +137,19 @@ impl Profile {
     }
 
     /// Values at the nodes of a sub-interval, row-major nodes by components.
+    ///
+    /// # Examples
+    /// ```
+    /// use apsides_ocp::Bounds;
+    /// use apsides_shooting::profile::ProfileShape;
+    ///
+    /// // Two straight lines with a jump between them.
+    /// let shape = ProfileShape::new(1, 2, vec![Bounds::new(-1.0, 1.0)]);
+    /// let profile = shape.decode(&[0.0, 0.4, -0.3, 2.0])?;
+    /// assert_eq!(profile.nodal_values(0), [0.0, 0.4]);
+    /// assert_eq!(profile.nodal_values(1), [-0.3, 1.0], "what is beyond a bound is moved to it");
+    /// # Ok::<(), apsides_shooting::ShootingError>(())
+    /// ```
     #[must_use]
     pub fn nodal_values(&self, interval: usize) -> &[f64] {
         let size = self.nodes.len() * self.shape.components();

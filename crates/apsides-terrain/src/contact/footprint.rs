@@ -34,6 +34,22 @@ impl Ground {
     /// as it descends: the highest point of the ground under it.
     ///
     /// None if a hole or the outside of the map is under the disk.
+    ///
+    /// # Examples
+    /// ```
+    /// use apsides_terrain::contact::Ground;
+    /// use apsides_terrain::{ElevationMap, Geometry};
+    ///
+    /// // A wall of 5 m on the flat, along the column 20 m east.
+    /// let geometry = Geometry::square(41, 41, 1.0)?;
+    /// let heights: Vec<f64> = (0..41 * 41).map(|k| if k % 41 == 20 { 5.0 } else { 0.0 }).collect();
+    /// let map = ElevationMap::from_heights(geometry, &heights)?;
+    /// let ground = Ground::new(&map)?;
+    /// assert!(ground.highest_under([19.0, -20.0], 0.5).is_some_and(|[.., height]| (height - 2.5).abs() < 1e-12));
+    /// assert!(ground.highest_under([19.0, -20.0], 1.5).is_some_and(|[.., height]| (height - 5.0).abs() < 1e-12));
+    /// assert_eq!(ground.highest_under([0.0, -20.0], 1.5), None, "beyond the edge of the map");
+    /// # Ok::<(), apsides_terrain::TerrainError>(())
+    /// ```
     pub fn highest_under(&self, position: [f64; 2], radius: f64) -> Option<[f64; 3]> {
         let origin = self.local([position[0], position[1], self.middle[2]]);
         let frame = Frame::upright(origin);

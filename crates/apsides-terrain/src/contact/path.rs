@@ -50,6 +50,23 @@ impl Ground {
     /// Finds what the straight line from one point to another meets first. A point on the ground sees from it.
     ///
     /// Exact for the triangles: the line is cut where it crosses their edges in plan.
+    ///
+    /// # Examples
+    /// ```
+    /// use apsides_terrain::contact::{Ground, Sight};
+    /// use apsides_terrain::{ElevationMap, Geometry};
+    ///
+    /// // A wall of 5 m on the flat, along the column 20 m east.
+    /// let geometry = Geometry::square(41, 41, 1.0)?;
+    /// let heights: Vec<f64> = (0..41 * 41).map(|k| if k % 41 == 20 { 5.0 } else { 0.0 }).collect();
+    /// let map = ElevationMap::from_heights(geometry, &heights)?;
+    /// let ground = Ground::new(&map)?;
+    /// // From 2 m above the ground over the wall.
+    /// let Sight::Blocked { point, .. } = ground.line_of_sight([10.0, -20.0, 2.0], [30.0, -20.0, 2.0]) else { panic!("seen") };
+    /// assert!((point[0] - 19.4).abs() < 1e-9);
+    /// assert_eq!(ground.line_of_sight([10.0, -20.0, 6.0], [30.0, -20.0, 6.0]), Sight::Clear);
+    /// # Ok::<(), apsides_terrain::TerrainError>(())
+    /// ```
     pub fn line_of_sight(&self, from: [f64; 3], to: [f64; 3]) -> Sight {
         let met = self.first_met(self.local(from), self.local(to));
         sight(from, to, met)

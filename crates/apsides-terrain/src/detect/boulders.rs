@@ -175,6 +175,15 @@ mod tests {
     use crate::Geometry;
     use crate::synthetic::{Synthetic, Terrain};
 
+    /// Single precision of the heights, m.
+    const SINGLE: f64 = 1e-6;
+
+    /// Published: the digits of the diameter of the circle with the area of the block, m.
+    const DIAMETER_M: f64 = 1e-3;
+
+    /// Round-off of positions, m.
+    const ROUNDING: f64 = 1e-9;
+
     /// Boulders of 0.3 m and more on ground with craters: what is found, and whether it is a boulder.
     #[test]
     fn recall_and_precision_on_synthetic_ground() {
@@ -228,9 +237,9 @@ mod tests {
         let search = BoulderSearch { height: 0.3, diameter: 1.0 };
         let found = boulders(&map, &search).unwrap();
         assert_eq!(found.len(), 1);
-        assert!((found[0].height - 0.5).abs() < 1e-6, "{:?}", found[0]);
-        assert!((found[0].diameter - 0.4514).abs() < 1e-3);
-        assert!((found[0].centre[0] - 3.15).abs() < 1e-9 && (found[0].centre[1] + 2.95).abs() < 1e-9);
+        assert!((found[0].height - 0.5).abs() < SINGLE, "{:?}", found[0]);
+        assert!((found[0].diameter - 0.4514).abs() < DIAMETER_M);
+        assert!((found[0].centre[0] - 3.15).abs() < ROUNDING && (found[0].centre[1] + 2.95).abs() < ROUNDING);
         assert!(boulders(&map, &BoulderSearch { height: 0.6, ..search }).unwrap().is_empty());
         assert!(boulders(&map, &BoulderSearch { diameter: 0.1, ..search }).is_err());
         assert!(boulders(&map, &BoulderSearch { height: 0.0, ..search }).is_err());

@@ -14,6 +14,23 @@ use crate::{ElevationMap, TerrainError};
 ///
 /// # Errors
 /// A pixel outside the map; a radius that is not positive or more than 50 pixels; pixels that are not square, in metres.
+///
+/// # Examples
+/// ```
+/// use apsides_terrain::hazard::{Plane, median_normal_angle};
+/// use apsides_terrain::{ElevationMap, Geometry};
+///
+/// // Ground that rises by a tenth to the east, against a plane that does so too and one that is level.
+/// let geometry = Geometry::square(9, 9, 1.0)?;
+/// let heights: Vec<f64> = (0..81).map(|k| 0.1 * f64::from(k % 9)).collect();
+/// let map = ElevationMap::from_heights(geometry, &heights)?;
+/// let inclined = Plane { origin_m: [0.0; 2], height_m: 0.0, east: 0.1, north: 0.0 };
+/// let level = Plane { east: 0.0, ..inclined };
+/// let [along, across] = [inclined, level].map(|plane| median_normal_angle(&map, &plane, 4, 4, 2.5));
+/// assert!(along?.is_some_and(|angle| angle < 1e-3));
+/// assert!(across?.is_some_and(|angle| (angle - 0.1_f64.atan()).abs() < 1e-6));
+/// # Ok::<(), apsides_terrain::TerrainError>(())
+/// ```
 pub fn median_normal_angle(
     map: &ElevationMap,
     plane: &Plane,

@@ -162,6 +162,21 @@ fn head(values: [Option<f64>; KEYS.len()]) -> Result<Head, TerrainError> {
 ///
 /// # Errors
 /// The writer's; a `nodata` that is not finite or that is a height of the map.
+///
+/// # Examples
+/// ```
+/// use apsides_terrain::io::{ReadOptions, read, write_ascii_grid};
+/// use apsides_terrain::{ElevationMap, Geometry};
+/// use std::io::Cursor;
+///
+/// let map = ElevationMap::from_heights(Geometry::square(2, 3, 10.0)?, &[1.0, 2.0, 3.0, f64::NAN, 5.0, 6.5])?;
+/// let mut file = Vec::new();
+/// write_ascii_grid(&mut file, &map, -9999.0)?;
+/// let again = read(Cursor::new(file), &ReadOptions::default())?;
+/// assert_eq!((again.height(1, 2), again.height(1, 0)), (Some(6.5), None));
+/// assert_eq!(again.geometry(), map.geometry());
+/// # Ok::<(), apsides_terrain::TerrainError>(())
+/// ```
 pub fn write_ascii_grid<W: Write>(
     mut writer: W,
     map: &ElevationMap,

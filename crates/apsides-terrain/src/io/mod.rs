@@ -142,6 +142,32 @@ pub fn read<R: Read + Seek>(reader: R, options: &ReadOptions) -> Result<Elevatio
 ///
 /// # Errors
 /// As of [`read`].
+///
+/// # Examples
+/// ```
+/// use apsides_terrain::io::{ReadOptions, read_labelled};
+/// use std::io::Cursor;
+///
+/// let label = "PDS_VERSION_ID = PDS3
+/// ^IMAGE = \"HEIGHTS.IMG\"
+/// OBJECT = IMAGE
+/// LINES = 1
+/// LINE_SAMPLES = 2
+/// SAMPLE_TYPE = MSB_INTEGER
+/// SAMPLE_BITS = 16
+/// SCALING_FACTOR = 0.5
+/// END_OBJECT = IMAGE
+/// OBJECT = IMAGE_MAP_PROJECTION
+/// MAP_SCALE = 0.118 <KM/PIXEL>
+/// END_OBJECT = IMAGE_MAP_PROJECTION
+/// END
+/// ";
+/// let heights: Vec<u8> = [20_i16, -6].iter().flat_map(|height| height.to_be_bytes()).collect();
+/// let map = read_labelled(label.as_bytes(), Cursor::new(heights), &ReadOptions::default())?;
+/// assert_eq!((map.height(0, 0), map.height(0, 1)), (Some(10.0), Some(-3.0)));
+/// assert_eq!(map.geometry().square_pixel()?, 118.0);
+/// # Ok::<(), apsides_terrain::TerrainError>(())
+/// ```
 pub fn read_labelled<R: Read + Seek>(
     label: &[u8],
     data: R,

@@ -125,6 +125,22 @@ fn shape(tuple: &str) -> Result<[u64; 2], TerrainError> {
 ///
 /// # Errors
 /// The writer's.
+///
+/// # Examples
+/// ```
+/// use apsides_terrain::io::{ReadOptions, read, write_npy};
+/// use apsides_terrain::{ElevationMap, Geometry};
+/// use std::io::Cursor;
+///
+/// let map = ElevationMap::from_heights(Geometry::square(2, 3, 10.0)?, &[1.0, 2.0, 3.0, f64::NAN, 5.0, 6.5])?;
+/// let mut file = Vec::new();
+/// write_npy(&mut file, &map)?;
+/// // The size of a pixel is not in such files.
+/// let options = ReadOptions { pixel_m: Some(10.0), ..ReadOptions::default() };
+/// let again = read(Cursor::new(file), &options)?;
+/// assert_eq!((again.height(1, 2), again.height(1, 0)), (Some(6.5), None));
+/// # Ok::<(), apsides_terrain::TerrainError>(())
+/// ```
 pub fn write_npy<W: Write>(mut writer: W, map: &ElevationMap) -> Result<(), TerrainError> {
     let geometry = map.geometry();
     let mut header = format!(

@@ -6,6 +6,15 @@ use super::*;
 use crate::Geometry;
 use crate::synthetic::{Synthetic, Terrain};
 
+/// Discretisation: a normal distribution on pixels of a quarter of its deviation.
+const EDGE: f64 = 2e-3;
+
+/// Discretisation: the same at the edge of the map, half of a row of pixels.
+const EDGE_OF_MAP: f64 = 0.01;
+
+/// Published: the error that Abramowitz and Stegun give, 1.5e-7, in the last digit.
+const PUBLISHED: f64 = 2e-7;
+
 /// A map with white noise.
 fn noisy(map: &ElevationMap, noise: f64, seed: u64) -> ElevationMap {
     let mut random = Xoshiro256PlusPlus::seed_from_u64(seed);
@@ -211,11 +220,11 @@ fn navigation_error_across_an_edge() {
     for col in 16..45_usize {
         // Half a pixel beyond the last centre, in standard deviations of 4 pixels.
         let expected = normal((col as f64 - 29.5) / 4.0);
-        assert!((f64::from(aimed.get(30, col)) - expected).abs() < 2e-3, "{col}");
+        assert!((f64::from(aimed.get(30, col)) - expected).abs() < EDGE, "{col}");
     }
     assert!(aimed.data()[0].is_nan());
     // Half of the landings aimed at the edge of the map end outside.
-    assert!((f64::from(aimed.get(30, 60)) - 0.55).abs() < 0.01);
+    assert!((f64::from(aimed.get(30, 60)) - 0.55).abs() < EDGE_OF_MAP);
     let same = with_navigation_error(&safe, 0.0).unwrap();
     assert!(same.data()[1..] == safe.data()[1..]);
     assert!(with_navigation_error(&safe, -1.0).is_err() && with_navigation_error(&safe, f64::NAN).is_err());
@@ -224,7 +233,7 @@ fn navigation_error_across_an_edge() {
 #[test]
 fn the_normal_distribution_and_numbers_out_of_range() {
     for (x, p) in [(0.0, 0.5), (1.0, 0.841_344_746), (-1.0, 0.158_655_254), (2.326_347_874, 0.99)] {
-        assert!((normal(x) - p).abs() < 2e-7);
+        assert!((normal(x) - p).abs() < PUBLISHED);
     }
     let map = ground(20);
     for bad in [

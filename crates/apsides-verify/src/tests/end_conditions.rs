@@ -5,6 +5,15 @@ use super::{assert_exact, assert_failed, certify, certify_stated, find};
 use apsides_ad::{Dynamics, Scalar, VectorFunction};
 use apsides_ocp::{At, Bounds, Ocp, Phase, Sense, State, Term, Trajectory, Variable};
 
+/// Discretisation: costates that are integrated, relative.
+const INTEGRATION: f64 = 1e-9;
+
+/// Discretisation: states that are integrated.
+const INTEGRATION_OF_STATES: f64 = 1e-10;
+
+/// Round-off of the arithmetic.
+const ROUNDING: f64 = 1e-12;
+
 /// Minimum energy to `x(1) = 1` with the final speed free: `u = 3 (1 - t)`, `lambda = (-3, 3 t - 3)`, `J = 1.5`.
 fn free_speed() -> Phase {
     Phase::new("push", DoubleIntegrator)
@@ -43,7 +52,10 @@ fn the_costate_of_a_free_final_state_vanishes() {
     let certificate = certify(&ocp, &rest_to_rest());
     assert_failed(&certificate, &["transversality"]);
     let check = find(&certificate, "transversality");
-    assert!((check.value - 6.0 / 12.0).abs() < 1e-9 && check.at == "final speed, phase `push`", "{check:?}");
+    assert!(
+        (check.value - 6.0 / 12.0).abs() < INTEGRATION && check.at == "final speed, phase `push`",
+        "{check:?}"
+    );
 }
 
 #[test]
@@ -95,7 +107,10 @@ fn endpoint_inequalities_and_their_multipliers() {
     let certificate = certify_stated(&ocp, &t);
     assert_failed(&certificate, &["constraint soft"]);
     let check = find(&certificate, "constraint soft");
-    assert!((check.value - 1.5).abs() < 1e-10 && check.limit == 1e-7 && check.unit == "m/s", "{check:?}");
+    assert!(
+        (check.value - 1.5).abs() < INTEGRATION_OF_STATES && check.limit == 1e-7 && check.unit == "m/s",
+        "{check:?}"
+    );
 }
 
 /// `x' = p`.
@@ -142,12 +157,12 @@ fn a_static_parameter_is_stationary() {
     assert_failed(&certificate, &["stationarity in the static parameters"]);
     // Slope 0.1 times the scale 10, against the largest costate 1 times the scale of x, 20.
     let check = find(&certificate, "stationarity in the static parameters");
-    assert!((check.value - 0.1 * 10.0 / 20.0).abs() < 1e-9, "{check:?}");
+    assert!((check.value - 0.1 * 10.0 / 20.0).abs() < INTEGRATION, "{check:?}");
     // Held back by its bound it is optimal; beyond it is rejected.
     assert_exact(&certify(&gain(Bounds::new(-5.0, 0.5)), &gain_solution(0.5)));
     let certificate = certify(&gain(Bounds::new(-5.0, 0.5)), &gain_solution(1.0));
     assert_failed(&certificate, &["bounds on the static parameters"]);
-    assert!((find(&certificate, "bounds on the static parameters").value - 0.5).abs() < 1e-12);
+    assert!((find(&certificate, "bounds on the static parameters").value - 0.5).abs() < ROUNDING);
 }
 
 /// The least energy from rest to rest over 1 m is `6/T^3`, less in more time: at the longest duration that is the optimum, at the shortest

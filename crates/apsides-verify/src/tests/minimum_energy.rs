@@ -6,6 +6,24 @@ use super::{assert_exact, assert_failed, certify, certify_stated, find};
 use crate::{CheckKind, VerifySettings, verify};
 use apsides_ocp::{Bounds, Ocp, Phase, State, Trajectory, Variable};
 
+/// Round-off of polynomials that the integrator follows exactly.
+const ROUNDING: f64 = 1e-12;
+
+/// Round-off of limits.
+const ROUNDING_OF_LIMITS: f64 = 1e-15;
+
+/// Discretisation: integrals.
+const INTEGRATION: f64 = 1e-10;
+
+/// Discretisation: costates that are integrated, relative.
+const INTEGRATION_OF_COSTATES: f64 = 1e-9;
+
+/// Discretisation: residuals of the costate equation between the times at which they are sampled.
+const DIFFERENCES: f64 = 1e-6;
+
+/// Discretisation: terms of second order in a change of 1e-4.
+const SMALL: f64 = 1e-8;
+
 fn phase() -> Phase {
     Phase::new("push", DoubleIntegrator)
         .states([
@@ -75,11 +93,11 @@ fn the_solution_is_verified() {
         let simulated = &verification.simulation[0];
         assert_eq!(simulated.times.len(), 16 * intervals);
         for (k, t) in simulated.times.iter().enumerate() {
-            assert!((simulated.states[2 * k] - x(*t)[0]).abs() < 1e-12);
-            assert!((simulated.states[2 * k + 1] - x(*t)[1]).abs() < 1e-12);
-            assert!((simulated.controls[k] - (6.0 - 12.0 * t)).abs() < 1e-12);
+            assert!((simulated.states[2 * k] - x(*t)[0]).abs() < ROUNDING);
+            assert!((simulated.states[2 * k + 1] - x(*t)[1]).abs() < ROUNDING);
+            assert!((simulated.controls[k] - (6.0 - 12.0 * t)).abs() < ROUNDING);
         }
-        assert!((simulated.integrals[0] - 6.0).abs() < 1e-12);
+        assert!((simulated.integrals[0] - 6.0).abs() < ROUNDING);
     }
 }
 
@@ -105,7 +123,7 @@ fn a_shifted_state_is_rejected() {
     // The end of the trajectory's own states counts as the miss; the flown path still meets the boundary condition.
     assert_failed(&certificate, &["re-simulated position", "states along push"]);
     let check = find(&certificate, "re-simulated position");
-    assert!((check.value - 1e-4).abs() < 1e-12 && check.limit == 1e-7 && check.unit == "m");
+    assert!((check.value - 1e-4).abs() < ROUNDING && check.limit == 1e-7 && check.unit == "m");
     assert_eq!(check.at, "phase `push`, t = 1 s");
 }
 
@@ -122,11 +140,11 @@ fn a_control_off_by_1e_4_is_rejected() {
         [("re-simulated position", 5e-5), ("re-simulated speed", 1e-4), ("boundary conditions", 1e-4)]
     {
         let check = find(&certificate, name);
-        assert!((check.value - miss).abs() < 1e-12 && !check.passed, "{check:?}");
+        assert!((check.value - miss).abs() < ROUNDING && !check.passed, "{check:?}");
     }
     // dH/du = 1e-4; the largest term of H is 36 (lambda u at the ends), the scale of the control 20.
     let check = find(&certificate, "stationarity");
-    assert!((check.value - 1e-4 * 20.0 / 36.0).abs() < 1e-8 && !check.passed, "{check:?}");
+    assert!((check.value - 1e-4 * 20.0 / 36.0).abs() < SMALL && !check.passed, "{check:?}");
     let names = ["re-simulated position", "re-simulated speed", "boundary", "states along", "stationarity"];
     assert_failed(&certificate, &names);
 }
@@ -138,7 +156,7 @@ fn a_wrong_objective_is_rejected() {
     let certificate = certify(&problem(), &t);
     assert_failed(&certificate, &["objective"]);
     let check = find(&certificate, "objective");
-    assert!((check.value - 1e-3).abs() < 1e-10 && (check.limit - 6.001e-7).abs() < 1e-15);
+    assert!((check.value - 1e-3).abs() < INTEGRATION && (check.limit - 6.001e-7).abs() < ROUNDING_OF_LIMITS);
 }
 
 #[test]
@@ -152,7 +170,7 @@ fn costates_of_the_wrong_sign_are_found() {
     // The negated costate still solves the costate equation and the ends are fixed: dH/du and H show it.
     assert_failed(&certificate, &["stationarity", "least Hamiltonian", "Hamiltonian constant"]);
     // At the start dH/du = 12, which asks for the whole way from u = 6 to the lower bound: 16 of 20.
-    assert!((find(&certificate, "stationarity").value - 0.8).abs() < 1e-12);
+    assert!((find(&certificate, "stationarity").value - 0.8).abs() < ROUNDING);
 }
 
 #[test]
@@ -166,14 +184,14 @@ fn a_costate_that_does_not_solve_its_equation_is_found() {
     let certificate = certify_stated(&problem(), &t);
     assert_failed(&certificate, &["costate equation", "Hamiltonian constant"]);
     let check = find(&certificate, "costate equation");
-    assert!((check.value - 0.12 * 0.2 / 12.12).abs() < 1e-6, "{check:?}");
+    assert!((check.value - 0.12 * 0.2 / 12.12).abs() < DIFFERENCES, "{check:?}");
     assert!(check.at.starts_with("costate of speed"));
     // A jump between intervals.
     let jump = |k: usize, t: f64| vec![-12.0, 12.0 * t - 6.0 + if k == 2 { 1e-3 } else { 0.0 }];
     t.phases[0].costate = Some(parts::polynomial(2, &breaks, &nodes, jump));
     let certificate = certify_stated(&problem(), &t);
     let check = find(&certificate, "costate equation");
-    assert!((check.value - 1e-3 / 12.0).abs() < 1e-9 && !check.passed, "{check:?}");
+    assert!((check.value - 1e-3 / 12.0).abs() < INTEGRATION_OF_COSTATES && !check.passed, "{check:?}");
 }
 
 #[test]
@@ -210,7 +228,7 @@ fn a_wrong_final_time_is_rejected() {
     let certificate = certify(&problem(), &trajectory(vec![stretched], 6.0 / slow.powi(3)));
     let check = find(&certificate, "times of push");
     assert!(
-        (check.value - 0.1).abs() < 1e-12 && !check.passed && check.at.contains("t = 1.1 s"),
+        (check.value - 0.1).abs() < ROUNDING && !check.passed && check.at.contains("t = 1.1 s"),
         "{check:?}"
     );
 }
@@ -226,14 +244,14 @@ fn bounds_violated_between_the_nodes_only_are_found() {
     let certificate = certify(&build(limited), &t);
     assert_failed(&certificate, &["state bounds along push"]);
     let check = find(&certificate, "state bounds along push");
-    assert!((check.value - 0.01).abs() < 1e-12 && check.limit == 1e-6, "{check:?}");
+    assert!((check.value - 0.01).abs() < ROUNDING && check.limit == 1e-6, "{check:?}");
     assert_eq!(check.at, "speed, phase `push`, t = 0.5 s");
     // A control polynomial beyond its bound at the end, which is not a Radau node.
     let mut limited = phase();
     limited.controls[0].bounds = Bounds::new(-5.0, 7.0);
     let certificate = certify(&build(limited), &t);
     let check = find(&certificate, "control bounds along push");
-    assert!((check.value - 1.0).abs() < 1e-12 && check.at.contains("t = 1 s"), "{check:?}");
+    assert!((check.value - 1.0).abs() < ROUNDING && check.at.contains("t = 1 s"), "{check:?}");
 }
 
 #[test]
@@ -255,7 +273,10 @@ fn bounds_on_the_integral_are_checked() {
     p.integrals[0].variable.bounds = Bounds::at_most(5.5);
     let certificate = certify(&build(p), &solution(5, 4));
     let check = find(&certificate, "bounds on the integrals of push");
-    assert!((check.value - 0.5).abs() < 1e-10 && (check.limit - 5.5e-7).abs() < 1e-15, "{check:?}");
+    assert!(
+        (check.value - 0.5).abs() < INTEGRATION && (check.limit - 5.5e-7).abs() < ROUNDING_OF_LIMITS,
+        "{check:?}"
+    );
 }
 
 #[test]
@@ -313,5 +334,5 @@ fn a_constant_control_is_judged_at_all_times() {
     // where it is -4.8, is farthest from the upper bound: 14.8 of 20.
     let check = find(&certificate, "stationarity");
     assert_eq!(check.at, "acceleration, phase `push`, t = 0.75 s");
-    assert!((check.value - 0.74).abs() < 1e-12, "{check:?}");
+    assert!((check.value - 0.74).abs() < ROUNDING, "{check:?}");
 }

@@ -7,6 +7,15 @@ use crate::{Certificate, Verdict, VerifySettings, with_least_hamiltonian};
 use apsides_ad::{Dynamics, PathFunction, Scalar, VectorFunction};
 use apsides_ocp::{At, Bounds, Ocp, Phase, Sense, State, Term, Trajectory, Variable};
 
+/// Round-off of controls at their bounds.
+const ROUNDING: f64 = 1e-12;
+
+/// Discretisation: the conjugate point in a sweep.
+const CONJUGATE: f64 = 1e-6;
+
+/// Discretisation: the same for where two tangents meet.
+const CONJUGATE_TANGENTS: f64 = 1e-5;
+
 /// `x' = u`.
 struct Rate;
 impl Dynamics<1, 1> for Rate {
@@ -99,7 +108,7 @@ fn better_controls_of_a_maximum() {
     let values = better.phases[0].control.segments().iter().flat_map(|s| &s.values);
     assert!(values.clone().count() > 100);
     for u in values {
-        assert!((u.abs() - 1.0).abs() < 1e-12, "{u}");
+        assert!((u.abs() - 1.0).abs() < ROUNDING, "{u}");
     }
     let minimum = problem(Cost::Oscillator, state(), control, 0.0, 1.0);
     assert!(with_least_hamiltonian(&minimum, &rest, &settings).unwrap().is_none());
@@ -119,7 +128,7 @@ fn beyond_the_conjugate_point() {
     for to in [3.2, 5.0] {
         let certificate = rest(Cost::Oscillator, Bounds::FREE, to);
         assert_failed(&certificate, &["negative curvature"]);
-        assert!((conjugate_time(&certificate) - std::f64::consts::PI).abs() < 1e-6);
+        assert!((conjugate_time(&certificate) - std::f64::consts::PI).abs() < CONJUGATE);
     }
     assert_eq!(rest(Cost::Oscillator, Bounds::FREE, 3.0).verdict, Verdict::StrictLocalOptimum);
 }
@@ -133,7 +142,7 @@ fn a_free_start_has_its_focal_point_after_half_the_time() {
     };
     let certificate = certify_to(2.0);
     assert_failed(&certificate, &["negative curvature"]);
-    assert!((conjugate_time(&certificate) - std::f64::consts::FRAC_PI_2).abs() < 1e-6);
+    assert!((conjugate_time(&certificate) - std::f64::consts::FRAC_PI_2).abs() < CONJUGATE);
     assert_eq!(certify_to(1.5).verdict, Verdict::StrictLocalOptimum);
 }
 
@@ -154,7 +163,7 @@ fn the_action_of_an_oscillator_beyond_half_a_period() {
             assert_eq!(certificate.verdict, Verdict::StrictLocalOptimum, "{certificate:#?}");
         } else {
             assert_failed(&certificate, &["negative curvature"]);
-            assert!((conjugate_time(&certificate) - std::f64::consts::PI).abs() < 1e-6);
+            assert!((conjugate_time(&certificate) - std::f64::consts::PI).abs() < CONJUGATE);
         }
     }
 }
@@ -169,7 +178,7 @@ fn a_great_circle_beyond_the_antipode() {
     };
     let certificate = along(3.5);
     assert_failed(&certificate, &["negative curvature"]);
-    assert!((conjugate_time(&certificate) - std::f64::consts::PI).abs() < 1e-6);
+    assert!((conjugate_time(&certificate) - std::f64::consts::PI).abs() < CONJUGATE);
     assert_eq!(along(3.0).verdict, Verdict::StrictLocalOptimum);
 }
 
@@ -201,7 +210,7 @@ fn the_upper_and_the_lower_catenary() {
             // Start and conjugate point have the tangents t - x / u through one point of the axis.
             let foot = |t: f64| t - x(t) / u(t);
             let conjugate = conjugate_time(&certificate);
-            assert!((foot(conjugate) - foot(-0.5)).abs() < 1e-5, "{conjugate}");
+            assert!((foot(conjugate) - foot(-0.5)).abs() < CONJUGATE_TANGENTS, "{conjugate}");
         }
     }
 }

@@ -6,6 +6,15 @@ use crate::{Interpolation, PhaseSamples, Verdict, VerifySettings, sampled};
 use apsides_ad::{Scalar, VectorFunction};
 use apsides_ocp::{At, Bounds, Ocp, Phase, State, Variable};
 
+/// Round-off of the arithmetic.
+const ROUNDING: f64 = 1e-12;
+
+/// Discretisation: the objective of samples of a straight line.
+const INTEGRATION: f64 = 1e-10;
+
+/// Discretisation: samples of another flight between cubic polynomials.
+const CUBIC: f64 = 1e-6;
+
 fn settings() -> VerifySettings {
     VerifySettings::default()
 }
@@ -37,8 +46,8 @@ fn samples(count: usize, u: impl Fn(f64) -> f64) -> PhaseSamples {
 fn samples_of_an_optimum_are_certified_without_costates() {
     let ocp = energy_problem();
     let found = sampled(&ocp, &[samples(21, |t| 6.0 - 12.0 * t)], &[], None, &settings()).expect("fits");
-    assert!(found.interpolation != Interpolation::Constant && found.deviation < 1e-12, "{found:?}");
-    assert!((found.trajectory.objective - 6.0).abs() < 1e-10);
+    assert!(found.interpolation != Interpolation::Constant && found.deviation < ROUNDING, "{found:?}");
+    assert!((found.trajectory.objective - 6.0).abs() < INTEGRATION);
     let certificate = certify(&ocp, &found.trajectory);
     assert_eq!(certificate.verdict, Verdict::GlobalOptimum, "{certificate:#?}");
 }
@@ -58,7 +67,7 @@ fn samples_of_another_flight_are_not() {
     }
     let found = sampled(&ocp, &[other], &[], None, &settings()).expect("fits");
     assert_eq!(found.interpolation, Interpolation::Cubic);
-    assert!(found.deviation < 1e-6, "{}", found.deviation);
+    assert!(found.deviation < CUBIC, "{}", found.deviation);
     let certificate = certify(&ocp, &found.trajectory);
     assert_eq!(certificate.verdict, Verdict::Feasible, "{certificate:#?}");
 }

@@ -230,6 +230,21 @@ impl Tag {
 ///
 /// # Errors
 /// The writer's.
+///
+/// # Examples
+/// ```
+/// use apsides_terrain::io::{GeoTiffOptions, ReadOptions, read, write_geotiff};
+/// use apsides_terrain::{ElevationMap, Geometry};
+/// use std::io::Cursor;
+///
+/// let map = ElevationMap::from_heights(Geometry::square(2, 3, 10.0)?, &[1.0, 2.0, 3.0, f64::NAN, 5.0, 6.5])?;
+/// let options = GeoTiffOptions { deflate: true, ..GeoTiffOptions::default() };
+/// let file = write_geotiff(Cursor::new(Vec::new()), &map, options)?;
+/// let again = read(file, &ReadOptions::default())?;
+/// assert_eq!((again.height(1, 2), again.height(1, 0)), (Some(6.5), None));
+/// assert_eq!(again.geometry(), map.geometry());
+/// # Ok::<(), apsides_terrain::TerrainError>(())
+/// ```
 pub fn write_geotiff<W: Write + Seek>(
     writer: W,
     map: &ElevationMap,
