@@ -156,7 +156,7 @@ fn trim_against_mach_number() {
         (5.0, 4.429874816523129),
         (8.0, 3.9478314882694145),
     ] {
-        near(body.trim_angle(mach).unwrap() / DEG, expected, 0.01, &format!("trim at Mach {mach}"));
+        near(body.trim_angle(mach).unwrap() / DEG, expected, PUBLISHED, &format!("trim at Mach {mach}"));
     }
     let far = body.with_centre([0.0, 0.3, 0.0]).unwrap();
     assert_eq!(far.trim_angle(2.0), None);
