@@ -294,6 +294,9 @@ mod tests {
 
     use super::*;
 
+    /// Round-off of the arithmetic: two orders of the same sums, relative to the size of a term.
+    const ROUNDING: f64 = 1e-11;
+
     /// Rows and objective at `x`.
     fn values(all: &Formulas, x: &[f64]) -> (Vec<f64>, f64) {
         let mut rows = vec![0.0; all.numbers.row_units.len()];
@@ -323,7 +326,7 @@ mod tests {
     fn assert_sampled(name: &str, all: &Formulas) {
         for sample in &all.numbers.samples {
             let (rows, objective) = values(all, &sample.point);
-            let close = |a: f64, b: f64, unit: f64| (a - b).abs() <= 1e-11 * (unit + b.abs());
+            let close = |a: f64, b: f64, unit: f64| (a - b).abs() <= ROUNDING * (unit + b.abs());
             assert!(close(objective, sample.objective, all.numbers.objective_unit), "{name}: objective");
             for (k, (a, b)) in rows.iter().zip(&sample.rows).enumerate() {
                 assert!(close(*a, *b, all.numbers.row_units[k]), "{name}: row {k}, {a} for {b}");

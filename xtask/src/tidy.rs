@@ -6,6 +6,7 @@ use crate::workspace::Workspace;
 mod docs;
 mod rust;
 mod text;
+mod tolerances;
 
 /// Directories of data that come with the missions, and where their files are listed.
 const LISTED: [(&str, &str); 4] = [
@@ -33,6 +34,7 @@ pub(crate) fn run(workspace: &Workspace) -> Result<(), String> {
         if path.ends_with(".rs") {
             findings.extend(rust::check(path, &text));
             findings.extend(docs::check(path, &text));
+            findings.extend(tolerances::check(path, &text));
         }
         if path.ends_with(".md") {
             findings.extend(text::links(path, &text, |target| workspace.root.join(target).exists()));

@@ -17,6 +17,12 @@ use apsides::terrain::synthetic::{Synthetic, Terrain};
 
 use support::{apsides, path, stderr};
 
+/// Single precision of heights and probabilities in files.
+const SINGLE: f64 = 1e-6;
+
+/// Round-off of degrees from radians.
+const ROUNDING_DEG: f64 = 1e-9;
+
 fn json(o: &Output) -> serde_json::Value {
     serde_json::from_slice(&o.stdout).unwrap_or_else(|e| panic!("{e}: {}", stderr(o)))
 }
@@ -75,8 +81,8 @@ fn a_generated_map_is_the_library_s_and_has_its_truth() {
     assert_eq!((&v["rows"], &v["cols"], &v["gaps"]), (&90.into(), &120.into(), &0.into()));
     assert_eq!(v["pixel"], serde_json::json!([2.0, 2.0]));
     let [low, high] = written.range().unwrap();
-    assert!((v["height_min_m"].as_f64().unwrap() - low).abs() < 1e-6);
-    assert!((v["height_max_m"].as_f64().unwrap() - high).abs() < 1e-6);
+    assert!((v["height_min_m"].as_f64().unwrap() - low).abs() < SINGLE);
+    assert!((v["height_max_m"].as_f64().unwrap() - high).abs() < SINGLE);
     let o = apsides(&["terrain", "info", &file]);
     let text = String::from_utf8_lossy(&o.stdout).into_owned();
     assert!(
@@ -115,7 +121,7 @@ fn hazards_and_sites_are_the_library_s() {
         assert_eq!(found["clearance_m"].as_f64().unwrap(), expected.clearance_m);
         let (layer, value) = &expected.layers[0];
         assert_eq!(layer.name(), "slope");
-        assert!((found["layers"]["slope_deg"].as_f64().unwrap() - value.to_degrees()).abs() < 1e-9);
+        assert!((found["layers"]["slope_deg"].as_f64().unwrap() - value.to_degrees()).abs() < ROUNDING_DEG);
     }
     let table = std::fs::read_to_string(out.join("sites.csv")).unwrap();
     assert_eq!(table.lines().count(), 1 + sites.len());
@@ -167,7 +173,7 @@ fn craters_boulders_and_probabilities_are_the_library_s() {
     for row in [0, 100, 165] {
         for col in [0, 60, 105] {
             let (p, q) = (expected.get(row, col), written.height(row, col));
-            assert!(p.is_nan() && q.is_none() || q.is_some_and(|q| (q - f64::from(p)).abs() < 1e-6));
+            assert!(p.is_nan() && q.is_none() || q.is_some_and(|q| (q - f64::from(p)).abs() < SINGLE));
         }
     }
     assert!(v["probability"]["largest"].as_f64().unwrap() <= 1.0);

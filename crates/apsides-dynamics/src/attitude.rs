@@ -92,6 +92,15 @@ pub fn from_angles([yaw, pitch, roll]: [f64; 3]) -> Quaternion<f64> {
 }
 
 /// Yaw, pitch and roll, rad, of an attitude; at pitch +-90 deg only a sum of yaw and roll is determined, and roll is zero.
+///
+/// # Examples
+/// ```
+/// use apsides_dynamics::attitude::{from_angles, to_angles};
+///
+/// let angles = [0.3, -0.2, 1.5];
+/// let found = to_angles(&from_angles(angles));
+/// assert!(found.iter().zip(angles).all(|(found, angle)| (found - angle).abs() < 1e-15));
+/// ```
 #[must_use]
 pub fn to_angles(q: &Quaternion<f64>) -> [f64; 3] {
     let m = rotation(q);

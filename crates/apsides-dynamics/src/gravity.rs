@@ -70,6 +70,20 @@ impl GravityField {
     ///
     /// # Errors
     /// When the degree is above [`MAX_DEGREE`] or a line does not fit: says which.
+    ///
+    /// # Examples
+    /// ```
+    /// use apsides_dynamics::GravityField;
+    ///
+    /// // Degree 2 of the Moon (GRAIL, rounded): radius (km), gravitational parameter (km3/s2), then n, m, C, S.
+    /// let table = "1738.0, 4902.8001\n2, 0, -9.0883e-05, 0.0\n2, 1, 1.2e-10, 1.3e-09\n2, 2, 3.4674e-05, -2.4e-10\n";
+    /// let field = GravityField::from_shadr(table, 2)?;
+    /// assert_eq!((field.degree(), field.gravitational_parameter()), (2, 4902.8001e9));
+    /// // Above the equator, where the oblateness pulls down as well.
+    /// let [radial, ..] = field.acceleration(1838e3, 0.0, 0.0);
+    /// assert!(radial < -4902.8001e9 / 1838e3_f64.powi(2));
+    /// # Ok::<(), apsides_dynamics::DynamicsError>(())
+    /// ```
     pub fn from_shadr(text: &str, degree: usize) -> Result<Self, DynamicsError> {
         let bad = |line: usize, reason: &str| DynamicsError::Table {
             what: "gravity field",

@@ -39,6 +39,18 @@ pub use universal::{propagate, stumpff};
 ///
 /// # Errors
 /// When `mu` or `p` is not positive, `e` is negative, the true anomaly is beyond the asymptotes, or a number is not finite.
+///
+/// # Examples
+/// ```
+/// use apsides_dynamics::kepler::time_since_periapsis;
+/// use std::f64::consts::PI;
+///
+/// // Half of the period pi sqrt(a^3 / mu) of an ellipse of a = p / (1 - e^2) lies between its ends.
+/// let (mu, p, e) = (3.986_004_418e14_f64, 1e7_f64, 0.6);
+/// let half = PI * ((p / (1.0 - e * e)).powi(3) / mu).sqrt();
+/// assert!((time_since_periapsis(mu, p, e, PI)? / half - 1.0).abs() < 1e-14);
+/// # Ok::<(), apsides_dynamics::DynamicsError>(())
+/// ```
 pub fn time_since_periapsis(mu: f64, p: f64, e: f64, true_anomaly: f64) -> Result<f64, DynamicsError> {
     let mu = positive("gravitational parameter", mu, "m3/s2")?;
     let p = positive("semi-latus rectum", p, "m")?;

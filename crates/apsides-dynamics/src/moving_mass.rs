@@ -308,6 +308,31 @@ impl MovingMassVehicle {
     }
 
     /// Power of the actuators, W: the forces on the masses times their speeds in the body.
+    ///
+    /// # Examples
+    /// ```
+    /// use apsides_dynamics::aerodynamics::{AxisymmetricAerodynamics, Damping, Interpolation};
+    /// use apsides_dynamics::moving_mass::Layout;
+    /// use apsides_dynamics::rigid_body::{FlatEarth, Ground, Inertia};
+    /// use apsides_dynamics::{Atmosphere, MovingMassVehicle, RigidBody};
+    ///
+    /// // A mass of 10 kg in a vehicle of 500 kg in free fall, at 0.2 m/s, speeding up by 0.5 m/s2.
+    /// let capsule = RigidBody::new(
+    ///     Ground::Flat(FlatEarth::wgs84(0.6)?),
+    ///     Atmosphere::Vacuum,
+    ///     AxisymmetricAerodynamics::capsule(Interpolation::Smooth, Damping::constant())?,
+    ///     500.0,
+    ///     Inertia::principal([100.0, 85.0, 85.0])?,
+    ///     [0.0; 3],
+    /// )?;
+    /// let vehicle = MovingMassVehicle::new(capsule, Layout::CROSS, [10.0; 2], 0.0)?;
+    /// let mut state = [0.0; 13];
+    /// (state[2], state[6]) = (-50e3, 1.0);
+    /// let power = vehicle.actuator_power(&state, &[0.0, 0.0, 0.2, 0.0, 0.5, 0.0]);
+    /// // The rest of the vehicle gives way.
+    /// assert!((power - 10.0 * 0.5 * (1.0 - 10.0 / 500.0) * 0.2).abs() < 1e-12);
+    /// # Ok::<(), apsides_dynamics::DynamicsError>(())
+    /// ```
     #[must_use]
     pub fn actuator_power(&self, x: &[f64; 13], u: &[f64; 6]) -> f64 {
         let motions = self.layout.motions(u);

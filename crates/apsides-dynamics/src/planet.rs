@@ -3,7 +3,6 @@
 use apsides_ad::Scalar;
 
 use crate::atmosphere::{Atmosphere, Exponential};
-use crate::equinoctial::EARTH_J2;
 use crate::error::finite;
 use crate::{Body, DynamicsError, Ellipsoid};
 
@@ -48,6 +47,15 @@ impl Planet {
     }
 
     /// Rotating Mars as a sphere, with [`Exponential::MARS`].
+    ///
+    /// # Examples
+    /// ```
+    /// use apsides_dynamics::Planet;
+    ///
+    /// let mars = Planet::mars();
+    /// let density = mars.atmosphere.density(0.0);
+    /// assert!((density - 0.0158).abs() < 1e-12);
+    /// ```
     #[must_use]
     pub fn mars() -> Self {
         let atmosphere = Atmosphere::Exponential(Exponential::MARS);
@@ -58,12 +66,6 @@ impl Planet {
     #[must_use]
     pub fn with_j2(self, j2: f64) -> Self {
         Self { j2, ..self }
-    }
-
-    /// The Earth with its oblateness.
-    #[must_use]
-    pub fn oblate_earth(atmosphere: Atmosphere) -> Self {
-        Self::earth(atmosphere).with_j2(EARTH_J2)
     }
 
     /// The surface that altitudes count from, turning, with the gravity of the planet.
@@ -113,6 +115,7 @@ impl Planet {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::equinoctial::EARTH_J2;
 
     /// Round-off of the arithmetic.
     const ROUNDING: f64 = 1e-13;
@@ -120,7 +123,7 @@ mod tests {
     /// Gravitation of the surface's field against the components of the planet.
     #[test]
     fn the_surface_has_the_gravity_of_the_planet() {
-        let planet = Planet::oblate_earth(Atmosphere::Vacuum);
+        let planet = Planet::earth(Atmosphere::Vacuum).with_j2(EARTH_J2);
         let surface = planet.surface();
         for (longitude, latitude, altitude) in [(0.4, 0.7, 1.2e5), (-2.0, -1.1, 2e4), (1.0, 0.0, 0.0)] {
             let r = surface.position(longitude, latitude, altitude);

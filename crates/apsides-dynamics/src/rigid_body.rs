@@ -108,17 +108,6 @@ impl RigidBody {
         Self { wind: Some(wind), ..self }
     }
 
-    /// The same with the centre of mass at another point of the body axes (m), the inertia about it unchanged.
-    ///
-    /// # Errors
-    /// When the point is not finite.
-    pub fn with_centre(self, centre: [f64; 3]) -> Result<Self, DynamicsError> {
-        for value in centre {
-            finite("centre of mass", value, "m")?;
-        }
-        Ok(Self { centre, ..self })
-    }
-
     /// Mass, kg.
     #[must_use]
     pub fn mass(&self) -> f64 {

@@ -159,6 +159,16 @@ impl MachAlphaTable {
     }
 
     /// Total angles of attack of the table, rad.
+    ///
+    /// # Examples
+    /// ```
+    /// use apsides_dynamics::aerodynamics::{Interpolation, MachAlphaTable};
+    ///
+    /// // 15 Mach numbers by 13 angles, to 30 deg.
+    /// let table = MachAlphaTable::apollo(Interpolation::Linear);
+    /// assert_eq!((table.mach_knots().len(), table.attack_knots().len()), (15, 13));
+    /// assert_eq!(table.attack_knots()[12], 30_f64.to_radians());
+    /// ```
     #[must_use]
     pub fn attack_knots(&self) -> &[f64] {
         &self.attack.at

@@ -61,6 +61,18 @@ impl MachTable {
     }
 
     /// Angle of attack, rad, between the axis of Apollo 10 and the air in its trim: row by row, with the Mach number.
+    ///
+    /// # Examples
+    /// ```
+    /// use apsides_dynamics::aerodynamics::MachTable;
+    ///
+    /// // At Mach 10 the axis is 157.4 deg from the air, so that the heat shield is at 22.6 deg, and the lift is a third of the drag.
+    /// let [mach, attack] = MachTable::apollo_10_attack()[12];
+    /// assert_eq!(mach, 10.0);
+    /// assert!((180.0 - attack.to_degrees() - 22.6).abs() < 1e-12);
+    /// let [lift, drag] = MachTable::apollo_10().coefficients(mach);
+    /// assert!((lift / drag - 0.341).abs() < 5e-4);
+    /// ```
     #[must_use]
     pub fn apollo_10_attack() -> [[f64; 2]; 14] {
         APOLLO_10.map(|[mach, attack, ..]| [mach, attack.to_radians()])

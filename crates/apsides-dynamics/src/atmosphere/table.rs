@@ -46,19 +46,6 @@ impl AtmosphereTable {
         })
     }
 
-    /// The same at one temperature (K).
-    ///
-    /// # Errors
-    /// As [`AtmosphereTable::new`].
-    pub fn isothermal(
-        altitudes: &[f64],
-        densities: &[f64],
-        temperature: f64,
-        gas: Gas,
-    ) -> Result<Self, DynamicsError> {
-        Self::new(altitudes, densities, &vec![temperature; altitudes.len()], gas)
-    }
-
     /// Density, kg/m3.
     #[inline]
     pub fn density<S: Scalar>(&self, altitude: S) -> S {

@@ -130,7 +130,7 @@ fn continuous_and_defined_everywhere() {
         near("sound", standard.speed_of_sound(low), standard.speed_of_sound(high), PUBLISHED);
         near("temperature", standard.temperature(low), standard.temperature(high), 2.0 * PUBLISHED);
     }
-    let table = AtmosphereTable::isothermal(&[0.0, 1e4], &[1.0, 0.3], 250.0, Gas::AIR).unwrap();
+    let table = AtmosphereTable::new(&[0.0, 1e4], &[1.0, 0.3], &[250.0; 2], Gas::AIR).unwrap();
     let models = [
         Atmosphere::Vacuum,
         Atmosphere::Exponential(Exponential::EARTH),
@@ -196,7 +196,7 @@ fn tables_keep_their_rows_and_go_on_with_the_last_scale_height() {
 #[test]
 fn bad_input_is_refused_by_name() {
     let message = |z: &[f64], rho: &[f64], t: f64| {
-        AtmosphereTable::isothermal(z, rho, t, Gas::AIR).unwrap_err().to_string()
+        AtmosphereTable::new(z, rho, &vec![t; z.len()], Gas::AIR).unwrap_err().to_string()
     };
     assert_eq!(
         message(&[0.0, 2.0, 1.0], &[3.0, 2.0, 1.0], 250.0),

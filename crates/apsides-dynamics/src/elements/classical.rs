@@ -40,6 +40,19 @@ impl Classical {
     ///
     /// # Errors
     /// When the semi-major axis has not the sign of `1 - e`, and as [`Classical::checked`].
+    ///
+    /// # Examples
+    /// ```
+    /// use apsides_dynamics::elements::Classical;
+    ///
+    /// // A transfer orbit from 200 km to the geostationary radius.
+    /// let (low, high) = (6578e3, 42_164e3);
+    /// let (a, e) = (0.5 * (low + high), (high - low) / (high + low));
+    /// let orbit = Classical::with_semi_major_axis(a, e, 0.497, 0.0, 0.0, 0.0)?;
+    /// assert!((orbit.periapsis_radius() / low - 1.0).abs() < 1e-15);
+    /// assert!((orbit.apoapsis_radius() / high - 1.0).abs() < 1e-15);
+    /// # Ok::<(), apsides_dynamics::DynamicsError>(())
+    /// ```
     pub fn with_semi_major_axis(
         semi_major_axis: f64,
         eccentricity: f64,
@@ -98,6 +111,22 @@ impl Classical {
     }
 
     /// Distance of the highest point from the centre of the body, m; infinite without one.
+    ///
+    /// # Examples
+    /// ```
+    /// use apsides_dynamics::elements::Classical;
+    ///
+    /// let parabola = Classical {
+    ///     semi_latus_rectum: 2e7,
+    ///     eccentricity: 1.0,
+    ///     inclination: 0.1,
+    ///     node: 0.0,
+    ///     periapsis: 0.0,
+    ///     true_anomaly: 0.5,
+    /// };
+    /// assert_eq!(parabola.apoapsis_radius(), f64::INFINITY);
+    /// assert_eq!(Classical { eccentricity: 0.5, ..parabola }.apoapsis_radius(), 4e7);
+    /// ```
     #[must_use]
     pub fn apoapsis_radius(&self) -> f64 {
         if self.eccentricity < 1.0 {

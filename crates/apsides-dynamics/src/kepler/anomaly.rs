@@ -24,6 +24,16 @@ pub fn eccentric_anomaly(mean_anomaly: f64, e: f64) -> Result<f64, DynamicsError
 ///
 /// # Errors
 /// When the mean anomaly is not finite or the eccentricity not above 1 and finite.
+///
+/// # Examples
+/// ```
+/// use apsides_dynamics::kepler::hyperbolic_anomaly;
+///
+/// let e = 1.4;
+/// let found = hyperbolic_anomaly(3.0, e)?;
+/// assert!((e * found.sinh() - found - 3.0).abs() < 1e-14);
+/// # Ok::<(), apsides_dynamics::DynamicsError>(())
+/// ```
 pub fn hyperbolic_anomaly(mean_anomaly: f64, e: f64) -> Result<f64, DynamicsError> {
     let mean = finite("mean anomaly", mean_anomaly, "rad")?;
     eccentricity(e, 1.0_f64.next_up()..f64::INFINITY, "a finite number above 1")?;
@@ -35,6 +45,15 @@ pub fn hyperbolic_anomaly(mean_anomaly: f64, e: f64) -> Result<f64, DynamicsErro
 ///
 /// # Errors
 /// When `M` is not finite.
+///
+/// # Examples
+/// ```
+/// use apsides_dynamics::kepler::parabolic_anomaly;
+///
+/// // At a right angle from the periapsis D = 1, and D + D^3 / 3 = 4 / 3.
+/// assert!((parabolic_anomaly(4.0 / 3.0)? - 1.0).abs() < 1e-15);
+/// # Ok::<(), apsides_dynamics::DynamicsError>(())
+/// ```
 pub fn parabolic_anomaly(mean_anomaly: f64) -> Result<f64, DynamicsError> {
     let m = finite("mean anomaly", mean_anomaly, "rad")?;
     Ok(2.0 * ((1.5 * m).asinh() / 3.0).sinh())

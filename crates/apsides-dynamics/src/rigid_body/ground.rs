@@ -1,6 +1,5 @@
 //! The ground that a body flies over: its axes, gravity, and the wind above it.
 
-use apsides_ad::vector::cross;
 use apsides_ad::{Outside, Pchip, Scalar};
 
 use crate::DynamicsError;
@@ -183,13 +182,6 @@ impl Ground {
                     -earth.potential(r) - turning
                 }
             }
-    }
-
-    /// Velocity relative to inertial axes that lie along those of the ground, m/s.
-    #[must_use]
-    pub fn inertial_velocity(&self, r: [f64; 3], v: [f64; 3]) -> [f64; 3] {
-        let carried = cross(&[0.0, 0.0, self.rotation_rate().unwrap_or(0.0)], &r);
-        std::array::from_fn(|k| v[k] + carried[k])
     }
 }
 

@@ -197,7 +197,9 @@ fn orbit_of_the_ellipsoid() {
     let end = fly(&vehicle, &start, duration, |_| u);
     let kept = |x: &[f64]| {
         let (r, v) = ([x[0], x[1], x[2]], [x[3], x[4], x[5]]);
-        let w = ground.inertial_velocity(r, v);
+        // Relative to inertial axes that lie along those of the ground.
+        let carried = cross(&[0.0, 0.0, earth.rotation_rate], &r);
+        let w: [f64; 3] = std::array::from_fn(|k| v[k] + carried[k]);
         [ground.energy(r, v), 0.5 * dot(&w, &w) - earth.potential(r), r[0] * w[1] - r[1] * w[0]]
     };
     for (before, after) in kept(&start).iter().zip(kept(&end)) {
