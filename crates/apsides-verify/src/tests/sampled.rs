@@ -145,5 +145,5 @@ fn samples_need_no_integrals_that_are_states() {
     let mut x = [0.0; 3];
     found.trajectory.phases[0].state.evaluate(1.0, &mut x);
     // By the energy of the flight, 6.
-    assert!(found.deviation < 1e-12 && (x[2] - 6.0).abs() < 1e-10, "{x:?}");
+    assert!(found.deviation < ROUNDING && (x[2] - 6.0).abs() < INTEGRATION, "{x:?}");
 }
