@@ -34,6 +34,26 @@ impl Phase {
         self.states.len() - self.accumulated.len()
     }
 
+    /// The rates of the integrals that are states, at states of the model, controls, static parameters and a time.
+    #[must_use]
+    pub fn integral_rates(
+        &self,
+        states: &[f64],
+        controls: &[f64],
+        parameters: &[f64],
+        time: f64,
+    ) -> Vec<f64> {
+        let taken = if self.takes_parameters(self.dynamics.as_ref()) { parameters } else { &[] };
+        let mut z = states.to_vec();
+        z.resize(self.states.len(), 0.0);
+        z.extend_from_slice(controls);
+        z.extend_from_slice(taken);
+        z.push(time);
+        let mut rates = vec![0.0; self.states.len()];
+        self.dynamics.value(&z, &mut rates);
+        rates.split_off(self.model_states())
+    }
+
     /// The phase with its accumulated integrals as states.
     pub(crate) fn with_accumulated_states(mut self) -> Result<Self, OcpError> {
         if self.accumulated.is_empty() {
@@ -152,17 +172,10 @@ fn accumulated(phase: &Phase, guess: &PhaseGuess, parameters: &[f64]) -> PhaseGu
     let (mut q, mut before) = (vec![0.0; phase.accumulated.len()], None);
     guess.refined(INTERVALS, model, controls, |fraction, x| {
         let rates = |fraction: f64| {
-            let mut z = vec![0.0; phase.states.len() + controls];
-            guess.state(fraction, &mut z[..model]);
-            z[model..phase.states.len()].fill(0.0);
-            guess.control(fraction, &mut z[phase.states.len()..]);
-            if phase.takes_parameters(phase.dynamics.as_ref()) {
-                z.extend_from_slice(parameters);
-            }
-            z.push(guess.initial_time + fraction * duration);
-            let mut rates = vec![0.0; phase.states.len()];
-            phase.dynamics.value(&z, &mut rates);
-            rates.split_off(model)
+            let (mut x, mut u) = (vec![0.0; model], vec![0.0; controls]);
+            guess.state(fraction, &mut x);
+            guess.control(fraction, &mut u);
+            phase.integral_rates(&x, &u, parameters, guess.initial_time + fraction * duration)
         };
         let here = rates(fraction);
         if let Some((place, there)) = &before {

@@ -110,6 +110,27 @@ pub struct Variable {
     pub rate: Option<[Stated; 2]>,
 }
 
+impl Variable {
+    /// A quantity of which nothing but its name, its place and its unit is stated.
+    #[must_use]
+    pub fn new(name: String, at: Range<usize>, unit: Unit) -> Self {
+        Self {
+            name,
+            at,
+            unit,
+            least: None,
+            most: None,
+            scale: None,
+            guards: [false; 2],
+            start: None,
+            end: None,
+            tolerance: None,
+            guess: None,
+            rate: None,
+        }
+    }
+}
+
 /// A formula with bounds: a path constraint, a constraint of ends, an integral.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Row {

@@ -24,11 +24,14 @@ pub(crate) fn with_limited_rates(source: &Source, mut model: Model) -> Result<Mo
 fn limit(source: &Source, phase: &mut Phase, k: usize, has_units: bool) -> Result<(), ProblemError> {
     let control = &mut phase.controls[k];
     let Some([least, most]) = control.rate.take() else {
-        let stated = [("start", control.start.is_some()), ("end", control.end.is_some())];
-        let stated = stated.into_iter().chain([("tolerance", control.tolerance.is_some())]);
-        return match stated.filter(|(_, is_stated)| *is_stated).map(|(key, _)| key).next() {
+        let keys = [
+            ("start", control.start.is_some()),
+            ("end", control.end.is_some()),
+            ("tolerance", control.tolerance.is_some()),
+        ];
+        return match keys.into_iter().find(|(_, is_stated)| *is_stated) {
             None => Ok(()),
-            Some(key) => Err(ProblemError::Conflict {
+            Some((key, _)) => Err(ProblemError::Conflict {
                 at: source.place(&control.at),
                 reason: format!(
                     "control `{}` has `{key}`, but a control may jump at any time and has no value at an end: limit its rate, \
@@ -38,19 +41,11 @@ fn limit(source: &Source, phase: &mut Phase, k: usize, has_units: bool) -> Resul
             }),
         };
     };
+    let unit = if has_units { control.unit.per_second() } else { Unit::none() };
     let rate = Variable {
-        name: format!("{}_rate", control.name),
-        at: control.at.clone(),
-        unit: if has_units { control.unit.per_second() } else { Unit::none() },
         least: Some(least),
         most: Some(most),
-        scale: None,
-        guards: [false; 2],
-        start: None,
-        end: None,
-        tolerance: None,
-        guess: None,
-        rate: None,
+        ..Variable::new(format!("{}_rate", control.name), control.at.clone(), unit)
     };
     let mut formula = ExpressionBuilder::new(0);
     let part = formula.name(&rate.name);

@@ -220,20 +220,7 @@ impl Reader<'_> {
     ) -> Result<Variable, ProblemError> {
         let name = self.name(field, "the name of a quantity")?;
         let what = format!("{owner}.{name}");
-        let mut v = Variable {
-            name,
-            at: field.at.clone(),
-            unit: Unit::none(),
-            least: None,
-            most: None,
-            scale: None,
-            guards: [false; 2],
-            start: None,
-            end: None,
-            tolerance: None,
-            guess: None,
-            rate: None,
-        };
+        let mut v = Variable::new(name, field.at.clone(), Unit::none());
         match field.value.get_ref() {
             DeValue::String(_) => v.unit = self.unit(field.value, &what)?,
             DeValue::Array(_) => {

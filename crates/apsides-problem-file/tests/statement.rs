@@ -12,18 +12,10 @@ fn number(value: f64) -> Stated {
 
 fn variable(name: &str) -> Variable {
     Variable {
-        name: name.into(),
-        at: at_place(0),
-        unit: Unit::none(),
         least: Some(number(0.0)),
         most: Some(number(10.0)),
-        scale: None,
-        guards: [false; 2],
         start: Some(End::Fixed(number(0.0))),
-        end: None,
-        tolerance: None,
-        guess: None,
-        rate: None,
+        ..Variable::new(name.into(), at_place(0), Unit::none())
     }
 }
 

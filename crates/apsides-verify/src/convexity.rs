@@ -10,6 +10,7 @@ mod curvature;
 use apsides_ad::{Formula, NodeFunction};
 use apsides_ocp::{Bounds, EndpointInput, Ocp, Phase};
 
+use crate::ends::allowed;
 use crate::equations::sign;
 use crate::{Check, CheckKind};
 use curvature::{Curvature, curvatures};
@@ -75,21 +76,8 @@ fn phase_is_convex(ocp: &Ocp, k: usize) -> bool {
 }
 
 fn ends_are_convex(ocp: &Ocp) -> bool {
-    let range = |input: &EndpointInput| match *input {
-        EndpointInput::InitialState { phase, state } => {
-            let state = &ocp.phases[phase].states[state];
-            interval(&state.initial.intersect(&state.variable.bounds))
-        }
-        EndpointInput::FinalState { phase, state } => {
-            let state = &ocp.phases[phase].states[state];
-            interval(&state.terminal.intersect(&state.variable.bounds))
-        }
-        EndpointInput::InitialTime { phase } => interval(&ocp.phases[phase].initial_time),
-        EndpointInput::FinalTime { phase } => interval(&ocp.phases[phase].final_time),
-        EndpointInput::Parameter { index } => interval(&ocp.parameters[index].bounds),
-    };
     let of = |function: &dyn NodeFunction, inputs: &[EndpointInput]| {
-        let bounds: Vec<[f64; 2]> = inputs.iter().map(range).collect();
+        let bounds: Vec<[f64; 2]> = inputs.iter().map(|input| interval(&allowed(ocp, *input))).collect();
         curvatures(function, &bounds, &vec![true; inputs.len()])
     };
     let sign = sign(ocp);

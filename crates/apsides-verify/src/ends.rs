@@ -1,7 +1,7 @@
 //! Quantities at the ends of phases, functions of them and their gradients.
 
 use apsides_ad::NodeFunction;
-use apsides_ocp::{EndpointInput, Ocp, Scaling, Trajectory};
+use apsides_ocp::{Bounds, EndpointInput, Ocp, Scaling, Trajectory};
 
 use crate::VerifySettings;
 use crate::equations::sign;
@@ -169,6 +169,22 @@ impl EndGradient {
     pub(crate) fn value(&self, input: EndpointInput) -> Option<f64> {
         let position = self.position(input);
         (!self.unknown[position]).then_some(self.values[position])
+    }
+}
+
+/// The values that an end quantity may have: the bounds of the end, and of the state along the phase.
+pub(crate) fn allowed(ocp: &Ocp, input: EndpointInput) -> Bounds {
+    let state = |phase: usize, state: usize| &ocp.phases[phase].states[state];
+    match input {
+        EndpointInput::InitialTime { phase } => ocp.phases[phase].initial_time,
+        EndpointInput::FinalTime { phase } => ocp.phases[phase].final_time,
+        EndpointInput::InitialState { phase, state: s } => {
+            state(phase, s).initial.intersect(&state(phase, s).variable.bounds)
+        }
+        EndpointInput::FinalState { phase, state: s } => {
+            state(phase, s).terminal.intersect(&state(phase, s).variable.bounds)
+        }
+        EndpointInput::Parameter { index } => ocp.parameters[index].bounds,
     }
 }
 

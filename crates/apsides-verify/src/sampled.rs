@@ -82,10 +82,12 @@ pub fn sampled(
 ) -> Result<Sampled, VerifyError> {
     settings.check()?;
     check(ocp, phases, parameters)?;
+    let extended: Vec<_> =
+        ocp.phases.iter().zip(phases).map(|(phase, s)| with_integrals(phase, s, parameters)).collect();
     let candidates = interpolation.map_or(Interpolation::ALL.to_vec(), |i| vec![i]);
     let mut best: Option<Sampled> = None;
     for interpolation in candidates {
-        let found = fly(ocp, phases, parameters, interpolation, settings)?;
+        let found = fly(ocp, phases, &extended, parameters, interpolation, settings)?;
         if best.as_ref().is_none_or(|b| found.deviation < b.deviation) {
             best = Some(found);
         }
@@ -140,13 +142,14 @@ fn check(ocp: &Ocp, phases: &[PhaseSamples], parameters: &[f64]) -> Result<(), V
 fn fly(
     ocp: &Ocp,
     phases: &[PhaseSamples],
+    extended: &[Cow<'_, PhaseSamples>],
     parameters: &[f64],
     interpolation: Interpolation,
     settings: &VerifySettings,
 ) -> Result<Sampled, VerifyError> {
-    let straight = |(phase, s): (&apsides_ocp::Phase, &PhaseSamples)| {
+    let straight = |(phase, s): (&apsides_ocp::Phase, &Cow<'_, PhaseSamples>)| {
         let control = controls(s, phase.controls.len(), interpolation)?;
-        let state = lines(&with_integrals(phase, s, parameters), phase.states.len())?;
+        let state = lines(s, phase.states.len())?;
         let (first, last) = (s.times[0], s.times[s.times.len() - 1]);
         let intervals = control.segments().len();
         let ends = control.breaks();
@@ -169,7 +172,7 @@ fn fly(
             interval_errors: vec![0.0; intervals],
         })
     };
-    let found: Result<Vec<_>, OcpError> = ocp.phases.iter().zip(phases).map(straight).collect();
+    let found: Result<Vec<_>, OcpError> = ocp.phases.iter().zip(extended).map(straight).collect();
     let mut trajectory = Trajectory {
         phases: found?,
         parameters: parameters.to_vec(),
@@ -211,23 +214,15 @@ fn with_integrals<'a>(
     samples: &'a PhaseSamples,
     parameters: &[f64],
 ) -> Cow<'a, PhaseSamples> {
-    let (own, all) = (phase.model_states(), phase.states.len());
-    if samples.states[0].len() == all {
+    if samples.states[0].len() == phase.states.len() {
         return Cow::Borrowed(samples);
     }
-    let taken = if phase.takes_parameters(phase.dynamics.as_ref()) { parameters } else { &[] };
-    let mut rates = vec![0.0; all];
-    let mut rates_at = |k: usize| {
-        let mut z = samples.states[k].clone();
-        z.resize(all, 0.0);
-        z.extend_from_slice(&samples.controls[k]);
-        z.extend_from_slice(taken);
-        z.push(samples.times[k]);
-        phase.dynamics.value(&z, &mut rates);
-        rates[own..].to_vec()
+    let rates_at = |k: usize| {
+        phase.integral_rates(&samples.states[k], &samples.controls[k], parameters, samples.times[k])
     };
     let mut extended = samples.clone();
-    let (mut sums, mut before) = (vec![0.0; all - own], rates_at(0));
+    let mut before = rates_at(0);
+    let mut sums = vec![0.0; before.len()];
     for (k, x) in extended.states.iter_mut().enumerate() {
         let here = rates_at(k);
         let step = if k == 0 { 0.0 } else { samples.times[k] - samples.times[k - 1] };

@@ -268,8 +268,8 @@ impl PhaseConditions<'_> {
         };
         let (one, other) = (rates(one), rates(other));
         let scales = scaling.states.iter().chain(&scaling.integrals);
-        let all = one.iter().zip(&other).zip(scales).enumerate().filter(|(k, _)| those(*k));
-        all.into_iter().any(|(_, ((a, b), scale))| {
+        let mut compared = one.iter().zip(&other).zip(scales).enumerate().filter(|(k, _)| those(*k));
+        compared.any(|(_, ((a, b), scale))| {
             let largest = a.abs().max(b.abs()) * scaling.time;
             (a - b).abs() * scaling.time > SAME_RATES * size(largest, *scale)
         })

@@ -4,9 +4,9 @@
 //! kink is a ridge, and both of its sides are better to first order.
 
 use apsides_ad::NodeFunction;
-use apsides_ocp::{Bounds, EndpointInput, Ocp};
+use apsides_ocp::{EndpointInput, Ocp};
 
-use crate::ends::{EndScales, Ends};
+use crate::ends::{EndScales, Ends, allowed};
 use crate::worst::Worst;
 use crate::{Check, CheckKind, VerifySettings};
 
@@ -26,12 +26,10 @@ pub(super) fn check(
     for (inputs, function) in &ocp.objective.functions {
         if function.formula().is_ok_and(|f| !f.kinks().is_empty()) {
             let z: Vec<f64> = inputs.iter().map(|i| ends.value(*i)).collect();
-            for (k, input) in inputs.iter().enumerate() {
-                let (name, bounds) = quantity(ocp, *input);
-                if !bounds.is_fixed() {
-                    let fall = fall(function.as_ref(), &z, k, scales.scale(*input), sign);
-                    worst.consider(fall, settings.stationarity_tolerance, "-", || name);
-                }
+            let free = inputs.iter().enumerate().filter(|(_, input)| !allowed(ocp, **input).is_fixed());
+            for (k, input) in free {
+                let fall = fall(function.as_ref(), &z, k, scales.scale(*input), sign);
+                worst.consider(fall, settings.stationarity_tolerance, "-", || words(ocp, *input));
             }
         }
     }
@@ -54,23 +52,18 @@ fn fall(function: &dyn NodeFunction, z: &[f64], k: usize, scale: f64, sign: f64)
     if falls[0] > 0.0 && falls[1] > 0.5 * falls[0] { falls[1] / (near[0].abs() + near[1].abs()) } else { 0.0 }
 }
 
-/// The words for an end quantity, and its bounds there.
-fn quantity(ocp: &Ocp, input: EndpointInput) -> (String, Bounds) {
-    let phase = |phase: usize| &ocp.phases[phase];
-    let at = |what: &str, k: usize| format!("{what}, phase `{}`", phase(k).name);
-    match input {
-        EndpointInput::InitialTime { phase: k } => (at("initial time", k), phase(k).initial_time),
-        EndpointInput::FinalTime { phase: k } => (at("final time", k), phase(k).final_time),
-        EndpointInput::InitialState { phase: k, state } => {
-            let state = &phase(k).states[state];
-            (at(&format!("initial {}", state.variable.name), k), state.initial)
+/// The words for an end quantity.
+fn words(ocp: &Ocp, input: EndpointInput) -> String {
+    let (end, quantity, phase) = match input {
+        EndpointInput::InitialTime { phase } => ("initial", "time", phase),
+        EndpointInput::FinalTime { phase } => ("final", "time", phase),
+        EndpointInput::InitialState { phase, state } => {
+            ("initial", ocp.phases[phase].states[state].variable.name.as_str(), phase)
         }
-        EndpointInput::FinalState { phase: k, state } => {
-            let state = &phase(k).states[state];
-            (at(&format!("final {}", state.variable.name), k), state.terminal)
+        EndpointInput::FinalState { phase, state } => {
+            ("final", ocp.phases[phase].states[state].variable.name.as_str(), phase)
         }
-        EndpointInput::Parameter { index } => {
-            (ocp.parameters[index].name.clone(), ocp.parameters[index].bounds)
-        }
-    }
+        EndpointInput::Parameter { index } => return ocp.parameters[index].name.clone(),
+    };
+    format!("{end} {quantity}, phase `{}`", ocp.phases[phase].name)
 }

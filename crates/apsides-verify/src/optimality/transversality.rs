@@ -232,13 +232,18 @@ impl EndConditions<'_> {
         let mut worst = Worst::default();
         for (k, phase) in conditions.iter_mut().enumerate() {
             let Some(multipliers) = self.trajectory.phases[k].integral_multipliers.as_ref() else { continue };
+            let integrals = self.ocp.phases[k].integrals.iter().zip(multipliers).enumerate();
+            // One without bounds has no multiplier: one that is stated all the same is judged, too.
+            let pushed: Vec<_> = integrals
+                .filter(|(_, (integral, m))| integral.variable.bounds != Bounds::FREE || **m != 0.0)
+                .collect();
+            if pushed.is_empty() {
+                continue;
+            }
             let values = phase.integrals();
-            for (q, integral) in self.ocp.phases[k].integrals.iter().enumerate() {
-                if integral.variable.bounds == Bounds::FREE {
-                    continue;
-                }
+            for (q, (integral, multiplier)) in pushed {
                 let scale = self.scaling.phases[k].integrals[q];
-                let slope = relative(-multipliers[q] * scale, self.costate_size);
+                let slope = relative(-multiplier * scale, self.costate_size);
                 let residual = natural_residual(slope, values[q], &integral.variable.bounds, scale);
                 let at = || format!("{}, phase `{}`", integral.variable.name, self.ocp.phases[k].name);
                 worst.consider(residual, self.settings.transversality_tolerance, "-", at);

@@ -26,6 +26,10 @@ fn free_speed() -> Phase {
         .final_time(Bounds::fixed(1.0))
 }
 
+fn least_energy(name: &str, phase: Phase) -> Ocp {
+    Ocp::builder(name).phase(phase).minimize_integral("push", "energy").build().expect("well-posed")
+}
+
 fn free_speed_solution() -> Trajectory {
     let x = |_: usize, t: f64| vec![1.5 * t * t - 0.5 * t.powi(3), 3.0 * t - 1.5 * t * t];
     let u = |_: usize, t: f64| vec![3.0 - 3.0 * t];
@@ -42,11 +46,7 @@ fn rest_to_rest() -> Trajectory {
 
 #[test]
 fn the_costate_of_a_free_final_state_vanishes() {
-    let ocp = Ocp::builder("free speed")
-        .phase(free_speed())
-        .minimize_integral("push", "energy")
-        .build()
-        .expect("well-posed");
+    let ocp = least_energy("free speed", free_speed());
     assert_exact(&certify(&ocp, &free_speed_solution()));
     // The rest-to-rest arc is feasible here, but its final speed costate 6 is not zero.
     let certificate = certify(&ocp, &rest_to_rest());
@@ -64,11 +64,7 @@ fn a_bound_on_the_final_speed_takes_its_side() {
     for (bounds, optimal) in [(Bounds::at_most(0.0), true), (Bounds::at_least(0.0), false)] {
         let mut phase = free_speed();
         phase.states[1].terminal = bounds;
-        let ocp = Ocp::builder("bounded")
-            .phase(phase)
-            .minimize_integral("push", "energy")
-            .build()
-            .expect("well-posed");
+        let ocp = least_energy("bounded", phase);
         let failures: &[&str] = if optimal { &[] } else { &["transversality"] };
         assert_failed(&certify(&ocp, &rest_to_rest()), failures);
     }
@@ -174,11 +170,7 @@ fn a_bound_on_the_duration_takes_its_side() {
             let mut phase = free_speed().final_time(Bounds::new(-9.0, 9.0));
             phase.states[1].terminal = Bounds::fixed(0.0);
             (phase.initial_time, phase.duration) = (initial, duration);
-            let ocp = Ocp::builder("in time")
-                .phase(phase)
-                .minimize_integral("push", "energy")
-                .build()
-                .expect("well-posed");
+            let ocp = least_energy("in time", phase);
             let failures: &[&str] = if optimal { &[] } else { &["transversality"] };
             assert_failed(&certify(&ocp, &rest_to_rest()), failures);
         }
@@ -192,11 +184,7 @@ fn a_bound_on_an_integral_takes_its_side() {
     for (multiplier, optimal) in [(1.0, true), (-0.5, false)] {
         let mut phase = free_speed();
         phase.integrals[0].variable.bounds = Bounds::at_most(1.5);
-        let ocp = Ocp::builder("budget")
-            .phase(phase)
-            .minimize_integral("push", "energy")
-            .build()
-            .expect("well-posed");
+        let ocp = least_energy("budget", phase);
         let mut found = free_speed_solution();
         let x = |_: usize, t: f64| vec![1.5 * t * t - 0.5 * t.powi(3), 3.0 * t - 1.5 * t * t];
         let u = |_: usize, t: f64| vec![3.0 - 3.0 * t];
