@@ -80,6 +80,15 @@ def string_over_bump(t=0.5137, w=0.001):
     return g(a) ** 2 / a + g(b) ** 2 / (1 - b) + integral(lambda s: slope(s) ** 2, a, b)
 
 
+def across_a_kink(way, reward):
+    """From -way to way in the time 1 with the least integral of u^2 - reward |x|: a parabola on each side of the time at which x is zero."""
+    def side(time):
+        speed = way / time + reward * time / 4
+        return speed**2 * time - reward * speed * time**2 + reward**2 * time**3 / 6
+
+    return least(lambda time: side(time) + side(1 - time), 0.01, 0.45)
+
+
 def oscillator(x, v):
     """x'' = -x + u to rest: circles about 1 and -1 by turns, pi each but for the first and the last."""
     best = inf
@@ -426,6 +435,7 @@ OPTIMA = {
     "trap_ridge": lambda: -1 / 3,
     "trap_rival_beside_a_parked_state": lambda: 0,
     "trap_rival_under_wide_bounds": lambda: 1,
+    "trap_saddle_across_a_kink": lambda: across_a_kink(0.25, 8),
     "trap_second_mode": lambda: pi**2,
     "trap_shifted_time_weight": lambda: least(lambda t: 1 / t + 0.1 * t + sin(3 * t), 1.2, 2.0),
     "trap_small_debris": lambda: around_disc((-1.9863, 0.001), (2.0137, 0.001), 0.004),

@@ -1,8 +1,10 @@
 //! The kinks of formulas.
 
 use std::collections::HashSet;
+use std::sync::Arc;
 
 use crate::formula::{Binary, Formula, Operation, Unary};
+use crate::table::Table;
 
 /// The condition at which a formula switches.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -77,7 +79,116 @@ impl Shape {
     }
 }
 
+/// The steps, relative to the knot or to one, beside a knot of a table at which its slope is that of one side.
+const BESIDE: f64 = 1e-12;
+
+/// Operations of a formula that is made.
+struct Written {
+    inputs: usize,
+    operations: Vec<Operation>,
+}
+
+impl Written {
+    fn push(&mut self, operation: Operation) -> usize {
+        self.operations.push(operation);
+        self.inputs + self.operations.len() - 1
+    }
+
+    fn constant(&mut self, number: f64) -> usize {
+        self.push(Operation::Constant(number))
+    }
+
+    /// The line through a value at a number, as a function of another value.
+    fn line(&mut self, of: usize, through: (f64, f64), slope: f64) -> usize {
+        let (number, slope, height) =
+            (self.constant(through.0), self.constant(slope), self.constant(through.1));
+        let way = self.push(Operation::Binary(Binary::Sub, of, number));
+        let rise = self.push(Operation::Binary(Binary::Mul, slope, way));
+        self.push(Operation::Binary(Binary::Add, height, rise))
+    }
+}
+
+impl Operation {
+    /// The conditions at which the operation switches, and whether its value jumps there.
+    fn conditions(self, tables: &[Arc<Table>]) -> (Vec<Condition>, bool) {
+        let zero = |value| vec![Condition::Number { value, number: 0.0 }];
+        match self {
+            Self::Unary(Unary::Abs, a) => (zero(a), false),
+            Self::Unary(Unary::Sign, a) => (zero(a), true),
+            Self::Binary(Binary::Min | Binary::Max, a, b) => (vec![Condition::Equal(a, b)], false),
+            Self::Select(c, _, _) => (zero(c), true),
+            Self::Curve(t, value) => {
+                let knots = tables[t].kinks().into_iter();
+                (knots.map(|number| Condition::Number { value, number }).collect(), false)
+            }
+            _ => (Vec::new(), false),
+        }
+    }
+}
+
 impl Formula {
+    /// The value that is zero at some kinks of this formula, one output for each: that of a condition less its number, or the first
+    /// of two values less the second.
+    #[must_use]
+    pub fn arguments_of(&self, kinks: &[FormulaKink]) -> Self {
+        let mut written = Written { inputs: self.inputs(), operations: self.operations().to_vec() };
+        let outputs: Vec<usize> = (kinks.iter())
+            .map(|kink| {
+                let (value, other) = match kink.condition {
+                    Condition::Number { value, number } => (value, written.constant(number)),
+                    Condition::Equal(a, b) => (a, b),
+                };
+                written.push(Operation::Binary(Binary::Sub, value, other))
+            })
+            .collect();
+        Self::pruned(self.inputs(), &written.operations, self.tables(), &outputs)
+    }
+
+    /// The outputs where the argument of a kink is positive less those where it is negative, each continued to the other side; zero
+    /// along the kink unless an output jumps there.
+    #[must_use]
+    pub fn jump_at(&self, kink: &FormulaKink) -> Self {
+        let mut written = Written { inputs: self.inputs(), operations: Vec::new() };
+        let [above, below] = [true, false].map(|is_above| self.write_beside(kink, is_above, &mut written));
+        let outputs: Vec<usize> = (above.iter().zip(&below))
+            .map(|(a, b)| written.push(Operation::Binary(Binary::Sub, *a, *b)))
+            .collect();
+        Self::pruned(self.inputs(), &written.operations, self.tables(), &outputs)
+    }
+
+    /// Writes the formula as it is on one side of a kink, and gives its outputs.
+    fn write_beside(&self, kink: &FormulaKink, is_above: bool, written: &mut Written) -> Vec<usize> {
+        let mut place: Vec<usize> = (0..self.inputs()).collect();
+        for &operation in self.operations() {
+            let (conditions, jumps) = operation.conditions(self.tables());
+            let switches = jumps == kink.jumps && conditions.contains(&kink.condition);
+            let value = match operation {
+                Operation::Unary(Unary::Abs, a) if switches && is_above => place[a],
+                Operation::Unary(Unary::Abs, a) if switches => {
+                    written.push(Operation::Unary(Unary::Neg, place[a]))
+                }
+                Operation::Unary(Unary::Sign, _) if switches => {
+                    written.constant(if is_above { 1.0 } else { -1.0 })
+                }
+                Operation::Binary(Binary::Max, a, b) if switches => place[if is_above { a } else { b }],
+                Operation::Binary(Binary::Min, a, b) if switches => place[if is_above { b } else { a }],
+                Operation::Select(_, a, b) if switches => place[if is_above { a } else { b }],
+                Operation::Curve(t, a) if switches => {
+                    let Condition::Number { number, .. } = kink.condition else {
+                        unreachable!("invariant: a table switches at numbers")
+                    };
+                    let step = BESIDE * number.abs().max(1.0);
+                    let beside = if is_above { number + step } else { number - step };
+                    let table = &self.tables()[t];
+                    written.line(place[a], (number, table.curve(number)), table.curve_jet(beside)[1])
+                }
+                _ => written.push(operation.with_operands(|a| place[a], |t| t)),
+            };
+            place.push(value);
+        }
+        self.outputs().iter().map(|k| place[*k]).collect()
+    }
+
     /// The places where a first derivative or a value jumps: where absolute values, signs, minima, maxima and selections switch, and the
     /// ends of tables that stay constant beyond them. A condition on constants alone is none.
     #[must_use]
@@ -86,28 +197,15 @@ impl Formula {
             (0..self.inputs()).map(|input| Shape::Line { input, slope: 1.0, offset: 0.0 }).collect();
         let (mut kinks, mut known) = (Vec::new(), HashSet::new());
         for &operation in self.operations() {
-            let at = |value: usize, number: f64| {
-                (
-                    Condition::Number { value, number },
-                    shapes[value].combine(1.0, Shape::constant(number), -1.0),
-                )
-            };
-            let (conditions, jumps) = match operation {
-                Operation::Unary(Unary::Abs, a) => (vec![at(a, 0.0)], false),
-                Operation::Unary(Unary::Sign, a) => (vec![at(a, 0.0)], true),
-                Operation::Binary(Binary::Min | Binary::Max, a, b) => {
-                    (vec![(Condition::Equal(a, b), shapes[a].combine(1.0, shapes[b], -1.0))], false)
-                }
-                Operation::Select(c, _, _) => (vec![at(c, 0.0)], true),
-                Operation::Curve(t, a) => {
-                    (self.tables()[t].kinks().into_iter().map(|knot| at(a, knot)).collect(), false)
-                }
-                _ => (Vec::new(), false),
-            };
-            for (condition, shape) in conditions {
-                let key = match condition {
-                    Condition::Number { value, number } => (value, number.to_bits(), jumps),
-                    Condition::Equal(a, b) => (a, b as u64, jumps),
+            let (conditions, jumps) = operation.conditions(self.tables());
+            for condition in conditions {
+                let (key, shape) = match condition {
+                    Condition::Number { value, number } => {
+                        let number_as_shape = Shape::constant(number);
+                        let shape = shapes[value].combine(1.0, number_as_shape, -1.0);
+                        ((value, number.to_bits(), jumps), shape)
+                    }
+                    Condition::Equal(a, b) => ((a, b as u64, jumps), shapes[a].combine(1.0, shapes[b], -1.0)),
                 };
                 if shape.number().is_none() && known.insert((std::mem::discriminant(&condition), key)) {
                     kinks.push(FormulaKink { condition, input: shape.root(), jumps });

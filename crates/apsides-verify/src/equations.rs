@@ -194,6 +194,39 @@ impl<'a> Equations<'a> {
         self.values[output]
     }
 
+    /// The functions that enter the Lagrangian, with the weights of their outputs: costates of the rates, weights of the integrals,
+    /// multipliers of path constraints.
+    pub(crate) fn weighted_functions<'w>(
+        &'w self,
+        costate: &'w [f64],
+        multipliers: &'w [f64],
+    ) -> impl Iterator<Item = (&'a dyn NodeFunction, &'w [f64])> + 'w {
+        let phase = self.phase;
+        let integrals = phase.integrals.iter().zip(self.weights.chunks(1));
+        let mut first = 0;
+        let path = phase.path.iter().map(move |p| {
+            let rows = first..first + p.rows.len();
+            first = rows.end;
+            (p.function.as_ref(), &multipliers[rows])
+        });
+        std::iter::once((phase.dynamics.as_ref(), costate))
+            .chain(integrals.map(|(q, weight)| (q.function.as_ref(), weight)))
+            .chain(path)
+    }
+
+    /// Values of a function of the phase's inputs, and the Jacobian by rows with respect to `[x, u, p, t]`.
+    pub(crate) fn values_and_jacobian(&self, function: &dyn NodeFunction) -> (Vec<f64>, Vec<Vec<f64>>) {
+        let (z, width) = (self.point(function), self.full.len());
+        let pattern = function.pattern();
+        let (mut values, mut entries) = (vec![0.0; function.outputs()], vec![0.0; pattern.jacobian_len()]);
+        function.jacobian(z, &mut values, &mut entries);
+        let mut rows = vec![vec![0.0; width]; values.len()];
+        for ((row, column), entry) in pattern.jacobian_entries().zip(&entries) {
+            rows[row][place_of(column, z.len(), width)] += entry;
+        }
+        (values, rows)
+    }
+
     /// Value of an integrand, and its gradient with respect to `[x, u, p, t]`.
     pub(crate) fn integrand_gradient(&mut self, integral: usize, gradient: &mut [f64]) -> f64 {
         gradient.fill(0.0);

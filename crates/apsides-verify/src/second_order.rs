@@ -9,7 +9,8 @@
 //! extremal beyond its conjugate point, a saddle, a wrong sequence of arcs. The form is coercive on all changes that keep the
 //! bounds against which the solution pushes: then, with the strengthened condition of Legendre and Clebsch and the
 //! minimum principle over all admissible controls, the trajectory is a strict local minimum. Where the control jumps, the times
-//! of the jumps are unknowns of the form, which is the quadratic form in the switching times of a bang-bang control.
+//! of the jumps are unknowns of the form, which is the quadratic form in the switching times of a bang-bang control. Kinks of the
+//! functions add terms of instants ([`mod@kinks`]).
 //!
 //! A. E. Bryson and Y.-C. Ho, Applied Optimal Control, 1975, chapter 6; N. P. Osmolovskii and H. Maurer, Applications to Regular
 //! and Bang-Bang Control, SIAM 2012, doi 10.1137/1.9781611972368, chapters 2 and 5; K. Malanowski and H. Maurer, Computational
@@ -19,8 +20,10 @@ mod activity;
 mod arcs;
 mod conjugate;
 mod constant;
+mod contacts;
 mod form;
 mod interval;
+mod kinks;
 mod stage;
 mod sweep;
 
@@ -80,6 +83,9 @@ pub(crate) fn conditions(
     let Some(form) = Form::new(ocp, trajectory, &scales, &scaling.parameters, conditions, settings) else {
         return not_tested("first order only: the linearised equations of motion could not be solved");
     };
+    if let Some(remark) = form.phases.iter().find_map(|p| p.remark.as_ref()) {
+        return not_tested(remark);
+    }
     let legendre: Vec<(f64, f64)> = (0..conditions.len()).map(|k| form.legendre(k)).collect();
     let least = legendre.iter().map(|l| l.0).fold(f64::INFINITY, f64::min);
     let is_singular = least.abs() < settings.curvature_tolerance;

@@ -4,6 +4,7 @@ mod brachistochrone;
 mod constant_controls;
 mod contact;
 mod end_conditions;
+mod kinks_of_states;
 mod linked;
 mod malformed;
 mod minimum_energy;

@@ -368,6 +368,60 @@ fn kinks_are_listed_with_their_inputs() {
     assert_eq!((number, formula.operations()[value - 3]), (0.0, Operation::Binary(Binary::Sub, 5, 4)));
 }
 
+/// The gradient of a sum jumps at a kink by that of the jump, and its value by the value.
+#[test]
+fn jumps_at_kinks_are_those_of_the_two_sides() {
+    let mut b = FormulaBuilder::new(2);
+    let [x, y] = [0, 1].map(|k| b.input(k));
+    let two = b.constant(2.0);
+    let scaled = b.mul(x, two);
+    let abs = b.abs(scaled);
+    let product = b.mul(abs, y);
+    let sign = b.sign(y);
+    let signed = b.mul(sign, y);
+    let least = b.min(x, y);
+    let chosen = b.select(x, x, y);
+    let pchip = b.table(tables()[1].clone());
+    let table = b.curve(pchip, x);
+    let formula = b.formula(&[product, signed, least, chosen, table]).unwrap();
+    let kinks = formula.kinks();
+    let at = |z: &[f64], node: &Formula| {
+        let node = formula_node(node.clone());
+        let (mut values, mut entries) = (vec![0.0; node.outputs()], vec![0.0; node.pattern().jacobian_len()]);
+        node.jacobian(z, &mut values, &mut entries);
+        let mut gradients = vec![[0.0; 2]; node.outputs()];
+        for ((row, column), entry) in node.pattern().jacobian_entries().zip(&entries) {
+            gradients[row][column] += entry;
+        }
+        (values, gradients)
+    };
+    // Where the argument of each kink is zero, its gradient, and the jump of value and gradient of one output there.
+    let slope = formula_slope_below(&tables()[1], 3.0);
+    let cases: [([f64; 2], [f64; 2], usize, f64, [f64; 2]); 6] = [
+        ([0.0, 3.0], [2.0, 0.0], 0, 0.0, [12.0, 0.0]),
+        ([3.5, 0.0], [0.0, 1.0], 1, 0.0, [0.0, 2.0]),
+        ([0.5, 0.5], [1.0, -1.0], 2, 0.0, [-1.0, 1.0]),
+        ([0.0, 3.0], [1.0, 0.0], 3, -3.0, [1.0, -1.0]),
+        ([-1.0, 0.0], [1.0, 0.0], 4, 0.0, [f64::NAN, 0.0]),
+        ([3.0, 0.0], [1.0, 0.0], 4, 0.0, [-slope, 0.0]),
+    ];
+    assert_eq!(kinks.len(), cases.len());
+    for (kink, (z, argument, output, value, gradient)) in kinks.iter().zip(cases) {
+        let (values, gradients) = at(&z, &formula.arguments_of(&[*kink]));
+        assert_eq!((values[0], gradients[0]), (0.0, argument));
+        let (values, gradients) = at(&z, &formula.jump_at(kink));
+        assert_eq!(values[output], value, "{kink:?}");
+        for (found, expected) in gradients[output].iter().zip(gradient) {
+            assert!(expected.is_nan() || near(*found, expected, 1.0), "{kink:?}: {found} {expected}");
+        }
+    }
+}
+
+/// The slope of a table just below a knot.
+fn formula_slope_below(table: &Table, knot: f64) -> f64 {
+    table.curve_jet(knot - 1e-12)[1]
+}
+
 #[test]
 fn mistakes_are_errors() {
     let new = |operations: Vec<Operation>, tables: Vec<Table>, outputs| {

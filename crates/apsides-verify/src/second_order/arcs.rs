@@ -10,6 +10,8 @@ const JUMP: f64 = 0.02;
 const LEAST_RANGE: f64 = 1e-4;
 /// Least number of intervals of a phase.
 const INTERVALS: f64 = 40.0;
+/// Intervals that an instant cuts are not shorter than this part of what they would be.
+const SHORTEST: f64 = 0.2;
 /// Gauss points of an interval.
 pub(super) const STAGES: usize = 3;
 
@@ -62,8 +64,8 @@ pub(crate) fn corners(conditions: &mut PhaseConditions<'_>) -> Vec<f64> {
     corners
 }
 
-/// The intervals of a phase with these corners.
-pub(super) fn spans(found: &PhaseTrajectory, corners: &[f64]) -> Vec<Span> {
+/// The intervals of a phase with these corners, cut at some instants too.
+pub(super) fn spans(found: &PhaseTrajectory, corners: &[f64], instants: &[f64]) -> Vec<Span> {
     let breaks = found.control.breaks();
     let longest = (found.final_time - found.initial_time) / INTERVALS;
     let mut spans = Vec::new();
@@ -76,11 +78,19 @@ pub(super) fn spans(found: &PhaseTrajectory, corners: &[f64]) -> Vec<Span> {
         let at = |k: usize| {
             if k == parts { ends[1] } else { ends[0] + (ends[1] - ends[0]) * k as f64 / parts as f64 }
         };
-        spans.extend((0..parts).map(|k| Span {
+        // An instant replaces a time next to it, so that few intervals are next to nothing.
+        let least = SHORTEST * (ends[1] - ends[0]) / parts as f64;
+        let inside: Vec<f64> = instants.iter().copied().filter(|i| ends[0] < *i && *i < ends[1]).collect();
+        let is_apart = |t: &f64| ends.contains(t) || inside.iter().all(|i| (t - i).abs() > least);
+        let mut times: Vec<f64> =
+            (0..=parts).map(at).filter(is_apart).chain(inside.iter().copied()).collect();
+        times.sort_by(f64::total_cmp);
+        times.dedup();
+        spans.extend(times.windows(2).map(|w| Span {
             segment,
             arc,
-            start: at(k),
-            end: at(k + 1),
+            start: w[0],
+            end: w[1],
             arc_start,
             arc_end,
         }));

@@ -4,7 +4,7 @@ use nalgebra::DMatrix;
 
 use super::activity::Activity;
 use super::arcs::Span;
-use super::interval::Interval;
+use super::interval::{Instant, Interval};
 use crate::optimality::{Lengths, PhaseConditions};
 
 /// One interval for each of the trajectory's control, with one value of each control, from the parts that an interval was cut into.
@@ -43,7 +43,7 @@ fn join<'a>(
     state.view_mut((0, 0), (nx, nx)).fill_with_identity();
     let mut curvature = DMatrix::zeros(width, width);
     let mut integrals = DMatrix::zeros(ni, width);
-    let mut weight = 0.0;
+    let (mut weight, mut instants) = (0.0, Vec::new());
     for part in parts.clone() {
         let stages = part.weights.len();
         // Its own [x, U_1 .. U_s, xi_a, xi_b, p].
@@ -62,6 +62,8 @@ fn join<'a>(
             map[(from + 2 + p, to + 2 + p)] = 1.0;
         }
         curvature += map.transpose() * &part.curvature * &map;
+        let of_whole = |i: &Instant| Instant { gradient: map.transpose() * &i.gradient, ..*i };
+        instants.extend(part.instants.iter().map(of_whole));
         integrals += &part.integrals * &map;
         state = &part.step * &map;
         weight += part.weights.iter().sum::<f64>();
@@ -85,6 +87,7 @@ fn join<'a>(
         span,
         controls,
         curvature,
+        instants,
         step: state,
         rows: Vec::new(),
         integrals,

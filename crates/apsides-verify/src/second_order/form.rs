@@ -1,12 +1,15 @@
 //! The second variation of the whole problem: the phases joined by what depends on their ends.
 
-use apsides_ocp::{Contact, EndpointInput, Ocp, Trajectory};
+use apsides_ocp::{EndpointInput, Ocp, Trajectory};
 use nalgebra::DMatrix;
 
 use super::activity::{Activity, Space};
 use super::arcs::{self, Span};
 use super::constant;
-use super::interval::{self, Interval, Rule};
+use super::contacts;
+use super::interval::{self, End, Instant, Interval, Rule};
+use super::kinks::{self, Kinks, Passage};
+use super::stage::{Coordinates, Row};
 use super::sweep::{ROW_SHIFT, Sizes, Swept, ZERO, sweep};
 use crate::VerifySettings;
 use crate::boundary::row_scale;
@@ -14,9 +17,6 @@ use crate::ends::{EndGradient, EndScales, Ends};
 use crate::equations::sign;
 use crate::optimality::{Among, Lengths, PhaseConditions, parameter_slopes};
 use crate::worst::relative;
-
-/// Distance from a bound, relative to the scale of a row, along an arc there.
-const AT_BOUND: f64 = 1e-7;
 
 /// Eigenvalues this close to the shift of rows, relative, are those of rows that depend on others.
 const DEPENDENT: f64 = 1e-3;
@@ -38,6 +38,8 @@ pub(super) struct PhaseForm {
     integrals: Vec<Activity>,
     /// End of an interval and curvature of a contact there, over `[x, xi_a, xi_b, p]`.
     contacts: Vec<(usize, DMatrix<f64>)>,
+    /// The reason why the form is not that of the phase, if it is not.
+    pub(super) remark: Option<String>,
 }
 
 /// The second variation of a problem, in scaled quantities.
@@ -71,7 +73,12 @@ impl Inertia {
 }
 
 impl PhaseForm {
-    fn new(conditions: &mut PhaseConditions<'_>, parameters: &[f64], rule: &Rule) -> Option<Self> {
+    fn new(
+        conditions: &mut PhaseConditions<'_>,
+        is_first: bool,
+        parameters: &[f64],
+        rule: &Rule,
+    ) -> Option<Self> {
         let found = conditions.found;
         let duration = found.final_time - found.initial_time;
         let breaks = found.control.breaks();
@@ -79,9 +86,16 @@ impl PhaseForm {
             Among::All => arcs::corners(conditions),
             Among::Constant(_) => breaks[1..breaks.len() - 1].to_vec(),
         };
-        let mut spans = arcs::spans(found, &corners);
+        let phase = conditions.equations.phase;
+        let moves = !corners.is_empty() || !phase.initial_time.is_fixed() || !phase.final_time.is_fixed();
+        let Kinks { passages, remark } = kinks::find(conditions, is_first, moves);
+        let instants: Vec<f64> = passages.iter().map(|p| p.time).collect();
+        let mut spans = arcs::spans(found, &corners, &instants);
         let intervals = spans.iter().map(|span| Interval::new(conditions, parameters, rule, *span, duration));
         let mut intervals = intervals.collect::<Option<Vec<_>>>()?;
+        for passage in &passages {
+            add_passage(conditions, parameters, &mut intervals, passage, duration);
+        }
         if let Among::Constant(lengths) = conditions.among {
             intervals = constant::joined(&intervals, conditions, lengths);
             spans = intervals.iter().map(|i| i.span).collect();
@@ -93,10 +107,11 @@ impl PhaseForm {
             times,
             parameters: conditions.equations.np,
         };
-        let contacts = contacts(conditions, parameters, &spans, duration);
+        let contacts = contacts::of(conditions, parameters, &spans, duration);
         let integrals = integrals(conditions);
         let share = conditions.hamiltonian_size * duration;
-        let mut form = Self { intervals, spans, sizes, duration, share, integrals, contacts: Vec::new() };
+        let mut form =
+            Self { intervals, spans, sizes, duration, share, integrals, contacts: Vec::new(), remark };
         for (end, hessian, row) in contacts {
             form.contacts.push((end, hessian));
             // The state at the end of an interval is a step of its start.
@@ -168,6 +183,40 @@ impl PhaseForm {
     }
 }
 
+/// Adds the curvature of a passage to the interval that ends there, or starts there where none ends; or a row that holds the argument of the
+/// kink, as one at a bound without a multiplier that is surely not zero.
+fn add_passage(
+    conditions: &mut PhaseConditions<'_>,
+    parameters: &[f64],
+    intervals: &mut [Interval],
+    passage: &Passage,
+    duration: f64,
+) {
+    let ends = |i: &Interval| i.span.end == passage.time && i.span.segment <= passage.segment;
+    let starts = |i: &Interval| i.span.start == passage.time && i.span.segment == passage.segment;
+    let (k, end) = match intervals.iter().position(ends) {
+        Some(k) => (k, End::Last),
+        None => match intervals.iter().position(starts) {
+            Some(k) => (k, End::Start),
+            None => return,
+        },
+    };
+    let (nx, nu) = (conditions.equations.nx, conditions.equations.nu);
+    let span = intervals[k].span;
+    let coordinates = Coordinates::new(conditions, parameters, span, passage.time, duration);
+    let all = coordinates.gradient(0.0, &passage.gradient, false);
+    let row: Vec<f64> =
+        all.iter().enumerate().filter(|(i, _)| !(nx..nx + nu).contains(i)).map(|(_, g)| *g).collect();
+    let gradient = intervals[k].over_v(end, &row);
+    match passage.coefficient {
+        Some(coefficient) => {
+            let is_exact = passage.is_exact;
+            intervals[k].instants.push(Instant { gradient, coefficient, is_exact });
+        }
+        None => intervals[k].rows.push(Row { gradient, activity: Activity::Weak }),
+    }
+}
+
 /// The stand of each integral to its bounds.
 fn integrals(conditions: &mut PhaseConditions<'_>) -> Vec<Activity> {
     let values = conditions.integrals();
@@ -183,95 +232,6 @@ fn integrals(conditions: &mut PhaseConditions<'_>) -> Vec<Activity> {
         .collect()
 }
 
-/// Curvature and row of each contact, both over `[x, xi_a, xi_b, p]`.
-fn contacts(
-    conditions: &mut PhaseConditions<'_>,
-    parameters: &[f64],
-    spans: &[Span],
-    duration: f64,
-) -> Vec<(usize, DMatrix<f64>, Vec<f64>)> {
-    let found = conditions.found;
-    let (nx, nu, np) = (conditions.equations.nx, conditions.equations.nu, conditions.equations.np);
-    let width = nx + nu + np + 1;
-    let mut all = Vec::new();
-    for contact in &found.contacts {
-        let time = found.contact_time(contact);
-        let Some(end) = spans.iter().position(|s| s.end == time).map(|k| k + 1) else { continue };
-        let span = spans[end - 1];
-        conditions.evaluate_within_bounds(span.segment, time);
-        let (mut gradient, mut hessian) = (vec![0.0; width], vec![0.0; width * width]);
-        conditions.equations.row_gradient(contact.row, &mut gradient);
-        conditions.equations.add_row_hessian(contact.row, 1.0, &mut hessian);
-        if !begins_or_ends_arc(conditions, contact) {
-            add_shift_of_contact(conditions, &gradient, &mut hessian);
-        }
-        hessian.iter_mut().for_each(|h| *h *= contact.multiplier);
-        let theta = (time - span.arc_start) / (span.arc_end - span.arc_start);
-        // Columns of [x, u, p, t] behind each of [x, xi_a, xi_b, p], with the factor.
-        let column = |k: usize| match k {
-            k if k < nx => (k, conditions.scaling.states[k]),
-            k if k == nx => (width - 1, (1.0 - theta) * duration),
-            k if k == nx + 1 => (width - 1, theta * duration),
-            k => (k - 2 + nu, parameters[k - nx - 2]),
-        };
-        let n = nx + 2 + np;
-        let h = DMatrix::from_fn(n, n, |i, j| {
-            let ((a, fa), (b, fb)) = (column(i), column(j));
-            hessian[a * width + b] * fa * fb
-        });
-        let row = (0..n)
-            .map(|k| {
-                let (a, f) = column(k);
-                gradient[a] * f
-            })
-            .collect();
-        all.push((end, h, row));
-    }
-    all
-}
-
-/// Says whether the row of a contact stays at its bound on one side: then no extremum of it moves.
-fn begins_or_ends_arc(conditions: &PhaseConditions<'_>, contact: &Contact) -> bool {
-    let breaks = conditions.found.control.breaks();
-    let mut rows = conditions.equations.phase.path.iter().flat_map(|p| &p.rows);
-    let Some(variable) = rows.nth(contact.row) else { return false };
-    let values = || conditions.nodes.iter().map(|n| n.path[contact.row]);
-    let scale = row_scale(variable, values().fold(0.0, |m: f64, v| m.max(v.abs())));
-    let stays = |interval: usize| {
-        let inside = breaks[interval]..breaks[interval + 1];
-        let nodes = conditions.nodes.iter().filter(|n| n.time > inside.start && n.time < inside.end);
-        let mut nodes = nodes.peekable();
-        nodes.peek().is_some()
-            && nodes.all(|n| variable.bounds.excess(n.path[contact.row]) >= -AT_BOUND * scale)
-    };
-    (contact.end > 0 && stays(contact.end - 1)) || (contact.end + 1 < breaks.len() && stays(contact.end))
-}
-
-/// The value of a row at its extremum changes also because the extremum moves: `-(d g')^2 / g''` joins the Hessian of the row
-/// over `[x, u, p, t]`, where no control occurs in `g'` (J. F. Bonnans and A. Hermant, SIAM J. Control Optim. 46 (2007) 1398,
-/// doi 10.1137/06065756X).
-fn add_shift_of_contact(conditions: &mut PhaseConditions<'_>, gradient: &[f64], hessian: &mut [f64]) {
-    let (nx, nu, width) = (conditions.equations.nx, conditions.equations.nu, gradient.len());
-    let (mut rates, mut jacobian) = (vec![0.0; nx], vec![0.0; nx * width]);
-    conditions.equations.dynamics_jacobian(&mut rates, &mut jacobian);
-    // Gradient of g' = g_x f + g_t.
-    let slope = |k: usize| {
-        let through_states =
-            (0..nx).map(|i| hessian[i * width + k] * rates[i] + gradient[i] * jacobian[i * width + k]);
-        through_states.sum::<f64>() + hessian[(width - 1) * width + k]
-    };
-    let slopes: Vec<f64> = (0..width).map(slope).collect();
-    let second = slopes.iter().zip(&rates).map(|(s, f)| s * f).sum::<f64>() + slopes[width - 1];
-    if slopes[nx..nx + nu].iter().any(|s| *s != 0.0) || second == 0.0 {
-        return;
-    }
-    for i in 0..width {
-        for j in 0..width {
-            hessian[i * width + j] -= slopes[i] * slopes[j] / second;
-        }
-    }
-}
-
 impl Form {
     pub(super) fn new(
         ocp: &Ocp,
@@ -282,8 +242,9 @@ impl Form {
         settings: &VerifySettings,
     ) -> Option<Self> {
         let rule = Rule::new()?;
-        let phases: Option<Vec<_>> =
-            conditions.iter_mut().map(|c| PhaseForm::new(c, parameters, &rule)).collect();
+        let phases: Option<Vec<_>> = (conditions.iter_mut().enumerate())
+            .map(|(k, c)| PhaseForm::new(c, k == 0, parameters, &rule))
+            .collect();
         let mut phases = phases?;
         let mut offsets = Vec::new();
         let mut total = 0;

@@ -2,7 +2,7 @@
 //!
 //! ```text
 //! stages     X_i = x + h sum_l a_il F_l [X_l, U_l, xi, p]         next state   x + h sum_i b_i F_i [X_i, U_i, xi, p]
-//! curvature  h sum_i b_i [X_i, U_i, xi, p]' K_i [X_i, U_i, xi, p]
+//! curvature  h sum_i b_i [X_i, U_i, xi, p]' K_i [X_i, U_i, xi, p]  +  c (s_x x + s_xi xi + s_p p)^2 at kinks
 //! ```
 //!
 //! `F` and `K` are Jacobian and Hessian of `T f` and `T H + mu . c` on an arc from `xi_a` to `xi_b = xi_a + T`, with time
@@ -16,12 +16,30 @@ use super::arcs::{STAGES, Span};
 use super::stage::{Row, Stage};
 use crate::optimality::PhaseConditions;
 
+/// Curvature of an instant: a coefficient times the square of a change over `v`.
+#[derive(Clone, Debug)]
+pub(super) struct Instant {
+    pub(super) gradient: DVector<f64>,
+    pub(super) coefficient: f64,
+    /// Says whether it counts among the changes that show that there is no minimum: where it is a lower bound alone it does not.
+    pub(super) is_exact: bool,
+}
+
+/// The end of an interval at which something happens.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum End {
+    Start,
+    Last,
+}
+
 /// The interval over `v`.
 #[derive(Clone, Debug)]
 pub(super) struct Interval {
     pub(super) span: Span,
     /// The second variation.
     pub(super) curvature: DMatrix<f64>,
+    /// The second variation of instants at its ends, beside that.
+    pub(super) instants: Vec<Instant>,
     /// State at the end.
     pub(super) step: DMatrix<f64>,
     /// Constraints at the stages.
@@ -97,7 +115,19 @@ impl Interval {
             at_bounds.iter_mut().zip(&stage.at_bounds).for_each(|(a, b)| *a = a.weaker(*b));
             weights[i] = weight * length / duration;
         }
-        Some(Self { span, curvature, step, rows, integrals, controls, weights, legendre, at_bounds })
+        let instants = Vec::new();
+        Some(Self {
+            span,
+            curvature,
+            instants,
+            step,
+            rows,
+            integrals,
+            controls,
+            weights,
+            legendre,
+            at_bounds,
+        })
     }
 }
 
@@ -142,17 +172,26 @@ fn stage_states(stages: &[Stage], maps: &[DMatrix<f64>], rule: &Rule, h: f64) ->
 impl Interval {
     /// Adds a constraint on `[x, xi_a, xi_b, p]` at the end of the interval.
     pub(super) fn add_end_row(&mut self, row: &[f64], activity: Activity) {
+        let gradient = self.over_v(End::Last, row);
+        self.rows.push(Row { gradient, activity });
+    }
+
+    /// A gradient over `[x, xi_a, xi_b, p]` at an end of the interval as one over `v`.
+    pub(super) fn over_v(&self, end: End, row: &[f64]) -> DVector<f64> {
         let nx = self.step.nrows();
         let nv = self.step.ncols();
         let mut gradient = DVector::zeros(nv);
         for i in 0..nx {
-            gradient += self.step.row(i).transpose() * row[i];
+            match end {
+                End::Start => gradient[i] += row[i],
+                End::Last => gradient += self.step.row(i).transpose() * row[i],
+            }
         }
         let others = nv - (row.len() - nx);
         for (k, v) in row[nx..].iter().enumerate() {
             gradient[others + k] += v;
         }
-        self.rows.push(Row { gradient, activity });
+        gradient
     }
 }
 

@@ -78,7 +78,7 @@ impl Slopes {
 }
 
 /// `[x, u, xi_a, xi_b, p]` at a time of an arc, to which derivatives over `[x, u, p, t]` are carried.
-struct Coordinates {
+pub(super) struct Coordinates {
     /// Number of states and controls.
     before_ends: usize,
     /// Number of `[x, u, p]`.
@@ -92,7 +92,7 @@ struct Coordinates {
 }
 
 impl Coordinates {
-    fn new(
+    pub(super) fn new(
         conditions: &PhaseConditions<'_>,
         parameters: &[f64],
         span: Span,
@@ -124,7 +124,7 @@ impl Coordinates {
     }
 
     /// The gradient of a function of `[x, u, p, t]`, times the length of the arc if it is `timed`.
-    fn gradient(&self, value: f64, g: &[f64], timed: bool) -> DVector<f64> {
+    pub(super) fn gradient(&self, value: f64, g: &[f64], timed: bool) -> DVector<f64> {
         let t = if timed { self.length } else { 1.0 };
         let mut out = DVector::zeros(self.len());
         for k in 0..self.others {

@@ -136,6 +136,13 @@ fn step(swept: &mut Swept, interval: &Interval, sizes: Sizes, size: f64, space: 
             form[(integral, *a)] += interval.integrals[(q, i)];
         }
     }
+    for instant in interval.instants.iter().filter(|i| i.is_exact || space == Space::Sufficient) {
+        for (a, g) in at.iter().zip(instant.gradient.iter()) {
+            for (b, h) in at.iter().zip(instant.gradient.iter()) {
+                form[(*a, *b)] += instant.coefficient / size * g * h;
+            }
+        }
+    }
     let controls_of_stage = nu / interval.weights.len();
     for j in 0..nu {
         form[(nw + j, nw + j)] -= shift * interval.weights[j / controls_of_stage.max(1)];
