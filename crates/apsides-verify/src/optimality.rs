@@ -27,6 +27,7 @@ mod minimum;
 mod proof;
 mod ridges;
 mod stationarity;
+mod touch;
 mod transversality;
 
 use apsides_ocp::{
@@ -37,6 +38,7 @@ use crate::equations::{Equations, Hamiltonian};
 use crate::worst::relative;
 use crate::{Check, CheckKind, VerifyError, VerifySettings, shape};
 pub(crate) use constant::Lengths;
+pub(crate) use touch::{Place, Touch};
 pub(crate) use transversality::parameter_slopes;
 
 const KIND: CheckKind = CheckKind::Optimality;
@@ -160,6 +162,8 @@ pub(crate) struct PhaseConditions<'a> {
     pub(crate) among: Among,
     /// Another control with the same Hamiltonian along an arc, in words.
     pub(crate) rival: Option<String>,
+    /// Where a control at its bound is as good at the opposite one.
+    pub(crate) touches: Vec<Touch>,
     /// The first jump of a costate where the equations of motion jump.
     pub(crate) jump: Option<costate::Jump>,
     /// Conditions at the contacts of the trajectory.
@@ -220,6 +224,7 @@ impl<'a> PhaseConditions<'a> {
             point,
             among,
             rival: None,
+            touches: Vec::new(),
             jump: None,
             impulses: Vec::new(),
         };

@@ -10,7 +10,8 @@
 //! bounds against which the solution pushes: then, with the strengthened condition of Legendre and Clebsch and the
 //! minimum principle over all admissible controls, the trajectory is a strict local minimum. Where the control jumps, the times
 //! of the jumps are unknowns of the form, which is the quadratic form in the switching times of a bang-bang control. Kinks of the
-//! functions add terms of instants ([`mod@kinks`]).
+//! functions add terms of instants ([`mod@kinks`]), and where a switching function
+//! touches zero a short time beyond is a change of its own ([`mod@needle`]).
 //!
 //! A. E. Bryson and Y.-C. Ho, Applied Optimal Control, 1975, chapter 6; N. P. Osmolovskii and H. Maurer, Applications to Regular
 //! and Bang-Bang Control, SIAM 2012, doi 10.1137/1.9781611972368, chapters 2 and 5; K. Malanowski and H. Maurer, Computational
@@ -24,6 +25,7 @@ mod contacts;
 mod form;
 mod interval;
 mod kinks;
+mod needle;
 mod stage;
 mod sweep;
 

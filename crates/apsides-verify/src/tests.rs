@@ -14,6 +14,7 @@ mod non_minima;
 mod parts;
 mod path;
 mod sampled;
+mod touching_switches;
 
 use crate::{Certificate, Check, CheckKind, Verdict, VerifySettings, verify};
 use apsides_ocp::{Ocp, Trajectory};

@@ -16,6 +16,8 @@
 //! failing check shows a better control. Where the functions are formulas, branch and bound proves at some of the points that there is
 //! nothing better, or finds it ([`mod@super::proof`]), and the others are searched again from there; where it does not, the check says so.
 //!
+//! Between nodes the control set is not searched, but where a switching function comes down to zero there it is looked at ([`mod@super::touch`]).
+//!
 //! A strict minimum needs a strict least Hamiltonian: where along an arc, and not in one instant alone, another control with other
 //! rates has the same Hamiltonian, controls that alternate between the two are as good to first order (N. P. Osmolovskii and H.
 //! Maurer, Applications to Regular and Bang-Bang Control, SIAM 2012, doi 10.1137/1.9781611972368, section 2.1).
@@ -62,6 +64,8 @@ impl PhaseConditions<'_> {
         }
         let phase = self.equations.phase;
         let (searched, remark) = self.search_points(settings);
+        let set = self.control_set();
+        self.touches = self.find_touches(&set, settings);
         let mut shared = (usize::MAX, false);
         for point in &searched {
             // Along a bound of a state the rate of the state is determined.
@@ -81,6 +85,13 @@ impl PhaseConditions<'_> {
                 if better.is_empty() { place } else { format!("{place}; smaller with {better}") }
             };
             let excess = self.relative_to_controls(point.gap());
+            worst.consider(excess, settings.minimum_tolerance, "-", at);
+        }
+        // Between the nodes.
+        for touch in &self.touches {
+            let control = &phase.controls[touch.control].name;
+            let at = || format!("{}; smaller with {control} {:.6}", place(phase, touch.time), touch.other);
+            let excess = self.relative_to_controls(-touch.gap).max(0.0);
             worst.consider(excess, settings.minimum_tolerance, "-", at);
         }
         worst.into_check_with(format!("{LEAST_HAMILTONIAN} of {}", phase.name), KIND, remark)
@@ -195,7 +206,7 @@ impl PhaseConditions<'_> {
 
     /// Says whether a control leaves the states that are at their bounds, those of path constraints without controls that are, and those
     /// that the rates of these take, the rates that they have.
-    fn keeps_to_state_bounds(
+    pub(super) fn keeps_to_state_bounds(
         &mut self,
         segment: usize,
         time: f64,
@@ -245,7 +256,7 @@ impl PhaseConditions<'_> {
 
     /// True if the rates of states and integrals differ: the controls are not two descriptions of one motion, as an angle and
     /// itself after a full turn.
-    fn has_other_rates(&mut self, time: f64, one: &[f64], other: &[f64]) -> bool {
+    pub(super) fn has_other_rates(&mut self, time: f64, one: &[f64], other: &[f64]) -> bool {
         // Beside wide bounds the rates themselves tell what is much.
         self.rates_differ(time, one, other, &|_| true, f64::min)
     }

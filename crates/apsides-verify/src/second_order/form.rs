@@ -9,6 +9,7 @@ use super::constant;
 use super::contacts;
 use super::interval::{self, End, Instant, Interval, Rule};
 use super::kinks::{self, Kinks, Passage};
+use super::needle;
 use super::stage::{Coordinates, Row};
 use super::sweep::{ROW_SHIFT, Sizes, Swept, ZERO, sweep};
 use crate::VerifySettings;
@@ -89,12 +90,21 @@ impl PhaseForm {
         let phase = conditions.equations.phase;
         let moves = !corners.is_empty() || !phase.initial_time.is_fixed() || !phase.final_time.is_fixed();
         let Kinks { passages, remark } = kinks::find(conditions, is_first, moves);
-        let instants: Vec<f64> = passages.iter().map(|p| p.time).collect();
+        let touches = if conditions.among == Among::All { conditions.touches.clone() } else { Vec::new() };
+        let instants = passages.iter().map(|p| p.time).chain(touches.iter().map(|t| t.time));
+        let instants: Vec<f64> = instants.collect();
         let mut spans = arcs::spans(found, &corners, &instants);
         let intervals = spans.iter().map(|span| Interval::new(conditions, parameters, rule, *span, duration));
         let mut intervals = intervals.collect::<Option<Vec<_>>>()?;
         for passage in &passages {
             add_passage(conditions, parameters, &mut intervals, passage, duration);
+        }
+        for touch in &touches {
+            let at = intervals.partition_point(|i| i.span.end <= touch.time);
+            let beside = intervals.get(at.saturating_sub(1))?;
+            let needle = needle::interval(conditions, parameters, touch, beside, duration);
+            spans.insert(at, needle.span);
+            intervals.insert(at, needle);
         }
         if let Among::Constant(lengths) = conditions.among {
             intervals = constant::joined(&intervals, conditions, lengths);
