@@ -450,6 +450,7 @@ OPTIMA = {
     "trap_unbounded_nonlinear": lambda: least(lambda u: u**2 * (1 - u / 20) ** 2 + 0.01 * u**2 - 0.3 * u, 15, 25),
     "trap_way_off_a_magnitude": lambda: -3,
     "trap_weak_not_strong": lambda: -3,
+    "trap_well_beside_a_wide_control": lambda: 300**2 + least(lambda u: 4 * (u**2 - 0.64) ** 2 + 0.47 * u, -1, -0.5),
     "trap_well_of_an_unbounded_control": lambda: well(900, 20, 1.5, 18, 20.5),
     "trap_wider_well": lambda: well(90, 7, 0.7, 6.5, 7.2),
     "trap_wrong_half_of_the_controls": lambda: 0.4**2,

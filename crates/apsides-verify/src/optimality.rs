@@ -156,12 +156,16 @@ pub(crate) struct PhaseConditions<'a> {
     pub(crate) hamiltonian_size: f64,
     /// Largest change of the Hamiltonian by controls at one time, as far as the minimum principle has been looked at.
     control_range: f64,
+    /// The same by each control alone.
+    ranges_alone: Vec<f64>,
     /// Largest costate times the scale of its state over the nodes.
     pub(crate) costate_size: f64,
     pub(crate) point: Point,
     pub(crate) among: Among,
     /// Another control with the same Hamiltonian along an arc, in words.
     pub(crate) rival: Option<String>,
+    /// Scales of the controls in the second variation.
+    pub(crate) control_scales: Vec<f64>,
     /// Where a control at its bound is as good at the opposite one.
     pub(crate) touches: Vec<Touch>,
     /// The first jump of a costate where the equations of motion jump.
@@ -220,10 +224,12 @@ impl<'a> PhaseConditions<'a> {
             nodes: Vec::new(),
             hamiltonian_size: 0.0,
             control_range: 0.0,
+            ranges_alone: vec![0.0; nu],
             costate_size: 0.0,
             point,
             among,
             rival: None,
+            control_scales: scaling.controls.clone(),
             touches: Vec::new(),
             jump: None,
             impulses: Vec::new(),
@@ -247,10 +253,18 @@ impl<'a> PhaseConditions<'a> {
 
     /// A change of the Hamiltonian that controls make, relative to its largest term, and to what controls can change of it.
     fn relative_to_controls(&self, change: f64) -> f64 {
-        let range = self.control_range.max(LEAST_RANGE * self.hamiltonian_size);
-        let of_range = RANGE_WEIGHT * relative(change, range);
+        let of_range = self.relative_to_range(change, self.control_range);
         let of_terms = relative(change, self.hamiltonian_size);
         if of_range.abs() > of_terms.abs() { of_range } else { of_terms }
+    }
+
+    /// A change that one control makes alone, relative to what it can change alone: another one of large range would hide it.
+    fn relative_to_control(&self, change: f64, control: usize) -> f64 {
+        self.relative_to_range(change, self.ranges_alone[control])
+    }
+
+    fn relative_to_range(&self, change: f64, range: f64) -> f64 {
+        RANGE_WEIGHT * relative(change, range.max(LEAST_RANGE * self.hamiltonian_size))
     }
 
     /// The largest change that is within a limit by [`relative_to_controls`](Self::relative_to_controls).

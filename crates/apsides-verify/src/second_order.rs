@@ -22,6 +22,7 @@ mod arcs;
 mod conjugate;
 mod constant;
 mod contacts;
+mod control_scales;
 mod form;
 mod interval;
 mod kinks;

@@ -15,6 +15,7 @@ mod parts;
 mod path;
 mod sampled;
 mod touching_switches;
+mod wells_beside_wide_controls;
 
 use crate::{Certificate, Check, CheckKind, Verdict, VerifySettings, verify};
 use apsides_ocp::{Ocp, Trajectory};

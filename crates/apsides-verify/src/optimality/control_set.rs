@@ -1,5 +1,7 @@
 //! The controls that are admissible at one point, and the search over them: a grid, projections onto path constraints, a compass search.
 
+use apsides_basis::golden_section;
+
 use super::PhaseConditions;
 use crate::boundary::row_scale;
 
@@ -13,11 +15,23 @@ const HALVINGS: usize = 12;
 const SWEEPS: usize = 30;
 /// Controls are apart if one of them differs by more than this part of its range.
 const APART: f64 = 0.1;
+/// Values of one control alone between its bounds, and powers of ten of its range about its own value.
+const ALONE: usize = 33;
+const DECADES: i32 = 6;
+/// Evaluations of the search about the best of them.
+const EVALUATIONS: usize = 24;
 /// A candidate meets a path constraint within this times the scale of the row.
 const ROW_TOLERANCE: f64 = 1e-9;
 
 /// A Hamiltonian and the control that has it.
 pub(super) type Found = (f64, Vec<f64>);
+
+/// The least Hamiltonian with one control changed, the others those of the trajectory.
+pub(super) struct Alone {
+    pub(super) least: Found,
+    /// Distance of the largest Hamiltonian found above the least one.
+    pub(super) range: f64,
+}
 
 /// A path constraint row in which controls occur.
 pub(super) struct ControlRow {
@@ -158,6 +172,50 @@ impl<'c, 'a, 's> Search<'c, 'a, 's> {
             }
         }
         false
+    }
+
+    /// The Hamiltonian with one control changed from an admissible one; none where that would not be admissible.
+    fn changed(&mut self, own: &[f64], control: usize, value: f64) -> Option<f64> {
+        let mut candidate = own.to_vec();
+        candidate[control] = value;
+        let h = self.admissible(&candidate)?;
+        let is_kept = self.trial.iter().zip(own).enumerate().all(|(j, (a, b))| j == control || a == b);
+        is_kept.then_some(h)
+    }
+
+    /// Searches one control alone, on the scale of its own range.
+    pub(super) fn alone(&mut self, own: &[f64], control: usize) -> Option<Alone> {
+        let (lower, upper) = (self.lower[control], self.upper[control]);
+        let width = upper - lower;
+        if !(width > 0.0 && width.is_finite()) {
+            return None;
+        }
+        // Within the bounds.
+        self.admissible(own)?;
+        let own = self.trial.clone();
+        let mut values: Vec<f64> =
+            (0..ALONE).map(|k| lower + width * k as f64 / (ALONE - 1) as f64).collect();
+        for decade in 1..=DECADES {
+            let step = width * 10f64.powi(-decade);
+            values.extend([own[control] - step, own[control] + step].map(|v| v.max(lower).min(upper)));
+        }
+        values.push(own[control]);
+        values.sort_by(f64::total_cmp);
+        values.dedup();
+        let found: Vec<Option<f64>> = values.iter().map(|v| self.changed(&own, control, *v)).collect();
+        let all = || found.iter().flatten();
+        let largest = all().fold(f64::NEG_INFINITY, |m, h| m.max(*h));
+        let hamiltonian = |k: &usize| found[*k].unwrap_or(f64::INFINITY);
+        let best = (0..values.len())
+            .filter(|k| found[*k].is_some())
+            .min_by(|a, b| hamiltonian(a).total_cmp(&hamiltonian(b)))?;
+        let around = [values[best.saturating_sub(1)], values[(best + 1).min(values.len() - 1)]];
+        let [value, h] =
+            golden_section(around, EVALUATIONS, |v| self.changed(&own, control, v).unwrap_or(f64::INFINITY));
+        let (h, value) = if h < hamiltonian(&best) { (h, value) } else { (hamiltonian(&best), values[best]) };
+        let mut u = own;
+        u[control] = value;
+        Some(Alone { least: (h, u), range: largest - h })
     }
 
     /// Compass search from an admissible control.

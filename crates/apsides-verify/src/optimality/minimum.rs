@@ -9,7 +9,8 @@
 //! Mishchenko, The Mathematical Theory of Optimal Processes, Interscience 1962, chapter 1.
 //!
 //! The excess is held against the largest term of the Hamiltonian, and to two percent against what controls can change of it: a
-//! large term that no control enters, or that cancels another one, would hide a better control.
+//! large term that no control enters, or that cancels another one, would hide a better control. Each control is searched alone too, and what it
+//! gains is held to two percent against what it can change alone: so would another control that changes much.
 //!
 //! The least value is searched: a grid over the bounds (over the range met and its surroundings where there is none), each
 //! point moved onto the path constraints, then a compass search from the best ones. What is found is admissible, so that a
@@ -24,7 +25,7 @@
 
 use apsides_ocp::{Phase, PiecewisePolynomial, Variable};
 
-use super::control_set::{ControlSet, Found, Search};
+use super::control_set::{Alone, ControlSet, Found, Search};
 use super::proof::{Proof, Searched};
 use super::{KIND, PhaseConditions};
 use crate::certificate::LEAST_HAMILTONIAN;
@@ -52,6 +53,8 @@ struct Compared {
     range: f64,
     /// The least one found, and the control that has it.
     least: Found,
+    /// The least one with each control changed alone.
+    alone: Vec<Option<Alone>>,
     /// Another control far from the trajectory's with the same Hamiltonian.
     rival: Option<Vec<f64>>,
 }
@@ -80,11 +83,11 @@ impl PhaseConditions<'_> {
         let mut worst = Worst::default();
         for point in &searched {
             let own = self.found_control(point.segment, point.time);
+            let (excess, control) = self.excess(point);
             let at = || {
-                let (place, better) = (place(phase, point.time), in_words(phase, &point.least.1, &own));
+                let (place, better) = (place(phase, point.time), in_words(phase, control, &own));
                 if better.is_empty() { place } else { format!("{place}; smaller with {better}") }
             };
-            let excess = self.relative_to_controls(point.gap());
             worst.consider(excess, settings.minimum_tolerance, "-", at);
         }
         // Between the nodes.
@@ -104,7 +107,7 @@ impl PhaseConditions<'_> {
             return None;
         }
         let (searched, _) = self.search_points(settings);
-        let largest = searched.iter().map(Compared::gap).fold(0.0, f64::max);
+        let largest = searched.iter().map(|point| self.excess(point).0).fold(0.0, f64::max);
         let mut segments = self.found.control.segments().to_vec();
         let nodes = segments.iter_mut().flat_map(|piece| piece.values.chunks_mut(nu));
         let stride = self.stride();
@@ -112,7 +115,7 @@ impl PhaseConditions<'_> {
             // Between the nodes that are searched the control is that of the one before.
             values.copy_from_slice(&searched[k / stride].least.1);
         }
-        let is_evident = self.relative_to_controls(largest) > settings.minimum_tolerance;
+        let is_evident = largest > settings.minimum_tolerance;
         let breaks = self.found.control.breaks().to_vec();
         is_evident.then(|| PiecewisePolynomial::new(nu, breaks, segments).ok()).flatten()
     }
@@ -143,6 +146,20 @@ impl PhaseConditions<'_> {
         (searched, remark.map(|why| format!("searched, not proved: {why}{about}")))
     }
 
+    /// The largest relative excess of the Hamiltonian at a point, by all controls or one alone, and the control that shows it.
+    fn excess<'c>(&self, point: &'c Compared) -> (f64, &'c [f64]) {
+        let mut largest = (self.relative_to_controls(point.gap()), point.least.1.as_slice());
+        for (j, alone) in point.alone.iter().enumerate() {
+            if let Some(Alone { least: (h, control), .. }) = alone {
+                let excess = self.relative_to_control(point.stated - h, j);
+                if excess > largest.0 {
+                    largest = (excess, control);
+                }
+            }
+        }
+        largest
+    }
+
     fn stride(&self) -> usize {
         self.nodes.len().div_ceil(POINTS).max(1)
     }
@@ -153,6 +170,10 @@ impl PhaseConditions<'_> {
         let compare = |(segment, time)| self.compare(set, segment, time);
         let compared: Vec<Compared> = points.into_iter().map(compare).collect();
         self.control_range = compared.iter().fold(self.control_range, |range, c| range.max(c.range));
+        for (j, range) in self.ranges_alone.iter_mut().enumerate() {
+            let alone = compared.iter().filter_map(|c| c.alone[j].as_ref());
+            *range = alone.fold(*range, |range, a| range.max(a.range));
+        }
         compared
     }
 
@@ -197,11 +218,17 @@ impl PhaseConditions<'_> {
                 least = (h, u);
             }
         }
+        let alone: Vec<Option<Alone>> = (0..nu).map(|j| search.alone(&own, j)).collect();
+        for Alone { least: (h, u), .. } in alone.iter().flatten() {
+            if *h < least.0 {
+                least = (*h, u.clone());
+            }
+        }
         let rival = far.filter(|(h, u)| {
             h - stated <= EQUAL * self.hamiltonian_size && self.has_other_rates(time, u, &own)
         });
         let range = largest - least.0;
-        Compared { segment, time, stated, range, least, rival: rival.map(|(_, u)| u) }
+        Compared { segment, time, stated, range, least, alone, rival: rival.map(|(_, u)| u) }
     }
 
     /// Says whether a control leaves the states that are at their bounds, those of path constraints without controls that are, and those

@@ -7,6 +7,7 @@ use super::activity::{Activity, Space};
 use super::arcs::{self, Span};
 use super::constant;
 use super::contacts;
+use super::control_scales;
 use super::interval::{self, End, Instant, Interval, Rule};
 use super::kinks::{self, Kinks, Passage};
 use super::needle;
@@ -82,6 +83,7 @@ impl PhaseForm {
     ) -> Option<Self> {
         let found = conditions.found;
         let duration = found.final_time - found.initial_time;
+        conditions.control_scales = control_scales::of(conditions);
         let breaks = found.control.breaks();
         let corners = match conditions.among {
             Among::All => arcs::corners(conditions),

@@ -103,7 +103,7 @@ impl Coordinates {
         let length = span.arc_end - span.arc_start;
         let theta = (time - span.arc_start) / length;
         let scaling = conditions.scaling;
-        let scales = scaling.states[..nx].iter().chain(&scaling.controls[..nu]);
+        let scales = scaling.states[..nx].iter().chain(&conditions.control_scales[..nu]);
         let scales = scales.chain(&[duration, duration]).chain(&parameters[..np]).copied().collect();
         let by_time = [1.0 - theta, theta];
         Self { before_ends: nx + nu, others: nx + nu + np, scales, length, by_time, duration }
@@ -232,9 +232,9 @@ fn controls(
         if *stand == Activity::Strong {
             continue;
         }
-        let scale = conditions.scaling.controls[j];
-        let (slope, bend) =
-            (slopes.lagrangian[nx + j], curvature[(nx + j, nx + j)] / (length * scale * scale));
+        let (scale, of_curvature) = (conditions.scaling.controls[j], conditions.control_scales[j]);
+        let bend = curvature[(nx + j, nx + j)] / (length * of_curvature * of_curvature);
+        let slope = slopes.lagrangian[nx + j];
         let bounds = &conditions.equations.phase.controls[j].bounds;
         if is_kept_at_bound(slope, bend, conditions.point.u[j], bounds, conditions.hamiltonian_size) {
             *stand = Activity::Strong;
