@@ -144,6 +144,22 @@ impl Formula {
         Self::pruned(self.inputs(), &written.operations, self.tables(), &outputs)
     }
 
+    /// The values of which the formula takes roots and powers below two that are no whole numbers, one output for each: where one of them is zero,
+    /// the formula has no second derivative, and no first one or several of them.
+    #[must_use]
+    pub fn radicands(&self) -> Self {
+        let mut outputs: Vec<usize> = (self.operations().iter())
+            .filter_map(|operation| match *operation {
+                Operation::Unary(Unary::Sqrt | Unary::Cbrt, a) => Some(a),
+                Operation::Powf(a, exponent) if exponent < 2.0 && exponent.fract() != 0.0 => Some(a),
+                _ => None,
+            })
+            .collect();
+        outputs.sort_unstable();
+        outputs.dedup();
+        Self::pruned(self.inputs(), self.operations(), self.tables(), &outputs)
+    }
+
     /// The outputs where the argument of a kink is positive less those where it is negative, each continued to the other side; zero
     /// along the kink unless an output jumps there.
     #[must_use]

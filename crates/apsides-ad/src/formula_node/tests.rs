@@ -417,6 +417,19 @@ fn jumps_at_kinks_are_those_of_the_two_sides() {
     }
 }
 
+#[test]
+fn radicands_are_what_roots_are_taken_of() {
+    let mut b = FormulaBuilder::new(2);
+    let [x, y] = [0, 1].map(|k| b.input(k));
+    let length = b.hypot(x, y);
+    let root = b.cbrt(y);
+    let powers = [1.5, 2.5, 3.0].map(|e| b.powf(x, e));
+    let again = b.sqrt(y);
+    let formula = b.formula(&[length, root, powers[0], powers[1], powers[2], again]).unwrap();
+    // The bases of the roots of y and of x^1.5, and x^2 + y^2.
+    assert_eq!(formula.radicands().evaluate(&[3.0, 4.0]), [3.0, 4.0, 25.0]);
+}
+
 /// The slope of a table just below a knot.
 fn formula_slope_below(table: &Table, knot: f64) -> f64 {
     table.curve_jet(knot - 1e-12)[1]

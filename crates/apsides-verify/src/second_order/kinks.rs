@@ -13,6 +13,9 @@
 //! first power, both with the sign of `c`. Of a concave kink this is the limit of a small rate. A convex kink adds nothing below zero, and along a rest no
 //! change that leaves it is critical.
 //!
+//! A root of zero, as in the length of a vector of states, is a kink that is not known so: where one is zero inside the phase, the second
+//! variation is not known.
+//!
 //! The same expansion in terms of local corners: A. Griewank, Optim. Methods Softw. 28 (2013) 1139, doi 10.1080/10556788.2013.796683;
 //! the instants as interior points of a phase: A. E. Bryson and Y.-C. Ho, Applied Optimal Control, 1975, section 3.7.
 
@@ -99,7 +102,7 @@ struct Strength {
 
 /// The kinks that a phase is at; `is_first` of its problem, `moves` if times between its ends may change.
 pub(super) fn find(conditions: &mut PhaseConditions<'_>, is_first: bool, moves: bool) -> Kinks {
-    let mut found = Kinks::default();
+    let mut found = Kinks { passages: Vec::new(), remark: root_of_zero(conditions) };
     for kinked in kinked_functions(conditions) {
         let samples = samples(conditions, &kinked);
         for k in 0..kinked.kinks.len() {
@@ -116,19 +119,57 @@ pub(super) fn find(conditions: &mut PhaseConditions<'_>, is_first: bool, moves: 
     found
 }
 
+/// The formulas of the functions that enter the Lagrangian, with their indices.
+fn formulas(conditions: &PhaseConditions<'_>) -> Vec<(usize, Formula)> {
+    let PhaseConditions { equations, point, .. } = conditions;
+    let functions = equations.weighted_functions(&point.costate, &point.multipliers).enumerate();
+    functions.filter_map(|(index, (function, _))| Some((index, function.formula().ok()?))).collect()
+}
+
+/// Says whether controls alone enter an output of a function.
+fn is_of_controls_alone(conditions: &PhaseConditions<'_>, function: &dyn NodeFunction, k: usize) -> bool {
+    let controls = conditions.equations.nx..conditions.equations.nx + conditions.equations.nu;
+    let pattern = function.pattern();
+    let mut columns = pattern.columns[pattern.row_offsets[k]..pattern.row_offsets[k + 1]].iter();
+    columns.all(|c| controls.contains(c))
+}
+
+/// The first root of zero inside the phase, of more than controls, in words.
+fn root_of_zero(conditions: &mut PhaseConditions<'_>) -> Option<String> {
+    for (index, formula) in formulas(conditions) {
+        let arguments = formula_node(formula.radicands());
+        let radicands = (0..arguments.outputs())
+            .filter(|k| !is_of_controls_alone(conditions, arguments.as_ref(), *k))
+            .collect::<Vec<_>>();
+        if radicands.is_empty() {
+            continue;
+        }
+        let kinked = Kinked { index, formula, kinks: Vec::new(), arguments };
+        let samples = samples(conditions, &kinked);
+        for k in radicands {
+            // A radicand is as the square of an argument.
+            let size = AT_KINK * samples.iter().fold(0.0, |m: f64, s| m.max(s.values[k].abs()));
+            let mut one = OneKink { conditions: &mut *conditions, kinked: &kinked, k, size };
+            let values = one.with_extrema(&samples);
+            let inside = values.get(1..values.len().saturating_sub(1)).unwrap_or_default();
+            let zero = inside.iter().find(|v| one.is_zero(v)).map(|v| v.time);
+            if let Some(time) = zero {
+                let place = place(conditions.equations.phase, time);
+                return Some(format!(
+                    "first order only: a function of the phase takes a root of zero, {place}"
+                ));
+            }
+        }
+    }
+    None
+}
+
 /// The functions that enter the Lagrangian and have kinks in more than controls.
 fn kinked_functions(conditions: &PhaseConditions<'_>) -> Vec<Kinked> {
-    let (equations, point) = (&conditions.equations, &conditions.point);
-    let controls = equations.nx..equations.nx + equations.nu;
-    let functions = equations.weighted_functions(&point.costate, &point.multipliers).enumerate();
-    let with_kinks = functions.filter_map(|(index, (function, _))| {
-        let formula = function.formula().ok()?;
+    let with_kinks = formulas(conditions).into_iter().filter_map(|(index, formula)| {
         let all = formula.kinks();
-        let pattern = formula_node(formula.arguments_of(&all)).pattern().clone();
-        let in_controls_alone = |k: usize| {
-            let mut columns = pattern.columns[pattern.row_offsets[k]..pattern.row_offsets[k + 1]].iter();
-            columns.all(|c| controls.contains(c))
-        };
+        let every = formula_node(formula.arguments_of(&all));
+        let in_controls_alone = |k: usize| is_of_controls_alone(conditions, every.as_ref(), k);
         let kinks: Vec<FormulaKink> =
             all.iter().enumerate().filter(|(k, _)| !in_controls_alone(*k)).map(|(_, kink)| *kink).collect();
         let arguments = formula_node(formula.arguments_of(&kinks));

@@ -143,6 +143,34 @@ fn a_kink_that_moves_is_judged_as_one_at_rest() {
     }
 }
 
+/// `u^2 - 8 sqrt(x^2)`.
+struct Root;
+impl PathFunction<1, 1, 1> for Root {
+    fn evaluate<S: Scalar>(&self, _t: S, x: &[S; 1], u: &[S; 1], _p: &[S; 0]) -> [S; 1] {
+        [u[0] * u[0] - (x[0] * x[0]).sqrt() * 8.0]
+    }
+}
+
+/// The saddle of the concave kink, written as a root of zero.
+#[test]
+fn no_strict_minimum_is_claimed_across_a_root_of_zero() {
+    let end = 0.25;
+    let phase_of_problem = Phase::new("arc", Rate)
+        .states([State::new("x", "-").starts_at(-end).ends_at(end).scaled_by(1.0)])
+        .controls([Variable::new("u", "-").scaled_by(1.0)])
+        .integral(Variable::new("cost", "-"), Root)
+        .initial_time(Bounds::fixed(-0.5))
+        .final_time(Bounds::fixed(0.5));
+    let ocp = Ocp::builder("root").phase(phase_of_problem).minimize_integral("arc", "cost").build();
+    let ocp = ocp.expect("well-posed");
+    // Not zero itself, where the root has no derivative.
+    let (x, u) = (|t: f64| (1.5 * t - 2.0 * t * t).max(1e-14), |t: f64| 1.5 - 4.0 * t);
+    let value = twice_the_second_half(0.5, |t| u(t) * u(t) - 8.0 * x(t));
+    let certificate = certify(&ocp, &odd(0.5, value, x, u));
+    assert_eq!(certificate.verdict, Verdict::Extremal, "{certificate:#?}");
+    assert!(certificate.remarks.iter().any(|r| r.contains("root of zero")), "{:?}", certificate.remarks);
+}
+
 /// Rest along the kink: any change that leaves it lowers the value to first order.
 #[test]
 fn rest_along_a_concave_kink_is_no_minimum() {
