@@ -28,6 +28,36 @@ def moving_wall():
     return touch + 0.375 * sqrt(touch)
 
 
+def cost_with_a_spike():
+    share = lambda t: 1 / (1 + 1e6 * exp(-(((t - 40321) / 200) ** 2)))
+    ends = [0, *np.linspace(38321, 42321, 81), 86400]
+    return 86400 / sum(integral(share, a, b) for a, b in zip(ends, ends[1:]))
+
+
+def thrust_off_in_eclipse(end=100, gap=(31.4, 32.9)):
+    # Moments of the time to go over the times with thrust.
+    moment = lambda n: (end ** (n + 1) - (end - gap[0]) ** (n + 1) + (end - gap[1]) ** (n + 1)) / (n + 1)
+    gramian = np.array([[moment(2), moment(1)], [moment(1), moment(0)]])
+    return 600 * np.linalg.solve(gramian, [600, 0])[0]
+
+
+def effort_against(push, knots):
+    """Least integral of u^2 + x^2, x' = u + push, x = 0 at 0 and 1: u'' - u = push with u' = 0 at both ends, by Green's function."""
+    pieces = list(zip(knots, knots[1:]))
+    before = lambda s: sum(integral(lambda t: push(t) * cosh(t), a, min(b, s)) for a, b in pieces if a < s)
+    return 2 / sinh(1) * sum(integral(lambda s: push(s) * cosh(1 - s) * before(s), a, b) for a, b in pieces)
+
+
+def gate_in_an_instant(end=10, at=4.321, width=0.01):
+    def effort(t):
+        x = -10 + 11 * exp(-(((t - at) / width) ** 2))
+        v = -22 * (t - at) / width**2 * exp(-(((t - at) / width) ** 2))
+        leg = lambda time, v: 12 * x**2 / time**3 - 12 * x * v / time**2 + 4 * v**2 / time
+        return leg(t, v) + leg(end - t, -v)
+
+    return least(effort, at - 1e-4, at + 1e-4)
+
+
 def integral(function, low, high):
     return quad(function, low, high, epsabs=1e-14, epsrel=1e-13, limit=500)[0]
 
@@ -331,6 +361,8 @@ def tabulated_hill():
     return least(lambda u: u**2 + float(hill(u)), 7.5, 8.5)
 
 
+GUST = PchipInterpolator([0, 0.50, 0.502, 0.504, 1.0], [0, 0, 1, 0, 0])
+
 OPTIMA = {
     "astronomical_unit": lambda: 2 * sqrt(149597870700 / 4e-3),
     "best_damping": lambda: 1,
@@ -344,6 +376,7 @@ OPTIMA = {
     "cosines_intercept_under_gravity": lambda: root(intercept, 1, 50),
     "cosines_moving_target": lambda: root(lambda t: (5 + 0.4 * t) ** 2 + (3 - 0.2 * t) ** 2 - t**2, 0.1, 50),
     "cosines_rest_to_rest_in_space": lambda: 2 * sqrt(13),
+    "cost_with_a_spike": cost_with_a_spike,
     "crane_by_least_effort": lambda: gramian(TROLLEY, [[0], [1], [0], [-1]], 6, [0, 0, 0, 0], [1, 0, 0, 0]),
     "deep_well_in_kilometres": lambda: 2 * sqrt(7e6 / 2.5),
     "descent_by_one_burn": lambda: 2 * sqrt(10),
@@ -367,13 +400,17 @@ OPTIMA = {
     "fuel_in_a_plane_by_magnitudes": fuel_in_a_plane,
     "fuel_of_a_rocket_by_magnitude": rocket_sled,
     "fuller": fuller,
+    "gate_in_an_instant": gate_in_an_instant,
+    "gust_from_a_table": lambda: effort_against(lambda t: 20 * float(GUST(t)), [0.5, 0.502, 0.504]),
     "harmonic_five_switches": lambda: oscillator(9.3, 2.1),
     "integral_with_a_far_side": lambda: 20 * 0.3**2,
     "jerk_within_limits": lambda: 4 / 1.2 + 1.2 / 1 + 1 / 2,
-    "least_fuel_by_magnitude": lambda: 2 * (2 - sqrt(3)),
-    "least_fuel_by_two_thrusters": lambda: 2 * (2 - sqrt(3)),
+    "jump_at_a_time": lambda: 1 / (0.3 + 4 * 0.7),
+    "jump_before_a_free_end": lambda: 1 + 0.75 * 0.737,
     "least_effort_with_a_limited_length": lambda: 12 / 6**3 + 12 * 0.5**2 / 6**3 - 12 * 0.5 * 0.3 / 6**2 + 4 * 0.3**2 / 6,
     "least_fuel_by_length": lambda: 6 - sqrt(36 - 4 * hypot(1, 0.5)),
+    "least_fuel_by_magnitude": lambda: 2 * (2 - sqrt(3)),
+    "least_fuel_by_two_thrusters": lambda: 2 * (2 - sqrt(3)),
     "least_fuel_in_space_by_length": lambda: 2 * (2 - sqrt(3)),
     "least_time_with_an_energy": lambda: 4 ** (1 / 3),
     "limit_of_the_speed_from_the_start": lambda: 4 * 0.6**2 / 3,
@@ -386,6 +423,7 @@ OPTIMA = {
     "oscillator_three_switches": lambda: oscillator(-5.0, 1.0),
     "oscillator_with_limited_speed": oscillator_speed_limit,
     "product_of_integrals_of_two_phases": lambda: 1 / 2 + 1 / 16,
+    "pulse_of_a_disturbance": lambda: effort_against(lambda t: 50 * exp(-(((t - 0.377) / 0.002) ** 2)), np.linspace(0.361, 0.393, 9)),
     "quadruple_integrator": lambda: 384 ** (1 / 4),
     "ratio_of_integrals": lambda: 3,
     "ratio_of_integrals_from_zero": lambda: 3 / 4 + sqrt(3) / 2,
@@ -401,8 +439,11 @@ OPTIMA = {
     "staging": staging,
     "string_over_a_parabola": string_over_parabola,
     "string_over_a_wave": string_over_a_wave,
+    "switch_at_a_time": lambda: 0.737 + (1.9 - 0.737) / 2,
     "there_and_back_with_limits": lambda: 1 / 0.7 + 0.7 + 1 / 0.5 + 0.5,
     "through_a_waypoint": lambda: 24,
+    "thrust_off_in_eclipse": thrust_off_in_eclipse,
+    "thrust_up_at_the_end": lambda: 3 / 8 + 1 / pi**2,
     "trap_any_phase_of_an_oscillation": lambda: 0,
     "trap_any_time_of_departure": lambda: 2,
     "trap_any_way_is_as_good": lambda: 1,
@@ -454,7 +495,6 @@ OPTIMA = {
     "trap_well_of_an_unbounded_control": lambda: well(900, 20, 1.5, 18, 20.5),
     "trap_wider_well": lambda: well(90, 7, 0.7, 6.5, 7.2),
     "trap_wrong_half_of_the_controls": lambda: 0.4**2,
-    "thrust_up_at_the_end": lambda: 3 / 8 + 1 / pi**2,
     "triple_integrator": lambda: 32 ** (1 / 3),
     "two_masses_and_a_spring": two_masses,
     "two_media": lambda: 6,

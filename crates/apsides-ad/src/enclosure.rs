@@ -29,7 +29,8 @@ impl Formula {
                     [_, largest] if largest < 0.0 => values[b],
                     _ => hull(values[a], values[b]),
                 },
-                Operation::Curve(..) | Operation::Surface(..) => ALL,
+                Operation::Curve(t, k) => self.tables()[t].curve_enclosure(values[k])[0],
+                Operation::Surface(..) => ALL,
             };
             values.push(known(value));
         }

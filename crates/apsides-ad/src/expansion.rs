@@ -5,14 +5,17 @@
 //! ```
 //!
 //! Where a formula has a kink, its second derivative is what smooth functions near it have, which may be infinite of one sign: the bound
-//! above holds for a convex kink. Where a formula may jump, or has a pole within, derivatives are not known. R. B. Kearfott, Rigorous Global Search: Continuous
+//! above holds for a convex kink. Where a formula may jump, or has a pole or a table of two variables within, derivatives are not known. R. B. Kearfott, Rigorous Global Search: Continuous
 //! Problems, Kluwer 1996, chapter 1.
+
+use std::sync::Arc;
 
 use crate::formula::{Binary, Formula, Operation, Unary};
 use crate::interval::{
     ALL, Interval, ONE, ZERO, add, binary, contains_zero, hull, known, power, product, quotient, real_power,
     scale, square, unary,
 };
+use crate::table::Table;
 
 /// Curvature of a kink that is convex.
 const CONVEX_KINK: Interval = [0.0, f64::INFINITY];
@@ -65,7 +68,8 @@ impl Expansion {
         for k in 0..self.formula.operations().len() {
             let place = n + k;
             let (before, after) = self.intervals.split_at_mut(place * self.stride);
-            let values = Values { n, stride: self.stride, before, depends: &self.depends };
+            let (depends, tables) = (&self.depends, self.formula.tables());
+            let values = Values { n, stride: self.stride, before, depends, tables };
             values.operate(self.formula.operations()[k], &mut after[..self.stride]);
         }
     }
@@ -121,6 +125,7 @@ struct Values<'a> {
     stride: usize,
     before: &'a [Interval],
     depends: &'a [bool],
+    tables: &'a [Arc<Table>],
 }
 
 impl Values<'_> {
@@ -191,7 +196,11 @@ impl Values<'_> {
                     out[0] = hull(range(a), range(b));
                 }
             },
-            Operation::Curve(..) | Operation::Surface(..) => out.fill(ALL),
+            Operation::Curve(t, k) => {
+                let [value, first, second] = self.tables[t].curve_enclosure(range(k));
+                self.of_one(k, value, || [first, second], out);
+            }
+            Operation::Surface(..) => out.fill(ALL),
         }
         out.iter_mut().for_each(|v| *v = known(*v));
     }
@@ -395,7 +404,7 @@ fn partials(f: Binary, x: Interval, y: Interval, value: Interval) -> Partials {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::{FormulaBuilder, formula_node};
+    use crate::{CubicSpline, FormulaBuilder, Outside, Pchip, formula_node};
 
     /// With room for rounding.
     fn has([least, largest]: [f64; 2], value: f64) -> bool {
@@ -467,6 +476,24 @@ mod tests {
                 assert_encloses(&b.formula(&[value]).expect("well formed"), &[range], "powi");
                 let value = b.powf(x, 0.5 * f64::from(n) + 0.25);
                 assert_encloses(&b.formula(&[value]).expect("well formed"), &[range], "powf");
+            }
+        }
+    }
+
+    #[test]
+    fn derivatives_of_tables_are_between_the_bounds() {
+        let (knots, values) = ([-2.0, -0.5, 0.4, 1.0, 2.5], [1.0, -0.5, 0.0, 2.0, 1.5]);
+        let tables: [Table; 3] = [
+            CubicSpline::new(&knots, &values).expect("a table").into(),
+            Pchip::new(&knots, &values, Outside::Constant).expect("a table").into(),
+            Pchip::new(&knots, &values, Outside::Linear).expect("a table").into(),
+        ];
+        for table in tables {
+            for range in RANGES.into_iter().chain([[-6.0, -3.0], [3.0, 3.5]]) {
+                let mut b = FormulaBuilder::new(1);
+                let (x, table) = (b.input(0), b.table(table.clone()));
+                let looked_up = b.curve(table, x);
+                assert_encloses(&b.formula(&[looked_up]).expect("well formed"), &[range], "table");
             }
         }
     }

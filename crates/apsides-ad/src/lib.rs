@@ -76,6 +76,7 @@
 
 pub mod builder;
 mod derivatives;
+pub mod divisions;
 pub mod dual;
 mod enclosure;
 pub mod error;
@@ -103,6 +104,7 @@ pub mod trace;
 pub mod vector;
 
 pub use builder::{FormulaBuilder, Value};
+pub use divisions::Divisions;
 pub use dual::Dual;
 pub use error::{AdError, Taker};
 pub use expansion::Expansion;

@@ -45,6 +45,7 @@
 //! | [`endpoint`] | boundary conditions, linkages |
 //! | [`endpoint_term`] | those, as a method sees them |
 //! | [`accumulated`] | integrals in boundary conditions |
+//! | [`explicit_time`] | pulses, jumps and kinks of time |
 //! | [`problem`] | the whole, its builder and checks |
 //! | [`scaling`] | typical sizes |
 //! | [`origin`] | where a row of a discretised problem comes from |
@@ -63,6 +64,7 @@ pub mod by_parts;
 pub mod endpoint;
 pub mod endpoint_term;
 pub mod error;
+pub mod explicit_time;
 pub mod guess;
 pub mod lagrangian;
 pub mod mesh;

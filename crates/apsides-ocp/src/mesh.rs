@@ -124,6 +124,44 @@ impl PhaseMesh {
         })
     }
 
+    /// The same mesh with further interval ends, which increase between 0 and 1; an interval that is divided gives its points to each part.
+    ///
+    /// # Errors
+    /// [`OcpError::Mesh`] when they do not increase, or one is an end already.
+    pub fn with_ends(&self, further: &[f64]) -> Result<Self, OcpError> {
+        let mut fractions = self.fractions.clone();
+        let mut points = self.points.clone();
+        for &f in further {
+            let k = fractions.partition_point(|end| *end < f);
+            fractions.insert(k, f);
+            points.insert(k.saturating_sub(1), points.get(k.saturating_sub(1)).copied().unwrap_or(0));
+        }
+        let mesh = Self::new(fractions, points)?;
+        let index = |end: usize| mesh.fractions.partition_point(|f| *f < self.fractions[end]);
+        let breaks = self.breaks.iter().map(|b| Break { end: index(b.end), ..*b }).collect();
+        let touch_points = self.touch_points.iter().map(|t| TouchPoint { end: index(t.end), ..*t }).collect();
+        let crossings = self.crossings.iter().map(|c| Crossing { end: index(c.end), ..*c }).collect();
+        Ok(Self { breaks, arcs: self.arcs.clone(), touch_points, crossings, ..mesh })
+    }
+
+    /// The same mesh with its inner ends that are within a distance of these places moved there, and no unknown of the times of breaks
+    /// there.
+    ///
+    /// # Errors
+    /// [`OcpError::Mesh`] when the ends then do not increase.
+    pub fn with_fixed_ends(&self, places: &[f64], distance: f64) -> Result<Self, OcpError> {
+        let mut fractions = self.fractions.clone();
+        let mut breaks = self.breaks.clone();
+        let inner = 1..self.intervals();
+        for (end, f) in fractions.iter_mut().enumerate().filter(|(end, _)| inner.contains(end)) {
+            let Some(place) = places.iter().find(|place| (**place - *f).abs() <= distance) else { continue };
+            *f = *place;
+            breaks.iter_mut().filter(|b| b.end == end).for_each(|b| b.free = false);
+        }
+        let Self { fractions, .. } = Self::new(fractions, self.points.clone())?;
+        Ok(Self { fractions, breaks, ..self.clone() })
+    }
+
     /// The same mesh with other numbers of points.
     ///
     /// # Errors

@@ -53,14 +53,30 @@ impl Direction {
     }
 }
 
-/// The equations of a phase have a kink, a jump of a derivative, where a state passes a value, such as the altitude at the boundary of
-/// two layers of an atmosphere. They are continuous there. Methods may put an end of an interval there.
+/// The equations of a phase have a kink, a jump of a derivative, where a state or the time passes a value, such as the altitude at the
+/// boundary of two layers of an atmosphere. Methods may put an end of an interval there.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Kink {
-    /// Index of the state.
-    pub state: usize,
-    /// Its value there.
-    pub value: f64,
+pub enum Kink {
+    /// A state passes a value; the equations are continuous there.
+    State {
+        /// Index of the state.
+        state: usize,
+        /// Its value there.
+        value: f64,
+    },
+    /// The time passes a value; the equations may jump there.
+    Time(f64),
+}
+
+impl Kink {
+    /// Distance above the value at a state and a time.
+    #[must_use]
+    pub fn above(&self, x: &[f64], time: f64) -> f64 {
+        match *self {
+            Self::State { state, value } => x[state] - value,
+            Self::Time(value) => time - value,
+        }
+    }
 }
 
 /// One phase of a problem.
@@ -217,6 +233,12 @@ impl Phase {
         self
     }
 
+    /// Returns true if neither start nor end time is free.
+    #[must_use]
+    pub fn has_fixed_times(&self) -> bool {
+        self.initial_time.is_fixed() && self.final_time.is_fixed()
+    }
+
     /// Index of a state by name.
     #[must_use]
     pub fn state_index(&self, name: &str) -> Option<usize> {
@@ -305,11 +327,14 @@ impl Phase {
         }
         for k in &self.kinks {
             let states = self.states.len();
-            if k.state >= states {
-                dimension("states at least, since one has a kink", k.state + 1, states)?;
-            }
-            let finite = if k.value.is_finite() { k.value } else { f64::NAN };
-            let unit = &self.states[k.state].variable.unit;
+            let (value, unit) = match *k {
+                Kink::State { state, .. } if state >= states => {
+                    return dimension("states at least, since one has a kink", state + 1, states);
+                }
+                Kink::State { state, value } => (value, &self.states[state].variable.unit),
+                Kink::Time(value) => (value, &self.time_unit),
+            };
+            let finite = if value.is_finite() { value } else { f64::NAN };
             Bounds::fixed(finite).check(|| format!("{place}, kink"), unit)?;
         }
         for s in &self.states {

@@ -4,7 +4,7 @@ use std::sync::Arc;
 
 use apsides_basis::Barycentric;
 
-use crate::OcpError;
+use crate::{OcpError, explicit_time};
 
 /// One polynomial piece, by its values at the nodes of a basis on [-1, 1].
 #[derive(Clone, Debug)]
@@ -59,6 +59,33 @@ impl PiecewisePolynomial {
             Segment { basis, values }
         });
         Self::new(self.dimension, self.breaks.clone(), pieces.collect())
+    }
+
+    /// The same polynomials with an end of a piece at each of these times, which increase; those at ends of pieces and outside count for
+    /// nothing.
+    ///
+    /// # Errors
+    /// [`OcpError::Mesh`] when the times are not finite and increasing.
+    pub fn divided_at(&self, times: &[f64]) -> Result<Self, OcpError> {
+        let (mut breaks, mut segments) = (vec![self.breaks[0]], Vec::new());
+        for (k, piece) in self.segments.iter().enumerate() {
+            let [start, end] = [self.breaks[k], self.breaks[k + 1]];
+            let inner = times.iter().copied().filter(|t| *t > start && *t < end);
+            let mut from = start;
+            for to in inner.chain([end]) {
+                breaks.push(to);
+                let mut part = piece.clone();
+                if [from, to] != [start, end] {
+                    let nodes = piece.basis.nodes().iter();
+                    for (x, out) in nodes.zip(part.values.chunks_exact_mut(self.dimension.max(1))) {
+                        self.evaluate_in(k, from + 0.5 * (to - from) * (x + 1.0), out);
+                    }
+                }
+                segments.push(part);
+                from = to;
+            }
+        }
+        Self::new(self.dimension, breaks, segments)
     }
 
     /// Polynomials with other values at the same nodes: `f` gets the values at a node, one node after the other, and fills the
@@ -116,6 +143,15 @@ impl PiecewisePolynomial {
     pub fn evaluate_in(&self, segment: usize, t: f64, out: &mut [f64]) {
         let s = &self.segments[segment];
         s.basis.evaluate_all(&s.values, self.local(segment, t), out);
+    }
+
+    /// The time at which to look at what may jump at the end of a piece: `t`, but before the end, unless that is the last one.
+    #[must_use]
+    pub fn within(&self, segment: usize, t: f64) -> f64 {
+        if segment + 1 == self.segments.len() {
+            return t;
+        }
+        explicit_time::before_end(t, [self.breaks[segment], self.breaks[segment + 1]])
     }
 
     /// Time derivative at `t` of one piece.

@@ -193,7 +193,8 @@ fn phase(
         switches.extend(found);
         integrals.push(integral);
     }
-    let kinks = kinks(amounts, stated, &states, switches)?;
+    let times = Bounds::new(start.lower, end.upper);
+    let kinks = kinks(amounts, stated, &states, times, switches)?;
     let directions = directions(amounts, stated)?;
     let time_unit = amounts.label(&time_unit(amounts, stated));
     Ok(Phase {
@@ -240,11 +241,12 @@ fn integral(
     Ok((Integral { variable, function }, kinks))
 }
 
-/// Kinks that the file states, and those of its formulas where one state passes a value.
+/// Kinks that the file states, and those of its formulas where one state or the time passes a value.
 fn kinks(
     amounts: &mut Amounts<'_>,
     stated: &model::Phase,
     states: &[State],
+    times: Bounds,
     switches: Switches,
 ) -> Result<Vec<Kink>, ProblemError> {
     let mut kinks = Vec::new();
@@ -259,16 +261,21 @@ fn kinks(
         for value in values {
             let unit = &stated.states[state].unit;
             let value = amounts.amount(value, unit, &format!("the kink of `{name}`"))?;
-            kinks.push(Kink { state, value });
+            kinks.push(Kink::State { state, value });
         }
     }
-    for (state, value) in switches {
-        // A state that never passes the value has no kink there.
+    let time = states.len() + stated.controls.len() + amounts.model.parameters.len();
+    for (input, value) in switches {
+        let kink = if input == time { Kink::Time(value) } else { Kink::State { state: input, value } };
+        // A quantity that never passes the value has no kink there.
         let inside = |b: &Bounds| b.lower < value && value < b.upper;
-        if states.get(state).is_some_and(|s| inside(&s.variable.bounds))
-            && !kinks.contains(&Kink { state, value })
-        {
-            kinks.push(Kink { state, value });
+        let passes = if input == time {
+            inside(&times)
+        } else {
+            states.get(input).is_some_and(|s| inside(&s.variable.bounds))
+        };
+        if passes && !kinks.contains(&kink) {
+            kinks.push(kink);
         }
     }
     Ok(kinks)

@@ -1,6 +1,7 @@
 //! Bounds of the columns and rows of the nodes, with what the mesh holds along its arcs.
 
-use apsides_ocp::{ArcKind, Bounds};
+use apsides_ocp::explicit_time::behind;
+use apsides_ocp::{ArcKind, Bounds, Kink};
 use apsides_transcription::{Limits, PhaseStart};
 
 use crate::layout::CollocationPhase;
@@ -32,8 +33,17 @@ pub(crate) fn set_variables(p: &CollocationPhase, start: &PhaseStart<'_>, limits
         }
     }
     for c in p.mesh.crossings() {
-        let kink = phase.kinks[c.kink];
-        limits.set(p.state_column(p.interval_start(c.end)) + kink.state, Bounds::fixed(kink.value));
+        match phase.kinks[c.kink] {
+            Kink::State { state, value } => {
+                limits.set(p.state_column(p.interval_start(c.end)) + state, Bounds::fixed(value));
+            }
+            Kink::Time(value) => {
+                let time = p.break_times().zip(p.mesh.breaks()).find(|(_, b)| b.end == c.end);
+                if let Some((column, _)) = time {
+                    limits.set(column, Bounds::fixed(behind(value)));
+                }
+            }
+        }
     }
 }
 

@@ -3,6 +3,7 @@
 //! A polynomial across a kink converges slowly and makes the mesh fine there. An interval end at the kink restores the order; its time is an
 //! unknown, and the state has its value there. Since the rates are continuous, the costates are too.
 
+use apsides_ocp::explicit_time::behind;
 use apsides_ocp::{Guess, Kink, Mesh, Ocp, Phase, PhaseGuess, PhaseTrajectory, Trajectory};
 
 use crate::RadauError;
@@ -85,23 +86,56 @@ pub(crate) fn with_forced(ocp: &Ocp, guess: &Guess, mesh: &Mesh) -> Result<Mesh,
 }
 
 fn forced(phase: &Phase, guess: &PhaseGuess) -> Vec<Passage> {
-    let Some(state) = phase.kinks.iter().map(|k| k.state).min() else { return Vec::new() };
-    let (start, end) = (phase.states[state].initial, phase.states[state].terminal);
+    let state_of = |k: &Kink| match *k {
+        Kink::State { state, .. } => Some(state),
+        Kink::Time(_) => None,
+    };
+    let Some(first) = phase.kinks.iter().filter_map(state_of).min() else { return Vec::new() };
+    let (start, end) = (phase.states[first].initial, phase.states[first].terminal);
     let mut x = vec![0.0; phase.states.len()];
     let mut above = |kink: &Kink, at: f64| {
         guess.state(at, &mut x);
-        x[state] - kink.value
+        kink.above(&x, f64::NAN)
     };
     let mut found = Vec::new();
-    for (index, kink) in phase.kinks.iter().enumerate().filter(|(_, k)| k.state == state) {
-        let falls = start.lower > kink.value && end.upper < kink.value;
-        let rises = start.upper < kink.value && end.lower > kink.value;
+    for (index, kink) in phase.kinks.iter().enumerate() {
+        let Kink::State { state, value } = *kink else { continue };
+        if state != first {
+            continue;
+        }
+        let falls = start.lower > value && end.upper < value;
+        let rises = start.upper < value && end.lower > value;
         let first = above(kink, 0.0);
         if (falls || rises) && first * above(kink, 1.0) < 0.0 {
             found.push(Passage { at: zero(&mut |at| above(kink, at), 0.0, 1.0, first), kink: index });
         }
     }
     ordered(found)
+}
+
+/// The passage of the time over a kink, where it is well within a phase whose ends move.
+fn at_time(phase: &Phase, kink: usize, [start, end]: [f64; 2]) -> Option<Passage> {
+    let Kink::Time(value) = phase.kinks[kink] else { return None };
+    let at = (behind(value) - start) / (end - start);
+    (!phase.has_fixed_times() && at > COLLAPSED && at < 1.0 - COLLAPSED).then_some(Passage { at, kink })
+}
+
+/// The mesh with an interval end at each kink of the time within the phases of a guess.
+pub(crate) fn with_times(ocp: &Ocp, guess: &Guess, mesh: &Mesh) -> Result<Mesh, RadauError> {
+    let phases = ocp.phases.iter().zip(&guess.phases).zip(&mesh.phases);
+    let instants = phases.map(|((phase, guess), mesh)| {
+        let times = [guess.initial_time, guess.final_time];
+        let kinks = if mesh.has_arcs() { 0..0 } else { 0..phase.kinks.len() };
+        Instants {
+            crossings: ordered(kinks.filter_map(|k| at_time(phase, k, times)).collect()),
+            ..Instants::default()
+        }
+    });
+    let instants: Vec<_> = instants.collect();
+    if instants.iter().all(|i| i.crossings.is_empty()) {
+        return Ok(mesh.clone());
+    }
+    with_instants(mesh, &instants)
 }
 
 /// In order of time, one at a time.
@@ -120,10 +154,16 @@ fn passages(phase: &Phase, t: &PhaseTrajectory) -> Vec<Passage> {
     for (kink, k) in phase.kinks.iter().enumerate() {
         let mut above = |at: f64| {
             t.state.evaluate(t.time_at(at), &mut x);
-            x[k.state] - k.value
+            k.above(&x, t.time_at(at))
         };
         let known: Vec<f64> =
             t.mesh.crossings().iter().filter(|c| c.kink == kink).map(|c| t.mesh.fractions()[c.end]).collect();
+        if matches!(k, Kink::Time(_)) {
+            let passage = at_time(phase, kink, [t.initial_time, t.final_time]);
+            // A crossing of the mesh has this time already.
+            found.extend(passage.map(|p| Passage { at: known.first().copied().unwrap_or(p.at), ..p }));
+            continue;
+        }
         let mut before: Option<(f64, f64)> = None;
         for at in samples(t).filter(|at| !known.contains(at)) {
             let value = above(at);

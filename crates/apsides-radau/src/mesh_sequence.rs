@@ -4,12 +4,13 @@ use std::ops::ControlFlow;
 use std::time::Instant;
 
 use apsides_nlp::{NlpSettings, Observer, SolveReport, Status};
+use apsides_ocp::explicit_time::divided_mesh;
 use apsides_ocp::{Guess, Mesh, Ocp, PhaseMesh, Scaling, Trajectory, Unmet};
 use apsides_transcription::Workers;
 
 use crate::RadauError;
 use crate::costate_error::CostateMeshes;
-use crate::crossing::with_forced;
+use crate::crossing::{with_forced, with_times};
 use crate::events::{Events, FoundEvents};
 use crate::lower_hamiltonian::{Better, with_lower_hamiltonian};
 use crate::mesh_solve::{MeshSolve, total_points};
@@ -111,6 +112,12 @@ pub(crate) struct MeshSequence<'a> {
 
 impl<'a> MeshSequence<'a> {
     pub(crate) fn new(settings: &'a RadauSettings, ocp: &'a Ocp, attempt: Attempt) -> Self {
+        let mut attempt = attempt;
+        if settings.switches
+            && let Ok(mesh) = with_times(ocp, &attempt.guess, &attempt.mesh)
+        {
+            attempt.mesh = mesh;
+        }
         let forced = with_forced(ocp, &attempt.guess, &attempt.mesh).ok();
         let forced = forced.filter(|m| settings.switches && *m != attempt.mesh);
         Self {
@@ -151,6 +158,9 @@ impl<'a> MeshSequence<'a> {
         let begin = Instant::now();
         let nlp_settings = self.nlp_settings();
         let Attempt { guess, mesh, meshes, warnings, .. } = &mut self.attempt;
+        if let Some(divided) = divided_mesh(self.ocp, guess, mesh)? {
+            *mesh = divided;
+        }
         let mut nlp = Transcription::new(self.ocp, mesh, guess)?.with_workers(&self.workers);
         if meshes.is_empty() {
             *warnings = scale_warnings(&mut nlp, self.ocp);

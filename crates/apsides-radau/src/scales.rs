@@ -25,7 +25,10 @@ pub(crate) fn scale_warnings(nlp: &mut Transcription, ocp: &Ocp) -> Vec<ScaleWar
             None => warnings.push(warning),
         }
     };
-    for (r, change) in rows.into_iter().enumerate() {
+    let is_of_arcs = |r: &usize| nlp.layout.phases.iter().any(|p| p.arc_rows().contains(r));
+    // The least duration of an arc is no bound that anyone stated.
+    let own: Vec<bool> = (0..rows.len()).map(|r| is_of_arcs(&r)).collect();
+    for (r, change) in rows.into_iter().enumerate().filter(|(r, _)| !own[*r]) {
         let scale = nlp.scales.constraints[r];
         let bound = largest_bound(nlp.row_limits.lower[r], nlp.row_limits.upper[r]);
         let off = |size: f64| size > 0.0 && (size / scale).max(scale / size) >= EXTREME;

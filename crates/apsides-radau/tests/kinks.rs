@@ -73,7 +73,7 @@ fn an_interval_ends_at_the_kink() {
     let effort = a + a * a * ((2.0 * K * beyond).exp() - 1.0) / (2.0 * K);
     let mut settings = RadauSettings { tolerance: 1e-11, ..RadauSettings::default() };
     settings.nlp.tolerance = 1e-12;
-    let at_kink = solve(phase().kinks([Kink { state: 0, value: 0.0 }]), settings.clone());
+    let at_kink = solve(phase().kinks([Kink::State { state: 0, value: 0.0 }]), settings.clone());
     assert!(at_kink.accurate && at_kink.meshes.len() <= 3, "{:?}", at_kink.meshes);
     let t = &at_kink.trajectory.phases[0];
     assert!((at_kink.trajectory.objective - effort).abs() < MESH * effort);
@@ -92,7 +92,7 @@ fn an_interval_ends_at_the_kink() {
     assert!((costate(DURATION) + 2.0 * a * (K * beyond).exp()).abs() < MESH_COSTATE);
 
     // A kink that the state does not pass changes nothing.
-    let kinks = [Kink { state: 0, value: 3.0 }, Kink { state: 0, value: 0.0 }];
+    let kinks = [Kink::State { state: 0, value: 3.0 }, Kink::State { state: 0, value: 0.0 }];
     let with_other = solve(phase().kinks(kinks), settings);
     assert_eq!(with_other.trajectory.phases[0].mesh.crossings(), [Crossing { end, kink: 1 }]);
     assert_eq!(with_other.trajectory.objective, at_kink.trajectory.objective);
@@ -101,9 +101,9 @@ fn an_interval_ends_at_the_kink() {
 #[test]
 fn kinks_that_cannot_be_are_refused() {
     for (kink, name) in [
-        (Kink { state: 1, value: 0.0 }, "kink"),
-        (Kink { state: 0, value: f64::NAN }, "kink"),
-        (Kink { state: 0, value: f64::INFINITY }, "kink"),
+        (Kink::State { state: 1, value: 0.0 }, "kink"),
+        (Kink::State { state: 0, value: f64::NAN }, "kink"),
+        (Kink::State { state: 0, value: f64::INFINITY }, "kink"),
     ] {
         let error = problem(phase().kinks([kink])).err().unwrap().to_string();
         assert!(error.contains("climb") && error.contains(name), "{error}");

@@ -57,7 +57,7 @@ fn along(ocp: &Ocp, phase: &Phase, function: &dyn NodeFunction) -> Vec<Curvature
 
 fn phase_is_convex(ocp: &Ocp, k: usize) -> bool {
     let phase = &ocp.phases[k];
-    if !(phase.initial_time.is_fixed() && phase.final_time.is_fixed()) {
+    if !phase.has_fixed_times() {
         return false;
     }
     let sign = sign(ocp);

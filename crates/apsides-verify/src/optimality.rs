@@ -30,6 +30,7 @@ mod stationarity;
 mod touch;
 mod transversality;
 
+use apsides_ocp::explicit_time::ends_at_instants;
 use apsides_ocp::{
     Bounds, Guess, Ocp, PhaseScaling, PhaseTrajectory, PiecewisePolynomial, Scaling, Trajectory,
 };
@@ -172,6 +173,8 @@ pub(crate) struct PhaseConditions<'a> {
     pub(crate) jump: Option<costate::Jump>,
     /// Conditions at the contacts of the trajectory.
     impulses: Vec<contact::Impulse>,
+    /// Indices among the ends of the control's pieces at which the equations jump or have a kink at a time.
+    pub(crate) instants: Vec<usize>,
 }
 
 /// State, control, costate, path multipliers at one time, and the gradient of the Lagrangian there.
@@ -233,6 +236,7 @@ impl<'a> PhaseConditions<'a> {
             touches: Vec::new(),
             jump: None,
             impulses: Vec::new(),
+            instants: ends_at_instants(ocp, k, &trajectory.parameters, found.control.breaks()),
         };
         for segment in 0..found.control.segments().len() {
             for time in found.control.node_times(segment) {
@@ -318,7 +322,7 @@ impl<'a> PhaseConditions<'a> {
         if let Some(mu) = &found.path_multipliers {
             evaluate_piece(mu, pieces, segment, t, &mut point.multipliers);
         }
-        equations.set(t, &point.x, &point.u);
+        equations.set(found.control.within(segment, t), &point.x, &point.u);
         equations.lagrangian(&point.costate, &point.multipliers, &mut point.gradient)
     }
 }

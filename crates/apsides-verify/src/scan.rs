@@ -90,7 +90,7 @@ pub(crate) fn checks(
         let (u, path) = rest.split_at_mut(nu);
         flight.state(leg, t, &mut scratch, x);
         found.control.evaluate_in(leg, t, u);
-        equations.set(t, x, u);
+        equations.set(found.control.within(leg, t), x, u);
         equations.path(path);
     };
     let mut watched = watched(phase, scaling);

@@ -144,7 +144,7 @@ fn fly_phase(
         let system = FnSystem::new(n, |t: f64, y: &[f64], rates: &mut [f64]| {
             let (u, equations) = &mut *scratch.borrow_mut();
             found.control.evaluate_in(leg, t, u);
-            equations.set(t, &y[..nx], u);
+            equations.set(found.control.within(leg, t), &y[..nx], u);
             rates.fill(0.0);
             equations.rates(&mut rates[..nx + nq]);
         });

@@ -1,5 +1,6 @@
 //! The verification of a trajectory: all checks in order.
 
+use apsides_ocp::explicit_time::divided_trajectory;
 use apsides_ocp::{ByDirection, Guess, Ocp, PathEnds, PhaseTrajectory, Scaling, Trajectory};
 
 use crate::boundary::Boundary;
@@ -37,6 +38,9 @@ pub fn verify(
     settings.check()?;
     shape::check(ocp, trajectory, &Guess::earlier(trajectory))?;
     let convex = convexity::check(ocp);
+    let stated = trajectory;
+    let divided = divided_trajectory(ocp, trajectory)?;
+    let trajectory = divided.as_ref().unwrap_or(trajectory);
     // Impulses at ends of phases are multipliers of constraints there.
     let with_ends = PathEnds::of_contacts(ocp, trajectory);
     let (ocp, trajectory) =
@@ -70,8 +74,8 @@ pub fn verify(
         remarks.retain(|r| !second_order::is_remark(r));
     }
     let mut certificate = Certificate::new(checks).with_remarks(remarks);
-    if certificate.verdict == Verdict::Feasible && constant_controls::has_only(trajectory) {
-        match constant_controls::claim(ocp, &fine, &scaling, settings) {
+    if certificate.verdict == Verdict::Feasible && constant_controls::has_only(stated) {
+        match constant_controls::claim(ocp, &at_state_nodes(stated), &scaling, settings) {
             Ok(claim) => certificate = certificate.with_claim(Some(claim)),
             Err(reason) => certificate.remarks.extend(reason),
         }

@@ -164,7 +164,7 @@ impl CapsuleEntry {
         let states = self.states();
         let altitude = states.iter().position(|s| s.variable.name == ALTITUDE.name);
         let kinks = altitude.into_iter().flat_map(|state| {
-            self.flight.planet.atmosphere.kinks().into_iter().map(move |value| Kink { state, value })
+            self.flight.planet.atmosphere.kinks().into_iter().map(move |value| Kink::State { state, value })
         });
         let mut phase = Phase::new(PHASE, model.clone())
             .states(states)

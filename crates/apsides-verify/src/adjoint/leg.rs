@@ -77,7 +77,7 @@ impl<'a> Legs<'a> {
         for (t, segment) in found.nodes() {
             found.state.evaluate(t, &mut x);
             found.control.evaluate_in(segment, t, &mut u);
-            equations.set(t, &x, &u);
+            equations.set(found.control.within(segment, t), &x, &u);
             equations.path(&mut path);
             largest.iter_mut().zip(&path).for_each(|(l, v)| *l = l.max(v.abs()));
         }
@@ -113,7 +113,7 @@ impl<'a> Legs<'a> {
         for (u, c) in u.iter_mut().zip(&self.equations.phase.controls) {
             *u = if u.is_nan() { *u } else { c.bounds.clamp(*u) };
         }
-        self.equations.set(t, &x, &u);
+        self.equations.set(self.found.control.within(segment, t), &x, &u);
         u
     }
 

@@ -12,6 +12,8 @@ use std::cell::RefCell;
 
 use apsides_ode::{FnSystem, Integrator, OdeSettings, Status, Tolerance};
 
+use apsides_ocp::Kink;
+
 use super::{KIND, PhaseConditions, evaluate_piece};
 use crate::place::place;
 use crate::worst::{Worst, relative, violation};
@@ -99,7 +101,10 @@ impl PhaseConditions<'_> {
     /// Says whether a state passes a kink at an end of an interval, and the equations of motion differ there between both sides of it.
     fn jumps_at(&mut self, time: f64, state: usize, settings: &VerifySettings) -> bool {
         let scale = self.scaling.states[state];
-        let values = self.equations.phase.kinks.iter().filter(|k| k.state == state).map(|k| k.value);
+        let values = self.equations.phase.kinks.iter().filter_map(|k| match *k {
+            Kink::State { state: of, value } if of == state => Some(value),
+            _ => None,
+        });
         self.found.state.evaluate(time, &mut self.point.x);
         let met =
             values.into_iter().find(|v| (self.point.x[state] - v).abs() <= settings.path_tolerance * scale);
@@ -140,7 +145,7 @@ impl PhaseConditions<'_> {
             if let Some(mu) = &found.path_multipliers {
                 evaluate_piece(mu, pieces, segment, t, &mut point.multipliers);
             }
-            equations.set(t, &point.x, &point.u);
+            equations.set(found.control.within(segment, t), &point.x, &point.u);
             evaluate_piece(costate, pieces, segment, t, &mut point.costate);
             for ((used, integrated), bound) in point.costate.iter_mut().zip(lambda).zip(bounds) {
                 if *bound == Side::None {

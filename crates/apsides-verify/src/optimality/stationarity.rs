@@ -62,7 +62,7 @@ impl PhaseConditions<'_> {
 
     /// `dH/dt = partial L/partial t`: deviation from its mean of the Hamiltonian less what explicit time adds to it since the start.
     pub(super) fn hamiltonian(&mut self, settings: &VerifySettings) -> Option<Check> {
-        let autonomous = self.equations.is_autonomous();
+        let autonomous = self.equations.is_autonomous() && self.instants.is_empty();
         let added = if autonomous { vec![0.0; self.nodes.len()] } else { self.added_by_time() };
         let rest = |(node, added): (&Node, &f64)| node.hamiltonian - added;
         let mean = self.nodes.iter().zip(&added).map(rest).sum::<f64>() / self.nodes.len() as f64;
@@ -80,7 +80,7 @@ impl PhaseConditions<'_> {
         Some(Check::new(name, KIND, value, settings.hamiltonian_tolerance, "-", place(phase, time)))
     }
 
-    /// Integral of `partial L/partial t` from the start to each node, with what contacts add.
+    /// Integral of `partial L/partial t` from the start to each node, with what contacts add, and jumps of the equations at a time.
     fn added_by_time(&mut self) -> Vec<f64> {
         let found = self.found;
         let breaks = found.control.breaks();
@@ -90,6 +90,10 @@ impl PhaseConditions<'_> {
             // H(t+) = H(t-) + nu dg/dt.
             for impulse in self.impulses.iter().filter(|i| i.end == segment) {
                 sum += impulse.jump.last().copied().unwrap_or(f64::NAN);
+            }
+            if self.instants.contains(&segment) {
+                let before = self.evaluate_within_bounds(segment - 1, breaks[segment]).value;
+                sum += self.evaluate_within_bounds(segment, breaks[segment]).value - before;
             }
             for time in found.control.node_times(segment) {
                 sum += self.integral_of_time_slope(segment, at, time);

@@ -286,7 +286,7 @@ impl PhaseConditions<'_> {
         if self.among == Among::Constant(Lengths::Given) {
             return self.stretching_hamiltonians();
         }
-        if self.equations.is_autonomous() {
+        if self.equations.is_autonomous() && self.instants.is_empty() {
             return [self.mean_hamiltonian(); 2];
         }
         let last = self.found.control.segments().len() - 1;

@@ -37,7 +37,7 @@ impl Span {
     }
 }
 
-/// Times at which the control jumps, between the ends of the phase.
+/// Times at which the control jumps, between the ends of the phase; but for those at which it does since the equations jump at that time.
 pub(crate) fn corners(conditions: &mut PhaseConditions<'_>) -> Vec<f64> {
     let nu = conditions.equations.nu;
     let breaks = conditions.found.control.breaks().to_vec();
@@ -51,7 +51,7 @@ pub(crate) fn corners(conditions: &mut PhaseConditions<'_>) -> Vec<f64> {
         .collect();
     let mut before = vec![0.0; nu];
     let mut corners = Vec::new();
-    for k in 1..breaks.len() - 1 {
+    for k in (1..breaks.len() - 1).filter(|k| !conditions.instants.contains(k)).collect::<Vec<_>>() {
         conditions.evaluate_within_bounds(k - 1, breaks[k]);
         before.copy_from_slice(&conditions.point.u);
         conditions.evaluate_within_bounds(k, breaks[k]);

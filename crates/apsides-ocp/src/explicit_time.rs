@@ -1,0 +1,186 @@
+//! Features of time: pulses, jumps and kinks of what the equations make of time alone, which nodes far apart would not see.
+//!
+//! A cost that is high for six minutes of a day, a thrust that is off in eclipse, a table of wind over time: their formulas tell where they
+//! are ([`apsides_ad::Divisions`]). A mesh gets interval ends there, a trajectory ends of its pieces, so that whatever looks at a few
+//! points of each interval sees them. Functions without a formula tell nothing.
+
+use std::sync::Arc;
+
+use apsides_ad::{Divisions, NodeFunction};
+
+use crate::{
+    Guess, Kink, Mesh, Ocp, OcpError, Phase, PhaseMesh, PhaseTrajectory, PiecewisePolynomial, Trajectory,
+};
+
+/// An interval end at a jump stands this many roundings of the largest time behind it, so that the node there does not fall before it.
+const BEHIND: f64 = 16.0;
+/// Ends within this many roundings are the same.
+const SAME: f64 = 64.0;
+/// An interval end of a mesh this close to a jump, as a part of the phase, is moved there.
+const NEAR: f64 = 1e-9;
+/// What may jump at the end of a piece is looked at this many roundings before it.
+const BEFORE: f64 = 128.0;
+
+/// Width of so many roundings of times.
+fn roundings(number: f64, times: [f64; 2]) -> f64 {
+    number * f64::EPSILON * times[0].abs().max(times[1].abs())
+}
+
+/// The time from which on nothing of what is before a jump at this time is seen.
+#[must_use]
+pub fn behind(time: f64) -> f64 {
+    time + roundings(BEHIND, [time, time])
+}
+
+/// The time, but before what may jump at the end of a piece.
+pub(crate) fn before_end(t: f64, [start, end]: [f64; 2]) -> f64 {
+    t.min(end - roundings(BEFORE, [start, end])).max(start)
+}
+
+/// The mesh with interval ends at the features of time that its nodes do not see, for the times and parameters of a guess; none where it
+/// has them all. Interval ends at jumps stand where they are, in phases whose ends do.
+///
+/// # Errors
+/// [`OcpError::Mesh`] when the meshes do not fit the phases.
+pub fn divided_mesh(ocp: &Ocp, guess: &Guess, mesh: &Mesh) -> Result<Option<Mesh>, OcpError> {
+    let mut divided = None;
+    for (k, (phase, of_phase)) in guess.phases.iter().zip(&mesh.phases).enumerate() {
+        let times = [phase.initial_time, phase.final_time];
+        let near = NEAR * (times[1] - times[0]);
+        let ends = unseen(ocp, k, &guess.parameters, times, of_phase, near);
+        let mut next = of_phase.with_ends(&fractions(&ends, times))?;
+        if ocp.phases[k].has_fixed_times() {
+            let instants = instants(ocp, k, &guess.parameters, times);
+            next = next.with_fixed_ends(&fractions(&instants, times), NEAR)?;
+        }
+        if next != *of_phase {
+            divided.get_or_insert_with(|| mesh.clone()).phases[k] = next;
+        }
+    }
+    Ok(divided)
+}
+
+/// The trajectory with ends of its pieces at the features of time that its nodes do not see; none where it has them all. The polynomials
+/// are the same.
+///
+/// # Errors
+/// [`OcpError::Mesh`] when polynomials and meshes do not fit.
+pub fn divided_trajectory(ocp: &Ocp, trajectory: &Trajectory) -> Result<Option<Trajectory>, OcpError> {
+    let mut divided = None;
+    for (k, phase) in trajectory.phases.iter().enumerate() {
+        let times = [phase.initial_time, phase.final_time];
+        let same = roundings(SAME, times);
+        let ends = unseen(ocp, k, &trajectory.parameters, times, &phase.mesh, same);
+        if !ends.is_empty() {
+            let divided = divided.get_or_insert_with(|| trajectory.clone());
+            divided.phases[k] = phase.divided_at(&ends)?;
+        }
+    }
+    Ok(divided)
+}
+
+impl PhaseTrajectory {
+    /// The same phase with an end of a piece at each of these times, which increase within the phase.
+    fn divided_at(&self, times: &[f64]) -> Result<Self, OcpError> {
+        let control = self.control.divided_at(times)?;
+        let divided = |p: &Option<PiecewisePolynomial>| p.as_ref().map(|p| p.divided_at(times)).transpose();
+        let mesh = self.mesh.with_ends(&fractions(times, [self.initial_time, self.final_time]))?;
+        // The error of an interval is that of its parts.
+        let error = |w: &[f64]| {
+            let k = self.mesh.fractions().partition_point(|f| *f <= 0.5 * (w[0] + w[1]));
+            self.interval_errors.get(k.saturating_sub(1)).copied().unwrap_or(f64::NAN)
+        };
+        let mut contacts = self.contacts.clone();
+        for contact in &mut contacts {
+            let at = self.contact_time(contact);
+            contact.end = control.breaks().partition_point(|b| *b < at);
+        }
+        Ok(Self {
+            interval_errors: mesh.fractions().windows(2).map(error).collect(),
+            mesh,
+            state: self.state.divided_at(times)?,
+            costate: divided(&self.costate)?,
+            path_multipliers: divided(&self.path_multipliers)?,
+            control,
+            contacts,
+            ..self.clone()
+        })
+    }
+}
+
+fn fractions(ends: &[f64], [start, end]: [f64; 2]) -> Vec<f64> {
+    ends.iter().map(|t| (t - start) / (end - start)).collect()
+}
+
+/// Indices of those inner ends, of a phase or of its pieces, at which the equations have a jump or a kink of time.
+#[must_use]
+pub fn ends_at_instants(ocp: &Ocp, k: usize, parameters: &[f64], ends: &[f64]) -> Vec<usize> {
+    let Some((first, last)) = ends.first().zip(ends.last()) else { return Vec::new() };
+    let times = [*first, *last];
+    let same = roundings(SAME, times);
+    let instants = instants(ocp, k, parameters, times);
+    let is_instant = |end: f64| instants.iter().any(|at| (end - at).abs() <= same);
+    (1..ends.len() - 1).filter(|&k| is_instant(ends[k])).collect()
+}
+
+/// Times from which on nothing of what is before a jump or a kink of time is seen, in increasing order.
+fn instants(ocp: &Ocp, k: usize, parameters: &[f64], times: [f64; 2]) -> Vec<f64> {
+    let of = |f| divisions(ocp, k, parameters, times, f).instants;
+    let mut instants: Vec<f64> = functions(&ocp.phases[k]).flat_map(of).map(|[_, after]| after).collect();
+    instants.sort_by(f64::total_cmp);
+    instants.dedup_by(|next, last| *next - *last <= roundings(SAME, times));
+    instants.iter().map(|after| after + roundings(BEHIND, times)).collect()
+}
+
+fn functions(phase: &Phase) -> impl Iterator<Item = &dyn NodeFunction> {
+    std::iter::once(&phase.dynamics)
+        .chain(phase.path.iter().map(|p| &p.function))
+        .chain(phase.integrals.iter().map(|q| &q.function))
+        .map(Arc::as_ref)
+}
+
+/// Times of interval ends that a mesh of a phase needs more to see the features of time, in increasing order; ends within a distance are the
+/// same.
+fn unseen(ocp: &Ocp, k: usize, parameters: &[f64], times: [f64; 2], mesh: &PhaseMesh, same: f64) -> Vec<f64> {
+    let [start, end] = times;
+    let of_mesh: Vec<f64> = mesh.fractions().iter().map(|f| start + f * (end - start)).collect();
+    let mut ends = Vec::new();
+    // Where the ends of the phase move, a method that knows the kinks has interval ends of these times.
+    let phase = &ocp.phases[k];
+    let is_known = |t: f64| {
+        phase.kinks.iter().any(|k| matches!(k, Kink::Time(v) if (v - t).abs() <= roundings(SAME, times)))
+    };
+    let is_kink = |t: f64| !phase.has_fixed_times() && is_known(t);
+    for function in functions(phase) {
+        let Divisions { instants, parts } = divisions(ocp, k, parameters, times, function);
+        ends.extend(
+            instants.iter().map(|[_, after]| after + roundings(BEHIND, times)).filter(|t| !is_kink(*t)),
+        );
+        for [a, b] in parts {
+            let k = of_mesh.partition_point(|t| *t <= 0.5 * (a + b)).clamp(1, mesh.intervals());
+            let spacing = (of_mesh[k] - of_mesh[k - 1]) / mesh.points()[k - 1] as f64;
+            if b - a < spacing {
+                ends.extend([a, b]);
+            }
+        }
+    }
+    ends.sort_by(f64::total_cmp);
+    ends.dedup_by(|next, last| *next - *last <= same);
+    ends.retain(|t| of_mesh.iter().all(|end| (t - end).abs() > same) && *t > start && *t < end);
+    ends
+}
+
+fn divisions(
+    ocp: &Ocp,
+    k: usize,
+    parameters: &[f64],
+    times: [f64; 2],
+    function: &dyn NodeFunction,
+) -> Divisions {
+    // Time is the last input, after the parameters.
+    let time = function.inputs() - 1;
+    let Ok(formula) = function.formula() else { return Divisions::default() };
+    let taken = if ocp.phases[k].takes_parameters(function) { parameters } else { &[] };
+    let fixed: Vec<(usize, f64)> = (time - taken.len()..time).zip(taken.iter().copied()).collect();
+    formula.divisions(time, times, &fixed)
+}
