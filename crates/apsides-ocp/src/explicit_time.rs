@@ -8,9 +8,7 @@ use std::sync::Arc;
 
 use apsides_ad::{Divisions, NodeFunction};
 
-use crate::{
-    Guess, Kink, Mesh, Ocp, OcpError, Phase, PhaseMesh, PhaseTrajectory, PiecewisePolynomial, Trajectory,
-};
+use crate::{Guess, Kink, Mesh, Ocp, OcpError, Phase, PhaseTrajectory, PiecewisePolynomial, Trajectory};
 
 /// An interval end at a jump stands this many roundings of the largest time behind it, so that the node there does not fall before it.
 const BEHIND: f64 = 16.0;
@@ -18,8 +16,8 @@ const BEHIND: f64 = 16.0;
 const SAME: f64 = 64.0;
 /// An interval end of a mesh this close to a jump, as a part of the phase, is moved there.
 const NEAR: f64 = 1e-9;
-/// What may jump at the end of a piece is looked at this many roundings before it.
-const BEFORE: f64 = 128.0;
+/// What may jump at the ends of a piece is looked at this many roundings from them.
+const CLEAR: f64 = 128.0;
 
 /// Width of so many roundings of times.
 fn roundings(number: f64, times: [f64; 2]) -> f64 {
@@ -32,9 +30,10 @@ pub fn behind(time: f64) -> f64 {
     time + roundings(BEHIND, [time, time])
 }
 
-/// The time, but before what may jump at the end of a piece.
-pub(crate) fn before_end(t: f64, [start, end]: [f64; 2]) -> f64 {
-    t.min(end - roundings(BEFORE, [start, end])).max(start)
+/// The time, but clear of what may jump at the ends of a piece.
+pub(crate) fn clear_of_ends(t: f64, [start, end]: [f64; 2]) -> f64 {
+    let clear = roundings(CLEAR, [start, end]);
+    if end - start > 2.0 * clear { t.clamp(start + clear, end - clear) } else { t }
 }
 
 /// The mesh with interval ends at the features of time that its nodes do not see, for the times and parameters of a guess; none where it
@@ -47,7 +46,9 @@ pub fn divided_mesh(ocp: &Ocp, guess: &Guess, mesh: &Mesh) -> Result<Option<Mesh
     for (k, (phase, of_phase)) in guess.phases.iter().zip(&mesh.phases).enumerate() {
         let times = [phase.initial_time, phase.final_time];
         let near = NEAR * (times[1] - times[0]);
-        let ends = unseen(ocp, k, &guess.parameters, times, of_phase, near);
+        let of_mesh: Vec<f64> =
+            of_phase.fractions().iter().map(|f| times[0] + f * (times[1] - times[0])).collect();
+        let ends = unseen(ocp, k, &guess.parameters, &of_mesh, of_phase.points(), near);
         let mut next = of_phase.with_ends(&fractions(&ends, times))?;
         if ocp.phases[k].has_fixed_times() {
             let instants = instants(ocp, k, &guess.parameters, times);
@@ -68,9 +69,10 @@ pub fn divided_mesh(ocp: &Ocp, guess: &Guess, mesh: &Mesh) -> Result<Option<Mesh
 pub fn divided_trajectory(ocp: &Ocp, trajectory: &Trajectory) -> Result<Option<Trajectory>, OcpError> {
     let mut divided = None;
     for (k, phase) in trajectory.phases.iter().enumerate() {
-        let times = [phase.initial_time, phase.final_time];
-        let same = roundings(SAME, times);
-        let ends = unseen(ocp, k, &trajectory.parameters, times, &phase.mesh, same);
+        let control = &phase.control;
+        let nodes: Vec<usize> = control.segments().iter().map(|s| s.basis.nodes().len()).collect();
+        let same = roundings(SAME, [phase.initial_time, phase.final_time]);
+        let ends = unseen(ocp, k, &trajectory.parameters, control.breaks(), &nodes, same);
         if !ends.is_empty() {
             let divided = divided.get_or_insert_with(|| trajectory.clone());
             divided.phases[k] = phase.divided_at(&ends)?;
@@ -80,11 +82,23 @@ pub fn divided_trajectory(ocp: &Ocp, trajectory: &Trajectory) -> Result<Option<T
 }
 
 impl PhaseTrajectory {
+    /// The fraction of the phase on its mesh at a time.
+    fn fraction_at(&self, t: f64) -> f64 {
+        let (ends, breaks) = (self.mesh.fractions(), self.control.breaks());
+        if ends.len() != breaks.len() {
+            return (t - self.initial_time) / (self.final_time - self.initial_time);
+        }
+        // Ends of the mesh and of the pieces may differ by rounding.
+        let k = self.control.segment_at(t);
+        ends[k] + (t - breaks[k]) / (breaks[k + 1] - breaks[k]) * (ends[k + 1] - ends[k])
+    }
+
     /// The same phase with an end of a piece at each of these times, which increase within the phase.
     fn divided_at(&self, times: &[f64]) -> Result<Self, OcpError> {
         let control = self.control.divided_at(times)?;
         let divided = |p: &Option<PiecewisePolynomial>| p.as_ref().map(|p| p.divided_at(times)).transpose();
-        let mesh = self.mesh.with_ends(&fractions(times, [self.initial_time, self.final_time]))?;
+        let places: Vec<f64> = times.iter().map(|t| self.fraction_at(*t)).collect();
+        let mesh = self.mesh.with_ends(&places)?;
         // The error of an interval is that of its parts.
         let error = |w: &[f64]| {
             let k = self.mesh.fractions().partition_point(|f| *f <= 0.5 * (w[0] + w[1]));
@@ -139,11 +153,11 @@ fn functions(phase: &Phase) -> impl Iterator<Item = &dyn NodeFunction> {
         .map(Arc::as_ref)
 }
 
-/// Times of interval ends that a mesh of a phase needs more to see the features of time, in increasing order; ends within a distance are the
-/// same.
-fn unseen(ocp: &Ocp, k: usize, parameters: &[f64], times: [f64; 2], mesh: &PhaseMesh, same: f64) -> Vec<f64> {
-    let [start, end] = times;
-    let of_mesh: Vec<f64> = mesh.fractions().iter().map(|f| start + f * (end - start)).collect();
+/// Times at which intervals with these ends and numbers of nodes need further ends to see the features of time, in increasing order; ends
+/// within a distance are the same.
+fn unseen(ocp: &Ocp, k: usize, parameters: &[f64], known: &[f64], nodes: &[usize], same: f64) -> Vec<f64> {
+    let (start, end) = (known[0], known[nodes.len()]);
+    let times = [start, end];
     let mut ends = Vec::new();
     // Where the ends of the phase move, a method that knows the kinks has interval ends of these times.
     let phase = &ocp.phases[k];
@@ -157,8 +171,8 @@ fn unseen(ocp: &Ocp, k: usize, parameters: &[f64], times: [f64; 2], mesh: &Phase
             instants.iter().map(|[_, after]| after + roundings(BEHIND, times)).filter(|t| !is_kink(*t)),
         );
         for [a, b] in parts {
-            let k = of_mesh.partition_point(|t| *t <= 0.5 * (a + b)).clamp(1, mesh.intervals());
-            let spacing = (of_mesh[k] - of_mesh[k - 1]) / mesh.points()[k - 1] as f64;
+            let k = known.partition_point(|t| *t <= 0.5 * (a + b)).clamp(1, nodes.len());
+            let spacing = (known[k] - known[k - 1]) / nodes[k - 1] as f64;
             if b - a < spacing {
                 ends.extend([a, b]);
             }
@@ -166,7 +180,7 @@ fn unseen(ocp: &Ocp, k: usize, parameters: &[f64], times: [f64; 2], mesh: &Phase
     }
     ends.sort_by(f64::total_cmp);
     ends.dedup_by(|next, last| *next - *last <= same);
-    ends.retain(|t| of_mesh.iter().all(|end| (t - end).abs() > same) && *t > start && *t < end);
+    ends.retain(|t| known.iter().all(|end| (t - end).abs() > same) && *t > start && *t < end);
     ends
 }
 
@@ -183,4 +197,58 @@ fn divisions(
     let taken = if ocp.phases[k].takes_parameters(function) { parameters } else { &[] };
     let fixed: Vec<(usize, f64)> = (time - taken.len()..time).zip(taken.iter().copied()).collect();
     formula.divisions(time, times, &fixed)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::{At, Bounds, Break, PhaseArc, PhaseMesh, State, Variable};
+    use apsides_ad::{Dynamics, Scalar};
+
+    const JUMP: f64 = 2.5;
+
+    /// `x' = u`, and none before the jump.
+    struct Late;
+    impl Dynamics<1, 1> for Late {
+        fn rate<S: Scalar>(&self, t: S, _x: &[S; 1], u: &[S; 1], _p: &[S; 0]) -> [S; 1] {
+            [((t - JUMP).sign() * 0.5 + 0.5) * u[0]]
+        }
+    }
+
+    fn late(end: Bounds) -> Ocp {
+        let phase = Phase::new("late", Late)
+            .states([State::new("x", "m").starts_at(0.0)])
+            .controls([Variable::new("u", "m/s").within(-1.0, 1.0)])
+            .final_time(end)
+            .kinks([Kink::Time(JUMP)]);
+        Ocp::builder("late")
+            .phase(phase)
+            .minimize("x", "m", At::FinalState("late", "x"))
+            .build()
+            .expect("posed")
+    }
+
+    #[test]
+    fn meshes_get_an_end_behind_a_jump_where_the_ends_of_the_phase_stay() {
+        let ocp = late(Bounds::fixed(10.0));
+        let guess = Guess::linear(&ocp);
+        let mesh = Mesh::uniform(&ocp, 3, 4).expect("a mesh");
+        let divided = divided_mesh(&ocp, &guess, &mesh).expect("it fits").expect("an end more");
+        let found = 10.0 * divided.phases[0].fractions()[1];
+        assert!(found > JUMP && found - JUMP < 1e-13, "{found}");
+        assert_eq!(divided.phases[0].points(), [4; 4]);
+        assert_eq!(divided_mesh(&ocp, &guess, &divided).expect("it fits"), None);
+
+        // A break that is almost there is moved there, and its time is no unknown.
+        let breaks = vec![Break { end: 1, free: true, is_tangent: false }];
+        let near = PhaseMesh::new(vec![0.0, 0.25 - 1e-11, 1.0], vec![4; 2]).expect("a mesh");
+        let near = near.with_arcs(breaks, vec![PhaseArc::default(); 2]).expect("a break");
+        let moved =
+            divided_mesh(&ocp, &guess, &Mesh { phases: vec![near] }).expect("it fits").expect("moved");
+        let moved = &moved.phases[0];
+        assert!(10.0 * moved.fractions()[1] > JUMP && moved.intervals() == 2 && !moved.breaks()[0].free);
+
+        // Where they move the time of the jump is one that methods follow.
+        assert_eq!(divided_mesh(&late(Bounds::new(1.0, 20.0)), &guess, &mesh).expect("it fits"), None);
+    }
 }

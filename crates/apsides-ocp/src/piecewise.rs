@@ -145,13 +145,14 @@ impl PiecewisePolynomial {
         s.basis.evaluate_all(&s.values, self.local(segment, t), out);
     }
 
-    /// The time at which to look at what may jump at the end of a piece: `t`, but before the end, unless that is the last one.
+    /// The time at which to look at what may jump at the ends of a piece: `t`, but clear of them, unless they are those of all pieces.
     #[must_use]
     pub fn within(&self, segment: usize, t: f64) -> f64 {
-        if segment + 1 == self.segments.len() {
-            return t;
-        }
-        explicit_time::before_end(t, [self.breaks[segment], self.breaks[segment + 1]])
+        let (start, end) = (self.breaks[segment], self.breaks[segment + 1]);
+        let clear = explicit_time::clear_of_ends(t, [start, end]);
+        let is_first = segment == 0 && clear > t;
+        let is_last = segment + 1 == self.segments.len() && clear < t;
+        if is_first || is_last { t } else { clear }
     }
 
     /// Time derivative at `t` of one piece.

@@ -83,13 +83,6 @@ pub(crate) fn conditions(
             jump.size
         ));
     }
-    let jumps = |k: &usize| !conditions[*k].instants.is_empty() && !ocp.phases[*k].has_fixed_times();
-    if let Some(k) = (0..conditions.len()).find(jumps) {
-        return not_tested(&format!(
-            "first order only: the equations of {} jump at a time, and its ends are free",
-            ocp.phases[k].name
-        ));
-    }
     let Some(form) = Form::new(ocp, trajectory, &scales, &scaling.parameters, conditions, settings) else {
         return not_tested("first order only: the linearised equations of motion could not be solved");
     };

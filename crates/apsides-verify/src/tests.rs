@@ -4,6 +4,7 @@ mod brachistochrone;
 mod constant_controls;
 mod contact;
 mod end_conditions;
+mod features_of_time;
 mod kinks_of_states;
 mod linked;
 mod malformed;

@@ -64,6 +64,15 @@ pub(crate) fn corners(conditions: &mut PhaseConditions<'_>) -> Vec<f64> {
     corners
 }
 
+/// The corners, and the times at which the equations jump or have a kink, in increasing order.
+pub(super) fn with_instants(conditions: &mut PhaseConditions<'_>) -> Vec<f64> {
+    let mut times = corners(conditions);
+    let breaks = conditions.found.control.breaks();
+    times.extend(conditions.instants.iter().map(|k| breaks[*k]));
+    times.sort_by(f64::total_cmp);
+    times
+}
+
 /// The intervals of a phase with these corners, cut at some instants too.
 pub(super) fn spans(found: &PhaseTrajectory, corners: &[f64], instants: &[f64]) -> Vec<Span> {
     let breaks = found.control.breaks();

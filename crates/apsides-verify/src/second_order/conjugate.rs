@@ -39,6 +39,7 @@ fn conjugate_time(ocp: &Ocp, form: &Form, conditions: &mut PhaseConditions<'_>) 
         })
         .collect();
     let mut times = vec![false; phase.sizes.times];
+    phase.held.iter().for_each(|k| times[*k] = true);
     times[0] = form.activity(EndpointInput::InitialTime { phase: 0 }).is_fixed_in(Space::Necessary);
     let positive =
         |intervals: &[Interval]| phase.truncated(intervals, form.size, 0.0, &fixed, &times).is_positive();

@@ -40,6 +40,8 @@ pub(super) struct PhaseForm {
     integrals: Vec<Activity>,
     /// End of an interval and curvature of a contact there, over `[x, xi_a, xi_b, p]`.
     contacts: Vec<(usize, DMatrix<f64>)>,
+    /// Indices, among the times, of corners that do not move since the equations jump at that time.
+    pub(super) held: Vec<usize>,
     /// The reason why the form is not that of the phase, if it is not.
     pub(super) remark: Option<String>,
 }
@@ -86,8 +88,13 @@ impl PhaseForm {
         conditions.control_scales = control_scales::of(conditions);
         let breaks = found.control.breaks();
         let corners = match conditions.among {
-            Among::All => arcs::corners(conditions),
+            Among::All => arcs::with_instants(conditions),
             Among::Constant(_) => breaks[1..breaks.len() - 1].to_vec(),
+        };
+        let is_instant = |t: &f64| conditions.instants.iter().any(|k| breaks[*k] == *t);
+        let held = match conditions.among {
+            Among::All => (0..corners.len()).filter(|k| is_instant(&corners[*k])).map(|k| k + 1).collect(),
+            Among::Constant(_) => Vec::new(),
         };
         let phase = conditions.equations.phase;
         let moves = !corners.is_empty() || !phase.initial_time.is_fixed() || !phase.final_time.is_fixed();
@@ -123,7 +130,7 @@ impl PhaseForm {
         let integrals = integrals(conditions);
         let share = conditions.hamiltonian_size * duration;
         let mut form =
-            Self { intervals, spans, sizes, duration, share, integrals, contacts: Vec::new(), remark };
+            Self { intervals, spans, sizes, duration, share, integrals, contacts: Vec::new(), held, remark };
         for (end, hessian, row) in contacts {
             form.contacts.push((end, hessian));
             // The state at the end of an interval is a step of its start.
@@ -422,6 +429,8 @@ impl Form {
                 Activity::Free
             };
             self.rows.push((vec![(initial, -1.0), (last, 1.0)], activity));
+            let held = self.phases[k].held.iter().map(|at| (vec![(initial + at, 1.0)], Activity::Strong));
+            self.rows.extend(held);
         }
     }
 

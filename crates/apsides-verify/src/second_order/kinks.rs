@@ -164,14 +164,19 @@ fn root_of_zero(conditions: &mut PhaseConditions<'_>) -> Option<String> {
     None
 }
 
-/// The functions that enter the Lagrangian and have kinks in more than controls.
+/// The functions that enter the Lagrangian and have kinks in more than controls or time.
 fn kinked_functions(conditions: &PhaseConditions<'_>) -> Vec<Kinked> {
     let with_kinks = formulas(conditions).into_iter().filter_map(|(index, formula)| {
         let all = formula.kinks();
         let every = formula_node(formula.arguments_of(&all));
-        let in_controls_alone = |k: usize| is_of_controls_alone(conditions, every.as_ref(), k);
+        let pattern = every.pattern();
+        // Those of time alone are corners that do not move.
+        let is_of_time_alone = |k: usize| {
+            pattern.columns[pattern.row_offsets[k]..pattern.row_offsets[k + 1]] == [every.inputs() - 1]
+        };
+        let is_other = |k: usize| is_of_controls_alone(conditions, every.as_ref(), k) || is_of_time_alone(k);
         let kinks: Vec<FormulaKink> =
-            all.iter().enumerate().filter(|(k, _)| !in_controls_alone(*k)).map(|(_, kink)| *kink).collect();
+            all.iter().enumerate().filter(|(k, _)| !is_other(*k)).map(|(_, kink)| *kink).collect();
         let arguments = formula_node(formula.arguments_of(&kinks));
         (!kinks.is_empty()).then_some(Kinked { index, formula, kinks, arguments })
     });
