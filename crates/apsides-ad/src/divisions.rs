@@ -13,7 +13,7 @@ use crate::formula::{Binary, Formula, Operation, Unary};
 const MOST_PARTS: usize = 2000;
 /// Most intervals that are looked at for the instants of one condition.
 const MOST_LOOKS: usize = 10_000;
-/// What may stay hidden in an interval, relative to the range of a value.
+/// Part of the range of a value that may stay hidden in an interval.
 const HIDDEN: f64 = 1e-3;
 /// Intervals this short, relative to the range, are not halved.
 const SHORT: f64 = 1e-9;
@@ -41,7 +41,7 @@ impl Formula {
         if !(range[0] < range[1] && range.iter().all(|v| v.is_finite())) {
             return divisions;
         }
-        let Part { operations, outputs, conditions } = Part::of(self, input, fixed);
+        let Alone { operations, outputs, conditions } = Alone::of(self, input, fixed);
         let of = |output: usize| Self::pruned(1, &operations, self.tables(), &[output]);
         for condition in conditions {
             divisions.instants.extend(zeros(&of(condition), range));
@@ -59,8 +59,8 @@ impl Formula {
     }
 }
 
-/// What a formula makes of one input alone, as operations on it.
-struct Part {
+/// The operations of a formula on one input alone.
+struct Alone {
     operations: Vec<Operation>,
     /// Values that depend on the input and that something else takes.
     outputs: Vec<usize>,
@@ -68,7 +68,7 @@ struct Part {
     conditions: Vec<usize>,
 }
 
-impl Part {
+impl Alone {
     fn of(formula: &Formula, input: usize, fixed: &[(usize, f64)]) -> Self {
         // Of each value: its place here, if it depends on nothing else, and whether it depends on the input.
         let mut places: Vec<Option<(usize, bool)>> = vec![None; formula.inputs()];

@@ -75,6 +75,7 @@
 //! Optim. Methods Softw. 27 (2012), doi 10.1080/10556788.2011.580098.
 
 pub mod builder;
+mod curve_enclosure;
 mod derivatives;
 pub mod divisions;
 pub mod dual;

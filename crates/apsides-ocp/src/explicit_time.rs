@@ -16,8 +16,6 @@ const BEHIND: f64 = 16.0;
 const SAME: f64 = 64.0;
 /// An interval end of a mesh this close to a jump, as a part of the phase, is moved there.
 const NEAR: f64 = 1e-9;
-/// What may jump at the ends of a piece is looked at this many roundings from them.
-const CLEAR: f64 = 128.0;
 
 /// Width of so many roundings of times.
 fn roundings(number: f64, times: [f64; 2]) -> f64 {
@@ -28,12 +26,6 @@ fn roundings(number: f64, times: [f64; 2]) -> f64 {
 #[must_use]
 pub fn behind(time: f64) -> f64 {
     time + roundings(BEHIND, [time, time])
-}
-
-/// The time, but clear of what may jump at the ends of a piece.
-pub(crate) fn clear_of_ends(t: f64, [start, end]: [f64; 2]) -> f64 {
-    let clear = roundings(CLEAR, [start, end]);
-    if end - start > 2.0 * clear { t.clamp(start + clear, end - clear) } else { t }
 }
 
 /// The mesh with interval ends at the features of time that its nodes do not see, for the times and parameters of a guess; none where it

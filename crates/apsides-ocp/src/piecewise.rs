@@ -4,7 +4,10 @@ use std::sync::Arc;
 
 use apsides_basis::Barycentric;
 
-use crate::{OcpError, explicit_time};
+use crate::OcpError;
+
+/// Distance from an end of a piece at which what may jump there is looked at, relative to the time: some roundings.
+const CLEAR: f64 = 128.0 * f64::EPSILON;
 
 /// One polynomial piece, by its values at the nodes of a basis on [-1, 1].
 #[derive(Clone, Debug)]
@@ -149,7 +152,11 @@ impl PiecewisePolynomial {
     #[must_use]
     pub fn within(&self, segment: usize, t: f64) -> f64 {
         let (start, end) = (self.breaks[segment], self.breaks[segment + 1]);
-        let clear = explicit_time::clear_of_ends(t, [start, end]);
+        let distance = CLEAR * start.abs().max(end.abs());
+        if end - start <= 2.0 * distance {
+            return t;
+        }
+        let clear = t.clamp(start + distance, end - distance);
         let is_first = segment == 0 && clear > t;
         let is_last = segment + 1 == self.segments.len() && clear < t;
         if is_first || is_last { t } else { clear }
