@@ -15,6 +15,13 @@ from scipy.linalg import expm
 from scipy.optimize import brentq, fsolve, least_squares, minimize, minimize_scalar
 
 
+def swing(x, t):
+    """Least effort of an oscillator from rest at x to rest in time t."""
+    a, b, d = t / 2 - sin(2 * t) / 4, sin(t) ** 2 / 2, t / 2 + sin(2 * t) / 4
+    y, w = x * cos(t), -x * sin(t)
+    return (d * y**2 - 2 * b * y * w + a * w**2) / (a * d - b * b)
+
+
 def root(function, low, high):
     return brentq(function, low, high, xtol=1e-15, rtol=1e-15)
 
@@ -439,6 +446,7 @@ OPTIMA = {
     "staging": staging,
     "string_over_a_parabola": string_over_parabola,
     "string_over_a_wave": string_over_a_wave,
+    "swing_of_many_turns": lambda: swing(30, 100),
     "switch_at_a_time": lambda: 0.737 + (1.9 - 0.737) / 2,
     "there_and_back_with_limits": lambda: 1 / 0.7 + 0.7 + 1 / 0.5 + 0.5,
     "through_a_waypoint": lambda: 24,
@@ -505,6 +513,7 @@ OPTIMA = {
     "wide_bounds": lambda: 12,
     "wide_time": lambda: 2,
     "wind_from_a_table": lambda: crossing(5, 3, 0.4, 0.0),
+    "within_reach_by_a_billionth": lambda: 0.499999999**2,
 }
 
 if __name__ == "__main__":

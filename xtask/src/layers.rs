@@ -42,7 +42,7 @@ const ARROWS: &[(&str, Arrows)] = &[
     ("problem-file", To(&["ad", "expressions", "ocp"])),
     // Methods, and what their transcriptions have in common.
     ("transcription", To(&["ocp", "nlp"])),
-    ("radau", To(&["ad", "ocp", "basis", "nlp", "transcription"])),
+    ("radau", To(&["ad", "ocp", "ode", "basis", "nlp", "transcription"])),
     ("flatness", To(&["ad", "ocp", "basis", "nlp", "transcription"])),
     ("shooting", To(&["ad", "basis", "ocp", "ode", "nlp", "transcription"])),
     // Piecewise-constant controls are a special case of the transcription of direct shooting, with unknown segment ends.

@@ -68,7 +68,8 @@ impl PriceCurves {
         });
         let objective = &solved.summary.objective;
         if number.is_finite() {
-            let price = prices.get(place).and_then(Option::as_ref).map_or(f64::NAN, |p| p.objective);
+            let price =
+                prices.get(place).and_then(Option::as_ref).and_then(|p| p.objective).unwrap_or(f64::NAN);
             self.lines[k].points.push([number, objective.value, price]);
             self.lines[k].points.sort_by(|a, b| a[0].total_cmp(&b[0]));
         } else {

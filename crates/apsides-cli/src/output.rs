@@ -121,6 +121,10 @@ fn searched(s: &SearchSummary, unit: &str) -> String {
     )
 }
 
+/// The reason that a key has no price.
+const NOT_UNIQUE: &str = "requirements that depend on each other are active, and the key moves some of them; more and less of it differ, \
+                          or one of the two is not feasible";
+
 /// Change of the objective for one more unit of each key; empty if it was not asked for.
 pub(crate) fn prices(o: &Outcome) -> String {
     let Some(prices) = &o.summary.sensitivity else { return String::new() };
@@ -131,7 +135,10 @@ pub(crate) fn prices(o: &Outcome) -> String {
     };
     let width = prices.iter().map(|p| head(p).len() + 1).max().unwrap_or(0);
     for p in prices {
-        let change = significant(p.objective);
+        let Some(change) = p.objective.map(significant) else {
+            let _ = writeln!(text, "  {:<width$} not unique: {NOT_UNIQUE}", head(p) + ":");
+            continue;
+        };
         let _ = write!(text, "  {:<width$} {change} {} {}", head(p) + ":", objective.unit, objective.name);
         for key in &o.headline {
             // The objective is often among them.

@@ -141,7 +141,7 @@ impl Row<'_> {
     }
 
     fn shown_prices(&self) -> impl Iterator<Item = Option<f64>> {
-        let price = |k: usize| self.prices.get(k).and_then(Option::as_ref).map(|p| p.objective);
+        let price = |k: usize| self.prices.get(k).and_then(Option::as_ref).and_then(|p| p.objective);
         self.priced.iter().enumerate().filter(|(_, shown)| **shown).map(move |(k, _)| price(k))
     }
 

@@ -11,7 +11,7 @@
 //! in Optimization, 2008, doi 10.1007/978-0-387-74932-7, chapter 6); the multipliers tell which others take part. With one of
 //! them elastic the problem gives the least relaxation of that one that restores feasibility, or has no feasible point.
 
-use apsides_iteration::Status;
+use apsides_iteration::{Observer, Status};
 
 use crate::elastic::Elastic;
 use crate::error::NlpError;
@@ -34,7 +34,8 @@ pub struct Diagnosis {
     pub remedies: Vec<(usize, f64)>,
 }
 
-/// The least relaxation of the requirements listed in `elastic`, from the point `start`; all else is hard.
+/// The least relaxation of the requirements listed in `elastic`, from the point `start`; all else is hard. The observer sees every
+/// iteration and can stop the solve.
 ///
 /// Where a requirement bounds a variable or a constraint, the requirements replace the problem's own bounds on it.
 ///
@@ -46,10 +47,11 @@ pub fn relax<N: Nlp + ?Sized>(
     elastic: &[usize],
     start: &[f64],
     settings: &NlpSettings,
+    observer: &mut dyn Observer,
 ) -> Result<Relaxation, NlpError> {
     let mut nlp = nlp;
     let mut problem = Elastic::new(&mut nlp, requirements, elastic, start)?;
-    let report = InteriorPoint { settings: settings.clone() }.solve(&mut problem)?;
+    let report = InteriorPoint { settings: settings.clone() }.solve_observed(&mut problem, observer)?;
     Ok(problem.relaxation(report, requirements.len()))
 }
 
@@ -97,13 +99,13 @@ pub fn diagnose<N: Nlp + ?Sized>(
     settings: &NlpSettings,
 ) -> Result<Diagnosis, NlpError> {
     let all: Vec<usize> = (0..requirements.len()).collect();
-    let together = relax(nlp, requirements, &all, start, settings)?;
+    let together = relax(nlp, requirements, &all, start, settings, &mut ())?;
     let status = together.report.status;
     let found = together.conflicts(requirements);
     let mut remedies = Vec::new();
     if status.is_success() && !found.is_empty() {
         for g in together.candidates(requirements, MOST_OTHERS) {
-            let alone = relax(nlp, requirements, &[g], &together.report.x, settings)?;
+            let alone = relax(nlp, requirements, &[g], &together.report.x, settings, &mut ())?;
             if alone.is_success() {
                 remedies.push((g, alone.amounts[g]));
             }

@@ -173,7 +173,7 @@ impl<'a> Elastic<'a> {
         report.scaling.variables.truncate(n);
         report.scaling.constraints.truncate(m);
         report.worst_constraint = report.worst_constraint.filter(|v| v.constraint < m);
-        Relaxation { amounts, shares, report }
+        Relaxation::new(amounts, shares, report)
     }
 
     /// Size of the multiplier of each row, without what limits on both sides of one quantity have in common: between them

@@ -15,7 +15,7 @@ use crate::model::BarrierModel;
 use crate::problem::Nlp;
 use crate::restoration::{Recovery, Restoration};
 use crate::scaled::ScaledProblem;
-use crate::sensitivity::Sensitivity;
+use crate::sensitivity::{ActiveConstraints, Curvature, Sensitivity};
 use crate::settings::NlpSettings;
 use crate::start::check_warm_start;
 use crate::warm_start::WarmStart;
@@ -86,7 +86,20 @@ impl InteriorPoint {
         nlp: &mut N,
         report: &SolveReport,
     ) -> Result<Sensitivity, NlpError> {
-        Sensitivity::new(&mut { nlp }, &self.settings, report)
+        Sensitivity::new(&mut { nlp }, &self.settings, report, Curvature::OfLagrangian)
+    }
+
+    /// Factorises the active constraints at the solution in `report`, to tell whether its multipliers are the only ones. The settings are
+    /// those of the solve.
+    ///
+    /// # Errors
+    /// A report of another problem, or none of a solution ([`NlpError::NoDerivative`]).
+    pub fn active_constraints<N: Nlp + ?Sized>(
+        &self,
+        nlp: &mut N,
+        report: &SolveReport,
+    ) -> Result<ActiveConstraints, NlpError> {
+        ActiveConstraints::new(&mut { nlp }, &self.settings, report)
     }
 
     fn run(

@@ -128,6 +128,6 @@ pub use error::NlpError;
 pub use interior_point::InteriorPoint;
 pub use problem::{Nlp, Pattern, Scaling, Stages};
 pub use requirement::{Limit, Place, Relaxation, Requirement, Side, requirements_of};
-pub use sensitivity::{Perturbation, Sensitivity, SolutionDerivative};
+pub use sensitivity::{ActiveConstraints, Perturbation, Sensitivity, SolutionDerivative};
 pub use settings::{BarrierOracle, BarrierStrategy, NlpSettings, ScalingMethod};
 pub use warm_start::WarmStart;

@@ -68,11 +68,18 @@ pub struct Relaxation {
     pub amounts: Vec<f64>,
     /// Part of each elastic requirement in the conflict, from 0 (none) to 1 (it gives way).
     pub shares: Vec<f64>,
+    /// Largest amount that counts as zero, relative to the unit of a requirement; 1e-5. A smaller one tells smaller conflicts from none where
+    /// the tolerances of the solve are below it.
+    pub resolution: f64,
     /// The solve, with vectors of the size of the problem itself; the objective is the weighted sum.
     pub report: SolveReport,
 }
 
 impl Relaxation {
+    pub(crate) fn new(amounts: Vec<f64>, shares: Vec<f64>, report: SolveReport) -> Self {
+        Self { amounts, shares, resolution: NEGLIGIBLE, report }
+    }
+
     /// Returns true if the amounts are those of a solution.
     pub fn is_success(&self) -> bool {
         self.report.status.is_success()
@@ -81,7 +88,8 @@ impl Relaxation {
     /// Requirements that give way, by relative amount, largest first.
     pub fn conflicts(&self, requirements: &[Requirement]) -> Vec<usize> {
         let relative = |g: usize| self.amounts[g] / requirements[g].unit;
-        let mut found: Vec<usize> = (0..requirements.len()).filter(|&g| relative(g) > NEGLIGIBLE).collect();
+        let mut found: Vec<usize> =
+            (0..requirements.len()).filter(|&g| relative(g) > self.resolution).collect();
         found.sort_by(|&a, &b| relative(b).total_cmp(&relative(a)));
         found
     }

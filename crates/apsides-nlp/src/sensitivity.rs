@@ -251,6 +251,9 @@ pub struct Sensitivity {
     /// Multiplier over distance of every variable and slack to its bounds.
     lower_ratio: Vec<f64>,
     upper_ratio: Vec<f64>,
+    /// Multipliers of these bounds, scaled.
+    lower_multipliers: Vec<f64>,
+    upper_multipliers: Vec<f64>,
     /// Right-hand sides and solution, scaled.
     primal: Vec<f64>,
     dual: Vec<f64>,
@@ -258,11 +261,53 @@ pub struct Sensitivity {
     dy: Vec<f64>,
 }
 
+/// Part of the derivative of an objective that may come from bounds which the point leaves.
+const LEFT_BEHIND: f64 = 1e-4;
+
+/// The active constraints of a solution, factorised: whether the multipliers are the only ones.
+///
+/// Constraints that depend on each other share their multipliers in any way, as two equal ones do, and an interior-point method leaves them
+/// between. The derivative of the objective with respect to a parameter that moves one of them is then another one to each side, or there is
+/// none, as the value of the objective has a kink, or no feasible point is left (J. Gauvin, Operations Research Letters 1977; A. V. Fiacco,
+/// Introduction to Sensitivity and Stability Analysis, 1983). Two equal constraints that move alike share what does not matter.
+///
+/// Made by [`InteriorPoint::active_constraints`](crate::InteriorPoint::active_constraints).
+pub struct ActiveConstraints(Sensitivity);
+
+impl ActiveConstraints {
+    pub(crate) fn new(
+        nlp: &mut dyn Nlp,
+        settings: &NlpSettings,
+        report: &SolveReport,
+    ) -> Result<Self, NlpError> {
+        Sensitivity::new(nlp, settings, report, Curvature::OfDistance).map(Self)
+    }
+
+    /// Returns true if the derivative of the objective along a perturbation holds to both sides: the active constraints can follow the
+    /// parameter, up or down by `step`.
+    ///
+    /// # Errors
+    /// A perturbation that does not fit the problem.
+    pub fn follow(&mut self, p: &Perturbation, step: f64) -> Result<bool, NlpError> {
+        self.0.is_followed(&Perturbation { gradient: vec![0.0; p.gradient.len()], ..p.clone() }, step)
+    }
+}
+
+/// The quadratic form of a factorised system.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(crate) enum Curvature {
+    /// The Hessian of the Lagrangian: the solution moves to the next optimum.
+    OfLagrangian,
+    /// One for each scaled variable: the point moves as little as the constraints ask for.
+    OfDistance,
+}
+
 impl Sensitivity {
     pub(crate) fn new(
         nlp: &mut dyn Nlp,
         settings: &NlpSettings,
         report: &SolveReport,
+        curvature: Curvature,
     ) -> Result<Self, NlpError> {
         settings.validate()?;
         if !report.status.is_success() {
@@ -301,7 +346,10 @@ impl Sensitivity {
         let mut system = None;
         if structure.variables > 0 {
             problem.jacobian(&v, &mut jacobian);
-            problem.hessian(&v, &y, &mut hessian, &mut diagonal);
+            match curvature {
+                Curvature::OfLagrangian => problem.hessian(&v, &y, &mut hessian, &mut diagonal),
+                Curvature::OfDistance => diagonal.fill(1.0),
+            }
             if jacobian.iter().chain(&hessian).any(|value| !value.is_finite()) {
                 return Err(NlpError::NoDerivative { reason: "a derivative of the problem is not finite" });
             }
@@ -328,6 +376,8 @@ impl Sensitivity {
             is_fixed,
             lower_ratio,
             upper_ratio,
+            lower_multipliers: zl,
+            upper_multipliers: zu,
             primal: vec![0.0; n],
             dual: vec![0.0; m],
             dv: vec![0.0; n],
@@ -343,6 +393,24 @@ impl Sensitivity {
     /// parameter: dependent constraints, or a valley of the objective.
     pub fn solve(&mut self, p: &Perturbation) -> Result<SolutionDerivative, NlpError> {
         let objective = p.objective_derivative(&self.report)?;
+        self.move_along(p)?;
+        let mut x = p.fixed_variables.clone();
+        let mut constraint_multipliers = vec![0.0; p.constraints.len()];
+        if self.system.is_some() {
+            let scaling = &self.report.scaling;
+            for (value, &i) in self.dv.iter().zip(&self.free) {
+                x[i] = value / scaling.variables[i];
+            }
+            for (value, &i) in self.dy.iter().zip(&self.kept) {
+                constraint_multipliers[i] = value * scaling.constraints[i] / scaling.objective;
+            }
+        }
+        Ok(SolutionDerivative { objective, x, constraint_multipliers })
+    }
+
+    /// Solves the system for a perturbation: the moves of variables, slacks and multipliers, scaled.
+    fn move_along(&mut self, p: &Perturbation) -> Result<(), NlpError> {
+        p.check_lengths(self.is_fixed.len(), self.report.constraint_values.len())?;
         let moving = |values: &[f64], fixed: bool| {
             (0..values.len()).find(|&i| values[i] != 0.0 && self.is_fixed[i] == fixed)
         };
@@ -355,39 +423,64 @@ impl Sensitivity {
             let reason = "the variable is free";
             return Err(NlpError::Perturbation { what: "fixed_variables", index, reason });
         }
-        let mut x = p.fixed_variables.clone();
-        let mut constraint_multipliers = vec![0.0; p.constraints.len()];
-        if let Some(system) = &mut self.system {
-            fill_right_hand_side(
-                p,
-                &self.report.scaling,
-                &self.structure,
-                (&self.free, &self.kept),
-                (&self.lower_ratio, &self.upper_ratio),
-                (&mut self.primal, &mut self.dual),
-            );
-            let residual = system.solve(
-                &self.structure,
-                &self.jacobian,
-                &self.primal,
-                &self.dual,
-                &mut self.dv,
-                &mut self.dy,
-            );
-            if residual > SINGULAR_RESIDUAL {
-                return Err(NlpError::NoDerivative {
-                    reason: "the optimality conditions are singular in its direction",
-                });
-            }
-            let scaling = &self.report.scaling;
-            for (value, &i) in self.dv.iter().zip(&self.free) {
-                x[i] = value / scaling.variables[i];
-            }
-            for (value, &i) in self.dy.iter().zip(&self.kept) {
-                constraint_multipliers[i] = value * scaling.constraints[i] / scaling.objective;
-            }
+        let Some(system) = &mut self.system else { return Ok(()) };
+        fill_right_hand_side(
+            p,
+            &self.report.scaling,
+            &self.structure,
+            (&self.free, &self.kept),
+            (&self.lower_ratio, &self.upper_ratio),
+            (&mut self.primal, &mut self.dual),
+        );
+        let residual = system.solve(
+            &self.structure,
+            &self.jacobian,
+            &self.primal,
+            &self.dual,
+            &mut self.dv,
+            &mut self.dy,
+        );
+        if residual > SINGULAR_RESIDUAL {
+            return Err(NlpError::NoDerivative {
+                reason: "the optimality conditions are singular in its direction",
+            });
         }
-        Ok(SolutionDerivative { objective, x, constraint_multipliers })
+        Ok(())
+    }
+
+    /// True if the multipliers that the derivative of the objective takes are the only ones: the active constraints can follow the parameter
+    /// both ways.
+    fn is_followed(&mut self, p: &Perturbation, step: f64) -> Result<bool, NlpError> {
+        match self.move_along(p) {
+            Ok(()) => {}
+            Err(NlpError::NoDerivative { .. }) => return Ok(false),
+            Err(e) => return Err(e),
+        }
+        let scaling = &self.report.scaling;
+        let mut left_behind = 0.0;
+        let mut consider = |k: usize, lower: f64, upper: f64| {
+            let (below, above) = (self.dv[k] - lower, upper - self.dv[k]);
+            for (change, ratio, z) in [
+                (below, self.lower_ratio[k], self.lower_multipliers[k]),
+                (above, self.upper_ratio[k], self.upper_multipliers[k]),
+            ] {
+                // A bound that goes on pushing moves with the point but for a small change of its multiplier.
+                if ratio * change.abs() * step > z {
+                    left_behind += z * change.abs();
+                }
+            }
+        };
+        for (k, &i) in self.free.iter().enumerate() {
+            let factor = scaling.variables[i];
+            consider(k, factor * p.variable_lower[i], factor * p.variable_upper[i]);
+        }
+        for (unit, k) in self.structure.units.iter().zip(self.structure.variables..) {
+            let i = self.kept[unit.row];
+            let factor = scaling.constraints[i];
+            consider(k, factor * p.constraint_lower[i], factor * p.constraint_upper[i]);
+        }
+        let objective = p.objective_derivative(&self.report)?.abs() * scaling.objective.abs();
+        Ok(left_behind <= LEFT_BEHIND * (objective + left_behind))
     }
 }
 

@@ -120,7 +120,7 @@ pub(crate) fn in_keys(explanation: &Explanation, values: &Values, datum: Option<
     let mut remedies: Vec<_> = explanation.remedies.iter().map(remedy).collect();
     conflicts.sort_by_key(|c| c.requirement.stated_by.is_none());
     remedies.sort_by_key(|m| m.requirement.stated_by.is_none());
-    Explanation { status: explanation.status, conflicts, remedies }
+    Explanation { conflicts, remedies, ..explanation.clone() }
 }
 
 /// A unit of the reader: `shown = (value - origin) / size`.

@@ -164,10 +164,11 @@ pub struct Price {
     pub value: f64,
     /// Its unit; empty without one.
     pub unit: String,
-    /// The derivative of the objective, in the objective's unit.
-    pub objective: f64,
+    /// The derivative of the objective, in the objective's unit. None where the key moves some of the active requirements that depend on each
+    /// other, so that more of it and less of it have prices of their own, or no feasible trajectory.
+    pub objective: Option<f64>,
     /// The derivatives of the mission's scalars, in the unit that ends each key. Empty where the solution is not an isolated optimum,
-    /// so that only the objective has a derivative.
+    /// so that only the objective has a derivative, and where that has none.
     pub results: BTreeMap<String, f64>,
 }
 

@@ -5,12 +5,17 @@
 //! follows from the multipliers (envelope theorem), that of the solution from one solve with the factorised optimality
 //! conditions ([`apsides_nlp::Sensitivity`]), and that of the results from the trajectory moved along it.
 //!
-//! A price holds as long as the solution keeps its active bounds, and on the mesh of the solution.
+//! A price holds as long as the solution keeps its active bounds, and on the mesh of the solution. Where requirements that depend on each other are
+//! active and a key moves some of them, it has none: their multipliers may be shared in any way, and the objective has one price for more
+//! of the key, another one for less, or nothing is feasible on one side.
 
 use std::borrow::Cow;
 use std::collections::BTreeMap;
 
-use apsides_nlp::{InteriorPoint, Nlp, NlpError, Perturbation, Sensitivity, SolutionDerivative, SolveReport};
+use apsides_nlp::{
+    ActiveConstraints, InteriorPoint, Nlp, NlpError, Perturbation, Sensitivity, SolutionDerivative,
+    SolveReport,
+};
 use apsides_ocp::{Guess, Mesh, Ocp, Sense, Trajectory, WithoutKinks};
 use apsides_radau::{RadauError, Transcription};
 
@@ -106,6 +111,7 @@ struct Solution<'a> {
     transcription: Transcription,
     /// None when the solution is not an isolated optimum.
     sensitivity: Option<Sensitivity>,
+    active: ActiveConstraints,
 }
 
 impl<'a> Solution<'a> {
@@ -132,7 +138,8 @@ impl<'a> Solution<'a> {
             Err(NlpError::NoDerivative { .. }) => None,
             Err(e) => return Err(method(e)),
         };
-        Ok(Self { mission, ocp, smooth, report, mesh, guess, transcription, sensitivity })
+        let active = solver.active_constraints(&mut transcription, &report).map_err(method)?;
+        Ok(Self { mission, ocp, smooth, report, mesh, guess, transcription, sensitivity, active })
     }
 
     fn price(&mut self, key: &Key) -> Result<Price, Error> {
@@ -158,13 +165,14 @@ impl<'a> Solution<'a> {
         let (mut a, mut b) = (transcribe(&below.1)?, transcribe(&above.1)?);
         let perturbation = Perturbation::between(&mut a, &mut b, &self.report, width).map_err(method)?;
         let objective = perturbation.objective_derivative(&self.report).map_err(method)?;
+        let is_unique = self.active.follow(&perturbation, step).map_err(method)?;
         let derivative = match &mut self.sensitivity {
-            None => None,
-            Some(sensitivity) => match sensitivity.solve(&perturbation) {
+            Some(sensitivity) if is_unique => match sensitivity.solve(&perturbation) {
                 Ok(derivative) => Some(derivative),
                 Err(NlpError::NoDerivative { .. }) => None,
                 Err(e) => return Err(method(e)),
             },
+            _ => None,
         };
         let mut results = BTreeMap::new();
         if let Some(derivative) = derivative {
@@ -185,7 +193,7 @@ impl<'a> Solution<'a> {
             key: key.path.clone().into_owned(),
             value,
             unit: key.unit().into(),
-            objective: sign * objective,
+            objective: is_unique.then_some(sign * objective),
             results,
         })
     }

@@ -5,16 +5,16 @@
 
 use std::fmt;
 
-use apsides_nlp::{Nlp, NlpError, Requirement as NlpRequirement, Side, Status, relax};
-use apsides_ocp::{Guess, Mesh, Ocp, PhaseMesh, Scaling, Trajectory, Unmet};
+use apsides_nlp::{Nlp, NlpError, Side, Status};
+use apsides_ocp::method::Counters;
+use apsides_ocp::{Guess, Mesh, Ocp, Trajectory, Unmet};
 
 use crate::RadauError;
-use crate::error_estimate::estimate;
-use crate::refinement::refine;
-use crate::relaxation::{Item, Requirement, items, outward, short};
-use crate::settings::RadauSettings;
+use crate::least_relaxation::{Relaxed, Relaxer};
+use crate::relaxation::{Requirement, outward, short};
 use crate::solver::Radau;
-use crate::transcription::{Transcription, with_movable_bounds};
+use crate::state_bounds::without_arcs;
+use crate::transcription::Transcription;
 
 /// A requirement that cannot be met together with the others.
 #[derive(Clone, Debug, PartialEq)]
@@ -43,31 +43,21 @@ pub struct Remedy {
 pub struct Explanation {
     /// The end of the relaxation of all requirements together; without success the lists are empty.
     pub status: Status,
-    /// The conflict, largest relative amount first. Relaxing all of them by their amounts restores feasibility. None: a
-    /// feasible trajectory exists.
+    /// The conflict, largest relative amount first. Relaxing all of them by their amounts restores feasibility. None: all
+    /// requirements are met to the resolution.
     pub conflicts: Vec<Conflict>,
     /// Each of these relaxations alone restores feasibility; smallest relative change first, fixed end values last.
     pub remedies: Vec<Remedy>,
+    /// A conflict below this size, relative to the scales of its quantities, would not have been seen: the accuracy of the relaxation and
+    /// the error of its mesh between the points.
+    pub resolution: f64,
+    /// The work of all relaxations.
+    pub counters: Counters,
 }
 
-/// Tolerance of the solves. A relaxation leaves most of a trajectory open: to a smaller one the method moves along what is
-/// open for a hundred iterations, with the amounts unchanged to nine digits.
-const TOLERANCE: f64 = 1e-6;
-/// Largest product of a distance and its multiplier: amounts give way by the sum over all limits.
-const COMPLEMENTARITY: f64 = 1e-8;
-/// Iterations of each of the solves.
-const MAX_ITERATIONS: usize = 300;
-/// Most meshes of each of the solves.
-const MAX_MESHES: usize = 5;
-/// Most collocation points of each of the solves: an explanation is worth seconds.
-const MAX_TOTAL_POINTS: usize = 2000;
-/// Error between the points at which amounts are exact enough.
-const MESH_TOLERANCE: f64 = 1e-6;
-/// The meshes also end when the weighted amounts have settled to `SETTLED`, relative, over two meshes, or over three where
-/// the error between the points is above `COARSE_MESH_TOLERANCE`: what a relaxation leaves open, such as a control far
-/// from the conflict, may stay rough on every mesh.
-const COARSE_MESH_TOLERANCE: f64 = 1e-2;
-const SETTLED: f64 = 5e-5;
+/// Largest relative amount by which a requirement may be missed where a feasible trajectory is claimed: the excess that the method itself
+/// allows between the points of a mesh.
+const FEASIBLE: f64 = 5e-7;
 /// A residual below this part of its scale is rounding.
 const ROUNDING: f64 = 1e-12;
 /// Requirements tried alone besides those that conflict.
@@ -79,68 +69,46 @@ impl Radau {
     /// # Errors
     /// When the request is ill-posed.
     pub fn explain(&self, ocp: &Ocp, guess: &Guess, mesh: &Mesh) -> Result<Explanation, RadauError> {
-        let (relaxer, mesh) = self.relaxer(ocp, mesh)?;
-        let all = relaxer.relax(guess, &mesh, None)?;
-        let mut explanation =
-            Explanation { status: all.result.report.status, conflicts: Vec::new(), remedies: Vec::new() };
-        if !all.result.is_success() {
-            return Ok(explanation);
-        }
-        for g in all.result.conflicts(&all.limits()) {
-            explanation.conflicts.extend(all.conflict(ocp, g));
-        }
-        if explanation.conflicts.is_empty() {
-            return Ok(explanation);
-        }
-        let mut remedies = Vec::new();
-        for g in all.result.candidates(&all.limits(), MOST_OTHERS) {
-            let Some(requirement) = &all.items[g].requirement else { continue };
-            let alone = match relaxer.relax(&all.guess, &all.mesh, Some(g)) {
-                Ok(alone) => alone,
-                // Another requirement contradicts this one as bounds on the same quantity.
-                Err(RadauError::Nlp(NlpError::Bounds { .. })) => continue,
-                Err(e) => return Err(e),
-            };
-            if alone.result.is_success() {
-                let amount = alone.result.amounts[g];
-                let to = requirement.relaxed(amount);
-                let limits = &all.items[g].limits;
-                remedies.push((
-                    amount * limits.weight / limits.unit,
-                    Remedy { requirement: requirement.clone(), to },
-                ));
+        let mut relaxer = Relaxer::new(ocp, &self.settings)?;
+        let mut all = relaxer.relax(guess, &without_arcs(mesh.clone()), None, &mut ())?;
+        let mut counters = vec![all.counters()];
+        if all.meets_all() {
+            // A conflict may be smaller than these amounts are exact.
+            let exact = Relaxer::exact(ocp, &self.settings)?;
+            let closer = exact.relax(&all.guess, &all.mesh, None, &mut ())?;
+            counters.push(closer.counters());
+            if closer.result.is_success() {
+                (relaxer, all) = (exact, closer);
             }
         }
-        remedies.sort_by(|a, b| a.0.total_cmp(&b.0));
-        explanation.remedies = remedies.into_iter().map(|(_, r)| r).collect();
+        let mut explanation = Explanation {
+            status: all.result.report.status,
+            conflicts: Vec::new(),
+            remedies: Vec::new(),
+            resolution: all.resolution(),
+            counters: Counters::default(),
+        };
+        if all.result.is_success() {
+            for g in all.result.conflicts(&all.limits()) {
+                explanation.conflicts.extend(all.conflict(ocp, g));
+            }
+        }
+        if !explanation.conflicts.is_empty() {
+            explanation.remedies = remedies(&relaxer, &all, &mut counters)?;
+        }
+        explanation.counters = Counters::total(counters);
         Ok(explanation)
     }
 
-    /// A trajectory that meets all requirements, next to a guess: none where none is found, or requirements conflict.
+    /// A trajectory that meets all requirements to the accuracy of a relaxation, next to a guess: none where none is found, or requirements
+    /// conflict.
     ///
     /// # Errors
     /// When the request is ill-posed.
     pub fn feasible(&self, ocp: &Ocp, guess: &Guess, mesh: &Mesh) -> Result<Option<Trajectory>, RadauError> {
-        let (relaxer, mesh) = self.relaxer(ocp, mesh)?;
-        let all = relaxer.relax(guess, &mesh, None)?;
-        let is_met = all.result.is_success() && all.result.conflicts(&all.limits()).is_empty();
-        Ok(if is_met { Some(all.nlp.trajectory(ocp, &all.result.report)?) } else { None })
-    }
-
-    /// Relaxes the requirements of a problem; with the mesh to begin on.
-    fn relaxer<'a>(&self, ocp: &'a Ocp, mesh: &Mesh) -> Result<(Relaxer<'a>, Mesh), RadauError> {
-        self.settings.check()?;
-        let mut settings = RadauSettings {
-            tolerance: MESH_TOLERANCE.max(self.settings.tolerance),
-            switches: false,
-            ..self.settings.clone()
-        };
-        settings.nlp.tolerance = settings.nlp.tolerance.max(TOLERANCE);
-        settings.nlp.complementarity_tolerance = settings.nlp.complementarity_tolerance.min(COMPLEMENTARITY);
-        settings.nlp.max_iterations = settings.nlp.max_iterations.min(MAX_ITERATIONS);
-        // What is held along an arc says nothing about a relaxed problem.
-        let mesh = Mesh { phases: mesh.phases.iter().cloned().map(PhaseMesh::without_arcs).collect() };
-        Ok((Relaxer { ocp, settings }, mesh))
+        let relaxer = Relaxer::new(ocp, &self.settings)?;
+        let all = relaxer.relax(guess, &without_arcs(mesh.clone()), None, &mut ())?;
+        Ok(if all.meets_all() { Some(all.nlp.trajectory(ocp, &all.result.report)?) } else { None })
     }
 
     /// The largest residuals of a guess on a mesh before the first iteration: one per constraint, relative to its scale
@@ -187,66 +155,37 @@ impl Radau {
     }
 }
 
-struct Relaxer<'a> {
-    ocp: &'a Ocp,
-    settings: RadauSettings,
-}
-
-/// A relaxation on the mesh that it needed.
-struct Relaxed {
-    nlp: Transcription,
-    items: Vec<Item>,
-    result: apsides_nlp::Relaxation,
-    guess: Guess,
-    mesh: Mesh,
-}
-
-impl Relaxer<'_> {
-    /// Relaxes one item, or all that can be.
-    fn relax(&self, guess: &Guess, mesh: &Mesh, only: Option<usize>) -> Result<Relaxed, RadauError> {
-        let (mut guess, mut mesh) = (guess.clone(), mesh.clone());
-        let mut rounds = 0;
-        let (mut earlier, mut agreements) = (f64::INFINITY, 0);
-        loop {
-            rounds += 1;
-            let mut nlp = with_movable_bounds(self.ocp, &mesh, &guess)?;
-            let items = items(self.ocp, &nlp);
-            let limits: Vec<NlpRequirement> = items.iter().map(|i| i.limits.clone()).collect();
-            let elastic: Vec<usize> = match only {
-                Some(g) => vec![g],
-                None => (0..items.len()).filter(|&g| items[g].requirement.is_some()).collect(),
-            };
-            let mut start = vec![0.0; nlp.variables()];
-            nlp.initial_point(&mut start);
-            let result = relax(&mut nlp, &limits, &elastic, &start, &self.settings.nlp)?;
-            if !result.is_success() {
-                return Ok(Relaxed { nlp, items, result, guess, mesh });
-            }
-            let mut trajectory = nlp.trajectory(self.ocp, &result.report)?;
-            let scaling = Scaling::new(self.ocp, &guess);
-            let error = estimate(self.ocp, &scaling, &self.settings, &mut trajectory)?.error;
-            let next = refine(self.ocp, &trajectory, &self.settings)?;
-            guess = Guess::earlier(&trajectory);
-            let found = result.report.objective;
-            agreements = if (found - earlier).abs() <= SETTLED * found.abs() { agreements + 1 } else { 0 };
-            earlier = found;
-            let settled = agreements >= if error <= COARSE_MESH_TOLERANCE { 1 } else { 2 };
-            let points: usize = next.phases.iter().map(PhaseMesh::total_points).sum();
-            let last = rounds >= MAX_MESHES.min(self.settings.max_refinements + 1)
-                || points > MAX_TOTAL_POINTS.min(self.settings.max_total_points);
-            if error <= self.settings.tolerance || settled || last {
-                return Ok(Relaxed { nlp, items, result, guess, mesh });
-            }
-            mesh = next;
+/// The requirements that each restore feasibility alone, with the bounds that this takes.
+fn remedies(
+    relaxer: &Relaxer<'_>,
+    all: &Relaxed,
+    counters: &mut Vec<Counters>,
+) -> Result<Vec<Remedy>, RadauError> {
+    let mut remedies = Vec::new();
+    for g in all.result.candidates(&all.limits(), MOST_OTHERS) {
+        let Some(requirement) = &all.items[g].requirement else { continue };
+        let alone = match relaxer.relax(&all.first.0, &all.first.1, Some(g), &mut ()) {
+            Ok(alone) => alone,
+            // Another requirement contradicts this one as bounds on the same quantity.
+            Err(RadauError::Nlp(NlpError::Bounds { .. })) => continue,
+            Err(e) => return Err(e),
+        };
+        counters.push(alone.counters());
+        if alone.result.is_success() {
+            let amount = alone.result.amounts[g];
+            let to = requirement.relaxed(amount);
+            let limits = &all.items[g].limits;
+            remedies.push((
+                amount * limits.weight / limits.unit,
+                Remedy { requirement: requirement.clone(), to },
+            ));
         }
     }
+    remedies.sort_by(|a, b| a.0.total_cmp(&b.0));
+    Ok(remedies.into_iter().map(|(_, r)| r).collect())
 }
 
 impl Relaxed {
-    fn limits(&self) -> Vec<NlpRequirement> {
-        self.items.iter().map(|i| i.limits.clone()).collect()
-    }
-
     fn conflict(&self, ocp: &Ocp, g: usize) -> Option<Conflict> {
         let item = &self.items[g];
         let requirement = item.requirement.clone()?;
@@ -281,7 +220,9 @@ impl fmt::Display for Remedy {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let r = &self.requirement;
         let change = if r.side == Side::Lower { "lowered" } else { "raised" };
-        let (from, to) = (short(r.limit), outward(self.to, r.side));
+        let to = outward(self.to, r.side);
+        // A change in later digits is shown in all of them.
+        let from = if short(r.limit) == to { r.limit } else { short(r.limit) };
         write!(f, "{} is {change} from {from} to {to} {}", r.quantity(), r.unit)?;
         r.stated_by.as_ref().map_or(Ok(()), |name| write!(f, " (`{name}`)"))
     }
@@ -292,8 +233,16 @@ impl fmt::Display for Explanation {
         if !self.status.is_success() {
             return write!(f, "the conflict could not be isolated: {}", self.status);
         }
-        if self.conflicts.is_empty() {
+        if self.conflicts.is_empty() && self.resolution <= FEASIBLE {
             return f.write_str("a feasible trajectory exists; a better guess may find it");
+        }
+        if self.conflicts.is_empty() {
+            return write!(
+                f,
+                "no conflict above {:.0e} of the scales of its quantities is left, but no trajectory is shown to meet all \
+                 requirements; a better guess may find one",
+                self.resolution
+            );
         }
         let list = |items: Vec<String>, joint: &str| items.join(joint);
         f.write_str(&list(self.conflicts.iter().map(Conflict::to_string).collect(), "; "))?;

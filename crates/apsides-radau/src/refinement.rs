@@ -7,27 +7,38 @@ use apsides_ocp::{Break, Crossing, Mesh, Ocp, PhaseMesh, TouchPoint, Trajectory}
 
 use crate::RadauError;
 use crate::boundary_arcs::{POINTS, beside_bounds};
+use crate::mesh_solve::total_points;
 use crate::settings::RadauSettings;
 
 /// Fewest points added to an interval: one at a time costs a mesh for little.
 const LEAST_INCREASE: usize = 2;
 
+/// Most points of an interval, times those it has, where the mesh would have too many.
+const CAREFUL_GROWTH: f64 = 1.5;
+
 /// Intervals this short beside the phase are not divided: their ends would be one in double precision.
 const LEAST_LENGTH: f64 = 1e-12;
 
 /// The next mesh; equal to the last one when every interval meets the tolerance or is too short to be divided.
+///
+/// The error of a motion that turns many times falls much faster with the points than by the order alone. So where the mesh would have more
+/// points than the settings allow, intervals get at most half as many more.
 pub(crate) fn refine(
     ocp: &Ocp,
     trajectory: &Trajectory,
     settings: &RadauSettings,
 ) -> Result<Mesh, RadauError> {
-    let phases = (ocp.phases.iter().zip(&trajectory.phases))
-        .map(|(phase, t)| {
-            let long = beside_bounds(phase, &t.mesh);
-            refine_phase(&t.mesh, &t.interval_errors, &long, settings)
-        })
-        .collect::<Result<_, _>>()?;
-    Ok(Mesh { phases })
+    let within = |growth: f64| -> Result<Mesh, RadauError> {
+        let phases = (ocp.phases.iter().zip(&trajectory.phases))
+            .map(|(phase, t)| {
+                let long = beside_bounds(phase, &t.mesh);
+                refine_phase(&t.mesh, &t.interval_errors, &long, settings, growth)
+            })
+            .collect::<Result<_, _>>()?;
+        Ok(Mesh { phases })
+    };
+    let mesh = within(f64::INFINITY)?;
+    if total_points(&mesh) <= settings.max_total_points { Ok(mesh) } else { within(CAREFUL_GROWTH) }
 }
 
 fn refine_phase(
@@ -35,6 +46,7 @@ fn refine_phase(
     errors: &[f64],
     long: &[bool],
     settings: &RadauSettings,
+    growth: f64,
 ) -> Result<PhaseMesh, RadauError> {
     let mut fractions = vec![0.0];
     let mut points = Vec::new();
@@ -55,6 +67,8 @@ fn refine_phase(
         let wanted = (error / settings.tolerance).ln() / (n.max(2) as f64).ln();
         let wanted =
             if wanted.is_finite() { n + (wanted.ceil() as usize).max(LEAST_INCREASE) } else { usize::MAX };
+        let most = (growth * n as f64).ceil();
+        let wanted = if most < settings.max_points as f64 { wanted.min(most as usize) } else { wanted };
         if wanted <= settings.max_points {
             fractions.push(end);
             points.push(wanted);

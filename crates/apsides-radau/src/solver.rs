@@ -40,7 +40,8 @@ pub struct MeshRecord {
 /// The result of a solve.
 #[derive(Clone, Debug)]
 pub struct RadauSolution {
-    /// The trajectory on the last mesh that was solved, with its error estimate; that of the first mesh when none was.
+    /// The trajectory on the last mesh that was solved, with its error estimate; that of the first mesh when none was. Where requirements
+    /// conflict it is the motion that misses them by as little as possible, the equations of motion kept.
     pub trajectory: Trajectory,
     /// The status of the last solve: without success when a later mesh than that of the trajectory could not be solved.
     pub status: Status,

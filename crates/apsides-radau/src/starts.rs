@@ -10,7 +10,10 @@ use apsides_nlp::{Observer, Side, Status};
 use apsides_ocp::{EndpointInput, Guess, Integral, Mesh, Objective, Ocp, Scaling, Sense, Variable};
 
 use crate::RadauError;
+use crate::flown::{Flight, fly};
+use crate::least_relaxation::Relaxer;
 use crate::solver::{MeshRecord, Radau, RadauSolution, may_go_on};
+use crate::state_bounds::without_arcs;
 
 /// Iterations on a first mesh from a guess, before another start is tried.
 const MOST_ITERATIONS: usize = 300;
@@ -90,8 +93,78 @@ impl Solves<'_> {
 }
 
 impl Radau {
-    /// Solves from a guess; where that leads nowhere on the first mesh, from other starts.
+    /// Solves from a guess; where that leads nowhere on the first mesh, from other starts, and where a mesh that need not carry the
+    /// motion leaves no feasible point, on one that does.
     pub(crate) fn solve_with_starts(
+        &self,
+        ocp: &Ocp,
+        guess: &Guess,
+        mesh: &Mesh,
+        observer: &mut dyn Observer,
+    ) -> Result<RadauSolution, RadauError> {
+        let solution = self.solve_on_first_mesh(ocp, guess, mesh, observer)?;
+        match solution.status {
+            Status::Infeasible => self.solve_on_mesh_of_motion(ocp, guess, mesh, solution, observer),
+            _ => Ok(solution),
+        }
+    }
+
+    /// Solves on a mesh that carries the motion, from where it meets all requirements; the solution as it is where they conflict on such
+    /// a mesh too, with the motion that misses them least as its trajectory.
+    ///
+    /// On a coarse mesh the collocated equations are not those of the motion: an oscillation that turns by radians in an interval
+    /// is damped or lost, and no polynomial of the mesh meets the ends.
+    fn solve_on_mesh_of_motion(
+        &self,
+        ocp: &Ocp,
+        guess: &Guess,
+        mesh: &Mesh,
+        mut infeasible: RadauSolution,
+        observer: &mut dyn Observer,
+    ) -> Result<RadauSolution, RadauError> {
+        let reached = &infeasible.trajectory;
+        let mut starts = vec![(Guess::earlier(reached), without_arcs(reached.mesh()))];
+        match fly(ocp, guess, mesh)? {
+            Flight::IsCarried => return Ok(infeasible),
+            Flight::TakesMore(flown, finer) => starts.insert(0, (flown, finer)),
+            Flight::Fails => {}
+        }
+        let relaxer = Relaxer::for_start(ocp, &self.settings)?;
+        let mut least = f64::INFINITY;
+        let mut unsolved = None;
+        for (start, mesh) in starts {
+            let nearest = relaxer.relax(&start, &mesh, None, observer)?;
+            infeasible.meshes.extend(nearest.meshes.iter().cloned());
+            let status = nearest.result.report.status;
+            if !may_go_on(status) {
+                return Ok(RadauSolution { status, ..infeasible });
+            }
+            if !status.is_success() {
+                continue;
+            }
+            let motion = nearest.nlp.trajectory(ocp, &nearest.result.report)?;
+            if nearest.meets_all() {
+                let start = Guess::along(&motion)?;
+                let solution = self.solve_from_guess(ocp, start, nearest.mesh, usize::MAX, observer)?;
+                infeasible.meshes.extend(solution.meshes.iter().cloned());
+                if solution.report.status.is_success() || !may_go_on(solution.status) {
+                    return Ok(RadauSolution { meshes: infeasible.meshes, ..solution });
+                }
+                unsolved = Some(RadauSolution { trajectory: motion, ..solution });
+            } else if nearest.result.report.objective < least {
+                least = nearest.result.report.objective;
+                infeasible.trajectory = motion;
+            }
+        }
+        // What meets all requirements is not infeasible, though nothing better was found from there.
+        Ok(match unsolved {
+            Some(solution) => RadauSolution { meshes: infeasible.meshes, ..solution },
+            None => infeasible,
+        })
+    }
+
+    /// Solves from a guess; where that leads nowhere on the first mesh, from other starts.
+    fn solve_on_first_mesh(
         &self,
         ocp: &Ocp,
         guess: &Guess,

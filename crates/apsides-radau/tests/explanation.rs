@@ -8,6 +8,12 @@ use apsides_radau::{Explanation, Radau, Requirement, RequirementKind, Side};
 /// Solver: amounts of the elastic problem, relative, or absolute below one.
 const SOLVER: f64 = 1e-3;
 
+/// Solver: the smallest amounts, relative to themselves.
+const SMALL: f64 = 1e-2;
+
+/// Iterations times variables of the explanation of a limit, a third above those of today.
+const MOST_WORK: usize = 1_000_000;
+
 /// Round-off of the arithmetic.
 const ROUNDING: f64 = 1e-12;
 
@@ -216,6 +222,64 @@ fn nothing_to_explain() {
     let method = Radau::default();
     let e = method.explain(&ocp, &Guess::linear(&ocp), &Mesh::uniform(&ocp, 4, 3).unwrap()).unwrap();
     assert!(e.conflicts.is_empty() && e.remedies.is_empty(), "{e}");
+}
+
+/// 1 s at no more than 0.5 m/s, to a place that is `beyond` 0.5 m.
+fn walk(beyond: f64) -> Ocp {
+    let phase = Phase::new("walk", Walk)
+        .states([State::new("x", "m").starts_at(0.0).ends_at(0.5 + beyond)])
+        .controls([Variable::new("v", "m/s").within(-0.5, 0.5)])
+        .final_time(Bounds::fixed(1.0));
+    fast(phase).unwrap()
+}
+
+fn explained_from_straight_lines(ocp: &Ocp) -> Explanation {
+    let method = Radau::default();
+    method.explain(ocp, &Guess::linear(ocp), &Mesh::uniform(ocp, 4, 3).unwrap()).unwrap()
+}
+
+/// What is missing by a part in a million is missing: its size is said, and no trajectory is claimed.
+#[test]
+fn a_conflict_of_a_millionth_is_named_with_its_size() {
+    for beyond in [5e-7, 5e-8] {
+        let e = explained_from_straight_lines(&walk(beyond));
+        let total: f64 = e.conflicts.iter().map(|c| c.amount).sum();
+        assert!((total - beyond).abs() < SMALL * beyond, "{e}");
+        assert!(!e.to_string().contains("exists"), "{e}");
+        let lowered = format!("final x is lowered from {} to 0.5 m", 0.5 + beyond);
+        assert!(e.to_string().contains(&lowered), "{e}");
+    }
+}
+
+/// What is met with a thousandth of a millionth to spare is met.
+#[test]
+fn a_margin_of_a_billionth_is_no_conflict() {
+    let e = explained_from_straight_lines(&walk(-1e-9));
+    assert!(e.conflicts.is_empty() && e.remedies.is_empty(), "{e}");
+    assert!(e.to_string().contains("a feasible trajectory exists"), "{e}");
+}
+
+/// Where the relaxation is not exact enough to tell, nothing is claimed.
+#[test]
+fn without_exact_amounts_no_trajectory_is_claimed() {
+    let e = Explanation { resolution: 1e-5, ..explained_from_straight_lines(&walk(-1e-9)) };
+    assert!(!e.to_string().contains("exists") && e.to_string().contains("1e-5"), "{e}");
+}
+
+/// Rest to rest over 5 m in 2 s at no more than 2 m/s and 10 m/s2: the speed that takes it is `V - V^2/20 = 5/2 + ...` of the trapezium
+/// `V (2 - V/10) = 5`. Work that a candidate without a remedy takes is that of a coarse mesh.
+#[test]
+fn candidates_are_tried_on_a_coarse_mesh() {
+    let phase = Phase::new("a", Cart)
+        .states([
+            State::new("x", "m").starts_at(0.0).ends_at(5.0),
+            State::new("v", "m/s").at_most(2.0).starts_at(0.0).ends_at(0.0),
+        ])
+        .controls([Variable::new("u", "m/s2").within(-10.0, 10.0)])
+        .final_time(Bounds::fixed(2.0));
+    let e = explained(&fast(phase).unwrap());
+    near(remedy(&e, RequirementKind::State, "v", Side::Upper), 10.0 - 50f64.sqrt());
+    assert!(e.counters.iterations * e.counters.variables < MOST_WORK, "{:?}", e.counters);
 }
 
 /// The straight line from 0 to 1 m with v = 0 misses the first equation of motion by the speed it lacks.

@@ -75,6 +75,12 @@ const SENTENCES: &[(CheckKind, &str, &str)] = {
         ),
         (
             Optimality,
+            "mean Hamiltonian above that of another constant",
+            "Among constant controls no other value over an interval may have a smaller mean of the Hamiltonian, however far it is; where one \
+             has, the trajectory can be improved with it.",
+        ),
+        (
+            Optimality,
             "mean stationarity of the Hamiltonian",
             "Among constant controls the mean of the Hamiltonian over each interval must be stationary in each control, or push it \
              against its bound.",

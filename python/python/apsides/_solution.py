@@ -242,7 +242,10 @@ class Solution(Mapping[str, np.ndarray]):
         return self._phases[0].sample(points)
 
     def sensitivity(self, *keys: str) -> dict[str, dict[str, Any]]:
-        """What one more unit of a key is worth: ``{"thrust_n": {"objective": .., "results": {..}}}``; of all keys where none are named."""
+        """What one more unit of a key is worth: ``{"thrust_n": {"objective": .., "results": {..}}}``; of all keys where none are named.
+
+        ``"objective"`` is None where the key moves some of the active requirements that depend on each other: more and less of it have prices of
+        their own, or no feasible trajectory."""
         found = json.loads(self.mission._native.sensitivities(self._native, list(keys) or None))
         return {price["key"].removeprefix("constants."): price for price in found}
 

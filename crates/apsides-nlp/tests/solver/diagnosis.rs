@@ -92,12 +92,13 @@ fn shared_limits_have_one_amount() {
     let upper: Vec<_> = requirements_of(&nlp).into_iter().skip(2).flat_map(|r| r.limits).collect();
     assert_eq!(upper.len(), 2);
     let shared = Requirement { limits: upper, unit: 1.0, weight: 1.0, most: INF };
-    let found = relax(&mut nlp, std::slice::from_ref(&shared), &[0], &[0.0, 0.0], &settings()).unwrap();
+    let found =
+        relax(&mut nlp, std::slice::from_ref(&shared), &[0], &[0.0, 0.0], &settings(), &mut ()).unwrap();
     assert!((found.amounts[0] - 2.5).abs() < SHARED, "{found:?}");
     assert_eq!(found.report.x.len(), nlp.variables());
     // As far as 2, it is not enough.
     let little = Requirement { most: 2.0, ..shared };
-    let found = relax(&mut nlp, &[little], &[0], &[0.0, 0.0], &settings()).unwrap();
+    let found = relax(&mut nlp, &[little], &[0], &[0.0, 0.0], &settings(), &mut ()).unwrap();
     assert!(!found.is_success());
 }
 
@@ -118,7 +119,7 @@ fn malformed_requirements_are_refused() {
     let mut nlp = disc_and_half_plane();
     let good = requirements_of(&nlp);
     let mut run = |requirements: &[Requirement], elastic: &[usize], start: &[f64]| {
-        relax(&mut nlp, requirements, elastic, start, &settings()).unwrap_err()
+        relax(&mut nlp, requirements, elastic, start, &settings(), &mut ()).unwrap_err()
     };
     assert!(matches!(run(&good, &[0], &[0.0]), NlpError::Length { .. }));
     assert!(matches!(run(&good, &[2], &[0.0; 2]), NlpError::Length { .. }));

@@ -199,3 +199,54 @@ fn points_that_are_no_isolated_minima_have_no_derivative() {
     let found = solver.sensitivity(&mut valley.clone(), &report).and_then(|mut s| s.solve(&tilt));
     assert!(matches!(found, Err(NlpError::NoDerivative { .. })));
 }
+
+/// `min (x + 1)^2` with `x >= a` and `x >= b` as rows, both zero: the least value is `(1 + max(a, b))^2`.
+fn twice_bounded() -> Dense<1, 2> {
+    Dense {
+        start: [1.0],
+        lower: [-INF],
+        upper: [INF],
+        constraint_lower: [0.0; 2],
+        constraint_upper: [INF; 2],
+        objective: |x| (x[0] + 1.0).powi(2),
+        constraints: |x| [x[0], x[0]],
+    }
+}
+
+/// The same with equalities, in two variables: `x + y = a`, `2 x + 2 y = b`.
+fn twice_fixed() -> Dense<2, 2> {
+    Dense {
+        start: [1.0; 2],
+        lower: [-INF; 2],
+        upper: [INF; 2],
+        constraint_lower: [1.0, 2.0],
+        constraint_upper: [1.0, 2.0],
+        objective: |x| x[0].powi(2) + x[1].powi(2),
+        constraints: |x| [x[0] + x[1], (x[0] + x[1]) * 2.0],
+    }
+}
+
+fn follows<const N: usize, const M: usize>(problem: &Dense<N, M>, lower: [f64; M], upper: [f64; M]) -> bool {
+    let report = solve_with(problem, &exact());
+    let mut active = InteriorPoint::new(exact()).active_constraints(&mut problem.clone(), &report).unwrap();
+    let p = Perturbation {
+        constraint_lower: lower.to_vec(),
+        constraint_upper: upper.to_vec(),
+        ..Perturbation::none(N, M)
+    };
+    active.follow(&p, 1e-5).unwrap()
+}
+
+/// A bound that moves away from its equal has no price: it is 2 up and 0 down. Both together have one.
+#[test]
+fn dependent_constraints_follow_what_moves_them_alike() {
+    assert!(follows(&twice_bounded(), [1.0, 1.0], [0.0; 2]));
+    assert!(!follows(&twice_bounded(), [1.0, 0.0], [0.0; 2]));
+    assert!(follows(&twice_fixed(), [1.0, 2.0], [1.0, 2.0]));
+    assert!(!follows(&twice_fixed(), [1.0, 0.0], [1.0, 0.0]));
+    assert!(!follows(&twice_fixed(), [0.0, 1.0], [0.0, 1.0]));
+    let alone = Dense { constraint_lower: [0.0, -1.0], ..twice_bounded() };
+    assert!(follows(&alone, [1.0, 0.0], [0.0; 2]));
+    assert!(follows(&alone, [0.0, 1.0], [0.0; 2]));
+    assert!(follows(&quadratic(), [1.0], [1.0]));
+}

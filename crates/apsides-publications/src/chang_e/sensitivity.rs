@@ -53,18 +53,16 @@ pub(super) fn sheet(workers: &mut Workers<'_>) -> Result<Sheet, Stop> {
                 None
             }
         };
-        let ratio = price.objective / reference - 1.0;
+        let Some(price) = price.objective else {
+            sheet.failures.push(format!("{label}: the price is not unique"));
+            continue;
+        };
+        let ratio = price / reference - 1.0;
         off = off.max(ratio.abs());
-        apart = difference.map_or(apart, |d| apart.max((d / price.objective - 1.0).abs()));
+        apart = difference.map_or(apart, |d| apart.max((d / price - 1.0).abs()));
         sheet.push(
             *label,
-            vec![
-                Some(price.objective),
-                difference,
-                Some(*reference),
-                Some(price.objective * value / mass),
-                Some(ratio),
-            ],
+            vec![Some(price), difference, Some(*reference), Some(price * value / mass), Some(ratio)],
         );
     }
     SolvedCase::of(base).check("main braking in the plane", &mut sheet);

@@ -165,3 +165,30 @@ fn steps_beyond_the_conjugate_point_are_no_minimum_among_steps() {
         assert_eq!(certificate.is_verified(), expected, "{duration}: {certificate:#?}");
     }
 }
+
+/// `u^2` with a well of width 0.1 and depth 90 about `u = 9`: the least value of it is that of the well.
+struct Well;
+impl PathFunction<1, 1, 1> for Well {
+    fn evaluate<S: Scalar>(&self, _t: S, _x: &[S; 1], u: &[S; 1], _p: &[S; 0]) -> [S; 1] {
+        let off = (u[0] - 9.0) * 10.0;
+        [u[0] * u[0] - (-(off * off)).exp() * 90.0]
+    }
+}
+
+/// A constant in the wrong well is stationary, and another constant is better.
+#[test]
+fn a_constant_in_the_wrong_well_is_not_claimed() {
+    let phase = Phase::new("well", Oscillator)
+        .states([State::new("x", "-").starts_at(0.0).scaled_by(1.0)])
+        .controls([Variable::new("u", "-").within(-10.0, 10.0).scaled_by(1.0)])
+        .integral(Variable::new("cost", "-"), Well)
+        .final_time(Bounds::fixed(1.0));
+    let ocp = Ocp::builder("well").phase(phase).minimize_integral("well", "cost").build();
+    let zero = |_: usize, _: f64| vec![0.0];
+    let phase = parts::phase("well", &breaks(0.0, 1.0, 10), 1, zero, zero, zero);
+    let certificate = certify(&ocp.expect("well-posed"), &trajectory(vec![phase], 0.0));
+    assert_eq!((certificate.verdict, claimed(&certificate)), (Verdict::Feasible, None));
+    assert!(!certificate.is_verified());
+    let reason = certificate.remarks.iter().find(|r| r.contains("no optimum among")).expect("said");
+    assert!(reason.contains("another constant") && reason.contains("u 8.99"), "{reason}");
+}
