@@ -15,6 +15,7 @@ import importlib.util
 import inspect
 import io
 import os
+import tempfile
 import time
 import warnings
 
@@ -225,7 +226,13 @@ def main():
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--turns", type=int, default=3)
     turns = parser.parse_args().turns
-    os.environ.setdefault("OPENMDAO_REPORTS", "0")
+    with tempfile.TemporaryDirectory() as folder:
+        # OpenMDAO writes files.
+        os.environ.update(OPENMDAO_REPORTS="0", OPENMDAO_WORKDIR=folder)
+        compare(turns)
+
+
+def compare(turns):
     print("| problem | by | lines | ms | objective | error |\n| --- | --- | ---: | ---: | ---: | ---: |")
     for ours, theirs, package, optimum in CASES:
         if optimum is None:

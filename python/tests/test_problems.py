@@ -158,6 +158,14 @@ def test_where_and_abs_and_tables():
     p.minimize(ph.duration)
     assert p.solve().objective == pytest.approx(3.0, rel=1e-6)
 
+    # The same by numpy.select, where the first condition that holds counts.
+    q = apsides.Problem("lanes")
+    ph = q.phase("drive", duration=(0.1, 10))
+    x, throttle = ph.state("x", start=0, end=2, lower=0, upper=2), ph.control("throttle", lower=0, upper=1)
+    ph.dynamics(x=throttle * np.select([x < 1, x < 3], [1.0, 0.5], 0.1))
+    q.minimize(ph.duration)
+    assert q.solve().objective == pytest.approx(3.0, rel=1e-6)
+
     speed = apsides.table(np.linspace(0, 2, 9), 1 + np.linspace(0, 2, 9))
     q = apsides.Problem("table")
     ph = q.phase("drive", duration=(0.1, 10))
@@ -305,6 +313,38 @@ def test_deep_sharing():
     p.minimize(x.end)
     ph.path(total * 2.0**-200 <= 2)
     assert p.solve().success
+
+
+def test_drag_from_rest():
+    # A length without a width has no derivative at rest, where the certificate stops.
+    def rocket(speed):
+        p = apsides.Problem("rocket")
+        ph = p.phase("rise", duration=(0.5, 20))
+        x, y, vx, vy = ph.states("x y vx vy", start=0, end=["free", 10, 3, 0])
+        angle = ph.control("angle", unit="deg", lower=-180, upper=180)
+        drag = 0.05 * speed(vx, vy)
+        ph.dynamics(x=vx, y=vy, vx=2 * np.cos(angle) - drag * vx, vy=2 * np.sin(angle) - drag * vy)
+        p.minimize(ph.final_time)
+        return p.solve()
+
+    sharp = rocket(lambda vx, vy: np.sqrt(vx**2 + vy**2))
+    smooth = rocket(lambda vx, vy: apsides.norm([vx, vy], 1e-4))
+    assert smooth.objective == pytest.approx(sharp.objective, rel=1e-7)
+    assert smooth.verdict == "strict-local-optimum"
+
+
+def test_a_range_without_a_bound(tmp_path):
+    # Down a slope of unit acceleration over at least 2 m in at least 1 s: 2 s.
+    p = apsides.Problem("slope")
+    ph = p.phase("run", duration=(1, None))
+    x, v = ph.state("x", start=0, end=(2, None)), ph.state("v", start=(None, 0))
+    a = ph.control("a", lower=0, upper=1)
+    ph.dynamics(x=v, v=a)
+    p.minimize(ph.duration)
+    s = p.solve()
+    assert s.objective == pytest.approx(2, rel=CLOSED_FORM)
+    (tmp_path / "slope.toml").write_text(s.mission.to_file())
+    assert apsides.load(tmp_path / "slope.toml").solve().objective == pytest.approx(s.objective, rel=SAME)
 
 
 def test_the_file_of_a_problem(tmp_path):
