@@ -60,10 +60,11 @@ def van_der_pol():
 
 def bryson_denham():
     p = apsides.Problem("bryson_denham")
-    ph = p.phase("path", end=1)
-    x, v, u = ph.state("x", start=0, end=0), ph.state("v", start=1, end=-1), ph.control("u")
+    ph = p.phase("move", end=1)
+    x = ph.state("x", lower=-1, upper=1 / 9, start=0, end=0)
+    v = ph.state("v", lower=-2, upper=2, start=1, end=-1)
+    u = ph.control("u", lower=-20, upper=20)
     ph.dynamics(x=v, v=u)
-    ph.path(x <= 1 / 9)
     p.minimize(ph.integral(u**2 / 2))
     return p
 

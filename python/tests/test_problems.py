@@ -1,5 +1,6 @@
 """Problems stated in Python have the known optima of the literature, and those of the same problems in files."""
 
+import importlib.util
 import pathlib
 
 import numpy as np
@@ -7,7 +8,13 @@ import pytest
 
 import apsides
 
-FILES = pathlib.Path(__file__).resolve().parents[2] / "crates" / "apsides-problems" / "problems"
+ROOT = pathlib.Path(__file__).resolve().parents[2]
+FILES = ROOT / "crates" / "apsides-problems" / "problems"
+
+# The statements whose times the bench takes.
+_spec = importlib.util.spec_from_file_location("gallery", ROOT / "python" / "benches" / "gallery.py")
+gallery = importlib.util.module_from_spec(_spec)
+_spec.loader.exec_module(gallery)
 
 # Two solves of one problem on the same mesh: the formulas are the same up to the order of operations.
 SAME = 1e-8
@@ -189,39 +196,16 @@ def test_methods(method):
     assert s.objective == pytest.approx(cycloid(), rel=1e-7)
 
 
-def van_der_pol():
-    p = apsides.Problem("van_der_pol")
-    ph = p.phase("damp", end=5)
-    x1, x2 = ph.states("x1 x2", start=[0, 1])
-    u = ph.control("u", lower=-0.3, upper=1)
-    ph.dynamics(x1=(1 - x2**2) * x1 - x2 + u, x2=x1)
-    p.minimize(ph.integral(x1**2 + x2**2 + u**2, name="cost"))
-    return p
-
-
-def goddard_cops():
-    p = apsides.Problem("goddard_cops")
-    max_thrust = p.constant("max_thrust", 3.5)
-    ph = p.phase("ascent", end=(0.05, 1))
-    h = ph.state("h", lower=1, upper=1.1, start=1, scale=0.01)
-    v = ph.state("v", lower=0, upper=1, start=0, scale=0.1)
-    m = ph.state("m", lower=0.6, upper=1, start=1, end=0.6)
-    T = ph.control("T", lower=0, upper=max_thrust)
-    ph.dynamics(h=v, v=(T - 310 * v**2 * np.exp(-500 * (h - 1))) / m - h**-2.0, m=-2 * T)
-    p.maximize(h.end, name="altitude", scale=0.01)
-    ph.guess([0, 0.2], h=[1, 1.01], v=[0, 0.1], T=1.75)
-    return p
-
-
 @pytest.mark.skipif(not FILES.is_dir(), reason="the problem files of the repository are not here")
-@pytest.mark.parametrize("problem", [van_der_pol, goddard_cops])
+@pytest.mark.parametrize("problem", gallery.STATEMENTS, ids=lambda problem: problem.__name__)
 def test_the_same_optimum_as_the_file(problem):
     file = apsides.load(FILES / f"{problem.__name__}.toml").solve()
     here = problem().solve()
     assert here.objective == pytest.approx(file.objective, rel=SAME)
     assert here.verdict == file.verdict
-    # Counters, not times: the same formulas take the same work.
-    assert here.counters == file.counters
+    if problem in (gallery.van_der_pol, gallery.goddard_cops):
+        # Counters, not times: the same formulas take the same work.
+        assert here.counters == file.counters
 
 
 def test_missions():
@@ -391,9 +375,9 @@ def test_constants_and_settings_of_one_name():
 
 
 def test_every_method():
-    expected = van_der_pol().solve().objective
+    expected = gallery.van_der_pol().solve().objective
     for method in ("multiple-shooting", "indirect", "piecewise", "successive-convexification"):
-        assert van_der_pol().solve(method).objective == pytest.approx(expected, rel=1e-4), method
+        assert gallery.van_der_pol().solve(method).objective == pytest.approx(expected, rel=1e-4), method
 
 
 def test_ratio_of_integrals():
