@@ -193,8 +193,9 @@ def test_unknown_quantities():
     s = complete()[0].solve()
     with pytest.raises(KeyError, match="`x`"):
         s["y"]
-    with pytest.raises(KeyError, match="run"):
-        s.phase("walk")
+    for unknown in ("walk", 1):
+        with pytest.raises(KeyError, match="run"):
+            s.phase(unknown)
     with pytest.raises(KeyError):
         s.costate("u")
     assert message(lambda: s.sample(0))

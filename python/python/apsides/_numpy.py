@@ -92,8 +92,8 @@ def _norm(x: Any, ord: Any = None, axis: Any = None, keepdims: bool = False) -> 
 
 def _interp(*_args: Any, **_named: Any) -> Any:
     raise TypeError(
-        "numpy.interp does not take symbols, and its kinks are none of the data's: write apsides.table(xp, fp)(x) for a smooth function through "
-        "the same data, with shape=\"monotone\" for one that keeps their shape and is constant outside"
+        "numpy.interp does not take symbols: write apsides.table(xp, fp)(x), a smooth function through the same data; shape=\"monotone\" keeps "
+        "their shape and is constant outside, as numpy.interp is"
     )
 
 
