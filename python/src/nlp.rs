@@ -124,7 +124,8 @@ pub(crate) fn minimize<'py>(
     result.set_item("x", PyArray1::from_slice(py, &report.x))?;
     result.set_item("fun", report.objective)?;
     result.set_item("success", report.status.is_success())?;
-    result.set_item("status", report.status.to_string())?;
+    result.set_item("status", report.status.word())?;
+    result.set_item("message", report.status.to_string())?;
     result.set_item("constraint_values", PyArray1::from_slice(py, &report.constraint_values))?;
     result.set_item("multipliers", PyArray1::from_slice(py, &report.constraint_multipliers))?;
     result.set_item("lower_multipliers", PyArray1::from_slice(py, &report.lower_multipliers))?;

@@ -305,8 +305,8 @@ impl Symbol {
     fn __float__(&self) -> PyResult<f64> {
         let text = self.text(6);
         Err(PyTypeError::new_err(format!(
-            "`{text}` has no number while equations are traced: functions of `math` and arrays of floats do not take it; use those of numpy \
-             or apsides, and arrays of objects"
+            "`{text}` has no number while equations are traced: functions of `math`, interpolators and arrays of floats do not take it; use \
+             functions of numpy or apsides, apsides.table for data, and arrays of objects"
         )))
     }
 

@@ -105,6 +105,11 @@ def test_mistakes_have_their_line():
         (lambda p, ph, x, v, u: ph.guess(y=1), "no state and no control `y`"),
         (lambda p, ph, x, v, u: ph.guess(x=[0, math.nan]), "finite"),
         (lambda p, ph, x, v, u: ph.guess(x=v), "v"),
+        (lambda p, ph, x, v, u: ph.guess(x=[[], 1.0]), "list of numbers"),
+        (lambda p, ph, x, v, u: ph.kink(x, math.inf), "finite"),
+        (lambda p, ph, x, v, u: p.link(ph, ph, jump={"x": None}), "None"),
+        (lambda p, ph, x, v, u: p.link(ph, ph, jump={3: 1.0}), "allowed is the symbol of a state"),
+        (lambda p, ph, x, v, u: p.constrain(x.end >= math.inf), "not finite"),
         (lambda p, ph, x, v, u: p.phase("run"), "already"),
         (lambda p, ph, x, v, u: p.phase("a b"), "letters"),
         (lambda p, ph, x, v, u: p.link(ph, "coast"), "no phase is named `coast`"),
@@ -147,9 +152,16 @@ def test_tables():
         lambda: apsides.table([0, 1, 2, 3], [0, 1, math.nan, 3]),
         lambda: apsides.table([0, 1], [0, 1]),
         lambda: apsides.table([0, 1, 2, 3], [0, 1, 2, 3], shape="cubic"),
+        lambda: apsides.table([0, 1, 2, 3], [0, 1, 2, 3], name=3),
         lambda: apsides.table([0, 1, 2, 3], np.zeros((4, 4)), [0, 1, 2, 3], shape="monotone"),
     ):
         assert len(message(make)) > 20
+    # Whoever interpolates by NumPy or SciPy is led to a table.
+    _, _, x, _, _ = begun()
+    with pytest.raises(TypeError, match="apsides.table"):
+        np.interp(x, [0, 1, 2, 3], [0, 1, 2, 3])
+    with pytest.raises(TypeError, match="apsides.table"):
+        float(x)
     with pytest.raises(TypeError, match="1 variable"):
         apsides.table([0, 1, 2, 3], [0, 1, 2, 3])(1, 2)
 
@@ -181,8 +193,9 @@ def test_unknown_quantities():
     s = complete()[0].solve()
     with pytest.raises(KeyError, match="`x`"):
         s["y"]
-    with pytest.raises(KeyError, match="run"):
-        s.phase("walk")
+    for unknown in ("walk", 1):
+        with pytest.raises(KeyError, match="run"):
+            s.phase(unknown)
     with pytest.raises(KeyError):
         s.costate("u")
     assert message(lambda: s.sample(0))

@@ -63,7 +63,7 @@ def test_mistakes_of_programs():
     apsides.minimize(lambda x: keep.append(x[0]) or x[0] ** 2, [1.0])
     assert "another one" in message(lambda: apsides.minimize(lambda x: keep[0] ** 2, [1.0]))
     infeasible = apsides.minimize(f, [1.0], constraints=[(f, None, -1)])
-    assert not infeasible.success and "infeasib" in infeasible.status
+    assert not infeasible.success and infeasible.status == "infeasible" and "infeasibility" in infeasible.message
 
 
 def test_jacobian():

@@ -1,5 +1,6 @@
 """Problems stated in Python have the known optima of the literature, and those of the same problems in files."""
 
+import importlib.util
 import pathlib
 
 import numpy as np
@@ -7,7 +8,13 @@ import pytest
 
 import apsides
 
-FILES = pathlib.Path(__file__).resolve().parents[2] / "crates" / "apsides-problems" / "problems"
+ROOT = pathlib.Path(__file__).resolve().parents[2]
+FILES = ROOT / "crates" / "apsides-problems" / "problems"
+
+# The statements whose times the bench takes.
+_spec = importlib.util.spec_from_file_location("gallery", ROOT / "python" / "benches" / "gallery.py")
+gallery = importlib.util.module_from_spec(_spec)
+_spec.loader.exec_module(gallery)
 
 # Two solves of one problem on the same mesh: the formulas are the same up to the order of operations.
 SAME = 1e-8
@@ -158,6 +165,14 @@ def test_where_and_abs_and_tables():
     p.minimize(ph.duration)
     assert p.solve().objective == pytest.approx(3.0, rel=1e-6)
 
+    # The same by numpy.select, where the first condition that holds counts.
+    q = apsides.Problem("lanes")
+    ph = q.phase("drive", duration=(0.1, 10))
+    x, throttle = ph.state("x", start=0, end=2, lower=0, upper=2), ph.control("throttle", lower=0, upper=1)
+    ph.dynamics(x=throttle * np.select([x < 1, x < 3], [1.0, 0.5], 0.1))
+    q.minimize(ph.duration)
+    assert q.solve().objective == pytest.approx(3.0, rel=1e-6)
+
     speed = apsides.table(np.linspace(0, 2, 9), 1 + np.linspace(0, 2, 9))
     q = apsides.Problem("table")
     ph = q.phase("drive", duration=(0.1, 10))
@@ -181,39 +196,16 @@ def test_methods(method):
     assert s.objective == pytest.approx(cycloid(), rel=1e-7)
 
 
-def van_der_pol():
-    p = apsides.Problem("van_der_pol")
-    ph = p.phase("damp", end=5)
-    x1, x2 = ph.states("x1 x2", start=[0, 1])
-    u = ph.control("u", lower=-0.3, upper=1)
-    ph.dynamics(x1=(1 - x2**2) * x1 - x2 + u, x2=x1)
-    p.minimize(ph.integral(x1**2 + x2**2 + u**2, name="cost"))
-    return p
-
-
-def goddard_cops():
-    p = apsides.Problem("goddard_cops")
-    max_thrust = p.constant("max_thrust", 3.5)
-    ph = p.phase("ascent", end=(0.05, 1))
-    h = ph.state("h", lower=1, upper=1.1, start=1, scale=0.01)
-    v = ph.state("v", lower=0, upper=1, start=0, scale=0.1)
-    m = ph.state("m", lower=0.6, upper=1, start=1, end=0.6)
-    T = ph.control("T", lower=0, upper=max_thrust)
-    ph.dynamics(h=v, v=(T - 310 * v**2 * np.exp(-500 * (h - 1))) / m - h**-2.0, m=-2 * T)
-    p.maximize(h.end, name="altitude", scale=0.01)
-    ph.guess([0, 0.2], h=[1, 1.01], v=[0, 0.1], T=1.75)
-    return p
-
-
 @pytest.mark.skipif(not FILES.is_dir(), reason="the problem files of the repository are not here")
-@pytest.mark.parametrize("problem", [van_der_pol, goddard_cops])
+@pytest.mark.parametrize("problem", gallery.STATEMENTS, ids=lambda problem: problem.__name__)
 def test_the_same_optimum_as_the_file(problem):
     file = apsides.load(FILES / f"{problem.__name__}.toml").solve()
     here = problem().solve()
     assert here.objective == pytest.approx(file.objective, rel=SAME)
     assert here.verdict == file.verdict
-    # Counters, not times: the same formulas take the same work.
-    assert here.counters == file.counters
+    if problem in (gallery.van_der_pol, gallery.goddard_cops):
+        # Counters, not times: the same formulas take the same work.
+        assert here.counters == file.counters
 
 
 def test_missions():
@@ -307,6 +299,38 @@ def test_deep_sharing():
     assert p.solve().success
 
 
+def test_drag_from_rest():
+    # A length without a width has no derivative at rest, where the certificate stops.
+    def rocket(speed):
+        p = apsides.Problem("rocket")
+        ph = p.phase("rise", duration=(0.5, 20))
+        x, y, vx, vy = ph.states("x y vx vy", start=0, end=["free", 10, 3, 0])
+        angle = ph.control("angle", unit="deg", lower=-180, upper=180)
+        drag = 0.05 * speed(vx, vy)
+        ph.dynamics(x=vx, y=vy, vx=2 * np.cos(angle) - drag * vx, vy=2 * np.sin(angle) - drag * vy)
+        p.minimize(ph.final_time)
+        return p.solve()
+
+    sharp = rocket(lambda vx, vy: np.sqrt(vx**2 + vy**2))
+    smooth = rocket(lambda vx, vy: apsides.norm([vx, vy], 1e-4))
+    assert smooth.objective == pytest.approx(sharp.objective, rel=1e-7)
+    assert smooth.verdict == "strict-local-optimum"
+
+
+def test_a_range_without_a_bound(tmp_path):
+    # Down a slope of unit acceleration over at least 2 m in at least 1 s: 2 s.
+    p = apsides.Problem("slope")
+    ph = p.phase("run", duration=(1, None))
+    x, v = ph.state("x", start=0, end=(2, None)), ph.state("v", start=(None, 0))
+    a = ph.control("a", lower=0, upper=1)
+    ph.dynamics(x=v, v=a)
+    p.minimize(ph.duration)
+    s = p.solve()
+    assert s.objective == pytest.approx(2, rel=CLOSED_FORM)
+    (tmp_path / "slope.toml").write_text(s.mission.to_file())
+    assert apsides.load(tmp_path / "slope.toml").solve().objective == pytest.approx(s.objective, rel=SAME)
+
+
 def test_the_file_of_a_problem(tmp_path):
     # A problem with units, links, jumps, tables, parameters, shared parts and a guess: its file gives the same optimum.
     density = apsides.table([0.0, 1e3, 2e3, 3e3, 4e3], [1.2, 1.0, 0.85, 0.7, 0.6])
@@ -351,9 +375,9 @@ def test_constants_and_settings_of_one_name():
 
 
 def test_every_method():
-    expected = van_der_pol().solve().objective
+    expected = gallery.van_der_pol().solve().objective
     for method in ("multiple-shooting", "indirect", "piecewise", "successive-convexification"):
-        assert van_der_pol().solve(method).objective == pytest.approx(expected, rel=1e-4), method
+        assert gallery.van_der_pol().solve(method).objective == pytest.approx(expected, rel=1e-4), method
 
 
 def test_ratio_of_integrals():

@@ -1,11 +1,15 @@
-//! Value, Jacobian and weighted Hessian of three sets of equations of motion, per node: as a model in Rust, as a formula one node after
-//! the other, and as a formula over many nodes.
+//! Value, Jacobian and weighted Hessian of three sets of equations of motion, per node, one node after the other (`value`, `jacobian`, `hessian`)
+//! and over many nodes in lanes (`values`, `jacobians`, `hessians`): as a model in Rust, as a formula, and as a model in passes of dual and
+//! hyper-dual numbers, which is all that a model without a formula has. `cargo bench -p apsides-ad --bench nodes`; the times divided by the number of
+//! nodes are those of a node, which criterion prints as elements per second.
 
 #![allow(clippy::print_stdout)]
 use apsides_ad::{Dynamics, NodeFunction, Scalar, dynamics_node, formula_node, vector};
 use criterion::{Criterion, Throughput, criterion_group, criterion_main};
 use std::hint::black_box;
 use std::sync::Arc;
+
+type Node = Arc<dyn NodeFunction>;
 
 /// Nodes of a mesh.
 const NODES: usize = 256;
@@ -89,6 +93,17 @@ impl Dynamics<7, 3> for Equinoctial {
     }
 }
 
+/// A model without a formula, since its first state goes through a closure: derivatives are passes of dual and hyper-dual numbers.
+struct InPasses<M>(M);
+
+impl<const NX: usize, const NU: usize, M: Dynamics<NX, NU>> Dynamics<NX, NU> for InPasses<M> {
+    fn rate<S: Scalar>(&self, t: S, x: &[S; NX], u: &[S; NU], p: &[S; 0]) -> [S; NX] {
+        let mut x = *x;
+        x[0] = x[0].map(|x| [x, 1.0, 0.0]);
+        self.0.rate(t, &x, u, p)
+    }
+}
+
 fn measure(c: &mut Criterion, name: &str, node: &dyn NodeFunction, start: &[f64]) {
     let (n, m, pattern) = (node.inputs(), node.outputs(), node.pattern());
     let (e, h) = (pattern.jacobian_len(), pattern.hessian_len());
@@ -126,16 +141,25 @@ fn measure(c: &mut Criterion, name: &str, node: &dyn NodeFunction, start: &[f64]
 }
 
 fn nodes(c: &mut Criterion) {
-    let cases: [(&str, Arc<dyn NodeFunction>, &[f64]); 3] = [
-        ("lunar", dynamics_node(Lunar), &[1.75e6, 0.1, 1600.0, -20.0, 280.0, 0.3, 0.8, 10.0]),
-        ("shuttle", dynamics_node(Shuttle), &[2e5, 0.3, 0.2, 2e4, -0.02, 1.2, 0.3, -0.9, 10.0]),
+    let cases: [(&str, [Node; 2], &[f64]); 3] = [
+        (
+            "lunar",
+            [dynamics_node(Lunar), dynamics_node(InPasses(Lunar))],
+            &[1.75e6, 0.1, 1600.0, -20.0, 280.0, 0.3, 0.8, 10.0],
+        ),
+        (
+            "shuttle",
+            [dynamics_node(Shuttle), dynamics_node(InPasses(Shuttle))],
+            &[2e5, 0.3, 0.2, 2e4, -0.02, 1.2, 0.3, -0.9, 10.0],
+        ),
         (
             "equinoctial",
-            dynamics_node(Equinoctial),
+            [dynamics_node(Equinoctial), dynamics_node(InPasses(Equinoctial))],
             &[7e6, 0.02, 0.1, 0.2, -0.3, 1.1, 900.0, 0.5, 0.7, 0.2, 10.0],
         ),
     ];
-    for (name, model, start) in cases {
+    for (name, [model, passes], start) in cases {
+        measure(c, &format!("{name}, passes"), &*passes, start);
         measure(c, &format!("{name}, model"), &*model, start);
         let formula = model.formula().expect("elementary functions alone");
         println!("{name}: {} operations", formula.operations().len());

@@ -67,6 +67,7 @@ impl<'a> Amounts<'a> {
     /// An amount in the coherent unit of `unit`, which numbers are in.
     pub(crate) fn amount(&mut self, stated: &Stated, unit: &Unit, role: &str) -> Result<f64, ProblemError> {
         match &stated.amount {
+            Amount::Number(number) if number.is_nan() => Err(self.value(stated, role, *number, "a number")),
             Amount::Number(number) => Ok(number * unit.factor),
             Amount::Formula(formula) => {
                 let number = self.numbers.number(formula, Some(unit.dimension), role, OF_CONSTANTS);
@@ -84,6 +85,21 @@ impl<'a> Amounts<'a> {
         stated.map(|s| self.amount(s, unit, role)).transpose()
     }
 
+    /// An amount that is finite: a kink, a jump.
+    pub(crate) fn finite(&mut self, stated: &Stated, unit: &Unit, role: &str) -> Result<f64, ProblemError> {
+        let found = self.amount(stated, unit, role)?;
+        if found.is_finite() { Ok(found) } else { Err(self.value(stated, role, found, "a finite number")) }
+    }
+
+    fn value(&self, stated: &Stated, role: &str, found: f64, allowed: &str) -> ProblemError {
+        ProblemError::Value {
+            at: self.source.place(&stated.at),
+            what: role.into(),
+            found: found.to_string(),
+            allowed: allowed.into(),
+        }
+    }
+
     /// A positive amount: a scale, a tolerance.
     pub(crate) fn positive(
         &mut self,
@@ -96,12 +112,7 @@ impl<'a> Amounts<'a> {
         if found > 0.0 && found.is_finite() {
             return Ok(Some(found));
         }
-        Err(ProblemError::Value {
-            at: self.source.place(&stated.at),
-            what: role.into(),
-            found: found.to_string(),
-            allowed: "a finite number above zero".into(),
-        })
+        Err(self.value(stated, role, found, "a finite number above zero"))
     }
 
     pub(crate) fn bounds(
@@ -128,12 +139,8 @@ impl<'a> Amounts<'a> {
             End::Fixed(stated) => {
                 let value = self.amount(stated, unit, role)?;
                 if !value.is_finite() {
-                    return Err(ProblemError::Value {
-                        at: self.source.place(&stated.at),
-                        what: role.into(),
-                        found: value.to_string(),
-                        allowed: "a finite number, [least, most] or \"free\"".into(),
-                    });
+                    let allowed = "a finite number, [least, most] or \"free\"";
+                    return Err(self.value(stated, role, value, allowed));
                 }
                 Ok(Bounds::fixed(value))
             }
@@ -199,6 +206,10 @@ impl<'a> Amounts<'a> {
                 }
             }
         };
+        if bounds.lower == f64::INFINITY || bounds.upper == f64::NEG_INFINITY {
+            let reason = format!("{role} is compared with a number that is not finite: nothing can hold it");
+            return Err(self.conflict(&row.at, reason));
+        }
         if let Value::Number(number) = value.value {
             let reason = format!("{role} is the number {number} everywhere: nothing is left to choose");
             return Err(self.conflict(&row.at, reason));

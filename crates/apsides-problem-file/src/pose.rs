@@ -260,7 +260,7 @@ fn kinks(
         };
         for value in values {
             let unit = &stated.states[state].unit;
-            let value = amounts.amount(value, unit, &format!("the kink of `{name}`"))?;
+            let value = amounts.finite(value, unit, &format!("the kink of `{name}`"))?;
             kinks.push(Kink::State { state, value });
         }
     }

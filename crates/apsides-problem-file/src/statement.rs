@@ -179,7 +179,7 @@ impl Statement {
             for (name, _, stated) in &link.jumps {
                 let unit = phases[0].states.iter().find(|s| s.name == *name).map(|s| s.unit.clone());
                 let unit = unit.unwrap_or_else(apsides_expressions::Unit::none);
-                jumps.push((name, amounts.amount(stated, &unit, &format!("the jump of `{name}`"))?));
+                jumps.push((name, amounts.finite(stated, &unit, &format!("the jump of `{name}`"))?));
             }
             let free = |name: &str| link.free.iter().any(|(n, _)| n == name);
             let jump = |name: &str| match jumps.iter().find(|(n, _)| *n == name) {

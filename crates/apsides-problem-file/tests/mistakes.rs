@@ -2,8 +2,12 @@
 #![allow(clippy::unwrap_used)]
 
 use std::collections::BTreeSet;
+use std::time::{Duration, Instant};
 
 use apsides_problem_file::{ProblemError, ProblemFile};
+
+/// Longest time of an answer.
+const IN_TIME: Duration = Duration::from_secs(1);
 
 /// A file with every part of the language.
 const WHOLE: &str = r#"kind = "problem"
@@ -106,7 +110,10 @@ fn pose(text: &str) -> Result<(), ProblemError> {
 
 /// Checks the sentence of a mistake and returns it.
 fn sentence(text: &str, what: &str) -> Option<String> {
-    let error = pose(text).err()?;
+    let begin = Instant::now();
+    let posed = pose(text);
+    assert!(begin.elapsed() < IN_TIME, "{what}: {:?}", begin.elapsed());
+    let error = posed.err()?;
     let sentence = error.to_string();
     assert!(sentence.starts_with("p.toml"), "{what}: {sentence}");
     assert!(sentence.len() < 5000, "{what}: {} bytes", sentence.len());
@@ -322,6 +329,22 @@ fn long_and_deep_formulas_are_posed_or_refused() {
         let sentence = sentence(&text, deep).unwrap();
         assert!(sentence.contains("line 41, column "), "{sentence}");
     }
+    // A definition that uses another twice doubles with each, but is made once.
+    let mut doubled = String::from("d0 = \"0.5\"\n");
+    for k in 1..90 {
+        doubled.push_str(&format!("d{k} = \"d{0}*d{0} - d{0}/{k}\"\n", k - 1));
+    }
+    assert_eq!(
+        sentence(
+            &whole().replacen("[definitions]\n", &format!("[definitions]\n{doubled}"), 1).replacen(
+                "v*sin(pitch)",
+                "v*sin(pitch)*d89",
+                1
+            ),
+            "doubled"
+        ),
+        None
+    );
     let nested = "[".repeat(100_000);
     assert!(sentence(&format!("kind = \"problem\"\nlinks = {nested}"), "lists in lists").is_some());
 }

@@ -133,6 +133,25 @@ fn mistakes_have_their_place_in_the_program() {
 }
 
 #[test]
+fn numbers_that_are_not_finite_have_their_place() {
+    let refused = |change: &dyn Fn(&mut Phase, Stated), value: f64| {
+        let mut model = stated();
+        change(&mut model.phases[0], Stated { amount: Amount::Number(value), at: at_place(1) });
+        let refused = Statement::new(model, "run.py", places()).and_then(|s| s.pose(&[]).map(|_| ()));
+        refused.unwrap_err().to_string()
+    };
+    let kink = |phase: &mut Phase, value| phase.kinks = vec![("x".into(), at_place(1), vec![value])];
+    let most = |phase: &mut Phase, value| phase.states[0].most = Some(value);
+    for (message, what) in [
+        (refused(&kink, f64::NAN), "the kink of `x` is NaN, allowed is a number"),
+        (refused(&kink, f64::INFINITY), "the kink of `x` is inf, allowed is a finite number"),
+        (refused(&most, f64::NAN), "is NaN, allowed is a number"),
+    ] {
+        assert!(message.starts_with("run.py, line 7: ") && message.contains(what), "{message}");
+    }
+}
+
+#[test]
 fn what_is_missing_is_data() {
     let mut model = stated();
     model.phases[0].times = None;

@@ -145,10 +145,15 @@ def hypot(x: Any, y: Any) -> Any:
     return np.hypot(x, y) if not _is_symbolic(x, y) else np.sqrt(x * x + y * y)
 
 
-def norm(vector: Any) -> Any:
-    """The length of a vector of symbols or numbers, which ``numpy.linalg.norm`` does not take of symbols."""
+def norm(vector: Any, width: float = 0.0) -> Any:
+    """The length of a vector of symbols or numbers.
+
+    At zero a length has no derivative, and a certificate stops at ``feasible`` there; with a small ``width`` in the unit of the vector it has:
+    ``sqrt(v @ v + width**2)``.
+    """
     vector = _array(vector)
-    return np.sqrt((vector * vector).sum())
+    square = (vector * vector).sum()
+    return np.sqrt(square + width * width if width else square)
 
 
 def dot(a: Any, b: Any) -> Any:
@@ -223,6 +228,9 @@ def table(x: ArrayLike, values: ArrayLike, y: ArrayLike | None = None, *, shape:
     >>> round(square(2.5), 9)
     6.25
     """
+    for what, word in (("name", name), ("shape", shape)):
+        if not isinstance(word, str):
+            raise _native.Error(f"a table: `{what}` is of type {type(word).__name__}, allowed is a text")
     knots = _floats(x, "`x`")
     second = np.empty(0) if y is None else _floats(y, "`y`")
     data = _floats(values, "`values`")

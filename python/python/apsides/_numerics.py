@@ -58,6 +58,8 @@ class Minimum:
     success: bool
     #: ``"optimal"``, ``"acceptable"``, ``"infeasible"``, ..
     status: str
+    #: The status in words.
+    message: str
     #: Values of the constraints, shape (m,).
     constraint_values: np.ndarray
     #: Multipliers of the constraints: positive at an upper, negative at a lower bound; shape (m,).

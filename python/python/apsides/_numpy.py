@@ -90,7 +90,25 @@ def _norm(x: Any, ord: Any = None, axis: Any = None, keepdims: bool = False) -> 
     return np.sqrt((array * array).sum(axis=axis))
 
 
-_FUNCTIONS: dict[Any, Any] = {np.where: f.where, np.clip: f.clip, np.cross: f.cross, np.linalg.norm: _norm}
+def _interp(*_args: Any, **_named: Any) -> Any:
+    raise TypeError(
+        "numpy.interp does not take symbols: write apsides.table(xp, fp)(x), a smooth function through the same data; shape=\"monotone\" keeps "
+        "their shape and is constant outside, as numpy.interp is"
+    )
+
+
+def _select(condlist: Any, choicelist: Any, default: Any = 0.0) -> Any:
+    if len(condlist) != len(choicelist):
+        raise TypeError(f"numpy.select has {len(condlist)} conditions for {len(choicelist)} choices")
+    found = default
+    for condition, choice in zip(reversed(condlist), reversed(choicelist)):
+        found = f.where(condition, choice, found)
+    return found
+
+
+_FUNCTIONS: dict[Any, Any] = {
+    np.where: f.where, np.select: _select, np.clip: f.clip, np.cross: f.cross, np.linalg.norm: _norm, np.interp: _interp,
+}
 
 
 def array_function(function: Any, args: tuple[Any, ...], kwargs: dict[str, Any]) -> Any:

@@ -3,14 +3,12 @@
 from __future__ import annotations
 
 import itertools
-import linecache
-import os
-import sys
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from typing import Any
 
 import numpy as np
 
+from . import _arguments as arguments
 from . import _native
 from ._functions import is_number
 from ._native import Condition, Symbol
@@ -19,98 +17,6 @@ from ._numpy import symbol_array
 from ._solution import Solution
 
 _owners = itertools.count(1)
-_HERE = os.path.dirname(os.path.abspath(__file__))
-
-
-class _Places:
-    """Lines of the user's program, for messages."""
-
-    def __init__(self) -> None:
-        self.places: list[tuple[str, int, str]] = []
-
-    def here(self) -> int:
-        frame = sys._getframe(1)
-        while frame.f_back is not None and os.path.abspath(frame.f_code.co_filename).startswith(_HERE):
-            frame = frame.f_back
-        name, line = frame.f_code.co_filename, frame.f_lineno
-        text = linecache.getline(name, line).strip()
-        place = (os.path.basename(name), line, text)
-        if self.places and self.places[-1] == place:
-            return len(self.places) - 1
-        self.places.append(place)
-        return len(self.places) - 1
-
-    def error(self, at: int, reason: str) -> _native.ProblemError:
-        name, line, text = self.places[at]
-        shown = f"\n  {line} | {text}" if text else ""
-        return _native.ProblemError(f"{name}, line {line}: {reason}{shown}")
-
-
-def _scalar(value: Any, what: str, places: _Places) -> Any:
-    """A number or a symbol; None stays."""
-    if value is None or isinstance(value, Symbol):
-        return value
-    if isinstance(value, np.ndarray) and value.ndim == 0:
-        value = value.item()
-        if isinstance(value, Symbol):
-            return value
-    if isinstance(value, Condition):
-        raise places.error(places.here(), f"{what} is the comparison `{value!r}`, allowed is a number or a formula")
-    if isinstance(value, (bool, np.bool_)) or not is_number(value):
-        found = f"\"{value}\"" if isinstance(value, str) else f"of type {type(value).__name__}"
-        raise places.error(places.here(), f"{what} is {found}, allowed is a number or a formula")
-    return float(value)
-
-
-def _word(value: Any, what: str, places: _Places) -> Any:
-    """A text; None stays."""
-    if value is None or isinstance(value, str):
-        return value
-    raise places.error(places.here(), f"{what} is of type {type(value).__name__}, allowed is a text")
-
-
-def _numbers(values: Any, what: str, places: _Places) -> list[float]:
-    try:
-        return [float(v) for v in np.asarray(values, dtype=float).ravel()]
-    except (TypeError, ValueError):
-        raise places.error(places.here(), f"{what} is a list of numbers") from None
-
-
-def _symbol_name(value: Any, what: str, places: _Places) -> str:
-    name = value.name if isinstance(value, Symbol) else None
-    if name is None:
-        raise places.error(places.here(), f"{what} is of type {type(value).__name__}, allowed is the symbol of a state or a control")
-    return name
-
-
-def _end(value: Any, what: str, places: _Places) -> Any:
-    """A value at an end: a number, (least, most), "free"; None stays."""
-    if isinstance(value, str):
-        if value != "free":
-            raise places.error(places.here(), f"{what} is \"{value}\", allowed is a number, (least, most) or \"free\"")
-        return value
-    if isinstance(value, (tuple, list, np.ndarray)) and not (isinstance(value, np.ndarray) and value.ndim == 0):
-        if len(value) != 2:
-            raise places.error(places.here(), f"{what} has {len(value)} numbers, allowed is a number, (least, most) or \"free\"")
-        return tuple(_scalar(v, what, places) for v in value)
-    return _scalar(value, what, places)
-
-
-def _pair(value: Any, what: str, places: _Places) -> Any:
-    """Two numbers; None stays."""
-    if value is None:
-        return None
-    if not isinstance(value, (tuple, list, np.ndarray)) or len(value) != 2:
-        raise places.error(places.here(), f"{what} is to be (least, most)")
-    return tuple(_scalar(v, what, places) for v in value)
-
-
-def _guards(guard: bool | str, places: _Places) -> tuple[bool, bool]:
-    known = {False: (False, False), True: (True, True), "lower": (True, False), "upper": (False, True)}
-    try:
-        return known[guard]
-    except (KeyError, TypeError):
-        raise places.error(places.here(), "`guard` is True, False, \"lower\" or \"upper\"") from None
 
 
 class Phase:
@@ -172,15 +78,15 @@ class Phase:
         variable = {
             "name": name,
             "at": at,
-            "unit": _word(stated["unit"], f"`unit` of {what}", places) or "",
-            "guard": _guards(stated["guard"], places),
+            "unit": arguments.word(stated["unit"], f"`unit` of {what}", places) or "",
+            "guard": arguments.guards(stated["guard"], places),
             "guess": None,
-            "rate": _pair(stated.get("rate"), f"`rate` of {what}", places),
+            "rate": arguments.pair(stated.get("rate"), f"`rate` of {what}", places),
         }
         for key in ("lower", "upper", "scale", "tolerance"):
-            variable[key] = _scalar(stated.get(key), f"`{key}` of {what}", places)
+            variable[key] = arguments.scalar(stated.get(key), f"`{key}` of {what}", places)
         for key in ("start", "end"):
-            variable[key] = _end(stated.get(key), f"the {key} of {what}", places)
+            variable[key] = arguments.end(stated.get(key), f"the {key} of {what}", places)
         (self._states if kind == "state" else self._controls)[name] = variable
         return self._quantity(name)
 
@@ -199,7 +105,7 @@ class Phase:
     ) -> Symbol:
         """Adds a state and returns its symbol.
 
-        ``start`` and ``end`` are a value, ``(least, most)`` or ``"free"``; a start must be stated, unless the phase is linked to one before. All
+        ``start`` and ``end`` are a value, ``(least, most)`` or ``"free"``, where None is no bound; a start must be stated, unless the phase is linked to one before. All
         numbers are in ``unit``; in equations the state is in SI (``unit="km"`` is metres there, ``"deg"`` is rad). ``tolerance`` is the largest
         miss that a re-simulation may show. ``guard`` marks bounds that no solution is meant to reach.
         """
@@ -298,7 +204,7 @@ class Phase:
         for name, rate in named.items():
             if rate is None:
                 raise places.error(at, f"the rate of `{name}` is None, allowed is a number or a formula")
-            self._dynamics[name] = (at, _scalar(rate, f"the rate of `{name}`", places))
+            self._dynamics[name] = (at, arguments.scalar(rate, f"the rate of `{name}`", places))
 
     def path(
         self,
@@ -320,7 +226,7 @@ class Phase:
         if callable(constraint):
             constraint = self._call(constraint)
         self._path.extend(
-            self._problem._rows(constraint, lower, upper, equals, _word(name, "the name of a constraint", self._places) or f"path{len(self._path) + 1}", unit, scale, guard, at)
+            self._problem._rows(constraint, lower, upper, equals, arguments.word(name, "the name of a constraint", self._places) or f"path{len(self._path) + 1}", unit, scale, guard, at)
         )
 
     def integral(
@@ -336,21 +242,21 @@ class Phase:
         """Adds the integral of a rate over the phase, with bounds where they are stated, and returns its symbol for `minimize`, `maximize` and `constrain`."""
         places = self._places
         at = places.here()
-        name = _word(name, "the name of an integral", places) or f"integral{len(self._integrals) + 1}"
+        name = arguments.word(name, "the name of an integral", places) or f"integral{len(self._integrals) + 1}"
         self._problem._check_name(name, "the name of an integral", at)
         if callable(rate):
             rate = self._call(rate)
-        rate = _scalar(rate, f"the rate of integral `{name}`", places)
+        rate = arguments.scalar(rate, f"the rate of integral `{name}`", places)
         if rate is None:
             raise places.error(at, f"the rate of integral `{name}` is None, allowed is a number or a formula")
         self._integrals.append({
             "name": name,
             "at": at,
             "formula": rate,
-            "unit": _word(unit, f"`unit` of integral `{name}`", places),
-            "lower": _scalar(lower, "`lower`", places),
-            "upper": _scalar(upper, "`upper`", places),
-            "scale": _scalar(scale, "`scale`", places),
+            "unit": arguments.word(unit, f"`unit` of integral `{name}`", places),
+            "lower": arguments.scalar(lower, "`lower`", places),
+            "upper": arguments.scalar(upper, "`upper`", places),
+            "scale": arguments.scalar(scale, "`scale`", places),
             "guard": (False, False),
         })
         return self._quantity(f"{self.name}.{name}", True)
@@ -360,11 +266,11 @@ class Phase:
         at = self._places.here()
         if not values or any(v is None for v in values):
             raise self._places.error(at, "a kink is at values of the state: phase.kink(h, 11e3)")
-        self._kinks.append((_symbol_name(state, "what has a kink", self._places), at, [_scalar(v, "the kink", self._places) for v in values]))
+        self._kinks.append((arguments.symbol_name(state, "what has a kink", self._places), at, [arguments.scalar(v, "the kink", self._places) for v in values]))
 
     def direction(self, *angles: Symbol) -> None:
         """Says that one control is the angle of a direction in a plane, or two those of a direction in space."""
-        self._directions.append(([_symbol_name(a, "an angle", self._places) for a in angles], self._places.here()))
+        self._directions.append(([arguments.symbol_name(a, "an angle", self._places) for a in angles], self._places.here()))
 
     def guess(self, time: Sequence[float] | None = None, /, **profiles: Any) -> None:
         """States where a solve begins; what is not stated is a straight line between the bounds.
@@ -381,12 +287,12 @@ class Phase:
                 profile = profile(self.time)
             if profile is None:
                 raise self._places.error(at, f"the guess of `{name}` is None, allowed is a number, a list or a formula of the time")
-            if isinstance(profile, (list, tuple, np.ndarray)) and np.ndim(profile) > 0:
-                profile = _numbers(profile, f"the guess of `{name}`", self._places)
+            if isinstance(profile, (list, tuple)) or (isinstance(profile, np.ndarray) and profile.ndim > 0):
+                profile = arguments.numbers(profile, f"the guess of `{name}`", self._places)
             else:
-                profile = _scalar(profile, f"the guess of `{name}`", self._places)
+                profile = arguments.scalar(profile, f"the guess of `{name}`", self._places)
             found.append((name, at, profile))
-        times = None if time is None else _numbers(time, "the time of a guess", self._places)
+        times = None if time is None else arguments.numbers(time, "the time of a guess", self._places)
         self._guess = {"phase": self.name, "at": at, "time": times, "profiles": found}
 
     def _stated(self) -> dict[str, Any]:
@@ -422,9 +328,9 @@ class Problem:
     """
 
     def __init__(self, name: str = "problem", title: str | None = None) -> None:
-        self._places = _Places()
-        self.name = _word(name, "the name of a problem", self._places) or "problem"
-        self.title = _word(title, "the title of a problem", self._places)
+        self._places = arguments.Places()
+        self.name = arguments.word(name, "the name of a problem", self._places) or "problem"
+        self.title = arguments.word(title, "the title of a problem", self._places)
         self._owner = next(_owners)
         self._constants: dict[str, dict[str, Any]] = {}
         self._parameters: dict[str, dict[str, Any]] = {}
@@ -441,15 +347,15 @@ class Problem:
             raise self._places.error(at, f"{what} is {name!r}, allowed are letters, digits and underscores that begin with a letter")
 
     def phase(self, name: str = "phase", *, start: Any = None, end: Any = None, duration: Any = None, unit: str | None = None) -> Phase:
-        """Adds a phase. Times are a number, ``(least, most)`` or ``"free"``, in ``unit`` (seconds where other units are declared)."""
+        """Adds a phase. Times are a number, ``(least, most)`` with None for no bound, or ``"free"``, in ``unit`` (seconds where other units are declared)."""
         places = self._places
         at = places.here()
         self._check_name(name, "the name of a phase", at)
         if name in self._phases:
             raise places.error(at, f"there is a phase `{name}` already: choose another name")
-        time = {"at": at, "unit": _word(unit, f"`unit` of phase `{name}`", places)}
+        time = {"at": at, "unit": arguments.word(unit, f"`unit` of phase `{name}`", places)}
         for key, value in (("start", start), ("end", end), ("duration", duration)):
-            time[key] = _end(value, f"the {key} of phase `{name}`", places)
+            time[key] = arguments.end(value, f"the {key} of phase `{name}`", places)
         found = Phase(self, name, time)
         self._phases[name] = found
         return found
@@ -466,8 +372,8 @@ class Problem:
             if bound is not None and not is_number(bound):
                 raise self._places.error(at, f"a bound of constant `{name}` is of type {type(bound).__name__}, allowed is a number")
         self._constants[name] = {
-            "name": name, "at": at, "value": float(value), "unit": _word(unit, f"`unit` of constant `{name}`", self._places) or "",
-            "lower": lower, "upper": upper, "meaning": _word(meaning, f"`meaning` of constant `{name}`", self._places),
+            "name": name, "at": at, "value": float(value), "unit": arguments.word(unit, f"`unit` of constant `{name}`", self._places) or "",
+            "lower": lower, "upper": upper, "meaning": arguments.word(meaning, f"`meaning` of constant `{name}`", self._places) or "",
         }
         return Symbol.quantity(self._owner, name, None, False)
 
@@ -480,8 +386,8 @@ class Problem:
         self._check_name(name, "the name of a parameter", at)
         stated = {"lower": lower, "upper": upper, "scale": scale, "guess": guess}
         self._parameters[name] = {
-            "name": name, "at": at, "unit": _word(unit, f"`unit` of parameter `{name}`", places) or "", "guard": (False, False), "start": None, "end": None, "tolerance": None, "rate": None,
-            **{key: _scalar(value, f"`{key}` of parameter `{name}`", places) for key, value in stated.items()},
+            "name": name, "at": at, "unit": arguments.word(unit, f"`unit` of parameter `{name}`", places) or "", "guard": (False, False), "start": None, "end": None, "tolerance": None, "rate": None,
+            **{key: arguments.scalar(value, f"`{key}` of parameter `{name}`", places) for key, value in stated.items()},
         }
         return Symbol.quantity(self._owner, name, None, False)
 
@@ -498,11 +404,17 @@ class Problem:
         """
         places = self._places
         at = places.here()
-        names = [p.name if isinstance(p, Phase) else _word(p, "a linked phase", places) for p in (first, second)]
+        names = [p.name if isinstance(p, Phase) else arguments.word(p, "a linked phase", places) for p in (first, second)]
         if None in names or not isinstance(jump, (Mapping, type(None))) or isinstance(free, str) or not isinstance(free, Iterable):
             raise places.error(at, "a link is of two phases, with `jump`, a dictionary of amounts, and `free`, a list of names of states")
-        amounts = [(name, _scalar(value, f"the jump of `{name}`", places)) for name, value in (jump or {}).items()]
-        self._links.append({"from": names[0], "to": names[1], "at": at, "jump": amounts, "free": list(free)})
+        amounts = []
+        for name, value in (jump or {}).items():
+            name = arguments.symbol_name(name, "what jumps", places) if not isinstance(name, str) else name
+            if value is None:
+                raise places.error(at, f"the jump of `{name}` is None, allowed is a number or a formula of constants")
+            amounts.append((name, arguments.scalar(value, f"the jump of `{name}`", places)))
+        free = [arguments.symbol_name(name, "what is free", places) if not isinstance(name, str) else name for name in free]
+        self._links.append({"from": names[0], "to": names[1], "at": at, "jump": amounts, "free": free})
 
     def _rows(
         self, constraint: Any, lower: Any, upper: Any, equals: Any, name: str, unit: str | None, scale: Any, guard: Any, at: int
@@ -528,7 +440,7 @@ class Problem:
             if lower is not None or upper is not None or equals is not None:
                 raise places.error(at, "a comparison has its bound: leave `lower`, `upper` and `equals` away, or give them with a formula")
         else:
-            constraint = _scalar(constraint, f"constraint `{name}`", places)
+            constraint = arguments.scalar(constraint, f"constraint `{name}`", places)
             if equals is not None:
                 lower = upper = equals
             if lower is None and upper is None:
@@ -537,11 +449,11 @@ class Problem:
             "name": name,
             "at": at,
             "formula": constraint,
-            "unit": _word(unit, f"`unit` of constraint `{name}`", places),
-            "lower": _scalar(lower, f"`lower` of constraint `{name}`", places),
-            "upper": _scalar(upper, f"`upper` of constraint `{name}`", places),
-            "scale": _scalar(scale, f"`scale` of constraint `{name}`", places),
-            "guard": _guards(guard, places),
+            "unit": arguments.word(unit, f"`unit` of constraint `{name}`", places),
+            "lower": arguments.scalar(lower, f"`lower` of constraint `{name}`", places),
+            "upper": arguments.scalar(upper, f"`upper` of constraint `{name}`", places),
+            "scale": arguments.scalar(scale, f"`scale` of constraint `{name}`", places),
+            "guard": arguments.guards(guard, places),
         }]
 
     def constrain(
@@ -557,7 +469,7 @@ class Problem:
     ) -> None:
         """Adds a constraint of quantities at ends, durations, integrals and parameters: ``constrain(v.end**2 * r.end == mu)``."""
         at = self._places.here()
-        rows = self._rows(constraint, lower, upper, equals, _word(name, "the name of a constraint", self._places) or f"end{len(self._boundary) + 1}", unit, scale, False, at)
+        rows = self._rows(constraint, lower, upper, equals, arguments.word(name, "the name of a constraint", self._places) or f"end{len(self._boundary) + 1}", unit, scale, False, at)
         self._boundary.extend(rows)
 
     def minimize(self, objective: Any, *, name: str | None = None, unit: str | None = None, scale: Any = None) -> None:
@@ -571,12 +483,12 @@ class Problem:
     def _optimise(self, objective: Any, maximize: bool, name: str | None, unit: str | None, scale: Any) -> None:
         places = self._places
         at = places.here()
-        formula = _scalar(objective, "the objective", places)
+        formula = arguments.scalar(objective, "the objective", places)
         if formula is None:
             raise places.error(at, "the objective is None, allowed is a formula of values at ends, integrals and parameters")
         self._objective = {
-            "maximize": maximize, "formula": formula, "name": _word(name, "the name of the objective", places),
-            "unit": _word(unit, "the unit of the objective", places), "at": at, "scale": _scalar(scale, "the scale of the objective", places),
+            "maximize": maximize, "formula": formula, "name": arguments.word(name, "the name of the objective", places),
+            "unit": arguments.word(unit, "the unit of the objective", places), "at": at, "scale": arguments.scalar(scale, "the scale of the objective", places),
         }
 
     def mission(self) -> Mission:
@@ -586,8 +498,8 @@ class Problem:
         """
         return Mission(_native.state({
             "owner": self._owner,
-            "name": _word(self.name, "the name of a problem", self._places) or "problem",
-            "title": _word(self.title, "the title of a problem", self._places),
+            "name": arguments.word(self.name, "the name of a problem", self._places) or "problem",
+            "title": arguments.word(self.title, "the title of a problem", self._places),
             "constants": list(self._constants.values()),
             "parameters": list(self._parameters.values()),
             "phases": [phase._stated() for phase in self._phases.values()],

@@ -193,7 +193,7 @@ class Solution(Mapping[str, np.ndarray]):
 
     def phase(self, name: Any) -> PhaseSolution:
         """One phase, by its name or its index."""
-        if isinstance(name, (int, np.integer)):
+        if isinstance(name, (int, np.integer)) and -len(self._phases) <= name < len(self._phases):
             return self._phases[name]
         for phase in self._phases:
             if phase.name == _name(name):
