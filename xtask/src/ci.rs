@@ -27,6 +27,7 @@ const STEPS: &[Step] = &[
     ("readme", first_command),
     ("deny", demand::deny_if_there),
     ("fly", demand::fly_if_there),
+    ("exports", demand::exports_if_there),
     ("python", python::run_if_there),
 ];
 

@@ -69,15 +69,57 @@ const FLOWN: [&str; 7] = [
     "chang-e-3-braking",
 ];
 
+/// Returns true if `python3` imports modules; says what gets them otherwise.
+fn python_has(modules: &str) -> bool {
+    let mut probe = Command::new("python3");
+    let import = format!("import {modules}");
+    let found = probe.args(["-c", &import]).stdout(Stdio::null()).stderr(Stdio::null()).status();
+    let has = found.is_ok_and(|status| status.success());
+    if !has {
+        println!(
+            "left out: `python3` lacks one of {modules}: `pip install -r tests/references/requirements.txt` gets it"
+        );
+    }
+    has
+}
+
+/// Missions whose ephemerides are read by other programs, with the command, what follows the mission, and the formats beside those of all.
+const EXPORTED: [(&str, &str, &[&str], &str); 7] = [
+    ("lunar-two-phase", "solve", &[], ""),
+    ("chang-e-3", "solve", &[], ""),
+    ("chang-e-3-flat", "solve", &["--set", "epoch=2027-05-04T03:02:01.5 UTC"], ""),
+    ("geo-2-burn", "solve", &["--set", "frame.node_deg=40", "--set", "frame.inclination_deg=51.6"], ""),
+    ("geo-3-burn", "solve", &["--set", "frame.reference=icrf", "--set", "epoch=2027-05-04T03:02:01 TAI"], ""),
+    ("capsule-reentry", "solve", &["--set", "epoch=1999-12-31T23:59:00 UTC"], ""),
+    ("moving-mass-cross", "simulate", &["--set", "earth=ellipsoid"], ",aem"),
+];
+
+/// Ephemerides of missions, and the schema of mission files, read by programs of others; left out with a sentence where Python does not have
+/// them.
+pub(crate) fn exports_if_there(workspace: &Workspace) -> Result<(), String> {
+    if !python_has("astropy, ccsds_ndm, jsonschema, oem, spiceypy, tomllib") {
+        return Ok(());
+    }
+    let out = workspace.target.join("exports");
+    let program = ["run", "--quiet", "--release", "-p", "apsides-cli", "--"];
+    run(&mut cargo(&workspace.root, ["build", "--quiet", "--release", "-p", "apsides-cli"]))?;
+    let mut read = Command::new("python3");
+    read.current_dir(&workspace.root).arg("tests/references/exports.py");
+    read.arg(workspace.target.join("release").join("apsides"));
+    for (mission, command, values, further) in EXPORTED {
+        let results = out.join(mission);
+        let formats = format!("csv,json,npz,oem,opm,czml{further}");
+        let mut export = cargo(&workspace.root, program);
+        export.args([command, mission, "--quiet", "--points", "500", "--format", &formats]).args(values);
+        run(export.arg("--out").arg(&results))?;
+        read.arg(results);
+    }
+    run(&mut read)
+}
+
 /// Trajectories of missions flown again by SciPy; left out with a sentence where Python has none.
 pub(crate) fn fly_if_there(workspace: &Workspace) -> Result<(), String> {
-    let mut probe = Command::new("python3");
-    let found =
-        probe.args(["-c", "import scipy, tomllib"]).stdout(Stdio::null()).stderr(Stdio::null()).status();
-    if !found.is_ok_and(|status| status.success()) {
-        println!(
-            "left out: `python3` has no SciPy: `pip install -r tests/references/requirements.txt` gets it"
-        );
+    if !python_has("scipy, tomllib") {
         return Ok(());
     }
     let out = workspace.target.join("fly");

@@ -37,6 +37,7 @@ const ARROWS: &[(&str, Arrows)] = &[
     ("ode", To(&[])),
     // Domain.
     ("dynamics", To(&["ad", "basis"])),
+    ("ephemeris", To(&["dynamics"])),
     ("terrain", To(&["ad"])),
     ("ocp", To(&["ad", "basis", "iteration"])),
     ("problem-file", To(&["ad", "expressions", "ocp"])),
@@ -61,6 +62,7 @@ const ARROWS: &[(&str, Arrows)] = &[
             "control",
             "convex",
             "basis",
+            "ephemeris",
             "expressions",
             "flatness",
             "metaheuristics",
@@ -74,7 +76,7 @@ const ARROWS: &[(&str, Arrows)] = &[
             "verify",
         ]),
     ),
-    ("report", To(&["basis", "control", "ocp", "pipeline", "terrain", "verify"])),
+    ("report", To(&["basis", "control", "ephemeris", "ocp", "pipeline", "terrain", "verify"])),
     (
         "missions",
         To(&[
@@ -83,6 +85,7 @@ const ARROWS: &[(&str, Arrows)] = &[
             "control",
             "convex",
             "dynamics",
+            "ephemeris",
             "expressions",
             "flatness",
             "metaheuristics",
@@ -106,6 +109,7 @@ const ARROWS: &[(&str, Arrows)] = &[
             "control",
             "convex",
             "dynamics",
+            "ephemeris",
             "flatness",
             "metaheuristics",
             "missions",

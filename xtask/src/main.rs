@@ -61,6 +61,7 @@ Tasks:
   python             the wheel of the Python package, its tests and its tutorial in a fresh environment
   torture            every key of every mission at extreme values, checked and solved for two seconds each; hours
   fuzz [SECONDS]     each fuzz target for so long, 20 s without a number; needs nightly and cargo-fuzz
+  exports            ephemerides and the schema read by programs of others; left out where Python has none
   fly                trajectories of missions flown again by SciPy; left out where Python has none
   deny               licences, bans and sources of dependencies; needs cargo-deny
   bless              accepts the present counters of the workspace tests as the golden ones
@@ -111,6 +112,7 @@ fn perform(arguments: &[String]) -> Result<(), String> {
         "python" => no_arguments(task, rest).and_then(|()| python::build(&Workspace::load()?)),
         "torture" => no_arguments(task, rest).and_then(|()| torture(&Workspace::load()?)),
         "fuzz" => demand::fuzz(&Workspace::load()?, rest),
+        "exports" => no_arguments(task, rest).and_then(|()| demand::exports_if_there(&Workspace::load()?)),
         "fly" => no_arguments(task, rest).and_then(|()| demand::fly_if_there(&Workspace::load()?)),
         "deny" => no_arguments(task, rest).and_then(|()| demand::deny(&Workspace::load()?)),
         "bless" => no_arguments(task, rest).and_then(|()| bless(&Workspace::load()?)),
@@ -188,7 +190,7 @@ mod tests {
     fn every_task_is_in_the_help() {
         for task in [
             "ci", "layers", "tidy", "doc", "mission", "table", "readmes", "examples", "features", "package",
-            "bless", "bench", "torture", "fuzz", "fly", "deny",
+            "bless", "bench", "torture", "fuzz", "exports", "fly", "deny",
         ] {
             assert!(HELP.lines().any(|l| l.split_whitespace().next() == Some(task)), "{task}");
         }

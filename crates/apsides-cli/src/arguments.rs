@@ -1,6 +1,7 @@
 //! Command line of the program.
 
 mod certify;
+mod ephemeris;
 mod run;
 mod words;
 
@@ -11,7 +12,8 @@ use clap::{Args, Parser, Subcommand, ValueEnum};
 use crate::exit::statuses;
 
 pub(crate) use certify::CertifyArguments;
-pub(crate) use run::{RunArguments, Threads, TimeLimit};
+pub(crate) use ephemeris::{EphemerisArguments, ExportArguments};
+pub(crate) use run::{RunArguments, Threads, TimeLimit, allowed_memory};
 pub(crate) use words::{GuidanceWord, NewKind, SampleFormat};
 
 /// Spaceflight trajectory optimisation: solve missions, verify the answers.
@@ -45,6 +47,7 @@ pub(crate) enum Command {
         apsides solve lunar-perilune --out results\n  \
         apsides solve my-mission.toml --set perilune_altitude_km=20 --set radau.points=6\n  \
         apsides solve lunar-perilune --sensitivity\n  \
+        apsides solve lunar-perilune --out results --step 1s --format csv,oem\n  \
         apsides solve lunar-two-phase --json --quiet")]
     Solve(SolveArguments),
     /// Simulate a mission under its law: a descent with moving masses, or a re-entry along its optimal bank angle.
@@ -98,6 +101,10 @@ pub(crate) enum Command {
         /// File to write, by default named like its kind; an existing one stays as it is.
         file: Option<PathBuf>,
     },
+    /// Print the JSON Schema of mission files, by which editors complete and check them.
+    #[command(after_help = "Example:\n  apsides schema > apsides.schema.json\n\n\
+        Editors find it by a first line `#:schema apsides.schema.json` in the mission file (taplo).")]
+    Schema,
     /// List the bodies that missions may name, with the source of their numbers.
     Bodies,
     /// List the vehicles that missions may name, with the source of their numbers.
@@ -138,6 +145,16 @@ pub(crate) enum Command {
         The file has columns (CSV) or arrays (JSON) named `time` and as the states and controls of the problem:\n\
         see `apsides problems NAME`.")]
     Certify(CertifyArguments),
+    /// Write the flight of a result densely, in formats of other programs, without solving again.
+    #[command(after_help = "Examples:\n  \
+        apsides export results --step 10s --format oem\n  \
+        apsides export results --points 500 --format csv,npz,czml --out for-others\n  \
+        apsides export results --step 1min --format opm --set 'epoch=2027-03-01T06:00:00 UTC'\n\n\
+        Formats:\n  \
+        csv, json, npz  all columns: Cartesian states, place, speeds, thrust, loads\n  \
+        oem, opm, aem   messages of the CCSDS: orbit ephemeris, first and last state, attitude\n  \
+        czml            document of Cesium")]
+    Export(ExportArguments),
     /// Verify the results in a directory again: trajectory.csv against the equations of mission.toml.
     #[command(after_help = "Example:\n  apsides verify results")]
     Verify {
@@ -162,6 +179,7 @@ impl Command {
             Self::Montecarlo(a) => &a.mission.set,
             Self::Check(a) => &a.set,
             Self::Certify(a) => &a.set,
+            Self::Export(a) => &a.set,
             _ => &[],
         }
     }
@@ -188,6 +206,8 @@ pub(crate) struct SolveArguments {
     /// Write summary.json, trajectory.csv, certificate.json, mission.toml and report.html into this directory.
     #[arg(long, value_name = "DIR")]
     pub(crate) out: Option<PathBuf>,
+    #[command(flatten)]
+    pub(crate) ephemeris: EphemerisArguments,
     /// Keep the search of `--method two-layer` in this file; it goes on from there if the file exists.
     #[arg(long, value_name = "FILE")]
     pub(crate) checkpoint: Option<PathBuf>,
@@ -212,6 +232,8 @@ pub(crate) struct SimulateArguments {
     /// Write summary.json, states.csv, mission.toml and report.html into this directory.
     #[arg(long, value_name = "DIR")]
     pub(crate) out: Option<PathBuf>,
+    #[command(flatten)]
+    pub(crate) ephemeris: EphemerisArguments,
     /// Print one JSON object on stdout and nothing else.
     #[arg(long)]
     pub(crate) json: bool,

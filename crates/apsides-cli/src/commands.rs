@@ -6,7 +6,7 @@ use std::path::{Path, PathBuf};
 use apsides::pipeline::lock::DirectoryLock;
 use apsides::pipeline::record::{Record, SOLVES};
 use apsides::pipeline::whole_file::{check_directory, check_file, write_whole};
-use apsides_report::write_outcome;
+use apsides_report::write_outcome_with;
 
 use crate::arguments::{MissionArguments, NewKind, RunArguments, SolveArguments};
 use crate::exit::{Exit, Refusal, refusal, unwritten, unwritten_option};
@@ -38,6 +38,7 @@ pub(crate) fn solve(a: &SolveArguments) -> Result<Exit, Refusal> {
         // Before the work, not after it.
         probe_directory(dir)?;
     }
+    let ephemeris = a.ephemeris.asked(&mission, a.out.as_deref())?;
     if a.sensitivity {
         mission.check_prices().map_err(refusal)?;
     }
@@ -60,9 +61,22 @@ pub(crate) fn solve(a: &SolveArguments) -> Result<Exit, Refusal> {
         print(&prices(&solved));
     }
     if let Some(dir) = &a.out {
-        let files = write_outcome(dir, &solved, &figures(&solved))?;
+        // Rows that are refused, as too many, lose no solution.
+        let further = ephemeris.as_ref().map(|(sampling, formats)| {
+            let table = mission.ephemeris(&solved.decisions, &solved.ocp, &solved.trajectory, *sampling);
+            crate::ephemeris::files(&table.map_err(refusal)?, formats)
+        });
+        let (further, refused) = match further.transpose() {
+            Ok(further) => (further.unwrap_or_default(), None),
+            Err(refused) => (Vec::new(), Some(refused)),
+        };
+        let files = write_outcome_with(dir, &solved, &figures(&solved), further)?;
         if !a.json {
             print(&written(&files));
+        }
+        if let Some(Refusal { exit: worse, sentence }) = refused {
+            say(&format!("the solution is written, its ephemeris is not: {sentence}"));
+            exit = exit.or(worse);
         }
     }
     if let Some(why) = solved.summary.search.as_ref().and_then(|s| s.remark.as_deref()) {
@@ -183,6 +197,13 @@ fn heading(name: &str, mission: &apsides::Pipeline) -> String {
         None if mission.kind().is_of_file() => format!("{name}: {}: {}\n\n", mission.name(), mission.title()),
         None => format!("{name}: mission = \"{}\": {}\n\n", mission.name(), mission.title()),
     }
+}
+
+/// Prints the JSON Schema of mission files.
+pub(crate) fn schema() -> Result<Exit, Refusal> {
+    let schema = apsides::pipeline::schema::schema(&apsides::registry());
+    print(&format!("{}\n", serde_json::to_string_pretty(&schema).map_err(refusal)?));
+    Ok(Exit::Verified)
 }
 
 /// Lists the data that the key `key` of missions may name.

@@ -7,6 +7,7 @@
 //! apsides solve lunar-perilune --out results        solves and verifies; writes data and a report
 //! apsides sweep lunar-perilune --set perilune_altitude_km=50,25,15 --out sweep.csv
 //! apsides verify results                            checks stored results again
+//! apsides export results --step 1s --format oem     writes the flight for other programs
 //! apsides certify brachistochrone_free_y other.csv  judges the trajectory of any program
 //! ```
 //!
@@ -16,7 +17,9 @@
 mod arguments;
 mod certify;
 mod commands;
+mod ephemeris;
 mod exit;
+mod export;
 mod figures;
 mod footprint;
 mod hazard;
@@ -90,6 +93,7 @@ fn command(command: Command) -> Result<Exit, Refusal> {
         Command::Montecarlo(a) => montecarlo::montecarlo(&a),
         Command::Missions { name } => commands::missions(name.as_deref()),
         Command::New { kind, file } => commands::new(kind, file.as_deref()),
+        Command::Schema => commands::schema(),
         Command::Bodies => commands::named_data(BODY),
         Command::Vehicles => commands::named_data(VEHICLE),
         Command::Sites => commands::named_data(SITE),
@@ -100,6 +104,7 @@ fn command(command: Command) -> Result<Exit, Refusal> {
         Command::Terrain(TerrainCommand::Info { map, json }) => terrain::info(&map, json),
         Command::Problems { name } => certify::problems(name.as_deref()),
         Command::Certify(a) => certify::certify(&a),
+        Command::Export(a) => export::export(&a),
         Command::Verify { directory, json } => verify::verify(&directory, json),
     }
 }

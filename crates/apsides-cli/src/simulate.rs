@@ -7,9 +7,10 @@ use apsides_report::write_simulation;
 
 use crate::arguments::SimulateArguments;
 use crate::commands::{claim, probe_directory};
+use crate::ephemeris::files;
 use crate::exit::{Exit, Refusal, refusal};
 use crate::figures::curve_figures;
-use crate::output::{number, print, written};
+use crate::output::{number, print, say, written};
 use crate::progress::Progress;
 use crate::stop::status_of;
 
@@ -19,6 +20,7 @@ pub(crate) fn simulate(a: &SimulateArguments) -> Result<Exit, Refusal> {
         probe_directory(dir)?;
     }
     let _lock = a.out.as_deref().map(claim).transpose()?;
+    let ephemeris = a.ephemeris.asked(&mission, a.out.as_deref())?;
     let stop = a.limit.stop();
     let progress = Progress::clock(a.quiet || a.json, stop);
     let clock = progress.clone();
@@ -28,6 +30,7 @@ pub(crate) fn simulate(a: &SimulateArguments) -> Result<Exit, Refusal> {
     };
     let flight = mission.simulate_watched(&mut progress.clone(), &watch).map_err(ended)?;
     progress.finish();
+    let mut exit = if flight.summary.status == "completed" { Exit::Verified } else { Exit::NotSolved };
     if a.json {
         let text = serde_json::to_string_pretty(&flight.summary).map_err(refusal)?;
         print(&format!("{text}\n"));
@@ -35,12 +38,24 @@ pub(crate) fn simulate(a: &SimulateArguments) -> Result<Exit, Refusal> {
         print(&text(&flight.summary));
     }
     if let Some(dir) = &a.out {
-        let files = write_simulation(dir, &flight, &curve_figures(&flight.curves))?;
+        let further = ephemeris.as_ref().map(|(sampling, formats)| {
+            let table = mission.ephemeris_of_record(&flight.headers(), &flight.rows, *sampling);
+            files(&table.map_err(refusal)?, formats)
+        });
+        let (further, refused) = match further.transpose() {
+            Ok(further) => (further.unwrap_or_default(), None),
+            Err(refused) => (Vec::new(), Some(refused)),
+        };
+        let files = write_simulation(dir, &flight, &curve_figures(&flight.curves), further)?;
         if !a.json {
             print(&written(&files));
         }
+        if let Some(Refusal { exit: worse, sentence }) = refused {
+            say(&format!("the flight is written, its ephemeris is not: {sentence}"));
+            exit = exit.or(worse);
+        }
     }
-    Ok(if flight.summary.status == "completed" { Exit::Verified } else { Exit::NotSolved })
+    Ok(exit)
 }
 
 /// A plan that a signal or the time limit ended is no bad input.

@@ -168,15 +168,29 @@ pub struct PlumbThrust {
 pub const VERTICAL_STATES: [Quantity; 3] = [RADIUS, UPWARD_SPEED, MASS];
 
 impl PlumbThrust {
-    /// Acceleration without thrust upwards, and square of the acceleration that the thrust must have across, m/s2 and m2/s4.
-    fn accelerations<S: Scalar>(&self, r: S, w: S) -> (S, S) {
+    /// Accelerations without thrust upwards, and that the thrust must have to the east and to the north, m/s2.
+    fn parts<S: Scalar>(&self, r: S, w: S) -> [S; 3] {
         let [longitude, latitude] = self.place;
         let (sin, cos) = latitude.sin_cos();
         let [up, east, north] = self.flight.gravity.acceleration(r, S::from(longitude), S::from(latitude));
         let turn = self.flight.rotation_rate;
         let centrifugal = r * (cos * turn * turn);
         let (east, north) = (w * (2.0 * turn * cos) - east, centrifugal * sin - north);
-        (up + centrifugal * cos, east.square() + north.square())
+        [up + centrifugal * cos, east, north]
+    }
+
+    /// Acceleration without thrust upwards, and square of the acceleration that the thrust must have across, m/s2 and m2/s4.
+    fn accelerations<S: Scalar>(&self, r: S, w: S) -> (S, S) {
+        let [up, east, north] = self.parts(r, w);
+        (up, east.square() + north.square())
+    }
+
+    /// Parts of a thrust of a size (N) upwards, to the east and to the north, N, at a distance from the centre (m), an upward speed (m/s) and a
+    /// mass (kg).
+    #[must_use]
+    pub fn thrust(&self, r: f64, w: f64, mass: f64, size: f64) -> [f64; 3] {
+        let [_, east, north] = self.parts(r, w).map(|a| a * mass);
+        [(size * size - east * east - north * north).max(0.0).sqrt(), east, north]
     }
 }
 

@@ -11,9 +11,11 @@
 )]
 
 use apsides_dynamics::Body;
+use apsides_ephemeris::CentralBody;
 use apsides_pipeline::Error;
 use apsides_pipeline::key::{Key, Range};
 use apsides_pipeline::named_data::NamedData;
+use apsides_pipeline::placing::Whereabouts;
 use apsides_pipeline::values::Values;
 
 /// The key that names a body.
@@ -164,4 +166,12 @@ pub(crate) fn central_body(values: &Values) -> Result<Body, Error> {
     let (parameter, radius) = (values.number(GRAVITATIONAL_PARAMETER)?, values.number(BODY_RADIUS)?);
     let refusal = values.refusal(&[GRAVITATIONAL_PARAMETER, BODY_RADIUS]);
     Body::new(parameter * 1e9, radius * 1e3).map_err(refusal)
+}
+
+/// The place of flights about a body of a gravitational parameter (m3/s2), as points.
+pub(crate) fn point_about(gravitational_parameter: f64) -> Whereabouts {
+    match CentralBody::of_gravity(gravitational_parameter) {
+        Some(_) => Whereabouts::Point,
+        None => Whereabouts::NotSo("its body is none of Earth, Moon and Mars, whose axes alone are known"),
+    }
 }

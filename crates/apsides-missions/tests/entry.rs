@@ -100,3 +100,57 @@ fn what_is_not_limited_is_none() {
     let reach = capsule(&["goal=reach", "reach_bearing_deg=90"]).goal;
     assert_eq!(reach, Goal::Reach { bearing: 90_f64.to_radians(), half_width: None });
 }
+
+/// The start of the mission as a message: positions in km with a micrometre, speeds with a micrometre per second.
+#[test]
+fn a_start_may_come_from_a_message() {
+    use apsides_dynamics::frames::Local;
+    use apsides_ephemeris::{CentralBody, Epoch};
+
+    /// Round-off of what a message says, relative.
+    const WRITTEN: f64 = 1e-9;
+
+    let stated = capsule(&[]);
+    let epoch: Epoch = "2027-06-05T04:03:02 UTC".parse().unwrap();
+    let local = Local::at(stated.start.longitude, stated.start.latitude);
+    let (sin, cos) = stated.start.path_angle.sin_cos();
+    let (east, north) = stated.flight.heading.of_course(stated.start.azimuth).sin_cos();
+    let radius = stated.flight.planet.body.radius + stated.start.altitude;
+    let (r, v) = CentralBody::Earth.orientation(&epoch).to_icrf(
+        local.up.map(|c| c * radius),
+        local.vector([sin, cos * east, cos * north]).map(|c| c * stated.start.speed),
+    );
+    let [x, y, z] = r.map(|c| c / 1e3);
+    let [u, w, q] = v.map(|c| c / 1e3);
+    let mass = stated.flight.vehicle.mass;
+    let text = format!(
+        "CCSDS_OPM_VERS = 3.0\nOBJECT_NAME = CAPSULE\nCENTER_NAME = EARTH\nREF_FRAME = ICRF\nTIME_SYSTEM = UTC\n\
+         EPOCH = {}\nX = {x:.9}\nY = {y:.9}\nZ = {z:.9}\nX_DOT = {u:.12}\nY_DOT = {w:.12}\nZ_DOT = {q:.12}\nMASS = {mass}\n",
+        epoch.calendar()
+    );
+    let dir = tempfile::tempdir().unwrap();
+    let file = dir.path().join("start.opm");
+    std::fs::write(&file, &text).unwrap();
+    let given = format!("initial_state={}", file.display());
+    let mission = load(&[&given]).unwrap();
+    let found = mission.mission_as::<CapsuleEntry>().unwrap();
+    for (found, stated) in found.start.array().into_iter().zip(stated.start.array()) {
+        assert!((found / stated - 1.0).abs() < WRITTEN, "{found} {stated}");
+    }
+    assert!(mission.placing().epoch.since(&epoch).abs() < WRITTEN);
+    // The file that gives the same mission again has the message itself.
+    let again = registry().parse(&mission.to_file(), "again", &[]).unwrap();
+    assert_eq!(again.mission_as::<CapsuleEntry>().unwrap().start, found.start);
+    assert!(!load(&[]).unwrap().to_file().contains("initial_state"));
+
+    let refused = |text: &str, further: &[&str], words: &str| {
+        std::fs::write(&file, text).unwrap();
+        let message = load(&[&[&*given][..], further].concat()).unwrap_err().to_string();
+        assert!(message.contains(words), "{message}");
+    };
+    refused(&text, &["epoch=2030-01-01T00:00:00 TDB"], "take `epoch` off");
+    refused(&text, &["body=mars"], "the message is about the EARTH, `body` is another one");
+    refused(&text, &["initial_mass_kg=9"], "the message has a mass of");
+    refused(&text.replace("X_DOT", "XDOT"), &[], "`initial_state`: line 13: `X_DOT` is missing");
+    refused("", &[], "begins with `CCSDS_OPM_VERS");
+}

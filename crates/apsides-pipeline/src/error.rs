@@ -127,6 +127,12 @@ from_method!(apsides_metaheuristics::SearchError, apsides_ocp::MethodError, apsi
 ))]
 from_method!(apsides_shooting::ShootingError);
 
+impl From<apsides_ephemeris::EphemerisError> for Error {
+    fn from(e: apsides_ephemeris::EphemerisError) -> Self {
+        Self::model(e)
+    }
+}
+
 impl From<apsides_control::ControlError> for Error {
     fn from(e: apsides_control::ControlError) -> Self {
         Self::model(e)

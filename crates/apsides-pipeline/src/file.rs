@@ -7,10 +7,14 @@ use toml::de::{DeTable, DeValue};
 
 use crate::Error;
 use crate::key::{Key, KeyKind, Value, suggestion};
+use crate::placing::is_placing;
 use crate::values::Values;
 
 /// Largest mission file: a few kB is usual, so anything above is a mistake.
 pub const MAX_FILE_BYTES: u64 = 1 << 20;
+
+/// Ends of the names of files whose text is the value of a key.
+const TABLES: [&str; 2] = [".csv", ".opm"];
 
 /// One value with its place, before it is matched with a key.
 #[derive(Clone, Debug, PartialEq)]
@@ -41,9 +45,9 @@ impl StatedValue {
         Ok(key)
     }
 
-    /// Returns true if its key is a table and its value the path of the file that has it.
+    /// Returns true if its key is a table or a message and its value the path of the file that has it.
     pub(crate) fn names_table(&self, keys: &[Key]) -> bool {
-        let is_path = |word: &str| word.ends_with(".csv") && !word.contains('\n');
+        let is_path = |word: &str| TABLES.iter().any(|end| word.ends_with(end)) && !word.contains('\n');
         let is_table = |k: &Key| k.path == self.path && matches!(k.kind, KeyKind::Table(..));
         keys.iter().any(is_table) && matches!(&self.value, Value::Word(word) if is_path(word))
     }
@@ -54,6 +58,10 @@ pub(crate) fn written(title: &str, name: &str, values: &Values) -> String {
     let mut text = format!("# {title}\nmission = \"{name}\"\n");
     let mut tables: std::collections::BTreeMap<&str, String> = std::collections::BTreeMap::new();
     for key in values.keys() {
+        // Epoch and axes change no flight: files say nothing of them unless somebody did.
+        if is_placing(&key.path) && values.place(&key.path).is_none() {
+            continue;
+        }
         // What is open stays open.
         let Some(value) = values.get(&key.path) else { continue };
         let value = match value {

@@ -97,7 +97,8 @@ pub enum KeyKind {
     /// A word or the path of a file, with its default, and what is allowed in words. A path of a mission file counts from the directory
     /// of that file.
     Path(&'static str, &'static str),
-    /// A table as text, with its default and what is allowed in words. A value that ends with `.csv` is the path of the file that has it.
+    /// A table as text, with its default and what is allowed in words. A value that ends with `.csv` or `.opm` is the path of the file
+    /// that has it.
     Table(&'static str, &'static str),
     /// A number in a range that may be left open.
     Optional(Range),

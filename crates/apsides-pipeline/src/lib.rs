@@ -12,6 +12,7 @@
 //! | [`key`], [`values`] | keys of mission files; their values, each with its place |
 //! | [`file`](mod@file), [`registry`] | reading mission files |
 //! | [`named_data`] | bodies, vehicles and sites as data |
+//! | [`schema`] | the JSON Schema of mission files |
 //! | [`mission`] | [`Mission`]: what a kind of mission is |
 //! | [`memory`], `foreseen` | the memory that a solve takes |
 //! | [`posed`] | a mission as an optimal control problem, with a start |
@@ -19,6 +20,8 @@
 //! | [`pipeline`] | [`Pipeline`]: pose, solve, verify |
 //! | [`outcome`], [`observer`] | results and progress |
 //! | [`sensitivity`] | what one more unit of a key is worth |
+//! | [`ephemeris`] | solutions and records as flights about a body, at times of one's choice |
+//! | [`placing`] | the keys of epoch and axes |
 //! | [`record`] | solves on disk, from which work goes on |
 //! | [`sweep`] | parameter sweeps |
 //! | [`footprint`](mod@footprint) | the ends that a vehicle can reach |
@@ -35,6 +38,7 @@ mod closed_loop;
 pub mod covariance;
 pub mod dispersion;
 pub mod draws;
+pub mod ephemeris;
 pub mod error;
 pub mod explanation;
 pub mod fault;
@@ -51,9 +55,11 @@ pub mod named_data;
 pub mod observer;
 pub mod outcome;
 pub mod pipeline;
+pub mod placing;
 pub mod posed;
 pub mod record;
 pub mod registry;
+pub mod schema;
 pub mod sensitivity;
 pub mod simulation;
 pub mod site;

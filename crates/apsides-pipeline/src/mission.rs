@@ -10,6 +10,7 @@ use std::collections::BTreeMap;
 use std::fmt::Debug;
 use std::sync::Arc;
 
+use apsides_ephemeris::{About, Epoch, Motion};
 use apsides_ocp::Trajectory;
 use apsides_radau::Explanation;
 use apsides_verify::Check;
@@ -20,6 +21,7 @@ use crate::file::written;
 use crate::key::Key;
 use crate::method::{MethodName, Methods};
 use crate::outcome::{Curve, Decisions, Outcome};
+use crate::placing::{self, Whereabouts};
 use crate::posed::Posed;
 use crate::simulation::{Simulated, Watch};
 use crate::values::Values;
@@ -59,6 +61,8 @@ pub struct Offers {
     pub simulation: bool,
     /// The ends over ground that they can reach make a footprint.
     pub footprint: bool,
+    /// Their flights have a place about a body, from which ephemerides are made: they have keys of epoch and axes.
+    pub ephemeris: bool,
     /// Names of the results of flights that deviate from a solved or a simulated one, the unit at the end; empty where there is no Monte
     /// Carlo.
     pub dispersed: &'static [&'static str],
@@ -148,7 +152,9 @@ impl Kind {
     #[must_use]
     pub fn all_keys(&self) -> Arc<[Key]> {
         let of_methods = (!self.offers.simulated_only).then(Methods::keys);
-        self.keys.iter().cloned().chain(of_methods.into_iter().flatten().cloned()).collect()
+        let of_ephemeris = self.offers.ephemeris.then_some(placing::KEYS);
+        let further = of_ephemeris.into_iter().flatten().chain(of_methods.into_iter().flatten());
+        self.keys.iter().cloned().chain(further.cloned()).collect()
     }
 
     /// A request that missions of this kind do not take, in words.
@@ -258,6 +264,27 @@ pub trait Mission: Any + Debug + Send + Sync {
 
     /// The search and the reading of its ends over ground; for kinds that offer a footprint.
     fn reach(&self) -> Option<&dyn Reach> {
+        None
+    }
+
+    /// The place that flights of the mission have about a body.
+    fn whereabouts(&self) -> Whereabouts {
+        Whereabouts::Nowhere
+    }
+
+    /// The epoch of the start where a message of the mission states it.
+    fn start_epoch(&self) -> Option<Epoch> {
+        None
+    }
+
+    /// The motion about a body of a solution; none of missions that have no place.
+    fn motion<'a>(&'a self, _solution: &'a Trajectory) -> Option<Box<dyn Motion + 'a>> {
+        None
+    }
+
+    /// The body that the records of simulated flights are about, in axes fixed to it, and the mass of the vehicle, kg; none of missions
+    /// whose records have no place.
+    fn record_about(&self) -> Option<(About, f64)> {
         None
     }
 

@@ -8,6 +8,7 @@ use std::path::PathBuf;
 use std::sync::Arc;
 use std::time::Instant;
 
+use apsides_ephemeris::Placing;
 use apsides_nlp::Status;
 use apsides_ocp::method::Counters;
 use apsides_ocp::{Guess, Solution, Trajectory};
@@ -21,6 +22,7 @@ use crate::mission::{EasierCase, Kind, Mission, Offers, Scalars, downcast};
 use crate::named_data::NamedData;
 use crate::observer::Observer;
 use crate::outcome::{Decisions, ObjectiveValue, Outcome, Reduced, Summary, Timing};
+use crate::placing;
 use crate::posed::Posed;
 use crate::values::Values;
 
@@ -38,6 +40,7 @@ pub struct Pipeline {
     data: Arc<[NamedData]>,
     mission: Arc<dyn Mission>,
     methods: Methods,
+    placing: Placing,
     run: Run,
 }
 
@@ -84,8 +87,9 @@ impl Pipeline {
             }
             false => Methods::read(&values)?,
         };
+        let placing = placing::placing_from(&values, mission.start_epoch())?;
         let data = Arc::default();
-        let pipeline = Self { kind, kinds, values, data, mission, methods, run: Run::default() };
+        let pipeline = Self { kind, kinds, values, data, mission, methods, placing, run: Run::default() };
         pipeline.methods.check(|| pipeline.pose(), &pipeline.values)?;
         Ok(pipeline)
     }
@@ -163,6 +167,17 @@ impl Pipeline {
     #[must_use]
     pub fn with_prices(self, priced: bool) -> Self {
         Self { run: Run { priced, ..self.run }, ..self }
+    }
+
+    /// Bytes that work may take.
+    pub(crate) fn memory(&self) -> Option<u64> {
+        self.run.memory
+    }
+
+    /// Epoch and axes of the mission.
+    #[must_use]
+    pub fn placing(&self) -> &Placing {
+        &self.placing
     }
 
     /// All that decides the result of a solve beside its start.

@@ -107,6 +107,11 @@ impl Registry {
         &self.kinds
     }
 
+    /// The words that files begin with which say themselves what their mission is.
+    pub fn words_of_files(&self) -> impl Iterator<Item = &'static str> + use<'_> {
+        self.of_files.iter().map(|(word, _)| *word)
+    }
+
     /// Name and title of every mission file.
     pub fn files(&self) -> impl Iterator<Item = (&'static str, &'static str)> + use<'_> {
         let title = |text: &'static str| text.lines().next().map_or("", |l| l.trim_start_matches("# "));

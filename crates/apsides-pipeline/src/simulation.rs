@@ -3,6 +3,7 @@
 use std::collections::BTreeMap;
 
 use apsides_control::state_space::LocusPoint;
+use apsides_ephemeris::header;
 use serde::Serialize;
 
 use crate::outcome::Curve;
@@ -28,6 +29,14 @@ pub struct Simulated {
     pub root_locus: Option<RootLocus>,
     /// The mission file that gives this result again, with every value written out.
     pub mission_file: String,
+}
+
+impl Simulated {
+    /// Headers of the columns: name and unit as one word.
+    #[must_use]
+    pub fn headers(&self) -> Vec<String> {
+        self.columns.iter().map(|(name, unit)| header(name, unit)).collect()
+    }
 }
 
 /// Root loci of the loops of angle of attack and sideslip at a state of a flight.

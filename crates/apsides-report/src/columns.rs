@@ -2,6 +2,7 @@
 
 use std::collections::{HashMap, HashSet};
 
+use apsides_ephemeris::header;
 use apsides_ocp::{Ocp, Phase};
 
 use crate::units::quotient;
@@ -61,10 +62,7 @@ impl Naming {
             Kind::Objective => "objective_",
             Kind::Time | Kind::State | Kind::Control => "",
         };
-        let plain = match header_text(unit) {
-            unit if unit.is_empty() => format!("{prefix}{}", header_text(name)),
-            unit => format!("{prefix}{}_{unit}", header_text(name)),
-        };
+        let plain = format!("{prefix}{}", header(name, unit));
         let mut header = plain.clone();
         let mut number = 1;
         while self.used.contains(&header) {
@@ -128,49 +126,5 @@ impl Columns {
             })
             .collect();
         Self { all: naming.all, phases, parameters, objective }
-    }
-}
-
-/// A name or unit made of letters, digits and underscores: `m/s^2` is `m_per_s2`, `-` is empty.
-pub(crate) fn header_text(text: &str) -> String {
-    if text == "-" {
-        return String::new();
-    }
-    let mut out = String::with_capacity(text.len());
-    for c in text.chars() {
-        match c {
-            '/' => out.push_str("_per_"),
-            '%' => out.push_str("percent"),
-            '^' | '(' | ')' => {}
-            '-' if out.ends_with(char::is_alphabetic) && text.contains('^') => out.push_str("_minus"),
-            c if c.is_alphanumeric() => out.push(c),
-            _ => out.push('_'),
-        }
-    }
-    while out.contains("__") {
-        out = out.replace("__", "_");
-    }
-    out.trim_matches('_').to_owned()
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn header_texts() {
-        for (text, header) in [
-            ("m/s", "m_per_s"),
-            ("m/s^2", "m_per_s2"),
-            ("horizontal speed", "horizontal_speed"),
-            ("kg s/m", "kg_s_per_m"),
-            ("kg/(m s)", "kg_per_m_s"),
-            ("s^-1", "s_minus1"),
-            ("x,\"y\"\n", "x_y"),
-            ("-", ""),
-            ("1/rad", "1_per_rad"),
-        ] {
-            assert_eq!(header_text(text), header, "{text}");
-        }
     }
 }

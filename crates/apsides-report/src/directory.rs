@@ -8,7 +8,7 @@ use apsides_ocp::{Ocp, PhaseTrajectory, Trajectory};
 use apsides_pipeline::Outcome;
 
 use crate::digests::digests;
-use crate::files::{Item, TRAJECTORY, failed, json, replace};
+use crate::files::{Item, TRAJECTORY, failed, json, replace, with_stale_ephemerides};
 use crate::site_files::site_files;
 use crate::{Figure, Multipliers, ReportError, read_trajectory, render_html, write_trajectory};
 
@@ -29,7 +29,22 @@ const REPORT: &str = "report.html";
 /// # Errors
 /// [`ReportError`] with the path and the reason. The earlier content of the directory is then as it was.
 pub fn write_outcome(dir: &Path, outcome: &Outcome, figures: &[Figure]) -> Result<Vec<PathBuf>, ReportError> {
-    replace(dir, &render(outcome, figures)?)
+    write_outcome_with(dir, outcome, figures, Vec::new())
+}
+
+/// As [`write_outcome`], with the files of an ephemeris, which follow from the others and have no digest.
+///
+/// # Errors
+/// As of [`write_outcome`].
+pub fn write_outcome_with(
+    dir: &Path,
+    outcome: &Outcome,
+    figures: &[Figure],
+    ephemeris: Vec<Item>,
+) -> Result<Vec<PathBuf>, ReportError> {
+    let mut items = render(outcome, figures)?;
+    items.extend(with_stale_ephemerides(ephemeris));
+    replace(dir, &items)
 }
 
 /// Reads the trajectory of a result directory: `trajectory.csv`, and `multipliers.json` when it exists.

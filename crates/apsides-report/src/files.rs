@@ -9,6 +9,7 @@ use std::fs;
 use std::io::{self, Write};
 use std::path::{Path, PathBuf};
 
+use apsides_ephemeris::Format;
 use apsides_pipeline::whole_file::{WholeFile, publish_together};
 use serde::Serialize;
 
@@ -73,6 +74,14 @@ pub fn replace(dir: &Path, items: &[Item]) -> Result<Vec<PathBuf>, ReportError> 
         return Err(e);
     }
     Ok(items.iter().filter(|(_, content)| content.is_some()).map(|(name, _)| dir.join(name)).collect())
+}
+
+/// Files of an ephemeris, and those of an earlier one that must not stay beside another flight.
+pub(crate) fn with_stale_ephemerides(files: Vec<Item>) -> Vec<Item> {
+    let is_new = |name: &str| files.iter().any(|(new, _)| *new == name);
+    let stale: Vec<Item> =
+        Format::FILES.into_iter().filter(|name| !is_new(name)).map(|name| (name, None)).collect();
+    files.into_iter().chain(stale).collect()
 }
 
 /// The new files, not in their places yet, and those that must not stay.

@@ -66,7 +66,7 @@ mod trajectory_reader;
 mod units;
 
 pub use digests::{FileState, changed_files};
-pub use directory::{read_outcome_trajectory, write_outcome};
+pub use directory::{read_outcome_trajectory, write_outcome, write_outcome_with};
 pub use error::ReportError;
 pub use figure::{Axis, AxisScale, Figure, ReferenceLine, Series, SeriesStyle, Span};
 pub use files::{Item, json, replace, table_error};
@@ -80,7 +80,7 @@ pub use multipliers::{
 #[cfg(feature = "parquet")]
 pub use parquet_samples::write_parquet;
 pub use samples_reader::{Samples, read_samples};
-pub use simulation::write_simulation;
+pub use simulation::{read_states, write_simulation};
 pub use standard_figures::StandardFigures;
 pub use svg::stacked_svg;
 pub use trajectory_csv::write_trajectory;

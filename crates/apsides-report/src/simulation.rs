@@ -5,8 +5,7 @@ use std::path::{Path, PathBuf};
 
 use apsides_pipeline::Simulated;
 
-use crate::columns::header_text;
-use crate::files::{Item, json, replace, table_error};
+use crate::files::{Item, failed, json, replace, table_error, with_stale_ephemerides};
 use crate::html;
 use crate::markup::escape;
 use crate::number::readable;
@@ -20,7 +19,7 @@ const MISSION: &str = "mission.toml";
 const REPORT: &str = "report.html";
 
 /// Writes `summary.json`, `states.csv`, `mission.toml` and `report.html` with the `figures` of a simulated flight into a directory, and
-/// returns the paths written.
+/// the files of its `ephemeris`, if there are any; returns the paths written.
 ///
 /// # Errors
 /// [`ReportError`] with the path and the reason. The earlier content of the directory is then as it was.
@@ -28,24 +27,36 @@ pub fn write_simulation(
     dir: &Path,
     flight: &Simulated,
     figures: &[Figure],
+    ephemeris: Vec<Item>,
 ) -> Result<Vec<PathBuf>, ReportError> {
-    let items: Vec<Item> = vec![
+    let mut items: Vec<Item> = vec![
         (SUMMARY, Some(json(SUMMARY, &flight.summary)?)),
         (STATES, Some(states(flight)?)),
         (MISSION, Some(flight.mission_file.clone().into_bytes())),
         (REPORT, Some(page(flight, figures).into_bytes())),
     ];
+    items.extend(with_stale_ephemerides(ephemeris));
     replace(dir, &items)
 }
 
+/// Reads headers and rows of the record in the directory of a simulated flight.
+///
+/// # Errors
+/// [`ReportError`] when the file cannot be read, or is no table of numbers.
+pub fn read_states(dir: &Path) -> Result<(Vec<String>, Vec<Vec<f64>>), ReportError> {
+    let path = dir.join(STATES);
+    let file = std::fs::File::open(&path).map_err(failed("read", &path))?;
+    let mut reader = csv::Reader::from_reader(file);
+    let refused = |e: csv::Error| table_error(STATES, e);
+    let headers = reader.headers().map_err(refused)?.iter().map(str::to_owned).collect();
+    let rows = reader.deserialize::<Vec<f64>>().collect::<Result<_, _>>().map_err(refused)?;
+    Ok((headers, rows))
+}
+
 fn states(flight: &Simulated) -> Result<Vec<u8>, ReportError> {
-    let head = |(name, unit): &(&str, &str)| match header_text(unit) {
-        unit if unit.is_empty() => header_text(name),
-        unit => format!("{}_{unit}", header_text(name)),
-    };
     let failed = |e: csv::Error| table_error(STATES, e);
     let mut table = csv::Writer::from_writer(Vec::new());
-    table.write_record(flight.columns.iter().map(head)).map_err(failed)?;
+    table.write_record(flight.headers()).map_err(failed)?;
     for row in &flight.rows {
         table.write_record(row.iter().map(|v| shortest(*v))).map_err(failed)?;
     }

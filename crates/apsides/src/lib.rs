@@ -26,6 +26,7 @@
 //! | [`ocp`] | the language of optimal control problems |
 //! | [`radau`], [`flatness`], [`shooting`], [`piecewise`], [`convex`] | methods |
 //! | [`verify`] | certificates |
+//! | [`ephemeris`] | epochs, axes, states at times of one's choice, files for other programs |
 //! | [`dynamics`], [`terrain`], [`control`] | equations of motion, elevation maps, closed loops |
 //! | [`nlp`], [`ode`], [`metaheuristics`], [`ad`], [`basis`] | engines and kernels |
 
@@ -35,6 +36,7 @@ pub use apsides_control as control;
 #[cfg(feature = "convex")]
 pub use apsides_convex as convex;
 pub use apsides_dynamics as dynamics;
+pub use apsides_ephemeris as ephemeris;
 #[cfg(feature = "flatness")]
 pub use apsides_flatness as flatness;
 pub use apsides_metaheuristics as metaheuristics;

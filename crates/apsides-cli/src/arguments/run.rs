@@ -42,8 +42,13 @@ pub(crate) struct RunArguments {
 impl RunArguments {
     /// Bytes that the work may take.
     pub(crate) fn memory(&self) -> u64 {
-        self.memory.map_or_else(half_of_the_machine, |mebibytes| u64::from(mebibytes) << 20)
+        allowed_memory(self.memory)
     }
+}
+
+/// Bytes that work may take, where so many MiB are allowed, or none are said.
+pub(crate) fn allowed_memory(mebibytes: Option<u32>) -> u64 {
+    mebibytes.map_or_else(half_of_the_machine, |mebibytes| u64::from(mebibytes) << 20)
 }
 
 /// Memory of a machine that does not tell, bytes.

@@ -69,6 +69,25 @@ impl VerticalPlaneThrust {
         (S::from(1.0) - part) * self.least_throttle / tilt.cos() + part
     }
 
+    /// Position (m), velocity over the ground (m/s) and thrust (N) at a state and a control, in axes fixed to the body.
+    #[must_use]
+    pub fn vectors(&self, [r, s, w, v, m]: [f64; 5], [tilt, part]: [f64; 2]) -> [[f64; 3]; 3] {
+        let [up0, forward0, left] = self.axes();
+        let (sin, cos) = s.sin_cos();
+        let up = [0, 1, 2].map(|k| cos * up0[k] + sin * forward0[k]);
+        let forward = [0, 1, 2].map(|k| cos * forward0[k] - sin * up0[k]);
+        let [longitude, latitude] = self.place_at(s);
+        let local = Local::at(longitude, latitude);
+        let [_, east, north] = self.flight.gravity.acceleration(r, longitude, latitude);
+        let gravity = local.vector([0.0, east, north]);
+        let turns = [up, forward, left].map(|axis| axis[2] * self.flight.rotation_rate);
+        let side = m * side([r, w, v], turns, || (0..3).map(|k| gravity[k] * left[k]).sum());
+        let size = self.throttle(tilt, part) * self.flight.engine.thrust;
+        let in_plane = (size * size - side * side).max(0.0).sqrt();
+        let along = |a: f64, b: f64, c: f64| [0, 1, 2].map(|k| a * up[k] + b * forward[k] + c * left[k]);
+        [along(r, 0.0, 0.0), along(w, v, 0.0), along(in_plane * tilt.cos(), in_plane * tilt.sin(), side)]
+    }
+
     /// Longitude and latitude (rad) at an angle from the start (rad).
     #[must_use]
     pub fn place_at(&self, angle: f64) -> [f64; 2] {
@@ -77,6 +96,12 @@ impl VerticalPlaneThrust {
         let (_, longitude, latitude) = Local::spherical([0, 1, 2].map(|k| cos * up[k] + sin * forward[k]));
         [longitude, latitude]
     }
+}
+
+/// Acceleration across the plane, m/s2, that keeps a flight in it, with the rotation in its axes and gravity to the left.
+fn side<S: Scalar>([r, w, v]: [S; 3], turns: [S; 3], gravity_left: impl FnOnce() -> S) -> S {
+    let [turn_up, turn_forward, turn_left] = turns;
+    (turn_up * v - turn_forward * w) * 2.0 + r * turn_up * turn_left - gravity_left()
 }
 
 impl Dynamics<5, 2> for VerticalPlaneThrust {
@@ -100,7 +125,7 @@ impl Dynamics<5, 2> for VerticalPlaneThrust {
             |axis: &[S; 3]| gravity_east * across(&east, axis) + gravity_north * across(&north, axis);
         let turn = self.flight.rotation_rate;
         let (turn_up, turn_forward, turn_left) = (up[2] * turn, forward[2] * turn, left[2] * turn);
-        let side = (turn_up * v - turn_forward * w) * 2.0 + r * turn_up * turn_left - gravity(&left);
+        let side = side([r, w, v], [turn_up, turn_forward, turn_left], || gravity(&left));
         let size = self.throttle(u[0], u[1]) * self.flight.engine.thrust;
         let in_plane = ((size / m).square() - side.square()).sqrt();
         let (sin_tilt, cos_tilt) = u[0].sin_cos();

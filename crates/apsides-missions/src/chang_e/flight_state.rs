@@ -40,7 +40,7 @@ impl FlightState {
     }
 
     /// A state in the order of `planar::STATES`, `powered_descent::STATES`, `VerticalPlaneThrust::STATES` or `powered_descent::VERTICAL_STATES`.
-    fn of(motion: Motion, x: &[f64]) -> Option<Self> {
+    pub(super) fn of(motion: Motion, x: &[f64]) -> Option<Self> {
         let (radius, upward, mass, across) = match (motion, x) {
             (_, &[radius, upward, mass]) => (radius, upward, mass, Across::Above),
             (Motion::Plane, &[radius, angle, forward, upward, mass]) => {

@@ -7,11 +7,14 @@ use apsides_ocp::Trajectory;
 use apsides_pipeline::dispersion::Dispersed;
 use apsides_pipeline::method::MethodName;
 use apsides_pipeline::mission::EasierCase;
+use apsides_pipeline::placing::Whereabouts;
 use apsides_pipeline::values::Values;
 use apsides_pipeline::{Curve, Decisions, Error, Kind, Mission, Offers, Posed, Scalars};
 use apsides_verify::Check;
 
+use crate::data::point_about;
 use dispersed::PlannedBraking;
+use motion::DescentMotion;
 
 mod braking;
 mod clearance;
@@ -23,6 +26,7 @@ mod guess;
 mod keys;
 mod lander;
 mod landing;
+mod motion;
 mod one_plane;
 mod phases;
 mod results;
@@ -49,7 +53,7 @@ impl Mission for MainBraking {
             "Main braking from the perilune of a lunar orbit to a gate above the site with least propellant",
             &[keys::VEHICLE, keys::MOON, keys::ORBIT, keys::SITE, keys::GATE],
         )
-        .offering(Offers { dispersed: dispersed::COLUMNS, ..Offers::default() })
+        .offering(Offers { dispersed: dispersed::COLUMNS, ephemeris: true, ..Offers::default() })
     }
 
     fn read(values: &Values) -> Result<Self, Error> {
@@ -77,6 +81,14 @@ impl Mission for MainBraking {
 
     fn datum(&self) -> Option<f64> {
         Some(self.lander.body.radius)
+    }
+
+    fn whereabouts(&self) -> Whereabouts {
+        point_about(self.lander.body.gravitational_parameter)
+    }
+
+    fn motion<'a>(&'a self, solution: &'a Trajectory) -> Option<Box<dyn apsides_ephemeris::Motion + 'a>> {
+        Some(Box::new(DescentMotion::of(&self.lander, solution, [None; 2])))
     }
 
     fn headline(&self) -> Vec<&str> {
@@ -109,6 +121,7 @@ impl Mission for SixStageLanding {
             ],
         )
         .nothing_at_zero(&[keys::HOVER_TIME])
+        .offering(Offers { ephemeris: true, ..Offers::default() })
     }
 
     fn read(values: &Values) -> Result<Self, Error> {
@@ -125,6 +138,15 @@ impl Mission for SixStageLanding {
 
     fn datum(&self) -> Option<f64> {
         Some(self.lander.body.radius)
+    }
+
+    fn whereabouts(&self) -> Whereabouts {
+        point_about(self.lander.body.gravitational_parameter)
+    }
+
+    fn motion<'a>(&'a self, solution: &'a Trajectory) -> Option<Box<dyn apsides_ephemeris::Motion + 'a>> {
+        let diverts = [self.coarse_divert(), self.fine_divert()].map(Some);
+        Some(Box::new(DescentMotion::of(&self.lander, solution, diverts)))
     }
 
     fn headline(&self) -> Vec<&str> {

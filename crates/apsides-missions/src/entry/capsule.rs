@@ -3,6 +3,7 @@
 use apsides_dynamics::aerodynamics::AxisymmetricAerodynamics;
 use apsides_dynamics::entry::{EntryFlight, EntryState};
 use apsides_dynamics::great_circle::{central_angle, initial_course};
+use apsides_ephemeris::Epoch;
 
 use super::load::Load;
 use super::steering::Steering;
@@ -35,6 +36,8 @@ pub struct CapsuleEntry {
     pub flight: EntryFlight,
     /// State at the start.
     pub start: EntryState,
+    /// Instant of the start where a message states it.
+    pub epoch: Option<Epoch>,
     /// Altitude at the end, m.
     pub target_altitude: f64,
     /// Longitude and latitude at the end, rad; the goals [`Goal::Miss`] and [`Goal::Reach`] count from there.

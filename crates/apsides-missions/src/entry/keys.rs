@@ -1,6 +1,7 @@
 //! Keys of the re-entry.
 
 use apsides_pipeline::key::{Key, Range};
+use apsides_pipeline::placing::INITIAL_STATE;
 
 use crate::data;
 
@@ -128,6 +129,7 @@ const FLIGHT: &[Key] = &[
         &["east", NORTH],
         "azimuths count from east towards north, or from north towards east",
     ),
+    INITIAL_STATE,
     Key::number("entry_altitude_km", 120.0, Range::open(20.0, 1000.0), "altitude at the start"),
     Key::number("entry_longitude_deg", 41.5, ANGLE, "longitude at the start"),
     Key::number("entry_latitude_deg", 40.5, LATITUDE, "latitude at the start"),

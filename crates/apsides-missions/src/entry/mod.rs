@@ -12,20 +12,24 @@
 //! | `load`, `steering` | the loads of a flight; the bank angle as a control |
 //! | `problem`, `guess`, `search` | the optimal control problem and its starts |
 //! | `expansion` | the bank angle from its cosine and sine |
+//! | `motion` | positions, velocities and loads, for ephemerides |
 //! | `results`, `margins` | what a flight amounts to; the limits of its reach |
 //! | `reach` | ends over ground, for footprints |
 //! | `steered` | the flight in six degrees of freedom, its lift pointed by moving masses |
 
 use std::sync::Arc;
 
+use apsides_ephemeris::{Epoch, Motion};
 use apsides_ocp::Trajectory;
 use apsides_pipeline::method::{MethodName, Methods};
 use apsides_pipeline::mission::{EasierCase, Reach};
+use apsides_pipeline::placing::Whereabouts;
 use apsides_pipeline::simulation::Watch;
 use apsides_pipeline::values::Values;
 use apsides_pipeline::{Curve, Error, Expansion, Kind, Mission, Offers, Outcome, Posed, Scalars, Simulated};
 use apsides_radau::Explanation;
 
+use crate::data::point_about;
 mod atmosphere_table;
 mod capsule;
 mod expansion;
@@ -33,6 +37,7 @@ mod guess;
 mod keys;
 mod load;
 mod margins;
+mod motion;
 mod problem;
 mod reach;
 mod reading;
@@ -41,6 +46,8 @@ mod results;
 mod search;
 mod steered;
 mod steering;
+
+use motion::EntryMotion;
 
 pub use capsule::{CapsuleEntry, Goal, SteeredMasses, TrimmedShape};
 pub use load::Load;
@@ -52,6 +59,7 @@ impl Mission for CapsuleEntry {
         Kind::new::<Self>("capsule-reentry", title, keys::ALL).offering(Offers {
             simulation: true,
             footprint: true,
+            ephemeris: true,
             ..Offers::default()
         })
     }
@@ -95,6 +103,18 @@ impl Mission for CapsuleEntry {
 
     fn curves(&self, solution: &Trajectory) -> Vec<Curve> {
         results::curves(self, solution)
+    }
+
+    fn start_epoch(&self) -> Option<Epoch> {
+        self.epoch
+    }
+
+    fn whereabouts(&self) -> Whereabouts {
+        point_about(self.flight.planet.body.gravitational_parameter)
+    }
+
+    fn motion<'a>(&'a self, _solution: &'a Trajectory) -> Option<Box<dyn Motion + 'a>> {
+        Some(Box::new(EntryMotion::of(self)))
     }
 
     /// Indirect shooting, whose control is the bank angle itself, begins from the collocation of the bank vector.

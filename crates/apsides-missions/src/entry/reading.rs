@@ -6,10 +6,13 @@ use apsides_dynamics::aerodynamics::{
 };
 use apsides_dynamics::atmosphere::{Atmosphere, Exponential, Gas};
 use apsides_dynamics::entry::{EntryFlight, EntryState, Heading};
+use apsides_dynamics::frames::Local;
 use apsides_dynamics::heating::HeatingLaw;
 use apsides_dynamics::planet::Planet;
 use apsides_dynamics::{Body, DynamicsError};
+use apsides_ephemeris::{CentralBody, Epoch, Frames, StateVector};
 use apsides_pipeline::Error;
+use apsides_pipeline::placing::{INITIAL_STATE_PATH, NO_MESSAGE, placing};
 use apsides_pipeline::values::Values;
 
 use super::capsule::{CapsuleEntry, Goal, SteeredMasses, TrimmedShape};
@@ -32,7 +35,11 @@ impl CapsuleEntry {
         };
         let vehicle = vehicle(v, shape.as_ref())?;
         let flight = EntryFlight::new(planet(v)?, vehicle, heading, heating(v)?);
-        let start = start(v, &flight)?;
+        let (start, epoch) = match v.word(INITIAL_STATE_PATH)? {
+            NO_MESSAGE => (start(v)?, None),
+            message => state_of_message(v, &flight, message)?,
+        };
+        check_start(v, &flight, &start)?;
         let target_altitude = target_altitude(v, &flight.planet, &start)?;
         let acceleration = match v.word("load")? {
             keys::NORMAL => Load::NormalAcceleration,
@@ -41,6 +48,7 @@ impl CapsuleEntry {
         let thousand = |limit: f64| limit * 1e3;
         Ok(Self {
             start,
+            epoch,
             target_altitude,
             target: [radians(v, keys::TARGET_LONGITUDE)?, radians(v, keys::TARGET_LATITUDE)?],
             acceleration,
@@ -63,15 +71,60 @@ fn radians(v: &Values, path: &str) -> Result<f64, Error> {
     v.number(path).map(f64::to_radians)
 }
 
-fn start(v: &Values, flight: &EntryFlight) -> Result<EntryState, Error> {
+/// State and instant of an orbit parameter message.
+fn state_of_message(
+    v: &Values,
+    flight: &EntryFlight,
+    message: &str,
+) -> Result<(EntryState, Option<Epoch>), Error> {
+    let refuse = |reason: String| v.conflict(format!("`{INITIAL_STATE_PATH}`: {reason}"));
+    let state = StateVector::read_opm(message).map_err(|e| refuse(e.to_string()))?;
+    let body = &flight.planet.body;
+    if CentralBody::of_gravity(body.gravitational_parameter) != Some(state.body) {
+        return Err(refuse(format!("the message is about the {}, `body` is another one", state.body.word())));
+    }
+    let mass = flight.vehicle.mass;
+    if let Some(stated) = state.mass.filter(|stated| (stated / mass - 1.0).abs() > SAME_MASS) {
+        return Err(refuse(format!("the message has a mass of {stated} kg, `initial_mass_kg` is {mass}")));
+    }
+    // On a body that does not turn the coordinates are in the mission's inertial axes.
+    let (position, velocity) = match flight.planet.rotation_rate == 0.0 {
+        true => {
+            let frames = Frames::new(state.body, state.epoch, &placing(v)?.plane);
+            (frames.icrf_to_inertial(state.position), frames.icrf_to_inertial(state.velocity))
+        }
+        false => state.body.orientation(&state.epoch).to_fixed(state.position, state.velocity),
+    };
+    let (radius, longitude, latitude) = Local::spherical(position);
+    let [up, east, north] = Local::at(longitude, latitude).components(velocity);
+    let across = east.hypot(north);
     let start = EntryState {
+        altitude: radius - body.radius,
+        longitude,
+        latitude,
+        speed: across.hypot(up),
+        path_angle: up.atan2(across),
+        azimuth: flight.heading.of_course(east.atan2(north)),
+    };
+    Ok((start, Some(state.epoch)))
+}
+
+/// Part by which the mass of a message may differ from that of the vehicle.
+const SAME_MASS: f64 = 1e-6;
+
+fn start(v: &Values) -> Result<EntryState, Error> {
+    Ok(EntryState {
         altitude: v.number("entry_altitude_km")? * 1e3,
         longitude: radians(v, "entry_longitude_deg")?,
         latitude: radians(v, "entry_latitude_deg")?,
         speed: v.number("entry_speed_m_s")?,
         path_angle: radians(v, "entry_path_angle_deg")?,
         azimuth: radians(v, "entry_azimuth_deg")?,
-    };
+    })
+}
+
+/// Refuses a start that the flight does not have.
+fn check_start(v: &Values, flight: &EntryFlight, start: &EntryState) -> Result<(), Error> {
     flight.checked(start.array()).map_err(v.refusal(&["entry_altitude_km", "entry_speed_m_s"]))?;
     let [_, highest] = flight.planet.atmosphere.range();
     if start.altitude > highest {
@@ -82,7 +135,7 @@ fn start(v: &Values, flight: &EntryFlight) -> Result<EntryState, Error> {
             highest / 1e3
         )));
     }
-    Ok(start)
+    Ok(())
 }
 
 fn target_altitude(v: &Values, planet: &Planet, start: &EntryState) -> Result<f64, Error> {

@@ -7,15 +7,19 @@
 use std::sync::Arc;
 
 use apsides_dynamics::equinoctial::MASS;
+use apsides_ephemeris::Motion;
 use apsides_ocp::{Ocp, Trajectory};
 use apsides_pipeline::method::{MethodName, Methods};
 use apsides_pipeline::mission::EasierCase;
+use apsides_pipeline::placing::Whereabouts;
 use apsides_pipeline::values::Values;
-use apsides_pipeline::{Curve, Decisions, Error, Expansion, Kind, Mission, Posed, Scalars};
+use apsides_pipeline::{Curve, Decisions, Error, Expansion, Kind, Mission, Offers, Posed, Scalars};
 use apsides_radau::{Explanation, Requirement, RequirementKind};
 use apsides_verify::Check;
 
+use crate::data::point_about;
 use guess::ImpulsiveGuess;
+use motion::InjectionMotion;
 
 mod checks;
 mod coast;
@@ -23,6 +27,7 @@ mod expansion;
 mod guess;
 mod injection;
 mod keys;
+mod motion;
 mod phases;
 mod results;
 mod thrust;
@@ -43,6 +48,7 @@ impl Mission for GeoInjection {
             &[keys::STAGE, keys::FLIGHT],
         )
         .nothing_at_zero(&["inclination_deg", "target_eccentricity"])
+        .offering(Offers { ephemeris: true, ..Offers::default() })
     }
 
     fn read(values: &Values) -> Result<Self, Error> {
@@ -78,6 +84,14 @@ impl Mission for GeoInjection {
 
     fn curves(&self, solution: &Trajectory) -> Vec<Curve> {
         results::curves(self, solution)
+    }
+
+    fn whereabouts(&self) -> Whereabouts {
+        point_about(self.flight.body.gravitational_parameter)
+    }
+
+    fn motion<'a>(&'a self, solution: &'a Trajectory) -> Option<Box<dyn Motion + 'a>> {
+        Some(Box::new(InjectionMotion { injection: self, solution }))
     }
 
     fn checks(&self, _decisions: &Decisions, solution: &Trajectory) -> Vec<Check> {

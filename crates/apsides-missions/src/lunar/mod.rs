@@ -7,14 +7,18 @@
 
 use apsides_dynamics::Hohmann;
 use apsides_dynamics::planar::{HORIZONTAL_SPEED, MASS, RADIAL_SPEED, RADIUS};
+use apsides_ephemeris::Motion;
 use apsides_ocp::{At, Bounds, Guess, Ocp, OcpBuilder, Phase, PhaseGuess, Sense, Term, Trajectory, Variable};
 use apsides_pipeline::method::{MethodName, Methods};
+use apsides_pipeline::placing::Whereabouts;
 use apsides_pipeline::values::Values;
-use apsides_pipeline::{Curve, Error, Kind, Mission, Posed, Scalars};
+use apsides_pipeline::{Curve, Error, Kind, Mission, Offers, Posed, Scalars};
 use apsides_radau::Explanation;
 
 use crate::Refuse;
+use crate::data::point_about;
 use ignition::Ignition;
+use motion::LandingMotion;
 use phases::{COAST, DESCENT, PeriluneAltitude, Target};
 
 #[cfg(feature = "flatness")]
@@ -23,6 +27,7 @@ mod guess;
 mod ignition;
 mod keys;
 mod lander;
+mod motion;
 mod phases;
 mod results;
 
@@ -71,6 +76,14 @@ macro_rules! results_of_its_lander {
             self.lander.results(solution)
         }
 
+        fn whereabouts(&self) -> Whereabouts {
+            point_about(self.lander.flight.body.gravitational_parameter)
+        }
+
+        fn motion<'a>(&'a self, solution: &'a Trajectory) -> Option<Box<dyn Motion + 'a>> {
+            LandingMotion::of(&self.lander, solution).map(|motion| Box::new(motion) as Box<dyn Motion>)
+        }
+
         fn datum(&self) -> Option<f64> {
             Some(self.lander.flight.body.radius)
         }
@@ -93,6 +106,10 @@ macro_rules! results_of_its_lander {
     };
 }
 
+/// Landings have a place about their body.
+const PLACED: Offers =
+    Offers { simulated_only: false, simulation: false, footprint: false, ephemeris: true, dispersed: &[] };
+
 impl DirectLanding {
     fn ignition(&self, refuse: Refuse<'_>) -> Result<Ignition, Error> {
         Ignition::in_orbit(&self.lander, refuse)
@@ -106,6 +123,7 @@ impl Mission for DirectLanding {
             "Soft landing from a circular lunar orbit: full thrust in minimum time, or throttled with least propellant",
             &[keys::COMMON, keys::THROTTLE_IN_ORBIT, keys::TOUCHDOWN, keys::PITCH_RATE],
         )
+        .offering(PLACED)
     }
 
     fn read(values: &Values) -> Result<Self, Error> {
@@ -134,6 +152,7 @@ impl Mission for PeriluneLanding {
             "Soft landing from the perilune of a Hohmann transfer: full thrust in minimum time, or throttled with least propellant",
             &[keys::COMMON, keys::PERILUNE, keys::THROTTLE, keys::TOUCHDOWN, keys::PITCH_RATE],
         )
+        .offering(PLACED)
     }
 
     fn read(values: &Values) -> Result<Self, Error> {
@@ -179,6 +198,7 @@ impl Mission for TwoPhaseLanding {
             "Horizontal braking from perilune to a gate, then vertical descent: full thrust in minimum time, or throttled with least propellant",
             &[keys::COMMON, keys::PERILUNE, keys::GATE, keys::THROTTLE, keys::PITCH_RATE],
         )
+        .offering(PLACED)
     }
 
     fn read(values: &Values) -> Result<Self, Error> {
@@ -245,6 +265,7 @@ impl Mission for LunarTransfer {
             "The whole way from a circular lunar orbit to the surface: deorbit burn, coast and braking with least propellant",
             &[keys::COMMON, keys::FLOOR, keys::TOUCHDOWN, keys::PITCH_RATE],
         )
+        .offering(PLACED)
     }
 
     fn read(values: &Values) -> Result<Self, Error> {

@@ -2,9 +2,12 @@
 
 use apsides_control::nonlinear_pid::NonlinearGains;
 use apsides_control::pid::PidGains;
+use apsides_dynamics::Ellipsoid;
 use apsides_dynamics::aerodynamics::Interpolation;
+use apsides_ephemeris::{About, Axes};
 use apsides_pipeline::key::Key;
 use apsides_pipeline::mission::downcast;
+use apsides_pipeline::placing::Whereabouts;
 use apsides_pipeline::simulation::Watch;
 use apsides_pipeline::values::Values;
 use apsides_pipeline::{Error, Kind, Mission, Offers, Outcome, Pipeline, Simulated};
@@ -61,8 +64,13 @@ fn seeded(case: &Case, seed: u64) -> Case {
     case
 }
 
-const OFFERS: Offers =
-    Offers { simulated_only: true, simulation: false, footprint: false, dispersed: Descents::COLUMNS };
+const OFFERS: Offers = Offers {
+    simulated_only: true,
+    simulation: false,
+    footprint: false,
+    ephemeris: true,
+    dispersed: Descents::COLUMNS,
+};
 
 impl Mission for CrossMasses {
     fn kind() -> Kind {
@@ -82,6 +90,14 @@ impl Mission for CrossMasses {
 
     fn read(values: &Values) -> Result<Self, Error> {
         Ok(Self { case: read_case(values, read_cross)? })
+    }
+
+    fn whereabouts(&self) -> Whereabouts {
+        whereabouts(&self.case)
+    }
+
+    fn record_about(&self) -> Option<(About, f64)> {
+        record_about(&self.case)
     }
 
     fn simulate(&self, seed: u64, _plan: Option<&Outcome>, watch: &Watch<'_>) -> Result<Simulated, Error> {
@@ -110,9 +126,37 @@ impl Mission for RadialMasses {
         Ok(Self { case: read_case(values, read_radial)? })
     }
 
+    fn whereabouts(&self) -> Whereabouts {
+        whereabouts(&self.case)
+    }
+
+    fn record_about(&self) -> Option<(About, f64)> {
+        record_about(&self.case)
+    }
+
     fn simulate(&self, seed: u64, _plan: Option<&Outcome>, watch: &Watch<'_>) -> Result<Simulated, Error> {
         simulate(&seeded(&self.case, seed), watch)
     }
+}
+
+/// Over the ellipsoid the capsule has a place, and an attitude.
+fn whereabouts(case: &Case) -> Whereabouts {
+    match case.earth {
+        Earth::Flat => Whereabouts::NotSo("`earth` is \"flat\", `--set earth=ellipsoid` has"),
+        Earth::Ellipsoid => Whereabouts::Attitude,
+    }
+}
+
+fn record_about(case: &Case) -> Option<(About, f64)> {
+    let surface = Ellipsoid::WGS84;
+    let about = About {
+        gravitational_parameter: surface.gravitational_parameter,
+        surface,
+        axes: Axes::Fixed,
+        loads: Vec::new(),
+        site: None,
+    };
+    (case.earth == Earth::Ellipsoid).then_some((about, case.vehicle.mass))
 }
 
 /// The number of a key in deg, as rad.

@@ -1,0 +1,43 @@
+//! Ephemerides beside the files of a solve or a simulation.
+
+use std::path::Path;
+use std::time::{SystemTime, UNIX_EPOCH};
+
+use apsides::Pipeline;
+use apsides::ephemeris::{Ephemeris, Epoch, Format, Sampling};
+use apsides_report::Item;
+
+use crate::arguments::EphemerisArguments;
+use crate::exit::{Refusal, refusal};
+
+impl EphemerisArguments {
+    /// The spacing and the formats that are asked for; refused before any work where the mission does not have what they need.
+    pub(crate) fn asked(
+        &self,
+        mission: &Pipeline,
+        out: Option<&Path>,
+    ) -> Result<Option<(Sampling, Vec<Format>)>, Refusal> {
+        let Some(sampling) = self.rows.sampling() else { return Ok(None) };
+        if out.is_none() {
+            return Err("--step and --points write files: say where, with --out DIR".into());
+        }
+        let formats = if self.format.is_empty() { vec![Format::Csv] } else { self.format.clone() };
+        mission.check_formats(&formats).map_err(refusal)?;
+        Ok(Some((sampling, formats)))
+    }
+}
+
+/// The files of an ephemeris.
+pub(crate) fn files(table: &Ephemeris, formats: &[Format]) -> Result<Vec<Item>, Refusal> {
+    let now = SystemTime::now().duration_since(UNIX_EPOCH).map_or(0, |since| since.as_secs());
+    let created = Epoch::of_unix(now);
+    let mut formats = formats.to_vec();
+    formats.sort_unstable();
+    formats.dedup();
+    let mut items: Vec<Item> = Vec::new();
+    for format in formats {
+        let files = format.write(table, &created).map_err(refusal)?;
+        items.extend(files.into_iter().map(|(name, content)| (name, Some(content))));
+    }
+    Ok(items)
+}

@@ -1,0 +1,61 @@
+//! The common part of CCSDS messages in keywords and values.
+
+use std::fmt::Write as _;
+
+use crate::table::Ephemeris;
+use crate::{Epoch, TimeScale};
+
+/// Name of who makes the messages.
+const ORIGINATOR: &str = "APSIDES";
+
+/// A message that is being written: lines of keywords and values.
+pub(crate) struct Message(String);
+
+// Writing into a `String` cannot fail, hence the discarded results.
+
+impl Message {
+    /// The head of a message: its standard with its version, then what it is about, and when and by whom it was made.
+    pub(crate) fn begin(standard: &str, version: &str, table: &Ephemeris, created: &Epoch) -> Self {
+        let mut message = Self(format!("{standard} = {version}\n"));
+        message.line(format_args!("COMMENT Ephemeris of the solution of mission {}", table.name));
+        message.set("CREATION_DATE", &created.in_scale(TimeScale::Utc).calendar());
+        message.set("ORIGINATOR", ORIGINATOR);
+        message
+    }
+
+    pub(crate) fn line(&mut self, line: std::fmt::Arguments<'_>) {
+        let _ = writeln!(self.0, "{line}");
+    }
+
+    pub(crate) fn set(&mut self, key: &str, value: &str) {
+        self.line(format_args!("{key} = {value}"));
+    }
+
+    /// The object: its name, which is its designator too.
+    pub(crate) fn object(&mut self, table: &Ephemeris) {
+        let name = table.name.to_uppercase();
+        self.set("OBJECT_NAME", &name);
+        self.set("OBJECT_ID", &name);
+    }
+
+    pub(crate) fn text(self) -> String {
+        self.0
+    }
+}
+
+/// Rows of a phase whose instants, as they are written, follow each other.
+pub(crate) fn rows_of_message(table: &Ephemeris, rows: std::ops::Range<usize>) -> Vec<(usize, String)> {
+    let mut kept: Vec<(usize, String)> = Vec::with_capacity(rows.len());
+    for row in rows {
+        let instant = table.epoch_of(row).calendar();
+        if kept.last().is_none_or(|(_, last)| *last != instant) {
+            kept.push((row, instant));
+        }
+    }
+    kept
+}
+
+/// The largest degree of an interpolation between so many rows, odd for one that takes velocities too.
+pub(crate) fn degree(rows: usize, most: usize) -> usize {
+    (rows.saturating_sub(1)).clamp(1, most)
+}
