@@ -36,27 +36,28 @@ impl Formula {
     /// When there are not as many inputs.
     #[must_use]
     pub fn divisions(&self, input: usize, range: [f64; 2], fixed: &[(usize, f64)]) -> Divisions {
-        assert!(input < self.inputs(), "the input is one of the formula");
-        let mut divisions = Divisions::default();
-        if !(range[0] < range[1] && range.iter().all(|v| v.is_finite())) {
-            return divisions;
+        if !is_range(range) {
+            return Divisions::default();
         }
-        let Alone { operations, outputs, conditions } = Alone::of(self, input, fixed);
-        let of = |output: usize| Self::pruned(1, &operations, self.tables(), &[output]);
-        for condition in conditions {
-            divisions.instants.extend(zeros(&of(condition), range));
-        }
-        divisions.instants.sort_by(|a, b| a[0].total_cmp(&b[0]));
-        divisions.instants.dedup_by(|next, last| {
-            let same = next[0] <= last[1];
-            last[1] = if same { last[1].max(next[1]) } else { last[1] };
-            same
-        });
-        for output in outputs {
-            divisions.parts.extend(parts(of(output), range, &divisions.instants));
-        }
-        divisions
+        let alone = Alone::of(self, input, fixed);
+        let instants = alone.instants(self, range);
+        let of_output = |output: &usize| parts(alone.formula(self, *output), range, &instants);
+        Divisions { parts: alone.outputs.iter().flat_map(of_output).collect(), instants }
     }
+
+    /// The places of a range of one input at which values jump or have a kink since that input passes them: the last number before, and the
+    /// first one after, in increasing order.
+    ///
+    /// # Panics
+    /// When there are not as many inputs.
+    #[must_use]
+    pub fn instants(&self, input: usize, range: [f64; 2], fixed: &[(usize, f64)]) -> Vec<[f64; 2]> {
+        if is_range(range) { Alone::of(self, input, fixed).instants(self, range) } else { Vec::new() }
+    }
+}
+
+fn is_range(range: [f64; 2]) -> bool {
+    range[0] < range[1] && range.iter().all(|v| v.is_finite())
 }
 
 /// The operations of a formula on one input alone.
@@ -70,6 +71,7 @@ struct Alone {
 
 impl Alone {
     fn of(formula: &Formula, input: usize, fixed: &[(usize, f64)]) -> Self {
+        assert!(input < formula.inputs(), "the input is one of the formula");
         // Of each value: its place here, if it depends on nothing else, and whether it depends on the input.
         let mut places: Vec<Option<(usize, bool)>> = vec![None; formula.inputs()];
         places[input] = Some((0, true));
@@ -100,6 +102,23 @@ impl Alone {
         part.outputs.sort_unstable();
         part.outputs.dedup();
         part
+    }
+
+    /// One of the values as a formula of the input, with the tables of the whole.
+    fn formula(&self, whole: &Formula, output: usize) -> Formula {
+        Formula::pruned(1, &self.operations, whole.tables(), &[output])
+    }
+
+    fn instants(&self, whole: &Formula, range: [f64; 2]) -> Vec<[f64; 2]> {
+        let zeros = self.conditions.iter().flat_map(|c| zeros(&self.formula(whole, *c), range));
+        let mut instants: Vec<[f64; 2]> = zeros.collect();
+        instants.sort_by(|a, b| a[0].total_cmp(&b[0]));
+        instants.dedup_by(|next, last| {
+            let same = next[0] <= last[1];
+            last[1] = if same { last[1].max(next[1]) } else { last[1] };
+            same
+        });
+        instants
     }
 
     /// Appends an operation; the place of its value.

@@ -14,6 +14,8 @@ use crate::{Guess, Kink, Mesh, Ocp, OcpError, Phase, PhaseTrajectory, PiecewiseP
 const BEHIND: f64 = 16.0;
 /// Ends within this many roundings are the same.
 const SAME: f64 = 64.0;
+/// Step of a parameter, relative to its size.
+const STEP: f64 = 1e-6;
 /// An interval end of a mesh this close to a jump, as a part of the phase, is moved there.
 const NEAR: f64 = 1e-9;
 
@@ -127,6 +129,39 @@ pub fn ends_at_instants(ocp: &Ocp, k: usize, parameters: &[f64], ends: &[f64]) -
     let instants = instants(ocp, k, parameters, times);
     let is_instant = |end: f64| instants.iter().any(|at| (end - at).abs() <= same);
     (1..ends.len() - 1).filter(|&k| is_instant(ends[k])).collect()
+}
+
+/// The rates at which the times of jumps and kinks move with the parameters, by the indices of [`ends_at_instants`]: for each of them one
+/// number for each parameter.
+#[must_use]
+pub fn rates_of_instants(
+    ocp: &Ocp,
+    k: usize,
+    parameters: &[f64],
+    ends: &[f64],
+    at: &[usize],
+) -> Vec<Vec<f64>> {
+    let mut rates = vec![vec![0.0; parameters.len()]; at.len()];
+    let Some((first, last)) = ends.first().zip(ends.last()).filter(|_| !at.is_empty()) else { return rates };
+    for (i, p) in parameters.iter().enumerate() {
+        let step = STEP * ocp.parameters[i].size().unwrap_or(1.0).max(p.abs());
+        let [below, above] = [p - step, p + step].map(|p| {
+            let mut moved = parameters.to_vec();
+            moved[i] = p;
+            instants(ocp, k, &moved, [*first, *last])
+        });
+        let nearest = |instants: &[f64], end: f64| {
+            let closer = |a: &&f64, b: &&f64| (*a - end).abs().total_cmp(&(*b - end).abs());
+            instants.iter().min_by(closer).copied().unwrap_or(end)
+        };
+        for (rates, end) in rates.iter_mut().zip(at.iter().map(|k| ends[*k])) {
+            let moved = nearest(&above, end) - nearest(&below, end);
+            // What does not move differs by rounding.
+            rates[i] =
+                if moved.abs() > roundings(SAME, [*first, *last]) { moved / (2.0 * step) } else { 0.0 };
+        }
+    }
+    rates
 }
 
 /// Times from which on nothing of what is before a jump or a kink of time is seen, in increasing order.

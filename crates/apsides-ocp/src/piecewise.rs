@@ -6,7 +6,7 @@ use apsides_basis::Barycentric;
 
 use crate::OcpError;
 
-/// Distance from an end of a piece at which what may jump there is looked at, relative to the time: some roundings.
+/// Distance from an end of a piece at which what may jump there is looked at, relative to the largest time: some roundings.
 const CLEAR: f64 = 128.0 * f64::EPSILON;
 
 /// One polynomial piece, by its values at the nodes of a basis on [-1, 1].
@@ -152,7 +152,7 @@ impl PiecewisePolynomial {
     #[must_use]
     pub fn within(&self, segment: usize, t: f64) -> f64 {
         let (start, end) = (self.breaks[segment], self.breaks[segment + 1]);
-        let distance = CLEAR * start.abs().max(end.abs());
+        let distance = CLEAR * self.breaks[0].abs().max(self.breaks[self.segments.len()].abs());
         if end - start <= 2.0 * distance {
             return t;
         }

@@ -19,6 +19,9 @@ pub(crate) const TIME: &str = "time";
 /// The time that a phase is over, and that it begins at where that is stated.
 type PhaseTimes = (Option<Bounds>, Bounds, Bounds);
 
+/// Most jumps and kinks of time of a function that methods follow one by one.
+const MOST_INSTANTS: usize = 8;
+
 /// Builds the phases in the order of the file.
 pub(crate) fn phases(amounts: &mut Amounts<'_>, tables: &[Table]) -> Result<Vec<Phase>, ProblemError> {
     let model = amounts.model;
@@ -108,10 +111,12 @@ type Switches = Vec<(usize, f64)>;
 /// A program over states, controls, parameters and time of a phase.
 struct Inputs<'a> {
     compiler: Compiler<'a, Program>,
+    /// Earliest and latest time.
+    times: [f64; 2],
 }
 
 impl<'a> Inputs<'a> {
-    fn new(amounts: &Amounts<'a>, phase: &model::Phase, tables: &[Table]) -> Self {
+    fn new(amounts: &Amounts<'a>, phase: &model::Phase, times: [f64; 2], tables: &[Table]) -> Self {
         let parameters = &amounts.model.parameters;
         let named = phase.states.iter().chain(&phase.controls).chain(parameters);
         let named: Vec<(&str, Dimension)> = named.map(|v| (v.name.as_str(), v.unit.dimension)).collect();
@@ -128,13 +133,21 @@ impl<'a> Inputs<'a> {
                 compiler.refuse(&format!("{end}.{v}"), &reason);
             }
         }
-        Self { compiler }
+        Self { compiler, times }
     }
 
     fn node(&mut self, outputs: &[Quantity<AdValue>]) -> Result<(Arc<dyn NodeFunction>, Switches), AdError> {
         let values: Vec<AdValue> = outputs.iter().map(|q| self.compiler.recorded(*q)).collect();
         let formula = self.compiler.recorder().builder.formula(&values)?;
-        let kinks = formula.kinks().into_iter().filter_map(|k| k.input).collect();
+        let time = formula.inputs() - 1;
+        let mut kinks: Switches = formula.kinks().into_iter().filter_map(|k| k.input).collect();
+        let instants = formula.instants(time, self.times, &[]);
+        if !instants.is_empty() {
+            kinks.retain(|(input, _)| *input != time);
+        }
+        if instants.len() <= MOST_INSTANTS {
+            kinks.extend(instants.into_iter().map(|[_, after]| (time, after)));
+        }
         Ok((formula_node(formula), kinks))
     }
 }
@@ -148,7 +161,8 @@ fn phase(
     let states: Vec<State> = stated.states.iter().map(|s| state(amounts, s)).collect::<Result<_, _>>()?;
     let controls = stated.controls.iter().map(|c| variable(amounts, c, &format!("control `{}`", c.name)));
     let controls: Vec<Variable> = controls.collect::<Result<_, _>>()?;
-    let mut inputs = Inputs::new(amounts, stated, tables);
+    let times = Bounds::new(start.lower, end.upper);
+    let mut inputs = Inputs::new(amounts, stated, [times.lower, times.upper], tables);
     let mut switches = Vec::new();
     let source = amounts.source;
     let program = |at: &Range<usize>| {
@@ -193,7 +207,6 @@ fn phase(
         switches.extend(found);
         integrals.push(integral);
     }
-    let times = Bounds::new(start.lower, end.upper);
     let kinks = kinks(amounts, stated, &states, times, switches)?;
     let directions = directions(amounts, stated)?;
     let time_unit = amounts.label(&time_unit(amounts, stated));

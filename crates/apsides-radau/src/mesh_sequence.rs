@@ -358,7 +358,7 @@ impl<'a> MeshSequence<'a> {
         let found = self.events.step(ocp, &mut solve, settings);
         self.is_settled = found.are_settled();
         let accurate = solve.is_accurate(settings);
-        let finished = self.is_finished(&solve);
+        let finished = self.is_finished(&solve)?;
         let wants_costates =
             finished && self.costates.want(ocp, &solve.scaling, settings, &mut solve.trajectory)?;
         let MeshSolve { trajectory, report, estimate, .. } = solve;
@@ -385,7 +385,7 @@ impl<'a> MeshSequence<'a> {
     }
 
     /// True if nothing is left but the accuracy of the costates.
-    fn is_finished(&mut self, solve: &MeshSolve) -> bool {
+    fn is_finished(&mut self, solve: &MeshSolve) -> Result<bool, RadauError> {
         let controls = solve.estimate.controls;
         // Worth meshes of their own as long as they help.
         let within = solve.is_in_bounds(self.settings) || controls > LEAST_GAIN * self.excess;
@@ -393,7 +393,9 @@ impl<'a> MeshSequence<'a> {
         if is_done {
             self.excess = controls;
         }
-        is_done && within
+        // Free ends may have moved away from what the mesh sees of the time.
+        let earlier = Guess::earlier(&solve.trajectory);
+        Ok(is_done && within && divided_mesh(self.ocp, &earlier, &self.attempt.mesh)?.is_none())
     }
 
     /// Goes back to the mesh before the first contacts when all were none: what was refined for them is of no use.

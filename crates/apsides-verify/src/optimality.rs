@@ -30,7 +30,7 @@ mod stationarity;
 mod touch;
 mod transversality;
 
-use apsides_ocp::explicit_time::ends_at_instants;
+use apsides_ocp::explicit_time::{ends_at_instants, rates_of_instants};
 use apsides_ocp::{
     Bounds, Guess, Ocp, PhaseScaling, PhaseTrajectory, PiecewisePolynomial, Scaling, Trajectory,
 };
@@ -175,6 +175,8 @@ pub(crate) struct PhaseConditions<'a> {
     impulses: Vec<contact::Impulse>,
     /// Indices among the ends of the control's pieces at which the equations jump or have a kink at a time.
     pub(crate) instants: Vec<usize>,
+    /// The rates at which these move with the parameters.
+    pub(crate) rates_of_instants: Vec<Vec<f64>>,
 }
 
 /// State, control, costate, path multipliers at one time, and the gradient of the Lagrangian there.
@@ -219,6 +221,8 @@ impl<'a> PhaseConditions<'a> {
             gradient: vec![0.0; nx + nu + equations.np + 1],
         };
         let costate = found.costate.as_ref()?;
+        let parameters = &trajectory.parameters;
+        let instants = ends_at_instants(ocp, k, parameters, found.control.breaks());
         let mut conditions = Self {
             equations,
             found,
@@ -236,7 +240,8 @@ impl<'a> PhaseConditions<'a> {
             touches: Vec::new(),
             jump: None,
             impulses: Vec::new(),
-            instants: ends_at_instants(ocp, k, &trajectory.parameters, found.control.breaks()),
+            rates_of_instants: rates_of_instants(ocp, k, parameters, found.control.breaks(), &instants),
+            instants,
         };
         for segment in 0..found.control.segments().len() {
             for time in found.control.node_times(segment) {

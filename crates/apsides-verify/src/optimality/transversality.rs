@@ -294,9 +294,20 @@ impl PhaseConditions<'_> {
             .map(|(segment, t)| self.evaluate_within_bounds(segment, t).value)
     }
 
-    /// Adds the integrals of `dL/dp` and of its magnitude, contacts included.
+    /// Adds the integrals of `dL/dp` and of its magnitude, contacts included, and jumps at times that parameters move.
     fn add_parameter_slopes(&mut self, slopes: &mut [f64], sizes: &mut [f64]) {
         let first = self.equations.nx + self.equations.nu;
+        for (k, rates) in self.instants.clone().into_iter().zip(self.rates_of_instants.clone()) {
+            if rates.iter().all(|rate| *rate == 0.0) {
+                continue;
+            }
+            let time = self.found.control.breaks()[k];
+            let [before, after] = [k - 1, k].map(|segment| self.evaluate_within_bounds(segment, time).value);
+            for (i, rate) in rates.iter().enumerate() {
+                slopes[i] += (before - after) * rate;
+                sizes[i] += ((before - after) * rate).abs();
+            }
+        }
         for impulse in &self.impulses {
             for i in 0..slopes.len() {
                 slopes[i] += impulse.jump[first + i];
