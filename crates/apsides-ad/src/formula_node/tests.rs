@@ -397,7 +397,7 @@ fn jumps_at_kinks_are_those_of_the_two_sides() {
     };
     // Where the argument of each kink is zero, its gradient, and the jump of value and gradient of one output there.
     let slope = formula_slope_below(&tables()[1], 3.0);
-    let cases: [([f64; 2], [f64; 2], usize, f64, [f64; 2]); 6] = [
+    let cases = [
         ([0.0, 3.0], [2.0, 0.0], 0, 0.0, [12.0, 0.0]),
         ([3.5, 0.0], [0.0, 1.0], 1, 0.0, [0.0, 2.0]),
         ([0.5, 0.5], [1.0, -1.0], 2, 0.0, [-1.0, 1.0]),
