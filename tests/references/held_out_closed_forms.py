@@ -280,7 +280,7 @@ def fit_of_a_product():
 def fit_of_a_frequency():
     """The local minimum next to the guess."""
     over = lambda a: sin(6 * a) / a
-    return least(lambda k: 6 + over(2 * sqrt(k)) / 2 + over(10) / 2 - over(sqrt(k) - 5) - over(sqrt(k) + 5), 1.5, 3.5)
+    return least(lambda k: 6 + over(2 * sqrt(k)) / 2 + over(10) / 2 - over(sqrt(k) - 5) - over(sqrt(k) + 5), 5, 9)
 
 
 def full_rate_beyond_the_crest():

@@ -238,7 +238,7 @@ fn explained_from_straight_lines(ocp: &Ocp) -> Explanation {
     method.explain(ocp, &Guess::linear(ocp), &Mesh::uniform(ocp, 4, 3).unwrap()).unwrap()
 }
 
-/// What is missing by a part in a million is missing: its size is said, and no trajectory is claimed.
+/// A part in a million that is missing is missing: its size is said, and no trajectory is claimed.
 #[test]
 fn a_conflict_of_a_millionth_is_named_with_its_size() {
     for beyond in [5e-7, 5e-8] {
@@ -251,7 +251,7 @@ fn a_conflict_of_a_millionth_is_named_with_its_size() {
     }
 }
 
-/// What is met with a thousandth of a millionth to spare is met.
+/// A requirement that is met with a billionth to spare is met.
 #[test]
 fn a_margin_of_a_billionth_is_no_conflict() {
     let e = explained_from_straight_lines(&walk(-1e-9));
