@@ -81,7 +81,7 @@ def main():
             assert np.allclose(turn[:3, :3] @ turn[:3, :3].T, np.eye(3), atol=1e-14)
             print(f"axes {body} {text} " + " ".join(f"{v:.17e}" for v in [*turn[:3, :3].ravel(), *turn[3:, :3].ravel()]))
             back = np.linalg.solve(turn, np.array(state))
-            print(f"state {body} {text} " + " ".join(f"{v:.9e}" for v in [*state, *back]))
+            print(f"state {body} {text} " + " ".join(f"{v:.16e}" for v in [*state, *back]))
 
 
 if __name__ == "__main__":

@@ -89,13 +89,16 @@ fn flown(mission: &str, values: &[&str], step: f64) -> Ephemeris {
     mission.ephemeris(&solved.decisions, &solved.ocp, &solved.trajectory, Sampling::Step(step)).unwrap()
 }
 
-/// Discretisation: quotients over five rows, m/s.
-const QUOTIENT: f64 = 1e-5;
+/// Mesh: `radau.tolerance` of the missions with thrust, the error of positions by the distance from the centre. Their rates err by as much in
+/// a second, which is nearer than nodes are.
+const MESH: f64 = 1e-10;
+/// The same of the re-entry.
+const MESH_OF_ENTRY: f64 = 1e-9;
+/// Mesh: the force of the air by mass between the nodes, m/s2.
+const AIR: f64 = 2e-4;
 /// Published: a mission over the Moon turns with it by the sidereal month, the report's axes by librations too, 5e-9 rad/s at most, which at
 /// 1.7 km/s is so much of the Coriolis acceleration, m/s2.
-const LIBRATION: f64 = 4e-5;
-/// Mesh: between the points of a mesh the equations of motion are met to this, relative to 1 m/s2 and 1 m/s.
-const MESH: f64 = 1e-3;
+const LIBRATION: f64 = 2e-5;
 /// Round-off of the times of rows, relative to their distance.
 const EVEN: f64 = 1e-6;
 /// Change of the thrust between rows, by its size, from which they are on both sides of a switch.
@@ -129,12 +132,12 @@ fn quotients(table: &Ephemeris) -> Vec<(usize, [f64; 3], [f64; 3])> {
 #[test]
 fn flights_obey_newtons_law_in_axes_of_the_icrf() {
     let cases: [(&str, &[&str], f64, f64); 6] = [
-        ("lunar-two-phase", &["frame.inclination_deg=70"], 4904.8695e9, 1.0),
-        ("lunar-transfer", &["frame.reference=icrf"], 4904.8695e9, 1.0),
-        ("lunar-throttled", &["max_pitch_rate_deg_s=5"], 4904.8695e9, 1.0),
-        ("chang-e-3-flat", &[], 4902.793455e9, 0.25),
-        ("chang-e-3", &["epoch=2013-12-14T13:00:00 UTC"], 4902.793455e9, 0.25),
-        ("geo-2-burn", &["inclination_deg=28.5"], 398_600.4418e9, 5.0),
+        ("lunar-two-phase", &["frame.inclination_deg=70"], 4_904.869_5e9, 1.0),
+        ("lunar-transfer", &["frame.reference=icrf"], 4_904.869_5e9, 1.0),
+        ("lunar-throttled", &["max_pitch_rate_deg_s=5"], 4_904.869_5e9, 1.0),
+        ("chang-e-3-flat", &[], 4_902.793_455e9, 0.25),
+        ("chang-e-3", &["epoch=2013-12-14T13:00:00 UTC"], 4_902.793_455e9, 0.25),
+        ("geo-2-burn", &["inclination_deg=28.5"], 398_600.441_8e9, 5.0),
     ];
     for (mission, values, mu, step) in cases {
         let table = flown(mission, values, step);
@@ -150,13 +153,13 @@ fn flights_obey_newtons_law_in_axes_of_the_icrf() {
                 let expected = thrust[i] / s.mass - mu * s.position[i] / (r * r * r);
                 let place = format!("{mission}, {} s of {}", table.times[k], table.phase_of(k));
                 assert!(
-                    (velocity[i] - s.velocity[i]).abs() < QUOTIENT,
+                    (velocity[i] - s.velocity[i]).abs() < MESH * r,
                     "{place}: {velocity:?} {:?}",
                     s.velocity
                 );
                 let difference = acceleration[i] - expected;
                 assert!(
-                    difference.abs() < QUOTIENT,
+                    difference.abs() < LIBRATION,
                     "{place}: {difference} of {acceleration:?}, thrust {thrust:?}"
                 );
             }
@@ -173,12 +176,15 @@ fn a_reentry_feels_gravity_and_the_air() {
         let s = &table.states[k];
         let r = s.position.iter().map(|c| c * c).sum::<f64>().sqrt();
         let air: f64 = (0..3)
-            .map(|i| (acceleration[i] + 398_600.4418e9 * s.position[i] / (r * r * r)).powi(2))
+            .map(|i| (acceleration[i] + 398_600.441_8e9 * s.position[i] / (r * r * r)).powi(2))
             .sum::<f64>()
             .sqrt();
-        // Mesh: the collocation polynomials meet the equations at their points, and between them to the tolerance of the mesh.
-        assert!((air - felt[k]).abs() < MESH * felt[k].max(1.0), "{} s: {air} {}", table.times[k], felt[k]);
-        assert!((0..3).all(|i| (velocity[i] - s.velocity[i]).abs() < MESH), "{} s", table.times[k]);
+        assert!((air - felt[k]).abs() < AIR, "{} s: {air} {}", table.times[k], felt[k]);
+        assert!(
+            (0..3).all(|i| (velocity[i] - s.velocity[i]).abs() < MESH_OF_ENTRY * r),
+            "{} s",
+            table.times[k]
+        );
     }
     for header in ["east_of_site_m", "north_of_site_m", "above_site_m"] {
         assert!(table.column(header).unwrap().last().unwrap().abs() < POSITION, "{header}");

@@ -2,6 +2,7 @@
 //!
 //! At J2000 the prime meridian stands at the right ascension 190.147 + 90 deg of the IAU report, so that the satellite on the first axis is
 //! over 360 - 280.147 = 79.853 deg east; a mean solar day later the Earth has turned by 360.9856 deg.
+#![allow(clippy::print_stdout)]
 
 use apsides_ephemeris::{CentralBody, Epoch};
 

@@ -44,7 +44,7 @@ fn draws_follow_the_prices_and_no_thread() {
     const NEIGHBOUR: f64 = 5e-3;
     let mission = load(&[]).unwrap();
     let plan = mission.solve(None, &mut ()).unwrap();
-    let price = mission.sensitivities(&plan, &["constants.thrust"]).unwrap()[0].objective;
+    let price = mission.sensitivities(&plan, &["constants.thrust"]).unwrap()[0].objective.unwrap();
     let draws =
         |threads| Draws { samples: 6, seed: 4, threads, sigmas: vec![("constants.thrust".into(), 0.01)] };
     let (samples, statistics) = draws(1).run(&mission, &plan, Vec::new(), |_| true).unwrap();

@@ -14,6 +14,9 @@ const NO_PRICE: f64 = 1e-6;
 /// Discretisation: difference quotients of solves, relative.
 const DIFFERENCES: f64 = 1e-3;
 
+/// Solver: a price in closed form, relative.
+const CLOSED_FORM: f64 = 1e-6;
+
 /// Solver: prices of two keys that enter as a product, relative.
 const SAME_PRICE: f64 = 1e-6;
 

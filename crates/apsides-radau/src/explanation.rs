@@ -6,13 +6,12 @@
 use std::fmt;
 
 use apsides_nlp::{Nlp, NlpError, Side, Status};
-use apsides_ocp::method::Counters;
 use apsides_ocp::{Guess, Mesh, Ocp, Trajectory, Unmet};
 
 use crate::RadauError;
 use crate::least_relaxation::{Relaxed, Relaxer};
 use crate::relaxation::{Requirement, outward, short};
-use crate::solver::Radau;
+use crate::solver::{MeshRecord, Radau};
 use crate::state_bounds::without_arcs;
 use crate::transcription::Transcription;
 
@@ -51,8 +50,8 @@ pub struct Explanation {
     /// A conflict below this size, relative to the scales of its quantities, would not have been seen: the accuracy of the relaxation and
     /// the error of its mesh between the points.
     pub resolution: f64,
-    /// The work of all relaxations.
-    pub counters: Counters,
+    /// Every mesh of the relaxations.
+    pub meshes: Vec<MeshRecord>,
 }
 
 /// Largest relative amount by which a requirement may be missed where a feasible trajectory is claimed: the excess that the method itself
@@ -71,12 +70,12 @@ impl Radau {
     pub fn explain(&self, ocp: &Ocp, guess: &Guess, mesh: &Mesh) -> Result<Explanation, RadauError> {
         let mut relaxer = Relaxer::new(ocp, &self.settings)?;
         let mut all = relaxer.relax(guess, &without_arcs(mesh.clone()), None, &mut ())?;
-        let mut counters = vec![all.counters()];
+        let mut meshes = all.meshes.clone();
         if all.meets_all() {
             // A conflict may be smaller than these amounts are exact.
             let exact = Relaxer::exact(ocp, &self.settings)?;
             let closer = exact.relax(&all.guess, &all.mesh, None, &mut ())?;
-            counters.push(closer.counters());
+            meshes.extend(closer.meshes.iter().cloned());
             if closer.result.is_success() {
                 (relaxer, all) = (exact, closer);
             }
@@ -86,7 +85,7 @@ impl Radau {
             conflicts: Vec::new(),
             remedies: Vec::new(),
             resolution: all.resolution(),
-            counters: Counters::default(),
+            meshes: Vec::new(),
         };
         if all.result.is_success() {
             for g in all.result.conflicts(&all.limits()) {
@@ -94,9 +93,9 @@ impl Radau {
             }
         }
         if !explanation.conflicts.is_empty() {
-            explanation.remedies = remedies(&relaxer, &all, &mut counters)?;
+            explanation.remedies = remedies(&relaxer, &all, &mut meshes)?;
         }
-        explanation.counters = Counters::total(counters);
+        explanation.meshes = meshes;
         Ok(explanation)
     }
 
@@ -159,18 +158,25 @@ impl Radau {
 fn remedies(
     relaxer: &Relaxer<'_>,
     all: &Relaxed,
-    counters: &mut Vec<Counters>,
+    meshes: &mut Vec<MeshRecord>,
 ) -> Result<Vec<Remedy>, RadauError> {
+    let screen = relaxer.on_one_mesh();
     let mut remedies = Vec::new();
     for g in all.result.candidates(&all.limits(), MOST_OTHERS) {
         let Some(requirement) = &all.items[g].requirement else { continue };
-        let alone = match relaxer.relax(&all.first.0, &all.first.1, Some(g), &mut ()) {
-            Ok(alone) => alone,
+        // One that has no solution takes many iterations to say so.
+        let screened = match screen.relax(&all.first.0, &all.first.1, Some(g), &mut ()) {
+            Ok(screened) => screened,
             // Another requirement contradicts this one as bounds on the same quantity.
             Err(RadauError::Nlp(NlpError::Bounds { .. })) => continue,
             Err(e) => return Err(e),
         };
-        counters.push(alone.counters());
+        meshes.extend(screened.meshes);
+        if !screened.result.is_success() {
+            continue;
+        }
+        let alone = relaxer.relax(&screened.guess, &all.mesh, Some(g), &mut ())?;
+        meshes.extend(alone.meshes.iter().cloned());
         if alone.result.is_success() {
             let amount = alone.result.amounts[g];
             let to = requirement.relaxed(amount);

@@ -95,6 +95,11 @@ impl<'a> Relaxer<'a> {
         Ok(Self { ocp, settings })
     }
 
+    /// The same without refinement.
+    pub(crate) fn on_one_mesh(&self) -> Self {
+        Self { ocp: self.ocp, settings: RadauSettings { max_refinements: 0, ..self.settings.clone() } }
+    }
+
     /// Relaxes one item, or all that can be. What is held along an arc of the mesh says nothing about a relaxed problem: the mesh has none.
     pub(crate) fn relax(
         &self,
@@ -178,9 +183,5 @@ impl Relaxed {
     /// Largest relative amount that would not be seen.
     pub(crate) fn resolution(&self) -> f64 {
         self.result.resolution.max(self.meshes.last().map_or(f64::INFINITY, |m| m.error))
-    }
-
-    pub(crate) fn counters(&self) -> Counters {
-        Counters::total(self.meshes.iter().map(|m| m.counters))
     }
 }

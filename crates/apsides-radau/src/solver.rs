@@ -23,7 +23,7 @@ pub struct Radau {
 }
 
 /// One mesh of a solve.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, PartialEq)]
 pub struct MeshRecord {
     /// Intervals of all phases.
     pub intervals: usize,

@@ -11,8 +11,8 @@ const SOLVER: f64 = 1e-3;
 /// Solver: the smallest amounts, relative to themselves.
 const SMALL: f64 = 1e-2;
 
-/// Iterations times variables of the explanation of a limit, a third above those of today.
-const MOST_WORK: usize = 1_000_000;
+/// Iterations times variables of the explanation of a limit; 700 000 where what has no remedy is tried on the last mesh.
+const MOST_WORK: usize = 500_000;
 
 /// Round-off of the arithmetic.
 const ROUNDING: f64 = 1e-12;
@@ -238,7 +238,7 @@ fn explained_from_straight_lines(ocp: &Ocp) -> Explanation {
     method.explain(ocp, &Guess::linear(ocp), &Mesh::uniform(ocp, 4, 3).unwrap()).unwrap()
 }
 
-/// A part in a million that is missing is missing: its size is said, and no trajectory is claimed.
+/// A requirement that is missed by a part in a million is missed: the size is said, and no trajectory is claimed.
 #[test]
 fn a_conflict_of_a_millionth_is_named_with_its_size() {
     for beyond in [5e-7, 5e-8] {
@@ -251,7 +251,7 @@ fn a_conflict_of_a_millionth_is_named_with_its_size() {
     }
 }
 
-/// A requirement that is met with a billionth to spare is met.
+/// A requirement with a thousandth of a millionth to spare is met.
 #[test]
 fn a_margin_of_a_billionth_is_no_conflict() {
     let e = explained_from_straight_lines(&walk(-1e-9));
@@ -266,8 +266,8 @@ fn without_exact_amounts_no_trajectory_is_claimed() {
     assert!(!e.to_string().contains("exists") && e.to_string().contains("1e-5"), "{e}");
 }
 
-/// Rest to rest over 5 m in 2 s at no more than 2 m/s and 10 m/s2: the speed that takes it is `V - V^2/20 = 5/2 + ...` of the trapezium
-/// `V (2 - V/10) = 5`. Work that a candidate without a remedy takes is that of a coarse mesh.
+/// Rest to rest over 5 m in 2 s at no more than 2 m/s and 10 m/s2 takes the speed of the trapezium `V (2 - V/10) = 5`. A candidate that is no
+/// remedy is refused on a coarse mesh.
 #[test]
 fn candidates_are_tried_on_a_coarse_mesh() {
     let phase = Phase::new("a", Cart)
@@ -279,7 +279,8 @@ fn candidates_are_tried_on_a_coarse_mesh() {
         .final_time(Bounds::fixed(2.0));
     let e = explained(&fast(phase).unwrap());
     near(remedy(&e, RequirementKind::State, "v", Side::Upper), 10.0 - 50f64.sqrt());
-    assert!(e.counters.iterations * e.counters.variables < MOST_WORK, "{:?}", e.counters);
+    let work: usize = e.meshes.iter().map(|m| m.counters.iterations * m.counters.variables).sum();
+    assert!(work < MOST_WORK, "{work}");
 }
 
 /// The straight line from 0 to 1 m with v = 0 misses the first equation of motion by the speed it lacks.

@@ -125,7 +125,7 @@ fn better_constant(
 }
 
 impl PhaseConditions<'_> {
-    /// The amount by which the mean Hamiltonian over an interval is less with another constant control, relative to its largest term; none where
+    /// The fall of the mean Hamiltonian over an interval by another constant control, relative to its largest term; none where
     /// path constraints exclude that.
     fn mean_gain(
         &mut self,
