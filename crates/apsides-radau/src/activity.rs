@@ -114,6 +114,13 @@ pub(crate) struct NodeSample {
     pub(crate) course: Option<ArcKind>,
 }
 
+impl NodeSample {
+    /// True where the mesh holds the quantity at a bound.
+    fn is_held(&self) -> bool {
+        matches!(self.course, Some(ArcKind::Lower | ArcKind::Upper))
+    }
+}
+
 /// Consecutive nodes of one class, by index into the samples.
 #[derive(Clone)]
 pub(crate) struct Run {
@@ -458,7 +465,7 @@ fn keep_held(samples: &[NodeSample], classes: &mut [Class]) {
 pub(crate) fn settle_inside(q: &Quantity<'_>, samples: &mut [NodeSample], held: &[(usize, f64, f64)]) {
     for &(_, first, last) in held.iter().filter(|h| q.kind == QuantityKind::Control(h.0)) {
         let inside = samples.iter_mut().filter(|s| first < s.fraction && s.fraction < last);
-        inside.filter(|s| s.course.is_none()).for_each(|s| s.class = Class::Between);
+        inside.filter(|s| !s.is_held()).for_each(|s| s.class = Class::Between);
     }
 }
 
@@ -468,7 +475,7 @@ pub(crate) fn settle_beside(samples: &[NodeSample], runs: &mut Vec<Run>, gaps: &
     while k + 1 < runs.len() {
         let nodes = &samples[runs[k].first..=runs[k].last];
         let is_beside = |s: &NodeSample| gaps.iter().any(|g| (g.0..=g.1).contains(&s.fraction));
-        let is_known = nodes.iter().any(|s| s.course.is_some());
+        let is_known = nodes.iter().any(NodeSample::is_held);
         if nodes.len() <= CROSSING && !is_known && nodes.iter().any(is_beside) {
             runs.remove(k);
         } else {
