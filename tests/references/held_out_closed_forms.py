@@ -55,6 +55,18 @@ def effort_against(push, knots):
     return 2 / sinh(1) * sum(integral(lambda s: push(s) * cosh(1 - s) * before(s), a, b) for a, b in pieces)
 
 
+def race_car():
+    limit = lambda s: 1 - sin(2 * pi * s) / 2
+    # Full throttle from rest until the limit is met.
+    place = lambda t: t - 1 + exp(-t)
+    meeting = root(lambda t: 1 - exp(-t) - limit(place(t)), 0.5, 0.9)
+    # Along the limit until it rises as fast as full throttle.
+    leaving = root(lambda s: (1 - pi * cos(2 * pi * s)) * limit(s) - 1, place(meeting), 0.5)
+    along = integral(lambda s: 1 / limit(s), place(meeting), leaving)
+    missing = 1 - limit(leaving)
+    return meeting + along + root(lambda t: leaving + t - missing * (1 - exp(-t)) - 1, 0, 5)
+
+
 def gate_in_an_instant(end=10, at=4.321, width=0.01):
     def effort(t):
         x = -10 + 11 * exp(-(((t - at) / width) ** 2))
@@ -432,6 +444,7 @@ OPTIMA = {
     "product_of_integrals_of_two_phases": lambda: 1 / 2 + 1 / 16,
     "pulse_of_a_disturbance": lambda: effort_against(lambda t: 50 * exp(-(((t - 0.377) / 0.002) ** 2)), np.linspace(0.361, 0.393, 9)),
     "quadruple_integrator": lambda: 384 ** (1 / 4),
+    "race_car": race_car,
     "ratio_of_integrals": lambda: 3,
     "ratio_of_integrals_from_zero": lambda: 3 / 4 + sqrt(3) / 2,
     "refraction_with_an_if": lambda: least(lambda s: hypot(s, 1) + hypot(2 - s, 1) / 0.5, 0, 2),
