@@ -433,6 +433,7 @@ OPTIMA = {
     "least_fuel_in_space_by_length": lambda: 2 * (2 - sqrt(3)),
     "least_time_with_an_energy": lambda: 4 ** (1 / 3),
     "limit_of_the_speed_from_the_start": lambda: 4 * 0.6**2 / 3,
+    "limit_until_a_time": lambda: 0.2**2 + 12 * 0.9**2 / 3**3 - 12 * 0.9 * 0.2 / 3**2 + 4 * 0.2**2 / 3,
     "limit_with_a_far_side": string_over_parabola,
     "mean_value_over_a_free_time": lambda: 1 / 2,
     "micrometre": lambda: 12e-12,

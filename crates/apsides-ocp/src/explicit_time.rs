@@ -275,6 +275,20 @@ mod tests {
         let moved = &moved.phases[0];
         assert!(10.0 * moved.fractions()[1] > JUMP && moved.intervals() == 2 && !moved.breaks()[0].free);
 
+        // So is one that is beside it, at either side.
+        for beside in [0.245, 0.255] {
+            let mut ends = vec![0.0, 0.2, 0.25, 0.3, 1.0];
+            let k = ends.partition_point(|end| *end < beside);
+            ends.insert(k, beside);
+            let breaks = vec![Break { end: k, free: true, is_tangent: false }];
+            let mesh = PhaseMesh::new(ends, vec![4; 5]).expect("a mesh");
+            let mesh = mesh.with_arcs(breaks, vec![PhaseArc::default(); 2]).expect("a break");
+            let found =
+                divided_mesh(&ocp, &guess, &Mesh { phases: vec![mesh] }).expect("it fits").expect("moved");
+            let found = &found.phases[0];
+            assert_eq!((found.intervals(), found.breaks()[0].end, found.breaks()[0].free), (4, 2, false));
+        }
+
         // Where they move the time of the jump is one that methods follow.
         assert_eq!(divided_mesh(&late(Bounds::new(1.0, 20.0)), &guess, &mesh).expect("it fits"), None);
     }

@@ -2,6 +2,9 @@
 
 use crate::{Bounds, Ocp, OcpError};
 
+/// A break this much closer to one neighbouring end than to the other is beside it.
+const BESIDE: f64 = 0.25;
+
 /// The behaviour of a control or of a path constraint row along an arc.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum ArcKind {
@@ -145,21 +148,49 @@ impl PhaseMesh {
     }
 
     /// The same mesh with its inner ends that are within a distance of these places moved there, and no unknown of the times of breaks
-    /// there.
+    /// there. A free break that is next to such an end, and closer to it than to its other neighbour by much, is at that end.
     ///
     /// # Errors
     /// [`OcpError::Mesh`] when the ends then do not increase.
     pub fn with_fixed_ends(&self, places: &[f64], distance: f64) -> Result<Self, OcpError> {
-        let mut fractions = self.fractions.clone();
-        let mut breaks = self.breaks.clone();
-        let inner = 1..self.intervals();
-        for (end, f) in fractions.iter_mut().enumerate().filter(|(end, _)| inner.contains(end)) {
+        let mut mesh = self.clone();
+        let mut is_fixed = vec![false; self.fractions.len()];
+        for (end, f) in mesh.fractions.iter_mut().enumerate().take(self.intervals()).skip(1) {
             let Some(place) = places.iter().find(|place| (**place - *f).abs() <= distance) else { continue };
-            *f = *place;
-            breaks.iter_mut().filter(|b| b.end == end).for_each(|b| b.free = false);
+            (*f, is_fixed[end]) = (*place, true);
+            mesh.breaks.iter_mut().filter(|b| b.end == end).for_each(|b| b.free = false);
         }
-        let Self { fractions, .. } = Self::new(fractions, self.points.clone())?;
-        Ok(Self { fractions, breaks, ..self.clone() })
+        Self::new(mesh.fractions.clone(), mesh.points.clone())?;
+        // From the last one on, so that the indices of those before stay.
+        for k in (0..mesh.breaks.len()).rev() {
+            let Break { end, free: true, .. } = mesh.breaks[k] else { continue };
+            let length = |interval: usize| mesh.fractions[interval + 1] - mesh.fractions[interval];
+            let [left, right] = [length(end - 1), length(end)];
+            let is_taken = |end: usize| mesh.breaks.iter().any(|b| b.end == end);
+            let to = if is_fixed[end - 1] && left <= BESIDE * right && !is_taken(end - 1) {
+                end - 1
+            } else if is_fixed[end + 1] && right <= BESIDE * left && !is_taken(end + 1) {
+                end
+            } else {
+                continue;
+            };
+            mesh.remove_end(end);
+            is_fixed.remove(end);
+            (mesh.breaks[k].end, mesh.breaks[k].free) = (to, false);
+        }
+        Ok(mesh)
+    }
+
+    /// Joins the two intervals at an inner end.
+    fn remove_end(&mut self, end: usize) {
+        self.fractions.remove(end);
+        let points = self.points.remove(end);
+        self.points[end - 1] = self.points[end - 1].max(points);
+        self.touch_points.retain(|t| t.end != end);
+        self.crossings.retain(|c| c.end != end);
+        let ends = self.breaks.iter_mut().map(|b| &mut b.end);
+        let ends = ends.chain(self.touch_points.iter_mut().map(|t| &mut t.end));
+        ends.chain(self.crossings.iter_mut().map(|c| &mut c.end)).filter(|e| **e > end).for_each(|e| *e -= 1);
     }
 
     /// The same mesh with other numbers of points.
