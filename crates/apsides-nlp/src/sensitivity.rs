@@ -480,7 +480,9 @@ impl Sensitivity {
             consider(k, factor * p.constraint_lower[i], factor * p.constraint_upper[i]);
         }
         let objective = p.objective_derivative(&self.report)?.abs() * scaling.objective.abs();
-        Ok(left_behind <= LEFT_BEHIND * (objective + left_behind))
+        let value = (self.report.objective * scaling.objective).abs().max(1.0);
+        let is_nothing = left_behind * step <= f64::EPSILON * value;
+        Ok(is_nothing || left_behind <= LEFT_BEHIND * (objective + left_behind))
     }
 }
 

@@ -14,7 +14,7 @@ use crate::RadauError;
 /// Relative error of a step: a start need not be closer.
 const TOLERANCE: f64 = 1e-6;
 /// Most steps of a phase: a stiff or a wild motion is no start.
-const MOST_STEPS: usize = 500;
+const MOST_STEPS: usize = 1000;
 /// Points of an interval that is as long as a step.
 const POINTS: usize = 5;
 

@@ -150,7 +150,7 @@ impl Radau {
                 if solution.report.status.is_success() || !may_go_on(solution.status) {
                     return Ok(RadauSolution { meshes: infeasible.meshes, ..solution });
                 }
-                unsolved = Some(RadauSolution { trajectory: motion, ..solution });
+                unsolved = Some(RadauSolution { trajectory: motion, unmet: None, ..solution });
             } else if nearest.result.report.objective < least {
                 least = nearest.result.report.objective;
                 infeasible.trajectory = motion;
