@@ -8,8 +8,8 @@ use apsides_radau::{Radau, RequirementKind};
 
 /// Discretisation: the tolerance of the mesh, relative.
 const MESH: f64 = 1e-7;
-/// Discretisation: values of remedies whose controls switch within the intervals of a mesh that is as fine as an explanation wants it, relative.
-const AMOUNT: f64 = 5e-4;
+/// Solver: amounts of the elastic problem, relative, as in the tests of explanations.
+const AMOUNT: f64 = 1e-3;
 /// Points at which the integral of an absolute value is summed, and directions in which a reachable set is looked at.
 const POINTS: usize = 20_000;
 const DIRECTIONS: usize = 720;
