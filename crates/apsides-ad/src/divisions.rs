@@ -7,7 +7,7 @@ use std::cmp::Ordering;
 use std::collections::BinaryHeap;
 
 use crate::Expansion;
-use crate::formula::{Binary, Formula, Operation, Unary};
+use crate::formula::{Formula, Operation};
 
 /// Most intervals of one value.
 const MOST_PARTS: usize = 2000;
@@ -40,9 +40,9 @@ impl Formula {
             return Divisions::default();
         }
         let alone = Alone::of(self, input, fixed);
-        let instants = alone.instants(self, range);
-        let of_output = |output: &usize| parts(alone.formula(self, *output), range, &instants);
-        Divisions { parts: alone.outputs.iter().flat_map(of_output).collect(), instants }
+        let instants = self.instants(input, range, fixed);
+        let of_value = |value: usize| parts(alone.formula(self, value), range, &instants);
+        Divisions { parts: alone.taken(self).into_iter().flat_map(of_value).collect(), instants }
     }
 
     /// The places of a range of one input at which values jump or have a kink since that input passes them: the last number before, and the
@@ -52,7 +52,22 @@ impl Formula {
     /// When there are not as many inputs.
     #[must_use]
     pub fn instants(&self, input: usize, range: [f64; 2], fixed: &[(usize, f64)]) -> Vec<[f64; 2]> {
-        if is_range(range) { Alone::of(self, input, fixed).instants(self, range) } else { Vec::new() }
+        let kinks = self.kinks();
+        if kinks.is_empty() || !is_range(range) {
+            return Vec::new();
+        }
+        let arguments = self.arguments_of(&kinks);
+        let alone = Alone::of(&arguments, input, fixed);
+        let of_argument = |place| zeros(&alone.formula(&arguments, place), range);
+        let mut instants: Vec<[f64; 2]> =
+            arguments.outputs().iter().filter_map(|k| alone.place(*k)).flat_map(of_argument).collect();
+        instants.sort_by(|a, b| a[0].total_cmp(&b[0]));
+        instants.dedup_by(|next, last| {
+            let same = next[0] <= last[1];
+            last[1] = if same { last[1].max(next[1]) } else { last[1] };
+            same
+        });
+        instants
     }
 }
 
@@ -63,88 +78,58 @@ fn is_range(range: [f64; 2]) -> bool {
 /// The operations of a formula on one input alone.
 struct Alone {
     operations: Vec<Operation>,
-    /// Values that depend on the input and that something else takes.
-    outputs: Vec<usize>,
-    /// Values at whose zeros another has a kink or a jump.
-    conditions: Vec<usize>,
+    /// One for each value of the formula: its place here, if it depends on nothing else, and true if it depends on the input.
+    places: Vec<Option<(usize, bool)>>,
 }
 
 impl Alone {
     fn of(formula: &Formula, input: usize, fixed: &[(usize, f64)]) -> Self {
         assert!(input < formula.inputs(), "the input is one of the formula");
-        // Of each value: its place here, if it depends on nothing else, and whether it depends on the input.
-        let mut places: Vec<Option<(usize, bool)>> = vec![None; formula.inputs()];
-        places[input] = Some((0, true));
-        let mut part = Self { operations: Vec::new(), outputs: Vec::new(), conditions: Vec::new() };
+        let mut alone = Self { operations: Vec::new(), places: vec![None; formula.inputs()] };
+        alone.places[input] = Some((0, true));
         for &(k, number) in fixed {
-            places[k] = Some((part.put(Operation::Constant(number)), false));
+            alone.places[k] = Some((alone.put(Operation::Constant(number)), false));
         }
-        let mut taken = Vec::new();
         for &operation in formula.operations() {
-            let alone = operation.operands().all(|a| places[a].is_some());
-            if !alone {
-                taken.extend(operation.operands().filter_map(|a| places[a]));
-                if let Operation::Select(c, ..) = operation {
-                    part.conditions.extend(places[c].filter(|(_, depends)| *depends).map(|(at, _)| at));
-                }
-                places.push(None);
-                continue;
-            }
-            let depends = operation.operands().any(|a| places[a].is_some_and(|(_, depends)| depends));
-            let here = operation.with_operands(|a| places[a].map_or(0, |(at, _)| at), |t| t);
-            if depends {
-                part.add_conditions(here, formula);
-            }
-            places.push(Some((part.put(here), depends)));
+            let operands: Option<Vec<_>> = operation.operands().map(|a| alone.places[a]).collect();
+            let place = operands.map(|operands| {
+                let depends = operands.iter().any(|(_, depends)| *depends);
+                // All operands have a place.
+                let here = operation.with_operands(|a| alone.places[a].map_or(0, |(at, _)| at), |t| t);
+                (alone.put(here), depends)
+            });
+            alone.places.push(place);
         }
-        taken.extend(formula.outputs().iter().filter_map(|&k| places[k]));
-        part.outputs = taken.into_iter().filter(|(_, depends)| *depends).map(|(at, _)| at).collect();
-        part.outputs.sort_unstable();
-        part.outputs.dedup();
-        part
+        alone
     }
 
-    /// One of the values as a formula of the input, with the tables of the whole.
-    fn formula(&self, whole: &Formula, output: usize) -> Formula {
-        Formula::pruned(1, &self.operations, whole.tables(), &[output])
-    }
-
-    fn instants(&self, whole: &Formula, range: [f64; 2]) -> Vec<[f64; 2]> {
-        let zeros = self.conditions.iter().flat_map(|c| zeros(&self.formula(whole, *c), range));
-        let mut instants: Vec<[f64; 2]> = zeros.collect();
-        instants.sort_by(|a, b| a[0].total_cmp(&b[0]));
-        instants.dedup_by(|next, last| {
-            let same = next[0] <= last[1];
-            last[1] = if same { last[1].max(next[1]) } else { last[1] };
-            same
-        });
-        instants
-    }
-
-    /// Appends an operation; the place of its value.
+    /// Appends an operation; the place of its value, after that of the input.
     fn put(&mut self, operation: Operation) -> usize {
         self.operations.push(operation);
         self.operations.len()
     }
 
-    fn add_conditions(&mut self, operation: Operation, formula: &Formula) {
-        match operation {
-            Operation::Unary(Unary::Abs | Unary::Sign, a) | Operation::Select(a, ..) => {
-                self.conditions.push(a);
-            }
-            Operation::Binary(Binary::Min | Binary::Max, a, b) => {
-                let apart = self.put(Operation::Binary(Binary::Sub, a, b));
-                self.conditions.push(apart);
-            }
-            Operation::Curve(table, a) => {
-                for knot in formula.tables()[table].kinks() {
-                    let knot = self.put(Operation::Constant(knot));
-                    let apart = self.put(Operation::Binary(Binary::Sub, a, knot));
-                    self.conditions.push(apart);
-                }
-            }
-            _ => {}
-        }
+    /// The place of a value that depends on the input and on no other.
+    fn place(&self, value: usize) -> Option<usize> {
+        self.places[value].filter(|(_, depends)| *depends).map(|(at, _)| at)
+    }
+
+    /// Places of the values that depend on the input alone and enter others that do not, or are outputs.
+    fn taken(&self, formula: &Formula) -> Vec<usize> {
+        let inputs = formula.inputs();
+        let mixed =
+            formula.operations().iter().enumerate().filter(|(k, _)| self.places[inputs + k].is_none());
+        let operands = mixed.flat_map(|(_, operation)| operation.operands());
+        let mut taken: Vec<usize> =
+            operands.chain(formula.outputs().iter().copied()).filter_map(|k| self.place(k)).collect();
+        taken.sort_unstable();
+        taken.dedup();
+        taken
+    }
+
+    /// One of the values as a formula of the input, with the tables of the whole.
+    fn formula(&self, whole: &Formula, place: usize) -> Formula {
+        Formula::pruned(1, &self.operations, whole.tables(), &[place])
     }
 }
 
@@ -249,8 +234,7 @@ fn parts(function: Formula, range: [f64; 2], instants: &[[f64; 2]]) -> Vec<[f64;
 
 /// A bound of the distance of a function from what its values at the ends and in the middle of an interval of that width tell.
 fn hidden(expansion: &Expansion, width: f64) -> f64 {
-    let ([value], [slope], [curvature]) =
-        ([expansion.value(0)], [expansion.gradient(0)[0]], [expansion.hessian(0)[0]]);
+    let (value, slope, curvature) = (expansion.value(0), expansion.gradient(0)[0], expansion.hessian(0)[0]);
     if slope[0] >= 0.0 || slope[1] <= 0.0 {
         return 0.0;
     }
@@ -357,7 +341,7 @@ mod tests {
         let mut b = FormulaBuilder::new(3);
         let (x, p, t) = (b.input(0), b.input(1), b.input(2));
         let after = b.sub(t, p);
-        let clipped = b.binary(Binary::Max, after, p);
+        let clipped = b.max(after, p);
         let jump = b.select(after, x, clipped);
         let zero = b.constant(0.0);
         let flat = b.mul(zero, t);

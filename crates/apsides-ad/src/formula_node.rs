@@ -67,4 +67,4 @@ impl NodeFunction for FormulaNode {
 }
 
 #[cfg(test)]
-mod tests;
+pub(crate) mod tests;

@@ -252,3 +252,6 @@ fn shape(operation: Operation, shapes: &[Shape]) -> Shape {
         _ => Shape::Other,
     }
 }
+
+#[cfg(test)]
+mod tests;

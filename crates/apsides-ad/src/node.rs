@@ -239,7 +239,9 @@ struct Node<E> {
     active: Vec<usize>,
     /// Lane of each Jacobian entry within its pass, and the pass.
     entry_lane: Vec<(usize, usize)>,
-    /// None where a function is known by its values alone: the Hessian comes from passes of hyper-dual numbers.
+    /// The model as it was recorded once; an error where a function is known by its values alone.
+    formula: Result<Formula, OpaqueFunction>,
+    /// None without a formula: the Hessian comes from passes of hyper-dual numbers.
     plan: Option<Plan>,
 }
 
@@ -269,9 +271,13 @@ impl<E: Seeded> Node<E> {
             .filter_map(|c| active.iter().position(|a| a == c))
             .map(|k| (k / lanes, k % lanes))
             .collect();
-        let mut node = Self { model, pattern, active, entry_lane, plan: None };
-        node.plan = node.formula().ok().map(|f| Plan::of_model(&f, &node.pattern));
-        node
+        let formula = trace::record(E::INPUTS, |input| {
+            let mut outputs = Vec::<Trace>::with_capacity(E::OUTPUTS);
+            model.run(input, |_, v| outputs.push(v));
+            outputs
+        });
+        let plan = formula.as_ref().ok().map(|f| Plan::of_model(f, &pattern));
+        Self { model, pattern, active, entry_lane, formula, plan }
     }
 
     fn jacobian_in<const N: usize>(&self, z: &[f64], out: &mut [f64], entries: &mut [f64]) {
@@ -396,11 +402,7 @@ impl<E: Seeded> NodeFunction for Node<E> {
     }
 
     fn formula(&self) -> Result<Formula, OpaqueFunction> {
-        trace::record(E::INPUTS, |input| {
-            let mut outputs = Vec::<Trace>::with_capacity(E::OUTPUTS);
-            self.model.run(input, |_, v| outputs.push(v));
-            outputs
-        })
+        self.formula.clone()
     }
 }
 

@@ -18,15 +18,8 @@ pub(crate) fn write(table: &Ephemeris, created: &Epoch) -> String {
     for phase in &table.phases {
         let rows = rows_of_message(table, phase.rows.clone());
         let (Some((_, start)), Some((_, stop))) = (rows.first(), rows.last()) else { continue };
-        message.line(format_args!("\nMETA_START"));
-        message.line(format_args!("COMMENT phase {}", phase.name));
-        message.object(table);
-        message.set("CENTER_NAME", table.body.map_or("", |body| body.word()));
-        message.set("REF_FRAME_A", "ICRF");
-        message.set("REF_FRAME_B", "SC_BODY_1");
-        message.set("TIME_SYSTEM", table.epoch.scale().word());
-        message.set("START_TIME", start);
-        message.set("STOP_TIME", stop);
+        let axes = [("REF_FRAME_A", "ICRF"), ("REF_FRAME_B", "SC_BODY_1")];
+        message.begin_phase(table, &phase.name, &axes, [start, stop]);
         message.set("ATTITUDE_TYPE", "QUATERNION");
         message.set("INTERPOLATION_METHOD", "LAGRANGE");
         message.set("INTERPOLATION_DEGREE", &degree(rows.len(), MOST_DEGREE).to_string());

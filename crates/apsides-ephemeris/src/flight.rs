@@ -58,6 +58,20 @@ pub struct About {
     pub site: Option<Site>,
 }
 
+impl About {
+    /// A sphere of this radius (m) that does not turn, by its gravitational parameter (m3/s2), with points in inertial axes.
+    #[must_use]
+    pub fn sphere(radius: f64, gravitational_parameter: f64) -> Self {
+        Self {
+            gravitational_parameter,
+            surface: Ellipsoid::sphere(radius, gravitational_parameter, 0.0, 0.0),
+            axes: Axes::Inertial,
+            loads: Vec::new(),
+            site: None,
+        }
+    }
+}
+
 /// Motion about a body: what a kind of mission makes of the states and controls of its phases.
 pub trait Motion {
     /// The body, and what the points have.

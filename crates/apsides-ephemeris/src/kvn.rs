@@ -38,6 +38,24 @@ impl Message {
         self.set("OBJECT_ID", &name);
     }
 
+    /// Begins the part of a phase: the object, its centre, the axes by their keys, and the times of the first and the last row.
+    pub(crate) fn begin_phase(
+        &mut self,
+        table: &Ephemeris,
+        phase: &str,
+        axes: &[(&str, &str)],
+        [start, stop]: [&str; 2],
+    ) {
+        self.line(format_args!("\nMETA_START"));
+        self.line(format_args!("COMMENT phase {phase}"));
+        self.object(table);
+        self.set("CENTER_NAME", table.body.map_or("", |body| body.word()));
+        axes.iter().for_each(|(key, value)| self.set(key, value));
+        self.set("TIME_SYSTEM", table.epoch.scale().word());
+        self.set("START_TIME", start);
+        self.set("STOP_TIME", stop);
+    }
+
     pub(crate) fn text(self) -> String {
         self.0
     }

@@ -19,14 +19,7 @@ pub(crate) fn write(table: &Ephemeris, created: &Epoch) -> String {
     for phase in &table.phases {
         let rows = rows_of_message(table, phase.rows.clone());
         let (Some((_, start)), Some((_, stop))) = (rows.first(), rows.last()) else { continue };
-        message.line(format_args!("\nMETA_START"));
-        message.line(format_args!("COMMENT phase {}", phase.name));
-        message.object(table);
-        message.set("CENTER_NAME", table.body.map_or("", |body| body.word()));
-        message.set("REF_FRAME", "ICRF");
-        message.set("TIME_SYSTEM", table.epoch.scale().word());
-        message.set("START_TIME", start);
-        message.set("STOP_TIME", stop);
+        message.begin_phase(table, &phase.name, &[("REF_FRAME", "ICRF")], [start, stop]);
         message.set("INTERPOLATION", "HERMITE");
         message.set("INTERPOLATION_DEGREE", &(2 * rows.len().clamp(1, MOST_STATES) - 1).to_string());
         message.line(format_args!("META_STOP\n"));

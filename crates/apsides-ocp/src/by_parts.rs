@@ -190,10 +190,7 @@ impl Numbers {
 
 impl<'a> Search<'a> {
     fn of(ocp: &Ocp, phase: &'a Phase) -> Option<Self> {
-        let path = phase.path.iter().map(|c| &c.function);
-        let integrals = phase.integrals.iter().map(|i| &i.function);
-        let functions = std::iter::once(&phase.dynamics).chain(path).chain(integrals);
-        let formulas: Vec<Formula> = functions.map(|f| f.formula()).collect::<Result<_, _>>().ok()?;
+        let formulas: Vec<Formula> = phase.functions().map(|f| f.formula()).collect::<Result<_, _>>().ok()?;
         let parameters = ocp.parameters.iter().map(|p| p.bounds).collect();
         let mut search = Self { phase, parameters, formulas, found: Vec::new(), uses: Vec::new() };
         let (mut numbers, mut places) = (Numbers::default(), BTreeMap::new());

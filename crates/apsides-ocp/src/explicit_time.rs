@@ -6,7 +6,7 @@
 
 use std::sync::Arc;
 
-use apsides_ad::{Divisions, NodeFunction};
+use apsides_ad::{Divisions, Formula, NodeFunction};
 
 use crate::{Guess, Kink, Mesh, Ocp, OcpError, Phase, PhaseTrajectory, PiecewisePolynomial, Trajectory};
 
@@ -39,14 +39,13 @@ pub fn divided_mesh(ocp: &Ocp, guess: &Guess, mesh: &Mesh) -> Result<Option<Mesh
     let mut divided = None;
     for (k, (phase, of_phase)) in guess.phases.iter().zip(&mesh.phases).enumerate() {
         let times = [phase.initial_time, phase.final_time];
-        let near = NEAR * (times[1] - times[0]);
-        let of_mesh: Vec<f64> =
-            of_phase.fractions().iter().map(|f| times[0] + f * (times[1] - times[0])).collect();
-        let ends = unseen(ocp, k, &guess.parameters, &of_mesh, of_phase.points(), near);
+        let duration = times[1] - times[0];
+        let features = features(ocp, k, &guess.parameters, times);
+        let of_mesh: Vec<f64> = of_phase.fractions().iter().map(|f| times[0] + f * duration).collect();
+        let ends = features.unseen(&ocp.phases[k], &of_mesh, of_phase.points(), NEAR * duration);
         let mut next = of_phase.with_ends(&fractions(&ends, times))?;
         if ocp.phases[k].has_fixed_times() {
-            let instants = instants(ocp, k, &guess.parameters, times);
-            next = next.with_fixed_ends(&fractions(&instants, times), NEAR)?;
+            next = next.with_fixed_ends(&fractions(&features.instants, times), NEAR)?;
         }
         if next != *of_phase {
             divided.get_or_insert_with(|| mesh.clone()).phases[k] = next;
@@ -65,8 +64,9 @@ pub fn divided_trajectory(ocp: &Ocp, trajectory: &Trajectory) -> Result<Option<T
     for (k, phase) in trajectory.phases.iter().enumerate() {
         let control = &phase.control;
         let nodes: Vec<usize> = control.segments().iter().map(|s| s.basis.nodes().len()).collect();
-        let same = roundings(SAME, [phase.initial_time, phase.final_time]);
-        let ends = unseen(ocp, k, &trajectory.parameters, control.breaks(), &nodes, same);
+        let times = [phase.initial_time, phase.final_time];
+        let features = features(ocp, k, &trajectory.parameters, times);
+        let ends = features.unseen(&ocp.phases[k], control.breaks(), &nodes, roundings(SAME, times));
         if !ends.is_empty() {
             let divided = divided.get_or_insert_with(|| trajectory.clone());
             divided.phases[k] = phase.divided_at(&ends)?;
@@ -166,64 +166,84 @@ pub fn rates_of_instants(
 
 /// Times from which on nothing of what is before a jump or a kink of time is seen, in increasing order.
 fn instants(ocp: &Ocp, k: usize, parameters: &[f64], times: [f64; 2]) -> Vec<f64> {
-    let of = |f| divisions(ocp, k, parameters, times, f).instants;
-    let mut instants: Vec<f64> = functions(&ocp.phases[k]).flat_map(of).map(|[_, after]| after).collect();
+    let of = |f: &Arc<dyn NodeFunction>| {
+        let InTime { formula, time, fixed } = InTime::of(ocp, k, parameters, f)?;
+        Some(formula.instants(time, times, &fixed))
+    };
+    merged(ocp.phases[k].functions().filter_map(of).flatten(), times)
+}
+
+/// Those of several functions, each a little behind the jump.
+fn merged(instants: impl Iterator<Item = [f64; 2]>, times: [f64; 2]) -> Vec<f64> {
+    let mut instants: Vec<f64> = instants.map(|[_, after]| after + roundings(BEHIND, times)).collect();
     instants.sort_by(f64::total_cmp);
     instants.dedup_by(|next, last| *next - *last <= roundings(SAME, times));
-    instants.iter().map(|after| after + roundings(BEHIND, times)).collect()
+    instants
 }
 
-fn functions(phase: &Phase) -> impl Iterator<Item = &dyn NodeFunction> {
-    std::iter::once(&phase.dynamics)
-        .chain(phase.path.iter().map(|p| &p.function))
-        .chain(phase.integrals.iter().map(|q| &q.function))
-        .map(Arc::as_ref)
+/// The features of time of a phase.
+struct Features {
+    /// As [`instants`].
+    instants: Vec<f64>,
+    /// Intervals that hide nothing.
+    parts: Vec<[f64; 2]>,
 }
 
-/// Times at which intervals with these ends and numbers of nodes need further ends to see the features of time, in increasing order; ends
-/// within a distance are the same.
-fn unseen(ocp: &Ocp, k: usize, parameters: &[f64], known: &[f64], nodes: &[usize], same: f64) -> Vec<f64> {
-    let (start, end) = (known[0], known[nodes.len()]);
-    let times = [start, end];
-    let mut ends = Vec::new();
-    // Where the ends of the phase move, a method that knows the kinks has interval ends of these times.
-    let phase = &ocp.phases[k];
-    let is_known = |t: f64| {
-        phase.kinks.iter().any(|k| matches!(k, Kink::Time(v) if (v - t).abs() <= roundings(SAME, times)))
+fn features(ocp: &Ocp, k: usize, parameters: &[f64], times: [f64; 2]) -> Features {
+    let of = |f: &Arc<dyn NodeFunction>| {
+        let InTime { formula, time, fixed } = InTime::of(ocp, k, parameters, f)?;
+        Some(formula.divisions(time, times, &fixed))
     };
-    let is_kink = |t: f64| !phase.has_fixed_times() && is_known(t);
-    for function in functions(phase) {
-        let Divisions { instants, parts } = divisions(ocp, k, parameters, times, function);
-        ends.extend(
-            instants.iter().map(|[_, after]| after + roundings(BEHIND, times)).filter(|t| !is_kink(*t)),
-        );
-        for [a, b] in parts {
+    let all: Vec<Divisions> = ocp.phases[k].functions().filter_map(of).collect();
+    let instants = merged(all.iter().flat_map(|d| d.instants.iter().copied()), times);
+    Features { instants, parts: all.into_iter().flat_map(|d| d.parts).collect() }
+}
+
+impl Features {
+    /// Times at which intervals with these ends and numbers of nodes need further ends, in increasing order; ends within a distance are the
+    /// same.
+    fn unseen(&self, phase: &Phase, known: &[f64], nodes: &[usize], same: f64) -> Vec<f64> {
+        let (start, end) = (known[0], known[nodes.len()]);
+        // Where the ends of the phase move, a method that knows the kinks has interval ends of these times.
+        let is_followed = |t: f64| {
+            let is_here =
+                |k: &Kink| matches!(k, Kink::Time(v) if (v - t).abs() <= roundings(SAME, [start, end]));
+            !phase.has_fixed_times() && phase.kinks.iter().any(is_here)
+        };
+        let mut ends: Vec<f64> = self.instants.iter().copied().filter(|t| !is_followed(*t)).collect();
+        for [a, b] in &self.parts {
             let k = known.partition_point(|t| *t <= 0.5 * (a + b)).clamp(1, nodes.len());
             let spacing = (known[k] - known[k - 1]) / nodes[k - 1] as f64;
             if b - a < spacing {
                 ends.extend([a, b]);
             }
         }
+        ends.sort_by(f64::total_cmp);
+        ends.dedup_by(|next, last| *next - *last <= same);
+        ends.retain(|t| known.iter().all(|end| (t - end).abs() > same) && *t > start && *t < end);
+        ends
     }
-    ends.sort_by(f64::total_cmp);
-    ends.dedup_by(|next, last| *next - *last <= same);
-    ends.retain(|t| known.iter().all(|end| (t - end).abs() > same) && *t > start && *t < end);
-    ends
 }
 
-fn divisions(
-    ocp: &Ocp,
-    k: usize,
-    parameters: &[f64],
-    times: [f64; 2],
-    function: &dyn NodeFunction,
-) -> Divisions {
-    // Time is the last input, after the parameters.
-    let time = function.inputs() - 1;
-    let Ok(formula) = function.formula() else { return Divisions::default() };
-    let taken = if ocp.phases[k].takes_parameters(function) { parameters } else { &[] };
-    let fixed: Vec<(usize, f64)> = (time - taken.len()..time).zip(taken.iter().copied()).collect();
-    formula.divisions(time, times, &fixed)
+/// A function of time and parameters.
+struct InTime {
+    formula: Formula,
+    /// Index of the time among the inputs.
+    time: usize,
+    /// Numbers of the parameters among the inputs.
+    fixed: Vec<(usize, f64)>,
+}
+
+impl InTime {
+    /// None where the function has no formula.
+    fn of(ocp: &Ocp, k: usize, parameters: &[f64], function: &Arc<dyn NodeFunction>) -> Option<Self> {
+        let formula = function.formula().ok()?;
+        // Time is the last input, after the parameters.
+        let time = function.inputs() - 1;
+        let taken = if ocp.phases[k].takes_parameters(function.as_ref()) { parameters } else { &[] };
+        let fixed = (time - taken.len()..time).zip(taken.iter().copied()).collect();
+        Some(Self { formula, time, fixed })
+    }
 }
 
 #[cfg(test)]

@@ -32,18 +32,14 @@ impl<'a> LagrangianSlope<'a> {
         let sign = if ocp.objective.sense == Sense::Maximize { -1.0 } else { 1.0 };
         let multiplier = |q: usize| found.integral_multipliers.as_ref().map_or(0.0, |m| m[q]);
         let weight = |q: usize| sign * ocp.objective.integral_weight(index, q) + multiplier(q);
-        let functions = || {
-            let path = phase.path.iter().map(|c| &c.function);
-            std::iter::once(&phase.dynamics).chain(path).chain(phase.integrals.iter().map(|q| &q.function))
-        };
         Self {
             phase,
             found,
             parameters,
             weights: (0..phase.integrals.len()).map(weight).collect(),
             inputs: vec![0.0; phase.states.len() + phase.controls.len() + parameters.len() + 1],
-            values: vec![0.0; functions().map(|f| f.outputs()).max().unwrap_or(0)],
-            entries: vec![0.0; functions().map(|f| f.pattern().jacobian_len()).max().unwrap_or(0)],
+            values: vec![0.0; phase.functions().map(|f| f.outputs()).max().unwrap_or(0)],
+            entries: vec![0.0; phase.functions().map(|f| f.pattern().jacobian_len()).max().unwrap_or(0)],
             costate: vec![0.0; phase.states.len()],
             multipliers: vec![0.0; phase.path_rows()],
         }

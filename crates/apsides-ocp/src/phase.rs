@@ -68,17 +68,6 @@ pub enum Kink {
     Time(f64),
 }
 
-impl Kink {
-    /// Distance above the value at a state and a time.
-    #[must_use]
-    pub fn above(&self, x: &[f64], time: f64) -> f64 {
-        match *self {
-            Self::State { state, value } => x[state] - value,
-            Self::Time(value) => time - value,
-        }
-    }
-}
-
 /// One phase of a problem.
 ///
 /// ```
@@ -233,6 +222,13 @@ impl Phase {
         self
     }
 
+    /// The functions of the phase: equations of motion, path constraints, integrals.
+    pub fn functions(&self) -> impl Iterator<Item = &Arc<dyn NodeFunction>> {
+        std::iter::once(&self.dynamics)
+            .chain(self.path.iter().map(|p| &p.function))
+            .chain(self.integrals.iter().map(|q| &q.function))
+    }
+
     /// Returns true if neither start nor end time is free.
     #[must_use]
     pub fn has_fixed_times(&self) -> bool {
@@ -305,10 +301,7 @@ impl Phase {
         };
         dimension("states (one per equation of motion)", self.dynamics.outputs(), self.states.len())?;
         let base = self.states.len() + self.controls.len() + 1;
-        let functions = std::iter::once(&self.dynamics)
-            .chain(self.path.iter().map(|p| &p.function))
-            .chain(self.integrals.iter().map(|q| &q.function));
-        for f in functions {
+        for f in self.functions() {
             if f.inputs() != base {
                 dimension(
                     "inputs (states, controls, all parameters or none, time) of its functions",

@@ -86,28 +86,25 @@ pub(crate) fn with_forced(ocp: &Ocp, guess: &Guess, mesh: &Mesh) -> Result<Mesh,
 }
 
 fn forced(phase: &Phase, guess: &PhaseGuess) -> Vec<Passage> {
-    let state_of = |k: &Kink| match *k {
-        Kink::State { state, .. } => Some(state),
+    let of_state = |(index, kink): (usize, &Kink)| match *kink {
+        Kink::State { state, value } => Some((index, state, value)),
         Kink::Time(_) => None,
     };
-    let Some(first) = phase.kinks.iter().filter_map(state_of).min() else { return Vec::new() };
+    let of_states = || phase.kinks.iter().enumerate().filter_map(of_state);
+    let Some(first) = of_states().map(|(_, state, _)| state).min() else { return Vec::new() };
     let (start, end) = (phase.states[first].initial, phase.states[first].terminal);
     let mut x = vec![0.0; phase.states.len()];
-    let mut above = |kink: &Kink, at: f64| {
+    let mut above = |value: f64, at: f64| {
         guess.state(at, &mut x);
-        kink.above(&x, f64::NAN)
+        x[first] - value
     };
     let mut found = Vec::new();
-    for (index, kink) in phase.kinks.iter().enumerate() {
-        let Kink::State { state, value } = *kink else { continue };
-        if state != first {
-            continue;
-        }
+    for (index, _, value) in of_states().filter(|(_, state, _)| *state == first) {
         let falls = start.lower > value && end.upper < value;
         let rises = start.upper < value && end.lower > value;
-        let first = above(kink, 0.0);
-        if (falls || rises) && first * above(kink, 1.0) < 0.0 {
-            found.push(Passage { at: zero(&mut |at| above(kink, at), 0.0, 1.0, first), kink: index });
+        let first = above(value, 0.0);
+        if (falls || rises) && first * above(value, 1.0) < 0.0 {
+            found.push(Passage { at: zero(&mut |at| above(value, at), 0.0, 1.0, first), kink: index });
         }
     }
     ordered(found)
@@ -152,18 +149,18 @@ fn passages(phase: &Phase, t: &PhaseTrajectory) -> Vec<Passage> {
         return found;
     }
     for (kink, k) in phase.kinks.iter().enumerate() {
-        let mut above = |at: f64| {
-            t.state.evaluate(t.time_at(at), &mut x);
-            k.above(&x, t.time_at(at))
-        };
         let known: Vec<f64> =
             t.mesh.crossings().iter().filter(|c| c.kink == kink).map(|c| t.mesh.fractions()[c.end]).collect();
-        if matches!(k, Kink::Time(_)) {
+        let Kink::State { state, value } = *k else {
             let passage = at_time(phase, kink, [t.initial_time, t.final_time]);
             // A crossing of the mesh has this time already.
             found.extend(passage.map(|p| Passage { at: known.first().copied().unwrap_or(p.at), ..p }));
             continue;
-        }
+        };
+        let mut above = |at: f64| {
+            t.state.evaluate(t.time_at(at), &mut x);
+            x[state] - value
+        };
         let mut before: Option<(f64, f64)> = None;
         for at in samples(t).filter(|at| !known.contains(at)) {
             let value = above(at);

@@ -111,8 +111,7 @@ pub(crate) struct MeshSequence<'a> {
 }
 
 impl<'a> MeshSequence<'a> {
-    pub(crate) fn new(settings: &'a RadauSettings, ocp: &'a Ocp, attempt: Attempt) -> Self {
-        let mut attempt = attempt;
+    pub(crate) fn new(settings: &'a RadauSettings, ocp: &'a Ocp, mut attempt: Attempt) -> Self {
         if settings.switches
             && let Ok(mesh) = with_times(ocp, &attempt.guess, &attempt.mesh)
         {
@@ -393,9 +392,12 @@ impl<'a> MeshSequence<'a> {
         if is_done {
             self.excess = controls;
         }
+        if !(is_done && within) {
+            return Ok(false);
+        }
         // Free ends may have moved away from what the mesh sees of the time.
         let earlier = Guess::earlier(&solve.trajectory);
-        Ok(is_done && within && divided_mesh(self.ocp, &earlier, &self.attempt.mesh)?.is_none())
+        Ok(divided_mesh(self.ocp, &earlier, &self.attempt.mesh)?.is_none())
     }
 
     /// Goes back to the mesh before the first contacts when all were none: what was refined for them is of no use.

@@ -141,7 +141,7 @@ impl PhaseConditions<'_> {
         for (tau, weight) in rule.nodes().iter().zip(rule.weights()) {
             let time = start + half * (tau + 1.0);
             let own = self.evaluate_within_bounds(interval, time).value;
-            self.equations.set(time, &self.point.x, control);
+            self.equations.set(self.point.time, &self.point.x, control);
             self.equations.path(&mut rows);
             let stated = self.equations.phase.path.iter().flat_map(|c| &c.rows);
             let excess = |((row, value), scale): ((&apsides_ocp::Variable, &f64), &f64)| {

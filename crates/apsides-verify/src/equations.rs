@@ -47,13 +47,8 @@ impl<'a> Equations<'a> {
         }
         let mut full = vec![0.0; nx + nu + np + 1];
         full[nx + nu..nx + nu + np].copy_from_slice(parameters);
-        let functions = || {
-            std::iter::once(&phase.dynamics)
-                .chain(phase.path.iter().map(|p| &p.function))
-                .chain(phase.integrals.iter().map(|q| &q.function))
-        };
-        let values = vec![0.0; functions().map(|f| f.outputs()).max().unwrap_or(0)];
-        let entries = vec![0.0; functions().map(|f| f.pattern().jacobian_len()).max().unwrap_or(0)];
+        let values = vec![0.0; phase.functions().map(|f| f.outputs()).max().unwrap_or(0)];
+        let entries = vec![0.0; phase.functions().map(|f| f.pattern().jacobian_len()).max().unwrap_or(0)];
         Self { phase, nx, nu, np, weights, full, bare: vec![0.0; nx + nu + 1], values, entries }
     }
 

@@ -143,6 +143,9 @@ const SMALLEST_COSTATE: f64 = 1e-4;
 
 /// A Hamiltonian that changes an objective by less than this part of it over the duration is rounding.
 const ROUNDING: f64 = 1e-9;
+/// Samples over the duration of a phase, at least.
+pub(crate) const SAMPLES: f64 = 160.0;
+
 /// An objective below is nothing in any unit that makes sense.
 const NO_OBJECTIVE: f64 = 1e-15;
 
@@ -181,6 +184,8 @@ pub(crate) struct PhaseConditions<'a> {
 
 /// State, control, costate, path multipliers at one time, and the gradient of the Lagrangian there.
 pub(crate) struct Point {
+    /// The time, clear of what jumps at the ends of the control's pieces.
+    pub(crate) time: f64,
     pub(crate) x: Vec<f64>,
     pub(crate) u: Vec<f64>,
     pub(crate) costate: Vec<f64>,
@@ -214,6 +219,7 @@ impl<'a> PhaseConditions<'a> {
             .with_integral_multipliers(found.integral_multipliers.as_ref());
         let (nx, nu, rows) = (equations.nx, equations.nu, equations.phase.path_rows());
         let point = Point {
+            time: found.initial_time,
             x: vec![0.0; nx],
             u: vec![0.0; nu],
             costate: vec![0.0; nx],
@@ -258,6 +264,21 @@ impl<'a> PhaseConditions<'a> {
         conditions.costate_size = conditions.costate_size.max(least);
         conditions.find_impulses();
         Some(conditions)
+    }
+
+    /// Interval and time of samples along the phase, both ends of each interval of the control included.
+    pub(crate) fn sample_times(&self, per_node: usize) -> Vec<(usize, f64)> {
+        let control = &self.found.control;
+        let breaks = control.breaks();
+        let duration = breaks[breaks.len() - 1] - breaks[0];
+        let times = breaks.windows(2).enumerate().flat_map(|(segment, ends)| {
+            let (start, length) = (ends[0], ends[1] - ends[0]);
+            let nodes = control.segments()[segment].basis.nodes().len();
+            let n = ((SAMPLES * length / duration).ceil() as usize).max(per_node * nodes);
+            let last = ends[1];
+            (0..=n).map(move |j| (segment, if j == n { last } else { start + length * j as f64 / n as f64 }))
+        });
+        times.collect()
     }
 
     /// A change of the Hamiltonian that controls make, relative to its largest term, and to what controls can change of it.
@@ -327,7 +348,8 @@ impl<'a> PhaseConditions<'a> {
         if let Some(mu) = &found.path_multipliers {
             evaluate_piece(mu, pieces, segment, t, &mut point.multipliers);
         }
-        equations.set(found.control.within(segment, t), &point.x, &point.u);
+        point.time = found.control.within(segment, t);
+        equations.set(point.time, &point.x, &point.u);
         equations.lagrangian(&point.costate, &point.multipliers, &mut point.gradient)
     }
 }

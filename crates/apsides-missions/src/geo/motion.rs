@@ -1,8 +1,7 @@
 //! The motion about the Earth of an injection, from its orbital elements.
 
-use apsides_dynamics::Ellipsoid;
 use apsides_dynamics::elements::Cartesian;
-use apsides_ephemeris::{About, Axes, Motion, Point};
+use apsides_ephemeris::{About, Motion, Point};
 use apsides_ocp::Trajectory;
 
 use super::injection::{BurnSteering, GeoInjection};
@@ -45,13 +44,7 @@ impl InjectionMotion<'_> {
 impl Motion for InjectionMotion<'_> {
     fn about(&self) -> About {
         let body = self.injection.flight.body;
-        About {
-            gravitational_parameter: body.gravitational_parameter,
-            surface: Ellipsoid::sphere(body.radius, body.gravitational_parameter, 0.0, 0.0),
-            axes: Axes::Inertial,
-            loads: Vec::new(),
-            site: None,
-        }
+        About::sphere(body.radius, body.gravitational_parameter)
     }
 
     fn point(&self, phase: usize, _time: f64, state: &[f64], control: &[f64]) -> Option<Point> {

@@ -2,9 +2,8 @@
 
 use std::f64::consts::FRAC_PI_2;
 
-use apsides_dynamics::Ellipsoid;
 use apsides_dynamics::planar::{MASS, POLAR_ANGLE, STATES};
-use apsides_ephemeris::{About, Axes, Motion, Point};
+use apsides_ephemeris::{About, Motion, Point};
 use apsides_ocp::Trajectory;
 
 use super::lander::LunarLander;
@@ -37,13 +36,7 @@ impl<'a> LandingMotion<'a> {
 impl Motion for LandingMotion<'_> {
     fn about(&self) -> About {
         let body = self.lander.flight.body;
-        About {
-            gravitational_parameter: body.gravitational_parameter,
-            surface: Ellipsoid::sphere(body.radius, body.gravitational_parameter, 0.0, 0.0),
-            axes: Axes::Inertial,
-            loads: Vec::new(),
-            site: None,
-        }
+        About::sphere(body.radius, body.gravitational_parameter)
     }
 
     fn point(&self, phase: usize, _time: f64, state: &[f64], control: &[f64]) -> Option<Point> {

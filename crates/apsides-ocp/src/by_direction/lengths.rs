@@ -23,10 +23,7 @@ pub(super) enum Measure {
 impl<'a> Lengths<'a> {
     /// None where a function is no formula: of such a one nothing is known.
     pub(super) fn of(phase: &'a Phase) -> Option<Self> {
-        let path = phase.path.iter().map(|c| &c.function);
-        let integrals = phase.integrals.iter().map(|i| &i.function);
-        let functions = std::iter::once(&phase.dynamics).chain(path).chain(integrals);
-        let formulas = functions.map(|f| f.formula()).collect::<Result<_, _>>().ok()?;
+        let formulas = phase.functions().map(|f| f.formula()).collect::<Result<_, _>>().ok()?;
         Some(Self { phase, formulas, never_nothing: Vec::new() }.with_limits())
     }
 

@@ -25,18 +25,13 @@ impl<'a> Lagrangian<'a> {
         let mut full = vec![0.0; base];
         full.extend_from_slice(parameters);
         full.push(0.0);
-        let functions = || {
-            std::iter::once(&phase.dynamics)
-                .chain(phase.integrals.iter().map(|q| &q.function))
-                .chain(phase.path.iter().map(|c| &c.function))
-        };
         Self {
             phase,
             weights,
             full,
             bare: vec![0.0; base + 1],
-            values: vec![0.0; functions().map(|f| f.outputs()).max().unwrap_or(0)],
-            entries: vec![0.0; functions().map(|f| f.pattern().jacobian_len()).max().unwrap_or(0)],
+            values: vec![0.0; phase.functions().map(|f| f.outputs()).max().unwrap_or(0)],
+            entries: vec![0.0; phase.functions().map(|f| f.pattern().jacobian_len()).max().unwrap_or(0)],
             gradient: vec![0.0; base],
             largest_term: 0.0,
         }

@@ -98,11 +98,10 @@ impl ControlSet {
     }
 }
 
-/// The search at one point between bounds; `trial` is the last admissible candidate.
+/// The search at the point as it was evaluated, between bounds; `trial` is the last admissible candidate.
 pub(super) struct Search<'c, 'a, 's> {
     conditions: &'c mut PhaseConditions<'a>,
     set: &'s ControlSet,
-    time: f64,
     lower: &'s [f64],
     upper: &'s [f64],
     pub(super) trial: Vec<f64>,
@@ -112,12 +111,11 @@ impl<'c, 'a, 's> Search<'c, 'a, 's> {
     pub(super) fn within(
         conditions: &'c mut PhaseConditions<'a>,
         set: &'s ControlSet,
-        time: f64,
         lower: &'s [f64],
         upper: &'s [f64],
     ) -> Self {
         let trial = vec![0.0; lower.len()];
-        Self { conditions, set, time, lower, upper, trial }
+        Self { conditions, set, lower, upper, trial }
     }
 
     /// Moves a candidate into the control set, as `trial`, and gives its Hamiltonian; none if it cannot be moved there.
@@ -139,7 +137,7 @@ impl<'c, 'a, 's> Search<'c, 'a, 's> {
 
     fn hamiltonian(&mut self) -> f64 {
         let PhaseConditions { equations, point, .. } = &mut *self.conditions;
-        equations.set(self.time, &point.x, &self.trial);
+        equations.set(point.time, &point.x, &self.trial);
         equations.hamiltonian(&point.costate)
     }
 
@@ -150,7 +148,7 @@ impl<'c, 'a, 's> Search<'c, 'a, 's> {
             let mut inside = true;
             for r in &self.set.rows {
                 let PhaseConditions { equations, point, .. } = &mut *self.conditions;
-                equations.set(self.time, &point.x, &self.trial);
+                equations.set(point.time, &point.x, &self.trial);
                 let value = equations.row_gradient(r.row, &mut point.gradient);
                 let excess = (value - r.upper).max(0.0) + (value - r.lower).min(0.0);
                 if excess.abs() <= r.tolerance {

@@ -15,21 +15,21 @@ const LEAST_JUMP: f64 = 1e-8;
 
 impl PhaseConditions<'_> {
     /// The slopes of the Lagrangian to both sides in a control, where it has a convex kink at the point as it was evaluated.
-    pub(crate) fn slopes_at_kink(&mut self, time: f64, control: usize) -> Option<[f64; 2]> {
+    pub(crate) fn slopes_at_kink(&mut self, control: usize) -> Option<[f64; 2]> {
         let scale = self.scaling.controls[control];
-        let [far, near] = STEPS.map(|step| self.one_sided_slopes(time, control, step * scale));
-        self.equations.set(time, &self.point.x, &self.point.u);
+        let [far, near] = STEPS.map(|step| self.one_sided_slopes(control, step * scale));
+        self.equations.set(self.point.time, &self.point.x, &self.point.u);
         let jump = far[1] - far[0];
         let is_same = |side: usize| (far[side] - near[side]).abs() <= SAME * jump;
         let is_jump = jump * scale > LEAST_JUMP * self.hamiltonian_size;
         (is_jump && is_same(0) && is_same(1)).then_some(near)
     }
 
-    fn one_sided_slopes(&mut self, time: f64, control: usize, step: f64) -> [f64; 2] {
+    fn one_sided_slopes(&mut self, control: usize, step: f64) -> [f64; 2] {
         let mut at = |change: f64| {
             let mut u = self.point.u.clone();
             u[control] += change;
-            self.equations.set(time, &self.point.x, &u);
+            self.equations.set(self.point.time, &self.point.x, &u);
             let mut rows = vec![0.0; self.point.multipliers.len()];
             self.equations.path(&mut rows);
             let of_rows: f64 = rows.iter().zip(&self.point.multipliers).map(|(c, mu)| mu * c).sum();

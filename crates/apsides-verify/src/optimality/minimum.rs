@@ -189,7 +189,7 @@ impl PhaseConditions<'_> {
         let stated = self.evaluate(segment, time).value;
         let own = self.point.u.clone();
         let steps = set.steps();
-        let mut search = Search::within(self, set, time, &set.lower, &set.upper);
+        let mut search = Search::within(self, set, &set.lower, &set.upper);
         let mut best: Vec<(f64, Vec<f64>)> = Vec::new();
         let mut largest = stated;
         let mut far: Option<(f64, Vec<f64>)> = None;
@@ -224,9 +224,8 @@ impl PhaseConditions<'_> {
                 least = (*h, u.clone());
             }
         }
-        let rival = far.filter(|(h, u)| {
-            h - stated <= EQUAL * self.hamiltonian_size && self.has_other_rates(time, u, &own)
-        });
+        let rival =
+            far.filter(|(h, u)| h - stated <= EQUAL * self.hamiltonian_size && self.has_other_rates(u, &own));
         let range = largest - least.0;
         Compared { segment, time, stated, range, least, alone, rival: rival.map(|(_, u)| u) }
     }
@@ -264,11 +263,11 @@ impl PhaseConditions<'_> {
             bound[state] = true;
         }
         let own = point.u.clone();
-        !self.rates_differ(time, control, &own, &|k| bound.get(k) == Some(&true), f64::min)
+        !self.rates_differ(control, &own, &|k| bound.get(k) == Some(&true), f64::min)
     }
 
     /// True if a control changes the rates of states and integrals at the point as it was evaluated, whatever its derivatives there.
-    pub(crate) fn has_effect(&mut self, time: f64, control: usize) -> bool {
+    pub(crate) fn has_effect(&mut self, control: usize) -> bool {
         let own = self.point.u.clone();
         let bounds = self.equations.phase.controls[control].bounds;
         let scale = self.scaling.controls[control];
@@ -277,21 +276,20 @@ impl PhaseConditions<'_> {
             let mut other = own.clone();
             other[control] = bounds.clamp(value);
             // By the scales of the states alone: what a barrier leaves of a thrust gives its direction rates, and no effect.
-            self.rates_differ(time, &other, &own, &|_| true, |_, scale| scale)
+            self.rates_differ(&other, &own, &|_| true, |_, scale| scale)
         })
     }
 
     /// True if the rates of states and integrals differ: the controls are not two descriptions of one motion, as an angle and
     /// itself after a full turn.
-    pub(super) fn has_other_rates(&mut self, time: f64, one: &[f64], other: &[f64]) -> bool {
+    pub(super) fn has_other_rates(&mut self, one: &[f64], other: &[f64]) -> bool {
         // Beside wide bounds the rates themselves tell what is much.
-        self.rates_differ(time, one, other, &|_| true, f64::min)
+        self.rates_differ(one, other, &|_| true, f64::min)
     }
 
     /// True if the changes over the duration of `those` states and integrals differ by much, relative to `size(largest change, scale)`.
     fn rates_differ(
         &mut self,
-        time: f64,
         one: &[f64],
         other: &[f64],
         those: &dyn Fn(usize) -> bool,
@@ -300,7 +298,7 @@ impl PhaseConditions<'_> {
         let Self { equations, point, scaling, .. } = self;
         let mut rates = |u: &[f64]| {
             let mut out = vec![0.0; equations.nx + equations.phase.integrals.len()];
-            equations.set(time, &point.x, u);
+            equations.set(point.time, &point.x, u);
             equations.rates(&mut out);
             out
         };

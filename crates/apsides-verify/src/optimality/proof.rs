@@ -87,12 +87,12 @@ impl PhaseConditions<'_> {
     ) -> Outcome {
         self.evaluate(segment, time);
         let own = self.point.u.clone();
-        let parts = formulas.iter().map(|f| self.part(f, set, time)).collect();
+        let parts = formulas.iter().map(|f| self.part(f, set)).collect();
         let bounds = self.equations.phase.controls.iter().map(|c| [c.bounds.lower, c.bounds.upper]);
         let root: Vec<Between> = bounds.collect();
         let met: Vec<Between> = set.lower.iter().zip(&set.upper).map(|(a, b)| [*a, *b]).collect();
         let (lower, upper): (Vec<f64>, Vec<f64>) = root.iter().map(|[a, b]| (*a, *b)).unzip();
-        let mut search = Search::within(self, set, time, &lower, &upper);
+        let mut search = Search::within(self, set, &lower, &upper);
         let mut improve = |middle: &[f64], steps: &[f64], than: f64| {
             let h = search.admissible(middle).filter(|h| *h < than)?;
             let u = search.trial.clone();
@@ -128,14 +128,14 @@ impl PhaseConditions<'_> {
     }
 
     /// A function at the point as it was evaluated.
-    fn part(&self, function: &PhaseFormula, set: &ControlSet, time: f64) -> Part {
+    fn part(&self, function: &PhaseFormula, set: &ControlSet) -> Part {
         let (equations, point) = (&self.equations, &self.point);
         let mut values: Vec<Option<f64>> = point.x.iter().map(|x| Some(*x)).collect();
         values.extend(vec![None; equations.nu]);
         if function.takes_parameters {
             values.extend(equations.parameters().iter().map(|p| Some(*p)));
         }
-        values.push(Some(time));
+        values.push(Some(point.time));
         let formula = function.formula.specialised(&values);
         let outputs = formula.outputs().len();
         let (mut weights, mut rows) = (vec![0.0; outputs], Vec::new());

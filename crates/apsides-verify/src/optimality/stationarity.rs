@@ -20,7 +20,7 @@ impl PhaseConditions<'_> {
                 if residual > settings.stationarity_tolerance {
                     let (segment, time) = (node.segment, node.time);
                     self.evaluate(segment, time);
-                    if let Some([left, right]) = self.slopes_at_kink(time, j) {
+                    if let Some([left, right]) = self.slopes_at_kink(j) {
                         let outwards = relative(left.max(-right).max(0.0) * scale, self.hamiltonian_size);
                         residual = residual.min(outwards);
                     }

@@ -12,8 +12,7 @@ use super::PhaseConditions;
 use super::control_set::ControlSet;
 use crate::VerifySettings;
 
-/// Samples over the duration of a phase, at least, and over the nodes of an interval of its control.
-const SAMPLES: f64 = 160.0;
+/// Samples over the nodes of an interval of a phase's control.
 const SAMPLES_PER_NODE: usize = 4;
 /// A control closer to a bound than this, relative to its scale, is there.
 const AT_BOUND: f64 = 1e-5;
@@ -62,7 +61,7 @@ impl PhaseConditions<'_> {
     /// The touches of all controls, those at which the opposite bound is better among them.
     pub(super) fn find_touches(&mut self, set: &ControlSet, settings: &VerifySettings) -> Vec<Touch> {
         let allowed = self.allowed_gap(settings.minimum_tolerance);
-        let times = self.sample_times();
+        let times = self.sample_times(SAMPLES_PER_NODE);
         let mut touches = Vec::new();
         for control in 0..self.equations.nu {
             let samples: Vec<Option<Gap>> =
@@ -88,21 +87,6 @@ impl PhaseConditions<'_> {
         touches
     }
 
-    fn sample_times(&self) -> Vec<(usize, f64)> {
-        let control = &self.found.control;
-        let breaks = control.breaks();
-        let duration = breaks[breaks.len() - 1] - breaks[0];
-        let mut times = Vec::new();
-        for (segment, ends) in breaks.windows(2).enumerate() {
-            let nodes = control.segments()[segment].basis.nodes().len();
-            let by_length = (SAMPLES * (ends[1] - ends[0]) / duration).ceil() as usize;
-            let n = by_length.max(SAMPLES_PER_NODE * nodes);
-            let at = |j: usize| ends[0] + (ends[1] - ends[0]) * j as f64 / n as f64;
-            times.extend((0..=n).map(|j| (segment, if j == n { ends[1] } else { at(j) })));
-        }
-        times
-    }
-
     /// The opposite bound and the gap to it; none where the control is at no bound.
     fn sample(&mut self, control: usize, segment: usize, time: f64) -> Option<Gap> {
         let own = self.evaluate_within_bounds(segment, time).value;
@@ -116,25 +100,18 @@ impl PhaseConditions<'_> {
         if !other.is_finite() {
             return None;
         }
-        let gap =
-            self.with_control(time, control, other, |c| c.equations.hamiltonian(&c.point.costate)) - own;
+        let gap = self.with_control(control, other, |c| c.equations.hamiltonian(&c.point.costate)) - own;
         Some(Gap { segment, time, other, gap })
     }
 
     /// Evaluates something with one control changed at the point as it was evaluated.
-    fn with_control<T>(
-        &mut self,
-        time: f64,
-        control: usize,
-        value: f64,
-        mut f: impl FnMut(&mut Self) -> T,
-    ) -> T {
+    fn with_control<T>(&mut self, control: usize, value: f64, mut f: impl FnMut(&mut Self) -> T) -> T {
         let own = self.point.u[control];
         self.point.u[control] = value;
-        self.equations.set(time, &self.point.x, &self.point.u);
+        self.equations.set(self.point.time, &self.point.x, &self.point.u);
         let found = f(self);
         self.point.u[control] = own;
-        self.equations.set(time, &self.point.x, &self.point.u);
+        self.equations.set(self.point.time, &self.point.x, &self.point.u);
         found
     }
 
@@ -196,7 +173,7 @@ impl PhaseConditions<'_> {
         let own = self.point.u.clone();
         let mut other = own.clone();
         other[touch.control] = touch.other;
-        let values = self.with_control(touch.time, touch.control, touch.other, |c| {
+        let values = self.with_control(touch.control, touch.other, |c| {
             let mut values = vec![0.0; c.point.multipliers.len()];
             c.equations.path(&mut values);
             values
@@ -206,7 +183,7 @@ impl PhaseConditions<'_> {
             value <= row.upper + row.tolerance && value >= row.lower - row.tolerance
         });
         is_admissible
-            && self.has_other_rates(touch.time, &other, &own)
+            && self.has_other_rates(&other, &own)
             && self.keeps_to_state_bounds(touch.segment, touch.time, &other, settings)
     }
 
@@ -224,7 +201,7 @@ impl PhaseConditions<'_> {
             WithControl { gradient, rates }
         };
         let own = one(self);
-        let other = self.with_control(touch.time, touch.control, touch.other, one);
+        let other = self.with_control(touch.control, touch.other, one);
         ([own, other], costate_rates)
     }
 }

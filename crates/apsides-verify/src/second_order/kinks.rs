@@ -23,11 +23,10 @@ use std::sync::Arc;
 
 use apsides_ad::{Formula, FormulaKink, NodeFunction, formula_node};
 
-use crate::optimality::PhaseConditions;
+use crate::optimality::{PhaseConditions, SAMPLES};
 use crate::place::place;
 
-/// Samples over the duration of a phase, at least, and over the nodes of an interval of its control.
-const SAMPLES: f64 = 160.0;
+/// Samples over the nodes of an interval of a phase's control.
 const SAMPLES_PER_NODE: usize = 3;
 /// Arguments below this part of their size are zero.
 const AT_KINK: f64 = 1e-6;
@@ -183,22 +182,10 @@ fn kinked_functions(conditions: &PhaseConditions<'_>) -> Vec<Kinked> {
     with_kinks.collect()
 }
 
-/// The arguments and their rates along the phase, both ends of each interval of the control included.
+/// The arguments and their rates along the phase.
 fn samples(conditions: &mut PhaseConditions<'_>, kinked: &Kinked) -> Vec<Arguments> {
-    let control = &conditions.found.control;
-    let breaks = control.breaks();
-    let duration = breaks[breaks.len() - 1] - breaks[0];
-    let mut samples = Vec::new();
-    for (segment, ends) in breaks.windows(2).enumerate() {
-        let nodes = control.segments()[segment].basis.nodes().len();
-        let by_length = (SAMPLES * (ends[1] - ends[0]) / duration).ceil() as usize;
-        let n = by_length.max(SAMPLES_PER_NODE * nodes);
-        samples.extend((0..=n).map(|j| {
-            let time = if j == n { ends[1] } else { ends[0] + (ends[1] - ends[0]) * j as f64 / n as f64 };
-            sample(conditions, kinked, segment, time)
-        }));
-    }
-    samples
+    let times = conditions.sample_times(SAMPLES_PER_NODE);
+    times.into_iter().map(|(segment, time)| sample(conditions, kinked, segment, time)).collect()
 }
 
 fn sample(conditions: &mut PhaseConditions<'_>, kinked: &Kinked, segment: usize, time: f64) -> Arguments {
@@ -252,7 +239,7 @@ fn size(conditions: &mut PhaseConditions<'_>, kinked: &Kinked, k: usize, samples
     largest
 }
 
-/// OneKink kink of a function, and the size of its argument.
+/// One kink of a function, and the size of its argument.
 struct OneKink<'c, 'a, 'k> {
     conditions: &'c mut PhaseConditions<'a>,
     kinked: &'k Kinked,

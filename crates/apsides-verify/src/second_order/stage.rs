@@ -49,7 +49,7 @@ impl Stage {
         let curvature = curvature(conditions, &coordinates);
         let rates = rates(conditions, &coordinates);
         let integrals = integrals(conditions, &coordinates);
-        let controls = controls(conditions, &slopes, time, coordinates.length, &rates, &curvature);
+        let controls = controls(conditions, &slopes, coordinates.length, &rates, &curvature);
         let mut rows = path_rows(conditions, &coordinates);
         let (at_bounds, state_rows) = states(conditions, &coordinates, &slopes);
         rows.extend(state_rows);
@@ -212,7 +212,6 @@ const NOTHING: f64 = 1e-5;
 fn controls(
     conditions: &mut PhaseConditions<'_>,
     slopes: &Slopes,
-    time: f64,
     length: f64,
     rates: &DMatrix<f64>,
     curvature: &DMatrix<f64>,
@@ -238,7 +237,7 @@ fn controls(
         let bounds = &conditions.equations.phase.controls[j].bounds;
         if is_kept_at_bound(slope, bend, conditions.point.u[j], bounds, conditions.hamiltonian_size) {
             *stand = Activity::Strong;
-        } else if let Some([left, right]) = conditions.slopes_at_kink(time, j) {
+        } else if let Some([left, right]) = conditions.slopes_at_kink(j) {
             let least = relative(right.min(-left) * scale, conditions.hamiltonian_size);
             *stand = Activity::of_kink(least);
         }
@@ -253,7 +252,7 @@ fn controls(
         moves || (0..curvature.ncols()).any(bends)
     };
     let with_effect = |j: usize| {
-        if has_slope(j) || conditions.has_effect(time, j) { stands[j] } else { Activity::Strong }
+        if has_slope(j) || conditions.has_effect(j) { stands[j] } else { Activity::Strong }
     };
     (0..nu).map(with_effect).collect()
 }

@@ -110,6 +110,8 @@ fn both_sides_of_a_jump_are_looked_at_on_their_own() {
     };
     assert!(with_corner_at(JUMP) >= Verdict::StrictLocalOptimum);
     // Rounding of the time of the corner is none.
-    assert!(with_corner_at(JUMP + 1e-15) >= Verdict::StrictLocalOptimum);
+    for rounding in [1e-15, -1e-15] {
+        assert!(with_corner_at(JUMP + rounding) >= Verdict::StrictLocalOptimum);
+    }
     assert_eq!(with_corner_at(JUMP + 0.05), Verdict::Rejected);
 }
