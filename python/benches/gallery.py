@@ -5,7 +5,8 @@
 
 `--table` is the program of the first line, which solves the compiled models and prints the times of its solves; without it there are no ratios.
 Every time is the least of several (`--turns`), in which both sides take turns. A solve is that of the method, without the certificate:
-`timing_ms` of a solution, and of it the wall time around `Mission.solve` less the certificate is what a user of Python waits. The package must be
+`timing_ms` of a solution, and of it the wall time around `Mission.solve` less the certificate is what a user of Python waits. Both sides
+have the settings of `RadauSettings::default()`: the program's own tolerance of a mesh is a hundred times smaller. The package must be
 installed (`cargo xtask python` builds its wheel). Each statement has at most 25 lines, which `python/tests/test_lengths.py` counts.
 """
 
@@ -19,6 +20,9 @@ import time
 import numpy as np
 
 import apsides
+
+#: Settings of the compiled models: those of `RadauSettings::default()`.
+EQUAL = {"radau__tolerance": 1e-8, "radau__points": 4}
 
 FILES = pathlib.Path(__file__).resolve().parents[2] / "crates" / "apsides-problems" / "problems"
 
@@ -149,6 +153,7 @@ def main():
     print("| problem | Rust ms | Python ms | of it the method | ratio |\n| --- | ---: | ---: | ---: | ---: |")
     ratios = []
     for name, title, mission in cases:
+        mission = mission.having(**EQUAL)
         turns = [(of_rust(chosen.table, name) if chosen.table else float("nan"), *of_python(mission)) for _ in range(chosen.turns)]
         rust, wall, method = (min(column) for column in zip(*turns))
         ratios.append(wall / rust)

@@ -4,14 +4,14 @@
 //! cargo run --release -p apsides-tests --example perturbed -- [CASES [PROBLEM]]
 //! ```
 //!
-//! Fixed ends and times move by up to 3 and 5 %, bounds of controls by up to 5 %. What is certified as an extremal at least is solved
+//! A case that is not certified is printed with the checks that fail, one that is not solved with its status. Fixed ends and times move by up to 3 and 5 %, bounds of controls by up to 5 %. What is certified as an extremal at least is solved
 //! again by direct multiple shooting from its own trajectory: an end at a clearly better objective is printed as doubtful.
 #![allow(clippy::print_stdout)]
 
 use apsides::ocp::{Bounds, Guess, Ocp, Sense};
 use apsides::radau::Radau;
 use apsides::shooting::direct::MultipleShooting;
-use apsides::verify::{Verdict, VerifySettings, verify};
+use apsides::verify::{Check, CheckKind, Verdict, VerifySettings, verify};
 use apsides_problems::GALLERY;
 
 /// Relative change of ends, and of bounds and times.
@@ -110,13 +110,23 @@ fn one(
     let solution = Radau::default().solve(&ocp, &posed.guess)?;
     if !solution.status.is_success() {
         tally.unsolved += 1;
+        println!("not solved: {} case {case}: {}", problem.name, solution.status);
         return Ok(());
     }
     let settings = VerifySettings::default();
     let found = solution.trajectory;
-    let verdict = verify(&ocp, &found, &settings)?.certificate.verdict;
+    let certificate = verify(&ocp, &found, &settings)?.certificate;
+    let verdict = certificate.verdict;
     tally.verdicts[verdict as usize] += 1;
     if verdict < Verdict::Extremal {
+        for c in certificate.checks.iter().filter(|c| !c.passed && is_needed(c.kind)) {
+            let (meshes, accurate) = (solution.meshes.len(), solution.accurate);
+            let Check { name, value, limit, at, .. } = c;
+            println!(
+                "{verdict}: {} case {case}, {meshes} meshes, accurate {accurate}: {name} {value:.1e} for {limit:.1e} at {at}",
+                problem.name
+            );
+        }
         return Ok(());
     }
     let other = MultipleShooting::default().solve(&ocp, &Guess::earlier(&found))?;
@@ -131,4 +141,9 @@ fn one(
         );
     }
     Ok(())
+}
+
+/// True for what an extremal must meet.
+fn is_needed(kind: CheckKind) -> bool {
+    matches!(kind, CheckKind::Feasibility | CheckKind::Optimality | CheckKind::Curvature)
 }

@@ -18,9 +18,7 @@ use crate::vector::max_abs;
 
 /// Changes of the set.
 const ROUNDS: usize = 6;
-/// Newton steps for one set.
-const STEPS: usize = 4;
-/// Residuals at which the steps end: rounding of the scaled functions.
+/// Residuals of the scaled functions that are rounding.
 const ROUNDING: f64 = 1e-13;
 /// Diagonal entry of a variable that is held.
 const HELD: f64 = 1e16;
@@ -31,13 +29,24 @@ const LEAST: f64 = 1e-12;
 
 /// A slack below so many roots of the barrier parameter is close: one whose multiplier vanishes too is of the size of that root.
 const CLOSE_BOUND: f64 = 100.0;
-/// A step that moves a variable by more, relative to its size where that is above one, leads to another solution: what determines it is
-/// the barrier alone, as along singular arcs.
-const CLOSE: f64 = 3e-2;
+
+/// The reach of Newton's method for one set.
+#[derive(Clone, Copy)]
+pub(crate) struct Reach {
+    /// Most steps.
+    pub(crate) steps: usize,
+    /// A step that moves a variable by more, relative to its size where that is above one, leads to another solution.
+    pub(crate) close: f64,
+    /// Residuals of the scaled functions at which the steps end.
+    pub(crate) residual: f64,
+}
+
+/// From the end of an interior point method: where a step is long, what determines a variable is the barrier alone, as along singular arcs.
+const POLISH: Reach = Reach { steps: 4, close: 3e-2, residual: ROUNDING };
 
 /// The place of a variable between its bounds.
 #[derive(Clone, Copy, PartialEq)]
-enum Standing {
+pub(crate) enum Standing {
     Free,
     Lower,
     Upper,
@@ -57,22 +66,9 @@ impl Engine {
         }
         self.state.trial.copy_from(&self.state.current);
         let errors = self.state.errors;
-        let (lower, upper) = problem.exact_bounds();
         let mut sides = self.state.sides();
-        for _ in 0..ROUNDS {
-            if !self.state.newton(problem, system, &sides, &lower, &upper) {
-                break;
-            }
-            if !self.state.revise(&mut sides, &lower, &upper) {
-                self.state.take_multipliers(&sides);
-                self.state.set_exact_slacks(&lower, &upper);
-                self.state.update_dual_residual(problem);
-                self.measure_errors(problem);
-                if self.is_optimal() {
-                    return true;
-                }
-                break;
-            }
+        if self.settle(POLISH, &mut sides, problem, system).is_some() {
+            return true;
         }
         self.state.current.copy_from(&self.state.trial);
         self.state.errors = errors;
@@ -80,6 +76,30 @@ impl Engine {
             self.measure_errors(problem);
         }
         false
+    }
+
+    /// Moves the point to the exact solution for the active set that begins as `sides`; the steps that it took, or none where the set does
+    /// not settle at an optimal point.
+    pub(crate) fn settle(
+        &mut self,
+        reach: Reach,
+        sides: &mut [Standing],
+        problem: &mut ScaledProblem<'_>,
+        system: &mut AugmentedSystem,
+    ) -> Option<usize> {
+        let (lower, upper) = problem.exact_bounds();
+        let mut steps = 0;
+        for _ in 0..ROUNDS {
+            steps += self.state.newton(reach, problem, system, sides, (&lower, &upper))?;
+            if !self.state.revise(sides, &lower, &upper) {
+                self.state.take_multipliers(sides);
+                self.state.set_exact_slacks(&lower, &upper);
+                self.state.update_dual_residual(problem);
+                self.measure_errors(problem);
+                return self.is_optimal().then_some(steps);
+            }
+        }
+        None
     }
 }
 
@@ -105,16 +125,16 @@ impl SolverState {
         (0..zl.len()).map(side).collect()
     }
 
-    /// Newton's method with the bounds of `sides` held; false where it does not get to rounding, or the system is not that
+    /// Newton's method with the bounds of `sides` held: its steps; none where it does not end within its reach, or the system is not that
     /// of a strict minimum.
     fn newton(
         &mut self,
+        reach: Reach,
         problem: &mut ScaledProblem<'_>,
         system: &mut AugmentedSystem,
         sides: &[Standing],
-        lower: &[f64],
-        upper: &[f64],
-    ) -> bool {
+        (lower, upper): (&[f64], &[f64]),
+    ) -> Option<usize> {
         for (i, side) in sides.iter().enumerate() {
             match side {
                 Standing::Free => {}
@@ -124,30 +144,32 @@ impl SolverState {
         }
         self.current.zl.fill(0.0);
         self.current.zu.fill(0.0);
-        for step in 0..=STEPS {
+        for step in 0..=reach.steps {
             if !(self.current.evaluate(problem) && self.differentiate(problem).is_ok()) {
-                return false;
+                return None;
             }
             let free = |(r, side): (&f64, &Standing)| if *side == Standing::Free { r.abs() } else { 0.0 };
             let dual = self.dual_residual.iter().zip(sides).map(free).fold(0.0, f64::max);
-            if dual.max(max_abs(&self.current.constraints)) <= ROUNDING {
-                return true;
+            let residual = dual.max(max_abs(&self.current.constraints));
+            if residual <= reach.residual {
+                return Some(step);
             }
-            if step == STEPS {
+            if step == reach.steps {
                 let size = max_abs(&self.current.y).max(1.0);
-                return dual.max(max_abs(&self.current.constraints)) <= 1e2 * ROUNDING * size;
+                return (residual <= 1e2 * ROUNDING * size).then_some(step);
             }
             let structure = problem.structure().clone();
             problem.hessian(&self.current.v, &self.current.y, &mut self.hessian, &mut self.diagonal);
-            if !self.newton_step(&structure, system, sides) {
-                return false;
+            if !self.newton_step(reach.close, &structure, system, sides) {
+                return None;
             }
         }
-        false
+        None
     }
 
     fn newton_step(
         &mut self,
+        close: f64,
         structure: &Structure,
         system: &mut AugmentedSystem,
         sides: &[Standing],
@@ -180,7 +202,7 @@ impl SolverState {
             return false;
         }
         let far = |((v, d), side): ((&f64, &f64), &Standing)| {
-            *side == Standing::Free && d.abs() > CLOSE * v.abs().max(1.0)
+            *side == Standing::Free && d.abs() > close * v.abs().max(1.0)
         };
         if self.current.v.iter().zip(&step.v).zip(sides).any(far) {
             return false;

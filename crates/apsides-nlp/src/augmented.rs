@@ -10,10 +10,12 @@
 
 use std::time::{Duration, Instant};
 
-use apsides_kkt::{Inertia, KktSettings, KktSystem};
+use apsides_kkt::{Inertia, KktSettings, KktSystem, Ordering};
 
 use crate::error::NlpError;
-use crate::model::Structure;
+use crate::model::{BarrierModel, Structure};
+use crate::scaled::ScaledProblem;
+use crate::settings::NlpSettings;
 use crate::vector::max_abs;
 
 /// A residual of this size is rounding of the scaled functions, however small the right-hand side.
@@ -39,6 +41,22 @@ pub(crate) struct AugmentedSystem {
 }
 
 impl AugmentedSystem {
+    /// The system of a problem, eliminated by its stages where it has them and the settings ask for no other order.
+    pub(crate) fn of(problem: &ScaledProblem<'_>, settings: &NlpSettings) -> Result<Self, NlpError> {
+        let mut kkt = settings.kkt.clone();
+        if kkt.ordering == Ordering::Amd
+            && let Some(stages) = problem.stages()?
+        {
+            kkt.ordering = Ordering::Stages(stages);
+        }
+        Self::new(problem.structure(), kkt)
+    }
+
+    /// Begins to count and to time anew.
+    pub(crate) fn forget_work(&mut self) {
+        (self.factorisations, self.solves, self.time) = (0, 0, Duration::ZERO);
+    }
+
     pub(crate) fn new(structure: &Structure, settings: KktSettings) -> Result<Self, NlpError> {
         let start = Instant::now();
         let (n, m) = (structure.variables, structure.constraints);

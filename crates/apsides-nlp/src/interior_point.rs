@@ -6,7 +6,6 @@ use std::time::Instant;
 use apsides_iteration::{
     Counters, Observer, OptimalityError, Residuals, SolveReport, Status, Timing, Violation,
 };
-use apsides_kkt::Ordering;
 
 use crate::augmented::AugmentedSystem;
 use crate::engine::{Engine, Exit, Session};
@@ -117,14 +116,20 @@ impl InteriorPoint {
         if problem.structure().variables == 0 {
             return Ok(self.report_fixed(&mut problem, start));
         }
-        let mut kkt = self.settings.kkt.clone();
-        if kkt.ordering == Ordering::Amd
-            && let Some(stages) = problem.stages()?
-        {
-            kkt.ordering = Ordering::Stages(stages);
-        }
-        let mut system = AugmentedSystem::new(problem.structure(), kkt)?;
-        let mut engine = Engine::for_model(&problem, &self.settings);
+        let mut system = AugmentedSystem::of(&problem, &self.settings)?;
+        self.run_with(&mut problem, &mut system, warm, observer, start)
+    }
+
+    /// A solve of a problem with free variables, with a system that was analysed for its structure.
+    pub(crate) fn run_with(
+        &self,
+        problem: &mut ScaledProblem<'_>,
+        system: &mut AugmentedSystem,
+        warm: Option<&WarmStart>,
+        observer: &mut dyn Observer,
+        start: Instant,
+    ) -> Result<SolveReport, NlpError> {
+        let mut engine = Engine::for_model(problem, &self.settings);
         let mut session = Session {
             observer,
             deadline: self.settings.time_limit.map(|limit| start + limit),
@@ -132,12 +137,12 @@ impl InteriorPoint {
             restoration_iterations: 0,
         };
         let started = match warm {
-            Some(warm) => engine.start_warm(&mut problem, warm),
-            None => engine.start_cold(&mut problem, &mut system),
+            Some(warm) => engine.start_warm(problem, warm),
+            None => engine.start_cold(problem, system),
         };
         let mut restorations = 0;
         let mut status = match started {
-            Ok(()) => iterate(&mut engine, &mut problem, &mut system, &mut session, &mut restorations),
+            Ok(()) => iterate(&mut engine, problem, system, &mut session, &mut restorations),
             Err(what) => Status::EvaluationFailed(what),
         };
         for _ in 0..self.settings.max_saddle_escapes {
@@ -145,31 +150,31 @@ impl InteriorPoint {
                 break;
             }
             let saddle = engine.state.current.clone();
-            if !engine.leaves_saddle(&mut problem, &mut system) {
+            if !engine.leaves_saddle(problem, system) {
                 break;
             }
             let most = session.iteration + ESCAPE_ITERATIONS;
             engine.state.settings.max_iterations = most.min(self.settings.max_iterations);
-            status = iterate(&mut engine, &mut problem, &mut system, &mut session, &mut restorations);
+            status = iterate(&mut engine, problem, system, &mut session, &mut restorations);
             let reached = &engine.state.current;
             let is_better = reached.objective < saddle.objective - BETTER * saddle.objective.abs().max(1.0);
             if !(is_better && matches!(status, Status::Optimal | Status::Diverging)) {
-                engine.return_to(&mut problem, &saddle);
+                engine.return_to(problem, &saddle);
                 status = Status::Optimal;
                 break;
             }
         }
         if status == Status::Optimal && self.settings.polish > 0.0 {
-            engine.polish(self.settings.polish, &mut problem, &mut system);
+            engine.polish(self.settings.polish, problem, system);
         }
         let keeps_point = matches!(
             status,
             Status::Optimal | Status::Infeasible | Status::Diverging | Status::EvaluationFailed(_)
         );
         if !keeps_point {
-            engine.recall_best(&mut problem);
+            engine.recall_best(problem);
         }
-        let inside = status != Status::Optimal || engine.ends_inside(&mut problem);
+        let inside = status != Status::Optimal || engine.ends_inside(problem);
         let counters = Counters {
             iterations: session.iteration,
             restoration_iterations: session.restoration_iterations,
@@ -178,14 +183,14 @@ impl InteriorPoint {
             solves: system.solves,
             ..Counters::default()
         };
-        let mut report = report_point(&engine, &mut problem, status, counters, inside);
+        let mut report = report_point(&engine, problem, status, counters, inside);
         report.timing.linear_systems = system.time;
         report.timing.total = start.elapsed();
         Ok(report)
     }
 
     /// The report of a problem without free variables.
-    fn report_fixed(&self, problem: &mut ScaledProblem<'_>, start: Instant) -> SolveReport {
+    pub(crate) fn report_fixed(&self, problem: &mut ScaledProblem<'_>, start: Instant) -> SolveReport {
         let x = problem.user_point(&[]);
         let (objective, constraint_values) = problem.user_values(&x);
         let m = constraint_values.len();
@@ -248,7 +253,7 @@ fn iterate(
 }
 
 /// The current point of the engine in the user's units.
-fn report_point(
+pub(crate) fn report_point(
     engine: &Engine,
     problem: &mut ScaledProblem<'_>,
     status: Status,

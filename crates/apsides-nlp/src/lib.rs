@@ -79,6 +79,7 @@
 //! | `augmented` | the linear system without slacks and elastic variables |
 //! | `restoration` | the same engine on the constraint violation |
 //! | `sensitivity` | [`Sensitivity`]: derivatives of a solution with respect to parameters |
+//! | `resolver` | [`Resolver`]: programs of one structure and other data, each from the last solution |
 //! | `derivative_check` | [`check_derivatives`] |
 //! | `requirement`, `elastic`, `diagnosis` | [`diagnose`]: which requirements conflict, and the least relaxation that helps |
 //!
@@ -106,6 +107,7 @@ mod line_search;
 mod model;
 mod problem;
 mod requirement;
+mod resolver;
 mod restoration;
 mod scaled;
 mod scaling;
@@ -128,6 +130,7 @@ pub use error::NlpError;
 pub use interior_point::InteriorPoint;
 pub use problem::{Nlp, Pattern, Scaling, Stages};
 pub use requirement::{Limit, Place, Relaxation, Requirement, Side, requirements_of};
+pub use resolver::{Resolved, Resolver, Way};
 pub use sensitivity::{ActiveConstraints, Perturbation, Sensitivity, SolutionDerivative};
 pub use settings::{BarrierOracle, BarrierStrategy, NlpSettings, ScalingMethod};
 pub use warm_start::WarmStart;

@@ -7,14 +7,14 @@
 use crate::problem::Pattern;
 
 /// A variable whose Jacobian column has the single entry `sign` in `row`.
-#[derive(Debug, Clone, Copy)]
+#[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct UnitVariable {
     pub row: usize,
     pub sign: f64,
 }
 
 /// Sizes and patterns, fixed for a solve.
-#[derive(Debug, Clone)]
+#[derive(Debug, Clone, PartialEq)]
 pub(crate) struct Structure {
     /// Length of the `x` part of the variables.
     pub variables: usize,

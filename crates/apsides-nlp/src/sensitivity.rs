@@ -16,7 +16,6 @@
 //! the derivatives of the barrier problem with the final barrier parameter.
 
 use apsides_iteration::{ScalingFactors, SolveReport};
-use apsides_kkt::Ordering;
 
 use crate::augmented::AugmentedSystem;
 use crate::error::NlpError;
@@ -356,13 +355,7 @@ impl Sensitivity {
             for ((d, l), u) in diagonal.iter_mut().zip(&lower_ratio).zip(&upper_ratio) {
                 *d += l + u;
             }
-            let mut kkt = settings.kkt.clone();
-            if kkt.ordering == Ordering::Amd
-                && let Some(stages) = problem.stages()?
-            {
-                kkt.ordering = Ordering::Stages(stages);
-            }
-            let mut made = AugmentedSystem::new(&structure, kkt)?;
+            let mut made = AugmentedSystem::of(&problem, settings)?;
             made.load(Some(&hessian), &diagonal, &jacobian);
             factor(&mut made, &structure, &diagonal, settings.dual_regularisation)?;
             system = Some(made);

@@ -51,6 +51,24 @@ impl Engine {
         problem: &mut ScaledProblem<'_>,
         warm: &WarmStart,
     ) -> Result<(), Evaluation> {
+        self.take_warm(problem, warm);
+        self.state.set_slacks(problem);
+        let average = self.state.complementarity_of_start();
+        let barrier = warm.barrier.unwrap_or_else(|| {
+            average.min(self.state.settings.initial_barrier).max(self.state.settings.warm_start_barrier)
+        });
+        self.state.barrier = barrier.max(self.state.final_barrier);
+        self.state.tau = self.state.settings.boundary_fraction.max(1.0 - self.state.barrier);
+        self.state.push_to_central_path();
+        self.state.set_slacks(problem);
+        self.state.push_to_central_path();
+        self.state.bounds.measure(&mut self.state.current, self.state.barrier);
+        self.state.bounds.safeguard_multipliers(&mut self.state.current, self.state.barrier, WARM_SAFEGUARD);
+        self.evaluate_start(problem)
+    }
+
+    /// The start of a problem with the multipliers of `warm`; those of slacks follow from their constraints.
+    pub(crate) fn take_warm(&mut self, problem: &ScaledProblem<'_>, warm: &WarmStart) {
         problem.scaled_start(&mut self.state.current.v);
         let factors = problem.scaling_factors();
         for (k, &i) in problem.free().iter().enumerate() {
@@ -72,19 +90,6 @@ impl Engine {
             *zl = if self.state.bounds.lower[i].is_finite() { *zl } else { 0.0 };
             *zu = if self.state.bounds.upper[i].is_finite() { *zu } else { 0.0 };
         }
-        self.state.set_slacks(problem);
-        let average = self.state.complementarity_of_start();
-        let barrier = warm.barrier.unwrap_or_else(|| {
-            average.min(self.state.settings.initial_barrier).max(self.state.settings.warm_start_barrier)
-        });
-        self.state.barrier = barrier.max(self.state.final_barrier);
-        self.state.tau = self.state.settings.boundary_fraction.max(1.0 - self.state.barrier);
-        self.state.push_to_central_path();
-        self.state.set_slacks(problem);
-        self.state.push_to_central_path();
-        self.state.bounds.measure(&mut self.state.current, self.state.barrier);
-        self.state.bounds.safeguard_multipliers(&mut self.state.current, self.state.barrier, WARM_SAFEGUARD);
-        self.evaluate_start(problem)
     }
 
     /// Values and derivatives at the starting point, and the limits that the filter takes from it.
@@ -107,7 +112,7 @@ impl Engine {
 
 impl SolverState {
     /// Slacks from the constraint functions at the current `x`.
-    fn set_slacks(&mut self, problem: &mut ScaledProblem<'_>) {
+    pub(crate) fn set_slacks(&mut self, problem: &mut ScaledProblem<'_>) {
         if problem.structure().slacks == 0 {
             return;
         }

@@ -47,6 +47,7 @@
 //! | [`solver`], [`settings`] | the method and its solution; what can be chosen |
 //! | `mesh_sequence` | from mesh to mesh: solve, estimate, refine |
 //! | `method` | the method as an [`apsides_ocp::Method`] |
+//! | [`session`] | re-solves with other data from the last solution |
 //! | [`switches`] | where controls switch between their bounds |
 //! | [`scales`] | scales, and warnings where they do not fit |
 //! | [`explanation`], [`relaxation`] | why a problem is infeasible: what conflicts, and what to relax by how much |
@@ -89,6 +90,7 @@ pub mod relaxation;
 mod row_rate;
 mod saddle;
 pub mod scales;
+pub mod session;
 pub mod settings;
 pub mod solver;
 mod starts;
@@ -96,12 +98,13 @@ mod state_bounds;
 pub mod switches;
 pub mod transcription;
 
-pub use apsides_nlp::Side;
+pub use apsides_nlp::{Side, Way};
 pub use apsides_ocp::{RowOrigin, Unmet};
 pub use error::RadauError;
 pub use explanation::{Conflict, Explanation, Remedy};
 pub use relaxation::{Requirement, RequirementKind};
 pub use scales::ScaleWarning;
+pub use session::{Resolved, Session};
 pub use settings::RadauSettings;
 pub use solver::{MeshRecord, Radau, RadauSolution};
 pub use switches::{Level, Switch};

@@ -39,8 +39,12 @@ const MOST_ITERATIONS_WITH_BREAKS: usize = 200;
 /// Iterations on a first mesh across kinks, before one with interval ends there is tried.
 const MOST_ITERATIONS_WITH_KINKS: usize = 300;
 
-/// A mesh for the sake of the bounds on controls alone must bring their excess below this part of what it was.
+/// A mesh for the sake of the bounds on controls alone gains where it brings their excess below this part of what it was.
 const LEAST_GAIN: f64 = 0.5;
+
+/// Meshes in a row for the sake of the bounds on controls alone that may gain nothing: a turn of a control that is much shorter than its
+/// interval shows only when the intervals have come down to its length.
+const MOST_WITHOUT_GAIN: usize = 2;
 
 /// The beginning of a solve, or what it goes on with.
 #[derive(Clone)]
@@ -108,6 +112,8 @@ pub(crate) struct MeshSequence<'a> {
     progress: Progress,
     /// Excess of the bounds on controls on the last mesh that met the tolerance.
     excess: f64,
+    /// Meshes since then that did not lower it.
+    without_gain: usize,
 }
 
 impl<'a> MeshSequence<'a> {
@@ -139,6 +145,7 @@ impl<'a> MeshSequence<'a> {
             costates: CostateMeshes::default(),
             progress: Progress::new(),
             excess: f64::INFINITY,
+            without_gain: 0,
         }
     }
 
@@ -386,12 +393,14 @@ impl<'a> MeshSequence<'a> {
     /// True if nothing is left but the accuracy of the costates.
     fn is_finished(&mut self, solve: &MeshSolve) -> Result<bool, RadauError> {
         let controls = solve.estimate.controls;
-        // Worth meshes of their own as long as they help.
-        let within = solve.is_in_bounds(self.settings) || controls > LEAST_GAIN * self.excess;
         let is_done = solve.is_accurate(self.settings) && self.is_settled;
         if is_done {
+            let gains = controls <= LEAST_GAIN * self.excess;
+            self.without_gain = if gains { 0 } else { self.without_gain + 1 };
             self.excess = controls;
         }
+        // Worth meshes of their own as long as they help.
+        let within = solve.is_in_bounds(self.settings) || self.without_gain > MOST_WITHOUT_GAIN;
         if !(is_done && within) {
             return Ok(false);
         }

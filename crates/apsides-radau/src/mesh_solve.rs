@@ -11,7 +11,8 @@ use crate::error_estimate::{Estimate, estimate};
 use crate::idle_controls::keep_idle;
 use crate::saddle::Watch;
 use crate::settings::RadauSettings;
-use crate::solver::MeshRecord;
+use crate::solver::{MeshRecord, RadauSolution};
+use crate::switches::Structure;
 use crate::transcription::Transcription;
 
 /// A mesh that was just solved, with success or without.
@@ -38,11 +39,44 @@ impl MeshSolve {
         let mut watch = Watch::new(observer);
         let report = nlp.solve(ocp, guess, nlp_settings, &mut watch)?;
         let in_doubt = watch.is_in_doubt();
+        let solve = Self::of_report(ocp, nlp, Scaling::new(ocp, guess), settings, report)?;
+        Ok(Self { in_doubt, ..solve })
+    }
+
+    /// The trajectory of a report with its error between the points.
+    pub(crate) fn of_report(
+        ocp: &Ocp,
+        nlp: Transcription,
+        scaling: Scaling,
+        settings: &RadauSettings,
+        report: SolveReport,
+    ) -> Result<Self, RadauError> {
         let mut trajectory = nlp.trajectory(ocp, &report)?;
-        let scaling = Scaling::new(ocp, guess);
         keep_idle(ocp, &scaling, &mut trajectory);
         let estimate = estimate(ocp, &scaling, settings, &mut trajectory)?;
-        Ok(Self { nlp, report, trajectory, scaling, estimate, in_doubt })
+        Ok(Self { nlp, report, trajectory, scaling, estimate, in_doubt: false })
+    }
+
+    /// The solution of this mesh alone.
+    pub(crate) fn into_solution(
+        mut self,
+        ocp: &Ocp,
+        settings: &RadauSettings,
+        record: MeshRecord,
+    ) -> RadauSolution {
+        let success = self.status().is_success();
+        let structure = Structure::of(ocp, &mut self.nlp, &self.report, &self.trajectory);
+        RadauSolution {
+            status: self.status(),
+            accurate: self.is_accurate(settings) && self.is_in_bounds(settings),
+            stalled: false,
+            meshes: vec![record],
+            unmet: if success { None } else { self.nlp.unmet(ocp, &self.report) },
+            warnings: Vec::new(),
+            switches: structure.switches(ocp, &self.trajectory),
+            trajectory: self.trajectory,
+            report: self.report,
+        }
     }
 
     pub(crate) fn record(&self, mesh: &Mesh, time: Duration) -> MeshRecord {

@@ -8,6 +8,7 @@ mod diagnosis;
 mod malformed;
 mod no_solution;
 mod optimal_control;
+mod resolver;
 mod scaling_and_warm_start;
 mod second_order;
 mod sensitivity;
