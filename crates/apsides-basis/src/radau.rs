@@ -1,5 +1,7 @@
 //! Legendre-Gauss-Radau rules.
 
+use std::sync::{Arc, OnceLock};
+
 use crate::legendre::{legendre, legendre_double, legendre_pair};
 use crate::quadrature::{check_points, differentiation_rows, integration_matrix, newton};
 use crate::{Barycentric, BasisError};
@@ -17,7 +19,26 @@ pub struct Lgr {
     integration: Vec<f64>,
 }
 
+/// Rules of at most so many points are kept.
+const KEPT: usize = 64;
+
+/// The rules that were asked for so far, by their numbers of points.
+static RULES: [OnceLock<Arc<Lgr>>; KEPT + 1] = [const { OnceLock::new() }; KEPT + 1];
+
 impl Lgr {
+    /// The rule of `points` points, computed once in a process for up to 64 of them.
+    ///
+    /// # Errors
+    /// [`BasisError::PointCount`] outside 1 to [`MAX_POINTS`](crate::MAX_POINTS).
+    pub fn shared(points: usize) -> Result<Arc<Self>, BasisError> {
+        let Some(kept) = RULES.get(points) else { return Self::new(points).map(Arc::new) };
+        if let Some(rule) = kept.get() {
+            return Ok(Arc::clone(rule));
+        }
+        let rule = Arc::new(Self::new(points)?);
+        Ok(Arc::clone(kept.get_or_init(|| rule)))
+    }
+
     /// The rule of `points` points, 1 to [`MAX_POINTS`](crate::MAX_POINTS).
     ///
     /// # Errors

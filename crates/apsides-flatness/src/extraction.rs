@@ -105,7 +105,7 @@ pub(crate) fn trajectory(
     errors: &[f64],
 ) -> Result<PhaseTrajectory, FlatnessError> {
     let named = |source| FlatnessError::Basis { place: format!("phase `{name}`"), source };
-    let rule = Lgr::new(POINTS).map_err(named)?;
+    let rule = Lgr::shared(POINTS).map_err(named)?;
     let mut sampler = Sampler {
         curve: Curve::new(system, splines, times, parameters),
         state_basis: Arc::new(rule.support_basis().clone()),

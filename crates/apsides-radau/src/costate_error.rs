@@ -142,7 +142,7 @@ impl Slopes<'_> {
     fn error(&mut self, k: usize, scales: &[f64]) -> Result<f64, RadauError> {
         let Some(costate) = &self.found.costate else { return Ok(0.0) };
         let nx = scales.len();
-        let rule = Lgr::new((self.found.mesh.points()[k] + 1).min(apsides_basis::MAX_POINTS))?;
+        let rule = Lgr::shared((self.found.mesh.points()[k] + 1).min(apsides_basis::MAX_POINTS))?;
         let m = rule.points();
         let (start, end) = (costate.breaks()[k], costate.breaks()[k + 1]);
         let half = 0.5 * (end - start);

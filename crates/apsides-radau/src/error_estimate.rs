@@ -4,6 +4,8 @@
 //! there are integrated, and the result is compared with the interpolated state (Patterson, Hager, Rao 2015, eqs. 24 to 27,
 //! doi 10.1002/oca.2114). Integrals are compared the same way: by the finer rule and by that of the collocation.
 
+use std::sync::Arc;
+
 use apsides_ad::NodeFunction;
 use apsides_basis::Lgr;
 use apsides_ocp::{Ocp, PathConstraint, Phase, PhaseScaling, PhaseTrajectory, Scaling, Trajectory};
@@ -190,8 +192,8 @@ fn excesses(
 }
 
 /// A rule with one point more than the collocation of interval `k`.
-fn finer_rule(p: &PhaseTrajectory, k: usize) -> Result<Lgr, RadauError> {
-    Ok(Lgr::new((p.mesh.points()[k] + 1).min(apsides_basis::MAX_POINTS))?)
+fn finer_rule(p: &PhaseTrajectory, k: usize) -> Result<Arc<Lgr>, RadauError> {
+    Ok(Lgr::shared((p.mesh.points()[k] + 1).min(apsides_basis::MAX_POINTS))?)
 }
 
 fn state_error(along: &mut Along<'_>, size: &[f64], k: usize) -> Result<f64, RadauError> {
@@ -203,7 +205,7 @@ fn state_error(along: &mut Along<'_>, size: &[f64], k: usize) -> Result<f64, Rad
     let half = 0.5 * (end - start);
     let time = |tau: f64| start + half * (tau + 1.0);
     let mut f = vec![0.0; m * nx];
-    let dynamics = std::sync::Arc::clone(&along.phase.dynamics);
+    let dynamics = Arc::clone(&along.phase.dynamics);
     for (&tau, row) in rule.nodes().iter().zip(f.chunks_mut(nx)) {
         along.value(dynamics.as_ref(), k, time(tau), row);
     }
@@ -241,8 +243,8 @@ fn quadratures(
     };
     let (mut fine, mut coarse) = (Vec::new(), Vec::new());
     for (k, &n) in p.mesh.points().iter().enumerate() {
-        fine.push(integrate(&finer_rule(p, k)?, k));
-        coarse.push(integrate(&Lgr::new(n)?, k));
+        fine.push(integrate(finer_rule(p, k)?.as_ref(), k));
+        coarse.push(integrate(Lgr::shared(n)?.as_ref(), k));
     }
     Ok((fine, coarse))
 }

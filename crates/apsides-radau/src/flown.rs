@@ -129,7 +129,7 @@ fn sampled(
     };
     let mut all = true;
     for (ends, &points) in mesh.fractions().windows(2).zip(mesh.points()) {
-        for tau in Lgr::new(points)?.nodes() {
+        for tau in Lgr::shared(points)?.nodes() {
             all &= sample(ends[0] + 0.5 * (tau + 1.0) * (ends[1] - ends[0]));
         }
     }

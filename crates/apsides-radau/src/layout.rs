@@ -5,8 +5,6 @@
 //! rows]`, then the integrals with bounds, the duration, the durations of the arcs if there are several, the times of breaks
 //! that are not free, the degrees of singular controls, the rates at touch points and junctions; the endpoint constraints come last.
 
-use std::collections::BTreeMap;
-use std::collections::btree_map::Entry;
 use std::ops::Range;
 use std::sync::Arc;
 
@@ -175,30 +173,18 @@ impl CollocationPhase {
 
 /// The placement of a whole problem on a mesh.
 pub(crate) fn collocation_layout(ocp: &Ocp, mesh: &Mesh) -> Result<Layout<CollocationPhase>, RadauError> {
-    let mut rules = BTreeMap::new();
     let mut places = Places::default();
     let phases = ocp.phases.iter().zip(&mesh.phases);
-    let phases = phases.map(|(phase, mesh)| CollocationPhase::new(phase, mesh, &mut rules, &mut places));
+    let phases = phases.map(|(phase, mesh)| CollocationPhase::new(phase, mesh, &mut places));
     let phases = phases.collect::<Result<_, _>>()?;
     Ok(Layout::new(ocp, phases, places))
 }
 
 impl CollocationPhase {
-    fn new(
-        phase: &Phase,
-        stated_mesh: &PhaseMesh,
-        rules: &mut BTreeMap<usize, Arc<Lgr>>,
-        places: &mut Places,
-    ) -> Result<Self, RadauError> {
+    fn new(phase: &Phase, stated_mesh: &PhaseMesh, places: &mut Places) -> Result<Self, RadauError> {
         let mesh = freed(stated_mesh)?;
-        let mut interval_rules = Vec::with_capacity(mesh.intervals());
-        for &n in mesh.points() {
-            if let Entry::Vacant(e) = rules.entry(n) {
-                e.insert(Arc::new(Lgr::new(n)?));
-            }
-            interval_rules.push(Arc::clone(&rules[&n]));
-        }
-        let nodes = collocation_points(&mesh, &interval_rules);
+        let rules = mesh.points().iter().map(|&n| Lgr::shared(n)).collect::<Result<Vec<_>, _>>()?;
+        let nodes = collocation_points(&mesh, &rules);
         let (nx, nu) = (phase.states.len(), phase.controls.len());
         let rows_per_node = nx + phase.path_rows();
         let initial_state = places.take_columns(nodes.len() * (nx + nu));
@@ -232,7 +218,7 @@ impl CollocationPhase {
             states: nx,
             controls: nu,
             stated_mesh: stated_mesh.clone(),
-            rules: interval_rules,
+            rules,
             nodes,
             arcs,
             first_row,

@@ -338,7 +338,7 @@ type StateAndControl = (Arc<Barycentric>, Arc<Barycentric>);
 /// Bases of intervals; those of a Radau rule are made once.
 #[derive(Default)]
 struct Bases {
-    radau: HashMap<usize, Option<(Lgr, StateAndControl)>>,
+    radau: HashMap<usize, Option<(Arc<Lgr>, StateAndControl)>>,
 }
 
 impl Bases {
@@ -347,7 +347,7 @@ impl Bases {
         let points = times.len() - 1;
         let local: Vec<f64> = times.iter().map(|t| ((t - start) - (end - t)) / (end - start)).collect();
         let rule = self.radau.entry(points).or_insert_with(|| {
-            let rule = Lgr::new(points).ok()?;
+            let rule = Lgr::shared(points).ok()?;
             let bases = bases_through(rule.support()).ok()?;
             Some((rule, bases))
         });

@@ -149,7 +149,7 @@ impl Coast<'_> {
         let mesh = PhaseMesh::new(fractions, vec![POINTS; intervals])?;
         let final_time = begin + duration;
         let breaks: Vec<f64> = mesh.fractions().iter().map(|f| (1.0 - f) * begin + f * final_time).collect();
-        let rule = Lgr::new(POINTS).map_err(apsides_radau::RadauError::from)?;
+        let rule = Lgr::shared(POINTS).map_err(apsides_radau::RadauError::from)?;
         let support = Arc::new(rule.support_basis().clone());
         let nodes = Arc::new(Barycentric::new(rule.nodes()).map_err(apsides_radau::RadauError::from)?);
         let ignition = self.ignition_costate(dimension);

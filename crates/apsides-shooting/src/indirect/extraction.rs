@@ -142,7 +142,7 @@ pub(super) fn extract(
 
 /// The nodes of a piece, the same for all.
 struct Nodes {
-    rule: Lgr,
+    rule: Arc<Lgr>,
     /// Through the Radau points and the end: states and costates.
     with_end: Arc<Barycentric>,
     /// Through the Radau points: controls and multipliers.
@@ -151,7 +151,7 @@ struct Nodes {
 
 impl Nodes {
     fn new() -> Option<Self> {
-        let rule = Lgr::new(POINTS).ok()?;
+        let rule = Lgr::shared(POINTS).ok()?;
         let points = Arc::new(Barycentric::new(rule.nodes()).ok()?);
         Some(Self { with_end: Arc::new(rule.support_basis().clone()), points, rule })
     }
