@@ -33,8 +33,19 @@ fn arcs_beside_bounds(phase: &Phase, mesh: &PhaseMesh) -> Vec<bool> {
 
 fn is_at_bound(phase: &Phase, mesh: &PhaseMesh, arc: usize) -> bool {
     let rows = &mesh.arcs()[arc].rows;
-    let held = |k: &usize| matches!(rows[*k], Some(ArcKind::Lower | ArcKind::Upper));
+    let held = |k: &usize| is_held(mesh, arc, *k);
     (0..rows.len()).filter(held).any(|k| order(phase, k).is_some_and(|o| o.order >= LEAST_ORDER))
+}
+
+fn is_held(mesh: &PhaseMesh, arc: usize, row: usize) -> bool {
+    matches!(mesh.arcs()[arc].rows.get(row), Some(Some(ArcKind::Lower | ArcKind::Upper)))
+}
+
+/// Says whether an interval is one of an arc that holds a row without controls at a bound whose first rate has a control: the index is then
+/// so low that short intervals do no harm to the multiplier.
+pub(crate) fn holds_with_first_rate(phase: &Phase, mesh: &PhaseMesh, interval: usize, row: usize) -> bool {
+    let arc = arc_of_intervals(mesh).nth(interval);
+    arc.is_some_and(|arc| is_held(mesh, arc, row)) && order(phase, row).is_some_and(|o| o.order < LEAST_ORDER)
 }
 
 /// The arc of each interval.

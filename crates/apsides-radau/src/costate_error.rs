@@ -4,12 +4,14 @@
 //! test of optimality allows. Over each interval `lambda' = -dL/dx` is integrated by a Radau rule of one point more and compared with the
 //! costate, as the equations of motion are in [`error_estimate`](crate::error_estimate) (Patterson, Hager, Rao 2015, doi
 //! 10.1002/oca.2114). Intervals in which a bound on a state or a path constraint without controls is active are left out, since what the
-//! bound adds to the costate is not a matter of more points, and those beside kinks.
+//! bound adds to the costate is not a matter of more points, and those beside kinks. Along an arc that holds such a constraint at its bound from
+//! end to end the multiplier is smooth; where it is of first order it is as accurate as the costates, so that its intervals count.
 
 use apsides_basis::Lgr;
 use apsides_ocp::{LagrangianSlope, Ocp, Phase, PhaseScaling, PhaseTrajectory, Scaling, Trajectory};
 
 use crate::RadauError;
+use crate::boundary_arcs::holds_with_first_rate;
 use crate::settings::RadauSettings;
 
 /// A state closer to its bound than this part of its scale is at it.
@@ -126,12 +128,17 @@ impl Slopes<'_> {
         }
         let Some(path) = &self.found.path_multipliers else { return false };
         let duration = breaks[k + 1] - breaks[k];
+        let mut row = 0..;
         let limits = self.phase.path.iter().flat_map(|c| {
             let with_control = c.function.pattern().columns.iter().any(|i| (nx..nx + nu).contains(i));
-            std::iter::repeat_n(
-                if with_control { f64::INFINITY } else { PUSHES * size / duration },
-                c.rows.len(),
-            )
+            let rows: Vec<f64> = (row.by_ref().take(c.rows.len()))
+                .map(|row| {
+                    let is_smooth =
+                        with_control || holds_with_first_rate(self.phase, &self.found.mesh, k, row);
+                    if is_smooth { f64::INFINITY } else { PUSHES * size / duration }
+                })
+                .collect();
+            rows
         });
         let limits: Vec<f64> = limits.zip(&scaling.path).map(|(limit, scale)| limit / scale).collect();
         let values = path.segments()[k].values.chunks(limits.len().max(1));

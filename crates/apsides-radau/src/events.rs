@@ -15,8 +15,18 @@ use crate::switches::Structure;
 /// Most changes of the structure of switches in a solve: what has not settled then is left to refinement.
 const MOST_REVISIONS: usize = 8;
 
+/// Most searches for events in a solve: a coarse mesh can show places of them that lead nowhere, where a finer one shows the right ones.
+const MOST_SEARCHES: usize = 3;
+
+/// Part of the error of the mesh that they led nowhere from, at which events are looked for again.
+const FINER: f64 = 0.1;
+
 /// The search for events after each mesh.
 pub(crate) struct Events {
+    /// Searches that may follow where the present one is given up.
+    searches: usize,
+    /// Error of a mesh from which on they are looked for again, after they were given up.
+    resumes_at: Option<f64>,
     /// Changes of the structure of switches that are left.
     revisions: usize,
     contacts: Contacts,
@@ -26,14 +36,18 @@ pub(crate) struct Events {
 impl Events {
     pub(crate) fn new(enabled: bool) -> Self {
         Self {
+            searches: if enabled { MOST_SEARCHES - 1 } else { 0 },
+            resumes_at: None,
             revisions: if enabled { MOST_REVISIONS } else { 0 },
             contacts: Contacts::new(enabled),
             crossings: Crossings::new(enabled),
         }
     }
 
-    /// Looks for no more of them.
-    pub(crate) fn give_up(&mut self) {
+    /// Looks for no more of them, until meshes have less error than the one with this error that they led nowhere from.
+    pub(crate) fn give_up(&mut self, error: f64) {
+        self.resumes_at = (self.searches > 0).then_some(FINER * error);
+        self.searches = self.searches.saturating_sub(1);
         self.revisions = 0;
         self.contacts.give_up();
         self.crossings.give_up();
@@ -46,6 +60,10 @@ impl Events {
         solve: &mut MeshSolve,
         settings: &RadauSettings,
     ) -> FoundEvents<'a> {
+        let is_finer = |error: f64| solve.estimate.error <= error || solve.is_accurate(settings);
+        if self.resumes_at.is_some_and(is_finer) {
+            *self = Self { searches: self.searches, ..Self::new(true) };
+        }
         let structure = Structure::of(ocp, &mut solve.nlp, &solve.report, &solve.trajectory);
         let solved = SolvedMesh {
             ocp,

@@ -74,6 +74,8 @@ pub(crate) struct Solved {
     trajectory: Trajectory,
     report: SolveReport,
     switches: Vec<Switch>,
+    /// Error between the points.
+    error: f64,
     accurate: bool,
     stalled: bool,
     /// Nothing is left but the accuracy of the costates.
@@ -246,7 +248,7 @@ impl<'a> MeshSequence<'a> {
                 self.attempt.guess = Guess::earlier(&solved.trajectory);
                 self.attempt.mesh = solved.plain.clone();
                 self.catches.left = 0;
-                self.events.give_up();
+                self.events.give_up(solved.error);
                 return ControlFlow::Continue(());
             }
         }
@@ -375,7 +377,8 @@ impl<'a> MeshSequence<'a> {
         let plain = without_arcs(plain);
         let points = total_points(&self.attempt.mesh);
         let stalled = self.progress.has_stalled(estimate.error, trajectory.objective, points) && !accurate;
-        let solved = Solved { trajectory, report, switches, accurate, stalled, finished, plain };
+        let error = estimate.error;
+        let solved = Solved { trajectory, report, switches, error, accurate, stalled, finished, plain };
         if stalled
             || (finished && !wants_costates)
             || self.is_out_of_meshes()
@@ -432,7 +435,8 @@ impl Solved {
     /// The solution of a solve that was not followed up.
     fn first(trajectory: Trajectory, report: SolveReport, mesh: Mesh) -> Self {
         let (accurate, stalled, finished) = (false, false, false);
-        Self { trajectory, report, switches: Vec::new(), accurate, stalled, finished, plain: mesh }
+        let error = f64::INFINITY;
+        Self { trajectory, report, switches: Vec::new(), error, accurate, stalled, finished, plain: mesh }
     }
 
     pub(crate) fn into_solution(
