@@ -40,7 +40,7 @@ FUNCTIONS.update(
     clamp=lambda x, least, most: ca.fmax(least, ca.fmin(most, x)),
     IF=lambda condition, then, otherwise: ca.if_else(condition, then, otherwise),
 )
-UNITS = dict(m=1, km=1e3, mm=1e-3, kg=1, t=1e3, s=1, day=86400, N=1, kN=1e3, rad=1, deg=math.pi / 180, au=149597870700)
+UNITS = dict(m=1, km=1e3, mm=1e-3, kg=1, t=1e3, s=1, day=86400, N=1, kN=1e3, kW=1e3, rad=1, deg=math.pi / 180, au=149597870700)
 QUANTITY = re.compile(r"\s*([-+0-9.eE]+)\s+([A-Za-z].*)")
 
 

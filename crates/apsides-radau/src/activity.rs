@@ -376,7 +376,8 @@ pub(crate) fn runs(samples: &[NodeSample]) -> Vec<Run> {
 }
 
 /// A few nodes between the bounds, before or after what stands at one, are a pulse to the other one that no node resolves.
-pub(crate) fn pulses(samples: &[NodeSample], runs: &mut [Run]) {
+pub(crate) fn pulses(samples: &[NodeSample], runs: &mut Vec<Run>) {
+    settle_all_along(samples, runs);
     for k in 0..runs.len() {
         let neighbours =
             [k.checked_sub(1), Some(k + 1)].map(|i| i.and_then(|i| runs.get(i)).map(|r| r.class));
@@ -395,6 +396,33 @@ pub(crate) fn pulses(samples: &[NodeSample], runs: &mut [Run]) {
             (r.class, r.is_pulse) = (other, true);
         }
     }
+}
+
+/// A control whose nodes are all close to one bound, and pushed towards it, is there all along: where the switching function is small the
+/// barrier keeps some of them away from it.
+fn settle_all_along(samples: &[NodeSample], runs: &mut Vec<Run>) {
+    let Some(class) = runs.iter().map(|r| r.class).find(|c| *c != Class::Between) else { return };
+    let is_at = |s: &NodeSample| match class {
+        Class::Lower => s.above_lower < NEAR && s.slope >= -NO_EVIDENCE,
+        _ => s.below_upper < NEAR && s.slope <= NO_EVIDENCE,
+    };
+    if samples.iter().all(is_at) {
+        runs.iter_mut().for_each(|r| r.class = class);
+        joined(runs);
+    }
+}
+
+/// The bound that a control stays at all along, where the mesh holds it there, or where a small switching function lets the barrier keep it
+/// visibly away; else between.
+pub(crate) fn bound_all_along(samples: &[NodeSample], runs: &[Run]) -> Class {
+    let [run] = runs else { return Class::Between };
+    let distance = |s: &NodeSample| match run.class {
+        Class::Lower => s.above_lower,
+        Class::Between => 0.0,
+        Class::Upper => s.below_upper,
+    };
+    let is_away = samples.iter().any(|s| s.is_held() || distance(s) > AT_BOUND);
+    if is_away { run.class } else { Class::Between }
 }
 
 /// Runs of a row without controls: what stays close to a bound between two nodes that are active there is an arc. A coarse mesh lets the

@@ -11,8 +11,8 @@ use apsides_ocp::{ArcKind, Bounds, Mesh, Ocp, Phase, PhaseArc, PhaseTrajectory, 
 
 use crate::RadauError;
 use crate::activity::{
-    Class, Quantity, QuantityKind, Solution, boundary_runs, curvatures, pulses, quantities, runs, samples,
-    settle_beside, settle_inside,
+    Class, Quantity, QuantityKind, Solution, bound_all_along, boundary_runs, curvatures, pulses, quantities,
+    runs, samples, settle_beside, settle_inside,
 };
 use crate::breaks::{ArcBreak, Instants, with_breaks};
 use crate::change::{Change, ChangeKind, changes, settle};
@@ -24,6 +24,8 @@ struct PhaseStructure<'a> {
     quantities: Vec<Quantity<'a>>,
     /// Per quantity, what it does first.
     first: Vec<Class>,
+    /// Per quantity, the bound that it stays at from end to end of the phase and that a barrier keeps it away from.
+    kept_away: Vec<Class>,
     changes: Vec<Change>,
 }
 
@@ -206,8 +208,15 @@ impl PhaseStructure<'_> {
             arcs.push(arc);
         }
         if breaks.is_empty() {
-            // A bound active all along needs no holding.
-            arcs = vec![PhaseArc::default()];
+            // A bound active all along needs no holding, unless a barrier keeps the control away from it.
+            let mut arc = PhaseArc { controls: vec![None; count(true)], rows: Vec::new() };
+            for (q, class) in self.quantities.iter().zip(&self.kept_away) {
+                if let (QuantityKind::Control(c), Some(course)) = (q.kind, class.course()) {
+                    arc.controls[c] = Some(course);
+                }
+            }
+            let is_empty = arc.controls.iter().all(Option::is_none);
+            arcs = vec![if is_empty { PhaseArc::default() } else { arc }];
         }
         arcs
     }
@@ -221,7 +230,8 @@ fn phase_structure<'a>(
 ) -> PhaseStructure<'a> {
     let mut quantities = quantities(phase);
     let first = vec![Class::Between; quantities.len()];
-    let mut found = PhaseStructure { quantities: Vec::new(), first, changes: Vec::new() };
+    let away = first.clone();
+    let mut found = PhaseStructure { quantities: Vec::new(), first, kept_away: away, changes: Vec::new() };
     // Where rows meet their bounds controls may oscillate for a few nodes.
     let mut gaps: Vec<(f64, f64)> = Vec::new();
     // Controls that alone hold a row along an arc at its bound, and the first and last node of the arc.
@@ -234,6 +244,7 @@ fn phase_structure<'a>(
         if q.affine {
             settle_beside(&samples, &mut runs, &gaps);
             pulses(&samples, &mut runs);
+            found.kept_away[k] = bound_all_along(&samples, &runs);
         }
         found.first[k] = runs.first().map_or(Class::Between, |r| r.class);
         let changes = changes(k, q, &samples, &runs);
