@@ -44,8 +44,9 @@ impl StateRows {
             let is_met = |s: &usize| {
                 let variable = &phase.states[*s].variable;
                 let Some(q) = Quantity::new(QuantityKind::State(*s), variable) else { return false };
-                let Some(order) = order_of(phase, vec![*s]) else { return false };
-                let q = q.held_by(phase, order.controls);
+                // Without a control near by it can be met in instants alone.
+                let controls = order_of(phase, vec![*s]).map_or_else(Vec::new, |order| order.controls);
+                let q = q.held_by(phase, controls);
                 let (samples, _) = samples(&q, p, t, &solution);
                 let inner = samples.get(..samples.len().saturating_sub(1)).unwrap_or_default();
                 inner.iter().any(|s| s.slope.abs() >= OSCILLATION && is_stated(variable, s.class))
