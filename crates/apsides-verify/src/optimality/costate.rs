@@ -25,6 +25,8 @@ const ACCURACY: f64 = 1e-4;
 const BESIDE: f64 = 1e-9;
 /// Rates on both sides that differ by more, relative, jump there.
 const JUMPING: f64 = 1e-6;
+/// Distance from an end of an interval, as a part of it, at which the slope is taken where it is not defined at the end itself.
+const INSIDE: f64 = 1e-9;
 /// Nodes closer to an end of the phase than this part of its duration are at the end.
 const END: f64 = 1e-9;
 
@@ -140,19 +142,26 @@ impl PhaseConditions<'_> {
         let scratch = RefCell::new((&mut self.equations, &mut self.point));
         let system = FnSystem::new(nx, |t: f64, lambda: &[f64], rate: &mut [f64]| {
             let (equations, point) = &mut *scratch.borrow_mut();
-            found.control.evaluate_in(segment, t, &mut point.u);
-            evaluate_piece(&found.state, pieces, segment, t, &mut point.x);
-            if let Some(mu) = &found.path_multipliers {
-                evaluate_piece(mu, pieces, segment, t, &mut point.multipliers);
-            }
-            equations.set(found.control.within(segment, t), &point.x, &point.u);
-            evaluate_piece(costate, pieces, segment, t, &mut point.costate);
-            for ((used, integrated), bound) in point.costate.iter_mut().zip(lambda).zip(bounds) {
-                if *bound == Side::None {
-                    *used = *integrated;
+            // At rest the slope of a speed is not defined: there the limit from inside counts.
+            let inside = t.clamp(a + INSIDE * (b - a), b - INSIDE * (b - a));
+            for t in [t, inside] {
+                found.control.evaluate_in(segment, t, &mut point.u);
+                evaluate_piece(&found.state, pieces, segment, t, &mut point.x);
+                if let Some(mu) = &found.path_multipliers {
+                    evaluate_piece(mu, pieces, segment, t, &mut point.multipliers);
+                }
+                equations.set(found.control.within(segment, t), &point.x, &point.u);
+                evaluate_piece(costate, pieces, segment, t, &mut point.costate);
+                for ((used, integrated), bound) in point.costate.iter_mut().zip(lambda).zip(bounds) {
+                    if *bound == Side::None {
+                        *used = *integrated;
+                    }
+                }
+                equations.lagrangian(&point.costate, &point.multipliers, &mut point.gradient);
+                if point.gradient[..nx].iter().all(|g| g.is_finite()) {
+                    break;
                 }
             }
-            equations.lagrangian(&point.costate, &point.multipliers, &mut point.gradient);
             for (r, g) in rate.iter_mut().zip(&point.gradient[..nx]) {
                 *r = -g;
             }
