@@ -1,7 +1,8 @@
-//! Statements that follow from others: bounds of controls that a path constraint implies, and path constraints that the equations of
+//! Statements that follow from others: bounds of controls and states that a path constraint of controls implies, and path constraints that the equations of
 //! motion keep.
 //!
-//! The components of a direction of length one need no bounds of one, and the attitude quaternion of a rigid body keeps its length.
+//! The components of a direction of length one need no bounds of one, nor those of an attitude quaternion that is a control in one of its
+//! components, and the attitude quaternion of a rigid body keeps its length.
 //! Stated all the same, their gradients depend on those of the others: multipliers are not unique, and Newton's method converges slowly.
 //! So such constraints are left out while the problem is solved, and such bounds are moved away.
 
@@ -9,13 +10,13 @@ use apsides_ocp::{Bounds, Mesh, Ocp, PathConstraint, Phase, Trajectory, Variable
 
 /// Values that are equal to this, relative to their parts, differ by rounding or by the digits of a bound.
 const ROUNDING: f64 = 1e-7;
-/// A row is a sum of terms of one control each if it differs from it by less than this, relative to the terms.
+/// A row is a sum of terms of one input each if it differs from it by less than this, relative to the terms.
 const SUM: f64 = 1e-12;
 /// A sum of products vanishes if it is less than this part of the largest sum that they could have: rounding alone.
 const VANISHING: f64 = 1e-13;
 /// A constraint is met at the start of a phase within this, relative to its size.
 const MET: f64 = 1e-9;
-/// Part of the size of a control by which an implied bound is moved away: where it stands it guides the first iterations still.
+/// Part of the size of an input by which an implied bound is moved away: where it stands it guides the first iterations still.
 const ROOM: f64 = 0.2;
 /// Points at which a function is tried, as parts of the sizes of its inputs.
 const PROBES: [f64; 6] = [0.31, -0.74, 1.0, -1.57, 0.08, 2.9];
@@ -30,8 +31,7 @@ pub(crate) struct Irredundant {
 impl Irredundant {
     /// The problem without the statements that follow from its others; none if there are none.
     pub(crate) fn of(ocp: &Ocp) -> Option<Self> {
-        let moved: Vec<Option<Vec<Variable>>> =
-            ocp.phases.iter().map(controls_between_wider_bounds).collect();
+        let moved: Vec<Option<Vec<Variable>>> = ocp.phases.iter().map(inputs_between_wider_bounds).collect();
         let keeps = ocp.phases.iter().map(|phase| {
             let keeps = phase.path.iter().map(|c| !is_kept_by_motion(phase, c));
             keeps.collect::<Vec<bool>>()
@@ -46,8 +46,14 @@ impl Irredundant {
             kept.push(phase.path.iter().zip(&keeps).flat_map(|(c, k)| vec![*k; c.rows.len()]).collect());
             let mut keep = keeps.into_iter();
             phase.path.retain(|_| keep.next().unwrap_or(true));
-            if let Some(controls) = moved {
-                phase.controls = controls;
+            let Some(mut states) = moved else { continue };
+            phase.controls = states.split_off(phase.states.len());
+            for (state, variable) in phase.states.iter_mut().zip(states) {
+                // The row says nothing at the end of the phase.
+                let along = state.variable.bounds;
+                (state.initial, state.terminal) =
+                    (state.initial.intersect(&along), state.terminal.intersect(&along));
+                state.variable = variable;
             }
         }
         Some(Self { ocp: rest, kept })
@@ -80,9 +86,9 @@ impl Irredundant {
     }
 }
 
-/// The controls with the bounds moved away beyond which a row cannot be met; none if there are none.
-fn controls_between_wider_bounds(phase: &Phase) -> Option<Vec<Variable>> {
-    let mut controls = phase.controls.clone();
+/// States and controls with the bounds moved away beyond which a row cannot be met; none if there are none.
+fn inputs_between_wider_bounds(phase: &Phase) -> Option<Vec<Variable>> {
+    let mut inputs = inputs(phase);
     let rows: Vec<(Separable, Bounds)> = (phase.path.iter())
         .flat_map(|c| {
             let rows = c.rows.iter().enumerate();
@@ -93,36 +99,41 @@ fn controls_between_wider_bounds(phase: &Phase) -> Option<Vec<Variable>> {
     for (quadratic, bounds) in rows {
         for term in &quadratic.terms {
             for upper in [false, true] {
-                let control = &controls[term.control];
-                let bound = if upper { control.bounds.upper } else { control.bounds.lower };
-                if !bound.is_finite() || control.bounds.is_fixed() {
+                let input = &inputs[term.input];
+                let bound = if upper { input.bounds.upper } else { input.bounds.lower };
+                if !bound.is_finite() || input.bounds.is_fixed() {
                     continue;
                 }
                 let beyond = if upper { Bounds::at_least(bound) } else { Bounds::at_most(bound) };
-                if quadratic.is_met(&controls, term.control, beyond, bounds) {
+                if quadratic.is_met(&inputs, term.input, beyond, bounds) {
                     continue;
                 }
-                let (scale, room) = (control.size(), ROOM * control.size().unwrap_or(1.0));
+                let (scale, room) = (input.size(), ROOM * input.size().unwrap_or(1.0));
                 // One that is so far beyond is no trouble.
                 let inner =
                     if upper { Bounds::at_least(bound - room) } else { Bounds::at_most(bound + room) };
-                if !quadratic.is_met(&controls, term.control, inner, bounds) {
+                if !quadratic.is_met(&inputs, term.input, inner, bounds) {
                     continue;
                 }
-                let control = &mut controls[term.control];
-                let end = if upper { &mut control.bounds.upper } else { &mut control.bounds.lower };
+                let input = &mut inputs[term.input];
+                let end = if upper { &mut input.bounds.upper } else { &mut input.bounds.lower };
                 *end = if upper { bound + room } else { bound - room };
-                control.scale = scale;
+                input.scale = scale;
                 any = true;
             }
         }
     }
-    any.then_some(controls)
+    any.then_some(inputs)
+}
+
+/// States and controls.
+fn inputs(phase: &Phase) -> Vec<Variable> {
+    phase.states.iter().map(|s| &s.variable).chain(&phase.controls).cloned().collect()
 }
 
 /// A term `square u^2 + linear u`.
 struct Term {
-    control: usize,
+    input: usize,
     square: f64,
     linear: f64,
 }
@@ -145,7 +156,7 @@ impl Term {
     }
 }
 
-/// A row that is a sum of quadratic functions of one control each.
+/// A row of controls, and of states besides, that is a sum of quadratic functions of one of them each.
 struct Separable {
     constant: f64,
     terms: Vec<Term>,
@@ -158,7 +169,8 @@ impl Separable {
         let pattern = f.pattern();
         let entries = pattern.row_offsets[row]..pattern.row_offsets[row + 1];
         let columns = &pattern.columns[entries.clone()];
-        if columns.len() < 2 || columns.iter().any(|c| !(nx..nx + nu).contains(c)) {
+        let has_control = columns.iter().any(|c| (nx..nx + nu).contains(c));
+        if columns.len() < 2 || !has_control || columns.iter().any(|c| *c >= nx + nu) {
             return None;
         }
         let mut weights = vec![0.0; f.outputs()];
@@ -175,18 +187,18 @@ impl Separable {
             found.map_or(0.0, |(_, h)| 0.5 * h)
         };
         let terms: Vec<Term> = (columns.iter().zip(&slopes[entries]))
-            .map(|(&c, &linear)| Term { control: c - nx, square: square(c), linear })
+            .map(|(&c, &linear)| Term { input: c, square: square(c), linear })
             .collect();
         // What is not that sum at any of the probes is something else.
-        let of_controls: Vec<f64> = phase.controls.iter().map(|c| c.size().unwrap_or(1.0)).collect();
+        let sizes: Vec<f64> = inputs(phase).iter().map(|v| v.size().unwrap_or(1.0)).collect();
         for (k, probe) in PROBES.iter().enumerate() {
             for (j, term) in terms.iter().enumerate() {
                 let part = PROBES[(k + j) % PROBES.len()];
-                z[nx + term.control] = part * probe.abs() * of_controls[term.control];
+                z[term.input] = part * probe.abs() * sizes[term.input];
             }
             f.value(&z, &mut values);
             let parts = terms.iter().map(|t| {
-                let u = z[nx + t.control];
+                let u = z[t.input];
                 u * (t.square * u + t.linear)
             });
             let (sum, size) = parts.fold((constant, constant.abs()), |(s, a), p| (s + p, a + p.abs()));
@@ -198,9 +210,9 @@ impl Separable {
         Some(Self { constant, terms })
     }
 
-    /// Says whether the row can be met, and not touched alone, where one control is in `region` and the others between their bounds.
-    fn is_met(&self, controls: &[Variable], control: usize, region: Bounds, row: Bounds) -> bool {
-        let within = |t: &Term| if t.control == control { region } else { controls[t.control].bounds };
+    /// Says whether the row can be met, and not touched alone, where one input is in `region` and the others between their bounds.
+    fn is_met(&self, inputs: &[Variable], input: usize, region: Bounds, row: Bounds) -> bool {
+        let within = |t: &Term| if t.input == input { region } else { inputs[t.input].bounds };
         let size = [row.lower, row.upper, self.constant].map(f64::abs).into_iter().filter(|v| v.is_finite());
         let margin = ROUNDING * size.fold(0.0, f64::max);
         let least = self.constant + self.terms.iter().map(|t| t.least(within(t))).sum::<f64>();
