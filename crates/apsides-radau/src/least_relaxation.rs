@@ -165,7 +165,9 @@ fn record(
         intervals: mesh.phases.iter().map(PhaseMesh::intervals).sum(),
         points: total_points(mesh),
         error,
+        objective: result.report.objective,
         counters: Counters::of(layout.variables, layout.constraints, &result.report),
+        restorations: result.report.counters.restorations,
         time,
     }
 }

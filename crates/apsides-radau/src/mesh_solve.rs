@@ -85,7 +85,9 @@ impl MeshSolve {
             intervals: mesh.phases.iter().map(PhaseMesh::intervals).sum(),
             points: total_points(mesh),
             error: self.estimate.error,
+            objective: self.trajectory.objective,
             counters: Counters::of(layout.variables, layout.constraints, &self.report),
+            restorations: self.report.counters.restorations,
             time,
         }
     }

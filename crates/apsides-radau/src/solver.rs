@@ -31,8 +31,12 @@ pub struct MeshRecord {
     pub points: usize,
     /// Largest estimated relative error.
     pub error: f64,
+    /// Objective, in its unit.
+    pub objective: f64,
     /// Size of the discretised problem, and the work of the interior-point method.
     pub counters: Counters,
+    /// Calls of the restoration phase, which moves towards the constraints without regard to the objective.
+    pub restorations: usize,
     /// Wall-clock time of the mesh: transcription, solve, estimate.
     pub time: Duration,
 }

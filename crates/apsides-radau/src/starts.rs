@@ -21,6 +21,9 @@ const MOST_ITERATIONS: usize = 300;
 /// Iterations on a first mesh from a guess that was moved to where constraints have a gradient, when the problem looks infeasible.
 const MOST_ITERATIONS_WITHOUT_GRADIENT: usize = 100;
 
+/// A gain of the objective, relative, by which a solution is another one.
+const LEAST_GAIN: f64 = 1e-6;
+
 /// A second start.
 #[derive(Clone, Copy, Debug, PartialEq)]
 enum Second {
@@ -89,6 +92,63 @@ impl Solves<'_> {
             s if may_go_on(s) => Ok(None),
             s => Err(s),
         })
+    }
+}
+
+impl Solves<'_> {
+    /// The better one of a solution and that from the feasible trajectory closest to the guess.
+    fn or_from_closest(
+        &mut self,
+        radau: &Radau,
+        guess: &Guess,
+        first: RadauSolution,
+    ) -> Result<RadauSolution, RadauError> {
+        let found = self.better_from_closest(radau, guess, &first)?;
+        let mut meshes = std::mem::take(&mut self.meshes);
+        Ok(match found {
+            Ok(second) => RadauSolution { meshes, ..second },
+            Err(status) => {
+                let status = if may_go_on(status) { first.status } else { status };
+                // Those of the solution come last.
+                meshes.rotate_left(first.meshes.len());
+                RadauSolution { meshes, status, ..first }
+            }
+        })
+    }
+
+    /// A better solution from the feasible trajectory closest to the guess; an error where there is none, with the status of the last solve.
+    fn better_from_closest(
+        &mut self,
+        radau: &Radau,
+        guess: &Guess,
+        first: &RadauSolution,
+    ) -> Result<Result<RadauSolution, Status>, RadauError> {
+        let Some(other) = easier(self.ocp, guess) else { return Ok(Err(first.status)) };
+        let start = match self.through(radau, &other, guess)? {
+            Ok(Some(start)) => start,
+            Ok(None) => return Ok(Err(first.status)),
+            Err(status) => return Ok(Err(status)),
+        };
+        let sign = self.ocp.objective.sense.sign();
+        let gain = |before: f64, after: f64| {
+            let size = before.abs().max(after.abs());
+            if size > 0.0 { sign * (before - after) / size } else { 0.0 }
+        };
+        // On the same mesh the same optimum has the same objective.
+        let mut once = radau.clone();
+        once.settings.max_refinements = 0;
+        let coarse = self.solve(&once, self.ocp, start, MOST_ITERATIONS)?;
+        let before = first.meshes.first().map_or(f64::NAN, |m| m.objective);
+        if !(coarse.status.is_success() && gain(before, coarse.trajectory.objective) > LEAST_GAIN) {
+            return Ok(Err(coarse.status));
+        }
+        let start = Guess::along(&coarse.trajectory)?;
+        let second = self.solve(radau, self.ocp, start, MOST_ITERATIONS)?;
+        let least = if first.accurate { LEAST_GAIN } else { -LEAST_GAIN };
+        let is_better = second.status.is_success()
+            && (second.accurate || !first.accurate)
+            && gain(first.trajectory.objective, second.trajectory.objective) > least;
+        Ok(if is_better { Ok(second) } else { Err(second.status) })
     }
 }
 
@@ -178,6 +238,10 @@ impl Radau {
             |s: &RadauSolution| s.status.is_success() || s.meshes.len() > 1 || !may_go_on(s.status);
         let mut solves = Solves { ocp, mesh, observer, meshes: Vec::new() };
         let first = solves.solve(self, ocp, guess.clone(), MOST_ITERATIONS)?;
+        // By way of the constraints alone: the objective had no say in which of several optima that led to.
+        if first.status.is_success() && first.meshes.first().is_some_and(|m| m.restorations > 0) {
+            return solves.or_from_closest(self, guess, first);
+        }
         if leads_on(&first) {
             return Ok(first);
         }
