@@ -67,6 +67,7 @@
 //! | [`spline`] | tables in one and two variables as functions of scalars |
 //! | [`pchip`] | tables in one variable that keep the shape of their data |
 //! | [`table`] | tables as operations of formulas |
+//! | [`taylor`] | Taylor coefficients of solutions of `x' = f`, by recurrences |
 //! | [`vector`] | products and smooth norms |
 //! | [`error`] | reasons to refuse a formula or a table |
 //!
@@ -101,6 +102,7 @@ pub mod spline;
 mod structure;
 pub mod table;
 mod tape;
+pub mod taylor;
 pub mod trace;
 pub mod vector;
 
@@ -120,3 +122,4 @@ pub use pchip::{Outside, Pchip};
 pub use scalar::Scalar;
 pub use spline::{BicubicSpline, CubicSpline};
 pub use table::Table;
+pub use taylor::{TaylorError, TaylorSeries};

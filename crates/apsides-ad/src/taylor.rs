@@ -1,0 +1,268 @@
+//! Taylor coefficients of solutions of `x' = f(t, x, p)`, where `f` is a formula.
+//!
+//! The coefficients of order `k` of all values of the formula follow from those of lower orders by recurrences, and
+//! `x[k + 1] = f[k] / (k + 1)`: order `n` takes `O(n^2)` operations and no derivative is written down. Recurrences of one kind run four at a
+//! time, with the vector instructions of the machine and no fused multiplication and addition, so that results do not depend on it.
+//!
+//! R. E. Moore, *Interval Analysis*, Prentice-Hall 1966, section 11; A. Jorba, M. Zou, A software package for the numerical integration of
+//! ODEs by means of high-order Taylor methods, Exp. Math. 14 (2005) 99, doi 10.1080/10586458.2005.10128904.
+
+mod lanes;
+mod lowering;
+mod schedule;
+
+use pulp::{Arch, Simd, WithSimd};
+
+use crate::formula::{Formula, Operation};
+use crate::table::Table;
+use lowering::{Lowered, Rule};
+use schedule::Group;
+use std::sync::Arc;
+
+/// Highest order; double precision needs 20.
+const HIGHEST_ORDER: usize = lanes::ROOM - 4;
+
+/// States that are summed at once.
+const LANES: usize = 4;
+
+/// A formula without Taylor coefficients.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
+#[non_exhaustive]
+pub enum TaylorError {
+    /// An operation that is not smooth, or known by a table alone, on a value that changes along the solution.
+    #[error(
+        "operation {operation} (`{name}`) has no recurrence for Taylor coefficients; write the formula without it, or integrate by a \
+         Runge-Kutta method"
+    )]
+    NoRecurrence {
+        /// Index of the operation in the formula.
+        operation: usize,
+        /// Its name, as in [`Formula::to_json`].
+        name: &'static str,
+    },
+    /// The formula does not have its states, its parameters and the time as inputs.
+    #[error(
+        "a formula with {outputs} rates needs {outputs} states, its parameters and the time as inputs, it has {inputs} inputs"
+    )]
+    Inputs {
+        /// Number of inputs.
+        inputs: usize,
+        /// Number of outputs.
+        outputs: usize,
+    },
+    /// The order is zero or too high.
+    #[error("order {order} is not between 1 and {HIGHEST_ORDER}")]
+    Order {
+        /// The order.
+        order: usize,
+    },
+}
+
+/// The recurrences of a formula `f(x, p, t)`, whose inputs are the states, any number of parameters and the time, as those of
+/// [`dynamics_node`](crate::dynamics_node) with the controls among the parameters; its outputs are the rates of the states.
+///
+/// ```
+/// use apsides_ad::taylor::TaylorSeries;
+/// use apsides_ad::FormulaBuilder;
+///
+/// // x' = x has the coefficients 1 / k! at x = 1.
+/// let mut b = FormulaBuilder::new(2);
+/// let x = b.input(0);
+/// let mut series = TaylorSeries::new(&b.formula(&[x])?, 4)?;
+/// series.expand(0.0, &[1.0], &[]);
+/// let found: Vec<f64> = (0..=4).map(|k| series.coefficients(k)[0]).collect();
+/// assert_eq!(found, [1.0, 1.0, 0.5, 1.0 / 6.0, 1.0 / 24.0]);
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
+#[derive(Clone, Debug)]
+pub struct TaylorSeries {
+    states: usize,
+    parameters: usize,
+    order: usize,
+    /// Number of values, the length of a row of coefficients.
+    values: usize,
+    /// Values that are the same all along the solution, with their operations.
+    fixed: Vec<(usize, Operation)>,
+    tables: Vec<Arc<Table>>,
+    groups: Vec<Group>,
+    outputs: Vec<usize>,
+    /// Coefficients of all values, a row for each order.
+    rows: Vec<f64>,
+    /// `1 / k`.
+    reciprocals: Vec<f64>,
+}
+
+impl TaylorSeries {
+    /// The recurrences of a formula up to an order.
+    ///
+    /// # Errors
+    /// [`TaylorError`]: an operation has no recurrence, inputs are missing, or the order is not between 1 and 28.
+    pub fn new(formula: &Formula, order: usize) -> Result<Self, TaylorError> {
+        let (inputs, states) = (formula.inputs(), formula.outputs().len());
+        if inputs <= states {
+            return Err(TaylorError::Inputs { inputs, outputs: states });
+        }
+        if !(1..=HIGHEST_ORDER).contains(&order) {
+            return Err(TaylorError::Order { order });
+        }
+        let lowered = Lowered::new(formula, states)?;
+        // By four, so that states are summed in lanes.
+        let values = lowered.rules.len().next_multiple_of(LANES);
+        let fixed = lowered.rules.iter().enumerate().filter_map(|(v, rule)| match rule {
+            Rule::Fixed(operation) => Some((v, *operation)),
+            _ => None,
+        });
+        Ok(Self {
+            states,
+            parameters: inputs - states - 1,
+            order,
+            values,
+            fixed: fixed.collect(),
+            tables: formula.tables().to_vec(),
+            groups: schedule::groups(&lowered, order),
+            outputs: lowered.outputs.clone(),
+            rows: vec![0.0; values * (order + 1)],
+            reciprocals: (0..=order).map(|k| 1.0 / k as f64).collect(),
+        })
+    }
+
+    /// Number of states.
+    #[must_use]
+    pub fn states(&self) -> usize {
+        self.states
+    }
+
+    /// Number of parameters.
+    #[must_use]
+    pub fn parameters(&self) -> usize {
+        self.parameters
+    }
+
+    /// Highest order.
+    #[must_use]
+    pub fn order(&self) -> usize {
+        self.order
+    }
+
+    /// Coefficients of the states of one order, `x^(k) / k!`, of the last expansion; zero before the first.
+    ///
+    /// # Panics
+    /// When the order is above [`order`](Self::order).
+    #[must_use]
+    pub fn coefficients(&self, order: usize) -> &[f64] {
+        assert!(order <= self.order, "order {order} is above {}", self.order);
+        &self.rows[order * self.values..order * self.values + self.states]
+    }
+
+    /// Expands the solution through the states `x` at the time `t`. Outside the domain of the formula coefficients are not finite.
+    ///
+    /// # Panics
+    /// When `x` or `parameters` have another length than [`states`](Self::states) and [`parameters`](Self::parameters).
+    pub fn expand(&mut self, t: f64, x: &[f64], parameters: &[f64]) {
+        assert_eq!((x.len(), parameters.len()), (self.states, self.parameters), "one number for each input");
+        self.start(t, x, parameters);
+        Arch::new().dispatch(Recursion(self));
+    }
+
+    /// Writes the sum of the series at a distance `h` from the start of the expansion to `x`, of length [`states`](Self::states).
+    ///
+    /// # Panics
+    /// When `x` has another length.
+    pub fn evaluate(&self, h: f64, x: &mut [f64]) {
+        assert_eq!(x.len(), self.states, "one number for each state");
+        let mut powers = [1.0; HIGHEST_ORDER + 1];
+        for k in 1..=self.order {
+            powers[k] = powers[k - 1] * h;
+        }
+        Arch::new().dispatch(Summation { series: self, powers: &powers[..=self.order], x });
+    }
+
+    /// The values of order zero that are known, and all fixed ones.
+    fn start(&mut self, t: f64, x: &[f64], parameters: &[f64]) {
+        let (n, m) = (self.states, self.parameters);
+        let (row, later) = self.rows.split_at_mut(self.values);
+        row[..n].copy_from_slice(x);
+        row[n..n + m].copy_from_slice(parameters);
+        row[n + m] = t;
+        // Fixed values, also of the last expansion, are zero from order one on: nothing writes there.
+        later[n + m] = 1.0;
+        for &(v, operation) in &self.fixed {
+            row[v] = operation.apply(|k| row[k], &self.tables);
+        }
+        for group in &mut self.groups {
+            if let Group::Sums(sums) = group {
+                sums.weigh(row);
+            }
+        }
+    }
+
+    #[inline(always)]
+    fn advance(&mut self) {
+        let Self { order, values, groups, outputs, rows, reciprocals, .. } = self;
+        for k in 0..*order {
+            let reciprocal = reciprocals[k];
+            let (earlier, row) = rows.split_at_mut(k * *values);
+            let before = &earlier[k.saturating_sub(1) * *values..];
+            let (row, next) = row.split_at_mut(*values);
+            for group in groups.iter_mut() {
+                match group {
+                    Group::Sums(sums) => sums.advance(k, row),
+                    Group::One(lanes) => lanes.advance(k, reciprocal, before, row),
+                    Group::Two(lanes) => lanes.advance(k, reciprocal, before, row),
+                    Group::Four(lanes) => lanes.advance(k, reciprocal, before, row),
+                }
+            }
+            let by = reciprocals[k + 1];
+            for (next, &v) in next.iter_mut().zip(outputs.iter()) {
+                *next = row[v] * by;
+            }
+        }
+    }
+}
+
+/// An expansion with the vector instructions of the machine.
+struct Recursion<'a>(&'a mut TaylorSeries);
+
+impl WithSimd for Recursion<'_> {
+    type Output = ();
+
+    #[inline(always)]
+    fn with_simd<S: Simd>(self, _: S) {
+        self.0.advance();
+    }
+}
+
+/// A sum of the series of all states, the small terms first.
+struct Summation<'a> {
+    series: &'a TaylorSeries,
+    powers: &'a [f64],
+    x: &'a mut [f64],
+}
+
+impl WithSimd for Summation<'_> {
+    type Output = ();
+
+    #[inline(always)]
+    fn with_simd<S: Simd>(self, _: S) {
+        let rows = &self.series.rows;
+        for (lanes, x) in self.x.chunks_mut(LANES).enumerate() {
+            let mut sum = [0.0; LANES];
+            let rows =
+                rows[lanes * LANES..].as_chunks::<LANES>().0.iter().step_by(self.series.values / LANES);
+            // A row for each power; from the last one.
+            let mut terms = [[0.0; LANES]; HIGHEST_ORDER + 1];
+            for ((term, row), power) in terms.iter_mut().zip(rows).zip(self.powers) {
+                *term = row.map(|c| c * power);
+            }
+            for term in terms[..self.powers.len()].iter().rev() {
+                for l in 0..LANES {
+                    sum[l] += term[l];
+                }
+            }
+            x.copy_from_slice(&sum[..x.len()]);
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests;
