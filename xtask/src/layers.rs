@@ -34,7 +34,7 @@ const ARROWS: &[(&str, Arrows)] = &[
     ("conic", To(&[])),
     ("metaheuristics", To(&[])),
     ("nlp", To(&["basis", "iteration", "kkt"])),
-    ("ode", To(&[])),
+    ("ode", To(&["ad"])),
     // Domain.
     ("dynamics", To(&["ad", "basis"])),
     ("ephemeris", To(&["dynamics"])),

@@ -1,11 +1,13 @@
-//! Ten low lunar orbits at 1e-12: rate evaluations per second of the two pairs, and the cost of dense output, events and
-//! the state-transition matrix.
+//! Ten low lunar orbits at 1e-12: rate evaluations per second of the two pairs, the time of Taylor series, and the cost of dense output,
+//! events and the state-transition matrix.
 
 use std::hint::black_box;
 use std::ops::ControlFlow;
 
+use apsides_ad::{Dynamics, Scalar, dynamics_node};
 use apsides_ode::{
     Event, EventLog, Integrator, Linearised, Method, OdeSettings, OdeSystem, Step, StmPropagator,
+    TaylorIntegrator,
 };
 use criterion::{Criterion, Throughput, criterion_group, criterion_main};
 
@@ -27,6 +29,14 @@ impl OdeSystem for Kepler {
             dx[i] = x[3 + i];
             dx[3 + i] = factor * x[i];
         }
+    }
+}
+
+impl Dynamics<6, 0> for Kepler {
+    fn rate<S: Scalar>(&self, _t: S, x: &[S; 6], _u: &[S; 0], _p: &[S; 0]) -> [S; 6] {
+        let r2 = x[0] * x[0] + x[1] * x[1] + x[2] * x[2];
+        let factor = S::from(-MU) / (r2 * r2.sqrt());
+        [x[3], x[4], x[5], x[0] * factor, x[1] * factor, x[2] * factor]
     }
 }
 
@@ -59,6 +69,10 @@ fn orbits(c: &mut Criterion) {
             b.iter(|| integrator.integrate(black_box(&Kepler), 0.0, &x0, end, &mut x1))
         });
     }
+    let formula = dynamics_node(Kepler).formula().expect("made of elementary functions");
+    let mut taylor = TaylorIntegrator::new(&formula, OdeSettings::with_tolerance(1e-12)).expect("smooth");
+    group.throughput(Throughput::Elements(1));
+    group.bench_function("Taylor", |b| b.iter(|| taylor.integrate(0.0, black_box(&x0), &[], end, &mut x1)));
     group.finish();
 
     let mut group = c.benchmark_group("ten_lunar_orbits_with");

@@ -2,7 +2,7 @@
 
 use std::ops::ControlFlow;
 
-use crate::step::{Observer, Step, evaluate_rows};
+use crate::step::{Form, Observer, Step};
 use crate::{OdeError, error};
 
 /// A solution kept as a whole: the dense output of every step.
@@ -18,12 +18,20 @@ pub struct DenseSolution {
     sizes: Vec<f64>,
     rows: Vec<f64>,
     row_count: usize,
+    form: Form,
 }
 
 impl DenseSolution {
     /// A solution that starts, and so far ends, at `t0` with the state `x0`.
     pub fn new(t0: f64, x0: &[f64]) -> Self {
-        Self { dimension: x0.len(), times: vec![t0], sizes: vec![], rows: x0.to_vec(), row_count: 1 }
+        Self {
+            dimension: x0.len(),
+            times: vec![t0],
+            sizes: vec![],
+            rows: x0.to_vec(),
+            row_count: 1,
+            form: Form::Powers,
+        }
     }
 
     /// Number of components of the state.
@@ -65,7 +73,7 @@ impl DenseSolution {
         let step = after.clamp(1, self.sizes.len()) - 1;
         let length = self.row_count * self.dimension;
         let rows = &self.rows[step * length..(step + 1) * length];
-        evaluate_rows(rows, self.dimension, (t - self.times[step]) / self.sizes[step], out);
+        self.form.evaluate(rows, self.dimension, (t - self.times[step]) / self.sizes[step], out);
         Ok(())
     }
 }
@@ -75,6 +83,7 @@ impl Observer for DenseSolution {
         if self.sizes.is_empty() {
             self.rows.clear();
             self.row_count = step.rows.len() / self.dimension;
+            self.form = step.form;
         }
         self.times.push(step.end);
         self.sizes.push(step.size);

@@ -1,5 +1,6 @@
 //! Reasons to refuse a request.
 
+use apsides_ad::TaylorError;
 use thiserror::Error;
 
 /// An ill-posed request. A solution that cannot be continued is a [`Status`](crate::Status), not an error.
@@ -56,6 +57,9 @@ pub enum OdeError {
         /// Time at which the solution ends.
         end: f64,
     },
+    /// The rates are no formula with Taylor coefficients.
+    #[error(transparent)]
+    Taylor(#[from] TaylorError),
 }
 
 /// `Err` if a component of `values` is NaN or infinite.

@@ -3,6 +3,9 @@
 //! Each step is sampled at its ends, at three points between and close to the ends. A change of sign brackets a
 //! zero; where a function comes nearest to zero between samples without changing sign, the extremum is sought, so that
 //! a pair of zeros of a grazing passage is found too. Zeros are located to the rounding of time.
+//!
+//! Where an interpolant is not at hand, the samples are taken from the cubic through the ends and their rates first, which costs no
+//! evaluation of the rate: steps on which every function keeps well away from zero need no more.
 
 use std::fmt;
 use std::ops::ControlFlow;
@@ -13,6 +16,8 @@ use crate::step::{Observer, Occurrence, Step};
 const SAMPLES: [f64; 7] = [0.0, 1e-4, 0.25, 0.5, 0.75, 1.0 - 1e-4, 1.0];
 /// Samples and the extrema between them.
 const MAX_POINTS: usize = 2 * SAMPLES.len();
+/// A function that varies by less than this part of its least value over a step is far from zero.
+const FAR: f64 = 0.1;
 /// Zeros nearer to the start of the integration than this part of the first step are the start's own.
 const START_GUARD: f64 = 1e-9;
 
@@ -114,19 +119,10 @@ impl EventTracker {
         &self.state
     }
 
-    /// Finds the events of a step that ends at `next` and delivers them in time order, up to a terminal one.
-    pub(crate) fn scan<O: Observer>(
-        &mut self,
-        step: &Step<'_>,
-        next: &[f64],
-        events: &[Event<'_>],
-        observer: &mut O,
-    ) -> Option<Terminal> {
-        let direction = (step.end - step.start).signum();
-        let guard = *self.guard.get_or_insert(step.start + START_GUARD * (step.end - step.start));
-        let time = |s: f64| if s == 1.0 { step.end } else { step.start + s * (step.end - step.start) };
+    /// Values of all functions at the samples of a step.
+    fn sample(&mut self, step: &Step<'_>, next: &[f64], events: &[Event<'_>]) {
         for (k, &s) in SAMPLES.iter().enumerate() {
-            let t = time(s);
+            let t = time_of(step, s);
             // The true ends, so that neighbouring steps see the same values.
             let state = if s == 0.0 {
                 step.start_state()
@@ -140,6 +136,36 @@ impl EventTracker {
                 values[k] = (event.function)(t, state);
             }
         }
+    }
+
+    /// Returns true if, by a rough interpolant of a step that ends at `next`, no function comes near zero: the samples have one sign and vary
+    /// by little of the least of them, or by less than it without turning towards zero between the ends.
+    pub(crate) fn quiet(&mut self, step: &Step<'_>, next: &[f64], events: &[Event<'_>]) -> bool {
+        self.guard.get_or_insert(step.start + START_GUARD * (step.end - step.start));
+        self.sample(step, next, events);
+        self.values.iter().zip(&self.signs).all(|(values, &before)| {
+            let side = f64::from(before);
+            let least = values.iter().fold(f64::INFINITY, |least, v| least.min(side * v));
+            let most = values.iter().fold(0.0, |most: f64, v| most.max(v.abs()));
+            let turns = values.windows(3).any(|v| side * (v[1] - v[0]) < 0.0 && side * (v[2] - v[1]) >= 0.0);
+            // A sum is NaN where a value is.
+            let known = values.iter().sum::<f64>().is_finite();
+            known && before != 0 && (most - least < FAR * least || (2.0 * least > most && !turns))
+        })
+    }
+
+    /// Finds the events of a step that ends at `next` and delivers them in time order, up to a terminal one.
+    pub(crate) fn scan<O: Observer>(
+        &mut self,
+        step: &Step<'_>,
+        next: &[f64],
+        events: &[Event<'_>],
+        observer: &mut O,
+    ) -> Option<Terminal> {
+        let direction = (step.end - step.start).signum();
+        let guard = *self.guard.get_or_insert(step.start + START_GUARD * (step.end - step.start));
+        let time = |s: f64| time_of(step, s);
+        self.sample(step, next, events);
         self.crossings.clear();
         for (index, event) in events.iter().enumerate() {
             let state = &mut self.state;
@@ -184,6 +210,11 @@ impl EventTracker {
         }
         None
     }
+}
+
+/// Time at a relative time of a step.
+fn time_of(step: &Step<'_>, s: f64) -> f64 {
+    if s == 1.0 { step.end } else { step.start + s * (step.end - step.start) }
 }
 
 /// -1, 0 or 1; 0 for NaN.

@@ -7,17 +7,17 @@ use crate::error::{require_dimension, require_finite};
 use crate::event::{Event, EventTracker};
 use crate::scheme::dop853::Dop853;
 use crate::scheme::dopri5::Dopri5;
-use crate::scheme::{ErrorWeights, Scheme, Stages};
+use crate::scheme::{CUBIC_ROWS, ErrorWeights, Scheme, Stages};
 use crate::step::{Observer, Step};
 use crate::step_control::{StepControl, StiffnessTest, first_step};
 use crate::{Method, OdeError, OdeSettings, OdeSystem, Statistics, Status, Summary, Tolerance};
 
 /// Shortest step relative to the time, below which time no longer resolves it.
-const RESOLUTION: f64 = 10.0 * f64::EPSILON;
+pub(crate) const RESOLUTION: f64 = 10.0 * f64::EPSILON;
 /// Stands in for the time near zero, so that steps shrink no further than the range of `f64`.
-const SMALLEST_TIME: f64 = 1e-280;
+pub(crate) const SMALLEST_TIME: f64 = 1e-280;
 /// A step may be stretched by this factor to reach the end, rather than leave a tiny remainder.
-const STRETCH: f64 = 1.01;
+pub(crate) const STRETCH: f64 = 1.01;
 
 /// Integrates systems of one dimension; owns all storage, so that nothing is allocated while it runs.
 ///
@@ -227,7 +227,6 @@ impl Integrator {
         }
         let mut pace = Pace::new::<M, S>(settings, system, (t0, t1), stages, weights, &mut statistics);
         tracker.start(events, t0, &stages.x);
-        let dense = O::OBSERVES_STEPS || !events.is_empty();
         let mut stiffness = StiffnessTest::new(settings.stiffness_interval);
         let mut finite = true;
         let mut t = t0;
@@ -254,11 +253,17 @@ impl Integrator {
             let stiff = stiffness.stiff::<M>(statistics.accepted, h, stages);
             let mut status = None;
             let mut end = if last { t1 } else { t + h };
+            let n = *dimension;
+            let dense = O::OBSERVES_STEPS
+                || (!events.is_empty() && {
+                    M::cubic(h, stages);
+                    let cubic = Step::alternating((t, end), h, n, &stages.rows[..CUBIC_ROWS * n]);
+                    !tracker.quiet(&cubic, &stages.next, events)
+                });
             if dense {
                 M::dense(system, t, h, stages);
                 statistics.evaluations += M::EVALUATIONS.2;
-                let rows = &stages.rows[..M::ROWS * *dimension];
-                let mut step = Step { start: t, end, size: h, dimension: *dimension, rows };
+                let mut step = Step::alternating((t, end), h, n, &stages.rows[..M::ROWS * n]);
                 status = show(&mut step, &stages.next, tracker, events, observer);
                 end = step.end;
             }
@@ -371,7 +376,7 @@ fn try_step<M: Scheme, S: OdeSystem>(
 
 /// Shows a step and the events in it; the status if it is the last one, which a terminal event cuts short.
 #[inline]
-fn show<O: Observer>(
+pub(crate) fn show<O: Observer>(
     step: &mut Step<'_>,
     next: &[f64],
     tracker: &mut EventTracker,
@@ -393,6 +398,6 @@ fn show<O: Observer>(
 
 /// Returns true if no value is NaN or infinite: such a one leaves zero times it NaN.
 #[inline]
-fn all_finite(values: &[f64]) -> bool {
+pub(crate) fn all_finite(values: &[f64]) -> bool {
     values.iter().map(|v| v * 0.0).sum::<f64>() == 0.0
 }

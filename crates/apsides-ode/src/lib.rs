@@ -1,7 +1,8 @@
-//! Explicit Runge-Kutta integration of `x' = f(t, x)`, `x(t0) = x0`, with dense output, events and state-transition
+//! Explicit integration of `x' = f(t, x)`, `x(t0) = x0`, with dense output, events and state-transition
 //! matrices `Phi' = (df/dx) Phi`.
 //!
-//! Two pairs of Dormand and Prince, of order 8(5,3) and 5(4), with step control. No implicit methods: a stiff system
+//! Two Runge-Kutta pairs of Dormand and Prince, of order 8(5,3) and 5(4), for any functions, and Taylor series of high order for formulas of
+//! `apsides-ad`, all with step control. No implicit methods: a stiff system
 //! is recognised and reported, not solved. No matrices but row-major slices, no physics.
 //!
 //! ```
@@ -27,6 +28,7 @@
 //! | --- | --- |
 //! | [`OdeSystem`], [`Linearised`], [`FnSystem`] | the system |
 //! | [`Integrator`], [`OdeSettings`], [`Method`] | the integration: to an end time, through sample times, as a whole |
+//! | [`TaylorIntegrator`] | the same by Taylor series, of formulas |
 //! | [`Summary`], [`Status`], [`Statistics`] | how it ended |
 //! | [`Observer`], [`Step`], [`DenseSolution`] | what happens on the way, and dense output |
 //! | [`Event`], [`Direction`], [`Occurrence`], [`EventLog`] | events |
@@ -35,7 +37,7 @@
 //!
 //! References: E. Hairer, S. P. Norsett, G. Wanner, *Solving Ordinary Differential Equations I*, 2nd ed., Springer 1993,
 //! doi:10.1007/978-3-540-78862-1; E. Hairer, G. Wanner, *II*, 1996, doi:10.1007/978-3-642-05221-7 (step control,
-//! stiffness test).
+//! stiffness test). A. Jorba, M. Zou, Exp. Math. 14 (2005) 99, doi:10.1080/10586458.2005.10128904 (Taylor series).
 
 mod dense;
 mod discrete;
@@ -49,6 +51,7 @@ mod settings;
 mod step;
 mod step_control;
 mod system;
+mod taylor;
 #[cfg(test)]
 mod tests;
 mod variational;
@@ -63,4 +66,5 @@ pub use report::{Statistics, Status, Summary};
 pub use settings::{Method, OdeSettings, Tolerance};
 pub use step::{Observer, Occurrence, Step};
 pub use system::{FnSystem, Linearised, OdeSystem};
+pub use taylor::TaylorIntegrator;
 pub use variational::{Stm, StmPropagator, Variational, propagate_with_stm};

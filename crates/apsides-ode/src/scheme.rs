@@ -12,6 +12,9 @@ const MAX_STAGES: usize = 16;
 /// Largest number of rows of a dense output.
 const MAX_ROWS: usize = 8;
 
+/// Rows of the dense output that make the cubic through both ends and their rates.
+pub(crate) const CUBIC_ROWS: usize = 4;
+
 /// Storage of one step; all vectors have the dimension of the system.
 #[derive(Debug, Clone)]
 pub(crate) struct Stages {
@@ -81,6 +84,12 @@ pub(crate) trait Scheme {
 
     /// Makes `k[LAST]` the rate at the end of the step, if the attempt has not.
     fn complete<S: OdeSystem>(system: &S, t: f64, h: f64, stages: &mut Stages);
+
+    /// Fills the first [`CUBIC_ROWS`] of the dense output, which need no evaluation.
+    fn cubic(h: f64, stages: &mut Stages) {
+        let Stages { x, next, k, rows, .. } = stages;
+        hermite_rows(h, x.len(), x, next, &k[0], &k[Self::LAST], rows);
+    }
 
     /// Fills the rows of the dense output.
     fn dense<S: OdeSystem>(system: &S, t: f64, h: f64, stages: &mut Stages);

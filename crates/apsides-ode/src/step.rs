@@ -5,9 +5,11 @@ use std::ops::ControlFlow;
 /// An accepted step with its dense output.
 ///
 /// With `s = (t - t_0) / h` the interpolant is `r_0 + s (r_1 + (1 - s) (r_2 + s (r_3 + (1 - s) (r_4 + ...))))`, where
-/// the rows `r` are vectors of the dimension of the system; 8 rows for DOP853 (order 7), 5 for DOPRI5 (order 4).
+/// the rows `r` are vectors of the dimension of the system; 8 rows for DOP853 (order 7), 5 for DOPRI5 (order 4). That of a Taylor
+/// series is `r_0 + s (r_1 + s (r_2 + ...))` with a row more than its order.
 #[derive(Debug, Clone, Copy)]
 pub struct Step<'a> {
+    pub(crate) form: Form,
     pub(crate) start: f64,
     pub(crate) end: f64,
     pub(crate) size: f64,
@@ -15,7 +17,26 @@ pub struct Step<'a> {
     pub(crate) rows: &'a [f64],
 }
 
+/// The form of an interpolant.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(crate) enum Form {
+    /// In powers of `s` and `1 - s` by turns.
+    Alternating,
+    /// In powers of `s`.
+    Powers,
+}
+
 impl<'a> Step<'a> {
+    /// A step of a Runge-Kutta pair between two times, with an interpolant of a size.
+    pub(crate) fn alternating(
+        (start, end): (f64, f64),
+        size: f64,
+        dimension: usize,
+        rows: &'a [f64],
+    ) -> Self {
+        Self { form: Form::Alternating, start, end, size, dimension, rows }
+    }
+
     /// Time at the start of the step.
     pub fn start(&self) -> f64 {
         self.start
@@ -39,19 +60,22 @@ impl<'a> Step<'a> {
 
     /// Writes the state at `t` to `out`; accurate inside the step, an extrapolation outside.
     pub fn evaluate(&self, t: f64, out: &mut [f64]) {
-        evaluate_rows(self.rows, self.dimension, (t - self.start) / self.size, out);
+        self.form.evaluate(self.rows, self.dimension, (t - self.start) / self.size, out);
     }
 }
 
-/// The interpolant of [`Step`] at the relative time `s`.
-pub(crate) fn evaluate_rows(rows: &[f64], n: usize, s: f64, out: &mut [f64]) {
-    let count = rows.len() / n;
-    let out = &mut out[..n];
-    out.copy_from_slice(&rows[(count - 1) * n..]);
-    for row in (0..count - 1).rev() {
-        let factor = if row % 2 == 0 { s } else { 1.0 - s };
-        for (o, r) in out.iter_mut().zip(&rows[row * n..(row + 1) * n]) {
-            *o = r + factor * *o;
+impl Form {
+    /// The interpolant of [`Step`] at the relative time `s`.
+    pub(crate) fn evaluate(self, rows: &[f64], n: usize, s: f64, out: &mut [f64]) {
+        let out = &mut out[..n];
+        let mut rows = rows.chunks_exact(n).enumerate().rev();
+        let Some((_, last)) = rows.next() else { return };
+        out.copy_from_slice(last);
+        for (k, row) in rows {
+            let factor = if k % 2 == 0 || self == Self::Powers { s } else { 1.0 - s };
+            for (o, r) in out.iter_mut().zip(row) {
+                *o = r + factor * *o;
+            }
         }
     }
 }

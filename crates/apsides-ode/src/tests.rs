@@ -2,6 +2,7 @@ mod accuracy;
 mod discrete;
 mod events;
 mod failures;
+mod taylor;
 mod variational;
 
 use crate::{Integrator, Linearised, Method, OdeSettings, OdeSystem};

@@ -2,9 +2,10 @@
 
 use std::ops::ControlFlow;
 
+use apsides_ad::FormulaBuilder;
 use apsides_ode::{
     DiscreteFlow, Event, FnSystem, Integrator, Linearised, Method, OdeSettings, OdeSystem, SmoothSystem,
-    Step, StmPropagator,
+    Step, StmPropagator, TaylorIntegrator,
 };
 
 struct Oscillator;
@@ -141,4 +142,35 @@ fn integration_allocates_nothing() {
         assert_eq!((plain, sampled, observed, stm), (0, 0, 0, 0), "{method:?}");
         assert!(steps > 0);
     }
+}
+
+#[test]
+fn taylor_series_allocate_nothing() {
+    let mut b = FormulaBuilder::new(4);
+    let [x, v, w] = [0, 1, 2].map(|k| b.input(k));
+    let sine = b.sin(x);
+    let product = b.mul(w, sine);
+    let pull = b.neg(product);
+    let formula = b.formula(&[v, pull]).unwrap();
+    let mut integrator = TaylorIntegrator::new(&formula, OdeSettings::with_tolerance(1e-12)).unwrap();
+    let mut x1 = [0.0; 2];
+    let plain = allocations(|| {
+        integrator.integrate(0.0, &[1.0, 0.0], &[2.0], 50.0, &mut x1).unwrap();
+    });
+    let height = |_: f64, x: &[f64]| x[0];
+    let events = [Event::new(&height)];
+    let mut steps = 0;
+    let mut run = || {
+        let mut observer = |_: &Step<'_>| {
+            steps += 1;
+            ControlFlow::Continue(())
+        };
+        integrator
+            .integrate_observed(0.0, &[1.0, 0.0], &[2.0], 50.0, &mut x1, &events, &mut observer)
+            .unwrap();
+    };
+    run();
+    let observed = allocations(run);
+    assert_eq!((plain, observed), (0, 0));
+    assert!(steps > 0);
 }

@@ -9,6 +9,9 @@ use crate::{Direction, Event, EventLog, FnSystem, Observer, Occurrence, Status, 
 /// Round-off of the arithmetic.
 const ROUND_OFF: f64 = 1e-14;
 
+/// Discretisation: errors of 1e-11 of the radius by its rate, which is small near the apsides.
+const GRAZING: f64 = 1e-7;
+
 /// Discretisation: the tolerances of the integration and what its steps add up to.
 const INTEGRATION: f64 = 1e-12;
 
@@ -234,6 +237,45 @@ proptest! {
         prop_assert_eq!(found.len(), expected.len());
         for (f, e) in found.iter().zip(&expected) {
             prop_assert!((f - e).abs() < 1e4 * INTEGRATION);
+        }
+    }
+}
+
+/// A function that keeps away from zero costs no evaluation: the dense output is for steps that may have an event.
+#[test]
+fn steps_without_events_have_no_dense_output() {
+    let kepler = Kepler { axes: 2, mu: 1.0 };
+    for (method, dense) in METHODS.into_iter().zip([3, 0]) {
+        let evaluations = |events: &[Event<'_>]| {
+            run(&kepler, method, &periapsis(0.3), 4.25 * TAU, events).0.statistics.evaluations
+        };
+        let far = |_: f64, x: &[f64]| x[0] + 20.0;
+        let plain = evaluations(&[]);
+        assert_eq!(evaluations(&[Event::new(&far)]), plain, "{method:?}");
+        // Nine apsides are near few steps.
+        let steps = (evaluations(&[Event::new(&radial)]) - plain) / dense.max(1);
+        assert!(steps <= 9 * 8, "{method:?}: {steps}");
+    }
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig::with_cases(48))]
+
+    /// Levels anywhere between the apsides are passed twice a revolution, also close to them, where both passages are in one step.
+    #[test]
+    fn levels_are_passed_twice_a_revolution(eccentricity in 0.05..0.7_f64, part in -9.0..9.0_f64) {
+        let kepler = Kepler { axes: 2, mu: 1.0 };
+        // From 1e-4 of the way above the periapsis to 1e-4 below the apoapsis.
+        let part = 1.0 / (1.0 + part.exp());
+        let level = 1.0 - eccentricity + 2.0 * eccentricity * part;
+        let above = |_: f64, x: &[f64]| x[0].hypot(x[1]) - level;
+        for method in METHODS {
+            let (_, _, log) = run(&kepler, method, &periapsis(eccentricity), 3.0 * TAU, &[Event::new(&above)]);
+            prop_assert_eq!(log.records.len(), 6, "{:?}", method);
+            // Kepler's equation at the radius.
+            let anomaly = ((1.0 - level) / eccentricity).acos();
+            let time = anomaly - eccentricity * anomaly.sin();
+            prop_assert!((log.records[0].time - time).abs() < GRAZING, "{:?} {}", method, time);
         }
     }
 }
