@@ -244,19 +244,13 @@ impl WithSimd for Summation<'_> {
 
     #[inline(always)]
     fn with_simd<S: Simd>(self, _: S) {
-        let rows = &self.series.rows;
+        let rows = || self.series.rows.chunks_exact(self.series.values).zip(self.powers).rev();
         for (lanes, x) in self.x.chunks_mut(LANES).enumerate() {
             let mut sum = [0.0; LANES];
-            let rows =
-                rows[lanes * LANES..].as_chunks::<LANES>().0.iter().step_by(self.series.values / LANES);
-            // A row for each power; from the last one.
-            let mut terms = [[0.0; LANES]; HIGHEST_ORDER + 1];
-            for ((term, row), power) in terms.iter_mut().zip(rows).zip(self.powers) {
-                *term = row.map(|c| c * power);
-            }
-            for term in terms[..self.powers.len()].iter().rev() {
+            for (row, power) in rows() {
+                let row = &row[lanes * LANES..(lanes + 1) * LANES];
                 for l in 0..LANES {
-                    sum[l] += term[l];
+                    sum[l] += row[l] * power;
                 }
             }
             x.copy_from_slice(&sum[..x.len()]);

@@ -8,7 +8,7 @@ use crate::event::{Event, EventTracker};
 use crate::scheme::dop853::Dop853;
 use crate::scheme::dopri5::Dopri5;
 use crate::scheme::{CUBIC_ROWS, ErrorWeights, Scheme, Stages};
-use crate::step::{Observer, Step};
+use crate::step::{Form, Observer, Step};
 use crate::step_control::{StepControl, StiffnessTest, first_step};
 use crate::{Method, OdeError, OdeSettings, OdeSystem, Statistics, Status, Summary, Tolerance};
 
@@ -257,13 +257,13 @@ impl Integrator {
             let dense = O::OBSERVES_STEPS
                 || (!events.is_empty() && {
                     M::cubic(h, stages);
-                    let cubic = Step::alternating((t, end), h, n, &stages.rows[..CUBIC_ROWS * n]);
+                    let cubic = Step::new(Form::Alternating, (t, end), h, n, &stages.rows[..CUBIC_ROWS * n]);
                     !tracker.quiet(&cubic, &stages.next, events)
                 });
             if dense {
                 M::dense(system, t, h, stages);
                 statistics.evaluations += M::EVALUATIONS.2;
-                let mut step = Step::alternating((t, end), h, n, &stages.rows[..M::ROWS * n]);
+                let mut step = Step::new(Form::Alternating, (t, end), h, n, &stages.rows[..M::ROWS * n]);
                 status = show(&mut step, &stages.next, tracker, events, observer);
                 end = step.end;
             }

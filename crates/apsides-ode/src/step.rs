@@ -27,14 +27,15 @@ pub(crate) enum Form {
 }
 
 impl<'a> Step<'a> {
-    /// A step of a Runge-Kutta pair between two times, with an interpolant of a size.
-    pub(crate) fn alternating(
+    /// A step between two times, with an interpolant of a form and a size.
+    pub(crate) fn new(
+        form: Form,
         (start, end): (f64, f64),
         size: f64,
         dimension: usize,
         rows: &'a [f64],
     ) -> Self {
-        Self { form: Form::Alternating, start, end, size, dimension, rows }
+        Self { form, start, end, size, dimension, rows }
     }
 
     /// Time at the start of the step.
@@ -67,12 +68,38 @@ impl<'a> Step<'a> {
 impl Form {
     /// The interpolant of [`Step`] at the relative time `s`.
     pub(crate) fn evaluate(self, rows: &[f64], n: usize, s: f64, out: &mut [f64]) {
+        // Small sizes as constants: the state stays in registers.
+        match n {
+            2 => self.evaluate_small::<2>(rows, s, out),
+            4 => self.evaluate_small::<4>(rows, s, out),
+            6 => self.evaluate_small::<6>(rows, s, out),
+            7 => self.evaluate_small::<7>(rows, s, out),
+            _ => self.evaluate_any(rows, n, s, out),
+        }
+    }
+
+    /// The factor of what follows after row `k`.
+    #[inline(always)]
+    fn factor(self, k: usize, s: f64) -> f64 {
+        if k.is_multiple_of(2) || self == Self::Powers { s } else { 1.0 - s }
+    }
+
+    fn evaluate_small<const N: usize>(self, rows: &[f64], s: f64, out: &mut [f64]) {
+        let mut sum = [0.0; N];
+        for (k, row) in rows.as_chunks::<N>().0.iter().enumerate().rev() {
+            let factor = self.factor(k, s);
+            for i in 0..N {
+                sum[i] = row[i] + factor * sum[i];
+            }
+        }
+        out[..N].copy_from_slice(&sum);
+    }
+
+    fn evaluate_any(self, rows: &[f64], n: usize, s: f64, out: &mut [f64]) {
         let out = &mut out[..n];
-        let mut rows = rows.chunks_exact(n).enumerate().rev();
-        let Some((_, last)) = rows.next() else { return };
-        out.copy_from_slice(last);
-        for (k, row) in rows {
-            let factor = if k % 2 == 0 || self == Self::Powers { s } else { 1.0 - s };
+        out.fill(0.0);
+        for (k, row) in rows.chunks_exact(n).enumerate().rev() {
+            let factor = self.factor(k, s);
             for (o, r) in out.iter_mut().zip(row) {
                 *o = r + factor * *o;
             }

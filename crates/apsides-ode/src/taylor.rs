@@ -26,6 +26,8 @@ use crate::integrator::{RESOLUTION, SMALLEST_TIME, STRETCH, all_finite, show};
 use crate::step::{Form, Observer, Step};
 use crate::{OdeError, OdeSettings, Statistics, Status, Summary};
 
+/// Rows that tell whether an event may be in a step: a third to the ninth is what they leave out, at most.
+const ROUGH_ROWS: usize = 9;
 /// Part of what is tolerated that the last term has.
 const LAST_TERM: f64 = 0.1;
 /// A step that grows by more than this is looked at more closely.
@@ -76,6 +78,8 @@ pub struct TaylorIntegrator {
     absolute: Vec<f64>,
     x: Vec<f64>,
     next: Vec<f64>,
+    /// The norm that the terms of each order may have.
+    tolerated: Vec<f64>,
     /// Size of each component over the step before.
     sizes: Vec<f64>,
     /// Coefficients times powers of the step.
@@ -99,7 +103,9 @@ impl TaylorIntegrator {
         let order = (1.0 - ORDER * settings.relative_tolerance.ln()).ceil().max(0.0) as usize;
         let series = TaylorSeries::new(formula, order.clamp(LOWEST_ORDER, HIGHEST_ORDER))?;
         let zeros = vec![0.0; n];
+        let (relative, p) = (settings.relative_tolerance, series.order() as f64);
         Ok(Self {
+            tolerated: (0..=series.order()).map(|k| LAST_TERM * relative.powf(k as f64 / p - 1.0)).collect(),
             settings,
             absolute,
             x: zeros.clone(),
@@ -235,10 +241,16 @@ impl TaylorIntegrator {
             statistics.accepted += 1;
             let mut status = None;
             let start = std::mem::replace(&mut t, end);
-            if O::OBSERVES_STEPS || !events.is_empty() {
-                self.fill_rows(h);
-                let mut step =
-                    Step { form: Form::Powers, start, end, size: h, dimension: n, rows: &self.rows };
+            let dense = O::OBSERVES_STEPS
+                || (!events.is_empty() && {
+                    let rough = n * ROUGH_ROWS.min(self.series.order() + 1);
+                    fill_rows(&self.series, h, &mut self.rows[..rough]);
+                    let step = Step::new(Form::Powers, (start, end), h, n, &self.rows[..rough]);
+                    !self.events.quiet(&step, &self.next, events)
+                });
+            if dense {
+                fill_rows(&self.series, h, &mut self.rows);
+                let mut step = Step::new(Form::Powers, (start, end), h, n, &self.rows);
                 status = show(&mut step, &self.next, &mut self.events, events, observer);
                 t = step.end;
             }
@@ -260,31 +272,29 @@ impl TaylorIntegrator {
     /// Magnitude of the step, given that of the one before, zero for the first; zero where coefficients are not finite.
     fn step_size(&mut self, previous: f64) -> f64 {
         let p = self.series.order();
-        let size = self.tolerated(p - 1..p + 1);
+        let size = self.step_for(p - 1..p + 1);
         if size <= GROWTH * previous {
             return size;
         }
         let last = p - p / LAST_PART..p + 1;
-        let orders = if self.tolerated(last.clone()) == f64::INFINITY { 2..p + 1 } else { last };
+        let orders = if self.step_for(last.clone()) == f64::INFINITY { 2..p + 1 } else { last };
         if previous == 0.0 {
             // A component that starts at zero has the size to which it grows.
-            let size = self.tolerated(orders.clone()).min(f64::MAX);
+            let size = self.step_for(orders.clone()).min(f64::MAX);
             for (scale, rate) in self.sizes.iter_mut().zip(self.series.coefficients(1)) {
                 *scale = scale.max((rate * size).abs());
             }
         }
-        self.tolerated(orders)
+        self.step_for(orders)
     }
 
     /// Magnitude of the step at which the terms of these orders have the norms that are tolerated; infinite where the terms vanish.
-    fn tolerated(&self, orders: Range<usize>) -> f64 {
-        let (p, relative) = (self.series.order() as f64, self.settings.relative_tolerance);
+    fn step_for(&self, orders: Range<usize>) -> f64 {
+        let relative = self.settings.relative_tolerance;
         let step = |order: usize| {
             let terms = self.series.coefficients(order).iter().zip(&self.absolute).zip(&self.sizes);
             let sum: f64 = terms.map(|((c, a), s)| (c / (a + relative * s)).powi(2)).sum();
-            let k = order as f64;
-            let most = LAST_TERM * relative.powf(k / p - 1.0);
-            (most * (self.absolute.len() as f64 / sum).sqrt()).powf(1.0 / k)
+            (self.tolerated[order] * (self.absolute.len() as f64 / sum).sqrt()).powf(1.0 / order as f64)
         };
         // NaN, of a coefficient that is not a number, leaves no step.
         orders.map(step).fold(f64::INFINITY, |least, h| {
@@ -297,16 +307,15 @@ impl TaylorIntegrator {
             }
         })
     }
+}
 
-    /// Fills the rows of a step.
-    fn fill_rows(&mut self, h: f64) {
-        let n = self.series.states();
-        let mut power = 1.0;
-        for (k, row) in self.rows.chunks_exact_mut(n).enumerate() {
-            for (r, c) in row.iter_mut().zip(self.series.coefficients(k)) {
-                *r = c * power;
-            }
-            power *= h;
+/// Fills rows of a step, from the first on.
+fn fill_rows(series: &TaylorSeries, h: f64, rows: &mut [f64]) {
+    let mut power = 1.0;
+    for (k, row) in rows.chunks_exact_mut(series.states()).enumerate() {
+        for (r, c) in row.iter_mut().zip(series.coefficients(k)) {
+            *r = c * power;
         }
+        power *= h;
     }
 }

@@ -45,7 +45,7 @@ pub(super) struct Lanes<const W: usize> {
     by: [Option<usize>; W],
     /// Sums of the orders to come.
     sums: History<W>,
-    /// Coefficients of the operands, or of one and the result; zero where they are not known yet.
+    /// Coefficients of the operands, or of one and the result; up to three numbers after those that are known are zero.
     a: History<W>,
     b: History<W>,
     /// The same times their orders, for powers.
@@ -124,7 +124,8 @@ impl<const W: usize> Lanes<W> {
                 let moment: [f64; W] = first.map(|v| v * order);
                 let slope: [f64; W] = self.second.map(|v| before[v]);
                 if k == 1 {
-                    (self.a[0], self.b[0]) = (moment, slope);
+                    keep(&mut self.a, 0, &moment);
+                    keep(&mut self.b, 0, &slope);
                     std::array::from_fn(|l| moment[l] * slope[l])
                 } else {
                     let (a, b, sum) = (self.a[0], self.b[0], self.sums[k - 1]);
@@ -144,33 +145,33 @@ impl<const W: usize> Lanes<W> {
     /// Coefficients of order zero.
     #[inline(never)]
     fn begin(&mut self, row: &mut [f64]) {
-        for part in [&mut self.sums, &mut self.a, &mut self.b] {
-            part.fill([0.0; W]);
-        }
-        if self.kind == Kind::Power {
-            self.moments.iter_mut().for_each(|m| m.fill([0.0; W]));
-        }
+        self.sums[..self.orders].fill([0.0; W]);
         let (first, second) = (self.first.map(|v| row[v]), self.second);
         let found: [f64; W] = match self.kind {
             Kind::Square => {
-                self.a[0] = first;
+                keep(&mut self.a, 0, &first);
                 first.map(|v| v * v)
             }
             Kind::Product => {
                 let second = second.map(|v| row[v]);
-                (self.a[0], self.b[0]) = (first, second);
+                keep(&mut self.a, 0, &first);
+                keep(&mut self.b, 0, &second);
                 std::array::from_fn(|l| first[l] * second[l])
             }
             Kind::Quotient => {
                 let by = second.map(|v| row[v]);
                 self.inverse = by.map(f64::recip);
-                self.b[0] = std::array::from_fn(|l| first[l] / by[l]);
+                keep(&mut self.a, 0, &by);
+                keep(&mut self.b, 0, &std::array::from_fn(|l| first[l] / by[l]));
                 self.b[0]
             }
             Kind::Power => {
                 self.inverse = first.map(f64::recip);
-                self.b[0] = self.started(&first, row);
-                self.b[0]
+                let start = self.started(&first, row);
+                keep(&mut self.a, 0, &first);
+                keep(&mut self.b, 0, &start);
+                self.moments.iter_mut().for_each(|m| keep(m, 0, &[0.0; W]));
+                start
             }
             Kind::Integral => self.started(&first, row),
         };
@@ -211,7 +212,8 @@ impl<const W: usize> Lanes<W> {
                 sum[l] += first4[l] * b[l] + a[l] * second4[l];
             }
         }
-        (self.a[k], self.b[k]) = (*first, *second);
+        keep(&mut self.a, k, first);
+        keep(&mut self.b, k, second);
         self.meet_own(k, first, second);
     }
 
@@ -225,7 +227,7 @@ impl<const W: usize> Lanes<W> {
                 sum[l] += twice[l] * a[l];
             }
         }
-        self.a[k] = *first;
+        keep(&mut self.a, k, first);
         self.meet_own(k, first, first);
     }
 
@@ -246,8 +248,10 @@ impl<const W: usize> Lanes<W> {
                 sum[l] += (ahead4[l] * b[l] - first4[l] * bm[l]) + (by4[l] * am[l] - moment4[l] * a[l]);
             }
         }
-        (self.a[k], self.b[k]) = (*first, *found);
-        (self.moments[0][k], self.moments[1][k]) = (first.map(|v| order * v), moment);
+        keep(&mut self.a, k, first);
+        keep(&mut self.b, k, found);
+        keep(&mut self.moments[0], k, &first.map(|v| order * v));
+        keep(&mut self.moments[1], k, &moment);
         self.meet_own(k, &std::array::from_fn(|l| ahead[l] - order * first[l]), found);
     }
 
@@ -261,6 +265,13 @@ impl<const W: usize> Lanes<W> {
             }
         }
     }
+}
+
+/// Keeps the coefficients of an order, with zeros behind up to four numbers.
+#[inline(always)]
+fn keep<const W: usize>(row: &mut [[f64; W]; ROOM], k: usize, coefficients: &[f64; W]) {
+    let four: [f64; 4] = std::array::from_fn(|l| if l < W { coefficients[l] } else { 0.0 });
+    row.as_flattened_mut()[k * W..k * W + 4].copy_from_slice(&four);
 }
 
 /// The numbers of a part from an order on, `n` of them, by four.
