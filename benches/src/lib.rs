@@ -11,12 +11,14 @@
 //! | `src/bin/geo.rs` | injections into geostationary orbit by any method of the missions |
 //! | `src/bin/hazard.rs` | hazard maps of raw heights on some threads |
 //! | `src/bin/moving_mass.rs` | closed-loop descents of the capsule with moving masses |
+//! | `src/bin/propagation.rs` | ten lunar orbits and an entry by both schemes of `apsides-ode` and by `ode_solvers` |
 //! | `peers/landing.py` | the landing by CasADi and Ipopt, in turns with `landing` |
 //! | `peers/convex.py` | the conic programs of `convex` by CVXPY and Clarabel, in turns with `convex` |
 //! | `peers/flatness.py` | those of `flatness` by CasADi and Ipopt |
 //! | `peers/geo.py` | those of `geo` by SciPy, CasADi and Ipopt |
 //! | `peers/hazard.py` | those of `hazard` by OpenCV and NumPy |
 //! | `peers/moving_mass.py` | those of `moving_mass` by numba and plain Python |
+//! | `peers/propagation.py` | those of `propagation` by heyoka and numba |
 //! | `peers/gallery.py`, `peers/hock_schittkowski.py` | those of `program` by CasADi and Ipopt |
 
 pub mod cpu_time;
