@@ -124,7 +124,7 @@ pub struct Occurrence<'a> {
 ///
 /// A closure `FnMut(&Step) -> ControlFlow<()>` is an observer of steps, `()` one of nothing.
 pub trait Observer {
-    /// True if [`step`](Self::step) is to be called; otherwise the dense output is computed for events only.
+    /// True if [`step`](Self::step) is to be called; otherwise the dense output is computed where an event may be.
     const OBSERVES_STEPS: bool = true;
 
     /// Called after each accepted step; `Break` ends the integration at the end of the step.
