@@ -17,5 +17,5 @@ pub mod shared;
 pub mod tolerance;
 
 pub use patience::Patience;
-pub use run::{Failure, Run, radau, solve};
+pub use run::{Failure, Run, solve};
 pub use shared::shared;

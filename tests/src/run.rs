@@ -2,8 +2,8 @@
 
 use std::time::{Duration, Instant};
 
-use apsides::radau::{Radau, RadauSettings, RadauSolution};
-use apsides::verify::{Certificate, Check, CheckKind, Verification, VerifySettings, verify};
+use apsides::radau::{Radau, RadauSolution};
+use apsides::verify::{Certificate, Check, CheckKind, Verdict, Verification, VerifySettings, verify};
 use apsides_problems::Problem;
 
 /// Any error of the crates under test.
@@ -19,19 +19,6 @@ pub struct Run {
     pub certificate: Certificate,
     /// Wall-clock time of the solve.
     pub time: Duration,
-}
-
-/// The method with default settings, but for a problem whose optimum is sensitive to how far its path constraint of second order is
-/// overstepped between nodes.
-#[must_use]
-pub fn radau(problem: &Problem) -> Radau {
-    let mut settings = RadauSettings::default();
-    if problem.name == "bryson_denham" {
-        settings.tolerance = 1e-10;
-        settings.nlp.tolerance = 1e-10;
-        settings.max_refinements = 29;
-    }
-    Radau { settings }
 }
 
 /// Solves and verifies a problem.
@@ -74,11 +61,27 @@ impl Run {
         self.certificate.checks.iter().filter(failed).partition(|c| c.name.contains(" along "))
     }
 
+    /// The first reason why the verdict is not that of an optimum, without its numbers; none where it is.
+    #[must_use]
+    pub fn reason(&self) -> Option<String> {
+        if self.certificate.verdict >= Verdict::StrictLocalOptimum {
+            return None;
+        }
+        let needed = [CheckKind::Feasibility, CheckKind::Optimality, CheckKind::Curvature];
+        let failed = self.certificate.checks.iter().find(|c| !c.passed && needed.contains(&c.kind));
+        let reason = match failed {
+            Some(check) => format!("{} above its limit", check.name),
+            None => self.certificate.remarks.first()?.split(" (").next()?.to_owned(),
+        };
+        Some(reason)
+    }
+
     /// One row of the table of the gallery, in Markdown.
     #[must_use]
     pub fn table_row(&self) -> String {
+        let reason = self.reason().map_or_else(String::new, |reason| format!(": {reason}"));
         format!(
-            "| {} | {} | {:.10} | {:.1e} | {} | {} | {} | {} | {:.1} |",
+            "| {} | {} | {:.10} | {:.1e} | {}{reason} | {} | {} | {} | {:.1} |",
             self.problem.name,
             self.problem.optimum.value,
             self.solution.trajectory.objective,

@@ -11,10 +11,10 @@
 
 use apsides::nlp::Status;
 use apsides::ocp::{Guess, Ocp, PhaseTrajectory, Scaling, Trajectory};
+use apsides::radau::Radau;
 use apsides_problems::{Case, GALLERY, Problem, Structure, find};
 use apsides_shooting::direct::{MultipleShooting, MultipleShootingSettings};
 use apsides_shooting::indirect::IndirectShooting;
-use apsides_tests::radau;
 
 /// Where indirect shooting starts, and its segments per phase.
 #[derive(Clone, Copy)]
@@ -115,7 +115,7 @@ fn difference(ocp: &Ocp, a: &Trajectory, reference: &Trajectory, how: &Agreement
 fn solved(name: &str, how: &Agreement) -> (&'static Problem, Case, Vec<(&'static str, Trajectory)>) {
     let problem = find(name).unwrap();
     let case = problem.pose().unwrap();
-    let mut method = radau(problem);
+    let mut method = Radau::default();
     method.settings.tolerance = how.mesh.unwrap_or(method.settings.tolerance);
     let collocated = method.solve(&case.ocp, &case.guess).unwrap();
     assert_eq!(collocated.status, Status::Optimal, "{name}");

@@ -1,9 +1,10 @@
 //! The work of solves is that of the stored counters: the whole gallery, and missions.
 #![allow(clippy::unwrap_used)]
 
+use apsides::radau::Radau;
 use apsides_problems::GALLERY;
 use apsides_tests::golden::{Counters, Work, blessing, kkt_nonzeros, load, store};
-use apsides_tests::{radau, solve};
+use apsides_tests::solve;
 
 const MISSIONS: &[&str] = &[
     "lunar-direct",
@@ -20,7 +21,7 @@ const MISSIONS: &[&str] = &[
 
 fn count() -> Counters {
     let problems = GALLERY.iter().map(|problem| {
-        let run = solve(problem, &radau(problem)).unwrap();
+        let run = solve(problem, &Radau::default()).unwrap();
         let work = Work {
             meshes: run.solution.meshes.len(),
             iterations: run.iterations(),

@@ -2,9 +2,10 @@
 #![allow(clippy::unwrap_used)]
 
 use apsides::nlp::Status;
+use apsides::radau::Radau;
 use apsides::verify::Verdict;
 use apsides_problems::GALLERY;
-use apsides_tests::{Run, radau, solve};
+use apsides_tests::{Run, solve};
 
 /// The properties of a solution.
 #[derive(Clone, Copy, PartialEq)]
@@ -21,7 +22,7 @@ enum Quality {
 
 fn solved(name: &str) -> Run {
     let problem = apsides_problems::find(name).unwrap();
-    let run = solve(problem, &radau(problem)).unwrap();
+    let run = solve(problem, &Radau::default()).unwrap();
     assert_eq!(run.solution.status, Status::Optimal, "{}", run.table_row());
     run
 }

@@ -11,6 +11,7 @@
 
 use std::collections::BTreeMap;
 
+use apsides::radau::Radau;
 use apsides_ad::{FlatMap, Scalar};
 use apsides_convex::{SuccessiveConvexification, SuccessiveSettings};
 use apsides_flatness::{FlatMethod, FlatSystem, Flatness};
@@ -21,7 +22,6 @@ use apsides_problems::{GALLERY, Problem, Structure};
 use apsides_shooting::direct::{MultipleShooting, MultipleShootingSettings};
 use apsides_shooting::indirect::{DirectIndirect, IndirectSettings, IndirectShooting};
 use apsides_shooting::profile::{Independent, Steering};
-use apsides_tests::radau;
 use apsides_two_layer::{ProfileModel, TwoLayer, TwoLayerSettings};
 
 /// Linear controls on 40 intervals: `O(h^2)` where controls are smooth, the cost of ramps where they jump.
@@ -62,10 +62,10 @@ fn methods(problem: &Problem) -> Vec<Box<dyn Method>> {
     let piecewise = PiecewiseSettings { intervals: 40, ..PiecewiseSettings::default() };
     let convex = SuccessiveSettings { max_iterations: 200, ..SuccessiveSettings::default() };
     vec![
-        Box::new(radau(problem)),
+        Box::new(Radau::default()),
         Box::new(MultipleShooting { settings: shooting }),
         Box::new(DirectIndirect {
-            direct: Box::new(radau(problem)),
+            direct: Box::new(Radau::default()),
             indirect: IndirectShooting { settings: indirect },
         }),
         Box::new(PiecewiseConstant { settings: piecewise }),
@@ -83,7 +83,7 @@ fn methods(problem: &Problem) -> Vec<Box<dyn Method>> {
                 stop: "h".into(),
                 distance_per_unit: vec![1.0, 1.0, 0.0],
             },
-            second: Box::new(radau(problem)),
+            second: Box::new(Radau::default()),
             checkpoint: None,
         }),
     ]

@@ -2,6 +2,7 @@
 #![allow(clippy::unwrap_used)]
 
 use apsides::ocp::{Method, Start};
+use apsides::radau::Radau;
 use apsides_problems::{GALLERY, file};
 
 /// Solver class: the tolerance of the interior-point method on two statements whose operations differ in their order.
@@ -17,7 +18,7 @@ const ROUNDED: [&str; 2] = ["catmix_arcs", "min_time_climb"];
 fn each_file_has_the_optimum_of_the_compiled_problem() {
     let mut wrong = Vec::new();
     for problem in GALLERY {
-        let method = apsides_tests::radau(problem);
+        let method = Radau::default();
         let case = problem.pose().unwrap();
         let compiled = Method::solve(&method, &case.ocp, &Start::new(case.guess), &mut ()).unwrap();
         let read = apsides::parse(file(problem.name).unwrap(), problem.name, &[]).unwrap();

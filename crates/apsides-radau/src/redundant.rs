@@ -1,5 +1,5 @@
-//! Statements that follow from others: bounds of controls and states that a path constraint of controls implies, and path constraints that the equations of
-//! motion keep.
+//! Statements that follow from others: bounds of controls and states that a path constraint of controls implies, and path constraints that
+//! the equations of motion keep.
 //!
 //! The components of a direction of length one need no bounds of one, nor those of an attitude quaternion that is a control in one of its
 //! components, and the attitude quaternion of a rigid body keeps its length.
