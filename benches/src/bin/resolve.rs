@@ -6,7 +6,7 @@
 #![allow(clippy::print_stdout)]
 
 use apsides::ocp::Mesh;
-use apsides::radau::{Radau, RadauSettings, Resolved, Session, Way};
+use apsides::radau::{Radau, RadauSettings, Resolved, Session};
 use apsides::verify::{Verdict, VerifySettings, verify};
 use apsides::{Posed, load};
 use apsides_benches::CpuTime;
@@ -43,10 +43,9 @@ struct Arguments {
     keys: Vec<String>,
 }
 
-/// Numbers from -1 to 1: the fractional parts of multiples of irrational numbers (R. L. Cranley, T. N. L. Patterson 1976).
+/// Numbers from -1 to 1, evenly spread: the fractional parts of the multiples of an irrational number for each key (H. Weyl 1916).
 fn dispersed(sample: usize, key: usize) -> f64 {
-    let step = ((key + 2) as f64).sqrt().fract() + (key as f64).exp().fract();
-    2.0 * ((sample + 1) as f64 * step).fract() - 1.0
+    2.0 * ((sample + 1) as f64 * ((key + 2) as f64).ln()).fract() - 1.0
 }
 
 struct Case<'a> {
@@ -67,8 +66,8 @@ impl Case<'_> {
 fn main() -> Result<(), Failure> {
     let arguments = &Arguments::parse();
     let nominal = load(&arguments.mission, &[])?;
-    let file = nominal.to_file();
-    let values = arguments.keys.iter().map(|key| value_in(&file, key)).collect::<Result<Vec<f64>, _>>()?;
+    let values =
+        arguments.keys.iter().map(|key| nominal.values().number(key)).collect::<Result<Vec<f64>, _>>()?;
     let case = Case { arguments, values };
     let none = vec![0.0; arguments.keys.len()];
 
@@ -101,7 +100,7 @@ fn main() -> Result<(), Failure> {
     );
 
     println!(
-        "\n| change | ms | iterations | way | objective | cold / re-solve |\n| --- | ---: | ---: | --- | ---: | ---: |"
+        "\n| change | ms | iterations | same active set or near it | objective | cold / re-solve |\n| --- | ---: | ---: | --- | ---: | ---: |"
     );
     for key in 0..arguments.keys.len() {
         for sign in [1.0, -1.0] {
@@ -117,10 +116,10 @@ fn main() -> Result<(), Failure> {
                 found = Some(session.resolve(&ocp, &mut ())?);
                 least = least.min(clock.milliseconds());
             }
-            let Some(Resolved { solution, way, .. }) = found else { continue };
+            let Some(Resolved { solution, followed }) = found else { continue };
             let iterations: usize = solution.meshes.iter().map(|m| m.counters.iterations).sum();
             println!(
-                "| {} {:+} % | {least:.3} | {iterations} | {way:?} | {} | {:.1} |",
+                "| {} {:+} % | {least:.3} | {iterations} | {followed} | {} | {:.1} |",
                 arguments.keys[key],
                 100.0 * changes[key],
                 solution.trajectory.objective,
@@ -135,7 +134,7 @@ fn main() -> Result<(), Failure> {
 fn cloud(case: &Case<'_>, radau: &Radau, nominal: &apsides::ocp::Trajectory) -> Result<(), Failure> {
     let arguments = case.arguments;
     let (mut times, mut checks) = (Vec::new(), Vec::new());
-    let mut ways = [0; 4];
+    let mut followed = 0;
     let mut verdicts = [0; 5];
     let mut iterations = 0;
     let mut failed = 0;
@@ -146,14 +145,9 @@ fn cloud(case: &Case<'_>, radau: &Radau, nominal: &apsides::ocp::Trajectory) -> 
             (0..arguments.keys.len()).map(|key| arguments.change * dispersed(sample, key)).collect();
         let Posed { ocp, .. } = case.posed(&changes)?;
         let clock = CpuTime::start();
-        let Resolved { solution, way, .. } = session.resolve(&ocp, &mut ())?;
+        let Resolved { solution, followed: solution_followed } = session.resolve(&ocp, &mut ())?;
         times.push(clock.milliseconds());
-        ways[match way {
-            Some(Way::ActiveSet) => 0,
-            Some(Way::WarmStart) => 1,
-            Some(Way::Cold) => 2,
-            None => 3,
-        }] += 1;
+        followed += usize::from(solution_followed);
         iterations += solution.meshes.iter().map(|m| m.counters.iterations).sum::<usize>();
         if !solution.status.is_success() {
             failed += 1;
@@ -181,20 +175,10 @@ fn cloud(case: &Case<'_>, radau: &Radau, nominal: &apsides::ocp::Trajectory) -> 
         iterations as f64 / times.len().max(1) as f64,
         mean(&checks)
     );
-    println!(
-        "active set {}, warm start {}, cold {}, other meshes {}; failed {failed}",
-        ways[0], ways[1], ways[2], ways[3]
-    );
+    println!("by the active set {followed}, by other meshes {}, failed {failed}", times.len() - followed);
     let [rejected, feasible, extremal, strict, global] = verdicts;
     println!(
         "rejected {rejected}, feasible {feasible}, extremal {extremal}, strict {strict}, global {global}"
     );
     Ok(())
-}
-
-/// The number behind a key of a mission file.
-fn value_in(file: &str, key: &str) -> Result<f64, Failure> {
-    let line = file.lines().find(|line| line.split('=').next().is_some_and(|k| k.trim() == key));
-    let text = line.and_then(|line| line.split('=').nth(1)).ok_or_else(|| format!("no key {key}"))?;
-    Ok(text.split('#').next().unwrap_or_default().trim().parse()?)
 }

@@ -153,6 +153,22 @@ impl Resolver {
         Ok(resolved)
     }
 
+    /// Solves a program by Newton's method on the active set of the last solution, or on one that differs in a few bounds; none, and the last
+    /// solution as it was, where there is no such way.
+    ///
+    /// # Errors
+    /// An ill-posed program or setting.
+    pub fn follow<N: Nlp + ?Sized>(&mut self, nlp: &mut N) -> Result<Option<SolveReport>, NlpError> {
+        self.solver.settings.validate()?;
+        let Some(last) = self.last.as_ref().filter(|last| last.fits(&nlp)) else { return Ok(None) };
+        let report =
+            by_active_set(&self.solver, &mut self.analysed, &mut { nlp }, last, Instant::now())?.ok();
+        if let Some(report) = &report {
+            self.last = Some(Last::from(report));
+        }
+        Ok(report)
+    }
+
     fn find(&mut self, nlp: &mut dyn Nlp, observer: &mut dyn Observer) -> Result<Resolved, NlpError> {
         let begin = Instant::now();
         self.solver.settings.validate()?;

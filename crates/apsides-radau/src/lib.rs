@@ -98,7 +98,7 @@ mod state_bounds;
 pub mod switches;
 pub mod transcription;
 
-pub use apsides_nlp::{Side, Way};
+pub use apsides_nlp::Side;
 pub use apsides_ocp::{RowOrigin, Unmet};
 pub use error::RadauError;
 pub use explanation::{Conflict, Explanation, Remedy};

@@ -57,21 +57,20 @@ impl MeshSolve {
         Ok(Self { nlp, report, trajectory, scaling, estimate, in_doubt: false })
     }
 
-    /// The solution of this mesh alone.
+    /// The solution of this mesh alone, which was solved with success.
     pub(crate) fn into_solution(
         mut self,
         ocp: &Ocp,
         settings: &RadauSettings,
         record: MeshRecord,
     ) -> RadauSolution {
-        let success = self.status().is_success();
         let structure = Structure::of(ocp, &mut self.nlp, &self.report, &self.trajectory);
         RadauSolution {
             status: self.status(),
             accurate: self.is_accurate(settings) && self.is_in_bounds(settings),
             stalled: false,
             meshes: vec![record],
-            unmet: if success { None } else { self.nlp.unmet(ocp, &self.report) },
+            unmet: None,
             warnings: Vec::new(),
             switches: structure.switches(ocp, &self.trajectory),
             trajectory: self.trajectory,

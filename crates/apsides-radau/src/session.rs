@@ -1,8 +1,8 @@
 //! Solves of one problem again and again with other data: another initial state, target, mass or limit.
 
-use std::time::{Duration, Instant};
+use std::time::Instant;
 
-use apsides_nlp::{NlpSettings, Observer, Resolver, Way};
+use apsides_nlp::{NlpSettings, Observer, Resolver};
 use apsides_ocp::explicit_time::divided_mesh;
 use apsides_ocp::{Guess, Mesh, Ocp, Scaling, Trajectory, WithoutKinks};
 
@@ -17,23 +17,21 @@ use crate::transcription::Transcription;
 pub struct Resolved {
     /// The solution: of one mesh where that of the last solution serves, else of all meshes that were solved.
     pub solution: RadauSolution,
-    /// The way to the solution on the mesh of the last one; none where there was no way on that mesh, or it did not serve.
-    pub way: Option<Way>,
-    /// Wall-clock time of all.
-    pub time: Duration,
+    /// True if it was found on the mesh of the last one, by Newton's method on the active set.
+    pub followed: bool,
 }
 
 /// Re-solves of a problem on the mesh of its last solution: the analysis of the linear systems, the solution, its multipliers and its active
 /// set are kept.
 ///
-/// A small change takes two or three Newton steps on the active set. A larger one goes through the interior point method from the last
-/// solution, and where the mesh does not serve any more it is refined as in [`Radau::solve_on`]: what a session finds is as accurate as what a
-/// solve without it finds. Problems with kinks that are solved in another form are solved that way at once, from the last solution.
+/// A small change takes two or three Newton steps on the active set. Where the set does not settle, or the mesh does not serve any more, the
+/// problem is solved from the last solution as in [`Radau::solve_on`]: what a session finds is as accurate as what a solve without it finds.
+/// Problems with kinks that are solved in another form are solved that way at once.
 ///
 /// ```
 /// use apsides_ad::{Dynamics, PathFunction, Scalar};
 /// use apsides_ocp::{Bounds, Guess, Ocp, OcpError, Phase, State, Variable};
-/// use apsides_radau::{Radau, Session, Way};
+/// use apsides_radau::{Radau, Session};
 ///
 /// struct Cart;
 /// impl Dynamics<2, 1> for Cart {
@@ -61,7 +59,7 @@ pub struct Resolved {
 /// let first = Radau::default().solve(&ocp, &Guess::linear(&ocp))?;
 /// let mut session = Session::new(Radau::default(), first.trajectory);
 /// let next = session.resolve(&cart(1.01)?, &mut ())?;
-/// assert_eq!(next.way, Some(Way::ActiveSet));
+/// assert!(next.followed);
 /// assert!((next.solution.trajectory.objective - 6.0 * 1.01 * 1.01).abs() < 1e-9); // closed form
 /// # Ok::<(), Box<dyn std::error::Error>>(())
 /// ```
@@ -80,34 +78,26 @@ impl Session {
         Self { radau, mesh: solution.mesh(), last: solution, resolver: None }
     }
 
-    /// The trajectory from which the next solve starts: the last one that was found.
-    #[must_use]
-    pub fn last(&self) -> &Trajectory {
-        &self.last
-    }
-
     /// Solves a problem of the same phases, states and controls as the last one, from its solution.
     ///
     /// # Errors
     /// When the request is ill-posed. Not converging is a status of the solution, and leaves the last solution as it was.
     pub fn resolve(&mut self, ocp: &Ocp, observer: &mut dyn Observer) -> Result<Resolved, RadauError> {
-        let begin = Instant::now();
         self.radau.settings.check()?;
         let guess = Guess::earlier(&self.last);
-        if self.mesh_serves(ocp, &guess)? {
-            let (solution, way) = self.on_last_mesh(ocp, &guess, observer)?;
-            if solution.status.is_success() {
-                self.last = solution.trajectory.clone();
-                if solution.accurate {
-                    return Ok(Resolved { solution, way: Some(way), time: begin.elapsed() });
-                }
+        if self.mesh_serves(ocp, &guess)?
+            && let Some(solution) = self.follow(ocp, &guess)?
+        {
+            self.last = solution.trajectory.clone();
+            if solution.accurate {
+                return Ok(Resolved { solution, followed: true });
             }
         }
         let solution = self.radau.solve_on(ocp, &Guess::earlier(&self.last), self.mesh.clone(), observer)?;
         if solution.status.is_success() {
             *self = Self::new(self.radau.clone(), solution.trajectory.clone());
         }
-        Ok(Resolved { solution, way: None, time: begin.elapsed() })
+        Ok(Resolved { solution, followed: false })
     }
 
     /// True unless the problem is solved in another form, or time brings events between the ends of the intervals.
@@ -118,23 +108,19 @@ impl Session {
             && divided_mesh(ocp, guess, &self.mesh)?.is_none())
     }
 
-    fn on_last_mesh(
-        &mut self,
-        ocp: &Ocp,
-        guess: &Guess,
-        observer: &mut dyn Observer,
-    ) -> Result<(RadauSolution, Way), RadauError> {
+    /// The solution on the last mesh; none where its active set does not lead there.
+    fn follow(&mut self, ocp: &Ocp, guess: &Guess) -> Result<Option<RadauSolution>, RadauError> {
         let begin = Instant::now();
         let settings = &self.radau.settings;
         let mut nlp = Transcription::new(ocp, &self.mesh, guess)?.with_threads(settings.threads);
         let resolver = match &mut self.resolver {
             Some(resolver) => resolver,
-            none => none.insert(first_resolver(&mut nlp, ocp, guess, settings.nlp.clone())?),
+            none => none.insert(first_resolver(&mut nlp, ocp, guess, &settings.nlp)?),
         };
-        let resolved = resolver.solve(&mut nlp, observer)?;
-        let solve = MeshSolve::of_report(ocp, nlp, Scaling::new(ocp, guess), settings, resolved.report)?;
+        let Some(report) = resolver.follow(&mut nlp)? else { return Ok(None) };
+        let solve = MeshSolve::of_report(ocp, nlp, Scaling::new(ocp, guess), settings, report)?;
         let record = solve.record(&self.mesh, begin.elapsed());
-        Ok((solve.into_solution(ocp, settings, record), resolved.way))
+        Ok(Some(solve.into_solution(ocp, settings, record)))
     }
 }
 
@@ -143,11 +129,10 @@ fn first_resolver(
     nlp: &mut Transcription,
     ocp: &Ocp,
     guess: &Guess,
-    settings: NlpSettings,
+    settings: &NlpSettings,
 ) -> Result<Resolver, RadauError> {
-    let settings = NlpSettings { max_saddle_escapes: 0, ..settings };
     Ok(match nlp.warm_start(ocp, guess) {
-        Some(solution) => Resolver::from_solution(settings, solution)?,
-        None => Resolver::new(settings),
+        Some(solution) => Resolver::from_solution(settings.clone(), solution)?,
+        None => Resolver::new(settings.clone()),
     })
 }

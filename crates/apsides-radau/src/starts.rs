@@ -93,9 +93,7 @@ impl Solves<'_> {
             s => Err(s),
         })
     }
-}
 
-impl Solves<'_> {
     /// The better one of a solution and that from the feasible trajectory closest to the guess.
     fn or_from_closest(
         &mut self,
@@ -103,14 +101,21 @@ impl Solves<'_> {
         guess: &Guess,
         first: RadauSolution,
     ) -> Result<RadauSolution, RadauError> {
+        let before = self.meshes.len();
         let found = self.better_from_closest(radau, guess, &first)?;
         let mut meshes = std::mem::take(&mut self.meshes);
         Ok(match found {
             Ok(second) => RadauSolution { meshes, ..second },
             Err(status) => {
+                // Work that led nowhere counts with the first mesh, as that of a look beyond a saddle does with its own.
+                for spent in meshes.drain(before..).collect::<Vec<_>>() {
+                    if let Some(record) = meshes.first_mut() {
+                        record.counters.iterations += spent.counters.iterations;
+                        record.counters.factorisations += spent.counters.factorisations;
+                        record.time += spent.time;
+                    }
+                }
                 let status = if may_go_on(status) { first.status } else { status };
-                // Those of the solution come last.
-                meshes.rotate_left(first.meshes.len());
                 RadauSolution { meshes, status, ..first }
             }
         })

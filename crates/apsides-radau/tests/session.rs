@@ -4,7 +4,7 @@
 use apsides_nlp::Status;
 use apsides_ocp::{Bounds, Guess, Ocp};
 use apsides_problems::{Case, find};
-use apsides_radau::{Radau, RadauError, RadauSettings, Session, Way};
+use apsides_radau::{Radau, RadauError, RadauSettings, Session};
 
 /// Two meshes within the tolerance of the method: objectives relative.
 const OBJECTIVE: f64 = 1e-7;
@@ -55,7 +55,7 @@ fn small_changes_take_three_steps_and_end_where_fresh_solves_do() {
                 (a - b).abs() <= OBJECTIVE * b.abs(),
                 "{name} {by}: {a} from the last solution, {b} afresh"
             );
-            if n > 0 && next.way == Some(Way::ActiveSet) {
+            if n > 0 && next.followed {
                 assert!(
                     next.solution.report.counters.iterations <= 4,
                     "{name} {by}: {:?}",
@@ -75,7 +75,7 @@ fn every_small_change_of_a_bang_bang_is_one_of_its_active_set() {
         let mut ocp = case.ocp.clone();
         ocp.phases[0].controls[0].bounds = Bounds::new(-by, by);
         let next = session.resolve(&ocp, &mut ()).unwrap();
-        assert_eq!(next.way, Some(Way::ActiveSet), "{by}");
+        assert!(next.followed, "{by}");
         let fresh = Radau::default().solve(&ocp, &case.guess).unwrap().trajectory.objective;
         assert!((next.solution.trajectory.objective - fresh).abs() <= CLOSED_FORM, "{by}");
     }
@@ -99,13 +99,13 @@ fn a_change_beyond_the_mesh_is_refined() {
 fn an_infeasible_change_is_survived() {
     let case = pose("moon_lander_soft");
     let mut session = session_of(&case);
-    let before = session.last().objective;
+    let before = session.resolve(&case.ocp, &mut ()).unwrap().solution.trajectory.objective;
     let mut ocp = case.ocp.clone();
     ocp.phases[0].controls[0].bounds.upper = 0.3;
     let next = session.resolve(&ocp, &mut ()).unwrap();
     assert_eq!(next.solution.status, Status::Infeasible);
-    assert!((session.last().objective - before).abs() <= CLOSED_FORM);
     let back = session.resolve(&case.ocp, &mut ()).unwrap();
+    assert!(back.followed);
     assert!((back.solution.trajectory.objective - before).abs() <= CLOSED_FORM);
 }
 

@@ -112,6 +112,7 @@ fn other_structures_and_failures_are_survived() {
     let mut resolver = Resolver::new(NlpSettings::default());
     resolver.solve(&mut BEYOND.clone(), &mut ()).unwrap();
     let empty = Nearest { lower: [2.0, 2.0], ..BEYOND };
+    assert!(resolver.follow(&mut empty.clone()).unwrap().is_none());
     let next = resolver.solve(&mut empty.clone(), &mut ()).unwrap();
     assert_eq!(next.report.status, Status::Infeasible);
     let next = resolver.solve(&mut BEYOND.clone(), &mut ()).unwrap();
