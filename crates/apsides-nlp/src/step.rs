@@ -17,6 +17,11 @@ const DECREASE: f64 = 1.0 / 3.0;
 const LARGEST_TRIAL: f64 = 1e6;
 /// Least primal regularisation.
 const LEAST: f64 = 1e-20;
+/// Most iterations in a row that take for granted that the matrix needs the regularisation that the one before needed.
+const MOST_PRESUMED: usize = 5;
+/// A smaller error of the barrier problem is close to its solution: there, the step without regularisation converges
+/// faster, and it is tried at each iteration.
+const CLOSE: f64 = 1e-3;
 /// A linear system with a larger relative residual counts as singular.
 pub(crate) const SINGULAR_RESIDUAL: f64 = 1e-5;
 
@@ -30,6 +35,8 @@ pub(crate) struct Regularisation {
     last: f64,
     /// The primal regularisation of the current factor.
     pub used: f64,
+    /// Iterations since the matrix without regularisation was last factorised.
+    presumed: usize,
 }
 
 impl Regularisation {
@@ -64,6 +71,22 @@ impl Regularisation {
         true
     }
 
+    /// The first regularisation to try: none, except far from the solution where the iterations before needed one.
+    fn presumes(&mut self, state: &SolverState) -> f64 {
+        let close = state.barrier_error(state.barrier) < CLOSE;
+        if self.used == 0.0 || close || self.presumed >= MOST_PRESUMED {
+            self.presumed = 0;
+            return 0.0;
+        }
+        self.presumed += 1;
+        self.next_after(state)
+    }
+
+    /// The first regularisation to try after the last one that was used.
+    fn next_after(&self, state: &SolverState) -> f64 {
+        (DECREASE * self.last).min(state.largest_useful_regularisation()).max(LEAST)
+    }
+
     /// Algorithm IC: the least regularisation for which the system has as many positive eigenvalues as there are
     /// variables, and is solved accurately.
     fn factor_and_solve(
@@ -73,7 +96,7 @@ impl Regularisation {
         system: &mut AugmentedSystem,
         barrier: f64,
     ) -> bool {
-        let (mut primal, mut dual) = (0.0, 0.0);
+        let (mut primal, mut dual) = (self.presumes(state), 0.0);
         loop {
             let inertia = system.factor(structure, &state.diagonal, primal, dual);
             let mut singular = inertia.is_none_or(|inertia| inertia.zero > 0);
@@ -92,7 +115,7 @@ impl Regularisation {
             let last = self.last;
             primal = match (primal == 0.0, last == 0.0) {
                 (true, true) => state.settings.first_regularisation,
-                (true, false) => (DECREASE * last).min(state.largest_useful_regularisation()).max(LEAST),
+                (true, false) => self.next_after(state),
                 (false, true) => FIRST_GROWTH * primal,
                 (false, false) => GROWTH * primal,
             };

@@ -42,7 +42,7 @@ const ROUNDING: f64 = 1e-12;
 /// A scale this many times a size is coarse.
 const COARSE: f64 = 1e6;
 
-/// So is one that is less than this part of the largest guess of a quantity with the same unit.
+/// A guess below this part of the largest of a quantity with the same unit, or of what its rates move a state by, is rounding, too.
 const NOTHING_BESIDE: f64 = 1e-9;
 
 impl Scaling {
@@ -79,7 +79,12 @@ impl Scaling {
                     path: Vec::new(),
                     integrals: Vec::new(),
                 };
-                scaling.with_functions(phase, g, &guess.parameters, &parameters)
+                let of_parameters = (&guess.parameters[..], &parameters[..]);
+                scaling.without_rest(phase, g, of_parameters, &largest_x).with_functions(
+                    phase,
+                    g,
+                    of_parameters,
+                )
             })
             .collect();
         Self { phases, parameters, objective: ocp.objective.scale }
@@ -106,10 +111,29 @@ impl Scaling {
 }
 
 impl PhaseScaling {
+    /// Without the scales that are rounding of a state at rest: those from a guess that moves far less than the state does when every input
+    /// of its rate moves by its scale.
+    fn without_rest(
+        mut self,
+        phase: &Phase,
+        guess: &PhaseGuess,
+        parameters: (&[f64], &[f64]),
+        largest: &[f64],
+    ) -> Self {
+        let rates = self.changes(phase, phase.dynamics.as_ref(), guess, parameters);
+        let states = self.states.iter_mut().zip(&phase.states);
+        for (((scale, state), rate), &found) in states.zip(rates).zip(largest) {
+            if found > 0.0 && *scale == found && found < NOTHING_BESIDE * rate * self.time {
+                *scale = size(&state.variable, 0.0);
+            }
+        }
+        self
+    }
+
     /// Adds the scales of path constraints and integrals: stated, else from the bounds, else what the functions change by along the
     /// guess when every input moves by its scale. No value of the constraint itself enters: it is to vanish where the bound is zero.
-    fn with_functions(self, phase: &Phase, guess: &PhaseGuess, parameters: &[f64], scales: &[f64]) -> Self {
-        let change = |function: &dyn NodeFunction| self.changes(phase, function, guess, (parameters, scales));
+    fn with_functions(self, phase: &Phase, guess: &PhaseGuess, parameters: (&[f64], &[f64])) -> Self {
+        let change = |function: &dyn NodeFunction| self.changes(phase, function, guess, parameters);
         let mut path = Vec::new();
         for c in &phase.path {
             let changes = change(c.function.as_ref());

@@ -46,6 +46,10 @@ const LEAST_GAIN: f64 = 0.5;
 /// interval shows only when the intervals have come down to its length.
 const MOST_WITHOUT_GAIN: usize = 2;
 
+/// A first solve that takes no more iterations started at a stationary point, where the accuracy of the mesh says little: the barrier
+/// parameter alone takes as many.
+const AT_ONCE: usize = 2;
+
 /// The beginning of a solve, or what it goes on with.
 #[derive(Clone)]
 pub(crate) struct Attempt {
@@ -286,10 +290,12 @@ impl<'a> MeshSequence<'a> {
         solve: &MeshSolve,
         observer: &mut dyn Observer,
     ) -> Result<Option<ControlFlow<Ending>>, RadauError> {
-        if !solve.is_accurate(self.settings) || !solve.in_doubt || self.looked_beyond {
+        let at_rest = self.attempt.meshes.len() == 1 && solve.report.counters.iterations <= AT_ONCE;
+        let is_asked = at_rest || solve.is_accurate(self.settings);
+        if !is_asked || !solve.in_doubt || self.looked_beyond {
             return Ok(None);
         }
-        self.looked_beyond = true;
+        self.looked_beyond = !at_rest;
         let solved = (&solve.trajectory, &solve.report);
         let mesh = &self.attempt.mesh;
         let (beyond, counters) =

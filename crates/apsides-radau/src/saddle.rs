@@ -49,6 +49,7 @@ pub(crate) fn beyond_saddle(
 ) -> Result<(Option<(Trajectory, SolveReport)>, Counters), RadauError> {
     let guess = Guess::earlier(trajectory);
     let mut nlp = Transcription::new(ocp, mesh, &guess)?.with_workers(workers);
+    nlp.scale_as_stationary(ocp);
     let found = nlp.solve(ocp, &guess, settings, observer)?;
     let gain = LEAST_GAIN * report.objective.abs().max(1.0);
     let is_better = found.objective < report.objective - gain;

@@ -11,9 +11,6 @@ pub trait Discretisation: Sized {
     /// The placement of a phase.
     type Phase: PhaseLayout;
 
-    /// True when the scale of the objective comes from its second derivatives where the start is stationary but for rounding.
-    const SCALES_BY_CURVATURE: bool = false;
-
     /// Lets workers evaluate the terms; the numbers do not depend on them.
     fn share(&mut self, workers: &Workers);
 

@@ -1,6 +1,7 @@
 //! Scales that a problem leaves open, from what its functions do at the start.
 
 use apsides_nlp::{Nlp, Pattern};
+use apsides_ocp::Ocp;
 
 use crate::discretisation::Discretisation;
 use crate::phase::PhaseLayout;
@@ -48,6 +49,14 @@ impl<D: Discretisation> Transcription<D> {
         }
     }
 
+    /// Lets the second derivatives tell the scale of an objective that states none, for a start at a stationary point that is to be left.
+    pub fn scale_as_stationary(&mut self, ocp: &Ocp) {
+        self.weighs_curvature = true;
+        if ocp.objective.scale.is_none() {
+            self.scales.objective = as_scale(self.changes().objective);
+        }
+    }
+
     /// The changes of rows and objective at the start.
     pub fn changes(&mut self) -> Changes {
         let pattern = self.jacobian_pattern();
@@ -60,7 +69,7 @@ impl<D: Discretisation> Transcription<D> {
         let quantities = self.quantities();
         let change = |c: &usize| gradient[*c].abs() * self.scales.variables[*c];
         let slope = largest(quantities.iter().map(|columns| columns.iter().map(change).sum()));
-        let bend = if D::SCALES_BY_CURVATURE { self.bend(&start, &quantities) } else { 0.0 };
+        let bend = if self.weighs_curvature { self.bend(&start, &quantities) } else { 0.0 };
         Changes { rows, objective: if slope < STATIONARY * bend { bend } else { slope } }
     }
 

@@ -35,6 +35,9 @@ pub struct Transcription<D: Discretisation> {
     pub start: Vec<f64>,
     /// The scales of objective, variables and rows.
     pub scales: NlpScaling,
+    /// True if the second derivatives tell the scale of the objective where its gradient is rounding: not after an earlier solution,
+    /// which is stationary by its nature.
+    pub(crate) weighs_curvature: bool,
     sign: f64,
     endpoint_terms: Vec<EndpointTerm>,
     /// Columns and weights of the linear part of the cost, sign included.
@@ -64,6 +67,7 @@ impl<D: Discretisation> Transcription<D> {
             linear_cost: linear.map(|&(input, w)| (layout.endpoint_column(input), sign * w)).collect(),
             endpoint_terms: EndpointTerm::all(ocp, &layout.endpoint_rows, |i| layout.endpoint_column(i)),
             constant: constant_entries(&layout),
+            weighs_curvature: guess.phases.iter().all(|g| g.as_trajectory().is_none()),
             scales: stated_scales(ocp, &layout, &Scaling::new(ocp, guess)),
             start: guessed,
             variable_limits,

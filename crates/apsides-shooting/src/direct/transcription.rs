@@ -86,8 +86,6 @@ impl Shots {
 impl Discretisation for Shots {
     type Phase = ShootingPhase;
 
-    const SCALES_BY_CURVATURE: bool = true;
-
     fn share(&mut self, workers: &Workers) {
         self.workers = workers.clone();
     }
