@@ -12,20 +12,31 @@ use std::sync::Arc;
 
 use crate::formula::{Binary, Formula, Operation, Unary};
 use crate::interval::{
-    ALL, Interval, ONE, ZERO, add, binary, contains_zero, hull, known, power, product, quotient, real_power,
-    scale, square, unary,
+    ALL, Interval, ONE, ZERO, add, binary, contains_zero, hull, known, minus, power, product, quotient,
+    real_power, scale, square, unary,
 };
 use crate::table::Table;
 
 /// Curvature of a kink that is convex.
 const CONVEX_KINK: Interval = [0.0, f64::INFINITY];
 
+/// The highest derivatives that are bounded.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub enum Derivatives {
+    /// Values alone.
+    Values,
+    /// Values and gradients.
+    Slopes,
+    /// Values, gradients and Hessians.
+    Curvatures,
+}
+
 /// A formula with the intervals of its values and derivatives over the last box.
 #[derive(Clone, Debug)]
 pub struct Expansion {
     formula: Formula,
-    /// One for each value: it depends on inputs.
-    depends: Vec<bool>,
+    /// The inputs that each value depends on, ascending: its derivatives by the others are zero.
+    inputs_of: Vec<Vec<usize>>,
     /// Intervals of one value: itself, the gradient, the lower triangle of the Hessian by rows.
     stride: usize,
     intervals: Vec<Interval>,
@@ -36,14 +47,23 @@ impl Expansion {
     #[must_use]
     pub fn new(formula: Formula) -> Self {
         let n = formula.inputs();
-        let mut depends = vec![true; n];
+        let mut inputs_of: Vec<Vec<usize>> = (0..n).map(|k| vec![k]).collect();
         for operation in formula.operations() {
-            let any = operation.operands().any(|k| depends[k]);
-            depends.push(any);
+            let mut inputs: Vec<usize> = operation.operands().flat_map(|k| inputs_of[k].clone()).collect();
+            inputs.sort_unstable();
+            inputs.dedup();
+            inputs_of.push(inputs);
         }
         let stride = 1 + n + n * (n + 1) / 2;
-        let intervals = vec![ZERO; stride * depends.len()];
-        Self { formula, depends, stride, intervals }
+        let mut intervals = vec![ZERO; stride * inputs_of.len()];
+        for k in 0..n {
+            intervals[k * stride + 1 + k] = ONE;
+        }
+        let mut expansion = Self { formula, inputs_of, stride, intervals };
+        // What depends on no input stays as it is.
+        let constants = (n..expansion.inputs_of.len()).filter(|k| expansion.inputs_of[*k].is_empty());
+        constants.collect::<Vec<_>>().into_iter().for_each(|k| expansion.operate(k, Derivatives::Values));
+        expansion
     }
 
     /// The formula.
@@ -57,21 +77,39 @@ impl Expansion {
     /// # Panics
     /// When there are not as many intervals as inputs.
     pub fn set(&mut self, inputs: &[[f64; 2]]) {
+        self.set_to(Derivatives::Curvatures, inputs);
+    }
+
+    /// Goes to a box and bounds derivatives up to an order; those above it are those of an earlier box.
+    ///
+    /// # Panics
+    /// When there are not as many intervals as inputs.
+    pub fn set_to(&mut self, order: Derivatives, inputs: &[[f64; 2]]) {
         let n = self.formula.inputs();
         assert_eq!(inputs.len(), n, "one interval for each input");
-        for (k, range) in inputs.iter().enumerate() {
-            let value = &mut self.intervals[k * self.stride..(k + 1) * self.stride];
-            value.fill(ZERO);
+        for (value, range) in self.intervals.chunks_exact_mut(self.stride).zip(inputs) {
             value[0] = *range;
-            value[1 + k] = ONE;
         }
-        for k in 0..self.formula.operations().len() {
-            let place = n + k;
-            let (before, after) = self.intervals.split_at_mut(place * self.stride);
-            let (depends, tables) = (&self.depends, self.formula.tables());
-            let values = Values { n, stride: self.stride, before, depends, tables };
-            values.operate(self.formula.operations()[k], &mut after[..self.stride]);
+        for k in n..self.inputs_of.len() {
+            if !self.inputs_of[k].is_empty() {
+                self.operate(k, order);
+            }
         }
+    }
+
+    /// Bounds a value by those before it.
+    fn operate(&mut self, place: usize, order: Derivatives) {
+        let n = self.formula.inputs();
+        let (before, after) = self.intervals.split_at_mut(place * self.stride);
+        let inputs = &self.inputs_of[place];
+        let values = Values { n, stride: self.stride, before, inputs, order, tables: self.formula.tables() };
+        values.operate(self.formula.operations()[place - n], &mut after[..self.stride]);
+    }
+
+    /// The inputs that an output depends on, ascending.
+    #[must_use]
+    pub fn inputs_of(&self, output: usize) -> &[usize] {
+        &self.inputs_of[self.formula.outputs()[output]]
     }
 
     /// Bounds of an output.
@@ -100,7 +138,8 @@ impl Expansion {
         self.stride
     }
 
-    /// Adds the outputs, each times its weight, with their gradients and Hessians to `sum`, of length [`width`](Self::width).
+    /// Adds the outputs, each times its weight, to `sum`: values, then gradients and Hessians as far as `sum` has room, of length
+    /// [`width`](Self::width) at most.
     pub fn add_weighted(&self, weights: &[f64], sum: &mut [[f64; 2]]) {
         for (place, weight) in self.formula.outputs().iter().zip(weights).filter(|(_, w)| **w != 0.0) {
             let value = &self.intervals[place * self.stride..(place + 1) * self.stride];
@@ -124,7 +163,9 @@ struct Values<'a> {
     n: usize,
     stride: usize,
     before: &'a [Interval],
-    depends: &'a [bool],
+    /// The inputs that the value depends on, ascending.
+    inputs: &'a [usize],
+    order: Derivatives,
     tables: &'a [Arc<Table>],
 }
 
@@ -144,10 +185,7 @@ impl Values<'_> {
     fn operate(&self, operation: Operation, out: &mut [Interval]) {
         let range = |k: usize| self.range(k);
         match operation {
-            Operation::Constant(c) => {
-                out.fill(ZERO);
-                out[0] = [c, c];
-            }
+            Operation::Constant(c) => out[0] = known([c, c]),
             Operation::Unary(f, k) => self.of_one(k, unary(f, range(k)), || derivatives(f, range(k)), out),
             Operation::Powi(k, n) => {
                 let pole = n < 0 && has_pole(range(k));
@@ -168,11 +206,9 @@ impl Values<'_> {
                 self.of_one(a, square(range(a)), || [scale(range(a), 2.0), [2.0, 2.0]], out);
             }
             Operation::Binary(Binary::Add | Binary::Sub, a, b) => {
-                let sign = if matches!(operation, Operation::Binary(Binary::Add, ..)) { 1.0 } else { -1.0 };
-                let (a, b) = (a * self.stride, b * self.stride);
-                for (k, out) in out.iter_mut().enumerate() {
-                    *out = add(self.before[a + k], scale(self.before[b + k], sign));
-                }
+                let is_sum = matches!(operation, Operation::Binary(Binary::Add, ..));
+                let (a, b) = (self.all_of(a), self.all_of(b));
+                self.each(out, |k| add(a[k], if is_sum { b[k] } else { minus(b[k]) }));
             }
             Operation::Binary(f @ (Binary::Min | Binary::Max), a, b) => {
                 let (less, more) = if f == Binary::Min { (a, b) } else { (b, a) };
@@ -186,13 +222,13 @@ impl Values<'_> {
             }
             Operation::Binary(f, a, b) => {
                 let value = binary(f, range(a), range(b));
-                self.of_two(a, b, value, partials(f, range(a), range(b), value), out);
+                self.of_two(a, b, value, || partials(f, range(a), range(b), value), out);
             }
             Operation::Select(condition, a, b) => match range(condition) {
                 [least, _] if least >= 0.0 => self.copy(a, out),
                 [_, largest] if largest < 0.0 => self.copy(b, out),
                 _ => {
-                    out.fill(ALL);
+                    self.each(out, |_| ALL);
                     out[0] = hull(range(a), range(b));
                 }
             },
@@ -200,30 +236,61 @@ impl Values<'_> {
                 let [value, first, second] = self.tables[t].curve_enclosure(range(k));
                 self.of_one(k, value, || [first, second], out);
             }
-            Operation::Surface(..) => out.fill(ALL),
+            Operation::Surface(..) => self.each(out, |_| ALL),
         }
-        out.iter_mut().for_each(|v| *v = known(*v));
+    }
+
+    /// Value, gradient and Hessian of a value.
+    fn all_of(&self, k: usize) -> &[Interval] {
+        &self.before[k * self.stride..(k + 1) * self.stride]
+    }
+
+    /// Fills what is bounded: the place of each entry among value, gradient and Hessian.
+    fn each(&self, out: &mut [Interval], entry: impl Fn(usize) -> Interval) {
+        out[0] = entry(0);
+        self.each_derivative(out, |i| entry(1 + i), |_, _, at| entry(1 + self.n + at));
+    }
+
+    /// Fills the derivatives that are bounded: by input, and by two inputs and the place in the lower triangle.
+    fn each_derivative(
+        &self,
+        out: &mut [Interval],
+        slope: impl Fn(usize) -> Interval,
+        curvature: impl Fn(usize, usize, usize) -> Interval,
+    ) {
+        if self.order == Derivatives::Values {
+            return;
+        }
+        for &i in self.inputs {
+            out[1 + i] = slope(i);
+        }
+        if self.order == Derivatives::Slopes {
+            return;
+        }
+        for (k, &i) in self.inputs.iter().enumerate() {
+            for &j in &self.inputs[..=k] {
+                let at = i * (i + 1) / 2 + j;
+                out[1 + self.n + at] = curvature(i, j, at);
+            }
+        }
     }
 
     fn copy(&self, k: usize, out: &mut [Interval]) {
-        out.copy_from_slice(&self.before[k * self.stride..(k + 1) * self.stride]);
+        let all = self.all_of(k);
+        self.each(out, |at| all[at]);
     }
 
     /// The smaller or the larger of two values: half their sum and half their distance, which has a kink.
     fn either(&self, f: Binary, a: usize, b: usize, out: &mut [Interval]) {
         let kink = if f == Binary::Min { [f64::NEG_INFINITY, 0.0] } else { CONVEX_KINK };
-        out[0] = binary(f, self.range(a), self.range(b));
+        out[0] = known(binary(f, self.range(a), self.range(b)));
         let (ga, gb, ha, hb) = (self.gradient(a), self.gradient(b), self.hessian(a), self.hessian(b));
-        let apart = |i: usize| add(ga[i], scale(gb[i], -1.0));
-        let mut entry = 0;
-        for i in 0..self.n {
-            out[1 + i] = hull(ga[i], gb[i]);
-            for j in 0..=i {
-                let both = if i == j { square(apart(i)) } else { product(apart(i), apart(j)) };
-                out[1 + self.n + entry] = add(hull(ha[entry], hb[entry]), product(kink, both));
-                entry += 1;
-            }
-        }
+        let apart = |i: usize| add(ga[i], minus(gb[i]));
+        let slope = |i: usize| hull(ga[i], gb[i]);
+        self.each_derivative(out, slope, |i, j, at| {
+            let both = if i == j { square(apart(i)) } else { product(apart(i), apart(j)) };
+            add(hull(ha[at], hb[at]), product(kink, both))
+        });
     }
 
     fn of_one(
@@ -233,46 +300,44 @@ impl Values<'_> {
         derivatives: impl FnOnce() -> [Interval; 2],
         out: &mut [Interval],
     ) {
-        out.fill(ZERO);
-        out[0] = value;
-        if !self.depends[k] {
+        out[0] = known(value);
+        if self.order == Derivatives::Values {
             return;
         }
         let [first, second] = derivatives().map(known);
         let (gradient, hessian) = (self.gradient(k), self.hessian(k));
-        let mut entry = 0;
-        for i in 0..self.n {
-            out[1 + i] = product(first, gradient[i]);
-            for j in 0..=i {
-                let both = if i == j { square(gradient[i]) } else { product(gradient[i], gradient[j]) };
-                out[1 + self.n + entry] = add(product(second, both), product(first, hessian[entry]));
-                entry += 1;
-            }
-        }
+        let slope = |i: usize| product(first, gradient[i]);
+        self.each_derivative(out, slope, |i, j, at| {
+            let both = if i == j { square(gradient[i]) } else { product(gradient[i], gradient[j]) };
+            add(product(second, both), product(first, hessian[at]))
+        });
     }
 
-    fn of_two(&self, a: usize, b: usize, value: Interval, partials: Partials, out: &mut [Interval]) {
-        out.fill(ZERO);
-        out[0] = value;
-        let Partials { first: [x, y], second: [xx, xy, yy] } = partials;
-        let (ga, gb, ha, hb) = (self.gradient(a), self.gradient(b), self.hessian(a), self.hessian(b));
-        let times = |factor: Interval, one: &[Interval], other: &[Interval], i: usize, j: usize| {
-            let both =
-                if i == j && std::ptr::eq(one, other) { square(one[i]) } else { product(one[i], other[j]) };
-            product(factor, both)
-        };
-        let mut entry = 0;
-        for i in 0..self.n {
-            out[1 + i] = add(product(x, ga[i]), product(y, gb[i]));
-            for j in 0..=i {
-                let mixed = add(product(ga[i], gb[j]), product(ga[j], gb[i]));
-                let second = add(times(xx, ga, ga, i, j), times(yy, gb, gb, i, j));
-                let second = add(second, product(xy, mixed));
-                let first = add(product(x, ha[entry]), product(y, hb[entry]));
-                out[1 + self.n + entry] = add(second, first);
-                entry += 1;
-            }
+    fn of_two(
+        &self,
+        a: usize,
+        b: usize,
+        value: Interval,
+        partials: impl FnOnce() -> Partials,
+        out: &mut [Interval],
+    ) {
+        out[0] = known(value);
+        if self.order == Derivatives::Values {
+            return;
         }
+        let Partials { first: [x, y], second: [xx, xy, yy] } = partials();
+        let (ga, gb, ha, hb) = (self.gradient(a), self.gradient(b), self.hessian(a), self.hessian(b));
+        let times = |factor: Interval, of: &[Interval], i: usize, j: usize| {
+            product(factor, if i == j { square(of[i]) } else { product(of[i], of[j]) })
+        };
+        let slope = |i: usize| add(product(x, ga[i]), product(y, gb[i]));
+        self.each_derivative(out, slope, |i, j, at| {
+            let mixed = add(product(ga[i], gb[j]), product(ga[j], gb[i]));
+            let second = add(times(xx, ga, i, j), times(yy, gb, i, j));
+            let second = add(second, product(xy, mixed));
+            let first = add(product(x, ha[at]), product(y, hb[at]));
+            add(second, first)
+        });
     }
 }
 
@@ -291,7 +356,6 @@ fn powers(p: f64, lower: impl Fn(i32) -> Interval) -> [Interval; 2] {
 fn derivatives(f: Unary, x: Interval) -> [Interval; 2] {
     let v = unary(f, x);
     let recip = |x: Interval| quotient(ONE, x);
-    let minus = |x: Interval| scale(x, -1.0);
     // 1 + sign x^2
     let one_and = |sign: f64| add(ONE, scale(square(x), sign));
     // 1 / sqrt(y), and x / y^(3/2)
@@ -477,6 +541,27 @@ mod tests {
                 let value = b.powf(x, 0.5 * f64::from(n) + 0.25);
                 assert_encloses(&b.formula(&[value]).expect("well formed"), &[range], "powf");
             }
+        }
+    }
+
+    #[test]
+    fn values_and_slopes_alone_are_those_with_curvatures() {
+        // sin(a) b + c, of which c is a number.
+        let mut f = FormulaBuilder::new(2);
+        let (a, b, c) = (f.input(0), f.input(1), f.constant(2.0));
+        let sine = f.sin(a);
+        let product = f.mul(sine, b);
+        let sum = f.add(product, c);
+        let formula = f.formula(&[sum, sine]).expect("well formed");
+        let (mut whole, mut part) = (Expansion::new(formula.clone()), Expansion::new(formula));
+        assert_eq!((whole.inputs_of(0), whole.inputs_of(1)), (&[0, 1][..], &[0][..]));
+        for ranges in [[[0.1, 0.2], [3.0, 4.0]], [[-1.0, 0.5], [-2.0, 1.0]]] {
+            whole.set(&ranges);
+            part.set_to(Derivatives::Values, &ranges);
+            assert_eq!((part.value(0), part.value(1)), (whole.value(0), whole.value(1)));
+            part.set_to(Derivatives::Slopes, &ranges);
+            assert_eq!(part.gradient(0), whole.gradient(0));
+            assert_eq!(whole.gradient(1)[1], ZERO);
         }
     }
 

@@ -13,26 +13,37 @@ pub(crate) const ZERO: Interval = [0.0, 0.0];
 pub(crate) const ONE: Interval = [1.0, 1.0];
 
 /// The interval, or all where an end is not known.
+#[inline]
 pub(crate) fn known(x: Interval) -> Interval {
-    if x.iter().any(|v| v.is_nan()) { ALL } else { x }
+    if x[0].is_nan() || x[1].is_nan() { ALL } else { x }
 }
 
+#[inline]
 pub(crate) fn contains_zero(x: Interval) -> bool {
     x[0] <= 0.0 && x[1] >= 0.0
 }
 
+#[inline]
 pub(crate) fn add(x: Interval, y: Interval) -> Interval {
     known([x[0] + y[0], x[1] + y[1]])
 }
 
+#[inline]
+pub(crate) fn minus(x: Interval) -> Interval {
+    [-x[1], -x[0]]
+}
+
+#[inline]
 pub(crate) fn scale(x: Interval, factor: f64) -> Interval {
     product(x, [factor; 2])
 }
 
+#[inline]
 pub(crate) fn square(x: Interval) -> Interval {
     power(x, 2)
 }
 
+#[inline]
 pub(crate) fn hull(a: Interval, b: Interval) -> Interval {
     [a[0].min(b[0]), a[1].max(b[1])]
 }
@@ -46,7 +57,7 @@ fn growing(x: Interval, domain: Interval, f: impl Fn(f64) -> f64) -> Interval {
 pub(crate) fn unary(f: Unary, x: Interval) -> Interval {
     let apply = |v: f64| f.apply(v);
     match f {
-        Unary::Neg => [-x[1], -x[0]],
+        Unary::Neg => minus(x),
         Unary::Sin => wave(x, FRAC_PI_2, f64::sin),
         Unary::Cos => wave(x, 0.0, f64::cos),
         // Between two poles it grows.
@@ -68,7 +79,7 @@ pub(crate) fn unary(f: Unary, x: Interval) -> Interval {
         Unary::Cosh => growing(unary(Unary::Abs, x), ALL, apply),
         Unary::Recip => quotient([1.0, 1.0], x),
         Unary::Abs if x[0] >= 0.0 => x,
-        Unary::Abs if x[1] <= 0.0 => [-x[1], -x[0]],
+        Unary::Abs if x[1] <= 0.0 => minus(x),
         Unary::Abs => [0.0, x[1].max(-x[0])],
     }
 }
@@ -90,7 +101,12 @@ pub(crate) fn binary(f: Binary, x: Interval, y: Interval) -> Interval {
     }
 }
 
+#[inline]
 pub(crate) fn product(x: Interval, y: Interval) -> Interval {
+    let is_zero = |x: Interval| x[0] == 0.0 && x[1] == 0.0;
+    if is_zero(x) || is_zero(y) {
+        return ZERO;
+    }
     // Nothing times anything finite is nothing, however large that is.
     let times = |a: f64, b: f64| if a == 0.0 || b == 0.0 { 0.0 } else { a * b };
     let corners = [times(x[0], y[0]), times(x[0], y[1]), times(x[1], y[0]), times(x[1], y[1])];

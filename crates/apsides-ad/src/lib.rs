@@ -110,7 +110,7 @@ pub use builder::{FormulaBuilder, Value};
 pub use divisions::Divisions;
 pub use dual::Dual;
 pub use error::{AdError, Taker};
-pub use expansion::Expansion;
+pub use expansion::{Derivatives, Expansion};
 pub use formula::Formula;
 pub use formula_node::formula_node;
 pub use hyper_dual::HyperDual;

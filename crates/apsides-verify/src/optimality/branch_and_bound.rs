@@ -9,7 +9,8 @@
 //! ```
 //!
 //! of the function itself and of its Lagrangian with the multipliers that the trajectory states, which is not above it at
-//! admissible controls. What is affine or quadratic is settled by the first box, infinite ones too; where the rules of
+//! admissible controls. Along an axis in which the function is affine and no row occurs, the ends of the box hold its least value. What is
+//! affine or quadratic is settled by the first box, infinite ones too; where the rules of
 //! [`mod@crate::convexity`] call the function convex, `m` is not negative. R. B. Kearfott, Rigorous Global Search:
 //! Continuous Problems, Kluwer 1996; C. S. Adjiman et al., Comput. Chem. Eng. 22 (1998) 1137, doi 10.1016/S0098-1354(98)00027-1 (the bounds
 //! of the Hessian).
@@ -17,7 +18,7 @@
 use std::cmp::Ordering;
 use std::collections::BinaryHeap;
 
-use apsides_ad::Expansion;
+use apsides_ad::{Derivatives, Expansion};
 use nalgebra::DMatrix;
 
 use super::control_set::Found;
@@ -82,6 +83,8 @@ pub(super) enum Outcome {
 struct Candidate {
     lower: f64,
     range: Vec<Between>,
+    /// An axis in which the function is affine and no row occurs.
+    straight: Option<usize>,
     /// Slopes over the box.
     slopes: Vec<f64>,
 }
@@ -151,7 +154,7 @@ impl<'a> Least<'a> {
                 return Outcome::Proved;
             }
             let rest = if is_finite(&candidate.range) { Outcome::Open } else { Outcome::OpenFarAway };
-            let Some((axis, at)) = self.division(root, &candidate).filter(|_| *budget > 0) else {
+            let Some((axis, parts)) = self.division(root, &candidate).filter(|_| *budget > 0) else {
                 let is_far = heap.iter().any(|c| !is_finite(&c.range) && c.lower < best.0 - allowed);
                 return if is_far { Outcome::OpenFarAway } else { rest };
             };
@@ -160,9 +163,9 @@ impl<'a> Least<'a> {
             if let Some(better) = improve(&middle, &steps, best.0) {
                 *best = better;
             }
-            for half in [[candidate.range[axis][0], at], [at, candidate.range[axis][1]]] {
+            for part in parts {
                 let mut range = candidate.range.clone();
-                range[axis] = half;
+                range[axis] = part;
                 heap.extend(self.bounded(range, best.0 - allowed));
             }
         }
@@ -177,8 +180,12 @@ impl<'a> Least<'a> {
         })
     }
 
-    /// The axis and place at which a box is divided; none if it is too narrow or too far away.
-    fn division(&self, root: &[Between], candidate: &Candidate) -> Option<(usize, f64)> {
+    /// The axis along which a box is divided, and the parts of its range; none if it is too narrow or too far away.
+    fn division(&self, root: &[Between], candidate: &Candidate) -> Option<(usize, [Between; 2])> {
+        if let Some(axis) = candidate.straight {
+            return Some((axis, candidate.range[axis].map(|end| [end, end])));
+        }
+        let halves = |at: f64, [a, b]: Between| [[a, at], [at, b]];
         for (j, &[a, b]) in candidate.range.iter().enumerate() {
             if a.is_finite() && b.is_finite() {
                 continue;
@@ -194,7 +201,7 @@ impl<'a> Least<'a> {
             } else {
                 b - (b - self.own[j]).abs().max(width)
             };
-            return ((at - self.own[j]).abs() <= FARTHEST * width).then_some((j, at));
+            return ((at - self.own[j]).abs() <= FARTHEST * width).then(|| (j, halves(at, [a, b])));
         }
         let share = |j: usize| {
             let [a, b] = candidate.range[j];
@@ -210,7 +217,18 @@ impl<'a> Least<'a> {
         let rank = |j: &usize| if is_known { smear(*j) } else { share(*j) };
         let axis = wide.max_by(|i, j| rank(i).total_cmp(&rank(j)).then(share(*i).total_cmp(&share(*j))))?;
         let [a, b] = candidate.range[axis];
-        Some((axis, 0.5 * (a + b)))
+        Some((axis, halves(0.5 * (a + b), [a, b])))
+    }
+
+    /// An axis of some width in which the function, by its derivatives over a box, is affine and no row occurs.
+    fn straight(&self, range: &[Between], over: &[Between]) -> Option<usize> {
+        let n = range.len();
+        let is_affine = |j: usize| over[1 + n + j * (j + 3) / 2] == [0.0; 2];
+        let is_wide = |[a, b]: Between| a < b && (b - a).is_finite();
+        let in_rows = |j: usize| {
+            self.parts.iter().any(|p| p.rows.iter().any(|r| p.expansion.inputs_of(r.output).contains(&j)))
+        };
+        (0..n).find(|&j| is_wide(range[j]) && is_affine(j) && !in_rows(j))
     }
 
     /// The middle of a box and half its widths; of an infinite one a point near what was met.
@@ -230,7 +248,7 @@ impl<'a> Least<'a> {
     fn bounded(&mut self, range: Vec<Between>, limit: f64) -> Option<Candidate> {
         let n = range.len();
         for part in &mut self.parts {
-            part.expansion.set(&range);
+            part.expansion.set_to(Derivatives::Values, &range);
             let is_outside = |row: &LimitedRow| {
                 let [least, largest] = part.expansion.value(row.output);
                 least > row.upper || largest < row.lower
@@ -239,6 +257,10 @@ impl<'a> Least<'a> {
                 return None;
             }
         }
+        if self.value(false)[0] >= limit || (self.lagrangian.is_some() && self.value(true)[0] >= limit) {
+            return None;
+        }
+        self.parts.iter_mut().for_each(|part| part.expansion.set(&range));
         let own = self.series(n, false);
         let lagrangian = self.lagrangian.is_some().then(|| self.series(n, true));
         let mut lower = own[0][0];
@@ -253,20 +275,33 @@ impl<'a> Least<'a> {
             return None;
         }
         let slopes = own[1..=n].iter().map(|g| g[0].abs().max(g[1].abs())).collect();
-        Some(Candidate { lower, range, slopes })
+        let straight = self.straight(&range, &own);
+        Some(Candidate { lower, range, straight, slopes })
     }
 
-    /// The function, or the Lagrangian, over the box to which the parts went.
+    /// The values of the function, or of the Lagrangian, over the box to which the parts went.
+    fn value(&self, of_lagrangian: bool) -> Between {
+        let mut sum = [[0.0; 2]];
+        self.add_parts(of_lagrangian, &mut sum);
+        sum[0]
+    }
+
+    /// The function, or the Lagrangian, with its derivatives over the box to which the parts went.
     fn series(&self, n: usize, of_lagrangian: bool) -> Series {
         let mut sum = vec![[0.0; 2]; 1 + n + n * (n + 1) / 2];
+        self.add_parts(of_lagrangian, &mut sum);
+        sum
+    }
+
+    /// Adds the parts to a sum of zeros: the value, and as many derivatives as there is room for.
+    fn add_parts(&self, of_lagrangian: bool, sum: &mut [Between]) {
         let lagrangian = self.lagrangian.as_ref().filter(|_| of_lagrangian);
         for (k, part) in self.parts.iter().enumerate() {
             let weights = lagrangian.map_or(&part.weights, |(weights, _)| &weights[k]);
-            part.expansion.add_weighted(weights, &mut sum);
+            part.expansion.add_weighted(weights, sum);
         }
         let constant = lagrangian.map_or(0.0, |(_, constant)| *constant);
         sum[0] = [sum[0][0] + constant, sum[0][1] + constant];
-        sum
     }
 
     /// The best lower bound from values and derivatives at one point and those over the box.
@@ -289,12 +324,13 @@ impl<'a> Least<'a> {
         };
         let centre: Vec<f64> = (0..n).map(centre).collect();
         let point: Vec<Between> = centre.iter().map(|c| [*c, *c]).collect();
-        self.parts.iter_mut().for_each(|part| part.expansion.set(&point));
-        let at = self.series(n, of_lagrangian);
+        self.parts.iter_mut().for_each(|part| part.expansion.set_to(Derivatives::Slopes, &point));
+        let mut at = vec![[0.0; 2]; 1 + n];
+        self.add_parts(of_lagrangian, &mut at);
         let ways: Vec<Between> = range.iter().zip(&centre).map(|([a, b], c)| [a - c, b - c]).collect();
         let mean: f64 = slopes.iter().zip(&ways).map(|(g, d)| least_product(*g, *d)).sum();
         let quadratic = |curvatures: &[f64]| -> f64 {
-            let terms = at[1..=n].iter().zip(&ways).zip(curvatures);
+            let terms = at[1..].iter().zip(&ways).zip(curvatures);
             terms.map(|((g, d), m)| least_quadratic(*g, *m, *d)).sum()
         };
         let scales: Vec<f64> = (0..n).map(|j| self.scale(range[j], j)).collect();
@@ -398,6 +434,8 @@ mod tests {
     use apsides_ad::{FormulaBuilder, Value};
 
     const ALL: Between = [f64::NEG_INFINITY, f64::INFINITY];
+    /// The best value known may be above the least by this much.
+    const ALLOWED: f64 = 1e-6;
 
     /// Outcome, best value and boxes for a function of some controls from the origin.
     fn least(
@@ -424,7 +462,7 @@ mod tests {
         let met = vec![[-1.0, 1.0]; controls];
         let mut budget = 1000;
         let mut search = Least::new(vec![part], &own, &met);
-        let outcome = search.search(&vec![root; controls], &mut best, 1e-6, &mut budget, &mut improve);
+        let outcome = search.search(&vec![root; controls], &mut best, ALLOWED, &mut budget, &mut improve);
         (outcome, best, 1000 - budget)
     }
 
@@ -452,6 +490,25 @@ mod tests {
         assert!(boxes <= 8, "{boxes}");
         // Over all numbers the sine has the same values, which the interval extension sees.
         assert_eq!(least(1, cosine, ALL, vec![]).0, Outcome::Proved);
+    }
+
+    #[test]
+    fn along_an_axis_in_which_it_is_affine_the_ends_are_enough() {
+        // -T cos(a) for T of -3 to 3: the ends of T, and few boxes of the angle for each.
+        let thrust = |f: &mut FormulaBuilder| {
+            let (thrust, angle) = (f.input(0), f.input(1));
+            let cosine = f.cos(angle);
+            let along = f.mul(thrust, cosine);
+            f.neg(along)
+        };
+        let (outcome, best, boxes) = least(2, thrust, [-3.0, 3.0], vec![]);
+        assert_eq!((outcome, best.0), (Outcome::Proved, -3.0));
+        assert!(boxes <= 20, "{boxes}");
+        // A row that keeps T within 1 has its least value inside.
+        let row = LimitedRow { output: 1, lower: -1.0, upper: 1.0, multiplier: 0.0 };
+        let (outcome, best, _) = least(2, thrust, [-3.0, 3.0], vec![row]);
+        assert_eq!(outcome, Outcome::Proved);
+        assert!((best.0 + 1.0).abs() <= ALLOWED, "{best:?}");
     }
 
     #[test]
