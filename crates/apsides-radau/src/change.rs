@@ -44,6 +44,8 @@ pub(crate) struct Change {
     pub(crate) is_pushed: bool,
     /// True where a control leaves a bound that it is held at, or comes to it, without a jump.
     pub(crate) is_continuous: bool,
+    /// True where the quantity meets a bound with a jump, or leaves it.
+    jumps: bool,
     /// Where the switching function changes its sign shortly before and after a break that stands at another zero of it.
     zeros: [Option<f64>; 2],
 }
@@ -82,22 +84,24 @@ fn change(quantity: usize, q: &Quantity<'_>, samples: &[NodeSample], a: &Run, b:
     let (before, after) = (&samples[a.last], &samples[b.first]);
     let crosses = a.class.opposite(b.class);
     let is_row = matches!(q.kind, QuantityKind::Row(_));
+    let jumps = jumps(samples, a, b);
     // From bound to bound across what is no minimum.
     let turns_over = crosses && before.is_concave && after.is_concave;
     let kind = if q.is_boundary() {
         if crosses { ChangeKind::Unclear } else { ChangeKind::Junction }
-    } else if q.affine || turns_over || (is_row && (crosses || jumps(samples, a, b))) {
+    } else if q.affine || turns_over || (is_row && (crosses || jumps)) {
         ChangeKind::Jump
-    } else if !crosses && is_kink(a, b) && !jumps(samples, a, b) {
+    } else if !crosses && is_kink(a, b) && !jumps {
         ChangeKind::Kink
     } else {
         ChangeKind::Unclear
     };
+    let middle = 0.5 * (before.fraction + after.fraction);
     let at = match kind {
         _ if a.is_pulse || b.is_pulse => pulse_end(samples, a, b),
         _ if crosses => crossing(before, after),
-        ChangeKind::Kink => meeting(samples, a, b),
-        _ => 0.5 * (before.fraction + after.fraction),
+        ChangeKind::Kink => meeting(samples, a, b).or_else(|| let_go(samples, a, b)).unwrap_or(middle),
+        _ => middle,
     };
     let gap = (before.fraction, after.fraction);
     let zeros = if q.affine && kind == ChangeKind::Jump {
@@ -121,6 +125,7 @@ fn change(quantity: usize, q: &Quantity<'_>, samples: &[NodeSample], a: &Run, b:
         known: None,
         is_pushed,
         is_continuous,
+        jumps,
         zeros,
     }
 }
@@ -244,6 +249,18 @@ fn at_other_zeros(changes: &mut Vec<Change>) {
     changes.extend(more);
 }
 
+/// A control that jumps to a bound, or off it, does so where another quantity jumps between the same nodes.
+fn at_jumps_of_others(changes: &mut [Change]) {
+    let jumps: Vec<(f64, Option<f64>)> =
+        changes.iter().filter(|c| c.kind == ChangeKind::Jump).map(|c| (c.at, c.known)).collect();
+    for c in changes.iter_mut().filter(|c| c.kind == ChangeKind::Unclear && c.jumps) {
+        let mut here = jumps.iter().filter(|(at, _)| (c.gap.0..=c.gap.1).contains(at));
+        if let (Some((at, known)), None) = (here.next(), here.next()) {
+            (c.kind, c.at, c.known) = (ChangeKind::Jump, *at, *known);
+        }
+    }
+}
+
 /// Gives every change the break that it belongs to, or joins it with others close by.
 pub(crate) fn settle(changes: &mut Vec<Change>, mesh: &PhaseMesh) {
     let times = |free: bool| -> Vec<f64> {
@@ -269,6 +286,7 @@ pub(crate) fn settle(changes: &mut Vec<Change>, mesh: &PhaseMesh) {
         }
     }
     at_other_zeros(changes);
+    at_jumps_of_others(changes);
     changes.sort_by(|a, b| a.at.total_cmp(&b.at));
     for i in 1..changes.len() {
         let (before, rest) = changes.split_at_mut(i);
@@ -338,8 +356,9 @@ fn jumps(samples: &[NodeSample], a: &Run, b: &Run) -> bool {
 }
 
 /// Where the distance to the bound of one of two runs vanishes, from its polynomial beside the change: through the nodes of the
-/// nearest interval where none of them is at the bound, or all have left their bounds out, else through the nearest nodes.
-fn meeting(samples: &[NodeSample], a: &Run, b: &Run) -> f64 {
+/// nearest interval where none of them is at the bound, or all have left their bounds out, else through the nearest nodes; none where it does
+/// not vanish near by.
+fn meeting(samples: &[NodeSample], a: &Run, b: &Run) -> Option<f64> {
     let between_first = a.class == Class::Between;
     let bound = if between_first { b.class } else { a.class };
     let distance = |s: &NodeSample| if bound == Class::Lower { s.above_lower } else { s.below_upper };
@@ -368,13 +387,30 @@ fn meeting(samples: &[NodeSample], a: &Run, b: &Run) -> f64 {
         inside = outside;
     }
     if !(value(inside) >= 0.0 && value(outside) < 0.0) {
-        return 0.5 * (samples[near].fraction + far);
+        return None;
     }
     for _ in 0..60 {
         let middle = 0.5 * (inside + outside);
         if value(middle) > 0.0 { inside = middle } else { outside = middle }
     }
-    outside
+    Some(outside)
+}
+
+/// Where the multiplier of what is held at the bound of one of two runs vanishes, between nodes that are held: it is held too long.
+fn let_go(samples: &[NodeSample], a: &Run, b: &Run) -> Option<f64> {
+    let pushes = |s: &NodeSample| match s.course {
+        Some(ArcKind::Lower) => Some(s.slope),
+        Some(ArcKind::Upper) => Some(-s.slope),
+        _ => None,
+    };
+    let pairs = samples[a.first..=b.last].windows(2);
+    let zeros = pairs.filter_map(|w| {
+        let (x, y) = (pushes(&w[0])?, pushes(&w[1])?);
+        let leaves = if a.class == Class::Between { x < 0.0 && y >= 0.0 } else { x >= 0.0 && y < 0.0 };
+        leaves.then(|| w[0].fraction + x / (x - y) * (w[1].fraction - w[0].fraction))
+    });
+    let edge = samples[b.first].fraction;
+    zeros.min_by(|x, y| (x - edge).abs().total_cmp(&(y - edge).abs()))
 }
 
 /// Zero of the switching function between two nodes.

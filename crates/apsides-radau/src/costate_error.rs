@@ -34,23 +34,42 @@ pub(crate) struct CostateMeshes {
     error: Option<f64>,
 }
 
+/// The remedy for inaccurate costates.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Remedy {
+    /// They are accurate, or nothing helps.
+    Nothing,
+    /// The exact solution on the same mesh: what a barrier leaves at bounds that are close and not active is no error of the mesh.
+    ExactSolution,
+    /// Another mesh.
+    Mesh,
+}
+
 impl CostateMeshes {
-    /// Returns true, and raises the errors of the intervals with inaccurate costates, if another mesh is worth its while.
-    pub(crate) fn want(
+    /// The remedy for costates of a solution, which is the exact one of its mesh or not; for another mesh the errors of the intervals with
+    /// inaccurate costates are raised.
+    pub(crate) fn remedy(
         &mut self,
         ocp: &Ocp,
         scaling: &Scaling,
         settings: &RadauSettings,
+        is_exact: bool,
         trajectory: &mut Trajectory,
-    ) -> Result<bool, RadauError> {
-        if self.made == MOST_MESHES || settings.costate_tolerance.is_infinite() {
-            return Ok(false);
+    ) -> Result<Remedy, RadauError> {
+        if self.made == MOST_MESHES && is_exact || settings.costate_tolerance.is_infinite() {
+            return Ok(Remedy::Nothing);
         }
         let errors = costate_errors(ocp, scaling, trajectory)?;
         let largest = errors.iter().flatten().copied().fold(0.0, f64::max);
+        if largest <= settings.costate_tolerance {
+            return Ok(Remedy::Nothing);
+        }
+        if !is_exact {
+            return Ok(Remedy::ExactSolution);
+        }
         let helped = self.error.is_none_or(|before| largest < GAIN * before);
-        if largest <= settings.costate_tolerance || !helped {
-            return Ok(false);
+        if self.made == MOST_MESHES || !helped {
+            return Ok(Remedy::Nothing);
         }
         (self.error, self.made) = (Some(largest), self.made + 1);
         let weight = settings.tolerance / (SHARE * settings.costate_tolerance);
@@ -59,7 +78,7 @@ impl CostateMeshes {
                 *known = known.max(weight * error);
             }
         }
-        Ok(true)
+        Ok(Remedy::Mesh)
     }
 }
 

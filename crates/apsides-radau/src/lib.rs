@@ -87,6 +87,7 @@ mod rate_term;
 mod redundant;
 mod refinement;
 pub mod relaxation;
+mod row_bends;
 mod row_rate;
 mod saddle;
 pub mod scales;

@@ -9,7 +9,7 @@ use apsides_ocp::{Guess, Mesh, Ocp, PhaseMesh, Scaling, Trajectory, Unmet};
 use apsides_transcription::Workers;
 
 use crate::RadauError;
-use crate::costate_error::CostateMeshes;
+use crate::costate_error::{CostateMeshes, Remedy};
 use crate::crossing::{with_forced, with_times};
 use crate::events::{Events, FoundEvents};
 use crate::lower_hamiltonian::{Better, with_lower_hamiltonian};
@@ -111,6 +111,10 @@ pub(crate) struct MeshSequence<'a> {
     may_rescale: usize,
     looked_beyond: bool,
     costates: CostateMeshes,
+    /// True for a solve that ends with Newton's method on the active set, whatever lies at bounds.
+    is_exact: bool,
+    /// True while a mesh is solved again for its exact solution.
+    is_repeated: bool,
     progress: Progress,
     /// Excess of the bounds on controls on the last mesh that met the tolerance.
     excess: f64,
@@ -145,6 +149,8 @@ impl<'a> MeshSequence<'a> {
             may_rescale: MOST_RESCALED,
             looked_beyond: settings.nlp.max_saddle_escapes == 0,
             costates: CostateMeshes::default(),
+            is_exact: false,
+            is_repeated: false,
             progress: Progress::new(),
             excess: f64::INFINITY,
             without_gain: 0,
@@ -165,6 +171,7 @@ impl<'a> MeshSequence<'a> {
     fn solve(&mut self, observer: &mut dyn Observer) -> Result<MeshSolve, RadauError> {
         let begin = Instant::now();
         let nlp_settings = self.nlp_settings();
+        self.is_exact = self.is_settled;
         let Attempt { guess, mesh, meshes, warnings, .. } = &mut self.attempt;
         if let Some(divided) = divided_mesh(self.ocp, guess, mesh)? {
             *mesh = divided;
@@ -174,7 +181,11 @@ impl<'a> MeshSequence<'a> {
             *warnings = scale_warnings(&mut nlp, self.ocp);
         }
         let solve = MeshSolve::new(self.ocp, nlp, guess, self.settings, &nlp_settings, observer)?;
-        meshes.push(solve.record(mesh, begin.elapsed()));
+        let mut record = solve.record(mesh, begin.elapsed());
+        if let Some(first) = self.is_repeated.then(|| meshes.pop()).flatten() {
+            record.add_work_of(&first);
+        }
+        meshes.push(record);
         Ok(solve)
     }
 
@@ -239,7 +250,7 @@ impl<'a> MeshSequence<'a> {
         may_lead_back: bool,
     ) -> ControlFlow<Ending> {
         let status = solve.status();
-        if may_go_on(status) && !self.is_out_of_meshes() {
+        if may_go_on(status) && !self.is_out_of_meshes() && !self.is_repeated {
             if let Some(mesh) = forced {
                 self.attempt.mesh = mesh;
                 return ControlFlow::Continue(());
@@ -367,11 +378,19 @@ impl<'a> MeshSequence<'a> {
         self.is_settled = found.are_settled();
         let accurate = solve.is_accurate(settings);
         let finished = self.is_finished(&solve)?;
-        let wants_costates =
-            finished && self.costates.want(ocp, &solve.scaling, settings, &mut solve.trajectory)?;
+        let remedy = match finished {
+            true => {
+                let (scaling, is_exact) = (&solve.scaling, self.is_exact);
+                self.costates.remedy(ocp, scaling, settings, is_exact, &mut solve.trajectory)?
+            }
+            false => Remedy::Nothing,
+        };
+        let wants_costates = remedy == Remedy::Mesh;
+        self.is_repeated = remedy == Remedy::ExactSolution;
         let MeshSolve { trajectory, report, estimate, .. } = solve;
         let plain = refine(ocp, &trajectory, settings)?;
         let next = self.events.next_mesh(&found, ocp, &trajectory, &plain, settings)?;
+        let again = (Guess::earlier(&trajectory), trajectory.mesh());
         self.attempt.guess = Guess::earlier(&found.contacts.start(trajectory.clone())?);
         let switches = found.structure.switches(ocp, &trajectory);
         let plain = without_arcs(plain);
@@ -379,6 +398,11 @@ impl<'a> MeshSequence<'a> {
         let stalled = self.progress.has_stalled(estimate.error, trajectory.objective, points) && !accurate;
         let error = estimate.error;
         let solved = Solved { trajectory, report, switches, error, accurate, stalled, finished, plain };
+        if self.is_repeated {
+            (self.attempt.guess, self.attempt.mesh) = again;
+            self.last = Some(solved);
+            return Ok(ControlFlow::Continue(()));
+        }
         if stalled
             || (finished && !wants_costates)
             || self.is_out_of_meshes()

@@ -6,9 +6,11 @@
 use std::sync::Arc;
 
 use apsides_ad::NodeFunction;
+use apsides_basis::Barycentric;
 use apsides_ocp::{Ocp, PathConstraint, Phase};
 use apsides_transcription::Layout;
 
+use crate::RadauError;
 use crate::junction::{RateRow, row_function};
 use crate::layout::CollocationPhase;
 use crate::row_rate::RowRate;
@@ -19,7 +21,9 @@ pub(crate) struct RateTerm {
     function: Arc<dyn NodeFunction>,
     /// Per output of the function, its part in what is differentiated.
     parts: Vec<f64>,
-    row: usize,
+    rate: RateRow,
+    /// Order of the derivative of the polynomial of these parts.
+    order: usize,
     points: Vec<RatePoint>,
     inputs: Vec<f64>,
     values: Vec<f64>,
@@ -123,7 +127,8 @@ impl RateTerm {
         });
         Self {
             parts,
-            row: rate.at,
+            rate: *rate,
+            order,
             points: points.collect(),
             values: vec![0.0; function.outputs()],
             weights: vec![0.0; function.outputs()],
@@ -148,7 +153,7 @@ impl RateTerm {
             fill(&mut self.inputs, &point.columns, x);
             self.function.value(&self.inputs, &mut self.values);
             let value: f64 = self.values.iter().zip(&self.parts).map(|(v, part)| v * part).sum();
-            rows[self.row] += point.factor * value;
+            rows[self.rate.at] += point.factor * value;
         }
     }
 
@@ -165,17 +170,55 @@ impl RateTerm {
             for ((r, c), v) in self.function.pattern().jacobian_entries().zip(&point.entries) {
                 let factor = point.factor * self.parts[r];
                 if factor != 0.0 {
-                    point.columns[c].iter().for_each(|(c, f)| emit(self.row, *c, factor * v * f));
+                    point.columns[c].iter().for_each(|(c, f)| emit(self.rate.at, *c, factor * v * f));
                 }
             }
         }
+    }
+
+    /// Puts the multiplier of the condition into those of the equations of motion, as far as both say the same.
+    ///
+    /// The derivative of a polynomial at an end of its interval is the polynomial through its derivatives at the points, which the
+    /// equations of motion set. So the first derivative of a row that is linear in the states is a sum of equations of motion there and a
+    /// condition on the state at that end alone. Left where it is, the multiplier bends the costates of the whole interval.
+    pub(crate) fn move_into_equations(
+        &self,
+        p: &CollocationPhase,
+        x: &[f64],
+        y: &mut [f64],
+    ) -> Result<(), RadauError> {
+        let RateRow { at, interval, at_end, .. } = self.rate;
+        let here = if at_end { self.points.last() } else { self.points.first() };
+        let Some(here) = here.filter(|_| self.order == 1) else { return Ok(()) };
+        let rule = &p.rules[interval];
+        let mut parts = vec![0.0; rule.points()];
+        Barycentric::new(rule.nodes())?.basis(if at_end { 1.0 } else { -1.0 }, &mut parts);
+        let mut inputs = self.inputs.clone();
+        let (mut values, mut entries) = (self.values.clone(), here.entries.clone());
+        fill(&mut inputs, &here.columns, x);
+        self.function.jacobian(&inputs, &mut values, &mut entries);
+        let width = p.mesh.fractions()[interval + 1] - p.mesh.fractions()[interval];
+        let multiplier = y[at] * 2.0 / width;
+        for ((r, c), v) in self.function.pattern().jacobian_entries().zip(&entries) {
+            if c < p.states {
+                for (node, part) in (p.interval_start(interval)..).zip(&parts) {
+                    y[p.defect_row(node) + c] += multiplier * part * self.parts[r] * v;
+                }
+            }
+        }
+        Ok(())
+    }
+
+    /// The constraint row.
+    pub(crate) fn row(&self) -> usize {
+        self.rate.at
     }
 
     /// Calls `emit(i, j, value)` with `i >= j`, after [`refresh`](Self::refresh).
     pub(crate) fn each_hessian(&mut self, multipliers: &[f64], mut emit: impl FnMut(usize, usize, f64)) {
         for point in &self.points {
             for (w, part) in self.weights.iter_mut().zip(&self.parts) {
-                *w = point.factor * part * multipliers[self.row];
+                *w = point.factor * part * multipliers[self.rate.at];
             }
             self.function.hessian(&point.inputs, &self.weights, &mut self.hessian);
             for (&pair, &h) in self.function.pattern().hessian.iter().zip(&self.hessian) {

@@ -17,6 +17,7 @@ use crate::activity::{
 use crate::breaks::{ArcBreak, Instants, with_breaks};
 use crate::change::{Change, ChangeKind, changes, settle};
 use crate::layout::CollocationPhase;
+use crate::row_bends::row_bends;
 use crate::transcription::Transcription;
 
 /// The structure of one phase.
@@ -43,7 +44,9 @@ impl<'a> Structure<'a> {
         trajectory: &Trajectory,
     ) -> Self {
         let curvatures = curvatures(nlp, report);
-        let solution = Solution { report, curvatures: &curvatures, objective: nlp.scales.objective.abs() };
+        let row_bends = row_bends(ocp, nlp, report);
+        let objective = nlp.scales.objective.abs();
+        let solution = Solution { report, curvatures: &curvatures, row_bends: &row_bends, objective };
         let phases = ocp.phases.iter().zip(&nlp.layout.phases).zip(&trajectory.phases);
         Self { phases: phases.map(|((phase, p), t)| phase_structure(phase, p, t, &solution)).collect() }
     }
