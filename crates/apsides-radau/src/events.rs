@@ -90,20 +90,21 @@ impl Events {
         ocp: &Ocp,
         trajectory: &Trajectory,
         plain: &Mesh,
+        joints: &[Vec<f64>],
         settings: &RadauSettings,
     ) -> Result<Mesh, RadauError> {
         let FoundEvents { structure, switches_settled, contacts, passages } = found;
         let instants = found.instants();
         if self.revisions == 0 {
             let spared = passages.spared(trajectory.clone());
-            let refined = refine(ocp, &contacts.spared(spared), settings)?;
+            let refined = refine(ocp, &contacts.spared(spared), joints, settings)?;
             return Ok(with_instants(&refined, &instants).unwrap_or_else(|_| plain.clone()));
         }
         self.revisions -= usize::from(!switches_settled);
         let spared = passages.spared(structure.spared(trajectory));
-        let refined = refine(ocp, &contacts.spared(spared), settings)?;
+        let refined = refine(ocp, &contacts.spared(spared), joints, settings)?;
         match structure.mesh(&refined, &instants) {
-            Ok(mesh) if !switches_settled => with_long_intervals(ocp, &mesh, settings.max_points),
+            Ok(mesh) if !switches_settled => with_long_intervals(ocp, &mesh, joints, settings.max_points),
             placed => Ok(placed.unwrap_or_else(|_| plain.clone())),
         }
     }

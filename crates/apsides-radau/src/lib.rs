@@ -72,6 +72,7 @@ pub mod explanation;
 mod extraction;
 mod flown;
 mod idle_controls;
+mod joints;
 mod junction;
 mod layout;
 mod least_relaxation;

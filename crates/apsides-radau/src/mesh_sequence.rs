@@ -12,6 +12,7 @@ use crate::RadauError;
 use crate::costate_error::{CostateMeshes, Remedy};
 use crate::crossing::{with_forced, with_times};
 use crate::events::{Events, FoundEvents};
+use crate::joints::Joints;
 use crate::lower_hamiltonian::{Better, with_lower_hamiltonian};
 use crate::mesh_solve::{MeshSolve, total_points};
 use crate::progress::Progress;
@@ -102,6 +103,7 @@ pub(crate) struct MeshSequence<'a> {
     attempt: Attempt,
     last: Option<Solved>,
     events: Events,
+    joints: Joints,
     /// A first mesh with an interval end at each kink: Newton's method can fail to settle on one side of a kink.
     forced: Option<Mesh>,
     before_contacts: Option<(Guess, Mesh)>,
@@ -138,6 +140,7 @@ impl<'a> MeshSequence<'a> {
             attempt,
             last: None,
             events: Events::new(settings.switches),
+            joints: Joints::new(ocp),
             forced,
             before_contacts: None,
             is_settled: false,
@@ -388,8 +391,9 @@ impl<'a> MeshSequence<'a> {
         let wants_costates = remedy == Remedy::Mesh;
         self.is_repeated = remedy == Remedy::ExactSolution;
         let MeshSolve { trajectory, report, estimate, .. } = solve;
-        let plain = refine(ocp, &trajectory, settings)?;
-        let next = self.events.next_mesh(&found, ocp, &trajectory, &plain, settings)?;
+        let joints = self.joints.along(&trajectory);
+        let plain = refine(ocp, &trajectory, &joints, settings)?;
+        let next = self.events.next_mesh(&found, ocp, &trajectory, &plain, &joints, settings)?;
         let again = (Guess::earlier(&trajectory), trajectory.mesh());
         self.attempt.guess = Guess::earlier(&found.contacts.start(trajectory.clone())?);
         let switches = found.structure.switches(ocp, &trajectory);

@@ -11,7 +11,7 @@ use apsides_ocp::{Ocp, PathConstraint, Phase};
 use apsides_transcription::Layout;
 
 use crate::RadauError;
-use crate::junction::{RateRow, row_function};
+use crate::junction::{RateRow, depends_on_time, order as order_of_row, row_function};
 use crate::layout::CollocationPhase;
 use crate::row_rate::RowRate;
 
@@ -24,6 +24,8 @@ pub(crate) struct RateTerm {
     rate: RateRow,
     /// Order of the derivative of the polynomial of these parts.
     order: usize,
+    /// True where no control is in the rate.
+    is_of_states: bool,
     points: Vec<RatePoint>,
     inputs: Vec<f64>,
     values: Vec<f64>,
@@ -48,9 +50,15 @@ pub(crate) fn rate_terms(ocp: &Ocp, layout: &Layout<CollocationPhase>) -> Vec<Ra
         for rate in &p.rate_rows {
             if let Some((path, output)) = row_function(phase, rate.row) {
                 // No equation of motion holds the polynomials at the very end: there the rate is that of the equations.
-                let from_rates = rate.order > 1 || rate.at_end && rate.interval + 1 == p.mesh.intervals();
+                // Nor does a polynomial show what a row makes of time alone.
+                let is_touch = !rate.at_end && p.exit_at(p.interval_start(rate.interval), rate.row).is_none();
+                let from_rates = rate.order > 1
+                    || rate.at_end && rate.interval + 1 == p.mesh.intervals()
+                    || is_touch && depends_on_time(phase, rate.row);
                 let (function, parts, order) = differentiated(phase, path, output, rate.order, from_rates);
-                terms.push(RateTerm::new(&function, parts, rate, order, p, layout.first_parameter));
+                let mut term = RateTerm::new(&function, parts, rate, order, p, layout.first_parameter);
+                term.is_of_states = order_of_row(phase, rate.row).is_some_and(|o| rate.order < o.order);
+                terms.push(term);
             }
         }
     }
@@ -129,6 +137,7 @@ impl RateTerm {
             parts,
             rate: *rate,
             order,
+            is_of_states: false,
             points: points.collect(),
             values: vec![0.0; function.outputs()],
             weights: vec![0.0; function.outputs()],
@@ -180,7 +189,8 @@ impl RateTerm {
     ///
     /// The derivative of a polynomial at an end of its interval is the polynomial through its derivatives at the points, which the
     /// equations of motion set. So the first derivative of a row that is linear in the states is a sum of equations of motion there and a
-    /// condition on the state at that end alone. Left where it is, the multiplier bends the costates of the whole interval.
+    /// condition on the state at that end alone. Left where it is, the multiplier bends the costates of the whole interval. That of a rate with a
+    /// control stays: it vanishes at an optimum, and is part of what makes the Hamiltonian stationary.
     pub(crate) fn move_into_equations(
         &self,
         p: &CollocationPhase,
@@ -189,7 +199,7 @@ impl RateTerm {
     ) -> Result<(), RadauError> {
         let RateRow { at, interval, at_end, .. } = self.rate;
         let here = if at_end { self.points.last() } else { self.points.first() };
-        let Some(here) = here.filter(|_| self.order == 1) else { return Ok(()) };
+        let Some(here) = here.filter(|_| self.order == 1 && self.is_of_states) else { return Ok(()) };
         let rule = &p.rules[interval];
         let mut parts = vec![0.0; rule.points()];
         Barycentric::new(rule.nodes())?.basis(if at_end { 1.0 } else { -1.0 }, &mut parts);
