@@ -378,13 +378,21 @@ fn meeting(samples: &[NodeSample], a: &Run, b: &Run) -> Option<f64> {
     let value = |f: f64| through(&nodes, distance, f);
     let (mut inside, far) = (samples[near].fraction, samples[far].fraction);
     let mut outside = inside;
-    // The bound is met between the two nodes, or a little beyond.
-    for k in 0..REACH {
-        outside = far + 0.5 * k as f64 * (far - samples[near].fraction);
-        if value(outside) < 0.0 {
-            break;
+    if value(inside) < 0.0 {
+        // The free side begins beyond the bound: it is met behind.
+        let mut places: Vec<f64> = nodes.iter().map(|s| s.fraction).collect();
+        places.sort_by(|x, y| (x - far).abs().total_cmp(&(y - far).abs()));
+        let first = places.iter().position(|f| value(*f) >= 0.0)?;
+        (inside, outside) = (places[first], if first == 0 { inside } else { places[first - 1] });
+    } else {
+        // The bound is met between the two nodes, or a little beyond.
+        for k in 0..REACH {
+            outside = far + 0.5 * k as f64 * (far - samples[near].fraction);
+            if value(outside) < 0.0 {
+                break;
+            }
+            inside = outside;
         }
-        inside = outside;
     }
     if !(value(inside) >= 0.0 && value(outside) < 0.0) {
         return None;
