@@ -18,6 +18,9 @@ const MOST_REVISIONS: usize = 8;
 /// Most searches for events in a solve: a coarse mesh can show places of them that lead nowhere, where a finer one shows the right ones.
 const MOST_SEARCHES: usize = 3;
 
+/// Part of its last move that a kink moves at most where it comes to its place.
+const CLOSING_IN: f64 = 0.5;
+
 /// Part of the error of the mesh that they led nowhere from, at which events are looked for again.
 const FINER: f64 = 0.1;
 
@@ -29,6 +32,8 @@ pub(crate) struct Events {
     resumes_at: Option<f64>,
     /// Changes of the structure of switches that are left.
     revisions: usize,
+    /// The farthest that a kink moved last, where nothing else changed.
+    last_move: f64,
     contacts: Contacts,
     crossings: Crossings,
 }
@@ -39,6 +44,7 @@ impl Events {
             searches: if enabled { MOST_SEARCHES - 1 } else { 0 },
             resumes_at: None,
             revisions: if enabled { MOST_REVISIONS } else { 0 },
+            last_move: f64::INFINITY,
             contacts: Contacts::new(enabled),
             crossings: Crossings::new(enabled),
         }
@@ -95,12 +101,16 @@ impl Events {
     ) -> Result<Mesh, RadauError> {
         let FoundEvents { structure, switches_settled, contacts, passages } = found;
         let instants = found.instants();
-        if self.revisions == 0 {
+        // Kinks on their way to their places are no change of the structure.
+        let moved = structure.move_of_kinks(trajectory).unwrap_or(f64::INFINITY);
+        let closes_in = moved < CLOSING_IN * self.last_move;
+        self.last_move = moved;
+        if self.revisions == 0 && !closes_in {
             let spared = passages.spared(trajectory.clone());
             let refined = refine(ocp, &contacts.spared(spared), joints, settings)?;
             return Ok(with_instants(&refined, &instants).unwrap_or_else(|_| plain.clone()));
         }
-        self.revisions -= usize::from(!switches_settled);
+        self.revisions -= usize::from(!switches_settled && !closes_in);
         let spared = passages.spared(structure.spared(trajectory));
         let refined = refine(ocp, &contacts.spared(spared), joints, settings)?;
         match structure.mesh(&refined, &instants) {

@@ -7,7 +7,9 @@
 
 use apsides_nlp::SolveReport;
 pub use apsides_ocp::method::{Level, Switch};
-use apsides_ocp::{ArcKind, Bounds, Mesh, Ocp, Phase, PhaseArc, PhaseTrajectory, Trajectory};
+use apsides_ocp::{
+    ArcKind, Bounds, Break, Mesh, Ocp, Phase, PhaseArc, PhaseMesh, PhaseTrajectory, Trajectory,
+};
 
 use crate::RadauError;
 use crate::activity::{
@@ -87,13 +89,20 @@ impl<'a> Structure<'a> {
         self.phases.iter().zip(&trajectory.phases).all(|(found, t)| {
             let breaks = found.breaks();
             breaks.iter().all(|b| b.known.is_some_and(|f| f == b.at || within && !found.is_pushed(b.at)))
-                && breaks.len() == t.mesh.breaks().len()
-                && breaks
-                    .iter()
-                    .zip(t.mesh.breaks())
-                    .all(|(a, b)| a.free == b.free && a.is_tangent == b.is_tangent)
-                && found.arcs(&breaks) == t.mesh.arcs()
+                && found.has_the_arcs_of(&breaks, &t.mesh)
         })
+    }
+
+    /// The farthest that a kink moves, where the mesh of the trajectory has the breaks and arcs that were found but for the places of kinks.
+    pub(crate) fn move_of_kinks(&self, trajectory: &Trajectory) -> Option<f64> {
+        let phases = self.phases.iter().zip(&trajectory.phases);
+        let moves = phases.map(|(found, t)| {
+            let breaks = found.breaks();
+            let moves = breaks.iter().map(|b| b.known.map(|f| (f - b.at).abs()));
+            let farthest = moves.collect::<Option<Vec<f64>>>()?.into_iter().fold(0.0, f64::max);
+            found.has_the_arcs_of(&breaks, &t.mesh).then_some(farthest)
+        });
+        Some(moves.collect::<Option<Vec<f64>>>()?.into_iter().fold(0.0, f64::max))
     }
 
     /// The trajectory without the errors of intervals that hold a switch which is no break yet, or a kink away from an interval
@@ -145,6 +154,14 @@ impl PhaseStructure<'_> {
             }
         }
         breaks
+    }
+
+    /// Says whether a mesh has as many breaks of the same kinds, and the same arcs between them.
+    fn has_the_arcs_of(&self, breaks: &[ArcBreak], mesh: &PhaseMesh) -> bool {
+        let is_alike = |(a, b): (&ArcBreak, &Break)| a.free == b.free && a.is_tangent == b.is_tangent;
+        breaks.len() == mesh.breaks().len()
+            && breaks.iter().zip(mesh.breaks()).all(is_alike)
+            && self.arcs(breaks) == mesh.arcs()
     }
 
     /// Says whether a kink at a break is not in its place.
