@@ -67,7 +67,7 @@ literature! {
     pvtol: StrictLocalOptimum,
     shuttle_reentry: StrictLocalOptimum,
     shuttle_heat_limit: StrictLocalOptimum,
-    min_time_climb: Feasible,
+    min_time_climb: StrictLocalOptimum,
     delta_iii: StrictLocalOptimum,
     van_der_pol: StrictLocalOptimum,
     rayleigh_path: StrictLocalOptimum,

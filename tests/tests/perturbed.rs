@@ -1,0 +1,54 @@
+//! Perturbed problems of the gallery that were refused once: each case is proved now, and on few meshes. The example `perturbed` runs more of them.
+#![allow(clippy::unwrap_used)]
+
+use apsides::radau::Radau;
+use apsides::verify::{Verdict, VerifySettings, verify};
+use apsides_problems::GALLERY;
+use apsides_tests::perturbation::perturb;
+
+/// Solves cases of a problem: each is strict, on as many meshes at most.
+fn are_strict(name: &str, cases: &[u64], most_meshes: usize) {
+    let problem = GALLERY.iter().find(|p| p.name == name).unwrap();
+    for &case in cases {
+        let mut posed = problem.pose().unwrap();
+        perturb(&mut posed.ocp, case);
+        let solution = Radau::default().solve(&posed.ocp, &posed.guess).unwrap();
+        assert!(solution.status.is_success(), "{name} {case}: {}", solution.status);
+        let certificate =
+            verify(&posed.ocp, &solution.trajectory, &VerifySettings::default()).unwrap().certificate;
+        assert_eq!(certificate.verdict, Verdict::StrictLocalOptimum, "{name} {case}");
+        let meshes = solution.meshes.len();
+        assert!(meshes <= most_meshes, "{name} {case}: {meshes} meshes");
+    }
+}
+
+/// A component of the thrust and its length are at their limits at once, and the length leaves its own without a jump; the corner lasts less than an
+/// interval in the last case.
+#[test]
+fn corners_of_limits_of_controls() {
+    are_strict("powered_descent", &[0, 11, 18], 11);
+}
+
+/// The costates before an arc along the wall, and at the start, where the bound of a state is close and not active.
+#[test]
+fn costates_beside_arcs_and_bounds() {
+    are_strict("brachistochrone_wall", &[2, 20, 26], 5);
+}
+
+/// A climb that begins along the ground, with tables: the arc ends as exactly as the costates say.
+#[test]
+fn junctions_between_joints_of_tables() {
+    are_strict("min_time_climb", &[0, 6, 13], 12);
+}
+
+/// Kinks that stand in their places while what is beside them is rounding.
+#[test]
+fn kinks_that_stay() {
+    are_strict("van_der_pol", &[1, 22], 8);
+}
+
+/// Kinks on their way when the structure may change no more.
+#[test]
+fn kinks_on_their_way() {
+    are_strict("shuttle_heat_limit", &[1, 21, 27], 14);
+}
