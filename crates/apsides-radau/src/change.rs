@@ -25,6 +25,9 @@ const LEAST_NODES: usize = 3;
 /// Multiples of what is near a bound from which on a control is away from it.
 const CLEAR: f64 = 10.0;
 
+/// Part of the way from a break to another zero within which both are where they were before.
+const CAME_BACK: f64 = 0.2;
+
 /// A switching function of the wrong sign, relative to its largest value, that is none of rounding; certificates allow less.
 const EVIDENT: f64 = 1e-5;
 
@@ -48,6 +51,15 @@ pub(crate) struct Change {
     jumps: bool,
     /// Where the switching function changes its sign shortly before and after a break that stands at another zero of it.
     zeros: [Option<f64>; 2],
+}
+
+/// A break that the next mesh has at another zero of its switching function.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Displaced {
+    quantity: usize,
+    /// Where it stood, and where it was put.
+    from: f64,
+    to: f64,
 }
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -223,9 +235,11 @@ fn is_kink(a: &Run, b: &Run) -> bool {
 }
 
 /// Changes of a control whose switching function has other zeros beside a break. A break is stationary at each zero; where the function has
-/// the wrong sign on one side, it belongs to the zero there, and where it has on both, the control switches at all three.
-fn at_other_zeros(changes: &mut Vec<Change>) {
+/// the wrong sign on one side, it belongs to the zero there, and where it has on both, the control switches at all three. What was put at that
+/// zero and came back belongs to neither: between the two the control is at no bound.
+fn at_other_zeros(changes: &mut Vec<Change>, before: &[Displaced]) -> Vec<Displaced> {
     let mut more = Vec::new();
+    let mut displaced = Vec::new();
     for c in changes.iter_mut().filter(|c| c.known.is_some()) {
         match std::mem::take(&mut c.zeros) {
             [Some(before), Some(after)] => {
@@ -242,11 +256,40 @@ fn at_other_zeros(changes: &mut Vec<Change>) {
                 more.push(change(after, None, c.from, c.to));
                 (c.at, c.known) = (before, None);
             }
-            [Some(zero), None] | [None, Some(zero)] => (c.at, c.known) = (zero, None),
+            [Some(zero), None] | [None, Some(zero)] => {
+                let came_back = |d: &&Displaced| {
+                    let near = CAME_BACK * (d.from - d.to).abs();
+                    d.quantity == c.quantity && (d.from - c.at).abs() < near && (d.to - zero).abs() < near
+                };
+                if !before.iter().any(|d| came_back(&d)) {
+                    displaced.push(Displaced { quantity: c.quantity, from: c.at, to: zero });
+                    (c.at, c.known) = (zero, None);
+                    continue;
+                }
+                let (from, to) = (c.from, c.to);
+                let classes = if zero < c.at { (from, Class::Between) } else { (Class::Between, to) };
+                if zero < c.at {
+                    c.from = Class::Between
+                } else {
+                    c.to = Class::Between
+                }
+                let gap = (zero.min(c.at), zero.max(c.at));
+                let end = Change {
+                    at: zero,
+                    known: None,
+                    from: classes.0,
+                    to: classes.1,
+                    gap,
+                    zeros: [None; 2],
+                    ..*c
+                };
+                more.push(end);
+            }
             [None, None] => {}
         }
     }
     changes.extend(more);
+    displaced
 }
 
 /// A control that jumps to a bound, or off it, does so where another quantity jumps between the same nodes.
@@ -261,8 +304,9 @@ fn at_jumps_of_others(changes: &mut [Change]) {
     }
 }
 
-/// Gives every change the break that it belongs to, or joins it with others close by.
-pub(crate) fn settle(changes: &mut Vec<Change>, mesh: &PhaseMesh) {
+/// Gives every change the break that it belongs to, or joins it with others close by. Takes the breaks that the last mesh had displaced, and
+/// returns those that the next one has.
+pub(crate) fn settle(changes: &mut Vec<Change>, mesh: &PhaseMesh, before: &[Displaced]) -> Vec<Displaced> {
     let times = |free: bool| -> Vec<f64> {
         mesh.breaks().iter().filter(|b| b.free == free).map(|b| mesh.fractions()[b.end]).collect()
     };
@@ -285,7 +329,7 @@ pub(crate) fn settle(changes: &mut Vec<Change>, mesh: &PhaseMesh) {
             ChangeKind::Unclear => {}
         }
     }
-    at_other_zeros(changes);
+    let displaced = at_other_zeros(changes, before);
     at_jumps_of_others(changes);
     changes.sort_by(|a, b| a.at.total_cmp(&b.at));
     for i in 1..changes.len() {
@@ -311,6 +355,7 @@ pub(crate) fn settle(changes: &mut Vec<Change>, mesh: &PhaseMesh) {
             (c.at, c.known) = (last.at, last.known);
         }
     }
+    displaced
 }
 
 /// End of a pulse that has the same area as the nodes in it.

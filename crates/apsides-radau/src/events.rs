@@ -5,6 +5,7 @@ use apsides_ocp::{Mesh, Ocp, Trajectory};
 use crate::RadauError;
 use crate::boundary_arcs::with_long_intervals;
 use crate::breaks::{Instants, with_instants};
+use crate::change::Displaced;
 use crate::contact::{Contacts, NextContacts, SolvedMesh};
 use crate::crossing::{Crossings, Passages};
 use crate::mesh_solve::MeshSolve;
@@ -34,6 +35,8 @@ pub(crate) struct Events {
     revisions: usize,
     /// The farthest that a kink moved last, where nothing else changed.
     last_move: f64,
+    /// Per phase, the breaks that the mesh has at other zeros of their switching functions than the last one.
+    displaced: Vec<Vec<Displaced>>,
     contacts: Contacts,
     crossings: Crossings,
 }
@@ -45,6 +48,7 @@ impl Events {
             resumes_at: None,
             revisions: if enabled { MOST_REVISIONS } else { 0 },
             last_move: f64::INFINITY,
+            displaced: Vec::new(),
             contacts: Contacts::new(enabled),
             crossings: Crossings::new(enabled),
         }
@@ -70,7 +74,8 @@ impl Events {
         if self.resumes_at.is_some_and(is_finer) {
             *self = Self { searches: self.searches, ..Self::new(true) };
         }
-        let structure = Structure::of(ocp, &mut solve.nlp, &solve.report, &solve.trajectory);
+        let structure = Structure::of(ocp, &mut solve.nlp, &solve.report, &solve.trajectory, &self.displaced);
+        self.displaced = structure.displaced();
         let solved = SolvedMesh {
             ocp,
             report: &solve.report,

@@ -17,7 +17,7 @@ use crate::activity::{
     runs, samples, settle_beside, settle_inside,
 };
 use crate::breaks::{ArcBreak, Instants, with_breaks};
-use crate::change::{Change, ChangeKind, changes, settle};
+use crate::change::{Change, ChangeKind, Displaced, changes, settle};
 use crate::layout::CollocationPhase;
 use crate::row_bends::row_bends;
 use crate::transcription::Transcription;
@@ -30,6 +30,7 @@ struct PhaseStructure<'a> {
     /// Per quantity, the bound that it stays at from end to end of the phase and that a barrier keeps it away from.
     kept_away: Vec<Class>,
     changes: Vec<Change>,
+    displaced: Vec<Displaced>,
 }
 
 /// The structure that was found on a mesh.
@@ -38,19 +39,28 @@ pub(crate) struct Structure<'a> {
 }
 
 impl<'a> Structure<'a> {
-    /// Finds the switches of a solution.
+    /// Finds the switches of a solution, per phase with the breaks that its mesh had displaced.
     pub(crate) fn of(
         ocp: &'a Ocp,
         nlp: &mut Transcription,
         report: &SolveReport,
         trajectory: &Trajectory,
+        displaced: &[Vec<Displaced>],
     ) -> Self {
         let curvatures = curvatures(nlp, report);
         let row_bends = row_bends(ocp, nlp, report);
         let objective = nlp.scales.objective.abs();
         let solution = Solution { report, curvatures: &curvatures, row_bends: &row_bends, objective };
-        let phases = ocp.phases.iter().zip(&nlp.layout.phases).zip(&trajectory.phases);
-        Self { phases: phases.map(|((phase, p), t)| phase_structure(phase, p, t, &solution)).collect() }
+        let phases = ocp.phases.iter().zip(&nlp.layout.phases).zip(&trajectory.phases).enumerate();
+        let phases = phases.map(|(k, ((phase, p), t))| {
+            phase_structure(phase, p, t, &solution, displaced.get(k).map_or(&[], Vec::as_slice))
+        });
+        Self { phases: phases.collect() }
+    }
+
+    /// Per phase, the breaks that the next mesh has displaced.
+    pub(crate) fn displaced(&self) -> Vec<Vec<Displaced>> {
+        self.phases.iter().map(|found| found.displaced.clone()).collect()
     }
 
     /// Every switch, in the order of the phases and of time.
@@ -247,11 +257,18 @@ fn phase_structure<'a>(
     p: &CollocationPhase,
     t: &PhaseTrajectory,
     solution: &Solution<'_>,
+    displaced: &[Displaced],
 ) -> PhaseStructure<'a> {
     let mut quantities = quantities(phase);
     let first = vec![Class::Between; quantities.len()];
     let away = first.clone();
-    let mut found = PhaseStructure { quantities: Vec::new(), first, kept_away: away, changes: Vec::new() };
+    let mut found = PhaseStructure {
+        quantities: Vec::new(),
+        first,
+        kept_away: away,
+        changes: Vec::new(),
+        displaced: Vec::new(),
+    };
     // Where rows meet their bounds controls may oscillate for a few nodes.
     let mut gaps: Vec<(f64, f64)> = Vec::new();
     // Controls that alone hold a row along an arc at its bound, and the first and last node of the arc.
@@ -279,7 +296,7 @@ fn phase_structure<'a>(
     }
     found.quantities = quantities;
     found.changes.sort_by(|a, b| a.at.total_cmp(&b.at));
-    settle(&mut found.changes, &t.mesh);
+    found.displaced = settle(&mut found.changes, &t.mesh, displaced);
     found
 }
 
