@@ -58,3 +58,9 @@ fn kinks_on_their_way() {
 fn singular_arcs_between_two_zeros() {
     are_proved("free_flying_robot", &[0, 5, 16], Verdict::Extremal, 12);
 }
+
+/// An accurate solution on a mesh with breaks is not lost where the next breaks lead nowhere, and meshes without any come to no accurate one.
+#[test]
+fn accurate_solutions_are_kept() {
+    are_proved("free_flying_robot", &[6, 24], Verdict::Feasible, 12);
+}

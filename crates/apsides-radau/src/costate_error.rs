@@ -41,7 +41,7 @@ pub(crate) struct CostateMeshes {
 
 /// The remedy for inaccurate costates.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) enum Remedy {
+pub(crate) enum CostateRemedy {
     /// They are accurate, or nothing helps.
     Nothing,
     /// The exact solution on the same mesh: what a barrier leaves at bounds that are close and not active is no error of the mesh.
@@ -60,21 +60,21 @@ impl CostateMeshes {
         settings: &RadauSettings,
         is_exact: bool,
         trajectory: &mut Trajectory,
-    ) -> Result<Remedy, RadauError> {
+    ) -> Result<CostateRemedy, RadauError> {
         if self.made == MOST_MESHES && is_exact || settings.costate_tolerance.is_infinite() {
-            return Ok(Remedy::Nothing);
+            return Ok(CostateRemedy::Nothing);
         }
         let errors = costate_errors(ocp, scaling, trajectory)?;
         let largest = errors.iter().flatten().copied().fold(0.0, f64::max);
         if largest <= settings.costate_tolerance {
-            return Ok(Remedy::Nothing);
+            return Ok(CostateRemedy::Nothing);
         }
         if !is_exact {
-            return Ok(Remedy::ExactSolution);
+            return Ok(CostateRemedy::ExactSolution);
         }
         let helped = self.error.is_none_or(|before| largest < GAIN * before);
         if self.made == MOST_MESHES || !helped {
-            return Ok(Remedy::Nothing);
+            return Ok(CostateRemedy::Nothing);
         }
         (self.error, self.made) = (Some(largest), self.made + 1);
         let weight = settings.tolerance / (SHARE * settings.costate_tolerance);
@@ -83,7 +83,7 @@ impl CostateMeshes {
                 *known = known.max(weight * error);
             }
         }
-        Ok(Remedy::Mesh)
+        Ok(CostateRemedy::Mesh)
     }
 }
 

@@ -15,7 +15,7 @@ const HALVINGS: usize = 40;
 /// An interval end this close to a joint, as a part of the shorter interval beside it, is at it.
 const NEAR: f64 = 0.05;
 
-/// What is zero at the joints of all tables of a problem.
+/// Functions that are zero at the joints of all tables of a problem.
 pub(crate) struct Joints {
     /// Per phase, functions with an output for each joint.
     phases: Vec<Vec<Arc<dyn NodeFunction>>>,

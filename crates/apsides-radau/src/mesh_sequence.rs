@@ -9,7 +9,7 @@ use apsides_ocp::{Guess, Mesh, Ocp, PhaseMesh, Scaling, Trajectory, Unmet};
 use apsides_transcription::Workers;
 
 use crate::RadauError;
-use crate::costate_error::{CostateMeshes, Remedy};
+use crate::costate_error::{CostateMeshes, CostateRemedy};
 use crate::crossing::{with_forced, with_times};
 use crate::events::{Events, FoundEvents};
 use crate::joints::Joints;
@@ -71,6 +71,7 @@ pub(crate) enum Ending {
 }
 
 /// A mesh that was solved.
+#[derive(Clone)]
 pub(crate) struct Solved {
     trajectory: Trajectory,
     report: SolveReport,
@@ -102,6 +103,8 @@ pub(crate) struct MeshSequence<'a> {
     /// The next guess and mesh, and what the attempt has so far.
     attempt: Attempt,
     last: Option<Solved>,
+    /// An accurate solution on a mesh with breaks, the next one after which led nowhere.
+    before_failure: Option<Solved>,
     events: Events,
     joints: Joints,
     /// A first mesh with an interval end at each kink: Newton's method can fail to settle on one side of a kink.
@@ -139,6 +142,7 @@ impl<'a> MeshSequence<'a> {
             workers: Workers::new(settings.threads),
             attempt,
             last: None,
+            before_failure: None,
             events: Events::new(settings.switches),
             joints: Joints::new(ocp),
             forced,
@@ -261,6 +265,7 @@ impl<'a> MeshSequence<'a> {
             if let Some(solved) = self.last.as_ref().filter(|_| may_lead_back) {
                 self.attempt.guess = Guess::earlier(&solved.trajectory);
                 self.attempt.mesh = solved.plain.clone();
+                self.before_failure = Some(solved.clone()).filter(|s| s.accurate);
                 self.catches.left = 0;
                 self.events.give_up(solved.error);
                 return ControlFlow::Continue(());
@@ -386,10 +391,10 @@ impl<'a> MeshSequence<'a> {
                 let (scaling, is_exact) = (&solve.scaling, self.is_exact);
                 self.costates.remedy(ocp, scaling, settings, is_exact, &mut solve.trajectory)?
             }
-            false => Remedy::Nothing,
+            false => CostateRemedy::Nothing,
         };
-        let wants_costates = remedy == Remedy::Mesh;
-        self.is_repeated = remedy == Remedy::ExactSolution;
+        let wants_costates = remedy == CostateRemedy::Mesh;
+        self.is_repeated = remedy == CostateRemedy::ExactSolution;
         let MeshSolve { trajectory, report, estimate, .. } = solve;
         let joints = self.joints.along(&trajectory);
         let plain = refine(ocp, &trajectory, &joints, settings)?;
@@ -451,7 +456,16 @@ impl<'a> MeshSequence<'a> {
         }
     }
 
+    /// Ends with a solution, or with an accurate one before, if meshes without its breaks came to none.
     fn end(&mut self, solved: Solved, status: Status, unmet: Option<Unmet>) -> ControlFlow<Ending> {
+        let falls_short = may_go_on(status) && !(solved.accurate && status.is_success());
+        let (solved, status, unmet) = match self.before_failure.take().filter(|_| falls_short) {
+            Some(before) => {
+                let status = before.report.status;
+                (before, status, None)
+            }
+            None => (solved, status, unmet),
+        };
         let meshes = std::mem::take(&mut self.attempt.meshes);
         let warnings = std::mem::take(&mut self.attempt.warnings);
         let solution = solved.into_solution(status, unmet, meshes, warnings);

@@ -1,4 +1,4 @@
-//! How path constraints of controls leave their bounds: with a jump, or without.
+//! Path constraints of controls that leave their bounds with a jump, or without.
 //!
 //! A path constraint that a mesh holds at a bound, and whose multiplier says that it should not, is let go. Where the Hamiltonian has a
 //! curvature in every direction of the controls that moves the constraint, what stands at a bound kept there, its minimum is a little away from
