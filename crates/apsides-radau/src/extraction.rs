@@ -27,7 +27,7 @@ pub(crate) fn phase_trajectory(
     let breaks: Vec<f64> = mesh.fractions().iter().map(|f| (1.0 - f) * t0 + f * tf).collect();
     let path_rows = p.rows_per_node - p.states;
     let mut y = y.to_vec();
-    for term in rates.iter().filter(|t| p.rate_rows.iter().any(|r| r.at == t.row())) {
+    for term in rates.iter().filter(|t| p.rate_rows.iter().any(|r| r.at == t.constraint())) {
         term.move_into_equations(p, x, &mut y)?;
     }
     smooth_at_start(p, &mut y);

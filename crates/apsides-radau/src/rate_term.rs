@@ -219,8 +219,8 @@ impl RateTerm {
         Ok(())
     }
 
-    /// The constraint row.
-    pub(crate) fn row(&self) -> usize {
+    /// The constraint row of the condition.
+    pub(crate) fn constraint(&self) -> usize {
         self.rate.at
     }
 
