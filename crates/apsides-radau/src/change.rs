@@ -294,11 +294,14 @@ fn at_other_zeros(changes: &mut Vec<Change>, before: &[Displaced]) -> Vec<Displa
 
 /// A control that jumps to a bound, or off it, does so where another quantity jumps between the same nodes.
 fn at_jumps_of_others(changes: &mut [Change]) {
-    let jumps: Vec<(f64, Option<f64>)> =
-        changes.iter().filter(|c| c.kind == ChangeKind::Jump).map(|c| (c.at, c.known)).collect();
+    let jumps: Vec<(usize, f64, Option<f64>)> = (changes.iter())
+        .filter(|c| c.kind == ChangeKind::Jump)
+        .map(|c| (c.quantity, c.at, c.known))
+        .collect();
     for c in changes.iter_mut().filter(|c| c.kind == ChangeKind::Unclear && c.jumps) {
-        let mut here = jumps.iter().filter(|(at, _)| (c.gap.0..=c.gap.1).contains(at));
-        if let (Some((at, known)), None) = (here.next(), here.next()) {
+        let is_here = |at: f64| (c.gap.0..=c.gap.1).contains(&at);
+        let mut here = jumps.iter().filter(|(quantity, at, _)| *quantity != c.quantity && is_here(*at));
+        if let (Some((_, at, known)), None) = (here.next(), here.next()) {
             (c.kind, c.at, c.known) = (ChangeKind::Jump, *at, *known);
         }
     }
