@@ -28,6 +28,8 @@ const PUSHES: f64 = 1e-6;
 const MOST_MESHES: usize = 3;
 /// Part of the error that such a mesh must leave at most for another one.
 const GAIN: f64 = 0.9;
+/// Such meshes in a row that may not help: the ends of arcs along bounds move by more than the errors fall.
+const MOST_WITHOUT_GAIN: usize = 1;
 /// Part of the tolerance that an interval keeps when the mesh is refined: what one is rid of comes to stand in those before it.
 const SHARE: f64 = 0.2;
 
@@ -37,6 +39,8 @@ pub(crate) struct CostateMeshes {
     made: usize,
     /// Largest error of the last one.
     error: Option<f64>,
+    /// Meshes in a row that did not help.
+    without_gain: usize,
 }
 
 /// The remedy for inaccurate costates.
@@ -73,7 +77,8 @@ impl CostateMeshes {
             return Ok(CostateRemedy::ExactSolution);
         }
         let helped = self.error.is_none_or(|before| largest < GAIN * before);
-        if self.made == MOST_MESHES || !helped {
+        self.without_gain = if helped { 0 } else { self.without_gain + 1 };
+        if self.made == MOST_MESHES || self.without_gain > MOST_WITHOUT_GAIN {
             return Ok(CostateRemedy::Nothing);
         }
         (self.error, self.made) = (Some(largest), self.made + 1);

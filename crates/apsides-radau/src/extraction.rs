@@ -28,7 +28,7 @@ pub(crate) fn phase_trajectory(
     let path_rows = p.rows_per_node - p.states;
     let mut y = y.to_vec();
     for term in rates.iter().filter(|t| p.rate_rows.iter().any(|r| r.at == t.constraint())) {
-        term.move_into_equations(p, x, &mut y)?;
+        term.move_into_equations(p, x, &mut y);
     }
     smooth_at_start(p, &mut y);
     let y = y.as_slice();

@@ -6,11 +6,9 @@
 use std::sync::Arc;
 
 use apsides_ad::NodeFunction;
-use apsides_basis::Barycentric;
 use apsides_ocp::{Ocp, PathConstraint, Phase};
 use apsides_transcription::Layout;
 
-use crate::RadauError;
 use crate::junction::{RateRow, depends_on_time, order as order_of_row, row_function};
 use crate::layout::CollocationPhase;
 use crate::row_rate::RowRate;
@@ -187,36 +185,32 @@ impl RateTerm {
 
     /// Puts the multiplier of the condition into those of the equations of motion, as far as both say the same.
     ///
-    /// The derivative of a polynomial at an end of its interval is the polynomial through its derivatives at the points, which the
-    /// equations of motion set. So the first derivative of a row that is linear in the states is a sum of equations of motion there and a
-    /// condition on the state at that end alone. Left where it is, the multiplier bends the costates of the whole interval. That of a rate with a
-    /// control stays: it vanishes at an optimum, and is part of what makes the Hamiltonian stationary.
-    pub(crate) fn move_into_equations(
-        &self,
-        p: &CollocationPhase,
-        x: &[f64],
-        y: &mut [f64],
-    ) -> Result<(), RadauError> {
+    /// The derivative of a row at the start of its interval is a sum of the equations of motion at the points and a condition on the state at that
+    /// start alone: a change of the states that vanishes there changes the derivative by what it changes the rates, `sum_i D_0i g_i A_ij` for
+    /// that at point `j`, with the gradients `g_i` of the row and the integrals `A_ij` of the polynomials of the points. Left where it is, the
+    /// multiplier bends the costates of the whole interval. That of a rate with a control stays: it vanishes at an optimum, and is part of
+    /// what makes the Hamiltonian stationary.
+    pub(crate) fn move_into_equations(&self, p: &CollocationPhase, x: &[f64], y: &mut [f64]) {
         let RateRow { at, interval, at_end, .. } = self.rate;
-        let here = if at_end { self.points.last() } else { self.points.first() };
-        let Some(here) = here.filter(|_| self.order == 1 && self.is_of_states) else { return Ok(()) };
-        let rule = &p.rules[interval];
-        let mut parts = vec![0.0; rule.points()];
-        Barycentric::new(rule.nodes())?.basis(if at_end { 1.0 } else { -1.0 }, &mut parts);
+        if at_end || self.order != 1 || !self.is_of_states {
+            return;
+        }
+        let (rule, first) = (&p.rules[interval], p.interval_start(interval));
+        let multiplier = y[at];
         let mut inputs = self.inputs.clone();
-        let (mut values, mut entries) = (self.values.clone(), here.entries.clone());
-        fill(&mut inputs, &here.columns, x);
-        self.function.jacobian(&inputs, &mut values, &mut entries);
-        let width = p.mesh.fractions()[interval + 1] - p.mesh.fractions()[interval];
-        let multiplier = y[at] * 2.0 / width;
-        for ((r, c), v) in self.function.pattern().jacobian_entries().zip(&entries) {
-            if c < p.states {
-                for (node, part) in (p.interval_start(interval)..).zip(&parts) {
-                    y[p.defect_row(node) + c] += multiplier * part * self.parts[r] * v;
+        let (mut values, mut entries) = (self.values.clone(), self.points[0].entries.clone());
+        for (point, integrals) in self.points[1..].iter().zip(rule.integration().chunks(rule.points())) {
+            fill(&mut inputs, &point.columns, x);
+            self.function.jacobian(&inputs, &mut values, &mut entries);
+            for ((r, c), v) in self.function.pattern().jacobian_entries().zip(&entries) {
+                if c < p.states {
+                    let slope = multiplier * point.factor * self.parts[r] * v;
+                    for (node, integral) in (first..).zip(integrals) {
+                        y[p.defect_row(node) + c] += slope * integral;
+                    }
                 }
             }
         }
-        Ok(())
     }
 
     /// The constraint row of the condition.
