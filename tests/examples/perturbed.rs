@@ -4,59 +4,19 @@
 //! cargo run --release -p apsides-tests --example perturbed -- [CASES [PROBLEM]]
 //! ```
 //!
-//! A case that is not certified is printed with the checks that fail, one that is not solved with its status. Fixed ends and times move by up to 3 and 5 %, bounds of controls by up to 5 %. What is certified as an extremal at least is solved
+//! A case that is not certified is printed with the checks that fail, one that is not solved with its status. What is certified as an extremal at least is solved
 //! again by direct multiple shooting from its own trajectory: an end at a clearly better objective is printed as doubtful.
 #![allow(clippy::print_stdout)]
 
-use apsides::ocp::{Bounds, Guess, Ocp, Sense};
+use apsides::ocp::{Guess, Sense};
 use apsides::radau::Radau;
 use apsides::shooting::direct::MultipleShooting;
 use apsides::verify::{Check, CheckKind, Verdict, VerifySettings, verify};
 use apsides_problems::GALLERY;
+use apsides_tests::perturbation::perturb;
 
-/// Relative change of ends, and of bounds and times.
-const END: f64 = 0.03;
-const BOUND: f64 = 0.05;
 /// A relative gain of the second method that makes a certificate doubtful.
 const GAIN: f64 = 1e-5;
-
-/// Numbers from -1 to 1 (D. E. Knuth's linear congruential generator).
-struct Random(u64);
-
-impl Random {
-    fn next(&mut self) -> f64 {
-        self.0 = self.0.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
-        (self.0 >> 11) as f64 / (1u64 << 52) as f64 - 1.0
-    }
-
-    fn moved(&mut self, bounds: Bounds, amount: f64) -> Bounds {
-        let factor = 1.0 + amount * self.next();
-        if bounds.is_fixed() { Bounds::fixed(bounds.lower * factor) } else { bounds }
-    }
-}
-
-fn perturb(ocp: &mut Ocp, random: &mut Random) {
-    for phase in &mut ocp.phases {
-        for state in &mut phase.states {
-            let within = state.variable.bounds;
-            for end in [&mut state.initial, &mut state.terminal] {
-                *end = random.moved(*end, END);
-                if end.is_fixed() {
-                    *end = Bounds::fixed(within.clamp(end.lower));
-                }
-            }
-        }
-        for control in &mut phase.controls {
-            let (factor, Bounds { lower, upper }) = (1.0 + BOUND * random.next(), control.bounds);
-            if lower.is_finite() && upper.is_finite() {
-                control.bounds = Bounds::new(lower * factor, upper * factor);
-            }
-        }
-        if phase.initial_time.lower == 0.0 && phase.initial_time.is_fixed() {
-            phase.final_time = random.moved(phase.final_time, BOUND);
-        }
-    }
-}
 
 /// The ends of the cases of a problem.
 #[derive(Default)]
@@ -102,11 +62,7 @@ fn one(
 ) -> Result<(), Box<dyn std::error::Error>> {
     let posed = problem.pose()?;
     let mut ocp = posed.ocp;
-    let mut random = Random(case.wrapping_mul(7919).wrapping_add(12345));
-    for _ in 0..10 {
-        random.next();
-    }
-    perturb(&mut ocp, &mut random);
+    perturb(&mut ocp, case);
     let solution = Radau::default().solve(&ocp, &posed.guess)?;
     if !solution.status.is_success() {
         tally.unsolved += 1;

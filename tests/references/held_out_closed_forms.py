@@ -48,6 +48,41 @@ def thrust_off_in_eclipse(end=100, gap=(31.4, 32.9)):
     return 600 * np.linalg.solve(gramian, [600, 0])[0]
 
 
+def thrust_past_a_corner(gain=1.2, limit=0.9, start=pi / 3):
+    """Use of a thrust in its best direction, at the corner of both limits, and along that of the component."""
+    other = sqrt(1 - limit**2)
+    corner, edge = acos(limit), asin(other / gain)
+    full = (gain - 0.5) * (start - corner)
+    at_corner = integral(lambda a: gain * (limit * cos(a) + other * sin(a)) - 0.5, edge, corner)
+    along = integral(lambda a: gain * limit * cos(a) + (gain * sin(a)) ** 2 / 2 - limit**2 / 2, 0, edge)
+    return (full + at_corner + along) / start
+
+
+def slide_above_a_wall(width=1.01, steepest=1.55, wall=atan(0.5), height=0.1, gravity=32.174):
+    """Straight down the steepest slope, a cycloid that is tangent to the wall, along the wall, and a cycloid that ends level."""
+    def met(straight):
+        # Along a cycloid cos(slope) / v is constant, and the slope falls at a constant rate.
+        speed = gravity * sin(steepest) * straight
+        constant = cos(steepest) / speed
+        way = speed * straight / 2
+        across = integral(lambda a: cos(a) ** 2, wall, steepest) / (gravity * constant**2)
+        down = integral(lambda a: sin(a) * cos(a), wall, steepest) / (gravity * constant**2)
+        x, y = way * cos(steepest) + across, way * sin(steepest) + down
+        return x, y, straight + (steepest - wall) / (gravity * constant)
+
+    straight = root(lambda t: met(t)[1] - met(t)[0] / 2 - height, 1e-4, 0.1)
+    x, y, time = met(straight)
+    speed = sqrt(2 * gravity * y)
+
+    def left(along):
+        after = speed + gravity * sin(wall) * along
+        constant = cos(wall) / after
+        across = integral(lambda a: cos(a) ** 2, 0, wall) / (gravity * constant**2)
+        return x + (speed + after) / 2 * along * cos(wall) + across - width, along + wall / (gravity * constant)
+
+    return time + left(root(lambda t: left(t)[0], 1e-4, 0.3))[1]
+
+
 def effort_against(push, knots):
     """Least integral of u^2 + x^2, x' = u + push, x = 0 at 0 and 1: u'' - u = push with u' = 0 at both ends, by Green's function."""
     pieces = list(zip(knots, knots[1:]))
@@ -453,6 +488,7 @@ OPTIMA = {
     "saturated_actuator": lambda: 2,
     "singular_tracking": lambda: integral(lambda t: (0.5 - t - sin(t)) ** 2, 0, root(lambda s: 0.5 - s - sin(s), 0, 1)),
     "slew_with_limited_total_torque": lambda: 2 * sqrt(pi / 2),
+    "slide_above_a_wall": slide_above_a_wall,
     "soap_film": lambda: catenoid(1.0),
     "speed_limit_in_large_units": lambda: 1 / 0.7 + 0.7,
     "speed_limit_in_small_units": lambda: 1 / 0.7 + 0.7,
@@ -465,6 +501,7 @@ OPTIMA = {
     "there_and_back_with_limits": lambda: 1 / 0.7 + 0.7 + 1 / 0.5 + 0.5,
     "through_a_waypoint": lambda: 24,
     "thrust_off_in_eclipse": thrust_off_in_eclipse,
+    "thrust_past_a_corner": thrust_past_a_corner,
     "thrust_up_at_the_end": lambda: 3 / 8 + 1 / pi**2,
     "trap_any_phase_of_an_oscillation": lambda: 0,
     "trap_any_time_of_departure": lambda: 2,

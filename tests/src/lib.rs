@@ -6,12 +6,14 @@
 //! | [`run`] | a problem of the gallery, solved and verified |
 //! | [`mission`] | a mission through the facade: solved, verified, compared |
 //! | [`patience`] | an observer that interrupts |
+//! | [`perturbation`] | problems of the gallery with other numbers |
 //! | [`golden`] | stored counters |
 //! | [`shared`](mod@shared) | maps and references outside the project |
 
 pub mod golden;
 pub mod mission;
 pub mod patience;
+pub mod perturbation;
 pub mod run;
 pub mod shared;
 pub mod tolerance;

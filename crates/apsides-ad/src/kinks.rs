@@ -205,6 +205,28 @@ impl Formula {
         self.outputs().iter().map(|k| place[*k]).collect()
     }
 
+    /// The places where the formula passes from one piece of a table to the next, across which a second derivative jumps, or a third one.
+    #[must_use]
+    pub fn joints(&self) -> Vec<FormulaKink> {
+        let (mut joints, mut known) = (Vec::new(), HashSet::new());
+        for &operation in self.operations() {
+            let arguments = match operation {
+                Operation::Curve(t, a) => vec![(t, 0, a)],
+                Operation::Surface(t, a, b) => vec![(t, 0, a), (t, 1, b)],
+                _ => Vec::new(),
+            };
+            for (table, variable, value) in arguments {
+                for number in self.tables()[table].joints(variable) {
+                    if known.insert((value, number.to_bits())) {
+                        let condition = Condition::Number { value, number };
+                        joints.push(FormulaKink { condition, input: None, jumps: false });
+                    }
+                }
+            }
+        }
+        joints
+    }
+
     /// The places where a first derivative or a value jumps: where absolute values, signs, minima, maxima and selections switch, and the
     /// ends of tables that stay constant beyond them. A condition on constants alone is none.
     #[must_use]

@@ -114,6 +114,17 @@ impl Table {
         }
     }
 
+    /// Arguments of one variable between two pieces. A spline with not-a-knot ends has the same piece on both sides of its second knot, and of the
+    /// last but one.
+    pub(crate) fn joints(&self, variable: usize) -> Vec<f64> {
+        let (knots, same) = match self {
+            Self::Cubic(table) => (table.knots(), 2),
+            Self::Pchip(table) => (table.knots(), 1),
+            Self::Bicubic(table) => (table.knots()[variable], 2),
+        };
+        knots.get(same..knots.len().saturating_sub(same)).unwrap_or_default().to_vec()
+    }
+
     /// A number that equal tables share.
     pub(crate) fn fingerprint(&self) -> u64 {
         let mut hasher = DefaultHasher::new();

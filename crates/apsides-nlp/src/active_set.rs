@@ -7,6 +7,8 @@
 //! Optimization, Academic Press 1981, section 5.2). A system whose inertia is not that of a strict minimum, or a set that does
 //! not settle, leaves the point of the interior point method as it is.
 
+use apsides_iteration::OptimalityError;
+
 use crate::augmented::AugmentedSystem;
 use crate::engine::Engine;
 use crate::iterate::Point;
@@ -41,8 +43,20 @@ pub(crate) struct Reach {
     pub(crate) residual: f64,
 }
 
+/// Part of its slack that a bound loses, as the barrier parameter goes to zero, from which on it is active: all of it, or none.
+const ACTIVE: f64 = 0.5;
+
 /// From the end of an interior point method: where a step is long, what determines a variable is the barrier alone, as along singular arcs.
 const POLISH: Reach = Reach { steps: 4, close: 3e-2, residual: ROUNDING };
+
+/// The reason why a set of bounds that are held leads to no solution close by.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) enum Miss {
+    /// The bounds that are held and the constraints determine more than there is.
+    Contradiction,
+    /// There is no minimum, or none near by.
+    Elsewhere,
+}
 
 /// The place of a variable between its bounds.
 #[derive(Clone, Copy, PartialEq)]
@@ -66,27 +80,38 @@ impl Engine {
         }
         self.state.trial.copy_from(&self.state.current);
         let errors = self.state.errors;
-        let mut sides = self.state.sides();
-        if self.settle(POLISH, &mut sides, problem, system).is_some() {
+        let sides = self.state.sides();
+        let Err(miss) = self.settle(POLISH, &mut sides.clone(), problem, system) else { return true };
+        self.restore(errors, problem);
+        if miss != Miss::Contradiction {
+            return false;
+        }
+        let Some(mut by_course) = self.state.sides_by_course(problem, system) else { return false };
+        if by_course != sides && self.settle(POLISH, &mut by_course, problem, system).is_ok() {
             return true;
         }
+        self.restore(errors, problem);
+        false
+    }
+
+    /// Goes back to the point of the interior point method, which the trial point holds.
+    fn restore(&mut self, errors: OptimalityError, problem: &mut ScaledProblem<'_>) {
         self.state.current.copy_from(&self.state.trial);
         self.state.errors = errors;
         if self.state.differentiate(problem).is_ok() {
             self.measure_errors(problem);
         }
-        false
     }
 
-    /// Moves the point to the exact solution for the active set that begins as `sides`; the steps that it took, or none where the set does
-    /// not settle at an optimal point.
+    /// Moves the point to the exact solution for the active set that begins as `sides`; the steps that it took, or why the set does not
+    /// settle at an optimal point.
     pub(crate) fn settle(
         &mut self,
         reach: Reach,
         sides: &mut [Standing],
         problem: &mut ScaledProblem<'_>,
         system: &mut AugmentedSystem,
-    ) -> Option<usize> {
+    ) -> Result<usize, Miss> {
         let (lower, upper) = problem.exact_bounds();
         let mut steps = 0;
         for _ in 0..ROUNDS {
@@ -96,10 +121,10 @@ impl Engine {
                 self.state.set_exact_slacks(&lower, &upper);
                 self.state.update_dual_residual(problem);
                 self.measure_errors(problem);
-                return self.is_optimal().then_some(steps);
+                return if self.is_optimal() { Ok(steps) } else { Err(Miss::Elsewhere) };
             }
         }
-        None
+        Err(Miss::Elsewhere)
     }
 }
 
@@ -125,7 +150,47 @@ impl SolverState {
         (0..zl.len()).map(side).collect()
     }
 
-    /// Newton's method with the bounds of `sides` held: its steps; none where it does not end within its reach, or the system is not that
+    /// At a bound whose slack goes to zero with the barrier parameter, and its multiplier does not; none where the system does not tell. A
+    /// slack that is small by nature, as that of what has just left its bound, is smaller than its multiplier and keeps its size (A. El-Bakry,
+    /// R. Tapia, Y. Zhang, SIAM Review 36 (1994) 45, doi 10.1137/1036002: the ratio of the slacks of two iterates).
+    fn sides_by_course(
+        &mut self,
+        problem: &mut ScaledProblem<'_>,
+        system: &mut AugmentedSystem,
+    ) -> Option<Vec<Standing>> {
+        let structure = problem.structure().clone();
+        problem.hessian(&self.current.v, &self.current.y, &mut self.hessian, &mut self.diagonal);
+        for &i in &self.bounds.lower_set {
+            self.diagonal[i] += self.current.zl[i] / self.current.lower_slack[i];
+        }
+        for &i in &self.bounds.upper_set {
+            self.diagonal[i] += self.current.zu[i] / self.current.upper_slack[i];
+        }
+        system.load(Some(&self.hessian), &self.diagonal, &self.jacobian);
+        let inertia = system.factor(&structure, &self.diagonal, 0.0, 0.0)?;
+        if inertia.negative != structure.constraints || inertia.zero > 0 {
+            return None;
+        }
+        let constraints = self.trial.constraints.clone();
+        self.find_centring(&structure, system);
+        self.trial.constraints.copy_from_slice(&constraints);
+        let (point, course) = (&self.current, &self.corrected);
+        // The part of its slack that a bound loses as the barrier goes to zero, by the product of slack and multiplier at it.
+        let mut sides = vec![Standing::Free; point.v.len()];
+        for &i in &self.bounds.lower_set {
+            if course.v[i] * point.zl[i] > ACTIVE {
+                sides[i] = Standing::Lower;
+            }
+        }
+        for &i in &self.bounds.upper_set {
+            if -course.v[i] * point.zu[i] > ACTIVE {
+                sides[i] = Standing::Upper;
+            }
+        }
+        Some(sides)
+    }
+
+    /// Newton's method with the bounds of `sides` held: its steps; an error where it does not end within its reach, or the system is not that
     /// of a strict minimum.
     fn newton(
         &mut self,
@@ -134,7 +199,7 @@ impl SolverState {
         system: &mut AugmentedSystem,
         sides: &[Standing],
         (lower, upper): (&[f64], &[f64]),
-    ) -> Option<usize> {
+    ) -> Result<usize, Miss> {
         for (i, side) in sides.iter().enumerate() {
             match side {
                 Standing::Free => {}
@@ -146,25 +211,23 @@ impl SolverState {
         self.current.zu.fill(0.0);
         for step in 0..=reach.steps {
             if !(self.current.evaluate(problem) && self.differentiate(problem).is_ok()) {
-                return None;
+                return Err(Miss::Elsewhere);
             }
             let free = |(r, side): (&f64, &Standing)| if *side == Standing::Free { r.abs() } else { 0.0 };
             let dual = self.dual_residual.iter().zip(sides).map(free).fold(0.0, f64::max);
             let residual = dual.max(max_abs(&self.current.constraints));
             if residual <= reach.residual {
-                return Some(step);
+                return Ok(step);
             }
             if step == reach.steps {
                 let size = max_abs(&self.current.y).max(1.0);
-                return (residual <= 1e2 * ROUNDING * size).then_some(step);
+                return if residual <= 1e2 * ROUNDING * size { Ok(step) } else { Err(Miss::Elsewhere) };
             }
             let structure = problem.structure().clone();
             problem.hessian(&self.current.v, &self.current.y, &mut self.hessian, &mut self.diagonal);
-            if !self.newton_step(reach.close, &structure, system, sides) {
-                return None;
-            }
+            self.newton_step(reach.close, &structure, system, sides)?;
         }
-        None
+        Err(Miss::Elsewhere)
     }
 
     fn newton_step(
@@ -173,7 +236,7 @@ impl SolverState {
         structure: &Structure,
         system: &mut AugmentedSystem,
         sides: &[Standing],
-    ) -> bool {
+    ) -> Result<(), Miss> {
         for (i, side) in sides.iter().enumerate() {
             if *side != Standing::Free {
                 self.diagonal[i] = HELD;
@@ -183,8 +246,11 @@ impl SolverState {
         }
         system.load(Some(&self.hessian), &self.diagonal, &self.jacobian);
         let inertia = system.factor(structure, &self.diagonal, 0.0, 0.0);
+        if inertia.as_ref().is_some_and(|i| i.negative < structure.constraints && i.zero == 0) {
+            return Err(Miss::Contradiction);
+        }
         if !inertia.is_some_and(|i| i.negative == structure.constraints && i.zero == 0) {
-            return false;
+            return Err(Miss::Elsewhere);
         }
         for ((rhs, residual), side) in self.work.iter_mut().zip(&self.dual_residual).zip(sides) {
             *rhs = if *side == Standing::Free { *residual } else { 0.0 };
@@ -199,13 +265,13 @@ impl SolverState {
             &mut step.y,
         );
         if residual > SINGULAR_RESIDUAL {
-            return false;
+            return Err(Miss::Elsewhere);
         }
         let far = |((v, d), side): ((&f64, &f64), &Standing)| {
             *side == Standing::Free && d.abs() > close * v.abs().max(1.0)
         };
         if self.current.v.iter().zip(&step.v).zip(sides).any(far) {
-            return false;
+            return Err(Miss::Elsewhere);
         }
         for ((v, d), side) in self.current.v.iter_mut().zip(&step.v).zip(sides) {
             if *side == Standing::Free {
@@ -215,7 +281,7 @@ impl SolverState {
         for (y, d) in self.current.y.iter_mut().zip(&step.y) {
             *y += d;
         }
-        true
+        Ok(())
     }
 
     /// Releases bounds with multipliers of the wrong sign and holds those that are overstepped; false if there is none.

@@ -244,7 +244,7 @@ fn by_active_set(
     engine.state.barrier = engine.state.final_barrier;
     let mut sides = engine.state.sides_of_multipliers(*least_multiplier);
     let reach = Reach { steps: STEPS, close: CLOSE, residual: RESIDUAL * solver.settings.tolerance };
-    let Some(iterations) = engine.settle(reach, &mut sides, problem, system) else {
+    let Ok(iterations) = engine.settle(reach, &mut sides, problem, system) else {
         return Ok(Err(system.factorisations));
     };
     let (factorisations, solves) = (system.factorisations, system.solves);

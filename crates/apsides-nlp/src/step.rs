@@ -168,7 +168,7 @@ impl SolverState {
     }
 
     /// Derivative of the direction with respect to the barrier parameter, into `corrected`.
-    fn find_centring(&mut self, structure: &Structure, system: &mut AugmentedSystem) {
+    pub(crate) fn find_centring(&mut self, structure: &Structure, system: &mut AugmentedSystem) {
         let (point, rhs) = (&self.current, &mut self.work);
         for (i, rhs) in rhs.iter_mut().enumerate() {
             *rhs = 1.0 / point.upper_slack[i] - 1.0 / point.lower_slack[i]

@@ -108,7 +108,7 @@ pub(crate) struct NodeSample {
     pub(crate) below_upper: f64,
     /// Relative multiplier: positive where the lower bound would be active.
     pub(crate) slope: f64,
-    /// True for a control that the Hamiltonian is linear or concave in here: between its bounds it has no minimum.
+    /// True for a control that the Hamiltonian is linear or concave in here: between its bounds it has no minimum. So for a row that is held.
     pub(crate) is_concave: bool,
     pub(crate) class: Class,
     pub(crate) course: Option<ArcKind>,
@@ -136,6 +136,8 @@ pub(crate) struct Solution<'a> {
     pub(crate) report: &'a SolveReport,
     /// Diagonal of the Hessian of the Lagrangian.
     pub(crate) curvatures: &'a [f64],
+    /// Curvatures of [`crate::row_bends`].
+    pub(crate) row_bends: &'a [f64],
     /// Scale of the objective.
     pub(crate) objective: f64,
 }
@@ -240,6 +242,8 @@ pub(crate) fn samples(
                 let row = p.path_row(node) + r;
                 let is_left_out = p.is_beside_junction(node, r);
                 let hold = if is_left_out { Some(&Some(ArcKind::Free)) } else { holds.rows.get(r) };
+                let bend = solution.row_bends.get(row).filter(|b| !b.is_nan()).copied().unwrap_or(0.0);
+                bends.push(bend * q.range.powi(2) / seconds);
                 (report.constraint_values[row], -report.constraint_multipliers[row], hold)
             }
             // The multiplier there is that of the start of the phase.
@@ -271,7 +275,7 @@ pub(crate) fn samples(
     let is_regular = q.is_boundary() || matches!(q.kind, QuantityKind::Control(_)) && !affine;
     for s in &mut samples {
         s.slope = if largest > 0.0 { s.slope / largest } else { 0.0 };
-        s.class = class(s, is_regular);
+        s.class = class(s, is_regular || matches!(q.kind, QuantityKind::Row(_)) && !s.is_concave);
         // What controls at their bounds leave where it is needs nothing to hold it.
         if q.is_boundary()
             && !q.held_by.iter().any(|(c, v)| is_between(report.x[p.control_column(s.node) + c], v))
@@ -284,7 +288,7 @@ pub(crate) fn samples(
 }
 
 /// Says whether a control is away from its bounds.
-fn is_between(value: f64, variable: &Variable) -> bool {
+pub(crate) fn is_between(value: f64, variable: &Variable) -> bool {
     let Bounds { lower, upper } = variable.bounds;
     let width = upper - lower;
     let room = AT_BOUND * if width.is_finite() { width } else { variable.size().unwrap_or(1.0) };

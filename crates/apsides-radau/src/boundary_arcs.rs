@@ -8,6 +8,7 @@
 use apsides_ocp::{ArcKind, Break, Crossing, Mesh, Ocp, Phase, PhaseMesh, TouchPoint};
 
 use crate::RadauError;
+use crate::joints::is_at_joint;
 use crate::junction::order;
 
 /// Least points of an interval there, as far as there are as many.
@@ -54,19 +55,25 @@ fn arc_of_intervals(mesh: &PhaseMesh) -> impl Iterator<Item = usize> {
 }
 
 /// The mesh with as many points in fewer intervals along such arcs, and along the arcs that they follow or are followed by.
-pub(crate) fn with_long_intervals(ocp: &Ocp, mesh: &Mesh, most: usize) -> Result<Mesh, RadauError> {
-    let phases = ocp.phases.iter().zip(&mesh.phases);
-    let phases = phases.map(|(phase, mesh)| {
+pub(crate) fn with_long_intervals(
+    ocp: &Ocp,
+    mesh: &Mesh,
+    joints: &[Vec<f64>],
+    most: usize,
+) -> Result<Mesh, RadauError> {
+    let phases = ocp.phases.iter().zip(&mesh.phases).zip(joints);
+    let phases = phases.map(|((phase, mesh), joints)| {
         let beside = arcs_beside_bounds(phase, mesh);
-        if beside.contains(&true) { joined(mesh, &beside, most) } else { Ok(mesh.clone()) }
+        if beside.contains(&true) { joined(mesh, &beside, joints, most) } else { Ok(mesh.clone()) }
     });
     Ok(Mesh { phases: phases.collect::<Result<_, _>>()? })
 }
 
-/// The mesh with the intervals of these arcs joined until they have [`POINTS`], `most` at most.
-fn joined(mesh: &PhaseMesh, arcs: &[bool], most: usize) -> Result<PhaseMesh, RadauError> {
+/// The mesh with the intervals of these arcs joined until they have [`POINTS`], `most` at most, not across joints of tables.
+fn joined(mesh: &PhaseMesh, arcs: &[bool], joints: &[f64], most: usize) -> Result<PhaseMesh, RadauError> {
     let fixed = |end: usize| {
-        mesh.breaks().iter().any(|b| b.end == end)
+        is_at_joint(mesh.fractions(), end, joints)
+            || mesh.breaks().iter().any(|b| b.end == end)
             || mesh.touch_points().iter().any(|t| t.end == end)
             || mesh.crossings().iter().any(|c| c.end == end)
     };

@@ -25,6 +25,9 @@ const LEAST_NODES: usize = 3;
 /// Multiples of what is near a bound from which on a control is away from it.
 const CLEAR: f64 = 10.0;
 
+/// Part of the way from a break to another zero within which both are where they were before.
+const CAME_BACK: f64 = 0.2;
+
 /// A switching function of the wrong sign, relative to its largest value, that is none of rounding; certificates allow less.
 const EVIDENT: f64 = 1e-5;
 
@@ -44,8 +47,19 @@ pub(crate) struct Change {
     pub(crate) is_pushed: bool,
     /// True where a control leaves a bound that it is held at, or comes to it, without a jump.
     pub(crate) is_continuous: bool,
+    /// True where the quantity meets a bound with a jump, or leaves it.
+    jumps: bool,
     /// Where the switching function changes its sign shortly before and after a break that stands at another zero of it.
     zeros: [Option<f64>; 2],
+}
+
+/// A break that the next mesh has at another zero of its switching function.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Displaced {
+    quantity: usize,
+    /// Where it stood, and where it was put.
+    from: f64,
+    to: f64,
 }
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -82,22 +96,24 @@ fn change(quantity: usize, q: &Quantity<'_>, samples: &[NodeSample], a: &Run, b:
     let (before, after) = (&samples[a.last], &samples[b.first]);
     let crosses = a.class.opposite(b.class);
     let is_row = matches!(q.kind, QuantityKind::Row(_));
+    let jumps = jumps(samples, a, b);
     // From bound to bound across what is no minimum.
     let turns_over = crosses && before.is_concave && after.is_concave;
     let kind = if q.is_boundary() {
         if crosses { ChangeKind::Unclear } else { ChangeKind::Junction }
-    } else if q.affine || turns_over || (is_row && (crosses || jumps(samples, a, b))) {
+    } else if q.affine || turns_over || (is_row && (crosses || jumps)) {
         ChangeKind::Jump
-    } else if !crosses && is_kink(a, b) && !jumps(samples, a, b) {
+    } else if !crosses && is_kink(a, b) && !jumps {
         ChangeKind::Kink
     } else {
         ChangeKind::Unclear
     };
+    let middle = 0.5 * (before.fraction + after.fraction);
     let at = match kind {
         _ if a.is_pulse || b.is_pulse => pulse_end(samples, a, b),
         _ if crosses => crossing(before, after),
-        ChangeKind::Kink => meeting(samples, a, b),
-        _ => 0.5 * (before.fraction + after.fraction),
+        ChangeKind::Kink => meeting(samples, a, b).or_else(|| let_go(samples, a, b)).unwrap_or(middle),
+        _ => middle,
     };
     let gap = (before.fraction, after.fraction);
     let zeros = if q.affine && kind == ChangeKind::Jump {
@@ -121,6 +137,7 @@ fn change(quantity: usize, q: &Quantity<'_>, samples: &[NodeSample], a: &Run, b:
         known: None,
         is_pushed,
         is_continuous,
+        jumps,
         zeros,
     }
 }
@@ -218,9 +235,11 @@ fn is_kink(a: &Run, b: &Run) -> bool {
 }
 
 /// Changes of a control whose switching function has other zeros beside a break. A break is stationary at each zero; where the function has
-/// the wrong sign on one side, it belongs to the zero there, and where it has on both, the control switches at all three.
-fn at_other_zeros(changes: &mut Vec<Change>) {
+/// the wrong sign on one side, it belongs to the zero there, and where it has on both, the control switches at all three. What was put at that
+/// zero and came back belongs to neither: between the two the control is at no bound.
+fn at_other_zeros(changes: &mut Vec<Change>, before: &[Displaced]) -> Vec<Displaced> {
     let mut more = Vec::new();
+    let mut displaced = Vec::new();
     for c in changes.iter_mut().filter(|c| c.known.is_some()) {
         match std::mem::take(&mut c.zeros) {
             [Some(before), Some(after)] => {
@@ -237,15 +256,60 @@ fn at_other_zeros(changes: &mut Vec<Change>) {
                 more.push(change(after, None, c.from, c.to));
                 (c.at, c.known) = (before, None);
             }
-            [Some(zero), None] | [None, Some(zero)] => (c.at, c.known) = (zero, None),
+            [Some(zero), None] | [None, Some(zero)] => {
+                let came_back = |d: &&Displaced| {
+                    let near = CAME_BACK * (d.from - d.to).abs();
+                    d.quantity == c.quantity && (d.from - c.at).abs() < near && (d.to - zero).abs() < near
+                };
+                if !before.iter().any(|d| came_back(&d)) {
+                    displaced.push(Displaced { quantity: c.quantity, from: c.at, to: zero });
+                    (c.at, c.known) = (zero, None);
+                    continue;
+                }
+                let (from, to) = (c.from, c.to);
+                let classes = if zero < c.at { (from, Class::Between) } else { (Class::Between, to) };
+                if zero < c.at {
+                    c.from = Class::Between
+                } else {
+                    c.to = Class::Between
+                }
+                let gap = (zero.min(c.at), zero.max(c.at));
+                let end = Change {
+                    at: zero,
+                    known: None,
+                    from: classes.0,
+                    to: classes.1,
+                    gap,
+                    zeros: [None; 2],
+                    ..*c
+                };
+                more.push(end);
+            }
             [None, None] => {}
         }
     }
     changes.extend(more);
+    displaced
 }
 
-/// Gives every change the break that it belongs to, or joins it with others close by.
-pub(crate) fn settle(changes: &mut Vec<Change>, mesh: &PhaseMesh) {
+/// A control that jumps to a bound, or off it, does so where another quantity jumps between the same nodes.
+fn at_jumps_of_others(changes: &mut [Change]) {
+    let jumps: Vec<(usize, f64, Option<f64>)> = (changes.iter())
+        .filter(|c| c.kind == ChangeKind::Jump)
+        .map(|c| (c.quantity, c.at, c.known))
+        .collect();
+    for c in changes.iter_mut().filter(|c| c.kind == ChangeKind::Unclear && c.jumps) {
+        let is_here = |at: f64| (c.gap.0..=c.gap.1).contains(&at);
+        let mut here = jumps.iter().filter(|(quantity, at, _)| *quantity != c.quantity && is_here(*at));
+        if let (Some((_, at, known)), None) = (here.next(), here.next()) {
+            (c.kind, c.at, c.known) = (ChangeKind::Jump, *at, *known);
+        }
+    }
+}
+
+/// Gives every change the break that it belongs to, or joins it with others close by. Takes the breaks that the last mesh had displaced, and
+/// returns those that the next one has.
+pub(crate) fn settle(changes: &mut Vec<Change>, mesh: &PhaseMesh, before: &[Displaced]) -> Vec<Displaced> {
     let times = |free: bool| -> Vec<f64> {
         mesh.breaks().iter().filter(|b| b.free == free).map(|b| mesh.fractions()[b.end]).collect()
     };
@@ -268,7 +332,8 @@ pub(crate) fn settle(changes: &mut Vec<Change>, mesh: &PhaseMesh) {
             ChangeKind::Unclear => {}
         }
     }
-    at_other_zeros(changes);
+    let displaced = at_other_zeros(changes, before);
+    at_jumps_of_others(changes);
     changes.sort_by(|a, b| a.at.total_cmp(&b.at));
     for i in 1..changes.len() {
         let (before, rest) = changes.split_at_mut(i);
@@ -293,6 +358,7 @@ pub(crate) fn settle(changes: &mut Vec<Change>, mesh: &PhaseMesh) {
             (c.at, c.known) = (last.at, last.known);
         }
     }
+    displaced
 }
 
 /// End of a pulse that has the same area as the nodes in it.
@@ -338,8 +404,9 @@ fn jumps(samples: &[NodeSample], a: &Run, b: &Run) -> bool {
 }
 
 /// Where the distance to the bound of one of two runs vanishes, from its polynomial beside the change: through the nodes of the
-/// nearest interval where none of them is at the bound, or all have left their bounds out, else through the nearest nodes.
-fn meeting(samples: &[NodeSample], a: &Run, b: &Run) -> f64 {
+/// nearest interval where none of them is at the bound, or all have left their bounds out, else through the nearest nodes; none where it does
+/// not vanish near by.
+fn meeting(samples: &[NodeSample], a: &Run, b: &Run) -> Option<f64> {
     let between_first = a.class == Class::Between;
     let bound = if between_first { b.class } else { a.class };
     let distance = |s: &NodeSample| if bound == Class::Lower { s.above_lower } else { s.below_upper };
@@ -359,22 +426,47 @@ fn meeting(samples: &[NodeSample], a: &Run, b: &Run) -> f64 {
     let value = |f: f64| through(&nodes, distance, f);
     let (mut inside, far) = (samples[near].fraction, samples[far].fraction);
     let mut outside = inside;
-    // The bound is met between the two nodes, or a little beyond.
-    for k in 0..REACH {
-        outside = far + 0.5 * k as f64 * (far - samples[near].fraction);
-        if value(outside) < 0.0 {
-            break;
+    if value(inside) < 0.0 {
+        // The free side begins beyond the bound: it is met behind.
+        let mut places: Vec<f64> = nodes.iter().map(|s| s.fraction).collect();
+        places.sort_by(|x, y| (x - far).abs().total_cmp(&(y - far).abs()));
+        let first = places.iter().position(|f| value(*f) >= 0.0)?;
+        (inside, outside) = (places[first], if first == 0 { inside } else { places[first - 1] });
+    } else {
+        // The bound is met between the two nodes, or a little beyond.
+        for k in 0..REACH {
+            outside = far + 0.5 * k as f64 * (far - samples[near].fraction);
+            if value(outside) < 0.0 {
+                break;
+            }
+            inside = outside;
         }
-        inside = outside;
     }
     if !(value(inside) >= 0.0 && value(outside) < 0.0) {
-        return 0.5 * (samples[near].fraction + far);
+        return None;
     }
     for _ in 0..60 {
         let middle = 0.5 * (inside + outside);
         if value(middle) > 0.0 { inside = middle } else { outside = middle }
     }
-    outside
+    Some(outside)
+}
+
+/// Where the multiplier of what is held at the bound of one of two runs vanishes, between nodes that are held: it is held too long.
+fn let_go(samples: &[NodeSample], a: &Run, b: &Run) -> Option<f64> {
+    let pushes = |s: &NodeSample| match s.course {
+        Some(ArcKind::Lower) => Some(s.slope),
+        Some(ArcKind::Upper) => Some(-s.slope),
+        _ => None,
+    };
+    let pairs = samples[a.first..=b.last].windows(2);
+    let zeros = pairs.filter_map(|w| {
+        let (x, y) = (pushes(&w[0])?, pushes(&w[1])?);
+        let leaves = if a.class == Class::Between { x < 0.0 && y >= 0.0 } else { x >= 0.0 && y < 0.0 };
+        leaves.then(|| w[0].fraction + x / (x - y) * (w[1].fraction - w[0].fraction))
+    });
+    let edge = samples[b.first].fraction;
+    zeros.min_by(|x, y| (x - edge).abs().total_cmp(&(y - edge).abs()))
 }
 
 /// Zero of the switching function between two nodes.

@@ -133,7 +133,8 @@ impl Contacts {
         }
         let past = std::mem::take(&mut self.tracked);
         let mut placed = Vec::new();
-        let solution = Solution { report, curvatures: &[], objective: nlp.scales.objective.abs() };
+        let solution =
+            Solution { report, curvatures: &[], row_bends: &[], objective: nlp.scales.objective.abs() };
         for (k, (phase, t)) in ocp.phases.iter().zip(&trajectory.phases).enumerate() {
             for q in rows_without_controls(phase) {
                 let Some(course) = RowCourse::new(phase, t, &q) else { continue };

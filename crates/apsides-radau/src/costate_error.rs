@@ -7,11 +7,16 @@
 //! bound adds to the costate is not a matter of more points, and those beside kinks. Along an arc that holds such a constraint at its bound from
 //! end to end the multiplier is smooth; where it is of first order it is as accurate as the costates, so that its intervals count.
 
+use std::ops::Range;
+
 use apsides_basis::Lgr;
-use apsides_ocp::{LagrangianSlope, Ocp, Phase, PhaseScaling, PhaseTrajectory, Scaling, Trajectory};
+use apsides_ocp::{
+    LagrangianSlope, Ocp, Phase, PhaseMesh, PhaseScaling, PhaseTrajectory, Scaling, Trajectory,
+};
 
 use crate::RadauError;
 use crate::boundary_arcs::holds_with_first_rate;
+use crate::junction::{Junction, junctions, row_function};
 use crate::settings::RadauSettings;
 
 /// A state closer to its bound than this part of its scale is at it.
@@ -23,6 +28,8 @@ const PUSHES: f64 = 1e-6;
 const MOST_MESHES: usize = 3;
 /// Part of the error that such a mesh must leave at most for another one.
 const GAIN: f64 = 0.9;
+/// Such meshes in a row that may not help: the ends of arcs along bounds move by more than the errors fall.
+const MOST_WITHOUT_GAIN: usize = 1;
 /// Part of the tolerance that an interval keeps when the mesh is refined: what one is rid of comes to stand in those before it.
 const SHARE: f64 = 0.2;
 
@@ -32,25 +39,47 @@ pub(crate) struct CostateMeshes {
     made: usize,
     /// Largest error of the last one.
     error: Option<f64>,
+    /// Meshes in a row that did not help.
+    without_gain: usize,
+}
+
+/// The remedy for inaccurate costates.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum CostateRemedy {
+    /// They are accurate, or nothing helps.
+    Nothing,
+    /// The exact solution on the same mesh: what a barrier leaves at bounds that are close and not active is no error of the mesh.
+    ExactSolution,
+    /// Another mesh.
+    Mesh,
 }
 
 impl CostateMeshes {
-    /// Returns true, and raises the errors of the intervals with inaccurate costates, if another mesh is worth its while.
-    pub(crate) fn want(
+    /// The remedy for costates of a solution, which is the exact one of its mesh or not; for another mesh the errors of the intervals with
+    /// inaccurate costates are raised.
+    pub(crate) fn remedy(
         &mut self,
         ocp: &Ocp,
         scaling: &Scaling,
         settings: &RadauSettings,
+        is_exact: bool,
         trajectory: &mut Trajectory,
-    ) -> Result<bool, RadauError> {
-        if self.made == MOST_MESHES || settings.costate_tolerance.is_infinite() {
-            return Ok(false);
+    ) -> Result<CostateRemedy, RadauError> {
+        if self.made == MOST_MESHES && is_exact || settings.costate_tolerance.is_infinite() {
+            return Ok(CostateRemedy::Nothing);
         }
         let errors = costate_errors(ocp, scaling, trajectory)?;
         let largest = errors.iter().flatten().copied().fold(0.0, f64::max);
+        if largest <= settings.costate_tolerance {
+            return Ok(CostateRemedy::Nothing);
+        }
+        if !is_exact {
+            return Ok(CostateRemedy::ExactSolution);
+        }
         let helped = self.error.is_none_or(|before| largest < GAIN * before);
-        if largest <= settings.costate_tolerance || !helped {
-            return Ok(false);
+        self.without_gain = if helped { 0 } else { self.without_gain + 1 };
+        if self.made == MOST_MESHES || self.without_gain > MOST_WITHOUT_GAIN {
+            return Ok(CostateRemedy::Nothing);
         }
         (self.error, self.made) = (Some(largest), self.made + 1);
         let weight = settings.tolerance / (SHARE * settings.costate_tolerance);
@@ -59,7 +88,7 @@ impl CostateMeshes {
                 *known = known.max(weight * error);
             }
         }
-        Ok(true)
+        Ok(CostateRemedy::Mesh)
     }
 }
 
@@ -73,9 +102,19 @@ fn costate_errors(
     phases
         .map(|(k, ((phase, found), scaling))| {
             let lagrangian = LagrangianSlope::new(ocp, k, found, &trajectory.parameters);
-            Slopes { phase, found, lagrangian }.errors(scaling)
+            Slopes { phase, found, lagrangian }.errors(scaling, &trajectory.parameters)
         })
         .collect()
+}
+
+/// The intervals of the arc along a bound that begins or ends at a junction, and the one on the other side.
+fn beside(mesh: &PhaseMesh, junction: &Junction) -> Range<usize> {
+    let arc = mesh.breaks().iter().take_while(|b| b.end < junction.end).count();
+    if junction.is_entry {
+        junction.end - 1..mesh.arc_intervals(arc + 1).end
+    } else {
+        mesh.arc_intervals(arc).start..junction.end + 1
+    }
 }
 
 /// The costates of a phase, and the slope that their differential equation has.
@@ -86,7 +125,7 @@ struct Slopes<'a> {
 }
 
 impl Slopes<'_> {
-    fn errors(mut self, scaling: &PhaseScaling) -> Result<Vec<f64>, RadauError> {
+    fn errors(mut self, scaling: &PhaseScaling, parameters: &[f64]) -> Result<Vec<f64>, RadauError> {
         let intervals = self.found.mesh.intervals();
         let Some(costate) = &self.found.costate else { return Ok(vec![0.0; intervals]) };
         let nx = self.phase.states.len();
@@ -98,6 +137,13 @@ impl Slopes<'_> {
             for (k, error) in errors.iter_mut().enumerate() {
                 if !self.is_constrained(k, scaling, largest) {
                     *error = self.error(k, &scaling.states)? / largest;
+                }
+            }
+            for junction in junctions(self.phase, &self.found.mesh) {
+                let jump = self.jump(&junction, &scaling.states, parameters) / largest;
+                // The time of a junction is as exact as the arc along the bound, and what is beside it.
+                for k in beside(&self.found.mesh, &junction) {
+                    errors[k] = errors[k].max(jump);
                 }
             }
         }
@@ -143,6 +189,38 @@ impl Slopes<'_> {
         let limits: Vec<f64> = limits.zip(&scaling.path).map(|(limit, scale)| limit / scale).collect();
         let values = path.segments()[k].values.chunks(limits.len().max(1));
         values.flat_map(|row| row.iter().zip(&limits)).any(|(m, limit)| m.abs() > *limit)
+    }
+
+    /// The largest jump of the costates at a junction without that of its contact, in the unit of the objective: at an optimum there is none.
+    fn jump(&self, junction: &Junction, scales: &[f64], parameters: &[f64]) -> f64 {
+        let Some((costate, (path, output))) =
+            self.found.costate.as_ref().zip(row_function(self.phase, junction.row))
+        else {
+            return 0.0;
+        };
+        let (nx, nu, end) = (scales.len(), self.phase.controls.len(), junction.end);
+        let time = costate.breaks()[end];
+        let (mut before, mut after) = (vec![0.0; nx], vec![0.0; nx]);
+        costate.evaluate_in(end - 1, time, &mut before);
+        costate.evaluate_in(end, time, &mut after);
+        let mut z = vec![0.0; path.function.inputs()];
+        let last = z.len() - 1;
+        self.found.state.evaluate_in(end, time, &mut z[..nx]);
+        z[nx + nu..last].copy_from_slice(&parameters[..last - nx - nu]);
+        z[last] = time;
+        let pattern = path.function.pattern();
+        let (mut values, mut entries) =
+            (vec![0.0; path.function.outputs()], vec![0.0; pattern.jacobian_len()]);
+        path.function.jacobian(&z, &mut values, &mut entries);
+        let contact = self.found.contacts.iter().find(|c| c.end == end && c.row == junction.row);
+        let multiplier = contact.map_or(0.0, |c| c.multiplier);
+        for ((r, c), v) in pattern.jacobian_entries().zip(&entries) {
+            if r == output && c < nx {
+                after[c] += multiplier * v;
+            }
+        }
+        let jumps = before.iter().zip(&after).zip(scales).map(|((a, b), s)| ((a - b) * s).abs());
+        jumps.fold(0.0, f64::max)
     }
 
     /// The largest difference in interval `k`, in the unit of the objective.

@@ -5,6 +5,7 @@ use apsides_ocp::{Mesh, Ocp, Trajectory};
 use crate::RadauError;
 use crate::boundary_arcs::with_long_intervals;
 use crate::breaks::{Instants, with_instants};
+use crate::change::Displaced;
 use crate::contact::{Contacts, NextContacts, SolvedMesh};
 use crate::crossing::{Crossings, Passages};
 use crate::mesh_solve::MeshSolve;
@@ -18,6 +19,9 @@ const MOST_REVISIONS: usize = 8;
 /// Most searches for events in a solve: a coarse mesh can show places of them that lead nowhere, where a finer one shows the right ones.
 const MOST_SEARCHES: usize = 3;
 
+/// Part of its last move that a kink moves at most where it comes to its place.
+const CLOSING_IN: f64 = 0.5;
+
 /// Part of the error of the mesh that they led nowhere from, at which events are looked for again.
 const FINER: f64 = 0.1;
 
@@ -29,6 +33,10 @@ pub(crate) struct Events {
     resumes_at: Option<f64>,
     /// Changes of the structure of switches that are left.
     revisions: usize,
+    /// The farthest that a kink moved last, where nothing else changed.
+    last_move: f64,
+    /// Per phase, the breaks that the mesh has at other zeros of their switching functions than the last one.
+    displaced: Vec<Vec<Displaced>>,
     contacts: Contacts,
     crossings: Crossings,
 }
@@ -39,6 +47,8 @@ impl Events {
             searches: if enabled { MOST_SEARCHES - 1 } else { 0 },
             resumes_at: None,
             revisions: if enabled { MOST_REVISIONS } else { 0 },
+            last_move: f64::INFINITY,
+            displaced: Vec::new(),
             contacts: Contacts::new(enabled),
             crossings: Crossings::new(enabled),
         }
@@ -64,7 +74,8 @@ impl Events {
         if self.resumes_at.is_some_and(is_finer) {
             *self = Self { searches: self.searches, ..Self::new(true) };
         }
-        let structure = Structure::of(ocp, &mut solve.nlp, &solve.report, &solve.trajectory);
+        let structure = Structure::of(ocp, &mut solve.nlp, &solve.report, &solve.trajectory, &self.displaced);
+        self.displaced = structure.displaced();
         let solved = SolvedMesh {
             ocp,
             report: &solve.report,
@@ -90,20 +101,25 @@ impl Events {
         ocp: &Ocp,
         trajectory: &Trajectory,
         plain: &Mesh,
+        joints: &[Vec<f64>],
         settings: &RadauSettings,
     ) -> Result<Mesh, RadauError> {
         let FoundEvents { structure, switches_settled, contacts, passages } = found;
         let instants = found.instants();
-        if self.revisions == 0 {
+        // Kinks on their way to their places are no change of the structure.
+        let moved = structure.move_of_kinks(trajectory).unwrap_or(f64::INFINITY);
+        let closes_in = moved < CLOSING_IN * self.last_move;
+        self.last_move = moved;
+        if self.revisions == 0 && !closes_in {
             let spared = passages.spared(trajectory.clone());
-            let refined = refine(ocp, &contacts.spared(spared), settings)?;
+            let refined = refine(ocp, &contacts.spared(spared), joints, settings)?;
             return Ok(with_instants(&refined, &instants).unwrap_or_else(|_| plain.clone()));
         }
-        self.revisions -= usize::from(!switches_settled);
+        self.revisions -= usize::from(!switches_settled && !closes_in);
         let spared = passages.spared(structure.spared(trajectory));
-        let refined = refine(ocp, &contacts.spared(spared), settings)?;
+        let refined = refine(ocp, &contacts.spared(spared), joints, settings)?;
         match structure.mesh(&refined, &instants) {
-            Ok(mesh) if !switches_settled => with_long_intervals(ocp, &mesh, settings.max_points),
+            Ok(mesh) if !switches_settled => with_long_intervals(ocp, &mesh, joints, settings.max_points),
             placed => Ok(placed.unwrap_or_else(|_| plain.clone())),
         }
     }

@@ -7,6 +7,7 @@ use apsides_ocp::{Contact, PhaseMesh, PhaseTrajectory, PiecewisePolynomial, Segm
 
 use crate::RadauError;
 use crate::layout::CollocationPhase;
+use crate::rate_term::RateTerm;
 
 /// The trajectory of one phase at a point `x` with the multipliers `y` of the rows.
 ///
@@ -19,13 +20,18 @@ pub(crate) fn phase_trajectory(
     p: &CollocationPhase,
     x: &[f64],
     y: &[f64],
+    rates: &[RateTerm],
 ) -> Result<PhaseTrajectory, RadauError> {
     let (t0, tf) = (x[p.ends.initial_time], x[p.ends.final_time]);
     let mesh = moved_mesh(p, x)?;
     let breaks: Vec<f64> = mesh.fractions().iter().map(|f| (1.0 - f) * t0 + f * tf).collect();
     let path_rows = p.rows_per_node - p.states;
-    let smooth = smooth_at_start(p, y);
-    let y = smooth.as_slice();
+    let mut y = y.to_vec();
+    for term in rates.iter().filter(|t| p.rate_rows.iter().any(|r| r.at == t.constraint())) {
+        term.move_into_equations(p, x, &mut y);
+    }
+    smooth_at_start(p, &mut y);
+    let y = y.as_slice();
     let mut bases = std::collections::BTreeMap::new();
     let (mut state, mut control, mut costate, mut path) = (vec![], vec![], vec![], vec![]);
     let impulses = impulses(p, &mesh, x, y);
@@ -82,11 +88,10 @@ pub(crate) fn phase_trajectory(
     })
 }
 
-/// The multipliers with those that are smooth at the start of rows whose first rate the initial states imply. Along the first interval such
+/// Makes the multipliers smooth at the start of rows whose first rate the initial states imply. Along the first interval such
 /// a row gives its rate at the first node, as the equations of motion do there: what the multiplier of one has more, those of the
 /// other have less. The costates at the nodes after it say which part is that of the equations.
-fn smooth_at_start(p: &CollocationPhase, y: &[f64]) -> Vec<f64> {
-    let mut y = y.to_vec();
+fn smooth_at_start(p: &CollocationPhase, y: &mut [f64]) {
     let (rule, count) = (&p.rules[0], p.mesh.points()[0]);
     let weights = rule.weights();
     for (row, coefficients) in p.implied_rates.iter().filter(|_| count > CONTINUED_FROM) {
@@ -104,7 +109,6 @@ fn smooth_at_start(p: &CollocationPhase, y: &[f64]) -> Vec<f64> {
             y[p.path_row(node) + row] -= part * rule.differentiation()[node];
         }
     }
-    y
 }
 
 /// The value at a node of the polynomial through the values at others, from the part that each of them has in it.
@@ -133,9 +137,9 @@ struct Impulse {
     density: f64,
 }
 
-/// The impulses at touch points and junctions. Where an arc begins along the bound of a row of order one the controls are continuous, so
-/// that there is none; along others, and where a row is held from the start of the phase on, the multiplier of the first node is an impulse and
-/// a density, which is that of the nodes after it.
+/// The impulses at touch points and junctions. Where an arc begins along a bound, and where a row is held from the start of the phase on, the
+/// multiplier of the first node is an impulse and a density, which is that of the nodes after it. Along a row of order one with continuous
+/// controls the impulse is what the mesh leaves of the place of the junction.
 fn impulses(p: &CollocationPhase, mesh: &PhaseMesh, x: &[f64], y: &[f64]) -> Vec<Impulse> {
     let seconds = |node: usize| p.nodes[node].weight * p.arc_duration(p.arc_of(node), x);
     let value = |node: usize, row: usize| y[p.path_row(node) + row];
@@ -162,7 +166,7 @@ fn impulses(p: &CollocationPhase, mesh: &PhaseMesh, x: &[f64], y: &[f64]) -> Vec
     };
     let touches = mesh.touch_points().iter().map(|t| alone(t.end, t.row));
     let exits = p.junctions.iter().filter(|j| !j.is_entry).map(|j| alone(j.end, j.row));
-    let entries = p.junctions.iter().filter(|j| j.is_entry && j.has_impulse);
+    let entries = p.junctions.iter().filter(|j| j.is_entry);
     let entries = entries.map(|j| entry(j.end, j.row));
     let is_active_at_start = |row: &&usize| {
         let largest = (0..p.nodes.len()).fold(0.0_f64, |m, node| m.max(value(node, **row).abs()));

@@ -3,6 +3,9 @@
 //! Along a coast nothing says where they point: Newton's method leaves each node where it came to, and between the nodes a path constraint
 //! that binds them, a direction of length one, is missed by much. They keep the values that they have where they begin to have none.
 
+use std::sync::Arc;
+
+use apsides_ad::NodeFunction;
 use apsides_ocp::{
     Ocp, Phase, PhaseScaling, PhaseTrajectory, PiecewisePolynomial, Scaling, Segment, Trajectory,
 };
@@ -64,7 +67,9 @@ impl<'a> Keeper<'a> {
                     values.iter_mut().skip(control).step_by(nu).for_each(|v| *v = value);
                 }
             }
-            if self.is_admissible(segment, &values, scaling) {
+            if self.changes_nothing(segment, &values, scaling)
+                && self.is_admissible(segment, &values, scaling)
+            {
                 any |= values != segments[segment].values;
                 segments[segment].values = values;
             }
@@ -79,15 +84,8 @@ impl<'a> Keeper<'a> {
         let values = self.found.control.segments()[segment].values.clone();
         let times: Vec<f64> = self.found.control.node_times(segment).collect();
         let mut idle = vec![true; nu];
-        let functions = std::iter::once((&self.phase.dynamics, &scaling.states[..])).chain(
-            self.phase
-                .integrals
-                .iter()
-                .zip(&scaling.integrals)
-                .map(|(i, s)| (&i.function, std::slice::from_ref(s))),
-        );
         let duration = self.found.final_time - self.found.initial_time;
-        for (function, scales) in functions {
+        for (function, scales) in self.functions(scaling) {
             let pattern = function.pattern();
             let (mut out, mut entries) = (vec![0.0; function.outputs()], vec![0.0; pattern.jacobian_len()]);
             for (time, u) in times.iter().zip(values.chunks(nu)) {
@@ -102,6 +100,39 @@ impl<'a> Keeper<'a> {
             }
         }
         idle
+    }
+
+    /// The functions that controls have an effect by, with the scales of their outputs.
+    fn functions<'s>(
+        &self,
+        scaling: &'s PhaseScaling,
+    ) -> impl Iterator<Item = (&'a Arc<dyn NodeFunction>, &'s [f64])> + use<'a, 's> {
+        let integrals = self.phase.integrals.iter().zip(&scaling.integrals);
+        let integrals = integrals.map(|(i, s)| (&i.function, std::slice::from_ref(s)));
+        std::iter::once((&self.phase.dynamics, &scaling.states[..])).chain(integrals)
+    }
+
+    /// True if other controls have the same rates at the nodes of an interval: a control that is the best one has no slope there, and has an
+    /// effect.
+    fn changes_nothing(&mut self, segment: usize, values: &[f64], scaling: &PhaseScaling) -> bool {
+        let nu = self.phase.controls.len();
+        let own = self.found.control.segments()[segment].values.clone();
+        let times: Vec<f64> = self.found.control.node_times(segment).collect();
+        let duration = self.found.final_time - self.found.initial_time;
+        for (function, scales) in self.functions(scaling) {
+            let mut rates = [vec![0.0; function.outputs()], vec![0.0; function.outputs()]];
+            for (time, both) in times.iter().zip(own.chunks(nu).zip(values.chunks(nu))) {
+                for (u, out) in [both.0, both.1].into_iter().zip(&mut rates) {
+                    self.go(segment, *time, u, function.inputs());
+                    function.value(&self.inputs, out);
+                }
+                let mut all = rates[0].iter().zip(&rates[1]).zip(scales);
+                if !all.all(|((a, b), scale)| (a - b).abs() * duration / scale <= IDLE) {
+                    return false;
+                }
+            }
+        }
+        true
     }
 
     /// True if the path constraints with controls hold at the nodes of an interval with other ones.

@@ -29,8 +29,6 @@ pub(crate) struct Junction {
     pub(crate) order: usize,
     /// True where the controls are continuous.
     pub(crate) is_smooth: bool,
-    /// True where the costates may jump.
-    pub(crate) has_impulse: bool,
 }
 
 /// A path constraint and the index of one of its rows, by the index of the row among those of the phase.
@@ -191,9 +189,8 @@ pub(crate) fn junctions(phase: &Phase, mesh: &PhaseMesh) -> Vec<Junction> {
             // A control at its bound that the arc begins with keeps the row from crossing its own.
             let meets = |c: &usize| !is_held(c) || at.is_tangent;
             let is_smooth = controls.iter().all(meets);
-            let has_impulse = order > 1 || controls.iter().any(is_held);
             let (is_entry, upper) = (sides[0].is_none(), course == ArcKind::Upper);
-            found.push(Junction { end: at.end, row, is_entry, upper, order, is_smooth, has_impulse });
+            found.push(Junction { end: at.end, row, is_entry, upper, order, is_smooth });
         }
     }
     found

@@ -9,6 +9,7 @@ use apsides_ocp::{Guess, Mesh, Ocp, PhaseMesh, Scaling};
 
 use crate::RadauError;
 use crate::error_estimate::estimate;
+use crate::joints::Joints;
 use crate::mesh_solve::total_points;
 use crate::refinement::refine;
 use crate::relaxation::{Item, items};
@@ -109,6 +110,7 @@ impl<'a> Relaxer<'a> {
         observer: &mut dyn Observer,
     ) -> Result<Relaxed, RadauError> {
         let (mut guess, mut mesh) = (guess.clone(), mesh.clone());
+        let joints = Joints::new(self.ocp);
         let mut meshes: Vec<MeshRecord> = Vec::new();
         let mut motions: Vec<(f64, Guess, Mesh)> = Vec::new();
         let mut agreements = 0;
@@ -133,7 +135,7 @@ impl<'a> Relaxer<'a> {
                 let first = (guess.clone(), mesh.clone());
                 return Ok(Relaxed { nlp, items, result, guess, mesh, first, meshes });
             }
-            let next = refine(self.ocp, &trajectory, &self.settings)?;
+            let next = refine(self.ocp, &trajectory, &joints.along(&trajectory), &self.settings)?;
             guess = Guess::earlier(&trajectory);
             let found = result.report.objective;
             let agrees = |earlier: f64, to: f64| (found - earlier).abs() <= to * found.abs();

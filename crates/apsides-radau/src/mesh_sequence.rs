@@ -9,9 +9,10 @@ use apsides_ocp::{Guess, Mesh, Ocp, PhaseMesh, Scaling, Trajectory, Unmet};
 use apsides_transcription::Workers;
 
 use crate::RadauError;
-use crate::costate_error::CostateMeshes;
+use crate::costate_error::{CostateMeshes, CostateRemedy};
 use crate::crossing::{with_forced, with_times};
 use crate::events::{Events, FoundEvents};
+use crate::joints::Joints;
 use crate::lower_hamiltonian::{Better, with_lower_hamiltonian};
 use crate::mesh_solve::{MeshSolve, total_points};
 use crate::progress::Progress;
@@ -74,6 +75,7 @@ pub(crate) enum Ending {
 }
 
 /// A mesh that was solved.
+#[derive(Clone)]
 pub(crate) struct Solved {
     trajectory: Trajectory,
     report: SolveReport,
@@ -105,7 +107,10 @@ pub(crate) struct MeshSequence<'a> {
     /// The next guess and mesh, and what the attempt has so far.
     attempt: Attempt,
     last: Option<Solved>,
+    /// An accurate solution on a mesh with breaks, the next one after which led nowhere.
+    before_failure: Option<Solved>,
     events: Events,
+    joints: Joints,
     /// A first mesh with an interval end at each kink: Newton's method can fail to settle on one side of a kink.
     forced: Option<Mesh>,
     before_contacts: Option<(Guess, Mesh)>,
@@ -115,6 +120,10 @@ pub(crate) struct MeshSequence<'a> {
     may_rescale: usize,
     looked_beyond: bool,
     costates: CostateMeshes,
+    /// True for a solve that ends with Newton's method on the active set, whatever lies at bounds.
+    is_exact: bool,
+    /// True while a mesh is solved again for its exact solution.
+    is_repeated: bool,
     progress: Progress,
     /// Excess of the bounds on controls on the last mesh that met the tolerance.
     excess: f64,
@@ -137,7 +146,9 @@ impl<'a> MeshSequence<'a> {
             workers: Workers::new(settings.threads),
             attempt,
             last: None,
+            before_failure: None,
             events: Events::new(settings.switches),
+            joints: Joints::new(ocp),
             forced,
             before_contacts: None,
             is_settled: false,
@@ -149,6 +160,8 @@ impl<'a> MeshSequence<'a> {
             may_rescale: MOST_RESCALED,
             looked_beyond: settings.nlp.max_saddle_escapes == 0,
             costates: CostateMeshes::default(),
+            is_exact: false,
+            is_repeated: false,
             progress: Progress::new(),
             excess: f64::INFINITY,
             without_gain: 0,
@@ -169,6 +182,7 @@ impl<'a> MeshSequence<'a> {
     fn solve(&mut self, observer: &mut dyn Observer) -> Result<MeshSolve, RadauError> {
         let begin = Instant::now();
         let nlp_settings = self.nlp_settings();
+        self.is_exact = self.is_settled;
         let Attempt { guess, mesh, meshes, warnings, .. } = &mut self.attempt;
         if let Some(divided) = divided_mesh(self.ocp, guess, mesh)? {
             *mesh = divided;
@@ -178,7 +192,11 @@ impl<'a> MeshSequence<'a> {
             *warnings = scale_warnings(&mut nlp, self.ocp);
         }
         let solve = MeshSolve::new(self.ocp, nlp, guess, self.settings, &nlp_settings, observer)?;
-        meshes.push(solve.record(mesh, begin.elapsed()));
+        let mut record = solve.record(mesh, begin.elapsed());
+        if let Some(first) = self.is_repeated.then(|| meshes.pop()).flatten() {
+            record.add_work_of(&first);
+        }
+        meshes.push(record);
         Ok(solve)
     }
 
@@ -243,7 +261,7 @@ impl<'a> MeshSequence<'a> {
         may_lead_back: bool,
     ) -> ControlFlow<Ending> {
         let status = solve.status();
-        if may_go_on(status) && !self.is_out_of_meshes() {
+        if may_go_on(status) && !self.is_out_of_meshes() && !self.is_repeated {
             if let Some(mesh) = forced {
                 self.attempt.mesh = mesh;
                 return ControlFlow::Continue(());
@@ -251,6 +269,7 @@ impl<'a> MeshSequence<'a> {
             if let Some(solved) = self.last.as_ref().filter(|_| may_lead_back) {
                 self.attempt.guess = Guess::earlier(&solved.trajectory);
                 self.attempt.mesh = solved.plain.clone();
+                self.before_failure = Some(solved.clone()).filter(|s| s.accurate);
                 self.catches.left = 0;
                 self.events.give_up(solved.error);
                 return ControlFlow::Continue(());
@@ -373,11 +392,20 @@ impl<'a> MeshSequence<'a> {
         self.is_settled = found.are_settled();
         let accurate = solve.is_accurate(settings);
         let finished = self.is_finished(&solve)?;
-        let wants_costates =
-            finished && self.costates.want(ocp, &solve.scaling, settings, &mut solve.trajectory)?;
+        let remedy = match finished {
+            true => {
+                let (scaling, is_exact) = (&solve.scaling, self.is_exact);
+                self.costates.remedy(ocp, scaling, settings, is_exact, &mut solve.trajectory)?
+            }
+            false => CostateRemedy::Nothing,
+        };
+        let wants_costates = remedy == CostateRemedy::Mesh;
+        self.is_repeated = remedy == CostateRemedy::ExactSolution;
         let MeshSolve { trajectory, report, estimate, .. } = solve;
-        let plain = refine(ocp, &trajectory, settings)?;
-        let next = self.events.next_mesh(&found, ocp, &trajectory, &plain, settings)?;
+        let joints = self.joints.along(&trajectory);
+        let plain = refine(ocp, &trajectory, &joints, settings)?;
+        let next = self.events.next_mesh(&found, ocp, &trajectory, &plain, &joints, settings)?;
+        let again = (Guess::earlier(&trajectory), trajectory.mesh());
         self.attempt.guess = Guess::earlier(&found.contacts.start(trajectory.clone())?);
         let switches = found.structure.switches(ocp, &trajectory);
         let plain = without_arcs(plain);
@@ -385,6 +413,11 @@ impl<'a> MeshSequence<'a> {
         let stalled = self.progress.has_stalled(estimate.error, trajectory.objective, points) && !accurate;
         let error = estimate.error;
         let solved = Solved { trajectory, report, switches, error, accurate, stalled, finished, plain };
+        if self.is_repeated {
+            (self.attempt.guess, self.attempt.mesh) = again;
+            self.last = Some(solved);
+            return Ok(ControlFlow::Continue(()));
+        }
         if stalled
             || (finished && !wants_costates)
             || self.is_out_of_meshes()
@@ -429,7 +462,16 @@ impl<'a> MeshSequence<'a> {
         }
     }
 
+    /// Ends with a solution, or with an accurate one before, if meshes without its breaks came to none.
     fn end(&mut self, solved: Solved, status: Status, unmet: Option<Unmet>) -> ControlFlow<Ending> {
+        let falls_short = may_go_on(status) && !(solved.accurate && status.is_success());
+        let (solved, status, unmet) = match self.before_failure.take().filter(|_| falls_short) {
+            Some(before) => {
+                let status = before.report.status;
+                (before, status, None)
+            }
+            None => (solved, status, unmet),
+        };
         let meshes = std::mem::take(&mut self.attempt.meshes);
         let warnings = std::mem::take(&mut self.attempt.warnings);
         let solution = solved.into_solution(status, unmet, meshes, warnings);

@@ -64,7 +64,7 @@ impl MeshSolve {
         settings: &RadauSettings,
         record: MeshRecord,
     ) -> RadauSolution {
-        let structure = Structure::of(ocp, &mut self.nlp, &self.report, &self.trajectory);
+        let structure = Structure::of(ocp, &mut self.nlp, &self.report, &self.trajectory, &[]);
         RadauSolution {
             status: self.status(),
             accurate: self.is_accurate(settings) && self.is_in_bounds(settings),

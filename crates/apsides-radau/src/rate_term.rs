@@ -9,7 +9,7 @@ use apsides_ad::NodeFunction;
 use apsides_ocp::{Ocp, PathConstraint, Phase};
 use apsides_transcription::Layout;
 
-use crate::junction::{RateRow, row_function};
+use crate::junction::{RateRow, depends_on_time, order as order_of_row, row_function};
 use crate::layout::CollocationPhase;
 use crate::row_rate::RowRate;
 
@@ -19,7 +19,11 @@ pub(crate) struct RateTerm {
     function: Arc<dyn NodeFunction>,
     /// Per output of the function, its part in what is differentiated.
     parts: Vec<f64>,
-    row: usize,
+    rate: RateRow,
+    /// Order of the derivative of the polynomial of these parts.
+    order: usize,
+    /// True where no control is in the rate.
+    is_of_states: bool,
     points: Vec<RatePoint>,
     inputs: Vec<f64>,
     values: Vec<f64>,
@@ -44,9 +48,15 @@ pub(crate) fn rate_terms(ocp: &Ocp, layout: &Layout<CollocationPhase>) -> Vec<Ra
         for rate in &p.rate_rows {
             if let Some((path, output)) = row_function(phase, rate.row) {
                 // No equation of motion holds the polynomials at the very end: there the rate is that of the equations.
-                let from_rates = rate.order > 1 || rate.at_end && rate.interval + 1 == p.mesh.intervals();
+                // Nor does a polynomial show what a row makes of time alone.
+                let is_touch = !rate.at_end && p.exit_at(p.interval_start(rate.interval), rate.row).is_none();
+                let from_rates = rate.order > 1
+                    || rate.at_end && rate.interval + 1 == p.mesh.intervals()
+                    || is_touch && depends_on_time(phase, rate.row);
                 let (function, parts, order) = differentiated(phase, path, output, rate.order, from_rates);
-                terms.push(RateTerm::new(&function, parts, rate, order, p, layout.first_parameter));
+                let mut term = RateTerm::new(&function, parts, rate, order, p, layout.first_parameter);
+                term.is_of_states = order_of_row(phase, rate.row).is_some_and(|o| rate.order < o.order);
+                terms.push(term);
             }
         }
     }
@@ -123,7 +133,9 @@ impl RateTerm {
         });
         Self {
             parts,
-            row: rate.at,
+            rate: *rate,
+            order,
+            is_of_states: false,
             points: points.collect(),
             values: vec![0.0; function.outputs()],
             weights: vec![0.0; function.outputs()],
@@ -148,7 +160,7 @@ impl RateTerm {
             fill(&mut self.inputs, &point.columns, x);
             self.function.value(&self.inputs, &mut self.values);
             let value: f64 = self.values.iter().zip(&self.parts).map(|(v, part)| v * part).sum();
-            rows[self.row] += point.factor * value;
+            rows[self.rate.at] += point.factor * value;
         }
     }
 
@@ -165,17 +177,52 @@ impl RateTerm {
             for ((r, c), v) in self.function.pattern().jacobian_entries().zip(&point.entries) {
                 let factor = point.factor * self.parts[r];
                 if factor != 0.0 {
-                    point.columns[c].iter().for_each(|(c, f)| emit(self.row, *c, factor * v * f));
+                    point.columns[c].iter().for_each(|(c, f)| emit(self.rate.at, *c, factor * v * f));
                 }
             }
         }
+    }
+
+    /// Puts the multiplier of the condition into those of the equations of motion, as far as both say the same.
+    ///
+    /// The derivative of a row at the start of its interval is a sum of the equations of motion at the points and a condition on the state at that
+    /// start alone: a change of the states that vanishes there changes the derivative by what it changes the rates, `sum_i D_0i g_i A_ij` for
+    /// that at point `j`, with the gradients `g_i` of the row and the integrals `A_ij` of the polynomials of the points. Left where it is, the
+    /// multiplier bends the costates of the whole interval. That of a rate with a control stays: it vanishes at an optimum, and is part of
+    /// what makes the Hamiltonian stationary.
+    pub(crate) fn move_into_equations(&self, p: &CollocationPhase, x: &[f64], y: &mut [f64]) {
+        let RateRow { at, interval, at_end, .. } = self.rate;
+        if at_end || self.order != 1 || !self.is_of_states {
+            return;
+        }
+        let (rule, first) = (&p.rules[interval], p.interval_start(interval));
+        let multiplier = y[at];
+        let mut inputs = self.inputs.clone();
+        let (mut values, mut entries) = (self.values.clone(), self.points[0].entries.clone());
+        for (point, integrals) in self.points[1..].iter().zip(rule.integration().chunks(rule.points())) {
+            fill(&mut inputs, &point.columns, x);
+            self.function.jacobian(&inputs, &mut values, &mut entries);
+            for ((r, c), v) in self.function.pattern().jacobian_entries().zip(&entries) {
+                if c < p.states {
+                    let slope = multiplier * point.factor * self.parts[r] * v;
+                    for (node, integral) in (first..).zip(integrals) {
+                        y[p.defect_row(node) + c] += slope * integral;
+                    }
+                }
+            }
+        }
+    }
+
+    /// The constraint row of the condition.
+    pub(crate) fn constraint(&self) -> usize {
+        self.rate.at
     }
 
     /// Calls `emit(i, j, value)` with `i >= j`, after [`refresh`](Self::refresh).
     pub(crate) fn each_hessian(&mut self, multipliers: &[f64], mut emit: impl FnMut(usize, usize, f64)) {
         for point in &self.points {
             for (w, part) in self.weights.iter_mut().zip(&self.parts) {
-                *w = point.factor * part * multipliers[self.row];
+                *w = point.factor * part * multipliers[self.rate.at];
             }
             self.function.hessian(&point.inputs, &self.weights, &mut self.hessian);
             for (&pair, &h) in self.function.pattern().hessian.iter().zip(&self.hessian) {

@@ -7,6 +7,7 @@ use apsides_ocp::{Break, Crossing, Mesh, Ocp, PhaseMesh, TouchPoint, Trajectory}
 
 use crate::RadauError;
 use crate::boundary_arcs::{POINTS, beside_bounds};
+use crate::joints::{at_joints, inside};
 use crate::mesh_solve::total_points;
 use crate::settings::RadauSettings;
 
@@ -19,20 +20,22 @@ const CAREFUL_GROWTH: f64 = 1.5;
 /// Intervals this short beside the phase are not divided: their ends would be one in double precision.
 const LEAST_LENGTH: f64 = 1e-12;
 
-/// The next mesh; equal to the last one when every interval meets the tolerance or is too short to be divided.
+/// The next mesh; equal to the last one when every interval meets the tolerance or is too short to be divided. An interval that does not, and
+/// holds joints of tables, at these normalised times per phase, is divided there first.
 ///
 /// The error of a motion that turns many times falls much faster with the points than by the order alone. So where the mesh would have more
 /// points than the settings allow, intervals get at most half as many more.
 pub(crate) fn refine(
     ocp: &Ocp,
     trajectory: &Trajectory,
+    joints: &[Vec<f64>],
     settings: &RadauSettings,
 ) -> Result<Mesh, RadauError> {
     let within = |growth: f64| -> Result<Mesh, RadauError> {
-        let phases = (ocp.phases.iter().zip(&trajectory.phases))
-            .map(|(phase, t)| {
+        let phases = (ocp.phases.iter().zip(&trajectory.phases).zip(joints))
+            .map(|((phase, t), joints)| {
                 let long = beside_bounds(phase, &t.mesh);
-                refine_phase(&t.mesh, &t.interval_errors, &long, settings, growth)
+                refine_phase(&t.mesh, &t.interval_errors, &long, joints, settings, growth)
             })
             .collect::<Result<_, _>>()?;
         Ok(Mesh { phases })
@@ -45,14 +48,16 @@ fn refine_phase(
     mesh: &PhaseMesh,
     errors: &[f64],
     long: &[bool],
+    joints: &[f64],
     settings: &RadauSettings,
     growth: f64,
 ) -> Result<PhaseMesh, RadauError> {
+    let ends = at_joints(mesh, joints);
     let mut fractions = vec![0.0];
     let mut points = Vec::new();
     let (mut breaks, mut touch_points, mut crossings) = (Vec::new(), Vec::new(), Vec::new());
     for (k, (&n, &error)) in mesh.points().iter().zip(errors).enumerate() {
-        let (start, end) = (mesh.fractions()[k], mesh.fractions()[k + 1]);
+        let (start, end) = (ends[k], ends[k + 1]);
         breaks.extend(mesh.breaks().iter().filter(|b| b.end == k).map(|b| Break { end: points.len(), ..*b }));
         let here = mesh.touch_points().iter().filter(|t| t.end == k);
         touch_points.extend(here.map(|t| TouchPoint { end: points.len(), ..*t }));
@@ -61,6 +66,17 @@ fn refine_phase(
         if error <= settings.tolerance || end - start <= LEAST_LENGTH {
             fractions.push(end);
             points.push(n);
+            continue;
+        }
+        let inside = inside(joints, start, end);
+        if !inside.is_empty() {
+            let mut last = start;
+            for f in inside.into_iter().chain([end]) {
+                fractions.push(f);
+                let part = (n as f64 * (f - last) / (end - start)).ceil() as usize + LEAST_INCREASE;
+                points.push(part.clamp(settings.min_points, settings.max_points));
+                last = f;
+            }
             continue;
         }
         // An interval of n points has an error of order n^-q for q more points (eq. 29); NaN asks for a division.

@@ -41,6 +41,15 @@ pub struct MeshRecord {
     pub time: Duration,
 }
 
+impl MeshRecord {
+    /// Takes the work of another solve to its own.
+    pub(crate) fn add_work_of(&mut self, other: &Self) {
+        self.counters.iterations += other.counters.iterations;
+        self.counters.factorisations += other.counters.factorisations;
+        self.time += other.time;
+    }
+}
+
 /// The result of a solve.
 #[derive(Clone, Debug)]
 pub struct RadauSolution {

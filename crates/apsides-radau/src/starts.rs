@@ -110,9 +110,7 @@ impl Solves<'_> {
                 // Work that led nowhere counts with the first mesh, as that of a look beyond a saddle does with its own.
                 for spent in meshes.drain(before..).collect::<Vec<_>>() {
                     if let Some(record) = meshes.first_mut() {
-                        record.counters.iterations += spent.counters.iterations;
-                        record.counters.factorisations += spent.counters.factorisations;
-                        record.time += spent.time;
+                        record.add_work_of(&spent);
                     }
                 }
                 let status = if may_go_on(status) { first.status } else { status };

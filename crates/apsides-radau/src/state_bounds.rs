@@ -35,7 +35,8 @@ impl StateRows {
         trajectory: &Trajectory,
         scaling: &Scaling,
     ) -> Option<Self> {
-        let solution = Solution { report, curvatures: &[], objective: nlp.scales.objective.abs() };
+        let solution =
+            Solution { report, curvatures: &[], row_bends: &[], objective: nlp.scales.objective.abs() };
         let mut with_rows = ocp.clone();
         let mut any = false;
         for (k, phase) in ocp.phases.iter().enumerate() {

@@ -7,7 +7,9 @@
 
 use apsides_nlp::SolveReport;
 pub use apsides_ocp::method::{Level, Switch};
-use apsides_ocp::{ArcKind, Bounds, Mesh, Ocp, Phase, PhaseArc, PhaseTrajectory, Trajectory};
+use apsides_ocp::{
+    ArcKind, Bounds, Break, Mesh, Ocp, Phase, PhaseArc, PhaseMesh, PhaseTrajectory, Trajectory,
+};
 
 use crate::RadauError;
 use crate::activity::{
@@ -15,8 +17,9 @@ use crate::activity::{
     runs, samples, settle_beside, settle_inside,
 };
 use crate::breaks::{ArcBreak, Instants, with_breaks};
-use crate::change::{Change, ChangeKind, changes, settle};
+use crate::change::{Change, ChangeKind, Displaced, changes, settle};
 use crate::layout::CollocationPhase;
+use crate::row_bends::row_bends;
 use crate::transcription::Transcription;
 
 /// The structure of one phase.
@@ -27,6 +30,7 @@ struct PhaseStructure<'a> {
     /// Per quantity, the bound that it stays at from end to end of the phase and that a barrier keeps it away from.
     kept_away: Vec<Class>,
     changes: Vec<Change>,
+    displaced: Vec<Displaced>,
 }
 
 /// The structure that was found on a mesh.
@@ -35,17 +39,28 @@ pub(crate) struct Structure<'a> {
 }
 
 impl<'a> Structure<'a> {
-    /// Finds the switches of a solution.
+    /// Finds the switches of a solution, per phase with the breaks that its mesh had displaced.
     pub(crate) fn of(
         ocp: &'a Ocp,
         nlp: &mut Transcription,
         report: &SolveReport,
         trajectory: &Trajectory,
+        displaced: &[Vec<Displaced>],
     ) -> Self {
         let curvatures = curvatures(nlp, report);
-        let solution = Solution { report, curvatures: &curvatures, objective: nlp.scales.objective.abs() };
-        let phases = ocp.phases.iter().zip(&nlp.layout.phases).zip(&trajectory.phases);
-        Self { phases: phases.map(|((phase, p), t)| phase_structure(phase, p, t, &solution)).collect() }
+        let row_bends = row_bends(ocp, nlp, report);
+        let objective = nlp.scales.objective.abs();
+        let solution = Solution { report, curvatures: &curvatures, row_bends: &row_bends, objective };
+        let phases = ocp.phases.iter().zip(&nlp.layout.phases).zip(&trajectory.phases).enumerate();
+        let phases = phases.map(|(k, ((phase, p), t))| {
+            phase_structure(phase, p, t, &solution, displaced.get(k).map_or(&[], Vec::as_slice))
+        });
+        Self { phases: phases.collect() }
+    }
+
+    /// Per phase, the breaks that the next mesh has displaced.
+    pub(crate) fn displaced(&self) -> Vec<Vec<Displaced>> {
+        self.phases.iter().map(|found| found.displaced.clone()).collect()
     }
 
     /// Every switch, in the order of the phases and of time.
@@ -84,13 +99,20 @@ impl<'a> Structure<'a> {
         self.phases.iter().zip(&trajectory.phases).all(|(found, t)| {
             let breaks = found.breaks();
             breaks.iter().all(|b| b.known.is_some_and(|f| f == b.at || within && !found.is_pushed(b.at)))
-                && breaks.len() == t.mesh.breaks().len()
-                && breaks
-                    .iter()
-                    .zip(t.mesh.breaks())
-                    .all(|(a, b)| a.free == b.free && a.is_tangent == b.is_tangent)
-                && found.arcs(&breaks) == t.mesh.arcs()
+                && found.has_the_arcs_of(&breaks, &t.mesh)
         })
+    }
+
+    /// The farthest that a kink moves, where the mesh of the trajectory has the breaks and arcs that were found but for the places of kinks.
+    pub(crate) fn move_of_kinks(&self, trajectory: &Trajectory) -> Option<f64> {
+        let phases = self.phases.iter().zip(&trajectory.phases);
+        let moves = phases.map(|(found, t)| {
+            let breaks = found.breaks();
+            let moves = breaks.iter().map(|b| b.known.map(|f| (f - b.at).abs()));
+            let farthest = moves.collect::<Option<Vec<f64>>>()?.into_iter().fold(0.0, f64::max);
+            found.has_the_arcs_of(&breaks, &t.mesh).then_some(farthest)
+        });
+        Some(moves.collect::<Option<Vec<f64>>>()?.into_iter().fold(0.0, f64::max))
     }
 
     /// The trajectory without the errors of intervals that hold a switch which is no break yet, or a kink away from an interval
@@ -142,6 +164,14 @@ impl PhaseStructure<'_> {
             }
         }
         breaks
+    }
+
+    /// Says whether a mesh has as many breaks of the same kinds, and the same arcs between them.
+    fn has_the_arcs_of(&self, breaks: &[ArcBreak], mesh: &PhaseMesh) -> bool {
+        let is_alike = |(a, b): (&ArcBreak, &Break)| a.free == b.free && a.is_tangent == b.is_tangent;
+        breaks.len() == mesh.breaks().len()
+            && breaks.iter().zip(mesh.breaks()).all(is_alike)
+            && self.arcs(breaks) == mesh.arcs()
     }
 
     /// Says whether a kink at a break is not in its place.
@@ -227,11 +257,18 @@ fn phase_structure<'a>(
     p: &CollocationPhase,
     t: &PhaseTrajectory,
     solution: &Solution<'_>,
+    displaced: &[Displaced],
 ) -> PhaseStructure<'a> {
     let mut quantities = quantities(phase);
     let first = vec![Class::Between; quantities.len()];
     let away = first.clone();
-    let mut found = PhaseStructure { quantities: Vec::new(), first, kept_away: away, changes: Vec::new() };
+    let mut found = PhaseStructure {
+        quantities: Vec::new(),
+        first,
+        kept_away: away,
+        changes: Vec::new(),
+        displaced: Vec::new(),
+    };
     // Where rows meet their bounds controls may oscillate for a few nodes.
     let mut gaps: Vec<(f64, f64)> = Vec::new();
     // Controls that alone hold a row along an arc at its bound, and the first and last node of the arc.
@@ -259,7 +296,7 @@ fn phase_structure<'a>(
     }
     found.quantities = quantities;
     found.changes.sort_by(|a, b| a.at.total_cmp(&b.at));
-    settle(&mut found.changes, &t.mesh);
+    found.displaced = settle(&mut found.changes, &t.mesh, displaced);
     found
 }
 

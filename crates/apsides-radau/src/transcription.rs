@@ -83,8 +83,8 @@ impl Transcribe for Collocation {
     fn trajectory(nlp: &Transcription, ocp: &Ocp, report: &SolveReport) -> Result<Trajectory, RadauError> {
         let x = nlp.usable_point(report);
         let phases = ocp.phases.iter().zip(&nlp.layout.phases);
-        let phases =
-            phases.map(|(phase, p)| phase_trajectory(&phase.name, p, x, &report.constraint_multipliers));
+        let (y, rates) = (&report.constraint_multipliers, &nlp.discretisation.rate_terms);
+        let phases = phases.map(|(phase, p)| phase_trajectory(&phase.name, p, x, y, rates));
         Ok(nlp.joined(ocp, report, x, phases.collect::<Result<_, _>>()?))
     }
 }

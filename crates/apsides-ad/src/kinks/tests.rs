@@ -33,6 +33,28 @@ fn kinks_are_listed_with_their_inputs() {
     assert_eq!((number, formula.operations()[value - 3]), (0.0, Operation::Binary(Binary::Sub, 5, 4)));
 }
 
+/// Between two pieces of a spline with not-a-knot ends stands no second knot; a table that is looked up twice with one argument has its joints once.
+#[test]
+fn joints_are_those_between_pieces_of_tables() {
+    let mut b = FormulaBuilder::new(2);
+    let (x, y) = (b.input(0), b.input(1));
+    let [spline, pchip, surface] = tables().map(|t| b.table(t));
+    let double = b.add(x, x);
+    let outputs = [b.curve(spline, x), b.curve(spline, x), b.curve(pchip, double), b.surface(surface, x, y)];
+    let formula = b.formula(&outputs).unwrap();
+    let joints = formula.joints();
+    let numbers: Vec<f64> = (joints.iter())
+        .map(|j| {
+            let Condition::Number { number, .. } = j.condition else { unreachable!() };
+            number
+        })
+        .collect();
+    // The surface has the knots of the spline along x.
+    assert_eq!(numbers, [0.4, 1.5, 0.0, 0.4, 1.5, 2.0, 1.0]);
+    let arguments = formula.arguments_of(&joints);
+    assert_eq!(arguments.evaluate(&[0.4, 1.0]), [0.0, 0.4 - 1.5, 0.8, 0.4, 0.8 - 1.5, 0.8 - 2.0, 0.0]);
+}
+
 /// The gradient of a sum jumps at a kink by that of the jump, and its value by the value.
 #[test]
 fn jumps_at_kinks_are_those_of_the_two_sides() {

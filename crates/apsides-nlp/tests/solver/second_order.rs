@@ -95,3 +95,24 @@ fn a_weakly_active_bound_is_met_exactly() {
     assert_eq!(exact.status, Status::Optimal);
     assert!(exact.x[0].abs() < ROUNDING && (exact.x[1] - 1.0).abs() < ROUNDING, "{:?}", exact.x);
 }
+
+/// `x = s^2 / 1000` and `s = t`, `t = 1/1000`, all non-negative, beside `(y - 1)^2`: `x` is a billionth off its bound, where its multiplier is larger than
+/// its slack, and is not active.
+#[test]
+fn a_bound_that_is_close_and_not_active_has_no_multiplier() {
+    let problem = Dense {
+        start: [1.0, 1.0, 0.0],
+        lower: [0.0, 0.0, -INF],
+        upper: [INF; 3],
+        constraint_lower: [0.0, 1e-3],
+        constraint_upper: [0.0, 1e-3],
+        objective: |x: &[Jet<3>; 3]| (x[2] - 1.0).powi(2) + x[0],
+        constraints: |x: &[Jet<3>; 3]| [x[0] - x[1].powi(2) * 1e-3, x[1]],
+    };
+    let rough = solve(&problem, NlpSettings::default());
+    assert!(rough.lower_multipliers[0] > rough.x[0], "{:?}", rough.lower_multipliers);
+    let exact = solve(&problem, NlpSettings { polish: 1.0, ..NlpSettings::default() });
+    assert_eq!(exact.status, Status::Optimal);
+    assert_eq!(exact.lower_multipliers[0], 0.0);
+    assert!((exact.x[0] - 1e-9).abs() < ROUNDING, "{:?}", exact.x);
+}
