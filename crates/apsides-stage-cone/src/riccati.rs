@@ -8,7 +8,7 @@
 //!
 //! With `z = -W^-2 (R w + bz)` it is a linear-quadratic problem with Hessian `H = R' W^-2 R`. From the last stage to the first the cost to go
 //! `x'Px/2 + p'x + nu'Pi'x`, `nu` multipliers of the end equations, is taken through the dynamics `M` and minimised over the controls by a partial
-//! Cholesky factorisation of `H + M'PM`; states, multipliers of states `y = -(Px + p + Pi nu)` and of rows follow forward (A. Bryson, Y. Ho, Applied
+//! Cholesky factorisation `U'U` of `H + M'PM`; states, multipliers of states `y = -(Px + p + Pi nu)` and of rows follow forward (A. Bryson, Y. Ho, Applied
 //! Optimal Control, 1975, section 5.3; G. Frison, J. Jorgensen, Efficient implementation of the Riccati recursion, CCA 2013).
 
 use crate::cone::{Cones, sqrt};
@@ -56,17 +56,22 @@ impl<const NX: usize, const NW: usize, const NR: usize> Stage<NX, NW, NR> {
     }
 }
 
-/// Factors all stages with the present scalings; false if a pivot is not finite.
+/// Factors all stages, with the scalings of the present point or those that are there; false if the point is not inside the cones, or a pivot
+/// not finite.
 pub(crate) fn factor<const NX: usize, const NW: usize, const NR: usize, const NE: usize>(
     program: &StageProgram<'_, NX, NW, NR, NE>,
     work: &mut [StageWork<NX, NW, NR, NE>],
     system: &mut EndSystem<NE>,
+    rescale: bool,
 ) -> bool {
     let controls = NW - NX;
     let mut sum = [[0.0; NE]; NE];
     for k in (0..program.stages.len()).rev() {
         let (head, tail) = work.split_at_mut(k + 1);
         let (here, stage) = (&mut head[k], &program.stages[k]);
+        if rescale && !here.scaling.update(stage.cones(), &here.slack, &here.point.z) {
+            return false;
+        }
         here.assemble(stage);
         if let Some(next) = tail.first() {
             here.join(stage, next);
@@ -166,7 +171,7 @@ impl<const NX: usize, const NW: usize, const NR: usize, const NE: usize> StageWo
         }
     }
 
-    /// Eliminates the controls; adds to the system of the end equations.
+    /// Eliminates the controls, and leaves their gains; adds to the system of the end equations.
     fn eliminate(&mut self, sum: &mut [[f64; NE]; NE]) -> bool {
         let controls = NW - NX;
         let h = &mut self.factor;
@@ -213,6 +218,20 @@ impl<const NX: usize, const NW: usize, const NR: usize, const NE: usize> StageWo
                 h[j][i] = h[i][j];
             }
         }
+        // Gains `U^-1 K`, so that sweeps need no substitution between one stage and the next.
+        for i in (0..controls).rev() {
+            for j in i + 1..controls {
+                let (factor, gains, ends) = (h[i][j], h[j], self.ends[j]);
+                for c in controls..NW {
+                    h[i][c] -= factor * gains[c];
+                }
+                for e in 0..NE {
+                    self.ends[i][e] -= factor * ends[e];
+                }
+            }
+            let root = h[i][i];
+            h[i][controls..].iter_mut().chain(&mut self.ends[i]).for_each(|v| *v *= root);
+        }
         true
     }
 }
@@ -228,7 +247,7 @@ fn add_square<const NW: usize>(row: &crate::row::Row<NW>, factor: f64, h: &mut [
     }
 }
 
-/// Solves for the right-hand side in `right` and `ends`; the solution is in `step` and `ends`.
+/// Solves for the right-hand side in `right` and `ends`; the solution is in `step` and `ends`. Returns its product with the data, `c'w + f'y + a'z`.
 ///
 /// `W^-2` spans many orders of magnitude near a solution, and the condensed right-hand side loses as many digits of the first row: what it is
 /// then off by, more than `tolerance`, is solved for again. The other rows hold to rounding.
@@ -238,21 +257,21 @@ pub(crate) fn solve<const NX: usize, const NW: usize, const NR: usize, const NE:
     system: &EndSystem<NE>,
     ends: &mut [f64; NE],
     tolerance: f64,
-) {
+) -> f64 {
     let wanted = *ends;
-    sweep::<true, NX, NW, NR, NE>(program, work, system, ends);
+    let mut value = sweep::<true, NX, NW, NR, NE>(program, work, system, ends);
     if tolerance == f64::INFINITY {
-        return;
+        return value;
     }
     let mut before = f64::INFINITY;
     for _ in 0..REFINEMENTS {
         let mut more = wanted;
         let error = remaining(program, work, ends, &mut more);
         if !(error > tolerance && error < 0.5 * before) {
-            return;
+            break;
         }
         before = error;
-        sweep::<false, NX, NW, NR, NE>(program, work, system, &mut more);
+        value += sweep::<false, NX, NW, NR, NE>(program, work, system, &mut more);
         for w in work.iter_mut() {
             add(&w.correction.w, &mut w.step.w);
             add(&w.correction.y, &mut w.step.y);
@@ -260,6 +279,7 @@ pub(crate) fn solve<const NX: usize, const NW: usize, const NR: usize, const NE:
         }
         add(&more, ends);
     }
+    value
 }
 
 /// Writes what the first row and the end equations are off by into `correction` and `more`; returns the largest.
@@ -304,13 +324,14 @@ fn remaining<const NX: usize, const NW: usize, const NR: usize, const NE: usize>
     error
 }
 
-/// Solves for the right-hand side in `right` into `step`, or for that of the first row alone in `correction` in its place.
+/// Solves for the right-hand side in `right` into `step`, or for that of the first row alone in `correction` in its place. Returns the product with
+/// the data.
 fn sweep<const FIRST: bool, const NX: usize, const NW: usize, const NR: usize, const NE: usize>(
     program: &StageProgram<'_, NX, NW, NR, NE>,
     work: &mut [StageWork<NX, NW, NR, NE>],
     system: &EndSystem<NE>,
     ends: &mut [f64; NE],
-) {
+) -> f64 {
     let controls = NW - NX;
     let stages = program.stages;
     // What the end equations are off by at controls of zero but for their multipliers.
@@ -346,18 +367,29 @@ fn sweep<const FIRST: bool, const NX: usize, const NW: usize, const NR: usize, c
         if !last {
             stage.add_dynamics_transposed(&p, &mut g);
         }
+        p.copy_from_slice(&g[controls..]);
         for i in 0..controls {
-            let row = &here.factor[i];
-            let l = g[i] * row[i];
-            g[i] = l;
-            for j in i + 1..NW {
-                g[j] -= row[j] * l;
+            for (p, gain) in p.iter_mut().zip(&here.factor[i][controls..]) {
+                *p -= gain * g[i];
             }
             for e in 0..NE {
-                end[e] -= here.ends[i][e] * l;
+                end[e] -= here.ends[i][e] * g[i];
             }
         }
-        p.copy_from_slice(&g[controls..]);
+        // Controls at a state of zero.
+        for i in 0..controls {
+            for j in 0..i {
+                g[i] -= here.factor[j][i] * g[j];
+            }
+            g[i] *= here.factor[i][i];
+        }
+        for i in (0..controls).rev() {
+            for j in i + 1..controls {
+                g[i] -= here.factor[i][j] * g[j];
+            }
+            g[i] *= here.factor[i][i];
+        }
+        g[controls..].copy_from_slice(&p);
         if FIRST {
             here.step.w = g;
         } else {
@@ -385,18 +417,16 @@ fn sweep<const FIRST: bool, const NX: usize, const NW: usize, const NR: usize, c
         end[i] /= upper[i][i];
     }
     *ends = end;
+    let mut value = inner(&program.end_values, ends);
+    let mut origin = &program.start;
     for k in 0..stages.len() {
         let (here, stage) = (&mut work[k], &stages[k]);
         let solution = if FIRST { &mut here.step } else { &mut here.correction };
         let mut w = [0.0; NW];
         w[controls..].copy_from_slice(&x);
-        for i in (0..controls).rev() {
-            let row = &here.factor[i];
-            let mut u = -solution.w[i] - inner(&here.ends[i], ends);
-            for j in i + 1..NW {
-                u -= row[j] * w[j];
-            }
-            w[i] = u * row[i];
+        for i in 0..controls {
+            let shift = solution.w[i] + inner(&here.ends[i], ends);
+            w[i] = -(shift + inner(&here.factor[i][controls..], &x));
         }
         let mut y: [f64; NX] =
             core::array::from_fn(|i| -(solution.w[controls + i] + inner(&here.ends[controls + i], ends)));
@@ -412,16 +442,26 @@ fn sweep<const FIRST: bool, const NX: usize, const NW: usize, const NR: usize, c
             solution.z[r] = -(own + row.dot(&w));
         }
         here.scaling.inverse_square(stage.cones(), &mut solution.z);
+        let rows = stage.length;
+        value +=
+            inner(&stage.cost, &w) + inner(origin, &y) + inner(&stage.constants[..rows], &solution.z[..rows]);
+        origin = &stage.offset;
         if let Some(next) = work.get(k + 1) {
             for (i, (x, row)) in x.iter_mut().zip(&stage.dynamics).enumerate() {
                 *x = row.dot(&w) + if FIRST { next.right.y[i] } else { 0.0 };
             }
         }
     }
+    value
 }
 
+/// The sum in two parts, so that neither waits for each term of the other.
+#[inline]
 fn inner(a: &[f64], b: &[f64]) -> f64 {
-    a.iter().zip(b).map(|(a, b)| a * b).sum()
+    let (a, b) = (a.chunks_exact(2), b.chunks_exact(2));
+    let rest: f64 = a.remainder().iter().zip(b.remainder()).map(|(a, b)| a * b).sum();
+    let sums = a.zip(b).fold([rest, 0.0], |sums, (a, b)| [sums[0] + a[0] * b[0], sums[1] + a[1] * b[1]]);
+    sums[0] + sums[1]
 }
 
 #[inline]

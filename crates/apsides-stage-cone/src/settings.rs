@@ -9,7 +9,7 @@ pub struct StageSettings {
     pub gap_tolerance: f64,
     /// Relative residual of the constraints and of the dual ones, and of certificates; default `1e-8`.
     pub feasibility_tolerance: f64,
-    /// Most iterations of a solve, default 60; a well-scaled program takes 8 to 20. One iteration takes the same work whatever the data are.
+    /// Most iterations of a solve, default 60; a well-scaled program takes 8 to 20. The most work of one iteration depends on sizes alone.
     pub max_iterations: u32,
 }
 

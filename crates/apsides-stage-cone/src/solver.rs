@@ -10,7 +10,7 @@ use crate::error::StageError;
 use crate::report::{StageReport, Status};
 use crate::riccati::{EndSystem, factor, solve};
 use crate::settings::StageSettings;
-use crate::stage::StageProgram;
+use crate::stage::{Stage, StageProgram};
 use crate::work::{Direction, StageWork};
 
 /// Part of the way to the boundary that a step goes.
@@ -59,7 +59,7 @@ struct Measures<const NE: usize> {
 }
 
 /// Solves a program in a workspace of as many stages, and leaves the solution there. Nothing is allocated; the number of iterations is limited,
-/// and the work of one depends on sizes alone.
+/// and the most work of one depends on sizes alone.
 ///
 /// # Errors
 /// [`StageError`] when data or settings are ill-posed.
@@ -80,6 +80,7 @@ pub fn solve_stages<const NX: usize, const NW: usize, const NR: usize, const NE:
         settings,
         system: EndSystem::ZERO,
         iterate: Iterate { tau: 1.0, kappa: 1.0, end: [0.0; NE] },
+        ahead: 0.0,
     }
     .run())
 }
@@ -90,6 +91,8 @@ struct Solver<'a, 'b, const NX: usize, const NW: usize, const NR: usize, const N
     settings: &'a StageSettings,
     system: EndSystem<NE>,
     iterate: Iterate<NE>,
+    /// Step that the stages have not gone yet.
+    ahead: f64,
 }
 
 impl<const NX: usize, const NW: usize, const NR: usize, const NE: usize> Solver<'_, '_, NX, NW, NR, NE> {
@@ -144,7 +147,7 @@ impl<const NX: usize, const NW: usize, const NR: usize, const NE: usize> Solver<
             *work = StageWork::ZERO;
             work.scaling.reset(stage.cones());
         }
-        if !factor(self.program, self.work, &mut self.system) {
+        if !factor(self.program, self.work, &mut self.system, false) {
             return false;
         }
         for k in 0..stages.len() {
@@ -175,7 +178,10 @@ impl<const NX: usize, const NW: usize, const NR: usize, const NE: usize> Solver<
         true
     }
 
+    /// Goes the step ahead, and measures where that leads.
     fn measure(&mut self) -> Measures<NE> {
+        let ahead = core::mem::take(&mut self.ahead);
+        self.work[0].go(ahead);
         let Iterate { tau, kappa, end } = self.iterate;
         let program = self.program;
         let controls = NW - NX;
@@ -196,7 +202,10 @@ impl<const NX: usize, const NW: usize, const NR: usize, const NE: usize> Solver<
         let mut state = [0.0; NX];
         let mut origin = program.start;
         for (k, stage) in program.stages.iter().enumerate() {
-            let next = self.work.get(k + 1).map(|w| w.point.y);
+            let next = self.work.get_mut(k + 1).map(|next| {
+                next.go(ahead);
+                next.point.y
+            });
             let work = &mut self.work[k];
             let point = &work.point;
             m.cost += inner(&stage.cost, &point.w);
@@ -315,12 +324,7 @@ impl<const NX: usize, const NW: usize, const NR: usize, const NE: usize> Solver<
 
     fn advance(&mut self, m: &Measures<NE>, tolerance: f64, degree: usize) -> bool {
         let stages = self.program.stages;
-        for (work, stage) in self.work.iter_mut().zip(stages) {
-            if !work.scaling.update(stage.cones(), &work.slack, &work.point.z) {
-                return false;
-            }
-        }
-        if !factor(self.program, self.work, &mut self.system) {
+        if !factor(self.program, self.work, &mut self.system, true) {
             return false;
         }
         let mut constant = self.program.end_values;
@@ -330,11 +334,10 @@ impl<const NX: usize, const NW: usize, const NR: usize, const NE: usize> Solver<
             right.y = if k == 0 { self.program.start } else { stages[k - 1].offset };
             right.z = stage.constants;
         }
-        solve(self.program, self.work, &self.system, &mut constant, tolerance);
-        let share = self.value_of_step(&constant);
-        self.work.iter_mut().for_each(|w| w.constant = w.step);
+        let share = solve(self.program, self.work, &self.system, &mut constant, tolerance);
         // Predictor.
         for work in self.work.iter_mut() {
+            work.constant = work.step;
             let r = &work.residual;
             work.right.w = r.w.map(|v| -v);
             work.right.y = r.y.map(|v| -v);
@@ -343,13 +346,12 @@ impl<const NX: usize, const NW: usize, const NR: usize, const NE: usize> Solver<
             }
         }
         let mut end = m.end.map(|v| -v);
-        solve(self.program, self.work, &self.system, &mut end, f64::INFINITY);
+        let value = solve(self.program, self.work, &self.system, &mut end, f64::INFINITY);
         let Iterate { tau, kappa, .. } = self.iterate;
         let below = kappa / tau - share;
-        let tau_predicted = (m.gap - kappa + self.value_of_step(&end)) / below;
+        let tau_predicted = (m.gap - kappa + value) / below;
         let kappa_predicted = -kappa - kappa / tau * tau_predicted;
-        self.predict(tau_predicted);
-        let step = self.longest(tau_predicted, kappa_predicted);
+        let step = self.predict(tau_predicted, kappa_predicted);
         if !tau_predicted.is_finite() {
             return false;
         }
@@ -368,21 +370,15 @@ impl<const NX: usize, const NW: usize, const NR: usize, const NE: usize> Solver<
             }
         }
         let mut end = m.end.map(|v| -keep * v);
-        solve(self.program, self.work, &self.system, &mut end, tolerance);
+        let value = solve(self.program, self.work, &self.system, &mut end, tolerance);
         let product = sigma * mean - kappa * tau - kappa_predicted * tau_predicted;
-        let tau_step = (keep * m.gap + product / tau + self.value_of_step(&end)) / below;
+        let tau_step = (keep * m.gap + product / tau + value) / below;
         let kappa_step = (product - kappa * tau_step) / tau;
-        self.join(tau_step, keep);
-        let step = (STEP * self.longest(tau_step, kappa_step)).min(1.0);
+        let step = (STEP * self.join(tau_step, kappa_step, keep)).min(1.0);
         if !(step > SHORTEST && tau_step.is_finite()) {
             return false;
         }
-        for work in self.work.iter_mut() {
-            add(step, &work.step.w, &mut work.point.w);
-            add(step, &work.step.y, &mut work.point.y);
-            add(step, &work.step.z, &mut work.point.z);
-            add(step, &work.slack_step, &mut work.slack);
-        }
+        self.ahead = step;
         for e in 0..NE {
             self.iterate.end[e] += step * (end[e] + tau_step * constant[e]);
         }
@@ -391,59 +387,58 @@ impl<const NX: usize, const NW: usize, const NR: usize, const NE: usize> Solver<
         true
     }
 
-    /// Adds the part of `tau` to the predictor of multipliers; the step of the slacks, `-s - W^2 dz`, from their residuals.
-    fn predict(&mut self, tau_step: f64) {
+    /// Adds the part of `tau` to the predictor of variables and multipliers. Returns the longest step within the cones, at most 1 / 0.99.
+    fn predict(&mut self, tau_step: f64, kappa_step: f64) -> f64 {
+        let mut step = self.scalar_step(tau_step, kappa_step);
         for (work, stage) in self.work.iter_mut().zip(self.program.stages) {
             add(tau_step, &work.constant.w, &mut work.step.w);
             add(tau_step, &work.constant.z, &mut work.step.z);
-            for r in 0..stage.length {
-                let moved = stage.rows[r].dot(&work.step.w) + stage.constants[r] * tau_step;
-                work.slack_step[r] = moved - work.residual.z[r];
-            }
+            step = work.longest(stage, tau_step, 1.0, step);
         }
+        step
     }
 
-    /// Adds the part of `tau` to the step; the step of the slacks from their residuals.
-    fn join(&mut self, tau_step: f64, keep: f64) {
+    /// Adds the part of `tau` to the step. Returns as [`predict`](Self::predict).
+    fn join(&mut self, tau_step: f64, kappa_step: f64, keep: f64) -> f64 {
+        let mut step = self.scalar_step(tau_step, kappa_step);
         for (work, stage) in self.work.iter_mut().zip(self.program.stages) {
             add(tau_step, &work.constant.w, &mut work.step.w);
             add(tau_step, &work.constant.y, &mut work.step.y);
             add(tau_step, &work.constant.z, &mut work.step.z);
-            for r in 0..stage.length {
-                let moved = stage.rows[r].dot(&work.step.w) + stage.constants[r] * tau_step;
-                work.slack_step[r] = moved - keep * work.residual.z[r];
-            }
+            step = work.longest(stage, tau_step, keep, step);
         }
+        step
     }
 
-    /// The longest step within the cones, at most 1 / 0.99.
-    fn longest(&self, tau_step: f64, kappa_step: f64) -> f64 {
+    fn scalar_step(&self, tau_step: f64, kappa_step: f64) -> f64 {
         let mut step = 1.0 / STEP;
         for (v, d) in [(self.iterate.tau, tau_step), (self.iterate.kappa, kappa_step)] {
             if v + step * d < 0.0 {
                 step = -v / d;
             }
         }
-        for (work, stage) in self.work.iter().zip(self.program.stages) {
-            let cones = stage.cones();
-            step = cones.largest_step(&work.slack, &work.slack_step, step);
-            step = cones.largest_step(&work.point.z, &work.step.z, step);
-        }
         step
     }
+}
 
-    /// `c'w + f'y + a'z` of the step.
-    fn value_of_step(&self, end: &[f64; NE]) -> f64 {
-        let mut sum = inner(&self.program.end_values, end);
-        let mut origin = &self.program.start;
-        for (work, stage) in self.work.iter().zip(self.program.stages) {
-            let step = &work.step;
-            let rows = stage.length;
-            sum += inner(&stage.cost, &step.w) + inner(origin, &step.y);
-            sum += inner(&stage.constants[..rows], &step.z[..rows]);
-            origin = &stage.offset;
+impl<const NX: usize, const NW: usize, const NR: usize, const NE: usize> StageWork<NX, NW, NR, NE> {
+    /// The step of the slacks, by which their residuals fall to one part less `keep`; the longest step within the cones, at most `step`.
+    fn longest(&mut self, stage: &Stage<NX, NW, NR>, tau_step: f64, keep: f64, step: f64) -> f64 {
+        for r in 0..stage.length {
+            let moved = stage.rows[r].dot(&self.step.w) + stage.constants[r] * tau_step;
+            self.slack_step[r] = moved - keep * self.residual.z[r];
         }
-        sum
+        let cones = stage.cones();
+        let step = cones.largest_step(&self.slack, &self.slack_step, step);
+        cones.largest_step(&self.point.z, &self.step.z, step)
+    }
+
+    /// Goes a step.
+    fn go(&mut self, step: f64) {
+        add(step, &self.step.w, &mut self.point.w);
+        add(step, &self.step.y, &mut self.point.y);
+        add(step, &self.step.z, &mut self.point.z);
+        add(step, &self.slack_step, &mut self.slack);
     }
 }
 

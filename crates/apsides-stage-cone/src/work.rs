@@ -20,7 +20,8 @@ pub struct StageWork<const NX: usize, const NW: usize, const NR: usize, const NE
     pub(crate) point: Direction<NX, NW, NR>,
     pub(crate) slack: [f64; NR],
     pub(crate) scaling: Scaling<NR>,
-    /// Upper triangle of the condensed Hessian; after the factorisation controls have rows of its Cholesky factor, states the whole cost to go.
+    /// Upper triangle of the condensed Hessian; after the factorisation controls have rows of its Cholesky factor, inverse on the diagonal, and of their
+    /// gains, states the whole cost to go.
     pub(crate) factor: [[f64; NW]; NW],
     /// The same of the multipliers of the end equations.
     pub(crate) ends: [[f64; NE]; NW],
