@@ -8,12 +8,14 @@
 //! | `src/bin/program.rs` | programs of the gallery and of Hock and Schittkowski: solved, or written for a peer |
 //! | `src/bin/flatness.rs` | landings with constant thrust on B-splines and on Radau points: solved, or written for a peer |
 //! | `src/bin/convex.rs` | powered descents by lossless convexification: one solve, a divert decision over 50 sites |
+//! | `src/bin/latency.rs` | one conic program of a powered descent from dispersed starts: mean, 99.9 % and largest time; written for a peer |
 //! | `src/bin/geo.rs` | injections into geostationary orbit by any method of the missions |
 //! | `src/bin/hazard.rs` | hazard maps of raw heights on some threads |
 //! | `src/bin/moving_mass.rs` | closed-loop descents of the capsule with moving masses |
 //! | `src/bin/propagation.rs` | ten lunar orbits and an entry by both schemes of `apsides-ode` and by `ode_solvers` |
 //! | `peers/landing.py` | the landing by CasADi and Ipopt, in turns with `landing` |
 //! | `peers/convex.py` | the conic programs of `convex` by CVXPY and Clarabel, in turns with `convex` |
+//! | `peers/latency.py` | those of `latency` by QOCO, ECOS and Clarabel |
 //! | `peers/flatness.py` | those of `flatness` by CasADi and Ipopt |
 //! | `peers/geo.py` | those of `geo` by SciPy, CasADi and Ipopt |
 //! | `peers/hazard.py` | those of `hazard` by OpenCV and NumPy |

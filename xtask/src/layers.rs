@@ -32,6 +32,7 @@ const ARROWS: &[(&str, Arrows)] = &[
     ("expressions", To(&[])),
     // Engines.
     ("conic", To(&[])),
+    ("stage-cone", To(&[])),
     ("metaheuristics", To(&[])),
     ("nlp", To(&["basis", "iteration", "kkt"])),
     ("ode", To(&["ad"])),
@@ -50,7 +51,7 @@ const ARROWS: &[(&str, Arrows)] = &[
     ("piecewise", To(&["ad", "basis", "ocp", "nlp", "shooting"])),
     // A search over the control profiles of shooting, then any method.
     ("two-layer", To(&["iteration", "metaheuristics", "ocp", "shooting"])),
-    ("convex", To(&["ad", "basis", "iteration", "ocp", "ode", "conic"])),
+    ("convex", To(&["ad", "basis", "iteration", "ocp", "ode", "conic", "stage-cone"])),
     // What follows a solution: no solver and no method.
     ("control", To(&["ad", "dynamics", "ode"])),
     ("verify", To(&["ad", "basis", "ocp", "ode"])),

@@ -16,15 +16,18 @@
 //! lower one as the tangent `1 - e` or as `1 - e + e^2/2` ([`LowerBound`]). Instead of the reference of the paper, full thrust from the start,
 //! which costs accuracy, the masses of the solve before are taken, so that `e` vanishes: `mass_change` tells what is left.
 //!
-//! States are those of held controls exactly, and they are eliminated inside blocks of intervals ([`DescentSettings::block`]): of seven
-//! states per interval, 1.4 are left with blocks of five. Eliminating all of them is worse where position is limited, since each limit then
-//! depends on all controls before it. The end of the flight is not required but priced: the horizontal miss far above propellant,
+//! States are those of held controls exactly. By default the program is one over stages ([`ConeSolver::Stages`]), a control point and its node
+//! each, whose linear systems are solved by a sweep. For Clarabel states are eliminated inside blocks of intervals
+//! ([`DescentSettings::block`]): of seven states per interval, 1.4 are left with blocks of five. Eliminating all of them is worse where position is
+//! limited, since each limit then depends on all controls before it.
+//!
+//! The end of the flight is not required but priced: the horizontal miss far above propellant,
 //! miss of height and velocity ten times as high (exact penalties). So there is a solution for every flight time, whose search by
 //! golden section needs no bracket, and when the target is out of reach it is that of least landing error (Blackmore, Acikmese,
 //! Scharf 2010).
 //!
-//! Work is bounded: a fixed number of conic programs, each with a limit of iterations. Updates and reads of a program allocate nothing; what
-//! Clarabel allocates in a solve is its own.
+//! Work is bounded: a fixed number of conic programs, each with a limit of iterations. Updates, solves and reads of a program allocate nothing;
+//! what Clarabel allocates in a solve is its own.
 //!
 //! ```
 //! use apsides_convex::{DescentLimits, DivertPlanner, DivertSettings, Outcome, DescentProblem};
@@ -58,24 +61,28 @@
 //! | [`solver`] | flight time, passes, what is lacking |
 //! | [`solution`] | trajectory, gap, active limits, outcome |
 //! | [`divert`] | many sites from one state |
-//! | `program`, `transition`, `flight_time` | the conic program, exact discretisation, searches |
+//! | `program`, `posed`, `stages`, `blocks` | the conic program, its numbers, over stages and in blocks for Clarabel |
+//! | `transition`, `flight_time` | exact discretisation, search from a time nearby |
 //!
 //! References: B. Acikmese, S. Ploen, J. Guid. Control Dyn. 30 (2007) 1353, doi 10.2514/1.27553. L. Blackmore, B. Acikmese, D. Scharf,
 //! J. Guid. Control Dyn. 33 (2010) 1161, doi 10.2514/1.47202. B. Acikmese, J. Carson, L. Blackmore, IEEE Trans. Control Syst. Technol. 21
 //! (2013) 2104, doi 10.1109/TCST.2012.2237346.
 
+mod blocks;
 pub mod divert;
 mod flight_time;
+mod posed;
 pub mod problem;
 mod program;
 pub mod settings;
 pub mod solution;
 pub mod solver;
+mod stages;
 mod transition;
 
 pub use divert::{Divert, DivertPlanner, DivertSettings};
 pub use problem::{DescentLimits, DescentProblem};
-pub use settings::{DescentSettings, FlightTime, LowerBound};
+pub use settings::{ConeSolver, DescentSettings, FlightTime, LowerBound};
 pub use solution::{ActiveArc, DescentSolution, Limit, Outcome};
 pub use solver::DescentSolver;
 pub use transition::Hold;

@@ -4,6 +4,7 @@ use apsides_basis::BasisError;
 use apsides_conic::ConicError;
 use apsides_ocp::OcpError;
 use apsides_ode::OdeError;
+use apsides_stage_cone::StageError;
 use thiserror::Error;
 
 /// An ill-posed request. What cannot be reached is no error but a status.
@@ -49,6 +50,9 @@ pub enum ConvexError {
     /// The conic program.
     #[error(transparent)]
     Conic(#[from] ConicError),
+    /// The conic program over stages.
+    #[error("conic program over stages: {0}")]
+    Stage(#[from] StageError),
     /// Problem, guess or trajectory.
     #[error(transparent)]
     Ocp(#[from] OcpError),

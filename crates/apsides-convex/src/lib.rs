@@ -7,7 +7,7 @@
 //! ```
 //!
 //! Lossless convexification makes a second-order cone program of a problem whose thrust bounds are not convex, with the same optimum
-//! ([`descent`]); it needs no guess, takes some milliseconds, and tells what is lacking when a target cannot be reached.
+//! ([`descent`]); it needs no guess, takes about a millisecond a program, and tells what is lacking when a target cannot be reached.
 //! Successive convexification ([`successive`]) takes any [`Ocp`](apsides_ocp::Ocp) and a guess.
 //!
 //! ```
@@ -54,8 +54,8 @@ mod rows;
 pub mod successive;
 
 pub use descent::{
-    ActiveArc, DescentLimits, DescentProblem, DescentSettings, DescentSolution, DescentSolver, Divert,
-    DivertPlanner, DivertSettings, FlightTime, Hold, Limit, LowerBound, Outcome,
+    ActiveArc, ConeSolver, DescentLimits, DescentProblem, DescentSettings, DescentSolution, DescentSolver,
+    Divert, DivertPlanner, DivertSettings, FlightTime, Hold, Limit, LowerBound, Outcome,
 };
 pub use error::ConvexError;
 pub use successive::{SuccessiveConvexification, SuccessiveRecord, SuccessiveSettings, SuccessiveSolution};

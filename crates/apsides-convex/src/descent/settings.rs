@@ -16,6 +16,16 @@ pub enum LowerBound {
     Quadratic,
 }
 
+/// The solver of the conic programs.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum ConeSolver {
+    /// `apsides-stage-cone`: factors stage after stage, allocates nothing.
+    #[default]
+    Stages,
+    /// Clarabel, on states eliminated in blocks of intervals.
+    Clarabel,
+}
+
 /// The choice of the flight time.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum FlightTime {
@@ -38,7 +48,9 @@ pub struct DescentSettings {
     pub intervals: usize,
     /// Controls over an interval, default linear.
     pub hold: Hold,
-    /// Intervals per block whose states are eliminated, default 5; more than `intervals` eliminates all.
+    /// Solver of the conic programs.
+    pub cone_solver: ConeSolver,
+    /// Intervals per block whose states are eliminated for Clarabel, default 5; more than `intervals` eliminates all.
     pub block: usize,
     /// Convex form of the least thrust.
     pub lower_bound: LowerBound,
@@ -57,6 +69,7 @@ impl Default for DescentSettings {
         Self {
             intervals: 50,
             hold: Hold::First,
+            cone_solver: ConeSolver::Stages,
             block: 5,
             lower_bound: LowerBound::Tangent,
             flight_time: FlightTime::GoldenSection { range: None, solves: 24 },

@@ -1,7 +1,7 @@
 //! Flight time, mass reference, and what is lacking when the target is not reached.
 
 use apsides_basis::try_golden_section;
-use apsides_conic::Status;
+use apsides_conic::{ConicData, Status};
 
 use super::problem::DescentProblem;
 use super::program::DescentProgram;
@@ -118,6 +118,18 @@ impl DescentSolver {
     #[must_use]
     pub fn size(&self) -> (usize, usize) {
         self.program.size()
+    }
+
+    /// Data and workspace of the conic program, bytes; none with a solver that owns its memory.
+    #[must_use]
+    pub fn bytes(&self) -> Option<usize> {
+        self.program.bytes()
+    }
+
+    /// The conic program of the last solve in the form of a general solver, for a check by another one.
+    #[must_use]
+    pub fn conic_data(&self) -> ConicData {
+        self.program.data()
     }
 
     fn best_flight(&mut self) -> Result<Status, ConvexError> {
