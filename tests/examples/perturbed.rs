@@ -4,8 +4,9 @@
 //! cargo run --release -p apsides-tests --example perturbed -- [CASES [PROBLEM]]
 //! ```
 //!
-//! A case that is not certified is printed with the checks that fail, one that is not solved with its status. What is certified as an extremal at least is solved
-//! again by direct multiple shooting from its own trajectory: an end at a clearly better objective is printed as doubtful.
+//! A case that is not certified is printed with the checks that fail, one that is not solved with its status and the reason why it has no solution, where
+//! another method tells one. What is certified as an extremal at least is solved again by direct multiple shooting from its own trajectory: an end at a
+//! clearly better objective is printed as doubtful.
 #![allow(clippy::print_stdout)]
 
 use apsides::ocp::{Guess, Sense};
@@ -13,7 +14,7 @@ use apsides::radau::Radau;
 use apsides::shooting::direct::MultipleShooting;
 use apsides::verify::{Check, CheckKind, Verdict, VerifySettings, verify};
 use apsides_problems::GALLERY;
-use apsides_tests::perturbation::perturb;
+use apsides_tests::perturbation::{perturb, why_unsolvable};
 
 /// A relative gain of the second method that makes a certificate doubtful.
 const GAIN: f64 = 1e-5;
@@ -23,6 +24,8 @@ const GAIN: f64 = 1e-5;
 struct Tally {
     verdicts: [usize; 5],
     unsolved: usize,
+    /// Unsolved cases without a known reason.
+    unexplained: usize,
     doubtful: usize,
 }
 
@@ -30,8 +33,10 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     let mut arguments = std::env::args().skip(1);
     let cases: u64 = arguments.next().map_or(Ok(10), |a| a.parse())?;
     let only = arguments.next();
-    println!("| problem | rejected | feasible | extremal | strict | global | not solved | doubtful |");
-    println!("| --- | ---: | ---: | ---: | ---: | ---: | ---: | ---: |");
+    println!(
+        "| problem | rejected | feasible | extremal | strict | global | not solved | without reason | doubtful |"
+    );
+    println!("| --- | ---: | ---: | ---: | ---: | ---: | ---: | ---: | ---: |");
     let mut total = Tally::default();
     for problem in GALLERY.iter().filter(|p| only.as_ref().is_none_or(|o| o == p.name)) {
         let mut tally = Tally::default();
@@ -41,6 +46,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
         row(problem.name, &tally);
         total.verdicts.iter_mut().zip(tally.verdicts).for_each(|(t, n)| *t += n);
         total.unsolved += tally.unsolved;
+        total.unexplained += tally.unexplained;
         total.doubtful += tally.doubtful;
     }
     row("all", &total);
@@ -50,8 +56,8 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
 fn row(name: &str, t: &Tally) {
     let [rejected, feasible, extremal, strict, global] = t.verdicts;
     println!(
-        "| {name} | {rejected} | {feasible} | {extremal} | {strict} | {global} | {} | {} |",
-        t.unsolved, t.doubtful
+        "| {name} | {rejected} | {feasible} | {extremal} | {strict} | {global} | {} | {} | {} |",
+        t.unsolved, t.unexplained, t.doubtful
     );
 }
 
@@ -66,7 +72,10 @@ fn one(
     let solution = Radau::default().solve(&ocp, &posed.guess)?;
     if !solution.status.is_success() {
         tally.unsolved += 1;
-        println!("not solved: {} case {case}: {}", problem.name, solution.status);
+        let reason = why_unsolvable(problem.name, &ocp, &posed.guess)?;
+        tally.unexplained += usize::from(reason.is_none());
+        let reason = reason.unwrap_or_else(|| "no reason known".to_owned());
+        println!("not solved: {} case {case}: {}; {reason}", problem.name, solution.status);
         return Ok(());
     }
     let settings = VerifySettings::default();

@@ -4,7 +4,7 @@
 use apsides::radau::Radau;
 use apsides::verify::{Verdict, VerifySettings, verify};
 use apsides_problems::GALLERY;
-use apsides_tests::perturbation::perturb;
+use apsides_tests::perturbation::{perturb, why_unsolvable};
 
 /// Solves cases of a problem: each has a verdict at least, on as many meshes at most.
 fn are_proved(name: &str, cases: &[u64], least: Verdict, most_meshes: usize) {
@@ -63,4 +63,22 @@ fn singular_arcs_between_two_zeros() {
 #[test]
 fn accurate_solutions_are_kept() {
     are_proved("free_flying_robot", &[6, 24], Verdict::Feasible, 12);
+}
+
+/// Cases that are not solved have no solution, by another method, and only these.
+#[test]
+fn what_is_not_solved_has_no_solution() {
+    for name in ["powered_descent", "powered_descent_glide_slope", "delta_iii"] {
+        let problem = GALLERY.iter().find(|p| p.name == name).unwrap();
+        let mut unsolved = 0;
+        for case in 0..9 {
+            let mut posed = problem.pose().unwrap();
+            perturb(&mut posed.ocp, case);
+            let solution = Radau::default().solve(&posed.ocp, &posed.guess).unwrap();
+            let reason = why_unsolvable(name, &posed.ocp, &posed.guess).unwrap();
+            assert_eq!(solution.status.is_success(), reason.is_none(), "{name} {case}: {reason:?}");
+            unsolved += usize::from(reason.is_some());
+        }
+        assert!((1..9).contains(&unsolved), "{name}: {unsolved}");
+    }
 }

@@ -13,9 +13,10 @@ use crate::values::Values;
 /// The requirements of a mission that conflict, and the relaxations that help; all numbers in the unit beside them.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct ExplanationSummary {
-    /// The requirements that conflict, those that a key states first. Relaxing all by their amounts restores feasibility.
+    /// The requirements that conflict, those of values that replace the mission's own first, then those of
+    /// other keys. Relaxing all by their amounts restores feasibility.
     pub conflicts: Vec<ConflictSummary>,
-    /// Each of these relaxations alone restores feasibility; those of a key first.
+    /// Each of these relaxations alone restores feasibility; in the same order.
     pub remedies: Vec<RemedySummary>,
     /// A sentence on what is missing besides, where the kind of mission has one.
     #[serde(default, skip_serializing_if = "Option::is_none")]
@@ -106,7 +107,7 @@ impl RequirementSummary {
     }
 }
 
-/// The same explanation in the keys' words and units, what a key states first. Radii become altitudes above `datum`, where there is one.
+/// The same explanation in the keys' words and units, what replaces the mission's own values first, then what its file states, then defaults. Radii become altitudes above `datum`, where there is one.
 pub(crate) fn in_keys(explanation: &Explanation, values: &Values, datum: Option<f64>) -> Explanation {
     let conflict = |c: &Conflict| {
         let (requirement, unit) = worded(&c.requirement, values, datum);
@@ -118,8 +119,22 @@ pub(crate) fn in_keys(explanation: &Explanation, values: &Values, datum: Option<
     };
     let mut conflicts: Vec<_> = explanation.conflicts.iter().map(conflict).collect();
     let mut remedies: Vec<_> = explanation.remedies.iter().map(remedy).collect();
-    conflicts.sort_by_key(|c| c.requirement.stated_by.is_none());
-    remedies.sort_by_key(|m| m.requirement.stated_by.is_none());
+    let rank = |r: &Requirement| match &r.stated_by {
+        Some(key) if values.is_replaced(key) => 0,
+        Some(key) if values.place(key).is_some() => 1,
+        Some(_) => 2,
+        None => 3,
+    };
+    conflicts.sort_by_key(|c| rank(&c.requirement));
+    remedies.sort_by_key(|m| rank(&m.requirement));
+    // Of several sets that conflict the one of a value that the user set: alone, it restores feasibility as well.
+    if let Some(first) = remedies.first()
+        && conflicts.first().is_some_and(|c| rank(&first.requirement) < rank(&c.requirement))
+    {
+        let Remedy { requirement, to } = first.clone();
+        let amount = (to - requirement.limit).abs();
+        conflicts = vec![Conflict { requirement, amount, at: None, time_unit: String::new() }];
+    }
     Explanation { conflicts, remedies, ..explanation.clone() }
 }
 

@@ -8,6 +8,9 @@ use crate::Error;
 use crate::error::Source;
 use crate::key::{Key, KeyKind, Value, renamed, suggestion};
 
+/// The place of a value that Rust code sets.
+const FROM_RUST: &str = "set";
+
 /// A value and where it is stated.
 #[derive(Clone, Debug)]
 struct Stated {
@@ -158,7 +161,13 @@ impl Values {
     /// # Errors
     /// A key that the mission does not declare, a value that it does not take.
     pub fn set(&mut self, path: &str, value: impl Into<Value>) -> Result<(), Error> {
-        self.state(path, value.into(), "set")
+        self.state(path, value.into(), FROM_RUST)
+    }
+
+    /// True if the value of a key replaces the one of the mission's file or the default: by `--set`, or from Rust.
+    #[must_use]
+    pub(crate) fn is_replaced(&self, path: &str) -> bool {
+        self.place(path).is_some_and(|place| place == FROM_RUST || place.starts_with("--set "))
     }
 
     /// The value of a key.
