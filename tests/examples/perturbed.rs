@@ -5,7 +5,7 @@
 //! ```
 //!
 //! A case that is not certified is printed with the checks that fail, one that is not solved with its status and the reason why it has no solution, where
-//! another method tells one. What is certified as an extremal at least is solved again by direct multiple shooting from its own trajectory: an end at a
+//! a relaxation or the start tells one. What is certified as an extremal at least is solved again by direct multiple shooting from its own trajectory: an end at a
 //! clearly better objective is printed as doubtful.
 #![allow(clippy::print_stdout)]
 

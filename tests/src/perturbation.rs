@@ -5,6 +5,7 @@ use std::error::Error;
 use apsides::radau::Radau;
 use apsides_convex::{DescentLimits, DescentProblem, DescentSettings, DescentSolver, Outcome};
 use apsides_ocp::{Bounds, EndpointInput, Guess, Ocp, Sense};
+use apsides_problems::delta_iii::EARTH_RADIUS;
 
 /// Relative change of ends, and of bounds and times.
 const END: f64 = 0.03;
@@ -57,10 +58,11 @@ pub fn perturb(ocp: &mut Ocp, case: u64) {
     }
 }
 
-/// The reason why a perturbed problem has no solution, by means other than its own solve; none where it is not known.
+/// The reason why a perturbed problem has no solution, by a relaxation of it or by its start; none where it is not known.
 ///
 /// A descent is relaxed to a convex program, which lets go of the least thrust and of the limits of single components: what it cannot reach, no
-/// flight can. A launcher that may arrive with next to no mass, and burn twice as long, has a flight of least time, which ends after its fuel; or it
+/// flight can. A launcher that may arrive with next to no mass, and burn twice as long, has a flight of least time (by collocation: least among
+/// those near it), which ends after its fuel; or it
 /// starts many kilometres below the ground, in air through which no thrust carries it.
 ///
 /// # Errors
@@ -77,8 +79,6 @@ pub fn why_unsolvable(name: &str, ocp: &Ocp, guess: &Guess) -> Result<Option<Str
 
 /// Least elevation of the descent above its site.
 const SLOPE_DEG: f64 = 4.0;
-/// Radius of the Earth in the problem of the launcher, m.
-const EARTH_RADIUS: f64 = 6_378_145.0;
 /// Depth at which the air of that problem is 16 times as dense as on the ground, m.
 const DEEP: f64 = 20_000.0;
 /// Part of its payload with which a launcher may arrive in the relaxed problem.

@@ -65,20 +65,21 @@ fn accurate_solutions_are_kept() {
     are_proved("free_flying_robot", &[6, 24], Verdict::Feasible, 12);
 }
 
-/// Cases that are not solved have no solution, by another method, and only these.
+/// Cases that are not solved have no solution, by a relaxation or their start, and only these.
 #[test]
 fn what_is_not_solved_has_no_solution() {
-    for name in ["powered_descent", "powered_descent_glide_slope", "delta_iii"] {
+    // A launcher that is not solved takes most of a minute on one core: four cases hold one of each reason.
+    for (name, cases) in [("powered_descent", 9), ("powered_descent_glide_slope", 9), ("delta_iii", 4)] {
         let problem = GALLERY.iter().find(|p| p.name == name).unwrap();
         let mut unsolved = 0;
-        for case in 0..9 {
+        for case in 0..cases {
             let mut posed = problem.pose().unwrap();
             perturb(&mut posed.ocp, case);
             let solution = Radau::default().solve(&posed.ocp, &posed.guess).unwrap();
             let reason = why_unsolvable(name, &posed.ocp, &posed.guess).unwrap();
             assert_eq!(solution.status.is_success(), reason.is_none(), "{name} {case}: {reason:?}");
-            unsolved += usize::from(reason.is_some());
+            unsolved += u64::from(reason.is_some());
         }
-        assert!((1..9).contains(&unsolved), "{name}: {unsolved}");
+        assert!((1..cases).contains(&unsolved), "{name}: {unsolved}");
     }
 }

@@ -8,7 +8,7 @@ use toml::de::{DeTable, DeValue};
 use crate::Error;
 use crate::key::{Key, KeyKind, Value, suggestion};
 use crate::placing::is_placing;
-use crate::values::Values;
+use crate::values::{Values, place_of_option};
 
 /// Largest mission file: a few kB is usual, so anything above is a mistake.
 pub const MAX_FILE_BYTES: u64 = 1 << 20;
@@ -172,7 +172,7 @@ fn scalar(value: &Spanned<DeValue<'_>>) -> Value {
 /// # Errors
 /// [`Error::Syntax`] when there is no equals sign.
 pub(crate) fn parse_override(text: &str) -> Result<StatedValue, Error> {
-    let place = format!("--set {text}");
+    let place = place_of_option(text);
     let Some((key, value)) = text.split_once('=') else {
         return Err(Error::Syntax { place, reason: "expected key=value".into() });
     };

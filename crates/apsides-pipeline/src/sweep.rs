@@ -9,6 +9,7 @@ use crate::outcome::{Outcome, Price};
 use crate::pipeline::Pipeline;
 use crate::record;
 use crate::registry::Registry;
+use crate::values::place_of_option;
 
 /// Values of one key.
 #[derive(Clone, Debug, PartialEq)]
@@ -26,7 +27,7 @@ impl Axis {
     /// [`Error::Syntax`] when there is no key or no value.
     pub fn parse(text: &str) -> Result<Self, Error> {
         let fail = || Error::Syntax {
-            place: format!("--set {text}"),
+            place: place_of_option(text),
             reason: "expected key=value or key=value,value,..".into(),
         };
         let (key, values) = text.split_once('=').ok_or_else(fail)?;

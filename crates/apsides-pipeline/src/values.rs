@@ -10,6 +10,13 @@ use crate::key::{Key, KeyKind, Value, renamed, suggestion};
 
 /// The place of a value that Rust code sets.
 const FROM_RUST: &str = "set";
+/// The option of the program that replaces a value.
+const OPTION: &str = "--set ";
+
+/// The place of a value that the program's option for it states, as `key=value`.
+pub(crate) fn place_of_option(text: &str) -> String {
+    format!("{OPTION}{text}")
+}
 
 /// A value and where it is stated.
 #[derive(Clone, Debug)]
@@ -167,7 +174,7 @@ impl Values {
     /// True if the value of a key replaces the one of the mission's file or the default: by `--set`, or from Rust.
     #[must_use]
     pub(crate) fn is_replaced(&self, path: &str) -> bool {
-        self.place(path).is_some_and(|place| place == FROM_RUST || place.starts_with("--set "))
+        self.place(path).is_some_and(|place| place == FROM_RUST || place.starts_with(OPTION))
     }
 
     /// The value of a key.

@@ -35,7 +35,8 @@ pub const PROBLEM: Problem = Problem {
 };
 
 const MU: f64 = 3.986_012e14;
-const EARTH_RADIUS: f64 = 6_378_145.0;
+/// Radius of the Earth, m.
+pub const EARTH_RADIUS: f64 = 6_378_145.0;
 const EARTH_RATE: f64 = 7.292_115_85e-5;
 const LAUNCH_LATITUDE_DEG: f64 = 28.5;
 /// `S CD / 2`, m2.

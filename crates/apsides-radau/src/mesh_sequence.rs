@@ -392,12 +392,11 @@ impl<'a> MeshSequence<'a> {
         self.is_settled = found.are_settled();
         let accurate = solve.is_accurate(settings);
         let finished = self.is_finished(&solve)?;
-        let remedy = match finished {
-            true => {
-                let (scaling, is_exact) = (&solve.scaling, self.is_exact);
-                self.costates.remedy(ocp, scaling, settings, is_exact, &mut solve.trajectory)?
-            }
-            false => CostateRemedy::Nothing,
+        let remedy = if finished {
+            let (scaling, is_exact) = (&solve.scaling, self.is_exact);
+            self.costates.remedy(ocp, scaling, settings, is_exact, &mut solve.trajectory)?
+        } else {
+            CostateRemedy::Nothing
         };
         let wants_costates = remedy == CostateRemedy::Mesh;
         self.is_repeated = remedy == CostateRemedy::ExactSolution;

@@ -5,7 +5,7 @@
 //! the bound: the constraint leaves it without a jump. Where there is a direction without curvature, as the length of a thrust in a free
 //! direction, the constraint goes to its other bound.
 
-use apsides_nlp::{Nlp, SolveReport};
+use apsides_nlp::{Nlp, Pattern, SolveReport};
 use apsides_ocp::{ArcKind, Bounds, Ocp, Phase};
 
 use crate::activity::is_between;
@@ -28,12 +28,20 @@ struct AtNode<'a> {
 /// along controls that move the row by one, zero where it is none or negative, infinity where they cannot move it. NaN for other rows.
 pub(crate) fn row_bends(ocp: &Ocp, nlp: &mut Transcription, report: &SolveReport) -> Vec<f64> {
     let mut bends = vec![f64::NAN; report.constraint_values.len()];
-    for (k, phase) in ocp.phases.iter().enumerate() {
-        for row in 0..phase.path_rows() {
-            if nlp.layout.phases[k].mesh.arcs().iter().any(|arc| is_held(&arc.rows, row)) {
-                of_row(phase, nlp, k, row, report, &mut bends);
-            }
-        }
+    let arcs_hold = |nlp: &Transcription, k: usize, row: usize| {
+        nlp.layout.phases[k].mesh.arcs().iter().any(|arc| is_held(&arc.rows, row))
+    };
+    let phases = ocp.phases.iter().enumerate();
+    let rows = phases.flat_map(|(k, phase)| (0..phase.path_rows()).map(move |row| (k, row)));
+    let held: Vec<(usize, usize)> = rows.filter(|&(k, row)| arcs_hold(nlp, k, row)).collect();
+    if held.is_empty() {
+        return bends;
+    }
+    let jacobian = nlp.jacobian_pattern();
+    let mut slopes = vec![0.0; jacobian.len()];
+    nlp.jacobian(&report.x, &mut slopes);
+    for (k, row) in held {
+        of_row(&ocp.phases[k], nlp, k, row, (&jacobian, &slopes), report, &mut bends);
     }
     bends
 }
@@ -47,6 +55,7 @@ fn of_row(
     nlp: &mut Transcription,
     k: usize,
     row: usize,
+    (jacobian, slopes): (&Pattern, &[f64]),
     report: &SolveReport,
     bends: &mut [f64],
 ) {
@@ -54,9 +63,8 @@ fn of_row(
     let mut multipliers = report.constraint_multipliers.clone();
     let p = &nlp.layout.phases[k];
     (0..p.nodes.len()).for_each(|node| multipliers[p.path_row(node) + row] = 0.0);
-    let (jacobian, hessian) = (nlp.jacobian_pattern(), nlp.hessian_pattern());
-    let (mut slopes, mut curvatures) = (vec![0.0; jacobian.len()], vec![0.0; hessian.len()]);
-    nlp.jacobian(&report.x, &mut slopes);
+    let hessian = nlp.hessian_pattern();
+    let mut curvatures = vec![0.0; hessian.len()];
     nlp.hessian(&report.x, 1.0, &multipliers, &mut curvatures);
     let p = &nlp.layout.phases[k];
     let size = |c: usize| {
@@ -66,7 +74,7 @@ fn of_row(
     };
     let rows = p.rows_per_node - p.states;
     let mut of_rows = vec![0.0; p.nodes.len() * rows * nu];
-    for ((&r, &c), v) in jacobian.rows.iter().zip(&jacobian.cols).zip(&slopes) {
+    for ((&r, &c), v) in jacobian.rows.iter().zip(&jacobian.cols).zip(slopes) {
         if let (Some((node, c)), Some((at, r))) = (control_of(p, c), path_row_of(p, r))
             && node == at
         {

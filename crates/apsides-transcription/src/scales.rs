@@ -53,7 +53,8 @@ impl<D: Discretisation> Transcription<D> {
     pub fn scale_as_stationary(&mut self, ocp: &Ocp) {
         self.weighs_curvature = true;
         if ocp.objective.scale.is_none() {
-            self.scales.objective = as_scale(self.changes().objective);
+            self.scales.objective = f64::NAN;
+            self.complete_scales();
         }
     }
 
