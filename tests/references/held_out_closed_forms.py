@@ -9,7 +9,7 @@ name and value.
 from math import acos, acosh, asin, atan, atan2, cos, cosh, exp, hypot, inf, log, pi, sin, sinh, sqrt, tanh
 
 import numpy as np
-from scipy.integrate import quad
+from scipy.integrate import quad, solve_ivp
 from scipy.interpolate import PchipInterpolator
 from scipy.linalg import expm
 from scipy.optimize import brentq, fsolve, least_squares, minimize, minimize_scalar
@@ -147,6 +147,48 @@ def two_touches():
 
     both = lambda t: 2 * effort(0, 2, at(t), rate(t), t) + effort(at(t), rate(t), at(t), -rate(t), 1 - 2 * t)
     return least(both, 0.24, 0.28)
+
+
+def ceiling_touched_twice(height=0.3, end=6):
+    """Least efforts of an oscillator from one touch of the ceiling to the next, for the best time of the first."""
+    a, b = [[0, 1], [-1, 0]], [[0], [1]]
+    touch = [height, 0]
+    outer = lambda t: gramian(a, b, t, [-1, 1.2], touch)
+    return least(lambda t: outer(t) + gramian(a, b, end - 2 * t, touch, touch) / 2, 2.1, 2.3)
+
+
+def stages_without_a_coast():
+    """Both burns at once, then free flight to the time 60."""
+    drag = lambda h, v, m: 0.0005 * v**2 * exp(-h / 50) / m
+    stages = [(10, 12, 0.5, 0), (5, 6, 0.3, 2), (45, 0, 0, 0)]
+    state = [0, 0, 10]
+    for duration, thrust, flow, drop in stages:
+        rate = lambda _, y: [y[1], thrust / y[2] - 0.1 - drag(*y), -flow]
+        start = [state[0], state[1], state[2] - drop]
+        state = solve_ivp(rate, (0, duration), start, method="DOP853", rtol=1e-13, atol=1e-13).y[:, -1]
+    return state[0]
+
+
+def thin_gate(speed=0.5, gate=(3.71, 3.717), way=10, start=2, time=5):
+    """Cubics to the gate and from it, at the speed that is allowed in it."""
+    within = (gate[1] - gate[0]) / speed
+
+    def effort(d, v, w, time):
+        d, e = d - v * time, w - v
+        return 12 * d**2 / time**3 - 12 * d * e / time**2 + 4 * e**2 / time
+
+    before = lambda t: effort(gate[0], start, speed, t)
+    return least(lambda t: before(t) + effort(way - gate[1], speed, start, time - within - t), 1, 4)
+
+
+def thin_layer(width=0.02, most=3000, end=100, at=37.3):
+    """The Hamiltonian is constant: x' = sqrt(c + g^2) against a drift of -g, for the c that arrives in time."""
+    g = lambda x: most * exp(-(((x - at) / width) ** 2))
+    ends = [0, *(at + width * k / 4 for k in range(-28, 29)), end]
+    along = lambda f: sum(integral(f, a, b) for a, b in zip(ends, ends[1:]))
+    c = root(lambda c: along(lambda x: 1 / sqrt(c + g(x) ** 2)) - 1, 1e3, 1e5)
+    speed = lambda x: sqrt(c + g(x) ** 2)
+    return along(lambda x: (speed(x) + g(x)) ** 2 / speed(x))
 
 
 def string_over_a_wave():
@@ -425,6 +467,7 @@ OPTIMA = {
     "car_to_a_pose": lambda: dubins(4.0, 3.0, 2.0),
     "car_turns_round": lambda: dubins(0.0, 0.0, pi),
     "ceiling_kept_to_the_end": lambda: 4 - acosh(2) + 2 * sqrt(3),
+    "ceiling_touched_twice": ceiling_touched_twice,
     "chain_between_unequal_ends": lambda: chain(1.0, 0.4, 1.6),
     "cosines_constant_current": lambda: crossing(10, 4, 0.5, 0.3),
     "cosines_intercept_under_gravity": lambda: root(intercept, 1, 50),
@@ -441,9 +484,11 @@ OPTIMA = {
     "effort_of_a_growing_gain": lambda: 3,
     "effort_with_a_limit_of_the_speed": lambda: 8 * 0.6**2 / (3 * 0.5),
     "end_at_bounds": lambda: 12 / 8,
+    "end_in_a_one_sided_range": lambda: 5,
     "end_in_a_wide_range": lambda: 3,
     "fishery": lambda: 0.25 * (10 - log(9) - 2 * atan(0.6)) + atan(0.6),
     "fit_of_logistic_growth": fit_of_logistic_growth,
+    "fit_that_is_exact": lambda: 0,
     "floor_between_falling_and_rising": lambda: 4 / (9 * 0.1) / 2,
     "floor_with_a_far_ceiling": lambda: 4 / 9 / 0.08,
     "free_initial_time": lambda: 0.25,
@@ -475,8 +520,10 @@ OPTIMA = {
     "micronewton_drag_free": lambda: 2 * sqrt(1e-6 / 1e-9),
     "miss_by_its_magnitude": lambda: 0.2,
     "moving_wall": moving_wall,
+    "nothing_to_correct": lambda: 0,
     "oscillator_three_switches": lambda: oscillator(-5.0, 1.0),
     "oscillator_with_limited_speed": oscillator_speed_limit,
+    "parameter_in_a_one_sided_range": lambda: 4,
     "product_of_integrals_of_two_phases": lambda: 1 / 2 + 1 / 16,
     "pulse_of_a_disturbance": lambda: effort_against(lambda t: 50 * exp(-(((t - 0.377) / 0.002) ** 2)), np.linspace(0.361, 0.393, 9)),
     "quadruple_integrator": lambda: 384 ** (1 / 4),
@@ -487,12 +534,14 @@ OPTIMA = {
     "rendezvous_by_least_effort": lambda: gramian(hill(), [[0, 0], [0, 0], [1, 0], [0, 1]], 2400, [-800, -3000, 0.5, 1.2], [0, 0, 0, 0]),
     "saturated_actuator": lambda: 2,
     "singular_tracking": lambda: integral(lambda t: (0.5 - t - sin(t)) ** 2, 0, root(lambda s: 0.5 - s - sin(s), 0, 1)),
+    "singular_with_nothing_left": lambda: 0,
     "slew_with_limited_total_torque": lambda: 2 * sqrt(pi / 2),
     "slide_above_a_wall": slide_above_a_wall,
     "soap_film": lambda: catenoid(1.0),
     "speed_limit_in_large_units": lambda: 1 / 0.7 + 0.7,
     "speed_limit_in_small_units": lambda: 1 / 0.7 + 0.7,
     "speed_limit_with_drag": lambda: log(3) + 10 + 2 * log(0.75),
+    "stages_without_a_coast": stages_without_a_coast,
     "staging": staging,
     "string_over_a_parabola": string_over_parabola,
     "string_over_a_wave": string_over_a_wave,
@@ -541,6 +590,8 @@ OPTIMA = {
     "trap_small_debris": lambda: around_disc((-1.9863, 0.001), (2.0137, 0.001), 0.004),
     "trap_small_objective_beside_a_large_one": lambda: 1e6 + 12e-6,
     "trap_tabulated_hill": tabulated_hill,
+    "trap_thin_gate": thin_gate,
+    "trap_thin_layer": thin_layer,
     "trap_thin_wall": string_over_bump,
     "trap_three_thrusters": lambda: wells(12, [0.5, 0.5, -0.5], 0.02),
     "trap_through_the_middle_of_a_disc": lambda: around_disc((-2, 0), (2, 0), 1.0),

@@ -77,7 +77,8 @@ pub fn divided_trajectory(ocp: &Ocp, trajectory: &Trajectory) -> Result<Option<T
 
 impl PhaseTrajectory {
     /// The fraction of the phase on its mesh at a time.
-    fn fraction_at(&self, t: f64) -> f64 {
+    #[must_use]
+    pub fn fraction_at(&self, t: f64) -> f64 {
         let (ends, breaks) = (self.mesh.fractions(), self.control.breaks());
         if ends.len() != breaks.len() {
             return (t - self.initial_time) / (self.final_time - self.initial_time);
@@ -88,7 +89,7 @@ impl PhaseTrajectory {
     }
 
     /// The same phase with an end of a piece at each of these times, which increase within the phase.
-    fn divided_at(&self, times: &[f64]) -> Result<Self, OcpError> {
+    pub(crate) fn divided_at(&self, times: &[f64]) -> Result<Self, OcpError> {
         let control = self.control.divided_at(times)?;
         let divided = |p: &Option<PiecewisePolynomial>| p.as_ref().map(|p| p.divided_at(times)).transpose();
         let places: Vec<f64> = times.iter().map(|t| self.fraction_at(*t)).collect();

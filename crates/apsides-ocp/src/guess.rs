@@ -4,7 +4,10 @@ mod controls;
 mod flight;
 mod stationary;
 
-use crate::{Bounds, Ocp, OcpError, Phase, PhaseTrajectory, Trajectory};
+use crate::{Bounds, Ocp, OcpError, Phase, PhaseTrajectory, Trajectory, linkage};
+
+/// A bound this many times what is known of an end says nothing of its size.
+const FAR_WIDER: f64 = 1e3;
 
 /// Guess of one phase on its normalised time from 0 to 1.
 #[derive(Clone, Debug)]
@@ -57,7 +60,11 @@ impl PhaseGuess {
     /// are taken from the middle of their bounds.
     #[must_use]
     pub fn linear(phase: &Phase, parameters: &[f64]) -> Self {
-        let (times, ends) = Self::straight(phase);
+        Self::following(phase, parameters, Self::straight(phase))
+    }
+
+    /// The straight lines between these times and states, with the controls that follow them best.
+    fn following(phase: &Phase, parameters: &[f64], (times, ends): ((f64, f64), [Vec<f64>; 2])) -> Self {
         let (controls, final_time) = controls::fitted(phase, parameters, times, &ends);
         Self {
             initial_time: times.0,
@@ -86,8 +93,14 @@ impl PhaseGuess {
             phase.states.iter().map(pick).collect()
         };
         let mut ends = [end(|s| s.initial), end(|s| s.terminal)];
-        // An end without a bound of its own takes the other end's value.
+        // An end without a bound of its own takes the other end's value, one in a range far wider than all that is known the nearest to it.
         for (k, s) in phase.states.iter().enumerate() {
+            let [start, end] = [ends[0][k], ends[1][k]];
+            if let Some(near) = near_within(s.terminal, s.initial, start) {
+                ends[1][k] = near;
+            } else if let Some(near) = near_within(s.initial, s.terminal, end) {
+                ends[0][k] = near;
+            }
             if s.terminal == Bounds::FREE && s.initial != Bounds::FREE {
                 ends[1][k] = ends[0][k];
             }
@@ -189,6 +202,15 @@ impl PhaseGuess {
     }
 }
 
+/// The allowed value nearest to that of the other end, where the bounds are far wider than all that is known.
+fn near_within(bounds: Bounds, other: Bounds, value: f64) -> Option<f64> {
+    let [a, b] = [bounds.lower.abs(), bounds.upper.abs()];
+    let near = bounds.clamp(value);
+    let known = a.min(b).max(value.abs()).max(near.abs());
+    let is_wide = a.max(b).is_finite() && known > 0.0 && a.max(b) > FAR_WIDER * known;
+    (is_wide && other.is_fixed()).then_some(near)
+}
+
 fn interpolate(fractions: &[f64], rows: &[Vec<f64>], x: f64, out: &mut [f64]) {
     let k = fractions.partition_point(|f| *f <= x).clamp(1, fractions.len() - 1);
     let w = (x - fractions[k - 1]) / (fractions[k] - fractions[k - 1]);
@@ -210,11 +232,24 @@ pub struct Guess {
 
 impl Guess {
     /// Straight lines between what the bounds allow, with the constant controls that follow them best. Where nothing bounds a
-    /// final time it is the one for which they do, if that makes a difference.
+    /// final time it is the one for which they do, if that makes a difference. A state without ends of its own stays at what its phase takes
+    /// over from an earlier one.
     #[must_use]
     pub fn linear(ocp: &Ocp) -> Self {
         let parameters: Vec<f64> = ocp.parameters.iter().map(|p| p.bounds.representative()).collect();
-        Self::from_phases(ocp, ocp.phases.iter().map(|p| PhaseGuess::linear(p, &parameters)).collect())
+        let mut phases: Vec<PhaseGuess> = Vec::with_capacity(ocp.phases.len());
+        for (phase, sources) in ocp.phases.iter().zip(linkage::sources(ocp)) {
+            let (times, mut ends) = PhaseGuess::straight(phase);
+            for (k, (state, source)) in phase.states.iter().zip(sources).enumerate() {
+                let Some(source) = source.filter(|_| state.has_free_ends()) else { continue };
+                let mut from = vec![0.0; ocp.phases[source.phase].states.len()];
+                phases[source.phase].state(1.0, &mut from);
+                let value = state.variable.bounds.clamp(from[source.state] + source.offset);
+                ends.iter_mut().for_each(|end| end[k] = value);
+            }
+            phases.push(PhaseGuess::following(phase, &parameters, (times, ends)));
+        }
+        Self::from_phases(ocp, phases)
     }
 
     /// Given phases, parameters from the middle of their bounds.

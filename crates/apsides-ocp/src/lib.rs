@@ -44,10 +44,11 @@
 //! | [`phase`] | one phase |
 //! | [`endpoint`] | boundary conditions, linkages |
 //! | [`endpoint_term`] | those, as a method sees them |
+//! | [`linkage`] | states that a phase takes over from an earlier one |
 //! | [`accumulated`] | integrals in boundary conditions |
-//! | [`explicit_time`] | pulses, jumps and kinks of time |
+//! | [`explicit_time`], [`passed_features`] | pulses, jumps and kinks of time; layers and walls of states |
 //! | [`problem`] | the whole, its builder and checks |
-//! | [`scaling`] | typical sizes |
+//! | [`scaling`], [`curvature`] | typical sizes; that of an objective near zero |
 //! | [`origin`] | where a row of a discretised problem comes from |
 //! | [`path_ends`] | path constraints at the ends of their phases |
 //! | [`guess`], [`mesh`] | what a method starts from |
@@ -61,15 +62,18 @@ pub mod accumulated;
 mod bent;
 pub mod by_direction;
 pub mod by_parts;
+pub mod curvature;
 pub mod endpoint;
 pub mod endpoint_term;
 pub mod error;
 pub mod explicit_time;
 pub mod guess;
 pub mod lagrangian;
+pub mod linkage;
 pub mod mesh;
 pub mod method;
 pub mod origin;
+pub mod passed_features;
 pub mod path_ends;
 pub mod phase;
 pub mod piecewise;

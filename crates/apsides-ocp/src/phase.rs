@@ -281,6 +281,12 @@ impl Phase {
         (start, end)
     }
 
+    /// The longest duration that the bounds allow, infinite without any.
+    #[must_use]
+    pub fn longest(&self) -> f64 {
+        self.duration.upper.min(self.final_time.upper - self.initial_time.lower)
+    }
+
     /// Returns true if the bounds on the duration say more than [`time_bounds`](Self::time_bounds).
     #[must_use]
     pub fn needs_duration_row(&self) -> bool {

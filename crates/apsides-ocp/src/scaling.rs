@@ -5,7 +5,7 @@
 
 use apsides_ad::NodeFunction;
 
-use crate::{Bounds, Guess, Ocp, Phase, PhaseGuess, Variable};
+use crate::{Bounds, EndpointInput, Guess, Ocp, Phase, PhaseGuess, Variable};
 
 /// Scales of one phase.
 #[derive(Clone, Debug, PartialEq)]
@@ -40,7 +40,7 @@ const SAMPLES: usize = 11;
 const ROUNDING: f64 = 1e-12;
 
 /// A scale this many times a size is coarse.
-const COARSE: f64 = 1e6;
+const COARSE: f64 = 1e3;
 
 /// A guess below this part of the largest of a quantity with the same unit, or of what its rates move a state by, is rounding, too.
 const NOTHING_BESIDE: f64 = 1e-9;
@@ -88,6 +88,20 @@ impl Scaling {
             })
             .collect();
         Self { phases, parameters, objective: ocp.objective.scale }
+    }
+
+    /// The scale of a quantity at an end of a phase, or of a static parameter.
+    #[must_use]
+    pub fn of_end(&self, input: EndpointInput) -> f64 {
+        match input {
+            EndpointInput::InitialTime { phase } | EndpointInput::FinalTime { phase } => {
+                self.phases[phase].time
+            }
+            EndpointInput::InitialState { phase, state } | EndpointInput::FinalState { phase, state } => {
+                self.phases[phase].states[state]
+            }
+            EndpointInput::Parameter { index } => self.parameters[index],
+        }
     }
 
     /// True if quantities between two bounds are much smaller by `other`, which knows more of them.
@@ -215,6 +229,6 @@ fn row_size(row: &Variable, change: f64) -> f64 {
 
 /// The guess, or what the bounds allow where that is less.
 fn time_size(phase: &Phase, guess: f64) -> f64 {
-    let longest = (phase.final_time.upper - phase.initial_time.lower).min(phase.duration.upper);
+    let longest = phase.longest();
     if longest > 0.0 { longest.min(guess) } else { guess }
 }

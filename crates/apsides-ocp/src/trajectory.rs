@@ -4,7 +4,7 @@ use std::sync::Arc;
 
 use apsides_basis::{Barycentric, BasisError, chebyshev_lobatto};
 
-use crate::{Mesh, Ocp, OcpError, PhaseMesh, PiecewisePolynomial};
+use crate::{EndpointInput, Mesh, Ocp, OcpError, PhaseMesh, PiecewisePolynomial};
 
 /// An instant at which a path constraint row without controls touches its bound: the costates jump there,
 /// `lambda(t-) = lambda(t+) + multiplier * dg/dx`.
@@ -153,6 +153,21 @@ impl Trajectory {
     #[must_use]
     pub fn has_costates(&self) -> bool {
         self.phases.iter().all(|p| p.costate.is_some())
+    }
+
+    /// A quantity at an end of a phase, or a static parameter.
+    #[must_use]
+    pub fn end_value(&self, input: EndpointInput) -> f64 {
+        let start = |phase: usize| self.phases[phase].initial_time;
+        match input {
+            EndpointInput::InitialTime { phase } => start(phase),
+            EndpointInput::FinalTime { phase } => self.phases[phase].final_time,
+            EndpointInput::InitialState { phase, state } => {
+                self.phases[phase].state.component(start(phase), state)
+            }
+            EndpointInput::FinalState { phase, state } => self.phases[phase].final_state()[state],
+            EndpointInput::Parameter { index } => self.parameters[index],
+        }
     }
 
     /// The phase of a name.

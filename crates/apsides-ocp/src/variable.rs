@@ -203,7 +203,7 @@ const FENCE: f64 = 1e6;
 /// Bounds that are closer are one value.
 const LEAST_WIDTH: f64 = 1e-12;
 /// Bounds that are this many times farther apart than what lies between them are fences, not sizes.
-const FAR_APART: f64 = 1e6;
+const FAR_APART: f64 = 1e4;
 /// Values below this part of the width of bounds, or of wide ones if it is less, are what a solver leaves of zero.
 const NOISE: f64 = 1e-8;
 /// See there.
@@ -223,6 +223,12 @@ pub struct State {
 }
 
 impl State {
+    /// True if nothing is asked of it at either end of the phase.
+    #[must_use]
+    pub fn has_free_ends(&self) -> bool {
+        self.initial == Bounds::FREE && self.terminal == Bounds::FREE
+    }
+
     /// A state without bounds.
     #[must_use]
     pub fn new(name: impl Into<String>, unit: impl Into<String>) -> Self {

@@ -474,7 +474,8 @@ pub(crate) fn boundary_runs(samples: &[NodeSample]) -> Vec<Run> {
     runs
 }
 
-/// A few nodes along an arc with multipliers of the wrong sign are an error of the mesh; those of half of the arc say that it is none.
+/// A few nodes along an arc with multipliers of the wrong sign are an error of the mesh; those of half of the arc say that it is none. Where
+/// the nodes at its ends alone have the right one, they have the impulses of contacts.
 fn keep_held(samples: &[NodeSample], classes: &mut [Class]) {
     let mut start = 0;
     while start < samples.len() {
@@ -485,9 +486,15 @@ fn keep_held(samples: &[NodeSample], classes: &mut [Class]) {
             Some(ArcKind::Upper) => Class::Upper,
             _ => Class::Between,
         };
-        let wrong = classes[start..end].iter().filter(|c| **c != own).count();
-        if own != Class::Between && 2 * wrong < end - start {
-            classes[start..end].fill(own);
+        let arc = &mut classes[start..end];
+        let wrong = arc.iter().filter(|c| **c != own).count();
+        if own != Class::Between && 2 * wrong < arc.len() {
+            arc.fill(own);
+        } else if own != Class::Between && arc.len() > 2 * CROSSING {
+            let inner = CROSSING..arc.len() - CROSSING;
+            if arc[inner].iter().all(|c| *c != own) {
+                arc.fill(Class::Between);
+            }
         }
         start = end;
     }

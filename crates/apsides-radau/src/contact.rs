@@ -71,6 +71,8 @@ pub(crate) struct Contacts {
     refuted: Vec<Refuted>,
     /// Phases and rows with contacts that arcs have become.
     from_arcs: Vec<(usize, usize)>,
+    /// Phases and rows whose arcs were none.
+    no_arcs: Vec<(usize, usize)>,
     moves: usize,
 }
 
@@ -110,7 +112,12 @@ pub(crate) struct SolvedMesh<'a> {
 impl Contacts {
     pub(crate) fn new(enabled: bool) -> Self {
         let moves = if enabled { MOST_MOVES } else { 0 };
-        Self { tracked: Vec::new(), refuted: Vec::new(), from_arcs: Vec::new(), moves }
+        Self { tracked: Vec::new(), refuted: Vec::new(), from_arcs: Vec::new(), no_arcs: Vec::new(), moves }
+    }
+
+    /// Phases and rows that touch their bounds in instants alone.
+    pub(crate) fn without_arcs(&self) -> &[(usize, usize)] {
+        &self.no_arcs
     }
 
     /// Looks for no more contacts.
@@ -148,8 +155,8 @@ impl Contacts {
                     past.iter().filter(|c| c.phase == k && c.touch.point.row == course.row).collect();
                 let largest_wrong = WRONG_SIGN * solution.objective / course.scale;
                 placed.extend(self.known(k, &past, &course, largest_wrong, solved));
-                self.collapsed(k, &course, &mut next);
-                if self.refuted.len() < MOST_REFUTED {
+                let from_arcs = self.left_of_arcs(k, &course, &mut next);
+                if !from_arcs && self.refuted.len() < MOST_REFUTED {
                     self.found(k, &samples, &active, &course, p, &mut next);
                 }
             }
@@ -202,11 +209,14 @@ impl Contacts {
         placed
     }
 
-    /// Contacts where arcs along the bound of a row have come to nothing: once for each row, since arcs come from contacts that were none.
-    fn collapsed(&mut self, phase: usize, course: &RowCourse<'_>, next: &mut NextContacts) {
+    /// Contacts where arcs along the bound of a row have come to nothing: once for each row, since arcs come from contacts that were none. Of
+    /// an arc between whose ends nothing presses the row to its bound there are contacts left, which a mesh without it shows. Returns true if
+    /// there are any.
+    fn left_of_arcs(&mut self, phase: usize, course: &RowCourse<'_>, next: &mut NextContacts) -> bool {
         let (mesh, row) = (&course.trajectory.mesh, course.row);
+        let mut any = false;
         if self.from_arcs.contains(&(phase, row)) {
-            return;
+            return any;
         }
         for (k, arc) in mesh.arcs().iter().enumerate() {
             let upper = match arc.rows.get(row) {
@@ -216,15 +226,18 @@ impl Contacts {
             };
             let intervals = mesh.arc_intervals(k);
             let (start, end) = (mesh.fractions()[intervals.start], mesh.fractions()[intervals.end]);
-            if end - start > COLLAPSED {
-                continue;
-            }
             self.from_arcs.push((phase, row));
             next.settled = false;
             next.spared.extend((intervals.start.saturating_sub(1)..=intervals.end).map(|k| (phase, k)));
+            if end - start > COLLAPSED {
+                self.no_arcs.push((phase, row));
+                continue;
+            }
             let touch = Touch { at: 0.5 * (start + end), point: TouchPoint { end: 0, row, upper } };
             self.tracked.push(Tracked { phase, touch, gap: COLLAPSED });
+            any = true;
         }
+        any
     }
 
     /// New contacts of a row: one or two nodes that have its multiplier, apart from others.

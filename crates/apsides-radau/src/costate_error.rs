@@ -10,6 +10,7 @@
 use std::ops::Range;
 
 use apsides_basis::Lgr;
+use apsides_ocp::curvature::rounding_of_costates;
 use apsides_ocp::{
     LagrangianSlope, Ocp, Phase, PhaseMesh, PhaseScaling, PhaseTrajectory, Scaling, Trajectory,
 };
@@ -99,10 +100,11 @@ fn costate_errors(
     trajectory: &Trajectory,
 ) -> Result<Vec<Vec<f64>>, RadauError> {
     let phases = ocp.phases.iter().zip(&trajectory.phases).zip(&scaling.phases).enumerate();
+    let rounding = rounding_of_costates(ocp, trajectory, scaling);
     phases
         .map(|(k, ((phase, found), scaling))| {
             let lagrangian = LagrangianSlope::new(ocp, k, found, &trajectory.parameters);
-            Slopes { phase, found, lagrangian }.errors(scaling, &trajectory.parameters)
+            Slopes { phase, found, lagrangian, rounding }.errors(scaling, &trajectory.parameters)
         })
         .collect()
 }
@@ -122,6 +124,8 @@ struct Slopes<'a> {
     phase: &'a Phase,
     found: &'a PhaseTrajectory,
     lagrangian: LagrangianSlope<'a>,
+    /// Costates of this size, times the scales of their states, are rounding.
+    rounding: f64,
 }
 
 impl Slopes<'_> {
@@ -131,7 +135,7 @@ impl Slopes<'_> {
         let nx = self.phase.states.len();
         let rows = costate.segments().iter().flat_map(|s| s.values.chunks(nx));
         let sizes = rows.flat_map(|row| row.iter().zip(&scaling.states).map(|(l, s)| (l * s).abs()));
-        let largest = sizes.fold(0.0, f64::max);
+        let largest = sizes.fold(self.rounding, f64::max);
         let mut errors = vec![0.0; intervals];
         if largest > 0.0 && largest.is_finite() {
             for (k, error) in errors.iter_mut().enumerate() {

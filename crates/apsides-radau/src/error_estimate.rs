@@ -8,6 +8,7 @@ use std::sync::Arc;
 
 use apsides_ad::NodeFunction;
 use apsides_basis::Lgr;
+use apsides_ocp::curvature::share_of_integral;
 use apsides_ocp::{Ocp, PathConstraint, Phase, PhaseScaling, PhaseTrajectory, Scaling, Trajectory};
 
 use crate::RadauError;
@@ -43,9 +44,8 @@ pub(crate) fn estimate(
 ) -> Result<Estimate, RadauError> {
     let mut largest = Estimate { error: 0.0, controls: 0.0, beside_touch: Vec::new() };
     for (k, phase) in ocp.phases.iter().enumerate() {
-        let scales = &scaling.phases[k].states;
         let parameters = &trajectory.parameters;
-        let mut errors = phase_errors(phase, scales, parameters, &trajectory.phases[k])?;
+        let mut errors = phase_errors(ocp, scaling, settings, trajectory, k)?;
         // One number per interval: an excess at its tolerance counts as much as an error at its own.
         let weight = settings.tolerance / settings.path_tolerance;
         let excesses =
@@ -92,20 +92,25 @@ impl<'a> Along<'a> {
 }
 
 fn phase_errors(
-    phase: &Phase,
-    scales: &[f64],
-    parameters: &[f64],
-    p: &PhaseTrajectory,
+    ocp: &Ocp,
+    scaling: &Scaling,
+    settings: &RadauSettings,
+    trajectory: &Trajectory,
+    k: usize,
 ) -> Result<Vec<f64>, RadauError> {
-    let mut along = Along::new(phase, p, parameters);
-    let size = state_sizes(scales, p);
+    let (phase, p) = (&ocp.phases[k], &trajectory.phases[k]);
+    let mut along = Along::new(phase, p, &trajectory.parameters);
+    let size = state_sizes(&scaling.phases[k].states, p);
     let mut errors = vec![0.0_f64; p.mesh.intervals()];
     for (k, error) in errors.iter_mut().enumerate() {
         raise(error, state_error(&mut along, &size, k)?);
     }
-    for q in &phase.integrals {
+    for (number, q) in phase.integrals.iter().enumerate() {
         let (fine, coarse) = quadratures(&mut along, q.function.as_ref())?;
-        let total = fine.iter().map(|v| v.abs()).sum::<f64>().max(q.variable.scale.unwrap_or(0.0));
+        // What states and controls within the tolerance leave of a sum of squares is no error.
+        let left = share_of_integral(ocp, trajectory, scaling, [k, number], settings.tolerance);
+        let left = if left.is_finite() { left / settings.tolerance } else { 0.0 };
+        let total = fine.iter().map(|v| v.abs()).sum::<f64>().max(q.variable.scale.unwrap_or(left));
         for ((error, a), b) in errors.iter_mut().zip(&fine).zip(&coarse) {
             raise(error, if total > 0.0 { (a - b).abs() / total } else { 0.0 });
         }

@@ -11,7 +11,7 @@ use crate::crossing::{Crossings, Passages};
 use crate::mesh_solve::MeshSolve;
 use crate::refinement::refine;
 use crate::settings::RadauSettings;
-use crate::switches::Structure;
+use crate::switches::{Known, Structure};
 
 /// Most changes of the structure of switches in a solve: what has not settled then is left to refinement.
 const MOST_REVISIONS: usize = 8;
@@ -74,7 +74,8 @@ impl Events {
         if self.resumes_at.is_some_and(is_finer) {
             *self = Self { searches: self.searches, ..Self::new(true) };
         }
-        let structure = Structure::of(ocp, &mut solve.nlp, &solve.report, &solve.trajectory, &self.displaced);
+        let known = Known { displaced: &self.displaced, without_arcs: self.contacts.without_arcs() };
+        let structure = Structure::of(ocp, &mut solve.nlp, &solve.report, &solve.trajectory, &known);
         self.displaced = structure.displaced();
         let solved = SolvedMesh {
             ocp,

@@ -5,6 +5,7 @@ use std::time::Instant;
 
 use apsides_nlp::{NlpSettings, Observer, SolveReport, Status};
 use apsides_ocp::explicit_time::divided_mesh;
+use apsides_ocp::passed_features::{Among, passed_unseen};
 use apsides_ocp::{Guess, Mesh, Ocp, PhaseMesh, Scaling, Trajectory, Unmet};
 use apsides_transcription::Workers;
 
@@ -24,6 +25,9 @@ use crate::solver::{MeshRecord, RadauSolution, may_go_on};
 use crate::state_bounds::{StateRows, without_arcs};
 use crate::switches::Switch;
 use crate::transcription::Transcription;
+
+/// Ends of intervals are at least this part of the phase apart.
+const LEAST_APART: f64 = 1e-9;
 
 /// Most meshes that are solved again since single nodes are caught at controls that are no minimum.
 const MOST_CAUGHT: usize = 3;
@@ -171,7 +175,18 @@ impl<'a> MeshSequence<'a> {
     /// Solves from mesh to mesh, until the error meets the tolerance or states turn out to be at bounds that can be rows.
     pub(crate) fn run(mut self, observer: &mut dyn Observer) -> Result<Ending, RadauError> {
         loop {
-            let solve = self.solve(observer)?;
+            let solve = match (self.solve(observer), self.last.take()) {
+                (Ok(solve), last) => {
+                    self.last = last;
+                    solve
+                }
+                // A mesh that makes no program takes nothing from the one before it.
+                (Err(_), Some(solved)) => {
+                    let (status, stalled) = (solved.report.status, !solved.accurate);
+                    return Ok(self.ending(Solved { stalled, ..solved }, status, None));
+                }
+                (Err(error), None) => return Err(error),
+            };
             if let ControlFlow::Break(ending) = self.follow(solve, observer)? {
                 return Ok(ending);
             }
@@ -392,6 +407,11 @@ impl<'a> MeshSequence<'a> {
         self.is_settled = found.are_settled();
         let accurate = solve.is_accurate(settings);
         let finished = self.is_finished(&solve)?;
+        // Limits that the trajectory passes between the points count when nothing else is left.
+        let unseen =
+            if finished { passed_unseen(ocp, &solve.trajectory, Among::PathConstraints) } else { Vec::new() };
+        let is_blind = unseen.iter().any(|times| !times.is_empty());
+        let (accurate, finished) = (accurate && !is_blind, finished && !is_blind);
         let remedy = if finished {
             let (scaling, is_exact) = (&solve.scaling, self.is_exact);
             self.costates.remedy(ocp, scaling, settings, is_exact, &mut solve.trajectory)?
@@ -404,13 +424,14 @@ impl<'a> MeshSequence<'a> {
         let joints = self.joints.along(&trajectory);
         let plain = refine(ocp, &trajectory, &joints, settings)?;
         let next = self.events.next_mesh(&found, ocp, &trajectory, &plain, &joints, settings)?;
+        let next = with_ends(&trajectory, &unseen, next)?;
         let again = (Guess::earlier(&trajectory), trajectory.mesh());
         self.attempt.guess = Guess::earlier(&found.contacts.start(trajectory.clone())?);
         let switches = found.structure.switches(ocp, &trajectory);
         let plain = without_arcs(plain);
         let points = total_points(&self.attempt.mesh);
         let stalled = self.progress.has_stalled(estimate.error, trajectory.objective, points) && !accurate;
-        let error = estimate.error;
+        let error = if is_blind { f64::INFINITY } else { estimate.error };
         let solved = Solved { trajectory, report, switches, error, accurate, stalled, finished, plain };
         if self.is_repeated {
             (self.attempt.guess, self.attempt.mesh) = again;
@@ -463,6 +484,10 @@ impl<'a> MeshSequence<'a> {
 
     /// Ends with a solution, or with an accurate one before, if meshes without its breaks came to none.
     fn end(&mut self, solved: Solved, status: Status, unmet: Option<Unmet>) -> ControlFlow<Ending> {
+        ControlFlow::Break(self.ending(solved, status, unmet))
+    }
+
+    fn ending(&mut self, solved: Solved, status: Status, unmet: Option<Unmet>) -> Ending {
         let falls_short = may_go_on(status) && !(solved.accurate && status.is_success());
         let (solved, status, unmet) = match self.before_failure.take().filter(|_| falls_short) {
             Some(before) => {
@@ -474,7 +499,7 @@ impl<'a> MeshSequence<'a> {
         let meshes = std::mem::take(&mut self.attempt.meshes);
         let warnings = std::mem::take(&mut self.attempt.warnings);
         let solution = solved.into_solution(status, unmet, meshes, warnings);
-        ControlFlow::Break(Ending::Solution(Box::new(solution)))
+        Ending::Solution(Box::new(solution))
     }
 }
 
@@ -496,6 +521,17 @@ impl Solved {
         let Self { trajectory, report, switches, accurate, stalled, .. } = self;
         RadauSolution { trajectory, status, accurate, stalled, meshes, unmet, warnings, switches, report }
     }
+}
+
+/// The next mesh with ends of intervals at these times of each phase of the last one.
+fn with_ends(trajectory: &Trajectory, times: &[Vec<f64>], mut next: Mesh) -> Result<Mesh, RadauError> {
+    for ((mesh, times), t) in next.phases.iter_mut().zip(times).zip(&trajectory.phases) {
+        let mut places: Vec<f64> = times.iter().map(|at| t.fraction_at(*at)).collect();
+        places.retain(|f| mesh.fractions().iter().all(|end| (end - f).abs() > LEAST_APART));
+        places.dedup_by(|next, last| *next - *last <= LEAST_APART);
+        *mesh = mesh.with_ends(&places)?;
+    }
+    Ok(next)
 }
 
 fn has_arcs(mesh: &Mesh) -> bool {

@@ -12,7 +12,7 @@ use crate::idle_controls::keep_idle;
 use crate::saddle::Watch;
 use crate::settings::RadauSettings;
 use crate::solver::{MeshRecord, RadauSolution};
-use crate::switches::Structure;
+use crate::switches::{Known, Structure};
 use crate::transcription::Transcription;
 
 /// A mesh that was just solved, with success or without.
@@ -64,7 +64,7 @@ impl MeshSolve {
         settings: &RadauSettings,
         record: MeshRecord,
     ) -> RadauSolution {
-        let structure = Structure::of(ocp, &mut self.nlp, &self.report, &self.trajectory, &[]);
+        let structure = Structure::of(ocp, &mut self.nlp, &self.report, &self.trajectory, &Known::default());
         RadauSolution {
             status: self.status(),
             accurate: self.is_accurate(settings) && self.is_in_bounds(settings),

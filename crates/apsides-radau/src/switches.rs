@@ -7,9 +7,7 @@
 
 use apsides_nlp::SolveReport;
 pub use apsides_ocp::method::{Level, Switch};
-use apsides_ocp::{
-    ArcKind, Bounds, Break, Mesh, Ocp, Phase, PhaseArc, PhaseMesh, PhaseTrajectory, Trajectory,
-};
+use apsides_ocp::{ArcKind, Bounds, Break, Mesh, Ocp, PhaseArc, PhaseMesh, PhaseTrajectory, Trajectory};
 
 use crate::RadauError;
 use crate::activity::{
@@ -33,19 +31,28 @@ struct PhaseStructure<'a> {
     displaced: Vec<Displaced>,
 }
 
+/// The knowledge of earlier meshes.
+#[derive(Default)]
+pub(crate) struct Known<'k> {
+    /// Per phase, the breaks that the mesh has displaced.
+    pub(crate) displaced: &'k [Vec<Displaced>],
+    /// Phases and rows without controls that touch their bounds in instants alone.
+    pub(crate) without_arcs: &'k [(usize, usize)],
+}
+
 /// The structure that was found on a mesh.
 pub(crate) struct Structure<'a> {
     phases: Vec<PhaseStructure<'a>>,
 }
 
 impl<'a> Structure<'a> {
-    /// Finds the switches of a solution, per phase with the breaks that its mesh had displaced.
+    /// Finds the switches of a solution.
     pub(crate) fn of(
         ocp: &'a Ocp,
         nlp: &mut Transcription,
         report: &SolveReport,
         trajectory: &Trajectory,
-        displaced: &[Vec<Displaced>],
+        known: &Known<'_>,
     ) -> Self {
         let curvatures = curvatures(nlp, report);
         let row_bends = row_bends(ocp, nlp, report);
@@ -53,7 +60,14 @@ impl<'a> Structure<'a> {
         let solution = Solution { report, curvatures: &curvatures, row_bends: &row_bends, objective };
         let phases = ocp.phases.iter().zip(&nlp.layout.phases).zip(&trajectory.phases).enumerate();
         let phases = phases.map(|(k, ((phase, p), t))| {
-            phase_structure(phase, p, t, &solution, displaced.get(k).map_or(&[], Vec::as_slice))
+            let displaced = known.displaced.get(k).map_or(&[][..], Vec::as_slice);
+            let mut quantities = quantities(phase);
+            let is_without = |q: &Quantity<'_>| {
+                q.is_boundary()
+                    && known.without_arcs.iter().any(|&(at, row)| at == k && q.kind == QuantityKind::Row(row))
+            };
+            quantities.retain(|q| !is_without(q));
+            phase_structure(quantities, p, t, &solution, displaced)
         });
         Self { phases: phases.collect() }
     }
@@ -253,13 +267,12 @@ impl PhaseStructure<'_> {
 }
 
 fn phase_structure<'a>(
-    phase: &'a Phase,
+    mut quantities: Vec<Quantity<'a>>,
     p: &CollocationPhase,
     t: &PhaseTrajectory,
     solution: &Solution<'_>,
     displaced: &[Displaced],
 ) -> PhaseStructure<'a> {
-    let mut quantities = quantities(phase);
     let first = vec![Class::Between; quantities.len()];
     let away = first.clone();
     let mut found = PhaseStructure {

@@ -1,13 +1,16 @@
 //! The discretised problem: a sparse nonlinear program of constant entries, the terms of a method, and functions of end quantities.
 
 use apsides_nlp::{Nlp, Pattern, Scaling as NlpScaling, Stages};
-use apsides_ocp::{Bounds, EndpointTerm, Guess, Ocp, Scaling};
+use apsides_ocp::{Bounds, EndpointTerm, Guess, Ocp, Phase, Scaling};
 
 use crate::discretisation::Discretisation;
 use crate::layout::Layout;
 use crate::limits::Limits;
 use crate::phase::{ConstantEntry, PhaseLayout, PhaseStart};
 use crate::workers::Workers;
+
+/// Part of the longest duration, as far as it is known, that a phase has at least.
+const LEAST_DURATION: f64 = 1e-9;
 
 /// The point that a solve starts from.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -255,10 +258,11 @@ fn limits<P: PhaseLayout>(ocp: &Ocp, layout: &Layout<P>, guess: &Guess, point: &
     let mut variables = Limits::new(layout.variables, Bounds::FREE);
     let mut rows = Limits::new(layout.constraints, Bounds::fixed(0.0));
     let parameters = &point[layout.parameter_columns()];
-    for ((phase, p), guess) in ocp.phases.iter().zip(&layout.phases).zip(&guess.phases) {
-        let start = PhaseStart { phase, guess, point, parameters };
+    for ((phase, p), of_phase) in ocp.phases.iter().zip(&layout.phases).zip(&guess.phases) {
+        let start = PhaseStart { phase, guess: of_phase, point, parameters };
         p.set_bounds(&start, &mut variables, &mut rows);
         let ends = p.ends();
+        let phase = &lasting(phase, guess);
         let (initial, terminal) = phase.time_bounds();
         variables.set(ends.initial_time, initial);
         variables.set(ends.final_time, terminal);
@@ -280,6 +284,18 @@ fn limits<P: PhaseLayout>(ocp: &Ocp, layout: &Layout<P>, guess: &Guess, point: &
         }
     }
     (variables, rows)
+}
+
+/// The phase with a duration above zero: without, it has no trajectory.
+fn lasting(phase: &Phase, guess: &Guess) -> Phase {
+    let mut lasting = phase.clone();
+    if phase.duration.lower >= 0.0 {
+        let durations = guess.phases.iter().map(|g| g.final_time - g.initial_time);
+        let longest = phase.longest().min(durations.fold(0.0, f64::max));
+        lasting.duration.lower =
+            phase.duration.lower.max((LEAST_DURATION * longest).min(phase.duration.upper));
+    }
+    lasting
 }
 
 /// The scales of the statement. Those of rows and objective that have none are NaN, to be completed by what the functions do.

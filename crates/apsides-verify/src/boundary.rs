@@ -1,18 +1,22 @@
 //! Feasibility at the ends: misses of the re-simulation, bounds, endpoint constraints, objective.
 
 use apsides_ad::NodeFunction;
+use apsides_ocp::curvature::{mean_along, share_of_curvature};
+use apsides_ocp::linkage;
 use apsides_ocp::{Bounds, EndpointInput, Ocp, Scaling, Trajectory, Variable};
 
 use crate::ends::{EndScales, Ends, PhaseEnds, largest_bound};
 use crate::place::place;
 use crate::simulation::Flight;
 use crate::worst::Worst;
-use crate::{Check, CheckKind, VerifySettings, linkage};
+use crate::{Check, CheckKind, VerifySettings};
 
 const KIND: CheckKind = CheckKind::Feasibility;
 
 /// Parts of an objective that cancel each other to less than this part of the largest one determine its size.
 const CANCELLING: f64 = 0.1;
+/// Local errors of this many steps add up in a re-simulation.
+const STEPS: f64 = 1e3;
 
 /// Everything that is compared at the ends of phases.
 pub(crate) struct Boundary<'a> {
@@ -182,29 +186,29 @@ impl Boundary<'_> {
         let size = stated.abs().max(o.scale.unwrap_or(0.0)).max(CANCELLING * self.largest_part(&ends));
         let size = if size > 0.0 && size.is_finite() { size } else { 1.0 };
         let at = format!("recomputed {value}, stated {stated}");
-        let limit = (self.settings.objective_tolerance * size).max(self.share_of_curvature(&ends, scales));
+        // What is left of an objective such as a sum of squares that can be brought down to nothing.
+        let of_curvature = share_of_curvature(
+            self.ocp,
+            self.trajectory,
+            self.scaling,
+            self.settings.path_tolerance,
+            |input| scales.tolerance(input),
+        );
+        let limit = (self.settings.objective_tolerance * size)
+            .max(of_curvature)
+            .max(self.share_of_simulation(scales));
         Check::new(format!("objective {}", o.name), KIND, (value - stated).abs(), limit, o.unit.clone(), at)
     }
 
-    /// Change of the objective to second order when every state, control and end quantity moves by its tolerance: what is left of an
-    /// objective such as a sum of squares that can be brought down to zero.
-    fn share_of_curvature(&self, ends: &Ends, scales: &EndScales<'_>) -> f64 {
-        let o = &self.ocp.objective;
-        let functions = o.functions.iter().map(|(inputs, f)| {
-            let z: Vec<f64> = inputs.iter().map(|i| ends.value(*i)).collect();
-            let steps: Vec<f64> = inputs.iter().map(|i| scales.tolerance(*i)).collect();
-            second_order(f.as_ref(), &z, &steps)
-        });
-        let integrals = o.integrals.iter().map(|&(phase, q, weight)| {
-            let of = &self.scaling.phases[phase];
-            let f = self.ocp.phases[phase].integrals[q].function.as_ref();
-            let mut steps: Vec<f64> = of.states.iter().chain(&of.controls).copied().collect();
-            steps.iter_mut().for_each(|s| *s *= self.settings.path_tolerance);
-            steps.resize(f.inputs(), 0.0);
-            weight.abs() * self.mean_along(phase, q, |f, z| second_order(f, z, &steps))
-        });
-        let parts = functions.chain(integrals).filter(|part| part.is_finite());
-        parts.sum()
+    /// The change of an objective to first order by the errors of the re-simulation, where end quantities enter it as they are.
+    fn share_of_simulation(&self, scales: &EndScales<'_>) -> f64 {
+        let errors = STEPS * self.settings.integration_tolerance;
+        self.ocp
+            .objective
+            .linear
+            .iter()
+            .map(|(input, weight)| errors * weight.abs() * scales.scale(*input))
+            .sum()
     }
 
     /// Size of the largest part of the objective: parts that cancel each other leave the rounding of each. An integral counts with the
@@ -219,48 +223,11 @@ impl Boundary<'_> {
                 f.value(z, &mut value);
                 value[0].abs()
             };
-            weight.abs() * self.mean_along(phase, q, magnitude)
+            weight.abs() * mean_along(self.ocp, self.trajectory, [phase, q], magnitude)
         });
         let parts = linear.chain(functions).chain(integrals);
         parts.filter(|part| part.is_finite()).fold(0.0, f64::max)
     }
-
-    /// Mean over the nodes of a phase of something made of an integrand and its inputs there, times the duration.
-    fn mean_along(
-        &self,
-        phase: usize,
-        integral: usize,
-        mut of: impl FnMut(&dyn NodeFunction, &[f64]) -> f64,
-    ) -> f64 {
-        let (posed, found) = (&self.ocp.phases[phase], &self.trajectory.phases[phase]);
-        let f = posed.integrals[integral].function.as_ref();
-        let taken = if posed.takes_parameters(f) { &self.trajectory.parameters[..] } else { &[] };
-        let mut z = vec![0.0; f.inputs()];
-        let (mut sum, mut count) = (0.0, 0.0);
-        for (t, segment) in found.nodes() {
-            let (x, rest) = z.split_at_mut(posed.states.len());
-            let (u, rest) = rest.split_at_mut(posed.controls.len());
-            let (p, time) = rest.split_at_mut(taken.len());
-            found.state.evaluate(t, x);
-            found.control.evaluate_in(segment, t, u);
-            p.copy_from_slice(taken);
-            time.fill(t);
-            sum += of(f, &z);
-            count += 1.0;
-        }
-        (found.final_time - found.initial_time) * sum / count
-    }
-}
-
-/// The change of the only output to second order for steps of its inputs, with all signs that add up.
-fn second_order(f: &dyn NodeFunction, z: &[f64], steps: &[f64]) -> f64 {
-    let mut entries = vec![0.0; f.pattern().hessian_len()];
-    f.hessian(z, &[1.0], &mut entries);
-    let terms = f.pattern().hessian.iter().zip(&entries).map(|((i, j), h)| {
-        let share = if i == j { 0.5 } else { 1.0 };
-        (share * h * steps[*i] * steps[*j]).abs()
-    });
-    terms.sum()
 }
 
 /// Typical size of a bounded quantity: as stated, else from its bounds and what is met between them, else the larger finite bound, else the

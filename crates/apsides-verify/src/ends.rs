@@ -201,14 +201,7 @@ impl<'a> EndScales<'a> {
     }
 
     pub(crate) fn scale(&self, input: EndpointInput) -> f64 {
-        let phases = &self.scaling.phases;
-        match input {
-            EndpointInput::InitialTime { phase } | EndpointInput::FinalTime { phase } => phases[phase].time,
-            EndpointInput::InitialState { phase, state } | EndpointInput::FinalState { phase, state } => {
-                phases[phase].states[state]
-            }
-            EndpointInput::Parameter { index } => self.scaling.parameters[index],
-        }
+        self.scaling.of_end(input)
     }
 
     /// Allowed miss: the one stated with the state, else the end tolerance times the scale.

@@ -72,7 +72,6 @@ mod constant_controls;
 mod convexity;
 mod ends;
 mod equations;
-mod linkage;
 mod meaning;
 mod optimality;
 mod place;

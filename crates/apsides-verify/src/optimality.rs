@@ -30,6 +30,7 @@ mod stationarity;
 mod touch;
 mod transversality;
 
+use apsides_ocp::curvature::rounding_of_costates;
 use apsides_ocp::explicit_time::{ends_at_instants, rates_of_instants};
 use apsides_ocp::{
     Bounds, Guess, Ocp, PhaseScaling, PhaseTrajectory, PiecewisePolynomial, Scaling, Trajectory,
@@ -68,7 +69,8 @@ pub(crate) fn phases<'a>(
     scaling: &'a Scaling,
     among: Among,
 ) -> Option<Vec<PhaseConditions<'a>>> {
-    let phase = |k: usize| PhaseConditions::new(ocp, trajectory, k, &scaling.phases[k], among);
+    let rounding = rounding_of_costates(ocp, trajectory, scaling);
+    let phase = |k: usize| PhaseConditions::new(ocp, trajectory, k, &scaling.phases[k], among, rounding);
     (0..ocp.phases.len()).map(phase).collect()
 }
 
@@ -213,6 +215,7 @@ impl<'a> PhaseConditions<'a> {
         k: usize,
         scaling: &'a PhaseScaling,
         among: Among,
+        rounding: f64,
     ) -> Option<Self> {
         let found = &trajectory.phases[k];
         let equations = Equations::new(ocp, k, &trajectory.parameters)
@@ -260,7 +263,7 @@ impl<'a> PhaseConditions<'a> {
         let least = ROUNDING * objective / (found.final_time - found.initial_time);
         conditions.hamiltonian_size = conditions.hamiltonian_size.max(least);
         // What is less has no part in the Hamiltonian but that of rounding.
-        let least = SMALLEST_COSTATE * conditions.hamiltonian_size * scaling.time;
+        let least = (SMALLEST_COSTATE * conditions.hamiltonian_size * scaling.time).max(rounding);
         conditions.costate_size = conditions.costate_size.max(least);
         conditions.find_impulses();
         Some(conditions)

@@ -5,12 +5,12 @@
 
 use std::cell::RefCell;
 
+use apsides_ocp::linkage::{self, Source};
 use apsides_ocp::{Ocp, PhaseTrajectory, Scaling, Trajectory};
 use apsides_ode::{DenseSolution, FnSystem, Integrator, OdeSettings, Status, Tolerance};
 
 use crate::VerifySettings;
 use crate::equations::Equations;
-use crate::linkage::{self, Source};
 
 /// One phase as re-simulated, sampled for figures: [`VerifySettings::scan_points`] times per interval of the control
 /// polynomial, both ends of each included, so that inner ends appear twice, with the control before and after.

@@ -1,7 +1,7 @@
 //! The verification of a trajectory: all checks in order.
 
-use apsides_ocp::explicit_time::divided_trajectory;
 use apsides_ocp::{ByDirection, Guess, Ocp, PathEnds, PhaseTrajectory, Scaling, Trajectory};
+use apsides_ocp::{explicit_time, passed_features};
 
 use crate::boundary::Boundary;
 use crate::equations::Equations;
@@ -39,7 +39,9 @@ pub fn verify(
     shape::check(ocp, trajectory, &Guess::earlier(trajectory))?;
     let convex = convexity::check(ocp);
     let stated = trajectory;
-    let divided = divided_trajectory(ocp, trajectory)?;
+    let divided = explicit_time::divided_trajectory(ocp, trajectory)?;
+    let trajectory = divided.as_ref().unwrap_or(trajectory);
+    let divided = passed_features::divided_trajectory(ocp, trajectory)?;
     let trajectory = divided.as_ref().unwrap_or(trajectory);
     // Impulses at ends of phases are multipliers of constraints there.
     let with_ends = PathEnds::of_contacts(ocp, trajectory);

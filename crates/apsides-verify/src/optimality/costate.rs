@@ -47,6 +47,17 @@ enum Side {
     Upper,
 }
 
+impl Side {
+    /// The integral of the multiplier of a bound, as far as it has the wrong sign.
+    fn violation(self, driven: f64) -> f64 {
+        match self {
+            Self::None => 0.0,
+            Self::Lower => violation(driven),
+            Self::Upper => violation(-driven),
+        }
+    }
+}
+
 impl PhaseConditions<'_> {
     pub(super) fn costate_equation(&mut self, settings: &VerifySettings) -> Option<Check> {
         let (nx, phase) = (self.equations.nx, self.equations.phase);
@@ -75,16 +86,18 @@ impl PhaseConditions<'_> {
             let next = (k + 1).min(intervals - 1);
             evaluate_piece(self.costate, intervals, next, b, &mut stated);
             self.add_jump(k + 1, &mut stated);
-            let reached =
-                integrator.as_mut().is_some_and(|i| self.integrate(i, k, a, &start, b, &bounds, &mut end));
+            let mut wrong = vec![0.0; nx];
+            let reached = integrator.as_mut().is_some_and(|i| {
+                let found = self.wrong_signs(i, settings, k, [a, b], &start, &bounds, &mut wrong);
+                found && self.integrate(i, k, [a, b], &start, &bounds, &mut end)
+            });
             for i in 0..nx {
                 // The integral of the multiplier of a bound, jumps included.
                 let driven = end[i] - stated[i];
                 let miss = match bounds[i] {
                     _ if !reached => f64::NAN,
                     Side::None => driven.abs(),
-                    Side::Upper => violation(-driven),
-                    Side::Lower => violation(driven),
+                    side => side.violation(driven).max(wrong[i]),
                 };
                 let residual = relative(miss * self.scaling.states[i], self.costate_size);
                 if residual > settings.costate_tolerance && k + 1 < intervals && self.jumps_at(b, i, settings)
@@ -124,16 +137,54 @@ impl PhaseConditions<'_> {
         before.iter().zip(after.iter()).any(|(a, b)| (a - b).abs() > JUMPING * a.abs().max(b.abs()))
     }
 
+    /// The largest integral of the multiplier of each bound between two nodes within an interval that has the wrong sign, or is away from the
+    /// bound: the impulse at the end of an arc may hide it in that over the whole. Returns true if the last node was reached.
+    #[expect(clippy::too_many_arguments, reason = "an initial value problem and its buffers")]
+    fn wrong_signs(
+        &mut self,
+        integrator: &mut Integrator,
+        settings: &VerifySettings,
+        segment: usize,
+        [a, b]: [f64; 2],
+        start: &[f64],
+        bounds: &[Side],
+        wrong: &mut [f64],
+    ) -> bool {
+        if bounds.iter().all(|b| *b == Side::None) {
+            return true;
+        }
+        let pieces = self.found.control.segments().len();
+        let nodes: Vec<f64> = self.found.control.node_times(segment).filter(|t| *t > a && *t < b).collect();
+        let (mut from, mut before) = (a, start.to_vec());
+        let (mut reached, mut stated) = (before.clone(), before.clone());
+        for to in nodes {
+            if !self.integrate(integrator, segment, [from, to], &before, bounds, &mut reached) {
+                return false;
+            }
+            evaluate_piece(self.costate, pieces, segment, to, &mut stated);
+            // Between two nodes away from a bound nothing drives the costate.
+            let mut here = vec![Side::None; bounds.len()];
+            [from, to]
+                .into_iter()
+                .for_each(|t| self.add_active_state_bounds(segment, t, settings, &mut here));
+            for (i, wrong) in wrong.iter_mut().enumerate().filter(|(i, _)| bounds[*i] != Side::None) {
+                let driven = reached[i] - stated[i];
+                *wrong =
+                    wrong.max(if here[i] == Side::None { driven.abs() } else { bounds[i].violation(driven) });
+            }
+            (from, before) = (to, stated.clone());
+        }
+        true
+    }
+
     /// Integrates from `start` at `a` to `b` along the trajectory, costates of states at their bounds as stated; returns true if
     /// `b` was reached.
-    #[expect(clippy::too_many_arguments, reason = "an initial value problem and its buffers")]
     fn integrate(
         &mut self,
         integrator: &mut Integrator,
         segment: usize,
-        a: f64,
+        [a, b]: [f64; 2],
         start: &[f64],
-        b: f64,
         bounds: &[Side],
         end: &mut [f64],
     ) -> bool {
@@ -175,20 +226,30 @@ impl PhaseConditions<'_> {
         let (t0, tf) = (self.found.initial_time, self.found.final_time);
         let inner = END * (tf - t0);
         let breaks = &self.found.control.breaks()[segment..segment + 2];
+        for t in self.found.control.node_times(segment).chain(breaks.iter().copied()) {
+            if t > t0 + inner && t < tf - inner {
+                self.add_active_state_bounds(segment, t, settings, bounds);
+            }
+        }
+    }
+
+    /// Adds the bounds that the states are at at a time of an interval.
+    fn add_active_state_bounds(
+        &mut self,
+        segment: usize,
+        t: f64,
+        settings: &VerifySettings,
+        bounds: &mut [Side],
+    ) {
         let pieces = self.found.control.segments().len();
         let x = &mut self.point.x;
-        for t in self.found.control.node_times(segment).chain(breaks.iter().copied()) {
-            if t <= t0 + inner || t >= tf - inner {
-                continue;
-            }
-            evaluate_piece(&self.found.state, pieces, segment, t, x);
-            for (i, state) in self.equations.phase.states.iter().enumerate() {
-                let allowed = settings.activity_tolerance * self.scaling.states[i];
-                if x[i] >= state.variable.bounds.upper - allowed {
-                    bounds[i] = Side::Upper;
-                } else if x[i] <= state.variable.bounds.lower + allowed {
-                    bounds[i] = Side::Lower;
-                }
+        evaluate_piece(&self.found.state, pieces, segment, t, x);
+        for (i, state) in self.equations.phase.states.iter().enumerate() {
+            let allowed = settings.activity_tolerance * self.scaling.states[i];
+            if x[i] >= state.variable.bounds.upper - allowed {
+                bounds[i] = Side::Upper;
+            } else if x[i] <= state.variable.bounds.lower + allowed {
+                bounds[i] = Side::Lower;
             }
         }
     }

@@ -140,7 +140,10 @@ impl EndConditions<'_> {
     }
 
     fn is_duration_at_bound(&self, k: usize, phase: &Phase) -> bool {
-        let scale = self.scales.scale(EndpointInput::InitialTime { phase: k });
+        // One that is almost nothing has no size of its own.
+        let longest = phase.longest();
+        let own = self.scales.scale(EndpointInput::InitialTime { phase: k });
+        let scale = if longest.is_finite() { longest } else { own };
         phase.duration.excess(self.duration(k)) >= -self.settings.activity_tolerance * scale
     }
 
@@ -197,6 +200,12 @@ impl EndConditions<'_> {
     /// `integral of dL/dp + dB/dp = 0` over all phases.
     fn parameters(&self, conditions: &mut [PhaseConditions<'_>]) -> Option<Check> {
         let (slopes, sizes) = parameter_slopes(self.ocp.parameters.len(), conditions);
+        let along =
+            |c: &PhaseConditions<'_>| c.hamiltonian_size * (c.found.final_time - c.found.initial_time);
+        let objective_size = conditions
+            .iter()
+            .map(along)
+            .fold(self.trajectory.objective.abs(), |sum, of_phase| sum + of_phase);
         let mut worst = Worst::default();
         for (i, p) in self.ocp.parameters.iter().enumerate() {
             let input = EndpointInput::Parameter { index: i };
@@ -204,7 +213,12 @@ impl EndConditions<'_> {
             let (scale, cost) = (self.scales.scale(input), self.cost.value(input).unwrap_or(0.0));
             let size = (scale * sizes[i].max(cost.abs())).max(self.costate_size);
             let slope = relative((slopes[i] + outer) * scale, size);
-            let residual = natural_residual(slope, self.ends.value(input), &p.bounds, scale);
+            let value = self.ends.value(input);
+            // Beside a wide range a way to the bound that looks short may be worth much.
+            let reach = p.bounds.clamp(value - (slopes[i] + outer).signum() * scale);
+            let gain = ((slopes[i] + outer) * (reach - p.bounds.clamp(value))).abs();
+            let residual = natural_residual(slope, value, &p.bounds, scale)
+                .max(slope.abs().min(relative(gain, objective_size)));
             worst.consider(residual, self.settings.stationarity_tolerance, "-", || p.name.clone());
         }
         worst.into_check("stationarity in the static parameters", KIND)

@@ -1,13 +1,16 @@
 //! Initial states that a linkage makes equal, up to a constant, to a final state of an earlier phase.
 
-use apsides_ocp::{EndpointConstraint, EndpointInput, Ocp};
+use crate::{EndpointConstraint, EndpointInput, Ocp};
 
 /// `initial state = final state of the phase + offset`.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(crate) struct Source {
-    pub(crate) phase: usize,
-    pub(crate) state: usize,
-    pub(crate) offset: f64,
+pub struct Source {
+    /// Index of the earlier phase.
+    pub phase: usize,
+    /// Index of its state.
+    pub state: usize,
+    /// Constant that is added.
+    pub offset: f64,
 }
 
 /// An equality row `from - to = constant` between phases.
@@ -18,7 +21,8 @@ struct Link {
 }
 
 /// The source of each initial state, per phase and state, if it has one in a phase with a smaller index.
-pub(crate) fn sources(ocp: &Ocp) -> Vec<Vec<Option<Source>>> {
+#[must_use]
+pub fn sources(ocp: &Ocp) -> Vec<Vec<Option<Source>>> {
     let mut sources: Vec<Vec<Option<Source>>> =
         ocp.phases.iter().map(|p| vec![None; p.states.len()]).collect();
     for link in ocp.constraints.iter().flat_map(links) {
@@ -31,7 +35,8 @@ pub(crate) fn sources(ocp: &Ocp) -> Vec<Vec<Option<Source>>> {
 }
 
 /// For each row of a constraint, the phase and state whose initial value a linkage determines.
-pub(crate) fn linked_rows(constraint: &EndpointConstraint) -> Vec<Option<(usize, usize)>> {
+#[must_use]
+pub fn linked_rows(constraint: &EndpointConstraint) -> Vec<Option<(usize, usize)>> {
     let mut rows = vec![None; constraint.rows.len()];
     for link in links(constraint) {
         rows[link.row] = Some(link.to);
@@ -79,8 +84,8 @@ fn links(constraint: &EndpointConstraint) -> Vec<Link> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::Variable;
     use apsides_ad::{Scalar, VectorFunction, vector_node};
-    use apsides_ocp::Variable;
 
     /// `[b - a + 3, a c]`.
     struct Rows;
