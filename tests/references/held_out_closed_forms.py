@@ -537,6 +537,7 @@ OPTIMA = {
     "singular_with_nothing_left": lambda: 0,
     "slew_with_limited_total_torque": lambda: 2 * sqrt(pi / 2),
     "slide_above_a_wall": slide_above_a_wall,
+    "small_step_beside_a_switch": lambda: 1 + 0.005**2 - 0.02 * 0.82 + 1 + 0.01**2 + 0.02 * 0.805,
     "soap_film": lambda: catenoid(1.0),
     "speed_limit_in_large_units": lambda: 1 / 0.7 + 0.7,
     "speed_limit_in_small_units": lambda: 1 / 0.7 + 0.7,

@@ -81,6 +81,29 @@ pub(crate) enum QuantityKind {
     State(usize),
 }
 
+impl QuantityKind {
+    /// Says whether a control is the quantity or stands in its row.
+    pub(crate) fn is_moved_by(self, phase: &Phase, control: usize) -> bool {
+        let stands_in = |row: usize| {
+            let mut first = 0;
+            phase.path.iter().any(|path| {
+                let own = row.checked_sub(first).filter(|k| *k < path.rows.len());
+                first += path.rows.len();
+                let pattern = path.function.pattern();
+                own.is_some_and(|k| {
+                    let columns = &pattern.columns[pattern.row_offsets[k]..pattern.row_offsets[k + 1]];
+                    columns.contains(&(phase.states.len() + control))
+                })
+            })
+        };
+        match self {
+            Self::Control(c) => c == control,
+            Self::Row(row) => stands_in(row),
+            Self::State(_) => false,
+        }
+    }
+}
+
 /// A control or path constraint row with bounds between which it can move.
 pub(crate) struct Quantity<'a> {
     pub(crate) kind: QuantityKind,

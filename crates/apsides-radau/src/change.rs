@@ -2,7 +2,9 @@
 
 use apsides_ocp::{ArcKind, PhaseMesh};
 
-use crate::activity::{COLLAPSED, CROSSING, Class, NEAR, NodeSample, Quantity, QuantityKind, Run};
+use crate::activity::{
+    COLLAPSED, CROSSING, Class, NEAR, NodeSample, OSCILLATION, Quantity, QuantityKind, Run,
+};
 
 /// Breaks of different quantities closer than this part of the phase are one.
 const SAME: f64 = 1e-4;
@@ -30,6 +32,9 @@ const CAME_BACK: f64 = 0.2;
 
 /// A switching function of the wrong sign, relative to its largest value, that is none of rounding; certificates allow less.
 const EVIDENT: f64 = 1e-5;
+
+/// Part of its largest value in an interval from which on a quantity does not vanish at the end of the interval.
+const APART: f64 = 1e-2;
 
 /// A change of class.
 pub(crate) struct Change {
@@ -76,10 +81,18 @@ pub(crate) enum ChangeKind {
     Unclear,
 }
 
-/// The changes of a quantity between its runs, in order.
-pub(crate) fn changes(index: usize, q: &Quantity<'_>, samples: &[NodeSample], runs: &[Run]) -> Vec<Change> {
+/// The changes of a quantity between its runs, in order. It is `steered` by a row without controls between these times, from the first to the
+/// last node of each arc that the row stays at a bound along: there it is not at its own best.
+pub(crate) fn changes(
+    index: usize,
+    q: &Quantity<'_>,
+    samples: &[NodeSample],
+    runs: &[Run],
+    steered: &[(f64, f64)],
+) -> Vec<Change> {
+    let pairs = runs.windows(2);
     let mut changes: Vec<Change> =
-        runs.windows(2).map(|pair| change(index, q, samples, &pair[0], &pair[1])).collect();
+        pairs.map(|pair| change(index, q, samples, [&pair[0], &pair[1]], steered)).collect();
     // What would come before the change that it follows, or beyond the ends of the phase, is not clear yet.
     let times: Vec<f64> = changes.iter().map(|c| c.at).collect();
     for (i, c) in changes.iter_mut().enumerate() {
@@ -92,11 +105,20 @@ pub(crate) fn changes(index: usize, q: &Quantity<'_>, samples: &[NodeSample], ru
     changes
 }
 
-fn change(quantity: usize, q: &Quantity<'_>, samples: &[NodeSample], a: &Run, b: &Run) -> Change {
+fn change(
+    quantity: usize,
+    q: &Quantity<'_>,
+    samples: &[NodeSample],
+    [a, b]: [&Run; 2],
+    steered: &[(f64, f64)],
+) -> Change {
     let (before, after) = (&samples[a.last], &samples[b.first]);
+    let gap = (before.fraction, after.fraction);
     let crosses = a.class.opposite(b.class);
     let is_row = matches!(q.kind, QuantityKind::Row(_));
-    let jumps = jumps(samples, a, b);
+    let is_steered = steered.iter().any(|arc| arc.0 <= gap.1 && gap.0 <= arc.1);
+    let is_apart = !is_steered && is_apart(samples, a, b);
+    let jumps = is_apart || jumps(samples, a, b, is_steered);
     // From bound to bound across what is no minimum.
     let turns_over = crosses && before.is_concave && after.is_concave;
     let kind = if q.is_boundary() {
@@ -115,7 +137,6 @@ fn change(quantity: usize, q: &Quantity<'_>, samples: &[NodeSample], a: &Run, b:
         ChangeKind::Kink => meeting(samples, a, b).or_else(|| let_go(samples, a, b)).unwrap_or(middle),
         _ => middle,
     };
-    let gap = (before.fraction, after.fraction);
     let zeros = if q.affine && kind == ChangeKind::Jump {
         match beyond_singular(samples, a, b) {
             Some(at) => [Some(at), None],
@@ -124,7 +145,7 @@ fn change(quantity: usize, q: &Quantity<'_>, samples: &[NodeSample], a: &Run, b:
     } else {
         [None; 2]
     };
-    let is_continuous = is_continuous(samples, a, b);
+    let is_continuous = !is_apart && is_continuous(samples, a, b);
     let is_pushed = kind == ChangeKind::Kink
         && (is_pushed(&samples[a.first..=a.last]) || is_pushed(&samples[b.first..=b.last]));
     Change {
@@ -382,8 +403,8 @@ fn pulse_end(samples: &[NodeSample], a: &Run, b: &Run) -> f64 {
 }
 
 /// True when a quantity between its bounds in one of two runs meets the bound of the other with a jump: its course on, from the
-/// two nodes before the last, misses the bound.
-fn jumps(samples: &[NodeSample], a: &Run, b: &Run) -> bool {
+/// two nodes before the last, misses the bound. A jump by little is told by what pushes against the bound, where the quantity is at its best.
+fn jumps(samples: &[NodeSample], a: &Run, b: &Run, is_steered: bool) -> bool {
     let (between, bound, near, step) = if a.class == Class::Between {
         (a, b, a.last, usize::wrapping_sub as fn(usize, usize) -> usize)
     } else {
@@ -392,15 +413,51 @@ fn jumps(samples: &[NodeSample], a: &Run, b: &Run) -> bool {
     if between.last - between.first < CROSSING + 1 {
         return false;
     }
-    let distance = |i: usize| {
-        let s = &samples[i];
-        if bound.class == Class::Lower { s.above_lower } else { s.below_upper }
+    let is_lower = bound.class == Class::Lower;
+    let distance = |i: usize| if is_lower { samples[i].above_lower } else { samples[i].below_upper };
+    let push = |i: usize| if is_lower { samples[i].slope } else { -samples[i].slope };
+    let edge = 0.5 * (samples[a.last].fraction + samples[b.first].fraction);
+    // Not less than half of it is left at the edge of what is there at a node further on.
+    let lasts = |value: &dyn Fn(usize) -> f64, i: usize, j: usize| {
+        let (fi, fj) = (samples[i].fraction, samples[j].fraction);
+        value(i) + (value(i) - value(j)) * (edge - fi) / (fi - fj) > 0.5 * value(i)
     };
     let (i, j) = (step(near, 1), step(near, 2));
-    let edge = 0.5 * (samples[a.last].fraction + samples[b.first].fraction);
-    let (fi, fj) = (samples[i].fraction, samples[j].fraction);
-    let ahead = distance(i) + (distance(i) - distance(j)) * (edge - fi) / (fi - fj);
-    distance(i) > 2.0 * NEAR && ahead > 0.5 * distance(i)
+    if !lasts(&distance, i, j) || distance(i) <= EVIDENT {
+        return false;
+    }
+    if is_steered || distance(i) > 2.0 * NEAR {
+        return distance(i) > 2.0 * NEAR;
+    }
+    let (k, l) =
+        if a.class == Class::Between { (b.first + 1, b.first + 2) } else { (a.last - 1, a.last - 2) };
+    bound.last - bound.first > CROSSING && push(k) > OSCILLATION && lasts(&push, k, l)
+}
+
+/// True where a quantity that is held at a bound is still pushed against it at the end of its arc, and is away from it on the other side. Where
+/// it left the bound without a jump both would vanish there; of a break too early or too late one has the wrong sign.
+fn is_apart(samples: &[NodeSample], a: &Run, b: &Run) -> bool {
+    let (held, free, bound) = match (a.class, b.class) {
+        (Class::Between, bound) if bound != Class::Between => (b.first, a.last, bound),
+        (bound, Class::Between) if bound != Class::Between => (a.last, b.first, bound),
+        _ => return false,
+    };
+    let is_held = matches!(samples[held].course, Some(ArcKind::Lower | ArcKind::Upper));
+    let mut beside = samples.iter().filter(|s| s.interval == samples[free].interval);
+    if !is_held || !beside.all(|s| s.class == Class::Between) {
+        return false;
+    }
+    let sign = if bound == Class::Lower { 1.0 } else { -1.0 };
+    let distance = |s: &NodeSample| if bound == Class::Lower { s.above_lower } else { s.below_upper };
+    // The break is the first node after it.
+    let edge = samples[b.first].fraction;
+    let is_clear = |node: usize, quantity: &dyn Fn(&NodeSample) -> f64, least: f64| {
+        let nodes: Vec<&NodeSample> =
+            samples.iter().filter(|s| s.interval == samples[node].interval).collect();
+        let largest = nodes.iter().map(|s| quantity(s).abs()).fold(0.0, f64::max);
+        nodes.len() >= LEAST_NODES && through(&nodes, quantity, edge) > (APART * largest).max(least)
+    };
+    is_clear(held, &|s| sign * s.slope, EVIDENT) && is_clear(free, &distance, EVIDENT)
 }
 
 /// Where the distance to the bound of one of two runs vanishes, from its polynomial beside the change: through the nodes of the

@@ -297,7 +297,9 @@ fn phase_structure<'a>(
             found.kept_away[k] = bound_all_along(&samples, &runs);
         }
         found.first[k] = runs.first().map_or(Class::Between, |r| r.class);
-        let changes = changes(k, q, &samples, &runs);
+        let is_moved_by = |control: usize| q.kind.is_moved_by(phase, control);
+        let steered: Vec<(f64, f64)> = held.iter().filter(|h| is_moved_by(h.0)).map(|h| (h.1, h.2)).collect();
+        let changes = changes(k, q, &samples, &runs, &steered);
         if q.is_boundary() {
             gaps.extend(changes.iter().map(|c| c.gap));
             if let [(control, _)] = q.held_by[..] {

@@ -1,7 +1,7 @@
 //! Switches of controls and path constraints: where they are found, and the discretised problem with breaks.
 #![allow(clippy::unwrap_used)]
 
-use apsides_ad::{Dynamics, Scalar};
+use apsides_ad::{Dynamics, PathFunction, Scalar};
 use apsides_nlp::{Flow, IterationRecord, Nlp, Status, check_derivatives};
 use apsides_ocp::{
     ArcKind, At, Bounds, Break, Guess, Mesh, Ocp, Phase, PhaseArc, PhaseMesh, State, Variable,
@@ -20,6 +20,9 @@ const OSCILLATING: f64 = 1e-5;
 
 /// Discretisation: the objective of such an arc, relative.
 const OBJECTIVE: f64 = 1e-10;
+
+/// Discretisation: the error of a mesh with breaks in wrong places is above.
+const NOWHERE: f64 = 1e-6;
 
 fn case(name: &str) -> Case {
     find(name).unwrap().pose().unwrap()
@@ -80,6 +83,52 @@ fn slightly_bent_control() {
 }
 
 /// The burn lasts the optimal impulse over the thrust (closed form of the gallery).
+/// Thrust `w` and a quantity `u` whose best value is `0.815 + 0.01 w`.
+struct Thrust;
+
+impl Dynamics<2, 2> for Thrust {
+    fn rate<S: Scalar>(&self, _t: S, x: &[S; 2], u: &[S; 2], _p: &[S; 0]) -> [S; 2] {
+        [x[1], u[0]]
+    }
+}
+
+struct Cost;
+
+impl PathFunction<2, 2, 1> for Cost {
+    fn evaluate<S: Scalar>(&self, _t: S, _x: &[S; 2], u: &[S; 2], _p: &[S; 0]) -> [S; 1] {
+        [(u[1] - 0.815).square() - u[0] * u[1] * 0.02 + 1.0]
+    }
+}
+
+/// The limit of a path constraint.
+struct Limit;
+
+impl PathFunction<2, 2, 1> for Limit {
+    fn evaluate<S: Scalar>(&self, _t: S, _x: &[S; 2], u: &[S; 2], _p: &[S; 0]) -> [S; 1] {
+        [u[1]]
+    }
+}
+
+/// A path constraint that leaves its limit of 0.82 by a step of 0.015, where the thrust turns round: half-way in two seconds. A step is told by what
+/// pushes against the limit up to there, however small it is beside the size of the quantity.
+#[test]
+fn small_step_beside_a_switch() {
+    let state = |name: &str| State::new(name, "-").starts_at(0.0);
+    let phase = Phase::new("move", Thrust)
+        .states([state("x").ends_at(1.0), state("v").ends_at(0.0)])
+        .controls([Variable::new("w", "-").within(-1.0, 1.0), Variable::new("u", "-")])
+        .path([Variable::new("limit", "-").at_most(0.82)], Limit)
+        .final_time(Bounds::new(0.5, 10.0))
+        .integral(Variable::new("cost", "-"), Cost);
+    let ocp = Ocp::builder("small step").phase(phase).minimize_integral("move", "cost").build().unwrap();
+    let s = Radau::default().solve(&ocp, &Guess::linear(&ocp)).unwrap();
+    assert_eq!(s.status, Status::Optimal);
+    assert!(s.meshes.iter().all(|m| m.error < NOWHERE), "a mesh led nowhere: {:?}", s.meshes);
+    assert_eq!(times(&s).len(), 2);
+    assert!(times(&s).iter().all(|t| (t - 1.0).abs() < MESH), "{:?}", s.switches);
+    assert!((s.trajectory.objective - 1.999825).abs() < MESH, "{}", s.trajectory.objective);
+}
+
 #[test]
 fn moon_lander() {
     let s = solve("moon_lander_soft", RadauSettings::default());
