@@ -35,6 +35,15 @@ def moving_wall():
     return touch + 0.375 * sqrt(touch)
 
 
+def effort_above_a_level():
+    """The control is `l s` of the time to go `s` up to the level, and five times less steep above."""
+    control = lambda l, s: l * s if l * s <= 1 else (l * s + 4) / 5
+    reach = lambda l: quad(lambda s: s * control(l, s), 0, 1 / l)[0] + quad(lambda s: s * control(l, s), 1 / l, 1)[0]
+    l = root(lambda l: reach(l) - 1, 1.5, 40)
+    cost = lambda s: control(l, s) ** 2 / 2 + 2 * max(control(l, s) - 1, 0) ** 2
+    return quad(cost, 0, 1 / l)[0] + quad(cost, 1 / l, 1)[0]
+
+
 def cost_with_a_spike():
     share = lambda t: 1 / (1 + 1e6 * exp(-(((t - 40321) / 200) ** 2)))
     ends = [0, *np.linspace(38321, 42321, 81), 86400]
@@ -480,6 +489,7 @@ OPTIMA = {
     "dido_along_a_shore": lambda: pi / 2,
     "double_integrator_from_speed": lambda: 3 + 2 * sqrt(4.5 + 10),
     "draining_tank": lambda: 2 * (1 - 0.01),
+    "effort_above_a_level": effort_above_a_level,
     "effort_and_time_with_a_limit_of_the_speed": lambda: 8 * 1.5**2 / (3 * 3) + (10 + 2 * 1.5 * 3 / 3) / 1.5,
     "effort_of_a_growing_gain": lambda: 3,
     "effort_with_a_limit_of_the_speed": lambda: 8 * 0.6**2 / (3 * 0.5),

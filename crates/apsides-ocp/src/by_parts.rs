@@ -226,6 +226,8 @@ impl<'a> Search<'a> {
                 _ => None,
             };
             let magnitude = magnitude.filter(|(a, b, _)| steered[*a] || b.is_some_and(|b| steered[b]));
+            let magnitude =
+                magnitude.filter(|(_, b, _)| b.is_some() || !is_raised(formula, n + operation_index));
             if let Some((a, b, reversed)) = magnitude {
                 let key = (ids[a], b.map(|b| ids[b]));
                 let swapped = key.1.and_then(|b| places.get(&(b, Some(key.0))));
@@ -325,6 +327,18 @@ impl<'a> Search<'a> {
         let second = values.get(1).copied().unwrap_or([0.0; 2]);
         Ok([values[0][0] - second[1], values[0][1] - second[0]])
     }
+}
+
+/// True where all that a value goes into is a power above one of it: of a magnitude, which vanishes at its kink, that has none.
+fn is_raised(formula: &Formula, value: usize) -> bool {
+    let is_power = |operation: &Operation| match *operation {
+        Operation::Binary(Binary::Mul, a, b) => a == b,
+        Operation::Powi(_, exponent) => exponent > 1,
+        Operation::Powf(_, exponent) => exponent > 1.0,
+        _ => false,
+    };
+    let mut uses = formula.operations().iter().filter(|o| o.operands().any(|v| v == value));
+    !formula.outputs().contains(&value) && uses.all(is_power)
 }
 
 /// The identity of a table of a formula, the same wherever the table is shared.
