@@ -14,7 +14,7 @@ use crate::mesh_solve::total_points;
 use crate::refinement::refine;
 use crate::relaxation::{Item, items};
 use crate::settings::RadauSettings;
-use crate::solver::MeshRecord;
+use crate::solver::{MeshRecord, may_go_on};
 use crate::transcription::{Transcription, with_movable_bounds};
 
 /// Tolerance of the solves at least. A relaxation leaves most of a trajectory open: to a smaller one the method moves along what is
@@ -43,10 +43,16 @@ const NEAR: f64 = 1e-2;
 /// Error between the points at which a motion is a start.
 const START_TOLERANCE: f64 = 1e-4;
 
+/// Most work of an explanation, in iterations on its first mesh, a finer one taken to need as many iterations as the last: where a motion gains by
+/// ever faster changes of its controls the amounts fall on every mesh, and each takes hundreds.
+const MOST_WORK: usize = 600;
+
 /// A problem whose requirements are relaxed.
 pub(crate) struct Relaxer<'a> {
     ocp: &'a Ocp,
     settings: RadauSettings,
+    /// Most work, in iterations on the first mesh, before no more are solved.
+    most_work: usize,
 }
 
 /// A relaxation on the mesh that it needed.
@@ -67,7 +73,9 @@ impl<'a> Relaxer<'a> {
     /// Relaxes to amounts of six digits.
     pub(crate) fn new(ocp: &'a Ocp, settings: &RadauSettings) -> Result<Self, RadauError> {
         let mesh_tolerance = MESH_TOLERANCE.max(settings.tolerance);
-        Self::to(ocp, settings, settings.nlp.tolerance.max(TOLERANCE), COMPLEMENTARITY, mesh_tolerance)
+        let tolerance = settings.nlp.tolerance.max(TOLERANCE);
+        let relaxer = Self::to(ocp, settings, tolerance, COMPLEMENTARITY, mesh_tolerance)?;
+        Ok(Self { most_work: MOST_WORK, ..relaxer })
     }
 
     /// Relaxes to amounts of six digits, on a mesh that is fine enough for a start.
@@ -93,12 +101,12 @@ impl<'a> Relaxer<'a> {
         settings.nlp.tolerance = tolerance;
         settings.nlp.complementarity_tolerance = settings.nlp.complementarity_tolerance.min(complementarity);
         settings.nlp.max_iterations = settings.nlp.max_iterations.min(MAX_ITERATIONS);
-        Ok(Self { ocp, settings })
+        Ok(Self { ocp, settings, most_work: usize::MAX })
     }
 
     /// The same without refinement.
     pub(crate) fn on_one_mesh(&self) -> Self {
-        Self { ocp: self.ocp, settings: RadauSettings { max_refinements: 0, ..self.settings.clone() } }
+        Self { settings: RadauSettings { max_refinements: 0, ..self.settings.clone() }, ..*self }
     }
 
     /// Relaxes one item, or all that can be. What is held along an arc of the mesh says nothing about a relaxed problem: the mesh has none.
@@ -113,7 +121,8 @@ impl<'a> Relaxer<'a> {
         let joints = Joints::new(self.ocp);
         let mut meshes: Vec<MeshRecord> = Vec::new();
         let mut motions: Vec<(f64, Guess, Mesh)> = Vec::new();
-        let mut agreements = 0;
+        let (mut agreements, mut work) = (0, 0);
+        let mut solved: Option<Relaxed> = None;
         loop {
             let begin = Instant::now();
             let mut nlp = with_movable_bounds(self.ocp, &mesh, &guess)?;
@@ -131,6 +140,16 @@ impl<'a> Relaxer<'a> {
             let scaling = Scaling::new(self.ocp, &guess);
             let error = estimate(self.ocp, &scaling, &self.settings, &mut trajectory)?.error;
             meshes.push(record(&mesh, &nlp, &result, error, begin.elapsed()));
+            let iterations = result.report.counters.iterations;
+            work += iterations * total_points(&mesh);
+            let leads_nowhere = !result.is_success() && may_go_on(result.report.status);
+            if let Some(solved) = solved.take_if(|_| leads_nowhere) {
+                // The amounts of the mesh before are less exact, and no less true.
+                if let (Some(spent), Some(record)) = (meshes.pop(), meshes.last_mut()) {
+                    record.add_work_of(&spent);
+                }
+                return Ok(Relaxed { meshes, ..solved });
+            }
             if !result.is_success() {
                 let first = (guess.clone(), mesh.clone());
                 return Ok(Relaxed { nlp, items, result, guess, mesh, first, meshes });
@@ -144,12 +163,16 @@ impl<'a> Relaxer<'a> {
             motions.push((found, guess.clone(), mesh.clone()));
             let settled = agreements >= if error <= COARSE_MESH_TOLERANCE { 1 } else { 2 };
             let last = meshes.len() >= MAX_MESHES.min(self.settings.max_refinements + 1)
+                || work + iterations * total_points(&next) > self.most_work.saturating_mul(meshes[0].points)
                 || total_points(&next) > MAX_TOTAL_POINTS.min(self.settings.max_total_points);
+            let near = motions.iter().find(|m| agrees(m.0, NEAR));
+            let first = near.map_or_else(|| (guess.clone(), mesh.clone()), |m| (m.1.clone(), m.2.clone()));
+            let relaxed =
+                Relaxed { nlp, items, result, guess: guess.clone(), mesh, first, meshes: Vec::new() };
             if error <= self.settings.tolerance || settled || last {
-                let near = motions.into_iter().find(|m| agrees(m.0, NEAR));
-                let first = near.map_or_else(|| (guess.clone(), mesh.clone()), |m| (m.1, m.2));
-                return Ok(Relaxed { nlp, items, result, guess, mesh, first, meshes });
+                return Ok(Relaxed { meshes, ..relaxed });
             }
+            solved = Some(relaxed);
             mesh = next;
         }
     }

@@ -167,9 +167,16 @@ impl Radau {
     ) -> Result<RadauSolution, RadauError> {
         let solution = self.solve_on_first_mesh(ocp, guess, mesh, observer)?;
         match solution.status {
-            Status::Infeasible => self.solve_on_mesh_of_motion(ocp, guess, mesh, solution, observer),
+            Status::Infeasible if self.is_patient() => {
+                self.solve_on_mesh_of_motion(ocp, guess, mesh, solution, observer)
+            }
             _ => Ok(solution),
         }
+    }
+
+    /// True unless the settings allow few iterations: then a solve that led nowhere was one of several, and ends at once.
+    fn is_patient(&self) -> bool {
+        MOST_ITERATIONS < self.settings.nlp.max_iterations
     }
 
     /// Solves on a mesh that carries the motion, from where it meets all requirements; the solution as it is where they conflict on such
@@ -273,7 +280,7 @@ impl Radau {
                 }
                 Second::Patient => {
                     most = usize::MAX;
-                    Ok((MOST_ITERATIONS < self.settings.nlp.max_iterations).then(|| guess.clone()))
+                    Ok(self.is_patient().then(|| guess.clone()))
                 }
             };
             let start = match start {
