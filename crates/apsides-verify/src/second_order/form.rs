@@ -193,12 +193,14 @@ impl PhaseForm {
         keep.extend((0..=reached).filter(|k| !times[*k]).map(|k| s.times_at() + k));
         let n = keep.len();
         let mut matrix = DMatrix::from_fn(n, n, |i, j| swept.value[(keep[i], keep[j])]);
-        for i in 0..n {
-            matrix[(i, i)] -= if (primal..primal + duals).contains(&i) { ROW_SHIFT } else { shift };
+        let is_dual: Vec<bool> = (0..n).map(|i| (primal..primal + duals).contains(&i)).collect();
+        for i in (0..n).filter(|i| !is_dual[*i]) {
+            matrix[(i, i)] -= shift;
         }
         let rows = swept.rows.iter().map(|row| keep.iter().map(|k| row[*k]).collect());
         let rows: Vec<Vec<f64>> = rows.collect();
-        inertia(&with_rows(matrix, &rows), swept.negative - (duals + rows.len()) as isize, swept.singular)
+        let counted = swept.negative - (duals + rows.len()) as isize;
+        inertia(&with_multipliers(matrix, &is_dual, &rows), counted, swept.singular)
     }
 }
 
@@ -504,7 +506,7 @@ impl Form {
             }
             full
         });
-        let rows: Vec<Vec<f64>> = rows.collect();
+        let mut rows: Vec<Vec<f64>> = rows.collect();
         let mut form = DMatrix::zeros(n, n);
         let mut duals = rows.len();
         for i in 0..n {
@@ -513,12 +515,16 @@ impl Form {
             }
             if dual[keep[i]] {
                 duals += 1;
-                form[(i, i)] -= ROW_SHIFT;
             } else {
                 form[(i, i)] -= shift * weights[keep[i]];
             }
         }
-        inertia(&with_rows(form, &rows), negative - duals as isize, singular)
+        let is_dual: Vec<bool> = keep.iter().map(|k| dual[*k]).collect();
+        // Where negative curvature is looked for, what may be none counts as some.
+        if space == Space::Sufficient {
+            scale(&mut form, &mut rows);
+        }
+        inertia(&with_multipliers(form, &is_dual, &rows), negative - duals as isize, singular)
     }
 
     pub(super) fn activity(&self, input: EndpointInput) -> Activity {
@@ -535,10 +541,13 @@ impl Form {
     }
 }
 
-/// A matrix bordered by rows of unit length.
-fn with_rows(matrix: DMatrix<f64>, rows: &[Vec<f64>]) -> DMatrix<f64> {
+/// A matrix bordered by rows of unit length, with the pivots of multipliers: those of rows, and those within it that `is_dual` marks.
+fn with_multipliers(matrix: DMatrix<f64>, is_dual: &[bool], rows: &[Vec<f64>]) -> DMatrix<f64> {
     let n = matrix.nrows();
     let mut bordered = matrix.resize(n + rows.len(), n + rows.len(), 0.0);
+    for i in (0..n).filter(|i| is_dual[*i]) {
+        bordered[(i, i)] -= ROW_SHIFT;
+    }
     for (r, row) in rows.iter().enumerate() {
         let norm = row.iter().map(|v| v * v).sum::<f64>().sqrt();
         let factor = if norm > 0.0 { 1.0 / norm } else { 0.0 };
@@ -549,6 +558,18 @@ fn with_rows(matrix: DMatrix<f64>, rows: &[Vec<f64>]) -> DMatrix<f64> {
         bordered[(n + r, n + r)] = -ROW_SHIFT;
     }
     bordered
+}
+
+/// Brings entries above one down to it by other units of what they belong to, in the rows too. The signs stay (J. J. Sylvester's law of inertia), and
+/// a small one is no rounding of large entries elsewhere, as those of a long coast.
+fn scale(matrix: &mut DMatrix<f64>, rows: &mut [Vec<f64>]) {
+    let largest = |i: usize| matrix.row(i).iter().fold(1.0_f64, |m, v| m.max(v.abs()));
+    let factors: Vec<f64> = (0..matrix.nrows()).map(|i| largest(i).sqrt().recip()).collect();
+    for (i, f) in factors.iter().enumerate() {
+        matrix.row_mut(i).scale_mut(*f);
+        matrix.column_mut(i).scale_mut(*f);
+        rows.iter_mut().for_each(|row| row[i] *= f);
+    }
 }
 
 /// Adds the signs of a full matrix to what the sweeps counted.
