@@ -232,8 +232,8 @@ pub struct Guess {
 
 impl Guess {
     /// Straight lines between what the bounds allow, with the constant controls that follow them best. Where nothing bounds a
-    /// final time it is the one for which they do, if that makes a difference. A state without ends of its own stays at what its phase takes
-    /// over from an earlier one.
+    /// final time it is the one for which they do, if that makes a difference. A state without ends of its own, and not between two bounds,
+    /// stays at what its phase takes over from an earlier one.
     #[must_use]
     pub fn linear(ocp: &Ocp) -> Self {
         let parameters: Vec<f64> = ocp.parameters.iter().map(|p| p.bounds.representative()).collect();
@@ -241,10 +241,12 @@ impl Guess {
         for (phase, sources) in ocp.phases.iter().zip(linkage::sources(ocp)) {
             let (times, mut ends) = PhaseGuess::straight(phase);
             for (k, (state, source)) in phase.states.iter().zip(sources).enumerate() {
-                let Some(source) = source.filter(|_| state.has_free_ends()) else { continue };
+                let bounds = state.variable.bounds;
+                let is_open = !(bounds.lower.is_finite() && bounds.upper.is_finite());
+                let Some(source) = source.filter(|_| is_open && state.has_free_ends()) else { continue };
                 let mut from = vec![0.0; ocp.phases[source.phase].states.len()];
                 phases[source.phase].state(1.0, &mut from);
-                let value = state.variable.bounds.clamp(from[source.state] + source.offset);
+                let value = bounds.clamp(from[source.state] + source.offset);
                 ends.iter_mut().for_each(|end| end[k] = value);
             }
             phases.push(PhaseGuess::following(phase, &parameters, (times, ends)));

@@ -7,7 +7,9 @@
 
 use apsides_nlp::SolveReport;
 pub use apsides_ocp::method::{Level, Switch};
-use apsides_ocp::{ArcKind, Bounds, Break, Mesh, Ocp, PhaseArc, PhaseMesh, PhaseTrajectory, Trajectory};
+use apsides_ocp::{
+    ArcKind, Bounds, Break, Mesh, Ocp, Phase, PhaseArc, PhaseMesh, PhaseTrajectory, Trajectory,
+};
 
 use crate::RadauError;
 use crate::activity::{
@@ -67,7 +69,7 @@ impl<'a> Structure<'a> {
                     && known.without_arcs.iter().any(|&(at, row)| at == k && q.kind == QuantityKind::Row(row))
             };
             quantities.retain(|q| !is_without(q));
-            phase_structure(quantities, p, t, &solution, displaced)
+            phase_structure((phase, quantities), p, t, &solution, displaced)
         });
         Self { phases: phases.collect() }
     }
@@ -267,7 +269,7 @@ impl PhaseStructure<'_> {
 }
 
 fn phase_structure<'a>(
-    mut quantities: Vec<Quantity<'a>>,
+    (phase, mut quantities): (&'a Phase, Vec<Quantity<'a>>),
     p: &CollocationPhase,
     t: &PhaseTrajectory,
     solution: &Solution<'_>,

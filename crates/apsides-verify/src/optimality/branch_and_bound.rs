@@ -70,7 +70,7 @@ pub(super) struct Least<'a> {
 }
 
 /// The outcome of a search.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub(super) enum Outcome {
     /// Nothing in the box is better than what was found by more than is allowed.
     Proved,
@@ -149,14 +149,20 @@ impl<'a> Least<'a> {
         if !heap.is_empty() {
             self.is_convex = [self.sum_is_convex(root, false), self.sum_is_convex(root, true)];
         }
+        // Boxes that are not divided any more stay open; those between them may hold better points still.
+        let mut outcome = Outcome::Proved;
         while let Some(candidate) = heap.pop() {
             if candidate.lower >= best.0 - allowed {
-                return Outcome::Proved;
+                return outcome;
             }
-            let rest = if is_finite(&candidate.range) { Outcome::Open } else { Outcome::OpenFarAway };
-            let Some((axis, parts)) = self.division(root, &candidate).filter(|_| *budget > 0) else {
+            let open = if is_finite(&candidate.range) { Outcome::Open } else { Outcome::OpenFarAway };
+            if *budget == 0 {
                 let is_far = heap.iter().any(|c| !is_finite(&c.range) && c.lower < best.0 - allowed);
-                return if is_far { Outcome::OpenFarAway } else { rest };
+                return if is_far { Outcome::OpenFarAway } else { open.max(outcome) };
+            }
+            let Some((axis, parts)) = self.division(root, &candidate) else {
+                outcome = outcome.max(open);
+                continue;
             };
             *budget -= 1;
             let (middle, steps) = self.middle(&candidate.range);
@@ -169,7 +175,7 @@ impl<'a> Least<'a> {
                 heap.extend(self.bounded(range, best.0 - allowed));
             }
         }
-        Outcome::Proved
+        outcome
     }
 
     fn sum_is_convex(&self, root: &[Between], of_lagrangian: bool) -> bool {
@@ -186,9 +192,10 @@ impl<'a> Least<'a> {
             return Some((axis, candidate.range[axis].map(|end| [end, end])));
         }
         let halves = |at: f64, [a, b]: Between| [[a, at], [at, b]];
-        for (j, &[a, b]) in candidate.range.iter().enumerate() {
+        // Of several infinite axes the one along which the box is nearest.
+        let far = |(j, &[a, b]): (usize, &Between)| {
             if a.is_finite() && b.is_finite() {
-                continue;
+                return None;
             }
             let [lower, upper] = self.met[j];
             let width = (upper - lower).max(f64::MIN_POSITIVE);
@@ -201,7 +208,11 @@ impl<'a> Least<'a> {
             } else {
                 b - (b - self.own[j]).abs().max(width)
             };
-            return ((at - self.own[j]).abs() <= FARTHEST * width).then(|| (j, halves(at, [a, b])));
+            Some((j, at, (at - self.own[j]).abs() / width))
+        };
+        let nearest = candidate.range.iter().enumerate().filter_map(far).min_by(|a, b| a.2.total_cmp(&b.2));
+        if let Some((j, at, distance)) = nearest {
+            return (distance <= FARTHEST).then(|| (j, halves(at, candidate.range[j])));
         }
         let share = |j: usize| {
             let [a, b] = candidate.range[j];
@@ -225,10 +236,7 @@ impl<'a> Least<'a> {
         let n = range.len();
         let is_affine = |j: usize| over[1 + n + j * (j + 3) / 2] == [0.0; 2];
         let is_wide = |[a, b]: Between| a < b && (b - a).is_finite();
-        let in_rows = |j: usize| {
-            self.parts.iter().any(|p| p.rows.iter().any(|r| p.expansion.inputs_of(r.output).contains(&j)))
-        };
-        (0..n).find(|&j| is_wide(range[j]) && is_affine(j) && !in_rows(j))
+        (0..n).find(|&j| is_wide(range[j]) && is_affine(j) && !self.is_in_rows(j))
     }
 
     /// The middle of a box and half its widths; of an infinite one a point near what was met.
@@ -262,6 +270,9 @@ impl<'a> Least<'a> {
         }
         self.parts.iter_mut().for_each(|part| part.expansion.set(&range));
         let own = self.series(n, false);
+        if let Some(faces) = self.faces(&range, &own[1..=n]) {
+            return self.bounded(faces, limit);
+        }
         let lagrangian = self.lagrangian.is_some().then(|| self.series(n, true));
         let mut lower = own[0][0];
         if lower < limit {
@@ -277,6 +288,28 @@ impl<'a> Least<'a> {
         let slopes = own[1..=n].iter().map(|g| g[0].abs().max(g[1].abs())).collect();
         let straight = self.straight(&range, &own);
         Some(Candidate { lower, range, straight, slopes })
+    }
+
+    /// The box with its axes along which the function grows or falls all along, and no row occurs, at the ends where it is least; none where
+    /// there are no such axes.
+    fn faces(&self, range: &[Between], slopes: &[Between]) -> Option<Vec<Between>> {
+        let mut faces = range.to_vec();
+        for (j, ([a, b], slope)) in range.iter().copied().zip(slopes).enumerate() {
+            let end = match *slope {
+                [least, _] if least >= 0.0 && a.is_finite() => a,
+                [_, largest] if largest <= 0.0 && b.is_finite() => b,
+                _ => continue,
+            };
+            if a < b && !self.is_in_rows(j) {
+                faces[j] = [end, end];
+            }
+        }
+        (faces != range).then_some(faces)
+    }
+
+    /// Says whether a control occurs in a row.
+    fn is_in_rows(&self, j: usize) -> bool {
+        self.parts.iter().any(|p| p.rows.iter().any(|r| p.expansion.inputs_of(r.output).contains(&j)))
     }
 
     /// The values of the function, or of the Lagrangian, over the box to which the parts went.

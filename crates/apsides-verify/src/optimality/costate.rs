@@ -91,13 +91,25 @@ impl PhaseConditions<'_> {
                 let found = self.wrong_signs(i, settings, k, [a, b], &start, &bounds, &mut wrong);
                 found && self.integrate(i, k, [a, b], &start, &bounds, &mut end)
             });
+            // Over a long interval errors of fast costates grow beyond all measure: those between its nodes add up.
+            let in_units = |miss: f64, i: usize| relative(miss * self.scaling.states[i], self.costate_size);
+            let is_off = |i: &usize| {
+                bounds[*i] == Side::None
+                    && !(reached && in_units((end[*i] - stated[*i]).abs(), *i) <= settings.costate_tolerance)
+            };
+            let between = (0..nx).any(|i| is_off(&i)).then(|| {
+                integrator
+                    .as_mut()
+                    .and_then(|i| self.misses_between_nodes(i, k, [a, b], &start, &stated, &bounds))
+            });
             for i in 0..nx {
                 // The integral of the multiplier of a bound, jumps included.
                 let driven = end[i] - stated[i];
-                let miss = match bounds[i] {
+                let miss = match (bounds[i], &between) {
+                    (Side::None, Some(Some(sums))) => sums[i],
                     _ if !reached => f64::NAN,
-                    Side::None => driven.abs(),
-                    side => side.violation(driven).max(wrong[i]),
+                    (Side::None, _) => driven.abs(),
+                    (side, _) => side.violation(driven).max(wrong[i]),
                 };
                 let residual = relative(miss * self.scaling.states[i], self.costate_size);
                 if residual > settings.costate_tolerance && k + 1 < intervals && self.jumps_at(b, i, settings)
@@ -135,6 +147,37 @@ impl PhaseConditions<'_> {
         });
         let [before, after] = &mut sides;
         before.iter().zip(after.iter()).any(|(a, b)| (a - b).abs() > JUMPING * a.abs().max(b.abs()))
+    }
+
+    /// The sums of what each costate misses at the nodes of an interval and at its end, from each stated value to the next; none where
+    /// one is not reached.
+    fn misses_between_nodes(
+        &mut self,
+        integrator: &mut Integrator,
+        segment: usize,
+        [a, b]: [f64; 2],
+        start: &[f64],
+        last: &[f64],
+        bounds: &[Side],
+    ) -> Option<Vec<f64>> {
+        let pieces = self.found.control.segments().len();
+        let inner = self.found.control.node_times(segment).filter(|t| *t > a && *t < b);
+        let nodes: Vec<f64> = inner.chain([b]).collect();
+        let (mut from, mut before) = (a, start.to_vec());
+        let (mut reached, mut stated, mut sums) = (before.clone(), before.clone(), vec![0.0; start.len()]);
+        for to in nodes {
+            if !self.integrate(integrator, segment, [from, to], &before, bounds, &mut reached) {
+                return None;
+            }
+            if to < b {
+                evaluate_piece(self.costate, pieces, segment, to, &mut stated);
+            } else {
+                stated.copy_from_slice(last);
+            }
+            sums.iter_mut().zip(reached.iter().zip(&stated)).for_each(|(sum, (r, s))| *sum += (r - s).abs());
+            (from, before) = (to, stated.clone());
+        }
+        Some(sums)
     }
 
     /// The largest integral of the multiplier of each bound between two nodes within an interval that has the wrong sign, or is away from the
