@@ -33,8 +33,8 @@ const CAME_BACK: f64 = 0.2;
 /// A switching function of the wrong sign, relative to its largest value, that is none of rounding; certificates allow less.
 const EVIDENT: f64 = 1e-5;
 
-/// Part of its largest value in an interval from which on a quantity does not vanish at the end of the interval.
-const APART: f64 = 1e-2;
+/// Part of its largest value along an arc from which on a quantity does not vanish at the end of the arc.
+const APART: f64 = 1e-3;
 
 /// A change of class.
 pub(crate) struct Change {
@@ -451,13 +451,14 @@ fn is_apart(samples: &[NodeSample], a: &Run, b: &Run) -> bool {
     let distance = |s: &NodeSample| if bound == Class::Lower { s.above_lower } else { s.below_upper };
     // The break is the first node after it.
     let edge = samples[b.first].fraction;
-    let is_clear = |node: usize, quantity: &dyn Fn(&NodeSample) -> f64, least: f64| {
+    let is_clear = |run: &Run, node: usize, quantity: &dyn Fn(&NodeSample) -> f64| {
         let nodes: Vec<&NodeSample> =
             samples.iter().filter(|s| s.interval == samples[node].interval).collect();
-        let largest = nodes.iter().map(|s| quantity(s).abs()).fold(0.0, f64::max);
-        nodes.len() >= LEAST_NODES && through(&nodes, quantity, edge) > (APART * largest).max(least)
+        let largest = samples[run.first..=run.last].iter().map(|s| quantity(s).abs()).fold(0.0, f64::max);
+        nodes.len() >= LEAST_NODES && through(&nodes, quantity, edge) > (APART * largest).max(EVIDENT)
     };
-    is_clear(held, &|s| sign * s.slope, EVIDENT) && is_clear(free, &distance, EVIDENT)
+    let (held_run, free_run) = if held == a.last { (a, b) } else { (b, a) };
+    is_clear(held_run, held, &|s| sign * s.slope) && is_clear(free_run, free, &distance)
 }
 
 /// Where the distance to the bound of one of two runs vanishes, from its polynomial beside the change: through the nodes of the
