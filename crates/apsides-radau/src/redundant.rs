@@ -2,11 +2,14 @@
 //! the equations of motion keep.
 //!
 //! The components of a direction of length one need no bounds of one, nor those of an attitude quaternion that is a control in one of its
-//! components, and the attitude quaternion of a rigid body keeps its length.
+//! components, and the attitude quaternion of a rigid body keeps its length. An altitude that starts at its bound stays above it where the flight
+//! path may not point down.
 //! Stated all the same, their gradients depend on those of the others: multipliers are not unique, and Newton's method converges slowly.
 //! So such constraints are left out while the problem is solved, and such bounds are moved away.
 
 use apsides_ocp::{Bounds, Mesh, Ocp, PathConstraint, Phase, Trajectory, Variable};
+
+use crate::monotone::{Trend, trends};
 
 /// Values that are equal to this, relative to their parts, differ by rounding or by the digits of a bound.
 const ROUNDING: f64 = 1e-7;
@@ -31,7 +34,8 @@ pub(crate) struct Irredundant {
 impl Irredundant {
     /// The problem without the statements that follow from its others; none if there are none.
     pub(crate) fn of(ocp: &Ocp) -> Option<Self> {
-        let moved: Vec<Option<Vec<Variable>>> = ocp.phases.iter().map(inputs_between_wider_bounds).collect();
+        let moved: Vec<Option<Vec<Variable>>> =
+            ocp.phases.iter().map(|phase| inputs_between_wider_bounds(ocp, phase)).collect();
         let keeps = ocp.phases.iter().map(|phase| {
             let keeps = phase.path.iter().map(|c| !is_kept_by_motion(phase, c));
             keeps.collect::<Vec<bool>>()
@@ -86,8 +90,9 @@ impl Irredundant {
     }
 }
 
-/// States and controls with the bounds moved away beyond which a row cannot be met; none if there are none.
-fn inputs_between_wider_bounds(phase: &Phase) -> Option<Vec<Variable>> {
+/// States and controls with the bounds moved away beyond which a row cannot be met, or that a state leaves at the start of the phase and cannot
+/// come back to; none if there are none.
+fn inputs_between_wider_bounds(ocp: &Ocp, phase: &Phase) -> Option<Vec<Variable>> {
     let mut inputs = inputs(phase);
     let rows: Vec<(Separable, Bounds)> = (phase.path.iter())
         .flat_map(|c| {
@@ -96,6 +101,23 @@ fn inputs_between_wider_bounds(phase: &Phase) -> Option<Vec<Variable>> {
         })
         .collect();
     let mut any = false;
+    let trends = trends(ocp, phase).into_iter().enumerate();
+    for ((s, trend), (state, input)) in trends.zip(phase.states.iter().zip(&mut inputs)) {
+        let (start, size) = (state.initial, input.size());
+        let is_left = |bound: f64| {
+            let is_there = start.is_fixed() && (start.lower - bound).abs() <= MET * size.unwrap_or(1.0);
+            // Along an arc on which the rate vanishes bounds of other states do the same.
+            is_there && !is_steered(phase, s)
+        };
+        let room = ROOM * size.unwrap_or(1.0);
+        let Bounds { lower, upper } = input.bounds;
+        match trend {
+            Some(Trend::Grows) if is_left(lower) => input.bounds.lower = lower - room,
+            Some(Trend::Falls) if is_left(upper) => input.bounds.upper = upper + room,
+            _ => continue,
+        }
+        (input.scale, any) = (size, true);
+    }
     for (quadratic, bounds) in rows {
         for term in &quadratic.terms {
             for upper in [false, true] {
@@ -124,6 +146,13 @@ fn inputs_between_wider_bounds(phase: &Phase) -> Option<Vec<Variable>> {
         }
     }
     any.then_some(inputs)
+}
+
+/// Says whether a control enters the rate of a state.
+fn is_steered(phase: &Phase, state: usize) -> bool {
+    let (nx, pattern) = (phase.states.len(), phase.dynamics.pattern());
+    let columns = &pattern.columns[pattern.row_offsets[state]..pattern.row_offsets[state + 1]];
+    columns.iter().any(|c| (nx..nx + phase.controls.len()).contains(c))
 }
 
 /// States and controls.
@@ -251,4 +280,45 @@ fn is_kept_by_motion(phase: &Phase, constraint: &PathConstraint) -> bool {
     z.iter_mut().zip(&phase.states).for_each(|(z, s)| *z = s.initial.representative());
     row.value(&z[..row.inputs()], &mut values);
     constraint.rows.iter().zip(&values).all(|(r, v)| r.bounds.excess(*v) <= MET * r.size().unwrap_or(1.0))
+}
+
+#[cfg(test)]
+mod tests {
+    use apsides_ad::{Dynamics, Scalar};
+    use apsides_ocp::{At, State};
+
+    use super::*;
+
+    /// `h' = w`, `w' = u`, `m' = -u^2`.
+    struct Climb;
+
+    impl Dynamics<3, 1> for Climb {
+        fn rate<S: Scalar>(&self, _t: S, x: &[S; 3], u: &[S; 1], _p: &[S; 0]) -> [S; 3] {
+            [x[1], u[0], -u[0].square()]
+        }
+    }
+
+    fn climb(least_rate: f64) -> Ocp {
+        let phase = Phase::new("climb", Climb)
+            .states([
+                State::new("h", "m").at_least(0.0).starts_at(0.0),
+                State::new("w", "m/s").at_least(least_rate).starts_at(0.0),
+                State::new("m", "kg").within(0.0, 1.0).starts_at(1.0),
+            ])
+            .controls([Variable::new("u", "m/s2").within(-1.0, 1.0)])
+            .final_time(Bounds::fixed(1.0));
+        let ocp = Ocp::builder("climb").phase(phase).maximize("height", "m", At::FinalState("climb", "h"));
+        ocp.build().unwrap()
+    }
+
+    #[test]
+    fn a_bound_that_a_state_cannot_come_back_to_is_moved_away() {
+        let irredundant = Irredundant::of(&climb(0.0)).unwrap();
+        let states = &irredundant.ocp.phases[0].states;
+        assert!(states[0].variable.bounds.lower < 0.0);
+        assert_eq!(states[1].variable.bounds.lower, 0.0);
+        // Whether the mass stands still is up to a control alone.
+        assert_eq!(states[2].variable.bounds.upper, 1.0);
+        assert!(Irredundant::of(&climb(-1.0)).is_none());
+    }
 }
