@@ -35,6 +35,19 @@ def moving_wall():
     return touch + 0.375 * sqrt(touch)
 
 
+def along_the_ground():
+    """The rate leaves the ground with an effort of nothing, and is free at the end: `5 s (l - s)` at the time `s` of `l` since then, one at most."""
+    effort = lambda l, s: min(1, 5 * s * (l - s))
+
+    def corners(l):
+        half = sqrt(l**2 / 4 - 0.2)
+        return [0, l / 2 - half, l / 2 + half, l]
+
+    over = lambda l, f: sum(quad(f, a, b, epsabs=1e-15)[0] for a, b in zip(corners(l), corners(l)[1:]))
+    l = root(lambda l: over(l, lambda s: (l - s) * effort(l, s)) - 1, 1, 3)
+    return over(l, lambda s: (l - s) ** 2 / 2 * effort(l, s) + 0.05 * effort(l, s) ** 2)
+
+
 def effort_above_a_level():
     """The control is `l s` of the time to go `s` up to the level, and five times less steep above."""
     control = lambda l, s: l * s if l * s <= 1 else (l * s + 4) / 5
@@ -469,6 +482,7 @@ def tabulated_hill():
 GUST = PchipInterpolator([0, 0.50, 0.502, 0.504, 1.0], [0, 0, 1, 0, 0])
 
 OPTIMA = {
+    "along_the_ground": along_the_ground,
     "astronomical_unit": lambda: 2 * sqrt(149597870700 / 4e-3),
     "best_damping": lambda: 1,
     "body_of_least_drag": lambda: newton_body(1.0),

@@ -172,7 +172,14 @@ impl Variable {
             return None;
         }
         let is_known = met.is_finite() && met > NOISE * width.min(WIDE);
-        Some(if is_known && width > FAR_APART * met { met } else { width })
+        let apart = if self.has_fence() { FAR_BESIDE_FENCE } else { FAR_APART };
+        Some(if is_known && width > apart * met { met } else { width })
+    }
+
+    /// Says whether one of two bounds is a million times the other, and only keeps the quantity from going astray.
+    fn has_fence(&self) -> bool {
+        let [a, b] = [self.bounds.lower, self.bounds.upper].map(f64::abs);
+        a.max(b).is_finite() && a.max(b) >= FENCE * a.min(b).max(1.0)
     }
 
     /// Stated scale, else the largest finite bound that is not zero; of two bounds of which one is a million times the other the smaller one,
@@ -181,8 +188,7 @@ impl Variable {
     pub fn size(&self) -> Option<f64> {
         let [a, b] = [self.bounds.lower, self.bounds.upper].map(f64::abs);
         let (near, far) = (a.min(b), a.max(b));
-        let is_fence = far.is_finite() && far >= FENCE * near.max(1.0);
-        let bound = [if is_fence { near } else { far }, near];
+        let bound = [if self.has_fence() { near } else { far }, near];
         self.scale.or(bound.into_iter().find(|b| b.is_finite() && *b > 0.0))
     }
 
@@ -203,7 +209,9 @@ const FENCE: f64 = 1e6;
 /// Bounds that are closer are one value.
 const LEAST_WIDTH: f64 = 1e-12;
 /// Bounds that are this many times farther apart than what lies between them are fences, not sizes.
-const FAR_APART: f64 = 1e4;
+const FAR_APART: f64 = 1e6;
+/// The same where one of the bounds is a fence.
+const FAR_BESIDE_FENCE: f64 = 1e3;
 /// Values below this part of the width of bounds, or of wide ones if it is less, are what a solver leaves of zero.
 const NOISE: f64 = 1e-8;
 /// See there.

@@ -20,6 +20,8 @@ pub(crate) struct Estimate {
     pub(crate) error: f64,
     /// Excess of bounds on controls and of path constraints with controls; zero where switches are not located.
     pub(crate) controls: f64,
+    /// The excess of bounds on states and of path constraints without controls, relative to their scales.
+    pub(crate) beyond: f64,
     /// Per phase and interval, the excess of rows beside their touch points; part of `error`, not of the errors of the intervals.
     pub(crate) beside_touch: Vec<Vec<f64>>,
 }
@@ -42,7 +44,7 @@ pub(crate) fn estimate(
     settings: &RadauSettings,
     trajectory: &mut Trajectory,
 ) -> Result<Estimate, RadauError> {
-    let mut largest = Estimate { error: 0.0, controls: 0.0, beside_touch: Vec::new() };
+    let mut largest = Estimate { error: 0.0, controls: 0.0, beyond: 0.0, beside_touch: Vec::new() };
     for (k, phase) in ocp.phases.iter().enumerate() {
         let parameters = &trajectory.parameters;
         let mut errors = phase_errors(ocp, scaling, settings, trajectory, k)?;
@@ -53,6 +55,7 @@ pub(crate) fn estimate(
         largest.beside_touch.push(excesses.iter().map(|e| weight * e.beside_touch).collect());
         for (error, excess) in errors.iter_mut().zip(excesses) {
             raise(error, weight * excess.of_states);
+            raise(&mut largest.beyond, excess.of_states);
             raise(&mut largest.error, error.max(weight * excess.beside_touch));
             raise(error, weight * excess.of_controls);
             raise(&mut largest.controls, weight * excess.of_controls);

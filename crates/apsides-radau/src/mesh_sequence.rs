@@ -51,6 +51,11 @@ const LEAST_GAIN: f64 = 0.5;
 /// interval shows only when the intervals have come down to its length.
 const MOST_WITHOUT_GAIN: usize = 2;
 
+/// Excess of a state, or of a row without controls, relative to its scale, that is none of a mesh with breaks close to their places, and the
+/// part of it that the mesh before has at most.
+const ASTRAY: f64 = 1e-2;
+const WORSE: f64 = 10.0;
+
 /// A first solve that takes no more iterations started at a stationary point, where the accuracy of the mesh says little: the barrier
 /// parameter alone takes as many.
 const AT_ONCE: usize = 2;
@@ -86,6 +91,8 @@ pub(crate) struct Solved {
     switches: Vec<Switch>,
     /// Error between the points.
     error: f64,
+    /// Excess of states and of rows without controls.
+    beyond: f64,
     accurate: bool,
     stalled: bool,
     /// Nothing is left but the accuracy of the costates.
@@ -246,7 +253,7 @@ impl<'a> MeshSequence<'a> {
         let forced = self.forced.take();
         // Breaks in the wrong places can make a problem infeasible, or hard.
         let may_lead_back = has_arcs(&self.attempt.mesh) || std::mem::take(&mut self.catches.is_under_way);
-        if !solve.status().is_success() {
+        if !solve.status().is_success() || self.is_astray(&solve) {
             return Ok(self.follow_failure(solve, forced, may_lead_back));
         }
         if self.rescale(&solve) {
@@ -266,6 +273,13 @@ impl<'a> MeshSequence<'a> {
             return Ok(ControlFlow::Continue(()));
         }
         self.refine(solve)
+    }
+
+    /// True where a mesh with arcs has its optimum far beyond bounds that it leaves out beside them: its arcs are not where they should be.
+    fn is_astray(&self, solve: &MeshSolve) -> bool {
+        let before = self.last.as_ref().map(|s| s.beyond);
+        has_arcs(&self.attempt.mesh)
+            && before.is_some_and(|before| solve.estimate.beyond > ASTRAY.max(WORSE * before))
     }
 
     /// Tries the mesh with kinks, or the last one without breaks; else the attempt ends without success.
@@ -432,7 +446,9 @@ impl<'a> MeshSequence<'a> {
         let points = total_points(&self.attempt.mesh);
         let stalled = self.progress.has_stalled(estimate.error, trajectory.objective, points) && !accurate;
         let error = if is_blind { f64::INFINITY } else { estimate.error };
-        let solved = Solved { trajectory, report, switches, error, accurate, stalled, finished, plain };
+        let beyond = estimate.beyond;
+        let solved =
+            Solved { trajectory, report, switches, error, beyond, accurate, stalled, finished, plain };
         if self.is_repeated {
             (self.attempt.guess, self.attempt.mesh) = again;
             self.last = Some(solved);
@@ -507,8 +523,9 @@ impl Solved {
     /// The solution of a solve that was not followed up.
     fn first(trajectory: Trajectory, report: SolveReport, mesh: Mesh) -> Self {
         let (accurate, stalled, finished) = (false, false, false);
-        let error = f64::INFINITY;
-        Self { trajectory, report, switches: Vec::new(), error, accurate, stalled, finished, plain: mesh }
+        let (error, beyond) = (f64::INFINITY, f64::INFINITY);
+        let switches = Vec::new();
+        Self { trajectory, report, switches, error, beyond, accurate, stalled, finished, plain: mesh }
     }
 
     pub(crate) fn into_solution(

@@ -129,6 +129,41 @@ fn small_step_beside_a_switch() {
     assert!((s.trajectory.objective - 1.999825).abs() < MESH, "{}", s.trajectory.objective);
 }
 
+/// The height, its rate and the effort of a climb.
+struct Climb;
+
+impl PathFunction<2, 1, 1> for Climb {
+    fn evaluate<S: Scalar>(&self, _t: S, x: &[S; 2], u: &[S; 1], _p: &[S; 0]) -> [S; 1] {
+        [x[0] + u[0].square() * 0.05]
+    }
+}
+
+struct Effort;
+
+impl Dynamics<2, 1> for Effort {
+    fn rate<S: Scalar>(&self, _t: S, x: &[S; 2], u: &[S; 1], _p: &[S; 0]) -> [S; 2] {
+        [x[1], u[0]]
+    }
+}
+
+/// Along the ground for as long as possible: the rate leaves its bound smoothly. A coarse mesh, which leaves the bound out beside the end of the arc,
+/// has its optimum below the ground, with the arc gone: that is no place to go on from.
+#[test]
+fn arcs_that_go_astray_lead_back() {
+    let state = |name: &str| State::new(name, "-").starts_at(0.0).at_least(0.0);
+    let phase = Phase::new("climb", Effort)
+        .states([state("h").ends_at(1.0), state("rate")])
+        .controls([Variable::new("u", "-").within(-1.0, 1.0)])
+        .final_time(Bounds::fixed(4.0))
+        .integral(Variable::new("cost", "-"), Climb);
+    let ocp = Ocp::builder("ground").phase(phase).minimize_integral("climb", "cost").build().unwrap();
+    let s = Radau::default().solve(&ocp, &Guess::linear(&ocp)).unwrap();
+    assert!(s.status == Status::Optimal && s.accurate);
+    // tests/references/held_out_closed_forms.py
+    assert!((s.trajectory.objective - 0.5391375208444331).abs() < MESH, "{}", s.trajectory.objective);
+    assert!(s.meshes.len() <= 8, "{:?}", s.meshes);
+}
+
 #[test]
 fn moon_lander() {
     let s = solve("moon_lander_soft", RadauSettings::default());

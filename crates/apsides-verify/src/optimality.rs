@@ -160,6 +160,8 @@ pub(crate) struct PhaseConditions<'a> {
     pub(crate) nodes: Vec<Node>,
     /// Largest term of the Hamiltonian over the nodes.
     pub(crate) hamiltonian_size: f64,
+    /// The same for its slopes, not below what quantities within their accuracy leave of an objective that is nothing.
+    pub(crate) slope_size: f64,
     /// Largest change of the Hamiltonian by controls at one time, as far as the minimum principle has been looked at.
     control_range: f64,
     /// The same by each control alone.
@@ -239,6 +241,7 @@ impl<'a> PhaseConditions<'a> {
             scaling,
             nodes: Vec::new(),
             hamiltonian_size: 0.0,
+            slope_size: 0.0,
             control_range: 0.0,
             ranges_alone: vec![0.0; nu],
             costate_size: 0.0,
@@ -262,6 +265,8 @@ impl<'a> PhaseConditions<'a> {
         let objective = if objective < NO_OBJECTIVE { 1.0 } else { objective };
         let least = ROUNDING * objective / (found.final_time - found.initial_time);
         conditions.hamiltonian_size = conditions.hamiltonian_size.max(least);
+        let duration = found.final_time - found.initial_time;
+        conditions.slope_size = conditions.hamiltonian_size.max(rounding / duration);
         // What is less has no part in the Hamiltonian but that of rounding.
         let least = (SMALLEST_COSTATE * conditions.hamiltonian_size * scaling.time).max(rounding);
         conditions.costate_size = conditions.costate_size.max(least);

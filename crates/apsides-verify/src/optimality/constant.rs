@@ -34,7 +34,7 @@ impl PhaseConditions<'_> {
             length += weight;
         });
         let scales = &self.scaling.controls;
-        slopes.iter().zip(scales).map(|(s, c)| relative(s / length * c, self.hamiltonian_size)).collect()
+        slopes.iter().zip(scales).map(|(s, c)| relative(s / length * c, self.slope_size)).collect()
     }
 
     pub(super) fn mean_stationarity(&mut self, settings: &VerifySettings) -> Option<Check> {

@@ -15,13 +15,13 @@ impl PhaseConditions<'_> {
             for (j, control) in phase.controls.iter().enumerate() {
                 let node = &self.nodes[k];
                 let scale = self.scaling.controls[j];
-                let slope = relative(node.slope[j] * scale, self.hamiltonian_size);
+                let slope = relative(node.slope[j] * scale, self.slope_size);
                 let mut residual = natural_residual(slope, node.control[j], &control.bounds, scale);
                 if residual > settings.stationarity_tolerance {
                     let (segment, time) = (node.segment, node.time);
                     self.evaluate(segment, time);
                     if let Some([left, right]) = self.slopes_at_kink(j) {
-                        let outwards = relative(left.max(-right).max(0.0) * scale, self.hamiltonian_size);
+                        let outwards = relative(left.max(-right).max(0.0) * scale, self.slope_size);
                         residual = residual.min(outwards);
                     }
                 }
@@ -50,7 +50,7 @@ impl PhaseConditions<'_> {
             let largest = self.nodes.iter().fold(0.0, |m: f64, n| m.max(n.path[r].abs()));
             let scale = row_scale(row, largest);
             for node in &self.nodes {
-                let slope = relative(-node.multipliers[r] * scale, self.hamiltonian_size);
+                let slope = relative(-node.multipliers[r] * scale, self.slope_size);
                 let residual = natural_residual(slope, node.path[r], &row.bounds, scale);
                 let at = || format!("{}, {}", row.name, place(phase, node.time));
                 worst.consider(residual, settings.stationarity_tolerance, "-", at);
