@@ -529,6 +529,7 @@ OPTIMA = {
     "integral_with_a_far_side": lambda: 20 * 0.3**2,
     "jerk_within_limits": lambda: 4 / 1.2 + 1.2 / 1 + 1 / 2,
     "jump_at_a_time": lambda: 1 / (0.3 + 4 * 0.7),
+    "jump_at_the_start": lambda: 12 / 2**3 + 0.3**2 * 2,
     "jump_before_a_free_end": lambda: 1 + 0.75 * 0.737,
     "least_effort_with_a_limited_length": lambda: 12 / 6**3 + 12 * 0.5**2 / 6**3 - 12 * 0.5 * 0.3 / 6**2 + 4 * 0.3**2 / 6,
     "least_fuel_by_length": lambda: 6 - sqrt(36 - 4 * hypot(1, 0.5)),

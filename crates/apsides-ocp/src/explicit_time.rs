@@ -8,7 +8,9 @@ use std::sync::Arc;
 
 use apsides_ad::{Divisions, Formula, NodeFunction};
 
-use crate::{Guess, Kink, Mesh, Ocp, OcpError, Phase, PhaseTrajectory, PiecewisePolynomial, Trajectory};
+use crate::{
+    Bounds, Guess, Kink, Mesh, Ocp, OcpError, Phase, PhaseTrajectory, PiecewisePolynomial, Trajectory,
+};
 
 /// An interval end at a jump stands this many roundings of the largest time behind it, so that the node there does not fall before it.
 const BEHIND: f64 = 16.0;
@@ -115,6 +117,28 @@ impl PhaseTrajectory {
             ..self.clone()
         })
     }
+}
+
+/// The problem and the guess with the fixed start times of phases behind the jumps that stand there, of which a phase has the side behind alone; none
+/// where no jump stands at a start.
+#[must_use]
+pub fn starting_behind_jumps(ocp: &Ocp, guess: &Guess) -> Option<(Ocp, Guess)> {
+    let (mut behind, mut any) = ((ocp.clone(), guess.clone()), false);
+    for (k, (phase, of_phase)) in ocp.phases.iter().zip(&guess.phases).enumerate() {
+        let start = of_phase.initial_time;
+        let duration = of_phase.final_time - start;
+        // A jump shows between times on both sides of it.
+        let times = [start - duration, start + duration];
+        let is_at_start = |t: &&f64| (**t - start).abs() <= roundings(SAME, times);
+        let usable = phase.initial_time.is_fixed() && duration > 0.0 && start == phase.initial_time.lower;
+        let instants = if usable { instants(ocp, k, &guess.parameters, times) } else { Vec::new() };
+        if let Some(at) = instants.iter().find(is_at_start) {
+            behind.0.phases[k].initial_time = Bounds::fixed(*at);
+            behind.1.phases[k].initial_time = *at;
+            any = true;
+        }
+    }
+    any.then_some(behind)
 }
 
 fn fractions(ends: &[f64], [start, end]: [f64; 2]) -> Vec<f64> {

@@ -3,6 +3,7 @@
 use std::time::Duration;
 
 use apsides_nlp::{Observer, SolveReport, Status};
+use apsides_ocp::explicit_time::starting_behind_jumps;
 use apsides_ocp::method::Counters;
 use apsides_ocp::{Guess, Mesh, Ocp, PhaseMesh, Trajectory, Unmet, WithoutKinks};
 
@@ -106,6 +107,8 @@ impl Radau {
         observer: &mut dyn Observer,
     ) -> Result<RadauSolution, RadauError> {
         self.settings.check()?;
+        let behind = starting_behind_jumps(ocp, guess);
+        let (ocp, guess) = behind.as_ref().map_or((ocp, guess), |(ocp, guess)| (ocp, guess));
         let guess = guess.clone().off_stationary_integrals(ocp);
         let Some(smooth) = WithoutKinks::of(ocp) else {
             return self.solve_irredundant(ocp, &guess, mesh, observer);
