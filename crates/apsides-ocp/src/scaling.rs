@@ -5,7 +5,7 @@
 
 use apsides_ad::NodeFunction;
 
-use crate::{Bounds, EndpointInput, Guess, Ocp, Phase, PhaseGuess, Variable};
+use crate::{Bounds, EndpointInput, Guess, Ocp, Phase, PhaseGuess, Variable, linkage};
 
 /// Scales of one phase.
 #[derive(Clone, Debug, PartialEq)]
@@ -45,13 +45,16 @@ const COARSE: f64 = 1e3;
 /// A guess below this part of the largest of a quantity with the same unit, or of what its rates move a state by, is rounding, too.
 const NOTHING_BESIDE: f64 = 1e-9;
 
+/// A scale below this part of that of the linked state is rounding, too.
+const NOTHING_BESIDE_SOURCE: f64 = 1e-6;
+
 impl Scaling {
     /// Scales of a problem with a guess that fits it (see [`Guess::check`]).
     #[must_use]
     pub fn new(ocp: &Ocp, guess: &Guess) -> Self {
         let parameters = ocp.parameters.iter().zip(&guess.parameters).map(|(v, &g)| size(v, g.abs()));
         let parameters: Vec<f64> = parameters.collect();
-        let phases = ocp
+        let phases: Vec<PhaseScaling> = ocp
             .phases
             .iter()
             .zip(&guess.phases)
@@ -87,7 +90,23 @@ impl Scaling {
                 )
             })
             .collect();
-        Self { phases, parameters, objective: ocp.objective.scale }
+        Self { phases, parameters, objective: ocp.objective.scale }.with_links(ocp)
+    }
+
+    /// A state that is almost nothing in a phase, beside what it is in the one that it comes from, has the scale that it has there.
+    fn with_links(mut self, ocp: &Ocp) -> Self {
+        for (k, sources) in linkage::sources(ocp).into_iter().enumerate() {
+            for (state, source) in sources.into_iter().enumerate() {
+                let Some(source) = source else { continue };
+                let before = self.phases[source.phase].states[source.state];
+                let scale = &mut self.phases[k].states[state];
+                let is_stated = ocp.phases[k].states[state].variable.scale.is_some();
+                if !is_stated && *scale < NOTHING_BESIDE_SOURCE * before {
+                    *scale = before;
+                }
+            }
+        }
+        self
     }
 
     /// The scale of a quantity at an end of a phase, or of a static parameter.

@@ -99,6 +99,37 @@ pub fn with_least_hamiltonian(
     Ok(any.then_some(better))
 }
 
+/// A phase shorter than this part of the whole flight, or of its longest duration, has come to nothing.
+const VANISHED: f64 = 1e-7;
+
+/// The trajectory with the controls of least Hamiltonian in phases that have come to nothing: there controls have no effect, and the question is
+/// whether with the best of them the phase would rather last. None where there are no such phases.
+pub(crate) fn with_vanished_phases(
+    ocp: &Ocp,
+    trajectory: &Trajectory,
+    scaling: &Scaling,
+    settings: &VerifySettings,
+) -> Option<Trajectory> {
+    let duration = |k: usize| trajectory.phases[k].final_time - trajectory.phases[k].initial_time;
+    let flight = (0..ocp.phases.len()).map(duration).fold(0.0, f64::max);
+    let has_vanished = |k: &usize| {
+        let longest = ocp.phases[*k].longest();
+        duration(*k) <= VANISHED * if longest.is_finite() { longest.max(flight) } else { flight }
+    };
+    let vanished: Vec<usize> = (0..ocp.phases.len()).filter(has_vanished).collect();
+    if vanished.is_empty() {
+        return None;
+    }
+    let mut conditions = phases(ocp, trajectory, scaling, Among::All)?;
+    let mut settled = trajectory.clone();
+    for k in vanished {
+        if let Some(control) = conditions[k].least_controls(settings) {
+            settled.phases[k].control = control;
+        }
+    }
+    Some(settled)
+}
+
 /// All first-order checks.
 pub(crate) fn checks(
     ocp: &Ocp,
@@ -263,9 +294,8 @@ impl<'a> PhaseConditions<'a> {
         // Where cost and costates are nothing, what they leave is rounding of the objective.
         let objective = trajectory.objective.abs();
         let objective = if objective < NO_OBJECTIVE { 1.0 } else { objective };
-        let least = ROUNDING * objective / (found.final_time - found.initial_time);
-        conditions.hamiltonian_size = conditions.hamiltonian_size.max(least);
         let duration = found.final_time - found.initial_time;
+        conditions.hamiltonian_size = conditions.hamiltonian_size.max(ROUNDING * objective / duration);
         conditions.slope_size = conditions.hamiltonian_size.max(rounding / duration);
         // What is less has no part in the Hamiltonian but that of rounding.
         let least = (SMALLEST_COSTATE * conditions.hamiltonian_size * scaling.time).max(rounding);

@@ -105,6 +105,8 @@ fn optimum(
     settings: &VerifySettings,
     feasible: bool,
 ) -> (Vec<Check>, Vec<String>) {
+    let settled = optimality::with_vanished_phases(ocp, trajectory, scaling, settings);
+    let trajectory = settled.as_ref().unwrap_or(trajectory);
     let stated = conditions(ocp, trajectory, scaling, settings, feasible);
     let fails = |checks: &[Check]| checks.is_empty() || checks.iter().any(|c| !c.passed);
     if !feasible || !settings.adjoint || !fails(&stated.0) {
