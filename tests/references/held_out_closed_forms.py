@@ -57,6 +57,19 @@ def effort_above_a_level():
     return quad(cost, 0, 1 / l)[0] + quad(cost, 1 / l, 1)[0]
 
 
+def square_wave_before_a_free_end():
+    """The wave is 0.3 up to pi/2 and -0.3 after; the effort `a + b (l - t)` makes up for what it leaves of speed and distance."""
+
+    def cost(l):
+        c = pi / 2
+        speed = -0.3 * (c - (l - c))
+        distance = 1 - 0.3 * ((l**2 - (l - c) ** 2) / 2 - (l - c) ** 2 / 2)
+        a, b = np.linalg.solve([[l, l**2 / 2], [l**2 / 2, l**3 / 3]], [speed, distance])
+        return a * speed + b * distance + l
+
+    return least(cost, pi / 2, pi)
+
+
 def cost_with_a_spike():
     share = lambda t: 1 / (1 + 1e6 * exp(-(((t - 40321) / 200) ** 2)))
     ends = [0, *np.linspace(38321, 42321, 81), 86400]
@@ -567,8 +580,10 @@ OPTIMA = {
     "speed_limit_in_large_units": lambda: 1 / 0.7 + 0.7,
     "speed_limit_in_small_units": lambda: 1 / 0.7 + 0.7,
     "speed_limit_with_drag": lambda: log(3) + 10 + 2 * log(0.75),
+    "square_wave_before_a_free_end": square_wave_before_a_free_end,
     "stages_without_a_coast": stages_without_a_coast,
     "staging": staging,
+    "steps_beyond_the_end": lambda: least(lambda l: 12 / l**3 + l, 1, 5),
     "string_over_a_parabola": string_over_parabola,
     "string_over_a_wave": string_over_a_wave,
     "swing_of_many_turns": lambda: swing(30, 100),

@@ -19,8 +19,8 @@ pub(crate) const TIME: &str = "time";
 /// The time that a phase is over, and that it begins at where that is stated.
 type PhaseTimes = (Option<Bounds>, Bounds, Bounds);
 
-/// Most jumps and kinks of time of a function that methods follow one by one.
-const MOST_INSTANTS: usize = 8;
+/// Most jumps and kinks of time of a function that methods follow one by one; those of the longest time allowed, of which a solution may pass few.
+const MOST_INSTANTS: usize = 64;
 
 /// Builds the phases in the order of the file.
 pub(crate) fn phases(amounts: &mut Amounts<'_>, tables: &[Table]) -> Result<Vec<Phase>, ProblemError> {

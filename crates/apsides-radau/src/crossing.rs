@@ -117,14 +117,17 @@ fn at_time(phase: &Phase, kink: usize, [start, end]: [f64; 2]) -> Option<Passage
     (!phase.has_fixed_times() && at > COLLAPSED && at < 1.0 - COLLAPSED).then_some(Passage { at, kink })
 }
 
-/// The mesh with an interval end at each kink of the time within the phases of a guess.
-pub(crate) fn with_times(ocp: &Ocp, guess: &Guess, mesh: &Mesh) -> Result<Mesh, RadauError> {
+/// The mesh with an interval end at each kink of the time within the phases of a guess: at `all`, or at those that the phases cannot end
+/// before. An end that stands where no solution comes to keeps the end of the phase from going back.
+pub(crate) fn with_times(ocp: &Ocp, guess: &Guess, mesh: &Mesh, all: bool) -> Result<Mesh, RadauError> {
     let phases = ocp.phases.iter().zip(&guess.phases).zip(&mesh.phases);
     let instants = phases.map(|((phase, guess), mesh)| {
         let times = [guess.initial_time, guess.final_time];
         let kinks = if mesh.has_arcs() { 0..0 } else { 0..phase.kinks.len() };
+        let (_, end) = phase.time_bounds();
+        let is_passed = |k: &usize| matches!(phase.kinks[*k], Kink::Time(value) if all || value < end.lower);
         Instants {
-            crossings: ordered(kinks.filter_map(|k| at_time(phase, k, times)).collect()),
+            crossings: ordered(kinks.filter(is_passed).filter_map(|k| at_time(phase, k, times)).collect()),
             ..Instants::default()
         }
     });

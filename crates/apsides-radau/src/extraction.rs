@@ -24,7 +24,7 @@ pub(crate) fn phase_trajectory(
 ) -> Result<PhaseTrajectory, RadauError> {
     let (t0, tf) = (x[p.ends.initial_time], x[p.ends.final_time]);
     let mesh = moved_mesh(p, x)?;
-    let breaks: Vec<f64> = mesh.fractions().iter().map(|f| (1.0 - f) * t0 + f * tf).collect();
+    let breaks = times(mesh.fractions(), [t0, tf]);
     let path_rows = p.rows_per_node - p.states;
     let mut y = y.to_vec();
     for term in rates.iter().filter(|t| p.rate_rows.iter().any(|r| r.at == t.constraint())) {
@@ -176,6 +176,13 @@ fn impulses(p: &CollocationPhase, mesh: &PhaseMesh, x: &[f64], y: &[f64]) -> Vec
     touches.chain(exits).chain(entries).chain(starts).chain(p.implied_rows.iter().map(implied)).collect()
 }
 
+/// The times of fractions of a phase, apart as they are, though they be closer than rounding of the times.
+fn times(fractions: &[f64], [start, end]: [f64; 2]) -> Vec<f64> {
+    let mut times: Vec<f64> = fractions.iter().map(|f| (1.0 - f) * start + f * end).collect();
+    separate(&mut times);
+    times
+}
+
 /// Moves ends apart that rounding has made one, as of an arc that has come to nothing.
 fn separate(fractions: &mut [f64]) {
     for i in 1..fractions.len() - 1 {
@@ -217,4 +224,20 @@ struct SegmentValues {
     control: Vec<f64>,
     costate: Vec<f64>,
     path: Vec<f64>,
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn ends_that_are_apart_stay_so_as_times() {
+        let middle = 0.5_f64;
+        let fractions = [0.0, middle.next_down(), middle, middle.next_up(), 1.0];
+        for ends in [[0.5, 20.0], [1e6, 1e6 + 1.0], [-3.0, 4.0]] {
+            let times = times(&fractions, ends);
+            assert!(times.windows(2).all(|w| w[0] < w[1]), "{times:?}");
+            assert_eq!([times[0], times[4]], ends);
+        }
+    }
 }

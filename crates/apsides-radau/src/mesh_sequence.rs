@@ -144,13 +144,19 @@ pub(crate) struct MeshSequence<'a> {
 
 impl<'a> MeshSequence<'a> {
     pub(crate) fn new(settings: &'a RadauSettings, ocp: &'a Ocp, mut attempt: Attempt) -> Self {
-        if settings.switches
-            && let Ok(mesh) = with_times(ocp, &attempt.guess, &attempt.mesh)
-        {
+        let crossings = |mesh: &Mesh| mesh.phases.iter().map(|p| p.crossings().len()).sum::<usize>();
+        let with_times = |mesh: &Mesh, all| with_times(ocp, &attempt.guess, mesh, all).ok();
+        let (certain, all) = (with_times(&attempt.mesh, false), with_times(&attempt.mesh, true));
+        // The end of a phase that stops at one kink that it does not pass leaves it at once.
+        let is_one = |(certain, all): (&Mesh, &Mesh)| crossings(all) <= crossings(certain) + 1;
+        let first =
+            if certain.as_ref().zip(all.as_ref()).is_some_and(is_one) { all.clone() } else { certain };
+        let at_states = with_forced(ocp, &attempt.guess, first.as_ref().unwrap_or(&attempt.mesh)).ok();
+        if let Some(mesh) = first.filter(|_| settings.switches) {
             attempt.mesh = mesh;
         }
-        let forced = with_forced(ocp, &attempt.guess, &attempt.mesh).ok();
-        let forced = forced.filter(|m| settings.switches && *m != attempt.mesh);
+        let mut forced = [at_states, all].into_iter().flatten();
+        let forced = forced.find(|m| settings.switches && *m != attempt.mesh);
         Self {
             settings,
             ocp,
