@@ -192,6 +192,25 @@ def ceiling_touched_twice(height=0.3, end=6):
     return least(lambda t: outer(t) + gramian(a, b, end - 2 * t, touch, touch) / 2, 2.1, 2.3)
 
 
+def fast_actuator(rate=1e3, effort=0.1, end=2):
+    """The equation of Riccati, with the linear and the constant term, backward from the end."""
+    a, b = np.array([[-1, 1], [0, -rate]]), np.array([[0], [rate]])
+    q, target = np.diag([1.0, 0.0]), np.array([1.0, 0.0])
+
+    def rates(_, y):
+        p, s = y[:4].reshape(2, 2), y[4:6]
+        gain = p @ b @ b.T / effort
+        return [*(-(a.T @ p + p @ a + q - gain @ p)).ravel(), *(-(a.T @ s - gain @ s - q @ target)), -(1 - (s @ b)[0] ** 2 / effort)]
+
+    found = solve_ivp(lambda t, y: [-r for r in rates(t, y)], (0, end), np.zeros(7), method="Radau", rtol=1e-12, atol=1e-14)
+    return found.y[6, -1]
+
+
+def well_of_two_controls(well=-21.7, width=0.01, depth=3000):
+    """The best constant controls, at the bottom of the well."""
+    return least(lambda v: (1 - 0.1 * v) ** 2 + v**2 - depth / (1 + ((v - well) / width) ** 2), well - width, well + width)
+
+
 def stages_without_a_coast():
     """Both burns at once, then free flight to the time 60."""
     drag = lambda h, v, m: 0.0005 * v**2 * exp(-h / 50) / m
@@ -523,6 +542,8 @@ OPTIMA = {
     "end_at_bounds": lambda: 12 / 8,
     "end_in_a_one_sided_range": lambda: 5,
     "end_in_a_wide_range": lambda: 3,
+    "fast_actuator": fast_actuator,
+    "first_phase_of_no_length": lambda: 0.75,
     "fishery": lambda: 0.25 * (10 - log(9) - 2 * atan(0.6)) + atan(0.6),
     "fit_of_logistic_growth": fit_of_logistic_growth,
     "fit_that_is_exact": lambda: 0,
@@ -644,6 +665,7 @@ OPTIMA = {
     "trap_weak_not_strong": lambda: -3,
     "trap_well_beside_a_wide_control": lambda: 300**2 + least(lambda u: 4 * (u**2 - 0.64) ** 2 + 0.47 * u, -1, -0.5),
     "trap_well_of_an_unbounded_control": lambda: well(900, 20, 1.5, 18, 20.5),
+    "trap_well_of_two_unbounded_controls": well_of_two_controls,
     "trap_wider_well": lambda: well(90, 7, 0.7, 6.5, 7.2),
     "trap_wrong_half_of_the_controls": lambda: 0.4**2,
     "triple_integrator": lambda: 32 ** (1 / 3),

@@ -6,6 +6,7 @@ mod contact;
 mod end_conditions;
 mod features_of_time;
 mod kinks_of_states;
+mod layers_of_states;
 mod linked;
 mod malformed;
 mod minimum_energy;

@@ -469,6 +469,8 @@ mod tests {
     const ALL: Between = [f64::NEG_INFINITY, f64::INFINITY];
     /// The best value known may be above the least by this much.
     const ALLOWED: f64 = 1e-6;
+    /// The least value of a well beside a slope, beside that at its place.
+    const BESIDE: f64 = 1e-2;
 
     /// Outcome, best value and boxes for a function of some controls from the origin.
     fn least(
@@ -557,6 +559,29 @@ mod tests {
         let (outcome, best, boxes) = least(1, length, ALL, vec![]);
         assert_eq!((outcome, best.0), (Outcome::Proved, 1.0));
         assert!(boxes <= 4, "{boxes}");
+    }
+
+    #[test]
+    fn a_narrow_well_between_two_axes_without_bounds_is_found() {
+        // a^2 + b^2 - 1000/(1 + (100 (b - 20))^2): 400 - 1000 beside the bottom of the well.
+        let well = |f: &mut FormulaBuilder| {
+            let (a, b) = (f.input(0), f.input(1));
+            let (place, steep, one, depth) =
+                (f.constant(20.0), f.constant(100.0), f.constant(1.0), f.constant(1000.0));
+            let apart = f.sub(b, place);
+            let scaled = f.mul(apart, steep);
+            let square = f.square(scaled);
+            let under = f.add(one, square);
+            let line = f.div(depth, under);
+            let (first, second) = (f.square(a), f.square(b));
+            let sum = f.add(first, second);
+            f.sub(sum, line)
+        };
+        let (outcome, best, boxes) = least(2, well, ALL, vec![]);
+        assert_eq!(outcome, Outcome::Proved);
+        // The bottom is beside 20 by what the square of b gains.
+        assert!((best.0 + 600.0).abs() <= BESIDE, "{best:?}");
+        assert!(boxes <= 500, "{boxes}");
     }
 
     #[test]
