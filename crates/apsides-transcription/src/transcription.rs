@@ -10,7 +10,7 @@ use crate::phase::{ConstantEntry, PhaseLayout, PhaseStart};
 use crate::workers::Workers;
 
 /// Part of the longest duration, as far as it is known, that a phase has at least.
-const LEAST_DURATION: f64 = 1e-9;
+const LEAST_DURATION: f64 = 3e-10;
 
 /// The point that a solve starts from.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

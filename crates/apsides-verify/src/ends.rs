@@ -1,7 +1,7 @@
 //! Quantities at the ends of phases, functions of them and their gradients.
 
 use apsides_ad::NodeFunction;
-use apsides_ocp::{Bounds, EndpointInput, Ocp, Scaling, Trajectory};
+use apsides_ocp::{Bounds, EndpointInput, Ocp, Phase, Scaling, Trajectory};
 
 use crate::VerifySettings;
 use crate::equations::sign;
@@ -256,4 +256,16 @@ impl<'a> EndScales<'a> {
 pub(crate) fn largest_bound(variable: &apsides_ocp::Variable) -> f64 {
     let finite = |b: f64| if b.is_finite() { b.abs() } else { 0.0 };
     finite(variable.bounds.lower).max(finite(variable.bounds.upper))
+}
+
+/// Says whether a duration is at one of its bounds: one that is almost nothing beside the longest that is allowed has no size of its own.
+pub(crate) fn is_duration_at_bound(
+    phase: &Phase,
+    duration: f64,
+    own: f64,
+    settings: &VerifySettings,
+) -> bool {
+    let longest = phase.longest();
+    let size = if longest.is_finite() { longest } else { own };
+    phase.duration.excess(duration) >= -settings.activity_tolerance * size
 }

@@ -3,7 +3,7 @@
 use apsides_ocp::{Bounds, EndpointInput, Ocp, Phase, Scaling, Trajectory};
 
 use super::{Among, GAUSS, KIND, Lengths, PhaseConditions, Point, natural_residual, ridges};
-use crate::ends::{EndGradient, EndScales, Ends};
+use crate::ends::{EndGradient, EndScales, Ends, is_duration_at_bound};
 use crate::equations::Equations;
 use crate::worst::{Worst, relative};
 use crate::{Check, VerifySettings};
@@ -140,11 +140,8 @@ impl EndConditions<'_> {
     }
 
     fn is_duration_at_bound(&self, k: usize, phase: &Phase) -> bool {
-        // One that is almost nothing has no size of its own.
-        let longest = phase.longest();
         let own = self.scales.scale(EndpointInput::InitialTime { phase: k });
-        let scale = if longest.is_finite() { longest } else { own };
-        phase.duration.excess(self.duration(k)) >= -self.settings.activity_tolerance * scale
+        is_duration_at_bound(phase, self.duration(k), own, self.settings)
     }
 
     fn duration(&self, k: usize) -> f64 {

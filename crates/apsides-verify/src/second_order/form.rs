@@ -15,7 +15,7 @@ use super::stage::{Coordinates, Row};
 use super::sweep::{ROW_SHIFT, Sizes, Swept, ZERO, sweep};
 use crate::VerifySettings;
 use crate::boundary::row_scale;
-use crate::ends::{EndGradient, EndScales, Ends};
+use crate::ends::{EndGradient, EndScales, Ends, is_duration_at_bound};
 use crate::equations::sign;
 use crate::optimality::{Among, Lengths, PhaseConditions, parameter_slopes};
 use crate::worst::relative;
@@ -425,7 +425,7 @@ impl Form {
             let last = self.index(EndpointInput::FinalTime { phase: k });
             let activity = if phase.duration.is_fixed() {
                 Activity::Strong
-            } else if phase.duration.excess(duration) >= -settings.activity_tolerance * duration {
+            } else if is_duration_at_bound(phase, duration, duration, settings) {
                 Activity::Weak
             } else {
                 Activity::Free
