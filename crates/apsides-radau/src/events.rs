@@ -8,9 +8,11 @@ use crate::breaks::{Instants, with_instants};
 use crate::change::Displaced;
 use crate::contact::{Contacts, NextContacts, SolvedMesh};
 use crate::crossing::{Crossings, Passages};
+use crate::error_estimate::Estimate;
 use crate::mesh_solve::MeshSolve;
 use crate::refinement::refine;
 use crate::settings::RadauSettings;
+use crate::state_bounds::without_arcs;
 use crate::switches::{Known, Structure};
 
 /// Most changes of the structure of switches in a solve: what has not settled then is left to refinement.
@@ -24,6 +26,9 @@ const CLOSING_IN: f64 = 0.5;
 
 /// Part of the error of the mesh that they led nowhere from, at which events are looked for again.
 const FINER: f64 = 0.1;
+
+/// An excess of the bounds on controls, in units of the tolerance, that is none of breaks close to their places.
+const BEYOND: f64 = 100.0;
 
 /// The search for events after each mesh.
 pub(crate) struct Events {
@@ -100,7 +105,7 @@ impl Events {
         &mut self,
         found: &FoundEvents<'_>,
         ocp: &Ocp,
-        trajectory: &Trajectory,
+        (trajectory, estimate): (&Trajectory, &Estimate),
         plain: &Mesh,
         joints: &[Vec<f64>],
         settings: &RadauSettings,
@@ -114,6 +119,9 @@ impl Events {
         if self.revisions == 0 && !closes_in {
             let spared = passages.spared(trajectory.clone());
             let refined = refine(ocp, &contacts.spared(spared), joints, settings)?;
+            // Arcs beside which controls are beyond bounds that were left out are none.
+            let refined =
+                if estimate.controls > BEYOND * settings.tolerance { without_arcs(refined) } else { refined };
             return Ok(with_instants(&refined, &instants).unwrap_or_else(|_| plain.clone()));
         }
         self.revisions -= usize::from(!switches_settled && !closes_in);

@@ -6,7 +6,7 @@ use std::time::Instant;
 use apsides_nlp::{NlpSettings, Observer, SolveReport, Status};
 use apsides_ocp::explicit_time::divided_mesh;
 use apsides_ocp::passed_features::{Among, passed_unseen};
-use apsides_ocp::{Guess, Mesh, Ocp, PhaseMesh, Scaling, Trajectory, Unmet};
+use apsides_ocp::{ArcKind, Guess, Mesh, Ocp, PhaseMesh, Scaling, Trajectory, Unmet};
 use apsides_transcription::Workers;
 
 use crate::RadauError;
@@ -281,10 +281,11 @@ impl<'a> MeshSequence<'a> {
         self.refine(solve)
     }
 
-    /// True where a mesh with arcs has its optimum far beyond bounds that it leaves out beside them: its arcs are not where they should be.
+    /// True where a mesh with arcs along bounds of rows has its optimum far beyond those that it leaves out beside them: its arcs are not where
+    /// they should be.
     fn is_astray(&self, solve: &MeshSolve) -> bool {
         let before = self.last.as_ref().map(|s| s.beyond);
-        has_arcs(&self.attempt.mesh)
+        holds_rows(&self.attempt.mesh)
             && before.is_some_and(|before| solve.estimate.beyond > ASTRAY.max(WORSE * before))
     }
 
@@ -443,7 +444,7 @@ impl<'a> MeshSequence<'a> {
         let MeshSolve { trajectory, report, estimate, .. } = solve;
         let joints = self.joints.along(&trajectory);
         let plain = refine(ocp, &trajectory, &joints, settings)?;
-        let next = self.events.next_mesh(&found, ocp, &trajectory, &plain, &joints, settings)?;
+        let next = self.events.next_mesh(&found, ocp, (&trajectory, &estimate), &plain, &joints, settings)?;
         let next = with_ends(&trajectory, &unseen, next)?;
         let again = (Guess::earlier(&trajectory), trajectory.mesh());
         self.attempt.guess = Guess::earlier(&found.contacts.start(trajectory.clone())?);
@@ -555,6 +556,12 @@ fn with_ends(trajectory: &Trajectory, times: &[Vec<f64>], mut next: Mesh) -> Res
         *mesh = mesh.with_ends(&places)?;
     }
     Ok(next)
+}
+
+/// Says whether arcs hold rows at their bounds.
+fn holds_rows(mesh: &Mesh) -> bool {
+    let is_held = |kind: &Option<ArcKind>| matches!(kind, Some(ArcKind::Lower | ArcKind::Upper));
+    mesh.phases.iter().flat_map(|p| p.arcs()).any(|arc| arc.rows.iter().any(is_held))
 }
 
 fn has_arcs(mesh: &Mesh) -> bool {
