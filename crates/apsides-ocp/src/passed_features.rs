@@ -62,7 +62,7 @@ struct Passing<'a> {
     among: Among,
 }
 
-/// That an output of a function is held against.
+/// The measure of an output of a function.
 enum Kind {
     /// Its values at the nodes.
     Value,
