@@ -192,6 +192,11 @@ def ceiling_touched_twice(height=0.3, end=6):
     return least(lambda t: outer(t) + gramian(a, b, end - 2 * t, touch, touch) / 2, 2.1, 2.3)
 
 
+def around_a_small_disc(radius=0.02, before=37.3, behind=62.7):
+    side = lambda way: sqrt(way**2 - radius**2) + radius * asin(radius / way)
+    return side(before) + side(behind)
+
+
 def fast_actuator(rate=1e3, effort=0.1, end=2):
     """The equation of Riccati, with the linear and the constant term, backward from the end."""
     a, b = np.array([[-1, 1], [0, -rate]]), np.array([[0], [rate]])
@@ -515,6 +520,7 @@ GUST = PchipInterpolator([0, 0.50, 0.502, 0.504, 1.0], [0, 0, 1, 0, 0])
 
 OPTIMA = {
     "along_the_ground": along_the_ground,
+    "around_a_small_disc": around_a_small_disc,
     "astronomical_unit": lambda: 2 * sqrt(149597870700 / 4e-3),
     "best_damping": lambda: 1,
     "body_of_least_drag": lambda: newton_body(1.0),

@@ -77,6 +77,10 @@ struct Function<'a> {
     kinds: Vec<Kind>,
     /// Largest magnitude of each output at the nodes.
     sizes: Vec<f64>,
+    /// Work space: the inputs at the samples of a time, one after the other, and the intervals of their values and slopes.
+    samples: Vec<f64>,
+    values: Vec<Interval>,
+    slopes: Vec<Interval>,
 }
 
 impl Passing<'_> {
@@ -120,7 +124,16 @@ impl Passing<'_> {
                 let formula = function.formula().ok()?;
                 let is_linear = function.pattern().hessian.is_empty() && formula.kinks().is_empty();
                 let sizes = self.sizes(function);
-                (!is_linear).then(|| Function { function, expansion: Expansion::new(formula), kinds, sizes })
+                let n = function.inputs();
+                (!is_linear).then(|| Function {
+                    function,
+                    expansion: Expansion::new(formula),
+                    kinds,
+                    sizes,
+                    samples: vec![0.0; SAMPLES * n],
+                    values: vec![[0.0; 2]; n],
+                    slopes: vec![[0.0; 2]; n],
+                })
             })
             .collect()
     }
@@ -186,15 +199,12 @@ impl Passing<'_> {
     /// Says whether something may be hidden between the ends of a short time.
     fn may_hide(&self, f: &mut Function<'_>, segment: usize, [a, b]: Interval) -> bool {
         let n = f.function.inputs();
-        let mut samples = [const { Vec::new() }; SAMPLES];
-        for (k, z) in samples.iter_mut().enumerate() {
-            z.resize(n, 0.0);
-            self.inputs(segment, a + (b - a) * k as f64 / (SAMPLES - 1) as f64, z);
-        }
         let step = (b - a) / (SAMPLES - 1) as f64;
-        let (mut values, mut slopes) = (vec![[0.0; 2]; n], vec![[0.0; 2]; n]);
-        for (i, (value, slope)) in values.iter_mut().zip(&mut slopes).enumerate() {
-            let at = |k: usize| samples[k][i];
+        for (k, z) in f.samples.chunks_exact_mut(n).enumerate() {
+            self.inputs(segment, a + k as f64 * step, z);
+        }
+        for (i, (value, slope)) in f.values.iter_mut().zip(&mut f.slopes).enumerate() {
+            let at = |k: usize| f.samples[k * n + i];
             let differences = (1..SAMPLES).map(|k| at(k) - at(k - 1));
             let bends = (2..SAMPLES).map(|k| (at(k) - 2.0 * at(k - 1) + at(k - 2)).abs());
             let bend = bends.fold(0.0, f64::max);
@@ -202,7 +212,7 @@ impl Passing<'_> {
             *value = widened(range((0..SAMPLES).map(at)), 0.25 * bend);
             *slope = widened(range(differences), bend).map(|d| d / step);
         }
-        f.expansion.set_to(Derivatives::Slopes, &values);
+        f.expansion.set_to(Derivatives::Slopes, &f.values);
         (f.kinds.iter().zip(&f.sizes).enumerate()).any(|(output, (kind, size))| {
             let value = f.expansion.value(output);
             let least = match kind {
@@ -216,7 +226,7 @@ impl Passing<'_> {
                     allowed
                 }
             };
-            let slope = f.expansion.gradient(output).iter().zip(&slopes).fold([0.0; 2], |sum, (g, v)| {
+            let slope = f.expansion.gradient(output).iter().zip(&f.slopes).fold([0.0; 2], |sum, (g, v)| {
                 let term = product(*g, *v);
                 [sum[0] + term[0], sum[1] + term[1]]
             });

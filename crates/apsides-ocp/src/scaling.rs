@@ -95,6 +95,9 @@ impl Scaling {
 
     /// A state that is almost nothing in a phase, beside what it is in the one that it comes from, has the scale that it has there.
     fn with_links(mut self, ocp: &Ocp) -> Self {
+        if ocp.phases.len() == 1 {
+            return self;
+        }
         for (k, sources) in linkage::sources(ocp).into_iter().enumerate() {
             for (state, source) in sources.into_iter().enumerate() {
                 let Some(source) = source else { continue };

@@ -47,6 +47,24 @@ enum Side {
     Upper,
 }
 
+/// An interval, the costates at its start, those that they must come to, and the bounds that states are at in it.
+struct Walk<'a> {
+    segment: usize,
+    times: [f64; 2],
+    start: &'a [f64],
+    last: &'a [f64],
+    bounds: &'a [Side],
+}
+
+/// The costates of an interval, each from a stated value to the next.
+struct BetweenNodes {
+    /// Sums of the misses.
+    sums: Vec<f64>,
+    /// The largest integral of the multiplier of a bound between two nodes that has the wrong sign, or is away from the bound: the impulse at
+    /// the end of an arc may hide it in that over the whole.
+    wrong: Vec<f64>,
+}
+
 impl Side {
     /// The integral of the multiplier of a bound, as far as it has the wrong sign.
     fn violation(self, driven: f64) -> f64 {
@@ -86,30 +104,27 @@ impl PhaseConditions<'_> {
             let next = (k + 1).min(intervals - 1);
             evaluate_piece(self.costate, intervals, next, b, &mut stated);
             self.add_jump(k + 1, &mut stated);
-            let mut wrong = vec![0.0; nx];
-            let reached = integrator.as_mut().is_some_and(|i| {
-                let found = self.wrong_signs(i, settings, k, [a, b], &start, &bounds, &mut wrong);
-                found && self.integrate(i, k, [a, b], &start, &bounds, &mut end)
-            });
+            let reached =
+                integrator.as_mut().is_some_and(|i| self.integrate(i, k, [a, b], &start, &bounds, &mut end));
             // Over a long interval errors of fast costates grow beyond all measure: those between its nodes add up.
             let in_units = |miss: f64, i: usize| relative(miss * self.scaling.states[i], self.costate_size);
-            let is_off = |i: &usize| {
-                bounds[*i] == Side::None
-                    && !(reached && in_units((end[*i] - stated[*i]).abs(), *i) <= settings.costate_tolerance)
-            };
-            let between = (0..nx).any(|i| is_off(&i)).then(|| {
-                integrator
-                    .as_mut()
-                    .and_then(|i| self.misses_between_nodes(i, k, [a, b], &start, &stated, &bounds))
-            });
+            let is_accurate =
+                |i: usize| reached && in_units((end[i] - stated[i]).abs(), i) <= settings.costate_tolerance;
+            let wants_nodes = (0..nx).any(|i| bounds[i] != Side::None || !is_accurate(i));
+            let walk = Walk { segment: k, times: [a, b], start: &start, last: &stated, bounds: &bounds };
+            let between = integrator
+                .as_mut()
+                .filter(|_| wants_nodes)
+                .and_then(|i| self.between_nodes(i, settings, &walk));
             for i in 0..nx {
                 // The integral of the multiplier of a bound, jumps included.
                 let driven = end[i] - stated[i];
                 let miss = match (bounds[i], &between) {
-                    (Side::None, Some(Some(sums))) => sums[i],
-                    _ if !reached => f64::NAN,
-                    (Side::None, _) => driven.abs(),
-                    (side, _) => side.violation(driven).max(wrong[i]),
+                    (Side::None, Some(between)) if reached => between.sums[i].min(driven.abs()),
+                    (Side::None, Some(between)) => between.sums[i],
+                    (Side::None, None) if reached => driven.abs(),
+                    (side, Some(between)) if reached => side.violation(driven).max(between.wrong[i]),
+                    _ => f64::NAN,
                 };
                 let residual = relative(miss * self.scaling.states[i], self.costate_size);
                 if residual > settings.costate_tolerance && k + 1 < intervals && self.jumps_at(b, i, settings)
@@ -149,22 +164,21 @@ impl PhaseConditions<'_> {
         before.iter().zip(after.iter()).any(|(a, b)| (a - b).abs() > JUMPING * a.abs().max(b.abs()))
     }
 
-    /// The sums of what each costate misses at the nodes of an interval and at its end, from each stated value to the next; none where
-    /// one is not reached.
-    fn misses_between_nodes(
+    /// The costates from each stated value of an interval to the next; none where one is not reached.
+    fn between_nodes(
         &mut self,
         integrator: &mut Integrator,
-        segment: usize,
-        [a, b]: [f64; 2],
-        start: &[f64],
-        last: &[f64],
-        bounds: &[Side],
-    ) -> Option<Vec<f64>> {
+        settings: &VerifySettings,
+        walk: &Walk<'_>,
+    ) -> Option<BetweenNodes> {
+        let &Walk { segment, times: [a, b], start, last, bounds } = walk;
         let pieces = self.found.control.segments().len();
         let inner = self.found.control.node_times(segment).filter(|t| *t > a && *t < b);
         let nodes: Vec<f64> = inner.chain([b]).collect();
         let (mut from, mut before) = (a, start.to_vec());
-        let (mut reached, mut stated, mut sums) = (before.clone(), before.clone(), vec![0.0; start.len()]);
+        let (mut reached, mut stated) = (before.clone(), before.clone());
+        let mut found = BetweenNodes { sums: vec![0.0; start.len()], wrong: vec![0.0; start.len()] };
+        let mut here = vec![Side::None; bounds.len()];
         for to in nodes {
             if !self.integrate(integrator, segment, [from, to], &before, bounds, &mut reached) {
                 return None;
@@ -174,50 +188,23 @@ impl PhaseConditions<'_> {
             } else {
                 stated.copy_from_slice(last);
             }
-            sums.iter_mut().zip(reached.iter().zip(&stated)).for_each(|(sum, (r, s))| *sum += (r - s).abs());
-            (from, before) = (to, stated.clone());
-        }
-        Some(sums)
-    }
-
-    /// The largest integral of the multiplier of each bound between two nodes within an interval that has the wrong sign, or is away from the
-    /// bound: the impulse at the end of an arc may hide it in that over the whole. Returns true if the last node was reached.
-    #[expect(clippy::too_many_arguments, reason = "an initial value problem and its buffers")]
-    fn wrong_signs(
-        &mut self,
-        integrator: &mut Integrator,
-        settings: &VerifySettings,
-        segment: usize,
-        [a, b]: [f64; 2],
-        start: &[f64],
-        bounds: &[Side],
-        wrong: &mut [f64],
-    ) -> bool {
-        if bounds.iter().all(|b| *b == Side::None) {
-            return true;
-        }
-        let pieces = self.found.control.segments().len();
-        let nodes: Vec<f64> = self.found.control.node_times(segment).filter(|t| *t > a && *t < b).collect();
-        let (mut from, mut before) = (a, start.to_vec());
-        let (mut reached, mut stated) = (before.clone(), before.clone());
-        for to in nodes {
-            if !self.integrate(integrator, segment, [from, to], &before, bounds, &mut reached) {
-                return false;
-            }
-            evaluate_piece(self.costate, pieces, segment, to, &mut stated);
-            // Between two nodes away from a bound nothing drives the costate.
-            let mut here = vec![Side::None; bounds.len()];
+            here.fill(Side::None);
             [from, to]
                 .into_iter()
                 .for_each(|t| self.add_active_state_bounds(segment, t, settings, &mut here));
-            for (i, wrong) in wrong.iter_mut().enumerate().filter(|(i, _)| bounds[*i] != Side::None) {
+            for i in 0..start.len() {
                 let driven = reached[i] - stated[i];
-                *wrong =
-                    wrong.max(if here[i] == Side::None { driven.abs() } else { bounds[i].violation(driven) });
+                found.sums[i] += driven.abs();
+                // Between two nodes away from a bound nothing drives the costate. The last part has the impulse at the end.
+                if to < b && bounds[i] != Side::None {
+                    let is_away = here[i] == Side::None;
+                    let wrong = if is_away { driven.abs() } else { bounds[i].violation(driven) };
+                    found.wrong[i] = found.wrong[i].max(wrong);
+                }
             }
             (from, before) = (to, stated.clone());
         }
-        true
+        Some(found)
     }
 
     /// Integrates from `start` at `a` to `b` along the trajectory, costates of states at their bounds as stated; returns true if
