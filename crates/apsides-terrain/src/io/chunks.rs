@@ -7,6 +7,7 @@ use super::{bytes_at, malformed, unreadable};
 use crate::TerrainError;
 
 mod codec;
+mod lerc;
 
 pub(super) const NAME: &str = "GeoTIFF";
 
@@ -33,34 +34,80 @@ pub(super) enum Compression {
     Lzw,
     Deflate,
     PackBits,
+    Zstd,
+    /// LERC, and what its blobs are packed with once more.
+    Lerc(LercPacking),
 }
 
+/// The compression around the blobs of LERC.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum LercPacking {
+    None,
+    Deflate,
+    Zstd,
+}
+
+/// Compressions that are told by name though they are not read: codes of TIFF 6.0 and of libtiff.
+const NAMED: [(u64, &str); 13] = [
+    (2, "CCITT RLE"),
+    (3, "CCITT group 3"),
+    (4, "CCITT group 4"),
+    (6, "old JPEG"),
+    (7, "JPEG"),
+    (32809, "ThunderScan"),
+    (34661, "JBIG"),
+    (34676, "SGI log"),
+    (34712, "JPEG 2000"),
+    (34925, "LZMA"),
+    (50001, "WebP"),
+    (50002, "JPEG XL"),
+    (52546, "JPEG XL"),
+];
+
 impl Compression {
-    /// The compression of a code of the tag.
-    pub(super) fn of(code: u64) -> Result<Compression, TerrainError> {
+    /// The compression of a code of the tag; `lerc` are the parameters of LERC (tag 50674): its version and the code of its packing.
+    pub(super) fn of(code: u64, lerc: Option<&[u64]>) -> Result<Compression, TerrainError> {
         Ok(match code {
             1 => Compression::None,
             5 => Compression::Lzw,
             8 | 32946 => Compression::Deflate,
             32773 => Compression::PackBits,
+            50000 | 34926 => Compression::Zstd,
+            34887 => Compression::Lerc(match lerc {
+                Some([_, 0, ..]) => LercPacking::None,
+                Some([_, 1, ..]) => LercPacking::Deflate,
+                Some([_, 2, ..]) => LercPacking::Zstd,
+                other => {
+                    let found = other.map_or("missing".to_owned(), |p| format!("{:?}", &p[..p.len().min(4)]));
+                    let problem =
+                        format!("{found}: a version and 0 (none), 1 (deflate) or 2 (zstd) are needed");
+                    return Err(malformed(NAME, "parameters of LERC (tag 50674)", problem));
+                }
+            }),
             _ => {
+                let name =
+                    NAMED.iter().find(|(c, _)| *c == code).map_or(String::new(), |(_, n)| format!(" ({n})"));
                 return Err(TerrainError::Unsupported {
                     format: NAME,
-                    feature: format!("compression {code}"),
-                    supported: "none (1), LZW (5), deflate (8, 32946), PackBits (32773)",
+                    feature: format!("compression {code}{name}"),
+                    supported: "none (1), LZW (5), deflate (8, 32946), PackBits (32773), zstd (50000), LERC (34887); \
+                                `gdal_translate -co COMPRESS=DEFLATE in.tif out.tif` converts a file",
                 });
             }
         })
     }
 
     /// Most bytes that can come out of one compressed byte: 258 bytes from two bits of deflate; a string of at most 4096 bytes from a
-    /// code of at least 9 bits; 128 bytes from two.
+    /// code of at least 9 bits; 128 bytes from two; a block of zstd of at most 2^17 bytes from four. A blob of LERC may hold one height
+    /// for all pixels.
     fn expansion(self) -> u64 {
         match self {
             Compression::None => 1,
             Compression::Deflate => 1032,
             Compression::Lzw => 4096,
             Compression::PackBits => 64,
+            Compression::Zstd => 1 << 15,
+            Compression::Lerc(_) => u64::MAX,
         }
     }
 }
@@ -73,6 +120,14 @@ pub(super) struct Coding {
     pub(super) compression: Compression,
     /// Code of TIFF: 1, 2 or 3.
     pub(super) predictor: u64,
+}
+
+impl Coding {
+    /// Order of the bytes of decoded numbers: the floating-point predictor leaves big-endian ones.
+    fn decoded(self) -> Order {
+        let planes = self.predictor == 3 && !matches!(self.compression, Compression::Lerc(_));
+        if planes { Order::Big } else { self.order }
+    }
 }
 
 /// Strips or tiles that are decoded when they are needed.
@@ -120,9 +175,7 @@ impl<R: Read + Seek> Chunks<R> {
         let (height, width) = (self.grid.chunk_rows as usize, self.grid.chunk_cols as usize);
         let across = (self.grid.cols as usize).div_ceil(width);
         let (end_row, end_col) = (row + out.len() / cols, col + cols);
-        let Coding { sample, order, predictor, .. } = self.coding;
-        // The floating-point predictor leaves big-endian numbers.
-        let order = if predictor == 3 { Order::Big } else { order };
+        let (sample, order) = (self.coding.sample, self.coding.decoded());
         let size = sample.size();
         for cr in row / height..=(end_row - 1) / height {
             for cc in col / width..=(end_col - 1) / width {
@@ -173,9 +226,14 @@ impl<R: Read + Seek> Chunks<R> {
             let problem = format!("{} bytes cannot hold {count}", packed.len());
             return Err(malformed(NAME, place(), problem));
         }
+        let row = self.grid.chunk_cols as usize * sample.size();
+        if let Compression::Lerc(packing) = compression {
+            let [whole, kept] = [self.grid.chunk_rows as usize, count / row];
+            let form = lerc::Form { sample, order, cols: self.grid.chunk_cols as usize, rows: whole };
+            return lerc::decode(packing, &packed, form, kept).map_err(|e| malformed(NAME, place(), e));
+        }
         let mut bytes = vec![0; count];
         codec::unpack(compression, &packed, &mut bytes).map_err(|e| malformed(NAME, place(), e))?;
-        let row = self.grid.chunk_cols as usize * sample.size();
         match predictor {
             2 => bytes.chunks_exact_mut(row).for_each(|r| codec::sum_numbers(r, sample.size(), order)),
             3 => {

@@ -5,6 +5,8 @@ use crate::MapUnit;
 pub(super) const MODEL_TYPE: u16 = 1024;
 pub(super) const RASTER_TYPE: u16 = 1025;
 pub(super) const ANGULAR_UNITS: u16 = 2054;
+/// Semi-major axis of the ellipsoid, m.
+pub(super) const SEMI_MAJOR_AXIS: u16 = 2057;
 pub(super) const LINEAR_UNITS: u16 = 3076;
 pub(super) const LINEAR_UNIT_SIZE: u16 = 3077;
 pub(super) const VERTICAL_UNITS: u16 = 4099;

@@ -4,7 +4,7 @@
 //!
 //! | format | stored numbers | place and size of a pixel |
 //! |---|---|---|
-//! | GeoTIFF, BigTIFF, plain TIFF | u8, u16, i16, u32, i32, f32, f64; one band; strips, tiles; no compression, deflate, LZW, PackBits; predictors | pixel scale and tie point, or a transformation along the axes; geokeys |
+//! | GeoTIFF, BigTIFF, plain TIFF | u8, u16, i16, u32, i32, f32, f64; one band; strips, tiles; no compression, deflate, LZW, PackBits, zstd, LERC; predictors | pixel scale and tie point, or a transformation along the axes; geokeys |
 //! | ESRI ASCII grid | decimal | `cellsize`, `xllcorner` or `xllcenter`; metres are assumed |
 //! | NumPy `.npy` | u1, i1, u2, i2, u4, i4, f4, f8; two dimensions | none |
 //! | PDS3, PDS4 | 8, 16, 32 bit integers, IEEE reals; one band | map projection of the label |
@@ -12,6 +12,7 @@
 //!
 //! **Units.** Height = (stored number x the file's own scale + the file's own offset) x [`ReadOptions::z_scale`] +
 //! [`ReadOptions::z_offset`], m. Map coordinates are metres or degrees; feet and kilometres become metres, radians degrees.
+//! With the radius of the body degrees become metres ([`ReadOptions::body_radius_m`]).
 //!
 //! **Orientation.** Row 0 of a map is its northernmost row; a file that begins in the south is turned over. Rotated maps and maps that
 //! run from east to west are refused.
@@ -28,6 +29,7 @@ use crate::{ElevationMap, TerrainError};
 
 mod ascii;
 mod chunks;
+mod degrees;
 mod digits;
 mod geo_keys;
 mod geotiff;
@@ -44,6 +46,7 @@ mod source;
 mod windows;
 
 pub use ascii::write_ascii_grid;
+pub use degrees::Equirectangular;
 pub use geo_keys::GeoKeys;
 pub use geotiff::{GeoTiffOptions, GeoTiffWriter, write_geotiff};
 pub use npy::write_npy;
@@ -113,6 +116,9 @@ pub struct ReadOptions {
     /// Size of a square pixel, m. It replaces the geometry of the file: the centre of pixel (0, 0) becomes the origin. Needed where the
     /// file states no size.
     pub pixel_m: Option<f64>,
+    /// Radius of the body, m: a map in degrees becomes one of square pixels in metres on this sphere ([`Equirectangular`]). Without it
+    /// such a map stays in degrees; one in metres needs none.
+    pub body_radius_m: Option<f64>,
     /// Factor of the heights of the file; for grey levels, metres in one level.
     pub z_scale: f64,
     /// Added to the scaled heights, m.
@@ -126,7 +132,14 @@ pub struct ReadOptions {
 impl Default for ReadOptions {
     /// The file's own geometry and heights; at most 2^28 pixels.
     fn default() -> ReadOptions {
-        ReadOptions { pixel_m: None, z_scale: 1.0, z_offset: 0.0, nodata: None, max_pixels: 1 << 28 }
+        ReadOptions {
+            pixel_m: None,
+            body_radius_m: None,
+            z_scale: 1.0,
+            z_offset: 0.0,
+            nodata: None,
+            max_pixels: 1 << 28,
+        }
     }
 }
 

@@ -159,6 +159,10 @@ fn place(label: &Label, head: &mut Head) -> Result<(), TerrainError> {
         }
     } else if let Some(resolution) = label.real("MAP_RESOLUTION")? {
         head.unit = MapUnit::Degree;
+        if let Some(radius) = label.find("A_AXIS_RADIUS") {
+            // In km, whether the unit stands behind it or not.
+            head.radius_m = Some(1000.0 * number(NAME, "A_AXIS_RADIUS", split_unit(radius).0)?);
+        }
         1.0 / resolution
     } else {
         return Ok(());

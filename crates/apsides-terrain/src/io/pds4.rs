@@ -197,6 +197,10 @@ fn place(root: Node<'_, '_>, head: &mut Head) -> Result<(), TerrainError> {
     let Some((east, unit)) = length("pixel_resolution_x")? else { return Ok(()) };
     let south = length("pixel_resolution_y")?.map_or(east, |(south, _)| south);
     head.unit = unit;
+    if unit == MapUnit::Degree {
+        let axis = length("a_axis_radius")?.map_or_else(|| length("semi_major_radius"), |r| Ok(Some(r)))?;
+        head.radius_m = axis.filter(|(_, unit)| *unit == MapUnit::Metre).map(|(radius, _)| radius);
+    }
     head.pixel = Some([east, south]);
     let corner = [length("upperleft_corner_x")?, length("upperleft_corner_y")?];
     if let [Some((x, x_unit)), Some((y, y_unit))] = corner {

@@ -24,7 +24,12 @@ impl Sample {
         }
     }
 
-    /// The integer or floating-point type of `bits` bits.
+    /// True for IEEE 754 numbers.
+    pub(super) fn is_real(self) -> bool {
+        matches!(self, Sample::F32 | Sample::F64)
+    }
+
+    /// The integer type of `bits` bits.
     pub(super) fn integer(bits: u64, signed: bool) -> Option<Sample> {
         Some(match (bits, signed) {
             (8, false) => Sample::U8,

@@ -17,6 +17,8 @@ pub(super) struct Head {
     /// Coordinates of the centre of the north-western pixel.
     pub(super) north_west: [f64; 2],
     pub(super) unit: MapUnit,
+    /// Radius of the body that its degrees are on, if stated, m.
+    pub(super) radius_m: Option<f64>,
     pub(super) sample: Sample,
     /// Height = stored number x `scale` + `offset`, m.
     pub(super) scale: f64,
@@ -38,6 +40,7 @@ impl Head {
             pixel: None,
             north_west: [0.0; 2],
             unit: MapUnit::Metre,
+            radius_m: None,
             sample,
             scale: 1.0,
             offset: 0.0,

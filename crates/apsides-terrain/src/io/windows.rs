@@ -2,10 +2,11 @@
 
 use std::io::{Read, Seek, SeekFrom};
 
+use super::degrees::{Columns, Equirectangular};
 use super::geo_keys::GeoKeys;
 use super::source::{Head, Store};
 use super::{Format, ReadOptions, ascii, geotiff, length, malformed, npy, pds3, pds4, png_map, unreadable};
-use crate::{ElevationMap, Geometry, TerrainError};
+use crate::{ElevationMap, Geometry, MapUnit, TerrainError};
 
 /// No ground has heights that differ by more: a spike would take the resolution of all others.
 const LARGEST_RELIEF_M: f64 = 1e6;
@@ -21,6 +22,8 @@ pub struct Windows<R> {
     store: Store<R>,
     head: Head,
     geometry: Geometry,
+    /// The way from stored columns in degrees to those of the geometry.
+    columns: Option<Columns>,
     options: ReadOptions,
     /// Most pixels the bytes of the input can hold.
     capacity: u64,
@@ -94,7 +97,12 @@ impl<R: Read + Seek> Windows<R> {
                 return Err(TerrainError::Number { name, value, allowed });
             }
         }
-        let geometry = head.geometry(options)?;
+        let mut geometry = head.geometry(options)?;
+        let mut columns = None;
+        if let Some(radius) = options.body_radius_m.filter(|_| geometry.unit() == MapUnit::Degree) {
+            let (found, on_ground) = Columns::new(head.format, &geometry, radius, head.radius_m)?;
+            (columns, geometry) = (Some(found), on_ground);
+        }
         head.missing.extend(options.nodata);
         head.missing.iter_mut().for_each(|m| *m = head.sample.nearest(*m));
         let expansion = match &store {
@@ -103,7 +111,7 @@ impl<R: Read + Seek> Windows<R> {
             Store::Held(_) => u64::MAX,
         };
         let capacity = (len.saturating_mul(expansion) / head.sample.size() as u64).max(SMALL);
-        Ok(Windows { store, head, geometry, options: *options, capacity })
+        Ok(Windows { store, head, geometry, columns, options: *options, capacity })
     }
 
     /// The places of the pixels of the whole map.
@@ -111,9 +119,19 @@ impl<R: Read + Seek> Windows<R> {
         &self.geometry
     }
 
-    /// The geokeys of a GeoTIFF, for a file made from this one; none if the caller replaced the geometry.
+    /// The geokeys of a GeoTIFF, for a file made from this one; none if the caller replaced the geometry or the unit.
     pub fn geo_keys(&self) -> Option<&GeoKeys> {
-        self.head.geo_keys.as_ref().filter(|_| self.options.pixel_m.is_none())
+        self.head.geo_keys.as_ref().filter(|_| self.options.pixel_m.is_none() && self.columns.is_none())
+    }
+
+    /// The projection to metres of a map in degrees that is read with [`ReadOptions::body_radius_m`]; none for others.
+    pub fn projection(&self) -> Option<Equirectangular> {
+        self.columns.map(|c| c.projection)
+    }
+
+    /// Radius of the body that the file states for its degrees, m.
+    pub fn stated_radius_m(&self) -> Option<f64> {
+        self.head.radius_m
     }
 
     /// Reads the window of `rows` x `cols` pixels whose first pixel is (`row`, `col`). The datum is the window's own; a window may be
@@ -141,9 +159,21 @@ impl<R: Read + Seek> Windows<R> {
                 format!("{pixels} pixels do not fit into the bytes of the file"),
             ));
         }
+        let heights = match self.columns {
+            None => self.stored(row, col, rows, cols)?,
+            Some(columns) => {
+                let [first, count] = columns.needed(col, cols);
+                columns.interpolate(&self.stored(row, first, rows, count)?, col, cols)
+            }
+        };
+        ElevationMap::from_heights(geometry, &heights)
+    }
+
+    /// Heights of a window of the stored pixels, m.
+    fn stored(&mut self, row: usize, col: usize, rows: usize, cols: usize) -> Result<Vec<f64>, TerrainError> {
         let first = if self.head.south_up { self.geometry.rows() - row - rows } else { row };
-        let mut heights = vec![f64::NAN; geometry.pixels()];
-        let all = self.geometry.cols();
+        let mut heights = vec![f64::NAN; rows * cols];
+        let all = self.columns.map_or(self.geometry.cols(), |c| c.stored());
         match &mut self.store {
             Store::Raw(raw) => raw.fill(first, col, cols, &mut heights)?,
             Store::Chunks(chunks) => chunks.fill(first, col, cols, &mut heights)?,
@@ -168,7 +198,7 @@ impl<R: Read + Seek> Windows<R> {
                 ),
             ));
         }
-        ElevationMap::from_heights(geometry, &heights)
+        Ok(heights)
     }
 
     /// The whole map, which must have a height.

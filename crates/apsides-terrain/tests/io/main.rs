@@ -7,6 +7,7 @@ mod pictures;
 mod samples;
 mod tiff_read;
 mod tiff_write;
+mod written_elsewhere;
 
 use std::io::Cursor;
 

@@ -194,10 +194,11 @@ fn what_is_not_supported_is_refused_by_name() {
     let base = Tiff::new(2, 2, vec![0.0; 4]);
     for (tag, expected) in [
         (Tag::Short(277, vec![3]), "3 bands"),
-        (Tag::Short(259, vec![7]), "compression 7"),
+        (Tag::Short(259, vec![7]), "compression 7 (JPEG)"),
         (Tag::Short(262, vec![0]), "photometric interpretation 0"),
         (Tag::Short(258, vec![16]), "16 bits and sample format 3"),
-        (Tag::Short(317, vec![2]), "predictor 2 of F32"),
+        (Tag::Short(317, vec![4]), "predictor 4 of F32"),
+        (Tag::Short(259, vec![34887]), "parameters of LERC"),
     ] {
         let mut file = base.clone();
         file.tags.push(tag);

@@ -1,8 +1,9 @@
-//! Compression and predictors of TIFF 6.0 (sections 9, 13, 14) and of its technical note 3 (floating-point predictor).
+//! Compression and predictors of TIFF 6.0 (sections 9, 13, 14) and of its technical note 3 (floating-point predictor); zstd (RFC 8878).
 
 use std::io::Read;
 
 use flate2::bufread::ZlibDecoder;
+use ruzstd::decoding::StreamingDecoder;
 use weezl::LzwStatus;
 use weezl::decode::Decoder;
 
@@ -20,7 +21,17 @@ pub(super) fn unpack(compression: Compression, packed: &[u8], out: &mut [u8]) ->
         Compression::Deflate => ZlibDecoder::new(packed).read_exact(out).map_err(|e| e.to_string()),
         Compression::Lzw => unpack_lzw(packed, out),
         Compression::PackBits => unpack_bits(packed, out),
+        Compression::Zstd => zstd(packed)?.read_exact(out).map_err(|e| e.to_string()),
+        Compression::Lerc(_) => Err("LERC has numbers, no bytes".to_owned()),
     }
+}
+
+/// Most bytes that a zstd stream may look back, 2^27: the level with the longest window has that.
+const LONGEST_WINDOW: u64 = 1 << 27;
+
+/// The bytes of a frame of zstd.
+pub(super) fn zstd(packed: &[u8]) -> Result<impl Read, String> {
+    StreamingDecoder::new_with_max_window_size(packed, LONGEST_WINDOW).map_err(|e| e.to_string())
 }
 
 fn unpack_lzw(mut packed: &[u8], mut out: &mut [u8]) -> Result<(), String> {
@@ -67,7 +78,8 @@ fn unpack_bits(mut packed: &[u8], mut out: &mut [u8]) -> Result<(), String> {
     Ok(())
 }
 
-/// Undoes the horizontal predictor in a row of integers of `size` bytes, which stay in their order.
+/// Undoes the horizontal predictor in a row of numbers of `size` bytes, which stay in their order. Reals are summed as the integers of
+/// their bits, as libtiff and GDAL do.
 pub(super) fn sum_numbers(row: &mut [u8], size: usize, order: Order) {
     let mut last = 0u64;
     for number in row.chunks_exact_mut(size) {

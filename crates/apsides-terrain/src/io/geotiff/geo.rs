@@ -2,7 +2,7 @@
 
 use super::super::geo_keys::{
     ANGULAR_UNITS, DEGREE, GeoKeys, LINEAR_UNIT_SIZE, LINEAR_UNITS, METRE, MODEL_TYPE, RASTER_TYPE,
-    USER_DEFINED, VERTICAL_UNITS,
+    SEMI_MAJOR_AXIS, USER_DEFINED, VERTICAL_UNITS,
 };
 use super::super::malformed;
 use super::super::source::Head;
@@ -78,6 +78,8 @@ pub(super) fn place(directory: &Directory, head: &mut Head) -> Result<(), Terrai
         }
     };
     head.unit = unit;
+    let radius = keys.as_ref().and_then(|g| g.double(SEMI_MAJOR_AXIS));
+    head.radius_m = radius.filter(|r| unit == MapUnit::Degree && r.is_finite() && *r > 0.0);
     let height = metres(key(VERTICAL_UNITS).unwrap_or(METRE), None)?;
     head.scale *= height;
     head.offset *= height;

@@ -42,8 +42,9 @@ mod tag {
     pub(super) const GEO_TEXT: u16 = 34737;
     pub(super) const GDAL_METADATA: u16 = 42112;
     pub(super) const GDAL_NODATA: u16 = 42113;
+    pub(super) const LERC: u16 = 50674;
     /// Tags whose values are read.
-    pub(super) const READ: [u16; 23] = [
+    pub(super) const READ: [u16; 24] = [
         WIDTH,
         LENGTH,
         BITS,
@@ -67,6 +68,7 @@ mod tag {
         GEO_TEXT,
         GDAL_METADATA,
         GDAL_NODATA,
+        LERC,
     ];
 }
 
@@ -84,14 +86,14 @@ pub(super) fn open<R: Read + Seek>(mut reader: R, len: u64) -> Result<(Head, Sto
         return Err(TerrainError::Shape { rows: rows as usize, cols: cols as usize, values: 0 });
     }
     let sample = sample(&directory)?;
-    let compression = Compression::of(directory.single(tag::COMPRESSION, Some(1))?)?;
+    let lerc = directory.whole(tag::LERC)?;
+    let compression = Compression::of(directory.single(tag::COMPRESSION, Some(1))?, lerc.as_deref())?;
     let predictor = directory.single(tag::PREDICTOR, Some(1))?;
-    let real = matches!(sample, Sample::F32 | Sample::F64);
-    if !(predictor == 1 || (predictor == 2 && !real) || (predictor == 3 && real)) {
+    if !(matches!(predictor, 1 | 2) || (predictor == 3 && sample.is_real())) {
         return Err(TerrainError::Unsupported {
             format: NAME,
             feature: format!("predictor {predictor} of {sample:?} numbers"),
-            supported: "none (1), horizontal (2) of integers, floating-point (3) of reals",
+            supported: "none (1), horizontal (2), floating-point (3) of reals",
         });
     }
     let mut head = Head::plain(NAME, rows, cols, sample);
