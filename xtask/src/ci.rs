@@ -4,7 +4,7 @@ use std::time::{Duration, Instant};
 
 use crate::command::{cargo, run as run_command, run_keeping, written};
 use crate::workspace::Workspace;
-use crate::{crate_readme, demand, doc, examples, layers, package, python, readme, table, tidy};
+use crate::{crate_readme, demand, doc, examples, layers, package, python, readme, supply, table, tidy};
 
 /// A step: its name and what it does.
 type Step = (&'static str, fn(&Workspace) -> Result<(), String>);
@@ -25,7 +25,8 @@ const STEPS: &[Step] = &[
     ("missions", missions),
     ("table", table::check),
     ("readme", first_command),
-    ("deny", demand::deny_if_there),
+    ("deny", demand::deny),
+    ("sbom", |w| supply::bill(w, &[])),
     ("fly", demand::fly_if_there),
     ("exports", demand::exports_if_there),
     ("python", python::run_if_there),

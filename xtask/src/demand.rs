@@ -1,8 +1,10 @@
 //! Checks by tools that need not be there: without them a sentence says how to get them.
 
+use std::path::PathBuf;
 use std::process::{Command, Stdio};
 
 use crate::command::{cargo, run};
+use crate::supply;
 use crate::workspace::Workspace;
 
 /// Seconds of a fuzz target that nobody states.
@@ -15,23 +17,28 @@ fn has(workspace: &Workspace, toolchain: &[&str], subcommand: &str) -> bool {
     probe.stdout(Stdio::null()).stderr(Stdio::null()).status().is_ok_and(|status| status.success())
 }
 
-/// Licences, bans and sources of all dependencies by `deny.toml`.
+/// Licences and sources of all dependencies by `deny.toml`; where `cargo deny` is there, what it checks besides, and advisories where it has
+/// their database.
 pub(crate) fn deny(workspace: &Workspace) -> Result<(), String> {
+    supply::check(workspace)?;
     if !has(workspace, &[], "deny") {
-        return Err("`cargo deny` is not there: `cargo install --locked cargo-deny` gets it".into());
+        println!("left out: bans and advisories: `cargo install --locked cargo-deny` gets the tool");
+        return Ok(());
     }
-    run(&mut cargo(&workspace.root, ["deny", "check", "licenses", "bans", "sources"]))
+    run(&mut cargo(&workspace.root, ["deny", "--offline", "check", "licenses", "bans", "sources"]))?;
+    if !advisories_are_there() {
+        println!("left out: advisories: `cargo deny fetch db` gets their database");
+        return Ok(());
+    }
+    run(&mut cargo(&workspace.root, ["deny", "--offline", "check", "advisories"]))
 }
 
-/// As [`deny`], left out with a sentence where the tool is not there.
-pub(crate) fn deny_if_there(workspace: &Workspace) -> Result<(), String> {
-    match deny(workspace) {
-        Err(why) if !has(workspace, &[], "deny") => {
-            println!("left out: {why}");
-            Ok(())
-        }
-        other => other,
-    }
+/// True if `cargo deny` has fetched a database of advisories.
+fn advisories_are_there() -> bool {
+    let home = std::env::var_os("CARGO_HOME").map(PathBuf::from);
+    let home = home.or_else(|| Some(PathBuf::from(std::env::var_os("HOME")?).join(".cargo")));
+    let databases = home.and_then(|home| std::fs::read_dir(home.join("advisory-dbs")).ok());
+    databases.is_some_and(|mut found| found.any(|entry| entry.is_ok_and(|e| e.path().is_dir())))
 }
 
 /// Every fuzz target for so many seconds.

@@ -10,6 +10,7 @@
 //! | `table` | generated documents |
 //! | `bench` | benchmarks, and the same problems in other programs |
 //! | `package` | every crate as a package, used by a project of its own |
+//! | `supply` | licences and sources of dependencies, the bill of materials |
 //! | `demand` | checks by tools that need not be there: cargo-deny, cargo-fuzz, SciPy |
 //! | `python` | the wheel of the Python package, tested in a fresh environment |
 //! | `readme`, `crate_readme` | the commands of README.md; README.md of each crate |
@@ -33,6 +34,7 @@ mod python;
 mod readme;
 mod signatures;
 mod source;
+mod supply;
 mod table;
 mod tidy;
 mod type_names;
@@ -63,7 +65,8 @@ Tasks:
   fuzz [SECONDS]     each fuzz target for so long, 20 s without a number; needs nightly and cargo-fuzz
   exports            ephemerides and the schema read by programs of others; left out where Python has none
   fly                trajectories of missions flown again by SciPy; left out where Python has none
-  deny               licences, bans and sources of dependencies; needs cargo-deny
+  deny               licences and sources of dependencies by deny.toml, and what cargo-deny checks besides where it is there
+  sbom [FILE]        bill of materials of the program, CycloneDX 1.5 as JSON
   bless              accepts the present counters of the workspace tests as the golden ones
   bench [--peers] .. criterion benches of kkt, nlp and radau; --peers also runs benches/peers/*.py;
                      further arguments go to criterion
@@ -115,6 +118,7 @@ fn perform(arguments: &[String]) -> Result<(), String> {
         "exports" => no_arguments(task, rest).and_then(|()| demand::exports_if_there(&Workspace::load()?)),
         "fly" => no_arguments(task, rest).and_then(|()| demand::fly_if_there(&Workspace::load()?)),
         "deny" => no_arguments(task, rest).and_then(|()| demand::deny(&Workspace::load()?)),
+        "sbom" => supply::bill(&Workspace::load()?, rest),
         "bless" => no_arguments(task, rest).and_then(|()| bless(&Workspace::load()?)),
         "bench" => bench::run_benches(&Workspace::load()?, rest),
         _ => Err(format!("no task `{task}`; `cargo xtask help` lists them")),
@@ -190,7 +194,7 @@ mod tests {
     fn every_task_is_in_the_help() {
         for task in [
             "ci", "layers", "tidy", "doc", "mission", "table", "readmes", "examples", "features", "package",
-            "bless", "bench", "torture", "fuzz", "exports", "fly", "deny",
+            "bless", "bench", "torture", "fuzz", "exports", "fly", "deny", "sbom",
         ] {
             assert!(HELP.lines().any(|l| l.split_whitespace().next() == Some(task)), "{task}");
         }
