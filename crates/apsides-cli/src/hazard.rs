@@ -8,7 +8,7 @@ use apsides::missions::site_criteria;
 use apsides::terrain::hazard::{
     Counts, HazardBand, HazardOptions, HazardSink, Layer, SiteCriteria, Verdict, hazard_map_with,
 };
-use apsides::terrain::io::GeoTiffOptions;
+use apsides::terrain::io::{Equirectangular, GeoTiffOptions};
 use apsides::terrain::site::{ScoreWeights, Site, SiteRequest, SiteRule, choose_sites};
 use apsides::terrain::survey::{SurveyOptions, fits, survey};
 use apsides::terrain::{Geometry, Raster, TerrainError};
@@ -65,6 +65,11 @@ struct SiteRow {
     col: usize,
     east_m: f64,
     north_m: f64,
+    /// Longitude and latitude on a map that was in degrees.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    longitude_deg: Option<f64>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    latitude_deg: Option<f64>,
     height_m: f64,
     /// None if all of the map is safe.
     clearance_m: Option<f64>,
@@ -75,7 +80,9 @@ struct SiteRow {
 }
 
 impl SiteRow {
-    fn new(site: &Site) -> Self {
+    fn new(site: &Site, projection: Option<Equirectangular>) -> Self {
+        let [longitude_deg, latitude_deg] =
+            projection.map_or([None; 2], |p| p.degrees(site.position_m).map(Some));
         let shown = |(layer, value): &(Layer, f64)| {
             (stem(*layer), if layer.is_angle() { value.to_degrees() } else { *value })
         };
@@ -84,6 +91,8 @@ impl SiteRow {
             col: site.col,
             east_m: site.position_m[0],
             north_m: site.position_m[1],
+            longitude_deg,
+            latitude_deg,
             height_m: site.height_m,
             clearance_m: site.clearance_m.is_finite().then_some(site.clearance_m),
             divert_m: site.divert_m,
@@ -187,11 +196,11 @@ impl Bands<'_> {
 
 pub(crate) fn hazard(a: &HazardArguments) -> Result<Exit, Refusal> {
     let memory = u64::from(a.memory) << 20;
-    let mut map = a.map.open(memory / PIXEL_BYTES)?;
+    let mut map = a.map.open_ground(memory / PIXEL_BYTES)?;
     let geometry = *map.geometry();
     let pixel = geometry.square_pixel().map_err(|e| a.map.defect(e))?;
     let (criteria_name, criteria) = criteria(a, pixel)?;
-    let work = Work::new(a, &criteria, &geometry)?;
+    let work = Work::new(a, &criteria, &map)?;
     let in_memory = fits(&geometry, memory);
     if !in_memory {
         refuse_whole_map(a, &geometry)?;
@@ -210,7 +219,7 @@ pub(crate) fn hazard(a: &HazardArguments) -> Result<Exit, Refusal> {
     let mut account = Account {
         counts: Counts::default(),
         by: BTreeMap::new(),
-        summary: MapSummary::new(&a.map.map, &geometry),
+        summary: MapSummary::new(&a.map.map, &geometry, map.projection()),
         files,
     };
     let pool = pool(&a.threads)?;
@@ -267,10 +276,13 @@ struct Work<'a> {
     criteria: &'a SiteCriteria,
     start: [usize; 2],
     separation: f64,
+    /// The projection of a map that was in degrees.
+    projection: Option<Equirectangular>,
 }
 
 impl<'a> Work<'a> {
-    fn new(a: &'a HazardArguments, criteria: &'a SiteCriteria, geometry: &Geometry) -> Result<Self, Refusal> {
+    fn new(a: &'a HazardArguments, criteria: &'a SiteCriteria, map: &MapFile) -> Result<Self, Refusal> {
+        let geometry = map.geometry();
         let (rows, cols) = (geometry.rows(), geometry.cols());
         let start = a.start.unwrap_or([rows / 2, cols / 2]);
         if start[0] >= rows || start[1] >= cols {
@@ -281,7 +293,7 @@ impl<'a> Work<'a> {
         if !(separation.is_finite() && separation >= 0.0) {
             return Err(format!("--separation: {separation} m; it must be finite and not negative").into());
         }
-        Ok(Self { a, criteria, start, separation })
+        Ok(Self { a, criteria, start, separation, projection: map.projection() })
     }
 
     fn in_memory(
@@ -337,7 +349,7 @@ impl<'a> Work<'a> {
             separation_m: self.separation,
             ..SurveyOptions::default()
         };
-        let heights = self.a.map.open(memory / PIXEL_BYTES)?;
+        let heights = self.a.map.open_ground(memory / PIXEL_BYTES)?;
         let mut bands = Bands { account, heights, progress: progress.clone(), stop, failure: None };
         let found = survey(map, self.criteria, &options, &mut bands);
         progress.finish();
@@ -367,7 +379,7 @@ impl<'a> Work<'a> {
                 Rule::Score => "score",
             },
             separation_m: self.separation,
-            sites: sites.iter().map(SiteRow::new).collect(),
+            sites: sites.iter().map(|site| SiteRow::new(site, self.projection)).collect(),
             features,
             files: Vec::new(),
         }
@@ -409,14 +421,18 @@ impl Report {
         const HEADS: [&str; 9] =
             ["site", "row", "col", "east_m", "north_m", "height_m", "clearance_m", "divert_m", "visited"];
         let columns = self.columns();
-        let heads = HEADS.into_iter().chain(columns.iter().map(|c| c.as_str())).map(str::to_owned);
+        let in_degrees = self.sites.iter().any(|s| s.longitude_deg.is_some());
+        let degrees = if in_degrees { &["longitude_deg", "latitude_deg"][..] } else { &[] };
+        let heads = HEADS.into_iter().chain(columns.iter().map(|c| c.as_str()));
+        let heads = heads.chain(degrees.iter().copied()).map(str::to_owned);
         let row = |(k, s): (usize, &SiteRow)| {
             let clearance = s.clearance_m.map_or(String::new(), |c| c.to_string());
             let place = [k + 1, s.row, s.col].map(|n| n.to_string());
             let numbers = [s.east_m, s.north_m, s.height_m].map(|n| n.to_string());
             let divert = [clearance, s.divert_m.to_string(), s.visited.to_string()];
             let layers = columns.iter().map(|c| s.layers[*c].to_string());
-            place.into_iter().chain(numbers).chain(divert).chain(layers).collect::<Vec<_>>()
+            let degrees = [s.longitude_deg, s.latitude_deg].into_iter().flatten().map(|d| d.to_string());
+            place.into_iter().chain(numbers).chain(divert).chain(layers).chain(degrees).collect::<Vec<_>>()
         };
         csv(heads, self.sites.iter().enumerate().map(row))
     }
@@ -464,6 +480,9 @@ impl Report {
                 s.divert_m
             );
             columns.iter().for_each(|c| text += &format!("  {:>width$.3}", s.layers[*c], width = c.len()));
+            if let (Some(longitude), Some(latitude)) = (s.longitude_deg, s.latitude_deg) {
+                text += &format!("  longitude {longitude:.6}, latitude {latitude:.6} deg");
+            }
             text.push('\n');
         }
         text += &self.features.text();

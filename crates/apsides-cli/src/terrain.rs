@@ -4,9 +4,10 @@ use std::fs::File;
 use std::io::{BufReader, Read as _};
 use std::path::{Path, PathBuf};
 
+use apsides::missions::data::body_radius_m;
 use apsides::pipeline::memory::Foreseen;
 use apsides::pipeline::whole_file::{WholeFile, write_whole};
-use apsides::terrain::io::{Format, GeoTiffOptions, GeoTiffWriter, ReadOptions, Windows};
+use apsides::terrain::io::{Equirectangular, Format, GeoTiffOptions, GeoTiffWriter, ReadOptions, Windows};
 use apsides::terrain::synthetic::{Limits, Synthetic, Terrain};
 use apsides::terrain::{Geometry, MapUnit, TerrainError};
 use serde::Serialize;
@@ -32,10 +33,40 @@ const BAND_PIXELS: usize = 1 << 22;
 const TRUTH: Limits = Limits { crater_depth: 0.15, boulder_height: 0.15 };
 
 impl MapArguments {
-    /// Opens the map; `max_pixels` may be held at once.
+    /// Opens the map; `max_pixels` may be held at once. One in degrees stays so unless the body is given.
     pub(crate) fn open(&self, max_pixels: u64) -> Result<MapFile, Refusal> {
+        let Some(body) = &self.body else { return self.open_on(None, max_pixels) };
+        let radius = body_radius_m(body, "--body").map_err(refusal)?;
+        let map = self.open_on(Some(radius), max_pixels)?;
+        if map.projection().is_none() {
+            let file = name(&self.map.to_string_lossy());
+            return Err(
+                format!("--body: {file} is not read in degrees and needs no body; leave it out").into()
+            );
+        }
+        Ok(map)
+    }
+
+    /// Opens the map as ground in metres: one in degrees takes the radius that its file states where no body is given.
+    pub(crate) fn open_ground(&self, max_pixels: u64) -> Result<MapFile, Refusal> {
+        let map = self.open(max_pixels)?;
+        match (map.geometry().unit(), map.stated_radius_m()) {
+            (MapUnit::Metre, _) => Ok(map),
+            (MapUnit::Degree, Some(radius)) => self.open_on(Some(radius), max_pixels),
+            (MapUnit::Degree, None) => {
+                let file = name(&self.map.to_string_lossy());
+                Err(format!(
+                    "{file}: the map is in degrees and states no radius: name its body, as with --body moon"
+                )
+                .into())
+            }
+        }
+    }
+
+    fn open_on(&self, body_radius_m: Option<f64>, max_pixels: u64) -> Result<MapFile, Refusal> {
         let options = ReadOptions {
             pixel_m: self.pixel,
+            body_radius_m,
             z_scale: self.z_scale,
             nodata: self.nodata,
             max_pixels,
@@ -95,6 +126,15 @@ fn open(path: &Path) -> Result<File, Refusal> {
     }
 }
 
+/// The projection of a map that was in degrees.
+#[derive(Serialize)]
+struct Projection {
+    name: &'static str,
+    radius_m: f64,
+    /// Along it metres to the east are true.
+    latitude_deg: f64,
+}
+
 /// Summary of a map.
 #[derive(Serialize)]
 pub(crate) struct MapSummary {
@@ -106,14 +146,22 @@ pub(crate) struct MapSummary {
     /// Centre of the north-western pixel (east, north).
     north_west: [f64; 2],
     unit: &'static str,
+    /// The projection of a map in degrees.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    projection: Option<Projection>,
     pub(crate) height_min_m: Option<f64>,
     pub(crate) height_max_m: Option<f64>,
     pub(crate) gaps: u64,
 }
 
 impl MapSummary {
-    pub(crate) fn new(file: &Path, geometry: &Geometry) -> Self {
+    pub(crate) fn new(file: &Path, geometry: &Geometry, projection: Option<Equirectangular>) -> Self {
         Self {
+            projection: projection.map(|p| Projection {
+                name: "equirectangular",
+                radius_m: p.radius_m,
+                latitude_deg: p.latitude_deg,
+            }),
             file: file.display().to_string(),
             rows: geometry.rows(),
             cols: geometry.cols(),
@@ -145,6 +193,12 @@ impl MapSummary {
             self.file, self.rows, self.cols
         );
         let [x, y] = self.north_west;
+        if let Some(Projection { name, radius_m, latitude_deg }) = &self.projection {
+            text += &format!(
+                "in degrees on a sphere of {} km: {name}, true along latitude {latitude_deg:.6} deg\n",
+                radius_m / 1e3
+            );
+        }
         text += &format!("centre of the north-western pixel: east {x} {unit}, north {y} {unit}\n");
         text += &match (self.height_min_m, self.height_max_m) {
             (Some(low), Some(high)) => format!("heights from {low:.3} to {high:.3} m"),
@@ -165,7 +219,7 @@ fn bands(rows: usize, cols: usize) -> impl Iterator<Item = (usize, usize)> {
 pub(crate) fn info(a: &MapArguments, json: bool) -> Result<Exit, Refusal> {
     let mut map = a.open(ReadOptions::default().max_pixels)?;
     let geometry = *map.geometry();
-    let mut summary = MapSummary::new(&a.map, &geometry);
+    let mut summary = MapSummary::new(&a.map, &geometry, map.projection());
     let progress = Progress::counted(json, StopFlag::install(), geometry.rows() as u64, "rows");
     for (first, count) in bands(geometry.rows(), geometry.cols()) {
         let part = map.window(first, 0, count, geometry.cols()).map_err(|e| a.defect(e))?;
@@ -210,7 +264,7 @@ pub(crate) fn generate(a: &GenArguments) -> Result<Exit, Refusal> {
     let stop = a.run.limit.stop();
     let (rows, cols) = (terrain.rows, terrain.cols);
     let progress = Progress::counted(a.run.quiet, stop, rows as u64, "rows");
-    let mut summary = MapSummary::new(&a.out, ground.geometry());
+    let mut summary = MapSummary::new(&a.out, ground.geometry(), None);
     let mut files = vec![a.out.clone()];
     let options = GeoTiffOptions { deflate: true, ..GeoTiffOptions::default() };
     let mut map = tiff(&a.out, ground.geometry(), options.clone())?;

@@ -285,3 +285,61 @@ fn bad_input_is_refused_with_status_2() {
     let o = apsides(&["terrain", "info", &place("flat.npy"), "--pixel", "0.5", "--json"]);
     assert_eq!((o.status.code(), &json(&o)["rows"]), (Some(0), &4.into()));
 }
+
+/// A map of GDAL in degrees on the Moon, and one on the Earth, which states no radius.
+const IN_DEGREES: [&str; 2] = ["gdal_degrees_moon.tif", "gdal_degrees_wgs84.tif"];
+
+#[test]
+fn a_map_in_degrees_is_read_with_the_radius_of_its_body() {
+    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("../apsides-terrain/tests/io/written_elsewhere");
+    let [moon, earth] = IN_DEGREES.map(|name| path(&folder.join(name)));
+    let info = |arguments: &[&str]| apsides(&[&["terrain", "info"], arguments].concat());
+    assert!(String::from_utf8_lossy(&info(&[&moon]).stdout).contains("pixels of 0.001953125 deg"));
+    let on_moon = json(&info(&[&moon, "--body", "moon", "--json"]));
+    let pixel = 1_737_400.0 * (1.0_f64 / 512.0).to_radians();
+    assert_eq!(
+        (on_moon["unit"].as_str(), on_moon["projection"]["radius_m"].as_f64()),
+        (Some("m"), Some(1_737_400.0))
+    );
+    assert!((on_moon["pixel"][0].as_f64().unwrap() / pixel - 1.0).abs() < ROUNDING_DEG);
+    assert!(
+        String::from_utf8_lossy(&info(&[&moon, "--body", "moon"]).stdout)
+            .contains("in degrees on a sphere of 1737.4 km")
+    );
+    // The body is asked for where the file states no radius, and contradicted where it states another.
+    let dir = tempfile::tempdir().unwrap();
+    let criteria = path(&dir.path().join("criteria.toml"));
+    std::fs::write(&criteria, "footprint_radius_m = 150\nslope_max_deg = 20\nclearance_min_m = 0\n").unwrap();
+    let hazard = |map: &str, more: &[&str]| {
+        apsides(&[&["hazard", map, "--criteria", &criteria, "--json"], more].concat())
+    };
+    for (arguments, said) in [
+        (&[&earth as &str][..], "states no radius: name its body, as with --body moon"),
+        (&[&moon, "--body", "earth"], "the file states 1737.4 km, and the body that is given has 6371"),
+        (&[&moon, "--body", "pluto"], "moon"),
+    ] {
+        let o = hazard(arguments[0], &arguments[1..]);
+        assert_eq!(o.status.code(), Some(2), "{arguments:?}");
+        assert!(stderr(&o).contains(said), "{}", stderr(&o));
+    }
+    let o = info(&[&generate(dir.path(), 9, 9).1, "--body", "moon"]);
+    assert_eq!(o.status.code(), Some(2));
+    assert!(stderr(&o).contains("needs no body"), "{}", stderr(&o));
+    // The radius of the file, and the same body by name, give the same sites, with their longitudes and latitudes.
+    let [by_file, by_name] = [&[][..], &["--body", "moon"]].map(|more| json(&hazard(&moon, more)));
+    assert_eq!(by_file["sites"], by_name["sites"]);
+    let site = &by_file["sites"][0];
+    let [row, latitude] = ["row", "latitude_deg"].map(|key| site[key].as_f64().unwrap());
+    assert!((latitude - (26.0 - (row + 0.5) / 512.0)).abs() < ROUNDING_DEG, "{site}");
+    assert_eq!(hazard(&earth, &["--body", "earth"]).status.code(), Some(0));
+    // Its layers are in metres.
+    let out = path(&dir.path().join("out"));
+    assert_eq!(hazard(&moon, &["--out", &out]).status.code(), Some(0));
+    let table = std::fs::read_to_string(dir.path().join("out/sites.csv")).unwrap();
+    assert!(table.lines().next().unwrap().ends_with("longitude_deg,latitude_deg"), "{table}");
+    let layer = read(
+        Cursor::new(std::fs::read(dir.path().join("out/verdict.tif")).unwrap()),
+        &ReadOptions::default(),
+    );
+    assert!((layer.unwrap().geometry().pixel()[0] / pixel - 1.0).abs() < ROUNDING_DEG);
+}

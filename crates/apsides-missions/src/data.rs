@@ -161,6 +161,15 @@ pub(crate) const LANDING_SITE: [Key; 4] = [
     Key::named(SITE, "site_latitude_deg", LATITUDE, "latitude of the site"),
 ];
 
+/// Radius of a body by its name or the path of its file, m. `place` is where the name stands.
+///
+/// # Errors
+/// A name that is not known, a file that cannot be read or states no radius.
+pub fn body_radius_m(name: &str, place: &str) -> Result<f64, Error> {
+    let radius = BODIES.numbers(name, std::slice::from_ref(&RADIUS), place, RENAMED)?;
+    Ok(radius.iter().map(|(_, kilometres, _)| 1e3 * kilometres).sum())
+}
+
 /// The body of the values, its gravity and size.
 pub(crate) fn central_body(values: &Values) -> Result<Body, Error> {
     let (parameter, radius) = (values.number(GRAVITATIONAL_PARAMETER)?, values.number(BODY_RADIUS)?);

@@ -11,6 +11,7 @@ use apsides_terrain::synthetic::{Synthetic, Terrain};
 use apsides_terrain::{ElevationMap, TerrainError};
 
 use super::keys::{self, MapKeys};
+use crate::data::BODY_RADIUS;
 
 /// The source of an elevation map.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -30,6 +31,8 @@ pub struct SiteMap {
     pub source: MapSource,
     /// Size of a pixel, m; none for what the file states, or the usual one of a generated map.
     pub pixel: Option<f64>,
+    /// Radius of the body, which makes metres of the degrees of a file, m.
+    pub body_radius: f64,
     /// Width of a generated map, m.
     pub width: f64,
     /// The criteria of a site: the name of a preset or the path of a file of criteria.
@@ -55,6 +58,7 @@ impl SiteMap {
                 path => MapSource::File(path.into()),
             },
             pixel: values.limit(keys.pixel)?,
+            body_radius: 1e3 * values.number(BODY_RADIUS)?,
             width: values.number(keys.width)?,
             criteria: values.word(keys.criteria)?.into(),
             hazard_worth: values.number(keys.hazard_worth)?,
@@ -90,7 +94,11 @@ impl SiteMap {
             path: path.clone(),
             reason: format!("{e}; `{key}` takes \"{}\", \"{}\" or a map file", keys::NO_MAP, keys::GENERATED),
         })?;
-        let options = ReadOptions { pixel_m: self.pixel, ..ReadOptions::default() };
+        let options = ReadOptions {
+            pixel_m: self.pixel,
+            body_radius_m: Some(self.body_radius),
+            ..ReadOptions::default()
+        };
         read(BufReader::new(file), &options).map(Some).map_err(|e| {
             let reason = match e {
                 TerrainError::NoPixelSize { format } => {
