@@ -41,6 +41,14 @@ fn advisories_are_there() -> bool {
     databases.is_some_and(|mut found| found.any(|entry| entry.is_ok_and(|e| e.path().is_dir())))
 }
 
+/// Fuzz targets, and the folders of files from which each begins. What a run finds besides stays in `fuzz/corpus`.
+const FUZZ_TARGETS: [(&str, &[&str]); 4] = [
+    ("read_map", &["crates/apsides-terrain/tests/io/written_elsewhere"]),
+    ("read_mission", &["fuzz/seeds/read_mission", "crates/apsides-missions/missions"]),
+    ("read_problem", &["tests/problems", "crates/apsides-missions/missions/problem"]),
+    ("read_results", &["fuzz/seeds/read_results"]),
+];
+
 /// Every fuzz target for so many seconds.
 pub(crate) fn fuzz(workspace: &Workspace, arguments: &[String]) -> Result<(), String> {
     let seconds = match arguments {
@@ -51,16 +59,22 @@ pub(crate) fn fuzz(workspace: &Workspace, arguments: &[String]) -> Result<(), St
     if !has(workspace, &["+nightly"], "fuzz") {
         return Err("`cargo +nightly fuzz` is not there: `cargo install --locked cargo-fuzz` and a nightly toolchain get it".into());
     }
-    let folder = workspace.root.join("fuzz/fuzz_targets");
-    let entries = std::fs::read_dir(&folder).map_err(|e| format!("{}: {e}", folder.display()))?;
-    let mut targets: Vec<String> =
-        entries.filter_map(|entry| Some(entry.ok()?.path().file_stem()?.to_str()?.to_owned())).collect();
-    targets.sort();
-    for target in targets {
-        let limit = format!("-max_total_time={seconds}");
+    for (target, seeds) in FUZZ_TARGETS {
+        // What is found is written into the first folder.
+        let corpus = workspace.root.join("fuzz/corpus").join(target);
+        std::fs::create_dir_all(&corpus).map_err(|e| format!("{}: {e}", corpus.display()))?;
         let mut command = Command::new("cargo");
-        command.current_dir(&workspace.root).args(["+nightly", "fuzz", "run", &target, "--", &limit]);
-        run(&mut command)?;
+        command
+            .current_dir(&workspace.root)
+            .args(["+nightly", "fuzz", "run", target])
+            .arg(corpus)
+            .args(seeds);
+        run(command.args([
+            "--",
+            &format!("-max_total_time={seconds}"),
+            "-timeout=20",
+            "-rss_limit_mb=2048",
+        ]))?;
     }
     Ok(())
 }
@@ -139,4 +153,22 @@ pub(crate) fn fly_if_there(workspace: &Workspace) -> Result<(), String> {
         fly.arg(results);
     }
     run(&mut fly)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn every_fuzz_target_is_listed_with_seeds_that_are_there() {
+        let root = std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("..");
+        let entries = std::fs::read_dir(root.join("fuzz/fuzz_targets")).unwrap();
+        let mut targets: Vec<String> =
+            entries.map(|e| e.unwrap().path().file_stem().unwrap().to_str().unwrap().to_owned()).collect();
+        targets.sort();
+        assert_eq!(targets, FUZZ_TARGETS.map(|(target, _)| target));
+        for folder in FUZZ_TARGETS.iter().flat_map(|(_, seeds)| *seeds) {
+            assert!(std::fs::read_dir(root.join(folder)).unwrap().count() > 1, "{folder}");
+        }
+    }
 }

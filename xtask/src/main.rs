@@ -61,7 +61,8 @@ Tasks:
   package [CRATE ..] packages all crates, builds a project of its own and the tests of each, or of those named;
                      prints how many crates each needs and the time of the build
   python             the wheel of the Python package, its tests and its tutorial in a fresh environment
-  torture            every key of every mission at extreme values, checked and solved for two seconds each; hours
+  torture            2000 alterations of each kind of file that the program reads; every key of every mission at extreme values,
+                     checked and solved for two seconds each; hours
   fuzz [SECONDS]     each fuzz target for so long, 20 s without a number; needs nightly and cargo-fuzz
   exports            ephemerides and the schema read by programs of others; left out where Python has none
   fly                trajectories of missions flown again by SciPy; left out where Python has none
@@ -160,8 +161,14 @@ fn mission(workspace: &Workspace, arguments: &[String]) -> Result<(), String> {
     run(solve.args(arguments))
 }
 
-/// All of the property that the tests have a sample of.
+/// Alterations of each kind of file by `torture`.
+const MUTATIONS: &str = "2000";
+
+/// All of the properties that the tests have samples of.
 fn torture(workspace: &Workspace) -> Result<(), String> {
+    let test =
+        ["test", "--release", "-p", "apsides-cli", "--test", "mutations", "--locked", "--", "--nocapture"];
+    run(cargo(&workspace.root, test).env("APSIDES_MUTATIONS", MUTATIONS))?;
     let test = ["test", "--release", "-p", "apsides-cli", "--test", "torture", "--locked"];
     run(cargo(&workspace.root, test).args(["--", "--ignored", "--nocapture"]))
 }

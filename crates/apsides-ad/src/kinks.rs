@@ -173,6 +173,7 @@ impl Formula {
     }
 
     /// Writes the formula as it is on one side of a kink, and gives its outputs.
+    #[expect(clippy::unreachable, reason = "invariant: a table switches at numbers")]
     fn write_beside(&self, kink: &FormulaKink, is_above: bool, written: &mut Written) -> Vec<usize> {
         let mut place: Vec<usize> = (0..self.inputs()).collect();
         for &operation in self.operations() {

@@ -74,6 +74,7 @@
 //! References: J. Fike and J. Alonso, The development of hyper-dual numbers for exact second-derivative calculations,
 //! AIAA 2011-886, doi 10.2514/6.2011-886. R. Gower and M. Mello, A new framework for the computation of Hessians,
 //! Optim. Methods Softw. 27 (2012), doi 10.1080/10556788.2011.580098.
+#![cfg_attr(not(test), warn(clippy::expect_used, clippy::panic, clippy::unimplemented, clippy::unreachable))]
 
 pub mod builder;
 mod curve_enclosure;

@@ -43,6 +43,7 @@
 //! References: D. Garg et al., *Automatica* 46 (2010) 1843, doi:10.1016/j.automatica.2010.06.048 (Radau
 //! collocation, `A = D[:, 1..]^-1`); J.-P. Berrut and L. N. Trefethen, *SIAM Review* 46 (2004) 501,
 //! doi:10.1137/S0036144502417715 (barycentric formulas).
+#![cfg_attr(not(test), warn(clippy::expect_used, clippy::panic, clippy::unimplemented, clippy::unreachable))]
 
 mod barycentric;
 mod bspline;

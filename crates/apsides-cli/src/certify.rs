@@ -10,7 +10,7 @@ use apsides_report::read_samples;
 use apsides_verify::{Certificate, CheckKind, Interpolation, Sampled, VerifySettings, sampled, verify};
 use serde::Serialize;
 
-use crate::arguments::CertifyArguments;
+use crate::arguments::{CertifyArguments, allowed_memory};
 use crate::exit::{Exit, Refusal, refusal};
 use crate::output::{certificate, print};
 use crate::progress::Progress;
@@ -156,6 +156,7 @@ fn reference(a: &CertifyArguments, problem: &Problem) -> Result<Option<(f64, Str
         Problem::Mission(..) if a.no_reference => Ok(None),
         Problem::Mission(mission, _) => {
             let mut progress = Progress::table(true, StopFlag::install());
+            let mission = mission.as_ref().clone().with_memory(allowed_memory(a.memory));
             let solved = mission.solve(None, &mut progress).map_err(refusal)?;
             if !solved.summary.certificate.is_verified() {
                 return Ok(None);

@@ -13,6 +13,7 @@
 //!
 //! The exit statuses of all commands are in one table (`exit.rs`), which `apsides --help` shows. What the program does is in the libraries; it
 //! computes nothing by itself.
+#![cfg_attr(not(test), warn(clippy::expect_used, clippy::panic, clippy::unimplemented, clippy::unreachable))]
 
 mod arguments;
 mod certify;

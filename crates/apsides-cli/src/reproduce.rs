@@ -2,8 +2,8 @@
 
 use apsides::pipeline::key::quantity_label;
 use apsides_publications::{
-    COMPARISON_HEADS, Part, Row, Sheet, Table, comparison_columns, list, miss_sentence, parts as count,
-    reproduce as compute, sheet_text, write_reproduction,
+    COMPARISON_HEADS, Part, Row, Sheet, Table, comparison_columns, foreseen_memory, list, miss_sentence,
+    parts as count, reproduce as compute, sheet_text, write_reproduction,
 };
 
 use crate::arguments::ReproduceArguments;
@@ -18,6 +18,7 @@ pub(crate) fn reproduce(a: &ReproduceArguments) -> Result<Exit, Refusal> {
         return Ok(Exit::Verified);
     };
     let parts = count(name).map_err(refusal)?;
+    foreseen_memory(name, a.run.threads.count()).and_then(|f| f.within(a.run.memory())).map_err(refusal)?;
     let kept = KeptWork::open(a.out.as_deref())?;
     let stop = a.run.limit.stop();
     let mut progress = Progress::line(a.run.quiet, stop, parts as u64);

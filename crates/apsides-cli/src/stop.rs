@@ -4,6 +4,7 @@ use std::sync::OnceLock;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::{Duration, Instant};
 
+use apsides::pipeline::lock::release_all;
 use apsides::pipeline::whole_file::discard_unfinished;
 use apsides_nlp::Flow;
 
@@ -29,6 +30,7 @@ pub(crate) fn catch_signals() {
     let _ = ctrlc::set_handler(|| {
         if ASKED.swap(true, Ordering::SeqCst) || !LOOKED_AT.load(Ordering::SeqCst) {
             discard_unfinished();
+            release_all();
             std::process::exit(i32::from(Exit::Interrupted as u8));
         }
     });

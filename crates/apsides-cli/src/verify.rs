@@ -7,7 +7,7 @@ use std::path::Path;
 
 use apsides_ocp::Trajectory;
 use apsides_report::{changed_files, read_outcome_trajectory};
-use apsides_verify::{Certificate, Check};
+use apsides_verify::{Certificate, Check, Verdict};
 use serde::Serialize;
 use serde_json::Value;
 
@@ -20,11 +20,15 @@ const CERTIFICATE: &str = "certificate.json";
 
 /// Files without which a result is not complete.
 const NEEDED: [&str; 4] = [MISSION, SUMMARY, CERTIFICATE, "trajectory.csv"];
+/// Files that must have a digest where they are there.
+const USUAL: [&str; 2] = ["multipliers.json", "report.html"];
 
 /// Numbers computed twice from the same trajectory agree to this, relative to their size; some take solves of their own.
 const AGREEMENT: f64 = 1e-6;
 /// Numbers below this are zero in all units of files.
 const NOTHING: f64 = 1e-9;
+/// Costates inside of an interval are this close to the costate equation, relative to the largest one of the phase.
+const COSTATE: f64 = 1e-4;
 /// Residuals agree to this part of their limits.
 const RESIDUAL: f64 = 1e-3;
 
@@ -54,7 +58,19 @@ pub(crate) fn verify(directory: &Path, json: bool) -> Result<Exit, Refusal> {
     let status = summary.as_ref().and_then(|s| s["status"].as_str());
     let solved = matches!(status, Some("optimal" | "acceptable"));
     let (certificate, results) = mission.recomputed(&trajectory, solved).map_err(refusal)?;
-    for (name, state) in changed_files(directory, &NEEDED).map_err(refusal)? {
+    if certificate.verdict >= Verdict::Extremal {
+        // Costates that do not prove anything may be what they are.
+        let stated = mission.stated_costates(&trajectory).map_err(refusal)?;
+        differences.0.extend(stated.iter().filter(|c| c.miss.is_nan() || c.miss > COSTATE).map(|c| {
+            format!(
+                "trajectory.csv, {}: {:e} of the largest costate from the costate equation",
+                c.place, c.miss
+            )
+        }));
+    }
+    let usual = USUAL.into_iter().filter(|name| directory.join(name).exists());
+    let needed: Vec<&str> = NEEDED.into_iter().chain(usual).collect();
+    for (name, state) in changed_files(directory, &needed).map_err(refusal)? {
         differences.0.push(format!("{name} {}", state.words()));
     }
     if let Some(stored) = differences.read(directory, CERTIFICATE) {

@@ -339,6 +339,7 @@ fn memory_is_foreseen() {
             "10000000 samples",
         ),
         ([&["footprint", "capsule-reentry", "--out", &out][..], &little].concat(), "`radau.intervals` = "),
+        ([&["reproduce", "lunar-landing", "--out", &out][..], &little].concat(), "`lunar-landing` with "),
         (
             [&["terrain", "gen", &out, "--rows", "1", "--cols", "500000", "--pixel", "0.01"][..], &little]
                 .concat(),

@@ -112,6 +112,61 @@ fn what_was_altered_is_named() {
     assert_eq!(found["verdict"], "strict-local-optimum");
 }
 
+/// Writes the digest of a file as it is now into `digests.json`.
+fn seal_again(out: &Path, name: &str) {
+    let sum = Command::new("sha256sum").arg(out.join(name)).output().unwrap();
+    let sum = String::from_utf8(sum.stdout).unwrap().split_whitespace().next().unwrap().to_owned();
+    let file = out.join("digests.json");
+    let mut digests: serde_json::Value = serde_json::from_slice(&std::fs::read(&file).unwrap()).unwrap();
+    digests["sha256"][name] = sum.into();
+    std::fs::write(&file, digests.to_string()).unwrap();
+}
+
+/// Costates inside of an interval change no verdict: who alters them and makes the digest again is named by the costate equation.
+#[cfg(target_os = "linux")]
+#[test]
+fn costates_that_were_altered_with_a_new_digest_are_named() {
+    let dir = tempfile::tempdir().unwrap();
+    let out = dir.path().join("results");
+    let limits = ["--set", "inclination_deg=28.5", "--set", "max_flight_time_s=27000"];
+    for (solve, phase) in [
+        (&["solve", "geo-3-burn", "--quiet"][..], "coast-2"),
+        (&["solve", "lunar-coast", "--quiet"], "coast"),
+        (&["solve", "lunar-two-phase", "--quiet"], "braking"),
+    ] {
+        let limits = if solve[1] == "geo-3-burn" { &limits[..] } else { &[] };
+        let o = apsides(&[solve, limits, &["--out", &path(&out)]].concat());
+        assert_eq!(o.status.code(), Some(0), "{}{}", stdout(&o), stderr(&o));
+        let verified = || apsides(&["verify", &path(&out)]);
+        assert_eq!(verified().status.code(), Some(0), "{}", stdout(&verified()));
+        let file = out.join("trajectory.csv");
+        let text = std::fs::read_to_string(&file).unwrap();
+        let heads: Vec<&str> = text.lines().next().unwrap().split(',').collect();
+        let interval = heads.iter().position(|h| *h == "interval").unwrap();
+        let cell = |line: &str, k: usize| line.split(',').nth(k).unwrap().to_owned();
+        // A row inside of an interval of the phase: with the same interval before and behind it.
+        let lines: Vec<&str> = text.lines().collect();
+        let inside = |k: &usize| {
+            let of = |k: usize| (cell(lines[k], 0), cell(lines[k], interval));
+            of(*k).0 == phase && [k - 1, k + 1].iter().all(|j| of(*j) == of(*k))
+        };
+        let row = (2..lines.len() - 1).find(inside).unwrap_or_else(|| panic!("{phase}: {text}"));
+        // The largest costate of the row, changed by a tenth.
+        let size = |k: usize| cell(lines[row], k).parse::<f64>().map_or(0.0, f64::abs);
+        let costates = (0..heads.len()).filter(|k| heads[*k].starts_with("costate_") && size(*k) > 0.0);
+        let mut named = 0;
+        for k in costates {
+            std::fs::write(&file, tamper(&text, heads[k], row..row + 1, 0.1 * size(k))).unwrap();
+            seal_again(&out, "trajectory.csv");
+            let o = verified();
+            let said = stdout(&o);
+            let differs = said.contains("of the largest costate from the costate equation");
+            named += usize::from(differs && o.status.code() == Some(4));
+        }
+        assert!(named >= 1, "{phase}: {}", stdout(&verified()));
+    }
+}
+
 /// The files hold the whole flight, also where only its burns were solved.
 #[test]
 fn a_flight_of_burns_and_coasts_is_written_and_verified_again() {

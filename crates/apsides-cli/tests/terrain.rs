@@ -286,13 +286,17 @@ fn bad_input_is_refused_with_status_2() {
     assert_eq!((o.status.code(), &json(&o)["rows"]), (Some(0), &4.into()));
 }
 
-/// A map of GDAL in degrees on the Moon, and one on the Earth, which states no radius.
-const IN_DEGREES: [&str; 2] = ["gdal_degrees_moon.tif", "gdal_degrees_wgs84.tif"];
+/// A map of GDAL in degrees on the Moon, and one that states no radius.
+const IN_DEGREES: [&str; 2] = ["gdal_degrees_moon.tif", "tifffile_degrees.tif"];
+
+/// Criteria that pixels of 60 m are not too large for.
+const CRITERIA_AT_60_M: &str = "footprint_radius_m = 150\nfootpad_circle_radius_m = 120\nfootpad_radius_m = 0\n\
+                                slope_max_deg = 20\nclearance_min_m = 0\n";
 
 #[test]
 fn a_map_in_degrees_is_read_with_the_radius_of_its_body() {
     let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("../apsides-terrain/tests/io/written_elsewhere");
-    let [moon, earth] = IN_DEGREES.map(|name| path(&folder.join(name)));
+    let [moon, bare] = IN_DEGREES.map(|name| path(&folder.join(name)));
     let info = |arguments: &[&str]| apsides(&[&["terrain", "info"], arguments].concat());
     assert!(String::from_utf8_lossy(&info(&[&moon]).stdout).contains("pixels of 0.001953125 deg"));
     let on_moon = json(&info(&[&moon, "--body", "moon", "--json"]));
@@ -309,13 +313,13 @@ fn a_map_in_degrees_is_read_with_the_radius_of_its_body() {
     // The body is asked for where the file states no radius, and contradicted where it states another.
     let dir = tempfile::tempdir().unwrap();
     let criteria = path(&dir.path().join("criteria.toml"));
-    std::fs::write(&criteria, "footprint_radius_m = 150\nslope_max_deg = 20\nclearance_min_m = 0\n").unwrap();
+    std::fs::write(&criteria, CRITERIA_AT_60_M).unwrap();
     let hazard = |map: &str, more: &[&str]| {
         apsides(&[&["hazard", map, "--criteria", &criteria, "--json"], more].concat())
     };
     for (arguments, said) in [
-        (&[&earth as &str][..], "states no radius: name its body, as with --body moon"),
-        (&[&moon, "--body", "earth"], "the file states 1737.4 km, and the body that is given has 6371"),
+        (&[&bare as &str][..], "states no radius: name its body, as with --body moon"),
+        (&[&moon, "--body", "earth"], "the file states 1737.4 km, and the body that is given has 6378"),
         (&[&moon, "--body", "pluto"], "moon"),
     ] {
         let o = hazard(arguments[0], &arguments[1..]);
@@ -331,7 +335,7 @@ fn a_map_in_degrees_is_read_with_the_radius_of_its_body() {
     let site = &by_file["sites"][0];
     let [row, latitude] = ["row", "latitude_deg"].map(|key| site[key].as_f64().unwrap());
     assert!((latitude - (26.0 - (row + 0.5) / 512.0)).abs() < ROUNDING_DEG, "{site}");
-    assert_eq!(hazard(&earth, &["--body", "earth"]).status.code(), Some(0));
+    assert_eq!(hazard(&bare, &["--body", "moon"]).status.code(), Some(0));
     // Its layers are in metres.
     let out = path(&dir.path().join("out"));
     assert_eq!(hazard(&moon, &["--out", &out]).status.code(), Some(0));

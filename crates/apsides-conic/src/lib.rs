@@ -49,6 +49,7 @@
 //! | [`program`] | build, update, solve |
 //! | [`settings`] | tolerances and the limit of iterations |
 //! | [`error`] | what is refused |
+#![cfg_attr(not(test), warn(clippy::expect_used, clippy::panic, clippy::unimplemented, clippy::unreachable))]
 
 pub mod error;
 pub mod program;

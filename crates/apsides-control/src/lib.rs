@@ -48,6 +48,7 @@
 //! C.-S. Wang, *Int. J. Control* 77 (2004) 767, doi 10.1080/00207170410001714988. J.-J. E. Slotine, S. S. Sastry, *Int. J. Control* 38 (1983)
 //! 465, doi 10.1080/00207178308933088. A. A. Najm, I. K. Ibraheem, *Eng. Sci. Technol. Int. J.* 22 (2019) 1087,
 //! doi 10.1016/j.jestch.2019.02.005. C. F. Van Loan, *IEEE Trans. Autom. Control* 23 (1978) 395, doi 10.1109/TAC.1978.1101743.
+#![cfg_attr(not(test), warn(clippy::expect_used, clippy::panic, clippy::unimplemented, clippy::unreachable))]
 
 pub mod actuator;
 pub mod allocation;

@@ -47,6 +47,7 @@
 //! | [`descent`] | powered descent, flight time, diverts to many sites |
 //! | [`successive`] | any problem, from a guess |
 //! | [`error`] | what is refused |
+#![cfg_attr(not(test), warn(clippy::expect_used, clippy::panic, clippy::unimplemented, clippy::unreachable))]
 
 pub mod descent;
 pub mod error;

@@ -51,6 +51,7 @@
 //! | [`quantity`] | names and units of states and controls |
 //!
 //! Reference: D. A. Vallado, Fundamentals of Astrodynamics and Applications, 4th ed., 2013, ISBN 978-1881883189.
+#![cfg_attr(not(test), warn(clippy::expect_used, clippy::panic, clippy::unimplemented, clippy::unreachable))]
 
 pub mod aerodynamics;
 pub mod atmosphere;

@@ -19,6 +19,7 @@ impl Quantity {
     /// Place of the quantity among others, such as the states of a model; meant for constants, so that a quantity that is not among them is
     /// an error of the build.
     #[must_use]
+    #[expect(clippy::panic, reason = "an error of the build")]
     pub const fn index_in(self, all: &[Self]) -> usize {
         match self.position_in(all) {
             Some(place) => place,

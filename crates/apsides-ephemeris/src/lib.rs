@@ -33,6 +33,7 @@
 //!
 //! References: B. A. Archinal et al., *Celestial Mechanics and Dynamical Astronomy* 130 (2018) 22, doi 10.1007/s10569-017-9805-5;
 //! G. H. Kaplan, USNO Circular 179, 2005 (TDB); CCSDS 502.0-B-3, Orbit Data Messages, 2023; CCSDS 504.0-B-2, Attitude Data Messages, 2024.
+#![cfg_attr(not(test), warn(clippy::expect_used, clippy::panic, clippy::unimplemented, clippy::unreachable))]
 
 mod aem;
 mod calendar;

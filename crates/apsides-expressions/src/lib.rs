@@ -33,6 +33,7 @@
 //! | [`suggestion`] | the name that may be meant |
 //!
 //! Reference: V. Pratt, Top down operator precedence, POPL 1973, doi 10.1145/512927.512931.
+#![cfg_attr(not(test), warn(clippy::expect_used, clippy::panic, clippy::unimplemented, clippy::unreachable))]
 
 pub mod build;
 pub mod compile;

@@ -36,6 +36,7 @@
 //! | [`status`] | how a solve ended |
 //! | [`observer`] | records of iterations and generations, watching and stopping |
 //! | [`report`] | the outcome of a nonlinear program: point, multipliers, errors, work |
+#![cfg_attr(not(test), warn(clippy::expect_used, clippy::panic, clippy::unimplemented, clippy::unreachable))]
 
 pub mod observer;
 pub mod report;

@@ -83,6 +83,7 @@
 //! * Arioli, Duff, Gratton and Pralet, SIAM J. Sci. Comput. 29 (2007) 2024-2044,
 //!   [doi:10.1137/060661545](https://doi.org/10.1137/060661545): GMRES preconditioned by a perturbed LDL^T.
 //! * Ruiz, RAL-TR-2001-034 (2001): equilibration.
+#![cfg_attr(not(test), warn(clippy::expect_used, clippy::panic, clippy::unimplemented, clippy::unreachable))]
 
 mod dense;
 mod elimination;

@@ -281,6 +281,7 @@ impl WithSimd for Factorise<'_> {
     type Output = Option<Inertia>;
 
     #[inline(always)]
+    #[expect(clippy::expect_used, reason = "invariant: a place is in use until its parent has one")]
     fn with_simd<S: Simd>(self, simd: S) -> Option<Inertia> {
         let Multifrontal {
             supernodes,

@@ -160,6 +160,7 @@ impl Substitution for Pivoted {
     }
 }
 
+#[expect(clippy::unreachable, reason = "invariant: a supernodal structure was asked for")]
 fn supernodes(symbolic: &SymbolicCholesky<u32>) -> &supernodal::SymbolicSupernodalCholesky<u32> {
     match symbolic.raw() {
         SymbolicCholeskyRaw::Supernodal(supernodes) => supernodes,

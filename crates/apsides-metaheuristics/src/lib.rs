@@ -71,6 +71,7 @@
 //! * J. Kennedy, R. Eberhart, Proceedings of ICNN, 1995, [10.1109/ICNN.1995.488968](https://doi.org/10.1109/ICNN.1995.488968): particle swarm.
 //! * M. D. McKay, R. J. Beckman, W. J. Conover, Technometrics 21, 1979, [10.2307/1268522](https://doi.org/10.2307/1268522): Latin hypercubes.
 //! * Y. Shi, R. Eberhart, Proceedings of ICEC, 1998, [10.1109/ICEC.1998.699146](https://doi.org/10.1109/ICEC.1998.699146): inertia.
+#![cfg_attr(not(test), warn(clippy::expect_used, clippy::panic, clippy::unimplemented, clippy::unreachable))]
 
 //! * K. Socha, M. Dorigo, European Journal of Operational Research 185, 2008, [10.1016/j.ejor.2006.06.046](https://doi.org/10.1016/j.ejor.2006.06.046): ACO_R.
 //! * R. Tanabe, A. Fukunaga, Proceedings of CEC, 2014, [10.1109/CEC.2014.6900380](https://doi.org/10.1109/CEC.2014.6900380): L-SHADE.

@@ -166,7 +166,8 @@ pub(crate) const LANDING_SITE: [Key; 4] = [
 /// # Errors
 /// A name that is not known, a file that cannot be read or states no radius.
 pub fn body_radius_m(name: &str, place: &str) -> Result<f64, Error> {
-    let radius = BODIES.numbers(name, std::slice::from_ref(&RADIUS), place, RENAMED)?;
+    let keys = [RADIUS];
+    let radius = BODIES.numbers(name, &keys, place, RENAMED)?;
     Ok(radius.iter().map(|(_, kilometres, _)| 1e3 * kilometres).sum())
 }
 

@@ -20,6 +20,7 @@
 //! | [`problem`] | problems with equations of their own file |
 //! | [`data`] | bodies, vehicles and sites |
 //! | [`site_criteria`] | what a landing site must fulfil, from a file |
+#![cfg_attr(not(test), warn(clippy::expect_used, clippy::panic, clippy::unimplemented, clippy::unreachable))]
 
 mod catalogue;
 #[cfg(feature = "chang-e")]

@@ -1,8 +1,12 @@
 //! Ends within reach against the extreme latitudes of the re-entry reference, found by CasADi and Ipopt (Radau collocation of degree 3).
 #![allow(clippy::unwrap_used)]
 
+use std::cell::Cell;
+
 use apsides_missions::registry;
+
 use apsides_pipeline::footprint::{BoundaryPoint, PointKind, footprint};
+use apsides_pipeline::observer::{Flow, IterationRecord, Observer};
 use apsides_pipeline::{Error, Pipeline};
 
 /// Round-off of the arithmetic.
@@ -118,4 +122,35 @@ fn requests_without_an_outline_are_refused() {
     );
     assert!(footprint(&lunar, 8, &mut (), |_| true).is_err());
     assert!(footprint(&mission(&[]), 2, &mut (), |_| true).is_err());
+}
+
+/// An observer that panics while it is told to: a fault of the program in the midst of a solve.
+struct Panicking<'a>(&'a Cell<bool>);
+
+impl Observer for Panicking<'_> {
+    fn iteration(&mut self, record: &IterationRecord) -> Flow {
+        assert!(!self.0.get(), "planted in iteration {}", record.iteration);
+        Flow::Continue
+    }
+}
+
+/// A panic costs its own case: that is named, and all others are there.
+#[test]
+fn a_panic_is_an_end_that_failed() {
+    for faulty in [0, 2] {
+        let (told, planted) = (Cell::new(0), Cell::new(faulty == 0));
+        let mut names = Vec::new();
+        let found = footprint(&mission(&[]), 3, &mut Panicking(&planted), |case| {
+            told.set(told.get() + 1);
+            planted.set(told.get() == faulty);
+            names.push((case.name.to_owned(), case.status.to_owned()));
+            true
+        })
+        .unwrap();
+        let (name, status) = &names[faulty];
+        assert!(status.starts_with("a fault of the program (planted in iteration"), "{status}");
+        assert_eq!(found.failures, [format!("{name}: {status}")]);
+        assert!(found.complete && found.points.len() >= 5, "{:?}", found.points.len());
+        assert_eq!(names.iter().filter(|(_, status)| status.contains("planted")).count(), 1, "{names:?}");
+    }
 }

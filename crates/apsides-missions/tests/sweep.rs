@@ -1,7 +1,10 @@
 //! A sweep starts each case from its neighbour: fewer interior-point iterations than from the mission's own guess.
 #![allow(clippy::unwrap_used, clippy::print_stdout)]
 
+use std::cell::Cell;
+
 use apsides_missions::registry;
+use apsides_pipeline::observer::{Flow, IterationRecord, Observer};
 use apsides_pipeline::sweep::{Axis, cases, sweep};
 
 /// Discretisation: the same case from two starts, relative.
@@ -49,4 +52,40 @@ fn thrusts() {
 #[test]
 fn two_phases() {
     compare("lunar-two-phase", "isp_s=320,310,300");
+}
+
+/// An observer that panics while it is told to: a fault of the program in the midst of a solve.
+struct Panicking<'a>(&'a Cell<bool>);
+
+impl Observer for Panicking<'_> {
+    fn iteration(&mut self, record: &IterationRecord) -> Flow {
+        assert!(!self.0.get(), "planted in iteration {}", record.iteration);
+        Flow::Continue
+    }
+}
+
+/// A panic costs its own case; those before and after it are what they are without.
+#[test]
+fn a_panic_is_a_case_that_failed() {
+    let cases =
+        cases(&registry(), "lunar-direct", &[Axis::parse("thrust_n=480,440,400,360").unwrap()]).unwrap();
+    let (mut told, planted) = (Vec::new(), Cell::new(false));
+    sweep(&cases, &mut Panicking(&planted), |case, solved| {
+        told.push((
+            case.overrides[0].clone(),
+            solved.map(|o| o.summary.objective.value).map_err(str::to_owned),
+        ));
+        planted.set(told.len() == 2);
+        true
+    })
+    .unwrap();
+    let overrides: Vec<&str> = told.iter().map(|(case, _)| case.as_str()).collect();
+    assert_eq!(overrides, ["thrust_n=480", "thrust_n=440", "thrust_n=400", "thrust_n=360"]);
+    let fault = told[2].1.as_ref().unwrap_err();
+    assert_eq!(fault, "planted in iteration 0");
+    for k in [0, 1, 3] {
+        let expected = cases[k].mission.solve(None, &mut ()).unwrap().summary.objective.value;
+        let found = *told[k].1.as_ref().unwrap();
+        assert!((found / expected - 1.0).abs() < MESH, "{found} and {expected}");
+    }
 }

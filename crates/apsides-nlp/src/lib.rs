@@ -90,6 +90,7 @@
 //!   Optim. 19 (2009), doi 10.1137/060649513
 //! - H. Pirnay, R. Lopez-Negrete, L. T. Biegler, Optimal sensitivity based on IPOPT, Math. Program. Comput. 4 (2012),
 //!   doi 10.1007/s12532-012-0043-2
+#![cfg_attr(not(test), warn(clippy::expect_used, clippy::panic, clippy::unimplemented, clippy::unreachable))]
 
 mod active_set;
 mod augmented;

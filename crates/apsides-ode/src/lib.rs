@@ -38,6 +38,7 @@
 //! References: E. Hairer, S. P. Norsett, G. Wanner, *Solving Ordinary Differential Equations I*, 2nd ed., Springer 1993,
 //! doi:10.1007/978-3-540-78862-1; E. Hairer, G. Wanner, *II*, 1996, doi:10.1007/978-3-642-05221-7 (step control,
 //! stiffness test). A. Jorba, M. Zou, Exp. Math. 14 (2005) 99, doi:10.1080/10586458.2005.10128904 (Taylor series).
+#![cfg_attr(not(test), warn(clippy::expect_used, clippy::panic, clippy::unimplemented, clippy::unreachable))]
 
 mod dense;
 mod discrete;

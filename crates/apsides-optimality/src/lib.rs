@@ -4,6 +4,7 @@
 //! `L = f + y^T c - zl^T (x - xl) - zu^T (xu - x)`. The allowances are those that the solver documents: the tolerances of
 //! [`NlpSettings`], bounds of inequalities that are relaxed by `bound_relaxation`, and variables beyond their bounds by
 //! rounding ([`SolveReport::x`]).
+#![cfg_attr(not(test), warn(clippy::expect_used, clippy::panic, clippy::unimplemented, clippy::unreachable))]
 
 mod evaluated;
 

@@ -79,6 +79,7 @@
 //! technique for optimal discrete-valued control problems, Automatica 35 (1999), doi 10.1016/S0005-1098(99)00050-3. Q. Lin,
 //! R. Loxton, K. L. Teo, The control parameterization method for nonlinear optimal control: a survey, Journal of Industrial and
 //! Management Optimization 10 (2014), doi 10.3934/jimo.2014.10.275.
+#![cfg_attr(not(test), warn(clippy::expect_used, clippy::panic, clippy::unimplemented, clippy::unreachable))]
 
 mod inequality;
 mod method;

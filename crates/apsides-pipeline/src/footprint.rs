@@ -228,6 +228,11 @@ struct BoundaryFlight {
     solution: Trajectory,
 }
 
+/// The status of a solve that panicked.
+fn of_fault(message: &str) -> String {
+    format!("a fault of the program ({message}): please report it")
+}
+
 /// The solves of a footprint.
 struct Fan<'a, R> {
     mission: &'a Pipeline,
@@ -258,8 +263,17 @@ impl<R: FnMut(&FootprintCase<'_>) -> bool> Fan<'_, R> {
 
     /// Places under the mission's own flight.
     fn track(&mut self) -> Result<Vec<Place>, Error> {
-        let outcome = self.solve(self.mission, None)?;
-        self.tell("the flight of the mission", &outcome.summary.status, None);
+        const NAME: &str = "the flight of the mission";
+        let outcome = match guarded(|| self.solve(self.mission, None)) {
+            Ok(outcome) => outcome?,
+            Err(fault) => {
+                let status = of_fault(&fault);
+                self.failures.push(format!("{NAME}: {status}"));
+                self.tell(NAME, &status, None);
+                return Ok(Vec::new());
+            }
+        };
+        self.tell(NAME, &outcome.summary.status, None);
         let solved = outcome.status.is_success();
         Ok(if solved { self.reach.track(&outcome.trajectory) } else { Vec::new() })
     }
@@ -281,7 +295,7 @@ impl<R: FnMut(&FootprintCase<'_>) -> bool> Fan<'_, R> {
             let outcome = match guarded(|| self.solve(&mission, start)) {
                 Ok(outcome) => outcome?,
                 Err(fault) => {
-                    status = format!("a fault of the program ({fault}): please report it");
+                    status = of_fault(&fault);
                     continue;
                 }
             };

@@ -33,6 +33,7 @@
 //! | [`site`] | landing sites that were chosen on maps |
 //! | [`lock`] | one process for a directory of results |
 //! | [`whole_file`] | the one writer of files |
+#![cfg_attr(not(test), warn(clippy::expect_used, clippy::panic, clippy::unimplemented, clippy::unreachable))]
 
 mod closed_loop;
 pub mod covariance;
@@ -60,6 +61,7 @@ pub mod posed;
 pub mod record;
 pub mod registry;
 pub mod schema;
+mod sealed;
 pub mod sensitivity;
 pub mod simulation;
 pub mod site;

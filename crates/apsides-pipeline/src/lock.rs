@@ -6,6 +6,7 @@
 use std::fs::{self, File, TryLockError};
 use std::io::{self, Read as _, Seek as _, Write as _};
 use std::path::{Path, PathBuf};
+use std::sync::{Mutex, MutexGuard, PoisonError};
 
 /// Name of the file in its directory.
 const NAME: &str = ".apsides-lock";
@@ -13,14 +14,42 @@ const NAME: &str = ".apsides-lock";
 /// Times that a lock is tried whose file is taken away at that moment.
 const TRIES: usize = 100;
 
+/// Locks of this process, for [`release_all`].
+static HELD: Mutex<Vec<Traces>> = Mutex::new(Vec::new());
+
+/// The traces of a lock on the disk: its file, and directories that were made for it, the innermost first.
+#[derive(Clone, Debug, PartialEq, Eq)]
+struct Traces {
+    file: PathBuf,
+    made: Vec<PathBuf>,
+}
+
+impl Traces {
+    fn remove(&self) {
+        let _ = fs::remove_file(&self.file);
+        for dir in &self.made {
+            // Only those in which nothing was written.
+            let _ = fs::remove_dir(dir);
+        }
+    }
+}
+
+fn held() -> MutexGuard<'static, Vec<Traces>> {
+    // A list of paths has no state that a panic could leave behind.
+    HELD.lock().unwrap_or_else(PoisonError::into_inner)
+}
+
+/// Gives up all locks of this process, for a program that is about to end.
+pub fn release_all() {
+    std::mem::take(&mut *held()).iter().for_each(Traces::remove);
+}
+
 /// A directory that is ours until this is dropped.
 #[derive(Debug)]
 pub struct DirectoryLock {
-    file: PathBuf,
+    traces: Traces,
     /// Open as long as the lock is held.
     _held: File,
-    /// Directories that were made for it, the innermost first.
-    made: Vec<PathBuf>,
 }
 
 impl DirectoryLock {
@@ -57,7 +86,9 @@ impl DirectoryLock {
             held.rewind()?;
             write!(held, "process {} ({who})", std::process::id())?;
             held.flush()?;
-            return Ok(Self { file, _held: held, made });
+            let traces = Traces { file, made };
+            self::held().push(traces.clone());
+            return Ok(Self { traces, _held: held });
         }
         Err(io::Error::other("its lock changes hands all the time"))
     }
@@ -80,10 +111,9 @@ fn is_at(_held: &File, path: &Path) -> bool {
 
 impl Drop for DirectoryLock {
     fn drop(&mut self) {
-        let _ = fs::remove_file(&self.file);
-        for dir in &self.made {
-            // Only those in which nothing was written.
-            let _ = fs::remove_dir(dir);
+        let mut held = held();
+        if let Some(place) = held.iter().position(|traces| *traces == self.traces) {
+            held.swap_remove(place).remove();
         }
     }
 }

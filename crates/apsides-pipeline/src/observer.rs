@@ -1,3 +1,3 @@
 //! Observers of a solve while it runs.
 
-pub use apsides_nlp::{Observer, SearchProgress};
+pub use apsides_nlp::{Flow, IterationRecord, Observer, SearchProgress};

@@ -2,7 +2,7 @@
 //!
 //! While a [`Record`] is open, every solve of a mission is kept in its directory, under a digest of all that decides it: the mission with its
 //! values, the seed, the trajectory it starts from. The same work done again takes from there what is done, to the last bit, and solves the
-//! rest. The directory is removed when the work is complete.
+//! rest; a file that was altered is none. The directory is removed when the work is complete.
 
 use std::fs;
 use std::io;
@@ -17,6 +17,7 @@ use sha2::{Digest as _, Sha256};
 use crate::Error;
 use crate::outcome::{Outcome, Price, Reduced, Summary};
 use crate::pipeline::Pipeline;
+use crate::sealed::{seal, unseal};
 use crate::whole_file::write_whole;
 use stored::Stored;
 
@@ -161,8 +162,8 @@ impl Directory {
 
     /// A solve that was kept, if all of it can be read. With `priced`, only one whose prices are kept too.
     pub(crate) fn find(&self, key: &str, mission: &Pipeline, priced: bool) -> Option<Outcome> {
-        let text = fs::read(self.file(key)).ok()?;
-        let kept: Kept = serde_json::from_slice(&text).ok()?;
+        let content = fs::read(self.file(key)).ok()?;
+        let kept: Kept = serde_json::from_str(unseal(&content)?).ok()?;
         let status = REPEATABLE.into_iter().find(|status| status.word() == kept.status)?;
         if priced && status.is_success() && !self.prices_file(key).exists() {
             return None;
@@ -209,26 +210,26 @@ impl Directory {
             trajectory: Stored::of(&outcome.trajectory),
             reduced: outcome.reduced.as_ref().map(|r| Stored::of(&r.trajectory)),
         };
-        if let Ok(text) = serde_json::to_vec(&kept) {
+        if let Ok(text) = serde_json::to_string(&kept) {
             self.write(&self.file(key), &text);
         }
     }
 
     /// Prices that were kept for a solve.
     pub(crate) fn find_prices(&self, key: &str) -> Option<Vec<Price>> {
-        let text = fs::read_to_string(self.prices_file(key)).ok()?;
-        toml::from_str(&text).ok().map(|Prices { prices }| prices)
+        let content = fs::read(self.prices_file(key)).ok()?;
+        toml::from_str(unseal(&content)?).ok().map(|Prices { prices }| prices)
     }
 
     /// Keeps the prices of a solve.
     pub(crate) fn keep_prices(&self, key: &str, prices: &[Price]) {
         if let Ok(text) = toml::to_string(&Prices { prices: prices.to_vec() }) {
-            self.write(&self.prices_file(key), text.as_bytes());
+            self.write(&self.prices_file(key), &text);
         }
     }
 
-    fn write(&self, path: &Path, text: &[u8]) {
-        if let Err(e) = write_whole(path, text) {
+    fn write(&self, path: &Path, text: &str) {
+        if let Err(e) = write_whole(path, seal(text).as_bytes()) {
             let mut lost = self.lost.lock().unwrap_or_else(PoisonError::into_inner);
             lost.get_or_insert_with(|| format!("{}: {e}", path.display()));
         }

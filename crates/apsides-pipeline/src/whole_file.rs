@@ -2,6 +2,7 @@
 //!
 //! A file is made beside its place under a hidden name (`.apsides-*`), flushed to the disk, and only then renamed into its place. A reader sees
 //! the old file or the new one, never a part; a full disk or an interrupt leaves the old one. A symbolic link stays and its target is replaced.
+//! A hidden file is locked while its process lives, so that those of killed ones are known and removed by the next that writes beside them.
 //! Devices, sockets and pipes are refused by name, since a rename would take their place.
 
 use std::collections::BTreeSet;
@@ -17,7 +18,13 @@ const LONGEST_CHAIN: usize = 40;
 /// Hidden files that are not in their places yet. The lock is held while files are moved, so that a program does not end halfway.
 static UNFINISHED: Mutex<BTreeSet<PathBuf>> = Mutex::new(BTreeSet::new());
 
+/// Directories in which what killed processes left was looked for.
+static TIDIED: Mutex<BTreeSet<PathBuf>> = Mutex::new(BTreeSet::new());
+
 static NEXT: AtomicU64 = AtomicU64::new(0);
+
+/// Beginning of the names of hidden files.
+const HIDDEN: &str = ".apsides-";
 
 fn unfinished() -> MutexGuard<'static, BTreeSet<PathBuf>> {
     // A set of paths has no state that a panic could leave behind.
@@ -176,12 +183,17 @@ impl Drop for WholeFile {
 /// A new hidden file beside a place.
 fn hidden_beside(place: &Path) -> io::Result<(PathBuf, File)> {
     let process = std::process::id();
+    if TIDIED.lock().unwrap_or_else(PoisonError::into_inner).insert(directory(place).to_owned()) {
+        remove_abandoned(directory(place));
+    }
     loop {
         let number = NEXT.fetch_add(1, Ordering::Relaxed);
-        let hidden = directory(place).join(format!(".apsides-{process}-{number}"));
+        let hidden = directory(place).join(format!("{HIDDEN}{process}-{number}"));
         let mut unfinished = unfinished();
         match File::options().read(true).write(true).create_new(true).open(&hidden) {
             Ok(file) => {
+                // Where a file system has no locks, what a killed process leaves stays.
+                let _ = file.try_lock();
                 unfinished.insert(hidden.clone());
                 return Ok((hidden, file));
             }
@@ -190,6 +202,35 @@ fn hidden_beside(place: &Path) -> io::Result<(PathBuf, File)> {
             Err(e) => return Err(e),
         }
     }
+}
+
+/// Removes the hidden files of a directory whose processes were killed before they had moved them into their places.
+fn remove_abandoned(directory: &Path) {
+    let Ok(entries) = fs::read_dir(directory) else { return };
+    for entry in entries.filter_map(Result::ok) {
+        let name = entry.file_name();
+        let process = name.to_str().and_then(|name| name.strip_prefix(HIDDEN)).and_then(process_of);
+        if process.is_some_and(|process| !is_alive(process)) {
+            let path = entry.path();
+            // Its process is dead, unless it is one that this machine does not see: then it has the lock.
+            if File::open(&path).is_ok_and(|file| file.try_lock().is_ok()) {
+                let _ = fs::remove_file(path);
+            }
+        }
+    }
+}
+
+/// The process that made a hidden file, by the rest of its name; none for what else begins so.
+fn process_of(rest: &str) -> Option<u32> {
+    let (process, number) = rest.split_once('-')?;
+    number.parse::<u64>().ok()?;
+    process.parse().ok()
+}
+
+/// False for a process that is known to have ended.
+fn is_alive(process: u32) -> bool {
+    let processes = Path::new("/proc/self");
+    process == std::process::id() || (processes.exists() && Path::new(&format!("/proc/{process}")).exists())
 }
 
 /// Puts files into their places and removes the `stale` ones, all or none.
@@ -256,7 +297,8 @@ impl Moves {
             _ => {}
         }
         let number = NEXT.fetch_add(1, Ordering::Relaxed);
-        let aside = directory(place).join(format!(".apsides-{}-{number}", std::process::id()));
+        // Another name than that of a file in the making: it may be all that there is of the earlier one.
+        let aside = directory(place).join(format!("{HIDDEN}{}-{number}.earlier", std::process::id()));
         let _ = fs::remove_file(&aside);
         // A second name leaves the place filled all the time; some file systems have none.
         let linked = !take && fs::hard_link(place, &aside).is_ok();

@@ -44,6 +44,7 @@
 //! | [`statement`] | [`Statement`]: the checked problem, posed for values of its constants |
 //! | [`error`], [`missing`], [`place`] | mistakes, what is missing, and their places |
 //! | [`program`] | formulas as programs of `apsides-ad` |
+#![cfg_attr(not(test), warn(clippy::expect_used, clippy::panic, clippy::unimplemented, clippy::unreachable))]
 
 mod amounts;
 mod ends;

@@ -32,6 +32,7 @@
 //!
 //! Values of collections that are those of a coarse discretisation, or of a statement with a misprint, are not used;
 //! the modules say where that matters.
+#![cfg_attr(not(test), warn(clippy::expect_used, clippy::panic, clippy::unimplemented, clippy::unreachable))]
 
 pub mod brachistochrone_dymos;
 pub mod brachistochrone_free_y;

@@ -124,8 +124,9 @@ impl Dynamics<4, 1> for Fighter {
     }
 }
 
+#[expect(clippy::expect_used, reason = "invariant: the tables of this module fit")]
 fn pose() -> Result<Case, OcpError> {
-    let fighter = Fighter::new().expect("the tables of this module fit");
+    let fighter = Fighter::new().expect("invariant: the tables of this module fit");
     let rad = f64::to_radians;
     let phase = Phase::new("climb", fighter)
         .states([

@@ -56,6 +56,7 @@ pub(super) const PUBLICATION: Publication = Publication {
     title: "Re-entry of a capsule by cooperative search and Radau collocation (Alami Naeini, Roshanian; Tables 1 and 2)",
     source: "Alami Naeini, Roshanian, Modares Mechanical Engineering 14(13), 2014",
     remarks: || Ok(remarks()),
+    memory_mb: [111.0, 20.0],
     content: Content::Sheets(SHEETS, sheets),
 };
 

@@ -48,6 +48,7 @@ pub(super) const PUBLICATION: Publication = Publication {
     title: "Landing of Chang'e-3 in six stages with piecewise-constant controls (CUMCM 2014, problem A)",
     source: "one published solution of problem A, Chinese undergraduate contest in mathematical modelling, 2014",
     remarks: || Ok(remarks()),
+    memory_mb: [42.0, 7.0],
     content: Content::Sheets(SHEETS, sheets),
 };
 

@@ -43,6 +43,7 @@ pub(super) const PUBLICATION: Publication = Publication {
     title: "Injection into geostationary orbit with two to six burns by indirect shooting (Alavipour, Nikkhah, Roshanian; Tables 2 to 7)",
     source: "Alavipour, Nikkhah, Roshanian, Modares Mechanical Engineering 18(1)",
     remarks,
+    memory_mb: [28.0, 2.0],
     content: Content::Sheets(SHEETS, sheets),
 };
 

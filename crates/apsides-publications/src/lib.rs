@@ -7,11 +7,13 @@
 //! Each row of a [`Table`] is solved three ways: by the nonlinear program of the publication, by flatness refined until the splines meet
 //! the equations of motion, and by collocation at Radau points. The last two make the optimum; findings say what a printed number
 //! cannot be. A [`Sheet`] has columns of its own, for publications whose rows have rules of their own.
+#![cfg_attr(not(test), warn(clippy::expect_used, clippy::panic, clippy::unimplemented, clippy::unreachable))]
 
 use apsides_nlp::Status;
 use apsides_ocp::Trajectory;
 use apsides_verify::Verdict;
 
+use apsides_pipeline::memory::Foreseen;
 use apsides_pipeline::{Error, Observer, Outcome, Pipeline, Posed, SearchProgress};
 use change::Change;
 use stop::Stop;
@@ -45,6 +47,8 @@ struct Publication {
     source: &'static str,
     /// Remarks on the whole.
     remarks: fn() -> Result<Vec<String>, Error>,
+    /// The largest resident memory that was measured with one thread, and what each further one added, MB.
+    memory_mb: [f64; 2],
     content: Content,
 }
 
@@ -282,6 +286,19 @@ fn find(name: &str) -> Result<&'static Publication, Error> {
         found: format!("\"{name}\""),
         allowed: list().map(|(n, _)| format!("\"{n}\"")).collect::<Vec<_>>().join(" or "),
     })
+}
+
+/// Memory beside what was measured, as a part of it: other machines, other allocators.
+const MEMORY_MARGIN: f64 = 0.5;
+
+/// The memory that [`reproduce`] takes with so many threads.
+///
+/// # Errors
+/// [`Error::Value`] when there is no publication of this name.
+pub fn foreseen_memory(name: &str, threads: usize) -> Result<Foreseen, Error> {
+    let [one, further] = find(name)?.memory_mb;
+    let bytes = (1.0 + MEMORY_MARGIN) * 1e6 * (one + further * (threads.max(1) - 1) as f64);
+    Ok(Foreseen { bytes, cause: format!("`{name}` with {threads} threads") })
 }
 
 /// Computes all tables of a publication again, with so many threads.

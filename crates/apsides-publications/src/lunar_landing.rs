@@ -35,6 +35,7 @@ pub(super) const PUBLICATION: Publication = Publication {
     title: "Planar lunar landings in minimum time by flatness and B-splines (Naghash and Jamilnia 2017, Tables 2 and 3)",
     source: "A. Naghash, A. Jamilnia, Modares Mechanical Engineering 17(10), 2017",
     remarks,
+    memory_mb: [21.0, 1.0],
     content: Content::Tables(&[TABLE_2, TABLE_3]),
 };
 

@@ -26,6 +26,7 @@ pub(super) const PUBLICATION: Publication = Publication {
     title: "A capsule held by moving masses, cross and radial, PID and nonlinear PID (Karimabadeh, Tayefi; Figs 2 to 21)",
     source: "Karimabadeh, Tayefi, six degrees of freedom of a suborbital capsule with moving masses",
     remarks: || Ok(remarks()),
+    memory_mb: [66.0, 10.0],
     content: Content::Sheets(SHEETS, sheets),
 };
 

@@ -32,6 +32,8 @@ pub enum FileState {
     Changed,
     /// It is not there.
     Missing,
+    /// It is there, and `digests.json` has no digest of it.
+    Undigested,
 }
 
 impl FileState {
@@ -41,6 +43,7 @@ impl FileState {
         match self {
             Self::Changed => "was changed since it was written",
             Self::Missing => "is missing",
+            Self::Undigested => "has no digest",
         }
     }
 }
@@ -87,7 +90,8 @@ pub fn changed_files(dir: &Path, needed: &[&str]) -> Result<Vec<(String, FileSta
         found.extend(state.map(|state| (name.clone(), state)));
     }
     for name in needed.iter().filter(|name| !digests.sha256.contains_key(**name)) {
-        found.push(((*name).to_owned(), FileState::Missing));
+        let state = if dir.join(name).exists() { FileState::Undigested } else { FileState::Missing };
+        found.push(((*name).to_owned(), state));
     }
     Ok(found)
 }
@@ -112,13 +116,15 @@ mod tests {
         assert!(text.contains("52186c933993da4082b3cdc7c40bb4bf735b391ff54a2ef78c037dda6c38a680"), "{text}");
         fs::write(dir.path().join("a.csv"), "1,3\n").unwrap();
         fs::remove_file(dir.path().join("b.json")).unwrap();
+        fs::write(dir.path().join("e.json"), "").unwrap();
         let named = |name: &str, state| (name.to_owned(), state);
         let expected = [
             named("a.csv", FileState::Changed),
             named("b.json", FileState::Missing),
             named("d.json", FileState::Missing),
+            named("e.json", FileState::Undigested),
         ];
-        assert_eq!(changed_files(dir.path(), &["d.json"]).unwrap(), expected);
+        assert_eq!(changed_files(dir.path(), &["d.json", "e.json"]).unwrap(), expected);
         fs::remove_file(dir.path().join(DIGESTS)).unwrap();
         assert_eq!(changed_files(dir.path(), &[]).unwrap(), [named(DIGESTS, FileState::Missing)]);
     }

@@ -37,6 +37,7 @@
 //! | `units`, `number` | units and numbers for readers |
 //!
 //! Reference: M. Okabe and K. Ito, Color Universal Design, 2008, <https://jfly.uni-koeln.de/color/> (the palette).
+#![cfg_attr(not(test), warn(clippy::expect_used, clippy::panic, clippy::unimplemented, clippy::unreachable))]
 
 mod axis_layout;
 mod columns;

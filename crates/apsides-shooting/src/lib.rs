@@ -54,6 +54,7 @@
 //! References: H. G. Bock, K. J. Plitt, A multiple shooting algorithm for direct solution
 //! of optimal control problems, IFAC Proc. 17 (1984), doi 10.1016/S1474-6670(17)61205-9. A. E. Bryson, Y.-C. Ho, Applied Optimal
 //! Control, Taylor and Francis 1975, doi 10.1201/9781315137667.
+#![cfg_attr(not(test), warn(clippy::expect_used, clippy::panic, clippy::unimplemented, clippy::unreachable))]
 
 pub mod direct;
 pub mod error;

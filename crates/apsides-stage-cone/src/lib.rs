@@ -52,6 +52,7 @@
 //! References: A. Domahidi, E. Chu, S. Boyd, ECOS: An SOCP solver for embedded systems, ECC 2013, doi 10.23919/ECC.2013.6669541. L. Vandenberghe,
 //! The CVXOPT linear and quadratic cone program solvers, 2010. G. Frison, J. Jorgensen, Efficient implementation of the Riccati recursion for
 //! solving linear-quadratic control problems, CCA 2013, doi 10.1109/CCA.2013.6662901.
+#![cfg_attr(not(test), warn(clippy::expect_used, clippy::panic, clippy::unimplemented, clippy::unreachable))]
 #![cfg_attr(not(feature = "std"), no_std)]
 
 mod cone;

@@ -24,6 +24,7 @@
 //! ```
 //!
 //! The crate reads maps from bytes, not from paths; it knows no trajectories, and does not re-project maps between coordinate systems.
+#![cfg_attr(not(test), warn(clippy::expect_used, clippy::panic, clippy::unimplemented, clippy::unreachable))]
 
 pub mod contact;
 pub mod detect;

@@ -56,6 +56,7 @@
 //!
 //! Reference: J. T. Betts, Practical Methods for Optimal Control and Estimation Using Nonlinear Programming, SIAM 2010, chapter 4,
 //! doi 10.1137/1.9780898718577.
+#![cfg_attr(not(test), warn(clippy::expect_used, clippy::panic, clippy::unimplemented, clippy::unreachable))]
 
 pub mod discretisation;
 pub mod extraction;

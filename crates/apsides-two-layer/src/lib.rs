@@ -63,6 +63,7 @@
 //!
 //! Reference: M. Alami Naeini, J. Roshanian, Modares Mechanical Engineering 14(13), 2014 (particle swarm, ant colony and genetic algorithm
 //! that exchange their best, over polynomials of normalised energy).
+#![cfg_attr(not(test), warn(clippy::expect_used, clippy::panic, clippy::unimplemented, clippy::unreachable))]
 
 pub mod error;
 pub mod method;

@@ -58,6 +58,7 @@
 //!
 //! References: A. E. Bryson and Y.-C. Ho, Applied Optimal Control, Taylor and Francis 1975; E. Hairer, S. P. Norsett,
 //! G. Wanner, Solving Ordinary Differential Equations I, Springer 1993, doi 10.1007/978-3-540-78862-1.
+#![cfg_attr(not(test), warn(clippy::expect_used, clippy::panic, clippy::unimplemented, clippy::unreachable))]
 
 pub mod certificate;
 pub mod error;
@@ -84,7 +85,7 @@ mod worst;
 
 pub use certificate::{Certificate, Check, CheckKind, Claim, Verdict};
 pub use error::VerifyError;
-pub use optimality::with_least_hamiltonian;
+pub use optimality::{StatedCostate, stated_costates, with_least_hamiltonian};
 pub use sampled::{Interpolation, PhaseSamples, Sampled, sampled};
 pub use settings::VerifySettings;
 pub use simulation::SimulatedPhase;

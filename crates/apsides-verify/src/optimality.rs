@@ -26,6 +26,7 @@ mod kink;
 mod minimum;
 mod proof;
 mod ridges;
+mod stated_costates;
 mod stationarity;
 mod touch;
 mod transversality;
@@ -40,6 +41,7 @@ use crate::equations::{Equations, Hamiltonian};
 use crate::worst::relative;
 use crate::{Check, CheckKind, VerifyError, VerifySettings, shape};
 pub(crate) use constant::Lengths;
+pub use stated_costates::{StatedCostate, stated_costates};
 pub(crate) use touch::{Place, Touch};
 pub(crate) use transversality::parameter_slopes;
 

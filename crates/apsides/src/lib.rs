@@ -29,6 +29,7 @@
 //! | [`ephemeris`] | epochs, axes, states at times of one's choice, files for other programs |
 //! | [`dynamics`], [`terrain`], [`control`] | equations of motion, elevation maps, closed loops |
 //! | [`nlp`], [`ode`], [`metaheuristics`], [`ad`], [`basis`] | engines and kernels |
+#![cfg_attr(not(test), warn(clippy::expect_used, clippy::panic, clippy::unimplemented, clippy::unreachable))]
 
 pub use apsides_ad as ad;
 pub use apsides_basis as basis;

@@ -20,6 +20,9 @@ pub(crate) struct CertifyArguments {
     /// Do not solve the mission for an objective to compare with.
     #[arg(long)]
     pub(crate) no_reference: bool,
+    /// Memory that the solve of the mission may take as far as that is foreseen, MiB; by default half of the machine's.
+    #[arg(long, value_name = "MIB", value_parser = clap::value_parser!(u32).range(1..))]
+    pub(crate) memory: Option<u32>,
     /// Print one JSON object on stdout.
     #[arg(long)]
     pub(crate) json: bool,

@@ -144,12 +144,13 @@ impl MachAlphaTable {
     ///
     /// Data: polmes/aether (<https://github.com/polmes/aether>, MIT licence).
     #[must_use]
+    #[expect(clippy::expect_used, reason = "invariant: the table of this module is complete and increases")]
     pub fn apollo(interpolation: Interpolation) -> Self {
         let attack = apollo::ATTACK_DEG.map(f64::to_radians);
         let [axial, normal, moment] =
             [&apollo::AXIAL, &apollo::NORMAL, &apollo::MOMENT].map(|t| t.as_flattened());
         Self::new(&apollo::MACH, &attack, [axial, normal, moment], interpolation)
-            .expect("the table is complete and increases")
+            .expect("invariant: the table is complete and increases")
     }
 
     /// Mach numbers of the table.

@@ -55,9 +55,14 @@ impl MachTable {
     /// The trim coefficients of the command module of Apollo 10, referred to its base of 3.9116 m diameter (NASA MSC Internal Note
     /// 69-FM-137, table I(d)).
     #[must_use]
+    #[expect(
+        clippy::expect_used,
+        reason = "invariant: the Mach numbers of the table of this module increase"
+    )]
     pub fn apollo_10() -> Self {
         let column = |k: usize| APOLLO_10.map(|row| row[k]);
-        Self::new(&column(0), &column(2), &column(3)).expect("the Mach numbers of the table increase")
+        Self::new(&column(0), &column(2), &column(3))
+            .expect("invariant: the Mach numbers of the table increase")
     }
 
     /// Angle of attack, rad, between the axis of Apollo 10 and the air in its trim: row by row, with the Mach number.

@@ -258,6 +258,7 @@ impl Nodes {
 }
 
 /// The splines.
+#[expect(clippy::expect_used, reason = "invariant: the knots of this module increase")]
 fn intervals() -> Panels<Interval, 3> {
     let nodes = Nodes::new();
     let sum = |parts: &[&[f64]]| -> Vec<f64> {
@@ -287,7 +288,7 @@ fn intervals() -> Panels<Interval, 3> {
     let join = super::layers::density(BASE)[0] / density(0);
     let table = |value: &dyn Fn(usize) -> f64| {
         let values: Vec<f64> = knots.iter().map(|z| value(nodes.index(*z))).collect();
-        CubicSpline::new(&knots, &values).expect("the knots increase and the standard is finite")
+        CubicSpline::new(&knots, &values).expect("invariant: the knots increase and the standard is finite")
     };
     let log_density = table(&|k| (join * density(k)).ln());
     let molecular_temperature = table(&|k| nodes.temperature[k] * MOLAR_MASS / molar_mass(k));

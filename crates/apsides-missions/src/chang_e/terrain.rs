@@ -13,6 +13,9 @@ use apsides_terrain::{ElevationMap, TerrainError};
 use super::keys::{self, MapKeys};
 use crate::data::BODY_RADIUS;
 
+/// Most pixels of a map that is read in flight, 8192 x 8192: with its layers it takes some 3 GB.
+const MOST_PIXELS: u64 = 1 << 26;
+
 /// The source of an elevation map.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum MapSource {
@@ -97,6 +100,7 @@ impl SiteMap {
         let options = ReadOptions {
             pixel_m: self.pixel,
             body_radius_m: Some(self.body_radius),
+            max_pixels: MOST_PIXELS,
             ..ReadOptions::default()
         };
         read(BufReader::new(file), &options).map(Some).map_err(|e| {

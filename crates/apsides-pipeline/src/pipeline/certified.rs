@@ -3,7 +3,10 @@
 use apsides_nlp::Status;
 use apsides_ocp::{Ocp, Solution, Trajectory};
 use apsides_radau::Explanation;
-use apsides_verify::{Certificate, Check, CheckKind, Verdict, Verification, VerifySettings, verify};
+use apsides_verify::{
+    Certificate, Check, CheckKind, StatedCostate, Verdict, Verification, VerifySettings, stated_costates,
+    verify,
+};
 
 use crate::Error;
 use crate::mission::Scalars;
@@ -61,6 +64,16 @@ impl Pipeline {
             false => Scalars::new(),
         };
         Ok((certificate, decided.results(trajectory).into_iter().chain(margins).collect()))
+    }
+
+    /// The costates of a trajectory of the whole flight that are farthest from the costate equation, one of each phase without path constraints.
+    ///
+    /// # Errors
+    /// When the values do not make a problem, or the trajectory does not fit it.
+    pub fn stated_costates(&self, trajectory: &Trajectory) -> Result<Vec<StatedCostate>, Error> {
+        let decided = self.decided(&self.decide()?)?;
+        let posed = decided.pose_decided()?;
+        Ok(stated_costates(posed.flight(), trajectory, &VerifySettings::default())?)
     }
 
     fn certify(

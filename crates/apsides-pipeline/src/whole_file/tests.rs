@@ -109,3 +109,39 @@ fn files_are_replaced_together_or_not_at_all() {
     assert_eq!(names(dir.path()), ["a", "b"]);
     assert_eq!(fs::read(at("a")).unwrap(), b"new");
 }
+
+/// The hidden files of a process that was killed are removed by the next that writes beside them; what may be an earlier file is not.
+#[cfg(target_os = "linux")]
+#[test]
+fn what_a_killed_process_left_is_removed() {
+    let dir = tempfile::tempdir().unwrap();
+    let mut ended = std::process::Command::new("true").spawn().unwrap();
+    let dead = ended.id();
+    ended.wait().unwrap();
+    let alive = std::process::id();
+    for name in [
+        format!(".apsides-{dead}-0"),
+        format!(".apsides-{dead}-17"),
+        format!(".apsides-{dead}-3.earlier"),
+        format!(".apsides-{alive}-1000000"),
+        ".apsides-lock".to_owned(),
+        ".apsides-1-of-another-program".to_owned(),
+    ] {
+        fs::write(dir.path().join(name), "text").unwrap();
+    }
+    // A process that this machine does not see has its lock.
+    let elsewhere = format!(".apsides-{dead}-5");
+    let held = File::create(dir.path().join(&elsewhere)).unwrap();
+    held.lock().unwrap();
+    write_whole(&dir.path().join("file"), b"text").unwrap();
+    let mut expected = [
+        ".apsides-1-of-another-program".to_owned(),
+        format!(".apsides-{dead}-3.earlier"),
+        elsewhere,
+        format!(".apsides-{alive}-1000000"),
+        ".apsides-lock".to_owned(),
+        "file".to_owned(),
+    ];
+    expected.sort();
+    assert_eq!(names(dir.path()), expected);
+}

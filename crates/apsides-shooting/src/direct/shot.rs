@@ -13,7 +13,7 @@ use super::segment_system::SegmentSystem;
 use crate::error::ShootingError;
 
 /// Sizes agree by construction: systems and flows are made together.
-const SIZES: &str = "the flow was made for this system";
+const SIZES: &str = "invariant: the flow was made for this system";
 
 /// One integral of a phase, where it is needed.
 #[derive(Clone, Copy)]
@@ -144,6 +144,7 @@ impl Shot {
     }
 
     /// Takes the steps and evaluates the path rows.
+    #[expect(clippy::expect_used, reason = "invariant: the flow was made for this system")]
     pub(crate) fn run(&mut self, x: &[f64]) {
         self.set_point(x);
         let (x0, w) = self.point.split_at(self.system.states());
@@ -157,6 +158,7 @@ impl Shot {
     }
 
     /// The same with first derivatives.
+    #[expect(clippy::expect_used, reason = "invariant: the flow was made for this system")]
     pub(crate) fn differentiate(&mut self, x: &[f64]) {
         self.set_point(x);
         let n = self.system.states();
@@ -280,6 +282,7 @@ impl Shot {
 
     /// Hessian of the weighted rows and cost by `v`, into the lower triangle of [`hessian`](Self::hessian), after
     /// [`differentiate`](Self::differentiate) at the same point.
+    #[expect(clippy::expect_used, reason = "invariant: the flow was made for this system")]
     pub(crate) fn evaluate_hessian(&mut self, factor: f64, multipliers: &[f64]) {
         self.seed(factor, multipliers);
         let (n, width) = (self.system.states(), self.columns.len());

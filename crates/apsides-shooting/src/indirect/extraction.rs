@@ -55,13 +55,14 @@ pub(super) struct Extremal {
 }
 
 /// Flies the solution once more and samples it.
+#[expect(clippy::unreachable, reason = "invariant: nine points make a rule")]
 pub(super) fn extract(
     ocp: &Ocp,
     equations: &mut Conditions,
     z: &[f64],
     tolerance: f64,
 ) -> Result<Result<Extremal, FailedSegment>, ShootingError> {
-    let Some(nodes) = Nodes::new() else { unreachable!("nine points make a rule") };
+    let Some(nodes) = Nodes::new() else { unreachable!("invariant: nine points make a rule") };
     let layout = equations.layout.clone();
     let parameters = z[layout.first_parameter..layout.first_parameter + layout.parameters].to_vec();
     let mut phases = Vec::with_capacity(ocp.phases.len());

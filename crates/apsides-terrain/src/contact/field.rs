@@ -92,6 +92,7 @@ impl Field {
     }
 
     /// Part of the way at which a body that moves from `from` to `to` (its centre, from the middle of the map) meets the ground.
+    #[expect(clippy::expect_used, reason = "invariant: parry casts convex shapes on height fields")]
     pub(super) fn sweep(&self, body: &Body, from: [f64; 3], to: [f64; 3]) -> Option<f64> {
         let shape: &dyn Shape = match *body {
             Body::Ball { radius } => &Ball::new(radius),

@@ -80,7 +80,7 @@ impl Columns {
             .into_iter()
             .fold(0.0, f64::max);
         let beyond = north > 90.0 || south_edge < -90.0;
-        if beyond || !(distortion <= LARGEST_DISTORTION) {
+        if beyond || distortion > LARGEST_DISTORTION {
             let problem = format!(
                 "latitudes from {south_edge} to {north} deg: metres to the east differ by more than {} % from those in the middle; \
                  cut out a part (`gdal_translate -projwin`) or project the map (`gdalwarp -t_srs`)",

@@ -170,8 +170,13 @@ fn degrees_become_square_metres_on_the_body() {
         assert!(message(on(bytes, Some(radius))).contains("radius of the body"));
     }
     let (_, earth) = file!("gdal_degrees_wgs84");
-    assert_eq!(on(earth, None).unwrap().geometry().unit(), MapUnit::Degree);
+    let plain = on(earth, None).unwrap();
+    assert_eq!((plain.geometry().unit(), plain.stated_radius_m()), (MapUnit::Degree, Some(6_378_137.0)));
     assert!(on(earth, Some(6_371_000.0)).unwrap().projection().is_some());
+    let (_, bare) = file!("tifffile_degrees");
+    let plain = on(bare, None).unwrap();
+    assert_eq!((plain.geometry().unit(), plain.stated_radius_m()), (MapUnit::Degree, None));
+    assert!(on(bare, Some(1.0)).unwrap().projection().is_some());
 }
 
 #[test]

@@ -41,7 +41,7 @@ pub(crate) struct Jump {
 
 /// The bound that a state is at.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-enum Side {
+pub(super) enum Side {
     None,
     Lower,
     Upper,
@@ -80,18 +80,7 @@ impl PhaseConditions<'_> {
     pub(super) fn costate_equation(&mut self, settings: &VerifySettings) -> Option<Check> {
         let (nx, phase) = (self.equations.nx, self.equations.phase);
         let breaks = self.found.control.breaks();
-        let tolerance = settings.costate_tolerance * ACCURACY;
-        // Costates are compared in units of the largest one times its state's scale.
-        let size = if self.costate_size > 0.0 { self.costate_size } else { 1.0 };
-        let absolute = self.scaling.states.iter().map(|s| tolerance * size / s);
-        let ode = OdeSettings {
-            relative_tolerance: tolerance.max(1e-14),
-            absolute_tolerance: Tolerance::PerComponent(absolute.collect()),
-            max_steps: settings.max_steps,
-            stiffness_interval: None,
-            ..OdeSettings::default()
-        };
-        let mut integrator = Integrator::new(nx, ode).ok();
+        let mut integrator = self.costate_integrator(settings);
         let intervals = breaks.len() - 1;
         let mut worst = Worst::default();
         let (mut start, mut end, mut stated) = (vec![0.0; nx], vec![0.0; nx], vec![0.0; nx]);
@@ -138,6 +127,22 @@ impl PhaseConditions<'_> {
             }
         }
         worst.into_check(format!("costate equation along {}", phase.name), KIND)
+    }
+
+    /// The integrator of costates, whose errors are far below the tolerance of the check.
+    pub(super) fn costate_integrator(&self, settings: &VerifySettings) -> Option<Integrator> {
+        let tolerance = settings.costate_tolerance * ACCURACY;
+        // Costates are compared in units of the largest one times its state's scale.
+        let size = if self.costate_size > 0.0 { self.costate_size } else { 1.0 };
+        let absolute = self.scaling.states.iter().map(|s| tolerance * size / s);
+        let ode = OdeSettings {
+            relative_tolerance: tolerance.max(1e-14),
+            absolute_tolerance: Tolerance::PerComponent(absolute.collect()),
+            max_steps: settings.max_steps,
+            stiffness_interval: None,
+            ..OdeSettings::default()
+        };
+        Integrator::new(self.equations.nx, ode).ok()
     }
 
     /// Says whether a state passes a kink at an end of an interval, and the equations of motion differ there between both sides of it.
@@ -209,7 +214,7 @@ impl PhaseConditions<'_> {
 
     /// Integrates from `start` at `a` to `b` along the trajectory, costates of states at their bounds as stated; returns true if
     /// `b` was reached.
-    fn integrate(
+    pub(super) fn integrate(
         &mut self,
         integrator: &mut Integrator,
         segment: usize,
@@ -251,7 +256,12 @@ impl PhaseConditions<'_> {
     }
 
     /// The bound that each state touches at a node or an end of an interval, ends of the phase apart.
-    fn active_state_bounds(&mut self, segment: usize, settings: &VerifySettings, bounds: &mut [Side]) {
+    pub(super) fn active_state_bounds(
+        &mut self,
+        segment: usize,
+        settings: &VerifySettings,
+        bounds: &mut [Side],
+    ) {
         bounds.fill(Side::None);
         let (t0, tf) = (self.found.initial_time, self.found.final_time);
         let inner = END * (tf - t0);

@@ -6,6 +6,7 @@ use serde::{Deserialize, Serialize};
 
 use super::super::CheckpointFile;
 use crate::Error;
+use crate::sealed::{seal, unseal};
 use crate::whole_file::write_whole;
 
 #[derive(Serialize)]
@@ -23,12 +24,17 @@ struct Read {
 impl CheckpointFile {
     /// The search so far, if there is one.
     fn read(&self) -> Result<Option<Run>, Error> {
-        let text = match std::fs::read_to_string(&self.path) {
-            Ok(text) => text,
+        let content = match std::fs::read(&self.path) {
+            Ok(content) => content,
             Err(e) if e.kind() == std::io::ErrorKind::NotFound => return Ok(None),
             Err(e) => return Err(self.refuse(&e.to_string())),
         };
-        let read: Read = serde_json::from_str(&text).map_err(|e| {
+        let Some(text) = unseal(&content) else {
+            return Err(self.refuse(
+                "is no checkpoint of a search, or was changed since it was written; delete it or name another file",
+            ));
+        };
+        let read: Read = serde_json::from_str(text).map_err(|e| {
             self.refuse(&format!("is no checkpoint of a search ({e}); delete it or name another file"))
         })?;
         if read.mission != self.mission {
@@ -43,7 +49,7 @@ impl CheckpointFile {
     fn write(&self, run: &Run) -> Result<(), Error> {
         let fail = |e: &dyn std::fmt::Display| self.refuse(&e.to_string());
         let text = serde_json::to_string(&Written { mission: &self.mission, run }).map_err(|e| fail(&e))?;
-        write_whole(&self.path, text.as_bytes()).map_err(|e| fail(&e))
+        write_whole(&self.path, seal(&text).as_bytes()).map_err(|e| fail(&e))
     }
 
     fn refuse(&self, reason: &str) -> Error {

@@ -70,3 +70,9 @@ def other(name, dtype, **options):
 
 other("tifffile_zstd_p3", "float32", compression="zstd", predictor=3, tile=(16, 16))
 other("tifffile_lerc", "float32", compression="lerc", tile=(16, 16))
+
+# In degrees without a reference system, so that no radius is stated.
+tifffile.imwrite(f"{folder}/tifffile_degrees.tif", heights(np.dtype("float32")), photometric="minisblack", metadata=None,
+                 extratags=[(33550, "d", 3, (1 / 512, 1 / 512, 0.0), True),
+                            (33922, "d", 6, (0.0, 0.0, 0.0, -3.6, 26.0, 0.0), True),
+                            (34735, "H", 12, (1, 1, 0, 2, 1024, 0, 1, 2, 1025, 0, 1, 1), True)])
