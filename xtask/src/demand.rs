@@ -168,7 +168,7 @@ mod tests {
         targets.sort();
         assert_eq!(targets, FUZZ_TARGETS.map(|(target, _)| target));
         for folder in FUZZ_TARGETS.iter().flat_map(|(_, seeds)| *seeds) {
-            assert!(std::fs::read_dir(root.join(folder)).unwrap().count() > 1, "{folder}");
+            assert!(std::fs::read_dir(root.join(folder)).unwrap().count() > 0, "{folder}");
         }
     }
 }
