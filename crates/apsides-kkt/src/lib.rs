@@ -30,35 +30,40 @@
 //!
 //! # Method
 //!
-//! 1. The triplets are placed once into the upper triangle by columns, permuted by the elimination order.
+//! 1. The triplets are placed once, permuted by the elimination order. Subtrees of the elimination forest that are alike, such as
+//!    those of what the intervals of a mesh have inside, become bundles of four: their rows stand side by side, and all work on
+//!    them (scaling, factorisation, substitution, product) goes through one list of indices, one subtree in each lane of a vector.
 //! 2. `factor` scales rows and columns by powers of two (Ruiz), adds the static shift to a copy, and runs a
 //!    multifrontal LDL^T without pivoting. Expected signs are never imposed. A pivot that is zero to rounding
 //!    is replaced by a small one, and the signs are counted anew in the pivoted factor of step 4: only what is zero
 //!    there, too, counts in [`Inertia::zero`].
 //!    Dense blocks are eliminated with the vector instructions that the processor has.
 //! 3. `solve` refines against the matrix without the static shift: classical steps while they contract by ten, then
-//!    GMRES with the factor as preconditioner. A factor of tiny pivots (zero Hessian diagonals) still serves.
+//!    GMRES with the factor as preconditioner. A factor of tiny pivots (zero Hessian diagonals) still serves. Primal and dual rows are
+//!    also solved to a thousand times the tolerance relative to their own right-hand sides: a violation that is small beside
+//!    a gradient is brought down, too.
 //! 4. If that misses the tolerance, the LBL^T of faer with pivoting inside supernodes takes over.
 //!
 //! # Stages
 //!
 //! [`Ordering::Stages`] takes any numbers that ascend in time, with variables before the multipliers of the equations
 //! they enter. For a Radau transcription (node `i` of all nodes in time, `x_i` states, `u_i` controls, `l_i` the
-//! multipliers of the defects collocated at node `i`) two rules are best; parameters and the final time come last:
+//! multipliers of the defects collocated at node `i`) these rules suit; parameters and the final time come last:
 //!
 //! | rule | stage of `u_i` | of `x_i` | of `l_i` |
 //! | --- | --- | --- | --- |
-//! | node by node (use this) | `3 i` | `3 i + 1` | `3 i + 2` |
+//! | inside first, node `i` inside interval `k` (use this) | `3 k` | `3 k + 1` | `3 k + 2` |
+//! | and the first node of interval `k` of `K` | `3 (K + k)` | `3 (K + k) + 1` | `3 (K + k) + 2` |
+//! | node by node | `3 i` | `3 i + 1` | `3 i + 2` |
 //! | interval by interval, node `i` in interval `k` | `3 k` | `3 k + 1` | `3 k + 2` |
 //!
-//! The interval rule has 15 to 18 % fewer entries in the factor and is up to 20 % faster to factor. The node rule keeps
-//! the growth of the factor in bounds: on 54 landing systems of 20 to 1000 intervals, with zero to regular Hessians
-//! and barrier terms over 16 decades, with both kernels of faer, it never needed the fallback; the interval rule needed it in
-//! 6 of 108 runs, and a third more refinements in the hard ones. Minimum degree has as many entries as the interval
-//! rule and costs 1.5 to 4 times as much to analyse; it also eliminates multipliers before their variables: 20 of
-//! 108 runs needed the fallback and 10 lost the inertia. Controls before states saves 10 to 18 % of the time in the
-//! interval rule, up to 10 % in the node rule. Without equilibration more than half of the runs fell back. `cargo
-//! bench` repeats the timings.
+//! Rows inside of intervals are coupled with their ends and with parameters alone, so that intervals of as many points are
+//! bundles. The first rule has 2 to 20 % fewer entries in the factor than the last one on systems of the gallery of
+//! `apsides-problems`, and factors and solves are 1.2 to 1.7 times as fast. The node rule keeps the growth of the factor in
+//! bounds: on 54 landing systems of 20 to 1000 intervals, with zero to regular Hessians and barrier terms over 16 decades,
+//! it never needed the fallback; the interval rule needed it in 6 of 108 runs. Minimum degree costs 1.5 to 4 times as much to analyse; it also
+//! eliminates multipliers before their variables: 20 of 108 runs needed the fallback and 10 lost the inertia. Without
+//! equilibration more than half of the runs fell back. `cargo bench` repeats the timings of the rules without bundles.
 //!
 //! # Modules
 //!
@@ -66,11 +71,14 @@
 //! | --- | --- |
 //! | `system` | [`KktSystem`], the flow from triplets to a refined solution |
 //! | `settings`, `inertia`, `error` | [`KktSettings`], [`Inertia`], [`KktError`] |
-//! | `elimination` | elimination order: minimum degree, stages, custom |
-//! | `pattern` | structure of the permuted upper triangle, product, postorder |
+//! | `analysis` | the symbolic work in one place |
+//! | `elimination`, `tree` | elimination order: minimum degree, stages, custom; elimination forest, postorder |
+//! | `supernodes`, `twins` | structure of the factor; subtrees that are alike |
+//! | `structure`, `lane_entries`, `pattern` | where values stand, lane by lane and by columns; product, scales applied |
 //! | `scaling` | equilibration |
-//! | `supernodes` | structure of the factor |
-//! | `multifrontal`, `dense` | LDL^T, inertia; kernels on dense blocks |
+//! | `multifrontal`, `assembly`, `dense` | LDL^T, inertia; sizes of fronts and where their parts go; kernels on dense blocks |
+//! | `pivot` | pivots counted and replaced |
+//! | `bundle`, `lanes` | the same for bundles of subtrees that are alike; kernels in lanes |
 //! | `pivoted` | LBL^T, the fallback |
 //! | `refine` | refinement and GMRES |
 //!
@@ -85,18 +93,27 @@
 //! * Ruiz, RAL-TR-2001-034 (2001): equilibration.
 #![cfg_attr(not(test), warn(clippy::expect_used, clippy::panic, clippy::unimplemented, clippy::unreachable))]
 
+mod analysis;
+mod assembly;
+mod bundle;
 mod dense;
 mod elimination;
 mod error;
 mod inertia;
+mod lane_entries;
+mod lanes;
 mod multifrontal;
 mod pattern;
+mod pivot;
 mod pivoted;
 mod refine;
 mod scaling;
 mod settings;
+mod structure;
 mod supernodes;
 mod system;
+mod tree;
+mod twins;
 
 pub use error::KktError;
 pub use inertia::Inertia;

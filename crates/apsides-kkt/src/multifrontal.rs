@@ -4,21 +4,24 @@
 
 use pulp::{Arch, Simd, WithSimd};
 
-use crate::dense::{GROUP, Triangle, clear, eliminate_below, padded, products, subtract_products};
-use crate::pattern::Pattern;
+use crate::assembly::{Extent, TwinChildren, place_contributions, place_entries, relative_rows};
+use crate::bundle::Bundles;
+use crate::dense::{GROUP, Triangle, clear, eliminate_below, products, subtract_products};
+use crate::pivot::pivot;
 use crate::refine::Substitution;
+use crate::structure::Structure;
 use crate::supernodes::Supernodes;
+use crate::twins::LANES;
 use crate::{Inertia, KktError};
-
-/// Multiples of the size of a row: a pivot up to the first counts as zero and is replaced by the second.
-pub(crate) const ZERO_PIVOT: f64 = f64::EPSILON;
-const REPLACED_PIVOT: f64 = 1e-8;
 
 /// Structure, factor and work space. Nothing is allocated after construction.
 ///
 /// The block of a supernode has a row for each of its columns, then those below; both parts are filled up with zeros
 /// to a multiple of [`GROUP`]. A contribution has the rows below on both sides.
 pub(crate) struct Multifrontal {
+    /// Subtrees that are alike; their rows come first.
+    bundles: Bundles,
+    /// The supernodes of the other rows.
     supernodes: Supernodes,
     extents: Vec<Extent>,
     /// Start of each block in `entries`, and the end.
@@ -32,6 +35,7 @@ pub(crate) struct Multifrontal {
     /// Children of supernode `s` are `children[child_start[s]..child_start[s + 1]]`.
     children: Vec<u32>,
     child_start: Vec<u32>,
+    twins: TwinChildren,
     /// Place of each contribution in `contributions`; a place is used again after the parent has taken it in.
     contribution_start: Vec<usize>,
     /// Blocks of L, with D in place of its unit diagonal.
@@ -45,76 +49,36 @@ pub(crate) struct Multifrontal {
     complete: bool,
 }
 
-/// Sizes of a block.
-#[derive(Clone, Copy)]
-struct Extent {
-    /// Columns.
-    width: usize,
-    /// Row of the first row below.
-    top: usize,
-    /// Rows, and values from one column to the next.
-    stride: usize,
-    /// A single column without children: its rows are not filled up, and its parent takes it in without a stored
-    /// contribution.
-    single_leaf: bool,
-}
-
-impl Extent {
-    fn of(supernodes: &Supernodes, s: usize, is_leaf: bool) -> Self {
-        let (width, below) = (supernodes.width(s), supernodes.below(s).len());
-        if width == 1 && is_leaf {
-            return Self { width, top: 1, stride: 1 + below, single_leaf: true };
-        }
-        let top = padded(width);
-        Self { width, top, stride: top + padded(below), single_leaf: false }
-    }
-
-    /// Rows, columns and stride of the contribution.
-    fn order(self) -> usize {
-        self.stride - self.top
-    }
-
-    /// The column of a row, in the block or in the contribution, and the row with which it begins.
-    fn column<'a>(
-        self,
-        row: u32,
-        block: &'a mut [f64],
-        contribution: &'a mut [f64],
-    ) -> (&'a mut [f64], usize) {
-        let column = row as usize;
-        if column < self.width {
-            (&mut block[column * self.stride..][..self.stride], 0)
-        } else {
-            (&mut contribution[(column - self.top) * self.order()..][..self.order()], self.top)
-        }
-    }
-
-    /// The same of the contribution that is stored.
-    fn stored_order(self) -> usize {
-        if self.single_leaf { 0 } else { self.order() }
-    }
-}
-
 impl Multifrontal {
-    pub(crate) fn new(pattern: &Pattern) -> Result<Self, KktError> {
-        let supernodes = Supernodes::new(pattern);
+    /// The factor of a matrix with the rows of bundles first, and the supernodes of the others.
+    pub(crate) fn new(
+        structure: &Structure,
+        supernodes: Supernodes,
+        bundles: Bundles,
+    ) -> Result<Self, KktError> {
         let count = supernodes.count();
         let (child_start, children) = supernodes.children();
-        let extents: Vec<_> =
-            (0..count).map(|s| Extent::of(&supernodes, s, child_start[s] == child_start[s + 1])).collect();
+        let parents = TwinChildren::parents(&supernodes, &bundles);
+        let mut is_leaf: Vec<bool> = (0..count).map(|s| child_start[s] == child_start[s + 1]).collect();
+        for &(parent, ..) in &parents {
+            is_leaf[parent] = false;
+        }
+        let extents: Vec<_> = (0..count).map(|s| Extent::of(&supernodes, s, is_leaf[s])).collect();
         let mut block_start = vec![0; count + 1];
         for s in 0..count {
             block_start[s + 1] = block_start[s] + extents[s].width * extents[s].stride;
         }
         if (0..count).any(|s| block_start[s + 1] - block_start[s] > u32::MAX as usize) {
-            return Err(KktError::TooLarge { n: pattern.n });
+            return Err(KktError::TooLarge { n: structure.n });
         }
-        let (load_start, loads) = place_entries(pattern, &supernodes, &extents);
+        let (load_start, loads) = place_entries(structure, &supernodes, &extents);
         let (contribution_start, contributions) = place_contributions(&extents, &children, &child_start);
         let widest = extents.iter().map(|extent| extent.width).max().unwrap_or(0);
         let highest = extents.iter().map(|extent| extent.stride).max().unwrap_or(0);
         Ok(Self {
             relative: relative_rows(&supernodes, &extents),
+            twins: TwinChildren::new(&supernodes, &extents, &bundles, &parents),
+            bundles,
             entries: vec![0.0; block_start[count]],
             contributions: vec![0.0; contributions],
             factors: vec![[0.0; GROUP]; widest],
@@ -134,7 +98,7 @@ impl Multifrontal {
 
     /// Values stored for L and D.
     pub(crate) fn nonzeros(&self) -> usize {
-        self.entries.len()
+        self.entries.len() + self.bundles.nonzeros()
     }
 
     /// Factors the matrix with these values of the pattern and the shifts added to its diagonal. Signs of D are counted;
@@ -156,118 +120,6 @@ impl Substitution for Multifrontal {
     }
 }
 
-/// Entries of the pattern by supernode, with their place in the block.
-fn place_entries(
-    pattern: &Pattern,
-    supernodes: &Supernodes,
-    extents: &[Extent],
-) -> (Vec<u32>, Vec<(u32, u32)>) {
-    let count = supernodes.count();
-    let mut start = vec![0u32; count + 1];
-    for &column in &pattern.row_idx {
-        start[supernodes.of_column[column as usize] as usize + 1] += 1;
-    }
-    for s in 0..count {
-        start[s + 1] += start[s];
-    }
-    let mut next = start.clone();
-    let mut loads = vec![(0, 0); pattern.nonzeros()];
-    // Rows ascend, so the row below of a supernode that is wanted next is never before the last one.
-    let mut at = vec![0; count];
-    for row in 0..pattern.n {
-        for p in pattern.column(row) {
-            let column = pattern.row_idx[p];
-            let s = supernodes.of_column[column as usize] as usize;
-            let extent = extents[s];
-            let (first, end) = (supernodes.first[s], supernodes.first[s + 1]);
-            let place = if row < end as usize {
-                row - first as usize
-            } else {
-                let below = supernodes.below(s);
-                while (below[at[s]] as usize) < row {
-                    at[s] += 1;
-                }
-                extent.top + at[s]
-            };
-            let load = &mut next[s];
-            loads[*load as usize] = (p as u32, ((column - first) as usize * extent.stride + place) as u32);
-            *load += 1;
-        }
-    }
-    (start, loads)
-}
-
-/// Row in the parent's block of each row below.
-fn relative_rows(supernodes: &Supernodes, extents: &[Extent]) -> Vec<u32> {
-    let mut relative = vec![0u32; supernodes.rows.len()];
-    for s in 0..supernodes.count() {
-        let Some(parent) = supernodes.parent(s) else { continue };
-        let (first, end) = (supernodes.first[parent], supernodes.first[parent + 1]);
-        let (below, top) = (supernodes.below(parent), extents[parent].top);
-        let mut at = 0;
-        for k in supernodes.row_range(s) {
-            let row = supernodes.rows[k];
-            relative[k] = if row < end {
-                row - first
-            } else {
-                while below[at] < row {
-                    at += 1;
-                }
-                (top + at) as u32
-            };
-        }
-    }
-    relative
-}
-
-/// Start of each contribution in one array, and its length: first fit among the places that are free again.
-fn place_contributions(extents: &[Extent], children: &[u32], child_start: &[u32]) -> (Vec<usize>, usize) {
-    let size = |s: usize| extents[s].stored_order().pow(2);
-    let mut start = vec![0; extents.len()];
-    let mut length = 0;
-    // Free places (start, end), ascending and apart from each other.
-    let mut free: Vec<(usize, usize)> = Vec::new();
-    for s in 0..extents.len() {
-        let needed = size(s);
-        match free.iter().position(|&(begin, end)| end - begin >= needed) {
-            Some(k) => {
-                start[s] = free[k].0;
-                free[k].0 += needed;
-                if free[k].0 == free[k].1 {
-                    free.remove(k);
-                }
-            }
-            None => {
-                // The free place at the end grows.
-                let begin = free.pop_if(|place| place.1 == length).map_or(length, |place| place.0);
-                start[s] = begin;
-                length = begin + needed;
-            }
-        }
-        for &child in &children[child_start[s] as usize..child_start[s + 1] as usize] {
-            let begin = start[child as usize];
-            release(&mut free, begin, begin + size(child as usize));
-        }
-    }
-    (start, length)
-}
-
-/// Adds a place and joins it with its neighbours.
-fn release(free: &mut Vec<(usize, usize)>, mut begin: usize, mut end: usize) {
-    if begin == end {
-        return;
-    }
-    let mut k = free.partition_point(|place| place.0 < begin);
-    if k < free.len() && free[k].0 == end {
-        end = free.remove(k).1;
-    }
-    if k > 0 && free[k - 1].1 == begin {
-        k -= 1;
-        begin = free.remove(k).0;
-    }
-    free.insert(k, (begin, end));
-}
-
 /// Answers the signs of D; `None` after an overflow.
 struct Factorise<'a> {
     factor: &'a mut Multifrontal,
@@ -284,6 +136,8 @@ impl WithSimd for Factorise<'_> {
     #[expect(clippy::expect_used, reason = "invariant: a place is in use until its parent has one")]
     fn with_simd<S: Simd>(self, simd: S) -> Option<Inertia> {
         let Multifrontal {
+            bundles,
+            twins,
             supernodes,
             extents,
             block_start,
@@ -299,6 +153,7 @@ impl WithSimd for Factorise<'_> {
             ..
         } = self.factor;
         let mut inertia = Inertia::default();
+        bundles.factor(simd, self.values, self.shifts, self.unit, &mut inertia)?;
         for s in 0..supernodes.count() {
             let extent = extents[s];
             let (earlier, block) = entries[..block_start[s + 1]].split_at_mut(block_start[s]);
@@ -340,6 +195,19 @@ impl WithSimd for Factorise<'_> {
                     .get_disjoint_mut([taken, place.clone()])
                     .expect("invariant: a child's place is in use until its parent has one");
                 take_in(from, child_order, rows, block, extent, to);
+            }
+            for child in &twins.list[twins.start[s] as usize..twins.start[s + 1] as usize] {
+                let from = bundles.contribution(child.bundle as usize);
+                let order = bundles.outer_rows(child.bundle as usize).len();
+                let rows = &twins.relative[child.relative as usize..][..order];
+                take_in_lane(
+                    from,
+                    child.lane as usize,
+                    rows,
+                    block,
+                    extent,
+                    &mut contributions[place.clone()],
+                );
             }
             let mut first = 0;
             while first < extent.width {
@@ -383,6 +251,19 @@ fn take_in(from: &[f64], order: usize, rows: &[u32], block: &mut [f64], extent: 
     }
 }
 
+/// Adds the contribution of one lane of a bundle.
+#[inline(always)]
+fn take_in_lane(from: &[f64], lane: usize, rows: &[u32], block: &mut [f64], extent: Extent, to: &mut [f64]) {
+    let order = rows.len();
+    for (j, &row) in rows.iter().enumerate() {
+        let values = from[(j * order + j) * LANES..].chunks_exact(LANES);
+        let (target, first) = extent.column(row, block, to);
+        for (&row, lanes) in rows[j..].iter().zip(values) {
+            target[row as usize - first] += lanes[lane];
+        }
+    }
+}
+
 /// Adds what a single column of L leaves to the block and the contribution of its parent.
 #[inline(always)]
 fn take_in_column(
@@ -412,16 +293,6 @@ fn fill_factors<const C: usize>(block: &[f64], stride: usize, row: usize, factor
             *factor = pivot * value;
         }
     }
-}
-
-/// Counts a pivot, or replaces it if it is zero to rounding. `None` after an overflow.
-#[inline(always)]
-fn pivot(value: &mut f64, unit: f64, inertia: &mut Inertia) -> Option<f64> {
-    inertia.count(*value, ZERO_PIVOT * unit);
-    if value.abs() <= ZERO_PIVOT * unit {
-        *value = REPLACED_PIVOT * unit;
-    }
-    (value.is_finite() && (1.0 / *value).is_finite()).then_some(*value)
 }
 
 /// Eliminates the `C` columns from `first`, the last ones of their group. `None` after an overflow.
@@ -471,8 +342,9 @@ impl WithSimd for Substitute<'_> {
 
     #[inline(always)]
     fn with_simd<S: Simd>(self, simd: S) {
-        let Multifrontal { supernodes, extents, block_start, entries, gathered, .. } = self.factor;
+        let Multifrontal { bundles, supernodes, extents, block_start, entries, gathered, .. } = self.factor;
         let x = self.x;
+        bundles.forward(simd, x);
         for s in 0..supernodes.count() {
             let extent = extents[s];
             let (start, rows) = (supernodes.first[s] as usize, supernodes.below(s));
@@ -525,6 +397,7 @@ impl WithSimd for Substitute<'_> {
             }
             x[start..start + extent.width].copy_from_slice(&gathered[..extent.width]);
         }
+        bundles.backward(simd, x);
     }
 }
 

@@ -2,9 +2,6 @@
 
 use crate::KktError;
 
-/// Marks a root of the elimination forest.
-const ROOT: u32 = u32::MAX;
-
 /// Upper triangle of a symmetric `n` x `n` matrix by columns; rows ascend in each column, the diagonal entry is always
 /// present and last.
 #[derive(Debug, Clone)]
@@ -91,63 +88,6 @@ impl Pattern {
             out[j] -= sum;
         }
     }
-
-    /// Elimination order that is a postorder of the elimination tree: `order[k]` is the column for place `k`.
-    /// `None` if the columns are in postorder already.
-    pub(crate) fn postorder(&self) -> Option<Vec<u32>> {
-        let parent = self.elimination_tree();
-        let n = self.n;
-        let mut first_child = vec![ROOT; n];
-        let mut next_sibling = vec![ROOT; n];
-        let mut roots = ROOT;
-        for j in (0..n).rev() {
-            let head = match parent[j] {
-                ROOT => &mut roots,
-                p => &mut first_child[p as usize],
-            };
-            next_sibling[j] = *head;
-            *head = j as u32;
-        }
-        let mut order = Vec::with_capacity(n);
-        let mut stack = Vec::new();
-        let mut root = roots;
-        while root != ROOT {
-            stack.push(root);
-            while let Some(&node) = stack.last() {
-                let child = first_child[node as usize];
-                if child == ROOT {
-                    order.push(node);
-                    stack.pop();
-                } else {
-                    first_child[node as usize] = next_sibling[child as usize];
-                    stack.push(child);
-                }
-            }
-            root = next_sibling[root as usize];
-        }
-        let sorted = order.iter().enumerate().all(|(k, &j)| k == j as usize);
-        (!sorted).then_some(order)
-    }
-
-    /// Parent of each column in the elimination tree (Liu, doi:10.1137/0611010), by path compression.
-    pub(crate) fn elimination_tree(&self) -> Vec<u32> {
-        let mut parent = vec![ROOT; self.n];
-        let mut ancestor = vec![ROOT; self.n];
-        for j in 0..self.n {
-            for p in self.column(j) {
-                let mut i = self.row_idx[p];
-                while i != ROOT && (i as usize) < j {
-                    let next = ancestor[i as usize];
-                    ancestor[i as usize] = j as u32;
-                    if next == ROOT {
-                        parent[i as usize] = j as u32;
-                    }
-                    i = next;
-                }
-            }
-        }
-        parent
-    }
 }
 
 /// Stable counting sort of `items` by `key(item) < n`.
@@ -192,14 +132,5 @@ mod tests {
         let mut out = [5.0, -5.0];
         pattern.subtract_product(&[2.0, 1.0, -3.0], &[1.0, 2.0], &mut out);
         assert_eq!(out, [1.0, 0.0]);
-    }
-
-    #[test]
-    fn postorder_gathers_subtrees() {
-        // Arrow of two chains 0-2-4 and 1-3-4: the tree order 0 2 1 3 4 is a postorder, 0 1 2 3 4 is not.
-        let pattern = Pattern::new(5, &[0, 2, 1, 3], &[2, 4, 3, 4], &[0, 1, 2, 3, 4]).expect("small");
-        assert_eq!(pattern.postorder(), Some(vec![0, 2, 1, 3, 4]));
-        let chain = Pattern::new(3, &[0, 1], &[1, 2], &[0, 1, 2]).expect("small");
-        assert_eq!(chain.postorder(), None);
     }
 }

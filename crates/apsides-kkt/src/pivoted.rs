@@ -11,9 +11,12 @@ use faer::sparse::linalg::cholesky::{
 use faer::sparse::{SparseColMat, SymbolicSparseColMat, SymbolicSparseColMatRef};
 use faer::{Conj, MatMut, Par, Side};
 
-use crate::multifrontal::ZERO_PIVOT;
+use crate::elimination::inverse;
 use crate::pattern::Pattern;
+use crate::pivot::ZERO_PIVOT;
 use crate::refine::Substitution;
+use crate::structure::Structure;
+use crate::tree::{Couplings, postorder};
 use crate::{Inertia, KktError};
 
 /// A matrix and its factor.
@@ -21,8 +24,12 @@ pub(crate) struct Pivoted {
     symbolic: SymbolicCholesky<u32>,
     /// Lower triangle by columns.
     matrix: SparseColMat<u32, f64>,
-    /// Position in `matrix` of each entry of the pattern.
+    /// Position in `matrix` of each value of the structure.
     position: Vec<u32>,
+    /// Elimination order: place `k` holds row `order[k]` of the structure.
+    order: Vec<u32>,
+    /// Position in `matrix` of the diagonal of each row of the structure.
+    diagonal: Vec<u32>,
     /// Blocks of L, with the diagonal of B.
     entries: Vec<f64>,
     subdiagonal: Vec<f64>,
@@ -33,10 +40,15 @@ pub(crate) struct Pivoted {
 }
 
 impl Pivoted {
-    /// Symbolic factorisation and memory.
-    pub(crate) fn new(pattern: &Pattern) -> Result<Self, KktError> {
-        let n = pattern.n;
-        let upper = SymbolicSparseColMatRef::new_checked(n, n, &pattern.col_ptr, None, &pattern.row_idx);
+    /// Symbolic factorisation and memory, in a postorder: pivots are found among columns that are neighbours.
+    pub(crate) fn new(structure: &Structure) -> Result<Self, KktError> {
+        let n = structure.n;
+        let (rows, cols) = structure.entries();
+        let identity: Vec<u32> = (0..n as u32).collect();
+        let parent = Couplings::new(n, &rows, &cols, &identity).elimination_forest();
+        let order = postorder(&parent).unwrap_or(identity);
+        let ordered = &Pattern::new(n, &rows, &cols, &inverse(&order))?;
+        let upper = SymbolicSparseColMatRef::new_checked(n, n, &ordered.col_ptr, None, &ordered.row_idx);
         // A simplicial structure would silently be factored without pivoting.
         let params = CholeskySymbolicParams {
             supernodal_flop_ratio_threshold: SupernodalThreshold::FORCE_SUPERNODAL,
@@ -53,17 +65,21 @@ impl Pivoted {
             ),
             supernodes.solve_in_place_scratch::<f64>(1, Par::Seq),
         );
-        let (col_ptr, row_idx, position) = transpose(pattern);
+        let (col_ptr, row_idx, moved) = transpose(ordered);
+        let position: Vec<u32> = ordered.triplet_position.iter().map(|&p| moved[p as usize]).collect();
         let matrix = SparseColMat::new(
             SymbolicSparseColMat::new_checked(n, n, col_ptr, None, row_idx),
-            vec![0.0; pattern.nonzeros()],
+            vec![0.0; ordered.nonzeros()],
         );
+        let diagonal = structure.diagonal.iter().map(|&p| position[p as usize]).collect();
         Ok(Self {
             entries: vec![0.0; symbolic.len_val()],
             scratch: MemBuffer::try_new(scratch).map_err(|_| KktError::TooLarge { n })?,
             symbolic,
             matrix,
             position,
+            order,
+            diagonal,
             subdiagonal: vec![0.0; n],
             forward: vec![0; n],
             inverse: vec![0; n],
@@ -71,14 +87,14 @@ impl Pivoted {
         })
     }
 
-    /// Factors the matrix with these values of the pattern and the shifts added to its diagonal.
-    pub(crate) fn factor(&mut self, pattern: &Pattern, values: &[f64], shifts: &[f64]) {
+    /// Factors the matrix with these values of the structure and the shifts added to its diagonal.
+    pub(crate) fn factor(&mut self, values: &[f64], shifts: &[f64]) {
         let target = self.matrix.val_mut();
         for (&p, &v) in self.position.iter().zip(values) {
             target[p as usize] = v;
         }
-        for (j, shift) in shifts.iter().enumerate() {
-            target[self.position[pattern.diagonal(j)] as usize] += shift;
+        for (&p, shift) in self.diagonal.iter().zip(shifts) {
+            target[p as usize] += shift;
         }
         supernodal::factorize_supernodal_numeric_intranode_lblt(
             &mut self.entries,
@@ -138,7 +154,7 @@ impl Substitution for Pivoted {
     fn solve(&mut self, x: &mut [f64]) -> bool {
         let n = x.len();
         for (p, &f) in self.permuted.iter_mut().zip(&self.forward) {
-            *p = x[f as usize];
+            *p = x[self.order[f as usize] as usize];
         }
         // `factored` would borrow the vector that is solved in place.
         supernodal::SupernodalIntranodeLbltRef::new(
@@ -153,8 +169,8 @@ impl Substitution for Pivoted {
             Par::Seq,
             MemStack::new(&mut self.scratch),
         );
-        for (x, &i) in x.iter_mut().zip(&self.inverse) {
-            *x = self.permuted[i as usize];
+        for (&row, &i) in self.order.iter().zip(&self.inverse) {
+            x[row as usize] = self.permuted[i as usize];
         }
         x.iter().all(|v| v.is_finite())
     }

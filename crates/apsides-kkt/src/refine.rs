@@ -5,7 +5,7 @@
 //! classical refinement stalls: Arioli, Duff, Gratton and Pralet, SIAM J. Sci. Comput. 29 (2007) 2024-2044,
 //! doi:10.1137/060661545.
 
-use crate::pattern::Pattern;
+use crate::structure::Structure;
 
 /// A classical step that leaves more than this part of the residual hands over to GMRES.
 const CONTRACTION: f64 = 0.1;
@@ -15,27 +15,58 @@ const STAGNATION: f64 = 0.5;
 const CYCLE: usize = 20;
 /// A residual of this many units of rounding of `|x|` cannot be improved in working precision.
 const ROUNDING: f64 = 10.0 * f64::EPSILON;
+/// Weight of the residual of primal or dual rows relative to their own right-hand sides.
+const OF_A_KIND: f64 = 1e-3;
 
 /// A linear system as scaled and permuted: upper triangle of the matrix and right-hand side.
 #[derive(Clone, Copy)]
 pub(crate) struct System<'a> {
-    pub(crate) pattern: &'a Pattern,
-    pub(crate) values: &'a [f64],
-    pub(crate) rhs: &'a [f64],
-    /// Largest magnitude in `rhs`.
-    pub(crate) rhs_norm: f64,
+    structure: &'a Structure,
+    values: &'a [f64],
+    rhs: &'a [f64],
+    /// Positive for primal rows, negative for dual ones; zeros have signs, too.
+    signs: &'a [f64],
+    /// Largest magnitude in `rhs`, and in its primal and its dual rows.
+    rhs_norm: f64,
+    norms: [f64; 2],
     /// Size of a row of the matrix.
-    pub(crate) unit: f64,
+    unit: f64,
 }
 
-impl System<'_> {
-    /// Writes `b - A x` and returns `|b - A x| / |b|`, maximum norms.
-    fn residual(&self, x: &[f64], out: &mut [f64]) -> f64 {
+impl<'a> System<'a> {
+    /// A system of rows of size `unit`; the right-hand side is not zero.
+    pub(crate) fn new(
+        structure: &'a Structure,
+        values: &'a [f64],
+        rhs: &'a [f64],
+        signs: &'a [f64],
+        unit: f64,
+    ) -> Self {
+        let norms = maxima(rhs, signs);
+        Self { structure, values, rhs, signs, rhs_norm: norms[0].max(norms[1]), norms, unit }
+    }
+
+    /// Writes `b - A x`. Returns the larger one of the residuals of primal and dual rows, relative to their right-hand
+    /// sides: what is small beside the one kind of rows may be all of the other. A right-hand side counts as large enough for
+    /// a residual of `tolerance` to be more than the rounding of the product `A x`.
+    fn residual(&self, x: &[f64], tolerance: f64, out: &mut [f64]) -> f64 {
         out.copy_from_slice(self.rhs);
-        if maximum(x) > 0.0 {
-            self.pattern.subtract_product(self.values, x, out);
+        let size = maximum(x);
+        if size > 0.0 {
+            self.structure.subtract_product(self.values, x, out);
         }
-        maximum(out) / self.rhs_norm
+        let least =
+            (OF_A_KIND * ROUNDING * self.unit * size / tolerance.max(f64::MIN_POSITIVE)).min(self.rhs_norm);
+        let [primal, dual] = maxima(out, self.signs);
+        let relative =
+            |residual: f64, norm: f64| if residual == 0.0 { 0.0 } else { residual / norm.max(least) };
+        let by_kind = relative(primal, self.norms[0]).max(relative(dual, self.norms[1]));
+        (primal.max(dual) / self.rhs_norm).max(OF_A_KIND * by_kind)
+    }
+
+    /// `|r| / |b|`, maximum norms.
+    fn relative(&self, residual: &[f64]) -> f64 {
+        maximum(residual) / self.rhs_norm
     }
 
     /// Relative residual at which refinement ends: the tolerance, or the rounding of the product `A x`, in
@@ -121,13 +152,14 @@ impl Refiner {
                 x.fill(0.0);
             }
         }
-        let residual = system.residual(x, &mut self.residual);
+        let residual = system.residual(x, tolerance, &mut self.residual);
         let mut goal = system.goal(x, tolerance);
         let mut outcome = Outcome { residual, converged: residual <= goal, solves };
-        if outcome.residual.is_nan() || outcome.residual > 1.0 {
+        let relative = system.relative(&self.residual);
+        if relative.is_nan() || relative > 1.0 {
             // Worse than nothing: start from zero.
             x.fill(0.0);
-            outcome.residual = system.residual(x, &mut self.residual);
+            outcome.residual = system.residual(x, tolerance, &mut self.residual);
             goal = system.goal(x, tolerance);
         }
         let mut classical = true;
@@ -150,7 +182,7 @@ impl Refiner {
                 for (t, &x) in self.trial.iter_mut().zip(&*x) {
                     *t += x;
                 }
-                let measure = system.residual(&self.trial, &mut self.trial_residual);
+                let measure = system.residual(&self.trial, tolerance, &mut self.trial_residual);
                 if measure < outcome.residual {
                     x.copy_from_slice(&self.trial);
                     std::mem::swap(&mut self.residual, &mut self.trial_residual);
@@ -170,6 +202,7 @@ impl Refiner {
             }
         }
         outcome.converged = outcome.residual <= goal;
+        outcome.residual = system.relative(&self.residual);
         outcome
     }
 }
@@ -209,7 +242,7 @@ impl Krylov {
             }
             // Minus the product: the sign is undone below.
             next.fill(0.0);
-            system.pattern.subtract_product(system.values, correction, next);
+            system.structure.subtract_product(system.values, correction, next);
             next.iter_mut().for_each(|w| *w = -*w);
             let column = &mut self.triangle[k * stride..][..k + 2];
             for (h, v) in column.iter_mut().zip(known.chunks_exact(n)) {
@@ -272,6 +305,18 @@ pub(crate) fn maximum(v: &[f64]) -> f64 {
         }
     }
     lanes.into_iter().fold(rest, larger)
+}
+
+/// Largest magnitudes in the rows of positive and of negative sign.
+fn maxima(v: &[f64], signs: &[f64]) -> [f64; 2] {
+    let mut maxima = [0.0_f64; 2];
+    for (v, sign) in v.iter().zip(signs) {
+        let size = v.abs();
+        let largest = &mut maxima[usize::from(sign.is_sign_negative())];
+        // A NaN stays.
+        *largest = if size <= *largest { *largest } else { size };
+    }
+    maxima
 }
 
 fn euclidean(v: &[f64]) -> f64 {

@@ -3,7 +3,7 @@
 //! A supernode takes in its neighbour below in the elimination tree while few zeros are stored for that (relaxed
 //! amalgamation: Ashcraft and Grimes, ACM TOMS 15 (1989) 291, doi 10.1145/76909.76910).
 
-use crate::pattern::Pattern;
+use crate::tree::Couplings;
 
 /// Neighbours merge if at most this part of the merged block are zeros.
 const MOST_ZEROS: f64 = 0.25;
@@ -24,25 +24,24 @@ pub(crate) struct Supernodes {
 }
 
 impl Supernodes {
-    /// Finds the supernodes of a pattern in postorder.
-    pub(crate) fn new(pattern: &Pattern) -> Self {
-        let n = pattern.n;
-        let parent = pattern.elimination_tree();
-        let first = partition(&parent, &column_lengths(pattern, &parent));
+    /// Finds the supernodes of rows in postorder of their elimination forest.
+    pub(crate) fn new(couplings: &Couplings, parent: &[u32]) -> Self {
+        let n = couplings.len();
+        let first = partition(parent, &column_lengths(couplings, parent));
         let count = first.len() - 1;
         let mut of_column = vec![0; n];
         for s in 0..count {
             of_column[first[s] as usize..first[s + 1] as usize].fill(s as u32);
         }
         let structure = Self { first, row_start: vec![0], rows: Vec::new(), of_column };
-        structure.with_rows(pattern, &parent)
+        structure.with_rows(couplings, parent)
     }
 
     /// Counts the rows of every supernode, then lists them.
-    fn with_rows(mut self, pattern: &Pattern, parent: &[u32]) -> Self {
+    fn with_rows(mut self, couplings: &Couplings, parent: &[u32]) -> Self {
         let count = self.count();
         let mut below = vec![0u32; count];
-        self.each_row(pattern, parent, |s, _| below[s] += 1);
+        self.each_row(couplings, parent, |s, _| below[s] += 1);
         let mut rows = 0;
         for b in below {
             rows += b;
@@ -50,7 +49,7 @@ impl Supernodes {
         }
         let mut next = self.row_start.clone();
         let mut list = vec![0; rows as usize];
-        self.each_row(pattern, parent, |s, row| {
+        self.each_row(couplings, parent, |s, row| {
             list[next[s] as usize] = row as u32;
             next[s] += 1;
         });
@@ -59,11 +58,11 @@ impl Supernodes {
     }
 
     /// Calls `use_row(s, row)` for every row below every supernode, rows ascending.
-    fn each_row(&self, pattern: &Pattern, parent: &[u32], mut use_row: impl FnMut(usize, usize)) {
+    fn each_row(&self, couplings: &Couplings, parent: &[u32], mut use_row: impl FnMut(usize, usize)) {
         let mut seen = vec![u32::MAX; self.count()];
-        for row in 0..pattern.n {
-            for p in pattern.column(row) {
-                let mut column = pattern.row_idx[p] as usize;
+        for row in 0..couplings.len() {
+            for &column in couplings.before(row) {
+                let mut column = column as usize;
                 while column < row {
                     let s = self.of_column[column] as usize;
                     let end = self.first[s + 1] as usize;
@@ -76,6 +75,26 @@ impl Supernodes {
                 }
             }
         }
+    }
+
+    /// The supernodes without columns before `start`, with their rows where `place` puts them in the same order.
+    pub(crate) fn moved(&self, place: &[u32], start: usize) -> Self {
+        let mut moved = Self {
+            first: vec![start as u32],
+            row_start: vec![0],
+            rows: Vec::new(),
+            of_column: vec![u32::MAX; place.len()],
+        };
+        for s in (0..self.count()).filter(|&s| place[self.first[s] as usize] as usize >= start) {
+            let first = place[self.first[s] as usize] as usize;
+            let end = first + self.width(s);
+            let index = moved.count() as u32;
+            moved.of_column[first..end].fill(index);
+            moved.first.push(end as u32);
+            moved.rows.extend(self.below(s).iter().map(|&row| place[row as usize]));
+            moved.row_start.push(moved.rows.len() as u32);
+        }
+        moved
     }
 
     pub(crate) fn count(&self) -> usize {
@@ -124,13 +143,13 @@ impl Supernodes {
 }
 
 /// Entries below the diagonal of each column of L.
-fn column_lengths(pattern: &Pattern, parent: &[u32]) -> Vec<u32> {
-    let mut lengths = vec![0u32; pattern.n];
-    let mut seen = vec![u32::MAX; pattern.n];
-    for row in 0..pattern.n {
+fn column_lengths(couplings: &Couplings, parent: &[u32]) -> Vec<u32> {
+    let mut lengths = vec![0u32; couplings.len()];
+    let mut seen = vec![u32::MAX; couplings.len()];
+    for row in 0..couplings.len() {
         seen[row] = row as u32;
-        for p in pattern.column(row) {
-            let mut column = pattern.row_idx[p] as usize;
+        for &column in couplings.before(row) {
+            let mut column = column as usize;
             while seen[column] != row as u32 {
                 seen[column] = row as u32;
                 lengths[column] += 1;
@@ -198,20 +217,23 @@ fn partition(parent: &[u32], lengths: &[u32]) -> Vec<u32> {
 mod tests {
     use super::*;
 
+    fn supernodes(n: usize, rows: &[usize], cols: &[usize]) -> Supernodes {
+        let position: Vec<u32> = (0..n as u32).collect();
+        let couplings = Couplings::new(n, rows, cols, &position);
+        Supernodes::new(&couplings, &couplings.elimination_forest())
+    }
+
     #[test]
     fn a_dense_matrix_is_one_supernode() {
         let (rows, cols): (Vec<_>, Vec<_>) = (0..5).flat_map(|i| (0..=i).map(move |j| (i, j))).unzip();
-        let pattern = Pattern::new(5, &rows, &cols, &[0, 1, 2, 3, 4]).expect("small");
-        let supernodes = Supernodes::new(&pattern);
+        let supernodes = supernodes(5, &rows, &cols);
         assert_eq!((supernodes.first.as_slice(), supernodes.below(0).len()), (&[0, 5][..], 0));
     }
 
     #[test]
     fn rows_of_an_arrow() {
         // Two independent pairs (0, 1), (2, 3) and a last row 4 that is full.
-        let pattern =
-            Pattern::new(5, &[1, 3, 4, 4, 4, 4], &[0, 2, 0, 1, 2, 3], &[0, 1, 2, 3, 4]).expect("small");
-        let supernodes = Supernodes::new(&pattern);
+        let supernodes = supernodes(5, &[1, 3, 4, 4, 4, 4], &[0, 2, 0, 1, 2, 3]);
         assert_eq!(supernodes.of_column[0], supernodes.of_column[1]);
         assert_ne!(supernodes.of_column[1], supernodes.of_column[2]);
         assert_eq!(supernodes.below(0), [4]);
@@ -222,8 +244,7 @@ mod tests {
         let n = 100;
         let rows: Vec<usize> = (1..n).collect();
         let cols: Vec<usize> = (0..n - 1).collect();
-        let position: Vec<u32> = (0..n as u32).collect();
-        let supernodes = Supernodes::new(&Pattern::new(n, &rows, &cols, &position).expect("small"));
+        let supernodes = supernodes(n, &rows, &cols);
         let values = |s| supernodes.width(s) * (supernodes.width(s) + supernodes.below(s).len());
         let sum: usize = (0..supernodes.count()).map(values).sum();
         assert!(sum < 4 * n, "{sum}");

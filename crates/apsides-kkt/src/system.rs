@@ -1,13 +1,13 @@
 //! [`KktSystem`]: the data flow from triplets to a refined solution.
 
-use crate::elimination;
+use crate::analysis::Analysis;
 use crate::inertia::Inertia;
 use crate::multifrontal::Multifrontal;
-use crate::pattern::Pattern;
 use crate::pivoted::Pivoted;
 use crate::refine::{Refiner, System, maximum};
 use crate::scaling::{equilibrate, power_of_two, smallest_row};
 use crate::settings::check_nonnegative;
+use crate::structure::Structure;
 use crate::{KktError, KktSettings};
 
 /// The accuracy to which a system was solved.
@@ -45,9 +45,10 @@ pub struct KktSystem {
     /// Elimination order: place `k` holds row `order[k]`.
     order: Vec<u32>,
     primal: usize,
-    pattern: Pattern,
-    /// Equilibrated upper triangle, without the static shift.
+    structure: Structure,
+    /// Upper triangle, without the static shift, as given and equilibrated.
     values: Vec<f64>,
+    scaled: Vec<f64>,
     /// Static shift of each place: positive in primal rows, negative (zero too) in dual ones.
     static_shifts: Vec<f64>,
     /// Scale of each place.
@@ -68,9 +69,9 @@ pub struct KktSystem {
 impl std::fmt::Debug for KktSystem {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
         f.debug_struct("KktSystem")
-            .field("n", &self.pattern.n)
+            .field("n", &self.structure.n)
             .field("primal", &self.primal)
-            .field("nonzeros", &self.pattern.nonzeros())
+            .field("nonzeros", &self.structure.values())
             .field("factor_nonzeros", &self.factor_nonzeros())
             .field("counters", &self.counters)
             .finish_non_exhaustive()
@@ -107,12 +108,7 @@ impl KktSystem {
         if let Some(index) = rows.iter().zip(cols).position(|(&i, &j)| i >= n || j >= n) {
             return Err(KktError::OutOfBounds { index, row: rows[index], col: cols[index], n });
         }
-        let mut order = elimination::order(n, rows, cols, &settings.ordering)?;
-        let mut pattern = Pattern::new(n, rows, cols, &elimination::inverse(&order))?;
-        if let Some(postorder) = pattern.postorder() {
-            order = postorder.iter().map(|&k| order[k as usize]).collect();
-            pattern = Pattern::new(n, rows, cols, &elimination::inverse(&order))?;
-        }
+        let Analysis { order, structure, factor } = Analysis::new(n, rows, cols, &settings.ordering)?;
         Ok(Self {
             refiner: Refiner::new(n, settings.max_refinements),
             static_shifts: order
@@ -126,9 +122,10 @@ impl KktSystem {
             settings,
             order,
             primal,
-            values: vec![0.0; pattern.nonzeros()],
+            values: vec![0.0; structure.values()],
+            scaled: vec![0.0; structure.values()],
             scale: vec![1.0; n],
-            factor: Multifrontal::new(&pattern)?,
+            factor,
             fallback: None,
             fallback_current: false,
             factored: false,
@@ -136,7 +133,7 @@ impl KktSystem {
             rhs: vec![0.0; n],
             solution: vec![0.0; n],
             counters: KktCounters::default(),
-            pattern,
+            structure,
         })
     }
 
@@ -158,7 +155,7 @@ impl KktSystem {
     ) -> Result<Inertia, KktError> {
         self.factored = false;
         self.fallback_current = false;
-        let expected = self.pattern.triplet_position.len();
+        let expected = self.structure.triplet_position.len();
         if values.len() != expected {
             return Err(KktError::Dimension { what: "values", found: values.len(), expected });
         }
@@ -166,27 +163,27 @@ impl KktSystem {
         check_nonnegative("dual_shift", dual_shift)?;
 
         self.values.fill(0.0);
-        for (&p, &v) in self.pattern.triplet_position.iter().zip(values) {
+        for (&p, &v) in self.structure.triplet_position.iter().zip(values) {
             self.values[p as usize] += v;
         }
-        for (j, &shift) in self.static_shifts.iter().enumerate() {
+        for (&p, &shift) in self.structure.diagonal.iter().zip(&self.static_shifts) {
             // The sign tells primal from dual rows.
-            self.values[self.pattern.diagonal(j)] +=
-                if shift.is_sign_positive() { primal_shift } else { -dual_shift };
+            self.values[p as usize] += if shift.is_sign_positive() { primal_shift } else { -dual_shift };
         }
         if !self.values.iter().all(|v| v.is_finite()) {
             let index = values.iter().position(|v| !v.is_finite()).unwrap_or(0);
             return Err(KktError::NotFinite { what: "values", index });
         }
         if self.settings.equilibrate {
-            equilibrate(&self.pattern, &mut self.values, &mut self.scale, &mut self.rhs);
+            equilibrate(&self.structure, &self.values, &mut self.scaled, &mut self.scale, &mut self.rhs);
             self.unit = 1.0;
         } else {
-            self.unit = smallest_row(&self.pattern, &self.values, &self.scale, &mut self.rhs);
+            self.structure.scale(&self.values, &mut self.scaled, &self.scale, &mut self.rhs);
+            self.unit = smallest_row(&self.rhs);
         }
         self.counters.factorisations += 1;
         self.factored = true;
-        let inertia = self.factor.factor(&self.values, &self.static_shifts, self.unit);
+        let inertia = self.factor.factor(&self.scaled, &self.static_shifts, self.unit);
         if inertia.zero == 0 {
             return Ok(inertia);
         }
@@ -199,10 +196,10 @@ impl KktSystem {
     fn pivoted(&mut self) -> Result<&mut Pivoted, KktError> {
         let fallback = match &mut self.fallback {
             Some(fallback) => fallback,
-            none => none.insert(Pivoted::new(&self.pattern)?),
+            none => none.insert(Pivoted::new(&self.structure)?),
         };
         if !self.fallback_current {
-            fallback.factor(&self.pattern, &self.values, &self.static_shifts);
+            fallback.factor(&self.scaled, &self.static_shifts);
             self.fallback_current = true;
             self.counters.fallbacks += 1;
         }
@@ -216,7 +213,7 @@ impl KktSystem {
     /// # Errors
     /// No factor, slices not of length `n`, a right-hand side that is not finite.
     pub fn solve(&mut self, rhs: &[f64], solution: &mut [f64]) -> Result<SolveQuality, KktError> {
-        let n = self.pattern.n;
+        let n = self.structure.n;
         if !self.factored {
             return Err(KktError::NotFactored);
         }
@@ -255,15 +252,8 @@ impl KktSystem {
 
     /// `self.solution` from `self.rhs`, which is not zero, both scaled and in elimination order.
     fn solve_scaled(&mut self) -> Result<SolveQuality, KktError> {
-        let rhs_norm = maximum(&self.rhs);
-        let system = System {
-            pattern: &self.pattern,
-            values: &self.values,
-            rhs: &self.rhs,
-            rhs_norm,
-            unit: self.unit,
-        };
         let tolerance = self.settings.residual_tolerance;
+        let system = System::new(&self.structure, &self.scaled, &self.rhs, &self.static_shifts, self.unit);
         let limit = self.settings.max_refinements.saturating_add(1);
         let direct = self.refiner.solve(system, &mut self.factor, &mut self.solution, tolerance, limit);
         let mut quality = SolveQuality {
@@ -275,13 +265,7 @@ impl KktSystem {
             return Ok(quality);
         }
         self.pivoted()?;
-        let system = System {
-            pattern: &self.pattern,
-            values: &self.values,
-            rhs: &self.rhs,
-            rhs_norm,
-            unit: self.unit,
-        };
+        let system = System::new(&self.structure, &self.scaled, &self.rhs, &self.static_shifts, self.unit);
         let Some(fallback) = &mut self.fallback else { return Ok(quality) };
         let pivoted = self.refiner.solve(system, fallback, &mut self.solution, tolerance, limit);
         quality.residual = pivoted.residual;
@@ -292,7 +276,7 @@ impl KktSystem {
 
     /// Rows of the system.
     pub fn dimension(&self) -> usize {
-        self.pattern.n
+        self.structure.n
     }
 
     /// Entries stored for the LDL^T factor.

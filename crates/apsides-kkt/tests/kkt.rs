@@ -1,7 +1,10 @@
 //! The public interface against dense elimination and known inertia.
 
-use apsides_kkt::{Inertia, KktError, KktSettings, KktSystem, Ordering, SolveQuality};
+mod support;
+
+use apsides_kkt::{Inertia, KktError, KktSettings, KktSystem, Ordering};
 use proptest::prelude::*;
+use support::{Random, Triplets, assert_close, dense_solve, solve};
 
 /// Solver: the tolerances at which the iterations stop.
 const SOLVER: f64 = 1e-9;
@@ -11,93 +14,6 @@ const ROUNDING: f64 = 1e-12;
 
 /// Residual every well-posed test system must reach.
 const TOLERANCE: f64 = 1e-10;
-
-/// Reproducible numbers in [-1, 1) (splitmix64).
-struct Random(u64);
-
-impl Random {
-    fn next(&mut self) -> f64 {
-        self.0 = self.0.wrapping_add(0x9e37_79b9_7f4a_7c15);
-        let mut z = self.0;
-        z = (z ^ (z >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
-        z = (z ^ (z >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
-        ((z ^ (z >> 31)) >> 11) as f64 / (1u64 << 52) as f64 - 1.0
-    }
-    fn vector(&mut self, n: usize) -> Vec<f64> {
-        (0..n).map(|_| self.next()).collect()
-    }
-    fn below(&mut self, n: usize) -> usize {
-        (((self.next() + 1.0) * 0.5 * n as f64) as usize).min(n - 1)
-    }
-}
-
-/// One triangle of a symmetric matrix as triplets.
-#[derive(Clone, Default)]
-struct Triplets {
-    n: usize,
-    primal: usize,
-    rows: Vec<usize>,
-    cols: Vec<usize>,
-    values: Vec<f64>,
-}
-
-impl Triplets {
-    fn new(n: usize, primal: usize) -> Self {
-        Self { n, primal, ..Self::default() }
-    }
-    fn push(&mut self, i: usize, j: usize, v: f64) {
-        self.rows.push(i);
-        self.cols.push(j);
-        self.values.push(v);
-    }
-    fn dense(&self) -> Vec<Vec<f64>> {
-        let mut a = vec![vec![0.0; self.n]; self.n];
-        for ((&i, &j), &v) in self.rows.iter().zip(&self.cols).zip(&self.values) {
-            a[i][j] += v;
-            if i != j {
-                a[j][i] += v;
-            }
-        }
-        a
-    }
-    fn analyse(&self, settings: KktSettings) -> KktSystem {
-        KktSystem::analyse(self.n, self.primal, &self.rows, &self.cols, settings).expect("well-posed")
-    }
-    /// `|b - A x| / |b|` row by row in the original, unscaled system, in the maximum norm.
-    fn plain_residual(&self, x: &[f64], b: &[f64]) -> f64 {
-        let product = multiply(&self.dense(), x);
-        let r = product.iter().zip(b).map(|(p, b)| (p - b).abs()).fold(0.0, f64::max);
-        r / b.iter().fold(0.0f64, |m, v| m.max(v.abs()))
-    }
-}
-
-fn multiply(a: &[Vec<f64>], x: &[f64]) -> Vec<f64> {
-    a.iter().map(|row| row.iter().zip(x).map(|(a, x)| a * x).sum()).collect()
-}
-
-/// Gaussian elimination with partial pivoting.
-fn dense_solve(mut a: Vec<Vec<f64>>, b: &[f64]) -> Vec<f64> {
-    let n = b.len();
-    let mut x = b.to_vec();
-    for k in 0..n {
-        let p = (k..n).max_by(|&i, &j| a[i][k].abs().total_cmp(&a[j][k].abs())).expect("k < n");
-        a.swap(k, p);
-        x.swap(k, p);
-        for i in k + 1..n {
-            let f = a[i][k] / a[k][k];
-            for j in k..n {
-                let u = a[k][j];
-                a[i][j] -= f * u;
-            }
-            x[i] -= f * x[k];
-        }
-    }
-    for k in (0..n).rev() {
-        let sum: f64 = (k + 1..n).map(|j| a[k][j] * x[j]).sum();
-        x[k] = (x[k] - sum) / a[k][k];
-    }
-    x
-}
 
 /// H = tridiagonal, diagonally dominant; J = identity part plus random entries: full row rank, inertia (nx, m, 0).
 fn convex_kkt(random: &mut Random, nx: usize, m: usize) -> Triplets {
@@ -117,19 +33,6 @@ fn convex_kkt(random: &mut Random, nx: usize, m: usize) -> Triplets {
         }
     }
     t
-}
-
-fn assert_close(x: &[f64], y: &[f64], tolerance: f64) {
-    let scale = y.iter().fold(1.0f64, |m, v| m.max(v.abs()));
-    for (i, (x, y)) in x.iter().zip(y).enumerate() {
-        assert!((x - y).abs() <= tolerance * scale, "entry {i}: {x} against {y}");
-    }
-}
-
-fn solve(system: &mut KktSystem, b: &[f64]) -> (Vec<f64>, SolveQuality) {
-    let mut x = vec![f64::NAN; b.len()];
-    let quality = system.solve(b, &mut x).expect("factored");
-    (x, quality)
 }
 
 #[test]

@@ -23,7 +23,7 @@ const LARGEST_SHIFT: f64 = 1e8;
 const LONGEST_STEP: f64 = 0.5;
 /// Part of the distance to the bounds that the step may take.
 const BOUND_PART: f64 = 0.5;
-/// Least gain of the objective that the curvature promises, relative to its size where that is above one: discretisations have directions
+/// Least gain of the objective that the curvature promises, relative to its size: discretisations have directions
 /// along which their error gains a little.
 const LEAST_GAIN: f64 = 1e-4;
 
@@ -41,7 +41,7 @@ impl Engine {
         let Some(shift) = self.least_shift(problem, system) else { return false };
         let curvature = self.state.most_negative_curvature(problem.structure(), system);
         let step = self.state.saddle_step();
-        let size = self.state.current.objective.abs().max(1.0);
+        let size = problem.size_of_objective(self.state.current.objective);
         let gains = curvature < 0.0 && -0.5 * curvature * step * step > LEAST_GAIN * size;
         if !(gains && shift.is_finite() && step.is_finite()) {
             return false;

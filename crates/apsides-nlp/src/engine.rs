@@ -265,6 +265,12 @@ impl Engine {
         self.recall_best(model);
     }
 
+    /// Returns true if the objective is lower than at the iterate with the least optimality error, by this part of its size.
+    pub(crate) fn is_lower_than_best(&self, problem: &ScaledProblem<'_>, part: f64) -> bool {
+        let best = self.best.objective;
+        self.state.current.objective < best - part * problem.size_of_objective(best)
+    }
+
     /// Goes back to the iterate with the least optimality error.
     pub(crate) fn recall_best(&mut self, model: &mut impl BarrierModel) {
         self.state.current.copy_from(&self.best);

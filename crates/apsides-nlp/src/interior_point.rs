@@ -22,7 +22,7 @@ use crate::warm_start::WarmStart;
 /// Restorations that end at a feasible point without the filter's consent, per solve.
 const MAX_FILTER_OVERRIDES: usize = 5;
 
-/// Least gain of the objective, relative to its size where that is above one, for which a saddle is left.
+/// Least gain of the objective, relative to its size, for which a saddle is left.
 const BETTER: f64 = 1e-4;
 
 /// Most iterations of one way out of a saddle.
@@ -157,7 +157,8 @@ impl InteriorPoint {
             engine.state.settings.max_iterations = most.min(self.settings.max_iterations);
             status = iterate(&mut engine, problem, system, &mut session, &mut restorations);
             let reached = &engine.state.current;
-            let is_better = reached.objective < saddle.objective - BETTER * saddle.objective.abs().max(1.0);
+            let is_better =
+                reached.objective < saddle.objective - BETTER * problem.size_of_objective(saddle.objective);
             if !(is_better && matches!(status, Status::Optimal | Status::Diverging)) {
                 engine.return_to(problem, &saddle);
                 status = Status::Optimal;
@@ -171,7 +172,9 @@ impl InteriorPoint {
             status,
             Status::Optimal | Status::Infeasible | Status::Diverging | Status::EvaluationFailed(_)
         );
-        if !keeps_point {
+        // An acceptable point beyond a saddle is better than the saddle, however exact that was.
+        let is_better = status == Status::Acceptable && engine.is_lower_than_best(problem, BETTER);
+        if !keeps_point && !is_better {
             engine.recall_best(problem);
         }
         let inside = status != Status::Optimal || engine.ends_inside(problem);

@@ -1,6 +1,7 @@
 //! Points, directions and the bounds they respect. All vectors are allocated once.
 
 use crate::model::BarrierModel;
+use crate::vector::{largest, sum_of_logarithms};
 
 /// A primal-dual point with the values that the line search needs there.
 #[derive(Debug, Clone)]
@@ -136,52 +137,28 @@ impl Bounds {
 
     /// `-sum ln slack`, plus the damping term.
     pub(crate) fn barrier_term(&self, point: &Point, damping: f64) -> f64 {
-        let mut term = 0.0;
-        for &i in &self.lower_set {
-            term -= point.lower_slack[i].ln();
-            if self.single[i] > 0.0 {
-                term += damping * point.lower_slack[i];
-            }
-        }
-        for &i in &self.upper_set {
-            term -= point.upper_slack[i].ln();
-            if self.single[i] < 0.0 {
-                term += damping * point.upper_slack[i];
-            }
-        }
-        term
+        let lower = self.lower_set.iter().map(|&i| point.lower_slack[i]);
+        let upper = self.upper_set.iter().map(|&i| point.upper_slack[i]);
+        let damped = |set: &[usize], slack: &[f64], sign: f64| -> f64 {
+            set.iter().filter(|&&i| self.single[i] == sign).map(|&i| slack[i]).sum()
+        };
+        let single = damped(&self.lower_set, &point.lower_slack, 1.0)
+            + damped(&self.upper_set, &point.upper_slack, -1.0);
+        damping * single - sum_of_logarithms(lower.chain(upper))
     }
 
     /// Longest step along `dv` that keeps the fraction `1 - tau` of every slack.
     pub(crate) fn longest_primal(&self, point: &Point, dv: &[f64], tau: f64) -> f64 {
-        let mut alpha = 1.0_f64;
-        for &i in &self.lower_set {
-            if dv[i] < 0.0 {
-                alpha = alpha.min(-tau * point.lower_slack[i] / dv[i]);
-            }
-        }
-        for &i in &self.upper_set {
-            if dv[i] > 0.0 {
-                alpha = alpha.min(tau * point.upper_slack[i] / dv[i]);
-            }
-        }
-        alpha
+        let lower = self.lower_set.iter().map(|&i| (point.lower_slack[i], -dv[i]));
+        let upper = self.upper_set.iter().map(|&i| (point.upper_slack[i], dv[i]));
+        longest(upper, longest(lower, 1.0, tau), tau)
     }
 
     /// The same for the bound multipliers.
     pub(crate) fn longest_dual(&self, point: &Point, dzl: &[f64], dzu: &[f64], tau: f64) -> f64 {
-        let mut alpha = 1.0_f64;
-        for &i in &self.lower_set {
-            if dzl[i] < 0.0 {
-                alpha = alpha.min(-tau * point.zl[i] / dzl[i]);
-            }
-        }
-        for &i in &self.upper_set {
-            if dzu[i] < 0.0 {
-                alpha = alpha.min(-tau * point.zu[i] / dzu[i]);
-            }
-        }
-        alpha
+        let lower = self.lower_set.iter().map(|&i| (point.zl[i], -dzl[i]));
+        let upper = self.upper_set.iter().map(|&i| (point.zu[i], -dzu[i]));
+        longest(upper, longest(lower, 1.0, tau), tau)
     }
 
     /// Average of slack times multiplier; zero without bounds.
@@ -196,20 +173,27 @@ impl Bounds {
 
     /// Largest `|slack * multiplier - barrier|`.
     pub(crate) fn complementarity_error(&self, point: &Point, barrier: f64) -> f64 {
-        let lower = self.lower_set.iter().map(|&i| (point.lower_slack[i] * point.zl[i] - barrier).abs());
-        let upper = self.upper_set.iter().map(|&i| (point.upper_slack[i] * point.zu[i] - barrier).abs());
-        lower.chain(upper).fold(0.0, f64::max)
+        let lower = self.lower_set.iter().map(|&i| point.lower_slack[i] * point.zl[i] - barrier);
+        let upper = self.upper_set.iter().map(|&i| point.upper_slack[i] * point.zu[i] - barrier);
+        largest(lower).max(largest(upper))
     }
 
     /// Keeps the multipliers within a factor of `barrier / slack` (Waechter and Biegler, eq. 16).
     pub(crate) fn safeguard_multipliers(&self, point: &mut Point, barrier: f64, factor: f64) {
+        let (least, most) = (barrier / factor, barrier * factor);
+        let keep = |multiplier: &mut f64, slack: f64| {
+            let product = *multiplier * slack;
+            if product < least {
+                *multiplier = least / slack;
+            } else if product > most {
+                *multiplier = most / slack;
+            }
+        };
         for &i in &self.lower_set {
-            let central = barrier / point.lower_slack[i];
-            point.zl[i] = point.zl[i].min(factor * central).max(central / factor);
+            keep(&mut point.zl[i], point.lower_slack[i]);
         }
         for &i in &self.upper_set {
-            let central = barrier / point.upper_slack[i];
-            point.zu[i] = point.zu[i].min(factor * central).max(central / factor);
+            keep(&mut point.zu[i], point.upper_slack[i]);
         }
     }
 
@@ -228,4 +212,15 @@ impl Bounds {
             }
         }
     }
+}
+
+/// The longest step up to `step` for which each amount, of the pairs of amount and decrease, keeps its fraction `1 - tau`.
+fn longest(pairs: impl Iterator<Item = (f64, f64)>, step: f64, tau: f64) -> f64 {
+    // A division only where the step becomes shorter.
+    pairs.fold(
+        step,
+        |step, (amount, decrease)| {
+            if tau * amount < step * decrease { tau * amount / decrease } else { step }
+        },
+    )
 }

@@ -361,6 +361,12 @@ impl<'a> ScaledProblem<'a> {
         Ok(Some(free.chain(self.kept.iter().map(|&i| constraints[i])).collect()))
     }
 
+    /// The size of an objective: at least one, scaled or in the user's units, whichever is less. Large terms that cancel make the
+    /// scaled one small.
+    pub(crate) fn size_of_objective(&self, scaled: f64) -> f64 {
+        scaled.abs().max(self.factors.objective.min(1.0))
+    }
+
     /// The user's point of a scaled one.
     pub(crate) fn user_point(&mut self, v: &[f64]) -> Vec<f64> {
         self.set_point(v);

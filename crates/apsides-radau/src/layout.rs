@@ -18,8 +18,8 @@ use crate::junction::{
     rate_rows_at_end,
 };
 
-/// Stages of the elimination order that an interval has.
-pub(crate) const STAGES: u32 = 4;
+/// Stages of the elimination order that an interval has inside, and as many at its first point.
+pub(crate) const STAGES: u32 = 3;
 
 /// One collocation point.
 pub(crate) struct Node {
@@ -231,7 +231,7 @@ impl CollocationPhase {
             implied_rates: implied_rates(phase, &implied_rows),
             rows_at_start: free_at_start(phase, &implied_rows),
             implied_rows,
-            first_stage: places.take_stages(STAGES * (mesh.intervals() as u32 + 1)),
+            first_stage: places.take_stages(STAGES * (2 * mesh.intervals() as u32 + 1)),
             mesh,
         })
     }

@@ -1,0 +1,308 @@
+//! Where the values of the permuted matrix stand: those of bundles lane by lane, then the others by columns.
+
+use pulp::{Arch, Simd, WithSimd};
+
+use crate::KktError;
+use crate::bundle::Bundles;
+use crate::lane_entries::{Columns, LaneEntries, Outside};
+use crate::pattern::Pattern;
+use crate::twins::{LANES, MOST_ROWS};
+
+/// Structure of a symmetric `n` x `n` matrix with the rows of bundles first.
+pub(crate) struct Structure {
+    pub(crate) n: usize,
+    /// Entries between rows of the same lane, then those with rows outside, each as a vector of all lanes.
+    inner: Columns,
+    outer: Columns,
+    bundles: Vec<Outside>,
+    /// Places of rows outside, by lane.
+    outer_rows: Vec<[u32; LANES]>,
+    arch: Arch,
+    /// Upper triangle of the rows that are in no bundle, counted from the first of them.
+    pub(crate) rest: Pattern,
+    /// Position of the first value of `rest`.
+    pub(crate) rest_at: usize,
+    /// Position of the value of each triplet, and of each diagonal entry.
+    pub(crate) triplet_position: Vec<u32>,
+    pub(crate) diagonal: Vec<u32>,
+}
+
+impl Structure {
+    /// Structure of the triplets with row `i` moved to `position[i]`. Duplicates share one position; the diagonal is
+    /// always present. The caller has checked that every index is below `n` and that `rows` and `cols` have equal length.
+    pub(crate) fn new(
+        n: usize,
+        rows: &[usize],
+        cols: &[usize],
+        position: &[u32],
+        bundles: &mut Bundles,
+    ) -> Result<Self, KktError> {
+        if rows.len() + n > i32::MAX as usize {
+            return Err(KktError::TooLarge { n });
+        }
+        let begin = bundles.rows();
+        let mut triplet_position = vec![0; rows.len()];
+        let (mut rest_rows, mut rest_cols, mut rest_triplets) = (Vec::new(), Vec::new(), Vec::new());
+        let mut places = bundles.places();
+        for (t, (&row, &col)) in rows.iter().zip(cols).enumerate() {
+            let (a, b) = (position[row], position[col]);
+            let (first, second) = (a.min(b) as usize, a.max(b) as usize);
+            if first < begin {
+                triplet_position[t] = places.touch(first, second);
+            } else {
+                rest_rows.push(first - begin);
+                rest_cols.push(second - begin);
+                rest_triplets.push(t);
+            }
+        }
+        let mut diagonal: Vec<u32> = (0..begin).map(|row| places.touch(row, row)).collect();
+        let LaneEntries { inner, outer, bundles, outer_rows, position: lane_position } = places.finish();
+        let rest_at = (inner.row.len() + outer.row.len()) * LANES;
+        for (row, diagonal) in diagonal.iter_mut().enumerate() {
+            *diagonal = lane_position[*diagonal as usize] + (row % LANES) as u32;
+        }
+        let identity: Vec<u32> = (0..(n - begin) as u32).collect();
+        let rest = Pattern::new(n - begin, &rest_rows, &rest_cols, &identity)?;
+        let mut next = rest_triplets.iter().zip(&rest.triplet_position).peekable();
+        for (t, (&row, &col)) in rows.iter().zip(cols).enumerate() {
+            triplet_position[t] = match next.next_if(|(triplet, _)| **triplet == t) {
+                Some((_, &p)) => rest_at as u32 + p,
+                None => {
+                    let lane = position[row].min(position[col]) % LANES as u32;
+                    lane_position[triplet_position[t] as usize] + lane
+                }
+            };
+        }
+        diagonal.extend((0..rest.n).map(|row| (rest_at + rest.diagonal(row)) as u32));
+        Ok(Self {
+            n,
+            inner,
+            outer,
+            bundles,
+            outer_rows,
+            arch: Arch::new(),
+            rest,
+            rest_at,
+            triplet_position,
+            diagonal,
+        })
+    }
+
+    /// Values that are stored.
+    pub(crate) fn values(&self) -> usize {
+        self.rest_at + self.rest.nonzeros()
+    }
+
+    /// Rows that are in bundles.
+    fn begin(&self) -> usize {
+        self.n - self.rest.n
+    }
+
+    /// Row and column of every value, the row of the upper triangle first.
+    pub(crate) fn entries(&self) -> (Vec<usize>, Vec<usize>) {
+        let (mut rows, mut cols) = (Vec::with_capacity(self.values()), Vec::with_capacity(self.values()));
+        for (column, entry) in self.inner.entries() {
+            let row = self.inner.row[entry] as usize;
+            rows.extend((0..LANES).map(|lane| column * LANES + lane));
+            cols.extend((0..LANES).map(|lane| row + lane));
+        }
+        for Outside { columns, rows: outside } in &self.bundles {
+            for column in columns.clone() {
+                for entry in self.outer.column(column) {
+                    rows.extend((0..LANES).map(|lane| column * LANES + lane));
+                    let row = outside.start + self.outer.row[entry] as usize;
+                    cols.extend(self.outer_rows[row].map(|row| row as usize));
+                }
+            }
+        }
+        let begin = self.begin();
+        for column in 0..self.rest.n {
+            for p in self.rest.column(column) {
+                rows.push(begin + self.rest.row_idx[p] as usize);
+                cols.push(begin + column);
+            }
+        }
+        (rows, cols)
+    }
+
+    /// `out -= A x` for the symmetric matrix with these values.
+    pub(crate) fn subtract_product(&self, values: &[f64], x: &[f64], out: &mut [f64]) {
+        self.arch.dispatch(SubtractLanes { structure: self, values, x, out: &mut *out });
+        let begin = self.begin();
+        self.rest.subtract_product(&values[self.rest_at..], &x[begin..], &mut out[begin..]);
+    }
+
+    #[inline(always)]
+    fn subtract_lanes(&self, values: &[f64], x: &[f64], out: &mut [f64]) {
+        let (lanes, _) = values.as_chunks::<LANES>();
+        let (inner, outer) = lanes.split_at(self.inner.row.len());
+        let (mut x_outside, mut sums) = ([[0.0; LANES]; MOST_ROWS], [[0.0; LANES]; MOST_ROWS]);
+        for Outside { columns, rows } in &self.bundles {
+            let outside = &self.outer_rows[rows.clone()];
+            for ((x_outside, sum), places) in x_outside.iter_mut().zip(&mut sums).zip(outside) {
+                *x_outside = places.map(|row| x[row as usize]);
+                *sum = [0.0; LANES];
+            }
+            for column in columns.clone() {
+                let at = column * LANES;
+                let xj = lanes_of(x, at);
+                let mut sum = [0.0; LANES];
+                for entry in self.inner.column(column) {
+                    let (row, a) = (self.inner.row[entry] as usize, inner[entry]);
+                    let xi = lanes_of(x, row);
+                    for lane in 0..LANES {
+                        sum[lane] += a[lane] * xi[lane];
+                    }
+                    if row != at {
+                        let out = &mut out[row..row + LANES];
+                        for lane in 0..LANES {
+                            out[lane] -= a[lane] * xj[lane];
+                        }
+                    }
+                }
+                for entry in self.outer.column(column) {
+                    let (k, a) = (self.outer.row[entry] as usize, outer[entry]);
+                    let (xi, row_sum) = (x_outside[k], &mut sums[k]);
+                    for lane in 0..LANES {
+                        sum[lane] += a[lane] * xi[lane];
+                        row_sum[lane] += a[lane] * xj[lane];
+                    }
+                }
+                for (out, sum) in out[at..at + LANES].iter_mut().zip(sum) {
+                    *out -= sum;
+                }
+            }
+            for (places, sum) in outside.iter().zip(&sums) {
+                for (&row, sum) in places.iter().zip(sum) {
+                    out[row as usize] -= sum;
+                }
+            }
+        }
+    }
+
+    /// Writes `S A S` and the largest magnitude in each of its rows.
+    pub(crate) fn scale(&self, values: &[f64], scaled: &mut [f64], scale: &[f64], largest: &mut [f64]) {
+        largest.fill(0.0);
+        let (scaled_lanes, sizes) = (&mut *scaled, &mut *largest);
+        self.arch.dispatch(ScaleLanes {
+            structure: self,
+            values,
+            scaled: scaled_lanes,
+            scale,
+            largest: sizes,
+        });
+        let begin = self.begin();
+        let (scale, largest) = (&scale[begin..], &mut largest[begin..]);
+        let (values, scaled) = (&values[self.rest_at..], &mut scaled[self.rest_at..]);
+        for (j, &sj) in scale.iter().enumerate() {
+            let mut column_largest = 0.0;
+            let column = self.rest.column(j);
+            let entries = self.rest.row_idx[column.clone()].iter().zip(&values[column.clone()]);
+            for ((&i, &a), scaled) in entries.zip(&mut scaled[column]) {
+                let i = i as usize;
+                let value = a * (scale[i] * sj);
+                *scaled = value;
+                largest[i] = larger(value.abs(), largest[i]);
+                column_largest = larger(value.abs(), column_largest);
+            }
+            largest[j] = larger(column_largest, largest[j]);
+        }
+    }
+
+    #[inline(always)]
+    fn scale_lanes(&self, values: &[f64], scaled: &mut [f64], scale: &[f64], largest: &mut [f64]) {
+        let (lanes, _) = values.as_chunks::<LANES>();
+        let (inner, outer) = lanes.split_at(self.inner.row.len());
+        let (scaled_lanes, _) = scaled.as_chunks_mut::<LANES>();
+        let (scaled_inner, scaled_outer) = scaled_lanes.split_at_mut(self.inner.row.len());
+        let (mut scale_outside, mut sizes) = ([[0.0; LANES]; MOST_ROWS], [[0.0; LANES]; MOST_ROWS]);
+        for Outside { columns, rows } in &self.bundles {
+            let outside = &self.outer_rows[rows.clone()];
+            for ((scale_outside, size), places) in scale_outside.iter_mut().zip(&mut sizes).zip(outside) {
+                *scale_outside = places.map(|row| scale[row as usize]);
+                *size = [0.0; LANES];
+            }
+            for column in columns.clone() {
+                let at = column * LANES;
+                let sj = lanes_of(scale, at);
+                let mut column_size = [0.0; LANES];
+                for entry in self.inner.column(column) {
+                    let (row, a) = (self.inner.row[entry] as usize, inner[entry]);
+                    let si = lanes_of(scale, row);
+                    let size = &mut largest[row..row + LANES];
+                    let scaled = &mut scaled_inner[entry];
+                    for lane in 0..LANES {
+                        scaled[lane] = a[lane] * (si[lane] * sj[lane]);
+                        column_size[lane] = larger(scaled[lane].abs(), column_size[lane]);
+                        size[lane] = larger(scaled[lane].abs(), size[lane]);
+                    }
+                }
+                for entry in self.outer.column(column) {
+                    let (k, a) = (self.outer.row[entry] as usize, outer[entry]);
+                    let (si, size) = (scale_outside[k], &mut sizes[k]);
+                    let scaled = &mut scaled_outer[entry];
+                    for lane in 0..LANES {
+                        scaled[lane] = a[lane] * (si[lane] * sj[lane]);
+                        column_size[lane] = larger(scaled[lane].abs(), column_size[lane]);
+                        size[lane] = larger(scaled[lane].abs(), size[lane]);
+                    }
+                }
+                for (largest, size) in largest[at..at + LANES].iter_mut().zip(column_size) {
+                    *largest = larger(size, *largest);
+                }
+            }
+            for (places, size) in outside.iter().zip(sizes) {
+                for (&row, size) in places.iter().zip(size) {
+                    largest[row as usize] = larger(size, largest[row as usize]);
+                }
+            }
+        }
+    }
+}
+
+/// Compiled for the vectors of the machine; lanes are treated alike by all of them.
+struct SubtractLanes<'a> {
+    structure: &'a Structure,
+    values: &'a [f64],
+    x: &'a [f64],
+    out: &'a mut [f64],
+}
+
+impl WithSimd for SubtractLanes<'_> {
+    type Output = ();
+
+    #[inline(always)]
+    fn with_simd<S: Simd>(self, _: S) {
+        self.structure.subtract_lanes(self.values, self.x, self.out);
+    }
+}
+
+/// The same for [`Structure::scale`].
+struct ScaleLanes<'a> {
+    structure: &'a Structure,
+    values: &'a [f64],
+    scaled: &'a mut [f64],
+    scale: &'a [f64],
+    largest: &'a mut [f64],
+}
+
+impl WithSimd for ScaleLanes<'_> {
+    type Output = ();
+
+    #[inline(always)]
+    fn with_simd<S: Simd>(self, _: S) {
+        self.structure.scale_lanes(self.values, self.scaled, self.scale, self.largest);
+    }
+}
+
+/// The lanes that begin at a place.
+#[inline(always)]
+fn lanes_of(values: &[f64], at: usize) -> [f64; LANES] {
+    std::array::from_fn(|lane| values[at..at + LANES][lane])
+}
+
+/// The larger of two numbers that are not NaN: one instruction, where `f64::max` takes several.
+#[inline(always)]
+fn larger(a: f64, b: f64) -> f64 {
+    if a > b { a } else { b }
+}
