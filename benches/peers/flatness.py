@@ -134,7 +134,7 @@ def main():
         cases.append((f"Radau {intervals} x {points}", mesh, landing.posed, STATES))
         for name, words, posed_by, strategies in cases:
             misses, entries = compare(program, mission, words, posed_by, strategies, arguments)
-            ratios = trajectories.report(name, 1.0, entries, 1e-8)
+            ratios = trajectories.report(name, 1.0, entries, 1e-8).stock
             notes.append(f"{mission}, {name}: {described(misses, entries, ratios)}")
         for splines in ("paper", "refined"):
             notes.append(f"{mission}, whole call, {splines}: {called(program, mission, splines, arguments)}")

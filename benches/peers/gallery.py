@@ -65,10 +65,12 @@ def main():
     print("\n".join(notes))
     print()
     for strategy in trajectories.STRATEGIES:
-        found = {name: r[strategy] for name, r in ratios.items() if strategy in r}
+        found = {name: r.equal[strategy] for name, r in ratios.items() if strategy in r.equal}
+        closing(f"{strategy}, equal settings", found, len(ratios))
+    closing("the fastest strategy of each", {n: r.best for n, r in ratios.items() if r.best}, len(ratios))
+    for strategy in trajectories.STRATEGIES:
+        found = {name: r.stock[strategy] for name, r in ratios.items() if strategy in r.stock}
         closing(f"apsides {strategy} against the faster of Ipopt's own strategies", found, len(ratios))
-    fastest = {name: max(r.values()) for name, r in ratios.items() if r}
-    closing("the fastest of apsides against the faster of Ipopt's own strategies", fastest, len(ratios))
     more = [f"{name} {strategy} {ours}/{theirs}" for name, strategy, ours, theirs in counts if ours > 1.1 * theirs]
     print(f"over 10 % more iterations than Ipopt with equal settings: {', '.join(more) or 'none'}")
 

@@ -2,12 +2,24 @@
 
 import statistics
 import sys
+from typing import NamedTuple
 
 from . import SUCCESS, output
 
 SOLVERS = ("apsides", "Ipopt")
 STRATEGIES = ("monotone", "quality", "trajectory")
 STOCK = ("monotone", "quality")
+
+
+class Ratios(NamedTuple):
+    """Times of Ipopt over those of apsides on one problem, where both reach the best optimum."""
+
+    equal: dict
+    """By strategy, Ipopt with the same settings."""
+    best: float | None
+    """The fastest of all strategies on either side."""
+    stock: dict
+    """By strategy of apsides, the faster of Ipopt's own two strategies."""
 
 
 class Entry:
@@ -57,24 +69,25 @@ def heading():
 
 
 def report(label, sign, entries, tolerance):
-    """Lines of the table; a ratio stands where the optimum is the best one. Returns the stock ratio of each strategy."""
+    """Lines of the table; a ratio stands where the optimum is the best one. Returns the `Ratios`."""
     optimum = min((e.last["objective"] for e in entries.values() if e.success), default=float("nan"))
     rivals = [
         e for (s, b), e in entries.items() if s == "Ipopt" and b in STOCK and e.reaches(optimum, tolerance)
     ]
     rival = min(rivals, key=lambda e: e.least, default=None)
     variables = entries["apsides", STRATEGIES[0]].last["variables"]
-    ratios = {}
+    equal_settings, stock = {}, {}
     for entry in entries.values():
         last = entry.last
         ratio = same = ""
         equal = entries["Ipopt", entry.strategy]
         here = entry.reaches(optimum, tolerance)
         if entry.solver == "apsides" and equal.reaches(optimum, tolerance) and here:
-            same = f"{equal.least / entry.least:.2f}"
+            equal_settings[entry.strategy] = equal.least / entry.least
+            same = f"{equal_settings[entry.strategy]:.2f}"
         if rival is not None and entry.solver == "apsides" and here:
-            ratios[entry.strategy] = rival.least / entry.least
-            ratio = f"{ratios[entry.strategy]:.2f}"
+            stock[entry.strategy] = rival.least / entry.least
+            ratio = f"{stock[entry.strategy]:.2f}"
         elif entry is rival:
             ratio = "rival"
         print(
@@ -87,4 +100,9 @@ def report(label, sign, entries, tolerance):
             )
         )
     sys.stdout.flush()
-    return ratios
+    fastest = {
+        solver: min((e.least for (s, _), e in entries.items() if s == solver and e.reaches(optimum, tolerance)), default=None)
+        for solver in SOLVERS
+    }
+    best = fastest["Ipopt"] / fastest["apsides"] if all(fastest.values()) else None
+    return Ratios(equal_settings, best, stock)
