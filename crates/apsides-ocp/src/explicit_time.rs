@@ -90,11 +90,23 @@ impl PhaseTrajectory {
         ends[k] + (t - breaks[k]) / (breaks[k + 1] - breaks[k]) * (ends[k + 1] - ends[k])
     }
 
-    /// The same phase with an end of a piece at each of these times, which increase within the phase.
+    /// The same phase with an end of a piece at each of these times, which increase within the phase; but for those that are too close to
+    /// an end for its mesh to tell them apart.
     pub(crate) fn divided_at(&self, times: &[f64]) -> Result<Self, OcpError> {
+        let (mut apart, mut places) = (Vec::new(), Vec::new());
+        for &t in times {
+            let place = self.fraction_at(t);
+            let ends = self.mesh.fractions();
+            let next = ends.partition_point(|end| *end < place);
+            let is_end = ends.get(next) == Some(&place) || places.last() == Some(&place);
+            if !is_end {
+                apart.push(t);
+                places.push(place);
+            }
+        }
+        let times = &apart[..];
         let control = self.control.divided_at(times)?;
         let divided = |p: &Option<PiecewisePolynomial>| p.as_ref().map(|p| p.divided_at(times)).transpose();
-        let places: Vec<f64> = times.iter().map(|t| self.fraction_at(*t)).collect();
         let mesh = self.mesh.with_ends(&places)?;
         // The error of an interval is that of its parts.
         let error = |w: &[f64]| {
@@ -298,6 +310,16 @@ mod tests {
             .minimize("x", "m", At::FinalState("late", "x"))
             .build()
             .expect("posed")
+    }
+
+    /// Two features of a trajectory may be closer to each other than its mesh tells fractions apart.
+    #[test]
+    fn ends_that_are_there_already_are_no_further_ones() {
+        let mesh = PhaseMesh::new(vec![0.0, 0.25, 1.0], vec![3, 4]).expect("a mesh");
+        let divided = mesh.with_ends(&[0.25, 0.5, 0.5]).expect("one end more");
+        assert_eq!((divided.fractions(), divided.points()), (&[0.0, 0.25, 0.5, 1.0][..], &[3, 4, 4][..]));
+        assert_eq!(mesh.with_ends(&[0.0, 0.25, 1.0]).expect("none more"), mesh);
+        assert!(mesh.with_ends(&[f64::NAN]).is_err() && mesh.with_ends(&[1.5]).is_err());
     }
 
     #[test]

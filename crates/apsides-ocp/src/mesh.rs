@@ -127,15 +127,19 @@ impl PhaseMesh {
         })
     }
 
-    /// The same mesh with further interval ends, which increase between 0 and 1; an interval that is divided gives its points to each part.
+    /// The same mesh with further interval ends between 0 and 1; an interval that is divided gives its points to each part. Those that are
+    /// ends already stay as they are.
     ///
     /// # Errors
-    /// [`OcpError::Mesh`] when they do not increase, or one is an end already.
+    /// [`OcpError::Mesh`] when one of them is not between 0 and 1.
     pub fn with_ends(&self, further: &[f64]) -> Result<Self, OcpError> {
         let mut fractions = self.fractions.clone();
         let mut points = self.points.clone();
         for &f in further {
             let k = fractions.partition_point(|end| *end < f);
+            if fractions.get(k) == Some(&f) {
+                continue;
+            }
             fractions.insert(k, f);
             points.insert(k.saturating_sub(1), points.get(k.saturating_sub(1)).copied().unwrap_or(0));
         }

@@ -198,7 +198,11 @@ fn operation(b: &mut FormulaBuilder, kind: usize, p: crate::Value, q: crate::Val
         9 => b.tanh(q),
         10 => b.asin(within),
         11 => b.atan2(q, above),
-        12 => b.acosh(above),
+        12 => {
+            // At one it has a kink.
+            let above = b.add(above, half);
+            b.acosh(above)
+        }
         _ => b.pow(above, within),
     }
 }
