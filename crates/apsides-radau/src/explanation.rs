@@ -59,6 +59,10 @@ pub struct Explanation {
 const FEASIBLE: f64 = 5e-7;
 /// A residual below this part of its scale is rounding.
 const ROUNDING: f64 = 1e-12;
+/// A relaxation is a lower one if its weighted amounts are below this part of another's.
+const LOWER: f64 = 0.99;
+/// Times that a relaxation of all requirements is looked for from one that is lower.
+const MOST_LOWER: usize = 3;
 /// Requirements tried alone besides those that conflict.
 const MOST_OTHERS: usize = 5;
 
@@ -80,6 +84,22 @@ impl Radau {
                 (relaxer, all) = (exact, closer);
             }
         }
+        let mut ways = Vec::new();
+        for _ in 0..MOST_LOWER {
+            if all.meets_all() || !all.result.is_success() {
+                break;
+            }
+            ways = ways_out(&relaxer, &all, &mut meshes)?;
+            // A relaxation of all requirements that is worse than that of one is not the least one.
+            let lower = ways.first().filter(|way| way.motion.total() < LOWER * all.total());
+            let Some(lower) = lower else { break };
+            let again = relaxer.relax(&lower.motion.guess, &lower.motion.mesh, None, &mut ())?;
+            meshes.extend(again.meshes.iter().cloned());
+            if !(again.result.is_success() && again.total() < LOWER * all.total()) {
+                break;
+            }
+            all = again;
+        }
         let mut explanation = Explanation {
             status: all.result.report.status,
             conflicts: Vec::new(),
@@ -93,7 +113,7 @@ impl Radau {
             }
         }
         if !explanation.conflicts.is_empty() {
-            explanation.remedies = remedies(&relaxer, &all, &mut meshes)?;
+            explanation.remedies = ways.into_iter().map(|way| way.remedy).collect();
         }
         explanation.meshes = meshes;
         Ok(explanation)
@@ -154,14 +174,20 @@ impl Radau {
     }
 }
 
-/// The requirements that each restore feasibility alone, with the bounds that this takes.
-fn remedies(
+/// One requirement whose relaxation alone restores feasibility, and the motion that this allows.
+struct WayOut {
+    remedy: Remedy,
+    motion: Relaxed,
+}
+
+/// The requirements that each restore feasibility alone, the least relaxation first.
+fn ways_out(
     relaxer: &Relaxer<'_>,
     all: &Relaxed,
     meshes: &mut Vec<MeshRecord>,
-) -> Result<Vec<Remedy>, RadauError> {
+) -> Result<Vec<WayOut>, RadauError> {
     let screen = relaxer.on_one_mesh();
-    let mut remedies = Vec::new();
+    let mut ways = Vec::new();
     for g in all.result.candidates(&all.limits(), MOST_OTHERS) {
         let Some(requirement) = &all.items[g].requirement else { continue };
         // One that has no solution takes many iterations to say so.
@@ -178,17 +204,12 @@ fn remedies(
         let alone = relaxer.relax(&screened.guess, &all.mesh, Some(g), &mut ())?;
         meshes.extend(alone.meshes.iter().cloned());
         if alone.result.is_success() {
-            let amount = alone.result.amounts[g];
-            let to = requirement.relaxed(amount);
-            let limits = &all.items[g].limits;
-            remedies.push((
-                amount * limits.weight / limits.unit,
-                Remedy { requirement: requirement.clone(), to },
-            ));
+            let to = requirement.relaxed(alone.result.amounts[g]);
+            ways.push(WayOut { remedy: Remedy { requirement: requirement.clone(), to }, motion: alone });
         }
     }
-    remedies.sort_by(|a, b| a.0.total_cmp(&b.0));
-    Ok(remedies.into_iter().map(|(_, r)| r).collect())
+    ways.sort_by(|a, b| a.motion.total().total_cmp(&b.motion.total()));
+    Ok(ways)
 }
 
 impl Relaxed {

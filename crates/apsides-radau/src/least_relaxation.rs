@@ -207,6 +207,12 @@ impl Relaxed {
         self.result.is_success() && self.result.conflicts(&self.limits()).is_empty()
     }
 
+    /// The sum of the weighted amounts, each relative to its unit.
+    pub(crate) fn total(&self) -> f64 {
+        let parts = self.items.iter().zip(&self.result.amounts);
+        parts.map(|(item, amount)| item.limits.weight * amount / item.limits.unit).sum()
+    }
+
     /// Largest relative amount that would not be seen.
     pub(crate) fn resolution(&self) -> f64 {
         self.result.resolution.max(self.meshes.last().map_or(f64::INFINITY, |m| m.error))
