@@ -638,7 +638,7 @@ OPTIMA = {
     "trap_four_thrusters": lambda: wells(8, [0.75, 0.25, -0.75, 0.25], 0.06),
     "trap_frequency_fit": fit_of_a_frequency,
     "trap_integral_on_a_ridge": lambda: -1 / 12,
-    "trap_large_terms_that_cancel": lambda: least(lambda u: 2 * (u * u - 1) ** 2 + 0.375 * (1 - u), 0, 2),
+    "trap_large_terms_that_cancel": lambda: 1 + least(lambda u: 2 * (u * u - 1) ** 2 + 0.375 * (1 - u), 0, 2),
     "trap_largest_of_a_square": lambda: -9,
     "trap_length_in_any_measure": lambda: 5,
     "trap_narrow_well": lambda: well(90, 9, 0.1, 8.9, 9.1),

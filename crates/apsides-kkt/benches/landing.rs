@@ -61,6 +61,8 @@ enum Rule {
     NodeControlsFirst,
     /// Interior nodes of each interval, then its first node, then its multipliers.
     InteriorFirst,
+    /// Controls, states and multipliers of the nodes of each interval but its first, then those of the first nodes.
+    InsideFirst,
 }
 
 struct Landing {
@@ -140,6 +142,10 @@ impl Landing {
                 }
                 (Rule::StatesFirst, kind) => 2 * p.interval + u32::from(kind != Kind::State),
                 (Rule::ControlsFirst, kind) => 3 * p.interval + u32::from(kind != Kind::Control) + late,
+                (Rule::InsideFirst, kind) => {
+                    let after = if p.node == 0 { self.n as u32 } else { 0 };
+                    3 * (after + p.interval) + u32::from(kind != Kind::Control) + late
+                }
                 (Rule::InteriorFirst, _) => {
                     3 * p.interval + if late == 1 { 2 } else { u32::from(p.node == 0) }
                 }
@@ -185,9 +191,9 @@ fn scaling(c: &mut Criterion) {
         let landing = Landing::new(intervals, 5, 1);
         let id = |name: &str| format!("{name}/{intervals}");
         c.bench_function(&id("analyse"), |b| {
-            b.iter(|| landing.analyse(Rule::NodeControlsFirst));
+            b.iter(|| landing.analyse(Rule::InsideFirst));
         });
-        let mut system = landing.analyse(Rule::NodeControlsFirst);
+        let mut system = landing.analyse(Rule::InsideFirst);
         c.bench_function(&id("factor"), |b| {
             b.iter(|| system.factor(black_box(&landing.values), 0.0, 0.0).expect("finite"));
         });
@@ -209,11 +215,17 @@ fn order(c: &mut Criterion) {
         Rule::StatesFirst,
         Rule::ControlsFirst,
         Rule::InteriorFirst,
+        Rule::InsideFirst,
     ];
     for rule in rules {
         let mut system = landing.analyse(rule);
-        c.bench_function(&format!("order/{rule:?}"), |b| {
+        c.bench_function(&format!("order/factor/{rule:?}"), |b| {
             b.iter(|| system.factor(black_box(&landing.values), 0.0, 0.0).expect("finite"));
+        });
+        let rhs: Vec<f64> = (0..landing.n).map(|i| (i as f64).sin()).collect();
+        let mut x = vec![0.0; landing.n];
+        c.bench_function(&format!("order/solve/{rule:?}"), |b| {
+            b.iter(|| system.solve(black_box(&rhs), &mut x).expect("factored"));
         });
     }
 }

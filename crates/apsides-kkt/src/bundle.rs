@@ -81,6 +81,13 @@ struct Bundle {
     outer_entries: Range<usize>,
 }
 
+impl Bundle {
+    /// Places of its rows.
+    fn places(&self, shape: &Shape) -> Range<usize> {
+        self.base..self.base + shape.rows * LANES
+    }
+}
+
 impl Bundles {
     /// The bundles of these twins of the supernodes of a postorder, placed one after the other from place 0. `place` is
     /// the final place of each row; rows of twins have theirs.
@@ -139,7 +146,7 @@ impl Bundles {
 
     /// Rows of all bundles.
     pub(crate) fn rows(&self) -> usize {
-        self.list.last().map_or(0, |bundle| bundle.base + self.shapes[bundle.shape].rows * LANES)
+        self.list.last().map_or(0, |bundle| bundle.places(&self.shapes[bundle.shape]).end)
     }
 
     pub(crate) fn count(&self) -> usize {
@@ -179,7 +186,7 @@ impl Bundles {
             let shape = &shapes[bundle.shape];
             let entries = &mut entries[bundle.entries..bundle.entries + shape.entries * LANES];
             let outer = &mut outer[bundle.outer..bundle.outer + shape.outer.pow(2) * LANES];
-            let shifts = &shifts[bundle.base..bundle.base + shape.rows * LANES];
+            let shifts = &shifts[bundle.places(shape)];
             clear(simd, entries);
             clear(simd, outer);
             clear(simd, &mut work[..shape.work * LANES]);
@@ -236,17 +243,18 @@ impl Bundles {
         let Self { shapes, list, entries, x, .. } = self;
         for bundle in list {
             let shape = &shapes[bundle.shape];
-            let inner = shape.rows * LANES;
-            let x = &mut x[..inner + shape.outer * LANES];
-            let right_inner = bundle.base..bundle.base + inner;
-            x[..inner].copy_from_slice(&right[right_inner.clone()]);
-            clear(simd, &mut x[inner..]);
+            let places = bundle.places(shape);
+            let x = &mut x[..places.len() + shape.outer * LANES];
+            let (inner, outside) = x.split_at_mut(places.len());
+            inner.copy_from_slice(&right[places.clone()]);
+            clear(simd, outside);
             for front in &shape.fronts {
                 let block = &entries[bundle.entries + front.block * LANES..];
                 lanes::forward(simd, block, front.size(), front.first, &front.below, x);
             }
-            right[right_inner].copy_from_slice(&x[..inner]);
-            for (rows, values) in bundle.outer_rows.iter().zip(x[inner..].chunks_exact(LANES)) {
+            let (inner, outside) = x.split_at(places.len());
+            right[places].copy_from_slice(inner);
+            for (rows, values) in bundle.outer_rows.iter().zip(outside.chunks_exact(LANES)) {
                 for (&row, value) in rows.iter().zip(values) {
                     right[row as usize] += value;
                 }
@@ -260,11 +268,11 @@ impl Bundles {
         let Self { shapes, list, entries, x, .. } = self;
         for bundle in list {
             let shape = &shapes[bundle.shape];
-            let inner = shape.rows * LANES;
-            let x = &mut x[..inner + shape.outer * LANES];
-            let right_inner = bundle.base..bundle.base + inner;
-            x[..inner].copy_from_slice(&right[right_inner.clone()]);
-            for (rows, values) in bundle.outer_rows.iter().zip(x[inner..].chunks_exact_mut(LANES)) {
+            let places = bundle.places(shape);
+            let x = &mut x[..places.len() + shape.outer * LANES];
+            let (inner, outside) = x.split_at_mut(places.len());
+            inner.copy_from_slice(&right[places.clone()]);
+            for (rows, values) in bundle.outer_rows.iter().zip(outside.chunks_exact_mut(LANES)) {
                 for (&row, value) in rows.iter().zip(values) {
                     *value = right[row as usize];
                 }
@@ -273,7 +281,7 @@ impl Bundles {
                 let block = &entries[bundle.entries + front.block * LANES..];
                 lanes::backward(simd, block, front.size(), front.first, &front.below, x);
             }
-            right[right_inner].copy_from_slice(&x[..inner]);
+            right[places.clone()].copy_from_slice(&x[..places.len()]);
         }
     }
 }

@@ -8,6 +8,19 @@ use pulp::Simd;
 /// Columns that are treated together, and the unit of lengths.
 pub(crate) const GROUP: usize = 4;
 
+/// Calls a kernel with the number of columns that are left as a constant, at most [`GROUP`].
+macro_rules! for_columns {
+    ($left:expr, $kernel:ident::<S>($($argument:expr),* $(,)?)) => {
+        match $left {
+            1 => $kernel::<S, 1>($($argument),*),
+            2 => $kernel::<S, 2>($($argument),*),
+            3 => $kernel::<S, 3>($($argument),*),
+            _ => $kernel::<S, { $crate::dense::GROUP }>($($argument),*),
+        }
+    };
+}
+pub(crate) use for_columns;
+
 /// The least multiple of [`GROUP`] that is not below `n`.
 pub(crate) fn padded(n: usize) -> usize {
     n.next_multiple_of(GROUP)

@@ -6,7 +6,7 @@
 use pulp::Simd;
 
 use crate::Inertia;
-use crate::dense::GROUP;
+use crate::dense::{GROUP, for_columns};
 use crate::pivot::pivot;
 use crate::twins::LANES;
 
@@ -29,12 +29,10 @@ pub(crate) fn eliminate<S: Simd>(
     inertia: &mut Inertia,
 ) -> Option<()> {
     for first in (0..width).step_by(GROUP) {
-        match width - first {
-            1 => eliminate_group::<S, 1>(simd, block, stride, first, unit, factors, inertia)?,
-            2 => eliminate_group::<S, 2>(simd, block, stride, first, unit, factors, inertia)?,
-            3 => eliminate_group::<S, 3>(simd, block, stride, first, unit, factors, inertia)?,
-            _ => eliminate_group::<S, GROUP>(simd, block, stride, first, unit, factors, inertia)?,
-        }
+        for_columns!(
+            width - first,
+            eliminate_group::<S>(simd, block, stride, first, unit, factors, inertia)
+        )?;
     }
     Some(())
 }
@@ -152,12 +150,10 @@ pub(crate) fn subtract_square<S: Simd>(
 ) {
     let order = stride - width;
     for column in (0..order).step_by(GROUP) {
-        match order - column {
-            1 => subtract_columns::<S, 1>(simd, square, block, (width, stride), column, factors),
-            2 => subtract_columns::<S, 2>(simd, square, block, (width, stride), column, factors),
-            3 => subtract_columns::<S, 3>(simd, square, block, (width, stride), column, factors),
-            _ => subtract_columns::<S, GROUP>(simd, square, block, (width, stride), column, factors),
-        }
+        for_columns!(
+            order - column,
+            subtract_columns::<S>(simd, square, block, (width, stride), column, factors)
+        );
     }
 }
 
@@ -306,12 +302,10 @@ pub(crate) fn backward<S: Simd>(
     x: &mut [f64],
 ) {
     for column in (0..width).step_by(GROUP).rev() {
-        match width - column {
-            1 => backward_group::<S, 1>(simd, block, (width, stride), first, column, below, x),
-            2 => backward_group::<S, 2>(simd, block, (width, stride), first, column, below, x),
-            3 => backward_group::<S, 3>(simd, block, (width, stride), first, column, below, x),
-            _ => backward_group::<S, GROUP>(simd, block, (width, stride), first, column, below, x),
-        }
+        for_columns!(
+            width - column,
+            backward_group::<S>(simd, block, (width, stride), first, column, below, x)
+        );
     }
 }
 

@@ -58,12 +58,11 @@
 //! | interval by interval, node `i` in interval `k` | `3 k` | `3 k + 1` | `3 k + 2` |
 //!
 //! Rows inside of intervals are coupled with their ends and with parameters alone, so that intervals of as many points are
-//! bundles. The first rule has 2 to 20 % fewer entries in the factor than the last one on systems of the gallery of
-//! `apsides-problems`, and factors and solves are 1.2 to 1.7 times as fast. The node rule keeps the growth of the factor in
-//! bounds: on 54 landing systems of 20 to 1000 intervals, with zero to regular Hessians and barrier terms over 16 decades,
+//! bundles: on the landing of 1000 intervals of `cargo bench -p apsides-kkt -- order` a factorisation takes 1.6 ms by the first
+//! rule and 2.0 ms by the last one, a solve 1.0 and 1.3 ms. The node rule keeps the growth of the factor in bounds: on 54 landing systems of 20 to 1000 intervals, with zero to regular Hessians and barrier terms over 16 decades,
 //! it never needed the fallback; the interval rule needed it in 6 of 108 runs. Minimum degree costs 1.5 to 4 times as much to analyse; it also
 //! eliminates multipliers before their variables: 20 of 108 runs needed the fallback and 10 lost the inertia. Without
-//! equilibration more than half of the runs fell back. `cargo bench` repeats the timings of the rules without bundles.
+//! equilibration more than half of the runs fell back.
 //!
 //! # Modules
 //!

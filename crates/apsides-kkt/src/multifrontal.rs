@@ -6,7 +6,7 @@ use pulp::{Arch, Simd, WithSimd};
 
 use crate::assembly::{Extent, TwinChildren, place_contributions, place_entries, relative_rows};
 use crate::bundle::Bundles;
-use crate::dense::{GROUP, Triangle, clear, eliminate_below, products, subtract_products};
+use crate::dense::{GROUP, Triangle, clear, eliminate_below, for_columns, products, subtract_products};
 use crate::pivot::pivot;
 use crate::refine::Substitution;
 use crate::structure::Structure;
@@ -211,12 +211,10 @@ impl WithSimd for Factorise<'_> {
             }
             let mut first = 0;
             while first < extent.width {
-                match extent.width - first {
-                    1 => eliminate::<S, 1>(simd, block, extent, first, self.unit, factors, &mut inertia)?,
-                    2 => eliminate::<S, 2>(simd, block, extent, first, self.unit, factors, &mut inertia)?,
-                    3 => eliminate::<S, 3>(simd, block, extent, first, self.unit, factors, &mut inertia)?,
-                    _ => eliminate::<S, GROUP>(simd, block, extent, first, self.unit, factors, &mut inertia)?,
-                }
+                for_columns!(
+                    extent.width - first,
+                    eliminate::<S>(simd, block, extent, first, self.unit, factors, &mut inertia)
+                )?;
                 first += GROUP;
             }
             let contribution = &mut contributions[place];
@@ -360,12 +358,7 @@ impl WithSimd for Substitute<'_> {
             clear(simd, gathered);
             gathered[..extent.width].copy_from_slice(&x[start..start + extent.width]);
             for first in (0..extent.width).step_by(GROUP) {
-                match extent.width - first {
-                    1 => forward::<S, 1>(simd, block, extent.stride, first, gathered),
-                    2 => forward::<S, 2>(simd, block, extent.stride, first, gathered),
-                    3 => forward::<S, 3>(simd, block, extent.stride, first, gathered),
-                    _ => forward::<S, GROUP>(simd, block, extent.stride, first, gathered),
-                }
+                for_columns!(extent.width - first, forward::<S>(simd, block, extent.stride, first, gathered));
             }
             x[start..start + extent.width].copy_from_slice(&gathered[..extent.width]);
             for (&row, value) in rows.iter().zip(&gathered[extent.top..]) {
@@ -388,12 +381,10 @@ impl WithSimd for Substitute<'_> {
                 *value = x[row as usize];
             }
             for first in (0..extent.width).step_by(GROUP).rev() {
-                match extent.width - first {
-                    1 => backward::<S, 1>(simd, block, extent.stride, first, gathered),
-                    2 => backward::<S, 2>(simd, block, extent.stride, first, gathered),
-                    3 => backward::<S, 3>(simd, block, extent.stride, first, gathered),
-                    _ => backward::<S, GROUP>(simd, block, extent.stride, first, gathered),
-                }
+                for_columns!(
+                    extent.width - first,
+                    backward::<S>(simd, block, extent.stride, first, gathered)
+                );
             }
             x[start..start + extent.width].copy_from_slice(&gathered[..extent.width]);
         }

@@ -46,34 +46,37 @@ impl<'a> System<'a> {
         Self { structure, values, rhs, signs, rhs_norm: norms[0].max(norms[1]), norms, unit }
     }
 
-    /// Writes `b - A x`. Returns the larger one of the residuals of primal and dual rows, relative to their right-hand
-    /// sides: what is small beside the one kind of rows may be all of the other. A right-hand side counts as large enough for
-    /// a residual of `tolerance` to be more than the rounding of the product `A x`.
-    fn residual(&self, x: &[f64], tolerance: f64, out: &mut [f64]) -> f64 {
+    /// Writes `b - A x` and measures it. The residuals of primal and of dual rows count relative to their own right-hand sides, too, with
+    /// the weight [`OF_A_KIND`]: what is small beside the one kind of rows may be all of the other. A right-hand side counts as large enough
+    /// for a residual of `tolerance` to be more than the rounding of the product `A x`.
+    fn residual(&self, x: &[f64], tolerance: f64, out: &mut [f64]) -> Measure {
         out.copy_from_slice(self.rhs);
         let size = maximum(x);
         if size > 0.0 {
             self.structure.subtract_product(self.values, x, out);
         }
-        let least =
-            (OF_A_KIND * ROUNDING * self.unit * size / tolerance.max(f64::MIN_POSITIVE)).min(self.rhs_norm);
+        let rounding = ROUNDING * self.unit * size;
+        let least = (OF_A_KIND * rounding / tolerance.max(f64::MIN_POSITIVE)).min(self.rhs_norm);
         let [primal, dual] = maxima(out, self.signs);
         let relative =
             |residual: f64, norm: f64| if residual == 0.0 { 0.0 } else { residual / norm.max(least) };
-        let by_kind = relative(primal, self.norms[0]).max(relative(dual, self.norms[1]));
-        (primal.max(dual) / self.rhs_norm).max(OF_A_KIND * by_kind)
+        let by_kind = OF_A_KIND * relative(primal, self.norms[0]).max(relative(dual, self.norms[1]));
+        // A NaN of either kind stays one.
+        let whole = maximum(&[primal, dual]) / self.rhs_norm;
+        let weighed = if by_kind > whole { by_kind } else { whole };
+        Measure { whole, weighed, goal: tolerance.max(rounding / self.rhs_norm) }
     }
+}
 
-    /// `|r| / |b|`, maximum norms.
-    fn relative(&self, residual: &[f64]) -> f64 {
-        maximum(residual) / self.rhs_norm
-    }
-
-    /// Relative residual at which refinement ends: the tolerance, or the rounding of the product `A x`, in
-    /// rows of size `unit`.
-    fn goal(&self, x: &[f64], tolerance: f64) -> f64 {
-        tolerance.max(ROUNDING * self.unit * maximum(x) / self.rhs_norm)
-    }
+/// The size of a residual.
+#[derive(Clone, Copy)]
+struct Measure {
+    /// `|b - A x| / |b|`, maximum norms.
+    whole: f64,
+    /// The same, or that of primal or dual rows with its weight if that is larger.
+    weighed: f64,
+    /// Size at which refinement ends: the tolerance, or the rounding of the product `A x`, in rows of size `unit`.
+    goal: f64,
 }
 
 /// A factorisation, exact or not.
@@ -152,58 +155,52 @@ impl Refiner {
                 x.fill(0.0);
             }
         }
-        let residual = system.residual(x, tolerance, &mut self.residual);
-        let mut goal = system.goal(x, tolerance);
-        let mut outcome = Outcome { residual, converged: residual <= goal, solves };
-        let relative = system.relative(&self.residual);
-        if relative.is_nan() || relative > 1.0 {
+        let mut measure = system.residual(x, tolerance, &mut self.residual);
+        let mut converged = measure.weighed <= measure.goal;
+        if measure.whole.is_nan() || measure.whole > 1.0 {
             // Worse than nothing: start from zero.
             x.fill(0.0);
-            outcome.residual = system.residual(x, tolerance, &mut self.residual);
-            goal = system.goal(x, tolerance);
+            measure = system.residual(x, tolerance, &mut self.residual);
         }
         let mut classical = true;
-        while !outcome.converged && outcome.solves < limit {
-            let before = outcome.residual;
+        while !converged && solves < limit {
+            let before = measure.weighed;
             // The correction goes to `trial`.
             let solved = if classical {
                 self.trial.copy_from_slice(&self.residual);
-                outcome.solves += 1;
+                solves += 1;
                 factor.solve(&mut self.trial)
             } else {
-                let target = 0.5 * goal * system.rhs_norm;
-                let budget = limit - outcome.solves;
-                let solves =
+                let target = 0.5 * measure.goal * system.rhs_norm;
+                let budget = limit - solves;
+                let spent =
                     self.krylov.solve(system, factor, &self.residual, &mut self.trial, target, budget);
-                outcome.solves += solves.unwrap_or(budget);
-                solves.is_some()
+                solves += spent.unwrap_or(budget);
+                spent.is_some()
             };
             if solved {
                 for (t, &x) in self.trial.iter_mut().zip(&*x) {
                     *t += x;
                 }
-                let measure = system.residual(&self.trial, tolerance, &mut self.trial_residual);
-                if measure < outcome.residual {
+                let trial = system.residual(&self.trial, tolerance, &mut self.trial_residual);
+                if trial.weighed < measure.weighed {
                     x.copy_from_slice(&self.trial);
                     std::mem::swap(&mut self.residual, &mut self.trial_residual);
-                    outcome.residual = measure;
-                    goal = system.goal(x, tolerance);
+                    measure = trial;
                 }
             } else if classical {
                 break;
             }
             // A residual that still halves is more than rounding.
-            let stagnates = outcome.residual > STAGNATION * before;
-            outcome.converged = outcome.residual <= if stagnates { goal } else { tolerance };
+            let stagnates = measure.weighed > STAGNATION * before;
+            converged = measure.weighed <= if stagnates { measure.goal } else { tolerance };
             if classical {
-                classical = outcome.residual <= CONTRACTION * before;
+                classical = measure.weighed <= CONTRACTION * before;
             } else if stagnates {
                 break;
             }
         }
-        outcome.converged = outcome.residual <= goal;
-        outcome.residual = system.relative(&self.residual);
-        outcome
+        Outcome { residual: measure.whole, converged: measure.weighed <= measure.goal, solves }
     }
 }
 
@@ -294,7 +291,6 @@ impl Krylov {
 /// Largest magnitude; NaN if any entry is.
 pub(crate) fn maximum(v: &[f64]) -> f64 {
     const LANES: usize = 8;
-    let larger = |m: f64, v: f64| if v.abs() <= m { m } else { v.abs() };
     let chunks = v.chunks_exact(LANES);
     let rest = chunks.remainder().iter().fold(0.0, |m, &v| larger(m, v));
     // Independent lanes, so that the comparisons need not wait for each other.
@@ -307,16 +303,19 @@ pub(crate) fn maximum(v: &[f64]) -> f64 {
     lanes.into_iter().fold(rest, larger)
 }
 
-/// Largest magnitudes in the rows of positive and of negative sign.
+/// Largest magnitudes in the rows of positive and of negative sign; NaN if any entry there is.
 fn maxima(v: &[f64], signs: &[f64]) -> [f64; 2] {
-    let mut maxima = [0.0_f64; 2];
-    for (v, sign) in v.iter().zip(signs) {
-        let size = v.abs();
+    let mut maxima = [0.0; 2];
+    for (&v, sign) in v.iter().zip(signs) {
         let largest = &mut maxima[usize::from(sign.is_sign_negative())];
-        // A NaN stays.
-        *largest = if size <= *largest { *largest } else { size };
+        *largest = larger(*largest, v);
     }
     maxima
+}
+
+/// The larger magnitude; a NaN stays.
+fn larger(m: f64, v: f64) -> f64 {
+    if v.abs() > m || v.is_nan() { v.abs() } else { m }
 }
 
 fn euclidean(v: &[f64]) -> f64 {
@@ -325,4 +324,42 @@ fn euclidean(v: &[f64]) -> f64 {
 
 fn dot(a: &[f64], b: &[f64]) -> f64 {
     a.iter().zip(b).map(|(a, b)| a * b).sum()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::Ordering;
+    use crate::analysis::Analysis;
+
+    /// Round-off of the arithmetic.
+    const ROUND_OFF: f64 = 1e-15;
+
+    /// A primal row and a dual row that are not coupled.
+    fn measured(values: [f64; 2], rhs: [f64; 2], x: [f64; 2]) -> Measure {
+        let order = Ordering::Custom(vec![0, 1]);
+        let Analysis { structure, .. } = Analysis::new(2, &[0, 1], &[0, 1], &order).expect("small");
+        System::new(&structure, &values, &rhs, &[0.0, -0.0], 1.0).residual(&x, 1e-10, &mut [0.0; 2])
+    }
+
+    #[test]
+    fn a_residual_that_is_all_of_its_kind_counts() {
+        // The dual row is not solved at all, and small beside the right-hand side.
+        let measure = measured([1.0, 1.0], [1.0, 1e-6], [1.0, 0.0]);
+        assert_eq!((measure.whole, measure.weighed), (1e-6, OF_A_KIND));
+        // Rounding of the product is no residual of a kind without a right-hand side.
+        let measure = measured([1.0, 1.0], [1.0, 0.0], [1.0, ROUND_OFF]);
+        assert!(measure.weighed <= measure.goal, "{}", measure.weighed);
+    }
+
+    #[test]
+    fn a_residual_that_is_no_number_is_never_small() {
+        assert!(maximum(&[f64::NAN, 1.0]).is_nan() && maximum(&[1.0, f64::NAN]).is_nan());
+        assert!(maximum(&[&[f64::NAN][..], &[1.0; 40]].concat()).is_nan());
+        assert_eq!(maximum(&[1.0, -3.0, 2.0]), 3.0);
+        for values in [[f64::MAX, 1.0], [1.0, f64::MAX]] {
+            let measure = measured(values.map(|v| v * 1e10 - v * 1e10), [1.0, 1.0], [1.0, 1.0]);
+            assert!(measure.whole.is_nan() && measure.weighed.is_nan());
+        }
+    }
 }

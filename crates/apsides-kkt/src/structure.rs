@@ -37,7 +37,8 @@ impl Structure {
         position: &[u32],
         bundles: &mut Bundles,
     ) -> Result<Self, KktError> {
-        if rows.len() + n > i32::MAX as usize {
+        // Every lane of a bundle has a place for each entry that one of them has: no more than there are in the blocks.
+        if rows.len() + n + bundles.nonzeros() > i32::MAX as usize {
             return Err(KktError::TooLarge { n });
         }
         let begin = bundles.rows();

@@ -1,13 +1,15 @@
 //! Ends within reach against the extreme latitudes of the re-entry reference, found by CasADi and Ipopt (Radau collocation of degree 3).
 #![allow(clippy::unwrap_used)]
 
+mod common;
+
 use std::cell::Cell;
 
 use apsides_missions::registry;
 
 use apsides_pipeline::footprint::{BoundaryPoint, PointKind, footprint};
-use apsides_pipeline::observer::{Flow, IterationRecord, Observer};
 use apsides_pipeline::{Error, Pipeline};
+use common::Panicking;
 
 /// Round-off of the arithmetic.
 const ROUNDING: f64 = 1e-12;
@@ -122,16 +124,6 @@ fn requests_without_an_outline_are_refused() {
     );
     assert!(footprint(&lunar, 8, &mut (), |_| true).is_err());
     assert!(footprint(&mission(&[]), 2, &mut (), |_| true).is_err());
-}
-
-/// An observer that panics while it is told to: a fault of the program in the midst of a solve.
-struct Panicking<'a>(&'a Cell<bool>);
-
-impl Observer for Panicking<'_> {
-    fn iteration(&mut self, record: &IterationRecord) -> Flow {
-        assert!(!self.0.get(), "planted in iteration {}", record.iteration);
-        Flow::Continue
-    }
 }
 
 /// A panic costs its own case: that is named, and all others are there.

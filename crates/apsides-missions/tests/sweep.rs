@@ -1,11 +1,13 @@
 //! A sweep starts each case from its neighbour: fewer interior-point iterations than from the mission's own guess.
 #![allow(clippy::unwrap_used, clippy::print_stdout)]
 
+mod common;
+
 use std::cell::Cell;
 
 use apsides_missions::registry;
-use apsides_pipeline::observer::{Flow, IterationRecord, Observer};
 use apsides_pipeline::sweep::{Axis, cases, sweep};
+use common::Panicking;
 
 /// Discretisation: the same case from two starts, relative.
 const MESH: f64 = 1e-6;
@@ -52,16 +54,6 @@ fn thrusts() {
 #[test]
 fn two_phases() {
     compare("lunar-two-phase", "isp_s=320,310,300");
-}
-
-/// An observer that panics while it is told to: a fault of the program in the midst of a solve.
-struct Panicking<'a>(&'a Cell<bool>);
-
-impl Observer for Panicking<'_> {
-    fn iteration(&mut self, record: &IterationRecord) -> Flow {
-        assert!(!self.0.get(), "planted in iteration {}", record.iteration);
-        Flow::Continue
-    }
 }
 
 /// A panic costs its own case; those before and after it are what they are without.

@@ -93,18 +93,13 @@ impl PhaseTrajectory {
     /// The same phase with an end of a piece at each of these times, which increase within the phase; but for those that are too close to
     /// an end for its mesh to tell them apart.
     pub(crate) fn divided_at(&self, times: &[f64]) -> Result<Self, OcpError> {
-        let (mut apart, mut places) = (Vec::new(), Vec::new());
-        for &t in times {
-            let place = self.fraction_at(t);
-            let ends = self.mesh.fractions();
-            let next = ends.partition_point(|end| *end < place);
-            let is_end = ends.get(next) == Some(&place) || places.last() == Some(&place);
-            if !is_end {
-                apart.push(t);
-                places.push(place);
-            }
-        }
-        let times = &apart[..];
+        let ends = self.mesh.fractions();
+        let at = times.iter().map(|t| (*t, self.fraction_at(*t)));
+        let is_end = |place: f64| ends.binary_search_by(|end| end.total_cmp(&place)).is_ok();
+        let mut apart: Vec<(f64, f64)> = at.filter(|(_, place)| !is_end(*place)).collect();
+        apart.dedup_by_key(|(_, place)| *place);
+        let (times, places): (Vec<f64>, Vec<f64>) = apart.into_iter().unzip();
+        let times = &times[..];
         let control = self.control.divided_at(times)?;
         let divided = |p: &Option<PiecewisePolynomial>| p.as_ref().map(|p| p.divided_at(times)).transpose();
         let mesh = self.mesh.with_ends(&places)?;
