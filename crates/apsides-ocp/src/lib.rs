@@ -64,6 +64,7 @@ mod bent;
 pub mod by_direction;
 pub mod by_parts;
 pub mod curvature;
+pub mod effective_controls;
 pub mod endpoint;
 pub mod endpoint_term;
 pub mod error;

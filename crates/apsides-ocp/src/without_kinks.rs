@@ -1,8 +1,9 @@
 //! Problems whose magnitudes and lengths of controls are stated without kinks.
 
+use crate::effective_controls::within_effect;
 use crate::{ByDirection, ByParts, Guess, Ocp, Trajectory};
 
-/// A problem with directions in place of vectors of controls, and parts in place of magnitudes.
+/// A problem with controls within their effect, directions in place of vectors of controls, and parts in place of magnitudes.
 pub struct WithoutKinks {
     /// The problem without kinks.
     pub ocp: Ocp,
@@ -14,10 +15,11 @@ impl WithoutKinks {
     /// The problem without kinks of controls; none where it has none.
     #[must_use]
     pub fn of(ocp: &Ocp) -> Option<Self> {
-        let directions = ByDirection::of(ocp);
-        let parts = ByParts::of(directions.as_ref().map_or(ocp, |d| &d.ocp));
-        let smooth = parts.as_ref().map(|p| &p.ocp).or_else(|| directions.as_ref().map(|d| &d.ocp));
-        let ocp = smooth?.clone();
+        let within = within_effect(ocp);
+        let directions = ByDirection::of(within.as_ref().unwrap_or(ocp));
+        let posed = directions.as_ref().map(|d| &d.ocp).or(within.as_ref());
+        let parts = ByParts::of(posed.unwrap_or(ocp));
+        let ocp = parts.as_ref().map(|p| &p.ocp).or(posed)?.clone();
         Some(Self { ocp, directions, parts })
     }
 

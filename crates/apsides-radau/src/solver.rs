@@ -3,6 +3,7 @@
 use std::time::Duration;
 
 use apsides_nlp::{Observer, SolveReport, Status};
+use apsides_ocp::effective_controls::{guess_within, within_effect};
 use apsides_ocp::explicit_time::starting_behind_jumps;
 use apsides_ocp::method::Counters;
 use apsides_ocp::{Guess, Mesh, Ocp, PhaseMesh, Trajectory, Unmet, WithoutKinks};
@@ -109,7 +110,10 @@ impl Radau {
         self.settings.check()?;
         let behind = starting_behind_jumps(ocp, guess);
         let (ocp, guess) = behind.as_ref().map_or((ocp, guess), |(ocp, guess)| (ocp, guess));
-        let guess = guess.clone().off_stationary_integrals(ocp);
+        let within = within_effect(ocp);
+        let ocp = within.as_ref().unwrap_or(ocp);
+        let guess = if within.is_some() { guess_within(ocp, guess) } else { guess.clone() };
+        let guess = guess.off_stationary_integrals(ocp);
         let Some(smooth) = WithoutKinks::of(ocp) else {
             return self.solve_irredundant(ocp, &guess, mesh, observer);
         };
