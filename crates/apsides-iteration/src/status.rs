@@ -12,6 +12,8 @@ pub enum Status {
     Acceptable,
     /// A stationary point of the constraint violation: no feasible point nearby.
     Infeasible,
+    /// No point that meets the constraints was found, and nothing shows that there is none.
+    NoFeasiblePoint,
     /// The iterates grow without limit: the problem is probably unbounded.
     Diverging,
     /// The iteration limit was reached.
@@ -41,6 +43,7 @@ impl Status {
             Self::Optimal => "optimal",
             Self::Acceptable => "acceptable",
             Self::Infeasible => "infeasible",
+            Self::NoFeasiblePoint => "no-feasible-point",
             Self::Diverging => "diverging",
             Self::IterationLimit => "iteration-limit",
             Self::TimeLimit => "time-limit",
@@ -58,6 +61,7 @@ impl fmt::Display for Status {
             Self::Optimal => f.write_str("optimal to the tolerance"),
             Self::Acceptable => f.write_str("optimal to the acceptable tolerance"),
             Self::Infeasible => f.write_str("converged to a point of local infeasibility"),
+            Self::NoFeasiblePoint => f.write_str("no feasible point found"),
             Self::Diverging => f.write_str("iterates diverge; the problem may be unbounded"),
             Self::IterationLimit => f.write_str("iteration limit reached"),
             Self::TimeLimit => f.write_str("time limit reached"),

@@ -341,6 +341,14 @@ impl Methods {
         self
     }
 
+    /// The same, collocation refining its mesh at most so many times.
+    #[must_use]
+    pub(crate) fn with_most_refinements(mut self, most: usize) -> Self {
+        let refinements = &mut self.radau.settings.max_refinements;
+        *refinements = most.min(*refinements);
+        self
+    }
+
     /// The key of a setting of the method, by the name of its field; that name where it has no key.
     pub(crate) fn key_of(&self, setting: &'static str) -> String {
         let names = self.name.entry().map_or(&[][..], |entry| entry.names);

@@ -2,6 +2,7 @@
 
 mod certified;
 mod further_starts;
+mod run_away;
 mod unsolved;
 
 use std::path::PathBuf;
@@ -27,7 +28,10 @@ use crate::posed::Posed;
 use crate::values::Values;
 
 use certified::{Certified, Flight};
-use unsolved::explain;
+use unsolved::{Unsolved, explain};
+
+/// Bent starts from which a smaller conflict is looked for.
+const BENT_BESIDE_CONFLICT: usize = 4;
 
 /// A mission that was read, with all it takes to solve it: the values of its keys, the mission made of them, methods and their settings.
 #[derive(Clone, Debug)]
@@ -382,9 +386,10 @@ impl Pipeline {
         if start.is_none() {
             let begin = Instant::now();
             found = self.better_from_elsewhere(&posed, &decisions, found, observer)?;
+            found = self.marked_run_away(&posed, &decisions, found, observer)?;
             solve += milliseconds(begin);
         }
-        let Certified { solution, flight, conflict } = found;
+        let Certified { solution, flight, conflict, run_away } = found.with_true_status();
         let begin = Instant::now();
         let margins = match solution.is_success() && margins {
             true => self.mission.margins(&self.methods, &solution.trajectory)?,
@@ -392,7 +397,8 @@ impl Pipeline {
         };
         verify += milliseconds(begin);
         let timing_ms = Timing { build, solve, verify };
-        Ok(self.outcome(posed, decisions, solution, margins, conflict.as_ref(), flight, timing_ms))
+        let unsolved = Unsolved { conflict: conflict.as_ref(), run_away: run_away.as_ref() };
+        Ok(self.outcome(posed, decisions, solution, margins, &unsolved, flight, timing_ms))
     }
 
     fn solve_posed(
@@ -447,14 +453,19 @@ impl Pipeline {
     /// Explains what conflicts and what to relax: from the best trajectory reached, else from the guess.
     fn conflict(&self, posed: &Posed, solution: &Solution) -> Result<Explanation, Error> {
         let method = self.methods.radau.method();
+        let (ocp, own) = (&posed.ocp, &posed.guess);
+        let mut further: Vec<Guess> =
+            (1..=BENT_BESIDE_CONFLICT).map(|number| own.bent(ocp, number)).collect();
         if solution.trajectory.has_costates() {
-            let reached = solution.trajectory.mesh();
-            let found = method.explain(&posed.ocp, &Guess::earlier(&solution.trajectory), &reached)?;
+            let (reached, mesh) = (Guess::earlier(&solution.trajectory), solution.trajectory.mesh());
+            let starts = [&[own.clone()][..], &further].concat();
+            let found = method.explain_from(ocp, &reached, &mesh, &starts)?;
             if found.status.is_success() {
                 return Ok(found);
             }
+            further.push(reached);
         }
-        Ok(method.explain(&posed.ocp, &posed.guess, &self.methods.first_mesh(&posed.ocp)?)?)
+        Ok(method.explain_from(ocp, own, &self.methods.first_mesh(ocp)?, &further)?)
     }
 
     /// The largest residuals of the mission's own guess before the first iteration, by name, at most `most`.
@@ -475,10 +486,11 @@ impl Pipeline {
         decisions: Decisions,
         solution: Solution,
         margins: Scalars,
-        conflict: Option<&Explanation>,
+        unsolved: &Unsolved<'_>,
         flight: Flight,
         timing_ms: Timing,
     ) -> Outcome {
+        let conflict = unsolved.conflict;
         let Posed { ocp, expansion, .. } = posed;
         let objective = ObjectiveValue {
             name: ocp.objective.name.clone(),
@@ -491,9 +503,11 @@ impl Pipeline {
             true => self.mission.undetermined(&solution.trajectory),
             false => None,
         };
-        let explanation = explain(&self.methods, &ocp, &solution, conflict.as_ref()).map(|text| {
-            [Some(text), cause, missing.clone()].into_iter().flatten().collect::<Vec<_>>().join("; ")
-        });
+        let explanation =
+            explain(&self.methods, &ocp, &solution, &Unsolved { conflict: conflict.as_ref(), ..*unsolved })
+                .map(|text| {
+                    [Some(text), cause, missing.clone()].into_iter().flatten().collect::<Vec<_>>().join("; ")
+                });
         let status = solution.word().into();
         let certificate = flight.certificate;
         let (ocp, trajectory, reduced) = match (flight.expanded, expansion) {

@@ -123,10 +123,11 @@ struct Prices {
 }
 
 /// Statuses of solves that end the same way when they are made again.
-const REPEATABLE: [Status; 7] = [
+const REPEATABLE: [Status; 8] = [
     Status::Optimal,
     Status::Acceptable,
     Status::Infeasible,
+    Status::NoFeasiblePoint,
     Status::Diverging,
     Status::IterationLimit,
     Status::RestorationFailed,

@@ -6,6 +6,7 @@
 use std::fmt;
 
 use apsides_nlp::{Nlp, NlpError, Side, Status};
+use apsides_ocp::effective_controls::within_effect;
 use apsides_ocp::{Guess, Mesh, Ocp, Trajectory, Unmet};
 
 use crate::RadauError;
@@ -38,7 +39,7 @@ pub struct Remedy {
 }
 
 /// The requirements that conflict, and what helps.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug)]
 pub struct Explanation {
     /// The end of the relaxation of all requirements together; without success the lists are empty.
     pub status: Status,
@@ -50,8 +51,21 @@ pub struct Explanation {
     /// A conflict below this size, relative to the scales of its quantities, would not have been seen: the accuracy of the relaxation and
     /// the error of its mesh between the points.
     pub resolution: f64,
+    /// The number of starts from which no motion misses the requirements by less. A conflict is local: one that was found from a single start
+    /// may be that of a bad one.
+    pub starts: usize,
+    /// A trajectory that meets all requirements to the resolution, where none conflict.
+    pub feasible: Option<Trajectory>,
     /// Every mesh of the relaxations.
     pub meshes: Vec<MeshRecord>,
+}
+
+impl Explanation {
+    /// True if requirements conflict, and relaxations from several starts agree on the least amounts.
+    #[must_use]
+    pub fn is_certain(&self) -> bool {
+        self.status.is_success() && !self.conflicts.is_empty() && self.starts > 1
+    }
 }
 
 /// Largest relative amount by which a requirement may be missed where a feasible trajectory is claimed: the excess that the method itself
@@ -63,6 +77,8 @@ const ROUNDING: f64 = 1e-12;
 const LOWER: f64 = 0.99;
 /// Times that a relaxation of all requirements is looked for from one that is lower.
 const MOST_LOWER: usize = 3;
+/// Starts that agree on the least amounts, after which no more are tried.
+const AGREED: usize = 3;
 /// Requirements tried alone besides those that conflict.
 const MOST_OTHERS: usize = 5;
 
@@ -72,9 +88,26 @@ impl Radau {
     /// # Errors
     /// When the request is ill-posed.
     pub fn explain(&self, ocp: &Ocp, guess: &Guess, mesh: &Mesh) -> Result<Explanation, RadauError> {
+        self.explain_from(ocp, guess, mesh, &[])
+    }
+
+    /// The same, and looks from further guesses whether requirements can be missed by less; the least amounts are explained.
+    ///
+    /// # Errors
+    /// When the request is ill-posed.
+    pub fn explain_from(
+        &self,
+        ocp: &Ocp,
+        guess: &Guess,
+        mesh: &Mesh,
+        further: &[Guess],
+    ) -> Result<Explanation, RadauError> {
+        let within = within_effect(ocp);
+        let ocp = within.as_ref().unwrap_or(ocp);
         let mut relaxer = Relaxer::new(ocp, &self.settings)?;
         let mut all = relaxer.relax(guess, &without_arcs(mesh.clone()), None, &mut ())?;
         let mut meshes = all.meshes.clone();
+        let mut starts = least(&relaxer, &mut all, further, &mut meshes)?;
         if all.meets_all() {
             // A conflict may be smaller than these amounts are exact.
             let exact = Relaxer::exact(ocp, &self.settings)?;
@@ -82,6 +115,7 @@ impl Radau {
             meshes.extend(closer.meshes.iter().cloned());
             if closer.result.is_success() {
                 (relaxer, all) = (exact, closer);
+                starts = least(&relaxer, &mut all, further, &mut meshes)?;
             }
         }
         let mut ways = Vec::new();
@@ -105,6 +139,8 @@ impl Radau {
             conflicts: Vec::new(),
             remedies: Vec::new(),
             resolution: all.resolution(),
+            starts,
+            feasible: None,
             meshes: Vec::new(),
         };
         if all.result.is_success() {
@@ -114,6 +150,8 @@ impl Radau {
         }
         if !explanation.conflicts.is_empty() {
             explanation.remedies = ways.into_iter().map(|way| way.remedy).collect();
+        } else if all.result.is_success() {
+            explanation.feasible = Some(all.nlp.trajectory(relaxer.ocp(), &all.result.report)?);
         }
         explanation.meshes = meshes;
         Ok(explanation)
@@ -125,9 +163,11 @@ impl Radau {
     /// # Errors
     /// When the request is ill-posed.
     pub fn feasible(&self, ocp: &Ocp, guess: &Guess, mesh: &Mesh) -> Result<Option<Trajectory>, RadauError> {
+        let within = within_effect(ocp);
+        let ocp = within.as_ref().unwrap_or(ocp);
         let relaxer = Relaxer::new(ocp, &self.settings)?;
         let all = relaxer.relax(guess, &without_arcs(mesh.clone()), None, &mut ())?;
-        Ok(if all.meets_all() { Some(all.nlp.trajectory(ocp, &all.result.report)?) } else { None })
+        Ok(if all.meets_all() { Some(all.nlp.trajectory(relaxer.ocp(), &all.result.report)?) } else { None })
     }
 
     /// The largest residuals of a guess on a mesh before the first iteration: one per constraint, relative to its scale
@@ -172,6 +212,37 @@ impl Radau {
         }
         Ok(worst)
     }
+}
+
+/// Goes to lower amounts from further starts; returns the number of starts from which there are none below those.
+fn least(
+    relaxer: &Relaxer<'_>,
+    all: &mut Relaxed,
+    further: &[Guess],
+    meshes: &mut Vec<MeshRecord>,
+) -> Result<usize, RadauError> {
+    let screen = relaxer.on_one_mesh();
+    let mut starts = usize::from(all.result.is_success());
+    for start in further {
+        if starts == 0 || starts >= AGREED || all.meets_all() {
+            break;
+        }
+        let screened = screen.relax(start, &all.mesh, None, &mut ())?;
+        meshes.extend(screened.meshes.iter().cloned());
+        if !screened.result.is_success() {
+            continue;
+        }
+        if screened.total() >= LOWER * all.total() {
+            starts += 1;
+            continue;
+        }
+        let finer = relaxer.relax(&screened.guess, &all.mesh, None, &mut ())?;
+        meshes.extend(finer.meshes.iter().cloned());
+        if finer.result.is_success() && finer.total() < LOWER * all.total() {
+            (*all, starts) = (finer, 1);
+        }
+    }
+    Ok(starts)
 }
 
 /// One requirement whose relaxation alone restores feasibility, and the motion that this allows.

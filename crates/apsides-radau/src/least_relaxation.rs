@@ -1,6 +1,7 @@
 //! The motion that is nearest to all requirements: equations of motion hard, requirements relaxed as little as possible, on a mesh that is
 //! refined for that motion.
 
+use std::borrow::Cow;
 use std::time::{Duration, Instant};
 
 use apsides_nlp::{Nlp, Observer, Requirement as NlpRequirement, relax};
@@ -9,6 +10,7 @@ use apsides_ocp::{Guess, Mesh, Ocp, PhaseMesh, Scaling};
 
 use crate::RadauError;
 use crate::error_estimate::estimate;
+use crate::invariants::with_invariants;
 use crate::joints::Joints;
 use crate::mesh_solve::total_points;
 use crate::refinement::refine;
@@ -49,7 +51,7 @@ const MOST_WORK: usize = 600;
 
 /// A problem whose requirements are relaxed.
 pub(crate) struct Relaxer<'a> {
-    ocp: &'a Ocp,
+    ocp: Cow<'a, Ocp>,
     settings: RadauSettings,
     /// Most work, in iterations on the first mesh, before no more are solved.
     most_work: usize,
@@ -75,7 +77,20 @@ impl<'a> Relaxer<'a> {
         let mesh_tolerance = MESH_TOLERANCE.max(settings.tolerance);
         let tolerance = settings.nlp.tolerance.max(TOLERANCE);
         let relaxer = Self::to(ocp, settings, tolerance, COMPLEMENTARITY, mesh_tolerance)?;
-        Ok(Self { most_work: MOST_WORK, ..relaxer })
+        Ok(Self { most_work: MOST_WORK, ..relaxer }.keeping_invariants())
+    }
+
+    /// The same with what the motion keeps as a statement of the problem.
+    fn keeping_invariants(self) -> Self {
+        match with_invariants(&self.ocp) {
+            Some(ocp) => Self { ocp: Cow::Owned(ocp), ..self },
+            None => self,
+        }
+    }
+
+    /// The problem that is relaxed.
+    pub(crate) fn ocp(&self) -> &Ocp {
+        &self.ocp
     }
 
     /// Relaxes to amounts of six digits, on a mesh that is fine enough for a start.
@@ -86,7 +101,8 @@ impl<'a> Relaxer<'a> {
     /// Relaxes to the tolerances of a solve, so that amounts of its size are told from none.
     pub(crate) fn exact(ocp: &'a Ocp, settings: &RadauSettings) -> Result<Self, RadauError> {
         let tolerance = settings.nlp.tolerance;
-        Self::to(ocp, settings, tolerance, COMPLEMENTARITY / TOLERANCE * tolerance, settings.tolerance)
+        let complementarity = COMPLEMENTARITY / TOLERANCE * tolerance;
+        Ok(Self::to(ocp, settings, tolerance, complementarity, settings.tolerance)?.keeping_invariants())
     }
 
     fn to(
@@ -101,12 +117,13 @@ impl<'a> Relaxer<'a> {
         settings.nlp.tolerance = tolerance;
         settings.nlp.complementarity_tolerance = settings.nlp.complementarity_tolerance.min(complementarity);
         settings.nlp.max_iterations = settings.nlp.max_iterations.min(MAX_ITERATIONS);
-        Ok(Self { ocp, settings, most_work: usize::MAX })
+        Ok(Self { ocp: Cow::Borrowed(ocp), settings, most_work: usize::MAX })
     }
 
     /// The same without refinement.
     pub(crate) fn on_one_mesh(&self) -> Self {
-        Self { settings: RadauSettings { max_refinements: 0, ..self.settings.clone() }, ..*self }
+        let settings = RadauSettings { max_refinements: 0, ..self.settings.clone() };
+        Self { ocp: self.ocp.clone(), settings, most_work: self.most_work }
     }
 
     /// Relaxes one item, or all that can be. What is held along an arc of the mesh says nothing about a relaxed problem: the mesh has none.
@@ -118,15 +135,16 @@ impl<'a> Relaxer<'a> {
         observer: &mut dyn Observer,
     ) -> Result<Relaxed, RadauError> {
         let (mut guess, mut mesh) = (guess.clone(), mesh.clone());
-        let joints = Joints::new(self.ocp);
+        let ocp: &Ocp = &self.ocp;
+        let joints = Joints::new(ocp);
         let mut meshes: Vec<MeshRecord> = Vec::new();
         let mut motions: Vec<(f64, Guess, Mesh)> = Vec::new();
         let (mut agreements, mut work) = (0, 0);
         let mut solved: Option<Relaxed> = None;
         loop {
             let begin = Instant::now();
-            let mut nlp = with_movable_bounds(self.ocp, &mesh, &guess)?;
-            let items = items(self.ocp, &nlp);
+            let mut nlp = with_movable_bounds(ocp, &mesh, &guess)?;
+            let items = items(ocp, &nlp);
             let limits: Vec<NlpRequirement> = items.iter().map(|i| i.limits.clone()).collect();
             let elastic: Vec<usize> = match only {
                 Some(g) => vec![g],
@@ -136,9 +154,9 @@ impl<'a> Relaxer<'a> {
             nlp.initial_point(&mut start);
             let mut result = relax(&mut nlp, &limits, &elastic, &start, &self.settings.nlp, observer)?;
             result.resolution = NEGLIGIBLE * self.settings.nlp.tolerance;
-            let mut trajectory = nlp.trajectory(self.ocp, &result.report)?;
-            let scaling = Scaling::new(self.ocp, &guess);
-            let error = estimate(self.ocp, &scaling, &self.settings, &mut trajectory)?.error;
+            let mut trajectory = nlp.trajectory(ocp, &result.report)?;
+            let scaling = Scaling::new(ocp, &guess);
+            let error = estimate(ocp, &scaling, &self.settings, &mut trajectory)?.error;
             meshes.push(record(&mesh, &nlp, &result, error, begin.elapsed()));
             let iterations = result.report.counters.iterations;
             work += iterations * total_points(&mesh);
@@ -154,7 +172,7 @@ impl<'a> Relaxer<'a> {
                 let first = (guess.clone(), mesh.clone());
                 return Ok(Relaxed { nlp, items, result, guess, mesh, first, meshes });
             }
-            let next = refine(self.ocp, &trajectory, &joints.along(&trajectory), &self.settings)?;
+            let next = refine(ocp, &trajectory, &joints.along(&trajectory), &self.settings)?;
             guess = Guess::earlier(&trajectory);
             let found = result.report.objective;
             let agrees = |earlier: f64, to: f64| (found - earlier).abs() <= to * found.abs();

@@ -260,7 +260,8 @@ impl Items {
                 f64::INFINITY
             };
             let described = self.describe(kind, variable, side, value, bounds.is_fixed());
-            let guard = kind.is_along() && variable.guards[usize::from(side == Side::Upper)];
+            let guard = (kind.is_along() || kind == RequirementKind::Endpoint)
+                && variable.guards[usize::from(side == Side::Upper)];
             self.push((!guard).then_some(described), limits, instants, most);
         }
     }

@@ -62,6 +62,12 @@ const SENTENCES: &[(CheckKind, &str, &str)] = {
         ),
         (
             Optimality,
+            "gain of the objective as",
+            "The objective must not improve as a quantity grows that nothing bounds: there is no optimum then, and a bound or a cost of the \
+             quantity makes one.",
+        ),
+        (
+            Optimality,
             "costate equation",
             "The costates must solve their differential equation, with jumps only where constraints allow; a mesh too coarse for them \
              makes it fail.",

@@ -14,12 +14,15 @@ use crate::outcome::Decisions;
 use crate::posed::Posed;
 
 use super::Pipeline;
+use super::run_away::RunAway;
 
 /// A solution with its certificate, and what was found to conflict in it.
 pub(super) struct Certified {
     pub(super) solution: Solution,
     pub(super) flight: Flight,
     pub(super) conflict: Option<Explanation>,
+    /// The quantity with which the objective improves without a bound.
+    pub(super) run_away: Option<RunAway>,
 }
 
 /// The certificate of a whole flight, and its trajectory where that is not the solution itself.
@@ -35,7 +38,19 @@ impl Certified {
             solution.status = Status::Acceptable;
             solution.deficiency = None;
         }
-        Self { solution, flight, conflict: None }
+        Self { solution, flight, conflict: None, run_away: None }
+    }
+
+    /// The same with what is known of a solve that found no feasible point: the requirements conflict where motions from several starts
+    /// miss them by no less; from a single start, or without a conflict, no more is said than that nothing was found.
+    pub(super) fn with_true_status(mut self) -> Self {
+        let is_certain = self.conflict.as_ref().is_some_and(Explanation::is_certain);
+        self.solution.status = match self.solution.status {
+            Status::Infeasible if !is_certain => Status::NoFeasiblePoint,
+            Status::RestorationFailed if is_certain => Status::Infeasible,
+            status => status,
+        };
+        self
     }
 }
 

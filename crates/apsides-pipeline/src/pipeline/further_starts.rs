@@ -122,11 +122,8 @@ impl Pipeline {
             }
             Guess::along(found)?
         } else {
-            if first.has_feasible() {
-                let method = self.methods().radau.method();
-                let mesh = self.methods().first_mesh(ocp)?;
-                let feasible = method.feasible(ocp, &posed.guess, &mesh)?;
-                starts.extend(feasible.map(|t| Guess::along(&t)).transpose()?);
+            if let Some(feasible) = first.conflict.as_ref().and_then(|c| c.feasible.as_ref()) {
+                starts.push(Guess::along(feasible)?);
             }
             posed.guess.clone()
         };
@@ -135,8 +132,12 @@ impl Pipeline {
     }
 }
 
-/// True if a solve that succeeded has a lower objective than another one, or the other one failed.
+/// True if a solve that succeeded has a lower objective than another one, or the other one found nothing.
 fn is_better(posed: &Posed, found: &Certified, than: &Certified) -> bool {
+    // What the mesh carries not well enough is nearer than no feasible point at all.
+    if found.solution.status.is_success() && !than.solution.status.is_success() {
+        return true;
+    }
     if !found.solution.is_success() || found.flight.certificate.verdict == Verdict::Rejected {
         return false;
     }

@@ -6,13 +6,26 @@ use apsides_radau::Explanation;
 
 use crate::method::Methods;
 
+use super::run_away::RunAway;
+
+/// What is known of a solve without an optimum.
+#[derive(Clone, Copy)]
+pub(super) struct Unsolved<'a> {
+    pub(super) conflict: Option<&'a Explanation>,
+    pub(super) run_away: Option<&'a RunAway>,
+}
+
 /// Says what is missing, in the user's units.
 pub(super) fn explain(
     methods: &Methods,
     ocp: &Ocp,
     solution: &Solution,
-    conflict: Option<&Explanation>,
+    unsolved: &Unsolved<'_>,
 ) -> Option<String> {
+    let conflict = unsolved.conflict;
+    if let Some(run_away) = unsolved.run_away {
+        return Some(run_away.to_string());
+    }
     if solution.status.is_success() {
         return solution.deficiency.as_ref().map(|d| d.sentence(&|setting| methods.key_of(setting)));
     }

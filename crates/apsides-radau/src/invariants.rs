@@ -1,0 +1,267 @@
+//! Quadratic functions of states that the equations of motion keep whatever the controls are, such as the length of an attitude quaternion or
+//! an energy that no control changes.
+//!
+//! Ends with different values of one are out of reach. Collocation keeps what is linear in the states, and a quadratic function to the
+//! error of its mesh alone: where requirements are relaxed, a motion that uses this error comes nearer than any flight. So a relaxed problem
+//! states that both ends of a phase have the same value. The functions are found by linear algebra: their rates
+//!
+//! ```text
+//! sum_k c_k d(m_k)/dt = 0     with monomials m_k of degree one and two
+//! ```
+//!
+//! vanish at all states, controls, parameters and times, so that `c` is in the kernel of a matrix of samples.
+
+use apsides_ad::{FormulaBuilder, Value, formula_node};
+use apsides_ocp::{Bounds, EndpointConstraint, EndpointInput, Ocp, Phase, Variable};
+
+/// Most states of a phase in which invariants are looked for: there are as many monomials as half its square.
+const MOST_STATES: usize = 12;
+/// Samples for each monomial.
+const SAMPLES: usize = 3;
+/// A pivot, and a rate beside its terms, that is rounding.
+const ROUNDING: f64 = 1e-11;
+/// Largest difference of a function between both ends, in the scales of its states: that to which amounts are told from none.
+const KEPT: f64 = 1e-9;
+/// Irrational multiples of this are spread evenly over a unit interval (H. Weyl, 1916).
+const GOLDEN: f64 = 0.618_033_988_749_894_9;
+
+/// A monomial of states over their scales: one state, or the product of two.
+type Monomial = (usize, Option<usize>);
+
+/// The problem whose phases have at their ends the same values of what their motion keeps, as guards; none where nothing is found.
+pub(crate) fn with_invariants(ocp: &Ocp) -> Option<Ocp> {
+    let mut with = ocp.clone();
+    for (k, phase) in ocp.phases.iter().enumerate() {
+        let scales = scales(phase);
+        for (number, terms) in invariants(ocp, phase, &scales).iter().enumerate() {
+            with.constraints.extend(constraint(k, number, terms, &scales));
+        }
+    }
+    (with.constraints.len() > ocp.constraints.len()).then_some(with)
+}
+
+/// Sizes of the states.
+fn scales(phase: &Phase) -> Vec<f64> {
+    let scale = |s: &apsides_ocp::State| {
+        let ends = [s.initial.lower, s.initial.upper, s.terminal.lower, s.terminal.upper].map(f64::abs);
+        let met = ends.into_iter().filter(|v| v.is_finite()).fold(0.0, f64::max);
+        let size = s.variable.scale.or((met > 0.0).then_some(met)).or_else(|| s.variable.size());
+        size.unwrap_or(1.0)
+    };
+    phase.states.iter().map(scale).collect()
+}
+
+/// The quadratic functions that the motion of a phase keeps, as coefficients of monomials.
+fn invariants(ocp: &Ocp, phase: &Phase, scales: &[f64]) -> Vec<Vec<(Monomial, f64)>> {
+    let nx = phase.states.len();
+    if nx < 2 || nx > MOST_STATES {
+        return Vec::new();
+    }
+    let linear: Vec<Monomial> = (0..nx).map(|i| (i, None)).collect();
+    let rates = |monomials: &[Monomial]| rates(ocp, phase, scales, monomials);
+    // A state that follows from others, which linear functions make known, has no part in the quadratic ones.
+    let mut leads = vec![false; nx];
+    for kept in kernel(rates(&linear)) {
+        if let Some(lead) = kept.iter().rposition(|c| *c != 0.0) {
+            leads[lead] = true;
+        }
+    }
+    let free: Vec<usize> = (0..nx).filter(|i| !leads[*i]).collect();
+    let mut monomials: Vec<Monomial> = Vec::new();
+    for (n, &i) in free.iter().enumerate() {
+        monomials.extend(free[n..].iter().map(|&j| (i, Some(j))));
+    }
+    monomials.extend(free.iter().map(|&i| (i, None)));
+    let found = kernel(rates(&monomials)).into_iter().map(|kept| {
+        let terms = monomials.iter().copied().zip(kept).filter(|(_, c)| *c != 0.0);
+        terms.collect::<Vec<_>>()
+    });
+    found.filter(|terms| terms.iter().any(|((_, second), _)| second.is_some())).collect()
+}
+
+/// The rates of monomials at samples: one row for each. Nothing where the equations of motion have no values.
+fn rates(ocp: &Ocp, phase: &Phase, scales: &[f64], monomials: &[Monomial]) -> Vec<Vec<f64>> {
+    let motion = phase.dynamics.as_ref();
+    let nx = phase.states.len();
+    let parameters = ocp.parameters.iter().map(|p| (p.bounds, p.size().unwrap_or(1.0)));
+    let controls = phase.controls.iter().map(|c| (c.bounds, c.size().unwrap_or(1.0)));
+    let taken = phase.takes_parameters(motion);
+    let (start, end) = phase.time_bounds();
+    let time = (Bounds::new(start.lower, end.upper), 1.0);
+    let others = controls.chain(parameters.filter(|_| taken)).chain([time]);
+    let states = phase.states.iter().zip(scales).map(|(s, scale)| (s.variable.bounds, *scale));
+    let ranges: Vec<(Bounds, f64)> = states.chain(others).collect();
+    let mut z = vec![0.0; ranges.len()];
+    let (mut f, mut rows) = (vec![0.0; nx], Vec::new());
+    for sample in 0..SAMPLES * monomials.len() {
+        for (j, (z, (bounds, size))) in z.iter_mut().zip(&ranges).enumerate() {
+            let spread = (GOLDEN * ((sample + 1) * (2 * j + 3)) as f64 + 0.37 * (j * j) as f64).fract();
+            *z = bounds.clamp((2.0 * spread - 1.0) * size);
+        }
+        motion.value(&z, &mut f);
+        if f.iter().any(|v| !v.is_finite()) {
+            continue;
+        }
+        let rate = |&(i, second): &Monomial| match second {
+            None => f[i] / scales[i],
+            Some(j) => (z[i] * f[j] + z[j] * f[i]) / (scales[i] * scales[j]),
+        };
+        rows.push(monomials.iter().map(rate).collect());
+    }
+    rows
+}
+
+/// A basis of what a matrix maps to zero, by elimination with complete pivoting; columns are first brought to one size.
+fn kernel(mut rows: Vec<Vec<f64>>) -> Vec<Vec<f64>> {
+    let n = rows.first().map_or(0, Vec::len);
+    if rows.len() < 2 * n || n == 0 {
+        return Vec::new();
+    }
+    let size = |k: usize| rows.iter().map(|r| r[k].abs()).fold(0.0, f64::max);
+    let sizes: Vec<f64> = (0..n).map(size).map(|s| if s > 0.0 { s } else { 1.0 }).collect();
+    for row in &mut rows {
+        row.iter_mut().zip(&sizes).for_each(|(v, s)| *v /= s);
+    }
+    let mut columns: Vec<usize> = (0..n).collect();
+    let mut rank = 0;
+    while rank < n {
+        let places = (rank..rows.len()).flat_map(|i| (rank..n).map(move |k| (i, k)));
+        let Some((i, k)) = places.max_by(|a, b| {
+            let at = |&(i, k): &(usize, usize)| rows[i][columns[k]].abs();
+            at(a).total_cmp(&at(b))
+        }) else {
+            break;
+        };
+        if rows[i][columns[k]].abs() <= ROUNDING {
+            break;
+        }
+        rows.swap(rank, i);
+        columns.swap(rank, k);
+        let pivot = rows[rank].clone();
+        let column = columns[rank];
+        for (i, row) in rows.iter_mut().enumerate().filter(|(i, _)| *i != rank) {
+            let _ = i;
+            let factor = row[column] / pivot[column];
+            row.iter_mut().zip(&pivot).for_each(|(v, p)| *v -= factor * p);
+        }
+        rank += 1;
+    }
+    let vector = |free: usize| {
+        let mut kept = vec![0.0; n];
+        kept[columns[free]] = 1.0 / sizes[columns[free]];
+        for (row, &column) in rows.iter().zip(&columns[..rank]) {
+            let part = -row[columns[free]] / row[column];
+            kept[column] = if part.abs() <= ROUNDING.sqrt() { 0.0 } else { part / sizes[column] };
+        }
+        let largest = kept.iter().fold(0.0_f64, |m, c| m.max(c.abs()));
+        kept.iter_mut().for_each(|c| *c /= largest);
+        kept
+    };
+    (rank..n).map(vector).collect()
+}
+
+/// Both ends of a phase have the same value of a function.
+fn constraint(
+    phase: usize,
+    number: usize,
+    terms: &[(Monomial, f64)],
+    scales: &[f64],
+) -> Option<EndpointConstraint> {
+    let mut states: Vec<usize> = terms.iter().flat_map(|((i, j), _)| [Some(*i), *j]).flatten().collect();
+    states.sort_unstable();
+    states.dedup();
+    let place = |state: usize| states.iter().position(|s| *s == state).unwrap_or_default();
+    let mut b = FormulaBuilder::new(2 * states.len());
+    let sum = |b: &mut FormulaBuilder, first: usize| {
+        let mut sum = b.constant(0.0);
+        for ((i, j), c) in terms {
+            let over = |b: &mut FormulaBuilder, state: usize| -> Value {
+                let (x, factor) = (b.input(first + place(state)), b.constant(1.0 / scales[state]));
+                b.mul(x, factor)
+            };
+            let (mut term, factor) = (over(b, *i), b.constant(*c));
+            if let Some(j) = j {
+                let second = over(b, *j);
+                term = b.mul(term, second);
+            }
+            term = b.mul(factor, term);
+            sum = b.add(sum, term);
+        }
+        sum
+    };
+    let (start, end) = (sum(&mut b, 0), sum(&mut b, states.len()));
+    let change = b.sub(end, start);
+    let initial = states.iter().map(|&state| EndpointInput::InitialState { phase, state });
+    let terminal = states.iter().map(|&state| EndpointInput::FinalState { phase, state });
+    let row = Variable {
+        scale: Some(1.0),
+        guards: [true; 2],
+        ..Variable::new(format!("invariant {}", number + 1), "-").within(-KEPT, KEPT)
+    };
+    Some(EndpointConstraint {
+        name: "what the motion keeps".into(),
+        rows: vec![row],
+        inputs: initial.chain(terminal).collect(),
+        function: formula_node(b.formula(&[change]).ok()?),
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use apsides_ad::{Dynamics, Scalar};
+    use apsides_ocp::{At, State};
+
+    use super::*;
+
+    /// Coefficients are found by elimination.
+    const ROUND: f64 = 1e-9;
+
+    /// A turn of a vector, with a rate that grows by `growth` times its length.
+    struct Turn {
+        growth: f64,
+    }
+
+    impl Dynamics<3, 1> for Turn {
+        fn rate<S: Scalar>(&self, _t: S, x: &[S; 3], u: &[S; 1], _p: &[S; 0]) -> [S; 3] {
+            [-x[1] * u[0] + x[0] * self.growth, x[0] * u[0] + x[1] * self.growth, u[0]]
+        }
+    }
+
+    fn turn(growth: f64) -> Ocp {
+        let phase = Phase::new("turn", Turn { growth })
+            .states([
+                State::new("c", "m").starts_at(2.0),
+                State::new("s", "m").starts_at(0.0).ends_at(4.0),
+                State::new("angle", "rad").starts_at(0.0),
+            ])
+            .controls([Variable::new("w", "rad/s").within(-1.0, 1.0)])
+            .final_time(Bounds::fixed(1.0));
+        Ocp::builder("turn")
+            .phase(phase)
+            .minimize("angle", "rad", At::FinalState("turn", "angle"))
+            .build()
+            .unwrap()
+    }
+
+    #[test]
+    fn the_length_of_a_vector_that_turns_is_kept() {
+        let ocp = turn(0.0);
+        let scales = scales(&ocp.phases[0]);
+        let found = invariants(&ocp, &ocp.phases[0], &scales);
+        let [terms] = &found[..] else { panic!("{found:?}") };
+        // c^2 + s^2 with scales of 2 and 4.
+        let [((0, Some(0)), c), ((1, Some(1)), s)] = terms[..] else { panic!("{terms:?}") };
+        assert!((s / c - 4.0).abs() <= ROUND, "{terms:?}");
+        let with = with_invariants(&ocp).unwrap();
+        let mut change = [0.0];
+        with.constraints[0].function.value(&[2.0, 0.0, 0.0, 2.0], &mut change);
+        assert!(change[0].abs() <= ROUND, "{change:?}");
+        with.constraints[0].function.value(&[2.0, 0.0, 0.0, 2.1], &mut change);
+        assert!(change[0].abs() > 1e-2, "{change:?}");
+    }
+
+    #[test]
+    fn what_grows_a_little_is_not_kept() {
+        assert!(with_invariants(&turn(1e-6)).is_none());
+    }
+}
