@@ -461,6 +461,10 @@ impl<'a, R: Recorder> Compiler<'a, R> {
                 Ok(Quantity { zero: a.zero || b.zero, ..product })
             }
             Operator::Divide => {
+                if a.number().is_none() && b.number() == Some(0.0) {
+                    let what = "a division by 0".to_owned();
+                    return Err(ExpressionError::NotFinite { at: at(), what, value: f64::INFINITY });
+                }
                 let quotient = self.binary(Binary::Divide, a, b, a.dimension / b.dimension, at)?;
                 Ok(Quantity { zero: a.zero, ..quotient })
             }

@@ -158,6 +158,7 @@ fn mistakes_have_a_sentence_and_a_place() {
         ("u*2", "`u` is a control, which has no value at an end", 0..1),
         ("circle", "the definition `circle` needs itself: `circle` -> `square` -> `circle`", 0..6),
         ("1/0", "divide of 1 and 0 is inf, no finite number", 0..3),
+        ("h/0", "a division by 0 is inf, no finite number", 0..3),
         ("ln(-1)", "ln of -1 is NaN", 0..6),
         ("n < 3", "a comparison has no value", 0..5),
         ("if(n, 1, 2)", "the first argument of `if` is a comparison", 0..11),

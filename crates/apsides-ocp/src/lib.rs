@@ -74,6 +74,7 @@ pub mod lagrangian;
 pub mod linkage;
 pub mod mesh;
 pub mod method;
+pub mod not_finite;
 pub mod origin;
 pub mod passed_features;
 pub mod path_ends;

@@ -380,6 +380,7 @@ pub fn suggestion(key: &str, keys: &[&Key], list: &str) -> String {
         Some(path) if similar.is_empty() || is_slip(key, path) || similar[..] == [path] => {
             format!("; the nearest is `{path}`")
         }
+        _ if paths.is_empty() => "; there are none".to_owned(),
         _ if paths.len() <= MOST_SIMILAR => format!("; keys: {}", quoted(&paths)),
         _ => {
             let named = match similar[..] {

@@ -12,6 +12,7 @@ use std::sync::Arc;
 
 use apsides_ephemeris::{About, Epoch, Motion};
 use apsides_ocp::Trajectory;
+use apsides_ocp::not_finite::NamedFormula;
 use apsides_radau::Explanation;
 use apsides_verify::Check;
 
@@ -246,6 +247,11 @@ pub trait Mission: Any + Debug + Send + Sync {
 
     /// A sentence on what is missing, besides the requirements that conflict.
     fn missing(&self, _methods: &Methods, _explanation: &Explanation) -> Option<String> {
+        None
+    }
+
+    /// The place at which a formula is stated, and its text, where the mission has them from a file.
+    fn place_of(&self, _formula: &NamedFormula) -> Option<String> {
         None
     }
 

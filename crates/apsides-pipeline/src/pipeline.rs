@@ -12,6 +12,7 @@ use std::time::Instant;
 use apsides_ephemeris::Placing;
 use apsides_nlp::Status;
 use apsides_ocp::method::Counters;
+use apsides_ocp::not_finite::not_finite;
 use apsides_ocp::{Guess, Solution, Trajectory};
 use apsides_radau::{Explanation, Unmet};
 
@@ -397,7 +398,17 @@ impl Pipeline {
         };
         verify += milliseconds(begin);
         let timing_ms = Timing { build, solve, verify };
-        let unsolved = Unsolved { conflict: conflict.as_ref(), run_away: run_away.as_ref() };
+        let has_no_value = matches!(solution.status, Status::EvaluationFailed(_));
+        let not_finite = has_no_value.then(|| not_finite(&posed.ocp, &solution.trajectory)).flatten();
+        let not_finite = not_finite.map(|found| {
+            let place = self.mission.place_of(&found.formula);
+            (found, place)
+        });
+        let unsolved = Unsolved {
+            conflict: conflict.as_ref(),
+            run_away: run_away.as_ref(),
+            not_finite: not_finite.as_ref(),
+        };
         Ok(self.outcome(posed, decisions, solution, margins, &unsolved, flight, timing_ms))
     }
 

@@ -86,6 +86,13 @@ impl Place {
         Self { source, line, column: 0, shown: (part, 0, 0) }
     }
 
+    /// The place in one line, with the line that it is in.
+    #[must_use]
+    pub fn with_line(&self) -> String {
+        let (part, ..) = &self.shown;
+        format!("{self}: `{}`", part.trim())
+    }
+
     /// The line with carets under the place, with a line break before it.
     #[must_use]
     pub fn caret(&self) -> String {

@@ -2,12 +2,13 @@
 
 use apsides_ad::{AdError, BicubicSpline, CubicSpline, Outside, Pchip, Table};
 use apsides_expressions::suggestion::suggested_name;
+use apsides_ocp::not_finite::NamedFormula;
 use apsides_ocp::{Guess, Ocp, OcpBuilder};
 
 use crate::amounts::Amounts;
 use crate::error::ProblemError;
 use crate::missing::missing;
-use crate::model::{Constant, Model, Shape, TableData};
+use crate::model::{Bounded, Constant, Model, Row, Shape, TableData};
 use crate::place::{Place, Source, StatedIn};
 use crate::rates::with_limited_rates;
 use crate::reader::Texts;
@@ -91,6 +92,36 @@ impl Statement {
     #[must_use]
     pub fn place_of(&self, constant: &Constant) -> Place {
         *self.source.place(&constant.at)
+    }
+
+    /// The place of a formula.
+    #[must_use]
+    pub fn place_of_formula(&self, formula: &NamedFormula) -> Option<Place> {
+        let phase = |name: &str| self.model.phases.iter().find(|p| p.name == name);
+        let of_row = |rows: &[Row], name: &str| {
+            let row = rows.iter().find(|row| row.name == name)?;
+            Some(match &row.formula {
+                Bounded::Relation(relation) => {
+                    relation.sides.iter().find(|s| s.names().next().is_some())?.at()
+                }
+                Bounded::Keys { value, .. } => value.at(),
+            })
+        };
+        let span = match formula {
+            NamedFormula::Rate(of, state) => {
+                let phase = phase(of)?;
+                match phase.dynamics.iter().find(|(name, ..)| name == state) {
+                    Some((_, _, rate)) => rate.at(),
+                    // An integral that the ends take is a state.
+                    None => of_row(&phase.integrals, state)?,
+                }
+            }
+            NamedFormula::Path(of, name) => of_row(&phase(of)?.path, name)?,
+            NamedFormula::Integrand(of, name) => of_row(&phase(of)?.integrals, name)?,
+            NamedFormula::Boundary(name) => of_row(&self.model.boundary, name)?,
+            NamedFormula::Objective => self.model.objective.as_ref()?.formula.at(),
+        };
+        Some(*self.source.place(&self.texts.bytes(&span)))
     }
 
     /// The unit in which a state, a control, a path constraint or an integral of a phase is declared.

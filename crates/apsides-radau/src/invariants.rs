@@ -54,7 +54,7 @@ fn scales(phase: &Phase) -> Vec<f64> {
 /// The quadratic functions that the motion of a phase keeps, as coefficients of monomials.
 fn invariants(ocp: &Ocp, phase: &Phase, scales: &[f64]) -> Vec<Vec<(Monomial, f64)>> {
     let nx = phase.states.len();
-    if nx < 2 || nx > MOST_STATES {
+    if !(2..=MOST_STATES).contains(&nx) {
         return Vec::new();
     }
     let linear: Vec<Monomial> = (0..nx).map(|i| (i, None)).collect();
@@ -139,8 +139,7 @@ fn kernel(mut rows: Vec<Vec<f64>>) -> Vec<Vec<f64>> {
         columns.swap(rank, k);
         let pivot = rows[rank].clone();
         let column = columns[rank];
-        for (i, row) in rows.iter_mut().enumerate().filter(|(i, _)| *i != rank) {
-            let _ = i;
+        for (_, row) in rows.iter_mut().enumerate().filter(|(i, _)| *i != rank) {
             let factor = row[column] / pivot[column];
             row.iter_mut().zip(&pivot).for_each(|(v, p)| *v -= factor * p);
         }

@@ -5,6 +5,7 @@
 use std::sync::{Arc, OnceLock};
 
 pub use apsides_expressions::function_names;
+use apsides_ocp::not_finite::NamedFormula;
 use apsides_ocp::{PhaseTrajectory, Trajectory};
 use apsides_pipeline::file::{StatedValue, line};
 use apsides_pipeline::key::{Key, KeyKind, Range, Value};
@@ -214,7 +215,9 @@ fn before(phase: &str, several: bool, name: &str) -> String {
 fn objective_key(posed: &PosedProblem) -> String {
     let objective = &posed.ocp.objective;
     let name: String = objective.name.chars().map(|c| if c.is_alphanumeric() { c } else { '_' }).collect();
-    with_unit(&format!("objective_{name}"), &objective.unit)
+    // Where none is stated the name is that word.
+    let key = if name == "objective" { name } else { format!("objective_{name}") };
+    with_unit(&key, &objective.unit)
 }
 
 /// A key that ends with its unit.
@@ -239,6 +242,10 @@ impl Mission for OwnProblem {
     /// Refused: see [`read`].
     fn read(values: &Values) -> Result<Self, Error> {
         Err(values.conflict("a problem has its equations in a file that begins with `kind = \"problem\"`"))
+    }
+
+    fn place_of(&self, formula: &NamedFormula) -> Option<String> {
+        self.statement.place_of_formula(formula).map(|place| place.with_line())
     }
 
     fn pose(&self, _method: MethodName) -> Result<Posed, Error> {

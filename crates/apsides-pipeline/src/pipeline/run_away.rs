@@ -175,7 +175,7 @@ impl Tries<'_> {
         let ocp = self.quantity.bounded(&self.posed.ocp, bound, is_fixed);
         let guess = self.quantity.moved(guess, bound);
         let solution = methods.solve_from(&Posed::new(ocp, guess.clone()), &guess, observer)?;
-        self.work.push(solution.counters.clone());
+        self.work.push(solution.counters);
         Ok(Some(solution).filter(|s| s.status.is_success()))
     }
 
@@ -229,7 +229,7 @@ impl Pipeline {
                 false => farther(&mut tries, size.copysign(towards), observer)?
                     .map(|(ran, last)| (ran, Some(last))),
             };
-            let work = Counters::total(tries.work.into_iter().chain([found.solution.counters.clone()]));
+            let work = Counters::total(tries.work.into_iter().chain([found.solution.counters]));
             let Some((ran, last)) = ran else {
                 found.solution.counters = work;
                 continue;

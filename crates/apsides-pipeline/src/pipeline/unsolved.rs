@@ -1,6 +1,7 @@
 //! The sentence about a mission that was not solved.
 
 use apsides_nlp::Status;
+use apsides_ocp::not_finite::NotFinite;
 use apsides_ocp::{Bounds, Ocp, Sense, Solution, Trajectory};
 use apsides_radau::Explanation;
 
@@ -13,6 +14,8 @@ use super::run_away::RunAway;
 pub(super) struct Unsolved<'a> {
     pub(super) conflict: Option<&'a Explanation>,
     pub(super) run_away: Option<&'a RunAway>,
+    /// What has no value at the last point, and where it is stated.
+    pub(super) not_finite: Option<&'a (NotFinite, Option<String>)>,
 }
 
 /// Says what is missing, in the user's units.
@@ -31,6 +34,12 @@ pub(super) fn explain(
     }
     if solution.status == Status::Diverging {
         return Some(diverging(ocp, &solution.trajectory));
+    }
+    if let Some((found, place)) = unsolved.not_finite {
+        let place = place.as_ref().map_or_else(String::new, |place| format!(", stated in {place}"));
+        return Some(format!(
+            "{found}{place}; bound what it takes to where it is finite, or state a guess there"
+        ));
     }
     let mut text = format!("{}", solution.status);
     match (conflict.filter(|c| c.status.is_success()), &solution.unmet) {
