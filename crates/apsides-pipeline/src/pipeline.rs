@@ -384,13 +384,14 @@ impl Pipeline {
         if matches!(found.solution.status, Status::Infeasible | Status::RestorationFailed) {
             found.conflict = Some(self.conflict(&posed, &found.solution)?);
         }
+        let mut run_away = None;
         if start.is_none() {
             let begin = Instant::now();
             found = self.better_from_elsewhere(&posed, &decisions, found, observer)?;
-            found = self.marked_run_away(&posed, &decisions, found, observer)?;
+            (found, run_away) = self.marked_run_away(&posed, &decisions, found, observer)?;
             solve += milliseconds(begin);
         }
-        let Certified { solution, flight, conflict, run_away } = found.with_true_status();
+        let Certified { solution, flight, conflict } = found.with_true_status();
         let begin = Instant::now();
         let margins = match solution.is_success() && margins {
             true => self.mission.margins(&self.methods, &solution.trajectory)?,

@@ -14,15 +14,12 @@ use crate::outcome::Decisions;
 use crate::posed::Posed;
 
 use super::Pipeline;
-use super::run_away::RunAway;
 
 /// A solution with its certificate, and what was found to conflict in it.
 pub(super) struct Certified {
     pub(super) solution: Solution,
     pub(super) flight: Flight,
     pub(super) conflict: Option<Explanation>,
-    /// The quantity with which the objective improves without a bound.
-    pub(super) run_away: Option<RunAway>,
 }
 
 /// The certificate of a whole flight, and its trajectory where that is not the solution itself.
@@ -38,7 +35,7 @@ impl Certified {
             solution.status = Status::Acceptable;
             solution.deficiency = None;
         }
-        Self { solution, flight, conflict: None, run_away: None }
+        Self { solution, flight, conflict: None }
     }
 
     /// The same with what is known of a solve that found no feasible point: the requirements conflict where motions from several starts

@@ -40,7 +40,7 @@ const GAIN: f64 = 1e-9;
 /// The best is at a bound if it is this close to it, relative.
 const AT_BOUND: f64 = 1e-3;
 
-/// What grows without a bound, and the objective on the way.
+/// A quantity that grows without a bound, and the objective on the way.
 pub(super) struct RunAway {
     /// The quantity in words, such as "final time of phase `coast`".
     name: String,
@@ -187,7 +187,8 @@ impl Tries<'_> {
 }
 
 impl Pipeline {
-    /// Marks a solution that runs away with a quantity that nothing bounds: its status is [`Status::Diverging`], and no optimum is certified.
+    /// Marks a solution that runs away with a quantity that nothing bounds, and names it: its status is [`Status::Diverging`], and no optimum is
+    /// certified.
     ///
     /// # Errors
     /// As of a solve.
@@ -197,11 +198,11 @@ impl Pipeline {
         decisions: &Decisions,
         mut found: Certified,
         observer: &mut dyn Observer,
-    ) -> Result<Certified, Error> {
+    ) -> Result<(Certified, Option<RunAway>), Error> {
         let Counters { iterations, variables, .. } = found.solution.counters;
         let is_little = iterations.saturating_mul(variables) <= MOST_WORK;
         if self.methods().name != MethodName::Radau || posed.expansion.is_some() || !is_little {
-            return Ok(found);
+            return Ok((found, None));
         }
         let is_solved = found.solution.status.is_success();
         let has_failed = matches!(
@@ -209,7 +210,7 @@ impl Pipeline {
             Status::IterationLimit | Status::StepTooSmall | Status::RestorationFailed
         );
         if !is_solved && !has_failed {
-            return Ok(found);
+            return Ok((found, None));
         }
         let (ocp, scaling) = (&posed.ocp, Scaling::new(&posed.ocp, &posed.guess));
         for quantity in Quantity::all(ocp) {
@@ -244,10 +245,9 @@ impl Pipeline {
                 let certificate = marked.flight.certificate.clone();
                 marked.flight.certificate = certificate.with_checks([ran.check()]);
             }
-            marked.run_away = Some(ran);
-            return Ok(marked);
+            return Ok((marked, Some(ran)));
         }
-        Ok(found)
+        Ok((found, None))
     }
 }
 

@@ -9,12 +9,12 @@ use crate::method::Methods;
 
 use super::run_away::RunAway;
 
-/// What is known of a solve without an optimum.
+/// Knowledge of a solve without an optimum.
 #[derive(Clone, Copy)]
 pub(super) struct Unsolved<'a> {
     pub(super) conflict: Option<&'a Explanation>,
     pub(super) run_away: Option<&'a RunAway>,
-    /// What has no value at the last point, and where it is stated.
+    /// A formula without a value at the last point, and the place where it is stated.
     pub(super) not_finite: Option<&'a (NotFinite, Option<String>)>,
 }
 
