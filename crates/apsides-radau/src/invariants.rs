@@ -33,11 +33,20 @@ pub(crate) fn with_invariants(ocp: &Ocp) -> Option<Ocp> {
     let mut with = ocp.clone();
     for (k, phase) in ocp.phases.iter().enumerate() {
         let scales = scales(phase);
-        for (number, terms) in invariants(ocp, phase, &scales).iter().enumerate() {
+        let stated = invariants(ocp, phase, &scales).into_iter().filter(|terms| is_stated(phase, terms));
+        for (number, terms) in stated.enumerate() {
+            let terms = &terms;
             with.constraints.extend(constraint(k, number, terms, &scales));
         }
     }
     (with.constraints.len() > ocp.constraints.len()).then_some(with)
+}
+
+/// True if both ends of the phase fix a state that the function is made of: the ends of others can follow the motion.
+fn is_stated(phase: &Phase, terms: &[(Monomial, f64)]) -> bool {
+    let states = || terms.iter().flat_map(|((first, second), _)| [Some(*first), *second]).flatten();
+    states().any(|i| phase.states[i].initial.is_fixed())
+        && states().any(|i| phase.states[i].terminal.is_fixed())
 }
 
 /// Sizes of the states.
