@@ -239,7 +239,8 @@ fn least(
         let finer = relaxer.relax(&screened.guess, &all.mesh, None, &mut ())?;
         meshes.extend(finer.meshes.iter().cloned());
         if finer.result.is_success() && finer.total() < LOWER * all.total() {
-            (*all, starts) = (finer, 1);
+            // Motions from the starts before miss them by more.
+            (*all, starts) = (finer, starts + 1);
         }
     }
     Ok(starts)
