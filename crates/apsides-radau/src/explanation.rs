@@ -118,22 +118,7 @@ impl Radau {
                 starts = least(&relaxer, &mut all, further, &mut meshes)?;
             }
         }
-        let mut ways = Vec::new();
-        for _ in 0..MOST_LOWER {
-            if all.meets_all() || !all.result.is_success() {
-                break;
-            }
-            ways = ways_out(&relaxer, &all, &mut meshes)?;
-            // A relaxation of all requirements that is worse than that of one is not the least one.
-            let lower = ways.first().filter(|way| way.motion.total() < LOWER * all.total());
-            let Some(lower) = lower else { break };
-            let again = relaxer.relax(&lower.motion.guess, &lower.motion.mesh, None, &mut ())?;
-            meshes.extend(again.meshes.iter().cloned());
-            if !(again.result.is_success() && again.total() < LOWER * all.total()) {
-                break;
-            }
-            all = again;
-        }
+        let ways = least_way(&relaxer, &mut all, &mut meshes)?;
         let mut explanation = Explanation {
             status: all.result.report.status,
             conflicts: Vec::new(),
@@ -232,18 +217,45 @@ fn least(
         if !screened.result.is_success() {
             continue;
         }
-        if screened.total() >= LOWER * all.total() {
-            starts += 1;
-            continue;
+        let mut lower = screened;
+        if lower.total() < LOWER * all.total() {
+            // On one mesh alone a motion may miss by less than it does between the points.
+            lower = relaxer.relax(&lower.guess, &all.mesh, None, &mut ())?;
+            meshes.extend(lower.meshes.iter().cloned());
+            if !lower.result.is_success() {
+                continue;
+            }
         }
-        let finer = relaxer.relax(&screened.guess, &all.mesh, None, &mut ())?;
-        meshes.extend(finer.meshes.iter().cloned());
-        if finer.result.is_success() && finer.total() < LOWER * all.total() {
-            // Motions from the starts before miss them by more.
-            (*all, starts) = (finer, starts + 1);
+        // Motions from the starts before miss them by more, or this one does: both agree that none misses them by less.
+        starts += 1;
+        if lower.total() < LOWER * all.total() {
+            *all = lower;
         }
     }
     Ok(starts)
+}
+
+/// Goes to lower amounts from the requirement that needs least alone, while it needs less than all together: those are not the least ones then.
+fn least_way(
+    relaxer: &Relaxer<'_>,
+    all: &mut Relaxed,
+    meshes: &mut Vec<MeshRecord>,
+) -> Result<Vec<WayOut>, RadauError> {
+    let mut ways = Vec::new();
+    for _ in 0..MOST_LOWER {
+        if all.meets_all() || !all.result.is_success() {
+            break;
+        }
+        ways = ways_out(relaxer, all, meshes)?;
+        let Some(lower) = ways.first().filter(|way| way.motion.total() < LOWER * all.total()) else { break };
+        let again = relaxer.relax(&lower.motion.guess, &lower.motion.mesh, None, &mut ())?;
+        meshes.extend(again.meshes.iter().cloned());
+        if !again.result.is_success() || again.total() >= LOWER * all.total() {
+            break;
+        }
+        *all = again;
+    }
+    Ok(ways)
 }
 
 /// One requirement whose relaxation alone restores feasibility, and the motion that this allows.
