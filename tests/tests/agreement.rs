@@ -197,7 +197,7 @@ agreement! {
     // segments, collocation by breaks.
     shuttle_heat_limit: Agreement::new(FromRadau(4), 1e-7, 1e-5, 3e-4).meshed_to(1e-9),
     van_der_pol: Agreement::new(FromRadau(1), 1e-7, 1e-7, 3e-5),
-    rayleigh_path: Agreement::new(FromRadau(1), 3e-7, 1e-8, 2e-5),
+    rayleigh_path: Agreement::new(FromRadau(1), 3e-7, 1e-8, 2e-5).meshed_to(1e-9),
     // Jumps, which collocation and indirect shooting place exactly.
     di_bang_bang: Agreement::new(FromRadau(1), 1e-8, 1e-8, 1e-7),
     // Without thrust the mass stands on its upper bound.

@@ -9,6 +9,13 @@ pub(crate) struct Bounds {
     pub(crate) upper: f64,
 }
 
+impl Bounds {
+    /// True if there is one at least.
+    pub(crate) fn are_stated(self) -> bool {
+        self.lower.is_finite() || self.upper.is_finite()
+    }
+}
+
 pub(crate) struct Evaluated {
     pub(crate) variable_bounds: Vec<Bounds>,
     pub(crate) constraint_bounds: Vec<Bounds>,

@@ -82,7 +82,7 @@ fn relative(error: f64, most: f64) -> f64 {
 ///
 /// Dual parts are divided by the average size of all multipliers, complementarity by that of the multipliers of
 /// inequalities and bounds (Waechter and Biegler, eq. 6). An inequality counts twice in the first, as constraint and as
-/// bound on its slack.
+/// bound on its slack; a constraint without bounds counts in neither.
 ///
 /// Complementary are the slack of a constraint and the multiplier of the slack: they may differ from the value of the
 /// constraint and from its multiplier by the violation and the dual infeasibility that the report states.
@@ -219,8 +219,9 @@ pub fn residuals(
     };
     let sides = sides(&at, report, settings);
     let one_sided = || sides.iter().filter(|side| side.is_inequality()).map(|side| side.multiplier);
-    let of_constraints = report.constraint_multipliers.iter().zip(&scaling.constraints);
-    let of_constraints = of_constraints.map(|(y, factor)| y * scaling.objective / factor);
+    let of_constraints = (0..report.constraint_multipliers.len())
+        .filter(|&k| at.constraint_bounds[k].are_stated())
+        .map(|k| report.constraint_multipliers[k] * scaling.objective / scaling.constraints[k]);
     let dual_divisor = divisor(of_constraints.chain(one_sided()));
     let bound_divisor = divisor(one_sided());
 

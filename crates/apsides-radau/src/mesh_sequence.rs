@@ -56,6 +56,11 @@ const MOST_WITHOUT_GAIN: usize = 2;
 const ASTRAY: f64 = 1e-2;
 const WORSE: f64 = 10.0;
 
+/// Change of the objective, relative to its scale, that is none of a mesh with breaks close to their places, and the least one in units of the
+/// error of the mesh before.
+const FAR: f64 = 1e-3;
+const FAR_BEYOND_ERROR: f64 = 100.0;
+
 /// A first solve that takes no more iterations started at a stationary point, where the accuracy of the mesh says little: the barrier
 /// parameter alone takes as many.
 const AT_ONCE: usize = 2;
@@ -95,8 +100,6 @@ pub(crate) struct Solved {
     beyond: f64,
     accurate: bool,
     stalled: bool,
-    /// Nothing is left but the accuracy of the costates.
-    finished: bool,
     /// The next mesh without any breaks, should those of the next one lead nowhere.
     plain: Mesh,
 }
@@ -281,12 +284,14 @@ impl<'a> MeshSequence<'a> {
         self.refine(solve)
     }
 
-    /// True where a mesh with arcs along bounds of rows has its optimum far beyond those that it leaves out beside them: its arcs are not where
-    /// they should be.
+    /// True where the arcs of a mesh are not where they should be: its optimum is far beyond the bounds of rows that it leaves out beside them,
+    /// or far from that of the mesh before.
     fn is_astray(&self, solve: &MeshSolve) -> bool {
-        let before = self.last.as_ref().map(|s| s.beyond);
-        holds_rows(&self.attempt.mesh)
-            && before.is_some_and(|before| solve.estimate.beyond > ASTRAY.max(WORSE * before))
+        let Some(last) = self.last.as_ref() else { return false };
+        let is_beyond = solve.estimate.beyond > ASTRAY.max(WORSE * last.beyond);
+        let change = (solve.trajectory.objective - last.trajectory.objective).abs();
+        let is_far = change > FAR.max(FAR_BEYOND_ERROR * last.error) * solve.nlp.scales.objective.abs();
+        has_arcs(&self.attempt.mesh) && is_far || holds_rows(&self.attempt.mesh) && is_beyond
     }
 
     /// Tries the mesh with kinks, or the last one without breaks; else the attempt ends without success.
@@ -313,8 +318,8 @@ impl<'a> MeshSequence<'a> {
         }
         let unmet = solve.nlp.unmet(self.ocp, &solve.report);
         match self.last.take() {
-            // Meshes for the sake of the costates alone.
-            Some(solved) if solved.finished && may_go_on(status) => {
+            // What is accurate stays so: this mesh was for the sake of the costates, or of events.
+            Some(solved) if solved.accurate && may_go_on(status) => {
                 let status = solved.report.status;
                 self.end(solved, status, None)
             }
@@ -454,8 +459,7 @@ impl<'a> MeshSequence<'a> {
         let stalled = self.progress.has_stalled(estimate.error, trajectory.objective, points) && !accurate;
         let error = if is_blind { f64::INFINITY } else { estimate.error };
         let beyond = estimate.beyond;
-        let solved =
-            Solved { trajectory, report, switches, error, beyond, accurate, stalled, finished, plain };
+        let solved = Solved { trajectory, report, switches, error, beyond, accurate, stalled, plain };
         if self.is_repeated {
             (self.attempt.guess, self.attempt.mesh) = again;
             self.last = Some(solved);
@@ -529,10 +533,10 @@ impl<'a> MeshSequence<'a> {
 impl Solved {
     /// The solution of a solve that was not followed up.
     fn first(trajectory: Trajectory, report: SolveReport, mesh: Mesh) -> Self {
-        let (accurate, stalled, finished) = (false, false, false);
+        let (accurate, stalled) = (false, false);
         let (error, beyond) = (f64::INFINITY, f64::INFINITY);
         let switches = Vec::new();
-        Self { trajectory, report, switches, error, beyond, accurate, stalled, finished, plain: mesh }
+        Self { trajectory, report, switches, error, beyond, accurate, stalled, plain: mesh }
     }
 
     pub(crate) fn into_solution(

@@ -18,6 +18,10 @@ use crate::transcription::Transcription;
 /// A row closer to a bound than this part of its scale is at it at the end of its phase.
 const AT_END: f64 = 1e-6;
 
+/// Change of the objective, relative to its scale, by a bound that moved by the whole range of its state: with less the state is close to the
+/// bound by itself, as beside a fixed start there, and the multipliers are those of the barrier.
+const LEAST_PRESSURE: f64 = 1e-4;
+
 /// A problem with bounds of some of its states as path constraints.
 pub(crate) struct StateRows {
     pub(crate) ocp: Ocp,
@@ -50,7 +54,12 @@ impl StateRows {
                 let q = q.held_by(phase, controls);
                 let (samples, _) = samples(&q, p, t, &solution);
                 let inner = samples.get(..samples.len().saturating_sub(1)).unwrap_or_default();
-                inner.iter().any(|s| s.slope.abs() >= OSCILLATION && is_stated(variable, s.class))
+                let mut at_bound = inner.iter().filter(|s| is_stated(variable, s.class));
+                let multiplier =
+                    |column: usize| report.lower_multipliers[column] + report.upper_multipliers[column];
+                let pressed: f64 = at_bound.clone().map(|n| multiplier(p.state_column(n.node) + s)).sum();
+                pressed * q.range >= LEAST_PRESSURE * solution.objective
+                    && at_bound.any(|s| s.slope.abs() >= OSCILLATION)
             };
             let met: Vec<usize> = (0..phase.states.len()).filter(is_met).collect();
             if met.is_empty() {
