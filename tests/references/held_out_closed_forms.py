@@ -584,6 +584,7 @@ OPTIMA = {
     "limit_of_the_speed_from_the_start": lambda: 4 * 0.6**2 / 3,
     "limit_until_a_time": lambda: 0.2**2 + 12 * 0.9**2 / 3**3 - 12 * 0.9 * 0.2 / 3**2 + 4 * 0.2**2 / 3,
     "limit_with_a_far_side": string_over_parabola,
+    "long_way_on_a_sphere": lambda: (2 * pi - 4) ** 2,
     "mean_value_over_a_free_time": lambda: 1 / 2,
     "micrometre": lambda: 12e-12,
     "micronewton_drag_free": lambda: 2 * sqrt(1e-6 / 1e-9),

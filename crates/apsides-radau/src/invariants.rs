@@ -20,20 +20,26 @@ const MOST_STATES: usize = 12;
 const SAMPLES: usize = 3;
 /// A pivot, and a rate beside its terms, that is rounding.
 const ROUNDING: f64 = 1e-11;
-/// Largest difference of a function between both ends, in the scales of its states: that to which amounts are told from none.
-const KEPT: f64 = 1e-9;
+/// Largest difference of a function between both ends, in the scales of its states: more than the error of a mesh, and less than amounts that
+/// count.
+const KEPT: f64 = 1e-7;
 /// Irrational multiples of this are spread evenly over a unit interval (H. Weyl, 1916).
 const GOLDEN: f64 = 0.618_033_988_749_894_9;
 
 /// A monomial of states over their scales: one state, or the product of two.
-type Monomial = (usize, Option<usize>);
+pub(crate) type Monomial = (usize, Option<usize>);
+
+/// Monomials and their coefficients.
+pub(crate) type Terms = Vec<(Monomial, f64)>;
 
 /// The problem whose phases have at their ends the same values of what their motion keeps, as guards; none where nothing is found.
 pub(crate) fn with_invariants(ocp: &Ocp) -> Option<Ocp> {
     let mut with = ocp.clone();
     for (k, phase) in ocp.phases.iter().enumerate() {
         let scales = scales(phase);
-        let stated = invariants(ocp, phase, &scales).into_iter().filter(|terms| is_stated(phase, terms));
+        let all: Vec<usize> = (0..phase.states.len()).collect();
+        let found = kept(ocp, phase, &scales, &all).quadratic.into_iter();
+        let stated = found.filter(|terms| is_stated(phase, terms));
         for (number, terms) in stated.enumerate() {
             let terms = &terms;
             with.constraints.extend(constraint(k, number, terms, &scales));
@@ -50,7 +56,7 @@ fn is_stated(phase: &Phase, terms: &[(Monomial, f64)]) -> bool {
 }
 
 /// Sizes of the states.
-fn scales(phase: &Phase) -> Vec<f64> {
+pub(crate) fn scales(phase: &Phase) -> Vec<f64> {
     let scale = |s: &apsides_ocp::State| {
         let ends = [s.initial.lower, s.initial.upper, s.terminal.lower, s.terminal.upper].map(f64::abs);
         let met = ends.into_iter().filter(|v| v.is_finite()).fold(0.0, f64::max);
@@ -60,32 +66,34 @@ fn scales(phase: &Phase) -> Vec<f64> {
     phase.states.iter().map(scale).collect()
 }
 
-/// The quadratic functions that the motion of a phase keeps, as coefficients of monomials.
-fn invariants(ocp: &Ocp, phase: &Phase, scales: &[f64]) -> Vec<Vec<(Monomial, f64)>> {
-    let nx = phase.states.len();
-    if !(2..=MOST_STATES).contains(&nx) {
-        return Vec::new();
+/// The functions of some states that the motion of a phase keeps.
+#[derive(Default)]
+pub(crate) struct Kept {
+    pub(crate) linear: Vec<Terms>,
+    pub(crate) quadratic: Vec<Terms>,
+}
+
+/// The functions of these states that the motion of a phase keeps, of the states over their scales.
+pub(crate) fn kept(ocp: &Ocp, phase: &Phase, scales: &[f64], among: &[usize]) -> Kept {
+    if phase.states.len() > MOST_STATES {
+        return Kept::default();
     }
-    let linear: Vec<Monomial> = (0..nx).map(|i| (i, None)).collect();
-    let rates = |monomials: &[Monomial]| rates(ocp, phase, scales, monomials);
+    let of = |monomials: &[Monomial]| -> Vec<Terms> {
+        let found = kernel(rates(ocp, phase, scales, monomials)).into_iter();
+        let terms = |kept: Vec<f64>| monomials.iter().copied().zip(kept).filter(|(_, c)| *c != 0.0).collect();
+        found.map(terms).collect()
+    };
+    let linear = of(&among.iter().map(|i| (*i, None)).collect::<Vec<_>>());
     // A state that follows from others, which linear functions make known, has no part in the quadratic ones.
-    let mut leads = vec![false; nx];
-    for kept in kernel(rates(&linear)) {
-        if let Some(lead) = kept.iter().rposition(|c| *c != 0.0) {
-            leads[lead] = true;
-        }
-    }
-    let free: Vec<usize> = (0..nx).filter(|i| !leads[*i]).collect();
+    let leads: Vec<usize> = linear.iter().filter_map(|terms| terms.last()).map(|((i, _), _)| *i).collect();
+    let free: Vec<usize> = among.iter().copied().filter(|i| !leads.contains(i)).collect();
     let mut monomials: Vec<Monomial> = Vec::new();
     for (n, &i) in free.iter().enumerate() {
         monomials.extend(free[n..].iter().map(|&j| (i, Some(j))));
     }
     monomials.extend(free.iter().map(|&i| (i, None)));
-    let found = kernel(rates(&monomials)).into_iter().map(|kept| {
-        let terms = monomials.iter().copied().zip(kept).filter(|(_, c)| *c != 0.0);
-        terms.collect::<Vec<_>>()
-    });
-    found.filter(|terms| terms.iter().any(|((_, second), _)| second.is_some())).collect()
+    let is_quadratic = |terms: &Terms| terms.iter().any(|((_, second), _)| second.is_some());
+    Kept { quadratic: of(&monomials).into_iter().filter(is_quadratic).collect(), linear }
 }
 
 /// The rates of monomials at samples: one row for each. Nothing where the equations of motion have no values.
@@ -105,7 +113,7 @@ fn rates(ocp: &Ocp, phase: &Phase, scales: &[f64], monomials: &[Monomial]) -> Ve
     for sample in 0..SAMPLES * monomials.len() {
         for (j, (z, (bounds, size))) in z.iter_mut().zip(&ranges).enumerate() {
             let spread = (GOLDEN * ((sample + 1) * (2 * j + 3)) as f64 + 0.37 * (j * j) as f64).fract();
-            *z = bounds.clamp((2.0 * spread - 1.0) * size);
+            *z = between(*bounds, *size, spread);
         }
         motion.value(&z, &mut f);
         if f.iter().any(|v| !v.is_finite()) {
@@ -118,6 +126,13 @@ fn rates(ocp: &Ocp, phase: &Phase, scales: &[f64], monomials: &[Monomial]) -> Ve
         rows.push(monomials.iter().map(rate).collect());
     }
     rows
+}
+
+/// A value within bounds, at a part of their range no farther than its size from zero, or from the bound next to zero.
+fn between(bounds: Bounds, size: f64, part: f64) -> f64 {
+    let middle = bounds.clamp(0.0);
+    let (least, most) = (bounds.lower.max(middle - size), bounds.upper.min(middle + size));
+    least + part * (most - least)
 }
 
 /// A basis of what a matrix maps to zero, by elimination with complete pivoting; columns are first brought to one size.
@@ -255,7 +270,7 @@ mod tests {
     fn the_length_of_a_vector_that_turns_is_kept() {
         let ocp = turn(0.0);
         let scales = scales(&ocp.phases[0]);
-        let found = invariants(&ocp, &ocp.phases[0], &scales);
+        let found = kept(&ocp, &ocp.phases[0], &scales, &[0, 1, 2]).quadratic;
         let [terms] = &found[..] else { panic!("{found:?}") };
         // c^2 + s^2 with scales of 2 and 4.
         let [((0, Some(0)), c), ((1, Some(1)), s)] = terms[..] else { panic!("{terms:?}") };
@@ -266,6 +281,15 @@ mod tests {
         assert!(change[0].abs() <= ROUND, "{change:?}");
         with.constraints[0].function.value(&[2.0, 0.0, 0.0, 2.1], &mut change);
         assert!(change[0].abs() > 1e-2, "{change:?}");
+    }
+
+    /// A state that is larger than its size is sampled along its bound otherwise, where its square is as good as the state itself.
+    #[test]
+    fn samples_are_spread_within_bounds_far_from_zero() {
+        let values = [0.0, 0.25, 1.0].map(|part| between(Bounds::at_least(4.8), 5.0, part));
+        assert_eq!(values, [4.8, 6.05, 9.8]);
+        assert_eq!(between(Bounds::new(-1e9, 1.0), 5.0, 0.5), -2.0);
+        assert_eq!(between(Bounds::fixed(3.0), 5.0, 0.5), 3.0);
     }
 
     #[test]

@@ -73,6 +73,7 @@ pub mod explanation;
 mod extraction;
 mod flown;
 mod idle_controls;
+mod implied_ends;
 mod invariants;
 mod joints;
 mod junction;

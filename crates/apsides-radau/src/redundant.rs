@@ -1,5 +1,5 @@
-//! Statements that follow from others: bounds of controls and states that a path constraint of controls implies, and path constraints that
-//! the equations of motion keep.
+//! Statements that follow from others: bounds of controls and states that a path constraint of controls implies, and path constraints and
+//! final states that the equations of motion keep.
 //!
 //! The components of a direction of length one need no bounds of one, nor those of an attitude quaternion that is a control in one of its
 //! components, and the attitude quaternion of a rigid body keeps its length. An altitude that starts at its bound stays above it where the flight
@@ -9,6 +9,7 @@
 
 use apsides_ocp::{Bounds, Mesh, Ocp, PathConstraint, Phase, Trajectory, Variable};
 
+use crate::implied_ends::{ImpliedEnd, implied_ends};
 use crate::monotone::{Trend, trends};
 
 /// Values that are equal to this, relative to their parts, differ by rounding or by the digits of a bound.
@@ -19,6 +20,8 @@ const SUM: f64 = 1e-12;
 const VANISHING: f64 = 1e-13;
 /// A constraint is met at the start of a phase within this, relative to its size.
 const MET: f64 = 1e-9;
+/// Distance of a final state from where it was posed, relative to its scale, that is no error of a mesh.
+const MISSED: f64 = 1e-5;
 /// Part of the size of an input by which an implied bound is moved away: where it stands it guides the first iterations still.
 const ROOM: f64 = 0.2;
 /// Points at which a function is tried, as parts of the sizes of its inputs.
@@ -29,6 +32,8 @@ pub(crate) struct Irredundant {
     pub(crate) ocp: Ocp,
     /// Per phase, for each row of the path constraints as they were posed, whether it is still there.
     kept: Vec<Vec<bool>>,
+    /// Per phase, the final states that are left to the motion.
+    ends: Vec<Vec<ImpliedEnd>>,
 }
 
 impl Irredundant {
@@ -41,10 +46,18 @@ impl Irredundant {
             keeps.collect::<Vec<bool>>()
         });
         let keeps: Vec<Vec<bool>> = keeps.collect();
-        if moved.iter().all(Option::is_none) && !keeps.iter().flatten().any(|keep| !keep) {
+        let ends: Vec<Vec<ImpliedEnd>> = ocp.phases.iter().map(|phase| implied_ends(ocp, phase)).collect();
+        let has_all = keeps.iter().flatten().all(|keep| *keep) && ends.iter().all(Vec::is_empty);
+        if moved.iter().all(Option::is_none) && has_all {
             return None;
         }
         let mut rest = ocp.clone();
+        for (phase, ends) in rest.phases.iter_mut().zip(&ends) {
+            for ImpliedEnd { state, side, .. } in ends {
+                let state = &mut phase.states[*state];
+                state.terminal = side.intersect(&state.variable.bounds);
+            }
+        }
         let mut kept = Vec::new();
         for ((phase, moved), keeps) in rest.phases.iter_mut().zip(moved).zip(keeps) {
             kept.push(phase.path.iter().zip(&keeps).flat_map(|(c, k)| vec![*k; c.rows.len()]).collect());
@@ -60,7 +73,15 @@ impl Irredundant {
                 state.variable = variable;
             }
         }
-        Some(Self { ocp: rest, kept })
+        Some(Self { ocp: rest, kept, ends })
+    }
+
+    /// True if a final state that was left to the motion is not where it was posed: the motion does not keep what it seemed to.
+    pub(crate) fn misses_ends(&self, trajectory: &Trajectory) -> bool {
+        self.ends.iter().zip(&trajectory.phases).any(|(ends, t)| {
+            let reached = t.final_state();
+            ends.iter().any(|end| (reached[end.state] - end.value).abs() > MISSED * end.scale)
+        })
     }
 
     /// The mesh without the arcs of phases that have fewer rows.

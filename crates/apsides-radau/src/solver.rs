@@ -162,8 +162,13 @@ impl Radau {
         let Some(irredundant) = Irredundant::of(ocp) else {
             return self.solve_with_starts(ocp, guess, &mesh, observer);
         };
-        let mesh = irredundant.as_meant(mesh);
-        let mut solution = self.solve_with_starts(&irredundant.ocp, guess, &mesh, observer)?;
+        let meant = irredundant.as_meant(mesh.clone());
+        let mut solution = self.solve_with_starts(&irredundant.ocp, guess, &meant, observer)?;
+        if solution.status.is_success() && irredundant.misses_ends(&solution.trajectory) {
+            let posed = self.solve_with_starts(ocp, guess, &mesh, observer)?;
+            let meshes = solution.meshes.into_iter().chain(posed.meshes).collect();
+            return Ok(RadauSolution { meshes, ..posed });
+        }
         solution.trajectory = irredundant.as_posed(solution.trajectory);
         Ok(solution)
     }
