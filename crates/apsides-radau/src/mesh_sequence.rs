@@ -121,7 +121,7 @@ pub(crate) struct MeshSequence<'a> {
     /// The next guess and mesh, and what the attempt has so far.
     attempt: Attempt,
     last: Option<Solved>,
-    /// An accurate solution on a mesh with breaks, the next one after which led nowhere.
+    /// The solution on a mesh with breaks, the next one after which led nowhere.
     before_failure: Option<Solved>,
     events: Events,
     joints: Joints,
@@ -284,14 +284,14 @@ impl<'a> MeshSequence<'a> {
         self.refine(solve)
     }
 
-    /// True where the arcs of a mesh are not where they should be: its optimum is far beyond the bounds of rows that it leaves out beside them,
-    /// or far from that of the mesh before.
+    /// True where the arcs of a mesh along bounds of rows are not where they should be: its optimum is far beyond the bounds that it leaves out
+    /// beside them, or far from that of the mesh before. Jumps of controls may come to their places from farther away.
     fn is_astray(&self, solve: &MeshSolve) -> bool {
-        let Some(last) = self.last.as_ref() else { return false };
+        let Some(last) = self.last.as_ref().filter(|_| holds_rows(&self.attempt.mesh)) else { return false };
         let is_beyond = solve.estimate.beyond > ASTRAY.max(WORSE * last.beyond);
         let change = (solve.trajectory.objective - last.trajectory.objective).abs();
         let is_far = change > FAR.max(FAR_BEYOND_ERROR * last.error) * solve.nlp.scales.objective.abs();
-        has_arcs(&self.attempt.mesh) && is_far || holds_rows(&self.attempt.mesh) && is_beyond
+        is_beyond || is_far
     }
 
     /// Tries the mesh with kinks, or the last one without breaks; else the attempt ends without success.
@@ -310,7 +310,7 @@ impl<'a> MeshSequence<'a> {
             if let Some(solved) = self.last.as_ref().filter(|_| may_lead_back) {
                 self.attempt.guess = Guess::earlier(&solved.trajectory);
                 self.attempt.mesh = solved.plain.clone();
-                self.before_failure = Some(solved.clone()).filter(|s| s.accurate);
+                self.before_failure = Some(solved.clone());
                 self.catches.left = 0;
                 self.events.give_up(solved.error);
                 return ControlFlow::Continue(());
@@ -509,17 +509,18 @@ impl<'a> MeshSequence<'a> {
         }
     }
 
-    /// Ends with a solution, or with an accurate one before, if meshes without its breaks came to none.
+    /// Ends with a solution, or with a more accurate one before, if meshes without its breaks came to none that is accurate.
     fn end(&mut self, solved: Solved, status: Status, unmet: Option<Unmet>) -> ControlFlow<Ending> {
         ControlFlow::Break(self.ending(solved, status, unmet))
     }
 
     fn ending(&mut self, solved: Solved, status: Status, unmet: Option<Unmet>) -> Ending {
         let falls_short = may_go_on(status) && !(solved.accurate && status.is_success());
-        let (solved, status, unmet) = match self.before_failure.take().filter(|_| falls_short) {
+        let is_better = |before: &Solved| falls_short && (before.accurate || before.error < solved.error);
+        let (solved, status, unmet) = match self.before_failure.take().filter(is_better) {
             Some(before) => {
-                let status = before.report.status;
-                (before, status, None)
+                let (status, stalled) = (before.report.status, !before.accurate);
+                (Solved { stalled, ..before }, status, None)
             }
             None => (solved, status, unmet),
         };
