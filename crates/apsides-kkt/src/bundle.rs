@@ -244,10 +244,8 @@ impl Bundles {
         for bundle in list {
             let shape = &shapes[bundle.shape];
             let places = bundle.places(shape);
-            let x = &mut x[..places.len() + shape.outer * LANES];
-            let (inner, outside) = x.split_at_mut(places.len());
-            inner.copy_from_slice(&right[places.clone()]);
-            clear(simd, outside);
+            let x = shape.take_rows(x, &right[places.clone()]);
+            clear(simd, &mut x[places.len()..]);
             for front in &shape.fronts {
                 let block = &entries[bundle.entries + front.block * LANES..];
                 lanes::forward(simd, block, front.size(), front.first, &front.below, x);
@@ -269,10 +267,9 @@ impl Bundles {
         for bundle in list {
             let shape = &shapes[bundle.shape];
             let places = bundle.places(shape);
-            let x = &mut x[..places.len() + shape.outer * LANES];
-            let (inner, outside) = x.split_at_mut(places.len());
-            inner.copy_from_slice(&right[places.clone()]);
-            for (rows, values) in bundle.outer_rows.iter().zip(outside.chunks_exact_mut(LANES)) {
+            let x = shape.take_rows(x, &right[places.clone()]);
+            let outside = x[places.len()..].chunks_exact_mut(LANES);
+            for (rows, values) in bundle.outer_rows.iter().zip(outside) {
                 for (&row, value) in rows.iter().zip(values) {
                     *value = right[row as usize];
                 }
@@ -319,6 +316,14 @@ fn take_in<S: Simd>(
 }
 
 impl Shape {
+    /// The room of a solve with the rows of a bundle taken in, and those outside behind them as they were left.
+    #[inline(always)]
+    fn take_rows<'a>(&self, x: &'a mut [f64], rows: &[f64]) -> &'a mut [f64] {
+        let x = &mut x[..rows.len() + self.outer * LANES];
+        x[..rows.len()].copy_from_slice(rows);
+        x
+    }
+
     /// The structure of the subtree of a root.
     fn new(supernodes: &Supernodes, root: usize, size: usize) -> Self {
         let first = root + 1 - size;

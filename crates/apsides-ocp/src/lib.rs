@@ -103,5 +103,5 @@ pub use piecewise::{PiecewisePolynomial, Segment};
 pub use problem::{Objective, Ocp, OcpBuilder, Sense, Term};
 pub use scaling::{PhaseScaling, Scaling};
 pub use trajectory::{Contact, PhaseTrajectory, Trajectory};
-pub use variable::{Bounds, State, Variable};
+pub use variable::{Bounds, State, Variable, behind_number};
 pub use without_kinks::WithoutKinks;

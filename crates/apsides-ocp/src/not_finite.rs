@@ -4,6 +4,7 @@ use std::fmt;
 
 use apsides_ad::NodeFunction;
 
+use crate::variable::behind_number;
 use crate::{EndpointInput, Ocp, Phase, PhaseTrajectory, Trajectory, Variable};
 
 /// A formula of a problem, by names.
@@ -50,8 +51,7 @@ impl fmt::Display for NotFinite {
         write!(f, "{} has no finite {what}", self.formula)?;
         for (k, (name, value, unit)) in self.at.iter().enumerate() {
             let joint = if k == 0 { " at" } else { "," };
-            let unit = if unit == "-" { String::new() } else { format!(" {unit}") };
-            write!(f, "{joint} {name} = {value}{unit}")?;
+            write!(f, "{joint} {name} = {value}{}", behind_number(unit))?;
         }
         Ok(())
     }

@@ -2,6 +2,12 @@
 
 use crate::OcpError;
 
+/// A unit behind a number, after a space; nothing where there is none.
+#[must_use]
+pub fn behind_number(unit: &str) -> String {
+    if unit == "-" { String::new() } else { format!(" {unit}") }
+}
+
 /// A closed interval; infinite ends mean "no bound", equal ends fix the quantity.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Bounds {

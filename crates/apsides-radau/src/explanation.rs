@@ -142,19 +142,6 @@ impl Radau {
         Ok(explanation)
     }
 
-    /// A trajectory that meets all requirements to the accuracy of a relaxation, next to a guess: none where none is found, or requirements
-    /// conflict.
-    ///
-    /// # Errors
-    /// When the request is ill-posed.
-    pub fn feasible(&self, ocp: &Ocp, guess: &Guess, mesh: &Mesh) -> Result<Option<Trajectory>, RadauError> {
-        let within = within_effect(ocp);
-        let ocp = within.as_ref().unwrap_or(ocp);
-        let relaxer = Relaxer::new(ocp, &self.settings)?;
-        let all = relaxer.relax(guess, &without_arcs(mesh.clone()), None, &mut ())?;
-        Ok(if all.meets_all() { Some(all.nlp.trajectory(relaxer.ocp(), &all.result.report)?) } else { None })
-    }
-
     /// The largest residuals of a guess on a mesh before the first iteration: one per constraint, relative to its scale
     /// the largest first, at most `most`.
     ///

@@ -7,7 +7,7 @@
 
 use apsides_ocp::{Bounds, Ocp, Phase};
 
-use crate::invariants::{Terms, kept, scales};
+use crate::invariants::{Monomial, Terms, kept, scales};
 
 /// A function has the same value at both ends within this, relative to its terms.
 const KEPT: f64 = 1e-9;
@@ -71,7 +71,8 @@ pub(crate) fn implied_ends(ocp: &Ocp, phase: &Phase) -> Vec<ImpliedEnd> {
     implied
 }
 
-fn value(&((first, second), c): &((usize, Option<usize>), f64), x: &[f64]) -> f64 {
+/// The value of a term.
+fn value(&((first, second), c): &(Monomial, f64), x: &[f64]) -> f64 {
     c * x[first] * second.map_or(1.0, |j| x[j])
 }
 

@@ -79,7 +79,12 @@ pub(crate) fn kept(ocp: &Ocp, phase: &Phase, scales: &[f64], among: &[usize]) ->
         return Kept::default();
     }
     let of = |monomials: &[Monomial]| -> Vec<Terms> {
-        let found = kernel(rates(ocp, phase, scales, monomials)).into_iter();
+        let rates = |samples| rates(ocp, phase, scales, monomials, samples);
+        // Most motions keep nothing, which the least number of samples shows.
+        if Eliminated::of(rates(monomials.len())).is_some_and(|e| e.rank == monomials.len()) {
+            return Vec::new();
+        }
+        let found = kernel(rates(SAMPLES * monomials.len())).into_iter();
         let terms = |kept: Vec<f64>| monomials.iter().copied().zip(kept).filter(|(_, c)| *c != 0.0).collect();
         found.map(terms).collect()
     };
@@ -97,7 +102,7 @@ pub(crate) fn kept(ocp: &Ocp, phase: &Phase, scales: &[f64], among: &[usize]) ->
 }
 
 /// The rates of monomials at samples: one row for each. Nothing where the equations of motion have no values.
-fn rates(ocp: &Ocp, phase: &Phase, scales: &[f64], monomials: &[Monomial]) -> Vec<Vec<f64>> {
+fn rates(ocp: &Ocp, phase: &Phase, scales: &[f64], monomials: &[Monomial], samples: usize) -> Vec<Vec<f64>> {
     let motion = phase.dynamics.as_ref();
     let nx = phase.states.len();
     let parameters = ocp.parameters.iter().map(|p| (p.bounds, p.size().unwrap_or(1.0)));
@@ -110,7 +115,7 @@ fn rates(ocp: &Ocp, phase: &Phase, scales: &[f64], monomials: &[Monomial]) -> Ve
     let ranges: Vec<(Bounds, f64)> = states.chain(others).collect();
     let mut z = vec![0.0; ranges.len()];
     let (mut f, mut rows) = (vec![0.0; nx], Vec::new());
-    for sample in 0..SAMPLES * monomials.len() {
+    for sample in 0..samples {
         for (j, (z, (bounds, size))) in z.iter_mut().zip(&ranges).enumerate() {
             let spread = (GOLDEN * ((sample + 1) * (2 * j + 3)) as f64 + 0.37 * (j * j) as f64).fract();
             *z = between(*bounds, *size, spread);
@@ -135,52 +140,70 @@ fn between(bounds: Bounds, size: f64, part: f64) -> f64 {
     least + part * (most - least)
 }
 
-/// A basis of what a matrix maps to zero, by elimination with complete pivoting; columns are first brought to one size.
-fn kernel(mut rows: Vec<Vec<f64>>) -> Vec<Vec<f64>> {
-    let n = rows.first().map_or(0, Vec::len);
-    if rows.len() < 2 * n || n == 0 {
-        return Vec::new();
-    }
-    let size = |k: usize| rows.iter().map(|r| r[k].abs()).fold(0.0, f64::max);
-    let sizes: Vec<f64> = (0..n).map(size).map(|s| if s > 0.0 { s } else { 1.0 }).collect();
-    for row in &mut rows {
-        row.iter_mut().zip(&sizes).for_each(|(v, s)| *v /= s);
-    }
-    let mut columns: Vec<usize> = (0..n).collect();
-    let mut rank = 0;
-    while rank < n {
-        let places = (rank..rows.len()).flat_map(|i| (rank..n).map(move |k| (i, k)));
-        let Some((i, k)) = places.max_by(|a, b| {
-            let at = |&(i, k): &(usize, usize)| rows[i][columns[k]].abs();
-            at(a).total_cmp(&at(b))
-        }) else {
-            break;
-        };
-        if rows[i][columns[k]].abs() <= ROUNDING {
-            break;
+/// A matrix after elimination with complete pivoting; its columns were first brought to one size.
+struct Eliminated {
+    rows: Vec<Vec<f64>>,
+    sizes: Vec<f64>,
+    /// The columns, those with pivots first.
+    columns: Vec<usize>,
+    rank: usize,
+}
+
+impl Eliminated {
+    /// None for a matrix without columns.
+    fn of(mut rows: Vec<Vec<f64>>) -> Option<Self> {
+        let n = rows.first().map(Vec::len).filter(|n| *n > 0)?;
+        let size = |k: usize| rows.iter().map(|r| r[k].abs()).fold(0.0, f64::max);
+        let sizes: Vec<f64> = (0..n).map(size).map(|s| if s > 0.0 { s } else { 1.0 }).collect();
+        for row in &mut rows {
+            row.iter_mut().zip(&sizes).for_each(|(v, s)| *v /= s);
         }
-        rows.swap(rank, i);
-        columns.swap(rank, k);
-        let pivot = rows[rank].clone();
-        let column = columns[rank];
-        for (_, row) in rows.iter_mut().enumerate().filter(|(i, _)| *i != rank) {
-            let factor = row[column] / pivot[column];
-            row.iter_mut().zip(&pivot).for_each(|(v, p)| *v -= factor * p);
+        let mut columns: Vec<usize> = (0..n).collect();
+        let mut rank = 0;
+        while rank < n {
+            let places = (rank..rows.len()).flat_map(|i| (rank..n).map(move |k| (i, k)));
+            let Some((i, k)) = places.max_by(|a, b| {
+                let at = |&(i, k): &(usize, usize)| rows[i][columns[k]].abs();
+                at(a).total_cmp(&at(b))
+            }) else {
+                break;
+            };
+            if rows[i][columns[k]].abs() <= ROUNDING {
+                break;
+            }
+            rows.swap(rank, i);
+            columns.swap(rank, k);
+            let pivot = rows[rank].clone();
+            let column = columns[rank];
+            for (_, row) in rows.iter_mut().enumerate().filter(|(i, _)| *i != rank) {
+                let factor = row[column] / pivot[column];
+                row.iter_mut().zip(&pivot).for_each(|(v, p)| *v -= factor * p);
+            }
+            rank += 1;
         }
-        rank += 1;
+        Some(Self { rows, sizes, columns, rank })
     }
-    let vector = |free: usize| {
-        let mut kept = vec![0.0; n];
+
+    /// The vector that the matrix maps to zero, of which a column without a pivot has a part.
+    fn kept(&self, free: usize) -> Vec<f64> {
+        let Self { rows, sizes, columns, rank } = self;
+        let mut kept = vec![0.0; sizes.len()];
         kept[columns[free]] = 1.0 / sizes[columns[free]];
-        for (row, &column) in rows.iter().zip(&columns[..rank]) {
+        for (row, &column) in rows.iter().zip(&columns[..*rank]) {
             let part = -row[columns[free]] / row[column];
             kept[column] = if part.abs() <= ROUNDING.sqrt() { 0.0 } else { part / sizes[column] };
         }
         let largest = kept.iter().fold(0.0_f64, |m, c| m.max(c.abs()));
         kept.iter_mut().for_each(|c| *c /= largest);
         kept
-    };
-    (rank..n).map(vector).collect()
+    }
+}
+
+/// A basis of what a matrix maps to zero; nothing where it has too few rows to tell.
+fn kernel(rows: Vec<Vec<f64>>) -> Vec<Vec<f64>> {
+    let tells = rows.first().is_some_and(|row| rows.len() >= 2 * row.len());
+    let Some(eliminated) = Eliminated::of(rows).filter(|_| tells) else { return Vec::new() };
+    (eliminated.rank..eliminated.columns.len()).map(|free| eliminated.kept(free)).collect()
 }
 
 /// Both ends of a phase have the same value of a function.

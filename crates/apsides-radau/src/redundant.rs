@@ -76,6 +76,16 @@ impl Irredundant {
         Some(Self { ocp: rest, kept, ends })
     }
 
+    /// The same with the final states as they were posed.
+    pub(crate) fn with_posed_ends(mut self, ocp: &Ocp) -> Self {
+        for ((phase, posed), ends) in self.ocp.phases.iter_mut().zip(&ocp.phases).zip(&mut self.ends) {
+            for ImpliedEnd { state, .. } in ends.drain(..) {
+                phase.states[state].terminal = posed.states[state].terminal;
+            }
+        }
+        self
+    }
+
     /// True if a final state that was left to the motion is not where it was posed: the motion does not keep what it seemed to.
     pub(crate) fn misses_ends(&self, trajectory: &Trajectory) -> bool {
         self.ends.iter().zip(&trajectory.phases).any(|(ends, t)| {

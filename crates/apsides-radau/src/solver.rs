@@ -159,15 +159,16 @@ impl Radau {
         mesh: Mesh,
         observer: &mut dyn Observer,
     ) -> Result<RadauSolution, RadauError> {
-        let Some(irredundant) = Irredundant::of(ocp) else {
+        let Some(mut irredundant) = Irredundant::of(ocp) else {
             return self.solve_with_starts(ocp, guess, &mesh, observer);
         };
-        let meant = irredundant.as_meant(mesh.clone());
+        let meant = irredundant.as_meant(mesh);
         let mut solution = self.solve_with_starts(&irredundant.ocp, guess, &meant, observer)?;
         if solution.status.is_success() && irredundant.misses_ends(&solution.trajectory) {
-            let posed = self.solve_with_starts(ocp, guess, &mesh, observer)?;
-            let meshes = solution.meshes.into_iter().chain(posed.meshes).collect();
-            return Ok(RadauSolution { meshes, ..posed });
+            irredundant = irredundant.with_posed_ends(ocp);
+            let again = self.solve_with_starts(&irredundant.ocp, guess, &meant, observer)?;
+            let meshes = solution.meshes.into_iter().chain(again.meshes).collect();
+            solution = RadauSolution { meshes, ..again };
         }
         solution.trajectory = irredundant.as_posed(solution.trajectory);
         Ok(solution)

@@ -1,10 +1,10 @@
 //! The place of a quantity in words: phase and time.
 
-use apsides_ocp::Phase;
+use apsides_ocp::{Phase, behind_number};
 
 /// Phase and time.
 pub(crate) fn place(phase: &Phase, t: f64) -> String {
-    let unit = if phase.time_unit == "-" { String::new() } else { format!(" {}", phase.time_unit) };
+    let unit = behind_number(&phase.time_unit);
     format!("phase `{}`, t = {}{unit}", phase.name, significant(t))
 }
 

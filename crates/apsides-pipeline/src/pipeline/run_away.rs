@@ -8,7 +8,7 @@ use std::fmt;
 
 use apsides_nlp::Status;
 use apsides_ocp::method::Counters;
-use apsides_ocp::{Bounds, Guess, Ocp, Scaling, Solution, Trajectory};
+use apsides_ocp::{Bounds, Guess, Ocp, Scaling, Solution, Trajectory, behind_number};
 use apsides_verify::{Check, CheckKind, Verdict};
 
 use crate::Error;
@@ -217,15 +217,18 @@ impl Pipeline {
             let (value, size) =
                 (quantity.value(&found.solution.trajectory), quantity.size(&posed.guess, &scaling));
             let is_far = value.is_finite() && value.abs() >= FAR * size;
-            // A failed solve may end anywhere, with times and parameters at those of the guess.
-            let is_suspect = is_far || (has_failed && !matches!(quantity, Quantity::State(..)));
+            // A failed solve may end anywhere, with times and parameters at those of the guess. States can be bounded for a try, and not fixed, as
+            // it takes beyond a solution.
+            let is_suspect = match quantity {
+                Quantity::State(..) => is_far && has_failed,
+                _ => is_far || has_failed,
+            };
             let towards = if value == 0.0 { size } else { value };
             if !is_suspect || !quantity.is_open(ocp, towards) {
                 continue;
             }
             let mut tries = Tries { pipeline: self, posed, quantity, work: Vec::new() };
             let ran = match is_solved {
-                true if matches!(quantity, Quantity::State(..)) => None,
                 true => beyond(&mut tries, &found.solution, observer)?.map(|ran| (ran, None)),
                 false => farther(&mut tries, size.copysign(towards), observer)?
                     .map(|(ran, last)| (ran, Some(last))),
@@ -321,12 +324,11 @@ impl RunAway {
 
 impl fmt::Display for RunAway {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let with_unit = |unit: &str| if unit == "-" { String::new() } else { format!(" {unit}") };
         let at = |(value, objective): &(f64, f64)| {
             format!(
                 "{objective:.3e}{} at {value:.3e}{}",
-                with_unit(&self.unit_of_objective),
-                with_unit(&self.unit)
+                behind_number(&self.unit_of_objective),
+                behind_number(&self.unit)
             )
         };
         let on_the_way = self.reached.iter().map(at).collect::<Vec<_>>().join(", ");

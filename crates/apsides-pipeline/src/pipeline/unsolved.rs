@@ -2,7 +2,7 @@
 
 use apsides_nlp::Status;
 use apsides_ocp::not_finite::NotFinite;
-use apsides_ocp::{Bounds, Ocp, Sense, Solution, Trajectory};
+use apsides_ocp::{Bounds, Ocp, Sense, Solution, Trajectory, behind_number};
 use apsides_radau::Explanation;
 
 use crate::method::Methods;
@@ -62,7 +62,7 @@ fn diverging(ocp: &Ocp, trajectory: &Trajectory) -> String {
         if is_open && farthest.as_ref().is_none_or(|(largest, _)| value.abs() > *largest) {
             let text = format!(
                 "nothing bounds `{name}` of phase `{phase}`, which has come to {value:.3e}{}",
-                with_space(unit)
+                behind_number(unit)
             );
             farthest = Some((value.abs(), text));
         }
@@ -83,15 +83,10 @@ fn diverging(ocp: &Ocp, trajectory: &Trajectory) -> String {
     }
     let objective = &ocp.objective;
     let reached = trajectory.objective;
-    let unit = with_space(&objective.unit);
+    let unit = behind_number(&objective.unit);
     let text = format!("the objective {verb} without bound, to {reached:.3e}{unit} so far");
     match farthest {
         Some((_, cause)) => format!("{text}: {cause}; state bounds, or what it costs"),
         None => text,
     }
-}
-
-/// A unit behind a number; nothing where there is none.
-fn with_space(unit: &str) -> String {
-    if unit == "-" { String::new() } else { format!(" {unit}") }
 }
