@@ -157,6 +157,30 @@ fn linear_guess_keeps_to_what_the_ends_allow() {
     assert_eq!(scaling.phases[0].time, 5.0);
 }
 
+/// A guess in motion flies with the middle of the controls, -0.75 m/s2 from 1 m/s at rest, unless that misses what is asked of a state.
+#[test]
+fn a_guess_is_in_motion_where_nothing_is_asked_that_it_misses() {
+    let pushed = |x: State| {
+        let states = [x.starts_at(0.0), State::new("v", "m/s").starts_at(1.0)];
+        let phase = cart("go").states(states).controls([Variable::new("a", "m/s2").within(-2.0, 0.5)]);
+        let ocp = problem(phase.final_time(Bounds::fixed(2.0))).build().unwrap();
+        let (guess, mut middle, mut end) = (Guess::linear(&ocp).in_motion(&ocp), [0.0; 2], [0.0; 2]);
+        guess.check(&ocp).unwrap();
+        guess.phases[0].state(0.5, &mut middle);
+        guess.phases[0].state(1.0, &mut end);
+        // A straight line is as fast in its middle as on average.
+        ((2.0 * middle[0] - end[0]).abs() < ROUNDING, end)
+    };
+    let (is_straight, end) = pushed(State::new("x", "m"));
+    assert!(!is_straight && (end[0] - 0.5).abs() < ROUNDING && (end[1] + 0.5).abs() < ROUNDING, "{end:?}");
+    let misses = [
+        State::new("x", "m").ends_at(1.0),
+        State::new("x", "m").ends_within(0.6, 2.0),
+        State::new("x", "m").within(-1.0, 0.6),
+    ];
+    assert!(misses.into_iter().all(|x| pushed(x).0), "the highest point is 2/3 m");
+}
+
 /// A bent guess keeps its fixed ends and moves the free ones, keeps to the bounds, is the same each time and another one for another number.
 #[test]
 fn a_bent_guess_has_no_symmetry() {

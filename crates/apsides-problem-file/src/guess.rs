@@ -1,4 +1,4 @@
-//! The start of a solve: what the file states, and straight lines for the rest.
+//! The start of a solve: what the file states, and straight lines for the rest; a flight where it states nothing and the ends are free.
 
 use apsides_ad::{Formula, Table};
 use apsides_expressions::suggestion::suggested_name;
@@ -26,6 +26,9 @@ pub(crate) fn guess(amounts: &mut Amounts<'_>, tables: &[Table], ocp: &Ocp) -> R
         if let Some(stated) = amounts.optional(parameter.guess.as_ref(), &parameter.unit, &role)? {
             guess.parameters[k] = stated;
         }
+    }
+    if model.guess.is_empty() {
+        guess = guess.in_motion(ocp);
     }
     for stated in &model.guess {
         let phase = match &stated.phase {

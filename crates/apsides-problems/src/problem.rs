@@ -36,9 +36,9 @@ pub struct Case {
 }
 
 impl Case {
-    /// A problem that starts from straight lines between its bounds.
+    /// A problem that starts in motion where it may, and from straight lines between its bounds where it may not.
     pub(crate) fn from_bounds(ocp: Ocp) -> Self {
-        let guess = Guess::linear(&ocp);
+        let guess = Guess::linear(&ocp).in_motion(&ocp);
         Self { ocp, guess }
     }
 

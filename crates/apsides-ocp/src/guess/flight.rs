@@ -12,9 +12,28 @@ impl Guess {
     /// # Errors
     /// [`OcpError::Guess`] when the flight or a control is not finite, or a control is missing.
     pub fn fly(ocp: &Ocp, control: impl Fn(usize, f64, &[f64]) -> Vec<f64>) -> Result<Self, OcpError> {
-        let linear = Self::linear(ocp);
+        Self::linear(ocp).flown(ocp, control)
+    }
+
+    /// The flight from the start of the guess with its controls, those with bounds on both sides in the middle of them, if it meets all
+    /// that is asked of states; the guess itself if it does not. A start that moves is nearer to an optimum than one at rest where
+    /// nothing is asked at the end.
+    #[must_use]
+    pub fn in_motion(self, ocp: &Ocp) -> Self {
+        let steady: Vec<Vec<f64>> = ocp.phases.iter().zip(&self.phases).map(steady_controls).collect();
+        let meets = |flown: &Self| ocp.phases.iter().zip(&flown.phases).all(meets_bounds);
+        let flight = if ocp.constraints.is_empty() {
+            self.flown(ocp, |k, _, _| steady[k].clone()).ok().filter(meets)
+        } else {
+            None
+        };
+        flight.unwrap_or(self)
+    }
+
+    /// The flight with the times, parameters and start of the guess.
+    fn flown(&self, ocp: &Ocp, control: impl Fn(usize, f64, &[f64]) -> Vec<f64>) -> Result<Self, OcpError> {
         let mut phases: Vec<PhaseGuess> = Vec::new();
-        for (k, (phase, guess)) in ocp.phases.iter().zip(&linear.phases).enumerate() {
+        for (k, (phase, guess)) in ocp.phases.iter().zip(&self.phases).enumerate() {
             let mut start = vec![0.0; phase.states.len()];
             guess.state(0.0, &mut start);
             let duration = guess.final_time - guess.initial_time;
@@ -25,10 +44,34 @@ impl Guess {
                 initial_time = before.final_time;
             }
             let times = (initial_time, initial_time + duration);
-            phases.push(flight(phase, &linear.parameters, times, start, |t, x| control(k, t, x))?);
+            phases.push(flight(phase, &self.parameters, times, start, |t, x| control(k, t, x))?);
         }
-        Ok(Self { phases, ..linear })
+        Ok(Self { phases, ..self.clone() })
     }
+}
+
+/// The controls of a guess in the middle of its phase, those with bounds on both sides in the middle of them.
+fn steady_controls((phase, guess): (&Phase, &PhaseGuess)) -> Vec<f64> {
+    let mut steady = vec![0.0; phase.controls.len()];
+    guess.control(0.5, &mut steady);
+    for (value, control) in steady.iter_mut().zip(&phase.controls) {
+        if control.bounds.lower.is_finite() && control.bounds.upper.is_finite() {
+            *value = control.bounds.representative();
+        }
+    }
+    steady
+}
+
+/// True if the states of a flight are within their bounds, and at its end within those there.
+fn meets_bounds((phase, flight): (&Phase, &PhaseGuess)) -> bool {
+    let mut states = vec![0.0; phase.states.len()];
+    (0..=STEPS).all(|step| {
+        flight.state(step as f64 / STEPS as f64, &mut states);
+        phase.states.iter().zip(&states).all(|(state, value)| {
+            let asked = if step == STEPS { &state.terminal } else { &state.variable.bounds };
+            asked.excess(*value) <= 0.0
+        })
+    })
 }
 
 /// One phase by the classical Runge-Kutta method.

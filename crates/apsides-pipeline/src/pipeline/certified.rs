@@ -29,9 +29,17 @@ pub(super) struct Flight {
 }
 
 impl Certified {
-    /// A solution with its certificate. A solve whose steps became too small at a point that is certified has solved the problem.
+    /// A solution with its certificate. A solve that led nowhere from a point that is certified, on a finer mesh or as its steps became too
+    /// small, has solved the problem.
     pub(super) fn new(mut solution: Solution, flight: Flight) -> Self {
-        if solution.status == Status::StepTooSmall && flight.certificate.verdict >= Verdict::Extremal {
+        let led_nowhere = matches!(
+            solution.status,
+            Status::StepTooSmall
+                | Status::IterationLimit
+                | Status::RestorationFailed
+                | Status::EvaluationFailed(_)
+        );
+        if led_nowhere && flight.certificate.verdict >= Verdict::Extremal {
             solution.status = Status::Acceptable;
             solution.deficiency = None;
         }
