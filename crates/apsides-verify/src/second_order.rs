@@ -43,6 +43,9 @@ use form::Form;
 /// Exponents of ten at which the amount of negative curvature is looked for.
 const DECADES: i32 = 3;
 
+/// Intervals for each one that the nodes ask for, where the control is singular and the curvature negative.
+const FINER: [usize; 2] = [2, 4];
+
 /// The findings of the second-order conditions.
 #[derive(Debug, Default)]
 pub(crate) struct SecondOrder {
@@ -83,7 +86,10 @@ pub(crate) fn conditions(
             jump.size
         ));
     }
-    let Some(form) = Form::new(ocp, trajectory, &scales, &scaling.parameters, conditions, settings) else {
+    let discretised = |conditions: &mut [PhaseConditions<'_>], fineness| {
+        Form::new(ocp, trajectory, &scales, &scaling.parameters, conditions, settings, fineness)
+    };
+    let Some(mut form) = discretised(conditions, 1) else {
         return not_tested("first order only: the linearised equations of motion could not be solved");
     };
     if let Some(remark) = form.phases.iter().find_map(|p| p.remark.as_ref()) {
@@ -94,6 +100,16 @@ pub(crate) fn conditions(
     let is_singular = least.abs() < settings.curvature_tolerance;
     let limit =
         if is_singular { settings.singular_curvature_tolerance } else { settings.curvature_tolerance };
+    // Along a singular arc the curvature that the discretisation leaves falls with the length of its intervals, that of a saddle does not.
+    for fineness in FINER.into_iter().filter(|_| is_singular) {
+        if form.inertia(Space::Necessary, -limit).is_positive() {
+            break;
+        }
+        match discretised(conditions, fineness) {
+            Some(finer) => form = finer,
+            None => break,
+        }
+    }
     let mut amount = 0.0;
     if !form.inertia(Space::Necessary, -limit).is_positive() {
         amount = limit;

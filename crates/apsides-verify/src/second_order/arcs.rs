@@ -73,8 +73,13 @@ pub(super) fn with_instants(conditions: &mut PhaseConditions<'_>) -> Vec<f64> {
     times
 }
 
-/// The intervals of a phase with these corners, cut at some instants too.
-pub(super) fn spans(found: &PhaseTrajectory, corners: &[f64], instants: &[f64]) -> Vec<Span> {
+/// The intervals of a phase with these corners, cut at some instants too, and `fineness` times as many of them as its nodes ask for.
+pub(super) fn spans(
+    found: &PhaseTrajectory,
+    corners: &[f64],
+    instants: &[f64],
+    fineness: usize,
+) -> Vec<Span> {
     let breaks = found.control.breaks();
     let longest = (found.final_time - found.initial_time) / INTERVALS;
     let mut spans = Vec::new();
@@ -84,6 +89,7 @@ pub(super) fn spans(found: &PhaseTrajectory, corners: &[f64], instants: &[f64]) 
         let arc_end = corners.get(arc).copied().unwrap_or(breaks[breaks.len() - 1]);
         let nodes = found.control.segments()[segment].basis.nodes().len();
         let parts = nodes.div_ceil(STAGES).max(((ends[1] - ends[0]) / longest).ceil() as usize).max(1);
+        let parts = fineness * parts;
         let at = |k: usize| {
             if k == parts { ends[1] } else { ends[0] + (ends[1] - ends[0]) * k as f64 / parts as f64 }
         };

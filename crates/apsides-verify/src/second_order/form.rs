@@ -82,6 +82,7 @@ impl PhaseForm {
         is_first: bool,
         parameters: &[f64],
         rule: &Rule,
+        fineness: usize,
     ) -> Option<Self> {
         let found = conditions.found;
         let duration = found.final_time - found.initial_time;
@@ -102,7 +103,7 @@ impl PhaseForm {
         let touches = if conditions.among == Among::All { conditions.touches.clone() } else { Vec::new() };
         let instants = passages.iter().map(|p| p.time).chain(touches.iter().map(|t| t.time));
         let instants: Vec<f64> = instants.collect();
-        let mut spans = arcs::spans(found, &corners, &instants);
+        let mut spans = arcs::spans(found, &corners, &instants, fineness);
         let intervals = spans.iter().map(|span| Interval::new(conditions, parameters, rule, *span, duration));
         let mut intervals = intervals.collect::<Option<Vec<_>>>()?;
         for passage in &passages {
@@ -261,10 +262,11 @@ impl Form {
         parameters: &[f64],
         conditions: &mut [PhaseConditions<'_>],
         settings: &VerifySettings,
+        fineness: usize,
     ) -> Option<Self> {
         let rule = Rule::new()?;
         let phases: Option<Vec<_>> = (conditions.iter_mut().enumerate())
-            .map(|(k, c)| PhaseForm::new(c, k == 0, parameters, &rule))
+            .map(|(k, c)| PhaseForm::new(c, k == 0, parameters, &rule, fineness))
             .collect();
         let mut phases = phases?;
         let mut offsets = Vec::new();
