@@ -43,6 +43,7 @@
 mod canonical;
 mod conditions;
 mod continuation;
+mod elimination;
 mod ends;
 mod extraction;
 mod flow;

@@ -109,7 +109,7 @@ impl PhaseFlight {
             };
             let (times, control) = (p.segment_times(z, segment), &mut self.controls[segment]);
             self.flow
-                .pass(parameters, times, start, control, task.sensitivities, &mut ahead[0])
+                .pass(parameters, times, start, control, task.slopes == Slopes::New, &mut ahead[0])
                 .map_err(|reason| (segment, reason))?;
         }
         if task.chain {
@@ -126,10 +126,21 @@ impl PhaseFlight {
     }
 }
 
+/// The sensitivities that a flight is to leave.
+#[derive(Clone, Copy, PartialEq, Eq)]
+pub(super) enum Slopes {
+    /// None: only values are wanted.
+    Unwanted,
+    /// Its own.
+    New,
+    /// Those of the flight before from the same point, by a rougher integration.
+    Kept,
+}
+
 /// The flight that is wanted.
 #[derive(Clone, Copy)]
 struct Task {
-    sensitivities: bool,
+    slopes: Slopes,
     chain: bool,
 }
 
@@ -169,8 +180,8 @@ impl Conditions {
     ///
     /// # Errors
     /// The first segment without an end.
-    pub(super) fn fly(&mut self, z: &[f64], sensitivities: bool) -> Result<(), FailedSegment> {
-        self.run(z, Task { sensitivities, chain: false })
+    pub(super) fn fly(&mut self, z: &[f64], slopes: Slopes) -> Result<(), FailedSegment> {
+        self.run(z, Task { slopes, chain: false })
     }
 
     /// Flies each phase with sensitivities from its first node on and makes the ends of the segments its nodes.
@@ -178,7 +189,7 @@ impl Conditions {
     /// # Errors
     /// The first segment without an end.
     pub(super) fn fly_through(&mut self, z: &mut [f64]) -> Result<(), FailedSegment> {
-        self.run(z, Task { sensitivities: true, chain: true })?;
+        self.run(z, Task { slopes: Slopes::New, chain: true })?;
         for (p, flight) in self.layout.phases.iter().zip(&self.phases) {
             for (segment, passage) in flight.passages.iter().enumerate() {
                 let next = p.node(segment + 1);
@@ -209,7 +220,7 @@ impl Conditions {
         } else {
             self.phases.iter_mut().enumerate().try_for_each(fly)?;
         }
-        self.ends.evaluate(z, &self.multipliers, task.sensitivities);
+        self.ends.evaluate(z, &self.multipliers, task.slopes != Slopes::Unwanted);
         Ok(())
     }
 

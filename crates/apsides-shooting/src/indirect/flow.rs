@@ -35,7 +35,7 @@ pub(super) struct EndPoint {
 pub(super) struct SegmentFlight {
     /// `y` at the end.
     pub(super) end: Vec<f64>,
-    /// `[dy/dy0, dy/dp]`, row-major `n x (n + np)`; empty when not asked for.
+    /// `[dy/dy0, dy/dp]`, row-major `n x (n + np)`, of the last flight with sensitivities.
     pub(super) moved: Vec<f64>,
     pub(super) first: EndPoint,
     pub(super) last: EndPoint,
@@ -198,8 +198,8 @@ impl Flow {
         }
         passage.end.clear();
         passage.end.extend_from_slice(&self.end[..n]);
-        passage.moved.clear();
         if sensitivities {
+            passage.moved.clear();
             passage.moved.extend_from_slice(&self.end[n..dimension]);
         }
         self.hamiltonian.get_mut().end_point(t1, &self.end[..n], p, &mut passage.last);

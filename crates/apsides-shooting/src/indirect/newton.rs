@@ -4,9 +4,10 @@
 //! old Jacobian gives at the new point is smaller than the step, or when the residual falls.
 
 use apsides_nlp::{Flow as Proceed, IterationRecord, Observer, Status};
-use nalgebra::{DMatrix, DVector, Dyn, LU};
+use nalgebra::{DMatrix, DVector};
 
-use super::conditions::{Conditions, FailedSegment};
+use super::conditions::{Conditions, FailedSegment, Slopes};
+use super::elimination::Elimination;
 use super::settings::IndirectSettings;
 
 /// Shortest damped step.
@@ -63,7 +64,7 @@ pub(super) fn solve(
     };
     equations.set_tolerance(settings.early());
     let chained = begin.chained && equations.fly_through(z).is_ok();
-    if !chained && let Err(failure) = equations.fly(z, true) {
+    if !chained && let Err(failure) = equations.fly(z, Slopes::New) {
         ended.failure = Some(failure);
         ended.status = Status::EvaluationFailed(apsides_nlp::Evaluation::Constraints);
         return ended;
@@ -97,7 +98,7 @@ fn tighten(
         let (from, before) = (z.clone(), ended.iterations);
         equations.allowance = 1.0 - next;
         ended.status = Status::IterationLimit;
-        if equations.fly(z, true).is_ok() {
+        if equations.fly(z, Slopes::New).is_ok() {
             iterate(equations, z, settings, ended, observer);
         }
         if ended.status.is_success() {
@@ -142,7 +143,7 @@ fn iterate(
             return;
         }
         equations.jacobian(&mut matrix);
-        let lu = LU::new(matrix.clone());
+        let lu = Elimination::new(&matrix);
         let Some(step) = correction(&lu, &residual) else {
             ended.status = Status::StepTooSmall;
             return;
@@ -161,19 +162,22 @@ fn iterate(
             let expected = if length == 1.0 { size.min(bend * size * size) } else { size };
             early &= expected > IndirectSettings::EARLY;
             equations.set_tolerance(if early { settings.early() } else { settings.integration_tolerance });
-            let Some(mut found) = look(equations, &lu, &trial, !enough, ended) else {
+            // Slopes by the accurate integration cost some three times those by the rough one, which are as good for a step.
+            let slopes = if enough || !early { Slopes::Unwanted } else { Slopes::New };
+            let Some(mut found) = look(equations, &lu, &trial, slopes, ended) else {
                 length *= 0.5;
                 continue;
             };
-            has_slopes = !enough;
+            has_slopes = slopes == Slopes::New;
             if length == 1.0 {
                 bend = found.left / (size * size);
                 if early && found.left <= IndirectSettings::EARLY {
-                    // Nearer than expected: worth a look at what the accurate integration says.
+                    // Nearer than expected: worth a look at what the accurate integration says. The slopes of the rough one are off by far
+                    // less than a step with them leaves.
                     early = false;
                     equations.set_tolerance(settings.integration_tolerance);
-                    has_slopes = false;
-                    let Some(accurate) = look(equations, &lu, &trial, false, ended) else {
+                    let slopes = if has_slopes { Slopes::Kept } else { Slopes::Unwanted };
+                    let Some(accurate) = look(equations, &lu, &trial, slopes, ended) else {
                         length *= 0.5;
                         continue;
                     };
@@ -203,8 +207,11 @@ fn iterate(
             length *= 0.5;
         }
         record = Record { step: size, length, ..record };
-        if !(accepted && has_slopes) && equations.fly(z, true).is_err() {
-            accepted = false;
+        if !(accepted && has_slopes) {
+            equations.set_tolerance(settings.early());
+            if equations.fly(z, Slopes::New).is_err() {
+                accepted = false;
+            }
         }
         if !accepted {
             let converged = size <= ROUNDING * settings.tolerance;
@@ -224,13 +231,13 @@ struct Look {
 
 fn look(
     equations: &mut Conditions,
-    lu: &LU<f64, Dyn, Dyn>,
+    lu: &Elimination,
     z: &[f64],
-    sensitivities: bool,
+    slopes: Slopes,
     ended: &mut Ended,
 ) -> Option<Look> {
     ended.flights += 1;
-    if let Err(failure) = equations.fly(z, sensitivities) {
+    if let Err(failure) = equations.fly(z, slopes) {
         ended.failure = Some(failure);
         return None;
     }
@@ -245,7 +252,7 @@ fn look(
 /// Takes the corrections of the same Jacobian while they are about to converge; the solution if they do.
 fn polish(
     equations: &mut Conditions,
-    lu: &LU<f64, Dyn, Dyn>,
+    lu: &Elimination,
     mut z: Vec<f64>,
     mut found: Look,
     mut before: f64,
@@ -262,7 +269,7 @@ fn polish(
         z = moved(equations, &z, &found.step, 1.0);
         before = found.left;
         ended.iterations += 1;
-        found = look(equations, lu, &z, false, ended)?;
+        found = look(equations, lu, &z, Slopes::Unwanted, ended)?;
     }
     if found.left > settings.tolerance {
         return None;
@@ -273,9 +280,8 @@ fn polish(
     Some(moved(equations, &z, &found.step, 1.0))
 }
 
-fn correction(lu: &LU<f64, Dyn, Dyn>, residual: &DVector<f64>) -> Option<DVector<f64>> {
-    let step = lu.solve(&-residual)?;
-    step.iter().all(|d| d.is_finite()).then_some(step)
+fn correction(lu: &Elimination, residual: &DVector<f64>) -> Option<DVector<f64>> {
+    lu.solve(&-residual)
 }
 
 /// `z + length step`, the step being in units of the unknowns.
