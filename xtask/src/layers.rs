@@ -158,6 +158,7 @@ const OWNERS: &[(&str, &str)] = &[
     ("faer", "kkt"),
     ("pulp", "ad"),
     ("pulp", "kkt"),
+    ("pulp", "stage-cone"),
     ("pulp", "terrain"),
     ("clarabel", "conic"),
     ("parry3d-f64", "terrain"),

@@ -38,6 +38,7 @@ impl<const NR: usize> Scaling<NR> {
     }
 
     /// The scaling at `s`, `z`; false if one is not inside its cone.
+    #[inline(always)]
     pub(crate) fn update(&mut self, cones: Cones<'_>, s: &[f64; NR], z: &[f64; NR]) -> bool {
         for r in 0..cones.linear {
             if !(s[r] > 0.0 && z[r] > 0.0) {
@@ -80,7 +81,7 @@ impl<const NR: usize> Scaling<NR> {
     }
 
     /// `W^-2 v`.
-    #[inline]
+    #[inline(always)]
     pub(crate) fn inverse_square(&self, cones: Cones<'_>, v: &mut [f64; NR]) {
         for r in 0..cones.linear {
             v[r] *= self.inverse[r];
@@ -97,7 +98,7 @@ impl<const NR: usize> Scaling<NR> {
     }
 
     /// `W v`.
-    #[inline]
+    #[inline(always)]
     fn apply(&self, from: usize, to: usize, v: &mut [f64]) {
         let w = &self.point[from..to];
         let eta = self.size[from];
@@ -110,6 +111,7 @@ impl<const NR: usize> Scaling<NR> {
     }
 
     /// The corrector's part of the slack: `W (lambda \ ((lambda + a) o a + centre e))`, `a = W dz` of the predictor, in place of `dz`.
+    #[inline(always)]
     pub(crate) fn correct(&self, cones: Cones<'_>, centre: f64, dz: &mut [f64; NR]) {
         for r in 0..cones.linear {
             let a = self.size[r] * dz[r];
@@ -145,7 +147,7 @@ impl<const NR: usize> Scaling<NR> {
 
 impl Cones<'_> {
     /// Calls with the first row of each cone and that after its last.
-    #[inline]
+    #[inline(always)]
     pub(crate) fn each(self, mut f: impl FnMut(usize, usize)) {
         let mut from = self.linear;
         for &size in self.sizes {
@@ -174,6 +176,7 @@ impl Cones<'_> {
     }
 
     /// The largest step, at most `most`, along which a point inside the cones stays in them.
+    #[inline(always)]
     pub(crate) fn largest_step(self, v: &[f64], d: &[f64], most: f64) -> f64 {
         let mut step = most;
         for r in 0..self.linear {
@@ -196,15 +199,18 @@ impl Cones<'_> {
 }
 
 /// `v0^2 - |v1|^2`, without loss of digits near the boundary.
+#[inline(always)]
 fn determinant(v: &[f64]) -> f64 {
     let tail = norm(&v[1..]);
     (v[0] - tail) * (v[0] + tail)
 }
 
+#[inline(always)]
 fn inner(a: &[f64], b: &[f64]) -> f64 {
     a.iter().zip(b).map(|(a, b)| a * b).sum()
 }
 
+#[inline(always)]
 fn norm(v: &[f64]) -> f64 {
     sqrt(inner(v, v))
 }

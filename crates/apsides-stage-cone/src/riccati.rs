@@ -40,7 +40,7 @@ impl<const NX: usize, const NW: usize, const NR: usize> Stage<NX, NW, NR> {
     }
 
     /// `out -= R' v`.
-    #[inline]
+    #[inline(always)]
     pub(crate) fn subtract_transposed(&self, v: &[f64; NR], out: &mut [f64; NW]) {
         for (v, row) in v.iter().zip(&self.rows[..self.length]) {
             row.add_to(-v, out);
@@ -48,7 +48,7 @@ impl<const NX: usize, const NW: usize, const NR: usize> Stage<NX, NW, NR> {
     }
 
     /// `out += M' v`.
-    #[inline]
+    #[inline(always)]
     pub(crate) fn add_dynamics_transposed(&self, v: &[f64; NX], out: &mut [f64; NW]) {
         for (v, row) in v.iter().zip(&self.dynamics) {
             row.add_to(*v, out);
@@ -58,6 +58,7 @@ impl<const NX: usize, const NW: usize, const NR: usize> Stage<NX, NW, NR> {
 
 /// Factors all stages, with the scalings of the present point or those that are there; false if the point is not inside the cones, or a pivot
 /// not finite.
+#[inline(always)]
 pub(crate) fn factor<const NX: usize, const NW: usize, const NR: usize, const NE: usize>(
     program: &StageProgram<'_, NX, NW, NR, NE>,
     work: &mut [StageWork<NX, NW, NR, NE>],
@@ -109,6 +110,7 @@ pub(crate) fn factor<const NX: usize, const NW: usize, const NR: usize, const NE
 
 impl<const NX: usize, const NW: usize, const NR: usize, const NE: usize> StageWork<NX, NW, NR, NE> {
     /// Upper triangle of `H = R' W^-2 R`.
+    #[inline(always)]
     fn assemble(&mut self, stage: &Stage<NX, NW, NR>) {
         let h = &mut self.factor;
         for (i, row) in h.iter_mut().enumerate() {
@@ -140,16 +142,14 @@ impl<const NX: usize, const NW: usize, const NR: usize, const NE: usize> StageWo
     }
 
     /// Adds the cost to go from the next stage.
+    #[inline(always)]
     fn join(&mut self, stage: &Stage<NX, NW, NR>, next: &Self) {
         let controls = NW - NX;
         // U = P M, row by row; the upper triangle of M' U.
         let mut product = [[0.0; NW]; NX];
-        for (j, row) in stage.dynamics.iter().enumerate() {
-            let cost = &next.factor[controls + j];
-            for (c, v) in row.terms() {
-                for i in 0..NX {
-                    product[i][c] += v * cost[controls + i];
-                }
+        for (product, cost) in product.iter_mut().zip(&next.factor[controls..]) {
+            for (row, factor) in stage.dynamics.iter().zip(&cost[controls..]) {
+                row.add_to(*factor, product);
             }
         }
         for (row, product) in stage.dynamics.iter().zip(&product) {
@@ -172,6 +172,7 @@ impl<const NX: usize, const NW: usize, const NR: usize, const NE: usize> StageWo
     }
 
     /// Eliminates the controls, and leaves their gains; adds to the system of the end equations.
+    #[inline(always)]
     fn eliminate(&mut self, sum: &mut [[f64; NE]; NE]) -> bool {
         let controls = NW - NX;
         let h = &mut self.factor;
@@ -237,7 +238,7 @@ impl<const NX: usize, const NW: usize, const NR: usize, const NE: usize> StageWo
 }
 
 /// Adds a multiple of `row row'` to an upper triangle.
-#[inline]
+#[inline(always)]
 fn add_square<const NW: usize>(row: &crate::row::Row<NW>, factor: f64, h: &mut [[f64; NW]; NW]) {
     for (at, (i, a)) in row.terms().enumerate() {
         let scaled = factor * a;
@@ -251,6 +252,7 @@ fn add_square<const NW: usize>(row: &crate::row::Row<NW>, factor: f64, h: &mut [
 ///
 /// `W^-2` spans many orders of magnitude near a solution, and the condensed right-hand side loses as many digits of the first row: what it is
 /// then off by, more than `tolerance`, is solved for again. The other rows hold to rounding.
+#[inline(always)]
 pub(crate) fn solve<const NX: usize, const NW: usize, const NR: usize, const NE: usize>(
     program: &StageProgram<'_, NX, NW, NR, NE>,
     work: &mut [StageWork<NX, NW, NR, NE>],
@@ -283,6 +285,7 @@ pub(crate) fn solve<const NX: usize, const NW: usize, const NR: usize, const NE:
 }
 
 /// Writes what the first row and the end equations are off by into `correction` and `more`; returns the largest.
+#[inline(always)]
 fn remaining<const NX: usize, const NW: usize, const NR: usize, const NE: usize>(
     program: &StageProgram<'_, NX, NW, NR, NE>,
     work: &mut [StageWork<NX, NW, NR, NE>],
@@ -326,6 +329,7 @@ fn remaining<const NX: usize, const NW: usize, const NR: usize, const NE: usize>
 
 /// Solves for the right-hand side in `right` into `step`, or for that of the first row alone in `correction` in its place. Returns the product with
 /// the data.
+#[inline(always)]
 fn sweep<const FIRST: bool, const NX: usize, const NW: usize, const NR: usize, const NE: usize>(
     program: &StageProgram<'_, NX, NW, NR, NE>,
     work: &mut [StageWork<NX, NW, NR, NE>],
@@ -456,7 +460,7 @@ fn sweep<const FIRST: bool, const NX: usize, const NW: usize, const NR: usize, c
 }
 
 /// The sum in two parts, so that neither waits for each term of the other.
-#[inline]
+#[inline(always)]
 fn inner(a: &[f64], b: &[f64]) -> f64 {
     let (a, b) = (a.chunks_exact(2), b.chunks_exact(2));
     let rest: f64 = a.remainder().iter().zip(b.remainder()).map(|(a, b)| a * b).sum();
@@ -464,7 +468,7 @@ fn inner(a: &[f64], b: &[f64]) -> f64 {
     sums[0] + sums[1]
 }
 
-#[inline]
+#[inline(always)]
 fn add(direction: &[f64], out: &mut [f64]) {
     for (out, d) in out.iter_mut().zip(direction) {
         *out += d;

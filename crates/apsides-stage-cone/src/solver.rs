@@ -74,15 +74,42 @@ pub fn solve_stages<const NX: usize, const NW: usize, const NR: usize, const NE:
     if stages != workspace {
         return Err(StageError::Workspace { stages, workspace });
     }
-    Ok(Solver {
+    Ok(in_vectors(Solver {
         program,
         work,
         settings,
         system: EndSystem::ZERO,
         iterate: Iterate { tau: 1.0, kappa: 1.0, end: [0.0; NE] },
         ahead: 0.0,
+    }))
+}
+
+/// Runs with the vector instructions that the machine has. All functions on the way are inlined, so that they are compiled for these; none joins
+/// multiplications and additions, so that every machine has the same bits.
+#[cfg(feature = "std")]
+fn in_vectors<const NX: usize, const NW: usize, const NR: usize, const NE: usize>(
+    solver: Solver<'_, '_, NX, NW, NR, NE>,
+) -> StageReport<NE> {
+    pulp::Arch::new().dispatch(solver)
+}
+
+#[cfg(not(feature = "std"))]
+fn in_vectors<const NX: usize, const NW: usize, const NR: usize, const NE: usize>(
+    solver: Solver<'_, '_, NX, NW, NR, NE>,
+) -> StageReport<NE> {
+    solver.run()
+}
+
+#[cfg(feature = "std")]
+impl<const NX: usize, const NW: usize, const NR: usize, const NE: usize> pulp::WithSimd
+    for Solver<'_, '_, NX, NW, NR, NE>
+{
+    type Output = StageReport<NE>;
+
+    #[inline(always)]
+    fn with_simd<S: pulp::Simd>(self, _: S) -> StageReport<NE> {
+        self.run()
     }
-    .run())
 }
 
 struct Solver<'a, 'b, const NX: usize, const NW: usize, const NR: usize, const NE: usize> {
@@ -96,6 +123,7 @@ struct Solver<'a, 'b, const NX: usize, const NW: usize, const NR: usize, const N
 }
 
 impl<const NX: usize, const NW: usize, const NR: usize, const NE: usize> Solver<'_, '_, NX, NW, NR, NE> {
+    #[inline(always)]
     fn run(mut self) -> StageReport<NE> {
         let sizes = self.sizes();
         let degree = self.program.stages.iter().map(|s| s.cones().degree()).sum::<usize>() + 1;
@@ -141,6 +169,7 @@ impl<const NX: usize, const NW: usize, const NR: usize, const NE: usize> Solver<
     }
 
     /// The point of least squares of the rows, and the least multipliers, moved into the cones.
+    #[inline(always)]
     fn start(&mut self) -> bool {
         let stages = self.program.stages;
         for (work, stage) in self.work.iter_mut().zip(stages) {
@@ -179,6 +208,7 @@ impl<const NX: usize, const NW: usize, const NR: usize, const NE: usize> Solver<
     }
 
     /// Goes the step ahead, and measures where that leads.
+    #[inline(always)]
     fn measure(&mut self) -> Measures<NE> {
         let ahead = core::mem::take(&mut self.ahead);
         self.work[0].go(ahead);
@@ -322,6 +352,7 @@ impl<const NX: usize, const NW: usize, const NR: usize, const NE: usize> Solver<
         report
     }
 
+    #[inline(always)]
     fn advance(&mut self, m: &Measures<NE>, tolerance: f64, degree: usize) -> bool {
         let stages = self.program.stages;
         if !factor(self.program, self.work, &mut self.system, true) {
@@ -388,6 +419,7 @@ impl<const NX: usize, const NW: usize, const NR: usize, const NE: usize> Solver<
     }
 
     /// Adds the part of `tau` to the predictor of variables and multipliers. Returns the longest step within the cones, at most 1 / 0.99.
+    #[inline(always)]
     fn predict(&mut self, tau_step: f64, kappa_step: f64) -> f64 {
         let mut step = self.scalar_step(tau_step, kappa_step);
         for (work, stage) in self.work.iter_mut().zip(self.program.stages) {
@@ -399,6 +431,7 @@ impl<const NX: usize, const NW: usize, const NR: usize, const NE: usize> Solver<
     }
 
     /// Adds the part of `tau` to the step. Returns as [`predict`](Self::predict).
+    #[inline(always)]
     fn join(&mut self, tau_step: f64, kappa_step: f64, keep: f64) -> f64 {
         let mut step = self.scalar_step(tau_step, kappa_step);
         for (work, stage) in self.work.iter_mut().zip(self.program.stages) {
@@ -410,6 +443,7 @@ impl<const NX: usize, const NW: usize, const NR: usize, const NE: usize> Solver<
         step
     }
 
+    #[inline(always)]
     fn scalar_step(&self, tau_step: f64, kappa_step: f64) -> f64 {
         let mut step = 1.0 / STEP;
         for (v, d) in [(self.iterate.tau, tau_step), (self.iterate.kappa, kappa_step)] {
@@ -423,6 +457,7 @@ impl<const NX: usize, const NW: usize, const NR: usize, const NE: usize> Solver<
 
 impl<const NX: usize, const NW: usize, const NR: usize, const NE: usize> StageWork<NX, NW, NR, NE> {
     /// The step of the slacks, by which their residuals fall to one part less `keep`; the longest step within the cones, at most `step`.
+    #[inline(always)]
     fn longest(&mut self, stage: &Stage<NX, NW, NR>, tau_step: f64, keep: f64, step: f64) -> f64 {
         for r in 0..stage.length {
             let moved = stage.rows[r].dot(&self.step.w) + stage.constants[r] * tau_step;
@@ -434,6 +469,7 @@ impl<const NX: usize, const NW: usize, const NR: usize, const NE: usize> StageWo
     }
 
     /// Goes a step.
+    #[inline(always)]
     fn go(&mut self, step: f64) {
         add(step, &self.step.w, &mut self.point.w);
         add(step, &self.step.y, &mut self.point.y);
@@ -452,15 +488,17 @@ fn relative_gap(objective: f64, dual: f64) -> f64 {
     (objective - dual).abs() / objective.abs().min(dual.abs()).max(1.0)
 }
 
+#[inline(always)]
 fn largest(most: f64, values: &[f64]) -> f64 {
     values.iter().fold(most, |m, v| if v.abs() > m || v.is_nan() { v.abs() } else { m })
 }
 
+#[inline(always)]
 fn inner(a: &[f64], b: &[f64]) -> f64 {
     a.iter().zip(b).map(|(a, b)| a * b).sum()
 }
 
-#[inline]
+#[inline(always)]
 fn add(factor: f64, direction: &[f64], out: &mut [f64]) {
     for (out, d) in out.iter_mut().zip(direction) {
         *out += factor * d;
