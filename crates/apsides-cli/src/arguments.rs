@@ -117,7 +117,7 @@ pub(crate) enum Command {
     #[command(
         after_help = "Examples:\n  apsides check my-mission.toml\n  apsides check lunar-direct --set thrust_n=500"
     )]
-    Check(MissionArguments),
+    Check(CheckArguments),
     /// Compute the tables of a publication again, or list the publications.
     #[command(
         after_help = "Examples:\n  apsides reproduce\n  apsides reproduce lunar-landing --out reproduction\n  \
@@ -179,12 +179,21 @@ impl Command {
             Self::Sweep(a) => &a.set,
             Self::Footprint(a) => &a.mission.set,
             Self::Montecarlo(a) => &a.mission.set,
-            Self::Check(a) => &a.set,
+            Self::Check(a) => &a.mission.set,
             Self::Certify(a) => &a.set,
             Self::Export(a) => &a.set,
             _ => &[],
         }
     }
+}
+
+/// Arguments of `check`.
+#[derive(Debug, Args)]
+pub(crate) struct CheckArguments {
+    #[command(flatten)]
+    pub(crate) mission: MissionArguments,
+    #[command(flatten)]
+    pub(crate) limit: TimeLimit,
 }
 
 /// A mission and its values.
@@ -264,13 +273,13 @@ pub(crate) struct TuneArguments {
     #[arg(long)]
     pub(crate) all_damping: bool,
     /// Factor by which the gain of each loop must be free to grow or fall, at 1 kPa and more; up to 1 asks for nothing.
-    #[arg(long, value_name = "FACTOR", default_value_t = 2.0)]
+    #[arg(long, value_name = "FACTOR", default_value_t = 2.0, allow_negative_numbers = true)]
     pub(crate) least_gain_margin: f64,
     /// Least phase margin of each loop, deg.
-    #[arg(long, value_name = "DEG", default_value_t = 30.0)]
+    #[arg(long, value_name = "DEG", default_value_t = 30.0, allow_negative_numbers = true)]
     pub(crate) least_phase_margin_deg: f64,
     /// Least delay margin of each loop, s.
-    #[arg(long, value_name = "S", default_value_t = 0.02)]
+    #[arg(long, value_name = "S", default_value_t = 0.02, allow_negative_numbers = true)]
     pub(crate) least_delay_margin_s: f64,
     /// Sets of descents that are flown at most.
     #[arg(long, value_name = "N", default_value_t = 300, value_parser = clap::value_parser!(u32).range(1..))]
@@ -299,7 +308,7 @@ pub(crate) struct SizeArguments {
     #[arg(long, value_name = "A,B,C", value_delimiter = ',', default_values_t = [0.25, 0.5, 1.0, 1.5, 2.0])]
     pub(crate) offsets_cm: Vec<f64>,
     /// Factor on the masses of statics with which the least rates are sought.
-    #[arg(long, value_name = "FACTOR", default_value_t = 1.2)]
+    #[arg(long, value_name = "FACTOR", default_value_t = 1.2, allow_negative_numbers = true)]
     pub(crate) margin: f64,
     /// Write size.json and size.svg into this directory.
     #[arg(long, value_name = "DIR")]
@@ -346,58 +355,98 @@ pub(crate) struct MonteCarloArguments {
     #[arg(long, value_name = "KEY=SIGMA", value_parser = sized_key)]
     pub(crate) sigma: Vec<(String, f64)>,
     /// Position along each axis (up, along the course, across), m.
-    #[arg(long = "position-m", value_name = "SIGMA", default_value_t = 0.0)]
+    #[arg(long = "position-m", value_name = "SIGMA", default_value_t = 0.0, allow_negative_numbers = true)]
     pub(crate) position: f64,
     /// Velocity along each axis, m/s.
-    #[arg(long = "velocity-m-s", value_name = "SIGMA", default_value_t = 0.0)]
+    #[arg(long = "velocity-m-s", value_name = "SIGMA", default_value_t = 0.0, allow_negative_numbers = true)]
     pub(crate) velocity: f64,
     /// Thrust, per cent.
-    #[arg(long = "thrust-percent", value_name = "SIGMA", default_value_t = 0.0)]
+    #[arg(
+        long = "thrust-percent",
+        value_name = "SIGMA",
+        default_value_t = 0.0,
+        allow_negative_numbers = true
+    )]
     pub(crate) thrust: f64,
     /// Exhaust velocity, per cent.
-    #[arg(long = "exhaust-velocity-percent", value_name = "SIGMA", default_value_t = 0.0)]
+    #[arg(
+        long = "exhaust-velocity-percent",
+        value_name = "SIGMA",
+        default_value_t = 0.0,
+        allow_negative_numbers = true
+    )]
     pub(crate) exhaust_velocity: f64,
     /// Mass, kg.
-    #[arg(long = "mass-kg", value_name = "SIGMA", default_value_t = 0.0)]
+    #[arg(long = "mass-kg", value_name = "SIGMA", default_value_t = 0.0, allow_negative_numbers = true)]
     pub(crate) mass: f64,
     /// Error of the navigated position along each axis, constant over a flight, m.
-    #[arg(long = "navigation-position-m", value_name = "SIGMA", default_value_t = 0.0)]
+    #[arg(
+        long = "navigation-position-m",
+        value_name = "SIGMA",
+        default_value_t = 0.0,
+        allow_negative_numbers = true
+    )]
     pub(crate) navigation_position: f64,
     /// Error of the navigated velocity along each axis, constant over a flight, m/s.
-    #[arg(long = "navigation-velocity-m-s", value_name = "SIGMA", default_value_t = 0.0)]
+    #[arg(
+        long = "navigation-velocity-m-s",
+        value_name = "SIGMA",
+        default_value_t = 0.0,
+        allow_negative_numbers = true
+    )]
     pub(crate) navigation_velocity: f64,
     /// Offset of the centre of mass along each axis, m; of a descent under its law.
-    #[arg(long = "offset-m", value_name = "SIGMA", default_value_t = 0.0)]
+    #[arg(long = "offset-m", value_name = "SIGMA", default_value_t = 0.0, allow_negative_numbers = true)]
     pub(crate) offset: f64,
     /// Angle of attack and sideslip at the entry, deg; of a descent.
-    #[arg(long = "entry-angle-deg", value_name = "SIGMA", default_value_t = 0.0)]
+    #[arg(
+        long = "entry-angle-deg",
+        value_name = "SIGMA",
+        default_value_t = 0.0,
+        allow_negative_numbers = true
+    )]
     pub(crate) entry_angle: f64,
     /// Flight path angle at the entry, deg; of a descent.
-    #[arg(long = "path-angle-deg", value_name = "SIGMA", default_value_t = 0.0)]
+    #[arg(
+        long = "path-angle-deg",
+        value_name = "SIGMA",
+        default_value_t = 0.0,
+        allow_negative_numbers = true
+    )]
     pub(crate) path_angle: f64,
     /// Gain of the sensors, per cent; of a descent.
-    #[arg(long = "sensor-gain-percent", value_name = "SIGMA", default_value_t = 0.0)]
+    #[arg(
+        long = "sensor-gain-percent",
+        value_name = "SIGMA",
+        default_value_t = 0.0,
+        allow_negative_numbers = true
+    )]
     pub(crate) sensor_gain: f64,
     /// Damping in pitch and yaw, per cent; of a descent.
-    #[arg(long = "damping-percent", value_name = "SIGMA", default_value_t = 0.0)]
+    #[arg(
+        long = "damping-percent",
+        value_name = "SIGMA",
+        default_value_t = 0.0,
+        allow_negative_numbers = true
+    )]
     pub(crate) damping: f64,
     /// Wind towards north and east at 12 km, m/s; of a descent.
-    #[arg(long = "wind-m-s", value_name = "SIGMA", default_value_t = 0.0)]
+    #[arg(long = "wind-m-s", value_name = "SIGMA", default_value_t = 0.0, allow_negative_numbers = true)]
     pub(crate) wind: f64,
     /// Guidance of the deviating flights.
     #[arg(long, value_enum, default_value = "open-loop")]
     pub(crate) guidance: GuidanceWord,
     /// Times at which a re-planned flight is planned anew, s; the start without any.
-    #[arg(long = "replan-at", value_name = "TIMES", value_delimiter = ',')]
+    #[arg(long = "replan-at", value_name = "TIMES", value_delimiter = ',', allow_negative_numbers = true)]
     pub(crate) replan_at: Vec<f64>,
     /// Plans anew every so many seconds besides.
-    #[arg(long = "replan-every", value_name = "SECONDS")]
+    #[arg(long = "replan-every", value_name = "SECONDS", allow_negative_numbers = true)]
     pub(crate) replan_every: Option<f64>,
     /// Plans and laws take thrust and exhaust velocity of the mission for true; they know those of the flight without this.
     #[arg(long = "engine-unknown")]
     pub(crate) engine_unknown: bool,
     /// Largest thrust in flight, N, where the mission plans with less to have a reserve.
-    #[arg(long = "full-thrust-n", value_name = "THRUST")]
+    #[arg(long = "full-thrust-n", value_name = "THRUST", allow_negative_numbers = true)]
     pub(crate) full_thrust: Option<f64>,
     /// Write montecarlo.csv, flight by flight, montecarlo.json and montecarlo.svg; a run that was stopped goes on.
     #[arg(long, value_name = "DIR")]

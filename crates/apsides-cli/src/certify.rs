@@ -1,9 +1,9 @@
 //! `apsides problems` and `apsides certify`: the gallery, and trajectories of any program judged against a problem.
 
 use std::fmt::Write as _;
-use std::fs::File;
 use std::path::Path;
 
+use apsides::pipeline::regular_file;
 use apsides_ocp::{Ocp, Sense};
 use apsides_problems::{Evidence, GALLERY, Optimum, find};
 use apsides_report::read_samples;
@@ -14,6 +14,7 @@ use crate::arguments::{CertifyArguments, allowed_memory};
 use crate::exit::{Exit, Refusal, refusal};
 use crate::output::{certificate, print};
 use crate::progress::Progress;
+use crate::sentence::name;
 use crate::stop::StopFlag;
 
 /// The problem against which a trajectory is judged.
@@ -96,7 +97,7 @@ pub(crate) fn certify(a: &CertifyArguments) -> Result<Exit, Refusal> {
         Some(entry) => Problem::Gallery(entry, Box::new(entry.pose().map_err(refusal)?.ocp)),
         None => {
             let mission = apsides::load(&a.problem, &a.set)
-                .map_err(|e| format!("{e}\n(nor is it a problem of the gallery: see `apsides problems`)"))?;
+                .map_err(|e| format!("{e} (nor is it a problem of the gallery: see `apsides problems`)"))?;
             let ocp = mission.pose().map_err(refusal)?.flight().clone();
             Problem::Mission(Box::new(mission), Box::new(ocp))
         }
@@ -115,8 +116,8 @@ fn judge(a: &CertifyArguments, problem: &Problem) -> Result<Judged, Refusal> {
         Problem::Gallery(_, ocp) | Problem::Mission(_, ocp) => ocp,
     };
     let path: &Path = &a.trajectory;
-    let file = File::open(path).map_err(|e| format!("{}: {e}", path.display()))?;
-    let samples = read_samples(file, ocp).map_err(|e| format!("{}: {e}", path.display()))?;
+    let file = regular_file::read(path).map_err(|e| format!("{}: {e}", name(&path.to_string_lossy())))?;
+    let samples = read_samples(&file[..], ocp).map_err(|e| format!("{}: {e}", path.display()))?;
     let settings = VerifySettings::default();
     let interpolation = a.interpolation.map(Interpolation::from);
     let Sampled { trajectory, interpolation, deviation, place } =

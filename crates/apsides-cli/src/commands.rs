@@ -8,7 +8,7 @@ use apsides::pipeline::record::{Record, SOLVES};
 use apsides::pipeline::whole_file::{check_directory, check_file, write_whole};
 use apsides_report::write_outcome_with;
 
-use crate::arguments::{MissionArguments, NewKind, RunArguments, SolveArguments};
+use crate::arguments::{CheckArguments, MissionArguments, NewKind, RunArguments, SolveArguments};
 use crate::exit::{Exit, Refusal, refusal, unwritten, unwritten_option};
 use crate::figures::figures;
 use crate::output::{outcome, prices, print, say, titles, warn, written};
@@ -24,7 +24,8 @@ impl MissionArguments {
     /// The mission with the threads, the seed and the memory of the arguments.
     pub(crate) fn load_for(&self, run: &RunArguments) -> Result<apsides::Pipeline, Refusal> {
         let mission = self.load()?.with_threads(run.threads.count());
-        Ok(mission.with_seed(run.seed).with_memory(run.memory()))
+        let stop = run.limit.stop();
+        Ok(mission.with_seed(run.seed).with_memory(run.memory()).with_cancellation(stop.cancellation()))
     }
 }
 
@@ -236,12 +237,12 @@ pub(crate) fn new(kind: NewKind, file: Option<&Path>) -> Result<Exit, Refusal> {
     Ok(Exit::Verified)
 }
 
-pub(crate) fn check(a: &MissionArguments) -> Result<Exit, Refusal> {
-    let mission = a.load()?;
+pub(crate) fn check(a: &CheckArguments) -> Result<Exit, Refusal> {
+    let mission = a.mission.load()?.with_cancellation(a.limit.stop().cancellation());
     // One that is simulated was checked when it was read.
     if !mission.is_simulated() {
         mission.pose().map_err(refusal)?;
     }
-    print(&format!("{} is well-posed: {}\n\n{}", a.mission, mission.title(), mission.to_file()));
+    print(&format!("{} is well-posed: {}\n\n{}", a.mission.mission, mission.title(), mission.to_file()));
     Ok(Exit::Verified)
 }

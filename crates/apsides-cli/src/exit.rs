@@ -139,7 +139,13 @@ pub(crate) fn unwritten(path: &Path) -> impl Fn(io::Error) -> Refusal + use<> {
     }
 }
 
-/// The same, named by its option.
+/// A file of a directory that was there when the work began: whatever keeps it from being written now, it is lost.
+pub(crate) fn lost(path: &Path) -> impl Fn(io::Error) -> Refusal + use<> {
+    let of = unwritten(path);
+    move |e| Refusal { exit: Exit::Unwritten, ..of(e) }
+}
+
+/// A file that is not written, named by its option.
 pub(crate) fn unwritten_option(option: &str, path: &Path) -> impl Fn(io::Error) -> Refusal + use<> {
     let (option, of) = (option.to_owned(), unwritten(path));
     move |e| {

@@ -50,7 +50,8 @@ struct PriceLine {
 
 impl PriceCurves {
     pub(crate) fn new(axes: &[Swept], priced: &[bool]) -> Self {
-        let swept = priced.iter().position(|p| *p).map(|k| (k, axes[k].key.clone()));
+        let swept = axes.iter().zip(priced).position(|(_, priced)| *priced);
+        let swept = swept.and_then(|k| Some((k, axes.get(k)?.key.clone())));
         let varied = axes.iter().map(|a| a.values.len() > 1).collect();
         Self { swept, varied, objective: None, lines: Vec::new() }
     }
@@ -67,13 +68,14 @@ impl PriceCurves {
             self.lines.len() - 1
         });
         let objective = &solved.summary.objective;
+        let Some(line) = self.lines.get_mut(k) else { return };
         if number.is_finite() {
             let price =
                 prices.get(place).and_then(Option::as_ref).and_then(|p| p.objective).unwrap_or(f64::NAN);
-            self.lines[k].points.push([number, objective.value, price]);
-            self.lines[k].points.sort_by(|a, b| a[0].total_cmp(&b[0]));
+            line.points.push([number, objective.value, price]);
+            line.points.sort_by(|a, b| a[0].total_cmp(&b[0]));
         } else {
-            self.lines[k].unlimited.push(objective.value);
+            line.unlimited.push(objective.value);
         }
         self.objective = Some(objective.clone());
     }
@@ -93,8 +95,9 @@ impl PriceCurves {
         let range = numbers().fold(f64::NEG_INFINITY, f64::max) - numbers().fold(f64::INFINITY, f64::min);
         let half = if range > 0.0 { 0.5 * STROKE * range } else { 0.0 };
         for (k, line) in self.lines.iter().enumerate() {
-            let of = |c: usize| line.points.iter().map(|p| [p[0], p[c]]).collect::<Vec<_>>();
-            values = values.with(Series::dots(line.label.clone(), of(1)).colored(k));
+            let of =
+                |pick: fn(&[f64; 3]) -> f64| line.points.iter().map(|p| [p[0], pick(p)]).collect::<Vec<_>>();
+            values = values.with(Series::dots(line.label.clone(), of(|p| p[1])).colored(k));
             for [number, objective, price] in line.points.iter().filter(|p| p[2].is_finite()) {
                 let end = |side: f64| [number + side * half, objective + side * half * price];
                 values = values.with(Series::line("", vec![end(-1.0), end(1.0)]).colored(k));
@@ -102,8 +105,8 @@ impl PriceCurves {
             for objective in &line.unlimited {
                 values = values.horizontal("unlimited", *objective);
             }
-            prices = prices.with(Series::line(line.label.clone(), of(2)).colored(k));
-            prices = prices.with(Series::dots("", of(2)).colored(k));
+            prices = prices.with(Series::line(line.label.clone(), of(|p| p[2])).colored(k));
+            prices = prices.with(Series::dots("", of(|p| p[2])).colored(k));
         }
         vec![values, prices]
     }

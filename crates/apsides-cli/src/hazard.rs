@@ -6,7 +6,7 @@ use std::path::{Path, PathBuf};
 
 use apsides::missions::site_criteria;
 use apsides::terrain::hazard::{
-    Counts, HazardBand, HazardOptions, HazardSink, Layer, SiteCriteria, Verdict, hazard_map_with,
+    Counts, HazardBand, HazardOptions, HazardSink, Layer, SiteCriteria, Verdict, hazard_map_watched,
 };
 use apsides::terrain::io::{Equirectangular, GeoTiffOptions};
 use apsides::terrain::site::{ScoreWeights, Site, SiteRequest, SiteRule, choose_sites};
@@ -20,9 +20,9 @@ use crate::commands::{claim, made, probe_directory};
 use crate::exit::{Exit, Refusal, refusal};
 use crate::hazard_features::Features;
 use crate::hazard_files::{Files, Rows, csv, stem};
+use crate::hazard_watch::Watched;
 use crate::output::{print, written};
-use crate::progress::Progress;
-use crate::stop::{StopFlag, stopped};
+use crate::stop::reason;
 use crate::terrain::{MapFile, MapSummary, pool, unwritten_raster, write};
 
 /// From this size of a pixel a map is coarse, m.
@@ -37,6 +37,8 @@ struct Report {
     map: MapSummary,
     criteria_name: String,
     criteria: SiteCriteria,
+    /// Part of the map that was assessed before the time limit; the rest counts as unknown.
+    assessed_fraction: f64,
     safe_fraction: f64,
     pixels: Pixels,
     /// Pixels by the first threshold that they break.
@@ -123,7 +125,9 @@ impl Account {
             }
         }
         let cols = rows.heights.geometry().cols();
-        let heights = &rows.heights.relative().data()[rows.skip * cols..][..rows.verdict.len()];
+        let heights = rows.heights.relative().data();
+        let heights = heights.get(rows.skip * cols..).and_then(|own| own.get(..rows.verdict.len()));
+        let heights = heights.unwrap_or_default();
         let known = || heights.iter().filter(|z| !z.is_nan());
         let (low, high) =
             known().fold((f32::INFINITY, f32::NEG_INFINITY), |(l, h), z| (l.min(*z), h.max(*z)));
@@ -138,8 +142,7 @@ struct Bands<'a> {
     account: &'a mut Account,
     /// The map once more, for the heights of a band.
     heights: MapFile,
-    progress: Progress,
-    stop: StopFlag,
+    watched: &'a Watched,
     /// The reason for which the work ended, if that is not the map.
     failure: Option<Refusal>,
 }
@@ -158,7 +161,7 @@ impl HazardSink for Bands<'_> {
             layer: &layer,
         });
         self.or_end(written)?;
-        self.advance(count)
+        self.unless_interrupted()
     }
 
     fn clearance(&mut self, _: usize, clearance: &[f32]) -> Result<(), TerrainError> {
@@ -166,18 +169,15 @@ impl HazardSink for Bands<'_> {
             let written = files.clearance(clearance);
             self.or_end(written)?;
         }
-        self.advance(clearance.len() / self.heights.geometry().cols())
+        self.watched.advance(clearance.len());
+        self.unless_interrupted()
     }
 }
 
 impl Bands<'_> {
-    /// Shows that rows are done, and ends the work if the user asks to.
-    fn advance(&mut self, rows: usize) -> Result<(), TerrainError> {
-        self.progress.advance(rows as u64);
-        if self.stop.is_set() {
-            return Err(self.end(stopped("no file is written")));
-        }
-        Ok(())
+    /// Ends the work if the user asks to.
+    fn unless_interrupted(&mut self) -> Result<(), TerrainError> {
+        self.watched.unless_interrupted().map_err(|interrupted| self.end(interrupted))
     }
 
     /// Ends the work where a file could not be written.
@@ -223,14 +223,21 @@ pub(crate) fn hazard(a: &HazardArguments) -> Result<Exit, Refusal> {
         files,
     };
     let pool = pool(&a.threads)?;
+    // Clearances of a map in bands come by themselves, after the hazards.
+    let passes = if in_memory { Features::passes(a) } else { 1 };
+    let pixels = geometry.pixels() as u64 * (1 + passes);
+    let watched = Watched::new(a.limit.stop(), a.quiet || a.json, pixels);
     let found = pool.install(|| {
         if in_memory {
-            work.in_memory(&mut map, &geometry, &mut account)
+            work.in_memory(&mut map, &geometry, &mut account, &watched)
         } else {
-            work.in_bands(&mut map, &geometry, memory, &mut account).map(|sites| (sites, Features::default()))
+            let sites = work.in_bands(&mut map, &geometry, memory, &mut account, &watched)?;
+            Ok((sites, Features::default()))
         }
     });
+    watched.finish();
     let (sites, features) = found?;
+    watched.unless_interrupted()?;
     let mut paths = match account.files.take() {
         Some(files) => files.finish(&sites, criteria.clearance_min_m / pixel)?,
         None => Vec::new(),
@@ -238,7 +245,7 @@ pub(crate) fn hazard(a: &HazardArguments) -> Result<Exit, Refusal> {
     if let Some(dir) = &a.out {
         paths.extend(features.write(dir, &geometry, &options)?);
     }
-    let mut report = work.report(criteria_name, account, &sites, features);
+    let mut report = work.report(criteria_name, account, &sites, features, watched.fraction(&geometry));
     if let Some(dir) = &a.out {
         report.write(dir, &mut paths)?;
     }
@@ -301,13 +308,17 @@ impl<'a> Work<'a> {
         map: &mut MapFile,
         geometry: &Geometry,
         account: &mut Account,
+        watched: &Watched,
     ) -> Result<(Vec<Site>, Features), Refusal> {
         let defect = |e| self.a.map.defect(e);
         let map = map.window(0, 0, geometry.rows(), geometry.cols()).map_err(defect)?;
         if map.range().is_none() {
             return Err(defect(TerrainError::Empty { pixels: geometry.pixels() }));
         }
-        let hazards = hazard_map_with(&map, self.criteria, &HazardOptions::default()).map_err(defect)?;
+        let watch = |pixels| watched.assesses(pixels);
+        let hazards = hazard_map_watched(&map, self.criteria, &HazardOptions::default(), &watch);
+        let hazards = hazards.map_err(defect)?;
+        watched.unless_interrupted()?;
         let layer = |layer| hazards.layer(layer).map(Raster::data);
         let rows = Rows { heights: &map, skip: 0, verdict: hazards.verdict().data(), layer: &layer };
         let dir = self.a.out.as_deref().unwrap_or(Path::new(""));
@@ -328,7 +339,7 @@ impl<'a> Work<'a> {
             ..SiteRequest::default()
         };
         let sites = choose_sites(&map, &hazards, &request).map_err(defect)?.sites;
-        Ok((sites, Features::find(self.a, self.criteria, &map)?))
+        Ok((sites, Features::find(self.a, self.criteria, &map, watched)?))
     }
 
     fn in_bands(
@@ -337,11 +348,8 @@ impl<'a> Work<'a> {
         geometry: &Geometry,
         memory: u64,
         account: &mut Account,
+        watched: &Watched,
     ) -> Result<Vec<Site>, Refusal> {
-        let stop = StopFlag::install();
-        // Each row comes twice: with its hazards and with its clearance.
-        let steps = 2 * geometry.rows() as u64;
-        let progress = Progress::counted(self.a.quiet || self.a.json, stop, steps, "rows");
         let options = SurveyOptions {
             memory,
             start: Some(self.start),
@@ -350,9 +358,8 @@ impl<'a> Work<'a> {
             ..SurveyOptions::default()
         };
         let heights = self.a.map.open_ground(memory / PIXEL_BYTES)?;
-        let mut bands = Bands { account, heights, progress: progress.clone(), stop, failure: None };
-        let found = survey(map, self.criteria, &options, &mut bands);
-        progress.finish();
+        let mut bands = Bands { account, heights, watched, failure: None };
+        let found = survey(map, self.criteria, &options, &mut bands, &|pixels| watched.assesses(pixels));
         if let Some(failure) = bands.failure.take() {
             return Err(failure);
         }
@@ -363,12 +370,20 @@ impl<'a> Work<'a> {
         Ok(sites)
     }
 
-    fn report(&self, criteria_name: String, account: Account, sites: &[Site], features: Features) -> Report {
+    fn report(
+        &self,
+        criteria_name: String,
+        account: Account,
+        sites: &[Site],
+        features: Features,
+        assessed_fraction: f64,
+    ) -> Report {
         let counts = account.counts;
         Report {
             map: account.summary,
             criteria_name,
             criteria: *self.criteria,
+            assessed_fraction,
             safe_fraction: counts.safe_fraction(),
             pixels: Pixels { safe: counts.safe, not_safe: counts.unsafe_, unknown: counts.unknown },
             unsafe_by: account.by,
@@ -430,7 +445,7 @@ impl Report {
             let place = [k + 1, s.row, s.col].map(|n| n.to_string());
             let numbers = [s.east_m, s.north_m, s.height_m].map(|n| n.to_string());
             let divert = [clearance, s.divert_m.to_string(), s.visited.to_string()];
-            let layers = columns.iter().map(|c| s.layers[*c].to_string());
+            let layers = columns.iter().map(|c| s.layers.get(*c).map_or_else(String::new, f64::to_string));
             let degrees = [s.longitude_deg, s.latitude_deg].into_iter().flatten().map(|d| d.to_string());
             place.into_iter().chain(numbers).chain(divert).chain(layers).chain(degrees).collect::<Vec<_>>()
         };
@@ -451,6 +466,14 @@ impl Report {
             line(&format!("  {name}"), *count, known);
         }
         line("unknown, of all pixels", self.pixels.unknown, all);
+        if self.assessed_fraction < 1.0 {
+            let percent = 100.0 * self.assessed_fraction;
+            let _ = writeln!(
+                text,
+                "{}: {percent:.3} % of the map is assessed, the rest counts as unknown",
+                reason()
+            );
+        }
         let [row, col] = self.start;
         let _ = writeln!(
             text,
@@ -479,7 +502,10 @@ impl Report {
                 s.height_m,
                 s.divert_m
             );
-            columns.iter().for_each(|c| text += &format!("  {:>width$.3}", s.layers[*c], width = c.len()));
+            for c in &columns {
+                let value = s.layers.get(*c).copied().unwrap_or(f64::NAN);
+                text += &format!("  {value:>width$.3}", width = c.len());
+            }
             if let (Some(longitude), Some(latitude)) = (s.longitude_deg, s.latitude_deg) {
                 text += &format!("  longitude {longitude:.6}, latitude {latitude:.6} deg");
             }

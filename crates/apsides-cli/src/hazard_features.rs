@@ -13,6 +13,9 @@ use serde::Serialize;
 use crate::arguments::HazardArguments;
 use crate::exit::Refusal;
 use crate::hazard_files::{csv, write_picture};
+use crate::hazard_watch::Watched;
+use crate::output::warn;
+use crate::stop::reason;
 use crate::terrain::{publish, tiff, unwritten_raster, write};
 
 /// A crater or a boulder: its centre (east, north), its diameter, and its depth or height, m.
@@ -76,29 +79,36 @@ impl Features {
         .find_map(|(option, asked)| asked.then_some(option))
     }
 
-    /// Finds what was asked for. The limits of a safe landing are those of the criteria.
+    /// Passes over the map that these take, for the display.
+    pub(crate) fn passes(a: &HazardArguments) -> u64 {
+        u64::from(a.boulders.is_some()) + 2 * u64::from(a.noise.is_some())
+    }
+
+    /// Finds what was asked for, as far as the time goes. The limits of a safe landing are those of the criteria.
     pub(crate) fn find(
         a: &HazardArguments,
         criteria: &SiteCriteria,
         map: &ElevationMap,
+        watched: &Watched,
     ) -> Result<Self, Refusal> {
+        let watch = |pixels| watched.goes_on(pixels);
         let refused = |option: &'static str| move |e: TerrainError| format!("{option}: {e}");
         let mut features = Self::default();
-        if let Some(diameters) = a.craters {
+        if let Some(diameters) = a.craters.filter(|_| in_time(watched, "--craters")) {
             let search = CraterSearch { diameters, depth: a.crater_depth };
             let found = craters(map, &search).map_err(refused("--craters"))?;
             features.craters = Some(found.iter().map(Feature::crater).collect());
         }
-        if let Some(height) = a.boulders {
+        if let Some(height) = a.boulders.filter(|_| in_time(watched, "--boulders")) {
             let search = BoulderSearch { height, diameter: a.boulder_diameter };
-            let found = boulders(map, &search).map_err(refused("--boulders"))?;
+            let found = boulders(map, &search, &watch).map_err(refused("--boulders"))?;
             features.boulders = Some(found.iter().map(Feature::boulder).collect());
         }
-        if let Some(noise) = a.noise {
+        if let Some(noise) = a.noise.filter(|_| in_time(watched, "--noise")) {
             let limits = limits(criteria, noise)?;
-            let safe = safe_landing(map, &limits).map_err(refused("--noise"))?;
-            let raster =
-                with_navigation_error(&safe, a.navigation_error).map_err(refused("--navigation-error"))?;
+            let safe = safe_landing(map, &limits, &watch).map_err(refused("--noise"))?;
+            let raster = with_navigation_error(&safe, a.navigation_error, &watch);
+            let raster = raster.map_err(refused("--navigation-error"))?;
             let known = || raster.data().iter().copied().filter(|p| !p.is_nan());
             let declared = known().filter(|p| f64::from(*p) >= DECISION).count();
             features.probability = Some(Probability {
@@ -162,6 +172,15 @@ impl Features {
         }
         text
     }
+}
+
+/// Says whether there is time for an option, and on stderr if not.
+fn in_time(watched: &Watched, option: &str) -> bool {
+    let goes_on = watched.goes_on(0);
+    if !goes_on {
+        warn(&format!("{}: nothing is found for {option}", reason()));
+    }
+    goes_on
 }
 
 /// The limits of a safe landing: the smaller one of the two slopes, and the roughness.

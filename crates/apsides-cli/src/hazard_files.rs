@@ -9,7 +9,7 @@ use apsides::terrain::site::Site;
 use apsides::terrain::{ElevationMap, Geometry, Raster, TerrainError};
 use apsides_report::HazardPicture;
 
-use crate::exit::{Refusal, refusal, unwritten};
+use crate::exit::{Refusal, lost, refusal};
 use crate::terrain::{publish, tiff, unwritten_raster};
 
 /// A raster that is written row by row.
@@ -111,10 +111,10 @@ impl Files {
             paths.push(target.path);
         }
         let path = self.dir.join("map.png");
-        let mut file = WholeFile::create(&path).map_err(unwritten(&path))?;
+        let mut file = WholeFile::create(&path).map_err(lost(&path))?;
         let places = sites.iter().map(|s| [s.row, s.col]);
         self.picture.write(&mut file, places, ring).map_err(unwritten_raster(&path))?;
-        file.publish().map_err(unwritten(&path))?;
+        file.publish().map_err(lost(&path))?;
         paths.extend(self.pictures);
         paths.push(path);
         Ok(paths)
@@ -129,10 +129,10 @@ pub(crate) fn write_picture(
     unit: &str,
 ) -> Result<PathBuf, Refusal> {
     let path = dir.join(format!("{name}.png"));
-    let mut file = WholeFile::create(&path).map_err(unwritten(&path))?;
+    let mut file = WholeFile::create(&path).map_err(lost(&path))?;
     let legend = Legend { unit: unit.into() };
     write_png(&mut file, raster, ColourMap::Viridis, None, Some(&legend)).map_err(unwritten_raster(&path))?;
-    file.publish().map_err(unwritten(&path))?;
+    file.publish().map_err(lost(&path))?;
     Ok(path)
 }
 

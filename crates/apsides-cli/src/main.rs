@@ -13,7 +13,17 @@
 //!
 //! The exit statuses of all commands are in one table (`exit.rs`), which `apsides --help` shows. What the program does is in the libraries; it
 //! computes nothing by itself.
-#![cfg_attr(not(test), warn(clippy::expect_used, clippy::panic, clippy::unimplemented, clippy::unreachable))]
+#![cfg_attr(
+    not(test),
+    warn(
+        clippy::expect_used,
+        clippy::panic,
+        clippy::unimplemented,
+        clippy::unreachable,
+        clippy::indexing_slicing,
+        clippy::string_slice
+    )
+)]
 
 mod arguments;
 mod certify;
@@ -26,6 +36,7 @@ mod footprint;
 mod hazard;
 mod hazard_features;
 mod hazard_files;
+mod hazard_watch;
 mod montecarlo;
 mod output;
 mod progress;
@@ -77,7 +88,7 @@ fn run() -> Exit {
     match command(arguments.command) {
         Ok(exit) => stop::status_of(exit),
         Err(refusal) => {
-            output::say(&sentence::with_set(refusal.sentence, &set));
+            output::say(&sentence::with_set(stop::with_reason(refusal.sentence), &set));
             stop::status_of(refusal.exit)
         }
     }

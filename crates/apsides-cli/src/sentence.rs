@@ -35,7 +35,7 @@ fn number(word: &str) -> Option<String> {
     let digits = bare.chars().filter(char::is_ascii_digit).count();
     let plain = bare.chars().all(|c| c.is_ascii_digit() || matches!(c, '-' | '.'));
     let value = (digits > DIGITS && plain).then(|| bare.parse::<f64>().ok())??;
-    Some(format!("{value:e}{}", &word[bare.len()..]))
+    Some(format!("{value:e}{}", word.strip_prefix(bare).unwrap_or_default()))
 }
 
 fn shortened(word: &str) -> String {

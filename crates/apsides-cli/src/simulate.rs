@@ -12,23 +12,22 @@ use crate::exit::{Exit, Refusal, refusal};
 use crate::figures::curve_figures;
 use crate::output::{number, print, say, written};
 use crate::progress::Progress;
-use crate::stop::status_of;
 
 pub(crate) fn simulate(a: &SimulateArguments) -> Result<Exit, Refusal> {
-    let mission = a.mission.load()?.with_seed(a.seed);
+    let stop = a.limit.stop();
+    let mission = a.mission.load()?.with_seed(a.seed).with_cancellation(stop.cancellation());
     if let Some(dir) = &a.out {
         probe_directory(dir)?;
     }
     let _lock = a.out.as_deref().map(claim).transpose()?;
     let ephemeris = a.ephemeris.asked(&mission, a.out.as_deref())?;
-    let stop = a.limit.stop();
     let progress = Progress::clock(a.quiet || a.json, stop);
     let clock = progress.clone();
     let watch = move |time: f64| {
         clock.tell(|| format!("{time:.1} s of flight"));
         !stop.is_set()
     };
-    let flight = mission.simulate_watched(&mut progress.clone(), &watch).map_err(ended)?;
+    let flight = mission.simulate_watched(&mut progress.clone(), &watch).map_err(refusal)?;
     progress.finish();
     let mut exit = if flight.summary.status == "completed" { Exit::Verified } else { Exit::NotSolved };
     if a.json {
@@ -56,12 +55,6 @@ pub(crate) fn simulate(a: &SimulateArguments) -> Result<Exit, Refusal> {
         }
     }
     Ok(exit)
-}
-
-/// A plan that a signal or the time limit ended is no bad input.
-fn ended(e: apsides::pipeline::Error) -> Refusal {
-    let Refusal { exit, sentence } = refusal(e);
-    Refusal { exit: status_of(exit), sentence }
 }
 
 fn text(s: &SimulationSummary) -> String {

@@ -4,6 +4,7 @@ use std::sync::OnceLock;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::{Duration, Instant};
 
+use apsides::pipeline::Cancellation;
 use apsides::pipeline::lock::release_all;
 use apsides::pipeline::whole_file::discard_unfinished;
 use apsides_nlp::Flow;
@@ -41,7 +42,11 @@ pub(crate) fn status_of(exit: Exit) -> Exit {
     if HEEDED.load(Ordering::SeqCst) {
         return exit.or(Exit::Interrupted);
     }
-    if EXPIRED.load(Ordering::SeqCst) { exit.or(Exit::NotSolved) } else { exit }
+    if !EXPIRED.load(Ordering::SeqCst) {
+        return exit;
+    }
+    // What is refused after the end of the time lacks what there was no time for.
+    if exit == Exit::BadInput { Exit::NotSolved } else { exit.or(Exit::NotSolved) }
 }
 
 /// The reason for which the work ended before its end.
@@ -51,6 +56,12 @@ pub(crate) fn reason() -> &'static str {
     } else {
         "interrupted"
     }
+}
+
+/// The sentence of a refusal, with the reason for which the work ended where it did before its end.
+pub(crate) fn with_reason(sentence: String) -> String {
+    let ended = HEEDED.load(Ordering::SeqCst) || EXPIRED.load(Ordering::SeqCst);
+    if ended && !sentence.starts_with(reason()) { format!("{}: {sentence}", reason()) } else { sentence }
 }
 
 /// The sentence of work that ended without a result.
@@ -84,6 +95,16 @@ impl StopFlag {
             return true;
         }
         self.is_late()
+    }
+
+    /// Returns true once a signal came; the time limit does not count.
+    pub(crate) fn is_interrupted(self) -> bool {
+        ASKED.load(Ordering::SeqCst) && self.is_set()
+    }
+
+    /// The same for work that no observer sees.
+    pub(crate) fn cancellation(self) -> Cancellation {
+        Cancellation::when(move || self.is_set())
     }
 
     fn is_late(self) -> bool {

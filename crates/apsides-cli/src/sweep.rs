@@ -22,6 +22,7 @@ pub(crate) fn run_sweep(a: &SweepArguments) -> Result<Exit, Refusal> {
         axes.push(Axis { key: "method".into(), values: vec![m.clone()] });
     }
     let mut cases = cases(&apsides::registry(), &a.mission, &axes).map_err(refusal)?;
+    let stop = a.run.limit.stop();
     for case in &mut cases {
         case.mission = case
             .mission
@@ -29,6 +30,7 @@ pub(crate) fn run_sweep(a: &SweepArguments) -> Result<Exit, Refusal> {
             .with_threads(a.run.threads.count())
             .with_seed(a.run.seed)
             .with_memory(a.run.memory())
+            .with_cancellation(stop.cancellation())
             .with_prices(a.sensitivity);
     }
     let priced =
@@ -41,7 +43,6 @@ pub(crate) fn run_sweep(a: &SweepArguments) -> Result<Exit, Refusal> {
     let price_names = axes.iter().zip(&priced).filter(|(_, shown)| **shown).map(|(axis, _)| price_name(axis));
     let keys = axes.iter().map(|axis| axis.key.clone());
     let mut csv = a.out.as_deref().map(|path| SweepFile::create(path, keys, price_names)).transpose()?;
-    let stop = a.run.limit.stop();
     let mut progress = Progress::line(a.run.quiet, stop, cases.len() as u64);
     let ticker = progress.clone();
     let mut worst = Exit::Verified;

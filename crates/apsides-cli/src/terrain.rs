@@ -6,6 +6,7 @@ use std::path::{Path, PathBuf};
 
 use apsides::missions::data::body_radius_m;
 use apsides::pipeline::memory::Foreseen;
+use apsides::pipeline::regular_file;
 use apsides::pipeline::whole_file::{WholeFile, write_whole};
 use apsides::terrain::io::{Equirectangular, Format, GeoTiffOptions, GeoTiffWriter, ReadOptions, Windows};
 use apsides::terrain::synthetic::{Limits, Synthetic, Terrain};
@@ -14,7 +15,7 @@ use serde::Serialize;
 
 use crate::arguments::{GenArguments, Ground, MapArguments, Threads};
 use crate::commands::{made, probe_directory};
-use crate::exit::{Exit, Refusal, refusal, unwritten};
+use crate::exit::{Exit, Refusal, lost, refusal, unwritten};
 use crate::output::{print, written};
 use crate::progress::Progress;
 use crate::sentence::name;
@@ -116,14 +117,11 @@ impl MapArguments {
 
 fn open(path: &Path) -> Result<File, Refusal> {
     let shown = name(&path.to_string_lossy());
-    let file = File::open(path).map_err(|e| match e.kind() {
+    let file = regular_file::open(path).map_err(|e| match e.kind() {
         std::io::ErrorKind::NotFound => format!("{shown}: no such file"),
         _ => format!("{shown}: {e}"),
     })?;
-    match file.metadata() {
-        Ok(m) if m.is_dir() => Err(format!("{shown}: is a directory; give a map").into()),
-        _ => Ok(file),
-    }
+    Ok(file)
 }
 
 /// The projection of a map that was in degrees.
@@ -270,8 +268,9 @@ pub(crate) fn generate(a: &GenArguments) -> Result<Exit, Refusal> {
     let mut map = tiff(&a.out, ground.geometry(), options.clone())?;
     let mut hazards = match &a.truth {
         Some(dir) => {
-            files.push(dir.join("hazards.tif"));
-            Some(tiff(&dir.join("hazards.tif"), ground.geometry(), options)?)
+            let path = dir.join("hazards.tif");
+            files.push(path.clone());
+            Some((tiff(&path, ground.geometry(), options)?, path))
         }
         None => None,
     };
@@ -281,10 +280,10 @@ pub(crate) fn generate(a: &GenArguments) -> Result<Exit, Refusal> {
         let heights: Vec<f32> =
             part.relative().data().iter().map(|z| (part.datum() + f64::from(*z)) as f32).collect();
         map.write_rows(&heights).map_err(unwritten_raster(&a.out))?;
-        if let Some(file) = &mut hazards {
+        if let Some((file, path)) = &mut hazards {
             let mask = pool.install(|| ground.hazards(first, 0, count, cols, &TRUTH)).map_err(refusal)?;
             let mask: Vec<f32> = mask.data().iter().map(|bits| f32::from(*bits)).collect();
-            file.write_rows(&mask).map_err(unwritten_raster(&files[1]))?;
+            file.write_rows(&mask).map_err(unwritten_raster(path))?;
         }
         progress.advance(count as u64);
         if stop.is_set() {
@@ -292,8 +291,8 @@ pub(crate) fn generate(a: &GenArguments) -> Result<Exit, Refusal> {
         }
     }
     publish(&a.out, map)?;
-    if let Some(file) = hazards {
-        publish(&files[1], file)?;
+    if let Some((file, path)) = hazards {
+        publish(&path, file)?;
     }
     progress.finish();
     if let Some(dir) = &a.truth {
@@ -316,7 +315,7 @@ pub(crate) fn tiff(
 
 /// Ends a GeoTIFF and puts it into its place.
 pub(crate) fn publish(path: &Path, file: GeoTiffWriter<WholeFile>) -> Result<(), Refusal> {
-    file.finish().map_err(unwritten_raster(path))?.publish().map_err(unwritten(path))
+    file.finish().map_err(unwritten_raster(path))?.publish().map_err(lost(path))
 }
 
 /// A raster that is not written: by the system's fault, or its own.
@@ -378,6 +377,6 @@ fn write_truth(dir: &Path, ground: &Synthetic, seed: u64) -> Result<Vec<PathBuf>
 
 /// Writes a text file and returns its path.
 pub(crate) fn write(path: &Path, text: &str) -> Result<PathBuf, Refusal> {
-    write_whole(path, text.as_bytes()).map_err(unwritten(path))?;
+    write_whole(path, text.as_bytes()).map_err(lost(path))?;
     Ok(path.to_owned())
 }

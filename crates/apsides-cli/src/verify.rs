@@ -5,9 +5,10 @@ use std::fmt::Write as _;
 use std::num::NonZero;
 use std::path::Path;
 
+use apsides::pipeline::regular_file;
 use apsides_ocp::Trajectory;
 use apsides_report::{changed_files, read_outcome_trajectory};
-use apsides_verify::{Certificate, Check, Verdict};
+use apsides_verify::{Certificate, Check, CheckKind, Verdict};
 use serde::Serialize;
 use serde_json::Value;
 
@@ -17,11 +18,12 @@ use crate::output::{certificate, number, print};
 const MISSION: &str = "mission.toml";
 const SUMMARY: &str = "summary.json";
 const CERTIFICATE: &str = "certificate.json";
+const MULTIPLIERS: &str = "multipliers.json";
 
 /// Files without which a result is not complete.
 const NEEDED: [&str; 4] = [MISSION, SUMMARY, CERTIFICATE, "trajectory.csv"];
 /// Files that must have a digest where they are there.
-const USUAL: [&str; 2] = ["multipliers.json", "report.html"];
+const USUAL: [&str; 2] = [MULTIPLIERS, "report.html"];
 
 /// Numbers computed twice from the same trajectory agree to this, relative to their size; some take solves of their own.
 const AGREEMENT: f64 = 1e-6;
@@ -55,7 +57,7 @@ pub(crate) fn verify(directory: &Path, json: bool) -> Result<Exit, Refusal> {
     let trajectory = read_outcome_trajectory(directory, posed.flight()).map_err(refusal)?;
     let mut differences = Differences(Vec::new());
     let summary = differences.read(directory, SUMMARY);
-    let status = summary.as_ref().and_then(|s| s["status"].as_str());
+    let status = summary.as_ref().and_then(|s| s.get("status")?.as_str());
     let solved = matches!(status, Some("optimal" | "acceptable"));
     let (certificate, results) = mission.recomputed(&trajectory, solved).map_err(refusal)?;
     if certificate.verdict >= Verdict::Extremal {
@@ -73,12 +75,15 @@ pub(crate) fn verify(directory: &Path, json: bool) -> Result<Exit, Refusal> {
     for (name, state) in changed_files(directory, &needed).map_err(refusal)? {
         differences.0.push(format!("{name} {}", state.words()));
     }
-    if let Some(stored) = differences.read(directory, CERTIFICATE) {
-        differences.certificate(CERTIFICATE, &stored, &certificate);
+    if let Some(stored) = differences.read(directory, CERTIFICATE)
+        && differences.certificate(CERTIFICATE, &stored, &certificate)
+    {
+        differences.costates(&mission.verify_as_stated(&trajectory).map_err(refusal)?);
     }
     if let Some(stored) = summary {
-        differences.summary(&stored, &mission, &trajectory, &results);
-        differences.certificate(SUMMARY, &stored["certificate"], &certificate);
+        let is_whole = certificate.verdict > Verdict::Rejected;
+        differences.summary(&stored, &mission, &trajectory, &results, is_whole);
+        differences.certificate(SUMMARY, member(&stored, "certificate"), &certificate);
     }
     let found = Found { certificate, differences: differences.0 };
     if json {
@@ -112,7 +117,7 @@ struct Differences(Vec<String>);
 impl Differences {
     /// A JSON file; its absence is named by its digest.
     fn read(&mut self, directory: &Path, name: &str) -> Option<Value> {
-        let text = std::fs::read(directory.join(name)).ok()?;
+        let text = regular_file::read(&directory.join(name)).ok()?;
         match serde_json::from_slice(&text) {
             Ok(value) => Some(value),
             Err(e) => {
@@ -128,20 +133,28 @@ impl Differences {
         mission: &apsides::Pipeline,
         trajectory: &Trajectory,
         results: &BTreeMap<String, f64>,
+        is_whole: bool,
     ) {
         let words = [("mission", mission.name()), ("method", mission.methods().name.word())];
         for (key, word) in words {
-            if stored[key] != word {
-                self.0.push(format!("{SUMMARY}, `{key}` is {}, the mission has \"{word}\"", stored[key]));
+            let stated = member(stored, key);
+            if stated != word {
+                self.0.push(format!("{SUMMARY}, `{key}` is {stated}, the mission has \"{word}\""));
             }
         }
-        self.number(SUMMARY, "objective.value", &stored["objective"]["value"], trajectory.objective);
+        self.number(
+            SUMMARY,
+            "objective.value",
+            member(member(stored, "objective"), "value"),
+            trajectory.objective,
+        );
         let none = serde_json::Map::new();
-        let stored = stored["results"].as_object().unwrap_or(&none);
+        let stored = member(stored, "results").as_object().unwrap_or(&none);
         for (key, value) in results {
             self.number(SUMMARY, &format!("results.{key}"), stored.get(key).unwrap_or(&Value::Null), *value);
         }
-        for key in stored.keys().filter(|key| !results.contains_key(*key)) {
+        // A trajectory that is rejected has no margins.
+        for key in stored.keys().filter(|key| is_whole && !results.contains_key(*key)) {
             self.0.push(format!("{SUMMARY}, `results.{key}` is no result of the mission"));
         }
     }
@@ -157,10 +170,14 @@ impl Differences {
         }
     }
 
-    fn certificate(&mut self, file: &str, stored: &Value, now: &Certificate) {
+    /// Returns true where what is remarked differs, such as that the stated costates prove nothing.
+    fn certificate(&mut self, file: &str, stored: &Value, now: &Certificate) -> bool {
         let then = match serde_json::from_value::<Certificate>(stored.clone()) {
             Ok(then) => then,
-            Err(e) => return self.0.push(format!("{file} has no certificate: {e}")),
+            Err(e) => {
+                self.0.push(format!("{file} has no certificate: {e}"));
+                return false;
+            }
         };
         if then.verdict != now.verdict {
             self.0.push(format!("{file}: the verdict is {}, computed again {}", then.verdict, now.verdict));
@@ -179,7 +196,29 @@ impl Differences {
         for check in then.checks.iter().filter(|c| !now.checks.iter().any(|n| n.name == c.name)) {
             self.0.push(format!("{file}: there is no check `{}`", check.name));
         }
+        let (new, gone) = (now.remarks.iter(), then.remarks.iter());
+        let new: Vec<_> = new.filter(|r| !then.remarks.contains(r)).collect();
+        self.0.extend(new.iter().map(|r| format!("{file}: computed again, there is the remark: {r}")));
+        let gone = gone.filter(|r| !now.remarks.contains(r));
+        self.0.extend(gone.map(|r| format!("{file}: there is no such remark: {r}")));
+        !new.is_empty()
     }
+
+    /// Costates and multipliers by the conditions that they do not meet.
+    fn costates(&mut self, as_stated: &Certificate) {
+        let failed = as_stated.checks.iter().filter(|c| c.kind == CheckKind::Optimality && !c.passed);
+        self.0.extend(failed.map(|c| {
+            format!(
+                "trajectory.csv and {MULTIPLIERS}: with the costates and multipliers there the check `{}` is {:e} of {:e} ({})",
+                c.name, c.value, c.limit, c.at
+            )
+        }));
+    }
+}
+
+/// A member of an object; null where there is none.
+fn member<'a>(object: &'a Value, key: &str) -> &'a Value {
+    object.get(key).unwrap_or(&Value::Null)
 }
 
 fn differ(then: &Check, now: &Check) -> bool {

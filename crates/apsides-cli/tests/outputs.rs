@@ -308,6 +308,67 @@ fn a_time_limit_ends_with_the_best_so_far() {
     }
 }
 
+/// Decisions in flight, flights of a plan and maps end in time too: without a result by a sentence, or with what is known until then.
+#[test]
+fn a_time_limit_ends_what_no_solve_is() {
+    let dir = tempfile::tempdir().unwrap();
+    for arguments in [
+        &["check", "chang-e-3"][..],
+        &["check", "chang-e-3", "--set", "optimised=by-stages"],
+        &["solve", "chang-e-3", "--quiet"],
+        &["simulate", "capsule-reentry", "--set", "aerodynamics=apollo-offset"],
+        &["simulate", "capsule-reentry-steered"],
+    ] {
+        let o = apsides(&[arguments, &["--time-limit", "0.02"]].concat());
+        assert_eq!(o.status.code(), Some(3), "{arguments:?}: {}{}", stdout(&o), stderr(&o));
+        assert!(stderr(&o).contains("apsides: the time limit (--time-limit) is over: "), "{}", stderr(&o));
+    }
+    let map = path(&dir.path().join("map.tif"));
+    let gen_map = ["terrain", "gen", &map, "--rows", "900", "--cols", "900", "--quiet"];
+    assert_eq!(apsides(&gen_map).status.code(), Some(0));
+    for memory in ["1024", "24"] {
+        let out = dir.path().join(memory);
+        let hazard = ["hazard", &map, "--quiet", "--memory", memory, "--out", &path(&out)];
+        let o = apsides(&[&hazard[..], &["--time-limit", "1e-9"]].concat());
+        assert_eq!(o.status.code(), Some(3), "{}{}", stdout(&o), stderr(&o));
+        let text = stdout(&o);
+        assert!(
+            text.contains("0.000 % of the map is assessed") && text.contains("no safe site"),
+            "{memory}: {text}"
+        );
+        let report: serde_json::Value =
+            serde_json::from_slice(&fs::read(out.join("hazard.json")).unwrap()).unwrap();
+        assert_eq!(report["assessed_fraction"], 0.0);
+        assert_eq!(report["pixels"]["unknown"], 810_000);
+        let o = apsides(&["terrain", "info", &path(&out.join("verdict.tif"))]);
+        assert!(stdout(&o).contains("gaps: 810000"), "{}{}", stdout(&o), stderr(&o));
+        let o = apsides(&[&hazard[..], &["--time-limit", "1000"]].concat());
+        assert_eq!(o.status.code(), Some(0), "{}{}", stdout(&o), stderr(&o));
+        assert!(!stdout(&o).contains("is assessed"), "{}", stdout(&o));
+    }
+}
+
+/// Input from what never ends, or has no measure, is refused by name.
+#[test]
+fn what_is_no_file_is_not_read() {
+    let dir = tempfile::tempdir().unwrap();
+    let pipe = path(&dir.path().join("pipe"));
+    assert!(Command::new("mkfifo").arg(&pipe).status().unwrap().success());
+    for (file, word) in [(pipe.as_str(), "is a pipe"), ("/dev/zero", "is a device"), ("/", "is a directory")]
+    {
+        for arguments in [
+            &["terrain", "info", file][..],
+            &["hazard", file, "--pixel", "1"],
+            &["certify", "lunar-direct", file],
+            &["check", "chang-e-3", "--set", &format!("terrain.coarse={file}")],
+        ] {
+            let o = apsides(arguments);
+            assert_eq!(o.status.code(), Some(2), "{arguments:?}: {}", stderr(&o));
+            assert!(stderr(&o).contains(word) && stderr(&o).lines().count() == 1, "{}", stderr(&o));
+        }
+    }
+}
+
 /// Documented maxima that took more than the machine has are answered at once, and nothing is written.
 #[test]
 fn memory_is_foreseen() {

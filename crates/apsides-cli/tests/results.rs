@@ -167,6 +167,98 @@ fn costates_that_were_altered_with_a_new_digest_are_named() {
     }
 }
 
+/// Costates and multipliers of a phase with path constraints that were altered, each number by a tenth: the certificate is made by those of the
+/// adjoint equation then, which is said, with the conditions that those in the files do not meet.
+#[cfg(target_os = "linux")]
+#[test]
+fn costates_and_multipliers_beside_path_constraints_that_were_altered_are_named() {
+    let dir = tempfile::tempdir().unwrap();
+    let out = dir.path().join("results");
+    let problem = |name: &str| format!("{}/../../tests/problems/{name}.toml", env!("CARGO_MANIFEST_DIR"));
+    for mission in ["capsule-reentry", &problem("moving_wall"), &problem("limit_until_a_time")] {
+        let o = apsides(&["solve", mission, "--quiet", "--out", &path(&out)]);
+        assert_eq!(o.status.code(), Some(0), "{}{}", stdout(&o), stderr(&o));
+        let verified = || apsides(&["verify", &path(&out)]);
+        assert_eq!(verified().status.code(), Some(0), "{}", stdout(&verified()));
+        let file = out.join("trajectory.csv");
+        let text = std::fs::read_to_string(&file).unwrap();
+        let heads: Vec<&str> = text.lines().next().unwrap().split(',').collect();
+        let lines: Vec<Vec<&str>> = text.lines().map(|l| l.split(',').collect()).collect();
+        let costates: Vec<usize> = (0..heads.len()).filter(|k| heads[*k].starts_with("costate_")).collect();
+        let size = |row: usize, k: usize| lines[row][k].parse::<f64>().map_or(0.0, f64::abs);
+        let mut unnamed: Vec<String> = Vec::new();
+        let largest = |k: usize| (1..lines.len()).map(|row| size(row, k)).fold(0.0, f64::max);
+        // Rows all along the phase, one costate after the other.
+        for (n, row) in (1..lines.len()).step_by((lines.len() / 8).max(1)).enumerate() {
+            let k = costates[n % costates.len()];
+            std::fs::write(&file, tamper(&text, heads[k], row..row + 1, 0.1 * largest(k))).unwrap();
+            seal_again(&out, "trajectory.csv");
+            let o = verified();
+            let said = stdout(&o);
+            let is_named = o.status.code() == Some(4) && said.contains("costate");
+            unnamed.extend((!is_named).then(|| format!("{}, row {row}: {said}", heads[k])));
+        }
+        std::fs::write(&file, &text).unwrap();
+        seal_again(&out, "trajectory.csv");
+        assert_eq!(verified().status.code(), Some(0), "{}", stdout(&verified()));
+        assert!(unnamed.is_empty(), "{mission}: {}", unnamed.join("\n"));
+        let file = out.join("multipliers.json");
+        let good: serde_json::Value = serde_json::from_slice(&std::fs::read(&file).unwrap()).unwrap();
+        for place in numbers(&good) {
+            let mut altered = good.clone();
+            let number = altered.pointer_mut(&place).unwrap();
+            *number = (1.1 * number.as_f64().unwrap()).into();
+            std::fs::write(&file, altered.to_string()).unwrap();
+            seal_again(&out, "multipliers.json");
+            let o = verified();
+            assert_eq!(o.status.code(), Some(4), "{mission}, {place}: {}", stdout(&o));
+        }
+    }
+}
+
+/// Pointers to multipliers that push: every fourth along a path where they are not what a barrier leaves, and all contacts.
+fn numbers(multipliers: &serde_json::Value) -> Vec<String> {
+    /// A multiplier of a problem of this size below is what a barrier leaves.
+    const NOTHING: f64 = 1e-9;
+    let all = |format: &dyn Fn(usize) -> String| -> Vec<(String, f64)> {
+        let number = |k| Some((format(k), multipliers.pointer(&format(k))?.as_f64()?));
+        (0..).map_while(number).collect()
+    };
+    let along = all(&|k| format!("/path/0/values/{k}/0"));
+    let largest = along.iter().fold(NOTHING, |m: f64, (_, v)| m.max(v.abs()));
+    let along = along.into_iter().filter(|(_, v)| v.abs() > 0.1 * largest).step_by(4);
+    let contacts = all(&|k| format!("/contacts/{k}/value")).into_iter();
+    along.chain(contacts).map(|(place, _)| place).collect()
+}
+
+/// Costates that jump, at contacts, at bounds of states and where the equations jump, are in the files: what was solved is vouched for.
+#[test]
+fn flights_whose_costates_jump_are_verified_from_their_files() {
+    let dir = tempfile::tempdir().unwrap();
+    for name in [
+        "around_a_small_disc",
+        "ceiling_touched_twice",
+        "draining_tank",
+        "gate_in_an_instant",
+        "jerk_within_limits",
+        "lunar_ascent_with_a_coast",
+        "moving_wall",
+        "oscillator_with_limited_speed",
+        "race_car",
+        "refraction_with_an_if",
+        "string_over_a_wave",
+        "two_media",
+        "two_touches",
+    ] {
+        let file = format!("{}/../../tests/problems/{name}.toml", env!("CARGO_MANIFEST_DIR"));
+        let out = path(&dir.path().join(name));
+        let o = apsides(&["solve", &file, "--quiet", "--out", &out]);
+        assert_eq!(o.status.code(), Some(0), "{name}: {}{}", stdout(&o), stderr(&o));
+        let o = apsides(&["verify", &out]);
+        assert_eq!(o.status.code(), Some(0), "{name}: {}{}", stdout(&o), stderr(&o));
+    }
+}
+
 /// The files hold the whole flight, also where only its burns were solved.
 #[test]
 fn a_flight_of_burns_and_coasts_is_written_and_verified_again() {

@@ -160,14 +160,15 @@ fn craters_boulders_and_probabilities_are_the_library_s() {
         assert_eq!(shown["diameter_m"].as_f64().unwrap(), crater.diameter);
         assert_eq!(shown["depth_m"].as_f64().unwrap(), crater.depth);
     }
-    let found = boulders(&map, &BoulderSearch { height: 0.2, diameter: 2.0 }).unwrap();
+    let found = boulders(&map, &BoulderSearch { height: 0.2, diameter: 2.0 }, &|_| true).unwrap();
     assert_eq!(v["boulders"].as_array().unwrap().len(), found.len());
     let table = std::fs::read_to_string(out.join("boulders.csv")).unwrap();
     assert_eq!(table.lines().count(), 1 + found.len());
     // The limits of chang-e-3-fine.
     let limits =
         Criteria { radius: 2.5, slope: 8f64.to_radians(), roughness: 0.15, footpads: Some(2.5), noise: 0.02 };
-    let expected = with_navigation_error(&safe_landing(&map, &limits).unwrap(), 0.5).unwrap();
+    let expected =
+        with_navigation_error(&safe_landing(&map, &limits, &|_| true).unwrap(), 0.5, &|_| true).unwrap();
     let bytes = std::fs::read(out.join("probability.tif")).unwrap();
     let written = read(Cursor::new(bytes), &ReadOptions::default()).unwrap();
     for row in [0, 100, 165] {

@@ -105,7 +105,7 @@ impl Account {
     }
 }
 
-const CHECK: [&str; 1] = ["check"];
+const CHECK: [&str; 3] = ["check", "--time-limit", "10"];
 const SOLVE: [&str; 6] = ["solve", "--quiet", "--time-limit", "2", "--memory", "1024"];
 const SIMULATE: [&str; 4] = ["simulate", "--quiet", "--time-limit", "2"];
 
@@ -113,7 +113,7 @@ fn torture(every: usize, solved_every: usize) {
     let mut account = Account::default();
     let mut taken = 0;
     for (k, trial) in trials().iter().enumerate() {
-        if k % every != 0 || account.run(trial, &CHECK, &[0, 2]) != Some(0) {
+        if k % every != 0 || account.run(trial, &CHECK, &[0, 2, 3]) != Some(0) {
             continue;
         }
         taken += 1;

@@ -347,7 +347,7 @@ impl std::fmt::Display for Value {
                 write!(f, "{v:e}")
             }
             Self::Number(v) => write!(f, "{v}"),
-            Self::Word(w) => write!(f, "\"{w}\""),
+            Self::Word(w) => write!(f, "\"{}\"", w.replace('\n', "\\n")),
             Self::Flag(v) => write!(f, "{v}"),
             Self::Other(what) => f.write_str(what),
         }

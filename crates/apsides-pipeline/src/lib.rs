@@ -19,6 +19,7 @@
 //! | [`method`] | the methods, their keys and settings |
 //! | [`pipeline`] | [`Pipeline`]: pose, solve, verify |
 //! | [`outcome`], [`observer`] | results and progress |
+//! | [`cancellation`] | work without iterations that is ended |
 //! | [`sensitivity`] | what one more unit of a key is worth |
 //! | [`ephemeris`] | solutions and records as flights about a body, at times of one's choice |
 //! | [`placing`] | the keys of epoch and axes |
@@ -30,11 +31,13 @@
 //! | [`draws`] | optima of a mission whose numbers are uncertain |
 //! | [`covariance`] | state-transition matrices and covariances along any trajectory |
 //! | [`simulation`], `closed_loop` | flights under a law |
+//! | [`regular_file`] | files that are read |
 //! | [`site`] | landing sites that were chosen on maps |
 //! | [`lock`] | one process for a directory of results |
 //! | [`whole_file`] | the one writer of files |
 #![cfg_attr(not(test), warn(clippy::expect_used, clippy::panic, clippy::unimplemented, clippy::unreachable))]
 
+pub mod cancellation;
 mod closed_loop;
 pub mod covariance;
 pub mod dispersion;
@@ -60,6 +63,7 @@ pub mod placing;
 pub mod posed;
 pub mod record;
 pub mod registry;
+pub mod regular_file;
 pub mod schema;
 mod sealed;
 pub mod sensitivity;
@@ -69,6 +73,7 @@ pub mod sweep;
 pub mod values;
 pub mod whole_file;
 
+pub use cancellation::Cancellation;
 pub use error::Error;
 pub use mission::{Kind, Mission, Offers, Scalars};
 pub use observer::{Observer, SearchProgress};

@@ -17,6 +17,7 @@ use apsides_radau::Explanation;
 use apsides_verify::Check;
 
 use crate::Error;
+use crate::cancellation::Cancellation;
 use crate::dispersion::Dispersed;
 use crate::file::written;
 use crate::key::Key;
@@ -230,8 +231,8 @@ pub trait Mission: Any + Debug + Send + Sync {
     /// Decides what the values leave open before the flight is posed: a site on a map, the end of a stage that is optimised for itself.
     ///
     /// # Errors
-    /// When the values do not make a problem, or no site is fit; the sentence names what comes nearest.
-    fn decide(&self) -> Result<Decisions, Error> {
+    /// When the values do not make a problem, no site is fit, or the work is cancelled; the sentence names what comes nearest.
+    fn decide(&self, _cancellation: &Cancellation) -> Result<Decisions, Error> {
         Ok(Decisions::default())
     }
 

@@ -17,6 +17,7 @@ use apsides_ocp::{Guess, Solution, Trajectory};
 use apsides_radau::{Explanation, Unmet};
 
 use crate::Error;
+use crate::cancellation::Cancellation;
 use crate::explanation::{ExplanationSummary, in_keys};
 use crate::key::{Key, Value};
 use crate::method::{CheckpointFile, MethodName, Methods};
@@ -62,11 +63,21 @@ struct Run {
     memory: Option<u64>,
     /// Prices are asked for after a solve.
     priced: bool,
+    /// Ends decisions and explanations.
+    cancellation: Cancellation,
 }
 
 impl Default for Run {
     fn default() -> Self {
-        Self { threads: 1, seed: 0, least_tolerance: 0.0, checkpoint: None, memory: None, priced: false }
+        Self {
+            threads: 1,
+            seed: 0,
+            least_tolerance: 0.0,
+            checkpoint: None,
+            memory: None,
+            priced: false,
+            cancellation: Cancellation::default(),
+        }
     }
 }
 
@@ -172,6 +183,12 @@ impl Pipeline {
     #[must_use]
     pub fn with_prices(self, priced: bool) -> Self {
         Self { run: Run { priced, ..self.run }, ..self }
+    }
+
+    /// The mission, whose decisions, and explanations of what conflicts, end where it is asked for; an observer ends its solve.
+    #[must_use]
+    pub fn with_cancellation(self, cancellation: Cancellation) -> Self {
+        Self { run: Run { cancellation, ..self.run }, ..self }
     }
 
     /// Bytes that work may take.
@@ -295,9 +312,9 @@ impl Pipeline {
     /// Decides what the mission leaves open before its flight is posed, for instance a site on a map.
     ///
     /// # Errors
-    /// When the values do not make a problem, or no site is fit; the sentence names what comes nearest.
+    /// When the values do not make a problem, no site is fit, or the work is cancelled; the sentence names what comes nearest.
     pub fn decide(&self) -> Result<Decisions, Error> {
-        self.mission.decide()
+        self.mission.decide(&self.run.cancellation)
     }
 
     /// The mission with its decisions as values, so that nothing is open.
@@ -383,6 +400,10 @@ impl Pipeline {
         let mut found = Certified::new(solution, flight);
         if matches!(found.solution.status, Status::Infeasible | Status::RestorationFailed) {
             found.conflict = Some(self.conflict(&posed, &found.solution)?);
+            if self.run.cancellation.is_asked() {
+                // With more time there might be another conflict: work that goes on later must not take this one for the answer.
+                found.solution.status = Status::Interrupted;
+            }
         }
         let mut run_away = None;
         if start.is_none() {
@@ -465,19 +486,21 @@ impl Pipeline {
     /// Explains what conflicts and what to relax: from the best trajectory reached, else from the guess.
     fn conflict(&self, posed: &Posed, solution: &Solution) -> Result<Explanation, Error> {
         let method = self.methods.radau.method();
+        let mut observer = self.run.cancellation.clone();
         let (ocp, own) = (&posed.ocp, &posed.guess);
         let mut further: Vec<Guess> =
             (1..=BENT_BESIDE_CONFLICT).map(|number| own.bent(ocp, number)).collect();
         if solution.trajectory.has_costates() {
             let (reached, mesh) = (Guess::earlier(&solution.trajectory), solution.trajectory.mesh());
             let starts = [&[own.clone()][..], &further].concat();
-            let found = method.explain_from(ocp, &reached, &mesh, &starts)?;
+            let found = method.explain_from(ocp, &reached, &mesh, &starts, &mut observer)?;
             if found.status.is_success() {
                 return Ok(found);
             }
             further.push(reached);
         }
-        Ok(method.explain_from(ocp, own, &self.methods.first_mesh(ocp)?, &further)?)
+        let mesh = self.methods.first_mesh(ocp)?;
+        Ok(method.explain_from(ocp, own, &mesh, &further, &mut observer)?)
     }
 
     /// The largest residuals of the mission's own guess before the first iteration, by name, at most `most`.

@@ -17,6 +17,7 @@ use sha2::{Digest as _, Sha256};
 use crate::Error;
 use crate::outcome::{Outcome, Price, Reduced, Summary};
 use crate::pipeline::Pipeline;
+use crate::regular_file;
 use crate::sealed::{seal, unseal};
 use crate::whole_file::write_whole;
 use stored::Stored;
@@ -163,7 +164,7 @@ impl Directory {
 
     /// A solve that was kept, if all of it can be read. With `priced`, only one whose prices are kept too.
     pub(crate) fn find(&self, key: &str, mission: &Pipeline, priced: bool) -> Option<Outcome> {
-        let content = fs::read(self.file(key)).ok()?;
+        let content = regular_file::read(&self.file(key)).ok()?;
         let kept: Kept = serde_json::from_str(unseal(&content)?).ok()?;
         let status = REPEATABLE.into_iter().find(|status| status.word() == kept.status)?;
         if priced && status.is_success() && !self.prices_file(key).exists() {
@@ -218,7 +219,7 @@ impl Directory {
 
     /// Prices that were kept for a solve.
     pub(crate) fn find_prices(&self, key: &str) -> Option<Vec<Price>> {
-        let content = fs::read(self.prices_file(key)).ok()?;
+        let content = regular_file::read(&self.prices_file(key)).ok()?;
         toml::from_str(unseal(&content)?).ok().map(|Prices { prices }| prices)
     }
 

@@ -15,7 +15,8 @@ const OPTION: &str = "--set ";
 
 /// The place of a value that the program's option for it states, as `key=value`.
 pub(crate) fn place_of_option(text: &str) -> String {
-    format!("{OPTION}{text}")
+    // A sentence is one line.
+    format!("{OPTION}{}", text.replace('\n', "\\n"))
 }
 
 /// A value and where it is stated.

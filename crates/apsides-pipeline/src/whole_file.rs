@@ -12,6 +12,8 @@ use std::path::{Path, PathBuf};
 use std::sync::atomic::{AtomicU64, Ordering};
 use std::sync::{Mutex, MutexGuard, PoisonError};
 
+use crate::regular_file::{kind_of, refused};
+
 /// Links to links that are followed.
 const LONGEST_CHAIN: usize = 40;
 
@@ -37,10 +39,6 @@ pub fn discard_unfinished() {
     for path in std::mem::take(&mut *unfinished()) {
         let _ = fs::remove_file(path);
     }
-}
-
-fn refused(reason: &str) -> io::Error {
-    io::Error::new(io::ErrorKind::InvalidInput, reason)
 }
 
 /// True for an error that is a mistake in the request (a device, a directory, a missing directory), not a failure to write.
@@ -87,27 +85,6 @@ fn directory(path: &Path) -> &Path {
         Some(parent) => parent,
         None => path,
     }
-}
-
-fn kind_of(found: &fs::Metadata) -> &'static str {
-    if found.is_dir() {
-        return "is a directory; give a file";
-    }
-    #[cfg(unix)]
-    {
-        use std::os::unix::fs::FileTypeExt as _;
-        let kind = found.file_type();
-        if kind.is_char_device() || kind.is_block_device() {
-            return "is a device; give a file";
-        }
-        if kind.is_fifo() {
-            return "is a pipe; give a file";
-        }
-        if kind.is_socket() {
-            return "is a socket; give a file";
-        }
-    }
-    "is no regular file; give one"
 }
 
 /// A file in the making.

@@ -5,7 +5,7 @@
 
 use std::fmt;
 
-use apsides_nlp::{Nlp, NlpError, Side, Status};
+use apsides_nlp::{Nlp, NlpError, Observer, Side, Status};
 use apsides_ocp::effective_controls::within_effect;
 use apsides_ocp::{Guess, Mesh, Ocp, Trajectory, Unmet};
 
@@ -88,10 +88,11 @@ impl Radau {
     /// # Errors
     /// When the request is ill-posed.
     pub fn explain(&self, ocp: &Ocp, guess: &Guess, mesh: &Mesh) -> Result<Explanation, RadauError> {
-        self.explain_from(ocp, guess, mesh, &[])
+        self.explain_from(ocp, guess, mesh, &[], &mut ())
     }
 
-    /// The same, and looks from further guesses whether requirements can be missed by less; the least amounts are explained.
+    /// The same, and looks from further guesses whether requirements can be missed by less; the least amounts are explained. The observer may end the
+    /// work, with what was found until then.
     ///
     /// # Errors
     /// When the request is ill-posed.
@@ -101,24 +102,25 @@ impl Radau {
         guess: &Guess,
         mesh: &Mesh,
         further: &[Guess],
+        observer: &mut dyn Observer,
     ) -> Result<Explanation, RadauError> {
         let within = within_effect(ocp);
         let ocp = within.as_ref().unwrap_or(ocp);
         let mut relaxer = Relaxer::new(ocp, &self.settings)?;
-        let mut all = relaxer.relax(guess, &without_arcs(mesh.clone()), None, &mut ())?;
+        let mut all = relaxer.relax(guess, &without_arcs(mesh.clone()), None, observer)?;
         let mut meshes = all.meshes.clone();
-        let mut starts = least(&relaxer, &mut all, further, &mut meshes)?;
+        let mut starts = least(&relaxer, &mut all, further, &mut meshes, observer)?;
         if all.meets_all() {
             // A conflict may be smaller than these amounts are exact.
             let exact = Relaxer::exact(ocp, &self.settings)?;
-            let closer = exact.relax(&all.guess, &all.mesh, None, &mut ())?;
+            let closer = exact.relax(&all.guess, &all.mesh, None, observer)?;
             meshes.extend(closer.meshes.iter().cloned());
             if closer.result.is_success() {
                 (relaxer, all) = (exact, closer);
-                starts = least(&relaxer, &mut all, further, &mut meshes)?;
+                starts = least(&relaxer, &mut all, further, &mut meshes, observer)?;
             }
         }
-        let ways = least_way(&relaxer, &mut all, &mut meshes)?;
+        let ways = least_way(&relaxer, &mut all, &mut meshes, observer)?;
         let mut explanation = Explanation {
             status: all.result.report.status,
             conflicts: Vec::new(),
@@ -192,6 +194,7 @@ fn least(
     all: &mut Relaxed,
     further: &[Guess],
     meshes: &mut Vec<MeshRecord>,
+    observer: &mut dyn Observer,
 ) -> Result<usize, RadauError> {
     let screen = relaxer.on_one_mesh();
     let mut starts = usize::from(all.result.is_success());
@@ -199,7 +202,7 @@ fn least(
         if starts == 0 || starts >= AGREED || all.meets_all() {
             break;
         }
-        let screened = screen.relax(start, &all.mesh, None, &mut ())?;
+        let screened = screen.relax(start, &all.mesh, None, observer)?;
         meshes.extend(screened.meshes.iter().cloned());
         if !screened.result.is_success() {
             continue;
@@ -207,7 +210,7 @@ fn least(
         let mut lower = screened;
         if lower.total() < LOWER * all.total() {
             // On one mesh alone a motion may miss by less than it does between the points.
-            lower = relaxer.relax(&lower.guess, &all.mesh, None, &mut ())?;
+            lower = relaxer.relax(&lower.guess, &all.mesh, None, observer)?;
             meshes.extend(lower.meshes.iter().cloned());
             if !lower.result.is_success() {
                 continue;
@@ -227,15 +230,16 @@ fn least_way(
     relaxer: &Relaxer<'_>,
     all: &mut Relaxed,
     meshes: &mut Vec<MeshRecord>,
+    observer: &mut dyn Observer,
 ) -> Result<Vec<WayOut>, RadauError> {
     let mut ways = Vec::new();
     for _ in 0..MOST_LOWER {
         if all.meets_all() || !all.result.is_success() {
             break;
         }
-        ways = ways_out(relaxer, all, meshes)?;
+        ways = ways_out(relaxer, all, meshes, observer)?;
         let Some(lower) = ways.first().filter(|way| way.motion.total() < LOWER * all.total()) else { break };
-        let again = relaxer.relax(&lower.motion.guess, &lower.motion.mesh, None, &mut ())?;
+        let again = relaxer.relax(&lower.motion.guess, &lower.motion.mesh, None, observer)?;
         meshes.extend(again.meshes.iter().cloned());
         if !again.result.is_success() || again.total() >= LOWER * all.total() {
             break;
@@ -256,13 +260,14 @@ fn ways_out(
     relaxer: &Relaxer<'_>,
     all: &Relaxed,
     meshes: &mut Vec<MeshRecord>,
+    observer: &mut dyn Observer,
 ) -> Result<Vec<WayOut>, RadauError> {
     let screen = relaxer.on_one_mesh();
     let mut ways = Vec::new();
     for g in all.result.candidates(&all.limits(), MOST_OTHERS) {
         let Some(requirement) = &all.items[g].requirement else { continue };
         // One that has no solution takes many iterations to say so.
-        let screened = match screen.relax(&all.first.0, &all.first.1, Some(g), &mut ()) {
+        let screened = match screen.relax(&all.first.0, &all.first.1, Some(g), observer) {
             Ok(screened) => screened,
             // Another requirement contradicts this one as bounds on the same quantity.
             Err(RadauError::Nlp(NlpError::Bounds { .. })) => continue,
@@ -272,7 +277,7 @@ fn ways_out(
         if !screened.result.is_success() {
             continue;
         }
-        let alone = relaxer.relax(&screened.guess, &all.mesh, Some(g), &mut ())?;
+        let alone = relaxer.relax(&screened.guess, &all.mesh, Some(g), observer)?;
         meshes.extend(alone.meshes.iter().cloned());
         if alone.result.is_success() {
             let to = requirement.relaxed(alone.result.amounts[g]);

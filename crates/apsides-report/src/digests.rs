@@ -1,10 +1,10 @@
 //! `digests.json`: the SHA-256 of every file of a result, so that a file that was changed later is named.
 
 use std::collections::BTreeMap;
-use std::fs;
 use std::io;
 use std::path::Path;
 
+use apsides_pipeline::regular_file;
 use serde::{Deserialize, Serialize};
 use sha2::{Digest as _, Sha256};
 
@@ -68,7 +68,7 @@ pub(crate) fn digests(items: &[Item], made_from: &[&str]) -> Result<Item, Report
 /// # Errors
 /// When a file cannot be read, or the digests are none.
 pub fn changed_files(dir: &Path, needed: &[&str]) -> Result<Vec<(String, FileState)>, ReportError> {
-    let read = |name: &str| match fs::read(dir.join(name)) {
+    let read = |name: &str| match regular_file::read(&dir.join(name)) {
         Ok(content) => Ok(Some(content)),
         Err(e) if e.kind() == io::ErrorKind::NotFound => Ok(None),
         Err(e) => Err(failed("read", &dir.join(name))(e)),
@@ -99,6 +99,8 @@ pub fn changed_files(dir: &Path, needed: &[&str]) -> Result<Vec<(String, FileSta
 #[cfg(test)]
 mod tests {
     #![allow(clippy::unwrap_used)]
+    use std::fs;
+
     use super::*;
     use crate::files::replace;
 

@@ -1,11 +1,10 @@
 //! The result directory: all files of an outcome, replaced together or not at all.
 
-use std::fs::{self, File};
 use std::io;
 use std::path::{Path, PathBuf};
 
 use apsides_ocp::{Ocp, PhaseTrajectory, Trajectory};
-use apsides_pipeline::Outcome;
+use apsides_pipeline::{Outcome, regular_file};
 
 use crate::digests::digests;
 use crate::files::{Item, TRAJECTORY, failed, json, replace, with_stale_ephemerides};
@@ -53,7 +52,7 @@ pub fn write_outcome_with(
 /// [`ReportError`] as of [`read_trajectory`], or when a file cannot be read.
 pub fn read_outcome_trajectory(dir: &Path, ocp: &Ocp) -> Result<Trajectory, ReportError> {
     let path = dir.join(MULTIPLIERS);
-    let multipliers: Option<Multipliers> = match fs::read(&path) {
+    let multipliers: Option<Multipliers> = match regular_file::read(&path) {
         Ok(text) => Some(
             serde_json::from_slice(&text)
                 .map_err(|source| ReportError::Json { file: MULTIPLIERS, source })?,
@@ -62,7 +61,7 @@ pub fn read_outcome_trajectory(dir: &Path, ocp: &Ocp) -> Result<Trajectory, Repo
         Err(e) => return Err(failed("read", &path)(e)),
     };
     let path = dir.join(TRAJECTORY);
-    let file = File::open(&path).map_err(failed("read", &path))?;
+    let file = regular_file::open(&path).map_err(failed("read", &path))?;
     read_trajectory(file, ocp, multipliers.as_ref())
 }
 

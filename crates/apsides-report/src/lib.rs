@@ -76,7 +76,7 @@ pub use hazard_picture::HazardPicture;
 pub use html::render_html;
 pub use montecarlo::{SampleFile, distribution_figure, landing_figure, write_statistics};
 pub use multipliers::{
-    ConstraintMultipliers, ContactMultiplier, IntegralMultipliers, Multipliers, PathMultipliers,
+    ConstraintMultipliers, ContactMultiplier, CostateJump, IntegralMultipliers, Multipliers, PathMultipliers,
 };
 #[cfg(feature = "parquet")]
 pub use parquet_samples::write_parquet;

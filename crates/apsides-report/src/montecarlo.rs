@@ -1,10 +1,11 @@
 //! Monte Carlo runs: samples as CSV, written as they come and read again to go on; statistics as JSON; the ends as a figure.
 
 use std::fs::{File, OpenOptions};
-use std::io::{BufWriter, Write as _};
+use std::io::{self, BufRead as _, BufReader, BufWriter, Write as _};
 use std::path::{Path, PathBuf};
 
 use apsides_pipeline::montecarlo::{Ellipse, Sample, Statistics};
+use apsides_pipeline::regular_file;
 use apsides_pipeline::whole_file::{WholeFile, publish_together};
 use sha2::{Digest as _, Sha256};
 
@@ -55,7 +56,7 @@ impl SampleFile {
         std::fs::create_dir_all(dir).map_err(io("create the directory of"))?;
         let stated = dir.join(RUN);
         let done = if path.exists() {
-            if std::fs::read_to_string(&stated).ok().is_none_or(|earlier| earlier != statement) {
+            if regular_file::read_text(&stated).ok().is_none_or(|earlier| earlier != statement) {
                 return Err(other("samples of another mission or steering"));
             }
             read(&path, names, deviations, columns, statement)?
@@ -95,7 +96,13 @@ impl SampleFile {
     /// # Errors
     /// When the system refuses to write.
     pub fn finish(mut self) -> Result<PathBuf, ReportError> {
-        let settled = self.csv.flush().and_then(|()| self.csv.get_ref().get_ref().sync_all());
+        let settled = self.csv.flush().and_then(|()| {
+            let file = self.csv.get_ref().get_ref();
+            file.sync_all()?;
+            // Samples went on into a file that has no name any more.
+            let gone = || io::Error::new(io::ErrorKind::NotFound, "was removed or replaced meanwhile");
+            if regular_file::is_at(file, &self.path) { Ok(()) } else { Err(gone()) }
+        });
         match settled {
             Ok(()) => Ok(self.path),
             Err(source) => Err(ReportError::Io { action: "write", path: self.path, source }),
@@ -136,7 +143,8 @@ fn read(
     columns: &[&str],
     statement: &str,
 ) -> Result<Vec<Sample>, ReportError> {
-    let mut reader = csv::ReaderBuilder::new().flexible(true).from_path(path).map_err(table)?;
+    let file = regular_file::open(path).map_err(failed("read", path))?;
+    let mut reader = csv::ReaderBuilder::new().flexible(true).from_reader(file);
     let expected = heads(names, columns);
     if reader.headers().map_err(table)?.iter().ne(expected.iter().copied()) {
         return Err(other("other columns"));
@@ -159,12 +167,26 @@ fn read(
         done.push(sample);
     }
     // The last line may lack its end.
-    let text = std::fs::read(path).unwrap_or_default();
-    let ends = text.iter().filter(|b| **b == b'\n').count();
+    let ends = line_ends(path).map_err(failed("read", path))?;
     done.truncate(ends.saturating_sub(1));
     match first_altered.filter(|index| *index < done.len()) {
         Some(index) => Err(other(format!("a sample that was altered, that of index {index}"))),
         None => Ok(done),
+    }
+}
+
+/// The number of lines of a file that have an end.
+fn line_ends(path: &Path) -> io::Result<usize> {
+    let mut reader = BufReader::new(regular_file::open(path)?);
+    let mut ends = 0;
+    loop {
+        let part = reader.fill_buf()?;
+        let length = part.len();
+        if length == 0 {
+            return Ok(ends);
+        }
+        ends += part.iter().filter(|b| **b == b'\n').count();
+        reader.consume(length);
     }
 }
 
@@ -266,6 +288,19 @@ mod tests {
     ) -> Result<(SampleFile, Vec<Sample>), ReportError> {
         let own = |index| run.dispersions.sample(run.seed, index).values().to_vec();
         SampleFile::open(dir, &Deviations::names(), own, columns, STATEMENT)
+    }
+
+    /// Samples that went into a file without a name are lost, which is said.
+    #[cfg(unix)]
+    #[test]
+    fn a_file_that_was_removed_meanwhile_is_an_output_that_is_lost() {
+        let dir = tempfile::tempdir().unwrap();
+        let of = run(4);
+        let (mut file, _) = open(dir.path(), &of, COLUMNS).unwrap();
+        file.add(&sample(&of, 0)).unwrap();
+        std::fs::remove_file(dir.path().join(DATA)).unwrap();
+        let lost = file.finish().unwrap_err();
+        assert!(lost.is_lost_output() && lost.to_string().contains("was removed or replaced"), "{lost}");
     }
 
     #[test]

@@ -20,9 +20,26 @@ pub struct Multipliers {
     /// Every instant at which a path constraint touches its bound, phase by phase.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub contacts: Vec<ContactMultiplier>,
+    /// Every interval end at which costates jump, phase by phase: at a contact, at a bound of a state, where the equations jump.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub jumps: Vec<CostateJump>,
     /// Per phase with integrals.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub integrals: Vec<IntegralMultipliers>,
+}
+
+/// Costates just before an interval end, of which a trajectory file has those behind it.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct CostateJump {
+    /// Name of the phase.
+    pub phase: String,
+    /// Index of the interval end, from 0 at the start of the phase.
+    pub interval_end: usize,
+    /// Its time, for readers of the file.
+    pub time: f64,
+    /// One costate for each state, in the units of the costates of the trajectory file.
+    pub before: Vec<f64>,
 }
 
 /// Multipliers of the bounds on the integrals of one phase, in objective unit per unit of the integral.
@@ -131,8 +148,11 @@ impl Multipliers {
                 })
             })
             .collect();
-        let any = constraints.is_some() || !path.is_empty() || !contacts.is_empty() || !integrals.is_empty();
-        any.then_some(Self { constraints, path, contacts, integrals })
+        let jumps: Vec<_> = trajectory.phases.iter().flat_map(costate_jumps).collect();
+        let any = constraints.is_some()
+            || [path.is_empty(), contacts.is_empty(), jumps.is_empty(), integrals.is_empty()]
+                .contains(&false);
+        any.then_some(Self { constraints, path, contacts, jumps, integrals })
     }
 
     /// Puts the multipliers into a trajectory of the same problem and nodes.
@@ -165,6 +185,13 @@ impl Multipliers {
             let (end, multiplier) = (contact.interval_end, contact.value);
             phase.contacts.push(Contact { end, row, multiplier });
         }
+        for jump in &self.jumps {
+            let Some(index) = ocp.phase_index(&jump.phase) else {
+                return refuse(&jump.phase, "the problem has no such phase".into());
+            };
+            let phase = &mut trajectory.phases[index];
+            phase.costate = Some(with_jump(phase, jump)?);
+        }
         for found in &self.integrals {
             let Some(index) = ocp.phase_index(&found.phase) else {
                 return refuse(&found.phase, "the problem has no such phase".into());
@@ -182,6 +209,53 @@ impl Multipliers {
 /// Names of the path constraint rows of a phase.
 fn row_names(phase: &Phase) -> impl Iterator<Item = &String> {
     phase.path.iter().flat_map(|p| &p.rows).map(|r| &r.name)
+}
+
+/// A costate jumps where it changes by more than this part of its largest value: less is rounding.
+const JUMP: f64 = 1e-12;
+
+/// The interval ends of a phase at which costates jump.
+fn costate_jumps(t: &PhaseTrajectory) -> Vec<CostateJump> {
+    let Some(costate) = &t.costate else { return Vec::new() };
+    let n = costate.dimension();
+    let mut largest = vec![0.0_f64; n];
+    for row in costate.segments().iter().flat_map(|s| s.values.chunks(n.max(1))) {
+        largest.iter_mut().zip(row).for_each(|(most, value)| *most = most.max(value.abs()));
+    }
+    let (breaks, mut after) = (costate.breaks(), vec![0.0; n]);
+    let jumps = (1..costate.segments().len()).filter_map(|end| {
+        let mut before = vec![0.0; n];
+        let time = *breaks.get(end)?;
+        costate.evaluate_in(end - 1, time, &mut before);
+        costate.evaluate_in(end, time, &mut after);
+        let differs = |((a, b), most): ((&f64, &f64), &f64)| (a - b).abs() > JUMP * most;
+        let jumps = before.iter().zip(&after).zip(&largest).any(differs);
+        jumps.then(|| CostateJump { phase: t.name.clone(), interval_end: end, time, before })
+    });
+    jumps.collect()
+}
+
+/// The costates of a phase with those before a jump at the end of its interval, which were taken for those behind it.
+fn with_jump(phase: &PhaseTrajectory, jump: &CostateJump) -> Result<PiecewisePolynomial, ReportError> {
+    let Some(costate) = &phase.costate else {
+        return refuse(&jump.phase, "jumps of costates that the trajectory does not have".into());
+    };
+    let n = costate.dimension();
+    if jump.before.len() != n {
+        return refuse(&jump.phase, format!("expected {n} costates at a jump, found {}", jump.before.len()));
+    }
+    let mut segments = costate.segments().to_vec();
+    let before = jump.interval_end.checked_sub(1).filter(|_| jump.interval_end < segments.len());
+    let Some(segment) = before.and_then(|k| segments.get_mut(k)) else {
+        return refuse(&jump.phase, format!("{} is no interval end inside of it", jump.interval_end));
+    };
+    // The last node is the end.
+    let last = segment.values.len().saturating_sub(n);
+    if let Some(end) = segment.values.get_mut(last..) {
+        end.copy_from_slice(&jump.before);
+    }
+    PiecewisePolynomial::new(n, costate.breaks().to_vec(), segments)
+        .or_else(|e| refuse(&jump.phase, e.to_string()))
 }
 
 fn refuse<T>(place: &str, reason: String) -> Result<T, ReportError> {

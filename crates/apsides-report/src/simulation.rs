@@ -3,7 +3,7 @@
 use std::fmt::Write as _;
 use std::path::{Path, PathBuf};
 
-use apsides_pipeline::Simulated;
+use apsides_pipeline::{Simulated, regular_file};
 
 use crate::files::{Item, failed, json, replace, table_error, with_stale_ephemerides};
 use crate::html;
@@ -45,7 +45,7 @@ pub fn write_simulation(
 /// [`ReportError`] when the file cannot be read, or is no table of numbers.
 pub fn read_states(dir: &Path) -> Result<(Vec<String>, Vec<Vec<f64>>), ReportError> {
     let path = dir.join(STATES);
-    let file = std::fs::File::open(&path).map_err(failed("read", &path))?;
+    let file = regular_file::open(&path).map_err(failed("read", &path))?;
     let mut reader = csv::Reader::from_reader(file);
     let refused = |e: csv::Error| table_error(STATES, e);
     let headers = reader.headers().map_err(refused)?.iter().map(str::to_owned).collect();

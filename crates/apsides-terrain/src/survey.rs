@@ -6,7 +6,7 @@
 use std::io::{Read, Seek};
 
 use crate::hazard::{
-    Counts, HazardBand, HazardOptions, HazardSink, HeightSource, LayerChoice, SiteCriteria, Verdict,
+    Counts, HazardBand, HazardOptions, HazardSink, HeightSource, LayerChoice, SiteCriteria, Verdict, Watch,
     hazard_bands, hazard_map_with,
 };
 use crate::io::Windows;
@@ -49,7 +49,7 @@ pub fn fits(geometry: &Geometry, memory: u64) -> bool {
 
 /// Makes the hazards of a map band by band, gives them to `sink`, and returns the number of pixels by verdict and the sites, best first.
 ///
-/// The clearance of a site is exact as long as the window that it takes fits into the memory, else a lower bound.
+/// Where `watch` ends the work, sites are those of the ground that is assessed. The clearance of a site is exact as long as the window that it takes fits into the memory, else a lower bound.
 ///
 /// # Errors
 /// As [`hazard_bands`] and [`choose_sites`]; memory for less than 128 rows with those that their footprints reach.
@@ -58,6 +58,7 @@ pub fn survey<R: Read + Seek>(
     criteria: &SiteCriteria,
     options: &SurveyOptions,
     sink: &mut impl HazardSink,
+    watch: Watch<'_>,
 ) -> Result<(Counts, Vec<Site>), TerrainError> {
     criteria.check()?;
     let geometry = *map.geometry();
@@ -87,7 +88,8 @@ pub fn survey<R: Read + Seek>(
     let datum = map.window(0, 0, BAND.min(rows), cols)?.datum();
     let mut source = Source { windows: map, geometry, datum };
     let mut candidates = Candidates::new(cols, geometry.pixels(), criteria.clearance_min_m, sink);
-    let counts = hazard_bands(&mut source, criteria, &options.hazards, band_rows.max(1), &mut candidates)?;
+    let counts =
+        hazard_bands(&mut source, criteria, &options.hazards, band_rows.max(1), &mut candidates, watch)?;
     let chosen = candidates.along_spiral(start, rows, pixel, options);
     let mut sites = Vec::new();
     for (visited, [row, col]) in chosen {
@@ -296,7 +298,7 @@ mod tests {
             };
             let mut windows = Windows::open(Cursor::new(&bytes), &ReadOptions::default()).unwrap();
             let mut sink = Compare { whole: whole.clone(), next: [0; 2], bands: 0 };
-            let (counts, sites) = survey(&mut windows, &criteria, &options, &mut sink).unwrap();
+            let (counts, sites) = survey(&mut windows, &criteria, &options, &mut sink, &|_| true).unwrap();
             assert_eq!((sink.next, sink.bands > 1), ([330; 2], memory < 1 << 30));
             assert_eq!((counts, sites.len()), (whole.counts(), expected.len()));
             for (found, expected) in sites.iter().zip(&expected) {
@@ -322,7 +324,7 @@ mod tests {
         let options = SurveyOptions::default();
         let mut refused = |criteria: &SiteCriteria, options: &SurveyOptions| {
             let mut sink = Compare { whole: whole.clone(), next: [0; 2], bands: 0 };
-            survey(&mut windows, criteria, options, &mut sink).unwrap_err().to_string()
+            survey(&mut windows, criteria, options, &mut sink, &|_| true).unwrap_err().to_string()
         };
         let little = SurveyOptions { memory: 1000, ..options.clone() };
         assert!(refused(&criteria, &little).starts_with("memory is 1000"));

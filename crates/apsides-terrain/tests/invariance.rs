@@ -2,9 +2,11 @@
 
 #![allow(clippy::unwrap_used, clippy::print_stdout)]
 
+use std::sync::atomic::{AtomicUsize, Ordering};
+
 use apsides_terrain::hazard::{
     Belly, HazardBand, HazardMap, HazardOptions, HazardSink, Layer, LayerChoice, Plane, SiteCriteria,
-    Verdict, hazard_bands, hazard_map_with,
+    Verdict, hazard_bands, hazard_map_watched, hazard_map_with,
 };
 use apsides_terrain::site::{SiteRequest, SiteRule, choose_sites};
 use apsides_terrain::{ElevationMap, Geometry, TerrainError};
@@ -209,8 +211,9 @@ fn bands_and_threads_give_the_same_bits() {
     for (threads, band_rows) in [(1, 1), (2, 300), (3, 10_000)] {
         let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
         let mut sink = Together::default();
-        let counts =
-            pool.install(|| hazard_bands(&mut &map, &CRITERIA, &all(), band_rows, &mut sink)).unwrap();
+        let counts = pool
+            .install(|| hazard_bands(&mut &map, &CRITERIA, &all(), band_rows, &mut sink, &|_| true))
+            .unwrap();
         assert_eq!(counts, whole.counts());
         assert_eq!(sink.verdict, whole.verdict().data());
         assert_eq!(bits(&sink.clearance), bits(whole.clearance().data()));
@@ -219,6 +222,41 @@ fn bands_and_threads_give_the_same_bits() {
         }
     }
     assert!(whole.counts().safe > 1000, "{:?}", whole.counts());
+}
+
+/// Work that is ended leaves what is assessed as it is, and the rest unknown, on a whole map and in bands.
+#[test]
+fn ground_that_was_not_come_to_is_unknown() {
+    let (rows, cols) = (700, 300);
+    let map = map_of(rows, cols, &rough(rows, cols, 1e-4, 7));
+    let whole = hazard_map_with(&map, &CRITERIA, &all()).unwrap();
+    let pool = rayon::ThreadPoolBuilder::new().num_threads(1).build().unwrap();
+    for allowed in [0, rows * cols / 2] {
+        let left = AtomicUsize::new(allowed);
+        let watch = |pixels: usize| {
+            let take = |left: usize| left.checked_sub(pixels).filter(|_| left > 0);
+            left.fetch_update(Ordering::Relaxed, Ordering::Relaxed, take).is_ok()
+        };
+        let part = pool.install(|| hazard_map_watched(&map, &CRITERIA, &all(), &watch)).unwrap();
+        let assessed = allowed - left.swap(allowed, Ordering::Relaxed);
+        assert!(assessed <= allowed && (assessed > 0) == (allowed > 0));
+        let (mut same, mut unknown) = (0, 0);
+        for (k, (part, whole)) in part.verdict().data().iter().zip(whole.verdict().data()).enumerate() {
+            assert!(part == whole || *part == Verdict::Unknown, "pixel {k}");
+            same += usize::from(part == whole);
+            unknown += usize::from(*part == Verdict::Unknown);
+        }
+        assert!(same >= assessed && unknown >= rows * cols - assessed, "{same} {unknown} {assessed}");
+        for (clear, whole) in part.clearance().data().iter().zip(whole.clearance().data()) {
+            assert!(clear <= whole);
+        }
+        let mut sink = Together::default();
+        let bands = || hazard_bands(&mut &map, &CRITERIA, &all(), 128, &mut sink, &watch);
+        let counts = pool.install(bands).unwrap();
+        assert_eq!(counts.safe + counts.unsafe_ + counts.unknown, (rows * cols) as u64);
+        assert_eq!((sink.verdict.len(), sink.clearance.len()), (rows * cols, rows * cols));
+        assert!(counts.unknown >= (rows * cols - allowed) as u64);
+    }
 }
 
 #[test]
@@ -275,6 +313,6 @@ fn criteria_are_checked_against_the_pixels() {
     assert_eq!(name(SiteCriteria { footprint_radius_m: 0.9, ..CRITERIA }), "footprint_radius_m");
     assert_eq!(name(SiteCriteria { footpad_circle_radius_m: 1e6, ..CRITERIA }), "footpad_circle_radius_m");
     let plane = HazardOptions { plane: None, ..all() };
-    let found = hazard_bands(&mut &map, &CRITERIA, &plane, 64, &mut Together::default());
+    let found = hazard_bands(&mut &map, &CRITERIA, &plane, 64, &mut Together::default(), &|_| true);
     assert!(matches!(found, Err(TerrainError::Number { name: "relative_elevation_max_m", .. })));
 }

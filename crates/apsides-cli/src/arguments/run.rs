@@ -70,7 +70,7 @@ fn total(text: &str) -> Option<u64> {
 #[derive(Clone, Copy, Debug, Args)]
 pub(crate) struct TimeLimit {
     /// End after so many seconds with what was found until then, and exit status 3.
-    #[arg(long = "time-limit", value_name = "SECONDS", value_parser = seconds)]
+    #[arg(long = "time-limit", value_name = "SECONDS", value_parser = seconds, allow_negative_numbers = true)]
     pub(crate) time_limit: Option<f64>,
 }
 

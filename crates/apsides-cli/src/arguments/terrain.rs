@@ -4,7 +4,7 @@ use std::path::PathBuf;
 
 use clap::{Args, Subcommand, ValueEnum};
 
-use super::{RunArguments, Threads};
+use super::{RunArguments, Threads, TimeLimit};
 
 /// Commands for elevation maps.
 #[derive(Debug, Subcommand)]
@@ -66,19 +66,19 @@ pub(crate) struct HazardArguments {
     #[arg(long, value_name = "MIN,MAX", value_parser = range)]
     pub(crate) craters: Option<[f64; 2]>,
     /// Least depth of a crater as a part of its diameter.
-    #[arg(long, value_name = "PART", default_value_t = 0.05)]
+    #[arg(long, value_name = "PART", default_value_t = 0.05, allow_negative_numbers = true)]
     pub(crate) crater_depth: f64,
     /// Find boulders of at least this height over the ground around, m.
-    #[arg(long, value_name = "M")]
+    #[arg(long, value_name = "M", allow_negative_numbers = true)]
     pub(crate) boulders: Option<f64>,
     /// Largest diameter of a boulder, m.
-    #[arg(long, value_name = "M", default_value_t = 3.0)]
+    #[arg(long, value_name = "M", default_value_t = 3.0, allow_negative_numbers = true)]
     pub(crate) boulder_diameter: f64,
     /// Give the probability of a safe landing at each pixel, where heights have white noise of this standard deviation, m.
-    #[arg(long, value_name = "M")]
+    #[arg(long, value_name = "M", allow_negative_numbers = true)]
     pub(crate) noise: Option<f64>,
     /// Standard deviation of the touchdown point to the east and to the north, m, in the probability of a safe landing.
-    #[arg(long, value_name = "M", default_value_t = 0.0, requires = "noise")]
+    #[arg(long, value_name = "M", default_value_t = 0.0, requires = "noise", allow_negative_numbers = true)]
     pub(crate) navigation_error: f64,
     /// Number of sites.
     #[arg(long, value_name = "N", default_value_t = 5, value_parser = clap::value_parser!(u32).range(1..=1000))]
@@ -97,6 +97,8 @@ pub(crate) struct HazardArguments {
     pub(crate) quiet: bool,
     #[command(flatten)]
     pub(crate) threads: Threads,
+    #[command(flatten)]
+    pub(crate) limit: TimeLimit,
     /// Memory for pixels, MiB; a map that needs more is read in bands (rule spiral only, no PNG of layers).
     #[arg(long, value_name = "MIB", default_value_t = 1024, value_parser = clap::value_parser!(u32).range(1..))]
     pub(crate) memory: u32,

@@ -7,7 +7,7 @@
 use apsides_convex::{DescentLimits, DescentProblem, DivertPlanner, DivertSettings, Outcome};
 use apsides_ocp::{Guess, Trajectory};
 use apsides_pipeline::error::Source;
-use apsides_pipeline::{ChosenSite, Decisions, Error, Posed, SiteSummary};
+use apsides_pipeline::{Cancellation, ChosenSite, Decisions, Error, Posed, SiteSummary};
 use apsides_radau::Radau;
 use apsides_terrain::contact;
 use apsides_terrain::site::selection::{
@@ -37,12 +37,12 @@ const SEPARATION: f64 = 2.0;
 const AT_SITE_AIMED_AT: &str = "the landing at the site aimed at";
 
 /// Decides what a landing leaves open.
-pub(super) fn decide(landing: &SixStageLanding) -> Result<Decisions, Error> {
+pub(super) fn decide(landing: &SixStageLanding, cancellation: &Cancellation) -> Result<Decisions, Error> {
     let mut landing = landing.clone();
     let mut decisions = Decisions::default();
     let open = landing.lander.gate_velocity.is_none() || landing.gate_mass.is_none();
     if landing.order == StageOrder::ByStages && open {
-        let braking = solved(&landing.lander.braking()?, None, "the main braking alone")?;
+        let braking = solved(&landing.lander.braking()?, None, "the main braking alone", cancellation)?;
         let end = braking.phases.first().and_then(|p| FlightState::end(landing.lander.motion, p));
         let (own, mass) = match end {
             Some(FlightState { upward, mass, across: Across::Plane { forward, .. }, .. }) => {
@@ -65,9 +65,9 @@ pub(super) fn decide(landing: &SixStageLanding) -> Result<Decisions, Error> {
     // The plan without maps, as far as the end of the adjustment.
     let mut start = None;
     for lighter in landing.lighter_paths() {
-        start = Some(solved(&lighter.problem()?, start.as_ref(), AT_SITE_AIMED_AT)?);
+        start = Some(solved(&lighter.problem()?, start.as_ref(), AT_SITE_AIMED_AT, cancellation)?);
     }
-    let plan = solved(&landing.problem()?, start.as_ref(), AT_SITE_AIMED_AT)?;
+    let plan = solved(&landing.problem()?, start.as_ref(), AT_SITE_AIMED_AT, cancellation)?;
     let adjusted = end_of(&plan, &landing.lander, ADJUSTMENT);
     let Some(FlightState { upward, mass, across: Across::Space { .. }, .. }) = adjusted else {
         return Err(Error::in_mission("maps need a flight in space"));
@@ -76,8 +76,8 @@ pub(super) fn decide(landing: &SixStageLanding) -> Result<Decisions, Error> {
     decisions.values.push((keys::ADJUSTED_SPEED, upward));
     let mut mass_at_hover = None;
     if coarse {
-        let seen =
-            LanderOverMap { keys: &COARSE, landing: &landing, radius: landing.coarse_radius(), upward, mass };
+        let radius = landing.coarse_radius();
+        let seen = LanderOverMap { keys: &COARSE, landing: &landing, radius, upward, mass, cancellation };
         let site = seen.select(&SiteWanted {
             map: &landing.coarse,
             terrain: Terrain::coarse(),
@@ -102,7 +102,7 @@ pub(super) fn decide(landing: &SixStageLanding) -> Result<Decisions, Error> {
         let before = mass_at_hover.unwrap_or_else(planned);
         let mass = descent.engine.mass_after(before, landing.hover_time * body.surface_gravity());
         let radius = landing.hover_radius();
-        let seen = LanderOverMap { keys: &FINE, landing: &landing, radius, upward: 0.0, mass };
+        let seen = LanderOverMap { keys: &FINE, landing: &landing, radius, upward: 0.0, mass, cancellation };
         let site = seen.select(&SiteWanted {
             map: &landing.fine,
             terrain: Terrain::fine(),
@@ -141,11 +141,17 @@ fn end_of(plan: &Trajectory, lander: &Lander, phase: &str) -> Option<FlightState
 }
 
 /// The solution of a problem, from that of an easier one if there is one.
-fn solved(posed: &Posed, start: Option<&Trajectory>, what: &str) -> Result<Trajectory, Error> {
+fn solved(
+    posed: &Posed,
+    start: Option<&Trajectory>,
+    what: &str,
+    cancellation: &Cancellation,
+) -> Result<Trajectory, Error> {
     let radau = Radau::default();
+    let mut observer = cancellation.clone();
     let solved = match start {
-        Some(start) => radau.solve_on(&posed.ocp, &Guess::earlier(start), start.mesh(), &mut ())?,
-        None => radau.solve(&posed.ocp, &posed.guess)?,
+        Some(start) => radau.solve_on(&posed.ocp, &Guess::earlier(start), start.mesh(), &mut observer)?,
+        None => radau.solve_on(&posed.ocp, &posed.guess, radau.uniform_mesh(&posed.ocp)?, &mut observer)?,
     };
     if solved.status.is_success() {
         return Ok(solved.trajectory);
@@ -174,6 +180,7 @@ struct LanderOverMap<'a> {
     radius: f64,
     upward: f64,
     mass: f64,
+    cancellation: &'a Cancellation,
 }
 
 impl LanderOverMap<'_> {
@@ -224,7 +231,8 @@ impl LanderOverMap<'_> {
         let descent = self.descent(wanted);
         let refused = |reason: String| Error::in_mission(format!("{} map: {reason}", self.keys.name));
         let mut planner = None;
-        let selection = select_site(request, |offset| plan_divert(&mut planner, &descent, offset));
+        let watch = |_| !self.cancellation.is_asked();
+        let selection = select_site(request, &watch, |offset| plan_divert(&mut planner, &descent, offset));
         selection
             .map_err(|e| refused(e.to_string()))?
             .map_err(|none| refused(self.without_site(&none, &descent)))

@@ -9,7 +9,7 @@ use apsides_pipeline::method::MethodName;
 use apsides_pipeline::mission::EasierCase;
 use apsides_pipeline::placing::Whereabouts;
 use apsides_pipeline::values::Values;
-use apsides_pipeline::{Curve, Decisions, Error, Kind, Mission, Offers, Posed, Scalars};
+use apsides_pipeline::{Cancellation, Curve, Decisions, Error, Kind, Mission, Offers, Posed, Scalars};
 use apsides_verify::Check;
 
 use crate::data::point_about;
@@ -170,7 +170,7 @@ impl Mission for SixStageLanding {
         lighter.map(|mission| EasierCase { mission: Arc::new(mission), method }).collect()
     }
 
-    fn decide(&self) -> Result<Decisions, Error> {
-        decisions::decide(self)
+    fn decide(&self, cancellation: &Cancellation) -> Result<Decisions, Error> {
+        decisions::decide(self, cancellation)
     }
 }

@@ -1,11 +1,10 @@
 //! Elevation maps of a landing: from files or from the generator.
 
-use std::fs::File;
 use std::io::BufReader;
 use std::path::PathBuf;
 
-use apsides_pipeline::Error;
 use apsides_pipeline::values::Values;
+use apsides_pipeline::{Error, regular_file};
 use apsides_terrain::io::{ReadOptions, read};
 use apsides_terrain::synthetic::{Synthetic, Terrain};
 use apsides_terrain::{ElevationMap, TerrainError};
@@ -93,7 +92,7 @@ impl SiteMap {
             }
             MapSource::File(path) => path,
         };
-        let file = File::open(path).map_err(|e| Error::File {
+        let file = regular_file::open(path).map_err(|e| Error::File {
             path: path.clone(),
             reason: format!("{e}; `{key}` takes \"{}\", \"{}\" or a map file", keys::NO_MAP, keys::GENERATED),
         })?;

@@ -12,7 +12,7 @@ use apsides_pipeline::key::{Key, KeyKind, Range, Value};
 use apsides_pipeline::method::{MethodName, Methods};
 use apsides_pipeline::registry::Document;
 use apsides_pipeline::values::Values;
-use apsides_pipeline::{Error, Kind, Mission, Pipeline, Posed, Scalars};
+use apsides_pipeline::{Error, Kind, Mission, Pipeline, Posed, Scalars, regular_file};
 use apsides_problem_file::{Constant, DeclaredUnit, PosedProblem, ProblemFile, Statement, Written};
 
 /// Names of the units that files may declare.
@@ -54,7 +54,7 @@ impl std::fmt::Debug for OwnProblem {
 /// The first mistake with its place, or all that is missing.
 pub fn read(document: &Document<'_>) -> Result<(Kind, Vec<StatedValue>), Error> {
     let files =
-        |path: &str| std::fs::read_to_string(document.directory.unwrap_or_else(|| "".as_ref()).join(path));
+        |path: &str| regular_file::read_text(&document.directory.unwrap_or_else(|| "".as_ref()).join(path));
     let mut others: Vec<&str> = Methods::keys().filter_map(|k| k.path.split('.').next()).collect();
     others.dedup();
     let file = ProblemFile::parse(document.text, document.source, &files, &others).map_err(Error::model)?;

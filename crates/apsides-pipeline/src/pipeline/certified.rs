@@ -68,25 +68,37 @@ impl Pipeline {
         self.optimised()?;
         let decisions = self.decide()?;
         let decided = self.decided(&decisions)?;
-        decided.certify(decided.pose_decided()?.flight(), &decisions, trajectory)
+        decided.certify(decided.pose_decided()?.flight(), &decisions, trajectory, &VerifySettings::default())
+    }
+
+    /// The certificate of a trajectory of the whole flight by the costates and multipliers that it states alone, where [`Self::verify`] takes those of
+    /// the adjoint equation instead of some that prove nothing.
+    ///
+    /// # Errors
+    /// As of [`Self::verify`].
+    pub fn verify_as_stated(&self, trajectory: &Trajectory) -> Result<Certificate, Error> {
+        let decisions = self.decide()?;
+        let decided = self.decided(&decisions)?;
+        let settings = VerifySettings { adjoint: false, ..VerifySettings::default() };
+        decided.certify(decided.pose_decided()?.flight(), &decisions, trajectory, &settings)
     }
 
     /// The certificate and the scalars of a trajectory of the whole flight, with those that take solves of their own where it is `solved`: what a
-    /// solve states of it.
+    /// solve states of it. What is rejected has none of these: solves of another mission than that of the trajectory need not come to an end.
     ///
     /// # Errors
     /// When the values do not make a problem, or the trajectory does not fit it.
     pub fn recomputed(&self, trajectory: &Trajectory, solved: bool) -> Result<(Certificate, Scalars), Error> {
         let certificate = self.verify(trajectory)?;
         let decided = self.decided(&self.decide()?)?;
-        let margins = match solved {
+        let margins = match solved && certificate.verdict > Verdict::Rejected {
             true => decided.mission().margins(decided.methods(), trajectory)?,
             false => Scalars::new(),
         };
         Ok((certificate, decided.results(trajectory).into_iter().chain(margins).collect()))
     }
 
-    /// The costates of a trajectory of the whole flight that are farthest from the costate equation, one of each phase without path constraints.
+    /// The costates of a trajectory of the whole flight that are farthest from the costate equation, one of each phase.
     ///
     /// # Errors
     /// When the values do not make a problem, or the trajectory does not fit it.
@@ -101,8 +113,9 @@ impl Pipeline {
         flight: &Ocp,
         decisions: &Decisions,
         trajectory: &Trajectory,
+        settings: &VerifySettings,
     ) -> Result<Certificate, Error> {
-        let Verification { certificate, .. } = verify(flight, trajectory, &VerifySettings::default())?;
+        let Verification { certificate, .. } = verify(flight, trajectory, settings)?;
         Ok(certificate.with_checks(self.mission().checks(decisions, trajectory)))
     }
 
@@ -116,13 +129,14 @@ impl Pipeline {
     ) -> Result<Flight, Error> {
         if posed.expansion.is_none() {
             return Ok(Flight {
-                certificate: self.certify(&posed.ocp, decisions, solution)?,
+                certificate: self.certify(&posed.ocp, decisions, solution, &VerifySettings::default())?,
                 expanded: None,
             });
         }
         match posed.expand(solution) {
             Ok(trajectory) => {
-                let certificate = self.certify(posed.flight(), decisions, &trajectory)?;
+                let settings = VerifySettings::default();
+                let certificate = self.certify(posed.flight(), decisions, &trajectory, &settings)?;
                 Ok(Flight { certificate, expanded: Some(trajectory) })
             }
             Err(e) => {

@@ -3,10 +3,14 @@
 use rayon::prelude::*;
 
 use crate::disk::{Disk, RowSums};
+use crate::hazard::Watch;
 use crate::{ElevationMap, TerrainError};
 
 /// Part of the least height at which a boulder's outline is drawn.
 const OUTLINE: f64 = 0.5;
+
+/// Largest diameter, pixels.
+const WIDEST: f64 = 1000.0;
 
 /// Least area over that of the circle around it: less is a ridge.
 const COMPACT: f64 = 0.3;
@@ -36,11 +40,15 @@ pub struct FoundBoulder {
 /// Pixels that stand out of the least-squares plane over the disk around them by half of the least height are joined to pieces (eight
 /// neighbours). The height of a piece is that of its top over the plane through the pixels around the piece that belong to none. Pieces
 /// that are too low, too wide, or much longer than wide are no boulders. What is nearer to a gap or the edge than the radius of the
-/// disk is not found.
+/// disk is not found, nor what is in rows that `watch` does not let pass.
 ///
 /// # Errors
-/// A height that is not positive, a diameter of less than two pixels, or pixels that are not square or in degrees.
-pub fn boulders(map: &ElevationMap, search: &BoulderSearch) -> Result<Vec<FoundBoulder>, TerrainError> {
+/// A height that is not positive, a diameter of less than two pixels or more than 1000, or pixels that are not square or in degrees.
+pub fn boulders(
+    map: &ElevationMap,
+    search: &BoulderSearch,
+    watch: Watch<'_>,
+) -> Result<Vec<FoundBoulder>, TerrainError> {
     let pixel = map.geometry().square_pixel()?;
     for (name, value, fits, allowed) in [
         (
@@ -52,8 +60,8 @@ pub fn boulders(map: &ElevationMap, search: &BoulderSearch) -> Result<Vec<FoundB
         (
             "diameter of a boulder, m",
             search.diameter,
-            search.diameter >= 2.0 * pixel && search.diameter.is_finite(),
-            "it must be finite and at least two pixels",
+            search.diameter >= 2.0 * pixel && search.diameter <= WIDEST * pixel,
+            "it must be from 2 to 1000 pixels",
         ),
     ] {
         if !fits {
@@ -64,7 +72,7 @@ pub fn boulders(map: &ElevationMap, search: &BoulderSearch) -> Result<Vec<FoundB
     let heights = map.relative();
     let (disk, sums) = (Disk::new(search.diameter, pixel), RowSums::new(heights));
     let mut marks = vec![0_u8; rows * cols];
-    marks.par_chunks_mut(cols).enumerate().for_each(|(row, line)| {
+    marks.par_chunks_mut(cols).enumerate().filter(|_| watch(cols)).for_each(|(row, line)| {
         for (col, mark) in line.iter_mut().enumerate() {
             if let Some(plane) = sums.plane(&disk, row, col) {
                 let over = f64::from(heights.get(row, col)) - plane.height;
@@ -194,7 +202,8 @@ mod tests {
             let ground = Synthetic::new(terrain, seed).unwrap();
             let truth = ground.boulders(0, 0, 700, 700).unwrap();
             let found =
-                boulders(&ground.map().unwrap(), &BoulderSearch { height: 0.2, diameter: 2.0 }).unwrap();
+                boulders(&ground.map().unwrap(), &BoulderSearch { height: 0.2, diameter: 2.0 }, &|_| true)
+                    .unwrap();
             let near = |a: [f64; 2], b: [f64; 2]| (a[0] - b[0]).hypot(a[1] - b[1]);
             for boulder in truth.iter().filter(|b| {
                 let inside = |x: f64| (2.5..67.4).contains(&x);
@@ -235,13 +244,13 @@ mod tests {
             .collect();
         let map = ElevationMap::from_heights(Geometry::square(60, 60, 0.1).unwrap(), &heights).unwrap();
         let search = BoulderSearch { height: 0.3, diameter: 1.0 };
-        let found = boulders(&map, &search).unwrap();
+        let found = boulders(&map, &search, &|_| true).unwrap();
         assert_eq!(found.len(), 1);
         assert!((found[0].height - 0.5).abs() < SINGLE, "{:?}", found[0]);
         assert!((found[0].diameter - 0.4514).abs() < DIAMETER_M);
         assert!((found[0].centre[0] - 3.15).abs() < ROUNDING && (found[0].centre[1] + 2.95).abs() < ROUNDING);
-        assert!(boulders(&map, &BoulderSearch { height: 0.6, ..search }).unwrap().is_empty());
-        assert!(boulders(&map, &BoulderSearch { diameter: 0.1, ..search }).is_err());
-        assert!(boulders(&map, &BoulderSearch { height: 0.0, ..search }).is_err());
+        assert!(boulders(&map, &BoulderSearch { height: 0.6, ..search }, &|_| true).unwrap().is_empty());
+        assert!(boulders(&map, &BoulderSearch { diameter: 0.1, ..search }, &|_| true).is_err());
+        assert!(boulders(&map, &BoulderSearch { height: 0.0, ..search }, &|_| true).is_err());
     }
 }

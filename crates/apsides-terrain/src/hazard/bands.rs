@@ -4,7 +4,7 @@ use rayon::prelude::*;
 
 use super::plan::{LAYERS, Plan, slot};
 use super::tile::Rows;
-use super::{Counts, HazardOptions, Layer, SiteCriteria, Verdict};
+use super::{Counts, HazardOptions, Layer, SiteCriteria, Verdict, Watch};
 use crate::distance::{BAND, BandEdges, Envelope, Outside};
 use crate::{ElevationMap, Geometry, TerrainError};
 
@@ -76,7 +76,7 @@ pub trait HazardSink {
 
 /// The hazard map of a source, `band_rows` rows at a time, rounded up to a multiple of 128: the same numbers as
 /// [`hazard_map_with`](super::hazard_map_with). In memory are one band of heights with its margin, one of results, and a bit for each
-/// pixel of the map.
+/// pixel of the map. `watch` may end the work; the rest of the map is unknown ground then.
 ///
 /// # Errors
 /// As [`hazard_map_with`](super::hazard_map_with), and those of source and sink; a threshold on relative elevation without a plane.
@@ -86,6 +86,7 @@ pub fn hazard_bands(
     options: &HazardOptions,
     band_rows: usize,
     sink: &mut impl HazardSink,
+    watch: Watch<'_>,
 ) -> Result<Counts, TerrainError> {
     let geometry = *source.geometry();
     if let (Some(value), None) = (criteria.relative_elevation_max_m, options.plane) {
@@ -106,17 +107,25 @@ pub fn hazard_bands(
     for first in (0..rows).step_by(band_rows) {
         let end = (first + band_rows).min(rows);
         let (from, to) = (first.saturating_sub(plan.halo), (end + plan.halo).min(rows));
-        source.read_rows(from, to - from, &mut heights)?;
-        if heights.len() != (to - from) * cols {
-            return Err(TerrainError::Shape { rows: to - from, cols, values: heights.len() });
+        let goes_on = watch(0);
+        if goes_on {
+            source.read_rows(from, to - from, &mut heights)?;
+            if heights.len() != (to - from) * cols {
+                return Err(TerrainError::Shape { rows: to - from, cols, values: heights.len() });
+            }
+            heights.par_iter_mut().filter(|z| !z.is_finite()).for_each(|z| *z = f32::NAN);
         }
-        heights.par_iter_mut().filter(|z| !z.is_finite()).for_each(|z| *z = f32::NAN);
         for (layer, kept) in layers.iter_mut().zip(plan.kept) {
             layer.resize(if kept { (end - first) * cols } else { 0 }, 0.0);
         }
         verdict.resize((end - first) * cols, Verdict::Unknown);
-        let here = Rows { data: &heights, first: from, map: [rows, cols] };
-        plan.rows(&here, first, end, &mut layers, &mut verdict);
+        if goes_on {
+            let here = Rows { data: &heights, first: from, map: [rows, cols] };
+            plan.rows(&here, first, end, &mut layers, &mut verdict, watch);
+        } else {
+            layers.iter_mut().for_each(|layer| layer.fill(f32::NAN));
+            verdict.fill(Verdict::Unknown);
+        }
         sink.band(&HazardBand { first_row: first, verdict: &verdict, layers: &layers, kept: plan.kept })?;
         let band = Counts::of(&verdict);
         counts.safe += band.safe;

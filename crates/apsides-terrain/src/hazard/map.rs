@@ -4,7 +4,7 @@ use serde::{Deserialize, Serialize};
 
 use super::plan::{LAYERS, Plan, slot};
 use super::tile::Rows;
-use super::{HazardOptions, Layer, LayerChoice, Plane, RobustFit, SiteCriteria, Verdict};
+use super::{HazardOptions, Layer, LayerChoice, Plane, RobustFit, SiteCriteria, Verdict, Watch};
 use crate::distance::to_nearest;
 use crate::{ElevationMap, Geometry, Raster, TerrainError};
 
@@ -68,6 +68,19 @@ pub fn hazard_map_with(
     criteria: &SiteCriteria,
     options: &HazardOptions,
 ) -> Result<HazardMap, TerrainError> {
+    hazard_map_watched(map, criteria, options, &|_| true)
+}
+
+/// The hazard map of `map` as far as `watch` lets the work go on: the clearance is that to what is assessed and safe.
+///
+/// # Errors
+/// As [`hazard_map_with`].
+pub fn hazard_map_watched(
+    map: &ElevationMap,
+    criteria: &SiteCriteria,
+    options: &HazardOptions,
+    watch: Watch<'_>,
+) -> Result<HazardMap, TerrainError> {
     criteria.check()?;
     let asked = match &options.layers {
         LayerChoice::All => true,
@@ -84,7 +97,7 @@ pub fn hazard_map_with(
     let mut layers = plan.kept.map(|kept| vec![0.0; if kept { pixels } else { 0 }]);
     let mut verdict = vec![Verdict::Unknown; pixels];
     let source = Rows { data: map.relative().data(), first: 0, map: [geometry.rows(), geometry.cols()] };
-    plan.rows(&source, 0, geometry.rows(), &mut layers, &mut verdict);
+    plan.rows(&source, 0, geometry.rows(), &mut layers, &mut verdict, watch);
     let clearance = to_nearest(&geometry, geometry.square_pixel()?, |k| verdict[k] != Verdict::Safe)?;
     let mut rasters = [const { None }; LAYERS];
     for (raster, (layer, kept)) in rasters.iter_mut().zip(layers.into_iter().zip(plan.kept)) {

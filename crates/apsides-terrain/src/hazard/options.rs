@@ -19,6 +19,10 @@ pub enum LayerChoice {
     These(Vec<Layer>),
 }
 
+/// Who looks on while a map is assessed: asked before each piece of so many pixels, from any thread, whether it is still to be assessed. Pixels
+/// for which the answer is no are unknown ground.
+pub type Watch<'a> = &'a (dyn Fn(usize) -> bool + Sync);
+
 /// Options on the contents of a hazard map.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct HazardOptions {

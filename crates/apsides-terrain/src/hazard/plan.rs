@@ -10,7 +10,7 @@ use super::plane::Planes;
 use super::residual::{residuals, roughness_at};
 use super::stance::{Stance, contact_slope_at};
 use super::tile::{Rows, TILE_COLS, TILE_ROWS, Tile};
-use super::{HazardOptions, Layer, LayerChoice, Plane, SiteCriteria, Verdict};
+use super::{HazardOptions, Layer, LayerChoice, Plane, SiteCriteria, Verdict, Watch};
 use crate::disk::Disk;
 use crate::{Geometry, TerrainError};
 
@@ -119,7 +119,8 @@ impl Plan {
         self.made[slot(layer)]
     }
 
-    /// Rows `first..end` of the map, `first` on the grid of tiles: layers that are kept and verdicts, full rows.
+    /// Rows `first..end` of the map, `first` on the grid of tiles: layers that are kept and verdicts, full rows. Tiles that the watch does not let
+    /// pass are unknown ground.
     pub(super) fn rows(
         &self,
         source: &Rows,
@@ -127,6 +128,7 @@ impl Plan {
         end: usize,
         layers: &mut [Vec<f32>; LAYERS],
         verdict: &mut [Verdict],
+        watch: Watch<'_>,
     ) {
         debug_assert!(first.is_multiple_of(TILE_ROWS));
         let cols = source.map[1];
@@ -137,9 +139,15 @@ impl Plan {
             .collect();
         bands.into_par_iter().enumerate().for_each_init(Work::default, |work, (k, mut band)| {
             for col in (0..cols).step_by(TILE_COLS) {
-                work.tile.load(source, [first + k * TILE_ROWS, col], end, self.halo);
-                self.tile(work);
-                work.hand_over(&mut band, cols);
+                let at = [first + k * TILE_ROWS, col];
+                let size = [TILE_ROWS.min(end - at[0]), TILE_COLS.min(cols - col)];
+                if watch(size[0] * size[1]) {
+                    work.tile.load(source, at, end, self.halo);
+                    self.tile(work);
+                    work.hand_over(&mut band, cols);
+                } else {
+                    band.leave(col, size, cols);
+                }
             }
         });
     }
@@ -410,6 +418,18 @@ fn exclude(tile: &Tile, marks: &[f32], offsets: &[(isize, isize)], known: &mut [
 struct Band<'a> {
     layers: [Option<&'a mut [f32]>; LAYERS],
     verdict: &'a mut [Verdict],
+}
+
+impl Band<'_> {
+    /// Makes a tile unknown ground.
+    fn leave(&mut self, col: usize, [rows, own]: [usize; 2], cols: usize) {
+        for to in (0..rows).map(|y| y * cols + col) {
+            for layer in self.layers.iter_mut().flatten() {
+                layer[to..to + own].fill(f32::NAN);
+            }
+            self.verdict[to..to + own].fill(Verdict::Unknown);
+        }
+    }
 }
 
 /// Memory of one thread.

@@ -17,12 +17,16 @@ use rayon::prelude::*;
 use std::f64::consts::{SQRT_2, TAU};
 
 use crate::disk::{Disk, LocalPlane, RowSums};
+use crate::hazard::Watch;
 use crate::{ElevationMap, Raster, TerrainError};
 use denoise::{check_noise, resolved};
 
 /// Least probability at which a pixel is declared safe. On synthetic ground of 1 m and of 0.1 m pixels, with noise up to 0.10 m, less
 /// than 1 % of what passes is not safe.
 pub const DECISION: f64 = 0.97;
+
+/// Largest standard deviation of the touchdown point, pixels.
+const LARGEST_ERROR: f64 = 1e5;
 
 /// Headings of the four footpads, which repeat after a quarter turn: every 5 degrees.
 const HEADINGS: usize = 18;
@@ -42,7 +46,8 @@ pub struct Criteria {
     pub noise: f64,
 }
 
-/// Probability that the ground around each pixel is within the limits; NaN where the disk or a footpad leaves the map or meets a gap.
+/// Probability that the ground around each pixel is within the limits; NaN where the disk or a footpad leaves the map or meets a gap, and
+/// in rows that `watch` does not let pass.
 ///
 /// The product of four probabilities, each of normal errors:
 /// * slope of the plane over the disk; its gradient has the standard deviation `noise / sqrt(Sxx)`,
@@ -56,7 +61,11 @@ pub struct Criteria {
 ///
 /// # Errors
 /// Limits or a noise out of range, or pixels that are not square or in degrees.
-pub fn safe_landing(map: &ElevationMap, criteria: &Criteria) -> Result<Raster<f32>, TerrainError> {
+pub fn safe_landing(
+    map: &ElevationMap,
+    criteria: &Criteria,
+    watch: Watch<'_>,
+) -> Result<Raster<f32>, TerrainError> {
     let pixel = map.geometry().square_pixel()?;
     criteria.check(pixel)?;
     let posterior = denoise(map, criteria.noise)?;
@@ -68,7 +77,7 @@ pub fn safe_landing(map: &ElevationMap, criteria: &Criteria) -> Result<Raster<f3
     let resolved = resolved(criteria.roughness, criteria.noise);
     let mut safe = vec![f32::NAN; map.geometry().pixels()];
     let cols = map.geometry().cols();
-    safe.par_chunks_mut(cols).enumerate().for_each(|(row, line)| {
+    safe.par_chunks_mut(cols).enumerate().filter(|_| watch(cols)).for_each(|(row, line)| {
         for (col, out) in line.iter_mut().enumerate() {
             let (Some(noisy), Some(plane)) = (raw.plane(&disk, row, col), clean.plane(&disk, row, col))
             else {
@@ -91,30 +100,36 @@ pub fn safe_landing(map: &ElevationMap, criteria: &Criteria) -> Result<Raster<f3
 }
 
 /// Probability that a landing aimed at each pixel is safe, when it ends with a normal error of standard deviation `error` (m) to the
-/// east and to the north. What is unknown or outside the map is not safe; an unknown pixel stays unknown.
+/// east and to the north. What is unknown or outside the map is not safe; an unknown pixel stays unknown, and so do rows that `watch` does not let
+/// pass.
 ///
 /// # Errors
-/// An error that is negative or not finite, or pixels that are not square or in degrees.
-pub fn with_navigation_error(safe: &Raster<f32>, error: f64) -> Result<Raster<f32>, TerrainError> {
+/// An error that is negative or of more than 100 000 pixels, or pixels that are not square or in degrees.
+pub fn with_navigation_error(
+    safe: &Raster<f32>,
+    error: f64,
+    watch: Watch<'_>,
+) -> Result<Raster<f32>, TerrainError> {
     let geometry = *safe.geometry();
     let sigma = error / geometry.square_pixel()?;
-    if !(error >= 0.0 && sigma.is_finite()) {
+    if !(error >= 0.0 && sigma <= LARGEST_ERROR) {
         return Err(TerrainError::Number {
             name: "navigation error, m",
             value: error,
-            allowed: "it must be finite and not negative",
+            allowed: "it must be from 0 to 100000 pixels",
         });
     }
     let (rows, cols) = (geometry.rows(), geometry.cols());
     // Beyond four standard deviations is one landing in 16 000 for each axis.
     let reach = (4.0 * sigma).ceil() as usize;
-    let mut kernel: Vec<f64> =
-        (0..=reach).map(|k| if k == 0 { 1.0 } else { (-0.5 * (k as f64 / sigma).powi(2)).exp() }).collect();
-    let sum = kernel[0] + 2.0 * kernel[1..].iter().sum::<f64>();
-    kernel.iter_mut().for_each(|k| *k /= sum);
+    let weight = |k: usize| if k == 0 { 1.0 } else { (-0.5 * (k as f64 / sigma).powi(2)).exp() };
+    let sum = 1.0 + 2.0 * (1..=reach).map(weight).sum::<f64>();
+    // Beyond the map nothing is safe.
+    let reach = reach.min(rows.max(cols));
+    let kernel: Vec<f64> = (0..=reach).map(|k| weight(k) / sum).collect();
     let weight = |a: usize, b: usize| kernel[a.abs_diff(b)];
     let mut along = vec![0.0_f32; rows * cols];
-    along.par_chunks_mut(cols).enumerate().for_each(|(row, line)| {
+    along.par_chunks_mut(cols).enumerate().filter(|_| watch(0)).for_each(|(row, line)| {
         let source = safe.row(row);
         for (col, out) in line.iter_mut().enumerate() {
             let near = col.saturating_sub(reach)..(col + reach + 1).min(cols);
@@ -127,6 +142,10 @@ pub fn with_navigation_error(safe: &Raster<f32>, error: f64) -> Result<Raster<f3
     result.par_chunks_mut(cols).enumerate().for_each_init(
         || vec![0.0_f64; cols],
         |sums, (row, line)| {
+            if !watch(cols) {
+                line.fill(f32::NAN);
+                return;
+            }
             sums.fill(0.0);
             for r in row.saturating_sub(reach)..(row + reach + 1).min(rows) {
                 let w = weight(r, row);

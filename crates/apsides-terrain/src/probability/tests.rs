@@ -132,7 +132,7 @@ fn rates_of_false_and_missed_safe_ground() {
                 let seen = noisy(&map, noise, 100 + seed);
                 let limits = plain(&seen, &criteria);
                 by_limits.count(&truth, |k| limits[k] == Some(true));
-                let safe = safe_landing(&seen, &criteria).unwrap();
+                let safe = safe_landing(&seen, &criteria, &|_| true).unwrap();
                 by_probability.count(&truth, |k| f64::from(safe.data()[k]) >= DECISION);
             }
         }
@@ -165,13 +165,13 @@ fn the_same_on_any_number_of_threads_and_unknown_beside_gaps() {
     let results: Vec<Vec<u32>> = [1, 3]
         .map(|threads| {
             let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
-            let safe = pool.install(|| safe_landing(&map, &CRITERIA)).unwrap();
-            let aimed = pool.install(|| with_navigation_error(&safe, 2.0)).unwrap();
+            let safe = pool.install(|| safe_landing(&map, &CRITERIA, &|_| true)).unwrap();
+            let aimed = pool.install(|| with_navigation_error(&safe, 2.0, &|_| true)).unwrap();
             safe.data().iter().chain(aimed.data()).map(|p| p.to_bits()).collect()
         })
         .into();
     assert_eq!(results[0], results[1]);
-    let safe = safe_landing(&map, &CRITERIA).unwrap();
+    let safe = safe_landing(&map, &CRITERIA, &|_| true).unwrap();
     for row in 0..90_usize {
         for col in 0..90_usize {
             let inside = (5..85).contains(&row) && (5..85).contains(&col);
@@ -189,11 +189,13 @@ fn planes_under_and_over_the_limit() {
         let heights: Vec<f64> =
             (0..1600).map(|k| tangent * (0.6 * f64::from(k % 40) + 0.8 * f64::from(k / 40))).collect();
         let map = ElevationMap::from_heights(geometry, &heights).unwrap();
-        let p = f64::from(safe_landing(&map, &Criteria { noise: 0.02, ..CRITERIA }).unwrap().get(20, 20));
+        let p = f64::from(
+            safe_landing(&map, &Criteria { noise: 0.02, ..CRITERIA }, &|_| true).unwrap().get(20, 20),
+        );
         assert!((least..=most).contains(&p), "{tangent}: {p}");
         // Footpads can only take away.
         let without = Criteria { noise: 0.02, footpads: None, ..CRITERIA };
-        assert!(f64::from(safe_landing(&map, &without).unwrap().get(20, 20)) >= p);
+        assert!(f64::from(safe_landing(&map, &without, &|_| true).unwrap().get(20, 20)) >= p);
     }
 }
 
@@ -203,7 +205,9 @@ fn noise_that_hides_rocks_leaves_nothing_safe() {
     let map = ElevationMap::from_heights(Geometry::square(30, 30, 1.0).unwrap(), &[0.0; 900]).unwrap();
     for (noise, least, most) in [(0.05, 0.99, 1.0), (0.1, 0.98, 1.0), (0.2, 0.0, 0.5), (0.5, 0.0, 0.01)] {
         let p = f64::from(
-            safe_landing(&map, &Criteria { noise, footpads: None, ..CRITERIA }).unwrap().get(15, 15),
+            safe_landing(&map, &Criteria { noise, footpads: None, ..CRITERIA }, &|_| true)
+                .unwrap()
+                .get(15, 15),
         );
         assert!((least..=most).contains(&p), "{noise}: {p}");
     }
@@ -216,7 +220,7 @@ fn navigation_error_across_an_edge() {
     let half: Vec<f32> = (0..61 * 61).map(|k| if k % 61 >= 30 { 1.0 } else { 0.0 }).collect();
     let mut safe = Raster::new(geometry, half).unwrap();
     safe.data_mut()[0] = f32::NAN;
-    let aimed = with_navigation_error(&safe, 2.0).unwrap();
+    let aimed = with_navigation_error(&safe, 2.0, &|_| true).unwrap();
     for col in 16..45_usize {
         // Half a pixel beyond the last centre, in standard deviations of 4 pixels.
         let expected = normal((col as f64 - 29.5) / 4.0);
@@ -225,9 +229,12 @@ fn navigation_error_across_an_edge() {
     assert!(aimed.data()[0].is_nan());
     // Half of the landings aimed at the edge of the map end outside.
     assert!((f64::from(aimed.get(30, 60)) - 0.55).abs() < EDGE_OF_MAP);
-    let same = with_navigation_error(&safe, 0.0).unwrap();
+    let same = with_navigation_error(&safe, 0.0, &|_| true).unwrap();
     assert!(same.data()[1..] == safe.data()[1..]);
-    assert!(with_navigation_error(&safe, -1.0).is_err() && with_navigation_error(&safe, f64::NAN).is_err());
+    assert!(
+        with_navigation_error(&safe, -1.0, &|_| true).is_err()
+            && with_navigation_error(&safe, f64::NAN, &|_| true).is_err()
+    );
 }
 
 #[test]
@@ -243,6 +250,6 @@ fn the_normal_distribution_and_numbers_out_of_range() {
         Criteria { roughness: -1.0, ..CRITERIA },
         Criteria { footpads: Some(0.0), ..CRITERIA },
     ] {
-        assert!(matches!(safe_landing(&map, &bad), Err(TerrainError::Number { .. })));
+        assert!(matches!(safe_landing(&map, &bad, &|_| true), Err(TerrainError::Number { .. })));
     }
 }

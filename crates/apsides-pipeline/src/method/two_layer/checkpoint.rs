@@ -6,6 +6,7 @@ use serde::{Deserialize, Serialize};
 
 use super::super::CheckpointFile;
 use crate::Error;
+use crate::regular_file;
 use crate::sealed::{seal, unseal};
 use crate::whole_file::write_whole;
 
@@ -24,7 +25,7 @@ struct Read {
 impl CheckpointFile {
     /// The search so far, if there is one.
     fn read(&self) -> Result<Option<Run>, Error> {
-        let content = match std::fs::read(&self.path) {
+        let content = match regular_file::read(&self.path) {
             Ok(content) => content,
             Err(e) if e.kind() == std::io::ErrorKind::NotFound => return Ok(None),
             Err(e) => return Err(self.refuse(&e.to_string())),

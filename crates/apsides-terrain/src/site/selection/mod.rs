@@ -9,7 +9,7 @@
 
 use super::{ScoreWeights, SiteRequest, SiteRule, choose_sites};
 use crate::contact::{Ground, Lander};
-use crate::hazard::{HazardMap, Layer, SiteCriteria, Verdict, hazard_map};
+use crate::hazard::{HazardMap, HazardOptions, Layer, SiteCriteria, Verdict, Watch, hazard_map_watched};
 use crate::{ElevationMap, TerrainError};
 
 mod candidate;
@@ -86,15 +86,20 @@ impl SiteSelection {
 
 /// Chooses a site; the inner error says why there is none and what is nearest to one.
 ///
-/// `divert` plans a flight to a place: east, north and up from the ground below the lander, m.
+/// `divert` plans a flight to a place: east, north and up from the ground below the lander, m. `watch` may end the work, on the map and between
+/// flights: then there is no site, and the best so far is named.
 ///
 /// # Errors
 /// A map, criteria or a lander that are ill-posed, and errors of `divert`.
 pub fn select_site<E: From<TerrainError>>(
     request: SelectionRequest,
+    watch: Watch<'_>,
     mut divert: impl FnMut([f64; 3]) -> Result<Divert, E>,
 ) -> Result<Result<SiteSelection, NoSite>, E> {
-    let hazards = hazard_map(&request.map, &request.criteria)?;
+    let hazards = hazard_map_watched(&request.map, &request.criteria, &HazardOptions::default(), watch)?;
+    if !watch(0) {
+        return Ok(Err(NoSite::Ended { candidates: 0, planned: 0, best: None }));
+    }
     let geometry = *request.map.geometry();
     let below = [geometry.rows() / 2, geometry.cols() / 2];
     let Some(ground) = request.map.height(below[0], below[1]) else {
@@ -120,26 +125,42 @@ pub fn select_site<E: From<TerrainError>>(
         return Ok(Err(no_safe_site(&request, &hazards, below)));
     }
     let origin = geometry.position(below[0] as f64, below[1] as f64);
-    let mut candidates: Vec<Candidate> = Vec::with_capacity(choice.sites.len());
+    let number = choice.sites.len();
+    let mut candidates: Vec<Candidate> = Vec::with_capacity(number);
     for site in choice.sites {
+        if !watch(0) {
+            let planned = candidates.len();
+            let best = ranked(candidates, request.hazard_worth)
+                .into_iter()
+                .next()
+                .filter(|c| c.cost.is_some())
+                .map(Box::new);
+            return Ok(Err(NoSite::Ended { candidates: number, planned, best }));
+        }
         let [east, north] = [0, 1].map(|k| site.position_m[k] - origin[k]);
         let offset = [east, north, site.height_m - ground];
         let divert = divert(offset)?;
         let hazard = 1.0 - site.value - request.divert_cost / request.hazard_worth * site.divert_m;
         candidates.push(Candidate { site, offset, divert, hazard, cost: None, tilt: None });
     }
-    let least = candidates.iter().filter_map(|c| c.divert.reached()).fold(f64::INFINITY, f64::min);
-    if least.is_infinite() {
+    let mut candidates = ranked(candidates, request.hazard_worth);
+    if candidates.iter().all(|c| c.cost.is_none()) {
         return Ok(Err(out_of_reach(candidates)));
     }
-    for c in &mut candidates {
-        c.cost = c.divert.reached().map(|propellant| propellant - least + request.hazard_worth * c.hazard);
-    }
-    let order = |c: &Candidate| c.cost.unwrap_or(f64::INFINITY);
-    candidates.sort_by(|a, b| order(a).total_cmp(&order(b)));
     let chosen = standing(&request, &mut candidates)?;
     let SelectionRequest { name, map, .. } = request;
     Ok(chosen.map(|chosen| SiteSelection { name, map, hazards, below, candidates, chosen }))
+}
+
+/// Candidates with their costs, cheapest first; those out of reach are the last.
+fn ranked(mut candidates: Vec<Candidate>, hazard_worth: f64) -> Vec<Candidate> {
+    let least = candidates.iter().filter_map(|c| c.divert.reached()).fold(f64::INFINITY, f64::min);
+    for c in &mut candidates {
+        c.cost = c.divert.reached().map(|propellant| propellant - least + hazard_worth * c.hazard);
+    }
+    let order = |c: &Candidate| c.cost.unwrap_or(f64::INFINITY);
+    candidates.sort_by(|a, b| order(a).total_cmp(&order(b)));
+    candidates
 }
 
 /// The first candidate within reach on which the lander stands on its pads, whatever its heading.

@@ -44,6 +44,15 @@ pub enum NoSite {
         /// The one whose divert falls short of it by the smallest distance.
         nearest: Box<Candidate>,
     },
+    /// The work was ended before all candidates had a flight.
+    Ended {
+        /// Number of candidates, none where the hazards of the map were not known yet.
+        candidates: usize,
+        /// Number of those that a flight was planned to.
+        planned: usize,
+        /// The best of these within reach.
+        best: Option<Box<Candidate>>,
+    },
     /// On no candidate within reach does the lander stand on its four pads.
     NoStance {
         /// Number of candidates within reach.
@@ -77,6 +86,19 @@ impl fmt::Display for NoSite {
             ),
             Self::OutOfReach { candidates, nearest } => {
                 write!(f, "none of {candidates} safe sites is within reach; the nearest to it, {nearest}")
+            }
+            Self::Ended { candidates: 0, .. } => {
+                f.write_str("no site is chosen: the work ended before all of it was assessed")
+            }
+            Self::Ended { candidates, planned, best } => {
+                write!(
+                    f,
+                    "no site is chosen: {planned} of {candidates} flights to safe sites are planned, "
+                )?;
+                match best {
+                    Some(best) => write!(f, "the best until then {best}"),
+                    None => f.write_str("none of them within reach"),
+                }
             }
             Self::NoStance { tried, most, least } => {
                 write!(

@@ -46,7 +46,7 @@ fn eastwards([east, north, _]: [f64; 3]) -> Result<Divert, TerrainError> {
 
 #[test]
 fn the_cheapest_site_within_reach_is_taken() {
-    let selection = select_site(request(map(1.0)), eastwards).unwrap().unwrap();
+    let selection = select_site(request(map(1.0)), &|_| true, eastwards).unwrap().unwrap();
     let site = selection.site();
     assert!(site.offset[0] >= 0.0 && site.tilt == Some(0.0), "{site:?}");
     // The ground below is on top of the step.
@@ -59,7 +59,7 @@ fn the_cheapest_site_within_reach_is_taken() {
 
 #[test]
 fn what_keeps_a_map_from_having_a_site_is_said() {
-    let none = |request| select_site(request, eastwards).unwrap().unwrap_err();
+    let none = |request| select_site(request, &|_| true, eastwards).unwrap().unwrap_err();
     assert_eq!(none(request(map(f64::NAN))), NoSite::NothingBelow);
     let criteria = SiteCriteria { clearance_min_m: 40.0, ..request(map(1.0)).criteria };
     let wide = none(SelectionRequest { criteria, ..request(map(1.0)) });
@@ -68,11 +68,33 @@ fn what_keeps_a_map_from_having_a_site_is_said() {
         let unreached = Some(Unreached { reason: "no flight".into(), distance: None });
         Ok::<_, TerrainError>(Divert { propellant: None, flight_time: 10.0, unreached })
     };
-    let far = select_site(request(map(1.0)), nowhere).unwrap().unwrap_err().to_string();
+    let far = select_site(request(map(1.0)), &|_| true, nowhere).unwrap().unwrap_err().to_string();
     assert!(far.starts_with("none of 12 safe sites is within reach; the nearest to it, "), "{far}");
     assert!(far.ends_with("m away): no flight"), "{far}");
     let hilly: Vec<f64> = (0..61 * 61).map(|k| f64::from(k % 7) * 0.5).collect();
     let hilly = ElevationMap::from_heights(*map(0.0).geometry(), &hilly).unwrap();
     let rough = none(request(hilly)).to_string();
     assert!(rough.starts_with("no safe site among") && rough.ends_with("would allow it"), "{rough}");
+}
+
+#[test]
+fn a_choice_that_is_ended_names_the_best_so_far() {
+    use std::sync::atomic::{AtomicUsize, Ordering};
+    let ended_after = |questions: usize| {
+        let left = AtomicUsize::new(questions);
+        let watch = |_| left.fetch_update(Ordering::Relaxed, Ordering::Relaxed, |n| n.checked_sub(1)).is_ok();
+        select_site(request(map(1.0)), &watch, eastwards).unwrap().unwrap_err()
+    };
+    let early = ended_after(0);
+    assert_eq!(early, NoSite::Ended { candidates: 0, planned: 0, best: None });
+    assert!(early.to_string().ends_with("before all of it was assessed"), "{early}");
+    // One question for the only tile of the map, one after it, one before each flight.
+    let late = ended_after(2 + 7);
+    assert!(matches!(&late, NoSite::Ended { candidates: 12, planned: 7, best: Some(_) }), "{late:?}");
+    assert!(
+        late.to_string().contains("7 of 12 flights to safe sites are planned, the best until then "),
+        "{late}"
+    );
+    let none = ended_after(2);
+    assert!(none.to_string().ends_with("none of them within reach"), "{none}");
 }
