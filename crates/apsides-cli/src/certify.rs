@@ -15,7 +15,6 @@ use crate::exit::{Exit, Refusal, refusal};
 use crate::output::{certificate, print};
 use crate::progress::Progress;
 use crate::sentence::name;
-use crate::stop::StopFlag;
 
 /// The problem against which a trajectory is judged.
 enum Problem {
@@ -156,8 +155,10 @@ fn reference(a: &CertifyArguments, problem: &Problem) -> Result<Option<(f64, Str
         Problem::Gallery(entry, _) => Ok(Some((entry.optimum.value, entry.optimum.source.to_owned()))),
         Problem::Mission(..) if a.no_reference => Ok(None),
         Problem::Mission(mission, _) => {
-            let mut progress = Progress::table(true, StopFlag::install());
+            let stop = a.limit.stop();
+            let mut progress = Progress::table(true, stop);
             let mission = mission.as_ref().clone().with_memory(allowed_memory(a.memory));
+            let mission = mission.with_cancellation(stop.cancellation());
             let solved = mission.solve(None, &mut progress).map_err(refusal)?;
             if !solved.summary.certificate.is_verified() {
                 return Ok(None);

@@ -103,6 +103,7 @@ fn text(directory: &Path, mission: &str, found: &Found) -> String {
     let mut text = format!("{}: mission {mission}\n{}", directory.display(), certificate(&found.certificate));
     if found.differences.is_empty() {
         text += "files and their numbers are those of the trajectory\n";
+        text += "by their digests alone: status, counters, times, warnings, switches, prices, errors of the mesh\n";
     } else {
         text += "what differs:\n";
     }

@@ -348,6 +348,21 @@ fn a_time_limit_ends_what_no_solve_is() {
     }
 }
 
+/// A judgement is there without the objective to compare with.
+#[test]
+fn a_time_limit_leaves_a_judgement_without_its_reference() {
+    let dir = tempfile::tempdir().unwrap();
+    let out = path(&dir.path().join("out"));
+    assert_eq!(apsides(&["solve", "lunar-direct", "--quiet", "--out", &out]).status.code(), Some(0));
+    let file = format!("{out}/trajectory.csv");
+    let certify = ["certify", "lunar-direct", &file];
+    let whole = apsides(&certify);
+    assert!(stdout(&whole).contains(" % better than") || stdout(&whole).contains(" % worse than"));
+    let o = apsides(&[&certify[..], &["--time-limit", "1e-9"]].concat());
+    assert_eq!(o.status.code(), Some(3), "{}", stderr(&o));
+    assert!(stdout(&o).contains("certificate: ") && !stdout(&o).contains(" than"), "{}", stdout(&o));
+}
+
 /// Input from what never ends, or has no measure, is refused by name.
 #[test]
 fn what_is_no_file_is_not_read() {

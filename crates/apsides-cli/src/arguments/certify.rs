@@ -4,6 +4,8 @@ use std::path::PathBuf;
 
 use clap::Args;
 
+use super::TimeLimit;
+
 /// A problem and a trajectory.
 #[derive(Debug, Args)]
 pub(crate) struct CertifyArguments {
@@ -23,6 +25,8 @@ pub(crate) struct CertifyArguments {
     /// Memory that the solve of the mission may take as far as that is foreseen, MiB; by default half of the machine's.
     #[arg(long, value_name = "MIB", value_parser = clap::value_parser!(u32).range(1..))]
     pub(crate) memory: Option<u32>,
+    #[command(flatten)]
+    pub(crate) limit: TimeLimit,
     /// Print one JSON object on stdout.
     #[arg(long)]
     pub(crate) json: bool,
