@@ -323,6 +323,11 @@ fn a_time_limit_ends_what_no_solve_is() {
         assert_eq!(o.status.code(), Some(3), "{arguments:?}: {}{}", stdout(&o), stderr(&o));
         assert!(stderr(&o).contains("apsides: the time limit (--time-limit) is over: "), "{}", stderr(&o));
     }
+    // Points that are far from any flight are not flown again for minutes.
+    let begin = std::time::Instant::now();
+    let o = apsides(&["solve", "geo-7-burn", "--quiet", "--set", "thrust_n=1e-12", "--time-limit", "0.3"]);
+    assert_eq!(o.status.code(), Some(3), "{}{}", stdout(&o), stderr(&o));
+    assert!(begin.elapsed() < Duration::from_secs(10), "{:?}", begin.elapsed());
     let map = path(&dir.path().join("map.tif"));
     let gen_map = ["terrain", "gen", &map, "--rows", "900", "--cols", "900", "--quiet"];
     assert_eq!(apsides(&gen_map).status.code(), Some(0));

@@ -395,7 +395,7 @@ impl Pipeline {
         };
         let mut solve = milliseconds(begin);
         let begin = Instant::now();
-        let flight = self.flight(&posed, &decisions, &solution.trajectory)?;
+        let flight = self.flight(&posed, &decisions, &solution)?;
         let mut verify = milliseconds(begin);
         let mut found = Certified::new(solution, flight);
         if matches!(found.solution.status, Status::Infeasible | Status::RestorationFailed) {

@@ -59,6 +59,20 @@ impl Certified {
     }
 }
 
+/// Steps along an interval of a flight whose solve was ended before its end: one that needs more is far from any that is verified.
+const STEPS_OF_THE_UNFINISHED: usize = 2_000;
+
+/// The judgement of a solve that was ended takes no time of its own: its flight as far as few steps go, its own costates alone.
+fn settings_for(status: Status) -> VerifySettings {
+    let settings = VerifySettings::default();
+    match status {
+        Status::Interrupted => {
+            VerifySettings { max_steps: STEPS_OF_THE_UNFINISHED, adjoint: false, ..settings }
+        }
+        _ => settings,
+    }
+}
+
 impl Pipeline {
     /// The certificate of a trajectory of the whole flight.
     ///
@@ -125,22 +139,23 @@ impl Pipeline {
         &self,
         posed: &Posed,
         decisions: &Decisions,
-        solution: &Trajectory,
+        solution: &Solution,
     ) -> Result<Flight, Error> {
+        let settings = settings_for(solution.status);
+        let solution = &solution.trajectory;
         if posed.expansion.is_none() {
             return Ok(Flight {
-                certificate: self.certify(&posed.ocp, decisions, solution, &VerifySettings::default())?,
+                certificate: self.certify(&posed.ocp, decisions, solution, &settings)?,
                 expanded: None,
             });
         }
         match posed.expand(solution) {
             Ok(trajectory) => {
-                let settings = VerifySettings::default();
                 let certificate = self.certify(posed.flight(), decisions, &trajectory, &settings)?;
                 Ok(Flight { certificate, expanded: Some(trajectory) })
             }
             Err(e) => {
-                let found = verify(&posed.ocp, solution, &VerifySettings::default())?;
+                let found = verify(&posed.ocp, solution, &settings)?;
                 let name = "phases that are not joined to a flight";
                 let check = Check::new(name, CheckKind::Feasibility, 1.0, 0.0, "-", e.to_string());
                 Ok(Flight { certificate: found.certificate.with_checks([check]), expanded: None })

@@ -90,7 +90,7 @@ impl Pipeline {
         while let Some(start) = starts.pop_front().filter(|_| work.len() < MOST_STARTS) {
             let solution = few.solve_from(posed, &start, observer)?;
             let is_interrupted = solution.status == Status::Interrupted;
-            let flight = self.flight(posed, decisions, &solution.trajectory)?;
+            let flight = self.flight(posed, decisions, &solution)?;
             let found = Certified::new(solution, flight);
             if is_better(posed, &found, &best) {
                 work.push(std::mem::replace(&mut best, found).solution.counters);

@@ -239,7 +239,7 @@ impl Pipeline {
                 continue;
             };
             let solution = last.unwrap_or(found.solution);
-            let flight = self.flight(posed, decisions, &solution.trajectory)?;
+            let flight = self.flight(posed, decisions, &solution)?;
             let mut marked = Certified::new(solution, flight);
             marked.solution.status = Status::Diverging;
             marked.solution.deficiency = None;
