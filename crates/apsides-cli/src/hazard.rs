@@ -238,14 +238,16 @@ pub(crate) fn hazard(a: &HazardArguments) -> Result<Exit, Refusal> {
     watched.finish();
     let (sites, features) = found?;
     watched.unless_interrupted()?;
-    let mut paths = match account.files.take() {
+    let fraction = watched.fraction(&geometry);
+    // Rasters of a part of a map that is read in bands are none.
+    let mut paths = match account.files.take().filter(|_| in_memory || fraction >= 1.0) {
         Some(files) => files.finish(&sites, criteria.clearance_min_m / pixel)?,
         None => Vec::new(),
     };
     if let Some(dir) = &a.out {
         paths.extend(features.write(dir, &geometry, &options)?);
     }
-    let mut report = work.report(criteria_name, account, &sites, features, watched.fraction(&geometry));
+    let mut report = work.report(criteria_name, account, &sites, features, fraction);
     if let Some(dir) = &a.out {
         report.write(dir, &mut paths)?;
     }
@@ -364,7 +366,8 @@ impl<'a> Work<'a> {
             return Err(failure);
         }
         let (counts, sites) = found.map_err(|e| self.a.map.defect(e))?;
-        if counts.safe + counts.unsafe_ == 0 && account.summary.height_min_m.is_none() {
+        let is_whole = watched.fraction(geometry) >= 1.0;
+        if is_whole && counts.safe + counts.unsafe_ == 0 && account.summary.height_min_m.is_none() {
             return Err(self.a.map.defect(TerrainError::Empty { pixels: geometry.pixels() }));
         }
         Ok(sites)
@@ -379,13 +382,18 @@ impl<'a> Work<'a> {
         assessed_fraction: f64,
     ) -> Report {
         let counts = account.counts;
+        let pixels = (account.summary.rows * account.summary.cols) as u64;
         Report {
             map: account.summary,
             criteria_name,
             criteria: *self.criteria,
             assessed_fraction,
             safe_fraction: counts.safe_fraction(),
-            pixels: Pixels { safe: counts.safe, not_safe: counts.unsafe_, unknown: counts.unknown },
+            pixels: Pixels {
+                safe: counts.safe,
+                not_safe: counts.unsafe_,
+                unknown: pixels - counts.safe - counts.unsafe_,
+            },
             unsafe_by: account.by,
             start: self.start,
             rule: match self.a.rule {

@@ -250,6 +250,10 @@ mod tests {
         assert!((found[0].diameter - 0.4514).abs() < DIAMETER_M);
         assert!((found[0].centre[0] - 3.15).abs() < ROUNDING && (found[0].centre[1] + 2.95).abs() < ROUNDING);
         assert!(boulders(&map, &BoulderSearch { height: 0.6, ..search }, &|_| true).unwrap().is_empty());
+        // Disks without measure take more memory than there is.
+        for diameter in [1e9, 1e300, f64::INFINITY] {
+            assert!(boulders(&map, &BoulderSearch { diameter, ..search }, &|_| true).is_err(), "{diameter}");
+        }
         assert!(boulders(&map, &BoulderSearch { diameter: 0.1, ..search }, &|_| true).is_err());
         assert!(boulders(&map, &BoulderSearch { height: 0.0, ..search }, &|_| true).is_err());
     }

@@ -76,7 +76,8 @@ pub trait HazardSink {
 
 /// The hazard map of a source, `band_rows` rows at a time, rounded up to a multiple of 128: the same numbers as
 /// [`hazard_map_with`](super::hazard_map_with). In memory are one band of heights with its margin, one of results, and a bit for each
-/// pixel of the map. `watch` may end the work; the rest of the map is unknown ground then.
+/// pixel of the map. `watch` may end the work: then the sink is told of the clearance of no more than
+/// 128 rows beyond those that it had, and the counts are those of what it had.
 ///
 /// # Errors
 /// As [`hazard_map_with`](super::hazard_map_with), and those of source and sink; a threshold on relative elevation without a plane.
@@ -104,28 +105,31 @@ pub fn hazard_bands(
     let mut layers: [Vec<f32>; LAYERS] = Default::default();
     let mut verdict = Vec::new();
     let mut flags: Vec<u8> = Vec::new();
+    // Rows that are told of.
+    let mut told = rows;
     for first in (0..rows).step_by(band_rows) {
+        if !watch(0) {
+            // The ground behind the last row is not safe.
+            told = (first + BAND).min(rows);
+            flags.clear();
+            flags.resize((told - first) * cols, 1);
+            edges.push(BandEdges::of(&flags, cols));
+            flags.chunks_exact(cols).for_each(|row| marks.push(row));
+            break;
+        }
         let end = (first + band_rows).min(rows);
         let (from, to) = (first.saturating_sub(plan.halo), (end + plan.halo).min(rows));
-        let goes_on = watch(0);
-        if goes_on {
-            source.read_rows(from, to - from, &mut heights)?;
-            if heights.len() != (to - from) * cols {
-                return Err(TerrainError::Shape { rows: to - from, cols, values: heights.len() });
-            }
-            heights.par_iter_mut().filter(|z| !z.is_finite()).for_each(|z| *z = f32::NAN);
+        source.read_rows(from, to - from, &mut heights)?;
+        if heights.len() != (to - from) * cols {
+            return Err(TerrainError::Shape { rows: to - from, cols, values: heights.len() });
         }
+        heights.par_iter_mut().filter(|z| !z.is_finite()).for_each(|z| *z = f32::NAN);
         for (layer, kept) in layers.iter_mut().zip(plan.kept) {
             layer.resize(if kept { (end - first) * cols } else { 0 }, 0.0);
         }
         verdict.resize((end - first) * cols, Verdict::Unknown);
-        if goes_on {
-            let here = Rows { data: &heights, first: from, map: [rows, cols] };
-            plan.rows(&here, first, end, &mut layers, &mut verdict, watch);
-        } else {
-            layers.iter_mut().for_each(|layer| layer.fill(f32::NAN));
-            verdict.fill(Verdict::Unknown);
-        }
+        let here = Rows { data: &heights, first: from, map: [rows, cols] };
+        plan.rows(&here, first, end, &mut layers, &mut verdict, watch);
         sink.band(&HazardBand { first_row: first, verdict: &verdict, layers: &layers, kept: plan.kept })?;
         let band = Counts::of(&verdict);
         counts.safe += band.safe;
@@ -139,8 +143,8 @@ pub fn hazard_bands(
     let outside = Outside::of_all(&edges);
     drop((edges, heights, layers, verdict));
     let mut clearance = Vec::new();
-    for first in (0..rows).step_by(band_rows) {
-        let end = (first + band_rows).min(rows);
+    for first in (0..told).step_by(band_rows) {
+        let end = (first + band_rows).min(told);
         clearance.resize((end - first) * cols, 0.0);
         clearance.par_chunks_mut(BAND * cols).enumerate().for_each_init(
             || (Vec::new(), Envelope::default()),

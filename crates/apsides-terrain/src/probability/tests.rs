@@ -229,6 +229,12 @@ fn navigation_error_across_an_edge() {
     assert!(aimed.data()[0].is_nan());
     // Half of the landings aimed at the edge of the map end outside.
     assert!((f64::from(aimed.get(30, 60)) - 0.55).abs() < EDGE_OF_MAP);
+    // Errors without measure take more memory than there is; one that is wider than the map leaves little of it.
+    for error in [1e9, 1e15, 1e300, f64::INFINITY] {
+        assert!(with_navigation_error(&safe, error, &|_| true).is_err(), "{error}");
+    }
+    let wide = with_navigation_error(&safe, 5e3, &|_| true).unwrap();
+    assert!(wide.data().iter().all(|p| p.is_nan() || (0.0..1e-2).contains(p)));
     let same = with_navigation_error(&safe, 0.0, &|_| true).unwrap();
     assert!(same.data()[1..] == safe.data()[1..]);
     assert!(
