@@ -115,8 +115,9 @@ fn judge(a: &CertifyArguments, problem: &Problem) -> Result<Judged, Refusal> {
         Problem::Gallery(_, ocp) | Problem::Mission(_, ocp) => ocp,
     };
     let path: &Path = &a.trajectory;
-    let file = regular_file::read(path).map_err(|e| format!("{}: {e}", name(&path.to_string_lossy())))?;
-    let samples = read_samples(&file[..], ocp).map_err(|e| format!("{}: {e}", path.display()))?;
+    let shown = name(&path.to_string_lossy());
+    let file = regular_file::read(path).map_err(|e| format!("{shown}: {e}"))?;
+    let samples = read_samples(&file[..], ocp).map_err(|e| format!("{shown}: {e}"))?;
     let settings = VerifySettings::default();
     let interpolation = a.interpolation.map(Interpolation::from);
     let Sampled { trajectory, interpolation, deviation, place } =

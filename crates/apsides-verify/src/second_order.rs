@@ -101,17 +101,18 @@ pub(crate) fn conditions(
     let limit =
         if is_singular { settings.singular_curvature_tolerance } else { settings.curvature_tolerance };
     // Along a singular arc the curvature that the discretisation leaves falls with the length of its intervals, that of a saddle does not.
-    for fineness in FINER.into_iter().filter(|_| is_singular) {
-        if form.inertia(Space::Necessary, -limit).is_positive() {
+    let within = |form: &Form| form.inertia(Space::Necessary, -limit).is_positive();
+    let mut is_within = within(&form);
+    for fineness in FINER {
+        if is_within || !is_singular {
             break;
         }
-        match discretised(conditions, fineness) {
-            Some(finer) => form = finer,
-            None => break,
-        }
+        let Some(finer) = discretised(conditions, fineness) else { break };
+        is_within = within(&finer);
+        form = finer;
     }
     let mut amount = 0.0;
-    if !form.inertia(Space::Necessary, -limit).is_positive() {
+    if !is_within {
         amount = limit;
         let mut trial = limit;
         for _ in 0..DECADES * 6 {

@@ -20,14 +20,14 @@ impl Guess {
     /// nothing is asked at the end.
     #[must_use]
     pub fn in_motion(self, ocp: &Ocp) -> Self {
+        if !ocp.constraints.is_empty() {
+            return self;
+        }
         let steady: Vec<Vec<f64>> = ocp.phases.iter().zip(&self.phases).map(steady_controls).collect();
-        let meets = |flown: &Self| ocp.phases.iter().zip(&flown.phases).all(meets_bounds);
-        let flight = if ocp.constraints.is_empty() {
-            self.flown(ocp, |k, _, _| steady[k].clone()).ok().filter(meets)
-        } else {
-            None
-        };
-        flight.unwrap_or(self)
+        match self.flown(ocp, |k, _, _| steady[k].clone()) {
+            Ok(flown) if ocp.phases.iter().zip(&flown.phases).all(meets_bounds) => flown,
+            _ => self,
+        }
     }
 
     /// The flight with the times, parameters and start of the guess.

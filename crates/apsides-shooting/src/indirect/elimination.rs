@@ -14,7 +14,7 @@ pub(super) struct Elimination {
 }
 
 impl Elimination {
-    /// Factors a square matrix; a pivot of zero shows in the solutions, which are not finite then.
+    /// Factors a square matrix of one row at least; a pivot of zero shows in the solutions, which are not finite then.
     pub(super) fn new(matrix: &DMatrix<f64>) -> Self {
         let n = matrix.nrows();
         let mut factors = matrix.as_slice().to_vec();

@@ -144,7 +144,7 @@ fn iterate(
         }
         equations.jacobian(&mut matrix);
         let lu = Elimination::new(&matrix);
-        let Some(step) = correction(&lu, &residual) else {
+        let Some(step) = lu.solve(&-&residual) else {
             ended.status = Status::StepTooSmall;
             return;
         };
@@ -243,7 +243,7 @@ fn look(
     }
     let mut residual = DVector::zeros(z.len());
     equations.residual(z, &mut residual);
-    let step = correction(lu, &residual)?;
+    let step = lu.solve(&-&residual)?;
     let left = largest(&step);
     ended.correction = left;
     left.is_finite().then_some(Look { residual, step, left })
@@ -278,10 +278,6 @@ fn polish(
     ended.status = Status::Optimal;
     ended.failure = None;
     Some(moved(equations, &z, &found.step, 1.0))
-}
-
-fn correction(lu: &Elimination, residual: &DVector<f64>) -> Option<DVector<f64>> {
-    lu.solve(&-residual)
 }
 
 /// `z + length step`, the step being in units of the unknowns.

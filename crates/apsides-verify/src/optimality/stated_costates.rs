@@ -23,9 +23,9 @@ pub struct StatedCostate {
     pub miss: f64,
 }
 
-/// For each phase with costates, the stated costate inside of an interval that is farthest from the solution of the costate equation through the one
-/// before it while that solution comes to the one behind it, with the stated multipliers of the path constraints. Intervals in which a state is at its bound are left out: the multiplier of
-/// the bound is not part of a trajectory.
+/// For each phase with costates, the stated costate inside of an interval that is farthest from the solution of the costate equation through the
+/// one before it while that solution comes to the one behind it, with the stated multipliers of the path constraints. Intervals in which a state
+/// is at its bound are left out: the multiplier of the bound is not part of a trajectory.
 ///
 /// # Errors
 /// [`VerifyError`] when the trajectory does not have the sizes of the problem.
