@@ -4,7 +4,6 @@ The same problem (case a and c of Acikmese and Ploen, given flight time, linear 
 mass of full thrust) in its straightforward form, with all states as variables. See README.md.
 """
 
-import argparse
 import json
 import math
 import os
@@ -12,6 +11,8 @@ import subprocess
 import sys
 import time
 import warnings
+
+import findings
 
 for variable in ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS", "RAYON_NUM_THREADS"):
     os.environ[variable] = "1"
@@ -121,7 +122,7 @@ def by_clarabel(case):
 
 
 def main():
-    parser = argparse.ArgumentParser(description=__doc__)
+    parser = findings.parser(__doc__)
     parser.add_argument("--intervals", type=int, nargs="+", default=[50, 100, 200])
     parser.add_argument("--runs", type=int, default=8)
     arguments = parser.parse_args()
@@ -129,6 +130,9 @@ def main():
     print("CPU times in ms, the least of", arguments.runs, "runs in turns")
     print("| case | N | apsides: set-up and solve | again | variables, rows | CVXPY with set-up | Clarabel on its form | solve alone | variables, rows | CVXPY : apsides |")
     print("| --- | ---: | ---: | ---: | ---: | ---: | ---: | ---: | ---: | ---: |")
+    found = findings.Findings(
+        "Powered descents as one conic program", "From the statement to the solution, beside CVXPY; new data in place and a solve, beside Clarabel's own set-up and solve."
+    )
     for name, glide_slope, flight_time in CASES:
         for intervals in arguments.intervals:
             case = (intervals, glide_slope, flight_time)
@@ -144,11 +148,15 @@ def main():
             setup, again = (min(o[key] for o in ours) for key in ("with_setup", "again"))
             peer = min(theirs)
             whole, solve = (min(a[k] for a in alone) for k in (0, 1))
+            agreed = f"propellant {abs(ours[0]['propellant'] - other):.0e} kg apart"
+            found.add(f"case {name}, {intervals} intervals, from the statement", "CVXPY, Clarabel", setup, peer, agreed)
+            found.add(f"case {name}, {intervals} intervals, matrices given", "Clarabel", again, whole, agreed)
             print(
                 f"| {name} | {intervals} | {setup:.2f} | {again:.2f} | {ours[0]['variables']}, {ours[0]['rows']} | {peer:.1f} |"
                 f" {whole:.2f} | {solve:.2f} | {alone[0][2]}, {alone[0][3]} | {peer / setup:.1f} |",
                 flush=True,
             )
+    findings.write(arguments.findings, found)
     decision = json.loads(subprocess.run([program, "divert"], capture_output=True, check=True).stdout)
     print(
         f"\nOne decision over {decision['sites']} sites: {decision['milliseconds']:.0f} ms, {decision['solves']} programs,"

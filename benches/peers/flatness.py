@@ -4,12 +4,12 @@ The program `flatness` of this package writes each program (start, bounds, units
 down once more, checks that they agree at the start, and lets both solvers run in turns. See README.md.
 """
 
-import argparse
 import json
 import os
 import tempfile
 import tomllib
 
+import findings
 import landing
 from common import STRATEGIES, Problem, built, casadi, numpy, output, trajectories
 
@@ -116,7 +116,7 @@ def compare(program, mission, words, posed_by, strategies, arguments):
 
 
 def main():
-    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser = findings.parser(__doc__)
     parser.add_argument("--missions", nargs="+", default=list(RADAU), choices=list(RADAU))
     parser.add_argument("--milliseconds", type=float, default=20.0, help="CPU time spent on each solve and turn")
     parser.add_argument("--turns", type=int, default=5, help="turns of each solver")
@@ -126,6 +126,9 @@ def main():
     print(f"CasADi {casadi.__version__}.")
     trajectories.heading()
     notes = []
+    found = findings.Findings(
+        "Landings on B-splines and on Radau points, the fastest strategy of each", "The same nonlinear programs of few unknowns."
+    )
     for mission in arguments.missions:
         print(mission)
         cases = [(name, words, posed, FLAT) for name, words in SPLINES.items()]
@@ -135,9 +138,13 @@ def main():
         for name, words, posed_by, strategies in cases:
             misses, entries = compare(program, mission, words, posed_by, strategies, arguments)
             ratios = trajectories.report(name, 1.0, entries, 1e-8).stock
+            best = min((e.last["objective"] for e in entries.values() if e.success), default=float("nan"))
+            missed = f"the flight misses {misses['radius']:.0e} m"
+            found.add(f"{mission}, {name}", "Ipopt", *trajectories.least(entries, best, 1e-8), missed)
             notes.append(f"{mission}, {name}: {described(misses, entries, ratios)}")
         for splines in ("paper", "refined"):
             notes.append(f"{mission}, whole call, {splines}: {called(program, mission, splines, arguments)}")
+    findings.write(arguments.findings, found)
     print()
     print("\n".join(notes))
 

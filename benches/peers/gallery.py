@@ -3,9 +3,9 @@
 The program `program` of this package writes each transcribed problem as formulas and index lists. See README.md.
 """
 
-import argparse
 import statistics
 
+import findings
 from common import STRATEGIES, Problem, assembled, built, casadi, output, trajectories
 
 # Intervals and points: the optimum of the mesh is close to that of the problem.
@@ -35,8 +35,14 @@ def compare(path, name, arguments):
     return description, entries
 
 
+def refined(path, name, arguments):
+    """A whole call of the method with its defaults, the least time of all."""
+    runs = [output(path, "refined", name, "--milliseconds", arguments.milliseconds) for _ in range(arguments.turns)]
+    return runs[0] | {"ms": min(t for run in runs for t in run["call_ms"]) if runs[0]["solved"] else None}
+
+
 def main():
-    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser = findings.parser(__doc__)
     parser.add_argument("--problems", nargs="+", default=list(MESHES), choices=list(MESHES))
     parser.add_argument("--milliseconds", type=float, default=20.0, help="CPU time spent on each solve and turn")
     parser.add_argument("--turns", type=int, default=3, help="turns of each solver")
@@ -46,13 +52,25 @@ def main():
     print(f"CasADi {casadi.__version__}.")
     trajectories.heading()
     notes, ratios, counts = [], {}, []
+    equal = findings.Findings(
+        "Trajectories on one mesh, equal settings",
+        "Solves of the same nonlinear program, from the same start, by the same method with the same strategy of the barrier parameter.",
+    )
+    fastest = findings.Findings(
+        "Trajectories on one mesh, the fastest strategy of each", "The same programs, each side with the strategy that is fastest for it."
+    )
+    refinement = findings.Findings(
+        "Trajectories from the guess to an error of 1e-8",
+        "Whole calls of the method with its defaults: meshes refined until the estimate of their error is below 1e-8. The peer solves one mesh, "
+        "which somebody has to have chosen, once, with the strategy that is fastest.",
+    )
     for name in arguments.problems:
         description, entries = compare(path, name, arguments)
+        mesh = "{} intervals of {} points".format(*MESHES[name])
         sign = description["sign"]
         ratios[name] = trajectories.report(name, sign, entries, 1e-6)
         best = min((e.last["objective"] for e in entries.values() if e.success), default=float("nan"))
         published = description["optimum"]
-        mesh = "{} intervals of {} points".format(*MESHES[name])
         note = f"{name}: {mesh}, {len(description['row_units'])} constraints, optimum of the mesh {sign * best:.9g}"
         if published is not None:
             note += f", published {published:.9g}, difference {sign * best / published - 1.0:.1e}"
@@ -61,6 +79,14 @@ def main():
             pair = [entries[solver, strategy] for solver in trajectories.SOLVERS]
             if all(e.reaches(best, 1e-6) for e in pair):
                 counts.append((name, strategy, *(e.last["iterations"] for e in pair)))
+                reached = f"{counts[-1][2]} and {counts[-1][3]} iterations, objectives {trajectories.apart(pair):.0e} apart"
+                equal.add(f"{name}, {strategy}", "Ipopt", *(e.least for e in pair), reached)
+        ours, theirs = trajectories.least(entries, best, 1e-6)
+        whole = refined(path, name, arguments)
+        off = abs(whole["objective"] - sign * best) / abs(best)
+        reached = f"{whole['meshes']} meshes, {whole['iterations']} iterations; objectives {off:.0e} apart"
+        refinement.add(name, f"Ipopt, {mesh}", whole["ms"], theirs, reached)
+        fastest.add(name, "Ipopt", ours, theirs, mesh)
     print()
     print("\n".join(notes))
     print()
@@ -72,6 +98,7 @@ def main():
         found = {name: r.stock[strategy] for name, r in ratios.items() if strategy in r.stock}
         closing(f"apsides {strategy} against the faster of Ipopt's own strategies", found, len(ratios))
     more = [f"{name} {strategy} {ours}/{theirs}" for name, strategy, ours, theirs in counts if ours > 1.1 * theirs]
+    findings.write(arguments.findings, equal, fastest, refinement)
     print(f"over 10 % more iterations than Ipopt with equal settings: {', '.join(more) or 'none'}")
 
 

@@ -4,12 +4,12 @@ Full layers on both sides: slope of the least-squares plane, largest residual, l
 headings, exact distance to the nearest pixel that is not safe, first site on the spiral. See README.md.
 """
 
-import argparse
 import os
 import sys
 import tempfile
 import time
 
+import findings
 from common import ROOT, built, numpy, output
 
 try:
@@ -186,7 +186,7 @@ def heights(file, size, folder):
 
 
 def main():
-    parser = argparse.ArgumentParser(description=__doc__)
+    parser = findings.parser(__doc__)
     parser.add_argument("--maps", default=os.path.join(os.path.dirname(ROOT), "shared", "terrain"))
     parser.add_argument("--cases", nargs="+", default=list(CASES), choices=list(CASES))
     parser.add_argument("--threads", nargs="+", type=int, default=[1, 2])
@@ -196,6 +196,7 @@ def main():
     program = built("hazard")
     header = ["map", "threads", "apsides", "verdicts alone", "OpenCV", "ratio", f"OpenCV, strips of {arguments.strip} rows", "ratio"]
     rows, notes = [], []
+    found = findings.Findings("Hazard maps", "All layers of both sides; OpenCV in strips of rows that stay in the cache.")
     for name in arguments.cases:
         size, file, case = CASES[name]
         z = heights(file, size, arguments.maps)
@@ -216,9 +217,11 @@ def main():
                         theirs = hazards(z, case, strip)
                         best[k] = min(best[k], time.perf_counter() - clock)
                 a, b, c, d = best
+                found.add(f"{name}, threads: {threads}", "OpenCV", 1e3 * a, 1e3 * min(c, d), f"{ours['safe']} and {theirs[1]} safe pixels")
                 rows.append([name, str(threads), f"{a:.3f} s", f"{b:.3f} s", f"{c:.2f} s", f"{c / a:.1f}", f"{d:.2f} s", f"{d / a:.1f}"])
                 print(rows[-1], file=sys.stderr, flush=True)
             notes.append(compared(name, ours, theirs, numpy.fromfile(layers, numpy.float32).reshape(4, size, size)))
+    findings.write(arguments.findings, found)
     print("| " + " | ".join(header) + " |")
     print("| --- |" + " ---: |" * (len(header) - 1))
     for row in rows:

@@ -3,10 +3,10 @@
 The program `program` of this package writes every nonlinear program as formulas. See README.md.
 """
 
-import argparse
 import statistics
 import sys
 
+import findings
 from common import STRATEGIES, SUCCESS, Problem, assembled, built, casadi, output
 
 COMPARED = ("monotone", "quality", "probing")
@@ -92,11 +92,12 @@ def summary(title, pairs):
 
 
 def main():
-    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser = findings.parser(__doc__)
     parser.add_argument("--milliseconds", type=float, default=20.0, help="CPU time spent on each solve and turn")
     parser.add_argument("--turns", type=int, default=2, help="turns of each solver")
     parser.add_argument("--program", default=None, help="the built program `program`")
-    programs, runs = solve_all(parser.parse_args())
+    arguments = parser.parse_args()
+    programs, runs = solve_all(arguments)
     print(f"CasADi {casadi.__version__}. Least CPU time of a solve in ms; ratios are Ipopt / apsides.")
     print("First both with their defaults (monotone), then each with its fastest strategy.")
     print(line(*(name for name, _ in COLUMNS)))
@@ -133,6 +134,14 @@ def main():
                 f" ({acceptable} to the acceptable tolerance only); not: {', '.join(missed) or 'none'}"
             )
     print(f"any strategy: apsides {wins['apsides']}, Ipopt {wins['Ipopt']} of {len(programs)}")
+    found = findings.Findings(
+        "Collection of Hock and Schittkowski",
+        "Sums of the times of all programs that both bring to the published optimum. Ipopt through CasADi spends about 0.15 ms an iteration whatever the size.",
+    )
+    for title, pairs in (("both with their defaults", default), ("the fastest strategy of each", best)):
+        sums = [sum(pair[k]["ms"] for pair in pairs) for k in (1, 2)]
+        found.add(title, "Ipopt", *sums, f"{len(pairs)} of {len(programs)} programs")
+    findings.write(arguments.findings, found)
     summary("default with default", default)
     summary("best with best", best)
     for strategy in COMPARED[1:]:

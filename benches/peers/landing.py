@@ -4,12 +4,12 @@ The program `landing` of this package writes the discretised problem (start, bou
 equations down once more, checks that they agree at the start, and lets both solvers run in turns. See README.md.
 """
 
-import argparse
 import json
 import os
 import tempfile
 import tomllib
 
+import findings
 from common import STRATEGIES, Problem, built, casadi, numpy, output, trajectories
 
 STATES = 5
@@ -94,7 +94,7 @@ def compare(program, intervals, arguments):
 
 
 def main():
-    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser = findings.parser(__doc__)
     parser.add_argument("--intervals", type=int, nargs="+", default=[20, 100, 1000, 5000])
     parser.add_argument("--points", type=int, default=3)
     parser.add_argument("--start", default="auto", help="auto, line or coarse, see the program")
@@ -107,8 +107,18 @@ def main():
     program = arguments.program or built("landing")
     print(f"CasADi {casadi.__version__}.")
     trajectories.heading()
+    found = findings.Findings(
+        "Landing from perilune on finer and finer meshes, equal settings",
+        f"Intervals of {arguments.points} points; meshes of 1000 and more start from the solution on 20.",
+    )
     for intervals in arguments.intervals:
-        trajectories.report(f"{intervals} intervals", 1.0, compare(program, intervals, arguments), 1e-8)
+        entries = compare(program, intervals, arguments)
+        equal = trajectories.report(f"{intervals} intervals", 1.0, entries, 1e-8).equal
+        for strategy in equal:
+            pair = [entries[solver, strategy] for solver in trajectories.SOLVERS]
+            reached = "{} and {} iterations".format(*(e.last["iterations"] for e in pair))
+            found.add(f"{intervals} intervals, {strategy}", "Ipopt", *(e.least for e in pair), reached)
+    findings.write(arguments.findings, found)
 
 
 if __name__ == "__main__":

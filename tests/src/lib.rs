@@ -21,3 +21,8 @@ pub mod tolerance;
 pub use patience::Patience;
 pub use run::{Failure, Run, solve};
 pub use shared::shared;
+
+/// The page of the book is a test.
+#[cfg(doctest)]
+#[doc = include_str!("../../docs/problems-in-rust.md")]
+struct ProblemsInRust;

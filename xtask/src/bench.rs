@@ -2,18 +2,26 @@
 
 use std::process::Command;
 
-use crate::command::{cargo, run, succeeds};
+use crate::command::{cargo, run};
+use crate::python;
 use crate::workspace::Workspace;
 
 /// Crates whose speed decides a solve.
 const MEASURED: &[&str] = &["apsides-kkt", "apsides-nlp", "apsides-radau"];
 
-/// Folder of the scripts that solve our problems with other programs. Each prints its own comparison.
-const PEERS: &str = "benches/peers";
+/// Runs all comparisons with other programs.
+const PEERS: &str = "benches/peers/compare.py";
 
-/// Runs the benches; `--peers` adds the scripts, everything else goes to criterion.
+/// The other programs, by their versions.
+const REQUIREMENTS: &str = "benches/peers/requirements.txt";
+
+/// Runs the benches, with the arguments for criterion; `--peers` runs the comparisons with other programs instead, with the arguments for
+/// their script.
 pub(crate) fn run_benches(workspace: &Workspace, arguments: &[String]) -> Result<(), String> {
-    let (peers, criterion): (Vec<_>, Vec<_>) = arguments.iter().partition(|a| *a == "--peers");
+    let (peers, others): (Vec<_>, Vec<_>) = arguments.iter().partition(|a| *a == "--peers");
+    if !peers.is_empty() {
+        return compare(workspace, &others);
+    }
     let mut bench = cargo(&workspace.root, ["bench"]);
     let mut any = false;
     for name in MEASURED {
@@ -29,43 +37,22 @@ pub(crate) fn run_benches(workspace: &Workspace, arguments: &[String]) -> Result
             bench.args(["--bench", target]);
         }
     }
-    if any {
-        run(bench.arg("--").args(criterion))?;
-    }
-    if peers.is_empty() { Ok(()) } else { compare(workspace) }
+    if any { run(bench.arg("--").args(others)) } else { Ok(()) }
 }
 
-/// Runs every script of the peers' folder, if their solver is there.
-fn compare(workspace: &Workspace) -> Result<(), String> {
-    if !succeeds(Command::new("python3").args(["-c", "import casadi"])) {
-        println!("peers skipped: python3 cannot import casadi (pip install casadi)");
-        return Ok(());
+/// Runs the comparisons in an environment that has the other programs.
+fn compare(workspace: &Workspace, arguments: &[&String]) -> Result<(), String> {
+    let environment = workspace.target.join("peers");
+    let python = python::program(&environment, "python");
+    if !python.exists() {
+        python::environment(&environment)?;
     }
-    let files = workspace.files()?;
-    let scripts: Vec<_> = files.iter().filter(|f| is_script(f)).collect();
-    if scripts.is_empty() {
-        println!("peers skipped: no scripts in {PEERS}");
-    }
-    for script in scripts {
-        run(Command::new("python3").current_dir(&workspace.root).arg(script))?;
-    }
-    Ok(())
-}
-
-fn is_script(path: &str) -> bool {
-    let name = path.strip_prefix(PEERS).and_then(|p| p.strip_prefix('/'));
-    name.is_some_and(|n| n.ends_with(".py") && !n.contains('/'))
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn scripts_lie_in_the_folder_itself() {
-        assert!(is_script("benches/peers/landing.py"));
-        assert!(!is_script("benches/peers/README.md"));
-        assert!(!is_script("benches/peers/data/a.py"));
-        assert!(!is_script("benches/landing.py"));
-    }
+    python::pip(
+        &environment,
+        &["--requirement".into(), workspace.root.join(REQUIREMENTS).display().to_string()],
+    )?;
+    let summary = workspace.target.join("summary.json");
+    let mut scripts = Command::new(python);
+    scripts.current_dir(&workspace.root).arg(PEERS).arg("--summary").arg(summary).args(arguments);
+    run(scripts.env("CARGO_TARGET_DIR", &workspace.target))
 }

@@ -4,7 +4,9 @@ use std::time::{Duration, Instant};
 
 use crate::command::{cargo, run as run_command, run_keeping, written};
 use crate::workspace::Workspace;
-use crate::{crate_readme, demand, doc, examples, layers, package, python, readme, supply, table, tidy};
+use crate::{
+    book, crate_readme, demand, doc, examples, layers, package, python, readme, supply, table, tidy,
+};
 
 /// A step: its name and what it does.
 type Step = (&'static str, fn(&Workspace) -> Result<(), String>);
@@ -25,6 +27,7 @@ const STEPS: &[Step] = &[
     ("missions", missions),
     ("table", table::check),
     ("readme", first_command),
+    ("book", book::run_book),
     ("deny", demand::deny),
     ("sbom", |w| supply::bill(w, &[])),
     ("fly", demand::fly_if_there),

@@ -8,6 +8,7 @@
 //! | `layers`, `circles`, `signatures` | which crate and which module depends on which, and what an interface may name |
 //! | `tidy` | rules of style that rustfmt and clippy do not know |
 //! | `table` | generated documents |
+//! | `book` | commands of the pages in docs, and the book of them |
 //! | `bench` | benchmarks, and the same problems in other programs |
 //! | `package` | every crate as a package, used by a project of its own |
 //! | `supply` | licences and sources of dependencies, the bill of materials |
@@ -21,6 +22,7 @@
 use std::process::ExitCode;
 
 mod bench;
+mod book;
 mod ci;
 mod circles;
 mod command;
@@ -68,9 +70,11 @@ Tasks:
   fly                trajectories of missions flown again by SciPy; left out where Python has none
   deny               licences and sources of dependencies by deny.toml, and what cargo-deny checks besides where it is there
   sbom [FILE]        bill of materials of the program, CycloneDX 1.5 as JSON
+  book               commands of the pages in docs, and the book itself where mdbook is installed
   bless              accepts the present counters of the workspace tests as the golden ones
-  bench [--peers] .. criterion benches of kkt, nlp and radau; --peers also runs benches/peers/*.py;
-                     further arguments go to criterion
+  bench [--peers] .. criterion benches of kkt, nlp and radau, further arguments go to criterion; --peers: the same
+                     works by other programs instead, in a fresh environment, with docs/benchmarks.md; half an hour;
+                     --only NAME .. for some of them
   help               this text";
 
 fn main() -> ExitCode {
@@ -120,6 +124,7 @@ fn perform(arguments: &[String]) -> Result<(), String> {
         "fly" => no_arguments(task, rest).and_then(|()| demand::fly_if_there(&Workspace::load()?)),
         "deny" => no_arguments(task, rest).and_then(|()| demand::deny(&Workspace::load()?)),
         "sbom" => supply::bill(&Workspace::load()?, rest),
+        "book" => no_arguments(task, rest).and_then(|()| book::run_book(&Workspace::load()?)),
         "bless" => no_arguments(task, rest).and_then(|()| bless(&Workspace::load()?)),
         "bench" => bench::run_benches(&Workspace::load()?, rest),
         _ => Err(format!("no task `{task}`; `cargo xtask help` lists them")),

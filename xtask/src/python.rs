@@ -49,18 +49,20 @@ pub(crate) fn build(workspace: &Workspace) -> Result<(), String> {
 }
 
 /// A program of an environment.
-fn program(environment: &Path, name: &str) -> PathBuf {
+pub(crate) fn program(environment: &Path, name: &str) -> PathBuf {
     match cfg!(windows) {
         true => environment.join("Scripts").join(format!("{name}.exe")),
         false => environment.join("bin").join(name),
     }
 }
 
-fn environment(folder: &Path) -> Result<(), String> {
+/// Makes an environment.
+pub(crate) fn environment(folder: &Path) -> Result<(), String> {
     run(Command::new("python3").args(["-m", "venv", "--clear"]).arg(folder))
 }
 
-fn pip(environment: &Path, packages: &[String]) -> Result<(), String> {
+/// Installs packages into an environment.
+pub(crate) fn pip(environment: &Path, packages: &[String]) -> Result<(), String> {
     let install = ["-m", "pip", "install", "--quiet", "--disable-pip-version-check"];
     run(Command::new(program(environment, "python")).args(install).args(packages))
 }

@@ -50,6 +50,20 @@ def in_turns(command, flags, problem, turns, milliseconds):
     return {key: Entry(*key, value) for key, value in runs.items()}
 
 
+def least(entries, optimum, tolerance):
+    """Least time of each solver among the strategies that reach the optimum."""
+    return [
+        min((e.least for (s, _), e in entries.items() if s == solver and e.reaches(optimum, tolerance)), default=None)
+        for solver in SOLVERS
+    ]
+
+
+def apart(pair):
+    """Relative difference of two objectives."""
+    a, b = (e.last["objective"] for e in pair)
+    return abs(a - b) / max(abs(a), abs(b), 1e-300)
+
+
 COLUMNS = (
     ("problem", 21), ("variables", 9), ("solver", 18), ("iterations", 10), ("solve ms", 9), ("median", 9),
     ("ms/iteration", 12), ("evaluation ms", 13), ("build ms", 9), ("objective", 16), ("difference", 10), ("stock", 6), ("same", 6),
@@ -100,9 +114,6 @@ def report(label, sign, entries, tolerance):
             )
         )
     sys.stdout.flush()
-    fastest = {
-        solver: min((e.least for (s, _), e in entries.items() if s == solver and e.reaches(optimum, tolerance)), default=None)
-        for solver in SOLVERS
-    }
-    best = fastest["Ipopt"] / fastest["apsides"] if all(fastest.values()) else None
+    ours, theirs = least(entries, optimum, tolerance)
+    best = theirs / ours if ours and theirs else None
     return Ratios(equal_settings, best, stock)

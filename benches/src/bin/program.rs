@@ -5,9 +5,9 @@ use std::io::{Write, stdout};
 
 use apsides::nlp::{BarrierOracle, BarrierStrategy, InteriorPoint, NlpSettings};
 use apsides::ocp::{Guess, Mesh, Ocp};
-use apsides::radau::Transcription;
+use apsides::radau::{Radau, Transcription};
 use apsides_benches::landing::{self, Failure, Landing, method_settings};
-use apsides_benches::{Formulas, Timed};
+use apsides_benches::{CpuTime, Formulas, Timed};
 use apsides_problems::nlp::hock_schittkowski::collection;
 use apsides_problems::{Case, find};
 use clap::{Parser, Subcommand, ValueEnum};
@@ -45,6 +45,11 @@ enum Which {
         /// Collocation points per interval.
         #[arg(long)]
         points: usize,
+    },
+    /// The same problems by the Radau method with its defaults: meshes refined until their error is small enough.
+    Refined {
+        /// Name in the gallery, or `lunar-perilune`.
+        name: String,
     },
 }
 
@@ -93,6 +98,7 @@ fn main() -> Result<(), Failure> {
     let output = match &arguments.which {
         Which::HockSchittkowski => collection_entries(&arguments)?,
         Which::Problem { name, intervals, points } => problem_entry(&arguments, name, *intervals, *points)?,
+        Which::Refined { name } => refined_entry(&arguments, name)?,
     };
     writeln!(stdout(), "{output}")?;
     Ok(())
@@ -134,6 +140,27 @@ fn problem_entry(
         json!(Timed::run(&solver, arguments.milliseconds, || Ok(Transcription::new(&ocp, &mesh, &guess)?))?)
     };
     Ok(json!(Entry { name: name.into(), optimum, tolerance, content }))
+}
+
+/// Whole calls of the method, from problem and guess to the trajectory.
+fn refined_entry(arguments: &Arguments, name: &str) -> Result<Value, Failure> {
+    let (ocp, guess, optimum, tolerance) = pose(name)?;
+    let mut call_ms = Vec::new();
+    loop {
+        let clock = CpuTime::start();
+        let solution = Radau::default().solve(&ocp, &guess)?;
+        call_ms.push(clock.milliseconds());
+        if call_ms.iter().sum::<f64>() >= arguments.milliseconds {
+            let content = json!({
+                "call_ms": call_ms,
+                "solved": solution.accurate && solution.status.is_success(),
+                "objective": solution.trajectory.objective,
+                "meshes": solution.meshes.len(),
+                "iterations": solution.meshes.iter().map(|mesh| mesh.counters.iterations).sum::<usize>(),
+            });
+            return Ok(json!(Entry { name: name.into(), optimum, tolerance, content }));
+        }
+    }
 }
 
 /// Problem, guess, optimum and its tolerance.
