@@ -5,7 +5,7 @@ use crate::elimination;
 use crate::settings::Ordering;
 use crate::structure::Structure;
 use crate::supernodes::Supernodes;
-use crate::tree::{Couplings, postorder};
+use crate::tree::{Couplings, moved, postorder};
 use crate::twins::{places, twins};
 use crate::{KktError, multifrontal::Multifrontal};
 
@@ -31,8 +31,9 @@ impl Analysis {
         let mut parent = couplings.elimination_forest();
         if let Some(postorder) = postorder(&parent) {
             order = postorder.iter().map(|&k| order[k as usize]).collect();
-            couplings = Couplings::new(n, rows, cols, &elimination::inverse(&order));
-            parent = couplings.elimination_forest();
+            let place = elimination::inverse(&postorder);
+            couplings = couplings.moved(&place);
+            parent = moved(&parent, &place);
         }
         let mut supernodes = Supernodes::new(&couplings, &parent);
         let twins = twins(&supernodes);

@@ -108,7 +108,7 @@ pub(crate) struct Refiner {
 struct Krylov {
     /// Most basis vectors that are multiplied.
     steps: usize,
-    /// `steps + 1` vectors of length `n`.
+    /// At most `steps + 1` vectors of length `n`, for which there is room; filled when they are needed.
     basis: Vec<f64>,
     /// Triangular factor of the Hessenberg matrix: `steps` columns of `steps + 1`.
     triangle: Vec<f64>,
@@ -128,7 +128,7 @@ impl Refiner {
             trial_residual: vec![0.0; n],
             krylov: Krylov {
                 steps,
-                basis: vec![0.0; n * (steps + 1)],
+                basis: Vec::with_capacity(n * (steps + 1)),
                 triangle: vec![0.0; (steps + 1) * steps],
                 rotations: vec![(1.0, 0.0); steps],
                 coefficients: vec![0.0; steps + 1],
@@ -223,22 +223,20 @@ impl Krylov {
         if steps == 0 || norm == 0.0 || !norm.is_finite() {
             return None;
         }
-        for (v, &r) in self.basis[..n].iter_mut().zip(residual) {
-            *v = r / norm;
-        }
+        self.basis.clear();
+        self.basis.extend(residual.iter().map(|r| r / norm));
         self.coefficients.fill(0.0);
         self.coefficients[0] = norm;
         let mut used = 0;
         while used < steps {
             let k = used;
-            let (known, rest) = self.basis.split_at_mut((k + 1) * n);
-            let next = &mut rest[..n];
+            self.basis.resize((k + 2) * n, 0.0);
+            let (known, next) = self.basis.split_at_mut((k + 1) * n);
             correction.copy_from_slice(&known[k * n..]);
             if !factor.solve(correction) {
                 return None;
             }
             // Minus the product: the sign is undone below.
-            next.fill(0.0);
             system.structure.subtract_product(system.values, correction, next);
             next.iter_mut().for_each(|w| *w = -*w);
             let column = &mut self.triangle[k * stride..][..k + 2];

@@ -33,6 +33,25 @@ impl Couplings {
         Self { start, rows: list }
     }
 
+    /// The same couplings with row `i` moved to `place[i]`, which keeps every row behind those that it is coupled with, as a postorder does.
+    pub(crate) fn moved(&self, place: &[u32]) -> Self {
+        let mut start = vec![0u32; self.start.len()];
+        for (row, &place) in place.iter().enumerate() {
+            start[place as usize + 1] = self.before(row).len() as u32;
+        }
+        for row in 0..self.len() {
+            start[row + 1] += start[row];
+        }
+        let mut rows = vec![0; self.rows.len()];
+        for (row, &to) in place.iter().enumerate() {
+            let list = &mut rows[start[to as usize] as usize..];
+            for (moved, &before) in list.iter_mut().zip(self.before(row)) {
+                *moved = place[before as usize];
+            }
+        }
+        Self { start, rows }
+    }
+
     /// Rows.
     pub(crate) fn len(&self) -> usize {
         self.start.len() - 1
@@ -62,6 +81,17 @@ impl Couplings {
         }
         parent
     }
+}
+
+/// The forest with row `i` moved to `place[i]`.
+pub(crate) fn moved(parent: &[u32], place: &[u32]) -> Vec<u32> {
+    let mut moved = vec![ROOT; parent.len()];
+    for (&parent, &place_of_child) in parent.iter().zip(place) {
+        if parent != ROOT {
+            moved[place_of_child as usize] = place[parent as usize];
+        }
+    }
+    moved
 }
 
 /// Elimination order that is a postorder of the forest: `order[k]` is the row for place `k`. `None` if the rows are in
@@ -108,7 +138,18 @@ mod tests {
     fn postorder_gathers_subtrees() {
         // Arrow of two chains 0-2-4 and 1-3-4: the tree order 0 2 1 3 4 is a postorder, 0 1 2 3 4 is not.
         let couplings = Couplings::new(5, &[0, 2, 1, 3], &[2, 4, 3, 4], &[0, 1, 2, 3, 4]);
-        assert_eq!(postorder(&couplings.elimination_forest()), Some(vec![0, 2, 1, 3, 4]));
+        let parent = couplings.elimination_forest();
+        assert_eq!(postorder(&parent), Some(vec![0, 2, 1, 3, 4]));
+        // Moved there, couplings and forest are those of the rows in that order.
+        let place = [0, 2, 1, 3, 4];
+        let (again, couplings) = (Couplings::new(5, &[0, 2, 1, 3], &[2, 4, 3, 4], &place), couplings.moved(&place));
+        let sorted = |couplings: &Couplings, row| {
+            let mut before = couplings.before(row).to_vec();
+            before.sort_unstable();
+            before
+        };
+        assert!((0..5).all(|row| sorted(&again, row) == sorted(&couplings, row)));
+        assert_eq!(moved(&parent, &place), again.elimination_forest());
         let chain = Couplings::new(3, &[0, 1], &[1, 2], &[0, 1, 2]);
         assert_eq!(postorder(&chain.elimination_forest()), None);
     }
