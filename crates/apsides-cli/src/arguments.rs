@@ -1,7 +1,9 @@
 //! Command line of the program.
 
+mod campaign;
 mod certify;
 mod ephemeris;
+mod merge;
 mod run;
 mod terrain;
 mod words;
@@ -12,8 +14,10 @@ use clap::{Args, Parser, Subcommand};
 
 use crate::exit::statuses;
 
+pub(crate) use campaign::{CampaignArguments, OnInterrupt};
 pub(crate) use certify::CertifyArguments;
 pub(crate) use ephemeris::{EphemerisArguments, ExportArguments};
+pub(crate) use merge::MergeArguments;
 pub(crate) use run::{RunArguments, Threads, TimeLimit, allowed_memory};
 pub(crate) use terrain::{GenArguments, Ground, HazardArguments, MapArguments, Rule, TerrainCommand};
 pub(crate) use words::{GuidanceWord, NewKind, SampleFormat};
@@ -73,6 +77,7 @@ pub(crate) enum Command {
     #[command(after_help = "Examples:\n  \
         apsides sweep lunar-perilune --set perilune_altitude_km=50,25,20,15,10,5\n  \
         apsides sweep lunar-direct --set thrust_n=400,440,480 --set isp_s=310,320 --out sweep.csv\n  \
+        apsides sweep lunar-direct --set thrust_n=400,440,480,520 --chain 2 --first 2 --out parts/2.csv\n  \
         apsides sweep capsule-reentry --set heat_rate_limit_kw_m2=inf,850,800,760 --sensitivity --figure prices.svg")]
     Sweep(SweepArguments),
     /// Find the ends that a mission can reach at the altitude of its target, under its limits.
@@ -84,10 +89,33 @@ pub(crate) enum Command {
     #[command(after_help = "Examples:\n  \
         apsides montecarlo chang-e-3-braking --position-m 333 --velocity-m-s 1 --out flights\n  \
         apsides montecarlo chang-e-3-braking --position-m 333 --guidance replanned --replan-at 0,200\n  \
+        apsides montecarlo chang-e-3-braking --position-m 333 --samples 1000000 --first 250000 --count 1000 --out shards/250\n  \
+        apsides montecarlo lunar-perilune --state altitude=100 --vary thrust_n=2 --samples 200\n  \
         apsides montecarlo lander.toml --sigma constants.thrust=0.5 --sigma constants.isp=2 --samples 200\n  \
         apsides montecarlo chang-e-3-braking --set thrust_n=7000 --full-thrust-n 7500 --thrust-percent 0.5 \\\n    \
         --engine-unknown --guidance polynomial")]
     Montecarlo(MonteCarloArguments),
+    /// Join the parts (shards) of a Monte Carlo run or a sweep, made anywhere, to what a single run would have written.
+    #[command(after_help = "Examples:\n  \
+        apsides montecarlo chang-e-3-braking --position-m 333 --samples 4000 --first 0 --count 2000 --out shards/0\n  \
+        apsides montecarlo chang-e-3-braking --position-m 333 --samples 4000 --first 2000 --count 2000 --out shards/1\n  \
+        apsides merge shards --out flights\n\n\
+        Parts of other missions, settings or versions, parts that overlap, leave a gap, are not complete or were\n\
+        altered are refused by name (status 2); nothing is written then.")]
+    Merge(MergeArguments),
+    /// Compute a large run as shards: on this machine, by Slurm or by Dask; follow them and join them.
+    #[command(after_help = "Examples:\n  \
+        apsides campaign landing.toml\n  \
+        apsides campaign landing.toml --on-interrupt cancel\n  \
+        hq submit --array 0-99 apsides campaign landing.toml --shard '$HQ_TASK_ID'\n\n\
+        The file:\n  \
+        mission = \"chang-e-3-braking\"\n  \
+        arguments = [\"--position-m\", \"333\"]\n  \
+        samples = 100000\n  \
+        shard_size = 1000\n  \
+        engine = \"local\"        # or slurm, dask\n\n\
+        All keys: docs/campaigns.md. The same command goes on where it was; shards that are complete stay.")]
+    Campaign(CampaignArguments),
     /// List the missions, or the keys of one.
     #[command(after_help = "Examples:\n  apsides missions\n  apsides missions lunar-perilune")]
     Missions {
@@ -329,6 +357,15 @@ pub(crate) struct SweepArguments {
     /// Method, short for `--set method=M`.
     #[arg(long, value_name = "M")]
     pub(crate) method: Option<String>,
+    /// Cases of a chain: the first of each starts from the mission's own guess, the others from their neighbours. All are one chain without it.
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..))]
+    pub(crate) chain: Option<u32>,
+    /// Solve a part of the cases (a shard) alone, from this index on, counted from 0: the first of a chain. `apsides merge` joins parts.
+    #[arg(long, value_name = "K", requires = "chain")]
+    pub(crate) first: Option<u32>,
+    /// Number of cases of the part; all behind the first without it.
+    #[arg(long, value_name = "N", requires = "chain", value_parser = clap::value_parser!(u32).range(1..))]
+    pub(crate) count: Option<u32>,
     /// Write the rows with all results as CSV.
     #[arg(long, value_name = "FILE")]
     pub(crate) out: Option<PathBuf>,
@@ -347,13 +384,27 @@ pub(crate) struct SweepArguments {
 pub(crate) struct MonteCarloArguments {
     #[command(flatten)]
     pub(crate) mission: MissionArguments,
-    /// Number of flights; with --out those in the file count.
-    #[arg(long, value_name = "N", default_value_t = 1000, value_parser = clap::value_parser!(u32).range(2..=10_000_000))]
+    /// Number of flights of the whole run; with --out those in the file count.
+    #[arg(long, value_name = "N", default_value_t = 1000, value_parser = clap::value_parser!(u32).range(2..=1_000_000_000))]
     pub(crate) samples: u32,
+    /// Fly a part of the run (a shard) alone: from this index on, counted from 0. A sample depends on seed and index alone; `apsides merge`
+    /// joins parts to what the whole run would have been.
+    #[arg(long, value_name = "K", default_value_t = 0)]
+    pub(crate) first: u32,
+    /// Number of samples of the part; all behind the first without it.
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..))]
+    pub(crate) count: Option<u32>,
     /// Standard deviation of a number of the mission, in its unit; may be repeated. Each sample is an optimum: the mission solved again with
     /// drawn numbers.
     #[arg(long, value_name = "KEY=SIGMA", value_parser = sized_key)]
     pub(crate) sigma: Vec<(String, f64)>,
+    /// Standard deviation of the initial value of a state of any optimised mission, by its name and in the unit of its problem; may be
+    /// repeated. The flights have the controls of the plan as functions of time.
+    #[arg(long, value_name = "NAME=SIGMA", value_parser = sized_key)]
+    pub(crate) state: Vec<(String, f64)>,
+    /// The same of a number of the mission, by its key; may be repeated, and go with --state.
+    #[arg(long, value_name = "KEY=SIGMA", value_parser = sized_key)]
+    pub(crate) vary: Vec<(String, f64)>,
     /// Position along each axis (up, along the course, across), m.
     #[arg(long = "position-m", value_name = "SIGMA", default_value_t = 0.0, allow_negative_numbers = true)]
     pub(crate) position: f64,
@@ -448,7 +499,7 @@ pub(crate) struct MonteCarloArguments {
     /// Largest thrust in flight, N, where the mission plans with less to have a reserve.
     #[arg(long = "full-thrust-n", value_name = "THRUST", allow_negative_numbers = true)]
     pub(crate) full_thrust: Option<f64>,
-    /// Write montecarlo.csv, flight by flight, montecarlo.json and montecarlo.svg; a run that was stopped goes on.
+    /// Write montecarlo.csv, flight by flight, then montecarlo.json, .svg, .html and shard.json; a run that was stopped goes on.
     #[arg(long, value_name = "DIR")]
     pub(crate) out: Option<PathBuf>,
     /// Files of the samples: parquet makes montecarlo.parquet of montecarlo.csv at the end, in builds with the feature `parquet`.

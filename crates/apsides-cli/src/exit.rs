@@ -22,6 +22,8 @@ pub(crate) enum Exit {
     NotVerified = 4,
     /// An output is lost.
     Unwritten = 5,
+    /// All is there, some samples have no result.
+    Failures = 6,
     /// A panic.
     Fault = 101,
     /// A signal ended the work.
@@ -29,7 +31,7 @@ pub(crate) enum Exit {
 }
 
 /// Every status with its meaning, for all commands; the worse ones further down, the interrupt and lost outputs above bad input.
-const TABLE: [(Exit, &str); 7] = [
+const TABLE: [(Exit, &str); 8] = [
     (
         Exit::Verified,
         "done: what was solved is optimal and verified, what was asked for is shown and written",
@@ -37,8 +39,7 @@ const TABLE: [(Exit, &str); 7] = [
     (Exit::BadInput, "bad input: a sentence on stderr says what is allowed; nothing is written"),
     (
         Exit::NotSolved,
-        "not solved: not converged or infeasible; a time limit ended the work; a flight failed (simulate), samples have no result \
-         (montecarlo), no gains hold (tune), ends are missing (footprint), no site is safe (hazard). What was found is shown and written",
+        "not solved: not converged or infeasible; a time limit ended the work; a flight failed (simulate), no gains hold (tune), ends are missing (footprint), no site is safe (hazard). What was found is shown and written",
     ),
     (
         Exit::NotVerified,
@@ -47,6 +48,10 @@ const TABLE: [(Exit, &str); 7] = [
     (
         Exit::Unwritten,
         "an output could not be written (a file, a checkpoint, stdout); what is on the disk stays",
+    ),
+    (
+        Exit::Failures,
+        "complete, but some flights have no result (montecarlo, merge): nothing is left to do; work that ended before its end has 3 or 130",
     ),
     (Exit::Fault, "a fault of the program itself: please report the message"),
     (
@@ -89,11 +94,12 @@ impl Exit {
         let rank = |exit| match exit {
             Self::Verified => 0,
             Self::NotVerified => 1,
-            Self::NotSolved => 2,
-            Self::BadInput => 3,
-            Self::Interrupted => 4,
-            Self::Unwritten => 5,
-            Self::Fault => 6,
+            Self::Failures => 2,
+            Self::NotSolved => 3,
+            Self::BadInput => 4,
+            Self::Interrupted => 5,
+            Self::Unwritten => 6,
+            Self::Fault => 7,
         };
         if rank(other) > rank(self) { other } else { self }
     }
@@ -161,7 +167,7 @@ mod tests {
     #[test]
     fn every_status_is_in_the_table_once() {
         let numbers: Vec<u8> = TABLE.iter().map(|(exit, _)| *exit as u8).collect();
-        assert_eq!(numbers, [0, 2, 3, 4, 5, 101, 130]);
+        assert_eq!(numbers, [0, 2, 3, 4, 5, 6, 101, 130]);
         assert!(statuses(100).lines().all(|l| l.len() <= 100));
     }
 

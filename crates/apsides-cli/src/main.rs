@@ -6,6 +6,8 @@
 //! apsides new problem my-problem.toml               a file to begin with: equations of one's own
 //! apsides solve lunar-perilune --out results        solves and verifies; writes data and a report
 //! apsides sweep lunar-perilune --set perilune_altitude_km=50,25,15 --out sweep.csv
+//! apsides merge shards --out flights                joins the parts of a large run
+//! apsides campaign landing.toml                     the parts of one by Slurm, Dask or this machine
 //! apsides verify results                            checks stored results again
 //! apsides export results --step 1s --format oem     writes the flight for other programs
 //! apsides certify brachistochrone_free_y other.csv  judges the trajectory of any program
@@ -26,6 +28,7 @@
 )]
 
 mod arguments;
+mod campaign;
 mod certify;
 mod commands;
 mod ephemeris;
@@ -37,6 +40,7 @@ mod hazard;
 mod hazard_features;
 mod hazard_files;
 mod hazard_watch;
+mod merge;
 mod montecarlo;
 mod output;
 mod progress;
@@ -103,6 +107,8 @@ fn command(command: Command) -> Result<Exit, Refusal> {
         Command::Sweep(a) => sweep::run_sweep(&a),
         Command::Footprint(a) => footprint::footprint(&a),
         Command::Montecarlo(a) => montecarlo::montecarlo(&a),
+        Command::Merge(a) => merge::merge(&a),
+        Command::Campaign(a) => campaign::campaign(&a),
         Command::Missions { name } => commands::missions(name.as_deref()),
         Command::New { kind, file } => commands::new(kind, file.as_deref()),
         Command::Schema => commands::schema(),

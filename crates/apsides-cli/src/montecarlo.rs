@@ -1,14 +1,20 @@
 //! `apsides montecarlo`.
 
 use std::fmt::Write as _;
+use std::ops::Range;
+use std::path::{Path, PathBuf};
 
 use apsides::missions::moving_mass::{DescentDeviations, Descents, case};
 use apsides::pipeline::dispersion::{Deviations, Guidance, Onboard, Replanning};
 use apsides::pipeline::draws::Draws;
-use apsides::pipeline::key::{name_of, unit_of};
+use apsides::pipeline::fault::Fault;
 use apsides::pipeline::memory::Foreseen;
-use apsides::pipeline::montecarlo::{Batch, Ellipse, MonteCarlo, Sample, Statistics};
-use apsides_report::{Axis, Figure, SampleFile, distribution_figure, landing_figure, write_statistics};
+use apsides::pipeline::montecarlo::{Batch, Ellipse, Flown, MonteCarlo, Sample, Statistics, statistics};
+use apsides::pipeline::open_loop::OpenLoop;
+use apsides::pipeline::shard::{SHARD, Shard, ShardState};
+use apsides_report::{
+    SampleFigure, SampleFile, SampleLayout, SampleTable, state_samples, write_samples, write_shard,
+};
 
 use crate::arguments::{GuidanceWord, MonteCarloArguments, SampleFormat};
 use crate::commands::claim;
@@ -21,6 +27,9 @@ pub(crate) fn montecarlo(a: &MonteCarloArguments) -> Result<Exit, Refusal> {
     let mission = a.mission.load_for(&a.run)?;
     if !a.sigma.is_empty() {
         return draws(a, &mission);
+    }
+    if !a.state.is_empty() || !a.vary.is_empty() {
+        return open_loop(a, &mission);
     }
     if mission.is_simulated() {
         return descents(a, &mission);
@@ -44,10 +53,7 @@ pub(crate) fn montecarlo(a: &MonteCarloArguments) -> Result<Exit, Refusal> {
     a.refuse(&a.of_descents(), "are of missions that are simulated")?;
     // Before the work, not after it.
     run.check(&mission).map_err(refusal)?;
-    let columns = mission.kind().offers.dispersed;
-    if a.format == SampleFormat::Parquet && !cfg!(feature = "parquet") {
-        return Err("this program is built without Parquet: build it with `--features parquet`".into());
-    }
+    let indices = a.indices()?;
     let stop = a.run.limit.stop();
     let plan = mission.solve(None, &mut Progress::table(true, stop)).map_err(refusal)?;
     if !plan.status.is_success() {
@@ -55,13 +61,18 @@ pub(crate) fn montecarlo(a: &MonteCarloArguments) -> Result<Exit, Refusal> {
     }
     let own = |index| run.dispersions.sample(run.seed, index).values().to_vec();
     let steering = serde_json::to_string(&(&run.guidance, &run.onboard)).map_err(refusal)?;
-    let statement = format!("# Steering: {steering}\n{}", plan.mission_file);
-    let frame = Frame { a, names: &Deviations::names(), columns, statement, stop };
-    frame.fly(
-        own,
-        |done, each| run.run(&mission, &plan, done, each).map_err(refusal),
-        |title, samples, statistics| landing_figure(title, samples, columns, statistics),
-    )
+    let frame = Frame {
+        a,
+        mission: mission.name(),
+        indices,
+        names: &Deviations::names(),
+        sizes: &run.dispersions.values(),
+        columns: mission.kind().offers.dispersed,
+        statement: format!("# Steering: {steering}\n{}", plan.mission_file),
+        figure: SampleFigure::Landing,
+        stop,
+    };
+    frame.fly(own, |indices, take| run.fly(&mission, &plan, indices, take))
 }
 
 /// Nothing to fly samples of.
@@ -74,6 +85,11 @@ fn unsolved(status: impl std::fmt::Display, what: &str) -> Refusal {
 
 /// Optima of a mission whose numbers are drawn.
 fn draws(a: &MonteCarloArguments, mission: &apsides::Pipeline) -> Result<Exit, Refusal> {
+    if !a.state.is_empty() || !a.vary.is_empty() {
+        return Err(
+            "`--sigma` solves each sample anew, `--state` and `--vary` fly the plan: take one of them".into(),
+        );
+    }
     a.refuse(&a.of_plans(), "are of flights that deviate from a plan, not of optima (`--sigma`)")?;
     a.refuse(&a.of_descents(), "are of missions that are simulated")?;
     let run = Draws {
@@ -83,6 +99,7 @@ fn draws(a: &MonteCarloArguments, mission: &apsides::Pipeline) -> Result<Exit, R
         sigmas: a.sigma.clone(),
     };
     run.check(mission).map_err(refusal)?;
+    let indices = a.indices()?;
     // Each thread has a solve of its own.
     let one = mission.foreseen_memory().map_err(refusal)?;
     let cause = format!("{} on each of {} threads", one.cause, run.threads);
@@ -95,17 +112,57 @@ fn draws(a: &MonteCarloArguments, mission: &apsides::Pipeline) -> Result<Exit, R
     }
     let columns = Draws::columns(&plan);
     let names: Vec<&str> = a.sigma.iter().map(|(key, _)| key.as_str()).collect();
-    let shown = plan.headline.first().map_or("", String::as_str);
-    let statement = format!("# Draws: {:?}\n{}", a.sigma, plan.mission_file);
-    let frame = Frame { a, names: &names, columns: &columns, statement, stop };
-    frame.fly(
-        |index| run.deviations(index),
-        |done, each| run.run(mission, &plan, done, each).map_err(refusal),
-        |title, samples, _| {
-            let axis = Axis::new(name_of(shown).replace('_', " "), unit_of(shown));
-            distribution_figure(title, axis, samples, &columns, &[(shown, "optimum")])
-        },
-    )
+    let sizes: Vec<f64> = a.sigma.iter().map(|(_, sigma)| *sigma).collect();
+    let frame = Frame {
+        a,
+        mission: mission.name(),
+        indices,
+        names: &names,
+        sizes: &sizes,
+        columns: &columns,
+        statement: format!("# Draws: {:?}\n{}", a.sigma, plan.mission_file),
+        figure: SampleFigure::Result(plan.headline.first().cloned().unwrap_or_default(), "optimum".into()),
+        stop,
+    };
+    frame.fly(|index| run.deviations(index), |indices, take| run.fly(mission, &plan, indices, take))
+}
+
+/// Flights of any optimised mission along the controls of its plan.
+fn open_loop(a: &MonteCarloArguments, mission: &apsides::Pipeline) -> Result<Exit, Refusal> {
+    a.refuse(&a.of_plans(), "do not go with `--state` and `--vary`")?;
+    a.refuse(&a.of_descents(), "are of missions that are simulated")?;
+    if !matches!(a.guidance, GuidanceWord::OpenLoop) {
+        return Err("`--state` and `--vary` deviate flights in open loop, without `--guidance`".into());
+    }
+    let run = OpenLoop {
+        seed: a.run.seed,
+        threads: a.run.threads.count(),
+        states: a.state.clone(),
+        keys: a.vary.clone(),
+    };
+    run.check(mission).map_err(refusal)?;
+    let indices = a.indices()?;
+    let stop = a.run.limit.stop();
+    let plan = mission.solve(None, &mut Progress::table(true, stop)).map_err(refusal)?;
+    if !plan.status.is_success() {
+        return Err(unsolved(plan.status, "no plan to deviate from"));
+    }
+    let (names, columns) = (run.names(), OpenLoop::columns(&plan));
+    let names: Vec<&str> = names.iter().map(String::as_str).collect();
+    let columns: Vec<&str> = columns.iter().map(String::as_str).collect();
+    let drawn = columns.first().copied().unwrap_or_default();
+    let frame = Frame {
+        a,
+        mission: mission.name(),
+        indices,
+        names: &names,
+        sizes: &run.sizes(),
+        columns: &columns,
+        statement: format!("# Open loop: {:?} {:?}\n{}", a.state, a.vary, plan.mission_file),
+        figure: SampleFigure::Result(drawn.into(), "less that of the plan".into()),
+        stop,
+    };
+    frame.fly(|index| run.deviations(index), |indices, take| run.fly(mission, &plan, indices, take))
 }
 
 /// Descents of a mission that is simulated.
@@ -130,22 +187,40 @@ fn descents(a: &MonteCarloArguments, mission: &apsides::Pipeline) -> Result<Exit
         },
     };
     let own = |index| run.dispersions.sample(run.seed, index).0.values().to_vec();
-    let columns = Descents::COLUMNS;
-    let statement = mission.to_file();
-    let names = DescentDeviations::NAMES;
-    let frame = Frame { a, names, columns, statement, stop: a.run.limit.stop() };
-    frame.fly(
-        own,
-        |done, each| run.run(&case, done, each).map_err(refusal),
-        |title, samples, _| {
-            let rms = [("attack_rms_deg", "attack"), ("sideslip_rms_deg", "sideslip")];
-            let axis = Axis::new("root mean square", "deg").logarithmic();
-            distribution_figure(title, axis, samples, columns, &rms)
+    let results = [("attack_rms_deg", "attack"), ("sideslip_rms_deg", "sideslip")];
+    let frame = Frame {
+        a,
+        mission: mission.name(),
+        indices: a.indices()?,
+        names: DescentDeviations::NAMES,
+        sizes: &run.dispersions.values(),
+        columns: Descents::COLUMNS,
+        statement: mission.to_file(),
+        figure: SampleFigure::Distribution {
+            axis: "root mean square".into(),
+            unit: "deg".into(),
+            results: results.map(|(name, label)| (name.into(), label.into())).into(),
         },
-    )
+        stop: a.run.limit.stop(),
+    };
+    frame.fly(own, |indices, take| run.fly(&case, indices, take))
 }
 
 impl MonteCarloArguments {
+    /// The indices of the samples that are asked for.
+    fn indices(&self) -> Result<Range<usize>, Refusal> {
+        let [total, first] = [self.samples, self.first].map(|n| n as usize);
+        let count = self.count.map_or(total.saturating_sub(first), |count| count as usize);
+        if first + count <= total && count > 0 {
+            return Ok(first..first + count);
+        }
+        let wanted = match self.count {
+            Some(count) => format!("--first {first} --count {count}"),
+            None => format!("--first {first}"),
+        };
+        Err(format!("{wanted}: the run has --samples {total}, of indices 0 to {}", total - 1).into())
+    }
+
     /// Options of flights that deviate from a plan, with their sizes.
     fn of_plans(&self) -> [(&'static str, f64); 5] {
         [
@@ -187,75 +262,169 @@ impl MonteCarloArguments {
 /// The arguments and columns of a run, with its file, progress and results.
 struct Frame<'a> {
     a: &'a MonteCarloArguments,
+    mission: &'a str,
+    indices: Range<usize>,
     names: &'a [&'a str],
+    /// Standard deviations, in the order of the names.
+    sizes: &'a [f64],
     columns: &'a [&'a str],
     /// Mission and steering: what samples are of.
     statement: String,
+    figure: SampleFigure,
     stop: StopFlag,
 }
 
-/// Samples that are done, and who sees new ones.
-type Each<'a> = &'a mut dyn FnMut(&Sample) -> bool;
+/// Who takes new samples, and says whether to go on.
+type Take<'a> = &'a mut dyn FnMut(Sample) -> bool;
 
 impl Frame<'_> {
     fn fly(
         &self,
         own: impl Fn(usize) -> Vec<f64>,
-        run: impl FnOnce(Vec<Sample>, Each<'_>) -> Result<(Vec<Sample>, Statistics), Refusal>,
-        figure: impl FnOnce(&str, &[Sample], &Statistics) -> Figure,
+        run: impl FnOnce(Range<usize>, Take<'_>) -> Result<Flown, apsides::pipeline::Error>,
     ) -> Result<Exit, Refusal> {
-        let (a, stop, wanted) = (self.a, self.stop, self.a.samples as usize);
-        let foreseen = Batch::foreseen_memory(wanted, self.names.len(), self.columns.len());
-        foreseen.within(a.run.memory()).map_err(refusal)?;
-        let _lock = a.out.as_deref().map(claim).transpose()?;
-        let (mut file, done) = match &a.out {
-            Some(dir) => {
-                let (file, done) = SampleFile::open(dir, self.names, own, self.columns, &self.statement)?;
-                (Some(file), done)
-            }
-            None => (None, Vec::new()),
+        let a = self.a;
+        let (statistics, earlier, files) = match &a.out {
+            Some(dir) => self.fly_into(dir, own, run)?,
+            None => (self.fly_in_memory(run)?, 0, Vec::new()),
         };
-        let first = done.len();
-        let progress = Progress::counted(a.run.quiet, stop, wanted.saturating_sub(first) as u64, "flights");
-        let mut failure = None;
-        let (samples, statistics) = run(done, &mut |sample| {
-            progress.step();
-            if let Some(file) = &mut file
-                && let Err(e) = file.add(sample)
-            {
-                failure = Some(Refusal::from(e));
-            }
-            failure.is_none() && !stop.is_set()
-        })?;
-        if let Some(e) = failure {
-            return Err(e);
-        }
         for fault in &statistics.faults {
             warn(&fault.to_string());
         }
-        let mut files = Vec::new();
-        if let (Some(dir), Some(file)) = (&a.out, file) {
-            files.push(file.finish()?);
-            #[cfg(feature = "parquet")]
-            if a.format == SampleFormat::Parquet {
-                let path = apsides_report::write_parquet(dir, &samples, self.names, self.columns);
-                files.push(path?);
-            }
-            let title = format!("{}: {} flights", a.mission.mission, samples.len());
-            let figure = figure(&title, &samples, &statistics);
-            files.extend(write_statistics(dir, &figure, &statistics)?);
-        }
-        if a.json {
-            let text = serde_json::to_string_pretty(&statistics).map_err(refusal)?;
-            print(&format!("{text}\n"));
-        } else {
-            print(&text(&a.mission.mission, &statistics, first));
-            if !files.is_empty() {
-                print(&written(&files));
-            }
-        }
-        Ok(if statistics.failed > 0 || samples.len() < wanted { Exit::NotSolved } else { Exit::Verified })
+        show(&Shown {
+            mission: self.mission,
+            statistics: &statistics,
+            earlier,
+            files: &files,
+            json: a.json,
+        })?;
+        let complete = statistics.samples == self.indices.len();
+        Ok(if complete { of_samples(&statistics) } else { Exit::NotSolved })
     }
+
+    fn progress(&self, wanted: usize) -> Progress {
+        Progress::counted(self.a.run.quiet, self.stop, wanted as u64, "flights")
+    }
+
+    fn fly_in_memory(
+        &self,
+        run: impl FnOnce(Range<usize>, Take<'_>) -> Result<Flown, apsides::pipeline::Error>,
+    ) -> Result<Statistics, Refusal> {
+        let foreseen = Batch::foreseen_memory(self.indices.len(), self.names.len(), self.columns.len());
+        foreseen.within(self.a.run.memory()).map_err(refusal)?;
+        let progress = self.progress(self.indices.len());
+        let mut samples = Vec::new();
+        let flown = run(self.indices.clone(), &mut |sample| {
+            progress.step();
+            samples.push(sample);
+            !self.stop.is_set()
+        });
+        let Flown { linear_covariance, faults } = flown.map_err(refusal)?;
+        let found = statistics(&samples, self.columns, linear_covariance);
+        Ok(Statistics { faults, ..found })
+    }
+
+    /// The statistics, the number of samples that were there, and the files written.
+    fn fly_into(
+        &self,
+        dir: &Path,
+        own: impl Fn(usize) -> Vec<f64>,
+        run: impl FnOnce(Range<usize>, Take<'_>) -> Result<Flown, apsides::pipeline::Error>,
+    ) -> Result<(Statistics, usize, Vec<PathBuf>), Refusal> {
+        let table = table_of(self.a.format)?;
+        let _lock = claim(dir)?;
+        let layout = SampleLayout {
+            names: self.names,
+            columns: self.columns,
+            statement: &self.statement,
+            first: self.indices.start,
+        };
+        let total = self.a.samples as usize;
+        let seed = self.a.run.seed;
+        let mut shard =
+            Shard::begun("montecarlo", self.mission, &self.statement, seed, total, self.indices.clone());
+        state_samples(&mut shard, &layout, self.sizes, &self.figure);
+        let (mut file, there) = SampleFile::open(dir, &layout, own)?;
+        let there = there.min(self.indices.len());
+        let rest = self.indices.start + there..self.indices.end;
+        // Those of samples that are there are told nowhere else.
+        shard.faults = earlier_faults(dir, &shard, rest.start);
+        if !rest.is_empty() {
+            write_shard(dir, &shard)?;
+        }
+        let progress = self.progress(rest.len());
+        let (mut failure, mut flown_now) = (None, 0);
+        let flown = run(rest, &mut |sample| {
+            progress.step();
+            match file.add(&sample) {
+                Ok(()) => flown_now += 1,
+                Err(e) => {
+                    failure.get_or_insert_with(|| Refusal::from(e));
+                }
+            }
+            failure.is_none() && !self.stop.is_set()
+        });
+        progress.finish();
+        let Flown { linear_covariance, faults } = flown.map_err(refusal)?;
+        if let Some(e) = failure {
+            return Err(e);
+        }
+        shard.done = there + flown_now;
+        shard.state = ShardState::Interrupted;
+        shard.linear_covariance = linear_covariance.filter(|all| all.iter().all(|v| v.is_finite()));
+        shard.faults.extend(faults);
+        let (statistics, files) = write_samples(dir, file.finish()?, &layout, &self.figure, shard, table)?;
+        Ok((statistics, there, files))
+    }
+}
+
+/// Faults of samples before an index, by the manifest of an earlier run of the same.
+fn earlier_faults(dir: &Path, shard: &Shard, before: usize) -> Vec<Fault> {
+    let earlier = Shard::read(&dir.join(SHARD)).ok();
+    let same = earlier.filter(|e| e.statement_sha256 == shard.statement_sha256 && e.seed == shard.seed);
+    let faults = same.map(|e| e.faults).unwrap_or_default();
+    faults.into_iter().filter(|fault| fault.index < before).collect()
+}
+
+/// The status of samples that are all there.
+pub(crate) fn of_samples(statistics: &Statistics) -> Exit {
+    if statistics.failed > 0 { Exit::Failures } else { Exit::Verified }
+}
+
+/// The table beside CSV.
+pub(crate) fn table_of(format: SampleFormat) -> Result<SampleTable, Refusal> {
+    match format {
+        SampleFormat::Csv => Ok(SampleTable::CsvAlone),
+        #[cfg(feature = "parquet")]
+        SampleFormat::Parquet => Ok(SampleTable::Parquet),
+        #[cfg(not(feature = "parquet"))]
+        SampleFormat::Parquet => {
+            Err("this program is built without Parquet: build it with `--features parquet`".into())
+        }
+    }
+}
+
+/// Statistics with what is said beside them.
+pub(crate) struct Shown<'a> {
+    pub(crate) mission: &'a str,
+    pub(crate) statistics: &'a Statistics,
+    /// Samples that were read from a file.
+    pub(crate) earlier: usize,
+    pub(crate) files: &'a [PathBuf],
+    pub(crate) json: bool,
+}
+
+pub(crate) fn show(shown: &Shown<'_>) -> Result<(), Refusal> {
+    if shown.json {
+        let text = serde_json::to_string_pretty(shown.statistics).map_err(refusal)?;
+        print(&format!("{text}\n"));
+        return Ok(());
+    }
+    print(&text(shown.mission, shown.statistics, shown.earlier));
+    if !shown.files.is_empty() {
+        print(&written(shown.files));
+    }
+    Ok(())
 }
 
 fn guidance(a: &MonteCarloArguments) -> Result<Guidance, Refusal> {
@@ -282,11 +451,18 @@ fn text(mission: &str, s: &Statistics, first: usize) -> String {
     if s.failed > 0 {
         let _ = write!(text, ", {} did not end", s.failed);
     }
-    match s.within_1_m {
-        Some(part) => {
-            let _ = writeln!(text, "\n{:.2} % within 1 m of the planned end\n", 100.0 * part);
+    let interval =
+        |[low, high]: [f64; 2]| format!("; 95 % confidence: {:.2} to {:.2} %\n", 100.0 * low, 100.0 * high);
+    if s.failed > 0 {
+        text +=
+            &format!("\n{:.2} % ended{}", 100.0 * s.success.part, interval(s.success.interval).trim_end());
+    }
+    match (s.within_1_m, s.within_1_m_interval) {
+        (Some(part), Some(within)) => {
+            let _ =
+                writeln!(text, "\n{:.2} % within 1 m of the planned end{}", 100.0 * part, interval(within));
         }
-        None => text.push_str("\n\n"),
+        _ => text.push_str("\n\n"),
     }
     let _ = writeln!(
         text,

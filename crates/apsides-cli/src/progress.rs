@@ -41,6 +41,11 @@ impl Progress {
         Self::Line(stop, bar)
     }
 
+    /// A changing line of reading, which a signal ends at once.
+    pub(crate) fn reading(quiet: bool, steps: u64, unit: &str) -> Self {
+        Self::counted(quiet, StopFlag::of_short_work(), steps, unit)
+    }
+
     /// A changing line of what is told.
     pub(crate) fn clock(quiet: bool, stop: StopFlag) -> Self {
         let line = Self::counted(quiet, stop, 0, "");
@@ -57,6 +62,22 @@ impl Progress {
         if tenth != bar.position() {
             bar.set_position(tenth);
             bar.set_message(text());
+        }
+    }
+
+    /// True for a line that changes.
+    pub(crate) fn is_line(&self) -> bool {
+        matches!(self, Self::Line(..))
+    }
+
+    /// Says how far work of hours came: beside the changing line, or as lines of their own where stderr is no terminal.
+    pub(crate) fn note(&self, text: &str) {
+        match self {
+            Self::Line(_, bar) => bar.set_message(text.to_owned()),
+            Self::Quiet(_) | Self::Table(_) => {
+                // A closed stderr must not end the work.
+                let _ = writeln!(std::io::stderr().lock(), "{text}");
+            }
         }
     }
 

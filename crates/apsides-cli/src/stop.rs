@@ -81,6 +81,11 @@ impl StopFlag {
         Self
     }
 
+    /// The flag of work that leaves nothing behind when a signal ends it at once.
+    pub(crate) fn of_short_work() -> Self {
+        Self
+    }
+
     /// As [`install`](Self::install), set also after so many seconds.
     pub(crate) fn within(limit: Option<f64>) -> Self {
         if let Some(limit) = limit {
@@ -95,6 +100,11 @@ impl StopFlag {
             return true;
         }
         self.is_late()
+    }
+
+    /// Returns true once a signal came, which is not heeded by that yet.
+    pub(crate) fn was_asked(self) -> bool {
+        ASKED.load(Ordering::SeqCst)
     }
 
     /// Returns true once a signal came; the time limit does not count.

@@ -1,8 +1,10 @@
 //! `apsides sweep`.
 
+use std::ops::Range;
 use std::path::{Path, PathBuf};
 
-use apsides::pipeline::sweep::{Axis, Case, cases, priced_axes, prices, sweep};
+use apsides::pipeline::shard::Shard;
+use apsides::pipeline::sweep::{Axis, Case, cases, priced_axes, prices, sweep_in_chains};
 use apsides::pipeline::whole_file::write_whole;
 use apsides::{Outcome, Price};
 use apsides_nlp::Status;
@@ -33,6 +35,8 @@ pub(crate) fn run_sweep(a: &SweepArguments) -> Result<Exit, Refusal> {
             .with_cancellation(stop.cancellation())
             .with_prices(a.sensitivity);
     }
+    let total = cases.len();
+    let indices = a.indices(total)?;
     let priced =
         if a.sensitivity { priced_axes(&axes, &cases).map_err(refusal)? } else { vec![false; axes.len()] };
     let mut curves = a.figure.as_deref().map(|path| Drawing::create(path, &axes, &priced)).transpose()?;
@@ -40,16 +44,31 @@ pub(crate) fn run_sweep(a: &SweepArguments) -> Result<Exit, Refusal> {
     let solves = a.out.as_deref().map(partial).unwrap_or_default();
     let _lock = a.out.as_ref().map(|_| claim(&solves)).transpose()?;
     let record = a.out.as_ref().map(|_| keep_solves(&solves)).transpose()?;
-    let price_names = axes.iter().zip(&priced).filter(|(_, shown)| **shown).map(|(axis, _)| price_name(axis));
+    let price_names: Vec<String> =
+        axes.iter().zip(&priced).filter(|(_, shown)| **shown).map(|(axis, _)| price_name(axis)).collect();
+    let mut shard = Shard::begun("sweep", &a.mission, &statement(&cases), a.run.seed, total, indices.clone());
+    for axis in &axes {
+        shard.settings.insert(format!("--set {}", axis.key), axis.values.clone().into());
+    }
+    shard.settings.insert("--chain".into(), a.chain.into());
+    shard.settings.insert(KEYS.into(), axes.iter().map(|axis| axis.key.clone()).collect());
+    shard.settings.insert(PRICES.into(), price_names.clone().into());
     let keys = axes.iter().map(|axis| axis.key.clone());
-    let mut csv = a.out.as_deref().map(|path| SweepFile::create(path, keys, price_names)).transpose()?;
-    let mut progress = Progress::line(a.run.quiet, stop, cases.len() as u64);
+    let mut csv =
+        a.out.as_deref().map(|path| SweepFile::create(path, keys, price_names.into_iter())).transpose()?;
+    let mut progress = Progress::line(a.run.quiet, stop, indices.len() as u64);
     let ticker = progress.clone();
     let mut worst = Exit::Verified;
     let mut failure = None;
     let (mut first, mut done) = (true, 0);
-    print(&format!("sweep of {} cases: {}\n", cases.len(), a.mission));
-    sweep(&cases, &mut progress, |case, solved| {
+    let part = if indices.len() == total {
+        String::new()
+    } else {
+        format!(" of {total}, from index {}", indices.start)
+    };
+    print(&format!("sweep of {} cases{part}: {}\n", indices.len(), a.mission));
+    let chain = a.chain.map_or(total, |chain| chain as usize);
+    sweep_in_chains(&cases, indices.clone(), chain.max(1), &mut progress, |case, solved| {
         done += 1;
         let solved = match solved {
             Ok(solved) if solved.status == Status::Interrupted => {
@@ -95,12 +114,34 @@ pub(crate) fn run_sweep(a: &SweepArguments) -> Result<Exit, Refusal> {
         return Err(e);
     }
     if let Some(file) = csv {
-        print(&format!("written: {}\n", file.finish()?));
+        print(&format!("written: {}\n", file.finish(a.chain.map(|_| shard))?));
     }
     if let Some(drawing) = curves {
         print(&format!("written: {}\n", drawing.finish()?));
     }
-    Ok(settle(record, &solves, done == cases.len(), worst))
+    Ok(settle(record, &solves, done == indices.len(), worst))
+}
+
+/// Names in the settings of a manifest: of the columns of keys and of prices.
+pub(crate) const KEYS: &str = "keys";
+pub(crate) const PRICES: &str = "prices";
+
+impl SweepArguments {
+    /// The indices of the cases that are asked for.
+    fn indices(&self, total: usize) -> Result<Range<usize>, Refusal> {
+        let first = self.first.map_or(0, |first| first as usize);
+        let count = self.count.map_or(total.saturating_sub(first), |count| count as usize);
+        if first + count <= total && (count > 0 || total == 0) {
+            return Ok(first..first + count);
+        }
+        Err(format!("--first {first} --count {count}: the sweep has {total} cases, of indices from 0 on")
+            .into())
+    }
+}
+
+/// The statement of what is solved: the first case, with the number of all; their values are in the settings.
+fn statement(cases: &[Case]) -> String {
+    cases.first().map(|case| case.mission.to_file()).unwrap_or_default()
 }
 
 /// The directory of the solves of a sweep.

@@ -1,10 +1,13 @@
 //! The table of a sweep: one record a case.
 
 use std::collections::BTreeMap;
+use std::io::Write as _;
+use std::ops::Range;
 use std::path::{Path, PathBuf};
 
 use apsides::Summary;
-use apsides::pipeline::whole_file::write_whole;
+use apsides::pipeline::shard::{BESIDE, Shard, ShardState, hexadecimal};
+use apsides::pipeline::whole_file::{WholeFile, publish_together};
 
 use crate::commands::probe_file;
 use crate::exit::{Refusal, refusal, unwritten_option};
@@ -81,11 +84,82 @@ impl SweepFile {
         });
     }
 
-    /// Writes the rows that there are and returns the name of the file.
-    pub(crate) fn finish(self) -> Result<String, Refusal> {
+    /// Adds the rows of another table of the same cases.
+    pub(crate) fn append(&mut self, table: &[u8]) -> Result<usize, Refusal> {
+        let mut reader = csv::Reader::from_reader(table);
+        let heads: Vec<String> = reader.headers().map_err(refusal)?.iter().map(str::to_owned).collect();
+        let own = self.keys.len() + self.prices.len() + LAST.len();
+        let results = self.keys.len()..heads.len().saturating_sub(self.prices.len() + LAST.len());
+        let (Some(names), true) = (heads.get(results.clone()), heads.len() >= own) else {
+            return Err("its table lacks columns".into());
+        };
+        for name in names.iter().filter(|name| !self.results.contains(name)).collect::<Vec<_>>() {
+            self.results.push(name.clone());
+        }
+        let mut count = 0;
+        for record in reader.records() {
+            let record = record.map_err(refusal)?;
+            let cells =
+                |range: Range<usize>| record.iter().skip(range.start).take(range.len()).map(str::to_owned);
+            let filled =
+                names.iter().cloned().zip(cells(results.clone())).filter(|(_, cell)| !cell.is_empty());
+            let mut last = LAST.map(|_| String::new());
+            for (cell, text) in last.iter_mut().zip(cells(results.end + self.prices.len()..heads.len())) {
+                *cell = text;
+            }
+            self.rows.push(Record {
+                values: cells(0..self.keys.len()).collect(),
+                results: filled.collect(),
+                prices: cells(results.end..results.end + self.prices.len()).collect(),
+                last,
+            });
+            count += 1;
+        }
+        Ok(count)
+    }
+
+    /// Number of rows, and of those without a solution.
+    pub(crate) fn counts(&self) -> [usize; 2] {
+        let solved = |row: &&Record| matches!(&*row.last[0], "optimal" | "acceptable");
+        [self.rows.len(), self.rows.len() - self.rows.iter().filter(solved).count()]
+    }
+
+    /// Writes the rows that there are, with the manifest of a part beside them, and returns the name of the file.
+    pub(crate) fn finish(self, shard: Option<Shard>) -> Result<String, Refusal> {
         let text = self.table().map_err(refusal)?;
-        write_whole(&self.path, &text).map_err(unwritten_option("--out", &self.path))?;
+        let mut beside = self.path.clone().into_os_string();
+        beside.push(BESIDE);
+        let beside = PathBuf::from(beside);
+        let unwritten = unwritten_option("--out", &self.path);
+        let file = |path: &Path, content: &[u8]| {
+            let mut file = WholeFile::create(path)?;
+            file.write_all(content)?;
+            Ok::<_, std::io::Error>(file)
+        };
+        let mut files = vec![file(&self.path, &text).map_err(&unwritten)?];
+        let mut stale = Vec::new();
+        match shard {
+            Some(shard) => {
+                let manifest = self.counted(shard, &text).to_file();
+                files.push(file(&beside, manifest.as_bytes()).map_err(&unwritten)?);
+            }
+            // That of other rows.
+            None if beside.exists() => stale.push(beside),
+            None => {}
+        }
+        publish_together(files, &stale).map_err(|(_, e)| unwritten(e))?;
         Ok(self.path.display().to_string())
+    }
+
+    /// A manifest with what the rows tell.
+    fn counted(&self, shard: Shard, text: &[u8]) -> Shard {
+        let [done, failed] = self.counts();
+        let state = match (done == shard.count, failed) {
+            (false, _) => ShardState::Interrupted,
+            (true, 0) => ShardState::Complete,
+            (true, _) => ShardState::CompleteWithFailures,
+        };
+        Shard { done, failed, state, rows_sha256: Some(hexadecimal(text)), ..shard }
     }
 
     fn table(&self) -> Result<Vec<u8>, csv::Error> {

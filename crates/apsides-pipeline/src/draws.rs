@@ -2,11 +2,13 @@
 //!
 //! The draws of a sample depend on seed and index alone, so that results are the same for any number of threads.
 
+use std::ops::Range;
+
 use apsides_metaheuristics::Generator;
 
 use crate::Error;
 use crate::dispersion::sample_seed;
-use crate::montecarlo::{Batch, Sample, Statistics, check_sizes, fly_all, statistics};
+use crate::montecarlo::{Batch, Flown, Sample, Statistics, check_sizes, collecting, fly_all, statistics};
 use crate::outcome::Outcome;
 use crate::pipeline::Pipeline;
 
@@ -52,8 +54,7 @@ impl Draws {
         check_sizes(&names, &sizes)
     }
 
-    /// Solves the samples behind those that are `done`, in order, each from `plan`; `each` sees every new one and says whether to go on. A
-    /// sample that has no optimum, or numbers that the mission does not take, has no results.
+    /// Solves the samples behind those that are `done`, in order, each from `plan`; `each` sees every new one and says whether to go on.
     ///
     /// # Errors
     /// As of [`check`](Self::check).
@@ -61,9 +62,27 @@ impl Draws {
         &self,
         mission: &Pipeline,
         plan: &Outcome,
-        done: Vec<Sample>,
-        each: impl FnMut(&Sample) -> bool,
+        mut done: Vec<Sample>,
+        mut each: impl FnMut(&Sample) -> bool,
     ) -> Result<(Vec<Sample>, Statistics), Error> {
+        done.truncate(self.samples);
+        let flown = self.fly(mission, plan, done.len()..self.samples, collecting(&mut done, &mut each))?;
+        let statistics = statistics(&done, &Self::columns(plan), None);
+        Ok((done, Statistics { faults: flown.faults, ..statistics }))
+    }
+
+    /// Solves the samples of some indices, in order, each from `plan`; `each` takes every one and says whether to go on. A sample that has no
+    /// optimum, or numbers that the mission does not take, has no results.
+    ///
+    /// # Errors
+    /// As of [`check`](Self::check).
+    pub fn fly(
+        &self,
+        mission: &Pipeline,
+        plan: &Outcome,
+        indices: Range<usize>,
+        each: impl FnMut(Sample) -> bool,
+    ) -> Result<Flown, Error> {
         self.check(mission)?;
         let columns = Self::columns(plan);
         let one = mission.clone().with_threads(1);
@@ -84,10 +103,8 @@ impl Draws {
             solved.then(|| columns.iter().map(|c| results.get(*c).copied().unwrap_or(f64::NAN)).collect())
         };
         let fly = |_: &mut (), index: usize| solve(&self.deviations(index));
-        let of =
-            Batch { samples: self.samples, threads: self.threads, seed: self.seed, columns: columns.len() };
-        let (done, faults) = fly_all(of, done, |index| self.deviations(index), || (), fly, each);
-        let statistics = Statistics { faults, ..statistics(&done, &columns, None) };
-        Ok((done, statistics))
+        let of = Batch { indices, threads: self.threads, seed: self.seed, columns: columns.len() };
+        let faults = fly_all(of, |index| self.deviations(index), || (), fly, each);
+        Ok(Flown { linear_covariance: None, faults })
     }
 }

@@ -27,7 +27,9 @@
 //! | [`sweep`] | parameter sweeps |
 //! | [`footprint`](mod@footprint) | the ends that a vehicle can reach |
 //! | [`dispersion`], [`montecarlo`] | flights that deviate from a plan |
+//! | [`shard`] | parts of a large run, and what they make together |
 //! | [`fault`] | panics of one case among many |
+//! | [`open_loop`] | flights of any solved mission that deviate, along its controls |
 //! | [`draws`] | optima of a mission whose numbers are uncertain |
 //! | [`covariance`] | state-transition matrices and covariances along any trajectory |
 //! | [`simulation`], `closed_loop` | flights under a law |
@@ -57,6 +59,7 @@ pub mod mission;
 pub mod montecarlo;
 pub mod named_data;
 pub mod observer;
+pub mod open_loop;
 pub mod outcome;
 pub mod pipeline;
 pub mod placing;
@@ -67,6 +70,7 @@ pub mod regular_file;
 pub mod schema;
 mod sealed;
 pub mod sensitivity;
+pub mod shard;
 pub mod simulation;
 pub mod site;
 pub mod sweep;

@@ -3,6 +3,8 @@
 //! The deviations of a sample depend on seed and index alone, so that results are the same for any number of threads, and a run can be
 //! continued behind the samples that are there.
 
+use std::collections::BTreeMap;
+use std::ops::Range;
 use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
 use std::sync::{Mutex, PoisonError, mpsc};
 use std::thread;
@@ -15,6 +17,14 @@ use crate::fault::{Fault, guarded};
 use crate::memory::Foreseen;
 use crate::outcome::Outcome;
 use crate::pipeline::Pipeline;
+
+mod exact_sum;
+mod percentiles;
+mod proportion;
+mod statistics;
+
+pub use proportion::Proportion;
+pub use statistics::{Ellipse, Extreme, Spread, Statistics, statistics, statistics_in_passes};
 
 /// Least time between two plans.
 const SHORTEST_PERIOD_S: f64 = 1.0;
@@ -48,70 +58,37 @@ pub struct Sample {
     pub results: Vec<f64>,
 }
 
-/// One result over all flights that ended.
-#[derive(Clone, Debug, PartialEq, Serialize)]
-pub struct Spread {
-    /// Its name, the unit at the end.
-    pub name: String,
-    /// Mean.
-    pub mean: f64,
-    /// Standard deviation.
-    pub sigma: f64,
-    /// Standard deviation by the state-transition matrix of the planned flight, with its thrust.
-    pub linear_sigma: Option<f64>,
-    /// Percentiles 1, 50, 99.
-    pub percentiles: [f64; 3],
-    /// Largest absolute value.
-    pub largest: f64,
-}
-
-/// The ellipse of one standard deviation of the ends over ground.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
-pub struct Ellipse {
-    /// Its centre along and across the course, m.
-    pub centre_m: [f64; 2],
-    /// Its semi-axes, the larger first, m.
-    pub semi_axes_m: [f64; 2],
-    /// Angle of the larger one from the course, to the right, deg.
-    pub angle_deg: f64,
-}
-
-/// The statistics of the samples.
-#[derive(Clone, Debug, PartialEq, Serialize)]
-pub struct Statistics {
-    /// Number of flights.
-    pub samples: usize,
-    /// Those that did not end.
-    pub failed: usize,
-    /// Part of all flights that ended within 1 m of the planned end, where there is one.
-    pub within_1_m: Option<f64>,
-    /// Each result.
-    pub spreads: Vec<Spread>,
-    /// Ends over ground.
-    pub ellipse: Option<Ellipse>,
-    /// The same by the state-transition matrix.
-    pub linear_ellipse: Option<Ellipse>,
-    /// Covariance of the results that have a linear sigma, by the state-transition matrix, row-major.
-    pub linear_covariance: Option<Vec<f64>>,
-    /// Samples whose computation panicked; they count among those that failed.
-    #[serde(skip_serializing_if = "Vec::is_empty")]
-    pub faults: Vec<Fault>,
-}
-
 impl MonteCarlo {
     /// Flies the samples behind those that are `done`, in order; `each` sees every new one and says whether to go on.
     ///
     /// # Errors
-    /// A mission without dispersions or a plan that cannot be flown; negative or infinite sizes.
+    /// As of [`fly`](Self::fly).
     pub fn run(
         &self,
         mission: &Pipeline,
         plan: &Outcome,
-        done: Vec<Sample>,
-        each: impl FnMut(&Sample) -> bool,
+        mut done: Vec<Sample>,
+        mut each: impl FnMut(&Sample) -> bool,
     ) -> Result<(Vec<Sample>, Statistics), Error> {
+        done.truncate(self.samples);
+        let flown = self.fly(mission, plan, done.len()..self.samples, collecting(&mut done, &mut each))?;
+        let statistics = statistics(&done, mission.kind().offers.dispersed, flown.linear_covariance);
+        Ok((done, Statistics { faults: flown.faults, ..statistics }))
+    }
+
+    /// Flies the samples of some indices, in order; `each` takes every one and says whether to go on.
+    ///
+    /// # Errors
+    /// A mission without dispersions or a plan that cannot be flown; negative or infinite sizes.
+    pub fn fly(
+        &self,
+        mission: &Pipeline,
+        plan: &Outcome,
+        indices: Range<usize>,
+        each: impl FnMut(Sample) -> bool,
+    ) -> Result<Flown, Error> {
         self.check(mission)?;
-        let columns = mission.kind().offers.dispersed;
+        let columns = mission.kind().offers.dispersed.len();
         let flights = mission.decided(&plan.decisions)?.mission().dispersed(&plan.trajectory)?;
         let flights = flights.ok_or_else(|| without_flights(mission))?;
         let deviations = |index: usize| self.dispersions.sample(self.seed, index).values().to_vec();
@@ -119,15 +96,13 @@ impl MonteCarlo {
             let deviation = self.dispersions.sample(self.seed, index);
             flights.fly(&deviation, &self.guidance, &self.onboard)
         };
-        let of =
-            Batch { samples: self.samples, threads: self.threads, seed: self.seed, columns: columns.len() };
-        let (done, faults) = fly_all(of, done, deviations, || (), fly, each);
-        let linear = match self.guidance {
+        let of = Batch { indices, threads: self.threads, seed: self.seed, columns };
+        let faults = fly_all(of, deviations, || (), fly, each);
+        let linear_covariance = match self.guidance {
             Guidance::OpenLoop => flights.linear_covariance(&self.dispersions),
             _ => None,
         };
-        let statistics = Statistics { faults, ..statistics(&done, columns, linear) };
-        Ok((done, statistics))
+        Ok(Flown { linear_covariance, faults })
     }
 
     /// Refuses, before a plan is solved, what [`run`](Self::run) would refuse after it.
@@ -164,7 +139,8 @@ impl MonteCarlo {
 
 fn without_flights(mission: &Pipeline) -> Error {
     Error::in_mission(format!(
-        "`{}` has no Monte Carlo; missions that have: {}",
+        "`{}` has no Monte Carlo with these deviations; missions that have: {}; every optimised one flies its controls in open loop from \
+         another start (`--state NAME=SIGMA`) or with other numbers (`--vary KEY=SIGMA`), or is solved anew with them (`--sigma KEY=SIGMA`)",
         mission.name(),
         mission.kinds_that(|o| !o.dispersed.is_empty())
     ))
@@ -185,11 +161,20 @@ pub fn check_sizes(names: &[&str], sizes: &[f64]) -> Result<(), Error> {
     }
 }
 
+/// Findings of a run beside its samples.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Flown {
+    /// Covariance of the first results by the state-transition matrix of the plan, row-major.
+    pub linear_covariance: Option<Vec<f64>>,
+    /// Samples whose computation panicked, in their order; they have no results.
+    pub faults: Vec<Fault>,
+}
+
 /// Samples that are computed together.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Debug)]
 pub struct Batch {
-    /// Number of samples, those that are there already included.
-    pub samples: usize,
+    /// Their indices.
+    pub indices: Range<usize>,
     /// Threads; the results do not depend on it.
     pub threads: usize,
     /// Seed of the deviations.
@@ -199,7 +184,7 @@ pub struct Batch {
 }
 
 impl Batch {
-    /// The memory of all samples with their deviations and statistics.
+    /// The memory of samples that are held, with their deviations and statistics.
     #[must_use]
     pub fn foreseen_memory(samples: usize, deviations: usize, columns: usize) -> Foreseen {
         // The numbers of a sample, its two lists with what the allocator adds, and one column sorted.
@@ -208,21 +193,31 @@ impl Batch {
     }
 }
 
-/// Flies samples behind those that are done on several threads, each with a workspace of its own, and hands them on in their order.
-/// `deviations` gives those of an index, `fly` the results, none where a flight did not end. A sample whose flight panics has none either; its
-/// fault is returned.
+/// Keeps samples behind those that are `done` and shows each.
+pub fn collecting<'a>(
+    done: &'a mut Vec<Sample>,
+    each: &'a mut impl FnMut(&Sample) -> bool,
+) -> impl FnMut(Sample) -> bool + 'a {
+    move |sample| {
+        let go_on = each(&sample);
+        done.push(sample);
+        go_on
+    }
+}
+
+/// Flies samples on several threads, each with a workspace of its own, and hands them on in their order until `each` returns false; those that
+/// are under way then are handed on as well, as far as none is missing before them. `deviations` gives those of an index, `fly` the results,
+/// none where a flight did not end. A sample whose flight panics has none either; its fault is returned.
 pub fn fly_all<W>(
     batch: Batch,
-    mut done: Vec<Sample>,
     deviations: impl Fn(usize) -> Vec<f64> + Sync,
     workspace: impl Fn() -> W + Sync,
     fly: impl Fn(&mut W, usize) -> Option<Vec<f64>> + Sync,
-    mut each: impl FnMut(&Sample) -> bool,
-) -> (Vec<Sample>, Vec<Fault>) {
-    let Batch { samples, threads, seed, columns } = batch;
+    mut each: impl FnMut(Sample) -> bool,
+) -> Vec<Fault> {
+    let Batch { indices, threads, seed, columns } = batch;
     let faults = Mutex::new(Vec::new());
-    done.truncate(samples);
-    let (next, stopped) = (AtomicUsize::new(done.len()), AtomicBool::new(false));
+    let (next, stopped) = (AtomicUsize::new(indices.start), AtomicBool::new(false));
     let (sender, inbox) = mpsc::channel::<Sample>();
     thread::scope(|scope| {
         for _ in 0..threads.max(1) {
@@ -233,7 +228,7 @@ pub fn fly_all<W>(
                 let mut place = workspace();
                 loop {
                     let index = next.fetch_add(1, Ordering::Relaxed);
-                    if index >= samples || stopped.load(Ordering::Relaxed) {
+                    if index >= indices.end || stopped.load(Ordering::Relaxed) {
                         break;
                     }
                     let results = guarded(|| fly(&mut place, index)).unwrap_or_else(|message| {
@@ -251,106 +246,21 @@ pub fn fly_all<W>(
         }
         drop(sender);
         // Out of order they wait for those before them.
-        let mut waiting = std::collections::BTreeMap::new();
+        let mut waiting = BTreeMap::new();
+        let mut expected = indices.start;
         for sample in inbox {
             waiting.insert(sample.index, sample);
-            while let Some(sample) = waiting.remove(&done.len()) {
-                if !each(&sample) {
+            while let Some(sample) = waiting.remove(&expected) {
+                expected += 1;
+                if !each(sample) {
                     stopped.store(true, Ordering::Relaxed);
                 }
-                done.push(sample);
             }
         }
     });
     let mut faults = faults.into_inner().unwrap_or_else(PoisonError::into_inner);
     faults.sort_by_key(|f| f.index);
-    (done, faults)
-}
-
-/// The statistics of samples, by the names of their results; `linear_covariance` is that of the first ones by the state-transition matrix.
-#[must_use]
-pub fn statistics(samples: &[Sample], columns: &[&str], linear_covariance: Option<Vec<f64>>) -> Statistics {
-    let linear = linear_covariance.as_deref().unwrap_or_default();
-    let rows = linear.len().isqrt();
-    let ended: Vec<&Sample> = samples.iter().filter(|s| s.results.iter().all(|v| v.is_finite())).collect();
-    let column = |name: &str| columns.iter().position(|c| *c == name);
-    let spread = |(k, name): (usize, &&str)| {
-        let mut values: Vec<f64> = ended.iter().map(|s| s.results[k]).collect();
-        values.sort_by(f64::total_cmp);
-        let mean = mean(&values);
-        Spread {
-            name: (*name).to_owned(),
-            mean,
-            sigma: covariance(&values, &values, mean, mean).sqrt(),
-            linear_sigma: (k < rows).then(|| linear[k * rows + k].sqrt()),
-            percentiles: [0.01, 0.5, 0.99].map(|p| percentile(&values, p)),
-            largest: values.iter().fold(0.0, |m: f64, v| m.max(v.abs())),
-        }
-    };
-    let spreads: Vec<Spread> = columns.iter().enumerate().map(spread).collect();
-    let places = column("up_m").zip(column("along_m")).zip(column("across_m"));
-    let near = |s: &&&Sample| {
-        places.is_some_and(|((u, a), c)| {
-            [u, a, c].iter().map(|k| s.results[*k].powi(2)).sum::<f64>().sqrt() <= 1.0
-        })
-    };
-    let within = places.map(|_| ended.iter().filter(near).count() as f64 / samples.len().max(1) as f64);
-    let ellipse = places.filter(|_| ended.len() > 2).map(|((_, along), across)| {
-        let of = |k: usize| ended.iter().map(|s| s.results[k]).collect::<Vec<f64>>();
-        ellipse(&of(along), &of(across))
-    });
-    let linear_ellipse = places.filter(|((_, a), c)| *a.max(c) < rows).map(|((_, a), c)| {
-        let entry = |i: usize, j: usize| linear[i * rows + j];
-        Ellipse::of([0.0; 2], entry(a, a), entry(c, c), entry(a, c))
-    });
-    Statistics {
-        samples: samples.len(),
-        failed: samples.len() - ended.len(),
-        within_1_m: within,
-        spreads,
-        ellipse,
-        linear_ellipse,
-        linear_covariance,
-        faults: Vec::new(),
-    }
-}
-
-fn mean(values: &[f64]) -> f64 {
-    values.iter().sum::<f64>() / values.len() as f64
-}
-
-fn covariance(a: &[f64], b: &[f64], mean_a: f64, mean_b: f64) -> f64 {
-    let sum: f64 = a.iter().zip(b).map(|(x, y)| (x - mean_a) * (y - mean_b)).sum();
-    sum / (a.len() as f64 - 1.0)
-}
-
-/// The value at a part of sorted values, between neighbours by a straight line.
-fn percentile(values: &[f64], part: f64) -> f64 {
-    let place = part * (values.len() as f64 - 1.0);
-    let (low, high) = (place.floor() as usize, place.ceil() as usize);
-    match (values.get(low), values.get(high)) {
-        (Some(a), Some(b)) => a + (place - low as f64) * (b - a),
-        _ => f64::NAN,
-    }
-}
-
-fn ellipse(along: &[f64], across: &[f64]) -> Ellipse {
-    let (a, c) = (mean(along), mean(across));
-    let (aa, cc) = (covariance(along, along, a, a), covariance(across, across, c, c));
-    let ac = covariance(along, across, a, c);
-    Ellipse::of([a, c], aa, cc, ac)
-}
-
-impl Ellipse {
-    /// From its centre and the covariance along and across the course.
-    fn of(centre_m: [f64; 2], along: f64, across: f64, both: f64) -> Self {
-        let (middle, half) = (0.5 * (along + across), (0.25 * (along - across).powi(2) + both * both).sqrt());
-        Self {
-            centre_m,
-            semi_axes_m: [(middle + half).sqrt(), (middle - half).max(0.0).sqrt()],
-            angle_deg: (0.5 * (2.0 * both).atan2(along - across)).to_degrees(),
-        }
-    }
+    faults
 }
 
 #[cfg(test)]
@@ -360,15 +270,21 @@ mod tests {
 
     #[test]
     fn a_panic_is_a_sample_that_failed() {
-        let batch = |threads| Batch { samples: 40, threads, seed: 7, columns: 1 };
+        let batch = |threads, indices| Batch { indices, threads, seed: 7, columns: 1 };
         let fly = |state: &mut f64, index: usize| {
             *state += 1.0;
             assert!(index != 5 && index != 23, "flight {index} broke off");
             (index != 11).then(|| vec![index as f64])
         };
         let deviations = |index: usize| vec![0.5 * index as f64];
-        let flown = |threads| fly_all(batch(threads), Vec::new(), deviations, || 0.0, fly, |_| true);
-        let (samples, faults) = flown(3);
+        let flown = |threads, indices| {
+            let mut samples = Vec::new();
+            let mut each = |_: &Sample| true;
+            let to = collecting(&mut samples, &mut each);
+            let faults = fly_all(batch(threads, indices), deviations, || 0.0, fly, to);
+            (samples, faults)
+        };
+        let (samples, faults) = flown(3, 0..40);
         assert_eq!(samples.len(), 40);
         let failed: Vec<usize> = samples.iter().filter(|s| s.results[0].is_nan()).map(|s| s.index).collect();
         assert_eq!(failed, [5, 11, 23]);
@@ -376,29 +292,33 @@ mod tests {
         let message = |index: usize| Fault { index, seed: 7, message: format!("flight {index} broke off") };
         assert_eq!(faults, [message(5), message(23)]);
         assert!(faults[1].to_string().starts_with("sample 23 of seed 7 has no result"));
-        assert_eq!(flown(1).1, faults);
+        assert_eq!(flown(1, 0..40).1, faults);
         let statistics = Statistics { faults, ..statistics(&samples, &["end_m"], None) };
         assert_eq!((statistics.samples, statistics.failed, statistics.faults.len()), (40, 3, 2));
+        // A part has the samples of the whole, without those before it.
+        let (part, faults) = flown(2, 20..30);
+        assert_eq!(part.iter().map(|s| s.index).collect::<Vec<_>>(), (20..30).collect::<Vec<_>>());
+        assert!(part.iter().zip(&samples[20..]).all(|(a, b)| a.deviations == b.deviations));
+        assert_eq!(faults, [message(23)]);
+        assert!(flown(2, 30..30).0.is_empty());
     }
 
-    /// Round-off of the arithmetic.
-    const ROUNDING: f64 = 1e-12;
-
     #[test]
-    fn percentiles_and_ellipses() {
-        let values: Vec<f64> = (0..=100).map(f64::from).collect();
-        assert_eq!([0.01, 0.5, 0.995].map(|p| percentile(&values, p)), [1.0, 50.0, 99.5]);
-        assert!(percentile(&[], 0.5).is_nan());
-        // Points on a line at 30 deg to the right of the course.
-        let points: Vec<f64> = (-10..=10).map(f64::from).collect();
-        let (sin, cos) = 30f64.to_radians().sin_cos();
-        let along: Vec<f64> = points.iter().map(|p| 3.0 + cos * p).collect();
-        let across: Vec<f64> = points.iter().map(|p| sin * p).collect();
-        let e = ellipse(&along, &across);
-        assert!((e.angle_deg - 30.0).abs() < 1e3 * ROUNDING && (e.centre_m[0] - 3.0).abs() < ROUNDING);
-        assert!(
-            (e.semi_axes_m[0] - (770.0_f64 / 20.0).sqrt()).abs() < 1e3 * ROUNDING
-                && e.semi_axes_m[1] < 1e6 * ROUNDING
+    fn who_takes_the_samples_ends_the_work() {
+        let batch = Batch { indices: 10..1_000_000, threads: 2, seed: 0, columns: 1 };
+        let mut taken = Vec::new();
+        let fly = |_: &mut (), index: usize| Some(vec![index as f64]);
+        let faults = fly_all(
+            batch,
+            |_| Vec::new(),
+            || (),
+            fly,
+            |sample| {
+                taken.push(sample.index);
+                sample.index < 12
+            },
         );
+        assert!(faults.is_empty() && taken.len() < 1_000_000);
+        assert_eq!(taken, (10..10 + taken.len()).collect::<Vec<_>>());
     }
 }

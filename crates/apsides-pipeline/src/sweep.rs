@@ -1,5 +1,7 @@
 //! Parameter sweeps: one case per combination of values, each started from its neighbour.
 
+use std::ops::Range;
+
 use apsides_ocp::Trajectory;
 
 use crate::Error;
@@ -84,10 +86,38 @@ pub fn cases(registry: &Registry, file_or_name: &str, axes: &[Axis]) -> Result<V
 pub fn sweep(
     cases: &[Case],
     observer: &mut dyn Observer,
+    report: impl FnMut(&Case, Result<&Outcome, &str>) -> bool,
+) -> Result<(), Error> {
+    sweep_in_chains(cases, 0..cases.len(), cases.len().max(1), observer, report)
+}
+
+/// As [`sweep`], of the cases of some indices, in chains: the cases of indices `0, chain, 2 chain, ..` start from the mission's own guess, so that
+/// what is found of a case does not depend on those before its chain.
+///
+/// # Errors
+/// When a case is ill-posed; indices that begin within a chain, which would start from another case than in the whole sweep.
+pub fn sweep_in_chains(
+    cases: &[Case],
+    indices: Range<usize>,
+    chain: usize,
+    observer: &mut dyn Observer,
     mut report: impl FnMut(&Case, Result<&Outcome, &str>) -> bool,
 ) -> Result<(), Error> {
+    let refused = |reason: String| Err(Error::Conflict { place: "sweep".into(), reason });
+    if chain == 0 || !indices.start.is_multiple_of(chain) {
+        let first = indices.start;
+        return refused(format!(
+            "case {first} is not the first of a chain of {chain} cases: begin at a multiple of that"
+        ));
+    }
+    let Some(part) = cases.get(indices.clone()) else {
+        return refused(format!("there are {} cases, not those of indices {indices:?}", cases.len()));
+    };
     let mut neighbour: Option<Trajectory> = None;
-    for case in cases {
+    for (index, case) in indices.zip(part) {
+        if index.is_multiple_of(chain) {
+            neighbour = None;
+        }
         // A word may change the phases; the neighbour is of no use then.
         let start = match &neighbour {
             Some(trajectory) if case.mission.has_phases_of(trajectory)? => Some(trajectory),

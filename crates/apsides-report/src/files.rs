@@ -50,6 +50,15 @@ pub(crate) fn failed(action: &'static str, path: &Path) -> impl FnOnce(io::Error
 /// # Errors
 /// [`ReportError`] with the path and the reason. The earlier content of the directory is then as it was.
 pub fn replace(dir: &Path, items: &[Item]) -> Result<Vec<PathBuf>, ReportError> {
+    replace_beside(dir, Vec::new(), items)
+}
+
+/// As [`replace`], together with `files` that are written but not in their places yet.
+pub(crate) fn replace_beside(
+    dir: &Path,
+    mut files: Vec<WholeFile>,
+    items: &[Item],
+) -> Result<Vec<PathBuf>, ReportError> {
     if dir.exists() && !dir.is_dir() {
         let problem = "exists and is not a directory: results need a directory";
         return Err(ReportError::Directory { path: dir.to_owned(), problem });
@@ -63,7 +72,8 @@ pub fn replace(dir: &Path, items: &[Item]) -> Result<Vec<PathBuf>, ReportError> 
     let written = fs::create_dir_all(dir)
         .map_err(failed("create the directory", dir))
         .and_then(|()| staged(dir, items))
-        .and_then(|(files, stale)| {
+        .and_then(|(own, stale)| {
+            files.extend(own);
             publish_together(files, &stale).map_err(|(path, source)| failed("replace", &path)(source))
         });
     if let Err(e) = written {

@@ -4,6 +4,7 @@
 //! Outcome -> summary.json  certificate.json  trajectory.csv  multipliers.json  mission.toml  report.html
 //! Simulated -> summary.json  states.csv  mission.toml  report.html
 //! Footprint -> footprint.csv  footprint.json  footprint.svg
+//! Sample .. -> montecarlo.csv  montecarlo.json  montecarlo.svg  montecarlo.html  shard.json
 //! trajectory.csv, multipliers.json -> Trajectory     (the same polynomials, from the values at the nodes)
 //! ```
 //!
@@ -34,6 +35,8 @@
 //! | `standard_figures` | figures of every result |
 //! | `simulation`, `root_locus` | simulated flights, poles of their loops |
 //! | `footprint` | ends within reach, with a map |
+//! | `sample_rows`, `sample_file` | rows of a Monte Carlo run; their file, written as they come |
+//! | `montecarlo`, `sample_figure`, `sample_page` | what is made of samples, of a run or of its parts |
 //! | `units`, `number` | units and numbers for readers |
 //!
 //! Reference: M. Okabe and K. Ito, Color Universal Design, 2008, <https://jfly.uni-koeln.de/color/> (the palette).
@@ -57,6 +60,10 @@ mod palette;
 #[cfg(feature = "parquet")]
 mod parquet_samples;
 mod root_locus;
+mod sample_figure;
+mod sample_file;
+mod sample_page;
+mod sample_rows;
 mod samples_reader;
 mod simulation;
 mod site_files;
@@ -74,12 +81,12 @@ pub use files::{Item, json, replace, table_error};
 pub use footprint::{footprint_map, write_footprint};
 pub use hazard_picture::HazardPicture;
 pub use html::render_html;
-pub use montecarlo::{SampleFile, distribution_figure, landing_figure, write_statistics};
+pub use montecarlo::{SampleTable, merge_samples, state_samples, write_samples, write_shard};
 pub use multipliers::{
     ConstraintMultipliers, ContactMultiplier, CostateJump, IntegralMultipliers, Multipliers, PathMultipliers,
 };
-#[cfg(feature = "parquet")]
-pub use parquet_samples::write_parquet;
+pub use sample_figure::{Picture, SampleFigure};
+pub use sample_file::{SampleFile, SampleLayout, StoredSamples};
 pub use samples_reader::{Samples, read_samples};
 pub use simulation::{read_states, write_simulation};
 pub use standard_figures::StandardFigures;

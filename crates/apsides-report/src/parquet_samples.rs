@@ -16,49 +16,70 @@ use parquet::schema::types::Type;
 
 use crate::ReportError;
 use crate::files::{failed, table_error};
-use crate::montecarlo::INDEX;
+use crate::sample_file::SampleLayout;
+use crate::sample_rows::INDEX;
 
 const DATA: &str = "montecarlo.parquet";
 /// Samples of a row group: some 10 MB.
 const ROWS: usize = 65_536;
 
-/// Writes `montecarlo.parquet` into a directory, in one step, and returns its path: the columns of `montecarlo.csv`, the index as a 64-bit
-/// integer, all others as 64-bit floating-point numbers, without compression.
-///
-/// # Errors
-/// When the system refuses to write.
-pub fn write_parquet(
-    dir: &Path,
-    samples: &[Sample],
-    names: &[&str],
-    columns: &[&str],
-) -> Result<PathBuf, ReportError> {
-    let path = dir.join(DATA);
-    let mut file = WholeFile::create(&path).map_err(failed("write", &path))?;
-    write(&mut file, samples, names, columns, ROWS).map_err(|e| table_error(DATA, e))?;
-    file.publish().map_err(failed("write", &path))?;
-    Ok(path)
+/// `montecarlo.parquet` in the making: the columns of `montecarlo.csv`, the index as a 64-bit integer, all others as 64-bit floating-point
+/// numbers, without compression.
+pub(crate) struct SampleParquet {
+    path: PathBuf,
+    rows: Rows<WholeFile>,
 }
 
-fn write(
-    file: impl std::io::Write + Send,
-    samples: &[Sample],
-    names: &[&str],
-    columns: &[&str],
-    rows: usize,
-) -> Result<(), ParquetError> {
-    let column = |name: &str, kind| -> Result<_, ParquetError> {
-        let column = Type::primitive_type_builder(name, kind).with_repetition(Repetition::REQUIRED);
-        Ok(Arc::new(column.build()?))
-    };
-    let mut fields = vec![column(INDEX, Physical::INT64)?];
-    for name in names.iter().chain(columns) {
-        fields.push(column(name, Physical::DOUBLE)?);
+impl SampleParquet {
+    /// Begins the file of a directory.
+    pub(crate) fn create(dir: &Path, layout: &SampleLayout<'_>) -> Result<Self, ReportError> {
+        let path = dir.join(DATA);
+        let file = WholeFile::create(&path).map_err(failed("write", &path))?;
+        let rows = Rows::new(file, layout.names, layout.columns, ROWS).map_err(|e| table_error(DATA, e))?;
+        Ok(Self { path, rows })
     }
-    let schema = Type::group_type_builder("samples").with_fields(fields).build()?;
-    let mut writer = SerializedFileWriter::new(file, Arc::new(schema), Arc::default())?;
-    for part in samples.chunks(rows) {
-        let mut group = writer.next_row_group()?;
+
+    pub(crate) fn add(&mut self, sample: &Sample) -> Result<(), ReportError> {
+        self.rows.add(sample).map_err(|e| table_error(DATA, e))
+    }
+
+    /// The file, not in its place yet.
+    pub(crate) fn finish(self) -> Result<(PathBuf, WholeFile), ReportError> {
+        Ok((self.path, self.rows.finish().map_err(|e| table_error(DATA, e))?))
+    }
+}
+
+/// Samples that go into row groups.
+struct Rows<W: std::io::Write + Send> {
+    writer: SerializedFileWriter<W>,
+    waiting: Vec<Sample>,
+    rows: usize,
+}
+
+impl<W: std::io::Write + Send> Rows<W> {
+    fn new(file: W, names: &[&str], columns: &[&str], rows: usize) -> Result<Self, ParquetError> {
+        let column = |name: &str, kind| -> Result<_, ParquetError> {
+            let column = Type::primitive_type_builder(name, kind).with_repetition(Repetition::REQUIRED);
+            Ok(Arc::new(column.build()?))
+        };
+        let mut fields = vec![column(INDEX, Physical::INT64)?];
+        for name in names.iter().chain(columns) {
+            fields.push(column(name, Physical::DOUBLE)?);
+        }
+        let schema = Type::group_type_builder("samples").with_fields(fields).build()?;
+        let writer = SerializedFileWriter::new(file, Arc::new(schema), Arc::default())?;
+        Ok(Self { writer, waiting: Vec::new(), rows })
+    }
+
+    fn add(&mut self, sample: &Sample) -> Result<(), ParquetError> {
+        self.waiting.push(sample.clone());
+        if self.waiting.len() < self.rows { Ok(()) } else { self.group() }
+    }
+
+    /// Writes a row group.
+    fn group(&mut self) -> Result<(), ParquetError> {
+        let part = std::mem::take(&mut self.waiting);
+        let mut group = self.writer.next_row_group()?;
         let mut place = 0;
         while let Some(mut column) = group.next_column()? {
             if place == 0 {
@@ -73,9 +94,15 @@ fn write(
             place += 1;
         }
         group.close()?;
+        Ok(())
     }
-    writer.close()?;
-    Ok(())
+
+    fn finish(mut self) -> Result<W, ParquetError> {
+        if !self.waiting.is_empty() {
+            self.group()?;
+        }
+        self.writer.into_inner()
+    }
 }
 
 #[cfg(test)]
@@ -97,8 +124,10 @@ mod tests {
         let samples: Vec<Sample> = (0..10).map(sample).collect();
         let dir = tempfile::tempdir().unwrap();
         let path = dir.path().join("samples.parquet");
-        write(File::create(&path).unwrap(), &samples, &Deviations::names(), &["along_m", "across_m"], 4)
-            .unwrap();
+        let file = File::create(&path).unwrap();
+        let mut rows = Rows::new(file, &Deviations::names(), &["along_m", "across_m"], 4).unwrap();
+        samples.iter().for_each(|sample| rows.add(sample).unwrap());
+        rows.finish().unwrap();
         let reader = SerializedFileReader::new(File::open(&path).unwrap()).unwrap();
         assert_eq!(reader.metadata().num_row_groups(), 3);
         let names: Vec<String> = (reader.metadata().file_metadata().schema_descr().columns().iter())
@@ -126,7 +155,9 @@ mod tests {
     fn the_file_of_a_directory_is_replaced() {
         let dir = tempfile::tempdir().unwrap();
         for _ in 0..2 {
-            let path = write_parquet(dir.path(), &[], &["up_m"]).unwrap();
+            let layout = SampleLayout { names: &[], columns: &["up_m"], statement: "", first: 0 };
+            let (path, file) = SampleParquet::create(dir.path(), &layout).unwrap().finish().unwrap();
+            file.publish().unwrap();
             assert!(path.ends_with("montecarlo.parquet") && path.exists());
         }
         assert_eq!(std::fs::read_dir(dir.path()).unwrap().count(), 1);

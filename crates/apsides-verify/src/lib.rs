@@ -88,5 +88,5 @@ pub use error::VerifyError;
 pub use optimality::{StatedCostate, stated_costates, with_least_hamiltonian};
 pub use sampled::{Interpolation, PhaseSamples, Sampled, sampled};
 pub use settings::VerifySettings;
-pub use simulation::SimulatedPhase;
+pub use simulation::{SimulatedPhase, open_loop_end};
 pub use verify::{Verification, verify};

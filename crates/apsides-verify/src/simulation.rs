@@ -6,11 +6,11 @@
 use std::cell::RefCell;
 
 use apsides_ocp::linkage::{self, Source};
-use apsides_ocp::{Ocp, PhaseTrajectory, Scaling, Trajectory};
+use apsides_ocp::{Guess, Ocp, PhaseTrajectory, Scaling, Trajectory};
 use apsides_ode::{DenseSolution, FnSystem, Integrator, OdeSettings, Status, Tolerance};
 
-use crate::VerifySettings;
 use crate::equations::Equations;
+use crate::{VerifyError, VerifySettings, shape};
 
 /// One phase as re-simulated, sampled for figures: [`VerifySettings::scan_points`] times per interval of the control
 /// polynomial, both ends of each included, so that inner ends appear twice, with the control before and after.
@@ -78,6 +78,29 @@ fn system_dimension(states: usize, integrals: usize) -> usize {
     (states + integrals).max(1)
 }
 
+/// The state at the end of the last phase of a flight that starts elsewhere than the trajectory, with the controls of the trajectory as functions
+/// of time (open loop), its times and parameters; none where the flight breaks off. Phases that no linkage joins start as in the trajectory.
+///
+/// # Errors
+/// A trajectory that does not fit the problem, a start of another size.
+pub fn open_loop_end(
+    ocp: &Ocp,
+    trajectory: &Trajectory,
+    start: &[f64],
+    settings: &VerifySettings,
+) -> Result<Option<Vec<f64>>, VerifyError> {
+    let guess = Guess::earlier(trajectory);
+    shape::check(ocp, trajectory, &guess)?;
+    let expected = ocp.phases.first().map_or(0, |phase| phase.states.len());
+    if start.len() != expected {
+        let place = "the start of an open loop".into();
+        return Err(VerifyError::Dimension { place, what: "states", expected, found: start.len() });
+    }
+    let flights = fly_from(ocp, trajectory, Some(start), &Scaling::new(ocp, &guess), settings);
+    let broken = flights.iter().any(|flight| flight.failure.is_some());
+    Ok(flights.into_iter().next_back().map(|flight| flight.final_state).filter(|_| !broken))
+}
+
 /// Simulates every phase.
 pub(crate) fn fly(
     ocp: &Ocp,
@@ -85,10 +108,24 @@ pub(crate) fn fly(
     scaling: &Scaling,
     settings: &VerifySettings,
 ) -> Vec<Flight> {
+    fly_from(ocp, trajectory, None, scaling, settings)
+}
+
+/// As [`fly`], the first phase from another start.
+fn fly_from(
+    ocp: &Ocp,
+    trajectory: &Trajectory,
+    start: Option<&[f64]>,
+    scaling: &Scaling,
+    settings: &VerifySettings,
+) -> Vec<Flight> {
     let mut flights: Vec<Flight> = Vec::with_capacity(ocp.phases.len());
     for (k, sources) in linkage::sources(ocp).iter().enumerate() {
         let found = &trajectory.phases[k];
-        let mut initial_state = found.state_at(found.initial_time);
+        let mut initial_state = match start {
+            Some(start) if k == 0 => start.to_vec(),
+            _ => found.state_at(found.initial_time),
+        };
         for (x, source) in initial_state.iter_mut().zip(sources) {
             if let Some(Source { phase, state, offset }) = *source {
                 *x = flights[phase].final_state[state] + offset;

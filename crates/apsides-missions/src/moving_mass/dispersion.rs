@@ -1,9 +1,13 @@
 //! Descents under their law that deviate at random.
 
+use std::ops::Range;
+
 use apsides_metaheuristics::Generator;
 use apsides_pipeline::Error;
 use apsides_pipeline::dispersion::sample_seed;
-use apsides_pipeline::montecarlo::{Batch, Sample, Statistics, check_sizes, fly_all, statistics};
+use apsides_pipeline::montecarlo::{
+    Batch, Flown, Sample, Statistics, check_sizes, collecting, fly_all, statistics,
+};
 use serde::Serialize;
 
 use super::case::Case;
@@ -109,17 +113,33 @@ impl Descents {
         "flight_time_s",
     ];
 
-    /// Flies the samples of a case behind those that are `done`, in order; `each` sees every new one and says whether to go on. The results of a
-    /// flight that failed are NaN.
+    /// Flies the samples of a case behind those that are `done`, in order; `each` sees every new one and says whether to go on.
     ///
     /// # Errors
-    /// Negative or infinite sizes.
+    /// As of [`fly`](Self::fly).
     pub fn run(
         &self,
         case: &Case,
-        done: Vec<Sample>,
-        each: impl FnMut(&Sample) -> bool,
+        mut done: Vec<Sample>,
+        mut each: impl FnMut(&Sample) -> bool,
     ) -> Result<(Vec<Sample>, Statistics), Error> {
+        done.truncate(self.samples);
+        let flown = self.fly(case, done.len()..self.samples, collecting(&mut done, &mut each))?;
+        let statistics = statistics(&done, Self::COLUMNS, None);
+        Ok((done, Statistics { faults: flown.faults, ..statistics }))
+    }
+
+    /// Flies the samples of some indices, in order; `each` takes every one and says whether to go on. The results of a flight that failed are
+    /// NaN.
+    ///
+    /// # Errors
+    /// Negative or infinite sizes.
+    pub fn fly(
+        &self,
+        case: &Case,
+        indices: Range<usize>,
+        each: impl FnMut(Sample) -> bool,
+    ) -> Result<Flown, Error> {
         check_sizes(DescentDeviations::NAMES, &self.dispersions.values())?;
         let fly = |record: &mut Record, index: usize| {
             let (deviations, noise) = self.dispersions.sample(self.seed, index);
@@ -130,11 +150,10 @@ impl Descents {
             metrics.filter(Metrics::held).as_ref().map(descent_results)
         };
         let columns = Self::COLUMNS.len();
-        let of = Batch { samples: self.samples, threads: self.threads, seed: self.seed, columns };
+        let of = Batch { indices, threads: self.threads, seed: self.seed, columns };
         let deviations = |index: usize| self.dispersions.sample(self.seed, index).0.values().to_vec();
-        let (done, faults) = fly_all(of, done, deviations, || Record::every(1), fly, each);
-        let statistics = Statistics { faults, ..statistics(&done, Self::COLUMNS, None) };
-        Ok((done, statistics))
+        let faults = fly_all(of, deviations, || Record::every(1), fly, each);
+        Ok(Flown { linear_covariance: None, faults })
     }
 }
 

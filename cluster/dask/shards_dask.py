@@ -1,0 +1,1 @@
+../../crates/apsides-cli/src/campaign/shards_dask.py

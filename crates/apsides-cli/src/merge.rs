@@ -1,0 +1,107 @@
+//! `apsides merge`.
+
+use std::path::{Path, PathBuf};
+
+use apsides::pipeline::regular_file;
+use apsides::pipeline::shard::{BESIDE, Joined, Part, SHARD, Shard, hexadecimal, manifest_of};
+use apsides_report::merge_samples;
+
+use crate::arguments::MergeArguments;
+use crate::commands::{claim, probe_directory};
+use crate::exit::{Exit, Refusal, refusal};
+use crate::montecarlo::{Shown, of_samples, show, table_of};
+use crate::output::{print, warn};
+use crate::progress::Progress;
+use crate::sweep::{KEYS, PRICES};
+use crate::sweep_file::SweepFile;
+
+pub(crate) fn merge(a: &MergeArguments) -> Result<Exit, Refusal> {
+    let table = table_of(a.format)?;
+    let mut parts = Vec::new();
+    for place in &a.parts {
+        for place in parts_of(place)? {
+            let shard = Shard::read(&manifest_of(&place)).map_err(refusal)?;
+            parts.push(Part { place, shard });
+        }
+    }
+    let joined = Joined::of(parts, a.partly).map_err(refusal)?;
+    if let Some(part) = joined.parts.iter().find(|part| is_same(&part.place, &a.out)) {
+        return Err(format!("--out {}: is one of the parts; name another place", part.place.display()).into());
+    }
+    if !joined.levels.is_empty() {
+        warn(&format!(
+            "the parts come from machines of several levels of vector instructions ({}); results do not depend on them \
+             by design (docs/campaigns.md)",
+            joined.levels.join(", ")
+        ));
+    }
+    if joined.whole.command == "sweep" {
+        return merge_sweep(a, &joined);
+    }
+    probe_directory(&a.out)?;
+    let _lock = claim(&a.out)?;
+    let progress = Progress::reading(a.quiet, joined.whole.count as u64, "samples");
+    let merged = merge_samples(&a.out, &joined, table, &mut |more| progress.advance(more as u64));
+    progress.finish();
+    let (statistics, files) = merged?;
+    for fault in &statistics.faults {
+        warn(&fault.to_string());
+    }
+    let mission = &joined.whole.mission;
+    show(&Shown { mission, statistics: &statistics, earlier: 0, files: &files, json: a.json })?;
+    Ok(of_samples(&statistics))
+}
+
+/// Joins the tables of parts of a sweep.
+fn merge_sweep(a: &MergeArguments, joined: &Joined) -> Result<Exit, Refusal> {
+    let words = |name: &str| -> Vec<String> {
+        let list = joined.whole.settings.get(name).and_then(|list| list.as_array());
+        list.into_iter().flatten().filter_map(|word| word.as_str().map(str::to_owned)).collect()
+    };
+    let mut table = SweepFile::create(&a.out, words(KEYS).into_iter(), words(PRICES).into_iter())?;
+    for part in &joined.parts {
+        let of_part = |reason: String| refusal(format!("{}: {reason}", part.place.display()));
+        let text = regular_file::read(&part.place).map_err(|e| of_part(e.to_string()))?;
+        let stated = part.shard.rows_sha256.as_deref();
+        if stated != Some(&hexadecimal(&text)) {
+            return Err(of_part("its rows are not those of its manifest: run its command again".into()));
+        }
+        let rows = table.append(&text).map_err(|e| of_part(e.sentence))?;
+        if rows != part.shard.count {
+            return Err(of_part(format!("it has {rows} rows, its manifest {}", part.shard.count)));
+        }
+    }
+    let [rows, failed] = table.counts();
+    let file = table.finish(Some(joined.whole.clone()))?;
+    let exit = if failed > 0 { Exit::Failures } else { Exit::Verified };
+    if a.json {
+        print(&format!("{}\n", serde_json::json!({ "cases": rows, "without_solution": failed })));
+    } else {
+        let failures =
+            if failed > 0 { format!(", {failed} of them without a solution") } else { String::new() };
+        print(&format!("{rows} cases of {}{failures}\nwritten: {file}\n", joined.whole.mission));
+    }
+    Ok(exit)
+}
+
+/// A part, or the parts in a directory that is none.
+fn parts_of(place: &Path) -> Result<Vec<PathBuf>, Refusal> {
+    if place.join(SHARD).exists() || !place.is_dir() {
+        return Ok(vec![place.into()]);
+    }
+    let entries = std::fs::read_dir(place).map_err(|e| refusal(format!("{}: {e}", place.display())))?;
+    let part = |path: PathBuf| {
+        let table = path.to_str().and_then(|name| name.strip_suffix(BESIDE)).map(PathBuf::from);
+        table.or_else(|| path.join(SHARD).exists().then_some(path))
+    };
+    let mut parts: Vec<PathBuf> = entries.filter_map(Result::ok).filter_map(|e| part(e.path())).collect();
+    if parts.is_empty() {
+        return Ok(vec![place.into()]);
+    }
+    parts.sort();
+    Ok(parts)
+}
+
+fn is_same(a: &Path, b: &Path) -> bool {
+    matches!((a.canonicalize(), b.canonicalize()), (Ok(a), Ok(b)) if a == b)
+}

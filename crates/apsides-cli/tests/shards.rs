@@ -1,0 +1,304 @@
+//! Parts of large runs: joined to the bits of a single run, or refused by name.
+#![allow(clippy::unwrap_used)]
+
+mod support;
+
+use std::fs;
+use std::path::Path;
+use std::process::Output;
+
+use apsides::pipeline::shard::{SHARD, Shard, ShardState};
+use support::{apsides, path, stderr, stdout};
+
+/// All files of a run.
+const FILES: [&str; 6] = [
+    "montecarlo.csv",
+    "montecarlo.toml",
+    "montecarlo.json",
+    "montecarlo.svg",
+    "montecarlo.html",
+    "shard.json",
+];
+
+const RUN: [&str; 9] = [
+    "montecarlo",
+    "chang-e-3-braking",
+    "--position-m",
+    "333",
+    "--velocity-m-s",
+    "1",
+    "--quiet",
+    "--samples",
+    "60",
+];
+
+fn part(out: &Path, first: &str, count: &str, more: &[&str]) -> Output {
+    apsides(&[&RUN[..], &["--first", first, "--count", count, "--out", &path(out)], more].concat())
+}
+
+fn merge(parts: &[&Path], out: &Path) -> Output {
+    let parts: Vec<String> = parts.iter().map(|p| path(p)).collect();
+    let parts: Vec<&str> = parts.iter().map(String::as_str).collect();
+    apsides(&[&["merge"], &parts[..], &["--out", &path(out), "--quiet"]].concat())
+}
+
+fn assert_same(a: &Path, b: &Path, files: &[&str]) {
+    for file in files {
+        assert!(fs::read(a.join(file)).unwrap() == fs::read(b.join(file)).unwrap(), "{file}");
+    }
+}
+
+/// The sentence of a merge that is refused, which has written nothing.
+fn refusal(parts: &[&Path], out: &Path) -> String {
+    let o = merge(parts, out);
+    assert_eq!(o.status.code(), Some(2), "{}{}", stdout(&o), stderr(&o));
+    assert!(!out.exists());
+    stderr(&o)
+}
+
+#[test]
+fn parts_are_joined_to_the_bits_of_a_single_run() {
+    let dir = tempfile::tempdir().unwrap();
+    let at = |name: &str| dir.path().join(name);
+    let whole = apsides(&[&RUN[..], &["--out", &path(&at("whole"))]].concat());
+    assert_eq!(whole.status.code(), Some(0), "{}", stderr(&whole));
+    for (first, count, threads) in [("0", "17", "1"), ("17", "1", "2"), ("18", "42", "3")] {
+        let o = part(&at(&format!("parts/{first}")), first, count, &["--threads", threads]);
+        assert_eq!(o.status.code(), Some(0), "{}", stderr(&o));
+    }
+    let o = merge(&[&at("parts")], &at("merged"));
+    assert_eq!(o.status.code(), Some(0), "{}", stderr(&o));
+    assert_same(&at("whole"), &at("merged"), &FILES);
+    assert_eq!(stdout(&o).replace("merged", "whole"), stdout(&whole));
+    // In any order, and by way of larger parts.
+    let [a, b, c] = ["0", "17", "18"].map(|first| at("parts").join(first));
+    let partly = ["merge", &path(&c), &path(&b), "--partly", "--out", &path(&at("larger"))];
+    assert_eq!(apsides(&partly).status.code(), Some(0));
+    assert_eq!(merge(&[&at("larger"), &a], &at("again")).status.code(), Some(0));
+    assert_same(&at("whole"), &at("again"), &FILES);
+    let v: serde_json::Value =
+        serde_json::from_slice(&fs::read(at("whole").join("montecarlo.json")).unwrap()).unwrap();
+    assert_eq!((&v["success"]["count"], &v["success"]["of"]), (&60.into(), &60.into()));
+    assert!(v["spreads"][0]["least"]["sample"].is_u64() && v["covariance"][0].is_f64());
+
+    // What does not make the whole, by name.
+    let out = at("refused");
+    assert!(refusal(&[&a, &c], &out).contains("index 17 of 60 are in no part"));
+    assert!(refusal(&[&b, &c], &out).contains("indices 0 to 16 of 60 are in no part"));
+    assert!(refusal(&[&a, &b], &out).contains("indices 18 to 59 of 60 are in no part"));
+    let overlap = refusal(&[&a, &b, &c, &b], &out);
+    assert!(overlap.contains("overlap: both have index 17") && overlap.contains(&path(&b)), "{overlap}");
+    assert!(refusal(&[&at("nowhere")], &out).contains("is not there: parts are made by"));
+    let same = merge(&[&a, &b, &c], &a);
+    assert_eq!(same.status.code(), Some(2));
+    assert!(stderr(&same).contains("is one of the parts"), "{}", stderr(&same));
+}
+
+#[test]
+fn parts_of_other_runs_are_refused_by_name() {
+    let dir = tempfile::tempdir().unwrap();
+    let at = |name: &str| dir.path().join(name);
+    let (a, b, out) = (at("a"), at("b"), at("out"));
+    assert_eq!(part(&a, "0", "30", &[]).status.code(), Some(0));
+    for (more, words) in [
+        (&["--seed", "1"][..], "the seed is 0 of the one, 1 of the other"),
+        (&["--mass-kg", "1"], "`sigma of mass_kg` is 0.0 of the one, 1.0 of the other"),
+        (&["--set", "isp_s=311"], "values of the mission differ"),
+        (&["--guidance", "polynomial"], "values of the mission differ"),
+    ] {
+        let _ = fs::remove_dir_all(&b);
+        let o = part(&b, "30", "30", more);
+        assert!(matches!(o.status.code(), Some(0 | 6)), "{}", stderr(&o));
+        let sentence = refusal(&[&a, &b], &out);
+        assert!(sentence.contains(words) && sentence.contains("are not of one run"), "{sentence}");
+    }
+    let _ = fs::remove_dir_all(&b);
+    assert_eq!(part(&b, "30", "30", &[]).status.code(), Some(0));
+    let manifest = b.join(SHARD);
+    let sound = Shard::read(&manifest).unwrap();
+    let stated = |change: &dyn Fn(&mut Shard)| {
+        let mut other = sound.clone();
+        change(&mut other);
+        fs::write(&manifest, other.to_file()).unwrap();
+        refusal(&[&a, &b], &out)
+    };
+    assert!(stated(&|s| s.version = "0.0.9".into()).contains("the version of the program is 0.1.0"));
+    assert!(stated(&|s| s.total = 61).contains("the number of samples or cases is 60 of the one, 61"));
+    assert!(stated(&|s| s.state = ShardState::Running).contains("is not complete (at work, or killed)"));
+    // A manifest that somebody edited.
+    let text = sound.to_file();
+    fs::write(&manifest, text.replace("\"first\": 30", "\"first\": 31")).unwrap();
+    assert!(refusal(&[&a, &b], &out).contains("was altered"));
+    fs::write(&manifest, &text[..100]).unwrap();
+    assert!(refusal(&[&a, &b], &out).contains("is no manifest of a part"));
+    fs::write(&manifest, &text).unwrap();
+    // Another machine is told, and no reason to refuse.
+    let mut elsewhere = sound.clone();
+    elsewhere.vectors = "x86-64-v1".into();
+    fs::write(&manifest, elsewhere.to_file()).unwrap();
+    let o = merge(&[&a, &b], &at("told"));
+    assert_eq!(o.status.code(), Some(0), "{}", stderr(&o));
+    assert!(stderr(&o).contains("several levels of vector instructions"), "{}", stderr(&o));
+}
+
+/// Rows that are not those of the manifest.
+#[test]
+fn rows_that_were_altered_or_exchanged_are_refused() {
+    let dir = tempfile::tempdir().unwrap();
+    let at = |name: &str| dir.path().join(name);
+    let (a, b, out) = (at("a"), at("b"), at("out"));
+    assert_eq!(part(&a, "0", "30", &[]).status.code(), Some(0));
+    assert_eq!(part(&b, "30", "30", &[]).status.code(), Some(0));
+    assert_eq!(part(&at("seed"), "30", "30", &["--seed", "1"]).status.code(), Some(0));
+    let rows = b.join("montecarlo.csv");
+    let sound = fs::read_to_string(&rows).unwrap();
+    let lines: Vec<&str> = sound.split_inclusive('\n').collect();
+    let with = |text: &str| {
+        fs::write(&rows, text).unwrap();
+        refusal(&[&a, &b], &out)
+    };
+    // One of another seed, each of its rows sound by itself.
+    let other = fs::read_to_string(at("seed").join("montecarlo.csv")).unwrap();
+    assert!(with(&other).contains("has samples that are not those of its manifest"));
+    let altered = lines[4].replacen('1', "2", 1);
+    assert!(with(&sound.replace(lines[4], &altered)).contains("of index 33") || altered.starts_with("2"));
+    assert!(with(&sound[..sound.len() - 1]).contains("no row of sample 59 where it should be"));
+    assert!(with(&sound[..sound.len() / 2]).contains("no row of sample"));
+    assert!(with(&lines[..10].concat()).contains("no row of sample 39 where it should be"));
+    assert!(with(&[lines[0], lines[2], lines[1]].concat()).contains("no row of sample 30"));
+    assert!(with("").contains("other columns"));
+    fs::remove_file(&rows).unwrap();
+    assert!(refusal(&[&a, &b], &out).contains("cannot read"));
+    fs::write(&rows, &sound).unwrap();
+    fs::write(b.join("montecarlo.toml"), "mission = \"lunar-direct\"\n").unwrap();
+    assert!(refusal(&[&a, &b], &out).contains("is not the statement of its manifest"));
+}
+
+/// Failed flights and work that is not at its end have different statuses, and the manifest says which.
+#[test]
+fn a_status_tells_failures_from_work_that_is_left() {
+    let dir = tempfile::tempdir().unwrap();
+    let out = dir.path().join("flights");
+    // Masses that are too slow for an unstable capsule.
+    let slow = ["--set", "damping=unstable", "--set", "rate_limit_m_s=0.3", "--offset-m", "0.003"];
+    let failing = [&["montecarlo", "moving-mass-cross", "--quiet", "--samples", "6"], &slow[..]].concat();
+    let o = apsides(&[&failing[..], &["--out", &path(&out)]].concat());
+    assert_eq!(o.status.code(), Some(6), "{}{}", stdout(&o), stderr(&o));
+    let shard = Shard::read(&out.join(SHARD)).unwrap();
+    assert_eq!((shard.state, shard.done), (ShardState::CompleteWithFailures, 6));
+    assert!(shard.failed > 0 && stdout(&o).contains("% ended; 95 % confidence: "), "{}", stdout(&o));
+    assert_eq!(merge(&[&out], &dir.path().join("merged")).status.code(), Some(6));
+
+    let out = dir.path().join("limited");
+    let shown = path(&out);
+    let limited = [&RUN[..7], &["--samples", "10000000", "--time-limit", "0.5", "--out", &shown]].concat();
+    let o = apsides(&limited);
+    assert_eq!(o.status.code(), Some(3), "{}", stderr(&o));
+    let shard = Shard::read(&out.join(SHARD)).unwrap();
+    assert_eq!(shard.state, ShardState::Interrupted);
+    assert!(shard.done > 0 && shard.done < shard.count && shard.rows_sha256.is_none());
+    let refused = refusal(&[&out], &dir.path().join("none"));
+    assert!(
+        refused.contains(&format!("is not complete (interrupted): {} of 10000000", shard.done)),
+        "{refused}"
+    );
+
+    for (range, words) in [
+        (&["--first", "60"][..], "--first 60: the run has --samples 60, of indices 0 to 59"),
+        (&["--first", "59", "--count", "2"], "--first 59 --count 2: the run has --samples 60"),
+    ] {
+        let o = apsides(&[&RUN[..], range].concat());
+        assert_eq!(o.status.code(), Some(2));
+        assert!(stderr(&o).contains(words), "{}", stderr(&o));
+    }
+}
+
+/// A limit on the size of files stands for a full disk under one part.
+#[cfg(unix)]
+#[test]
+fn a_full_disk_under_one_part_is_told_and_loses_no_other() {
+    let dir = tempfile::tempdir().unwrap();
+    let at = |name: &str| dir.path().join(name);
+    let out = path(&at("parts/1"));
+    let second = [&RUN[..], &["--first", "20", "--count", "40", "--out", &out]].concat();
+    assert_eq!(part(&at("parts/0"), "0", "20", &[]).status.code(), Some(0));
+    let script = "trap '' XFSZ; ulimit -f 20; exec \"$@\"";
+    let o = std::process::Command::new("sh")
+        .args(["-c", script, "sh", support::PROGRAM])
+        .args(&second)
+        .output()
+        .unwrap();
+    assert_eq!(o.status.code(), Some(5), "{}", stderr(&o));
+    assert!(stderr(&o).contains("montecarlo.csv"), "{}", stderr(&o));
+    let refused = refusal(&[&at("parts")], &at("none"));
+    assert!(refused.contains("parts/1` is not complete (at work, or killed)"), "{refused}");
+    // With room again the same command goes on from what is there.
+    let o = apsides(&second);
+    assert_eq!(o.status.code(), Some(0), "{}", stderr(&o));
+    assert!(stdout(&o).contains("of them read from the file"), "{}", stdout(&o));
+    let whole = apsides(&[&RUN[..], &["--out", &path(&at("whole"))]].concat());
+    assert_eq!(whole.status.code(), Some(0));
+    assert_eq!(merge(&[&at("parts")], &at("merged")).status.code(), Some(0));
+    assert_same(&at("whole"), &at("merged"), &FILES);
+    // Nor is there half a result where the disk of the merge is full.
+    let merged = path(&at("full"));
+    let o = std::process::Command::new("sh")
+        .args(["-c", script, "sh", support::PROGRAM, "merge", &path(&at("parts")), "--out", &merged])
+        .output()
+        .unwrap();
+    assert_eq!(o.status.code(), Some(5), "{}", stderr(&o));
+    assert!(!at("full").exists(), "{:?}", fs::read_dir(at("full")).map(|d| d.count()));
+}
+
+/// The cells of a table without the columns of wall-clock times.
+fn cells(file: &Path) -> Vec<Vec<String>> {
+    let mut table = csv::Reader::from_path(file).unwrap();
+    let heads: Vec<String> = table.headers().unwrap().iter().map(str::to_owned).collect();
+    let kept = |record: csv::StringRecord| -> Vec<String> {
+        let cells = record.iter().zip(&heads).filter(|(_, head)| !head.ends_with("_ms"));
+        cells.map(|(cell, _)| cell.to_owned()).collect()
+    };
+    let rows: Vec<Vec<String>> = table.records().map(|record| kept(record.unwrap())).collect();
+    std::iter::once(kept(heads.iter().map(String::as_str).collect())).chain(rows).collect()
+}
+
+#[test]
+fn parts_of_a_sweep_are_joined() {
+    let dir = tempfile::tempdir().unwrap();
+    let at = |name: &str| dir.path().join(name);
+    let sweep = |file: &str, more: &[&str]| {
+        let set = ["sweep", "lunar-perilune", "--quiet", "--set", "perilune_altitude_km=50,40,30,20,10"];
+        apsides(&[&set[..], more, &["--out", &path(&at(file))]].concat())
+    };
+    fs::create_dir(at("parts")).unwrap();
+    for (file, more) in [
+        ("whole.csv", &["--chain", "2"][..]),
+        ("parts/0.csv", &["--chain", "2", "--count", "2"]),
+        ("parts/1.csv", &["--chain", "2", "--first", "2", "--count", "2"]),
+        ("parts/2.csv", &["--chain", "2", "--first", "4"]),
+        ("neighbours.csv", &[]),
+        ("one-chain.csv", &["--chain", "5"]),
+    ] {
+        let o = sweep(file, more);
+        assert_eq!(o.status.code(), Some(0), "{file}: {}", stderr(&o));
+    }
+    let o = merge(&[&at("parts")], &at("merged.csv"));
+    assert_eq!(o.status.code(), Some(0), "{}", stderr(&o));
+    assert_eq!(cells(&at("merged.csv")), cells(&at("whole.csv")));
+    // Without chains all cases are one, as they were.
+    assert_eq!(cells(&at("neighbours.csv")), cells(&at("one-chain.csv")));
+    assert!(!at("neighbours.csv.shard.json").exists() && at("one-chain.csv.shard.json").exists());
+    let gap = refusal(&[&at("parts/0.csv"), &at("parts/2.csv")], &at("none.csv"));
+    assert!(gap.contains("indices 2 to 3 of 5 are in no part"), "{gap}");
+    let other = refusal(&[&at("parts/0.csv"), &at("one-chain.csv")], &at("none.csv"));
+    assert!(other.contains("`--chain` is 5 of the one, 2 of the other"), "{other}");
+    let text = fs::read_to_string(at("parts/1.csv")).unwrap();
+    fs::write(at("parts/1.csv"), text.replace("optimal", "acceptable")).unwrap();
+    assert!(refusal(&[&at("parts")], &at("none.csv")).contains("its rows are not those of its manifest"));
+    let within = sweep("parts/x.csv", &["--chain", "2", "--first", "1"]);
+    assert_eq!(within.status.code(), Some(2));
+    assert!(stderr(&within).contains("case 1 is not the first of a chain of 2 cases"), "{}", stderr(&within));
+    assert_eq!(sweep("parts/x.csv", &["--first", "2"]).status.code(), Some(2));
+    let beyond = sweep("parts/x.csv", &["--chain", "2", "--first", "6"]);
+    assert!(stderr(&beyond).contains("the sweep has 5 cases"), "{}", stderr(&beyond));
+}

@@ -1,0 +1,481 @@
+//! Parts of a large run (shards): what each is of, how far it came, and whether parts make a whole.
+//!
+//! A sample or a case depends on the seed, the settings and its index alone, so that parts may be computed anywhere. `shard.json` beside the rows of
+//! a part states all that decides them; parts are joined only where these statements agree and their ranges leave neither gap nor overlap.
+
+use std::collections::BTreeMap;
+use std::ops::Range;
+use std::path::{Path, PathBuf};
+
+use serde::{Deserialize, Serialize};
+use serde_json::Value;
+use sha2::{Digest as _, Sha256};
+
+use crate::Error;
+use crate::fault::Fault;
+use crate::regular_file;
+
+/// Name of the file.
+pub const SHARD: &str = "shard.json";
+
+/// End of the name of the file beside a table that is a part by itself.
+pub const BESIDE: &str = ".shard.json";
+
+/// The manifest of a place: in a directory, or beside a table.
+#[must_use]
+pub fn manifest_of(place: &Path) -> PathBuf {
+    if !place.is_file() {
+        return place.join(SHARD);
+    }
+    let mut name = place.as_os_str().to_owned();
+    name.push(BESIDE);
+    name.into()
+}
+
+/// The form of the file; another one is refused.
+const FORM: u32 = 1;
+
+/// The state of a part.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum ShardState {
+    /// At work, or killed.
+    Running,
+    /// Ended before its end by a signal or a time limit.
+    Interrupted,
+    /// All there.
+    Complete,
+    /// All there; some samples or cases have no result.
+    CompleteWithFailures,
+}
+
+impl ShardState {
+    /// True where nothing is left to do.
+    #[must_use]
+    pub fn is_complete(self) -> bool {
+        matches!(self, Self::Complete | Self::CompleteWithFailures)
+    }
+
+    /// The state in words.
+    #[must_use]
+    pub fn words(self) -> &'static str {
+        match self {
+            Self::Running => "at work, or killed",
+            Self::Interrupted => "interrupted",
+            Self::Complete => "complete",
+            Self::CompleteWithFailures => "complete, with failures",
+        }
+    }
+}
+
+/// The manifest of a part.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Shard {
+    /// The form of this file.
+    pub form: u32,
+    /// The command that made it.
+    pub command: String,
+    /// Name of the mission.
+    pub mission: String,
+    /// SHA-256 of the statement of what is computed (mission file, steering).
+    pub statement_sha256: String,
+    /// Settings that decide the rows besides, by name.
+    pub settings: BTreeMap<String, Value>,
+    /// Version of the program.
+    pub version: String,
+    /// Operating system and architecture.
+    pub platform: String,
+    /// Level of the vector instructions of the machine.
+    pub vectors: String,
+    /// Seed.
+    pub seed: u64,
+    /// Samples or cases of the whole run.
+    pub total: usize,
+    /// Index of the first one of this part.
+    pub first: usize,
+    /// Number of this part.
+    pub count: usize,
+    /// Number of those that are there.
+    pub done: usize,
+    /// Number of those without a result.
+    pub failed: usize,
+    /// Its state.
+    pub state: ShardState,
+    /// SHA-256 of the rows, once all are there.
+    pub rows_sha256: Option<String>,
+    /// Covariance of the first results by the state-transition matrix, row-major.
+    pub linear_covariance: Option<Vec<f64>>,
+    /// Samples whose computation panicked.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub faults: Vec<Fault>,
+    /// SHA-256 of all above.
+    #[serde(default)]
+    pub sha256: String,
+}
+
+impl Shard {
+    /// A part of a run at its beginning.
+    #[must_use]
+    pub fn begun(
+        command: &str,
+        mission: &str,
+        statement: &str,
+        seed: u64,
+        total: usize,
+        indices: Range<usize>,
+    ) -> Self {
+        Self {
+            form: FORM,
+            command: command.into(),
+            mission: mission.into(),
+            statement_sha256: hexadecimal(statement.as_bytes()),
+            settings: BTreeMap::new(),
+            version: env!("CARGO_PKG_VERSION").into(),
+            platform: format!("{} {}", std::env::consts::OS, std::env::consts::ARCH),
+            vectors: vector_level().into(),
+            seed,
+            total,
+            first: indices.start,
+            count: indices.len(),
+            done: 0,
+            failed: 0,
+            state: ShardState::Running,
+            rows_sha256: None,
+            linear_covariance: None,
+            faults: Vec::new(),
+            sha256: String::new(),
+        }
+    }
+
+    /// The indices of the part.
+    #[must_use]
+    pub fn indices(&self) -> Range<usize> {
+        self.first..self.first.saturating_add(self.count)
+    }
+
+    /// True for the statement of what is computed that the part was begun with.
+    #[must_use]
+    pub fn states(&self, statement: &str) -> bool {
+        self.statement_sha256 == hexadecimal(statement.as_bytes())
+    }
+
+    /// The text of the file.
+    #[must_use]
+    pub fn to_file(&self) -> String {
+        let sealed = Self { sha256: self.digest(), ..self.clone() };
+        // Numbers, words and lists always have a text.
+        serde_json::to_string_pretty(&sealed).unwrap_or_default() + "\n"
+    }
+
+    fn digest(&self) -> String {
+        let unsealed = Self { sha256: String::new(), ..self.clone() };
+        hexadecimal(&serde_json::to_vec(&unsealed).unwrap_or_default())
+    }
+
+    /// Reads the file.
+    ///
+    /// # Errors
+    /// A file that is not there, is no manifest of this form, or was altered.
+    pub fn read(path: &Path) -> Result<Self, Error> {
+        let refused = |reason: String| Error::File { path: path.into(), reason };
+        let text = regular_file::read_text(path).map_err(|e| match e.kind() {
+            std::io::ErrorKind::NotFound => refused(
+                "is not there: parts are made by `montecarlo`, `sweep` or `footprint` with `--out`".into(),
+            ),
+            _ => refused(e.to_string()),
+        })?;
+        let value: Value =
+            serde_json::from_str(&text).map_err(|e| refused(format!("is no manifest of a part: {e}")))?;
+        match value.get("form").and_then(Value::as_u64) {
+            Some(form) if form == u64::from(FORM) => {}
+            form => {
+                let form = form.map_or_else(|| "no number".into(), |form| form.to_string());
+                let reason =
+                    format!("has form {form}, this program reads form {FORM}: take the version that made it");
+                return Err(refused(reason));
+            }
+        }
+        let shard: Self =
+            serde_json::from_value(value).map_err(|e| refused(format!("is no manifest of a part: {e}")))?;
+        match shard.sha256 == shard.digest() {
+            true => Ok(shard),
+            false => Err(refused("was altered: run the command of the part again".into())),
+        }
+    }
+}
+
+/// SHA-256 of bytes in hexadecimal digits.
+#[must_use]
+pub fn hexadecimal(bytes: &[u8]) -> String {
+    Sha256::digest(bytes).iter().map(|byte| format!("{byte:02x}")).collect()
+}
+
+/// The level of vector instructions that programs choose by on this machine: those of x86-64 by the levels of its psABI.
+#[must_use]
+pub fn vector_level() -> &'static str {
+    #[cfg(target_arch = "x86_64")]
+    {
+        let four = std::arch::is_x86_feature_detected!("avx512f")
+            && std::arch::is_x86_feature_detected!("avx512bw")
+            && std::arch::is_x86_feature_detected!("avx512cd")
+            && std::arch::is_x86_feature_detected!("avx512dq")
+            && std::arch::is_x86_feature_detected!("avx512vl");
+        if four {
+            return "x86-64-v4";
+        }
+        let three = std::arch::is_x86_feature_detected!("avx2") && std::arch::is_x86_feature_detected!("fma");
+        if three { "x86-64-v3" } else { "x86-64" }
+    }
+    #[cfg(not(target_arch = "x86_64"))]
+    {
+        std::env::consts::ARCH
+    }
+}
+
+/// A part with its place on the disk.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Part {
+    /// Directory, or file beside which the manifest is.
+    pub place: PathBuf,
+    /// Its manifest.
+    pub shard: Shard,
+}
+
+/// Parts in the order of their indices, with what they make together.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Joined {
+    /// The parts.
+    pub parts: Vec<Part>,
+    /// The manifest of all of them as one, complete but for what depends on the rows.
+    pub whole: Shard,
+    /// Levels of vector instructions, where parts come from machines that differ.
+    pub levels: Vec<String>,
+}
+
+impl Joined {
+    /// Puts parts in order. With `partly` they need not begin at the first index of the run nor end at its last.
+    ///
+    /// # Errors
+    /// Parts that are not complete, that state different things, overlap or leave a gap; each by name.
+    pub fn of(mut parts: Vec<Part>, partly: bool) -> Result<Self, Error> {
+        let refused = |reason: String| Err(Error::Conflict { place: "merge".into(), reason });
+        for Part { place, shard } in &parts {
+            if !shard.state.is_complete() || shard.done != shard.count {
+                let Shard { done, count, .. } = shard;
+                return refused(format!(
+                    "`{}` is not complete ({}): {done} of {count} are there; its own command goes on from them",
+                    place.display(),
+                    shard.state.words()
+                ));
+            }
+        }
+        // By place where two begin alike, so that the sentence does not depend on the order of the arguments.
+        parts.sort_by(|a, b| (a.shard.first, &a.place).cmp(&(b.shard.first, &b.place)));
+        let Some(head) = parts.first().cloned() else { return refused("no parts are given".into()) };
+        if let Some((part, what)) = parts.iter().find_map(|p| Some((p, difference(&head.shard, &p.shard)?))) {
+            let (a, b) = (head.place.display(), part.place.display());
+            return refused(format!("`{a}` and `{b}` are not of one run: {what}"));
+        }
+        let mut next = if partly { head.shard.first } else { 0 };
+        let mut before: Option<&Part> = None;
+        for part in &parts {
+            let Range { start, end } = part.shard.indices();
+            if start > next {
+                return refused(gap(next, start, head.shard.total));
+            }
+            if let Some(before) = before.filter(|_| start < next) {
+                let (a, b) = (before.place.display(), part.place.display());
+                let last = end.min(next) - 1;
+                return refused(format!("`{a}` and `{b}` overlap: both have {}", indices(start, last)));
+            }
+            (next, before) = (end, Some(part));
+        }
+        if next < head.shard.total && !partly {
+            return refused(gap(next, head.shard.total, head.shard.total));
+        }
+        let mut levels: Vec<String> = parts.iter().map(|p| p.shard.vectors.clone()).collect();
+        levels.sort();
+        levels.dedup();
+        let sum = |of: fn(&Shard) -> usize| parts.iter().map(|p| of(&p.shard)).sum::<usize>();
+        let whole = Shard {
+            vectors: levels.join(", "),
+            count: sum(|s| s.count),
+            done: sum(|s| s.done),
+            failed: sum(|s| s.failed),
+            state: if sum(|s| s.failed) > 0 {
+                ShardState::CompleteWithFailures
+            } else {
+                ShardState::Complete
+            },
+            faults: parts.iter().flat_map(|p| p.shard.faults.clone()).collect(),
+            ..head.shard
+        };
+        Ok(Self { whole, levels: if levels.len() > 1 { levels } else { Vec::new() }, parts })
+    }
+}
+
+fn indices(first: usize, last: usize) -> String {
+    if first == last { format!("index {first}") } else { format!("indices {first} to {last}") }
+}
+
+fn gap(next: usize, start: usize, total: usize) -> String {
+    format!("{} of {total} are in no part", indices(next, start - 1))
+}
+
+/// The first statement in which two parts differ, in words.
+fn difference(a: &Shard, b: &Shard) -> Option<String> {
+    let words = |what: &str, a: &dyn std::fmt::Display, b: &dyn std::fmt::Display| {
+        Some(format!("{what} is {a} of the one, {b} of the other"))
+    };
+    if a.command != b.command {
+        return words("the command", &a.command, &b.command);
+    }
+    if a.version != b.version {
+        return words("the version of the program", &a.version, &b.version);
+    }
+    if a.platform != b.platform {
+        return words("the platform", &a.platform, &b.platform);
+    }
+    if a.mission != b.mission {
+        return words("the mission", &a.mission, &b.mission);
+    }
+    if a.seed != b.seed {
+        return words("the seed", &a.seed, &b.seed);
+    }
+    if a.total != b.total {
+        return words("the number of samples or cases", &a.total, &b.total);
+    }
+    let none = Value::Null;
+    let names = a.settings.keys().chain(b.settings.keys());
+    let value = |shard: &Shard, name: &String| shard.settings.get(name).unwrap_or(&none).clone();
+    if let Some(name) = names.into_iter().find(|name| value(a, name) != value(b, name)) {
+        return words(&format!("`{name}`"), &value(a, name), &value(b, name));
+    }
+    if a.statement_sha256 != b.statement_sha256 {
+        return Some("values of the mission differ".into());
+    }
+    (a.linear_covariance != b.linear_covariance).then(|| {
+        format!(
+            "the covariance by the state-transition matrix differs, so that their plans do ({}, {})",
+            a.vectors, b.vectors
+        )
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    #![allow(clippy::unwrap_used)]
+    use super::*;
+
+    fn part(name: &str, indices: Range<usize>) -> Part {
+        let mut shard = Shard::begun("montecarlo", "chang-e-3-braking", "mission", 7, 100, indices);
+        shard.state = ShardState::Complete;
+        shard.done = shard.count;
+        shard.settings.insert("position_m".into(), 333.0.into());
+        Part { place: name.into(), shard }
+    }
+
+    fn refusal(parts: &[Part]) -> String {
+        Joined::of(parts.to_vec(), false).unwrap_err().to_string()
+    }
+
+    #[test]
+    fn parts_without_gap_or_overlap_make_a_whole() {
+        let [a, mut b, c] = [part("a", 0..30), part("b", 30..31), part("c", 31..100)];
+        b.shard.failed = 1;
+        b.shard.state = ShardState::CompleteWithFailures;
+        let joined = Joined::of(vec![c.clone(), a.clone(), b.clone()], false).unwrap();
+        assert_eq!(joined.parts, [a.clone(), b, c.clone()]);
+        let whole = &joined.whole;
+        assert_eq!((whole.first, whole.count, whole.done, whole.failed), (0, 100, 100, 1));
+        assert_eq!((whole.state, &joined.levels[..]), (ShardState::CompleteWithFailures, &[][..]));
+        assert!(refusal(&[a.clone(), c.clone()]).ends_with("index 30 of 100 are in no part"));
+        assert!(refusal(&[c.clone()]).ends_with("indices 0 to 30 of 100 are in no part"));
+        assert!(refusal(&[a.clone()]).ends_with("indices 30 to 99 of 100 are in no part"));
+        assert!(
+            refusal(&[a.clone(), a.clone(), c.clone()])
+                .ends_with("`a` and `a` overlap: both have indices 0 to 29")
+        );
+        let inside = part("inside", 5..9);
+        assert!(
+            refusal(&[a.clone(), inside]).ends_with("`a` and `inside` overlap: both have indices 5 to 8")
+        );
+        assert!(refusal(&[]).ends_with("no parts are given"));
+        // A part of the whole, of parts.
+        let some = Joined::of(vec![c], true).unwrap().whole;
+        assert_eq!((some.first, some.count), (31, 69));
+        assert!(Joined::of(vec![a, part("d", 40..100)], true).is_err());
+    }
+
+    #[test]
+    fn what_is_not_of_one_run_is_named() {
+        let a = part("a", 0..50);
+        let changed = |change: &dyn Fn(&mut Shard)| {
+            let mut b = part("b", 50..100);
+            change(&mut b.shard);
+            refusal(&[a.clone(), b])
+        };
+        for (change, words) in [
+            (
+                &(|s: &mut Shard| s.version = "0.0.9".into()) as &dyn Fn(&mut Shard),
+                "the version of the program is 0.1.0",
+            ),
+            (
+                &|s| s.mission = "lunar".into(),
+                "the mission is chang-e-3-braking of the one, lunar of the other",
+            ),
+            (&|s| s.seed = 8, "the seed is 7 of the one, 8 of the other"),
+            (&|s| s.total = 101, "the number of samples or cases is 100"),
+            (&|s| s.command = "sweep".into(), "the command is montecarlo"),
+            (&|s| s.platform = "plan9 vax".into(), "the platform is "),
+            (&|s| s.statement_sha256 = "0".into(), "values of the mission differ"),
+            (&|s| s.linear_covariance = Some(vec![1.0]), "by the state-transition matrix differs"),
+            (
+                &|s| {
+                    s.settings.insert("position_m".into(), 300.0.into());
+                },
+                "`position_m` is 333.0 of the one, 300.0 of the other",
+            ),
+            (
+                &|s| {
+                    s.settings.insert("mass_kg".into(), 1.0.into());
+                },
+                "`mass_kg` is null of the one, 1.0 of the other",
+            ),
+            (&|s| s.done = 49, "`b` is not complete (complete): 49 of 50 are there"),
+            (&|s| s.state = ShardState::Running, "`b` is not complete (at work, or killed)"),
+            (&|s| s.state = ShardState::Interrupted, "`b` is not complete (interrupted)"),
+        ] {
+            let sentence = changed(change);
+            assert!(sentence.contains(words), "{words}: {sentence}");
+        }
+        // Another machine is no other run, but told.
+        let mut b = part("b", 50..100);
+        b.shard.vectors = "x86-64-v2".into();
+        assert_eq!(Joined::of(vec![a.clone(), b], false).unwrap().levels.len(), 2);
+    }
+
+    #[test]
+    fn a_manifest_is_read_as_it_was_written_or_not_at_all() {
+        let dir = tempfile::tempdir().unwrap();
+        let path = dir.path().join(SHARD);
+        let mut shard = part("a", 0..50).shard;
+        shard.linear_covariance = Some(vec![0.1, 1.0 / 3.0, 5e-324]);
+        shard.faults = vec![Fault { index: 3, seed: 7, message: "broke off".into() }];
+        let text = shard.to_file();
+        std::fs::write(&path, &text).unwrap();
+        let mut read = Shard::read(&path).unwrap();
+        read.sha256.clear();
+        assert_eq!(read, shard);
+        let refused = |text: &str| {
+            std::fs::write(&path, text).unwrap();
+            Shard::read(&path).unwrap_err().to_string()
+        };
+        assert!(refused(&text.replace("\"seed\": 7", "\"seed\": 8")).contains("was altered"));
+        assert!(refused(&text.replace("\"form\": 1", "\"form\": 2")).contains("has form 2"));
+        assert!(refused(&text[..text.len() / 2]).contains("is no manifest"));
+        assert!(refused("[]").contains("has form no number"));
+        std::fs::remove_file(&path).unwrap();
+        assert!(Shard::read(&path).unwrap_err().to_string().contains("is not there"));
+    }
+}
