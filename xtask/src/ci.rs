@@ -5,7 +5,7 @@ use std::time::{Duration, Instant};
 use crate::command::{cargo, run as run_command, run_keeping, written};
 use crate::workspace::Workspace;
 use crate::{
-    book, crate_readme, demand, doc, examples, layers, package, python, readme, supply, table, tidy,
+    book, cluster, crate_readme, demand, doc, examples, layers, package, python, readme, supply, table, tidy,
 };
 
 /// A step: its name and what it does.
@@ -32,6 +32,7 @@ const STEPS: &[Step] = &[
     ("sbom", |w| supply::bill(w, &[])),
     ("fly", demand::fly_if_there),
     ("exports", demand::exports_if_there),
+    ("cluster", cluster::run_if_there),
     ("python", python::run_if_there),
 ];
 

@@ -14,6 +14,7 @@
 //! | `supply` | licences and sources of dependencies, the bill of materials |
 //! | `demand` | checks by tools that need not be there: cargo-deny, cargo-fuzz, SciPy |
 //! | `python` | the wheel of the Python package, tested in a fresh environment |
+//! | `cluster` | campaigns by Slurm and Dask on this machine, held against a single run |
 //! | `readme`, `crate_readme` | the commands of README.md; README.md of each crate |
 //! | `source`, `workspace`, `command` | Rust text without comments, packages, processes |
 
@@ -25,6 +26,7 @@ mod bench;
 mod book;
 mod ci;
 mod circles;
+mod cluster;
 mod command;
 mod crate_readme;
 mod demand;
@@ -68,6 +70,8 @@ Tasks:
   fuzz [SECONDS]     each fuzz target for so long, 20 s without a number; needs nightly and cargo-fuzz
   exports            ephemerides and the schema read by programs of others; left out where Python has none
   fly                trajectories of missions flown again by SciPy; left out where Python has none
+  cluster            a campaign by Slurm and by Dask on this machine, a worker killed on the way, held against a single run;
+                     an engine that cannot be installed is left out
   deny               licences and sources of dependencies by deny.toml, and what cargo-deny checks besides where it is there
   sbom [FILE]        bill of materials of the program, CycloneDX 1.5 as JSON
   book               commands of the pages in docs, and the book itself where mdbook is installed
@@ -122,6 +126,7 @@ fn perform(arguments: &[String]) -> Result<(), String> {
         "fuzz" => demand::fuzz(&Workspace::load()?, rest),
         "exports" => no_arguments(task, rest).and_then(|()| demand::exports_if_there(&Workspace::load()?)),
         "fly" => no_arguments(task, rest).and_then(|()| demand::fly_if_there(&Workspace::load()?)),
+        "cluster" => no_arguments(task, rest).and_then(|()| cluster::run_if_there(&Workspace::load()?)),
         "deny" => no_arguments(task, rest).and_then(|()| demand::deny(&Workspace::load()?)),
         "sbom" => supply::bill(&Workspace::load()?, rest),
         "book" => no_arguments(task, rest).and_then(|()| book::run_book(&Workspace::load()?)),
@@ -206,7 +211,7 @@ mod tests {
     fn every_task_is_in_the_help() {
         for task in [
             "ci", "layers", "tidy", "doc", "mission", "table", "readmes", "examples", "features", "package",
-            "bless", "bench", "torture", "fuzz", "exports", "fly", "deny", "sbom",
+            "bless", "bench", "torture", "fuzz", "exports", "fly", "cluster", "deny", "sbom",
         ] {
             assert!(HELP.lines().any(|l| l.split_whitespace().next() == Some(task)), "{task}");
         }

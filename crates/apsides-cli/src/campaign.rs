@@ -198,7 +198,16 @@ fn pilot(plan: &Plan, a: &CampaignArguments) -> Result<Exit, Refusal> {
         );
         return Err(Refusal { exit: Exit::NotSolved, sentence });
     }
-    merge(plan, a.quiet)
+    let joined = Shard::read(&plan.merged().join(SHARD)).ok().filter(|joined| joined.state.is_complete());
+    match joined.filter(|_| !engine.jobs().is_empty()) {
+        // A job of the queue did it.
+        Some(joined) => {
+            let (samples, failed) = (joined.done, joined.failed);
+            print(&format!("{samples} samples, {failed} without a result: {}\n", plan.merged().display()));
+            Ok(if failed > 0 { Exit::Failures } else { Exit::Verified })
+        }
+        None => merge(plan, a.quiet),
+    }
 }
 
 /// Refuses, before anything is submitted, what every shard would refuse.

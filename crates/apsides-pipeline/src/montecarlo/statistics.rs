@@ -4,6 +4,7 @@
 //! With `S_a` and `S_ab` the sums of a result and of products of two, both without rounding, the mean is `S_a / n` and the covariance
 //! `(n S_ab - S_a S_b) / (n (n - 1))`.
 
+use std::cmp::Ordering;
 use std::convert::Infallible;
 
 use serde::Serialize;
@@ -45,6 +46,17 @@ pub struct Extreme {
     pub value: f64,
     /// Index of the first sample that has it.
     pub sample: Option<usize>,
+}
+
+impl Extreme {
+    /// True if this one is beyond another on a side of it, or of an earlier sample at the same place.
+    fn exceeds(&self, other: &Self, side: Ordering) -> bool {
+        match (other.sample, self.value.total_cmp(&other.value)) {
+            (None, _) => true,
+            (_, Ordering::Equal) => self.sample < other.sample,
+            (_, found) => found == side,
+        }
+    }
 }
 
 /// The ellipse of one standard deviation of the ends over ground.
@@ -173,12 +185,12 @@ impl<'a> Tally<'a> {
             }
             self.searches[k].add(*value);
             let [least, greatest] = &mut self.extremes[k];
-            let extreme = Extreme { value: *value, sample: Some(sample.index) };
-            if least.sample.is_none() || *value < least.value {
-                *least = extreme;
+            let new = Extreme { value: *value, sample: Some(sample.index) };
+            if new.exceeds(least, Ordering::Less) {
+                *least = new;
             }
-            if greatest.sample.is_none() || *value > greatest.value {
-                *greatest = extreme;
+            if new.exceeds(greatest, Ordering::Greater) {
+                *greatest = new;
             }
         }
     }
