@@ -390,8 +390,8 @@ mod tests {
         assert_eq!((whole.first, whole.count, whole.done, whole.failed), (0, 100, 100, 1));
         assert_eq!((whole.state, &joined.levels[..]), (ShardState::CompleteWithFailures, &[][..]));
         assert!(refusal(&[a.clone(), c.clone()]).ends_with("index 30 of 100 are in no part"));
-        assert!(refusal(&[c.clone()]).ends_with("indices 0 to 30 of 100 are in no part"));
-        assert!(refusal(&[a.clone()]).ends_with("indices 30 to 99 of 100 are in no part"));
+        assert!(refusal(std::slice::from_ref(&c)).ends_with("indices 0 to 30 of 100 are in no part"));
+        assert!(refusal(std::slice::from_ref(&a)).ends_with("indices 30 to 99 of 100 are in no part"));
         assert!(
             refusal(&[a.clone(), a.clone(), c.clone()])
                 .ends_with("`a` and `a` overlap: both have indices 0 to 29")
