@@ -8,7 +8,7 @@ use apsides_metaheuristics::Generator;
 
 use crate::Error;
 use crate::dispersion::sample_seed;
-use crate::montecarlo::{Batch, Flown, Sample, Statistics, check_sizes, collecting, fly_all, statistics};
+use crate::montecarlo::{Batch, Flown, Sample, Statistics, check_sizes, fly_all, gathered};
 use crate::outcome::Outcome;
 use crate::pipeline::Pipeline;
 
@@ -62,13 +62,11 @@ impl Draws {
         &self,
         mission: &Pipeline,
         plan: &Outcome,
-        mut done: Vec<Sample>,
-        mut each: impl FnMut(&Sample) -> bool,
+        done: Vec<Sample>,
+        each: impl FnMut(&Sample) -> bool,
     ) -> Result<(Vec<Sample>, Statistics), Error> {
-        done.truncate(self.samples);
-        let flown = self.fly(mission, plan, done.len()..self.samples, collecting(&mut done, &mut each))?;
-        let statistics = statistics(&done, &Self::columns(plan), None);
-        Ok((done, Statistics { faults: flown.faults, ..statistics }))
+        let columns = Self::columns(plan);
+        gathered(self.samples, done, each, &columns, |indices, take| self.fly(mission, plan, indices, take))
     }
 
     /// Solves the samples of some indices, in order, each from `plan`; `each` takes every one and says whether to go on. A sample that has no

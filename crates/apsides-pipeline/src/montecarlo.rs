@@ -67,13 +67,11 @@ impl MonteCarlo {
         &self,
         mission: &Pipeline,
         plan: &Outcome,
-        mut done: Vec<Sample>,
-        mut each: impl FnMut(&Sample) -> bool,
+        done: Vec<Sample>,
+        each: impl FnMut(&Sample) -> bool,
     ) -> Result<(Vec<Sample>, Statistics), Error> {
-        done.truncate(self.samples);
-        let flown = self.fly(mission, plan, done.len()..self.samples, collecting(&mut done, &mut each))?;
-        let statistics = statistics(&done, mission.kind().offers.dispersed, flown.linear_covariance);
-        Ok((done, Statistics { faults: flown.faults, ..statistics }))
+        let columns = mission.kind().offers.dispersed;
+        gathered(self.samples, done, each, columns, |indices, take| self.fly(mission, plan, indices, take))
     }
 
     /// Flies the samples of some indices, in order; `each` takes every one and says whether to go on.
@@ -193,16 +191,26 @@ impl Batch {
     }
 }
 
-/// Keeps samples behind those that are `done` and shows each.
-pub fn collecting<'a>(
-    done: &'a mut Vec<Sample>,
-    each: &'a mut impl FnMut(&Sample) -> bool,
-) -> impl FnMut(Sample) -> bool + 'a {
-    move |sample| {
+/// All samples of a run that are kept in memory, with their statistics: those that are `done`, and those that `fly` hands on behind them, which
+/// `each` sees.
+///
+/// # Errors
+/// As of `fly`.
+pub fn gathered(
+    samples: usize,
+    mut done: Vec<Sample>,
+    mut each: impl FnMut(&Sample) -> bool,
+    columns: &[&str],
+    fly: impl FnOnce(Range<usize>, &mut dyn FnMut(Sample) -> bool) -> Result<Flown, Error>,
+) -> Result<(Vec<Sample>, Statistics), Error> {
+    done.truncate(samples);
+    let Flown { linear_covariance, faults } = fly(done.len()..samples, &mut |sample| {
         let go_on = each(&sample);
         done.push(sample);
         go_on
-    }
+    })?;
+    let statistics = statistics(&done, columns, linear_covariance);
+    Ok((done, Statistics { faults, ..statistics }))
 }
 
 /// Flies samples on several threads, each with a workspace of its own, and hands them on in their order until `each` returns false; those that
@@ -279,9 +287,16 @@ mod tests {
         let deviations = |index: usize| vec![0.5 * index as f64];
         let flown = |threads, indices| {
             let mut samples = Vec::new();
-            let mut each = |_: &Sample| true;
-            let to = collecting(&mut samples, &mut each);
-            let faults = fly_all(batch(threads, indices), deviations, || 0.0, fly, to);
+            let faults = fly_all(
+                batch(threads, indices),
+                deviations,
+                || 0.0,
+                fly,
+                |sample| {
+                    samples.push(sample);
+                    true
+                },
+            );
             (samples, faults)
         };
         let (samples, faults) = flown(3, 0..40);

@@ -5,9 +5,7 @@ use std::ops::Range;
 use apsides_metaheuristics::Generator;
 use apsides_pipeline::Error;
 use apsides_pipeline::dispersion::sample_seed;
-use apsides_pipeline::montecarlo::{
-    Batch, Flown, Sample, Statistics, check_sizes, collecting, fly_all, statistics,
-};
+use apsides_pipeline::montecarlo::{Batch, Flown, Sample, Statistics, check_sizes, fly_all, gathered};
 use serde::Serialize;
 
 use super::case::Case;
@@ -120,13 +118,10 @@ impl Descents {
     pub fn run(
         &self,
         case: &Case,
-        mut done: Vec<Sample>,
-        mut each: impl FnMut(&Sample) -> bool,
+        done: Vec<Sample>,
+        each: impl FnMut(&Sample) -> bool,
     ) -> Result<(Vec<Sample>, Statistics), Error> {
-        done.truncate(self.samples);
-        let flown = self.fly(case, done.len()..self.samples, collecting(&mut done, &mut each))?;
-        let statistics = statistics(&done, Self::COLUMNS, None);
-        Ok((done, Statistics { faults: flown.faults, ..statistics }))
+        gathered(self.samples, done, each, Self::COLUMNS, |indices, take| self.fly(case, indices, take))
     }
 
     /// Flies the samples of some indices, in order; `each` takes every one and says whether to go on. The results of a flight that failed are
