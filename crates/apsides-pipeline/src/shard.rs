@@ -179,9 +179,9 @@ impl Shard {
     pub fn read(path: &Path) -> Result<Self, Error> {
         let refused = |reason: String| Error::File { path: path.into(), reason };
         let text = regular_file::read_text(path).map_err(|e| match e.kind() {
-            std::io::ErrorKind::NotFound => refused(
-                "is not there: parts are made by `montecarlo`, `sweep` or `footprint` with `--out`".into(),
-            ),
+            std::io::ErrorKind::NotFound => {
+                refused("is not there: parts are made by `montecarlo --out` and `sweep --chain --out`".into())
+            }
             _ => refused(e.to_string()),
         })?;
         let value: Value =
