@@ -142,7 +142,8 @@ mod tests {
         assert_eq!(postorder(&parent), Some(vec![0, 2, 1, 3, 4]));
         // Moved there, couplings and forest are those of the rows in that order.
         let place = [0, 2, 1, 3, 4];
-        let (again, couplings) = (Couplings::new(5, &[0, 2, 1, 3], &[2, 4, 3, 4], &place), couplings.moved(&place));
+        let (again, couplings) =
+            (Couplings::new(5, &[0, 2, 1, 3], &[2, 4, 3, 4], &place), couplings.moved(&place));
         let sorted = |couplings: &Couplings, row| {
             let mut before = couplings.before(row).to_vec();
             before.sort_unstable();
