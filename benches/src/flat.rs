@@ -56,7 +56,7 @@ impl FlatLanding {
     /// When there is no such mission, or constants are out of range.
     pub fn pose(mission: &str) -> Result<Self, Failure> {
         let landing = Landing::of(mission)?;
-        // Constants of Naghash and Jamilnia 2017, Table 1, as in the missions.
+        // Constants of Jamilnia 2017, Table 1, as in the missions.
         let body = Body::new(4904.8695e9, 1737.1e3)?;
         let engine = Engine::with_exhaust_velocity(440.0, 310.0 * 9.807)?;
         let mass = landing.ocp.phases[0].states[4].initial.lower;

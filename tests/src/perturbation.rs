@@ -71,6 +71,7 @@ pub fn why_unsolvable(name: &str, ocp: &Ocp, guess: &Guess) -> Result<Option<Str
     let start: Vec<f64> = ocp.phases[0].states.iter().map(|s| s.initial.lower).collect();
     match name {
         "powered_descent" => descent(&start, None),
+        "powered_descent_above_ground" => descent(&start, Some(0.0)),
         "powered_descent_glide_slope" => descent(&start, Some(SLOPE_DEG.to_radians())),
         "delta_iii" => launch(&start, ocp, guess),
         _ => Ok(None),

@@ -215,6 +215,7 @@ agreement! {
     // Jumps of several controls and of a thrust whose size is bounded on both sides, where indirect shooting does not converge.
     free_flying_robot: Agreement::new(No, 1e-6, 1e-3, 0.0),
     powered_descent: Agreement::new(No, 1e-7, 2e-4, 0.0),
+    powered_descent_above_ground: Agreement::new(No, 1e-6, 1e-3, 0.0).inside().at_default_tolerance(),
     // The vehicle ends at the tip of the cone, which both methods may exceed by 5e-7 of its scale between their points.
     powered_descent_glide_slope: Agreement::new(No, 1e-6, 1e-3, 0.0).inside().at_default_tolerance(),
     // Singular arcs.

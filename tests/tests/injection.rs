@@ -352,3 +352,40 @@ fn bad_input_is_refused_by_name() {
         assert!(message.contains("`pattern` ") && message.contains(part), "{message}");
     }
 }
+
+/// Propellant of impulses at the apogee of the usual transfer orbit (200 km): the vis-viva equation, kg.
+const IMPULSES_KG: f64 = 1e-2;
+/// Published: mass flow and gravitational parameter by their last digits, relative.
+const ROUNDED: f64 = 1e-3;
+
+/// From an elliptic orbit: an impulse at apogee by the vis-viva equation is a bound, two burns come near it, and more are no worse.
+#[test]
+fn from_a_transfer_orbit() {
+    let solve = |overrides: &[&str]| {
+        let all: Vec<String> = overrides.iter().map(ToString::to_string).collect();
+        apsides::load("geo-2-burn", &all).unwrap().solve(None, &mut ()).unwrap()
+    };
+    let eccentricity = 0.7306;
+    let e = format!("parking_eccentricity={eccentricity}");
+    let two = solve(&[&e, "pattern=AA"]);
+    assert!(two.summary.certificate.is_verified(), "{:?}", two.summary.certificate.verdict);
+    let of = |key: &str| two.summary.results[key];
+    // mu of the Earth, perigee, and apogee of the start; radius of the target.
+    let (mu, perigee, target) = (3.986_004_418e14, 6_578_137.0, 42_164e3);
+    let apogee = perigee * (1.0 + eccentricity) / (1.0 - eccentricity);
+    let speed = |r: f64, other: f64| (2.0 * mu * other / (r * (r + other))).sqrt();
+    let change = (speed(apogee, target) - speed(apogee, perigee)).abs()
+        + (speed(target, target) - speed(target, apogee)).abs();
+    let impulses = 22_100.0 * (1.0 - (-change / (20_000.0_f64 / 6.14)).exp());
+    assert!(
+        (of("impulsive_propellant_kg") - impulses).abs() < ROUNDED * impulses,
+        "{} {impulses}",
+        of("impulsive_propellant_kg")
+    );
+    assert!(of("propellant_kg") > impulses - IMPULSES_KG && of("propellant_kg") < 1.005 * impulses);
+    let one = solve(&[&e, "burns=1", "pattern=A"]);
+    assert!(one.summary.results["propellant_kg"] > of("propellant_kg"));
+    // On a circle a burn at apogee has no place to begin.
+    let refused = apsides::load("geo-2-burn", &["pattern=AA".into()]);
+    assert!(refused.is_err());
+}

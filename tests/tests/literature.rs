@@ -75,6 +75,7 @@ literature! {
     moon_lander_soft: StrictLocalOptimum,
     free_flying_robot: Extremal,
     powered_descent: StrictLocalOptimum,
+    powered_descent_above_ground: StrictLocalOptimum,
     powered_descent_glide_slope: StrictLocalOptimum,
     di_singular_arc: Extremal,
     catmix: Extremal,

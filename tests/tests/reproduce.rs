@@ -1,4 +1,4 @@
-//! `apsides reproduce lunar-landing`: every row of Tables 2 and 3 of A. Naghash and A. Jamilnia, Modares Mechanical Engineering
+//! `apsides reproduce lunar-landing`: every row of Tables 2 and 3 of R. Jamilnia, Modares Mechanical Engineering
 //! 17(10), 2017, three ways.
 //!
 //! Reference numbers. Optima: indirect shooting of the same equations (DOP853, 1e-13). The paper's own nonlinear program: the same
@@ -7,7 +7,7 @@
 
 use std::sync::OnceLock;
 
-use apsides_publications::{Comparison, FindingKind, Part, Reproduction, Row, Table, reproduce};
+use apsides_publications::{Comparison, FindingKind, Part, Reproduction, Row, Sheet, Table, reproduce};
 use apsides_tests::Patience;
 use apsides_tests::tolerance::{FLIGHT_TIME_S, GATE_SPEED_M_S, TWO_PHASE_TIME_S};
 
@@ -34,6 +34,10 @@ const PAPER_TIME_S: f64 = 1e-3;
 fn reproduction() -> &'static Reproduction {
     static DONE: OnceLock<Reproduction> = OnceLock::new();
     DONE.get_or_init(|| reproduce("lunar-landing", 1, &mut (), |_| true).unwrap())
+}
+
+fn sheet(id: &str) -> &'static Sheet {
+    reproduction().sheets.iter().find(|s| s.id == id).unwrap()
 }
 
 fn table(id: &str) -> &'static Table {
@@ -81,6 +85,50 @@ const OWN_2: [(f64, f64, f64, f64, [f64; 3]); 7] = [
     (10.0, 131.1179, -0.1917, 131.966, [1.4, 0.72, -0.90]),
     (5.0, 131.7163, -0.1853, 132.563, [-8.2, 0.70, -0.89]),
 ];
+
+/// Unknowns and constraints with flat outputs and without (R. Jamilnia 2017: 2 n + 1 and 5 n + 1, 15 + 7 and 4 x 15 + 7, with n = 15).
+#[test]
+fn programs_with_and_without_flatness() {
+    let sheet = sheet("without-flatness");
+    let size = |row: &str| ["variables", "constraints"].map(|key| sheet.value(row, key));
+    for landing in ["from 100 km", "from a perilune at 15 km"] {
+        assert_eq!(size(&format!("{landing}, flat outputs")), [Some(31.0), Some(22.0)]);
+        let all = size(&format!("{landing}, all states"));
+        assert!(all == [Some(76.0), Some(67.0)] || all == [None; 2], "{all:?}");
+    }
+}
+
+/// Both objectives of the paper have one optimum, and an impulse removes the rise.
+#[test]
+fn objectives_and_the_rise_of_the_path() {
+    let objectives = sheet("objectives");
+    for landing in ["from 100 km", "from a perilune at 15 km", "to a gate at 2 km"] {
+        let of = |objective: &str| {
+            objectives.value(&format!("{landing}, collocation, {objective}"), "flight_time_s").unwrap()
+        };
+        near(of("flight time"), of("final mass"), FLIGHT_TIME_S, landing);
+    }
+    let rise = sheet("rise");
+    // The optimum from 15 km reaches 20.998 km.
+    assert!((rise.value("15", "rise_m").unwrap() - 5998.0).abs() < 1.0);
+    for perilune in ["5", "15", "25"] {
+        assert!(
+            rise.value(perilune, "impulse_m_s").unwrap() > 0.0
+                && rise.value(perilune, "price_kg").unwrap() < 0.0
+        );
+    }
+}
+
+/// The thrust of the plan does not land a deviating flight; new plans do, at rest up to what the navigation does not see.
+#[test]
+fn dispersed_landings() {
+    let sheet = sheet("dispersion");
+    for landing in ["perilune at 15 km (Fig. 2)", "gate at 2 km (Fig. 3)"] {
+        let of = |steering: &str, key: &str| sheet.value(&format!("{landing}, {steering}"), key).unwrap();
+        assert!(of("thrust of the plan", "up_m") > 100.0 && of("planned anew", "up_m") < 100.0);
+        assert_eq!(of("planned anew", "failed"), 0.0);
+    }
+}
 
 #[test]
 fn table_2_optimum() {
@@ -231,5 +279,15 @@ fn unknown_names_are_refused_with_the_known_ones() {
     assert_eq!(
         message,
         "reproduce: `name` is \"lunar\", allowed is \"lunar-landing\" or \"geo-injection\" or \"capsule-reentry\" or \"chang-e-3\" or \"moving-mass\""
+    );
+}
+
+/// The page of all items is the one in the documentation.
+#[test]
+fn the_page_of_items_is_up_to_date() {
+    let page = std::fs::read_to_string(concat!(env!("CARGO_MANIFEST_DIR"), "/../docs/papers.md")).unwrap();
+    assert!(
+        page == apsides_publications::items_markdown(),
+        "run `apsides reproduce --items > docs/papers.md`"
     );
 }

@@ -130,6 +130,7 @@ const ARROWS: &[(&str, Arrows)] = &[
         To(&[
             "ad",
             "control",
+            "convex",
             "dynamics",
             "flatness",
             "metaheuristics",
@@ -141,6 +142,7 @@ const ARROWS: &[(&str, Arrows)] = &[
             "radau",
             "report",
             "shooting",
+            "terrain",
             "verify",
         ]),
     ),

@@ -535,7 +535,10 @@ pub(crate) struct FootprintArguments {
 pub(crate) struct ReproduceArguments {
     /// Name of the publication; all names are listed without one.
     pub(crate) name: Option<String>,
-    /// Write reproduction.md, reproduction.csv and the figures into this directory.
+    /// Print what each publication states, with the command that shows it and the outcome, in Markdown; nothing is computed.
+    #[arg(long, conflicts_with = "out")]
+    pub(crate) items: bool,
+    /// Write reproduction.html, reproduction.md, reproduction.csv, the figures and the mission files into this directory.
     #[arg(long, value_name = "DIR")]
     pub(crate) out: Option<PathBuf>,
     #[command(flatten)]

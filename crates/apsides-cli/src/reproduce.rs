@@ -2,8 +2,8 @@
 
 use apsides::pipeline::key::quantity_label;
 use apsides_publications::{
-    COMPARISON_HEADS, Part, Row, Sheet, Table, comparison_columns, foreseen_memory, list, miss_sentence,
-    parts as count, reproduce as compute, sheet_text, write_reproduction,
+    COMPARISON_HEADS, Part, Row, Sheet, Table, comparison_columns, foreseen_memory, items_markdown, list,
+    miss_sentence, parts as count, reproduce as compute, sheet_text, write_reproduction,
 };
 
 use crate::arguments::ReproduceArguments;
@@ -13,6 +13,10 @@ use crate::output::{print, titles, written};
 use crate::progress::Progress;
 
 pub(crate) fn reproduce(a: &ReproduceArguments) -> Result<Exit, Refusal> {
+    if a.items {
+        print(&items_markdown());
+        return Ok(Exit::Verified);
+    }
     let Some(name) = &a.name else {
         print(&titles(list()));
         return Ok(Exit::Verified);

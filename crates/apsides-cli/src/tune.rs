@@ -4,7 +4,7 @@ use std::fmt::Write as _;
 use std::time::Duration;
 
 use apsides::missions::moving_mass::{
-    DampingSet, LeastMargins, RequiredMargins, SetFlight, Tuned, Tuning, case, tune as search,
+    DampingSet, LeastMargins, RequiredMargins, SetFlight, Tuned, TunedGains, Tuning, case, tune as search,
 };
 use apsides::pipeline::whole_file::write_whole;
 use serde_json::json;
@@ -59,7 +59,7 @@ pub(crate) fn tune(a: &TuneArguments) -> Result<Exit, Refusal> {
     }
     if let Some(file) = &a.out {
         let mut overrides = a.mission.set.clone();
-        overrides.push("law=pid".into());
+        overrides.push(format!("law={}", found.gains.law().word()));
         overrides.extend(keys);
         let tuned = apsides::load(&a.mission.mission, &overrides).map_err(refusal)?;
         write_whole(file, tuned.to_file().as_bytes()).map_err(unwritten_option("--out", file))?;
@@ -76,12 +76,20 @@ pub(crate) fn tune(a: &TuneArguments) -> Result<Exit, Refusal> {
 
 /// Gains as `--set` takes them.
 fn keys(found: &Tuned) -> Vec<String> {
-    let g = found.gains;
-    let gains = [("p", g.proportional), ("i", g.integral), ("d", g.derivative)];
-    ["attack", "sideslip"]
-        .into_iter()
-        .flat_map(|angle| gains.map(|(name, value)| format!("pid.{angle}_{name}={value}")))
-        .collect()
+    let angles = ["attack", "sideslip"];
+    match found.gains {
+        TunedGains::Linear(g) => {
+            let gains = [("p", g.proportional), ("i", g.integral), ("d", g.derivative)];
+            angles
+                .into_iter()
+                .flat_map(|angle| gains.map(|(name, value)| format!("pid.{angle}_{name}={value}")))
+                .collect()
+        }
+        TunedGains::Nonlinear(c) => {
+            let twelve: Vec<String> = c.iter().map(f64::to_string).collect();
+            angles.map(|angle| format!("nonlinear_pid.{angle}={}", twelve.join(" "))).into()
+        }
+    }
 }
 
 fn word(damping: DampingSet) -> &'static str {
@@ -164,10 +172,9 @@ fn object(mission: &apsides::Pipeline, found: &Tuned, robust: bool) -> serde_jso
     json!({
         "mission": mission.name(),
         "held": found.held(),
-        "gains": {
-            "p": found.gains.proportional,
-            "i": found.gains.integral,
-            "d": found.gains.derivative,
+        "gains": match found.gains {
+            TunedGains::Linear(g) => json!({"p": g.proportional, "i": g.integral, "d": g.derivative}),
+            TunedGains::Nonlinear(c) => json!({"coefficients": c}),
         },
         "worst_rms_deg": found.worst().map(|f| f.metrics.worst_rms().to_degrees()),
         "worst_rms_of_directions_deg": found.worst_rms_of_directions().to_degrees(),

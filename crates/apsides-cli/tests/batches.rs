@@ -246,7 +246,15 @@ fn a_publication_is_reproduced_with_findings() {
     ] {
         assert!(text.contains(part), "{part}: {text}");
     }
-    for file in ["reproduction.md", "reproduction.csv", "table-2.svg", "table-3.svg"] {
+    for file in [
+        "reproduction.html",
+        "reproduction.md",
+        "reproduction.csv",
+        "sheets.csv",
+        "lunar-direct.toml",
+        "table-2.svg",
+        "table-3.svg",
+    ] {
         assert!(text.contains(file) && dir.path().join(file).is_file(), "{file}");
     }
     assert!(stdout(&apsides(&["reproduce"])).starts_with("lunar-landing  "));
@@ -254,7 +262,7 @@ fn a_publication_is_reproduced_with_findings() {
     assert_eq!(refused.status.code(), Some(2));
     assert_eq!(
         stderr(&refused),
-        "apsides: reproduce: `name` is \"lunar\", allowed is \"lunar-landing\" or \"geo-injection\" or \"capsule-reentry\" or \"chang-e-3\" or \"moving-mass\"\n"
+        "apsides: reproduce: `name` is \"lunar\", allowed is \"lunar-landing\" or \"geo-injection\" or \"capsule-reentry\" or \"chang-e-3\" or \"moving-mass\" or \"powered-descent\"\n"
     );
 }
 

@@ -81,7 +81,7 @@ fn devices_are_refused_by_name_and_links_are_followed() {
     for arguments in [
         &["solve", "lunar-direct", "--quiet", "--out", &pipe][..],
         &["simulate", "moving-mass-cross", "--out", &pipe],
-        &["montecarlo", "lunar-perilune", "--out", &path(&at("mc"))],
+        &["montecarlo", "geo-2-burn", "--out", &path(&at("mc"))],
         &[
             "montecarlo",
             "chang-e-3-braking",

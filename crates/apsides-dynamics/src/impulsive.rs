@@ -1,8 +1,9 @@
-//! Impulsive transfers from an inclined circular orbit into an orbit of the reference plane.
+//! Impulsive transfers from an inclined orbit, circular or with its apses on the line of nodes, into an orbit of the reference plane.
 //!
 //! All impulses are horizontal and at the ends of the line of nodes. The first, at the periapsis, raises the apoapsis and turns a part of
 //! the inclination; the second, at the apoapsis, turns the rest and raises the periapsis; where the transfer passes above the target, a
-//! third one lowers the apoapsis (a supersynchronous transfer). The inclination is divided among them for the least sum
+//! third one lowers the apoapsis (a supersynchronous transfer). A transfer from an elliptic orbit may begin at its apoapsis: the first impulse raises
+//! the periapsis, the second, at the periapsis, makes the apoapsis that of the target. The inclination is divided among them for the least sum
 //!
 //! ```text
 //! |dv_1| + |dv_2| (+ |dv_3|),    v(r, r') = sqrt(2 mu r' / (r (r + r')))
@@ -13,10 +14,11 @@
 //!
 //! ```
 //! use apsides_dynamics::Body;
-//! use apsides_dynamics::impulsive::{ImpulsiveTransfer, TransferOrbits};
+//! use apsides_dynamics::impulsive::{Apsis, ImpulsiveTransfer, TransferOrbits};
 //!
 //! let orbits = TransferOrbits {
-//!     parking_radius: 6578.137e3,
+//!     parking_apses: [6578.137e3; 2],
+//!     first: Apsis::Periapsis,
 //!     inclination: 28.5_f64.to_radians(),
 //!     target_apses: [42_164e3; 2],
 //!     transfer_apoapsis: None,
@@ -58,13 +60,16 @@ impl Apsis {
 /// The orbits that a transfer joins; radii from the centre of the body.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct TransferOrbits {
-    /// Radius of the circular parking orbit, m.
-    pub parking_radius: f64,
+    /// Periapsis and apoapsis radius of the parking orbit, m; the periapsis is towards true longitude zero, on the line of nodes.
+    pub parking_apses: [f64; 2],
+    /// The apsis of the first impulse.
+    pub first: Apsis,
     /// Inclination of the parking orbit to the plane of the target, rad, from 0 to pi.
     pub inclination: f64,
     /// Periapsis and apoapsis radius of the target orbit, m.
     pub target_apses: [f64; 2],
-    /// Apoapsis radius, m, of a transfer that passes above the target; none where it ends at the target's own apoapsis.
+    /// Apoapsis radius, m, of a transfer that passes above the target; none where it ends at the target's own apoapsis. A transfer whose first
+    /// impulse is at the apoapsis has that of the parking orbit.
     pub transfer_apoapsis: Option<f64>,
 }
 
@@ -109,6 +114,8 @@ pub struct ImpulsiveTransfer {
 const SEARCH_EVALUATIONS: usize = 82;
 /// Part of an impulse after which its cost has no kink yet.
 const BEFORE_THE_KINK: f64 = 0.999;
+/// Size of an impulse that is rounding, m/s.
+const NOTHING: f64 = 1e-6;
 
 impl ImpulsiveTransfer {
     /// The transfer whose impulses have the least sum.
@@ -116,7 +123,9 @@ impl ImpulsiveTransfer {
     /// # Errors
     /// When a radius is not positive and finite, or the inclination is not in 0 to pi.
     pub fn least(body: &Body, orbits: &TransferOrbits) -> Result<Self, DynamicsError> {
-        let parking = positive("radius of the parking orbit", orbits.parking_radius, "m")?;
+        let parking = positive("periapsis radius of the parking orbit", orbits.parking_apses[0], "m")?;
+        let parking_apoapsis =
+            positive("apoapsis radius of the parking orbit", orbits.parking_apses[1], "m")?;
         let target_periapsis = positive("periapsis radius of the target", orbits.target_apses[0], "m")?;
         let target_apoapsis = positive("apoapsis radius of the target", orbits.target_apses[1], "m")?;
         let top = match orbits.transfer_apoapsis {
@@ -135,7 +144,7 @@ impl ImpulsiveTransfer {
         let mu = body.gravitational_parameter;
         let passes_above = orbits.transfer_apoapsis.is_some();
         let speed = |radius: f64, other: f64| apsis_speed(mu, radius, other);
-        let parking_velocity = horizontal(speed(parking, parking), inclination);
+        let parking_velocity = horizontal(speed(parking, parking_apoapsis), inclination);
         let sequence = |first: f64, second: f64| {
             let mut impulses = vec![
                 Impulse {
@@ -161,6 +170,31 @@ impl ImpulsiveTransfer {
             }
             Self { gravitational_parameter: mu, impulses }
         };
+        if orbits.first == Apsis::Apoapsis {
+            let sequence = |left: f64| Self {
+                gravitational_parameter: mu,
+                impulses: vec![
+                    Impulse {
+                        apsis: Apsis::Apoapsis,
+                        radius: parking_apoapsis,
+                        before: horizontal(speed(parking_apoapsis, parking), inclination),
+                        after: horizontal(speed(parking_apoapsis, target_periapsis), left),
+                    },
+                    Impulse {
+                        apsis: Apsis::Periapsis,
+                        radius: target_periapsis,
+                        before: horizontal(speed(target_periapsis, parking_apoapsis), left),
+                        after: horizontal(speed(target_periapsis, target_apoapsis), 0.0),
+                    },
+                ],
+            };
+            let left = if inclination == 0.0 {
+                0.0
+            } else {
+                least(inclination, |left| sequence(left).velocity_change())
+            };
+            return Ok(sequence(left));
+        }
         if inclination == 0.0 {
             return Ok(sequence(0.0, 0.0));
         }
@@ -199,14 +233,16 @@ impl ImpulsiveTransfer {
     fn cost_to_go<S: Scalar>(&self, [p, f, h, mass]: [S; 4], exhaust_velocity: f64) -> S {
         let mu = self.gravitational_parameter;
         let Some(first) = self.impulses.first() else { return -mass };
-        let q = f + 1.0;
+        let side = first.apsis.side();
+        let q = f * side + 1.0;
         let radius = p / q;
         let before = horizontal((p.recip() * mu).sqrt() * q, h.atan() * 2.0);
         let (apogee, inclination) = first.other_end(mu);
         let (apogee, inclination) = (S::from(apogee), S::from(inclination));
         let after = horizontal(apsis_speed(mu, radius, apogee), inclination);
         let mut sum = distance(before, after);
-        if let Some(second) = self.impulses.get(1) {
+        // An impulse that is nothing has a kink in its size, and stays nothing.
+        if let Some(second) = self.impulses.get(1).filter(|second| second.size() > NOTHING) {
             let arrival = horizontal(apsis_speed(mu, apogee, radius), inclination);
             sum += distance(arrival, second.after.map(S::from));
         }
@@ -311,7 +347,8 @@ mod tests {
 
     fn to_geostationary(inclination_deg: f64, transfer_apoapsis: Option<f64>) -> TransferOrbits {
         TransferOrbits {
-            parking_radius: 6578.137e3,
+            parking_apses: [6578.137e3; 2],
+            first: Apsis::Periapsis,
             inclination: inclination_deg.to_radians(),
             target_apses: [42_164e3; 2],
             transfer_apoapsis,
@@ -372,11 +409,47 @@ mod tests {
         }
     }
 
+    /// From the usual transfer orbit: the vis-viva equation at the apoapsis, in one plane, and with a turn of 7 deg by the law of cosines
+    /// (with the apogee on the node that is one impulse).
+    #[test]
+    fn from_an_elliptic_orbit_the_apoapsis_alone() {
+        let apses = [6628.137e3, 42_164e3];
+        let mu = earth().gravitational_parameter;
+        let (before, after) = (apsis_speed(mu, apses[1], apses[0]), apsis_speed(mu, apses[1], apses[1]));
+        for turn_deg in [0.0, 7.0_f64] {
+            let turn = turn_deg.to_radians();
+            let orbits = TransferOrbits {
+                parking_apses: apses,
+                first: Apsis::Apoapsis,
+                ..to_geostationary(turn_deg, None)
+            };
+            let transfer = ImpulsiveTransfer::least(&earth(), &orbits).unwrap();
+            let expected = (before * before + after * after - 2.0 * before * after * turn.cos()).sqrt();
+            let found = transfer.velocity_change();
+            assert!((found - expected).abs() < SOLVER_M_S, "{turn_deg}: {found} {expected}");
+            // Of the costates: the first impulse moves the orbit towards the target, and the gradient is that of a difference.
+            let first = transfer.impulses[0];
+            let at = first.orbit(mu, 0.5);
+            let gradient = transfer.costates(0.5, 1000.0, EXHAUST_VELOCITY);
+            let side = |s: f64| transfer.cost_to_go([at.p + s, at.f, at.h, 1000.0], EXHAUST_VELOCITY);
+            let difference = 0.5 * (side(1.0) - side(-1.0));
+            assert!(
+                (gradient[0] - difference).abs() < DIFFERENCES * difference.abs(),
+                "{gradient:?} {difference}"
+            );
+        }
+        // The perigee impulse of the same orbit, to the same apogee, is nothing: the circular case has it all.
+        let orbits = TransferOrbits { parking_apses: apses, ..to_geostationary(0.0, None) };
+        let from_perigee = ImpulsiveTransfer::least(&earth(), &orbits).unwrap();
+        assert!(from_perigee.impulses[0].size() < ROUNDING * after);
+    }
+
     #[test]
     fn orbits_that_are_none_are_refused() {
         let good = to_geostationary(28.5, None);
         let bad = [
-            TransferOrbits { parking_radius: -1.0, ..good },
+            TransferOrbits { parking_apses: [-1.0, 6578.137e3], ..good },
+            TransferOrbits { parking_apses: [6578.137e3, f64::NAN], ..good },
             TransferOrbits { target_apses: [42_164e3, f64::INFINITY], ..good },
             TransferOrbits { target_apses: [f64::NAN, 42_164e3], ..good },
             TransferOrbits { transfer_apoapsis: Some(0.0), ..good },

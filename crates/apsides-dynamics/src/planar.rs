@@ -11,7 +11,7 @@
 //! m'   = -T / c
 //! ```
 //!
-//! (A. Naghash and A. Jamilnia, Modares Mechanical Engineering 17(10), 2017, eqs. 1 to 4, with an inverse-square field.)
+//! (R. Jamilnia, Modares Mechanical Engineering 17(10), 2017, eqs. 1 to 4, with an inverse-square field.)
 //! A thrust angle above 90 deg brakes.
 //!
 //! Every model below is this one rate with a thrust of its own: none, full, throttled, upwards. [`PitchRate`] makes the thrust angle

@@ -63,7 +63,7 @@
 //! | [`FlatMethod`] | the method as an [`apsides_ocp::Method`], with the flat systems of a problem |
 //!
 //! References: M. Fliess, J. Levine, P. Martin, P. Rouchon, *Int. J. Control* 61 (1995) 1327, doi 10.1080/00207179508921959.
-//! A. Naghash and A. Jamilnia, Modares Mechanical Engineering 17(10), 2017 (planar lunar landing on B-splines).
+//! R. Jamilnia, Modares Mechanical Engineering 17(10), 2017 (planar lunar landing on B-splines).
 #![cfg_attr(not(test), warn(clippy::expect_used, clippy::panic, clippy::unimplemented, clippy::unreachable))]
 
 pub mod curve;

@@ -55,6 +55,14 @@ pub struct AntColony {
 }
 
 impl AntColony {
+    /// Takes migrants in place of as many of the worst of its archive, whether they are better or not.
+    pub(crate) fn take_in(&mut self, migrants: &Population) {
+        for (x, evaluation) in migrants.iter() {
+            Candidate::improve(&mut self.best, x, evaluation);
+        }
+        self.archive.take_in(migrants);
+    }
+
     /// A colony with an archive of random points.
     ///
     /// # Errors

@@ -12,7 +12,9 @@
 //!
 //! Members are copied before any arrives, so that the steps 4 to 6 have no order, and swarm and colony learn of each other
 //! through the genetic algorithm alone, one cycle later. A migrant that is no better than whom it would replace, or is there
-//! already, is dropped.
+//! already, is dropped. That is [`Exchange::AfterCycle`]. The paper's own order is [`Exchange::AtOnce`]: the migrants of step 4 form the
+//! population of the genetic algorithm with the best of its last generation before step 3, so that it hears of swarm and colony in the same
+//! cycle; and whoever is sent replaces one of the worst without condition.
 
 use crate::error::require;
 use crate::{
@@ -20,6 +22,17 @@ use crate::{
     GeneticSettings, ParticleSwarm, ParticleSwarmSettings, Points, Population, SearchError, Task,
 };
 use serde::{Deserialize, Serialize};
+
+/// The time and the rule of the exchange between the three algorithms of a cooperation.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+pub enum Exchange {
+    /// After all three have had their turn; migrants that are better replace the worst.
+    #[default]
+    AfterCycle,
+    /// The genetic algorithm takes in the best of swarm and colony before its turn, and sends its best behind it; migrants replace the worst
+    /// without condition (Alami Naeini and Roshanian 2014).
+    AtOnce,
+}
 
 /// Settings of the cooperation. The numbers of the paper stand in quotes.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -44,6 +57,9 @@ pub struct CooperationSettings {
     pub genetic_to_colony: usize,
     /// "nGtoP", members of the genetic algorithm to the swarm; default 6.
     pub genetic_to_swarm: usize,
+    /// Time and rule of the exchange; default after the cycle.
+    #[serde(default)]
+    pub exchange: Exchange,
 }
 
 impl Default for CooperationSettings {
@@ -60,6 +76,7 @@ impl Default for CooperationSettings {
             colony_to_genetic: 6,
             genetic_to_colony: 6,
             genetic_to_swarm: 6,
+            exchange: Exchange::AfterCycle,
         }
     }
 }
@@ -131,13 +148,41 @@ impl Cooperation {
             self.done = 0;
             self.turn = match self.turn {
                 Turn::Swarm => Turn::Colony,
-                Turn::Colony => Turn::Genetic,
+                Turn::Colony => {
+                    if self.settings.exchange == Exchange::AtOnce {
+                        self.form_population();
+                    }
+                    Turn::Genetic
+                }
                 Turn::Genetic => {
-                    self.exchange();
+                    match self.settings.exchange {
+                        Exchange::AfterCycle => self.exchange(),
+                        Exchange::AtOnce => self.send_back(),
+                    }
                     Turn::Swarm
                 }
             };
         }
+    }
+
+    /// Step 4 before step 3: the best of swarm and colony, and the best of the last generation.
+    fn form_population(&mut self) {
+        let Self { settings, to_genetic, .. } = self;
+        to_genetic.clear();
+        self.swarm.emigrants(settings.swarm_to_genetic, to_genetic);
+        self.colony.emigrants(settings.colony_to_genetic, to_genetic);
+        self.genetic.take_in(to_genetic);
+    }
+
+    /// Steps 5 and 6 without condition.
+    fn send_back(&mut self) {
+        let Self { settings, to_colony, to_swarm, .. } = self;
+        to_colony.clear();
+        to_swarm.clear();
+        self.genetic.emigrants(settings.genetic_to_colony, to_colony);
+        self.genetic.emigrants(settings.genetic_to_swarm, to_swarm);
+        self.colony.take_in(to_colony);
+        self.swarm.take_in(to_swarm);
     }
 
     /// Steps 4 to 6.
@@ -255,6 +300,50 @@ mod tests {
         assert_eq!(turns(&lengths(2, 1, 1), 5).0, [Swarm, Swarm, Colony, Genetic, Swarm]);
         assert_eq!(turns(&lengths(0, 1, 2), 5).0, [Colony, Genetic, Genetic, Colony, Genetic]);
         assert_eq!(turns(&lengths(0, 0, 1), 2).0, [Genetic, Genetic]);
+    }
+
+    /// Before its turn the genetic algorithm has the best of the others, and behind it they have its best, whether better or not.
+    #[test]
+    fn at_once_the_population_is_formed_before_the_turn() {
+        let settings = CooperationSettings {
+            swarm_generations: 1,
+            colony_generations: 1,
+            genetic_generations: 1,
+            swarm_to_genetic: 4,
+            colony_to_genetic: 3,
+            genetic_to_colony: 2,
+            genetic_to_swarm: 5,
+            exchange: Exchange::AtOnce,
+            ..Default::default()
+        };
+        let all = |algorithm: &dyn Algorithm| {
+            let mut members = Population::new(3);
+            algorithm.emigrants(100, &mut members);
+            members
+        };
+        let common = |a: &Population, b: &Population| {
+            a.points.rows().filter(|x| b.points.rows().any(|y| y == *x)).count()
+        };
+        // After the second cycle's swarm and colony: both have sent.
+        let (_, c) = turns(&settings, 5);
+        assert_eq!(c.turn, Turn::Genetic);
+        let (swarm, colony, genetic) = (all(&c.swarm), all(&c.colony), all(&c.genetic));
+        assert_eq!([swarm.len(), colony.len(), genetic.len()], [30; 3]);
+        assert!(common(&swarm, &genetic) >= 4 && common(&colony, &genetic) >= 3);
+        // After the turn of the genetic algorithm: its best two and five are with the others.
+        let (_, c) = turns(&settings, 6);
+        assert_eq!(c.turn, Turn::Swarm);
+        let mut best = Population::new(3);
+        c.genetic.emigrants(5, &mut best);
+        assert_eq!(common(&best, &all(&c.swarm)), 5);
+        assert!(common(&best, &all(&c.colony)) >= 2);
+        // In the first cycle the genetic algorithm has no generation yet: its first one begins with what was sent.
+        let (_, mut c) = turns(&settings, 2);
+        let mut first = Points::new(3);
+        c.ask(&mut first);
+        let mut sent = Population::new(3);
+        c.swarm.emigrants(4, &mut sent);
+        assert_eq!(sent.points.rows().filter(|x| first.rows().any(|y| y == *x)).count(), 4);
     }
 
     #[test]

@@ -106,6 +106,20 @@ impl Genetic {
         })
     }
 
+    /// Takes migrants in place of as many of its worst members, whether they are better or not; before the first generation in place of random
+    /// points.
+    pub(crate) fn take_in(&mut self, migrants: &Population) {
+        for (x, evaluation) in migrants.iter() {
+            Candidate::improve(&mut self.best, x, evaluation);
+        }
+        if self.parents.is_empty() {
+            for (k, x) in migrants.points.rows().enumerate().take(self.first.len()) {
+                self.first.row_mut(k).copy_from_slice(x);
+            }
+        }
+        self.parents.take_in(migrants);
+    }
+
     /// The winner of a tournament. Parents stand in order, so that the lowest index wins.
     fn select(&mut self) -> usize {
         let count = self.parents.len();

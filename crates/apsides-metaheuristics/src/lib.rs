@@ -99,7 +99,7 @@ pub use algorithm::{Algorithm, Convergence, Task};
 pub use annealing::{Annealing, AnnealingSettings};
 pub use ant_colony::{AntColony, AntColonySettings};
 pub use cma_es::{CmaBounds, CmaEs, CmaEsSettings, Restarts};
-pub use cooperation::{Cooperation, CooperationSettings};
+pub use cooperation::{Cooperation, CooperationSettings, Exchange};
 pub use differential_evolution::{
     DifferentialAdaptation, DifferentialBounds, DifferentialEvolution, DifferentialEvolutionSettings,
     DifferentialMutation,

@@ -88,6 +88,19 @@ pub struct ParticleSwarm {
 }
 
 impl ParticleSwarm {
+    /// Lets migrants, which start at rest, be as many of its worst particles, whether they are better or not.
+    pub(crate) fn take_in(&mut self, migrants: &Population) {
+        let mut order: Vec<usize> = (0..self.memory.len()).collect();
+        let evaluations = &self.memory.evaluations;
+        order.sort_by(|&i, &j| evaluations[j].order(&evaluations[i]));
+        for (particle, (x, evaluation)) in order.into_iter().zip(migrants.iter()) {
+            Candidate::improve(&mut self.best, x, evaluation);
+            self.memory.set(particle, x, *evaluation);
+            self.positions.row_mut(particle).copy_from_slice(x);
+            self.velocities.row_mut(particle).fill(0.0);
+        }
+    }
+
     /// A swarm at rest at random points.
     ///
     /// # Errors

@@ -290,6 +290,16 @@ impl Population {
         self.set(place, x, evaluation);
     }
 
+    /// Puts migrants in place of as many of the worst members, whether they are better or not; a population in order stays in order.
+    pub fn take_in(&mut self, migrants: &Self) {
+        self.sort();
+        let kept = self.len() - migrants.len().min(self.len());
+        for (place, (x, evaluation)) in (kept..self.len()).zip(migrants.iter()) {
+            self.set(place, x, *evaluation);
+        }
+        self.sort();
+    }
+
     /// Tells whether a member is there already.
     fn contains(&self, x: &[f64], evaluation: &Evaluation) -> bool {
         // Few results are equal, so that few points are compared.

@@ -10,7 +10,8 @@ use crate::data::{BODIES, RENAMED, SITES, VEHICLES};
     feature = "geo",
     feature = "entry",
     feature = "chang-e",
-    feature = "moving-mass"
+    feature = "moving-mass",
+    feature = "problem"
 ))]
 type File = (&'static str, &'static str);
 
@@ -59,6 +60,13 @@ const MOVING_MASS: &[File] = &[
     ("moving-mass-radial", include_str!("../missions/moving-mass-radial.toml")),
 ];
 
+#[cfg(feature = "problem")]
+const PROBLEMS: &[File] = &[
+    ("mars-descent", include_str!("../missions/mars-descent.toml")),
+    ("mars-descent-down", include_str!("../missions/mars-descent-down.toml")),
+    ("mars-descent-aside", include_str!("../missions/mars-descent-aside.toml")),
+];
+
 /// A registry of all kinds of mission whose features are on, their files and their data.
 #[must_use]
 pub fn registry() -> Registry {
@@ -83,7 +91,8 @@ pub fn registry() -> Registry {
         .with::<crate::moving_mass::CrossMasses>()
         .with::<crate::moving_mass::RadialMasses>();
     #[cfg(feature = "problem")]
-    let registry = registry.with_kind_of_file(crate::problem::WORD, crate::problem::read);
+    let registry =
+        with_files(PROBLEMS, registry).with_kind_of_file(crate::problem::WORD, crate::problem::read);
     registry
 }
 
@@ -92,7 +101,8 @@ pub fn registry() -> Registry {
     feature = "geo",
     feature = "entry",
     feature = "chang-e",
-    feature = "moving-mass"
+    feature = "moving-mass",
+    feature = "problem"
 ))]
 fn with_files(files: &[File], registry: Registry) -> Registry {
     files.iter().fold(registry, |registry, (name, text)| registry.with_file(name, text))

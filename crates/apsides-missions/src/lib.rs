@@ -26,6 +26,8 @@ mod catalogue;
 #[cfg(feature = "chang-e")]
 pub mod chang_e;
 pub mod data;
+#[cfg(any(feature = "lunar", feature = "chang-e"))]
+mod deviating_flight;
 #[cfg(feature = "entry")]
 pub mod entry;
 #[cfg(feature = "geo")]

@@ -21,6 +21,9 @@ pub struct Posed {
     /// The flat description of each phase, if all have one.
     #[cfg(feature = "flatness")]
     pub flat_systems: Option<Vec<FlatSystem>>,
+    /// The description of each phase by all its states and controls as outputs, beside the flat one.
+    #[cfg(feature = "flatness")]
+    pub spline_systems: Option<Vec<FlatSystem>>,
     /// The whole flight, where the problem is a reduction of it.
     pub expansion: Option<Expansion>,
     /// Control profiles that a search can fly, if there are any; distances are in km.
@@ -38,6 +41,8 @@ impl Posed {
             costates: None,
             #[cfg(feature = "flatness")]
             flat_systems: None,
+            #[cfg(feature = "flatness")]
+            spline_systems: None,
             expansion: None,
             #[cfg(feature = "two-layer")]
             profile: None,

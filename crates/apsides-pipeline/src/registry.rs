@@ -118,6 +118,12 @@ impl Registry {
         self.files.iter().map(move |(name, text)| (*name, title(text)))
     }
 
+    /// The text of the mission file of this name.
+    #[must_use]
+    pub fn text(&self, name: &str) -> Option<&'static str> {
+        self.files.iter().find(|f| f.0 == name).map(|f| f.1)
+    }
+
     /// The named data of the key `key`, for instance the vehicles.
     #[must_use]
     pub fn data(&self, key: &str) -> Option<&NamedData> {

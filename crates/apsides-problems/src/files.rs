@@ -39,6 +39,7 @@ files![
     "moon_lander_soft",
     "free_flying_robot",
     "powered_descent",
+    "powered_descent_above_ground",
     "powered_descent_glide_slope",
     "di_singular_arc",
     "catmix",

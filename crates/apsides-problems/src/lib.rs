@@ -96,6 +96,7 @@ pub const GALLERY: &[Problem] = &[
     moon_lander_soft::PROBLEM,
     free_flying_robot::PROBLEM,
     powered_descent::PROBLEM,
+    powered_descent::ABOVE_GROUND,
     powered_descent::GLIDE_SLOPE,
     di_singular_arc::PROBLEM,
     catmix::PROBLEM,

@@ -17,12 +17,13 @@ use apsides_metaheuristics::Search;
 
 use super::stop::Stop;
 use super::workers::Workers;
-use super::{Content, HandOn, Publication};
+use super::{HandOn, Publication};
 use crate::Error;
-use crate::change::{number, word};
+use crate::change::{Change, number, word};
 use model::Model;
 
 mod functions;
+mod items;
 mod lander;
 mod limits;
 mod model;
@@ -32,7 +33,8 @@ mod starts;
 #[cfg(test)]
 mod tests;
 
-const SHEETS: usize = 8;
+const SHEETS: [&str; 8] =
+    ["functions", "function-searches", "moon-lander", "profiles", "limits-e", "limits-u", "layers", "starts"];
 /// Searches of a kind, and their budget: of the test functions, the lander and the profiles.
 const FUNCTION_SEEDS: u64 = 20;
 const SEEDS: u64 = 10;
@@ -40,16 +42,28 @@ const BUDGET: usize = 6000;
 const STARTS: u64 = 20;
 
 const COOPERATION: &str = "cooperation";
+/// The cooperation with an exchange after all turns of a cycle, in which migrants that are better replace the worst.
+const AFTER_CYCLE: &str = "cooperation-after-cycle";
 
 /// Algorithms by their words in mission files, with their names.
-const ALGORITHMS: [(&str, &str); 6] = [
+const ALGORITHMS: [(&str, &str); 7] = [
     (COOPERATION, "cooperation"),
     ("genetic", "genetic algorithm"),
     ("particle-swarm", "particle swarm"),
     ("ant-colony", "ant colony"),
     ("differential-evolution", "differential evolution"),
     ("cma-es", "CMA-ES"),
+    (AFTER_CYCLE, "cooperation, exchange after the cycle"),
 ];
+
+/// The values of a mission that choose an algorithm: the cooperation has the exchange of the paper unless another one is named.
+fn choice(name: &str) -> [Change<'_>; 2] {
+    let (algorithm, exchange) = match name {
+        AFTER_CYCLE => (COOPERATION, "after-cycle"),
+        name => (name, "at-once"),
+    };
+    [word("search.algorithm", algorithm), word("search.exchange", exchange)]
+}
 
 pub(super) const PUBLICATION: Publication = Publication {
     name: "capsule-reentry",
@@ -57,7 +71,11 @@ pub(super) const PUBLICATION: Publication = Publication {
     source: "Alami Naeini, Roshanian, Modares Mechanical Engineering 14(13), 2014",
     remarks: || Ok(remarks()),
     memory_mb: [111.0, 20.0],
-    content: Content::Sheets(SHEETS, sheets),
+    tables: &[],
+    sheets: &SHEETS,
+    compute: sheets,
+    items: items::ITEMS,
+    missions: &["capsule-reentry.toml", "capsule-reentry-us76.toml"],
 };
 
 fn sheets(workers: &mut Workers<'_>, hand_on: HandOn<'_>) -> Result<(), Stop> {
@@ -75,7 +93,8 @@ fn sheets(workers: &mut Workers<'_>, hand_on: HandOn<'_>) -> Result<(), Stop> {
 
 /// The search of a mission that names this algorithm, on one thread.
 fn algorithm(name: &str, budget: usize) -> Result<Search, Error> {
-    let changes = [word("search.algorithm", name), number("search.evaluations", budget as f64)];
+    let [algorithm, exchange] = choice(name);
+    let changes = [algorithm, exchange, number("search.evaluations", budget as f64)];
     Ok(crate::load("capsule-reentry", &changes)?.methods().search_settings())
 }
 

@@ -16,16 +16,20 @@
 //! | `transition`, `deviations` | what errors of the start lead to |
 //! | `sensitivity` | mass, exhaust velocity and thrust |
 //! | `text` | numbers of the text that exclude each other |
+//! | `hazards`, `edges` | the paper's rule for a landing site |
 
 use super::stop::Stop;
 use super::workers::Workers;
-use super::{Content, HandOn, Publication};
+use super::{HandOn, Publication};
 
 mod braking;
 mod case;
 mod comparison;
 mod deviations;
 mod downrange;
+mod edges;
+mod hazards;
+mod items;
 mod orbit;
 mod segments;
 mod sensitivity;
@@ -35,7 +39,22 @@ mod tests;
 mod text;
 mod transition;
 
-const SHEETS: usize = 12;
+const SHEETS: [&str; 14] = [
+    "orbit",
+    "braking",
+    "downrange",
+    "segments",
+    "stages",
+    "transition",
+    "deviations",
+    "five-percent",
+    "sensitivity",
+    "thrust",
+    "errors",
+    "text",
+    "printed-sensitivity",
+    "hazards",
+];
 
 /// Flights with the deviations of the reference, those planned anew, and those with the deviations of the paper.
 const FLIGHTS: usize = 5000;
@@ -49,7 +68,11 @@ pub(super) const PUBLICATION: Publication = Publication {
     source: "one published solution of problem A, Chinese undergraduate contest in mathematical modelling, 2014",
     remarks: || Ok(remarks()),
     memory_mb: [42.0, 7.0],
-    content: Content::Sheets(SHEETS, sheets),
+    tables: &[],
+    sheets: &SHEETS,
+    compute: sheets,
+    items: items::ITEMS,
+    missions: &["chang-e-3.toml", "chang-e-3-flat.toml", "chang-e-3-braking.toml"],
 };
 
 fn sheets(workers: &mut Workers<'_>, hand_on: HandOn<'_>) -> Result<(), Stop> {
@@ -64,7 +87,9 @@ fn sheets(workers: &mut Workers<'_>, hand_on: HandOn<'_>) -> Result<(), Stop> {
     hand_on(sensitivity::sheet(workers)?)?;
     hand_on(sensitivity::thrusts(&sensitivity::THRUSTS, workers)?)?;
     hand_on(text::errors(workers)?)?;
-    hand_on(text::numbers(workers)?)
+    hand_on(text::numbers(workers)?)?;
+    hand_on(text::sensitivities())?;
+    hand_on(hazards::sheet()?)
 }
 
 fn remarks() -> Vec<String> {

@@ -12,12 +12,14 @@
 //! | `burns` | burns by the rule, one or a sequence |
 //! | `tables` | Tables 2 to 6, and what they cost |
 //! | `along_velocity` | Table 7 |
+//! | `profiles` | Figs 4 to 9 |
+//! | `reference_20` | the sequence that Table 6 is compared with |
 //! | `analytic`, `circles`, `costates` | the guess of a single burn, single burns, both beside each other |
 
 use apsides_dynamics::engine::STANDARD_GRAVITY;
 
 use super::workers::Workers;
-use super::{Content, HandOn, Publication};
+use super::{HandOn, Publication};
 use crate::Error;
 use printed::{STATED_MASS, TABLES, TWO_BURNS, USED_MASS};
 use stage::{Solver, Stage, Stop};
@@ -27,14 +29,15 @@ mod analytic;
 mod burns;
 mod circles;
 mod costates;
+mod items;
 mod printed;
+mod profiles;
+mod reference_20;
 mod stage;
 mod tables;
 
 /// The stage of Tables 2 to 7.
 const VEHICLE: &str = "breeze-m";
-/// Tables 2 to 7, agreement of the burn times, propellant of the sequences, detours, costates, guesses.
-const SHEETS: usize = TABLES.len() + 6;
 /// Altitude that the text gives for the geostationary orbit, km.
 const PRINTED_ALTITUDE_KM: f64 = 36_786.0;
 
@@ -44,7 +47,31 @@ pub(super) const PUBLICATION: Publication = Publication {
     source: "Alavipour, Nikkhah, Roshanian, Modares Mechanical Engineering 18(1)",
     remarks,
     memory_mb: [28.0, 2.0],
-    content: Content::Sheets(SHEETS, sheets),
+    tables: &[],
+    sheets: &[
+        "table-2",
+        "table-3",
+        "table-4",
+        "table-5",
+        "table-6",
+        "table-7",
+        "burn-times",
+        "sequences",
+        "detours",
+        "costates",
+        "guesses",
+        "profiles",
+        "reference-20",
+    ],
+    compute: sheets,
+    items: items::ITEMS,
+    missions: &[
+        "geo-2-burn.toml",
+        "geo-3-burn.toml",
+        "geo-4-burn.toml",
+        "geo-5-burn.toml",
+        "geo-6-burn.toml",
+    ],
 };
 
 fn sheets(workers: &mut Workers<'_>, hand_on: HandOn<'_>) -> Result<(), Stop> {
@@ -63,7 +90,8 @@ fn sheets(workers: &mut Workers<'_>, hand_on: HandOn<'_>) -> Result<(), Stop> {
     for sheet in costates::tables(solver)? {
         hand_on(sheet)?;
     }
-    Ok(())
+    hand_on(profiles::sheet(&stages[0], solver)?)?;
+    hand_on(reference_20::sheet(&stages[0], solver)?)
 }
 
 fn remarks() -> Result<Vec<String>, Error> {

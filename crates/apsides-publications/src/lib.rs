@@ -9,6 +9,8 @@
 //! cannot be. A [`Sheet`] has columns of its own, for publications whose rows have rules of their own.
 #![cfg_attr(not(test), warn(clippy::expect_used, clippy::panic, clippy::unimplemented, clippy::unreachable))]
 
+use std::time::Instant;
+
 use apsides_nlp::Status;
 use apsides_ocp::Trajectory;
 use apsides_verify::Verdict;
@@ -23,14 +25,17 @@ mod capsule_reentry;
 mod chang_e;
 mod change;
 mod geo_injection;
+mod items;
 mod lunar_landing;
 mod moving_mass;
 mod pages;
+mod powered_descent;
 mod sheet;
 mod sheet_text;
 mod stop;
 mod workers;
 
+pub use items::{PaperItem, Shown, items, items_markdown};
 pub use pages::{COMPARISON_HEADS, comparison_columns, miss_sentence, write_reproduction};
 pub use sheet::{Column, Graph, GraphSeries, Sheet, SheetRow};
 pub use sheet_text::sheet_text;
@@ -49,15 +54,15 @@ struct Publication {
     remarks: fn() -> Result<Vec<String>, Error>,
     /// The largest resident memory that was measured with one thread, and what each further one added, MB.
     memory_mb: [f64; 2],
-    content: Content,
-}
-
-/// The content of a publication that is computed.
-enum Content {
-    /// Rows of tables, each three ways.
-    Tables(&'static [PrintedTable]),
-    /// So many sheets; each is handed on when it is done.
-    Sheets(usize, ComputeSheets),
+    /// Tables whose rows are each computed three ways.
+    tables: &'static [PrintedTable],
+    /// Short names of the sheets, in the order in which they are handed on.
+    sheets: &'static [&'static str],
+    compute: ComputeSheets,
+    /// Everything that the publication states, with what shows it.
+    items: &'static [PaperItem],
+    /// Files of the missions behind the numbers: the name of a mission with `.toml`.
+    missions: &'static [&'static str],
 }
 
 /// Computes sheets and hands each on.
@@ -68,10 +73,7 @@ type HandOn<'a> = &'a mut dyn FnMut(Sheet) -> Result<(), Stop>;
 
 impl Publication {
     fn parts(&self) -> usize {
-        match &self.content {
-            Content::Tables(tables) => tables.iter().map(|t| t.rows.len()).sum(),
-            Content::Sheets(count, _) => *count,
-        }
+        self.tables.iter().map(|t| t.rows.len()).sum::<usize>() + self.sheets.len()
     }
 }
 
@@ -122,6 +124,7 @@ const PUBLICATIONS: &[Publication] = &[
     capsule_reentry::PUBLICATION,
     chang_e::PUBLICATION,
     moving_mass::PUBLICATION,
+    powered_descent::PUBLICATION,
 ];
 
 /// All rows of a publication that were computed.
@@ -324,25 +327,24 @@ pub fn reproduce(
         remarks: (publication.remarks)()?,
         complete: false,
     };
-    match publication.content {
-        Content::Tables(tables) => {
-            done.tables = tables.iter().map(PrintedTable::empty).collect();
-            done.complete = fill(tables, &mut done.tables, threads, observer, &mut report)?
-                || done.tables.iter().map(|t| t.rows.len()).sum::<usize>() == publication.parts();
-        }
-        Content::Sheets(_, compute) => {
-            let mut keep = |sheet: Sheet| {
-                let go_on = report(Part::Sheet(&sheet));
-                done.sheets.push(sheet);
-                if go_on { Ok(()) } else { Err(Stop::Interrupted) }
-            };
-            let finished = match compute(&mut Workers { threads, observer }, &mut keep) {
-                Ok(()) => true,
-                Err(stop) => stop.end(publication.name)?,
-            };
-            done.complete = finished || done.sheets.len() == publication.parts();
-        }
+    done.tables = publication.tables.iter().map(PrintedTable::empty).collect();
+    let mut finished = fill(publication.tables, &mut done.tables, threads, observer, &mut report)?;
+    if finished {
+        let mut begun = Instant::now();
+        let mut keep = |mut sheet: Sheet| {
+            sheet.seconds = begun.elapsed().as_secs_f64();
+            begun = Instant::now();
+            let go_on = report(Part::Sheet(&sheet));
+            done.sheets.push(sheet);
+            if go_on { Ok(()) } else { Err(Stop::Interrupted) }
+        };
+        finished = match (publication.compute)(&mut Workers { threads, observer }, &mut keep) {
+            Ok(()) => true,
+            Err(stop) => stop.end(publication.name)?,
+        };
     }
+    let rows = done.tables.iter().map(|t| t.rows.len()).sum::<usize>();
+    done.complete = finished || rows + done.sheets.len() == publication.parts();
     Ok(done)
 }
 

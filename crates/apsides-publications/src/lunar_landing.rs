@@ -1,4 +1,4 @@
-//! Tables 2 and 3 of A. Naghash and A. Jamilnia on planar lunar landings, Modares Mechanical Engineering 17(10), 2017.
+//! Tables 2 and 3 of Reza Jamilnia on planar lunar landings, Modares Mechanical Engineering 17(10), 2017.
 //!
 //! Full thrust in minimum time. Table 2: from the circular orbit at 100 km, and from perilunes below it. Table 3: from a perilune of
 //! 15 km with horizontal braking to a gate, then upright. The paper's nonlinear program: radius and polar angle as splines of order
@@ -10,9 +10,15 @@ use apsides_missions::lunar::{DirectLanding, TwoPhaseLanding};
 use apsides_ode::{FnSystem, Integrator, OdeSettings, Status};
 use apsides_verify::{VerifySettings, verify};
 
-use super::{Comparison, Content, FindingKind, Miss, PrintedRow, PrintedTable, Publication, Solved};
+use super::{Comparison, FindingKind, HandOn, Miss, PrintedRow, PrintedTable, Publication, Solved};
 use crate::change::{Change, number, word};
+use crate::stop::Stop;
+use crate::workers::Workers;
 use crate::{Error, Outcome, Pipeline};
+
+mod flights;
+mod items;
+mod splines;
 
 const TIME: &str = "flight_time_s";
 const MASS: &str = "final_mass_kg";
@@ -32,12 +38,24 @@ const PRINTED_ORBITAL_SPEED: f64 = 1691.97;
 
 pub(super) const PUBLICATION: Publication = Publication {
     name: "lunar-landing",
-    title: "Planar lunar landings in minimum time by flatness and B-splines (Naghash and Jamilnia 2017, Tables 2 and 3)",
-    source: "A. Naghash, A. Jamilnia, Modares Mechanical Engineering 17(10), 2017",
+    title: "Planar lunar landings in minimum time by flatness and B-splines (Jamilnia 2017, Tables 2 and 3)",
+    source: "R. Jamilnia, Modares Mechanical Engineering 17(10), 2017",
     remarks,
     memory_mb: [21.0, 1.0],
-    content: Content::Tables(&[TABLE_2, TABLE_3]),
+    tables: &[TABLE_2, TABLE_3],
+    sheets: &["without-flatness", "objectives", "rise", "figures", "dispersion"],
+    compute: sheets,
+    items: items::ITEMS,
+    missions: &["lunar-direct.toml", "lunar-perilune.toml", "lunar-two-phase.toml"],
 };
+
+fn sheets(workers: &mut Workers<'_>, hand_on: HandOn<'_>) -> Result<(), Stop> {
+    hand_on(splines::without_flatness(workers)?)?;
+    hand_on(splines::objectives(workers)?)?;
+    hand_on(splines::rise(workers)?)?;
+    hand_on(flights::figures(workers)?)?;
+    hand_on(flights::dispersion(workers)?)
+}
 
 const OWN_METHOD: &[Change<'static>] = &[
     word("method", "flatness"),

@@ -7,19 +7,22 @@
 //! | --- | --- |
 //! | `cases` | the cases, the numbers of the reference, what the paper says |
 //! | `sheets` | the tables |
+//! | `curves` | a figure for each figure |
 //! | `entry` | a re-entry from orbit with an offset, and with masses that point its lift |
 
 use super::stop::Stop;
 use super::workers::Workers;
-use super::{Content, HandOn, Publication};
+use super::{HandOn, Publication};
 
 mod cases;
+mod curves;
 mod entry;
+mod items;
 mod sheets;
 #[cfg(test)]
 mod tests;
 
-const SHEETS: usize = 5;
+const SHEETS: [&str; 6] = ["figures", "paper-figures", "oscillation", "authority", "rates", "re-entry"];
 
 pub(super) const PUBLICATION: Publication = Publication {
     name: "moving-mass",
@@ -27,12 +30,17 @@ pub(super) const PUBLICATION: Publication = Publication {
     source: "Karimabadeh, Tayefi, six degrees of freedom of a suborbital capsule with moving masses",
     remarks: || Ok(remarks()),
     memory_mb: [66.0, 10.0],
-    content: Content::Sheets(SHEETS, sheets),
+    tables: &[],
+    sheets: &SHEETS,
+    compute: sheets,
+    items: items::ITEMS,
+    missions: &["moving-mass-cross.toml", "moving-mass-radial.toml"],
 };
 
 fn sheets(workers: &mut Workers<'_>, hand_on: HandOn<'_>) -> Result<(), Stop> {
     let threads = workers.threads;
     hand_on(sheets::figures(threads)?)?;
+    hand_on(curves::sheet(threads)?)?;
     hand_on(sheets::oscillation()?)?;
     hand_on(sheets::authority(threads)?)?;
     hand_on(sheets::rates(threads)?)?;
@@ -43,11 +51,10 @@ fn remarks() -> Vec<String> {
     [
         "Mass, inertia and coefficients of the capsule are not in the paper: 500 kg and 1.5 m, inertia and coefficients of Apollo to scale. \
          What holds and what fails in the paper fits vehicles from about 350 to 530 kg alone.",
-        "Which of Figs 2 to 21 is which case is not in the text at hand; the cases are those that the figures show: without law, with an \
-         offset of 1 cm along y and z, and cross or radial masses of 10 or 5 kg under PID or nonlinear PID.",
-        "Equations (20) to (22), the nonlinear PID, are not in the text at hand. The law here is that of Najm and Ibraheem (2019) with twelve \
-         coefficients an axis; with the coefficients of the reference it does not give the numbers of the reference. Forms whose gain rises with \
-         the argument give those of the cross, none that was tried gives those of the rim. Coefficients for a rim of 10 kg are not at hand. Open.",
+        "Figs 2, 3, 10 and 11 enter at a pitch of 90 deg without an angle of attack; the larger angle of Figs 12 to 14 is not printed, 10 deg are \
+         taken here.",
+        "The nonlinear PID, (20) to (22), is that of Najm and Ibraheem (2019): u = sum of (k1 + k2 / (1 + exp(mu b^2))) |b|^epsilon sign(b) over \
+         error, rate and integral b. None of its coefficients is printed, nor the gains of the linear law; those flown here were found by a search.",
         "Laws on the angles of a rim command at most half a turn from neutral: with that the linear cases come out as in the reference.",
         "A travel of 0 to 70 cm, as printed, corrects offsets to one side only; the cases have 70 cm to both sides.",
         "Beyond 30 deg of total angle of attack the coefficients are held at the edge of the table, so that tumbling is told but not computed.",

@@ -7,10 +7,15 @@ use apsides_pipeline::key::{name_of, quantity_label, unit_of};
 use apsides_report::{Axis, Figure, Item, ReportError, Series, replace, table_error};
 
 use crate::sheet_text::{self as sheet, sheet_markdown};
-use crate::{Comparison, Miss, Reproduction, Row, Table};
+use crate::{Comparison, Miss, Reproduction, Row, Table, find};
+
+mod page;
 
 const MARKDOWN: &str = "reproduction.md";
+const PAGE: &str = "reproduction.html";
 const DATA: &str = "reproduction.csv";
+/// Numbers of sheets beside those of tables.
+const SHEETS: &str = "sheets.csv";
 /// Heads of the columns of [`comparison_columns`].
 pub const COMPARISON_HEADS: [&str; 7] =
     ["paper", "paper's NLP", "flatness", "Radau", "paper - Radau", "NLP - Radau", "flatness - Radau"];
@@ -45,14 +50,23 @@ pub fn miss_sentence(row: &Row) -> String {
     }
 }
 
-/// Writes `reproduction.md`, `reproduction.csv` and the figures of all tables into a directory, and returns the paths written.
+/// Writes `reproduction.html`, `reproduction.md`, `reproduction.csv`, the figures of all tables and sheets, and the mission files of the publication
+/// into a directory, and returns the paths written. The page has all but the numbers of the data files inside.
 ///
 /// The directory and its parents are made when missing. Files of an earlier reproduction are replaced, all or none.
 ///
 /// # Errors
 /// [`ReportError`] with the path and the reason.
 pub fn write_reproduction(dir: &Path, done: &Reproduction) -> Result<Vec<PathBuf>, ReportError> {
-    let mut items: Vec<Item> = vec![(MARKDOWN, Some(markdown(done).into_bytes())), (DATA, Some(data(done)?))];
+    let missions = mission_files(done.name);
+    let mut items: Vec<Item> = vec![
+        (MARKDOWN, Some(markdown(done).into_bytes())),
+        (PAGE, Some(page::html(done, &missions).into_bytes())),
+        (DATA, Some(data(done)?)),
+    ];
+    let both = !done.tables.is_empty() && !done.sheets.is_empty();
+    items.push((SHEETS, both.then(|| sheet_data(done)).transpose()?));
+    items.extend(missions.iter().map(|(file, text)| (*file, Some(text.as_bytes().to_vec()))));
     for table in &done.tables {
         let drawn = (!table.rows.is_empty()).then(|| figure(table).to_svg().into_bytes());
         items.push((table.figure, drawn));
@@ -141,15 +155,11 @@ fn findings(q: &Comparison) -> String {
 
 /// One record per row and quantity.
 fn data(done: &Reproduction) -> Result<Vec<u8>, ReportError> {
+    if done.tables.is_empty() {
+        return sheet_data(done);
+    }
     let failed = |e: csv::Error| table_error(DATA, e);
     let mut writer = csv::Writer::from_writer(Vec::new());
-    if done.tables.is_empty() {
-        writer.write_record(sheet::DATA_HEADS).map_err(failed)?;
-        for record in done.sheets.iter().flat_map(sheet::records) {
-            writer.write_record(record).map_err(failed)?;
-        }
-        return writer.into_inner().map_err(|e| table_error(DATA, e.into_error()));
-    }
     let head = [
         "table",
         "parameter",
@@ -198,6 +208,25 @@ fn data(done: &Reproduction) -> Result<Vec<u8>, ReportError> {
         }
     }
     writer.into_inner().map_err(|e| table_error(DATA, e.into_error()))
+}
+
+/// One record per number of the sheets.
+fn sheet_data(done: &Reproduction) -> Result<Vec<u8>, ReportError> {
+    let failed = |e: csv::Error| table_error(SHEETS, e);
+    let mut writer = csv::Writer::from_writer(Vec::new());
+    writer.write_record(sheet::DATA_HEADS).map_err(failed)?;
+    for record in done.sheets.iter().flat_map(sheet::records) {
+        writer.write_record(record).map_err(failed)?;
+    }
+    writer.into_inner().map_err(|e| table_error(SHEETS, e.into_error()))
+}
+
+/// The files of the missions of a publication with their texts.
+fn mission_files(name: &str) -> Vec<(&'static str, &'static str)> {
+    let registry = apsides_missions::registry();
+    let files = find(name).map_or(&[][..], |publication| publication.missions);
+    let text = |file: &&'static str| Some((*file, registry.text(file.strip_suffix(".toml")?)?));
+    files.iter().filter_map(text).collect()
 }
 
 #[cfg(test)]

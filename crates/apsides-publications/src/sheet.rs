@@ -21,6 +21,8 @@ pub struct Sheet {
     pub failures: Vec<String>,
     /// Optima that the certificate does not confirm.
     pub unverified: Vec<String>,
+    /// Wall-clock time that it took, s.
+    pub seconds: f64,
 }
 
 /// A column of a [`Sheet`].

@@ -51,6 +51,9 @@ pub fn sheet_text(sheet: &Sheet) -> String {
     for sentence in sentences(sheet) {
         let _ = writeln!(text, "  * {sentence}");
     }
+    if sheet.seconds > 0.0 {
+        let _ = writeln!(text, "  ({}, {:.1} s)", sheet.id, sheet.seconds);
+    }
     text
 }
 
@@ -95,13 +98,13 @@ pub(crate) fn figure(graph: &Graph) -> Figure {
 }
 
 /// Numbers of a row as text, `-` for what is missing.
-fn cells(sheet: &Sheet, row: usize) -> Vec<String> {
+pub(crate) fn cells(sheet: &Sheet, row: usize) -> Vec<String> {
     (sheet.columns.iter().zip(&sheet.rows[row].values))
         .map(|(c, value)| value.map_or_else(|| "-".into(), |v| format!("{v:.*}", c.decimals)))
         .collect()
 }
 
-fn sentences(sheet: &Sheet) -> impl Iterator<Item = String> + '_ {
+pub(crate) fn sentences(sheet: &Sheet) -> impl Iterator<Item = String> + '_ {
     let failures = sheet.failures.iter().map(|f| format!("not solved: {f}"));
     let unverified = sheet.unverified.iter().map(|u| format!("not verified: {u}"));
     sheet.findings.iter().cloned().chain(failures).chain(unverified)

@@ -302,6 +302,14 @@ pub(crate) fn section(page: &mut String, title: &str, note: Option<&str>, figure
     if let Some(note) = note {
         let _ = writeln!(page, "<p class=\"note\">{note}</p>");
     }
+    self::figures(page, figures);
+}
+
+/// Figures with their legends, side by side where there is room.
+pub(crate) fn figures(page: &mut String, figures: &[Figure]) {
+    if figures.is_empty() {
+        return;
+    }
     page.push_str("<div class=\"figures\">\n");
     for figure in figures {
         let _ = writeln!(page, "<figure>\n<figcaption>{}</figcaption>", escape(&figure.title));

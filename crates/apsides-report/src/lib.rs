@@ -31,6 +31,7 @@
 //! | `multipliers` | `multipliers.json` |
 //! | `samples_reader` | trajectories of other programs |
 //! | `html`, `page.css`, `markup` | `report.html` |
+//! | `page` | pages of tables, sentences and figures |
 //! | `figure`, `axis_layout`, `palette`, `svg` | what a figure shows, where its ticks stand, its colours, how it is drawn |
 //! | `standard_figures` | figures of every result |
 //! | `simulation`, `root_locus` | simulated flights, poles of their loops |
@@ -56,6 +57,7 @@ mod markup;
 mod montecarlo;
 mod multipliers;
 mod number;
+mod page;
 mod palette;
 #[cfg(feature = "parquet")]
 mod parquet_samples;
@@ -85,6 +87,7 @@ pub use montecarlo::{SampleTable, merge_samples, state_samples, write_samples, w
 pub use multipliers::{
     ConstraintMultipliers, ContactMultiplier, CostateJump, IntegralMultipliers, Multipliers, PathMultipliers,
 };
+pub use page::Page;
 pub use sample_figure::{Picture, SampleFigure};
 pub use sample_file::{SampleFile, SampleLayout, StoredSamples};
 pub use samples_reader::{Samples, read_samples};

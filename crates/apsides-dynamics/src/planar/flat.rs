@@ -6,7 +6,7 @@
 //! 0 = m^2 (a_h^2 + a_v^2) - T^2        (vertical: 0 = m a_v - T)
 //! ```
 //!
-//! (A. Naghash and A. Jamilnia, Modares Mechanical Engineering 17(10), 2017, eqs. 32 to 38.) The thrust is squared where its
+//! (R. Jamilnia, Modares Mechanical Engineering 17(10), 2017, eqs. 32 to 38.) The thrust is squared where its
 //! direction is free, since its size has no derivative at zero. Squared, it does not depend on the polar angle to first order where
 //! the thrust is vertical and the angular rate is zero: vertical flight has a map of its own, which keeps the sign of the thrust.
 
@@ -75,5 +75,43 @@ impl FlatMap<1, 3, 3, 0, 1> for FlatVerticalThrust {
 
     fn outputs(&self, _t: f64, x: &[f64; 3], _u: &[f64; 0], _p: &[f64; 0]) -> [f64; 1] {
         [x[0]]
+    }
+}
+
+/// [`ConstantThrust`](super::ConstantThrust) with radius, polar angle, both speeds and the thrust angle as outputs of their own: the same
+/// curves without flatness. The residuals are the equations of motion less that of the mass, a function of time.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct SplinedConstantThrust(pub FlatConstantThrust);
+
+/// [`VerticalThrust`](super::VerticalThrust) with radius and radial speed as outputs of their own.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct SplinedVerticalThrust(pub FlatConstantThrust);
+
+impl FlatMap<5, 2, 5, 1, 4> for SplinedConstantThrust {
+    fn evaluate<S: Scalar>(&self, t: S, y: &[[S; 2]; 5], _p: &[S; 0]) -> ([S; 5], [S; 1], [S; 4]) {
+        let [r, phi, u, v, beta] = y;
+        let state = [r[0], phi[0], u[0], v[0], self.0.mass_at(t)];
+        let thrust = S::from(self.0.flight.engine.thrust);
+        let rate = self.0.flight.inclined_rate(&state, beta[0], thrust);
+        (state, [beta[0]], [r[1] - rate[0], phi[1] - rate[1], u[1] - rate[2], v[1] - rate[3]])
+    }
+
+    fn outputs(&self, _t: f64, x: &[f64; 5], u: &[f64; 1], _p: &[f64; 0]) -> [f64; 5] {
+        [x[0], x[1], x[2], x[3], u[0]]
+    }
+}
+
+impl FlatMap<2, 2, 3, 0, 2> for SplinedVerticalThrust {
+    fn evaluate<S: Scalar>(&self, t: S, y: &[[S; 2]; 2], _p: &[S; 0]) -> ([S; 3], [S; 0], [S; 2]) {
+        let FlatConstantThrust { flight, .. } = &self.0;
+        let ([r, v], zero) = (y, S::from(0.0));
+        let state = [r[0], zero, zero, v[0], self.0.mass_at(t)];
+        let thrust = S::from(flight.engine.thrust);
+        let rate = flight.rate(&state, zero, thrust, thrust);
+        ([r[0], v[0], state[4]], [], [r[1] - rate[0], v[1] - rate[3]])
+    }
+
+    fn outputs(&self, _t: f64, x: &[f64; 3], _u: &[f64; 0], _p: &[f64; 0]) -> [f64; 2] {
+        [x[0], x[1]]
     }
 }

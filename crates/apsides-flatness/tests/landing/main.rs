@@ -1,4 +1,4 @@
-//! Planar lunar landings with constant thrust: the 31-variable problem of Naghash and Jamilnia 2017, refined splines, and what
+//! Planar lunar landings with constant thrust: the 31-variable problem of Jamilnia 2017, refined splines, and what
 //! re-simulation says of both.
 //!
 //! Reference flight times: indirect shooting (DOP853, 1e-13) of the same equations and constants, which an independent

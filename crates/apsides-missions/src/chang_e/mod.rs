@@ -53,7 +53,11 @@ impl Mission for MainBraking {
             "Main braking from the perilune of a lunar orbit to a gate above the site with least propellant",
             &[keys::VEHICLE, keys::MOON, keys::ORBIT, keys::SITE, keys::GATE],
         )
-        .offering(Offers { dispersed: dispersed::COLUMNS, ephemeris: true, ..Offers::default() })
+        .offering(Offers {
+            dispersed: crate::deviating_flight::COLUMNS,
+            ephemeris: true,
+            ..Offers::default()
+        })
     }
 
     fn read(values: &Values) -> Result<Self, Error> {

@@ -117,13 +117,15 @@ fn fly(injection: &GeoInjection, trajectory: &Trajectory) -> Result<[f64; 7], St
 
 /// Position, velocity and mass on the parking orbit, whose node is on the first axis.
 fn parking(injection: &GeoInjection, longitude: f64) -> [f64; 7] {
-    let radius = injection.parking_radius;
-    let speed = (injection.mu() / radius).sqrt();
+    let (p, e) = (injection.parking_latus_rectum(), injection.parking_eccentricity);
     let (sin, cos) = longitude.sin_cos();
+    let radius = p / (1.0 + e * cos);
+    let unit = (injection.mu() / p).sqrt();
+    let (climb, forward) = (unit * e * sin, unit * (1.0 + e * cos));
     let (tilt, along) = injection.inclination.sin_cos();
-    let place = [cos, sin * along, sin * tilt].map(|x| radius * x);
-    let velocity = [-sin, cos * along, cos * tilt].map(|x| speed * x);
-    let ([x, y, z], [u, v, w]) = (place, velocity);
+    let (up, ahead) = ([cos, sin * along, sin * tilt], [-sin, cos * along, cos * tilt]);
+    let [x, y, z] = up.map(|c| radius * c);
+    let [u, v, w] = std::array::from_fn(|i| climb * up[i] + forward * ahead[i]);
     [x, y, z, u, v, w, injection.initial_mass]
 }
 

@@ -48,8 +48,10 @@ impl<'a> ImpulsiveGuess<'a> {
         let engine = injection.engine();
         let mu = injection.mu();
         let mut burns = Vec::new();
-        let (mut mass, mut apsis) = (injection.initial_mass, 0.0);
-        let groups: Vec<usize> = if injection.burns() == 1 {
+        let (mut mass, mut apsis) =
+            (injection.initial_mass, if injection.starts_at_apogee() { PI } else { 0.0 });
+        let at_once = injection.burns() == 1 && !injection.starts_at_apogee();
+        let groups: Vec<usize> = if at_once {
             vec![1]
         } else {
             injection.pattern.chunk_by(|a, b| a == b).map(<[_]>::len).collect()
@@ -84,11 +86,13 @@ impl<'a> ImpulsiveGuess<'a> {
             }
             mass = last;
         }
-        if injection.burns() == 1 {
+        if at_once {
             burns = burns.iter().take(1).map(|first| Self::single(injection, &transfer, first)).collect();
         }
         let turn = match burns.first() {
-            Some(first) if !injection.is_spatial() => -first.longitudes[0],
+            Some(first) if !injection.is_spatial() && injection.parking_eccentricity == 0.0 => {
+                -first.longitudes[0]
+            }
             _ => 0.0,
         };
         Ok(Self { injection, burns, turn })

@@ -21,7 +21,7 @@ pub enum BurnSteering {
     InertialFixed,
 }
 
-/// Injection of a restartable upper stage from a circular parking orbit into an equatorial orbit, with the largest final mass.
+/// Injection of a restartable upper stage from a circular or elliptic parking orbit into an equatorial orbit, with the largest final mass.
 #[derive(Clone, Debug, PartialEq)]
 pub struct GeoInjection {
     /// Central body with its oblateness (zero for a sphere), and engine.
@@ -30,8 +30,10 @@ pub struct GeoInjection {
     pub initial_mass: f64,
     /// Propellant in the parking orbit, kg.
     pub propellant: f64,
-    /// Radius of the parking orbit, from the centre, m.
+    /// Radius of the parking orbit, of its perigee where it is elliptic, from the centre, m.
     pub parking_radius: f64,
+    /// Eccentricity of the parking orbit, whose perigee is at the ascending node.
+    pub parking_eccentricity: f64,
     /// Inclination of the parking orbit to the equator, rad; zero keeps the flight in one plane.
     pub inclination: f64,
     /// Semi-major axis of the target orbit, m.
@@ -68,10 +70,16 @@ impl GeoInjection {
             initial_mass: values.number("initial_mass_kg")?,
             propellant: values.number("propellant_kg")?,
             parking_radius: body.radius + values.number("parking_altitude_km")? * 1e3,
+            parking_eccentricity: values.number(keys::PARKING_ECCENTRICITY)?,
             inclination: values.number("inclination_deg")?.to_radians(),
             target_semi_major_axis: values.number("target_radius_km")? * 1e3,
             target_eccentricity: values.number("target_eccentricity")?,
-            pattern: pattern(values.count(keys::BURNS)?, values.word(keys::PATTERN)?, &refuse)?,
+            pattern: pattern(
+                values.count(keys::BURNS)?,
+                values.word(keys::PATTERN)?,
+                values.number(keys::PARKING_ECCENTRICITY)? > 0.0,
+                &refuse,
+            )?,
             steering: match values.word(keys::STEERING)? {
                 keys::VELOCITY => BurnSteering::Velocity,
                 keys::INERTIAL => BurnSteering::InertialFixed,
@@ -133,7 +141,24 @@ impl GeoInjection {
     /// Returns true if the flight ends with burns that lower the apogee.
     #[must_use]
     pub fn is_supersynchronous(&self) -> bool {
-        self.burns() > 1 && self.pattern.last() == Some(&Apsis::Periapsis)
+        self.burns() > 1 && !self.starts_at_apogee() && self.pattern.last() == Some(&Apsis::Periapsis)
+    }
+
+    /// Returns true if the first burn is at the apogee of an elliptic parking orbit.
+    pub(super) fn starts_at_apogee(&self) -> bool {
+        self.parking_eccentricity > 0.0 && self.pattern.first() == Some(&Apsis::Apoapsis)
+    }
+
+    /// Perigee and apogee radius of the parking orbit, m.
+    #[must_use]
+    pub fn parking_apses(&self) -> [f64; 2] {
+        let e = self.parking_eccentricity;
+        [self.parking_radius, self.parking_radius * (1.0 + e) / (1.0 - e)]
+    }
+
+    /// Semi-latus rectum of the parking orbit, m.
+    pub(super) fn parking_latus_rectum(&self) -> f64 {
+        self.parking_radius * (1.0 + self.parking_eccentricity)
     }
 
     pub(super) fn mu(&self) -> f64 {
@@ -168,7 +193,8 @@ impl GeoInjection {
             (true, None) => return Err(self.without_apogee_limit(&|reason| Error::in_mission(reason))),
         };
         let orbits = TransferOrbits {
-            parking_radius: self.parking_radius,
+            parking_apses: self.parking_apses(),
+            first: if self.starts_at_apogee() { Apsis::Apoapsis } else { Apsis::Periapsis },
             inclination: self.inclination,
             target_apses: self.target_apses(),
             transfer_apoapsis,
@@ -267,7 +293,7 @@ impl GeoInjection {
 }
 
 /// One apsis per burn.
-fn pattern(burns: usize, letters: &str, refuse: Refuse<'_>) -> Result<Vec<Apsis>, Error> {
+fn pattern(burns: usize, letters: &str, elliptic: bool, refuse: Refuse<'_>) -> Result<Vec<Apsis>, Error> {
     if letters.is_empty() {
         let mut pattern = vec![Apsis::Periapsis; burns];
         if let Some(last) = pattern.last_mut() {
@@ -289,7 +315,12 @@ fn pattern(burns: usize, letters: &str, refuse: Refuse<'_>) -> Result<Vec<Apsis>
         return refused(&format!("which has {} letters for `{}` = {burns}", apses.len(), keys::BURNS));
     }
     let groups = apses.chunk_by(|a, b| a == b).count();
-    if burns > 1 && (apses.first() != Some(&Apsis::Periapsis) || !(2..=3).contains(&groups)) {
+    let starts_at_apogee = apses.first() == Some(&Apsis::Apoapsis);
+    if starts_at_apogee && elliptic {
+        if groups > 2 {
+            return refused("it must be A.., then P.. if there are any");
+        }
+    } else if burns > 1 && (starts_at_apogee || !(2..=3).contains(&groups)) {
         return refused("it must be P.., then A.., then P.. for retro burns if there are any");
     }
     Ok(apses)

@@ -19,6 +19,7 @@ pub(super) const STAGE: &[Key] = &[
 pub(super) const BURNS: &str = "burns";
 pub(super) const PATTERN: &str = "pattern";
 pub(super) const MAX_FLIGHT_TIME: &str = "max_flight_time_s";
+pub(super) const PARKING_ECCENTRICITY: &str = "parking_eccentricity";
 pub(super) const STEERING: &str = "steering";
 pub(super) const OPTIMAL: &str = "optimal";
 pub(super) const VELOCITY: &str = "velocity";
@@ -29,7 +30,7 @@ pub(super) const FLIGHT: &[Key] = &[
     Key::text(
         PATTERN,
         "",
-        "letters P and A, one per burn: P.., then A.., then P.. for retro burns; or empty",
+        "letters P and A, one per burn: P.., then A.., then P.. for retro burns; from an elliptic orbit A.. too, then P..; or empty",
         "where each burn is: at perigee or apogee; empty: all at perigee but the last",
     ),
     Key::choice(
@@ -43,7 +44,18 @@ pub(super) const FLIGHT: &[Key] = &[
         Range { least: (0.0, true), most: (180.0, false) },
         "of the parking orbit to the equator; 0: flight in the equatorial plane",
     ),
-    Key::number("parking_altitude_km", 200.0, Range::POSITIVE, "altitude of the circular parking orbit"),
+    Key::number(
+        "parking_altitude_km",
+        200.0,
+        Range::POSITIVE,
+        "altitude of the parking orbit, of its perigee where it is elliptic",
+    ),
+    Key::number(
+        PARKING_ECCENTRICITY,
+        0.0,
+        Range { least: (0.0, true), most: (1.0, false) },
+        "of the parking orbit, 0.73 for the usual transfer orbit; its perigee is at the ascending node",
+    ),
     Key::number(
         "target_radius_km",
         42_164.0,

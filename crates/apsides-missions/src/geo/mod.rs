@@ -1,4 +1,4 @@
-//! Injection of a restartable upper stage from a circular parking orbit into geostationary orbit with one to eight burns, from that of
+//! Injection of a restartable upper stage from a circular or elliptic parking orbit into geostationary orbit with one to eight burns, from that of
 //! Alavipour, Nikkhah and Roshanian (Modares Mechanical Engineering 18(1)) on.
 //!
 //! All ignitions, burn times, thrust directions and coasts are free; the final mass is largest. Without oblateness the burns alone are
@@ -44,10 +44,10 @@ impl Mission for GeoInjection {
     fn kind() -> Kind {
         Kind::new::<Self>(
             "geo-injection",
-            "Injection from a circular parking orbit into geostationary orbit with several burns and least propellant",
+            "Injection from a parking orbit into geostationary orbit with several burns and least propellant",
             &[keys::STAGE, keys::FLIGHT],
         )
-        .nothing_at_zero(&["inclination_deg", "target_eccentricity"])
+        .nothing_at_zero(&["inclination_deg", "target_eccentricity", "parking_eccentricity"])
         .offering(Offers { ephemeris: true, ..Offers::default() })
     }
 

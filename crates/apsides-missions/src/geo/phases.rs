@@ -289,14 +289,15 @@ impl GeoInjection {
         phase.states(states).duration(Bounds::new(SHORTEST_BURN.min(longest), longest))
     }
 
-    /// Values of the first state; none where it is free. In the plane the first longitude only turns the flight.
+    /// Values of the first state; none where it is free. In the plane the first longitude of a circle only turns the flight.
     fn parking_orbit(&self) -> Vec<Option<f64>> {
-        let orbit = [self.parking_radius, 0.0, 0.0].map(Some);
+        let orbit = [self.parking_latus_rectum(), self.parking_eccentricity, 0.0].map(Some);
         if self.is_spatial() {
             let tilt = [Some((0.5 * self.inclination).tan()), Some(0.0)];
             orbit.into_iter().chain(tilt).chain([None, Some(self.initial_mass)]).collect()
         } else {
-            orbit.into_iter().chain([Some(0.0), Some(self.initial_mass)]).collect()
+            let longitude = (self.parking_eccentricity == 0.0).then_some(0.0);
+            orbit.into_iter().chain([longitude, Some(self.initial_mass)]).collect()
         }
     }
 

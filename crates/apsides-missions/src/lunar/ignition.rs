@@ -78,6 +78,23 @@ impl Ignition {
         Ok((transfer, ignition))
     }
 
+    /// The same after an impulse (m/s) against the motion.
+    pub(super) fn after_impulse(self, impulse: f64, refuse: Refuse<'_>) -> Result<Self, Error> {
+        if impulse >= self.horizontal_speed {
+            return Err(refuse(format!(
+                "`departure_impulse_m_s` is {impulse}, it must be below the speed at the perilune, {:.1} m/s",
+                self.horizontal_speed
+            )));
+        }
+        let ignition = Self {
+            horizontal_speed: self.horizontal_speed - impulse,
+            mass: self.lander.flight.engine.mass_after(self.mass, impulse),
+            ..self
+        };
+        ignition.check(refuse)?;
+        Ok(ignition)
+    }
+
     /// Refuses what no flight can mend: too little thrust even when empty, too little propellant even without losses.
     fn check(&self, refuse: Refuse<'_>) -> Result<(), Error> {
         let dry_mass = self.lander.dry_mass;

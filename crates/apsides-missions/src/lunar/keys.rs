@@ -38,6 +38,26 @@ pub(super) const PERILUNE_ALTITUDE: &str = "perilune_altitude_km";
 pub(super) const PERILUNE: &[Key] =
     &[Key::number(PERILUNE_ALTITUDE, 15.0, Range::from(0.0), "altitude of the perilune of the transfer")];
 
+pub(super) const DEPARTURE_IMPULSE: &str = "departure_impulse_m_s";
+
+pub(super) const DEPARTURE: &[Key] = &[Key::number(
+    DEPARTURE_IMPULSE,
+    0.0,
+    Range::closed(0.0, 2_000.0),
+    "impulse against the motion with which the perilune is left; enough of it removes the rise at first",
+)];
+
+pub(super) const OBJECTIVE: &str = "optimum_of";
+pub(super) const FLIGHT_TIME: &str = "flight-time";
+pub(super) const FINAL_MASS: &str = "final-mass";
+
+/// The objective at full thrust, where both have the same optimum.
+pub(super) const OBJECTIVES: &[Key] = &[Key::choice(
+    OBJECTIVE,
+    &[FLIGHT_TIME, FINAL_MASS],
+    "with full thrust: least flight time or largest final mass, the same flight by another program; otherwise the final mass",
+)];
+
 pub(super) const GATE_ALTITUDE: &str = "gate_altitude_km";
 
 pub(super) const GATE: &[Key] = &[Key::number(

@@ -33,6 +33,25 @@ impl Throttle {
     }
 }
 
+/// The quantity that is optimised where the thrust is full.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Objective {
+    /// Least flight time.
+    FlightTime,
+    /// Largest final mass: the same optimum, since the mass flow is constant.
+    FinalMass,
+}
+
+impl Objective {
+    pub(super) fn read(values: &Values) -> Result<Self, Error> {
+        Ok(match values.word(keys::OBJECTIVE)? {
+            keys::FINAL_MASS => Self::FinalMass,
+            // The key takes no other words.
+            _ => Self::FlightTime,
+        })
+    }
+}
+
 /// Direction of the thrust at touchdown.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum TouchdownThrust {
@@ -67,6 +86,8 @@ pub struct LunarLander {
     pub touchdown_radial_speed: f64,
     /// The size of the thrust. A [`LunarTransfer`](super::LunarTransfer) coasts in a phase of its own and has full thrust otherwise.
     pub throttle: Throttle,
+    /// The quantity that is optimised where the thrust is full.
+    pub objective: Objective,
     /// Largest rate of the thrust angle, rad/s; with none the angle may jump.
     pub max_pitch_rate: Option<f64>,
     /// Direction of the thrust at touchdown; vertical only with a `max_pitch_rate`. A [`TwoPhaseLanding`](super::TwoPhaseLanding) ends
@@ -145,6 +166,7 @@ impl LunarLander {
             orbit_altitude: values.number("orbit_altitude_km")? * 1e3,
             touchdown_radial_speed: values.number("touchdown_radial_velocity_m_s")?,
             throttle: Throttle::Full,
+            objective: Objective::FlightTime,
             max_pitch_rate: values.limit(keys::MAX_PITCH_RATE)?.map(f64::to_radians),
             touchdown_thrust: TouchdownThrust::Free,
         })

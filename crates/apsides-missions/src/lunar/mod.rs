@@ -1,4 +1,4 @@
-//! Planar lunar soft landings, from those of Naghash and Jamilnia 2017 (constant thrust in minimum time) on.
+//! Planar lunar soft landings, from those of Jamilnia 2017 (constant thrust in minimum time) on.
 //!
 //! Strategies: from a circular orbit ([`DirectLanding`]); from the perilune of a Hohmann transfer ([`PeriluneLanding`]); from that
 //! perilune with horizontal braking to a gate above the site, then a vertical descent ([`TwoPhaseLanding`]); the whole transfer with its
@@ -9,6 +9,7 @@ use apsides_dynamics::Hohmann;
 use apsides_dynamics::planar::{HORIZONTAL_SPEED, MASS, RADIAL_SPEED, RADIUS};
 use apsides_ephemeris::Motion;
 use apsides_ocp::{At, Bounds, Guess, Ocp, OcpBuilder, Phase, PhaseGuess, Sense, Term, Trajectory, Variable};
+use apsides_pipeline::dispersion::Dispersed;
 use apsides_pipeline::method::{MethodName, Methods};
 use apsides_pipeline::placing::Whereabouts;
 use apsides_pipeline::values::Values;
@@ -17,10 +18,13 @@ use apsides_radau::Explanation;
 
 use crate::Refuse;
 use crate::data::point_about;
+use crate::deviating_flight::COLUMNS;
+use dispersed::{PlannedLanding, begun};
 use ignition::Ignition;
 use motion::LandingMotion;
 use phases::{COAST, DESCENT, PeriluneAltitude, Target};
 
+mod dispersed;
 #[cfg(feature = "flatness")]
 mod flat;
 mod guess;
@@ -31,7 +35,7 @@ mod motion;
 mod phases;
 mod results;
 
-pub use lander::{LunarLander, Throttle, TouchdownThrust};
+pub use lander::{LunarLander, Objective, Throttle, TouchdownThrust};
 
 /// A soft landing from a circular lunar orbit.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -47,6 +51,8 @@ pub struct PeriluneLanding {
     pub lander: LunarLander,
     /// Altitude of the perilune above the surface, m.
     pub perilune_altitude: f64,
+    /// Impulse against the motion with which the perilune is left, m/s.
+    pub departure_impulse: f64,
 }
 
 /// Braking from a perilune to a gate with no horizontal speed, then a vertical descent.
@@ -84,6 +90,14 @@ macro_rules! results_of_its_lander {
             LandingMotion::of(&self.lander, solution).map(|motion| Box::new(motion) as Box<dyn Motion>)
         }
 
+        fn dispersed(&self, plan: &Trajectory) -> Result<Option<Box<dyn Dispersed>>, Error> {
+            let mission = *self;
+            let rest = move |lander: &LunarLander, first: usize, time: f64, state: &[f64]| {
+                mission.rest(lander, first, time, state)
+            };
+            Ok(Some(Box::new(PlannedLanding::new(&self.lander, plan, Box::new(rest))?)))
+        }
+
         fn datum(&self) -> Option<f64> {
             Some(self.lander.flight.body.radius)
         }
@@ -106,13 +120,27 @@ macro_rules! results_of_its_lander {
     };
 }
 
-/// Landings have a place about their body.
-const PLACED: Offers =
-    Offers { simulated_only: false, simulation: false, footprint: false, ephemeris: true, dispersed: &[] };
+/// Landings have a place about their body, and deviating flights.
+const PLACED: Offers = Offers {
+    simulated_only: false,
+    simulation: false,
+    footprint: false,
+    ephemeris: true,
+    dispersed: COLUMNS,
+};
 
 impl DirectLanding {
     fn ignition(&self, refuse: Refuse<'_>) -> Result<Ignition, Error> {
         Ignition::in_orbit(&self.lander, refuse)
+    }
+}
+
+impl DirectLanding {
+    /// The rest of the landing of a lander from a state in one of its phases on.
+    fn rest(&self, lander: &LunarLander, first: usize, time: f64, state: &[f64]) -> Result<Ocp, Error> {
+        let ignition = Ignition::in_orbit(lander, &|reason| Error::in_mission(reason))?;
+        let phases = ignition.landing(ignition.touchdown());
+        rest_of_landing(phases, &ignition, first, time, state)
     }
 }
 
@@ -121,7 +149,7 @@ impl Mission for DirectLanding {
         Kind::new::<Self>(
             "lunar-direct",
             "Soft landing from a circular lunar orbit: full thrust in minimum time, or throttled with least propellant",
-            &[keys::COMMON, keys::THROTTLE_IN_ORBIT, keys::TOUCHDOWN, keys::PITCH_RATE],
+            &[keys::COMMON, keys::THROTTLE_IN_ORBIT, keys::TOUCHDOWN, keys::PITCH_RATE, keys::OBJECTIVES],
         )
         .offering(PLACED)
     }
@@ -141,7 +169,17 @@ impl Mission for DirectLanding {
 
 impl PeriluneLanding {
     fn ignition(&self, refuse: Refuse<'_>) -> Result<Ignition, Error> {
-        Ignition::at_perilune(&self.lander, self.perilune_altitude, keys::PERILUNE_ALTITUDE, refuse)
+        Ignition::at_perilune(&self.lander, self.perilune_altitude, keys::PERILUNE_ALTITUDE, refuse)?
+            .after_impulse(self.departure_impulse, refuse)
+    }
+}
+
+impl PeriluneLanding {
+    /// The rest of the landing of a lander from a state in one of its phases on.
+    fn rest(&self, lander: &LunarLander, first: usize, time: f64, state: &[f64]) -> Result<Ocp, Error> {
+        let ignition = Self { lander: *lander, ..*self }.ignition(&|reason| Error::in_mission(reason))?;
+        let phases = ignition.landing(ignition.touchdown());
+        rest_of_landing(phases, &ignition, first, time, state)
     }
 }
 
@@ -150,7 +188,15 @@ impl Mission for PeriluneLanding {
         Kind::new::<Self>(
             "lunar-perilune",
             "Soft landing from the perilune of a Hohmann transfer: full thrust in minimum time, or throttled with least propellant",
-            &[keys::COMMON, keys::PERILUNE, keys::THROTTLE, keys::TOUCHDOWN, keys::PITCH_RATE],
+            &[
+                keys::COMMON,
+                keys::PERILUNE,
+                keys::DEPARTURE,
+                keys::THROTTLE,
+                keys::TOUCHDOWN,
+                keys::PITCH_RATE,
+                keys::OBJECTIVES,
+            ],
         )
         .offering(PLACED)
     }
@@ -159,6 +205,7 @@ impl Mission for PeriluneLanding {
         let mission = Self {
             lander: throttled_lander(values)?,
             perilune_altitude: values.number(keys::PERILUNE_ALTITUDE)? * 1e3,
+            departure_impulse: values.number(keys::DEPARTURE_IMPULSE)?,
         };
         mission.ignition(&|reason| values.conflict(reason))?;
         Ok(mission)
@@ -191,19 +238,34 @@ impl TwoPhaseLanding {
     }
 }
 
+impl TwoPhaseLanding {
+    /// The rest of the landing of a lander from a state in one of its phases on.
+    fn rest(&self, lander: &LunarLander, first: usize, time: f64, state: &[f64]) -> Result<Ocp, Error> {
+        let ignition = Self { lander: *lander, ..*self }.ignition(&|reason| Error::in_mission(reason))?;
+        let target = Target { radius: ignition.body_radius() + self.gate_altitude, radial_speed: None };
+        let mut phases = ignition.landing(target);
+        phases.push(ignition.descent());
+        rest_of_landing(phases, &ignition, first, time, state)
+    }
+}
+
 impl Mission for TwoPhaseLanding {
     fn kind() -> Kind {
         Kind::new::<Self>(
             "lunar-two-phase",
             "Horizontal braking from perilune to a gate, then vertical descent: full thrust in minimum time, or throttled with least propellant",
-            &[keys::COMMON, keys::PERILUNE, keys::GATE, keys::THROTTLE, keys::PITCH_RATE],
+            &[keys::COMMON, keys::PERILUNE, keys::GATE, keys::THROTTLE, keys::PITCH_RATE, keys::OBJECTIVES],
         )
         .offering(PLACED)
     }
 
     fn read(values: &Values) -> Result<Self, Error> {
         let mission = Self {
-            lander: LunarLander { throttle: Throttle::read(values)?, ..LunarLander::read(values)? },
+            lander: LunarLander {
+                throttle: Throttle::read(values)?,
+                objective: Objective::read(values)?,
+                ..LunarLander::read(values)?
+            },
             perilune_altitude: values.number(keys::PERILUNE_ALTITUDE)? * 1e3,
             gate_altitude: values.number(keys::GATE_ALTITUDE)? * 1e3,
         };
@@ -258,6 +320,38 @@ impl LunarTransfer {
     }
 }
 
+impl LunarTransfer {
+    /// The rest of the flight of a lander from a state in one of its phases on; the coast has its floor as long as it is ahead.
+    fn rest(&self, lander: &LunarLander, first: usize, time: f64, state: &[f64]) -> Result<Ocp, Error> {
+        let (parking, _, arrival) =
+            Self { lander: *lander, ..*self }.legs(&|reason| Error::in_mission(reason))?;
+        let phases = begun_from(transfer_phases(&parking), first, time, state);
+        let last = phases.last().map(|p| p.name.clone()).unwrap_or_default();
+        let mut ocp = chain("rest of a lunar transfer", phases);
+        if first == 0 {
+            ocp = self.above_floor(ocp, &arrival);
+        }
+        Ok(ocp
+            .maximize("final_mass", "kg", At::FinalState(&last, MASS.name))
+            .objective_scale(parking.mass)
+            .build()?)
+    }
+
+    /// The limit on the perilune of the coast.
+    fn above_floor(&self, ocp: OcpBuilder, arrival: &Ignition) -> OcpBuilder {
+        let altitude = Variable::new("perilune altitude", "m")
+            .at_least(self.perilune_floor)
+            .scaled_by(arrival.body_radius());
+        let at_coast = |q: apsides_dynamics::Quantity| At::InitialState(COAST, q.name);
+        ocp.constrain(
+            "clearance of the coast",
+            [altitude],
+            [RADIUS, HORIZONTAL_SPEED, RADIAL_SPEED].map(at_coast),
+            PeriluneAltitude(self.lander.flight),
+        )
+    }
+}
+
 impl Mission for LunarTransfer {
     fn kind() -> Kind {
         Kind::new::<Self>(
@@ -278,22 +372,10 @@ impl Mission for LunarTransfer {
 
     fn pose(&self, _method: MethodName) -> Result<Posed, Error> {
         let (parking, hohmann, arrival) = self.legs(&|reason| Error::in_mission(reason))?;
-        let times = Bounds::new(0.0, parking.longest_burn() + parking.longest_coast());
-        let target = parking.touchdown();
-        let mut phases = vec![parking.deorbit(times), parking.coast(times)];
-        phases.extend(parking.braking(target, parking.longest_angle(true), times));
+        let (target, phases) = (parking.touchdown(), transfer_phases(&parking));
         let last = phases[phases.len() - 1].name.clone();
-        let altitude = Variable::new("perilune altitude", "m")
-            .at_least(self.perilune_floor)
-            .scaled_by(arrival.body_radius());
-        let at_coast = |q: apsides_dynamics::Quantity| At::InitialState(COAST, q.name);
-        let ocp = chain("lunar transfer and landing", phases)
-            .constrain(
-                "clearance of the coast",
-                [altitude],
-                [RADIUS, HORIZONTAL_SPEED, RADIAL_SPEED].map(at_coast),
-                PeriluneAltitude(self.lander.flight),
-            )
+        let ocp = self
+            .above_floor(chain("lunar transfer and landing", phases), &arrival)
             .maximize("final_mass", "kg", At::FinalState(&last, MASS.name))
             .objective_scale(parking.mass)
             .build()?;
@@ -324,14 +406,15 @@ const HEADLINE: &[&str] = &["flight_time_s", "final_mass_kg", "final_thrust_angl
 fn throttled_lander(values: &Values) -> Result<LunarLander, Error> {
     Ok(LunarLander {
         throttle: Throttle::read(values)?,
+        objective: Objective::read(values)?,
         touchdown_thrust: TouchdownThrust::read(values)?,
         ..LunarLander::read(values)?
     })
 }
 
-/// Time where the thrust is full, for it is the propellant then; else the final mass.
+/// Time where the thrust is full, for it is the propellant then, unless the mass is asked for; else the final mass.
 fn objective(ocp: OcpBuilder, last: &str, ignition: &Ignition) -> OcpBuilder {
-    if ignition.lander.saves_propellant() {
+    if ignition.lander.saves_propellant() || ignition.lander.objective == Objective::FinalMass {
         ocp.maximize("final_mass", "kg", At::FinalState(last, MASS.name)).objective_scale(ignition.mass)
     } else {
         ocp.objective(Sense::Minimize, "flight_time", "s", [Term::End(At::FinalTime(last), 1.0)])
@@ -344,6 +427,37 @@ fn chain(name: &str, phases: Vec<Phase>) -> OcpBuilder {
     let names: Vec<String> = phases.iter().map(|p| p.name.clone()).collect();
     let ocp = phases.into_iter().fold(Ocp::builder(name), OcpBuilder::phase);
     names.windows(2).fold(ocp, |ocp, pair| ocp.link(&pair[0], &pair[1]))
+}
+
+/// Deorbit burn, coast and braking.
+fn transfer_phases(parking: &Ignition) -> Vec<Phase> {
+    let times = Bounds::new(0.0, parking.longest_burn() + parking.longest_coast());
+    let mut phases = vec![parking.deorbit(times), parking.coast(times)];
+    phases.extend(parking.braking(parking.touchdown(), parking.longest_angle(true), times));
+    phases
+}
+
+/// The phases from one of them on, which begins at a time in a state.
+fn begun_from(phases: Vec<Phase>, first: usize, time: f64, state: &[f64]) -> Vec<Phase> {
+    let mut phases: Vec<Phase> = phases.into_iter().skip(first).collect();
+    if !phases.is_empty() {
+        let begin = phases.remove(0);
+        phases.insert(0, begun(begin, time, state));
+    }
+    phases
+}
+
+/// The rest of a landing as a problem.
+fn rest_of_landing(
+    phases: Vec<Phase>,
+    ignition: &Ignition,
+    first: usize,
+    time: f64,
+    state: &[f64],
+) -> Result<Ocp, Error> {
+    let last = phases.last().map(|p| p.name.clone()).unwrap_or_default();
+    let ocp = chain("rest of a lunar landing", begun_from(phases, first, time, state));
+    Ok(objective(ocp, &last, ignition).build()?)
 }
 
 /// From the ignition to the surface.

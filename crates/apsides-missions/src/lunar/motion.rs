@@ -4,36 +4,52 @@ use std::f64::consts::FRAC_PI_2;
 
 use apsides_dynamics::planar::{MASS, POLAR_ANGLE, STATES};
 use apsides_ephemeris::{About, Motion, Point};
-use apsides_ocp::Trajectory;
+use apsides_ocp::{PhaseTrajectory, Trajectory};
 
 use super::lander::LunarLander;
 use super::phases::{COAST, DEORBIT};
 
 /// A landing with its solution.
-pub(super) struct LandingMotion<'a> {
-    lander: &'a LunarLander,
-    names: Vec<&'a str>,
+#[derive(Clone)]
+pub(super) struct LandingMotion {
+    lander: LunarLander,
+    names: Vec<String>,
     /// Mass at the start, kg.
     mass: f64,
     /// Polar angle over which the vertical flight is that has none as a state.
     last_angle: f64,
 }
 
-impl<'a> LandingMotion<'a> {
+impl LandingMotion {
     /// The motion of a solution; none of one without phases.
-    pub(super) fn of(lander: &'a LunarLander, solution: &'a Trajectory) -> Option<Self> {
+    pub(super) fn of(lander: &LunarLander, solution: &Trajectory) -> Option<Self> {
         let mass = solution
             .phases
             .first()
             .map(|p| p.state.component(p.initial_time, const { MASS.index_in(&STATES) }))?;
         let planar = solution.phases.iter().rev().find(|p| p.state.dimension() >= STATES.len())?;
         let last_angle = planar.state.component(planar.final_time, const { POLAR_ANGLE.index_in(&STATES) });
-        let names = solution.phases.iter().map(|p| &*p.name).collect();
-        Some(Self { lander, names, mass, last_angle })
+        let names = solution.phases.iter().map(|p| p.name.clone()).collect();
+        Some(Self { lander: *lander, names, mass, last_angle })
     }
 }
 
-impl Motion for LandingMotion<'_> {
+impl LandingMotion {
+    /// The motion of another solution for the rest of the same landing, whose vertical flight, if any, is over another polar angle where the rest
+    /// has a flight in the plane.
+    pub(super) fn of_rest(&self, phases: &[PhaseTrajectory]) -> Self {
+        let planar = phases.iter().rev().find(|p| p.state.dimension() >= STATES.len());
+        let angle = planar.map(|p| p.state.component(p.final_time, const { POLAR_ANGLE.index_in(&STATES) }));
+        Self { last_angle: angle.unwrap_or(self.last_angle), ..self.clone() }
+    }
+
+    /// Polar angle over which the vertical flight is, rad.
+    pub(super) fn last_angle(&self) -> f64 {
+        self.last_angle
+    }
+}
+
+impl Motion for LandingMotion {
     fn about(&self) -> About {
         let body = self.lander.flight.body;
         About::sphere(body.radius, body.gravitational_parameter)
@@ -52,7 +68,7 @@ impl Motion for LandingMotion<'_> {
             _ => return None,
         };
         let engine = &self.lander.flight.engine;
-        let part = match *self.names.get(phase)? {
+        let part = match self.names.get(phase)?.as_str() {
             COAST => 0.0,
             DEORBIT => 1.0,
             _ if self.lander.throttles() => *control.last()?,

@@ -89,9 +89,15 @@ pub(super) const LAW: &[Key] = &[
         "nonlinear_pid.attack",
         "10 0 0 1 5 0 0 1 5 0 0 1",
         TWELVE,
-        "coefficients of the angle of attack",
+        "coefficients of the angle of attack: k1 k2 mu epsilon of the error, of its integral, of its rate, u = (k1 + k2 / (1 + exp(mu b^2))) |b|^epsilon \
+         sign(b) of each term b; all positive in the paper, which prints none. `apsides tune` with `law=nonlinear-pid` finds some",
     ),
-    Key::text("nonlinear_pid.sideslip", "10 0 0 1 5 0 0 1 5 0 0 1", TWELVE, "coefficients of the sideslip"),
+    Key::text(
+        "nonlinear_pid.sideslip",
+        "10 0 0 1 5 0 0 1 5 0 0 1",
+        TWELVE,
+        "coefficients of the sideslip, in the same order; on the angles of a rim those that hold an offset may have to be negative",
+    ),
     Key::number(
         "derivative_filter_s",
         0.0,

@@ -76,4 +76,4 @@ pub use sizing::{MassRow, RateRow, SizeStudy, Sizing};
 pub use steered_entry::{
     BankProfile, JUDGED_PRESSURE, SteeredCondition, SteeredEntry, SteeredFlight, SteeredReady,
 };
-pub use tuning::{RATE_LIMITED_GAINS, RequiredMargins, Tuned, Tuning, tune};
+pub use tuning::{RATE_LIMITED_GAINS, RequiredMargins, Tuned, TunedGains, Tuning, tune};

@@ -1,10 +1,12 @@
-//! Gains of PID laws by a search over a set of descents: the worst of all counts, with margins of the linear loops as limits.
+//! Gains of PID laws, and the twelve coefficients of nonlinear ones, by a search over a set of descents: the worst of all counts, with margins
+//! of the linear loops as limits.
 //!
 //! The same gains for both angles, which are alike by symmetry. They are searched by their logarithms with CMA-ES of
 //! [`apsides_metaheuristics`]; the result depends on the seed, not on the number of threads.
 
 use std::time::Duration;
 
+use apsides_control::nonlinear_pid::NonlinearGains;
 use apsides_control::pid::PidGains;
 use apsides_metaheuristics::{
     CmaEsSettings, Evaluation, Method, Restarts, Search, SearchSpace, Stagnation, StopReason,
@@ -40,7 +42,7 @@ pub struct Tuning {
 #[derive(Clone, Debug, PartialEq)]
 pub struct Tuned {
     /// The gains.
-    pub gains: PidGains,
+    pub gains: TunedGains,
     /// The flights with them.
     pub flights: Vec<SetFlight>,
     /// Margins of the loops with them.
@@ -50,6 +52,37 @@ pub struct Tuned {
     /// The reason for the end of the search.
     pub stop: StopReason,
 }
+
+/// The numbers of a tuned law, the same for both angles.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum TunedGains {
+    /// Gains of the linear law.
+    Linear(PidGains),
+    /// Coefficients of the nonlinear law: `k1, k2, mu, epsilon` of the error, of its integral, of its rate; all positive, as Karimabadeh and Tayefi have it.
+    Nonlinear([f64; TWELVE]),
+}
+
+/// Coefficients of a nonlinear law.
+const TWELVE: usize = 12;
+
+impl TunedGains {
+    /// The law with these numbers.
+    #[must_use]
+    pub fn law(&self) -> Law {
+        match self {
+            Self::Linear(gains) => Law::pid(*gains),
+            Self::Nonlinear(c) => {
+                Law::NonlinearPid { gains: [NonlinearGains::from_coefficients(c); 2], filter_time: 0.0 }
+            }
+        }
+    }
+}
+
+/// Least and greatest coefficients of a term of the nonlinear law: `k1`, `k2`, `mu`, `epsilon`.
+const TERM_RANGE: [[f64; 2]; 4] = [[1e-3, 1e2], [1e-3, 1e2], [1e-1, 1e4], [0.3, 1.5]];
+/// `k2` and `mu` of the first generation: next to nothing, and a bend at some 6 deg.
+const FIRST_NEAR: f64 = 1e-2;
+const FIRST_STEEPNESS: f64 = 100.0;
 
 /// Rate limits (m/s) with gains that hold two masses of 10 kg across the axis in all directions of an offset of 1 cm, at 2 and 10 deg at
 /// the entry, with either set of damping derivatives and the margins of [`RequiredMargins::default`]: found by [`tune`].
@@ -130,27 +163,67 @@ const FAILED: f64 = 1e3;
 /// Degrees that a loop without any of a required margin counts besides: more than an angle that is held.
 const NO_MARGIN: f64 = 10.0;
 
-/// Searches gains for a case.
+/// The numbers that are searched, by their logarithms to the base ten.
+struct Unknowns<'a> {
+    tuning: &'a Tuning,
+    nonlinear: bool,
+}
+
+impl Unknowns<'_> {
+    fn range(&self) -> Vec<[f64; 2]> {
+        if self.nonlinear {
+            (0..TWELVE).map(|k| TERM_RANGE[k % TERM_RANGE.len()]).collect()
+        } else {
+            self.tuning.range.to_vec()
+        }
+    }
+
+    fn space(&self) -> Result<SearchSpace, Error> {
+        let ends = |k: usize| self.range().iter().map(|r| r[k].log10()).collect::<Vec<f64>>();
+        Ok(SearchSpace::new(ends(0), ends(1))?)
+    }
+
+    fn gains(&self, x: &[f64]) -> TunedGains {
+        let at = |k: usize| 10_f64.powf(x.get(k).copied().unwrap_or(0.0));
+        if self.nonlinear {
+            TunedGains::Nonlinear(std::array::from_fn(at))
+        } else {
+            TunedGains::Linear(PidGains::new(at(0), at(1), at(2)))
+        }
+    }
+
+    /// Points of the first generation: the linear gains, of the nonlinear law with little else.
+    fn starts(&self) -> Vec<Vec<f64>> {
+        let point = |g: &PidGains| {
+            let values = [g.proportional, g.integral, g.derivative];
+            let all: Vec<f64> = if self.nonlinear {
+                values.iter().flat_map(|k| [*k, FIRST_NEAR, FIRST_STEEPNESS, 1.0]).collect()
+            } else {
+                values.to_vec()
+            };
+            all.iter().zip(self.range()).map(|(v, [least, most])| v.clamp(least, most).log10()).collect()
+        };
+        self.tuning.starts.iter().map(point).collect()
+    }
+}
+
+/// Searches gains for a case: those of the nonlinear law where the case has it, of the linear law otherwise.
 ///
 /// # Errors
 /// Those of [`Descent::new`](super::Descent::new) for the case, and an ill-posed search.
 pub fn tune(case: &Case, tuning: &Tuning) -> Result<Tuned, Error> {
-    let with = |gains: PidGains| {
+    let with = |gains: TunedGains| {
         let mut case = case.clone();
-        case.law = Law::pid(gains);
+        case.law = gains.law();
         case
     };
-    let logs = |k: usize| tuning.range.map(|ends| ends[k].log10()).to_vec();
-    let space = SearchSpace::new(logs(0), logs(1))?;
-    let decode = |x: &[f64]| {
-        let [p, i, d] = [0, 1, 2].map(|k| 10_f64.powf(x[k]));
-        PidGains::new(p, i, d)
-    };
+    let unknowns = Unknowns { tuning, nonlinear: matches!(case.law, Law::NonlinearPid { .. }) };
+    let space = unknowns.space()?;
     // The case itself is checked before the search hides its errors.
     Descent::new(case)?;
     let objective = |x: &[f64]| {
         let mut record = Record::every(1);
-        let case = with(decode(x));
+        let case = with(unknowns.gains(x));
         let Ok(flights) = tuning.set.fly(&case, &mut record) else { return Evaluation::FAILED };
         let cost = |flight: &SetFlight| match flight.metrics.worst_rms() {
             rms if rms.is_finite() => rms.to_degrees(),
@@ -177,19 +250,12 @@ pub fn tune(case: &Case, tuning: &Tuning) -> Result<Tuned, Error> {
         threads: tuning.threads,
         time_limit: tuning.time_limit,
         stagnation: Some(Stagnation { generations: 60, improvement: 1e-9 }),
-        start: tuning
-            .starts
-            .iter()
-            .map(|g| {
-                let values = [g.proportional, g.integral, g.derivative];
-                (0..3).map(|k| values[k].clamp(tuning.range[k][0], tuning.range[k][1]).log10()).collect()
-            })
-            .collect(),
+        start: unknowns.starts(),
         ..Search::default()
     };
     let report = search.minimize(&space, &objective)?;
-    let best = report.best.map_or_else(|| vec![0.0; 3], |best| best.x);
-    let gains = decode(&best);
+    let best = report.best.map_or_else(Vec::new, |best| best.x);
+    let gains = unknowns.gains(&best);
     let (case, mut record) = (with(gains), Record::every(1));
     let flights = tuning.set.fly(&case, &mut record)?;
     let margins = LeastMargins::of(&case, &tuning.set.damping, &mut record)?;

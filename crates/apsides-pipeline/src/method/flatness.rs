@@ -32,6 +32,12 @@ const KEYS: &[Key] = &[
         "collocation points per phase; of each segment where they are placed by segment",
     ),
     Key::choice(
+        "flatness.outputs",
+        &[FLAT, ALL],
+        "curves that are splines: the flat outputs, from which all states follow; or all states and the controls, whose equations of motion \
+         are held at the points",
+    ),
+    Key::choice(
         "flatness.placement",
         &["gauss-per-segment", "uniform", "gauss", "lobatto", "chebyshev", "greville"],
         "where the points are: in each segment, of splines just as smooth as the states must be; or over the whole phase, \
@@ -46,6 +52,9 @@ const KEYS: &[Key] = &[
     ),
 ];
 
+const FLAT: &str = "flat";
+const ALL: &str = "all";
+
 /// Keys of settings, by the names of their fields.
 const NAMES: &[(&str, &str)] =
     &[("refine", "flatness.max_refinements"), ("max_refinements", "flatness.max_refinements")];
@@ -56,6 +65,8 @@ struct FlatnessMethod {
     splines: SplineSettings,
     intervals: usize,
     max_refinements: usize,
+    /// True if all states and controls are splines.
+    all: bool,
 }
 
 impl FlatnessMethod {
@@ -80,13 +91,15 @@ impl FlatnessMethod {
             placement,
             refine: max_refinements > 0,
         };
-        Ok(Self { splines, intervals: segments, max_refinements })
+        Ok(Self { splines, intervals: segments, max_refinements, all: v.word("flatness.outputs")? == ALL })
     }
 }
 
 impl MethodSettings for FlatnessMethod {
     fn method(&self, case: &PosedCase<'_>) -> Result<Box<dyn Method>, Error> {
-        let systems = case.posed.flat_systems.clone().ok_or_else(|| Error::in_mission(NO_FLAT_OUTPUTS))?;
+        let posed = &case.posed;
+        let systems = if self.all { &posed.spline_systems } else { &posed.flat_systems };
+        let systems = systems.clone().ok_or_else(|| Error::in_mission(NO_FLAT_OUTPUTS))?;
         let settings = FlatnessSettings {
             spline: self.splines.clone(),
             // Landings are well posed without the bounds of their states.

@@ -5,7 +5,7 @@ use std::time::Duration;
 
 use apsides_metaheuristics::{
     AnnealingSettings, AntColonySettings, CmaEsSettings, Constraints, CooperationSettings,
-    DifferentialEvolutionSettings, GeneticSettings, IslandsSettings, Method as Algorithm,
+    DifferentialEvolutionSettings, Exchange, GeneticSettings, IslandsSettings, Method as Algorithm,
     ParticleSwarmSettings, Search,
 };
 use apsides_ocp::Method;
@@ -26,6 +26,8 @@ mod checkpoint;
 
 const ALGORITHM: &str = "search.algorithm";
 const COOPERATION: &str = "cooperation";
+const AFTER_CYCLE: &str = "after-cycle";
+const AT_ONCE: &str = "at-once";
 const GENETIC: &str = "genetic";
 const SWARM: &str = "particle-swarm";
 const COLONY: &str = "ant-colony";
@@ -104,6 +106,12 @@ const KEYS: &[Key] = &[
         100.0,
         Range::POSITIVE,
         "in the objective's unit for a limit exceeded by its own size",
+    ),
+    Key::choice(
+        "search.exchange",
+        &[AFTER_CYCLE, AT_ONCE],
+        "exchange of the cooperation: after the three turns of a cycle, better migrants in place of the worst; or at once, the genetic algorithm \
+         begins its turn with the best of the others, and migrants replace the worst without condition",
     ),
     Key::count(
         "search.swarm_generations",
@@ -315,6 +323,11 @@ fn algorithm(v: &Values) -> Result<Algorithm, Error> {
             swarm,
             colony,
             genetic,
+            exchange: match v.word("search.exchange")? {
+                AT_ONCE => Exchange::AtOnce,
+                // The key takes no other words.
+                _ => Exchange::AfterCycle,
+            },
             swarm_generations: v.count("search.swarm_generations")?,
             colony_generations: v.count("search.colony_generations")?,
             genetic_generations: v.count("search.genetic_generations")?,

@@ -2,7 +2,7 @@
 
 use super::model::{Begin, Model, bank, mission, solve};
 use super::reference::{BASE, search_of};
-use super::{ALGORITHMS, COOPERATION};
+use super::{ALGORITHMS, COOPERATION, choice};
 use crate::change::{Change, flag, number, word};
 use crate::sheet::{Graph, GraphSeries, Sheet, median};
 use crate::stop::Stop;
@@ -185,11 +185,9 @@ fn groups(forms: &[Form], seeds: u64, budget: usize, workers: &mut Workers<'_>) 
 }
 
 fn searched(form: &[Change<'_>], over: &str, algorithm: &str, budget: usize) -> Result<Pipeline, Error> {
-    let search = [
-        word("search.profile", over),
-        word("search.algorithm", algorithm),
-        number("search.evaluations", budget as f64),
-    ];
+    let [algorithm, exchange] = choice(algorithm);
+    let search =
+        [word("search.profile", over), algorithm, exchange, number("search.evaluations", budget as f64)];
     mission(Model::E, BASE, &[form, &search].concat())
 }
 

@@ -104,7 +104,7 @@ fn starts_of_model_e() {
 #[test]
 fn searches_over_profiles() {
     let sheet = on_two(|workers| profiles::sheet(&FORMS[..1], 2, 600, workers));
-    assert_eq!(sheet.rows.len(), 10);
+    assert_eq!(sheet.rows.len(), 11);
     for row in &sheet.rows {
         // No flight is better than the optimum by more than its misses are worth.
         assert!(row.values[1].is_some_and(|excess| excess > 0.0 && excess < 60.0), "{row:?}");

@@ -2,10 +2,10 @@
 
 use apsides_dynamics::engine::STANDARD_GRAVITY;
 
-use super::case::{BRAKING, MASS, PLANE, SolvedCase, THRUST, outcome, solve};
+use super::case::{BRAKING, MASS, PLANE, SolvedCase, THRUST, load, solve};
 use crate::change::{Change, number};
 use crate::sheet::{Graph, GraphSeries, Sheet};
-use crate::stop::Stop;
+use crate::stop::{Stop, ended};
 use crate::workers::Workers;
 
 /// Label, key, its value, the step of solving again, and the derivative of the final mass in the reference, in units of the key.
@@ -34,7 +34,10 @@ pub(super) fn sheet(workers: &mut Workers<'_>) -> Result<Sheet, Stop> {
             ("found_by_reference_less_one", 6),
         ],
     );
-    let (mission, base) = outcome(BRAKING, &[PLANE], &mut *workers.observer)?;
+    // A solve that was kept by an earlier sheet has no prices.
+    let mission = load(BRAKING, &[PLANE])?.with_prices(true);
+    let base = mission.solve(None, &mut *workers.observer)?;
+    ended(BRAKING, "Radau", base.status)?;
     let keys = KEYS.map(|k| k.1);
     let prices = mission.sensitivities(&base, &keys)?;
     let jobs: Vec<Change<'_>> = KEYS

@@ -200,3 +200,47 @@ fn moon_and_sites() -> Vec<Compared<'static>> {
         ),
     ]
 }
+/// The printed table of sensitivities: label, initial and changed value, printed change in %.
+const SENSITIVITIES: [(&str, f64, f64, f64); 9] = [
+    ("full thrust: theta, deg", 30.34, 35.56, 16.67),
+    ("full thrust: psi, deg", 180.78, 178.56, 1.11),
+    ("full thrust: F, N", 1500.53, 3800.89, 153.33),
+    ("exhaust velocity: theta, deg", 51.65, 40.84, 20.92),
+    ("exhaust velocity: psi, deg", 265.05, 309.81, 16.89),
+    ("exhaust velocity: F, N", 2926.15, 6620.20, 126.24),
+    ("initial mass: theta, deg", 30.70, 48.31, 57.37),
+    ("initial mass: psi, deg", 231.85, 287.10, 23.83),
+    ("initial mass: F, N", 2065.74, 6419.71, 210.77),
+];
+/// Changes of two digits behind the point, rounded or cut, of values with two.
+const DIGITS: f64 = 0.05;
+
+/// The changes that the printed values give.
+pub(super) fn sensitivities() -> Sheet {
+    let mut sheet = Sheet::new(
+        "printed-sensitivity",
+        "Table of sensitivities: relative changes from the printed values themselves",
+        "changed parameter, quantity",
+        &[
+            ("printed_initial", 2),
+            ("printed_changed", 2),
+            ("printed_change_percent", 2),
+            ("change_percent", 2),
+        ],
+    );
+    let mut wrong = Vec::new();
+    for (label, initial, changed, printed) in SENSITIVITIES {
+        let change = 100.0 * ((changed - initial) / initial).abs();
+        sheet.push(label, vec![Some(initial), Some(changed), Some(printed), Some(change)]);
+        if (change - printed).abs() > DIGITS {
+            wrong.push(format!("{label} ({printed} printed, {change:.2})"));
+        }
+    }
+    sheet.findings.push(format!("changes that do not follow from the printed values: {}", wrong.join("; ")));
+    sheet.findings.push(
+        "by how much the parameters were changed is not said, so that no row can be computed; prices of the optimum by each parameter are in the \
+         sheet sensitivity"
+            .into(),
+    );
+    sheet
+}

@@ -12,10 +12,16 @@ use super::stage::{Stage, Stop, keep};
 use crate::sheet::Sheet;
 
 /// State at the end of a burn: `[p, f, g, L, m]`.
-type End = [f64; 5];
+pub(super) type End = [f64; 5];
 
 /// Full thrust along the velocity for a time (s), half of it before an apsis of the orbit `p`, `f`, `g`.
-fn burn(stage: &Stage, [p, f, g]: [f64; 3], apsis: Apsis, mass: f64, time: f64) -> Result<End, Stop> {
+pub(super) fn burn(
+    stage: &Stage,
+    [p, f, g]: [f64; 3],
+    apsis: Apsis,
+    mass: f64,
+    time: f64,
+) -> Result<End, Stop> {
     let failed = |why: String| Stop::NotSolved(format!("thrust along the velocity: {why}"));
     let at = PlanarEquinoctial::new([p, f, g, g.atan2(f) + apsis.longitude()]);
     let ignition = longitude_after(stage.mu(), &at, -0.5 * time).map_err(|e| failed(e.to_string()))?;

@@ -141,5 +141,8 @@ pub(super) const TABLES: [BurnTable; 5] = [
 pub(super) const TABLE_7: [f64; 3] = [6.408, 7.0656e-4, 0.3954];
 /// Cost of the error of Table 7 by the text, kg.
 pub(super) const PRINTED_CORRECTION: f64 = 100.0;
+/// Eccentricity after each burn and propellant (kg) of the five burns of reference [20], Bortakovskii and Konovalova 2013.
+pub(super) const REFERENCE_20_BURNS: [(f64, f64); 5] =
+    [(0.11689, 2934.9), (0.26119, 2941.0), (0.44576, 2953.3), (0.728, 3315.6), (0.00208, 3892.7)];
 /// Propellant of five burns in the text's reference [20], to which it compares Table 6, kg.
 pub(super) const REFERENCE_20: f64 = 16_037.5;

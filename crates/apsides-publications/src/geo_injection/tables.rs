@@ -384,7 +384,7 @@ fn comparisons(sheet: &Sheet) -> Vec<String> {
     if let (Some(velocity), Some(printed)) = (of("5", "along_velocity_22170_kg"), of("5", "printed_kg")) {
         text.push(format!(
             "five burns along the velocity, jointly optimal, take {velocity:.1} kg: the {REFERENCE_20} kg of the text's reference [20], \
-             {:.0} kg more than its Table 6, are no measure of what steering is worth",
+             {:.0} kg more than its Table 6, are those of a heavier stage (sheet reference-20)",
             REFERENCE_20 - printed
         ));
     }

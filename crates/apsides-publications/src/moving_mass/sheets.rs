@@ -131,7 +131,6 @@ fn finding(figure: &Figure, nominal: &Metrics, steep: &Metrics, directions: &[Me
     };
     let verdict = match (figure.claim, held(nominal), everywhere) {
         (Claim::None, ..) => "not in the paper",
-        _ if !figure.law_known => "open, for the form of the law is not at hand",
         (Claim::Holds, true, true) | (Claim::Swings, true, _) | (Claim::Fails, false, _) => "reproduced",
         (Claim::Holds, true, false) => "partly",
         (Claim::Holds | Claim::Swings, false, _) | (Claim::Fails, true, _) => "not reproduced",

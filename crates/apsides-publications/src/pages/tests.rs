@@ -63,7 +63,11 @@ fn files_of_a_reproduction() {
     // Of an earlier one that reached the second table.
     fs::write(dir.path().join("table-2.svg"), "stale").unwrap();
     let written = write_reproduction(dir.path(), &reproduction(2)).unwrap();
-    assert_eq!(written, ["reproduction.md", "reproduction.csv", "table-1.svg"].map(|f| dir.path().join(f)));
+    assert_eq!(
+        written,
+        ["reproduction.md", "reproduction.html", "reproduction.csv", "table-1.svg"]
+            .map(|f| dir.path().join(f))
+    );
     assert!(!dir.path().join("table-2.svg").exists());
     let read = |file: &str| fs::read_to_string(dir.path().join(file)).unwrap();
     let text = read("reproduction.md");
@@ -118,6 +122,7 @@ fn sheet() -> Sheet {
         }],
         failures: vec!["one".into()],
         unverified: Vec::new(),
+        seconds: 1.25,
     }
 }
 
@@ -134,6 +139,7 @@ Table 7
   second burn         9.0        0.7142
   * as printed
   * not solved: one
+  (table-7, 1.2 s)
 ";
     assert_eq!(sheet_text(&sheet()), expected);
 }
@@ -143,7 +149,10 @@ fn files_of_sheets() {
     let dir = tempfile::tempdir().unwrap();
     let done = Reproduction { tables: Vec::new(), sheets: vec![sheet()], ..reproduction(0) };
     let written = write_reproduction(dir.path(), &done).unwrap();
-    assert_eq!(written, ["reproduction.md", "reproduction.csv", "curve.svg"].map(|f| dir.path().join(f)));
+    assert_eq!(
+        written,
+        ["reproduction.md", "reproduction.html", "reproduction.csv", "curve.svg"].map(|f| dir.path().join(f))
+    );
     let read = |file: &str| fs::read_to_string(dir.path().join(file)).unwrap();
     let text = read("reproduction.md");
     for part in [
@@ -158,4 +167,33 @@ fn files_of_sheets() {
     let csv = "table,row,quantity,value\ntable-7,printed,semi_major_axis_km,24588.04\ntable-7,printed,eccentricity,\n\
                table-7,second burn,semi_major_axis_km,9.0\ntable-7,second burn,eccentricity,0.71423\n";
     assert_eq!(read("reproduction.csv"), csv);
+}
+
+#[test]
+fn a_page_has_tables_and_sheets_and_figures_inside() {
+    let dir = tempfile::tempdir().unwrap();
+    let done = Reproduction { sheets: vec![sheet()], ..reproduction(1) };
+    let written = write_reproduction(dir.path(), &done).unwrap();
+    assert!(written.contains(&dir.path().join("sheets.csv")), "{written:?}");
+    let page = fs::read_to_string(dir.path().join("reproduction.html")).unwrap();
+    for part in [
+        "<h1>A paper</h1>",
+        "Interrupted: rows are missing.",
+        "<td class=\"number\">997.303</td>",
+        "<td>second burn</td>",
+        "<li>not solved: one</li>",
+        "Sheet table-7, computed in 1.2 s.",
+        "<figcaption>A curve</figcaption>",
+        "<li>misprint</li>",
+    ] {
+        assert!(page.contains(part), "{part}: {page}");
+    }
+}
+
+#[test]
+fn the_missions_of_a_publication_stand_beside_its_page() {
+    for publication in crate::PUBLICATIONS {
+        assert_eq!(mission_files(publication.name).len(), publication.missions.len(), "{}", publication.name);
+    }
+    assert!(mission_files("paper").is_empty());
 }

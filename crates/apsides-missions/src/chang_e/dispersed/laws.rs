@@ -7,21 +7,12 @@ use apsides_control::guidance::polynomial::{PolynomialLaw, Profile, Target, Thru
 use apsides_dynamics::frames::Local;
 use apsides_dynamics::planar::THROTTLE;
 use apsides_dynamics::powered_descent::AngledThrust;
-use apsides_ode::Integrator;
 use apsides_pipeline::dispersion::{Deviations, Onboard};
 
-use super::{FlownVehicle, N, OverGround, PlannedBraking, Pushed, course_axes, fly, parts, settings};
+use super::{FlownVehicle, OverGround, PlannedBraking, course_axes};
 use crate::chang_e::flight_state::{Across, FlightState};
 use crate::chang_e::lander::{Lander, Motion};
-
-/// Time for which a command is flown, its thrust along the same direction in space.
-const CYCLE_S: f64 = 0.1;
-/// The last command is flown for the last seconds: the laws divide by the time to go.
-const HELD_S: f64 = 2.0;
-/// For as long at most where the law has no command any more.
-const MOST_HELD_S: f64 = 10.0;
-/// Longest flight by its planned time.
-const LONGEST: f64 = 2.0;
+use crate::deviating_flight::{N, fly_by, parts};
 
 /// Position and velocity relative to the body in its axes.
 type Fixed = ([f64; 3], [f64; 3]);
@@ -55,7 +46,7 @@ impl PlannedBraking {
             let thrust = local.vector([sin, back * east, back * north]).map(|c| c * engine.thrust);
             Ok((thrust, command.time_to_go))
         };
-        let mut x = self.deviating(d);
+        let mut x = self.ends.deviating(d);
         let start = self.full_thrust_time();
         let times = [self.plan.initial_time, start];
         self.fly_plan(&self.plan, planned * (1.0 + d.thrust), vehicle.model, &mut x, times)?;
@@ -86,7 +77,7 @@ impl PlannedBraking {
             let free = free_acceleration(&self.lander, &p, &v);
             law.command(&p, &v, mass, &free, guess).map(|c| (c.thrust, c.time_to_go))
         };
-        self.fly_by(&vehicle, d, (self.plan.initial_time, self.deviating(d)), command)
+        self.fly_by(&vehicle, d, (self.plan.initial_time, self.ends.deviating(d)), command)
     }
 
     /// Flies a law from a state on; it commands a thrust (N) in the axes of the body and says how long is to go, s.
@@ -94,33 +85,19 @@ impl PlannedBraking {
         &self,
         vehicle: &FlownVehicle,
         d: &Deviations,
-        (mut now, mut x): (f64, [f64; N]),
+        begin: (f64, [f64; N]),
         law: impl Fn(Fixed, f64, f64) -> Result<([f64; 3], f64), ControlError>,
     ) -> Option<Vec<f64>> {
-        let mut integrator = Integrator::new(N, settings()).ok()?;
-        let mut guess = self.plan.final_time - now;
-        let mut earlier = None;
-        while now < LONGEST * self.plan.final_time {
+        let command = |now: f64, x: &[f64; N], guess: f64| {
             let (position, velocity, mass) =
-                parts(&self.shifted(&x, &d.navigation_position_m, &d.navigation_velocity_m_s));
-            let believed = self.frame.to_fixed(now, position, velocity);
-            let commanded = law(believed, mass, guess).ok();
-            // Errors of the engine that the law does not know can bring a part of the target early.
-            let out_of_law = commanded.is_none() && guess <= MOST_HELD_S;
-            let (thrust, to_go) = commanded.or(earlier.filter(|_| out_of_law))?;
-            let last = out_of_law || to_go <= HELD_S + CYCLE_S;
-            let step = if last { to_go } else { CYCLE_S };
-            let force = self.frame.to_inertial(now, thrust, [0.0; 3]).0.map(|f| f * vehicle.thrust);
-            let system = Pushed { force: |_| force, model: vehicle.model };
-            fly(&mut integrator, &system, &mut x, now, now + step)?;
-            now += step;
-            if last {
-                return Some(self.results(&x, now));
-            }
-            guess = to_go - step;
-            earlier = Some((thrust, guess));
-        }
-        None
+                parts(&self.ends.shifted(x, &d.navigation_position_m, &d.navigation_velocity_m_s));
+            law(self.frame.to_fixed(now, position, velocity), mass, guess).ok()
+        };
+        let push = |now: f64, thrust: [f64; 3]| {
+            self.frame.to_inertial(now, thrust, [0.0; 3]).0.map(|f| f * vehicle.thrust)
+        };
+        let (end, x) = fly_by(vehicle.model, begin, self.plan.final_time, command, push)?;
+        Some(self.results(&x, end))
     }
 
     /// The time at which the plan goes to full thrust.

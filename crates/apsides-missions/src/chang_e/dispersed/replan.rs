@@ -4,16 +4,16 @@ use apsides_ad::{Scalar, VectorFunction};
 use apsides_dynamics::frames::Local;
 use apsides_dynamics::{planar, powered_descent};
 use apsides_ocp::{
-    At, Bounds, Guess, Mesh, Ocp, OcpError, PhaseGuess, PhaseMesh, PhaseTrajectory, Sense, Term, Trajectory,
-    Variable,
+    At, Bounds, Guess, Mesh, Ocp, PhaseGuess, PhaseTrajectory, Sense, Term, Trajectory, Variable,
 };
 use apsides_pipeline::Error;
 use apsides_pipeline::dispersion::{Deviations, Onboard, Replanning};
 use apsides_radau::Radau;
 
-use super::{FlownVehicle, N, PlannedBraking, parts};
+use super::{FlownVehicle, PlannedBraking};
 use crate::chang_e::lander::Lander;
 use crate::chang_e::phases::{ABOVE_M, BELOW_M, BRAKING, ends_at, state_of};
+use crate::deviating_flight::{N, parts, rest_of};
 
 /// The worth of a metre of miss of the end, kg, along each of its axes: more than any detour that is left to a flight that can still
 /// reach the end, less than to throw the propellant away for it.
@@ -24,8 +24,6 @@ const REACHED_M: f64 = 1.0;
 const RESERVE_STEPS: u32 = 4;
 /// No new plan in the last seconds of one.
 const LAST_S: f64 = 5.0;
-/// Intervals shorter than this part of what is left are joined to the next.
-const SHORTEST_INTERVAL: f64 = 1e-3;
 /// Amounts and names of the miss above and below, ahead and behind along each axis.
 const MISSES: [&str; 6] = [
     "miss upwards",
@@ -44,7 +42,7 @@ impl PlannedBraking {
         replanning: &Replanning,
     ) -> Option<Vec<f64>> {
         let vehicle = self.vehicle(d, onboard);
-        let mut x = self.deviating(d);
+        let mut x = self.ends.deviating(d);
         let mut plan = self.plan.clone();
         let mut full_thrust = self.lander.descent.engine.thrust * (1.0 + d.thrust);
         let mut now = plan.initial_time;
@@ -54,7 +52,7 @@ impl PlannedBraking {
             }
             self.fly_plan(&plan, full_thrust, vehicle.model, &mut x, [now, time])?;
             now = time;
-            let believed = self.shifted(&x, &d.navigation_position_m, &d.navigation_velocity_m_s);
+            let believed = self.ends.shifted(&x, &d.navigation_position_m, &d.navigation_velocity_m_s);
             // A flight without a new plan goes on with the one it has.
             if let Some((new, thrust)) = self.replan_within(&vehicle, &plan, time, &believed) {
                 plan = new;
@@ -115,20 +113,6 @@ impl PlannedBraking {
         let miss = parameters.iter().sum();
         solution.status.is_success().then(|| (phases.remove(0), miss))
     }
-}
-
-/// The intervals of a plan behind a time; what is known of its switches is left out, since the rest may have others.
-fn rest_of(mesh: &PhaseMesh, plan: &PhaseTrajectory, time: f64) -> Result<PhaseMesh, OcpError> {
-    let part = (time - plan.initial_time) / (plan.final_time - plan.initial_time);
-    let (mut ends, mut points) = (vec![0.0], Vec::new());
-    for (end, n) in mesh.fractions()[1..].iter().zip(mesh.points()) {
-        let end = if *end == 1.0 { 1.0 } else { (end - part) / (1.0 - part) };
-        if end > SHORTEST_INTERVAL {
-            ends.push(end);
-            points.push(*n);
-        }
-    }
-    PhaseMesh::new(ends, points)
 }
 
 /// The miss of an end at the gate above the site, less the amounts that stand for it.

@@ -7,6 +7,7 @@ use apsides_pipeline::{Outcome, Pipeline};
 
 use super::*;
 use crate::chang_e::MainBraking;
+use crate::deviating_flight::LINEAR;
 use crate::registry;
 
 /// Discretisation: difference quotients, by their steps.
@@ -65,7 +66,7 @@ fn state_transition_matrix_and_its_blocks() {
     let braking = braking(&mission, &plan);
     let phi = braking.transition().unwrap().phi;
     // The reference's start and its matrix in inertial axes that are those of the Moon at the start, SI.
-    for (found, expected) in braking.start.iter().zip([1418854.8176, -501777.6894, 897005.9694]) {
+    for (found, expected) in braking.ends.start.iter().zip([1418854.8176, -501777.6894, 897005.9694]) {
         assert!((found - expected).abs() < 20.0, "{found} {expected}");
     }
     let expected = [
@@ -120,7 +121,7 @@ fn state_transition_matrix_and_its_blocks() {
     for j in 0..6 {
         let h = if j < 3 { 2000.0 } else { 2.0 };
         let moved = |s: f64| {
-            let mut x = braking.start;
+            let mut x = braking.ends.start;
             x[j] += s * h;
             end(x)
         };

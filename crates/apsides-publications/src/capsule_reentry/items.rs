@@ -1,0 +1,62 @@
+//! Items of the paper on re-entry by two layers.
+
+use crate::PaperItem;
+use crate::items::{command, nowhere, sheet};
+
+pub(super) const ITEMS: &[PaperItem] = &[
+    sheet(
+        "(1) to (4), cooperation of colony, swarm and genetic algorithm: six steps",
+        "profiles",
+        "in the order of the paper; with an exchange after the cycle beside it",
+    ),
+    sheet(
+        "(5), (6), test functions",
+        "functions",
+        "(0, 0) is no global minimiser of (5) with the exponent 0.25",
+    ),
+    sheet(
+        "Figs 1 and 2, contours of the test functions",
+        "functions",
+        "minima beside the printed ones; contours have no numbers and are not drawn",
+    ),
+    sheet(
+        "cooperation against single algorithms on the test functions",
+        "function-searches",
+        "verdict by function",
+    ),
+    sheet("(7) to (15), collocation at Radau points", "moon-lander", "works"),
+    sheet("(16) to (22), moon lander; Figs 3 to 5", "moon-lander", "closed form beside all methods"),
+    sheet("(23) to (26), motion, limits, ends, cost", "limits-e", "works; azimuth from east"),
+    sheet(
+        "Table 1, three kinds of profile",
+        "profiles",
+        "the decimals are lost in every copy: no row can be compared",
+    ),
+    nowhere(
+        "largest number of sub-intervals and highest degree as inputs, with a degree of each sub-interval in the searched string",
+        "number and lengths are searched, the degree is one for all (search.degree); with the decimals of Table 1 lost no row depends on it",
+    ),
+    sheet(
+        "Figs 7 to 10, profiles",
+        "profiles",
+        "bank angle of the best profile of each form beside the optimum",
+    ),
+    sheet(
+        "Table 2, two layers with limits, model E",
+        "limits-e",
+        "the decimals are lost; the reference is met within 6e-6 MJ/m2",
+    ),
+    sheet("Table 2, US Standard Atmosphere and trim table", "limits-u", "the reference is met within 2e-4"),
+    sheet(
+        "Figs 11 to 19, limits on dynamic pressure, heat rate, load",
+        "limits-e",
+        "heat load and times over each limit",
+    ),
+    command(
+        "histories of all states under each limit",
+        "sweep capsule-reentry --set heat_rate_limit_kw_m2=800,900 --out limits",
+        "a report for each",
+    ),
+    sheet("claim: the search layer helps collocation", "layers", "iterations and times with and without it"),
+    sheet("claim: random starts", "starts", "by kind of start"),
+];

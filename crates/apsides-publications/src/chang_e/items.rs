@@ -1,0 +1,93 @@
+//! Items of the paper on a landing in six stages.
+
+use crate::PaperItem;
+use crate::items::{command, nowhere, sheet};
+
+pub(super) const ITEMS: &[PaperItem] = &[
+    sheet(
+        "speeds and places of perilune and apolune (5.9) to (5.11)",
+        "orbit",
+        "reproduced but for truncation and misprints",
+    ),
+    sheet(
+        "main braking (5.1) to (5.13), free place of the perilune",
+        "braking",
+        "beside the optimum and an independent solution",
+    ),
+    sheet("braking over a given arc", "downrange", "the printed time is not the optimum"),
+    sheet(
+        "piecewise-constant controls with time scaling, L_eps with eps 0.01, tau 0.0025, 30 segments",
+        "segments",
+        "9.1 g above the optimum",
+    ),
+    sheet("six stages, gates", "stages", "gates alone are printed below 3 km"),
+    command(
+        "stage 2, shortest path (5.14), (5.15)",
+        "solve chang-e-3-flat --set adjustment_path_weight_kg_m=1",
+        "jointly or by stages",
+    ),
+    command(
+        "hover (5.17) to (5.20), nominal radial and tangential acceleration",
+        "solve chang-e-3",
+        "flown; g_c' cos(theta) - g_c and g_c' sin(theta) follow from the place on the ground",
+    ),
+    command(
+        "stage 6, uniform deceleration, least propellant (5.23)",
+        "solve chang-e-3-flat",
+        "the optimum; uniform deceleration is no optimum and has no printed numbers",
+    ),
+    sheet(
+        "hazard rule: least-median plane, 50 m, Canny 0.4, spiral; fine: median of pair normals below 2 deg",
+        "hazards",
+        "unsafe: sites beside criteria on slope, footpads and roughness",
+    ),
+    command(
+        "sites on a map by a spiral",
+        "hazard --help",
+        "--rule spiral, with presets or a file of criteria",
+    ),
+    nowhere(
+        "Figs 5, 7, 8 and DEM values of Table 1: the maps of the contest",
+        "the maps are not at hand; generated maps stand for them (sheet hazards)",
+    ),
+    sheet("state-transition matrix, errors of the start", "transition", "compared"),
+    sheet("deviations of 1 km and 3 m/s", "deviations", "sigma by flights and by the matrix"),
+    sheet("deviations of 5 %", "five-percent", "no thrust brings those back"),
+    sheet("error table", "errors", "recomputed from the printed values"),
+    sheet("sensitivities of the optimum", "sensitivity", "prices of each parameter"),
+    sheet("scan of the full thrust", "thrust", "beside collocation"),
+    sheet(
+        "table of sensitivities",
+        "printed-sensitivity",
+        "relative changes from the printed values; by how much parameters were changed is not said",
+    ),
+    sheet("numbers of the text", "text", "each beside that of the problem"),
+    command(
+        "thrust laws of 5.3.5: elevation",
+        "montecarlo chang-e-3-braking --guidance linear-radial",
+        "radial acceleration linear in time, thrust against the velocity",
+    ),
+    nowhere(
+        "thrust laws of 5.3.5: azimuth law and feed-forward with gains from simulation",
+        "the gains are not printed and the law is not in the program; E-guidance and new plans control the range (montecarlo --guidance polynomial, replanned)",
+    ),
+    nowhere(
+        "landing zone of 356 x 91 km and zone of perilunes, (5.1) to (5.4)",
+        "printed sizes without the states behind them; the map projection has misprints (remarks), no mission uses it",
+    ),
+    command("Figs 10 to 13, thrust and angles", "solve chang-e-3-flat --out landing", "in the report"),
+    command(
+        "Figs 14 to 16, paths in space",
+        "solve chang-e-3 --out landing --points 200",
+        "as an ephemeris and altitude over distance in the report",
+    ),
+    nowhere(
+        "orbit by elements read from TLE (appendix)",
+        "elements are keys; two-line elements of lunar orbits do not exist",
+    ),
+    command(
+        "Monte Carlo of the landing",
+        "montecarlo chang-e-3-braking",
+        "the braking; the stages below are flown as planned",
+    ),
+];

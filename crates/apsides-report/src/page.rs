@@ -1,0 +1,136 @@
+//! Pages of tables, sentences and figures: one file with style and figures inside.
+
+use std::fmt::Write as _;
+
+use crate::figure::Figure;
+use crate::html;
+use crate::markup::escape;
+
+/// A page that grows from the top down.
+///
+/// ```
+/// use apsides_report::Page;
+///
+/// let mut page = Page::new("A table");
+/// page.heading("Times");
+/// page.table(&["case", "time (s)"], &[vec!["a".into(), "72.2".into()]]);
+/// page.list(["72 s are printed"]);
+/// assert!(page.finish().contains("<td class=\"number\">72.2</td>"));
+/// ```
+#[derive(Clone, Debug)]
+pub struct Page {
+    text: String,
+}
+
+impl Page {
+    /// A page with a title.
+    #[must_use]
+    pub fn new(title: &str) -> Self {
+        Self { text: html::begin(title) }
+    }
+
+    /// A sentence below the title.
+    pub fn lead(&mut self, sentence: &str) {
+        let _ = writeln!(self.text, "<p class=\"lead\">{}</p>", escape(sentence));
+    }
+
+    /// A heading of a section.
+    pub fn heading(&mut self, title: &str) {
+        let _ = writeln!(self.text, "<h2>{}</h2>", escape(title));
+    }
+
+    /// A note in small letters.
+    pub fn note(&mut self, sentence: &str) {
+        let _ = writeln!(self.text, "<p class=\"note\">{}</p>", escape(sentence));
+    }
+
+    /// A table under its heads. Cells that begin as numbers do stand to the right.
+    pub fn table(&mut self, heads: &[&str], rows: &[Vec<String>]) {
+        self.text.push_str("<div class=\"card\"><table>\n<thead><tr>");
+        for head in heads {
+            let _ = write!(self.text, "<th>{}</th>", escape(head));
+        }
+        self.text.push_str("</tr></thead>\n<tbody>\n");
+        for row in rows {
+            self.text.push_str("<tr>");
+            for cell in row {
+                let class = if is_number(cell) { " class=\"number\"" } else { "" };
+                let _ = write!(self.text, "<td{class}>{}</td>", escape(cell));
+            }
+            self.text.push_str("</tr>\n");
+        }
+        self.text.push_str("</tbody>\n</table></div>\n");
+    }
+
+    /// A list of sentences; nothing without any.
+    pub fn list<T: AsRef<str>>(&mut self, sentences: impl IntoIterator<Item = T>) {
+        let mut any = false;
+        for sentence in sentences {
+            self.text.push_str(if any { "" } else { "<ul>\n" });
+            any = true;
+            let _ = writeln!(self.text, "<li>{}</li>", escape(sentence.as_ref()));
+        }
+        self.text.push_str(if any { "</ul>\n" } else { "" });
+    }
+
+    /// A list of links: the file beside the page, and what is said of it.
+    pub fn links(&mut self, links: &[(&str, String)]) {
+        self.text.push_str("<ul>\n");
+        for (file, text) in links {
+            let file = escape(file);
+            let _ =
+                writeln!(self.text, "<li><a href=\"{file}\">{file}</a>: <code>{}</code></li>", escape(text));
+        }
+        self.text.push_str("</ul>\n");
+    }
+
+    /// Figures with their legends.
+    pub fn figures(&mut self, figures: &[Figure]) {
+        html::figures(&mut self.text, figures);
+    }
+
+    /// The whole page.
+    #[must_use]
+    pub fn finish(mut self) -> String {
+        let _ = write!(
+            self.text,
+            "<footer>Written by apsides {}.</footer>\n</main>\n</body>\n</html>\n",
+            env!("CARGO_PKG_VERSION")
+        );
+        self.text
+    }
+}
+
+/// True of a number with or without a sign, and of the dash that stands for a missing one.
+fn is_number(cell: &str) -> bool {
+    cell == "-" || cell.parse::<f64>().is_ok()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::figure::{Axis, Series};
+
+    #[test]
+    fn what_is_written_stands_for_itself() {
+        let mut page = Page::new("a < b");
+        page.lead("\"so\"");
+        page.table(&["x & y"], &[vec!["<b>".into(), "-1.5".into(), "-".into(), "1 to 2".into()]]);
+        page.list(Vec::<String>::new());
+        page.links(&[("a.toml", "apsides solve a".into())]);
+        let curve = Figure::new("curve", Axis::new("x", "m"), Axis::new("y", "m"));
+        page.figures(&[curve.with(Series::line("one", vec![[0.0, 1.0], [1.0, 2.0]]))]);
+        let text = page.finish();
+        for part in [
+            "<h1>a &lt; b</h1>",
+            "&quot;so&quot;",
+            "<th>x &amp; y</th>",
+            "<td>&lt;b&gt;</td><td class=\"number\">-1.5</td><td class=\"number\">-</td><td>1 to 2</td>",
+            "<a href=\"a.toml\">a.toml</a>: <code>apsides solve a</code>",
+            "<figcaption>curve</figcaption>",
+        ] {
+            assert!(text.contains(part), "{part}: {text}");
+        }
+        assert!(text.ends_with("</html>\n") && text.matches("<ul>").count() == 1, "{text}");
+    }
+}
