@@ -278,7 +278,7 @@ fn unknown_names_are_refused_with_the_known_ones() {
     let message = reproduce("lunar", 1, &mut (), |_| true).unwrap_err().to_string();
     assert_eq!(
         message,
-        "reproduce: `name` is \"lunar\", allowed is \"lunar-landing\" or \"geo-injection\" or \"capsule-reentry\" or \"chang-e-3\" or \"moving-mass\""
+        "reproduce: `name` is \"lunar\", allowed is \"lunar-landing\" or \"geo-injection\" or \"capsule-reentry\" or \"chang-e-3\" or \"moving-mass\" or \"powered-descent\""
     );
 }
 
