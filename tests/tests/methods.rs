@@ -130,7 +130,12 @@ const OUT_OF_REACH: &[(&str, &[&str], &str)] = &[
     ),
     (
         "indirect",
-        &["free_flying_robot", "powered_descent", "powered_descent_above_ground", "powered_descent_glide_slope"],
+        &[
+            "free_flying_robot",
+            "powered_descent",
+            "powered_descent_above_ground",
+            "powered_descent_glide_slope",
+        ],
         "controls jump between bounds that several of them share",
     ),
     ("indirect", &["di_singular_arc", "catmix", "catmix_reversed", "goddard_cops"], "it has a singular arc"),
