@@ -49,7 +49,7 @@ impl SampleFile {
     /// run without a gap from the first index on. A line that was not finished is left out. The `deviations` are functions of the index. The
     /// statement of what is flown is kept in `montecarlo.toml`, so that samples of another mission are not taken for those of this one.
     ///
-    /// No more than the beginning and the end is read of a file whose last whole line is sound: [`each`](Self::each) reads all of it.
+    /// No more than the beginning and the end is read of a file whose last whole line is sound; all of it is read when it is finished.
     ///
     /// # Errors
     /// When the file cannot be read or written, or is of another run.
