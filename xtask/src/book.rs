@@ -6,6 +6,8 @@ use std::process::Command;
 use std::time::Instant;
 
 use crate::command::{cargo, run, succeeds};
+use crate::python::empty;
+use crate::readme::fenced_lines;
 use crate::workspace::Workspace;
 
 const FOLDER: &str = "docs";
@@ -36,11 +38,7 @@ pub(crate) fn run_book(workspace: &Workspace) -> Result<(), String> {
         if steps.is_empty() {
             continue;
         }
-        let fail = |e: std::io::Error| format!("{}: {e}", folder.display());
-        if folder.exists() {
-            std::fs::remove_dir_all(&folder).map_err(fail)?;
-        }
-        std::fs::create_dir_all(&folder).map_err(fail)?;
+        empty(&folder)?;
         let start = Instant::now();
         for step in &steps {
             perform(workspace, &folder, page, step)?;
@@ -97,18 +95,13 @@ fn pages(contents: &str) -> Vec<String> {
 
 /// The lines of the blocks marked `sh`, in order; `# status N` behind three spaces is the status.
 fn steps(page: &str) -> Vec<Step> {
-    let mut steps = Vec::new();
-    let mut inside = false;
-    for line in page.lines() {
-        if line.starts_with("```") {
-            inside = line == "```sh";
-        } else if inside && !line.trim().is_empty() {
-            let (command, note) = line.split_once("   # ").unwrap_or((line, ""));
-            let status = note.strip_prefix("status ").and_then(|n| n.trim().parse().ok()).unwrap_or(0);
-            steps.push(Step { command: command.trim().to_owned(), status });
-        }
-    }
-    steps
+    let lines = fenced_lines(page, |language| language == "sh");
+    let step = |line: &str| {
+        let (command, note) = line.split_once("   # ").unwrap_or((line, ""));
+        let status = note.strip_prefix("status ").and_then(|n| n.trim().parse().ok()).unwrap_or(0);
+        Step { command: command.trim().to_owned(), status }
+    };
+    lines.filter(|line| !line.is_empty()).map(step).collect()
 }
 
 /// Words of a command; single quotes hold one together.

@@ -68,7 +68,7 @@ pub(crate) fn pip(environment: &Path, packages: &[String]) -> Result<(), String>
 }
 
 /// Makes a folder that is empty.
-fn empty(folder: &Path) -> Result<(), String> {
+pub(crate) fn empty(folder: &Path) -> Result<(), String> {
     let fail = |e: std::io::Error| format!("{}: {e}", folder.display());
     if folder.exists() {
         std::fs::remove_dir_all(folder).map_err(fail)?;

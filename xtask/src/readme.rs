@@ -18,24 +18,27 @@ pub(crate) fn test_command(readme: &str) -> Result<String, String> {
 
 /// All lines in fenced shell blocks that run cargo, without prompt and comment.
 fn commands(readme: &str) -> Vec<String> {
-    let mut found = Vec::new();
-    let mut shell = None; // inside a block: whether it holds shell commands
-    for line in readme.lines() {
-        let line = line.trim();
-        if let Some(language) = line.strip_prefix("```") {
-            shell = match shell {
-                None => Some(matches!(language.trim(), "" | "sh" | "bash" | "shell" | "console" | "text")),
+    let is_shell = |language: &str| matches!(language, "" | "sh" | "bash" | "shell" | "console" | "text");
+    let command = |line: &str| {
+        let command = line.strip_prefix("$ ").unwrap_or(line);
+        command.split(" #").next().unwrap_or(command).trim_end().to_owned()
+    };
+    fenced_lines(readme, is_shell).map(command).filter(|command| command.starts_with("cargo ")).collect()
+}
+
+/// The lines inside fenced blocks of some languages, trimmed.
+pub(crate) fn fenced_lines(page: &str, is_wanted: impl Fn(&str) -> bool) -> impl Iterator<Item = &str> {
+    let mut wanted = None; // inside a block: whether it is one of these
+    page.lines().map(str::trim).filter(move |line| match line.strip_prefix("```") {
+        Some(language) => {
+            wanted = match wanted {
+                None => Some(is_wanted(language.trim())),
                 Some(_) => None,
             };
-        } else if shell == Some(true) {
-            let command = line.strip_prefix("$ ").unwrap_or(line);
-            let command = command.split(" #").next().unwrap_or(command).trim_end();
-            if command.starts_with("cargo ") {
-                found.push(command.to_owned());
-            }
+            false
         }
-    }
-    found
+        None => wanted == Some(true),
+    })
 }
 
 #[cfg(test)]
