@@ -2,8 +2,9 @@
 
 use std::path::{Path, PathBuf};
 
+use apsides::pipeline::digest::sha256;
 use apsides::pipeline::regular_file;
-use apsides::pipeline::shard::{BESIDE, Joined, Part, SHARD, Shard, hexadecimal, manifest_of};
+use apsides::pipeline::shard::{BESIDE, Joined, Part, SHARD, Shard, manifest_of};
 use apsides_report::merge_samples;
 
 use crate::arguments::MergeArguments;
@@ -63,7 +64,7 @@ fn merge_sweep(a: &MergeArguments, joined: &Joined) -> Result<Exit, Refusal> {
         let of_part = |reason: String| refusal(format!("{}: {reason}", part.place.display()));
         let text = regular_file::read(&part.place).map_err(|e| of_part(e.to_string()))?;
         let stated = part.shard.rows_sha256.as_deref();
-        if stated != Some(&hexadecimal(&text)) {
+        if stated != Some(&sha256(&text)) {
             return Err(of_part("its rows are not those of its manifest: run its command again".into()));
         }
         let rows = table.append(&text).map_err(|e| of_part(e.sentence))?;

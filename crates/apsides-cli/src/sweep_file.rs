@@ -6,7 +6,8 @@ use std::ops::Range;
 use std::path::{Path, PathBuf};
 
 use apsides::Summary;
-use apsides::pipeline::shard::{BESIDE, Shard, ShardState, hexadecimal};
+use apsides::pipeline::digest::sha256;
+use apsides::pipeline::shard::{BESIDE, Shard, ShardState};
 use apsides::pipeline::whole_file::{WholeFile, publish_together};
 
 use crate::commands::probe_file;
@@ -159,7 +160,7 @@ impl SweepFile {
             (true, 0) => ShardState::Complete,
             (true, _) => ShardState::CompleteWithFailures,
         };
-        Shard { done, failed, state, rows_sha256: Some(hexadecimal(text)), ..shard }
+        Shard { done, failed, state, rows_sha256: Some(sha256(text)), ..shard }
     }
 
     fn table(&self) -> Result<Vec<u8>, csv::Error> {

@@ -29,6 +29,7 @@
 //! | [`dispersion`], [`montecarlo`] | flights that deviate from a plan |
 //! | [`shard`] | parts of a large run, and what they make together |
 //! | [`fault`] | panics of one case among many |
+//! | [`digest`] | SHA-256 in hexadecimal digits |
 //! | [`open_loop`] | flights of any solved mission that deviate, along its controls |
 //! | [`draws`] | optima of a mission whose numbers are uncertain |
 //! | [`covariance`] | state-transition matrices and covariances along any trajectory |
@@ -42,6 +43,7 @@
 pub mod cancellation;
 mod closed_loop;
 pub mod covariance;
+pub mod digest;
 pub mod dispersion;
 pub mod draws;
 pub mod ephemeris;

@@ -15,6 +15,7 @@ use serde::{Deserialize, Serialize};
 use sha2::{Digest as _, Sha256};
 
 use crate::Error;
+use crate::digest::digits;
 use crate::outcome::{Outcome, Price, Reduced, Summary};
 use crate::pipeline::Pipeline;
 use crate::regular_file;
@@ -26,6 +27,9 @@ mod stored;
 
 /// Name of the directory of solves in a directory of results.
 pub const SOLVES: &str = ".apsides-solves";
+
+/// Digits of the digest that names a solve.
+const KEY_DIGITS: usize = 32;
 
 /// The record that the solves of this process are kept in.
 static OPEN: RwLock<Option<Arc<Directory>>> = RwLock::new(None);
@@ -150,8 +154,9 @@ impl Directory {
         if let Some(start) = start {
             digest.update(serde_json::to_vec(&Stored::of(start)).ok()?);
         }
-        let bytes = digest.finalize();
-        Some(bytes.iter().take(16).map(|byte| format!("{byte:02x}")).collect())
+        let mut key = digits(&digest.finalize());
+        key.truncate(KEY_DIGITS);
+        Some(key)
     }
 
     fn file(&self, key: &str) -> PathBuf {

@@ -1,17 +1,13 @@
 //! Files that only this program reads again, with the digest of their content: one that was altered is none.
 
-use sha2::{Digest as _, Sha256};
+use crate::digest::sha256;
 
 /// Beginning of the first line, which has the digest.
 const SEAL: &str = "sha256 ";
 
-fn digest(text: &[u8]) -> String {
-    Sha256::digest(text).iter().map(|byte| format!("{byte:02x}")).collect()
-}
-
 /// The content of a file with the digest of the text in its first line.
 pub(crate) fn seal(text: &str) -> String {
-    format!("{SEAL}{}\n{text}", digest(text.as_bytes()))
+    format!("{SEAL}{}\n{text}", sha256(text.as_bytes()))
 }
 
 /// The text of a file, unless it is not the one that was sealed.
@@ -19,7 +15,7 @@ pub(crate) fn unseal(content: &[u8]) -> Option<&str> {
     let line = content.iter().position(|byte| *byte == b'\n')?;
     let (line, text) = (&content[..line], &content[line + 1..]);
     let stated = line.strip_prefix(SEAL.as_bytes())?;
-    (stated == digest(text).as_bytes()).then(|| std::str::from_utf8(text).ok()).flatten()
+    (stated == sha256(text).as_bytes()).then(|| std::str::from_utf8(text).ok()).flatten()
 }
 
 #[cfg(test)]

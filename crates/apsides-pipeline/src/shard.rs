@@ -9,9 +9,9 @@ use std::path::{Path, PathBuf};
 
 use serde::{Deserialize, Serialize};
 use serde_json::Value;
-use sha2::{Digest as _, Sha256};
 
 use crate::Error;
+use crate::digest::sha256;
 use crate::fault::Fault;
 use crate::regular_file;
 
@@ -128,7 +128,7 @@ impl Shard {
             form: FORM,
             command: command.into(),
             mission: mission.into(),
-            statement_sha256: hexadecimal(statement.as_bytes()),
+            statement_sha256: sha256(statement.as_bytes()),
             settings: BTreeMap::new(),
             version: env!("CARGO_PKG_VERSION").into(),
             platform: format!("{} {}", std::env::consts::OS, std::env::consts::ARCH),
@@ -156,7 +156,7 @@ impl Shard {
     /// True for the statement of what is computed that the part was begun with.
     #[must_use]
     pub fn states(&self, statement: &str) -> bool {
-        self.statement_sha256 == hexadecimal(statement.as_bytes())
+        self.statement_sha256 == sha256(statement.as_bytes())
     }
 
     /// The text of the file.
@@ -169,7 +169,7 @@ impl Shard {
 
     fn digest(&self) -> String {
         let unsealed = Self { sha256: String::new(), ..self.clone() };
-        hexadecimal(&serde_json::to_vec(&unsealed).unwrap_or_default())
+        sha256(&serde_json::to_vec(&unsealed).unwrap_or_default())
     }
 
     /// Reads the file.
@@ -202,12 +202,6 @@ impl Shard {
             false => Err(refused("was altered: run the command of the part again".into())),
         }
     }
-}
-
-/// SHA-256 of bytes in hexadecimal digits.
-#[must_use]
-pub fn hexadecimal(bytes: &[u8]) -> String {
-    Sha256::digest(bytes).iter().map(|byte| format!("{byte:02x}")).collect()
 }
 
 /// The level of vector instructions that programs choose by on this machine: those of x86-64 by the levels of its psABI.

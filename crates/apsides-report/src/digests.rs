@@ -4,9 +4,9 @@ use std::collections::BTreeMap;
 use std::io;
 use std::path::Path;
 
+use apsides_pipeline::digest::sha256;
 use apsides_pipeline::regular_file;
 use serde::{Deserialize, Serialize};
-use sha2::{Digest as _, Sha256};
 
 use crate::ReportError;
 use crate::files::{Item, failed, json};
@@ -48,13 +48,9 @@ impl FileState {
     }
 }
 
-fn hexadecimal(content: &[u8]) -> String {
-    Sha256::digest(content).iter().map(|byte| format!("{byte:02x}")).collect()
-}
-
 /// The file with the digests of these.
 pub(crate) fn digests(items: &[Item], made_from: &[&str]) -> Result<Item, ReportError> {
-    let digest = |(name, content): &Item| Some(((*name).to_owned(), hexadecimal(content.as_ref()?)));
+    let digest = |(name, content): &Item| Some(((*name).to_owned(), sha256(content.as_ref()?)));
     let digests = Digests {
         made_by: concat!("apsides ", env!("CARGO_PKG_VERSION")).into(),
         made_from: made_from.iter().map(|name| (*name).to_owned()).collect(),
@@ -83,7 +79,7 @@ pub fn changed_files(dir: &Path, needed: &[&str]) -> Result<Vec<(String, FileSta
             false => Some(FileState::Missing),
             true => match read(name)? {
                 None => Some(FileState::Missing),
-                Some(content) if hexadecimal(&content) != *digest => Some(FileState::Changed),
+                Some(content) if sha256(&content) != *digest => Some(FileState::Changed),
                 Some(_) => None,
             },
         };

@@ -6,6 +6,7 @@ use std::ops::Range;
 use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};
 
+use apsides_pipeline::digest::digits;
 use apsides_pipeline::montecarlo::Sample;
 use apsides_pipeline::regular_file;
 use apsides_pipeline::whole_file::{WholeFile, publish_together};
@@ -180,7 +181,7 @@ impl RowsDigest {
 
     /// The digest in hexadecimal digits.
     pub(crate) fn words(self) -> String {
-        self.0.finalize().iter().map(|byte| format!("{byte:02x}")).collect()
+        digits(&self.0.finalize())
     }
 }
 

@@ -3,8 +3,9 @@
 use std::ops::Range;
 use std::path::{Path, PathBuf};
 
+use apsides::pipeline::digest::sha256;
 use apsides::pipeline::regular_file;
-use apsides::pipeline::shard::{SHARD, Shard, hexadecimal};
+use apsides::pipeline::shard::{SHARD, Shard};
 use serde::Deserialize;
 
 use crate::exit::{Refusal, refusal};
@@ -224,7 +225,7 @@ impl Plan {
     /// A digest of all that decides the samples and their division.
     pub(crate) fn digest(&self) -> String {
         let all = format!("{:?}", (&self.mission, &self.arguments, self.samples, self.seed, self.shard_size));
-        hexadecimal(all.as_bytes())
+        sha256(all.as_bytes())
     }
 }
 
