@@ -4,7 +4,7 @@ use apsides_ad::{Dual, Dynamics};
 use apsides_dynamics::cartesian::{self, CartesianForce};
 use apsides_dynamics::planar::MASS;
 use apsides_ocp::{OcpError, PhaseMesh, PhaseTrajectory};
-use apsides_ode::{Integrator, Linearised, OdeSettings, OdeSystem, Status};
+use apsides_ode::{Integrator, Linearised, OdeSettings, OdeSystem, Status, StmPropagator};
 use apsides_pipeline::covariance::Transition;
 use apsides_pipeline::dispersion::Deviations;
 
@@ -101,6 +101,26 @@ impl PlannedEnds {
         vec![up, ahead, across, up_speed, ahead_speed, across_speed, ahead.hypot(across), mass, time]
     }
 
+    /// Transition from start to end along legs; inputs are relative errors of thrust and exhaust velocity.
+    pub(crate) fn transition<F: Fn(f64) -> [f64; 3]>(
+        &self,
+        legs: impl Iterator<Item = Leg<F>>,
+        model: CartesianForce,
+    ) -> Option<Transition> {
+        let mut x = self.start;
+        let mut total = Transition::identity(N, ERRORS);
+        let mut propagator = StmPropagator::new(N, ERRORS, settings()).ok()?;
+        for Leg { times: [start, end], force } in legs {
+            let summary = propagator.propagate(&Pushed { force, model }, start, &x, end).ok()?;
+            if summary.status != Status::Completed {
+                return None;
+            }
+            x.copy_from_slice(propagator.state());
+            total = total.then(propagator.stm(), propagator.sensitivity());
+        }
+        Some(total)
+    }
+
     /// Covariance of the first six [`COLUMNS`] by the transition from start to end in inertial axes, row-major.
     pub(crate) fn covariance(&self, transition: Transition, dispersions: &Deviations) -> Option<Vec<f64>> {
         // From the axes at the start and to those at the end; the mass stays as it is.
@@ -120,6 +140,31 @@ impl PlannedEnds {
         let all = transition.between(&axes[0], &axes[1]).covariance(&start, &inputs).ok()?;
         Some((0..LINEAR * LINEAR).map(|k| all[k / LINEAR * N + k % LINEAR]).collect())
     }
+}
+
+/// A piece of a plan along which its thrust is smooth.
+pub(crate) struct Leg<F> {
+    /// Its start and end, s.
+    pub(crate) times: [f64; 2],
+    /// The thrust (N) in inertial axes at a time.
+    pub(crate) force: F,
+}
+
+/// Flies legs, as far as they are between two times, in place.
+pub(crate) fn fly_legs<F: Fn(f64) -> [f64; 3]>(
+    legs: impl Iterator<Item = Leg<F>>,
+    model: CartesianForce,
+    x: &mut [f64; N],
+    [from, to]: [f64; 2],
+) -> Option<()> {
+    let mut integrator = Integrator::new(N, settings()).ok()?;
+    for Leg { times: [start, end], force } in legs {
+        let (start, end) = (start.max(from), end.min(to));
+        if start < end {
+            fly(&mut integrator, &Pushed { force, model }, x, start, end)?;
+        }
+    }
+    Some(())
 }
 
 /// Integrates one leg in place.

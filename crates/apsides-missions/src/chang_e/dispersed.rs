@@ -5,14 +5,13 @@ use apsides_dynamics::cartesian::CartesianForce;
 use apsides_dynamics::frames::{BodyFixed, Local};
 use apsides_dynamics::powered_descent::{self, AngledThrust};
 use apsides_ocp::{PhaseTrajectory, Trajectory};
-use apsides_ode::{Integrator, Status, StmPropagator};
 use apsides_pipeline::Error;
 use apsides_pipeline::covariance::Transition;
 use apsides_pipeline::dispersion::{Deviations, Dispersed, Guidance, Onboard};
 
 use super::flight_state::{Across, FlightState};
 use super::lander::{Lander, Motion};
-use crate::deviating_flight::{ERRORS, N, PlannedEnds, Pushed, fly, joined, parts, settings};
+use crate::deviating_flight::{Leg, N, PlannedEnds, fly_legs, joined, parts};
 
 mod laws;
 mod replan;
@@ -102,15 +101,19 @@ impl PlannedBraking {
         x: &mut [f64; N],
         times: [f64; 2],
     ) -> Option<()> {
-        let mut integrator = Integrator::new(N, settings()).ok()?;
-        for (leg, ends) in plan.control.breaks().windows(2).enumerate() {
-            let (start, end) = (ends[0].max(times[0]), ends[1].min(times[1]));
-            if start < end {
-                let force = |t: f64| self.force(plan, leg, t, full_thrust);
-                fly(&mut integrator, &Pushed { force, model }, x, start, end)?;
-            }
-        }
-        Some(())
+        fly_legs(self.legs(plan, full_thrust), model, x, times)
+    }
+
+    /// The pieces of a plan.
+    fn legs<'a>(
+        &'a self,
+        plan: &'a PhaseTrajectory,
+        full_thrust: f64,
+    ) -> impl Iterator<Item = Leg<impl Fn(f64) -> [f64; 3] + 'a>> {
+        plan.control.breaks().windows(2).enumerate().map(move |(leg, ends)| Leg {
+            times: [ends[0], ends[1]],
+            force: move |t: f64| self.force(plan, leg, t, full_thrust),
+        })
     }
 
     fn fly_open_loop(&self, d: &Deviations) -> Option<Vec<f64>> {
@@ -136,19 +139,7 @@ impl PlannedBraking {
     fn transition(&self) -> Option<Transition> {
         let engine = self.lander.descent.engine;
         let model = CartesianForce { body: self.lander.body, exhaust_velocity: engine.exhaust_velocity };
-        let mut x = self.ends.start;
-        let mut total = Transition::identity(N, ERRORS);
-        let mut propagator = StmPropagator::new(N, ERRORS, settings()).ok()?;
-        for (leg, ends) in self.plan.control.breaks().windows(2).enumerate() {
-            let force = |t: f64| self.force(&self.plan, leg, t, engine.thrust);
-            let summary = propagator.propagate(&Pushed { force, model }, ends[0], &x, ends[1]).ok()?;
-            if summary.status != Status::Completed {
-                return None;
-            }
-            x.copy_from_slice(propagator.state());
-            total = total.then(propagator.stm(), propagator.sensitivity());
-        }
-        Some(total)
+        self.ends.transition(self.legs(&self.plan, engine.thrust), model)
     }
 }
 

@@ -12,7 +12,7 @@ use apsides_dynamics::planar::{
 };
 use apsides_ephemeris::Motion;
 use apsides_ocp::{Bounds, Guess, Mesh, Ocp, Phase, PhaseGuess, PhaseTrajectory, Trajectory};
-use apsides_ode::{Integrator, Status, StmPropagator};
+use apsides_ode::Integrator;
 use apsides_pipeline::Error;
 use apsides_pipeline::covariance::Transition;
 use apsides_pipeline::dispersion::{Deviations, Dispersed, Guidance, Onboard, Replanning};
@@ -21,7 +21,7 @@ use apsides_radau::Radau;
 use super::LunarLander;
 use super::motion::LandingMotion;
 use crate::deviating_flight::{
-    ERRORS, N, PlannedEnds, Pushed, fly, fly_by, joined, parts, rest_of, settings,
+    Leg, N, PlannedEnds, Pushed, fly, fly_by, fly_legs, joined, parts, rest_of, settings,
 };
 
 /// No new plan in the last seconds of a phase.
@@ -33,13 +33,13 @@ type Rest = Box<dyn Fn(&LunarLander, usize, f64, &[f64]) -> Result<Ocp, Error> +
 /// A planned landing and what is needed to fly it again.
 pub(super) struct PlannedLanding {
     lander: LunarLander,
-    plan: Trajectory,
-    motion: LandingMotion,
+    planned: FlownPlan,
     rest: Rest,
     ends: PlannedEnds,
 }
 
 /// A plan that is flown: the phases from one of the planned ones on, in a plane of its own.
+#[derive(Clone)]
 struct FlownPlan {
     phases: Vec<PhaseTrajectory>,
     /// Number of the first one among the planned phases.
@@ -52,6 +52,33 @@ struct FlownPlan {
 impl FlownPlan {
     fn end(&self) -> f64 {
         self.phases.last().map_or(0.0, |p| p.final_time)
+    }
+
+    /// The start, s.
+    fn start(&self) -> f64 {
+        self.phases.first().map_or(0.0, |p| p.initial_time)
+    }
+
+    /// The thrust (N) along one leg of a phase.
+    fn force(&self, k: usize, leg: usize, time: f64) -> [f64; 3] {
+        let Some(phase) = self.phases.get(k) else { return [0.0; 3] };
+        let mut control = vec![0.0; phase.control.dimension()];
+        if !control.is_empty() {
+            phase.control.evaluate_in(leg, time, &mut control);
+        }
+        let point = self.motion.point(self.first + k, time, &phase.state_at(time), &control);
+        let [x, y, _] = point.map_or([0.0; 3], |p| p.thrust);
+        vector::add(&vector::scale(&self.axes[0], x), &vector::scale(&self.axes[1], y))
+    }
+
+    /// The pieces of all phases, with their thrust times a factor.
+    fn legs(&self, factor: f64) -> impl Iterator<Item = Leg<impl Fn(f64) -> [f64; 3]>> {
+        self.phases.iter().enumerate().flat_map(move |(k, phase)| {
+            legs(phase).windows(2).enumerate().map(move |(leg, ends)| Leg {
+                times: [ends[0], ends[1]],
+                force: move |t: f64| self.force(k, leg, t).map(|f| f * factor),
+            })
+        })
     }
 
     /// The phase that a time is in.
@@ -82,55 +109,14 @@ impl PlannedLanding {
         let (start, start_axes) = at(0, first, first.initial_time)?;
         let (end, end_axes) = at(plan.phases.len() - 1, last, last.final_time)?;
         let ends = PlannedEnds { start, end, start_axes, end_axes };
-        Ok(Self { lander: *lander, plan: plan.clone(), motion, rest, ends })
-    }
-
-    fn planned(&self) -> FlownPlan {
-        FlownPlan {
-            phases: self.plan.phases.clone(),
-            first: 0,
-            axes: [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0]],
-            motion: self.motion.clone(),
-        }
+        let axes = [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0]];
+        let planned = FlownPlan { phases: plan.phases.clone(), first: 0, axes, motion };
+        Ok(Self { lander: *lander, planned, rest, ends })
     }
 
     fn model(&self, d: &Deviations) -> CartesianForce {
         let exhaust_velocity = self.lander.flight.engine.exhaust_velocity * (1.0 + d.exhaust_velocity);
         CartesianForce { body: self.lander.flight.body, exhaust_velocity }
-    }
-
-    /// The thrust (N) of a plan along one leg of a phase.
-    fn force(&self, plan: &FlownPlan, k: usize, leg: usize, time: f64) -> [f64; 3] {
-        let Some(phase) = plan.phases.get(k) else { return [0.0; 3] };
-        let mut control = vec![0.0; phase.control.dimension()];
-        if !control.is_empty() {
-            phase.control.evaluate_in(leg, time, &mut control);
-        }
-        let point = plan.motion.point(plan.first + k, time, &phase.state_at(time), &control);
-        let [x, y, _] = point.map_or([0.0; 3], |p| p.thrust);
-        vector::add(&vector::scale(&plan.axes[0], x), &vector::scale(&plan.axes[1], y))
-    }
-
-    /// Flies the thrust of a plan, times a factor, from one time to another.
-    fn fly_plan(
-        &self,
-        plan: &FlownPlan,
-        factor: f64,
-        model: CartesianForce,
-        x: &mut [f64; N],
-        times: [f64; 2],
-    ) -> Option<()> {
-        let mut integrator = Integrator::new(N, settings()).ok()?;
-        for (k, phase) in plan.phases.iter().enumerate() {
-            for (leg, ends) in legs(phase).windows(2).enumerate() {
-                let (start, end) = (ends[0].max(times[0]), ends[1].min(times[1]));
-                if start < end {
-                    let force = |t: f64| self.force(plan, k, leg, t).map(|f| f * factor);
-                    fly(&mut integrator, &Pushed { force, model }, x, start, end)?;
-                }
-            }
-        }
-        Some(())
     }
 
     fn results(&self, x: &[f64; N], time: f64) -> Vec<f64> {
@@ -139,9 +125,8 @@ impl PlannedLanding {
     }
 
     fn fly_open_loop(&self, d: &Deviations) -> Option<Vec<f64>> {
-        let (plan, mut x) = (self.planned(), self.ends.deviating(d));
-        let times = [self.plan.phases.first()?.initial_time, plan.end()];
-        self.fly_plan(&plan, 1.0 + d.thrust, self.model(d), &mut x, times)?;
+        let (plan, mut x) = (&self.planned, self.ends.deviating(d));
+        fly_legs(plan.legs(1.0 + d.thrust), self.model(d), &mut x, [plan.start(), plan.end()])?;
         Some(self.results(&x, plan.end()))
     }
 
@@ -160,12 +145,12 @@ impl PlannedLanding {
         let (engine, unknown) = self.known(d, onboard);
         let mut lander = self.lander;
         lander.flight.engine = engine;
-        let (mut plan, mut x) = (self.planned(), self.ends.deviating(d));
+        let (mut plan, mut x) = (self.planned.clone(), self.ends.deviating(d));
         let mut factor = 1.0 + d.thrust;
-        let mut now = self.plan.phases.first()?.initial_time;
+        let mut now = plan.start();
         for time in replanning.times(plan.end()) {
             let Some(k) = plan.phase_at(time + LAST_S) else { break };
-            self.fly_plan(&plan, factor, self.model(d), &mut x, [now, time])?;
+            fly_legs(plan.legs(factor), self.model(d), &mut x, [now, time])?;
             now = time;
             let believed = self.ends.shifted(&x, &d.navigation_position_m, &d.navigation_velocity_m_s);
             // A flight without a new plan goes on with the one it has.
@@ -175,7 +160,7 @@ impl PlannedLanding {
                 factor = unknown * engine.thrust / self.lander.flight.engine.thrust;
             }
         }
-        self.fly_plan(&plan, factor, self.model(d), &mut x, [now, plan.end()])?;
+        fly_legs(plan.legs(factor), self.model(d), &mut x, [now, plan.end()])?;
         Some(self.results(&x, plan.end()))
     }
 
@@ -227,7 +212,7 @@ impl PlannedLanding {
 
     /// The plan up to its last inclined braking, the law to the end of that, and the plan behind it.
     fn fly_linear_radial(&self, d: &Deviations, onboard: &Onboard) -> Option<Vec<f64>> {
-        let plan = self.planned();
+        let plan = &self.planned;
         let k = plan.phases.iter().rposition(|p| p.state.dimension() >= STATES.len())?;
         let braking = plan.phases.get(k)?;
         let (engine, unknown) = self.known(d, onboard);
@@ -241,8 +226,8 @@ impl PlannedLanding {
             horizontal_speed: of(HORIZONTAL_SPEED)?,
         };
         let mut x = self.ends.deviating(d);
-        let (start, planned_end) = (plan.phases.first()?.initial_time, braking.final_time);
-        self.fly_plan(&plan, 1.0 + d.thrust, self.model(d), &mut x, [start, braking.initial_time])?;
+        let (start, planned_end) = (plan.start(), braking.final_time);
+        fly_legs(plan.legs(1.0 + d.thrust), self.model(d), &mut x, [start, braking.initial_time])?;
         let command = |_: f64, x: &[f64; N], guess: f64| {
             let believed = self.ends.shifted(x, &d.navigation_position_m, &d.navigation_velocity_m_s);
             let (p, v, mass) = parts(&believed);
@@ -266,7 +251,7 @@ impl PlannedLanding {
             for (leg, ends) in legs(phase).windows(2).enumerate() {
                 let up = vector::scale(&parts(&x).0, vector::norm(&parts(&x).0, 0.0).recip());
                 let force = |t: f64| {
-                    let size = vector::norm(&self.force(&plan, j, leg, t - late), 0.0) * (1.0 + d.thrust);
+                    let size = vector::norm(&plan.force(j, leg, t - late), 0.0) * (1.0 + d.thrust);
                     vector::scale(&up, size)
                 };
                 let system = Pushed { force, model: self.model(d) };
@@ -278,22 +263,7 @@ impl PlannedLanding {
 
     /// Transition from start to end, with the thrust of the plan; inputs are relative errors of thrust and exhaust velocity.
     fn transition(&self) -> Option<Transition> {
-        let (plan, model) = (self.planned(), self.model(&Deviations::default()));
-        let mut x = self.ends.start;
-        let mut total = Transition::identity(N, ERRORS);
-        let mut propagator = StmPropagator::new(N, ERRORS, settings()).ok()?;
-        for (k, phase) in plan.phases.iter().enumerate() {
-            for (leg, ends) in legs(phase).windows(2).enumerate() {
-                let force = |t: f64| self.force(&plan, k, leg, t);
-                let summary = propagator.propagate(&Pushed { force, model }, ends[0], &x, ends[1]).ok()?;
-                if summary.status != Status::Completed {
-                    return None;
-                }
-                x.copy_from_slice(propagator.state());
-                total = total.then(propagator.stm(), propagator.sensitivity());
-            }
-        }
-        Some(total)
+        self.ends.transition(self.planned.legs(1.0), self.model(&Deviations::default()))
     }
 }
 
