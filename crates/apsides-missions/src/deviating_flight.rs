@@ -104,13 +104,13 @@ impl PlannedEnds {
     /// Transition from start to end along legs; inputs are relative errors of thrust and exhaust velocity.
     pub(crate) fn transition<F: Fn(f64) -> [f64; 3]>(
         &self,
-        legs: impl Iterator<Item = Leg<F>>,
+        legs: impl Iterator<Item = ThrustArc<F>>,
         model: CartesianForce,
     ) -> Option<Transition> {
         let mut x = self.start;
         let mut total = Transition::identity(N, ERRORS);
         let mut propagator = StmPropagator::new(N, ERRORS, settings()).ok()?;
-        for Leg { times: [start, end], force } in legs {
+        for ThrustArc { times: [start, end], force } in legs {
             let summary = propagator.propagate(&Pushed { force, model }, start, &x, end).ok()?;
             if summary.status != Status::Completed {
                 return None;
@@ -143,7 +143,7 @@ impl PlannedEnds {
 }
 
 /// A piece of a plan along which its thrust is smooth.
-pub(crate) struct Leg<F> {
+pub(crate) struct ThrustArc<F> {
     /// Its start and end, s.
     pub(crate) times: [f64; 2],
     /// The thrust (N) in inertial axes at a time.
@@ -152,13 +152,13 @@ pub(crate) struct Leg<F> {
 
 /// Flies legs, as far as they are between two times, in place.
 pub(crate) fn fly_legs<F: Fn(f64) -> [f64; 3]>(
-    legs: impl Iterator<Item = Leg<F>>,
+    legs: impl Iterator<Item = ThrustArc<F>>,
     model: CartesianForce,
     x: &mut [f64; N],
     [from, to]: [f64; 2],
 ) -> Option<()> {
     let mut integrator = Integrator::new(N, settings()).ok()?;
-    for Leg { times: [start, end], force } in legs {
+    for ThrustArc { times: [start, end], force } in legs {
         let (start, end) = (start.max(from), end.min(to));
         if start < end {
             fly(&mut integrator, &Pushed { force, model }, x, start, end)?;

@@ -11,7 +11,7 @@ use apsides_pipeline::dispersion::{Deviations, Dispersed, Guidance, Onboard};
 
 use super::flight_state::{Across, FlightState};
 use super::lander::{Lander, Motion};
-use crate::deviating_flight::{Leg, N, PlannedEnds, fly_legs, joined, parts};
+use crate::deviating_flight::{N, PlannedEnds, ThrustArc, fly_legs, joined, parts};
 
 mod laws;
 mod replan;
@@ -109,8 +109,8 @@ impl PlannedBraking {
         &'a self,
         plan: &'a PhaseTrajectory,
         full_thrust: f64,
-    ) -> impl Iterator<Item = Leg<impl Fn(f64) -> [f64; 3] + 'a>> {
-        plan.control.breaks().windows(2).enumerate().map(move |(leg, ends)| Leg {
+    ) -> impl Iterator<Item = ThrustArc<impl Fn(f64) -> [f64; 3] + 'a>> {
+        plan.control.breaks().windows(2).enumerate().map(move |(leg, ends)| ThrustArc {
             times: [ends[0], ends[1]],
             force: move |t: f64| self.force(plan, leg, t, full_thrust),
         })

@@ -21,7 +21,7 @@ use apsides_radau::Radau;
 use super::LunarLander;
 use super::motion::LandingMotion;
 use crate::deviating_flight::{
-    Leg, N, PlannedEnds, Pushed, fly, fly_by, fly_legs, joined, parts, rest_of, settings,
+    N, PlannedEnds, Pushed, ThrustArc, fly, fly_by, fly_legs, joined, parts, rest_of, settings,
 };
 
 /// No new plan in the last seconds of a phase.
@@ -72,9 +72,9 @@ impl FlownPlan {
     }
 
     /// The pieces of all phases, with their thrust times a factor.
-    fn legs(&self, factor: f64) -> impl Iterator<Item = Leg<impl Fn(f64) -> [f64; 3]>> {
+    fn legs(&self, factor: f64) -> impl Iterator<Item = ThrustArc<impl Fn(f64) -> [f64; 3]>> {
         self.phases.iter().enumerate().flat_map(move |(k, phase)| {
-            legs(phase).windows(2).enumerate().map(move |(leg, ends)| Leg {
+            legs(phase).windows(2).enumerate().map(move |(leg, ends)| ThrustArc {
                 times: [ends[0], ends[1]],
                 force: move |t: f64| self.force(k, leg, t).map(|f| f * factor),
             })
