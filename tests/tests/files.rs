@@ -12,7 +12,7 @@ use apsides::verify::Verdict;
 use apsides_report::{read_outcome_trajectory, write_outcome};
 
 /// Files are written of solves that are stopped too, so that no pair takes long.
-const MOST_ITERATIONS: usize = 150;
+const MOST_ITERATIONS: usize = 60;
 
 /// Stops a solve that takes long.
 struct Patience {

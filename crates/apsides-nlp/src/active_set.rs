@@ -22,6 +22,8 @@ use crate::vector::max_abs;
 const ROUNDS: usize = 6;
 /// Residuals of the scaled functions that are rounding.
 const ROUNDING: f64 = 1e-13;
+/// Where a step leaves at most this part of the residual, the matrix hardly changes over the next one.
+const CHORD: f64 = 1e-5;
 /// Diagonal entry of a variable that is held.
 const HELD: f64 = 1e16;
 /// Diagonal entry of a slack that is free: its row takes no part.
@@ -209,6 +211,8 @@ impl SolverState {
         }
         self.current.zl.fill(0.0);
         self.current.zu.fill(0.0);
+        let structure = problem.structure().clone();
+        let mut last = f64::INFINITY;
         for step in 0..=reach.steps {
             if !(self.current.evaluate(problem) && self.differentiate(problem).is_ok()) {
                 return Err(Miss::Elsewhere);
@@ -223,16 +227,20 @@ impl SolverState {
                 let size = max_abs(&self.current.y).max(1.0);
                 return if residual <= 1e2 * ROUNDING * size { Ok(step) } else { Err(Miss::Elsewhere) };
             }
-            let structure = problem.structure().clone();
-            problem.hessian(&self.current.v, &self.current.y, &mut self.hessian, &mut self.diagonal);
+            let is_chord = step > 0 && residual <= CHORD * last;
+            if !is_chord {
+                problem.hessian(&self.current.v, &self.current.y, &mut self.hessian, &mut self.diagonal);
+                self.factor_held(&structure, system, sides)?;
+            }
             self.newton_step(reach.close, &structure, system, sides)?;
+            last = residual;
         }
         Err(Miss::Elsewhere)
     }
 
-    fn newton_step(
+    /// Factorises the system with the bounds of `sides` held, by the derivatives at the point.
+    fn factor_held(
         &mut self,
-        close: f64,
         structure: &Structure,
         system: &mut AugmentedSystem,
         sides: &[Standing],
@@ -252,6 +260,17 @@ impl SolverState {
         if !inertia.is_some_and(|i| i.negative == structure.constraints && i.zero == 0) {
             return Err(Miss::Elsewhere);
         }
+        Ok(())
+    }
+
+    /// A step by the system that was factorised last.
+    fn newton_step(
+        &mut self,
+        close: f64,
+        structure: &Structure,
+        system: &mut AugmentedSystem,
+        sides: &[Standing],
+    ) -> Result<(), Miss> {
         for ((rhs, residual), side) in self.work.iter_mut().zip(&self.dual_residual).zip(sides) {
             *rhs = if *side == Standing::Free { *residual } else { 0.0 };
         }
