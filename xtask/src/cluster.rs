@@ -1,28 +1,21 @@
 //! The recipes for clusters, on this machine: a campaign by Slurm and by Dask, a worker killed on the way, held against a single run.
 
 use std::path::{Path, PathBuf};
-use std::process::{Child, Command, Stdio};
+use std::process::{Child, Command};
 use std::time::{Duration, Instant};
 
 use crate::command::{cargo, run, succeeds};
-use crate::python::{environment, pip, program};
+use crate::engines::{Case, Slurm, compare, dask_keys, python_with_dask};
 use crate::workspace::Workspace;
 
 /// The campaign: flights for some seconds, so that a worker can be killed on the way.
-const MISSION: &str = "chang-e-3-braking";
-const ARGUMENTS: [&str; 4] = ["--position-m", "333", "--velocity-m-s", "1"];
-const SAMPLES: usize = 16_000;
-const SHARD_SIZE: usize = 1000;
-
-/// Files of a run that have to be the same, byte by byte.
-const FILES: [&str; 6] = [
-    "montecarlo.csv",
-    "montecarlo.toml",
-    "montecarlo.json",
-    "montecarlo.svg",
-    "montecarlo.html",
-    "shard.json",
-];
+const CASE: Case = Case {
+    name: "cluster",
+    mission: "chang-e-3-braking",
+    arguments: &["--position-m", "333", "--velocity-m-s", "1"],
+    samples: 16_000,
+    shard_size: 1000,
+};
 
 /// Longest time of a campaign.
 const LONGEST: Duration = Duration::from_secs(120);
@@ -34,52 +27,35 @@ pub(crate) fn run_if_there(workspace: &Workspace) -> Result<(), String> {
         return Ok(());
     }
     run(&mut cargo(&workspace.root, ["build", "--release", "--locked", "-p", "apsides-cli"]))?;
-    let folder = workspace.target.join("cluster");
-    let work =
-        Work { root: workspace.root.clone(), program: workspace.target.join("release/apsides"), folder };
+    let folder = workspace.target.join(CASE.name);
+    let work = Work { program: workspace.target.join("release/apsides"), folder };
     let _ = std::fs::remove_dir_all(&work.folder);
     std::fs::create_dir_all(&work.folder).map_err(|e| format!("{}: {e}", work.folder.display()))?;
-    work.whole()?;
+    run(&mut CASE.whole(&work.program, &work.folder.join("whole")))?;
     work.campaign("local", "", None)?;
-    work.slurm()?;
-    work.dask(&workspace.target)
+    match Slurm::start(&workspace.root, work.folder.join("slurm-cluster"))? {
+        Ok(slurm) => work.campaign("slurm", "", Some(&slurm))?,
+        Err(why) => println!("slurm skipped: {why}"),
+    }
+    match python_with_dask(&workspace.target) {
+        Ok(python) => work.campaign("dask", &dask_keys(&python), None)?,
+        Err(why) => println!("dask skipped: {why}"),
+    }
+    Ok(())
 }
 
 struct Work {
-    root: PathBuf,
     program: PathBuf,
     folder: PathBuf,
 }
 
 impl Work {
-    /// The single run.
-    fn whole(&self) -> Result<(), String> {
-        let mut whole = Command::new(&self.program);
-        whole.args(["montecarlo", MISSION]).args(ARGUMENTS).args([
-            "--samples",
-            &SAMPLES.to_string(),
-            "--quiet",
-        ]);
-        run(whole.arg("--out").arg(self.folder.join("whole")).stdout(Stdio::null()))
-    }
-
     /// A campaign by an engine, of which a process is killed on the way: that of a shard, or its parent.
-    fn campaign(&self, engine: &str, keys: &str, slurm: Option<&Path>) -> Result<(), String> {
-        let file = self.folder.join(format!("{engine}.toml"));
-        let arguments: Vec<String> = ARGUMENTS.iter().map(|a| format!("\"{a}\"")).collect();
-        let text = format!(
-            "mission = \"{MISSION}\"\narguments = [{}]\nsamples = {SAMPLES}\nshard_size = {SHARD_SIZE}\n\
-             engine = \"{engine}\"\nworkers = 4\n{keys}",
-            arguments.join(", ")
-        );
-        std::fs::write(&file, text).map_err(|e| format!("{}: {e}", file.display()))?;
-        let mut pilot = Command::new(&self.program);
-        pilot.arg("campaign").arg(&file).arg("--quiet").stdout(Stdio::null());
-        if let Some(slurm) = slurm {
-            pilot.env("SLURM_CONF", slurm.join("slurm.conf"));
-        }
+    fn campaign(&self, engine: &str, keys: &str, slurm: Option<&Slurm>) -> Result<(), String> {
+        let file = CASE.write(&self.folder, engine, keys)?;
         println!("$ apsides campaign {engine}.toml");
         let begun = Instant::now();
+        let mut pilot = Case::pilot(&self.program, &file, slurm);
         let mut pilot = pilot.spawn().map_err(|e| format!("{}: {e}", self.program.display()))?;
         let killed = kill_a_worker(&self.folder.join(engine).join("shards"), engine == "dask", &mut pilot)?;
         let status = loop {
@@ -95,55 +71,11 @@ impl Work {
         if !status.success() {
             return Err(format!("{engine}: the campaign ended with {status}"));
         }
-        for name in FILES {
-            let read = |of: &Path| std::fs::read(of.join(name)).map_err(|e| format!("{engine}: {name}: {e}"));
-            let (whole, merged) = (self.folder.join("whole"), self.folder.join(engine).join("merged"));
-            if read(&whole)? != read(&merged)? {
-                return Err(format!("{engine}: {name} differs from that of the single run"));
-            }
-        }
+        compare(&self.folder.join("whole"), &self.folder.join(engine).join("merged"))
+            .map_err(|e| format!("{engine}: {e}"))?;
         let time = begun.elapsed().as_secs_f64();
         println!("{engine}: {killed} was killed; the joined files are those of the single run, {time:.1} s");
         Ok(())
-    }
-
-    fn slurm(&self) -> Result<(), String> {
-        let there = |tool: &str| {
-            let path = format!("{}:/usr/sbin", std::env::var("PATH").unwrap_or_default());
-            let mut probe = Command::new("sh");
-            succeeds(probe.args(["-c", &format!("command -v {tool}")]).env("PATH", path))
-        };
-        let missing: Vec<&str> =
-            ["munged", "slurmctld", "slurmd", "sbatch"].into_iter().filter(|tool| !there(tool)).collect();
-        if !missing.is_empty() {
-            println!("slurm skipped: no {}: `apt-get install slurm-wlm munge`", missing.join(", "));
-            return Ok(());
-        }
-        let script = self.root.join("cluster/slurm/local.sh");
-        let cluster = self.folder.join("slurm-cluster");
-        run(Command::new(&script).arg("start").arg(&cluster))?;
-        let found = self.campaign("slurm", "", Some(&cluster));
-        run(Command::new(&script).arg("stop").arg(&cluster))?;
-        found
-    }
-
-    fn dask(&self, target: &Path) -> Result<(), String> {
-        let home = target.join("cluster-python");
-        let python = program(&home, "python");
-        let has = |python: &Path| succeeds(Command::new(python).args(["-c", "import dask.distributed"]));
-        let python = if has(Path::new("python3")) {
-            PathBuf::from("python3")
-        } else {
-            if !has(&python) {
-                let made = environment(&home).and_then(|()| pip(&home, &["distributed".into()]));
-                if let Err(why) = made {
-                    println!("dask skipped: {why}");
-                    return Ok(());
-                }
-            }
-            python
-        };
-        self.campaign("dask", &format!("[dask]\npython = \"{}\"\n", python.display()), None)
     }
 }
 

@@ -14,7 +14,8 @@
 //! | `supply` | licences and sources of dependencies, the bill of materials |
 //! | `demand` | checks by tools that need not be there: cargo-deny, cargo-fuzz, SciPy |
 //! | `python` | the wheel of the Python package, tested in a fresh environment |
-//! | `cluster` | campaigns by Slurm and Dask on this machine, held against a single run |
+//! | `cluster`, `engines` | campaigns by Slurm and Dask on this machine, held against a single run |
+//! | `campaign_report`, `processor_time` | their times |
 //! | `readme`, `crate_readme` | the commands of README.md; README.md of each crate |
 //! | `source`, `workspace`, `command` | Rust text without comments, packages, processes |
 
@@ -24,16 +25,19 @@ use std::process::ExitCode;
 
 mod bench;
 mod book;
+mod campaign_report;
 mod ci;
 mod circles;
 mod cluster;
 mod command;
 mod crate_readme;
 mod demand;
+mod engines;
 mod finding;
 mod layers;
 mod map;
 mod package;
+mod processor_time;
 mod python;
 mod readme;
 mod signatures;
@@ -72,6 +76,9 @@ Tasks:
   fly                trajectories of missions flown again by SciPy; left out where Python has none
   cluster            a campaign by Slurm and by Dask on this machine, a worker killed on the way, held against a single run;
                      an engine that cannot be installed is left out
+  campaign-report [--open-loop N] [--replanned N] [--shards N]
+                     times and processor times of campaigns by processes, Slurm and Dask against single runs, and of
+                     joins by their rows, as tables in target/campaign-report.md; 1000000 and 20000 flights in 20 shards
   deny               licences and sources of dependencies by deny.toml, and what cargo-deny checks besides where it is there
   sbom [FILE]        bill of materials of the program, CycloneDX 1.5 as JSON
   book               commands of the pages in docs, and the book itself where mdbook is installed
@@ -127,6 +134,7 @@ fn perform(arguments: &[String]) -> Result<(), String> {
         "exports" => no_arguments(task, rest).and_then(|()| demand::exports_if_there(&Workspace::load()?)),
         "fly" => no_arguments(task, rest).and_then(|()| demand::fly_if_there(&Workspace::load()?)),
         "cluster" => no_arguments(task, rest).and_then(|()| cluster::run_if_there(&Workspace::load()?)),
+        "campaign-report" => campaign_report::report(&Workspace::load()?, rest),
         "deny" => no_arguments(task, rest).and_then(|()| demand::deny(&Workspace::load()?)),
         "sbom" => supply::bill(&Workspace::load()?, rest),
         "book" => no_arguments(task, rest).and_then(|()| book::run_book(&Workspace::load()?)),
@@ -210,8 +218,26 @@ mod tests {
     #[test]
     fn every_task_is_in_the_help() {
         for task in [
-            "ci", "layers", "tidy", "doc", "mission", "table", "readmes", "examples", "features", "package",
-            "bless", "bench", "torture", "fuzz", "exports", "fly", "cluster", "deny", "sbom",
+            "ci",
+            "layers",
+            "tidy",
+            "doc",
+            "mission",
+            "table",
+            "readmes",
+            "examples",
+            "features",
+            "package",
+            "bless",
+            "bench",
+            "torture",
+            "fuzz",
+            "exports",
+            "fly",
+            "cluster",
+            "campaign-report",
+            "deny",
+            "sbom",
         ] {
             assert!(HELP.lines().any(|l| l.split_whitespace().next() == Some(task)), "{task}");
         }
