@@ -31,8 +31,8 @@ pub(crate) fn merge(a: &MergeArguments) -> Result<Exit, Refusal> {
     }
     if !joined.levels.is_empty() {
         warn(&format!(
-            "the parts come from machines of several levels of vector instructions ({}); results do not depend on them \
-             by design (docs/campaigns.md)",
+            "the parts come from machines whose arithmetic differs (vector instructions: {}): the last bits of a sample depend \
+             on where it was computed (docs/campaigns.md)",
             joined.levels.join(", ")
         ));
     }

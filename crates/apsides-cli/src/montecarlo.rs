@@ -9,11 +9,13 @@ use apsides::pipeline::dispersion::{Deviations, Guidance, Onboard, Replanning};
 use apsides::pipeline::draws::Draws;
 use apsides::pipeline::fault::Fault;
 use apsides::pipeline::memory::Foreseen;
-use apsides::pipeline::montecarlo::{Batch, Ellipse, Flown, MonteCarlo, Sample, Statistics, statistics};
+use apsides::pipeline::montecarlo::{
+    Batch, Ellipse, LinearCovariance, MonteCarlo, Sample, Statistics, statistics,
+};
 use apsides::pipeline::open_loop::OpenLoop;
 use apsides::pipeline::shard::{SHARD, Shard, ShardState};
 use apsides_report::{
-    SampleFigure, SampleFile, SampleLayout, SampleTable, state_samples, write_samples, write_shard,
+    FaultFile, SampleFigure, SampleFile, SampleLayout, SampleTable, state_samples, write_samples, write_shard,
 };
 
 use crate::arguments::{GuidanceWord, MonteCarloArguments, SampleFormat};
@@ -281,7 +283,7 @@ impl Frame<'_> {
     fn fly(
         &self,
         own: impl Fn(usize) -> Vec<f64>,
-        run: impl FnOnce(Range<usize>, Take<'_>) -> Result<Flown, apsides::pipeline::Error>,
+        run: impl FnOnce(Range<usize>, Take<'_>) -> Result<LinearCovariance, apsides::pipeline::Error>,
     ) -> Result<Exit, Refusal> {
         let a = self.a;
         let (statistics, earlier, files) = match &a.out {
@@ -308,7 +310,7 @@ impl Frame<'_> {
 
     fn fly_in_memory(
         &self,
-        run: impl FnOnce(Range<usize>, Take<'_>) -> Result<Flown, apsides::pipeline::Error>,
+        run: impl FnOnce(Range<usize>, Take<'_>) -> Result<LinearCovariance, apsides::pipeline::Error>,
     ) -> Result<Statistics, Refusal> {
         let foreseen = Batch::foreseen_memory(self.indices.len(), self.names.len(), self.columns.len());
         foreseen.within(self.a.run.memory()).map_err(refusal)?;
@@ -319,8 +321,9 @@ impl Frame<'_> {
             samples.push(sample);
             !self.stop.is_set()
         });
-        let Flown { linear_covariance, faults } = flown.map_err(refusal)?;
+        let linear_covariance = flown.map_err(refusal)?;
         let found = statistics(&samples, self.columns, linear_covariance);
+        let faults = samples.iter().filter_map(|sample| sample.fault_of(self.a.run.seed)).collect();
         Ok(Statistics { faults, ..found })
     }
 
@@ -329,7 +332,7 @@ impl Frame<'_> {
         &self,
         dir: &Path,
         own: impl Fn(usize) -> Vec<f64>,
-        run: impl FnOnce(Range<usize>, Take<'_>) -> Result<Flown, apsides::pipeline::Error>,
+        run: impl FnOnce(Range<usize>, Take<'_>) -> Result<LinearCovariance, apsides::pipeline::Error>,
     ) -> Result<(Statistics, usize, Vec<PathBuf>), Refusal> {
         let table = table_of(self.a.format)?;
         let _lock = claim(dir)?;
@@ -348,7 +351,11 @@ impl Frame<'_> {
         let there = there.min(self.indices.len());
         let rest = self.indices.start + there..self.indices.end;
         // Those of samples that are there are told nowhere else.
-        shard.faults = earlier_faults(dir, &shard, rest.start);
+        let (mut fault_file, mut faults) = FaultFile::open(dir, rest.start)?;
+        faults.extend(earlier_faults(dir, &shard, rest.start));
+        faults.sort_by_key(|fault| fault.index);
+        faults.dedup_by_key(|fault| fault.index);
+        shard.faults.clone_from(&faults);
         if !rest.is_empty() {
             write_shard(dir, &shard)?;
         }
@@ -356,7 +363,12 @@ impl Frame<'_> {
         let (mut failure, mut flown_now) = (None, 0);
         let flown = run(rest, &mut |sample| {
             progress.step();
-            match file.add(&sample) {
+            // Before its row, which is counted as done.
+            let told = match sample.fault_of(seed) {
+                Some(fault) => fault_file.add(&fault).map(|()| faults.push(fault)),
+                None => Ok(()),
+            };
+            match told.and_then(|()| file.add(&sample)) {
                 Ok(()) => flown_now += 1,
                 Err(e) => {
                     failure.get_or_insert_with(|| Refusal::from(e));
@@ -365,15 +377,16 @@ impl Frame<'_> {
             failure.is_none() && !self.stop.is_set()
         });
         progress.finish();
-        let Flown { linear_covariance, faults } = flown.map_err(refusal)?;
+        let linear_covariance = flown.map_err(refusal)?;
         if let Some(e) = failure {
             return Err(e);
         }
         shard.done = there + flown_now;
         shard.state = ShardState::Interrupted;
         shard.linear_covariance = linear_covariance.filter(|all| all.iter().all(|v| v.is_finite()));
-        shard.faults.extend(faults);
+        shard.faults = faults;
         let (statistics, files) = write_samples(dir, file.finish()?, &layout, &self.figure, shard, table)?;
+        fault_file.remove();
         Ok((statistics, there, files))
     }
 }

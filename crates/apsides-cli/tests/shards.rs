@@ -8,7 +8,7 @@ use std::path::Path;
 use std::process::Output;
 
 use apsides::pipeline::shard::{SHARD, Shard, ShardState};
-use support::{apsides, path, stderr, stdout};
+use support::{apsides, path, stderr, stdout, table};
 
 /// All files of a run.
 const FILES: [&str; 6] = [
@@ -132,13 +132,15 @@ fn parts_of_other_runs_are_refused_by_name() {
     fs::write(&manifest, &text[..100]).unwrap();
     assert!(refusal(&[&a, &b], &out).contains("is no manifest of a part"));
     fs::write(&manifest, &text).unwrap();
-    // Another machine is told, and no reason to refuse.
+    // Another processor is of no consequence; other arithmetic is told, and no reason to refuse.
     let mut elsewhere = sound.clone();
-    elsewhere.vectors = "x86-64-v1".into();
-    fs::write(&manifest, elsewhere.to_file()).unwrap();
-    let o = merge(&[&a, &b], &at("told"));
-    assert_eq!(o.status.code(), Some(0), "{}", stderr(&o));
-    assert!(stderr(&o).contains("several levels of vector instructions"), "{}", stderr(&o));
+    for (vectors, arithmetic, told) in [("x86-64-v5", &*sound.arithmetic, false), ("x86-64", "0", true)] {
+        (elsewhere.vectors, elsewhere.arithmetic) = (vectors.into(), arithmetic.into());
+        fs::write(&manifest, elsewhere.to_file()).unwrap();
+        let o = merge(&[&a, &b], &at("told"));
+        assert_eq!(o.status.code(), Some(0), "{}", stderr(&o));
+        assert_eq!(stderr(&o).contains("machines whose arithmetic differs"), told, "{}", stderr(&o));
+    }
 }
 
 /// Rows that are not those of the manifest.
@@ -216,6 +218,30 @@ fn a_status_tells_failures_from_work_that_is_left() {
 /// A limit on the size of files stands for a full disk under one part.
 #[cfg(unix)]
 #[test]
+fn faults_of_a_part_that_was_killed_are_kept() {
+    let dir = tempfile::tempdir().unwrap();
+    let out = dir.path().join("part");
+    assert_eq!(part(&out, "0", "20", &[]).status.code(), Some(0));
+    // As a kill would leave it: half of the rows, no manifest, faults of samples that are there and of one that is not, a line that was cut.
+    let rows = fs::read_to_string(out.join("montecarlo.csv")).unwrap();
+    let half: String = rows.lines().take(11).map(|line| format!("{line}\n")).collect();
+    fs::write(out.join("montecarlo.csv"), half).unwrap();
+    fs::remove_file(out.join(SHARD)).unwrap();
+    let fault = |index: usize| format!("{{\"index\":{index},\"seed\":0,\"message\":\"broke off\"}}\n");
+    let faults = out.join("faults.jsonl");
+    fs::write(&faults, [fault(3), fault(15), "{\"index\":16,".into()].concat()).unwrap();
+    let o = part(&out, "0", "20", &[]);
+    assert_eq!(o.status.code(), Some(0), "{}", stderr(&o));
+    assert!(stderr(&o).contains("sample 3 of seed 0 has no result by a fault of the program (broke off)"));
+    let shard = Shard::read(&out.join(SHARD)).unwrap();
+    assert_eq!(shard.faults.iter().map(|fault| fault.index).collect::<Vec<_>>(), [3]);
+    assert_eq!(fs::read_to_string(out.join("montecarlo.csv")).unwrap(), rows);
+    assert!(!faults.exists());
+    // The manifest has them from now on.
+    assert!(stderr(&part(&out, "0", "20", &[])).contains("sample 3 of seed 0"));
+}
+
+#[test]
 fn a_full_disk_under_one_part_is_told_and_loses_no_other() {
     let dir = tempfile::tempdir().unwrap();
     let at = |name: &str| dir.path().join(name);
@@ -250,18 +276,6 @@ fn a_full_disk_under_one_part_is_told_and_loses_no_other() {
     assert!(!at("full").exists(), "{:?}", fs::read_dir(at("full")).map(|d| d.count()));
 }
 
-/// The cells of a table without the columns of wall-clock times.
-fn cells(file: &Path) -> Vec<Vec<String>> {
-    let mut table = csv::Reader::from_path(file).unwrap();
-    let heads: Vec<String> = table.headers().unwrap().iter().map(str::to_owned).collect();
-    let kept = |record: csv::StringRecord| -> Vec<String> {
-        let cells = record.iter().zip(&heads).filter(|(_, head)| !head.ends_with("_ms"));
-        cells.map(|(cell, _)| cell.to_owned()).collect()
-    };
-    let rows: Vec<Vec<String>> = table.records().map(|record| kept(record.unwrap())).collect();
-    std::iter::once(kept(heads.iter().map(String::as_str).collect())).chain(rows).collect()
-}
-
 #[test]
 fn parts_of_a_sweep_are_joined() {
     let dir = tempfile::tempdir().unwrap();
@@ -284,9 +298,9 @@ fn parts_of_a_sweep_are_joined() {
     }
     let o = merge(&[&at("parts")], &at("merged.csv"));
     assert_eq!(o.status.code(), Some(0), "{}", stderr(&o));
-    assert_eq!(cells(&at("merged.csv")), cells(&at("whole.csv")));
+    assert_eq!(table(&at("merged.csv")), table(&at("whole.csv")));
     // Without chains all cases are one, as they were.
-    assert_eq!(cells(&at("neighbours.csv")), cells(&at("one-chain.csv")));
+    assert_eq!(table(&at("neighbours.csv")), table(&at("one-chain.csv")));
     assert!(!at("neighbours.csv.shard.json").exists() && at("one-chain.csv.shard.json").exists());
     let gap = refusal(&[&at("parts/0.csv"), &at("parts/2.csv")], &at("none.csv"));
     assert!(gap.contains("indices 2 to 3 of 5 are in no part"), "{gap}");

@@ -8,7 +8,7 @@ use apsides_metaheuristics::Generator;
 
 use crate::Error;
 use crate::dispersion::sample_seed;
-use crate::montecarlo::{Batch, Flown, Sample, Statistics, check_sizes, fly_all, gathered};
+use crate::montecarlo::{Batch, LinearCovariance, Sample, Statistics, check_sizes, fly_all, gathered};
 use crate::outcome::Outcome;
 use crate::pipeline::Pipeline;
 
@@ -66,7 +66,9 @@ impl Draws {
         each: impl FnMut(&Sample) -> bool,
     ) -> Result<(Vec<Sample>, Statistics), Error> {
         let columns = Self::columns(plan);
-        gathered(self.samples, done, each, &columns, |indices, take| self.fly(mission, plan, indices, take))
+        gathered(self.samples, self.seed, done, each, &columns, |indices, take| {
+            self.fly(mission, plan, indices, take)
+        })
     }
 
     /// Solves the samples of some indices, in order, each from `plan`; `each` takes every one and says whether to go on. A sample that has no
@@ -80,7 +82,7 @@ impl Draws {
         plan: &Outcome,
         indices: Range<usize>,
         each: impl FnMut(Sample) -> bool,
-    ) -> Result<Flown, Error> {
+    ) -> Result<LinearCovariance, Error> {
         self.check(mission)?;
         let columns = Self::columns(plan);
         let one = mission.clone().with_threads(1);
@@ -101,8 +103,8 @@ impl Draws {
             solved.then(|| columns.iter().map(|c| results.get(*c).copied().unwrap_or(f64::NAN)).collect())
         };
         let fly = |_: &mut (), index: usize| solve(&self.deviations(index));
-        let of = Batch { indices, threads: self.threads, seed: self.seed, columns: columns.len() };
-        let faults = fly_all(of, |index| self.deviations(index), || (), fly, each);
-        Ok(Flown { linear_covariance: None, faults })
+        let of = Batch { indices, threads: self.threads, columns: columns.len() };
+        fly_all(of, |index| self.deviations(index), || (), fly, each);
+        Ok(None)
     }
 }

@@ -28,6 +28,7 @@
 //! | [`footprint`](mod@footprint) | the ends that a vehicle can reach |
 //! | [`dispersion`], [`montecarlo`] | flights that deviate from a plan |
 //! | [`shard`] | parts of a large run, and what they make together |
+//! | [`arithmetic`] | what of a machine decides the bits of results |
 //! | [`fault`] | panics of one case among many |
 //! | [`digest`] | SHA-256 in hexadecimal digits |
 //! | [`open_loop`] | flights of any solved mission that deviate, along its controls |
@@ -40,6 +41,7 @@
 //! | [`whole_file`] | the one writer of files |
 #![cfg_attr(not(test), warn(clippy::expect_used, clippy::panic, clippy::unimplemented, clippy::unreachable))]
 
+pub mod arithmetic;
 pub mod cancellation;
 mod closed_loop;
 pub mod covariance;

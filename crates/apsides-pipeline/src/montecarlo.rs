@@ -6,7 +6,7 @@
 use std::collections::BTreeMap;
 use std::ops::Range;
 use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
-use std::sync::{Mutex, PoisonError, mpsc};
+use std::sync::mpsc;
 use std::thread;
 
 use serde::Serialize;
@@ -56,6 +56,17 @@ pub struct Sample {
     /// Its results, in the order of the columns of the kind of mission ([`Offers::dispersed`](crate::Offers::dispersed)); NaN all over for a flight
     /// that did not end.
     pub results: Vec<f64>,
+    /// The message of the panic that ended its computation, where there was one. Rows do not have it.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub fault: Option<String>,
+}
+
+impl Sample {
+    /// The fault of a sample of a run of this seed.
+    #[must_use]
+    pub fn fault_of(&self, seed: u64) -> Option<Fault> {
+        self.fault.clone().map(|message| Fault { index: self.index, seed, message })
+    }
 }
 
 impl MonteCarlo {
@@ -71,7 +82,9 @@ impl MonteCarlo {
         each: impl FnMut(&Sample) -> bool,
     ) -> Result<(Vec<Sample>, Statistics), Error> {
         let columns = mission.kind().offers.dispersed;
-        gathered(self.samples, done, each, columns, |indices, take| self.fly(mission, plan, indices, take))
+        gathered(self.samples, self.seed, done, each, columns, |indices, take| {
+            self.fly(mission, plan, indices, take)
+        })
     }
 
     /// Flies the samples of some indices, in order; `each` takes every one and says whether to go on.
@@ -84,7 +97,7 @@ impl MonteCarlo {
         plan: &Outcome,
         indices: Range<usize>,
         each: impl FnMut(Sample) -> bool,
-    ) -> Result<Flown, Error> {
+    ) -> Result<LinearCovariance, Error> {
         self.check(mission)?;
         let columns = mission.kind().offers.dispersed.len();
         let flights = mission.decided(&plan.decisions)?.mission().dispersed(&plan.trajectory)?;
@@ -94,13 +107,11 @@ impl MonteCarlo {
             let deviation = self.dispersions.sample(self.seed, index);
             flights.fly(&deviation, &self.guidance, &self.onboard)
         };
-        let of = Batch { indices, threads: self.threads, seed: self.seed, columns };
-        let faults = fly_all(of, deviations, || (), fly, each);
-        let linear_covariance = match self.guidance {
+        fly_all(Batch { indices, threads: self.threads, columns }, deviations, || (), fly, each);
+        Ok(match self.guidance {
             Guidance::OpenLoop => flights.linear_covariance(&self.dispersions),
             _ => None,
-        };
-        Ok(Flown { linear_covariance, faults })
+        })
     }
 
     /// Refuses, before a plan is solved, what [`run`](Self::run) would refuse after it.
@@ -159,14 +170,8 @@ pub fn check_sizes(names: &[&str], sizes: &[f64]) -> Result<(), Error> {
     }
 }
 
-/// Findings of a run beside its samples.
-#[derive(Clone, Debug, Default, PartialEq)]
-pub struct Flown {
-    /// Covariance of the first results by the state-transition matrix of the plan, row-major.
-    pub linear_covariance: Option<Vec<f64>>,
-    /// Samples whose computation panicked, in their order; they have no results.
-    pub faults: Vec<Fault>,
-}
+/// Covariance of the first results by the state-transition matrix of the plan, row-major, where there is one.
+pub type LinearCovariance = Option<Vec<f64>>;
 
 /// Samples that are computed together.
 #[derive(Clone, Debug)]
@@ -175,8 +180,6 @@ pub struct Batch {
     pub indices: Range<usize>,
     /// Threads; the results do not depend on it.
     pub threads: usize,
-    /// Seed of the deviations.
-    pub seed: u64,
     /// Results of a sample.
     pub columns: usize,
 }
@@ -198,40 +201,41 @@ impl Batch {
 /// As of `fly`.
 pub fn gathered(
     samples: usize,
+    seed: u64,
     mut done: Vec<Sample>,
     mut each: impl FnMut(&Sample) -> bool,
     columns: &[&str],
-    fly: impl FnOnce(Range<usize>, &mut dyn FnMut(Sample) -> bool) -> Result<Flown, Error>,
+    fly: impl FnOnce(Range<usize>, &mut dyn FnMut(Sample) -> bool) -> Result<LinearCovariance, Error>,
 ) -> Result<(Vec<Sample>, Statistics), Error> {
     done.truncate(samples);
-    let Flown { linear_covariance, faults } = fly(done.len()..samples, &mut |sample| {
+    let linear_covariance = fly(done.len()..samples, &mut |sample| {
         let go_on = each(&sample);
         done.push(sample);
         go_on
     })?;
     let statistics = statistics(&done, columns, linear_covariance);
+    let faults = done.iter().filter_map(|sample| sample.fault_of(seed)).collect();
     Ok((done, Statistics { faults, ..statistics }))
 }
 
 /// Flies samples on several threads, each with a workspace of its own, and hands them on in their order until `each` returns false; those that
 /// are under way then are handed on as well, as far as none is missing before them. `deviations` gives those of an index, `fly` the results,
-/// none where a flight did not end. A sample whose flight panics has none either; its fault is returned.
+/// none where a flight did not end. A sample whose flight panics has none either, and the message of the panic.
 pub fn fly_all<W>(
     batch: Batch,
     deviations: impl Fn(usize) -> Vec<f64> + Sync,
     workspace: impl Fn() -> W + Sync,
     fly: impl Fn(&mut W, usize) -> Option<Vec<f64>> + Sync,
     mut each: impl FnMut(Sample) -> bool,
-) -> Vec<Fault> {
-    let Batch { indices, threads, seed, columns } = batch;
-    let faults = Mutex::new(Vec::new());
+) {
+    let Batch { indices, threads, columns } = batch;
     let (next, stopped) = (AtomicUsize::new(indices.start), AtomicBool::new(false));
     let (sender, inbox) = mpsc::channel::<Sample>();
     thread::scope(|scope| {
         for _ in 0..threads.max(1) {
             let sender = sender.clone();
             let (next, stopped, workspace, fly) = (&next, &stopped, &workspace, &fly);
-            let (deviations, faults) = (&deviations, &faults);
+            let deviations = &deviations;
             scope.spawn(move || {
                 let mut place = workspace();
                 loop {
@@ -239,16 +243,17 @@ pub fn fly_all<W>(
                     if index >= indices.end || stopped.load(Ordering::Relaxed) {
                         break;
                     }
-                    let results = guarded(|| fly(&mut place, index)).unwrap_or_else(|message| {
-                        // A flight that broke off may have left anything in its workspace.
-                        place = workspace();
-                        let fault = Fault { index, seed, message };
-                        faults.lock().unwrap_or_else(PoisonError::into_inner).push(fault);
-                        None
-                    });
+                    let (results, fault) = match guarded(|| fly(&mut place, index)) {
+                        Ok(results) => (results, None),
+                        Err(message) => {
+                            // A flight that broke off may have left anything in its workspace.
+                            place = workspace();
+                            (None, Some(message))
+                        }
+                    };
                     let results = results.unwrap_or_else(|| vec![f64::NAN; columns]);
                     // The receiver outlives all threads.
-                    let _ = sender.send(Sample { index, deviations: deviations(index), results });
+                    let _ = sender.send(Sample { index, deviations: deviations(index), results, fault });
                 }
             });
         }
@@ -266,9 +271,6 @@ pub fn fly_all<W>(
             }
         }
     });
-    let mut faults = faults.into_inner().unwrap_or_else(PoisonError::into_inner);
-    faults.sort_by_key(|f| f.index);
-    faults
 }
 
 #[cfg(test)]
@@ -278,7 +280,8 @@ mod tests {
 
     #[test]
     fn a_panic_is_a_sample_that_failed() {
-        let batch = |threads, indices| Batch { indices, threads, seed: 7, columns: 1 };
+        const SEED: u64 = 7;
+        let batch = |threads, indices| Batch { indices, threads, columns: 1 };
         let fly = |state: &mut f64, index: usize| {
             *state += 1.0;
             assert!(index != 5 && index != 23, "flight {index} broke off");
@@ -287,7 +290,7 @@ mod tests {
         let deviations = |index: usize| vec![0.5 * index as f64];
         let flown = |threads, indices| {
             let mut samples = Vec::new();
-            let faults = fly_all(
+            fly_all(
                 batch(threads, indices),
                 deviations,
                 || 0.0,
@@ -297,6 +300,7 @@ mod tests {
                     true
                 },
             );
+            let faults: Vec<Fault> = samples.iter().filter_map(|s: &Sample| s.fault_of(SEED)).collect();
             (samples, faults)
         };
         let (samples, faults) = flown(3, 0..40);
@@ -304,7 +308,8 @@ mod tests {
         let failed: Vec<usize> = samples.iter().filter(|s| s.results[0].is_nan()).map(|s| s.index).collect();
         assert_eq!(failed, [5, 11, 23]);
         assert!(samples.iter().all(|s| s.deviations == deviations(s.index)));
-        let message = |index: usize| Fault { index, seed: 7, message: format!("flight {index} broke off") };
+        let message =
+            |index: usize| Fault { index, seed: SEED, message: format!("flight {index} broke off") };
         assert_eq!(faults, [message(5), message(23)]);
         assert!(faults[1].to_string().starts_with("sample 23 of seed 7 has no result"));
         assert_eq!(flown(1, 0..40).1, faults);
@@ -320,10 +325,10 @@ mod tests {
 
     #[test]
     fn who_takes_the_samples_ends_the_work() {
-        let batch = Batch { indices: 10..1_000_000, threads: 2, seed: 0, columns: 1 };
+        let batch = Batch { indices: 10..1_000_000, threads: 2, columns: 1 };
         let mut taken = Vec::new();
         let fly = |_: &mut (), index: usize| Some(vec![index as f64]);
-        let faults = fly_all(
+        fly_all(
             batch,
             |_| Vec::new(),
             || (),
@@ -333,7 +338,7 @@ mod tests {
                 sample.index < 12
             },
         );
-        assert!(faults.is_empty() && taken.len() < 1_000_000);
+        assert!(taken.len() < 1_000_000);
         assert_eq!(taken, (10..10 + taken.len()).collect::<Vec<_>>());
     }
 }

@@ -14,7 +14,7 @@ use apsides_verify::{VerifySettings, open_loop_end};
 use crate::Error;
 use crate::covariance::{Transition, along};
 use crate::dispersion::sample_seed;
-use crate::montecarlo::{Batch, Flown, Sample, check_sizes, fly_all};
+use crate::montecarlo::{Batch, LinearCovariance, Sample, check_sizes, fly_all};
 use crate::outcome::Outcome;
 use crate::pipeline::Pipeline;
 
@@ -103,7 +103,7 @@ impl OpenLoop {
         plan: &Outcome,
         indices: Range<usize>,
         each: impl FnMut(Sample) -> bool,
-    ) -> Result<Flown, Error> {
+    ) -> Result<LinearCovariance, Error> {
         self.check(mission)?;
         let decided = mission.clone().with_threads(1).decided(&plan.decisions)?;
         let nominal = decided.pose_decided()?;
@@ -140,15 +140,9 @@ impl OpenLoop {
             Some(flown.ok()??.iter().zip(&end).map(|(found, planned)| found - planned).collect())
         };
         let columns = end.len();
-        let of = Batch { indices, threads: self.threads, seed: self.seed, columns };
-        let faults = fly_all(
-            of,
-            |index| self.deviations(index),
-            || (),
-            |(), index| fly(&self.deviations(index)),
-            each,
-        );
-        Ok(Flown { linear_covariance: self.linear(flight, plan, &places), faults })
+        let of = Batch { indices, threads: self.threads, columns };
+        fly_all(of, |index| self.deviations(index), || (), |(), index| fly(&self.deviations(index)), each);
+        Ok(self.linear(flight, plan, &places))
     }
 
     /// Covariance of the end by the state-transition matrix, for deviations of the start alone, where every phase goes on from the one before.

@@ -3,7 +3,7 @@
 //! A sample or a case depends on the seed, the settings and its index alone, so that parts may be computed anywhere. `shard.json` beside the rows of
 //! a part states all that decides them; parts are joined only where these statements agree and their ranges leave neither gap nor overlap.
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 use std::ops::Range;
 use std::path::{Path, PathBuf};
 
@@ -11,6 +11,7 @@ use serde::{Deserialize, Serialize};
 use serde_json::Value;
 
 use crate::Error;
+use crate::arithmetic::vector_level;
 use crate::digest::sha256;
 use crate::fault::Fault;
 use crate::regular_file;
@@ -31,6 +32,9 @@ pub fn manifest_of(place: &Path) -> PathBuf {
     name.push(BESIDE);
     name.into()
 }
+
+/// Stands between kinds of machines, where the parts of a part come from several.
+const BETWEEN: &str = ", ";
 
 /// The form of the file; another one is refused.
 const FORM: u32 = 1;
@@ -87,6 +91,8 @@ pub struct Shard {
     pub platform: String,
     /// Level of the vector instructions of the machine.
     pub vectors: String,
+    /// A digest of the [arithmetic](crate::arithmetic) of the machine: where it is the same, so are the rows.
+    pub arithmetic: String,
     /// Seed.
     pub seed: u64,
     /// Samples or cases of the whole run.
@@ -133,6 +139,7 @@ impl Shard {
             version: env!("CARGO_PKG_VERSION").into(),
             platform: format!("{} {}", std::env::consts::OS, std::env::consts::ARCH),
             vectors: vector_level().into(),
+            arithmetic: crate::arithmetic::digest_of_arithmetic(),
             seed,
             total,
             first: indices.start,
@@ -204,28 +211,6 @@ impl Shard {
     }
 }
 
-/// The level of vector instructions that programs choose by on this machine: those of x86-64 by the levels of its psABI.
-#[must_use]
-pub fn vector_level() -> &'static str {
-    #[cfg(target_arch = "x86_64")]
-    {
-        let four = std::arch::is_x86_feature_detected!("avx512f")
-            && std::arch::is_x86_feature_detected!("avx512bw")
-            && std::arch::is_x86_feature_detected!("avx512cd")
-            && std::arch::is_x86_feature_detected!("avx512dq")
-            && std::arch::is_x86_feature_detected!("avx512vl");
-        if four {
-            return "x86-64-v4";
-        }
-        let three = std::arch::is_x86_feature_detected!("avx2") && std::arch::is_x86_feature_detected!("fma");
-        if three { "x86-64-v3" } else { "x86-64" }
-    }
-    #[cfg(not(target_arch = "x86_64"))]
-    {
-        std::env::consts::ARCH
-    }
-}
-
 /// A part with its place on the disk.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Part {
@@ -242,7 +227,7 @@ pub struct Joined {
     pub parts: Vec<Part>,
     /// The manifest of all of them as one, complete but for what depends on the rows.
     pub whole: Shard,
-    /// Levels of vector instructions, where parts come from machines that differ.
+    /// Levels of vector instructions, where parts come from machines whose arithmetic differs.
     pub levels: Vec<String>,
 }
 
@@ -287,12 +272,15 @@ impl Joined {
         if next < head.shard.total && !partly {
             return refused(gap(next, head.shard.total, head.shard.total));
         }
-        let mut levels: Vec<String> = parts.iter().map(|p| p.shard.vectors.clone()).collect();
-        levels.sort();
-        levels.dedup();
+        let kinds = |of: fn(&Shard) -> &String| {
+            let kinds: BTreeSet<&str> = parts.iter().flat_map(|p| of(&p.shard).split(BETWEEN)).collect();
+            kinds.into_iter().map(str::to_owned).collect::<Vec<_>>()
+        };
+        let (levels, arithmetic) = (kinds(|s| &s.vectors), kinds(|s| &s.arithmetic));
         let sum = |of: fn(&Shard) -> usize| parts.iter().map(|p| of(&p.shard)).sum::<usize>();
         let whole = Shard {
-            vectors: levels.join(", "),
+            vectors: levels.join(BETWEEN),
+            arithmetic: arithmetic.join(BETWEEN),
             count: sum(|s| s.count),
             done: sum(|s| s.done),
             failed: sum(|s| s.failed),
@@ -304,7 +292,7 @@ impl Joined {
             faults: parts.iter().flat_map(|p| p.shard.faults.clone()).collect(),
             ..head.shard
         };
-        Ok(Self { whole, levels: if levels.len() > 1 { levels } else { Vec::new() }, parts })
+        Ok(Self { whole, levels: if arithmetic.len() > 1 { levels } else { Vec::new() }, parts })
     }
 }
 
@@ -443,10 +431,19 @@ mod tests {
             let sentence = changed(change);
             assert!(sentence.contains(words), "{words}: {sentence}");
         }
-        // Another machine is no other run, but told.
+        // Another machine is no other run; one of another arithmetic is told.
         let mut b = part("b", 50..100);
-        b.shard.vectors = "x86-64-v2".into();
-        assert_eq!(Joined::of(vec![a.clone(), b], false).unwrap().levels.len(), 2);
+        b.shard.vectors = "x86-64-v5".into();
+        let joined = Joined::of(vec![a.clone(), b.clone()], false).unwrap();
+        assert_eq!((joined.levels.len(), joined.whole.vectors.contains(", x86-64-v5")), (0, true));
+        b.shard.arithmetic = "0".into();
+        let joined = Joined::of(vec![a.clone(), b.clone()], false).unwrap();
+        assert_eq!((joined.levels.len(), joined.whole.arithmetic.split(", ").count()), (2, 2));
+        // Each is named once, also where parts were joined before.
+        let mut c = part("c", 0..50);
+        c.shard.vectors = joined.whole.vectors.clone();
+        let again = Joined::of(vec![c, b], false).unwrap();
+        assert_eq!(again.whole.vectors, joined.whole.vectors);
     }
 
     #[test]

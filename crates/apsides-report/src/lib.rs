@@ -36,7 +36,7 @@
 //! | `standard_figures` | figures of every result |
 //! | `simulation`, `root_locus` | simulated flights, poles of their loops |
 //! | `footprint` | ends within reach, with a map |
-//! | `sample_rows`, `sample_file` | rows of a Monte Carlo run; their file, written as they come |
+//! | `sample_rows`, `sample_file`, `sample_faults` | rows of a Monte Carlo run; their file, written as they come; faults of the program among them |
 //! | `montecarlo`, `sample_figure`, `sample_page` | what is made of samples, of a run or of its parts |
 //! | `units`, `number` | units and numbers for readers |
 //!
@@ -62,6 +62,7 @@ mod palette;
 #[cfg(feature = "parquet")]
 mod parquet_samples;
 mod root_locus;
+mod sample_faults;
 mod sample_figure;
 mod sample_file;
 mod sample_page;
@@ -88,6 +89,7 @@ pub use multipliers::{
     ConstraintMultipliers, ContactMultiplier, CostateJump, IntegralMultipliers, Multipliers, PathMultipliers,
 };
 pub use page::Page;
+pub use sample_faults::FaultFile;
 pub use sample_figure::{Picture, SampleFigure};
 pub use sample_file::{SampleFile, SampleLayout, StoredSamples};
 pub use samples_reader::{Samples, read_samples};

@@ -119,7 +119,7 @@ mod tests {
     fn every_number_is_read_back_from_every_row_group() {
         let sample = |index: usize| {
             let deviations = (0..9).map(|k| index as f64 + 0.1 * f64::from(k)).collect();
-            Sample { index, deviations, results: vec![-(index as f64) / 3.0, f64::NAN] }
+            Sample { index, deviations, results: vec![-(index as f64) / 3.0, f64::NAN], fault: None }
         };
         let samples: Vec<Sample> = (0..10).map(sample).collect();
         let dir = tempfile::tempdir().unwrap();

@@ -140,7 +140,7 @@ mod tests {
 
     #[test]
     fn many_samples_are_thinned_by_their_index() {
-        let sample = |index| Sample { index, deviations: Vec::new(), results: vec![0.0] };
+        let sample = |index| Sample { index, deviations: Vec::new(), results: vec![0.0], fault: None };
         let count = 2 * MOST_DRAWN + 1;
         let mut whole = Picture::of(count);
         (0..count).for_each(|k| whole.add(&sample(k)));

@@ -157,7 +157,7 @@ impl StoredSamples {
         })
     }
 
-    /// As [`each_line`](Self::each_line), without its checks.
+    /// As [`each_line`](Self::each_line), without its checks and without the deviations.
     pub(crate) fn each_again(&self, count: usize, mut each: impl FnMut(&Sample)) -> Result<(), ReportError> {
         self.format.open(&self.path)?.each(&self.path, self.indices(count), false, |_, sample| {
             each(sample);
@@ -259,7 +259,7 @@ mod tests {
     }
 
     fn sample(index: usize) -> Sample {
-        Sample { index, deviations: own(4)(index), results: vec![0.1 * index as f64, f64::NAN] }
+        Sample { index, deviations: own(4)(index), results: vec![0.1 * index as f64, f64::NAN], fault: None }
     }
 
     fn layout(first: usize) -> SampleLayout<'static> {

@@ -4,6 +4,7 @@ use std::fs::File;
 use std::io::{self, BufRead as _, BufReader, Read as _, Seek as _, SeekFrom};
 use std::ops::Range;
 use std::path::Path;
+use std::str::FromStr;
 
 use apsides_pipeline::montecarlo::Sample;
 use apsides_pipeline::regular_file;
@@ -22,6 +23,14 @@ const DIGEST: &str = "digest";
 
 /// Bytes that no line has.
 const LONGEST_LINE: u64 = 1 << 20;
+
+/// The part of a row that is read.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Cells {
+    All,
+    /// No deviations.
+    Results,
+}
 
 /// The columns of samples, and what they are samples of.
 #[derive(Clone, Debug)]
@@ -70,13 +79,35 @@ impl RowFormat {
 
     /// The sample of a line; none of one that lacks its end or has no such cells.
     pub(crate) fn sample(&self, line: &[u8]) -> Option<Sample> {
-        let line = std::str::from_utf8(line.strip_suffix(b"\n")?).ok()?;
-        let mut cells = line.split(',');
-        let index = cells.next()?.parse().ok()?;
-        let mut numbers =
-            |count: usize| -> Option<Vec<f64>> { (0..count).map(|_| cells.next()?.parse().ok()).collect() };
-        let sample = Sample { index, deviations: numbers(self.deviations)?, results: numbers(self.results)? };
-        cells.next()?.parse::<u64>().ok()?;
+        self.sample_with(line, Cells::All)
+    }
+
+    fn sample_with(&self, line: &[u8], read: Cells) -> Option<Sample> {
+        // By bytes, and into lists of known length: most of the time of a merge goes by here.
+        let mut cells = line.strip_suffix(b"\n")?.split(|byte| *byte == b',');
+        let index = number(cells.next()?)?;
+        if read == Cells::Results {
+            for _ in 0..self.deviations {
+                cells.next()?;
+            }
+        }
+        let mut numbers = |count: usize| -> Option<Vec<f64>> {
+            let mut list = Vec::with_capacity(count);
+            for _ in 0..count {
+                list.push(number(cells.next()?)?);
+            }
+            Some(list)
+        };
+        let sample = Sample {
+            index,
+            deviations: match read {
+                Cells::All => numbers(self.deviations)?,
+                Cells::Results => Vec::new(),
+            },
+            results: numbers(self.results)?,
+            fault: None,
+        };
+        number::<u64>(cells.next()?)?;
         cells.next().is_none().then_some(sample)
     }
 
@@ -115,6 +146,10 @@ impl RowFormat {
     }
 }
 
+fn number<T: FromStr>(cell: &[u8]) -> Option<T> {
+    std::str::from_utf8(cell).ok()?.parse().ok()
+}
+
 fn next_line(reader: &mut BufReader<File>, line: &mut Vec<u8>) -> io::Result<usize> {
     line.clear();
     reader.by_ref().take(LONGEST_LINE).read_until(b'\n', line)
@@ -130,11 +165,16 @@ pub(crate) struct RowReader<'a> {
 impl RowReader<'_> {
     /// The next line with its sample; none at the end of the file, and none of what is no row.
     pub(crate) fn next(&mut self) -> io::Result<Option<(&[u8], Sample)>> {
-        next_line(&mut self.reader, &mut self.line)?;
-        Ok(self.format.sample(&self.line).map(|sample| (self.line.as_slice(), sample)))
+        self.next_with(Cells::All)
     }
 
-    /// Hands on the rows of indices. With `checked` each has to be as it was written, else it is enough that the indices are right.
+    fn next_with(&mut self, read: Cells) -> io::Result<Option<(&[u8], Sample)>> {
+        next_line(&mut self.reader, &mut self.line)?;
+        Ok(self.format.sample_with(&self.line, read).map(|sample| (self.line.as_slice(), sample)))
+    }
+
+    /// Hands on the rows of indices. With `checked` each has to be as it was written, else it is enough that the indices are right, and samples
+    /// have no deviations.
     ///
     /// # Errors
     /// A row that is missing, or was altered.
@@ -147,7 +187,8 @@ impl RowReader<'_> {
     ) -> Result<(), ReportError> {
         for index in indices {
             let format = self.format;
-            match self.next().map_err(failed("read", path))? {
+            let read = if checked { Cells::All } else { Cells::Results };
+            match self.next_with(read).map_err(failed("read", path))? {
                 Some((line, sample)) if sample.index == index && (!checked || format.is_sound(line)) => {
                     each(line, &sample)?;
                 }
@@ -176,7 +217,8 @@ mod tests {
     fn a_row_is_read_as_it_was_written_or_not_at_all() {
         let format = RowFormat::new(&["mass_kg"], &["along_m", "across_m"], "mission = \"one\"\n").unwrap();
         assert_eq!(format.heads(), b"index,mass_kg,along_m,across_m,digest\n");
-        let sample = Sample { index: 7, deviations: vec![-1.5e-300], results: vec![0.1, f64::INFINITY] };
+        let sample =
+            Sample { index: 7, deviations: vec![-1.5e-300], results: vec![0.1, f64::INFINITY], fault: None };
         let line = format.line(&sample).into_bytes();
         assert_eq!(format.sample(&line), Some(sample));
         assert!(format.is_sound(&line));

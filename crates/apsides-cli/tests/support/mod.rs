@@ -30,3 +30,15 @@ pub(crate) fn spawn(arguments: &[&str]) -> Child {
 pub(crate) fn signal(child: &Child, name: &str) {
     assert!(Command::new("kill").args([name, &child.id().to_string()]).status().unwrap().success());
 }
+
+/// The cells of a table without the columns of wall-clock times.
+pub(crate) fn table(file: &Path) -> Vec<Vec<String>> {
+    let mut table = csv::Reader::from_path(file).unwrap();
+    let heads: Vec<String> = table.headers().unwrap().iter().map(str::to_owned).collect();
+    let kept = |record: csv::StringRecord| -> Vec<String> {
+        let cells = record.iter().zip(&heads).filter(|(_, head)| !head.ends_with("_ms"));
+        cells.map(|(cell, _)| cell.to_owned()).collect()
+    };
+    let rows: Vec<Vec<String>> = table.records().map(|record| kept(record.unwrap())).collect();
+    std::iter::once(kept(heads.iter().map(String::as_str).collect())).chain(rows).collect()
+}

@@ -5,7 +5,9 @@ use std::ops::Range;
 use apsides_metaheuristics::Generator;
 use apsides_pipeline::Error;
 use apsides_pipeline::dispersion::sample_seed;
-use apsides_pipeline::montecarlo::{Batch, Flown, Sample, Statistics, check_sizes, fly_all, gathered};
+use apsides_pipeline::montecarlo::{
+    Batch, LinearCovariance, Sample, Statistics, check_sizes, fly_all, gathered,
+};
 use serde::Serialize;
 
 use super::case::Case;
@@ -121,7 +123,9 @@ impl Descents {
         done: Vec<Sample>,
         each: impl FnMut(&Sample) -> bool,
     ) -> Result<(Vec<Sample>, Statistics), Error> {
-        gathered(self.samples, done, each, Self::COLUMNS, |indices, take| self.fly(case, indices, take))
+        gathered(self.samples, self.seed, done, each, Self::COLUMNS, |indices, take| {
+            self.fly(case, indices, take)
+        })
     }
 
     /// Flies the samples of some indices, in order; `each` takes every one and says whether to go on. The results of a flight that failed are
@@ -134,7 +138,7 @@ impl Descents {
         case: &Case,
         indices: Range<usize>,
         each: impl FnMut(Sample) -> bool,
-    ) -> Result<Flown, Error> {
+    ) -> Result<LinearCovariance, Error> {
         check_sizes(DescentDeviations::NAMES, &self.dispersions.values())?;
         let fly = |record: &mut Record, index: usize| {
             let (deviations, noise) = self.dispersions.sample(self.seed, index);
@@ -145,10 +149,10 @@ impl Descents {
             metrics.filter(Metrics::held).as_ref().map(descent_results)
         };
         let columns = Self::COLUMNS.len();
-        let of = Batch { indices, threads: self.threads, seed: self.seed, columns };
+        let of = Batch { indices, threads: self.threads, columns };
         let deviations = |index: usize| self.dispersions.sample(self.seed, index).0.values().to_vec();
-        let faults = fly_all(of, deviations, || Record::every(1), fly, each);
-        Ok(Flown { linear_covariance: None, faults })
+        fly_all(of, deviations, || Record::every(1), fly, each);
+        Ok(None)
     }
 }
 

@@ -288,7 +288,7 @@ mod tests {
     const ROUNDING: f64 = 1e-12;
 
     fn sample(index: usize, results: Vec<f64>) -> Sample {
-        Sample { index, deviations: Vec::new(), results }
+        Sample { index, deviations: Vec::new(), results, fault: None }
     }
 
     #[test]
