@@ -16,6 +16,7 @@
 //! | `python` | the wheel of the Python package, tested in a fresh environment |
 //! | `cluster`, `engines` | campaigns by Slurm and Dask on this machine, held against a single run |
 //! | `campaign_report`, `processor_time` | their times |
+//! | `vector_levels` | results on processors of several levels of vector instructions |
 //! | `readme`, `crate_readme` | the commands of README.md; README.md of each crate |
 //! | `source`, `workspace`, `command` | Rust text without comments, packages, processes |
 
@@ -46,6 +47,7 @@ mod supply;
 mod table;
 mod tidy;
 mod type_names;
+mod vector_levels;
 mod workspace;
 
 use command::{cargo, run};
@@ -79,6 +81,7 @@ Tasks:
   campaign-report [--open-loop N] [--replanned N] [--shards N]
                      times and processor times of campaigns by processes, Slurm and Dask against single runs, and of
                      joins by their rows, as tables in target/campaign-report.md; 1000000 and 20000 flights in 20 shards
+  vector-levels      results on processors of several levels of vector instructions, by QEMU; left out where it is not there
   deny               licences and sources of dependencies by deny.toml, and what cargo-deny checks besides where it is there
   sbom [FILE]        bill of materials of the program, CycloneDX 1.5 as JSON
   book               commands of the pages in docs, and the book itself where mdbook is installed
@@ -135,6 +138,9 @@ fn perform(arguments: &[String]) -> Result<(), String> {
         "fly" => no_arguments(task, rest).and_then(|()| demand::fly_if_there(&Workspace::load()?)),
         "cluster" => no_arguments(task, rest).and_then(|()| cluster::run_if_there(&Workspace::load()?)),
         "campaign-report" => campaign_report::report(&Workspace::load()?, rest),
+        "vector-levels" => {
+            no_arguments(task, rest).and_then(|()| vector_levels::run_if_there(&Workspace::load()?))
+        }
         "deny" => no_arguments(task, rest).and_then(|()| demand::deny(&Workspace::load()?)),
         "sbom" => supply::bill(&Workspace::load()?, rest),
         "book" => no_arguments(task, rest).and_then(|()| book::run_book(&Workspace::load()?)),
@@ -236,6 +242,7 @@ mod tests {
             "fly",
             "cluster",
             "campaign-report",
+            "vector-levels",
             "deny",
             "sbom",
         ] {
