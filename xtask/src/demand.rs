@@ -118,6 +118,7 @@ const EXPORTED: [(&str, &str, &[&str], &str); 7] = [
 /// Ephemerides of missions, and the schema of mission files, read by programs of others; left out with a sentence where Python does not have
 /// them.
 pub(crate) fn exports_if_there(workspace: &Workspace) -> Result<(), String> {
+    samples_if_there(workspace)?;
     if !python_has("astropy, ccsds_ndm, jsonschema, oem, spiceypy, tomllib") {
         return Ok(());
     }
@@ -135,6 +136,21 @@ pub(crate) fn exports_if_there(workspace: &Workspace) -> Result<(), String> {
         run(export.arg("--out").arg(&results))?;
         read.arg(results);
     }
+    run(&mut read)
+}
+
+/// Samples as Parquet, of more rows than a row group has, read by pyarrow; left out with a sentence where Python does not have it.
+fn samples_if_there(workspace: &Workspace) -> Result<(), String> {
+    if !python_has("pyarrow.parquet") {
+        return Ok(());
+    }
+    let out = workspace.target.join("exports").join("samples");
+    let program = ["run", "--quiet", "--release", "-p", "apsides-cli", "--features", "parquet", "--"];
+    let mut fly = cargo(&workspace.root, program);
+    fly.args(["montecarlo", "chang-e-3-braking", "--position-m", "333", "--samples", "70000", "--quiet"]);
+    run(fly.args(["--format", "parquet", "--out"]).arg(&out))?;
+    let mut read = Command::new("python3");
+    read.current_dir(&workspace.root).arg("tests/references/samples.py").arg(&out);
     run(&mut read)
 }
 
