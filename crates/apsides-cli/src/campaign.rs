@@ -10,19 +10,20 @@ use std::time::{Duration, Instant};
 
 use apsides::pipeline::lock::DirectoryLock;
 use apsides::pipeline::regular_file;
-use apsides::pipeline::shard::{SHARD, Shard};
+use apsides::pipeline::shard::Shard;
+use apsides::pipeline::sweep::cases;
 use apsides::pipeline::whole_file::write_whole;
-use clap::Parser as _;
 use serde::{Deserialize, Serialize};
 
-use crate::arguments::{Arguments, CampaignArguments, Command, MergeArguments, OnInterrupt, SampleFormat};
+use crate::arguments::{CampaignArguments, Command, MergeArguments, OnInterrupt};
 use crate::commands::{claim, made};
 use crate::exit::{Exit, Refusal, refusal, unwritten};
+use crate::montecarlo::table_of;
 use crate::output::{print, say};
 use crate::progress::Progress;
 use crate::stop::StopFlag;
 use engine::{Dask, Engine, Local, Slurm};
-use plan::{EngineWord, Plan};
+use plan::{EngineWord, Plan, complete};
 
 /// Time between two looks at the shards.
 const PERIOD: Duration = Duration::from_millis(200);
@@ -67,24 +68,26 @@ fn shards_of_task(plan: &Plan, first: usize, step: Option<usize>) -> Result<Exit
 /// Computes a shard, or waits for the process that does.
 fn compute(plan: &Plan, shard: usize) -> Result<Exit, Refusal> {
     let begun = Instant::now();
-    let directory = plan.shard_directory(shard);
-    let Command::Montecarlo(command) = parsed(plan, shard)? else {
-        return Err("a campaign is one of `montecarlo`".into());
-    };
+    let directory = plan.locked(shard);
+    let command = plan.parsed(shard)?;
+    made(&plan.shards_directory())?;
     let stop = StopFlag::install();
     loop {
+        if let Some(complete) = plan.complete(shard) {
+            print(&format!("shard {shard} is complete\n"));
+            return Ok(of_complete(&complete));
+        }
         match DirectoryLock::take(&directory, "apsides campaign") {
-            Ok(_) if plan.is_complete(shard) => {
-                print(&format!("shard {shard} is complete\n"));
-                let failed = Shard::read(&directory.join(SHARD)).map_err(refusal)?.failed;
-                return Ok(if failed > 0 { Exit::Failures } else { Exit::Verified });
-            }
+            // By the process that had it.
+            Ok(_) if plan.complete(shard).is_some() => continue,
             Ok(lock) => {
                 drop(lock);
-                match crate::montecarlo::montecarlo(&command) {
+                match run(&command) {
                     // Another one took it in between.
                     Err(e) if e.sentence.contains("is in use by process") => {}
-                    other => return other,
+                    // Where all cases of a sweep are there, that of the worst is no status of the shard.
+                    Ok(exit) => return Ok(plan.complete(shard).map_or(exit, |all| of_complete(&all))),
+                    refused => return refused,
                 }
             }
             Err(e)
@@ -100,12 +103,18 @@ fn compute(plan: &Plan, shard: usize) -> Result<Exit, Refusal> {
     }
 }
 
-/// The command of a shard.
-fn parsed(plan: &Plan, shard: usize) -> Result<Command, Refusal> {
-    let words = std::iter::once("apsides".to_owned()).chain(plan.command_line(shard));
-    let parsed = Arguments::try_parse_from(words);
-    let shown = plan.file.display();
-    Ok(parsed.map_err(|e| refusal(format!("{shown}: `mission` or `arguments`: {e}")))?.command)
+/// The status of a shard or a run that is complete.
+fn of_complete(shard: &Shard) -> Exit {
+    if shard.failed > 0 { Exit::Failures } else { Exit::Verified }
+}
+
+/// Runs the command of a shard.
+fn run(command: &Command) -> Result<Exit, Refusal> {
+    match command {
+        Command::Montecarlo(command) => crate::montecarlo::montecarlo(command),
+        Command::Sweep(command) => crate::sweep::run_sweep(command),
+        _ => Err("a campaign is one of `montecarlo` or `sweep`".into()),
+    }
 }
 
 fn merge(plan: &Plan, quiet: bool) -> Result<Exit, Refusal> {
@@ -113,7 +122,7 @@ fn merge(plan: &Plan, quiet: bool) -> Result<Exit, Refusal> {
         parts: vec![plan.shards_directory()],
         out: plan.merged(),
         partly: false,
-        format: SampleFormat::Csv,
+        format: plan.format,
         json: false,
         quiet,
     })
@@ -155,16 +164,18 @@ fn pilot(plan: &Plan, a: &CampaignArguments) -> Result<Exit, Refusal> {
     if place.exists() && earlier.digest != plan.digest() {
         let shown = out.display();
         return Err(format!(
-            "`{shown}` has shards of another campaign (mission, arguments, samples, seed or shard size differ): name another `out`, \
+            "`{shown}` has shards of another campaign (command, mission, arguments, samples, seed or shard size differ): name another `out`, \
              or remove it"
         )
         .into());
     }
-    let mut open: BTreeSet<usize> = (0..plan.shards()).filter(|shard| !plan.is_complete(*shard)).collect();
+    let mut open: BTreeSet<usize> =
+        (0..plan.shards()).filter(|shard| plan.complete(*shard).is_none()).collect();
     let begun = plan.shards() - open.len();
     print(&format!(
-        "{} samples in {} shards, {begun} of them complete; {}\n",
-        plan.samples(),
+        "{} {} in {} shards, {begun} of them complete; {}\n",
+        plan.total(),
+        plan.command.counted(),
         plan.shards(),
         out.display()
     ));
@@ -198,13 +209,12 @@ fn pilot(plan: &Plan, a: &CampaignArguments) -> Result<Exit, Refusal> {
         );
         return Err(Refusal { exit: Exit::NotSolved, sentence });
     }
-    let joined = Shard::read(&plan.merged().join(SHARD)).ok().filter(|joined| joined.state.is_complete());
-    match joined.filter(|_| !engine.jobs().is_empty()) {
+    match complete(&plan.merged()).filter(|_| !engine.jobs().is_empty()) {
         // A job of the queue did it.
         Some(joined) => {
-            let (samples, failed) = (joined.done, joined.failed);
-            print(&format!("{samples} samples, {failed} without a result: {}\n", plan.merged().display()));
-            Ok(if failed > 0 { Exit::Failures } else { Exit::Verified })
+            let (done, failed, counted) = (joined.done, joined.failed, plan.command.counted());
+            print(&format!("{done} {counted}, {failed} without a result: {}\n", plan.merged().display()));
+            Ok(of_complete(&joined))
         }
         None => merge(plan, a.quiet),
     }
@@ -212,8 +222,12 @@ fn pilot(plan: &Plan, a: &CampaignArguments) -> Result<Exit, Refusal> {
 
 /// Refuses, before anything is submitted, what every shard would refuse.
 fn check(plan: &Plan) -> Result<(), Refusal> {
-    match parsed(plan, 0)? {
+    table_of(plan.format)?;
+    match plan.parsed(0)? {
         Command::Montecarlo(command) => command.mission.load().map(drop),
+        Command::Sweep(command) => {
+            cases(&apsides::registry(), &command.mission, &command.axes()?).map(drop).map_err(refusal)
+        }
         _ => Err(format!("{}: `mission` is a name or a file", plan.file.display()).into()),
     }
 }
@@ -226,9 +240,9 @@ fn follow(
     open: &mut BTreeSet<usize>,
 ) -> Result<Option<Exit>, Refusal> {
     let stop = StopFlag::install();
-    let progress = Progress::counted(a.quiet, stop, plan.samples() as u64, "samples");
+    let progress = Progress::counted(a.quiet, stop, plan.total() as u64, plan.command.counted());
     let done = |open: &BTreeSet<usize>| {
-        plan.samples() - open.iter().map(|shard| plan.indices(*shard).len()).sum::<usize>()
+        plan.total() - open.iter().map(|shard| plan.indices(*shard).len()).sum::<usize>()
     };
     let (first, begun) = (done(open), Instant::now());
     let mut told = begun;
@@ -236,14 +250,19 @@ fn follow(
     loop {
         let at_work = engine.poll()?;
         let before = done(open);
-        open.retain(|shard| !plan.is_complete(*shard));
+        open.retain(|shard| plan.complete(*shard).is_none());
         let now = done(open);
         if now > before {
             progress.advance((now - before) as u64);
             let rate = (now - first) as f64 / begun.elapsed().as_secs_f64();
-            let left = (plan.samples() - now) as f64 / rate;
+            let left = (plan.total() - now) as f64 / rate;
             if !a.quiet && told.elapsed() >= if progress.is_line() { PERIOD } else { BETWEEN_LINES } {
-                progress.note(&format!("{now} of {} samples, {} left", plan.samples(), duration(left)));
+                progress.note(&format!(
+                    "{now} of {} {}, {} left",
+                    plan.total(),
+                    plan.command.counted(),
+                    duration(left)
+                ));
                 told = Instant::now();
             }
         }

@@ -19,10 +19,7 @@ use crate::progress::Progress;
 use crate::sweep_file::SweepFile;
 
 pub(crate) fn run_sweep(a: &SweepArguments) -> Result<Exit, Refusal> {
-    let mut axes = a.set.iter().map(|t| Axis::parse(t)).collect::<Result<Vec<_>, _>>().map_err(refusal)?;
-    if let Some(m) = &a.method {
-        axes.push(Axis { key: "method".into(), values: vec![m.clone()] });
-    }
+    let axes = a.axes()?;
     let mut cases = cases(&apsides::registry(), &a.mission, &axes).map_err(refusal)?;
     let stop = a.run.limit.stop();
     for case in &mut cases {
@@ -127,6 +124,16 @@ pub(crate) const KEYS: &str = "keys";
 pub(crate) const PRICES: &str = "prices";
 
 impl SweepArguments {
+    /// The keys that vary, with their values.
+    pub(crate) fn axes(&self) -> Result<Vec<Axis>, Refusal> {
+        let axes = self.set.iter().map(|text| Axis::parse(text)).collect::<Result<Vec<_>, _>>();
+        let mut axes = axes.map_err(refusal)?;
+        if let Some(method) = &self.method {
+            axes.push(Axis { key: "method".into(), values: vec![method.clone()] });
+        }
+        Ok(axes)
+    }
+
     /// The indices of the cases that are asked for.
     fn indices(&self, total: usize) -> Result<Range<usize>, Refusal> {
         let first = self.first.map_or(0, |first| first as usize);
@@ -145,7 +152,7 @@ fn statement(cases: &[Case]) -> String {
 }
 
 /// The directory of the solves of a sweep.
-fn partial(file: &Path) -> PathBuf {
+pub(crate) fn partial(file: &Path) -> PathBuf {
     let mut name = file.as_os_str().to_owned();
     name.push(".partial");
     name.into()

@@ -9,7 +9,7 @@ use std::path::{Path, PathBuf};
 use std::process::Child;
 use std::time::{Duration, Instant};
 
-use support::{apsides, path, signal, spawn, stderr, stdout};
+use support::{apsides, path, signal, spawn, stderr, stdout, table};
 
 const SAMPLES: &str = "6000";
 
@@ -123,6 +123,37 @@ fn an_interrupt_leaves_or_cancels_what_is_at_work() {
 }
 
 #[test]
+fn a_sweep_is_joined_to_its_table() {
+    let dir = tempfile::tempdir().unwrap();
+    let set = ["--set", "perilune_altitude_km=50,40,30,20,10", "--chain", "2"];
+    let whole = path(&dir.path().join("whole.csv"));
+    let o = apsides(&[&["sweep", "lunar-perilune", "--quiet", "--out", &whole], &set[..]].concat());
+    assert_eq!(o.status.code(), Some(0), "{}", stderr(&o));
+    let file = dir.path().join("run.toml");
+    let arguments = set.map(|word| format!("{word:?}")).join(", ");
+    fs::write(
+        &file,
+        format!(
+            "command = \"sweep\"\nmission = \"lunar-perilune\"\narguments = [{arguments}]\nshard_size = 2\n"
+        ),
+    )
+    .unwrap();
+    let o = apsides(&["campaign", &path(&file), "--shards"]);
+    assert_eq!(stdout(&o), "3\n", "{}", stderr(&o));
+    let o = apsides(&["campaign", &path(&file), "--shard", "1"]);
+    assert_eq!(o.status.code(), Some(0), "{}", stderr(&o));
+    let o = apsides(&["campaign", &path(&file), "--quiet"]);
+    assert_eq!(o.status.code(), Some(0), "{}", stderr(&o));
+    assert!(stdout(&o).starts_with("5 cases in 3 shards, 1 of them complete"), "{}", stdout(&o));
+    let merged = dir.path().join("run/merged.csv");
+    assert_eq!(table(&merged), table(Path::new(&whole)));
+    assert_eq!(table(&merged).len(), 6);
+    // Nothing but tables and their manifests.
+    let shards = fs::read_dir(dir.path().join("run/shards")).unwrap();
+    assert_eq!(shards.count(), 6);
+}
+
+#[test]
 fn what_is_wrong_with_a_campaign_is_said_before_its_work() {
     let dir = tempfile::tempdir().unwrap();
     let refused = |text: &str| {
@@ -134,7 +165,20 @@ fn what_is_wrong_with_a_campaign_is_said_before_its_work() {
     };
     let sizes = "samples = 100\nshard_size = 50\n";
     for (text, words) in [
-        ("mission = \"lunar\"\n", "missing field `samples`"),
+        ("mission = \"lunar\"\nshard_size = 1\n", "missing field `samples`"),
+        (
+            "mission = \"lunar\"\ncommand = \"sweep\"\nsamples = 5\nshard_size = 1\n",
+            "`samples` is of `montecarlo`",
+        ),
+        ("mission = \"lunar\"\ncommand = \"sweep\"\nshard_size = 1\n", "`arguments` need `--chain N`"),
+        (
+            "mission = \"lunar\"\ncommand = \"sweep\"\narguments = [\"--chain\", \"2\"]\nshard_size = 3\n",
+            "a multiple of the chain, 2",
+        ),
+        (
+            "mission = \"lunar-perilun\"\ncommand = \"sweep\"\narguments = [\"--chain\", \"2\"]\nshard_size = 2\n",
+            "the nearest is `lunar-perilune`",
+        ),
         ("mission = \"chang-e-3-braking\"\nsamples = 1\nshard_size = 1\n", "`samples` is 1, allowed is 2 to"),
         (
             "mission = \"chang-e-3-braking\"\nsamples = 10\nshard_size = 0\n",

@@ -1,6 +1,7 @@
 //! Words that options take.
 
 use clap::ValueEnum;
+use serde::Deserialize;
 
 /// Kinds of files that can be begun.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
@@ -10,9 +11,11 @@ pub(crate) enum NewKind {
 }
 
 /// Files of the samples of a Monte Carlo run.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, ValueEnum, Deserialize)]
+#[serde(rename_all = "kebab-case")]
 pub(crate) enum SampleFormat {
     /// CSV alone.
+    #[default]
     Csv,
     /// CSV and Parquet.
     Parquet,

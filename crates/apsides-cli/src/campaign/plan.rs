@@ -5,10 +5,40 @@ use std::path::{Path, PathBuf};
 
 use apsides::pipeline::digest::sha256;
 use apsides::pipeline::regular_file;
-use apsides::pipeline::shard::{SHARD, Shard};
+use apsides::pipeline::shard::{Shard, manifest_of};
+use clap::Parser as _;
 use serde::Deserialize;
 
+use crate::arguments::{Arguments, Command, SampleFormat};
 use crate::exit::{Refusal, refusal};
+
+/// Command of the shards.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub(crate) enum CommandWord {
+    /// Samples of a Monte Carlo run.
+    #[default]
+    Montecarlo,
+    /// Cases of a sweep.
+    Sweep,
+}
+
+impl CommandWord {
+    fn word(self) -> &'static str {
+        match self {
+            Self::Montecarlo => "montecarlo",
+            Self::Sweep => "sweep",
+        }
+    }
+
+    /// The name of that which is counted.
+    pub(crate) fn counted(self) -> &'static str {
+        match self {
+            Self::Montecarlo => "samples",
+            Self::Sweep => "cases",
+        }
+    }
+}
 
 /// Engine of the shards.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Deserialize)]
@@ -27,17 +57,20 @@ pub(crate) enum EngineWord {
 #[derive(Clone, Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub(crate) struct Plan {
+    /// Command of the shards.
+    #[serde(default)]
+    pub(crate) command: CommandWord,
     /// Mission file, or the name of a mission.
     mission: String,
-    /// Options of `montecarlo`.
+    /// Options of the command.
     #[serde(default)]
     arguments: Vec<String>,
-    /// Samples of the whole run.
-    samples: u32,
+    /// Samples of the whole run; the cases of a sweep are counted by its `--set`.
+    samples: Option<u32>,
     /// Seed of the run.
     #[serde(default)]
     seed: u64,
-    /// Samples of a shard.
+    /// Samples or cases of a shard.
     shard_size: u32,
     /// Engine of the shards.
     #[serde(default)]
@@ -56,6 +89,9 @@ pub(crate) struct Plan {
     time_limit_s: Option<f64>,
     /// Memory of a shard, MiB.
     pub(crate) memory_mib: Option<u32>,
+    /// Files of the joined samples.
+    #[serde(default)]
+    pub(crate) format: SampleFormat,
     /// Keys of Slurm.
     #[serde(default)]
     pub(crate) slurm: SlurmKeys,
@@ -65,6 +101,9 @@ pub(crate) struct Plan {
     /// The file.
     #[serde(skip)]
     pub(crate) file: PathBuf,
+    /// Samples or cases of the whole run.
+    #[serde(skip)]
+    total: u32,
 }
 
 /// Keys of Slurm.
@@ -100,8 +139,8 @@ fn three() -> u32 {
     3
 }
 
-/// Options of `montecarlo` that the file has keys for, or that shards set.
-const OWN: [&str; 11] = [
+/// Options of commands that the file has keys for, or that shards set.
+const OWN: [&str; 12] = [
     "--samples",
     "--seed",
     "--first",
@@ -113,6 +152,7 @@ const OWN: [&str; 11] = [
     "--quiet",
     "--json",
     "--format",
+    "--figure",
 ];
 
 impl Plan {
@@ -129,9 +169,22 @@ impl Plan {
                 "`arguments` have {own}: the file has a key for it, or each shard its own"
             ));
         }
-        for (key, value) in [("samples", plan.samples), ("shard_size", plan.shard_size)] {
+        plan.total = match (plan.command, plan.samples) {
+            (CommandWord::Montecarlo, Some(samples)) => samples,
+            (CommandWord::Montecarlo, None) => return refused("missing field `samples`".into()),
+            (CommandWord::Sweep, None) => 0,
+            (CommandWord::Sweep, Some(_)) => {
+                return refused(
+                    "`samples` is of `montecarlo`: the cases of a sweep are those of its `--set`".into(),
+                );
+            }
+        };
+        if plan.command == CommandWord::Sweep && plan.format != SampleFormat::Csv {
+            return refused("`format` is of samples: a sweep is a table of CSV".into());
+        }
+        for (key, value) in [("samples", plan.samples), ("shard_size", Some(plan.shard_size))] {
             let least = if key == "samples" { 2 } else { 1 };
-            if !(least..=1_000_000_000).contains(&value) {
+            if let Some(value) = value.filter(|value| !(least..=1_000_000_000).contains(value)) {
                 return refused(format!("`{key}` is {value}, allowed is {least} to 1000000000"));
             }
         }
@@ -151,7 +204,44 @@ impl Plan {
                 .map_err(|e| refusal(format!("{}: {e}", directory.display())))?;
         }
         plan.file = absolute;
+        if plan.command == CommandWord::Sweep {
+            plan.total = plan.count_cases()?;
+        }
         Ok(plan)
+    }
+
+    /// The command of a shard.
+    pub(crate) fn parsed(&self, shard: usize) -> Result<Command, Refusal> {
+        self.parse(self.command_line(shard))
+    }
+
+    fn parse(&self, words: Vec<String>) -> Result<Command, Refusal> {
+        let shown = self.file.display();
+        let parsed = Arguments::try_parse_from(std::iter::once("apsides".to_owned()).chain(words));
+        Ok(parsed.map_err(|e| refusal(format!("{shown}: `mission` or `arguments`: {e}")))?.command)
+    }
+
+    /// The cases of a sweep: all combinations of the values of its keys.
+    fn count_cases(&self) -> Result<u32, Refusal> {
+        let shown = self.file.display();
+        let refused = |reason: &str| Err(refusal(format!("{shown}: {reason}")));
+        let Command::Sweep(sweep) = self.parse(self.words())? else {
+            return refused("`mission` is a name or a file");
+        };
+        let Some(chain) = sweep.chain else {
+            return refused(
+                "a sweep is divided between chains: `arguments` need `--chain N`, the cases that start from one another",
+            );
+        };
+        if !self.shard_size.is_multiple_of(chain) {
+            let size = self.shard_size;
+            return refused(&format!(
+                "`shard_size` is {size}, it has to be a multiple of the chain, {chain}"
+            ));
+        }
+        let sizes =
+            sweep.axes()?.into_iter().map(|axis| u32::try_from(axis.values.len()).unwrap_or(u32::MAX));
+        Ok(sizes.fold(1, u32::saturating_mul))
     }
 
     /// Directory of shards, logs and result.
@@ -165,33 +255,51 @@ impl Plan {
         self.out().join("shards")
     }
 
-    /// Directory of the joined shards.
+    /// The joined shards: a directory, or the table of a sweep.
     pub(crate) fn merged(&self) -> PathBuf {
-        self.out().join("merged")
+        self.place(self.out().join("merged"))
     }
 
-    pub(crate) fn samples(&self) -> usize {
-        self.samples as usize
+    /// A place for results: a directory of this name, or a table.
+    fn place(&self, name: PathBuf) -> PathBuf {
+        match self.command {
+            CommandWord::Montecarlo => name,
+            CommandWord::Sweep => name.with_extension("csv"),
+        }
+    }
+
+    /// Samples or cases of the whole run.
+    pub(crate) fn total(&self) -> usize {
+        self.total as usize
     }
 
     /// Number of shards.
     pub(crate) fn shards(&self) -> usize {
-        self.samples.div_ceil(self.shard_size) as usize
+        self.total.div_ceil(self.shard_size) as usize
     }
 
     pub(crate) fn indices(&self, shard: usize) -> Range<usize> {
         let size = self.shard_size as usize;
-        shard * size..((shard + 1) * size).min(self.samples())
+        shard * size..((shard + 1) * size).min(self.total())
     }
 
-    pub(crate) fn shard_directory(&self, shard: usize) -> PathBuf {
-        self.shards_directory().join(format!("{shard:06}"))
+    /// The results of a shard: a directory, or the table of a sweep.
+    pub(crate) fn shard_place(&self, shard: usize) -> PathBuf {
+        self.place(self.shards_directory().join(format!("{shard:06}")))
     }
 
-    /// True if a shard has all its samples.
-    pub(crate) fn is_complete(&self, shard: usize) -> bool {
-        let manifest = self.shard_directory(shard).join(SHARD);
-        manifest.exists() && Shard::read(&manifest).is_ok_and(|shard| shard.state.is_complete())
+    /// The directory that the process of a shard locks.
+    pub(crate) fn locked(&self, shard: usize) -> PathBuf {
+        let place = self.shard_place(shard);
+        match self.command {
+            CommandWord::Montecarlo => place,
+            CommandWord::Sweep => crate::sweep::partial(&place),
+        }
+    }
+
+    /// The manifest of a shard that has all its samples or cases.
+    pub(crate) fn complete(&self, shard: usize) -> Option<Shard> {
+        complete(&self.shard_place(shard))
     }
 
     /// Shards at a time.
@@ -200,18 +308,26 @@ impl Plan {
         self.workers.map_or_else(|| (cores / self.threads as usize).max(1), |workers| workers as usize)
     }
 
+    /// The beginning of the command line, the same for all shards.
+    fn words(&self) -> Vec<String> {
+        let mut words: Vec<String> = vec![self.command.word().into(), self.mission.clone()];
+        words.extend(self.arguments.iter().cloned());
+        words
+    }
+
     /// The command line of a shard, behind the name of the program.
     pub(crate) fn command_line(&self, shard: usize) -> Vec<String> {
         let indices = self.indices(shard);
-        let mut words: Vec<String> = vec!["montecarlo".into(), self.mission.clone()];
-        words.extend(self.arguments.iter().cloned());
+        let mut words = self.words();
         let mut option = |name: &str, value: String| words.extend([name.to_owned(), value]);
-        option("--samples", self.samples.to_string());
+        if let Some(samples) = self.samples {
+            option("--samples", samples.to_string());
+        }
         option("--seed", self.seed.to_string());
         option("--first", indices.start.to_string());
         option("--count", indices.len().to_string());
         option("--threads", self.threads.to_string());
-        option("--out", self.shard_directory(shard).display().to_string());
+        option("--out", self.shard_place(shard).display().to_string());
         if let Some(limit) = self.time_limit_s {
             option("--time-limit", limit.to_string());
         }
@@ -224,9 +340,18 @@ impl Plan {
 
     /// A digest of all that decides the samples and their division.
     pub(crate) fn digest(&self) -> String {
-        let all = format!("{:?}", (&self.mission, &self.arguments, self.samples, self.seed, self.shard_size));
-        sha256(all.as_bytes())
+        let all = (self.command, &self.mission, &self.arguments, self.samples, self.seed, self.shard_size);
+        sha256(format!("{all:?}").as_bytes())
     }
+}
+
+/// The manifest of a place where all is there.
+pub(crate) fn complete(place: &Path) -> Option<Shard> {
+    let manifest = manifest_of(place);
+    if !manifest.exists() {
+        return None;
+    }
+    Shard::read(&manifest).ok().filter(|shard| shard.state.is_complete())
 }
 
 #[cfg(test)]
@@ -234,7 +359,8 @@ mod tests {
     use super::*;
 
     fn plan(more: &str) -> Result<Plan, toml::de::Error> {
-        toml::from_str(&format!("mission = \"lunar\"\nsamples = 1001\nshard_size = 250\n{more}"))
+        let text = format!("mission = \"lunar\"\nsamples = 1001\nshard_size = 250\n{more}");
+        toml::from_str(&text).map(|plan: Plan| Plan { total: 1001, ..plan })
     }
 
     #[test]
