@@ -1,4 +1,5 @@
-//! The recipes for clusters, on this machine: a campaign by Slurm and by Dask, a worker killed on the way, held against a single run.
+//! The recipes for clusters, on this machine: campaigns by processes, Slurm and Dask, of which a process is killed on the way, held against a
+//! single run.
 
 use std::path::{Path, PathBuf};
 use std::process::{Child, Command};
@@ -18,7 +19,31 @@ const CASE: Case = Case {
 };
 
 /// Longest time of a campaign.
-const LONGEST: Duration = Duration::from_secs(120);
+const LONGEST: Duration = Duration::from_secs(300);
+
+/// The process that is killed without a warning.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Victim {
+    /// That of a shard.
+    Shard,
+    /// Its parent, a worker of the engine.
+    Worker,
+    /// That which submits and follows; it is started again.
+    Pilot,
+    /// The daemon of a node of Slurm.
+    Node,
+}
+
+impl Victim {
+    fn word(self) -> &'static str {
+        match self {
+            Self::Shard => "shard",
+            Self::Worker => "worker",
+            Self::Pilot => "pilot",
+            Self::Node => "node",
+        }
+    }
+}
 
 /// Runs the recipes where their tools are there or can be installed, and says which are left out.
 pub(crate) fn run_if_there(workspace: &Workspace) -> Result<(), String> {
@@ -32,13 +57,19 @@ pub(crate) fn run_if_there(workspace: &Workspace) -> Result<(), String> {
     let _ = std::fs::remove_dir_all(&work.folder);
     std::fs::create_dir_all(&work.folder).map_err(|e| format!("{}: {e}", work.folder.display()))?;
     run(&mut CASE.whole(&work.program, &work.folder.join("whole")))?;
-    work.campaign("local", "", None)?;
+    work.campaign("local", "", None, Victim::Shard)?;
+    work.campaign("local", "", None, Victim::Pilot)?;
     match Slurm::start(&workspace.root, work.folder.join("slurm-cluster"))? {
-        Ok(slurm) => work.campaign("slurm", "", Some(&slurm))?,
+        Ok(slurm) => {
+            // The node last: it stays away.
+            for victim in [Victim::Shard, Victim::Pilot, Victim::Node] {
+                work.campaign("slurm", "", Some(&slurm), victim)?;
+            }
+        }
         Err(why) => println!("slurm skipped: {why}"),
     }
     match python_with_dask(&workspace.target) {
-        Ok(python) => work.campaign("dask", &dask_keys(&python), None)?,
+        Ok(python) => work.campaign("dask", &dask_keys(&python), None, Victim::Worker)?,
         Err(why) => println!("dask skipped: {why}"),
     }
     Ok(())
@@ -50,50 +81,66 @@ struct Work {
 }
 
 impl Work {
-    /// A campaign by an engine, of which a process is killed on the way: that of a shard, or its parent.
-    fn campaign(&self, engine: &str, keys: &str, slurm: Option<&Slurm>) -> Result<(), String> {
-        let file = CASE.write(&self.folder, engine, keys)?;
-        println!("$ apsides campaign {engine}.toml");
+    /// A campaign by an engine, of which a process is killed on the way.
+    fn campaign(
+        &self,
+        engine: &str,
+        keys: &str,
+        slurm: Option<&Slurm>,
+        victim: Victim,
+    ) -> Result<(), String> {
+        let name = format!("{engine}-{}", victim.word());
+        let of_campaign = |e: String| format!("{name}: {e}");
+        let file = CASE.write(&self.folder, &name, engine, keys)?;
+        println!("$ apsides campaign {name}.toml");
         let begun = Instant::now();
-        let mut pilot = Case::pilot(&self.program, &file, slurm);
-        let mut pilot = pilot.spawn().map_err(|e| format!("{}: {e}", self.program.display()))?;
-        let killed = kill_a_worker(&self.folder.join(engine).join("shards"), engine == "dask", &mut pilot)?;
+        let started = || Case::pilot(&self.program, &file, slurm).spawn().map_err(|e| e.to_string());
+        let mut pilot = started().map_err(of_campaign)?;
+        let out = self.folder.join(&name);
+        let daemon = slurm.map(|slurm| slurm.daemon(1)).transpose()?;
+        let strike = |process| match victim {
+            Victim::Shard => kill(process),
+            Victim::Worker => parent_of(process).is_some_and(kill),
+            Victim::Node => daemon.is_some_and(kill),
+            Victim::Pilot => true,
+        };
+        strike_at_work(&out.join("shards"), &mut pilot, strike).map_err(of_campaign)?;
+        if victim == Victim::Pilot {
+            pilot.kill().and_then(|()| pilot.wait()).map_err(|e| e.to_string())?;
+            pilot = started().map_err(of_campaign)?;
+        }
         let status = loop {
             if let Some(status) = pilot.try_wait().map_err(|e| e.to_string())? {
                 break status;
             }
             if begun.elapsed() > LONGEST {
                 let _ = pilot.kill();
-                return Err(format!("{engine}: not at its end after {} s", LONGEST.as_secs()));
+                return Err(of_campaign(format!("not at its end after {} s", LONGEST.as_secs())));
             }
             std::thread::sleep(Duration::from_millis(100));
         };
         if !status.success() {
-            return Err(format!("{engine}: the campaign ended with {status}"));
+            return Err(of_campaign(format!("it ended with {status}")));
         }
-        compare(&self.folder.join("whole"), &self.folder.join(engine).join("merged"))
-            .map_err(|e| format!("{engine}: {e}"))?;
+        compare(&self.folder.join("whole"), &out.join("merged")).map_err(of_campaign)?;
         let time = begun.elapsed().as_secs_f64();
-        println!("{engine}: {killed} was killed; the joined files are those of the single run, {time:.1} s");
+        println!(
+            "{engine}: a {} was killed; the joined files are those of the single run, {time:.1} s",
+            victim.word()
+        );
         Ok(())
     }
 }
 
-/// Kills the process that computes a shard, or its parent, as soon as it has some samples; returns which.
-fn kill_a_worker(shards: &Path, parent: bool, pilot: &mut Child) -> Result<String, String> {
+/// Strikes as soon as a process computes a shard of which some rows are there; again where that one was gone.
+fn strike_at_work(shards: &Path, pilot: &mut Child, strike: impl Fn(u32) -> bool) -> Result<(), String> {
     let begun = Instant::now();
     while begun.elapsed() < LONGEST {
-        if let Some((process, shard)) = worker(shards) {
-            let victim = if parent { parent_of(process) } else { Some(process) };
-            if let Some(victim) = victim
-                && succeeds(Command::new("kill").args(["-KILL", &victim.to_string()]))
-            {
-                let what = if parent { "the worker" } else { "the process" };
-                return Ok(format!("{what} of shard {shard}"));
-            }
+        if worker(shards).is_some_and(&strike) {
+            return Ok(());
         }
         if pilot.try_wait().is_ok_and(|ended| ended.is_some()) {
-            return Err("the campaign ended before a worker could be killed".into());
+            return Err("the campaign ended before a process could be killed".into());
         }
         std::thread::sleep(Duration::from_millis(2));
     }
@@ -101,15 +148,19 @@ fn kill_a_worker(shards: &Path, parent: bool, pilot: &mut Child) -> Result<Strin
     Err("no shard was begun".into())
 }
 
+fn kill(process: u32) -> bool {
+    succeeds(Command::new("kill").args(["-KILL", &process.to_string()]))
+}
+
 /// A process that computes a shard of which rows are there, by the shard's lock.
-fn worker(shards: &Path) -> Option<(u32, String)> {
+fn worker(shards: &Path) -> Option<u32> {
     for entry in std::fs::read_dir(shards).ok()?.flatten() {
         let shard = entry.path();
         let Ok(words) = std::fs::read_to_string(shard.join(".apsides-lock")) else { continue };
         let has_rows = shard.join("montecarlo.csv").metadata().is_ok_and(|m| m.len() > 20_000);
         let process = words.strip_prefix("process ").and_then(|w| w.split_whitespace().next()?.parse().ok());
         if let Some(process) = process.filter(|_| has_rows) {
-            return Some((process, entry.file_name().to_string_lossy().into_owned()));
+            return Some(process);
         }
     }
     None

@@ -44,8 +44,14 @@ impl Case {
     }
 
     /// Writes the file of an engine below a folder; without its ending, its path is that of the campaign.
-    pub(crate) fn write(&self, folder: &Path, engine: &str, keys: &str) -> Result<PathBuf, String> {
-        let file = folder.join(format!("{engine}.toml"));
+    pub(crate) fn write(
+        &self,
+        folder: &Path,
+        name: &str,
+        engine: &str,
+        keys: &str,
+    ) -> Result<PathBuf, String> {
+        let file = folder.join(format!("{name}.toml"));
         std::fs::write(&file, self.file(engine, keys)).map_err(|e| format!("{}: {e}", file.display()))?;
         Ok(file)
     }
@@ -106,6 +112,15 @@ impl Slurm {
         let cluster = Self { script, folder };
         run(Command::new(&cluster.script).arg("start").arg(&cluster.folder))?;
         Ok(Ok(cluster))
+    }
+}
+
+impl Slurm {
+    /// The process of the daemon of a node, counted from 1.
+    pub(crate) fn daemon(&self, node: usize) -> Result<u32, String> {
+        let file = self.folder.join(format!("slurmd-node{node}.pid"));
+        let words = std::fs::read_to_string(&file).map_err(|e| format!("{}: {e}", file.display()))?;
+        words.trim().parse().map_err(|e| format!("{}: {e}", file.display()))
     }
 }
 

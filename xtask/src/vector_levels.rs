@@ -23,11 +23,11 @@ const PROCESSORS: [Processor; 2] = [
     Processor { name: "Nehalem", level: "x86-64", same_bits: false },
 ];
 
-/// Solves and flights that reach all kernels: collocation, cones, flat maps, shooting, laws, re-planning.
+/// Solves and flights that reach the kernels: collocation, a descent over stages, shooting, flights along a plan, planned anew and under a law.
 const CASES: [&str; 6] = [
     "solve lunar-perilune",
     "solve mars-descent",
-    "solve lunar-perilune --method shooting",
+    "solve lunar-perilune --method multiple-shooting",
     "montecarlo chang-e-3-braking --position-m 333 --velocity-m-s 1 --samples 40",
     "montecarlo chang-e-3-braking --position-m 333 --samples 3 --guidance replanned",
     "montecarlo moving-mass-cross --offset-m 0.001 --samples 4",
