@@ -16,7 +16,9 @@ HERE = Path(__file__).resolve().parent
 def main():
     file, jobs = sys.argv[1], int((sys.argv[2:] or ["4"])[0])
     # Of a job. A worker that starts the program needs little memory of its own.
-    with SLURMCluster(cores=1, processes=1, memory="1GB", walltime="01:00:00", job_directives_skip=["--mem"]) as cluster:
+    worker = {"cores": 1, "processes": 1, "memory": "1GB", "walltime": "01:00:00"}
+    logs = str(Path(file).resolve().with_suffix("") / "log")
+    with SLURMCluster(**worker, job_directives_skip=["--mem"], log_directory=logs) as cluster:
         cluster.scale(jobs=jobs)
         run = [HERE / "run.sh", file, "--scheduler", cluster.scheduler_address]
         sys.exit(subprocess.call(run, env={**os.environ, "PYTHON": sys.executable}))
