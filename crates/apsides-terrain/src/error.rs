@@ -1,5 +1,6 @@
 //! Reasons to refuse a request.
 
+use std::borrow::Cow;
 use std::io;
 
 use crate::MapUnit;
@@ -67,8 +68,8 @@ pub enum TerrainError {
         name: &'static str,
         /// The number given.
         value: f64,
-        /// The range allowed, in words.
-        allowed: &'static str,
+        /// The range allowed, in words, and what to do.
+        allowed: Cow<'static, str>,
     },
     /// Pixels in degrees, or not square, where a square pixel in metres is needed.
     #[error(
@@ -109,7 +110,7 @@ pub enum TerrainError {
 }
 
 /// A number in few digits: hundreds of them say less than an exponent.
-fn short(value: f64) -> String {
+pub(crate) fn short(value: f64) -> String {
     let digits = value == 0.0 || !value.is_finite() || (1e-7..1e15).contains(&value.abs());
     if digits { value.to_string() } else { format!("{value:.3e}") }
 }

@@ -45,7 +45,7 @@ impl Geometry {
                 return Err(TerrainError::Number {
                     name: "size of a pixel",
                     value,
-                    allowed: "it must be positive and finite",
+                    allowed: "it must be positive and finite".into(),
                 });
             }
         }
@@ -54,7 +54,7 @@ impl Geometry {
                 return Err(TerrainError::Number {
                     name: "map coordinate",
                     value,
-                    allowed: "it must be finite",
+                    allowed: "it must be finite".into(),
                 });
             }
         }

@@ -24,14 +24,14 @@ impl Sun {
             return Err(TerrainError::Number {
                 name: "azimuth of the Sun, rad",
                 value: azimuth,
-                allowed: "it must be finite",
+                allowed: "it must be finite".into(),
             });
         }
         if !(elevation > 0.0 && elevation <= FRAC_PI_2) {
             return Err(TerrainError::Number {
                 name: "elevation of the Sun, rad",
                 value: elevation,
-                allowed: "it must be above 0 and at most pi/2",
+                allowed: "it must be above 0 and at most pi/2".into(),
             });
         }
         Ok(Sun { azimuth, elevation })

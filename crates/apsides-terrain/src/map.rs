@@ -33,7 +33,11 @@ impl ElevationMap {
     /// A datum that is not finite.
     pub fn from_relative(mut relative: Raster<f32>, datum: f64) -> Result<ElevationMap, TerrainError> {
         if !datum.is_finite() {
-            return Err(TerrainError::Number { name: "datum", value: datum, allowed: "it must be finite" });
+            return Err(TerrainError::Number {
+                name: "datum",
+                value: datum,
+                allowed: "it must be finite".into(),
+            });
         }
         relative.data_mut().iter_mut().filter(|z| !z.is_finite()).for_each(|z| *z = f32::NAN);
         Ok(ElevationMap { relative, datum })

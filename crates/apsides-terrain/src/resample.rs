@@ -30,7 +30,7 @@ pub fn resample(map: &ElevationMap, pixel: f64, by: Resampling) -> Result<Elevat
         return Err(TerrainError::Number {
             name: "size of a pixel",
             value: pixel,
-            allowed: "it must be positive, finite, and give at most 2^31 pixels",
+            allowed: "it must be positive, finite, and give at most 2^31 pixels".into(),
         });
     }
     let corner = from.position(-0.5, -0.5);

@@ -19,7 +19,7 @@ pub fn visible(map: &ElevationMap, sensor: [f64; 3]) -> Result<Raster<f32>, Terr
         return Err(TerrainError::Number {
             name: "place of the sensor, m",
             value,
-            allowed: "it must be finite",
+            allowed: "it must be finite".into(),
         });
     }
     let ground = RayGround::new(map.relative());

@@ -70,7 +70,11 @@ pub fn survey<R: Read + Seek>(
     }
     if !(options.separation_m.is_finite() && options.separation_m >= 0.0) {
         let value = options.separation_m;
-        return Err(TerrainError::Number { name: "separation_m", value, allowed: "it must not be negative" });
+        return Err(TerrainError::Number {
+            name: "separation_m",
+            value,
+            allowed: "it must not be negative".into(),
+        });
     }
     let reach = reach(criteria, pixel, rows.max(cols));
     // Two bits a pixel for the whole map.
@@ -82,7 +86,7 @@ pub fn survey<R: Read + Seek>(
         return Err(TerrainError::Number {
             name: "memory",
             value: options.memory as f64,
-            allowed: "it must hold 128 rows with the rows above and below that their footprints reach",
+            allowed: "it must hold 128 rows with the rows above and below that their footprints reach".into(),
         });
     }
     let datum = map.window(0, 0, BAND.min(rows), cols)?.datum();

@@ -322,6 +322,20 @@ fn criteria_are_checked_against_the_pixels() {
     };
     assert_eq!(name(SiteCriteria { footprint_radius_m: 0.9, ..CRITERIA }), "footprint_radius_m");
     assert_eq!(name(SiteCriteria { footpad_circle_radius_m: 1e6, ..CRITERIA }), "footpad_circle_radius_m");
+    // What is said is in metres, with what to do.
+    let said = |footprint_radius_m: f64| {
+        let criteria = SiteCriteria { footprint_radius_m, ..CRITERIA };
+        hazard_map_with(&map, &criteria, &all()).err().unwrap().to_string()
+    };
+    assert_eq!(
+        said(0.5),
+        "footprint_radius_m is 0.5: pixels of 1 m are too coarse for it; take a map with pixels of at most 0.5 m, or criteria with at \
+         least 1 m"
+    );
+    assert_eq!(
+        said(1001.0),
+        "footprint_radius_m is 1001: on pixels of 1 m it may be 1000 m at most, 1000 pixels; take criteria with less, or a coarser map"
+    );
     let plane = HazardOptions { plane: None, ..all() };
     let found = hazard_bands(&mut &map, &CRITERIA, &plane, 64, &mut Together::default(), &|_| true);
     assert!(matches!(found, Err(TerrainError::Number { name: "relative_elevation_max_m", .. })));

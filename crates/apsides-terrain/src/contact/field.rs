@@ -30,7 +30,11 @@ impl Field {
         for (name, value) in [("rows of the ground", rows), ("columns of the ground", cols)] {
             if value < 2 {
                 let value = value as f64;
-                return Err(TerrainError::Number { name, value, allowed: "there must be at least two" });
+                return Err(TerrainError::Number {
+                    name,
+                    value,
+                    allowed: "there must be at least two".into(),
+                });
             }
         }
         let cells = (rows as u64 - 1) * (cols as u64 - 1);

@@ -115,12 +115,12 @@ fn positive(name: &'static str, value: f64) -> Result<f64, TerrainError> {
     if value.is_finite() && value > 0.0 {
         return Ok(value);
     }
-    Err(TerrainError::Number { name, value, allowed: "it must be positive and finite" })
+    Err(TerrainError::Number { name, value, allowed: "it must be positive and finite".into() })
 }
 
 fn not_negative(name: &'static str, value: f64) -> Result<f64, TerrainError> {
     if value.is_finite() && value >= 0.0 {
         return Ok(value);
     }
-    Err(TerrainError::Number { name, value, allowed: "it must be finite and not negative" })
+    Err(TerrainError::Number { name, value, allowed: "it must be finite and not negative".into() })
 }

@@ -126,7 +126,7 @@ impl Ground {
                 return Err(TerrainError::Number {
                     name: "coordinate of a sweep",
                     value,
-                    allowed: "it must be finite",
+                    allowed: "it must be finite".into(),
                 });
             }
         }

@@ -159,7 +159,7 @@ impl Ground {
         lander.check()?;
         for (name, value) in [("east", position[0]), ("north", position[1]), ("heading", heading)] {
             if !value.is_finite() {
-                return Err(TerrainError::Number { name, value, allowed: "it must be finite" });
+                return Err(TerrainError::Number { name, value, allowed: "it must be finite".into() });
             }
         }
         Ok(self.settle(lander, position, heading))

@@ -65,7 +65,7 @@ pub fn boulders(
         ),
     ] {
         if !fits {
-            return Err(TerrainError::Number { name, value, allowed });
+            return Err(TerrainError::Number { name, value, allowed: allowed.into() });
         }
     }
     let (rows, cols) = (map.geometry().rows(), map.geometry().cols());

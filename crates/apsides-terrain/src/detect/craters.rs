@@ -74,7 +74,7 @@ pub fn craters(map: &ElevationMap, search: &CraterSearch) -> Result<Vec<FoundCra
         ),
     ] {
         if !fits {
-            return Err(TerrainError::Number { name, value, allowed });
+            return Err(TerrainError::Number { name, value, allowed: allowed.into() });
         }
     }
     let levels = pyramid(map, 16)?;

@@ -92,7 +92,11 @@ pub fn hazard_bands(
     let geometry = *source.geometry();
     if let (Some(value), None) = (criteria.relative_elevation_max_m, options.plane) {
         let allowed = "a map in bands needs a plane that is given";
-        return Err(TerrainError::Number { name: "relative_elevation_max_m", value, allowed });
+        return Err(TerrainError::Number {
+            name: "relative_elevation_max_m",
+            value,
+            allowed: allowed.into(),
+        });
     }
     let plan = Plan::new(&geometry, source.datum(), criteria, options)?;
     let pixel_m = geometry.square_pixel()?;

@@ -149,8 +149,8 @@ impl SiteCriteria {
         const POSITIVE: &str = "it must be positive and finite";
         const NOT_NEGATIVE: &str = "it must not be negative, and finite";
         const ANGLE: &str = "it must be above 0 and below 90";
-        let number = |name, value: f64, fits: bool, allowed| {
-            if fits { Ok(()) } else { Err(TerrainError::Number { name, value, allowed }) }
+        let number = |name, value: f64, fits: bool, allowed: &'static str| {
+            if fits { Ok(()) } else { Err(TerrainError::Number { name, value, allowed: allowed.into() }) }
         };
         let positive = |name, v: f64| number(name, v, v.is_finite() && v > 0.0, POSITIVE);
         let not_negative = |name, v: f64| number(name, v, v.is_finite() && v >= 0.0, NOT_NEGATIVE);

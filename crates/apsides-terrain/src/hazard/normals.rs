@@ -47,7 +47,7 @@ pub fn median_normal_angle(
     let radius = radius_m / pixel_m;
     if !(radius > 0.0 && radius <= 50.0) {
         let allowed = "it must be positive and at most 50 pixels";
-        return Err(TerrainError::Number { name: "radius_m", value: radius_m, allowed });
+        return Err(TerrainError::Number { name: "radius_m", value: radius_m, allowed: allowed.into() });
     }
     let reach = radius.ceil() as i64;
     let Some(centre) = map.height(row, col) else { return Ok(None) };

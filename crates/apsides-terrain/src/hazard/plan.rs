@@ -12,6 +12,7 @@ use super::stance::{Stance, contact_slope_at};
 use super::tile::{Rows, TILE_COLS, TILE_ROWS, Tile};
 use super::{HazardOptions, Layer, LayerChoice, Plane, SiteCriteria, Verdict, Watch};
 use crate::disk::Disk;
+use crate::error::short;
 use crate::{Geometry, TerrainError};
 
 /// Number of layers.
@@ -69,11 +70,25 @@ impl Plan {
         let pixel_m = geometry.square_pixel()?;
         let reach = |name, radius: f64, least: f64| {
             let value = radius / pixel_m;
-            let allowed = "in pixels it must be at most 1000, and at least one for the footprint";
-            if value >= least && value <= LARGEST_REACH {
+            let allowed = if value < least {
+                format!(
+                    "pixels of {} m are too coarse for it; take a map with pixels of at most {} m, or criteria with at least {} m",
+                    short(pixel_m),
+                    short(radius / least),
+                    short(least * pixel_m)
+                )
+            } else {
+                format!(
+                    "on pixels of {} m it may be {} m at most, {LARGEST_REACH} pixels; take criteria with less, or a coarser map",
+                    short(pixel_m),
+                    short(LARGEST_REACH * pixel_m)
+                )
+            };
+            let fits = value >= least && value <= LARGEST_REACH;
+            if fits {
                 Ok(())
             } else {
-                Err(TerrainError::Number { name, value: radius, allowed })
+                Err(TerrainError::Number { name, value: radius, allowed: allowed.into() })
             }
         };
         reach("footprint_radius_m", criteria.footprint_radius_m, 1.0)?;

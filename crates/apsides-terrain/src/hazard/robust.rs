@@ -89,8 +89,8 @@ impl RobustFit {
     /// are not square, in metres.
     pub fn fit(&self, map: &ElevationMap) -> Result<RobustPlane, TerrainError> {
         let pixel_m = map.geometry().square_pixel()?;
-        let number = |name, value: f64, fits: bool, allowed| {
-            if fits { Ok(()) } else { Err(TerrainError::Number { name, value, allowed }) }
+        let number = |name, value: f64, fits: bool, allowed: &'static str| {
+            if fits { Ok(()) } else { Err(TerrainError::Number { name, value, allowed: allowed.into() }) }
         };
         number("trials", self.trials as f64, self.trials > 0, "there must be at least one")?;
         number("sample", self.sample as f64, self.sample >= 3, "it must be at least 3")?;
@@ -149,7 +149,7 @@ impl RobustFit {
         let ill = TerrainError::Number {
             name: "heights of the map",
             value: known as f64,
-            allowed: "there must be three that are not on one line",
+            allowed: "there must be three that are not on one line".into(),
         };
         let Some((cost, plane)) = best else { return Err(ill) };
         let within_m = match self.method {

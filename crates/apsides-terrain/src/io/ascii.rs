@@ -186,7 +186,7 @@ pub fn write_ascii_grid<W: Write>(
     let taken = (0..g.rows()).any(|r| (0..g.cols()).any(|c| map.height(r, c) == Some(nodata)));
     if !nodata.is_finite() || taken {
         let allowed = "it must be finite and not a height of the map";
-        return Err(TerrainError::Number { name: "number for gaps", value: nodata, allowed });
+        return Err(TerrainError::Number { name: "number for gaps", value: nodata, allowed: allowed.into() });
     }
     let [dx, dy] = g.pixel();
     let [west, south] = g.position(g.rows() as f64 - 0.5, -0.5);

@@ -63,7 +63,11 @@ impl Columns {
     ) -> Result<(Columns, Geometry), TerrainError> {
         if !(radius_m.is_finite() && radius_m > 0.0) {
             let allowed = "it must be positive and finite";
-            return Err(TerrainError::Number { name: "radius of the body", value: radius_m, allowed });
+            return Err(TerrainError::Number {
+                name: "radius of the body",
+                value: radius_m,
+                allowed: allowed.into(),
+            });
         }
         if let Some(other) = stated.filter(|s| (s - radius_m).abs() > SAME_RADIUS * radius_m) {
             let (stated, given) = (other / 1e3, radius_m / 1e3);

@@ -78,7 +78,11 @@ pub fn write_png<W: Write>(
     let range = match range {
         Some([low, high]) if !(low.is_finite() && high.is_finite() && low < high) => {
             let allowed = "the range of colours must be finite and ascending";
-            return Err(TerrainError::Number { name: "end of the range", value: high, allowed });
+            return Err(TerrainError::Number {
+                name: "end of the range",
+                value: high,
+                allowed: allowed.into(),
+            });
         }
         Some(range) => Some(range),
         None => extremes(raster),

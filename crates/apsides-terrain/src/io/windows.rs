@@ -94,7 +94,7 @@ impl<R: Read + Seek> Windows<R> {
         {
             if !value.is_finite() || (value == 0.0 && name == "scale of heights") {
                 let allowed = "it must be finite, and a scale not zero";
-                return Err(TerrainError::Number { name, value, allowed });
+                return Err(TerrainError::Number { name, value, allowed: allowed.into() });
             }
         }
         let mut geometry = head.geometry(options)?;

@@ -111,7 +111,7 @@ pub(super) fn check_noise(noise: f64) -> Result<(), TerrainError> {
     Err(TerrainError::Number {
         name: "standard deviation of the noise, m",
         value: noise,
-        allowed: "it must be positive and finite",
+        allowed: "it must be positive and finite".into(),
     })
 }
 

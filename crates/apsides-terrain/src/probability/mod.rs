@@ -116,7 +116,7 @@ pub fn with_navigation_error(
         return Err(TerrainError::Number {
             name: "navigation error, m",
             value: error,
-            allowed: "it must be from 0 to 100000 pixels",
+            allowed: "it must be from 0 to 100000 pixels".into(),
         });
     }
     let (rows, cols) = (geometry.rows(), geometry.cols());
@@ -186,7 +186,9 @@ impl Criteria {
             ),
         ];
         match rules.into_iter().find(|(_, _, fits, _)| !fits) {
-            Some((name, value, _, allowed)) => Err(TerrainError::Number { name, value, allowed }),
+            Some((name, value, _, allowed)) => {
+                Err(TerrainError::Number { name, value, allowed: allowed.into() })
+            }
             None => Ok(()),
         }
     }

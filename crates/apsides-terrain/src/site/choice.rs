@@ -139,8 +139,8 @@ pub fn choose_sites(
     if start[0] >= rows || start[1] >= cols {
         return Err(TerrainError::Outside { row: start[0], col: start[1], rows, cols });
     }
-    let number = |name, value: f64, fits: bool, allowed| {
-        if fits { Ok(()) } else { Err(TerrainError::Number { name, value, allowed }) }
+    let number = |name, value: f64, fits: bool, allowed: &'static str| {
+        if fits { Ok(()) } else { Err(TerrainError::Number { name, value, allowed: allowed.into() }) }
     };
     let separation = request.separation_m;
     number(

@@ -215,7 +215,7 @@ fn classes_for(
         return Ok(classes);
     }
     let allowed = "at most 2e7 are drawn at once: take smaller pixels, or fewer of them at once";
-    Err(TerrainError::Number { name, value: value.round(), allowed })
+    Err(TerrainError::Number { name, value: value.round(), allowed: allowed.into() })
 }
 
 fn crater_classes(law: &Craters, seed: u64, limits: [f64; 4]) -> Result<Vec<Class>, TerrainError> {

@@ -214,7 +214,9 @@ impl Terrain {
             ),
         ];
         match rules.into_iter().find(|(_, _, fits, _)| !fits) {
-            Some((name, value, _, allowed)) => Err(TerrainError::Number { name, value, allowed }),
+            Some((name, value, _, allowed)) => {
+                Err(TerrainError::Number { name, value, allowed: allowed.into() })
+            }
             None => Ok(()),
         }
     }
