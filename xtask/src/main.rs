@@ -11,6 +11,7 @@
 //! | `book` | commands of the pages in docs, and the book of them |
 //! | `bench` | benchmarks, and the same problems in other programs |
 //! | `package` | every crate as a package, used by a project of its own |
+//! | `release` | the order of crates and the one version of all |
 //! | `supply` | licences and sources of dependencies, the bill of materials |
 //! | `demand` | checks by tools that need not be there: cargo-deny, cargo-fuzz, SciPy |
 //! | `python` | the wheel of the Python package, tested in a fresh environment |
@@ -41,6 +42,7 @@ mod package;
 mod processor_time;
 mod python;
 mod readme;
+mod release;
 mod signatures;
 mod source;
 mod supply;
@@ -84,6 +86,8 @@ Tasks:
   vector-levels      results on processors of several levels of vector instructions, by QEMU; left out where it is not there
   deny               licences and sources of dependencies by deny.toml, and what cargo-deny checks besides where it is there
   sbom [FILE]        bill of materials of the program, CycloneDX 1.5 as JSON
+  release [..]       the order in which crates go to the registry, and what has to stand before; --dry-run: cargo goes through
+                     it and uploads nothing; --set VERSION: another version for all crates
   book               commands of the pages in docs, and the book itself where mdbook is installed
   bless              accepts the present counters of the workspace tests as the golden ones
   bench [--peers] .. criterion benches of kkt, nlp and radau, further arguments go to criterion; --peers: the same
@@ -144,6 +148,7 @@ fn perform(arguments: &[String]) -> Result<(), String> {
         "deny" => no_arguments(task, rest).and_then(|()| demand::deny(&Workspace::load()?)),
         "sbom" => supply::bill(&Workspace::load()?, rest),
         "book" => no_arguments(task, rest).and_then(|()| book::run_book(&Workspace::load()?)),
+        "release" => release::run(&Workspace::load()?, rest),
         "bless" => no_arguments(task, rest).and_then(|()| bless(&Workspace::load()?)),
         "bench" => bench::run_benches(&Workspace::load()?, rest),
         _ => Err(format!("no task `{task}`; `cargo xtask help` lists them")),
@@ -235,6 +240,7 @@ mod tests {
             "features",
             "package",
             "bless",
+            "release",
             "bench",
             "torture",
             "fuzz",
