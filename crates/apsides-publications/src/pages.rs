@@ -4,7 +4,7 @@ use std::fmt::Write as _;
 use std::path::{Path, PathBuf};
 
 use apsides_pipeline::key::{name_of, quantity_label, unit_of};
-use apsides_report::{Axis, Figure, Item, ReportError, Series, replace, table_error};
+use apsides_report::{Axis, Figure, Item, ReportError, Series, replace, stacked_svg, table_error};
 
 use crate::sheet_text::{self as sheet, sheet_markdown};
 use crate::{Comparison, Miss, Reproduction, Row, Table, find};
@@ -68,11 +68,11 @@ pub fn write_reproduction(dir: &Path, done: &Reproduction) -> Result<Vec<PathBuf
     items.push((SHEETS, both.then(|| sheet_data(done)).transpose()?));
     items.extend(missions.iter().map(|(file, text)| (*file, Some(text.as_bytes().to_vec()))));
     for table in &done.tables {
-        let drawn = (!table.rows.is_empty()).then(|| figure(table).to_svg().into_bytes());
+        let drawn = (!table.rows.is_empty()).then(|| stacked_svg(&[figure(table)]).into_bytes());
         items.push((table.figure, drawn));
     }
     for graph in done.sheets.iter().flat_map(|s| &s.graphs) {
-        items.push((graph.file, Some(sheet::figure(graph).to_svg().into_bytes())));
+        items.push((graph.file, Some(stacked_svg(&[sheet::figure(graph)]).into_bytes())));
     }
     replace(dir, &items)
 }

@@ -36,6 +36,15 @@ pub(crate) struct AxisLayout {
 }
 
 impl AxisLayout {
+    /// The ends, as numbers at the ticks; their decadic logarithms on a logarithmic axis.
+    pub(crate) fn ends(&self) -> [f64; 2] {
+        [self.low, self.high]
+    }
+
+    pub(crate) fn is_logarithmic(&self) -> bool {
+        self.scale == AxisScale::Logarithmic
+    }
+
     /// An axis for `values`; `padding` is free space at both ends as a part of the range, `ticks` the wanted number.
     pub(crate) fn new(axis: &Axis, values: impl Iterator<Item = f64>, padding: f64, ticks: usize) -> Self {
         let (low, high) = range(axis.scale, values.chain(axis.including));

@@ -9,7 +9,7 @@ use apsides_pipeline::{Outcome, regular_file};
 use crate::digests::digests;
 use crate::files::{Item, TRAJECTORY, failed, json, replace, with_stale_ephemerides};
 use crate::site_files::site_files;
-use crate::{Figure, Multipliers, ReportError, read_trajectory, render_html, write_trajectory};
+use crate::{Figure, Multipliers, Presentation, ReportError, read_trajectory, render_page, write_trajectory};
 
 const SUMMARY: &str = "summary.json";
 const CERTIFICATE: &str = "certificate.json";
@@ -28,20 +28,22 @@ const REPORT: &str = "report.html";
 /// # Errors
 /// [`ReportError`] with the path and the reason. The earlier content of the directory is then as it was.
 pub fn write_outcome(dir: &Path, outcome: &Outcome, figures: &[Figure]) -> Result<Vec<PathBuf>, ReportError> {
-    write_outcome_with(dir, outcome, figures, Vec::new())
+    let shown = Presentation { paths: figures.to_vec(), ..Presentation::default() };
+    write_outcome_with(dir, outcome, &shown, Vec::new())
 }
 
-/// As [`write_outcome`], with the files of an ephemeris, which follow from the others and have no digest.
+/// As [`write_outcome`], with all that a page can show of the flight, and with the files of an ephemeris, which follow from the others and
+/// have no digest.
 ///
 /// # Errors
 /// As of [`write_outcome`].
 pub fn write_outcome_with(
     dir: &Path,
     outcome: &Outcome,
-    figures: &[Figure],
+    shown: &Presentation,
     ephemeris: Vec<Item>,
 ) -> Result<Vec<PathBuf>, ReportError> {
-    let mut items = render(outcome, figures)?;
+    let mut items = render(outcome, shown)?;
     items.extend(with_stale_ephemerides(ephemeris));
     replace(dir, &items)
 }
@@ -75,7 +77,7 @@ fn stored(trajectory: &Trajectory) -> Result<Trajectory, ReportError> {
     Ok(Trajectory { phases, ..trajectory.clone() })
 }
 
-fn render(outcome: &Outcome, figures: &[Figure]) -> Result<Vec<Item>, ReportError> {
+fn render(outcome: &Outcome, shown: &Presentation) -> Result<Vec<Item>, ReportError> {
     let stored = stored(&outcome.trajectory)?;
     let mut trajectory = Vec::new();
     write_trajectory(&mut trajectory, &outcome.ocp, &stored)?;
@@ -88,7 +90,7 @@ fn render(outcome: &Outcome, figures: &[Figure]) -> Result<Vec<Item>, ReportErro
         (TRAJECTORY, Some(trajectory)),
         (MULTIPLIERS, multipliers.map(|m| json(MULTIPLIERS, &m)).transpose()?),
         (MISSION, Some(outcome.mission_file.clone().into_bytes())),
-        (REPORT, Some(render_html(outcome, figures)?.into_bytes())),
+        (REPORT, Some(render_page(outcome, shown)?.into_bytes())),
     ];
     items.extend(site_files(&outcome.decisions.sites)?);
     items.push(digests(&items, &[MISSION, TRAJECTORY, MULTIPLIERS])?);

@@ -27,13 +27,21 @@ pub struct Axis {
     pub scale: AxisScale,
     /// A value that the axis must reach, such as zero for a count.
     pub including: Option<f64>,
+    /// Least span of the axis, in the unit of the data: changes far below it are noise, and drawn as a straight line.
+    pub least_span: f64,
 }
 
 impl Axis {
     /// A linear axis.
     #[must_use]
     pub fn new(label: impl Into<String>, unit: impl Into<String>) -> Self {
-        Self { label: label.into(), unit: unit.into(), scale: AxisScale::Linear, including: None }
+        Self {
+            label: label.into(),
+            unit: unit.into(),
+            scale: AxisScale::Linear,
+            including: None,
+            least_span: 0.0,
+        }
     }
 
     /// The same axis, logarithmic.
@@ -47,6 +55,12 @@ impl Axis {
     pub fn including(self, value: f64) -> Self {
         Self { including: Some(value), ..self }
     }
+
+    /// The same axis, with at least this span.
+    #[must_use]
+    pub fn spanning(self, least_span: f64) -> Self {
+        Self { least_span, ..self }
+    }
 }
 
 /// The style in which the points of a series are drawn.
@@ -59,6 +73,8 @@ pub enum SeriesStyle {
     Dots,
     /// A dashed grey line that does not widen the axes much: bounds.
     Bound,
+    /// A filled outline: the body, or the ground.
+    Body,
 }
 
 /// Points with a name.
@@ -91,6 +107,12 @@ impl Series {
     #[must_use]
     pub fn bound(label: impl Into<String>, points: Vec<[f64; 2]>) -> Self {
         Self { style: SeriesStyle::Bound, ..Self::line(label, points) }
+    }
+
+    /// An outline that is filled: the body that a flight is about, or the ground.
+    #[must_use]
+    pub fn body(label: impl Into<String>, points: Vec<[f64; 2]>) -> Self {
+        Self { style: SeriesStyle::Body, ..Self::line(label, points) }
     }
 
     /// The same series in a colour of the palette, to pair it with another one.
@@ -205,6 +227,7 @@ impl Figure {
         let named = self.series.iter().zip(self.colors()).filter(|(s, _)| !s.label.is_empty());
         let words = named.map(|(s, color)| match color {
             Some(k) => format!("{} {}", s.label, COLORS[k % COLORS.len()].0),
+            None if s.style == SeriesStyle::Body => format!("{} grey", s.label),
             None => format!("{} dashed", s.label),
         });
         words.collect::<Vec<_>>().join(", ")
@@ -214,7 +237,7 @@ impl Figure {
     pub(crate) fn colors(&self) -> Vec<Option<usize>> {
         let mut next = 0;
         let color = |s: &Series| match (s.style, s.color) {
-            (SeriesStyle::Bound, _) => None,
+            (SeriesStyle::Bound | SeriesStyle::Body, _) => None,
             (_, Some(color)) => Some(color),
             (_, None) => {
                 next += 1;

@@ -2,15 +2,17 @@
 
 use std::path::{Path, PathBuf};
 
-use apsides_pipeline::footprint::{BoundaryPoint, Footprint};
+use apsides_pipeline::footprint::{BoundaryPoint, FEWEST_BEARINGS, Footprint};
 
 use crate::files::{Item, json, replace, table_error};
+use crate::number::readable;
 use crate::trajectory_csv::shortest;
-use crate::{Axis, Figure, ReportError, Series};
+use crate::{Axis, Figure, Page, ReportError, Series, stacked_svg};
 
 const JSON: &str = "footprint.json";
 const DATA: &str = "footprint.csv";
 const MAP: &str = "footprint.svg";
+const PAGE: &str = "footprint.html";
 
 const HEADS: [&str; 11] = [
     "kind",
@@ -26,7 +28,7 @@ const HEADS: [&str; 11] = [
     "verified",
 ];
 
-/// Writes `footprint.csv`, `footprint.json` and `footprint.svg` into a directory, and returns the paths written.
+/// Writes `footprint.csv`, `footprint.json`, `footprint.svg` and `footprint.html` into a directory, and returns the paths written.
 ///
 /// # Errors
 /// [`ReportError`] with the path and the reason. The earlier content of the directory is then as it was.
@@ -34,7 +36,8 @@ pub fn write_footprint(dir: &Path, footprint: &Footprint) -> Result<Vec<PathBuf>
     let items: Vec<Item> = vec![
         (DATA, Some(data(footprint)?)),
         (JSON, Some(json(JSON, footprint)?)),
-        (MAP, Some(footprint_map(footprint).to_svg().into_bytes())),
+        (MAP, Some(stacked_svg(&[footprint_map(footprint)]).into_bytes())),
+        (PAGE, Some(page(footprint).into_bytes())),
     ];
     replace(dir, &items)
 }
@@ -58,6 +61,63 @@ pub fn footprint_map(footprint: &Footprint) -> Figure {
         .with(Series::dots("target", vec![footprint.target_deg]).colored(3))
         .to_scale(1.0 / middle.to_radians().cos())
 }
+
+/// The page: what is within reach in a sentence, the map, each end.
+fn page(f: &Footprint) -> String {
+    let mut page = Page::new(&format!("Footprint of {}", f.mission));
+    let number = |v: f64| readable(v, DIGITS);
+    page.lead(&if f.points.len() < FEWEST_BEARINGS {
+        format!("{} ends were found, too few for an outline.", f.points.len())
+    } else {
+        let side = if f.target_inside { "inside" } else { "outside" };
+        format!(
+            "At {} km altitude {} km\u{b2} are within reach: {} km along the entry course and {} km across it; the target is {side}, {} km from \
+             the boundary.",
+            number(f.altitude_km),
+            number(f.area_km2),
+            number(f.length_km()),
+            number(f.width_km()),
+            number(f.target_margin_km.abs())
+        )
+    });
+    if !f.complete {
+        page.lead("The work was ended before all bearings were sought: the outline is that of the ends that were found.");
+    }
+    page.facts(&[
+        ("ends within reach", f.points.len().to_string()),
+        ("verified as optima", f.verified.to_string()),
+        ("problems solved", f.cases.to_string()),
+        ("without an end", f.failures.len().to_string()),
+    ]);
+    page.figures(&[footprint_map(f)]);
+    page.heading("Ends");
+    let row = |p: &BoundaryPoint| {
+        let numbers = [p.bearing_deg, p.distance_km, p.longitude_deg, p.latitude_deg, p.flight_time_s];
+        let numbers = numbers.into_iter().chain([p.downrange_km, p.crossrange_km]).map(number);
+        let first = std::iter::once(p.verdict.to_string()).chain(std::iter::once(p.kind.word().to_owned()));
+        first.chain(numbers).collect::<Vec<_>>()
+    };
+    let heads = [
+        "verdict",
+        "kind",
+        "bearing (deg)",
+        "distance (km)",
+        "longitude (deg)",
+        "latitude (deg)",
+        "flight time (s)",
+        "downrange (km)",
+        "crossrange (km)",
+    ];
+    page.table(&heads, &f.points.iter().map(row).collect::<Vec<_>>());
+    if !f.failures.is_empty() {
+        page.heading("Without an end");
+        page.list(&f.failures);
+    }
+    page.finish()
+}
+
+/// Significant digits of a number on the page.
+const DIGITS: usize = 6;
 
 fn data(footprint: &Footprint) -> Result<Vec<u8>, ReportError> {
     let failed = |e: csv::Error| table_error(DATA, e);

@@ -1,52 +1,71 @@
-//! `report.html`: one file with style and figures inside, no script and no reference to anything outside.
+//! `report.html`: one file with style, figures and a small script inside, and no reference to anything outside.
 
 use std::collections::BTreeMap;
 use std::fmt::Write as _;
 
 use apsides_ocp::Trajectory;
 use apsides_pipeline::{Outcome, Summary};
-use apsides_verify::{Certificate, Check, CheckKind, Verdict};
+use apsides_verify::Verdict;
 
 use crate::ReportError;
-use crate::figure::{Figure, SeriesStyle};
-use crate::markup::escape;
+use crate::certificate_page;
+use crate::figure::Figure;
+use crate::flight_figures::Presentation;
+use crate::legend::entries;
+use crate::limits::limits as limits_of;
+use crate::markup::{base64, escape};
 use crate::number::readable;
-use crate::palette::{BOUND, reference_color, series_color};
+use crate::site_files::site_pictures;
 use crate::standard_figures::StandardFigures;
-use crate::units::{pretty, split_key};
+use crate::units::{display_unit, pretty, split_key};
 
 /// Significant digits of results.
 const DIGITS: usize = 7;
 
-/// The page: facts, results, certificate, work, the mission's own `figures`, the standard ones, the mission file.
+/// Results from which they stand in two columns.
+const LONG: usize = 8;
+
+/// The page of an outcome with `figures` of the mission's own: [`render_page`] without a flight about a body.
 ///
 /// # Errors
 /// [`ReportError::Shape`] when the trajectory does not fit the problem.
 pub fn render_html(outcome: &Outcome, figures: &[Figure]) -> Result<String, ReportError> {
+    render_page(outcome, &Presentation { paths: figures.to_vec(), ..Presentation::default() })
+}
+
+/// The page: what was flown and what it cost in a sentence, the flight in figures, results, limits, the certificate folded, quantities over
+/// time; then, folded, what those look at who check the solver: costates, mesh, work, the mission file.
+///
+/// # Errors
+/// [`ReportError::Shape`] when the trajectory does not fit the problem; [`ReportError::Map`] when a map cannot be drawn.
+pub fn render_page(outcome: &Outcome, shown: &Presentation) -> Result<String, ReportError> {
     let standard = StandardFigures::new(&outcome.ocp, &outcome.trajectory)?;
     let summary = &outcome.summary;
     let mut page = begin(&summary.mission);
-    header(&mut page, summary, outcome.explanation.as_deref());
-    page.push_str("<div class=\"columns\">\n<section>\n");
+    header(&mut page, outcome, &shown.title);
+    figures(&mut page, &shown.paths);
+    let sites = site_pictures(&outcome.decisions.sites)?;
+    if !sites.is_empty() {
+        page.push_str("<div class=\"figures\">\n");
+        sites.iter().for_each(|(title, png)| picture(&mut page, title, png));
+        page.push_str("</div>\n");
+    }
     results(&mut page, &summary.results);
-    page.push_str("</section>\n<section>\n");
-    work(&mut page, summary);
-    page.push_str("</section>\n</div>\n");
-    certificate(&mut page, &summary.certificate);
+    limits(&mut page, outcome);
+    certificate_page::certificate(&mut page, &summary.certificate);
     phases(&mut page, outcome);
     let curves = "Lines are the polynomials of the solution, dots its nodes (left out on fine meshes), dashed grey lines bounds near the data.";
-    section(&mut page, "Mission", None, figures);
-    section(&mut page, "States", Some(curves), &standard.states);
+    section(&mut page, "Over time", None, &shown.histories);
     section(&mut page, "Controls", Some(curves), &standard.controls);
+    // Where the flight is drawn about its body the states of the problem are the same in other coordinates.
+    let is_told = !shown.histories.is_empty();
+    folded(&mut page, "States of the problem", !is_told, Some(curves), &standard.states);
     let costates =
         "Derivatives of the minimised objective with respect to the state, in objective unit per state unit.";
-    section(&mut page, "Costates", Some(costates), &standard.costates);
-    section(
-        &mut page,
-        "Mesh",
-        Some("Each dot starts an interval; fine meshes are drawn without dots."),
-        &standard.mesh,
-    );
+    folded(&mut page, "Costates", false, Some(costates), &standard.costates);
+    let mesh = "Each dot starts an interval; fine meshes are drawn without dots.";
+    folded(&mut page, "Mesh", false, Some(mesh), &standard.mesh);
+    work(&mut page, summary);
     end(&mut page, &outcome.mission_file, "The nodes are in trajectory.csv, the numbers in summary.json.");
     Ok(page)
 }
@@ -57,8 +76,9 @@ pub(crate) fn begin(title: &str) -> String {
     format!(
         "<!DOCTYPE html>\n<html lang=\"en\">\n<head>\n<meta charset=\"utf-8\">\n\
          <meta name=\"viewport\" content=\"width=device-width, initial-scale=1\">\n\
-         <title>{title}</title>\n<style>\n{}</style>\n</head>\n<body>\n<main>\n<h1>{title}</h1>\n",
-        include_str!("page.css")
+         <title>{title}</title>\n<style>\n{}</style>\n<script type=\"module\">\n{}</script>\n</head>\n<body>\n<main>\n<h1>{title}</h1>\n",
+        include_str!("page.css"),
+        include_str!("page.js")
     )
 }
 
@@ -75,21 +95,15 @@ pub(crate) fn end(page: &mut String, mission_file: &str, where_numbers_are: &str
 
 // Writing into a `String` cannot fail, hence the discarded results.
 
-fn header(page: &mut String, summary: &Summary, explanation: Option<&str>) {
-    let _ = writeln!(
-        page,
-        "<p class=\"lead\">Method: {}. Verification: {}.</p>",
-        escape(&summary.method),
-        escape(&summary.certificate.words())
-    );
-    if let Some(explanation) = explanation {
+fn header(page: &mut String, outcome: &Outcome, title: &str) {
+    let summary = &outcome.summary;
+    let _ = writeln!(page, "<p class=\"lead\">{}</p>", escape(&sentence(outcome, title)));
+    if let Some(explanation) = outcome.explanation.as_deref() {
         let _ = writeln!(page, "<p class=\"explanation\">{}</p>", escape(explanation));
     }
     for warning in &summary.warnings {
         let _ = writeln!(page, "<p class=\"explanation\">Warning: {}</p>", escape(warning));
     }
-    let objective =
-        format!("{} {}", readable(summary.objective.value, DIGITS), escape(&pretty(&summary.objective.unit)));
     let (verdict, class) = match summary.certificate.verdict {
         v @ (Verdict::GlobalOptimum | Verdict::StrictLocalOptimum | Verdict::Extremal) => (v.word(), "good"),
         v @ Verdict::Feasible if summary.certificate.is_verified() => (v.word(), "good"),
@@ -97,18 +111,104 @@ fn header(page: &mut String, summary: &Summary, explanation: Option<&str>) {
         v @ Verdict::Rejected => (v.word(), "bad"),
     };
     let status_class = if summary.status == "optimal" { "good" } else { "warn" };
-    let time = summary.timing_ms.build + summary.timing_ms.solve + summary.timing_ms.verify;
+    let name = escape(&summary.objective.name.replace('_', " "));
+    let mut facts = vec![(name, "", escape(&objective(summary)))];
+    for (key, value) in headline(outcome) {
+        let (name, unit) = split_key(key);
+        let value = format!("{} {}", readable(value, FACT_DIGITS), escape(&pretty(&unit)));
+        facts.push((escape(&name), "", value.trim_end().to_owned()));
+    }
+    facts.push(("status".to_owned(), status_class, escape(&summary.status)));
+    facts.push(("verified as".to_owned(), class, verdict.to_owned()));
+    self::facts(page, &facts);
+}
+
+/// Key figures: name, class and value of each.
+pub(crate) fn facts(page: &mut String, facts: &[(String, &str, String)]) {
     page.push_str("<dl class=\"facts\">\n");
-    for (name, class, value) in [
-        (escape(&summary.objective.name.replace('_', " ")), "", objective),
-        ("status".to_owned(), status_class, escape(&summary.status)),
-        ("verified as".to_owned(), class, verdict.to_owned()),
-        ("total time".to_owned(), "", milliseconds(time)),
-    ] {
+    for (name, class, value) in facts {
         let _ = writeln!(page, "<div><dt>{name}</dt><dd class=\"{class}\">{value}</dd></div>");
     }
     page.push_str("</dl>\n");
 }
+
+/// Significant digits of key figures and of the sentence.
+const FACT_DIGITS: usize = 5;
+
+/// Results that stand among the key figures.
+const FACTS: usize = 4;
+
+/// The objective with its unit.
+fn objective(summary: &Summary) -> String {
+    format!("{} {}", readable(summary.objective.value, DIGITS), pretty(&summary.objective.unit))
+}
+
+/// The results that name the case, without the objective.
+fn headline(outcome: &Outcome) -> Vec<(&str, f64)> {
+    let summary = &outcome.summary;
+    let is_objective = |key: &str| split_key(key).0 == summary.objective.name.replace('_', " ");
+    let named = outcome.headline.iter().map(String::as_str).filter(|key| !is_objective(key));
+    named.filter_map(|key| Some((key, *summary.results.get(key)?))).take(FACTS).collect()
+}
+
+/// One sentence: the flight, its cost, its verdict.
+fn sentence(outcome: &Outcome, title: &str) -> String {
+    let summary = &outcome.summary;
+    let subject = if title.is_empty() { &summary.mission } else { title.trim_end_matches('.') };
+    let mut costs = vec![format!("{} {}", summary.objective.name.replace('_', " "), objective(summary))];
+    costs.extend(headline(outcome).into_iter().map(|(key, value)| {
+        let (name, unit) = split_key(key);
+        format!("{name} {} {}", readable(value, FACT_DIGITS), pretty(&unit)).trim_end().to_owned()
+    }));
+    let method = if summary.solved_by.is_empty() { &summary.method } else { &summary.solved_by };
+    let claim = summary.certificate.claim.as_ref().map(|c| format!(" Among {}: {}.", c.among, c.verdict));
+    format!(
+        "{subject}: {}. Solved by {method}. {}{}",
+        costs.join(", "),
+        summary.certificate.verdict.meaning(),
+        claim.unwrap_or_default()
+    )
+}
+
+/// The limits that the flight comes near to.
+fn limits(page: &mut String, outcome: &Outcome) {
+    let limits = limits_of(&outcome.ocp, &outcome.trajectory);
+    if limits.is_empty() {
+        return;
+    }
+    page.push_str(
+        "<h2>Limits and margins</h2>\n<p class=\"note\">Bounds that the flight comes within a tenth of their range of, and all path \
+         constraints.</p>\n<div class=\"card\"><table>\n<thead><tr><th>Limit</th><th class=\"number\">Reached</th>\
+         <th class=\"number\">Allowed</th><th class=\"number\">Margin</th><th>Unit</th><th class=\"number\">At the limit for</th>\
+         <th>Closest at</th></tr></thead>\n<tbody>\n",
+    );
+    for limit in limits {
+        let size = limit.value.abs().max(limit.reached.abs());
+        let shown = display_unit(&limit.unit, size);
+        let number = |v: f64| readable(v * shown.factor, FACT_DIGITS);
+        let at = 100.0 * limit.time_at / limit.duration;
+        let at = if limit.time_at > 0.0 { format!("{} %", readable(at, 3)) } else { "-".into() };
+        // What is left below rounding is nothing.
+        let margin = if limit.margin().abs() < NO_MARGIN * size { 0.0 } else { limit.margin() };
+        let _ = writeln!(
+            page,
+            "<tr><td>{}<small>{}</small></td><td class=\"number\">{}</td><td class=\"number\">{} {}</td><td class=\"number\">{}</td>\
+             <td>{}</td><td class=\"number\">{at}</td><td>{} s</td></tr>",
+            escape(&limit.name),
+            escape(&limit.phases.join(", ")),
+            number(limit.reached),
+            if limit.is_upper { "\u{2264}" } else { "\u{2265}" },
+            number(limit.value),
+            number(margin),
+            escape(&shown.name),
+            readable(limit.time, FACT_DIGITS),
+        );
+    }
+    page.push_str("</tbody>\n</table></div>\n");
+}
+
+/// A margin below this part of its limit is rounding.
+const NO_MARGIN: f64 = 1e-7;
 
 pub(crate) fn milliseconds(value: f64) -> String {
     if value >= 1e4 {
@@ -124,28 +224,35 @@ pub(crate) fn results(page: &mut String, results: &BTreeMap<String, f64>) {
         page.push_str("<p class=\"note\">The mission states no results.</p>\n");
         return;
     }
-    page.push_str(
-        "<div class=\"card\"><table>\n<thead><tr><th>Quantity</th><th class=\"number\">Value</th>\
-         <th>Unit</th></tr></thead>\n<tbody>\n",
-    );
-    for (key, value) in results {
-        let (name, unit) = split_key(key);
-        let _ = writeln!(
-            page,
-            "<tr title=\"{} = {value:?}\"><td>{}</td><td class=\"number\">{}</td><td>{}</td></tr>",
-            escape(key),
-            escape(&name),
-            readable(*value, DIGITS),
-            escape(&pretty(&unit))
+    // Long lists stand in two columns where there is room.
+    let half = if results.len() > LONG { results.len().div_ceil(2) } else { results.len() };
+    let rows: Vec<(&String, &f64)> = results.iter().collect();
+    page.push_str("<div class=\"columns\">\n");
+    for rows in rows.chunks(half) {
+        page.push_str(
+            "<div class=\"card\"><table>\n<thead><tr><th>Quantity</th><th class=\"number\">Value</th>\
+             <th>Unit</th></tr></thead>\n<tbody>\n",
         );
+        for (key, value) in rows {
+            let (name, unit) = split_key(key);
+            let _ = writeln!(
+                page,
+                "<tr title=\"{} = {value:?}\"><td>{}</td><td class=\"number\">{}</td><td>{}</td></tr>",
+                escape(key),
+                escape(&name),
+                readable(**value, DIGITS),
+                escape(&pretty(&unit))
+            );
+        }
+        page.push_str("</tbody>\n</table></div>\n");
     }
-    page.push_str("</tbody>\n</table></div>\n");
+    page.push_str("</div>\n");
 }
 
 fn work(page: &mut String, summary: &Summary) {
     let (c, t) = (&summary.counters, &summary.timing_ms);
     page.push_str(
-        "<h2>Work</h2>\n<div class=\"card\"><table>\n<thead><tr><th>Quantity</th>\
+        "<details>\n<summary>Work</summary>\n<div class=\"card\"><table>\n<thead><tr><th>Quantity</th>\
          <th class=\"number\">Value</th></tr></thead>\n<tbody>\n",
     );
     for (name, value) in [
@@ -160,84 +267,7 @@ fn work(page: &mut String, summary: &Summary) {
     ] {
         let _ = writeln!(page, "<tr><td>{name}</td><td class=\"number\">{value}</td></tr>");
     }
-    page.push_str("</tbody>\n</table></div>\n");
-}
-
-fn certificate(page: &mut String, certificate: &Certificate) {
-    let failed = certificate.checks.iter().filter(|c| !c.passed).count();
-    let _ = writeln!(
-        page,
-        "<h2>Certificate</h2>\n<p class=\"note\">Verdict: <strong>{}</strong>. {} {} of {} checks passed. A check passes \
-         when its value does not exceed its limit.</p>",
-        certificate.verdict,
-        certificate.verdict.meaning(),
-        certificate.checks.len() - failed,
-        certificate.checks.len()
-    );
-    for remark in &certificate.remarks {
-        let _ = writeln!(page, "<p class=\"note\">{}.</p>", escape(remark));
-    }
-    if certificate.checks.is_empty() {
-        return;
-    }
-    table_of(page, &certificate.checks);
-    if let Some(claim) = &certificate.claim {
-        let _ = writeln!(page, "<h3>Claim: {}</h3>", escape(&claim.words()));
-        table_of(page, &claim.checks);
-    }
-}
-
-fn table_of(page: &mut String, checks: &[Check]) {
-    page.push_str(
-        "<div class=\"card\"><table>\n<thead><tr><th>Check, and where it is largest</th><th class=\"number\">Value</th>\
-         <th class=\"number\">Limit</th><th class=\"number\">Margin</th><th>Unit</th><th>Used</th><th>Result</th>\
-         </tr></thead>\n<tbody>\n",
-    );
-    for (kind, name) in [
-        (CheckKind::Feasibility, "Feasibility"),
-        (CheckKind::Optimality, "First order"),
-        (CheckKind::Curvature, "Second order, necessary"),
-        (CheckKind::Strictness, "Second order, sufficient"),
-        (CheckKind::Convexity, "Convexity"),
-    ] {
-        let mut of_kind = checks.iter().filter(|c| c.kind == kind).peekable();
-        if of_kind.peek().is_some() {
-            let _ = writeln!(page, "<tr class=\"group\"><th colspan=\"7\">{name}</th></tr>");
-        }
-        of_kind.for_each(|c| check(page, c));
-    }
-    page.push_str("</tbody>\n</table></div>\n");
-}
-
-fn check(page: &mut String, check: &Check) {
-    let used = 100.0 * check.value / check.limit;
-    let used = if used.is_finite() {
-        format!(
-            "<span class=\"used\"><span class=\"bar\"><i{} style=\"width:{:.1}%\"></i></span>{}</span>",
-            if check.passed { "" } else { " class=\"over\"" },
-            used.clamp(0.0, 100.0),
-            if used > 0.0 && used < 0.01 {
-                "under 0.01 %".to_owned()
-            } else {
-                format!("{} %", readable(used, 3))
-            },
-        )
-    } else {
-        "-".to_owned()
-    };
-    let (class, word) = if check.passed { ("good", "passed") } else { ("bad", "failed") };
-    let _ = writeln!(
-        page,
-        "<tr><td{}>{}<small>{}</small></td><td class=\"number\">{}</td><td class=\"number\">{}</td>\
-         <td class=\"number\">{}</td><td>{}</td><td>{used}</td><td class=\"{class}\">{word}</td></tr>",
-        check.meaning().map(|m| format!(" title=\"{}\"", escape(m))).unwrap_or_default(),
-        escape(&check.name),
-        escape(&check.at),
-        readable(check.value, 3),
-        readable(check.limit, 3),
-        readable(check.margin, 3),
-        escape(&pretty(&check.unit))
-    );
+    page.push_str("</tbody>\n</table></div>\n</details>\n");
 }
 
 fn phases(page: &mut String, outcome: &Outcome) {
@@ -294,6 +324,20 @@ fn parameters(page: &mut String, outcome: &Outcome, trajectory: &Trajectory) {
     page.push_str("</tbody>\n</table></div>\n");
 }
 
+/// A section that is folded, or open at first.
+fn folded(page: &mut String, title: &str, open: bool, note: Option<&str>, figures: &[Figure]) {
+    if figures.is_empty() {
+        return;
+    }
+    let open = if open { " open" } else { "" };
+    let _ = writeln!(page, "<details{open}>\n<summary>{title}</summary>");
+    if let Some(note) = note {
+        let _ = writeln!(page, "<p class=\"note\">{note}</p>");
+    }
+    self::figures(page, figures);
+    page.push_str("</details>\n");
+}
+
 pub(crate) fn section(page: &mut String, title: &str, note: Option<&str>, figures: &[Figure]) {
     if figures.is_empty() {
         return;
@@ -320,21 +364,20 @@ pub(crate) fn figures(page: &mut String, figures: &[Figure]) {
     page.push_str("</div>\n");
 }
 
+/// A picture in PNG, held in the page, with its title.
+pub(crate) fn picture(page: &mut String, title: &str, png: &[u8]) {
+    let title = escape(title);
+    let _ = writeln!(
+        page,
+        "<figure class=\"picture\">\n<figcaption>{title}</figcaption>\n<img alt=\"{title}\" src=\"data:image/png;base64,{}\"/>\n</figure>",
+        base64(png)
+    );
+}
+
 /// Labels with a sample of their line, outside of the drawing so that they never cover data.
 fn legend(page: &mut String, figure: &Figure) {
-    let series = figure.series.iter().zip(figure.colors()).map(|(s, color)| {
-        let color = series_color(color);
-        let sample = match s.style {
-            SeriesStyle::Line => format!("<path d=\"M1 5H25\" stroke=\"{color}\" stroke-width=\"2\"/>"),
-            SeriesStyle::Dots => format!("<circle cx=\"13\" cy=\"5\" r=\"3\" fill=\"{color}\"/>"),
-            SeriesStyle::Bound => dashed(BOUND),
-        };
-        (s.label.as_str(), sample)
-    });
-    let references = figure.references.iter().enumerate();
-    let references = references.map(|(k, r)| (r.label(), dashed(reference_color(k))));
-    let mut entries = series.chain(references).filter(|(label, _)| !label.is_empty()).peekable();
-    if entries.peek().is_none() {
+    let entries = entries(figure);
+    if entries.is_empty() {
         return;
     }
     page.push_str("<ul class=\"legend\">\n");
@@ -346,8 +389,4 @@ fn legend(page: &mut String, figure: &Figure) {
         );
     }
     page.push_str("</ul>\n");
-}
-
-fn dashed(color: &str) -> String {
-    format!("<path d=\"M1 5H25\" stroke=\"{color}\" stroke-width=\"1.6\" stroke-dasharray=\"6 4\"/>")
 }

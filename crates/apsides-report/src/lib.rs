@@ -9,8 +9,8 @@
 //! ```
 //!
 //! [`write_outcome`] replaces all files of a directory together, [`read_outcome_trajectory`] reads the trajectory back
-//! for another verification. The crate solves and verifies nothing. `report.html` is one file without scripts or
-//! references; missions add figures of their own to the standard ones:
+//! for another verification. The crate solves and verifies nothing. `report.html` is one file with a small script of its own, which says
+//! values below the cursor, and without references; missions add figures of their own to the standard ones:
 //!
 //! ```
 //! use apsides_report::{Axis, Figure, Series};
@@ -30,10 +30,14 @@
 //! | `digests` | `digests.json`: files that were changed later are named |
 //! | `multipliers` | `multipliers.json` |
 //! | `samples_reader` | trajectories of other programs |
-//! | `html`, `page.css`, `markup` | `report.html` |
+//! | `answers` | a certificate in plain words |
+//! | `html`, `certificate_page`, `page.css`, `page.js`, `markup` | `report.html` |
 //! | `page` | pages of tables, sentences and figures |
-//! | `figure`, `axis_layout`, `palette`, `svg` | what a figure shows, where its ticks stand, its colours, how it is drawn |
+//! | `figure`, `axis_layout`, `palette`, `svg`, `legend` | what a figure shows, where its ticks stand, its colours, how it is drawn, its names |
 //! | `standard_figures` | figures of every result |
+//! | `flight_figures` | figures of a flight about its body, and over time |
+//! | `overlay` | several flights over each other |
+//! | `limits` | limits that a flight comes near to |
 //! | `simulation`, `root_locus` | simulated flights, poles of their loops |
 //! | `footprint` | ends within reach, with a map |
 //! | `sample_rows`, `sample_file`, `sample_faults` | rows of a Monte Carlo run; their file, written as they come; faults of the program among them |
@@ -43,20 +47,26 @@
 //! Reference: M. Okabe and K. Ito, Color Universal Design, 2008, <https://jfly.uni-koeln.de/color/> (the palette).
 #![cfg_attr(not(test), warn(clippy::expect_used, clippy::panic, clippy::unimplemented, clippy::unreachable))]
 
+mod answers;
 mod axis_layout;
+mod certificate_page;
 mod columns;
 mod digests;
 mod directory;
 mod error;
 mod figure;
 mod files;
+mod flight_figures;
 mod footprint;
 mod hazard_picture;
 mod html;
+mod legend;
+mod limits;
 mod markup;
 mod montecarlo;
 mod multipliers;
 mod number;
+mod overlay;
 mod page;
 mod palette;
 #[cfg(feature = "parquet")]
@@ -76,18 +86,21 @@ mod trajectory_csv;
 mod trajectory_reader;
 mod units;
 
+pub use answers::{Answer, answers, measure};
 pub use digests::{FileState, changed_files};
 pub use directory::{read_outcome_trajectory, write_outcome, write_outcome_with};
 pub use error::ReportError;
 pub use figure::{Axis, AxisScale, Figure, ReferenceLine, Series, SeriesStyle, Span};
 pub use files::{Item, json, replace, table_error};
+pub use flight_figures::Presentation;
 pub use footprint::{footprint_map, write_footprint};
 pub use hazard_picture::HazardPicture;
-pub use html::render_html;
+pub use html::{render_html, render_page};
 pub use montecarlo::{SampleTable, merge_samples, state_samples, write_samples, write_shard};
 pub use multipliers::{
     ConstraintMultipliers, ContactMultiplier, CostateJump, IntegralMultipliers, Multipliers, PathMultipliers,
 };
+pub use overlay::{NamedFlight, overlaid};
 pub use page::Page;
 pub use sample_faults::FaultFile;
 pub use sample_figure::{Picture, SampleFigure};

@@ -9,12 +9,12 @@ use apsides_pipeline::shard::{Joined, SHARD, Shard, ShardState};
 use apsides_pipeline::whole_file::WholeFile;
 use serde_json::Value;
 
-use crate::ReportError;
 use crate::files::{Item, failed, json, replace_beside};
 use crate::sample_figure::{Picture, SampleFigure};
 use crate::sample_file::{RUN, RowsDigest, SampleLayout, StoredSamples};
 use crate::sample_page::page;
 use crate::sample_rows::{DATA, other};
+use crate::{ReportError, stacked_svg};
 
 const JSON: &str = "montecarlo.json";
 const FIGURE: &str = "montecarlo.svg";
@@ -205,7 +205,7 @@ impl Work<'_> {
         let figure = self.figure.draw(&title, &picture, self.layout.columns, &statistics);
         let mut items: Vec<Item> = vec![
             (JSON, Some(json(JSON, &statistics)?)),
-            (FIGURE, Some(figure.to_svg().into_bytes())),
+            (FIGURE, Some(stacked_svg(std::slice::from_ref(&figure)).into_bytes())),
             (PAGE, Some(page(&shard, self.layout.statement, &statistics, &figure).into_bytes())),
             (SHARD, Some(shard.to_file().into_bytes())),
         ];

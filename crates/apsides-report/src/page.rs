@@ -44,6 +44,18 @@ impl Page {
         let _ = writeln!(self.text, "<p class=\"note\">{}</p>", escape(sentence));
     }
 
+    /// Key figures: names with values.
+    pub fn facts(&mut self, facts: &[(&str, String)]) {
+        let facts: Vec<(String, &str, String)> =
+            facts.iter().map(|(name, value)| (escape(name), "", escape(value))).collect();
+        html::facts(&mut self.text, &facts);
+    }
+
+    /// A picture in PNG, held in the page, with its title.
+    pub fn picture(&mut self, title: &str, png: &[u8]) {
+        html::picture(&mut self.text, title, png);
+    }
+
     /// A table under its heads. Cells that begin as numbers do stand to the right.
     pub fn table(&mut self, heads: &[&str], rows: &[Vec<String>]) {
         self.text.push_str("<div class=\"card\"><table>\n<thead><tr>");
@@ -103,7 +115,7 @@ impl Page {
 
 /// True of a number with or without a sign, and of the dash that stands for a missing one.
 fn is_number(cell: &str) -> bool {
-    cell == "-" || cell.parse::<f64>().is_ok()
+    cell == "-" || cell.replace('\u{2212}', "-").parse::<f64>().is_ok()
 }
 
 #[cfg(test)]

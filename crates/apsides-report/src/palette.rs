@@ -6,6 +6,8 @@ pub(crate) const FRAME: &str = "#8A949E";
 pub(crate) const GRID: &str = "#E3E7EB";
 pub(crate) const MINOR_GRID: &str = "#F1F3F5";
 pub(crate) const SHADE: &str = "#F6F8FA";
+/// The colour of bodies and ground.
+pub(crate) const BODY: &str = "#DDE3E8";
 /// The colour of bounds.
 pub(crate) const BOUND: &str = "#6B7580";
 

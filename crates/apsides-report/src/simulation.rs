@@ -68,7 +68,13 @@ fn states(flight: &Simulated) -> Result<Vec<u8>, ReportError> {
 fn page(flight: &Simulated, figures: &[Figure]) -> String {
     let s = &flight.summary;
     let mut page = html::begin(&s.mission);
-    let _ = writeln!(page, "<p class=\"lead\">Law: {}. {}.</p>", escape(&s.law), escape(&s.ending));
+    let _ = writeln!(
+        page,
+        "<p class=\"lead\">Flight under the law {}: {}, at {} s.</p>",
+        escape(&s.law),
+        escape(&s.ending),
+        readable(s.end_time_s, 6)
+    );
     for warning in &s.warnings {
         let _ = writeln!(page, "<p class=\"explanation\">Warning: {}</p>", escape(warning));
     }
@@ -81,6 +87,7 @@ fn page(flight: &Simulated, figures: &[Figure]) -> String {
         readable(s.end_time_s, 6),
         html::milliseconds(s.time_ms)
     );
+    html::section(&mut page, "Flight", None, figures);
     html::results(&mut page, &s.results);
     margins(&mut page, flight);
     if let Some(locus) = &flight.root_locus {
@@ -93,7 +100,6 @@ fn page(flight: &Simulated, figures: &[Figure]) -> String {
         );
         html::section(&mut page, "Root locus", Some(&note), &root_locus::figures(locus));
     }
-    html::section(&mut page, "States", None, figures);
     html::end(&mut page, &flight.mission_file, "The states are in states.csv, the numbers in summary.json.");
     page
 }

@@ -39,6 +39,48 @@ pub(crate) fn site_files(sites: &[ChosenSite]) -> Result<Vec<Item>, ReportError>
     Ok(items)
 }
 
+/// Pixels on a side of the part of a map that a page shows.
+const PART: usize = 400;
+
+/// The ground around the chosen site of each map, with all candidates there: a title and a picture.
+pub(crate) fn site_pictures(sites: &[ChosenSite]) -> Result<Vec<(String, Vec<u8>)>, ReportError> {
+    sites.iter().filter_map(ChosenSite::choice_as::<SiteSelection>).map(part).collect()
+}
+
+fn part(s: &SiteSelection) -> Result<(String, Vec<u8>), ReportError> {
+    let refused = |source| ReportError::Map { map: s.name.into(), source };
+    let geometry = s.map.geometry();
+    let site = &s.site().site;
+    // A window around the site that stays on the map.
+    let window = |middle: usize, all: usize| {
+        let size = PART.min(all);
+        (middle.saturating_sub(size / 2).min(all - size), size)
+    };
+    let ((row, rows), (col, cols)) = (window(site.row, geometry.rows()), window(site.col, geometry.cols()));
+    let map = s.map.window(row, col, rows, cols).map_err(refused)?;
+    let verdict = s.hazards.verdict().window(row, col, rows, cols).map_err(refused)?;
+    let mut picture = HazardPicture::new(map.geometry());
+    picture.rows(&map, 0, verdict.data()).map_err(refused)?;
+    let others = s.candidates.iter().enumerate().filter(|(k, _)| *k != s.chosen).map(|(_, c)| &c.site);
+    let inside = |place: [usize; 2]| {
+        let [down, right] = [place[0].checked_sub(row)?, place[1].checked_sub(col)?];
+        (down < rows && right < cols).then_some([down, right])
+    };
+    let places = std::iter::once(site).chain(others).filter_map(|site| inside([site.row, site.col]));
+    let pixel = geometry.square_pixel().map_err(refused)?;
+    let mut bytes = Vec::new();
+    picture.write(&mut bytes, places, s.hazards.criteria().clearance_min_m / pixel).map_err(refused)?;
+    let size = |pixels: usize| crate::number::readable(pixels as f64 * pixel, 3);
+    let title = format!(
+        "{} map, {} m by {} m around the chosen site: {}",
+        s.name,
+        size(cols),
+        size(rows),
+        HazardPicture::LEGEND
+    );
+    Ok((title, bytes))
+}
+
 fn drawn(s: &SiteSelection) -> Result<Vec<u8>, ReportError> {
     let refused = |source| ReportError::Map { map: s.name.into(), source };
     let mut picture = HazardPicture::new(s.map.geometry());

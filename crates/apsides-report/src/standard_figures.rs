@@ -63,6 +63,9 @@ impl StandardFigures {
     }
 }
 
+/// Changes below this part of the size of a curve are drawn as none.
+const FLAT: f64 = 1e-7;
+
 #[derive(Clone, Copy)]
 struct Quantity {
     prefix: &'static str,
@@ -113,6 +116,7 @@ impl View<'_> {
                 });
                 parts[slot].push(Part {
                     bounds: variable.bounds,
+                    guards: variable.guards,
                     span: phase.initial_time..phase.final_time,
                     line: curves.line(component),
                     dots: if total <= MOST_DOTS { curves.dots(component) } else { Vec::new() },
@@ -121,7 +125,10 @@ impl View<'_> {
         }
         let draw = |((name, unit), parts): ((String, String), Vec<Part>)| {
             let name = format!("{}{name}", quantity.prefix);
-            let figure = self.axes(name.clone(), Axis::new(name, unit.clone()));
+            let largest = parts.iter().flat_map(|p| &p.line).fold(0.0_f64, |m, point| m.max(point[1].abs()));
+            let mut figure = self.axes(name.clone(), Axis::new(name, unit.clone()).spanning(FLAT * largest));
+            // A quantity of some phases has their time alone.
+            figure.spans.retain(|span| parts.iter().any(|part| part.span == span.range));
             let figure = if quantity.with_bounds { with_bounds(figure, &parts, &unit) } else { figure };
             let joined = |pick: fn(&Part) -> &Vec<[f64; 2]>| {
                 // A gap between phases: states may jump there.
@@ -168,6 +175,8 @@ impl View<'_> {
 /// One phase of a figure.
 struct Part {
     bounds: Bounds,
+    /// Ends of the bounds that no solution is meant to reach, which are not drawn.
+    guards: [bool; 2],
     span: std::ops::Range<f64>,
     line: Vec<[f64; 2]>,
     dots: Vec<[f64; 2]>,
@@ -176,8 +185,8 @@ struct Part {
 fn with_bounds(figure: Figure, parts: &[Part], unit: &str) -> Figure {
     let mut points = Vec::new();
     for part in parts {
-        for value in [part.bounds.lower, part.bounds.upper] {
-            if value.is_finite() {
+        for (value, is_guard) in [part.bounds.lower, part.bounds.upper].into_iter().zip(part.guards) {
+            if value.is_finite() && !is_guard {
                 points.extend([[part.span.start, value], [part.span.end, value], [f64::NAN; 2]]);
             }
         }
@@ -193,7 +202,8 @@ fn with_bounds(figure: Figure, parts: &[Part], unit: &str) -> Figure {
         let ends = [first.lower.abs(), first.upper.abs()].into_iter().filter(|v| v.is_finite());
         let shown = display_unit(unit, values.chain(ends).fold(0.0, f64::max));
         let number = |v: f64| readable(v * shown.factor, 5);
-        let text = match (first.lower.is_finite(), first.upper.is_finite()) {
+        let [lower, upper] = parts[0].guards;
+        let text = match (first.lower.is_finite() && !lower, first.upper.is_finite() && !upper) {
             (true, true) => format!("bounds {} to {}", number(first.lower), number(first.upper)),
             (true, false) => format!("lower bound {}", number(first.lower)),
             _ => format!("upper bound {}", number(first.upper)),

@@ -7,8 +7,9 @@ use std::fmt::Write as _;
 
 use crate::axis_layout::AxisLayout;
 use crate::figure::{AxisScale, Figure, ReferenceLine, Series, SeriesStyle};
+use crate::legend::drawn;
 use crate::markup::escape;
-use crate::palette::{FRAME, GRID, INK, MINOR_GRID, SHADE, reference_color, series_color};
+use crate::palette::{BODY, BOUND, FRAME, GRID, INK, MINOR_GRID, SHADE, reference_color, series_color};
 
 /// Size of a figure in CSS pixels.
 pub(crate) const WIDTH: f64 = 560.0;
@@ -24,32 +25,63 @@ impl Figure {
     #[must_use]
     pub fn to_svg(&self) -> String {
         let mut canvas = Canvas { elements: String::new() };
-        Drawing::new(self).draw(self, &mut canvas);
+        let drawing = Drawing::new(self);
+        drawing.draw(self, &mut canvas);
         format!(
             "<svg xmlns=\"http://www.w3.org/2000/svg\" viewBox=\"0 0 {} {}\" role=\"img\" stroke-linejoin=\"round\" \
-             stroke-linecap=\"round\" font-family=\"sans-serif\" font-size=\"{}\">\n<title>{}</title>\n{}</svg>\n",
+             stroke-linecap=\"round\" font-family=\"sans-serif\" font-size=\"{}\"{}>\n<title>{}</title>\n{}</svg>\n",
             WIDTH * ENLARGEMENT,
             HEIGHT * ENLARGEMENT,
             FONT_SIZE * ENLARGEMENT,
+            drawing.attributes(),
             escape(&self.title),
             canvas.elements
         )
     }
 }
 
-/// Figures below each other as one SVG element.
+impl Figure {
+    /// The spans whose names do not fit above them, with the numbers that stand there.
+    pub(crate) fn numbered_spans(&self) -> Vec<(usize, &str)> {
+        let drawing = Drawing::new(self);
+        let spans = drawing.spans(self).into_iter().enumerate();
+        let numbered = spans.filter(|(_, (from, to, label))| !label.is_empty() && !fits(label, to - from));
+        numbered.map(|(k, (.., label))| (k + 1, label)).collect()
+    }
+}
+
+/// Returns true of a text that fits this width, in CSS pixels.
+fn fits(text: &str, width: f64) -> bool {
+    text.chars().count() as f64 * DIGIT_WIDTH + 4.0 <= width
+}
+
+/// Figures below each other as one SVG element for a file of its own: each with its title and its legend, on white.
 #[must_use]
 pub fn stacked_svg(figures: &[Figure]) -> String {
-    let (width, height) = (WIDTH * ENLARGEMENT, HEIGHT * ENLARGEMENT);
-    let total = height * figures.len() as f64;
-    let mut text = format!("<svg xmlns=\"http://www.w3.org/2000/svg\" viewBox=\"0 0 {width} {total}\">\n");
-    for (k, figure) in figures.iter().enumerate() {
-        let place = format!("<svg y=\"{}\" width=\"{width}\" height=\"{height}\"", k as f64 * height);
+    let (mut text, mut y) = (String::new(), 0.0);
+    for figure in figures {
+        let (legend, height) = drawn(figure, WIDTH);
+        let _ = writeln!(
+            text,
+            "<text x=\"18\" y=\"{:.0}\" font-weight=\"bold\" fill=\"{INK}\">{}</text>",
+            y + TITLE - 8.0,
+            escape(&figure.title)
+        );
+        let place = format!("<svg y=\"{:.0}\" width=\"{WIDTH}\" height=\"{HEIGHT}\"", y + TITLE);
         text += &figure.to_svg().replacen("<svg", &place, 1);
-        text.push('\n');
+        y += TITLE + HEIGHT;
+        let _ = writeln!(text, "<g transform=\"translate(0 {y:.0})\">\n{legend}</g>");
+        y += height + LEGEND_SPACE;
     }
-    text + "</svg>\n"
+    format!(
+        "<svg xmlns=\"http://www.w3.org/2000/svg\" viewBox=\"0 0 {WIDTH} {y:.0}\" font-family=\"sans-serif\" font-size=\"{FONT_SIZE}\">\n\
+         <rect width=\"{WIDTH}\" height=\"{y:.0}\" fill=\"#FFFFFF\"/>\n{text}</svg>\n"
+    )
 }
+
+/// Height of a title above a figure and of the space below a legend, in CSS pixels.
+const TITLE: f64 = 26.0;
+const LEGEND_SPACE: f64 = 8.0;
 
 /// A point in CSS pixels.
 type Point = (f64, f64);
@@ -81,6 +113,11 @@ fn enlarged((x, y): Point) -> (i32, i32) {
 
 impl Canvas {
     fn line(&mut self, points: &[Point], color: &str, width: f64) {
+        self.curve(points, color, width, None);
+    }
+
+    /// A line, of a series with this name where a page may ask for its values.
+    fn curve(&mut self, points: &[Point], color: &str, width: f64, series: Option<&str>) {
         let mut path: Vec<_> = points.iter().map(|p| enlarged(*p)).collect();
         path.dedup();
         if path.len() < 2 {
@@ -89,7 +126,8 @@ impl Canvas {
         let width = (width * ENLARGEMENT).round();
         let _ = write!(
             self.elements,
-            "<polyline fill=\"none\" stroke=\"{color}\" stroke-width=\"{width}\" points=\""
+            "<polyline{} fill=\"none\" stroke=\"{color}\" stroke-width=\"{width}\" points=\"",
+            series.map_or(String::new(), |name| format!(" data-series=\"{}\"", escape(name)))
         );
         for (k, (x, y)) in path.iter().enumerate() {
             let _ = write!(self.elements, "{}{x},{y}", if k == 0 { "" } else { " " });
@@ -110,6 +148,19 @@ impl Canvas {
             self.line(&[at(start), at(end)], color, 1.4);
             start += DASH + GAP;
         }
+    }
+
+    /// A filled outline.
+    fn area(&mut self, points: &[Point]) {
+        let _ = write!(
+            self.elements,
+            "<polygon fill=\"{BODY}\" stroke=\"{BOUND}\" stroke-width=\"10\" points=\""
+        );
+        for (k, point) in points.iter().enumerate() {
+            let (x, y) = enlarged(*point);
+            let _ = write!(self.elements, "{}{x},{y}", if k == 0 { "" } else { " " });
+        }
+        self.elements.push_str("\"/>\n");
     }
 
     fn dot(&mut self, at: Point, color: &str) {
@@ -179,6 +230,21 @@ impl Drawing {
         }
         let x = AxisLayout::new(&figure.x, x_ends.into_iter(), 0.0, 7);
         Self { x, left: left_of(&y), y, right, top, bottom }
+    }
+
+    /// Attributes by which a script finds values at a place: the frame in drawing units, the values at its ends, names and scales of both axes.
+    fn attributes(&self) -> String {
+        let mut text = String::from(" data-frame=\"");
+        for (k, edge) in [self.left, self.right, self.bottom, self.top].into_iter().enumerate() {
+            let _ = write!(text, "{}{:.0}", if k == 0 { "" } else { " " }, edge * ENLARGEMENT);
+        }
+        text.push('"');
+        for (name, axis) in [("x", &self.x), ("y", &self.y)] {
+            let ([low, high], kind) = (axis.ends(), if axis.is_logarithmic() { "log" } else { "linear" });
+            let title = escape(&axis.title);
+            let _ = write!(text, " data-{name}=\"{low} {high} {kind}\" data-{name}-title=\"{title}\"");
+        }
+        text
     }
 
     fn horizontal(&self, position: f64) -> f64 {
@@ -275,11 +341,18 @@ impl Drawing {
                     canvas.dashes(*from, *to, color);
                 }
             }),
+            SeriesStyle::Body => {
+                let inside = |[x, y]: &[f64; 2]| {
+                    let (x, y) = (self.x.position(*x)?.clamp(0.0, 1.0), self.y.position(*y)?.clamp(0.0, 1.0));
+                    Some((self.horizontal(x), self.vertical(y)))
+                };
+                canvas.area(&series.points.iter().filter_map(inside).collect::<Vec<_>>());
+            }
             SeriesStyle::Line => places.split(Option::is_none).for_each(|run| {
                 let run: Vec<Point> = run.iter().flatten().copied().collect();
                 match run.as_slice() {
                     [alone] => canvas.dot(*alone, color),
-                    points => canvas.line(points, color, 1.8),
+                    points => canvas.curve(points, color, 1.8, Some(&series.label)),
                 }
             }),
         }
@@ -296,8 +369,7 @@ impl Drawing {
         }
         for (k, (from, to, label)) in spans.iter().enumerate() {
             let number = (k + 1).to_string();
-            let fits = |text: &&str| text.chars().count() as f64 * DIGIT_WIDTH + 4.0 <= to - from;
-            let text = [*label, number.as_str()].into_iter().find(fits);
+            let text = [*label, number.as_str()].into_iter().find(|text| fits(text, to - from));
             if let Some(text) = text.filter(|_| !label.is_empty()) {
                 canvas.text(text, (0.5 * (from + to), self.top - 4.0), Anchor::Middle, Baseline::Above);
             }
@@ -334,7 +406,7 @@ fn axis_values(figure: &Figure, axis: usize) -> Vec<f64> {
         figure
             .series
             .iter()
-            .filter(move |s| (s.style == SeriesStyle::Bound) == bound)
+            .filter(move |s| matches!(s.style, SeriesStyle::Bound | SeriesStyle::Body) == bound)
             .flat_map(move |s| s.points.iter().map(move |p| p[axis]))
     };
     let mut values: Vec<f64> = of(false).filter(|v| v.is_finite()).collect();
@@ -357,6 +429,11 @@ fn axis_values(figure: &Figure, axis: usize) -> Vec<f64> {
     };
     let extra: Vec<f64> = of(true).chain(references).filter(near).collect();
     values.extend(extra);
+    let least = if axis == 0 { figure.x.least_span } else { figure.y.least_span };
+    if let Some([low, high]) = ends(&values).filter(|[low, high]| high - low < least) {
+        let middle = 0.5 * (low + high);
+        values.extend([middle - 0.5 * least, middle + 0.5 * least]);
+    }
     values
 }
 

@@ -102,7 +102,9 @@ fn the_page_is_well_formed_and_self_contained() {
         assert!(!svg.contains("NaN") && !svg.contains("inf"));
     }
     well_formed::check(&well_formed::body(&page)).unwrap_or_else(|e| panic!("{e}"));
-    for outside in ["<script", "<link", "src=", "href=", "url(", "@import"] {
+    assert_eq!(page.matches("<script type=\"module\">").count(), 1, "the page's own");
+    assert_eq!(page.matches("<script").count(), 1);
+    for outside in ["<link", "src=", "href=", "url(", "@import"] {
         assert!(!page.contains(outside), "{outside}");
     }
     for expected in [
@@ -113,6 +115,10 @@ fn the_page_is_well_formed_and_self_contained() {
         "<td class=\"number\">not a number</td>",
         "<td>touchdown speed</td><td class=\"number\">2.3 × 10⁻⁹</td><td>m/s</td>",
         "4 of 6 checks passed",
+        "Limits and margins",
+        "final mass ",
+        "<summary>Costates</summary>",
+        "Farthest beyond its limit",
         "84 %",
         "320 %",
         "altitude (km)",
