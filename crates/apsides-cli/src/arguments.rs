@@ -2,23 +2,28 @@
 
 mod campaign;
 mod certify;
+mod compare;
 mod ephemeris;
 mod merge;
 mod run;
+mod speech;
 mod terrain;
 mod words;
 
 use std::path::PathBuf;
 
 use clap::{Args, Parser, Subcommand};
+use clap_complete::Shell;
 
 use crate::exit::statuses;
 
 pub(crate) use campaign::{CampaignArguments, OnInterrupt};
 pub(crate) use certify::CertifyArguments;
+pub(crate) use compare::CompareArguments;
 pub(crate) use ephemeris::{EphemerisArguments, ExportArguments};
 pub(crate) use merge::MergeArguments;
 pub(crate) use run::{RunArguments, Threads, TimeLimit, allowed_memory};
+pub(crate) use speech::Speech;
 pub(crate) use terrain::{GenArguments, Ground, HazardArguments, MapArguments, Rule, TerrainCommand};
 pub(crate) use words::{GuidanceWord, NewKind, SampleFormat};
 
@@ -38,9 +43,11 @@ pub(crate) use words::{GuidanceWord, NewKind, SampleFormat};
         apsides footprint capsule-reentry --out footprint\n  \
         apsides verify results\n  \
         apsides reproduce lunar-landing --out reproduction\n  \
-        apsides hazard map.tif --criteria chang-e-3-fine --out hazards\n\n{}", statuses(100))
+        apsides hazard map.tif --criteria chang-e-3-fine --out hazards\n\n{}", statuses())
 )]
 pub(crate) struct Arguments {
+    #[command(flatten)]
+    pub(crate) speech: Speech,
     #[command(subcommand)]
     pub(crate) command: Command,
 }
@@ -117,10 +124,15 @@ pub(crate) enum Command {
         All keys: docs/campaigns.md. The same command goes on where it was; shards that are complete stay.")]
     Campaign(CampaignArguments),
     /// List the missions, or the keys of one.
-    #[command(after_help = "Examples:\n  apsides missions\n  apsides missions lunar-perilune")]
+    #[command(
+        after_help = "Examples:\n  apsides missions\n  apsides missions lunar-perilune\n  apsides missions lunar-perilune --all"
+    )]
     Missions {
-        /// Show the keys of this mission with default, allowed values and meaning.
+        /// Show the keys of this mission that matter, with value, meaning and allowed values.
         name: Option<String>,
+        /// Show all keys, those of methods, searches and frames too.
+        #[arg(long, requires = "name")]
+        all: bool,
     },
     /// Write a file to begin with: a problem with equations of its own, with comments.
     #[command(after_help = "Examples:\n  apsides new problem\n  apsides new problem my-lander.toml")]
@@ -143,7 +155,7 @@ pub(crate) enum Command {
     Sites,
     /// Read a mission and say whether it is well-posed, without solving it.
     #[command(
-        after_help = "Examples:\n  apsides check my-mission.toml\n  apsides check lunar-direct --set thrust_n=500"
+        after_help = "Examples:\n  apsides check my-mission.toml\n  apsides check lunar-direct --set thrust_n=500\n  apsides check lunar-direct --all"
     )]
     Check(CheckArguments),
     /// Compute the tables of a publication again, or list the publications.
@@ -185,14 +197,35 @@ pub(crate) enum Command {
         oem, opm, aem   messages of the CCSDS: orbit ephemeris, first and last state, attitude\n  \
         czml            document of Cesium")]
     Export(ExportArguments),
+    /// Lay results beside each other: keys and numbers that differ, flights drawn over each other.
+    #[command(after_help = "Examples:\n  \
+        apsides compare first second\n  \
+        apsides compare first second third --out comparison")]
+    Compare(CompareArguments),
     /// Verify the results in a directory again: trajectory.csv against the equations of mission.toml.
     #[command(after_help = "Example:\n  apsides verify results")]
     Verify {
         /// Directory written by `solve --out`.
         directory: PathBuf,
-        /// Print one JSON object on stdout.
-        #[arg(long)]
-        json: bool,
+    },
+    /// Print the script by which a shell completes commands and options.
+    #[command(after_help = "Examples:\n  \
+        apsides completions bash > ~/.local/share/bash-completion/completions/apsides\n  \
+        apsides completions zsh > ~/.zfunc/_apsides\n  \
+        apsides completions fish > ~/.config/fish/completions/apsides.fish")]
+    Completions {
+        /// Shell that the script is for.
+        #[arg(value_enum)]
+        shell: Shell,
+    },
+    /// Print the manual page, or write one for each command into a directory.
+    #[command(after_help = "Examples:\n  \
+        apsides man | man -l -\n  \
+        apsides man --out ~/.local/share/man/man1")]
+    Man {
+        /// Write apsides.1 and a page for each command into this directory.
+        #[arg(short, long, value_name = "DIR")]
+        out: Option<PathBuf>,
     },
 }
 
@@ -220,6 +253,9 @@ impl Command {
 pub(crate) struct CheckArguments {
     #[command(flatten)]
     pub(crate) mission: MissionArguments,
+    /// Print the mission file with every value written out as well.
+    #[arg(long)]
+    pub(crate) all: bool,
     #[command(flatten)]
     pub(crate) limit: TimeLimit,
 }
@@ -243,16 +279,13 @@ pub(crate) struct SolveArguments {
     #[command(flatten)]
     pub(crate) mission: MissionArguments,
     /// Write summary.json, trajectory.csv, certificate.json, mission.toml and report.html into this directory.
-    #[arg(long, value_name = "DIR")]
+    #[arg(short, long, value_name = "DIR")]
     pub(crate) out: Option<PathBuf>,
     #[command(flatten)]
     pub(crate) ephemeris: EphemerisArguments,
     /// Keep the search of `--method two-layer` in this file; it goes on from there if the file exists.
     #[arg(long, value_name = "FILE")]
     pub(crate) checkpoint: Option<PathBuf>,
-    /// Print one JSON object on stdout and nothing else.
-    #[arg(long)]
-    pub(crate) json: bool,
     /// Say what one more unit of each number of vehicle and flight is worth; with --out also as sensitivity.json.
     #[arg(long)]
     pub(crate) sensitivity: bool,
@@ -269,16 +302,10 @@ pub(crate) struct SimulateArguments {
     #[command(flatten)]
     pub(crate) mission: MissionArguments,
     /// Write summary.json, states.csv, mission.toml and report.html into this directory.
-    #[arg(long, value_name = "DIR")]
+    #[arg(short, long, value_name = "DIR")]
     pub(crate) out: Option<PathBuf>,
     #[command(flatten)]
     pub(crate) ephemeris: EphemerisArguments,
-    /// Print one JSON object on stdout and nothing else.
-    #[arg(long)]
-    pub(crate) json: bool,
-    /// No progress on stderr.
-    #[arg(long)]
-    pub(crate) quiet: bool,
     /// Seed of the noise of sensors.
     #[arg(long, value_name = "N", default_value_t = 0)]
     pub(crate) seed: u64,
@@ -313,11 +340,8 @@ pub(crate) struct TuneArguments {
     #[arg(long, value_name = "N", default_value_t = 300, value_parser = clap::value_parser!(u32).range(1..))]
     pub(crate) evaluations: u32,
     /// Write the mission with the gains into this file.
-    #[arg(long, value_name = "FILE")]
+    #[arg(short, long, value_name = "FILE")]
     pub(crate) out: Option<PathBuf>,
-    /// Print one JSON object on stdout and nothing else.
-    #[arg(long)]
-    pub(crate) json: bool,
     #[command(flatten)]
     pub(crate) threads: Threads,
     /// Seed of the search.
@@ -339,11 +363,8 @@ pub(crate) struct SizeArguments {
     #[arg(long, value_name = "FACTOR", default_value_t = 1.2, allow_negative_numbers = true)]
     pub(crate) margin: f64,
     /// Write size.json and size.svg into this directory.
-    #[arg(long, value_name = "DIR")]
+    #[arg(short, long, value_name = "DIR")]
     pub(crate) out: Option<PathBuf>,
-    /// Print one JSON object on stdout and nothing else.
-    #[arg(long)]
-    pub(crate) json: bool,
 }
 
 /// Arguments of `sweep`.
@@ -366,8 +387,8 @@ pub(crate) struct SweepArguments {
     /// Number of cases of the part; all behind the first without it.
     #[arg(long, value_name = "N", requires = "chain", value_parser = clap::value_parser!(u32).range(1..))]
     pub(crate) count: Option<u32>,
-    /// Write the rows with all results as CSV.
-    #[arg(long, value_name = "FILE")]
+    /// Write the rows with all results as CSV into this file, or as sweep.csv into this directory, and a page of the same name beside it.
+    #[arg(short, long, value_name = "FILE|DIR")]
     pub(crate) out: Option<PathBuf>,
     /// Say of each case what one more unit of the swept numbers is worth, in the objective's unit.
     #[arg(long)]
@@ -500,14 +521,11 @@ pub(crate) struct MonteCarloArguments {
     #[arg(long = "full-thrust-n", value_name = "THRUST", allow_negative_numbers = true)]
     pub(crate) full_thrust: Option<f64>,
     /// Write montecarlo.csv, flight by flight, then montecarlo.json, .svg, .html and shard.json; a run that was stopped goes on.
-    #[arg(long, value_name = "DIR")]
+    #[arg(short, long, value_name = "DIR")]
     pub(crate) out: Option<PathBuf>,
     /// Files of the samples: parquet makes montecarlo.parquet of montecarlo.csv at the end, in builds with the feature `parquet`.
     #[arg(long, value_enum, default_value = "csv", requires = "out")]
     pub(crate) format: SampleFormat,
-    /// Print one JSON object on stdout and nothing else.
-    #[arg(long)]
-    pub(crate) json: bool,
     #[command(flatten)]
     pub(crate) run: RunArguments,
 }
@@ -520,12 +538,9 @@ pub(crate) struct FootprintArguments {
     /// Bearings along which ends are sought; twice as many boundary points.
     #[arg(long, value_name = "N", default_value_t = 36, value_parser = clap::value_parser!(u32).range(3..=3600))]
     pub(crate) bearings: u32,
-    /// Write footprint.csv, footprint.json and footprint.svg into this directory.
-    #[arg(long, value_name = "DIR")]
+    /// Write footprint.csv, footprint.json, footprint.svg and footprint.html into this directory.
+    #[arg(short, long, value_name = "DIR")]
     pub(crate) out: Option<PathBuf>,
-    /// Print one JSON object on stdout and nothing else.
-    #[arg(long)]
-    pub(crate) json: bool,
     #[command(flatten)]
     pub(crate) run: RunArguments,
 }
@@ -539,7 +554,7 @@ pub(crate) struct ReproduceArguments {
     #[arg(long, conflicts_with = "out")]
     pub(crate) items: bool,
     /// Write reproduction.html, reproduction.md, reproduction.csv, the figures and the mission files into this directory.
-    #[arg(long, value_name = "DIR")]
+    #[arg(short, long, value_name = "DIR")]
     pub(crate) out: Option<PathBuf>,
     #[command(flatten)]
     pub(crate) run: RunArguments,

@@ -14,13 +14,15 @@ use apsides::pipeline::shard::Shard;
 use apsides::pipeline::sweep::cases;
 use apsides::pipeline::whole_file::write_whole;
 use serde::{Deserialize, Serialize};
+use serde_json::json;
 
 use crate::arguments::{CampaignArguments, Command, MergeArguments, OnInterrupt};
 use crate::commands::{claim, made};
 use crate::exit::{Exit, Refusal, refusal, unwritten};
 use crate::montecarlo::table_of;
-use crate::output::{print, say};
+use crate::output::{print, print_json, say};
 use crate::progress::Progress;
+use crate::speech::{is_json, is_quiet};
 use crate::stop::StopFlag;
 use engine::{Dask, Engine, Local, Slurm};
 use plan::{EngineWord, Plan, complete};
@@ -37,14 +39,18 @@ const LONGEST_WAIT: Duration = Duration::from_secs(3600);
 pub(crate) fn campaign(a: &CampaignArguments) -> Result<Exit, Refusal> {
     let plan = Plan::read(&a.file)?;
     if a.shards {
-        print(&format!("{}\n", plan.shards()));
+        if is_json() {
+            print_json(&json!({ "shards": plan.shards() }))?;
+        } else {
+            print(&format!("{}\n", plan.shards()));
+        }
         return Ok(Exit::Verified);
     }
     if let Some(shard) = a.shard {
         return shards_of_task(&plan, shard as usize, a.of.map(|of| of as usize));
     }
     if a.merge {
-        return merge(&plan, a.quiet);
+        return merge(&plan);
     }
     pilot(&plan, a)
 }
@@ -74,7 +80,7 @@ fn compute(plan: &Plan, shard: usize) -> Result<Exit, Refusal> {
     let stop = StopFlag::install();
     loop {
         if let Some(complete) = plan.complete(shard) {
-            print(&format!("shard {shard} is complete\n"));
+            tell(&format!("shard {shard} is complete\n"));
             return Ok(of_complete(&complete));
         }
         match DirectoryLock::take(&directory, "apsides campaign") {
@@ -117,15 +123,20 @@ fn run(command: &Command) -> Result<Exit, Refusal> {
     }
 }
 
-fn merge(plan: &Plan, quiet: bool) -> Result<Exit, Refusal> {
+fn merge(plan: &Plan) -> Result<Exit, Refusal> {
     crate::merge::merge(&MergeArguments {
         parts: vec![plan.shards_directory()],
         out: plan.merged(),
         partly: false,
         format: plan.format,
-        json: false,
-        quiet,
     })
+}
+
+/// Says on stdout how the work goes, unless one JSON object is asked for.
+fn tell(text: &str) {
+    if !is_json() {
+        print(text);
+    }
 }
 
 /// The knowledge of a pilot that is started again.
@@ -172,7 +183,7 @@ fn pilot(plan: &Plan, a: &CampaignArguments) -> Result<Exit, Refusal> {
     let mut open: BTreeSet<usize> =
         (0..plan.shards()).filter(|shard| plan.complete(*shard).is_none()).collect();
     let begun = plan.shards() - open.len();
-    print(&format!(
+    tell(&format!(
         "{} {} in {} shards, {begun} of them complete; {}\n",
         plan.total(),
         plan.command.counted(),
@@ -180,7 +191,7 @@ fn pilot(plan: &Plan, a: &CampaignArguments) -> Result<Exit, Refusal> {
         out.display()
     ));
     if open.is_empty() {
-        return merge(plan, a.quiet);
+        return merge(plan);
     }
     let shards: Vec<usize> = open.iter().copied().collect();
     let mut engine: Box<dyn Engine + '_> = match plan.engine {
@@ -193,7 +204,7 @@ fn pilot(plan: &Plan, a: &CampaignArguments) -> Result<Exit, Refusal> {
     };
     Memory { digest: plan.digest(), jobs: engine.jobs() }.write(&place)?;
     if !engine.jobs().is_empty() {
-        print(&format!("jobs {}\n", engine.jobs().join(", ")));
+        tell(&format!("jobs {}\n", engine.jobs().join(", ")));
     }
     if let Some(exit) = follow(plan, a, &mut *engine, &mut open)? {
         return Ok(exit);
@@ -213,10 +224,15 @@ fn pilot(plan: &Plan, a: &CampaignArguments) -> Result<Exit, Refusal> {
         // A job of the queue did it.
         Some(joined) => {
             let (done, failed, counted) = (joined.done, joined.failed, plan.command.counted());
-            print(&format!("{done} {counted}, {failed} without a result: {}\n", plan.merged().display()));
+            let merged = plan.merged();
+            if is_json() {
+                print_json(&json!({ counted: done, "without_result": failed, "merged": merged }))?;
+            } else {
+                print(&format!("{done} {counted}, {failed} without a result: {}\n", merged.display()));
+            }
             Ok(of_complete(&joined))
         }
-        None => merge(plan, a.quiet),
+        None => merge(plan),
     }
 }
 
@@ -240,7 +256,7 @@ fn follow(
     open: &mut BTreeSet<usize>,
 ) -> Result<Option<Exit>, Refusal> {
     let stop = StopFlag::install();
-    let progress = Progress::counted(a.quiet, stop, plan.total() as u64, plan.command.counted());
+    let progress = Progress::counted(stop, plan.total() as u64, plan.command.counted());
     let done = |open: &BTreeSet<usize>| {
         plan.total() - open.iter().map(|shard| plan.indices(*shard).len()).sum::<usize>()
     };
@@ -256,7 +272,7 @@ fn follow(
             progress.advance((now - before) as u64);
             let rate = (now - first) as f64 / begun.elapsed().as_secs_f64();
             let left = (plan.total() - now) as f64 / rate;
-            if !a.quiet && told.elapsed() >= if progress.is_line() { PERIOD } else { BETWEEN_LINES } {
+            if !is_quiet() && told.elapsed() >= if progress.is_line() { PERIOD } else { BETWEEN_LINES } {
                 progress.note(&format!(
                     "{now} of {} {}, {} left",
                     plan.total(),

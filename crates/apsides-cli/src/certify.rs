@@ -4,17 +4,19 @@ use std::fmt::Write as _;
 use std::path::Path;
 
 use apsides::pipeline::regular_file;
-use apsides_ocp::{Ocp, Sense};
+use apsides_ocp::{Ocp, Phase, Sense, Variable};
 use apsides_problems::{Evidence, GALLERY, Optimum, find};
 use apsides_report::read_samples;
 use apsides_verify::{Certificate, CheckKind, Interpolation, Sampled, VerifySettings, sampled, verify};
 use serde::Serialize;
+use serde_json::json;
 
 use crate::arguments::{CertifyArguments, allowed_memory};
 use crate::exit::{Exit, Refusal, refusal};
-use crate::output::{certificate, print};
+use crate::output::{certificate, print, print_json, titles};
 use crate::progress::Progress;
 use crate::sentence::name;
+use crate::speech::is_json;
 
 /// The problem against which a trajectory is judged.
 enum Problem {
@@ -50,16 +52,41 @@ struct Reference {
 }
 
 pub(crate) fn problems(name: Option<&str>) -> Result<Exit, Refusal> {
-    let width = GALLERY.iter().map(|p| p.name.len()).max().unwrap_or(0);
     let Some(name) = name else {
-        for p in GALLERY {
-            print(&format!("{:<width$}  {}\n", p.name, p.title));
+        if is_json() {
+            let listed = GALLERY.iter().map(|p| json!({ "name": p.name, "title": p.title }));
+            print_json(&listed.collect::<Vec<_>>())?;
+        } else {
+            print(&titles(GALLERY.iter().map(|p| (p.name, p.title))));
         }
         return Ok(Exit::Verified);
     };
     let problem = find(name).ok_or_else(|| unknown(name))?;
     let ocp = problem.pose().map_err(refusal)?.ocp;
     let Optimum { value, unit, relative_tolerance, evidence, source } = problem.optimum;
+    if is_json() {
+        let columns = |phase: &Phase| {
+            let states = phase.states.iter().map(|s| &s.variable);
+            let of = |v: &Variable| json!({ "name": v.name, "unit": v.unit });
+            json!({
+                "phase": phase.name,
+                "time_unit": phase.time_unit,
+                "states": states.map(of).collect::<Vec<_>>(),
+                "controls": phase.controls.iter().map(of).collect::<Vec<_>>(),
+            })
+        };
+        print_json(&json!({
+            "name": problem.name,
+            "title": problem.title,
+            "optimum": value,
+            "unit": unit,
+            "relative_tolerance": relative_tolerance,
+            "evidence": words(evidence),
+            "source": source,
+            "phases": ocp.phases.iter().map(columns).collect::<Vec<_>>(),
+        }))?;
+        return Ok(Exit::Verified);
+    }
     let mut text = format!(
         "{}: {}\n\noptimum   {value} {unit}, to {relative_tolerance:.0e}\n",
         problem.name, problem.title
@@ -102,8 +129,8 @@ pub(crate) fn certify(a: &CertifyArguments) -> Result<Exit, Refusal> {
         }
     };
     let judged = judge(a, &problem)?;
-    if a.json {
-        print(&format!("{}\n", serde_json::to_string_pretty(&judged).map_err(refusal)?));
+    if is_json() {
+        print_json(&judged)?;
     } else {
         print(&text(&judged));
     }
@@ -157,7 +184,7 @@ fn reference(a: &CertifyArguments, problem: &Problem) -> Result<Option<(f64, Str
         Problem::Mission(..) if a.no_reference => Ok(None),
         Problem::Mission(mission, _) => {
             let stop = a.limit.stop();
-            let mut progress = Progress::table(true, stop);
+            let mut progress = Progress::silent(stop);
             let mission = mission.as_ref().clone().with_memory(allowed_memory(a.memory));
             let mission = mission.with_cancellation(stop.cancellation());
             let solved = mission.solve(None, &mut progress).map_err(refusal)?;

@@ -5,14 +5,15 @@ use std::path::{Path, PathBuf};
 
 use apsides::pipeline::lock::DirectoryLock;
 use apsides::pipeline::record::{Record, SOLVES};
-use apsides::pipeline::whole_file::{check_directory, check_file, write_whole};
+use apsides::pipeline::whole_file::{check_directory, check_file};
 use apsides_report::write_outcome_with;
 
-use crate::arguments::{CheckArguments, MissionArguments, NewKind, RunArguments, SolveArguments};
-use crate::exit::{Exit, Refusal, refusal, unwritten, unwritten_option};
-use crate::figures::figures;
-use crate::output::{outcome, prices, print, say, titles, warn, written};
+use crate::arguments::{MissionArguments, RunArguments, SolveArguments};
+use crate::exit::{Exit, Refusal, refusal, unwritten_option};
+use crate::figures::presentation;
+use crate::output::{outcome, prices, print, print_json, say, warn, written};
 use crate::progress::Progress;
+use crate::speech::is_json;
 
 impl MissionArguments {
     pub(crate) fn load(&self) -> Result<apsides::Pipeline, Refusal> {
@@ -47,16 +48,16 @@ pub(crate) fn solve(a: &SolveArguments) -> Result<Exit, Refusal> {
         explain_guess(&mission)?;
     }
     let _lock = a.out.as_deref().map(claim).transpose()?;
-    let mut progress = Progress::table(a.run.quiet, a.run.limit.stop());
+    let mut progress = Progress::of_solve(a.run.limit.stop());
     let mut solved = mission.solve(None, &mut progress).map_err(refusal)?;
     if a.sensitivity && solved.report.as_ref().is_some_and(|report| report.status.is_success()) {
         let keys: Vec<&str> = mission.priced_keys().map(|k| &*k.path).collect();
         solved.summary.sensitivity = Some(mission.sensitivities(&solved, &keys).map_err(refusal)?);
     }
     let mut exit = Exit::of(&solved.summary);
-    if a.json {
-        let text = serde_json::to_string_pretty(&solved.summary).map_err(refusal)?;
-        print(&format!("{text}\n"));
+    progress.finish();
+    if is_json() {
+        print_json(&solved.summary)?;
     } else {
         print(&outcome(&solved));
         print(&prices(&solved));
@@ -71,8 +72,9 @@ pub(crate) fn solve(a: &SolveArguments) -> Result<Exit, Refusal> {
             Ok(further) => (further.unwrap_or_default(), None),
             Err(refused) => (Vec::new(), Some(refused)),
         };
-        let files = write_outcome_with(dir, &solved, &figures(&solved), further)?;
-        if !a.json {
+        let shown = presentation(&a.mission.mission, &mission, &solved);
+        let files = write_outcome_with(dir, &solved, &shown, further)?;
+        if !is_json() {
             print(&written(&files));
         }
         if let Some(Refusal { exit: worse, sentence }) = refused {
@@ -168,81 +170,4 @@ pub(crate) fn made(dir: &Path) -> Result<&Path, Refusal> {
 /// Refuses a file that cannot be written, and leaves nothing there.
 pub(crate) fn probe_file(option: &str, file: &Path) -> Result<(), Refusal> {
     check_file(file).map_err(unwritten_option(option, file))
-}
-
-pub(crate) fn missions(name: Option<&str>) -> Result<Exit, Refusal> {
-    let Some(name) = name else {
-        let registry = apsides::registry();
-        print(&titles(registry.files()));
-        return Ok(Exit::Verified);
-    };
-    let mission = apsides::load(name, &[]).map_err(refusal)?;
-    print(&heading(name, &mission));
-    let width = mission.keys().map(|k| k.path.len()).max().unwrap_or(0);
-    for key in mission.keys() {
-        let value = mission.values().get(&key.path).map(ToString::to_string);
-        let (value, allowed) = (value.unwrap_or_default(), key.allowed());
-        print(&format!("{:<width$} = {value:<10}  {} ({allowed})\n", key.path, key.meaning));
-    }
-    Ok(Exit::Verified)
-}
-
-/// The name and title of a mission that comes with the program, and its kind.
-fn heading(name: &str, mission: &apsides::Pipeline) -> String {
-    let registry = apsides::registry();
-    match registry.files().find(|(file, _)| *file == name) {
-        Some((file, title)) if file == mission.name() => format!("{file}: {title}\n\n"),
-        Some((file, title)) => {
-            format!("{file}: {title}\nmission = \"{}\": {}\n\n", mission.name(), mission.title())
-        }
-        None if mission.kind().is_of_file() => format!("{name}: {}: {}\n\n", mission.name(), mission.title()),
-        None => format!("{name}: mission = \"{}\": {}\n\n", mission.name(), mission.title()),
-    }
-}
-
-/// Prints the JSON Schema of mission files.
-pub(crate) fn schema() -> Result<Exit, Refusal> {
-    let schema = apsides::pipeline::schema::schema(&apsides::registry());
-    print(&format!("{}\n", serde_json::to_string_pretty(&schema).map_err(refusal)?));
-    Ok(Exit::Verified)
-}
-
-/// Lists the data that the key `key` of missions may name.
-pub(crate) fn named_data(key: &str) -> Result<Exit, Refusal> {
-    let registry = apsides::registry();
-    let Some(data) = registry.data(key) else { return Err(format!("no data are named by `{key}`").into()) };
-    let width = data.names().map(str::len).max().unwrap_or(0);
-    for name in data.names() {
-        let [source, remarks] = data.words(name);
-        print(&format!("{name:<width$}  {}\n", source.unwrap_or_default()));
-        if let Some(remarks) = remarks {
-            print(&format!("{:<width$}  {remarks}\n", ""));
-        }
-    }
-    Ok(Exit::Verified)
-}
-
-/// Writes a file to begin with; what is there stays.
-pub(crate) fn new(kind: NewKind, file: Option<&Path>) -> Result<Exit, Refusal> {
-    let (text, usual) = match kind {
-        NewKind::Problem => (apsides::missions::problem::STARTER, "problem.toml"),
-    };
-    let path = file.unwrap_or_else(|| usual.as_ref());
-    if std::fs::symlink_metadata(path).is_ok() {
-        return Err(format!("{}: exists and stays as it is; name another file", path.display()).into());
-    }
-    write_whole(path, text.as_bytes()).map_err(unwritten(path))?;
-    let shown = path.display();
-    print(&format!("written: {shown}\n\napsides check {shown}\napsides solve {shown} --out results\n"));
-    Ok(Exit::Verified)
-}
-
-pub(crate) fn check(a: &CheckArguments) -> Result<Exit, Refusal> {
-    let mission = a.mission.load()?.with_cancellation(a.limit.stop().cancellation());
-    // One that is simulated was checked when it was read.
-    if !mission.is_simulated() {
-        mission.pose().map_err(refusal)?;
-    }
-    print(&format!("{} is well-posed: {}\n\n{}", a.mission.mission, mission.title(), mission.to_file()));
-    Ok(Exit::Verified)
 }

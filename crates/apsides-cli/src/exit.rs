@@ -7,7 +7,7 @@ use apsides::Summary;
 use apsides::pipeline::whole_file::is_refusal;
 use apsides_report::ReportError;
 
-use crate::sentence::name;
+use crate::sentence::{name, wrapped};
 
 /// The exit status of a command.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -60,24 +60,13 @@ const TABLE: [(Exit, &str); 8] = [
     ),
 ];
 
-/// The table as text, lines no longer than `width`.
-pub(crate) fn statuses(width: usize) -> String {
-    let mut text = String::from("Exit status:\n");
-    for (exit, meaning) in TABLE {
-        let mut line = format!("{:>5} ", exit as u8);
-        for word in meaning.split_whitespace() {
-            if line.len() + 1 + word.len() > width {
-                text += line.trim_end();
-                text.push('\n');
-                line = " ".repeat(6);
-            }
-            line.push(' ');
-            line += word;
-        }
-        text += &line;
-        text.push('\n');
-    }
-    text
+/// The table as text, in lines that fit a terminal.
+pub(crate) fn statuses() -> String {
+    let rows = TABLE.iter().map(|(exit, meaning)| {
+        let head = format!("{:>5}  ", *exit as u8);
+        wrapped(&" ".repeat(head.len()), meaning).replacen(&" ".repeat(head.len()), &head, 1)
+    });
+    format!("Exit status:\n{}", rows.collect::<String>())
 }
 
 impl Exit {
@@ -168,7 +157,7 @@ mod tests {
     fn every_status_is_in_the_table_once() {
         let numbers: Vec<u8> = TABLE.iter().map(|(exit, _)| *exit as u8).collect();
         assert_eq!(numbers, [0, 2, 3, 4, 5, 6, 101, 130]);
-        assert!(statuses(100).lines().all(|l| l.len() <= 100));
+        assert!(statuses().lines().all(|l| l.len() <= 80));
     }
 
     #[test]

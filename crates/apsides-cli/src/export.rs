@@ -1,12 +1,17 @@
 //! `apsides export`.
 
+use std::path::{Path, PathBuf};
+
+use apsides::Pipeline;
+use apsides::ephemeris::{Ephemeris, Sampling};
 use apsides_report::{read_outcome_trajectory, read_states, replace};
 
 use crate::arguments::{ExportArguments, allowed_memory};
 use crate::commands::{claim, probe_directory};
 use crate::ephemeris::files;
 use crate::exit::{Exit, Refusal, refusal};
-use crate::output::{print, written};
+use crate::output::{print, print_json, written};
+use crate::speech::is_json;
 
 const MISSION: &str = "mission.toml";
 
@@ -14,13 +19,7 @@ const MISSION: &str = "mission.toml";
 const REPLACEABLE: [&str; 2] = ["epoch", "frame."];
 
 pub(crate) fn export(a: &ExportArguments) -> Result<Exit, Refusal> {
-    let file = a.directory.join(MISSION);
-    if !file.is_file() {
-        return Err(refusal(format!(
-            "{}: no result directory (it has no {MISSION}); give one that `apsides solve --out` or `apsides simulate --out` wrote",
-            a.directory.display()
-        )));
-    }
+    let file = mission_file(&a.directory)?;
     let Some(sampling) = a.rows.sampling() else {
         return Err("say how far apart the rows are: --step 10s, or --points 500".into());
     };
@@ -37,19 +36,39 @@ pub(crate) fn export(a: &ExportArguments) -> Result<Exit, Refusal> {
     let out = a.out.as_deref().unwrap_or(&a.directory);
     probe_directory(out)?;
     let _lock = claim(out)?;
-    let table = match mission.is_simulated() || !a.directory.join("trajectory.csv").is_file() {
-        true => {
-            let (headers, rows) = read_states(&a.directory).map_err(refusal)?;
-            mission.ephemeris_of_record(&headers, &rows, sampling)
-        }
-        false => {
-            let posed = mission.pose().map_err(refusal)?;
-            let trajectory = read_outcome_trajectory(&a.directory, posed.flight()).map_err(refusal)?;
-            let decisions = mission.decide().map_err(refusal)?;
-            mission.ephemeris(&decisions, posed.flight(), &trajectory, sampling)
-        }
-    };
-    let files = replace(out, &files(&table.map_err(refusal)?, &a.format)?)?;
-    print(written(&files).trim_start());
+    let files = replace(out, &files(&rows_of(&a.directory, &mission, sampling)?, &a.format)?)?;
+    if is_json() {
+        print_json(&serde_json::json!({ "files": files }))?;
+    } else {
+        print(written(&files).trim_start());
+    }
     Ok(Exit::Verified)
+}
+
+/// The mission file of a result directory.
+pub(crate) fn mission_file(directory: &Path) -> Result<PathBuf, Refusal> {
+    let file = directory.join(MISSION);
+    if file.is_file() {
+        return Ok(file);
+    }
+    Err(refusal(format!(
+        "{}: no result directory (it has no {MISSION}); give one that `apsides solve --out` or `apsides simulate --out` wrote",
+        directory.display()
+    )))
+}
+
+/// The rows of the flight in a result directory of a mission.
+pub(crate) fn rows_of(
+    directory: &Path,
+    mission: &Pipeline,
+    sampling: Sampling,
+) -> Result<Ephemeris, Refusal> {
+    if mission.is_simulated() || !directory.join("trajectory.csv").is_file() {
+        let (headers, rows) = read_states(directory).map_err(refusal)?;
+        return mission.ephemeris_of_record(&headers, &rows, sampling).map_err(refusal);
+    }
+    let posed = mission.pose().map_err(refusal)?;
+    let trajectory = read_outcome_trajectory(directory, posed.flight()).map_err(refusal)?;
+    let decisions = mission.decide().map_err(refusal)?;
+    mission.ephemeris(&decisions, posed.flight(), &trajectory, sampling).map_err(refusal)
 }

@@ -1,13 +1,23 @@
 //! Figures: mission curves of the report, prices of a sweep.
 
+use apsides::ephemeris::Sampling;
 use apsides::pipeline::key::{name_of, unit_of};
 use apsides::pipeline::sweep::{Axis as Swept, Case};
-use apsides::{Curve, ObjectiveValue, Outcome, Price};
-use apsides_report::{Axis, Figure, Series};
+use apsides::{Curve, ObjectiveValue, Outcome, Pipeline, Price};
+use apsides_report::{Axis, Figure, Presentation, Series};
 
-/// The mission's own curves.
-pub(crate) fn figures(outcome: &Outcome) -> Vec<Figure> {
-    curve_figures(&outcome.curves)
+/// Rows of the flight that figures are drawn from.
+const ROWS: u64 = 1200;
+
+/// All that the page of a solved mission shows beside its outcome: its title, its own curves, the flight about its body.
+pub(crate) fn presentation(name: &str, mission: &Pipeline, outcome: &Outcome) -> Presentation {
+    let registry = apsides::registry();
+    let of_file = registry.files().find(|(file, _)| *file == name).map(|(_, title)| title.to_owned());
+    // A flight that has no rows, such as one that did not converge, has its other figures.
+    let flight =
+        mission.ephemeris(&outcome.decisions, &outcome.ocp, &outcome.trajectory, Sampling::Points(ROWS)).ok();
+    let title = of_file.unwrap_or_else(|| mission.title().to_owned());
+    Presentation::new(title, curve_figures(&outcome.curves), flight.as_ref())
 }
 
 /// Curves as figures.

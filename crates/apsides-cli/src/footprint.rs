@@ -8,8 +8,9 @@ use apsides_report::{footprint_map, write_footprint};
 use crate::arguments::FootprintArguments;
 use crate::commands::KeptWork;
 use crate::exit::{Exit, Refusal, refusal};
-use crate::output::{print, written};
+use crate::output::{print, print_json, written};
 use crate::progress::Progress;
+use crate::speech::is_json;
 
 pub(crate) fn footprint(a: &FootprintArguments) -> Result<Exit, Refusal> {
     let mission = a.mission.load_for(&a.run)?;
@@ -17,28 +18,27 @@ pub(crate) fn footprint(a: &FootprintArguments) -> Result<Exit, Refusal> {
     let kept = KeptWork::open(a.out.as_deref())?;
     let stop = a.run.limit.stop();
     let bearings = a.bearings as usize;
-    let mut progress = Progress::line(a.run.quiet, stop, count(bearings) as u64);
+    let mut progress = Progress::line(stop, count(bearings) as u64);
     let ticker = progress.clone();
-    if !a.json {
+    if !is_json() {
         print(&format!("footprint of {} along {bearings} bearings\n\n{HEAD}", a.mission.mission));
     }
     let found = compute(&mission, bearings, &mut progress, |case| {
-        if !a.json {
+        if !is_json() {
             ticker.above(&row(case));
         }
         ticker.step();
         !stop.is_set()
     })
     .map_err(refusal)?;
-    if a.json {
-        let text = serde_json::to_string_pretty(&found).map_err(refusal)?;
-        print(&format!("{text}\n"));
+    if is_json() {
+        print_json(&found)?;
     } else {
         print(&text(&found));
     }
     if let Some(dir) = &a.out {
         let files = write_footprint(dir, &found)?;
-        if !a.json {
+        if !is_json() {
             print(&written(&files));
             print(&format!("\ncolours of the map: {}\n", footprint_map(&found).legend()));
         }
@@ -54,15 +54,20 @@ pub(crate) fn footprint(a: &FootprintArguments) -> Result<Exit, Refusal> {
 }
 
 const HEAD: &str = "\
-case                                     longitude     latitude  flight time  status, certificate
-                                               deg          deg            s
+case                             longitude latitude   time certificate
+                                       deg      deg      s
 ";
 
 fn row(case: &FootprintCase<'_>) -> String {
-    let Some(p) = case.point else { return format!("{:<77}{}\n", case.name, case.status) };
+    let Some(p) = case.point else { return format!("{:<58} {}\n", case.name, case.status) };
+    let verdict = if case.status == "optimal" {
+        p.verdict.to_string()
+    } else {
+        format!("{}, {}", case.status, p.verdict)
+    };
     format!(
-        "{:<37}{:>13.5}{:>13.5}{:>12.3}  {}, {}\n",
-        case.name, p.longitude_deg, p.latitude_deg, p.flight_time_s, case.status, p.verdict
+        "{:<32}{:>10.4}{:>9.4}{:>7.1} {verdict}\n",
+        case.name, p.longitude_deg, p.latitude_deg, p.flight_time_s
     )
 }
 

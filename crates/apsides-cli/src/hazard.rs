@@ -5,6 +5,7 @@ use std::fmt::Write as _;
 use std::path::{Path, PathBuf};
 
 use apsides::missions::site_criteria;
+use apsides::pipeline::regular_file;
 use apsides::terrain::hazard::{
     Counts, HazardBand, HazardOptions, HazardSink, Layer, SiteCriteria, Verdict, hazard_map_watched,
 };
@@ -12,7 +13,7 @@ use apsides::terrain::io::{Equirectangular, GeoTiffOptions};
 use apsides::terrain::site::{ScoreWeights, Site, SiteRequest, SiteRule, choose_sites};
 use apsides::terrain::survey::{SurveyOptions, fits, survey};
 use apsides::terrain::{Geometry, Raster, TerrainError};
-use apsides_report::HazardPicture;
+use apsides_report::{HazardPicture, Page};
 use serde::Serialize;
 
 use crate::arguments::{HazardArguments, Rule};
@@ -21,7 +22,9 @@ use crate::exit::{Exit, Refusal, refusal};
 use crate::hazard_features::Features;
 use crate::hazard_files::{Files, Rows, csv, stem};
 use crate::hazard_watch::Watched;
-use crate::output::{print, written};
+use crate::output::{heads, print, written};
+use crate::sentence::name;
+use crate::speech::is_json;
 use crate::stop::reason;
 use crate::terrain::{MapFile, MapSummary, pool, unwritten_raster, write};
 
@@ -226,7 +229,7 @@ pub(crate) fn hazard(a: &HazardArguments) -> Result<Exit, Refusal> {
     // Clearances of a map in bands come by themselves, after the hazards.
     let passes = if in_memory { Features::passes(a) } else { 1 };
     let pixels = geometry.pixels() as u64 * (1 + passes);
-    let watched = Watched::new(a.limit.stop(), a.quiet || a.json, pixels);
+    let watched = Watched::new(a.limit.stop(), pixels);
     let found = pool.install(|| {
         if in_memory {
             work.in_memory(&mut map, &geometry, &mut account, &watched)
@@ -251,7 +254,7 @@ pub(crate) fn hazard(a: &HazardArguments) -> Result<Exit, Refusal> {
     if let Some(dir) = &a.out {
         report.write(dir, &mut paths)?;
     }
-    report.show(a, &paths)?;
+    report.show(&paths)?;
     Ok(if report.sites.is_empty() { Exit::NotSolved } else { Exit::Verified })
 }
 
@@ -413,19 +416,20 @@ impl Report {
     /// Writes the report beside the other files, and lists them all.
     fn write(&mut self, dir: &Path, paths: &mut Vec<PathBuf>) -> Result<(), Refusal> {
         paths.push(write(&dir.join("sites.csv"), &self.csv()?)?);
-        paths.push(dir.join("hazard.json"));
+        paths.extend(["hazard.json", "hazard.html"].map(|name| dir.join(name)));
         self.files = paths.iter().map(|p| p.display().to_string()).collect();
         write(&dir.join("hazard.json"), &self.json()?)?;
+        write(&dir.join("hazard.html"), &self.page(dir)?)?;
         Ok(())
     }
 
-    fn show(&self, a: &HazardArguments, paths: &[PathBuf]) -> Result<(), Refusal> {
-        if a.json {
+    fn show(&self, paths: &[PathBuf]) -> Result<(), Refusal> {
+        if is_json() {
             print(&self.json()?);
             return Ok(());
         }
         print(&self.text());
-        if a.out.is_some() {
+        if !paths.is_empty() {
             print(&written(paths));
             print(&format!("\ncolours of map.png: {}\n", HazardPicture::LEGEND));
         }
@@ -434,6 +438,62 @@ impl Report {
 
     fn json(&self) -> Result<String, Refusal> {
         Ok(format!("{}\n", serde_json::to_string_pretty(self).map_err(refusal)?))
+    }
+
+    /// The page: what is safe in a sentence, the map with hazards and sites, what makes it unsafe, the sites.
+    fn page(&self, dir: &Path) -> Result<String, Refusal> {
+        let mut page = Page::new(&format!("Hazards of {}", name(&self.map.file)));
+        let known = (self.pixels.safe + self.pixels.not_safe) as f64;
+        let percent = |count: u64| if known > 0.0 { 100.0 * count as f64 / known } else { 0.0 };
+        page.lead(&format!(
+            "{:.1} % of the known ground is safe by the criteria {}; {}.",
+            percent(self.pixels.safe),
+            self.criteria_name,
+            match self.sites.len() {
+                0 => "there is no safe site".to_owned(),
+                1 => "one site is found".to_owned(),
+                count => format!("{count} sites are found"),
+            }
+        ));
+        let map = dir.join("map.png");
+        if map.is_file() {
+            let png = regular_file::read(&map).map_err(|e| refusal(format!("{}: {e}", map.display())))?;
+            page.picture(&format!("Map: {}", HazardPicture::LEGEND), &png);
+        }
+        page.heading("What is unsafe");
+        let row = |name: &str, count: u64| {
+            vec![name.to_owned(), format!("{:.3}", percent(count)), count.to_string()]
+        };
+        let mut rows = vec![row("safe", self.pixels.safe), row("unsafe", self.pixels.not_safe)];
+        rows.extend(self.unsafe_by.iter().map(|(name, count)| row(&format!("unsafe by {name}"), *count)));
+        page.table(&["ground", "% of known pixels", "pixels"], &rows);
+        if !self.sites.is_empty() {
+            page.heading("Sites");
+            let columns = self.columns();
+            let heads = [
+                "site",
+                "row",
+                "column",
+                "east (m)",
+                "north (m)",
+                "height (m)",
+                "clearance (m)",
+                "divert (m)",
+            ];
+            let heads: Vec<&str> = heads.into_iter().chain(columns.iter().map(|c| c.as_str())).collect();
+            let rows = self.sites.iter().enumerate().map(|(k, s)| {
+                let clearance = s.clearance_m.map_or_else(|| "-".into(), |c| format!("{c:.3}"));
+                let place = [k + 1, s.row, s.col].map(|n| n.to_string());
+                let numbers = [s.east_m, s.north_m, s.height_m].map(|v| format!("{v:.3}"));
+                let layers = columns
+                    .iter()
+                    .map(|c| s.layers.get(*c).map_or_else(|| "-".into(), |v| format!("{v:.3}")));
+                let more = [clearance, format!("{:.2}", s.divert_m)].into_iter().chain(layers);
+                place.into_iter().chain(numbers).chain(more).collect()
+            });
+            page.table(&heads, &rows.collect::<Vec<Vec<String>>>());
+        }
+        Ok(page.finish())
     }
 
     fn columns(&self) -> Vec<&String> {
@@ -494,26 +554,19 @@ impl Report {
             return text;
         }
         let columns = self.columns();
-        text += "site    row    col       east m      north m    height m  clearance m    divert m";
-        columns.iter().for_each(|c| text += &format!("  {c}"));
-        text.push('\n');
+        let names = ["site", "row", "col", "east_m", "north_m", "height_m", "clearance_m", "divert_m"];
+        let names: Vec<String> =
+            names.into_iter().chain(columns.iter().map(|c| c.as_str())).map(str::to_owned).collect();
+        text += &heads(&names, "");
         for (k, s) in self.sites.iter().enumerate() {
             let clearance = s.clearance_m.map_or("unlimited".into(), |c| format!("{c:.3}"));
-            let _ = write!(
-                text,
-                "{:>4} {:>6} {:>6} {:>12.2} {:>12.2} {:>11.3} {clearance:>12} {:>11.2}",
-                k + 1,
-                s.row,
-                s.col,
-                s.east_m,
-                s.north_m,
-                s.height_m,
-                s.divert_m
-            );
-            for c in &columns {
-                let value = s.layers.get(*c).copied().unwrap_or(f64::NAN);
-                text += &format!("  {value:>width$.3}", width = c.len());
-            }
+            let place = [k + 1, s.row, s.col].map(|n| n.to_string());
+            let [east, north, divert] = [s.east_m, s.north_m, s.divert_m].map(|v| format!("{v:.2}"));
+            let layer = |c: &&String| format!("{:.3}", s.layers.get(*c).copied().unwrap_or(f64::NAN));
+            let cells =
+                place.into_iter().chain([east, north, format!("{:.3}", s.height_m), clearance, divert]);
+            let cells: Vec<String> = cells.chain(columns.iter().map(layer)).collect();
+            text += &crate::output::columns(&names, &cells);
             if let (Some(longitude), Some(latitude)) = (s.longitude_deg, s.latitude_deg) {
                 text += &format!("  longitude {longitude:.6}, latitude {latitude:.6} deg");
             }

@@ -18,8 +18,8 @@ pub(crate) struct Watched {
 
 impl Watched {
     /// Shows how far it is of so many pixels, several passes together.
-    pub(crate) fn new(stop: StopFlag, quiet: bool, pixels: u64) -> Self {
-        let progress = Progress::counted(quiet, stop, pixels, "pixels");
+    pub(crate) fn new(stop: StopFlag, pixels: u64) -> Self {
+        let progress = Progress::counted(stop, pixels, "pixels");
         Self { stop, progress, assessed: AtomicU64::new(0) }
     }
 

@@ -9,8 +9,10 @@
 //! apsides merge shards --out flights                joins the parts of a large run
 //! apsides campaign landing.toml                     the parts of one by Slurm, Dask or this machine
 //! apsides verify results                            checks stored results again
+//! apsides compare first second                      lays results beside each other
 //! apsides export results --step 1s --format oem     writes the flight for other programs
 //! apsides certify brachistochrone_free_y other.csv  judges the trajectory of any program
+//! apsides completions bash, apsides man             for the shell and its manual
 //! ```
 //!
 //! The exit statuses of all commands are in one table (`exit.rs`), which `apsides --help` shows. What the program does is in the libraries; it
@@ -31,6 +33,7 @@ mod arguments;
 mod campaign;
 mod certify;
 mod commands;
+mod compare;
 mod ephemeris;
 mod exit;
 mod export;
@@ -41,13 +44,16 @@ mod hazard_features;
 mod hazard_files;
 mod hazard_watch;
 mod merge;
+mod missions;
 mod montecarlo;
 mod output;
 mod progress;
 mod reproduce;
 mod sentence;
+mod shell_files;
 mod simulate;
 mod size;
+mod speech;
 mod stop;
 mod sweep;
 mod sweep_file;
@@ -80,22 +86,30 @@ fn main() -> ExitCode {
 fn run() -> Exit {
     let arguments = match Arguments::try_parse() {
         Ok(arguments) => arguments,
-        // Help and version are such errors too.
-        Err(e) => {
-            if let Err(lost) = e.print() {
-                output::unprinted(&lost);
-            }
-            return if e.use_stderr() { Exit::BadInput } else { Exit::Verified };
-        }
+        Err(e) => return unparsed(&e),
     };
+    speech::speak(arguments.speech);
     let set = arguments.command.set().to_vec();
     match command(arguments.command) {
         Ok(exit) => stop::status_of(exit),
         Err(refusal) => {
-            output::say(&sentence::with_set(stop::with_reason(refusal.sentence), &set));
-            stop::status_of(refusal.exit)
+            let exit = stop::status_of(refusal.exit);
+            output::say_last(&sentence::with_set(stop::with_reason(refusal.sentence), &set), exit);
+            exit
         }
     }
+}
+
+/// Shows help or version, which are errors of the parser too, or what is wrong with the command line.
+fn unparsed(e: &clap::Error) -> Exit {
+    speech::speak_as_asked(std::env::args_os());
+    if e.use_stderr() && speech::is_json() {
+        let text = e.render().to_string();
+        output::say_last(text.trim_end().trim_start_matches("error: "), Exit::BadInput);
+    } else if let Err(lost) = e.print() {
+        output::unprinted(&lost);
+    }
+    if e.use_stderr() { Exit::BadInput } else { Exit::Verified }
 }
 
 fn command(command: Command) -> Result<Exit, Refusal> {
@@ -109,20 +123,23 @@ fn command(command: Command) -> Result<Exit, Refusal> {
         Command::Montecarlo(a) => montecarlo::montecarlo(&a),
         Command::Merge(a) => merge::merge(&a),
         Command::Campaign(a) => campaign::campaign(&a),
-        Command::Missions { name } => commands::missions(name.as_deref()),
-        Command::New { kind, file } => commands::new(kind, file.as_deref()),
-        Command::Schema => commands::schema(),
-        Command::Bodies => commands::named_data(BODY),
-        Command::Vehicles => commands::named_data(VEHICLE),
-        Command::Sites => commands::named_data(SITE),
-        Command::Check(a) => commands::check(&a),
+        Command::Missions { name, all } => missions::missions(name.as_deref(), all),
+        Command::New { kind, file } => missions::new(kind, file.as_deref()),
+        Command::Schema => missions::schema(),
+        Command::Bodies => missions::named_data(BODY),
+        Command::Vehicles => missions::named_data(VEHICLE),
+        Command::Sites => missions::named_data(SITE),
+        Command::Check(a) => missions::check(&a),
         Command::Reproduce(a) => reproduce::reproduce(&a),
         Command::Hazard(a) => hazard::hazard(&a),
         Command::Terrain(TerrainCommand::Gen(a)) => terrain::generate(&a),
-        Command::Terrain(TerrainCommand::Info { map, json }) => terrain::info(&map, json),
+        Command::Terrain(TerrainCommand::Info(map)) => terrain::info(&map),
         Command::Problems { name } => certify::problems(name.as_deref()),
         Command::Certify(a) => certify::certify(&a),
+        Command::Compare(a) => compare::compare(&a),
         Command::Export(a) => export::export(&a),
-        Command::Verify { directory, json } => verify::verify(&directory, json),
+        Command::Verify { directory } => verify::verify(&directory),
+        Command::Completions { shell } => shell_files::completions(shell),
+        Command::Man { out } => shell_files::man(out.as_deref()),
     }
 }

@@ -11,9 +11,10 @@ use crate::arguments::MergeArguments;
 use crate::commands::{claim, probe_directory};
 use crate::exit::{Exit, Refusal, refusal};
 use crate::montecarlo::{Shown, of_samples, show, table_of};
-use crate::output::{print, warn};
+use crate::output::{print, print_json, warn};
 use crate::progress::Progress;
-use crate::sweep::{KEYS, PRICES};
+use crate::speech::is_json;
+use crate::sweep::{KEYS, PRICES, table_at};
 use crate::sweep_file::SweepFile;
 
 pub(crate) fn merge(a: &MergeArguments) -> Result<Exit, Refusal> {
@@ -41,7 +42,7 @@ pub(crate) fn merge(a: &MergeArguments) -> Result<Exit, Refusal> {
     }
     probe_directory(&a.out)?;
     let _lock = claim(&a.out)?;
-    let progress = Progress::reading(a.quiet, joined.whole.count as u64, "samples");
+    let progress = Progress::reading(joined.whole.count as u64, "samples");
     let merged = merge_samples(&a.out, &joined, table, &mut |more| progress.advance(more as u64));
     progress.finish();
     let (statistics, files) = merged?;
@@ -49,7 +50,7 @@ pub(crate) fn merge(a: &MergeArguments) -> Result<Exit, Refusal> {
         warn(&fault.to_string());
     }
     let mission = &joined.whole.mission;
-    show(&Shown { mission, statistics: &statistics, earlier: 0, files: &files, json: a.json })?;
+    show(&Shown { mission, statistics: &statistics, earlier: 0, files: &files })?;
     Ok(of_samples(&statistics))
 }
 
@@ -59,7 +60,7 @@ fn merge_sweep(a: &MergeArguments, joined: &Joined) -> Result<Exit, Refusal> {
         let list = joined.whole.settings.get(name).and_then(|list| list.as_array());
         list.into_iter().flatten().filter_map(|word| word.as_str().map(str::to_owned)).collect()
     };
-    let mut table = SweepFile::create(&a.out, words(KEYS).into_iter(), words(PRICES).into_iter())?;
+    let mut table = SweepFile::create(&table_at(&a.out), words(KEYS).into_iter(), words(PRICES).into_iter())?;
     for part in &joined.parts {
         let of_part = |reason: String| refusal(format!("{}: {reason}", part.place.display()));
         let text = regular_file::read(&part.place).map_err(|e| of_part(e.to_string()))?;
@@ -73,14 +74,17 @@ fn merge_sweep(a: &MergeArguments, joined: &Joined) -> Result<Exit, Refusal> {
         }
     }
     let [rows, failed] = table.counts();
-    let file = table.finish(Some(joined.whole.clone()))?;
+    let [file, page] = table.finish(&joined.whole.mission, Some(joined.whole.clone()))?;
     let exit = if failed > 0 { Exit::Failures } else { Exit::Verified };
-    if a.json {
-        print(&format!("{}\n", serde_json::json!({ "cases": rows, "without_solution": failed })));
+    if is_json() {
+        print_json(&serde_json::json!({ "cases": rows, "without_solution": failed }))?;
     } else {
         let failures =
             if failed > 0 { format!(", {failed} of them without a solution") } else { String::new() };
-        print(&format!("{rows} cases of {}{failures}\nwritten: {file}\n", joined.whole.mission));
+        print(&format!(
+            "{rows} cases of {}{failures}\nwritten: {file}\nwritten: {page}\n",
+            joined.whole.mission
+        ));
     }
     Ok(exit)
 }

@@ -21,8 +21,9 @@ use apsides_report::{
 use crate::arguments::{GuidanceWord, MonteCarloArguments, SampleFormat};
 use crate::commands::claim;
 use crate::exit::{Exit, Refusal, refusal};
-use crate::output::{number, print, warn, written};
+use crate::output::{print, print_json, warn, written};
 use crate::progress::Progress;
+use crate::speech::is_json;
 use crate::stop::StopFlag;
 
 pub(crate) fn montecarlo(a: &MonteCarloArguments) -> Result<Exit, Refusal> {
@@ -57,7 +58,7 @@ pub(crate) fn montecarlo(a: &MonteCarloArguments) -> Result<Exit, Refusal> {
     run.check(&mission).map_err(refusal)?;
     let indices = a.indices()?;
     let stop = a.run.limit.stop();
-    let plan = mission.solve(None, &mut Progress::table(true, stop)).map_err(refusal)?;
+    let plan = mission.solve(None, &mut Progress::silent(stop)).map_err(refusal)?;
     if !plan.status.is_success() {
         return Err(unsolved(plan.status, "no plan to deviate from"));
     }
@@ -108,7 +109,7 @@ fn draws(a: &MonteCarloArguments, mission: &apsides::Pipeline) -> Result<Exit, R
     let all = Foreseen { bytes: one.bytes * run.threads as f64, cause };
     all.within(a.run.memory()).map_err(refusal)?;
     let stop = a.run.limit.stop();
-    let plan = mission.solve(None, &mut Progress::table(true, stop)).map_err(refusal)?;
+    let plan = mission.solve(None, &mut Progress::silent(stop)).map_err(refusal)?;
     if !plan.status.is_success() {
         return Err(unsolved(plan.status, "no optimum to begin with"));
     }
@@ -145,7 +146,7 @@ fn open_loop(a: &MonteCarloArguments, mission: &apsides::Pipeline) -> Result<Exi
     run.check(mission).map_err(refusal)?;
     let indices = a.indices()?;
     let stop = a.run.limit.stop();
-    let plan = mission.solve(None, &mut Progress::table(true, stop)).map_err(refusal)?;
+    let plan = mission.solve(None, &mut Progress::silent(stop)).map_err(refusal)?;
     if !plan.status.is_success() {
         return Err(unsolved(plan.status, "no plan to deviate from"));
     }
@@ -293,19 +294,13 @@ impl Frame<'_> {
         for fault in &statistics.faults {
             warn(&fault.to_string());
         }
-        show(&Shown {
-            mission: self.mission,
-            statistics: &statistics,
-            earlier,
-            files: &files,
-            json: a.json,
-        })?;
+        show(&Shown { mission: self.mission, statistics: &statistics, earlier, files: &files })?;
         let complete = statistics.samples == self.indices.len();
         Ok(if complete { of_samples(&statistics) } else { Exit::NotSolved })
     }
 
     fn progress(&self, wanted: usize) -> Progress {
-        Progress::counted(self.a.run.quiet, self.stop, wanted as u64, "flights")
+        Progress::counted(self.stop, wanted as u64, "flights")
     }
 
     fn fly_in_memory(
@@ -424,13 +419,11 @@ pub(crate) struct Shown<'a> {
     /// Samples that were read from a file.
     pub(crate) earlier: usize,
     pub(crate) files: &'a [PathBuf],
-    pub(crate) json: bool,
 }
 
 pub(crate) fn show(shown: &Shown<'_>) -> Result<(), Refusal> {
-    if shown.json {
-        let text = serde_json::to_string_pretty(shown.statistics).map_err(refusal)?;
-        print(&format!("{text}\n"));
+    if is_json() {
+        print_json(shown.statistics)?;
         return Ok(());
     }
     print(&text(shown.mission, shown.statistics, shown.earlier));
@@ -456,6 +449,21 @@ fn guidance(a: &MonteCarloArguments) -> Result<Guidance, Refusal> {
     })
 }
 
+/// Width of the names of results.
+const NAME: usize = 18;
+
+/// Four significant digits in nine characters.
+fn number(v: f64) -> String {
+    match v.abs() {
+        0.0 => "0".into(),
+        size if (1e-3..1e5).contains(&size) => {
+            let decimals = (3.0 - size.log10().floor()).clamp(0.0, 6.0) as usize;
+            format!("{v:.decimals$}")
+        }
+        _ => format!("{v:.1e}"),
+    }
+}
+
 fn text(mission: &str, s: &Statistics, first: usize) -> String {
     let mut text = format!("{} flights of {mission}", s.samples);
     if first > 0 {
@@ -479,21 +487,29 @@ fn text(mission: &str, s: &Statistics, first: usize) -> String {
     }
     let _ = writeln!(
         text,
-        "{:<20}{:>13}{:>13}{:>13}{:>13}{:>13}{:>13}{:>13}",
-        if s.within_1_m.is_some() { "relative to the plan" } else { "result" },
+        "{:<NAME$}{:>8}{:>9}{:>9}{:>9}{:>9}{:>9}{:>9}",
+        if s.within_1_m.is_some() { "off the plan" } else { "result" },
         "mean",
         "sigma",
-        "linear sigma",
+        "linear",
         "1 %",
         "50 %",
         "99 %",
         "largest"
     );
     for spread in &s.spreads {
-        let _ = write!(text, "{:<20}{:>13}{:>13}", spread.name, number(spread.mean), number(spread.sigma));
-        let _ = write!(text, "{:>13}", spread.linear_sigma.map_or_else(|| "-".into(), number));
+        // A long name has a line of its own.
+        let name = if spread.name.len() < NAME { spread.name.clone() } else { format!("{}\n", spread.name) };
+        let _ = write!(
+            text,
+            "{name}{:width$}",
+            "",
+            width = if name.ends_with('\n') { NAME } else { NAME - name.len() }
+        );
+        let linear = spread.linear_sigma.map_or_else(|| "-".into(), number);
+        let _ = write!(text, "{:>8}{:>9}{linear:>9}", number(spread.mean), number(spread.sigma));
         for p in spread.percentiles.iter().chain([&spread.largest]) {
-            let _ = write!(text, "{:>13}", number(*p));
+            let _ = write!(text, "{:>9}", number(*p));
         }
         text.push('\n');
     }

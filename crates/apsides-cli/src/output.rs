@@ -6,16 +6,22 @@ use std::sync::OnceLock;
 
 use apsides::pipeline::key::{name_of, unit_of};
 use apsides::{Outcome, Price, SearchSummary};
-use apsides_verify::{Certificate, Check};
+use apsides_report::{Answer, answers};
+use apsides_verify::{Certificate, Check, Verdict};
+use serde::Serialize;
 
-use crate::sentence::readable;
+use crate::exit::{Exit, Refusal, refusal};
+
+use crate::sentence::{readable, wrapped};
+use crate::speech::{bad, good, is_json, is_verbose, title, warned};
 
 /// The first failure of stdout, which is an output like any other.
 static LOST: OnceLock<String> = OnceLock::new();
 
-/// Prints text. A reader that went away is not an error of the solve; anything else that keeps text from its place is one ([`lost`]).
+/// Prints text, its colours where they are wanted. A reader that went away is not an error of the solve; anything else that keeps text from
+/// its place is one ([`lost`]).
 pub(crate) fn print(text: &str) {
-    let mut out = std::io::stdout().lock();
+    let mut out = anstream::stdout().lock();
     if let Err(e) = out.write_all(text.as_bytes()).and_then(|()| out.flush()) {
         unprinted(&e);
     }
@@ -33,14 +39,40 @@ pub(crate) fn lost() -> Option<&'static str> {
     LOST.get().map(String::as_str)
 }
 
+/// Prints one JSON object.
+pub(crate) fn print_json(value: &impl Serialize) -> Result<(), Refusal> {
+    print(&format!("{}\n", serde_json::to_string_pretty(value).map_err(refusal)?));
+    Ok(())
+}
+
 /// A failure on stderr, in the program's name.
 pub(crate) fn say(text: &str) {
-    let _ = writeln!(std::io::stderr().lock(), "apsides: {}", readable(text));
+    tell("error", &bad("apsides:"), text, None);
+}
+
+/// The failure that ends the program, with its status.
+pub(crate) fn say_last(text: &str, exit: Exit) {
+    tell("error", &bad("apsides:"), text, Some(exit));
 }
 
 /// A warning on stderr; nobody there to read it is not an error of what follows.
 pub(crate) fn warn(text: &str) {
-    let _ = writeln!(std::io::stderr().lock(), "warning: {}", readable(text));
+    tell("warning", &warned("warning:"), text, None);
+}
+
+/// A line on stderr: words, or an object with a member of this name.
+fn tell(member: &str, head: &str, text: &str, exit: Option<Exit>) {
+    let mut err = anstream::stderr().lock();
+    if !is_json() {
+        let _ = writeln!(err, "{head} {}", readable(text));
+        return;
+    }
+    let mut object = serde_json::Map::new();
+    object.insert(member.into(), readable(text).into());
+    if let Some(exit) = exit {
+        object.insert("status".into(), (exit as u8).into());
+    }
+    let _ = writeln!(err, "{}", serde_json::Value::Object(object));
 }
 
 /// Four decimals, or an exponent where these say little.
@@ -55,6 +87,39 @@ pub(crate) fn titles<'a>(list: impl Iterator<Item = (&'a str, &'a str)>) -> Stri
     list.iter().map(|(name, title)| format!("{name:<width$}  {title}\n")).collect()
 }
 
+/// Least width of a column of numbers, and that of a count.
+const NARROWEST: usize = 9;
+const COUNT: usize = 4;
+
+/// The width of a column whose name stands in words below each other.
+fn width_of(name: &str) -> usize {
+    let least = if matches!(name, "site" | "row" | "col") { COUNT } else { NARROWEST };
+    name.split('_').map(|word| word.chars().count()).max().unwrap_or(0).max(least)
+}
+
+/// Names above columns of numbers, their words below each other so that many columns fit a terminal; `last` ends the last line.
+pub(crate) fn heads(names: &[String], last: &str) -> String {
+    let words: Vec<Vec<&str>> = names.iter().map(|name| name.split('_').collect()).collect();
+    let lines = words.iter().map(Vec::len).max().unwrap_or(0);
+    let mut text = String::new();
+    for line in 0..lines {
+        for (name, words) in names.iter().zip(&words) {
+            // The last words stand in the last line.
+            let word = (line + words.len()).checked_sub(lines).and_then(|k| words.get(k)).copied();
+            let _ = write!(text, " {:>width$}", word.unwrap_or_default(), width = width_of(name));
+        }
+        text += if line + 1 == lines { last } else { "" };
+        text.push('\n');
+    }
+    text
+}
+
+/// Cells below [`heads`].
+pub(crate) fn columns(names: &[String], cells: &[String]) -> String {
+    let cell = |(name, cell): (&String, &String)| format!(" {cell:>width$}", width = width_of(name));
+    names.iter().zip(cells).map(cell).collect()
+}
+
 /// Files that were written, one a line.
 pub(crate) fn written(files: &[std::path::PathBuf]) -> String {
     let lines = files.iter().map(|f| format!("  {}\n", f.display()));
@@ -64,7 +129,8 @@ pub(crate) fn written(files: &[std::path::PathBuf]) -> String {
 /// The outcome as text.
 pub(crate) fn outcome(o: &Outcome) -> String {
     let s = &o.summary;
-    let mut text = format!("mission {} by {}: {}\n", s.mission, s.method, s.status);
+    let status = if s.status == "optimal" { good(&s.status) } else { warned(&s.status) };
+    let mut text = format!("mission {} by {}: {status}\n", s.mission, s.method);
     if s.solved_by != s.method {
         text += &format!("what follows is the solution by {}\n", s.solved_by);
     }
@@ -72,7 +138,7 @@ pub(crate) fn outcome(o: &Outcome) -> String {
         text += &format!("{why}\n");
     }
     for warning in &s.warnings {
-        text += &format!("warning: {warning}\n");
+        text += &format!("{} {warning}\n", warned("warning:"));
     }
     if let Some(search) = &s.search {
         text += &searched(search, &s.objective.unit);
@@ -83,29 +149,37 @@ pub(crate) fn outcome(o: &Outcome) -> String {
     for switch in &s.switches {
         text += &format!("switch: {switch}\n");
     }
-    text += &format!("\n{} = {} {}\n", s.objective.name, s.objective.value, s.objective.unit);
+    let objective = format!("{} = {} {}", s.objective.name, s.objective.value, s.objective.unit);
+    text += &format!("\n{}\n", title(&objective));
     let width = s.results.keys().map(String::len).max().unwrap_or(0);
     for (key, value) in &s.results {
         let _ = writeln!(text, "  {key:<width$}  {value:>16.6}");
     }
-    let c = &s.counters;
-    let _ = writeln!(
-        text,
-        "\n{} iterations, {} factorisations, {} mesh{}, {} variables, {} constraints; \
-         build {:.1} ms, solve {:.1} ms, verify {:.1} ms\n",
+    text.push('\n');
+    if is_verbose() {
+        text += &work(o);
+    }
+    let of =
+        if s.solved_by == s.method { String::new() } else { format!(" of the solution by {}", s.solved_by) };
+    text + &titled_certificate(&of, &s.certificate)
+}
+
+/// The work that a solve took.
+fn work(o: &Outcome) -> String {
+    let (c, t) = (&o.summary.counters, &o.summary.timing_ms);
+    format!(
+        "{} iterations, {} factorisations, {} mesh{}\n{} variables, {} constraints\n\
+         build {:.1} ms, solve {:.1} ms, verify {:.1} ms\n\n",
         c.iterations,
         c.factorisations,
         c.mesh_iterations,
         if c.mesh_iterations == 1 { "" } else { "es" },
         c.variables,
         c.constraints,
-        s.timing_ms.build,
-        s.timing_ms.solve,
-        s.timing_ms.verify
-    );
-    let of =
-        if s.solved_by == s.method { String::new() } else { format!(" of the solution by {}", s.solved_by) };
-    text + &titled_certificate(&of, &s.certificate)
+        t.build,
+        t.solve,
+        t.verify
+    )
 }
 
 /// One sentence on the search that a solve began with.
@@ -165,52 +239,67 @@ pub(crate) fn significant(v: f64) -> String {
     }
 }
 
-/// The certificate as a table.
+/// The certificate: its verdict, one answer a line, and each check that failed; all checks with `--verbose`.
 pub(crate) fn certificate(c: &Certificate) -> String {
     titled_certificate("", c)
 }
 
 fn titled_certificate(of: &str, c: &Certificate) -> String {
-    let mut text = format!("certificate{of}: {}\n  {}\n", c.verdict, c.verdict.meaning());
+    let verdict = match c.verdict {
+        Verdict::Rejected => bad(c.verdict.word()),
+        Verdict::Feasible if !c.is_verified() => warned(c.verdict.word()),
+        _ => good(c.verdict.word()),
+    };
+    let mut text = format!("{}{verdict}\n", title(&format!("certificate{of}: ")));
+    text += &wrapped("  ", c.verdict.meaning());
     if let Some(claim) = &c.claim {
-        let _ = writeln!(text, "  claim: {}", claim.words());
+        text += &wrapped("  ", &format!("claim: {}", claim.words()));
     }
     for remark in &c.remarks {
-        let _ = writeln!(text, "  {remark}");
+        text += &wrapped("  ", remark);
     }
-    text += &table_of(&c.checks);
+    text += &answered(&c.checks);
     if let Some(claim) = &c.claim {
-        let _ = writeln!(text, "claim: {}\n{}", claim.words(), table_of(&claim.checks).trim_end());
-    }
-    let failed: Vec<_> = c.failures().filter_map(|c| Some((&c.name, c.meaning()?))).collect();
-    if !failed.is_empty() {
-        text += "what failed:\n";
-    }
-    for (name, meaning) in failed {
-        let _ = writeln!(text, "  {name}: {meaning}");
+        text += &wrapped("", &format!("claim: {}", claim.words()));
+        text += &answered(&claim.checks);
     }
     text
 }
 
-/// Checks, one a line.
-fn table_of(checks: &[Check]) -> String {
+/// One answer a line, and the checks that failed; all checks with `--verbose`.
+fn answered(checks: &[Check]) -> String {
     let mut text = String::new();
-    let width = checks.iter().map(|c| c.name.chars().count()).max().unwrap_or(0);
-    let _ =
-        writeln!(text, "  {:<width$}  {:>9}  {:>9}  {:<5}       where", "check", "value", "limit", "unit");
-    for c in checks {
-        let verdict = if c.passed { "ok  " } else { "FAIL" };
-        let _ = writeln!(
-            text,
-            "  {:<width$}  {:>9}  {:>9}  {:<5} {verdict}  {}",
-            c.name,
-            scientific(c.value),
-            scientific(c.limit),
-            c.unit,
-            c.at
-        );
+    for answer in answers(checks) {
+        text += &headed(answer.passed(), &answer.sentence());
+        text += &details(&answer);
+    }
+    if !is_verbose() && !checks.is_empty() {
+        let passed = checks.iter().filter(|c| c.passed).count();
+        let _ = writeln!(text, "  {passed} of {} checks passed; each of them with --verbose", checks.len());
     }
     text
+}
+
+/// The checks behind an answer that are worth a line.
+fn details(answer: &Answer<'_>) -> String {
+    let mut text = String::new();
+    for check in answer.checks.iter().filter(|check| is_verbose() || !check.passed) {
+        let head = if check.passed { good("    ok    ") } else { bad("    FAIL  ") };
+        text += &wrapped("          ", &check.name).replacen("          ", &head, 1);
+        let numbers = format!("{} of {} {}", scientific(check.value), scientific(check.limit), check.unit);
+        let place = if check.at.is_empty() { String::new() } else { format!("; {}", check.at) };
+        text += &wrapped("          ", &format!("{numbers}{place}"));
+        if let Some(meaning) = check.meaning().filter(|_| !check.passed) {
+            text += &wrapped("          ", meaning);
+        }
+    }
+    text
+}
+
+/// A sentence behind the word of its verdict.
+fn headed(passed: bool, sentence: &str) -> String {
+    let head = if passed { good("  ok    ") } else { bad("  FAIL  ") };
+    wrapped("        ", sentence).replacen("        ", &head, 1)
 }
 
 /// Three significant digits with a two-digit exponent, so that columns line up.
@@ -227,7 +316,7 @@ pub(crate) fn scientific(v: f64) -> String {
 
 #[cfg(test)]
 mod tests {
-    use super::{scientific, significant};
+    use super::{columns, heads, scientific, significant};
 
     #[test]
     fn changes_have_four_digits() {
@@ -243,6 +332,23 @@ mod tests {
             assert_eq!(significant(v), text);
         }
         assert_eq!(significant(f64::NAN), "NaN");
+    }
+
+    #[test]
+    fn heads_stand_above_their_columns() {
+        let names = ["perilune_altitude_km".to_owned(), "flight_time_s".to_owned()];
+        let cells = ["15".to_owned(), "997.376".to_owned()];
+        let text = heads(&names, "  certificate") + &columns(&names, &cells);
+        let lines: Vec<&str> = text.lines().collect();
+        assert_eq!(
+            lines,
+            [
+                "  perilune    flight",
+                "  altitude      time",
+                "        km         s  certificate",
+                "        15   997.376",
+            ]
+        );
     }
 
     #[test]

@@ -3,6 +3,7 @@
 use std::io::{IsTerminal, Write};
 
 use crate::output::{print, scientific};
+use crate::speech::{is_quiet, is_verbose};
 use crate::stop::StopFlag;
 use apsides::SearchProgress;
 use apsides_nlp::{Flow, IterationRecord, Observer};
@@ -19,36 +20,43 @@ pub(crate) enum Progress {
 }
 
 impl Progress {
-    pub(crate) fn table(quiet: bool, stop: StopFlag) -> Self {
-        if quiet { Self::Quiet(stop) } else { Self::Table(stop) }
+    /// Nothing is shown.
+    pub(crate) fn silent(stop: StopFlag) -> Self {
+        Self::Quiet(stop)
     }
 
-    pub(crate) fn line(quiet: bool, stop: StopFlag, steps: u64) -> Self {
-        Self::counted(quiet, stop, steps, "cases")
+    /// The table of iterations with `--verbose`, else a line that changes.
+    pub(crate) fn of_solve(stop: StopFlag) -> Self {
+        if is_verbose() { Self::Table(stop) } else { Self::clock(stop) }
     }
 
-    /// A changing line that counts `unit`.
-    pub(crate) fn counted(quiet: bool, stop: StopFlag, steps: u64, unit: &str) -> Self {
-        if quiet || !std::io::stderr().is_terminal() {
+    /// A changing line that counts cases.
+    pub(crate) fn line(stop: StopFlag, steps: u64) -> Self {
+        Self::counted(stop, steps, "cases")
+    }
+
+    /// A changing line that counts `unit`, with the time that is left.
+    pub(crate) fn counted(stop: StopFlag, steps: u64, unit: &str) -> Self {
+        if is_quiet() || !std::io::stderr().is_terminal() {
             return Self::Quiet(stop);
         }
         let bar = ProgressBar::with_draw_target(Some(steps), ProgressDrawTarget::stderr());
-        if let Ok(style) =
-            ProgressStyle::with_template(&format!("{{pos}}/{{len}} {unit} {{wide_bar}} {{elapsed}} {{msg}}"))
-        {
+        if let Ok(style) = ProgressStyle::with_template(&format!(
+            "{{pos}} of {{len}} {unit} {{wide_bar}} {{elapsed}}, {{eta}} left {{msg}}"
+        )) {
             bar.set_style(style);
         }
         Self::Line(stop, bar)
     }
 
     /// A changing line of reading, which a signal ends at once.
-    pub(crate) fn reading(quiet: bool, steps: u64, unit: &str) -> Self {
-        Self::counted(quiet, StopFlag::of_short_work(), steps, unit)
+    pub(crate) fn reading(steps: u64, unit: &str) -> Self {
+        Self::counted(StopFlag::of_short_work(), steps, unit)
     }
 
     /// A changing line of what is told.
-    pub(crate) fn clock(quiet: bool, stop: StopFlag) -> Self {
-        let line = Self::counted(quiet, stop, 0, "");
+    pub(crate) fn clock(stop: StopFlag) -> Self {
+        let line = Self::counted(stop, 0, "");
         if let (Self::Line(_, bar), Ok(style)) = (&line, ProgressStyle::with_template("{elapsed} {msg}")) {
             bar.set_style(style);
         }

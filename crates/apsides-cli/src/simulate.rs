@@ -10,8 +10,9 @@ use crate::commands::{claim, probe_directory};
 use crate::ephemeris::files;
 use crate::exit::{Exit, Refusal, refusal};
 use crate::figures::curve_figures;
-use crate::output::{number, print, say, written};
+use crate::output::{number, print, print_json, say, written};
 use crate::progress::Progress;
+use crate::speech::{is_json, is_verbose, warned};
 
 pub(crate) fn simulate(a: &SimulateArguments) -> Result<Exit, Refusal> {
     let stop = a.limit.stop();
@@ -21,7 +22,7 @@ pub(crate) fn simulate(a: &SimulateArguments) -> Result<Exit, Refusal> {
     }
     let _lock = a.out.as_deref().map(claim).transpose()?;
     let ephemeris = a.ephemeris.asked(&mission, a.out.as_deref())?;
-    let progress = Progress::clock(a.quiet || a.json, stop);
+    let progress = Progress::clock(stop);
     let clock = progress.clone();
     let watch = move |time: f64| {
         clock.tell(|| format!("{time:.1} s of flight"));
@@ -30,9 +31,8 @@ pub(crate) fn simulate(a: &SimulateArguments) -> Result<Exit, Refusal> {
     let flight = mission.simulate_watched(&mut progress.clone(), &watch).map_err(refusal)?;
     progress.finish();
     let mut exit = if flight.summary.status == "completed" { Exit::Verified } else { Exit::NotSolved };
-    if a.json {
-        let text = serde_json::to_string_pretty(&flight.summary).map_err(refusal)?;
-        print(&format!("{text}\n"));
+    if is_json() {
+        print_json(&flight.summary)?;
     } else {
         print(&text(&flight.summary));
     }
@@ -46,7 +46,7 @@ pub(crate) fn simulate(a: &SimulateArguments) -> Result<Exit, Refusal> {
             Err(refused) => (Vec::new(), Some(refused)),
         };
         let files = write_simulation(dir, &flight, &curve_figures(&flight.curves), further)?;
-        if !a.json {
+        if !is_json() {
             print(&written(&files));
         }
         if let Some(Refusal { exit: worse, sentence }) = refused {
@@ -61,7 +61,7 @@ fn text(s: &SimulationSummary) -> String {
     let mut text = format!("mission {} under {}: {}\n", s.mission, s.law, s.status);
     let _ = writeln!(text, "{}, at {:.3} s", s.ending, s.end_time_s);
     for warning in &s.warnings {
-        let _ = writeln!(text, "warning: {warning}");
+        text += &format!("{} {warning}\n", warned("warning:"));
     }
     text.push('\n');
     let width = s.results.keys().map(String::len).max().unwrap_or(0);
@@ -71,7 +71,7 @@ fn text(s: &SimulationSummary) -> String {
     if !s.margins.is_empty() {
         let _ = writeln!(
             text,
-            "\nmargins of the linear loop, the least of both angles\n  {:>9}  {:>9}  {:<8}  {:>10}  {:>10}  {:>10}  {:>12}",
+            "\nmargins of the linear loop, the least of both angles\n  {:>9}  {:>8}  {:<8}  {:>9}  {:>9}  {:>9}  {:>12}",
             "height km", "q kPa", "loop", "gain", "phase deg", "delay s", "crossover Hz"
         );
     }
@@ -79,7 +79,7 @@ fn text(s: &SimulationSummary) -> String {
         let cell = |v: Option<f64>| v.map_or_else(|| "-".into(), number);
         let _ = writeln!(
             text,
-            "  {:>9.1}  {:>9.4}  {:<8}  {:>10}  {:>10}  {:>10}  {:>12}",
+            "  {:>9.1}  {:>8.4}  {:<8}  {:>9}  {:>9}  {:>9}  {:>12}",
             m.altitude_km,
             m.dynamic_pressure_kpa,
             if m.stable { "stable" } else { "unstable" },
@@ -89,6 +89,8 @@ fn text(s: &SimulationSummary) -> String {
             cell(m.crossover_hz)
         );
     }
-    let _ = writeln!(text, "\n{:.1} ms", s.time_ms);
+    if is_verbose() {
+        let _ = writeln!(text, "\n{:.1} ms", s.time_ms);
+    }
     text
 }

@@ -3,12 +3,13 @@
 use std::fmt::Write as _;
 
 use apsides::missions::moving_mass::{MassRow, SizeStudy, Sizing, case};
-use apsides_report::{Axis, Figure, Series, replace};
+use apsides_report::{Axis, Figure, Series, replace, stacked_svg};
 
 use crate::arguments::SizeArguments;
 use crate::commands::{claim, probe_directory};
 use crate::exit::{Exit, Refusal, refusal};
 use crate::output::{print, written};
+use crate::speech::is_json;
 
 pub(crate) fn size(a: &SizeArguments) -> Result<Exit, Refusal> {
     let mission = a.mission.load()?;
@@ -26,15 +27,15 @@ pub(crate) fn size(a: &SizeArguments) -> Result<Exit, Refusal> {
     let _lock = a.out.as_deref().map(claim).transpose()?;
     let study = Sizing::default().study(&case, &offsets, margin).map_err(refusal)?;
     let json = serde_json::to_string_pretty(&study).map_err(refusal)? + "\n";
-    print(if a.json { &json } else { "" });
-    if !a.json {
+    print(if is_json() { &json } else { "" });
+    if !is_json() {
         print(&text(mission.name(), case.moving_mass(), &study));
     }
     if let Some(dir) = &a.out {
-        let svg = figure(&study).to_svg();
+        let svg = stacked_svg(&[figure(&study)]);
         let items = [("size.json", Some(json.into_bytes())), ("size.svg", Some(svg.into_bytes()))];
         let files = replace(dir, &items)?;
-        if !a.json {
+        if !is_json() {
             print(&written(&files));
         }
     }

@@ -9,13 +9,15 @@ use apsides::pipeline::whole_file::write_whole;
 use apsides::{Outcome, Price};
 use apsides_nlp::Status;
 use apsides_report::stacked_svg;
+use serde_json::json;
 
 use crate::arguments::SweepArguments;
 use crate::commands::{claim, keep_solves, probe_file, settle};
 use crate::exit::{Exit, Refusal, refusal, unwritten_option};
 use crate::figures::PriceCurves;
-use crate::output::{print, significant};
+use crate::output::{columns, heads, print, print_json, significant, warn};
 use crate::progress::Progress;
+use crate::speech::{is_json, is_verbose};
 use crate::sweep_file::SweepFile;
 
 pub(crate) fn run_sweep(a: &SweepArguments) -> Result<Exit, Refusal> {
@@ -38,9 +40,10 @@ pub(crate) fn run_sweep(a: &SweepArguments) -> Result<Exit, Refusal> {
         if a.sensitivity { priced_axes(&axes, &cases).map_err(refusal)? } else { vec![false; axes.len()] };
     let mut curves = a.figure.as_deref().map(|path| Drawing::create(path, &axes, &priced)).transpose()?;
     // The solves are kept beside the file until all are done.
-    let solves = a.out.as_deref().map(partial).unwrap_or_default();
-    let _lock = a.out.as_ref().map(|_| claim(&solves)).transpose()?;
-    let record = a.out.as_ref().map(|_| keep_solves(&solves)).transpose()?;
+    let out = a.out.as_deref().map(table_at);
+    let solves = out.as_deref().map(partial).unwrap_or_default();
+    let _lock = out.as_ref().map(|_| claim(&solves)).transpose()?;
+    let record = out.as_ref().map(|_| keep_solves(&solves)).transpose()?;
     let price_names: Vec<String> =
         axes.iter().zip(&priced).filter(|(_, shown)| **shown).map(|(axis, _)| price_name(axis)).collect();
     let mut shard = Shard::begun("sweep", &a.mission, &statement(&cases), a.run.seed, total, indices.clone());
@@ -52,8 +55,8 @@ pub(crate) fn run_sweep(a: &SweepArguments) -> Result<Exit, Refusal> {
     shard.settings.insert(PRICES.into(), price_names.clone().into());
     let keys = axes.iter().map(|axis| axis.key.clone());
     let mut csv =
-        a.out.as_deref().map(|path| SweepFile::create(path, keys, price_names.into_iter())).transpose()?;
-    let mut progress = Progress::line(a.run.quiet, stop, indices.len() as u64);
+        out.as_deref().map(|path| SweepFile::create(path, keys, price_names.into_iter())).transpose()?;
+    let mut progress = Progress::line(stop, indices.len() as u64);
     let ticker = progress.clone();
     let mut worst = Exit::Verified;
     let mut failure = None;
@@ -63,7 +66,10 @@ pub(crate) fn run_sweep(a: &SweepArguments) -> Result<Exit, Refusal> {
     } else {
         format!(" of {total}, from index {}", indices.start)
     };
-    print(&format!("sweep of {} cases{part}: {}\n", indices.len(), a.mission));
+    if !is_json() {
+        print(&format!("sweep of {} cases{part}: {}\n", indices.len(), a.mission));
+    }
+    let mut objects = Vec::new();
     let chain = a.chain.map_or(total, |chain| chain as usize);
     sweep_in_chains(&cases, indices.clone(), chain.max(1), &mut progress, |case, solved| {
         done += 1;
@@ -74,9 +80,9 @@ pub(crate) fn run_sweep(a: &SweepArguments) -> Result<Exit, Refusal> {
             }
             Ok(solved) => solved,
             Err(fault) => {
-                let values: String = case_values(case).map(|v| format!("{v:>22} ")).collect();
-                ticker.above(&format!(
-                    "{values}no result by a fault of the program ({fault}): please report it\n"
+                warn(&format!(
+                    "{}: no result by a fault of the program ({fault}): please report it",
+                    case.overrides.join(", ")
                 ));
                 ticker.step();
                 worst = worst.or(Exit::NotSolved);
@@ -92,10 +98,14 @@ pub(crate) fn run_sweep(a: &SweepArguments) -> Result<Exit, Refusal> {
             Vec::new()
         });
         let row = Row { axes: &axes, case, solved, priced: &priced, prices: &prices };
-        if std::mem::take(&mut first) {
-            ticker.above(&row.header());
+        if is_json() {
+            objects.push(row.object());
+        } else {
+            if std::mem::take(&mut first) {
+                ticker.above(&row.header());
+            }
+            ticker.above(&row.text());
         }
-        ticker.above(&row.text());
         ticker.step();
         worst = worst.or(Exit::of(&solved.summary));
         if let Some(file) = &mut csv {
@@ -110,11 +120,17 @@ pub(crate) fn run_sweep(a: &SweepArguments) -> Result<Exit, Refusal> {
     if let Some(e) = failure {
         return Err(e);
     }
+    let mut files = Vec::new();
     if let Some(file) = csv {
-        print(&format!("written: {}\n", file.finish(a.chain.map(|_| shard))?));
+        files.extend(file.finish(&a.mission, a.chain.map(|_| shard))?);
     }
     if let Some(drawing) = curves {
-        print(&format!("written: {}\n", drawing.finish()?));
+        files.push(drawing.finish()?);
+    }
+    if is_json() {
+        print_json(&json!({ "mission": a.mission, "cases": objects, "complete": done == indices.len() }))?;
+    } else {
+        files.iter().for_each(|file| print(&format!("written: {file}\n")));
     }
     Ok(settle(record, &solves, done == indices.len(), worst))
 }
@@ -151,6 +167,11 @@ fn statement(cases: &[Case]) -> String {
     cases.first().map(|case| case.mission.to_file()).unwrap_or_default()
 }
 
+/// The table of a sweep: the file that is named, or `sweep.csv` in the directory that is.
+pub(crate) fn table_at(out: &Path) -> PathBuf {
+    if out.is_dir() { out.join("sweep.csv") } else { out.into() }
+}
+
 /// The directory of the solves of a sweep.
 pub(crate) fn partial(file: &Path) -> PathBuf {
     let mut name = file.as_os_str().to_owned();
@@ -170,18 +191,24 @@ struct Row<'a> {
 }
 
 impl Row<'_> {
+    /// Names of the columns with numbers.
+    fn names(&self) -> Vec<String> {
+        let axes = self.axes.iter().map(|axis| axis.key.clone());
+        axes.chain(self.solved.headline.iter().cloned()).chain(self.price_names()).collect()
+    }
+
     fn header(&self) -> String {
-        let mut text = String::new();
-        for axis in self.axes {
-            text += &format!("{:>22} ", axis.key);
-        }
-        for key in &self.solved.headline {
-            text += &format!("{key:>24} ");
-        }
-        for name in self.price_names() {
-            text += &format!("{name:>24} ");
-        }
-        text + "iterations  ms      status, certificate\n"
+        let more = if is_verbose() { "iterations        ms  " } else { "" };
+        heads(&self.names(), &format!("  {more}certificate"))
+    }
+
+    /// The case with its summary.
+    fn object(&self) -> serde_json::Value {
+        let axes = self.axes.iter().map(|axis| axis.key.as_str());
+        let set: serde_json::Map<_, _> = axes.zip(self.values()).map(|(k, v)| (k.into(), v.into())).collect();
+        let prices: serde_json::Map<_, _> =
+            self.price_names().zip(self.shown_prices()).map(|(name, price)| (name, price.into())).collect();
+        json!({ "set": set, "prices": prices, "summary": self.solved.summary })
     }
 
     /// Columns of the prices.
@@ -199,23 +226,22 @@ impl Row<'_> {
     }
 
     fn text(&self) -> String {
-        let mut text = String::new();
-        for value in self.values() {
-            text += &format!("{value:>22} ");
-        }
         let s = &self.solved.summary;
-        for key in &self.solved.headline {
-            text += &format!("{:>24.8} ", s.results.get(key).copied().unwrap_or(f64::NAN));
-        }
-        for (name, price) in self.price_names().zip(self.shown_prices()) {
-            let price = price.map_or_else(|| "-".into(), significant);
-            text += &format!("{price:>width$} ", width = name.len().max(24));
-        }
+        let results = self.solved.headline.iter().map(|key| s.results.get(key).copied().unwrap_or(f64::NAN));
+        let prices = self.shown_prices().map(|price| price.map_or_else(|| "-".into(), significant));
+        let cells: Vec<String> = self
+            .values()
+            .map(str::to_owned)
+            .chain(results.map(|v| format!("{v:.3}")))
+            .chain(prices)
+            .collect();
         let why = self.solved.explanation.as_ref().map_or(String::new(), |e| format!("; {e}"));
-        text + &format!(
-            "{:>10}  {:<6.1}  {}, {}{why}\n",
-            s.counters.iterations, s.timing_ms.solve, s.status, s.certificate.verdict
-        )
+        let work = format!("  {:>10}  {:>8.1}", s.counters.iterations, s.timing_ms.solve);
+        let work = if is_verbose() { work } else { String::new() };
+        let verdict = s.certificate.verdict.word();
+        let verdict =
+            if s.status == "optimal" { verdict.to_owned() } else { format!("{}, {verdict}", s.status) };
+        format!("{}{work}  {verdict}{why}\n", columns(&self.names(), &cells))
     }
 }
 

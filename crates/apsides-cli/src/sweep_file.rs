@@ -7,11 +7,17 @@ use std::path::{Path, PathBuf};
 
 use apsides::Summary;
 use apsides::pipeline::digest::sha256;
+use apsides::pipeline::key::{name_of, unit_of};
 use apsides::pipeline::shard::{BESIDE, Shard, ShardState};
 use apsides::pipeline::whole_file::{WholeFile, publish_together};
 
+use apsides_report::{Axis, Figure, Page, Series};
+
 use crate::commands::probe_file;
 use crate::exit::{Refusal, refusal, unwritten_option};
+
+/// Characters of a number that is shown with all its digits.
+const SHOWN: usize = 10;
 
 /// Columns of every case behind its results and prices.
 const LAST: [&str; 5] = ["status", "verdict", "iterations", "mesh_iterations", "solve_ms"];
@@ -119,15 +125,78 @@ impl SweepFile {
         Ok(count)
     }
 
+    /// The page of the rows: each result over the first key that has several numbers, and all values.
+    fn page(&self, mission: &str) -> String {
+        let mut page = Page::new(&format!("Sweep of {mission}"));
+        let [cases, without] = self.counts();
+        let solved =
+            if without == 0 { "all solved".to_owned() } else { format!("{without} of them not solved") };
+        page.lead(&format!("{cases} cases over {}: {solved}.", self.keys.join(", ")));
+        page.figures(&self.figures());
+        page.heading("Cases");
+        let heads = ["verdict"].into_iter().chain(self.keys.iter().map(String::as_str));
+        let heads = heads
+            .chain(self.results.iter().map(String::as_str))
+            .chain(self.prices.iter().map(String::as_str));
+        let shown = |cell: &String| match cell.parse::<f64>() {
+            Ok(number) if cell.len() > SHOWN => format!("{number:.6}"),
+            _ => cell.clone(),
+        };
+        let row = |row: &Record| {
+            let verdict = if row.last[0] == "optimal" { &row.last[1] } else { &row.last[0] };
+            let result = |name: &String| row.results.get(name).map_or_else(|| "-".to_owned(), shown);
+            let cells = std::iter::once(verdict.clone()).chain(row.values.iter().cloned());
+            cells.chain(self.results.iter().map(result)).chain(row.prices.iter().map(shown)).collect()
+        };
+        page.table(&heads.collect::<Vec<_>>(), &self.rows.iter().map(row).collect::<Vec<Vec<String>>>());
+        page.finish()
+    }
+
+    /// Each result over the first key with several numbers, a line for each set of the other values.
+    fn figures(&self) -> Vec<Figure> {
+        let number = |row: &Record, k: usize| row.values.get(k).and_then(|v| v.parse::<f64>().ok());
+        let varies = |k: &usize| {
+            let numbers: Vec<f64> = self.rows.iter().filter_map(|row| number(row, *k)).collect();
+            numbers.iter().any(|v| Some(v) != numbers.first())
+        };
+        let Some(k) = (0..self.keys.len()).find(varies) else { return Vec::new() };
+        let Some(key) = self.keys.get(k) else { return Vec::new() };
+        let axis = |key: &str| Axis::new(name_of(key).replace('_', " "), unit_of(key));
+        let figure = |result: &String| {
+            let mut lines: Vec<(String, Vec<[f64; 2]>)> = Vec::new();
+            for row in &self.rows {
+                let value = row.results.get(result).and_then(|v| v.parse::<f64>().ok());
+                let (Some(x), Some(y)) = (number(row, k).filter(|x| x.is_finite()), value) else { continue };
+                let others = self.keys.iter().zip(&row.values).enumerate().filter(|(other, _)| *other != k);
+                let label = others.map(|(_, (key, v))| format!("{key} = {v}")).collect::<Vec<_>>().join(", ");
+                match lines.iter_mut().find(|(known, _)| *known == label) {
+                    Some((_, points)) => points.push([x, y]),
+                    None => lines.push((label, vec![[x, y]])),
+                }
+            }
+            let title =
+                format!("{} over {}", name_of(result).replace('_', " "), name_of(key).replace('_', " "));
+            let mut figure = Figure::new(title, axis(key), axis(result));
+            for (k, (label, mut points)) in lines.into_iter().enumerate() {
+                points.sort_by(|a, b| a[0].total_cmp(&b[0]));
+                figure = figure.with(Series::line(label, points.clone()).colored(k));
+                figure = figure.with(Series::dots("", points).colored(k));
+            }
+            figure
+        };
+        self.results.iter().map(figure).filter(|figure| !figure.series.is_empty()).collect()
+    }
+
     /// Number of rows, and of those without a solution.
     pub(crate) fn counts(&self) -> [usize; 2] {
         let solved = |row: &&Record| matches!(&*row.last[0], "optimal" | "acceptable");
         [self.rows.len(), self.rows.len() - self.rows.iter().filter(solved).count()]
     }
 
-    /// Writes the rows that there are, with the manifest of a part beside them, and returns the name of the file.
-    pub(crate) fn finish(self, shard: Option<Shard>) -> Result<String, Refusal> {
+    /// Writes the rows that there are, with their page and the manifest of a part beside them, and returns the names of table and page.
+    pub(crate) fn finish(self, mission: &str, shard: Option<Shard>) -> Result<[String; 2], Refusal> {
         let text = self.table().map_err(refusal)?;
+        let page = self.path.with_extension("html");
         let mut beside = self.path.clone().into_os_string();
         beside.push(BESIDE);
         let beside = PathBuf::from(beside);
@@ -138,6 +207,7 @@ impl SweepFile {
             Ok::<_, std::io::Error>(file)
         };
         let mut files = vec![file(&self.path, &text).map_err(&unwritten)?];
+        files.push(file(&page, self.page(mission).as_bytes()).map_err(&unwritten)?);
         let mut stale = Vec::new();
         match shard {
             Some(shard) => {
@@ -149,7 +219,7 @@ impl SweepFile {
             None => {}
         }
         publish_together(files, &stale).map_err(|(_, e)| unwritten(e))?;
-        Ok(self.path.display().to_string())
+        Ok([&self.path, &page].map(|path| path.display().to_string()))
     }
 
     /// A manifest with what the rows tell.

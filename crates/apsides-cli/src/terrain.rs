@@ -16,9 +16,10 @@ use serde::Serialize;
 use crate::arguments::{GenArguments, Ground, MapArguments, Threads};
 use crate::commands::{made, probe_directory};
 use crate::exit::{Exit, Refusal, lost, refusal, unwritten};
-use crate::output::{print, written};
+use crate::output::{print, print_json, written};
 use crate::progress::Progress;
 use crate::sentence::name;
+use crate::speech::is_json;
 use crate::stop::{StopFlag, stopped};
 
 /// A map file that is read in windows.
@@ -214,20 +215,19 @@ fn bands(rows: usize, cols: usize) -> impl Iterator<Item = (usize, usize)> {
     (0..rows).step_by(height).map(move |first| (first, height.min(rows - first)))
 }
 
-pub(crate) fn info(a: &MapArguments, json: bool) -> Result<Exit, Refusal> {
+pub(crate) fn info(a: &MapArguments) -> Result<Exit, Refusal> {
     let mut map = a.open(ReadOptions::default().max_pixels)?;
     let geometry = *map.geometry();
     let mut summary = MapSummary::new(&a.map, &geometry, map.projection());
-    let progress = Progress::counted(json, StopFlag::install(), geometry.rows() as u64, "rows");
+    let progress = Progress::counted(StopFlag::install(), geometry.rows() as u64, "rows");
     for (first, count) in bands(geometry.rows(), geometry.cols()) {
         let part = map.window(first, 0, count, geometry.cols()).map_err(|e| a.defect(e))?;
         summary.add(part.range(), part.gaps());
         progress.advance(count as u64);
     }
     progress.finish();
-    if json {
-        let text = serde_json::to_string_pretty(&summary).map_err(refusal)?;
-        print(&format!("{text}\n"));
+    if is_json() {
+        print_json(&summary)?;
     } else {
         print(&summary.text());
     }
@@ -261,7 +261,7 @@ pub(crate) fn generate(a: &GenArguments) -> Result<Exit, Refusal> {
     let pool = pool(&a.run.threads)?;
     let stop = a.run.limit.stop();
     let (rows, cols) = (terrain.rows, terrain.cols);
-    let progress = Progress::counted(a.run.quiet, stop, rows as u64, "rows");
+    let progress = Progress::counted(stop, rows as u64, "rows");
     let mut summary = MapSummary::new(&a.out, ground.geometry(), None);
     let mut files = vec![a.out.clone()];
     let options = GeoTiffOptions { deflate: true, ..GeoTiffOptions::default() };
@@ -298,8 +298,12 @@ pub(crate) fn generate(a: &GenArguments) -> Result<Exit, Refusal> {
     if let Some(dir) = &a.truth {
         files.extend(write_truth(dir, &ground, a.run.seed)?);
     }
-    print(&summary.text());
-    print(&written(&files));
+    if is_json() {
+        print_json(&serde_json::json!({ "map": summary, "files": files }))?;
+    } else {
+        print(&summary.text());
+        print(&written(&files));
+    }
     Ok(Exit::Verified)
 }
 

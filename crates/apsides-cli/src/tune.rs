@@ -12,7 +12,8 @@ use serde_json::json;
 use crate::arguments::TuneArguments;
 use crate::commands::probe_file;
 use crate::exit::{Exit, Refusal, refusal, unwritten_option};
-use crate::output::{print, warn, written};
+use crate::output::{print, print_json, warn, written};
+use crate::speech::is_json;
 use crate::stop::LONGEST;
 
 pub(crate) fn tune(a: &TuneArguments) -> Result<Exit, Refusal> {
@@ -49,11 +50,8 @@ pub(crate) fn tune(a: &TuneArguments) -> Result<Exit, Refusal> {
     let found = search(&case, &tuning).map_err(refusal)?;
     let keys = keys(&found);
     let robust = tuning.required.met_by(&found.margins);
-    if a.json {
-        print(&format!(
-            "{}\n",
-            serde_json::to_string_pretty(&object(&mission, &found, robust)).map_err(refusal)?
-        ));
+    if is_json() {
+        print_json(&object(&mission, &found, robust))?;
     } else {
         print(&text(&mission, &found, robust, &keys));
     }
@@ -63,7 +61,7 @@ pub(crate) fn tune(a: &TuneArguments) -> Result<Exit, Refusal> {
         overrides.extend(keys);
         let tuned = apsides::load(&a.mission.mission, &overrides).map_err(refusal)?;
         write_whole(file, tuned.to_file().as_bytes()).map_err(unwritten_option("--out", file))?;
-        if !a.json {
+        if !is_json() {
             print(&written(std::slice::from_ref(file)));
         }
     }

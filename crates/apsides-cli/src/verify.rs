@@ -13,7 +13,8 @@ use serde::Serialize;
 use serde_json::Value;
 
 use crate::exit::{Exit, Refusal, refusal};
-use crate::output::{certificate, number, print};
+use crate::output::{certificate, number, print, print_json};
+use crate::speech::is_json;
 
 const MISSION: &str = "mission.toml";
 const SUMMARY: &str = "summary.json";
@@ -43,7 +44,7 @@ struct Found {
     differences: Vec<String>,
 }
 
-pub(crate) fn verify(directory: &Path, json: bool) -> Result<Exit, Refusal> {
+pub(crate) fn verify(directory: &Path) -> Result<Exit, Refusal> {
     let file = directory.join(MISSION);
     if !file.is_file() {
         let place = directory.display();
@@ -86,9 +87,8 @@ pub(crate) fn verify(directory: &Path, json: bool) -> Result<Exit, Refusal> {
         differences.certificate(SUMMARY, member(&stored, "certificate"), &certificate);
     }
     let found = Found { certificate, differences: differences.0 };
-    if json {
-        let text = serde_json::to_string_pretty(&found).map_err(refusal)?;
-        print(&format!("{text}\n"));
+    if is_json() {
+        print_json(&found)?;
     } else {
         print(&text(directory, mission.name(), &found));
     }

@@ -27,6 +27,8 @@ fn sweep_writes_a_row_per_case() {
     assert!(rows[0].starts_with("perilune_altitude_km,"));
     assert!(rows[1].starts_with("20,") && rows[2].starts_with("15,"));
     assert!(!dir.path().join("sweep.csv.partial").exists());
+    let page = std::fs::read_to_string(dir.path().join("sweep.html")).unwrap();
+    assert!(page.contains("<h1>Sweep of ") && page.contains("<figcaption>"), "{page}");
 }
 
 /// A transfer of three burns has results that one of two burns does not have; the table has the columns of both.
@@ -107,7 +109,10 @@ fn a_footprint_is_written_with_a_map() {
     assert_eq!(csv.lines().count(), 1 + points);
     assert_eq!(v["complete"], true);
     assert_eq!(o.status.code() == Some(0), v["verified"] == points);
-    assert!(read("footprint.svg").contains("longitude (deg)"));
+    assert!(
+        read("footprint.svg").contains("longitude (deg)") && read("footprint.svg").contains("ground track")
+    );
+    assert!(read("footprint.html").contains("are within reach"), "{}", read("footprint.html"));
 
     let o = apsides(&["footprint", "lunar-direct", "--out", &path(&dir.path().join("none"))]);
     assert_eq!(o.status.code(), Some(2));

@@ -206,7 +206,7 @@ fn sentences_name_the_key_and_are_short() {
     assert!(escaped.contains("a\\u{1b}[31m\\nb.asc"), "{escaped}");
     // Integers of any base are numbers.
     for (set, shown) in [("thrust_n=0x1B8", "thrust_n = 440.0"), ("radau.points=0b110", "points = 6")] {
-        let o = apsides(&["check", "lunar-direct", "--set", set]);
+        let o = apsides(&["check", "lunar-direct", "--all", "--set", set]);
         assert_eq!(o.status.code(), Some(0), "{}", stderr(&o));
         assert!(stdout(&o).contains(shown), "{}", stdout(&o));
     }
@@ -238,10 +238,19 @@ fn missions_and_check_print_what_there_is() {
     assert_eq!(stdout(&o).lines().count(), 26);
     assert!(stdout(&o).contains("lunar-vertical"));
     let keys = stdout(&apsides(&["missions", "lunar-two-phase"]));
-    assert!(keys.contains("gate_altitude_km") && keys.contains("radau.points"), "{keys}");
+    assert!(keys.contains("gate_altitude_km") && !keys.contains("radau.points"), "{keys}");
+    assert!(keys.contains("apsides missions lunar-two-phase --all"), "{keys}");
+    let all = stdout(&apsides(&["missions", "lunar-two-phase", "--all"]));
+    assert!(all.contains("gate_altitude_km") && all.contains("radau.points"), "{all}");
     let o = apsides(&["check", "lunar-direct", "--set", "thrust_n=500"]);
     assert_eq!(o.status.code(), Some(0));
-    assert!(stdout(&o).contains("thrust_n = 500.0"));
+    let text = stdout(&o);
+    assert!(text.starts_with("ok: lunar-direct is well-posed\n"), "{text}");
+    for words in ["thrust_n = 500", "least flight time (s)", "lunar-lander-2017", "5 states and 1 controls"] {
+        assert!(text.contains(words), "{words}: {text}");
+    }
+    assert!(!text.contains("radau.points"), "{text}");
+    assert!(stdout(&apsides(&["check", "lunar-direct", "--all"])).contains("thrust_n = 440.0"));
     for help in [
         vec!["--help"],
         vec!["solve", "--help"],
@@ -251,6 +260,114 @@ fn missions_and_check_print_what_there_is() {
     ] {
         let o = apsides(&help);
         assert!(o.status.success() && stdout(&o).contains("Example"), "{help:?}");
+    }
+}
+
+/// Most keys of a mission, and longest list of them, that are shown without `--all`.
+const KEYS: usize = 20;
+
+/// Width of a terminal, characters.
+const WIDTH: usize = 80;
+
+#[test]
+fn every_mission_shows_the_keys_that_matter() {
+    let listed: serde_json::Value = serde_json::from_slice(&apsides(&["missions", "--json"]).stdout).unwrap();
+    for mission in listed.as_array().unwrap() {
+        let name = mission["name"].as_str().unwrap();
+        let o = apsides(&["missions", name, "--json"]);
+        let v: serde_json::Value = serde_json::from_slice(&o.stdout).unwrap();
+        let keys: Vec<&str> =
+            v["keys"].as_array().unwrap().iter().map(|key| key["key"].as_str().unwrap()).collect();
+        assert!(!keys.is_empty() && keys.len() <= KEYS, "{name}: {keys:?}");
+        assert!(keys.contains(&"method") || name.starts_with("moving-mass"), "{name}: {keys:?}");
+        let text = stdout(&apsides(&["missions", name]));
+        let wide = text.lines().skip(2).find(|line| line.starts_with("    ") && line.chars().count() > WIDTH);
+        assert_eq!(wide, None, "{name}");
+    }
+}
+
+/// Errors and warnings are objects where an object is asked for, those of the command line too.
+#[test]
+fn errors_are_objects_with_json() {
+    for (arguments, words) in [
+        (vec!["solve", "no-such-mission", "--json"], "no-such-mission"),
+        (vec!["--json", "check", "lunar-direct", "--set", "isp_s=0"], "isp_s"),
+        (vec!["solve", "--json"], "MISSION"),
+        (vec!["sweep", "lunar-direct", "--set", "thrust_n=", "--json"], "thrust_n"),
+        (vec!["verify", "no-such-directory", "--json"], "no-such-directory"),
+        (vec!["missions", "mars", "--json"], "mars"),
+        (vec!["reproduce", "nothing", "--json"], "nothing"),
+        (vec!["solve", "lunar-direct", "--colour", "--json"], "--colour"),
+    ] {
+        let o = apsides(&arguments);
+        assert_eq!(o.status.code(), Some(2), "{arguments:?}");
+        assert!(o.stdout.is_empty(), "{arguments:?}");
+        let v: serde_json::Value =
+            serde_json::from_slice(&o.stderr).unwrap_or_else(|e| panic!("{e}: {}", stderr(&o)));
+        assert_eq!(v["status"], 2, "{v}");
+        assert!(v["error"].as_str().unwrap().contains(words), "{words}: {v}");
+    }
+}
+
+/// Commands that list or describe give their JSON without work.
+#[test]
+fn lists_are_json_where_asked() {
+    let object = |arguments: &[&str]| -> serde_json::Value {
+        let o = apsides(arguments);
+        assert_eq!(o.status.code(), Some(0), "{arguments:?}: {}", stderr(&o));
+        serde_json::from_slice(&o.stdout).unwrap_or_else(|e| panic!("{arguments:?}: {e}"))
+    };
+    assert_eq!(object(&["missions", "--json"]).as_array().unwrap().len(), 26);
+    for list in ["bodies", "vehicles", "sites", "problems", "reproduce"] {
+        let listed = object(&[list, "--json"]);
+        assert!(listed.as_array().unwrap().iter().all(|one| one["name"].is_string()), "{list}");
+    }
+    let check = object(&["check", "chang-e-3-flat", "--json"]);
+    assert_eq!((&check["ok"], &check["objective"]["sense"]), (&true.into(), &"maximize".into()));
+    assert_eq!(check["phases"].as_array().unwrap().len(), 6);
+    assert_eq!(object(&["problems", "brachistochrone_free_y", "--json"])["unit"], "s");
+    let sweep = object(&["sweep", "lunar-perilune", "--set", "perilune_altitude_km=20,15", "--json"]);
+    assert_eq!(sweep["cases"].as_array().unwrap().len(), 2);
+    assert_eq!(sweep["cases"][1]["set"]["perilune_altitude_km"], "15");
+    // 997.3758488117475 s by indirect shooting (tests/references/lunar_landing.py, case S2_15km).
+    let time = &sweep["cases"][1]["summary"]["results"]["flight_time_s"];
+    assert!((time.as_f64().unwrap() - 997.375_848_811_747_9).abs() < MESH_S, "{time}");
+}
+
+/// Result and verdict are all that is shown, in lines that fit a terminal; iterations and every check with `-v`; no colours in a pipe.
+#[test]
+fn a_solve_shows_result_and_verdict() {
+    let o = apsides(&["solve", "lunar-perilune"]);
+    assert_eq!(o.status.code(), Some(0), "{}", stderr(&o));
+    assert!(o.stderr.is_empty(), "{}", stderr(&o));
+    let text = stdout(&o);
+    assert!(text.contains("certificate: strict-local-optimum\n") && !text.contains('\u{1b}'), "{text}");
+    assert!(
+        !text.contains("costate equation along braking") || text.contains("Closest to its limit"),
+        "{text}"
+    );
+    assert!(!text.contains("iterations"), "{text}");
+    assert_eq!(text.lines().find(|line| line.chars().count() > WIDTH), None);
+    let o = apsides(&["solve", "lunar-perilune", "-v", "--color", "always"]);
+    let (text, table) = (stdout(&o), stderr(&o));
+    assert!(table.starts_with("iter ") && text.contains(" iterations, "), "{table}");
+    assert!(text.contains("transversality at the ends of braking") && text.contains('\u{1b}'), "{text}");
+}
+
+#[test]
+fn shells_and_manuals_know_the_commands() {
+    for shell in ["bash", "zsh", "fish", "elvish", "powershell"] {
+        let o = apsides(&["completions", shell]);
+        assert_eq!(o.status.code(), Some(0), "{shell}");
+        assert!(stdout(&o).contains("montecarlo") && stdout(&o).contains("color"), "{shell}");
+    }
+    let page = stdout(&apsides(&["man"]));
+    assert!(page.contains(".TH apsides 1") && page.contains("Exit status"), "{page}");
+    let dir = tempfile::tempdir().unwrap();
+    let out = path(dir.path());
+    assert_eq!(apsides(&["man", "-o", &out]).status.code(), Some(0));
+    for name in ["apsides.1", "apsides-solve.1", "apsides-terrain-gen.1"] {
+        assert!(dir.path().join(name).is_file(), "{name}");
     }
 }
 

@@ -272,11 +272,40 @@ fn a_flight_of_burns_and_coasts_is_written_and_verified_again() {
     let csv = out.join("trajectory.csv");
     let text = std::fs::read_to_string(&csv).unwrap();
     assert!(text.contains("coast-2"));
-    let again = apsides(&["verify", &path(&out)]);
+    let again = apsides(&["verify", &path(&out), "-v"]);
     assert_eq!(again.status.code(), Some(0), "{}{}", stdout(&again), stderr(&again));
     assert!(stdout(&again).contains("flown in Cartesian coordinates"));
     std::fs::write(&csv, tamper(&text, "out_of_plane_thrust_angle_rad", 10..20, 1e-4)).unwrap();
     assert_eq!(apsides(&["verify", &path(&out)]).status.code(), Some(4));
+}
+
+/// Discretisation: the difference of flight times of two meshes against shooting, s.
+const MESH_S: f64 = 1e-5;
+
+#[test]
+fn results_are_laid_beside_each_other() {
+    let dir = tempfile::tempdir().unwrap();
+    let [first, second, out] = ["first", "second", "compared"].map(|name| path(&dir.path().join(name)));
+    for (out, altitude) in [(&first, "perilune_altitude_km=15"), (&second, "perilune_altitude_km=20")] {
+        let o = apsides(&["solve", "lunar-perilune", "--quiet", "--set", altitude, "--out", out]);
+        assert_eq!(o.status.code(), Some(0), "{}", stderr(&o));
+    }
+    let o = apsides(&["compare", &first, &second, "--out", &out]);
+    assert_eq!(o.status.code(), Some(0), "{}", stderr(&o));
+    assert!(stdout(&o).contains("  perilune_altitude_km: 15 | 20\n"), "{}", stdout(&o));
+    let page = std::fs::read_to_string(Path::new(&out).join("compare.html")).unwrap();
+    assert!(
+        page.contains("<figcaption>altitude") && page.contains("<figcaption>Flight over the curved ground")
+    );
+    let v: serde_json::Value =
+        serde_json::from_slice(&apsides(&["compare", &first, &second, "--json"]).stdout).unwrap();
+    let time = |run: usize| v["runs"][run]["results"]["flight_time_s"].as_f64().unwrap();
+    // 999.3569839960355 s and 997.3758488117479 s by indirect shooting (tests/references, cases S2_20km and S2_15km).
+    assert!((time(1) - time(0) - 1.981_135_2).abs() < MESH_S, "{v}");
+    assert_eq!(v["keys"]["perilune_altitude_km"], serde_json::json!(["15", "20"]));
+    let o = apsides(&["compare", &first, &path(&dir.path().join("none"))]);
+    assert_eq!(o.status.code(), Some(2));
+    assert!(stderr(&o).contains("no result directory"), "{}", stderr(&o));
 }
 
 /// Methods whose states have more nodes than their controls.

@@ -24,9 +24,6 @@ pub(crate) struct CampaignArguments {
     /// The fate of the work after Ctrl-C: it goes on, or ends. Without a terminal to ask at, it goes on.
     #[arg(long, value_enum, default_value = "ask")]
     pub(crate) on_interrupt: OnInterrupt,
-    /// No progress on stderr.
-    #[arg(long)]
-    pub(crate) quiet: bool,
 }
 
 /// The fate of the work after a signal to the pilot.

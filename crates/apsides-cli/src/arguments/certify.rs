@@ -27,9 +27,6 @@ pub(crate) struct CertifyArguments {
     pub(crate) memory: Option<u32>,
     #[command(flatten)]
     pub(crate) limit: TimeLimit,
-    /// Print one JSON object on stdout.
-    #[arg(long)]
-    pub(crate) json: bool,
 }
 
 /// A course of the controls between samples.

@@ -48,7 +48,7 @@ pub(crate) struct ExportArguments {
     #[arg(long = "set", value_name = "KEY=VALUE")]
     pub(crate) set: Vec<String>,
     /// Write into this directory, by default into that of the result.
-    #[arg(long, value_name = "DIR")]
+    #[arg(short, long, value_name = "DIR")]
     pub(crate) out: Option<PathBuf>,
     /// Memory that the rows may take as far as that is foreseen, MiB; by default half of the machine's.
     #[arg(long, value_name = "MIB", value_parser = clap::value_parser!(u32).range(1..))]

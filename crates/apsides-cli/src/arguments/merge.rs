@@ -13,7 +13,7 @@ pub(crate) struct MergeArguments {
     #[arg(required = true, value_name = "PART")]
     pub(crate) parts: Vec<PathBuf>,
     /// Write what the whole run would have written: into this directory, or this table of a sweep.
-    #[arg(long, value_name = "PATH")]
+    #[arg(short, long, value_name = "PATH")]
     pub(crate) out: PathBuf,
     /// The parts need not be the whole run, but without a gap between them: they make a larger part.
     #[arg(long)]
@@ -21,10 +21,4 @@ pub(crate) struct MergeArguments {
     /// Files of the samples, as of `montecarlo`.
     #[arg(long, value_enum, default_value = "csv")]
     pub(crate) format: SampleFormat,
-    /// Print one JSON object on stdout and nothing else.
-    #[arg(long)]
-    pub(crate) json: bool,
-    /// No progress on stderr.
-    #[arg(long)]
-    pub(crate) quiet: bool,
 }

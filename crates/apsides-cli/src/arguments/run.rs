@@ -24,9 +24,6 @@ impl Threads {
 /// Arguments that solves share.
 #[derive(Debug, Args)]
 pub(crate) struct RunArguments {
-    /// No progress on stderr.
-    #[arg(long)]
-    pub(crate) quiet: bool,
     #[command(flatten)]
     pub(crate) threads: Threads,
     /// Seed of everything random: searches.

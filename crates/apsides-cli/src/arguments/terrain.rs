@@ -18,13 +18,7 @@ pub(crate) enum TerrainCommand {
     #[command(after_help = "Examples:\n  \
         apsides terrain info map.tif\n  \
         apsides terrain info scene.npy --pixel 0.1 --json")]
-    Info {
-        #[command(flatten)]
-        map: MapArguments,
-        /// Print one JSON object on stdout.
-        #[arg(long)]
-        json: bool,
-    },
+    Info(MapArguments),
 }
 
 /// An elevation map and what its file may not say.
@@ -86,15 +80,9 @@ pub(crate) struct HazardArguments {
     /// Least distance between sites, m; by default twice the least clearance.
     #[arg(long, value_name = "M", allow_negative_numbers = true)]
     pub(crate) separation: Option<f64>,
-    /// Write hazard.json, sites.csv, the layers as GeoTIFF and PNG, and the map with hazards and sites as PNG into this directory.
-    #[arg(long, value_name = "DIR")]
+    /// Write hazard.html, hazard.json, sites.csv, the layers as GeoTIFF and PNG, and the map with hazards and sites as PNG into this directory.
+    #[arg(short, long, value_name = "DIR")]
     pub(crate) out: Option<PathBuf>,
-    /// Print one JSON object on stdout and nothing else.
-    #[arg(long)]
-    pub(crate) json: bool,
-    /// No progress on stderr.
-    #[arg(long)]
-    pub(crate) quiet: bool,
     #[command(flatten)]
     pub(crate) threads: Threads,
     #[command(flatten)]
