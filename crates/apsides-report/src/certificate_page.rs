@@ -42,7 +42,7 @@ fn folded(page: &mut String, checks: &[Check]) {
     page.push_str("<div class=\"card answers\">\n");
     for answer in &answers {
         let (class, word, open) =
-            if answer.passed() { ("good", "passed", "") } else { ("bad", "failed", " open") };
+            if answer.passed() { ("good", "passed", "") } else { ("bad", "failed", " open=\"\"") };
         let _ = writeln!(
             page,
             "<details{open}>\n<summary><span class=\"{class}\">{word}</span><span>{}</span></summary>",

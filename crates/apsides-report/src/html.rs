@@ -329,7 +329,7 @@ fn folded(page: &mut String, title: &str, open: bool, note: Option<&str>, figure
     if figures.is_empty() {
         return;
     }
-    let open = if open { " open" } else { "" };
+    let open = if open { " open=\"\"" } else { "" };
     let _ = writeln!(page, "<details{open}>\n<summary>{title}</summary>");
     if let Some(note) = note {
         let _ = writeln!(page, "<p class=\"note\">{note}</p>");
