@@ -2,6 +2,7 @@
 
 mod engine;
 mod plan;
+mod rhythm;
 
 use std::collections::BTreeSet;
 use std::io::{BufRead as _, IsTerminal as _, Write as _};
@@ -26,6 +27,7 @@ use crate::speech::{is_json, is_quiet};
 use crate::stop::StopFlag;
 use engine::{Dask, Engine, Local, Slurm};
 use plan::{EngineWord, Plan, complete};
+use rhythm::Rhythm;
 
 /// Time between two looks at the shards.
 const PERIOD: Duration = Duration::from_millis(200);
@@ -263,10 +265,13 @@ fn follow(
     let (first, begun) = (done(open), Instant::now());
     let mut told = begun;
     progress.advance(first as u64);
+    let mut looks = Rhythm::start();
     loop {
         let at_work = engine.poll()?;
         let before = done(open);
-        open.retain(|shard| plan.complete(*shard).is_none());
+        if looks.is_due() || !at_work {
+            open.retain(|shard| plan.complete(*shard).is_none());
+        }
         let now = done(open);
         if now > before {
             progress.advance((now - before) as u64);

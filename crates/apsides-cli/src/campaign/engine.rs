@@ -9,6 +9,7 @@ use std::process::{Child, Command, Stdio};
 use apsides::pipeline::whole_file::write_whole;
 
 use super::plan::Plan;
+use super::rhythm::Rhythm;
 use crate::exit::{Exit, Refusal, refusal, unwritten};
 
 /// A running campaign.
@@ -196,6 +197,7 @@ fn script(plan: &Plan, name: &str, text: &str) -> Result<PathBuf, Refusal> {
 /// An array job of Slurm, and a job that joins the shards behind it.
 pub(crate) struct Slurm {
     jobs: Vec<String>,
+    looks: Rhythm,
 }
 
 /// The job of a shard.
@@ -236,7 +238,7 @@ impl Slurm {
         merge.args(&plan.slurm.options);
         merge.arg("--wrap").arg(format!("exec {} campaign {} --merge", quoted(&program), quoted(&plan.file)));
         match answer(&mut merge) {
-            Ok(merge) => Ok(Self { jobs: vec![shards, merge] }),
+            Ok(merge) => Ok(Self { jobs: vec![shards, merge], looks: Rhythm::start() }),
             Err(e) => {
                 let _ = Command::new("scancel").arg(&shards).status();
                 Err(e)
@@ -246,7 +248,7 @@ impl Slurm {
 
     /// Jobs of an earlier pilot, if any of them is in the queue.
     pub(crate) fn of_earlier(jobs: &[String]) -> Option<Self> {
-        let found = Self { jobs: jobs.to_vec() };
+        let found = Self { jobs: jobs.to_vec(), looks: Rhythm::start() };
         (!jobs.is_empty() && found.is_queued()).then_some(found)
     }
 
@@ -259,8 +261,9 @@ impl Slurm {
 }
 
 impl Engine for Slurm {
+    /// The queue serves others, too: it is asked as rarely as its shards are looked at.
     fn poll(&mut self) -> Result<bool, Refusal> {
-        Ok(self.is_queued())
+        Ok(!self.looks.is_due() || self.is_queued())
     }
 
     fn cancel(&mut self) {

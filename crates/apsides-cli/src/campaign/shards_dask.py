@@ -33,11 +33,14 @@ def main():
     parser.add_argument("--attempts", type=int, default=3)
     a = parser.parse_args()
     try:
+        import dask
         from dask.distributed import Client, LocalCluster, as_completed
     except ImportError as missing:
         sys.exit(f"{missing}: pip install distributed")
     with open(a.shards, encoding="utf-8") as lines:
         shards = [int(line) for line in lines]
+    # Shards are long: what looks at workers a hundred times a second takes their time.
+    dask.config.set({"distributed.worker.profile.enabled": False, "distributed.admin.tick.interval": "1s"})
     cluster = a.scheduler or LocalCluster(n_workers=a.workers, threads_per_worker=1, dashboard_address=None)
     with Client(cluster) as client:
         tasks = [client.submit(fly, a.program, a.file, shard, pure=False, retries=a.attempts - 1) for shard in shards]
