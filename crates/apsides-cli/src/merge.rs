@@ -74,17 +74,15 @@ fn merge_sweep(a: &MergeArguments, joined: &Joined) -> Result<Exit, Refusal> {
         }
     }
     let [rows, failed] = table.counts();
-    let [file, page] = table.finish(&joined.whole.mission, Some(joined.whole.clone()))?;
+    let files = table.finish(&joined.whole.mission, Some(joined.whole.clone()))?;
     let exit = if failed > 0 { Exit::Failures } else { Exit::Verified };
     if is_json() {
         print_json(&serde_json::json!({ "cases": rows, "without_solution": failed }))?;
     } else {
         let failures =
             if failed > 0 { format!(", {failed} of them without a solution") } else { String::new() };
-        print(&format!(
-            "{rows} cases of {}{failures}\nwritten: {file}\nwritten: {page}\n",
-            joined.whole.mission
-        ));
+        print(&format!("{rows} cases of {}{failures}\n", joined.whole.mission));
+        files.iter().for_each(|file| print(&format!("written: {file}\n")));
     }
     Ok(exit)
 }

@@ -100,7 +100,7 @@ mod tests {
     fn lines_fit_a_terminal() {
         let text = "word ".repeat(100) + &"w".repeat(90);
         let lines = wrapped("    ", &text);
-        let (last, others) = lines.trim_end().rsplit_once('\n').unwrap();
+        let (others, last) = lines.trim_end().rsplit_once('\n').unwrap();
         assert!(others.lines().all(|l| l.chars().count() <= WIDTH && l.starts_with("    word")), "{lines}");
         assert_eq!(last.trim().len(), 90, "a word is not broken");
         assert_eq!(lines.split_whitespace().count(), 101);

@@ -193,10 +193,11 @@ impl SweepFile {
         [self.rows.len(), self.rows.len() - self.rows.iter().filter(solved).count()]
     }
 
-    /// Writes the rows that there are, with their page and the manifest of a part beside them, and returns the names of table and page.
-    pub(crate) fn finish(self, mission: &str, shard: Option<Shard>) -> Result<[String; 2], Refusal> {
+    /// Writes the rows that there are, with their page, or with the manifest of a part beside them; returns the names of table and page.
+    pub(crate) fn finish(self, mission: &str, shard: Option<Shard>) -> Result<Vec<String>, Refusal> {
         let text = self.table().map_err(refusal)?;
-        let page = self.path.with_extension("html");
+        // That of a part would be a page a shard.
+        let page = shard.as_ref().is_none_or(Shard::is_whole).then(|| self.path.with_extension("html"));
         let mut beside = self.path.clone().into_os_string();
         beside.push(BESIDE);
         let beside = PathBuf::from(beside);
@@ -207,7 +208,9 @@ impl SweepFile {
             Ok::<_, std::io::Error>(file)
         };
         let mut files = vec![file(&self.path, &text).map_err(&unwritten)?];
-        files.push(file(&page, self.page(mission).as_bytes()).map_err(&unwritten)?);
+        if let Some(page) = &page {
+            files.push(file(page, self.page(mission).as_bytes()).map_err(&unwritten)?);
+        }
         let mut stale = Vec::new();
         match shard {
             Some(shard) => {
@@ -219,7 +222,7 @@ impl SweepFile {
             None => {}
         }
         publish_together(files, &stale).map_err(|(_, e)| unwritten(e))?;
-        Ok([&self.path, &page].map(|path| path.display().to_string()))
+        Ok(std::iter::once(&self.path).chain(&page).map(|path| path.display().to_string()).collect())
     }
 
     /// A manifest with what the rows tell.

@@ -61,8 +61,11 @@ pub(crate) fn verify(directory: &Path) -> Result<Exit, Refusal> {
     let status = summary.as_ref().and_then(|s| s.get("status")?.as_str());
     let solved = matches!(status, Some("optimal" | "acceptable"));
     let (certificate, results) = mission.recomputed(&trajectory, solved).map_err(refusal)?;
-    if certificate.verdict >= Verdict::Extremal {
-        // Costates that do not prove anything may be what they are.
+    let stored = differences.read(directory, CERTIFICATE);
+    let claimed =
+        stored.as_ref().and_then(|c| serde_json::from_value::<Verdict>(c.get("verdict")?.clone()).ok());
+    if Some(certificate.verdict).max(claimed) >= Some(Verdict::Extremal) {
+        // Costates by which nothing is proved, nor was, may be what they are.
         let stated = mission.stated_costates(&trajectory).map_err(refusal)?;
         differences.0.extend(stated.iter().filter(|c| c.miss.is_nan() || c.miss > COSTATE).map(|c| {
             format!(
@@ -76,7 +79,7 @@ pub(crate) fn verify(directory: &Path) -> Result<Exit, Refusal> {
     for (name, state) in changed_files(directory, &needed).map_err(refusal)? {
         differences.0.push(format!("{name} {}", state.words()));
     }
-    if let Some(stored) = differences.read(directory, CERTIFICATE)
+    if let Some(stored) = stored
         && differences.certificate(CERTIFICATE, &stored, &certificate)
     {
         differences.costates(&mission.verify_as_stated(&trajectory).map_err(refusal)?);

@@ -148,7 +148,7 @@ fn files_that_are_stated_by_a_user() {
     let dir = tempfile::tempdir().unwrap();
     assert_eq!(run(dir.path(), &["new", "problem", "problem.toml"]).status.code(), Some(0));
     torture(dir.path(), "problem.toml", &["check", "problem.toml"], &[0, 2], any);
-    let mission = run(dir.path(), &["check", "lunar-perilune"]).stdout;
+    let mission = run(dir.path(), &["check", "lunar-perilune", "--all"]).stdout;
     let mission = String::from_utf8(mission).unwrap();
     let mission = &mission[mission.find("mission = ").unwrap()..];
     fs::write(dir.path().join("mission.toml"), mission).unwrap();

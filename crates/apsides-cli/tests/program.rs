@@ -324,7 +324,7 @@ fn lists_are_json_where_asked() {
     }
     let check = object(&["check", "chang-e-3-flat", "--json"]);
     assert_eq!((&check["ok"], &check["objective"]["sense"]), (&true.into(), &"maximize".into()));
-    assert_eq!(check["phases"].as_array().unwrap().len(), 6);
+    assert_eq!(check["phases"].as_array().unwrap().len(), 5);
     assert_eq!(object(&["problems", "brachistochrone_free_y", "--json"])["unit"], "s");
     let sweep = object(&["sweep", "lunar-perilune", "--set", "perilune_altitude_km=20,15", "--json"]);
     assert_eq!(sweep["cases"].as_array().unwrap().len(), 2);

@@ -154,6 +154,12 @@ impl Shard {
         }
     }
 
+    /// Returns true if it is the whole run.
+    #[must_use]
+    pub fn is_whole(&self) -> bool {
+        self.count == self.total
+    }
+
     /// The indices of the part.
     #[must_use]
     pub fn indices(&self) -> Range<usize> {

@@ -97,7 +97,6 @@ mod saddle;
 pub mod scales;
 pub mod session;
 pub mod settings;
-mod smoothness;
 pub mod solver;
 mod starts;
 mod state_bounds;

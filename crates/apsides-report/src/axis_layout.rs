@@ -10,8 +10,8 @@ const LARGEST: f64 = 1e150;
 /// Numbers below this are zero: their inverses must not overflow.
 const SMALLEST: f64 = 1e-150;
 
-/// Spread below this part of the magnitude is rounding, not data.
-const FLAT: f64 = 1e-9;
+/// Spread below this part of the magnitude is what solutions leave, not data.
+const FLAT: f64 = 1e-6;
 
 /// A tick: place on the axis from 0 to 1, and text.
 pub(crate) struct Tick {

@@ -50,10 +50,10 @@ pub(super) fn results(injection: &GeoInjection, t: &Trajectory) -> Scalars {
     put("burn_time_s".into(), burn_time);
     if let Some(switching) = Switching::of(injection, t) {
         if let Some(burns) = switching.burns {
-            put("switching_function_on_burns_max".into(), burns.value);
+            put("largest_switching_function_on_burns".into(), burns.value);
         }
         if let Some(coasts) = switching.coasts {
-            put("switching_function_on_coasts_min".into(), coasts.value);
+            put("least_switching_function_on_coasts".into(), coasts.value);
         }
     }
     results
