@@ -77,7 +77,7 @@ const ARROWS: &[(&str, Arrows)] = &[
             "verify",
         ]),
     ),
-    ("report", To(&["basis", "control", "ephemeris", "ocp", "pipeline", "terrain", "verify"])),
+    ("report", To(&["ad", "basis", "control", "ephemeris", "ocp", "pipeline", "terrain", "verify"])),
     (
         "missions",
         To(&[

@@ -95,7 +95,7 @@ impl Answer<'_> {
         if self.passed() { self.question.holds } else { self.question.fails }
     }
 
-    /// The check that is closest to its limit in words: `off by 51 µm of 1 mm: radius at the end`; none where nothing is off.
+    /// The check that is closest to its limit in words: `radius at the end, 51 µm of 1 mm allowed`; none where nothing is off.
     #[must_use]
     pub fn closest(&self) -> Option<String> {
         let Check { name, value, limit, unit, .. } = self.worst;

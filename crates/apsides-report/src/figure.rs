@@ -27,21 +27,13 @@ pub struct Axis {
     pub scale: AxisScale,
     /// A value that the axis must reach, such as zero for a count.
     pub including: Option<f64>,
-    /// Least span of the axis, in the unit of the data: changes far below it are noise, and drawn as a straight line.
-    pub least_span: f64,
 }
 
 impl Axis {
     /// A linear axis.
     #[must_use]
     pub fn new(label: impl Into<String>, unit: impl Into<String>) -> Self {
-        Self {
-            label: label.into(),
-            unit: unit.into(),
-            scale: AxisScale::Linear,
-            including: None,
-            least_span: 0.0,
-        }
+        Self { label: label.into(), unit: unit.into(), scale: AxisScale::Linear, including: None }
     }
 
     /// The same axis, logarithmic.
@@ -54,12 +46,6 @@ impl Axis {
     #[must_use]
     pub fn including(self, value: f64) -> Self {
         Self { including: Some(value), ..self }
-    }
-
-    /// The same axis, with at least this span.
-    #[must_use]
-    pub fn spanning(self, least_span: f64) -> Self {
-        Self { least_span, ..self }
     }
 }
 

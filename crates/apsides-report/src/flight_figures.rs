@@ -1,5 +1,6 @@
 //! Figures of a flight about its body: to scale with the body, over ground, the last kilometre, and what an analyst draws over time.
 
+use apsides_ad::vector::{cross, dot, norm};
 use apsides_ephemeris::Ephemeris;
 
 use crate::figure::{Axis, Figure, Series, Span};
@@ -47,11 +48,16 @@ impl Presentation {
 /// A map with one scale in its middle.
 fn scaled(figure: Figure) -> Figure {
     if figure.x.label == "longitude" && figure.y.label == "latitude" && figure.y.unit == "deg" {
-        let latitudes = || figure.series.iter().flat_map(|s| s.points.iter().map(|p| p[1]));
-        let [south, north] = ends(latitudes());
-        return figure.to_scale(1.0 / (0.5 * (south + north)).to_radians().cos().max(LEAST_COSINE));
+        let ratio = ratio_of_map(figure.series.iter().flat_map(|s| s.points.iter().map(|p| p[1])));
+        return figure.to_scale(ratio);
     }
     figure
+}
+
+/// Length of a degree of latitude beside one of longitude, in the middle of these latitudes (deg).
+fn ratio_of_map(latitudes: impl Iterator<Item = f64>) -> f64 {
+    let [south, north] = ends(latitudes);
+    1.0 / (0.5 * (south + north)).to_radians().cos().max(LEAST_COSINE)
 }
 
 const PROFILE: &str = "Altitude over distance on the ground";
@@ -76,8 +82,8 @@ struct Path<'a> {
     table: &'a Ephemeris,
     /// Radius of the body where the flight begins, m.
     radius: f64,
-    /// Angle about the body travelled in inertial axes, rad.
-    angle: f64,
+    /// True of a flight that is drawn with the whole body, not with the ground below it.
+    whole: bool,
     /// Axes of the plane of the flight: along the middle of the path, and 90 degrees ahead.
     axes: [[f64; 3]; 2],
 }
@@ -85,22 +91,23 @@ struct Path<'a> {
 impl<'a> Path<'a> {
     fn of(table: &'a Ephemeris) -> Option<Self> {
         let first = table.states.first()?.position;
-        let altitude = *table.column("altitude_m")?.first()?;
-        let radius = norm(first) - altitude;
+        let altitudes = table.column("altitude_m")?;
+        let radius = norm(&first, 0.0) - altitudes.first()?;
         let units: Vec<[f64; 3]> = table.states.iter().map(|s| unit(s.position)).collect();
         let steps = units.windows(2).map(|pair| match pair {
-            [a, b] => norm(cross(*a, *b)).atan2(dot(*a, *b)),
+            [a, b] => angle_between(a, b),
             _ => 0.0,
         });
         let angle: f64 = steps.sum();
         let normal = (table.states.iter())
-            .map(|s| cross(s.position, s.velocity))
+            .map(|s| cross(&s.position, &s.velocity))
             .fold([0.0; 3], |sum, n| [0, 1, 2].map(|k| sum[k] + n[k]));
-        let is_whole = is_whole(angle, altitude.max(last_of(table, "altitude_m")), radius);
-        let up = if is_whole { unit(first) } else { middle(&units, angle)? };
-        let ahead = unit(cross(normal, up));
+        let highest = altitudes.iter().copied().fold(0.0, f64::max);
+        let whole = angle > FAR || highest > HIGH * radius;
+        let up = if whole { unit(first) } else { middle(&units, angle)? };
+        let ahead = unit(cross(&normal, &up));
         let is_known = radius > 0.0 && angle > LEAST_ANGLE && ahead.iter().chain(&up).all(|c| c.is_finite());
-        is_known.then_some(Self { table, radius, angle, axes: [up, ahead] })
+        is_known.then_some(Self { table, radius, whole, axes: [up, ahead] })
     }
 
     fn figures(&self) -> Vec<Figure> {
@@ -110,19 +117,14 @@ impl<'a> Path<'a> {
     /// A vector in the plane of the flight: ahead, and up.
     fn flat(&self, v: [f64; 3]) -> [f64; 2] {
         let [up, ahead] = self.axes;
-        if self.is_whole() { [dot(v, up), dot(v, ahead)] } else { [dot(v, ahead), dot(v, up)] }
-    }
-
-    fn is_whole(&self) -> bool {
-        let altitudes = self.table.column("altitude_m").unwrap_or_default();
-        is_whole(self.angle, altitudes.iter().copied().fold(0.0, f64::max), self.radius)
+        if self.whole { [dot(&v, &up), dot(&v, &ahead)] } else { [dot(&v, &ahead), dot(&v, &up)] }
     }
 
     /// The flight in its plane, to scale: with the whole body and the orbits of its ends, or with the ground below it.
     fn view(&self) -> Option<Figure> {
         let places: Vec<[f64; 2]> = self.table.states.iter().map(|s| self.flat(s.position)).collect();
         let axis = |label: &str| Axis::new(label, "m");
-        let figure = if self.is_whole() {
+        let figure = if self.whole {
             let title = "Flight in its plane, to scale with the body";
             let mut figure = Figure::new(title, axis("x"), axis("y"));
             figure = figure.with(Series::body("body", circle(self.radius, [0.0, std::f64::consts::TAU])));
@@ -145,7 +147,7 @@ impl<'a> Path<'a> {
             let angles = places.iter().map(|[x, y]| y.atan2(*x));
             figure.with(Series::body("ground", circle(self.radius, ends(angles))))
         };
-        let down = if self.is_whole() { 0.0 } else { self.radius };
+        let down = if self.whole { 0.0 } else { self.radius };
         let places = places.into_iter().map(|[x, y]| [x, y - down]).collect();
         let figure = self.by_thrust(places).into_iter().fold(figure, Figure::with);
         Some(figure.to_scale(1.0))
@@ -180,19 +182,19 @@ impl<'a> Path<'a> {
     /// The orbit of a state by Kepler's laws, in the plane of the flight; none where it is not closed or hits the ground deeply.
     fn orbit(&self, position: [f64; 3], velocity: [f64; 3]) -> Option<Vec<[f64; 2]>> {
         let mu = self.table.body?.gravitational_parameter();
-        let momentum = cross(position, velocity);
+        let momentum = cross(&position, &velocity);
         let eccentricity = {
-            let (turned, up) = (cross(velocity, momentum), unit(position));
+            let (turned, up) = (cross(&velocity, &momentum), unit(position));
             [0, 1, 2].map(|k| turned[k] / mu - up[k])
         };
-        let parameter = dot(momentum, momentum) / mu;
-        let e = norm(eccentricity);
+        let parameter = dot(&momentum, &momentum) / mu;
+        let e = norm(&eccentricity, 0.0);
         let perigee = parameter / (1.0 + e);
         if e >= 1.0 || perigee < 0.9 * self.radius {
             return None;
         }
         let towards = if e > 1e-9 { unit(eccentricity) } else { unit(position) };
-        let ahead = unit(cross(momentum, towards));
+        let ahead = unit(cross(&momentum, &towards));
         let point = |k: usize| {
             let (sin, cos) = (std::f64::consts::TAU * k as f64 / CIRCLE as f64).sin_cos();
             let distance = parameter / (1.0 + e * cos);
@@ -218,14 +220,12 @@ impl<'a> Path<'a> {
         if !moves(longitude) || !moves(latitude) {
             return None;
         }
-        let [south, north] = ends(latitude.iter().copied());
-        let ratio = 1.0 / (0.5 * (south + north)).to_radians().cos().max(LEAST_COSINE);
         let figure = Figure::new("Ground track", Axis::new("longitude", "deg"), Axis::new("latitude", "deg"));
         let figure = figure
             .with(Series::line("track", points.clone()).colored(0))
             .with(Series::dots("start", points.get(..1)?.to_vec()).colored(2))
             .with(Series::dots("end", points.get(points.len() - 1..)?.to_vec()).colored(1));
-        Some(figure.to_scale(ratio))
+        Some(figure.to_scale(ratio_of_map(latitude.iter().copied())))
     }
 
     /// Distances on the ground from the start, m.
@@ -236,7 +236,7 @@ impl<'a> Path<'a> {
         let mut sum = 0.0;
         let steps = units.windows(2).map(|pair| {
             if let [a, b] = pair {
-                sum += self.radius * norm(cross(*a, *b)).atan2(dot(*a, *b));
+                sum += self.radius * angle_between(a, b);
             }
             sum
         });
@@ -244,7 +244,7 @@ impl<'a> Path<'a> {
     }
 
     fn profile(&self) -> Option<Figure> {
-        if self.is_whole() {
+        if self.whole {
             return None;
         }
         let altitude = self.table.column("altitude_m")?;
@@ -273,20 +273,12 @@ impl<'a> Path<'a> {
     }
 }
 
-fn is_whole(angle: f64, altitude: f64, radius: f64) -> bool {
-    angle > FAR || altitude > HIGH * radius
-}
-
-fn last_of(table: &Ephemeris, header: &str) -> f64 {
-    table.column(header).and_then(|values| values.last().copied()).unwrap_or(0.0)
-}
-
 /// The direction in the middle of a path of unit vectors with this angle.
 fn middle(units: &[[f64; 3]], angle: f64) -> Option<[f64; 3]> {
     let mut sum = 0.0;
     let passed = units.windows(2).find(|pair| {
         if let [a, b] = pair {
-            sum += norm(cross(*a, *b)).atan2(dot(*a, *b));
+            sum += angle_between(a, b);
         }
         sum >= 0.5 * angle
     });
@@ -325,8 +317,6 @@ const HISTORIES: [(&str, &str, NamedColumns); 12] = [
     ("height above the site", "m", &[("", "above_site_m")]),
 ];
 
-/// Changes below this part of the size of a curve are drawn as none.
-const FLAT: f64 = 1e-6;
 /// Curves that differ by less than this part of their size are one.
 const SAME: f64 = 0.01;
 /// Speed below which a motion has no direction, m/s.
@@ -347,9 +337,7 @@ fn histories(table: &Ephemeris) -> Vec<Figure> {
                 shown.push((name, values));
             }
         }
-        let size = shown.iter().flat_map(|(_, values)| values.iter()).fold(0.0_f64, |m, v| m.max(v.abs()));
-        let axis = Axis::new(*title, *unit).spanning(FLAT * size);
-        let mut figure = Figure::new(*title, Axis::new("time", "s"), axis);
+        let mut figure = Figure::new(*title, Axis::new("time", "s"), Axis::new(*title, *unit));
         figure.spans = spans(table);
         let is_alone = shown.len() == 1;
         for (k, (name, values)) in shown.into_iter().enumerate() {
@@ -383,20 +371,13 @@ fn ends(values: impl Iterator<Item = f64>) -> [f64; 2] {
     values.fold([f64::INFINITY, f64::NEG_INFINITY], |[low, high], v| [low.min(v), high.max(v)])
 }
 
-fn dot(a: [f64; 3], b: [f64; 3]) -> f64 {
-    a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
-}
-
-fn cross(a: [f64; 3], b: [f64; 3]) -> [f64; 3] {
-    [a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]]
-}
-
-fn norm(a: [f64; 3]) -> f64 {
-    dot(a, a).sqrt()
+/// The angle between two vectors, rad; exact for small ones.
+fn angle_between(a: &[f64; 3], b: &[f64; 3]) -> f64 {
+    norm(&cross(a, b), 0.0).atan2(dot(a, b))
 }
 
 fn unit(a: [f64; 3]) -> [f64; 3] {
-    let size = norm(a);
+    let size = norm(&a, 0.0);
     a.map(|c| c / size)
 }
 

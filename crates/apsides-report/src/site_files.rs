@@ -1,6 +1,8 @@
 //! Files of the sites that were chosen on maps: a picture and the candidates of each.
 
 use apsides_pipeline::ChosenSite;
+use apsides_terrain::ElevationMap;
+use apsides_terrain::hazard::Verdict;
 use apsides_terrain::site::selection::SiteSelection;
 
 use crate::ReportError;
@@ -59,17 +61,8 @@ fn part(s: &SiteSelection) -> Result<(String, Vec<u8>), ReportError> {
     let ((row, rows), (col, cols)) = (window(site.row, geometry.rows()), window(site.col, geometry.cols()));
     let map = s.map.window(row, col, rows, cols).map_err(refused)?;
     let verdict = s.hazards.verdict().window(row, col, rows, cols).map_err(refused)?;
-    let mut picture = HazardPicture::new(map.geometry());
-    picture.rows(&map, 0, verdict.data()).map_err(refused)?;
-    let others = s.candidates.iter().enumerate().filter(|(k, _)| *k != s.chosen).map(|(_, c)| &c.site);
-    let inside = |place: [usize; 2]| {
-        let [down, right] = [place[0].checked_sub(row)?, place[1].checked_sub(col)?];
-        (down < rows && right < cols).then_some([down, right])
-    };
-    let places = std::iter::once(site).chain(others).filter_map(|site| inside([site.row, site.col]));
+    let bytes = picture_of(s, &map, verdict.data(), [row, col])?;
     let pixel = geometry.square_pixel().map_err(refused)?;
-    let mut bytes = Vec::new();
-    picture.write(&mut bytes, places, s.hazards.criteria().clearance_min_m / pixel).map_err(refused)?;
     let size = |pixels: usize| crate::number::readable(pixels as f64 * pixel, 3);
     let title = format!(
         "{} map, {} m by {} m around the chosen site: {}",
@@ -82,14 +75,29 @@ fn part(s: &SiteSelection) -> Result<(String, Vec<u8>), ReportError> {
 }
 
 fn drawn(s: &SiteSelection) -> Result<Vec<u8>, ReportError> {
+    picture_of(s, &s.map, s.hazards.verdict().data(), [0, 0])
+}
+
+/// A part of a map that begins at a pixel, with its verdicts and the candidates on it, the chosen one first.
+fn picture_of(
+    s: &SiteSelection,
+    map: &ElevationMap,
+    verdict: &[Verdict],
+    from: [usize; 2],
+) -> Result<Vec<u8>, ReportError> {
     let refused = |source| ReportError::Map { map: s.name.into(), source };
-    let mut picture = HazardPicture::new(s.map.geometry());
-    picture.rows(&s.map, 0, s.hazards.verdict().data()).map_err(refused)?;
+    let geometry = map.geometry();
+    let mut picture = HazardPicture::new(geometry);
+    picture.rows(map, 0, verdict).map_err(refused)?;
     let others = s.candidates.iter().enumerate().filter(|(k, _)| *k != s.chosen).map(|(_, c)| c);
-    let sites = [s.site()].into_iter().chain(others).map(|c| [c.site.row, c.site.col]);
-    let pixel = s.map.geometry().square_pixel().map_err(refused)?;
+    let inside = |row: usize, col: usize| {
+        let [down, right] = [row.checked_sub(from[0])?, col.checked_sub(from[1])?];
+        (down < geometry.rows() && right < geometry.cols()).then_some([down, right])
+    };
+    let places = [s.site()].into_iter().chain(others).filter_map(|c| inside(c.site.row, c.site.col));
+    let pixel = geometry.square_pixel().map_err(refused)?;
     let mut bytes = Vec::new();
-    picture.write(&mut bytes, sites, s.hazards.criteria().clearance_min_m / pixel).map_err(refused)?;
+    picture.write(&mut bytes, places, s.hazards.criteria().clearance_min_m / pixel).map_err(refused)?;
     Ok(bytes)
 }
 

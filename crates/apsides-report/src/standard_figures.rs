@@ -63,9 +63,6 @@ impl StandardFigures {
     }
 }
 
-/// Changes below this part of the size of a curve are drawn as none.
-const FLAT: f64 = 1e-7;
-
 #[derive(Clone, Copy)]
 struct Quantity {
     prefix: &'static str,
@@ -125,8 +122,7 @@ impl View<'_> {
         }
         let draw = |((name, unit), parts): ((String, String), Vec<Part>)| {
             let name = format!("{}{name}", quantity.prefix);
-            let largest = parts.iter().flat_map(|p| &p.line).fold(0.0_f64, |m, point| m.max(point[1].abs()));
-            let mut figure = self.axes(name.clone(), Axis::new(name, unit.clone()).spanning(FLAT * largest));
+            let mut figure = self.axes(name.clone(), Axis::new(name, unit.clone()));
             // A quantity of some phases has their time alone.
             figure.spans.retain(|span| parts.iter().any(|part| part.span == span.range));
             let figure = if quantity.with_bounds { with_bounds(figure, &parts, &unit) } else { figure };

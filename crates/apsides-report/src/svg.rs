@@ -429,11 +429,6 @@ fn axis_values(figure: &Figure, axis: usize) -> Vec<f64> {
     };
     let extra: Vec<f64> = of(true).chain(references).filter(near).collect();
     values.extend(extra);
-    let least = if axis == 0 { figure.x.least_span } else { figure.y.least_span };
-    if let Some([low, high]) = ends(&values).filter(|[low, high]| high - low < least) {
-        let middle = 0.5 * (low + high);
-        values.extend([middle - 0.5 * least, middle + 0.5 * least]);
-    }
     values
 }
 
