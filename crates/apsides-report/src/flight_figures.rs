@@ -66,6 +66,8 @@ const HIGH: f64 = 0.2;
 const FAR: f64 = 1.2;
 /// Angle about the body that a flight must travel for a plane to be known, rad.
 const LEAST_ANGLE: f64 = 1e-4;
+/// Depth of the ground that is drawn below its lowest place, as a part of its width.
+const STRIP: f64 = 0.03;
 /// Height above the end that is drawn to scale, m.
 const LAST: f64 = 1000.0;
 /// Change of longitude or latitude from which there is a track, deg.
@@ -122,7 +124,7 @@ impl<'a> Path<'a> {
 
     /// The flight in its plane, to scale: with the whole body and the orbits of its ends, or with the ground below it.
     fn view(&self) -> Option<Figure> {
-        let places: Vec<[f64; 2]> = self.table.states.iter().map(|s| self.flat(s.position)).collect();
+        let mut places: Vec<[f64; 2]> = self.table.states.iter().map(|s| self.flat(s.position)).collect();
         let axis = |label: &str| Axis::new(label, "m");
         let figure = if self.whole {
             let title = "Flight in its plane, to scale with the body";
@@ -142,15 +144,27 @@ impl<'a> Path<'a> {
             let figure = Figure::new(
                 title,
                 axis("across the middle of the path"),
-                axis("up, from the centre of the body"),
+                axis("up, from the ground in the middle"),
             );
-            let angles = places.iter().map(|[x, y]| y.atan2(*x));
-            figure.with(Series::body("ground", circle(self.radius, ends(angles))))
+            // Heights count from the ground, not from the centre of the body.
+            places.iter_mut().for_each(|[_, y]| *y -= self.radius);
+            figure.with(Series::body("ground", self.ground(&places)))
         };
-        let down = if self.whole { 0.0 } else { self.radius };
-        let places = places.into_iter().map(|[x, y]| [x, y - down]).collect();
         let figure = self.by_thrust(places).into_iter().fold(figure, Figure::with);
         Some(figure.to_scale(1.0))
+    }
+
+    /// The outline of the ground below places whose heights count from it: its arc, and a strip below that.
+    fn ground(&self, places: &[[f64; 2]]) -> Vec<[f64; 2]> {
+        let angles = places.iter().map(|[x, y]| (y + self.radius).atan2(*x));
+        let mut outline = circle(self.radius, ends(angles));
+        outline.iter_mut().for_each(|[_, y]| *y -= self.radius);
+        let [low, _] = ends(outline.iter().map(|p| p[1]));
+        let [left, right] = ends(outline.iter().map(|p| p[0]));
+        let bottom = low - STRIP * (right - left);
+        // The arc ends on the left.
+        outline.extend([[left, bottom], [right, bottom]]);
+        outline
     }
 
     /// The points of a path, as far as the engine burns and as far as it does not.
@@ -485,6 +499,14 @@ mod tests {
         // The middle of the path is up: 10 km above the ground there.
         let flight = &found.paths[0].series.last().unwrap().points;
         assert!(flight.iter().any(|[x, y]| x.abs() < 2e3 && (y - 1e4).abs() < STEP));
+        // The ground touches the middle of the figure, and the flight its end, 0.15 rad on.
+        let ground = &found.paths[0].series[0];
+        assert_eq!((ground.style, ground.label.as_str()), (SeriesStyle::Body, "ground"));
+        let highest = ground.points.iter().map(|p| p[1]).fold(f64::NEG_INFINITY, f64::max);
+        assert!((-STEP..=ROUNDING * RADIUS).contains(&highest), "{highest}");
+        let landed = flight.last().unwrap();
+        let depth = RADIUS * (1.0 - 0.15_f64.cos());
+        assert!((landed[1] + depth).abs() < STEP, "{landed:?} {depth}");
         let end = found.paths[3].series[0].points.last().unwrap();
         assert_eq!(*end, [0.0, 0.0]);
         assert!(found.paths[3].series[0].points.iter().all(|p| p[1] < LAST));
