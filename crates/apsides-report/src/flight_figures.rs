@@ -280,9 +280,11 @@ impl<'a> Path<'a> {
         if points.len() < 5 || end > LAST {
             return None;
         }
-        let axes = [Axis::new("distance from the end", "m"), Axis::new("height above the end", "m")];
-        let [x, y] = axes;
-        let figure = Figure::new("The last kilometre above the end, to scale", x, y.including(0.0));
+        let figure = Figure::new(
+            "The last kilometre above the end, to scale",
+            Axis::new("distance from the end", "m"),
+            Axis::new("height above the end", "m").including(0.0),
+        );
         Some(figure.with(Series::line("flight", points).colored(0)).to_scale(1.0))
     }
 }

@@ -54,9 +54,8 @@ fn figures(rows: &Ephemeris) -> Vec<Figure> {
     }
     let figure = |(column, values): &(apsides_ephemeris::Column, Vec<f64>)| {
         let points = rows.times.iter().zip(values).map(|(t, v)| [*t, *v]).collect();
-        let axes = [Axis::new("time", "s"), Axis::new(column.name.as_str(), column.unit.as_str())];
-        let [x, y] = axes;
-        Figure::new(column.name.as_str(), x, y).with(Series::line("", points))
+        let height = Axis::new(column.name.as_str(), column.unit.as_str());
+        Figure::new(column.name.as_str(), Axis::new("time", "s"), height).with(Series::line("", points))
     };
     rows.columns.iter().map(figure).collect()
 }
