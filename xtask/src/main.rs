@@ -91,7 +91,7 @@ Tasks:
   book               commands of the pages in docs, and the book itself where mdbook is installed
   bless              accepts the present counters of the workspace tests as the golden ones
   bench [--peers] .. criterion benches of kkt, nlp and radau, further arguments go to criterion; --peers: the same
-                     works by other programs instead, in a fresh environment, with docs/benchmarks.md; half an hour;
+                     works by other programs instead, in a fresh environment, with docs/benchmarks.md; a quarter of an hour;
                      --only NAME .. for some of them
   help               this text";
 

@@ -283,6 +283,9 @@ pub(crate) struct SolveArguments {
     pub(crate) out: Option<PathBuf>,
     #[command(flatten)]
     pub(crate) ephemeris: EphemerisArguments,
+    /// Start from the flight of a result directory, such as that of the same mission with other numbers, not from a guess.
+    #[arg(long, value_name = "DIR")]
+    pub(crate) from: Option<PathBuf>,
     /// Keep the search of `--method two-layer` in this file; it goes on from there if the file exists.
     #[arg(long, value_name = "FILE")]
     pub(crate) checkpoint: Option<PathBuf>,

@@ -13,7 +13,7 @@ use serde_json::json;
 
 use crate::arguments::{CertifyArguments, allowed_memory};
 use crate::exit::{Exit, Refusal, refusal};
-use crate::output::{certificate, print, print_json, titles};
+use crate::output::{certificate, print, print_json, print_words, titles};
 use crate::progress::Progress;
 use crate::sentence::name;
 use crate::speech::is_json;
@@ -57,7 +57,7 @@ pub(crate) fn problems(name: Option<&str>) -> Result<Exit, Refusal> {
             let listed = GALLERY.iter().map(|p| json!({ "name": p.name, "title": p.title }));
             print_json(&listed.collect::<Vec<_>>())?;
         } else {
-            print(&titles(GALLERY.iter().map(|p| (p.name, p.title))));
+            print_words(&titles(GALLERY.iter().map(|p| (p.name, p.title))));
         }
         return Ok(Exit::Verified);
     };
@@ -132,7 +132,7 @@ pub(crate) fn certify(a: &CertifyArguments) -> Result<Exit, Refusal> {
     if is_json() {
         print_json(&judged)?;
     } else {
-        print(&text(&judged));
+        print_words(&text(&judged));
     }
     Ok(if judged.certificate.is_verified() { Exit::Verified } else { Exit::NotVerified })
 }

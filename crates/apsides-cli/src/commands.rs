@@ -6,12 +6,13 @@ use std::path::{Path, PathBuf};
 use apsides::pipeline::lock::DirectoryLock;
 use apsides::pipeline::record::{Record, SOLVES};
 use apsides::pipeline::whole_file::{check_directory, check_file};
-use apsides_report::write_outcome_with;
+use apsides_ocp::Trajectory;
+use apsides_report::{read_outcome_trajectory, write_outcome_with};
 
 use crate::arguments::{MissionArguments, RunArguments, SolveArguments};
 use crate::exit::{Exit, Refusal, refusal, unwritten_option};
 use crate::figures::presentation;
-use crate::output::{outcome, prices, print, print_json, say, warn, written};
+use crate::output::{outcome, prices, print, print_json, print_words, say, warn, written};
 use crate::progress::Progress;
 use crate::speech::is_json;
 
@@ -47,9 +48,10 @@ pub(crate) fn solve(a: &SolveArguments) -> Result<Exit, Refusal> {
     if a.explain {
         explain_guess(&mission)?;
     }
+    let start = a.from.as_deref().map(|dir| start_of(&mission, dir)).transpose()?;
     let _lock = a.out.as_deref().map(claim).transpose()?;
     let mut progress = Progress::of_solve(a.run.limit.stop());
-    let mut solved = mission.solve(None, &mut progress).map_err(refusal)?;
+    let mut solved = mission.solve(start.as_ref(), &mut progress).map_err(refusal)?;
     if a.sensitivity && solved.report.as_ref().is_some_and(|report| report.status.is_success()) {
         let keys: Vec<&str> = mission.priced_keys().map(|k| &*k.path).collect();
         solved.summary.sensitivity = Some(mission.sensitivities(&solved, &keys).map_err(refusal)?);
@@ -59,8 +61,8 @@ pub(crate) fn solve(a: &SolveArguments) -> Result<Exit, Refusal> {
     if is_json() {
         print_json(&solved.summary)?;
     } else {
-        print(&outcome(&solved));
-        print(&prices(&solved));
+        print_words(&outcome(&solved));
+        print_words(&prices(&solved));
     }
     if let Some(dir) = &a.out {
         // Rows that are refused, as too many, lose no solution.
@@ -87,6 +89,14 @@ pub(crate) fn solve(a: &SolveArguments) -> Result<Exit, Refusal> {
         exit = exit.or(Exit::Unwritten);
     }
     Ok(exit)
+}
+
+/// The flight of a result directory as a start of a mission.
+fn start_of(mission: &apsides::Pipeline, directory: &Path) -> Result<Trajectory, Refusal> {
+    let posed = mission.pose().map_err(refusal)?;
+    read_outcome_trajectory(directory, posed.flight()).map_err(|e| {
+        refusal(format!("--from {}: no flight of `{}`: {e}", directory.display(), mission.name()))
+    })
 }
 
 /// Constraints named by `--explain`.

@@ -14,7 +14,7 @@ use crate::arguments::CompareArguments;
 use crate::commands::{claim, probe_directory};
 use crate::exit::{Exit, Refusal, refusal};
 use crate::export::{mission_file, rows_of};
-use crate::output::{print, print_json, written};
+use crate::output::{print, print_json, print_words, written};
 use crate::sentence::{name, wrapped};
 use crate::speech::{is_json, title};
 
@@ -82,7 +82,7 @@ pub(crate) fn compare(a: &CompareArguments) -> Result<Exit, Refusal> {
         print_json(&json!({ "runs": shown, "keys": changed }))?;
         return Ok(Exit::Verified);
     }
-    print(&text(&runs, &rows, &changed));
+    print_words(&text(&runs, &rows, &changed));
     print(&files.as_deref().map(written).unwrap_or_default());
     Ok(Exit::Verified)
 }

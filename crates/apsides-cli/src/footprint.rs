@@ -8,7 +8,7 @@ use apsides_report::{footprint_map, write_footprint};
 use crate::arguments::FootprintArguments;
 use crate::commands::KeptWork;
 use crate::exit::{Exit, Refusal, refusal};
-use crate::output::{print, print_json, written};
+use crate::output::{print, print_json, print_words, written};
 use crate::progress::Progress;
 use crate::speech::is_json;
 
@@ -40,7 +40,7 @@ pub(crate) fn footprint(a: &FootprintArguments) -> Result<Exit, Refusal> {
         let files = write_footprint(dir, &found)?;
         if !is_json() {
             print(&written(&files));
-            print(&format!("\ncolours of the map: {}\n", footprint_map(&found).legend()));
+            print_words(&format!("\ncolours of the map: {}\n", footprint_map(&found).legend()));
         }
     }
     let exit = if !found.complete || !found.failures.is_empty() {

@@ -13,7 +13,7 @@ use apsides::terrain::io::{Equirectangular, GeoTiffOptions};
 use apsides::terrain::site::{ScoreWeights, Site, SiteRequest, SiteRule, choose_sites};
 use apsides::terrain::survey::{SurveyOptions, fits, survey};
 use apsides::terrain::{Geometry, Raster, TerrainError};
-use apsides_report::{HazardPicture, Page};
+use apsides_report::{HazardPicture, MapPicture, Page};
 use serde::Serialize;
 
 use crate::arguments::{HazardArguments, Rule};
@@ -22,7 +22,7 @@ use crate::exit::{Exit, Refusal, refusal};
 use crate::hazard_features::Features;
 use crate::hazard_files::{Files, Rows, csv, stem};
 use crate::hazard_watch::Watched;
-use crate::output::{heads, print, written};
+use crate::output::{heads, print, print_words, written};
 use crate::sentence::name;
 use crate::speech::is_json;
 use crate::stop::reason;
@@ -428,10 +428,10 @@ impl Report {
             print(&self.json()?);
             return Ok(());
         }
-        print(&self.text());
+        print_words(&self.text());
         if !paths.is_empty() {
             print(&written(paths));
-            print(&format!("\ncolours of map.png: {}\n", HazardPicture::LEGEND));
+            print_words(&format!("\ncolours of map.png: {}\n", HazardPicture::LEGEND));
         }
         Ok(())
     }
@@ -458,7 +458,14 @@ impl Report {
         let map = dir.join("map.png");
         if map.is_file() {
             let png = regular_file::read(&map).map_err(|e| refusal(format!("{}: {e}", map.display())))?;
-            page.picture(&format!("Map: {}", HazardPicture::LEGEND), &png);
+            let [east, north] = self.map.extents();
+            let picture = MapPicture {
+                png: &png,
+                origin: "the south-western corner",
+                east: [0.0, east],
+                north: [0.0, north],
+            };
+            page.map(&format!("Map: {}", HazardPicture::LEGEND), picture);
         }
         page.heading("What is unsafe");
         let row = |name: &str, count: u64| {

@@ -11,7 +11,7 @@ use serde_json::{Value, json};
 
 use crate::arguments::{CheckArguments, NewKind};
 use crate::exit::{Exit, Refusal, refusal, unwritten};
-use crate::output::{print, print_json, titles};
+use crate::output::{print, print_json, print_words, titles};
 use crate::sentence::wrapped;
 use crate::speech::{good, is_json, title};
 
@@ -26,7 +26,7 @@ pub(crate) fn missions(name: Option<&str>, all: bool) -> Result<Exit, Refusal> {
             let listed = registry.files().map(|(name, title)| json!({ "name": name, "title": title }));
             print_json(&listed.collect::<Vec<_>>())?;
         } else {
-            print(&titles(registry.files()));
+            print_words(&titles(registry.files()));
         }
         return Ok(Exit::Verified);
     };
@@ -41,7 +41,7 @@ pub(crate) fn missions(name: Option<&str>, all: bool) -> Result<Exit, Refusal> {
         }))?;
         return Ok(Exit::Verified);
     }
-    print(&heading(name, &mission));
+    print_words(&heading(name, &mission));
     for key in &shown {
         print(&format!("{} = {}\n", title(&key.path), value(&mission, key)));
         print(&wrapped("    ", &format!("{} ({})", key.meaning, key.allowed())));

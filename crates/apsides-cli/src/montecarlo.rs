@@ -21,7 +21,7 @@ use apsides_report::{
 use crate::arguments::{GuidanceWord, MonteCarloArguments, SampleFormat};
 use crate::commands::claim;
 use crate::exit::{Exit, Refusal, refusal};
-use crate::output::{print, print_json, warn, written};
+use crate::output::{print, print_json, print_words, warn, written};
 use crate::progress::Progress;
 use crate::speech::is_json;
 use crate::stop::StopFlag;
@@ -54,6 +54,8 @@ pub(crate) fn montecarlo(a: &MonteCarloArguments) -> Result<Exit, Refusal> {
         onboard: Onboard { engine_known: !a.engine_unknown, full_thrust_n: a.full_thrust },
     };
     a.refuse(&a.of_descents(), "are of missions that are simulated")?;
+    let deviations = [a.of_plans().as_slice(), &a.of_navigation()].concat();
+    warn_of_none(&deviations, "all flights are the same");
     // Before the work, not after it.
     run.check(&mission).map_err(refusal)?;
     let indices = a.indices()?;
@@ -76,6 +78,14 @@ pub(crate) fn montecarlo(a: &MonteCarloArguments) -> Result<Exit, Refusal> {
         stop,
     };
     frame.fly(own, |indices, take| run.fly(&mission, &plan, indices, take))
+}
+
+/// A run without any deviation is allowed, and rarely what is wanted.
+fn warn_of_none(options: &[(&'static str, f64)], consequence: &str) {
+    if options.iter().all(|(_, size)| *size == 0.0) {
+        let names: Vec<&str> = options.iter().map(|(name, _)| *name).collect();
+        warn(&format!("no deviation is given ({}): {consequence}", names.join(", ")));
+    }
 }
 
 /// Nothing to fly samples of.
@@ -171,10 +181,7 @@ fn open_loop(a: &MonteCarloArguments, mission: &apsides::Pipeline) -> Result<Exi
 /// Descents of a mission that is simulated.
 fn descents(a: &MonteCarloArguments, mission: &apsides::Pipeline) -> Result<Exit, Refusal> {
     a.refuse(&a.of_plans(), "are of missions that are optimised")?;
-    if a.of_descents().iter().all(|(_, size)| *size == 0.0) {
-        let names = a.of_descents().map(|(name, _)| name).join(", ");
-        warn(&format!("no deviation is given ({names}): flights differ by the noise of sensors alone"));
-    }
+    warn_of_none(&a.of_descents(), "flights differ by the noise of sensors alone");
     let case = case(mission).map_err(refusal)?;
     let run = Descents {
         samples: a.samples as usize,
@@ -232,6 +239,14 @@ impl MonteCarloArguments {
             ("--thrust-percent", self.thrust),
             ("--exhaust-velocity-percent", self.exhaust_velocity),
             ("--mass-kg", self.mass),
+        ]
+    }
+
+    /// Options of what a flight believes of itself, with their sizes.
+    fn of_navigation(&self) -> [(&'static str, f64); 2] {
+        [
+            ("--navigation-position-m", self.navigation_position),
+            ("--navigation-velocity-m-s", self.navigation_velocity),
         ]
     }
 
@@ -426,7 +441,7 @@ pub(crate) fn show(shown: &Shown<'_>) -> Result<(), Refusal> {
         print_json(shown.statistics)?;
         return Ok(());
     }
-    print(&text(shown.mission, shown.statistics, shown.earlier));
+    print_words(&text(shown.mission, shown.statistics, shown.earlier));
     if !shown.files.is_empty() {
         print(&written(shown.files));
     }

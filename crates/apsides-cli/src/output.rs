@@ -1,7 +1,7 @@
 //! Readable results on stdout.
 
 use std::fmt::Write as _;
-use std::io::Write as _;
+use std::io::{IsTerminal, Write as _};
 use std::sync::OnceLock;
 
 use apsides::pipeline::key::{name_of, unit_of};
@@ -12,7 +12,7 @@ use serde::Serialize;
 
 use crate::exit::{Exit, Refusal, refusal};
 
-use crate::sentence::{readable, wrapped};
+use crate::sentence::{fitted, readable, wrapped};
 use crate::speech::{bad, good, is_json, is_verbose, title, warned};
 
 /// The first failure of stdout, which is an output like any other.
@@ -25,6 +25,11 @@ pub(crate) fn print(text: &str) {
     if let Err(e) = out.write_all(text.as_bytes()).and_then(|()| out.flush()) {
         unprinted(&e);
     }
+}
+
+/// Prints words, their lines no longer than those of a terminal where there is one: what goes on to another program has a line for each.
+pub(crate) fn print_words(text: &str) {
+    if std::io::stdout().is_terminal() { print(&fitted(text)) } else { print(text) }
 }
 
 /// Takes note of a failure of stdout.
@@ -64,7 +69,9 @@ pub(crate) fn warn(text: &str) {
 fn tell(member: &str, head: &str, text: &str, exit: Option<Exit>) {
     let mut err = anstream::stderr().lock();
     if !is_json() {
-        let _ = writeln!(err, "{head} {}", readable(text));
+        let line = format!("{head} {}\n", readable(text));
+        let line = if std::io::stderr().is_terminal() { fitted(&line) } else { line };
+        let _ = err.write_all(line.as_bytes());
         return;
     }
     let mut object = serde_json::Map::new();

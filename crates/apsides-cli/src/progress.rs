@@ -121,7 +121,7 @@ const SEARCH_HEADER: &str = "generation    flights    best with misses  spread";
 /// So many generations have a line of their own; of later ones every tenth, hundredth and so on.
 const GENERATIONS_SHOWN: usize = 10;
 
-const HEADER: &str = "iter        objective   inf_pr   inf_du lg(mu)    ||d||  lg(rg) alpha_du alpha_pr   ls";
+const HEADER: &str = "iter      objective   inf_pr   inf_du lg_mu    ||d|| lg_rg alpha_du alpha_pr  ls";
 
 impl Observer for Progress {
     fn iteration(&mut self, r: &IterationRecord) -> Flow {
@@ -147,7 +147,7 @@ impl Observer for Progress {
                 };
                 let _ = writeln!(
                     err,
-                    "{:4}{} {:15.8} {} {}  {:5.1} {}   {} {} {}{}  {:2}",
+                    "{:3}{} {:14.7} {} {} {:5.1} {} {} {} {}{} {:2}",
                     r.iteration,
                     if r.restoration { 'r' } else { ' ' },
                     r.objective,

@@ -11,7 +11,7 @@ use serde_json::{Map, Value, json};
 use crate::arguments::ReproduceArguments;
 use crate::commands::KeptWork;
 use crate::exit::{Exit, Refusal, refusal};
-use crate::output::{print, print_json, titles, written};
+use crate::output::{print, print_json, print_words, titles, written};
 use crate::progress::Progress;
 use crate::speech::{is_json, is_verbose};
 
@@ -29,7 +29,7 @@ pub(crate) fn reproduce(a: &ReproduceArguments) -> Result<Exit, Refusal> {
             let listed = list().map(|(name, title)| json!({ "name": name, "title": title }));
             print_json(&listed.collect::<Vec<_>>())?;
         } else {
-            print(&titles(list()));
+            print_words(&titles(list()));
         }
         return Ok(Exit::Verified);
     };
@@ -57,7 +57,7 @@ pub(crate) fn reproduce(a: &ReproduceArguments) -> Result<Exit, Refusal> {
     } else {
         print("\nmisprints and inconsistencies of the text\n");
         for remark in &done.remarks {
-            print(&format!("  * {remark}\n"));
+            print_words(&format!("  * {remark}\n"));
         }
         if !done.complete {
             print("\ninterrupted: rows are missing\n");

@@ -43,6 +43,44 @@ pub(crate) fn wrapped(indent: &str, text: &str) -> String {
     if line.is_empty() { lines } else { lines + &format!("{indent}{line}\n") }
 }
 
+/// The text with its long lines broken where words end, further lines as far in as the second column of a list, or a little. Lines of
+/// more columns are those of a table, and stay.
+pub(crate) fn fitted(text: &str) -> String {
+    let line = |line: &str| if width(line.trim_end()) > WIDTH { broken(line) } else { line.to_owned() };
+    text.split_inclusive('\n').map(line).collect()
+}
+
+/// Characters that stand on a terminal: those without the colours.
+fn width(text: &str) -> usize {
+    anstream::adapter::strip_str(text).to_string().chars().count()
+}
+
+fn broken(line: &str) -> String {
+    let bare = line.trim_end();
+    let words = bare.trim_start();
+    let words = words.split_once("  ").map_or(words, |(_, rest)| rest.trim_start());
+    let head = bare.strip_suffix(words).unwrap_or_default();
+    let hanging = if head.trim().is_empty() { width(head) + 2 } else { width(head) };
+    if words.contains("  ") || hanging > WIDTH / 2 {
+        return line.to_owned();
+    }
+    let (mut text, mut length) = (head.to_owned(), width(head));
+    for (k, word) in words.split(' ').enumerate() {
+        let wide = width(word);
+        if k > 0 && length + 1 + wide > WIDTH {
+            text += &format!("\n{}", " ".repeat(hanging));
+            length = hanging;
+        } else if k > 0 {
+            text.push(' ');
+            length += 1;
+        }
+        text += word;
+        length += wide;
+    }
+    text.push('\n');
+    text
+}
+
 /// A name of a file or a key on one line.
 pub(crate) fn name(text: &str) -> String {
     readable(&text.replace('\n', "\\n"))
@@ -83,6 +121,27 @@ pub(crate) fn with_set(sentence: String, set: &[String]) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn long_lines_hang_below_their_column() {
+        let words = "word ".repeat(30);
+        for (line, hanging) in [("name      ", 10), ("  key:  ", 8), ("", 2), ("    ", 6)] {
+            let text = fitted(&format!("{line}{}\n", words.trim_end()));
+            let lines: Vec<&str> = text.lines().collect();
+            assert!(lines.len() > 1 && lines.iter().all(|l| l.chars().count() <= WIDTH), "{text}");
+            assert!(lines[0].starts_with(line), "{text}");
+            assert_eq!(lines[1].len() - lines[1].trim_start().len(), hanging, "{text}");
+            assert_eq!(text.split_whitespace().filter(|w| *w == "word").count(), 30);
+        }
+        // Tables, and what fits, are as they were.
+        for same in
+            [format!("{:>50}  {:>50}  1\n", 1, 2), "short\n".to_owned(), format!("{}\n", "x".repeat(100))]
+        {
+            assert_eq!(fitted(&same), same);
+        }
+        let painted = format!("\u{1b}[1m{}\u{1b}[0m\n", "x".repeat(WIDTH));
+        assert_eq!(fitted(&painted), painted);
+    }
 
     #[test]
     fn what_no_terminal_should_get_is_escaped_or_shortened() {

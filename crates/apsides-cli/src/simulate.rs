@@ -10,7 +10,7 @@ use crate::commands::{claim, probe_directory};
 use crate::ephemeris::files;
 use crate::exit::{Exit, Refusal, refusal};
 use crate::figures::curve_figures;
-use crate::output::{number, print, print_json, say, written};
+use crate::output::{number, print, print_json, print_words, say, written};
 use crate::progress::Progress;
 use crate::speech::{is_json, is_verbose, warned};
 
@@ -34,7 +34,7 @@ pub(crate) fn simulate(a: &SimulateArguments) -> Result<Exit, Refusal> {
     if is_json() {
         print_json(&flight.summary)?;
     } else {
-        print(&text(&flight.summary));
+        print_words(&text(&flight.summary));
     }
     if let Some(dir) = &a.out {
         let further = ephemeris.as_ref().map(|(sampling, formats)| {

@@ -154,6 +154,11 @@ pub(crate) struct MapSummary {
 }
 
 impl MapSummary {
+    /// Lengths to the east and to the north, in the unit of the map.
+    pub(crate) fn extents(&self) -> [f64; 2] {
+        [self.cols as f64 * self.pixel[0], self.rows as f64 * self.pixel[1]]
+    }
+
     pub(crate) fn new(file: &Path, geometry: &Geometry, projection: Option<Equirectangular>) -> Self {
         Self {
             projection: projection.map(|p| Projection {

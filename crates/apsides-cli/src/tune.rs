@@ -12,7 +12,7 @@ use serde_json::json;
 use crate::arguments::TuneArguments;
 use crate::commands::probe_file;
 use crate::exit::{Exit, Refusal, refusal, unwritten_option};
-use crate::output::{print, print_json, warn, written};
+use crate::output::{print, print_json, print_words, warn, written};
 use crate::speech::is_json;
 use crate::stop::LONGEST;
 
@@ -53,7 +53,7 @@ pub(crate) fn tune(a: &TuneArguments) -> Result<Exit, Refusal> {
     if is_json() {
         print_json(&object(&mission, &found, robust))?;
     } else {
-        print(&text(&mission, &found, robust, &keys));
+        print_words(&text(&mission, &found, robust, &keys));
     }
     if let Some(file) = &a.out {
         let mut overrides = a.mission.set.clone();

@@ -13,7 +13,7 @@ use serde::Serialize;
 use serde_json::Value;
 
 use crate::exit::{Exit, Refusal, refusal};
-use crate::output::{certificate, number, print, print_json};
+use crate::output::{certificate, number, print_json, print_words};
 use crate::speech::is_json;
 
 const MISSION: &str = "mission.toml";
@@ -93,7 +93,7 @@ pub(crate) fn verify(directory: &Path) -> Result<Exit, Refusal> {
     if is_json() {
         print_json(&found)?;
     } else {
-        print(&text(directory, mission.name(), &found));
+        print_words(&text(directory, mission.name(), &found));
     }
     Ok(if found.certificate.is_verified() && found.differences.is_empty() {
         Exit::Verified

@@ -45,6 +45,32 @@ fn results_are_written_and_verified_again() {
     assert_eq!(apsides(&["verify", &path(&out)]).status.code(), Some(2));
 }
 
+/// A flight from a directory is a start: the same optimum in fewer iterations; a flight of another mission is refused.
+#[test]
+fn a_solve_goes_on_from_an_earlier_flight() {
+    let dir = tempfile::tempdir().unwrap();
+    let out = path(&dir.path().join("earlier"));
+    assert_eq!(apsides(&["solve", "lunar-perilune", "--quiet", "--out", &out]).status.code(), Some(0));
+    let solved = |further: &[&str]| {
+        let changed = ["solve", "lunar-perilune", "--json", "--set", "perilune_altitude_km=15.2"];
+        let o = apsides(&[&changed, further].concat());
+        assert_eq!(o.status.code(), Some(0), "{}", stderr(&o));
+        let summary: serde_json::Value = serde_json::from_str(&stdout(&o)).unwrap();
+        let number = |path: &str| summary.pointer(path).and_then(serde_json::Value::as_f64).unwrap();
+        (number("/counters/iterations"), number("/objective/value"))
+    };
+    let (cold, warm) = (solved(&[]), solved(&["--from", &out]));
+    assert!(warm.0 < cold.0, "{} iterations from a flight, {} from a guess", warm.0, cold.0);
+    const ROUND_OFF: f64 = 1e-9;
+    assert!((warm.1 - cold.1).abs() < ROUND_OFF * cold.1, "{} s, {} s", warm.1, cold.1);
+
+    let other = apsides(&["solve", "lunar-two-phase", "--from", &out]);
+    assert_eq!(other.status.code(), Some(2));
+    assert!(stderr(&other).contains("no flight of `lunar-two-phase`"), "{}", stderr(&other));
+    let nothing = apsides(&["solve", "lunar-perilune", "--from", &path(&dir.path().join("nothing"))]);
+    assert_eq!(nothing.status.code(), Some(2));
+}
+
 /// Replaces a text in a file.
 fn edit(file: &Path, from: &str, to: &str) {
     let text = std::fs::read_to_string(file).unwrap();

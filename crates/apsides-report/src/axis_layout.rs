@@ -11,7 +11,7 @@ const LARGEST: f64 = 1e150;
 const SMALLEST: f64 = 1e-150;
 
 /// Spread below this part of the magnitude is what solutions leave, not data.
-const FLAT: f64 = 1e-6;
+pub(crate) const FLAT: f64 = 1e-6;
 
 /// A tick: place on the axis from 0 to 1, and text.
 pub(crate) struct Tick {

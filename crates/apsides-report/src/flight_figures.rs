@@ -3,6 +3,7 @@
 use apsides_ad::vector::{cross, dot, norm};
 use apsides_ephemeris::Ephemeris;
 
+use crate::axis_layout::FLAT;
 use crate::figure::{Axis, Figure, Series, Span};
 
 /// The flight on a page, beside what every outcome has.
@@ -45,13 +46,19 @@ impl Presentation {
     }
 }
 
-/// A map with one scale in its middle.
+/// Lengths, and coordinates without a unit, with one scale where they spread alike; a map with one scale in its middle.
 fn scaled(figure: Figure) -> Figure {
     if figure.x.label == "longitude" && figure.y.label == "latitude" && figure.y.unit == "deg" {
         let ratio = ratio_of_map(figure.series.iter().flat_map(|s| s.points.iter().map(|p| p[1])));
         return figure.to_scale(ratio);
     }
-    figure
+    let spread = |axis: usize| {
+        let [low, high] = ends(figure.series.iter().flat_map(|s| s.points.iter().map(move |p| p[axis])));
+        high - low
+    };
+    let is_place = figure.x.unit == figure.y.unit && ["m", "km", "-"].contains(&figure.x.unit.as_str());
+    let shape = spread(0) / spread(1);
+    if is_place && shape > 1.0 / FLATTEST && shape < FLATTEST { figure.to_scale(1.0) } else { figure }
 }
 
 /// Length of a degree of latitude beside one of longitude, in the middle of these latitudes (deg).
@@ -60,6 +67,8 @@ fn ratio_of_map(latitudes: impl Iterator<Item = f64>) -> f64 {
     1.0 / (0.5 * (south + north)).to_radians().cos().max(LEAST_COSINE)
 }
 
+/// Width of a path by its height, or the other way, up to which it is drawn to scale.
+const FLATTEST: f64 = 8.0;
 const PROFILE: &str = "Altitude over distance on the ground";
 /// Altitude as a part of the radius, and angle about the body (rad), from which the whole body is drawn.
 const HIGH: f64 = 0.2;
@@ -314,7 +323,7 @@ fn circle(radius: f64, [from, to]: [f64; 2]) -> Vec<[f64; 2]> {
 type NamedColumns = &'static [(&'static str, &'static str)];
 
 /// Title and unit of a figure over time, and its curves.
-const HISTORIES: [(&str, &str, NamedColumns); 12] = [
+const HISTORIES: [(&str, &str, NamedColumns); 11] = [
     ("altitude", "m", &[("", "altitude_m")]),
     ("speed", "m/s", &[("inertial", "speed_m_per_s"), ("over ground", "ground_speed_m_per_s")]),
     (
@@ -330,7 +339,6 @@ const HISTORIES: [(&str, &str, NamedColumns); 12] = [
     ("aerodynamic acceleration", "m/s2", &[("", "aerodynamic_acceleration_m_per_s2")]),
     ("heat rate", "W/m2", &[("", "heat_rate_W_per_m2")]),
     ("Mach number", "-", &[("", "Mach_number")]),
-    ("height above the site", "m", &[("", "above_site_m")]),
 ];
 
 /// Curves that differ by less than this part of their size are one.
@@ -338,7 +346,7 @@ const SAME: f64 = 0.01;
 /// Speed below which a motion has no direction, m/s.
 const STILL: f64 = 0.1;
 
-/// Quantities over time; those that stay zero are left out, and so are curves that say what another one says.
+/// Quantities over time; those that do not change are left out, and so are curves that say what another one says.
 fn histories(table: &Ephemeris) -> Vec<Figure> {
     if table.body.is_none() {
         return Vec::new();
@@ -348,8 +356,9 @@ fn histories(table: &Ephemeris) -> Vec<Figure> {
         for (name, header) in *curves {
             let Some(values) = table.column(header) else { continue };
             let size = values.iter().fold(0.0_f64, |m, v| m.max(v.abs()));
+            let [low, high] = ends(values.iter().copied());
             let differs = |other: &[f64]| values.iter().zip(other).any(|(a, b)| (a - b).abs() > SAME * size);
-            if size > 0.0 && shown.iter().all(|(_, other)| differs(other)) {
+            if high - low > FLAT * size && shown.iter().all(|(_, other)| differs(other)) {
                 shown.push((name, values));
             }
         }

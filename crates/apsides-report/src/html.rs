@@ -13,7 +13,8 @@ use crate::figure::Figure;
 use crate::flight_figures::Presentation;
 use crate::legend::entries;
 use crate::limits::limits as limits_of;
-use crate::markup::{base64, escape};
+use crate::map_picture::MapPicture;
+use crate::markup::escape;
 use crate::number::readable;
 use crate::site_files::site_pictures;
 use crate::standard_figures::StandardFigures;
@@ -47,7 +48,7 @@ pub fn render_page(outcome: &Outcome, shown: &Presentation) -> Result<String, Re
     let sites = site_pictures(&outcome.decisions.sites)?;
     if !sites.is_empty() {
         page.push_str("<div class=\"figures\">\n");
-        sites.iter().for_each(|(title, png)| picture(&mut page, title, png));
+        sites.iter().for_each(|site| map(&mut page, &site.title, site.picture()));
         page.push_str("</div>\n");
     }
     results(&mut page, &summary.results);
@@ -146,7 +147,12 @@ fn objective(summary: &Summary) -> String {
 /// The results that name the case, without the objective.
 fn headline(outcome: &Outcome) -> Vec<(&str, f64)> {
     let summary = &outcome.summary;
-    let is_objective = |key: &str| split_key(key).0 == summary.objective.name.replace('_', " ");
+    let objective = summary.objective.name.replace('_', " ");
+    // Own problems name its result after it.
+    let is_objective = |key: &str| {
+        let (name, _) = split_key(key);
+        name.strip_prefix("objective ").unwrap_or(&name) == objective
+    };
     let named = outcome.headline.iter().map(String::as_str).filter(|key| !is_objective(key));
     named.filter_map(|key| Some((key, *summary.results.get(key)?))).take(FACTS).collect()
 }
@@ -364,13 +370,13 @@ pub(crate) fn figures(page: &mut String, figures: &[Figure]) {
     page.push_str("</div>\n");
 }
 
-/// A picture in PNG, held in the page, with its title.
-pub(crate) fn picture(page: &mut String, title: &str, png: &[u8]) {
-    let title = escape(title);
+/// A picture of a map in its frame, with its title.
+pub(crate) fn map(page: &mut String, title: &str, picture: MapPicture<'_>) {
+    let drawn = picture.to_svg(title);
     let _ = writeln!(
         page,
-        "<figure class=\"picture\">\n<figcaption>{title}</figcaption>\n<img alt=\"{title}\" src=\"data:image/png;base64,{}\"/>\n</figure>",
-        base64(png)
+        "<figure class=\"map\">\n<figcaption>{}</figcaption>\n{drawn}</figure>",
+        escape(title)
     );
 }
 

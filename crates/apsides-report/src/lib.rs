@@ -33,7 +33,8 @@
 //! | `answers` | a certificate in plain words |
 //! | `html`, `certificate_page`, `page.css`, `page.js`, `markup` | `report.html` |
 //! | `page` | pages of tables, sentences and figures |
-//! | `figure`, `axis_layout`, `palette`, `svg`, `legend` | what a figure shows, where its ticks stand, its colours, how it is drawn, its names |
+//! | `figure`, `axis_layout`, `palette`, `svg`, `canvas`, `legend` | what a figure shows, where its ticks stand, its colours, how it is drawn and by which elements, its names |
+//! | `hazard_picture`, `map_picture` | a map with hazards and sites, and its frame with distances |
 //! | `standard_figures` | figures of every result |
 //! | `flight_figures` | figures of a flight about its body, and over time |
 //! | `overlay` | several flights over each other |
@@ -49,6 +50,7 @@
 
 mod answers;
 mod axis_layout;
+mod canvas;
 mod certificate_page;
 mod columns;
 mod digests;
@@ -62,6 +64,7 @@ mod hazard_picture;
 mod html;
 mod legend;
 mod limits;
+mod map_picture;
 mod markup;
 mod montecarlo;
 mod multipliers;
@@ -96,6 +99,7 @@ pub use flight_figures::Presentation;
 pub use footprint::{footprint_map, write_footprint};
 pub use hazard_picture::HazardPicture;
 pub use html::{render_html, render_page};
+pub use map_picture::MapPicture;
 pub use montecarlo::{SampleTable, merge_samples, state_samples, write_samples, write_shard};
 pub use multipliers::{
     ConstraintMultipliers, ContactMultiplier, CostateJump, IntegralMultipliers, Multipliers, PathMultipliers,

@@ -14,7 +14,7 @@ pub struct NamedFlight<'a> {
     pub rows: &'a Ephemeris,
 }
 
-/// The figures that all flights have, each with the curves of all of them in a colour of its own: paths and quantities over time of flights
+/// The figures that all flights have, each with the curves of all of them in colours of their own: paths and quantities over time of flights
 /// about a body, all columns of others. The body is that of the first flight.
 #[must_use]
 pub fn overlaid(flights: &[NamedFlight<'_>]) -> Vec<Figure> {
@@ -28,11 +28,13 @@ pub fn overlaid(flights: &[NamedFlight<'_>]) -> Vec<Figure> {
         let mut whole = Figure { series: Vec::new(), spans: Vec::new(), ..figure.clone() };
         for (k, (name, figures)) in drawn.iter().enumerate() {
             let same = figures.iter().filter(|other| other.title == figure.title);
-            for series in same.flat_map(|other| &other.series) {
+            for (j, series) in same.flat_map(|other| &other.series).enumerate() {
+                // Quantities of a flight over time are told apart; parts of a path are one line.
+                let color = if figure.x.label == "time" { k + j * drawn.len() } else { k };
                 match series.style {
                     SeriesStyle::Body | SeriesStyle::Bound if k > 0 => {}
                     SeriesStyle::Body | SeriesStyle::Bound => whole.series.push(series.clone()),
-                    SeriesStyle::Line | SeriesStyle::Dots => whole.series.push(named(series, name, k)),
+                    SeriesStyle::Line | SeriesStyle::Dots => whole.series.push(named(series, name, color)),
                 }
             }
         }
@@ -41,7 +43,7 @@ pub fn overlaid(flights: &[NamedFlight<'_>]) -> Vec<Figure> {
     first.iter().filter(all_have).map(overlay).collect()
 }
 
-/// The series in the colour of its flight, under the name of that and its own.
+/// The series in a colour, under the name of that and its own.
 fn named(series: &Series, name: &str, color: usize) -> Series {
     let label = if series.label.is_empty() { name.to_owned() } else { format!("{name}: {}", series.label) };
     Series { label, ..series.clone() }.colored(color)

@@ -4,6 +4,7 @@ use std::fmt::Write as _;
 
 use crate::figure::Figure;
 use crate::html;
+use crate::map_picture::MapPicture;
 use crate::markup::escape;
 
 /// A page that grows from the top down.
@@ -51,9 +52,9 @@ impl Page {
         html::facts(&mut self.text, &facts);
     }
 
-    /// A picture in PNG, held in the page, with its title.
-    pub fn picture(&mut self, title: &str, png: &[u8]) {
-        html::picture(&mut self.text, title, png);
+    /// A picture of a map in its frame, with its title.
+    pub fn map(&mut self, title: &str, picture: MapPicture<'_>) {
+        html::map(&mut self.text, title, picture);
     }
 
     /// A table under its heads. Cells that begin as numbers do stand to the right.

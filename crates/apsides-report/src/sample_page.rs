@@ -12,7 +12,7 @@ use crate::number::readable;
 use crate::units::{pretty, split_key};
 
 /// Significant digits of a number.
-const DIGITS: usize = 5;
+const DIGITS: usize = 4;
 
 // Writing into a `String` cannot fail, hence the discarded results.
 
@@ -70,7 +70,7 @@ fn table(page: &mut String, spreads: &[Spread]) {
     }
     page.push_str("</tr></thead>\n<tbody>\n");
     let extreme = |e: &Extreme| match e.sample {
-        Some(sample) => format!("{} ({sample})", readable(e.value, DIGITS)),
+        Some(sample) => format!("{}<small>of {sample}</small>", readable(e.value, DIGITS)),
         None => "-".into(),
     };
     for s in spreads {

@@ -8,6 +8,7 @@ use apsides_terrain::site::selection::SiteSelection;
 use crate::ReportError;
 use crate::files::{Item, table_error};
 use crate::hazard_picture::HazardPicture;
+use crate::map_picture::MapPicture;
 
 /// Names of the files of the maps that missions have.
 const NAMES: [(&str, &str, &str); 2] =
@@ -44,12 +45,28 @@ pub(crate) fn site_files(sites: &[ChosenSite]) -> Result<Vec<Item>, ReportError>
 /// Pixels on a side of the part of a map that a page shows.
 const PART: usize = 400;
 
-/// The ground around the chosen site of each map, with all candidates there: a title and a picture.
-pub(crate) fn site_pictures(sites: &[ChosenSite]) -> Result<Vec<(String, Vec<u8>)>, ReportError> {
+/// The ground around the chosen site of a map, with all candidates there.
+pub(crate) struct SitePicture {
+    pub(crate) title: String,
+    png: Vec<u8>,
+    /// Edges, m from the chosen site.
+    east: [f64; 2],
+    north: [f64; 2],
+}
+
+impl SitePicture {
+    pub(crate) fn picture(&self) -> MapPicture<'_> {
+        let Self { png, east, north, .. } = self;
+        MapPicture { png, origin: "the chosen site", east: *east, north: *north }
+    }
+}
+
+/// The ground around the chosen site of each map.
+pub(crate) fn site_pictures(sites: &[ChosenSite]) -> Result<Vec<SitePicture>, ReportError> {
     sites.iter().filter_map(ChosenSite::choice_as::<SiteSelection>).map(part).collect()
 }
 
-fn part(s: &SiteSelection) -> Result<(String, Vec<u8>), ReportError> {
+fn part(s: &SiteSelection) -> Result<SitePicture, ReportError> {
     let refused = |source| ReportError::Map { map: s.name.into(), source };
     let geometry = s.map.geometry();
     let site = &s.site().site;
@@ -61,17 +78,16 @@ fn part(s: &SiteSelection) -> Result<(String, Vec<u8>), ReportError> {
     let ((row, rows), (col, cols)) = (window(site.row, geometry.rows()), window(site.col, geometry.cols()));
     let map = s.map.window(row, col, rows, cols).map_err(refused)?;
     let verdict = s.hazards.verdict().window(row, col, rows, cols).map_err(refused)?;
-    let bytes = picture_of(s, &map, verdict.data(), [row, col])?;
+    let png = picture_of(s, &map, verdict.data(), [row, col])?;
     let pixel = geometry.square_pixel().map_err(refused)?;
-    let size = |pixels: usize| crate::number::readable(pixels as f64 * pixel, 3);
-    let title = format!(
-        "{} map, {} m by {} m around the chosen site: {}",
-        s.name,
-        size(cols),
-        size(rows),
-        HazardPicture::LEGEND
-    );
-    Ok((title, bytes))
+    // From the centre of the site's pixel to the edge before a pixel.
+    let distance = |edge: usize, site: usize| pixel * (edge as f64 - site as f64 - 0.5);
+    Ok(SitePicture {
+        title: format!("{} map around the chosen site: {}", s.name, HazardPicture::LEGEND),
+        png,
+        east: [distance(col, site.col), distance(col + cols, site.col)],
+        north: [-distance(row + rows, site.row), -distance(row, site.row)],
+    })
 }
 
 fn drawn(s: &SiteSelection) -> Result<Vec<u8>, ReportError> {

@@ -1,22 +1,21 @@
 //! Draws a figure as SVG.
-//!
-//! A drawing is made in CSS pixels. Coordinates are written as whole tenths of one, and the view box scales them back: paths stay
-//! short. Text is positioned by anchors, so that no font is needed here.
 
 use std::fmt::Write as _;
 
 use crate::axis_layout::AxisLayout;
+use crate::canvas::{Anchor, Baseline, Canvas, ENLARGEMENT, FONT_SIZE, Point};
 use crate::figure::{AxisScale, Figure, ReferenceLine, Series, SeriesStyle};
 use crate::legend::drawn;
 use crate::markup::escape;
-use crate::palette::{BODY, BOUND, FRAME, GRID, INK, MINOR_GRID, SHADE, reference_color, series_color};
+use crate::palette::{FRAME, GRID, INK, MINOR_GRID, SHADE, reference_color, series_color};
 
 /// Size of a figure in CSS pixels.
 pub(crate) const WIDTH: f64 = 560.0;
-pub(crate) const HEIGHT: f64 = 300.0;
-/// Drawing units per CSS pixel.
-const ENLARGEMENT: f64 = 10.0;
-const FONT_SIZE: f64 = 12.0;
+const HEIGHT: f64 = 300.0;
+/// Most height of a figure to scale.
+const TALLEST: f64 = 520.0;
+/// Room below the plot area for the labels of its axis.
+const FOOT: f64 = 44.0;
 /// Average width of a digit in this size; generous, no font is measured.
 const DIGIT_WIDTH: f64 = 7.0;
 
@@ -24,19 +23,10 @@ impl Figure {
     /// The figure as an SVG element, without legend; it holds no script and refers to nothing outside.
     #[must_use]
     pub fn to_svg(&self) -> String {
-        let mut canvas = Canvas { elements: String::new() };
+        let mut canvas = Canvas::default();
         let drawing = Drawing::new(self);
         drawing.draw(self, &mut canvas);
-        format!(
-            "<svg xmlns=\"http://www.w3.org/2000/svg\" viewBox=\"0 0 {} {}\" role=\"img\" stroke-linejoin=\"round\" \
-             stroke-linecap=\"round\" font-family=\"sans-serif\" font-size=\"{}\"{}>\n<title>{}</title>\n{}</svg>\n",
-            WIDTH * ENLARGEMENT,
-            HEIGHT * ENLARGEMENT,
-            FONT_SIZE * ENLARGEMENT,
-            drawing.attributes(),
-            escape(&self.title),
-            canvas.elements
-        )
+        canvas.finish([WIDTH, drawing.height], &self.title, &drawing.attributes())
     }
 }
 
@@ -67,9 +57,10 @@ pub fn stacked_svg(figures: &[Figure]) -> String {
             y + TITLE - 8.0,
             escape(&figure.title)
         );
-        let place = format!("<svg y=\"{:.0}\" width=\"{WIDTH}\" height=\"{HEIGHT}\"", y + TITLE);
+        let tall = Drawing::new(figure).height;
+        let place = format!("<svg y=\"{:.0}\" width=\"{WIDTH}\" height=\"{tall:.0}\"", y + TITLE);
         text += &figure.to_svg().replacen("<svg", &place, 1);
-        y += TITLE + HEIGHT;
+        y += TITLE + tall;
         let _ = writeln!(text, "<g transform=\"translate(0 {y:.0})\">\n{legend}</g>");
         y += height + LEGEND_SPACE;
     }
@@ -83,122 +74,6 @@ pub fn stacked_svg(figures: &[Figure]) -> String {
 const TITLE: f64 = 26.0;
 const LEGEND_SPACE: f64 = 8.0;
 
-/// A point in CSS pixels.
-type Point = (f64, f64);
-
-/// Where a text stands beside its point, horizontally: the value of `text-anchor`.
-#[derive(Clone, Copy)]
-enum Anchor {
-    Start,
-    Middle,
-    End,
-}
-
-/// Where a text stands beside its point, vertically.
-#[derive(Clone, Copy)]
-enum Baseline {
-    Below,
-    Centred,
-    Above,
-}
-
-/// The elements drawn so far. Writing into a `String` cannot fail, hence the discarded results.
-struct Canvas {
-    elements: String,
-}
-
-fn enlarged((x, y): Point) -> (i32, i32) {
-    ((x * ENLARGEMENT).round() as i32, (y * ENLARGEMENT).round() as i32)
-}
-
-impl Canvas {
-    fn line(&mut self, points: &[Point], color: &str, width: f64) {
-        self.curve(points, color, width, None);
-    }
-
-    /// A line, of a series with this name where a page may ask for its values.
-    fn curve(&mut self, points: &[Point], color: &str, width: f64, series: Option<&str>) {
-        let mut path: Vec<_> = points.iter().map(|p| enlarged(*p)).collect();
-        path.dedup();
-        if path.len() < 2 {
-            return;
-        }
-        let width = (width * ENLARGEMENT).round();
-        let _ = write!(
-            self.elements,
-            "<polyline{} fill=\"none\" stroke=\"{color}\" stroke-width=\"{width}\" points=\"",
-            series.map_or(String::new(), |name| format!(" data-series=\"{}\"", escape(name)))
-        );
-        for (k, (x, y)) in path.iter().enumerate() {
-            let _ = write!(self.elements, "{}{x},{y}", if k == 0 { "" } else { " " });
-        }
-        self.elements.push_str("\"/>\n");
-    }
-
-    /// A straight line of dashes.
-    fn dashes(&mut self, from: Point, to: Point, color: &str) {
-        const DASH: f64 = 6.0;
-        const GAP: f64 = 4.0;
-        let (dx, dy) = (to.0 - from.0, to.1 - from.1);
-        let length = dx.hypot(dy);
-        let mut start = 0.0;
-        while start < length {
-            let end = (start + DASH).min(length);
-            let at = |s: f64| (from.0 + dx * s / length, from.1 + dy * s / length);
-            self.line(&[at(start), at(end)], color, 1.4);
-            start += DASH + GAP;
-        }
-    }
-
-    /// A filled outline.
-    fn area(&mut self, points: &[Point]) {
-        let _ = write!(
-            self.elements,
-            "<polygon fill=\"{BODY}\" stroke=\"{BOUND}\" stroke-width=\"10\" points=\""
-        );
-        for (k, point) in points.iter().enumerate() {
-            let (x, y) = enlarged(*point);
-            let _ = write!(self.elements, "{}{x},{y}", if k == 0 { "" } else { " " });
-        }
-        self.elements.push_str("\"/>\n");
-    }
-
-    fn dot(&mut self, at: Point, color: &str) {
-        let (x, y) = enlarged(at);
-        let radius = 2.2 * ENLARGEMENT;
-        let _ = writeln!(self.elements, "<circle cx=\"{x}\" cy=\"{y}\" r=\"{radius}\" fill=\"{color}\"/>");
-    }
-
-    /// A rectangle between its upper left and its lower right corner.
-    fn fill(&mut self, from: Point, to: Point, color: &str) {
-        let ((x, y), (right, bottom)) = (enlarged(from), enlarged(to));
-        let (width, height) = (right - x, bottom - y);
-        let _ = writeln!(
-            self.elements,
-            "<rect x=\"{x}\" y=\"{y}\" width=\"{width}\" height=\"{height}\" fill=\"{color}\"/>"
-        );
-    }
-
-    fn text(&mut self, text: &str, at: Point, anchor: Anchor, baseline: Baseline) {
-        let (x, y) = enlarged(at);
-        let anchor = match anchor {
-            Anchor::Start => "start",
-            Anchor::Middle => "middle",
-            Anchor::End => "end",
-        };
-        let shift = match baseline {
-            Baseline::Below => "0.76em",
-            Baseline::Centred => "0.5ex",
-            Baseline::Above => "-0.5ex",
-        };
-        let _ = writeln!(
-            self.elements,
-            "<text x=\"{x}\" y=\"{y}\" dy=\"{shift}\" text-anchor=\"{anchor}\" fill=\"{INK}\">{}</text>",
-            escape(text)
-        );
-    }
-}
-
 /// A figure with its axes and its plot area decided.
 struct Drawing {
     x: AxisLayout,
@@ -207,6 +82,7 @@ struct Drawing {
     right: f64,
     top: f64,
     bottom: f64,
+    height: f64,
 }
 
 impl Drawing {
@@ -215,7 +91,8 @@ impl Drawing {
         x_values.extend(figure.spans.iter().flat_map(|s| [s.range.start, s.range.end]));
         let named_spans = figure.spans.iter().any(|s| !s.label.is_empty());
         let top = if named_spans { 46.0 } else { 28.0 };
-        let (right, bottom) = (WIDTH - 18.0, HEIGHT - 44.0);
+        let right = WIDTH - 18.0;
+        let mut height = HEIGHT;
         let left_of = |y: &AxisLayout| {
             let widest = y.ticks.iter().map(|t| t.label.chars().count()).max().unwrap_or(0);
             (14.0 + DIGIT_WIDTH * widest as f64).clamp(40.0, 0.4 * WIDTH)
@@ -224,12 +101,18 @@ impl Drawing {
             |values: &[f64], padding| AxisLayout::new(&figure.y, values.iter().copied(), padding, 6);
         let (mut x_ends, mut y) = (x_values, layout_y(&y_values, Y_PADDING));
         if let Some((x_span, y_span)) = figure.scale_ratio.and(ends(&x_ends).zip(ends(&y_values))) {
-            let page = [right - left_of(&y), bottom - top];
-            let [x_wide, y_wide] = to_scale([x_span, y_span], page, figure.scale_ratio.unwrap_or(1.0));
+            let (ratio, width) = (figure.scale_ratio.unwrap_or(1.0), right - left_of(&y));
+            // What is as high as it is wide is not drawn small in the middle of a low page.
+            let shape = ratio * (y_span[1] - y_span[0]) / (x_span[1] - x_span[0]);
+            let wanted = top + FOOT + width * shape;
+            height = if wanted > HEIGHT { wanted.min(TALLEST).round() } else { HEIGHT };
+            let page = [width, height - FOOT - top];
+            let [x_wide, y_wide] = to_scale([x_span, y_span], page, ratio);
             (x_ends, y) = (x_wide.to_vec(), layout_y(&y_wide, 0.0));
         }
+        let bottom = height - FOOT;
         let x = AxisLayout::new(&figure.x, x_ends.into_iter(), 0.0, 7);
-        Self { x, left: left_of(&y), y, right, top, bottom }
+        Self { x, left: left_of(&y), y, right, top, bottom, height }
     }
 
     /// Attributes by which a script finds values at a place: the frame in drawing units, the values at its ends, names and scales of both axes.
@@ -263,26 +146,30 @@ impl Drawing {
         Some((self.horizontal(x), self.vertical(y)))
     }
 
+    /// Draws the data as a group of its own, as well as the labels of each axis: a script that zooms moves the one and writes the
+    /// others anew.
     fn draw(&self, figure: &Figure, canvas: &mut Canvas) {
         let spans = self.spans(figure);
-        for (from, to, _) in spans.iter().skip(1).step_by(2) {
-            canvas.fill((*from, self.top), (*to, self.bottom), SHADE);
-        }
-        self.grid(canvas);
-        for (from, to, _) in &spans {
-            for x in [*from, *to] {
-                if x > self.left + 0.5 && x < self.right - 0.5 {
-                    canvas.line(&[(x, self.top), (x, self.bottom)], FRAME, 1.0);
+        canvas.group("plot", |canvas| {
+            for (from, to, _) in spans.iter().skip(1).step_by(2) {
+                canvas.fill((*from, self.top), (*to, self.bottom), SHADE);
+            }
+            self.grid(canvas);
+            for (from, to, _) in &spans {
+                for x in [*from, *to] {
+                    if x > self.left + 0.5 && x < self.right - 0.5 {
+                        canvas.line(&[(x, self.top), (x, self.bottom)], FRAME, 1.0);
+                    }
                 }
             }
-        }
+            self.references(figure, canvas);
+            for (series, color) in figure.series.iter().zip(figure.colors()) {
+                self.series(series, series_color(color), canvas);
+            }
+        });
         let (left, right, top, bottom) = (self.left, self.right, self.top, self.bottom);
         let frame = [(left, top), (right, top), (right, bottom), (left, bottom), (left, top)];
         canvas.line(&frame, FRAME, 1.0);
-        self.references(figure, canvas);
-        for (series, color) in figure.series.iter().zip(figure.colors()) {
-            self.series(series, series_color(color), canvas);
-        }
         self.labels(&spans, canvas);
     }
 
@@ -359,24 +246,28 @@ impl Drawing {
     }
 
     fn labels(&self, spans: &[(f64, f64, &str)], canvas: &mut Canvas) {
-        for tick in &self.y.ticks {
-            let at = (self.left - 6.0, self.vertical(tick.position));
-            canvas.text(&tick.label, at, Anchor::End, Baseline::Centred);
-        }
-        for tick in &self.x.ticks {
-            let at = (self.horizontal(tick.position), self.bottom + 6.0);
-            canvas.text(&tick.label, at, Anchor::Middle, Baseline::Below);
-        }
-        for (k, (from, to, label)) in spans.iter().enumerate() {
-            let number = (k + 1).to_string();
-            let text = [*label, number.as_str()].into_iter().find(|text| fits(text, to - from));
-            if let Some(text) = text.filter(|_| !label.is_empty()) {
-                canvas.text(text, (0.5 * (from + to), self.top - 4.0), Anchor::Middle, Baseline::Above);
+        canvas.group("y", |canvas| {
+            for tick in &self.y.ticks {
+                let at = (self.left - 6.0, self.vertical(tick.position));
+                canvas.text(&tick.label, at, Anchor::End, Baseline::Centred);
             }
-        }
+        });
+        canvas.group("x", |canvas| {
+            for tick in &self.x.ticks {
+                let at = (self.horizontal(tick.position), self.bottom + 6.0);
+                canvas.text(&tick.label, at, Anchor::Middle, Baseline::Below);
+            }
+            for (k, (from, to, label)) in spans.iter().enumerate() {
+                let number = (k + 1).to_string();
+                let text = [*label, number.as_str()].into_iter().find(|text| fits(text, to - from));
+                if let Some(text) = text.filter(|_| !label.is_empty()) {
+                    canvas.text(text, (0.5 * (from + to), self.top - 4.0), Anchor::Middle, Baseline::Above);
+                }
+            }
+        });
         canvas.text(&self.y.title, (6.0, 6.0), Anchor::Start, Baseline::Below);
         let middle = 0.5 * (self.left + self.right);
-        canvas.text(&self.x.title, (middle, HEIGHT - 6.0), Anchor::Middle, Baseline::Above);
+        canvas.text(&self.x.title, (middle, self.height - 6.0), Anchor::Middle, Baseline::Above);
     }
 }
 
@@ -469,6 +360,19 @@ mod tests {
             let (a, b) = (at([10.0, 40.0]), at([10.0 + x, 40.0 + y]));
             let ratio = (a.1 - b.1) / y / ((b.0 - a.0) / x);
             assert!((ratio - 2.0).abs() < 0.1, "{ratio}");
+        }
+    }
+
+    /// A square is as high as the page allows, a strip not higher than any other figure.
+    #[test]
+    fn figures_to_scale_have_the_height_that_they_need() {
+        for (x, y, height) in [(4.0, 1.0, HEIGHT), (1.0, 1.0, TALLEST), (1.0, 1e9, TALLEST)] {
+            let corners = vec![[0.0, 0.0], [x, y]];
+            let figure = axes().with(Series::dots("a", corners)).to_scale(1.0);
+            assert_eq!(Drawing::new(&figure).height.to_bits(), f64::to_bits(height), "{x} by {y}");
+            let svg = figure.to_svg();
+            assert!(svg.contains(&format!("viewBox=\"0 0 5600 {height:.0}0\"")), "{svg}");
+            assert!(stacked_svg(&[figure]).contains(&format!("height=\"{height:.0}\"")));
         }
     }
 

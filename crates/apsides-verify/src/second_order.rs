@@ -158,7 +158,8 @@ pub(crate) fn conditions(
         ));
     } else {
         second.remark = Some(
-            "first order only: the second variation is not positive on all changes that the active constraints allow".to_owned(),
+            "first order only: along some change that the active constraints allow the second variation is zero, or too small to tell"
+                .to_owned(),
         );
     }
     second

@@ -2,6 +2,8 @@
 //!
 //! They say what states, controls, equations of motion, constraints and the objective are; their constants are the keys of the mission.
 
+mod paths;
+
 use std::sync::{Arc, OnceLock};
 
 pub use apsides_expressions::function_names;
@@ -12,7 +14,7 @@ use apsides_pipeline::key::{Key, KeyKind, Range, Value};
 use apsides_pipeline::method::{MethodName, Methods};
 use apsides_pipeline::registry::Document;
 use apsides_pipeline::values::Values;
-use apsides_pipeline::{Error, Kind, Mission, Pipeline, Posed, Scalars, regular_file};
+use apsides_pipeline::{Curve, Error, Kind, Mission, Pipeline, Posed, Scalars, regular_file};
 use apsides_problem_file::{Constant, DeclaredUnit, PosedProblem, ProblemFile, Statement, Written};
 
 /// Names of the units that files may declare.
@@ -255,6 +257,10 @@ impl Mission for OwnProblem {
 
     fn headline(&self) -> Vec<&str> {
         self.headline.iter().map(String::as_str).collect()
+    }
+
+    fn curves(&self, solution: &Trajectory) -> Vec<Curve> {
+        paths::paths(&self.posed.ocp, solution)
     }
 
     fn results(&self, solution: &Trajectory) -> Scalars {

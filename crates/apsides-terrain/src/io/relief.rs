@@ -16,7 +16,7 @@ pub struct Tint {
     pub strength: f64,
 }
 
-/// A ring with a number beside it.
+/// A ring with a number beside it, where there is room for one.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Mark {
     /// Row of the map.
@@ -100,12 +100,8 @@ impl ReliefPicture {
         let (height, width) = (self.rows.div_ceil(self.step), self.cols.div_ceil(self.step));
         let mut dots: Vec<[u8; 3]> =
             self.sums.iter().map(|&[r, g, b, n]| [r, g, b].map(|sum| (sum / n.max(1)) as u8)).collect();
-        // Numbers last: rings may overlap them.
-        for numbers in [false, true] {
-            for mark in marks {
-                self.draw(&mut dots, mark, numbers);
-            }
-        }
+        let canvas = Canvas { height, width, dots: &mut dots };
+        self.draw(canvas, marks);
         let failed =
             |e: png::EncodingError| TerrainError::Io { doing: "writing a picture", source: e.into() };
         let side = |n: usize| u32::try_from(n).unwrap_or(u32::MAX);
@@ -117,35 +113,61 @@ impl ReliefPicture {
         png.finish().map_err(failed)
     }
 
-    fn draw(&self, picture: &mut [[u8; 3]], mark: &Mark, number: bool) {
-        let (height, width) = (self.rows.div_ceil(self.step), self.cols.div_ceil(self.step));
-        let mut dot = |row: f64, col: f64, colour: [u8; 3]| {
-            let (row, col) = (row.floor(), col.floor());
-            if (0.0..height as f64).contains(&row) && (0.0..width as f64).contains(&col) {
-                picture[row as usize * width + col as usize] = colour;
-            }
-        };
-        let place = |at: usize| (at as f64 + 0.5) / self.step as f64;
-        let (row, col) = (place(mark.row), place(mark.col));
-        let size = (height.min(width) / 300).clamp(1, 8) as f64;
-        let radius = (mark.radius / self.step as f64).max(3.0 * size);
-        if !number {
-            ring(&mut dot, [row, col], radius, size, mark.colour);
-            return;
+    /// Draws rings, then numbers, which rings may not cover.
+    fn draw(&self, mut canvas: Canvas<'_>, marks: &[Mark]) {
+        let size = canvas.pen();
+        let rings: Vec<Ring> = marks.iter().map(|mark| self.ring(mark, size)).collect();
+        for (ring, mark) in rings.iter().zip(marks) {
+            ring.draw(&mut canvas, size, mark.colour);
         }
-        let text = mark.number.to_string();
-        let (letters, tall) = ((text.len() * ADVANCE) as f64 * size, HEIGHT as f64 * size);
-        // To the right of the ring, or to its left at the eastern edge.
-        let right = col + radius + 2.0 * size;
-        let left = if right + letters > width as f64 { col - radius - 2.0 * size - letters } else { right };
-        let top = (row - 0.5 * tall).clamp(0.0, (height as f64 - tall).max(0.0));
-        for (rim, colour) in [(1.0, [0; 3]), (0.0, mark.colour)] {
-            for (r, c) in dots(&text) {
-                let (first, side) =
-                    ([top + r as f64 * size - rim, left + c as f64 * size - rim], size + 2.0 * rim);
+        let mut taken = Vec::new();
+        for (ring, mark) in rings.iter().zip(marks) {
+            let text = mark.number.to_string();
+            if let Some(label) = ring.label(&canvas, &text, &rings, &taken) {
+                canvas.number(&text, label, mark.colour);
+                taken.push(label);
+            }
+        }
+    }
+
+    fn ring(&self, mark: &Mark, size: f64) -> Ring {
+        let place = |at: usize| (at as f64 + 0.5) / self.step as f64;
+        let radius = (mark.radius / self.step as f64).max(3.0 * size);
+        Ring { row: place(mark.row), col: place(mark.col), radius }
+    }
+}
+
+/// Dots row by row.
+struct Canvas<'a> {
+    height: usize,
+    width: usize,
+    dots: &'a mut [[u8; 3]],
+}
+
+impl Canvas<'_> {
+    /// Dots to a side of a dot of letters and to the thickness of rings.
+    fn pen(&self) -> f64 {
+        (self.height.min(self.width) / 300).clamp(1, 8) as f64
+    }
+
+    fn dot(&mut self, row: f64, col: f64, colour: [u8; 3]) {
+        let (row, col) = (row.floor(), col.floor());
+        if (0.0..self.height as f64).contains(&row) && (0.0..self.width as f64).contains(&col) {
+            self.dots[row as usize * self.width + col as usize] = colour;
+        }
+    }
+
+    fn number(&mut self, text: &str, label: Rectangle, colour: [u8; 3]) {
+        let size = self.pen();
+        for (rim, colour) in [(1.0, [0; 3]), (0.0, colour)] {
+            for (r, c) in dots(text) {
+                let (first, side) = (
+                    [label.top + r as f64 * size - rim, label.left + c as f64 * size - rim],
+                    size + 2.0 * rim,
+                );
                 for i in 0..side as usize {
                     for j in 0..side as usize {
-                        dot(first[0] + i as f64, first[1] + j as f64, colour);
+                        self.dot(first[0] + i as f64, first[1] + j as f64, colour);
                     }
                 }
             }
@@ -153,22 +175,85 @@ impl ReliefPicture {
     }
 }
 
-fn ring(
-    dot: &mut impl FnMut(f64, f64, [u8; 3]),
-    [row, col]: [f64; 2],
+/// A part of a picture, in dots.
+#[derive(Clone, Copy)]
+struct Rectangle {
+    top: f64,
+    left: f64,
+    height: f64,
+    width: f64,
+}
+
+impl Rectangle {
+    fn meets(&self, other: &Rectangle) -> bool {
+        let apart = |a: f64, length: f64, b: f64, other: f64| a + length <= b || b + other <= a;
+        !apart(self.top, self.height, other.top, other.height)
+            && !apart(self.left, self.width, other.left, other.width)
+    }
+}
+
+/// A ring, in dots.
+struct Ring {
+    row: f64,
+    col: f64,
     radius: f64,
-    size: f64,
-    colour: [u8; 3],
-) {
-    let around = (8.0 * (radius + size)).ceil() as usize;
-    // A dark rim keeps the ring visible on bright ground.
-    for (thick, colour) in [(size + 1.0, [0; 3]), (size, colour)] {
-        for k in 0..around {
-            let (s, c) = (k as f64 * std::f64::consts::TAU / around as f64).sin_cos();
-            let mut r = radius - 0.5 * thick;
-            while r <= radius + 0.5 * thick {
-                dot(row + r * s, col + r * c, colour);
-                r += 0.5;
+}
+
+impl Ring {
+    fn bounds(&self) -> Rectangle {
+        let side = 2.0 * self.radius;
+        Rectangle { top: self.row - self.radius, left: self.col - self.radius, height: side, width: side }
+    }
+
+    /// The place of a number beside the ring: inside the picture, on none that is `taken`, on as few rings as possible; none without room.
+    fn label(
+        &self,
+        canvas: &Canvas<'_>,
+        text: &str,
+        rings: &[Ring],
+        taken: &[Rectangle],
+    ) -> Option<Rectangle> {
+        let size = canvas.pen();
+        let (width, height) = ((text.len() * ADVANCE) as f64 * size, HEIGHT as f64 * size);
+        let gap = self.radius + 2.0 * size;
+        let [right, left] = [self.col + gap, self.col - gap - width];
+        let [below, above] = [self.row + gap, self.row - gap - height];
+        let [middle, level] = [self.col - 0.5 * width, self.row - 0.5 * height];
+        // To the right first, then round.
+        let places = [
+            [level, right],
+            [level, left],
+            [above, middle],
+            [below, middle],
+            [above, right],
+            [below, right],
+            [above, left],
+            [below, left],
+        ];
+        let inside = |r: &Rectangle| {
+            r.top >= 0.0
+                && r.left >= 0.0
+                && r.top + height <= canvas.height as f64
+                && r.left + width <= canvas.width as f64
+        };
+        let free = places
+            .into_iter()
+            .map(|[top, left]| Rectangle { top, left, height, width })
+            .filter(|r| inside(r) && taken.iter().all(|other| !r.meets(other)));
+        free.min_by_key(|r| rings.iter().filter(|ring| r.meets(&ring.bounds())).count())
+    }
+
+    fn draw(&self, canvas: &mut Canvas<'_>, size: f64, colour: [u8; 3]) {
+        let around = (8.0 * (self.radius + size)).ceil() as usize;
+        // A dark rim keeps the ring visible on bright ground.
+        for (thick, colour) in [(size + 1.0, [0; 3]), (size, colour)] {
+            for k in 0..around {
+                let (s, c) = (k as f64 * std::f64::consts::TAU / around as f64).sin_cos();
+                let mut r = self.radius - 0.5 * thick;
+                while r <= self.radius + 0.5 * thick {
+                    canvas.dot(self.row + r * s, self.col + r * c, colour);
+                    r += 0.5;
+                }
             }
         }
     }
@@ -218,5 +303,25 @@ mod tests {
         let at = |row: usize, col: usize| &data[3 * (row * 20 + col)..][..3];
         assert_eq!(at(10, 9), [255, 255, 0]);
         assert_eq!(at(10, 5), [158; 3]);
+    }
+
+    #[test]
+    fn numbers_keep_off_each_other_and_inside() {
+        let rings: Vec<Ring> = (0..24)
+            .map(|k| Ring { row: 150.0 + f64::from(k % 5) * 9.0, col: 3.0 + f64::from(k) * 4.0, radius: 4.0 })
+            .collect();
+        let mut dots = vec![[0; 3]; 300 * 300];
+        let canvas = Canvas { height: 300, width: 300, dots: &mut dots };
+        let mut taken: Vec<Rectangle> = Vec::new();
+        for (k, ring) in rings.iter().enumerate() {
+            if let Some(label) = ring.label(&canvas, &(k + 1).to_string(), &rings, &taken) {
+                assert!(label.left >= 0.0 && taken.iter().all(|other| !label.meets(other)), "{k}");
+                taken.push(label);
+            }
+        }
+        assert!((12..24).contains(&taken.len()), "{}", taken.len());
+        // Alone, to the right.
+        let alone = rings[12].label(&canvas, "1", &rings[12..13], &[]).unwrap();
+        assert!((alone.left - (rings[12].col + 6.0)).abs() < f64::EPSILON);
     }
 }
