@@ -36,7 +36,8 @@ impl MapPicture<'_> {
     /// The picture as an SVG element with a title.
     pub(crate) fn to_svg(self, title: &str) -> String {
         let shape = (self.north[1] - self.north[0]) / (self.east[1] - self.east[0]);
-        let tall = (RIGHT - LEFT) * shape.clamp(SHAPE[0], SHAPE[1]);
+        let shape = if shape.is_finite() { shape.clamp(SHAPE[0], SHAPE[1]) } else { 1.0 };
+        let tall = (RIGHT - LEFT) * shape;
         let bottom = TOP + tall;
         let axis = |way: &str, ends: [f64; 2], ticks| {
             let axis = Axis::new(format!("{way} of {}", self.origin), "m");

@@ -37,7 +37,7 @@
     const [left, right, bottom, top] = frame;
     const line = added(svg, "path", { class: "cursor" });
     const box = added(svg, "path", { class: "cursor" });
-    const text = added(svg, "text", { class: "values", x: right, y: bottom + 400, "text-anchor": "end" });
+    const text = added(svg, "text", { class: "values", x: right, y: 160, "text-anchor": "end" });
     const labels = ["x", "y"].map(name => svg.querySelector(`g.${name}`));
     const x = axis(svg.dataset.x), y = axis(svg.dataset.y);
     // The parts of both axes that are seen, from 0 to 1.
@@ -76,6 +76,12 @@
     });
   };
   const alike = plot => plots.filter(other => other === plot || (other.title === plot.title && plot.title.startsWith("time")));
+  // A height on the page has so many steps: digits beyond them are none of the data.
+  const read = (axis, part) => {
+    if (axis.value(0) === 1) return axis.value(value(axis, part));
+    const step = 10 ** Math.floor(Math.log10((axis.high - axis.low) / 2000));
+    return Math.round(value(axis, part) / step) * step;
+  };
   // Heights of a curve where it passes a place: one for a curve over time, several where it comes back.
   const heights = (curve, at) => {
     const found = [];
@@ -95,7 +101,7 @@
     for (const curve of plot.svg.querySelectorAll("[data-series]")) {
       const values = heights(curve.points, at).map(height => {
         const up = (plot.bottom - height) / (plot.bottom - plot.top);
-        return shown(plot.y.value(value(plot.y, up)));
+        return shown(read(plot.y, up));
       });
       if (values.length) words.push([curve.dataset.series, [...new Set(values)].join(" and ")].join(" ").trim());
     }

@@ -28,7 +28,7 @@ pub(super) fn paths(ocp: &Ocp, flight: &Trajectory) -> Vec<Curve> {
             name.clear();
         }
         Curve {
-            title: format!("{} over {}", y.name, x.name),
+            title: format!("Path: {} over {}", y.name, x.name),
             x: (x.name.clone(), x.unit.clone()),
             y: (y.name.clone(), y.unit.clone()),
             series,
