@@ -20,7 +20,7 @@ use crate::Error;
 use crate::cancellation::Cancellation;
 use crate::dispersion::Dispersed;
 use crate::file::written;
-use crate::key::Key;
+use crate::key::{Key, KeyKind};
 use crate::method::{MethodName, Methods};
 use crate::outcome::{Curve, Decisions, Outcome};
 use crate::placing::{self, Whereabouts};
@@ -48,6 +48,8 @@ pub struct Kind {
     pub keys: Arc<[Key]>,
     /// Numbers that change the problem where they leave zero, so that they have no price there.
     pub nothing_at_zero: &'static [&'static str],
+    /// Whole numbers of methods, such as those of a first mesh, that are others by default in missions of this kind.
+    pub counts: &'static [(&'static str, u32)],
     /// Flights besides the solve that a mission of this kind offers.
     pub offers: Offers,
     reads: Arc<Reads>,
@@ -79,6 +81,7 @@ impl Kind {
             title: title.into(),
             keys: keys.concat().into(),
             nothing_at_zero: &[],
+            counts: &[],
             offers: Offers::default(),
             reads: Arc::new(|v| Ok(Arc::new(M::read(v)?))),
             writes: None,
@@ -99,6 +102,7 @@ impl Kind {
             title: title.into(),
             keys: keys.into(),
             nothing_at_zero: &[],
+            counts: &[],
             offers: Offers::default(),
             reads: Arc::new(reads),
             writes: Some(Arc::new(writes)),
@@ -121,6 +125,12 @@ impl Kind {
     #[must_use]
     pub fn nothing_at_zero(self, nothing_at_zero: &'static [&'static str]) -> Self {
         Self { nothing_at_zero, ..self }
+    }
+
+    /// The same with other defaults of whole numbers of methods, each with its path.
+    #[must_use]
+    pub fn with_counts(self, counts: &'static [(&'static str, u32)]) -> Self {
+        Self { counts, ..self }
     }
 
     /// The mission file with every value written out.
@@ -156,7 +166,18 @@ impl Kind {
         let of_methods = (!self.offers.simulated_only).then(Methods::keys);
         let of_ephemeris = self.offers.ephemeris.then_some(placing::KEYS);
         let further = of_ephemeris.into_iter().flatten().chain(of_methods.into_iter().flatten());
-        self.keys.iter().cloned().chain(further.cloned()).collect()
+        self.keys.iter().cloned().chain(further.cloned()).map(|key| self.with_default(key)).collect()
+    }
+
+    /// The key with the default that it has in missions of this kind.
+    fn with_default(&self, key: Key) -> Key {
+        let own = self.counts.iter().find(|(path, _)| *path == key.path);
+        match (key.kind, own) {
+            (KeyKind::Count(_, least, most), Some(&(_, count))) => {
+                Key { kind: KeyKind::Count(count, least, most), ..key }
+            }
+            _ => key,
+        }
     }
 
     /// A request that missions of this kind do not take, in words.

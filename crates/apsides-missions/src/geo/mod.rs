@@ -40,6 +40,10 @@ const LIMIT_STEP: f64 = 0.04;
 /// First limit, relative to the time of the guess: it does not limit.
 const FIRST_LIMIT: f64 = 1.2;
 
+/// A burn is one smooth arc: few intervals of many points begin closest to it.
+const FIRST_MESH: [(&str, u32); 4] =
+    [("radau.intervals", 3), ("radau.points", 10), ("shooting.intervals", 1), ("shooting.points", 8)];
+
 impl Mission for GeoInjection {
     fn kind() -> Kind {
         Kind::new::<Self>(
@@ -48,6 +52,7 @@ impl Mission for GeoInjection {
             &[keys::STAGE, keys::FLIGHT],
         )
         .nothing_at_zero(&["inclination_deg", "target_eccentricity", "parking_eccentricity"])
+        .with_counts(&FIRST_MESH)
         .offering(Offers { ephemeris: true, ..Offers::default() })
     }
 
