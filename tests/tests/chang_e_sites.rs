@@ -113,6 +113,34 @@ fn distance_on_the_ground(outcome: &Outcome, diverts: f64) {
     assert!((aimed / 1e3 - downrange).abs() < TURN_OF_THE_MOON * downrange, "{aimed} {downrange}");
 }
 
+/// By the rule of the contest each site is the first safe pixel on the spiral that a divert reaches; a warning names each map whose criteria
+/// are unsafe, and none where they are not.
+#[test]
+fn the_rule_of_the_contest_flies_to_the_first_safe_site() {
+    let spiral = "terrain.rule=spiral";
+    let contest = ["terrain.coarse_criteria=contest-coarse", "terrain.fine_criteria=contest-fine"];
+    for (criteria, warnings) in [(&contest[..], 2), (&[], 0)] {
+        let outcome = flown(&[&[spiral], criteria].concat());
+        let said: Vec<_> =
+            outcome.summary.warnings.iter().filter(|w| w.contains("criteria are unsafe")).collect();
+        assert_eq!(said.len(), warnings, "{said:?}");
+        let sites: Vec<&SiteSelection> =
+            outcome.decisions.sites.iter().filter_map(|s| s.choice_as()).collect();
+        assert_eq!(sites.len(), 2);
+        for selection in sites {
+            let chosen = selection.site();
+            let [rows, cols] = [selection.map.geometry().rows(), selection.map.geometry().cols()];
+            let first = apsides::terrain::site::spiral(selection.below, rows, cols).find(|&[row, col]| {
+                let safe =
+                    selection.hazards.verdict().get(row, col) == apsides::terrain::hazard::Verdict::Safe;
+                let clearance = f64::from(selection.hazards.clearance().get(row, col));
+                safe && clearance >= selection.hazards.criteria().clearance_min_m
+            });
+            assert_eq!(first, Some([chosen.site.row, chosen.site.col]), "{}", selection.name);
+        }
+    }
+}
+
 /// The flight before the decision is the plan without maps.
 #[test]
 fn what_was_flown_before_stays() {

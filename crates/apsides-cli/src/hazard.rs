@@ -24,7 +24,7 @@ use crate::hazard_files::{Files, Rows, csv, stem};
 use crate::hazard_watch::Watched;
 use crate::output::{heads, print, print_words, written};
 use crate::sentence::name;
-use crate::speech::is_json;
+use crate::speech::{is_json, warned};
 use crate::stop::reason;
 use crate::terrain::{MapFile, MapSummary, pool, unwritten_raster, write};
 
@@ -40,6 +40,9 @@ struct Report {
     map: MapSummary,
     criteria_name: String,
     criteria: SiteCriteria,
+    /// The reason for which ground that is called safe may not be, where there is one.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    warning: Option<String>,
     /// Part of the map that was assessed before the time limit; the rest counts as unknown.
     assessed_fraction: f64,
     safe_fraction: f64,
@@ -88,9 +91,7 @@ impl SiteRow {
     fn new(site: &Site, projection: Option<Equirectangular>) -> Self {
         let [longitude_deg, latitude_deg] =
             projection.map_or([None; 2], |p| p.degrees(site.position_m).map(Some));
-        let shown = |(layer, value): &(Layer, f64)| {
-            (stem(*layer), if layer.is_angle() { value.to_degrees() } else { *value })
-        };
+        let shown = |(layer, value): &(Layer, f64)| (stem(*layer), layer.in_unit(*value));
         Self {
             row: site.row,
             col: site.col,
@@ -206,7 +207,7 @@ pub(crate) fn hazard(a: &HazardArguments) -> Result<Exit, Refusal> {
     let work = Work::new(a, &criteria, &map)?;
     let in_memory = fits(&geometry, memory);
     if !in_memory {
-        refuse_whole_map(a, &geometry)?;
+        refuse_whole_map(a, &criteria, &geometry)?;
     }
     if let Some(dir) = &a.out {
         // Before the work, not after it.
@@ -259,7 +260,11 @@ pub(crate) fn hazard(a: &HazardArguments) -> Result<Exit, Refusal> {
 }
 
 /// Refuses options that need the whole map in memory.
-fn refuse_whole_map(a: &HazardArguments, geometry: &Geometry) -> Result<(), Refusal> {
+fn refuse_whole_map(
+    a: &HazardArguments,
+    criteria: &SiteCriteria,
+    geometry: &Geometry,
+) -> Result<(), Refusal> {
     let (rows, cols, memory) = (geometry.rows(), geometry.cols(), a.memory);
     if a.rule != Rule::Spiral {
         return Err(format!(
@@ -267,7 +272,8 @@ fn refuse_whole_map(a: &HazardArguments, geometry: &Geometry) -> Result<(), Refu
              give more with --memory"
         ).into());
     }
-    if let Some(option) = Features::asked(a) {
+    let criterion = criteria.seen_on_whole_map().map(|key| format!("--criteria: `{key}`"));
+    if let Some(option) = Features::asked(a).map(str::to_owned).or(criterion) {
         return Err(format!(
             "{option}: needs the whole map in memory, {memory} MiB are too few for {rows} x {cols} pixels; give more with --memory"
         ).into());
@@ -390,6 +396,7 @@ impl<'a> Work<'a> {
             map: account.summary,
             criteria_name,
             criteria: *self.criteria,
+            warning: self.criteria.unsafe_because(),
             assessed_fraction,
             safe_fraction: counts.safe_fraction(),
             pixels: Pixels {
@@ -455,6 +462,9 @@ impl Report {
                 count => format!("{count} sites are found"),
             }
         ));
+        if let Some(warning) = &self.warning {
+            page.warning(warning);
+        }
         let map = dir.join("map.png");
         if map.is_file() {
             let png = regular_file::read(&map).map_err(|e| refusal(format!("{}: {e}", map.display())))?;
@@ -555,6 +565,9 @@ impl Report {
             "\ncriteria {}, sites by {} from row {row}, column {col}, {} m apart\n",
             self.criteria_name, self.rule, self.separation_m
         );
+        if let Some(warning) = &self.warning {
+            let _ = writeln!(text, "{} {warning}\n", warned("warning:"));
+        }
         if self.sites.is_empty() {
             text += "no safe site\n";
             text += &self.features.text();

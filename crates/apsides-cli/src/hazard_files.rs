@@ -91,8 +91,7 @@ impl Files {
     /// Layers as pictures, of a map that is in memory.
     pub(crate) fn layer_pictures(&mut self, hazards: &HazardMap) -> Result<(), Refusal> {
         for (layer, raster) in hazards.layers() {
-            let unit = if layer.is_angle() { "deg" } else { "m" };
-            self.picture_of(&stem(layer), &raster.map(|v| shown(layer, *v)), unit)?;
+            self.picture_of(&stem(layer), &raster.map(|v| shown(layer, *v)), layer.unit())?;
         }
         self.picture_of("clearance_m", hazards.clearance(), "m")
     }
@@ -138,7 +137,7 @@ pub(crate) fn write_picture(
 
 /// Name of a layer in files, with its unit.
 pub(crate) fn stem(layer: Layer) -> String {
-    format!("{}_{}", layer.name().replace('-', "_"), if layer.is_angle() { "deg" } else { "m" })
+    format!("{} {}", layer.name().replace('-', "_"), layer.unit()).trim_end().replace(' ', "_")
 }
 
 /// A value of a layer in the unit of files.

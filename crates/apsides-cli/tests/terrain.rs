@@ -143,6 +143,40 @@ fn hazards_and_sites_are_the_library_s() {
     assert!(text.contains("sites by clearance from row 165, column 105"), "{text}");
 }
 
+/// The presets of the contest are taken by name, say that they are unsafe in text, JSON and page, and write their layers.
+#[test]
+fn the_rules_of_the_contest_say_that_they_are_unsafe() {
+    let dir = tempfile::tempdir().unwrap();
+    let (map, file) = generate(dir.path(), 140, 120);
+    let out = path(&dir.path().join("out"));
+    let o = apsides(&["hazard", &file, "--criteria", "contest-fine", "--out", &out, "--json"]);
+    assert_eq!(o.status.code(), Some(0), "{}", stderr(&o));
+    let v = json(&o);
+    let hazards = hazard_map(&map, &SiteCriteria::CONTEST_FINE).unwrap();
+    assert_eq!(v["pixels"]["safe"].as_u64().unwrap(), hazards.counts().safe);
+    assert_eq!(v["warning"].as_str().unwrap(), SiteCriteria::CONTEST_FINE.unsafe_because().unwrap());
+    assert!(v["sites"][0]["layers"]["edges"].as_f64().unwrap() < 0.4);
+    assert!(v["sites"][0]["layers"]["median_normal_slope_deg"].as_f64().unwrap() <= 2.0);
+    let page = std::fs::read_to_string(dir.path().join("out/hazard.html")).unwrap();
+    assert!(page.contains("Warning: these criteria are unsafe"));
+    for name in ["edges.tif", "edges.png", "median_normal_slope_deg.tif", "relative_elevation_m.tif"] {
+        assert!(dir.path().join("out").join(name).is_file(), "{name}");
+    }
+    let text = |criteria: &str| {
+        String::from_utf8_lossy(&apsides(&["hazard", &file, "--criteria", criteria]).stdout).into_owned()
+    };
+    assert!(text("contest-fine").contains("20 to 47 % breaks a limit"));
+    assert!(
+        !text("chang-e-3-fine").contains("unsafe:")
+            && json(&apsides(&["hazard", &file, "--json"]))["warning"].is_null()
+    );
+    let (_, large) = generate(dir.path(), 700, 150);
+    let o = apsides(&["hazard", &large, "--criteria", "contest-fine", "--memory", "3"]);
+    assert_eq!(o.status.code(), Some(2));
+    assert!(stderr(&o).contains("`relative_elevation_max_m`: needs the whole map"), "{}", stderr(&o));
+    assert!(stderr(&o).contains("give more with --memory"), "{}", stderr(&o));
+}
+
 #[test]
 fn craters_boulders_and_probabilities_are_the_library_s() {
     let dir = tempfile::tempdir().unwrap();

@@ -37,8 +37,8 @@ const ACCURACY: f64 = 1e-11;
 
 /// Time for which a command is flown, its thrust along the same direction in space.
 const CYCLE_S: f64 = 0.1;
-/// The last command is flown for the last seconds: the laws divide by the time to go.
-const HELD_S: f64 = 2.0;
+/// The last command of a long burn is flown for the last seconds: the laws divide by the time to go.
+pub(crate) const HELD_S: f64 = 2.0;
 /// For as long at most where the law has no command any more.
 const MOST_HELD_S: f64 = 10.0;
 /// Longest flight by its planned time.
@@ -184,12 +184,28 @@ pub(crate) fn fly(
 /// a guess of the time to go, and how long is to go, s; `push` is the true thrust in inertial axes for the commanded one.
 pub(crate) fn fly_by(
     model: CartesianForce,
-    (mut now, mut x): (f64, [f64; N]),
+    begin: (f64, [f64; N]),
     planned_end: f64,
     law: impl Fn(f64, &[f64; N], f64) -> Option<([f64; 3], f64)>,
     push: impl Fn(f64, [f64; 3]) -> [f64; 3],
 ) -> Option<(f64, [f64; N])> {
     let mut integrator = Integrator::new(N, settings()).ok()?;
+    fly_law(begin, planned_end, HELD_S, law, |now, x, thrust, step| {
+        let force = push(now, thrust);
+        fly(&mut integrator, &Pushed { force: |_| force, model }, x, now, now + step)?;
+        Some((now + step, true))
+    })
+}
+
+/// The same with the motion of the caller: `advance` flies a state in place from a time on with a commanded thrust for some seconds, and says
+/// when it ends and whether the flight goes on. The last command is held for `held` seconds.
+pub(crate) fn fly_law(
+    (mut now, mut x): (f64, [f64; N]),
+    planned_end: f64,
+    held: f64,
+    law: impl Fn(f64, &[f64; N], f64) -> Option<([f64; 3], f64)>,
+    mut advance: impl FnMut(f64, &mut [f64; N], [f64; 3], f64) -> Option<(f64, bool)>,
+) -> Option<(f64, [f64; N])> {
     let mut guess = planned_end - now;
     let mut earlier = None;
     while now < LONGEST * planned_end {
@@ -197,12 +213,11 @@ pub(crate) fn fly_by(
         // Errors of the engine that the law does not know can bring a part of the target early.
         let out_of_law = commanded.is_none() && guess <= MOST_HELD_S;
         let (thrust, to_go) = commanded.or(earlier.filter(|_| out_of_law))?;
-        let last = out_of_law || to_go <= HELD_S + CYCLE_S;
+        let last = out_of_law || to_go <= held + CYCLE_S;
         let step = if last { to_go } else { CYCLE_S };
-        let force = push(now, thrust);
-        fly(&mut integrator, &Pushed { force: |_| force, model }, &mut x, now, now + step)?;
-        now += step;
-        if last {
+        let (end, goes_on) = advance(now, &mut x, thrust, step)?;
+        now = end;
+        if last || !goes_on {
             return Some((now, x));
         }
         guess = to_go - step;

@@ -10,22 +10,25 @@
 //! height_m = 0.8
 //! clearance_min_m = 0.3
 //! ```
+//!
+//! The presets `contest-coarse` and `contest-fine` are there to compare; they are unsafe ([`SiteCriteria::unsafe_because`]).
 
 use std::path::Path;
 
 use apsides_pipeline::Error;
 use apsides_pipeline::file::{StatedValue, entries, line, read};
 use apsides_pipeline::key::{Key, Range, Value};
-use apsides_terrain::hazard::{Belly, SiteCriteria};
+use apsides_terrain::hazard::{Belly, Normals, SiteCriteria};
 
 /// Headings of the four footpads where neither file nor preset states them.
 const HEADINGS: usize = 18;
 const ANGLE: Range = Range { least: (0.0, false), most: (90.0, false) };
+const PART: Range = Range { least: (0.0, false), most: (1.0, true) };
 /// Values of a threshold; infinite for one that is not tested.
 const THRESHOLD: Range = Range::POSITIVE_OR_UNLIMITED;
 
 /// Keys of a file of criteria; none has a default.
-static KEYS: [Key; 15] = [
+static KEYS: [Key; 18] = [
     Key::text(
         "preset",
         "",
@@ -42,6 +45,17 @@ static KEYS: [Key; 15] = [
     threshold("roughness_rms_max_m", "largest root mean square distance from the fitted plane"),
     threshold("step_max_m", "largest difference of heights within the footprint"),
     threshold("relative_elevation_max_m", "largest height above or below the robust plane of the map"),
+    length("normals.radius_m", "radius within which pairs of pixels have their normals, 2 to 10 pixels"),
+    Key::optional(
+        "normals.slope_max_deg",
+        ANGLE,
+        "largest median angle between these normals and that of the robust plane of the map",
+    ),
+    Key::optional(
+        "edges_max",
+        PART,
+        "threshold of Canny's detector from which on an edge is unsafe, a part of the largest gradient",
+    ),
     length("belly.radius_m", "radius of the disk under which nothing may come too near"),
     Key::optional("belly.height_m", Range::from(0.0), "height of the underside above the footpads"),
     Key::optional("belly.clearance_min_m", Range::from(0.0), "least distance of underside and ground"),
@@ -110,6 +124,8 @@ pub fn parse(text: &str, source: &str) -> Result<SiteCriteria, Error> {
         None => preset.as_ref().and_then(of_preset),
     };
     let belly = preset.and_then(|p| p.belly);
+    let normals = preset.and_then(|p| p.normals);
+    let states_normals = found.iter().any(|e| e.path.starts_with("normals."));
     let states_belly = found.iter().any(|e| e.path.starts_with("belly."));
     Ok(SiteCriteria {
         footprint_radius_m: needed("footprint_radius_m", preset.map(|p| p.footprint_radius_m))?,
@@ -126,6 +142,14 @@ pub fn parse(text: &str, source: &str) -> Result<SiteCriteria, Error> {
         roughness_rms_max_m: tested("roughness_rms_max_m", |p| p.roughness_rms_max_m),
         step_max_m: tested("step_max_m", |p| p.step_max_m),
         relative_elevation_max_m: tested("relative_elevation_max_m", |p| p.relative_elevation_max_m),
+        normals: match states_normals {
+            true => Some(Normals {
+                radius_m: needed("normals.radius_m", normals.map(|n| n.radius_m))?,
+                slope_max_deg: needed("normals.slope_max_deg", normals.map(|n| n.slope_max_deg))?,
+            }),
+            false => normals,
+        },
+        edges_max: tested("edges_max", |p| p.edges_max),
         belly: match states_belly {
             true => Some(Belly {
                 radius_m: needed("belly.radius_m", belly.map(|b| b.radius_m))?,
@@ -151,6 +175,8 @@ mod tests {
             roughness_rms_max_m: Some(0.1),
             step_max_m: Some(0.4),
             relative_elevation_max_m: Some(2.0),
+            normals: Some(Normals { radius_m: 0.4, slope_max_deg: 3.0 }),
+            edges_max: Some(0.3),
             belly: Some(Belly { radius_m: 1.5, height_m: 0.8, clearance_min_m: 0.3 }),
             ..SiteCriteria::CHANG_E_3_FINE
         };
@@ -183,6 +209,11 @@ mod tests {
         assert!(message("preset = \"mars\"").contains("one of `chang-e-3-coarse`"));
         assert!(message("footprint_radius_m = 2").contains("`footpad_circle_radius_m` is missing"));
         assert!(message("preset = \"alhat\"\n[belly]\nradius_m = 2").contains("`belly.height_m` is missing"));
+        assert!(
+            message("preset = \"alhat\"\n[normals]\nradius_m = 2")
+                .contains("`normals.slope_max_deg` is missing")
+        );
+        assert!(message("preset = \"alhat\"\nedges_max = 1.5").contains("above 0 and at most 1"));
         assert!(message("slope = ").starts_with("file `c.toml`, line 1"));
         assert!(load("no-such").unwrap_err().to_string().contains("`alhat`"));
     }

@@ -565,7 +565,10 @@ impl Pipeline {
             counters: solution.counters.into(),
             timing_ms,
             certificate,
-            warnings: solution.warnings.iter().map(ToString::to_string).collect(),
+            warnings: {
+                let of_sites = decisions.sites.iter().filter_map(|site| site.summary.warning.clone());
+                solution.warnings.iter().map(ToString::to_string).chain(of_sites).collect()
+            },
             switches: solution.switches.iter().map(ToString::to_string).collect(),
             search: solution.search.and_then(|record| self.methods.search_summary(record)),
             sites: decisions.sites.iter().map(|site| site.summary.clone()).collect(),

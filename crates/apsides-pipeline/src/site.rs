@@ -53,6 +53,9 @@ pub struct SiteSummary {
     pub propellant_kg: [f64; 2],
     /// Tilt on the four pads at the worst heading, deg.
     pub tilt_deg: Option<f64>,
+    /// What speaks against the criteria by which the site was chosen, where something does.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub warning: Option<String>,
 }
 
 impl std::fmt::Display for SiteSummary {

@@ -16,7 +16,7 @@
 //! | `transition`, `deviations` | what errors of the start lead to |
 //! | `sensitivity` | mass, exhaust velocity and thrust |
 //! | `text` | numbers of the text that exclude each other |
-//! | `hazards`, `edges` | the paper's rule for a landing site |
+//! | `hazards` | the paper's rule for a landing site |
 
 use super::stop::Stop;
 use super::workers::Workers;
@@ -27,7 +27,6 @@ mod case;
 mod comparison;
 mod deviations;
 mod downrange;
-mod edges;
 mod hazards;
 mod items;
 mod orbit;

@@ -35,6 +35,11 @@ impl Page {
         let _ = writeln!(self.text, "<p class=\"lead\">{}</p>", escape(sentence));
     }
 
+    /// What a reader has to know before trusting the page.
+    pub fn warning(&mut self, sentence: &str) {
+        let _ = writeln!(self.text, "<p class=\"explanation\">Warning: {}</p>", escape(sentence));
+    }
+
     /// A heading of a section.
     pub fn heading(&mut self, title: &str) {
         let _ = writeln!(self.text, "<h2>{}</h2>", escape(title));

@@ -109,7 +109,8 @@ pub fn survey<R: Read + Seek>(
 fn reach(criteria: &SiteCriteria, pixel: f64, most: usize) -> usize {
     let belly = criteria.belly.map_or(0.0, |b| b.radius_m);
     let stance = criteria.footpad_circle_radius_m + criteria.footpad_radius_m;
-    let reach = criteria.footprint_radius_m.max(stance).max(belly);
+    let normals = criteria.normals.map_or(0.0, |n| n.radius_m);
+    let reach = criteria.footprint_radius_m.max(stance).max(belly).max(normals);
     // The cast saturates.
     (((reach / pixel).ceil() + 3.0) as usize).min(most)
 }

@@ -5,8 +5,8 @@
 use std::sync::atomic::{AtomicUsize, Ordering};
 
 use apsides_terrain::hazard::{
-    Belly, HazardBand, HazardMap, HazardOptions, HazardSink, Layer, LayerChoice, Plane, SiteCriteria,
-    Verdict, hazard_bands, hazard_map_watched, hazard_map_with,
+    Belly, HazardBand, HazardMap, HazardOptions, HazardSink, Layer, LayerChoice, Normals, Plane,
+    SiteCriteria, Verdict, hazard_bands, hazard_map_watched, hazard_map_with,
 };
 use apsides_terrain::site::{SiteRequest, SiteRule, choose_sites};
 use apsides_terrain::{ElevationMap, Geometry, TerrainError};
@@ -28,6 +28,8 @@ const CRITERIA: SiteCriteria = SiteCriteria {
     step_max_m: Some(1.1),
     belly: Some(Belly { radius_m: 1.5, height_m: 0.6, clearance_min_m: 0.3 }),
     relative_elevation_max_m: Some(0.8),
+    normals: Some(Normals { radius_m: 2.2, slope_max_deg: 40.0 }),
+    edges_max: None,
     clearance_min_m: 1.0,
 };
 
@@ -186,7 +188,8 @@ struct Together {
 impl HazardSink for Together {
     fn band(&mut self, band: &HazardBand) -> Result<(), TerrainError> {
         for layer in Layer::ALL {
-            let rows = band.layer(layer).unwrap();
+            // Edges are of whole maps.
+            let Some(rows) = band.layer(layer) else { continue };
             match self.layers.iter_mut().find(|(l, _)| *l == layer) {
                 Some((_, all)) => all.extend_from_slice(rows),
                 None => self.layers.push((layer, rows.to_vec())),
@@ -339,4 +342,13 @@ fn criteria_are_checked_against_the_pixels() {
     let plane = HazardOptions { plane: None, ..all() };
     let found = hazard_bands(&mut &map, &CRITERIA, &plane, 64, &mut Together::default(), &|_| true);
     assert!(matches!(found, Err(TerrainError::Number { name: "relative_elevation_max_m", .. })));
+    for edges_max in [0.4, f64::NAN] {
+        let criteria = SiteCriteria { edges_max: Some(edges_max), ..CRITERIA };
+        let found = hazard_bands(&mut &map, &criteria, &all(), 64, &mut Together::default(), &|_| true);
+        assert!(matches!(found, Err(TerrainError::Number { name: "edges_max", .. })));
+    }
+    for radius_m in [1.9, 10.1] {
+        let normals = Some(Normals { radius_m, slope_max_deg: 2.0 });
+        assert_eq!(name(SiteCriteria { normals, ..CRITERIA }), "normals.radius_m");
+    }
 }

@@ -46,8 +46,8 @@ pub(crate) struct MapArguments {
 pub(crate) struct HazardArguments {
     #[command(flatten)]
     pub(crate) map: MapArguments,
-    /// Preset (chang-e-3-coarse, chang-e-3-fine, alhat) or file; by default chang-e-3-fine for pixels below 0.5 m, else
-    /// chang-e-3-coarse.
+    /// Preset (chang-e-3-coarse, chang-e-3-fine, alhat; contest-coarse and contest-fine, which are unsafe, to compare) or file; by default
+    /// chang-e-3-fine for pixels below 0.5 m, else chang-e-3-coarse.
     #[arg(long, value_name = "PRESET|FILE")]
     pub(crate) criteria: Option<String>,
     /// Pixel from which sites are sought and diverts are counted; by default the middle.

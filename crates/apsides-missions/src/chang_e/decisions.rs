@@ -132,6 +132,7 @@ fn summary(s: &SiteSelection) -> SiteSummary {
         clearance_m: Some(site.site.clearance_m).filter(|c| c.is_finite()),
         propellant_kg: [propellant, propellant - reached.iter().copied().fold(f64::INFINITY, f64::min)],
         tilt_deg: site.tilt.map(f64::to_degrees),
+        warning: s.hazards.criteria().unsafe_because().map(|reason| format!("{} map: {reason}", s.name)),
     }
 }
 
@@ -187,15 +188,11 @@ impl LanderOverMap<'_> {
     /// The descent that is ahead, in axes to the east, to the north and upwards from the ground below.
     fn descent(&self, wanted: &SiteWanted<'_>) -> DescentProblem {
         let Lander { descent, body, least_throttle, dry_mass, .. } = &self.landing.lander;
-        let [longitude, latitude] = wanted.from.from;
         let ground = body.radius + self.landing.coarse_divert().rise;
-        let [up, east, north] = descent.gravity.acceleration(self.radius, longitude, latitude);
-        let (sin, cos) = latitude.sin_cos();
-        let turn = descent.rotation_rate;
-        let centrifugal = self.radius * turn * turn * cos;
+        let (gravity, rotation) = self.landing.lander.uniform_field(self.radius, wanted.from.from);
         DescentProblem {
-            gravity: [east, north - centrifugal * sin, up + centrifugal * cos],
-            rotation: [0.0, turn * cos, turn * sin],
+            gravity,
+            rotation,
             mass: self.mass,
             dry_mass: *dry_mass,
             exhaust_velocity: descent.engine.exhaust_velocity,
@@ -217,6 +214,7 @@ impl LanderOverMap<'_> {
             name: self.keys.name,
             map,
             criteria,
+            rule: self.landing.rule,
             candidates: self.landing.candidates,
             separation: SEPARATION * criteria.clearance_min_m,
             hazard_worth: wanted.map.hazard_worth,

@@ -13,8 +13,16 @@ use super::flight_state::{Across, FlightState};
 use super::lander::{Lander, Motion};
 use crate::deviating_flight::{N, PlannedEnds, ThrustArc, fly_legs, joined, parts};
 
+mod all_stages;
+mod grounded;
 mod laws;
 mod replan;
+mod stage_steering;
+
+pub(super) use all_stages::{COLUMNS, PlannedStages};
+
+/// Time and state of the end of a flight.
+type FlownEnd = (f64, [f64; N]);
 
 /// A planned main braking and what is needed to fly it again.
 pub(super) struct PlannedBraking {
@@ -116,14 +124,24 @@ impl PlannedBraking {
         })
     }
 
-    fn fly_open_loop(&self, d: &Deviations) -> Option<Vec<f64>> {
+    /// Flies the braking, steered so, to its end.
+    fn flown(&self, d: &Deviations, guidance: &Guidance, onboard: &Onboard) -> Option<FlownEnd> {
+        match guidance {
+            Guidance::OpenLoop => self.fly_open_loop(d),
+            Guidance::Replanned(times) => self.fly_replanned(d, onboard, times),
+            Guidance::LinearRadial => self.fly_linear_radial(d, onboard),
+            Guidance::Polynomial => self.fly_polynomial(d, onboard),
+        }
+    }
+
+    fn fly_open_loop(&self, d: &Deviations) -> Option<FlownEnd> {
         let engine = self.lander.descent.engine;
         let exhaust_velocity = engine.exhaust_velocity * (1.0 + d.exhaust_velocity);
         let model = CartesianForce { body: self.lander.body, exhaust_velocity };
         let mut x = self.ends.deviating(d);
         let times = [self.plan.initial_time, self.plan.final_time];
         self.fly_plan(&self.plan, engine.thrust * (1.0 + d.thrust), model, &mut x, times)?;
-        Some(self.results(&x, self.plan.final_time))
+        Some((self.plan.final_time, x))
     }
 
     /// The end of a flight at a time of its own relative to the planned end, which is a place on the ground and moves on with the body.
@@ -154,12 +172,8 @@ impl Dispersed for PlannedBraking {
         if !self.ends.can_fly(deviations) {
             return None;
         }
-        match guidance {
-            Guidance::OpenLoop => self.fly_open_loop(deviations),
-            Guidance::Replanned(times) => self.fly_replanned(deviations, onboard, times),
-            Guidance::LinearRadial => self.fly_linear_radial(deviations, onboard),
-            Guidance::Polynomial => self.fly_polynomial(deviations, onboard),
-        }
+        let (time, x) = self.flown(deviations, guidance, onboard)?;
+        Some(self.results(&x, time))
     }
 
     fn linear_covariance(&self, dispersions: &Deviations) -> Option<Vec<f64>> {

@@ -183,6 +183,9 @@ pub(super) const FINE: MapKeys = MapKeys {
 };
 
 pub(super) const TERRAIN_SEED: &str = "terrain.seed";
+pub(super) const SITE_RULE: &str = "terrain.rule";
+pub(super) const WEIGHED: &str = "weighed";
+pub(super) const SPIRAL: &str = "spiral";
 pub(super) const CANDIDATES: &str = "terrain.candidates";
 pub(super) const CENTRE_OF_MASS: &str = "terrain.centre_of_mass_height_m";
 /// No map.
@@ -213,6 +216,12 @@ pub(super) const TERRAIN: &[Key] = &[
     Key::count(TERRAIN_SEED, 1, 0, u32::MAX, "seed of generated maps"),
     Key::path(COARSE.criteria, "chang-e-3-coarse", CRITERIA, "what a site of the coarse map must fulfil"),
     Key::path(FINE.criteria, "chang-e-3-fine", CRITERIA, "what a site of the fine map must fulfil"),
+    Key::choice(
+        SITE_RULE,
+        &[WEIGHED, SPIRAL],
+        "the site with the least sum of propellant and hazard, or the first safe one within reach on the clockwise spiral from below the \
+         lander, as in the contest",
+    ),
     Key::count(CANDIDATES, 24, 1, 200, "safe sites of a map to which diverts are planned"),
     Key::number(
         COARSE.hazard_worth,

@@ -193,6 +193,17 @@ impl Lander {
         orbit_speeds(self.body, [self.perilune_radius, self.apolune_radius])
     }
 
+    /// Gravity with its centrifugal part (m/s2) and the rotation of the axes (rad/s) at a distance from the centre above a place, as they are
+    /// taken all along a short flight; to the east, to the north and upwards.
+    pub(super) fn uniform_field(&self, radius: f64, [longitude, latitude]: [f64; 2]) -> ([f64; 3], [f64; 3]) {
+        let [up, east, north] = self.descent.gravity.acceleration(radius, longitude, latitude);
+        let (sin, cos) = latitude.sin_cos();
+        let turn = self.descent.rotation_rate;
+        let centrifugal = radius * turn * turn * cos;
+        let gravity = [east, north - centrifugal * sin, up + centrifugal * cos];
+        (gravity, [0.0, turn * cos, turn * sin])
+    }
+
     /// Time to burn the whole mass with the least thrust, s: above any braking.
     pub(super) fn longest_burn(&self) -> f64 {
         let least = self.least_throttle.max(0.05);

@@ -2,6 +2,7 @@
 
 use apsides_pipeline::Error;
 use apsides_pipeline::values::Values;
+use apsides_terrain::site::selection::SelectionRule;
 
 use super::divert::Divert;
 use super::keys::{self, COARSE, FINE};
@@ -57,6 +58,8 @@ pub struct SixStageLanding {
     pub fine: SiteMap,
     /// Seed of generated maps.
     pub seed: u64,
+    /// The site that is taken of those within reach.
+    pub rule: SelectionRule,
     /// Number of safe sites of a map to which diverts are planned.
     pub candidates: usize,
     /// Height of the centre of mass above the footpads at touchdown, m.
@@ -91,6 +94,10 @@ impl SixStageLanding {
             coarse: SiteMap::read(values, &COARSE)?,
             fine: SiteMap::read(values, &FINE)?,
             seed: values.count(keys::TERRAIN_SEED)? as u64,
+            rule: match values.word(keys::SITE_RULE)? {
+                keys::SPIRAL => SelectionRule::Spiral,
+                _ => SelectionRule::Weighed,
+            },
             candidates: values.count(keys::CANDIDATES)?,
             centre_of_mass_height: number(keys::CENTRE_OF_MASS)?,
         };
@@ -201,6 +208,13 @@ impl SixStageLanding {
     #[must_use]
     pub fn fine_radius(&self) -> f64 {
         self.ground_radius() + self.fine_altitude
+    }
+
+    /// Speed at the ground after the free fall from the cut-off, m/s.
+    #[must_use]
+    pub fn touchdown_speed(&self) -> f64 {
+        let inverses = self.ground_radius().recip() - self.cutoff_radius().recip();
+        (2.0 * self.lander.body.gravitational_parameter * inverses).sqrt()
     }
 
     /// Distance from the centre where the engine is cut off, m.

@@ -13,7 +13,7 @@ use apsides_pipeline::{Cancellation, Curve, Decisions, Error, Kind, Mission, Off
 use apsides_verify::Check;
 
 use crate::data::point_about;
-use dispersed::PlannedBraking;
+use dispersed::{PlannedBraking, PlannedStages};
 use motion::DescentMotion;
 
 mod braking;
@@ -125,7 +125,7 @@ impl Mission for SixStageLanding {
             ],
         )
         .nothing_at_zero(&[keys::HOVER_TIME])
-        .offering(Offers { ephemeris: true, ..Offers::default() })
+        .offering(Offers { dispersed: &dispersed::COLUMNS, ephemeris: true, ..Offers::default() })
     }
 
     fn read(values: &Values) -> Result<Self, Error> {
@@ -172,6 +172,10 @@ impl Mission for SixStageLanding {
         }
         let lighter = self.lighter_paths().into_iter();
         lighter.map(|mission| EasierCase { mission: Arc::new(mission), method }).collect()
+    }
+
+    fn dispersed(&self, plan: &Trajectory) -> Result<Option<Box<dyn Dispersed>>, Error> {
+        Ok(Some(Box::new(PlannedStages::new(self, plan)?)))
     }
 
     fn decide(&self, cancellation: &Cancellation) -> Result<Decisions, Error> {

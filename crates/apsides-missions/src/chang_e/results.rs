@@ -83,10 +83,7 @@ pub(super) fn landing(landing: &SixStageLanding, t: &Trajectory) -> Scalars {
             results.insert(format!("{name}_site_rise_m"), divert.rise);
         }
     }
-    // Free fall from the cut-off.
-    let radii = [landing.ground_radius(), landing.cutoff_radius()];
-    let fall = lander.body.gravitational_parameter * (radii[0].recip() - radii[1].recip());
-    results.insert("touchdown_speed_m_s".into(), (2.0 * fall).sqrt());
+    results.insert("touchdown_speed_m_s".into(), landing.touchdown_speed());
     results
 }
 

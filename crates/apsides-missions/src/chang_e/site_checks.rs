@@ -97,9 +97,7 @@ fn thresholds(selection: &SiteSelection) -> Vec<Check> {
     };
     let layers = site.layers.iter().filter_map(|(layer, value)| {
         let limit = criteria.limit(*layer).filter(|_| *layer != Layer::BellyClearance)?;
-        let angle = layer.is_angle();
-        let (value, limit) = if angle { (value.to_degrees(), limit.to_degrees()) } else { (*value, limit) };
-        Some(check(layer.name(), value.abs(), limit, if angle { "deg" } else { "m" }))
+        Some(check(layer.name(), layer.in_unit(*value).abs(), layer.in_unit(limit), layer.unit()))
     });
     let lacking = (criteria.clearance_min_m - site.clearance_m).max(0.0);
     layers.chain([check("clearance lacking", lacking, 0.0, "m")]).collect()

@@ -2,79 +2,49 @@
 //!
 //! Coarse: a pixel is safe within 50 m of the plane of least median of squares and off the edges that Canny's detector finds with the threshold
 //! 0.4; the site is the first safe one on the clockwise spiral from the middle. Fine: the median angle between the normals of pairs of pixels
-//! within a radius and the plane's normal is below 2 deg besides. Maps are generated, so that what a site is like is known.
+//! within a radius and the plane's normal is below 2 deg besides. These are the presets `contest-coarse` and `contest-fine` of the program. Maps are
+//! generated, so that what a site is like is known.
 
+use apsides_terrain::TerrainError;
 use apsides_terrain::hazard::{
-    HazardOptions, Layer, LayerChoice, Plane, RobustFit, SiteCriteria, Verdict, hazard_map_with,
-    median_normal_angle,
+    HazardMap, HazardOptions, Layer, LayerChoice, SiteCriteria, Verdict, hazard_map, hazard_map_with,
 };
-use apsides_terrain::site::spiral;
+use apsides_terrain::site::{SiteRequest, choose_sites};
 use apsides_terrain::synthetic::{Synthetic, Terrain};
-use apsides_terrain::{ElevationMap, Raster, TerrainError};
 
-use super::edges::edges;
 use crate::Error;
 use crate::sheet::Sheet;
 use crate::stop::Stop;
 
-/// Largest height above or below the plane, m.
-const RELATIVE_M: f64 = 50.0;
-/// Largest median angle of normals, deg, and radius of their pairs, pixels.
-const NORMAL_DEG: f64 = 2.0;
-const NORMAL_PIXELS: f64 = 5.0;
 /// Pixels on each side of the maps, and their seeds.
 const SIDE: usize = 400;
 const SEEDS: [u64; 3] = [1, 2, 3];
-/// Every so many rows and columns are looked at for the parts of a map.
-const STRIDE: usize = 7;
+/// The column of what is called safe and is not.
+pub(super) const FALSE_SAFE: &str = "false_safe_percent";
 
 /// A kind of map with the criteria that it is held against.
 struct Height {
     name: &'static str,
     terrain: fn() -> Terrain,
+    /// The paper's rule, and ours.
+    contest: SiteCriteria,
     criteria: SiteCriteria,
-    normals: bool,
 }
 
 const HEIGHTS: [Height; 2] = [
     Height {
         name: "coarse, 1 m",
         terrain: Terrain::coarse,
+        contest: SiteCriteria::CONTEST_COARSE,
         criteria: SiteCriteria::CHANG_E_3_COARSE,
-        normals: false,
     },
     Height {
         name: "fine, 0.1 m",
         terrain: Terrain::fine,
+        contest: SiteCriteria::CONTEST_FINE,
         criteria: SiteCriteria::CHANG_E_3_FINE,
-        normals: true,
     },
 ];
-
-/// The paper's verdict on pixels of a map.
-struct Rule<'a> {
-    map: &'a ElevationMap,
-    plane: Plane,
-    edges: Raster<bool>,
-    normals: bool,
-}
-
-impl Rule<'_> {
-    fn is_safe(&self, row: usize, col: usize) -> Result<bool, TerrainError> {
-        let geometry = self.map.geometry();
-        let Some(height) = self.map.height(row, col) else { return Ok(false) };
-        let position = geometry.position(row as f64, col as f64);
-        if (height - self.plane.height_at(position)).abs() >= RELATIVE_M || self.edges.get(row, col) {
-            return Ok(false);
-        }
-        if !self.normals {
-            return Ok(true);
-        }
-        let pixel = geometry.square_pixel()?;
-        let angle = median_normal_angle(self.map, &self.plane, row, col, NORMAL_PIXELS * pixel)?;
-        Ok(angle.is_some_and(|a| a < NORMAL_DEG.to_radians()))
-    }
-}
 
 pub(super) fn sheet() -> Result<Sheet, Stop> {
     let mut sheet = Sheet::new(
@@ -83,7 +53,7 @@ pub(super) fn sheet() -> Result<Sheet, Stop> {
         "map, rule",
         &[
             ("safe_percent", 1),
-            ("false_safe_percent", 1),
+            (FALSE_SAFE, 1),
             ("divert_m", 1),
             ("slope_deg", 2),
             ("footpad_slope_deg", 2),
@@ -108,6 +78,11 @@ pub(super) fn sheet() -> Result<Sheet, Stop> {
          ground itself"
             .into(),
     );
+    sheet.findings.push(
+        "the paper's rule: `apsides hazard MAP --criteria contest-fine --rule spiral`; in flight `apsides solve chang-e-3 --set terrain.rule=spiral --set \
+         terrain.coarse_criteria=contest-coarse --set terrain.fine_criteria=contest-fine`, which says that it is unsafe"
+            .into(),
+    );
     Ok(sheet)
 }
 
@@ -115,63 +90,41 @@ pub(super) fn sheet() -> Result<Sheet, Stop> {
 fn rows(sheet: &mut Sheet, height: &Height, seed: u64) -> Result<bool, TerrainError> {
     let map = Synthetic::new(Terrain { rows: SIDE, cols: SIDE, ..(height.terrain)() }, seed)?.map()?;
     let layers = LayerChoice::These(vec![Layer::Slope, Layer::FootpadSlope, Layer::Roughness]);
-    let hazards =
-        hazard_map_with(&map, &height.criteria, &HazardOptions { layers, ..HazardOptions::default() })?;
-    let plane = RobustFit::default().fit(&map)?.plane;
-    let rule = Rule { map: &map, plane, edges: edges(map.relative())?, normals: height.normals };
-    let pixel = map.geometry().square_pixel()?;
-    let middle = [SIDE / 2; 2];
-    let (mut all, mut safe, mut wrong, mut ours) = (0.0, 0.0, 0.0, 0.0);
-    for row in (0..SIDE).step_by(STRIDE) {
-        for col in (0..SIDE).step_by(STRIDE) {
-            let verdict = hazards.verdict().get(row, col);
-            if verdict == Verdict::Unknown {
-                continue;
-            }
-            all += 1.0;
-            ours += f64::from(u8::from(verdict == Verdict::Safe));
-            if rule.is_safe(row, col)? {
-                safe += 1.0;
-                wrong += f64::from(u8::from(verdict != Verdict::Safe));
-            }
+    let options = HazardOptions { layers, ..HazardOptions::default() };
+    let ours = hazard_map_with(&map, &height.criteria, &options)?;
+    let theirs = hazard_map(&map, &height.contest)?;
+    let is_safe = |hazards: &HazardMap, k: usize| hazards.verdict().data().get(k) == Some(&Verdict::Safe);
+    let known = |k: &usize| ours.verdict().data().get(*k) != Some(&Verdict::Unknown);
+    let (mut all, mut safe, mut wrong, mut kept) = (0.0, 0.0, 0.0, 0.0);
+    for k in (0..SIDE * SIDE).filter(known) {
+        let keeps = f64::from(u8::from(is_safe(&ours, k)));
+        all += 1.0;
+        kept += keeps;
+        if is_safe(&theirs, k) {
+            safe += 1.0;
+            wrong += 1.0 - keeps;
         }
     }
-    let mut keeps = false;
-    let mut push = |name: &str, part: f64, wrong: Option<f64>, site: Option<[usize; 2]>| {
-        let layer = |l: Layer, factor: f64| {
-            let [row, col] = site?;
-            Some(f64::from(hazards.layer(l)?.get(row, col)) * factor).filter(|v| v.is_finite())
+    let mut push = |name: &str, part: f64, wrong: Option<f64>, hazards: &HazardMap| {
+        let site = choose_sites(&map, hazards, &SiteRequest::default())?.sites.into_iter().next();
+        let place = site.as_ref().map(|s| [s.row, s.col]);
+        let layer = |layer: Layer| {
+            let [row, col] = place?;
+            Some(layer.in_unit(f64::from(ours.layer(layer)?.get(row, col)))).filter(|v| v.is_finite())
         };
-        let degrees = 180.0 / std::f64::consts::PI;
         let values = vec![
             Some(100.0 * part),
             wrong,
-            site.map(|[r, c]| pixel * (r as f64 - middle[0] as f64).hypot(c as f64 - middle[1] as f64)),
-            layer(Layer::Slope, degrees),
-            layer(Layer::FootpadSlope, degrees),
-            layer(Layer::Roughness, 1.0),
-            site.map(|[r, c]| f64::from(hazards.clearance().get(r, c))),
+            site.as_ref().map(|s| s.divert_m),
+            layer(Layer::Slope),
+            layer(Layer::FootpadSlope),
+            layer(Layer::Roughness),
+            place.map(|[row, col]| f64::from(ours.clearance().get(row, col))),
         ];
         sheet.push(format!("{}, map {seed}, {name}", height.name), values);
+        Ok::<_, TerrainError>(place.is_some_and(|[row, col]| ours.verdict().get(row, col) == Verdict::Safe))
     };
-    let first = |is_safe: &dyn Fn(usize, usize) -> Result<bool, TerrainError>| {
-        for [row, col] in spiral(middle, SIDE, SIDE) {
-            if is_safe(row, col)? {
-                return Ok::<_, TerrainError>(Some([row, col]));
-            }
-        }
-        Ok(None)
-    };
-    let theirs = first(&|row, col| rule.is_safe(row, col))?;
-    if let Some([row, col]) = theirs {
-        keeps = hazards.verdict().get(row, col) == Verdict::Safe;
-    }
-    push("paper", safe / all, (safe > 0.0).then(|| 100.0 * wrong / safe), theirs);
-    let least = height.criteria.clearance_min_m;
-    let own = first(&|row, col| {
-        Ok(f64::from(hazards.clearance().get(row, col)) >= least
-            && hazards.verdict().get(row, col) == Verdict::Safe)
-    })?;
-    push("slope, footpads, roughness, clearance", ours / all, None, own);
+    let keeps = push("paper", safe / all, (safe > 0.0).then(|| 100.0 * wrong / safe), &theirs)?;
+    push("slope, footpads, roughness, clearance", kept / all, None, &ours)?;
     Ok(keeps)
 }

@@ -42,9 +42,14 @@ pub(super) const ITEMS: &[PaperItem] = &[
         "unsafe: sites beside criteria on slope, footpads and roughness",
     ),
     command(
-        "sites on a map by a spiral",
-        "hazard --help",
-        "--rule spiral, with presets or a file of criteria",
+        "the same rule on a map of one's own",
+        "hazard ground.tif --criteria contest-fine --rule spiral",
+        "presets contest-coarse and contest-fine; the output says that they are unsafe and why",
+    ),
+    command(
+        "the same rule in flight: the first safe site on the spiral",
+        "solve chang-e-3 --set terrain.rule=spiral --set terrain.coarse_criteria=contest-coarse --set terrain.fine_criteria=contest-fine",
+        "lands, with a warning for each map; with the default criteria terrain.rule=spiral alone",
     ),
     nowhere(
         "Figs 5, 7, 8 and DEM values of Table 1: the maps of the contest",
@@ -86,8 +91,13 @@ pub(super) const ITEMS: &[PaperItem] = &[
         "elements are keys; two-line elements of lunar orbits do not exist",
     ),
     command(
-        "Monte Carlo of the landing",
-        "montecarlo chang-e-3-braking",
-        "the braking; the stages below are flown as planned",
+        "Monte Carlo of the landing: all six stages, on maps",
+        "montecarlo chang-e-3 --position-m 333 --velocity-m-s 1 --guidance replanned",
+        "open loop, planned anew stage by stage, or by a law: where each stage ends against its gate, touchdown, distance from the site, propellant",
+    ),
+    command(
+        "Monte Carlo of the main braking alone",
+        "montecarlo chang-e-3-braking --position-m 333 --velocity-m-s 1",
+        "with the state-transition matrix beside",
     ),
 ];

@@ -1,7 +1,9 @@
 //! Reduced sets of the sheets.
 #![allow(clippy::unwrap_used)]
 
-use super::{deviations, downrange, segments, sensitivity, text};
+use apsides_terrain::hazard::SiteCriteria;
+
+use super::{deviations, downrange, hazards, segments, sensitivity, text};
 use crate::sheet::Sheet;
 use crate::stop::Stop;
 use crate::workers::Workers;
@@ -96,6 +98,29 @@ fn flights_that_deviate() {
     assert_eq!(words[of - 1], words[of + 1], "{}", sheet.findings[1]);
     // 200 draws: three standard errors of 3.4 %.
     near(&sheet, "starts below the ground, %", "found", 38.75, 10.3);
+}
+
+/// The parts that the program states beside the rules of the contest are those of the sheet, and sites by our criteria keep them.
+#[test]
+fn the_rules_of_the_contest_are_unsafe() {
+    let sheet = on_two(|_| hazards::sheet());
+    let of_paper: Vec<f64> =
+        sheet.rows.iter().filter_map(|r| sheet.value(&r.label, hazards::FALSE_SAFE)).collect();
+    assert_eq!(of_paper.len(), 6);
+    let least = of_paper.iter().copied().fold(f64::INFINITY, f64::min).round();
+    let most = of_paper.iter().copied().fold(0.0, f64::max).round();
+    assert_eq!([least, most], SiteCriteria::CONTEST_FALSE_SAFE_PERCENT, "{of_paper:?}");
+    for row in sheet.rows.iter().filter(|r| r.label.ends_with("clearance")) {
+        let fine = row.label.starts_with("fine");
+        let (criteria, value) = (
+            if fine { SiteCriteria::CHANG_E_3_FINE } else { SiteCriteria::CHANG_E_3_COARSE },
+            |key: &str| sheet.value(&row.label, key).unwrap(),
+        );
+        assert!(value("slope_deg") <= criteria.slope_max_deg.unwrap());
+        assert!(value("footpad_slope_deg") <= criteria.footpad_slope_max_deg.unwrap());
+        assert!(value("roughness_m") <= criteria.roughness_max_m.unwrap());
+        assert!(value("clearance_m") >= criteria.clearance_min_m);
+    }
 }
 
 /// Relative errors from the printed values by hand: 6.34, 3.20 and 5.20 %.

@@ -80,7 +80,8 @@ pub trait HazardSink {
 /// 128 rows beyond those that it had, and the counts are those of what it had.
 ///
 /// # Errors
-/// As [`hazard_map_with`](super::hazard_map_with), and those of source and sink; a threshold on relative elevation without a plane.
+/// As [`hazard_map_with`](super::hazard_map_with), and those of source and sink; a threshold on relative elevation or on the angle
+/// of normals without a plane, and one on edges.
 pub fn hazard_bands(
     source: &mut impl HeightSource,
     criteria: &SiteCriteria,
@@ -90,13 +91,18 @@ pub fn hazard_bands(
     watch: Watch<'_>,
 ) -> Result<Counts, TerrainError> {
     let geometry = *source.geometry();
-    if let (Some(value), None) = (criteria.relative_elevation_max_m, options.plane) {
-        let allowed = "a map in bands needs a plane that is given";
-        return Err(TerrainError::Number {
-            name: "relative_elevation_max_m",
-            value,
-            allowed: allowed.into(),
-        });
+    const PLANE: &str = "a map in bands needs a plane that is given";
+    const WHOLE: &str = "edges are relative to the largest gradient of a map, which bands do not have; take criteria without it, or the whole map";
+    let has_plane = options.plane.is_some();
+    let of_whole_map = [
+        ("relative_elevation_max_m", criteria.relative_elevation_max_m.filter(|_| !has_plane), PLANE),
+        ("normals.slope_max_deg", criteria.normals.map(|n| n.slope_max_deg).filter(|_| !has_plane), PLANE),
+        ("edges_max", criteria.edges_max, WHOLE),
+    ];
+    for (name, value, allowed) in of_whole_map {
+        if let Some(value) = value {
+            return Err(TerrainError::Number { name, value, allowed: allowed.into() });
+        }
     }
     let plan = Plan::new(&geometry, source.datum(), criteria, options)?;
     let pixel_m = geometry.square_pixel()?;

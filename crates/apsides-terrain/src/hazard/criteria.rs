@@ -17,6 +17,16 @@ pub struct Belly {
     pub clearance_min_m: f64,
 }
 
+/// Slope as the median angle of normals.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Normals {
+    /// Radius within which pairs of pixels are, m: 2 to 10 pixels.
+    pub radius_m: f64,
+    /// Largest median angle between their normals and that of the robust plane of the map, deg.
+    pub slope_max_deg: f64,
+}
+
 /// Size of a lander and what it tolerates. A threshold that is `None` is not tested.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
@@ -52,6 +62,12 @@ pub struct SiteCriteria {
     /// Largest height above or below the robust plane of the map, m.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub relative_elevation_max_m: Option<f64>,
+    /// Slope as the median angle of normals.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub normals: Option<Normals>,
+    /// Threshold of Canny's detector from which on an edge is unsafe, a part of the largest gradient of the map.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub edges_max: Option<f64>,
     /// Least distance of a site from the nearest pixel that is not safe, m.
     pub clearance_min_m: f64,
 }
@@ -61,10 +77,12 @@ fn default_headings() -> usize {
 }
 
 /// The presets by name.
-const PRESETS: [(&str, SiteCriteria); 3] = [
+const PRESETS: [(&str, SiteCriteria); 5] = [
     ("chang-e-3-coarse", SiteCriteria::CHANG_E_3_COARSE),
     ("chang-e-3-fine", SiteCriteria::CHANG_E_3_FINE),
     ("alhat", SiteCriteria::ALHAT),
+    ("contest-coarse", SiteCriteria::CONTEST_COARSE),
+    ("contest-fine", SiteCriteria::CONTEST_FINE),
 ];
 
 impl SiteCriteria {
@@ -82,6 +100,8 @@ impl SiteCriteria {
         step_max_m: None,
         belly: None,
         relative_elevation_max_m: None,
+        normals: None,
+        edges_max: None,
         clearance_min_m: 5.0,
     };
 
@@ -109,6 +129,32 @@ impl SiteCriteria {
         ..SiteCriteria::CHANG_E_3_COARSE
     };
 
+    /// The rule of a published solution of problem A of the Chinese undergraduate contest in mathematical modelling, 2014, on a map of 1 m:
+    /// heights within 50 m of the plane of least median of squares, off the edges of Canny's detector with the threshold 0.4.
+    /// **It is unsafe** ([`unsafe_because`](Self::unsafe_because)); it is here to compare.
+    pub const CONTEST_COARSE: SiteCriteria = SiteCriteria {
+        slope_max_deg: None,
+        footpad_slope_max_deg: None,
+        roughness_max_m: None,
+        relative_elevation_max_m: Some(50.0),
+        edges_max: Some(0.4),
+        clearance_min_m: 0.0,
+        ..SiteCriteria::CHANG_E_3_COARSE
+    };
+
+    /// The same on a map of 0.1 m, where the median angle between the normals of pairs of pixels and the normal of the plane is below 2 deg
+    /// besides. The radius of the pairs, 0.5 m, is an assumption: the text states none.
+    pub const CONTEST_FINE: SiteCriteria = SiteCriteria {
+        footprint_radius_m: SiteCriteria::CHANG_E_3_FINE.footprint_radius_m,
+        footpad_radius_m: SiteCriteria::CHANG_E_3_FINE.footpad_radius_m,
+        normals: Some(Normals { radius_m: 0.5, slope_max_deg: 2.0 }),
+        ..SiteCriteria::CONTEST_COARSE
+    };
+
+    /// Least and largest part (%) of what the rules of the contest call safe that breaks a limit of slope, footpads or roughness, on six
+    /// generated maps.
+    pub const CONTEST_FALSE_SAFE_PERCENT: [f64; 2] = [20.0, 47.0];
+
     /// A preset by its name.
     #[must_use]
     pub fn preset(name: &str) -> Option<SiteCriteria> {
@@ -126,6 +172,31 @@ impl SiteCriteria {
         self.footpad_slope_max_deg.or(self.slope_max_deg).unwrap_or(90.0).to_radians()
     }
 
+    /// Says in words for what reason ground that keeps all thresholds may be unsafe all the same; none where slopes are limited.
+    ///
+    /// An angle from a plane that is fitted to a map is no slope: where the map as a whole is inclined, ground that follows it passes.
+    #[must_use]
+    pub fn unsafe_because(&self) -> Option<String> {
+        let [least, most] = Self::CONTEST_FALSE_SAFE_PERCENT;
+        (self.slope_max_deg.is_none() && self.footpad_slope_max_deg.is_none()).then(|| {
+            format!(
+                "these criteria are unsafe: they limit neither the slope from gravity nor that on the footpads; of what the rules of the contest \
+                 call safe {least} to {most} % breaks a limit of slope, footpads or roughness"
+            )
+        })
+    }
+
+    /// The first key whose threshold is held against something of the whole map: its robust plane or its largest gradient.
+    #[must_use]
+    pub fn seen_on_whole_map(&self) -> Option<&'static str> {
+        let keys = [
+            ("relative_elevation_max_m", self.relative_elevation_max_m.is_some()),
+            ("normals.slope_max_deg", self.normals.is_some()),
+            ("edges_max", self.edges_max.is_some()),
+        ];
+        keys.into_iter().find(|(_, is_tested)| *is_tested).map(|(key, _)| key)
+    }
+
     /// The threshold of a layer: m, or rad for angles.
     #[must_use]
     pub fn limit(&self, layer: Layer) -> Option<f64> {
@@ -138,6 +209,8 @@ impl SiteCriteria {
             Layer::Step => self.step_max_m,
             Layer::BellyClearance => self.belly.map(|b| b.clearance_min_m),
             Layer::RelativeElevation => self.relative_elevation_max_m,
+            Layer::NormalSlope => self.normals.map(|n| n.slope_max_deg.to_radians()),
+            Layer::Edges => self.edges_max,
         }
     }
 
@@ -171,6 +244,12 @@ impl SiteCriteria {
             not_negative("belly.clearance_min_m", belly.clearance_min_m)?;
         }
         self.relative_elevation_max_m.map_or(Ok(()), |v| positive("relative_elevation_max_m", v))?;
+        if let Some(normals) = self.normals {
+            positive("normals.radius_m", normals.radius_m)?;
+            angle("normals.slope_max_deg", normals.slope_max_deg)?;
+        }
+        let part = |v: f64| number("edges_max", v, v > 0.0 && v <= 1.0, "it must be above 0 and at most 1");
+        self.edges_max.map_or(Ok(()), part)?;
         not_negative("clearance_min_m", self.clearance_min_m)
     }
 }
@@ -178,6 +257,19 @@ impl SiteCriteria {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    /// The rules of the contest and a file that takes the limits of slopes away say that they are unsafe; the others do not.
+    #[test]
+    fn criteria_without_slopes_say_that_they_are_unsafe() {
+        let said: Vec<&str> = SiteCriteria::presets()
+            .filter(|name| SiteCriteria::preset(name).is_some_and(|c| c.unsafe_because().is_some()))
+            .collect();
+        assert_eq!(said, ["contest-coarse", "contest-fine"]);
+        let none = SiteCriteria { slope_max_deg: None, footpad_slope_max_deg: None, ..SiteCriteria::ALHAT };
+        assert!(none.unsafe_because().is_some_and(|words| words.contains("20 to 47 %")));
+        assert_eq!(SiteCriteria::CONTEST_FINE.seen_on_whole_map(), Some("relative_elevation_max_m"));
+        assert_eq!(SiteCriteria::ALHAT.seen_on_whole_map(), None);
+    }
 
     #[test]
     fn presets_are_sound_and_numbers_are_refused_by_name() {
@@ -200,6 +292,14 @@ mod tests {
         assert_eq!(name(SiteCriteria { slope_max_deg: Some(90.0), ..base }), "slope_max_deg");
         assert_eq!(name(SiteCriteria { roughness_max_m: Some(f64::INFINITY), ..base }), "roughness_max_m");
         assert_eq!(name(SiteCriteria { clearance_min_m: -1.0, ..base }), "clearance_min_m");
+        assert_eq!(name(SiteCriteria { edges_max: Some(1.5), ..base }), "edges_max");
+        assert_eq!(name(SiteCriteria { edges_max: Some(f64::NAN), ..base }), "edges_max");
+        let normals = |radius_m, slope_max_deg| SiteCriteria {
+            normals: Some(Normals { radius_m, slope_max_deg }),
+            ..base
+        };
+        assert_eq!(name(normals(0.0, 2.0)), "normals.radius_m");
+        assert_eq!(name(normals(0.5, f64::INFINITY)), "normals.slope_max_deg");
         let belly = Some(Belly { radius_m: -1.0, height_m: 1.0, clearance_min_m: 0.2 });
         assert_eq!(name(SiteCriteria { belly, ..base }), "belly.radius_m");
     }

@@ -32,11 +32,17 @@ pub enum Layer {
     BellyClearance,
     /// Height above the robust plane of the map, m.
     RelativeElevation,
+    /// Median angle between the normal of the robust plane of the map and the normals of pairs of pixels around the centre, rad. It is not
+    /// the slope of the ground ([`median_normal_angle`](super::median_normal_angle)).
+    NormalSlope,
+    /// Largest threshold, as a part of the largest gradient of the map, at which Canny's detector has an edge there; 0 off ridges of the
+    /// gradient.
+    Edges,
 }
 
 impl Layer {
     /// All layers, in the order in which they are tested.
-    pub const ALL: [Layer; 8] = [
+    pub const ALL: [Layer; 10] = [
         Layer::Slope,
         Layer::FootpadSlope,
         Layer::Roughness,
@@ -45,6 +51,8 @@ impl Layer {
         Layer::BellyClearance,
         Layer::RelativeElevation,
         Layer::FootpadSlopeLeast,
+        Layer::NormalSlope,
+        Layer::Edges,
     ];
 
     /// Name in files and tables.
@@ -59,18 +67,36 @@ impl Layer {
             Layer::Step => "step",
             Layer::BellyClearance => "belly-clearance",
             Layer::RelativeElevation => "relative-elevation",
+            Layer::NormalSlope => "median-normal-slope",
+            Layer::Edges => "edges",
         }
     }
 
-    /// Tells whether values are angles in rad; else lengths in m.
+    /// Tells whether values are angles in rad; else lengths in m, or numbers.
     #[must_use]
     pub fn is_angle(self) -> bool {
-        matches!(self, Layer::Slope | Layer::FootpadSlope | Layer::FootpadSlopeLeast)
+        matches!(self, Layer::Slope | Layer::FootpadSlope | Layer::FootpadSlopeLeast | Layer::NormalSlope)
     }
 
-    /// A value with its unit, angles in degrees.
+    /// Unit in files and tables, where angles are in degrees; empty for a number.
+    #[must_use]
+    pub fn unit(self) -> &'static str {
+        match self {
+            Layer::Edges => "",
+            _ if self.is_angle() => "deg",
+            _ => "m",
+        }
+    }
+
+    /// A value in [`unit`](Self::unit): angles in degrees.
+    #[must_use]
+    pub fn in_unit(self, value: f64) -> f64 {
+        if self.is_angle() { value.to_degrees() } else { value }
+    }
+
+    /// A value with its unit.
     pub(crate) fn show(self, value: f64) -> String {
-        if self.is_angle() { format!("{:.3} deg", value.to_degrees()) } else { format!("{value:.3} m") }
+        format!("{:.3} {}", self.in_unit(value), self.unit()).trim_end().into()
     }
 
     /// Tells whether a value breaks a threshold.
@@ -79,6 +105,8 @@ impl Layer {
         match self {
             Layer::BellyClearance => value < limit,
             Layer::RelativeElevation => value.abs() > limit,
+            // Of the detector: an edge from its threshold on.
+            Layer::Edges => value >= limit,
             _ => value > limit,
         }
     }

@@ -2,9 +2,10 @@
 
 use serde::{Deserialize, Serialize};
 
+use super::edges::edge_strength;
 use super::plan::{LAYERS, Plan, slot};
 use super::tile::Rows;
-use super::{HazardOptions, Layer, LayerChoice, Plane, RobustFit, SiteCriteria, Verdict, Watch};
+use super::{HazardOptions, Layer, Plane, RobustFit, SiteCriteria, Verdict, Watch};
 use crate::distance::to_nearest;
 use crate::{ElevationMap, Geometry, Raster, TerrainError};
 
@@ -82,13 +83,11 @@ pub fn hazard_map_watched(
     watch: Watch<'_>,
 ) -> Result<HazardMap, TerrainError> {
     criteria.check()?;
-    let asked = match &options.layers {
-        LayerChoice::All => true,
-        LayerChoice::These(layers) => layers.contains(&Layer::RelativeElevation),
-        LayerChoice::None | LayerChoice::Tested => false,
-    };
     let mut options = options.clone();
-    if options.plane.is_none() && (asked || criteria.relative_elevation_max_m.is_some()) {
+    let is_tested = |layer| criteria.limit(layer).is_some();
+    let asked = |layer| is_tested(layer) || options.layers.keeps(layer, is_tested(layer));
+    let over_plane = asked(Layer::RelativeElevation) || is_tested(Layer::NormalSlope);
+    if options.plane.is_none() && over_plane {
         options.plane = Some(RobustFit::default().fit(map)?.plane);
     }
     let geometry = *map.geometry();
@@ -98,8 +97,19 @@ pub fn hazard_map_watched(
     let mut verdict = vec![Verdict::Unknown; pixels];
     let source = Rows { data: map.relative().data(), first: 0, map: [geometry.rows(), geometry.cols()] };
     plan.rows(&source, 0, geometry.rows(), &mut layers, &mut verdict, watch);
-    let clearance = to_nearest(&geometry, geometry.square_pixel()?, |k| verdict[k] != Verdict::Safe)?;
     let mut rasters = [const { None }; LAYERS];
+    if let Some(threshold) = criteria.edges_max {
+        let strength = edge_strength(map.relative())?;
+        for (verdict, strength) in verdict.iter_mut().zip(strength.data()) {
+            if *verdict == Verdict::Safe && Layer::Edges.breaks(*strength, threshold) {
+                *verdict = Verdict::Unsafe(Layer::Edges);
+            }
+        }
+        if options.layers.keeps(Layer::Edges, true) {
+            rasters[slot(Layer::Edges)] = Some(strength);
+        }
+    }
+    let clearance = to_nearest(&geometry, geometry.square_pixel()?, |k| verdict[k] != Verdict::Safe)?;
     for (raster, (layer, kept)) in rasters.iter_mut().zip(layers.into_iter().zip(plan.kept)) {
         if kept {
             *raster = Some(Raster::new(geometry, layer)?);
@@ -125,7 +135,7 @@ impl HazardMap {
         &self.criteria
     }
 
-    /// The plane of [`Layer::RelativeElevation`].
+    /// The plane of [`Layer::RelativeElevation`] and [`Layer::NormalSlope`].
     pub fn plane(&self) -> Option<&Plane> {
         self.plane.as_ref()
     }

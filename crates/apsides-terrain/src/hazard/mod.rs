@@ -7,6 +7,7 @@
 mod angle;
 mod bands;
 mod criteria;
+mod edges;
 mod extremes;
 mod farthest;
 mod footprint;
@@ -22,7 +23,7 @@ mod stance;
 mod tile;
 
 pub use bands::{HazardBand, HazardSink, HeightSource, hazard_bands};
-pub use criteria::{Belly, SiteCriteria};
+pub use criteria::{Belly, Normals, SiteCriteria};
 pub use layer::{Layer, Verdict};
 pub use map::{Counts, HazardMap, hazard_map, hazard_map_watched, hazard_map_with};
 pub use normals::median_normal_angle;

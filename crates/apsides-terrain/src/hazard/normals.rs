@@ -1,7 +1,85 @@
 //! Slope as the median angle of normals.
 
 use super::Plane;
+use crate::disk::ROUNDING;
 use crate::{ElevationMap, TerrainError};
+
+/// Most pixels of the radius of a neighbourhood.
+const LARGEST_RADIUS: f64 = 30.0;
+
+/// The pairs of pixels around a centre that have a normal with it.
+#[derive(Clone, Debug)]
+pub(super) struct NormalPairs {
+    /// Pixels around the centre, to the south and to the east.
+    pub(super) offsets: Vec<(isize, isize)>,
+    /// Pixels from the centre within which all offsets are.
+    pub(super) reach: usize,
+    pixel_m: f64,
+    pairs: Vec<Pair>,
+}
+
+/// Two pixels by their places among the offsets, and the gradient of the plane through them and the centre by their heights above it: to the
+/// east `a[0] z_1 + a[1] z_2`, to the north `b[0] z_1 + b[1] z_2`, in pixels.
+#[derive(Clone, Copy, Debug)]
+struct Pair {
+    places: [u16; 2],
+    east: [f32; 2],
+    north: [f32; 2],
+}
+
+impl NormalPairs {
+    /// The pairs nearer to the centre than a radius of at most 30 pixels.
+    pub(super) fn new(radius_m: f64, pixel_m: f64) -> NormalPairs {
+        let radius = radius_m / pixel_m;
+        let most = radius.ceil() as isize;
+        let offsets: Vec<(isize, isize)> = (-most..=most)
+            .flat_map(|south| (-most..=most).map(move |east| (south, east)))
+            .filter(|&(south, east)| {
+                let distance = ((south * south + east * east) as f64).sqrt();
+                distance > 0.0 && distance < radius - ROUNDING
+            })
+            .collect();
+        let reach = offsets.iter().map(|(south, _)| south.unsigned_abs()).max().unwrap_or(0);
+        let mut pairs = Vec::new();
+        for (k, first) in offsets.iter().enumerate() {
+            for (l, second) in offsets.iter().enumerate().skip(k + 1) {
+                let [x, y] = [first, second].map(|&(south, east)| [east as f32, -south as f32]);
+                let area = x[0] * y[1] - x[1] * y[0];
+                // Three pixels on one line have no normal.
+                if area != 0.0 {
+                    let (east, north) = ([y[1] / area, -x[1] / area], [-y[0] / area, x[0] / area]);
+                    pairs.push(Pair { places: [k as u16, l as u16], east, north });
+                }
+            }
+        }
+        NormalPairs { offsets, reach, pixel_m, pairs }
+    }
+
+    /// The median angle between the normals and that of a plane, rad, by the heights of the offsets above the centre, m; none without pairs.
+    /// `cosines` is memory.
+    pub(super) fn median(&self, rises: &[f64], plane: &Plane, cosines: &mut Vec<f64>) -> Option<f64> {
+        let (east, north) = (plane.east, plane.north);
+        let length = (1.0 + east * east + north * north).sqrt();
+        let scale = self.pixel_m.recip();
+        cosines.clear();
+        cosines.extend(self.pairs.iter().map(|pair| {
+            let [first, second] = pair.places.map(|k| scale * rises[usize::from(k)]);
+            let gradient = |by: [f32; 2]| f64::from(by[0]) * first + f64::from(by[1]) * second;
+            let (x, y) = (gradient(pair.east), gradient(pair.north));
+            (1.0 + x * east + y * north) / ((1.0 + x * x + y * y).sqrt() * length)
+        }));
+        if cosines.is_empty() {
+            return None;
+        }
+        let angle = |cosine: f64| cosine.clamp(-1.0, 1.0).acos();
+        let middle = cosines.len() / 2;
+        let is_even = cosines.len().is_multiple_of(2);
+        let (below, cosine, _) = cosines.select_nth_unstable_by(middle, f64::total_cmp);
+        let cosine = *cosine;
+        let other = if is_even { below.iter().copied().fold(f64::NEG_INFINITY, f64::max) } else { cosine };
+        Some(0.5 * (angle(cosine) + angle(other)))
+    }
+}
 
 /// Median angle between the normal of a plane and the normals of a neighbourhood, rad; none if the neighbourhood of radius `radius_m`
 /// leaves the map, has a gap or fewer than two pixels besides the centre.
@@ -13,7 +91,7 @@ use crate::{ElevationMap, TerrainError};
 /// [`Layer::FootpadSlope`](super::Layer::FootpadSlope). It is here to compare with published results.
 ///
 /// # Errors
-/// A pixel outside the map; a radius that is not positive or more than 50 pixels; pixels that are not square, in metres.
+/// A pixel outside the map; a radius that is not positive or more than 30 pixels; pixels that are not square, in metres.
 ///
 /// # Examples
 /// ```
@@ -45,51 +123,16 @@ pub fn median_normal_angle(
         return Err(TerrainError::Outside { row, col, rows, cols });
     }
     let radius = radius_m / pixel_m;
-    if !(radius > 0.0 && radius <= 50.0) {
-        let allowed = "it must be positive and at most 50 pixels";
+    if !(radius > 0.0 && radius <= LARGEST_RADIUS) {
+        let allowed = "it must be positive and at most 30 pixels";
         return Err(TerrainError::Number { name: "radius_m", value: radius_m, allowed: allowed.into() });
     }
-    let reach = radius.ceil() as i64;
     let Some(centre) = map.height(row, col) else { return Ok(None) };
-    let mut spokes = Vec::new();
-    for south in -reach..=reach {
-        for east in -reach..=reach {
-            let distance = ((south * south + east * east) as f64).sqrt();
-            if distance == 0.0 || distance >= radius - 1e-9 {
-                continue;
-            }
-            let (r, c) = (row as i64 + south, col as i64 + east);
-            if r < 0 || c < 0 || r >= rows as i64 || c >= cols as i64 {
-                return Ok(None);
-            }
-            let Some(height) = map.height(r as usize, c as usize) else { return Ok(None) };
-            spokes.push([east as f64 * pixel_m, -(south as f64) * pixel_m, height - centre]);
-        }
-    }
-    let of_plane = unit([-plane.east, -plane.north, 1.0]);
-    let mut angles = Vec::with_capacity(spokes.len() * spokes.len() / 2);
-    for (k, a) in spokes.iter().enumerate() {
-        for b in &spokes[k + 1..] {
-            let area = a[0] * b[1] - a[1] * b[0];
-            if area.abs() <= 1e-9 * pixel_m * pixel_m {
-                continue;
-            }
-            let normal = [a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], area];
-            let up = unit(normal.map(|n| n * area.signum()));
-            let cosine: f64 = (0..3).map(|i| up[i] * of_plane[i]).sum();
-            angles.push(cosine.clamp(-1.0, 1.0).acos());
-        }
-    }
-    if angles.is_empty() {
-        return Ok(None);
-    }
-    angles.sort_unstable_by(f64::total_cmp);
-    let middle = angles.len() / 2;
-    let lower = if angles.len().is_multiple_of(2) { middle - 1 } else { middle };
-    Ok(Some(0.5 * (angles[lower] + angles[middle])))
-}
-
-fn unit(v: [f64; 3]) -> [f64; 3] {
-    let length = v.iter().map(|x| x * x).sum::<f64>().sqrt();
-    v.map(|x| x / length)
+    let pairs = NormalPairs::new(radius_m, pixel_m);
+    let rise = |&(south, east): &(isize, isize)| {
+        let (row, col) = (row.checked_add_signed(south)?, col.checked_add_signed(east)?);
+        (row < rows && col < cols).then(|| map.height(row, col)).flatten().map(|height| height - centre)
+    };
+    let rises: Option<Vec<f64>> = pairs.offsets.iter().map(rise).collect();
+    Ok(rises.and_then(|rises| pairs.median(&rises, plane, &mut Vec::new())))
 }

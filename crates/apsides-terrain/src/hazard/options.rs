@@ -19,6 +19,18 @@ pub enum LayerChoice {
     These(Vec<Layer>),
 }
 
+impl LayerChoice {
+    /// Tells whether a layer that the criteria define is kept.
+    pub(super) fn keeps(&self, layer: Layer, is_tested: bool) -> bool {
+        match self {
+            LayerChoice::None => false,
+            LayerChoice::Tested => is_tested,
+            LayerChoice::All => true,
+            LayerChoice::These(layers) => layers.contains(&layer),
+        }
+    }
+}
+
 /// Who looks on while a map is assessed: asked before each piece of so many pixels, from any thread, whether it is still to be assessed. Pixels
 /// for which the answer is no are unknown ground.
 pub type Watch<'a> = &'a (dyn Fn(usize) -> bool + Sync);
@@ -28,6 +40,7 @@ pub type Watch<'a> = &'a (dyn Fn(usize) -> bool + Sync);
 pub struct HazardOptions {
     /// Layers that are kept.
     pub layers: LayerChoice,
-    /// The plane of [`Layer::RelativeElevation`]; where that layer is asked for and there is none, it is fitted to the map.
+    /// The plane of [`Layer::RelativeElevation`] and [`Layer::NormalSlope`]; where one of them is asked for and there is none, it is fitted to
+    /// the map.
     pub plane: Option<Plane>,
 }

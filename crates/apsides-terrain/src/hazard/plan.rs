@@ -6,6 +6,7 @@ use super::angle::angle;
 use super::extremes::{larger, largest_within};
 use super::farthest::{Extremes, LEAST_REACH};
 use super::footprint::Footpads;
+use super::normals::NormalPairs;
 use super::plane::Planes;
 use super::residual::{residuals, roughness_at};
 use super::stance::{Stance, contact_slope_at};
@@ -21,6 +22,9 @@ pub(super) const LAYERS: usize = Layer::ALL.len();
 /// Most pixels from the centre of a footprint to its edge.
 const LARGEST_REACH: f64 = 1000.0;
 
+/// Most pixels from a centre to those whose normals are taken: the pairs grow with the fourth power.
+const LARGEST_PAIRS: f64 = 10.0;
+
 /// Roundings of `f32` that a layer may be off by, in units of the largest height: closer to a threshold, `f64` decides.
 const ROUNDINGS: f64 = 16.0;
 
@@ -34,6 +38,7 @@ pub(super) struct Plan {
     disk: Disk,
     pads: Footpads,
     belly: Option<Disk>,
+    normals: Option<NormalPairs>,
     plane: Option<Plane>,
     /// Layers that are made, kept, and tested against a limit, by their place in [`Layer::ALL`].
     made: [bool; LAYERS],
@@ -56,6 +61,8 @@ pub(super) fn slot(layer: Layer) -> usize {
         Layer::BellyClearance => 5,
         Layer::RelativeElevation => 6,
         Layer::FootpadSlopeLeast => 7,
+        Layer::NormalSlope => 8,
+        Layer::Edges => 9,
     }
 }
 
@@ -68,7 +75,7 @@ impl Plan {
     ) -> Result<Plan, TerrainError> {
         criteria.check()?;
         let pixel_m = geometry.square_pixel()?;
-        let reach = |name, radius: f64, least: f64| {
+        let within = |name, radius: f64, [least, most]: [f64; 2]| {
             let value = radius / pixel_m;
             let allowed = if value < least {
                 format!(
@@ -79,40 +86,44 @@ impl Plan {
                 )
             } else {
                 format!(
-                    "on pixels of {} m it may be {} m at most, {LARGEST_REACH} pixels; take criteria with less, or a coarser map",
+                    "on pixels of {} m it may be {} m at most, {most} pixels; take criteria with less, or a coarser map",
                     short(pixel_m),
-                    short(LARGEST_REACH * pixel_m)
+                    short(most * pixel_m)
                 )
             };
-            let fits = value >= least && value <= LARGEST_REACH;
+            let fits = value >= least && value <= most;
             if fits {
                 Ok(())
             } else {
                 Err(TerrainError::Number { name, value: radius, allowed: allowed.into() })
             }
         };
+        let reach = |name, radius, least| within(name, radius, [least, LARGEST_REACH]);
         reach("footprint_radius_m", criteria.footprint_radius_m, 1.0)?;
         reach("footpad_circle_radius_m", criteria.footpad_circle_radius_m, 0.0)?;
         reach("footpad_radius_m", criteria.footpad_radius_m, 0.0)?;
         criteria.belly.map_or(Ok(()), |belly| reach("belly.radius_m", belly.radius_m, 0.0))?;
+        let pairs = |radius| within("normals.radius_m", radius, [2.0, LARGEST_PAIRS]);
+        criteria.normals.map_or(Ok(()), |normals| pairs(normals.radius_m))?;
 
-        let limits = Layer::ALL.map(|layer| criteria.limit(layer));
+        // Edges are not of tiles but of the whole map.
+        let limits = Layer::ALL.map(|layer| criteria.limit(layer).filter(|_| layer != Layer::Edges));
         let possible = |layer| match layer {
             Layer::BellyClearance => criteria.belly.is_some(),
             Layer::RelativeElevation => options.plane.is_some(),
+            Layer::NormalSlope => criteria.normals.is_some() && options.plane.is_some(),
+            Layer::Edges => false,
             _ => true,
         };
-        let kept = match &options.layers {
-            LayerChoice::None => [false; LAYERS],
-            LayerChoice::Tested => limits.map(|limit| limit.is_some()),
-            LayerChoice::All => Layer::ALL.map(possible),
-            LayerChoice::These(layers) => Layer::ALL.map(|layer| layers.contains(&layer) && possible(layer)),
-        };
+        let kept = Layer::ALL
+            .map(|layer| options.layers.keeps(layer, limits[slot(layer)].is_some()) && possible(layer));
         let made = std::array::from_fn(|k| kept[k] || limits[k].is_some());
         let disk = Disk::new(criteria.footprint_radius_m, pixel_m);
         let pads = Footpads::new(criteria, pixel_m);
         let belly = criteria.belly.map(|belly| Disk::new(belly.radius_m, pixel_m));
-        let halo = disk.reach.max(pads.reach + pads.pad.reach).max(belly.as_ref().map_or(0, |b| b.reach));
+        let normals = criteria.normals.map(|normals| NormalPairs::new(normals.radius_m, pixel_m));
+        let below = belly.as_ref().map_or(0, |b| b.reach).max(normals.as_ref().map_or(0, |n| n.reach));
+        let halo = disk.reach.max(pads.reach + pads.pad.reach).max(below);
         Ok(Plan {
             criteria: *criteria,
             geometry: *geometry,
@@ -121,6 +132,7 @@ impl Plan {
             disk,
             pads,
             belly,
+            normals,
             plane: options.plane,
             made,
             kept,
@@ -183,6 +195,7 @@ impl Plan {
         self.step(work);
         self.belly(work);
         self.relative_elevation(work);
+        self.normal_slope(work);
         work.verdict.clear();
         work.verdict.extend(work.known.iter().map(|&known| match known {
             0 => Verdict::Unknown,
@@ -201,7 +214,8 @@ impl Plan {
                 Layer::Slope | Layer::Roughness | Layer::RoughnessRms | Layer::Step => &work.known_disk,
                 Layer::FootpadSlope | Layer::FootpadSlopeLeast => &work.known_pads,
                 Layer::BellyClearance => &work.known_belly,
-                Layer::RelativeElevation => &work.known_centre,
+                Layer::RelativeElevation | Layer::Edges => &work.known_centre,
+                Layer::NormalSlope => &work.known_normals,
             };
             for (value, _) in work.layers[k].iter_mut().zip(known).filter(|(_, known)| **known == 0) {
                 *value = f32::NAN;
@@ -216,6 +230,7 @@ impl Plan {
         tile.inside(self.pads.reach, &mut work.known_pads);
         tile.inside(self.belly.as_ref().map_or(0, |belly| belly.reach), &mut work.known_belly);
         tile.inside(0, &mut work.known_centre);
+        tile.inside(self.normals.as_ref().map_or(0, |normals| normals.reach), &mut work.known_normals);
         if !tile.gap.is_empty() {
             let (space, near) = (&mut work.space, &mut work.near);
             largest_within(&tile.gap, tile.stride, &self.disk, space, near);
@@ -227,18 +242,28 @@ impl Plan {
             }
             largest_within(&tile.gap, tile.stride, &self.pads.pad, space, near);
             exclude(tile, near, &self.pads.pixels(), &mut work.known_pads);
+            if let Some(normals) = &self.normals {
+                exclude(tile, &tile.gap, &normals.offsets, &mut work.known_normals);
+                exclude(tile, &tile.gap, &[(0, 0)], &mut work.known_normals);
+            }
         }
         for k in 0..work.known_belly.len() {
             work.known_belly[k] &= work.known_disk[k] & work.known_pads[k];
         }
         let tested = |layers: &[Layer]| layers.iter().any(|&layer| self.limits[slot(layer)].is_some());
+        let normals = tested(&[Layer::NormalSlope]);
         let (disk, pads, belly) = (
             tested(&[Layer::Slope, Layer::Roughness, Layer::RoughnessRms, Layer::Step]),
             tested(&[Layer::FootpadSlope]),
             tested(&[Layer::BellyClearance]),
         );
         work.known.clone_from(&work.known_centre);
-        let used = [(disk, &work.known_disk), (pads, &work.known_pads), (belly, &work.known_belly)];
+        let used = [
+            (disk, &work.known_disk),
+            (pads, &work.known_pads),
+            (belly, &work.known_belly),
+            (normals, &work.known_normals),
+        ];
         for (_, part) in used.into_iter().filter(|(used, _)| *used) {
             work.known.iter_mut().zip(part).for_each(|(known, part)| *known &= part);
         }
@@ -381,6 +406,27 @@ impl Plan {
                 layer[y * tile.width + x] = (height - plane.height_at(position)) as f32;
             }
         }
+        self.settle(work, Layer::RelativeElevation);
+    }
+
+    fn normal_slope(&self, work: &mut Work) {
+        let (true, Some(pairs), Some(plane)) = (self.makes(Layer::NormalSlope), &self.normals, &self.plane)
+        else {
+            return;
+        };
+        let Work { tile, layers, rises, cosines, .. } = work;
+        let active = self.active(&work.active, &work.known_normals);
+        let layer = &mut layers[slot(Layer::NormalSlope)];
+        for y in 0..tile.rows {
+            for x in (0..tile.cols).filter(|x| active[y * tile.width + x] != 0) {
+                let centre = f64::from(tile.z[tile.index(y, x)]);
+                rises.clear();
+                let rise = |offset| f64::from(tile.z[tile.offset(y, x, offset)]) - centre;
+                rises.extend(pairs.offsets.iter().map(|offset| rise(*offset)));
+                let angle = pairs.median(rises, plane, cosines);
+                layer[y * tile.width + x] = angle.map_or(f32::NAN, |angle| angle as f32);
+            }
+        }
     }
 }
 
@@ -461,6 +507,10 @@ struct Work {
     known_pads: Vec<u8>,
     known_belly: Vec<u8>,
     known_centre: Vec<u8>,
+    known_normals: Vec<u8>,
+    /// Heights above a centre, and the cosines of its normals.
+    rises: Vec<f64>,
+    cosines: Vec<f64>,
     /// Pixels whose verdict is still open.
     active: Vec<u8>,
     high: Vec<f32>,

@@ -40,6 +40,22 @@ impl Default for ScoreWeights {
     }
 }
 
+impl ScoreWeights {
+    /// The score of a pixel without its divert.
+    pub(super) fn of_site(&self, hazards: &HazardMap, row: usize, col: usize) -> f64 {
+        let criteria = hazards.criteria();
+        let mut margin: f64 = 1.0;
+        for (layer, raster) in hazards.layers() {
+            if let (Some(limit), true) = (criteria.limit(layer), layer != Layer::BellyClearance) {
+                margin = margin.min(1.0 - f64::from(raster.get(row, col)).abs() / limit);
+            }
+        }
+        let clearance = f64::from(hazards.clearance().get(row, col));
+        let room = 1.0 - (criteria.clearance_min_m / clearance).min(1.0);
+        self.margin * margin + self.clearance * room
+    }
+}
+
 /// A request for landing sites.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(default, deny_unknown_fields)]
@@ -209,16 +225,7 @@ impl SiteSearch<'_> {
     }
 
     fn score(&self, weights: &ScoreWeights, row: usize, col: usize) -> f64 {
-        let criteria = self.hazards.criteria();
-        let mut margin: f64 = 1.0;
-        for (layer, raster) in self.hazards.layers() {
-            if let (Some(limit), true) = (criteria.limit(layer), layer != Layer::BellyClearance) {
-                margin = margin.min(1.0 - f64::from(raster.get(row, col)).abs() / limit);
-            }
-        }
-        let clearance = f64::from(self.hazards.clearance().get(row, col));
-        let room = 1.0 - (criteria.clearance_min_m / clearance).min(1.0);
-        weights.margin * margin + weights.clearance * room - weights.divert_per_m * self.divert(row, col)
+        weights.of_site(self.hazards, row, col) - weights.divert_per_m * self.divert(row, col)
     }
 
     fn site(&self, [row, col]: [usize; 2], visited: u64, value: f64) -> Site {

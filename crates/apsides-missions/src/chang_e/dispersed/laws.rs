@@ -9,7 +9,7 @@ use apsides_dynamics::planar::THROTTLE;
 use apsides_dynamics::powered_descent::AngledThrust;
 use apsides_pipeline::dispersion::{Deviations, Onboard};
 
-use super::{FlownVehicle, OverGround, PlannedBraking, course_axes};
+use super::{FlownEnd, FlownVehicle, OverGround, PlannedBraking, course_axes};
 use crate::chang_e::flight_state::{Across, FlightState};
 use crate::chang_e::lander::{Lander, Motion};
 use crate::deviating_flight::{N, fly_by, parts};
@@ -18,7 +18,7 @@ use crate::deviating_flight::{N, fly_by, parts};
 type Fixed = ([f64; 3], [f64; 3]);
 
 impl PlannedBraking {
-    pub(super) fn fly_linear_radial(&self, d: &Deviations, onboard: &Onboard) -> Option<Vec<f64>> {
+    pub(super) fn fly_linear_radial(&self, d: &Deviations, onboard: &Onboard) -> Option<FlownEnd> {
         let mut vehicle = self.vehicle(d, onboard);
         // The thrust of the plan, not a reserve: the range follows from it.
         let planned = self.lander.descent.engine.thrust;
@@ -53,7 +53,7 @@ impl PlannedBraking {
         self.fly_by(&vehicle, d, (start, x), command)
     }
 
-    pub(super) fn fly_polynomial(&self, d: &Deviations, onboard: &Onboard) -> Option<Vec<f64>> {
+    pub(super) fn fly_polynomial(&self, d: &Deviations, onboard: &Onboard) -> Option<FlownEnd> {
         let vehicle = self.vehicle(d, onboard);
         let engine = vehicle.known.descent.engine;
         let OverGround { position, velocity, mass, local } =
@@ -87,7 +87,7 @@ impl PlannedBraking {
         d: &Deviations,
         begin: (f64, [f64; N]),
         law: impl Fn(Fixed, f64, f64) -> Result<([f64; 3], f64), ControlError>,
-    ) -> Option<Vec<f64>> {
+    ) -> Option<FlownEnd> {
         let command = |now: f64, x: &[f64; N], guess: f64| {
             let (position, velocity, mass) =
                 parts(&self.ends.shifted(x, &d.navigation_position_m, &d.navigation_velocity_m_s));
@@ -96,8 +96,7 @@ impl PlannedBraking {
         let push = |now: f64, thrust: [f64; 3]| {
             self.frame.to_inertial(now, thrust, [0.0; 3]).0.map(|f| f * vehicle.thrust)
         };
-        let (end, x) = fly_by(vehicle.model, begin, self.plan.final_time, command, push)?;
-        Some(self.results(&x, end))
+        fly_by(vehicle.model, begin, self.plan.final_time, command, push)
     }
 
     /// The time at which the plan goes to full thrust.
@@ -111,7 +110,7 @@ impl PlannedBraking {
 }
 
 /// Acceleration without thrust relative to the body in its axes: gravity, Coriolis and centrifugal acceleration.
-fn free_acceleration(lander: &Lander, p: &[f64; 3], v: &[f64; 3]) -> [f64; 3] {
+pub(super) fn free_acceleration(lander: &Lander, p: &[f64; 3], v: &[f64; 3]) -> [f64; 3] {
     let square = vector::dot(p, p);
     let ([x, y, z], [vx, vy, _]) = (*p, *v);
     let gravity = -lander.body.gravitational_parameter / (square * square.sqrt());

@@ -10,7 +10,7 @@ use apsides_pipeline::Error;
 use apsides_pipeline::dispersion::{Deviations, Onboard, Replanning};
 use apsides_radau::Radau;
 
-use super::{FlownVehicle, PlannedBraking};
+use super::{FlownEnd, FlownVehicle, PlannedBraking};
 use crate::chang_e::lander::Lander;
 use crate::chang_e::phases::{ABOVE_M, BELOW_M, BRAKING, ends_at, state_of};
 use crate::deviating_flight::{N, parts, rest_of};
@@ -40,7 +40,7 @@ impl PlannedBraking {
         d: &Deviations,
         onboard: &Onboard,
         replanning: &Replanning,
-    ) -> Option<Vec<f64>> {
+    ) -> Option<FlownEnd> {
         let vehicle = self.vehicle(d, onboard);
         let mut x = self.ends.deviating(d);
         let mut plan = self.plan.clone();
@@ -60,7 +60,7 @@ impl PlannedBraking {
             }
         }
         self.fly_plan(&plan, full_thrust, vehicle.model, &mut x, [now, plan.final_time])?;
-        Some(self.results(&x, plan.final_time))
+        Some((plan.final_time, x))
     }
 
     /// The best plan from a state at a time on and its thrust at full throttle, N: that of the mission, and as little above it as reaches

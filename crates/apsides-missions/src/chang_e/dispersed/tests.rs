@@ -209,7 +209,8 @@ fn sampled_covariances_are_those_of_the_state_transition_matrix() {
     for (thrust, exhaust_velocity) in [(1e-5, 0.0), (0.0, 1e-5)] {
         let d = Deviations { thrust, exhaust_velocity, ..Deviations::default() };
         let minus = Deviations { thrust: -thrust, exhaust_velocity: -exhaust_velocity, ..d };
-        let [above, below] = [d, minus].map(|d| braking.fly_open_loop(&d).unwrap());
+        let [above, below] =
+            [d, minus].map(|d| braking.fly(&d, &Guidance::OpenLoop, &Onboard::default()).unwrap());
         let covariance = braking.linear_covariance(&d).unwrap();
         for k in 0..LINEAR {
             let (slope, sigma) = (0.5 * (above[k] - below[k]).abs(), covariance[k * (LINEAR + 1)].sqrt());

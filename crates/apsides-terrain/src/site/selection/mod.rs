@@ -5,7 +5,7 @@
 //!
 //! The cost of a candidate is `m - m_min + w h`, kg, with the propellant `m` of its divert, the least one of all candidates `m_min`, the hazard `h`
 //! from 0 to 1 and the worth `w` of a site without hazard. The site is the first in order of cost on which the lander stands on its four pads
-//! at every heading.
+//! at every heading. By the other rule it is the first of them on the spiral from the pixel below the lander.
 
 use super::{ScoreWeights, SiteRequest, SiteRule, choose_sites};
 use crate::contact::{Ground, Lander};
@@ -23,6 +23,16 @@ use no_site::exceeded;
 /// Headings of the footpads at which a touchdown is tried, in a quarter turn.
 const HEADINGS: usize = 18;
 
+/// The order in which candidates within reach are tried.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum SelectionRule {
+    /// The least sum of propellant and hazard first.
+    #[default]
+    Weighed,
+    /// In the order of the clockwise square spiral from the pixel below the lander.
+    Spiral,
+}
+
 /// The data that the choice of a site is made from.
 #[derive(Clone, Debug)]
 pub struct SelectionRequest {
@@ -32,6 +42,8 @@ pub struct SelectionRequest {
     pub map: ElevationMap,
     /// The criteria that a site must meet.
     pub criteria: SiteCriteria,
+    /// The order of the candidates.
+    pub rule: SelectionRule,
     /// Number of candidates that diverts are planned to.
     pub candidates: usize,
     /// Least distance between candidates, m.
@@ -55,7 +67,7 @@ pub struct SiteSelection {
     pub hazards: HazardMap,
     /// Row and column below the lander.
     pub below: [usize; 2],
-    /// All candidates, cheapest first.
+    /// All candidates in the order in which they were tried, those within reach first.
     pub candidates: Vec<Candidate>,
     /// Index of the site among them.
     pub chosen: usize,
@@ -114,7 +126,10 @@ pub fn select_site<E: From<TerrainError>>(
         &request.map,
         &hazards,
         &SiteRequest {
-            rule: SiteRule::Score(weights),
+            rule: match request.rule {
+                SelectionRule::Weighed => SiteRule::Score(weights),
+                SelectionRule::Spiral => SiteRule::Spiral,
+            },
             start: Some(below),
             count: request.candidates,
             separation_m: request.separation,
@@ -130,20 +145,17 @@ pub fn select_site<E: From<TerrainError>>(
     for site in choice.sites {
         if !watch(0) {
             let planned = candidates.len();
-            let best = ranked(candidates, request.hazard_worth)
-                .into_iter()
-                .next()
-                .filter(|c| c.cost.is_some())
-                .map(Box::new);
+            let best =
+                ranked(candidates, &request).into_iter().next().filter(|c| c.cost.is_some()).map(Box::new);
             return Ok(Err(NoSite::Ended { candidates: number, planned, best }));
         }
         let [east, north] = [0, 1].map(|k| site.position_m[k] - origin[k]);
         let offset = [east, north, site.height_m - ground];
         let divert = divert(offset)?;
-        let hazard = 1.0 - site.value - request.divert_cost / request.hazard_worth * site.divert_m;
+        let hazard = 1.0 - weights.of_site(&hazards, site.row, site.col);
         candidates.push(Candidate { site, offset, divert, hazard, cost: None, tilt: None });
     }
-    let mut candidates = ranked(candidates, request.hazard_worth);
+    let mut candidates = ranked(candidates, &request);
     if candidates.iter().all(|c| c.cost.is_none()) {
         return Ok(Err(out_of_reach(candidates)));
     }
@@ -152,13 +164,17 @@ pub fn select_site<E: From<TerrainError>>(
     Ok(chosen.map(|chosen| SiteSelection { name, map, hazards, below, candidates, chosen }))
 }
 
-/// Candidates with their costs, cheapest first; those out of reach are the last.
-fn ranked(mut candidates: Vec<Candidate>, hazard_worth: f64) -> Vec<Candidate> {
+/// Candidates with their costs in the order of the rule; those out of reach are the last.
+fn ranked(mut candidates: Vec<Candidate>, request: &SelectionRequest) -> Vec<Candidate> {
     let least = candidates.iter().filter_map(|c| c.divert.reached()).fold(f64::INFINITY, f64::min);
     for c in &mut candidates {
-        c.cost = c.divert.reached().map(|propellant| propellant - least + hazard_worth * c.hazard);
+        c.cost = c.divert.reached().map(|propellant| propellant - least + request.hazard_worth * c.hazard);
     }
-    let order = |c: &Candidate| c.cost.unwrap_or(f64::INFINITY);
+    let order = |c: &Candidate| match (c.cost, request.rule) {
+        (None, _) => f64::INFINITY,
+        (Some(cost), SelectionRule::Weighed) => cost,
+        (Some(_), SelectionRule::Spiral) => c.site.visited as f64,
+    };
     candidates.sort_by(|a, b| order(a).total_cmp(&order(b)));
     candidates
 }

@@ -114,6 +114,5 @@ impl fmt::Display for NoSite {
 
 /// A value above its threshold, in the units of criteria.
 pub(super) fn exceeded(layer: Layer, value: f64, limit: f64) -> String {
-    let (factor, unit) = if layer.is_angle() { (180.0 / std::f64::consts::PI, "deg") } else { (1.0, "m") };
-    format!("{} {:.3} {unit} where {} is allowed", layer.name(), value * factor, limit * factor)
+    format!("{} {} where {} is allowed", layer.name(), layer.show(value), layer.in_unit(limit))
 }

@@ -1,6 +1,9 @@
 use super::*;
 use crate::Geometry;
 
+/// Round-off of the arithmetic.
+const ROUNDING: f64 = 1e-12;
+
 /// A level map of 61 x 61 m with a step of 1 m at the pixel in its middle.
 fn map(step: f64) -> ElevationMap {
     let geometry = Geometry::square(61, 61, 1.0).unwrap();
@@ -21,12 +24,15 @@ fn request(map: ElevationMap) -> SelectionRequest {
         step_max_m: None,
         belly: None,
         relative_elevation_max_m: None,
+        normals: None,
+        edges_max: None,
         clearance_min_m: 1.0,
     };
     SelectionRequest {
         name: "level",
         map,
         criteria,
+        rule: SelectionRule::Weighed,
         candidates: 12,
         separation: 4.0,
         hazard_worth: 1.0,
@@ -55,6 +61,41 @@ fn the_cheapest_site_within_reach_is_taken() {
     assert!(costs.is_sorted() && costs.len() < selection.candidates.len());
     assert_eq!(selection.candidates.len(), 12);
     assert!(selection.below_verdict().starts_with("unsafe, "), "{}", selection.below_verdict());
+}
+
+/// The first safe pixel of the spiral from the step in the middle on which the lander stands. The step of 1 m spoils the disks of 2 m around
+/// it, so that the first candidate is 2 m east and 1 m north of it; from there a pad of the circle of 1.5 m comes so near to the step that the lander
+/// tilts.
+#[test]
+fn the_first_on_the_spiral_within_reach_is_taken() {
+    let spiral = || SelectionRequest { rule: SelectionRule::Spiral, ..request(map(1.0)) };
+    let anywhere = |offset: [f64; 3]| Ok::<_, TerrainError>(Divert { unreached: None, ..eastwards(offset)? });
+    let first = select_site(spiral(), &|_| true, anywhere).unwrap().unwrap();
+    let visited: Vec<u64> = first.candidates.iter().map(|c| c.site.visited).collect();
+    assert!(visited.is_sorted(), "{visited:?}");
+    let most = first.hazards.criteria().tilt_at_rest_max();
+    assert_eq!(first.candidates[0].offset, [2.0, 1.0, -1.0]);
+    assert!(first.candidates[..first.chosen].iter().all(|c| c.tilt.is_none_or(|tilt| tilt > most)));
+    assert!(first.site().tilt.unwrap() <= most);
+    // What flights do not reach is tried last.
+    let reached = select_site(spiral(), &|_| true, eastwards).unwrap().unwrap();
+    assert!(reached.site().offset[0] >= 0.0);
+    let costs: Vec<bool> = reached.candidates.iter().map(|c| c.cost.is_none()).collect();
+    assert!(costs.is_sorted() && costs.contains(&true), "{costs:?}");
+    // The hazard of a site does not depend on the rule.
+    let weighed = select_site(request(map(1.0)), &|_| true, anywhere).unwrap().unwrap();
+    let hazards = |s: &SiteSelection| -> Vec<(u64, f64)> {
+        s.candidates.iter().map(|c| (c.site.visited, c.hazard)).collect()
+    };
+    let of_weighed = hazards(&weighed);
+    let both = hazards(&first).into_iter().filter_map(|(k, h)| {
+        let other = of_weighed.iter().find(|(other, _)| *other == k)?;
+        Some((h, other.1))
+    });
+    assert!(
+        both.clone().count() > 0 && both.clone().all(|(a, b)| (a - b).abs() < ROUNDING),
+        "{of_weighed:?}"
+    );
 }
 
 #[test]
