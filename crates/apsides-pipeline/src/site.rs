@@ -53,7 +53,7 @@ pub struct SiteSummary {
     pub propellant_kg: [f64; 2],
     /// Tilt on the four pads at the worst heading, deg.
     pub tilt_deg: Option<f64>,
-    /// What speaks against the criteria by which the site was chosen, where something does.
+    /// The reason for which the criteria of the choice are not to be trusted, where there is one.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub warning: Option<String>,
 }

@@ -13,6 +13,7 @@
 //! | `downrange` | main braking over a given arc |
 //! | `segments` | piecewise-constant controls |
 //! | `stages` | six stages, one after the other and together |
+//! | `lower_stages` | the hover, the last stage by a uniform deceleration |
 //! | `transition`, `deviations` | what errors of the start lead to |
 //! | `sensitivity` | mass, exhaust velocity and thrust |
 //! | `text` | numbers of the text that exclude each other |
@@ -29,6 +30,7 @@ mod deviations;
 mod downrange;
 mod hazards;
 mod items;
+mod lower_stages;
 mod orbit;
 mod segments;
 mod sensitivity;
@@ -38,12 +40,14 @@ mod tests;
 mod text;
 mod transition;
 
-const SHEETS: [&str; 14] = [
+const SHEETS: [&str; 16] = [
     "orbit",
     "braking",
     "downrange",
     "segments",
     "stages",
+    "hover",
+    "last-stage",
     "transition",
     "deviations",
     "five-percent",
@@ -80,6 +84,8 @@ fn sheets(workers: &mut Workers<'_>, hand_on: HandOn<'_>) -> Result<(), Stop> {
     hand_on(downrange::sheet(&downrange::ARCS, workers)?)?;
     hand_on(segments::sheet(&segments::ROWS, workers)?)?;
     hand_on(stages::sheet(workers)?)?;
+    hand_on(lower_stages::hover(workers)?)?;
+    hand_on(lower_stages::last_stage(workers)?)?;
     hand_on(transition::sheet(workers)?)?;
     hand_on(deviations::near(FLIGHTS, REPLANNED, workers)?)?;
     hand_on(deviations::far(FAR_FLIGHTS, FAR_REPLANNED, workers)?)?;

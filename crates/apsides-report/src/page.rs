@@ -35,7 +35,7 @@ impl Page {
         let _ = writeln!(self.text, "<p class=\"lead\">{}</p>", escape(sentence));
     }
 
-    /// What a reader has to know before trusting the page.
+    /// A sentence that a reader has to know before trusting the page.
     pub fn warning(&mut self, sentence: &str) {
         let _ = writeln!(self.text, "<p class=\"explanation\">Warning: {}</p>", escape(sentence));
     }

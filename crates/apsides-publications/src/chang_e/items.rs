@@ -26,15 +26,15 @@ pub(super) const ITEMS: &[PaperItem] = &[
         "solve chang-e-3-flat --set adjustment_path_weight_kg_m=1",
         "jointly or by stages",
     ),
-    command(
+    sheet(
         "hover (5.17) to (5.20), nominal radial and tangential acceleration",
-        "solve chang-e-3",
-        "flown; g_c' cos(theta) - g_c and g_c' sin(theta) follow from the place on the ground",
+        "hover",
+        "-1.624747 m/s2 and 6.15e-6 m/s2; the flown hover has their resultant",
     ),
-    command(
+    sheet(
         "stage 6, uniform deceleration, least propellant (5.23)",
-        "solve chang-e-3-flat",
-        "the optimum; uniform deceleration is no optimum and has no printed numbers",
+        "last-stage",
+        "uniform deceleration beside the optimum from the same start; no printed numbers",
     ),
     sheet(
         "hazard rule: least-median plane, 50 m, Canny 0.4, spiral; fine: median of pair normals below 2 deg",

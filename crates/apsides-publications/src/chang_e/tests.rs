@@ -3,7 +3,7 @@
 
 use apsides_terrain::hazard::SiteCriteria;
 
-use super::{deviations, downrange, hazards, segments, sensitivity, text};
+use super::{deviations, downrange, hazards, lower_stages, segments, sensitivity, text};
 use crate::sheet::Sheet;
 use crate::stop::Stop;
 use crate::workers::Workers;
@@ -16,6 +16,9 @@ const PUBLISHED_KG: f64 = 0.05;
 
 /// Published: prices by the adjoint of the reference, relative.
 const ADJOINT: f64 = 1e-7;
+
+/// Numbers by hand: half a unit of their sixth digit after the point, and a little more.
+const BY_HAND: f64 = 1e-6;
 
 /// Discretisation: prices by solving again, relative.
 const DIFFERENCES: f64 = 1e-5;
@@ -121,6 +124,22 @@ fn the_rules_of_the_contest_are_unsafe() {
         assert!(value("roughness_m") <= criteria.roughness_max_m.unwrap());
         assert!(value("clearance_m") >= criteria.clearance_min_m);
     }
+}
+
+/// By hand: mu / r^2 = 1.6247534 m/s2 at 1737.113 km, r cos(44.12 deg) w^2 = 8.834867e-6 m/s2 with one turn in 27.321661 days. The flown hover
+/// has the resultant of both accelerations, and no flight of the last stage takes less than the optimum.
+#[test]
+fn the_hover_and_the_last_stage() {
+    let sheet = on_two(lower_stages::hover);
+    near(&sheet, "centrifugal g_c' = r_c' omega^2, um/s2", "found", 8.834_867, BY_HAND);
+    near(&sheet, "radial a_r = g_c' cos(theta) - g_c, m/s2", "found", -1.624_747_066, BY_HAND);
+    near(&sheet, "along the meridian a_f = g_c' sin(theta), um/s2", "found", 6.150_511, BY_HAND);
+    near(&sheet, "acceleration by the thrust, flown, m/s2", "found", 1.624_747_066, 2.0 * BY_HAND);
+    near(&sheet, "acceleration by the thrust, flown, m/s2", "reference_is_reproduced", 1.0, 0.0);
+    let sheet = on_two(lower_stages::last_stage);
+    let propellant = |row: &str| sheet.value(row, "propellant_kg").unwrap();
+    assert!(propellant("uniform deceleration") > propellant("optimum"), "{:?}", sheet.rows);
+    assert!(sheet.value("uniform deceleration", "largest_thrust_n").unwrap() < 7500.0);
 }
 
 /// Relative errors from the printed values by hand: 6.34, 3.20 and 5.20 %.

@@ -17,19 +17,19 @@ const WEIGHTS: [f32; 5] = [0.054_488_68, 0.244_201_34, 0.402_619_96, 0.244_201_3
 /// count as level ground.
 pub(super) fn edge_strength(heights: &Raster<f32>) -> Result<Raster<f32>, TerrainError> {
     let geometry = *heights.geometry();
-    let grid = Grid { rows: geometry.rows(), cols: geometry.cols() };
+    let grid = Pixels { rows: geometry.rows(), cols: geometry.cols() };
     let known: Vec<f32> = heights.data().iter().map(|h| if h.is_finite() { *h } else { 0.0 }).collect();
     let ridge = ridges(&grid, &grid.smooth(&grid.smooth(&known, [0, 1]), [1, 0]));
     Raster::new(geometry, chained(&grid, &ridge))
 }
 
 /// Rows and columns of values in one list.
-struct Grid {
+struct Pixels {
     rows: usize,
     cols: usize,
 }
 
-impl Grid {
+impl Pixels {
     /// The place of a pixel beside another; none outside the map.
     fn beside(&self, k: usize, [south, east]: [i64; 2]) -> Option<usize> {
         let (row, col) = ((k / self.cols) as i64 + south, (k % self.cols) as i64 + east);
@@ -51,7 +51,7 @@ impl Grid {
 }
 
 /// The gradient by its largest value where it is no less than both neighbours along it, to the nearest of eight directions; else 0.
-fn ridges(grid: &Grid, heights: &[f32]) -> Vec<f32> {
+fn ridges(grid: &Pixels, heights: &[f32]) -> Vec<f32> {
     let rise = |k: usize, [south, east]: [i64; 2]| {
         0.5 * (heights[grid.nearest(k, [south, east])] - heights[grid.nearest(k, [-south, -east])])
     };
@@ -96,7 +96,7 @@ impl PartialOrd for Found {
 
 /// For each ridge the largest threshold of a chain through it: that of the strongest ridge of the chain, or what the weakest allows. Found from the
 /// strongest on, as the widest paths of a graph.
-fn chained(grid: &Grid, ridge: &[f32]) -> Vec<f32> {
+fn chained(grid: &Pixels, ridge: &[f32]) -> Vec<f32> {
     let mut strength = ridge.to_vec();
     let ridges = ridge.iter().enumerate().filter(|(_, own)| **own > 0.0);
     let mut open: BinaryHeap<Found> = ridges.map(|(pixel, own)| Found { threshold: *own, pixel }).collect();
@@ -151,7 +151,7 @@ mod tests {
         assert!(
             (apart.get(10, 12) - 1.0 / 3.0).abs() < SINGLE || (apart.get(10, 13) - 1.0 / 3.0).abs() < SINGLE
         );
-        let chain = |ridge: &[f32]| chained(&Grid { rows: 1, cols: ridge.len() }, ridge);
+        let chain = |ridge: &[f32]| chained(&Pixels { rows: 1, cols: ridge.len() }, ridge);
         assert_eq!(chain(&[1.0, 0.3, 0.2]), [1.0, 0.3 / LOWER_PART, 0.2 / LOWER_PART]);
         assert_eq!(chain(&[1.0, 0.0, 0.2]), [1.0, 0.0, 0.2]);
         assert_eq!(chain(&[0.5, 0.1, 0.9]), [0.5, 0.1 / LOWER_PART, 0.9]);

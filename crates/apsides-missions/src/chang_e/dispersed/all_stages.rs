@@ -303,7 +303,7 @@ impl Dispersed for PlannedStages {
         Some(results)
     }
 
-    /// Of flights through the ground as well: the matrix knows none.
+    /// The matrix knows no ground: flights through it count as well.
     fn linear_covariance(&self, dispersions: &Deviations) -> Option<Vec<f64>> {
         let exhaust_velocity = self.landing.lander.descent.engine.exhaust_velocity;
         let model = CartesianForce { body: self.landing.lander.body, exhaust_velocity };
