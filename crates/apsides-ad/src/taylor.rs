@@ -1,26 +1,29 @@
 //! Taylor coefficients of solutions of `x' = f(t, x, p)`, where `f` is a formula.
 //!
 //! The coefficients of order `k` of all values of the formula follow from those of lower orders by recurrences, and
-//! `x[k + 1] = f[k] / (k + 1)`: order `n` takes `O(n^2)` operations and no derivative is written down. Recurrences of one kind run four at a
-//! time, with the vector instructions of the machine and no fused multiplication and addition, so that results do not depend on it.
+//! `x[k + 1] = f[k] / (k + 1)`: order `n` takes `O(n^2)` operations and no derivative is written down. Products
+//! of coefficients are taken eight at a time, with the vector instructions of the machine and no fused multiplication and addition, so that
+//! results do not depend on it.
 //!
 //! R. E. Moore, *Interval Analysis*, Prentice-Hall 1966, section 11; A. Jorba, M. Zou, A software package for the numerical integration of
 //! ODEs by means of high-order Taylor methods, Exp. Math. 14 (2005) 99, doi 10.1080/10586458.2005.10128904.
 
-mod lanes;
+mod convolutions;
 mod lowering;
+mod rules;
 mod schedule;
 
 use pulp::{Arch, Simd, WithSimd};
 
 use crate::formula::{Formula, Operation};
 use crate::table::Table;
+use convolutions::Convolution;
 use lowering::{Lowered, Rule};
 use schedule::Group;
 use std::sync::Arc;
 
 /// Highest order; double precision needs 20.
-const HIGHEST_ORDER: usize = lanes::ROOM - 4;
+const HIGHEST_ORDER: usize = convolutions::ROOM - 4;
 
 /// States that are summed at once.
 const LANES: usize = 4;
@@ -85,6 +88,9 @@ pub struct TaylorSeries {
     fixed: Vec<(usize, Operation)>,
     tables: Vec<Arc<Table>>,
     groups: Vec<Group>,
+    convolutions: Vec<Convolution>,
+    /// Of the convolutions at an order.
+    sums: Vec<f64>,
     outputs: Vec<usize>,
     /// Coefficients of all values, a row for each order.
     rows: Vec<f64>,
@@ -112,6 +118,8 @@ impl TaylorSeries {
             Rule::Fixed(operation) => Some((v, *operation)),
             _ => None,
         });
+        let mut groups = schedule::groups(&lowered);
+        let convolutions = schedule::convolutions(&mut groups);
         Ok(Self {
             states,
             parameters: inputs - states - 1,
@@ -119,7 +127,9 @@ impl TaylorSeries {
             values,
             fixed: fixed.collect(),
             tables: formula.tables().to_vec(),
-            groups: schedule::groups(&lowered, order),
+            sums: vec![0.0; convolutions.len()],
+            convolutions,
+            groups,
             outputs: lowered.outputs.clone(),
             rows: vec![0.0; values * (order + 1)],
             reciprocals: (0..=order).map(|k| 1.0 / k as f64).collect(),
@@ -190,33 +200,49 @@ impl TaylorSeries {
             row[v] = operation.apply(|k| row[k], &self.tables);
         }
         for group in &mut self.groups {
-            if let Group::Sums(sums) = group {
-                sums.weigh(row);
+            match group {
+                Group::Sums(sums) => {
+                    sums.weigh(row);
+                    sums.advance(0, row);
+                }
+                Group::Rules(kind, _, items) => kind.begin(items, row),
+            }
+        }
+        for group in &mut self.groups {
+            if let Group::Rules(kind, _, items) = group {
+                kind.take(items, row);
             }
         }
     }
 
     #[inline(always)]
-    fn advance(&mut self) {
-        let Self { order, values, groups, outputs, rows, reciprocals, .. } = self;
-        for k in 0..*order {
-            let reciprocal = reciprocals[k];
-            let (earlier, row) = rows.split_at_mut(k * *values);
-            let before = &earlier[k.saturating_sub(1) * *values..];
+    fn advance<S: Simd>(&mut self, simd: S) {
+        let Self { order, values, groups, convolutions, sums, outputs, rows, reciprocals, .. } = self;
+        let (zeroth, later) = rows.split_at_mut(*values);
+        scale(&mut later[..*values], zeroth, outputs, 1.0);
+        for k in 1..*order {
+            let (earlier, row) = later.split_at_mut((k - 1) * *values);
+            let before = &earlier[earlier.len().saturating_sub(*values)..];
             let (row, next) = row.split_at_mut(*values);
-            for group in groups.iter_mut() {
+            convolutions::advance(convolutions, simd, k, before, sums);
+            for group in &*groups {
                 match group {
                     Group::Sums(sums) => sums.advance(k, row),
-                    Group::One(lanes) => lanes.advance(k, reciprocal, before, row),
-                    Group::Two(lanes) => lanes.advance(k, reciprocal, before, row),
-                    Group::Four(lanes) => lanes.advance(k, reciprocal, before, row),
+                    Group::Rules(kind, from, items) => {
+                        kind.advance(items, &sums[*from..], k as f64, reciprocals[k], row);
+                    }
                 }
             }
-            let by = reciprocals[k + 1];
-            for (next, &v) in next.iter_mut().zip(outputs.iter()) {
-                *next = row[v] * by;
-            }
+            scale(next, row, outputs, reciprocals[k + 1]);
         }
+    }
+}
+
+/// Coefficients of the states of the next order, those of their rates by that order.
+#[inline(always)]
+fn scale(next: &mut [f64], row: &[f64], outputs: &[usize], by: f64) {
+    for (next, &v) in next.iter_mut().zip(outputs) {
+        *next = row[v] * by;
     }
 }
 
@@ -227,8 +253,8 @@ impl WithSimd for Recursion<'_> {
     type Output = ();
 
     #[inline(always)]
-    fn with_simd<S: Simd>(self, _: S) {
-        self.0.advance();
+    fn with_simd<S: Simd>(self, simd: S) {
+        self.0.advance(simd);
     }
 }
 

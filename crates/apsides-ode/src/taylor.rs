@@ -232,8 +232,9 @@ impl TaylorIntegrator {
             if !last && size <= RESOLUTION * t.abs().max(SMALLEST_TIME) {
                 break Status::StepTooSmall;
             }
-            let h = if last { t1 - t } else { direction * size };
-            let end = if last { t1 } else { t + h };
+            let end = if last { t1 } else { t + direction * size };
+            // The step that times have: rounded times would add up to a delay.
+            let h = end - t;
             self.series.evaluate(h, &mut self.next);
             if !all_finite(&self.next) {
                 break Status::NotFinite;

@@ -1,7 +1,8 @@
-//! The order of the recurrences, and which go together in lanes.
+//! The order of the recurrences, which go together, and the sums of products that they need.
 
-use super::lanes::{Item, Kind, Lanes};
+use super::convolutions::Convolution;
 use super::lowering::{Lowered, Rule, Start};
+use super::rules::{Item, Kind};
 
 /// Sums of values with weights, one after the other.
 #[derive(Clone, Debug, Default)]
@@ -18,16 +19,35 @@ pub(super) struct Sums {
 #[derive(Clone, Debug)]
 pub(super) enum Group {
     Sums(Sums),
-    One(Lanes<1>),
-    Two(Lanes<2>),
-    Four(Lanes<4>),
+    /// Values of one rule, and the place of their first sum of products.
+    Rules(Kind, usize, Vec<Item>),
 }
 
 /// A term of a sum while sums are put together: constant factor, fixed factor if any, value.
 type Addend = (f64, Option<usize>, usize);
 
+/// The sums of products that the rules of the groups need, in their order.
+pub(super) fn convolutions(groups: &mut [Group]) -> Vec<Convolution> {
+    let mut all = Vec::new();
+    for group in groups {
+        let Group::Rules(kind, from, items) = group else { continue };
+        *from = all.len();
+        for item in items {
+            match kind {
+                Kind::Product => all.push(Convolution::new(item.first, false, item.second)),
+                Kind::Quotient => all.push(Convolution::new(item.second, false, item.out)),
+                Kind::Power => {
+                    all.extend([true, false].map(|moment| Convolution::new(item.first, moment, item.out)));
+                }
+                Kind::Integral => all.push(Convolution::new(item.first, true, item.second)),
+            }
+        }
+    }
+    all
+}
+
 /// The groups in an order in which every value stands after those that it is made of.
-pub(super) fn groups(lowered: &Lowered, orders: usize) -> Vec<Group> {
+pub(super) fn groups(lowered: &Lowered) -> Vec<Group> {
     let uses = uses(lowered);
     let mut terms: Vec<Vec<Addend>> = Vec::with_capacity(lowered.rules.len());
     for rule in &lowered.rules {
@@ -87,14 +107,8 @@ pub(super) fn groups(lowered: &Lowered, orders: usize) -> Vec<Group> {
         // The rule with the most values that are ready; of equal ones the first.
         let Some(kind) = ready.iter().map(|r| r.0).rev().max_by_key(|&kind| count(kind)) else { break };
         let items: Vec<Item> = ready.iter().filter(|r| r.0 == kind).map(|r| r.1).collect();
-        for items in items.chunks(4) {
-            groups.push(match items.len() {
-                1 => Group::One(Lanes::new(kind, items, orders)),
-                2 => Group::Two(Lanes::new(kind, items, orders)),
-                _ => Group::Four(Lanes::new(kind, items, orders)),
-            });
-        }
         items.iter().for_each(|item| done[item.out] = true);
+        groups.push(Group::Rules(kind, 0, items));
         waiting.retain(|&v| !done[v]);
     }
     groups
@@ -170,9 +184,17 @@ impl Sums {
 }
 
 fn item(lowered: &Lowered, out: usize) -> Option<(Kind, Item)> {
-    let item = |first, second| Item { out, first, second, exponent: 0.0, start: Start::Zero, by: None };
+    let item = |first, second| Item {
+        out,
+        first,
+        second,
+        exponent: 0.0,
+        start: Start::Zero,
+        by: None,
+        zeroth: [0.0; 2],
+        inverse: 0.0,
+    };
     Some(match lowered.rules[out] {
-        Rule::Product(a, b) if a == b => (Kind::Square, item(a, b)),
         Rule::Product(a, b) => (Kind::Product, item(a, b)),
         Rule::Quotient(a, b) => (Kind::Quotient, item(a, b)),
         Rule::Power { of, exponent, start, by } => {
