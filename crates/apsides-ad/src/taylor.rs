@@ -9,6 +9,7 @@
 //! ODEs by means of high-order Taylor methods, Exp. Math. 14 (2005) 99, doi 10.1080/10586458.2005.10128904.
 
 mod convolutions;
+mod lanes;
 mod lowering;
 mod rules;
 mod schedule;
@@ -181,8 +182,10 @@ impl TaylorSeries {
     pub fn evaluate(&self, h: f64, x: &mut [f64]) {
         assert_eq!(x.len(), self.states, "one number for each state");
         let mut powers = [1.0; HIGHEST_ORDER + 1];
-        for k in 1..=self.order {
-            powers[k] = powers[k - 1] * h;
+        powers[1] = h;
+        // Of halves: less rounding, and none waits for all before it.
+        for k in 2..=self.order {
+            powers[k] = powers[k / 2] * powers[k.div_ceil(2)];
         }
         Arch::new().dispatch(Summation { series: self, powers: &powers[..=self.order], x });
     }
@@ -206,11 +209,14 @@ impl TaylorSeries {
                     sums.advance(0, row);
                 }
                 Group::Rules(kind, _, items) => kind.begin(items, row),
+                Group::Lanes(lanes) => lanes.begin(row),
             }
         }
         for group in &mut self.groups {
-            if let Group::Rules(kind, _, items) = group {
-                kind.take(items, row);
+            match group {
+                Group::Sums(_) => {}
+                Group::Rules(kind, _, items) => kind.take(items, row),
+                Group::Lanes(lanes) => lanes.take(row),
             }
         }
     }
@@ -219,18 +225,19 @@ impl TaylorSeries {
     fn advance<S: Simd>(&mut self, simd: S) {
         let Self { order, values, groups, convolutions, sums, outputs, rows, reciprocals, .. } = self;
         let (zeroth, later) = rows.split_at_mut(*values);
-        scale(&mut later[..*values], zeroth, outputs, 1.0);
+        scale(later, zeroth, outputs, 1.0);
         for k in 1..*order {
-            let (earlier, row) = later.split_at_mut((k - 1) * *values);
-            let before = &earlier[earlier.len().saturating_sub(*values)..];
+            let (earlier, row) = rows.split_at_mut(k * *values);
+            let before = &earlier[(k - 1) * *values..];
             let (row, next) = row.split_at_mut(*values);
             convolutions::advance(convolutions, simd, k, before, sums);
-            for group in &*groups {
+            for group in &mut *groups {
                 match group {
                     Group::Sums(sums) => sums.advance(k, row),
                     Group::Rules(kind, from, items) => {
                         kind.advance(items, &sums[*from..], k as f64, reciprocals[k], row);
                     }
+                    Group::Lanes(lanes) => lanes.advance(simd, k, reciprocals[k], before, row),
                 }
             }
             scale(next, row, outputs, reciprocals[k + 1]);
@@ -272,13 +279,22 @@ impl WithSimd for Summation<'_> {
     fn with_simd<S: Simd>(self, _: S) {
         let rows = || self.series.rows.chunks_exact(self.series.values).zip(self.powers).rev();
         for (lanes, x) in self.x.chunks_mut(LANES).enumerate() {
-            let mut sum = [0.0; LANES];
-            for (row, power) in rows() {
+            // Two sums of every other term: neither waits for all additions.
+            let (mut first, mut second) = ([0.0; LANES], [0.0; LANES]);
+            let mut rows = rows();
+            let add = |sum: &mut [f64; LANES], (row, power): (&[f64], &f64)| {
                 let row = &row[lanes * LANES..(lanes + 1) * LANES];
                 for l in 0..LANES {
                     sum[l] += row[l] * power;
                 }
+            };
+            while let Some(term) = rows.next() {
+                add(&mut first, term);
+                if let Some(term) = rows.next() {
+                    add(&mut second, term);
+                }
             }
+            let sum: [f64; LANES] = std::array::from_fn(|l| first[l] + second[l]);
             x.copy_from_slice(&sum[..x.len()]);
         }
     }

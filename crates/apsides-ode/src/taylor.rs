@@ -1,7 +1,7 @@
 //! Integration by Taylor series of formulas, with the order from the tolerance.
 //!
-//! With the coefficients `x[k]` of the solution at the start of a step, the order `p = ceil(1 - 0.8 ln r)` for the relative tolerance
-//! `r` and the norm `|y|^2 = mean_i (y_i / (a_i + r s_i))^2`, where `s_i` is the size of component `i` over the step before, the step is
+//! With the coefficients `x[k]` of the solution at the start of a step, the order `p` below for the relative tolerance `r` and the norm
+//! `|y|^2 = mean_i (y_i / (a_i + r s_i))^2`, where `s_i` is the size of component `i` over the step before, the step is
 //!
 //! ```text
 //! h = min_k (r^(k / p - 1) / (10 |x[k]|))^(1 / k)      over k = p - 1 and p
@@ -13,8 +13,15 @@
 //!
 //! A. Jorba, M. Zou, Exp. Math. 14 (2005) 99, sections 3.1 and 3.2, doi:10.1080/10586458.2005.10128904, have one size for all components,
 //! which does not suit states of several units, and `p = 1 - ln(r) / 2`, the best order where its cost is `p^2`. In small systems the
-//! coefficients of an order wait for those before, so that the cost is nearer to `p`, and longer steps of higher order take less time.
+//! coefficients of an order wait for those before, so that the cost is nearer to `p`, and longer steps of higher order take less time:
+//! here `p` is at most `1 - 0.8 ln r`.
+//!
+//! Terms of long steps grow before they fall, and cancel in the sum and in products within the recurrences: of a circle, whose terms are
+//! `h^k / k!`, a square has terms as large as `exp(2 h)`, and leaves a rounding `u` of `u exp(2 h)`. With Stirling's formula a step of
+//! order `p` has the length `h = (p / e) r^(1 / p)`. Near the tolerance where this rounding is a quarter of `r` the order is lower, so that
+//! steps are shorter, and errors go on falling with the tolerance; it is not below `1 - ln(r) / 2`.
 
+use std::f64::consts::E;
 use std::ops::Range;
 
 use apsides_ad::{Formula, TaylorSeries};
@@ -34,8 +41,10 @@ const LAST_TERM: f64 = 0.1;
 const GROWTH: f64 = 2.0;
 /// The last orders that are looked at then are this part of all.
 const LAST_PART: usize = 3;
-/// Order by the logarithm of the tolerance.
-const ORDER: f64 = 0.8;
+/// Order by the logarithm of the tolerance: the least, and that of the least time where rounding does not matter.
+const ORDER: [f64; 2] = [0.5, 0.8];
+/// Part of what is tolerated that rounding may have in the longest step.
+const ROUNDING_PART: f64 = 0.25;
 /// Orders below this one have steps that are too short to be worth their start.
 const LOWEST_ORDER: usize = 4;
 /// Orders above this one are beyond double precision.
@@ -100,8 +109,7 @@ impl TaylorIntegrator {
             return Err(OdeError::Dimension { argument: "the formula", expected: 1, found: 0 });
         }
         let absolute = settings.checked(n)?;
-        let order = (1.0 - ORDER * settings.relative_tolerance.ln()).ceil().max(0.0) as usize;
-        let series = TaylorSeries::new(formula, order.clamp(LOWEST_ORDER, HIGHEST_ORDER))?;
+        let series = TaylorSeries::new(formula, best_order(settings.relative_tolerance))?;
         let zeros = vec![0.0; n];
         let (relative, p) = (settings.relative_tolerance, series.order() as f64);
         Ok(Self {
@@ -308,6 +316,17 @@ impl TaylorIntegrator {
             }
         })
     }
+}
+
+/// The highest order whose steps are not too long for rounding, within the bounds.
+fn best_order(relative: f64) -> usize {
+    let [least, most] = ORDER.map(|part| {
+        ((1.0 - part * relative.ln()).ceil().max(0.0) as usize).clamp(LOWEST_ORDER, HIGHEST_ORDER)
+    });
+    // Rounding relative to the size of the state is half of the distance between numbers.
+    let longest = 0.5 * (ROUNDING_PART * relative / (0.5 * f64::EPSILON)).ln();
+    let length = |p: f64| p / E * relative.powf(1.0 / p);
+    (least..=most).rev().find(|&p| length(p as f64) <= longest).unwrap_or(least)
 }
 
 /// Fills rows of a step, from the first on.

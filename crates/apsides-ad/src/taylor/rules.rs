@@ -6,6 +6,7 @@ use crate::formula::Unary;
 /// The rules that are convolutions.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
 pub(super) enum Kind {
+    Square,
     Product,
     Quotient,
     Power,
@@ -34,7 +35,7 @@ impl Kind {
     pub(super) fn advance(self, items: &[Item], sums: &[f64], order: f64, reciprocal: f64, row: &mut [f64]) {
         let each = items.iter().zip(sums);
         match self {
-            Self::Product => {
+            Self::Square | Self::Product => {
                 for (i, sum) in each {
                     row[i.out] = sum + (row[i.first] * i.zeroth[1] + i.zeroth[0] * row[i.second]);
                 }
@@ -65,7 +66,7 @@ impl Kind {
         for item in items {
             let first = row[item.first];
             row[item.out] = match self {
-                Self::Product => first * row[item.second],
+                Self::Square | Self::Product => first * row[item.second],
                 Self::Quotient => first / row[item.second],
                 Self::Power | Self::Integral => item.started(row),
             };
@@ -77,7 +78,7 @@ impl Kind {
         for item in items {
             let [first, second, out] = [item.first, item.second, item.out].map(|v| zeroth[v]);
             match self {
-                Self::Product | Self::Integral => item.zeroth = [first, second],
+                Self::Square | Self::Product | Self::Integral => item.zeroth = [first, second],
                 Self::Quotient => (item.zeroth[0], item.inverse) = (out, second.recip()),
                 Self::Power => (item.zeroth[0], item.inverse) = (item.exponent * out, first.recip()),
             }

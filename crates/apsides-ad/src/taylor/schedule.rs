@@ -1,6 +1,7 @@
 //! The order of the recurrences, which go together, and the sums of products that they need.
 
 use super::convolutions::Convolution;
+use super::lanes::{Lanes, WIDTH};
 use super::lowering::{Lowered, Rule, Start};
 use super::rules::{Item, Kind};
 
@@ -21,6 +22,7 @@ pub(super) enum Group {
     Sums(Sums),
     /// Values of one rule, and the place of their first sum of products.
     Rules(Kind, usize, Vec<Item>),
+    Lanes(Lanes),
 }
 
 /// A term of a sum while sums are put together: constant factor, fixed factor if any, value.
@@ -34,7 +36,7 @@ pub(super) fn convolutions(groups: &mut [Group]) -> Vec<Convolution> {
         *from = all.len();
         for item in items {
             match kind {
-                Kind::Product => all.push(Convolution::new(item.first, false, item.second)),
+                Kind::Square | Kind::Product => all.push(Convolution::new(item.first, false, item.second)),
                 Kind::Quotient => all.push(Convolution::new(item.second, false, item.out)),
                 Kind::Power => {
                     all.extend([true, false].map(|moment| Convolution::new(item.first, moment, item.out)));
@@ -108,7 +110,12 @@ pub(super) fn groups(lowered: &Lowered) -> Vec<Group> {
         let Some(kind) = ready.iter().map(|r| r.0).rev().max_by_key(|&kind| count(kind)) else { break };
         let items: Vec<Item> = ready.iter().filter(|r| r.0 == kind).map(|r| r.1).collect();
         items.iter().for_each(|item| done[item.out] = true);
-        groups.push(Group::Rules(kind, 0, items));
+        for items in items.chunks(WIDTH) {
+            groups.push(match items {
+                [_] => Group::Rules(kind, 0, items.to_vec()),
+                _ => Group::Lanes(Lanes::new(kind, items)),
+            });
+        }
         waiting.retain(|&v| !done[v]);
     }
     groups
@@ -195,6 +202,7 @@ fn item(lowered: &Lowered, out: usize) -> Option<(Kind, Item)> {
         inverse: 0.0,
     };
     Some(match lowered.rules[out] {
+        Rule::Product(a, b) if a == b => (Kind::Square, item(a, b)),
         Rule::Product(a, b) => (Kind::Product, item(a, b)),
         Rule::Quotient(a, b) => (Kind::Quotient, item(a, b)),
         Rule::Power { of, exponent, start, by } => {

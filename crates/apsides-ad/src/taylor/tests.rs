@@ -72,6 +72,40 @@ fn every_function_has_its_series() {
     }
 }
 
+/// Values of one rule that are ready together are computed together, three here.
+#[test]
+fn values_side_by_side_have_their_series() {
+    let product = |b: &mut FormulaBuilder, values: [crate::Value; 3]| {
+        let first = b.mul(values[0], values[1]);
+        b.mul(first, values[2])
+    };
+    for f in Unary::ALL {
+        if matches!(f, Unary::Abs | Unary::Sign) {
+            continue;
+        }
+        let formula = system(|b, [x, y, _, t]| {
+            let one = b.constant(1.0);
+            let values = [x, y, t].map(|v| {
+                let v = if f == Unary::Acosh { b.add(v, one) } else { v };
+                b.unary(f, v)
+            });
+            product(b, values)
+        });
+        assert_expands(&formula, START, 0.02, f.name());
+    }
+    let powers = system(|b, [x, y, _, t]| {
+        let values = [(x, 1.5), (y, -0.4), (t, 2.7)].map(|(v, c)| b.powf(v, c));
+        product(b, values)
+    });
+    assert_expands(&powers, START, 0.02, "powf");
+    let squares = system(|b, [x, y, _, t]| {
+        let [x, y, t] = [x, y, t].map(|v| b.square(v));
+        let sum = b.add(x, y);
+        b.sub(sum, t)
+    });
+    assert_expands(&squares, START, 0.05, "squares");
+}
+
 #[test]
 fn powers_and_what_is_made_of_them_have_their_series() {
     for n in [-7, -2, -1, 2, 3, 6, 13] {

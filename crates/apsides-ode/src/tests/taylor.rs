@@ -85,7 +85,22 @@ fn errors_follow_the_tolerance() {
         assert!(error < 100.0 * tolerance && error > 1e-5 * tolerance, "{tolerance}: {error}");
     }
     assert!(orbit(1e-6).order() < orbit(1e-12).order());
+    // Near rounding steps are shorter instead.
+    assert!(orbit(1e-14).order() < orbit(1e-12).order());
     assert_eq!((orbit(0.5).order(), orbit(1e-300).order()), (4, 28));
+}
+
+/// Ten circles, from a time whose rounding is 1e-10: steps that times do not have would add up to some of these.
+#[test]
+fn late_times_cost_no_digits() {
+    let (start, t0) = (periapsis(0.0), 1e6);
+    let t1 = t0 + 10.0 * TAU;
+    let mut end = [0.0; 4];
+    orbit(1e-14).integrate(t0, &start, &[], t1, &mut end).unwrap();
+    let (sine, cosine) = (t1 - t0).sin_cos();
+    for (found, expected) in end.iter().zip([cosine, sine, -sine, cosine]) {
+        assert!((found - expected).abs() < ORBIT, "{end:?}");
+    }
 }
 
 #[test]
