@@ -122,7 +122,10 @@ fn parts_of_other_runs_are_refused_by_name() {
         fs::write(&manifest, other.to_file()).unwrap();
         refusal(&[&a, &b], &out)
     };
-    assert!(stated(&|s| s.version = "0.0.9".into()).contains("the version of the program is 0.1.0"));
+    assert!(
+        stated(&|s| s.version = "0.0.9".into())
+            .contains(concat!("the version of the program is ", env!("CARGO_PKG_VERSION")))
+    );
     assert!(stated(&|s| s.total = 61).contains("the number of samples or cases is 60 of the one, 61"));
     assert!(stated(&|s| s.state = ShardState::Running).contains("is not complete (at work, or killed)"));
     // A manifest that somebody edited.

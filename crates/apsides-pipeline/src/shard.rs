@@ -406,7 +406,7 @@ mod tests {
         for (change, words) in [
             (
                 &(|s: &mut Shard| s.version = "0.0.9".into()) as &dyn Fn(&mut Shard),
-                "the version of the program is 0.1.0",
+                concat!("the version of the program is ", env!("CARGO_PKG_VERSION")),
             ),
             (
                 &|s| s.mission = "lunar".into(),
