@@ -90,7 +90,7 @@ pub struct TaylorSeries {
     tables: Vec<Arc<Table>>,
     groups: Vec<Group>,
     convolutions: Vec<Convolution>,
-    /// Of the convolutions at an order.
+    /// Sums of the convolutions at an order.
     sums: Vec<f64>,
     outputs: Vec<usize>,
     /// Coefficients of all values, a row for each order.
