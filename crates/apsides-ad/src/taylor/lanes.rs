@@ -132,7 +132,7 @@ impl Lanes {
 #[inline(always)]
 fn products<S: Simd>(simd: S, a: &[[f64; WIDTH]], b: &[[f64; WIDTH]]) -> [f64; WIDTH] {
     let mut sum = [0.0; WIDTH];
-    // All in one of them: the other one is of machines with wider or narrower lanes.
+    // The rest is of machines with more lanes than these.
     let (parts, rest) = S::as_mut_simd_f64s(&mut sum);
     for (a, b) in a.iter().zip(b.iter().rev()) {
         let ((a, more_a), (b, more_b)) = (S::as_simd_f64s(a), S::as_simd_f64s(b));
